@@ -15,8 +15,8 @@ class EndsAfterMotion {
   EndsAfterMotion(double motion_s, LoopOptions& options) : left_s_(motion_s) {
     options.seconds = 300;
     options.stop = &ended_;
-    options.watchers.take_tick = [this](const LoopSample& sample, std::span<const double> /*channels*/) {
-      left_s_ -= sample.report.inputs.dt_s;
+    options.watchers.take_tick = [this](const LoopTick& sample, std::span<const double> /*channels*/) {
+      left_s_ -= sample.in.dt_s;
       if (left_s_ <= 0) ended_ = true;
     };
   }

@@ -38,8 +38,8 @@ void LiveSession::Run() {
   loop.output.record = options_.record;
   loop.output.scene_file = options_.scene_file;
   loop.watchers.peer = this;
-  loop.watchers.take_tick = [this](const LoopSample& sample, std::span<const double> channels) {
-    TakeTick(sample, channels);
+  loop.watchers.take_tick = [this](const LoopTick& tick, std::span<const double> channels) {
+    TakeTick(tick, channels);
   };
   if (options_.device != nullptr && !options_.scripted) {
     loop.driver.device = MakeLoopDevice(*options_.device, &stop_, [this](const std::string& message) {
@@ -80,7 +80,7 @@ void LiveSession::Begin(const LoopInitialState& beginning) {
   target_.Publish(beginning.X_WT);
   {
     const std::lock_guard lock(mutex_);
-    figures_.X_WT = figures_.X_WH = beginning.X_WT;
+    figures_.coupled.X_WT = figures_.X_WH = beginning.X_WT;
   }
   stage_.store(LiveStage::kRunning);
 }
@@ -91,27 +91,20 @@ void LiveSession::TakeLeaf(const LeafMessage& leaf) {
   ++figures_.changes;
 }
 
-void LiveSession::TakeTick(const LoopSample& sample, std::span<const double> channels) {
-  const CoupledOutput& out = sample.report.out;
+void LiveSession::TakeTick(const LoopTick& tick, std::span<const double> channels) {
+  const CoupledOutput& out = tick.coupled;
   const std::lock_guard lock(mutex_);
-  figures_.time_s = sample.time_s;
-  figures_.X_WT = out.X_WT;
-  figures_.X_WH = sample.report.X_WH;
-  figures_.f_hand_N = out.f_H_W_N;
-  figures_.engaged_teeth = out.engaged_teeth;
+  static_cast<LoopTick&>(figures_) = tick;
   figures_.removed_mm3 += out.removed_mm3;
-  figures_.rpm = sample.report.inputs.rpm;
-  figures_.ticks = sample.tick;
-  figures_.missed += static_cast<std::uint64_t>(sample.skipped);
-  figures_.status = out.status;
+  figures_.missed += tick.in.skipped;
   figures_.channels.assign(channels.begin(), channels.end());
 
-  places_.push_back({sample.time_s, out.X_WT.p_AB});
-  while (places_.size() > 2 && sample.time_s - places_.front().time_s > kFeedOver_s) places_.pop_front();
-  const double over_s = sample.time_s - places_.front().time_s;
+  places_.push_back({tick.time_s, out.X_WT.p_AB});
+  while (places_.size() > 2 && tick.time_s - places_.front().time_s > kFeedOver_s) places_.pop_front();
+  const double over_s = tick.time_s - places_.front().time_s;
   if (over_s > 0) figures_.feed_mm_per_s = glm::length(out.X_WT.p_AB - places_.front().p_W_mm) / over_s;
 
-  moment_.time_s = sample.time_s;
+  moment_.time_s = tick.time_s;
   moment_.force_N = std::max(moment_.force_N, glm::length(out.f_H_W_N));
   if (++in_moment_ < kTicksInMoment) return;
   forces_.push_back(std::exchange(moment_, {}));

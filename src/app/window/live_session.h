@@ -20,20 +20,12 @@
 
 namespace kerf {
 
-/// Latest values, for drawing.
-struct LiveFigures {
-  double time_s = 0;
-  Pose X_WT;         // pose of the tool
-  Pose X_WH;         // pose of the handle
-  Vec3 f_hand_N{0};  // force on the hand, simulated
-  double engaged_teeth = 0;
-  std::uint64_t changes = 0;  // leaves of the bone changed so far, by cuts, undo and redo
-  double removed_mm3 = 0;     // total so far
-  double feed_mm_per_s = 0;   // speed of the tool's centre, mean of the last tenth of a second
-  double rpm = 0;
-  std::uint64_t ticks = 0;
-  std::uint64_t missed = 0;  // number of missed deadlines
-  std::uint32_t status = 0;
+/// The latest tick, and sums over all ticks, for drawing.
+struct LiveFigures : LoopTick {
+  std::uint64_t changes = 0;     // leaves of the bone changed so far, by cuts, undo and redo
+  double removed_mm3 = 0;        // total so far
+  double feed_mm_per_s = 0;      // speed of the tool's centre, mean of the last tenth of a second
+  std::uint64_t missed = 0;      // number of missed deadlines
   std::vector<double> channels;  // channels of the effects
 };
 
@@ -102,7 +94,7 @@ class LiveSession final : private SessionController {
   void TakeLeaf(const LeafMessage& leaf) override;
   std::optional<LoopAction> NextAction() override;
   void Done(const LoopAction& action, const std::string& failure) override;
-  void TakeTick(const LoopSample& sample, std::span<const double> channels);
+  void TakeTick(const LoopTick& tick, std::span<const double> channels);
   void Run();
 
   Scene scene_;

@@ -170,7 +170,7 @@ void Practice::Finish(bool scored) {
 }
 
 std::optional<DepthReading> Practice::Read() const {
-  return gauge_ && viewer_->is_running() ? gauge_->Calc(viewer_->figures().X_WT) : std::nullopt;
+  return gauge_ && viewer_->is_running() ? gauge_->Calc(viewer_->figures().coupled.X_WT) : std::nullopt;
 }
 
 void Practice::Ended(LoopSummary /*summary*/) {
@@ -330,7 +330,8 @@ void Practice::Fill(HudState& hud) {
       hud.gauge = MakeGauge(reading);
       if (reading) hud.values.depth_mm = reading->depth_mm;
     }
-    if (nerve_ && !nerve_->empty()) hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), viewer_->figures().X_WT);
+    if (nerve_ && !nerve_->empty())
+      hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), viewer_->figures().coupled.X_WT);
     hud.values.nerve_warn_mm = 2;
   }
   if (state_ == State::kCutting && viewer_->is_running()) {

@@ -94,7 +94,7 @@ void Rehearsal::ContinueWith(const std::string& what, std::function<void(Scene&)
 
 void Rehearsal::Ended(LoopSummary summary) {
   if (!change_ || viewer_->quitting()) return;
-  const Pose X_WT = viewer_->figures().X_WT;
+  const Pose X_WT = viewer_->figures().coupled.X_WT;
   changing_ = std::async(std::launch::async, [this, X_WT, bone = std::move(summary.after)] {
     Scene scene = scene_;
     const std::string file = fmt::format("{}/bone-{}.vdb", options_.viewer.folder, viewer_->sessions() + 1);
@@ -214,7 +214,7 @@ void Rehearsal::AlignToPlane() {
   if (planned == nullptr) return viewer_->Say("No plane is planned yet; press N");
   if (!viewer_->is_running()) return;
   // Aligns the spindle with the plane's normal by the smaller rotation and moves the disc's centre into the plane.
-  Pose X = viewer_->figures().X_WT;
+  Pose X = viewer_->figures().coupled.X_WT;
   const Vec3 spindle = X.Vector({0, 0, 1});
   Vec3 normal = planned->plane.normal_W;
   if (glm::dot(normal, spindle) < 0) normal = -normal;
@@ -245,7 +245,7 @@ void Rehearsal::ShowPlan() {
                      });
                    }});
   items.push_back({.name = "Plane where the blade is", .detail = "", .choose = [this, added] {
-                     added(PlacePlane(MakePlaneName(plan_), viewer_->figures().X_WT));
+                     added(PlacePlane(MakePlaneName(plan_), viewer_->figures().coupled.X_WT));
                    }});
   items.push_back({.name = "Depth stop", .detail = "click its point on the bone", .choose = [this] {
                      PickPoints("Where the cut begins on the bone", 1,
@@ -296,7 +296,8 @@ void Rehearsal::AskDepth(const Vec3& p_W) {
     stop.name = MakeStopName(plan_);
     stop.p_W_mm = p_W;
     // The direction into the bone: from the blade's current centre to the point.
-    stop.direction_W = CalcDirection(p_W - viewer_->figures().X_WT.p_AB).value_or(viewer_->MakeBasis().forward_W);
+    stop.direction_W =
+        CalcDirection(p_W - viewer_->figures().coupled.X_WT.p_AB).value_or(viewer_->MakeBasis().forward_W);
     stop.depth_mm = *depth_mm;
     plan_.stops.push_back(stop);
     ShowPlanInPicture();
@@ -476,7 +477,7 @@ void Rehearsal::Fill(HudState& hud) {
   if (saw_is_listed_) hud.status.saw = options_.saws[saw_].name;
   if (viewer_->is_running()) {
     const Tool tool = MakeTool(viewer_->session()->scene());
-    const Pose& X_WT = viewer_->figures().X_WT;
+    const Pose& X_WT = viewer_->figures().coupled.X_WT;
     if (nerve_ && !nerve_->empty()) hud.values.nerve_mm = nerve_->Calc(tool, X_WT);
     if (sampler_) hud.values.depth_mm = CalcBladeDepth(*sampler_, tool, X_WT);
     if (const PlannedPlane* planned = plane()) {

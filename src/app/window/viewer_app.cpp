@@ -168,8 +168,8 @@ void ViewerApp::FollowSession() {
     figures_ = session_->figures();
     if (!began_) {
       began_ = true;
-      controls_->Set(figures_.X_WT);
-      X_start_ = figures_.X_WT;
+      controls_->Set(figures_.coupled.X_WT);
+      X_start_ = figures_.coupled.X_WT;
       returning_ = false;
       view_->SetTool(MakeTool(session_->scene()));
       activity_->Began();
@@ -187,7 +187,7 @@ void ViewerApp::FollowSession() {
       Say(answer.failure.empty() ? what + name : answer.failure);
       trace_.Write("answer", {{"what", what}, {"name", answer.action.name}, {"failure", answer.failure}});
       if (answer.failure.empty() && answer.action.kind != LoopAction::Kind::kCheckpoint) {
-        controls_->Set(session_->figures().X_WT);
+        controls_->Set(session_->figures().coupled.X_WT);
       }
     }
   } else if (stage == LiveStage::kEnded) {
@@ -253,7 +253,7 @@ bool ViewerApp::TakeKey(const WindowEvent& event) {
       if (spindle_on()) {
         Say("The saw returns to its start only with the spindle off; turn it off first");
       } else if (device_ && device_->holds()) {
-        controls_->Set({X_start_.R_AB, figures_.X_WT.p_AB});
+        controls_->Set({X_start_.R_AB, figures_.coupled.X_WT.p_AB});
         Say("The saw has its initial orientation; the handle sets its position");
       } else {
         controls_->Set(X_start_);
@@ -409,27 +409,28 @@ ViewBasis ViewerApp::MakeBasis() const {
   return {.right_W = camera.right_W(),
           .up_W = camera.up_W(),
           .forward_W = camera.forward_W(),
-          .mm_per_pixel = camera.WorldPerPixel(figures_.X_WT.p_AB)};
+          .mm_per_pixel = camera.WorldPerPixel(figures_.coupled.X_WT.p_AB)};
 }
 
 void ViewerApp::UpdateToolInPicture(double dt_s) {
   if (!session_ || !began_) return;
-  spin_rad_ = std::fmod(spin_rad_ + figures_.rpm / 60 * 2 * std::numbers::pi * dt_s, 2 * std::numbers::pi);
-  view_->SetToolPose(figures_.X_WT, figures_.rpm, spin_rad_);
+  spin_rad_ = std::fmod(spin_rad_ + figures_.in.rpm / 60 * 2 * std::numbers::pi * dt_s, 2 * std::numbers::pi);
+  view_->SetToolPose(figures_.coupled.X_WT, figures_.in.rpm, spin_rad_);
   const bool leads =
-      options_.ghost && !options_.scripted && glm::length(controls_->wanted().p_AB - figures_.X_WT.p_AB) > 1;
+      options_.ghost && !options_.scripted && glm::length(controls_->wanted().p_AB - figures_.coupled.X_WT.p_AB) > 1;
   view_->SetGhost(leads ? std::optional(controls_->wanted()) : std::nullopt);
-  const double force_N = glm::length(figures_.f_hand_N);
-  view_->SetForce(force_N > 0.05 ? std::optional(ForceArrow{.p_W = figures_.X_WT.p_AB, .f_W_N = figures_.f_hand_N})
-                                 : std::nullopt);
+  const double force_N = glm::length(figures_.coupled.f_H_W_N);
+  view_->SetForce(force_N > 0.05
+                      ? std::optional(ForceArrow{.p_W = figures_.coupled.X_WT.p_AB, .f_W_N = figures_.coupled.f_H_W_N})
+                      : std::nullopt);
   if (!surface_ || !surface_->has_hu() || !slices_shown_) return;
   const Tool tool = MakeTool(session_->scene());
-  surface_->RequestSlices(tool, figures_.X_WT, std::max(40.0, 2.4 * CalcReach(tool)), 180);
+  surface_->RequestSlices(tool, figures_.coupled.X_WT, std::max(40.0, 2.4 * CalcReach(tool)), 180);
   if (std::optional<CtSlices> slices = surface_->FetchSlices()) view_->SetSlices(slices);
 }
 
 void ViewerApp::FollowDevice(double dt_s) {
-  const HandDeviceFrame frame = device_->Update(dt_s, MakeBasis(), figures_.X_WT, *controls_);
+  const HandDeviceFrame frame = device_->Update(dt_s, MakeBasis(), figures_.coupled.X_WT, *controls_);
   for (const std::string& message : frame.messages) Say(message);
   for (const std::string& note : session_->TakeNotes()) Say(note);
   if (frame.switches_spindle && steers()) SetSpindle(!spindle_on());
@@ -440,8 +441,8 @@ void ViewerApp::Update(double dt_s) {
   if (device_ && session_ && began_) FollowDevice(dt_s);
   if (steers() && began_) {
     if (returning_) controls_->Set(X_start_);
-    returning_ = returning_ && !spindle_on() && glm::length(figures_.X_WT.p_AB - X_start_.p_AB) > 0.5;
-    controls_->Advance(dt_s, MakeBasis(), figures_.X_WT);
+    returning_ = returning_ && !spindle_on() && glm::length(figures_.coupled.X_WT.p_AB - X_start_.p_AB) > 0.5;
+    controls_->Advance(dt_s, MakeBasis(), figures_.coupled.X_WT);
     session_->SetTarget(controls_->wanted());
   }
   activity_->Update(dt_s);
@@ -454,8 +455,8 @@ HudState ViewerApp::MakeHud() {
   hud.show_values = session_ != nullptr && began_;
   hud.show_plot = hud.show_values;
   hud.values.feed_mm_per_s = figures_.feed_mm_per_s;
-  hud.values.rpm = figures_.rpm;
-  hud.values.force_N = glm::length(figures_.f_hand_N);
+  hud.values.rpm = figures_.in.rpm;
+  hud.values.force_N = glm::length(figures_.coupled.f_H_W_N);
   hud.now_s = figures_.time_s;
   if (session_) hud.force_note = session_->MakeForceNote();
   const auto recent = std::lower_bound(forces_.begin(), forces_.end(), figures_.time_s - 10.5,
@@ -467,7 +468,7 @@ HudState ViewerApp::MakeHud() {
   if (is_running()) hud.status.recording_s = figures_.time_s;
   // Some deadlines are missed on every machine, without harm; a noticeable fraction is reported.
   const double missed =
-      static_cast<double>(figures_.missed) / static_cast<double>(figures_.ticks + figures_.missed + 1);
+      static_cast<double>(figures_.missed) / static_cast<double>(figures_.number + figures_.missed + 1);
   hud.status.right = missed > 0.02 ? fmt::format("machine too slow: {:.0f} % of ticks late   F1 help", 100 * missed)
                                    : std::string("F1 help");
   if (help_) {
@@ -497,13 +498,13 @@ HudState ViewerApp::MakeHud() {
 }
 
 nlohmann::json ViewerApp::MakeState() const {
-  const Vec3& p = figures_.X_WT.p_AB;
+  const Vec3& p = figures_.coupled.X_WT.p_AB;
   const auto tenth = [](double v) { return std::round(10 * v) / 10; };
   nlohmann::json state{{"running", is_running()},
                        {"spindle", spindle_on()},
-                       {"rpm", figures_.rpm},
+                       {"rpm", figures_.in.rpm},
                        {"removed_mm3", tenth(figures_.removed_mm3)},
-                       {"force_N", tenth(glm::length(figures_.f_hand_N))},
+                       {"force_N", tenth(glm::length(figures_.coupled.f_H_W_N))},
                        {"saw_mm", {tenth(p.x), tenth(p.y), tenth(p.z)}},
                        {"help", help_},
                        {"entry", entry_.has_value()},

@@ -202,14 +202,11 @@ class Scout {
     HandMotion motion(device, MakePath(scene), scene.hand, p_TC_mm,
                       cut_.coupled_params.coupling.stiffness_N_per_mm * setup.force_scale);
     HapticStep haptics(subject.coupled(), setup.profile, setup.force_map);
-    HapticStepInput in;
-    in.dt_s = cut_.dt_s;
-    in.rpm = cut_.rpm;
     while (!IsEnough()) {
       motion.Advance(cut_.dt_s);
-      const HapticStepOutput out = haptics.Step(device, in);
+      const HapticTick out = haptics.Step(device, {.dt_s = cut_.dt_s, .rpm = cut_.rpm});
       subject.coupled().ClearChanged();
-      Keep({out.sample.X_WH, out.v_H_W_mm_per_s, out.w_H_W_rad_per_s}, out.coupled.engaged_teeth);
+      Keep({out.X_WH, out.v_H_W_mm_per_s, out.w_H_W_rad_per_s}, out.coupled.engaged_teeth);
     }
   }
   void FollowPath(const Scene& scene, Subject& subject) {

@@ -24,8 +24,8 @@ class HourWatch final : public LoopWatch {
     cutting_us_.reserve(ticks_per_minute_);
   }
 
-  void Take(double wall_us, const LoopSample& sample, CoupledSimulation& simulation) override {
-    const CoupledOutput& out = sample.report.out;
+  void Take(double wall_us, const LoopTick& sample, CoupledSimulation& simulation) override {
+    const CoupledOutput& out = sample.coupled;
     if (ticks_ == 0) {
       // This tick is the first one, so the volume before it is the present volume plus the volume that it removed.
       hour_.volume_before_mm3 = simulation.UpdateBone().CalcVolume() + CalcRemoved(simulation);
@@ -39,7 +39,7 @@ class HourWatch final : public LoopWatch {
     if (at_rest_ > kHourSettling_s * rate_hz_) {
       ++now_.rest_ticks;
       now_.rest_hand_N = std::max(now_.rest_hand_N, glm::length(out.f_H_W_N));
-      now_.rest_device_N = std::max(now_.rest_device_N, glm::length(sample.report.f_device_N));
+      now_.rest_device_N = std::max(now_.rest_device_N, glm::length(sample.force.f_H_W_N));
     }
     now_.removed_by_ticks_mm3 += out.removed_mm3;
     now_.energy_J += 1e-3 * (out.hand_mJ + out.spindle_mJ);

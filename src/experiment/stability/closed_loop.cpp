@@ -82,6 +82,7 @@ struct ClosedLoop::State {
         motors(device, setup.loop_gain),
         step(simulation, setup.profile, setup.force_map),
         p_read_mm(device.p_WC_mm()) {
+    step.set_slew_dt_s(setup.period_s);
     device.SetIntention({.X_WH = X_WH});
     tick.p_WC_mm = p_read_mm;
   }
@@ -154,13 +155,8 @@ void ClosedLoop::State::Tick(double rpm) {
   // As in HapticLoop, a tick advances by whole periods, but by at most 10 ms.
   const double periods = std::max(1.0, std::round(since_tick_s / setup.period_s));
   tick.dt_s = std::min(periods * setup.period_s, std::max(kMaxTickDt_s, setup.period_s));
-  HapticStepInput in;
-  in.dt_s = tick.dt_s;
-  in.rpm = rpm;
-  in.force_off = tripped;
-  in.slew_dt_s = setup.period_s;
   const Vec3 f_before = device.force_N();
-  tick.out = step.Step(motors, in);
+  tick.out = step.Step(motors, {.dt_s = tick.dt_s, .rpm = rpm, .flags = tripped ? kRecordedForceOff : 0u});
 
   const double scale = setup.loop_gain * step.force_map().force_scale();
   const double K = scale * setup.coupled.coupling.stiffness_N_per_mm;

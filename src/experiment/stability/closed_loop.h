@@ -50,10 +50,10 @@ struct PortEnergy {
 };
 
 struct ClosedLoopTick {
-  double time_s = 0;     // at the end of the tick
-  double dt_s = 0;       // simulated time of the tick; 0: the tick was lost
-  HapticStepOutput out;  // of the last tick that was not lost
-  Vec3 p_WC_mm{0};       // true position of the handle at the coupling point
+  double time_s = 0;  // at the end of the tick
+  double dt_s = 0;    // simulated time of the tick; 0: the tick was lost
+  HapticTick out;     // of the last tick that was not lost
+  Vec3 p_WC_mm{0};    // true position of the handle at the coupling point
   Vec3 v_WC_mm_per_s{0};
   Vec3 f_device_N{0};  // force that the motors output until this tick
   PortEnergy energy;

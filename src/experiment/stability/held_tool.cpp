@@ -447,7 +447,7 @@ std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& as
       return std::log(kGone) / std::max(t_s, setup.period_s);
     }
     speed.push_back(std::abs(v));
-    turn.push_back(CalcRotationAngle(a.out.sample.X_WH.R_AB, b.out.sample.X_WH.R_AB));
+    turn.push_back(CalcRotationAngle(a.out.X_WH.R_AB, b.out.X_WH.R_AB));
     if (swings.size() == before || swings.size() < kFirst + 4) continue;
     // Stop if the result is clear.
     const double change = swings.log_swing(swings.size() - 1) - swings.log_swing(kFirst);

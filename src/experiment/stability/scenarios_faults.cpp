@@ -42,7 +42,7 @@ ScenarioResult Jump(const StabilitySubject& subject, const Scenario& scenario, d
   const double b = subject.setup.profile.own_damping_Ns_per_mm + subject.setup.hand.damping_Ns_per_mm;
   run.Run(std::clamp(4 * 2e-3 * (subject.setup.profile.mass_kg + subject.setup.hand.mass_kg) / b, 1.0, 6.0));
   const Vec3 p_TC = subject.setup.coupled.coupling.p_TC_mm;
-  const double off_mm = glm::length(run.tick().out.coupled.X_WT.Point(p_TC) - run.tick().out.sample.X_WH.Point(p_TC));
+  const double off_mm = glm::length(run.tick().out.coupled.X_WT.Point(p_TC) - run.tick().out.X_WH.Point(p_TC));
   // Whatever the force, the depth must be at most half a voxel, which is the motion in a substep.
   if (rpm == 0)
     run.AtMost("depth of the edge in the bone, maximum", "mm", deepest_mm, 0.5 * subject.bone.voxel_mm() + 0.05);

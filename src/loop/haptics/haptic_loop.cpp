@@ -157,14 +157,12 @@ void HapticLoop::RunHere(std::int64_t ticks, const std::function<bool()>& betwee
 bool HapticLoop::StepWithoutClock() {
   const Deadlines::Tick on_time{};
   const HeapGuard guard;
-  // During DoTick(), the sample has the time before the tick, because the tick's duration is not known yet.
+  // During DoTick(), tick_ has the time before the tick, because the tick's duration is not known yet.
   if (!DoTick(on_time)) return false;
-  const TickInputs& inputs = sample_.report.inputs;
-  unclocked_s_ += inputs.skipped == 0 ? inputs.dt_s : (1.0 + inputs.skipped) / params_.rate_hz;
-  sample_.time_s = unclocked_s_;
-  sample_.skipped = static_cast<int>(inputs.skipped);
-  counts_.missed += inputs.skipped;
-  counts_.longest_gap = std::max(counts_.longest_gap, std::uint64_t{inputs.skipped});
+  unclocked_s_ += kerf::CalcElapsed(tick_.in, params_.rate_hz);
+  tick_.time_s = unclocked_s_;
+  counts_.missed += tick_.in.skipped;
+  counts_.longest_gap = std::max(counts_.longest_gap, std::uint64_t{tick_.in.skipped});
   Exchange(on_time, clock_.Now());
   return true;
 }
@@ -215,51 +213,49 @@ bool HapticLoop::DoTick(const Deadlines::Tick& when) {
   const double period_s = 1 / params_.rate_hz;
   const double elapsed_s = static_cast<double>(1 + when.skipped) * period_s;
   const double dt_s = std::min(elapsed_s, std::max(kMaxTickDt_s, period_s));
-  if (!body_.Tick(dt_s, stages_, sample_.report)) return false;
+  if (!body_.Tick(dt_s, stages_, tick_)) return false;
   stages_.Finish();
   const double time_s = 1e-9 * static_cast<double>(when.due_ns - start_ns_);
-  sample_.time_s = unclocked_s_ + time_s;
-  sample_.skipped = static_cast<int>(std::min<std::int64_t>(when.skipped, INT32_MAX));
-  // In RunWithoutClock(), the body reports this number.
-  if (when.due_ns != 0) sample_.report.inputs.skipped = static_cast<std::uint32_t>(sample_.skipped);
+  tick_.time_s = unclocked_s_ + time_s;
+  // In StepWithoutClock(), the body reports this number.
+  if (when.due_ns != 0) tick_.in.skipped = static_cast<std::uint32_t>(std::min<std::int64_t>(when.skipped, INT32_MAX));
   if (params_.burn_us > 0 && time_s >= params_.burn_from_s && time_s < params_.burn_to_s) {
     clock_.Burn(Nanoseconds(1e-6 * params_.burn_us * BurnFraction(governor_.fidelity())));
   }
-  const CoupledOutput& out = sample_.report.out;
+  const CoupledOutput& out = tick_.coupled;
   ++counts_.ticks;
-  sample_.tick = counts_.ticks;
+  tick_.number = counts_.ticks;
   counts_.missed += static_cast<std::uint64_t>(when.skipped);
   counts_.longest_gap = std::max(counts_.longest_gap, static_cast<std::uint64_t>(when.skipped));
   counts_.status_ticks += (out.status & ~kHarmless) != 0 ? 1U : 0U;
   counts_.bad_poses += (out.status & kCoupledBadPose) != 0 ? 1U : 0U;
-  counts_.not_finite += IsFinite(out.f_H_W_N) && IsFinite(sample_.report.f_device_N) ? 0U : 1U;
+  counts_.not_finite += IsFinite(out.f_H_W_N) && IsFinite(tick_.force.f_H_W_N) ? 0U : 1U;
   counts_.removed_mm3 += out.removed_mm3;
   return true;
 }
 
 void HapticLoop::Exchange(const Deadlines::Tick& when, std::int64_t begin_ns) {
   const std::int64_t before_ns = clock_.Now();
-  const bool all_marked = MarkChanged(sample_.time_s);
+  const bool all_marked = MarkChanged(tick_.time_s);
   // Restored bone is sent faster than cut bone.
-  if (sample_.report.stands && params_.leaves_per_tick > 0) catching_up_ = true;
+  if (tick_.stands && params_.leaves_per_tick > 0) catching_up_ = true;
   publisher_.Send(catching_up_ ? std::max(params_.leaves_per_tick, kCatchUpLeaves) : params_.leaves_per_tick);
   if (publisher_.waiting() == 0) catching_up_ = false;
   if (all_marked)
-    sent_until_s_ = publisher_.waiting() == 0 ? sample_.time_s : publisher_.oldest_s() - 1 / params_.rate_hz;
-  sample_.tick_us = Microseconds(before_ns - begin_ns);
-  sample_.late_us = Microseconds(when.late_ns);
+    sent_until_s_ = publisher_.waiting() == 0 ? tick_.time_s : publisher_.oldest_s() - 1 / params_.rate_hz;
+  tick_.tick_us = Microseconds(before_ns - begin_ns);
+  tick_.late_us = Microseconds(when.late_ns);
   if (channel_count_ > 0) {
     const std::size_t slot = samples_sent_ % (samples_.capacity() + 1);
     body_.ReportChannels(std::span(channels_).subspan(slot * channel_count_, channel_count_));
   }
-  if (samples_.TryPush(sample_)) {
+  if (samples_.TryPush(tick_)) {
     ++samples_sent_;
   } else {
     ++counts_.samples_lost;
   }
   LoopState& state = state_.back();
-  state.last = sample_;
-  state.ticks = counts_.ticks;
+  state.last = tick_;
   state.missed = counts_.missed;
   state.removed_mm3 = counts_.removed_mm3;
   state.leaves_waiting = publisher_.waiting();
@@ -269,7 +265,7 @@ void HapticLoop::Exchange(const Deadlines::Tick& when, std::int64_t begin_ns) {
 }
 
 bool HapticLoop::SendRemaining() {
-  MarkChanged(sample_.time_s);
+  MarkChanged(tick_.time_s);
   if (publisher_.waiting() == 0) return false;
   publisher_.Send(params_.leaf_ring);
   return true;

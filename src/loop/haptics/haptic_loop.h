@@ -44,20 +44,9 @@ struct LoopParams {
   double burn_to_s = 1e300;
 };
 
-/// A tick, as logged.
-struct LoopSample {
-  std::uint64_t tick = 0;  // tick number, starting at 1; a gap means lost samples
-  double time_s = 0;       // deadline of the tick, seconds since the start of the loop
-  int skipped = 0;         // number of deadlines missed before this tick
-  LoopTick report;
-  float tick_us = 0;
-  float late_us = 0;
-};
-
 /// Latest state, read by the renderer.
 struct LoopState {
-  LoopSample last;
-  std::uint64_t ticks = 0;
+  LoopTick last;
   std::uint64_t missed = 0;  // number of missed deadlines
   double removed_mm3 = 0;
   std::size_t leaves_waiting = 0;
@@ -121,7 +110,7 @@ class HapticLoop {
 
   // ---- For use while the loop runs. Each of these has one reader, in any thread.
   TripleBuffer<LoopState>& state() { return state_; }
-  SpscRing<LoopSample>& samples() { return samples_; }
+  SpscRing<LoopTick>& samples() { return samples_; }
   /// The body's channels for the current sample, for the reader of samples(). `popped`: number of samples that the
   /// reader has popped so far. Valid until the current sample is popped.
   std::span<const double> channels(std::uint64_t popped) const {
@@ -163,7 +152,7 @@ class HapticLoop {
   LogHistogram lateness_;
   LogHistogram exchange_times_;
   SpscRing<LeafMessage> leaves_;
-  SpscRing<LoopSample> samples_;
+  SpscRing<LoopTick> samples_;
   // One slot more than the ring's capacity, so that the slot being written is never one that is being read.
   std::size_t channel_count_;
   std::vector<double> channels_;
@@ -174,7 +163,7 @@ class HapticLoop {
   double sent_until_s_ = 0;
   bool catching_up_ = false;
 
-  LoopSample sample_;
+  LoopTick tick_;
   LoopCounts counts_;
   double unclocked_s_ = 0;
   std::int64_t start_ns_ = 0;

@@ -27,10 +27,11 @@ HapticStep::HapticStep(CoupledSimulation& simulation, const DeviceProfile& profi
       velocity_(profile.resolution_mm > 0 ? profile.resolution_mm + 4 * kLatticePosition_mm : 4 * kLatticePosition_mm),
       turning_(kTurningQuantum_rad, 16, kTurningReach_mm) {}
 
-HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, TickObserver* observer) {
-  HapticStepOutput out;
+HapticTick HapticStep::Step(Device& device, const TickInputs& in, TickObserver* observer, bool stands) {
+  HapticTick out;
+  out.in = in;
   device.Elapse(in.dt_s);
-  if (in.force_off) out.faults |= kHapticForceOff;
+  if ((in.flags & kRecordedForceOff) != 0) out.faults |= kHapticForceOff;
   // A failed write in the last tick is a fault of this tick, so that the force is ramped in again.
   if (write_failed_) out.faults |= kHapticWriteFailed;
 
@@ -39,9 +40,10 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
   const bool good = read && IsValid(sample.X_WH) && IsInWorld(sample.X_WH.p_AB);
   // A pose on the lattice is unchanged, so a recorded pose is reproduced bit for bit.
   if (good && !FindOnLattice(sample.X_WH)) sample.X_WH = MakePose(FindNearestOnLattice(sample.X_WH));
-  out.exchange.sample = sample;
-  out.exchange.read = read;
+  out.in.X = sample.X_WH;
+  out.in.buttons = sample.buttons;
   if (!read) {
+    out.in.flags |= kRecordedReadFailed;
     out.faults |= kHapticReadFailed;
     ++counts_.read_failed;
   } else if (!good) {
@@ -50,23 +52,23 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
   }
   if (good) {
     const Vec3& p_TC = simulation_->params().coupling.p_TC_mm;
-    if (has_sample_) turned_W_rad_ += CalcRotationAngle(sample_.X_WH.R_AB, sample.X_WH.R_AB);
+    if (has_pose_) turned_W_rad_ += CalcRotationAngle(X_WH_.R_AB, sample.X_WH.R_AB);
     velocity_.Update(sample.X_WH.Point(p_TC), in.dt_s);
     turning_.Update(turned_W_rad_, in.dt_s);
-    sample_ = sample;
-    has_sample_ = true;
+    X_WH_ = sample.X_WH;
+    has_pose_ = true;
   } else {
     // After a gap, the next sample would look like a jump at high speed.
     velocity_.Reset();
     turning_.Reset();
   }
-  out.sample = sample_;
+  out.X_WH = X_WH_;
   out.v_H_W_mm_per_s = velocity_.velocity();
   out.w_H_W_rad_per_s = turning_.velocity();
 
-  if (good && !in.stand) {
+  if (good && !stands) {
     CoupledInput tick;
-    tick.X_WH = sample_.X_WH;
+    tick.X_WH = X_WH_;
     tick.v_H_W_mm_per_s = out.v_H_W_mm_per_s;
     tick.w_H_W_rad_per_s = out.w_H_W_rad_per_s;
     tick.dt_s = in.dt_s;
@@ -79,11 +81,11 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
     }
   }
   out.force =
-      force_map_.Calc(out.coupled.f_H_W_N, out.coupled.tau_H_W_Nmm, in.dt_s, out.faults != kHapticOk, in.slew_dt_s);
-  if (in.stand) force_map_.BeginRamp();
+      force_map_.Calc(out.coupled.f_H_W_N, out.coupled.tau_H_W_Nmm, in.dt_s, out.faults != kHapticOk, slew_dt_s_);
+  if (stands) force_map_.BeginRamp();
   write_failed_ = !device.Write(out.force.f_H_W_N, out.force.tau_H_W_Nmm);
-  out.exchange.wrote = !write_failed_;
   if (write_failed_) {
+    out.in.flags |= kRecordedWriteFailed;
     out.faults |= kHapticWriteFailed;
     ++counts_.write_failed;
     out.force.f_H_W_N = out.force.tau_H_W_Nmm = Vec3{0};

@@ -9,20 +9,11 @@
 #include "device/devices/velocity.h"
 #include "kerf/coupled.h"
 #include "loop/haptics/force_map.h"
+#include "loop/record/step.h"
 
 namespace kerf {
 
-struct HapticStepInput {
-  double dt_s = 0.001;  // time since the last step, by which the simulation advances
-  double rpm = 7500;    // spindle speed
-  // The watchdog has tripped or the operator disabled the force: the force is zero at once and ramped in afterwards.
-  bool force_off = false;
-  // The simulation does not advance in this tick. The force falls to zero at the slew rate and is ramped in afterwards.
-  bool stand = false;
-  double slew_dt_s = std::numeric_limits<double>::infinity();  // time for the force's slew limit, if shorter than dt_s
-};
-
-/// Bits of HapticStepOutput::faults: reasons why this tick has no force.
+/// Bits of HapticTick::faults: reasons why this tick has no force.
 enum HapticFault : std::uint32_t {
   kHapticOk = 0,
   kHapticForceOff = 1u << 0,     // requested by the caller
@@ -32,16 +23,10 @@ enum HapticFault : std::uint32_t {
   kHapticBadForce = 1u << 4,     // the simulation returned an invalid force
 };
 
-/// Exchange with the device in a step. Together with HapticStepInput, it determines the step completely.
-struct DeviceExchange {
-  DeviceSample sample;  // on the lattice of device/devices/lattice.h, unless it is invalid
-  bool read = true;     // false: the device returned no pose
-  bool wrote = true;    // false: the device did not accept the force
-};
-
-struct HapticStepOutput {
-  DeviceExchange exchange;
-  DeviceSample sample;  // the last valid one
+/// A tick with its inputs and results.
+struct HapticTick {
+  TickInputs in;  // X: on the lattice of device/devices/lattice.h, unless it is invalid
+  Pose X_WH;      // the last valid pose of the handle
   Vec3 v_H_W_mm_per_s{0};
   Vec3 w_H_W_rad_per_s{0};
   CoupledOutput coupled;
@@ -57,8 +42,12 @@ class HapticStep {
   /// `simulation` must outlive this object. Throws a kerf::Error that names the first value that is out of range.
   HapticStep(CoupledSimulation& simulation, const DeviceProfile& profile, const ForceMapParams& force_map = {});
 
-  /// Tick-safe.
-  HapticStepOutput Step(Device& device, const HapticStepInput& in, TickObserver* observer = nullptr);
+  /// Sets the time for the force's slew limit, if it is shorter than a tick's dt_s. Tick-safe.
+  void set_slew_dt_s(double slew_dt_s) { slew_dt_s_ = slew_dt_s; }
+  /// Runs a tick with the time step, the spindle speed and kRecordedForceOff of `in`, and fills in what the device
+  /// reports. `stands`: the simulation does not advance in this tick; the force falls to zero at the slew rate and is
+  /// ramped in afterwards. Tick-safe.
+  HapticTick Step(Device& device, const TickInputs& in, TickObserver* observer = nullptr, bool stands = false);
 
   /// Call this after the device has had zero force: the force is ramped in from now on. Tick-safe.
   void RampIn() { force_map_.Reset(); }
@@ -71,8 +60,8 @@ class HapticStep {
     std::uint64_t bad_forces = 0;
   };
   const Counts& counts() const { return counts_; }
-  /// True once a valid sample has been read.
-  bool has_sample() const { return has_sample_; }
+  /// True once a valid pose has been read.
+  bool has_pose() const { return has_pose_; }
 
  private:
   CoupledSimulation* simulation_;
@@ -80,8 +69,9 @@ class HapticStep {
   AdaptiveVelocity velocity_;
   AdaptiveVelocity turning_;
   Vec3 turned_W_rad_{0};  // sum of the small rotations of the handle, for turning_
-  DeviceSample sample_;
-  bool has_sample_ = false;
+  Pose X_WH_;
+  bool has_pose_ = false;
+  double slew_dt_s_ = std::numeric_limits<double>::infinity();
   bool write_failed_ = false;
   Counts counts_;
 };

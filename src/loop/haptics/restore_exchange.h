@@ -7,16 +7,9 @@
 
 #include "base/core/spsc_ring.h"
 #include "cut/hand_sim/restore.h"
+#include "loop/record/step.h"
 
 namespace kerf {
-
-/// A request that was carried out in a tick. A replay can repeat it in the same tick, with a job that the same journal
-/// creates again (src/cut/undo).
-struct RestoreEvent {
-  enum class Kind : std::uint8_t { kNone, kCheckpoint, kUndo, kRedo };
-  Kind kind = Kind::kNone;
-  std::uint32_t number = 0;  // number of the checkpoint that was made or restored (RestoreJob)
-};
 
 /// The loop's end of the exchange. While a restore runs, the simulation is stopped and the device's force falls to zero
 /// at the slew rate. Afterwards, the tool is placed at the handle and the force is ramped in.
@@ -33,9 +26,10 @@ class RestoreExchange {
   bool Send(RestoreJob& job) { return ring_.TryPush({0, &job}); }
 
   // ---- Called by the loop; tick-safe.
-  /// Starts the next request before a tick. Does nothing if `wait` is true or while a restore runs. A checkpoint waits
-  /// while the history has no room for it.
-  RestoreEvent Begin(CoupledSimulation& simulation, bool wait);
+  /// Starts the next request before a tick and notes it in the tick's inputs: a replay can repeat it in the same tick,
+  /// with a job that the same journal creates again (src/cut/undo). Does nothing if `wait` is true or while a restore
+  /// runs. A checkpoint waits while the history has no room for it.
+  void Begin(CoupledSimulation& simulation, bool wait, TickInputs& in);
   /// Called instead of the simulation's tick while a restore runs. Returns true when the restore is complete and End()
   /// must be called.
   bool Step(CoupledSimulation& simulation) { return restore_.Step(simulation, leaves_per_tick_); }

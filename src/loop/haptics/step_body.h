@@ -6,7 +6,6 @@
 
 #include "bone/grid/changed_hash.h"
 #include "loop/haptics/guarded_device.h"
-#include "loop/haptics/haptic_step.h"
 #include "loop/haptics/loop_body.h"
 #include "loop/haptics/piece_exchange.h"
 #include "loop/haptics/restore_exchange.h"
@@ -46,7 +45,7 @@ class StepBody final : public LoopBody {
   /// Takes effect from the next tick on. Tick-safe. May be called by any thread.
   void set_rpm(double rpm) { rpm_.store(rpm, std::memory_order_relaxed); }
 
-  bool Tick(double dt_s, TickObserver& observer, LoopTick& report) override;
+  bool Tick(double dt_s, TickObserver& observer, LoopTick& tick) override;
   std::size_t channel_count() const override;
   void ReportChannels(std::span<double> channels) const override;
   void RampIn() override { force_off_ = true; }

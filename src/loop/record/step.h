@@ -1,4 +1,4 @@
-// Inputs and results of a tick, as stored in a recording.
+// Inputs of a tick, and what a recording stores of a tick.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace kerf {
 
-/// Bits of RecordedStep::flags.
+/// Bits of TickInputs::flags.
 enum RecordedFlag : std::uint32_t {
   kRecordedReadFailed = 1u << 0,   // the device returned no pose
   kRecordedWriteFailed = 1u << 1,  // the device did not accept the force
@@ -24,8 +24,10 @@ enum RecordedFlag : std::uint32_t {
 };
 inline constexpr std::uint32_t kRecordedFlags = (1u << 9) - 1;
 
-struct RecordedStep {
-  Pose X;  // coupled: handle pose as reported by the device; on a path: tool pose at the end of the tick
+/// All inputs of a tick, also of those that the session carries out between ticks: the same inputs reproduce the tick
+/// bit for bit. They travel from the loop's body, which fills them in, to the recording.
+struct TickInputs {
+  Pose X = {};  // coupled: handle pose as reported by the device; on a path: tool pose at the end of the tick
   std::uint32_t buttons = 0;
   double dt_s = 0.001;        // time step of the simulation
   std::uint32_t skipped = 0;  // number of deadlines that the loop missed before this step
@@ -34,6 +36,9 @@ struct RecordedStep {
   std::uint8_t fidelity = 0;  // requested fidelity
   std::uint32_t piece = 0;    // valid only if a flag refers to it; the same applies to `checkpoint`
   std::uint32_t checkpoint = 0;
+};
+
+struct RecordedStep : TickInputs {
   // Hashes truncated to 16 bits, or to 8 (RecordingHeader::check_bits): one of the forces and the tool's pose, and one
   // of all changed voxels.
   std::uint16_t force_check = 0;
@@ -41,7 +46,7 @@ struct RecordedStep {
 };
 
 /// Returns the time since the previous step, s, by the clock of the loop or the path. A set-down takes no time.
-inline double CalcElapsed(const RecordedStep& step, double rate_hz) {
+inline double CalcElapsed(const TickInputs& step, double rate_hz) {
   if ((step.flags & kRecordedSetDown) != 0) return 0;
   return step.skipped == 0 ? step.dt_s : (1.0 + step.skipped) / rate_hz;
 }

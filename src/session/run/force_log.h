@@ -15,10 +15,10 @@
 
 namespace kerf {
 
-/// A row of forces.csv.
+/// A row of forces.csv: a quarter of a LoopTick, since with LoopLog::kMemory the rows of the whole loop are kept.
 struct LoopRow {
   double time_s = 0;
-  int skipped = 0;
+  std::uint32_t skipped = 0;
   Vec3 p_WC_mm{0};  // handle: the coupling's point as reported by the device
   Vec3 p_WT_mm{0};  // tool
   Vec3 f_hand_N{0};

@@ -19,7 +19,7 @@ bool LivePieces::HasReadAllOf(std::int64_t tick) {
   const LoopState& state = loop_.state().front();
   if (awaited_tick_ != tick) awaited_s_.reset();
   awaited_tick_ = tick;
-  if (!awaited_s_ && static_cast<std::int64_t>(state.ticks) < tick + 2) return false;
+  if (!awaited_s_ && static_cast<std::int64_t>(state.last.number) < tick + 2) return false;
   if (!awaited_s_) awaited_s_ = state.last.time_s;
   return state.sent_until_s >= *awaited_s_;
 }
@@ -64,8 +64,8 @@ void LivePieces::Poll() {
 void LivePieces::Prepare() {
   if (transfer_ || !fragments_.takes_out()) return;
   const LoopState& state = loop_.state().front();
-  if (state.ticks == 0) return;
-  const Vec3 p_W = state.last.report.out.X_WT.p_AB;
+  if (state.last.number == 0) return;
+  const Vec3 p_W = state.last.coupled.X_WT.p_AB;
   job_ = fragments_.Prepare(mirror_.bone(), [&](const Box3& box_W) {
     return IsToolClearOf(box_W, p_W, reach_mm_, mirror_.bone().voxel_mm());
   });

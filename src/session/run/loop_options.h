@@ -52,7 +52,7 @@ using MakeHand = std::function<std::unique_ptr<HandDriver>(SimulatedDevice& devi
                                                            const Vec3& p_TC_mm, double felt_stiffness_N_per_mm)>;
 
 /// Called in the thread that steps the session. `channels`: the effects' channels.
-using TakeTick = std::function<void(const LoopSample& sample, std::span<const double> channels)>;
+using TakeTick = std::function<void(const LoopTick& sample, std::span<const double> channels)>;
 
 /// What is kept and written while the loop runs.
 struct LoopOutput {

@@ -22,9 +22,9 @@ LoopRecorder::LoopRecorder(const Vec3& p_TC_mm, int every, double ticks, LoopLog
 }
 
 void LoopRecorder::Drain(HapticLoop& loop) {
-  SpscRing<LoopSample>& samples = loop.samples();
-  while (const LoopSample* sample = samples.Peek()) {
-    const TickToRecord tick = MakeTickToRecord(sample->report);
+  SpscRing<LoopTick>& samples = loop.samples();
+  while (const LoopTick* sample = samples.Peek()) {
+    const TickToRecord tick = MakeTickToRecord(*sample);
     hash_ = MixHash(hash_ ^ tick.hash);
     if (recording_ != nullptr) Record(*sample, tick);
     if (take_tick_) take_tick_(*sample, loop.channels(popped_));
@@ -47,19 +47,19 @@ void LoopRecorder::Finish() {
   }
 }
 
-void LoopRecorder::Record(const LoopSample& s, const TickToRecord& tick) {
-  if (s.tick != next_tick_) recording_->Lose(s.tick - next_tick_);
-  next_tick_ = s.tick + 1;
+void LoopRecorder::Record(const LoopTick& s, const TickToRecord& tick) {
+  if (s.number != next_tick_) recording_->Lose(s.number - next_tick_);
+  next_tick_ = s.number + 1;
   recording_->Take(tick);
 }
 
-void LoopRecorder::Take(const LoopSample& s, std::span<const double> channels) {
-  const CoupledOutput& out = s.report.out;
+void LoopRecorder::Take(const LoopTick& s, std::span<const double> channels) {
+  const CoupledOutput& out = s.coupled;
   // The device held its force during missed ticks.
-  for (int k = 0; k < s.skipped && k < 10'000; ++k) noise_.Hold();
-  noise_.Take(s.report.f_device_N, out.engaged_teeth > 0);
+  for (std::uint32_t k = 0; k < s.in.skipped && k < 10'000; ++k) noise_.Hold();
+  noise_.Take(s.force.f_H_W_N, out.engaged_teeth > 0);
   summary_.effect_files.Take(s.time_s, s.time_s - summary_.simulated_s, out.X_WT, channels);
-  const double turns = std::abs(s.report.inputs.rpm) / 60 * (s.time_s - summary_.simulated_s);
+  const double turns = std::abs(s.in.rpm) / 60 * (s.time_s - summary_.simulated_s);
   summary_.cutting_sums.thrust_turns_N += out.thrust_sum_N * turns;
   if (out.engaged_teeth > 0) summary_.cutting_sums.cutting_turns += turns;
   summary_.simulated_s = s.time_s;
@@ -83,15 +83,15 @@ void LoopRecorder::Take(const LoopSample& s, std::span<const double> channels) {
   TakeRow(s, channels);
 }
 
-void LoopRecorder::TakeRow(const LoopSample& s, std::span<const double> channels) {
-  const CoupledOutput& out = s.report.out;
+void LoopRecorder::TakeRow(const LoopTick& s, std::span<const double> channels) {
+  const CoupledOutput& out = s.coupled;
   LoopRow row;
   row.time_s = s.time_s;
-  row.skipped = s.skipped;
-  row.p_WC_mm = s.report.X_WH.Point(p_TC_mm_);
+  row.skipped = s.in.skipped;
+  row.p_WC_mm = s.X_WH.Point(p_TC_mm_);
   row.p_WT_mm = out.X_WT.p_AB;
   row.f_hand_N = out.f_H_W_N;
-  row.f_device_N = s.report.f_device_N;
+  row.f_device_N = s.force.f_H_W_N;
   row.cut_N = static_cast<float>(glm::length(out.f_cut_W_N));
   row.face_N = static_cast<float>(glm::length(out.f_face_W_N));
   row.friction_N = static_cast<float>(glm::length(out.f_friction_W_N));
@@ -110,8 +110,8 @@ void LoopRecorder::TakeRow(const LoopSample& s, std::span<const double> channels
   summary_.rows.push_back(row);
 }
 
-void LoopRecorder::NoteMoments(const LoopSample& s) {
-  const CoupledOutput& out = s.report.out;
+void LoopRecorder::NoteMoments(const LoopTick& s) {
+  const CoupledOutput& out = s.coupled;
   const Vec3 f_W_N = out.f_cut_W_N + out.f_face_W_N + out.f_friction_W_N;
   TickRecord now;
   now.time_s = s.time_s;

@@ -31,10 +31,10 @@ class LoopRecorder {
   void Finish();
 
  private:
-  void Record(const LoopSample& s, const TickToRecord& tick);
-  void Take(const LoopSample& s, std::span<const double> channels);
-  void TakeRow(const LoopSample& s, std::span<const double> channels);
-  void NoteMoments(const LoopSample& s);
+  void Record(const LoopTick& s, const TickToRecord& tick);
+  void Take(const LoopTick& s, std::span<const double> channels);
+  void TakeRow(const LoopTick& s, std::span<const double> channels);
+  void NoteMoments(const LoopTick& s);
 
   SessionRecorder* recording_ = nullptr;
   TakeTick take_tick_;

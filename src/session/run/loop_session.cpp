@@ -9,15 +9,14 @@
 #include <thread>
 #include <utility>
 
-#include "bone/grid/surface.h"
 #include "kerf/error.h"
 #include "loop/haptics/bone_mirror.h"
 #include "session/run/expected_files.h"
-#include "session/run/hand_motion.h"
 #include "session/run/live_pieces.h"
 #include "session/run/loop_actions.h"
+#include "session/run/loop_handle.h"
 #include "session/run/loop_recorder.h"
-#include "session/run/loop_replay.h"
+#include "session/run/loop_summary.h"
 #include "session/run/make_bone.h"
 #include "session/scene/warnings.h"
 
@@ -41,62 +40,6 @@ bool IsInBone(const Bone& bone, const Tool& tool, const Pose& X_WT) {
     }
   }
   return false;
-}
-
-PartTimes Summarize(const std::string& name, const LogHistogram& times) {
-  return {CalcPercentiles(times), name, times.CalcMean_us()};
-}
-
-/// Returns a histogram with eight bars per octave, from the first bar to the last one that is not empty.
-std::vector<LoopBar> MakeBars(const LogHistogram& times) {
-  constexpr std::size_t kBuckets = 4;
-  std::vector<LoopBar> bars;
-  for (std::size_t i = 0; i + kBuckets <= LogHistogram::kBuckets; i += kBuckets) {
-    LoopBar bar;
-    bar.lower_us = LogHistogram::LowerEdge_us(i);
-    bar.upper_us = LogHistogram::UpperEdge_us(i + kBuckets - 1) + 0.001;
-    for (std::size_t k = i; k < i + kBuckets; ++k) bar.count += times.count(k);
-    if (bar.count > 0 || !bars.empty()) bars.push_back(bar);
-  }
-  while (!bars.empty() && bars.back().count == 0) bars.pop_back();
-  return bars;
-}
-
-/// Collects times and counts of a loop that has ended.
-void SummarizeLoop(const HapticLoop& loop, const GuardedDevice& device, LoopSummary& s) {
-  s.end = loop.end();
-  s.failure = loop.failure();
-  s.grants = loop.grants();
-  s.counts = loop.counts();
-  s.device_counts = device.counts();
-  s.watchdog_trips = loop.watchdog_trips();
-  s.tick = Summarize("tick", loop.tick_times());
-  s.lateness = Summarize("lateness", loop.lateness());
-  for (std::size_t i = 0; i < kTickStages; ++i) {
-    const auto stage = static_cast<TickStage>(i);
-    if (loop.stage_times(stage).total() > 0) s.stages.push_back(Summarize(ToString(stage), loop.stage_times(stage)));
-  }
-  s.stages.push_back(Summarize("exchange", loop.exchange_times()));
-  s.tick_bars = MakeBars(loop.tick_times());
-  s.lateness_bars = MakeBars(loop.lateness());
-  s.fidelity_steps.assign(loop.governor().steps().begin(), loop.governor().steps().end());
-  s.fidelity_step_count = loop.governor().step_count();
-  s.force.largest_N = device.counts().largest_N;
-  s.force.largest_step_N = device.counts().largest_step_N;
-}
-
-/// Summarises the bone and its pieces after the run.
-void SummarizeBone(Bone bone, const Scene& scene, bool keep, LoopSummary& s) {
-  Pieces split = SplitPieces(bone, scene.output.smallest_piece_mm3);
-  s.dust_count = split.dust_count;
-  s.dust_mm3 = split.dust_mm3;
-  const std::span<const PieceOut> out = s.fragments ? s.fragments->out : std::span<const PieceOut>{};
-  for (const ResultPiece& piece : ListPieces(split.pieces, out)) s.pieces.push_back(Summarize(piece));
-  s.volume_after_mm3 = bone.CalcVolume();
-  if (!keep) return;
-  s.after = std::move(bone);
-  s.after.set_note("cut_by_scene", scene.name);
-  s.piece_bones = std::move(split.pieces);
 }
 
 /// Returns true if undo is possible; a history of the bone is kept only then.
@@ -155,15 +98,15 @@ struct LoopSession::State {
   void MakeBone();
   void MakeRecording(const Bone& bone);
   void MakeLogs();
-  void MakeDevice();
+  void MakeBody();
   void MakeLoop();
   void MakePieces(Bone bone);
   void MakeReaders();
 
   // ---- steps
   bool StepReplay();
+  bool ReplayTick();
   void BeforeReplayedTick(const RecordedStep& step);
-  bool ReadReplay(double fraction);
   void EndReplay();
   bool Begin();
   bool StepVirtual();
@@ -204,18 +147,13 @@ struct LoopSession::State {
   std::optional<SessionRecorder> recording;
   std::optional<CoupledSimulation> simulation;
 
-  std::optional<DeviceSlot> held;
-  std::optional<SimulatedDevice> simulated;
-  std::optional<HandMotion> motion;
-  std::unique_ptr<HandDriver> other_hand;
-  std::optional<ReplayDevice> recorded_device;
-  std::optional<GuardedDevice> device;
+  std::optional<LoopHandle> handle;
   std::optional<StepBody> step_body;
   std::optional<ChangedHash> voxel_hash;
 
   MonotonicClock monotonic;
   VirtualClock virtual_clock;
-  std::optional<LoopReplay> replay;
+  std::optional<ReplayBody> replay;
   std::optional<HapticLoop> loop;
   std::optional<LoopUndo> undo;
   std::optional<BoneMirror> mirror;
@@ -287,7 +225,7 @@ void LoopSession::State::MakeBone() {
   Bone copy = bone;
   simulation.emplace(std::move(bone), params, X_WT_start);
   MakeLogs();
-  MakeDevice();
+  MakeBody();
   MakeLoop();
   MakePieces(std::move(copy));
 }
@@ -309,39 +247,29 @@ void LoopSession::State::MakeLogs() {
                                            recording ? CalcRoomForRecording(requested_ticks) : 0);
 }
 
-void LoopSession::State::MakeDevice() {
-  const Vec3 p_TC_mm = params.coupling.p_TC_mm;
-  const LoopDevice& real = options.driver.device;
-  held.emplace(s.setup.profile);
-  if (!real.is_set()) {
-    SimulatedDeviceOptions device_options;
-    device_options.p_TC_mm = p_TC_mm;
-    device_options.delay_ticks = scene.device.delay_ticks;
-    held->set_device(simulated.emplace(s.setup.profile, s.setup.hand, X_WT_start, device_options));
-    const double felt_stiffness_N_per_mm = params.coupling.stiffness_N_per_mm * s.setup.force_scale;
-    if (options.driver.make_hand) {
-      other_hand = options.driver.make_hand(*simulated, s.setup, p_TC_mm, felt_stiffness_N_per_mm);
-    } else {
-      motion.emplace(*simulated, path, scene.hand, p_TC_mm, felt_stiffness_N_per_mm);
-    }
-  }
-  recorded_device.emplace(*held);
-  device.emplace(replays() ? static_cast<Device&>(*recorded_device) : *held);
-
+void LoopSession::State::MakeBody() {
+  const CouplingParams& coupling = params.coupling;
+  handle.emplace(scene, options.driver, s.setup, path, coupling.p_TC_mm,
+                 coupling.stiffness_N_per_mm * s.setup.force_scale);
   StepBodyParams body_params;
   body_params.rpm = scene.tool.rpm;
   body_params.period_s = period_s;
   body_params.force_map = s.setup.force_map;
   // A real device may be plugged in again.
-  if (real.is_set() && real.in_real_time) body_params.give_up_s = kMaxLoop_s;
-  step_body.emplace(*simulation, *device, body_params, motion ? &*motion : other_hand.get());
+  if (handle->is_real() && options.driver.device.in_real_time) body_params.give_up_s = kMaxLoop_s;
+  step_body.emplace(*simulation, handle->device(), body_params, handle->hand());
   if (recording || replays()) step_body->set_hash(&voxel_hash.emplace());
 }
 
 void LoopSession::State::MakeLoop() {
-  replay.emplace(options.replay, *step_body, *simulation, *recorded_device);
+  if (replays()) {
+    replay.emplace(*step_body, *simulation, handle->recorded(), *options.replay.recording, options.replay.until_s,
+                   [this](const RecordedStep& step) { BeforeReplayedTick(step); });
+    phase = Phase::kReplay;
+  }
   LoopClock& clock = options.virtual_time ? static_cast<LoopClock&>(virtual_clock) : monotonic;
-  loop.emplace(replays() ? replay->body() : *step_body, *device, clock, MakeLoopParams(scene.loop, options));
+  loop.emplace(replay ? static_cast<LoopBody&>(*replay) : *step_body, handle->device(), clock,
+               MakeLoopParams(scene.loop, options));
   if (options.costs.costs) loop->Watch(simulation->effects());
   if (!NeedsUndo(options)) return;
   step_body->set_restores(&undo.emplace(*simulation, options.undo.max_MB).exchange());
@@ -382,9 +310,6 @@ void LoopSession::State::MakeReaders() {
   };
   actions.emplace(options.undo.actions, *step_body, undo ? &*undo : nullptr, options.watchers.peer, record_request);
   began = WallClock::now();
-  if (!replays()) return;
-  replay->set_between_ticks([this](const RecordedStep& step) { BeforeReplayedTick(step); });
-  phase = Phase::kReplay;
 }
 
 void LoopSession::State::Read(double fraction) {
@@ -417,7 +342,7 @@ StageCosts LoopSession::State::MakeCosts() {
 }
 
 bool LoopSession::State::StepReplay() {
-  if (replay->Step(*loop, [this](double fraction) { return ReadReplay(fraction); })) return true;
+  if (ReplayTick()) return true;
   EndReplay();
   if (options.replay.continues) {
     phase = Phase::kBegin;
@@ -428,13 +353,23 @@ bool LoopSession::State::StepReplay() {
   return false;
 }
 
-bool LoopSession::State::ReadReplay(double fraction) {
-  if (fraction >= 0) Read(fraction);
-  if (undo) undo->Poll();
+/// Runs the next recorded tick. Returns false if there is none, or if the session is stopped.
+bool LoopSession::State::ReplayTick() {
+  const LoopReplayOptions& o = options.replay;
   const auto ticks = static_cast<std::int64_t>(loop->counts().ticks);
-  if (fragments->is_on() && ticks > replayed_ticks) Search(ticks, replay->time_s());
+  const double total_s = std::min(o.until_s, o.recording->damage().whole_s);
+  const double time_s = replay->steps().time_s();
+  if (ticks % 64 == 0) Read(total_s > 0 ? time_s / total_s : 1);
+  if (undo) undo->Poll();
+  if (fragments->is_on() && ticks > replayed_ticks) Search(ticks, time_s);
   replayed_ticks = ticks;
-  return !stopped();
+  if (stopped()) return false;
+  if (o.speed > 0) {
+    const std::chrono::duration<double> at_s(time_s / o.speed);
+    std::this_thread::sleep_until(began + std::chrono::duration_cast<WallClock::duration>(at_s));
+  }
+  if (!replay->Prepare() || (o.verify && replay->steps().divergence())) return false;
+  return loop->StepWithoutClock();
 }
 
 /// Repeats what was done between two ticks.
@@ -445,7 +380,7 @@ void LoopSession::State::BeforeReplayedTick(const RecordedStep& step) {
   const std::vector<RecordedEvent>& events = options.replay.recording->events();
   if (recording) {
     Read(0);
-    for (; copied < events.size() && events[copied].step <= replay->step(); ++copied) {
+    for (; copied < events.size() && events[copied].step <= replay->steps().step(); ++copied) {
       recording->AddEvent(events[copied].what, events[copied].name, events[copied].number);
     }
   }
@@ -458,22 +393,18 @@ void LoopSession::State::EndReplay() {
   Read(1);
   replay->HandOver();
   while (loop->SendRemaining()) Read(1);
-  s.replayed = replay->MakeReport();
-  replayed_s = s.replayed->time_s;
+  replayed_s = replay->steps().time_s();
   actions->SkipTo(replayed_s, s.warnings);
-  if (options.replay.continues) device->Trip();  // the user who continues feels no force at first
-  s.replayed->bone_hash = simulation->UpdateBone().CalcHash();
-  CheckEnd(*options.replay.recording, *s.replayed);
+  loop->state().Update();
+  if (options.replay.continues) handle->TakeOver(loop->state().front().last);
+  s.replayed = replay->steps().MakeReport(simulation->UpdateBone().CalcHash());
   if (recording) recording->AddEvent("taken up", options.replay.recording->path(), 0);
 }
 
 /// Connects the device and starts the loop.
 bool LoopSession::State::Begin() {
-  if (options.driver.device.is_set()) {
-    Show("waiting for the device", 0);
-    const Pose X_WT = recorder->X_WT().value_or(X_WT_start);
-    held->set_device(options.driver.device.begin(X_WT, params.coupling, s.setup.force_scale));
-  }
+  if (handle->is_real()) Show("waiting for the device", 0);
+  handle->Connect(recorder->X_WT().value_or(X_WT_start), params.coupling, s.setup.force_scale);
   if (options.virtual_time) {
     phase = Phase::kVirtual;
     tick_began = WallClock::now();
@@ -568,7 +499,7 @@ LoopSummary LoopSession::Finish() {
   LoopSummary& s = state.s;
   s.wall_s = state.CalcElapsed_s();
   state.SendRest();  // the tool is at rest
-  if (state.options.driver.device.figures) s.device_figures = state.options.driver.device.figures();
+  state.handle->Summarize(s);
   if (state.recording) state.EndRecording();
   state.pieces->Finish(*state.simulation, s.simulated_s, [&] { state.SendRest(); });
   if (state.actions->left() > 0) {
@@ -576,13 +507,9 @@ LoopSummary LoopSession::Finish() {
                                      state.actions->left(), state.actions->next_s()));
   }
   if (state.undo) state.SummarizeUndo();
-  SummarizeLoop(*state.loop, *state.device, s);
+  SummarizeLoop(*state.loop, s);
   if (state.options.costs.costs) s.costs = state.MakeCosts();
   state.recorder->Finish();
-  if (state.motion) {
-    s.passes = state.motion->passes();
-    s.strokes = state.motion->strokes();
-  }
   state.SummarizeCut();
   return std::move(s);
 }

@@ -15,7 +15,7 @@ class LoopWatch {
 
   /// Called between two ticks, outside the heap guard. `wall_us`: duration of the tick, including the simulated hand
   /// and device and the exchange with other threads.
-  virtual void Take(double wall_us, const LoopSample& sample, CoupledSimulation& simulation) = 0;
+  virtual void Take(double wall_us, const LoopTick& sample, CoupledSimulation& simulation) = 0;
 };
 
 }  // namespace kerf

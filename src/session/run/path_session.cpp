@@ -1,9 +1,5 @@
 #include "session/run/path_session.h"
 
-#include <utility>
-
-#include "session/run/tick_interceptor.h"
-
 namespace kerf {
 namespace {
 
@@ -11,8 +7,8 @@ constexpr std::size_t kTicksBetweenProgress = 256;
 
 }  // namespace
 
-PathSession::PathSession(const PathDriver& driver, PathBody& body, double rpm, std::size_t ticks, TickInterceptor* tap)
-    : driver_(driver), body_(body), rpm_(rpm), expected_ticks_(ticks), tap_(tap) {
+PathSession::PathSession(const PathDriver& driver, PathBody& body, double rpm, std::size_t ticks, const PathTape& tape)
+    : driver_(driver), body_(body), rpm_(rpm), expected_ticks_(ticks), tape_(tape) {
   ticks_.reserve(ticks);
   times_us_.reserve(ticks);
 }
@@ -29,7 +25,7 @@ bool PathSession::Step() {
   if (!step) return false;
   if (step->set_down) return Place(*step);
   TickInput in{step->X_WT, step->dt_s, rpm_};
-  if (tap_ != nullptr && !tap_->Begin(in)) return false;
+  if (tape_.replay != nullptr && !tape_.replay->Begin(in)) return false;
   TickRecord record;
   record.time_s = step->time_s;
   record.segment = step->segment;
@@ -37,14 +33,19 @@ bool PathSession::Step() {
   const Clock::time_point before = Clock::now();
   record.out = body_.Tick(in);
   times_us_.push_back(std::chrono::duration<double, std::micro>(Clock::now() - before).count());
-  if (tap_ != nullptr) tap_->End(in, record.out, body_.TakeHash());
+  if (tape_.recorder != nullptr || tape_.replay != nullptr) {
+    const TickToRecord tick = MakeTickToRecord(in, record.out, body_.TakeHash());
+    if (tape_.recorder != nullptr) tape_.recorder->Take(tick);
+    if (tape_.replay != nullptr) tape_.replay->End(tick);
+  }
   Keep(*step, record);
   return true;
 }
 
 bool PathSession::Place(const PathStep& step) {
   Pose X_WT = step.X_WT;
-  if (tap_ != nullptr && !tap_->SetDown(X_WT)) return false;
+  if (tape_.replay != nullptr && !tape_.replay->SetDown(X_WT)) return false;
+  if (tape_.recorder != nullptr) tape_.recorder->TakeSetDown(X_WT);
   body_.SetDown(X_WT, step.time_s);
   p_WT_mm_ = step.X_WT.p_AB;
   return true;

@@ -9,11 +9,10 @@
 
 #include "base/core/percentiles.h"
 #include "kerf/simulation.h"
+#include "session/run/path_tape.h"
 #include "session/scene/path.h"
 
 namespace kerf {
-
-class TickInterceptor;
 
 /// A tick as logged.
 struct TickRecord {
@@ -33,7 +32,7 @@ class PathBody {
   virtual void SetDown(const Pose& X_WT, double time_s) = 0;
   /// Runs a tick. Only this call is timed.
   virtual TickOutput Tick(const TickInput& in) = 0;
-  /// Returns a hash of all that the ticks have changed so far. Called after each tick, only if there is an interceptor.
+  /// Returns a hash of all that the ticks have changed so far. Called after each tick, only if there is a tape.
   virtual std::uint64_t TakeHash() = 0;
   /// Called at the end of each tick, which took `tick_us`. May change `record`'s travel_mm and touched.
   virtual void End(TickRecord& record, double dt_s, double tick_us) = 0;
@@ -42,11 +41,10 @@ class PathBody {
 /// Steps a body along a path.
 class PathSession {
  public:
-  /// The tool rotates at `rpm`. `ticks`: expected number, for reserving memory. `tap` (tick_interceptor.h) is optional.
-  /// `body` and `tap` must outlive this object.
-  PathSession(const PathDriver& driver, PathBody& body, double rpm, std::size_t ticks, TickInterceptor* tap);
-  /// Runs the next tick, or places the tool. Returns false, without having done so, at the end of the path or if the
-  /// interceptor ends the run.
+  /// The tool rotates at `rpm`. `ticks`: expected number, for reserving memory. `body` must outlive this object.
+  PathSession(const PathDriver& driver, PathBody& body, double rpm, std::size_t ticks, const PathTape& tape);
+  /// Runs the next tick, or places the tool. Returns false, without having done so, at the end of the path or of
+  /// the recording that is replayed.
   bool Step();
   /// Runs all steps. `progress` (optional) is called with values from 0 to 1.
   void Run(const std::function<void(double)>& progress);
@@ -67,7 +65,7 @@ class PathSession {
   PathBody& body_;
   double rpm_;
   std::size_t expected_ticks_;
-  TickInterceptor* tap_;
+  PathTape tape_;
   std::vector<TickRecord> ticks_;
   std::vector<double> times_us_;
   Vec3 p_WT_mm_{0};  // position of the tool after the last step

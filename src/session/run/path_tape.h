@@ -1,4 +1,4 @@
-// Interface to observe or control a run along a path, tick by tick: to record it or to replay a recording.
+// Recording and replay of a run along a path.
 #pragma once
 
 #include <cstdint>
@@ -12,55 +12,33 @@
 
 namespace kerf {
 
-class TickInterceptor {
- public:
-  virtual ~TickInterceptor() = default;
-  /// Called when the tool is lifted and about to be placed at `X`, which may be changed. The run ends if it returns
-  /// false.
-  virtual bool SetDown(Pose& X) = 0;
-  /// Called before a tick with the input `in`, which may be changed. The run ends if it returns false.
-  virtual bool Begin(TickInput& in) = 0;
-  virtual void End(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash) = 0;
-};
-
-class RunRecorder final : public TickInterceptor {
- public:
-  /// Throws kerf::Error if the file cannot be created.
-  RunRecorder(const std::string& path, const RecordingHeader& header, const std::map<std::string, std::string>& files)
-      : recorder_(path, header, files) {}
-  bool SetDown(Pose& X) override;
-  bool Begin(TickInput&) override { return true; }
-  void End(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash) override;
-  /// Returns the reason if the recording could not be completed, otherwise "".
-  std::string Finish(std::optional<std::uint64_t> bone_hash);
-
- private:
-  SessionRecorder recorder_;
-};
-
 /// Supplies the recorded inputs and compares the results with the recording.
-class RunReplay final : public TickInterceptor {
+class RunReplay {
  public:
   /// `recording` must outlive this object. `verify`: the run ends at the first divergence.
-  RunReplay(RecordingReader& recording, double until_s, bool verify)
-      : recording_(recording), steps_(recording, until_s), verify_(verify), check_(recording) {}
-  bool SetDown(Pose& X) override;
-  bool Begin(TickInput& in) override;
-  void End(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash) override;
+  RunReplay(RecordingReader& recording, double until_s, bool verify) : steps_(recording, until_s), verify_(verify) {}
+  /// Replaces the pose at which the tool is placed, or the input of a tick, by the recorded one. Returns false at the
+  /// end of the run.
+  bool SetDown(Pose& X);
+  bool Begin(TickInput& in);
+  void End(const TickToRecord& tick) { steps_.Compare(tick); }
 
-  const RecordingHeader& header() const { return recording_.header(); }
-  std::vector<std::string> FindWarnings() const { return FindDamageWarnings(recording_); }
+  const RecordingHeader& header() const { return steps_.recording().header(); }
+  std::vector<std::string> FindWarnings() const { return FindDamageWarnings(steps_.recording()); }
   /// `bone_hash`: after the last step.
-  Replayed MakeReport(std::uint64_t bone_hash) const;
+  Replayed MakeReport(std::uint64_t bone_hash) const { return steps_.MakeReport(bone_hash); }
 
  private:
-  bool Next(bool set_down);
+  const RecordedStep* Next(bool set_down);
 
-  RecordingReader& recording_;
   RecordedSteps steps_;
   bool verify_;
-  RecordedStep step_;
-  ReplayCheck check_;
+};
+
+/// What a run along a path is recorded to and replayed from; each is optional and must outlive the run.
+struct PathTape {
+  SessionRecorder* recorder = nullptr;
+  RunReplay* replay = nullptr;
 };
 
 /// Recording and replay options of `kerf run`.
@@ -72,19 +50,19 @@ struct RunSession {
   std::string* recording_failure = nullptr;
 };
 
-/// Interceptor of a run with these options. If recording fails, the run continues without it.
-class SessionInterceptor {
+/// Tape of a run with these options. If recording fails, the run continues without it.
+class RunTape {
  public:
   /// Throws kerf::Error if the recording cannot be created, or if the bone is not the recorded one.
-  SessionInterceptor(const RunSession& session, const Scene& scene, RecordedKind kind, const Bone& bone);
-  TickInterceptor* tap();
+  RunTape(const RunSession& session, const Scene& scene, RecordedKind kind, const Bone& bone);
+  PathTape tape() { return {recorder_ ? &*recorder_ : nullptr, replay_}; }
   /// Completes the recording. Call before the results are written, so that they do not use its disk space.
   void Finish(std::optional<std::uint64_t> bone_hash);
 
  private:
   RunReplay* replay_;
   std::string* recording_failure_;
-  std::optional<RunRecorder> recorder_;
+  std::optional<SessionRecorder> recorder_;
 };
 
 }  // namespace kerf

@@ -25,66 +25,61 @@ struct Replayed {
   std::uint64_t bone_hash = 0;  // after the last step
 };
 
-/// Returns the recorded device data. The device behind it receives the recorded times and forces, so that a simulated
-/// hand is in the right state when the recording ends.
+/// Device in front of another one. During a replay it returns the recorded data; the device behind it receives the
+/// recorded times and the forces, so that a simulated hand is in the right state when the recording ends.
 class ReplayDevice final : public Device {
  public:
-  /// `behind` must outlive this object; it supplies the profile.
-  explicit ReplayDevice(Device& behind) : behind_(behind) {}
+  explicit ReplayDevice(const DeviceProfile& profile) : profile_(profile) {}
+  /// Sets the device behind this one, before the loop runs; until then it returns no pose and accepts any force.
+  /// `device` must outlive this object.
+  void set_device(Device& device) { device_ = &device; }
 
+  /// Sets the step that is replayed.
   void Give(const RecordedStep& step) { step_ = step; }
   /// From now on, calls go to the device behind it.
-  void HandOver() { handed_over_ = true; }
-
-  const DeviceProfile& profile() const override { return behind_.profile(); }
-  void Elapse(double dt_s) noexcept override { behind_.Elapse(dt_s); }
-  bool Read(DeviceSample& sample) noexcept override;
-  bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override;
-
- private:
-  Device& behind_;
-  RecordedStep step_;
-  bool handed_over_ = false;
-};
-
-/// Device whose implementation is set later. Until then it returns no pose and accepts any force.
-class DeviceSlot final : public Device {
- public:
-  explicit DeviceSlot(const DeviceProfile& profile) : profile_(profile) {}
-  /// Sets the device, before the loop runs. `device` must outlive this object.
-  void set_device(Device& device) { device_ = &device; }
+  void HandOver() { step_.reset(); }
 
   const DeviceProfile& profile() const override { return profile_; }
   void Elapse(double dt_s) noexcept override {
     if (device_ != nullptr) device_->Elapse(dt_s);
   }
-  bool Read(DeviceSample& sample) noexcept override { return device_ != nullptr && device_->Read(sample); }
-  bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override {
-    return device_ == nullptr || device_->Write(f_H_W_N, tau_H_W_Nmm);
-  }
+  bool Read(DeviceSample& sample) noexcept override;
+  bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override;
 
  private:
   DeviceProfile profile_;
   Device* device_ = nullptr;
+  std::optional<RecordedStep> step_;
 };
 
-/// Iterates over the steps of a recording, with only one block of them in memory.
+/// Throws kerf::Error if the recording was made with a different bone.
+void CheckBone(const RecordingHeader& header, const Bone& bone);
+
+/// Supplies the steps of a recording, with only one block of them in memory, and compares the results of their ticks
+/// with it: the checks and hashes of forces and voxels, the rows of states, and the events.
 class RecordedSteps {
  public:
+  /// Supplies the steps that end by `until_s`, but not beyond the first missing one. `reader` must outlive this object.
+  RecordedSteps(RecordingReader& reader, double until_s) : reader_(reader), until_s_(until_s), events_(reader) {}
   const RecordingReader& recording() const { return reader_; }
-  /// Iterates over the steps that end by `until_s`, but not beyond the first missing step. `reader` must outlive this
-  /// object.
-  RecordedSteps(RecordingReader& reader, double until_s);
+
   /// Returns the next step, null if there is none. Not tick-safe. Throws kerf::Error.
-  const RecordedStep* Peek();
-  void Pop();
-  std::uint64_t step() const { return step_; }  // number of the next step
-  double time_s() const { return time_s_; }     // time before it
-  /// These return the state and the hash that were recorded after the next step; null if there is none.
-  const RecordedState* FindState() const;
-  const RecordedHash* FindHash() const;
+  const RecordedStep* Next();
+  /// Compares the result of the step that Next() has returned.
+  void Compare(const TickToRecord& actual);
+
+  std::uint64_t step() const { return step_; }  // number of steps that Next() has returned
+  double time_s() const { return time_s_; }     // time at their end
+  const std::optional<Divergence>& divergence() const { return divergence_; }  // the first
+  /// `bone_hash`: after the last step. A complete replay must also end like the recording.
+  Replayed MakeReport(std::uint64_t bone_hash) const;
 
  private:
+  const RecordedStep* Find();
+  void Expect();
+  std::string FindDifference(const TickToRecord& actual) const;
+  void Diverge(double time_s, const std::string& what);
+
   RecordingReader& reader_;
   double until_s_;
   RecordedBlock block_;
@@ -92,36 +87,12 @@ class RecordedSteps {
   std::size_t blocks_ = 0;
   std::uint64_t step_ = 0;
   double time_s_ = 0;
-};
 
-/// Throws kerf::Error if the recording was made with a different bone.
-void CheckBone(const RecordingHeader& header, const Bone& bone);
-/// Checks that a complete replay ends like the recording. If not, sets the divergence.
-void CheckEnd(const RecordingReader& recording, Replayed& replayed);
-
-/// Compares the results of consecutive ticks with the recording: the checks and hashes of forces and voxels, the rows
-/// of states, and the events.
-class ReplayCheck {
- public:
-  explicit ReplayCheck(const RecordingReader& recording) : recording_(recording), events_(recording) {}
-  /// Sets the next step to be replayed, with the state and hash recorded after it.
-  void Expect(const RecordedSteps& steps, const RecordedStep& step);
-  /// `time_s`: time at the end of the step.
-  void Compare(const TickToRecord& actual, double time_s);
-  const std::optional<Divergence>& divergence() const { return divergence_; }  // the first
-  std::uint64_t force_hash() const { return force_hash_; }
-  std::uint64_t voxel_hash() const { return voxel_hash_; }
-
- private:
-  std::string FindDifference(const TickToRecord& actual, double time_s) const;
-  void Diverge(double time_s, const std::string& what);
-
-  const RecordingReader& recording_;
-  EventCheck events_;
-  std::uint64_t number_ = 0;
-  RecordedStep step_;
+  // The step that is expected now, and what was recorded after it.
+  RecordedStep expected_;
   std::optional<RecordedState> state_;
   std::optional<RecordedHash> hash_;
+  EventCheck events_;
   std::optional<Divergence> divergence_;
   std::uint64_t force_hash_ = 0;
   std::uint64_t voxel_hash_ = 0;
@@ -131,20 +102,18 @@ class ReplayCheck {
 /// Wraps the loop's body: sets the recorded inputs before each tick and compares the results afterwards.
 class ReplayBody final : public LoopBody {
  public:
-  /// All references must outlive this object. `between_ticks`: called between ticks for each step with a piece, a
-  /// checkpoint, an undo, a redo or a continuation, before it is replayed.
-  ReplayBody(StepBody& body, CoupledSimulation& simulation, ReplayDevice& device, RecordedSteps& steps,
-             std::function<void(const RecordedStep&)> between_ticks);
+  /// All references must outlive this object. `until_s`: as in RecordedSteps. `between_ticks`: called between ticks for
+  /// each step with a piece, a checkpoint, an undo, a redo or a continuation, before it is replayed.
+  ReplayBody(StepBody& body, CoupledSimulation& simulation, ReplayDevice& device, RecordingReader& recording,
+             double until_s, std::function<void(const RecordedStep&)> between_ticks);
 
   /// Call before each tick: takes the next step. Returns false if there is none.
   bool Prepare();
-  /// From now on, the loop's calls are forwarded to the wrapped body.
-  void HandOver() { handed_over_ = true; }
-  const ReplayCheck& check() const { return check_; }
-  double time_s() const { return steps_.time_s(); }
-  std::uint64_t step() const { return steps_.step(); }
+  /// From now on, the loop's calls reach the wrapped body, and its calls reach the device behind the recorded one.
+  void HandOver();
+  const RecordedSteps& steps() const { return steps_; }
 
-  bool Tick(double dt_s, TickObserver& observer, LoopTick& report) override;
+  bool Tick(double dt_s, TickObserver& observer, LoopTick& tick) override;
   std::size_t channel_count() const override { return body_.channel_count(); }
   void ReportChannels(std::span<double> channels) const override { body_.ReportChannels(channels); }
   void RampIn() override {
@@ -161,12 +130,11 @@ class ReplayBody final : public LoopBody {
   StepBody& body_;
   CoupledSimulation& simulation_;
   ReplayDevice& device_;
-  RecordedSteps& steps_;
+  RecordedSteps steps_;
   std::function<void(const RecordedStep&)> between_ticks_;
   bool handed_over_ = false;
   bool first_ = true;  // first tick after HandOver()
   RecordedStep step_;
-  ReplayCheck check_;
   std::optional<LoopTick> done_;  // not compared yet
 };
 

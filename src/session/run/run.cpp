@@ -158,11 +158,11 @@ class VoxelPathBody final : public PathBody {
 }  // namespace
 
 RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
-                  const std::function<void(double)>& progress, const CostOptions& costs, TickInterceptor* tap) {
+                  const std::function<void(double)>& progress, const CostOptions& costs, const PathTape& tape) {
   CheckRunTicks(path, rate_hz);
   const std::size_t ticks = path.CountTicks(rate_hz);
   VoxelPathBody body(std::move(bone), params, path.CalcPose(0, 0), rate_hz, ticks, costs);
-  PathSession session(PathDriver(path, rate_hz), body, rpm, ticks, tap);
+  PathSession session(PathDriver(path, rate_hz), body, rpm, ticks, tape);
   session.Run(progress);
   RunResult result;
   result.wall_s = session.CalcElapsed_s();

@@ -41,11 +41,11 @@ struct RunResult {
 /// bytes. Call it before long work; RunPath() also calls it.
 void CheckRunTicks(const Path& path, double rate_hz);
 
-/// Runs all ticks of `path`, or as many as `tap` (tick_interceptor.h; optional) permits. `progress` (optional) is
+/// Runs all ticks of `path`, or as many as the recording that `tape` replays. `progress` (optional) is
 /// called with values from 0 to 1. Throws kerf::Error if a parameter is out of range.
 RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
                   const std::function<void(double)>& progress, const CostOptions& costs = {},
-                  TickInterceptor* tap = nullptr);
+                  const PathTape& tape = {});
 
 /// Returns one row per tick (or per `every` ticks), with the units in the header. docs/formats.md describes the
 /// columns. `effects` (optional) has one row per tick and adds its columns.

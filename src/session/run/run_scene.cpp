@@ -135,12 +135,12 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   RunSummary summary;
   const Bone before = MakeSceneBone(scene, stage("making the bone"), &summary.material);
   const double rate_hz = scene.simulation.rate_hz;
-  SessionInterceptor tap(session, scene, RecordedKind::kRun, before);
-  RunResult result = RunPath(before, params, path, rate_hz, scene.tool.rpm, stage("cutting"), costs, tap.tap());
+  RunTape tape(session, scene, RecordedKind::kRun, before);
+  RunResult result = RunPath(before, params, path, rate_hz, scene.tool.rpm, stage("cutting"), costs, tape.tape());
 
   summary.hash_before = before.CalcHash();
   summary.hash_after = result.bone.CalcHash();
-  tap.Finish(summary.hash_after);
+  tape.Finish(summary.hash_after);
   summary.volume_before_mm3 = before.CalcVolume();
   summary.volume_after_mm3 = result.bone.CalcVolume();
   summary.removed_mm3 = result.removed_mm3;
@@ -235,11 +235,11 @@ Replayed ReplayScene(const Scene& scene, RunReplay& replay, const RunProgress& p
   CheckBone(replay.header(), bone);
   const auto cutting = [&](double f) { progress("cutting", f); };
   if (scene.simulation.mode == SceneMode::kSlab) {
-    RunSlab(scene, MakeSlabProfile(scene, bone), cutting, &replay);
+    RunSlab(scene, MakeSlabProfile(scene, bone), cutting, {.replay = &replay});
     return replay.MakeReport(bone.CalcHash());
   }
   const RunResult result = RunPath(bone, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz,
-                                   scene.tool.rpm, cutting, {}, &replay);
+                                   scene.tool.rpm, cutting, {}, {.replay = &replay});
   return replay.MakeReport(result.bone.CalcHash());
 }
 

@@ -7,9 +7,9 @@
 
 #include "bone/mesh/reduce.h"
 #include "session/run/cutting_energy.h"
+#include "session/run/path_tape.h"
 #include "session/run/run.h"
 #include "session/run/scene_material.h"
-#include "session/run/tick_interceptor.h"
 #include "session/scene/scene.h"
 
 namespace kerf {

@@ -79,7 +79,7 @@ void CheckStrokes(const Path& path, const SlabProfile& profile, const SlabParams
 }  // namespace
 
 SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress,
-                TickInterceptor* tap) {
+                const PathTape& tape) {
   const Path path = MakePath(scene);
   const SlabParams params = MakeSlabParams(scene);
   CheckStrokes(path, profile, params);
@@ -89,7 +89,7 @@ SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<voi
   SlabPathBody body(std::move(profile), params, path.CalcPose(0, 0), scene.slab.hold, ticks);
   PathDriver driver(path, scene.simulation.rate_hz);
   driver.Next();  // the simulation starts with the blade placed
-  PathSession session(driver, body, scene.tool.rpm, ticks, tap);
+  PathSession session(driver, body, scene.tool.rpm, ticks, tape);
   session.Run(progress);
   run.wall_s = session.CalcElapsed_s();
   run.times = session.CalcTimes();

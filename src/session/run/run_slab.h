@@ -29,9 +29,9 @@ SlabProfile MakeSlabProfile(const Scene& scene, const Bone& bone);
 double CalcBladeDepth(const SlabProfile& profile, const SlabParams& params, const Vec3& p_W);
 
 /// Runs all ticks of the scene's path. `progress` (optional) is called with values from 0 to 1. Throws kerf::Error if a
-/// parameter is out of range. `tap` (optional): see tick_interceptor.h.
+/// parameter is out of range.
 SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress,
-                TickInterceptor* tap = nullptr);
+                const PathTape& tape = {});
 
 /// Returns one row per tick (or per `every` ticks): displacements, depth and energies. docs/formats.md describes the
 /// columns.

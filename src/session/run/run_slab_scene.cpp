@@ -89,9 +89,9 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   const std::vector<std::string> earlier = ReadEarlierResults(folder);
   SlabSummary summary;
   const Bone bone = MakeSceneBone(scene, stage("making the bone"), &summary.material);
-  SessionInterceptor tap(session, scene, RecordedKind::kSlab, bone);
-  SlabRun run = RunSlab(scene, MakeSlabProfile(scene, bone), stage("cutting"), tap.tap());
-  tap.Finish(bone.CalcHash());
+  RunTape tape(session, scene, RecordedKind::kSlab, bone);
+  SlabRun run = RunSlab(scene, MakeSlabProfile(scene, bone), stage("cutting"), tape.tape());
+  tape.Finish(bone.CalcHash());
   if (run.ticks.empty()) throw Error("the recording contains no tick up to that time");
 
   summary.force = SummarizeForces(run.ticks, scene.simulation.rate_hz);

@@ -36,20 +36,6 @@ std::string DescribeMachine() {
   return fmt::format("{}, {} {} {}", processor, system.sysname, system.release, system.machine);
 }
 
-std::uint32_t FlagOf(RestoreEvent::Kind kind) {
-  switch (kind) {
-    case RestoreEvent::Kind::kCheckpoint:
-      return kRecordedCheckpoint;
-    case RestoreEvent::Kind::kUndo:
-      return kRecordedUndo;
-    case RestoreEvent::Kind::kRedo:
-      return kRecordedRedo;
-    case RestoreEvent::Kind::kNone:
-      break;
-  }
-  return 0;
-}
-
 class Mixer {
  public:
   void Mix(double x) { hash_ = MixHash(hash_ ^ std::bit_cast<std::uint64_t>(x)); }
@@ -64,6 +50,16 @@ class Mixer {
  private:
   std::uint64_t hash_ = 0;
 };
+
+TickToRecord MakeTickToRecord(const TickInputs& in, std::uint64_t hash, std::uint64_t voxel_hash, const Vec3& p_WT_mm,
+                              const Vec3& f_N, const TeethOutput& out) {
+  TickToRecord record{{in, CheckOf(hash), CheckOf(voxel_hash)}, hash, voxel_hash, {}};
+  record.state.p_WT_mm = p_WT_mm;
+  record.state.f_N = f_N;
+  record.state.removed_mm3 = out.removed_mm3;
+  record.state.engaged_teeth = out.engaged_teeth;
+  return record;
+}
 
 }  // namespace
 
@@ -134,26 +130,9 @@ std::vector<std::string> FindDamageWarnings(const RecordingReader& recording) {
 }
 
 TickToRecord MakeTickToRecord(const LoopTick& tick) {
-  const CoupledOutput& out = tick.out;
-  const TickInputs& inputs = tick.inputs;
-  TickToRecord record;
-  RecordedStep& step = record.step;
-  step.X = inputs.sample.X_WH;
-  step.buttons = inputs.sample.buttons;
-  step.dt_s = inputs.dt_s;
-  step.skipped = inputs.skipped;
-  step.rpm = inputs.rpm;
-  step.fidelity = static_cast<std::uint8_t>(inputs.fidelity);
-  if (!inputs.read) step.flags |= kRecordedReadFailed;
-  if (!inputs.wrote) step.flags |= kRecordedWriteFailed;
-  if (inputs.force_off) step.flags |= kRecordedForceOff;
-  if (inputs.piece != 0) step.flags |= kRecordedPieceLeaves;
-  step.piece = inputs.piece;
-  step.flags |= FlagOf(inputs.restore.kind);
-  if (inputs.taken_up) step.flags |= kRecordedTakenUp;
-  step.checkpoint = inputs.restore.number;
+  const CoupledOutput& out = tick.coupled;
   Mixer mixer;
-  mixer.Mix(tick.f_device_N);
+  mixer.Mix(tick.force.f_H_W_N);
   mixer.Mix(out.f_H_W_N);
   mixer.Mix(out.tau_H_W_Nmm);
   mixer.Mix(out.f_cut_W_N);
@@ -161,37 +140,18 @@ TickToRecord MakeTickToRecord(const LoopTick& tick) {
   mixer.Mix(out.X_WT.R_AB);
   mixer.Mix(out.removed_mm3);
   mixer.Mix(static_cast<double>(out.status));
-  record.hash = mixer.hash();
-  record.voxel_hash = tick.voxel_hash;
-  step.force_check = CheckOf(record.hash);
-  step.bone_check = CheckOf(record.voxel_hash);
-  record.state.p_WT_mm = out.X_WT.p_AB;
-  record.state.f_N = out.f_H_W_N;
-  record.state.removed_mm3 = out.removed_mm3;
-  record.state.engaged_teeth = out.engaged_teeth;
-  return record;
+  return MakeTickToRecord(tick.in, mixer.hash(), tick.voxel_hash, out.X_WT.p_AB, out.f_H_W_N, out);
 }
 
 TickToRecord MakeTickToRecord(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash) {
-  TickToRecord record;
-  record.step.X = in.X_WT;
-  record.step.dt_s = in.dt_s;
-  record.step.rpm = in.rpm;
   Mixer mixer;
   mixer.Mix(out.f_T_W_N);
   mixer.Mix(out.tau_TG_W_Nmm);
   mixer.Mix(out.removed_mm3);
   mixer.Mix(out.engaged_teeth);
   mixer.Mix(static_cast<double>(out.status));
-  record.hash = mixer.hash();
-  record.voxel_hash = voxel_hash;
-  record.step.force_check = CheckOf(record.hash);
-  record.step.bone_check = CheckOf(voxel_hash);
-  record.state.p_WT_mm = in.X_WT.p_AB;
-  record.state.f_N = out.f_T_W_N;
-  record.state.removed_mm3 = out.removed_mm3;
-  record.state.engaged_teeth = out.engaged_teeth;
-  return record;
+  const TickInputs inputs{.X = in.X_WT, .dt_s = in.dt_s, .rpm = in.rpm};
+  return MakeTickToRecord(inputs, mixer.hash(), voxel_hash, in.X_WT.p_AB, out.f_T_W_N, out);
 }
 
 SessionRecorder::SessionRecorder(const std::string& path, const RecordingHeader& header,

@@ -36,7 +36,8 @@ RecordedScene OpenRecordedScene(RecordingReader& recording, const std::string& b
 /// otherwise nothing.
 std::vector<std::string> FindDamageWarnings(const RecordingReader& recording);
 
-/// Data of a tick for a recording.
+/// A tick as a recording keeps it: all its inputs, but only hashes and a few of its results, since a replay computes
+/// the rest again.
 struct TickToRecord {
   RecordedStep step;
   std::uint64_t hash = 0;        // of all results: forces, poses, removed volume

@@ -12,9 +12,9 @@
 #include "base/compress/bytes.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
+#include "session/run/path_tape.h"
 #include "session/run/run.h"
 #include "session/run/run_loop.h"
-#include "session/run/tick_interceptor.h"
 #include "session/score/cut_measures.h"
 #include "session/score/motion.h"
 
@@ -49,8 +49,8 @@ ReplayOutcome ReplayLoopRecording(RecordingReader& recording, const Scene& scene
   loop.stop = options.stop;
   loop.replay.recording = &recording;
   double last_s = 0;
-  loop.watchers.take_tick = [&](const LoopSample& sample, std::span<const double>) {
-    const CoupledOutput& out = sample.report.out;
+  loop.watchers.take_tick = [&](const LoopTick& sample, std::span<const double>) {
+    const CoupledOutput& out = sample.coupled;
     MotionTick tick;
     tick.time_s = sample.time_s;
     tick.dt_s = std::max(sample.time_s - last_s, 0.0);
@@ -58,7 +58,7 @@ ReplayOutcome ReplayLoopRecording(RecordingReader& recording, const Scene& scene
     tick.X_WT = out.X_WT;
     tick.force_N = glm::length(out.f_H_W_N);
     tick.contact = glm::length(out.f_cut_W_N) + glm::length(out.f_face_W_N) > 0 || out.engaged_teeth > 0;
-    tick.turns = std::abs(sample.report.inputs.rpm) >= 1;
+    tick.turns = std::abs(sample.in.rpm) >= 1;
     tick.regions_cut = out.regions_cut;
     meter.Take(tick);
   };
@@ -74,9 +74,8 @@ ReplayOutcome ReplayRunRecording(RecordingReader& recording, const Scene& scene,
   RunReplay replay(recording, 1e300, false);
   Bone before = MakeSceneBone(scene, [&](double f) { progress("making the bone", f); });
   CheckBone(replay.header(), before);
-  RunResult result = RunPath(
-      before, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz, scene.tool.rpm,
-      [&](double f) { progress("cutting", f); }, {}, &replay);
+  RunResult result = RunPath(before, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz,
+                             scene.tool.rpm, [&](double f) { progress("cutting", f); }, {}, {.replay = &replay});
   double last_s = 0;
   for (const TickRecord& record : result.ticks) {
     MotionTick tick;

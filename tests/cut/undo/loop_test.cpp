@@ -74,18 +74,18 @@ struct Stage {
 };
 
 struct TickOf {
-  LoopTick report;
+  LoopTick tick;
   bool operator==(const TickOf& other) const {
-    return report.f_device_N == other.report.f_device_N && report.X_WH.p_AB == other.report.X_WH.p_AB &&
-           report.out.f_H_W_N == other.report.out.f_H_W_N && report.out.X_WT.p_AB == other.report.out.X_WT.p_AB &&
-           report.stands == other.report.stands;
+    return tick.force.f_H_W_N == other.tick.force.f_H_W_N && tick.X_WH.p_AB == other.tick.X_WH.p_AB &&
+           tick.coupled.f_H_W_N == other.tick.coupled.f_H_W_N &&
+           tick.coupled.X_WT.p_AB == other.tick.coupled.X_WT.p_AB && tick.stands == other.tick.stands;
   }
 };
 
 LoopTick TakeTick(HapticLoop& loop) {
-  const LoopSample* sample = loop.samples().Peek();
+  const LoopTick* sample = loop.samples().Peek();
   if (sample == nullptr) return {};
-  const LoopTick tick = sample->report;
+  const LoopTick tick = *sample;
   loop.samples().Pop();
   return tick;
 }
@@ -120,7 +120,7 @@ TEST(UndoInTheLoop, RestoresTheCheckpointWhileCuttingAndContinues) {
   const HeapUseCounter heap;
   loop.RunHere(2000, [&] {
     ticks.push_back({TakeTick(loop)});
-    const bool stands = ticks.back().report.stands;
+    const bool stands = ticks.back().tick.stands;
     stood += stands ? 1 : 0;
     const bool ended = stood > 0 && !stands && s.journal.job() != nullptr;
     mirror.Update();
@@ -145,9 +145,9 @@ TEST(UndoInTheLoop, RestoresTheCheckpointWhileCuttingAndContinues) {
   EXPECT_EQ(heap.count(), 0);
   EXPECT_EQ(loop.counts().not_finite, 0u);
   EXPECT_GT(more, 0u) << leaves;
-  EXPECT_EQ(ticks[500].report.inputs.restore.kind, RestoreEvent::Kind::kCheckpoint);
-  EXPECT_EQ(ticks[950].report.inputs.restore.kind, RestoreEvent::Kind::kUndo);
-  EXPECT_EQ(ticks[950].report.inputs.restore.number, 1u);
+  EXPECT_EQ(ticks[500].tick.in.flags, kRecordedCheckpoint);
+  EXPECT_EQ(ticks[950].tick.in.flags, kRecordedUndo);
+  EXPECT_EQ(ticks[950].tick.in.checkpoint, 1u);
   // The restore took exactly the ticks that its leaves need: 200 leaves per tick.
   EXPECT_EQ(stood, static_cast<std::int64_t>((leaves + more + 199) / 200));
   while (loop.SendRemaining()) mirror.Update();
@@ -164,7 +164,7 @@ TEST(UndoInTheLoop, RestoresTheCheckpointWhileCuttingAndContinues) {
 TEST(UndoInTheLoop, ReplayOfItsEventsGivesTheSameTicks) {
   struct Event {
     std::size_t tick;
-    RestoreEvent event;
+    TickInputs in;
   };
   std::vector<Event> events;
   std::vector<TickOf> first;
@@ -196,8 +196,7 @@ TEST(UndoInTheLoop, ReplayOfItsEventsGivesTheSameTicks) {
       first);
   const std::uint64_t first_hash = hash;
   for (std::size_t i = 0; i < first.size(); ++i) {
-    const RestoreEvent& event = first[i].report.inputs.restore;
-    if (event.kind != RestoreEvent::Kind::kNone) events.push_back({i, event});
+    if (first[i].tick.in.flags != 0) events.push_back({i, first[i].tick.in});
   }
   ASSERT_EQ(events.size(), 5u);
   std::vector<TickOf> second;
@@ -205,11 +204,11 @@ TEST(UndoInTheLoop, ReplayOfItsEventsGivesTheSameTicks) {
       [&](Stage& s, std::size_t tick) {
         for (const Event& e : events) {
           if (e.tick != tick) continue;
-          if (e.event.kind == RestoreEvent::Kind::kCheckpoint) {
-            EXPECT_EQ(s.journal.Name(""), e.event.number);
-            s.restores.RequestCheckpoint(e.event.number);
+          if (e.in.flags == kRecordedCheckpoint) {
+            EXPECT_EQ(s.journal.Name(""), e.in.checkpoint);
+            s.restores.RequestCheckpoint(e.in.checkpoint);
           } else {
-            s.restores.Send(*s.journal.PrepareUndo(e.event.number));
+            s.restores.Send(*s.journal.PrepareUndo(e.in.checkpoint));
           }
         }
       },

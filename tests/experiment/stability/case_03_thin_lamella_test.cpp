@@ -151,8 +151,8 @@ TEST(HardCase03, HandIsNotKickedWhenALamellaBreaks) {
       int broke = -1, gone = -1;
       Vec3 last_N(0);
       for (int i = 0; i < 3000 && (broke < 0 || i < broke + 150); ++i) {
-        const HapticStepOutput out = saw.Step();
-        invariants.Step({0.001, 7500}, out);
+        const HapticTick out = saw.Step();
+        invariants.Step(out);
         const Vec3 f_N = out.force.f_H_W_N;
         step_fraction = std::max(step_fraction, glm::length(f_N - last_N) / (0.2 * options.profile.peak_force_N));
         last_N = f_N;

@@ -198,8 +198,8 @@ TEST(HardCase05, DeviceForceStartsAtZeroAndRampsIn) {
           Vec3 last_N(0);
           double max_N = 0;
           for (int i = 0; i < 1000; ++i) {
-            const HapticStepOutput out = saw.Step(rpm);
-            invariants.Step({0.001, rpm}, out);
+            const HapticTick out = saw.Step(rpm);
+            invariants.Step(out);
             const Vec3 f_N = out.force.f_H_W_N;
             if (i == 0) first_N = std::max(first_N, glm::length(f_N) / (scale * 5));
             step_fraction =
@@ -255,8 +255,8 @@ TEST(HardCase05, NoDeviceForceIsLeftOncePulledOutOfBone) {
                                                        {.seconds = 0.5, .X_WH = X_up}}));
       std::vector<Vec3> held;
       for (int i = 0; i < 3000; ++i) {
-        const HapticStepOutput out = saw.Step(rpm);
-        invariants.Step({0.001, rpm}, out);
+        const HapticTick out = saw.Step(rpm);
+        invariants.Step(out);
         const double force_N = glm::length(out.force.f_H_W_N);
         over = std::max(over, force_N - 4 * 1.05);
         if (i >= 1000 && i < 1500) held.push_back(out.force.f_H_W_N);

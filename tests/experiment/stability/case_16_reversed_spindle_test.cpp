@@ -128,9 +128,8 @@ TEST(HardCase16, DeviceForceKeepsItsSlewRateWhenTheSpindleStartsInATick) {
   double largest_N = 0;
   Vec3 f_before(0);
   for (int i = 0; i < 3000; ++i) {
-    const HapticStepInput in{kDt_s, i / 250 % 2 == 0 ? 0.0 : (i / 500 % 2 == 0 ? 1e6 : -7500.0)};
-    const HapticStepOutput out = saw.step.Step(saw.device, in);
-    watch.Step(in, out);
+    const HapticTick out = saw.Step(i / 250 % 2 == 0 ? 0.0 : (i / 500 % 2 == 0 ? 1e6 : -7500.0));
+    watch.Step(out);
     largest_N = std::max(largest_N, glm::length(out.force.f_H_W_N - f_before));
     f_before = out.force.f_H_W_N;
   }

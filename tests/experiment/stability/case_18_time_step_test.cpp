@@ -193,13 +193,13 @@ TEST(HardCase18, DeviceKeepsItsForceForAZeroTimeStepAndLosesItForAnInvalidOne) {
     s->device.SetScript(IntentionScript(s->start, {push}));
   }
   for (int i = 1; i <= 2000; ++i) {
-    const HapticStepOutput out = saw.Step();
-    const HapticStepOutput same = twin.Step();
+    const HapticTick out = saw.Step();
+    const HapticTick same = twin.Step();
     EXPECT_EQ(out.force.f_H_W_N, same.force.f_H_W_N);
     EXPECT_EQ(out.v_H_W_mm_per_s, same.v_H_W_mm_per_s);
     if (i % 100 != 50) continue;
     for (int n = 0; n < 3; ++n) {
-      const HapticStepOutput held = saw.Step(7500, 0);
+      const HapticTick held = saw.Step(7500, 0);
       EXPECT_EQ(held.faults, kHapticOk);
       EXPECT_EQ(held.force.f_H_W_N, out.force.f_H_W_N);
       EXPECT_EQ(held.force.ramp, out.force.ramp);
@@ -207,15 +207,15 @@ TEST(HardCase18, DeviceKeepsItsForceForAZeroTimeStepAndLosesItForAnInvalidOne) {
       EXPECT_EQ(saw.device.force_N(), twin.device.force_N());
     }
   }
-  const HapticStepOutput last = saw.Step();
+  const HapticTick last = saw.Step();
   ASSERT_GT(last.force.f_H_W_N.z, 4);
   for (const double dt_s : {-0.001, kNan, -kInf, kInf}) {
-    const HapticStepOutput refused = saw.Step(7500, dt_s);
+    const HapticTick refused = saw.Step(7500, dt_s);
     EXPECT_NE(refused.faults & kHapticBadForce, 0u) << dt_s;
     EXPECT_EQ(refused.force.f_H_W_N, Vec3(0)) << dt_s;
     EXPECT_EQ(saw.device.force_N(), Vec3(0)) << dt_s;
   }
-  const HapticStepOutput next = saw.Step();
+  const HapticTick next = saw.Step();
   EXPECT_EQ(next.faults, kHapticOk);
   verdict.AtMost("force in the first tick of the new ramp", next.force.f_H_W_N.z, 0.001 * last.force.f_H_W_N.z, "N");
 }

@@ -74,10 +74,7 @@ PortEnergy Saw(const std::string& hand, const Lost& lost, Seen& seen) {
       }
     }
     written_N = now_N;
-    HapticStepInput in;
-    in.dt_s = tick.dt_s;
-    in.slew_dt_s = setup.period_s;
-    watch.Step(in, tick.out);
+    watch.Step(tick.out, setup.period_s);
   }
   watch.CheckBone();
   seen.removed_mm3 += watch.removed_mm3();

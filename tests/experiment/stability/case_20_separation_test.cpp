@@ -159,9 +159,8 @@ TEST(HardCase20, DeviceForceKeepsItsSlewRateWhenAHandBreaksThrough) {
   Vec3 f_before(0);
   double z_before = saw.start.p_AB.z;
   for (int i = 0; i < 12000; ++i) {
-    const HapticStepInput in{0.001, 7500};
-    const HapticStepOutput out = saw.step.Step(saw.device, in);
-    watch.Step(in, out);
+    const HapticTick out = saw.Step();
+    watch.Step(out);
     max_step_N = std::max(max_step_N, glm::length(out.force.f_H_W_N - f_before));
     max_jump_mm = std::max(max_jump_mm, z_before - out.coupled.X_WT.p_AB.z);
     lowest_N = std::min(lowest_N, out.force.f_H_W_N.z);

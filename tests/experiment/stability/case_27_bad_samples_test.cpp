@@ -78,16 +78,15 @@ struct Cutting {
     saw.device.SetScript(IntentionScript(saw.start, {push}));
     for (int i = 0; i < 1500; ++i) Step();
   }
-  const HapticStepOutput& Step() {
-    const HapticStepInput in{test::kDt_s, 7500};
-    out = saw.step.Step(device, in);
-    watch.Step(in, out);
+  const HapticTick& Step() {
+    out = saw.step.Step(device, {.dt_s = test::kDt_s, .rpm = 7500});
+    watch.Step(out);
     return out;
   }
   test::HeldSaw saw;
   SpoiltDevice device;
   test::Invariants watch;
-  HapticStepOutput out;
+  HapticTick out;
 };
 
 TEST(HardCase27, BadSampleGivesZeroForceAndTheNextGoodOneContinues) {
@@ -103,7 +102,7 @@ TEST(HardCase27, BadSampleGivesZeroForceAndTheNextGoodOneContinues) {
   double max_speed = 0;
   for (const Spoiling& spoiling : BadPoses()) {
     const Pose held = cut.out.coupled.X_WT;
-    const DeviceSample good = cut.out.sample;
+    const Pose good = cut.out.X_WH;
     const std::uint64_t counted = cut.saw.step.counts().bad_samples;
     cut.saw.simulation.ClearChanged();
     cut.device.Spoil(spoiling.how);
@@ -114,8 +113,8 @@ TEST(HardCase27, BadSampleGivesZeroForceAndTheNextGoodOneContinues) {
       EXPECT_EQ(cut.out.force.f_H_W_N, Vec3(0)) << spoiling.name;
       EXPECT_EQ(cut.out.force.tau_H_W_Nmm, Vec3(0)) << spoiling.name;
       EXPECT_EQ(cut.saw.device.force_N(), Vec3(0)) << spoiling.name;
-      EXPECT_EQ(cut.out.sample.X_WH.p_AB, good.X_WH.p_AB) << spoiling.name;
-      EXPECT_EQ(cut.out.sample.X_WH.R_AB, good.X_WH.R_AB) << spoiling.name;
+      EXPECT_EQ(cut.out.X_WH.p_AB, good.p_AB) << spoiling.name;
+      EXPECT_EQ(cut.out.X_WH.R_AB, good.R_AB) << spoiling.name;
       EXPECT_EQ(cut.saw.simulation.changed_count(), 0) << spoiling.name;
     }
     EXPECT_EQ(cut.saw.step.counts().bad_samples - counted, static_cast<std::uint64_t>(ticks));
@@ -185,7 +184,7 @@ TEST(HardCase27, AnyNumberOfATicksInputMayBeInvalid) {
   Cutting cut;
   CoupledSimulation& simulation = cut.saw.simulation;
   CoupledInput good;
-  good.X_WH = cut.out.sample.X_WH;
+  good.X_WH = cut.out.X_WH;
   const CoupledOutput before = simulation.Tick(good);
   const Bone bone = simulation.UpdateBone();
   simulation.ClearChanged();

@@ -55,10 +55,10 @@ struct FastStroke {
     // The saw moves from outside the block into it from the side, 2 mm deep.
     for (int i = 0; i < 1200; ++i) Step(kDt_s, true);
   }
-  HapticStepOutput Step(double dt_s, bool fresh_sample) {
+  HapticTick Step(double dt_s, bool fresh_sample) {
     x += kFeed * dt_s;
     if (fresh_sample) device.X_WH = Upright(Vec3(-36.5 + x, 0, 11 - 2));
-    return saw.step.Step(device, {dt_s, 7500, false});
+    return saw.step.Step(device, {.dt_s = dt_s, .rpm = 7500});
   }
   HeldSaw saw;
   LedDevice device;
@@ -76,14 +76,14 @@ TEST(HardCase28, FrozenHandleThatResumesElsewhereCausesNoKick) {
     const double slew_N =
         kDt_s * (map.slew_N_per_s > 0 ? map.slew_N_per_s : stroke.device.profile().peak_force_N / 0.005);
     ASSERT_GT(glm::length(stroke.device.f_N), 0.1);
-    HapticStepOutput before = stroke.saw.step.Step(stroke.device, {kDt_s, 7500, false});
+    HapticTick before = stroke.saw.step.Step(stroke.device, {.dt_s = kDt_s, .rpm = 7500});
     stroke.device.largest_step_N = 0;
     for (int i = 0; i < frozen_ticks + 100; ++i) {
-      const HapticStepOutput out = stroke.Step(kDt_s, i >= frozen_ticks);
+      const HapticTick out = stroke.Step(kDt_s, i >= frozen_ticks);
       worst_speed = std::max(worst_speed, glm::length(out.v_H_W_mm_per_s));
       const double step_N = glm::length(out.coupled.f_H_W_N - before.coupled.f_H_W_N);
       // Steps due to the coupling's spring, 1.5 N/mm, and the motions of handle and tool are expected and subtracted.
-      const double spring_N = 1.5 * (glm::length(out.sample.X_WH.p_AB - before.sample.X_WH.p_AB) +
+      const double spring_N = 1.5 * (glm::length(out.X_WH.p_AB - before.X_WH.p_AB) +
                                      glm::length(out.coupled.X_WT.p_AB - before.coupled.X_WT.p_AB));
       worst_step_N = std::max(worst_step_N, step_N - spring_N);
       before = out;
@@ -108,7 +108,7 @@ TEST(HardCase28, DeviceSlowerThanTheLoopMovesJustAsSmoothly) {
     double slowest = 1e9;
     double fastest = 0;
     for (int i = 0; i < 400; ++i) {
-      const HapticStepOutput out = stroke.Step(kDt_s, i % every == 0);
+      const HapticTick out = stroke.Step(kDt_s, i % every == 0);
       if (i < 20) continue;
       slowest = std::min(slowest, out.v_H_W_mm_per_s.x);
       fastest = std::max(fastest, out.v_H_W_mm_per_s.x);
@@ -138,7 +138,7 @@ TEST(HardCase28, InvalidTimeStepIsRefusedWithoutAfterEffects) {
   int without_force = 0;
   for (const double dt_s :
        {-0.001, -1e9, 0.0, std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()}) {
-    const HapticStepOutput out = stroke.saw.step.Step(stroke.device, {dt_s, 7500, false});
+    const HapticTick out = stroke.saw.step.Step(stroke.device, {.dt_s = dt_s, .rpm = 7500});
     EXPECT_TRUE(std::isfinite(glm::length(out.force.f_H_W_N)));
     EXPECT_TRUE(std::isfinite(glm::length(out.v_H_W_mm_per_s)));
     without_force += out.force.f_H_W_N == Vec3(0);

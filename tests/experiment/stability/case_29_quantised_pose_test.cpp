@@ -50,7 +50,7 @@ TEST(HardCase29, PushedSawIsQuietWithACoarseEncoder) {
         std::vector<Vec3> f;
         double mean_N = 0;
         for (int i = 0; i < 3500; ++i) {
-          const HapticStepOutput out = saw.Step();
+          const HapticTick out = saw.Step();
           if (i < 2000) continue;
           f.push_back(out.force.f_H_W_N);
           mean_N += out.force.f_H_W_N.z / 1500;
@@ -136,7 +136,7 @@ TEST(HardCase29, LoopAddsNoNoiseToAFlickeringCount) {
   std::vector<Vec3> f;
   for (int i = 0; i < 6000; ++i) {
     device.depth = std::min(1.5, -0.2 + 0.001 * i);
-    saw.step.Step(device, {kDt_s, 7500, false});
+    saw.step.Step(device, {.dt_s = kDt_s, .rpm = 7500});
     if (i >= 4000) f.push_back(device.f_N);
   }
   // One count is 0.7 N/mm * 55 um = 38.5 mN peak to peak. It is present in 3 of 7 ticks, which is 19 mN RMS. The loop

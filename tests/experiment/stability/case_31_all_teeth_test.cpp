@@ -174,7 +174,7 @@ TEST(HardCase32, DeviceForceKeepsItsSlewRate) {
   } device(options.profile);
   for (int i = 0; i < 1200; ++i) {
     if (i == 700) device.height = 7.3;
-    saw.step.Step(device, {test::kDt_s, 7500, false});
+    saw.step.Step(device, {.dt_s = test::kDt_s, .rpm = 7500});
     if (i == 699) {
       EXPECT_EQ(device.f_N, Vec3(0));
     }

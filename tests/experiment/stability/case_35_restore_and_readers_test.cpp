@@ -65,7 +65,7 @@ TEST(HardCase35, SettingTheToolDownInContactRampsTheForce) {
     HeldStill device(options.profile, 11.2);
     for (int i = 0; i < 800; ++i) {
       device.height = std::max(9.0, 11.2 - 0.01 * i);
-      saw.step.Step(device, {kDt_s, 0, false});
+      saw.step.Step(device, {.dt_s = kDt_s, .rpm = 0});
     }
     EXPECT_GT(device.f_N.z, 2);
     device.worst_step_N = 0;
@@ -75,7 +75,7 @@ TEST(HardCase35, SettingTheToolDownInContactRampsTheForce) {
       device.f_N = Vec3(0);  // the device exerted no force before
     }
     for (int i = 0; i < 600; ++i) {
-      const HapticStepOutput out = saw.step.Step(device, {kDt_s, 0, false});
+      const HapticTick out = saw.step.Step(device, {.dt_s = kDt_s, .rpm = 0});
       if (ramp && i == 0) first_N = glm::length(out.force.f_H_W_N);
       ASSERT_EQ(out.faults, kHapticOk);
       ASSERT_TRUE(std::isfinite(glm::length(out.coupled.f_H_W_N)));
@@ -96,7 +96,7 @@ TEST(HardCase35, BoneReplacedAroundTheToolBeginsWithoutForce) {
   double first_N = 0;
   double max_N = 0;
   for (int i = 0; i < 1000; ++i) {
-    const HapticStepOutput out = saw.step.Step(device, {kDt_s, 7500, false});
+    const HapticTick out = saw.step.Step(device, {.dt_s = kDt_s, .rpm = 7500});
     if (i == 0) first_N = glm::length(out.force.f_H_W_N);
     max_N = std::max(max_N, glm::length(out.coupled.f_H_W_N));
   }
@@ -129,7 +129,7 @@ Trace CutInto(Bone bone, double x_mm) {
   HapticStep step(simulation, options.profile, {});
   Trace trace;
   for (int i = 0; i < 900; ++i) {
-    const HapticStepOutput out = step.Step(device, {kDt_s, 7500, false});
+    const HapticTick out = step.Step(device, {.dt_s = kDt_s, .rpm = 7500});
     trace.f_N.push_back(out.force.f_H_W_N);
     trace.p_mm.push_back(out.coupled.X_WT.p_AB);
     trace.removed_mm3 += out.coupled.removed_mm3;
@@ -216,7 +216,7 @@ TEST(HardCase35, UndoAndRedoInContactRampTheForceAndRestoreTheBone) {
         device.height -= 0.002;  // the hand pushes again
         run(1);
         if (i < 60) min_N = std::min(min_N, glm::length(device.f_N));
-        max_N = std::max(max_N, glm::length(tick.out.f_H_W_N));
+        max_N = std::max(max_N, glm::length(tick.coupled.f_H_W_N));
       }
       left_N = std::max(left_N, min_N);
     }

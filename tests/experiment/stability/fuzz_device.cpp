@@ -47,7 +47,8 @@ class MotorWatch {
     peak_Nmm_ = turns ? profile.peak_torque_Nmm : 0;
   }
 
-  std::string Check(const HapticStepInput& in, const HapticStepOutput& out) {
+  std::string Check(const HapticTick& out, double slew_dt_s) {
+    const TickInputs& in = out.in;
     const Vec3 f = out.force.f_H_W_N;
     const Vec3 tau = out.force.tau_H_W_Nmm;
     if (!IsFinite(f) || !IsFinite(tau)) return "I1: the motors get an invalid force";
@@ -57,11 +58,11 @@ class MotorWatch {
     const bool faulty = out.faults != kHapticOk;
     if (faulty && (f != Vec3(0) || tau != Vec3(0))) return "the device gets a force despite a fault";
     if (!faulty && !(in.dt_s >= 0 && in.dt_s <= 1)) return "an invalid time step caused no fault";
-    if (!IsValid(out.sample.X_WH) || !IsInWorld(out.sample.X_WH.p_AB)) return "I1: a bad sample is kept";
+    if (!IsValid(out.X_WH) || !IsInWorld(out.X_WH.p_AB)) return "I1: a bad sample is kept";
     if (!IsFinite(out.v_H_W_mm_per_s)) return "I1: the handle's velocity is not finite";
     // After zero force, the force rises slowly; otherwise it changes at most at the slew rate. A falling thermal limit
     // may reduce it faster.
-    const double dt = std::min({in.dt_s, in.slew_dt_s, 0.1});
+    const double dt = std::min({in.dt_s, slew_dt_s, 0.1});
     const double step = glm::length(f - last_f_N_);
     if (!faulty && glm::length(f) > glm::length(last_f_N_) && step > slew_N_per_s_ * dt * (1 + 1e-9)) {
       return fmt::format("I2: the force steps by {} N in {} s", step, dt);
@@ -145,7 +146,6 @@ FuzzResult FuzzDevice(std::uint64_t seed, int calls, long& ticks) {
   Pose X_WT = scene.start;
   Box3 box;
   int failing = 0;
-  HapticStepInput in;
   for (; result.tick < calls && result.wrong.empty(); ++result.tick) {
     const FuzzCall call = fuzz_hand.Next(X_WT);
     if (call.kind == FuzzCall::Kind::kSetDown) simulation.SetDown(call.in.X_WH);
@@ -175,19 +175,19 @@ FuzzResult FuzzDevice(std::uint64_t seed, int calls, long& ticks) {
     if (IsValid(call.in.X_WH) && IsInWorld(call.in.X_WH.p_AB)) {
       simulated.SetIntention({.X_WH = call.in.X_WH, .push_W_N = dice.OneIn(4) ? 20.0 * dice.InCube() : Vec3(0)});
     }
-    in.dt_s = call.in.dt_s;
-    in.rpm = call.in.rpm;
-    in.force_off = dice.OneIn(200);
-    in.slew_dt_s = dice.OneIn(4) ? 0.001 : std::numeric_limits<double>::infinity();
+    TickInputs in{.dt_s = call.in.dt_s, .rpm = call.in.rpm};
+    if (dice.OneIn(200)) in.flags = kRecordedForceOff;
+    const double slew_dt_s = dice.OneIn(4) ? 0.001 : std::numeric_limits<double>::infinity();
+    step.set_slew_dt_s(slew_dt_s);
     const HeapUseCounter heap;
-    HapticStepOutput out;
+    HapticTick out;
     {
       const HeapGuard guard;
       out = step.Step(device, in);
     }
     ++ticks;
     if (heap.count() != 0) result.wrong = fmt::format("{} heap calls in the tick", heap.count());
-    if (result.wrong.empty()) result.wrong = motors.Check(in, out);
+    if (result.wrong.empty()) result.wrong = motors.Check(out, slew_dt_s);
     const bool ticked =
         (out.faults & (kHapticReadFailed | kHapticBadSample)) == 0 && (out.coupled.status & kCoupledBadPose) == 0;
     if (ticked) {

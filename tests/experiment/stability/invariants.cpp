@@ -331,14 +331,14 @@ void Invariants::Tick(const CoupledInput& in, const CoupledOutput& out) {
   tau_H_W_Nmm_ = out.tau_H_W_Nmm;
 }
 
-void Invariants::Step(const HapticStepInput& in, const HapticStepOutput& out) {
+void Invariants::Step(const HapticTick& out, double slew_dt_s) {
   const bool ticked = (out.faults & (kHapticReadFailed | kHapticBadSample)) == 0;
   if (ticked) {
     CoupledInput tick;
-    tick.X_WH = out.sample.X_WH;
+    tick.X_WH = out.X_WH;
     tick.v_H_W_mm_per_s = out.v_H_W_mm_per_s;
-    tick.dt_s = in.dt_s;
-    tick.rpm = in.rpm;
+    tick.dt_s = out.in.dt_s;
+    tick.rpm = out.in.rpm;
     turning_reported_ = false;
     Tick(tick, out.coupled);
   } else {
@@ -361,7 +361,7 @@ void Invariants::Step(const HapticStepInput& in, const HapticStepOutput& out) {
   if (!(std::hypot(tau.x, tau.y, tau.z) <= peak_tau)) {
     Fail("I2", fmt::format("the device gets {} N mm, but its peak is {}", glm::length(tau), peak_tau));
   }
-  const double dt_s = std::min({in.dt_s, in.slew_dt_s, 0.1});
+  const double dt_s = std::min({out.in.dt_s, slew_dt_s, 0.1});
   const double slew = d.force_map.slew_N_per_s > 0 ? d.force_map.slew_N_per_s : peak / 0.005;
   const double slew_tau = d.force_map.slew_Nmm_per_s > 0 ? d.force_map.slew_Nmm_per_s : peak_tau / 0.005;
   if (out.faults != kHapticOk) {

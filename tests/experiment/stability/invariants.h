@@ -47,7 +47,8 @@ class Invariants {
   void WatchDevice(const DeviceProfile& profile, const ForceMapParams& force_map = {});
 
   void Tick(const CoupledInput& in, const CoupledOutput& out);
-  void Step(const HapticStepInput& in, const HapticStepOutput& out);
+  /// `slew_dt_s`: as in HapticStep.
+  void Step(const HapticTick& out, double slew_dt_s = std::numeric_limits<double>::infinity());
   /// Must be called after the simulation's SetDown().
   void SetDown(const Pose& X_WT);
   /// Checks the simulation's bone (I4 to I7). The simulation passed to the constructor must be the one that ran the

@@ -222,8 +222,7 @@ TEST(Invariants, HoldOnADevice) {
     faults.not_a_number = i % 400 == 399;
     faults.read_fails = i == 700;
     held.device.SetFaults(faults);
-    const HapticStepInput in{0.001, 7500, i == 900};
-    invariants.Step(in, held.step.Step(held.device, in));
+    invariants.Step(held.Step(7500, 0.001, i == 900));
   }
   invariants.CheckBone();
   EXPECT_GT(invariants.removed_mm3(), 1);
@@ -234,13 +233,11 @@ TEST(Invariants, DetectFaultsOfADevice) {
   options.profile = FindDeviceProfile("omega_6");
   HeldSaw held(options);
   Intention intention{.X_WH = held.start};
-  std::vector<HapticStepInput> ins;
-  std::vector<HapticStepOutput> outs;
+  std::vector<HapticTick> outs;
   for (int i = 0; i < 1200; ++i) {
     intention.X_WH.p_AB.z -= 0.004;
     held.device.SetIntention(intention);
-    ins.push_back({0.001, 7500, i == 1100});
-    outs.push_back(held.step.Step(held.device, ins.back()));
+    outs.push_back(held.Step(7500, 0.001, i == 1100));
   }
   ASSERT_GT(glm::length(outs[1000].force.f_H_W_N), 0.1);
   const double peak = options.profile.peak_force_N;
@@ -248,7 +245,7 @@ TEST(Invariants, DetectFaultsOfADevice) {
     const char* invariant;
     std::function<void()> change;
   };
-  const std::vector<HapticStepOutput> as_it_was = outs;
+  const std::vector<HapticTick> as_it_was = outs;
   Vec3& f = outs[1000].force.f_H_W_N;
   const Fault faults[] = {
       {"", [&] {}},
@@ -273,7 +270,7 @@ TEST(Invariants, DetectFaultsOfADevice) {
     HeldSaw other(options);
     Invariants invariants(other.simulation, other.start, {.watch_bone = false, .report = false});
     invariants.WatchDevice(options.profile, options.force_map);
-    for (std::size_t i = 0; i < outs.size(); ++i) invariants.Step(ins[i], outs[i]);
+    for (const HapticTick& out : outs) invariants.Step(out);
     if (*fault.invariant) {
       EXPECT_TRUE(invariants.violations().contains(fault.invariant)) << &fault - faults;
     } else {

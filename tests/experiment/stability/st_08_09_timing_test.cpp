@@ -93,7 +93,7 @@ struct Gaps {
     const bool ramps_now = tick.out.force.ramp < 1;
     if (tick.dt_s == 0 || ramps_now || ramps) mJ += std::abs(tick.energy.motor_mJ - motor_mJ);
     if (ramps && !ramps_now) {
-      const Vec3 x = tick.out.sample.X_WH.p_AB - tick.out.coupled.X_WT.p_AB;
+      const Vec3 x = tick.out.X_WH.p_AB - tick.out.coupled.X_WT.p_AB;
       mJ += 0.5 * K_device * glm::dot(x, x);
     }
     motor_mJ = tick.energy.motor_mJ;

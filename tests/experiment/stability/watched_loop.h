@@ -21,13 +21,7 @@ struct WatchedLoop {
   ClosedLoopTick Step(double rpm = 7500) {
     const Vec3 before_N = loop.device().force_N();
     const ClosedLoopTick tick = loop.Step(rpm);
-    if (tick.dt_s > 0) {
-      HapticStepInput in;
-      in.dt_s = tick.dt_s;
-      in.rpm = rpm;
-      in.slew_dt_s = loop.setup().period_s;
-      invariants.Step(in, tick.out);
-    }
+    if (tick.dt_s > 0) invariants.Step(tick.out, loop.setup().period_s);
     largest_N = std::max(largest_N, glm::length(loop.device().force_N()));
     largest_rise_N = std::max(largest_rise_N, glm::length(loop.device().force_N()) - glm::length(before_N));
     const PortEnergy& e = tick.energy;

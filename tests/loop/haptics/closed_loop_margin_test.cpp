@@ -167,7 +167,7 @@ TEST(ClosedLoopMargin, TiltInTheKerfGivesASteadyTorque) {
   std::vector<double> torque;
   double largest_Nmm = 0;
   for (int i = 0; i < 10000; ++i) {
-    const HapticStepOutput out = saw.Step(i < 5000 ? 7500 : 0);
+    const HapticTick out = saw.Step(i < 5000 ? 7500 : 0);
     torque.push_back(out.force.tau_H_W_Nmm.x);
     largest_Nmm = std::max(largest_Nmm, glm::length(out.force.tau_H_W_Nmm));
   }

@@ -31,7 +31,7 @@ Energy Follow(HeldSaw& saw, double K, int ticks, double rpm) {
   Vec3 before = saw.device.p_WC_mm();
   for (int i = 0; i < ticks; ++i) {
     const Vec3 f = saw.device.force_N();
-    const HapticStepOutput out = saw.Step(rpm);
+    const HapticTick out = saw.Step(rpm);
     const Vec3 moved = saw.device.p_WC_mm() - before;
     before = saw.device.p_WC_mm();
     e.exchanged_mJ += std::abs(glm::dot(f, moved));
@@ -105,7 +105,7 @@ TEST(ClosedLoop, ARunningSawGivesNoMoreThanItsSpindlePutIn) {
 /// Pushes with 5 N for 1.5 s, then calls `disturb(i, saw, dt, off)` in each of `disturbed_ticks` ticks, then continues
 /// for 2.5 s. Checks the bounds in every tick.
 template <typename Disturb>
-HapticStepOutput PushThrough(HeldSaw& saw, int disturbed_ticks, Disturb&& disturb, double* lowest_during = nullptr) {
+HapticTick PushThrough(HeldSaw& saw, int disturbed_ticks, Disturb&& disturb, double* lowest_during = nullptr) {
   IntentionStep push;
   push.seconds = 10;
   push.X_WH = saw.start;
@@ -115,7 +115,7 @@ HapticStepOutput PushThrough(HeldSaw& saw, int disturbed_ticks, Disturb&& distur
   const double peak = saw.device.profile().peak_force_N;
   const double slew = peak / 0.005;
   Vec3 before{0};
-  HapticStepOutput out;
+  HapticTick out;
   double lowest = 1e9;
   for (int i = -1500; i < disturbed_ticks + 2500; ++i) {
     double dt = kDt_s;
@@ -143,7 +143,7 @@ HapticStepOutput PushThrough(HeldSaw& saw, int disturbed_ticks, Disturb&& distur
 }
 
 /// Checks that the saw cuts again, with the hand's push (minus the pull of its spring).
-void ExpectCutsAgain(const HapticStepOutput& out, const char* what) {
+void ExpectCutsAgain(const HapticTick& out, const char* what) {
   EXPECT_EQ(out.faults, kHapticOk) << what;
   EXPECT_NEAR(out.force.f_H_W_N.z, 5, 1) << what;
   EXPECT_GT(out.coupled.thrust_sum_N, 3) << what;
@@ -154,7 +154,7 @@ TEST(ClosedLoop, SurvivesAHandleThatJumps) {
     HeldSawOptions options;
     options.block_mm = Vec3(40, 24, 26);
     HeldSaw saw(options);
-    const HapticStepOutput out =
+    const HapticTick out =
         PushThrough(saw, 10, [&](int, HeldSaw& s, double&, bool&) { s.device.SetFaults({.jump_mm = jump}); });
     // A jump of 20 mm sideways moves the saw out of the kerf and the hand off the block.
     if (jump.y != 20) ExpectCutsAgain(out, "jump");
@@ -173,7 +173,7 @@ TEST(ClosedLoop, NaNReadFailureAndWatchdogGiveZeroForceAndThenARamp) {
     HeldSaw saw;
     double lowest = 1;
     bool all_zero = true;
-    const HapticStepOutput out = PushThrough(
+    const HapticTick out = PushThrough(
         saw, 30,
         [&](int i, HeldSaw& s, double&, bool& off) {
           if (kind == 0) s.device.SetFaults({.not_a_number = true});

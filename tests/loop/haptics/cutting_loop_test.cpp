@@ -97,7 +97,7 @@ TEST(CuttingLoop, AReaderThatMeshesEndsUpWithTheSameBone) {
   std::thread renderer([&] {
     while (!done) {
       if (mirror.Update() > 0) triangles += ExtractSurface(mirror.bone()).triangles.size();
-      if (loop.state().Update()) seen = loop.state().front().ticks;
+      if (loop.state().Update()) seen = loop.state().front().last.number;
       while (loop.samples().Peek() != nullptr) loop.samples().Pop();
     }
   });

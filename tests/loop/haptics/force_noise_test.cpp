@@ -43,7 +43,7 @@ Noise Listen(const HeldSawOptions& options, double push_N) {
   Noise noise;
   double z_from = 0;
   for (int i = 0; i < kTicks; ++i) {
-    const HapticStepOutput out = saw.Step();
+    const HapticTick out = saw.Step();
     if (i == kFrom) z_from = saw.device.p_WC_mm().z;
     if (i < kFrom) continue;
     noise.status |= out.force.status | out.coupled.status;

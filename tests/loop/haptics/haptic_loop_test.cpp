@@ -178,13 +178,13 @@ TEST(HapticLoop, LogsEveryTickAndCountsLostSamples) {
   loop.RunHere(100);
   EXPECT_EQ(loop.counts().samples_lost, 36U);
   int read = 0;
-  while (const LoopSample* sample = loop.samples().Peek()) {
+  while (const LoopTick* sample = loop.samples().Peek()) {
     EXPECT_NEAR(sample->time_s, 0.001 * ++read, 1e-12);
     loop.samples().Pop();
   }
   EXPECT_EQ(read, 64);
   ASSERT_TRUE(loop.state().Update());
-  EXPECT_EQ(loop.state().front().ticks, 100U);
+  EXPECT_EQ(loop.state().front().last.number, 100U);
 }
 
 TEST(HapticLoop, RefusesParametersOutOfRange) {
@@ -279,7 +279,7 @@ TEST(LiveLoop, StopsSafelyWhileOthersRead) {
           loop.leaves().Pop();
         }
         while (loop.samples().Peek() != nullptr) loop.samples().Pop();
-        if (loop.state().Update()) ticks_seen = loop.state().front().ticks;
+        if (loop.state().Update()) ticks_seen = loop.state().front().last.number;
         loop.tick_times().CalcPercentile_us(0.99);
         loop.stage_times(TickStage::kRemove).CalcPercentile_us(0.99);
         std::this_thread::yield();

@@ -73,8 +73,8 @@ struct HeldSaw {
     options.delay_ticks = o.delay_ticks;
     return options;
   }
-  HapticStepOutput Step(double rpm = 7500, double dt_s = kDt_s, bool force_off = false) {
-    return step.Step(device, {dt_s, rpm, force_off});
+  HapticTick Step(double rpm = 7500, double dt_s = kDt_s, bool force_off = false) {
+    return step.Step(device, {.dt_s = dt_s, .rpm = rpm, .flags = force_off ? kRecordedForceOff : 0u});
   }
 
   Pose start;

@@ -51,7 +51,7 @@ class FakeBody : public LoopBody {
  public:
   explicit FakeBody(GuardedDevice& device) : device_(device) {}
 
-  bool Tick(double dt_s, TickObserver& observer, LoopTick& report) override {
+  bool Tick(double dt_s, TickObserver& observer, LoopTick& tick) override {
     dt.push_back_if_room(dt_s);
     DeviceSample sample;
     observer.Enter(TickStage::kAccept);
@@ -61,10 +61,10 @@ class FakeBody : public LoopBody {
     observer.Enter(TickStage::kRemove);
     if (leaf_count > 0) ChangeLeaves();
     observer.Enter(TickStage::kEnd);
-    report = {};
-    report.X_WH = sample.X_WH;
-    report.f_device_N = Vec3{force_N_, 0, 0};
-    return device_.Write(report.f_device_N, Vec3{0});
+    tick = {};
+    tick.X_WH = sample.X_WH;
+    tick.force.f_H_W_N = Vec3{force_N_, 0, 0};
+    return device_.Write(tick.force.f_H_W_N, Vec3{0});
   }
   void RampIn() override {
     force_N_ = 0;

@@ -107,7 +107,7 @@ TEST(LoopSession, StepsOneTickAtATimeInVirtualTime) {
   const Scene scene = ParseScene(kLoopScene, "s.toml");
   std::uint64_t taken = 0;
   LoopOptions options = Virtual(0.5);
-  options.watchers.take_tick = [&](const LoopSample&, std::span<const double>) { ++taken; };
+  options.watchers.take_tick = [&](const LoopTick&, std::span<const double>) { ++taken; };
   LoopSession session(scene, options, {});
   int steps = 0;
   while (session.Step()) ++steps;

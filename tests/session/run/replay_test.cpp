@@ -2,10 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -15,6 +17,7 @@
 #include "device/devices/profiles.h"
 #include "device/devices/simulated_device.h"
 #include "kerf/error.h"
+#include "session/run/hand_motion.h"
 #include "session/run/run_loop.h"
 #include "session/run/run_scene.h"
 #include "session/run/run_slab_scene.h"
@@ -370,6 +373,37 @@ TEST_F(Replays, ContinuesFromAnyTime) {
   ExpectSame("a.kerf", 4000);
 }
 
+struct HandAtRest final : HandDriver {
+  void Advance(double) noexcept override {}
+};
+
+// A recording in which another hand held the handle 12 mm above the path's start: the scene's hand takes kJoin_s for
+// that way. Twice the mean speed allows for the hand's spring, and the encoder adds a step.
+TEST_F(Replays, HandContinuesWhereAnotherHandWas) {
+  const Scene scene = MakeScene(kThrough);
+  const Pose X_start = MakePath(scene).CalcPose(0, 0);
+  LoopOptions options = Record("other.kerf", 0.5);
+  options.driver.make_hand = [&](SimulatedDevice& device, const LoopSetup&, const Vec3&, double) {
+    device.Place({X_start.R_AB, X_start.p_AB + Vec3(0, 0, 12)});
+    return std::make_unique<HandAtRest>();
+  };
+  RunLoop(scene, options, {});
+  RecordingReader recording(Path("other.kerf"));
+  options = Record("a.kerf", 2.5);
+  options.replay = {&recording, 1e9, true, true, 0};
+  double largest_mm = 0;
+  std::optional<Vec3> before;
+  options.watchers.take_tick = [&](const LoopTick& tick, std::span<const double>) {
+    if (before) largest_mm = std::max(largest_mm, glm::distance(tick.X_WH.p_AB, *before));
+    before = tick.X_WH.p_AB;
+  };
+  const LoopSummary s = RunLoop(scene, options, {});
+  EXPECT_LE(largest_mm, 2 * 12 / kJoin_s * 0.001 + s.setup.profile.resolution_mm);
+  EXPECT_LT(glm::distance(*before, X_start.p_AB), 2);
+  EXPECT_GT(s.removed_mm3, 0.1);
+  ExpectSame("a.kerf", 3000);
+}
+
 TEST_F(Replays, RunAlongAPathIsIdentical) {
   const Scene scene = MakeScene(kThrough, "[output]\npictures = false\n");
   const RunSummary s = RunScene(scene, Path("out"), {}, {}, {Path("a.kerf"), "/tmp/s.toml", nullptr});
@@ -487,20 +521,21 @@ TEST_F(Replays, FaultsOfTheDeviceAreRepeated) {
   EXPECT_EQ(recording.steps(), 2250u);
   CoupledSimulation simulation(bone, params, X_start);
   SimulatedDevice behind(profile, FindHandModel("H3"), X_start);
-  ReplayDevice device(behind);
+  ReplayDevice device(profile);
+  device.set_device(behind);
   GuardedDevice guarded(device);
   StepBody step_body(simulation, guarded, {});
   ChangedHash hash;
   step_body.set_hash(&hash);
-  RecordedSteps steps(recording, 1e9);
-  ReplayBody body(step_body, simulation, device, steps, [](const RecordedStep&) {});
+  ReplayBody body(step_body, simulation, device, recording, 1e9, [](const RecordedStep&) {});
   while (body.Prepare()) {
     LoopTick tick;
     body.Tick(1, no_reader, tick);
     body.ClearChanged();
   }
-  EXPECT_EQ(body.step(), 2250u);
-  EXPECT_FALSE(body.check().divergence()) << body.check().divergence()->step << body.check().divergence()->what;
+  EXPECT_EQ(body.steps().step(), 2250u);
+  const std::optional<Divergence>& divergence = body.steps().divergence();
+  EXPECT_FALSE(divergence) << divergence->step << divergence->what;
 }
 
 }  // namespace
