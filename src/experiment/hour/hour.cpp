@@ -17,14 +17,14 @@ double CalcMedian(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-class HourWatch final : public LoopWatch {
+class HourWatch {
  public:
   HourWatch(double rate_hz, double each_s, Hour& hour) : rate_hz_(rate_hz), hour_(hour) {
     ticks_per_minute_ = static_cast<std::uint64_t>(std::llround(each_s * rate_hz));
     cutting_us_.reserve(ticks_per_minute_);
   }
 
-  void Take(double wall_us, const LoopTick& sample, CoupledSimulation& simulation) override {
+  void Take(double wall_us, const LoopTick& sample, CoupledSimulation& simulation) {
     const CoupledOutput& out = sample.coupled;
     if (ticks_ == 0) {
       // This tick is the first one, so the volume before it is the present volume plus the volume that it removed.
@@ -117,7 +117,9 @@ Hour RunHour(const Scene& scene, const HourOptions& options,
   loop.output.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
   loop.output.folder = options.folder;
   loop.stop = options.stop;
-  loop.watchers.tick = &watch;
+  loop.watchers.watch_tick = [&watch](double wall_us, const LoopTick& tick, CoupledSimulation& simulation) {
+    watch.Take(wall_us, tick, simulation);
+  };
   hour.loop = RunLoop(scene, loop, progress);
   return hour;
 }

@@ -17,7 +17,6 @@
 #include "loop/record/recording.h"
 #include "session/run/loop_setup.h"
 #include "session/run/loop_undo.h"
-#include "session/run/loop_watch.h"
 #include "session/run/session_controller.h"
 #include "session/run/stage_costs.h"
 
@@ -54,6 +53,10 @@ using MakeHand = std::function<std::unique_ptr<HandDriver>(SimulatedDevice& devi
 /// Called in the thread that steps the session. `channels`: the effects' channels.
 using TakeTick = std::function<void(const LoopTick& sample, std::span<const double> channels)>;
 
+/// Called between two ticks, outside the heap guard. `wall_us`: duration of the tick, including the simulated hand and
+/// device and the exchange with other threads.
+using WatchTick = std::function<void(double wall_us, const LoopTick& tick, CoupledSimulation& simulation)>;
+
 /// What is kept and written while the loop runs.
 struct LoopOutput {
   LoopLog log = LoopLog::kMemory;
@@ -78,7 +81,7 @@ struct LoopDriver {
 /// What observes the loop; each is optional.
 struct LoopWatchers {
   TakeTick take_tick;                 // called with each logged tick, in order
-  LoopWatch* tick = nullptr;          // in virtual time only
+  WatchTick watch_tick;               // in virtual time only
   SessionController* peer = nullptr;  // live only
 };
 

@@ -434,10 +434,10 @@ void LoopSession::State::AfterVirtualTick() {
   ++done_ticks;
   const double time_s = replayed_s + static_cast<double>(done_ticks) * period_s;
   actions->Act(time_s, s.warnings);
-  if (options.watchers.tick != nullptr) {
+  if (options.watchers.watch_tick) {
     const double wall_us = std::chrono::duration<double, std::micro>(WallClock::now() - tick_began).count();
     loop->state().Update();
-    options.watchers.tick->Take(wall_us, loop->state().front().last, *simulation);
+    options.watchers.watch_tick(wall_us, loop->state().front().last, *simulation);
   }
   if (done_ticks % 64 == 0) Read(static_cast<double>(done_ticks) / std::round(requested_ticks));
   if (fragments->is_on() && Search(replayed_ticks + done_ticks, time_s) && !pieces->is_leaving()) pieces->Prepare();
