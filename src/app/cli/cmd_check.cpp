@@ -62,7 +62,7 @@ void Run(const CheckArguments& options) {
     json["file"] = options.file;
     json["title"] = scene.title;
     json["bone"] = {{"summary", checked.bone}, {"voxel_mm", checked.voxel_mm}};
-    json["material"] = nlohmann::ordered_json::parse(FormatMaterialJson(scene, checked.material));
+    json["material"] = MaterialJson(scene, checked.material);
     json["tool"] = {{"shape", kToolKindWords[static_cast<std::size_t>(scene.tool.kind)]},
                     {"diameter_mm", scene.tool.diameter_mm}};
     if (scene.tool.kind == ToolKind::kDisc) {

@@ -125,7 +125,7 @@ std::string FormatCompareJson(const Comparison& c) {
   json["top_speed_mm_per_s"] = Number(c.feed_mm_per_s);
   json["disc"] = {{"diameter_mm", c.saw.diameter_mm}, {"thickness_mm", c.saw.thickness_mm}, {"teeth", c.saw.teeth}};
   json["voxel_mm"] = c.voxel_mm;
-  json["material"] = ordered_json::parse(c.material_json);
+  json["material"] = c.material_json;
   json["direction"] = {Number(c.direction_W.x), Number(c.direction_W.y), Number(c.direction_W.z)};
   json["slice"] = {{"depth_by", c.depth_by},
                    {"length_mm", Number(c.profile.end_mm)},

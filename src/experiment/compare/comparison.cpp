@@ -86,7 +86,7 @@ std::string FileName(const std::string& file) {
 /// machine.
 void SetMaterial(Comparison& c, Scene scene, const MaterialSummary& material) {
   scene.bone.materials = FileName(scene.bone.materials);
-  c.material_json = FormatMaterialJson(scene, material);
+  c.material_json = MaterialJson(scene, material);
   if (material.kind == MaterialKind::kRegions) {
     const std::string from = scene.bone.materials.empty() ? "the bone's own table" : scene.bone.materials;
     c.material = fmt::format("E by region, from {}", from);

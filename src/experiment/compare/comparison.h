@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,10 +62,10 @@ struct CompareRegion {
 struct Comparison {
   std::string scene;  // name of the file, without folder and extension
   std::string title;
-  std::string command;                 // command that reproduces this; the scene file without its folder
-  std::string material;                // source of the bone's stiffness, one line for the user
-  std::string material_json = "null";  // the same as the object "material" of compare.json; files without folders
-  std::string depth_by;                // "bone" or "paper_table_2"
+  std::string command;                   // command that reproduces this; the scene file without its folder
+  std::string material;                  // source of the bone's stiffness, one line for the user
+  nlohmann::ordered_json material_json;  // the same as the object "material" of compare.json; files without folders
+  std::string depth_by;                  // "bone" or "paper_table_2"
   double voxel_mm = 0;
   double rate_hz = 0;
   double feed_mm_per_s = 0;  // top speed of the path

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -49,10 +50,10 @@ StudySpec ReadStudyFile(const std::string& file, const std::vector<std::string>&
 /// Returns the default study as a file with comments.
 std::string DefaultStudyToml();
 
-/// Formats the complete specification as JSON, for a study folder. SpecFromJson() throws Error for anything that
-/// SpecToJson() does not write.
-std::string SpecToJson(const StudySpec& spec);
-StudySpec SpecFromJson(const std::string& text);
+/// Returns the complete specification as JSON, for a study folder. SpecFromJson() throws Error for anything that
+/// SpecToJson() does not return.
+nlohmann::ordered_json SpecToJson(const StudySpec& spec);
+StudySpec SpecFromJson(const nlohmann::ordered_json& json);
 /// Returns a hash of all inputs that the results depend on; the name, the title and the locations of the scene files
 /// are not among them.
 std::uint64_t HashOf(const StudySpec& spec);

@@ -121,7 +121,7 @@ StudyDescription StudyFolder::ReadDescription() const {
     const Json json = Json::parse(text);
     CheckSchema(json);
     StudyDescription d;
-    d.spec = SpecFromJson(json.at("study").dump());
+    d.spec = SpecFromJson(json.at("study"));
     if (HashOf(d.spec) != HashFromText(json.at("study_hash"))) throw Error("it was edited by hand");
     d.plan_hash = HashFromText(json.at("plan_hash"));
     if (!json.at("shard").is_null()) d.shard = ShardFromText(json.at("shard"));
@@ -137,7 +137,7 @@ StudyDescription StudyFolder::ReadDescription() const {
 
 void StudyFolder::WriteDescription(const StudyDescription& d) const {
   Json json{{"schema", kSchema},
-            {"study", Json::parse(SpecToJson(d.spec))},
+            {"study", SpecToJson(d.spec)},
             {"study_hash", ShowHash(HashOf(d.spec))},
             {"plan_hash", ShowHash(d.plan_hash)},
             {"shard", nullptr},

@@ -52,21 +52,19 @@ Json CoreOf(const StudySpec& spec) {
 
 }  // namespace
 
-std::string SpecToJson(const StudySpec& spec) {
+Json SpecToJson(const StudySpec& spec) {
   Json json{{"name", spec.name}, {"title", spec.title}};
   json.update(CoreOf(spec));
   for (std::size_t i = 0; i < spec.scenes.size(); ++i) json["scenes"][i]["file"] = spec.scenes[i].file;
-  return json.dump();
+  return json;
 }
 
 std::uint64_t HashOf(const StudySpec& spec) {
   return HashText(CoreOf(spec).dump());
 }
 
-StudySpec SpecFromJson(const std::string& text) {
-  CheckJsonDepth(text, "a study description");
+StudySpec SpecFromJson(const Json& json) {
   try {
-    const Json json = Json::parse(text);
     StudySpec spec;
     spec.name = json.at("name");
     spec.title = json.at("title");

@@ -73,20 +73,18 @@ std::string DescribeLaw(const Scene& scene) {
                      DescribeBlades(scene.force));
 }
 
-std::string FormatCuttingJson(const CuttingEnergy& energy) {
+nlohmann::ordered_json CuttingJson(const CuttingEnergy& energy) {
   const auto number = [](const std::optional<double>& value) {
     return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
   };
-  const nlohmann::ordered_json json = {
-      {"work_J", number(energy.work_J)},
-      {"specific_energy_J_per_mm3", number(energy.specific_J_per_mm3)},
-      {"published_J_per_mm3", {kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3}},
-      {"within_published",
-       energy.specific_J_per_mm3 ? nlohmann::ordered_json(energy.IsWithinPublishedRange()) : nullptr},
-      {"tooth_pass_mJ", number(energy.pass_mJ)},
-      {"thrust_per_cutting_force", energy.ratio},
-      {"cutting_force_from", energy.from_effect ? "tangential_force" : "thrust / ratio"}};
-  return json.dump();
+  return {{"work_J", number(energy.work_J)},
+          {"specific_energy_J_per_mm3", number(energy.specific_J_per_mm3)},
+          {"published_J_per_mm3", {kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3}},
+          {"within_published",
+           energy.specific_J_per_mm3 ? nlohmann::ordered_json(energy.IsWithinPublishedRange()) : nullptr},
+          {"tooth_pass_mJ", number(energy.pass_mJ)},
+          {"thrust_per_cutting_force", energy.ratio},
+          {"cutting_force_from", energy.from_effect ? "tangential_force" : "thrust / ratio"}};
 }
 
 }  // namespace kerf

@@ -2,6 +2,7 @@
 // published tests. Also describes the caveats of a force law, which are reported next to its forces.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,7 +45,7 @@ std::string DescribeCuttingEnergy(const CuttingEnergy& energy);
 std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEnergy& energy);
 /// Returns a phrase such as "hertz_chip: thrust ...; ...".
 std::string DescribeLaw(const Scene& scene);
-/// Returns the object "cutting" of a summary as JSON text.
-std::string FormatCuttingJson(const CuttingEnergy& energy);
+/// Returns the object "cutting" of a summary.
+nlohmann::ordered_json CuttingJson(const CuttingEnergy& energy);
 
 }  // namespace kerf

@@ -103,7 +103,7 @@ PlotSpec MakeLatenessPlot(const LoopSummary& s) {
   return spec;
 }
 
-PlotSpec MakeForcePlot(const LoopSummary& s) {
+PlotSpec MakeLoopForcePlot(const LoopSummary& s) {
   PlotSpec spec;
   spec.title = "Force on the hand";
   spec.caption = fmt::format("{}; device force = {:.3g} x simulated; slew limit {:.3g} N a tick",
@@ -376,7 +376,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
   json["force"]["law"] = scene.force.name();
   json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
   json["force"]["blades"] = DescribeBlades(scene.force);
-  if (s.cutting) json["cutting"] = ordered_json::parse(FormatCuttingJson(*s.cutting));
+  if (s.cutting) json["cutting"] = CuttingJson(*s.cutting);
   if (s.recorded) {
     json["recording"] = {{"file", s.recorded->path},
                          {"bytes", s.recorded->bytes},
@@ -552,7 +552,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
     write_one("lateness.png", [&](const std::string& path) { WritePlot(MakeLatenessPlot(summary), path); });
   }
   if (kPicturesBuilt && !summary.force_curve.points().empty()) {
-    write_one("force.png", [&](const std::string& path) { WritePlot(MakeForcePlot(summary), path); });
+    write_one("force.png", [&](const std::string& path) { WritePlot(MakeLoopForcePlot(summary), path); });
   }
   // `before` is empty unless the bones were kept; `after` may be empty even if they were.
   if (!summary.before.empty()) WriteBoneResults(scene, summary, folder, progress, surface_error_mm, results);

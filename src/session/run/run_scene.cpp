@@ -253,7 +253,7 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
                   {"volume_before_mm3", s.volume_before_mm3},
                   {"volume_after_mm3", s.volume_after_mm3},
                   {"memory_MB", s.bone_memory_MB}};
-  json["material"] = ordered_json::parse(FormatMaterialJson(scene, s.material));
+  json["material"] = MaterialJson(scene, s.material);
   ordered_json regions = ordered_json::array();
   for (const auto& [id, mm3] : s.removed_mm3_by_region) {
     ordered_json row = {{"region", id}, {"removed_mm3", mm3}};
@@ -274,7 +274,7 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
   json["force"] = ForceJson(scene.force.name(), s.force);
   json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
   json["force"]["blades"] = DescribeBlades(scene.force);
-  json["cutting"] = ordered_json::parse(FormatCuttingJson(s.cutting));
+  json["cutting"] = CuttingJson(s.cutting);
   if (!s.effects.on.empty()) json["effects"] = EffectsJson(s.effects);
   if (s.heat) json["heat"] = HeatJson(*s.heat);
   if (s.fragments) json["fragments"] = FragmentsJson(*s.fragments, true);

@@ -190,7 +190,7 @@ std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
   json["kerf"] = {{"version", VersionString()}, {"commit", CommitString()}, {"compiler", CompilerString()}};
   json["scene"] = scene.name;
   json["mode"] = "slab";
-  json["material"] = ordered_json::parse(FormatMaterialJson(scene, s.material));
+  json["material"] = MaterialJson(scene, s.material);
   ordered_json layers = ordered_json::array();
   for (const SlabProfile::Layer& layer : s.profile.layers) {
     layers.push_back(

@@ -97,7 +97,7 @@ std::string DescribeMaterial(const Scene& scene, const MaterialSummary& s) {
                      100 * (s.ct.fraction_below + s.ct.fraction_above));
 }
 
-std::string FormatMaterialJson(const Scene& scene, const MaterialSummary& s) {
+nlohmann::ordered_json MaterialJson(const Scene& scene, const MaterialSummary& s) {
   nlohmann::ordered_json json = {{"kind", kMaterialKindWords[static_cast<std::size_t>(s.kind)]}};
   if (s.kind == MaterialKind::kRegions) {
     json["source"] = scene.bone.materials.empty() ? "the bone's own table" : scene.bone.materials;
@@ -130,7 +130,7 @@ std::string FormatMaterialJson(const Scene& scene, const MaterialSummary& s) {
                      {"max", s.ct.E_max_MPa / 1000}};
   }
   json["warnings"] = s.warnings;
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return json;
 }
 
 }  // namespace kerf

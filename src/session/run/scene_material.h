@@ -1,6 +1,7 @@
 // Sets the bone's stiffness from the source that the scene selects.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,7 @@ MaterialSummary ApplySceneMaterial(const Scene& scene, Bone& bone);
 
 /// Describes the material in one readable line.
 std::string DescribeMaterial(const Scene& scene, const MaterialSummary& summary);
-/// Returns the object "material" of summary.json as JSON text.
-std::string FormatMaterialJson(const Scene& scene, const MaterialSummary& summary);
+/// Returns the object "material" of summary.json.
+nlohmann::ordered_json MaterialJson(const Scene& scene, const MaterialSummary& summary);
 
 }  // namespace kerf

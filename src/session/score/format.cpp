@@ -60,7 +60,7 @@ std::string FormatSheet(const ScoreSheet& sheet) {
   return text;
 }
 
-std::string FormatSheetJson(const ScoreSheet& sheet) {
+ordered_json SheetJson(const ScoreSheet& sheet) {
   ordered_json json{
       {"recording", sheet.recording}, {"scene", sheet.scene}, {"title", sheet.title}, {"created", sheet.created}};
   json["exercise"] = nullptr;
@@ -85,7 +85,11 @@ std::string FormatSheetJson(const ScoreSheet& sheet) {
     json["measures"][row.info->key] = measure;
   }
   json["warnings"] = sheet.warnings;
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return json;
+}
+
+std::string FormatSheetJson(const ScoreSheet& sheet) {
+  return SheetJson(sheet).dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::string FormatSheetCsv(const ScoreSheet& sheet) {

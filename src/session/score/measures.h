@@ -1,6 +1,7 @@
 // The measures of a score: key, name, unit and formula of each, and whether it is scored.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -88,6 +89,7 @@ const char* DescribeChain(const RecordingSeal& seal);
 /// Returns a readable table.
 std::string FormatSheet(const ScoreSheet& sheet);
 /// Returns JSON with stable keys that include the units.
+nlohmann::ordered_json SheetJson(const ScoreSheet& sheet);
 std::string FormatSheetJson(const ScoreSheet& sheet);
 /// Returns CSV with the columns key,name,unit,value,scored,weight,points.
 std::string FormatSheetCsv(const ScoreSheet& sheet);

@@ -394,7 +394,7 @@ TEST_F(CompareFiles, NameTheCtLawItsRangeAndAllItsWarnings) {
                                             DescribeBlades(law), FindCaveat(law.info()).good_for)));
   }
   EXPECT_THAT(kept, HasSubstr("- slab: one tooth alone has the force of hertz_constant_bite: thrust 1/"));
-  EXPECT_EQ(json["material"], nlohmann::json::parse(FormatMaterialJson(scene, material)));
+  EXPECT_EQ(json["material"], nlohmann::json(MaterialJson(scene, material)));
   EXPECT_EQ(json["material"]["law"], "linear");
   EXPECT_NEAR(json["material"]["share_below_range"].get<double>(), 1.2 / 5, 0.05);  // CT voxels of 0.25 mm in 5 mm
   EXPECT_EQ(json["material"]["valid_HU"][0], 100);
