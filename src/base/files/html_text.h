@@ -6,6 +6,10 @@
 
 namespace kerf {
 
+inline bool IsControlCharacter(char c) {
+  return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+}
+
 /// Escapes text for use between tags and in attributes in double quotes. Control characters, most of which XML does not
 /// permit, become spaces.
 inline std::string EscapeHtml(std::string_view text) {
@@ -25,7 +29,7 @@ inline std::string EscapeHtml(std::string_view text) {
         escaped += "&quot;";
         break;
       default:
-        escaped += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+        escaped += IsControlCharacter(c) ? ' ' : c;
     }
   }
   return escaped;

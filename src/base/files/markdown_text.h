@@ -1,8 +1,11 @@
 // External text (names, titles, messages that quote files) in a Markdown document.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <string_view>
+
+#include "base/files/html_text.h"
 
 namespace kerf {
 
@@ -11,27 +14,8 @@ namespace kerf {
 inline std::string EscapeMarkdown(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '\\':
-      case '`':
-      case '[':
-      case ']':
-      case '|':
-        escaped += '\\';
-        escaped += c;
-        break;
-      default:
-        escaped += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
-    }
+    if (std::string_view("\\`[]|").find(c) != std::string_view::npos) escaped += '\\';
+    escaped += c == '"' ? "\"" : EscapeHtml({&c, 1});
   }
   return escaped;
 }
@@ -45,9 +29,7 @@ inline std::string MarkdownCode(std::string_view name) {
 /// Returns one line for a code block; without line breaks it cannot end the block.
 inline std::string MarkdownCodeLine(std::string_view command) {
   std::string line(command);
-  for (char& c : line) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  }
+  std::replace_if(line.begin(), line.end(), IsControlCharacter, ' ');
   return line;
 }
 
