@@ -289,7 +289,7 @@ void Practice::Update(double /*dt_s*/) {
   }
   state_ = State::kResult;
   viewer_->trace().Write("score", {{"total", sheet_->total ? nlohmann::json(*sheet_->total) : nullptr},
-                                   {"sheet", nlohmann::json::parse(FormatSheetJson(*sheet_))}});
+                                   {"sheet", nlohmann::json(SheetJson(*sheet_))}});
   if (!history_) return;
   if (sheet_->Get("removed_mm3").value_or(0) <= 0) return viewer_->Say("Nothing was cut: the attempt is not saved");
   try {
@@ -332,7 +332,6 @@ void Practice::Fill(HudState& hud) {
     }
     if (nerve_ && !nerve_->empty())
       hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), viewer_->figures().coupled.X_WT);
-    hud.values.nerve_warn_mm = 2;
   }
   if (state_ == State::kCutting && viewer_->is_running()) {
     begun_ = begun_ || viewer_->spindle_on();

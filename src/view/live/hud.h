@@ -12,14 +12,13 @@ namespace kerf {
 
 /// Values shown with one or two decimals, unset ones as "-".
 struct HudValues {
-  std::optional<double> depth_mm;           // depth of the tool's lowest point below the surface where it entered
-  std::optional<double> feed_mm_per_s;      // of the tool
-  std::optional<double> rpm;                // of the spindle
-  std::optional<double> force_N;            // on the hand
-  std::optional<double> nerve_mm;           // distance from blade to nerve canal; 0 or less: the canal is cut
-  std::optional<double> plan_angle_deg;     // angle between the blade and the plane of the plan
-  std::optional<double> plan_offset_mm;     // distance of the blade from that plane
-  std::optional<double> nerve_warn_mm = 2;  // smaller distances are highlighted
+  std::optional<double> depth_mm;        // depth of the tool's lowest point below the surface where it entered
+  std::optional<double> feed_mm_per_s;   // of the tool
+  std::optional<double> rpm;             // of the spindle
+  std::optional<double> force_N;         // on the hand
+  std::optional<double> nerve_mm;        // distance from blade to nerve canal; 0 or less: the canal is cut
+  std::optional<double> plan_angle_deg;  // angle between the blade and the plane of the plan
+  std::optional<double> plan_offset_mm;  // distance of the blade from that plane
 };
 
 struct PlotPoint {

@@ -47,6 +47,9 @@ ScaleBar CalcScaleBar(double mm_per_point, double max_points) {
 
 namespace {
 
+/// Smaller distances to the nerve canal are highlighted.
+constexpr double kNerveWarn_mm = 2;
+
 void DrawValues(const HudValues& v, const FlatBox& box, DrawList& list) {
   if (box.empty()) return;
   list.Panel(box, ink::kGround, ink::kEdge);
@@ -57,7 +60,7 @@ void DrawValues(const HudValues& v, const FlatBox& box, DrawList& list) {
     HudLevel level;
   };
   HudLevel nerve = HudLevel::kPlain;
-  if (v.nerve_mm && v.nerve_warn_mm && *v.nerve_mm < *v.nerve_warn_mm) {
+  if (v.nerve_mm && *v.nerve_mm < kNerveWarn_mm) {
     nerve = *v.nerve_mm <= 0 ? HudLevel::kBad : HudLevel::kWarn;
   }
   const Row rows[] = {

@@ -6,7 +6,6 @@
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyDataMapper.h>
-#include <vtkPolyDataNormals.h>
 #include <vtkProperty.h>
 #include <vtkUnsignedCharArray.h>
 
@@ -19,18 +18,10 @@
 #include "view/picture/colours.h"
 #include "view/picture/picture.h"
 #include "view/picture/vtk_mesh.h"
+#include "view/picture/vtk_scene.h"
 
 namespace kerf {
 namespace {
-
-// Returns the depth of the gullets that MakeToolMesh() cuts.
-double GulletDepth(const DiscSaw& saw) {
-  return std::min(0.45 * saw.pitch_mm(), 0.1 * saw.radius_mm());
-}
-
-void SetColour(vtkProperty& property, const Rgb8& colour) {
-  property.SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
-}
 
 // Returns two directions perpendicular to a normal.
 std::array<Vec3, 2> Across(const Vec3& normal) {
@@ -47,23 +38,12 @@ vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& co
   const auto data = MakePolyData(mesh);
   const bool by_point = point_colours != nullptr && point_colours->size() == mesh.points.size();
   if (by_point) {
-    const vtkNew<vtkUnsignedCharArray> colours;
-    colours->SetNumberOfComponents(3);
-    colours->SetNumberOfTuples(static_cast<vtkIdType>(point_colours->size()));
-    for (std::size_t i = 0; i < point_colours->size(); ++i) {
-      colours->SetTypedTuple(static_cast<vtkIdType>(i), (*point_colours)[i].data());
-    }
-    data->GetPointData()->SetScalars(colours);
+    SetPointColours(*data, *point_colours);
   }
   if (finish == Finish::kFlat) {
     mapper->SetInputData(data);
   } else {
-    const vtkNew<vtkPolyDataNormals> normals;
-    normals->SetInputData(data);
-    normals->SetFeatureAngle(40);
-    normals->SplittingOn();
-    normals->ConsistencyOff();
-    mapper->SetInputConnection(normals->GetOutputPort());
+    SetCreasedInput(*mapper, *data);
   }
   mapper->SetScalarVisibility(by_point ? 1 : 0);
   auto actor = vtkSmartPointer<vtkActor>::New();
@@ -124,7 +104,7 @@ vtkSmartPointer<vtkActor> MakeLineActor(const std::vector<std::vector<Vec3>>& li
 vtkSmartPointer<vtkActor> MakeBlurActor(const DiscSaw& saw) {
   constexpr int kSectors = 120;
   constexpr double kAlpha[3] = {225, 150, 60};
-  const double radii[3] = {saw.radius_mm() - GulletDepth(saw), saw.radius_mm() - 0.5 * GulletDepth(saw),
+  const double radii[3] = {saw.radius_mm() - CalcGulletDepth(saw), saw.radius_mm() - 0.5 * CalcGulletDepth(saw),
                            saw.radius_mm()};
   const vtkNew<vtkPoints> points;
   const vtkNew<vtkCellArray> cells;
@@ -164,7 +144,7 @@ vtkSmartPointer<vtkActor> MakeBlurActor(const DiscSaw& saw) {
 
 TriangleMesh MakeTurningMesh(const DiscSaw& saw) {
   TriangleMesh mesh = MakeToolMesh(saw);
-  const double round = saw.radius_mm() - GulletDepth(saw);
+  const double round = saw.radius_mm() - CalcGulletDepth(saw);
   for (Vec3& p : mesh.points) {
     const double r = std::hypot(p.x, p.y);
     if (r > round) p = {p.x * round / r, p.y * round / r, p.z};

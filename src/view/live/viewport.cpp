@@ -4,14 +4,13 @@
 #include <GL/glcorearb.h>
 #include <vtkAnnotatedCubeActor.h>
 #include <vtkCamera.h>
-#include <vtkLight.h>
 #include <vtkNew.h>
-#include <vtkProperty.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
@@ -23,71 +22,15 @@
 #include "view/live/hud_prop.h"
 #include "view/live/palette.h"
 #include "view/live/scene_actors.h"
+#include "view/picture/vtk_scene.h"
 
 namespace kerf {
 namespace {
 
-// Adds a key light from the upper left, a fill light from the right and a rim light from below, fixed to the camera; as
-// in shaders/bone.frag.
-void AddLights(vtkRenderer& renderer) {
-  struct Lamp {
-    double x, y, z, intensity;
-  };
-  constexpr Lamp kLamps[] = {
-      {-0.5, 0.7, 1.2, 0.62}, {0.9, 0.0, 1.0, 0.30}, {0.0, 0.0, 1.0, 0.20}, {0.2, -0.9, 0.3, 0.10}};
-  renderer.RemoveAllLights();
-  renderer.AutomaticLightCreationOff();
-  for (const Lamp& lamp : kLamps) {
-    const vtkNew<vtkLight> light;
-    light->SetLightTypeToCameraLight();
-    light->SetPosition(lamp.x, lamp.y, lamp.z);
-    light->SetFocalPoint(0, 0, 0);
-    light->SetIntensity(lamp.intensity);
-    light->SetPositional(false);
-    renderer.AddLight(light);
-  }
-}
-
-vtkSmartPointer<vtkAnnotatedCubeActor> MakeCube() {
-  auto cube = vtkSmartPointer<vtkAnnotatedCubeActor>::New();
-  cube->SetXPlusFaceText("L");
-  cube->SetXMinusFaceText("R");
-  cube->SetYPlusFaceText("P");
-  cube->SetYMinusFaceText("A");
-  cube->SetZPlusFaceText("S");
-  cube->SetZMinusFaceText("I");
-  cube->SetFaceTextScale(0.62);
-  cube->SetZFaceTextRotation(-90);
-  cube->GetTextEdgesProperty()->SetOpacity(0);
-  cube->GetCubeProperty()->SetColor(0.93, 0.94, 0.96);
-  cube->GetCubeProperty()->SetAmbient(0.35);
-  cube->GetCubeProperty()->SetDiffuse(0.7);
-  for (vtkProperty* face :
-       {cube->GetXPlusFaceProperty(), cube->GetXMinusFaceProperty(), cube->GetYPlusFaceProperty(),
-        cube->GetYMinusFaceProperty(), cube->GetZPlusFaceProperty(), cube->GetZMinusFaceProperty()}) {
-    face->SetColor(0.1, 0.12, 0.16);
-    face->SetInterpolationToFlat();
-  }
-  return cube;
-}
-
-// Returns the first intersection of a ray with a triangle, as a multiple of the ray's direction.
-std::optional<double> MeetTriangle(const Vec3& origin, const Vec3& direction, const Vec3& a, const Vec3& b,
-                                   const Vec3& c) {
-  const Vec3 u = b - a;
-  const Vec3 v = c - a;
-  const Vec3 p = glm::cross(direction, v);
-  const double det = glm::dot(u, p);
-  if (std::abs(det) < 1e-15) return std::nullopt;
-  const Vec3 s = origin - a;
-  const double x = glm::dot(s, p) / det;
-  const Vec3 q = glm::cross(s, u);
-  const double y = glm::dot(direction, q) / det;
-  if (x < 0 || y < 0 || x + y > 1) return std::nullopt;
-  const double t = glm::dot(v, q) / det;
-  if (t <= 0) return std::nullopt;
-  return t;
-}
+// Less than in still pictures, which are darkened by ambient occlusion; as in shaders/bone.frag.
+constexpr std::array kLights = {0.62, 0.30, 0.20, 0.10};
+constexpr OrientationCubeLook kCubeLook = {
+    .patient = true, .side = {0.93, 0.94, 0.96}, .letter = {0.1, 0.12, 0.16}, .ambient = 0.35, .diffuse = 0.7};
 
 }  // namespace
 
@@ -98,7 +41,7 @@ struct Viewport::State {
   vtkNew<vtkRenderer> scene, over, corner, flat;
   vtkNew<BoneProp> bone;
   vtkNew<HudProp> panels;
-  vtkSmartPointer<vtkAnnotatedCubeActor> cube = MakeCube();
+  vtkSmartPointer<vtkAnnotatedCubeActor> cube = MakeOrientationCube(kCubeLook);
   SceneActors actors;
   ViewCamera camera;
   double scale = 1;
@@ -190,7 +133,7 @@ Viewport::Viewport(vtkRenderWindow& window) : state_(std::make_unique<State>(win
   s.scene->SetBackground2(0.60, 0.66, 0.73);
   s.scene->GradientBackgroundOn();
   s.over->SetActiveCamera(s.scene->GetActiveCamera());
-  for (vtkRenderer* renderer : {s.scene.Get(), s.over.Get(), s.corner.Get()}) AddLights(*renderer);
+  for (vtkRenderer* renderer : {s.scene.Get(), s.over.Get(), s.corner.Get()}) AddCameraLights(*renderer, kLights);
   s.scene->AddActor(s.bone);
   s.corner->AddActor(s.cube);
   s.flat->AddActor(s.panels);
@@ -378,25 +321,6 @@ void Viewport::FitAll() {
   s.camera.set_height_mm(mm_per_pixel * height);
   s.camera.Pan((free.left + 0.5 * free.width) * s.scale - 0.5 * width,
                (free.top + 0.5 * free.height) * s.scale - 0.5 * height);
-}
-
-std::optional<Viewport::PieceHit> Viewport::PickPiece(const ScreenPoint& at) const {
-  const Ray ray = state_->camera.CalcRay(at);
-  std::optional<PieceHit> best;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const PieceShape& piece : state_->actors.pieces()) {
-    if (piece.hidden || piece.mesh_W == nullptr) continue;
-    const Vec3 origin = piece.X_WP.InversePoint(ray.origin_W);
-    const Vec3 direction = piece.X_WP.InverseVector(ray.direction_W);
-    const std::vector<Vec3>& points = piece.mesh_W->points;
-    for (const auto& t : piece.mesh_W->triangles) {
-      const auto far = MeetTriangle(origin, direction, points[t[0]], points[t[1]], points[t[2]]);
-      if (!far || *far >= nearest) continue;
-      nearest = *far;
-      best = PieceHit{piece.id, ray.origin_W + nearest * ray.direction_W};
-    }
-  }
-  return best;
 }
 
 bool Viewport::IsOnPanel(const ScreenPoint& at) const {

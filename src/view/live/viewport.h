@@ -84,7 +84,7 @@ struct ViewStats {
   std::size_t drawn = 0;          // of these, drawn in the last picture
   std::size_t triangles = 0;      // drawn in the last picture
   std::size_t surface_bytes = 0;  // all stored chunks, on the graphics card
-  int step = 1;  // of uncut chunks in the last picture; SurfaceWorker::SetFinestStep() needs no finer step
+  int step = 1;                   // of uncut chunks in the last picture
 };
 
 /// Draws into a window that is created and sized by the caller. All calls must come from the thread that owns its
@@ -148,12 +148,6 @@ class Viewport {
   const ViewCamera& camera() const;
   /// Fits the whole bone and the pieces into the area between the panels.
   void FitAll();
-  /// Piece under a pixel (0: none) and the point hit. Hidden pieces are ignored.
-  struct PieceHit {
-    int id = 0;
-    Vec3 p_W{0};
-  };
-  std::optional<PieceHit> PickPiece(const ScreenPoint& at) const;
   /// Returns true if a pixel lies on a panel, where the mouse does not act on the scene.
   bool IsOnPanel(const ScreenPoint& at) const;
   /// Returns the row of the menu, or of the list of pieces, under a pixel.

@@ -4,22 +4,18 @@
 #include <vtkActor.h>
 #include <vtkAnnotatedCubeActor.h>
 #include <vtkCamera.h>
-#include <vtkCellArray.h>
-#include <vtkLight.h>
 #include <vtkNew.h>
-#include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
-#include <vtkPolyDataNormals.h>
 #include <vtkProperty.h>
 #include <vtkRenderStepsPass.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkSSAOPass.h>
 #include <vtkSmartPointer.h>
-#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
@@ -31,6 +27,7 @@
 #include "view/picture/offscreen.h"
 #include "view/picture/overlay.h"
 #include "view/picture/vtk_mesh.h"
+#include "view/picture/vtk_scene.h"
 
 namespace kerf {
 namespace {
@@ -38,9 +35,7 @@ namespace {
 constexpr Rgb8 kWhite{255, 255, 255};
 constexpr Rgb8 kDark{38, 41, 47};
 
-void SetColour(vtkProperty& property, const Rgb8& colour) {
-  property.SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
-}
+constexpr std::array kLights = {0.70, 0.40, 0.25, 0.10};
 
 vtkSmartPointer<vtkActor> MakeActor(const Shape& shape) {
   const auto data = MakePolyData(shape.mesh_W);
@@ -50,23 +45,10 @@ vtkSmartPointer<vtkActor> MakeActor(const Shape& shape) {
       throw Error(fmt::format("a shape to draw has {} colours for {} points", shape.point_colours.size(),
                               shape.mesh_W.points.size()));
     }
-    const vtkNew<vtkUnsignedCharArray> colours;
-    colours->SetName("colours");
-    colours->SetNumberOfComponents(3);
-    colours->SetNumberOfTuples(static_cast<vtkIdType>(shape.point_colours.size()));
-    for (std::size_t i = 0; i < shape.point_colours.size(); ++i) {
-      colours->SetTypedTuple(static_cast<vtkIdType>(i), shape.point_colours[i].data());
-    }
-    data->GetPointData()->SetScalars(colours);
+    SetPointColours(*data, shape.point_colours);
   }
-  // Smooth normals on smooth surfaces, creases where the bone was cut.
-  const vtkNew<vtkPolyDataNormals> normals;
-  normals->SetInputData(data);
-  normals->SetFeatureAngle(40);
-  normals->SplittingOn();
-  normals->ConsistencyOff();
   const vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputConnection(normals->GetOutputPort());
+  SetCreasedInput(*mapper, *data);
   mapper->SetScalarVisibility(by_point ? 1 : 0);
   auto actor = vtkSmartPointer<vtkActor>::New();
   actor->SetMapper(mapper);
@@ -120,28 +102,6 @@ Shape MakeArrowShape(const Arrow& arrow, double shaft_radius_mm) {
   return shape;
 }
 
-// Adds a key light from the upper left, a fill light from the right and a rim light from behind, fixed to the camera,
-// so that all views are lit equally.
-void AddLights(vtkRenderer& renderer) {
-  struct Lamp {
-    double x, y, z;
-    double intensity;
-  };
-  constexpr Lamp kLamps[] = {
-      {-0.5, 0.7, 1.2, 0.70}, {0.9, 0.0, 1.0, 0.40}, {0.0, 0.0, 1.0, 0.25}, {0.2, -0.9, 0.3, 0.10}};
-  renderer.RemoveAllLights();
-  renderer.AutomaticLightCreationOff();
-  for (const Lamp& lamp : kLamps) {
-    const vtkNew<vtkLight> light;
-    light->SetLightTypeToCameraLight();
-    light->SetPosition(lamp.x, lamp.y, lamp.z);
-    light->SetFocalPoint(0, 0, 0);
-    light->SetIntensity(lamp.intensity);
-    light->SetPositional(false);
-    renderer.AddLight(light);
-  }
-}
-
 void SetCamera(const ViewFrame& frame, int padding, const Box3& box, vtkRenderer& renderer) {
   // Sets the clipping planes around everything.
   double nearest = -1;
@@ -162,34 +122,17 @@ void SetCamera(const ViewFrame& frame, int padding, const Box3& box, vtkRenderer
   camera.SetClippingRange(margin, nearest - farthest + 3 * margin);
 }
 
-// Adds a cube in the corner that turns with the view: L and R are the patient's left and right, A and P front and back,
-// S and I up and down.
+// Adds a cube in the corner that turns with the view.
 void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, int padding, const Layout& layout,
                     vtkRenderer& renderer) {
-  const vtkNew<vtkAnnotatedCubeActor> cube;
-  const bool patient = spec.orientation == Orientation::kPatient;
-  cube->SetXPlusFaceText(patient ? "L" : "x");
-  cube->SetXMinusFaceText(patient ? "R" : "-x");
-  cube->SetYPlusFaceText(patient ? "P" : "y");
-  cube->SetYMinusFaceText(patient ? "A" : "-y");
-  cube->SetZPlusFaceText(patient ? "S" : "z");
-  cube->SetZMinusFaceText(patient ? "I" : "-z");
-  cube->SetFaceTextScale(patient ? 0.62 : 0.5);
-  cube->SetXFaceTextRotation(0);
-  cube->SetYFaceTextRotation(0);
-  cube->SetZFaceTextRotation(-90);
-  cube->GetTextEdgesProperty()->SetOpacity(0);
-  SetColour(*cube->GetCubeProperty(), {186, 191, 199});
-  cube->GetCubeProperty()->SetAmbient(0.3);
-  cube->GetCubeProperty()->SetDiffuse(0.85);
-  for (vtkProperty* face :
-       {cube->GetXPlusFaceProperty(), cube->GetXMinusFaceProperty(), cube->GetYPlusFaceProperty(),
-        cube->GetYMinusFaceProperty(), cube->GetZPlusFaceProperty(), cube->GetZMinusFaceProperty()}) {
-    SetColour(*face, {40, 44, 52});
-    face->SetInterpolationToFlat();
-  }
+  const vtkSmartPointer<vtkAnnotatedCubeActor> cube =
+      MakeOrientationCube({.patient = spec.orientation == Orientation::kPatient,
+                           .side = {186 / 255.0, 191 / 255.0, 199 / 255.0},
+                           .letter = {40 / 255.0, 44 / 255.0, 52 / 255.0},
+                           .ambient = 0.3,
+                           .diffuse = 0.85});
   renderer.AddActor(cube);
-  AddLights(renderer);
+  AddCameraLights(renderer, kLights);
   const double side = 110 * layout.unit;  // pixels
   const double edge = 6 * layout.unit;
   const double window_width = spec.width + 2 * padding;
@@ -332,7 +275,7 @@ Image RenderPicture(const PictureSpec& spec) {
   scene->SetBackground(background[0] / 255.0, background[1] / 255.0, background[2] / 255.0);
   for (const auto& actor : actors) scene->AddActor(actor);
   if (axes) axes->AddGrid(*scene);
-  AddLights(*scene);
+  AddCameraLights(*scene, kLights);
   window.AddRenderer(scene);
   SetCamera(frame, padding, box, *scene);
   // Ambient occlusion darkens corners and gaps, which makes a thin kerf visible.
@@ -351,7 +294,7 @@ Image RenderPicture(const PictureSpec& spec) {
   if (!arrow_actors.empty()) {
     over->SetLayer(1);
     for (const auto& actor : arrow_actors) over->AddActor(actor);
-    AddLights(*over);
+    AddCameraLights(*over, kLights);
     window.AddRenderer(over);
     SetCamera(frame, padding, box, *over);
   }

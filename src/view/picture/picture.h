@@ -103,5 +103,7 @@ void WritePicture(const PictureSpec& spec, const std::string& path);
 /// Makes closed surfaces of the tool in its own frame: for a disc, the toothed disc between z = +-`thickness_mm`/2 and
 /// the end of the spindle.
 TriangleMesh MakeToolMesh(const Tool& tool);
+/// Returns the depth of the gullets between its teeth.
+double CalcGulletDepth(const DiscSaw& saw);
 
 }  // namespace kerf

@@ -38,7 +38,7 @@ std::vector<Vec3> MakeCircle(double radius, int corners) {
 // Makes radial tooth fronts and sloping backs, with tips at the full radius.
 std::vector<Vec3> MakeToothedCircle(const DiscSaw& saw) {
   const double radius = saw.radius_mm();
-  const double gullet = std::min(0.45 * saw.pitch_mm(), 0.1 * radius);
+  const double gullet = CalcGulletDepth(saw);
   struct Knot {
     double fraction_of_pitch;
     double fraction_of_gullet;
@@ -112,6 +112,10 @@ TriangleMesh MakeBallMesh(const BallBurr& ball) {
 }
 
 }  // namespace
+
+double CalcGulletDepth(const DiscSaw& saw) {
+  return std::min(0.45 * saw.pitch_mm(), 0.1 * saw.radius_mm());
+}
 
 TriangleMesh MakeToolMesh(const Tool& tool) {
   Validate(tool);

@@ -1,0 +1,79 @@
+#include "view/picture/vtk_scene.h"
+
+#include <vtkAnnotatedCubeActor.h>
+#include <vtkLight.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkPolyDataNormals.h>
+#include <vtkProperty.h>
+#include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnsignedCharArray.h>
+
+namespace kerf {
+
+void SetColour(vtkProperty& property, const Rgb8& colour) {
+  property.SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+}
+
+void SetPointColours(vtkPolyData& data, const std::vector<Rgb8>& colours) {
+  const vtkNew<vtkUnsignedCharArray> values;
+  values->SetName("colours");
+  values->SetNumberOfComponents(3);
+  values->SetNumberOfTuples(static_cast<vtkIdType>(colours.size()));
+  for (std::size_t i = 0; i < colours.size(); ++i) {
+    values->SetTypedTuple(static_cast<vtkIdType>(i), colours[i].data());
+  }
+  data.GetPointData()->SetScalars(values);
+}
+
+void SetCreasedInput(vtkPolyDataMapper& mapper, vtkPolyData& data) {
+  const vtkNew<vtkPolyDataNormals> normals;
+  normals->SetInputData(&data);
+  normals->SetFeatureAngle(40);
+  normals->SplittingOn();
+  normals->ConsistencyOff();
+  mapper.SetInputConnection(normals->GetOutputPort());
+}
+
+void AddCameraLights(vtkRenderer& renderer, const std::array<double, 4>& intensities) {
+  constexpr double kDirections[4][3] = {{-0.5, 0.7, 1.2}, {0.9, 0.0, 1.0}, {0.0, 0.0, 1.0}, {0.2, -0.9, 0.3}};
+  renderer.RemoveAllLights();
+  renderer.AutomaticLightCreationOff();
+  for (std::size_t i = 0; i < intensities.size(); ++i) {
+    const vtkNew<vtkLight> light;
+    light->SetLightTypeToCameraLight();
+    light->SetPosition(kDirections[i][0], kDirections[i][1], kDirections[i][2]);
+    light->SetFocalPoint(0, 0, 0);
+    light->SetIntensity(intensities[i]);
+    light->SetPositional(false);
+    renderer.AddLight(light);
+  }
+}
+
+vtkSmartPointer<vtkAnnotatedCubeActor> MakeOrientationCube(const OrientationCubeLook& look) {
+  auto cube = vtkSmartPointer<vtkAnnotatedCubeActor>::New();
+  cube->SetXPlusFaceText(look.patient ? "L" : "x");
+  cube->SetXMinusFaceText(look.patient ? "R" : "-x");
+  cube->SetYPlusFaceText(look.patient ? "P" : "y");
+  cube->SetYMinusFaceText(look.patient ? "A" : "-y");
+  cube->SetZPlusFaceText(look.patient ? "S" : "z");
+  cube->SetZMinusFaceText(look.patient ? "I" : "-z");
+  cube->SetFaceTextScale(look.patient ? 0.62 : 0.5);
+  cube->SetZFaceTextRotation(-90);
+  cube->GetTextEdgesProperty()->SetOpacity(0);
+  cube->GetCubeProperty()->SetColor(look.side[0], look.side[1], look.side[2]);
+  cube->GetCubeProperty()->SetAmbient(look.ambient);
+  cube->GetCubeProperty()->SetDiffuse(look.diffuse);
+  for (vtkProperty* face :
+       {cube->GetXPlusFaceProperty(), cube->GetXMinusFaceProperty(), cube->GetYPlusFaceProperty(),
+        cube->GetYMinusFaceProperty(), cube->GetZPlusFaceProperty(), cube->GetZMinusFaceProperty()}) {
+    face->SetColor(look.letter[0], look.letter[1], look.letter[2]);
+    face->SetInterpolationToFlat();
+  }
+  return cube;
+}
+
+}  // namespace kerf

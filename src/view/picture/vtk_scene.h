@@ -1,0 +1,42 @@
+// Parts of a VTK scene that still pictures and the live picture share. For the view group only.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "view/picture/colours.h"
+
+class vtkAnnotatedCubeActor;
+class vtkPolyData;
+class vtkPolyDataMapper;
+class vtkProperty;
+class vtkRenderer;
+template <class T>
+class vtkSmartPointer;
+
+namespace kerf {
+
+void SetColour(vtkProperty& property, const Rgb8& colour);
+/// `colours`: one for each point.
+void SetPointColours(vtkPolyData& data, const std::vector<Rgb8>& colours);
+/// Draws `data` with smooth normals on smooth surfaces and creases where the bone was cut.
+void SetCreasedInput(vtkPolyDataMapper& mapper, vtkPolyData& data);
+
+/// Adds a key light from the upper left, two fill lights from the right and from the front, and a rim light from below,
+/// fixed to the camera, so that all views are lit equally. shaders/bone.frag has the same lights.
+void AddCameraLights(vtkRenderer& renderer, const std::array<double, 4>& intensities);
+
+/// Colours from 0 to 1 and fractions of the light.
+struct OrientationCubeLook {
+  bool patient = true;  // letters of the patient's sides; false: axes
+  std::array<double, 3> side;
+  std::array<double, 3> letter;
+  double ambient;
+  double diffuse;
+};
+
+/// Returns a cube whose faces show the patient's sides (L and R left and right, A and P front and back, S and I up and
+/// down), or the axes.
+vtkSmartPointer<vtkAnnotatedCubeActor> MakeOrientationCube(const OrientationCubeLook& look);
+
+}  // namespace kerf
