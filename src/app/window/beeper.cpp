@@ -84,10 +84,6 @@ Beeper::~Beeper() {
   if (state_->out != nullptr) snd_pcm_close(state_->out);
 }
 
-bool Beeper::has_sound() const {
-  return state_->out != nullptr;
-}
-
 void Beeper::Set(std::optional<double> to_goal_mm) {
   state_->to_goal_mm.store(to_goal_mm.value_or(kSilent));
 }

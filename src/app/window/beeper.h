@@ -15,7 +15,6 @@ class Beeper {
   Beeper(const Beeper&) = delete;
   Beeper& operator=(const Beeper&) = delete;
 
-  bool has_sound() const;
   /// Sets the distance to indicate; nullopt: silence. May be called by any thread.
   void Set(std::optional<double> to_goal_mm);
 

@@ -242,8 +242,4 @@ void GlWindow::Present() {
   glfwSwapBuffers(state_->window);
 }
 
-void GlWindow::SetTitle(const std::string& title) {
-  glfwSetWindowTitle(state_->window, title.c_str());
-}
-
 }  // namespace kerf

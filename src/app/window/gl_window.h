@@ -39,7 +39,6 @@ class GlWindow {
   void BeginFrame();
   /// Presents the drawn frame.
   void Present();
-  void SetTitle(const std::string& title);
 
  private:
   struct State;

@@ -484,7 +484,6 @@ HudState ViewerApp::MakeHud() {
     hud.progress =
         HudProgress{.title = loading ? "Loading" : "Ending the session", .stage = stage, .fraction = fraction};
   }
-  if (work_) hud.progress = work_;
   activity_->Fill(hud);
   if (device_ && is_running() && !options_.scripted) {
     if (std::optional<HudBanner> banner = device_->MakeBanner()) hud.banner = std::move(banner);
@@ -564,10 +563,6 @@ void ViewerApp::Say(const std::string& message) {
   said_ = message;
   said_until_s_ = now_s_ + kMessage_s;
   trace_.Write("message", {{"text", message}});
-}
-
-void ViewerApp::ShowWork(const std::string& title, const std::string& stage, std::optional<double> fraction) {
-  work_ = HudProgress{.title = title, .stage = stage, .fraction = fraction};
 }
 
 void ViewerApp::AskText(const std::string& question, const std::string& initial,

@@ -117,9 +117,6 @@ class ViewerApp {
   /// Shows a message at the bottom for some seconds.
   void Say(const std::string& message);
   const std::string& said() const { return said_; }
-  /// Shows the current work over the picture; shows nothing if the text is empty.
-  void ShowWork(const std::string& title, const std::string& stage, std::optional<double> fraction);
-  void HideWork() { work_.reset(); }
   /// Asks for a line of text. `done` receives it, or nullopt if the input was cancelled.
   void AskText(const std::string& question, const std::string& initial,
                std::function<void(std::optional<std::string>)> done);
@@ -127,7 +124,6 @@ class ViewerApp {
   std::string TakePicture();
   /// Returns the picture without panels as PNG bytes.
   std::string GrabScene();
-  bool slices_shown() const { return slices_shown_; }
 
  private:
   void Take(const WindowEvent& event);
@@ -188,7 +184,6 @@ class ViewerApp {
   std::string said_;
   double said_until_s_ = 0;
   double now_s_ = 0;
-  std::optional<HudProgress> work_;
   std::optional<TextEntry> entry_;
   bool entry_is_new_ = false;  // opened during the current batch of events
   std::function<void(std::optional<std::string>)> entry_done_;

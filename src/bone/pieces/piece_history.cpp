@@ -1,7 +1,5 @@
 #include "bone/pieces/piece_history.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <utility>
 
@@ -18,11 +16,6 @@ std::array<double, 16> MakeMatrix(const Pose& X) {
   const Vec3 z = X.Vector({0, 0, 1});
   const Vec3& p = X.p_AB;
   return {x.x, y.x, z.x, p.x, x.y, y.y, z.y, p.y, x.z, y.z, z.z, p.z, 0, 0, 0, 1};
-}
-
-std::string Describe(const PieceAction& action) {
-  if (!action.name.empty()) return fmt::format("{} '{}'", action.what, action.name);
-  return action.piece.empty() ? action.what : fmt::format("{} {}", action.what, action.piece);
 }
 
 void PieceHistory::AddPiece(int like) {
@@ -58,14 +51,6 @@ bool PieceHistory::Redo() {
   if (at_ + 1 >= steps_.size()) return false;
   ++at_;
   return true;
-}
-
-const PieceAction* PieceHistory::FindUndo() const {
-  return at_ > 0 ? &steps_[at_].action : nullptr;
-}
-
-const PieceAction* PieceHistory::FindRedo() const {
-  return at_ + 1 < steps_.size() ? &steps_[at_ + 1].action : nullptr;
 }
 
 std::vector<PieceAction> PieceHistory::actions() const {

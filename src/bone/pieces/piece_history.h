@@ -9,9 +9,6 @@
 
 namespace kerf {
 
-/// Returns a description for the user, such as "move piece 2".
-std::string Describe(const PieceAction& action);
-
 class PieceHistory {
  public:
   const std::vector<PieceState>& now() const { return steps_[at_].states; }
@@ -21,8 +18,6 @@ class PieceHistory {
   void Do(PieceAction action, std::vector<PieceState> states, int gesture);
   bool Undo();
   bool Redo();
-  const PieceAction* FindUndo() const;  // null if there is nothing to undo
-  const PieceAction* FindRedo() const;
   std::vector<PieceAction> actions() const;
   void Checkpoint(const std::string& name);
   bool GoTo(const std::string& name);

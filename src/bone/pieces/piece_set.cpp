@@ -237,24 +237,8 @@ bool PieceSet::Undo() {
 bool PieceSet::Redo() {
   return state_->history.Redo();
 }
-bool PieceSet::can_undo() const {
-  return state_->history.FindUndo() != nullptr;
-}
-bool PieceSet::can_redo() const {
-  return state_->history.FindRedo() != nullptr;
-}
 std::vector<PieceAction> PieceSet::actions() const {
   return state_->history.actions();
-}
-
-std::string PieceSet::next_undo() const {
-  const PieceAction* action = state_->history.FindUndo();
-  return action ? Describe(*action) : "";
-}
-
-std::string PieceSet::next_redo() const {
-  const PieceAction* action = state_->history.FindRedo();
-  return action ? Describe(*action) : "";
 }
 
 void PieceSet::Checkpoint(const std::string& name) {

@@ -93,13 +93,8 @@ class PieceSet {
   void ResetAll();    // shows, restores and moves back all pieces
   bool Undo();        // false if there is nothing to undo
   bool Redo();
-  bool can_undo() const;
-  bool can_redo() const;
   /// Returns the actions up to now, oldest first.
   std::vector<PieceAction> actions() const;
-  /// Returns a description of what Undo() would undo; empty if nothing.
-  std::string next_undo() const;
-  std::string next_redo() const;
   /// Saves the current states under a name; replaces a checkpoint of the same name.
   void Checkpoint(const std::string& name);
   /// Goes back to a checkpoint; this can be undone. Returns false if there is none of that name.

@@ -23,7 +23,6 @@ class PenetrationLimiter {
     const double max_mm = known_mm_[i] + (may_rise ? kSpeed_mm_per_s * step_s : 0);
     return std::min(found_mm, max_mm);
   }
-  double known_mm(int i) const { return known_mm_[i]; }
   void set_known_mm(int i, double depth_mm) { known_mm_[i] = depth_mm; }
   void Ease(double fraction) {
     for (double& depth_mm : known_mm_) depth_mm *= fraction;

@@ -188,33 +188,6 @@ Twist StepProblem::CalcGradient(const Twist& u) const {
   return g;
 }
 
-double StepProblem::CalcValueWithoutCutting(const Twist& u) const {
-  const StepCoupling& c = coupling;
-  double J = (c.spring.Energy(c.x_mm - tau_s * Linear(u)) + c.torsion.Energy(c.theta_rad - tau_s * Angular(u))) / tau_s;
-  J += c.damper.stiffness > 0 ? c.damper.Energy(c.v_H_mm_per_s - Linear(u)) : 0;
-  J += c.torsion_damper.stiffness > 0 ? c.torsion_damper.Energy(c.w_H_rad_per_s - Angular(u)) : 0;
-  for (const FlatPoint& p : flats) {
-    const double depth = std::max(0.0, p.depth_mm + tau_s * FlatSpeed(p, u));
-    J += 0.5 * flat_stiffness_N_per_mm * depth * depth / tau_s;
-  }
-  for (const SolidPoint& p : solids) {
-    const double depth = std::max(0.0, p.depth_mm + tau_s * Dot(p.row, u));
-    J += 0.5 * p.stiffness_N_per_mm * depth * depth / tau_s;
-  }
-  for (const YieldPoint& p : yields) {
-    const double speed = std::max(0.0, Dot(p.row, u));
-    const double beyond = std::max(0.0, speed - p.rated_mm_per_s);
-    J += p.force_N * (speed < creep_mm_per_s ? 0.5 * speed * speed / creep_mm_per_s : speed - 0.5 * creep_mm_per_s);
-    J += p.force_N * 0.5 * beyond * beyond / p.rated_mm_per_s;
-  }
-  for (const FrictionPoint& p : frictions) {
-    const double a = Dot(p.row_a, u) + p.slip_a_mm_per_s;
-    const double b = Dot(p.row_b, u) + p.slip_b_mm_per_s;
-    J += p.limit_N * std::sqrt(a * a + b * b + creep_mm_per_s * creep_mm_per_s);
-  }
-  return J;
-}
-
 StepSolver::StepSolver(std::size_t capacity) {
   for (Speeds* speeds : {&cutting_, &along_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {
     speeds->at.reserve(capacity);

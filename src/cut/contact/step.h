@@ -144,8 +144,6 @@ struct StepProblem {
   ToothMean MeanToothForce(const CuttingPoint& point, double speed_mm_per_s, double along_mm_per_s) const;
   /// Returns the gradient of J, i.e. the unbalanced force and torque. Tick-safe.
   Twist CalcGradient(const Twist& u) const;
-  /// Returns J without the term of the cutting law, which has no closed form; for tests. Tick-safe.
-  double CalcValueWithoutCutting(const Twist& u) const;
 };
 
 /// Result of StepSolver::Solve().

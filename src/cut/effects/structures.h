@@ -38,7 +38,6 @@ class StructureDistance {
   static constexpr std::size_t kNoLimit = static_cast<std::size_t>(-1);
   bool empty() const { return tree_.size() == 0; }
   std::size_t queries() const { return queries_; }  // Embree queries in the last Find()
-  std::size_t patch_count() const { return patches_.size(); }
   std::size_t CalcMemoryBytes() const;
 
  private:

@@ -24,7 +24,7 @@ void TakeOut::Return() {
 }
 
 bool TakeOut::Step(CoupledSimulation& simulation, std::size_t leaves) {
-  waits_for_tool_ = waits_for_leaves_ = false;
+  waits_for_tool_ = false;
   if (place_ == PiecePlace::kHeld || place_ == PiecePlace::kOut) return true;
   if (!simulation.IsClearOf(removal_.bounds_W)) {
     waits_for_tool_ = true;
@@ -36,10 +36,8 @@ bool TakeOut::Step(CoupledSimulation& simulation, std::size_t leaves) {
     const LeafChange& change = removal_.leaves[leaving ? out_ : out_ - 1];
     const float* with = change.with.data();
     const float* without = change.without.data();
-    if (!simulation.Replace(change.index, leaving ? with : without, leaving ? without : with)) {
-      waits_for_leaves_ = true;
-      return false;
-    }
+    // CoupledSimulation::Refill() provides the leaves that are missing.
+    if (!simulation.Replace(change.index, leaving ? with : without, leaving ? without : with)) return false;
     out_ = leaving ? out_ + 1 : out_ - 1;
   }
   if (out_ != end) return false;

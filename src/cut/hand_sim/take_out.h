@@ -22,9 +22,8 @@ class TakeOut {
   void Leave();
   void Return();
   PiecePlace place() const { return place_; }
-  /// Reasons why the last Step() did nothing.
+  /// Returns true if the last Step() did nothing because the tool is too near.
   bool waits_for_tool() const { return waits_for_tool_; }
-  bool waits_for_leaves() const { return waits_for_leaves_; }  // CoupledSimulation::Refill() provides leaves
 
   /// Changes at most `leaves` leaves of the piece; to be called between two ticks. Returns true when all is done.
   /// Tick-safe.
@@ -36,7 +35,6 @@ class TakeOut {
   std::size_t out_ = 0;   // number of leaves that are out
   bool counted_ = false;  // the piece is counted as taken out
   bool waits_for_tool_ = false;
-  bool waits_for_leaves_ = false;
 };
 
 }  // namespace kerf

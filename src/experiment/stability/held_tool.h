@@ -30,10 +30,11 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state);
 /// with an overdamped hand too.
 std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& setup);
 
-/// Does what TryState() does, with a tool that is already held.
+/// Kicks the handle and observes the result. Friction and encoder steps of the profile are included unless `linear` is
+/// true; even then the coupling's damper has the delay that the encoder causes.
 Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linear);
 
-/// Does what FindMargins() does, with a tool that is already held.
+/// Finds the margins by bisection, the gain to within 2 %. `linear` as for TryHeld().
 Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool linear, double max_gain = 64);
 
 }  // namespace kerf

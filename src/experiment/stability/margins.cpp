@@ -55,14 +55,6 @@ const char* ToString(HeldState state) {
   return "";
 }
 
-Behaviour TryState(const StabilitySubject& subject, HeldState state, bool linear) {
-  return TryHeld(HoldTool(subject, state), subject.setup, linear);
-}
-
-Margins FindMargins(const StabilitySubject& subject, HeldState state, bool linear, double max_gain) {
-  return FindHeldMargins(HoldTool(subject, state), subject.setup, linear, max_gain);
-}
-
 ClosedLoopSetup FitSetup(ClosedLoopSetup setup, const DeviceProfile& profile, const HandModel& hand,
                          const HandModel& fitted_to) {
   setup.profile = profile;
@@ -103,24 +95,6 @@ std::vector<ProfileMargins> CalcProfileMargins(const StabilitySubject& subject,
     add(profile, FindHandModel("H0"), FindHandModel("H3"));
   }
   return rows;
-}
-
-StabilityMap DrawMap(const StabilitySubject& subject, HeldState state, const std::vector<double>& stiffness_N_per_mm,
-                     const std::vector<double>& damping_Ns_per_mm, const std::function<void(double)>& progress) {
-  const HeldTool held = HoldTool(subject, state);
-  StabilityMap map{stiffness_N_per_mm, damping_Ns_per_mm, {}};
-  const std::size_t all = stiffness_N_per_mm.size() * damping_Ns_per_mm.size();
-  for (const double damping : damping_Ns_per_mm) {
-    for (const double stiffness : stiffness_N_per_mm) {
-      ClosedLoopSetup setup = subject.setup;
-      setup.profile.friction_N = 0;
-      setup.coupled.coupling.stiffness_N_per_mm = stiffness;
-      setup.coupled.coupling.damping_Ns_per_mm = damping;
-      map.behaviour.push_back(TryHeld(held, setup, false));
-      if (progress) progress(static_cast<double>(map.behaviour.size()) / static_cast<double>(all));
-    }
-  }
-  return map;
 }
 
 }  // namespace kerf

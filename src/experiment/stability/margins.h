@@ -49,10 +49,6 @@ enum class HeldState : std::uint8_t {
 const char* ToString(HeldState state);
 inline constexpr std::array kHeldStates = {HeldState::kStoppedOnBone, HeldState::kCutting, HeldState::kInKerf};
 
-/// Kicks the handle in that state and observes the result. Friction and encoder steps of the profile are included
-/// unless `linear` is true; even then the coupling's damper has the delay that the encoder causes.
-Behaviour TryState(const StabilitySubject& subject, HeldState state, bool linear);
-
 struct Margins {
   double gain = 0;            // loop gain at which the loop ceases to be stable
   bool gain_beyond = false;   // the loop was still stable at that gain, the largest that could be tested
@@ -63,8 +59,6 @@ struct Margins {
   /// Compares with the required minimums.
   Judgement Judge(double min_gain, int min_delay_ticks) const;
 };
-/// Finds the margins by bisection, the gain to within 2 %. `linear` as for TryState().
-Margins FindMargins(const StabilitySubject& subject, HeldState state, bool linear, double max_gain = 64);
 
 /// Returns the loop of another device and hand, with the coupling reduced as `kerf loop` would reduce it for the hand
 /// `fitted_to`.
@@ -97,7 +91,5 @@ struct StabilityMap {
   std::vector<double> damping_Ns_per_mm;
   std::vector<Behaviour> behaviour;
 };
-StabilityMap DrawMap(const StabilitySubject& subject, HeldState state, const std::vector<double>& stiffness_N_per_mm,
-                     const std::vector<double>& damping_Ns_per_mm, const std::function<void(double)>& progress = {});
 
 }  // namespace kerf

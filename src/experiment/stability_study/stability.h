@@ -19,8 +19,6 @@ namespace kerf {
 /// Margins that a loop must have with its own hand to be called stable.
 inline constexpr double kMinGainMargin = 2;
 inline constexpr int kMinDelayMargin_ticks = 1;
-/// Largest delay that FindMargins() tests.
-inline constexpr int kMaxDelayMargin_ticks = 16;
 
 struct StabilityOptions {
   bool quick = false;     // only the scene's hand and the released one, and a coarser map

@@ -23,7 +23,6 @@ class RegionDistance {
   /// maximum depth there. Returns 1e9 if there is no tissue. Error: half a region voxel. Takes less than 0.1 ms. Not
   /// thread-safe: use in one thread at a time.
   double Calc(const Tool& tool, const Pose& X_WT) const;
-  std::size_t ball_count() const { return balls_.size(); }
 
  private:
   struct Ball {

@@ -20,7 +20,6 @@ struct FlatBox {
   double right() const { return left + width; }
   double bottom() const { return top + height; }
   bool empty() const { return !(width > 0 && height > 0); }
-  FlatBox Shrunk(double by) const { return {left + by, top + by, width - 2 * by, height - 2 * by}; }
   bool Contains(double x, double y) const { return x >= left && x < right() && y >= top && y < bottom(); }
 };
 bool Overlap(const FlatBox& a, const FlatBox& b);

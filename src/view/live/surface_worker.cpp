@@ -56,11 +56,10 @@ struct SurfaceWorker::State {
     first.insert(first.end(), last.begin(), last.end());
     return first;
   }
-  // Returns the pass to continue with; null if all wanted passes are done.
-  Pass* FindPass(int wanted) {
-    const auto at = std::find_if(passes.begin(), passes.end(), [&](const Pass& pass) {
-      return pass.next < all.size() && (pass.step >= wanted || &pass == &passes.front());
-    });
+  // Returns the pass to continue with; null if all passes are done.
+  Pass* FindPass() {
+    const auto at =
+        std::find_if(passes.begin(), passes.end(), [&](const Pass& pass) { return pass.next < all.size(); });
     return at == passes.end() ? nullptr : &*at;
   }
   bool FirstDone() const { return passes.front().next == all.size(); }
@@ -87,7 +86,6 @@ struct SurfaceWorker::State {
   std::deque<Key> order;
   std::optional<SliceJob> job;
   std::optional<CtSlices> slices;
-  int finest = 1;
   bool stop = false;
   bool working = true;
   SurfaceCounts counts;
@@ -145,11 +143,9 @@ struct SurfaceWorker::State {
   bool Step() {
     constexpr std::size_t kBatch = 64;
     TakeLeaves();
-    int wanted = 1;
     std::optional<SliceJob> slice;
     {
       const std::lock_guard lock(mutex);
-      wanted = finest;
       if (FirstDone()) std::swap(slice, job);
       counts.dirty = chunks.CountDirty();
     }
@@ -171,7 +167,7 @@ struct SurfaceWorker::State {
       }
       if (!dirty.empty() || slice) return true;
     }
-    Pass* pass = FindPass(wanted);
+    Pass* pass = FindPass();
     if (pass == nullptr) return false;
     const auto begin = all.begin() + static_cast<std::ptrdiff_t>(pass->next);
     pass->next = std::min(all.size(), pass->next + kBatch);
@@ -198,7 +194,7 @@ struct SurfaceWorker::State {
       std::unique_lock lock(mutex);
       if (stop) return;
       if (worked) continue;
-      const auto has_work = [&] { return stop || !leaves.empty() || job || FindPass(finest) != nullptr; };
+      const auto has_work = [&] { return stop || !leaves.empty() || job || FindPass() != nullptr; };
       if (has_work()) continue;
       working = false;
       idle.notify_all();
@@ -259,14 +255,6 @@ SurfaceCounts SurfaceWorker::counts() const {
   SurfaceCounts counts = state_->counts;
   counts.leaves_waiting = state_->leaves.size();
   return counts;
-}
-
-void SurfaceWorker::SetFinestStep(int finest_step) {
-  {
-    const std::lock_guard lock(state_->mutex);
-    state_->finest = finest_step;
-  }
-  state_->wake.notify_one();
 }
 
 bool SurfaceWorker::first_done() const {

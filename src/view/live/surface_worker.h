@@ -39,9 +39,6 @@ class SurfaceWorker {
   /// An upload takes about 10 us. May be called by any thread.
   std::vector<ChunkMesh> Fetch(std::size_t at_most = 1024);
   SurfaceCounts counts() const;
-  /// Sets the finest step of uncut chunks, one of BoneChunks::kSteps; 1 by default. Cut chunks are always meshed at
-  /// step 1.
-  void SetFinestStep(int finest_step);
   /// Returns true if the surface of the first picture (the coarse step of all chunks) is available to Fetch().
   bool first_done() const;
   /// Blocks until all offered leaves have been meshed at the wanted resolution.

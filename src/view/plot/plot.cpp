@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 
-#include "base/files/files.h"
 #include "base/files/memory.h"
 #include "kerf/error.h"
 #include "view/picture/offscreen.h"
@@ -464,10 +463,6 @@ std::string FormatPlotSvg(const PlotSpec& spec, PlotFrame* frame) {
   const PlotFrame drawn = PlotDrawing(spec, canvas).Draw();
   if (frame != nullptr) *frame = drawn;
   return canvas.Finish(spec.title);
-}
-
-void WritePlotSvg(const PlotSpec& spec, const std::string& path) {
-  WriteTextFile(path, FormatPlotSvg(spec));
 }
 
 }  // namespace kerf

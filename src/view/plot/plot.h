@@ -89,6 +89,5 @@ Image RenderPlot(const PlotSpec& spec, PlotFrame* frame = nullptr);
 void WritePlot(const PlotSpec& spec, const std::string& path);
 /// Returns the same picture as SVG with real text. Throws Error as RenderPlot() does, but works on any machine.
 std::string FormatPlotSvg(const PlotSpec& spec, PlotFrame* frame = nullptr);
-void WritePlotSvg(const PlotSpec& spec, const std::string& path);
 
 }  // namespace kerf

@@ -162,11 +162,9 @@ TEST(PieceSet, EverythingIsUndoneAndDoneAgain) {
   EXPECT_EQ(set.actions().size(), states.size() - 1);
   for (std::size_t k = states.size() - 1; k > 0; --k) {
     EXPECT_EQ(now(), states[k]);
-    EXPECT_NE(set.next_undo(), "");
     ASSERT_TRUE(set.Undo());
   }
   EXPECT_EQ(now(), states[0]);
-  EXPECT_FALSE(set.can_undo());
   EXPECT_FALSE(set.Undo());
   for (std::size_t k = 1; k < states.size(); ++k) {
     ASSERT_TRUE(set.Redo());
@@ -175,7 +173,7 @@ TEST(PieceSet, EverythingIsUndoneAndDoneAgain) {
   EXPECT_FALSE(set.Redo());
   set.Undo();
   set.SetHidden(0, !set.state(0).hidden);  // after a new action, the undone one can no longer be redone
-  EXPECT_FALSE(set.can_redo());
+  EXPECT_FALSE(set.Redo());
 }
 
 TEST(PieceSet, AGestureIsOneStep) {
@@ -184,7 +182,8 @@ TEST(PieceSet, AGestureIsOneStep) {
   set.Move(0, {0, 1, 0}, 8);
   EXPECT_EQ(set.actions().size(), 2u);
   EXPECT_NEAR(set.actions()[0].X_WW.p_AB.x, 1, 1e-12);
-  EXPECT_EQ(set.next_undo(), "move piece 1");
+  EXPECT_EQ(set.actions()[1].what, "move");
+  EXPECT_EQ(set.actions()[1].piece, "piece 1");
   set.Undo();
   ExpectSame(set.state(0).X_WP, {Quat(1, 0, 0, 0), {1, 0, 0}});
   set.Undo();
@@ -285,7 +284,7 @@ TEST(PieceSet, InvalidFilesAreRefusedAndChangeNothing) {
   EXPECT_THAT(message([](auto& j) { j["pieces"][0]["transform"][3] = 1e9; }), HasSubstr("out of the world"));
   EXPECT_THAT(message([](auto& j) { j["pieces"][0]["hidden"] = 1; }), HasSubstr("neither true nor false"));
   EXPECT_THAT(message([](auto& j) { j["checkpoints"] = {{{"name", 3}}}; }), HasSubstr("checkpoint has no name"));
-  EXPECT_FALSE(set.can_undo());
+  EXPECT_FALSE(set.Undo());
 }
 
 TEST(ConstrainToAxis, MotionStaysOnTheAxis) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "experiment/stability/held_block.h"
@@ -83,19 +84,25 @@ TEST(Map, BorderMatchesTheRule) {
   const double scale = 12.0 / 28;
   const double border = 4 / scale;
   const double damping = 0.001 / scale;
-  const StabilityMap map = DrawMap(subject, HeldState::kStoppedOnBone,
-                                   {0.3 * border, 0.85 * border, 1.15 * border, 1.5 * border}, {0, damping});
-  ASSERT_EQ(map.behaviour.size(), 8U);
-  EXPECT_EQ(map.behaviour[0], Behaviour::kStable);
-  EXPECT_EQ(map.behaviour[1], Behaviour::kStable);
-  EXPECT_NE(map.behaviour[2], Behaviour::kStable);
-  EXPECT_EQ(map.behaviour[3], Behaviour::kUnstable);
-  EXPECT_EQ(map.behaviour[4], Behaviour::kStable);
-  EXPECT_EQ(map.behaviour[5], Behaviour::kStable);
-  EXPECT_NE(map.behaviour[7], Behaviour::kStable);  // the rule's border with that damping
+  const HeldTool held = HoldTool(subject, HeldState::kStoppedOnBone);
+  const auto behave = [&](double stiffness, double damping_Ns_per_mm) {
+    ClosedLoopSetup setup = subject.setup;
+    setup.profile.friction_N = 0;
+    setup.coupled.coupling.stiffness_N_per_mm = stiffness * border;
+    setup.coupled.coupling.damping_Ns_per_mm = damping_Ns_per_mm;
+    return TryHeld(held, setup, false);
+  };
+  const std::array undamped = {behave(0.3, 0), behave(0.85, 0), behave(1.15, 0), behave(1.5, 0)};
+  EXPECT_EQ(undamped[0], Behaviour::kStable);
+  EXPECT_EQ(undamped[1], Behaviour::kStable);
+  EXPECT_NE(undamped[2], Behaviour::kStable);
+  EXPECT_EQ(undamped[3], Behaviour::kUnstable);
+  EXPECT_EQ(behave(0.3, damping), Behaviour::kStable);
+  EXPECT_EQ(behave(0.85, damping), Behaviour::kStable);
+  EXPECT_NE(behave(1.5, damping), Behaviour::kStable);  // the rule's border with that damping
   verdict.Equal("points, out of 4, classified correctly by the rule without damping",
-                (map.behaviour[0] == Behaviour::kStable) + (map.behaviour[1] == Behaviour::kStable) +
-                    (map.behaviour[2] != Behaviour::kStable) + (map.behaviour[3] != Behaviour::kStable),
+                (undamped[0] == Behaviour::kStable) + (undamped[1] == Behaviour::kStable) +
+                    (undamped[2] != Behaviour::kStable) + (undamped[3] != Behaviour::kStable),
                 4);
 }
 
@@ -120,12 +127,15 @@ TEST(Margins, AreNotJudgedOnceTheToolIsThroughTheBone) {
   subject.setup.hand.stiffness_N_per_mm = 0;
   subject.bone = MakeBlock({.size_mm = {3, 6, 1.2}, .X_WB = {}, .layers = {}, .voxel_mm = 0.2}, test::OneRegionTable());
   for (const bool linear : {false, true}) {
-    EXPECT_EQ(FindMargins(subject, HeldState::kCutting, linear).Judge(2, 1), Judgement::kNotJudged) << linear;
+    EXPECT_EQ(FindHeldMargins(HoldTool(subject, HeldState::kCutting), subject.setup, linear).Judge(2, 1),
+              Judgement::kNotJudged)
+        << linear;
   }
   subject = MakeSubject("omega_6", "H1");
   subject.setup.coupled.coupling.stiffness_N_per_mm = 10 * 4 / (12.0 / 28);
   for (const HeldState state : {HeldState::kStoppedOnBone, HeldState::kCutting}) {
-    EXPECT_EQ(FindMargins(subject, state, true).Judge(2, 1), Judgement::kBroken) << ToString(state);
+    EXPECT_EQ(FindHeldMargins(HoldTool(subject, state), subject.setup, true).Judge(2, 1), Judgement::kBroken)
+        << ToString(state);
   }
 }
 

@@ -41,10 +41,6 @@ std::string DescribeZero(const WoodenParams& params) {
 
 }  // namespace
 
-bool IsWoodenDevice(const UsbDeviceInfo& info) {
-  return info.vendor == kWoodenVendor && info.product == kWoodenProduct && info.is_hid;
-}
-
 bool ReadWoodenReport(std::span<const std::uint8_t> bytes, WoodenReport& report) {
   if (bytes.size() != kWoodenReportBytes) return false;
   for (std::size_t i = 0; i < report.counts.size(); ++i) {

@@ -19,9 +19,6 @@ inline constexpr std::uint8_t kWoodenIn = 0x81;
 inline constexpr std::uint8_t kWoodenOut = 0x01;
 inline constexpr std::size_t kWoodenReportBytes = 8;
 
-/// Returns true if the device may be a WoodenHaptics device; Start() checks it further.
-bool IsWoodenDevice(const UsbDeviceInfo& info);
-
 struct WoodenReport {
   WoodenCounts counts{};
   std::uint16_t counter = 0;

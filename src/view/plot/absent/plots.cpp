@@ -20,8 +20,5 @@ void WritePlot(const PlotSpec&, const std::string&) {
 std::string FormatPlotSvg(const PlotSpec&, PlotFrame*) {
   Fail();
 }
-void WritePlotSvg(const PlotSpec&, const std::string&) {
-  Fail();
-}
 
 }  // namespace kerf
