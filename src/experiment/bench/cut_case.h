@@ -96,12 +96,9 @@ class TickTimer {
   /// Runs `work`, which is one tick, and records its time.
   template <typename Work>
   void Time(Work&& work) {
-    const long interruptions = CountInterruptions();
-    const std::int64_t start = ReadClock_ns();
-    work();
-    const std::int64_t end = ReadClock_ns();
-    all_us_.push_back(1e-3 * static_cast<double>(end - start));
-    if (CountInterruptions() == interruptions) undisturbed_us_.push_back(all_us_.back());
+    const WorkTime time = TimeWork(work);
+    all_us_.push_back(time.us());
+    if (time.undisturbed) undisturbed_us_.push_back(time.us());
   }
   void Reserve(std::size_t ticks) {
     all_us_.reserve(ticks);

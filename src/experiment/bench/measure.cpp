@@ -7,18 +7,14 @@
 
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <fstream>
 
 #include "kerf/error.h"
-#include "loop/haptics/stage_timer.h"
 
 namespace kerf {
 
 std::int64_t ReadClock_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{1000000000} * now.tv_sec + now.tv_nsec;
+  return MonotonicClock().Now();
 }
 
 long CountInterruptions() {
@@ -27,30 +23,15 @@ long CountInterruptions() {
   return usage.ru_nivcsw;
 }
 
-void StageClock::Enter(TickStage stage) noexcept {
-  const std::int64_t now = ReadClock_ns();
-  if (now_ < kStages) in_tick_ns_[now_] += now - since_ns_;
-  now_ = static_cast<std::size_t>(stage);
-  since_ns_ = now;
-}
-void StageClock::FinishTick() noexcept {
-  Enter(TickStage::kEnd);
-  const long interruptions = CountInterruptions();
-  const bool undisturbed = interruptions == interruptions_;
-  interruptions_ = interruptions;
-  for (std::size_t i = 0; i < kStages; ++i) {
-    if (undisturbed) sum_ns_[i] += in_tick_ns_[i];
-    in_tick_ns_[i] = 0;
-  }
-  if (undisturbed) ++ticks_;
-}
-std::array<double, StageClock::kStages> StageClock::CalcMeans_us() const {
-  std::array<double, kStages> means{};
-  for (std::size_t i = 0; i < kStages; ++i) {
-    if (ticks_ > 0) means[i] = 1e-3 * static_cast<double>(sum_ns_[i]) / static_cast<double>(ticks_);
+std::vector<double> UndisturbedStages::CalcMeans_us() const {
+  std::vector<double> means(kTickStages, 0);
+  for (std::size_t i = 0; i < means.size() && ticks_ > 0; ++i) {
+    const LogHistogram& times = timer_.times(static_cast<TickStage>(i));
+    means[i] = times.CalcMean_us() * static_cast<double>(times.total()) / static_cast<double>(ticks_);
   }
   return means;
 }
+
 const char* NameOfStage(std::size_t stage) {
   return ToString(static_cast<TickStage>(stage));
 }

@@ -1,41 +1,61 @@
 // Clocks and the state of the machine on which the figures were measured.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "kerf/coupled.h"
+#include "loop/haptics/stage_timer.h"
 
 namespace kerf {
 
 /// Returns the time of a monotonic clock, ns.
 std::int64_t ReadClock_ns();
+inline double ReadClock_ms() {
+  return 1e-6 * static_cast<double>(ReadClock_ns());
+}
+inline double CalcSecondsSince(std::int64_t start_ns) {
+  return 1e-9 * static_cast<double>(ReadClock_ns() - start_ns);
+}
 
 /// Returns how often the system has interrupted this thread so far.
 long CountInterruptions();
 
-/// Adds up the time of each stage over the ticks; leaves out ticks in which the system interrupted the thread.
-class StageClock : public TickObserver {
- public:
-  static constexpr std::size_t kStages = static_cast<std::size_t>(TickStage::kEnd);
+struct WorkTime {
+  std::int64_t ns = 0;
+  bool undisturbed = true;  // the system did not interrupt the thread
 
-  void Enter(TickStage stage) noexcept override;
-  /// Ends the tick; the next tick begins with the next Enter().
-  void FinishTick() noexcept;
-  /// Returns the mean over the ticks, by stage, us.
-  std::array<double, kStages> CalcMeans_us() const;
+  double us() const { return 1e-3 * static_cast<double>(ns); }
+};
+/// Times one call of `work`; nothing else runs between the two clock readings.
+template <typename Work>
+WorkTime TimeWork(Work&& work) {
+  const long interruptions = CountInterruptions();
+  const std::int64_t start_ns = ReadClock_ns();
+  work();
+  const std::int64_t ns = ReadClock_ns() - start_ns;
+  return {ns, CountInterruptions() == interruptions};
+}
+
+/// Times the stages of ticks; leaves out ticks in which the system interrupted the thread.
+class UndisturbedStages {
+ public:
+  /// `tick` runs one tick with the given observer.
+  template <typename Tick>
+  void Time(Tick&& tick) {
+    const bool undisturbed = TimeWork([&] { tick(&timer_); }).undisturbed;
+    timer_.Finish(undisturbed);
+    if (undisturbed) ++ticks_;
+  }
+  /// Returns the mean over the ticks, by TickStage, us.
+  std::vector<double> CalcMeans_us() const;
 
  private:
-  std::array<std::int64_t, kStages> in_tick_ns_{};
-  std::array<std::int64_t, kStages> sum_ns_{};
-  std::size_t now_ = kStages;
-  std::int64_t since_ns_ = 0;
-  std::int64_t ticks_ = 0;
-  long interruptions_ = CountInterruptions();
+  MonotonicClock clock_;
+  StageTimer timer_{clock_};
+  std::uint64_t ticks_ = 0;
 };
 const char* NameOfStage(std::size_t stage);
 

@@ -61,7 +61,7 @@ BenchResult RunIdle(const BenchOptions& options) {
   const auto saw = std::get<DiscSaw>(params.tool);
   TickTimer timer;
   double asleep = 0;
-  StageClock clock;
+  UndisturbedStages stages;
   CoupledSimulation simulation(MakeBlock(block, DefaultMandibleTable()), params, Hover(saw, 0, 0));
   const PinnedToCore pinned(options.core, options.realtime);
   const int in_turn = (options.ticks + 2) / 3;
@@ -71,9 +71,12 @@ BenchResult RunIdle(const BenchOptions& options) {
       for (int i = -100; i < in_turn; ++i) {  // the first hundred are the warm-up
         CoupledInput in;
         in.X_WH = Hover(saw, tilt, 0.001 * i);
-        if (with_stages || i < 0) {
-          simulation.Tick(in, with_stages ? &clock : nullptr);
-          if (with_stages) clock.FinishTick();
+        if (with_stages) {
+          stages.Time([&](TickObserver* observer) { simulation.Tick(in, observer); });
+          continue;
+        }
+        if (i < 0) {
+          simulation.Tick(in);
           continue;
         }
         CoupledOutput out;
@@ -84,8 +87,7 @@ BenchResult RunIdle(const BenchOptions& options) {
   }
   timer.Finish(result);
   result.figures.push_back({"ticks asleep", "%", 100 * asleep / static_cast<double>(result.times.count)});
-  const auto means = clock.CalcMeans_us();
-  result.stages_us.assign(means.begin(), means.end());
+  result.stages_us = stages.CalcMeans_us();
   return result;
 }
 

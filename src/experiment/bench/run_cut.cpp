@@ -147,9 +147,8 @@ void CompareWithDense(const CutCase& cut, const Bone& fresh, const Bone& after, 
   const double before_mm3 = dense.CalcOccupancy_mm3();
   std::vector<double> times_us;
   for (std::size_t i = 1; i < trace.X_WT.size(); ++i) {
-    const std::int64_t start = ReadClock_ns();
-    dense.Cut(cut.tool, trace.X_WT[i - 1], trace.X_WT[i]);
-    if (static_cast<int>(i) > warm_up_ticks) times_us.push_back(1e-3 * static_cast<double>(ReadClock_ns() - start));
+    const double us = TimeWork([&] { dense.Cut(cut.tool, trace.X_WT[i - 1], trace.X_WT[i]); }).us();
+    if (static_cast<int>(i) > warm_up_ticks) times_us.push_back(us);
   }
   if (cut.baseline == BenchBaseline::kDense) {
     result.baseline = {"dense array, brute force", CalcPercentiles(times_us)};
@@ -169,9 +168,8 @@ void TimeOpenVdb(const CutCase& cut, const Bone& bone, const Pose& X_WT, const B
   // The first removal is not counted, because the caches are cold.
   for (int i = 0; i <= options.baseline_ticks; ++i) {
     const Pose X{X_WT.R_AB, X_WT.p_AB + static_cast<double>(i) * step_W};
-    const std::int64_t start = ReadClock_ns();
-    vdb.Cut(cut.tool, X);
-    if (i > 0) times_us.push_back(1e-3 * static_cast<double>(ReadClock_ns() - start));
+    const double us = TimeWork([&] { vdb.Cut(cut.tool, X); }).us();
+    if (i > 0) times_us.push_back(us);
   }
   result.baseline = {"OpenVDB: a new level set of the tool, csgDifference", CalcPercentiles(times_us)};
 }
@@ -239,13 +237,11 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
     show("stages", static_cast<double>(passes) / (passes + 2));
     Pass pass(cut, fresh, options.without_effects);
     for (int i = 0; i < warm_up; ++i) pass.Tick(nullptr);
-    StageClock clock;
+    UndisturbedStages stages;
     for (int i = 0; i < std::min(in_pass, 2000); ++i) {
-      pass.Tick(&clock);
-      clock.FinishTick();
+      stages.Time([&](TickObserver* observer) { pass.Tick(observer); });
     }
-    const auto means = clock.CalcMeans_us();
-    result.stages_us.assign(means.begin(), means.end());
+    result.stages_us = stages.CalcMeans_us();
   }
 
   const double ticks = in_pass;

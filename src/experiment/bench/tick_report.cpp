@@ -178,9 +178,9 @@ std::string FormatTickMarkdown(const TickReport& report) {
       "largest difference of phi from brute force near the surface. bone: hash of the bone after the cut. {}\n\n",
       DescribeRun(report), kPeers);
   text += "Where the time goes, mean us per tick (timing the stages adds a little):\n\n| case |";
-  for (std::size_t i = 0; i < StageClock::kStages; ++i) text += fmt::format(" {} |", NameOfStage(i));
+  for (std::size_t i = 0; i < kTickStages; ++i) text += fmt::format(" {} |", NameOfStage(i));
   text += "\n|---|";
-  for (std::size_t i = 0; i < StageClock::kStages; ++i) text += "---|";
+  for (std::size_t i = 0; i < kTickStages; ++i) text += "---|";
   text += "\n";
   for (const BenchResult& r : report.results) {
     if (r.stages_us.empty()) continue;

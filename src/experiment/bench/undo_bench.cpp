@@ -51,9 +51,6 @@ CoupledParams MakeParams(const CutCase& cut) {
   return params;
 }
 
-double Now_ms() {
-  return 1e-6 * static_cast<double>(ReadClock_ns());
-}
 double Median(std::vector<double> values) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
@@ -77,20 +74,20 @@ struct UndoSamples {
 /// Runs an undo or a redo as the loop does, but without waiting for the next tick.
 void Go(CoupledSimulation& simulation, UndoJournal& journal, bool redo, std::size_t leaves_per_tick,
         UndoSamples& samples) {
-  const double start_ms = Now_ms();
+  const double start_ms = ReadClock_ms();
   UndoJob* job = redo ? journal.PrepareRedo() : journal.PrepareUndo(0);
-  samples.prepare_ms.push_back(Now_ms() - start_ms);
+  samples.prepare_ms.push_back(ReadClock_ms() - start_ms);
   double all_ms = samples.prepare_ms.back();
   Restore restore;
   samples.ticks = 0;
   for (bool done = false; !done;) {
-    const double tick_ms = Now_ms();
+    const double tick_ms = ReadClock_ms();
     if (samples.ticks == 0 && !restore.Begin(simulation, *job)) {
       throw Error(fmt::format("the benchmark could not undo: {}", WhyRefused(job->state)));
     }
     done = restore.Step(simulation, leaves_per_tick);
     if (done) restore.End(simulation, nullptr);
-    const double took_ms = Now_ms() - tick_ms;
+    const double took_ms = ReadClock_ms() - tick_ms;
     samples.tick_us.push_back(1e3 * took_ms);
     all_ms += std::max(1e3 * kUndoTick_s, took_ms);
     ++samples.ticks;

@@ -19,10 +19,6 @@ namespace {
 constexpr double kTick_s = 0.001;
 constexpr int kTicksPerFrame = 16;
 
-double Now_ms() {
-  return 1e-6 * static_cast<double>(ReadClock_ns());
-}
-
 void Check(const ViewBenchOptions& o) {
   if (!(o.voxel_mm >= 0.1 && o.voxel_mm <= 1)) throw Error("the voxel edge must be 0.1 to 1 mm");
   if (o.width < 320 || o.width > 4096 || o.height < 240 || o.height > 4096) {
@@ -68,10 +64,11 @@ ViewFrames DrawFrames(const std::string& name, const ViewBenchOptions& options, 
   for (int i = -2; i < options.frames; ++i) {
     if (options.progress && i >= 0) options.progress("frames, " + name, 1.0 * i / options.frames);
     before(i);
-    const std::int64_t start_ns = ReadClock_ns();
-    view.Render();
-    window.WaitForCompletion();
-    if (i >= 0) times_us.push_back(1e-3 * static_cast<double>(ReadClock_ns() - start_ns));
+    const double us = TimeWork([&] {
+                        view.Render();
+                        window.WaitForCompletion();
+                      }).us();
+    if (i >= 0) times_us.push_back(us);
   }
   frames.p95_us = CalcPercentile(times_us, 0.95);
   frames.times = CalcPercentiles(times_us);
@@ -94,9 +91,9 @@ ViewReport RunViewBench(const ViewBenchOptions& options) {
 
   // ---- until the first picture
   tell("bone", 0);
-  double start_ms = Now_ms();
+  double start_ms = ReadClock_ms();
   const auto lap = [&] {
-    const double now_ms = Now_ms();
+    const double now_ms = ReadClock_ms();
     const double took_ms = now_ms - start_ms;
     start_ms = now_ms;
     return took_ms;

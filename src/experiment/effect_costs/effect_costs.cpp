@@ -66,13 +66,10 @@ class RepeatedTimes {
 
   template <typename Work>
   void Time(std::size_t tick, Work&& work) {
-    const long interruptions = CountInterruptions();
-    const std::int64_t start = ReadClock_ns();
-    work();
-    const double us = 1e-3 * static_cast<double>(ReadClock_ns() - start);
-    best_us_[tick] = std::min(best_us_[tick], us);
-    if (CountInterruptions() == interruptions) {
-      all_us_.push_back(us);
+    const WorkTime time = TimeWork(work);
+    best_us_[tick] = std::min(best_us_[tick], time.us());
+    if (time.undisturbed) {
+      all_us_.push_back(time.us());
     } else {
       ++disturbed_;
     }

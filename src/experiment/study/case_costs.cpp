@@ -11,18 +11,14 @@
 namespace kerf {
 namespace {
 
-/// Times only the tick: nothing else runs between the two clock readings.
 class PassTimer {
  public:
   template <typename Work>
   void Time(Work&& work) {
-    const long interruptions = CountInterruptions();
-    const std::int64_t start_ns = ReadClock_ns();
-    work();
-    const std::int64_t ns = ReadClock_ns() - start_ns;
-    all_->Add(ns);
-    if (ns > limit_ns_) ++misses_;
-    if (CountInterruptions() == interruptions) undisturbed_->Add(ns);
+    const WorkTime time = TimeWork(work);
+    all_->Add(time.ns);
+    if (time.ns > limit_ns_) ++misses_;
+    if (time.undisturbed) undisturbed_->Add(time.ns);
   }
   explicit PassTimer(double limit_s) : limit_ns_(static_cast<std::int64_t>(1e9 * limit_s)) {}
 
@@ -37,10 +33,6 @@ class PassTimer {
   std::uint64_t misses_ = 0;
 };
 
-double Seconds(std::int64_t from_ns) {
-  return 1e-9 * static_cast<double>(ReadClock_ns() - from_ns);
-}
-
 CaseOutcome Measure(const StudyPath& path, Holding holding, const StudySettings& settings, std::uint64_t ticks,
                     std::optional<int> core) {
   std::optional<PinnedToCore> pinned;
@@ -53,7 +45,7 @@ CaseOutcome Measure(const StudyPath& path, Holding holding, const StudySettings&
     std::int64_t start_ns = ReadClock_ns();
     const std::unique_ptr<CaseSubject> subject = MakeCaseSubject(path, holding, settings, MakeCaseBone(path, settings));
     // Only the first pass counts, since it may have to make the bone, of which later passes get a copy.
-    if (pass == 0) costs.setup_s = Seconds(start_ns);
+    if (pass == 0) costs.setup_s = CalcSecondsSince(start_ns);
     std::uint64_t force_hash = 0;
     const bool warm_up = pass == 0;
     start_ns = ReadClock_ns();
@@ -70,7 +62,7 @@ CaseOutcome Measure(const StudyPath& path, Holding holding, const StudySettings&
       subject->BetweenTicks();
       force_hash = MixForce(force_hash, f_W_N);
     }
-    const double seconds = Seconds(start_ns);
+    const double seconds = CalcSecondsSince(start_ns);
     // The shortest time counts, because a busy machine can only add time.
     if (!warm_up) costs.whole_s = pass == 1 ? seconds : std::min(costs.whole_s, seconds);
     if (warm_up) costs.memory_MB = 1e-6 * static_cast<double>(subject->CalcMemoryBytes());

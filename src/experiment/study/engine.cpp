@@ -20,10 +20,6 @@
 namespace kerf {
 namespace {
 
-double SecondsSince(std::int64_t start_ns) {
-  return 1e-9 * static_cast<double>(ReadClock_ns() - start_ns);
-}
-
 /// Describes the current exception; call it inside a catch (...).
 std::string DescribeFailure() {
   try {
@@ -214,7 +210,7 @@ class Runner {
       kept.record.path = c.path;
       kept.record.variant = work_.variant_of(c.settings);
       kept.record.note = "could not be made: " + shared.why;
-      kept.record.seconds = SecondsSince(start_ns);
+      kept.record.seconds = CalcSecondsSince(start_ns);
     }
     if (!Stopped()) folder_.WriteReference(kept);
     return Stopped() ? nullptr : made;
@@ -263,7 +259,7 @@ class Runner {
         if (Stopped()) return;  // the stop may be the reason for the failure
       }
     }
-    record.seconds = SecondsSince(start_ns);
+    record.seconds = CalcSecondsSince(start_ns);
     folder_.Write(record);
     const std::lock_guard lock(mutex_);
     ++outcome_.made;

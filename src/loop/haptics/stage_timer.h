@@ -40,15 +40,18 @@ class StageTimer final : public TickObserver {
     effect_since_ns_ = clock_.Now();
   }
   void LeaveEffect() noexcept override { effects_[effect_].spent_ns += clock_.Now() - effect_since_ns_; }
-  /// Ends the tick.
-  void Finish() noexcept {
+  /// Ends the tick. Its times are added to the histograms if `counts` is true.
+  void Finish(bool counts = true) noexcept {
     if (now_ < kTickStages) Enter(TickStage::kEnd);
     for (std::size_t i = 0; i < kTickStages; ++i) {
-      if (entered_[i]) times_[i].Add(spent_ns_[i]);
+      if (entered_[i] && counts) times_[i].Add(spent_ns_[i]);
       spent_ns_[i] = 0;
       entered_[i] = false;
     }
-    for (EffectTime& effect : effects_) effect.times.Add(std::exchange(effect.spent_ns, 0));
+    for (EffectTime& effect : effects_) {
+      const std::int64_t spent_ns = std::exchange(effect.spent_ns, 0);
+      if (counts) effect.times.Add(spent_ns);
+    }
   }
   const LogHistogram& times(TickStage stage) const { return times_[static_cast<std::size_t>(stage)]; }
   /// Number of watched effects of the plan. The times of the effects are also part of the stages' times. A tick in

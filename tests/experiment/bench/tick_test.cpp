@@ -50,7 +50,7 @@ void ExpectGoodCut(const BenchResult& r, int ticks, double feed_mm_per_s) {
     EXPECT_LE(Figure(r, "phi against dense at the surface, at most"), 0.011);
     EXPECT_NEAR(Figure(r, "removed against dense"), 0, 0.05);
   }
-  EXPECT_EQ(r.stages_us.size(), StageClock::kStages);
+  EXPECT_EQ(r.stages_us.size(), kTickStages);
 }
 
 TEST(BenchTick, DiscsRemoveTheirSweepAndAgreeWithTheDenseReference) {

@@ -98,6 +98,8 @@ TEST(StageCosts, TimeOfATickIsAssignedToItsStages) {
     timer.Finish();
     ticks.Add(i % 2 == 0 ? 4000 : 3000);
   }
+  timer.Enter(TickStage::kAccept);
+  timer.Finish(false);  // this tick does not count
   const Scene scene = ParseScene(kStageCostsScene, "costs.toml");
   const Simulation simulation(MakeSceneBone(scene, {}), MakeSimulationParams(scene), MakePath(scene).CalcPose(0, 0));
   const StageCosts costs = MakeStageCosts(ticks, timer, simulation.effects(), 3.5);
