@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -15,24 +16,8 @@ using test::Slurp;
 using testing::HasSubstr;
 
 /// A bar is cut in two, 0.1 mm off the plan and inclined to it by 1.1458 degrees (a slope of 0.02).
-constexpr char kScene[] = R"(title = "bar"
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 12.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.2
-[tool]
-diameter_mm = 14.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.1, 0.0, 8.5]
-end_mm = [0.1, 0.0, 2.5]
-feed_mm_per_s = 6.0
-disc_normal = [1.0, 0.02, 0.0]
-[[plan.plane]]
+const std::string kScene = "title = \"bar\"\n" + test::BlockToml({12, 4, 3}, 0.2) + test::SawToml(14, 0.5, 16) +
+                           test::StrokeToml({0.1, 0, 8.5}, {0.1, 0, 2.5}, 6, {1, 0.02, 0}) + R"([[plan.plane]]
 name = "middle"
 point_mm = [0, 0, -1.5]
 normal = [1, 0, 0]

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -10,21 +11,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr char kCompareScene[] = R"(
-title = "Small block"
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 6.0
-size_y_mm = 2.0
-size_z_mm = 3.0
-voxel_mm = 0.25
-[[path.stroke]]
-start_mm = [0.0, 0.0, 11.5]
-end_mm = [0.0, 0.0, 6.0]
-feed_mm_per_s = 12.0
-disc_normal = [0.0, 1.0, 0.0]
-)";
+const std::string kCompareScene = "title = \"Small block\"\n" + test::BlockToml({6, 2, 3}, 0.25) +
+                                  test::StrokeToml({0, 0, 11.5}, {0, 0, 6}, 12, {0, 1, 0});
 const std::string kSlab = "[slab]\ndirection = [0, 0, -1]\n";
 
 class Compare : public test::ProgramTest {};

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -14,12 +15,10 @@ using test::ProgramResult;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr char kCostsScene[] =
-    "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 6.0\nsize_y_mm = 4.0\nsize_z_mm = 3.0\nvoxel_mm = 0.25\n"
-    "[tool]\ndiameter_mm = 12.0\nthickness_mm = 0.5\nteeth = 16\n[effects.tangential_force]\n"
-    "[output]\nbone = false\npictures = false\npieces = false\n"
-    "[[path.stroke]]\nstart_mm = [0.0, 0.0, 6.5]\nend_mm = [0.0, 0.0, 5.0]\nfeed_mm_per_s = 6.0\n"
-    "disc_normal = [1.0, 0.0, 0.0]\n";
+const std::string kCostsScene =
+    test::BlockToml({6, 4, 3}, 0.25) + test::SawToml(12, 0.5, 16) +
+    "[effects.tangential_force]\n[output]\nbone = false\npictures = false\npieces = false\n" +
+    test::StrokeToml({0, 0, 6.5}, {0, 0, 5}, 6, {1, 0, 0});
 
 class Costs : public test::ProgramTest {
  protected:

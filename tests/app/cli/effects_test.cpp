@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -13,11 +14,8 @@ using Json = nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr char kEffectsScene[] =
-    "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 6.0\nsize_y_mm = 4.0\nsize_z_mm = 3.0\nvoxel_mm = 0.25\n"
-    "[tool]\ndiameter_mm = 12.0\nthickness_mm = 0.5\nteeth = 16\n"
-    "[[path.stroke]]\nstart_mm = [0.0, 0.0, 7.6]\nend_mm = [0.0, 0.0, 4.5]\nfeed_mm_per_s = 6.0\n"
-    "disc_normal = [1.0, 0.0, 0.0]\n";
+const std::string kEffectsScene = test::BlockToml({6, 4, 3}, 0.25) + test::SawToml(12, 0.5, 16) +
+                                  test::StrokeToml({0, 0, 7.6}, {0, 0, 4.5}, 6, {1, 0, 0});
 constexpr char kFriction[] = "[effects.kerf_friction]\ncoefficient = 0.3\n";
 
 class EffectsCommand : public test::ProgramTest {
@@ -25,7 +23,7 @@ class EffectsCommand : public test::ProgramTest {
   void SetUp() override {
     ProgramTest::SetUp();
     Write("plain.toml", kEffectsScene);
-    Write("rubs.toml", std::string(kEffectsScene) + kFriction);
+    Write("rubs.toml", kEffectsScene + kFriction);
   }
   Json Measure(const std::string& arguments) const {
     const auto result = Kerf("effects " + arguments + " --seconds 0.1 --passes 2 --json");
@@ -89,7 +87,7 @@ TEST_F(EffectsCommand, WritesTheDisplayedTable) {
 
 // A run along a path continues while the spindle is stalled, without cutting; a message reports it.
 TEST_F(EffectsCommand, RunReportsAStalledSpindle) {
-  const std::string scene = std::string(kEffectsScene) +
+  const std::string scene = kEffectsScene +
                             "[output]\npictures = false\n[effects.tangential_force]\n[effects.spindle]\n"
                             "friction_Nmm = 0.1\nviscous_Nmms = 0\n";
   Write("strong.toml", scene + "stall_torque_Nmm = 1e5\n");
@@ -101,7 +99,7 @@ TEST_F(EffectsCommand, RunReportsAStalledSpindle) {
 }
 
 TEST_F(EffectsCommand, RunReportsHowFarThePathExceedsTheGuide) {
-  const std::string scene = std::string(kEffectsScene) +
+  const std::string scene = kEffectsScene +
                             "[output]\npictures = false\n[effects.guide]\nnormal = [1, 0, 0]\n"
                             "depth_direction = [0, 0, -1]\n";
   // The rim's lowest point ends 1.5 mm below the lowest point of the guide.
@@ -112,9 +110,9 @@ TEST_F(EffectsCommand, RunReportsHowFarThePathExceedsTheGuide) {
 }
 
 TEST_F(EffectsCommand, CheckDetectsInconsistentParameters) {
-  Write("none.toml", std::string(kEffectsScene) + "[effects.guide]\nnormal = [0, 0, 0]\n");
-  Write("out.toml", std::string(kEffectsScene) + "[effects.guide]\nnormal = [0, 0, 1]\n");
-  Write("rate.toml", std::string(kEffectsScene) + "[effects.sound]\nrate_Hz = 44100.5\n");
+  Write("none.toml", kEffectsScene + "[effects.guide]\nnormal = [0, 0, 0]\n");
+  Write("out.toml", kEffectsScene + "[effects.guide]\nnormal = [0, 0, 1]\n");
+  Write("rate.toml", kEffectsScene + "[effects.sound]\nrate_Hz = 44100.5\n");
   EXPECT_THAT(Kerf("check none.toml").err, HasSubstr("[effects.guide]: normal has no direction: its length is 0"));
   EXPECT_THAT(Kerf("check out.toml").err, HasSubstr("depth_direction does not lie in the plane"));
   EXPECT_THAT(Kerf("check rate.toml").err, HasSubstr("[effects.sound]: rate_Hz must be a whole number"));

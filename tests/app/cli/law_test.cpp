@@ -9,6 +9,7 @@
 #include <string>
 
 #include "cut/force/measured.h"
+#include "support/block_scene.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -21,10 +22,8 @@ using Json = nlohmann::json;
 
 /// Returns a scene with a kerf 2 mm deep through a block, with a bite of 1 um for every 3 mm/s of feed.
 std::string Slot(double feed_mm_per_s, const std::string& law) {
-  return "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 4.0\nsize_y_mm = 2.0\nsize_z_mm = 4.0\nvoxel_mm = 0.1\n"
-         "[[path.stroke]]\nstart_mm = [-9.0, 0.0, 9.0]\nend_mm = [9.0, 0.0, 9.0]\nfeed_mm_per_s = " +
-         std::to_string(feed_mm_per_s) + "\ndisc_normal = [0.0, 1.0, 0.0]\n[force]\nlaw = \"" + law +
-         "\"\n[output]\npictures = false\nbone = false\npieces = false\n";
+  return test::BlockToml({4, 2, 4}, 0.1) + test::StrokeToml({-9, 0, 9}, {9, 0, 9}, feed_mm_per_s, {0, 1, 0}) +
+         "[force]\nlaw = \"" + law + "\"\n[output]\npictures = false\nbone = false\npieces = false\n";
 }
 
 std::size_t Columns(const std::string& row) {

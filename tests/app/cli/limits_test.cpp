@@ -4,6 +4,7 @@
 
 #include <regex>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -13,8 +14,7 @@ using test::ProgramResult;
 using testing::HasSubstr;
 using testing::MatchesRegex;
 
-constexpr char kBlock[] =
-    "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 4.0\nsize_y_mm = 4.0\nsize_z_mm = 4.0\nvoxel_mm = 0.4\n";
+const std::string kBlock = test::BlockToml({4, 4, 4}, 0.4);
 
 class Limits : public test::ProgramTest {};
 
@@ -34,7 +34,7 @@ TEST_F(Limits, BoneLargerThanMemoryIsRefused) {
 
 TEST_F(Limits, RunWithTooManyTicksIsRefusedWithItsSize) {
   Write("p.csv", "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,0,50,1,0,0,0\n30000,1,0,50,1,0,0,0\n");
-  Write("s.toml", std::string(kBlock) + "[path]\nfile = \"p.csv\"\n[simulation]\nrate_hz = 1000\n");
+  Write("s.toml", kBlock + "[path]\nfile = \"p.csv\"\n[simulation]\nrate_hz = 1000\n");
   const ProgramResult result = Kerf("run s.toml -o o");
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.err, MatchesRegex("kerf: 30000000 ticks \\(30000 s at 1000 Hz\\) would need [0-9.]+ GB of memory; "
@@ -42,7 +42,7 @@ TEST_F(Limits, RunWithTooManyTicksIsRefusedWithItsSize) {
                                        "runs of it\n"));
   EXPECT_FALSE(Exists("o/scene.toml"));
   // The same applies to input that does not fit into memory.
-  Write("s.toml", std::string(kBlock) + "[path]\nfile = \"p.csv\"\n[simulation]\nrate_hz = 500\n");
+  Write("s.toml", kBlock + "[path]\nfile = \"p.csv\"\n[simulation]\nrate_hz = 500\n");
   const char* few = "ulimit -v 4000000;";
   if (KerfWithin(few, "model block --size 4,4,4 -o small.vdb").code != 0) GTEST_SKIP() << "4 GB are too few here";
   EXPECT_THAT(KerfWithin(few, "run s.toml -o o").err, HasSubstr("kerf: a run of 15000000 ticks needs about "));

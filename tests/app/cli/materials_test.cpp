@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 #include "test_paths.h"
 
@@ -53,10 +54,8 @@ TEST_F(Materials, CutsVisibleHumanWithRegionUniformAndCtMaterials) {
   EXPECT_THAT(Kerf("info hu.vdb").out, HasSubstr(" HU in the bone, mean "));
 
   // The disc moves 9 mm down into the left body, so that it cuts cortex and marrow.
-  const std::string rest =
-      "[[path.stroke]]\nstart_mm = [21.9, -70.05, 60]\nend_mm = [21.9, -70.05, 51]\nfeed_mm_per_s = 6\n"
-      "disc_normal = [0.6, 0.8, 0]\n[simulation]\nrate_hz = 500\n[output]\npictures = false\npieces = false\nbone = "
-      "false\n";
+  const std::string rest = test::StrokeToml({21.9, -70.05, 60}, {21.9, -70.05, 51}, 6, {0.6, 0.8, 0}) +
+                           "[simulation]\nrate_hz = 500\n[output]\npictures = false\npieces = false\nbone = false\n";
   const std::string by_ct = "[material]\nkind = \"ct\"\nct_law = \"mandible_matmap\"\n";
   const auto run = [&](const std::string& bone, const std::string& material) {
     Write("s.toml", "[bone]\nfile = \"" + bone + "\"\n" + material + rest);

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 #include "test_paths.h"
 
@@ -25,12 +26,7 @@ size_x_mm = 4.0
 size_y_mm = 4.0
 size_z_mm = 4.0
 )";
-  static constexpr char kStroke[] = R"([[path.stroke]]
-start_mm = [0.0, 0.0, 11.2]
-end_mm = [0.0, 0.0, 6.0]
-feed_mm_per_s = 20.0
-disc_normal = [0.0, 1.0, 0.0]
-)";
+  static inline const std::string kStroke = test::StrokeToml({0, 0, 11.2}, {0, 0, 6}, 20, {0, 1, 0});
   static constexpr char kNoPictures[] = "[output]\npictures = false\n";
 };
 
@@ -289,8 +285,7 @@ TEST_F(Program, NoCommandOverwritesAnInput) {
   for (const char* name : {"slice.stl", "cut.png", "piece_7.stl"}) {
     Write(std::string("out/") + name, "a table");
     std::filesystem::remove(folder_ / "out/scene.toml");
-    Write("t.toml", fmt::format("[bone]\nmaterials = \"out/{}\"\nmodel = \"block\"\n{}", name,
-                                std::string(kStroke) + kNoPictures));
+    Write("t.toml", fmt::format("[bone]\nmaterials = \"out/{}\"\nmodel = \"block\"\n{}", name, kStroke + kNoPictures));
     refused("run t.toml -o out", fmt::format("out/{}", name), fmt::format("out/{}", name));
     EXPECT_EQ(test::Slurp(folder_ / "out" / name), "a table");
   }

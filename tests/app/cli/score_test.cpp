@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -14,11 +15,9 @@ using Json = nlohmann::json;
 using test::ProgramResult;
 using testing::HasSubstr;
 
-constexpr char kBar[] =
-    "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 12.0\nsize_y_mm = 6.0\nsize_z_mm = 6.0\nvoxel_mm = 0.25\n"
-    "[tool]\ndiameter_mm = 12.0\nthickness_mm = 0.5\nteeth = 16\n"
-    "[[path.stroke]]\nstart_mm = [-2.0, 0.0, 6.5]\nend_mm = [-2.0, 0.0, 4.0]\nfeed_mm_per_s = 4.0\n"
-    "disc_normal = [0.0, 1.0, 0.0]\n"
+const std::string kBar =
+    test::BlockToml({12, 6, 6}, 0.25) + test::SawToml(12, 0.5, 16) +
+    test::StrokeToml({-2, 0, 6.5}, {-2, 0, 4}, 4, {0, 1, 0}) +
     "[[path.stroke]]\nend_mm = [2.0, 0.0, 4.0]\nfeed_mm_per_s = 4.0\nretract = false\n[output]\npictures = false\n";
 constexpr char kGroove[] =
     "[exercise]\nkind = \"groove\"\nstart_mm = [-2.0, 0.0, 0.0]\nend_mm = [2.0, 0.0, 0.0]\ninto = [0.0, 0.0, -1.0]\n"
@@ -29,7 +28,7 @@ class Score : public test::ProgramTest {
   void SetUp() override {
     ProgramTest::SetUp();
     Write("bar.toml", kBar);
-    Write("groove.toml", std::string(kBar) + kGroove);
+    Write("groove.toml", kBar + kGroove);
   }
   ProgramResult Practise(const std::string& arguments) const {
     return KerfWithin("export KERF_DATA=data;", "practise " + arguments);
@@ -153,7 +152,7 @@ TEST_F(Score, ContinuedRecordingIsNotGraded) {
 }
 
 TEST_F(Score, ATitleDoesNotControlTheTerminal) {
-  Write("evil.toml", "title = \"a\\u009b2J\\u202eb\"\n" + std::string(kBar) + kGroove);
+  Write("evil.toml", "title = \"a\\u009b2J\\u202eb\"\n" + kBar + kGroove);
   ASSERT_EQ(Kerf("run evil.toml -o out --record a.kerf").code, 0);
   for (const char* arguments : {"check evil.toml", "score a.kerf", "loop evil.toml --virtual --seconds 0.01"}) {
     EXPECT_THAT(Kerf(arguments).out, HasSubstr("a?2J?b")) << arguments;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -18,11 +19,8 @@ using test::Slurp;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr char kStabilityBlock[] =
-    "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 26.0\nsize_y_mm = 6.0\nsize_z_mm = 26.0\nvoxel_mm = 0.25\n";
-constexpr char kStroke[] =
-    "[[path.stroke]]\nstart_mm = [0.0, 0.0, 12.0]\nend_mm = [0.0, 0.0, 4.0]\nfeed_mm_per_s = 3.0\n"
-    "disc_normal = [0.0, 1.0, 0.0]\n";
+const std::string kStabilityBlock = test::BlockToml({26, 6, 26}, 0.25);
+const std::string kStroke = test::StrokeToml({0, 0, 12}, {0, 0, 4}, 3, {0, 1, 0});
 
 class StabilityCommand : public test::ProgramTest {
  protected:
@@ -49,7 +47,7 @@ TEST_F(StabilityCommand, HelpNamesItsOptions) {
 
 #ifdef KERF_IO_FAULTS
 TEST_F(StabilityCommand, InterruptedRunKeepsEarlierResults) {
-  Write("s.toml", std::string(kStabilityBlock) + kStroke);
+  Write("s.toml", kStabilityBlock + kStroke);
   std::filesystem::create_directories(folder_ / "out");
   Write("out/stability.json", "earlier");
   const ProgramResult result = Interrupted();
@@ -60,7 +58,7 @@ TEST_F(StabilityCommand, InterruptedRunKeepsEarlierResults) {
 }
 
 TEST_F(StabilityCommand, InterruptedRunWritesPartialResults) {
-  Write("s.toml", std::string(kStabilityBlock) + kStroke);
+  Write("s.toml", kStabilityBlock + kStroke);
   const ProgramResult result = Interrupted();
   ASSERT_EQ(result.code, 1) << result.err;
   EXPECT_THAT(result.err, HasSubstr("stopped before anything was examined"));
@@ -156,7 +154,7 @@ TEST_F(StabilityCommand, UnstableSceneIsReportedWithExitCode1AndAllResults) {
         "max_stiffness_N_per_mm,max_damping_Ns_per_mm,max_torsion_Nmm_per_rad,max_torsion_damping_Nmms,resolution_mm,"
         "workspace_radius_mm,friction_N,mass_kg,own_damping_Ns_per_mm,source\n"
         "boast,3,40 A,none,none,none,1000 A,1 A,none,none,0.4 A,100 A,none,0.05 A,1e-5 A,\"made up\"\n");
-  Write("s.toml", std::string(kStabilityBlock) + "[coupling]\nstiffness_N_per_mm = 4.0\ndamping_Ns_per_mm = 0.1\n" +
+  Write("s.toml", kStabilityBlock + "[coupling]\nstiffness_N_per_mm = 4.0\ndamping_Ns_per_mm = 0.1\n" +
                       "[device]\nprofile = \"boast\"\nfile = \"mine.csv\"\n[hand]\nmodel = \"H1\"\n" + kStroke);
   const ProgramResult result = Kerf("stability s.toml --quick -o out");
   EXPECT_EQ(result.code, 1);
@@ -173,7 +171,7 @@ TEST_F(StabilityCommand, UnstableSceneIsReportedWithExitCode1AndAllResults) {
   EXPECT_TRUE(fraction.is_null() || fraction > 1) << fraction;  // null: beyond a bound of 0
   // The table is an input and is never overwritten.
   Write("map.csv", Slurp(folder_ / "mine.csv"));
-  Write("t.toml", std::string(kStabilityBlock) + "[device]\nprofile = \"boast\"\nfile = \"map.csv\"\n" + kStroke);
+  Write("t.toml", kStabilityBlock + "[device]\nprofile = \"boast\"\nfile = \"map.csv\"\n" + kStroke);
   const ProgramResult over = Kerf("stability t.toml --quick -o .");
   EXPECT_EQ(over.code, 1);
   EXPECT_THAT(over.err, HasSubstr("map.csv"));
@@ -182,7 +180,7 @@ TEST_F(StabilityCommand, UnstableSceneIsReportedWithExitCode1AndAllResults) {
 
 TEST_F(StabilityCommand, RefusesBadUsageInOneSentence) {
   EXPECT_EQ(Kerf("stability").code, 2);
-  Write("s.toml", std::string(kStabilityBlock) + kStroke);
+  Write("s.toml", kStabilityBlock + kStroke);
   EXPECT_EQ(Kerf("stability s.toml --hand H9").code, 2);
   EXPECT_EQ(Kerf("stability s.toml --profiles --profile touch").code, 2);
   const auto refused = [&](const std::string& scene, const std::string& sentence) {
@@ -201,7 +199,7 @@ TEST_F(StabilityCommand, RefusesBadUsageInOneSentence) {
   refused(kStabilityBlock + std::string("[tool]\nrpm = 0\n") + kStroke,
           "[tool] rpm = 0: a stopped tool cuts nothing; set the speed for cutting; 'kerf stability' also tests the "
           "stopped tool");
-  refused("[simulation]\nmode = \"slab\"\n[slab]\ndirection = [0, 0, -1]\n" + std::string(kStabilityBlock) + kStroke,
+  refused("[simulation]\nmode = \"slab\"\n[slab]\ndirection = [0, 0, -1]\n" + kStabilityBlock + kStroke,
           "[simulation] mode = \"slab\" has no tool coupled to a handle; set mode = \"voxel\" for 'kerf stability'");
   Write("r.toml", kStabilityBlock + stroke("[0, 8, -5]", "[0, 0, -5]", "[0, 1, 0]"));
   const ProgramResult flat = Kerf("stability r.toml");
@@ -214,8 +212,7 @@ TEST_F(StabilityCommand, RefusesBadUsageInOneSentence) {
 
 // 10 N/mm are requested at 250 Hz in a light hand. The loop allows 1 N/mm on the device, and by default 0.3 is used.
 TEST_F(StabilityCommand, ExaminesTheRequestedCoupling) {
-  Write("s.toml",
-        std::string(kStabilityBlock) + "[coupling]\nstiffness_N_per_mm = 10.0\n[loop]\nrate_hz = 250.0\n" + kStroke);
+  Write("s.toml", kStabilityBlock + "[coupling]\nstiffness_N_per_mm = 10.0\n[loop]\nrate_hz = 250.0\n" + kStroke);
   const ProgramResult result = Kerf("stability s.toml --quick --hand H1 --as-asked --json");
   EXPECT_EQ(result.code, 1);
   const Json json = Json::parse(result.out);
@@ -225,7 +222,7 @@ TEST_F(StabilityCommand, ExaminesTheRequestedCoupling) {
 }
 
 TEST_F(StabilityCommand, RefusesAnInvalidSeed) {
-  Write("s.toml", std::string(kStabilityBlock) + kStroke);
+  Write("s.toml", kStabilityBlock + kStroke);
   for (const char* seed : {"-1", "1.5", "x"}) {
     const ProgramResult result = Kerf(std::string("stability s.toml --seed ") + seed);
     EXPECT_NE(result.code, 0) << seed;

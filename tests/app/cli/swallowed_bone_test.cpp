@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -18,22 +19,9 @@ using testing::HasSubstr;
 using testing::Not;
 
 /// A block of 6 x 1 x 6 mm below the origin is inside a disc that has a diameter of 22 mm and is 3 mm thick.
-constexpr char kSwallowedBoneScene[] = R"([bone]
-model = "block"
-[bone.block]
-size_x_mm = 6.0
-size_y_mm = 1.0
-size_z_mm = 6.0
-voxel_mm = 0.1
-[tool]
-diameter_mm = 22.0
-thickness_mm = 3.0
-[[path.stroke]]
-start_mm = [0.0, 0.0, 0.0]
-end_mm = [0.0, 0.0, -0.4]
-feed_mm_per_s = 4.0
-disc_normal = [0.0, 1.0, 0.0]
-)";
+const std::string kSwallowedBoneScene = test::BlockToml({6, 1, 6}, 0.1) +
+                                        "[tool]\ndiameter_mm = 22.0\nthickness_mm = 3.0\n" +
+                                        test::StrokeToml({0, 0, 0}, {0, 0, -0.4}, 4, {0, 1, 0});
 constexpr char kNotDrawn[] = "no bone is left to draw: after.png is not written";
 
 class SwallowedBone : public test::ProgramTest {

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "emulated_program.h"
+#include "support/block_scene.h"
 #include "support/running.h"
 #include "support/session_files.h"
 #include "test_paths.h"
@@ -24,27 +25,9 @@ using testing::HasSubstr;
 using testing::Not;
 
 // A block on the right, into which the disc cuts sideways.
-constexpr char kBlockToTheRight[] = R"([bone]
-model = "block"
-[bone.block]
-size_x_mm = 40.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.2
-[tool]
-diameter_mm = 12.0
-thickness_mm = 2.0
-teeth = 16
-[[path.stroke]]
-start_mm = [-26.5, 0.0, -1.5]
-end_mm = [-20.0, 0.0, -1.5]
-feed_mm_per_s = 1.5
-disc_normal = [0.0, 1.0, 0.0]
-[device]
-expected_peak_N = 5.0
-[output]
-pictures = false
-)";
+const std::string kBlockToTheRight = test::BlockToml({40, 4, 3}, 0.2) + test::SawToml(12, 2, 16) +
+                                     test::StrokeToml({-26.5, 0, -1.5}, {-20, 0, -1.5}, 1.5, {0, 1, 0}) +
+                                     "[device]\nexpected_peak_N = 5.0\n[output]\npictures = false\n";
 constexpr double kStart_mm = -26.5;
 constexpr double kGap_mm = 0.5;
 
@@ -116,23 +99,8 @@ class StallOfAFalcon : public SessionWithADevice {
   void SetUp() override {
     SessionWithADevice::SetUp();
     // The bone is large enough for eight seconds of cutting, and the device outputs the whole force.
-    const std::string block = R"([bone]
-model = "block"
-[bone.block]
-size_x_mm = 8.0
-size_y_mm = 8.0
-size_z_mm = 9.0
-voxel_mm = 0.25
-[tool]
-diameter_mm = 24.0
-thickness_mm = 2.0
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 12.5]
-end_mm = [0.0, 0.0, 4.0]
-feed_mm_per_s = 1.0
-disc_normal = [1.0, 0.0, 0.0]
-[hand]
+    const std::string block = test::BlockToml({8, 8, 9}, 0.25) + test::SawToml(24, 2, 16) +
+                              test::StrokeToml({0, 0, 12.5}, {0, 0, 4}, 1, {1, 0, 0}) + R"([hand]
 model = "H4"
 [output]
 pictures = false

@@ -23,6 +23,7 @@
 #include "session/run/make_bone.h"
 #include "session/run/run.h"
 #include "session/run/run_slab.h"
+#include "support/block_scene.h"
 #include "support/result_folder.h"
 #include "test_paths.h"
 
@@ -34,31 +35,12 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 /// A block of two materials on one side of the disc's centre (x from 0 to 12 mm), which is cut straight down.
-constexpr char kScene[] = R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 12.0
-size_y_mm = 2.0
-size_z_mm = 6.0
-voxel_mm = 0.2
-top_mm = [6.0, 0.0, 0.0]
-[[bone.block.layer]]
-thickness_mm = 3.0
-region = 24
-[[bone.block.layer]]
-thickness_mm = 3.0
-region = 6
-[[path.stroke]]
-start_mm = [0.0, 0.0, 11.5]
-end_mm = [0.0, 0.0, 4.0]
-feed_mm_per_s = 12.0
-disc_normal = [0.0, 1.0, 0.0]
-)";
+const std::string kScene = test::BlockToml({12, 2, 6}, 0.2) + "top_mm = [6.0, 0.0, 0.0]\n" + test::LayerToml(3, 24) +
+                           test::LayerToml(3, 6) + test::StrokeToml({0, 0, 11.5}, {0, 0, 4}, 12, {0, 1, 0});
 const std::string kSlab = "[slab]\ndirection = [0, 0, -1]\n";
 
 Scene Parse(const std::string& more = "") {
-  return ParseScene(std::string(kScene) + more, "scene.toml");
+  return ParseScene(kScene + more, "scene.toml");
 }
 
 std::string MessageOf(const Scene& scene, const CompareParams& params) {
@@ -267,10 +249,9 @@ TEST(Compare, SuggestedDirectionHasUnitLength) {
 
 TEST(Compare, PathThatEndsInsideTheSliceIsComparedToItsEndWithAWarning) {
   // The path goes down only 2 mm into the slice of 6 mm.
-  const Comparison c = CompareScene(
-      ParseScene(std::string(kScene).replace(std::string(kScene).find("0.0, 4.0]"), 9, "0.0, 9.0]") + kSlab,
-                 "scene.toml"),
-      {{}, 0.1, 1}, {});
+  std::string short_path = kScene;
+  short_path.replace(short_path.find("0.0, 4.0]"), 9, "0.0, 9.0]");
+  const Comparison c = CompareScene(ParseScene(short_path + kSlab, "scene.toml"), {{}, 0.1, 1}, {});
   ASSERT_FALSE(c.warnings.empty());
   EXPECT_THAT(c.warnings.back(), testing::MatchesRegex("the path goes through 1.9 mm of the slice's 6(.0.)? mm; .*"));
   EXPECT_TRUE(c.beyond_bins.empty());

@@ -9,6 +9,7 @@
 #include "experiment/stability_study/stability.h"
 #include "experiment/stability_study/stability_files.h"
 #include "session/run/make_bone.h"
+#include "support/block_scene.h"
 
 namespace kerf {
 namespace {
@@ -16,28 +17,11 @@ namespace {
 /// Returns a subject with a block of cancellous bone, 12 mm high by default. At 5 N the disc is through in 2.4 s,
 /// during the scenario cut_5N. `cortex_mm`: thickness of the top layer, which is cortical bone.
 StabilitySubject MakeSubject(double height_mm = 12, double cortex_mm = 0) {
-  const std::string layer = "[[bone.block.layer]]\nthickness_mm = {}\nregion = {}\n";
-  std::string layers = cortex_mm > 0 ? fmt::format(fmt::runtime(layer), cortex_mm, 24) : "";
-  layers += fmt::format(fmt::runtime(layer), height_mm - cortex_mm, 32);
-  const Scene scene = ParseScene(fmt::format(R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 16.0
-size_y_mm = 6.0
-size_z_mm = {}
-voxel_mm = 0.25
-{}[tool]
-rpm = 7500.0
-[[path.stroke]]
-start_mm = [0, 0, 12]
-end_mm = [0, 0, -8]
-feed_mm_per_s = 3.0
-disc_normal = [0, 1, 0]
-[coupling]
-)",
-                                             height_mm, layers),
-                                 "s.toml");
+  const Scene scene =
+      ParseScene(test::BlockToml({16, 6, height_mm}, 0.25) + (cortex_mm > 0 ? test::LayerToml(cortex_mm, 24) : "") +
+                     test::LayerToml(height_mm - cortex_mm, 32) + "[tool]\nrpm = 7500.0\n" +
+                     test::StrokeToml({0, 0, 12}, {0, 0, -8}, 3, {0, 1, 0}) + "[coupling]\n",
+                 "s.toml");
   const Bone bone = MakeSceneBone(scene, {});
   return MakeStabilitySubject(scene, MakeLoopSetup(scene), bone, FindFirstTouch(scene, bone));
 }

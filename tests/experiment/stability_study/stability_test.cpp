@@ -11,6 +11,7 @@
 #include "experiment/stability_study/stability_files.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
+#include "support/block_scene.h"
 
 namespace kerf {
 namespace {
@@ -21,12 +22,10 @@ using testing::HasSubstr;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// A block with its top face at z = 0.
-constexpr char kBlock[] =
-    "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 20.0\nsize_y_mm = 8.0\nsize_z_mm = 12.0\nvoxel_mm = 0.25\n";
+const std::string kBlock = test::BlockToml({20, 8, 12}, 0.25);
 
-std::string Stroke(const std::string& start, const std::string& end, const std::string& normal) {
-  return "[[path.stroke]]\nstart_mm = " + start + "\nend_mm = " + end +
-         "\nfeed_mm_per_s = 2.0\ndisc_normal = " + normal + "\n";
+std::string Stroke(const Vec3& start_mm, const Vec3& end_mm, const Vec3& normal) {
+  return test::StrokeToml(start_mm, end_mm, 2, normal);
 }
 
 FirstTouch Touch(const std::string& text) {
@@ -46,11 +45,11 @@ std::string Refusal(const std::string& text) {
 // The rim of the disc of 22 mm diameter is on the face when its centre is 11 mm above it. The result is accurate to a
 // tenth of a voxel, because the grid represents the face exactly.
 TEST(FirstTouch, OfADiscIsWhereItsRimTouchesTheFace) {
-  const FirstTouch down = Touch(Stroke("[0, 0, 15]", "[0, 0, 5]", "[0, 1, 0]"));
+  const FirstTouch down = Touch(Stroke({0, 0, 15}, {0, 0, 5}, {0, 1, 0}));
   EXPECT_NEAR(down.time_s, 2, 0.25 / 2 + 0.03);
   EXPECT_NEAR(down.X_WT.p_AB.z, 11 + 0.3 + 0.25 / 4, 0.03);
   EXPECT_NEAR(down.into_W.z, -1, 1e-12);
-  const FirstTouch oblique = Touch(Stroke("[-4, 0, 15]", "[4, 0, 7]", "[0, 1, 0]"));
+  const FirstTouch oblique = Touch(Stroke({-4, 0, 15}, {4, 0, 7}, {0, 1, 0}));
   EXPECT_NEAR(oblique.into_W.x, std::sqrt(0.5), 1e-9);
   EXPECT_NEAR(oblique.into_W.z, -std::sqrt(0.5), 1e-9);
   EXPECT_NEAR(oblique.X_WT.p_AB.z, 11 + std::sqrt(0.5) * (0.3 + 0.25 / 4), 0.03);
@@ -59,7 +58,7 @@ TEST(FirstTouch, OfADiscIsWhereItsRimTouchesTheFace) {
 TEST(FirstTouch, OfABallAndOfALaterStroke) {
   const std::string ball = "[tool]\nshape = \"ball\"\n";
   const FirstTouch touch =
-      Touch(ball + Stroke("[0, 0, 20]", "[0, 0, 19]", "[0, 1, 0]") + Stroke("[0, -9, -6]", "[0, 0, -6]", "[0, 1, 0]"));
+      Touch(ball + Stroke({0, 0, 20}, {0, 0, 19}, {0, 1, 0}) + Stroke({0, -9, -6}, {0, 0, -6}, {0, 1, 0}));
   // The ball of 6 mm comes from the side in the second stroke, along y, which is its spindle, because a ball has teeth
   // there too.
   EXPECT_NEAR(touch.X_WT.p_AB.y, -4 - 3 - 0.3 - 0.25 / 4, 0.05);
@@ -68,29 +67,28 @@ TEST(FirstTouch, OfABallAndOfALaterStroke) {
 
 // The bone is 8 mm thick and in the middle of a rim 10 mm thick, so neither flat of the disc comes near it.
 TEST(FirstTouch, OfADiscThatIsThickerThanTheBone) {
-  const FirstTouch touch = Touch("[tool]\nthickness_mm = 10.0\n" + Stroke("[0, 0, 15]", "[0, 0, 5]", "[0, 1, 0]"));
+  const FirstTouch touch = Touch("[tool]\nthickness_mm = 10.0\n" + Stroke({0, 0, 15}, {0, 0, 5}, {0, 1, 0}));
   EXPECT_NEAR(touch.X_WT.p_AB.z, 11 + 0.3 + 0.25 / 4, 0.03);
 }
 
 TEST(FirstTouch, IsRefusedWhereThereIsNothingToExamine) {
-  EXPECT_THAT(Refusal(Stroke("[0, 0, 20]", "[0, 0, 12]", "[0, 1, 0]")), HasSubstr("never touches the bone"));
-  EXPECT_THAT(Refusal(Stroke("[0, 0, 8]", "[0, 0, 4]", "[0, 1, 0]")), HasSubstr("begins inside the bone"));
-  EXPECT_THAT(Refusal(Stroke("[0, 6, -3]", "[0, 0, -3]", "[0, 1, 0]")), HasSubstr("with its flat"));
+  EXPECT_THAT(Refusal(Stroke({0, 0, 20}, {0, 0, 12}, {0, 1, 0})), HasSubstr("never touches the bone"));
+  EXPECT_THAT(Refusal(Stroke({0, 0, 8}, {0, 0, 4}, {0, 1, 0})), HasSubstr("begins inside the bone"));
+  EXPECT_THAT(Refusal(Stroke({0, 6, -3}, {0, 0, -3}, {0, 1, 0})), HasSubstr("with its flat"));
 }
 
 // A tool that starts as close as possible to the face and leaves it touches the bone only with the next stroke.
 TEST(FirstTouch, LeavingAFaceIsNotATouch) {
-  const FirstTouch touch =
-      Touch(Stroke("[0, 0, 11]", "[0, 0, 13]", "[0, 1, 0]") + Stroke("[5, 0, 13]", "[5, 0, 10]", "[0, 1, 0]"));
+  const FirstTouch touch = Touch(Stroke({0, 0, 11}, {0, 0, 13}, {0, 1, 0}) + Stroke({5, 0, 13}, {5, 0, 10}, {0, 1, 0}));
   EXPECT_NEAR(touch.X_WT.p_AB.x, 5, 1e-9);
   EXPECT_NEAR(touch.into_W.z, -1, 1e-12);
 }
 
 TEST(StabilitySubject, IsTheSceneAsTheLoopRunsIt) {
-  const Scene scene = ParseScene(std::string(kBlock) +
+  const Scene scene = ParseScene(kBlock +
                                      "[coupling]\nstiffness_N_per_mm = 500.0\n[loop]\nrate_hz = 500.0\n[hand]\nmodel = "
                                      "\"H1\"\n[device]\nprofile = \"touch\"\n" +
-                                     Stroke("[0, 0, 15]", "[0, 0, 5]", "[0, 1, 0]"),
+                                     Stroke({0, 0, 15}, {0, 0, 5}, {0, 1, 0}),
                                  "s.toml");
   const Bone bone = MakeSceneBone(scene, {});
   const LoopSetup setup = MakeLoopSetup(scene);
@@ -180,7 +178,7 @@ StabilityStudy MakeStudy() {
 
 // The examination is stopped after the first scenario or margin. With one thread, no other is examined.
 TEST(ExamineStability, ReturnsTheResultsSoFarWhenStopped) {
-  const Scene scene = ParseScene(kBlock + Stroke("[0, 0, 12]", "[0, 0, 4]", "[0, 1, 0]"), "s.toml");
+  const Scene scene = ParseScene(kBlock + Stroke({0, 0, 12}, {0, 0, 4}, {0, 1, 0}), "s.toml");
   std::atomic<bool> stop{false};
   StabilityOptions options;
   options.quick = true;

@@ -11,28 +11,15 @@
 
 #include "experiment/stability_study/sweep_keys.h"
 #include "kerf/error.h"
+#include "support/block_scene.h"
 
 namespace kerf {
 namespace {
 
 using testing::HasSubstr;
 
-constexpr char kSweepBlock[] = R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 20.0
-size_y_mm = 4.0
-size_z_mm = 10.0
-voxel_mm = 0.25
-[effects.kerf_friction]
-coefficient = 0.2
-[[path.stroke]]
-start_mm = [0, 0, 12]
-end_mm = [0, 0, 4]
-feed_mm_per_s = 3.0
-disc_normal = [0, 1, 0]
-)";
+const std::string kSweepBlock = test::BlockToml({20, 4, 10}, 0.25) + "[effects.kerf_friction]\ncoefficient = 0.2\n" +
+                                test::StrokeToml({0, 0, 12}, {0, 0, 4}, 3, {0, 1, 0});
 
 Scene MakeScene(const std::string& more = "") {
   return ParseScene(kSweepBlock + more, "s.toml");

@@ -10,6 +10,7 @@
 #include "experiment/study/case_run.h"
 #include "experiment/study/reference_store.h"
 #include "kerf/error.h"
+#include "support/block_scene.h"
 #include "support/folder.h"
 
 namespace kerf {
@@ -112,13 +113,9 @@ TEST(CaseErrors, FailureIsRecordedWithItsMessage) {
 TEST(CaseErrors, StrokeAfterALiftIsAsInFreshBone) {
   const test::Folder folder;
   const std::string file = folder.file("strokes.toml");
-  WriteTextFile(file,
-                "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 12\nsize_y_mm = 9\nsize_z_mm = 3\n"
-                "voxel_mm = 0.25\n"
-                "[[path.stroke]]\nstart_mm = [0, -1.5, 11.2]\nend_mm = [0, -1.5, 10.1]\nfeed_mm_per_s = 4.4\n"
-                "disc_normal = [0, 1, 0]\n"
-                "[[path.stroke]]\nstart_mm = [0, 1.5, 11.2]\nend_mm = [0, 1.5, 10.1]\nfeed_mm_per_s = 4.4\n"
-                "disc_normal = [0, 1, 0]\n");
+  WriteTextFile(file, test::BlockToml({12, 9, 3}, 0.25) +
+                          test::StrokeToml({0, -1.5, 11.2}, {0, -1.5, 10.1}, 4.4, {0, 1, 0}) +
+                          test::StrokeToml({0, 1.5, 11.2}, {0, 1.5, 10.1}, 4.4, {0, 1, 0}));
   EXPECT_TRUE(MakeScenePath("first", file).lifts_s.empty());
   EXPECT_NEAR(MakeScenePath("first", file).duration_s, 0.25, 1e-12);
   const StudyPath path = MakeScenePath("both", file, SceneStrokes::kAll);

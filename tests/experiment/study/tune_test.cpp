@@ -9,6 +9,7 @@
 
 #include "base/files/files.h"
 #include "kerf/error.h"
+#include "support/block_scene.h"
 #include "support/folder.h"
 
 namespace kerf {
@@ -65,19 +66,7 @@ RC_GTEST_PROP(ChooseCandidate, NothingThatFulfilsWhatIsAskedIsBetter, ()) {
   if (chosen && !by_error) RC_ASSERT(all[*chosen].p99_us() <= bound);
 }
 
-constexpr const char* kScene = R"([bone]
-model = "block"
-[bone.block]
-size_x_mm = 12
-size_y_mm = 3
-size_z_mm = 6
-voxel_mm = 0.3
-[[path.stroke]]
-start_mm = [0, 0, 11.2]
-end_mm = [0, 0, 9.7]
-feed_mm_per_s = 2
-disc_normal = [0, 1, 0]
-)";
+const std::string kScene = test::BlockToml({12, 3, 6}, 0.3) + test::StrokeToml({0, 0, 11.2}, {0, 0, 9.7}, 2, {0, 1, 0});
 
 class TuneTest : public testing::Test {
  protected:
@@ -113,19 +102,8 @@ TEST_F(TuneTest, ChoosesSettingsThatMeetTheErrorWhenMeasuredAgain) {
 }
 
 // The path cuts through a plate of 3 mm: most of the error is at the breakthrough, long after the first contact.
-constexpr const char* kPlate = R"([bone]
-model = "block"
-[bone.block]
-size_x_mm = 8
-size_y_mm = 3
-size_z_mm = 3
-voxel_mm = 0.1
-[[path.stroke]]
-start_mm = [0, 0, 11.1]
-end_mm = [0, 0, 6.6]
-feed_mm_per_s = 7.5
-disc_normal = [0, 1, 0]
-)";
+const std::string kPlate =
+    test::BlockToml({8, 3, 3}, 0.1) + test::StrokeToml({0, 0, 11.1}, {0, 0, 6.6}, 7.5, {0, 1, 0});
 
 TEST_F(TuneTest, JudgesTheWholePath) {
   WriteTextFile(file_, kPlate);
@@ -172,7 +150,7 @@ TEST_F(TuneTest, LeavesOutTheAirAfterTheCut) {
   std::string scene = kPlate;
   const auto with_end = [&](const char* end) {
     std::string text = scene;
-    const std::string before = "end_mm = [0, 0, 6.6]";
+    const std::string before = "end_mm = [0.0, 0.0, 6.6]";
     WriteTextFile(file_, text.replace(text.find(before), before.size(), end));
   };
   TuneOptions options = MakeTuneOptions(1e6, 1);
@@ -218,13 +196,12 @@ TEST(ContactError, CoversTheTicksWithContactInEitherRun) {
 // A stroke out of the bone and in again contains air. A longer time in air does not change the error.
 TEST_F(TuneTest, AirBetweenStrokesDoesNotMakeTheErrorSmaller) {
   const auto measure = [&](double up_mm) {
-    WriteTextFile(file_,
-                  std::string(kPlate) + fmt::format("[[path.stroke]]\nstart_mm = [0, 0, 6.6]\nend_mm = [0, 0, {}]\n"
-                                                    "feed_mm_per_s = 40\ndisc_normal = [0, 1, 0]\n"
-                                                    "[[path.stroke]]\nstart_mm = [0, 0, {}]\n"
-                                                    "end_mm = [0, 0, 6]\nfeed_mm_per_s = 40\n"
-                                                    "disc_normal = [0, 1, 0]\n",
-                                                    up_mm, up_mm));
+    WriteTextFile(file_, kPlate + fmt::format("[[path.stroke]]\nstart_mm = [0, 0, 6.6]\nend_mm = [0, 0, {}]\n"
+                                              "feed_mm_per_s = 40\ndisc_normal = [0, 1, 0]\n"
+                                              "[[path.stroke]]\nstart_mm = [0, 0, {}]\n"
+                                              "end_mm = [0, 0, 6]\nfeed_mm_per_s = 40\n"
+                                              "disc_normal = [0, 1, 0]\n",
+                                              up_mm, up_mm));
     TuneOptions options = MakeTuneOptions(1e6, 1);
     options.holding = Holding::kPath;
     options.ticks = 1000;

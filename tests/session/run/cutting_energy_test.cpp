@@ -13,6 +13,7 @@
 #include "session/run/make_bone.h"
 #include "session/run/run_loop.h"
 #include "session/run/run_scene.h"
+#include "support/block_scene.h"
 #include "support/result_folder.h"
 
 namespace kerf {
@@ -20,28 +21,9 @@ namespace {
 
 /// Returns a scene with a kerf 2 mm deep through a whole block 24 mm long. The disc starts and ends outside the block.
 std::string SlotScene(double feed_mm_per_s, const std::string& more) {
-  return fmt::format(R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 24.0
-size_y_mm = 2.0
-size_z_mm = 6.0
-voxel_mm = 0.1
-[material]
-kind = "uniform"
-[[path.stroke]]
-start_mm = [-19.0, 0.0, 9.0]
-end_mm = [19.0, 0.0, 9.0]
-feed_mm_per_s = {}
-disc_normal = [0.0, 1.0, 0.0]
-[output]
-pictures = false
-bone = false
-pieces = false
-)",
-                     feed_mm_per_s) +
-         more;
+  return test::BlockToml({24, 2, 6}, 0.1) + "[material]\nkind = \"uniform\"\n" +
+         test::StrokeToml({-19, 0, 9}, {19, 0, 9}, feed_mm_per_s, {0, 1, 0}) +
+         "[output]\npictures = false\nbone = false\npieces = false\n" + more;
 }
 
 class CuttingEnergyRun : public test::ResultFolderTest {

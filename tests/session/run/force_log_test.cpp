@@ -13,6 +13,7 @@
 #include "kerf/error.h"
 #include "session/run/force_noise.h"
 #include "session/run/run_loop.h"
+#include "support/block_scene.h"
 #include "support/result_folder.h"
 #include "test_paths.h"
 
@@ -21,25 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kScene[] = R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 8.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.2
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 6.5]
-end_mm = [0.0, 0.0, 0.5]
-feed_mm_per_s = 3.0
-disc_normal = [1.0, 0.0, 0.0]
-[effects.sound]
-)";
+const std::string kScene =
+    test::kBarToml + test::StrokeToml({0, 0, 6.5}, {0, 0, 0.5}, 3, {1, 0, 0}) + "[effects.sound]\n";
 
 using LoopLogs = test::ResultFolderTest;
 

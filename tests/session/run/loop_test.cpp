@@ -16,6 +16,7 @@
 #include "kerf/error.h"
 #include "session/run/hand_motion.h"
 #include "session/run/loop_session.h"
+#include "support/block_scene.h"
 #include "support/far_apart.h"
 #include "support/motion.h"
 #include "support/result_folder.h"
@@ -26,32 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A bar of 3 x 4 mm along x, through which the disc is lowered.
-constexpr char kLoopScene[] = R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 8.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.2
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 6.5]
-end_mm = [0.0, 0.0, 0.5]
-feed_mm_per_s = 3.0
-disc_normal = [1.0, 0.0, 0.0]
-[[path.stroke]]
-start_mm = [2.0, 0.0, 7.0]
-end_mm = [2.0, 0.0, 6.5]
-feed_mm_per_s = 3.0
-disc_normal = [1.0, 0.0, 0.0]
-[hand]
-model = "H4"
-)";
+const std::string kLoopScene = test::kBarToml + test::kThroughBarToml;
 
 LoopOptions Virtual(double seconds) {
   LoopOptions options;
@@ -239,8 +215,7 @@ TEST(RunLoop, WarnsAboutUnusualSettings) {
 }
 
 TEST(RunLoop, ReportsThePositionOfAMissingTableOfDevices) {
-  const Scene scene =
-      ParseScene(std::string(kLoopScene) + "[device]\nprofile = \"mine\"\nfile = \"none.csv\"\n", "s.toml");
+  const Scene scene = ParseScene(kLoopScene + "[device]\nprofile = \"mine\"\nfile = \"none.csv\"\n", "s.toml");
   try {
     RunVirtual(scene, 1);
     FAIL();
@@ -393,7 +368,7 @@ TEST(HandMotion, WaitsIfTheHandleIsHeldAndRepeatsThePathIfItIsFree) {
 // column.
 TEST(LoopEffects, FragmentsAreFoundWhileItRuns) {
   const Scene plain = ParseScene(kLoopScene, "s.toml");
-  const Scene scene = ParseScene(std::string(kLoopScene) + "[effects.fragments]\n", "s.toml");
+  const Scene scene = ParseScene(kLoopScene + "[effects.fragments]\n", "s.toml");
   const LoopSummary without = RunVirtual(plain, 6);
   const LoopSummary with = RunVirtual(scene, 6);
   const LoopSummary again = RunVirtual(scene, 6);
@@ -418,46 +393,7 @@ TEST(LoopEffects, FragmentsAreFoundWhileItRuns) {
   EXPECT_NE(FormatLoopReport(scene, with, false).find("- Fragments: one piece separated: "), std::string::npos);
 }
 
-/// A piece is cut off next to the middle; then the hand moves far away, sideways, and down through the smaller piece.
-constexpr char kThroughThePiece[] = R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 8.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.2
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.5, 0.0, 6.5]
-end_mm = [0.5, 0.0, 0.5]
-feed_mm_per_s = 1.2
-disc_normal = [1.0, 0.0, 0.0]
-[[path.stroke]]
-start_mm = [0.5, 0.0, 0.5]
-end_mm = [0.5, 0.0, 22.0]
-feed_mm_per_s = 20.0
-disc_normal = [1.0, 0.0, 0.0]
-retract = false
-[[path.stroke]]
-start_mm = [0.5, 0.0, 22.0]
-end_mm = [2.4, 0.0, 22.0]
-feed_mm_per_s = 2.0
-disc_normal = [1.0, 0.0, 0.0]
-retract = false
-[[path.stroke]]
-start_mm = [2.4, 0.0, 22.0]
-end_mm = [2.4, 0.0, 2.0]
-feed_mm_per_s = 8.0
-disc_normal = [1.0, 0.0, 0.0]
-retract = false
-[hand]
-model = "H4"
-[effects.fragments]
-)";
+const std::string kThroughThePiece = test::kBarToml + test::CutOffToml(1.2);
 
 double Balance(const LoopSummary& s) {
   double mm3 = s.removed_mm3 + s.volume_after_mm3 - s.volume_before_mm3;
@@ -468,7 +404,7 @@ double Balance(const LoopSummary& s) {
 TEST(LoopEffects, APieceIsTakenOutWhileItRuns) {
   constexpr double kSeconds = 10;
   const LoopSummary held = RunVirtual(ParseScene(kThroughThePiece, "s.toml"), kSeconds);
-  const Scene scene = ParseScene(std::string(kThroughThePiece) + "pieces = \"deleted\"\n", "s.toml");
+  const Scene scene = ParseScene(kThroughThePiece + "pieces = \"deleted\"\n", "s.toml");
   const LoopSummary s = RunVirtual(scene, kSeconds);
   ASSERT_EQ(s.fragments->out.size(), 1u);
   const double gone_s = s.fragments->out[0].time_s;
@@ -500,8 +436,7 @@ TEST(LoopEffects, APieceIsTakenOutWhileItRuns) {
 TEST(LoopEffects, PieceIsTakenOutInALiveLoop) {
   LoopOptions options;
   const test::EndsAfterMotion end(9, options);
-  const LoopSummary s =
-      RunLoop(ParseScene(std::string(kThroughThePiece) + "pieces = \"moved\"\n", "s.toml"), options, {});
+  const LoopSummary s = RunLoop(ParseScene(kThroughThePiece + "pieces = \"moved\"\n", "s.toml"), options, {});
   // The piece is removed during the run or, on a busy machine, at its end.
   ASSERT_GE(s.fragments->out.size(), 1u);
   EXPECT_TRUE(s.mirror_identical);
@@ -511,7 +446,7 @@ TEST(LoopEffects, PieceIsTakenOutInALiveLoop) {
 }
 
 TEST(LoopEffects, PieceIsFoundSoonAfterSeparationInALiveLoop) {
-  const Scene scene = ParseScene(std::string(kLoopScene) + "[effects.fragments]\n", "s.toml");
+  const Scene scene = ParseScene(kLoopScene + "[effects.fragments]\n", "s.toml");
   LoopOptions options;
   options.seconds = 6;
   constexpr double kMaxLate_ms = 2000;
@@ -537,7 +472,7 @@ TEST(LoopEffects, AddTheirColumnsAndFigures) {
   EXPECT_NE(FormatLoopCsv(none).find("fidelity,status\n"), std::string::npos);
 
   // Both runs have the effects that heat requires.
-  const std::string needed = std::string(kLoopScene) + "[effects.tangential_force]\n";
+  const std::string needed = kLoopScene + "[effects.tangential_force]\n";
   const Scene warm = ParseScene(needed + "[effects.heat]\n", "s.toml");
   const LoopSummary without = RunVirtual(ParseScene(needed, "s.toml"), 2);
   const LoopSummary with = RunVirtual(warm, 2);

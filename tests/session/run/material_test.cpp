@@ -13,15 +13,15 @@
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 #include "session/run/run_scene.h"
+#include "support/block_scene.h"
 
 namespace kerf {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kPath[] =
-    "[[path.stroke]]\nstart_mm = [0, 0, 11.5]\nend_mm = [0, 0, 8]\nfeed_mm_per_s = 10.0\ndisc_normal = [0, 1, 0]\n"
-    "[output]\npictures = false\npieces = false\n";
+const std::string kPath =
+    test::StrokeToml({0, 0, 11.5}, {0, 0, 8}, 10, {0, 1, 0}) + "[output]\npictures = false\npieces = false\n";
 
 /// A folder with a block of 8 x 4 x 6 mm in two layers, with CT numbers (hu.vdb) and without (plain.vdb).
 class SceneMaterialRun : public testing::Test {

@@ -21,6 +21,7 @@
 #include "session/run/run_loop.h"
 #include "session/run/run_scene.h"
 #include "session/run/run_slab_scene.h"
+#include "support/block_scene.h"
 #include "support/folder.h"
 #include "support/forge_recording.h"
 #include "support/motion.h"
@@ -31,72 +32,15 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-constexpr char kBar[] = R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 8.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.2
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-)";
-
-constexpr char kThrough[] = R"(
-[[path.stroke]]
-start_mm = [0.0, 0.0, 6.5]
-end_mm = [0.0, 0.0, 0.5]
-feed_mm_per_s = 3.0
-disc_normal = [1.0, 0.0, 0.0]
-[[path.stroke]]
-start_mm = [2.0, 0.0, 7.0]
-end_mm = [2.0, 0.0, 6.5]
-feed_mm_per_s = 3.0
-disc_normal = [1.0, 0.0, 0.0]
-[hand]
-model = "H4"
-)";
-
 /// The saw cuts off an end, moves away from it, and returns.
-constexpr char kPiece[] = R"(
-[[path.stroke]]
-start_mm = [0.5, 0.0, 6.5]
-end_mm = [0.5, 0.0, 0.5]
-feed_mm_per_s = 5.0
-disc_normal = [1.0, 0.0, 0.0]
-[[path.stroke]]
-start_mm = [0.5, 0.0, 0.5]
-end_mm = [0.5, 0.0, 22.0]
-feed_mm_per_s = 20.0
-disc_normal = [1.0, 0.0, 0.0]
-retract = false
-[[path.stroke]]
-start_mm = [0.5, 0.0, 22.0]
-end_mm = [2.4, 0.0, 22.0]
-feed_mm_per_s = 2.0
-disc_normal = [1.0, 0.0, 0.0]
-retract = false
-[[path.stroke]]
-start_mm = [2.4, 0.0, 22.0]
-end_mm = [2.4, 0.0, 2.0]
-feed_mm_per_s = 8.0
-disc_normal = [1.0, 0.0, 0.0]
-retract = false
-[hand]
-model = "H4"
-[effects.fragments]
-pieces = "hidden"
-)";
+const std::string kPiece = test::CutOffToml(5) + "pieces = \"hidden\"\n";
 
 class Replays : public ::testing::Test {
  protected:
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
 
   static Scene MakeScene(const std::string& path, const std::string& more = "") {
-    return ParseScene(std::string(kBar) + path + more, "/tmp/s.toml");
+    return ParseScene(test::kBarToml + path + more, "/tmp/s.toml");
   }
   LoopOptions Record(const std::string& name, double seconds, bool live = false) const {
     LoopOptions options;
@@ -144,7 +88,7 @@ class Replays : public ::testing::Test {
 };
 
 TEST_F(Replays, LoopIsIdentical) {
-  const Scene scene = MakeScene(kThrough);
+  const Scene scene = MakeScene(test::kThroughBarToml);
   const LoopSummary s = RunLoop(scene, Record("a.kerf", 6), {});
   EXPECT_GT(s.removed_mm3, 5);
   ASSERT_TRUE(s.recorded);
@@ -165,7 +109,7 @@ TEST_F(Replays, LoopIsIdentical) {
 }
 
 TEST_F(Replays, LoopAt4kHzIsIdentical) {
-  const Scene scene = MakeScene(kThrough, "[loop]\nrate_hz = 4000.0\n");
+  const Scene scene = MakeScene(test::kThroughBarToml, "[loop]\nrate_hz = 4000.0\n");
   const LoopSummary s = RunLoop(scene, Record("a.kerf", 3), {});
   EXPECT_EQ(s.recorded->steps, 12'000u);
   EXPECT_LT(static_cast<double>(s.recorded->bytes), 1e6 * 3 / 60);  // the requirement
@@ -175,7 +119,7 @@ TEST_F(Replays, LoopAt4kHzIsIdentical) {
 }
 
 TEST_F(Replays, LiveLoopIsIdentical) {
-  const LoopSummary s = RunLoop(MakeScene(kThrough), Record("a.kerf", 4, true), {});
+  const LoopSummary s = RunLoop(MakeScene(test::kThroughBarToml), Record("a.kerf", 4, true), {});
   EXPECT_EQ(s.recorded->steps, s.counts.ticks);
   ExpectSame("a.kerf", s.counts.ticks);
 }
@@ -184,7 +128,7 @@ TEST_F(Replays, LiveLoopIsIdentical) {
 TEST_F(Replays, MissedTicksAndChangedFidelitiesAreIdentical) {
   LoopOptions options = Record("a.kerf", 5);
   options.burn_us = 1500;
-  const LoopSummary s = RunLoop(MakeScene(kThrough, "[loop]\ndegrade = true\n"), options, {});
+  const LoopSummary s = RunLoop(MakeScene(test::kThroughBarToml, "[loop]\ndegrade = true\n"), options, {});
   EXPECT_GT(s.counts.missed, 10u);
   EXPECT_GT(s.fidelity_step_count, 0);
   ExpectSame("a.kerf", s.counts.ticks);
@@ -261,7 +205,7 @@ TEST_F(Replays, UndoAndRedoAreRepeated) {
     } else {
       options.undo.actions.push_back(ParseLoopAction("4.6:undo=start"));
     }
-    const LoopSummary s = RunLoop(MakeScene(kThrough), options, {});
+    const LoopSummary s = RunLoop(MakeScene(test::kThroughBarToml), options, {});
     EXPECT_EQ(peer.done(), live);
     EXPECT_EQ(s.undo->restores, 3u) << (s.warnings.empty() ? "" : s.warnings.back());
     ExpectSame(name, s.counts.ticks);
@@ -276,14 +220,14 @@ TEST_F(Replays, RedoWithTheSpindleStopped) {
   for (const char* text : {"1:checkpoint=a", "2.5:rpm=0", "3:undo=a", "3.5:redo"}) {
     options.undo.actions.push_back(ParseLoopAction(text));
   }
-  const LoopSummary s = RunLoop(MakeScene(kThrough), options, {});
+  const LoopSummary s = RunLoop(MakeScene(test::kThroughBarToml), options, {});
   EXPECT_EQ(s.undo->restores, 2u) << (s.warnings.empty() ? "" : s.warnings.back());
   ExpectSame("a.kerf", 4000);
 }
 
 // The session is continued several times. The replay passes through each point of continuation unchanged.
 TEST_F(Replays, ContinuedRecordingCanBeContinued) {
-  const Scene scene = MakeScene(kThrough, "[simulation]\ncarve_interval_ticks = 16\n");
+  const Scene scene = MakeScene(test::kThroughBarToml, "[simulation]\ncarve_interval_ticks = 16\n");
   RunLoop(scene, Record("0.kerf", 2.11), {});
   for (int i = 0; i < 3; ++i) {
     RecordingReader recording(Path(std::to_string(i) + ".kerf"));
@@ -300,13 +244,13 @@ TEST_F(Replays, ManyActionsAtOneMoment) {
   for (int i = 0; i < 100; ++i) options.undo.actions.push_back(ParseLoopAction("1.5:checkpoint=c" + std::to_string(i)));
   for (const char* text : {"1.5:undo=c99", "2:undo=c3", "2.99:undo"})
     options.undo.actions.push_back(ParseLoopAction(text));
-  const LoopSummary s = RunLoop(MakeScene(kThrough), options, {});
+  const LoopSummary s = RunLoop(MakeScene(test::kThroughBarToml), options, {});
   EXPECT_EQ(s.undo->restores, 3u) << (s.warnings.empty() ? "" : s.warnings.back());
   ExpectSame("a.kerf", 3000);
 }
 
 TEST_F(Replays, ContinuesAfterAnUndo) {
-  const Scene scene = MakeScene(kThrough);
+  const Scene scene = MakeScene(test::kThroughBarToml);
   LoopOptions options = Record("a.kerf", 3);
   for (const char* text : {"1:checkpoint=a", "2:undo=a"}) options.undo.actions.push_back(ParseLoopAction(text));
   RunLoop(scene, options, {});
@@ -321,7 +265,7 @@ TEST_F(Replays, ContinuesAfterAnUndo) {
 }
 
 TEST_F(Replays, FirstDifferingTickIsReported) {
-  RunLoop(MakeScene(kThrough), Record("a.kerf", 3), {});
+  RunLoop(MakeScene(test::kThroughBarToml), Record("a.kerf", 3), {});
   // One tick of the cut is changed by a micrometre, which the spring alone turns into a millinewton.
   Tamper("a.kerf", "b.kerf", 1700, [](RecordedStep& step) { step.X.p_AB.z -= 1e-3; });
   Replayed replayed = Replay("b.kerf");
@@ -341,18 +285,19 @@ TEST_F(Replays, FirstDifferingTickIsReported) {
 }
 
 TEST_F(Replays, AnotherBoneIsRefused) {
-  RunLoop(MakeScene(kThrough), Record("a.kerf", 0.5), {});
+  RunLoop(MakeScene(test::kThroughBarToml), Record("a.kerf", 0.5), {});
   for (const char* more : {"[material]\nkind = \"uniform\"\nE_GPa = 12.0\n"}) {
     RecordingReader reader(Path("a.kerf"));
     LoopOptions options;
     options.virtual_time = true;
     options.replay.recording = &reader;
-    EXPECT_THAT(Failure([&] { RunLoop(MakeScene(kThrough, more), options, {}); }), HasSubstr("is not the one"));
+    EXPECT_THAT(Failure([&] { RunLoop(MakeScene(test::kThroughBarToml, more), options, {}); }),
+                HasSubstr("is not the one"));
   }
 }
 
 TEST_F(Replays, ContinuesFromAnyTime) {
-  const Scene scene = MakeScene(kThrough);
+  const Scene scene = MakeScene(test::kThroughBarToml);
   RunLoop(scene, Record("long.kerf", 4), {});
   RunLoop(scene, Record("short.kerf", 2.5), {});
   const auto go_on = [&](const std::string& from, const std::string& to) {
@@ -405,7 +350,7 @@ TEST_F(Replays, HandContinuesWhereAnotherHandWas) {
 }
 
 TEST_F(Replays, RunAlongAPathIsIdentical) {
-  const Scene scene = MakeScene(kThrough, "[output]\npictures = false\n");
+  const Scene scene = MakeScene(test::kThroughBarToml, "[output]\npictures = false\n");
   const RunSummary s = RunScene(scene, Path("out"), {}, {}, {Path("a.kerf"), "/tmp/s.toml", nullptr});
   RecordingReader recording(Path("a.kerf"));
   // The tool is set down for each of the two strokes, which is a step without a tick.
@@ -454,7 +399,7 @@ TEST_F(Replays, InputFilesAreRecorded) {
   WriteTextFile(Path("path.csv"),
                 "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,0,7.7,0.70710678118,0,0.70710678118,0\n"
                 "2,0,0,5,0.70710678118,0,0.70710678118,0\n");
-  WriteTextFile(Path("s.toml"), std::string(kBar) + "[path]\nfile = \"path.csv\"\n[output]\npictures = false\n");
+  WriteTextFile(Path("s.toml"), test::kBarToml + "[path]\nfile = \"path.csv\"\n[output]\npictures = false\n");
   const Scene scene = ReadScene(Path("s.toml"));
   RunScene(scene, Path("out"), {}, {}, {Path("a.kerf"), Path("s.toml"), nullptr});
   fs::remove(Path("path.csv"));

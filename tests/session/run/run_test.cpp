@@ -17,6 +17,7 @@
 #include "session/run/make_bone.h"
 #include "session/run/run_scene.h"
 #include "session/run/spectrum_picture.h"
+#include "support/block_scene.h"
 #include "support/far_apart.h"
 #include "support/result_folder.h"
 #include "test_paths.h"
@@ -27,25 +28,13 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A block of 8 x 4 x 6 mm, which a stroke straight down cuts in two.
-constexpr char kRunScene[] = R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 8.0
-size_y_mm = 4.0
-size_z_mm = 6.0
-voxel_mm = 0.1
-[[path.stroke]]
-start_mm = [0.0, 0.0, 11.5]
-end_mm = [0.0, 0.0, 3.0]
-feed_mm_per_s = 10.0
-disc_normal = [0.0, 1.0, 0.0]
-)";
+const std::string kRunScene =
+    test::BlockToml({8, 4, 6}, 0.1) + test::StrokeToml({0, 0, 11.5}, {0, 0, 3}, 10, {0, 1, 0});
 
 class Run : public test::ResultFolderTest {};
 
 TEST_F(Run, CutsABlockInTwoWithConsistentFiles) {
-  const Scene scene = ParseScene(std::string(kRunScene) + "[output]\npictures = false\n", "scene.toml");
+  const Scene scene = ParseScene(kRunScene + "[output]\npictures = false\n", "scene.toml");
   const RunSummary summary = RunScene(scene, folder_, {});
   // The kerf is a cuboid: 8 mm long, 0.25 mm wide, 6 mm deep. Along its 56 mm of edges, the bone is rounded by about
   // 0.2 h^2, which is 0.11 mm^3.
@@ -106,9 +95,8 @@ TEST_F(Run, CutsABlockInTwoWithConsistentFiles) {
 
 TEST_F(Run, WritesSound) {
   // The disc moves down from 0.5 mm above the bone. The sound is that of the idle saw first, and louder in the cut.
-  const Scene scene =
-      ParseScene(std::string(kRunScene) + "[output]\npictures = false\nbone = false\npieces = false\n[effects.sound]\n",
-                 "scene.toml");
+  const Scene scene = ParseScene(
+      kRunScene + "[output]\npictures = false\nbone = false\npieces = false\n[effects.sound]\n", "scene.toml");
   const RunSummary summary = RunScene(scene, folder_, {});
   EXPECT_NE(std::find(summary.files.begin(), summary.files.end(), "sound.wav"), summary.files.end());
   SF_INFO info{};
@@ -140,7 +128,7 @@ TEST_F(Run, WritesSound) {
   RunScene(scene, folder_, {});
   EXPECT_EQ(ReadTextFile(folder_ + "/sound.wav"), bytes);
   const Scene silent =
-      ParseScene(std::string(kRunScene) + "[output]\npictures = false\nbone = false\npieces = false\n", "scene.toml");
+      ParseScene(kRunScene + "[output]\npictures = false\nbone = false\npieces = false\n", "scene.toml");
   RunScene(silent, folder_, {});
   EXPECT_FALSE(fs::exists(folder_ + "/sound.wav"));
 }
@@ -148,7 +136,7 @@ TEST_F(Run, WritesSound) {
 TEST_F(Run, ShowsSpectrumAndGuide) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   const Scene scene = ParseScene(
-      std::string(kRunScene) +
+      kRunScene +
           "[output]\nbone = false\npieces = false\n[effects.tooth_vibration]\n[effects.guide]\nslot_length_mm = 2.0\n",
       "scene.toml");
   const RunSummary summary = RunScene(scene, folder_, {});
@@ -230,7 +218,7 @@ TEST_F(Run, PicturesAreWrittenAndNamed) {
 }
 
 TEST_F(Run, ReducedPiecesAreSmallerAndWithinTheStatedError) {
-  const Scene scene = ParseScene(std::string(kRunScene) + "[output]\npictures = false\n", "scene.toml");
+  const Scene scene = ParseScene(kRunScene + "[output]\npictures = false\n", "scene.toml");
   const RunSummary summary = RunScene(scene, folder_ + "/reduced", {});
   const RunSummary full = RunScene(scene, folder_ + "/full", {}, {}, {}, 0);
   EXPECT_EQ(summary.surface_error_mm, 0.02);
@@ -272,7 +260,7 @@ TEST_F(Run, ReducedCoarsePiecesAreWithinTheStatedError) {
 }
 
 TEST_F(Run, OmitsSurfacesThatAreNotWritten) {
-  const Scene scene = ParseScene(std::string(kRunScene) + "[output]\npictures = false\npieces = false\n", "scene.toml");
+  const Scene scene = ParseScene(kRunScene + "[output]\npictures = false\npieces = false\n", "scene.toml");
   RunScene(scene, folder_, {});
   EXPECT_FALSE(nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json")).contains("surface_error_mm"));
 }
@@ -288,7 +276,7 @@ TEST_F(Run, WarningsAreInTheSummary) {
 
 TEST_F(Run, ReportsFragmentsWithoutChangingTheResults) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
-  const std::string plain = std::string(kRunScene) + "[output]\npieces = false\nbone = false\n";
+  const std::string plain = kRunScene + "[output]\npieces = false\nbone = false\n";
   const RunSummary without = RunScene(ParseScene(plain + "pictures = false\n", "scene.toml"), folder_, {});
   EXPECT_FALSE(without.fragments.has_value());
   const RunSummary with =
@@ -319,29 +307,10 @@ TEST_F(Run, ReportsFragmentsWithoutChangingTheResults) {
 
 /// A block that a stroke straight down cuts in two at y = 0.5; a later stroke passes through the middle of the smaller
 /// part.
-constexpr char kTwoStrokes[] = R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 8.0
-size_y_mm = 6.0
-size_z_mm = 6.0
-voxel_mm = 0.1
-[[path.stroke]]
-start_mm = [0.0, 0.5, 11.5]
-end_mm = [0.0, 0.5, 3.0]
-feed_mm_per_s = 10.0
-disc_normal = [0.0, 1.0, 0.0]
-[[path.stroke]]
-start_mm = [0.0, 1.8, 11.5]
-end_mm = [0.0, 1.8, 3.0]
-feed_mm_per_s = 10.0
-disc_normal = [0.0, 1.0, 0.0]
-[output]
-bone = false
-pictures = false
-[effects.fragments]
-)";
+const std::string kTwoStrokes = test::BlockToml({8, 6, 6}, 0.1) +
+                                test::StrokeToml({0, 0.5, 11.5}, {0, 0.5, 3}, 10, {0, 1, 0}) +
+                                test::StrokeToml({0, 1.8, 11.5}, {0, 1.8, 3}, 10, {0, 1, 0}) +
+                                "[output]\nbone = false\npictures = false\n[effects.fragments]\n";
 
 class TakingOut : public Run {
  protected:
@@ -445,13 +414,8 @@ TEST_F(TakingOut, PieceIsRemovedBetweenTwoTicksOnceTheToolIsClear) {
   const auto run = [&](const std::string& more) {
     const std::size_t second = text.find("[[path.stroke]]", text.find("[[path.stroke]]") + 1);
     std::string scene = text.substr(0, second);
-    const auto go = [&](const char* from, const char* to) {
-      scene += std::string("[[path.stroke]]\nretract = false\nstart_mm = ") + from + "\nend_mm = " + to +
-               "\nfeed_mm_per_s = 40.0\ndisc_normal = [0.0, 1.0, 0.0]\n";
-    };
-    go("[0.0, 0.5, 3.0]", "[0.0, 0.5, 25.0]");
-    go("[0.0, 0.5, 25.0]", "[0.0, 1.8, 25.0]");
-    go("[0.0, 1.8, 25.0]", "[0.0, 1.8, 3.0]");
+    const Vec3 stops[] = {{0, 0.5, 3}, {0, 0.5, 25}, {0, 1.8, 25}, {0, 1.8, 3}};
+    for (int i = 0; i < 3; ++i) scene += test::StrokeToml(stops[i], stops[i + 1], 40, {0, 1, 0}, "retract = false\n");
     const Scene parsed = ParseScene(scene + "[effects.fragments]\n" + more, "scene.toml");
     return RunPath(MakeSceneBone(parsed, {}), MakeSimulationParams(parsed), MakePath(parsed), 1000, 7500, {});
   };

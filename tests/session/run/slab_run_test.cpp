@@ -13,6 +13,7 @@
 #include "session/run/make_bone.h"
 #include "session/run/run_slab_scene.h"
 #include "session/scene/warnings.h"
+#include "support/block_scene.h"
 #include "support/far_apart.h"
 #include "support/result_folder.h"
 
@@ -22,35 +23,14 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A block of 8 x 4 x 6 mm with two layers, through which a slice is pushed straight down and out.
-constexpr char kSlabRunScene[] = R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 8.0
-size_y_mm = 4.0
-size_z_mm = 6.0
-voxel_mm = 0.1
-[[bone.block.layer]]
-thickness_mm = 2.5
-region = 24
-[[bone.block.layer]]
-thickness_mm = 3.5
-region = 6
-[[path.stroke]]
-start_mm = [0.0, 0.0, 11.5]
-end_mm = [0.0, 0.0, 3.0]
-feed_mm_per_s = 10.0
-disc_normal = [0.0, 1.0, 0.0]
-[simulation]
-mode = "slab"
-[slab]
-direction = [0.0, 0.0, -2.0]
-)";
+const std::string kSlabRunScene = test::BlockToml({8, 4, 6}, 0.1) + test::LayerToml(2.5, 24) + test::LayerToml(3.5, 6) +
+                                  test::StrokeToml({0, 0, 11.5}, {0, 0, 3}, 10, {0, 1, 0}) +
+                                  "[simulation]\nmode = \"slab\"\n[slab]\ndirection = [0.0, 0.0, -2.0]\n";
 
 using SlabRunTest = test::ResultFolderTest;
 
 TEST_F(SlabRunTest, CutsTheBlockIntoThreePartsWithConsistentFiles) {
-  const Scene scene = ParseScene(std::string(kSlabRunScene) + "[output]\npictures = false\n", "scene.toml");
+  const Scene scene = ParseScene(kSlabRunScene + "[output]\npictures = false\n", "scene.toml");
   const SlabSummary summary = RunSlabScene(scene, folder_, {});
   ASSERT_EQ(summary.parts.size(), 3u);
   const double whole = MakeSceneBone(scene, {}).CalcVolume();
@@ -84,8 +64,7 @@ TEST_F(SlabRunTest, CutsTheBlockIntoThreePartsWithConsistentFiles) {
 }
 
 TEST_F(SlabRunTest, ReducedPartsAreSmallerAndWithinTheStatedError) {
-  const Scene scene =
-      ParseScene(std::string(kSlabRunScene) + "[output]\npictures = false\nbone = false\n", "scene.toml");
+  const Scene scene = ParseScene(kSlabRunScene + "[output]\npictures = false\nbone = false\n", "scene.toml");
   const SlabSummary reduced = RunSlabScene(scene, folder_ + "/reduced", {});
   const SlabSummary full = RunSlabScene(scene, folder_ + "/full", {}, {}, 0);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -107,7 +86,7 @@ TEST_F(SlabRunTest, ReducedPartsAreSmallerAndWithinTheStatedError) {
 }
 
 TEST_F(SlabRunTest, FollowsThePapersTable2OnRequest) {
-  const Scene scene = ParseScene(std::string(kSlabRunScene) + "depth_by = \"paper_table_2\"\n", "scene.toml");
+  const Scene scene = ParseScene(kSlabRunScene + "depth_by = \"paper_table_2\"\n", "scene.toml");
   const Bone bone = MakeSceneBone(scene, {});
   const SlabProfile profile = MakeSlabProfile(scene, bone);
   ASSERT_EQ(profile.layers.size(), 4u);
@@ -142,13 +121,12 @@ TEST_F(SlabRunTest, RefusesDirectionOutOfTheDiscsPlaneAndWarnsOfPathAcrossIt) {
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("8.5 mm across it"), std::string::npos) << warnings[0];
   EXPECT_TRUE(FindWarnings(ParseScene(kSlabRunScene, "scene.toml"), 0.1).empty());
-  const auto of_law =
-      FindWarnings(ParseScene(std::string(kSlabRunScene) + "[force]\nlaw = \"edge_plus_chip\"\n", "s.toml"), 0.1);
+  const auto of_law = FindWarnings(ParseScene(kSlabRunScene + "[force]\nlaw = \"edge_plus_chip\"\n", "s.toml"), 0.1);
   ASSERT_EQ(of_law.size(), 1u);
   EXPECT_EQ(of_law[0],
             "[force] law = \"edge_plus_chip\" is not used in slab mode, whose law is \"as_computed\" of [slab]");
-  const auto of_effects = FindWarnings(
-      ParseScene(std::string(kSlabRunScene) + "[effects.guide]\n[effects.tangential_force]\n", "s.toml"), 0.1);
+  const auto of_effects =
+      FindWarnings(ParseScene(kSlabRunScene + "[effects.guide]\n[effects.tangential_force]\n", "s.toml"), 0.1);
   ASSERT_EQ(of_effects.size(), 1u);
   EXPECT_EQ(of_effects[0], "slab mode simulates no effects; it ignores [effects]: tangential_force, guide");
 }

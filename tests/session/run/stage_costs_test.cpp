@@ -6,26 +6,14 @@
 #include "session/run/make_bone.h"
 #include "session/run/run.h"
 #include "session/scene/scene.h"
+#include "support/block_scene.h"
 
 namespace kerf {
 namespace {
 
-constexpr const char* kStageCostsScene = R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 12
-size_y_mm = 4
-size_z_mm = 6
-voxel_mm = 0.2
-[[path.stroke]]
-start_mm = [-16, 0, 10]
-end_mm = [-8, 0, 10]
-feed_mm_per_s = 20
-disc_normal = [0, 1, 0]
-[simulation]
-rate_hz = 500
-)";
+const std::string kStageCostsScene = test::BlockToml({12, 4, 6}, 0.2) +
+                                     test::StrokeToml({-16, 0, 10}, {-8, 0, 10}, 20, {0, 1, 0}) +
+                                     "[simulation]\nrate_hz = 500\n";
 
 RunResult RunWith(const std::string& effects, const CostOptions& costs) {
   const Scene scene = ParseScene(kStageCostsScene + effects, "costs.toml");

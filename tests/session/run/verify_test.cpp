@@ -13,6 +13,7 @@
 #include "base/files/files.h"
 #include "session/run/run_loop.h"
 #include "session/run/session_recorder.h"
+#include "support/block_scene.h"
 #include "support/folder.h"
 #include "support/forge_recording.h"
 #include "test_paths.h"
@@ -23,24 +24,8 @@ namespace {
 using ::testing::HasSubstr;
 using Json = nlohmann::ordered_json;
 
-constexpr char kVerifyScene[] = R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 6.0
-size_y_mm = 4.0
-size_z_mm = 4.0
-voxel_mm = 0.25
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 8.2]
-end_mm = [0.0, 0.0, 4.5]
-feed_mm_per_s = 4.0
-disc_normal = [1.0, 0.0, 0.0]
-)";
+const std::string kVerifyScene = test::BlockToml({6, 4, 4}, 0.25) + test::SawToml(12, 0.5, 16) +
+                                 test::StrokeToml({0, 0, 8.2}, {0, 0, 4.5}, 4, {1, 0, 0});
 
 class Verifies : public ::testing::Test {
  protected:
