@@ -7,11 +7,10 @@
 
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <sstream>
 #include <string>
 
-#include "kerf/error.h"
+#include "support/message_of.h"
 
 namespace kerf::test {
 
@@ -47,16 +46,6 @@ inline std::string ReadBytes(const std::string& path) {
   std::ostringstream bytes;
   bytes << in.rdbuf();
   return bytes.str();
-}
-
-/// Returns the message of the Error that `f` throws; "" if it throws none.
-inline std::string MessageOf(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
 }
 
 }  // namespace kerf::test

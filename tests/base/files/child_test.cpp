@@ -35,12 +35,7 @@ std::string InChild(const std::function<std::string(ChildReport&)>& work, const 
 }
 
 std::string Refusal(const std::function<std::string(ChildReport&)>& work, const ChildLimits& limits = {}) {
-  try {
-    InChild(work, limits);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "nothing was refused";
+  return test::MessageOf([&] { InChild(work, limits); }, "nothing was refused");
 }
 
 std::size_t CountOpenFiles() {

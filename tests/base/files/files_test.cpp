@@ -25,15 +25,6 @@ class Files : public ::testing::Test {
   std::string folder_ = own_.path();
 };
 
-std::string FileMessageOf(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
-
 TEST_F(Files, ReadGivesBackWhatWasWritten) {
   std::string all_bytes;
   for (int i = 0; i < 300000; ++i) all_bytes.push_back(static_cast<char>(i * 7));
@@ -46,7 +37,7 @@ TEST_F(Files, ReadGivesBackWhatWasWritten) {
 
 TEST_F(Files, FailedWriteKeepsTheOldFileAndLeavesNoTemporary) {
   WriteTextFile(Path("a.txt"), "old");
-  EXPECT_EQ(FileMessageOf([&] {
+  EXPECT_EQ(test::MessageOf([&] {
               WriteAtomically(Path("a.txt"), [](const std::string& temporary) {
                 std::ofstream(temporary) << "half";
                 throw Error("the writer failed");
@@ -58,13 +49,14 @@ TEST_F(Files, FailedWriteKeepsTheOldFileAndLeavesNoTemporary) {
 }
 
 TEST_F(Files, MessagesNameTheFileAndTheReason) {
-  EXPECT_THAT(FileMessageOf([&] { ReadTextFile(Path("none")); }), HasSubstr("none: there is no such file"));
-  EXPECT_THAT(FileMessageOf([&] { ReadTextFile(folder_); }), HasSubstr("is a folder, not a file"));
-  EXPECT_THAT(FileMessageOf([&] { WriteTextFile(Path("x/y.txt"), ""); }), HasSubstr("there is no folder " + Path("x")));
-  EXPECT_THAT(FileMessageOf([&] { WriteTextFile(folder_, ""); }), HasSubstr("it is a folder"));
+  EXPECT_THAT(test::MessageOf([&] { ReadTextFile(Path("none")); }), HasSubstr("none: there is no such file"));
+  EXPECT_THAT(test::MessageOf([&] { ReadTextFile(folder_); }), HasSubstr("is a folder, not a file"));
+  EXPECT_THAT(test::MessageOf([&] { WriteTextFile(Path("x/y.txt"), ""); }),
+              HasSubstr("there is no folder " + Path("x")));
+  EXPECT_THAT(test::MessageOf([&] { WriteTextFile(folder_, ""); }), HasSubstr("it is a folder"));
   WriteTextFile(Path("big"), std::string(2 << 20, 'x'));
-  EXPECT_THAT(FileMessageOf([&] { ReadTextFile(Path("big"), 1 << 20); }), HasSubstr("is larger than 1 MiB"));
-  EXPECT_THAT(FileMessageOf([&] { MakeFolder(Path("big")); }), HasSubstr("big: the folder can't be created"));
+  EXPECT_THAT(test::MessageOf([&] { ReadTextFile(Path("big"), 1 << 20); }), HasSubstr("is larger than 1 MiB"));
+  EXPECT_THAT(test::MessageOf([&] { MakeFolder(Path("big")); }), HasSubstr("big: the folder can't be created"));
 }
 
 TEST_F(Files, MakeFolderMakesParentsAndMayBeRepeated) {
@@ -79,13 +71,13 @@ TEST_F(Files, InputsAreRecognisedByAnyNameAndNotOverwritten) {
   fs::create_symlink("../in.csv", Path("out/table.csv"));
   fs::create_symlink("out", Path("same"));
   const std::string sentence = Path("in.csv") + ": is an input and would be overwritten by ";
-  EXPECT_EQ(FileMessageOf([&] {
+  EXPECT_EQ(test::MessageOf([&] {
               CheckInputsNotOverwritten({"", Path("in.csv")}, {Path("out/a"), Path("out/table.csv")});
             }),
             sentence + Path("out/table.csv") + "; choose another output");
-  EXPECT_EQ(FileMessageOf([&] { CheckInputsNotOverwritten({Path("in.csv")}, {Path("out/../in.csv")}); }),
+  EXPECT_EQ(test::MessageOf([&] { CheckInputsNotOverwritten({Path("in.csv")}, {Path("out/../in.csv")}); }),
             sentence + Path("out/../in.csv") + "; choose another output");
-  EXPECT_EQ(FileMessageOf([&] { CheckInputsNotOverwritten({Path("in.csv")}, {Path("out/new.csv"), ""}); }), "no error");
+  EXPECT_EQ(test::MessageOf([&] { CheckInputsNotOverwritten({Path("in.csv")}, {Path("out/new.csv"), ""}); }), "");
   // Neither file exists yet.
   EXPECT_TRUE(IsSameFile(Path("same/new.png"), Path("out/./new.png")));
   EXPECT_FALSE(IsSameFile(Path("out/new.png"), Path("new.png")));
@@ -133,8 +125,8 @@ TEST_F(Files, GrowingFileAppearsOnlyWhenComplete) {
   file.Append("x");
   fs::remove_all(Path("gone"));
   file.Append("y");
-  EXPECT_THAT(FileMessageOf([&] { file.Commit(); }), HasSubstr("gone/a.csv: can't be written: No such file"));
-  EXPECT_THAT(FileMessageOf([&] { GrowingFile none(Path("none/a.csv")); }), HasSubstr("there is no folder"));
+  EXPECT_THAT(test::MessageOf([&] { file.Commit(); }), HasSubstr("gone/a.csv: can't be written: No such file"));
+  EXPECT_THAT(test::MessageOf([&] { GrowingFile none(Path("none/a.csv")); }), HasSubstr("there is no folder"));
 }
 
 }  // namespace

@@ -89,17 +89,16 @@ std::string Read(const Lie& lie, const test::Folder& folder) {
   for (std::size_t k = 0; k < lie.contents.size(); ++k) {
     test::WriteBytes(folder.file(fmt::format("{}{}", k, lie.name)), lie.contents[k]);
   }
-  try {
-    if (lie.name == "a.dcm") {
-      const auto series = ListDicomSeries(folder.path());
-      ReadDicomSeries(ChooseSeries(series, "", folder.path()), {});
-    } else {
-      ReadImageFile(folder.file("0" + lie.name));
-    }
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "accepted";
+  return test::MessageOf(
+      [&] {
+        if (lie.name == "a.dcm") {
+          const auto series = ListDicomSeries(folder.path());
+          ReadDicomSeries(ChooseSeries(series, "", folder.path()), {});
+        } else {
+          ReadImageFile(folder.file("0" + lie.name));
+        }
+      },
+      "accepted");
 }
 
 [[noreturn]] void ReadAllLies() {

@@ -15,6 +15,7 @@
 #include "bone/material/region_table.h"
 #include "kerf/error.h"
 #include "kerf/material.h"
+#include "support/message_of.h"
 #include "test_paths.h"
 
 namespace kerf {
@@ -106,12 +107,7 @@ TEST(CtLaws, BuiltInLawsMatchTheFileAndNameTheirSources) {
 
 TEST(CtLaws, LawWithoutCalibrationRequiresAndAcceptsOne) {
   const auto message = [](const std::string& calibration) -> std::string {
-    try {
-      WithCalibration(Law("morgan_2003_vertebra"), calibration);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "accepted";
+    return test::MessageOf([&] { WithCalibration(Law("morgan_2003_vertebra"), calibration); }, "accepted");
   };
   EXPECT_EQ(message(""),
             "ct_law = \"morgan_2003_vertebra\" requires apparent density and has no calibration of its own, since that "
@@ -127,24 +123,16 @@ TEST(CtLaws, LawWithoutCalibrationRequiresAndAcceptsOne) {
 
 TEST(CtLaws, UnknownNameIsReportedWithTheNearestNameOrAll) {
   const auto message = [](const std::string& name) -> std::string {
-    try {
-      FindCtLaw(DefaultCtLaws(), name);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "found";
+    return test::MessageOf([&] { FindCtLaw(DefaultCtLaws(), name); }, "found");
   };
   EXPECT_EQ(message("mandible_matmpa"), "ct_law = \"mandible_matmpa\" is unknown; the nearest is \"mandible_matmap\"");
   EXPECT_THAT(message("wood"), StartsWith("ct_law = \"wood\" is unknown; the laws are mandible_matmap, morgan_2003_"));
 }
 
 std::string MessageOf(const std::string& row) {
-  try {
-    ParseCtLaws("# comment\nname,tissue,density,calibration,bands,tag,source\n" + row + "\n", "laws.csv");
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "accepted";
+  return test::MessageOf(
+      [&] { ParseCtLaws("# comment\nname,tissue,density,calibration,bands,tag,source\n" + row + "\n", "laws.csv"); },
+      "accepted");
 }
 
 TEST(CtLaws, EveryMistakeInAFileIsReportedWithItsLine) {

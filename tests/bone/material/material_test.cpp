@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "kerf/error.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -16,12 +17,7 @@ Region MakeRegion(int id, double E_MPa, double nu) {
 }
 
 std::string MessageOf(const Region& region, MaterialTable table = {}) {
-  try {
-    table.Add(region);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "accepted";
+  return test::MessageOf([&] { table.Add(region); }, "accepted");
 }
 
 TEST(MaterialTable, AcceptsTheEndsOfEachRangeAndRefusesValuesBeyond) {

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "kerf/error.h"
+#include "support/message_of.h"
 #include "test_paths.h"
 
 namespace kerf {
@@ -17,12 +18,7 @@ namespace {
 const std::string kHeader = "id,name,tissue,E_GPa,nu,estimate,source\n";
 
 std::string ErrorOfTable(const std::string& text) {
-  try {
-    ParseRegionTable(text, "t.csv");
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "accepted";
+  return test::MessageOf([&] { ParseRegionTable(text, "t.csv"); }, "accepted");
 }
 
 void ExpectEqual(const MaterialTable& a, const MaterialTable& b) {

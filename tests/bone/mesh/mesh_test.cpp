@@ -53,21 +53,12 @@ TriangleMesh MakeTetrahedron() {
   return {{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
 }
 
-std::string MessageOf(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
-
 class MeshFile : public ::testing::Test {
  protected:
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
   std::string ReadMessage(const std::string& name, const std::string& content) const {
     std::ofstream(Path(name), std::ios::binary) << content;
-    std::string message = MessageOf([&] { ReadMesh(Path(name)); });
+    std::string message = test::MessageOf([&] { ReadMesh(Path(name)); });
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     return message;
   }
@@ -219,7 +210,8 @@ TEST_F(MeshFile, IndicesOutOfRangeAndBadNumbersAreNamed) {
   TriangleMesh bad = MakeTetrahedron();
   bad.points[1].y = std::numeric_limits<double>::infinity();
   WriteMesh(bad, Path("inf.stl"));
-  EXPECT_THAT(MessageOf([&] { ReadMesh(Path("inf.stl")); }), HasSubstr("triangle 1 has a point that is not finite"));
+  EXPECT_THAT(test::MessageOf([&] { ReadMesh(Path("inf.stl")); }),
+              HasSubstr("triangle 1 has a point that is not finite"));
 }
 
 TEST_F(MeshFile, FilesThatAreNotSurfacesAreRefused) {
@@ -227,10 +219,11 @@ TEST_F(MeshFile, FilesThatAreNotSurfacesAreRefused) {
   EXPECT_THAT(ReadMessage("a.stl", "hello"), EndsWith("a.stl: not an STL file"));
   EXPECT_THAT(ReadMessage("a.ply", "hello\n"), EndsWith("a.ply: not a PLY file"));
   EXPECT_THAT(ReadMessage("a.obj", "hello\n"), EndsWith("a.obj: contains no triangles"));
-  EXPECT_THAT(MessageOf([&] { ReadMesh(Path("none.stl")); }), EndsWith("none.stl: there is no such file"));
-  EXPECT_THAT(MessageOf([&] { WriteMesh(MakeTetrahedron(), Path("a.vtk")); }),
+  EXPECT_THAT(test::MessageOf([&] { ReadMesh(Path("none.stl")); }), EndsWith("none.stl: there is no such file"));
+  EXPECT_THAT(test::MessageOf([&] { WriteMesh(MakeTetrahedron(), Path("a.vtk")); }),
               HasSubstr("must end in .stl, .obj or .ply"));
-  EXPECT_THAT(MessageOf([&] { WriteMesh(MakeTetrahedron(), Path("no/a.stl")); }), HasSubstr("there is no folder"));
+  EXPECT_THAT(test::MessageOf([&] { WriteMesh(MakeTetrahedron(), Path("no/a.stl")); }),
+              HasSubstr("there is no folder"));
 }
 
 TEST_F(MeshFile, ColouredPlyHoldsTheColoursAndTheSurface) {
@@ -240,7 +233,7 @@ TEST_F(MeshFile, ColouredPlyHoldsTheColoursAndTheSurface) {
   const std::string bytes = ReadTextFile(Path("c.ply"));
   EXPECT_THAT(bytes, HasSubstr("property uchar red"));
   EXPECT_THAT(bytes, HasSubstr("\xfa\xfb\xfc"));
-  EXPECT_THAT(MessageOf([&] { WriteColouredMesh(tetrahedron, {}, Path("c.ply")); }),
+  EXPECT_THAT(test::MessageOf([&] { WriteColouredMesh(tetrahedron, {}, Path("c.ply")); }),
               HasSubstr("0 colours for 4 points"));
 }
 
@@ -374,7 +367,7 @@ TEST(Decimate, TorusKeepsItsHole) {
 TEST(Decimate, SmallEnoughMeshIsLeftAloneAndAbsurdTargetsAreRefused) {
   const TriangleMesh tetrahedron = MakeTetrahedron();
   EXPECT_EQ(Decimate(tetrahedron, 4).triangles, tetrahedron.triangles);
-  EXPECT_THAT(MessageOf([&] { Decimate(tetrahedron, 3); }), HasSubstr("at least 4 triangles, but 3"));
+  EXPECT_THAT(test::MessageOf([&] { Decimate(tetrahedron, 3); }), HasSubstr("at least 4 triangles, but 3"));
 }
 
 }  // namespace

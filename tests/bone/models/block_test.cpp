@@ -7,6 +7,7 @@
 
 #include "bone/material/region_table.h"
 #include "kerf/error.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -17,12 +18,7 @@ Quat RandomRotation(std::mt19937& random) {
 }
 
 std::string MessageOf(const BlockParams& params, const MaterialTable& table = DefaultMandibleTable()) {
-  try {
-    MakeBlock(params, table);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "accepted";
+  return test::MessageOf([&] { MakeBlock(params, table); }, "accepted");
 }
 
 TEST(Block, VolumeIsThatOfTheBoxInAnyPose) {

@@ -12,6 +12,7 @@
 #include "bone/material/region_table.h"
 #include "bone/models/mandible_measures.h"
 #include "kerf/error.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -376,14 +377,13 @@ TEST(Mandible, IsDeterministic) {
 
 TEST(Mandible, EachParameterAcceptsTheEndsOfItsRangeAndRefusesValuesBeyond) {
   const auto message = [](const MandibleParams& p) -> std::string {
-    try {
-      MandibleShape shape(p);
-      // There is bone around the canal for all parameters.
-      EXPECT_LT(shape.BoneValue(shape.landmarks().first_molar), 0);
-      return "accepted";
-    } catch (const Error& e) {
-      return e.what();
-    }
+    return test::MessageOf(
+        [&] {
+          MandibleShape shape(p);
+          // There is bone around the canal for all parameters.
+          EXPECT_LT(shape.BoneValue(shape.landmarks().first_molar), 0);
+        },
+        "accepted");
   };
   const MandibleParams defaults;
   MandibleParams p;

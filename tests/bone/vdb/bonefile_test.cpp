@@ -21,6 +21,7 @@
 #include "bone/grid/grids.h"
 #include "kerf/error.h"
 #include "support/memory_limit.h"
+#include "support/message_of.h"
 #include "support/one_core.h"
 #include "support/solids.h"
 #include "test_paths.h"
@@ -56,12 +57,7 @@ class BoneFile : public testing::Test {
 
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
   static std::string MessageOf(const std::string& path, const ReadBoneOptions& options = {}) {
-    try {
-      ReadBone(path, options);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "accepted";
+    return test::MessageOf([&] { ReadBone(path, options); }, "accepted");
   }
 
   fs::path folder_;

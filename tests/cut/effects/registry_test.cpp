@@ -7,6 +7,7 @@
 
 #include "kerf/effects.h"
 #include "kerf/error.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -14,12 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::string RefusalOf(const EffectChoices& choices) {
-  try {
-    CheckEffects(choices);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+  return test::MessageOf([&] { CheckEffects(choices); });
 }
 
 TEST(EffectRegistry, EachEffectIsFullyDescribed) {

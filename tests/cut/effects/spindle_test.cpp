@@ -19,6 +19,7 @@
 #include "experiment/stability/held_block.h"
 #include "experiment/stability/measures.h"
 #include "kerf/error.h"
+#include "support/message_of.h"
 #include "support/saw.h"
 
 namespace kerf {
@@ -50,12 +51,8 @@ double StallThrust(double stall_torque_Nmm) {
 
 TEST(Spindle, NeedsTheTangentialForce) {
   EffectChoices effects{EffectChoice("spindle")};
-  try {
-    CheckEffects(effects);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(), testing::HasSubstr("spindle needs the effect tangential_force"));
-  }
+  EXPECT_THAT(test::MessageOf([&] { CheckEffects(effects); }),
+              testing::HasSubstr("spindle needs the effect tangential_force"));
 }
 
 TEST(Spindle, RunsUpAndDownInTheAirForAnyTick) {

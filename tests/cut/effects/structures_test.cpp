@@ -14,6 +14,7 @@
 #include "kerf/coupled.h"
 #include "kerf/error.h"
 #include "kerf/simulation.h"
+#include "support/message_of.h"
 #include "support/solids.h"
 
 namespace kerf {
@@ -387,12 +388,7 @@ TEST(Structures, UnusableFilesAreRefused) {
   const auto refusal = [](const EffectChoice& choice) -> std::string {
     SimulationParams params;
     params.effects.push_back(choice);
-    try {
-      Simulation(MakeBlockWithCanal(0.4), params, kStructuresAcross);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return test::MessageOf([&] { Simulation(MakeBlockWithCanal(0.4), params, kStructuresAcross); });
   };
   using ::testing::HasSubstr;
   EXPECT_EQ(refusal(ChooseTube(MakeTube({-5, 0, 2}, {5, 0, 2}), 0.5)), "");

@@ -6,6 +6,7 @@
 
 #include "kerf/error.h"
 #include "kerf/material.h"
+#include "support/message_of.h"
 #include "support/saw.h"
 
 namespace kerf {
@@ -83,26 +84,14 @@ TEST(Force, ParametersOutOfRangeAreRefused) {
   }
   ForceLaw law;
   law.Set("contact_radius_mm", -1);
-  try {
-    MakeToothForce(law, kSaw);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_STREQ(e.what(), "contact_radius_mm = -1 is out of range; valid range 0 to 1000");
-  }
+  EXPECT_EQ(test::MessageOf([&] { MakeToothForce(law, kSaw); }),
+            "contact_radius_mm = -1 is out of range; valid range 0 to 1000");
 }
 
 TEST(Force, UnknownLawAndAnotherLawsParameterAreNamed) {
-  const auto message = [](auto what) {
-    try {
-      what();
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string("accepted");
-  };
-  EXPECT_EQ(message([] { ForceLaw("herz_chip"); }),
+  EXPECT_EQ(test::MessageOf([] { ForceLaw("herz_chip"); }),
             "there is no force law \"herz_chip\"; available: hertz_chip, hertz_constant_bite, edge_plus_chip");
-  EXPECT_EQ(message([] { ForceLaw("hertz_chip").Set("edge_N_per_mm", 1); }),
+  EXPECT_EQ(test::MessageOf([] { ForceLaw("hertz_chip").Set("edge_N_per_mm", 1); }),
             "the force law hertz_chip has no parameter edge_N_per_mm");
 }
 
@@ -114,12 +103,7 @@ TEST(Saw, EachValueOutOfRangeIsNamed) {
   const auto message = [](auto change) {
     DiscSaw saw;
     change(saw);
-    try {
-      saw.Validate();
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string("accepted");
+    return test::MessageOf([&] { saw.Validate(); }, "accepted");
   };
   EXPECT_EQ(message([](DiscSaw& s) { s.thickness_mm = -0.1; }),
             "thickness_mm = -0.1 is out of range; valid range 0.02 to 10");

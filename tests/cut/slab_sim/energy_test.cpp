@@ -9,6 +9,7 @@
 #include "cut/slab_sim/monotone.h"
 #include "kerf/error.h"
 #include "slab_setup.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -234,12 +235,7 @@ TEST(SlabTick, ParametersOutOfRangeAreRefusedWithAMessage) {
     SlabParams params;
     SlabProfile profile = test::UniformProfile(9000, 0.3, 10);
     change(params, profile);
-    try {
-      SlabSimulation(profile, params, test::HandAt(-1, SlabParams()));
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string();
+    return test::MessageOf([&] { SlabSimulation(profile, params, test::HandAt(-1, SlabParams())); });
   };
   EXPECT_EQ(message([](SlabParams&, SlabProfile&) {}), "");
   EXPECT_EQ(message([](SlabParams& p, SlabProfile&) { p.mass_g = 0; }),

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kerf/error.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -100,12 +101,7 @@ TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
 TEST(Tool, ValuesOutOfRangeAreNamed) {
   BallBurr ball;
   ball.flutes = 0;
-  try {
-    Validate(ball);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_STREQ(e.what(), "flutes = 0 is out of range; valid range 1 to 100");
-  }
+  EXPECT_EQ(test::MessageOf([&] { Validate(ball); }), "flutes = 0 is out of range; valid range 1 to 100");
   EXPECT_NO_THROW(Validate(Tool(BallBurr{})));
 }
 

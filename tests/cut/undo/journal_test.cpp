@@ -13,6 +13,7 @@
 #include "cut/hand_sim/take_out.h"
 #include "cut/undo/same_bone.h"
 #include "kerf/error.h"
+#include "support/message_of.h"
 #include "support/seeded_check.h"
 
 namespace kerf {
@@ -46,12 +47,7 @@ struct Session {
 /// Returns the message with which a call is refused, or "" if it is not.
 template <typename Call>
 std::string Refusal(Call&& call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+  return test::MessageOf([&] { call(); });
 }
 
 TEST(UndoJournal, CheckpointCutRestoreIsBitIdentical) {

@@ -9,6 +9,7 @@
 
 #include "device/devices/hand.h"
 #include "kerf/error.h"
+#include "support/message_of.h"
 #include "test_paths.h"
 
 namespace kerf {
@@ -26,12 +27,7 @@ std::string ReadShipped() {
 }
 
 std::string MessageOf(const std::string& text) {
-  try {
-    ParseDeviceProfiles(text, "t.csv");
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "nothing thrown";
+  return test::MessageOf([&] { ParseDeviceProfiles(text, "t.csv"); }, "nothing thrown");
 }
 
 std::string Replaced(std::string text, const std::string& from, const std::string& to) {
@@ -80,12 +76,7 @@ TEST(DeviceProfiles, BuiltInTableIsTheFile) {
 
 TEST(DeviceProfiles, MisspeltNameIsReportedWithTheNearest) {
   const auto message = [](const char* name) -> std::string {
-    try {
-      FindDeviceProfile(name);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return test::MessageOf([&] { FindDeviceProfile(name); });
   };
   EXPECT_EQ(message("omega3"), "device \"omega3\" is unknown; the nearest is \"omega_3\"");
   EXPECT_THAT(message("lightsabre"), AllOf(HasSubstr("the devices are ideal, touch, omni"), HasSubstr("maglev_200")));
@@ -121,12 +112,7 @@ TEST(Hands, AreThoseOfTheLiteratureInMillimetres) {
   EXPECT_DOUBLE_EQ(arm.mass_kg, 0.554);
   EXPECT_DOUBLE_EQ(arm.damping_Ns_per_mm * 1000, 6.45);  // N s/m
   EXPECT_DOUBLE_EQ(arm.stiffness_N_per_mm * 1000, 135);  // N/m
-  try {
-    FindHandModel("H9");
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_STREQ(e.what(), "hand \"H9\" is unknown; the hands are H0, H1, H2, H3, H4");
-  }
+  EXPECT_EQ(test::MessageOf([&] { FindHandModel("H9"); }), "hand \"H9\" is unknown; the hands are H0, H1, H2, H3, H4");
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "device/devices/profiles.h"
 #include "kerf/error.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -234,12 +235,7 @@ TEST(SimulatedDevice, YieldingPushStaysConstantWhileTheToolAdvances) {
 
 TEST(SimulatedDevice, BadOptionsAreRefused) {
   const auto message = [](const SimulatedDeviceOptions& options, const DeviceProfile& profile) -> std::string {
-    try {
-      SimulatedDevice(profile, FindHandModel("H1"), PoseAt(0), options);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return test::MessageOf([&] { SimulatedDevice(profile, FindHandModel("H1"), PoseAt(0), options); });
   };
   EXPECT_EQ(message({.substeps = 5}, MakePlain()),
             "substeps = 5 of the simulated device is outside the range 20 to 10000");
@@ -272,12 +268,7 @@ TEST(IntentionScript, StrokesHaveMinimumJerkAndConsistentVelocity) {
 
 TEST(IntentionScript, BadStepsAreNamed) {
   const auto message = [](IntentionStep step) -> std::string {
-    try {
-      IntentionScript(PoseAt(0), {IntentionStep{}, step});
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return test::MessageOf([&] { IntentionScript(PoseAt(0), {IntentionStep{}, step}); });
   };
   EXPECT_EQ(message({.seconds = 0}), "step 2 of the hand: seconds = 0 is outside the range 0.001 to 1000000");
   EXPECT_EQ(message({.saw_Hz = 12}), "step 2 of the hand: saw_Hz = 12 is outside the range 0 to 10");

@@ -24,6 +24,7 @@
 #include "device/drivers/child_process.h"
 #include "kerf/error.h"
 #include "kerf_bridge.h"
+#include "support/message_of.h"
 #include "support/stall_detector.h"
 #include "test_paths.h"
 
@@ -51,12 +52,7 @@ BridgeOptions MakeOptions(std::uint16_t port) {
 }
 
 std::string MessageOfStart(BridgeDriver& driver) {
-  try {
-    driver.Start(nullptr);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "nothing thrown";
+  return test::MessageOf([&] { driver.Start(nullptr); }, "nothing thrown");
 }
 
 /// Repeats the exchange until there is an answer, so that the tests ignore the rounds whose answers a busy machine has

@@ -13,6 +13,7 @@
 
 #include "device/drivers/haply_service.h"
 #include "kerf/error.h"
+#include "support/message_of.h"
 #include "support/stall_detector.h"
 
 namespace kerf {
@@ -31,12 +32,7 @@ HaplyOptions MakeHaplyOptions(std::uint16_t port, int timeout_ms = 1000) {
 }
 
 std::string MessageOfStart(HaplyDriver& driver) {
-  try {
-    driver.Start(nullptr);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "nothing thrown";
+  return test::MessageOf([&] { driver.Start(nullptr); }, "nothing thrown");
 }
 
 /// Repeats the exchange until there is an answer, so that the tests ignore the rounds whose answers a busy machine has

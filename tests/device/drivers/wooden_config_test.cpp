@@ -8,6 +8,7 @@
 
 #include "device/devices/hid/wooden_kinematics.h"
 #include "kerf/error.h"
+#include "support/message_of.h"
 #include "test_paths.h"
 
 namespace kerf {
@@ -31,12 +32,7 @@ std::map<std::string, std::vector<double>> ValuesOf(WoodenParams params) {
 }
 
 std::string MessageOf(const std::string& text) {
-  try {
-    ParseWoodenConfig(text, "arm.toml");
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "nothing thrown";
+  return test::MessageOf([&] { ParseWoodenConfig(text, "arm.toml"); }, "nothing thrown");
 }
 
 TEST(WoodenConfig, ShippedFileIsTheDefaultAndNamesEachKey) {

@@ -17,6 +17,7 @@
 #include "device/emulation/model_bus.h"
 #include "device/emulation/wooden_model.h"
 #include "kerf/error.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -227,12 +228,8 @@ TEST(WoodenDriver, RefusesEncodersWhoseCountsWrapAroundWithinATurn) {
   WoodenParams params;
   params.counts_per_turn.y = 20000;
   params.gear.y = 16;
-  try {
-    const WoodenDriver driver(nullptr, params);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(), testing::HasSubstr("is 320000 for a joint; it must be at most 65534"));
-  }
+  EXPECT_THAT(test::MessageOf([&] { const WoodenDriver driver(nullptr, params); }),
+              testing::HasSubstr("is 320000 for a joint; it must be at most 65534"));
 }
 
 TEST(WoodenReports, DuplicateAndOldReportsAreIgnored) {
@@ -430,12 +427,7 @@ class OtherGadget final : public UsbModel {
 };
 
 std::string MessageOfStart(DeviceDriver& driver) {
-  try {
-    driver.Start(nullptr);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "nothing thrown";
+  return test::MessageOf([&] { driver.Start(nullptr); }, "nothing thrown");
 }
 
 TEST(WoodenDriver, RefusesOtherGadgetsWithTheSameId) {

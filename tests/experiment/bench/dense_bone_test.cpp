@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "kerf/error.h"
+#include "support/message_of.h"
 #include "support/solids.h"
 
 namespace kerf {
@@ -102,19 +103,11 @@ TEST(DenseBone, DifferenceIsWhatWasCut) {
 
 TEST(DenseBone, RefusesAnEmptyBoxAndAnotherGrid) {
   const Bone block = test::MakeBox(Pose{}, Vec3(4), 0.25);
-  try {
-    const DenseBone dense(block, Box3{});
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_STREQ(e.what(), "a dense copy of the bone would have 0 voxels; valid range 1 to 2^31");
-  }
+  EXPECT_EQ(test::MessageOf([&] { const DenseBone dense(block, Box3{}); }),
+            "a dense copy of the bone would have 0 voxels; valid range 1 to 2^31");
   const DenseBone dense(block, Box3{Vec3(-1), Vec3(1)});
-  try {
-    dense.Compare(test::MakeBox(Pose{}, Vec3(4), 0.5));
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_STREQ(e.what(), "bones with voxels of 0.25 and 0.5 mm can't be compared voxel by voxel");
-  }
+  EXPECT_EQ(test::MessageOf([&] { dense.Compare(test::MakeBox(Pose{}, Vec3(4), 0.5)); }),
+            "bones with voxels of 0.25 and 0.5 mm can't be compared voxel by voxel");
 }
 
 }  // namespace

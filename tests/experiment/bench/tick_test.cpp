@@ -12,6 +12,7 @@
 #include "experiment/bench/tick_cases.h"
 #include "experiment/bench/tick_report.h"
 #include "kerf/error.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -144,25 +145,16 @@ TEST(BenchTick, CasesAreChosenByName) {
   ASSERT_EQ(results.size(), 2u);
   EXPECT_EQ(results[0].name, "ball-0.3");  // in the order of the table
   EXPECT_EQ(results[1].name, "idle");
-  try {
-    RunTickCases({"disk-0.1"}, FewTicks(30));
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(),
-                testing::StartsWith("there is no case \"disk-0.1\"; the nearest is \"disc-0.1\"; the cases are "
-                                    "disc-0.1, disc-0.1-hand, "));
-  }
+  EXPECT_THAT(test::MessageOf([&] { RunTickCases({"disk-0.1"}, FewTicks(30)); }),
+              testing::StartsWith("there is no case \"disk-0.1\"; the nearest is \"disc-0.1\"; the cases are "
+                                  "disc-0.1, disc-0.1-hand, "));
 }
 
 TEST(BenchTick, MissingCoreIsRefused) {
   BenchOptions options = FewTicks(10);
   options.core = 4000;
-  try {
-    RunCut(MakeBallCut(0.3, 10, false), options);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_STREQ(e.what(), "can't pin this program to core 4000; choose a core that it is allowed to use");
-  }
+  EXPECT_EQ(test::MessageOf([&] { RunCut(MakeBallCut(0.3, 10, false), options); }),
+            "can't pin this program to core 4000; choose a core that it is allowed to use");
 }
 
 TickReport MadeUpReport() {

@@ -24,6 +24,7 @@
 #include "session/run/run.h"
 #include "session/run/run_slab.h"
 #include "support/block_scene.h"
+#include "support/message_of.h"
 #include "support/result_folder.h"
 #include "test_paths.h"
 
@@ -44,12 +45,7 @@ Scene Parse(const std::string& more = "") {
 }
 
 std::string MessageOf(const Scene& scene, const CompareParams& params) {
-  try {
-    CompareScene(scene, params, {});
-    return "";
-  } catch (const Error& e) {
-    return e.what();
-  }
+  return test::MessageOf([&] { CompareScene(scene, params, {}); });
 }
 
 TEST(Compare, SameLawInBothModesGivesTheSameForceWhereTheArcsAreTheSame) {
@@ -395,13 +391,8 @@ TEST_F(CompareFiles, NameTheRegionTableWithoutItsFolder) {
 TEST_F(CompareFiles, NeverReplaceAnInput) {
   Scene scene = Parse(kSlab);
   scene.path.file = folder_ + "/compare.csv";
-  try {
-    CheckCompareInputsNotOverwritten(scene, "scene.toml", folder_);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(),
-                HasSubstr("compare.csv: is an input and would be overwritten by " + folder_ + "/compare.csv"));
-  }
+  EXPECT_THAT(test::MessageOf([&] { CheckCompareInputsNotOverwritten(scene, "scene.toml", folder_); }),
+              HasSubstr("compare.csv: is an input and would be overwritten by " + folder_ + "/compare.csv"));
   scene.path.file = folder_ + "/path.csv";
   scene.material.ct_law_file = folder_ + "/report.md";
   EXPECT_THROW(CheckCompareInputsNotOverwritten(scene, "scene.toml", folder_), Error);

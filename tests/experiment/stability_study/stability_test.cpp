@@ -12,6 +12,7 @@
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 #include "support/block_scene.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -34,12 +35,7 @@ FirstTouch Touch(const std::string& text) {
 }
 
 std::string Refusal(const std::string& text) {
-  try {
-    Touch(text);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "none";
+  return test::MessageOf([&] { Touch(text); }, "none");
 }
 
 // The rim of the disc of 22 mm diameter is on the face when its centre is 11 mm above it. The result is accurate to a

@@ -15,6 +15,7 @@
 #include "device/devices/profiles.h"
 #include "kerf/error.h"
 #include "loop/haptics/coupling_limits.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -259,12 +260,7 @@ TEST(ForceMap, LongPushFallsToTheContinuousForce) {
 
 TEST(ForceMap, BadParametersAreNamed) {
   const auto message = [](ForceMapParams params) -> std::string {
-    try {
-      ForceMap(FindDeviceProfile("omni"), params);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return test::MessageOf([&] { ForceMap(FindDeviceProfile("omni"), params); });
   };
   EXPECT_EQ(message({.expected_peak_N = 0}), "expected_peak_N = 0 is outside the range 0.1 to 10000");
   EXPECT_EQ(message({.knee = 1.1}), "knee = 1.1 is outside the range 0.1 to 1");

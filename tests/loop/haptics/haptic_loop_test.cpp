@@ -13,6 +13,7 @@
 #include "base/core/heap_guard.h"
 #include "kerf/error.h"
 #include "made_up.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -190,12 +191,8 @@ TEST(HapticLoop, LogsEveryTickAndCountsLostSamples) {
 TEST(HapticLoop, RefusesParametersOutOfRange) {
   Stage s;
   s.params.rate_hz = 5000;
-  try {
-    HapticLoop loop(s.body, s.device, s.clock, s.params);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_STREQ(e.what(), "the loop's rate_hz = 5000 is out of range; it must be 250 to 4000");
-  }
+  EXPECT_EQ(test::MessageOf([&] { HapticLoop loop(s.body, s.device, s.clock, s.params); }),
+            "the loop's rate_hz = 5000 is out of range; it must be 250 to 4000");
 }
 
 // ---- live

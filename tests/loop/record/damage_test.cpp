@@ -34,15 +34,6 @@ class DamagedRecordings : public ::testing::Test {
   static void WriteAll(const std::string& path, const std::string& bytes) {
     std::ofstream(path, std::ios::binary) << bytes;
   }
-  static std::string Failure(const std::function<void()>& act) {
-    try {
-      act();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
-  }
-
   /// Writes a recording that consists of two copies of its header, an input, four blocks of steps (an event follows the
   /// first, a piece the second), an end and a seal.
   std::string Record(const std::string& name, const std::optional<SealKey>& key = std::nullopt) const {
@@ -199,7 +190,7 @@ TEST_F(DamagedRecordings, ReportsWhatIsMissing) {
   const RecordingReader piece = spoil({7});
   EXPECT_EQ(piece.DescribeDamage(), "a piece of bone is damaged");
   EXPECT_EQ(piece.damage().whole_steps, 25u);
-  EXPECT_THAT(Failure([&] { spoil({1, 2}); }), HasSubstr("damaged in its header"));
+  EXPECT_THAT(test::MessageOf([&] { spoil({1, 2}); }), HasSubstr("damaged in its header"));
 
   // The recording is cut short at the end of a block, and within one.
   std::vector<std::string> cut(parts.begin(), parts.begin() + 9);
@@ -302,7 +293,7 @@ TEST_F(DamagedRecordings, KeyFileIsPrivateAndNeverReplaced) {
   EXPECT_EQ(status.st_mode & 0777u, 0600u);
   ASSERT_TRUE(ReadKeyFile());
   EXPECT_EQ(ReadKeyFile()->public_key(), made.public_key());
-  EXPECT_THAT(Failure([] { MakeKeyFile(); }), HasSubstr("never replaced"));
+  EXPECT_THAT(test::MessageOf([] { MakeKeyFile(); }), HasSubstr("never replaced"));
   EXPECT_EQ(ReadKeyFile()->public_key(), made.public_key());
 
   const Digest digest = CalcDigest("abc");
@@ -312,15 +303,15 @@ TEST_F(DamagedRecordings, KeyFileIsPrivateAndNeverReplaced) {
   EXPECT_FALSE(IsSignedBy(digest, "", ""));
 
   ASSERT_EQ(chmod(path.c_str(), 0644), 0);
-  EXPECT_THAT(Failure([] { ReadKeyFile(); }), HasSubstr("accessible to other users"));
+  EXPECT_THAT(test::MessageOf([] { ReadKeyFile(); }), HasSubstr("accessible to other users"));
   ASSERT_EQ(chmod(path.c_str(), 0600), 0);
   WriteAll(path, "nonsense");
-  EXPECT_THAT(Failure([] { ReadKeyFile(); }), HasSubstr("is not a kerf secret key"));
+  EXPECT_THAT(test::MessageOf([] { ReadKeyFile(); }), HasSubstr("is not a kerf secret key"));
   // If there is a symbolic link in the file's place, it is not followed.
   fs::remove(path);
   WriteAll(Path("mine"), "mine");
   fs::create_symlink(Path("mine"), path);
-  EXPECT_THAT(Failure([] { MakeKeyFile(); }), HasSubstr("already exists"));
+  EXPECT_THAT(test::MessageOf([] { MakeKeyFile(); }), HasSubstr("already exists"));
   EXPECT_EQ(ReadTextFile(Path("mine")), "mine");
 }
 
@@ -334,10 +325,10 @@ TEST_F(DamagedRecordings, PublicKeyFilesAreReadOrRefused) {
   for (const std::string& bad :
        {key, std::string("kerf public key 12"), FormatPublicKey(key) + "0", "kerf secret key " + key}) {
     WriteAll(Path("keys"), bad);
-    EXPECT_THAT(Failure([&] { ReadPublicKeys(Path("keys")); }), HasSubstr("line 1 is not")) << bad;
+    EXPECT_THAT(test::MessageOf([&] { ReadPublicKeys(Path("keys")); }), HasSubstr("line 1 is not")) << bad;
   }
   WriteAll(Path("keys"), "\n");
-  EXPECT_THAT(Failure([&] { ReadPublicKeys(Path("keys")); }), HasSubstr("contains no public key"));
+  EXPECT_THAT(test::MessageOf([&] { ReadPublicKeys(Path("keys")); }), HasSubstr("contains no public key"));
 }
 
 }  // namespace

@@ -53,14 +53,6 @@ class Recordings : public ::testing::Test {
   static void WriteAll(const std::string& path, const std::string& bytes) {
     std::ofstream(path, std::ios::binary) << bytes;
   }
-  static std::string Failure(const std::function<void()>& act) {
-    try {
-      act();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
-  }
   /// Checks that all steps in the recording are those written, in order; damage() lists the missing ones.
   static void ExpectAsWritten(RecordingReader& reader) {
     std::uint64_t next = 0;
@@ -129,7 +121,8 @@ TEST_F(Recordings, StepsCountedInItsEndMustExist) {
     for (int i = 0; i < 10; ++i) writer.Add(Step(i), i);
     writer.Finish({11, 0.01, 1, 2, 3, "asked"});
   }
-  EXPECT_THAT(Failure([&] { RecordingReader reader(Path("a.kerf")); }), HasSubstr("changed after it was written"));
+  EXPECT_THAT(test::MessageOf([&] { RecordingReader reader(Path("a.kerf")); }),
+              HasSubstr("changed after it was written"));
 }
 
 TEST_F(Recordings, InvalidTickDurationIsRefused) {
@@ -142,7 +135,7 @@ TEST_F(Recordings, InvalidTickDurationIsRefused) {
       writer.Add(step, 0);
       writer.Flush();
     }
-    EXPECT_THAT(Failure([&] { RecordingReader reader(Path("a.kerf")); }), HasSubstr("invalid duration"));
+    EXPECT_THAT(test::MessageOf([&] { RecordingReader reader(Path("a.kerf")); }), HasSubstr("invalid duration"));
   }
 }
 
@@ -194,9 +187,9 @@ TEST_F(Recordings, DamageIsDetectedAndTheRestIsRead) {
 
 TEST_F(Recordings, NeverReplacesAFile) {
   WriteAll(Path("a.kerf"), "mine");
-  EXPECT_THAT(Failure([&] { Write(Path("a.kerf"), 10); }), HasSubstr("never replaces"));
+  EXPECT_THAT(test::MessageOf([&] { Write(Path("a.kerf"), 10); }), HasSubstr("never replaces"));
   EXPECT_EQ(ReadAll(Path("a.kerf")), "mine");
-  EXPECT_THAT(Failure([&] { Write(Path("none/a.kerf"), 10); }), HasSubstr("there is no folder"));
+  EXPECT_THAT(test::MessageOf([&] { Write(Path("none/a.kerf"), 10); }), HasSubstr("there is no folder"));
 }
 
 TEST_F(Recordings, RecordingWithoutAnEndIsReadAsFarAsItWasWritten) {
@@ -209,7 +202,7 @@ TEST_F(Recordings, RecordingWithoutAnEndIsReadAsFarAsItWasWritten) {
 TEST_F(Recordings, RemovedFileIsReported) {
   RecordingWriter writer(Path("a.kerf"), MakeHeader(), {});
   fs::remove(Path("a.kerf"));
-  EXPECT_THAT(Failure([&] {
+  EXPECT_THAT(test::MessageOf([&] {
                 for (int i = 0; i < 1000; ++i) writer.Add(Step(i), i);
               }),
               HasSubstr("removed or replaced"));
@@ -249,11 +242,11 @@ TEST_F(Recordings, FullDiskLeavesWholeBlocks) {
 
 TEST_F(Recordings, FilesThatAreNotRecordingsAreRefused) {
   WriteAll(Path("a.kerf"), "");
-  EXPECT_THAT(Failure([&] { RecordingReader(Path("a.kerf")); }), HasSubstr("is not a kerf recording"));
+  EXPECT_THAT(test::MessageOf([&] { RecordingReader(Path("a.kerf")); }), HasSubstr("is not a kerf recording"));
   WriteAll(Path("a.kerf"), "kerf recording 1\n");
-  EXPECT_THAT(Failure([&] { RecordingReader(Path("a.kerf")); }), HasSubstr("before its header"));
-  EXPECT_THAT(Failure([&] { RecordingReader{folder_}; }), HasSubstr("not a regular file"));
-  EXPECT_THAT(Failure([&] { RecordingReader(Path("none")); }), HasSubstr("no such file"));
+  EXPECT_THAT(test::MessageOf([&] { RecordingReader(Path("a.kerf")); }), HasSubstr("before its header"));
+  EXPECT_THAT(test::MessageOf([&] { RecordingReader{folder_}; }), HasSubstr("not a regular file"));
+  EXPECT_THAT(test::MessageOf([&] { RecordingReader(Path("none")); }), HasSubstr("no such file"));
 }
 
 }  // namespace

@@ -20,15 +20,6 @@ using test::ReportedDevice;
 using test::Served;
 using testing::HasSubstr;
 
-std::string FailureOf(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
-}
-
 TEST(HoldTool, SceneTakesTheDevicesProperties) {
   DeviceServoOptions options = PatientOptions();
   options.motion_scale = 0.5;
@@ -68,12 +59,13 @@ TEST(HoldTool, DeviceWithoutForceDoesNotChangeTheScene) {
 TEST(HoldTool, RefusesProfileWithMoreForceThanTheDevice) {
   Served weak(PatientOptions(), [](ReportedDevice::State& state) { state.profile.peak_force_N = 2; });
   Scene scene;
-  EXPECT_THAT(FailureOf([&] { SetDevice(scene, *weak.servo); }),
+  EXPECT_THAT(test::MessageOf([&] { SetDevice(scene, *weak.servo); }),
               HasSubstr("outputs at most 2 N, but the profile 'falcon' states 8 N"));
 
   Served unknown(PatientOptions(), [](ReportedDevice::State& state) { state.profile.name = "somebodys_own"; });
   Scene other;
-  EXPECT_THAT(FailureOf([&] { SetDevice(other, *unknown.servo); }), HasSubstr("name a similar one with --profile"));
+  EXPECT_THAT(test::MessageOf([&] { SetDevice(other, *unknown.servo); }),
+              HasSubstr("name a similar one with --profile"));
   other.device.given = true;  // the scene specifies the device
   other.device.profile = "touch";
   SetDevice(other, *unknown.servo);
@@ -88,7 +80,8 @@ TEST(HoldTool, RefusesProfileWithMoreForceThanTheDevice) {
   with_table.device.file = file;
   with_table.device.profile = "omega_6";
   Served falcon;
-  EXPECT_THAT(FailureOf([&] { SetDevice(with_table, *falcon.servo); }), HasSubstr("the profile 'omega_6' states 12 N"));
+  EXPECT_THAT(test::MessageOf([&] { SetDevice(with_table, *falcon.servo); }),
+              HasSubstr("the profile 'omega_6' states 12 N"));
   with_table.device.profile = "omni";
   SetDevice(with_table, *falcon.servo);
   EXPECT_EQ(with_table.device.profile, "omni");
@@ -106,7 +99,7 @@ TEST(HoldTool, WaitsForTheHandleAndCanBeStopped) {
   CouplingParams coupling;
   coupling.p_TC_mm = {0, 0, 70};
   coupling.stiffness_N_per_mm = 3;
-  EXPECT_THAT(FailureOf([&] { held.begin({}, coupling, 0.25); }), HasSubstr("stopped while waiting"));
+  EXPECT_THAT(test::MessageOf([&] { held.begin({}, coupling, 0.25); }), HasSubstr("stopped while waiting"));
   EXPECT_THAT(said, HasSubstr("pull it out"));
 
   // The device is homed, but at the edge of the workspace: the program asks the user to move to the middle.
@@ -116,7 +109,7 @@ TEST(HoldTool, WaitsForTheHandleAndCanBeStopped) {
     state.sample.X_DH.p_AB = {0, 0, -0.8 * FindDeviceProfile("falcon").workspace_radius_mm};
   });
   said.clear();
-  EXPECT_THAT(FailureOf([&] { held.begin({}, coupling, 0.25); }), HasSubstr("stopped while waiting"));
+  EXPECT_THAT(test::MessageOf([&] { held.begin({}, coupling, 0.25); }), HasSubstr("stopped while waiting"));
   EXPECT_THAT(said, HasSubstr("hold the handle still in the middle"));
 
   stop.store(false);
@@ -149,7 +142,7 @@ TEST(SetDevice, CouplingAllowsForTheDelayOfTheDevicesRounds) {
   const Served slow(PatientOptions(), [](ReportedDevice::State& state) { state.traits.rate_hz = 50; });
   Scene scene;
   scene.loop.rate_hz = 1000;
-  EXPECT_THAT(FailureOf([&] { SetDevice(scene, *slow.servo); }), HasSubstr("rate_hz must be 750 at most"));
+  EXPECT_THAT(test::MessageOf([&] { SetDevice(scene, *slow.servo); }), HasSubstr("rate_hz must be 750 at most"));
 }
 
 TEST(MoveByDeflection, MovesAndRotatesAtItsSpeeds) {

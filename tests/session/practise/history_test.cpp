@@ -20,6 +20,7 @@
 #include "base/files/files.h"
 #include "kerf/error.h"
 #include "session/practise/history_check.h"
+#include "support/message_of.h"
 #include "support/result_folder.h"
 
 namespace kerf {
@@ -65,12 +66,7 @@ class HistoryTest : public test::ResultFolderTest {
     return a;
   }
   std::string MessageOfOpening() const {
-    try {
-      const History history(File());
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return test::MessageOf([&] { const History history(File()); });
   }
   void Execute(const std::string& sql) const {
     sqlite3* db = nullptr;

@@ -18,6 +18,7 @@
 #include "session/run/loop_session.h"
 #include "support/block_scene.h"
 #include "support/far_apart.h"
+#include "support/message_of.h"
 #include "support/motion.h"
 #include "support/result_folder.h"
 #include "test_paths.h"
@@ -216,22 +217,13 @@ TEST(RunLoop, WarnsAboutUnusualSettings) {
 
 TEST(RunLoop, ReportsThePositionOfAMissingTableOfDevices) {
   const Scene scene = ParseScene(kLoopScene + "[device]\nprofile = \"mine\"\nfile = \"none.csv\"\n", "s.toml");
-  try {
-    RunVirtual(scene, 1);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(), testing::HasSubstr("none.csv"));
-    EXPECT_THAT(e.what(), testing::StartsWith("s.toml:27:1: "));
-  }
+  const std::string message = test::MessageOf([&] { RunVirtual(scene, 1); });
+  EXPECT_THAT(message, testing::HasSubstr("none.csv"));
+  EXPECT_THAT(message, testing::StartsWith("s.toml:26:1: "));
 }
 
 std::string MessageOf(const Scene& scene, double seconds = 1) {
-  try {
-    RunVirtual(scene, seconds);
-    return "";
-  } catch (const Error& e) {
-    return e.what();
-  }
+  return test::MessageOf([&] { RunVirtual(scene, seconds); });
 }
 
 TEST(RunLoop, RefusesSlabModeAndInvalidDurations) {

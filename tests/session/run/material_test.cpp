@@ -14,6 +14,7 @@
 #include "session/run/make_bone.h"
 #include "session/run/run_scene.h"
 #include "support/block_scene.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -54,12 +55,7 @@ class SceneMaterialRun : public testing::Test {
     return ParseScene("[bone]\nfile = \"" + bone + "\"\n[material]\n" + material + "\n" + kPath, folder_ + "/s.toml");
   }
   static std::string MessageOf(const Scene& scene) {
-    try {
-      MakeSceneBone(scene, {});
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "accepted";
+    return test::MessageOf([&] { MakeSceneBone(scene, {}); }, "accepted");
   }
 
   std::string folder_;

@@ -74,15 +74,6 @@ class Replays : public ::testing::Test {
       if (step >= block.first_step && at < block.steps.size()) change(block.steps[at]);
     });
   }
-  static std::string Failure(const std::function<void()>& act) {
-    try {
-      act();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
-  }
-
   test::Folder own_;
   std::string folder_ = own_.path();
 };
@@ -291,7 +282,7 @@ TEST_F(Replays, AnotherBoneIsRefused) {
     LoopOptions options;
     options.virtual_time = true;
     options.replay.recording = &reader;
-    EXPECT_THAT(Failure([&] { RunLoop(MakeScene(test::kThroughBarToml, more), options, {}); }),
+    EXPECT_THAT(test::MessageOf([&] { RunLoop(MakeScene(test::kThroughBarToml, more), options, {}); }),
                 HasSubstr("is not the one"));
   }
 }

@@ -17,12 +17,7 @@ namespace {
 const std::string kHeader = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n";
 
 std::string PathMessageFor(const std::string& text) {
-  try {
-    ParsePathCsv(text, "p.csv");
-    return "";
-  } catch (const Error& e) {
-    return e.what();
-  }
+  return test::MessageOf([&] { ParsePathCsv(text, "p.csv"); });
 }
 
 TEST(PathCsv, RowsComeBackAsWritten) {

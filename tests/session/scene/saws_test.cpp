@@ -7,6 +7,7 @@
 #include <string>
 
 #include "kerf/error.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -16,12 +17,7 @@ using ::testing::HasSubstr;
 const std::string kSawsHeader = "name,shape,diameter_mm,thickness_mm,teeth,flutes,rpm,source\n";
 
 std::string WhyRefused(const std::string& rows) {
-  try {
-    ParseSaws(kSawsHeader + rows, "saws.csv");
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+  return test::MessageOf([&] { ParseSaws(kSawsHeader + rows, "saws.csv"); });
 }
 
 TEST(Saws, EveryBuiltInSawIsValidInAScene) {

@@ -5,6 +5,7 @@
 
 #include "kerf/error.h"
 #include "session/scene/scene.h"
+#include "support/message_of.h"
 
 namespace kerf::test {
 
@@ -21,12 +22,7 @@ inline std::string ShortScene() {
 
 /// Returns the error message of ParseScene() for a text; "" if it accepts the text.
 inline std::string MessageFor(const std::string& text, const std::string& file = "s.toml") {
-  try {
-    ParseScene(text, file);
-    return "";
-  } catch (const Error& e) {
-    return e.what();
-  }
+  return test::MessageOf([&] { ParseScene(text, file); });
 }
 
 }  // namespace kerf::test

@@ -97,15 +97,6 @@ bool IsBlue(const Rgb8& p) {
   return p[2] > 60 && p[2] > 2 * p[0] && p[2] > p[1];
 }
 
-std::string MessageOf(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
-
 TEST_F(Picture, SphereCoversItsAreaAtTheStatedScale) {
   const Vec3 centre{5, -30, 12};
   PictureSpec spec = MakeBareSpec(MakeSphere(10, centre), kBoneColour);
@@ -283,24 +274,25 @@ TEST_F(Picture, PngContainsThePixels) {
 TEST_F(Picture, BadSpecsAreRefusedWithOneSentence) {
   const TriangleMesh sphere = MakeSphere(1, Vec3{0}, 10);
   PictureSpec spec = MakeBareSpec({}, kBoneColour);
-  EXPECT_THAT(MessageOf([&] { RenderPicture(spec); }), HasSubstr("there is nothing to draw"));
+  EXPECT_THAT(test::MessageOf([&] { RenderPicture(spec); }), HasSubstr("there is nothing to draw"));
   spec = MakeBareSpec(sphere, kBoneColour);
   spec.width = 10;
-  EXPECT_THAT(MessageOf([&] { RenderPicture(spec); }),
+  EXPECT_THAT(test::MessageOf([&] { RenderPicture(spec); }),
               HasSubstr("a picture of 10 x 480 pixels can't be drawn; each side must be 64"));
   spec = MakeBareSpec(sphere, kBoneColour);
   spec.camera = MakeCamera({0, 0, 1}, {0, 0, 2}, Vec3{0}, 10);
-  EXPECT_THAT(MessageOf([&] { RenderPicture(spec); }), HasSubstr("up direction must differ from its line of sight"));
+  EXPECT_THAT(test::MessageOf([&] { RenderPicture(spec); }),
+              HasSubstr("up direction must differ from its line of sight"));
   spec.camera = MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 0);
-  EXPECT_THAT(MessageOf([&] { RenderPicture(spec); }), HasSubstr("needs a view height above 0 mm, but got 0"));
+  EXPECT_THAT(test::MessageOf([&] { RenderPicture(spec); }), HasSubstr("needs a view height above 0 mm, but got 0"));
   spec = MakeBareSpec(sphere, kBoneColour);
   spec.shapes[0].point_colours.resize(3);
-  EXPECT_THAT(MessageOf([&] { RenderPicture(spec); }), HasSubstr("3 colours for"));
+  EXPECT_THAT(test::MessageOf([&] { RenderPicture(spec); }), HasSubstr("3 colours for"));
   spec = MakeBareSpec(sphere, kBoneColour);
   spec.shapes[0].mesh_W.points[7].x = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(MessageOf([&] { RenderPicture(spec); }), HasSubstr("a point that is not finite"));
+  EXPECT_THAT(test::MessageOf([&] { RenderPicture(spec); }), HasSubstr("a point that is not finite"));
   spec = MakeBareSpec(sphere, kBoneColour);
-  EXPECT_THAT(MessageOf([&] { WritePicture(spec, "/tmp/a.jpg"); }),
+  EXPECT_THAT(test::MessageOf([&] { WritePicture(spec, "/tmp/a.jpg"); }),
               HasSubstr("/tmp/a.jpg: the name of a picture must end in .png"));
 }
 
@@ -311,8 +303,9 @@ TEST_F(Picture, MessageWithoutEglNamesThePackagesToInstall) {
       {
         setenv("__EGL_VENDOR_LIBRARY_DIRS", "/nonexistent", 1);
         setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent", 1);
-        std::fprintf(stderr, "%s",
-                     MessageOf([] { RenderPicture(MakeBareSpec(MakeSphere(1, Vec3{0}, 10), kBoneColour)); }).c_str());
+        std::fprintf(stderr, "%s", test::MessageOf([] {
+                                     RenderPicture(MakeBareSpec(MakeSphere(1, Vec3{0}, 10), kBoneColour));
+                                   }).c_str());
         std::exit(0);
       },
       ::testing::ExitedWithCode(0),

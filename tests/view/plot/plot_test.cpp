@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "kerf/error.h"
+#include "support/message_of.h"
 #include "view/plot/ticks.h"
 
 namespace kerf {
@@ -19,15 +20,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 constexpr Rgb8 kPlotBlue{0, 114, 178};
-
-std::string MessageOf(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
 
 bool IsPlotBlue(const Rgb8& p) {
   return p[2] > 120 && p[0] < 100 && p[1] < 170;
@@ -241,15 +233,15 @@ TEST_F(Plot, LargerTextShrinksTheAxes) {
 
 TEST_F(Plot, BadSpecsAreRefusedWithOneSentence) {
   PlotSpec spec = MakePlotSpec();
-  EXPECT_THAT(MessageOf([&] { RenderPlot(spec); }), HasSubstr("at least one finite value along x"));
+  EXPECT_THAT(test::MessageOf([&] { RenderPlot(spec); }), HasSubstr("at least one finite value along x"));
   spec.series = {{"a", {1, 2}, {1}, {}, 2, 0, false}};
-  EXPECT_THAT(MessageOf([&] { RenderPlot(spec); }), HasSubstr("series 'a' has 2 x and 1 y"));
+  EXPECT_THAT(test::MessageOf([&] { RenderPlot(spec); }), HasSubstr("series 'a' has 2 x and 1 y"));
   spec.series = {{"a", {1, 2}, {-1, -2}, {}, 2, 0, false}};
   spec.y.log = true;
-  EXPECT_THAT(MessageOf([&] { RenderPlot(spec); }), HasSubstr("finite"));
+  EXPECT_THAT(test::MessageOf([&] { RenderPlot(spec); }), HasSubstr("finite"));
   spec.y.log = false;
   spec.width = 20;
-  EXPECT_THAT(MessageOf([&] { RenderPlot(spec); }), HasSubstr("a plot of 20 x 500 pixels can't be drawn"));
+  EXPECT_THAT(test::MessageOf([&] { RenderPlot(spec); }), HasSubstr("a plot of 20 x 500 pixels can't be drawn"));
 }
 
 std::vector<std::string> Texts(const std::vector<Tick>& ticks) {
