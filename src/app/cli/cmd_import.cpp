@@ -1,6 +1,5 @@
 // kerf import: makes a bone from a CT or a surface.
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <chrono>
 #include <cmath>
@@ -19,6 +18,7 @@
 #include "base/core/number_text.h"
 #include "base/files/files.h"
 #include "base/files/markups.h"
+#include "base/files/peak_memory.h"
 #include "bone/import/dicom.h"
 #include "bone/import/import.h"
 #include "bone/material/region_table.h"
@@ -46,12 +46,6 @@ struct ImportArguments {
 
 Json ToJson(const Vec3& v) {
   return {v.x, v.y, v.z};
-}
-
-double PeakMemory_MB() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
 void List(const ImportArguments& options) {
@@ -150,7 +144,7 @@ void PrintJson(const ImportArguments& options, const ImportReport& r, const Bone
                      {"region_voxel_mm", bone.region_voxel_mm()},
                      {"active_voxels", r.active_voxels},
                      {"bone_memory_bytes", r.memory_bytes},
-                     {"peak_memory_MB", PeakMemory_MB()},
+                     {"peak_memory_MB", ReadPeakMemory_MB()},
                      {"hu", HuJson(r)},
                      {"regions", regions},
                      {"seconds", seconds},
@@ -191,7 +185,7 @@ void PrintText(const ImportArguments& options, const ImportReport& r, const Bone
   if (r.dropped_pieces > 0)
     fmt::print("; {} smaller pieces of {} in total omitted", r.dropped_pieces, FormatVolume(r.dropped_mm3));
   fmt::print("\nvoxels     {} of {} mm, {:.0f} MB; peak memory {:.0f} MB\n", r.active_voxels, bone.voxel_mm(),
-             static_cast<double>(r.memory_bytes) / 1e6, PeakMemory_MB());
+             static_cast<double>(r.memory_bytes) / 1e6, ReadPeakMemory_MB());
   if (r.hu_voxel_mm > 0) {
     fmt::print("CT numbers {:.0f} to {:.0f} HU in the bone, mean {:.0f}, on voxels of {:.4g} mm\n", r.hu.min, r.hu.max,
                r.hu.mean, r.hu_voxel_mm);

@@ -1,6 +1,5 @@
 // kerf model: makes bones from parameters.
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <cctype>
 #include <chrono>
@@ -18,6 +17,7 @@
 #include "app/cli/numbers.h"
 #include "app/cli/progress.h"
 #include "base/files/files.h"
+#include "base/files/peak_memory.h"
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
 #include "bone/models/mandible.h"
@@ -55,9 +55,7 @@ void MakeAndWrite(const Common& common, const std::function<Bone(const std::func
     WriteBone(bone, common.output);
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const double peak_MB = static_cast<double>(usage.ru_maxrss) / 1024;
+  const double peak_MB = ReadPeakMemory_MB();
   const double volume_mm3 = bone.CalcVolume();
   const Box3 box = bone.CalcBounds();
   const std::uint64_t voxels = bone.CountActiveVoxels();

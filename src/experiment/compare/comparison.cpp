@@ -1,7 +1,6 @@
 #include "experiment/compare/comparison.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "base/files/peak_memory.h"
 #include "cut/force/measured.h"
 #include "experiment/compare/run_cases.h"
 #include "kerf/error.h"
@@ -26,12 +26,6 @@ constexpr int kMaxRepetitions = 100;
 /// With more bins than this, the depth steps would be smaller than the motion in any tick.
 constexpr double kMaxBins = 200'000;
 constexpr int kFewestBins = 2;
-
-double PeakMemoryMB() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
 
 CompareCase VoxelCase(const ForceLaw& law) {
   CompareCase what;
@@ -376,7 +370,7 @@ Comparison CompareScene(const Scene& scene, const CompareParams& params, const C
   }
   MakeCurves(c, samples);
   FinishComparison(c, bone.materials());
-  c.peak_memory_MB = PeakMemoryMB();
+  c.peak_memory_MB = ReadPeakMemory_MB();
   AddWarnings(c, scene, material);
   return c;
 }

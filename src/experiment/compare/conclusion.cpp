@@ -1,4 +1,5 @@
 #include "experiment/compare/conclusion.h"
+#include "base/core/word_list.h"
 
 #include <fmt/format.h>
 
@@ -36,15 +37,6 @@ std::string ShowForceRatio(double ratio, const char* what = "force") {
 std::string ShowFraction(double fraction) {
   return fraction < 0.1 ? fmt::format("1/{}", ShowFigure(1 / fraction))
                         : fmt::format("{} %", ShowFigure(100 * fraction));
-}
-
-std::string Join(const std::vector<std::string>& words) {
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    text += i == 0 ? "" : i + 1 == words.size() ? " and " : ", ";
-    text += words[i];
-  }
-  return text;
 }
 
 /// Rounds a force as in compare.csv, so that statements about equality hold there too.
@@ -181,7 +173,7 @@ std::string DescribeLayers(const Comparison& c) {
       "A layer is named after the region with the largest share of its area, and its E is the mean over the whole area";
   if (!cancellous.empty()) {
     text += fmt::format("; so a cancellous layer with cortical walls is stiffer than its name suggests (here {})",
-                        Join(cancellous));
+                        JoinWords(cancellous));
   }
   return text + ".";
 }
@@ -208,7 +200,7 @@ std::string DescribeRegions(const CaseResult& result, const Comparison& c) {
     for (const auto& [tissue, parts] : tissues) {
       words.push_back(fmt::format("{} N over the layers named {}", ShowFigure(CalcRms(parts)), tissue));
     }
-    text += "; rms " + Join(words);
+    text += "; rms " + JoinWords(words);
   }
   return text + ".";
 }
@@ -346,9 +338,9 @@ std::string DescribeDeadline(const Comparison& c) {
     if (low != result.p50_us.end() && *low > 0) spread = std::max(spread, *high / *low - 1);
   }
   std::vector<std::string> words;
-  if (!in_time.empty()) words.push_back(Join(in_time) + " in every repetition");
-  if (!at_times.empty()) words.push_back(Join(at_times) + " in some repetitions only");
-  if (!late.empty()) words.push_back(Join(late) + " in none");
+  if (!in_time.empty()) words.push_back(JoinWords(in_time) + " in every repetition");
+  if (!at_times.empty()) words.push_back(JoinWords(at_times) + " in some repetitions only");
+  if (!late.empty()) words.push_back(JoinWords(late) + " in none");
   std::string text = fmt::format("At {:g} ticks per second a tick may take {}; cases whose p99 met this limit: {}",
                                  c.rate_hz, ShowTime(period_us), fmt::format("{}", fmt::join(words, "; ")));
   if (c.repetitions > 1) {
@@ -404,7 +396,7 @@ Conclusion WriteConclusion(const Comparison& c) {
         fraction = fmt::format(", {} %", ShowFigure(Percent(result.work_mJ, reference.work_mJ)));
       work.push_back(fmt::format("{} mJ ({}{})", ShowFigure(result.work_mJ), result.what.label, fraction));
     }
-    add(words.force, "Work of the hand over the whole path: " + Join(work) + ".");
+    add(words.force, "Work of the hand over the whole path: " + JoinWords(work) + ".");
   }
   add(words.regions, DescribeLayers(c));
   for (std::size_t k = 1; k < c.cases.size(); ++k) add(words.regions, DescribeRegions(c.cases[k], c));
@@ -421,7 +413,7 @@ Conclusion WriteConclusion(const Comparison& c) {
   }
   if (!alike.empty()) {
     add(words.cost, fmt::format("{} cost{} the same as {}, to within {:.0f} %, in time per tick and in memory.",
-                                Join(alike), alike.size() == 1 ? "s" : "", reference.what.label, 100 * kAlike));
+                                JoinWords(alike), alike.size() == 1 ? "s" : "", reference.what.label, 100 * kAlike));
   }
   add(words.cost, DescribeDeadline(c));
   return words;

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 
+#include "base/core/word_list.h"
 #include "experiment/study/knobs.h"
 #include "experiment/study/study_words.h"
 
@@ -25,15 +26,6 @@ void Say(std::string& text, fmt::format_string<Args...> format, Args&&... args) 
   text += "- ";
   fmt::format_to(std::back_inserter(text), format, std::forward<Args>(args)...);
   text += "\n";
-}
-
-std::string Join(const std::vector<std::string>& words) {
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    text += i == 0 ? "" : i + 1 == words.size() ? " and " : ", ";
-    text += words[i];
-  }
-  return text;
 }
 
 /// States whether the defaults meet a requirement, path by path.
@@ -61,7 +53,7 @@ void SayCriterion(std::string& text, const PooledSetting& defaults, const std::s
     return Say(text, "**{}**: {}; the largest is {}, on `{}`.{}", demand,
                missing > 0 ? "holds where it was measured" : "holds", show(values[0].first), values[0].second, unknown);
   }
-  Say(text, "**{}**: does not hold on {} of {} paths: {}.{}", demand, above.size(), values.size(), Join(above),
+  Say(text, "**{}**: does not hold on {} of {} paths: {}.{}", demand, above.size(), values.size(), JoinWords(above),
       unknown);
 }
 
@@ -160,9 +152,9 @@ void SayPrices(std::string& text, const std::vector<PooledSetting>& settings, co
                                   ShowError(step.to->worst), ShowThree(std::abs(step.to->p99_us - d.p99_us)), sign,
                                   ShowThree(step.rate)));
     }
-    return Join(words);
+    return JoinWords(words);
   };
-  if (!free.empty()) Say(text, "More accurate than the defaults in no more time: {}.", Join(free));
+  if (!free.empty()) Say(text, "More accurate than the defaults in no more time: {}.", JoinWords(free));
   if (!gains.empty()) {
     Say(text, "Starting from the defaults ({}), {} gains the most accuracy per microsecond{}.", ShowError(d.worst),
         gains[0].to->Name(),
@@ -172,8 +164,8 @@ void SayPrices(std::string& text, const std::vector<PooledSetting>& settings, co
   }
   if (!savings.empty())
     Say(text, "Settings that save time with the smallest loss of accuracy: {}.", show(savings, "less"));
-  if (!wasted.empty()) Say(text, "Wasteful, since they take time and gain nothing: {}.", Join(wasted));
-  if (!idle.empty()) Say(text, "Faster than the defaults without loss of accuracy: {}.", Join(idle));
+  if (!wasted.empty()) Say(text, "Wasteful, since they take time and gain nothing: {}.", JoinWords(wasted));
+  if (!idle.empty()) Say(text, "Faster than the defaults without loss of accuracy: {}.", JoinWords(idle));
 }
 
 // Compares settings with the defaults, if there are times for them.
@@ -209,9 +201,9 @@ void SayThresholds(std::string& text, const std::vector<PooledSetting>& settings
   }
   if (!above.empty())
     Say(text, "Above {}, one just-noticeable difference, on at least one path: {}.", ShowFraction(kForceJnd),
-        Join(above));
+        JoinWords(above));
   if (!between.empty())
-    Say(text, "Between {} and {}: {}.", ShowFraction(kTargetForce), ShowFraction(kForceJnd), Join(between));
+    Say(text, "Between {} and {}: {}.", ShowFraction(kTargetForce), ShowFraction(kForceJnd), JoinWords(between));
 }
 
 void SaySlab(std::string& text, const StudyResults& study, Holding holding) {
@@ -264,14 +256,14 @@ void SayOrders(std::string& text, const StudyResults& study, Holding holding) {
     else
       steeper.push_back(words);
   }
-  if (!as_theory.empty()) Say(text, "At the coarse end the order agrees with theory for {}.", Join(as_theory));
+  if (!as_theory.empty()) Say(text, "At the coarse end the order agrees with theory for {}.", JoinWords(as_theory));
   if (!flatter.empty()) {
     Say(text,
         "It is lower for {}, probably because each of these knobs leaves the error contributions of the others "
         "unchanged.",
-        Join(flatter));
+        JoinWords(flatter));
   }
-  if (!steeper.empty()) Say(text, "It is higher than in theory for {}.", Join(steeper));
+  if (!steeper.empty()) Say(text, "It is higher than in theory for {}.", JoinWords(steeper));
 }
 
 void SayReferences(std::string& text, const StudyResults& study, Holding holding) {

@@ -1,15 +1,14 @@
 #include "session/plan/fit_plane.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <random>
 #include <vector>
 
-#include "base/core/symmetric_eigen.h"
 #include "bone/grid/grids.h"
 #include "session/plan/lost_voxels.h"
+#include "session/plan/moments.h"
 
 namespace kerf {
 namespace {
@@ -25,53 +24,9 @@ constexpr double kFlatLoss = 3;     // minimum ratio of width to thickness of re
 constexpr int kIterations = 4;
 constexpr double kMinDepth = 1.5;  // minimum depth of a kerf, in widths
 
-struct Weighted {
-  Vec3 p;
-  double weight;
-};
-
-/// A plane and the spreads of the points it was fitted to.
-struct Fit {
-  Vec3 p{0};
-  Vec3 normal{0, 0, 1};
-  Vec3 along{1, 0, 0};   // direction of the largest spread in the plane
-  double thickness = 0;  // standard deviation across the plane,
-  double breadth = 0;    // smaller one in the plane,
-  double length = 0;     // larger one in the plane
-};
-
-std::optional<Fit> FitMoments(const std::vector<Weighted>& points) {
-  double sum = 0;
-  Vec3 mean(0);
-  for (const Weighted& w : points) {
-    sum += w.weight;
-    mean += w.weight * w.p;
-  }
-  if (!(sum > 0) || points.size() < 3) return {};
-  mean /= sum;
-  std::array<std::array<double, 3>, 3> scatter{};
-  for (const Weighted& w : points) {
-    const Vec3 d = w.p - mean;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) scatter[i][j] += w.weight / sum * d[i] * d[j];
-    }
-  }
-  const SymmetricEigen eigen = CalcSymmetricEigen(scatter);
-  std::array<std::size_t, 3> order{0, 1, 2};
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t i, std::size_t j) { return eigen.values[i] < eigen.values[j]; });
-  const auto spread = [&](std::size_t i) { return std::sqrt(std::max(0.0, eigen.values[order[i]])); };
-  return Fit{.p = mean,
-             .normal = glm::normalize(eigen.vectors[order[0]]),
-             .along = glm::normalize(eigen.vectors[order[2]]),
-             .thickness = spread(0),
-             .breadth = spread(1),
-             .length = spread(2)};
-}
-
 /// Among planes through three of the points, finds the one with the most points within `near_mm`, and fits it to these.
-std::optional<Fit> FindPlane(const std::vector<Weighted>& points, double near_mm, const KerfSearch& search) {
-  std::vector<Weighted> some;
+std::optional<MomentFit> FindPlane(const std::vector<WeightedPoint>& points, double near_mm, const KerfSearch& search) {
+  std::vector<WeightedPoint> some;
   const std::size_t stride = points.size() / kMaxTryPoints + 1;
   for (std::size_t i = 0; i < points.size(); i += stride) some.push_back(points[i]);
   if (some.size() < 3) return {};
@@ -81,7 +36,7 @@ std::optional<Fit> FindPlane(const std::vector<Weighted>& points, double near_mm
   CutPlane plane;
   const auto score = [&](const CutPlane& p) {
     double sum = 0;
-    for (const Weighted& w : some) {
+    for (const WeightedPoint& w : some) {
       const double off = std::abs(glm::dot(p.normal_W, w.p - p.p_W)) / near_mm;
       if (off < 1) sum += w.weight * (1 - off * off);
     }
@@ -106,10 +61,10 @@ std::optional<Fit> FindPlane(const std::vector<Weighted>& points, double near_mm
     }
   }
   if (best <= 0) return FitMoments(points);
-  std::optional<Fit> fit;
+  std::optional<MomentFit> fit;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    std::vector<Weighted> inliers;
-    for (const Weighted& w : points) {
+    std::vector<WeightedPoint> inliers;
+    for (const WeightedPoint& w : points) {
       if (std::abs(glm::dot(plane.normal_W, w.p - plane.p_W)) < near_mm) inliers.push_back(w);
     }
     fit = FitMoments(inliers);
@@ -187,15 +142,15 @@ double Median(std::vector<double> values) {
 }
 
 /// Computes the least-squares fit to the midpoints, without the 10 % that are furthest from the plane.
-std::optional<Fit> FitMidpoints(const std::vector<Midpoint>& midpoints, const Fit& start) {
-  std::optional<Fit> fit = start;
+std::optional<MomentFit> FitMidpoints(const std::vector<Midpoint>& midpoints, const MomentFit& start) {
+  std::optional<MomentFit> fit = start;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     std::vector<double> off;
     for (const Midpoint& m : midpoints) off.push_back(std::abs(glm::dot(fit->normal, m.p - fit->p)));
     std::vector<double> sorted = off;
     std::sort(sorted.begin(), sorted.end());
     const double limit = sorted[static_cast<std::size_t>(kKept * static_cast<double>(sorted.size() - 1))];
-    std::vector<Weighted> kept;
+    std::vector<WeightedPoint> kept;
     for (std::size_t i = 0; i < midpoints.size(); ++i) {
       if (off[i] <= limit) kept.push_back({midpoints[i].p, 1});
     }
@@ -206,7 +161,7 @@ std::optional<Fit> FitMidpoints(const std::vector<Midpoint>& midpoints, const Fi
 }
 
 /// Computes the extents of the points along the fit's axes: length and depth.
-void Measure(const std::vector<Vec3>& points, const Fit& fit, FittedPlane& plane) {
+void Measure(const std::vector<Vec3>& points, const MomentFit& fit, FittedPlane& plane) {
   const Vec3 across = glm::cross(fit.normal, fit.along);
   double low[2] = {1e300, 1e300};
   double high[2] = {-1e300, -1e300};
@@ -221,12 +176,12 @@ void Measure(const std::vector<Vec3>& points, const Fit& fit, FittedPlane& plane
   plane.depth_mm = high[1] - low[1];
 }
 
-std::vector<Midpoint> FindMidpoints(const Bone& before, const Bone& after, const Fit& fit,
-                                    const std::vector<Weighted>& points, double reach) {
+std::vector<Midpoint> FindMidpoints(const Bone& before, const Bone& after, const MomentFit& fit,
+                                    const std::vector<WeightedPoint>& points, double reach) {
   const Vec3 across = glm::cross(fit.normal, fit.along);
   double low[2] = {1e300, 1e300};
   double high[2] = {-1e300, -1e300};
-  for (const Weighted& w : points) {
+  for (const WeightedPoint& w : points) {
     const Vec3 d = w.p - fit.p;
     if (std::abs(glm::dot(fit.normal, d)) > reach) continue;
     const double along[2] = {glm::dot(fit.along, d), glm::dot(across, d)};
@@ -257,7 +212,7 @@ std::vector<Midpoint> FindMidpoints(const Bone& before, const Bone& after, const
   return midpoints;
 }
 
-bool IsFlat(const Fit& fit) {
+bool IsFlat(const MomentFit& fit) {
   return fit.breadth > 1.5 * fit.thickness && fit.breadth > 0;
 }
 
@@ -272,15 +227,15 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
   for (const LostCell& cell : loss.cells) plane.volume_mm3 += cell.mm3;
   if (loss.voxels.size() < 3) return {};
   const double h = before.voxel_mm();
-  std::vector<Weighted> points;
+  std::vector<WeightedPoint> points;
   points.reserve(loss.voxels.size());
   for (const LostVoxel& voxel : loss.voxels) points.push_back({voxel.p_W, voxel.weight});
 
   // Near the surface, removed bone extends one to three voxels to either side of the kerf.
-  std::optional<Fit> fit = FindPlane(points, std::max(4 * h, 0.5), search);
+  std::optional<MomentFit> fit = FindPlane(points, std::max(4 * h, 0.5), search);
   if (!fit || !IsFlat(*fit)) return {};
   double off = 0;
-  for (const Weighted& w : points) {
+  for (const WeightedPoint& w : points) {
     const double d = std::abs(glm::dot(fit->normal, w.p - fit->p));
     if (d < std::max(4 * h, 0.5)) off = std::max(off, d);
   }
@@ -289,7 +244,7 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
   for (int iteration = 0; iteration < 2; ++iteration) {
     midpoints = FindMidpoints(before, after, *fit, points, off + 4 * h);
     if (midpoints.size() < kMinMidpoints) break;
-    const std::optional<Fit> better = FitMidpoints(midpoints, *fit);
+    const std::optional<MomentFit> better = FitMidpoints(midpoints, *fit);
     if (!better || !IsFlat(*better)) break;
     fit = better;
     by_midpoints = true;
@@ -308,17 +263,17 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
     plane.rms_mm = std::sqrt(sum / static_cast<double>(midpoints.size()));
     plane.width_mm = Median(widths);
   } else {
-    std::vector<Weighted> cells;
+    std::vector<WeightedPoint> cells;
     for (const LostCell& cell : loss.cells) {
       if (cell.mm3 <= 0 || std::abs(glm::dot(fit->normal, cell.p_W - fit->p)) > off + h) continue;
       cells.push_back({cell.p_W, cell.mm3});
     }
-    const std::optional<Fit> by_volume = FitMoments(cells);
+    const std::optional<MomentFit> by_volume = FitMoments(cells);
     if (!by_volume || by_volume->breadth < kFlatLoss * by_volume->thickness) return {};
     fit = by_volume;
     plane.rms_mm = fit->thickness;
     plane.width_mm = std::sqrt(12.0) * fit->thickness;
-    for (const Weighted& cell : cells) span.push_back(cell.p);
+    for (const WeightedPoint& cell : cells) span.push_back(cell.p);
   }
   plane.p_W_mm = fit->p;
   plane.normal_W = fit->normal;

@@ -1,7 +1,6 @@
 #include "session/run/run_scene.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/files/files.h"
+#include "base/files/peak_memory.h"
 #include "bone/grid/surface.h"
 #include "bone/vdb/bonefile.h"
 #include "cut/force/measured.h"
@@ -27,12 +27,6 @@ namespace kerf {
 namespace {
 
 using nlohmann::ordered_json;
-
-double PeakMemoryMB() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
 
 /// Volume removed in the first tick from which the tool counts as placed inside the bone. A disc that is placed clear
 /// of the bone removes at most a thin shaving.
@@ -223,7 +217,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
       add_file("fragments.png");
     }
   }
-  summary.peak_memory_MB = PeakMemoryMB();
+  summary.peak_memory_MB = ReadPeakMemory_MB();
   add_file("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
   RemoveStaleResults(folder, earlier, summary.files);

@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "base/core/symmetric_eigen.h"
+#include "session/plan/moments.h"
 #include "session/score/cut_measures.h"
 
 namespace kerf {
@@ -144,34 +144,13 @@ std::optional<CutPlane> Refine(const PhiSampler& before, const PhiSampler& after
 }  // namespace
 
 std::optional<MidPlane> FitMidPlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells) {
-  double sum = 0;
-  Vec3 centre_W{0};
+  std::vector<WeightedPoint> removed;
   for (const RemovedCell& cell : cells) {
-    if (cell.mm3 <= 0) continue;
-    sum += cell.mm3;
-    centre_W += cell.mm3 * cell.p_W;
+    if (cell.mm3 > 0) removed.push_back({cell.p_W, cell.mm3});
   }
-  if (!(sum > 0)) return {};
-  centre_W /= sum;
-  Matrix spread{};
-  for (const RemovedCell& cell : cells) {
-    if (cell.mm3 <= 0) continue;
-    const Vec3 d = cell.p_W - centre_W;
-    for (int i = 0; i < 3; ++i) {
-      for (int k = 0; k < 3; ++k) {
-        spread[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)] += cell.mm3 / sum * d[i] * d[k];
-      }
-    }
-  }
-  const SymmetricEigen eigen = CalcSymmetricEigen(spread);
-  std::array<std::size_t, 3> order{0, 1, 2};
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return eigen.values[a] < eigen.values[b]; });
-  MidPlane fitted;
-  fitted.plane = {centre_W, glm::normalize(eigen.vectors[order[0]])};
-  fitted.thickness_mm = std::sqrt(std::max(eigen.values[order[0]], 0.0));
-  fitted.extent_mm = std::sqrt(std::max(eigen.values[order[1]], 0.0));
-  if (fitted.extent_mm < kFlat * fitted.thickness_mm) return {};
+  const std::optional<MomentFit> fit = FitMoments(removed, 1);
+  if (!fit || fit->breadth < kFlat * fit->thickness) return {};
+  MidPlane fitted{.plane = {fit->p, fit->normal}, .extent_mm = fit->breadth, .thickness_mm = fit->thickness};
   const PhiSampler phi_before(before);
   const PhiSampler phi_after(after);
   for (int refinement = 0; refinement < kRefinements; ++refinement) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "view/plot/clip.h"
+
 namespace kerf {
 namespace {
 
@@ -23,27 +25,11 @@ double Outside(const LabelBox& box, const LabelBox& frame) {
   return box.width * box.height - Overlap(box, frame);
 }
 
-// Returns the length of the part of a segment inside the box (after Liang and Barsky, 1984).
+// Returns the length of the part of a segment inside the box.
 double LengthInside(const OverlayPoint& a, const OverlayPoint& b, const LabelBox& box) {
-  double enter = 0;
-  double leave = 1;
-  const double dx = b.column - a.column;
-  const double dy = b.row - a.row;
-  const std::array<double, 4> p{-dx, dx, -dy, dy};
-  const std::array<double, 4> q{a.column - box.left, box.left + box.width - a.column, a.row - box.top,
-                                box.top + box.height - a.row};
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (p[i] == 0) {
-      if (q[i] < 0) return 0;
-      continue;
-    }
-    const double t = q[i] / p[i];
-    if (p[i] < 0)
-      enter = std::max(enter, t);
-    else
-      leave = std::min(leave, t);
-  }
-  return leave > enter ? (leave - enter) * std::hypot(dx, dy) : 0;
+  const auto part = ClipSegment(a, b, {box.left, box.top, box.left + box.width, box.top + box.height});
+  if (!part || part->to <= part->from) return 0;
+  return (part->to - part->from) * std::hypot(b.column - a.column, b.row - a.row);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "kerf/error.h"
 #include "view/picture/offscreen.h"
 #include "view/picture/overlay.h"
+#include "view/plot/clip.h"
 #include "view/plot/label_places.h"
 #include "view/plot/plot_canvas.h"
 #include "view/plot/plot_scale.h"
@@ -34,29 +35,15 @@ Rgb8 MixWithWhite(const Rgb8& colour, double white) {
   return mixed;
 }
 
-// Clips the segment a-b to the box. Returns false if no part of it lies inside (after Liang and Barsky, 1984).
+// Clips the segment a-b to the box. Returns false if no part of it lies inside.
 bool ClipToBox(const PlotFrame& box, OverlayPoint& a, OverlayPoint& b) {
-  double enter = 0;
-  double leave = 1;
+  const auto part = ClipSegment(a, b, {box.left, box.top, box.right, box.bottom});
+  if (!part || part->from > part->to) return false;
+  const OverlayPoint start = a;
   const double dx = b.column - a.column;
   const double dy = b.row - a.row;
-  const double p[4] = {-dx, dx, -dy, dy};
-  const double q[4] = {a.column - box.left, box.right - a.column, a.row - box.top, box.bottom - a.row};
-  for (int i = 0; i < 4; ++i) {
-    if (p[i] == 0) {
-      if (q[i] < 0) return false;
-      continue;
-    }
-    const double t = q[i] / p[i];
-    if (p[i] < 0)
-      enter = std::max(enter, t);
-    else
-      leave = std::min(leave, t);
-  }
-  if (enter > leave) return false;
-  const OverlayPoint start = a;
-  a = {start.column + enter * dx, start.row + enter * dy};
-  b = {start.column + leave * dx, start.row + leave * dy};
+  a = {start.column + part->from * dx, start.row + part->from * dy};
+  b = {start.column + part->to * dx, start.row + part->to * dy};
   return true;
 }
 
