@@ -2,14 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 #include <string>
 
 #include "cut/force/measured.h"
 #include "support/block_scene.h"
+#include "support/forces_csv.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -24,10 +23,6 @@ using Json = nlohmann::json;
 std::string Slot(double feed_mm_per_s, const std::string& law) {
   return test::BlockToml({4, 2, 4}, 0.1) + test::StrokeToml({-9, 0, 9}, {9, 0, 9}, feed_mm_per_s, {0, 1, 0}) +
          "[force]\nlaw = \"" + law + "\"\n[output]\npictures = false\nbone = false\npieces = false\n";
-}
-
-std::size_t Columns(const std::string& row) {
-  return static_cast<std::size_t>(std::count(row.begin(), row.end(), ',')) + 1;
 }
 
 class Law : public test::ProgramTest {};
@@ -105,15 +100,9 @@ TEST_F(Law, LoopUsesTheActualSpindleSpeed) {
   const ProgramResult loop = Kerf("loop s.toml --seconds 1 --virtual --hand H3 --do 0.001:rpm=3750 -o out --json");
   ASSERT_EQ(loop.code, 0) << loop.err;
   // The work is thrust / 1.6 times the speed of the rim, summed over the rows, one per tick.
-  std::istringstream rows(test::Slurp(folder_ / "out/forces.csv"));
-  std::string row;
-  std::getline(rows, row);
-  const std::size_t columns_before = Columns(row.substr(0, row.find("thrust_sum_N"))) - 1;
   double thrust_Ns = 0;
-  while (std::getline(rows, row)) {
-    std::size_t at = 0;
-    for (std::size_t n = 0; n < columns_before; ++n) at = row.find(',', at) + 1;
-    thrust_Ns += 0.001 * std::stod(row.substr(at));
+  for (const test::ForceRow& row : test::ReadForces(folder_ / "out/forces.csv")) {
+    thrust_Ns += 0.001 * row.at("thrust_sum_N");
   }
   const double work_J = 1e-3 * thrust_Ns / 1.6 * std::numbers::pi * 22 * 3750 / 60;
   ASSERT_GT(work_J, 0.1);

@@ -3,13 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <vector>
 
 #include "support/block_scene.h"
+#include "support/forces_csv.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -50,32 +49,6 @@ class LoopDevices : public test::ProgramTest {
   }
 };
 
-/// Returns the values of forces.csv in these columns.
-template <std::size_t kColumns>
-std::vector<std::array<double, kColumns>> ReadColumns(const std::string& text,
-                                                      const std::array<std::string, kColumns>& columns) {
-  std::istringstream lines(text);
-  std::vector<std::array<double, kColumns>> rows;
-  std::array<std::size_t, kColumns> places{};
-  for (std::string line; std::getline(lines, line);) {
-    std::vector<std::string> cells;
-    std::istringstream cell_stream(line);
-    for (std::string cell; std::getline(cell_stream, cell, ',');) cells.push_back(cell);
-    if (cells.at(0) == "time_s") {
-      for (std::size_t i = 0; i < kColumns; ++i) {
-        const auto found = std::find(cells.begin(), cells.end(), columns.at(i));
-        EXPECT_NE(found, cells.end()) << columns.at(i);
-        places.at(i) = static_cast<std::size_t>(found - cells.begin());
-      }
-      continue;
-    }
-    std::array<double, kColumns> row{};
-    for (std::size_t i = 0; i < kColumns; ++i) row.at(i) = std::stod(cells.at(places.at(i)));
-    rows.push_back(row);
-  }
-  return rows;
-}
-
 TEST_F(LoopDevices, PlayedRecordingGivesABitIdenticalBone) {
   const Json recorded = Loop("--seconds 3 --record a.kerf -o first");
   const Json played = Loop("--seconds 3 --device recording:a.kerf -o second");
@@ -92,17 +65,18 @@ TEST_F(LoopDevices, PlayedRecordingGivesABitIdenticalBone) {
 TEST_F(LoopDevices, ScriptFollowsItsTable) {
   const Json json = Loop("--seconds 2 --device script:script.csv -o out");
   EXPECT_GT(json.at("removed_mm3"), 0.1);
-  const auto rows = ReadColumns<5>(Slurp(folder_ / "out/forces.csv"),
-                                   {"time_s", "handle_z_mm", "tool_z_mm", "device_z_N", "handle_x_mm"});
+  const std::vector<test::ForceRow> rows = test::ReadForces(folder_ / "out/forces.csv");
   ASSERT_EQ(rows.size(), 2000U);
   double largest_N = 0;
   double largest_lag_mm = 0;
-  for (const auto& [time_s, handle_z_mm, tool_z_mm, device_z_N, handle_x_mm] : rows) {
+  for (const test::ForceRow& row : rows) {
+    const double time_s = row.at("time_s");
+    const double handle_z_mm = row.at("handle_z_mm");
     const double wanted_mm = time_s < 0.5 ? 7.8 - time_s : std::max(5.3, 7.3 - 2 * (time_s - 0.5));
     ASSERT_NEAR(handle_z_mm, wanted_mm, 1e-5) << time_s;  // five decimals are written
-    ASSERT_EQ(handle_x_mm, 0);
-    largest_N = std::max(largest_N, device_z_N);
-    largest_lag_mm = std::max(largest_lag_mm, tool_z_mm - handle_z_mm);
+    ASSERT_EQ(row.at("handle_x_mm"), 0);
+    largest_N = std::max(largest_N, row.at("device_z_N"));
+    largest_lag_mm = std::max(largest_lag_mm, row.at("tool_z_mm") - handle_z_mm);
   }
   // The bone pushes back upwards through the coupling's spring.
   EXPECT_GT(largest_N, 0.05);
@@ -114,9 +88,11 @@ TEST_F(LoopDevices, ScriptFollowsItsTable) {
 TEST_F(LoopDevices, DeviceNoneDoesNotMoveAndRemovesNothing) {
   const Json json = Loop("--seconds 0.5 --device none -o out");
   EXPECT_EQ(json.at("removed_mm3"), 0.0);
-  const auto rows = ReadColumns<3>(Slurp(folder_ / "out/forces.csv"), {"handle_x_mm", "handle_y_mm", "handle_z_mm"});
+  const std::vector<test::ForceRow> rows = test::ReadForces(folder_ / "out/forces.csv");
   ASSERT_EQ(rows.size(), 500U);
-  for (const auto& row : rows) ASSERT_EQ(row, (std::array<double, 3>{0, 0, 7.8}));
+  for (const test::ForceRow& row : rows) {
+    ASSERT_EQ(Vec3(row.at("handle_x_mm"), row.at("handle_y_mm"), row.at("handle_z_mm")), Vec3(0, 0, 7.8));
+  }
   // This also works in real time.
   EXPECT_EQ(Kerf("loop s.toml --seconds 0.1 --device none").code, 0);
 }

@@ -18,6 +18,7 @@
 #include "session/run/loop_session.h"
 #include "support/block_scene.h"
 #include "support/far_apart.h"
+#include "support/forces_csv.h"
 #include "support/message_of.h"
 #include "support/motion.h"
 #include "support/result_folder.h"
@@ -295,21 +296,13 @@ TEST_F(LoopReport, FilesAgreeWithTheSummary) {
     EXPECT_TRUE(json[key].is_null()) << key;  // not available in virtual time
   }
   EXPECT_EQ(json["removed_by_occupancy_mm3"], s.removed_by_occupancy_mm3);
-  std::istringstream csv(ReadTextFile(folder_ + "/forces.csv"));
-  std::string line;
-  std::getline(csv, line);
-  const auto commas = std::count(line.begin(), line.end(), ',');
-  int rows = 0;
+  const std::vector<test::ForceRow> rows = test::ReadForces(folder_ + "/forces.csv");
   double removed_mm3 = 0;
-  while (std::getline(csv, line)) {
-    ++rows;
-    EXPECT_EQ(std::count(line.begin(), line.end(), ','), commas);
-    std::istringstream cells(line);
-    std::string cell;
-    for (int i = 0; i < 20; ++i) std::getline(cells, cell, ',');
-    removed_mm3 += std::stod(cell);
+  for (const test::ForceRow& row : rows) {
+    EXPECT_EQ(row.size(), rows.front().size());
+    removed_mm3 += row.at("removed_mm3");
   }
-  EXPECT_EQ(rows, 2000);
+  EXPECT_EQ(rows.size(), 2000u);
   // The values are written with six digits.
   EXPECT_NEAR(removed_mm3, s.removed_by_occupancy_mm3, 1e-4 * removed_mm3);
   // A second run into the folder, with fewer results, removes the files that it no longer writes.

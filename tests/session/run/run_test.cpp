@@ -8,7 +8,6 @@
 #include <complex>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "base/files/files.h"
 #include "bone/mesh/meshfile.h"
@@ -19,6 +18,7 @@
 #include "session/run/spectrum_picture.h"
 #include "support/block_scene.h"
 #include "support/far_apart.h"
+#include "support/forces_csv.h"
 #include "support/result_folder.h"
 #include "test_paths.h"
 
@@ -46,31 +46,22 @@ TEST_F(Run, CutsABlockInTwoWithConsistentFiles) {
   EXPECT_EQ(summary.ticks_with_status, 0u);
 
   // The log has one row per tick, and its sums are the summary's.
-  std::istringstream log(ReadTextFile(folder_ + "/forces.csv"));
-  std::string line;
-  std::getline(log, line);
-  EXPECT_EQ(line.substr(0, 30), "time_s,segment,x_mm,y_mm,z_mm,");
-  std::vector<std::vector<double>> rows;
-  while (std::getline(log, line)) {
-    std::vector<double> row;
-    std::istringstream cells(line);
-    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
-    rows.push_back(row);
-  }
+  EXPECT_EQ(ReadTextFile(folder_ + "/forces.csv").substr(0, 30), "time_s,segment,x_mm,y_mm,z_mm,");
+  std::vector<test::ForceRow> rows = test::ReadForces(folder_ + "/forces.csv");
   ASSERT_EQ(rows.size(), 850u);
   double removed = 0;
   double peak = 0;
-  for (const auto& row : rows) {
+  for (test::ForceRow& row : rows) {
     ASSERT_EQ(row.size(), 24u);
-    removed += row[21];
-    peak = std::max(peak, std::hypot(row[9], row[10], row[11]));
+    removed += row["removed_mm3"];
+    peak = std::max(peak, std::hypot(row["force_x_N"], row["force_y_N"], row["force_z_N"]));
   }
-  EXPECT_NEAR(removed, rows.back()[22], 1e-4);  // six figures a row
+  EXPECT_NEAR(removed, rows.back()["removed_total_mm3"], 1e-4);  // six figures a row
   // Rows count the occupancy of voxels, the summary the bone's volume. These differ at the kerf's edges.
-  EXPECT_NEAR(rows.back()[22], summary.removed_mm3, 0.02 * 12);
+  EXPECT_NEAR(rows.back()["removed_total_mm3"], summary.removed_mm3, 0.02 * 12);
   EXPECT_NEAR(peak, summary.force.peak_N, 1e-4 * peak);
-  EXPECT_NEAR(rows.back()[0], 0.85, 1e-9);
-  EXPECT_NEAR(rows.back()[4], 3, 1e-9);
+  EXPECT_NEAR(rows.back()["time_s"], 0.85, 1e-9);
+  EXPECT_NEAR(rows.back()["z_mm"], 3, 1e-9);
 
   // The bone and the pieces on disk are those of the summary.
   const Bone bone = ReadBone(folder_ + "/bone.vdb");
@@ -319,15 +310,10 @@ class TakingOut : public Run {
   }
   /// Returns the forces of the ticks of a stroke.
   std::vector<double> ForcesOfStroke(int stroke) const {
-    std::istringstream log(ReadTextFile(folder_ + "/forces.csv"));
-    std::string line;
-    std::getline(log, line);
     std::vector<double> forces_N;
-    while (std::getline(log, line)) {
-      std::vector<double> row;
-      std::istringstream cells(line);
-      for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
-      if (row[1] == stroke) forces_N.push_back(std::hypot(row[9], row[10], row[11]));
+    for (const test::ForceRow& row : test::ReadForces(folder_ + "/forces.csv")) {
+      if (row.at("segment") != stroke) continue;
+      forces_N.push_back(std::hypot(row.at("force_x_N"), row.at("force_y_N"), row.at("force_z_N")));
     }
     return forces_N;
   }
