@@ -20,8 +20,8 @@ import sys
 import tempfile
 
 from faults import COMMANDS, Program, check_whole, copy_tree, list_attempts, prepare, snapshot
+from page import write_results
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 # Each fault is a kind of call, its error, and whether all later calls fail too.
 FAULTS = [("open", errno.EMFILE, False), ("open_elsewhere", errno.EMFILE, False), ("read", errno.EIO, False), ("write", errno.ENOSPC, True),
           ("write", errno.EIO, False), ("fwrite", errno.ENOSPC, True), ("sync", errno.EIO, False), ("rename", errno.EIO, False), ("mmap", errno.ENOMEM, False),
@@ -199,9 +199,7 @@ def main():
     if arguments.write:
         table = "| command | fault | calls | injected | exit 1, with a message | exit 0, complete |\n|---|---|---|---|---|---|\n"
         table += "".join(f"| `{row[0]}` | {row[1]} | {row[2]} | {row[3]} | {row[4]} | {row[5]} |\n" for row in rows)
-        page = ROOT / "docs/reliability.md"
-        before, rest = page.read_text(encoding="utf-8").split("<!-- faults -->\n", 1)
-        page.write_text(before + "<!-- faults -->\n" + text + "\n\n" + table + "<!-- end -->" + rest.split("<!-- end -->", 1)[1], encoding="utf-8")
+        write_results("faults", text + "\n\n" + table)
     return 1 if failures else 0
 
 

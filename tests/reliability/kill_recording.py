@@ -20,7 +20,8 @@ import sys
 import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+from page import write_results
+
 MAX_LOST_S = 0.5  # a block of 0.25 s that is not full yet, and one that is being written
 FIRST_SEEN = {}  # by recording: time when it was first seen
 SCENE = """
@@ -182,9 +183,7 @@ def main():
         text += f" {repeats} were repeated, because more than {MAX_LOST_S} s of real time were lost when the machine stalled."
     print(text)
     if arguments.write:
-        page = ROOT / "docs/reliability.md"
-        before, rest = page.read_text(encoding="utf-8").split("<!-- kills -->\n", 1)
-        page.write_text(before + "<!-- kills -->\n" + text + "\n<!-- end -->" + rest.split("<!-- end -->", 1)[1], encoding="utf-8")
+        write_results("kills", text + "\n")
     return 1 if failures else 0
 
 

@@ -22,8 +22,8 @@ import sys
 import tempfile
 
 from faults import COMMANDS, Program, check_whole, copy_tree, list_attempts, prepare, snapshot
+from page import write_results
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 SECTOR = 512
 HISTORY = "home/practise.db"
 # These commands run in real time, because a recording is synced by the clock.
@@ -233,9 +233,7 @@ def main():
     if arguments.write:
         table = "| command | operations logged | of which syncs | states | complete |\n|---|---|---|---|---|\n"
         table += "".join(f"| `{row[0]}` | {row[1]} | {row[2]} | {row[3]} | {row[3] - row[4]} |\n" for row in rows)
-        page = ROOT / "docs/reliability.md"
-        before, rest = page.read_text(encoding="utf-8").split("<!-- power -->\n", 1)
-        page.write_text(before + "<!-- power -->\n" + text + "\n\n" + table + "<!-- end -->" + rest.split("<!-- end -->", 1)[1], encoding="utf-8")
+        write_results("power", text + "\n\n" + table)
     return 1 if failures else 0
 
 

@@ -16,6 +16,8 @@ import subprocess
 import sys
 import tempfile
 
+from page import write_results
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
 FRAGMENTS = '\n[effects.fragments]\npieces = "hidden"\nremove_dust = true\n[effects.heat]\n[effects.tooth_vibration]\n[effects.tangential_force]\n'
@@ -86,9 +88,7 @@ def main():
     text = f"{total - failed} of {total} replays were bit-identical.\n\n{table}"
     print(text)
     if arguments.write:
-        page = ROOT / "docs/reliability.md"
-        before, rest = page.read_text(encoding="utf-8").split("<!-- replays -->\n", 1)
-        page.write_text(before + "<!-- replays -->\n" + text + "\n<!-- end -->" + rest.split("<!-- end -->", 1)[1], encoding="utf-8")
+        write_results("replays", text + "\n")
     return 1 if failed else 0
 
 
