@@ -10,6 +10,8 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "test_paths.h"
 
@@ -30,12 +32,15 @@ inline std::string Slurp(const std::filesystem::path& path) {
 
 class ProgramTest : public testing::Test {
  protected:
+  /// `files`: names and contents of files that are written to the folder before the test.
+  explicit ProgramTest(std::vector<std::pair<std::string, std::string>> files = {}) : files_(std::move(files)) {}
   void SetUp() override {
     const auto* info = testing::UnitTest::GetInstance()->current_test_info();
     folder_ =
         std::filesystem::temp_directory_path() / ("kerf_" + std::string(info->name()) + "_" + std::to_string(getpid()));
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
+    for (const auto& [name, content] : files_) Write(name, content);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
@@ -76,6 +81,9 @@ class ProgramTest : public testing::Test {
   }
 
   std::filesystem::path folder_;
+
+ private:
+  std::vector<std::pair<std::string, std::string>> files_;
 };
 
 }  // namespace kerf::test

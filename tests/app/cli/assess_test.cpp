@@ -32,10 +32,7 @@ pictures = false
 
 class AssessCommand : public test::ProgramTest {
  protected:
-  void SetUp() override {
-    ProgramTest::SetUp();
-    Write("s.toml", kScene);
-  }
+  AssessCommand() : ProgramTest({{"s.toml", kScene}}) {}
   void RunScene() {
     const ProgramResult run = Kerf("run s.toml -o run");
     ASSERT_EQ(run.code, 0) << run.err;

@@ -22,10 +22,7 @@ const std::string kCostsScene =
 
 class Costs : public test::ProgramTest {
  protected:
-  void SetUp() override {
-    ProgramTest::SetUp();
-    Write("s.toml", kCostsScene);
-  }
+  Costs() : ProgramTest({{"s.toml", kCostsScene}}) {}
 };
 
 /// Every stage and effect has times, and the sum of the stages' means does not exceed the tick's mean.

@@ -25,10 +25,7 @@ using testing::StartsWith;
 
 class DamagedRecordingCommands : public test::ProgramTest {
  protected:
-  void SetUp() override {
-    ProgramTest::SetUp();
-    Write("s.toml", MakeBlockScene());
-  }
+  DamagedRecordingCommands() : ProgramTest({{"s.toml", MakeBlockScene()}}) {}
   ProgramResult Run(const std::string& arguments) const { return KerfWithin("XDG_CONFIG_HOME=$PWD/config", arguments); }
   void Record(const std::string& name = "a.kerf") const {
     const ProgramResult made =

@@ -20,11 +20,7 @@ constexpr char kFriction[] = "[effects.kerf_friction]\ncoefficient = 0.3\n";
 
 class EffectsCommand : public test::ProgramTest {
  protected:
-  void SetUp() override {
-    ProgramTest::SetUp();
-    Write("plain.toml", kEffectsScene);
-    Write("rubs.toml", kEffectsScene + kFriction);
-  }
+  EffectsCommand() : ProgramTest({{"plain.toml", kEffectsScene}, {"rubs.toml", kEffectsScene + kFriction}}) {}
   Json Measure(const std::string& arguments) const {
     const auto result = Kerf("effects " + arguments + " --seconds 0.1 --passes 2 --json");
     EXPECT_EQ(result.code, 0) << result.err;

@@ -26,10 +26,7 @@ constexpr char kMore[] = "[output]\npictures = false\n[slab]\ndirection = [0, 0,
 
 class Litter : public test::ProgramTest {
  protected:
-  void SetUp() override {
-    ProgramTest::SetUp();
-    Write("s.toml", MakeBlockScene({.from_mm = 6.5, .to_mm = 5.5, .feed_mm_per_s = 6}, kMore));
-  }
+  Litter() : ProgramTest({{"s.toml", MakeBlockScene({.from_mm = 6.5, .to_mm = 5.5, .feed_mm_per_s = 6}, kMore)}}) {}
   std::set<std::string> Hidden(const std::string& folder) const {
     std::set<std::string> names;
     for (const auto& entry : fs::directory_iterator(folder_ / folder)) {

@@ -29,11 +29,7 @@ constexpr char kScript[] =
 
 class LoopDevices : public test::ProgramTest {
  protected:
-  void SetUp() override {
-    ProgramTest::SetUp();
-    Write("s.toml", MakeBlockScene());
-    Write("script.csv", kScript);
-  }
+  LoopDevices() : ProgramTest({{"s.toml", MakeBlockScene()}, {"script.csv", kScript}}) {}
   Json Loop(const std::string& arguments) const {
     const ProgramResult result = Kerf("loop s.toml --virtual --json " + arguments);
     EXPECT_EQ(result.code, 0) << result.err;

@@ -19,10 +19,7 @@ const std::string kLoopScene = test::BlockToml({6, 4, 3}, 0.25) + test::SawToml(
 
 class Loop : public test::ProgramTest {
  protected:
-  void SetUp() override {
-    ProgramTest::SetUp();
-    Write("s.toml", kLoopScene);
-  }
+  Loop() : ProgramTest({{"s.toml", kLoopScene}}) {}
 };
 
 TEST_F(Loop, TitleIsEscapedInTheReport) {

@@ -19,10 +19,7 @@ using testing::HasSubstr;
 
 class ReplayCommand : public test::ProgramTest {
  protected:
-  void SetUp() override {
-    ProgramTest::SetUp();
-    Write("s.toml", MakeBlockScene());
-  }
+  ReplayCommand() : ProgramTest({{"s.toml", MakeBlockScene()}}) {}
   static void ExpectFailure(const ProgramResult& result, const std::string& part) {
     EXPECT_EQ(result.code, 1);
     EXPECT_THAT(result.err, HasSubstr(part));

@@ -25,11 +25,7 @@ constexpr char kGroove[] =
 
 class Score : public test::ProgramTest {
  protected:
-  void SetUp() override {
-    ProgramTest::SetUp();
-    Write("bar.toml", kBar);
-    Write("groove.toml", kBar + kGroove);
-  }
+  Score() : ProgramTest({{"bar.toml", kBar}, {"groove.toml", kBar + kGroove}}) {}
   ProgramResult Practise(const std::string& arguments) const {
     return KerfWithin("export KERF_DATA=data;", "practise " + arguments);
   }

@@ -26,10 +26,7 @@ constexpr char kNotDrawn[] = "no bone is left to draw: after.png is not written"
 
 class SwallowedBone : public test::ProgramTest {
  protected:
-  void SetUp() override {
-    ProgramTest::SetUp();
-    Write("s.toml", kSwallowedBoneScene);
-  }
+  SwallowedBone() : ProgramTest({{"s.toml", kSwallowedBoneScene}}) {}
   /// Expects all results except those that show the bone after the cut, and warnings about them.
   void ExpectResults(const std::string& folder, const std::string& summary) const {
     ASSERT_TRUE(Exists(folder + "/" + summary));

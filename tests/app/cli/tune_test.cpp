@@ -30,10 +30,7 @@ constexpr char kQuick[] = " --led --ticks 1000 --voxels 0.4,0.3";
 
 class Tune : public test::ProgramTest {
  protected:
-  void SetUp() override {
-    ProgramTest::SetUp();
-    Write("s.toml", kTuneScene);
-  }
+  Tune() : ProgramTest({{"s.toml", kTuneScene}}) {}
   std::string Scene() const { return test::Slurp(folder_ / "s.toml"); }
   /// Returns the names of all files except those with the output of Kerf().
   std::vector<std::string> Files() const {

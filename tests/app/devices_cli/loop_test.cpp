@@ -38,10 +38,9 @@ constexpr const char* kAsked = "is connected again";  // asks whether force may 
 
 class LoopInAHand : public test::ProgramTest {
  protected:
-  void SetUp() override {
-    ProgramTest::SetUp();
-    Write("bar.toml", test::Slurp(KERF_SOURCE_DIR "/tests/support/cut_bar.toml") + "[output]\npictures = false\n");
-  }
+  LoopInAHand()
+      : ProgramTest({{"bar.toml",
+                      test::Slurp(KERF_SOURCE_DIR "/tests/support/cut_bar.toml") + "[output]\npictures = false\n"}}) {}
   static std::string Arguments(const std::string& device) {
     return "'" KERF_PROGRAM "' loop bar.toml --seconds 300 --json -o out --record cut.kerf --device " + device;
   }
