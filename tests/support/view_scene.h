@@ -10,7 +10,7 @@ namespace kerf::test {
 
 inline HudState MakeFullHud() {
   HudState hud;
-  hud.values = {3.42, 5.1, 7500, 2.31, 1.4, 2.7, 0.38, 2};
+  hud.values = {3.42, 5.1, 7500, 2.31, 1.4, 2.7, 0.38};
   hud.now_s = 14;
   hud.force_note = "hertz_chip: thrust 1.6 times that measured at a bite of 2.5 um, 9 times at 10 um (22 mm disc)";
   for (int i = 0; i < 14000; i += 5) {
