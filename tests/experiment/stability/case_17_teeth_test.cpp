@@ -29,7 +29,7 @@ TEST(HardCase17, ASawWithoutTeethIsRefusedAtSetUp) {
           CoupledSimulation simulation(test::MakeBox(Pose{}, {6, 2, 4}, 0.4), params, DiscPose(Pose{}, {0, 0, 30}));
         }),
         fmt::format("teeth = {} is out of range; valid range 1 to 1000", teeth).c_str());
-    EXPECT_THROW(Simulation(test::MakeBox(Pose{}, {6, 2, 4}, 0.4), {saw, {}, 8, {}}, DiscPose(Pose{}, {0, 0, 30})),
+    EXPECT_THROW(Simulation(test::MakeBox(Pose{}, {6, 2, 4}, 0.4), {saw, {}, {}, 8}, DiscPose(Pose{}, {0, 0, 30})),
                  Error);
   }
 }

@@ -40,7 +40,7 @@ FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks) {
   const FuzzScene scene = MakeFuzzScene(dice);
   // A path is followed to its end in one tick, however many steps that takes, so the leaps are limited.
   FuzzHand hand(dice, scene, 15 * scene.voxel_mm);
-  Simulation simulation(scene.bone, {scene.params.tool, scene.params.law, scene.params.rim_samples_per_pitch, {}},
+  Simulation simulation(scene.bone, {scene.params.tool, scene.params.law, {}, scene.params.rim_samples_per_pitch},
                         scene.start);
   const double volume_mm3 = scene.bone.CalcVolume();
   BoneWitness witness(scene.bone);
