@@ -11,6 +11,7 @@
 
 #include "app/devices_cli/far_side.h"
 #include "device/drivers/haply_service.h"
+#include "support/forces_csv.h"
 #include "support/running.h"
 #include "support/session_files.h"
 #include "test_paths.h"

@@ -9,6 +9,7 @@
 
 #include "emulated_program.h"
 #include "support/block_scene.h"
+#include "support/forces_csv.h"
 #include "support/running.h"
 #include "support/session_files.h"
 #include "test_paths.h"
