@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Checks every #include of include/ and src/ against docs/layers.txt, and that no two headers define types of the same
 name: they are linked into one program, where such types would be confused. Tests must not use the temporary folder that
-all tests share, because they run in parallel.
+all tests share, because they run in parallel. The range of a parameter must stand only in its description.
 
-    tools/check_layers.py [ROOT]      prints each include that violates the table, each name defined twice, and each
-                                      test that uses the shared folder; exits with 1 if there is any
+    tools/check_layers.py [ROOT]      prints each include that violates the table, each name defined twice, each test
+                                      that uses the shared folder, and each second copy of a range; exits with 1 if
+                                      there is any
     tools/check_layers.py --self-test plants violations in a small tree and checks that each is detected
 """
 
@@ -18,6 +19,14 @@ TYPE = re.compile(r"^(?:class|struct|enum class|enum|union) (\w+)\b(?!::)[^;\n]*
 CONSTANT = re.compile(r"^(?:static |inline )*(?:constexpr|const) [^=({;\n]*?\b(k[A-Z]\w*)\b(?:\[\w*\])?\s*[={(;]", re.MULTILINE)
 COMMANDS = re.compile(r"\b(kerf_folder|target_link_libraries)\(([^()]*)\)")
 LINKS = re.compile(r"^\s*kerf_folder\((\w+)(?:\s+DEPENDS((?:\s+[a-z_]+)+))?", re.MULTILINE)
+
+NUMBER = r"-?\d[\d.e+']*"
+RANGE_COPIES = [
+    re.compile(r"\bCLI::Range\("),
+    re.compile(r"\b(?:CheckRange|NumberWithin)\(.*\{\s*" + NUMBER),
+    re.compile(r'"[^"]*\b(?:valid range|must be|must have|accepts|give|specify|outside the range|is not a [a-z ]*from) ' + NUMBER + r" to "
+               + NUMBER + r"(?![\w.^])"),
+]
 
 LIBRARIES = [
     ("openvdb", re.compile(r"^(openvdb|nanovdb)/")),
@@ -189,10 +198,22 @@ def check_folders_of_tests(root):
     return faults
 
 
+def check_ranges(root):
+    """Finds ranges written as numbers outside the description of a parameter (kerf/describe.h)."""
+    faults = []
+    for path in sorted(p for top in ("include", "src") for p in (root / top).rglob("*") if p.suffix in (".h", ".cpp")):
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            code = line.split("//")[0]
+            if any(pattern.search(code) for pattern in RANGE_COPIES):
+                faults.append(f"{path.relative_to(root)}:{number}: take the range from the parameter's description")
+    return faults
+
+
 def check(root):
     _, folders = read_table((root / "docs/layers.txt").read_text(encoding="utf-8"))
     owner_of_public = {header: f.name for f in folders.values() for header in f.public}
     faults = check_link_graph(root, folders) + check_names(root) + check_constants(root) + check_folders_of_tests(root)
+    faults += check_ranges(root)
 
     def folder_of(path):
         parts = path.relative_to(root).parts
@@ -270,6 +291,7 @@ def self_test():
             "include/kerf/points.h": "#include <string>\n",
             "src/bone/grid/grids.h": "#include <openvdb/openvdb.h>\n",
             "src/bone/grid/bone.h": '#include "kerf/points.h"\n',
+            "src/cut/sim/ranges.h": 'visit("a", p.a, Range{0, 9}, "x");  // CLI::Range(0, 9)\nCheckRange("a", a, kRange);\n',
             "src/bone/grid/names.h": "namespace kerf {\nstruct Known;\nclass Known final : public Base {\n};\n}\n",
             "src/bone/grid/limits.h": "inline constexpr int kKnown = 2;  // as others\n",
             "src/base/core/own.cpp": "constexpr int kKnown = 4;\n",
@@ -313,6 +335,12 @@ def self_test():
         ("include/kerf/other.h", "\n", "include/kerf/other.h: its folder is not in docs/layers.txt"),
         ("tests/cut/sim/a_test.cpp", "\nauto f = testing::TempDir();\n",
          "tests/cut/sim/a_test.cpp:2: other tests also write there: use test::Folder of support/folder.h"),
+        ("src/app/cli/option.cpp", "\noption->check(CLI::Range(0, 9));\n",
+         "src/app/cli/option.cpp:2: take the range from the parameter's description"),
+        ("src/cut/sim/check.cpp", 'CheckRange("edge_mm", edge_mm, {0.5, 9});\n',
+         "src/cut/sim/check.cpp:1: take the range from the parameter's description"),
+        ("src/cut/sim/check.cpp", 'throw Error("the edge must be 0.5 to 9 mm");\n',
+         "src/cut/sim/check.cpp:1: take the range from the parameter's description"),
         ("docs/layers.txt", table + "base/late | sim | | - | | x\n",
          "docs/layers.txt: base/late includes grid of the group bone, which base may not"),
         ("docs/layers.txt", table + "bone/one | two | | - | | x\nbone/two | | | - | | x\n",

@@ -8,10 +8,16 @@
 #include <string>
 #include <vector>
 
+#include "kerf/describe.h"
 #include "kerf/geometry.h"
 #include "kerf/material.h"
 
 namespace kerf {
+
+/// Edge of a voxel that kerf makes, half width of the level set's band, and significand of its distances.
+inline constexpr Range kVoxelRange_mm{0.02, 4};
+inline constexpr Range kBandRange_voxels{2, 8};
+inline constexpr Range kPrecisionRange_bits{4, 24};
 
 /// Leaf of the level set that a simulation has changed. `index` is the leaf's position {x, y, z}, counted in leaves (of
 /// 8 x 8 x 8 voxels) from the world's origin. `values` points to its 512 current values, mm.

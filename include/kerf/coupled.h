@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 
+#include "kerf/coupling.h"
 #include "kerf/paper.h"
 #include "kerf/simulation.h"
 
@@ -15,18 +16,6 @@ namespace kerf {
 
 class EffectPlan;
 class LeafHistory;
-
-/// Spring and damper between handle and tool, acting at one point of the tool. A device's profile limits the values.
-struct CouplingParams {
-  Vec3 p_TC_mm{0};  // coupling point, tool frame, each component -1000 to 1000: the grip for a device that senses
-                    // rotation and outputs torques, the tool's origin for a device that outputs forces only
-  double stiffness_N_per_mm = 1;      // 1e-3 to 1e3
-  double damping_Ns_per_mm = 0;       // 0 to 1; acts on the handle velocity of the input
-  double torsion_Nmm_per_rad = 5000;  // 1 to 1e7
-  double torsion_damping_Nmms = 0;    // N mm s / rad, 0 to 1e4
-  double max_force_N = 40;            // limit of the spring force and, separately, of the damper force; 0.1 to 1e4
-  double max_torque_Nmm = 4000;       // the same for the torsion spring and damper; 1 to 1e6
-};
 
 /// Fidelity of a tick, most accurate first. Each level is cheaper than the one before.
 enum class Fidelity : std::uint8_t {
@@ -39,14 +28,23 @@ const char* ToString(Fidelity fidelity);
 
 struct CoupledParams : SimulationParams {
   CouplingParams coupling = {};
-  int max_iterations = 40;           // of the solver in one substep, 1 to 1000
-  int max_substeps = 24;             // per tick, 1 to 4096
+  int max_iterations = 40;
+  int max_substeps = 24;
   bool whole_voxel_removal = false;  // for comparison: removes whole voxels at once, which causes steps in the force
-  int spare_leaves = 4096;           // 0 to 2^24; see BoneField
+  int spare_leaves = 4096;
   PaperReading slab_reading = PaperReading::kCorrected;  // arc and tooth count that determine the slab's
                                                          // resistance at a depth
-  int precision_bits = 24;  // for comparison: significand bits of the values that removal writes, 4 to 24 (float)
+  int precision_bits = 24;                               // of a float
 };
+template <typename V>
+void Describe(CoupledParams& p, V&& visit) {
+  Describe(static_cast<SimulationParams&>(p), visit);
+  visit("max_iterations", p.max_iterations, Range{1, 1000}, "maximum number of iterations of the solver in a substep");
+  visit("max_substeps", p.max_substeps, Range{1, 4096}, "maximum number of substeps per tick");
+  visit("precision_bits", p.precision_bits, kPrecisionRange_bits,
+        "for comparison: significand bits of the values that removal writes");
+  visit("spare_leaves", p.spare_leaves, Range{0, 1 << 24}, "leaves in reserve for bone that is cut; see BoneField");
+}
 
 struct CoupledInput {
   Pose X_WH;               // pose of the handle: the desired pose of the tool frame
@@ -54,7 +52,7 @@ struct CoupledInput {
   Vec3 w_H_W_rad_per_s{0};
   // 0 to 1; other values are bad input. Below 1e-6 the tick does nothing and repeats the last forces.
   double dt_s = 0.001;
-  double rpm = 7500;  // spindle speed, |rpm| <= 1e6, stopped if |rpm| < 1; sign: direction of rotation about +z
+  double rpm = 7500;  // spindle speed, |rpm| <= kMaxRpm, stopped if |rpm| < 1; sign: direction of rotation about +z
 };
 
 /// Bits of CoupledOutput::status. Each comment states the condition and, where it applies, what the tick did instead.

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "kerf/describe.h"
+
 namespace kerf {
 
 enum class Tissue { kCortical, kCancellous, kTooth, kCanal, kOther };
@@ -14,13 +16,16 @@ const char* ToString(Tissue tissue);
 /// Valid names: "cortical", "cancellous", "tooth", "canal" and "other". Returns nullopt for any other name.
 std::optional<Tissue> TissueFromString(const std::string& name);
 
+/// Ids of regions. 0 means "no bone" in the region grid.
+inline constexpr Range kRegionRange{1, 255};
+
 /// Region: a part of the bone with uniform elastic constants.
 struct Region {
-  int id = 0;  // 1 to 255; 0 means "no bone" in the region grid
+  int id = 0;
   std::string name;
   Tissue tissue = Tissue::kOther;
   double E_MPa = 0;      // Young's modulus, MPa, > 0
-  double nu = 0;         // Poisson's ratio, 0 <= nu <= 0.5
+  double nu = 0;         // Poisson's ratio
   bool estimate = true;  // true: the constants are assumed, not measured in this region
   std::string source;    // source of the constants
 };

@@ -20,10 +20,31 @@ struct SimulationParams {
   ForceLaw law;
   /// A scene uses exactly the effects that it enables. On a path, effects that need a coupled tool are omitted.
   EffectChoices effects{EffectChoice("kerf_friction")};
-  int rim_samples_per_pitch = 16;  // samples of the bone along the rim per tooth pitch, 1 to 256
-  int substeps = 1;                // minimum number of parts into which a tick's motion is divided, 1 to 64
-  int carve_interval_ticks = 1;    // ticks between two removals of bone, 1 to 64 (src/cut/removal/paced_cutter.h)
+  int rim_samples_per_pitch = 16;
+  int substeps = 1;
+  int carve_interval_ticks = 1;  // src/cut/removal/paced_cutter.h
 };
+
+/// The numerical parameters that all ticks and [simulation] of a scene have.
+template <typename Params, typename V>
+void DescribeSampling(Params& p, V&& visit) {
+  visit("rim_samples_per_pitch", p.rim_samples_per_pitch, Range{1, 256},
+        "number of edge points per tooth pitch at which bone is looked up along the rim");
+  visit("substeps", p.substeps, Range{1, 64}, "minimum number of substeps per tick");
+}
+template <typename Params, typename V>
+void DescribeCarving(Params& p, V&& visit) {
+  visit("carve_interval_ticks", p.carve_interval_ticks, Range{1, 64},
+        "ticks between two removals of bone; bone is removed sooner when the tool has moved a quarter of a voxel");
+}
+template <typename V>
+void Describe(SimulationParams& p, V&& visit) {
+  DescribeSampling(p, visit);
+  DescribeCarving(p, visit);
+}
+
+/// Ticks per second of a scene and of a loop. A tick may be shorter or longer (TickInput::dt_s).
+inline constexpr Range kTickRateRange_hz{250, 4000};
 
 class EffectPlan;
 

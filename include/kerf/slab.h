@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kerf/bone.h"
+#include "kerf/describe.h"
 #include "kerf/geometry.h"
 #include "kerf/paper.h"
 #include "kerf/simulation.h"
@@ -51,20 +52,51 @@ struct SlabParams {
   DiscSaw saw;
   Vec3 direction_W{0, 1, 0};                         // direction of the rail, world frame, unit length; y in the paper
   PaperReading reading = PaperReading::kAsComputed;  // reading that gives the cutting resistance
-  double contact_share_of_pitch = 0.01;              // contact radius of a tooth / pitch, above 0 and up to 0.5
-  double mass_g = 1;                                 // of the slice and the blade together, 0.001 to 10000
-  double stiffness_N_per_mm = 0;                     // spring from the slice to its initial position, 0 to 1e6
-  double damping_Ns_per_mm = 0;                      // damper from the slice to the jaw, 0 to 1e3
-  double friction_coefficient = 0;                   // between each face of the slice and its segment, 0 to 10
-  double normal_force_N = 0;                         // on each face, 0 to 1e4
-  double coupling_N_per_mm = 100;                    // spring from the hand to the body that it holds, 1e-3 to 1e6
-  double coupling_damping_Ns_per_mm = 0.01;          // 0 to 1e3
-  bool segments_move = false;                        // false: the jaw is fixed
-  double segment_mass_g = 20;                        // of each segment, 0.001 to 10000; this and the next two
-                                                     // apply only if segments_move
-  double segment_stiffness_N_per_mm = 1;             // spring to the initial position, 0 to 1e6
+  double contact_share_of_pitch = 0.01;
+  double mass_g = 1;
+  double stiffness_N_per_mm = 0;
+  double damping_Ns_per_mm = 0;
+  double friction_coefficient = 0;
+  double normal_force_N = 0;
+  double coupling_N_per_mm = 100;
+  double coupling_damping_Ns_per_mm = 0.01;
+  bool segments_move = false;
+  double segment_mass_g = 20;
+  double segment_stiffness_N_per_mm = 1;
   double segment_damping_Ns_per_mm = 0.01;
 };
+
+/// The slice and the hand; then the segments.
+template <typename V>
+void DescribeSlice(SlabParams& p, V&& visit) {
+  visit("contact_share_of_pitch", p.contact_share_of_pitch, Range{1e-6, 0.5},
+        "contact radius of a tooth as a fraction of the tooth pitch; the paper's is 0.01");
+  visit("mass_g", p.mass_g, Range{0.001, 10000}, "mass of the slice and the blade");
+  visit("stiffness_N_per_mm", p.stiffness_N_per_mm, Range{0, 1e6},
+        "stiffness of the spring between the slice and its initial position");
+  visit("damping_Ns_per_mm", p.damping_Ns_per_mm, Range{0, 1000}, "damping between the slice and the jaw");
+  visit("friction_coefficient", p.friction_coefficient, Range{0, 10},
+        "friction coefficient of each face of the slice on its segment; no measured value for bone on bone was found");
+  visit("normal_force_N", p.normal_force_N, Range{0, 10000}, "normal force on each face of the slice");
+  visit("coupling_N_per_mm", p.coupling_N_per_mm, Range{0.001, 1e6},
+        "stiffness of the spring between the hand and the body that it holds; a desktop device renders 0.4 to 5");
+  visit("coupling_damping_Ns_per_mm", p.coupling_damping_Ns_per_mm, Range{0, 1000},
+        "damping between the hand and the body that it holds");
+}
+template <typename V>
+void DescribeSegments(SlabParams& p, V&& visit) {
+  visit("segments_move", p.segments_move, "true: the two segments also slide along the direction");
+  visit("segment_mass_g", p.segment_mass_g, Range{0.001, 10000}, "mass of each segment, if the segments move");
+  visit("segment_stiffness_N_per_mm", p.segment_stiffness_N_per_mm, Range{0, 1e6},
+        "stiffness of the spring between each segment and its initial position, if the segments move");
+  visit("segment_damping_Ns_per_mm", p.segment_damping_Ns_per_mm, Range{0, 1000},
+        "damping between each segment and its initial position, if the segments move");
+}
+template <typename V>
+void Describe(SlabParams& p, V&& visit) {
+  DescribeSlice(p, visit);
+  DescribeSegments(p, visit);
+}
 
 /// Positions and energies. Displacements are along the direction, mm. Energies are totals since the start, mJ (N mm).
 struct SlabState {

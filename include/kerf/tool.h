@@ -4,19 +4,24 @@
 #include <numbers>
 #include <variant>
 
+#include "kerf/describe.h"
 #include "kerf/geometry.h"
 
 namespace kerf {
 
+/// Largest speed of a spindle that a tick accepts, in either direction, and speeds that users may set.
+inline constexpr double kMaxRpm = 1e6;
+inline constexpr Range kSpindleRange_rpm{0, kMaxRpm / 10};
+
 /// Circular saw. Tool frame T: origin at the disc's centre, z along the spindle axis, disc in the x-y plane. The
 /// defaults are the disc for which the paper's tables were computed (docs/physics.md).
 struct DiscSaw {
-  double diameter_mm = 22;     // 1 to 200
-  double thickness_mm = 0.25;  // 0.02 to 10; width of the kerf
-  int teeth = 24;              // 1 to 1000
-  double E_MPa = 205000;       // steel
+  double diameter_mm = 22;
+  double thickness_mm = 0.25;
+  int teeth = 24;
+  double E_MPa = 205000;  // steel
   double nu = 0.28;
-  Vec3 p_TG_mm{0, 0, 80};  // the hand's grip, frame T, each component -1000 to 1000; reference point of torques
+  Vec3 p_TG_mm{0, 0, 80};
 
   double radius_mm() const { return 0.5 * diameter_mm; }
   double pitch_mm() const { return std::numbers::pi * diameter_mm / teeth; }
@@ -28,17 +33,50 @@ struct DiscSaw {
 /// along the spindle axis. A flute is modelled as a row of teeth of `tooth_width_mm`, the length of edge to which the
 /// force law applies. This width is an assumption (docs/physics.md).
 struct BallBurr {
-  double diameter_mm = 6;       // 0.5 to 50
-  int flutes = 8;               // 1 to 100
-  double tooth_width_mm = 0.5;  // length of edge per tooth, 0.01 to 50
-  double E_MPa = 205000;        // steel
+  double diameter_mm = 6;
+  int flutes = 8;
+  double tooth_width_mm = 0.5;
+  double E_MPa = 205000;  // steel
   double nu = 0.28;
-  Vec3 p_TG_mm{0, 0, 80};  // as DiscSaw::p_TG_mm
+  Vec3 p_TG_mm{0, 0, 80};
 
   double radius_mm() const { return 0.5 * diameter_mm; }
   /// Throws kerf::Error naming the first value out of range.
   void Validate() const;
 };
+
+/// Shapes; [tool] of a scene has the same keys.
+template <typename Disc, typename V>
+void DescribeDisc(Disc& p, V&& visit) {
+  visit("diameter_mm", p.diameter_mm, Range{1, 200}, "diameter of the disc over the teeth");
+  visit("thickness_mm", p.thickness_mm, Range{0.02, 10}, "thickness of the disc: the width of the kerf");
+  visit("teeth", p.teeth, Range{1, 1000}, "number of teeth, evenly spaced on the rim");
+}
+template <typename Ball, typename V>
+void DescribeBall(Ball& p, V&& visit) {
+  visit("diameter_mm", p.diameter_mm, Range{0.5, 50}, "diameter of the ball");
+  visit("flutes", p.flutes, Range{1, 100}, "number of cutting edges, each from pole to pole");
+  visit("tooth_width_mm", p.tooth_width_mm, Range{0.01, 50},
+        "length of a flute's edge that counts as one tooth in the force law; an assumption");
+}
+/// What all tools have. A scene gives E in GPa.
+template <typename V>
+void DescribeSteel(const char* E_key, double& E, double E_per_GPa, double& nu, Vec3& p_TG_mm, V&& visit) {
+  visit(E_key, E, E_per_GPa * Range{1, 1500}, "Young's modulus of the tool's steel");
+  visit("nu", nu, kPoissonRatioRange, "Poisson's ratio of the tool's steel");
+  visit("grip_mm", p_TG_mm, Range{-1000, 1000},
+        "point at which the hand grips the tool, tool frame (z: spindle, x: feed); torques are about this point");
+}
+template <typename V>
+void Describe(DiscSaw& p, V&& visit) {
+  DescribeDisc(p, visit);
+  DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
+}
+template <typename V>
+void Describe(BallBurr& p, V&& visit) {
+  DescribeBall(p, visit);
+  DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
+}
 
 /// Any tool.
 using Tool = std::variant<DiscSaw, BallBurr>;

@@ -18,6 +18,7 @@
 #include "base/files/files.h"
 #include "base/files/folder_lock.h"
 #include "bone/grid/surface.h"
+#include "bone/mesh/decimate.h"
 #include "bone/pieces/join.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
@@ -27,6 +28,7 @@
 #include "session/run/run_loop.h"
 #include "session/run/run_pictures.h"
 #include "session/run/session_recorder.h"
+#include "session/scene/schema.h"
 
 namespace kerf::cli {
 namespace {
@@ -43,7 +45,7 @@ struct AssessArguments {
   std::string folder;
   std::optional<double> margin_mm;
   std::optional<double> blade_mm;
-  double reach_mm = 5;
+  AssessOptions assess;
   double smallest_mm3 = 1;
   std::size_t triangles = 0;
   bool obj = false;
@@ -221,7 +223,7 @@ void Run(const AssessArguments& options) {
   if (!options.folder.empty()) lock.emplace(options.folder);
   Subject subject = TakeSubject(options);
   const Assessment assessment =
-      AssessCut(subject.plan, subject.before, subject.after, subject.blade_mm, {.reach_mm = options.reach_mm});
+      AssessCut(subject.plan, subject.before, subject.after, subject.blade_mm, options.assess);
   std::optional<PieceSet> pieces;
   if (!options.folder.empty() || !options.pieces.empty()) {
     pieces.emplace(subject.after, options.smallest_mm3);
@@ -273,21 +275,16 @@ void AddAssessCommand(CLI::App& app) {
   command->add_option("--pieces", options->pieces, "Positions of the pieces: an earlier pieces.json");
   command->add_option("-o,--output", options->folder,
                       "Folder for pieces, planes, measures and report.html; created if missing");
-  command->add_option("--margin", options->margin_mm, "Margin of all planes, instead of the plan's, mm")
-      ->check(NumberWithin(0.01, 100, "mm"));
-  command->add_option("--blade", options->blade_mm, "Thickness of the blade, instead of the scene's, mm")
-      ->check(NumberWithin(0.02, 100, "mm"));
-  command
-      ->add_option("--reach", options->reach_mm, "Largest distance from a plane at which its kerf is searched for, mm")
-      ->capture_default_str()
-      ->check(NumberWithin(0.1, 100, "mm"));
-  command->add_option("--smallest-piece", options->smallest_mm3, "Volume below which pieces are omitted, mm3")
-      ->capture_default_str()
-      ->check(NumberWithin(0, 1e6, "mm3"));
-  command
-      ->add_option("--triangles", options->triangles,
-                   "Maximum number of triangles of each piece, 4 to 1e9; default: no reduction")
-      ->check(CLI::Range(std::size_t{4}, std::size_t{1'000'000'000}).description(""));
+  AddNumberOption(*command, "--margin", options->margin_mm, "margin_mm", FindRange<PlannedPlane>("margin_mm"),
+                  "margin of all planes, instead of the plan's");
+  AddNumberOption(*command, "--blade", options->blade_mm, "blade_mm", Range{0.02, 100},
+                  "thickness of the blade, instead of the scene's");
+  AddNumber(*command, "--reach", options->assess, "reach_mm")->capture_default_str();
+  AddNumberOption(*command, "--smallest-piece", options->smallest_mm3, "smallest_mm3",
+                  FindRange<SceneOutput>("smallest_piece_mm3"), "volume below which pieces are omitted")
+      ->capture_default_str();
+  AddNumberOption(*command, "--triangles", options->triangles, "triangles", kTrianglesRange,
+                  "maximum number of triangles of each piece; default: no reduction");
   command->add_flag("--obj", options->obj, "Write pieces as OBJ instead of STL");
   command->add_flag("--no-pictures", options->no_pictures, "Draw no pictures");
   command->add_flag("--json", options->json, "Print as JSON");

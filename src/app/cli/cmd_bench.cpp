@@ -99,18 +99,10 @@ void AddUndoBench(CLI::App& group) {
   CLI::App* command = group.add_subcommand("undo",
                                            "Time undo and redo of 1, 5 and 20 cuts through the default mandible, and "
                                            "the time that undo adds to a tick; with hashes of the bone");
-  command->add_option("--rounds", options->bench.rounds, "Repetitions of undo and redo, 1 to 1000")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command->add_option("--voxel", options->bench.voxel_mm, "Voxel size of the mandible, mm, 0.1 to 1")
-      ->check(CLI::Range(0.1, 1.0))
-      ->capture_default_str();
-  command->add_option("--leaves-per-tick", options->bench.leaves_per_tick, "Leaves restored in a tick, 1 to 100000")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
-  command->add_option("--core", options->bench.core, "Core that runs the ticks, zero-based")
-      ->check(CLI::Range(0, 4095))
-      ->capture_default_str();
+  AddNumber(*command, "--rounds", options->bench, "rounds")->capture_default_str();
+  AddNumber(*command, "--voxel", options->bench, "voxel_mm")->capture_default_str();
+  AddNumber(*command, "--leaves-per-tick", options->bench, "leaves_per_tick")->capture_default_str();
+  AddNumber(*command, "--core", options->bench, "core")->capture_default_str();
   command->add_flag("--realtime", options->bench.realtime, "Use real-time priority (SCHED_FIFO), as the loop does");
   command->add_option("-o,--output", options->output, "File for the report; default: stdout");
   CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
@@ -161,9 +153,7 @@ void AddHourCommand(CLI::App& group) {
   CLI::App* command = group.add_subcommand(
       "hour", "Simulate an hour of sawing, and report memory, tick times, force at rest and sums for each minute");
   command->add_option("SCENE", options->scene, "Scene file (TOML), such as scenes/one_hour.toml")->required();
-  command->add_option("--minutes", options->hour.minutes, "Duration, simulated minutes, 0.1 to 600")
-      ->check(CLI::Range(0.1, 600.0))
-      ->capture_default_str();
+  AddNumber(*command, "--minutes", options->hour, "minutes")->capture_default_str();
   command->add_option("-o,--output", options->folder, "Folder for hour.csv and hour.png; created if missing");
   command->add_option("--log", options->hour.folder, "Existing folder for the loop's log, which is removed at the end");
   command->add_flag("--markdown", options->markdown, "Print as Markdown: the table of docs/reliability.md");
@@ -203,24 +193,11 @@ void AddViewBench(CLI::App& group) {
   const auto options = std::make_shared<ViewCommand>();
   CLI::App* command = group.add_subcommand(
       "view", "Time the drawing of the default mandible while it is cut: first picture, changed chunks, frames");
-  command->add_option("--voxel", options->bench.voxel_mm, "Voxel size of the mandible, mm, 0.1 to 1")
-      ->check(CLI::Range(0.1, 1.0))
-      ->capture_default_str();
-  command->add_option("--width", options->bench.width, "Width of the picture, pixels, 320 to 4096")
-      ->check(CLI::Range(320, 4096))
-      ->capture_default_str();
-  command->add_option("--height", options->bench.height, "Height of the picture, pixels, 240 to 4096")
-      ->check(CLI::Range(240, 4096))
-      ->capture_default_str();
-  command->add_option("--scale", options->bench.scale, "Scale of text and lines, 1 to 4")
-      ->check(CLI::Range(1.0, 4.0))
-      ->capture_default_str();
-  command->add_option("--frames", options->bench.frames, "Number of frames drawn of each view, 5 to 100000")
-      ->check(CLI::Range(5, 100000))
-      ->capture_default_str();
-  command->add_option("--cut", options->bench.cut_mm, "Length of the disc's path, mm, 1 to 40")
-      ->check(CLI::Range(1.0, 40.0))
-      ->capture_default_str();
+  for (const char* key : {"width", "height", "scale", "frames"}) {
+    AddNumber(*command, std::string("--") + key, options->bench, key)->capture_default_str();
+  }
+  AddNumber(*command, "--voxel", options->bench, "voxel_mm")->capture_default_str();
+  AddNumber(*command, "--cut", options->bench, "cut_mm")->capture_default_str();
   command->add_option("-o,--output", options->output, "File for the report; default: stdout");
   CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
   command->add_flag("--markdown", options->markdown, "Print as Markdown: the table of docs/window.md")->excludes(json);
@@ -275,19 +252,11 @@ void AddDevicesBench(CLI::App& group) {
   CLI::App* command = group.add_subcommand("devices",
                                            "Time an exchange with each device: with models of all kinds in this "
                                            "process, and with connected devices, without force");
-  command->add_option("--rounds", options->bench.rounds, "Number of exchanges with each device, 10 to 10000000")
-      ->check(CLI::Range(10, 10'000'000))
-      ->capture_default_str();
-  command
-      ->add_option("--rate", options->bench.rate_hz,
-                   "Rate of exchanges with a connected device, Hz, at most 10000; 0: as fast as it answers")
-      ->check(NumberWithin(0, 10'000, "Hz"))
-      ->capture_default_str();
-  command
-      ->add_option("--timeout-ms", options->timeout_ms,
-                   "Timeout of an exchange with a connected Falcon, bridge or Inverse3, ms, 10 to 1000; default: 10 "
-                   "(Inverse3: 20). Other devices have fixed timeouts")
-      ->check(CLI::Range(10, 1000));
+  AddNumber(*command, "--rounds", options->bench, "rounds")->capture_default_str();
+  AddNumber(*command, "--rate", options->bench, "rate_hz")->capture_default_str();
+  AddNumberOption(*command, "--timeout-ms", options->timeout_ms, "timeout_ms", FindRange<FalconOptions>("timeout_ms"),
+                  "timeout of an exchange with a connected Falcon, bridge or Inverse3; default: 10 (Inverse3: 20). "
+                  "Other devices have fixed timeouts");
   command->add_flag("--realtime", options->bench.realtime, "Use real-time priority (SCHED_FIFO), as the loop does");
   command->add_flag("--models-only", options->models_only, "Do not open connected devices");
   AddDriverOptions(*command, options->device);
@@ -316,14 +285,8 @@ void AddBenchCommand(CLI::App& app) {
           fmt::format("Cases to run, separated by commas; may be repeated; default: all (some minutes). One of: {}",
                       fmt::join(NamesOfTickCases(), ", ")))
       ->delimiter(',');
-  command
-      ->add_option("--ticks", options->bench.ticks,
-                   "Ticks measured of each case, 1 to 10000000; a cut that is too short is repeated on new bones")
-      ->check(CLI::Range(1, 10000000))
-      ->capture_default_str();
-  command->add_option("--core", options->bench.core, "Core that runs the ticks, zero-based")
-      ->check(CLI::Range(0, 4095))
-      ->capture_default_str();
+  AddNumber(*command, "--ticks", options->bench, "ticks")->capture_default_str();
+  AddNumber(*command, "--core", options->bench, "core")->capture_default_str();
   command->add_flag("--realtime", options->bench.realtime, "Use real-time priority (SCHED_FIFO), as the loop does");
   command->add_flag("--without-effects", options->bench.without_effects, "Omit the friction in the kerf");
   command

@@ -8,6 +8,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/message.h"
+#include "app/cli/numbers.h"
 #include "app/cli/progress.h"
 #include "base/files/folder_lock.h"
 #include "experiment/compare/compare_files.h"
@@ -47,21 +48,12 @@ void PrintComparison(const Comparison& c, const std::vector<std::string>& files,
   fmt::print("\n");
 }
 
-/// Checks the option's value. An invalid one is reported as bad usage rather than a failure, because nothing has been
-/// read yet.
-void CheckOption(const char* option, const CompareParams& params) {
-  try {
-    CheckCompareParams(params);
-  } catch (const Error& e) {
-    throw CLI::ValidationError(option, e.what());
-  }
-}
-
 void Run(const CompareArguments& options) {
-  const CompareParams defaults;
-  CheckOption("--laws", {options.params.laws, defaults.depth_step_mm, defaults.repetitions});
-  CheckOption("--depth-step", {{}, options.params.depth_step_mm, defaults.repetitions});
-  CheckOption("--repeat", {{}, defaults.depth_step_mm, options.params.repetitions});
+  try {
+    CheckCompareParams(options.params);
+  } catch (const Error& e) {
+    throw CLI::ValidationError("--laws", e.what());  // CLI11 has checked the numbers
+  }
   const Scene scene = ReadScene(options.scene);
   CheckCompareInputsNotOverwritten(scene, options.scene, options.folder);
   const FolderLock lock(options.folder);  // taken before the long computation
@@ -97,12 +89,8 @@ void AddCompareCommand(CLI::App& app) {
                    "Force laws for voxel mode in addition to the scene's, separated by commas, with their default "
                    "parameters; \"all\": every law; default: none")
       ->delimiter(',');
-  command->add_option("--depth-step", options->params.depth_step_mm, "Step of the common depth axis, mm, 0.005 to 5")
-      ->capture_default_str();
-  command
-      ->add_option("--repeat", options->params.repetitions,
-                   "Runs of each case, 1 to 100, alternating between cases; the times are those of the fastest run")
-      ->capture_default_str();
+  AddNumber(*command, "--depth-step", options->params, "depth_step_mm")->capture_default_str();
+  AddNumber(*command, "--repeat", options->params, "repetitions")->capture_default_str();
   command->add_flag("--json", options->json, "Print as JSON (compare.json)");
   command->callback([options] { Run(*options); });
 }

@@ -100,20 +100,11 @@ void AddDeviceCommand(CLI::App& app) {
   test->add_option(options->device.called, options->device.device, "Device, as 'kerf devices' lists it")->required();
   AddDriverOptions(*test, options->device);
   DeviceCheckOptions& check = options->check;
-  test->add_option("--force", check.circle_fraction,
-                   "Force of the circle, as a fraction of the device's peak, 0.01 to 0.2")
-      ->check(NumberWithin(0.01, 0.2, "of the peak"))
-      ->capture_default_str();
+  AddNumber(*test, "--force", check, "circle_fraction")->capture_default_str();
   test->add_flag("--up", check.up, "Direct the force upwards throughout, to lift a weight: 1 N lifts 102 g");
-  test->add_option("--circle", check.circle_s, "Duration of the circle, s, 4 to 60")
-      ->check(NumberWithin(4, 60, "s"))
-      ->capture_default_str();
-  test->add_option("--buttons", check.buttons_s, "Time to wait for the buttons, s, 0 to 60")
-      ->check(NumberWithin(0, 60, "s"))
-      ->capture_default_str();
-  test->add_option("--homing", check.homing_s, "Time to wait for homing, s, 1 to 600")
-      ->check(NumberWithin(1, 600, "s"))
-      ->capture_default_str();
+  AddNumber(*test, "--circle", check, "circle_s")->capture_default_str();
+  AddNumber(*test, "--buttons", check, "buttons_s")->capture_default_str();
+  AddNumber(*test, "--homing", check, "homing_s")->capture_default_str();
   CLI::Option* json = test->add_flag("--json", options->json, "Print as JSON");
   test->add_flag("--watch", options->watch,
                  "Only show the handle's position and the buttons, ten times a second and without force, until a key "

@@ -153,8 +153,7 @@ void AddDevicesCommand(CLI::App& app) {
   CLI::Option* profiles = command->add_flag("--profiles", options->profiles,
                                             "Show how each supported device renders the simulated force: its scale, "
                                             "the forces that friction masks, the continuous force");
-  command->add_option("--peak", options->peak_N, "Largest simulated force, N, 0.1 to 10000")
-      ->check(NumberWithin(0.1, 1e4, "N"))
+  AddNumberOption(*command, "--peak", options->peak_N, "peak_N", kExpectedPeakRange_N, "largest simulated force")
       ->needs(profiles)
       ->capture_default_str();
   command->add_flag("--markdown", options->markdown, "Print as Markdown: the table of docs/devices.md")

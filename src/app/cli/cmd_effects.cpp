@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/cli/commands.h"
+#include "app/cli/numbers.h"
 #include "app/cli/progress.h"
 #include "app/cli/signals.h"
 #include "base/core/nearest_name.h"
@@ -103,25 +104,18 @@ void AddEffectsCommand(CLI::App& app) {
   command->add_option("SCENE", options->scene,
                       "Scene file: its cut is timed alternately with and without each effect; or the name of an "
                       "effect, to list only that one");
-  command
-      ->add_option("--seconds", options->measure.seconds,
-                   "Duration of the timed part of the cut, where most teeth are engaged, s")
-      ->check(CLI::Range(0.1, 60.0))
-      ->capture_default_str();
-  command->add_option("--passes", options->measure.passes, "Repetitions of the timed part, 1 to 100")
-      ->check(CLI::Range(1, 100))
-      ->capture_default_str();
+  AddNumber(*command, "--seconds", options->measure, "seconds")->capture_default_str();
+  AddNumber(*command, "--passes", options->measure, "passes")->capture_default_str();
   command->add_flag("--run", options->as_run,
                     "Move the tool along its path, as 'kerf run' does, instead of with a hand");
   command->add_flag("--all", options->measure.all,
                     "Measure all effects; those that the scene does not name use their defaults");
   command->add_flag("--together", options->measure.together_only,
                     "Measure only all effects together, not each one separately");
-  command->add_option("--voxel", options->voxel_mm, "Voxel size, instead of the scene's, mm, 0.02 to 4")
-      ->check(CLI::Range(0.02, 4.0));
+  AddNumberOption(*command, "--voxel", options->voxel_mm, "voxel_mm", kVoxelRange_mm,
+                  "voxel size, instead of the scene's");
   CLI::Option* core =
-      command->add_option("--core", options->measure.core, "Core that runs the ticks, zero-based; default: any")
-          ->check(CLI::Range(0, 4095));
+      AddNumber(*command, "--core", options->measure, "core", "core that runs the ticks, zero-based; default: any");
   command->add_flag("--realtime", options->measure.realtime, "Use real-time priority (SCHED_FIFO), as the loop does")
       ->needs(core);
   CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/cli/commands.h"
+#include "app/cli/numbers.h"
 #include "base/files/files.h"
 #include "bone/grid/surface.h"
 #include "bone/mesh/decimate.h"
@@ -151,11 +152,8 @@ void AddExportCommand(CLI::App& app) {
       ->add_option("-o,--output", options->output,
                    "Mesh file to write; its extension (.stl, .obj, .ply) selects the format")
       ->required();
-  command
-      ->add_option("--triangles", options->triangles,
-                   "Approximate maximum number of triangles, 4 or more; the shape and the volume are kept; default: no "
-                   "reduction")
-      ->check(CLI::Range(std::size_t{4}, std::size_t{1} << 40).description(""));
+  AddNumberOption(*command, "--triangles", options->triangles, "triangles", kTrianglesRange,
+                  "approximate maximum number of triangles; the shape and the volume are kept; default: no reduction");
   command
       ->add_option("--colour", options->colour,
                    "Colours of the points of a .ply: \"tissue\" or \"region\"; default: none")

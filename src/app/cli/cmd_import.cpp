@@ -295,7 +295,7 @@ void AddImportCommand(CLI::App& app) {
   c->add_option("--series", o->import.series,
                 "UID of the DICOM series, or the end of the UID; default: the only CT series");
   c->add_flag("--json", o->json, "Print as JSON");
-  c->add_option("--voxel", o->import.voxel_mm, "Voxel size of the bone, mm, 0.05 to 2");
+  AddNumber(*c, "--voxel", o->import, "voxel_mm");
 
   AddFrameOption(*c, o->import.frame);
 
@@ -321,22 +321,19 @@ void AddImportCommand(CLI::App& app) {
       ->group(which);
 
   const std::string surface = "Surface and tissues";
-  c->add_option("--iso", o->import.isolate.iso_hu, "HU of the bone's surface, -500 to 3000")->group(surface);
+  AddNumber(*c, "--iso", o->import, "iso_hu")->group(surface);
   c->add_flag("--no-fill", o->no_fill,
               "Leave marrow spaces and canals below the iso value hollow; for a surface, leave every inner shell "
               "hollow (default: only shells that face inward)")
       ->group(surface);
-  c->add_option("--cortical-hu", o->import.tissue.cortical_hu, "Minimum HU of cortical bone, -500 to 4000")
-      ->group(surface);
-  c->add_option("--shell", o->import.tissue.shell_mm, "Depth to which bone is cortical whatever its HU, mm, 0 to 10")
-      ->group(surface);
-  c->add_option("--mesh-shell", o->import.mesh_shell_mm, "Thickness of the cortex of an imported surface, mm, 0 to 10")
-      ->group(surface);
+  AddNumber(*c, "--cortical-hu", o->import, "cortical_hu")->group(surface);
+  AddNumber(*c, "--shell", o->import, "shell_mm")->group(surface);
+  AddNumber(*c, "--mesh-shell", o->import, "mesh_shell_mm")->group(surface);
   c->add_option("--units", o->import.mesh_units,
                 "Unit of a surface's coordinates: mm, cm, m, in or um; default: mm, if that gives the size of a bone")
       ->check(CLI::IsMember({"mm", "cm", "m", "in", "um"}))
       ->group(surface);
-  c->add_option("--tooth-hu", o->import.tissue.tooth_hu, "Minimum HU of enamel, 0 to 32767")->group(surface);
+  AddNumber(*c, "--tooth-hu", o->import, "tooth_hu")->group(surface);
   c->add_option("--tooth-body-hu", o->import.tissue.tooth_body_hu, "Minimum HU of dentin that is joined to enamel")
       ->group(surface);
   c->add_option("--tooth-reach", o->import.tissue.tooth_reach_mm, "Maximum distance of dentin from enamel, mm")
@@ -346,12 +343,7 @@ void AddImportCommand(CLI::App& app) {
                                      "Store the CT numbers in the bone, so that a scene can take its stiffness from "
                                      "them ([material] kind = \"ct\")")
                              ->group(surface);
-  c->add_option(
-       "--hu-voxel", o->import.hu_voxel_mm,
-       "Voxel size of the stored CT numbers, mm, 0.1 to 5; default: the CT's finest spacing, but at least --voxel")
-      ->needs(keep_hu)
-      ->check(NumberWithin(0.1, 5, "mm"))
-      ->group(surface);
+  AddNumber(*c, "--hu-voxel", o->import, "hu_voxel_mm")->needs(keep_hu)->group(surface);
   c->callback([o, c] {
     CheckOptionsApply(*c, o->input);
     o->teeth_asked = c->count("--tooth-hu") + c->count("--tooth-body-hu") + c->count("--tooth-reach") > 0;

@@ -9,6 +9,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/device_option.h"
 #include "app/cli/message.h"
+#include "app/cli/numbers.h"
 #include "app/cli/progress.h"
 #include "app/cli/signals.h"
 #include "base/files/files.h"
@@ -16,6 +17,7 @@
 #include "cut/force/measured.h"
 #include "kerf/error.h"
 #include "session/run/expected_files.h"
+#include "session/run/loop_undo.h"
 #include "session/run/run_loop.h"
 #include "session/run/session_recorder.h"
 #include "session/scene/scene.h"
@@ -248,9 +250,9 @@ void AddLoopCommand(CLI::App& app) {
   CLI::Option* from = command->add_option("--from", options->from,
                                           "Resume a recording instead of a scene: from its end, or from the time --at. "
                                           "A recording that was cut short is resumed as it is, with a warning");
-  command->add_option("--at", options->at_s, "Time of the recording from which to resume, s")
-      ->needs(from)
-      ->check(CLI::Range(0.0, 1e9));
+  AddNumberOption(*command, "--at", options->at_s, "at_s", kSessionTimeRange_s,
+                  "time of the recording from which to resume")
+      ->needs(from);
   command->add_option("--bone", options->bone_file, "Bone file of the recording, if it was moved (.vdb)")->needs(from);
   command
       ->add_option("--do", options->actions,
@@ -258,27 +260,18 @@ void AddLoopCommand(CLI::App& app) {
                    "the bone, TIME:undo[=NAME] restores that or the previous checkpoint, TIME:redo reverts an undo "
                    "(until something is cut), TIME:rpm=SPEED sets the spindle's speed; may be repeated")
       ->allow_extra_args(false);
-  command
-      ->add_option("--undo-mb", options->loop.undo.max_MB,
-                   "Memory for undo, MB, 0.2 to 1e6; the oldest checkpoints are dropped first")
-      ->capture_default_str()
-      ->check(CLI::Range(0.2, 1e6));
+  AddNumber(*command, "--undo-mb", options->loop.undo, "max_MB")->capture_default_str();
   CLI::Option* record =
       command->add_option("--record", options->loop.output.record,
                           "Record the session into this file, which must not exist yet (see 'kerf replay')");
-  command
-      ->add_option(
-          "--seconds", options->loop.seconds,
-          fmt::format("Duration, s (after --at, with --from), 0.01 to {:g}; Ctrl-C ends it earlier", kMaxLoop_s))
-      ->capture_default_str()
-      ->check(CLI::Range(0.01, kMaxLoop_s));
+  AddNumber(*command, "--seconds", options->loop, "seconds",
+            "duration (after --at, with --from); Ctrl-C ends it earlier")
+      ->capture_default_str();
   command->add_option("--hand", options->hand, "Hand model, H0 to H4, instead of the scene's [hand] model")
       ->transform(CLI::IsMember({"H0", "H1", "H2", "H3", "H4"}, CLI::ignore_case));
   AddDeviceOption(*command, options->device, true);
-  CLI::Option* rate = command
-                          ->add_option("--rate-hz", options->rate_hz,
-                                       "Ticks per second, 250 to 4000, instead of the scene's [loop] rate_hz")
-                          ->check(CLI::Range(250.0, 4000.0));
+  CLI::Option* rate = AddNumberOption(*command, "--rate-hz", options->rate_hz, "rate_hz", kTickRateRange_hz,
+                                      "ticks per second; replaces the scene's [loop] rate_hz");
   command->add_option("-o,--output", options->folder,
                       "Folder for report, JSON, forces, and the bone, pieces and pictures that [output] requests; "
                       "created if missing; default: no files are written");
@@ -289,11 +282,7 @@ void AddLoopCommand(CLI::App& app) {
   CLI::Option* without_clock = command->add_flag(
       "--virtual", options->loop.virtual_time,
       "Run in virtual time and without threads, as fast as possible: the results are bit-identical each time");
-  command
-      ->add_option("--burn-us", options->loop.burn_us,
-                   "Time to waste in each tick of the middle third, us (half of it in coarse ticks, a tenth in slab "
-                   "ticks), to test [loop] degrade; 0 to 100000")
-      ->check(CLI::Range(0.0, 1e5));
+  AddNumber(*command, "--burn-us", options->loop, "burn_us");
   command
       ->add_flag("--costs", options->loop.costs.costs,
                  "Time each effect too, and show the cost of a tick: live after the progress bar, and as a table")

@@ -102,32 +102,18 @@ void AddCommon(CLI::App& c, Common& common) {
   c.add_flag("--json", common.json, "Print as JSON");
 }
 
-/// Returns the option's name, such as "--ramus-height" for "ramus_height_mm". `unit`: receives the unit, for the help
-/// text.
-std::string MakeOptionName(std::string key, std::string* unit) {
-  for (const char* suffix : {"mm", "deg"}) {
-    const std::string ending = fmt::format("_{}", suffix);
-    if (!key.ends_with(ending)) continue;
-    *unit = suffix;
-    key.resize(key.size() - ending.size());
-  }
-  for (char& c : key) c = c == '_' ? '-' : c;
-  return "--" + key;
-}
-
-/// Adds one option for each described parameter.
+/// Adds one option for each described parameter, such as "--ramus-height" for "ramus_height_mm".
 struct OptionMaker {
   CLI::App& command;
 
   template <typename T>
   void operator()(const char* key, T& value, Range range, const char* meaning) const {
-    std::string unit;
-    const std::string name = MakeOptionName(key, &unit);
-    std::string text = meaning;
-    text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-    command.add_option(name, value,
-                       fmt::format("{}{}{}; {} to {}, default {}", text, unit.empty() ? "" : ", ", unit, range.lower,
-                                   range.upper, value));
+    std::string name(key);
+    for (const std::string_view unit : {"_mm", "_deg"}) {
+      if (name.ends_with(unit)) name.resize(name.size() - unit.size());
+    }
+    std::replace(name.begin(), name.end(), '_', '-');
+    AddNumberOption(command, "--" + name, value, key, range, meaning)->capture_default_str();
   }
 };
 
@@ -165,7 +151,8 @@ void AddBlock(CLI::App& model, const char* name, const char* help, const BlockPa
   AddCommon(*c, *o);
   const Vec3& s = defaults.size_mm;
   c->add_option("--size", o->size,
-                fmt::format("Length, width and height x,y,z, mm, each 0.1 to 1000; default: {},{},{}", s.x, s.y, s.z));
+                fmt::format("Length, width and height x,y,z, mm, each {}; default: {},{},{}",
+                            ShowRange(FindRange<BlockParams>("size_x_mm"), ""), s.x, s.y, s.z));
   std::string usual;
   for (const MaterialLayer& layer : defaults.layers)
     usual += fmt::format(" --layer {}:{}", layer.thickness_mm, layer.region);
@@ -178,7 +165,7 @@ void AddBlock(CLI::App& model, const char* name, const char* help, const BlockPa
   c->add_option("--rotate", o->rotate,
                 "Rotation about the middle of the top face by x,y,z degrees: about the x axis, then the y axis, then "
                 "the z axis of the world; default: 0,0,0");
-  c->add_option("--voxel", o->params.voxel_mm, "Voxel size, mm, 0.02 to 4");
+  AddNumber(*c, "--voxel", o->params, "voxel_mm")->capture_default_str();
   c->callback([o] {
     BlockParams params = o->params;
     if (!o->size.empty()) {
@@ -195,10 +182,10 @@ void AddBlock(CLI::App& model, const char* name, const char* help, const BlockPa
     if (!o->layers.empty()) params.layers.clear();
     for (const std::string& text : o->layers) {
       const auto v = ParseNumbers(text, ':', 2, "--layer", "thickness:region, such as 2.2:24");
-      if (v[1] != std::floor(v[1]) || v[1] < 1 || v[1] > 255) {
+      if (v[1] != std::floor(v[1]) || !kRegionRange.Contains(v[1])) {
         throw CLI::ValidationError(
-            "--layer",
-            fmt::format("'{}' does not specify a region; a region must be a whole number from 1 to 255", text));
+            "--layer", fmt::format("'{}' does not specify a region; a region must be a whole number from {}", text,
+                                   ShowRange(kRegionRange, "")));
       }
       params.layers.push_back({v[0], static_cast<int>(v[1])});
     }

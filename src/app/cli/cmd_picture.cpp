@@ -45,8 +45,11 @@ bool ParseSize(const std::string& text, int& width, int& height) {
 std::string CheckSize(const std::string& text) {
   int width = 0;
   int height = 0;
-  const bool fits = ParseSize(text, width, height) && width >= 64 && height >= 64 && width <= 8192 && height <= 8192;
-  return fits ? std::string() : fmt::format("'{}' is not a size: give WIDTHxHEIGHT, each 64 to 8192 pixels", text);
+  const bool fits =
+      ParseSize(text, width, height) && kPictureSideRange.Contains(width) && kPictureSideRange.Contains(height);
+  return fits ? std::string()
+              : fmt::format("'{}' is not a size: give WIDTHxHEIGHT, each {}", text,
+                            ShowRange(kPictureSideRange, "pixels"));
 }
 
 /// Returns true if an import would read the path as a CT.
@@ -117,7 +120,8 @@ void AddPictureCommand(CLI::App& app) {
                     "Draw patient coordinates (LPS), mm, along the edges, and a grid; always drawn for a CT");
   command
       ->add_option("--size", o->size,
-                   "Width and height, pixels, each 64 to 8192 (CT: 200 to 8192); default: 1280x720 (CT: 2400x1800)")
+                   fmt::format("Width and height, pixels, each {} (CT: {}); default: 1280x720 (CT: 2400x1800)",
+                               ShowRange(kPictureSideRange, ""), ShowRange(kSheetSideRange, "")))
       ->check(CLI::Validator(CheckSize, ""));
   command->add_option("--title", o->title, "Title of the picture; default: the file's name");
 
@@ -148,9 +152,7 @@ void AddPictureCommand(CLI::App& app) {
   command->add_option("--drop", o->ct.drop, "Point x,y,z (LPS, mm) to mark in orange; may be repeated")
       ->allow_extra_args(false)
       ->group(ct);
-  command->add_option("--iso", o->ct.import.isolate.iso_hu, "HU of the bone's surface, -500 to 3000")
-      ->check(NumberWithin(-500, 3000, "HU"))
-      ->group(ct);
+  AddNumber(*command, "--iso", o->ct.import, "iso_hu")->group(ct);
   command
       ->add_option("--series", o->ct.import.series,
                    "UID of the DICOM series, or the end of the UID; default: the only CT series")

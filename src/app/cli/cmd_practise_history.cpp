@@ -157,22 +157,20 @@ void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
   command.add_option("--hand-in", options.hand_in, "Score a recording and keep it as an attempt of --student");
   command.add_option("--bone", options.bone_file, "With --hand-in: bone file of the recording, if it was moved (.vdb)");
   command.add_option("--exercise", options.exercise, "Id of the exercise (see --list)");
-  command.add_option("--level", options.level, "Level of the exercise, 1 (all aids) to 5 (none)")
-      ->check(CLI::Range(1, kLevels))
+  AddNumberOption(command, "--level", options.level, "level", FindRange<SceneExercise>("level"),
+                  "level of the exercise, from all aids to none")
       ->capture_default_str();
   CLI::Option* agent = command.add_option(
       "--agent", options.agent, "Let a synthetic novice, intermediate or expert do the exercise in virtual time");
-  command
-      .add_option(
-          "--agents", options.agents,
-          "Let all three agents do every exercise, or --exercise, with this many seeds each; print a Markdown table")
-      ->check(CLI::Range(1, 100));
+  AddNumberOption(command, "--agents", options.agents, "agents", Range{1, 100},
+                  "let all three agents do every exercise, or --exercise, with this many seeds each; print a Markdown "
+                  "table");
   command.add_option("--seed", options.seed, "Seed of the agent's errors and tremor")
       ->needs(agent)
       ->capture_default_str();
-  command.add_option("--seconds", options.seconds, "Time limit of the agent, s; 0: until it has finished")
-      ->needs(agent)
-      ->check(NumberWithin(0, kMaxLoop_s, "s"));
+  AddNumberOption(command, "--seconds", options.seconds, "seconds", Range{0, kMaxLoop_s},
+                  "time limit of the agent; 0: until it has finished")
+      ->needs(agent);
   command.add_option("--record", options.record,
                      "Record the session into this file, which must not exist yet (see 'kerf replay')");
   CLI::Option* json = command.add_flag("--json", options.json, "Print as JSON");

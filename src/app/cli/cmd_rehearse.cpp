@@ -13,6 +13,7 @@
 #include "app/cli/window_options.h"
 #include "app/window/rehearsal.h"
 #include "base/files/files.h"
+#include "bone/import/import.h"
 #include "kerf/error.h"
 
 namespace kerf::cli {
@@ -65,8 +66,8 @@ void AddRehearseCommand(CLI::App& app) {
                       "default: the generic mandible");
   command->add_option("--plan", options->plans, "Planes to cut along, from 3D Slicer (.mrk.json); may be repeated");
   command->add_option("--saws", options->saws, "Table of saws to choose from, with the columns of volumes/saws.csv");
-  command->add_option("--voxel", options->voxel_mm, "Voxel size of an imported bone, mm, 0.05 to 2")
-      ->check(NumberWithin(0.05, 2, "mm"))
+  AddNumberOption(*command, "--voxel", options->voxel_mm, "voxel_mm", FindRange<ImportOptions>("voxel_mm"),
+                  "voxel size of an imported bone")
       ->capture_default_str();
   CLI::Option* watch =
       command->add_flag("--watch", options->watch,

@@ -12,6 +12,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/message.h"
+#include "app/cli/numbers.h"
 #include "app/cli/progress.h"
 #include "app/cli/signals.h"
 #include "base/files/files.h"
@@ -176,10 +177,10 @@ void AddReplayCommand(CLI::App& app) {
   command->add_flag("--verify", options->verify,
                     "Stop at the first tick whose forces, voxels, states or events differ, report it, and exit with 1; "
                     "default: warn and continue");
-  command->add_option("--speed", options->speed, "Speed relative to real time; 0: as fast as possible")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 1e6));
-  command->add_option("--until", options->until_s, "Time at which to stop, s")->check(CLI::Range(0.0, 1e9));
+  AddNumberOption(*command, "--speed", options->speed, "speed", Range{0, 1e6},
+                  "speed relative to real time; 0: as fast as possible")
+      ->capture_default_str();
+  AddNumberOption(*command, "--until", options->until_s, "until_s", kSessionTimeRange_s, "time at which to stop");
   command->add_option("-o,--output", options->folder, "Folder for the results of the recorded run; created if missing");
   command->add_flag(
       "--full", options->full,

@@ -13,6 +13,7 @@
 #include "app/cli/numbers.h"
 #include "app/cli/progress.h"
 #include "base/files/markups.h"
+#include "bone/mesh/decimate.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "session/run/write_parts.h"
@@ -144,8 +145,7 @@ void AddSlabCommand(CLI::App& app) {
   c->add_option(
       "--plane-markups", o->plane_markups,
       "File of 3D Slicer (.mrk.json) with the plane, or with three or more points to which a plane is fitted");
-  c->add_option("--thickness", o->cut.thickness_mm, "Thickness of the slice, mm, 0.02 to 50")
-      ->check(NumberWithin(0.02, 50, "mm"));
+  AddNumber(*c, "--thickness", o->cut, "thickness_mm");
   c->add_option("--near", o->near_point,
                 "Point x,y,z, mm: if the plane passes through the bone in several places, the nearest one is cut; "
                 "default: the plane's point");
@@ -153,9 +153,8 @@ void AddSlabCommand(CLI::App& app) {
   c->add_option("--formats", o->formats, "Formats in which to write each part, separated by commas: obj, stl, vdb")
       ->delimiter(',')
       ->check(CLI::IsMember({"obj", "stl", "vdb"}).description(""));
-  c->add_option("--triangles", o->parts.triangles,
-                "Approximate maximum number of triangles of each part, 4 or more; default: no reduction")
-      ->check(CLI::Range(std::size_t{4}, std::size_t{1} << 40).description(""));
+  AddNumberOption(*c, "--triangles", o->parts.triangles, "triangles", kTrianglesRange,
+                  "approximate maximum number of triangles of each part; default: no reduction");
   c->add_flag("--no-picture", o->no_picture, "Draw no picture (parts.png)");
   c->add_flag("--json", o->json, "Print as JSON (parts.json)");
   c->callback([o] { Run(*o); });

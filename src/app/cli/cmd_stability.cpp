@@ -11,6 +11,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/message.h"
+#include "app/cli/numbers.h"
 #include "app/cli/progress.h"
 #include "app/cli/signals.h"
 #include "base/files/files.h"
@@ -230,14 +231,8 @@ void AddStabilityCommand(CLI::App& app) {
                                   "Sweep every number of the scene instead: minimum, default and maximum, alone and in "
                                   "random pairs, a row each; -o is then a CSV file");
   sweep->excludes(as_asked)->excludes(profiles)->excludes(quick);
-  command->add_option("--pairs", options->sweep.pairs, "Number of random pairs of the sweep")
-      ->check(CLI::Range(0, 100000))
-      ->capture_default_str()
-      ->needs(sweep);
-  command->add_option("--case-seconds", options->sweep.case_s, "Time limit of a case of the sweep, s")
-      ->check(CLI::Range(0.1, 3600.0))
-      ->capture_default_str()
-      ->needs(sweep);
+  AddNumber(*command, "--pairs", options->sweep, "pairs")->capture_default_str()->needs(sweep);
+  AddNumber(*command, "--case-seconds", options->sweep, "case_s")->capture_default_str()->needs(sweep);
   command
       ->add_option("--keys", options->sweep.only,
                    "Beginning of the keys to sweep, such as \"effects.\"; may be repeated")

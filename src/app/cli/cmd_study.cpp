@@ -12,6 +12,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/message.h"
+#include "app/cli/numbers.h"
 #include "app/cli/progress.h"
 #include "app/cli/signals.h"
 #include "base/files/files.h"
@@ -233,16 +234,11 @@ void AddStudyCommand(CLI::App& app) {
                           "Part of the study to run, I/N: part I of N, zero-based; results in OUTPUT/shard-I-of-N");
   command->add_flag("--merge", options->merge, "Merge shards, and report missing ones")->excludes(shard);
   command->add_flag("--redraw", options->redraw, "Only write the report again from the results in -o");
-  command
-      ->add_option("--jobs", options->run.jobs,
-                   "Number of references and errors computed at once; 0: one for each core")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str();
+  AddNumber(*command, "--jobs", options->run, "jobs")->capture_default_str();
   CLI::Option* errors_only =
       command->add_flag("--errors-only", options->errors_only, "Compute errors, but measure no costs");
   command->add_flag("--costs-only", options->costs_only, "Measure costs, but compute no errors")->excludes(errors_only);
-  command->add_option("--core", options->run.core, "Core that runs the ticks, zero-based; default: the last")
-      ->check(CLI::Range(0, 4095));
+  AddNumber(*command, "--core", options->run, "core", "core that runs the ticks, zero-based; default: the last");
   command->add_flag("--extend", options->run.extend,
                     "Allow the folder of another study, and reuse those of its records that fit this one");
   command->add_option("--data", options->data, "Folder with the CT of the path \"ct\"")->capture_default_str();

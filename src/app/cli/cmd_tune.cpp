@@ -25,9 +25,7 @@ struct TuneArguments {
   std::string output;
   bool in_place = false;
   std::string error;
-  std::optional<double> budget_us;
   TuneOptions tune;
-  int core = -1;
   bool led = false;
   bool dry_run = false;
   bool json = false;
@@ -39,9 +37,8 @@ double ParseError(const std::string& text) {
   const std::optional<double> number = ParseNumber(percent ? text.substr(0, text.size() - 1) : text);
   if (!number) throw CLI::ValidationError("--error", fmt::format("'{}' is not a fraction: give 3.5% or 0.035", text));
   const double fraction = percent ? *number / 100 : *number;
-  if (!(fraction >= 1e-4 && fraction <= 1)) {
-    throw CLI::ValidationError("--error", fmt::format("'{}' is out of range; valid range 0.01% to 100%", text));
-  }
+  const std::string fault = FindRangeFault(100 * fraction, 100 * FindRange<TuneOptions>("error"), "%");
+  if (!fault.empty()) throw CLI::ValidationError("--error", fmt::format("{} {}", text, fault));
   return fraction;
 }
 
@@ -116,13 +113,11 @@ void CheckEditable(const std::string& text, const Scene& scene, const TuneArgume
 }
 
 void Run(TuneArguments& options) {
-  options.tune.budget_us = options.budget_us;
   if (!options.error.empty()) options.tune.error = ParseError(options.error);
   if (!options.tune.budget_us && !options.tune.error) {
     throw CLI::ValidationError("--budget-us", "give --budget-us, --error, or both");
   }
   options.tune.holding = options.led ? Holding::kPath : Holding::kHand;
-  if (options.core >= 0) options.tune.core = options.core;
   const std::string target = options.in_place ? options.scene : options.output;  // empty: stdout
   const std::string text = ReadTextFile(options.scene);
   const Scene scene = ParseScene(text, options.scene);
@@ -174,27 +169,14 @@ void AddTuneCommand(CLI::App& app) {
                          "intervals, and print it with the most accurate settings within a time limit, or the cheapest "
                          "within an error limit");
   command->add_option("SCENE", options->scene, "Scene file (TOML; see 'kerf scene --defaults')")->required();
-  command->add_option("--budget-us", options->budget_us, "Time limit for 99 % of the ticks, us, 1 to 1000000")
-      ->check(NumberWithin(1, 1e6, "us"));
+  AddNumber(*command, "--budget-us", options->tune, "budget_us");
   command->add_option("--error", options->error,
                       "Force error limit for 95 % of the ticks, as 3.5% or 0.035: the cheapest settings are chosen");
   command->add_flag("--led", options->led, "Move the tool along its path, as 'kerf run' does, instead of with a hand");
-  command
-      ->add_option("--seconds", options->tune.seconds,
-                   "Time after the first contact over which errors are measured, s, 0.2 to 3600; default: the whole "
-                   "path, or the first passage through the bone if the path takes more than 120 s")
-      ->check(NumberWithin(0.2, 3600, "s"));
-  command
-      ->add_option("--ticks", options->tune.ticks, "Minimum number of ticks timed with each setting, 1000 to 10000000")
-      ->capture_default_str()
-      ->check(CLI::Range(1000, 10000000));
-  command
-      ->add_option("--voxels", options->tune.voxels_mm,
-                   "Voxel sizes to try, mm, separated by commas; default: 0.4 to 0.05")
-      ->delimiter(',')
-      ->check(NumberWithin(0.02, 4, "mm"));
-  command->add_option("--core", options->core, "Core that runs the timed ticks, zero-based; default: any")
-      ->check(CLI::Range(0, 4095));
+  AddNumber(*command, "--seconds", options->tune, "seconds");
+  AddNumber(*command, "--ticks", options->tune, "ticks")->capture_default_str();
+  AddNumber(*command, "--voxels", options->tune, "voxels_mm")->delimiter(',');
+  AddNumber(*command, "--core", options->tune, "core", "core that runs the timed ticks, zero-based; default: any");
   CLI::Option* output = command->add_option("-o,--output", options->output,
                                             "File for the scene with the chosen settings; default: stdout");
   command

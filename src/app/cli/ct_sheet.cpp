@@ -21,7 +21,6 @@ namespace {
 
 constexpr std::size_t kMaxSlices = 24;
 constexpr int kSpreadSlices = 10;
-constexpr int kMinSheet_pixels = 200;
 constexpr Rgb8 kKeepColour{0, 158, 115};
 constexpr Rgb8 kDropColour{213, 94, 0};
 
@@ -122,10 +121,9 @@ std::vector<SheetPoint> ReadPoints(const CtSheetOptions& options) {
 void DrawCtSheet(const CtSheetOptions& options) {
   const std::vector<SheetPoint> points = ReadPoints(options);
   for (const std::string& text : options.slices) ParseSlice(text);  // report errors before the CT is read
-  if (std::min(options.width, options.height) < kMinSheet_pixels) {
-    throw CLI::ValidationError("--size", fmt::format("a CT is drawn in several pictures; give each side {} to 8192 "
-                                                     "pixels",
-                                                     kMinSheet_pixels));
+  if (std::min(options.width, options.height) < kSheetSideRange.lower) {
+    throw CLI::ValidationError("--size", fmt::format("a CT is drawn in several pictures; give each side {}",
+                                                     ShowRange(kSheetSideRange, "pixels")));
   }
   ImportReport report;
   const Volume ct = ReadCt(options.input, options.import, report);

@@ -47,8 +47,9 @@ std::string FileOf(const std::string& device, std::string_view what) {
 std::uint16_t ReadPort(const std::string& text) {
   unsigned port = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-  if (error != std::errc() || end != text.data() + text.size() || port < 1 || port > 65535) {
-    throw CLI::ValidationError("--bridge", fmt::format("the port '{}' is outside the range 1 to 65535", text));
+  if (error != std::errc() || end != text.data() + text.size() || !kPortRange.Contains(port)) {
+    throw CLI::ValidationError("--bridge",
+                               fmt::format("the port '{}' is not a number from {}", text, ShowRange(kPortRange, "")));
   }
   return static_cast<std::uint16_t>(port);
 }
@@ -142,9 +143,8 @@ CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool playe
       });
   AddDriverOptions(command, option);
   for (const char* name : {"--wooden", "--bridge"}) command.get_option(name)->needs(device);
-  command.add_option("--motion-scale", option.motion_scale, "Motion of the tool per motion of the handle, 0.02 to 20")
-      ->needs(device)
-      ->check(NumberWithin(0.02, 20, "times"));
+  AddNumber(command, "--motion-scale", option, "motion_scale", "motion of the tool per motion of the handle")
+      ->needs(device);
   command
       .add_option("--profile", option.profile,
                   "Profile of the device, from 'kerf devices --profiles'; default: the one with its name")

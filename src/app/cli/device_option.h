@@ -29,6 +29,11 @@ struct DeviceOption {
   std::string profile;
 };
 
+template <typename V>
+void Describe(DeviceOption& p, V&& visit) {
+  DescribeMotion(p, visit);
+}
+
 /// Adds --device and the options that belong to it. `played`: also accepts "none", "script:FILE" and "recording:FILE".
 CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool played);
 /// Adds only the options of drivers: --falcon-firmware, --wooden, --bridge and --bridge-elsewhere.

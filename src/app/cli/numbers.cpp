@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
-#include <string_view>
+
+#include "kerf/error.h"
 
 namespace kerf::cli {
 
@@ -47,14 +50,28 @@ Vec3 ParsePoint(const std::string& text, const char* option) {
   return p;
 }
 
-CLI::Validator NumberWithin(double lower, double upper, const char* unit) {
+CLI::Validator NumberWithin(Range range, std::string_view unit) {
   const auto check = [=](const std::string& text) {
     const auto value = ParseNumber(text);
-    if (!value) return fmt::format("'{}' is not a number; give {:g} to {:g} {}", text, lower, upper, unit);
-    if (*value >= lower && *value <= upper) return std::string();
-    return fmt::format("{:g} {} is out of range; give {:g} to {:g} {}", *value, unit, lower, upper, unit);
+    if (!value) return fmt::format("'{}' is not a number; valid range {}", text, ShowRange(range, unit));
+    const std::string fault = FindRangeFault(*value, range, unit);
+    return fault.empty() ? fault : fmt::format("{} {}", text, fault);
   };
   return {check, ""};
+}
+
+std::string MakeNumberHelp(const char* key, Range range, std::string_view meaning) {
+  const std::string_view unit = UnitOfKey(key);
+  const std::size_t rest = std::min(meaning.find(';'), meaning.size());
+  std::string help = fmt::format("{}{}{}, {}{}", meaning.substr(0, rest), unit.empty() ? "" : ", ", unit,
+                                 ShowRange(range, ""), meaning.substr(rest));
+  help[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(help[0])));
+  return help;
+}
+
+CLI::Option* NumberOptionMaker::Get() const {
+  if (made_ == nullptr) throw Error(fmt::format("there is no parameter {}", key_));
+  return made_;
 }
 
 }  // namespace kerf::cli

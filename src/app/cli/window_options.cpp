@@ -36,8 +36,8 @@ void AddWindowOptions(CLI::App& command, WindowOptions& options) {
       "-o", options.folder,
       "Folder for recordings, pictures and exports; created if missing; default: a new one in ~/.local/share/kerf");
   command.add_option("--size", options.size, "Size of the window, WIDTHxHEIGHT")->capture_default_str();
-  command.add_option("--scale", options.scale, "Scale of text and lines, 1 to 4; default: the display's")
-      ->check(NumberWithin(1, 4, "times"));
+  AddNumberOption(command, "--scale", options.scale, "scale", kDisplayScaleRange,
+                  "scale of text and lines; default: the display's");
   AddDeviceOption(command, options.device, false);
   command.add_option("--log", options.log, "File for the events of the window, a line of JSON each");
 }
@@ -49,8 +49,11 @@ ViewerOptions MakeViewerOptions(const WindowOptions& options, const std::string&
   viewer.scale = options.scale;
   viewer.interrupt = &CatchInterrupt();
   const std::vector<double> size = ParseNumbers(options.size, 'x', 2, "--size", "WIDTHxHEIGHT");
-  if (!(size[0] >= 640 && size[0] <= 16384 && size[1] >= 400 && size[1] <= 16384)) {
-    throw CLI::ValidationError("--size", fmt::format("'{}' must be 640x400 to 16384x16384", options.size));
+  const Range width = FindRange<GlWindowOptions>("width");
+  const Range height = FindRange<GlWindowOptions>("height");
+  if (!width.Contains(size[0]) || !height.Contains(size[1])) {
+    throw CLI::ValidationError("--size", fmt::format("'{}' must be {}x{} to {}x{}", options.size, width.lower,
+                                                     height.lower, width.upper, height.upper));
   }
   viewer.width = static_cast<int>(size[0]);
   viewer.height = static_cast<int>(size[1]);

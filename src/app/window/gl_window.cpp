@@ -180,7 +180,8 @@ GlWindow::GlWindow(const GlWindowOptions& options) {
   State& s = *state_;
   s.window = glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
   if (s.window == nullptr) fail("no window can be opened: the display does not support OpenGL 3.3");
-  glfwSetWindowSizeLimits(s.window, 640, 400, GLFW_DONT_CARE, GLFW_DONT_CARE);
+  glfwSetWindowSizeLimits(s.window, static_cast<int>(FindRange<GlWindowOptions>("width").lower),
+                          static_cast<int>(FindRange<GlWindowOptions>("height").lower), GLFW_DONT_CARE, GLFW_DONT_CARE);
   glfwMakeContextCurrent(s.window);
   glfwSwapInterval(1);
   s.Listen();

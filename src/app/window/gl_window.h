@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/window/event.h"
+#include "kerf/describe.h"
 
 class vtkRenderWindow;
 
@@ -13,9 +14,14 @@ namespace kerf {
 
 struct GlWindowOptions {
   std::string title;
-  int width = 1280;  // of the window's content area in screen coordinates, 640 to 16384
-  int height = 720;  // 400 to 16384
+  int width = 1280;
+  int height = 720;
 };
+template <typename V>
+void Describe(GlWindowOptions& p, V&& visit) {
+  visit("width", p.width, Range{640, 16384}, "width of the window's content area in screen coordinates");
+  visit("height", p.height, Range{400, 16384}, "its height");
+}
 
 /// Window of the program. At most one may exist, in the program's main thread.
 class GlWindow {

@@ -28,10 +28,12 @@ Quat RotationBetween(const Vec3& from, const Vec3& to) {
   return glm::normalize(Quat{1 + glm::dot(from, to), axis.x, axis.y, axis.z});
 }
 
+const Range kDepthRange_mm = FindRange<DepthStop>("depth_mm");
+
 std::optional<double> ParseDepth(const std::string& text) {
   double depth_mm = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), depth_mm);
-  if (error != std::errc{} || end != text.data() + text.size() || !(depth_mm >= 0 && depth_mm <= 1000)) return {};
+  if (error != std::errc{} || end != text.data() + text.size() || !kDepthRange_mm.Contains(depth_mm)) return {};
   return depth_mm;
 }
 
@@ -291,7 +293,8 @@ void Rehearsal::AskDepth(const Vec3& p_W) {
   viewer_->AskText("Depth in mm:", "5", [this, p_W](const std::optional<std::string>& text) {
     if (!text) return;
     const std::optional<double> depth_mm = ParseDepth(*text);
-    if (!depth_mm) return viewer_->Say("The depth must be a number from 0 to 1000 mm");
+    if (!depth_mm)
+      return viewer_->Say(fmt::format("The depth must be a number from {}", ShowRange(kDepthRange_mm, "mm")));
     DepthStop stop;
     stop.name = MakeStopName(plan_);
     stop.p_W_mm = p_W;

@@ -41,10 +41,6 @@ Vec3 InWorld(const Vec3& v, const ViewBasis& view) {
 
 }  // namespace
 
-void SawControls::set_feed_mm_per_s(double feed) {
-  feed_mm_per_s_ = std::clamp(feed, 0.5, 20.0);
-}
-
 bool SawControls::Take(const WindowEvent& event, const ViewBasis& view) {
   using Kind = WindowEvent::Kind;
   const auto is_motion = [](Key key) {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "app/window/event.h"
+#include "kerf/describe.h"
 #include "kerf/geometry.h"
 
 namespace kerf {
@@ -38,8 +39,9 @@ class SawControls {
 
   const Pose& wanted() const { return X_wanted_; }
   double feed_mm_per_s() const { return feed_mm_per_s_; }
-  /// Speed of motion by keys: 0.5 to 20.
-  void set_feed_mm_per_s(double feed);
+  /// Speed of motion by keys.
+  static constexpr Range kFeedRange_mm_per_s{0.5, 20};
+  void set_feed_mm_per_s(double feed) { feed_mm_per_s_ = kFeedRange_mm_per_s.Clamp(feed); }
   /// Restricts motion to the blade's plane and rotation to the spindle axis, which keeps a straight cut straight.
   bool in_blade_plane() const { return in_blade_plane_; }
   void set_in_blade_plane(bool on) { in_blade_plane_ = on; }

@@ -46,7 +46,7 @@ ViewerApp::ViewerApp(const ViewerOptions& options)
       view_(std::make_unique<Viewport>(window_.render_window())),
       controls_(std::make_unique<SawControls>(Pose{})) {
   const double scale = options_.scale > 0 ? options_.scale : std::max(1.0, window_.content_scale());
-  options_.scale = std::clamp(scale, 1.0, 4.0);
+  options_.scale = kDisplayScaleRange.Clamp(scale);
   view_->Resize(window_.width(), window_.height(), options_.scale);
   if (options_.device) device_.emplace(options_.device);
 }

@@ -1,13 +1,19 @@
-#include "base/core/describe.h"
+#include "kerf/describe.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
+
+#include "kerf/error.h"
 
 namespace kerf {
 
 std::string_view UnitOfKey(std::string_view key) {
   // Longer endings first.
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 32> kEndings{{
+  static constexpr auto kEndings = std::to_array<std::pair<std::string_view, std::string_view>>({
       {"_Nmm_per_rad", "N mm/rad"},
       {"_Ns_per_mm", "N s/mm"},
       {"_mL_per_min_kg", "mL/min/kg"},
@@ -34,16 +40,53 @@ std::string_view UnitOfKey(std::string_view key) {
       {"_um", "um"},
       {"_MB", "MB"},
       {"_px", "pixels"},
+      {"_hu", "HU"},
+      {"_us", "us"},
       {"_ms", "ms"},
       {"_s", "s"},
       {"_g", "g"},
       {"_N", "N"},
       {"rpm", "rpm"},
-  }};
+      {"seconds", "s"},
+  });
   for (const auto& [ending, unit] : kEndings) {
     if (key.size() >= ending.size() && key.substr(key.size() - ending.size()) == ending) return unit;
   }
   return {};
+}
+
+std::string ShowRange(Range range, std::string_view unit) {
+  return fmt::format("{} to {}{}{}{}", range.lower, range.upper, unit.empty() ? "" : " ", unit,
+                     range.or_zero ? ", or 0" : "");
+}
+
+std::string FindRangeFault(double value, Range range, std::string_view unit) {
+  if (range.Contains(value)) return {};
+  const std::string problem = !std::isfinite(value) ? "is not a finite number"
+                              : value < range.lower ? fmt::format("is below {}", range.lower)
+                                                    : fmt::format("is above {}", range.upper);
+  return fmt::format("{}; valid range {}", problem, ShowRange(range, unit));
+}
+
+void CheckRange(std::string_view key, double value, Range range, std::string_view whose) {
+  const std::string fault = FindRangeFault(value, range, UnitOfKey(key.substr(0, key.find('['))));
+  if (fault.empty()) return;
+  throw Error(fmt::format("{}{}{} = {} {}", whose, whose.empty() ? "" : ": ", key, value, fault));
+}
+
+void ParameterChecker::operator()(const char* key, Vec3& value, Range range, const char*) const {
+  for (int i = 0; i < 3; ++i) CheckRange(fmt::format("{}[{}]", key, i), value[i], range, whose_);
+}
+
+void ParameterChecker::operator()(const char* key, std::string& value, const Choices& choices, const char*) const {
+  if (std::find(choices.words.begin(), choices.words.end(), value) != choices.words.end()) return;
+  throw Error(fmt::format("{}{}{} = \"{}\" is unknown; it must be \"{}\"", whose_, whose_.empty() ? "" : ": ", key,
+                          value, fmt::join(choices.words, "\" or \"")));
+}
+
+Range RangeFinder::Get() const {
+  if (!range_) throw Error(fmt::format("there is no parameter {}", key_));
+  return *range_;
 }
 
 }  // namespace kerf

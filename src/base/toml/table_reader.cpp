@@ -13,14 +13,6 @@ namespace {
 
 using Kind = TomlNode::Kind;
 
-std::string WithUnit(const std::string& text, std::string_view unit) {
-  return unit.empty() ? text : fmt::format("{} {}", text, unit);
-}
-
-std::string ShowRange(Range range, std::string_view unit) {
-  return WithUnit(fmt::format("{} to {}", range.lower, range.upper), unit);
-}
-
 const char* KindName(Kind kind) {
   switch (kind) {
     case Kind::kTable:
@@ -75,14 +67,9 @@ void TableReader::WrongType(const TomlNode& node, const std::string& wanted) {
 
 bool TableReader::CheckNumber(const TomlNode& at, const std::string& shown_key, const TomlNode& node, Range range,
                               std::string_view unit) {
-  const double x = node.real;
-  if (std::isfinite(x) && x >= range.lower && x <= range.upper) return true;
-  const std::string problem = !std::isfinite(x) ? "is not a finite number"
-                              : x < range.lower ? fmt::format("is below {}", range.lower)
-                                                : fmt::format("is above {}", range.upper);
-  faults_.Add(at.line, at.column,
-              fmt::format("{} = {} {}; valid range {}", shown_key, node.Show(), problem, ShowRange(range, unit)));
-  return false;
+  const std::string fault = FindRangeFault(node.real, range, unit);
+  if (!fault.empty()) faults_.Add(at.line, at.column, fmt::format("{} = {} {}", shown_key, node.Show(), fault));
+  return fault.empty();
 }
 
 void TableReader::operator()(const char* key, double& value, Range range, const char*) {

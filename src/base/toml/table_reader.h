@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "base/core/describe.h"
 #include "base/toml/faults.h"
 #include "base/toml/toml_document.h"
+#include "kerf/describe.h"
 #include "kerf/geometry.h"
 
 namespace kerf {

@@ -201,12 +201,7 @@ bool IsNear(const Accessor& phi, const Vec3& centre_W, double h, double region_h
 
 void CheckBox(const Box3& box, const BuildOptions& options) {
   const double voxel_mm = options.voxel_mm;
-  if (options.band_voxels < 2 || options.band_voxels > 8) {
-    throw Error(fmt::format("a band of {} voxels is out of range; valid range 2 to 8", options.band_voxels));
-  }
-  if (!(voxel_mm >= 0.02 && voxel_mm <= 4)) {
-    throw Error(fmt::format("a voxel of {:.3g} mm is out of range; valid range 0.02 to 4 mm", voxel_mm));
-  }
+  CheckParameters(options, "bone");
   const Vec3 count = box.size() / voxel_mm;
   if (!(count.x * count.y * count.z <= kMaxBoxVoxels)) {
     throw Error(
@@ -437,7 +432,7 @@ void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, doubl
     }
     progress.Done(range.size());
   });
-  if (bad_id != 0) throw Error(fmt::format("region {} is out of range; valid range 0 to 255", bad_id.load()));
+  CheckRange("region", bad_id, {kRegionRange.lower, kRegionRange.upper, kOrZero}, "bone");
   for (std::size_t n = 0; n < blocks.size(); ++n) {
     if (leaves[n]) grids.region->tree().addLeaf(leaves[n].release());
     if (uniform[n] != 0) grids.region->tree().addTile(1, blocks[n], uniform[n], true);

@@ -36,14 +36,20 @@ struct FilledVoids {
 };
 
 struct BuildOptions {
-  double voxel_mm = 0.2;                 // edge of a voxel, mm, 0.02 to 4
+  double voxel_mm = 0.2;                 // edge of a voxel, mm
   double region_voxel_mm = 0.2;          // edge of a voxel of the region grid, mm
   std::function<void(double)> progress;  // optional; called with the progress, 0 to 1, from one thread
-  int band_voxels = 3;                   // half-width of the level set's band, 2 to 8; files support only 3
+  int band_voxels = 3;                   // half-width of the level set's band; files support only 3
   double max_bytes = 1e300;              // available memory; a bone that needs more is refused before allocation
   FilledVoids* fill_voids = nullptr;     // if set, voids enclosed by the solid are filled and counted here; has an
                                          // effect only if `is_distance` is false
 };
+
+template <typename V>
+void Describe(BuildOptions& p, V&& visit) {
+  visit("voxel_mm", p.voxel_mm, kVoxelRange_mm, "edge of a voxel");
+  visit("band_voxels", p.band_voxels, kBandRange_voxels, "half width of the level set's band");
+}
 
 /// Voxelises a solid within `box`. The solid must not touch the box: leave at least 4 voxels around it. Voxel centres
 /// lie at integer multiples of voxel_mm in world coordinates. Uses all cores; the result does not depend on their
@@ -59,8 +65,8 @@ Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<
 Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Vec3&)>& region,
                       const BuildOptions& options, MaterialTable materials);
 
-/// Rounds the significands of all distances to `precision_bits` bits (4 to 24), to nearest, as a coarser number format
-/// would. Used for comparisons.
+/// Rounds the significands of all distances to `precision_bits` bits (kPrecisionRange_bits), to nearest, as a coarser
+/// number format would. Used for comparisons.
 void RoundDistances(Bone& bone, int precision_bits);
 
 /// Replaces the region grid: calls `region`, which must be thread-safe, for every region voxel in or near the bone.

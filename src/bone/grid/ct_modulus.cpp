@@ -60,9 +60,7 @@ openvdb::MaskTree FindCells(const openvdb::FloatTree& phi, double h, double hu_h
 }  // namespace
 
 void SetHu(Bone& bone, const std::function<double(const Vec3&)>& hu, double voxel_mm) {
-  if (!(voxel_mm >= 0.05 && voxel_mm <= 10)) {
-    throw Error(fmt::format("a CT voxel of {} mm is out of range; valid range 0.05 to 10 mm", voxel_mm));
-  }
+  CheckRange("voxel_mm", voxel_mm, kHuVoxelRange_mm, "CT");
   Bone::Grids& grids = bone.grids();
   const double h = grids.voxel_mm();
   openvdb::MaskTree cells = FindCells(grids.phi->constTree(), h, voxel_mm);

@@ -8,9 +8,12 @@
 
 namespace kerf {
 
+/// Edge of a voxel of CT numbers.
+inline constexpr Range kHuVoxelRange_mm{0.1, 5};
+
 /// Stores the CT numbers in the bone and at least two CT voxels around it, on a separate lattice: centres at integer
 /// multiples of `voxel_mm`. `hu` returns the CT number at a world point and must be thread-safe. Throws kerf::Error
-/// unless voxel_mm is from 0.05 to 10.
+/// unless voxel_mm is in kHuVoxelRange_mm.
 void SetHu(Bone& bone, const std::function<double(const Vec3&)>& hu, double voxel_mm);
 
 /// Replaces the bone's CT numbers and their lattice with those of another bone in the same place. Throws kerf::Error if

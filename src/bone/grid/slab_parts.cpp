@@ -60,9 +60,7 @@ void CheckInWorld(const Vec3& p_W, const char* what) {
 }
 
 void CheckCut(const Bone& bone, const SlabCut& cut) {
-  if (!(cut.thickness_mm >= 0.02 && cut.thickness_mm <= 50)) {
-    throw Error(fmt::format("a slice thickness of {} mm is out of range; valid range 0.02 to 50 mm", cut.thickness_mm));
-  }
+  CheckParameters(cut, "slice");
   const Vec3& p = cut.plane.p_W;
   const Vec3& n = cut.plane.normal_W;
   const double length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);

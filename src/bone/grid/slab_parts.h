@@ -10,13 +10,18 @@ namespace kerf {
 
 struct SlabCut {
   CutPlane plane;
-  double thickness_mm = 0.25;  // of the slice; 0.02 to 50
+  double thickness_mm = 0.25;  // of the slice
   /// A plane may pass through a bone in several places, for example through both sides of a mandible. If false, the
   /// bone is cut at the place nearest to `near_W` (by default the plane's point), and at further places, nearest first,
   /// only while they still connect the two sides. If true, the plane cuts at all places.
   bool everywhere = false;
   std::optional<Vec3> near_W;
 };
+
+template <typename V>
+void Describe(SlabCut& p, V&& visit) {
+  visit("thickness_mm", p.thickness_mm, Range{0.02, 50}, "thickness of the slice");
+}
 
 struct SlabParts {
   Bone left;   // s < -t/2, with s the distance from the plane along its normal and t the thickness

@@ -60,17 +60,7 @@ std::function<void(double)> Part(const std::function<void(double)>& progress, do
 
 void CheckOptions(const ImportOptions& options) {
   if (!options.frame.empty()) LpsFromFrame(options.frame);
-  const auto within = [](const char* name, double value, double lower, double upper, const char* unit) {
-    if (value >= lower && value <= upper) return;
-    throw Error(fmt::format("{} = {} {} is out of range; valid range {} to {}", name, value, unit, lower, upper));
-  };
-  within("voxel", options.voxel_mm, 0.05, 2, "mm");
-  within("iso", options.isolate.iso_hu, -500, 3000, "HU");
-  within("cortical HU", options.tissue.cortical_hu, -500, 4000, "HU");
-  within("tooth HU", options.tissue.tooth_hu, 0, 32767, "HU");
-  within("shell", options.tissue.shell_mm, 0, 10, "mm");
-  if (options.hu_voxel_mm != 0) within("HU voxel", options.hu_voxel_mm, 0.1, 5, "mm");
-  within("shell of a surface", options.mesh_shell_mm, 0, 10, "mm");
+  CheckParameters(options, "import");
   if (!options.mesh_units.empty()) CalcMmPerUnit(options.mesh_units);
   for (const auto* points : {&options.isolate.keep_W, &options.isolate.drop_W}) {
     for (const Vec3& p : *points) {
@@ -141,8 +131,9 @@ void DropDust(Bone& bone, bool one_piece, ImportReport& report) {
 void KeepHu(const Volume& ct, const ImportOptions& options, Bone& bone, ImportReport& report) {
   const Vec3& spacing = ct.spacing_mm;
   const double finest = std::min({spacing.x, spacing.y, spacing.z});
-  report.hu_voxel_mm =
-      options.hu_voxel_mm != 0 ? options.hu_voxel_mm : std::clamp(finest, std::max(options.voxel_mm, 0.1), 5.0);
+  report.hu_voxel_mm = options.hu_voxel_mm != 0 ? options.hu_voxel_mm
+                                                : std::clamp(finest, std::max(options.voxel_mm, kHuVoxelRange_mm.lower),
+                                                             kHuVoxelRange_mm.upper);
   const HuSampler sampler(ct);
   SetHu(
       bone, [&sampler](const Vec3& p_W) { return sampler.At(p_W); }, report.hu_voxel_mm);

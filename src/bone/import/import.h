@@ -24,24 +24,35 @@
 namespace kerf {
 
 struct ImportOptions {
-  std::string series;      // of a DICOM folder: UID or a suffix of it; if empty, the only CT series
-  std::string frame;       // of the file's coordinates, such as "RAS" (patient_frame.h); if empty, that of the header
-  double voxel_mm = 0.1;   // 0.05 to 2
+  std::string series;  // of a DICOM folder: UID or a suffix of it; if empty, the only CT series
+  std::string frame;   // of the file's coordinates, such as "RAS" (patient_frame.h); if empty, that of the header
+  double voxel_mm = 0.1;
   IsolateOptions isolate;  // includes the iso value
   bool fill = true;  // CT: if true, cavities become bone; surface: if false, all volume enclosed by an inner shell is
                      // hollow
   FillOptions cavities;
   TissueOptions tissue;
-  double mesh_shell_mm = 2.0;              // thickness of the cortex of a surface, which has no HU
+  double mesh_shell_mm = 2.0;              // for a surface, which has no HU
   std::string mesh_units;                  // of a surface's coordinates: mm, cm, m, in, um; if empty: mm, if the size
                                            // is that of a bone
   std::optional<MaterialTable> materials;  // replaces the built-in table
   std::string materials_name;              // its origin, for messages and provenance
   bool keep_hu = false;                    // store the CT numbers in the bone
-  double hu_voxel_mm = 0;                  // edge of their lattice, 0.1 to 5; 0: the CT's finest spacing, but at least
-                                           // voxel_mm
+  double hu_voxel_mm = 0;                  // 0: the CT's finest spacing, but at least voxel_mm
   std::function<void(double)> progress;    // optional; 0 to 1, from one thread
 };
+
+template <typename V>
+void Describe(ImportOptions& p, V&& visit) {
+  visit("voxel_mm", p.voxel_mm, Range{0.05, 2}, "voxel size of the bone");
+  visit("iso_hu", p.isolate.iso_hu, Range{-500, 3000}, "CT number of the bone's surface");
+  visit("cortical_hu", p.tissue.cortical_hu, Range{-500, 4000}, "minimum CT number of cortical bone");
+  visit("tooth_hu", p.tissue.tooth_hu, Range{0, 32767}, "minimum CT number of enamel");
+  visit("shell_mm", p.tissue.shell_mm, Range{0, 10}, "depth to which bone is cortical whatever its CT number");
+  visit("mesh_shell_mm", p.mesh_shell_mm, Range{0, 10}, "thickness of the cortex of an imported surface");
+  visit("hu_voxel_mm", p.hu_voxel_mm, Range{kHuVoxelRange_mm.lower, kHuVoxelRange_mm.upper, kOrZero},
+        "voxel size of the stored CT numbers; 0: the CT's finest spacing, but at least the bone's voxel size");
+}
 
 /// Results of an import. Volumes in mm^3.
 struct ImportReport {

@@ -48,11 +48,13 @@ std::uint64_t CalcHash(const Volume& volume) {
 
 void CheckLattice(const Volume& volume, const std::string& name) {
   for (int a = 0; a < 3; ++a) {
+    constexpr Range kSpacingRange_mm{0.01, 20};
     const double h = volume.spacing_mm[a];
-    if (!(h >= 0.01 && h <= 20)) {
-      const char* unit = h > 0 && h < 0.01 && h * 1000 <= 20 ? "; the header is probably in metres" : "";
-      throw Error(fmt::format("{}: the voxel spacing along axis {} is {:.6g} mm; kerf accepts 0.01 to 20 mm{}", name,
-                              a + 1, h, unit));
+    if (!kSpacingRange_mm.Contains(h)) {
+      const bool in_metres = h > 0 && h < kSpacingRange_mm.lower && h * 1000 <= kSpacingRange_mm.upper;
+      throw Error(fmt::format("{}: the voxel spacing along axis {} is {:.6g} mm; kerf accepts {}{}", name, a + 1, h,
+                              ShowRange(kSpacingRange_mm, "mm"),
+                              in_metres ? "; the header is probably in metres" : ""));
     }
     if (!std::isfinite(volume.origin_W[a]) || std::abs(volume.origin_W[a]) > 1e5) {
       throw Error(fmt::format("{}: the position of the first voxel is {} mm along axis {}, which can't be in a patient",

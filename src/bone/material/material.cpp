@@ -9,7 +9,6 @@
 namespace kerf {
 namespace {
 
-constexpr int kMaxRegion = 255;
 constexpr double kRigidE_MPa = 1e9;  // rigid for any tool; above this, the sum of the compliances loses precision
 
 }  // namespace
@@ -38,16 +37,12 @@ std::optional<Tissue> TissueFromString(const std::string& name) {
 }
 
 void MaterialTable::Add(Region region) {
-  if (region.id < 1 || region.id > kMaxRegion) {
-    throw Error(fmt::format("region id {} is outside the range 1 to {}", region.id, kMaxRegion));
-  }
+  CheckRange("id", region.id, kRegionRange, "region");
   if (!(region.E_MPa > 0 && region.E_MPa <= kRigidE_MPa)) {  // also rejects NaN
     throw Error(fmt::format("region {}: E = {} GPa must be above 0 and at most {}", region.id, region.E_MPa / 1000,
                             kRigidE_MPa / 1000));
   }
-  if (!(region.nu >= 0 && region.nu <= 0.5)) {
-    throw Error(fmt::format("region {}: nu = {} is outside the range 0 to 0.5", region.id, region.nu));
-  }
+  CheckRange("nu", region.nu, kPoissonRatioRange, fmt::format("region {}", region.id));
   if (Contains(region.id)) throw Error(fmt::format("region {} is given twice", region.id));
   const int id = region.id;
   regions_.emplace(id, std::move(region));

@@ -22,7 +22,7 @@ Region ParseRegionRow(const std::vector<std::string>& fields, const CsvPlace& pl
   const std::string& id = field(kRegionId);
   const auto [end, code] = std::from_chars(id.data(), id.data() + id.size(), region.id);
   if (code != std::errc() || end != id.data() + id.size()) {
-    place.Fail(fmt::format("id = {} is not a whole number within 1 to 255", Quote(id)));
+    place.Fail(fmt::format("id = {} is not a whole number from {}", Quote(id), ShowRange(kRegionRange, "")));
   }
   region.name = field(kRegionName);
   if (region.name.empty()) place.Fail("name is empty");

@@ -225,7 +225,7 @@ class Collapser {
 }  // namespace
 
 TriangleMesh Decimate(const TriangleMesh& mesh, std::size_t triangles) {
-  if (triangles < 4) throw Error(fmt::format("a surface needs at least 4 triangles, but {} were requested", triangles));
+  CheckRange("triangles", static_cast<double>(triangles), kTrianglesRange);
   if (mesh.triangles.size() <= triangles) return mesh;
   Collapser collapser(mesh);
   collapser.Run(triangles);

@@ -18,22 +18,15 @@ constexpr int kDefaultRegion = 24;
 }  // namespace
 
 void CheckBlock(const BlockParams& params, const MaterialTable& materials) {
-  Describe(params, [](const char* key, double value, Range range, const char*) {
-    if (!(value >= range.lower && value <= range.upper)) {
-      throw Error(fmt::format("block: {} = {} is outside the range {} to {}", key, value, range.lower, range.upper));
-    }
-  });
+  CheckParameters(params, "block");
   if (!IsValid(params.X_WB))
     throw Error("block: its pose contains a number that is not finite or a quaternion that is not of unit length");
   double top = 0;
   for (std::size_t i = 0; i < params.layers.size(); ++i) {
     const MaterialLayer& layer = params.layers[i];
+    CheckParameters(layer, fmt::format("block: layer {}", i + 1));
     if (!materials.Contains(layer.region)) {
       throw Error(fmt::format("block: layer {} has region {}, which is not in the region table", i + 1, layer.region));
-    }
-    if (!(layer.thickness_mm > 0 && std::isfinite(layer.thickness_mm))) {
-      throw Error(
-          fmt::format("block: layer {} is {} mm thick; a thickness must be positive", i + 1, layer.thickness_mm));
     }
     if (top >= params.size_mm.z) {
       throw Error(fmt::format("block: layer {} would begin {} mm below the top of a block {} mm high", i + 1, top,

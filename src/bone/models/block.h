@@ -1,12 +1,10 @@
 // Blocks and plates with layers of material, for experiments with a known answer.
 #pragma once
 
-#include <concepts>
-#include <type_traits>
 #include <vector>
 
-#include "base/core/describe.h"
 #include "kerf/bone.h"
+#include "kerf/describe.h"
 
 namespace kerf {
 
@@ -25,13 +23,20 @@ struct BlockParams {
   double voxel_mm = 0.1;
 };
 
-template <typename Params, typename Visitor>
-requires std::same_as<std::remove_const_t<Params>, BlockParams>
-void Describe(Params& p, Visitor&& visit) {
+template <typename V>
+void Describe(MaterialLayer& p, V&& visit) {
+  visit("thickness_mm", p.thickness_mm, Range{0.001, 1000}, "thickness of the layer; the last layer fills the rest");
+  visit("region", p.region, kRegionRange, "region of the layer in the table of materials");
+}
+
+template <typename V>
+void Describe(BlockParams& p, V&& visit) {
   visit("size_x_mm", p.size_mm.x, Range{0.1, 1000}, "length of the block along its x axis");
   visit("size_y_mm", p.size_mm.y, Range{0.1, 1000}, "length of the block along its y axis");
   visit("size_z_mm", p.size_mm.z, Range{0.1, 1000}, "height of the block, along its z axis");
-  visit("voxel_mm", p.voxel_mm, Range{0.02, 4}, "edge of a voxel");
+  visit("voxel_mm", p.voxel_mm, kVoxelRange_mm, "edge of a voxel");
+  visit("top_mm", p.X_WB.p_AB, kCoordinateRange_mm, "middle of the block's top face (+z), world frame");
+  visit("rotation", p.X_WB.R_AB, "rotation from the block's frame to the world frame: unit quaternion [w, x, y, z]");
 }
 
 /// Returns a plate of the body of the mandible laid flat: a cortical plate of 2.2 mm, cancellous bone, and a cortical
@@ -44,8 +49,8 @@ double CalcBlockDistance(const BlockParams& params, const Vec3& p_W);
 /// Tick-safe.
 int CalcBlockRegion(const BlockParams& params, const Vec3& p_W);
 
-/// Throws kerf::Error if a size is out of range, a layer's thickness is not positive, the pose is not valid, or a layer
-/// has an unknown region or lies entirely below the block.
+/// Throws kerf::Error if a parameter is out of range, the pose is not valid, or a layer has an unknown region or lies
+/// entirely below the block.
 void CheckBlock(const BlockParams& params, const MaterialTable& materials);
 /// Throws kerf::Error as CheckBlock() does, and if the block would be too large.
 Bone MakeBlock(const BlockParams& params, const MaterialTable& materials);

@@ -29,7 +29,8 @@ Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
   options.max_bytes = static_cast<double>(ReadAvailableBytes());
   Bone bone = MakeBone(solid, shape.bounds().Grown(5 * params.voxel_mm), options, materials);
   bone.set_note("made_by", "kerf model mandible");
-  Describe(params, [&bone](const char* key, const auto& value, Range, const char*) {
+  MandibleParams described = params;
+  Describe(described, [&bone](const char* key, const auto& value, Range, const char*) {
     bone.set_note(fmt::format("mandible_{}", key), fmt::format("{}", value));
   });
   return bone;

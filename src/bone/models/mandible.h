@@ -5,15 +5,13 @@
 // body have negative z.
 #pragma once
 
-#include <concepts>
 #include <functional>
 #include <memory>
-#include <type_traits>
 #include <vector>
 
-#include "base/core/describe.h"
 #include "bone/grid/build.h"
 #include "kerf/bone.h"
+#include "kerf/describe.h"
 
 namespace kerf {
 
@@ -52,9 +50,8 @@ struct MandibleParams {
   double voxel_mm = 0.1;
 };
 
-template <typename Params, typename Visitor>
-requires std::same_as<std::remove_const_t<Params>, MandibleParams>
-void Describe(Params& p, Visitor&& visit) {
+template <typename V>
+void Describe(MandibleParams& p, V&& visit) {
   visit("symphysis_height_mm", p.symphysis_height_mm, Range{24, 38},
         "height of the body in the midline, crest to lower border");
   visit("mental_foramen_height_mm", p.mental_foramen_height_mm, Range{21, 33},
@@ -90,7 +87,7 @@ void Describe(Params& p, Visitor&& visit) {
   visit("cortex_lingual_mm", p.cortex_lingual_mm, Range{1, 4}, "thickness of the lingual plate at the first molar");
   visit("cortex_back_mm", p.cortex_back_mm, Range{0.8, 3}, "thickness of the cortex at the ramus and condyle");
   visit("teeth", p.teeth, Range{0, 16}, "number of teeth: 0, 14 (no third molars) or 16");
-  visit("voxel_mm", p.voxel_mm, Range{0.02, 4}, "edge of a voxel");
+  visit("voxel_mm", p.voxel_mm, kVoxelRange_mm, "edge of a voxel");
 }
 
 /// Named points of the left half, world frame; for the right half, x has the opposite sign.

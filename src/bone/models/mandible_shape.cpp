@@ -16,12 +16,7 @@ namespace kerf {
 namespace {
 
 void Validate(const MandibleParams& params) {
-  Describe(params, [](const char* key, const auto& value, Range range, const char*) {
-    const auto v = static_cast<double>(value);
-    if (!(v >= range.lower && v <= range.upper)) {
-      throw Error(fmt::format("mandible: {} = {} is outside the range {} to {}", key, value, range.lower, range.upper));
-    }
-  });
+  CheckParameters(params, "mandible");
   if (params.teeth != 0 && params.teeth != 14 && params.teeth != 16) {
     throw Error(fmt::format("mandible: teeth = {} must be 0, 14 or 16", params.teeth));
   }

@@ -103,9 +103,10 @@ double VoxelSize(const openvdb::GridBase& grid, const std::string& path) {
   const openvdb::Vec3d one = transform.indexToWorld(openvdb::Vec3d(1, 1, 1));
   const openvdb::Vec3d zero = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
   const bool plain = zero.length() == 0 && (one - openvdb::Vec3d(h, h, h)).length() <= 1e-9 * h;
-  if (!plain || !(h >= 0.002 && h <= 10)) {
-    Refuse(path,
-           fmt::format("grid \"{}\" must have cubic voxels of 0.002 to 10 mm along the world axes", grid.getName()));
+  constexpr Range kFileVoxelRange_mm{0.002, 10};
+  if (!plain || !kFileVoxelRange_mm.Contains(h)) {
+    Refuse(path, fmt::format("grid \"{}\" must have cubic voxels of {} along the world axes", grid.getName(),
+                             ShowRange(kFileVoxelRange_mm, "mm")));
   }
   return h;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "kerf/describe.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -105,9 +106,9 @@ void CheckEffects(const EffectChoices& choices) {
     for (std::size_t i = 0; i < info.parameters.size(); ++i) {
       const EffectParameter& parameter = info.parameters[i];
       const auto check = [&](double x) {
-        if (x >= parameter.lower && x <= parameter.upper) return;
-        faults.push_back(fmt::format("{} = {} of the effect {} is out of range; valid range {} to {}", parameter.key, x,
-                                     info.name, parameter.lower, parameter.upper));
+        const std::string fault = FindRangeFault(x, {parameter.lower, parameter.upper}, UnitOfKey(parameter.key));
+        if (!fault.empty())
+          faults.push_back(fmt::format("the effect {}: {} = {} {}", info.name, parameter.key, x, fault));
       };
       if (const auto* number = std::get_if<double>(&choice.values()[i])) check(*number);
       if (const auto* vector = std::get_if<Vec3>(&choice.values()[i])) {

@@ -44,10 +44,7 @@ ToothForce MakeToothForce(const ForceLaw& law, const Tool& tool) {
   const ForceLawInfo& info = law.info();
   for (std::size_t i = 0; i < info.parameters.size(); ++i) {
     const LawParameter& p = info.parameters[i];
-    if (!(law.values()[i] >= p.lower && law.values()[i] <= p.upper)) {
-      throw Error(
-          fmt::format("{} = {} is out of range; valid range {} to {}", p.key, law.values()[i], p.lower, p.upper));
-    }
+    CheckRange(p.key, law.values()[i], {p.lower, p.upper});
   }
   return info.make(law.values(), CalcTooth(tool));
 }

@@ -143,17 +143,7 @@ void Simulation::State::AddEffects(const Pose& X_a, const Pose& X_b, const Vec3&
 
 Simulation::Simulation(Bone bone, const SimulationParams& params, const Pose& X_WT_start) {
   Validate(params.tool);
-  if (params.rim_samples_per_pitch < 1 || params.rim_samples_per_pitch > 256) {
-    throw Error(
-        fmt::format("rim_samples_per_pitch = {} is out of range; valid range 1 to 256", params.rim_samples_per_pitch));
-  }
-  if (params.substeps < 1 || params.substeps > 64) {
-    throw Error(fmt::format("substeps = {} is out of range; valid range 1 to 64", params.substeps));
-  }
-  if (params.carve_interval_ticks < 1 || params.carve_interval_ticks > 64) {
-    throw Error(
-        fmt::format("carve_interval_ticks = {} is out of range; valid range 1 to 64", params.carve_interval_ticks));
-  }
+  CheckParameters(params);
   if (!IsValid(X_WT_start)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
   if (!IsInWorld(X_WT_start.p_AB)) {
     throw Error(fmt::format("the tool's start position is more than {} mm from the world origin", kWorldReach_mm));

@@ -19,26 +19,10 @@ constexpr int kMaxSubsteps = 1024;
 constexpr double kSubstepTravel_mm = 0.05;  // maximum motion of the hand per substep
 constexpr double kNoAdvance_N = 1e12;       // resistance that stops a blade whose spindle is stopped
 
-void CheckRange(double value, double lower, double upper, const char* name) {
-  if (!(value >= lower && value <= upper)) {
-    throw Error(fmt::format("{} = {} is out of range; valid range {} to {}", name, value, lower, upper));
-  }
-}
-
 void Validate(const SlabParams& p, const SlabProfile& profile) {
   p.saw.Validate();
   if (!(std::abs(glm::length(p.direction_W) - 1) < 1e-6)) throw Error("the cut direction is not of unit length");
-  CheckRange(p.contact_share_of_pitch, 1e-6, 0.5, "contact_share_of_pitch");
-  CheckRange(p.mass_g, 1e-3, 1e4, "mass_g");
-  CheckRange(p.stiffness_N_per_mm, 0, 1e6, "stiffness_N_per_mm");
-  CheckRange(p.damping_Ns_per_mm, 0, 1e3, "damping_Ns_per_mm");
-  CheckRange(p.friction_coefficient, 0, 10, "friction_coefficient");
-  CheckRange(p.normal_force_N, 0, 1e4, "normal_force_N");
-  CheckRange(p.coupling_N_per_mm, 1e-3, 1e6, "coupling_N_per_mm");
-  CheckRange(p.coupling_damping_Ns_per_mm, 0, 1e3, "coupling_damping_Ns_per_mm");
-  CheckRange(p.segment_mass_g, 1e-3, 1e4, "segment_mass_g");
-  CheckRange(p.segment_stiffness_N_per_mm, 0, 1e6, "segment_stiffness_N_per_mm");
-  CheckRange(p.segment_damping_Ns_per_mm, 0, 1e3, "segment_damping_Ns_per_mm");
+  CheckParameters(p);
   if (profile.layers.empty() || !(profile.end_mm > 0) || !std::isfinite(profile.end_mm + profile.entry_mm)) {
     throw Error("the slice's profile is empty");
   }
@@ -49,10 +33,10 @@ void Validate(const SlabParams& p, const SlabProfile& profile) {
       throw Error(fmt::format("the slice's layers must begin at depth 0 and go down to its end; one begins at {} mm",
                               layer.top_mm));
     }
-    if (!(layer.E_MPa >= 0 && std::isfinite(layer.E_MPa) && layer.nu >= 0 && layer.nu <= 0.5)) {
+    if (!(layer.E_MPa >= 0 && std::isfinite(layer.E_MPa) && kPoissonRatioRange.Contains(layer.nu))) {
       throw Error(fmt::format(
-          "the slice's layer at {} mm has E = {} MPa and nu = {}; E must be finite and 0 or more, and nu 0 to 0.5",
-          layer.top_mm, layer.E_MPa, layer.nu));
+          "the slice's layer at {} mm has E = {} MPa and nu = {}; E must be finite and 0 or more, and nu {}",
+          layer.top_mm, layer.E_MPa, layer.nu, ShowRange(kPoissonRatioRange, "")));
     }
     top_mm = layer.top_mm;
   }

@@ -49,13 +49,7 @@ std::size_t UndoJournal::Record::CalcMemoryBytes() const {
 
 UndoJournal::UndoJournal(LeafHistory& history, const UndoParams& params)
     : history_(history), params_(params), inside_mm_(history.inside_mm()) {
-  if (!(params.max_MB >= 0.2 && params.max_MB <= 1e6)) {
-    throw Error(fmt::format("max_MB = {:g} of undo is out of range; valid range 0.2 to 1e6", params.max_MB));
-  }
-  if (params.max_changed_leaves < 0 || params.max_changed_leaves > 65536) {
-    throw Error(fmt::format("max_changed_leaves = {} of undo is out of range; valid range 0 to 65536",
-                            params.max_changed_leaves));
-  }
+  CheckParameters(params, "undo");
   records_.push_back({.number = 0, .name = "start", .epoch = 1, .lost = false, .leaves = {}, .taken_out_mm3 = {}});
   Drain();
 }

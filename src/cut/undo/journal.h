@@ -15,9 +15,21 @@
 namespace kerf {
 
 struct UndoParams {
-  double max_MB = 256;  // bound on the compressed memory, 0.2 to 1e6. The oldest checkpoints are dropped first
-  int max_changed_leaves = 1024;  // leaves that may change before a prepared job begins, 0 to 65536; 2 kB each per job
+  double max_MB = 256;            // bound on the compressed memory
+  int max_changed_leaves = 1024;  // 2 kB each per job
 };
+
+/// For all that have a memory for undo.
+template <typename Params, typename V>
+void DescribeUndoMemory(Params& p, V&& visit) {
+  visit("max_MB", p.max_MB, Range{0.2, 1e6}, "memory for undo; the oldest checkpoints are dropped first");
+}
+template <typename V>
+void Describe(UndoParams& p, V&& visit) {
+  DescribeUndoMemory(p, visit);
+  visit("max_changed_leaves", p.max_changed_leaves, Range{0, 65536},
+        "leaves that may change before a prepared job begins");
+}
 
 /// Checkpoint that can be restored.
 struct UndoCheckpoint {

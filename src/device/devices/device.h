@@ -5,9 +5,19 @@
 #include <cstdint>
 #include <string>
 
+#include "kerf/describe.h"
 #include "kerf/geometry.h"
 
 namespace kerf {
+
+/// Maximum delay of a device's force, in addition to the loop's own, for which couplings are computed.
+inline constexpr int kMaxDelay_ticks = 16;
+template <typename V>
+void DescribeDelay(int& delay_ticks, V&& visit) {
+  visit(
+      "delay_ticks", delay_ticks, Range{0, kMaxDelay_ticks},
+      "delay of the device's force in ticks, in addition to the loop's own: 2 for a device that has a separate thread");
+}
 
 /// Capabilities of a device. A value of 0 means unknown.
 struct DeviceProfile {

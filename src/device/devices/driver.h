@@ -36,6 +36,16 @@ struct DriverTraits {
   std::vector<std::string> buttons;  // names, starting with bit 0
 };
 
+/// Limits of a driver that reaches its device through a port of a program.
+inline constexpr Range kPortRange{1, 65535};
+inline constexpr Range kTimeoutRange_ms{1, 1000};
+template <typename Options, typename V>
+void DescribeLink(Options& p, V&& visit) {
+  visit("port", p.port, kPortRange, "port of the program");
+  visit("timeout_ms", p.timeout_ms, kTimeoutRange_ms, "timeout of a round");
+  visit("start_timeout_ms", p.start_timeout_ms, Range{1, 60'000}, "timeout of each step of the start");
+}
+
 /// Requested output of the device in frame D. Zero is always safe.
 struct DriverCommand {
   Vec3 f_D_N{0};

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 
-#include "kerf/error.h"
-
 namespace kerf {
 
 std::vector<ForceTableRow> CalcForceTable(const std::vector<DeviceProfile>& profiles, double expected_N) {
-  if (!(expected_N >= 0.1) || !(expected_N <= 1e4)) throw Error("the largest force must be 0.1 to 10000 N");
+  CheckRange("expected_N", expected_N, kExpectedPeakRange_N);
   std::vector<ForceTableRow> table;
   for (const DeviceProfile& profile : profiles) {
     ForceTableRow row;

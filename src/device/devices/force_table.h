@@ -7,6 +7,9 @@
 
 namespace kerf {
 
+/// Largest simulated force.
+inline constexpr Range kExpectedPeakRange_N{0.1, 1e4};
+
 /// Forces are in simulated newtons unless stated otherwise.
 struct ForceTableRow {
   DeviceProfile profile;
@@ -18,7 +21,7 @@ struct ForceTableRow {
   double range = 0;             // largest_N / masked_N; 0 if no force is masked
 };
 
-/// Computes one row per profile, in the same order. `expected_N` is the largest simulated force, 0.1 to 1e4.
+/// Computes one row per profile, in the same order. `expected_N` is the largest simulated force.
 /// Throws kerf::Error if it is out of range.
 std::vector<ForceTableRow> CalcForceTable(const std::vector<DeviceProfile>& profiles, double expected_N);
 

@@ -18,12 +18,6 @@ double CalcMinimumJerkSlope(double u) {
   return 30 * u * u * (1 - u) * (1 - u);
 }
 
-void CheckWithin(std::size_t step, const char* name, double value, double lower, double upper) {
-  if (value >= lower && value <= upper) return;
-  throw Error(
-      fmt::format("step {} of the hand: {} = {} is outside the range {} to {}", step + 1, name, value, lower, upper));
-}
-
 }  // namespace
 
 IntentionScript::IntentionScript(const Pose& X_WH_start, std::vector<IntentionStep> steps)
@@ -36,12 +30,7 @@ IntentionScript::IntentionScript(const Pose& X_WH_start, std::vector<IntentionSt
     if (!IsValid(s.X_WH) || !IsInWorld(s.X_WH.p_AB)) {
       throw Error(fmt::format("the end pose of step {} of the hand is not valid or outside the world", i + 1));
     }
-    CheckWithin(i, "seconds", s.seconds, 1e-3, 1e6);
-    CheckWithin(i, "push (N)", glm::length(s.push_W_N), 0, 1000);
-    CheckWithin(i, "yield_s", s.yield_s, 0, 100);
-    CheckWithin(i, "saw amplitude (mm)", glm::length(s.saw_W_mm), 0, 100);
-    CheckWithin(i, "saw_Hz", s.saw_Hz, 0, 10);
-    CheckWithin(i, "push_on_s", s.push_on_s, 0, 100);
+    CheckParameters(s, fmt::format("step {} of the hand", i + 1));
     duration_s_ += s.seconds;
   }
 }

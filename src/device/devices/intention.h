@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include <glm/geometric.hpp>
+#include "kerf/describe.h"
 #include "kerf/geometry.h"
 
 namespace kerf {
@@ -18,14 +20,25 @@ struct Intention {
 /// A step of the hand's motion. All quantities change smoothly: a stroke has minimum jerk (a fifth-order polynomial), a
 /// push rises over push_on_s, and a sawing motion grows during the first quarter of the step and fades during the last.
 struct IntentionStep {
-  double seconds = 1;      // 1e-3 to 1e6
-  Pose X_WH{};             // pose at the end of the step; the hand holds still if it equals that of the previous step
-  Vec3 push_W_N{0};        // push from the start of this step on; at most 1000
-  double yield_s = 0;      // see Intention; 0 to 100
-  Vec3 saw_W_mm{0};        // amplitude of an oscillation added to the stroke; at most 100
-  double saw_Hz = 0;       // 0 to 10, the limit of human motion
-  double push_on_s = 0.3;  // 0 to 100
+  double seconds = 1;
+  Pose X_WH{};         // pose at the end of the step; the hand holds still if it equals that of the previous step
+  Vec3 push_W_N{0};    // push from the start of this step on
+  double yield_s = 0;  // see Intention
+  Vec3 saw_W_mm{0};    // amplitude of an oscillation added to the stroke
+  double saw_Hz = 0;
+  double push_on_s = 0.3;
 };
+template <typename V>
+void Describe(IntentionStep& p, V&& visit) {
+  visit("seconds", p.seconds, Range{1e-3, 1e6}, "duration of the step");
+  double push_N = glm::length(p.push_W_N);
+  visit("push_N", push_N, Range{0, 1000}, "length of the push");
+  visit("yield_s", p.yield_s, Range{0, 100}, "time constant with which the intention follows the handle");
+  double saw_mm = glm::length(p.saw_W_mm);
+  visit("saw_mm", saw_mm, Range{0, 100}, "amplitude of the oscillation");
+  visit("saw_Hz", p.saw_Hz, Range{0, 10}, "its frequency; the limit is that of human motion");
+  visit("push_on_s", p.push_on_s, Range{0, 100}, "time over which the push rises");
+}
 
 class IntentionScript {
  public:

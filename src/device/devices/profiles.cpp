@@ -7,9 +7,9 @@
 #include <cmath>
 
 #include "base/core/csv.h"
-#include "base/core/describe.h"
 #include "base/core/nearest_name.h"
 #include "device_profiles_csv.h"
+#include "kerf/describe.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -63,9 +63,8 @@ std::pair<double, char> ParseFigure(const Figure& figure, std::string_view text,
                     figure.name, Quote(text)));
   }
   const double value = ParseCsvNumber(text.substr(0, blank), 0, figure.name, place);
-  if (!(value >= figure.range.lower && value <= figure.range.upper)) {
-    place.Fail(fmt::format("{} = {} is outside the range {} to {}", figure.name, value, figure.range.lower,
-                           figure.range.upper));
+  if (const std::string fault = FindRangeFault(value, figure.range, UnitOfKey(figure.name)); !fault.empty()) {
+    place.Fail(fmt::format("{} = {} {}", figure.name, value, fault));
   }
   return {value, tag.front()};
 }

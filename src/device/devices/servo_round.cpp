@@ -17,18 +17,7 @@ constexpr double kAllowedJump_rad = 0.1;
 
 ServoRound::ServoRound(const DeviceProfile& profile, const DriverTraits& traits, const ServoParams& params)
     : traits_(traits), params_(params), gate_(profile, params.gate) {
-  if (!(params.silent_s >= 0.002 && params.silent_s <= 10)) {
-    throw Error(fmt::format("silent_s = {} is outside the range 0.002 to 10", params.silent_s));
-  }
-  if (!(params.max_speed_mm_per_s >= 100 && params.max_speed_mm_per_s <= 1e9)) {
-    throw Error(fmt::format("max_speed_mm_per_s = {} is outside the range 100 to 1e9", params.max_speed_mm_per_s));
-  }
-  if (!(params.max_speed_rad_per_s >= 1 && params.max_speed_rad_per_s <= 1e9)) {
-    throw Error(fmt::format("max_speed_rad_per_s = {} is outside the range 1 to 1e9", params.max_speed_rad_per_s));
-  }
-  if (!(params.agree_s >= params.silent_s && params.agree_s <= 3600)) {
-    throw Error(fmt::format("agree_s = {} is outside the range silent_s to 3600", params.agree_s));
-  }
+  CheckParameters(params);
 }
 
 void ServoRound::Open(double now_s) {

@@ -36,14 +36,22 @@ struct ServoSample {
 
 struct ServoParams {
   SafetyGateOptions gate;
-  double silent_s = 0.05;  // maximum time without an answer before the force stops; 0.002 to 10
-  double agree_s = 0.5;    // after a longer silence, the user must agree again; silent_s to 3600
-  /// Faster motion is a fault, after which the handle is coupled to the tool again; 100 to 1e9.
+  double silent_s = 0.05;
+  double agree_s = 0.5;
   double max_speed_mm_per_s = 5000;
-  double max_speed_rad_per_s = 30;  // the same for rotation, if it is sensed; 1 to 1e9
+  double max_speed_rad_per_s = 30;
   /// If true, pressing any button counts as the user's agreement.
   bool button_agrees = true;
 };
+
+template <typename V>
+void Describe(ServoParams& p, V&& visit) {
+  visit("silent_s", p.silent_s, Range{0.002, 10}, "maximum time without an answer before the force stops");
+  visit("agree_s", p.agree_s, Range{p.silent_s, 3600}, "after a longer silence, the user must agree again");
+  visit("max_speed_mm_per_s", p.max_speed_mm_per_s, Range{100, 1e9},
+        "faster motion is a fault, after which the handle is coupled to the tool again");
+  visit("max_speed_rad_per_s", p.max_speed_rad_per_s, Range{1, 1e9}, "the same for rotation, if it is sensed");
+}
 
 struct ServoCounts {
   std::uint64_t rounds = 0;

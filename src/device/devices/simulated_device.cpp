@@ -36,14 +36,7 @@ SimulatedDevice::SimulatedDevice(const DeviceProfile& profile, const HandModel& 
   if (!IsValid(X_WH_start) || !IsInWorld(X_WH_start.p_AB)) {
     throw Error("the start pose of the simulated device is not valid or outside the world");
   }
-  if (options.substeps < 20 || options.substeps > 10000) {
-    throw Error(
-        fmt::format("substeps = {} of the simulated device is outside the range 20 to 10000", options.substeps));
-  }
-  if (options.delay_ticks < 0 || options.delay_ticks > kMaxDelay) {
-    throw Error(fmt::format("delay_ticks = {} of the simulated device is outside the range 0 to {}",
-                            options.delay_ticks, kMaxDelay));
-  }
+  CheckParameters(options, "simulated device");
   Place(X_WH_start);
   last_sample_.X_WH = X_WH_start;
 }
@@ -152,9 +145,9 @@ bool SimulatedDevice::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexce
   const Wrench wrench{Shorten(f_H_W_N, profile_.peak_force_N, shortened),
                       turns ? Shorten(tau_H_W_Nmm, profile_.peak_torque_Nmm, shortened) : Vec3{0}};
   if (shortened) ++saturated_writes_;
-  queue_at_ = (queue_at_ + 1) % (kMaxDelay + 1);
+  queue_at_ = (queue_at_ + 1) % (kMaxDelay_ticks + 1);
   queue_[static_cast<std::size_t>(queue_at_)] = wrench;
-  const int from = (queue_at_ + kMaxDelay + 1 - options_.delay_ticks) % (kMaxDelay + 1);
+  const int from = (queue_at_ + kMaxDelay_ticks + 1 - options_.delay_ticks) % (kMaxDelay_ticks + 1);
   f_W_N_ = queue_[static_cast<std::size_t>(from)].f_W_N;
   tau_W_Nmm_ = queue_[static_cast<std::size_t>(from)].tau_W_Nmm;
   return true;

@@ -12,11 +12,17 @@
 namespace kerf {
 
 struct SimulatedDeviceOptions {
-  Vec3 p_TC_mm{0};       // point of the tool frame at the handle: CouplingParams::p_TC_mm
-  int substeps = 20;     // integration steps per tick, 20 to 10000
-  int delay_ticks = 0;   // delay from Write() to the force, 0 to 16
+  Vec3 p_TC_mm{0};  // point of the tool frame at the handle: CouplingParams::p_TC_mm
+  int substeps = 20;
+  int delay_ticks = 0;   // from Write() to the force
   bool quantise = true;  // rounds positions to the profile's resolution
 };
+
+template <typename V>
+void Describe(SimulatedDeviceOptions& p, V&& visit) {
+  visit("substeps", p.substeps, Range{20, 10000}, "integration steps per tick");
+  DescribeDelay(p.delay_ticks, visit);
+}
 
 /// Faults of a device. Each persists until it is reset.
 struct DeviceFaults {
@@ -87,8 +93,7 @@ class SimulatedDevice : public Device {
     Vec3 f_W_N{0};
     Vec3 tau_W_Nmm{0};
   };
-  static constexpr int kMaxDelay = 16;
-  std::array<Wrench, kMaxDelay + 1> queue_{};
+  std::array<Wrench, kMaxDelay_ticks + 1> queue_{};
   int queue_at_ = 0;
   double port_mJ_ = 0;
   double lost_mJ_ = 0;

@@ -1,7 +1,5 @@
 #include "device/devices/workspace.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "kerf/error.h"
@@ -9,9 +7,7 @@
 namespace kerf {
 
 Workspace::Workspace(const WorkspaceParams& params) : params_(params) {
-  if (!(params.motion_scale >= 0.02 && params.motion_scale <= 20)) {
-    throw Error(fmt::format("motion_scale = {} is outside the range 0.02 to 20", params.motion_scale));
-  }
+  CheckParameters(params);
   if (!IsValid({params.R_WD, params.p_TC_mm})) throw Error("the device's orientation is not a unit quaternion");
 }
 

@@ -15,11 +15,21 @@ namespace kerf {
 inline const Quat kFacingPatient{0.70710678118654752, 0.70710678118654752, 0, 0};
 
 struct WorkspaceParams {
-  double motion_scale = 1;     // mm of the tool per mm of the handle, 0.02 to 20
+  double motion_scale = 1;
   Quat R_WD = kFacingPatient;  // orientation of the device's frame in the world
   Vec3 p_TC_mm{0};             // point of the tool that the handle holds: CouplingParams::p_TC_mm
   bool senses_orientation = false;
 };
+
+/// For all that have a motion scale: [device] of a scene, command-line options.
+template <typename Params, typename V>
+void DescribeMotion(Params& p, V&& visit) {
+  visit("motion_scale", p.motion_scale, Range{0.02, 20}, "motion of the tool, in mm per mm of the device's handle");
+}
+template <typename V>
+void Describe(WorkspaceParams& p, V&& visit) {
+  DescribeMotion(p, visit);
+}
 
 /// Point C of the handle moves point C of the tool: p_WC = a_W + motion_scale R_WD (p_DC - a_D). The anchor is the pair
 /// of points a_D and a_W, which coincided when it was last set. If the orientation is sensed, the tool rotates with the

@@ -48,13 +48,7 @@ std::string DescribeRefusal(const BridgeRefusal& refusal, const std::string& whe
 }  // namespace
 
 BridgeDriver::BridgeDriver(const BridgeOptions& options) : options_(options) {
-  if (options.port == 0) throw Error("the bridge port must be 1 to 65535");
-  if (options.timeout_ms < 1 || options.timeout_ms > 1000) throw Error("timeout_ms of the bridge must be 1 to 1000");
-  if (options.max_age_ms < 1 || options.max_age_ms > 1000) throw Error("max_age_ms of the bridge must be 1 to 1000");
-  if (options.start_timeout_ms < 1 || options.start_timeout_ms > 60'000) {
-    throw Error("start_timeout_ms of the bridge must be 1 to 60000");
-  }
-  if (options.valid_ms < 1 || options.valid_ms > 1000) throw Error("valid_ms of the bridge must be 1 to 1000");
+  CheckParameters(options, "bridge");
   if (!IsLoopbackAddress(options.address) && !options.allow_remote) {
     throw Error(
         fmt::format("{} is not this machine (127.x.x.x); packets to a bridge are neither encrypted nor signed, so "

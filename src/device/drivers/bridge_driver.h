@@ -19,15 +19,21 @@ struct BridgeOptions {
   /// If true, the bridge may be on another machine. Packets are neither encrypted nor signed: any program that can send
   /// to the bridge can move the device.
   bool allow_remote = false;
-  int timeout_ms = 10;  // timeout of a round, 1 to 1000
-  /// Maximum age of the command that a state answers, 1 to 1000. A state that answers an older command is discarded:
+  int timeout_ms = 10;
+  /// Maximum age of the command that a state answers. A state that answers an older command is discarded:
   /// its force would be just as late, and the coupling is designed for a delay of a few ms. 30 ms corresponds to three
   /// consecutive timeouts, which occasionally occur on a busy machine, and is less than the 50 ms after which there is
   /// no force. An answer to the newest command may be as old as timeout_ms permits.
   int max_age_ms = 30;
-  int start_timeout_ms = 2000;  // timeout of the handshake, 1 to 60000
-  std::uint32_t valid_ms = 50;  // time for which the bridge may continue with the last command, 1 to 1000
+  int start_timeout_ms = 2000;  // of the handshake
+  std::uint32_t valid_ms = 50;
 };
+template <typename V>
+void Describe(BridgeOptions& p, V&& visit) {
+  DescribeLink(p, visit);
+  visit("max_age_ms", p.max_age_ms, kTimeoutRange_ms, "maximum age of the command that a state answers");
+  visit("valid_ms", p.valid_ms, kTimeoutRange_ms, "time for which the bridge may continue with the last command");
+}
 
 class BridgeDriver final : public DeviceDriver {
  public:

@@ -260,9 +260,7 @@ std::string DescribeSample(const DriverTraits& traits, const DriverSample& sampl
 }  // namespace
 
 DeviceCheckResult CheckDevice(DeviceServo& servo, const DeviceCheckOptions& options) {
-  if (!(options.circle_fraction >= 0.01 && options.circle_fraction <= 0.2)) {
-    throw Error(fmt::format("the test force can't be {:g} of the peak; specify 0.01 to 0.2", options.circle_fraction));
-  }
+  CheckParameters(options);
   return Check(servo, options).Run();
 }
 

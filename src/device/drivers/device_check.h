@@ -12,17 +12,26 @@
 namespace kerf {
 
 struct DeviceCheckOptions {
-  double homing_s = 60;          // maximum wait for homing
-  double still_s = 2;            // duration of the measurement with the handle at rest
-  double circle_s = 8;           // duration of the rotating force, which makes two turns
-  bool up = false;               // true: the force points up instead of rotating, for lifting weights
-  double circle_fraction = 0.2;  // fraction of the device's peak force, 0.01 to 0.2
-  double buttons_s = 5;          // maximum wait for all buttons to be pressed
+  double homing_s = 60;
+  double still_s = 2;   // duration of the measurement with the handle at rest
+  double circle_s = 8;  // two turns
+  bool up = false;      // true: the force points up instead of rotating, for lifting weights
+  double circle_fraction = 0.2;
+  double buttons_s = 5;  // until all have been pressed
   /// Called repeatedly; if it returns false, the test ends immediately and the force is zero. Optional.
   std::function<bool()> goes_on;
   /// Receives progress reports and instructions to the user. Optional.
   std::function<void(const std::string&)> say;
 };
+
+template <typename V>
+void Describe(DeviceCheckOptions& p, V&& visit) {
+  visit("circle_fraction", p.circle_fraction, Range{0.01, 0.2},
+        "force of the circle, as a fraction of the device's peak");
+  visit("circle_s", p.circle_s, Range{2, 60}, "duration of the circle");
+  visit("buttons_s", p.buttons_s, Range{0, 60}, "time to wait for the buttons");
+  visit("homing_s", p.homing_s, Range{0, 600}, "time to wait for homing");
+}
 
 struct DeviceCheckResult {
   bool stopped = false;  // stopped by the user: the values below are incomplete

@@ -142,11 +142,7 @@ HaplyDriver::HaplyDriver(const HaplyOptions& options) : options_(options), profi
   if (!IsLoopbackAddress(options.address)) {
     throw Error(fmt::format("the Haply service must be on this machine (127.x.x.x), not at {}", options.address));
   }
-  if (options.port == 0) throw Error("the Haply service port must be 1 to 65535");
-  if (options.timeout_ms < 1 || options.timeout_ms > 1000) throw Error("timeout_ms of Haply must be 1 to 1000");
-  if (options.start_timeout_ms < 1 || options.start_timeout_ms > 60'000) {
-    throw Error("start_timeout_ms of Haply must be 1 to 60000");
-  }
+  CheckParameters(options, "Haply service");
   traits_.timeout_ms = options.timeout_ms;
 }
 

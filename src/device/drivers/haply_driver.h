@@ -17,9 +17,13 @@ struct HaplyOptions {
   std::string device_id;  // "": the first device that the service lists
   /// Middle of the workspace in the service's axes, mm. If not set, the cursor position at Start() is used.
   std::optional<Vec3> p_H_middle_mm;
-  int timeout_ms = 20;          // timeout of a round, 1 to 1000
-  int start_timeout_ms = 3000;  // timeout of each step of Start(), 1 to 60000
+  int timeout_ms = 20;
+  int start_timeout_ms = 3000;  // of each step of Start()
 };
+template <typename V>
+void Describe(HaplyOptions& p, V&& visit) {
+  DescribeLink(p, visit);
+}
 
 /// This driver is an exception to the rule of DeviceDriver: JSON and the WebSocket allocate in each Exchange(). It is
 /// called from the device's thread, never from the tick, and the messages are short.

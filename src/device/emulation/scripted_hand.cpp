@@ -20,10 +20,7 @@ double Ease(double fraction) {
 }
 
 ScriptedHandOptions Check(const ScriptedHandOptions& options) {
-  if (!(options.radius_mm > 0) || !(options.radius_mm <= 1000)) {
-    throw Error("the range of a hand's motion must be between 0 and 1000 mm");
-  }
-  if (!(options.period_s > 0) || !(options.period_s <= 1000)) throw Error("a hand's period must be 0 to 1000 s");
+  CheckParameters(options, "hand");
   return options;
 }
 

@@ -25,12 +25,18 @@ struct HandPress {
 
 struct ScriptedHandOptions {
   ScriptedPath path = ScriptedPath::kStill;
-  double radius_mm = 15;  // radius of the circle, half length of the line; above 0
-  double period_s = 2;    // above 0
+  double radius_mm = 15;
+  double period_s = 2;
   std::vector<HandPress> presses{};
   double home_out_mm = 42;  // position along z, towards the user, to which the hand moves for homing
   double home_in_mm = -38;  // the same away from the user
 };
+
+template <typename V>
+void Describe(ScriptedHandOptions& p, V&& visit) {
+  visit("radius_mm", p.radius_mm, Range{1e-3, 1000}, "radius of the circle, half length of the line");
+  visit("period_s", p.period_s, Range{1e-3, 1000}, "duration of a turn");
+}
 
 /// Point mass on the hand's spring and damper (devices/simulated_device.h) in frame D. Path time starts at Begin()
 /// and is stopped while the hand homes the device.

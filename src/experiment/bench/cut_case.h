@@ -18,13 +18,20 @@ namespace kerf {
 enum class BenchBaseline { kNone, kOpenVdb, kDense };
 
 struct BenchOptions {
-  int ticks = 5000;  // number of ticks to measure, 1 to 10^7; rounded up to whole cuts if several are needed
+  int ticks = 5000;  // rounded up to whole cuts if several are needed
   int core = 0;
   bool realtime = false;    // ticks and baselines run with real-time priority
   int baseline_ticks = 30;  // number of ticks of the OpenVDB baseline, which is slow
   bool without_effects = false;
   std::function<void(const std::string& what, double fraction)> progress;
 };
+
+template <typename V>
+void Describe(BenchOptions& p, V&& visit) {
+  visit("ticks", p.ticks, Range{1, 1e7},
+        "ticks measured of each case; a cut that is too short is repeated on new bones");
+  DescribeCore(p.core, visit);
+}
 
 /// A straight cut in its own frame B, in which the bone's top is the plane z = 0 and z points out of the bone.
 struct CutCase {

@@ -59,6 +59,14 @@ class UndisturbedStages {
 };
 const char* NameOfStage(std::size_t stage);
 
+/// The core that a measurement uses; `core` may be optional.
+template <typename Core, typename V>
+void DescribeCore(Core& core, V&& visit) {
+  visit("core", core, Range{0, 4095}, "core that runs the ticks, zero-based");
+}
+/// Voxel size of the mandible in measurements.
+inline constexpr Range kBenchVoxelRange_mm{0.1, 1};
+
 /// Binds the calling thread to one core for the lifetime of the object.
 class PinnedToCore {
  public:

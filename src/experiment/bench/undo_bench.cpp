@@ -121,8 +121,7 @@ UndoResult Measure(CoupledSimulation& simulation, UndoJournal& journal, int cuts
 }  // namespace
 
 UndoReport RunUndoBench(const UndoBenchOptions& options) {
-  if (options.rounds < 1 || options.rounds > 1000) throw Error("the number of undo measurements must be 1 to 1000");
-  if (!(options.voxel_mm >= 0.1 && options.voxel_mm <= 1)) throw Error("the voxel edge must be 0.1 to 1 mm");
+  CheckParameters(options);
   UndoReport report;
   report.options = options;
   report.machine = LookAtMachine();

@@ -12,13 +12,20 @@
 namespace kerf {
 
 struct UndoBenchOptions {
-  int rounds = 10;  // number of times that all cuts are undone and redone after each number of cuts, 1 to 1000
+  int rounds = 10;  // after each number of cuts
   int core = 0;
   bool realtime = false;
-  double voxel_mm = 0.1;               // of the mandible, 0.1 to 1
-  std::size_t leaves_per_tick = 1500;  // leaves restored per tick, 1 or more
+  double voxel_mm = 0.1;
+  std::size_t leaves_per_tick = 1500;
   std::function<void(const std::string& what, double fraction)> progress;
 };
+template <typename V>
+void Describe(UndoBenchOptions& p, V&& visit) {
+  visit("rounds", p.rounds, Range{1, 1000}, "repetitions of undo and redo");
+  visit("voxel_mm", p.voxel_mm, kBenchVoxelRange_mm, "voxel size of the mandible");
+  visit("leaves_per_tick", p.leaves_per_tick, Range{1, 100'000}, "leaves restored in a tick");
+  DescribeCore(p.core, visit);
+}
 
 /// Times of one direction (undo or redo), ms: medians and maxima.
 struct UndoTimes {

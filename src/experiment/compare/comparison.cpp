@@ -21,8 +21,6 @@
 namespace kerf {
 namespace {
 
-constexpr Range kStepRange_mm{0.005, 5};
-constexpr int kMaxRepetitions = 100;
 /// With more bins than this, the depth steps would be smaller than the motion in any tick.
 constexpr double kMaxBins = 200'000;
 constexpr int kFewestBins = 2;
@@ -231,14 +229,7 @@ void CheckCompareParams(const CompareParams& params) {
   for (const std::string& law : params.laws) {
     if (law != "all") ForceLaw{law};  // throws for an unknown name
   }
-  if (!(params.depth_step_mm >= kStepRange_mm.lower && params.depth_step_mm <= kStepRange_mm.upper)) {
-    throw Error(fmt::format("a depth step of {} mm is out of range; valid range {} to {} mm", params.depth_step_mm,
-                            kStepRange_mm.lower, kStepRange_mm.upper));
-  }
-  if (params.repetitions < 1 || params.repetitions > kMaxRepetitions) {
-    throw Error(
-        fmt::format("{} repetitions are out of range; valid range 1 to {}", params.repetitions, kMaxRepetitions));
-  }
+  CheckParameters(params);
 }
 
 ForceLaw MakeSlabLaw(const SlabParams& slab) {

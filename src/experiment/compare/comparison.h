@@ -91,9 +91,15 @@ struct Comparison {
 
 struct CompareParams {
   std::vector<std::string> laws;  // additional laws for voxel mode; "all": every law
-  double depth_step_mm = 0.05;    // 0.005 to 5
-  int repetitions = 3;            // 1 to 100
+  double depth_step_mm = 0.05;
+  int repetitions = 3;
 };
+template <typename V>
+void Describe(CompareParams& p, V&& visit) {
+  visit("depth_step_mm", p.depth_step_mm, Range{0.005, 5}, "step of the common depth axis");
+  visit("repetitions", p.repetitions, Range{1, 100},
+        "runs of each case; they alternate between cases, and the times are those of the fastest run");
+}
 
 /// Throws Error for an unknown law or a number out of range.
 void CheckCompareParams(const CompareParams& params);

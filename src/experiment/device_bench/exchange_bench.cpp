@@ -30,11 +30,6 @@ constexpr int kUncounted = 10;  // initial rounds that are not counted, because 
 
 using Clock = std::chrono::steady_clock;
 
-void Check(const ExchangeBenchOptions& options) {
-  if (options.rounds < 10 || options.rounds > 10'000'000) throw Error("rounds must be 10 to 10000000");
-  if (!(options.rate_hz >= 0) || !(options.rate_hz <= 10'000)) throw Error("the rate must be 0 to 10000 Hz");
-}
-
 void Mix(std::uint64_t& hash, std::uint64_t word) {
   hash = MixHash(hash ^ word);
 }
@@ -141,7 +136,7 @@ constexpr const char* kNoForce = "no force is sent to connected devices";
 }  // namespace
 
 std::vector<ExchangeTimes> BenchModels(const ExchangeBenchOptions& options) {
-  Check(options);
+  CheckParameters(options);
   RealtimeGrants grants;
   RequestPriority(options.realtime ? 80 : 0, grants);
   std::vector<ExchangeTimes> results;
@@ -182,7 +177,7 @@ std::vector<ExchangeTimes> BenchModels(const ExchangeBenchOptions& options) {
 
 ExchangeTimes BenchDevice(UsbBus& bus, const FoundDevice& found, const DriverOptions& driver_options,
                           const ExchangeBenchOptions& options) {
-  Check(options);
+  CheckParameters(options);
   RealtimeGrants grants;
   RequestPriority(options.realtime ? 80 : 0, grants);
   ExchangeTimes times;

@@ -13,12 +13,18 @@
 namespace kerf {
 
 struct ExchangeBenchOptions {
-  int rounds = 5000;      // 10 to 10,000,000
-  double rate_hz = 1000;  // rate at which a connected device is polled; 0: as fast as it answers; at most 10,000
-  bool realtime = false;  // SCHED_FIFO, as in the loop
+  int rounds = 5000;
+  double rate_hz = 1000;
+  bool realtime = false;                                                  // SCHED_FIFO, as in the loop
   std::function<void(const std::string& now, double fraction)> progress;  // may be empty
   const std::atomic<bool>* stop = nullptr;                                // ends it early if true; may be null
 };
+
+template <typename V>
+void Describe(ExchangeBenchOptions& p, V&& visit) {
+  visit("rounds", p.rounds, Range{10, 1e7}, "number of exchanges with each device");
+  visit("rate_hz", p.rate_hz, Range{0, 10'000}, "rate of exchanges with a connected device; 0: as fast as it answers");
+}
 
 struct ExchangeTimes {
   std::string device;  // kind of device

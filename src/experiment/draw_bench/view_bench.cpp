@@ -19,16 +19,6 @@ namespace {
 constexpr double kTick_s = 0.001;
 constexpr int kTicksPerFrame = 16;
 
-void Check(const ViewBenchOptions& o) {
-  if (!(o.voxel_mm >= 0.1 && o.voxel_mm <= 1)) throw Error("the voxel edge must be 0.1 to 1 mm");
-  if (o.width < 320 || o.width > 4096 || o.height < 240 || o.height > 4096) {
-    throw Error("the picture must be 320 x 240 to 4096 x 4096 pixels");
-  }
-  if (!(o.scale >= 1 && o.scale <= 4)) throw Error("the display scale must be 1 to 4");
-  if (o.frames < 5 || o.frames > 100'000) throw Error("the number of frames per view must be 5 to 100000");
-  if (!(o.cut_mm >= 1 && o.cut_mm <= 40)) throw Error("the cut must be 1 to 40 mm long");
-}
-
 // Returns panels that are as full as they can be in a session.
 HudState MakeHud(const std::vector<PlotPoint>& force, const Pose& X_WT) {
   HudState hud;
@@ -81,7 +71,7 @@ ViewFrames DrawFrames(const std::string& name, const ViewBenchOptions& options, 
 }  // namespace
 
 ViewReport RunViewBench(const ViewBenchOptions& options) {
-  Check(options);
+  CheckParameters(options);
   ViewReport report;
   report.options = options;
   report.machine = LookAtMachine();

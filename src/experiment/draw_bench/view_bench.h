@@ -9,18 +9,28 @@
 
 #include "base/core/percentiles.h"
 #include "experiment/bench/measure.h"
+#include "view/live/viewport.h"
 
 namespace kerf {
 
 struct ViewBenchOptions {
-  double voxel_mm = 0.1;  // of the mandible, 0.1 to 1
-  int width = 1280;       // 320 to 4096 pixels
-  int height = 720;       // 240 to 4096
-  double scale = 1;       // 1 to 4
-  int frames = 100;       // per view, 5 to 100000
-  double cut_mm = 12;     // length of the disc's path through the bone, 1 to 40
+  double voxel_mm = 0.1;
+  int width = 1280;
+  int height = 720;
+  double scale = 1;
+  int frames = 100;
+  double cut_mm = 12;
   std::function<void(const std::string& what, double fraction)> progress;
 };
+template <typename V>
+void Describe(ViewBenchOptions& p, V&& visit) {
+  visit("voxel_mm", p.voxel_mm, kBenchVoxelRange_mm, "voxel size of the mandible");
+  visit("width", p.width, Range{320, 4096}, "width of the picture in pixels");
+  visit("height", p.height, Range{240, 4096}, "height of the picture in pixels");
+  visit("scale", p.scale, kDisplayScaleRange, "scale of text and lines");
+  visit("frames", p.frames, Range{5, 100'000}, "number of frames drawn of each view");
+  visit("cut_mm", p.cut_mm, Range{1, 40}, "length of the disc's path");
+}
 
 /// Times of one view.
 struct ViewFrames {

@@ -462,9 +462,7 @@ EffectCosts MeasureEffects(const Scene& scene, const EffectCostOptions& options)
   if (scene.simulation.mode == SceneMode::kSlab) {
     throw Error("[simulation] mode = \"slab\" has no effects; set mode = \"voxel\" for 'kerf effects'");
   }
-  if (!(options.seconds >= 0.1 && options.seconds <= 60)) {
-    throw Error(fmt::format("seconds = {:g} is out of range; valid range 0.1 to 60", options.seconds));
-  }
+  CheckParameters(options);
   const auto show = [&](const std::string& stage, double fraction) {
     if (options.progress) options.progress(stage, fraction);
   };

@@ -16,8 +16,8 @@
 namespace kerf {
 
 struct EffectCostOptions {
-  double seconds = 1;          // length of the measured part of the cut, 0.1 to 60
-  int passes = 3;              // number of passes through the cut, each with and without the effect, 1 to 100
+  double seconds = 1;
+  int passes = 3;              // each with and without the effect
   bool all = false;            // measure all effects; those that the scene does not name use their defaults
   bool together_only = false;  // do not measure each effect alone
   bool by_hand = true;         // coupled to a handle as in `kerf loop`; otherwise position-controlled as in `kerf run`
@@ -26,6 +26,13 @@ struct EffectCostOptions {
   const std::atomic<bool>* stop = nullptr;  // if true, ends the measurement with an Error
   std::function<void(const std::string& stage, double fraction)> progress;
 };
+
+template <typename V>
+void Describe(EffectCostOptions& p, V&& visit) {
+  visit("seconds", p.seconds, Range{0.1, 60}, "duration of the timed part of the cut, where most teeth are engaged");
+  visit("passes", p.passes, Range{1, 100}, "repetitions of the timed part");
+  DescribeCore(p.core, visit);
+}
 
 /// Ticks of one side of a comparison.
 struct TickCosts {

@@ -106,6 +106,7 @@ void UpdateWorst(double value, double& worst) {
 
 Hour RunHour(const Scene& scene, const HourOptions& options,
              const std::function<void(const std::string&, double)>& progress) {
+  CheckParameters(options);
   Hour hour;
   hour.scene = scene.name;
   hour.rate_hz = scene.loop.rate_hz;

@@ -65,11 +65,17 @@ struct Hour {
 };
 
 struct HourOptions {
-  double minutes = 60;  // of simulated time, 0.1 to 600
-  double each_s = 60;   // interval between the figures, 1 to 60
-  std::string folder;   // folder for the loop's log, written during the run; if empty, no log
+  double minutes = 60;
+  double each_s = 60;
+  std::string folder;  // folder for the loop's log, written during the run; if empty, no log
   const std::atomic<bool>* stop = nullptr;
 };
+
+template <typename V>
+void Describe(HourOptions& p, V&& visit) {
+  visit("minutes", p.minutes, Range{0.1, 600}, "duration in simulated minutes");
+  visit("each_s", p.each_s, Range{1, 60}, "interval between the figures");
+}
 
 /// Runs the scene with its hand as fast as possible, not in real time. Throws Error if the scene cannot run.
 Hour RunHour(const Scene& scene, const HourOptions& options,

@@ -72,7 +72,7 @@ class HeldTool {
         max_motion_mm_(std::min(kMaxMotionPerTick_mm / params.fineness.steps_per_tick, kMaxMotion_mm)),
         X_T_(X_W),
         X_H_(X_W) {
-    const ReferenceCoupling& c = params.coupling;
+    const CouplingParams& c = params.coupling;
     problem_.spring = {c.stiffness_N_per_mm, c.max_force_N};
     problem_.damper = {c.damping_Ns_per_mm, c.max_force_N};
     problem_.torsion = {c.torsion_Nmm_per_rad, c.max_torque_Nmm};

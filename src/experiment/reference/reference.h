@@ -15,45 +15,50 @@
 #include <vector>
 
 #include "experiment/reference/exact_bone.h"
+#include "kerf/coupling.h"
 #include "kerf/force.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
 
 namespace kerf {
 
-/// Coupling between hand and tool: the quantities of CouplingParams, which kerf/coupled.h describes.
-struct ReferenceCoupling {
-  Vec3 p_TC_mm{0};
-  double stiffness_N_per_mm = 1;
-  double damping_Ns_per_mm = 0;
-  double torsion_Nmm_per_rad = 5000;
-  double torsion_damping_Nmms = 0;
-  double max_force_N = 40;
-  double max_torque_Nmm = 4000;
-};
-
 /// Resolution of the computation. It converges in each parameter: the error falls with the lengths and with the
 /// inverses of the counts.
 struct ReferenceFineness {
-  int rim_points = 1536;         // evenly around the rim; the ends of engaged pieces are located between them
-  int steps_per_tick = 4;        // of equal length; more if any point would move further than 0.025 mm in one step (on
-                                 // a path: if the tool would move further than 0.1 mm)
-  double flat_spacing_mm = 0.7;  // of the points on the flats
-  double look_ahead_mm = 1e-5;   // bone this far ahead of the rim is engaged; larger than rounding and an arc's sagitta
-  double edge_mm = 0.3;          // with a hand: width of the rim that cuts; the walls act on the flats inside it
+  int rim_points = 1536;  // the ends of engaged pieces are located between them
+  int steps_per_tick = 4;
+  double flat_spacing_mm = 0.7;
+  double look_ahead_mm = 1e-5;  // larger than rounding and an arc's sagitta
+  double edge_mm = 0.3;         // the walls act on the flats inside it; at most half the tool's radius
 };
+template <typename V>
+void Describe(ReferenceFineness& p, V&& visit) {
+  visit("rim_points", p.rim_points, Range{16, 1 << 20}, "number of points evenly around the rim");
+  visit("steps_per_tick", p.steps_per_tick, Range{1, 1 << 16},
+        "steps of equal length; more if any point would move further than 0.025 mm in one step (on a path: if the tool "
+        "would move further than 0.1 mm)");
+  visit("flat_spacing_mm", p.flat_spacing_mm, Range{0.01, 10}, "distance of the points on the flats");
+  visit("look_ahead_mm", p.look_ahead_mm, Range{1e-8, 0.1}, "bone this far ahead of the rim is engaged");
+  visit("edge_mm", p.edge_mm, Range{1e-3, 50}, "with a hand: width of the rim that cuts");
+}
 
 struct ReferenceParams {
   DiscSaw saw;
   ForceLaw law;
   double rpm = 7500;
   double tick_s = 0.001;
-  ReferenceCoupling coupling;  // kHand only
+  CouplingParams coupling;  // kHand only
   ReferenceFineness fineness;
   /// Ticks in which the tool is lifted out and set down, given by the index of the pose at their end, ascending. They
   /// have no motion, force or cutting.
   std::vector<std::size_t> set_downs;
 };
+
+template <typename V>
+void Describe(ReferenceParams& p, V&& visit) {
+  visit("rpm", p.rpm, Range{-kMaxRpm, kMaxRpm}, "speed of the spindle");
+  visit("tick_s", p.tick_s, Range{1e-6, 1}, "duration of a tick");
+}
 
 /// State at the end of a tick, as in the simulation's outputs. World frame.
 struct ReferenceTick {

@@ -18,26 +18,14 @@ constexpr double kNormal999 = 3.090232306167813;  // a standard normal variate i
 constexpr double kShortestPeriod = 0.25;          // minimum interval between ticks, in periods, as in Deadlines
 constexpr double kLongestPeriod_s = 10;
 
-void CheckRange(const char* name, double value, double lower, double upper) {
-  if (value >= lower && value <= upper) return;
-  throw Error(
-      fmt::format("closed loop: {} = {:g} is out of range; valid range {:g} to {:g}", name, value, lower, upper));
-}
-
 ClosedLoopSetup Checked(ClosedLoopSetup setup) {
-  CheckRange("period_s", setup.period_s, 1e-5, 0.1);
-  CheckRange("watchdog_ms", setup.watchdog_ms, 2, 10000);
-  CheckRange("delay_ticks", setup.delay_ticks, 0, 16);
-  CheckRange("loop_gain", setup.loop_gain, 0, 1e4);
+  CheckParameters(setup, "closed loop");
   return setup;
 }
 
 TimingFaults Checked(const TimingFaults& timing, double period_s) {
-  CheckRange("jitter", timing.jitter, 0, 0.9);
-  if (timing.tail_p999_s != 0) CheckRange("tail_p999_s", timing.tail_p999_s, period_s, 1);
-  CheckRange("lost_share", timing.lost_share, 0, 0.9);
-  CheckRange("burst_every_s", timing.burst_every_s, 0, 1e6);
-  CheckRange("burst_s", timing.burst_s, 0, 1e3);
+  CheckParameters(timing, "closed loop");
+  if (timing.tail_p999_s != 0) CheckRange("tail_p999_s", timing.tail_p999_s, {period_s, 1}, "closed loop");
   return timing;
 }
 

@@ -20,22 +20,39 @@ struct ClosedLoopSetup {
   double period_s = 0.001;
   double watchdog_ms = 50;
   bool quantise = true;
-  int delay_ticks = 0;   // from the computation of a force to its output
-  double loop_gain = 1;  // ratio of the force that the device outputs to the commanded force: for gain margins
+  int delay_ticks = 0;  // from the computation of a force to its output
+  double loop_gain = 1;
 };
+
+template <typename V>
+void Describe(ClosedLoopSetup& p, V&& visit) {
+  visit("period_s", p.period_s, Range{1e-5, 0.1}, "period of the ticks");
+  DescribeWatchdog(p.watchdog_ms, visit);
+  DescribeDelay(p.delay_ticks, visit);
+  visit("loop_gain", p.loop_gain, Range{0, 1e4},
+        "ratio of the force that the device outputs to the commanded force: for gain margins");
+}
 
 /// Timing faults of the ticks. During a lost tick the device keeps its last force. The next tick then advances the
 /// simulation as HapticLoop does (by at most 10 ms, with the slew limit of one period). After watchdog_ms without a
 /// tick the force starts again from zero.
 struct TimingFaults {
-  double jitter = 0;       // a period lasts (1 - jitter) to (1 + jitter) times as long, uniformly distributed; 0 to 0.9
-  double tail_p999_s = 0;  // above 0: the periods are lognormally distributed. Their median is the nominal period, and
-                           // 99.9 % are below this value
-  double lost_share = 0;   // probability that a tick is lost, independently of other ticks; 0 to 0.9
-  double burst_every_s = 0;  // above 0: interval between bursts of lost ticks
-  double burst_s = 0;        // duration of a burst, in which all ticks are lost
+  double jitter = 0;
+  double tail_p999_s = 0;  // above 0: the periods are lognormally distributed, and their median is the nominal period
+  double lost_share = 0;
+  double burst_every_s = 0;
+  double burst_s = 0;
   std::uint64_t seed = 1;
 };
+template <typename V>
+void Describe(TimingFaults& p, V&& visit) {
+  visit("jitter", p.jitter, Range{0, 0.9},
+        "a period lasts (1 - jitter) to (1 + jitter) times as long, uniformly distributed");
+  visit("tail_p999_s", p.tail_p999_s, Range{0, 1}, "above 0: 99.9 % of the lognormal periods are below this value");
+  visit("lost_share", p.lost_share, Range{0, 0.9}, "probability that a tick is lost, independently of other ticks");
+  visit("burst_every_s", p.burst_every_s, Range{0, 1e6}, "above 0: interval between bursts of lost ticks");
+  visit("burst_s", p.burst_s, Range{0, 1e3}, "duration of a burst, in which all ticks are lost");
+}
 
 /// Energies since the start, mJ = N mm. Forces are those that the device outputs, motion is the true motion; both
 /// include rotation.

@@ -509,7 +509,6 @@ Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool
   constexpr double kGainStep = 1.25;
   constexpr double kMinGain = 1.0 / 64;
   constexpr double kGainTolerance = 1.02;
-  constexpr int kMaxDelay = 16;
   Margins margins;
   const Verdict as_it_is = find(1, 0);
   if (as_it_is == Verdict::kNotHeld) {
@@ -544,7 +543,7 @@ Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool
   margins.gain_beyond = high == 0 || !is_held;
   margins.gain = margins.gain_beyond ? low : std::sqrt(low * high);
   // Tries 1, 2, 4, ... ticks until one is too many, then bisects.
-  const int max_ticks = kMaxDelay - setup.delay_ticks;
+  const int max_ticks = kMaxDelay_ticks - setup.delay_ticks;
   int too_many = max_ticks + 1;
   const auto try_delay = [&](int ticks) {
     const Verdict found = find(1, ticks);

@@ -130,7 +130,7 @@ void CheckOptions(const Scene& scene, const SweepOptions& options) {
         "[simulation] mode = \"slab\" has no tool coupled to a handle; set mode = \"voxel\" for 'kerf stability'");
   }
   if (scene.tool.rpm < 1) throw Error("[tool] rpm = 0: a stopped tool cuts nothing; set the speed for cutting");
-  if (options.pairs < 0 || options.pairs > 100000) throw Error("the number of pairs must be 0 to 100000");
+  CheckParameters(options);
 }
 
 std::vector<SweepKey> ListWantedKeys(const Scene& scene, const SweepOptions& options) {

@@ -40,15 +40,21 @@ struct SweepRow {
 };
 
 struct SweepOptions {
-  int pairs = 100;  // 0 to 100000
+  int pairs = 100;
   std::uint64_t seed = 1;
-  double case_s = 20;                       // time limit of a case
+  double case_s = 20;
   double max_voxels = 20e6;                 // of a generated bone; cases with larger bones are not run
   std::vector<std::string> only;            // only the keys whose names begin with one of these; empty: all
   bool begin_only = false;                  // only check the scene and start the loop, without the scenarios
   int threads = 0;                          // 0: number of the machine's cores
   const std::atomic<bool>* stop = nullptr;  // may be null
 };
+
+template <typename V>
+void Describe(SweepOptions& p, V&& visit) {
+  visit("pairs", p.pairs, Range{0, 100'000}, "number of random pairs of the sweep");
+  visit("case_s", p.case_s, Range{0.1, 3600}, "time limit of a case of the sweep");
+}
 
 struct SweepStudy {
   std::string scene;

@@ -40,7 +40,7 @@ void WalkBone(SceneBone& bone, Visitor& visit) {
   if (bone.source != BoneSource::kBlock && bone.source != BoneSource::kPlate) return;
   const std::string table = fmt::format("bone.{}", ToString(bone.source));
   visit.Table(table);
-  DescribeBlock(bone.block, visit);
+  Describe(bone.block, visit);
   for (std::size_t i = 0; i < bone.block.layers.size(); ++i) {
     visit.Table(fmt::format("{}.layer[{}]", table, i));
     Describe(bone.block.layers[i], visit);

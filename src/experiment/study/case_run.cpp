@@ -23,8 +23,8 @@
 namespace kerf {
 namespace {
 
-constexpr double kMinRate_hz = 50;
-constexpr double kMaxRate_hz = 20000;
+// A study also converges towards rates that a loop does not reach.
+constexpr Range kCaseRateRange_hz{kTickRateRange_hz.lower / 5, 5 * kTickRateRange_hz.upper};
 constexpr std::size_t kTicksBetweenRefills = 1024;
 constexpr double kHeatPool_MB = 256;  // more than the heated volume of any path
 // Maximum deviation of a path from the slab's plane and direction; it is less than a voxel.
@@ -300,10 +300,7 @@ Bone MakeCaseBone(const StudyPath& path, const StudySettings& settings) {
 
 std::unique_ptr<CaseSubject> MakeCaseSubject(const StudyPath& path, Holding holding, const StudySettings& settings,
                                              Bone bone) {
-  if (!(settings.rate_hz >= kMinRate_hz && settings.rate_hz <= kMaxRate_hz)) {
-    throw Error(
-        fmt::format("rate_hz = {:g} is outside the range {:g} to {:g}", settings.rate_hz, kMinRate_hz, kMaxRate_hz));
-  }
+  CheckRange("rate_hz", settings.rate_hz, kCaseRateRange_hz);
   if (settings.method == "slab") return std::make_unique<SlabSubject>(path, holding, settings, bone);
   if (settings.method != "voxel" && settings.method != "coarse") {
     throw Error(fmt::format("there is no method \"{}\"; the choices are voxel, coarse and slab", settings.method));

@@ -28,6 +28,12 @@ struct StudyRunOptions {
   std::function<void(const std::string&)> warn;  // never called by two threads at once
 };
 
+template <typename V>
+void Describe(StudyRunOptions& p, V&& visit) {
+  visit("jobs", p.jobs, Range{0, 4096}, "number of references and errors computed at once; 0: one for each core");
+  DescribeCore(p.core, visit);
+}
+
 /// Reason for leaving out a case whose path does not support the holding; such cases are not part of the results.
 inline constexpr std::string_view kNotOffered = "the path does not support this holding";
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "base/core/describe.h"
 #include "experiment/study/knobs.h"
+#include "kerf/describe.h"
 #include "session/scene/schema.h"
 
 namespace kerf {
@@ -14,17 +14,16 @@ namespace kerf {
 /// Calls a visitor for each setting, with the name of its knob.
 template <typename V>
 void Describe(StudySettings& p, V&& visit) {
-  visit("voxel_mm", p.voxel_mm, Range{0.02, 4}, "edge of a voxel");
-  visit("rim_samples_per_pitch", p.rim_samples_per_pitch, Range{1, 256}, "edge points on the rim per tooth pitch");
-  visit("substeps", p.substeps, Range{1, 64}, "minimum number of steps per tick");
-  visit("rate_hz", p.rate_hz, Range{250, 4000}, "ticks per second");
-  visit("carve_interval_ticks", p.carve_interval_ticks, Range{1, 64}, "ticks between two removals of bone");
+  visit("voxel_mm", p.voxel_mm, kVoxelRange_mm, "edge of a voxel");
+  DescribeSampling(p, visit);
+  DescribeRate(p.rate_hz, visit);
+  DescribeCarving(p, visit);
   visit("law", p.law, Choices{ForceLawWords()}, "force on a tooth");
   visit("material", p.material, Choices{{"regions", "uniform", "ct"}}, "source of E; ct: for bones with CT numbers");
-  visit("precision_bits", p.precision_bits, Range{4, 24}, "significand of the distances in the voxels");
+  visit("precision_bits", p.precision_bits, kPrecisionRange_bits, "significand of the distances in the voxels");
   visit("method", p.method, Choices{{"voxel", "coarse", "slab"}}, "method of the tick");
   visit("heat_grid_mm", p.heat_grid_mm, Range{0, 2}, "cell of the heat grid, at least 0.05; 0: no heat");
-  visit("band_voxels", p.band_voxels, Range{2, 8}, "half width of the level set's band");
+  visit("band_voxels", p.band_voxels, kBandRange_voxels, "half width of the level set's band");
 }
 
 /// Formats a number in the shortest form that reads back as the same value: "0.1", "1000".

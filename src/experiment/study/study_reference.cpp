@@ -87,7 +87,7 @@ std::uint64_t HashInput(const StudyPath& path, Holding holding, const ReferenceP
   for (const std::size_t k : params.set_downs) hash.Add(static_cast<double>(k));
   hash.Add(ToString(holding));
   if (holding == Holding::kHand) {
-    const ReferenceCoupling& c = params.coupling;
+    const CouplingParams& c = params.coupling;
     hash.Add(c.p_TC_mm);
     for (const double value : {c.stiffness_N_per_mm, c.damping_Ns_per_mm, c.torsion_Nmm_per_rad, c.torsion_damping_Nmms,
                                c.max_force_N, c.max_torque_Nmm}) {
@@ -164,10 +164,7 @@ StudyReference MakeStudyReference(const StudyPath& path, Holding holding, const 
   params.law = MakeCaseLaw(path, settings);
   params.rpm = path.rpm;
   params.tick_s = kTick_s;
-  const CouplingParams& c = path.coupling;
-  params.coupling = {
-      c.p_TC_mm,     c.stiffness_N_per_mm, c.damping_Ns_per_mm, c.torsion_Nmm_per_rad, c.torsion_damping_Nmms,
-      c.max_force_N, c.max_torque_Nmm};
+  params.coupling = path.coupling;
   const ExactSolid solid = MakeVariantSolid(path, settings);
   const std::vector<Pose> poses = MakePoses(path, holding);
   for (std::size_t k = 1; k < poses.size(); ++k) {

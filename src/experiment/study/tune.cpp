@@ -161,11 +161,6 @@ double VoxelOf(const Scene& scene) {
   return scene.bone.source == BoneSource::kMandible ? scene.bone.mandible.voxel_mm : scene.bone.block.voxel_mm;
 }
 
-void CheckRange(const char* what, double value, double lower, double upper) {
-  if (value >= lower && value <= upper) return;
-  throw Error(fmt::format("{} = {:g} is out of range; valid range {:g} to {:g}", what, value, lower, upper));
-}
-
 /// Measures each candidate once.
 class Measuring {
  public:
@@ -223,10 +218,7 @@ std::vector<double> VoxelsToTry(const Scene& scene, const TuneOptions& options) 
 
 void CheckOptions(const TuneOptions& options) {
   if (!options.budget_us && !options.error) throw Error("give a budget in us, an error, or both");
-  if (options.budget_us) CheckRange("the budget in us", *options.budget_us, 1, 1e6);
-  if (options.error) CheckRange("the error", *options.error, 1e-4, 1);
-  if (options.seconds) CheckRange("seconds", *options.seconds, 0.2, 3600);
-  for (const double voxel_mm : options.voxels_mm) CheckRange("the voxel size in mm", voxel_mm, 0.02, 4);
+  CheckParameters(options);
   CheckCore(options.core);
 }
 

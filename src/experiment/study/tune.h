@@ -18,16 +18,27 @@ namespace kerf {
 
 struct TuneOptions {
   Holding holding = Holding::kHand;
-  std::optional<double> budget_us;  // limit for a tick's p99
-  std::optional<double> error;      // limit for TuneCandidate::force_p95, e.g. 0.035
-  std::optional<double> seconds;    // length of the path, from the first contact, in which errors are measured, 0.2 to
-                                    // 3600; if unset, see TuneExtent
-  std::uint64_t ticks = 20000;      // minimum number of timed ticks per candidate
-  std::optional<int> core;          // core for the timed ticks
-  std::vector<double> voxels_mm;    // voxel sizes to try; if empty, 0.4 to 0.05 mm
+  std::optional<double> budget_us;
+  std::optional<double> error;    // limit for TuneCandidate::force_p95, e.g. 0.035
+  std::optional<double> seconds;  // if unset, see TuneExtent
+  std::uint64_t ticks = 20000;
+  std::optional<int> core;
+  std::vector<double> voxels_mm;  // if empty, 0.4 to 0.05 mm
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const std::string& stage, double fraction)> progress;
 };
+
+template <typename V>
+void Describe(TuneOptions& p, V&& visit) {
+  visit("budget_us", p.budget_us, Range{1, 1e6}, "time limit for 99 % of the ticks");
+  visit("error", p.error, Range{1e-4, 1}, "force error limit for 95 % of the ticks");
+  visit("seconds", p.seconds, Range{0.2, 3600},
+        "time after the first contact over which errors are measured; default: the whole path, or the first passage "
+        "through the bone if the path takes more than 120 s");
+  visit("ticks", p.ticks, Range{1000, 1e7}, "minimum number of ticks timed with each setting");
+  visit("voxels_mm", p.voxels_mm, kVoxelRange_mm, "voxel sizes to try, separated by commas; default: 0.4 to 0.05");
+  DescribeCore(p.core, visit);
+}
 
 struct TuneCandidate {
   StudySettings settings;

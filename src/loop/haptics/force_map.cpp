@@ -31,22 +31,10 @@ double SmoothStep(double t) {
   return held * held * (3 - 2 * held);
 }
 
-void CheckWithin(const char* name, double value, double lower, double upper, bool zero_allowed = false) {
-  if ((value >= lower && value <= upper) || (zero_allowed && value == 0)) return;
-  throw Error(
-      fmt::format("{} = {} is outside the range {} to {}{}", name, value, lower, upper, zero_allowed ? ", or 0" : ""));
-}
-
 }  // namespace
 
 ForceMap::ForceMap(const DeviceProfile& profile, const ForceMapParams& params) : params_(params) {
-  CheckWithin("expected_peak_N", params.expected_peak_N, 0.1, 1e4);
-  CheckWithin("expected_peak_torque_Nmm", params.expected_peak_torque_Nmm, 1, 1e7);
-  CheckWithin("knee", params.knee, 0.1, 1);
-  CheckWithin("slew_N_per_s", params.slew_N_per_s, 1, 1e7, true);
-  CheckWithin("slew_Nmm_per_s", params.slew_Nmm_per_s, 1, 1e9, true);
-  CheckWithin("ramp_in_s", params.ramp_in_s, 0, 60);
-  CheckWithin("thermal_s", params.thermal_s, 0.1, 1e4);
+  CheckParameters(params);
   if (!(profile.peak_force_N > 0)) throw Error(fmt::format("device {} has no peak force", profile.name));
   force_.peak = profile.peak_force_N;
   force_.continuous = profile.continuous_force_N;

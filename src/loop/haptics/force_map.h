@@ -5,19 +5,38 @@
 #include <limits>
 
 #include "device/devices/device.h"
+#include "device/devices/force_table.h"
 #include "kerf/geometry.h"
 
 namespace kerf {
 
 struct ForceMapParams {
-  double expected_peak_N = 28;            // simulated force that is scaled to the device's peak force; 0.1 to 1e4
-  double expected_peak_torque_Nmm = 400;  // the same for the peak torque; 1 to 1e7
-  double knee = 0.9;          // fraction of the peak above which the force saturates smoothly, 0.1 to 1 (1: hard limit)
-  double slew_N_per_s = 0;    // slew rate of the force vector on the device, 1 to 1e7; 0: from zero to the peak in 5 ms
-  double slew_Nmm_per_s = 0;  // slew rate of the torque, 1 to 1e9; 0: likewise
-  double ramp_in_s = 0.5;     // duration of the ramp after the start and after each fault, 0 to 60
-  double thermal_s = 10;      // time constant of the motors' heating, 0.1 to 1e4
+  double expected_peak_N = 28;
+  double expected_peak_torque_Nmm = 400;
+  double knee = 0.9;          // 1: hard limit
+  double slew_N_per_s = 0;    // 0: from zero to the peak in 5 ms
+  double slew_Nmm_per_s = 0;  // 0: likewise
+  double ramp_in_s = 0.5;
+  double thermal_s = 10;
 };
+
+/// The keys that [device] of a scene has too; it always gives a slew rate.
+template <typename Params, typename V>
+void DescribeForceScale(Params& p, double& ramp_s, bool slew_or_zero, V&& visit) {
+  visit("expected_peak_N", p.expected_peak_N, kExpectedPeakRange_N,
+        "simulated force that is scaled to the device's peak force, if it is larger than this peak");
+  visit("expected_peak_torque_Nmm", p.expected_peak_torque_Nmm, Range{1, 1e7},
+        "simulated torque that is scaled to the device's peak torque, if it is larger than this peak");
+  visit("slew_N_per_s", p.slew_N_per_s, Range{1, 1e7, slew_or_zero}, "maximum rate of change of the device's force");
+  visit("ramp_s", ramp_s, Range{0, 60}, "time over which the force ramps up at the start and after each fault");
+}
+template <typename V>
+void Describe(ForceMapParams& p, V&& visit) {
+  DescribeForceScale(p, p.ramp_in_s, kOrZero, visit);
+  visit("knee", p.knee, Range{0.1, 1}, "fraction of the peak above which the force saturates smoothly");
+  visit("slew_Nmm_per_s", p.slew_Nmm_per_s, Range{1, 1e9, kOrZero}, "maximum rate of change of the device's torque");
+  visit("thermal_s", p.thermal_s, Range{0.1, 1e4}, "time constant of the motors' heating");
+}
 
 /// Bits of ForceMapOutput::status.
 enum ForceMapStatus : std::uint32_t {

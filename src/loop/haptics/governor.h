@@ -11,15 +11,27 @@
 namespace kerf {
 
 struct GovernorParams {
-  bool degrade = false;        // false: the fidelity is never lowered
-  double period_s = 0.001;     // period of the loop
-  double budget_share = 0.8;   // fraction of the period that a tick may take
-  double overrun_share = 0.1;  // fraction of a window's ticks over budget above which the fidelity is lowered
+  bool degrade = false;
+  double period_s = 0.001;  // period of the loop
+  double budget_share = 0.8;
+  double overrun_share = 0.1;
   double window_s = 0.1;       // duration of a window in which ticks are counted
   double calm_fraction = 0.5;  // fraction of the budget: a window is calm if at most 1 % of its ticks take longer
-  double calm_s = 2;           // duration of calm that is required before the fidelity is raised
+  double calm_s = 2;
   double longest_calm_s = 32;  // each raise that has to be reverted doubles the required calm, up to this value
 };
+
+/// The keys that [loop] of a scene has too.
+template <typename Params, typename V>
+void DescribeGovernor(Params& p, V&& visit) {
+  visit("degrade", p.degrade,
+        "true: if ticks keep exceeding their time budget, the fidelity is lowered to coarse, then to slab");
+  visit("budget_share", p.budget_share, Range{0.05, 1}, "fraction of the period that a tick may take: the time budget");
+  visit("overrun_share", p.overrun_share, Range{0, 1},
+        "fraction of the ticks in 0.1 s that may exceed the time budget before the fidelity is lowered");
+  visit("calm_s", p.calm_s, Range{0.1, 3600},
+        "time with ticks below half the budget after which the fidelity is raised again");
+}
 
 enum class FidelityReason : std::uint8_t { kOverrun, kCalm };
 const char* ToString(FidelityReason reason);

@@ -14,20 +14,8 @@
 namespace kerf {
 namespace {
 
-void CheckRange(const char* name, double value, double lower, double upper) {
-  if (value >= lower && value <= upper) return;
-  throw Error(fmt::format("the loop's {} = {:g} is out of range; it must be {:g} to {:g}", name, value, lower, upper));
-}
-
 LoopParams Checked(LoopParams params) {
-  CheckRange("rate_hz", params.rate_hz, 250, 4000);
-  CheckRange("watchdog_ms", params.watchdog_ms, 2, 10000);
-  CheckRange("leaves_per_tick", params.leaves_per_tick, 0, 1000);
-  CheckRange("max_leaves_waiting", params.max_leaves_waiting, 1, 1 << 24);
-  CheckRange("leaf_ring", params.leaf_ring, 1, 65536);
-  CheckRange("sample_ring", params.sample_ring, 1, 1 << 20);
-  CheckRange("priority", params.priority, 0, 98);
-  CheckRange("burn_us", params.burn_us, 0, 1e6);
+  CheckParameters(params, "loop");
   params.governor.period_s = 1 / params.rate_hz;
   return params;
 }

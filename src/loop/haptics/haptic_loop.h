@@ -18,31 +18,14 @@
 #include "base/realtime/deadlines.h"
 #include "base/realtime/loop_clock.h"
 #include "base/realtime/realtime.h"
-#include "loop/haptics/governor.h"
 #include "loop/haptics/guarded_device.h"
 #include "loop/haptics/leaf_stream.h"
 #include "loop/haptics/loop_body.h"
+#include "loop/haptics/loop_params.h"
 #include "loop/haptics/stage_timer.h"
 #include "loop/haptics/watchdog.h"
 
 namespace kerf {
-
-struct LoopParams {
-  double rate_hz = 1000;             // 250 to 4000
-  double watchdog_ms = 50;           // 2 to 10000: if a tick lasts longer, the watchdog sets the force to zero
-  int leaves_per_tick = 4;           // number of leaves sent to readers per tick, 0 to 1000
-  int max_leaves_waiting = 1 << 15;  // maximum number of leaves in the queue, 1 to 2^24; others wait in the simulation
-  int leaf_ring = 512;               // capacity for leaves sent but not read yet, 1 to 65536; 2 kB each
-  int sample_ring = 8192;            // capacity for samples logged but not read yet, 1 to 2^20
-  int priority = 80;                 // SCHED_FIFO, 1 to 98, if the system permits it; 0: request no real-time priority
-  bool lock_memory = true;           // locks memory in RAM, if the system permits it
-  GovernorParams governor;           // its period is set to the loop's
-  // Fault injection to demonstrate the governor: CPU time that each tick between these times wastes at full fidelity.
-  // At coarse fidelity, half of it is wasted; at slab fidelity, a tenth.
-  double burn_us = 0;  // 0 to 1e6
-  double burn_from_s = 0;
-  double burn_to_s = 1e300;
-};
 
 /// Latest state, read by the renderer.
 struct LoopState {

@@ -16,7 +16,6 @@
 namespace kerf {
 namespace {
 
-constexpr int kMaxDelay_ticks = 16;     // maximum delay for which a coupling is computed
 constexpr double kSamePeak = 1 + 1e-6;  // allows for the rounding of a peak that a bridge reports as a float
 constexpr double kGateSlewFraction = 0.9;
 

@@ -39,9 +39,14 @@ struct Assessment {
 };
 
 struct AssessOptions {
-  double reach_mm = 5;       // distance from a plane within which its kerf is searched for
+  double reach_mm = 5;
   double max_tilt_deg = 30;  // maximum angle between a plane and its kerf
 };
+
+template <typename V>
+void Describe(AssessOptions& p, V&& visit) {
+  visit("reach_mm", p.reach_mm, Range{0.1, 100}, "largest distance from a plane at which its kerf is searched for");
+}
 
 /// Compares the bone before and after the cut with the plan. `blade_mm`: thickness of the blade, or diameter of a ball.
 /// Throws kerf::Error for an invalid plan or for bones with different voxel sizes.

@@ -51,18 +51,12 @@ void CheckPlan(const Plan& plan) {
   CheckNames(plan.planes, "plane");
   CheckNames(plan.stops, "stop");
   for (const PlannedPlane& p : plan.planes) {
-    if (!IsInWorld(p.plane.p_W)) throw Error(fmt::format("plane '{}': its point is outside the world", p.name));
+    CheckParameters(p, fmt::format("plane '{}'", p.name));
     if (!IsUnit(p.plane.normal_W)) throw Error(fmt::format("plane '{}': its normal must have length 1", p.name));
-    if (!(p.margin_mm >= 0.01 && p.margin_mm <= 100)) {
-      throw Error(fmt::format("plane '{}': margin {} mm must be 0.01 to 100 mm", p.name, p.margin_mm));
-    }
   }
   for (const DepthStop& s : plan.stops) {
-    if (!IsInWorld(s.p_W_mm)) throw Error(fmt::format("stop '{}': its point is outside the world", s.name));
+    CheckParameters(s, fmt::format("stop '{}'", s.name));
     if (!IsUnit(s.direction_W)) throw Error(fmt::format("stop '{}': its direction must have length 1", s.name));
-    if (!(s.depth_mm >= 0 && s.depth_mm <= 1000)) {
-      throw Error(fmt::format("stop '{}': depth {} mm must be 0 to 1000 mm", s.name, s.depth_mm));
-    }
   }
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/files/markups.h"
+#include "kerf/describe.h"
 #include "kerf/effects.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
@@ -15,8 +16,8 @@ namespace kerf {
 /// A plane along which the disc's mid-plane should cut.
 struct PlannedPlane {
   std::string name;
-  CutPlane plane;        // its point: centre of the intended cut
-  double margin_mm = 1;  // maximum distance of the cut from the plane; 0.01 to 100
+  CutPlane plane;  // its point: centre of the intended cut
+  double margin_mm = 1;
 };
 
 /// Limit of the cut's depth: the tool's deepest point should be at most `depth_mm` from the point along the direction.
@@ -24,8 +25,27 @@ struct DepthStop {
   std::string name;
   Vec3 p_W_mm{0};
   Vec3 direction_W{0, 0, -1};  // into the bone; unit length
-  double depth_mm = 5;         // 0 to 1000
+  double depth_mm = 5;
 };
+
+inline constexpr TextLimit kPlanNameLimit{60};
+
+template <typename V>
+void Describe(PlannedPlane& p, V&& visit) {
+  visit("name", p.name, kPlanNameLimit, "unique name, used in reports; by default \"plane 1\", \"plane 2\" and so on");
+  visit("point_mm", p.plane.p_W, kCoordinateRange_mm, "middle of the planned cut, on the plane");
+  visit("normal", p.plane.normal_W, kDirectionRange, "normal of the plane, world frame; any length but 0");
+  visit("margin_mm", p.margin_mm, Range{0.01, 100}, "distance from the plane within which the cut should stay");
+}
+
+template <typename V>
+void Describe(DepthStop& p, V&& visit) {
+  visit("name", p.name, kPlanNameLimit, "unique name, used in reports; by default \"stop 1\", \"stop 2\" and so on");
+  visit("point_mm", p.p_W_mm, kCoordinateRange_mm, "point from which the depth is measured, world frame");
+  visit("direction", p.direction_W, kDirectionRange,
+        "direction of the depth, into the bone, world frame; any length but 0");
+  visit("depth_mm", p.depth_mm, Range{0, 1000}, "planned depth of the tool's deepest point beyond the point");
+}
 
 struct Plan {
   std::vector<PlannedPlane> planes;

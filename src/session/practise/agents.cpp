@@ -31,30 +31,8 @@ constexpr double kArrival_mm = 0.1;
 constexpr double kMaxCorrection_mm = 6;
 /// Number of sine components of the tremor per axis.
 constexpr std::size_t kTones = 3;
-constexpr double kMaxDelay_s = 1;
-constexpr double kMaxRate_hz = 4000;
 
 constexpr std::array<std::string_view, 3> kNames{"novice", "intermediate", "expert"};
-
-void Check(const char* what, double value, double lower, double upper) {
-  if (value >= lower && value <= upper) return;
-  throw Error(fmt::format("agent: {} = {:g} is outside the range {:g} to {:g}", what, value, lower, upper));
-}
-
-void Check(const AgentParams& p) {
-  Check("push_N", p.push_N, 0.1, 50);
-  Check("feed_share", p.feed_share, 0.1, 10);
-  Check("tremor_mm", p.tremor_mm, 0, 5);
-  Check("delay_s", p.delay_s, 0, kMaxDelay_s);
-  Check("lookahead_mm", p.lookahead_mm, 0, 50);
-  Check("offset_mm", p.offset_mm, -20, 20);
-  Check("roll_deg", p.roll_deg, -45, 45);
-  Check("yaw_deg", p.yaw_deg, -45, 45);
-  Check("deeper_mm", p.deeper_mm, -20, 20);
-  Check("pause_s", p.pause_s, 0, 60);
-  Check("passes", p.passes, 1, 20);
-  Check("correction_Hz", p.correction_Hz, 0, 5);
-}
 
 /// Tremor of 8 to 12 Hz along each axis, output as the force that moves the hand's mass with this amplitude.
 class Tremor {
@@ -86,7 +64,8 @@ class Tremor {
 /// Delay line: stores past positions and returns the delayed one.
 class Memory {
  public:
-  explicit Memory(double delay_s) : delay_s_(delay_s), places_(static_cast<std::size_t>(kMaxRate_hz * kMaxDelay_s)) {}
+  explicit Memory(double delay_s)
+      : delay_s_(delay_s), places_(static_cast<std::size_t>(kTickRateRange_hz.upper * kMaxAgentDelay_s)) {}
   void Put(const Vec3& p, double dt_s) noexcept {
     at_ = (at_ + 1) % places_.size();
     places_[at_] = p;
@@ -327,7 +306,7 @@ double CalcAgentTime(const AgentParams& params, const Scene& scene) {
 
 MakeHand MakeAgent(const AgentParams& params, const Scene& scene, std::atomic<bool>* done) {
   if (!scene.exercise.given) throw Error(fmt::format("{}: is not an exercise: it has no [exercise]", scene.name));
-  Check(params);
+  CheckParameters(params, "agent");
   return [params, scene, done](SimulatedDevice& device, const LoopSetup&, const Vec3& p_TC_mm,
                                double felt_stiffness_N_per_mm) -> std::unique_ptr<HandDriver> {
     return std::make_unique<Agent>(device, params, scene, p_TC_mm, felt_stiffness_N_per_mm, done);

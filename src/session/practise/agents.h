@@ -15,20 +15,37 @@ namespace kerf {
 
 struct AgentParams {
   std::string name = "expert";
-  double push_N = 2;         // maximum force against resistance, 0.1 to 50
-  double feed_share = 1;     // fraction of the exercise's feed rate, 0.1 to 10
-  double tremor_mm = 0.05;   // root mean square of the tremor (8 to 12 Hz) in free air, 0 to 5
-  double delay_s = 0.15;     // delay with which the agent perceives the tool's position, 0 to 1
-  double lookahead_mm = 3;   // distance from the goal at which it begins to slow down, 0 to 50
-  double offset_mm = 0;      // offset of its plane from the wanted one, -20 to 20
-  double roll_deg = 0;       // roll of its plane, -45 to 45
-  double yaw_deg = 0;        // yaw of its plane, -45 to 45
-  double deeper_mm = 0;      // error of the assumed goal, positive: deeper, -20 to 20
-  double pause_s = 0.3;      // pause before each further step, 0 to 60
-  int passes = 1;            // number of passes along the line, 1 to 20
-  double correction_Hz = 1;  // rate at which it corrects perceived errors, 0 to 5
-  std::uint64_t seed = 1;    // for the tremor and the signs of the errors
+  double push_N = 2;
+  double feed_share = 1;
+  double tremor_mm = 0.05;
+  double delay_s = 0.15;
+  double lookahead_mm = 3;
+  double offset_mm = 0;
+  double roll_deg = 0;
+  double yaw_deg = 0;
+  double deeper_mm = 0;
+  double pause_s = 0.3;
+  int passes = 1;
+  double correction_Hz = 1;
+  std::uint64_t seed = 1;  // for the tremor and the signs of the errors
 };
+
+inline constexpr double kMaxAgentDelay_s = 1;
+template <typename V>
+void Describe(AgentParams& p, V&& visit) {
+  visit("push_N", p.push_N, Range{0.1, 50}, "maximum force against resistance");
+  visit("feed_share", p.feed_share, Range{0.1, 10}, "fraction of the exercise's feed rate");
+  visit("tremor_mm", p.tremor_mm, Range{0, 5}, "root mean square of the tremor (8 to 12 Hz) in free air");
+  visit("delay_s", p.delay_s, Range{0, kMaxAgentDelay_s}, "delay with which the agent perceives the tool's position");
+  visit("lookahead_mm", p.lookahead_mm, Range{0, 50}, "distance from the goal at which it begins to slow down");
+  visit("offset_mm", p.offset_mm, Range{-20, 20}, "offset of its plane from the wanted one");
+  visit("roll_deg", p.roll_deg, Range{-45, 45}, "roll of its plane");
+  visit("yaw_deg", p.yaw_deg, Range{-45, 45}, "yaw of its plane");
+  visit("deeper_mm", p.deeper_mm, Range{-20, 20}, "error of the assumed goal, positive: deeper");
+  visit("pause_s", p.pause_s, Range{0, 60}, "pause before each further step");
+  visit("passes", p.passes, Range{1, 20}, "number of passes along the line");
+  visit("correction_Hz", p.correction_Hz, Range{0, 5}, "rate at which it corrects perceived errors");
+}
 
 /// Returns "novice", "intermediate" and "expert".
 std::span<const std::string_view> AgentNames();

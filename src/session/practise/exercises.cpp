@@ -80,7 +80,7 @@ Scene MakeExerciseScene(std::string_view id, int level) {
 
 Scene MakeLevel(const Scene& scene, int level) {
   if (!scene.exercise.given) throw Error(fmt::format("{}: is not an exercise: it has no [exercise]", scene.name));
-  if (level < 1 || level > kLevels) throw Error(fmt::format("there is no level {}; give 1 to {}", level, kLevels));
+  CheckRange("level", level, FindRange<SceneExercise>("level"));
   Scene made = scene;
   SceneExercise& e = made.exercise;
   e.level = level;

@@ -18,8 +18,6 @@ struct Exercise {
   std::string toml;
 };
 
-inline constexpr int kLevels = 5;
-
 /// Returns the exercises, ordered from easy to hard.
 std::span<const Exercise> ListExercises();
 /// Returns the exercise with this id. If there is none, throws kerf::Error that lists the known exercises.

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "cut/undo/journal.h"
 #include "device/devices/simulated_device.h"
 #include "loop/haptics/haptic_loop.h"
 #include "loop/haptics/loop_device.h"
@@ -69,8 +70,12 @@ struct LoopOutput {
 /// Checkpoints, undo and redo at given times.
 struct LoopUndoOptions {
   std::vector<LoopAction> actions;  // in order of time
-  double max_MB = 256;              // maximum memory for the history: 0.2 to 1e6
+  double max_MB = UndoParams{}.max_MB;
 };
+template <typename V>
+void Describe(LoopUndoOptions& p, V&& visit) {
+  DescribeUndoMemory(p, visit);
+}
 
 /// What moves the tool; with neither, the scene's hand along its path.
 struct LoopDriver {
@@ -86,9 +91,9 @@ struct LoopWatchers {
 };
 
 struct LoopOptions {
-  double seconds = 10;                      // 0.01 to kMaxLoop_s
+  double seconds = 10;
   bool virtual_time = false;                // without threads; each run gives bit-identical results
-  double burn_us = 0;                       // fault injection: time wasted in each tick of the middle third, 0 to 1e5
+  double burn_us = 0;                       // fault injection
   const std::atomic<bool>* stop = nullptr;  // ends the run early; optional
   CostOptions costs;                        // not in virtual time
   LoopOutput output;
@@ -97,5 +102,13 @@ struct LoopOptions {
   LoopDriver driver;
   LoopWatchers watchers;
 };
+
+template <typename V>
+void Describe(LoopOptions& p, V&& visit) {
+  visit("seconds", p.seconds, Range{0.01, kMaxLoop_s}, "duration");
+  visit("burn_us", p.burn_us, kBurnRange_us,
+        "time to waste in each tick of the middle third (half of it in coarse ticks, a tenth in slab ticks), to test "
+        "[loop] degrade");
+}
 
 }  // namespace kerf

@@ -72,9 +72,7 @@ void CheckOptions(const Scene& scene, const LoopOptions& options) {
   if (scene.simulation.mode == SceneMode::kSlab) {
     throw Error("[simulation] mode = \"slab\" can't be coupled to a handle; set mode = \"voxel\" for 'kerf loop'");
   }
-  if (!(options.seconds >= 0.01 && options.seconds <= kMaxLoop_s)) {
-    throw Error(fmt::format("the loop can't run for {:g} s; give 0.01 to {:g}", options.seconds, kMaxLoop_s));
-  }
+  CheckParameters(options, "loop");
   if (options.driver.device.is_set() && options.driver.device.in_real_time && options.virtual_time) {
     throw Error("a real device needs real time: it can't be used in a run in virtual time");
   }

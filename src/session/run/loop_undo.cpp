@@ -20,7 +20,7 @@ LoopAction ParseLoopAction(const std::string& text) {
   const std::size_t colon = text.find(':');
   if (colon == std::string::npos) fail();
   const auto [end, error] = std::from_chars(text.data(), text.data() + colon, action.at_s);
-  if (error != std::errc{} || end != text.data() + colon || !(action.at_s >= 0 && action.at_s <= 1e9)) fail();
+  if (error != std::errc{} || end != text.data() + colon || !kSessionTimeRange_s.Contains(action.at_s)) fail();
   const std::size_t equals = text.find('=', colon);
   const std::string word = text.substr(colon + 1, equals == std::string::npos ? equals : equals - colon - 1);
   if (equals != std::string::npos) action.name = text.substr(equals + 1);
@@ -34,7 +34,8 @@ LoopAction ParseLoopAction(const std::string& text) {
   } else if (word == "rpm" && named) {
     action.kind = LoopAction::Kind::kSpindle;
     const auto [stop, fault] = std::from_chars(action.name.data(), action.name.data() + action.name.size(), action.rpm);
-    if (fault != std::errc{} || stop != action.name.data() + action.name.size() || !(std::abs(action.rpm) <= 100'000)) {
+    if (fault != std::errc{} || stop != action.name.data() + action.name.size() ||
+        !kSpindleRange_rpm.Contains(std::abs(action.rpm))) {
       fail();
     }
   } else {

@@ -12,6 +12,9 @@
 
 namespace kerf {
 
+/// Times in a session that users may give.
+inline constexpr Range kSessionTimeRange_s{0, 1e9};
+
 /// An action at a given time of a loop.
 struct LoopAction {
   enum class Kind { kCheckpoint, kUndo, kRedo, kSpindle };

@@ -5,13 +5,16 @@
 #include <string>
 #include <string_view>
 
-#include "base/core/describe.h"
+#include "kerf/describe.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
 
 namespace kerf {
 
 enum class ExerciseKind { kGroove, kStopBeforeFar, kBicortical, kBesideCanal, kFollowLine, kOsteotomy };
+
+/// Levels of difficulty.
+inline constexpr int kLevels = 5;
 
 /// Values of `kind` in [exercise], in the order of ExerciseKind.
 inline constexpr std::array<std::string_view, 6> kExerciseKindWords{"groove",       "stop_before_far", "bicortical",
@@ -45,10 +48,10 @@ void Describe(SceneExercise& p, V&& visit) {
   for (std::size_t i = 0; i < kExerciseKindWords.size(); ++i) {
     if (kind == kExerciseKindWords[i]) p.kind = static_cast<ExerciseKind>(i);
   }
-  visit("level", p.level, Range{1, 5}, "level of difficulty: 1 has all aids; each further level removes one");
-  visit("start_mm", p.start_mm, Range{-kWorldReach_mm, kWorldReach_mm}, "start of the wanted cut, on the surface");
-  visit("end_mm", p.end_mm, Range{-kWorldReach_mm, kWorldReach_mm}, "end of the wanted cut, on the surface");
-  visit("into", p.into, Range{-1000, 1000},
+  visit("level", p.level, Range{1, kLevels}, "level of difficulty: 1 has all aids; each further level removes one");
+  visit("start_mm", p.start_mm, kCoordinateRange_mm, "start of the wanted cut, on the surface");
+  visit("end_mm", p.end_mm, kCoordinateRange_mm, "end of the wanted cut, on the surface");
+  visit("into", p.into, kDirectionRange,
         "direction into the bone, any length but 0; the cut's plane contains it and the line; its component along the "
         "line is ignored");
   visit("depth_mm", p.depth_mm, Range{0.05, 200}, "depth of the cut below the surface, along the whole line");

@@ -90,10 +90,9 @@ class PathParser {
         Fault(number, fields[i].column,
               fmt::format("{} = {} is not a finite number", kHeader[i], Show(fields[i].text)));
         good = false;
-      } else if (i >= 1 && i <= 3 && (*value < kCoordinateRange_mm.lower || *value > kCoordinateRange_mm.upper)) {
+      } else if (i >= 1 && i <= 3 && !kCoordinateRange_mm.Contains(*value)) {
         Fault(number, fields[i].column,
-              fmt::format("{} = {} is outside {} to {} mm", kHeader[i], *value, kCoordinateRange_mm.lower,
-                          kCoordinateRange_mm.upper));
+              fmt::format("{} = {} {}", kHeader[i], *value, FindRangeFault(*value, kCoordinateRange_mm, "mm")));
         good = false;
       } else {
         row[i] = *value;

@@ -50,7 +50,7 @@ void ReadBlock(TableReader& bone, const char* key, BlockParams& block, Faults& f
   const TomlNode* table = bone.Table(key);
   if (table == nullptr) return;
   TableReader reader(*table, fmt::format("[bone.{}]", key), faults);
-  DescribeBlock(block, reader);
+  Describe(block, reader);
   const std::string layer_name = fmt::format("[[bone.{}.layer]]", key);
   const std::vector<const TomlNode*> layers = reader.Tables("layer", kMaxLayers);
   // Layers in the file replace those of the model.
@@ -522,7 +522,7 @@ CutPlane MakeSlabPlane(const Scene& scene) {
         "[slab] direction = [{:g}, {:g}, {:g}] lies {:.1f} degrees out of the disc's plane at the start of the path, "
         "whose normal is [{:.4g}, {:.4g}, {:.4g}]; the slice can only slide in that plane",
         scene.slab.direction.x, scene.slab.direction.y, scene.slab.direction.z,
-        std::asin(std::min(1.0, std::abs(out))) * 57.29577951308232, plane.normal_W.x, plane.normal_W.y,
+        std::asin(std::min(1.0, std::abs(out))) * kDegreesPerRad, plane.normal_W.x, plane.normal_W.y,
         plane.normal_W.z));
   }
   plane.normal_W = glm::normalize(plane.normal_W - glm::dot(plane.normal_W, d) * d);
@@ -537,7 +537,7 @@ CutPlane MakeSlabPlane(const Scene& scene) {
       throw Error(
           fmt::format("at {} the disc is {:.1f} mm from the plane of the slab and rotated {:.1f} degrees out of it; "
                       "slab mode has one slice, in the disc's plane where the path starts",
-                      what, off_mm, std::asin(std::min(1.0, sine)) * 57.29577951308232));
+                      what, off_mm, std::asin(std::min(1.0, sine)) * kDegreesPerRad));
     }
     if (beside_mm > 0.5 * scene.tool.diameter_mm) {
       throw Error(

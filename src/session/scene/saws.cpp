@@ -5,9 +5,10 @@
 #include <cmath>
 
 #include "base/core/csv.h"
-#include "base/core/describe.h"
+#include "kerf/describe.h"
 #include "kerf/error.h"
 #include "saws_csv.h"
+#include "session/scene/schema.h"
 
 namespace kerf {
 namespace {
@@ -20,9 +21,8 @@ const std::vector<std::string> kSawColumns{"name",  "shape",  "diameter_mm", "th
 
 double ParseWithin(const std::string& text, std::size_t column, Range range, const CsvPlace& place) {
   const double value = ParseCsvNumber(text, 0, kSawColumns[column].c_str(), place);
-  if (!(value >= range.lower && value <= range.upper)) {
-    place.Fail(
-        fmt::format("{} = {} is outside the range {} to {}", kSawColumns[column], value, range.lower, range.upper));
+  if (const std::string fault = FindRangeFault(value, range, UnitOfKey(kSawColumns[column])); !fault.empty()) {
+    place.Fail(fmt::format("{} = {} {}", kSawColumns[column], value, fault));
   }
   return value;
 }
@@ -46,20 +46,20 @@ Saw ParseSaw(const std::vector<std::string>& fields, const CsvPlace& place) {
     place.Fail(fmt::format("name = {} must have 1 to {} characters", Quote(saw.name), kLongestName));
   }
   if (fields[1] == "disc") {
-    saw.tool.diameter_mm = ParseWithin(fields[2], 2, {1, 200}, place);
-    saw.tool.thickness_mm = ParseWithin(fields[3], 3, {0.02, 10}, place);
-    saw.tool.teeth = ParseCount(fields[4], 4, {1, 1000}, place);
+    saw.tool.diameter_mm = ParseWithin(fields[2], 2, FindRange<DiscSaw>(kSawColumns[2]), place);
+    saw.tool.thickness_mm = ParseWithin(fields[3], 3, FindRange<DiscSaw>(kSawColumns[3]), place);
+    saw.tool.teeth = ParseCount(fields[4], 4, FindRange<DiscSaw>(kSawColumns[4]), place);
     ExpectNone(fields[5], 5, "disc", place);
   } else if (fields[1] == "ball") {
     saw.tool.kind = ToolKind::kBall;
-    saw.tool.diameter_mm = ParseWithin(fields[2], 2, {0.5, 50}, place);
+    saw.tool.diameter_mm = ParseWithin(fields[2], 2, FindRange<BallBurr>(kSawColumns[2]), place);
     ExpectNone(fields[3], 3, "ball", place);
     ExpectNone(fields[4], 4, "ball", place);
-    saw.tool.flutes = ParseCount(fields[5], 5, {1, 100}, place);
+    saw.tool.flutes = ParseCount(fields[5], 5, FindRange<BallBurr>(kSawColumns[5]), place);
   } else {
     place.Fail(fmt::format("shape = {} must be disc or ball", Quote(fields[1])));
   }
-  saw.tool.rpm = ParseWithin(fields[6], 6, {1, 100'000}, place);
+  saw.tool.rpm = ParseWithin(fields[6], 6, Range{1, kSpindleRange_rpm.upper}, place);
   saw.source = fields[7];
   if (saw.source.empty()) place.Fail("source is empty; give the source of the dimensions");
   return saw;

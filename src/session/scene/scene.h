@@ -1,5 +1,6 @@
 // A scene: all inputs of a run. The structs are the schema of the TOML file (docs/scene.md): a field has the name, unit
-// and default of its key. Ranges and meanings are in src/session/scene/schema.h.
+// and default of its key. Ranges and meanings are in src/session/scene/schema.h and, for parameters that the library
+// has too, next to its structs.
 #pragma once
 
 #include <string>

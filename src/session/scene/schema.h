@@ -1,5 +1,6 @@
 // Keys of a scene file: unit (in the name), range and meaning of each. The reader, the writer, `kerf scene --defaults`
-// and the tests all use these descriptions, so they are consistent.
+// and the tests all use these descriptions, so they are consistent. A key that is a parameter of the library too takes
+// its description from there.
 #pragma once
 
 #include <array>
@@ -7,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/core/describe.h"
+#include "kerf/describe.h"
 #include "session/scene/scene.h"
 
 namespace kerf {
@@ -15,8 +16,6 @@ namespace kerf {
 /// Values of `law` in [force].
 const std::vector<std::string_view>& ForceLawWords();
 
-/// Range of coordinates; larger ones indicate a wrong unit.
-inline constexpr Range kCoordinateRange_mm{-kWorldReach_mm, kWorldReach_mm};
 inline constexpr std::size_t kMaxStrokes = 1000;
 inline constexpr std::size_t kMaxLayers = 1000;
 inline constexpr std::size_t kMaxPathRows = 2'000'000;
@@ -41,7 +40,7 @@ void DescribeMaterialKind(SceneMaterial& p, V&& visit) {
 template <typename V>
 void DescribeUniform(SceneMaterial& p, V&& visit) {
   visit("E_GPa", p.E_GPa, Range{0.001, 1000}, "Young's modulus of the whole bone");
-  visit("nu", p.nu, Range{0, 0.5}, "Poisson's ratio of the whole bone");
+  visit("nu", p.nu, kPoissonRatioRange, "Poisson's ratio of the whole bone");
 }
 
 /// Keys for kind = "ct", except the texts.
@@ -55,21 +54,6 @@ void DescribeCt(SceneMaterial& p, V&& visit) {
 
 /// Values of `shape` in [tool], in the order of ToolKind.
 inline constexpr std::array<std::string_view, 2> kToolKindWords{"disc", "ball"};
-
-/// Keys that only one kind of tool has.
-template <typename V>
-void DescribeDisc(SceneTool& p, V&& visit) {
-  visit("diameter_mm", p.diameter_mm, Range{1, 200}, "diameter of the disc over the teeth");
-  visit("thickness_mm", p.thickness_mm, Range{0.02, 10}, "thickness of the disc: the width of the kerf");
-  visit("teeth", p.teeth, Range{1, 1000}, "number of teeth, evenly spaced on the rim");
-}
-template <typename V>
-void DescribeBall(SceneTool& p, V&& visit) {
-  visit("diameter_mm", p.diameter_mm, Range{0.5, 50}, "diameter of the ball");
-  visit("flutes", p.flutes, Range{1, 100}, "number of cutting edges, each from pole to pole");
-  visit("tooth_width_mm", p.tooth_width_mm, Range{0.01, 50},
-        "length of a flute's edge that counts as one tooth in the force law; an assumption");
-}
 
 template <typename V>
 void Describe(SceneTool& p, V&& visit) {
@@ -87,11 +71,8 @@ void Describe(SceneTool& p, V&& visit) {
   } else {
     DescribeBall(p, visit);
   }
-  visit("rpm", p.rpm, Range{0, 100000}, "speed of the spindle; 0: stopped, does not cut");
-  visit("E_GPa", p.E_GPa, Range{1, 1500}, "Young's modulus of the tool's steel");
-  visit("nu", p.nu, Range{0, 0.5}, "Poisson's ratio of the tool's steel");
-  visit("grip_mm", p.grip_mm, Range{-1000, 1000},
-        "point at which the hand grips the tool, tool frame (z: spindle, x: feed); torques are about this point");
+  visit("rpm", p.rpm, kSpindleRange_rpm, "speed of the spindle; 0: stopped, does not cut");
+  DescribeSteel("E_GPa", p.E_GPa, 1, p.nu, p.grip_mm, visit);
 }
 
 template <typename V>
@@ -99,8 +80,7 @@ void Describe(SceneStroke& p, V&& visit) {
   visit("start_mm", p.start_mm, kCoordinateRange_mm, "centre of the disc where the stroke starts");
   visit("end_mm", p.end_mm, kCoordinateRange_mm, "centre of the disc where the stroke ends");
   visit("feed_mm_per_s", p.feed_mm_per_s, Range{0.001, 1000}, "feed rate of the disc's centre");
-  visit("disc_normal", p.disc_normal, Range{-1000, 1000},
-        "direction of the spindle axis, world frame; any length but 0");
+  visit("disc_normal", p.disc_normal, kDirectionRange, "direction of the spindle axis, world frame; any length but 0");
   visit("dwell_s", p.dwell_s, Range{0, 3600}, "time at rest at end_mm with the spindle turning");
   visit("retract", p.retract,
         "true: the tool is lifted out and set down at start_mm instantly, without cutting; false: it continues from "
@@ -151,18 +131,15 @@ void Describe(SceneSimulation& p, V&& visit) {
   visit("mode", mode, Choices{{"voxel", "slab"}},
         "voxel: the tool removes the bone that it sweeps; slab: the paper's slice on a rail, needs no grid");
   p.mode = mode == "slab" ? SceneMode::kSlab : SceneMode::kVoxel;
-  visit("rate_hz", p.rate_hz, Range{250, 4000}, "ticks per second of simulated time");
-  visit("rim_samples_per_pitch", p.rim_samples_per_pitch, Range{1, 256},
-        "number of edge points per tooth pitch at which bone is looked up along the rim");
-  visit("substeps", p.substeps, Range{1, 64}, "minimum number of substeps per tick");
-  visit("carve_interval_ticks", p.carve_interval_ticks, Range{1, 64},
-        "ticks between two removals of bone; bone is removed sooner when the tool has moved a quarter of a voxel");
+  visit("rate_hz", p.rate_hz, kTickRateRange_hz, "ticks per second of simulated time");
+  DescribeSampling(p, visit);
+  DescribeCarving(p, visit);
 }
 
 template <typename V>
 void Describe(SceneSlab& p, V&& visit) {
   SlabParams& q = p.params;
-  visit("direction", p.direction, Range{-1000, 1000},
+  visit("direction", p.direction, kDirectionRange,
         "direction of the cut, in the disc's plane at the start of the path; any length but 0; the paper's is y");
   std::string law(ToString(q.reading));
   visit("law", law, Choices{{"as_computed", "corrected"}},
@@ -173,29 +150,12 @@ void Describe(SceneSlab& p, V&& visit) {
   visit("depth_by", depth, Choices{{"bone", "paper_table_2"}},
         "source of each region's depth: the bone along the plane, or bands about the depths of the paper's Table 2");
   p.depth_by = depth == "paper_table_2" ? SlabDepth::kPaperTable2 : SlabDepth::kBone;
-  visit("contact_share_of_pitch", q.contact_share_of_pitch, Range{1e-6, 0.5},
-        "contact radius of a tooth as a fraction of the tooth pitch; the paper's is 0.01");
-  visit("mass_g", q.mass_g, Range{0.001, 10000}, "mass of the slice and the blade");
-  visit("stiffness_N_per_mm", q.stiffness_N_per_mm, Range{0, 1e6},
-        "stiffness of the spring between the slice and its initial position");
-  visit("damping_Ns_per_mm", q.damping_Ns_per_mm, Range{0, 1000}, "damping between the slice and the jaw");
-  visit("friction_coefficient", q.friction_coefficient, Range{0, 10},
-        "friction coefficient of each face of the slice on its segment; no measured value for bone on bone was found");
-  visit("normal_force_N", q.normal_force_N, Range{0, 10000}, "normal force on each face of the slice");
-  visit("coupling_N_per_mm", q.coupling_N_per_mm, Range{0.001, 1e6},
-        "stiffness of the spring between the hand and the body that it holds; a desktop device renders 0.4 to 5");
-  visit("coupling_damping_Ns_per_mm", q.coupling_damping_Ns_per_mm, Range{0, 1000},
-        "damping between the hand and the body that it holds");
+  DescribeSlice(q, visit);
   std::string hold = p.hold == SlabBody::kLeft ? "left" : p.hold == SlabBody::kRight ? "right" : "slice";
   visit("hold", hold, Choices{{"slice", "left", "right"}},
         "body that the hand holds; left and right only if segments_move = true");
   p.hold = hold == "left" ? SlabBody::kLeft : hold == "right" ? SlabBody::kRight : SlabBody::kSlice;
-  visit("segments_move", q.segments_move, "true: the two segments also slide along the direction");
-  visit("segment_mass_g", q.segment_mass_g, Range{0.001, 10000}, "mass of each segment, if the segments move");
-  visit("segment_stiffness_N_per_mm", q.segment_stiffness_N_per_mm, Range{0, 1e6},
-        "stiffness of the spring between each segment and its initial position, if the segments move");
-  visit("segment_damping_Ns_per_mm", q.segment_damping_Ns_per_mm, Range{0, 1000},
-        "damping between each segment and its initial position, if the segments move");
+  DescribeSegments(q, visit);
 }
 
 template <typename V>
@@ -206,20 +166,6 @@ void Describe(SceneOutput& p, V&& visit) {
   visit("smallest_piece_mm3", p.smallest_piece_mm3, Range{0, 1e6},
         "smallest volume of a piece; smaller ones are counted as dust and not written");
   visit("forces_every_ticks", p.forces_every_ticks, Range{1, 1000000}, "ticks per row of forces.csv");
-}
-
-template <typename V>
-void Describe(MaterialLayer& p, V&& visit) {
-  visit("thickness_mm", p.thickness_mm, Range{0.001, 1000}, "thickness of the layer; the last layer fills the rest");
-  visit("region", p.region, Range{1, 255}, "region of the layer in the table of materials");
-}
-
-/// A block's parameters and its position.
-template <typename V>
-void DescribeBlock(BlockParams& p, V&& visit) {
-  Describe(p, visit);
-  visit("top_mm", p.X_WB.p_AB, kCoordinateRange_mm, "middle of the block's top face (+z), world frame");
-  visit("rotation", p.X_WB.R_AB, "rotation from the block's frame to the world frame: unit quaternion [w, x, y, z]");
 }
 
 /// Values of `model` in [bone]; each is also the name of its table of parameters.

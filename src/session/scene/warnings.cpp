@@ -131,7 +131,7 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
       warnings.push_back(
           fmt::format("stroke {} moves {:.3g} degrees out of the disc's plane: the flanks remove bone, but only the "
                       "teeth exert a force",
-                      i + 1, std::asin(std::abs(glm::dot(travel, nhat)) / glm::length(travel)) * 57.29577951308232));
+                      i + 1, std::asin(std::abs(glm::dot(travel, nhat)) / glm::length(travel)) * kDegreesPerRad));
     }
   }
   return warnings;

@@ -38,15 +38,15 @@ std::string Quoted(std::string_view text) {
 class TomlWriter {
  public:
   void operator()(const char* key, double& value, Range range, const char* meaning) {
-    Line(key, Real(value), fmt::format("{} [{}]", meaning, Show(key, range)));
+    Line(key, Real(value), fmt::format("{} [{}]", meaning, ShowRange(range, UnitOfKey(key))));
   }
   void operator()(const char* key, int& value, Range range, const char* meaning) {
-    Line(key, fmt::format("{}", value), fmt::format("{} [{}]", meaning, Show(key, range)));
+    Line(key, fmt::format("{}", value), fmt::format("{} [{}]", meaning, ShowRange(range, UnitOfKey(key))));
   }
   void operator()(const char* key, bool& value, const char* meaning) { Line(key, value ? "true" : "false", meaning); }
   void operator()(const char* key, Vec3& v, Range range, const char* meaning) {
     Line(key, fmt::format("[{}, {}, {}]", Real(v.x), Real(v.y), Real(v.z)),
-         fmt::format("{} [{}]", meaning, Show(key, range)));
+         fmt::format("{} [{}]", meaning, ShowRange(range, UnitOfKey(key))));
   }
   void operator()(const char* key, Quat& q, const char* meaning) {
     Line(key, fmt::format("[{}, {}, {}, {}]", Real(q.w), Real(q.x), Real(q.y), Real(q.z)), meaning);
@@ -69,10 +69,6 @@ class TomlWriter {
   const std::string& text() const { return text_; }
 
  private:
-  static std::string Show(const char* key, Range range) {
-    const std::string_view unit = UnitOfKey(key);
-    return fmt::format("{} to {}{}{}", range.lower, range.upper, unit.empty() ? "" : " ", unit);
-  }
   void Line(const char* key, const std::string& value, const std::string& comment) {
     const std::string assignment = fmt::format("{} = {}", key, value);
     text_ += terse_ ? assignment + "\n" : fmt::format("{:<34}  # {}\n", assignment, comment);
@@ -84,7 +80,7 @@ class TomlWriter {
 
 void WriteBlock(TomlWriter& write, const std::string& key, BlockParams block) {
   write.Header(fmt::format("[bone.{}]", key), "A box with layers of material, the first at the top.");
-  DescribeBlock(block, write);
+  Describe(block, write);
   for (std::size_t i = 0; i < block.layers.size(); ++i) {
     write.SetTerse(i > 0);
     write.Header(fmt::format("[[bone.{}.layer]]", key), "");

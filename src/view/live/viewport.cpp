@@ -151,7 +151,7 @@ Viewport::~Viewport() {
 }
 
 void Viewport::Resize(int width, int height, double scale) {
-  if (!(scale >= 1 && scale <= 4)) throw Error("the display scale must be 1 to 4");
+  CheckRange("scale", scale, kDisplayScaleRange, "display");
   if (width < 1 || height < 1) return;  // minimised
   State& s = *state_;
   s.camera.SetSize(width, height);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "kerf/describe.h"
 #include "kerf/geometry.h"
 #include "kerf/material.h"
 #include "kerf/tool.h"
@@ -86,6 +87,9 @@ struct ViewStats {
   std::size_t surface_bytes = 0;  // all stored chunks, on the graphics card
   int step = 1;                   // of uncut chunks in the last picture
 };
+
+/// Enlargement of text and lines relative to a standard display.
+inline constexpr Range kDisplayScaleRange{1, 4};
 
 /// Draws into a window that is created and sized by the caller. All calls must come from the thread that owns its
 /// OpenGL context. Setters are cheap if nothing has changed; nothing is drawn until Render().

@@ -6,8 +6,13 @@
 #include <vector>
 
 #include "bone/mesh/meshfile.h"
+#include "kerf/describe.h"
 
 namespace kerf {
+
+/// Pixels along a side of a picture, and of a sheet or plot.
+inline constexpr Range kPictureSideRange{64, 8192};
+inline constexpr Range kSheetSideRange{200, kPictureSideRange.upper};
 
 /// 8-bit sRGB, rows from the top.
 struct Image {

@@ -165,9 +165,9 @@ class PanelDrawing {
 
 void CheckSheet(const SheetSpec& spec) {
   if (spec.panels.empty()) throw Error("a sheet without pictures can't be drawn");
-  if (std::min(spec.width, spec.height) < 200 || std::max(spec.width, spec.height) > 8192) {
-    throw Error(fmt::format("a sheet of {} x {} pixels can't be drawn; each side must be 200 to 8192", spec.width,
-                            spec.height));
+  if (!kSheetSideRange.Contains(spec.width) || !kSheetSideRange.Contains(spec.height)) {
+    throw Error(fmt::format("a sheet of {} x {} pixels can't be drawn; each side must be {}", spec.width, spec.height,
+                            ShowRange(kSheetSideRange, "")));
   }
   for (const Panel& panel : spec.panels) {
     if (panel.image.width < 1 || panel.image.height < 1 || !(WidthOf(panel) > 0) || !(HeightOf(panel) > 0)) {

@@ -29,7 +29,7 @@ struct Panel {
 };
 
 struct SheetSpec {
-  int width = 2400;  // 200 to 8192 pixels
+  int width = 2400;  // pixels
   int height = 1800;
   std::string title;
   std::string caption;  // smaller, below the title

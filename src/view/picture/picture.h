@@ -56,7 +56,7 @@ struct Arrow {
 enum class Orientation { kNone, kPatient, kAxes };  // a cube with L R A P S I, or axes x y z, in the corner
 
 struct PictureSpec {
-  int width = 1280;  // 64 to 8192 pixels
+  int width = 1280;
   int height = 720;
   std::vector<Shape> shapes;
   std::vector<ToolInPicture> tools;

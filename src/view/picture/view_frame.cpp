@@ -111,11 +111,9 @@ ViewFrame::Pixel ViewFrame::Project(const Vec3& p_W) const {
 }
 
 ViewFrame CalcViewFrame(const PictureSpec& spec) {
-  constexpr int kMinSide = 64;
-  constexpr int kMaxSide = 8192;
-  if (std::min(spec.width, spec.height) < kMinSide || std::max(spec.width, spec.height) > kMaxSide) {
-    throw Error(fmt::format("a picture of {} x {} pixels can't be drawn; each side must be {} to {}", spec.width,
-                            spec.height, kMinSide, kMaxSide));
+  if (!kPictureSideRange.Contains(spec.width) || !kPictureSideRange.Contains(spec.height)) {
+    throw Error(fmt::format("a picture of {} x {} pixels can't be drawn; each side must be {}", spec.width, spec.height,
+                            ShowRange(kPictureSideRange, "")));
   }
   const Camera& camera = spec.camera;
   const Vec3 right = glm::cross(camera.up_W, camera.toward_eye_W);

@@ -416,11 +416,9 @@ class PlotDrawing {
 };
 
 void CheckSize(const PlotSpec& spec) {
-  constexpr int kSmallest = 200;
-  constexpr int kLargest = 8192;
-  if (std::min(spec.width, spec.height) < kSmallest || std::max(spec.width, spec.height) > kLargest) {
-    throw Error(fmt::format("a plot of {} x {} pixels can't be drawn; each side must be {} to {}", spec.width,
-                            spec.height, kSmallest, kLargest));
+  if (!kSheetSideRange.Contains(spec.width) || !kSheetSideRange.Contains(spec.height)) {
+    throw Error(fmt::format("a plot of {} x {} pixels can't be drawn; each side must be {}", spec.width, spec.height,
+                            ShowRange(kSheetSideRange, "")));
   }
 }
 

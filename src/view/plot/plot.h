@@ -64,7 +64,7 @@ struct PlotNote {
 };
 
 struct PlotSpec {
-  int width = 1280;  // 200 to 8192 pixels
+  int width = 1280;  // pixels
   int height = 720;
   std::string title;
   std::string caption;  // smaller, below the title; lines are separated by '\n'

@@ -87,12 +87,11 @@ TEST_F(Compare, BadUsageIsRefusedInOneSentence) {
                                     "hertz_constant_bite, edge_plus_chip; see 'kerf compare --help'\n"));
   result = Kerf("compare small.toml -o out --depth-step 0");
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.err, HasSubstr("--depth-step: a depth step of 0 mm is out of range; valid range 0.005 to 5 mm; "
+  EXPECT_THAT(result.err, HasSubstr("--depth-step: 0 is below 0.005; valid range 0.005 to 5 mm; "
                                     "see 'kerf compare --help'\n"));
   result = Kerf("compare small.toml -o out --repeat 0");
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.err,
-              HasSubstr("--repeat: 0 repetitions are out of range; valid range 1 to 100; see 'kerf compare --help'\n"));
+  EXPECT_THAT(result.err, HasSubstr("--repeat: 0 is below 1; valid range 1 to 100; see 'kerf compare --help'\n"));
   EXPECT_EQ(Kerf("compare").code, 2);
   EXPECT_FALSE(Exists("out/report.md"));
 }

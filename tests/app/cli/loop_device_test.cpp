@@ -147,9 +147,9 @@ TEST_F(LoopDevices, RefusesInvalidDevices) {
   ExpectFailure(2, "rehearse --device spacemouse --wooden w.toml", "--wooden: is for the device \"wooden\"");
   Write("firmware.bin", "0123456789");
   ExpectFailure(1, "loop s.toml --device falcon --falcon-firmware firmware.bin", "firmware.bin: has 10 bytes");
-  ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:0", "the port '0' is outside the range 1 to 65535");
-  ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:99999", "outside the range 1 to 65535");
-  ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:", "outside the range 1 to 65535");
+  ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:0", "the port '0' is not a number from 1 to 65535");
+  ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:99999", "is not a number from 1 to 65535");
+  ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:", "is not a number from 1 to 65535");
   ExpectFailure(1, "loop s.toml --device bridge --bridge 192.0.2.7:4000", "192.0.2.7 is not this machine");
   ExpectFailure(2, "loop s.toml --device bridge --bridge-elsewhere", "--bridge-elsewhere requires --bridge");
   Write("w.toml", "gears = 3\n");

@@ -49,9 +49,9 @@ TEST_F(Tune, RefusesInvalidBounds) {
       {"", "give --budget-us, --error, or both"},
       {"--error much", "'much' is not a fraction: give 3.5% or 0.035"},
       {"--error 3.5%%", "'3.5%%' is not a fraction: give 3.5% or 0.035"},
-      {"--error 0.001%", "'0.001%' is out of range; valid range 0.01% to 100%"},
-      {"--error 2", "'2' is out of range; valid range 0.01% to 100%"},
-      {"--budget-us 0", "0 us is out of range"},
+      {"--error 0.001%", "0.001% is below 0.01; valid range 0.01 to 100 %"},
+      {"--error 2", "2 is above 100; valid range 0.01 to 100 %"},
+      {"--budget-us 0", "0 is below 1; valid range 1 to 1000000 us"},
   };
   for (const auto& [options, message] : cases) {
     const ProgramResult result = Kerf(std::string("tune s.toml ") + options);

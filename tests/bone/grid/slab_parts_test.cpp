@@ -371,7 +371,7 @@ TEST(SlabParts, BadCutsAreRefusedInOneSentence) {
     return test::MessageOf([&] { MakeSlabParts(block, {{p_W, normal}, t, false, {}}); });
   };
   const Vec3 x(1, 0, 0);
-  EXPECT_EQ(message({0, 0, 0}, x, 0.01), "a slice thickness of 0.01 mm is out of range; valid range 0.02 to 50 mm");
+  EXPECT_EQ(message({0, 0, 0}, x, 0.01), "slice: thickness_mm = 0.01 is below 0.02; valid range 0.02 to 50 mm");
   EXPECT_THAT(message({0, 0, 0}, x, std::nan("")), HasSubstr("valid range 0.02 to 50 mm"));
   EXPECT_EQ(message({0, 0, 0}, {1, 1, 0}, 0.25), "the plane must have a normal of unit length");
   EXPECT_EQ(message({0, 0, std::nan("")}, x, 0.25),

@@ -125,7 +125,8 @@ TEST(KeptHu, SurfacesAndVoxelsOutOfRangeAreRefused) {
   ImportOptions options = KeepHu();
   EXPECT_EQ(MessageOf([&] { Import("jaw.stl", options); }), "jaw.stl: a surface has no CT numbers to keep");
   options.hu_voxel_mm = 7;
-  EXPECT_EQ(MessageOf([&] { Import("ct.nrrd", options); }), "HU voxel = 7 mm is out of range; valid range 0.1 to 5");
+  EXPECT_EQ(MessageOf([&] { Import("ct.nrrd", options); }),
+            "import: hu_voxel_mm = 7 is above 5; valid range 0.1 to 5 mm, or 0");
 }
 
 }  // namespace

@@ -195,9 +195,9 @@ TEST(ImportOptionsRange, IsCheckedBeforeAnythingIsRead) {
   ImportOptions options;
   options.voxel_mm = 0.04;
   EXPECT_THAT(MessageOf([&] { Import("/nowhere", options); }),
-              HasSubstr("voxel = 0.04 mm is out of range; valid range 0.05 to 2"));
+              HasSubstr("voxel_mm = 0.04 is below 0.05; valid range 0.05 to 2 mm"));
   options.voxel_mm = std::nan("");
-  EXPECT_THAT(MessageOf([&] { Import("/nowhere", options); }), HasSubstr("is out of range"));
+  EXPECT_THAT(MessageOf([&] { Import("/nowhere", options); }), HasSubstr("valid range"));
   options.voxel_mm = 0.2;
   options.isolate.keep_W = {{0, std::nan(""), 0}};
   EXPECT_THAT(MessageOf([&] { Import("/nowhere", options); }), HasSubstr("a coordinate that is not a finite number"));

@@ -23,14 +23,14 @@ std::string MessageOf(const Region& region, MaterialTable table = {}) {
 TEST(MaterialTable, AcceptsTheEndsOfEachRangeAndRefusesValuesBeyond) {
   EXPECT_EQ(MessageOf(MakeRegion(1, 1000, 0)), "accepted");
   EXPECT_EQ(MessageOf(MakeRegion(255, 1e7, 0.5)), "accepted");
-  EXPECT_EQ(MessageOf(MakeRegion(0, 1000, 0.3)), "region id 0 is outside the range 1 to 255");
-  EXPECT_EQ(MessageOf(MakeRegion(256, 1000, 0.3)), "region id 256 is outside the range 1 to 255");
+  EXPECT_EQ(MessageOf(MakeRegion(0, 1000, 0.3)), "region: id = 0 is below 1; valid range 1 to 255");
+  EXPECT_EQ(MessageOf(MakeRegion(256, 1000, 0.3)), "region: id = 256 is above 255; valid range 1 to 255");
   EXPECT_EQ(MessageOf(MakeRegion(7, 0, 0.3)), "region 7: E = 0 GPa must be above 0 and at most 1000000");
   EXPECT_EQ(MessageOf(MakeRegion(7, -5000, 0.3)), "region 7: E = -5 GPa must be above 0 and at most 1000000");
   EXPECT_EQ(MessageOf(MakeRegion(7, std::numeric_limits<double>::quiet_NaN(), 0.3)),
             "region 7: E = nan GPa must be above 0 and at most 1000000");
-  EXPECT_EQ(MessageOf(MakeRegion(7, 1000, -0.1)), "region 7: nu = -0.1 is outside the range 0 to 0.5");
-  EXPECT_EQ(MessageOf(MakeRegion(7, 1000, 0.51)), "region 7: nu = 0.51 is outside the range 0 to 0.5");
+  EXPECT_EQ(MessageOf(MakeRegion(7, 1000, -0.1)), "region 7: nu = -0.1 is below 0; valid range 0 to 0.5");
+  EXPECT_EQ(MessageOf(MakeRegion(7, 1000, 0.51)), "region 7: nu = 0.51 is above 0.5; valid range 0 to 0.5");
 }
 
 TEST(MaterialTable, RefusesDuplicateIdsAndNamesUnknownOnes) {

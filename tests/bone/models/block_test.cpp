@@ -104,13 +104,13 @@ TEST(Block, BadParametersAreNamed) {
   EXPECT_EQ(MessageOf(good), "accepted");
   BlockParams p = good;
   p.size_mm.y = -1;
-  EXPECT_EQ(MessageOf(p), "block: size_y_mm = -1 is outside the range 0.1 to 1000");
+  EXPECT_EQ(MessageOf(p), "block: size_y_mm = -1 is below 0.1; valid range 0.1 to 1000 mm");
   p = good;
   p.size_mm.z = std::nan("");
-  EXPECT_EQ(MessageOf(p), "block: size_z_mm = nan is outside the range 0.1 to 1000");
+  EXPECT_EQ(MessageOf(p), "block: size_z_mm = nan is not a finite number; valid range 0.1 to 1000 mm");
   p = good;
   p.voxel_mm = 0;
-  EXPECT_EQ(MessageOf(p), "block: voxel_mm = 0 is outside the range 0.02 to 4");
+  EXPECT_EQ(MessageOf(p), "block: voxel_mm = 0 is below 0.02; valid range 0.02 to 4 mm");
   p = good;
   p.X_WB.R_AB = {0, 0, 0, 0};
   EXPECT_THAT(MessageOf(p), testing::HasSubstr("quaternion that is not of unit length"));
@@ -118,7 +118,7 @@ TEST(Block, BadParametersAreNamed) {
   p.layers = {{1, 99}};
   EXPECT_EQ(MessageOf(p), "block: layer 1 has region 99, which is not in the region table");
   p.layers = {{1, 24}, {-2, 6}};
-  EXPECT_EQ(MessageOf(p), "block: layer 2 is -2 mm thick; a thickness must be positive");
+  EXPECT_EQ(MessageOf(p), "block: layer 2: thickness_mm = -2 is below 0.001; valid range 0.001 to 1000 mm");
   p.layers = {{6, 24}, {2, 6}};
   EXPECT_EQ(MessageOf(p), "block: layer 2 would begin 6 mm below the top of a block 5 mm high");
   p = good;

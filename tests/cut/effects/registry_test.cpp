@@ -50,7 +50,7 @@ TEST(EffectRegistry, InvalidChoicesAreRefusedByName) {
   EffectChoices choices;
   EXPECT_EQ(RefusalOf(choices), "");
   SetEffect(choices, "kerf_friction", "coefficient", 3);
-  EXPECT_THAT(RefusalOf(choices), HasSubstr("coefficient = 3 of the effect kerf_friction is out of range"));
+  EXPECT_THAT(RefusalOf(choices), HasSubstr("the effect kerf_friction: coefficient = 3 is above"));
   SetEffect(choices, "kerf_friction", "coefficient", 0.3);
   EXPECT_EQ(RefusalOf(choices), "");
   EXPECT_EQ(choices.size(), 1u);

@@ -85,7 +85,7 @@ TEST(Force, ParametersOutOfRangeAreRefused) {
   ForceLaw law;
   law.Set("contact_radius_mm", -1);
   EXPECT_EQ(test::MessageOf([&] { MakeToothForce(law, kSaw); }),
-            "contact_radius_mm = -1 is out of range; valid range 0 to 1000");
+            "contact_radius_mm = -1 is below 0; valid range 0 to 1000 mm");
 }
 
 TEST(Force, UnknownLawAndAnotherLawsParameterAreNamed) {
@@ -106,11 +106,11 @@ TEST(Saw, EachValueOutOfRangeIsNamed) {
     return test::MessageOf([&] { saw.Validate(); }, "accepted");
   };
   EXPECT_EQ(message([](DiscSaw& s) { s.thickness_mm = -0.1; }),
-            "thickness_mm = -0.1 is out of range; valid range 0.02 to 10");
-  EXPECT_EQ(message([](DiscSaw& s) { s.teeth = 0; }), "teeth = 0 is out of range; valid range 1 to 1000");
-  EXPECT_EQ(message([](DiscSaw& s) { s.nu = 0.51; }), "nu = 0.51 is out of range; valid range 0 to 0.5");
+            "thickness_mm = -0.1 is below 0.02; valid range 0.02 to 10 mm");
+  EXPECT_EQ(message([](DiscSaw& s) { s.teeth = 0; }), "teeth = 0 is below 1; valid range 1 to 1000");
+  EXPECT_EQ(message([](DiscSaw& s) { s.nu = 0.51; }), "nu = 0.51 is above 0.5; valid range 0 to 0.5");
   EXPECT_EQ(message([](DiscSaw& s) { s.diameter_mm = std::nan(""); }),
-            "diameter_mm = nan is out of range; valid range 1 to 200");
+            "diameter_mm = nan is not a finite number; valid range 1 to 200 mm");
   EXPECT_EQ(message([](DiscSaw& s) { s.nu = 0.5; }), "accepted");
 }
 

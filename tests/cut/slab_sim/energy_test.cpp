@@ -239,9 +239,9 @@ TEST(SlabTick, ParametersOutOfRangeAreRefusedWithAMessage) {
   };
   EXPECT_EQ(message([](SlabParams&, SlabProfile&) {}), "");
   EXPECT_EQ(message([](SlabParams& p, SlabProfile&) { p.mass_g = 0; }),
-            "mass_g = 0 is out of range; valid range 0.001 to 10000");
+            "mass_g = 0 is below 0.001; valid range 0.001 to 10000 g");
   EXPECT_EQ(message([](SlabParams& p, SlabProfile&) { p.friction_coefficient = std::nan(""); }),
-            "friction_coefficient = nan is out of range; valid range 0 to 10");
+            "friction_coefficient = nan is not a finite number; valid range 0 to 10");
   EXPECT_EQ(message([](SlabParams& p, SlabProfile&) {
               p.direction_W = {0, 2, 0};
             }),

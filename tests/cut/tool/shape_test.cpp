@@ -101,7 +101,7 @@ TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
 TEST(Tool, ValuesOutOfRangeAreNamed) {
   BallBurr ball;
   ball.flutes = 0;
-  EXPECT_EQ(test::MessageOf([&] { Validate(ball); }), "flutes = 0 is out of range; valid range 1 to 100");
+  EXPECT_EQ(test::MessageOf([&] { Validate(ball); }), "flutes = 0 is below 1; valid range 1 to 100");
   EXPECT_NO_THROW(Validate(Tool(BallBurr{})));
 }
 

@@ -91,7 +91,7 @@ TEST(DeviceProfiles, EveryFaultIsReportedWithItsLine) {
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,3,3 S"), HasSubstr("17 fields instead of 16"));
   EXPECT_THAT(with("touch,3,3.3 S", "touch,4,3.3 S"), HasSubstr("degrees_of_freedom = \"4\" must be 3 or 6"));
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,-3.3 S"),
-              HasSubstr("peak_force_N = -3.3 is outside the range 0.01 to 10000"));
+              HasSubstr("peak_force_N = -3.3 is below 0.01; valid range 0.01 to 10000 N"));
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,nan S"), HasSubstr("peak_force_N = \"nan\" is not a number"));
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,unknown"),
               HasSubstr("peak_force_N = unknown is not accepted; give a number"));

@@ -238,9 +238,9 @@ TEST(SimulatedDevice, BadOptionsAreRefused) {
     return test::MessageOf([&] { SimulatedDevice(profile, FindHandModel("H1"), PoseAt(0), options); });
   };
   EXPECT_EQ(message({.substeps = 5}, MakePlain()),
-            "substeps = 5 of the simulated device is outside the range 20 to 10000");
+            "simulated device: substeps = 5 is below 20; valid range 20 to 10000");
   EXPECT_EQ(message({.delay_ticks = 17}, MakePlain()),
-            "delay_ticks = 17 of the simulated device is outside the range 0 to 16");
+            "simulated device: delay_ticks = 17 is above 16; valid range 0 to 16");
   EXPECT_EQ(message({}, MakePlain(0)), "device ideal has no mass; it can't be simulated");
 }
 
@@ -270,8 +270,8 @@ TEST(IntentionScript, BadStepsAreNamed) {
   const auto message = [](IntentionStep step) -> std::string {
     return test::MessageOf([&] { IntentionScript(PoseAt(0), {IntentionStep{}, step}); });
   };
-  EXPECT_EQ(message({.seconds = 0}), "step 2 of the hand: seconds = 0 is outside the range 0.001 to 1000000");
-  EXPECT_EQ(message({.saw_Hz = 12}), "step 2 of the hand: saw_Hz = 12 is outside the range 0 to 10");
+  EXPECT_EQ(message({.seconds = 0}), "step 2 of the hand: seconds = 0 is below 0.001; valid range 0.001 to 1000000 s");
+  EXPECT_EQ(message({.saw_Hz = 12}), "step 2 of the hand: saw_Hz = 12 is above 10; valid range 0 to 10 Hz");
   EXPECT_EQ(message({.X_WH = PoseAt(std::nan(""))}),
             "the end pose of step 2 of the hand is not valid or outside the world");
 }

@@ -215,11 +215,10 @@ TEST(Compare, ScenesThatCannotBeComparedAreRefused) {
   EXPECT_EQ(MessageOf(Parse(kSlab + "segments_move = true\nhold = \"right\"\n"), {}),
             "scene: [slab] hold = \"right\" leaves the blade where the path starts, but a comparison must move it "
             "along the path; set hold = \"slice\"");
-  EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.001, 3}),
-            "a depth step of 0.001 mm is out of range; valid range 0.005 to 5 mm");
+  EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.001, 3}), "depth_step_mm = 0.001 is below 0.005; valid range 0.005 to 5 mm");
   EXPECT_EQ(MessageOf(Parse(kSlab), {{}, std::nan(""), 3}),
-            "a depth step of nan mm is out of range; valid range 0.005 to 5 mm");
-  EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.05, 0}), "0 repetitions are out of range; valid range 1 to 100");
+            "depth_step_mm = nan is not a finite number; valid range 0.005 to 5 mm");
+  EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.05, 0}), "repetitions = 0 is below 1; valid range 1 to 100");
   EXPECT_EQ(MessageOf(Parse(kSlab), {{"herz"}, 0.05, 1}),
             "there is no force law \"herz\"; available: hertz_chip, hertz_constant_bite, edge_plus_chip");
   EXPECT_EQ(MessageOf(Parse(kSlab + "[tool]\nrpm = 0\n"), {}), "scene: rpm = 0: a stopped saw makes no cut to compare");

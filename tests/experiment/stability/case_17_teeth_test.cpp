@@ -28,7 +28,7 @@ TEST(HardCase17, ASawWithoutTeethIsRefusedAtSetUp) {
         test::MessageOf([&] {
           CoupledSimulation simulation(test::MakeBox(Pose{}, {6, 2, 4}, 0.4), params, DiscPose(Pose{}, {0, 0, 30}));
         }),
-        fmt::format("teeth = {} is out of range; valid range 1 to 1000", teeth).c_str());
+        fmt::format("teeth = {} {}; valid range 1 to 1000", teeth, teeth < 1 ? "is below 1" : "is above 1000"));
     EXPECT_THROW(Simulation(test::MakeBox(Pose{}, {6, 2, 4}, 0.4), {saw, {}, {}, 8}, DiscPose(Pose{}, {0, 0, 30})),
                  Error);
   }

@@ -58,7 +58,7 @@ TEST(FuzzRegression, BoneIsLookedUpAllAlongATurnAboutADistantCouplingPoint) {
     CoupledParams params = test::DiscParams();
     params.coupling.p_TC_mm = {arm_mm, 0, 0};
     params.coupling.max_force_N = 0.1;  // the bone holds the disc, and the hand turns it
-    params.tool = DiscSaw{.diameter_mm = 2.5, .E_MPa = 1};
+    params.tool = DiscSaw{.diameter_mm = 2.5, .E_MPa = 1000};
     params.max_iterations = 1;
     params.max_substeps = 1;
     CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 3, 6}, kFuzzVoxel_mm), params, start);

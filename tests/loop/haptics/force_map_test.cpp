@@ -262,10 +262,10 @@ TEST(ForceMap, BadParametersAreNamed) {
   const auto message = [](ForceMapParams params) -> std::string {
     return test::MessageOf([&] { ForceMap(FindDeviceProfile("omni"), params); });
   };
-  EXPECT_EQ(message({.expected_peak_N = 0}), "expected_peak_N = 0 is outside the range 0.1 to 10000");
-  EXPECT_EQ(message({.knee = 1.1}), "knee = 1.1 is outside the range 0.1 to 1");
-  EXPECT_EQ(message({.slew_N_per_s = -5}), "slew_N_per_s = -5 is outside the range 1 to 10000000, or 0");
-  EXPECT_EQ(message({.ramp_in_s = std::nan("")}), "ramp_in_s = nan is outside the range 0 to 60");
+  EXPECT_EQ(message({.expected_peak_N = 0}), "expected_peak_N = 0 is below 0.1; valid range 0.1 to 10000 N");
+  EXPECT_EQ(message({.knee = 1.1}), "knee = 1.1 is above 1; valid range 0.1 to 1");
+  EXPECT_EQ(message({.slew_N_per_s = -5}), "slew_N_per_s = -5 is below 1; valid range 1 to 10000000 N/s, or 0");
+  EXPECT_EQ(message({.ramp_in_s = std::nan("")}), "ramp_s = nan is not a finite number; valid range 0 to 60 s");
 }
 
 TEST(CouplingLimits, AreTheDevicesLimitsDividedByTheForceScale) {

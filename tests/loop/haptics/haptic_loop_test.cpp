@@ -192,7 +192,7 @@ TEST(HapticLoop, RefusesParametersOutOfRange) {
   Stage s;
   s.params.rate_hz = 5000;
   EXPECT_EQ(test::MessageOf([&] { HapticLoop loop(s.body, s.device, s.clock, s.params); }),
-            "the loop's rate_hz = 5000 is out of range; it must be 250 to 4000");
+            "loop: rate_hz = 5000 is above 4000; valid range 250 to 4000 Hz");
 }
 
 // ---- live

@@ -14,7 +14,7 @@
 
 namespace kerf::plan_test {
 
-inline constexpr double kDegrees = 57.29577951308232;
+inline constexpr double kDegrees = kDegreesPerRad;
 
 inline double CalcAngle(const Vec3& a, const Vec3& b) {
   return kDegrees * std::atan2(glm::length(glm::cross(a, b)), std::abs(glm::dot(a, b)));

@@ -16,7 +16,7 @@ namespace {
 using test::MessageOf;
 using ::testing::HasSubstr;
 
-constexpr double kDegrees = 57.29577951308232;
+constexpr double kDegrees = kDegreesPerRad;
 
 struct Draw {
   explicit Draw(unsigned seed) : random(seed) {}
@@ -213,7 +213,7 @@ TEST(Plan, FaultsAreReported) {
   EXPECT_THAT(with([](Plan& p) { p.planes[0].plane.normal_W = {0, 0, 2}; }), HasSubstr("length 1"));
   EXPECT_THAT(with([](Plan& p) { p.planes[0].margin_mm = std::nan(""); }), HasSubstr("margin"));
   EXPECT_THAT(with([](Plan& p) { p.stops[0].depth_mm = -1; }), HasSubstr("depth"));
-  EXPECT_THAT(with([](Plan& p) { p.stops[0].p_W_mm.x = 1e9; }), HasSubstr("world"));
+  EXPECT_THAT(with([](Plan& p) { p.stops[0].p_W_mm.x = 1e9; }), HasSubstr("valid range"));
 }
 
 TEST(Guide, CombinesPlaneAndStop) {

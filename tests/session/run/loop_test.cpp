@@ -232,8 +232,10 @@ TEST(RunLoop, RefusesSlabModeAndInvalidDurations) {
   slab.simulation.mode = SceneMode::kSlab;
   EXPECT_EQ(MessageOf(slab),
             "[simulation] mode = \"slab\" can't be coupled to a handle; set mode = \"voxel\" for 'kerf loop'");
-  EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 0), "the loop can't run for 0 s; give 0.01 to 36000");
-  EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 36'001), "the loop can't run for 36001 s; give 0.01 to 36000");
+  EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 0),
+            "loop: seconds = 0 is below 0.01; valid range 0.01 to 36000 s");
+  EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 36'001),
+            "loop: seconds = 36001 is above 36000; valid range 0.01 to 36000 s");
   // Without a folder, all rows would be kept in memory.
   EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 20'000),
             "20000000 ticks are too many to keep in memory (the maximum is 10000000); specify a folder");

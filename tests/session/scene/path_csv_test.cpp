@@ -50,7 +50,7 @@ TEST(PathCsv, FaultsHaveLineAndColumn) {
   EXPECT_EQ(PathMessageFor(kHeader + "0,1,2,3,0.9,0,0,0\n1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n"),
             "p.csv:2:9: the quaternion has length 0.9; it must be 1");
   EXPECT_EQ(PathMessageFor(kHeader + "0,1000001,2,3,1,0,0,0\n1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n"),
-            "p.csv:2:3: x_mm = 1000001 is outside -1000000 to 1000000 mm");
+            "p.csv:2:3: x_mm = 1000001 is above 1000000; valid range -1000000 to 1000000 mm");
   EXPECT_EQ(PathMessageFor("time,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n"),
             "p.csv:1:1: the header must be time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz");
   EXPECT_EQ(PathMessageFor(""), "p.csv:1:1: no header; it must be time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz");

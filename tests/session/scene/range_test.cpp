@@ -1,13 +1,21 @@
 // Tests that every number of a scene is accepted at both ends of its range and refused just outside, with the matching
-// message.
+// message, by the reader and by the library.
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <set>
 
+#include "bone/material/region_table.h"
+#include "cut/hand_sim/setup.h"
+#include "device/devices/simulated_device.h"
+#include "loop/haptics/haptic_loop.h"
 #include "scene_text.h"
 #include "session/scene/schema.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -86,10 +94,7 @@ class RangeTester {
   int tried() const { return tried_; }
 
  private:
-  static std::string Show(const char* key, Range range) {
-    const std::string_view unit = UnitOfKey(key);
-    return fmt::format("{} to {}{}{}", range.lower, range.upper, unit.empty() ? "" : " ", unit);
-  }
+  static std::string Show(const char* key, Range range) { return ShowRange(range, UnitOfKey(key)); }
   void Accepts(const char* key, const std::string& value) {
     ++tried_;
     EXPECT_EQ(test::MessageFor(make_text_(key, value)), "") << key << " = " << value;
@@ -182,7 +187,7 @@ TEST(SceneRange, UniformMaterialKeysEnforceTheirRanges) {
 TEST(SceneRange, BlockKeysEnforceTheirRanges) {
   RangeTester tester = ForSection("[bone.block]");
   BlockParams block;
-  DescribeBlock(block, tester);
+  Describe(block, tester);
   RangeTester layer([](const std::string& key, const std::string& value) {
     const std::string other = key == "region" ? "thickness_mm = 1" : "region = 1";
     return test::ShortScene() + "[[bone.block.layer]]\n" + other + "\n" + key + " = " + value + "\n";
@@ -219,20 +224,136 @@ TEST(SceneRange, StrokeKeysEnforceTheirRanges) {
   EXPECT_GT(tester.tried(), 60);
 }
 
-TEST(SceneRange, SceneSawAtTheEndsOfItsRangesIsAValidTool) {
-  // The scene's ranges must not be wider than those of DiscSaw.
-  for (const char* text : {"diameter_mm = 1", "diameter_mm = 200", "thickness_mm = 0.02", "thickness_mm = 10",
-                           "teeth = 1", "teeth = 1000", "E_GPa = 1", "E_GPa = 1500", "nu = 0", "nu = 0.5"}) {
-    const Scene scene = ParseScene(test::ShortScene() + "[tool]\n" + text + "\n", "s.toml");
-    EXPECT_NO_THROW(Validate(MakeSimulationParams(scene).tool)) << text;
+/// Visits a description whose values the library uses too, and tests that the library accepts the same values as the
+/// scene reader. `check` throws if the library refuses the current values.
+class LibraryTester {
+ public:
+  LibraryTester(std::set<std::string> scene_only, std::function<void()> check)
+      : scene_only_(std::move(scene_only)), check_(std::move(check)) {}
+
+  template <typename Number>
+  void operator()(const char* key, Number& value, Range range, const char*) {
+    if (scene_only_.contains(key)) return;
+    const Number before = value;
+    for (const double end : {range.lower, range.upper}) {
+      value = static_cast<Number>(end);
+      EXPECT_EQ(test::MessageOf(check_), "") << key << " = " << end;
+      const double outside = end == range.lower ? -kInfinity : kInfinity;
+      value = std::is_integral_v<Number> ? static_cast<Number>(end + (outside < 0 ? -1 : 1))
+                                         : static_cast<Number>(std::nextafter(end, outside));
+      EXPECT_THAT(test::MessageOf(check_), testing::HasSubstr("valid range")) << key << " beyond " << end;
+    }
+    value = before;
+    ++tried_;
+  }
+  void operator()(const char* key, Vec3& value, Range range, const char* meaning) {
+    for (int i = 0; i < 3; ++i) (*this)(key, value[i], range, meaning);
+  }
+  template <typename... Rest>
+  void operator()(const char*, Rest&&...) {}
+
+  int tried() const { return tried_; }
+
+ private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::set<std::string> scene_only_;
+  std::function<void()> check_;
+  int tried_ = 0;
+};
+
+TEST(SceneRange, LibraryAcceptsTheSameTools) {
+  Scene scene;
+  for (const ToolKind kind : {ToolKind::kDisc, ToolKind::kBall}) {
+    scene.tool.kind = kind;
+    LibraryTester tester({"rpm"}, [&] { Validate(MakeTool(scene)); });
+    Describe(scene.tool, tester);
+    EXPECT_EQ(tester.tried(), 8);
   }
 }
 
-TEST(SceneRange, SceneBallAtTheEndsOfItsRangesIsAValidTool) {
-  for (const char* text : {"diameter_mm = 0.5", "diameter_mm = 50", "flutes = 1", "flutes = 100",
-                           "tooth_width_mm = 0.01", "tooth_width_mm = 50", "E_GPa = 1", "nu = 0.5"}) {
-    const Scene scene = ParseScene(test::ShortScene() + "[tool]\nshape = \"ball\"\n" + text + "\n", "s.toml");
-    EXPECT_NO_THROW(Validate(MakeTool(scene))) << text;
+TEST(SceneRange, LibraryAcceptsTheSameSimulationAndCoupling) {
+  Scene scene;
+  for (const bool coupled : {false, true}) {
+    LibraryTester simulation({"rate_hz"}, [&] {
+      if (coupled) {
+        CheckParams(MakeCoupledParams(scene));
+      } else {
+        Simulation(MakeBlock({{2, 2, 2}, {}, {}, 0.5}, DefaultMandibleTable()), MakeSimulationParams(scene),
+                   {{1, 0, 0, 0}, {0, 0, 50}});
+      }
+    });
+    Describe(scene.simulation, simulation);
+    EXPECT_EQ(simulation.tried(), 3);
+  }
+  LibraryTester coupling({}, [&] { CheckParams(MakeCoupledParams(scene)); });
+  Describe(scene.coupling, coupling);
+  EXPECT_EQ(coupling.tried(), 6);
+}
+
+TEST(SceneRange, LibraryAcceptsTheSameSlabs) {
+  Scene scene;
+  SlabProfile profile;
+  profile.layers = {{0, 24, 19300, 0.28}};
+  profile.end_mm = 10;
+  LibraryTester tester({"direction"}, [&] {
+    SlabSimulation(profile, MakeSlabParams(scene), Pose{{1, 0, 0, 0}, {0, -20, 0}});
+  });
+  Describe(scene.slab, tester);
+  EXPECT_EQ(tester.tried(), 11);
+}
+
+TEST(SceneRange, LibraryAcceptsTheSameDevicesAndLoops) {
+  SceneDevice device;
+  LibraryTester of_device({}, [&] {
+    ForceMap(DeviceProfile{}, {.expected_peak_N = device.expected_peak_N,
+                               .expected_peak_torque_Nmm = device.expected_peak_torque_Nmm,
+                               .slew_N_per_s = device.slew_N_per_s,
+                               .ramp_in_s = device.ramp_s});
+    SimulatedDevice(DeviceProfile{}, HandModel{}, Pose{}, {.delay_ticks = device.delay_ticks});
+    Workspace({.motion_scale = device.motion_scale});
+  });
+  Describe(device, of_device);
+  EXPECT_EQ(of_device.tried(), 6);
+  SceneLoop loop;
+  LibraryTester of_loop({}, [&] {
+    LoopParams params;
+    params.rate_hz = loop.rate_hz;
+    params.watchdog_ms = loop.watchdog_ms;
+    params.leaves_per_tick = loop.publish_leaves_per_tick;
+    params.governor.budget_share = loop.budget_share;
+    params.governor.overrun_share = loop.overrun_share;
+    params.governor.calm_s = loop.calm_s;
+    CheckParameters(params);
+  });
+  Describe(loop, of_loop);
+  EXPECT_EQ(of_loop.tried(), 6);
+}
+
+TEST(SceneRange, LibraryAcceptsTheSameBlocksAndPlans) {
+  MaterialTable materials;
+  for (const int id : {1, 24, 255}) materials.Add({id, "test", Tissue::kCortical, 19300, 0.28, true, "test"});
+  BlockParams block;
+  LibraryTester of_block({}, [&] { CheckBlock(block, materials); });
+  Describe(block, of_block);
+  EXPECT_EQ(of_block.tried(), 7);
+  block.layers = {{1, 24}};
+  Describe(block.layers[0], of_block);
+  EXPECT_EQ(of_block.tried(), 9);
+  Plan plan;
+  plan.planes.emplace_back().name = "a";
+  plan.stops.emplace_back().name = "b";
+  LibraryTester of_plan({"normal", "direction"}, [&] { CheckPlan(plan); });
+  Describe(plan.planes[0], of_plan);
+  Describe(plan.stops[0], of_plan);
+  EXPECT_EQ(of_plan.tried(), 8);
+}
+
+TEST(SceneRange, LibraryAcceptsTheSameForceLaws) {
+  for (const ForceLawInfo* info : ForceLaws()) {
+    ForceLaw law(info->name);
+    LibraryTester tester({}, [&] { MakeToothForce(law, DiscSaw{}); });
+    DescribeLawParameters(law, tester);
+    EXPECT_EQ(static_cast<std::size_t>(tester.tried()), info->parameters.size());
   }
 }
 

@@ -68,7 +68,7 @@ std::string Print(Scene scene) {
   printer.text = fmt::format("{}\n{}\n{}\n{}\n{}\n", scene.title, static_cast<int>(scene.bone.source), scene.bone.file,
                              scene.bone.materials, scene.path.file);
   if (scene.bone.source == BoneSource::kBlock || scene.bone.source == BoneSource::kPlate) {
-    DescribeBlock(scene.bone.block, printer);
+    Describe(scene.bone.block, printer);
     for (MaterialLayer& layer : scene.bone.block.layers) Describe(layer, printer);
   }
   if (scene.bone.source == BoneSource::kMandible) Describe(scene.bone.mandible, printer);
@@ -106,7 +106,7 @@ Scene RandomScene(std::mt19937& random) {
   scene.bone.source = static_cast<BoneSource>(random() % 4);
   if (scene.bone.source == BoneSource::kFile) scene.bone.file = "/a/b \"c\"/d.vdb";
   if (random() % 2 == 0) scene.bone.materials = "/a/t.csv";
-  DescribeBlock(scene.bone.block, randomize);
+  Describe(scene.bone.block, randomize);
   Describe(scene.bone.mandible, randomize);
   scene.bone.block.layers.resize(random() % 4);
   // A plate has default layers, which remain if the file gives none.

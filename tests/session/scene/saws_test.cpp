@@ -48,8 +48,7 @@ TEST(Saws, UserDefinedTableIsRead) {
 }
 
 TEST(Saws, EachFaultIsReportedWithItsLine) {
-  EXPECT_THAT(WhyRefused("a,disc,0.5,0.3,18,none,5000,x\n"),
-              HasSubstr("saws.csv:2: diameter_mm = 0.5 is outside the range 1"));
+  EXPECT_THAT(WhyRefused("a,disc,0.5,0.3,18,none,5000,x\n"), HasSubstr("saws.csv:2: diameter_mm = 0.5 is below 1"));
   EXPECT_THAT(WhyRefused("a,disc,20,0.3,1.5,none,5000,x\n"), HasSubstr("teeth = 1.5 is not an integer"));
   EXPECT_THAT(WhyRefused("a,disc,20,0.3,18,8,5000,x\n"), HasSubstr("a disc has no flutes"));
   EXPECT_THAT(WhyRefused("a,ball,6,0.3,none,8,5000,x\n"), HasSubstr("a ball has no thickness_mm"));

@@ -47,7 +47,7 @@ double Phi3(double x) {
 }
 
 /// Range of speeds w > 0 in which the motor's torque is torque_Nmm - slope w.
-struct Range {
+struct SpeedRange {
   double torque_Nmm = 0;
   double slope_Nmms = 0;
   double lower = 0;
@@ -56,7 +56,7 @@ struct Range {
 
 /// Returns the range next to the speed w >= 0: the one above it if `rising`, otherwise the one below. The direction of
 /// rotation is taken as positive.
-Range FindRange(const Motor& motor, double set, double w, bool rising) {
+SpeedRange FindSpeedRange(const Motor& motor, double set, double w, bool rising) {
   const auto is_above = [&](double edge) { return rising ? w >= edge : w > edge; };
   const double slope = motor.stall_torque_Nmm / motor.no_load_rad_per_s;
   const double drives_to = std::max(0.0, set);
@@ -89,13 +89,13 @@ MotorRun RunMotor(const Motor& motor, double set, double load_Nmm, double hold_N
     }
     const double against_Nmm = motor.friction_Nmm + load_Nmm;
     const double from = direction * w;
-    const auto gain = [&](const Range& range) {
+    const auto gain = [&](const SpeedRange& range) {
       return (range.torque_Nmm - against_Nmm - (range.slope_Nmms + motor.viscous_Nmms) * from) / J;
     };
-    Range range = FindRange(motor, direction * set, from, true);
+    SpeedRange range = FindSpeedRange(motor, direction * set, from, true);
     double c = gain(range);  // w'
     if (c < 0) {
-      range = FindRange(motor, direction * set, from, false);
+      range = FindSpeedRange(motor, direction * set, from, false);
       c = gain(range);
     }
     const double B = (range.slope_Nmms + motor.viscous_Nmms) / J;

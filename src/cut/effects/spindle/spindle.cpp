@@ -14,7 +14,6 @@ namespace kerf {
 namespace {
 
 constexpr double kRpm = 30 / std::numbers::pi;
-constexpr double kMaxRpm = 1e6;
 constexpr double kMinRpm = 1;  // a slower spindle counts as stopped, as in the tick
 constexpr double kMax_Nmm = 1e9;
 
@@ -120,7 +119,7 @@ const EffectInfo& Spindle() {
       .needs = {"tangential_force"},
       .hooks = kEffectBegin | kEffectSolved,
       .parameters = {{"stall_torque_Nmm", 300.0, 0.1, 1e5, "stall torque of the motor at the tool, at full drive"},
-                     {"no_load_rpm", 0.0, 0, 1e6,
+                     {"no_load_rpm", 0.0, 0, kMaxRpm,
                       "speed at full drive without losses; a lower set speed means a lower drive. 0: the set speed, so "
                       "that the full stall torque is available at any set speed"},
                      {"inertia_gmm2", 1000.0, 0.01, 1e9,

@@ -39,12 +39,9 @@ FalconDriver::FalconDriver(std::unique_ptr<UsbTransport> transport, FalconOption
     CheckFalconFirmware(options_.firmware, "the Falcon's firmware");
     sha256_ = CalcSha256(options_.firmware);
   }
-  if (!std::isfinite(options_.motor_counts_per_Nmm) || options_.motor_counts_per_Nmm == 0 ||
-      options_.max_motor_counts < 0 || options_.max_motor_counts > 4096 || options_.max_jump_counts < 1 ||
-      options_.timeout_ms < 10) {
-    throw Error(
-        "the Falcon's options must have a scale other than 0, 0 to 4096 motor counts, a jump of 1 count or "
-        "more and a timeout of 10 ms or more");
+  CheckParameters(options_, "Falcon");
+  if (!std::isfinite(options_.motor_counts_per_Nmm) || options_.motor_counts_per_Nmm == 0) {
+    throw Error("Falcon: motor_counts_per_Nmm must be finite and other than 0");
   }
   traits_.homes = true;
   traits_.homing = "pull the Falcon's grip all the way out, then push it all the way in";

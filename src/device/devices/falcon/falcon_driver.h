@@ -28,8 +28,15 @@ struct FalconOptions {
   /// Maximum change of an encoder count between two rounds. A larger change is accepted only if two consecutive reports
   /// agree. 100 counts in 1 ms correspond to about 4 m/s.
   int max_jump_counts = 100;
-  int timeout_ms = 10;  // DriverTraits::timeout_ms, 10 or more
+  int timeout_ms = 10;  // DriverTraits::timeout_ms
 };
+template <typename V>
+void Describe(FalconOptions& p, V&& visit) {
+  visit("max_motor_counts", p.max_motor_counts, Range{0, 4096}, "maximum count sent to a motor");
+  visit("max_jump_counts", p.max_jump_counts, Range{1, 1 << 30},
+        "maximum change of an encoder count between two rounds");
+  visit("timeout_ms", p.timeout_ms, Range{10, kTimeoutRange_ms.upper}, "timeout of a round");
+}
 
 /// Limits of a valid firmware size, bytes. The known firmware files are 7 to 9 kB long.
 inline constexpr std::size_t kFalconMinFirmwareBytes = 1024;

@@ -113,9 +113,7 @@ double CalcDeflection(int raw, double dead_band) {
 SpaceMouseDriver::SpaceMouseDriver(std::unique_ptr<UsbTransport> transport, const SpaceMouseModel& model,
                                    const SpaceMouseOptions& options)
     : transport_(std::move(transport)), options_(options) {
-  if (!(options.dead_band >= 0 && options.dead_band <= 0.9)) {
-    throw Error(fmt::format("the dead band {} of a SpaceMouse is outside the range 0 to 0.9", options.dead_band));
-  }
+  CheckParameters(options, "SpaceMouse");
   profile_.name = "spacemouse";
   profile_.degrees_of_freedom = 3;
   profile_.peak_force_N = 0;

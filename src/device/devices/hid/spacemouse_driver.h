@@ -39,12 +39,16 @@ enum class SpaceMouseReport : std::uint8_t {
 /// Reads a report, which begins with its id. `state` changes only for kAxes and kButtons.
 SpaceMouseReport ReadSpaceMouseReport(std::span<const std::uint8_t> bytes, SpaceMouseState& state);
 
-/// Converts a raw axis to a fraction of its range: 0 within `dead_band` (0 to 0.9), then linear up to -1 or 1.
+/// Converts a raw axis to a fraction of its range: 0 within `dead_band`, then linear up to -1 or 1.
 double CalcDeflection(int raw, double dead_band);
 
 struct SpaceMouseOptions {
-  double dead_band = 0.06;  // 0 to 0.9
+  double dead_band = 0.06;
 };
+template <typename V>
+void Describe(SpaceMouseOptions& p, V&& visit) {
+  visit("dead_band", p.dead_band, Range{0, 0.9}, "fraction of an axis's range that counts as 0");
+}
 
 class SpaceMouseDriver final : public DeviceDriver {
  public:

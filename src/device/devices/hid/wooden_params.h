@@ -2,7 +2,7 @@
 // capstans.
 #pragma once
 
-#include "base/core/describe.h"
+#include "kerf/describe.h"
 #include "kerf/geometry.h"
 
 namespace kerf {
