@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <random>
 
 #include "bone/grid/grids.h"
@@ -104,7 +105,7 @@ TEST(FillVoids, LargeHollowBecomesSolid) {
   options.fill_voids = &filled;
   const Bone solid = MakeBone(shell, box, options, test::OneRegionTable());
   EXPECT_EQ(filled.count, 1u);
-  const double hollow_mm3 = 4.0 / 3 * M_PI * 216;
+  const double hollow_mm3 = 4.0 / 3 * std::numbers::pi * 216;
   EXPECT_NEAR(filled.mm3, hollow_mm3, 0.01 * hollow_mm3);
   EXPECT_NEAR(solid.CalcVolume() - hollow.CalcVolume(), hollow_mm3, 0.01 * hollow_mm3);
   // The result equals a bone that was solid from the start.

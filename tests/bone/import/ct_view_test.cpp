@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <glm/trigonometric.hpp>
+#include <numbers>
 
 #include "ct_files.h"
 #include "kerf/error.h"
@@ -70,12 +71,12 @@ TEST(CtView, BallIsAtItsPositionInEachSlice) {
     for (const double off_mm : {0.0, 6.0}) {
       const CtView view = DrawCtSlice(ct, axis, kBall_W[a] + off_mm, options);
       const Spot spot = FindBone(view);
-      const double mm2 = M_PI * (kRadius_mm * kRadius_mm - off_mm * off_mm);
+      const double mm2 = std::numbers::pi * (kRadius_mm * kRadius_mm - off_mm * off_mm);
       // The plane cuts the ball in a circle. Trilinear interpolation between voxels of up to 1.5 mm gives its radius to
       // 0.1 mm.
       EXPECT_NEAR(spot.across, kBall_W[across], 0.1) << a;
       EXPECT_NEAR(spot.down, kBall_W[down], 0.1) << a;
-      EXPECT_NEAR(spot.mm2, mm2, 2 * M_PI * kRadius_mm * 0.1 + 1) << a;
+      EXPECT_NEAR(spot.mm2, mm2, 2 * std::numbers::pi * kRadius_mm * 0.1 + 1) << a;
     }
     EXPECT_LT(DrawCtSlice(ct, axis, kBall_W[a], options).left_mm, kBall_W[across]);
   }
@@ -102,7 +103,7 @@ TEST(CtView, SurfaceViewShowsTheNearestSurface) {
     const Spot spot = FindBone(DrawCtSurface(ObliqueBall(), axis, options));
     EXPECT_NEAR(spot.across, kBall_W[axis == CtAxis::kX ? 1 : 0], 0.15);
     EXPECT_NEAR(spot.down, kBall_W[axis == CtAxis::kZ ? 1 : 2], 0.15);
-    EXPECT_NEAR(spot.mm2, M_PI * kRadius_mm * kRadius_mm, 2 * M_PI * kRadius_mm * 0.15 + 1);
+    EXPECT_NEAR(spot.mm2, std::numbers::pi * kRadius_mm * kRadius_mm, 2 * std::numbers::pi * kRadius_mm * 0.15 + 1);
   }
   // A ball of 3 mm in front of one of 6 mm; seen from the side, they are next to each other.
   const Vec3 back(0, 10, 0);
@@ -113,8 +114,8 @@ TEST(CtView, SurfaceViewShowsTheNearestSurface) {
   both.box_W.Include(Vec3(-10, -10, -10));
   both.box_W.Include(Vec3(10, 18, 10));
   both.iso_hu = 500;
-  EXPECT_NEAR(FindBone(DrawCtSurface(ct, CtAxis::kY, both)).mm2, M_PI * 36, 8);
-  EXPECT_NEAR(FindBone(DrawCtSurface(ct, CtAxis::kX, both)).mm2, M_PI * (36 + 9), 10);
+  EXPECT_NEAR(FindBone(DrawCtSurface(ct, CtAxis::kY, both)).mm2, std::numbers::pi * 36, 8);
+  EXPECT_NEAR(FindBone(DrawCtSurface(ct, CtAxis::kX, both)).mm2, std::numbers::pi * (36 + 9), 10);
   const CtView view = DrawCtSurface(ct, CtAxis::kY, both);
   const auto brightness = [&](double x, double z) {
     const int column = static_cast<int>((x - view.left_mm) / (view.right_mm - view.left_mm) * view.columns);

@@ -7,6 +7,7 @@
 #include <functional>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <numbers>
 
 #include "base/files/files.h"
 #include "bone/mesh/decimate.h"
@@ -29,8 +30,8 @@ TriangleMesh MakeSphere(double radius_mm, int rings, const Vec3& centre) {
   mesh.points.push_back(centre + Vec3{0, 0, radius_mm});
   for (int i = 1; i < rings; ++i) {
     for (int j = 0; j < sectors; ++j) {
-      const double polar = M_PI * i / rings;
-      const double azimuth = 2 * M_PI * j / sectors;
+      const double polar = std::numbers::pi * i / rings;
+      const double azimuth = 2 * std::numbers::pi * j / sectors;
       mesh.points.push_back(centre + radius_mm * Vec3{std::sin(polar) * std::cos(azimuth),
                                                       std::sin(polar) * std::sin(azimuth), std::cos(polar)});
     }
@@ -71,7 +72,7 @@ TEST_F(MeshFile, EveryFormatGivesBackTheSameClosedSurface) {
   const TriangleMesh sphere = MakeSphere(30, 40, {-123.456789, 456.789123, 78.9});
   ASSERT_EQ(CountOpenEdges(sphere), 0u);
   const double volume = CalcEnclosedVolume(sphere);
-  ASSERT_NEAR(volume, 4.0 / 3 * M_PI * 27000, 0.01 * volume);  // 40 rings make an inscribed polyhedron
+  ASSERT_NEAR(volume, 4.0 / 3 * std::numbers::pi * 27000, 0.01 * volume);  // 40 rings make an inscribed polyhedron
   for (const char* name : {"a.stl", "a.obj", "a.ply", "A.STL"}) {
     SCOPED_TRACE(name);
     WriteMesh(sphere, Path(name));
@@ -258,7 +259,7 @@ TEST(Decimate, SphereStaysClosedRoundAndKeepsItsVolume) {
     // n equal triangles of edge a cover the sphere if n sqrt(3)/4 a^2 = 4 pi R^2; their sagitta is a^2 / (6 R). Twice
     // this sagitta is a sufficient bound for uneven triangles. An inscribed polyhedron would lose about half the
     // sagitta everywhere, which is a fraction 3 (sagitta / 2) / R of the volume; the quadrics must not do worse.
-    const double sagitta_mm = 16 * M_PI * 900 / (std::sqrt(3.0) * static_cast<double>(target)) / 180;
+    const double sagitta_mm = 16 * std::numbers::pi * 900 / (std::sqrt(3.0) * static_cast<double>(target)) / 180;
     EXPECT_LT(LargestDistanceFromSphere(reduced, 30), 2 * sagitta_mm);
     EXPECT_NEAR(CalcEnclosedVolume(reduced), volume, 1.5 * sagitta_mm / 30 * volume);
     std::printf("sphere %zu -> %zu triangles: volume %+.4f %%\n", sphere.triangles.size(), reduced.triangles.size(),
@@ -345,8 +346,8 @@ TEST(Decimate, TorusKeepsItsHole) {
   constexpr int kTube = 20;
   for (int i = 0; i < kAround; ++i) {
     for (int j = 0; j < kTube; ++j) {
-      const double u = 2 * M_PI * i / kAround;
-      const double v = 2 * M_PI * j / kTube;
+      const double u = 2 * std::numbers::pi * i / kAround;
+      const double v = 2 * std::numbers::pi * j / kTube;
       const double r = 10 + 3 * std::cos(v);
       torus.points.emplace_back(r * std::cos(u), r * std::sin(u), 3 * std::sin(v));
       const auto id = [&](int a, int b) { return static_cast<std::uint32_t>(a % kAround * kTube + b % kTube); };

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <numbers>
 
 #include "bone/grid/surface.h"
 #include "bone/material/region_table.h"
@@ -24,8 +25,8 @@ TriangleMesh MakeTorus(double ring_mm, double tube_mm, std::uint32_t around, std
   TriangleMesh mesh;
   for (std::uint32_t i = 0; i < around; ++i) {
     for (std::uint32_t j = 0; j < across; ++j) {
-      const double u = 2 * M_PI * i / around;
-      const double v = 2 * M_PI * j / across;
+      const double u = 2 * std::numbers::pi * i / around;
+      const double v = 2 * std::numbers::pi * j / across;
       const double r = ring_mm + tube_mm * std::cos(v);
       mesh.points.emplace_back(r * std::cos(u), r * std::sin(u), tube_mm * std::sin(v));
     }
@@ -59,7 +60,7 @@ TEST(Reduce, TorusStaysWithinTheErrorAndKeepsItsHole) {
     // Triangles of edge L on a surface of curvature 1 / R deviate by up to L^2 / 8 R, so a triangle can cover about 4
     // sqrt(3) R error of the torus's area 4 pi^2 12 x 4, with R = 4. Edge collapses do not give such even triangles:
     // the test allows eight times this number.
-    const double best = 4 * M_PI * M_PI * 48 / (4 * std::sqrt(3.0) * 4 * error_mm);
+    const double best = 4 * std::numbers::pi * std::numbers::pi * 48 / (4 * std::sqrt(3.0) * 4 * error_mm);
     EXPECT_LT(static_cast<double>(reduced.mesh.triangles.size()), 8 * best);
   }
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "kerf/error.h"
 #include "support/message_of.h"
@@ -29,7 +30,8 @@ TEST(ToolShape, DiscHasItsTeethEvenlyOnItsRim) {
       const EdgePoint& p = shape.edge[i];
       const EdgePoint& next = shape.edge[(i + 1) % shape.edge.size()];
       EXPECT_NEAR(glm::length(p.p_T - 11.0 * p.e_T), 0, 1e-12);
-      EXPECT_NEAR(glm::length(next.p_T - p.p_T), 22 * std::sin(M_PI / static_cast<double>(shape.edge.size())), 1e-9);
+      EXPECT_NEAR(glm::length(next.p_T - p.p_T),
+                  22 * std::sin(std::numbers::pi / static_cast<double>(shape.edge.size())), 1e-9);
       sum += p.e_T;
     }
     EXPECT_NEAR(glm::length(sum), 0, 1e-9);
@@ -76,7 +78,7 @@ TEST(ToolShape, BallHasFlutesTimesTheirLengthOfEdge) {
   ball.tooth_width_mm = 0.25;
   for (const int samples : {4, 8, 16, 64}) {
     const ToolShape shape = MakeToolShape(ball, samples, 1, 0, 0);
-    EXPECT_NEAR(SumTeeth(shape), 10 * M_PI * 3 / 0.25, 1e-6);
+    EXPECT_NEAR(SumTeeth(shape), 10 * std::numbers::pi * 3 / 0.25, 1e-6);
     EXPECT_TRUE(shape.faces.empty());
     for (const EdgePoint& p : shape.edge) EXPECT_NEAR(glm::length(p.p_T - 3.0 * p.e_T), 0, 1e-12);
   }
@@ -86,7 +88,7 @@ TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
   // The sum of the teeth times max(0, cos) for a feed along x is flutes r / (2 pi w) * int dtheta dphi max(0, sin theta
   // cos phi) = flutes r / (2 pi w) * 2 * 2 = 2 flutes r / (pi w).
   const BallBurr ball;
-  const double exact = 2 * ball.flutes * ball.radius_mm() / (M_PI * ball.tooth_width_mm);
+  const double exact = 2 * ball.flutes * ball.radius_mm() / (std::numbers::pi * ball.tooth_width_mm);
   double error[2];
   for (int i = 0; i < 2; ++i) {
     const ToolShape shape = MakeToolShape(ball, i == 0 ? 16 : 64, 1, 0, 0);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "bone/grid/ct_modulus.h"
 #include "kerf/error.h"
@@ -142,7 +143,7 @@ TEST_F(OnePlate, DiscIsDrawnAtItsProjection) {
       ASSERT_TRUE(at);
       // At rest the area is that of the circle without half of its gullets, which are at most a tenth of the radius
       // deep. When the saw turns, it is that of the whole circle.
-      const double area = 3.14159265 * 36 / (kMmPerPixel * kMmPerPixel);
+      const double area = std::numbers::pi * 36 / (kMmPerPixel * kMmPerPixel);
       EXPECT_LT(d.count, 1.02 * area);
       EXPECT_GT(d.count, (rpm > 0 ? 0.97 : 0.8) * area);
       EXPECT_NEAR(d.x, at->x, 1.5);

@@ -12,6 +12,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "kerf/error.h"
@@ -37,8 +38,8 @@ TriangleMesh MakeSphere(double radius_mm, const Vec3& centre, int rings = 60) {
   const int sectors = 2 * rings;
   for (int i = 0; i <= rings; ++i) {
     for (int j = 0; j < sectors; ++j) {
-      const double polar = M_PI * i / rings;
-      const double azimuth = 2 * M_PI * j / sectors;
+      const double polar = std::numbers::pi * i / rings;
+      const double azimuth = 2 * std::numbers::pi * j / sectors;
       mesh.points.push_back(centre + radius_mm * Vec3{std::sin(polar) * std::cos(azimuth),
                                                       std::sin(polar) * std::sin(azimuth), std::cos(polar)});
     }
@@ -105,7 +106,8 @@ TEST_F(Picture, SphereCoversItsAreaAtTheStatedScale) {
   EXPECT_DOUBLE_EQ(CalcViewFrame(spec).pixels_per_mm, pixels_per_mm);
   const Patch patch = FindPatch(RenderPicture(spec), IsDrawn);
   // Half of the partly covered edge pixels may be missing or extra, which is 0.5 x 2 / 120 of the area.
-  EXPECT_NEAR(patch.count, M_PI * std::pow(10 * pixels_per_mm, 2), 0.01 * M_PI * std::pow(10 * pixels_per_mm, 2));
+  EXPECT_NEAR(patch.count, std::numbers::pi * std::pow(10 * pixels_per_mm, 2),
+              0.01 * std::numbers::pi * std::pow(10 * pixels_per_mm, 2));
   EXPECT_NEAR(patch.column, 320, 0.5);
   EXPECT_NEAR(patch.row, 240, 0.5);
 }
@@ -319,7 +321,7 @@ TEST(SawMesh, IsClosedAndHasItsDiameterThicknessAndTeeth) {
   saw.teeth = 36;
   const TriangleMesh mesh = MakeToolMesh(saw);
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
-  EXPECT_GT(CalcEnclosedVolume(mesh), 0.6 * M_PI * 15 * 15 * 0.8);
+  EXPECT_GT(CalcEnclosedVolume(mesh), 0.6 * std::numbers::pi * 15 * 15 * 0.8);
   std::set<long> tips;
   double largest = 0;
   for (const Vec3& p : mesh.points) {
@@ -340,7 +342,7 @@ TEST(BallMesh, IsClosedAndHasItsDiameterAndAsManyEdgesAsFlutes) {
   const TriangleMesh mesh = MakeToolMesh(ball);
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
   // The grooves reduce the radius by less than an eighth. The shank's end lies beyond the ball.
-  const double sphere = 4.0 / 3.0 * M_PI * 27;
+  const double sphere = 4.0 / 3.0 * std::numbers::pi * 27;
   EXPECT_GT(CalcEnclosedVolume(mesh), sphere * 0.875 * 0.875 * 0.875);
   std::map<double, double> equator;  // radius by angle
   for (const Vec3& p : mesh.points) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 
 #include "kerf/error.h"
 
@@ -34,7 +35,7 @@ TEST(FieldPlot, ContourOfAConeIsACircle) {
     EXPECT_TRUE(std::isnan(line.x[i + 2]));
     length += std::hypot(line.x[i + 1] - line.x[i], line.y[i + 1] - line.y[i]);
   }
-  EXPECT_NEAR(length, 4 * 3.14159265, 0.02);
+  EXPECT_NEAR(length, 4 * std::numbers::pi, 0.02);
 }
 
 TEST(FieldPlot, ColoursMatchTheValuesAndNonFiniteValuesAreWhite) {
