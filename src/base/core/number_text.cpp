@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace kerf {
@@ -9,6 +10,13 @@ namespace kerf {
 std::string FormatVolume(double mm3) {
   // From 999.5, three digits would be printed as 1e+03.
   return mm3 < 999.5 ? fmt::format("{:.3g} mm3", mm3) : fmt::format("{:.2f} cm3", mm3 / 1000);
+}
+
+std::string ShowThree(double value) {
+  if (!std::isfinite(value)) return "not a number";
+  if (value == 0) return "0";
+  const int digits = static_cast<int>(std::floor(std::log10(std::abs(value)) + 1e-12));
+  return digits < -6 ? fmt::format("{:.2e}", value) : fmt::format("{:.{}f}", value, std::clamp(2 - digits, 0, 9));
 }
 
 std::string FormatLength(double mm) {
