@@ -1,7 +1,7 @@
 // kerf bench: measures execution times.
 #include <fmt/format.h>
 
-#include <cstdio>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,69 +24,50 @@
 #include "experiment/draw_bench/view_bench.h"
 #include "experiment/hour/hour.h"
 #include "kerf/error.h"
-#include "kerf/version.h"
 #include "session/scene/scene.h"
 
 namespace kerf::cli {
 namespace {
 
-struct BenchArguments {
-  std::vector<std::string> cases;
-  BenchOptions bench;
-  std::string width;
+/// A benchmark, where its report goes and in which form.
+template <typename Options>
+struct BenchCommand {
+  Options bench;
   std::string output;
   bool json = false;
   bool markdown = false;
 };
 
-void Run(BenchArguments& options) {
-  if (!options.output.empty()) CheckWritable(options.output);
-  try {
-    CheckTickCases(options.cases);
-  } catch (const Error& e) {
-    throw CLI::ValidationError("--case", e.what());
-  }
-  SetVectorTarget(options.width);
-  TickReport report;
-  report.vector_width = VectorTarget();
-  report.machine = LookAtMachine();
-  report.core = options.bench.core;
-  report.realtime = options.bench.realtime;
-  report.ticks = options.bench.ticks;
-  {
-    StageBars bars;
-    options.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
-    report.results = RunTickCases(options.cases, options.bench);
-  }
-  for (const std::string& warning : FindTickWarnings(report)) SayWarning("{}", warning);
-  const std::string text = options.json       ? FormatTickJson(report)
-                           : options.markdown ? FormatTickMarkdown(report)
-                                              : FormatTickTable(report);
-  if (options.output.empty()) {
-    fmt::print("{}", text);
-  } else {
-    WriteTextFile(options.output, text);
-  }
+/// `page`: the page of docs for which the Markdown is made.
+template <typename Options>
+void AddReportOptions(CLI::App& command, BenchCommand<Options>& options, const std::string& page) {
+  command.add_option("-o,--output", options.output, "File for the report; default: stdout");
+  CLI::Option* json = command.add_flag("--json", options.json, "Print as JSON");
+  command.add_flag("--markdown", options.markdown, fmt::format("Print as Markdown: {}", page))->excludes(json);
 }
 
-struct UndoCommand {
-  UndoBenchOptions bench;
-  std::string output;
-  bool json = false;
-  bool markdown = false;
-};
+template <typename Report>
+std::vector<std::string> FindWarnings(const Report& /*report*/) {
+  return {};
+}
+std::vector<std::string> FindWarnings(const TickReport& report) {
+  return FindTickWarnings(report);
+}
 
-void RunUndo(UndoCommand& command) {
+/// Runs the benchmark with a progress bar, and prints its report or writes it to a file.
+template <typename Options, typename Report>
+void RunBench(BenchCommand<Options>& command, const std::function<Report()>& measure,
+              std::string (&table)(const Report&), std::string (&markdown)(const Report&),
+              std::string (&json)(const Report&)) {
   if (!command.output.empty()) CheckWritable(command.output);
-  UndoReport report;
+  Report report;
   {
     StageBars bars;
     command.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
-    report = RunUndoBench(command.bench);
+    report = measure();
   }
-  const std::string text = command.json       ? FormatUndoJson(report)
-                           : command.markdown ? FormatUndoMarkdown(report)
-                                              : FormatUndoTable(report);
+  for (const std::string& warning : FindWarnings(report)) SayWarning("{}", warning);
+  const std::string text = command.json ? json(report) : command.markdown ? markdown(report) : table(report);
   if (command.output.empty()) {
     fmt::print("{}", text);
   } else {
@@ -94,8 +75,31 @@ void RunUndo(UndoCommand& command) {
   }
 }
 
+struct TickCommand : BenchCommand<BenchOptions> {
+  std::vector<std::string> cases;
+  std::string width;
+};
+
+void RunTick(TickCommand& options) {
+  try {
+    CheckTickCases(options.cases);
+  } catch (const Error& e) {
+    throw CLI::ValidationError("--case", e.what());
+  }
+  SetVectorTarget(options.width);
+  const auto measure = [&options] {
+    TickReport report;
+    report.run = ReadRunInfo(options.bench.core, options.bench.realtime);
+    report.run.vector_width = VectorTarget();
+    report.ticks = options.bench.ticks;
+    report.results = RunTickCases(options.cases, options.bench);
+    return report;
+  };
+  RunBench<BenchOptions, TickReport>(options, measure, FormatTickTable, FormatTickMarkdown, FormatTickJson);
+}
+
 void AddUndoBench(CLI::App& group) {
-  const auto options = std::make_shared<UndoCommand>();
+  const auto options = std::make_shared<BenchCommand<UndoBenchOptions>>();
   CLI::App* command = group.add_subcommand("undo",
                                            "Time undo and redo of 1, 5 and 20 cuts through the default mandible, and "
                                            "the time that undo adds to a tick; with hashes of the bone");
@@ -104,16 +108,12 @@ void AddUndoBench(CLI::App& group) {
   AddNumber(*command, "--leaves-per-tick", options->bench, "leaves_per_tick")->capture_default_str();
   AddNumber(*command, "--core", options->bench, "core")->capture_default_str();
   command->add_flag("--realtime", options->bench.realtime, "Use real-time priority (SCHED_FIFO), as the loop does");
-  command->add_option("-o,--output", options->output, "File for the report; default: stdout");
-  CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
-  command->add_flag("--markdown", options->markdown, "Print as Markdown: the table of docs/reliability.md")
-      ->excludes(json);
-  command->callback([options] { RunUndo(*options); });
+  AddReportOptions(*command, *options, "the table of docs/reliability.md");
+  command->callback([options] {
+    RunBench<UndoBenchOptions, UndoReport>(
+        *options, [&] { return RunUndoBench(options->bench); }, FormatUndoTable, FormatUndoMarkdown, FormatUndoJson);
+  });
 }
-
-}  // namespace
-
-namespace {
 
 struct HourCommand {
   std::string scene;
@@ -130,7 +130,7 @@ void RunHourCommand(HourCommand& options) {
     for (const char* name : {"/hour.csv", "/hour.png"}) CheckWritable(options.folder + name);
   }
   options.hour.stop = &CatchInterrupt();
-  const MachineState machine = LookAtMachine();
+  const RunInfo run = ReadRunInfo();
   Hour hour;
   {
     StageBars bars;
@@ -138,9 +138,7 @@ void RunHourCommand(HourCommand& options) {
   }
   if (!options.folder.empty()) WriteHour(hour, options.folder);
   if (options.markdown) {
-    const std::string words =
-        fmt::format("{}; load {:.1f} before the run; commit {}. Made by `tools/reliability_figures`.", machine.cpu,
-                    machine.load, CommitString());
+    const std::string words = DescribeRun(run) + ". Made by `tools/reliability_figures`.";
     fmt::print("{}", FormatHourMarkdown(hour, words, "reliability/hour.png"));
   } else {
     fmt::print("{}", FormatHourTable(hour));
@@ -160,37 +158,8 @@ void AddHourCommand(CLI::App& group) {
   command->callback([options] { RunHourCommand(*options); });
 }
 
-}  // namespace
-
-namespace {
-
-struct ViewCommand {
-  ViewBenchOptions bench;
-  std::string output;
-  bool json = false;
-  bool markdown = false;
-};
-
-void RunView(ViewCommand& command) {
-  if (!command.output.empty()) CheckWritable(command.output);
-  ViewReport report;
-  {
-    StageBars bars;
-    command.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
-    report = RunViewBench(command.bench);
-  }
-  const std::string text = command.json       ? FormatViewJson(report)
-                           : command.markdown ? FormatViewMarkdown(report)
-                                              : FormatViewTable(report);
-  if (command.output.empty()) {
-    fmt::print("{}", text);
-  } else {
-    WriteTextFile(command.output, text);
-  }
-}
-
 void AddViewBench(CLI::App& group) {
-  const auto options = std::make_shared<ViewCommand>();
+  const auto options = std::make_shared<BenchCommand<ViewBenchOptions>>();
   CLI::App* command = group.add_subcommand(
       "view", "Time the drawing of the default mandible while it is cut: first picture, changed chunks, frames");
   for (const char* key : {"width", "height", "scale", "frames"}) {
@@ -198,53 +167,36 @@ void AddViewBench(CLI::App& group) {
   }
   AddNumber(*command, "--voxel", options->bench, "voxel_mm")->capture_default_str();
   AddNumber(*command, "--cut", options->bench, "cut_mm")->capture_default_str();
-  command->add_option("-o,--output", options->output, "File for the report; default: stdout");
-  CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
-  command->add_flag("--markdown", options->markdown, "Print as Markdown: the table of docs/window.md")->excludes(json);
-  command->callback([options] { RunView(*options); });
+  AddReportOptions(*command, *options, "the table of docs/window.md");
+  command->callback([options] {
+    RunBench<ViewBenchOptions, ViewReport>(
+        *options, [&] { return RunViewBench(options->bench); }, FormatViewTable, FormatViewMarkdown, FormatViewJson);
+  });
 }
 
-}  // namespace
-
-namespace {
-
-struct DevicesCommand {
-  ExchangeBenchOptions bench;
+struct DevicesCommand : BenchCommand<ExchangeBenchOptions> {
   DeviceOption device;
   int timeout_ms = 0;  // 0: each driver's own default
-  std::string output;
   bool models_only = false;
-  bool json = false;
-  bool markdown = false;
 };
 
 void RunDevices(DevicesCommand& command) {
-  if (!command.output.empty()) CheckWritable(command.output);
   DriverOptions drivers = MakeDriverOptions(command.device);
   if (command.timeout_ms > 0) {
     drivers.falcon.timeout_ms = drivers.bridge.timeout_ms = drivers.haply.timeout_ms = command.timeout_ms;
   }
   command.bench.stop = &CatchInterrupt();
-  std::vector<ExchangeTimes> results;
-  {
-    StageBars bars;
-    command.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
-    results = BenchModels(command.bench);
-    if (!command.models_only) {
-      LibusbBus bus;
-      for (const FoundDevice& found : FindDevices(bus, drivers)) {
-        results.push_back(BenchDevice(bus, found, drivers, command.bench));
-      }
+  const auto measure = [&] {
+    std::vector<ExchangeTimes> results = BenchModels(command.bench);
+    if (command.models_only) return results;
+    LibusbBus bus;
+    for (const FoundDevice& found : FindDevices(bus, drivers)) {
+      results.push_back(BenchDevice(bus, found, drivers, command.bench));
     }
-  }
-  const std::string text = command.json       ? FormatExchangeJson(results)
-                           : command.markdown ? FormatExchangeMarkdown(results)
-                                              : FormatExchangeTable(results);
-  if (command.output.empty()) {
-    fmt::print("{}", text);
-  } else {
-    WriteTextFile(command.output, text);
-  }
+    return results;
+  };
+  RunBench<ExchangeBenchOptions, std::vector<ExchangeTimes>>(command, measure, FormatExchangeTable,
+                                                             FormatExchangeMarkdown, FormatExchangeJson);
 }
 
 void AddDevicesBench(CLI::App& group) {
@@ -260,10 +212,7 @@ void AddDevicesBench(CLI::App& group) {
   command->add_flag("--realtime", options->bench.realtime, "Use real-time priority (SCHED_FIFO), as the loop does");
   command->add_flag("--models-only", options->models_only, "Do not open connected devices");
   AddDriverOptions(*command, options->device);
-  command->add_option("-o,--output", options->output, "File for the report; default: stdout");
-  CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
-  command->add_flag("--markdown", options->markdown, "Print as Markdown: the table of docs/emulated-usb.md")
-      ->excludes(json);
+  AddReportOptions(*command, *options, "the table of docs/emulated-usb.md");
   command->callback([options] { RunDevices(*options); });
 }
 
@@ -276,7 +225,7 @@ void AddBenchCommand(CLI::App& app) {
   AddHourCommand(*group);
   AddViewBench(*group);
   AddDevicesBench(*group);
-  const auto options = std::make_shared<BenchArguments>();
+  const auto options = std::make_shared<TickCommand>();
   CLI::App* command = group->add_subcommand(
       "tick", "Time whole ticks of the coupled simulation on one core, with the error and a hash of each result");
   command
@@ -295,11 +244,8 @@ void AddBenchCommand(CLI::App& app) {
                                "of this machine. This machine has: {}",
                                fmt::join(VectorTargets(), ", ")))
       ->check(CLI::IsMember(VectorTargets()));
-  command->add_option("-o,--output", options->output, "File for the report; default: stdout");
-  CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
-  command->add_flag("--markdown", options->markdown, "Print as Markdown: a table of docs/benchmarks.md")
-      ->excludes(json);
-  command->callback([options] { Run(*options); });
+  AddReportOptions(*command, *options, "a table of docs/benchmarks.md");
+  command->callback([options] { RunTick(*options); });
 }
 
 }  // namespace kerf::cli

@@ -11,6 +11,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/numbers.h"
+#include "base/table/table.h"
 #include "device/devices/force_table.h"
 #include "device/devices/profiles.h"
 #include "device/drivers/device_list.h"
@@ -92,30 +93,19 @@ void PrintProfiles(const DevicesArguments& options) {
     fmt::print("{}\n", json.dump(2));
     return;
   }
-  const std::vector<std::string> headers = {"profile",    "peak (N)", "scale",     "largest (N)",
-                                            "hidden (N)", "range",    "cont. (N)", "cont. (%)"};
-  std::vector<std::vector<std::string>> rows;
+  TextTable rows({"profile", "peak (N)", "scale", "largest (N)", "hidden (N)", "range", "cont. (N)", "cont. (%)"});
   for (const ForceTableRow& row : table) {
-    rows.push_back({row.profile.name, Figure(row.profile.peak_force_N), Figure(row.scale), Figure(row.largest_N),
-                    Figure(row.masked_N), Figure(row.range), Figure(row.lasting_N),
-                    Figure(100 * row.lasting_fraction)});
+    rows.Add({row.profile.name, Figure(row.profile.peak_force_N), Figure(row.scale), Figure(row.largest_N),
+              Figure(row.masked_N), Figure(row.range), Figure(row.lasting_N), Figure(100 * row.lasting_fraction)});
   }
   if (options.markdown) {
-    fmt::print("| {} |\n|{}\n", fmt::join(headers, " | "), " --- | --- | --- | --- | --- | --- | --- | --- |");
-    for (const std::vector<std::string>& row : rows) fmt::print("| {} |\n", fmt::join(row, " | "));
+    fmt::print("{}", rows.FormatMarkdown());
     return;
   }
   fmt::print(
       "A simulated force of {:g} N is scaled to each device's peak; all columns but the peak are in simulated "
-      "newtons.\n\n",
-      options.peak_N);
-  const auto print = [](const std::vector<std::string>& row) {
-    fmt::print("{:<18}", row[0]);
-    for (std::size_t i = 1; i < row.size(); ++i) fmt::print(" {:>12}", row[i]);
-    fmt::print("\n");
-  };
-  print(headers);
-  for (const std::vector<std::string>& row : rows) print(row);
+      "newtons.\n\n{}",
+      options.peak_N, rows.FormatTerminal());
   fmt::print(
       "\nscale     force on the device for 1 N in the simulation: peak / {:g}, at most 1\nhidden    the device's "
       "friction masks smaller forces: friction / scale\nrange     largest / hidden\ncont.     continuous, without "

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -9,6 +8,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
+#include "app/cli/log_columns.h"
 #include "app/cli/message.h"
 #include "base/files/files.h"
 #include "kerf/error.h"
@@ -29,71 +29,33 @@ struct LogArguments {
   std::string key_file;
 };
 
-/// Formats the inputs of the ticks as CSV, one row per tick.
-class StepsCsv {
- public:
-  explicit StepsCsv(double rate_hz) : rate_hz_(rate_hz) {}
-  /// Must be called before a block's steps. If steps are missing, number and time continue after the gap.
-  void Begin(const RecordedBlock& block) {
-    if (block.first_step == step_) return;
-    step_ = block.first_step;
-    time_s_ = block.first_time_s;
-  }
-  static const char* Header() {
-    return "step,time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,dt_s,skipped,rpm,buttons,read,wrote,force_off,set_down,fidelity,"
-           "flags,piece,"
-           "checkpoint\n";
-  }
-  void Add(const RecordedStep& s, std::string& csv) {
-    const bool set_down = (s.flags & kRecordedSetDown) != 0;
-    time_s_ += CalcElapsed(s, rate_hz_);
-    const Vec3& p = s.X.p_AB;
-    const Quat& q = s.X.R_AB;
-    fmt::format_to(std::back_inserter(csv),
-                   "{},{:.6f},{:.7f},{:.7f},{:.7f},{:.10f},{:.10f},{:.10f},{:.10f},{:.9g},{},{:g},"
-                   "{},{},{},{},{},{},{},{},{}\n",
-                   ++step_, time_s_, p.x, p.y, p.z, q.w, q.x, q.y, q.z, s.dt_s, s.skipped, s.rpm, s.buttons,
-                   (s.flags & kRecordedReadFailed) == 0 ? 1 : 0, (s.flags & kRecordedWriteFailed) == 0 ? 1 : 0,
-                   (s.flags & kRecordedForceOff) != 0 ? 1 : 0, set_down ? 1 : 0, s.fidelity, s.flags, s.piece,
-                   s.checkpoint);
-  }
-
- private:
-  double rate_hz_;
-  std::uint64_t step_ = 0;
-  double time_s_ = 0;
-};
-
-const char* const kStatesHeader =
-    "step,time_s,handle_x_mm,handle_y_mm,handle_z_mm,handle_qw,handle_qx,handle_qy,handle_qz,tool_x_mm,tool_y_mm,"
-    "tool_z_mm,force_x_N,force_y_N,force_z_N,removed_total_mm3,engaged_teeth,rpm,buttons\n";
-
-/// Appends the recorded states, of which there are a hundred per second.
-void AddStates(const RecordedBlock& block, std::string& csv) {
-  for (const RecordedState& s : block.states) {
-    const RecordedStep& step = block.steps[static_cast<std::size_t>(s.step - block.first_step)];
-    const Vec3& p = step.X.p_AB;
-    const Quat& q = step.X.R_AB;
-    fmt::format_to(
-        std::back_inserter(csv),
-        "{},{:.6f},{:.6f},{:.6f},{:.6f},{:.9f},{:.9f},{:.9f},{:.9f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},"
-        "{:.3f},{:.3f},{:g},{}\n",
-        s.step + 1, s.time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z, s.p_WT_mm.x, s.p_WT_mm.y, s.p_WT_mm.z, s.f_N.x,
-        s.f_N.y, s.f_N.z, s.removed_mm3, s.engaged_teeth, step.rpm, step.buttons);
-  }
-}
-
 /// Writes the CSV block by block, so that it need not fit in memory.
 template <typename Put>
 void WriteCsv(const LogArguments& options, RecordingReader& recording, Put&& put) {
-  put(options.ticks ? StepsCsv::Header() : kStatesHeader);
-  StepsCsv steps(recording.header().rate_hz);
+  put((options.ticks ? CsvHeader(LogTickColumns()) : CsvHeader(LogStateColumns())) + "\n");
+  const double rate_hz = recording.header().rate_hz;
+  std::uint64_t step = 0;
+  double time_s = 0;
   RecordedBlock block;
   for (std::size_t i = 0; recording.ReadBlock(i, block); ++i) {
     std::string csv;
-    if (!options.ticks) AddStates(block, csv);
-    steps.Begin(block);
-    for (std::size_t k = 0; options.ticks && k < block.steps.size(); ++k) steps.Add(block.steps[k], csv);
+    const auto add = [&csv](const auto& columns, const auto& row) {
+      AppendCsv(columns, row, csv);
+      csv += '\n';
+    };
+    if (options.ticks) {
+      // If steps are missing, number and time continue after the gap.
+      if (block.first_step != step) time_s = block.first_time_s;
+      step = block.first_step;
+      for (const RecordedStep& s : block.steps) {
+        time_s += CalcElapsed(s, rate_hz);
+        add(LogTickColumns(), LogTickRow{++step, time_s, s});
+      }
+    } else {
+      for (const RecordedState& s : block.states) {
+        add(LogStateColumns(), LogStateRow{s, block.steps[static_cast<std::size_t>(s.step - block.first_step)]});
+      }
+    }
     put(csv);
   }
 }

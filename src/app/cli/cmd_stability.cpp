@@ -149,7 +149,7 @@ void RunSweep(StabilityArguments& options, const Scene& scene) {
   }
   // The rows of an interrupted sweep do not overwrite earlier ones.
   const bool keep = !study.complete && std::filesystem::exists(options.folder);
-  if (!options.folder.empty() && !keep) WriteTextFile(options.folder, FormatSweepCsv(study));
+  if (!options.folder.empty() && !keep) WriteTextFile(options.folder, FormatCsv(SweepColumns(), study.rows));
   if (!options.folder.empty() && keep) Say("the earlier results in {} are kept", options.folder);
   fmt::print("{}", options.json ? FormatSweepJson(study) : FormatSweepTable(study));
   if (const int failed = study.Count(SweepVerdict::kFail); failed > 0) {

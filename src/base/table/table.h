@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -124,6 +125,12 @@ std::string FormatCsv(const Columns<Row>& columns, const std::vector<Row>& rows)
     csv += '\n';
   }
   return csv;
+}
+/// `columns` get the number of the row.
+inline std::string FormatCsv(const Columns<std::size_t>& columns, std::size_t rows) {
+  std::vector<std::size_t> numbers(rows);
+  std::iota(numbers.begin(), numbers.end(), std::size_t{0});
+  return FormatCsv(columns, numbers);
 }
 
 /// A table for people.

@@ -5,9 +5,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <cstring>
-#include <fstream>
 
 #include "kerf/error.h"
 
@@ -66,21 +64,6 @@ PinnedToCore::~PinnedToCore() {
   cpu_set_t set;
   std::memcpy(&set, before_.data(), sizeof(set));
   sched_setaffinity(0, sizeof(set), &set);
-}
-
-MachineState LookAtMachine() {
-  MachineState machine;
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line) && machine.cpu.empty();) {
-    const std::size_t colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) machine.cpu = line.substr(colon + 2);
-  }
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  if (sched_getaffinity(0, sizeof(set), &set) == 0) machine.cores = CPU_COUNT(&set);
-  double load = 0;
-  if (getloadavg(&load, 1) == 1) machine.load = load;
-  return machine;
 }
 
 }  // namespace kerf

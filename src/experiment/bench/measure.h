@@ -1,10 +1,8 @@
-// Clocks and the state of the machine on which the figures were measured.
+// Clocks, and binding of the measured thread to a core.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "loop/haptics/stage_timer.h"
@@ -82,12 +80,5 @@ class PinnedToCore {
   int policy_before_ = 0;
   int priority_before_ = 0;
 };
-
-struct MachineState {
-  std::string cpu;  // model name as reported by the system
-  int cores = 0;    // number of cores that this program may use
-  double load = 0;  // load average: mean number of programs ready to run in the last minute
-};
-MachineState LookAtMachine();
 
 }  // namespace kerf

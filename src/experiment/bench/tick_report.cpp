@@ -2,30 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "experiment/bench/times_json.h"
-#include "kerf/version.h"
+#include "base/core/number_text.h"
+#include "base/table/table_json.h"
 
 namespace kerf {
 namespace {
 
 using nlohmann::ordered_json;
 
-/// Formats with three significant digits, but as a whole number from 100 on, with three decimals below 1, and with two
-/// digits and an exponent below 0.001.
-std::string Show(double value) {
-  const double size = std::abs(value);
-  if (size >= 100 || value == 0) return fmt::format("{:.0f}", value);
-  if (size >= 10) return fmt::format("{:.1f}", value);
-  if (size >= 1) return fmt::format("{:.2f}", value);
-  if (size >= 0.001) return fmt::format("{:.3f}", value);
-  return fmt::format("{:.1e}", value);
-}
-
 std::string WithUnit(double value, const std::string& unit) {
-  return Show(value) + (unit.empty() ? "" : " " + unit);
+  return ShowThree(value) + (unit.empty() ? "" : " " + unit);
 }
 
 /// Formats the errors for the column next to the times.
@@ -36,7 +24,7 @@ std::string ShowErrors(const BenchResult& r) {
                                  r.Find("removed by occupancy minus swept")->value));
   }
   if (const BenchFigure* f = r.Find("phi against dense at the surface, at most")) {
-    errors.push_back(fmt::format("phi {} voxels from dense", Show(f->value)));
+    errors.push_back(fmt::format("phi {} voxels from dense", ShowThree(f->value)));
   }
   return fmt::format("{}", fmt::join(errors, "; "));
 }
@@ -49,7 +37,7 @@ bool IsOfTime(const BenchTarget& target) {
 std::string ShowTimeLimits(const BenchResult& r) {
   std::vector<std::string> limits;
   for (const BenchTarget& t : r.targets) {
-    if (IsOfTime(t)) limits.push_back(fmt::format("{} {}{}", t.what, Show(t.limit), t.met() ? "" : " **missed**"));
+    if (IsOfTime(t)) limits.push_back(fmt::format("{} {}{}", t.what, ShowThree(t.limit), t.met() ? "" : " **missed**"));
   }
   return fmt::format("{}", fmt::join(limits, ", "));
 }
@@ -62,12 +50,6 @@ std::string ShowOtherTargets(const BenchResult& r) {
                         t.at_least ? "at least" : "at most", WithUnit(t.limit, t.unit), t.met() ? "" : " **missed**");
   }
   return text;
-}
-
-std::string DescribeRun(const TickReport& report) {
-  return fmt::format("{}, core {}{}, {}; load {:.1f} before the run; commit {}", report.machine.cpu, report.core,
-                     report.realtime ? " with real-time priority" : "", report.vector_width, report.machine.load,
-                     CommitString());
 }
 
 ordered_json ResultJson(const BenchResult& r) {
@@ -110,10 +92,10 @@ constexpr const char* kPeers =
 
 std::vector<std::string> FindTickWarnings(const TickReport& report) {
   std::vector<std::string> warnings;
-  if (report.machine.load > 0.5 && !report.realtime) {
+  if (report.run.load > 0.5 && !report.run.realtime) {
     warnings.push_back(fmt::format(
         "the machine was busy before the run (load {:.1f} on {} cores); the slowest ticks are due to other programs",
-        report.machine.load, report.machine.cores));
+        report.run.load, report.run.cores));
   }
   for (const BenchResult& r : report.results) {
     if (!r.note.empty()) warnings.push_back(fmt::format("{}: {}", r.name, r.note));
@@ -122,32 +104,32 @@ std::vector<std::string> FindTickWarnings(const TickReport& report) {
 }
 
 std::string FormatTickTable(const TickReport& report) {
-  std::string text = fmt::format("{}\n{:<15} {:>6} {:>8} {:>8} {:>8} {:>8} {:>10} {:>7}  {}\n", DescribeRun(report),
-                                 "case", "ticks", "p50 us", "p99 us", "p99.9", "max", "baseline", "faster", "bone");
+  TextTable table(
+      {"case", "ticks", "p50 (us)", "p99 (us)", "p99.9 (us)", "max (us)", "baseline (us)", "faster", "bone"});
   for (const BenchResult& r : report.results) {
-    text += fmt::format("{:<15} {:>6} {:>8} {:>8} {:>8} {:>8} {:>10} {:>7}  {}\n", r.name, r.times.count,
-                        Show(r.times.p50_us), Show(r.times.p99_us), Show(r.times.p999_us), Show(r.times.max_us),
-                        r.baseline ? Show(r.baseline->times.p50_us) : "-", r.baseline ? Show(r.TimesFaster()) : "-",
-                        r.hash ? fmt::format("{:016x}", r.hash) : "-");
+    table.Add({r.name, r.times.count, ShowThree(r.times.p50_us), ShowThree(r.times.p99_us), ShowThree(r.times.p999_us),
+               ShowThree(r.times.max_us), r.baseline ? ShowThree(r.baseline->times.p50_us) : "-",
+               r.baseline ? ShowThree(r.TimesFaster()) : "-", r.hash ? fmt::format("{:016x}", r.hash) : "-"});
   }
+  std::string text = DescribeRun(report.run) + "\n" + table.FormatTerminal();
   text += "\n";
   for (const BenchResult& r : report.results) {
     text += fmt::format("{}: {}\n", r.name, r.title);
     if (r.undisturbed.count < r.times.count) {
       text += fmt::format("  other programs took the core in {} ticks; without these p50 {} us, p99 {} us, max {} us\n",
-                          r.times.count - r.undisturbed.count, Show(r.undisturbed.p50_us), Show(r.undisturbed.p99_us),
-                          Show(r.undisturbed.max_us));
+                          r.times.count - r.undisturbed.count, ShowThree(r.undisturbed.p50_us),
+                          ShowThree(r.undisturbed.p99_us), ShowThree(r.undisturbed.max_us));
     }
     if (r.baseline) text += fmt::format("  baseline: {}, {} ticks\n", r.baseline->what, r.baseline->times.count);
     for (const BenchTarget& t : r.targets) {
       text += fmt::format("  {:<7} {} {} {}: {}\n", t.met() ? "met" : "MISSED", t.what,
-                          t.at_least ? "at least" : "at most", WithUnit(t.limit, t.unit), Show(t.measured));
+                          t.at_least ? "at least" : "at most", WithUnit(t.limit, t.unit), ShowThree(t.measured));
     }
     for (const BenchFigure& f : r.figures) text += fmt::format("  {}: {}\n", f.what, WithUnit(f.value, f.unit));
     if (!r.stages_us.empty()) {
       text += "  stages, mean us:";
       for (std::size_t i = 0; i < r.stages_us.size(); ++i) {
-        text += fmt::format(" {} {}", NameOfStage(i), Show(r.stages_us[i]));
+        text += fmt::format(" {} {}", NameOfStage(i), ShowThree(r.stages_us[i]));
       }
       text += "\n";
     }
@@ -156,55 +138,45 @@ std::string FormatTickTable(const TickReport& report) {
 }
 
 std::string FormatTickMarkdown(const TickReport& report) {
-  std::string text =
-      "| case | what | tick: p50 / p99 / p99.9 / max (us) | upper limits (us) | baseline | error | bone |\n"
-      "|---|---|---|---|---|---|---|\n";
+  TextTable table(
+      {"case", "what", "tick: p50 / p99 / p99.9 / max (us)", "upper limits (us)", "baseline", "error", "bone"});
   for (const BenchResult& r : report.results) {
-    text += fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", r.name, r.title,
-                        r.times.count > 0 ? fmt::format("{} / {} / {} / {}", Show(r.times.p50_us), Show(r.times.p99_us),
-                                                        Show(r.times.p999_us), Show(r.times.max_us))
-                                          : "",
-                        ShowTimeLimits(r),
-                        r.baseline ? fmt::format("{} times faster than {} us ({})", Show(r.TimesFaster()),
-                                                 Show(r.baseline->times.p50_us), r.baseline->what)
-                                   : "",
-                        ShowErrors(r), r.hash != 0 ? fmt::format("`{:016x}`", r.hash) : "");
+    const std::string times = fmt::format("{} / {} / {} / {}", ShowThree(r.times.p50_us), ShowThree(r.times.p99_us),
+                                          ShowThree(r.times.p999_us), ShowThree(r.times.max_us));
+    table.Add({r.name, r.title, r.times.count > 0 ? times : "", ShowTimeLimits(r),
+               r.baseline ? fmt::format("{} times faster than {} us ({})", ShowThree(r.TimesFaster()),
+                                        ShowThree(r.baseline->times.p50_us), r.baseline->what)
+                          : "",
+               ShowErrors(r), r.hash != 0 ? fmt::format("`{:016x}`", r.hash) : ""});
   }
-  text += "\n";
+  std::string text = table.FormatMarkdown() + "\n";
   for (const BenchResult& r : report.results) text += ShowOtherTargets(r);
   text += fmt::format(
       "\n{}. error: removed volume minus swept volume, from the exact volume of the level set and from the occupancy "
       "of voxels; "
       "largest difference of phi from brute force near the surface. bone: hash of the bone after the cut. {}\n\n",
-      DescribeRun(report), kPeers);
-  text += "Where the time goes, mean us per tick (timing the stages adds a little):\n\n| case |";
-  for (std::size_t i = 0; i < kTickStages; ++i) text += fmt::format(" {} |", NameOfStage(i));
-  text += "\n|---|";
-  for (std::size_t i = 0; i < kTickStages; ++i) text += "---|";
-  text += "\n";
+      DescribeRun(report.run), kPeers);
+  std::vector<std::string> headings{"case"};
+  for (std::size_t i = 0; i < kTickStages; ++i) headings.emplace_back(NameOfStage(i));
+  TextTable stages(headings);
   for (const BenchResult& r : report.results) {
     if (r.stages_us.empty()) continue;
-    text += fmt::format("| {} |", r.name);
-    for (const double us : r.stages_us) text += fmt::format(" {} |", Show(us));
-    text += "\n";
+    std::vector<TableCell> row{r.name};
+    for (const double us : r.stages_us) row.emplace_back(ShowThree(us));
+    stages.Add(row);
   }
-  return text;
+  return text + "Where the time goes, mean us per tick (timing the stages adds a little):\n\n" +
+         stages.FormatMarkdown();
 }
 
 std::string FormatTickJson(const TickReport& report) {
-  ordered_json json;
-  json["kerf"] = VersionString();
-  json["commit"] = CommitString();
-  json["compiler"] = CompilerString();
-  json["machine"] = {
-      {"cpu", report.machine.cpu}, {"cores", report.machine.cores}, {"load_before", RoundedJson(report.machine.load)},
-      {"core", report.core},       {"realtime", report.realtime},   {"vector_width", report.vector_width}};
+  ordered_json json = RunJson(report.run);
   json["ticks_asked_for"] = report.ticks;
   json["cases"] = ordered_json::array();
   for (const BenchResult& r : report.results) json["cases"].push_back(ResultJson(r));
   json["peers"] = kPeers;
   json["warnings"] = FindTickWarnings(report);
-  return json.dump(2) + "\n";
+  return DumpJson(json);
 }
 
 }  // namespace kerf

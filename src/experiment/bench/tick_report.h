@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "base/table/run_info.h"
 #include "experiment/bench/cut_case.h"
 
 namespace kerf {
@@ -11,11 +12,8 @@ namespace kerf {
 /// The results, and the machine they were measured on.
 struct TickReport {
   std::vector<BenchResult> results;
-  MachineState machine;  // before the run
-  int core = 0;
-  bool realtime = false;
-  int ticks = 0;             // requested number
-  std::string vector_width;  // instruction set that the removal uses
+  RunInfo run;
+  int ticks = 0;  // requested number
 };
 
 /// Describes conditions that make the figures doubtful, in one sentence each, e.g. a busy machine or a tool that did

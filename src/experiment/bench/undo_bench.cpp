@@ -11,6 +11,7 @@
 #include "bone/models/mandible.h"
 #include "cut/undo/journal.h"
 #include "experiment/bench/cut_cases.h"
+#include "experiment/bench/measure.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -124,7 +125,7 @@ UndoReport RunUndoBench(const UndoBenchOptions& options) {
   CheckParameters(options);
   UndoReport report;
   report.options = options;
-  report.machine = LookAtMachine();
+  report.run = ReadRunInfo(options.core, options.realtime);
   if (options.progress) options.progress("bone", 0);
   MandibleParams mandible;
   mandible.voxel_mm = options.voxel_mm;

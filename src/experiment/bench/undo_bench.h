@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/core/percentiles.h"
-#include "experiment/bench/measure.h"
+#include "base/table/run_info.h"
 
 namespace kerf {
 
@@ -49,7 +49,7 @@ struct UndoReport {
   std::vector<UndoResult> results;
   Percentiles with_history, without;  // ticks of the same cut, measured alternately
   double history_MB = 0;              // size of the history's ring and table
-  MachineState machine;
+  RunInfo run;
   UndoBenchOptions options;
 };
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/files/files.h"
+#include "base/table/table_json.h"
 #include "experiment/compare/conclusion.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
@@ -22,16 +23,12 @@ constexpr const char* kFiles[] = {"report.md", "force_depth.png", "difference.pn
 
 /// Rounds to seven significant digits, which is enough for the accuracy of the numbers and hides rounding noise.
 ordered_json Number(double value) {
-  if (!std::isfinite(value)) return nullptr;
-  return std::stod(fmt::format("{:.7g}", value));
+  return RoundedJson(value, 7);
 }
 
 ordered_json Numbers(const std::vector<double>& values) {
   ordered_json list = ordered_json::array();
-  for (const double value : values) {
-    list.push_back(std::isfinite(value) ? ordered_json(std::stod(fmt::format("{:.5g}", value)))
-                                        : ordered_json(nullptr));
-  }
+  for (const double value : values) list.push_back(RoundedJson(value, 5));
   return list;
 }
 
@@ -98,19 +95,23 @@ ordered_json CaseJson(const CaseResult& r, const Comparison& c) {
 
 }  // namespace
 
-std::string FormatCompareCsv(const Comparison& c) {
-  std::string csv = "depth_mm,region";
-  for (const CaseResult& r : c.cases) csv += fmt::format(",{}_N", r.what.id);
-  csv += "\n";
-  for (std::size_t i = 0; i < c.grid.count; ++i) {
-    fmt::format_to(std::back_inserter(csv), "{:.6g},{}", c.grid.Centre(i), c.region_of_bin[i]);
-    for (const CaseResult& r : c.cases) {
-      csv += ',';
-      if (std::isfinite(r.curve.force_N[i])) fmt::format_to(std::back_inserter(csv), "{:.6g}", r.curve.force_N[i]);
-    }
-    csv += '\n';
+Columns<std::size_t> CompareColumns(const Comparison& c) {
+  Columns<std::size_t> columns{
+      {"depth_mm", "{:.6g}", "middle of the step", [&c](std::size_t i) { return c.grid.Centre(i); }},
+      {"region", "{}", "0: past the slice, the step in which it ends, or a gap",
+       [&c](std::size_t i) { return c.region_of_bin[i]; }}};
+  for (const CaseResult& r : c.cases) {
+    columns.push_back(
+        {r.what.id + "_N", "{:.6g}", "force of the case; empty where it did not reach that depth", [&r](std::size_t i) {
+           const double force_N = r.curve.force_N[i];
+           return std::isfinite(force_N) ? TableCell(force_N) : TableCell();
+         }});
   }
-  return csv;
+  return columns;
+}
+
+std::string FormatCompareCsv(const Comparison& c) {
+  return FormatCsv(CompareColumns(c), c.grid.count);
 }
 
 std::string FormatCompareJson(const Comparison& c) {

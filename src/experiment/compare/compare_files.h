@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "base/table/table.h"
 #include "experiment/compare/comparison.h"
 #include "view/plot/plot.h"
 
@@ -11,6 +12,8 @@ namespace kerf {
 
 /// docs/compare.md describes each part, column and key.
 std::string FormatCompareReport(const Comparison& comparison);
+/// Describes the columns of compare.csv, whose rows are the steps of the depth. Refers to `comparison`.
+Columns<std::size_t> CompareColumns(const Comparison& comparison);
 std::string FormatCompareCsv(const Comparison& comparison);
 std::string FormatCompareJson(const Comparison& comparison);
 

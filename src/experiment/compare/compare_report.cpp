@@ -1,16 +1,21 @@
 // The report of a comparison, in Markdown.
 #include <fmt/format.h>
 
-#include <iterator>
-
 #include "base/core/append_format.h"
 #include "base/files/markdown_text.h"
+#include "base/table/table.h"
 #include "experiment/compare/compare_files.h"
 #include "experiment/compare/conclusion.h"
 #include "kerf/version.h"
 
 namespace kerf {
 namespace {
+
+/// Returns the headings, and then the labels of the cases.
+std::vector<std::string> WithLabels(std::vector<std::string> headings, const Comparison& c) {
+  for (const CaseResult& r : c.cases) headings.push_back(r.what.label);
+  return headings;
+}
 
 std::string Signed(double value) {
   return (value > 0 ? "+" : "") + ShowFigure(value);
@@ -58,36 +63,30 @@ void AddSetting(std::string& text, const Comparison& c) {
 
 void AddForces(std::string& text, const Comparison& c) {
   AppendFormat(text, "## Force and work\n\n![Force against depth](force_depth.png)\n\n");
-  AppendFormat(
-      text,
-      "| case | mean (N) | ratio | ratio with the same law | peak (N) | at (mm) | rms difference (N) | (%) | peak "
-      "difference (N) | (%) | at (mm) | work "
-      "(mJ) "
-      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  TextTable table({"case", "mean (N)", "ratio", "ratio with the same law", "peak (N)", "at (mm)", "rms difference (N)",
+                   "(%)", "peak difference (N)", "(%)", "at (mm)", "work (mJ)"});
   const double peak_N = c.reference().peak_N;
   const CaseResult* equal = FindEqualLaw(c);
   const auto ratio = [](double mean_N, double other_N) {
     return other_N > 0 ? ShowFigure(mean_N / other_N) : std::string();
   };
   for (const CaseResult& r : c.cases) {
-    AppendFormat(text, "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", r.what.label,
-                 ShowFigure(r.slice.mean_N), ratio(r.slice.mean_N, r.slice.reference_mean_N),
-                 r.what.slab && equal ? ratio(r.slice.mean_N, equal->slice.mean_N) : "", ShowFigure(r.peak_N),
-                 ShowFigure(r.peak_depth_mm), ShowFigure(r.slice.rms_N), ShowFigure(Percent(r.slice.rms_N, peak_N)),
-                 Signed(r.slice.peak_N), Signed(100 * r.slice.peak_N / (peak_N > 0 ? peak_N : 1)),
-                 ShowFigure(r.slice.peak_depth_mm), ShowFigure(r.work_mJ));
+    table.Add({r.what.label, ShowFigure(r.slice.mean_N), ratio(r.slice.mean_N, r.slice.reference_mean_N),
+               r.what.slab && equal ? ratio(r.slice.mean_N, equal->slice.mean_N) : "", ShowFigure(r.peak_N),
+               ShowFigure(r.peak_depth_mm), ShowFigure(r.slice.rms_N), ShowFigure(Percent(r.slice.rms_N, peak_N)),
+               Signed(r.slice.peak_N), Signed(100 * r.slice.peak_N / (peak_N > 0 ? peak_N : 1)),
+               ShowFigure(r.slice.peak_depth_mm), ShowFigure(r.work_mJ)});
+  }
+  TextTable between(WithLabels({""}, c));
+  for (std::size_t a = 0; a < c.cases.size(); ++a) {
+    std::vector<TableCell> row{c.cases[a].what.label};
+    for (const double rms_N : c.rms_between_N[a]) row.emplace_back(ShowFigure(rms_N));
+    between.Add(row);
   }
   AppendFormat(text,
-               "\n![Force difference](difference.png)\n\n"
-               "Rms difference between all pairs of cases, over the slice (N):\n\n| |");
-  for (const CaseResult& r : c.cases) AppendFormat(text, " {} |", r.what.label);
-  AppendFormat(text, "\n|---|");
-  for (std::size_t k = 0; k < c.cases.size(); ++k) AppendFormat(text, "---|");
-  for (std::size_t a = 0; a < c.cases.size(); ++a) {
-    AppendFormat(text, "\n| {} |", c.cases[a].what.label);
-    for (std::size_t b = 0; b < c.cases.size(); ++b) AppendFormat(text, " {} |", ShowFigure(c.rms_between_N[a][b]));
-  }
-  AppendFormat(text, "\n\n");
+               "{}\n![Force difference](difference.png)\n\n"
+               "Rms difference between all pairs of cases, over the slice (N):\n\n{}\n",
+               table.FormatMarkdown(), between.FormatMarkdown());
 }
 
 void AddStatements(std::string& text, const std::vector<std::string>& statements) {
@@ -99,29 +98,31 @@ void AddRegions(std::string& text, const Comparison& c, const Conclusion& words)
   AppendFormat(text, "## By region\n\n");
   AddStatements(text, words.regions);
   AppendFormat(text, "Mean force (N) / rms difference from the reference (N) over the depths of each region.\n\n");
-  AppendFormat(text, "| region | E (GPa) | depths (mm) |");
-  for (const CaseResult& r : c.cases) AppendFormat(text, " {} |", r.what.label);
-  AppendFormat(text, "\n|---|---|---|");
-  for (std::size_t k = 0; k < c.cases.size(); ++k) AppendFormat(text, "---|");
-  AppendFormat(text, "\n");
+  TextTable table(WithLabels({"region", "E (GPa)", "depths (mm)"}, c));
+  const auto forces = [](const Difference& d) {
+    return fmt::format("{} / {}", ShowFigure(d.mean_N), ShowFigure(d.rms_N));
+  };
   for (std::size_t i = 0; i < c.regions.size(); ++i) {
     const CompareRegion& region = c.regions[i];
     const double length_mm = c.grid.step_mm * static_cast<double>(region.bins.size());
-    const double span_mm = region.bottom_mm - region.top_mm;
-    AppendFormat(text, "| {} {} ({}) | {:.4g} | {:.2f} to {:.2f}{} |", region.id, region.name, region.tissue,
-                 region.E_MPa / 1000, region.top_mm, region.bottom_mm,
-                 length_mm < 0.98 * span_mm ? fmt::format(", {} in total", ShowFigure(length_mm)) : std::string());
-    for (const CaseResult& r : c.cases) {
-      AppendFormat(text, " {} / {} |", ShowFigure(r.regions[i].mean_N), ShowFigure(r.regions[i].rms_N));
-    }
-    AppendFormat(text, "\n");
+    const bool parted = length_mm < 0.98 * (region.bottom_mm - region.top_mm);
+    std::vector<TableCell> row{fmt::format("{} {} ({})", region.id, region.name, region.tissue),
+                               fmt::format("{:.4g}", region.E_MPa / 1000),
+                               fmt::format("{:.2f} to {:.2f}{}", region.top_mm, region.bottom_mm,
+                                           parted ? fmt::format(", {} in total", ShowFigure(length_mm)) : "")};
+    for (const CaseResult& r : c.cases) row.emplace_back(forces(r.regions[i]));
+    table.Add(row);
   }
   if (!c.beyond_bins.empty()) {
-    AppendFormat(text, "| beyond the end of the slice | | {} to {} |", ShowFigure(c.profile.end_mm),
-                 ShowFigure(c.grid.step_mm * static_cast<double>(c.grid.count)));
-    for (const CaseResult& r : c.cases)
-      AppendFormat(text, " {} / {} |", ShowFigure(r.beyond.mean_N), ShowFigure(r.beyond.rms_N));
-    AppendFormat(text, "\n\nDepths beyond the end of the slice are not included in any figure above.");
+    std::vector<TableCell> row{"beyond the end of the slice", "",
+                               fmt::format("{} to {}", ShowFigure(c.profile.end_mm),
+                                           ShowFigure(c.grid.step_mm * static_cast<double>(c.grid.count)))};
+    for (const CaseResult& r : c.cases) row.emplace_back(forces(r.beyond));
+    table.Add(row);
+  }
+  text += table.FormatMarkdown();
+  if (!c.beyond_bins.empty()) {
+    AppendFormat(text, "\nDepths beyond the end of the slice are not included in any figure above.");
     for (const std::string& statement : words.beyond) AppendFormat(text, " {}", statement);
     AppendFormat(text, "\n");
   }
@@ -138,17 +139,15 @@ void AddCost(std::string& text, const Comparison& c, const std::vector<std::stri
   AppendFormat(text, "## Cost\n\n");
   AddStatements(text, words);
   AppendFormat(text, "![Time per tick against force difference](cost.png)\n\n");
-  AppendFormat(
-      text,
-      "| case | p50 (us) | p99 (us) | max (us) | times faster than the reference | memory that a tick works on | p50 "
-      "of "
-      "each repetition (us) | p99 of each (us) |\n|---|---|---|---|---|---|---|---|\n");
+  TextTable table({"case", "p50 (us)", "p99 (us)", "max (us)", "times faster than the reference",
+                   "memory that a tick works on", "p50 of each repetition (us)", "p99 of each (us)"});
   for (const CaseResult& r : c.cases) {
     const double faster = r.times.p50_us > 0 ? c.reference().times.p50_us / r.times.p50_us : 0;
-    AppendFormat(text, "| {} | {} | {} | {} | {} | {} | {} | {} |\n", r.what.label, ShowFigure(r.times.p50_us),
-                 ShowFigure(r.times.p99_us), ShowFigure(r.times.max_us), ShowFigure(faster),
-                 ShowMemory(static_cast<double>(r.memory_bytes)), ShowAll(r.p50_us), ShowAll(r.p99_us));
+    table.Add({r.what.label, ShowFigure(r.times.p50_us), ShowFigure(r.times.p99_us), ShowFigure(r.times.max_us),
+               ShowFigure(faster), ShowMemory(static_cast<double>(r.memory_bytes)), ShowAll(r.p50_us),
+               ShowAll(r.p99_us)});
   }
+  text += table.FormatMarkdown();
   AppendFormat(
       text,
       "\nEach case ran {} time{}, all cases in turn. The first three columns are from the repetition with the lowest "
@@ -163,11 +162,12 @@ void AddAgain(std::string& text, const Comparison& c) {
   AppendFormat(text, "Generated by kerf {} (commit {}). Equal hashes mean bit-identical results{}.\n\n",
                VersionString(), CommitString(),
                c.repetitions > 1 ? "; each case gave the same hashes in all its repetitions" : "");
-  AppendFormat(text, "| case | force of every tick | bone after the cut |\n|---|---|---|\n");
+  TextTable table({"case", "force of every tick", "bone after the cut"});
   for (const CaseResult& r : c.cases) {
-    AppendFormat(text, "| {} | `{:016x}` | {} |\n", r.what.label, r.force_hash,
-                 r.bone_hash ? fmt::format("`{:016x}`", *r.bone_hash) : std::string("not cut"));
+    table.Add({r.what.label, fmt::format("`{:016x}`", r.force_hash),
+               r.bone_hash ? fmt::format("`{:016x}`", *r.bone_hash) : "not cut"});
   }
+  text += table.FormatMarkdown();
 }
 
 }  // namespace

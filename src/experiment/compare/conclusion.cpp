@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 
+#include "base/core/number_text.h"
+
 namespace kerf {
 namespace {
 
@@ -357,12 +359,7 @@ double Percent(double part, double whole) {
 }
 
 std::string ShowFigure(double value) {
-  if (!std::isfinite(value)) return "not a number";
-  const double magnitude = std::abs(value);
-  if (magnitude == 0) return "0";
-  const int digits = std::clamp(2 - static_cast<int>(std::floor(std::log10(magnitude) + 1e-9)), 0, 6);
-  std::string text = fmt::format("{:.{}f}", value, digits);
-  return text.find_first_of("123456789") == std::string::npos ? "0" : text;
+  return std::abs(value) < 5e-7 ? "0" : ShowThree(value);
 }
 
 std::string ShowTime(double us) {

@@ -14,6 +14,8 @@
 
 #include "base/core/hash.h"
 #include "base/realtime/realtime.h"
+#include "base/table/run_info.h"
+#include "base/table/table_json.h"
 #include "device/devices/hand.h"
 #include "device/devices/profiles.h"
 #include "device/emulation/falcon_model.h"
@@ -70,16 +72,7 @@ void Measure(DeviceDriver& driver, const ExchangeBenchOptions& options,
       break;
     }
   }
-  if (took_us.empty()) return;
-  std::sort(took_us.begin(), took_us.end());
-  const auto percentile = [&](double fraction) {
-    const auto rank = static_cast<std::size_t>(std::ceil(fraction * static_cast<double>(took_us.size())));
-    return took_us[std::clamp<std::size_t>(rank, 1, took_us.size()) - 1];
-  };
-  times.p50_us = percentile(0.5);
-  times.p99_us = percentile(0.99);
-  times.p999_us = percentile(0.999);
-  times.max_us = took_us.back();
+  times.times = CalcPercentiles(took_us);
 }
 
 bool GoOn(const ExchangeBenchOptions& options, const std::string& now, int round) {
@@ -129,6 +122,19 @@ ModelCase MakeModel(const std::string& device) {
     model.model = std::move(mouse);
   }
   return model;
+}
+
+/// Makes the table for a terminal and for Markdown.
+TextTable MakeExchangeTable(const std::vector<ExchangeTimes>& results) {
+  TextTable table({"device", "link", "rate (Hz)", "exchanges", "no answer", "bad", "late", "p50 (us)", "p99 (us)",
+                   "p99.9 (us)", "max (us)", "hash of samples"});
+  const auto us = [](double time_us) { return fmt::format("{:.2f}", time_us); };
+  for (const ExchangeTimes& t : results) {
+    table.Add({t.device, t.link, t.rate_hz > 0 ? fmt::format("{:g}", t.rate_hz) : "free", t.rounds, t.no_answer, t.bad,
+               t.late, us(t.times.p50_us), us(t.times.p99_us), us(t.times.p999_us), us(t.times.max_us),
+               fmt::format("{:016x}", t.hash)});
+  }
+  return table;
 }
 
 constexpr const char* kNoForce = "no force is sent to connected devices";
@@ -213,51 +219,43 @@ ExchangeTimes BenchDevice(UsbBus& bus, const FoundDevice& found, const DriverOpt
   return times;
 }
 
+const Columns<ExchangeTimes>& ExchangeColumns() {
+  static const Columns<ExchangeTimes> kColumns{
+      {"device", "{}", "kind of device", &ExchangeTimes::device},
+      {"way", "{}", "`in process`: a model, through memory; `libusb`: a connected device; or another link",
+       &ExchangeTimes::link},
+      {"rate_hz", "{}", "rate of the exchanges; 0: each begins when the previous one ends", &ExchangeTimes::rate_hz},
+      {"exchanges", "{}", "number of exchanges", &ExchangeTimes::rounds},
+      {"samples", "{}", "exchanges that returned a sample", &ExchangeTimes::samples},
+      {"no_answer", "{}", "exchanges without an answer in time", &ExchangeTimes::no_answer},
+      {"bad", "{}", "exchanges with an invalid answer", &ExchangeTimes::bad},
+      {"late", "{}", "exchanges that were skipped because they began a period or more too late", &ExchangeTimes::late},
+      {"p50_us", "{}", "percentiles of the duration of an exchange", [](const auto& t) { return t.times.p50_us; }},
+      {"p99_us", "{}", "percentiles of the duration of an exchange", [](const auto& t) { return t.times.p99_us; }},
+      {"p999_us", "{}", "percentiles of the duration of an exchange", [](const auto& t) { return t.times.p999_us; }},
+      {"max_us", "{}", "percentiles of the duration of an exchange", [](const auto& t) { return t.times.max_us; }},
+      {"samples_hash", "{}", "hash of all samples; reproducible in process",
+       [](const auto& t) { return fmt::format("{:016x}", t.hash); }},
+      {"failure", "{}", "reason for an early end; otherwise empty", &ExchangeTimes::failure}};
+  return kColumns;
+}
+
 std::string FormatExchangeTable(const std::vector<ExchangeTimes>& results) {
-  std::string text = fmt::format("{:<11} {:<11} {:>8} {:>9} {:>9} {:>6} {:>6} {:>9} {:>9} {:>9} {:>9}  {}\n", "device",
-                                 "link", "rate Hz", "exchanges", "no answer", "bad", "late", "p50 us", "p99 us",
-                                 "p99.9 us", "max us", "hash of samples");
+  std::string text = MakeExchangeTable(results).FormatTerminal();
   for (const ExchangeTimes& t : results) {
-    text += fmt::format("{:<11} {:<11} {:>8} {:>9} {:>9} {:>6} {:>6} {:>9.2f} {:>9.2f} {:>9.2f} {:>9.2f}  {:016x}\n",
-                        t.device, t.link, t.rate_hz > 0 ? fmt::format("{:g}", t.rate_hz) : "free", t.rounds,
-                        t.no_answer, t.bad, t.late, t.p50_us, t.p99_us, t.p999_us, t.max_us, t.hash);
-    if (!t.failure.empty()) text += fmt::format("            {}\n", t.failure);
+    if (!t.failure.empty()) text += fmt::format("{}: {}\n", t.device, t.failure);
   }
-  text += fmt::format("in-process models receive a rotating force; {}\n", kNoForce);
-  return text;
+  return text + fmt::format("in-process models receive a rotating force; {}\n", kNoForce);
 }
 
 std::string FormatExchangeMarkdown(const std::vector<ExchangeTimes>& results) {
-  std::string text =
-      "| device | link | rate (Hz) | exchanges | no answer | bad | p50 (us) | p99 (us) | p99.9 (us) | max (us) |\n"
-      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
-  for (const ExchangeTimes& t : results) {
-    text += fmt::format("| {} | {} | {} | {} | {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", t.device, t.link,
-                        t.rate_hz > 0 ? fmt::format("{:g}", t.rate_hz) : "free", t.rounds, t.no_answer, t.bad, t.p50_us,
-                        t.p99_us, t.p999_us, t.max_us);
-  }
-  return text;
+  return MakeExchangeTable(results).FormatMarkdown();
 }
 
 std::string FormatExchangeJson(const std::vector<ExchangeTimes>& results) {
-  nlohmann::ordered_json json = {{"schema", 1}, {"exchanges", nlohmann::ordered_json::array()}};
-  for (const ExchangeTimes& t : results) {
-    json["exchanges"].push_back({{"device", t.device},
-                                 {"way", t.link},
-                                 {"rate_hz", t.rate_hz},
-                                 {"exchanges", t.rounds},
-                                 {"samples", t.samples},
-                                 {"no_answer", t.no_answer},
-                                 {"bad", t.bad},
-                                 {"late", t.late},
-                                 {"p50_us", t.p50_us},
-                                 {"p99_us", t.p99_us},
-                                 {"p999_us", t.p999_us},
-                                 {"max_us", t.max_us},
-                                 {"samples_hash", fmt::format("{:016x}", t.hash)},
-                                 {"failure", t.failure}});
-  }
-  return json.dump(2) + "\n";
+  nlohmann::ordered_json json = {{"schema", 1}, {"exchanges", RowsJson(ExchangeColumns(), results)}};
+  json.update(RunJson(ReadRunInfo()));
+  return DumpJson(json);
 }
 
 }  // namespace kerf

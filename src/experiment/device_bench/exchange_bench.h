@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "base/core/percentiles.h"
+#include "base/table/table.h"
 #include "device/devices/driver.h"
 #include "device/drivers/device_list.h"
 
@@ -35,10 +37,7 @@ struct ExchangeTimes {
   std::uint64_t no_answer = 0;  // rounds without an answer in time
   std::uint64_t bad = 0;
   std::uint64_t late = 0;  // rounds that began a whole period or more too late and were skipped
-  double p50_us = 0;       // nearest rank, over all rounds
-  double p99_us = 0;
-  double p999_us = 0;
-  double max_us = 0;
+  Percentiles times;       // of all rounds
   std::uint64_t hash = 0;  // of all samples; reproducible in process
   std::string failure;     // reason for an early end; otherwise empty
 };
@@ -50,6 +49,8 @@ std::vector<ExchangeTimes> BenchModels(const ExchangeBenchOptions& options);
 ExchangeTimes BenchDevice(UsbBus& bus, const FoundDevice& found, const DriverOptions& driver_options,
                           const ExchangeBenchOptions& options);
 
+/// Describes the keys of a result in JSON.
+const Columns<ExchangeTimes>& ExchangeColumns();
 /// These format both kinds of results as one table: text for a terminal, Markdown, and JSON.
 std::string FormatExchangeTable(const std::vector<ExchangeTimes>& results);
 std::string FormatExchangeMarkdown(const std::vector<ExchangeTimes>& results);

@@ -7,6 +7,7 @@
 #include "bone/material/region_table.h"
 #include "bone/models/mandible.h"
 #include "experiment/bench/cut_cases.h"
+#include "experiment/bench/measure.h"
 #include "kerf/error.h"
 #include "kerf/simulation.h"
 #include "view/live/surface_worker.h"
@@ -74,7 +75,7 @@ ViewReport RunViewBench(const ViewBenchOptions& options) {
   CheckParameters(options);
   ViewReport report;
   report.options = options;
-  report.machine = LookAtMachine();
+  report.run = ReadRunInfo();
   const auto tell = [&](const char* what, double fraction) {
     if (options.progress) options.progress(what, fraction);
   };

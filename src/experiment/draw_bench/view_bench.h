@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/core/percentiles.h"
-#include "experiment/bench/measure.h"
+#include "base/table/run_info.h"
 #include "view/live/viewport.h"
 
 namespace kerf {
@@ -44,7 +44,7 @@ struct ViewFrames {
 
 struct ViewReport {
   ViewBenchOptions options;
-  MachineState machine;
+  RunInfo run;
   std::string renderer;  // the driver's name
   // Times until the first picture, ms.
   double bone_ms = 0;

@@ -1,14 +1,10 @@
 #include <fmt/format.h>
 
-#include "experiment/bench/times_json.h"
+#include "base/table/table_json.h"
 #include "experiment/draw_bench/view_bench.h"
 
 namespace kerf {
 namespace {
-
-std::string FormatTimes(const Percentiles& t) {
-  return fmt::format("p50 {:.2f} ms, p99 {:.2f}, max {:.2f}", 1e-3 * t.p50_us, 1e-3 * t.p99_us, 1e-3 * t.max_us);
-}
 
 std::string FormatFirst(const ViewReport& r) {
   return fmt::format("{:.2f} s: bone {:.2f}, window {:.2f}, coarse surface {:.2f}, upload {:.2f}, first frame {:.2f}",
@@ -17,65 +13,58 @@ std::string FormatFirst(const ViewReport& r) {
 }
 
 std::string FormatEnvironment(const ViewReport& r) {
-  return fmt::format("{} x {} pixels, scale {:g}; {}; {}, {} core{}; load {:.1f} before", r.options.width,
-                     r.options.height, r.options.scale, r.renderer, r.machine.cpu, r.machine.cores,
-                     r.machine.cores == 1 ? "" : "s", r.machine.load);
+  return fmt::format("{} x {} pixels, scale {:g}; {}; {}", r.options.width, r.options.height, r.options.scale,
+                     r.renderer, DescribeRun(r.run));
 }
 
-}  // namespace
-
-std::string FormatViewTable(const ViewReport& r) {
-  std::string text = fmt::format("View, default mandible at {:g} mm\n", r.options.voxel_mm);
-  text += fmt::format("  first picture   {}\n", FormatFirst(r));
-  text += fmt::format("  finer steps     {:.2f} s later\n", 1e-3 * r.refining_ms);
-  text += fmt::format("  a changed chunk {} (limit 2), undisturbed {}: mesh {}; upload {}; {} times, {} leaves\n",
-                      FormatTimes(r.both), FormatTimes(r.undisturbed), FormatTimes(r.remesh), FormatTimes(r.upload),
-                      r.both.count, r.cut_leaves);
-  for (const ViewFrames& f : r.frames) {
-    text += fmt::format("  frame, {:<24} p50 {:.1f} ms, p95 {:.1f}, max {:.1f}; {} triangles in {} chunks, step {}\n",
-                        f.view, 1e-3 * f.times.p50_us, 1e-3 * f.p95_us, 1e-3 * f.times.max_us, f.triangles, f.chunks,
-                        f.step);
-  }
-  text += fmt::format("  surface         {:.1f} MB in {} chunks; {:.1f} MB kept for cut leaves\n", r.surface_MB,
-                      r.chunks, r.uncut_MB);
-  text += fmt::format("  bone            {:016x} after the cut\n  {}\n", r.bone_hash, FormatEnvironment(r));
-  return text;
-}
-
-std::string FormatViewMarkdown(const ViewReport& r) {
-  std::string text = "| what | p50 | p95 or p99 | max | sample |\n|---|---|---|---|---|\n";
+TextTable MakeViewTable(const ViewReport& r) {
+  TextTable table({"what", "p50", "p95 or p99", "max", "sample"});
+  const auto ms = [](double us, const char* format) { return fmt::format(fmt::runtime(format), 1e-3 * us); };
   const auto chunk = [&](const char* what, const Percentiles& t) {
-    text += fmt::format("| {} | {:.2f} ms | {:.2f} ms (p99) | {:.2f} ms | {} chunks |\n", what, 1e-3 * t.p50_us,
-                        1e-3 * t.p99_us, 1e-3 * t.max_us, t.count);
+    table.Add({what, ms(t.p50_us, "{:.2f} ms"), ms(t.p99_us, "{:.2f} ms (p99)"), ms(t.max_us, "{:.2f} ms"),
+               fmt::format("{} chunks", t.count)});
   };
   chunk("a changed chunk, meshed and uploaded", r.both);
   chunk("the same, without chunks that the system interrupted", r.undisturbed);
   chunk("of which meshing", r.remesh);
   chunk("of which upload", r.upload);
   for (const ViewFrames& f : r.frames) {
-    text += fmt::format("| frame, {} | {:.1f} ms | {:.1f} ms (p95) | {:.1f} ms | {} frames, {} triangles |\n", f.view,
-                        1e-3 * f.times.p50_us, 1e-3 * f.p95_us, 1e-3 * f.times.max_us, f.times.count, f.triangles);
+    table.Add({"frame, " + f.view, ms(f.times.p50_us, "{:.1f} ms"), ms(f.p95_us, "{:.1f} ms (p95)"),
+               ms(f.times.max_us, "{:.1f} ms"), fmt::format("{} frames, {} triangles", f.times.count, f.triangles)});
   }
-  text += fmt::format(
+  return table;
+}
+
+std::string DescribeView(const ViewReport& r) {
+  return fmt::format(
       "\nDefault mandible at {:g} mm; first picture after {}; finer steps {:.2f} s later. The surface takes {:.1f} MB "
       "in {} "
       "chunks, "
       "and the data kept for {} cut leaves {:.1f} MB. {}.\n",
       r.options.voxel_mm, FormatFirst(r), 1e-3 * r.refining_ms, r.surface_MB, r.chunks, r.cut_leaves, r.uncut_MB,
       FormatEnvironment(r));
-  return text;
+}
+
+}  // namespace
+
+std::string FormatViewTable(const ViewReport& r) {
+  return MakeViewTable(r).FormatTerminal() + DescribeView(r);
+}
+
+std::string FormatViewMarkdown(const ViewReport& r) {
+  return MakeViewTable(r).FormatMarkdown() + DescribeView(r);
 }
 
 std::string FormatViewJson(const ViewReport& r) {
-  nlohmann::ordered_json json;
+  nlohmann::ordered_json json = RunJson(r.run);
   json["voxel_mm"] = r.options.voxel_mm;
   json["width"] = r.options.width;
   json["height"] = r.options.height;
   json["scale"] = r.options.scale;
   json["renderer"] = r.renderer;
-  json["cpu"] = r.machine.cpu;
-  json["cores"] = r.machine.cores;
-  json["load"] = RoundedJson(r.machine.load);
+  json["cpu"] = r.run.cpu;
+  json["cores"] = r.run.cores;
+  json["load"] = RoundedJson(r.run.load);
   json["first_picture_ms"] = {
       {"all", RoundedJson(r.first_picture_ms())}, {"bone", RoundedJson(r.bone_ms)},
       {"window", RoundedJson(r.window_ms)},       {"coarse_surface", RoundedJson(r.meshing_ms)},
@@ -98,7 +87,7 @@ std::string FormatViewJson(const ViewReport& r) {
   json["chunks"] = r.chunks;
   json["uncut_MB"] = RoundedJson(r.uncut_MB);
   json["bone_hash"] = fmt::format("{:016x}", r.bone_hash);
-  return json.dump(2) + "\n";
+  return DumpJson(json);
 }
 
 }  // namespace kerf

@@ -469,9 +469,7 @@ EffectCosts MeasureEffects(const Scene& scene, const EffectCostOptions& options)
   EffectCosts costs;
   costs.scene = scene.name;
   costs.title = scene.title;
-  costs.machine = LookAtMachine();
-  costs.core = options.core;
-  costs.realtime = options.realtime;
+  costs.run = ReadRunInfo(options.core, options.realtime);
   costs.by_hand = options.by_hand;
   costs.passes = std::max(1, options.passes);
 

@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "base/core/percentiles.h"
-#include "experiment/bench/measure.h"
+#include "base/table/run_info.h"
+#include "base/table/table.h"
 #include "kerf/effects.h"
 #include "session/scene/scene.h"
 
@@ -67,9 +68,7 @@ struct EffectLeftOut {
 struct EffectCosts {
   std::string scene;
   std::string title;
-  MachineState machine;  // before the measurement
-  std::optional<int> core;
-  bool realtime = false;
+  RunInfo run;
   bool by_hand = true;
   double voxel_mm = 0;
   double rate_hz = 0;  // rate of the scene's loop, or of its ticks along the path
@@ -100,6 +99,8 @@ struct StoredCost {
   double memory_MB = 0;
 };
 std::vector<StoredCost> StoredEffectCosts();
+/// Describes the columns of volumes/effect_costs.csv.
+const Columns<EffectCost>& EffectCostColumns();
 std::string FormatStoredCosts(const EffectCosts& costs);
 
 std::string FormatEffectCosts(const EffectCosts& costs);          // for a terminal

@@ -6,10 +6,9 @@
 
 #include "base/core/csv.h"
 #include "base/files/markdown_text.h"
+#include "base/table/table_json.h"
 #include "effect_costs_csv.h"
-#include "experiment/bench/times_json.h"
 #include "experiment/effect_costs/effect_costs.h"
-#include "kerf/version.h"
 
 namespace kerf {
 namespace {
@@ -17,11 +16,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double kMaxAsleep_us = 5;
-
-const std::vector<std::string>& StoredColumns() {
-  static const std::vector<std::string> kColumns{"effect", "p50_us", "p99_us", "air_us", "memory_MB"};
-  return kColumns;
-}
 
 double AddedP50(const EffectCost& c) {
   return c.with_it.cutting.p50_us - c.without_it.cutting.p50_us;
@@ -34,6 +28,12 @@ double AddedP99(const EffectCost& c) {
 constexpr double kNoise_us = 0.05;
 std::string ShowAdded(double us) {
   return us < kNoise_us ? "0" : fmt::format("+{:.1f}", us);
+}
+std::string ShowAddedTimes(const EffectCost& c) {
+  return fmt::format("{} / {}", ShowAdded(AddedP50(c)), ShowAdded(AddedP99(c)));
+}
+std::string ShowTimes(const TickCosts& t) {
+  return fmt::format("{:.1f} / {:.1f}", t.cutting.p50_us, t.cutting.p99_us);
 }
 std::string SayAdded(double us) {
   return us < kNoise_us ? "below the noise" : fmt::format("+{:.1f} us", us);
@@ -71,10 +71,6 @@ std::string FormatNeeds(const EffectInfo& info) {
   return text.empty() ? "nothing else" : text;
 }
 
-std::string DescribeMachine(const EffectCosts& c) {
-  return fmt::format("{}{}{}, load {:.1f} before", c.machine.cpu, c.core ? fmt::format(", core {}", *c.core) : "",
-                     c.realtime ? " with real-time priority" : "", c.machine.load);
-}
 std::string DescribeMeasuredPart(const EffectCosts& c) {
   return fmt::format(
       "{:g} s of the cut starting at {:.2f} s, {:.1f} teeth engaged, the saw {}; {:g} mm voxels, "
@@ -85,10 +81,9 @@ std::string DescribeMeasuredPart(const EffectCosts& c) {
 }
 
 /// Returns the rows of the table; the last one is "all".
-std::vector<const EffectCost*> Rows(const EffectCosts& c) {
-  std::vector<const EffectCost*> rows;
-  for (const EffectCost& cost : c.effects) rows.push_back(&cost);
-  rows.push_back(&c.together);
+std::vector<EffectCost> Rows(const EffectCosts& c) {
+  std::vector<EffectCost> rows = c.effects;
+  rows.push_back(c.together);
   return rows;
 }
 
@@ -123,13 +118,23 @@ ordered_json CostJson(const EffectCost& c) {
 
 }  // namespace
 
+const Columns<EffectCost>& EffectCostColumns() {
+  static const Columns<EffectCost> kColumns{
+      {"effect", "{}", "name of the effect; `all`: all effects together", &EffectCost::name},
+      {"p50_us", "{:.2f}", "time added to a tick in the cut: median, 99th percentile", AddedP50},
+      {"p99_us", "{:.2f}", "time added to a tick in the cut: median, 99th percentile", AddedP99},
+      {"air_us", "{:.2f}", "median of the whole tick in the air, the larger of before and after the cut",
+       [](const EffectCost& c) { return std::max(c.with_it.air.p50_us, c.with_it.air_after.p50_us); }},
+      {"memory_MB", "{:.4f}", "memory of the effect", &EffectCost::memory_MB}};
+  return kColumns;
+}
+
 std::vector<StoredCost> StoredEffectCosts() {
   std::vector<StoredCost> stored;
-  ReadCsv(kEffectCostsCsv, "volumes/effect_costs.csv", StoredColumns(),
+  const std::vector<std::string> names = NamesOf(EffectCostColumns());
+  ReadCsv(kEffectCostsCsv, "volumes/effect_costs.csv", names,
           [&](const std::vector<std::string>& fields, const CsvPlace& place) {
-            const auto number = [&](std::size_t i) {
-              return ParseCsvNumber(fields[i], 0, StoredColumns()[i].c_str(), place);
-            };
+            const auto number = [&](std::size_t i) { return ParseCsvNumber(fields[i], 0, names[i].c_str(), place); };
             stored.push_back({fields[0], number(1), number(2), number(3), number(4)});
           });
   return stored;
@@ -145,79 +150,61 @@ std::string FormatStoredCosts(const EffectCosts& costs) {
   // These characters would break the file's columns.
   std::replace_if(
       scene.begin(), scene.end(), [](char c) { return c < ' ' || c == ',' || c == '"'; }, ' ');
-  csv += fmt::format("# {}: {}.\n# {}; kerf {}.\n{}\n", scene, DescribeMeasuredPart(costs), DescribeMachine(costs),
-                     CommitString(), fmt::join(StoredColumns(), ","));
-  for (const EffectCost* c : Rows(costs)) {
-    csv += fmt::format("{},{:.2f},{:.2f},{:.2f},{:.4f}\n", c->name, AddedP50(*c), AddedP99(*c),
-                       std::max(c->with_it.air.p50_us, c->with_it.air_after.p50_us), c->memory_MB);
-  }
-  return csv;
+  csv += fmt::format("# {}: {}.\n# {}.\n", scene, DescribeMeasuredPart(costs), DescribeRun(costs.run));
+  return csv + FormatCsv(EffectCostColumns(), Rows(costs));
 }
 
+namespace {
+
+TextTable MakeCostTable(const EffectCosts& c) {
+  TextTable table({"effect", "tick without, p50 / p99 us", "with", "adds", "in the air, p50 us: before, after the cut",
+                   "memory", "bone, forces"});
+  for (const EffectCost& cost : Rows(c)) {
+    const TickCosts& with = cost.with_it;
+    table.Add({cost.name + (cost.with.empty() ? "" : fmt::format(" (with {})", fmt::join(cost.with, ", "))),
+               ShowTimes(cost.without_it), ShowTimes(with), ShowAddedTimes(cost),
+               fmt::format("{:.2f}, {:.2f}{}", with.air.p50_us, with.air_after.p50_us,
+                           std::max(with.air.p50_us, with.air_after.p50_us) > kMaxAsleep_us ? " **above 5**" : ""),
+               Memory(cost.memory_MB),
+               cost.only_observes() ? "as without, bit for bit"
+                                    : fmt::format("`{:016x}`, `{:016x}`", with.bone_hash, with.force_hash)});
+  }
+  return table;
+}
+
+}  // namespace
+
 std::string FormatEffectCosts(const EffectCosts& c) {
-  std::string text = fmt::format("{}\n", c.title.empty() ? c.scene : c.title);
-  text += fmt::format("  measured  {}\n            {}\n", DescribeMeasuredPart(c), DescribeMachine(c));
+  std::string text = fmt::format("{}\n  measured  {}\n            {}\n", c.title.empty() ? c.scene : c.title,
+                                 DescribeMeasuredPart(c), DescribeRun(c.run));
   const TickCosts& with = c.together.with_it;
   if (with.disturbed > 0) {
     text += fmt::format("            other programs took the core in {} of {} ticks\n", with.disturbed,
                         with.disturbed + with.all.count);
   }
-  text += fmt::format("\n  {:<17} {:>15} {:>15} {:>15} {:>13} {:>10}  changes\n", "us/tick: p50/p99", "without it",
-                      "with it", "adds", "in air p50", "memory");
-  for (const EffectCost* cost : Rows(c)) {
-    const auto both = [](const Percentiles& p) { return fmt::format("{:.1f} / {:.1f}", p.p50_us, p.p99_us); };
-    text += fmt::format("  {:<18} {:>15} {:>15} {:>15} {:>13} {:>10}  {}\n", cost->name, both(cost->without_it.cutting),
-                        both(cost->with_it.cutting),
-                        fmt::format("{} / {}", ShowAdded(AddedP50(*cost)), ShowAdded(AddedP99(*cost))),
-                        fmt::format("{:.2f}, {:.2f}", cost->with_it.air.p50_us, cost->with_it.air_after.p50_us),
-                        Memory(cost->memory_MB), cost->only_observes() ? "nothing" : "forces");
-  }
-  text += "  (in air: before the cut, and after it; adds 0: below the noise of the measurement)\n\n";
-  text += fmt::format("  rate      up to {}\n", DescribeFit(c));
+  text += fmt::format("\n{}  (adds 0: below the noise of the measurement)\n\n  rate      up to {}\n",
+                      MakeCostTable(c).FormatTerminal("  "), DescribeFit(c));
   text += fmt::format("  memory    effects {}, {} {}, bone {:.0f} MB\n", Memory(c.together.memory_MB),
                       c.by_hand ? "whole simulation" : "all effects", Memory(c.simulation_MB), c.bone_MB);
-  for (const EffectCost& cost : c.effects) {
-    text += fmt::format("  enabled   {}: {}{}\n", cost.name, cost.why,
-                        cost.with.empty() ? "" : fmt::format("; it needs {}", fmt::join(cost.with, ", ")));
-  }
+  for (const EffectCost& cost : c.effects) text += fmt::format("  enabled   {}: {}\n", cost.name, cost.why);
   for (const EffectLeftOut& left_out : c.left_out)
     text += fmt::format("  left out  {}: {}\n", left_out.name, left_out.why);
   return text;
 }
 
 std::string FormatEffectCostsMarkdown(const EffectCosts& c) {
-  std::string text =
-      "| effect | tick without, p50 / p99 us | with | adds | in the air, p50 us: before, after the cut | memory | "
-      "bone, "
-      "forces |\n|---|---|---|---|---|---|---|\n";
-  for (const EffectCost* cost : Rows(c)) {
-    const TickCosts& with = cost->with_it;
-    const TickCosts& without = cost->without_it;
-    text += fmt::format("| {}{} | {:.1f} / {:.1f} | {:.1f} / {:.1f} | {} / {} | {:.2f}, {:.2f}{} | {} | {} |\n",
-                        cost->name, cost->with.empty() ? "" : fmt::format(" (with {})", fmt::join(cost->with, ", ")),
-                        without.cutting.p50_us, without.cutting.p99_us, with.cutting.p50_us, with.cutting.p99_us,
-                        ShowAdded(AddedP50(*cost)), ShowAdded(AddedP99(*cost)), with.air.p50_us, with.air_after.p50_us,
-                        std::max(with.air.p50_us, with.air_after.p50_us) > kMaxAsleep_us ? " **above 5**" : "",
-                        Memory(cost->memory_MB),
-                        cost->only_observes() ? "as without, bit for bit"
-                                              : fmt::format("`{:016x}`, `{:016x}`", with.bone_hash, with.force_hash));
-  }
-  text += fmt::format(
-      "\n{}: {}. {}; commit {}. All effects together allow up to {}. Adds 0: below the noise of the "
-      "measurement.\n",
-      MarkdownCode(c.scene), DescribeMeasuredPart(c), DescribeMachine(c), CommitString(), DescribeFit(c));
+  std::string text = MakeCostTable(c).FormatMarkdown();
+  text +=
+      fmt::format("\n{}: {}. {}. All effects together allow up to {}. Adds 0: below the noise of the measurement.\n",
+                  MarkdownCode(c.scene), DescribeMeasuredPart(c), DescribeRun(c.run), DescribeFit(c));
   for (const EffectLeftOut& left_out : c.left_out)
     text += fmt::format("\nLeft out: {}: {}.\n", left_out.name, EscapeMarkdown(left_out.why));
   return text;
 }
 
 std::string FormatEffectCostsJson(const EffectCosts& c) {
-  ordered_json json = {{"kerf", VersionString()}, {"commit", CommitString()}, {"scene", c.scene}};
-  json["machine"] = {{"cpu", c.machine.cpu},
-                     {"cores", c.machine.cores},
-                     {"load_before", RoundedJson(c.machine.load)},
-                     {"core", c.core ? ordered_json(*c.core) : ordered_json()},
-                     {"realtime", c.realtime}};
+  ordered_json json = RunJson(c.run);
+  json["scene"] = c.scene;
   json["as"] = c.by_hand ? "kerf loop" : "kerf run";
   json["voxel_mm"] = c.voxel_mm;
   json["rate_hz"] = RoundedJson(c.rate_hz);
@@ -237,7 +224,7 @@ std::string FormatEffectCostsJson(const EffectCosts& c) {
   for (const EffectLeftOut& left_out : c.left_out) {
     json["left_out"].push_back({{"name", left_out.name}, {"why", left_out.why}});
   }
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return DumpJson(json);
 }
 
 std::string FormatEffectList(const EffectInfo* only) {
@@ -306,7 +293,7 @@ std::string FormatEffectListJson(const EffectInfo* only) {
     }
     json.push_back(row);
   }
-  return ordered_json{{"effects", json}}.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return DumpJson({{"effects", json}});
 }
 
 }  // namespace kerf

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/table/table.h"
 #include "session/run/run_loop.h"
 #include "session/scene/scene.h"
 
@@ -81,7 +82,8 @@ void Describe(HourOptions& p, V&& visit) {
 Hour RunHour(const Scene& scene, const HourOptions& options,
              const std::function<void(const std::string&, double)>& progress);
 
-std::string FormatHourCsv(const Hour& hour);
+/// Describes the columns of hour.csv.
+const Columns<HourMinute>& HourColumns();
 std::string FormatHourTable(const Hour& hour);
 /// `machine` is a phrase that describes the machine; `figure` is the path of the image.
 std::string FormatHourMarkdown(const Hour& hour, const std::string& machine, const std::string& figure);

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <functional>
-#include <iterator>
 
 #include "base/files/files.h"
 #include "experiment/hour/hour.h"
@@ -76,94 +75,88 @@ Image RenderHour(const Hour& hour) {
 
 }  // namespace
 
-std::string FormatHourCsv(const Hour& hour) {
-  std::string csv =
-      "minute,resident_MB,bone_MB,tick_p50_us,tick_p99_us,cutting_share,engaged_teeth,rest_ticks,rest_hand_N,rest_"
-      "device_N,"
-      "removed_mm3,removed_error_mm3,removed_by_ticks_mm3,energy_J,energy_error_J\n";
-  for (const HourMinute& m : hour.minutes) {
-    fmt::format_to(std::back_inserter(csv),
-                   "{},{:.3f},{:.3f},{:.3f},{:.3f},{:.4f},{:.3f},{},{:g},{:g},{:.9g},{:.3g},{:.9g},{:.9g},{:.3g}\n",
-                   m.minute, m.resident_MB, m.bone_MB, m.tick_p50_us, m.tick_p99_us, m.cutting_share, m.teeth,
-                   m.rest_ticks, m.rest_hand_N, m.rest_device_N, m.removed_mm3, m.removed_error_mm3,
-                   m.removed_by_ticks_mm3, m.energy_J, m.energy_error_J);
-  }
-  return csv;
+const Columns<HourMinute>& HourColumns() {
+  const char* const kRest =
+      "number of ticks in which the tool had been in the air without contact for at least 0.3 s, and the maximum "
+      "forces "
+      "in them: in the simulation and on the device";
+  static const Columns<HourMinute> kColumns{
+      {"minute", "{}", "1, 2, ...", &HourMinute::minute},
+      {"resident_MB", "{:.3f}", "memory of the program", &HourMinute::resident_MB},
+      {"bone_MB", "{:.3f}", "memory of the bone in it", &HourMinute::bone_MB},
+      {"tick_p50_us", "{:.3f}", "duration of the ticks that cut", &HourMinute::tick_p50_us},
+      {"tick_p99_us", "{:.3f}", "duration of the ticks that cut", &HourMinute::tick_p99_us},
+      {"cutting_share", "{:.4f}", "fraction of the ticks that cut", &HourMinute::cutting_share},
+      {"engaged_teeth", "{:.3f}", "mean during cutting", &HourMinute::teeth},
+      {"rest_ticks", "{}", kRest, &HourMinute::rest_ticks},
+      {"rest_hand_N", "{:g}", kRest, &HourMinute::rest_hand_N},
+      {"rest_device_N", "{:g}", kRest, &HourMinute::rest_device_N},
+      {"removed_mm3", "{:.9g}", "exact volume removed since the start", &HourMinute::removed_mm3},
+      {"removed_error_mm3", "{:.3g}", "difference of that volume from the volume that the bone lost",
+       &HourMinute::removed_error_mm3},
+      {"removed_by_ticks_mm3", "{:.9g}", "volume removed since the start, by occupancy of voxels",
+       &HourMinute::removed_by_ticks_mm3},
+      {"energy_J", "{:.9g}", "energy input since the start", &HourMinute::energy_J},
+      {"energy_error_J", "{:.3g}", "difference of that energy from the sum of all sinks", &HourMinute::energy_error_J}};
+  return kColumns;
 }
 
-std::string FormatHourTable(const Hour& hour) {
-  const HourMinute worst = hour.CalcWorst();
-  std::string text = fmt::format(
-      "{}: {} min at {:g} Hz, {} ticks, {:.0f} % of them cut with {:.1f} teeth engaged; {:.0f} s of computation\n",
-      hour.scene, worst.minute, hour.rate_hz, hour.loop.counts.ticks, 100 * worst.cutting_share, worst.teeth,
-      hour.loop.wall_s);
-  if (hour.minutes.empty()) return text + "  no complete interval was measured\n";
-  const HourMinute& first = hour.minutes.front();
-  const HourMinute& last = hour.minutes.back();
-  text += fmt::format(
-      "  memory    {:.2f} MB after the first minute, {:.2f} MB at the end; after the first minute it varies by {:.2f} "
-      "MB, or by {:.2f} MB without the growth of the bone\n",
-      first.resident_MB, last.resident_MB, hour.CalcMemoryGrowth_MB(), hour.CalcOtherGrowth_MB());
-  text += fmt::format(
-      "  ticks     p50 {:.1f} us, p99 {:.1f} us in the first minute, {:.1f} and {:.1f} in the last; the p50 of "
-      "the last minutes is {:.3f} times that of the first\n",
-      first.tick_p50_us, first.tick_p99_us, last.tick_p50_us, last.tick_p99_us, hour.CalcTimeRatio());
-  text += fmt::format(
-      "  at rest   in {} ticks with the tool clear of the bone, at most {:g} N on the hand, {:g} N on the device\n",
-      worst.rest_ticks, worst.rest_hand_N, worst.rest_device_N);
-  text += fmt::format(
-      "  removed   {:.3f} mm3 exact, differs from the bone's loss by at most {:.2g} mm3; the sum by voxel "
-      "occupancy is {:.3f} "
-      "mm3\n",
-      last.removed_mm3, std::abs(worst.removed_error_mm3), last.removed_by_ticks_mm3);
-  text += fmt::format("  energy    {:.4f} J of input, at most {:.2g} J unaccounted for\n", last.energy_J,
-                      std::abs(worst.energy_error_J));
-  text +=
-      fmt::format("  faults    {} ticks limited or faulty, {} not finite, {} log rows lost; a copy of the bone is {}\n",
-                  hour.loop.counts.status_ticks, hour.loop.counts.not_finite, hour.loop.counts.samples_lost,
-                  hour.loop.mirror_identical ? "bit-identical" : "NOT identical");
-  return text;
-}
+namespace {
 
-std::string FormatHourMarkdown(const Hour& hour, const std::string& machine, const std::string& figure) {
+/// `markdown`: otherwise for a terminal.
+std::string FormatHour(const Hour& hour, bool markdown) {
   const HourMinute worst = hour.CalcWorst();
-  std::string text = fmt::format(
-      "{} minutes of simulated time, {} ticks at {:g} Hz; {:.0f} % of the ticks cut, with {:.1f} teeth engaged.\n\n",
-      worst.minute, hour.loop.counts.ticks, hour.rate_hz, 100 * worst.cutting_share, worst.teeth);
-  text +=
-      "| at the end of minute | memory (MB) | of that, bone (MB) | cutting tick, p50 / p99 (us) | force at rest "
-      "(N) "
-      "| removed (mm3) | difference from "
-      "the bone's loss (mm3) | removed by voxel occupancy (mm3) | energy input (J) | unaccounted for (J) |\n";
-  text += "|---|---|---|---|---|---|---|---|---|---|\n";
+  const std::string text = fmt::format(
+      "{} minutes of simulated time, {} ticks at {:g} Hz; {:.0f} % of the ticks cut, with {:.1f} teeth engaged; {:.0f} "
+      "s "
+      "of computation.\n\n",
+      worst.minute, hour.loop.counts.ticks, hour.rate_hz, 100 * worst.cutting_share, worst.teeth, hour.loop.wall_s);
+  if (hour.minutes.empty()) return text + "No complete interval was measured.\n";
+  TextTable table({"at the end of minute", "memory (MB)", "of that, bone (MB)", "cutting tick, p50 / p99 (us)",
+                   "force at rest (N)", "removed (mm3)", "difference from the bone's loss (mm3)",
+                   "removed by voxel occupancy (mm3)", "energy input (J)", "unaccounted for (J)"});
   const std::size_t n = hour.minutes.size();
   for (std::size_t i = 0; i < n; ++i) {
     const HourMinute& m = hour.minutes[i];
-    const bool shown = i == 0 || i + 1 == n || m.minute % 10 == 0;
-    if (!shown) continue;
-    text += fmt::format(
-        "| {} | {:.2f} | {:.2f} | {:.1f} / {:.1f} | {:g} | {:.2f} | {:.1e} | {:.2f} | {:.4f} | {:.1e} |\n", m.minute,
-        m.resident_MB, m.bone_MB, m.tick_p50_us, m.tick_p99_us, std::max(m.rest_hand_N, m.rest_device_N), m.removed_mm3,
-        m.removed_error_mm3, m.removed_by_ticks_mm3, m.energy_J, m.energy_error_J);
+    if (i != 0 && i + 1 != n && m.minute % 10 != 0) continue;
+    table.Add({m.minute, fmt::format("{:.2f}", m.resident_MB), fmt::format("{:.2f}", m.bone_MB),
+               fmt::format("{:.1f} / {:.1f}", m.tick_p50_us, m.tick_p99_us),
+               fmt::format("{:g}", std::max(m.rest_hand_N, m.rest_device_N)), fmt::format("{:.2f}", m.removed_mm3),
+               fmt::format("{:.1e}", m.removed_error_mm3), fmt::format("{:.2f}", m.removed_by_ticks_mm3),
+               fmt::format("{:.4f}", m.energy_J), fmt::format("{:.1e}", m.energy_error_J)});
   }
-  text += fmt::format(
-      "\n- Memory: after the first minute it grows by {:.2f} MB for leaves of 8 x 8 x 8 voxels that were solid bone "
-      "before they were cut and that a reader's copy of the bone must hold (at most all leaves in the bone's bounding "
-      "box); everything "
-      "else varies by {:.2f} MB.\n- Ticks: the p50 of the last {} minutes is {:.3f} times that of the first.\n- Idle "
-      "force: in {} ticks "
-      "with the tool clear of the bone, at most {:g} N on the hand and {:g} N on the device.\n"
-      "- Removed volume: off by at most {:.1e} mm3 of {:.1f} mm3. Energy: at most {:.1e} J of {:.2f} J unaccounted "
-      "for.\n",
-      hour.CalcMemoryGrowth_MB(), hour.CalcOtherGrowth_MB(), std::min<std::size_t>(kHourWindow_min, n / 2),
-      hour.CalcTimeRatio(), worst.rest_ticks, worst.rest_hand_N, worst.rest_device_N, std::abs(worst.removed_error_mm3),
-      worst.removed_mm3, std::abs(worst.energy_error_J), worst.energy_J);
-  text += fmt::format("\n![An hour of sawing]({})\n\n{}\n", figure, machine);
-  return text;
+  const LoopCounts& counts = hour.loop.counts;
+  return text + (markdown ? table.FormatMarkdown() : table.FormatTerminal()) +
+         fmt::format(
+             "\n- Memory: after the first minute it grows by {:.2f} MB for leaves of 8 x 8 x 8 voxels that were solid "
+             "bone before they were cut and that a reader's copy of the bone must hold (at most all leaves in the "
+             "bone's bounding box); everything else varies by {:.2f} MB.\n- Ticks: the p50 of the last {} minutes is "
+             "{:.3f} times that of the first.\n- Idle force: in {} ticks with the tool clear of the bone, at most {:g} "
+             "N "
+             "on the hand and {:g} N on the device.\n- Removed volume: off by at most {:.1e} mm3 of {:.1f} mm3. "
+             "Energy: "
+             "at most {:.1e} J of {:.2f} J unaccounted for.\n- Faults: {} ticks limited or faulty, {} not finite, {} "
+             "log "
+             "rows lost; a copy of the bone is {}.\n",
+             hour.CalcMemoryGrowth_MB(), hour.CalcOtherGrowth_MB(), std::min<std::size_t>(kHourWindow_min, n / 2),
+             hour.CalcTimeRatio(), worst.rest_ticks, worst.rest_hand_N, worst.rest_device_N,
+             std::abs(worst.removed_error_mm3), worst.removed_mm3, std::abs(worst.energy_error_J), worst.energy_J,
+             counts.status_ticks, counts.not_finite, counts.samples_lost,
+             hour.loop.mirror_identical ? "bit-identical" : "NOT identical");
+}
+
+}  // namespace
+
+std::string FormatHourTable(const Hour& hour) {
+  return fmt::format("{}: {}", hour.scene, FormatHour(hour, false));
+}
+
+std::string FormatHourMarkdown(const Hour& hour, const std::string& machine, const std::string& figure) {
+  return FormatHour(hour, true) + fmt::format("\n![An hour of sawing]({})\n\n{}\n", figure, machine);
 }
 
 void WriteHour(const Hour& hour, const std::string& folder) {
-  WriteTextFile(folder + "/hour.csv", FormatHourCsv(hour));
+  WriteTextFile(folder + "/hour.csv", FormatCsv(HourColumns(), hour.minutes));
   if (!hour.minutes.empty()) WritePng(RenderHour(hour), folder + "/hour.png");
 }
 

@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "base/core/csv.h"
 #include "base/files/files.h"
+#include "base/table/table_json.h"
 #include "kerf/version.h"
 #include "session/run/results_folder.h"
 #include "session/run/run_scene.h"
@@ -25,10 +24,6 @@ constexpr const char* kFiles[] = {"report.md",   "stability.json", "figures.csv"
                                   "map.csv",     "map.png",        "margins.png", "delays.png",
                                   "worst_1.png", "worst_2.png",    "worst_3.png", "scene.toml"};
 
-ordered_json Number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json();
-}
-
 ordered_json CouplingJson(const LoopSetup& setup) {
   const FittedCoupling& fitted = setup.fitted;
   return {{"asked_stiffness_N_per_mm", setup.asked_stiffness_N_per_mm},
@@ -36,10 +31,10 @@ ordered_json CouplingJson(const LoopSetup& setup) {
           {"damping_Ns_per_mm", fitted.coupling.damping_Ns_per_mm},
           {"lowered_for_device", fitted.lowered.by_device},
           {"lowered_for_loop", fitted.lowered.by_loop},
-          {"device_bears_N_per_mm", Number(fitted.limits.stiffness_N_per_mm)},
-          {"sampled_loop_holds_N_per_mm", Number(fitted.limits.sampled_stiffness_N_per_mm)},
+          {"device_bears_N_per_mm", NumberJson(fitted.limits.stiffness_N_per_mm)},
+          {"sampled_loop_holds_N_per_mm", NumberJson(fitted.limits.sampled_stiffness_N_per_mm)},
           {"encoder_steps_allow_N_per_mm",
-           setup.profile.friction_N > 0 ? Number(fitted.limits.quantum_stiffness_N_per_mm) : ordered_json()}};
+           setup.profile.friction_N > 0 ? NumberJson(fitted.limits.quantum_stiffness_N_per_mm) : ordered_json()}};
 }
 
 ordered_json MarginsJson(const Margins& m) {
@@ -50,7 +45,7 @@ ordered_json MarginsJson(const Margins& m) {
             {"delay_beyond", nullptr},
             {"unjudged", m.unjudged}};
   }
-  return {{"gain", Number(m.gain)},
+  return {{"gain", NumberJson(m.gain)},
           {"gain_beyond", m.gain_beyond},
           {"delay_ticks", m.delay_ticks},
           {"delay_beyond", m.delay_beyond}};
@@ -64,22 +59,39 @@ ordered_json HoldsJson(Judgement judgement) {
 }
 
 /// Returns the value for a table: true, false, not_asked or not_judged.
-const char* HoldsCsv(Judgement judgement) {
-  switch (judgement) {
-    case Judgement::kHolds:
-      return "true";
-    case Judgement::kBroken:
-      return "false";
-    case Judgement::kNotJudged:
-      return "not_judged";
-    case Judgement::kNotAsked:
-      break;
-  }
-  return "not_asked";
+std::string HoldsCsv(Judgement judgement) {
+  if (const ordered_json holds = HoldsJson(judgement); !holds.is_null()) return holds.dump();
+  return judgement == Judgement::kNotJudged ? "not_judged" : "not_asked";
 }
 
 ordered_json CountJson(const StabilityStudy::Count& count) {
   return {{"asked", count.asked}, {"judged", count.judged}, {"broken", count.broken}};
+}
+
+/// Formats the minimum over the states, for a cell of the table of devices.
+std::string ShowLeastMargins(const ProfileMargins& row) {
+  Margins least;
+  bool any = false;
+  bool all = true;
+  for (const Margins& m : row.margins) {
+    if (!m.unjudged.empty()) {
+      all = false;
+      continue;
+    }
+    if (!any || m.gain < least.gain) {
+      least.gain = m.gain;
+      least.gain_beyond = m.gain_beyond;
+    }
+    if (!any || m.delay_ticks < least.delay_ticks) {
+      least.delay_ticks = m.delay_ticks;
+      least.delay_beyond = m.delay_beyond;
+    }
+    any = true;
+  }
+  if (!any) least.unjudged = row.margins.front().unjudged;
+  const std::string cell = fmt::format("{:.3g} N/mm: {}{}", row.coupling.stiffness_N_per_mm, DescribeMargins(least),
+                                       any && !all ? ", not all states judged" : "");
+  return Judge(row) == Judgement::kBroken ? fmt::format("**{}**", cell) : cell;
 }
 
 }  // namespace
@@ -91,8 +103,8 @@ std::string FormatStabilityJson(const StabilityStudy& s) {
     for (const StabilityFigure& f : scenario.figures) {
       figures.push_back({{"name", f.name},
                          {"unit", f.unit},
-                         {"value", Number(f.value)},
-                         {"bound", Number(f.bound)},
+                         {"value", NumberJson(f.value)},
+                         {"bound", NumberJson(f.bound)},
                          {"kind", f.at_most ? "at_most" : "at_least"},
                          {"holds", f.holds()}});
     }
@@ -134,7 +146,7 @@ std::string FormatStabilityJson(const StabilityStudy& s) {
   if (const std::vector<WorstFigure> ranked = RankScenarios(s); !ranked.empty()) {
     worst = {{"scenario", ranked.front().scenario->name},
              {"figure", ranked.front().figure->name},
-             {"share_of_bound", Number(CalcNearness(*ranked.front().figure))}};
+             {"share_of_bound", NumberJson(CalcNearness(*ranked.front().figure))}};
   }
   const ordered_json json = {
       {"kerf", VersionString()},
@@ -171,55 +183,83 @@ std::string FormatStabilityJson(const StabilityStudy& s) {
       {"warnings", s.warnings},
       {"wall_s", s.wall_s},
       {"files", s.files}};
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return DumpJson(json);
 }
 
-std::string FormatFiguresCsv(const StabilityStudy& s) {
-  std::string csv = "scenario,figure,unit,value,kind,bound,holds\n";
+const Columns<FigureRow>& FigureColumns() {
+  static const Columns<FigureRow> kColumns{
+      {"scenario", "{}", "name of the scenario", &FigureRow::scenario},
+      {"figure", "{}", "what was measured", &FigureRow::figure},
+      {"unit", "{}", "unit of value and bound", &FigureRow::unit},
+      {"value", "{:.7g}", "the measured value", &FigureRow::value},
+      {"kind", "{}", "`at_most` or `at_least` the bound; `when`: the time at which the tool cut through",
+       &FigureRow::kind},
+      {"bound", "{:.7g}", "the bound; empty for `when`", &FigureRow::bound},
+      {"holds", "{}", "true or false; `not_asked` for `when`", &FigureRow::holds}};
+  return kColumns;
+}
+
+std::vector<FigureRow> ListFigures(const StabilityStudy& s) {
+  std::vector<FigureRow> rows;
   for (const ScenarioResult& scenario : s.scenarios) {
     for (const StabilityFigure& f : scenario.figures) {
-      fmt::format_to(std::back_inserter(csv), "{},{},{},{:.7g},{},{:.7g},{}\n", FormatCsvField(scenario.name),
-                     FormatCsvField(f.name), FormatCsvField(f.unit), f.value, f.at_most ? "at_most" : "at_least",
-                     f.bound, f.holds());
+      rows.push_back({scenario.name, f.name, f.unit, f.value, f.at_most ? "at_most" : "at_least", f.bound,
+                      f.holds() ? "true" : "false"});
     }
-    if (scenario.cut_through_s) {
-      fmt::format_to(std::back_inserter(csv), "{},cut through,s,{:.7g},when,,not_asked\n", scenario.name,
-                     *scenario.cut_through_s);
-    }
+    if (scenario.cut_through_s)
+      rows.push_back({scenario.name, "cut through", "s", *scenario.cut_through_s, "when", {}, "not_asked"});
   }
-  return csv;
+  return rows;
 }
 
-std::string FormatMarginsCsv(const StabilityStudy& s) {
-  std::string csv = "hand,state,linear,gain,gain_beyond,delay_ticks,delay_beyond,holds\n";
-  for (const HandMargins& m : s.margins) {
-    if (!m.done) continue;
-    fmt::format_to(std::back_inserter(csv), "{},{},{},", FormatCsvField(m.hand), FormatCsvField(ToString(m.state)),
-                   m.linear);
-    if (m.margins.unjudged.empty()) {
-      fmt::format_to(std::back_inserter(csv), "{:.5g},{},{},{},", m.margins.gain, m.margins.gain_beyond,
-                     m.margins.delay_ticks, m.margins.delay_beyond);
-    } else {
-      csv += ",,,,";
-    }
-    fmt::format_to(std::back_inserter(csv), "{}\n", HoldsCsv(m.judgement()));
-  }
-  return csv;
+const Columns<HandMargins>& MarginColumns() {
+  // The value of a figure, or empty if the margins could not be judged.
+  const auto judged = [](auto figure) {
+    return [figure](const HandMargins& m) {
+      return m.margins.unjudged.empty() ? TableCell(m.margins.*figure) : TableCell();
+    };
+  };
+  const char* const kGain = "factor of the device force up to which the motion decays; true: it is at least that";
+  const char* const kDelay = "ticks of delay up to which the motion decays; true: it is at least that";
+  static const Columns<HandMargins> kColumns{
+      {"hand", "{}", "name of the hand", &HandMargins::hand},
+      {"state", "{}", "state of tool and bone", [](const HandMargins& m) { return ToString(m.state); }},
+      {"linear", "{}", "true: without the device's friction and encoder steps", &HandMargins::linear},
+      {"gain", "{:.5g}", kGain, judged(&Margins::gain)},
+      {"gain_beyond", "{}", kGain, judged(&Margins::gain_beyond)},
+      {"delay_ticks", "{}", kDelay, judged(&Margins::delay_ticks)},
+      {"delay_beyond", "{}", kDelay, judged(&Margins::delay_beyond)},
+      {"holds", "{}", "true, false, `not_asked` or `not_judged`",
+       [](const HandMargins& m) { return HoldsCsv(m.judgement()); }}};
+  return kColumns;
+}
+
+std::vector<HandMargins> ListMargins(const StabilityStudy& s) {
+  std::vector<HandMargins> rows;
+  std::copy_if(s.margins.begin(), s.margins.end(), std::back_inserter(rows),
+               [](const HandMargins& m) { return m.done; });
+  return rows;
+}
+
+Columns<std::size_t> MapColumns(const StabilityStudy& s) {
+  const auto damping = [&s](std::size_t i) { return s.map.damping_Ns_per_mm[i / s.map.stiffness_N_per_mm.size()]; };
+  const auto stiffness = [&s](std::size_t i) { return s.map.stiffness_N_per_mm[i % s.map.stiffness_N_per_mm.size()]; };
+  const char* const kCoupling = "of the coupling in the simulation";
+  const char* const kDevice = "the same on the device";
+  return {
+      {"damping_Ns_per_mm", "{:.6g}", kCoupling, damping},
+      {"stiffness_N_per_mm", "{:.6g}", kCoupling, stiffness},
+      {"device_damping_Ns_per_mm", "{:.6g}", kDevice, [=, &s](auto i) { return damping(i) * s.setup.force_scale; }},
+      {"device_stiffness_N_per_mm", "{:.6g}", kDevice, [=, &s](auto i) { return stiffness(i) * s.setup.force_scale; }},
+      {"rule_N_per_mm", "{:.6g}", "largest stiffness by the rule for a sampled spring",
+       [=, &s](auto i) { return s.limits.CalcRule(damping(i)); }},
+      {"behaviour", "{}", "behaviour with the device as it is", [&s](auto i) { return ToString(s.map.behaviour[i]); }},
+      {"linear", "{}", "behaviour without the device's friction and encoder steps",
+       [&s](auto i) { return ToString(s.map_linear[i]); }}};
 }
 
 std::string FormatMapCsv(const StabilityStudy& s) {
-  std::string csv =
-      "damping_Ns_per_mm,stiffness_N_per_mm,device_damping_Ns_per_mm,device_stiffness_N_per_mm,rule_N_per_mm,"
-      "behaviour,linear\n";
-  const std::size_t width = s.map.stiffness_N_per_mm.size();
-  for (std::size_t i = 0; i < s.map.behaviour.size(); ++i) {
-    const double B = s.map.damping_Ns_per_mm[i / width];
-    const double K = s.map.stiffness_N_per_mm[i % width];
-    fmt::format_to(std::back_inserter(csv), "{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{}\n", B, K, B * s.setup.force_scale,
-                   K * s.setup.force_scale, s.limits.CalcRule(B), ToString(s.map.behaviour[i]),
-                   ToString(s.map_linear[i]));
-  }
-  return csv;
+  return FormatCsv(MapColumns(s), s.map.behaviour.size());
 }
 
 void WriteStabilityStudy(const Scene& scene, StabilityStudy& study, const std::string& folder) {
@@ -232,8 +272,8 @@ void WriteStabilityStudy(const Scene& scene, StabilityStudy& study, const std::s
     return folder + "/" + name;
   };
   WriteTextFile(add("scene.toml"), ResolvedToml(scene));
-  WriteTextFile(add("figures.csv"), FormatFiguresCsv(study));
-  WriteTextFile(add("margins.csv"), FormatMarginsCsv(study));
+  WriteTextFile(add("figures.csv"), FormatCsv(FigureColumns(), ListFigures(study)));
+  WriteTextFile(add("margins.csv"), FormatCsv(MarginColumns(), ListMargins(study)));
   WriteTextFile(add("map.csv"), FormatMapCsv(study));
   if (!study.map.behaviour.empty()) WritePlot(MakeMapPlot(study), add("map.png"));
   const bool any_margin =
@@ -265,8 +305,6 @@ void CheckStabilityInputsNotOverwritten(const Scene& scene, const std::string& s
 }
 
 std::string FormatProfilesTable(const std::vector<ProfileMargins>& rows) {
-  std::string text = "| device |";
-  std::string rule = "|---|";
   const auto column = [](const ProfileMargins& row) {
     return row.hand == row.fitted_to ? row.hand : fmt::format("{} released", row.fitted_to);
   };
@@ -277,40 +315,18 @@ std::string FormatProfilesTable(const std::vector<ProfileMargins>& rows) {
   const auto fullest = std::max_element(
       rows.begin(), rows.end(),
       [&](const ProfileMargins& a, const ProfileMargins& b) { return count(a.profile) < count(b.profile); });
+  std::vector<std::string> headings{"device"};
   for (const ProfileMargins& row : rows) {
-    if (row.profile != fullest->profile) continue;
-    text += fmt::format(" {} |", column(row));
-    rule += "---|";
+    if (row.profile == fullest->profile) headings.push_back(column(row));
   }
-  text += "\n" + rule;
-  std::string profile;
-  for (const ProfileMargins& row : rows) {
-    if (row.profile != profile) text += fmt::format("\n| {} |", row.profile);
-    profile = row.profile;
-    Margins least;
-    bool any = false;
-    bool all = true;
-    for (const Margins& m : row.margins) {
-      if (!m.unjudged.empty()) {
-        all = false;
-        continue;
-      }
-      if (!any || m.gain < least.gain) {
-        least.gain = m.gain;
-        least.gain_beyond = m.gain_beyond;
-      }
-      if (!any || m.delay_ticks < least.delay_ticks) {
-        least.delay_ticks = m.delay_ticks;
-        least.delay_beyond = m.delay_beyond;
-      }
-      any = true;
-    }
-    if (!any) least.unjudged = row.margins.front().unjudged;
-    const std::string cell = fmt::format("{:.3g} N/mm: {}{}", row.coupling.stiffness_N_per_mm, DescribeMargins(least),
-                                         any && !all ? ", not all states judged" : "");
-    text += Judge(row) == Judgement::kBroken ? fmt::format(" **{}** |", cell) : fmt::format(" {} |", cell);
+  TextTable table(headings);
+  for (std::size_t i = 0; i < rows.size();) {
+    const std::string& profile = rows[i].profile;
+    std::vector<TableCell> cells{profile};
+    for (; i < rows.size() && rows[i].profile == profile; ++i) cells.emplace_back(ShowLeastMargins(rows[i]));
+    table.Add(cells);
   }
-  return text + "\n";
+  return table.FormatMarkdown();
 }
 
 std::string FormatProfilesJson(const Scene& scene, const std::vector<ProfileMargins>& rows, bool complete) {
@@ -339,7 +355,7 @@ std::string FormatProfilesJson(const Scene& scene, const std::vector<ProfileMarg
                              {"complete", complete},
                              {"asked_of_margins", {{"gain", kMinGainMargin}, {"delay_ticks", kMinDelayMargin_ticks}}},
                              {"devices", all}};
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return DumpJson(json);
 }
 
 }  // namespace kerf

@@ -1,9 +1,11 @@
 // Result files of `kerf stability`.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "base/table/table.h"
 #include "experiment/stability_study/stability.h"
 #include "session/scene/scene.h"
 #include "view/plot/plot.h"
@@ -12,12 +14,26 @@ namespace kerf {
 
 /// Formats the study as JSON. The keys name the units and stay the same from version to version.
 std::string FormatStabilityJson(const StabilityStudy& study);
-/// Formats the columns scenario,figure,unit,value,kind,bound,holds. A scenario in which the tool cut through has an
-/// additional row "cut through" of the kind "when".
-std::string FormatFiguresCsv(const StabilityStudy& study);
-std::string FormatMarginsCsv(const StabilityStudy& study);
-/// Formats one row for each point of the map, in the units of the simulation and in those of the device.
+
+/// A row of figures.csv. A scenario in which the tool cut through has an additional row "cut through" of the kind
+/// "when".
+struct FigureRow {
+  std::string scenario;
+  std::string figure;
+  std::string unit;
+  double value = 0;
+  std::string kind;
+  std::optional<double> bound;
+  std::string holds;
+};
+const Columns<FigureRow>& FigureColumns();
+std::vector<FigureRow> ListFigures(const StabilityStudy& study);
+const Columns<HandMargins>& MarginColumns();  // of margins.csv
+std::vector<HandMargins> ListMargins(const StabilityStudy& study);
+/// Describes the columns of map.csv, whose rows are the points of the map. Refers to `study`.
+Columns<std::size_t> MapColumns(const StabilityStudy& study);
 std::string FormatMapCsv(const StabilityStudy& study);
+
 /// Formats the report for the user, in Markdown.
 std::string FormatStabilityReport(const StabilityStudy& study);
 

@@ -7,6 +7,7 @@
 
 #include "base/core/append_format.h"
 #include "base/files/markdown_text.h"
+#include "base/table/table.h"
 #include "experiment/stability_study/stability_files.h"
 #include "kerf/version.h"
 
@@ -46,25 +47,22 @@ void AddScenarios(std::string& text, const StabilityStudy& s) {
   AppendFormat(
       text,
       "## Scenarios\n\nEach scenario runs on the simulated device, with its friction and encoder, in virtual time; "
-      "seed {}.\n\n"
-      "| scenario | figure | measured | bound | holds |\n|---|---|---|---|---|\n",
+      "seed {}.\n\n",
       s.seed);
+  TextTable table({"scenario", "figure", "measured", "bound", "holds"});
   for (const ScenarioResult& scenario : s.scenarios) {
-    if (scenario.skipped)
-      AppendFormat(text, "| {} | {} | | | {} |\n", scenario.name, scenario.what, ToString(Judgement::kNotAsked));
-    if (!scenario.unjudged.empty()) {
-      AppendFormat(text, "| {} | {} | | | {} |\n", scenario.name, scenario.unjudged, ToString(Judgement::kNotJudged));
-    }
-    if (scenario.cut_through_s) {
-      AppendFormat(text, "| {} | {} | | | {} |\n", scenario.name, DescribeCutThrough(scenario),
-                   ToString(Judgement::kNotAsked));
-    }
+    const auto note = [&](const std::string& what, Judgement judgement) {
+      table.Add({scenario.name, what, "", "", ToString(judgement)});
+    };
+    if (scenario.skipped) note(scenario.what, Judgement::kNotAsked);
+    if (!scenario.unjudged.empty()) note(scenario.unjudged, Judgement::kNotJudged);
+    if (scenario.cut_through_s) note(DescribeCutThrough(scenario), Judgement::kNotAsked);
     for (const StabilityFigure& f : scenario.figures) {
-      AppendFormat(text, "| {} | {} | {:.3g}{} | {} {:.3g} | {} |\n", scenario.name, f.name, f.value, Unit(f.unit),
-                   f.at_most ? "at most" : "at least", f.bound, f.holds() ? "yes" : "**no**");
+      table.Add({scenario.name, f.name, fmt::format("{:.3g}{}", f.value, Unit(f.unit)),
+                 fmt::format("{} {:.3g}", f.at_most ? "at most" : "at least", f.bound), f.holds() ? "yes" : "**no**"});
     }
   }
-  text += "\n";
+  text += table.FormatMarkdown() + "\n";
   for (const ScenarioResult& scenario : s.scenarios) {
     if (!scenario.skipped) AppendFormat(text, "- **{}**: {}\n", scenario.name, scenario.what);
   }
@@ -81,9 +79,9 @@ void AddMargins(std::string& text, const StabilityStudy& s) {
       "which it can be delayed, before the motion after a kick no longer decays. Required: {:g} / {} with the scene's "
       "hand; a stable loop with any other hand and the same coupling; nothing with H0, a released handle, because no "
       "hand pushes it (the scenario let_go shows its behaviour). *Linear*: without the device's friction and the "
-      "encoder's steps.\n\n"
-      "| hand | state | with the real device | linear | holds |\n|---|---|---|---|---|\n",
+      "encoder's steps.\n\n",
       kMinGainMargin, kMinDelayMargin_ticks);
+  TextTable table({"hand", "state", "with the real device", "linear", "holds"});
   for (const HandMargins& m : s.margins) {
     if (!m.done || m.linear) continue;
     const auto linear = std::find_if(s.margins.begin(), s.margins.end(), [&](const HandMargins& other) {
@@ -91,11 +89,11 @@ void AddMargins(std::string& text, const StabilityStudy& s) {
     });
     const bool has_linear = linear != s.margins.end();
     const Judgement both = has_linear ? Both(m.judgement(), linear->judgement()) : m.judgement();
-    AppendFormat(text, "| {}{} | {} | {} | {} | {} |\n", EscapeMarkdown(m.hand), m.own ? " (the scene's)" : "",
-                 ToString(m.state), DescribeMargins(m.margins),
-                 has_linear ? DescribeMargins(linear->margins) : std::string(),
-                 both == Judgement::kBroken ? "**no**" : ToString(both));
+    table.Add({EscapeMarkdown(m.hand) + (m.own ? " (the scene's)" : ""), ToString(m.state), DescribeMargins(m.margins),
+               has_linear ? DescribeMargins(linear->margins) : "",
+               both == Judgement::kBroken ? "**no**" : ToString(both)});
   }
+  text += table.FormatMarkdown();
   text += "\n";
   if (Wrote(s, "margins.png")) AppendFormat(text, "![Gain margin by hand](margins.png)\n\n");
   if (Wrote(s, "delays.png")) AppendFormat(text, "![Delay margin by hand](delays.png)\n\n");

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/table/table.h"
 #include "session/scene/scene.h"
 
 namespace kerf {
@@ -82,8 +83,8 @@ SweepStudy SweepScene(const Scene& scene, const SweepOptions& options,
 std::string DescribeSettings(const std::vector<SweepSetting>& settings);
 /// Formats one line for each row, and the counts.
 std::string FormatSweepTable(const SweepStudy& study);
-/// Formats the columns verdict,key_1,value_1,key_2,value_2,wall_s,reason.
-std::string FormatSweepCsv(const SweepStudy& study);
+/// Describes the columns of the CSV.
+const Columns<SweepRow>& SweepColumns();
 std::string FormatSweepJson(const SweepStudy& study);
 
 }  // namespace kerf

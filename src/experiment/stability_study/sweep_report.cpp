@@ -4,7 +4,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "base/core/csv.h"
+#include "base/table/table_json.h"
 #include "experiment/stability_study/sweep.h"
 #include "kerf/version.h"
 
@@ -14,22 +14,11 @@ namespace {
 constexpr SweepVerdict kVerdicts[] = {SweepVerdict::kPass,    SweepVerdict::kFail,      SweepVerdict::kWarned,
                                       SweepVerdict::kRefused, SweepVerdict::kNotJudged, SweepVerdict::kNotRun};
 
-const char* Word(SweepVerdict verdict) {
-  switch (verdict) {
-    case SweepVerdict::kPass:
-      return "pass";
-    case SweepVerdict::kFail:
-      return "fail";
-    case SweepVerdict::kWarned:
-      return "warned";
-    case SweepVerdict::kRefused:
-      return "refused";
-    case SweepVerdict::kNotJudged:
-      return "not_judged";
-    case SweepVerdict::kNotRun:
-      break;
-  }
-  return "not_run";
+/// Returns the verdict as a word of a file: "not_run".
+std::string Word(SweepVerdict verdict) {
+  std::string word = ToString(verdict);
+  for (char& c : word) c = c == ' ' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return word;
 }
 
 }  // namespace
@@ -58,16 +47,24 @@ std::string FormatSweepTable(const SweepStudy& study) {
   return text + "\n";
 }
 
-std::string FormatSweepCsv(const SweepStudy& study) {
-  std::string csv = "verdict,key_1,value_1,key_2,value_2,wall_s,reason\n";
-  for (const SweepRow& row : study.rows) {
-    csv += Word(row.verdict);
-    for (std::size_t i = 0; i < 2; ++i) {
-      csv += i < row.settings.size() ? fmt::format(",{},{:.9g}", row.settings[i].key, row.settings[i].value) : ",,";
-    }
-    csv += fmt::format(",{:.3f},{}\n", row.wall_s, FormatCsvField(row.reason));
-  }
-  return csv;
+const Columns<SweepRow>& SweepColumns() {
+  const auto key = [](std::size_t i) {
+    return [i](const SweepRow& r) { return i < r.settings.size() ? TableCell(r.settings[i].key) : TableCell(); };
+  };
+  const auto value = [](std::size_t i) {
+    return [i](const SweepRow& r) { return i < r.settings.size() ? TableCell(r.settings[i].value) : TableCell(); };
+  };
+  const char* const kSettings = "the changed keys of the scene and their values; empty if fewer were changed";
+  static const Columns<SweepRow> kColumns{
+      {"verdict", "{}", "`pass`, `fail`, `warned`, `refused`, `not_judged` or `not_run`",
+       [](const SweepRow& r) { return Word(r.verdict); }},
+      {"key_1", "{}", kSettings, key(0)},
+      {"value_1", "{:.9g}", kSettings, value(0)},
+      {"key_2", "{}", kSettings, key(1)},
+      {"value_2", "{:.9g}", kSettings, value(1)},
+      {"wall_s", "{:.3f}", "time of the case", &SweepRow::wall_s},
+      {"reason", "{}", "one line; empty if passed", &SweepRow::reason}};
+  return kColumns;
 }
 
 std::string FormatSweepJson(const SweepStudy& study) {
@@ -94,7 +91,7 @@ std::string FormatSweepJson(const SweepStudy& study) {
                              {"complete", study.complete},
                              {"counts", counts},
                              {"rows", rows}};
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return DumpJson(json);
 }
 
 }  // namespace kerf

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "base/core/log_histogram.h"
+#include "experiment/bench/measure.h"
 #include "experiment/study/case_run.h"
 #include "kerf/error.h"
 

@@ -106,7 +106,7 @@ class Runner {
  public:
   Runner(const StudySpec& spec, const StudyWork& work, const StudyRunOptions& options, const StudyFolder& folder,
          const StudyPlan& plan, const std::vector<std::size_t>& own)
-      : spec_(spec), work_(work), options_(options), folder_(folder), cpu_(LookAtMachine().cpu) {
+      : spec_(spec), work_(work), options_(options), folder_(folder), cpu_(ReadRunInfo().cpu) {
     for (const std::size_t i : own) own_.push_back(&plan.cases[i]);
   }
 
@@ -348,7 +348,7 @@ StudyRunOutcome RunStudy(const StudySpec& spec, const StudyWork& work, const Stu
   const FolderLock lock(folder.path());
   StudyDescription description{spec,           plan.hash,        options.shard,
                                options.errors, options.costs,    options.command,
-                               CommitString(), CompilerString(), LookAtMachine()};
+                               CommitString(), CompilerString(), ReadRunInfo()};
   CheckFolder(folder, description, options.extend);
   if (folder.HasDescription()) {
     // Earlier requests still apply.

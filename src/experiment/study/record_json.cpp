@@ -7,7 +7,10 @@
 #include <limits>
 
 #include "base/files/json_text.h"
+#include "base/table/table_json.h"
 #include "experiment/study/settings.h"
+#include "experiment/study/study_columns.h"
+#include "experiment/study/study_csv.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -27,41 +30,11 @@ double FigureFrom(const Json& json, const char* key) {
   return value;
 }
 
-// The only list of these names, for both reading and writing.
-template <typename Figures, typename Visit>
-void DescribeErrors(Figures& f, Visit&& visit) {
-  visit("force_l2", f.force_l2);
-  visit("force_worst_N", f.force_worst_N);
-  visit("force_p95", f.force_p95);
-  visit("force_worst", f.force_worst);
-  visit("direction_p95_deg", f.direction_p95_deg);
-  visit("direction_worst_deg", f.direction_worst_deg);
-  visit("impulse", f.impulse);
-  visit("noise_N", f.noise_N);
-  visit("volume", f.volume);
-  visit("surface_mean_mm", f.surface_mean_mm);
-  visit("surface_p95_mm", f.surface_p95_mm);
-  visit("surface_max_mm", f.surface_max_mm);
-}
-
+/// The figures of the costs of a tick in a record.
 template <typename Figures, typename Visit>
 void DescribeCosts(Figures& f, Visit&& visit) {
-  visit("p50_us", f.tick.p50_us);
-  visit("p99_us", f.tick.p99_us);
-  visit("p999_us", f.tick.p999_us);
-  visit("max_us", f.tick.max_us);
-  visit("misses_per_million", f.misses_per_million);
-  visit("memory_MB", f.memory_MB);
-  visit("setup_s", f.setup_s);
-  visit("whole_s", f.whole_s);
-}
-
-template <typename Figures, typename Visit>
-void DescribeReference(Figures& f, Visit&& visit) {
-  visit("error_bar", f.error_bar);
-  visit("error_bar_l2", f.error_bar_l2);
-  visit("volume_bar", f.volume_bar);
-  visit("seconds", f.seconds);
+  for (const PercentileColumn& column : kPercentileColumns) visit(column.name, f.tick.*column.value);
+  for (const CostColumn& column : kCostColumns) visit(column.name, f.*column.value);
 }
 
 }  // namespace
@@ -101,7 +74,7 @@ std::uint64_t HashFromText(const std::string& text) {
 
 Json ToJson(const ErrorFigures& errors) {
   Json json = Json::object();
-  DescribeErrors(errors, [&](const char* key, double value) { json[key] = value; });
+  for (const ErrorColumn& column : kErrorColumns) json[column.name] = errors.*column.value;
   if (errors.breakthrough_ms) json["breakthrough_ms"] = *errors.breakthrough_ms;
   if (errors.impulse_signed) json["impulse_signed"] = *errors.impulse_signed;
   if (errors.temperature_K) json["temperature_K"] = *errors.temperature_K;
@@ -111,7 +84,7 @@ Json ToJson(const ErrorFigures& errors) {
 
 ErrorFigures ErrorsFromJson(const Json& json) {
   ErrorFigures errors;
-  DescribeErrors(errors, [&](const char* key, double& value) { value = FigureFrom(json, key); });
+  for (const ErrorColumn& column : kErrorColumns) errors.*column.value = FigureFrom(json, column.name);
   if (json.contains("breakthrough_ms")) errors.breakthrough_ms = NumberFrom(json.at("breakthrough_ms"));
   if (json.contains("impulse_signed")) errors.impulse_signed = NumberFrom(json.at("impulse_signed"));
   if (json.contains("temperature_K")) errors.temperature_K = FigureFrom(json, "temperature_K");
@@ -141,15 +114,7 @@ CostFigures CostsFromJson(const Json& json) {
 }
 
 Json ToJson(const ReferenceRecord& reference) {
-  Json json{{"holding", ToString(reference.holding)},
-            {"path", reference.path},
-            {"variant", reference.variant},
-            {"input_hash", ShowHash(reference.input_hash)},
-            {"force_hash", ShowHash(reference.force_hash)},
-            {"steps_per_tick", reference.steps_per_tick}};
-  DescribeReference(reference, [&](const char* key, double value) { json[key] = value; });
-  json["note"] = reference.note;
-  return json;
+  return RowJson(ReferenceColumns(), reference);
 }
 
 ReferenceRecord ReferenceFromJson(const Json& json) {
@@ -160,17 +125,24 @@ ReferenceRecord ReferenceFromJson(const Json& json) {
   reference.input_hash = HashFromText(json.at("input_hash"));
   reference.force_hash = HashFromText(json.at("force_hash"));
   reference.steps_per_tick = GetInt(json.at("steps_per_tick"));
-  DescribeReference(reference, [&](const char* key, double& value) { value = FigureFrom(json, key); });
+  reference.error_bar = FigureFrom(json, "error_bar");
+  reference.error_bar_l2 = FigureFrom(json, "error_bar_l2");
+  reference.volume_bar = FigureFrom(json, "volume_bar");
+  reference.seconds = FigureFrom(json, "seconds");
   reference.note = json.at("note");
   return reference;
 }
 
-Json ToJson(const MachineState& machine) {
+Json ToJson(const RunInfo& machine) {
   return {{"cpu", machine.cpu}, {"cores", machine.cores}, {"load", machine.load}};
 }
 
-MachineState MachineFromJson(const Json& json) {
-  return {json.at("cpu"), GetInt(json.at("cores")), NumberFrom(json.at("load"))};
+RunInfo MachineFromJson(const Json& json) {
+  RunInfo machine;
+  machine.cpu = json.at("cpu");
+  machine.cores = GetInt(json.at("cores"));
+  machine.load = NumberFrom(json.at("load"));
+  return machine;
 }
 
 }  // namespace kerf

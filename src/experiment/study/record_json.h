@@ -19,10 +19,10 @@ std::uint64_t HashFromText(const std::string& text);
 nlohmann::ordered_json ToJson(const ErrorFigures& errors);
 nlohmann::ordered_json ToJson(const CostFigures& costs);
 nlohmann::ordered_json ToJson(const ReferenceRecord& reference);
-nlohmann::ordered_json ToJson(const MachineState& machine);
+nlohmann::ordered_json ToJson(const RunInfo& machine);
 ErrorFigures ErrorsFromJson(const nlohmann::ordered_json& json);
 CostFigures CostsFromJson(const nlohmann::ordered_json& json);
 ReferenceRecord ReferenceFromJson(const nlohmann::ordered_json& json);
-MachineState MachineFromJson(const nlohmann::ordered_json& json);
+RunInfo MachineFromJson(const nlohmann::ordered_json& json);
 
 }  // namespace kerf

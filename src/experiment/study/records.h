@@ -11,7 +11,7 @@
 
 #include "base/core/log_histogram.h"
 #include "base/core/percentiles.h"
-#include "experiment/bench/measure.h"
+#include "base/table/run_info.h"
 #include "experiment/study/knobs.h"
 
 namespace kerf {
@@ -101,7 +101,7 @@ struct StudyResults {
   std::string command;  // command that reproduces it
   std::string commit;
   std::string build;  // compiler and flags
-  MachineState machine;
+  RunInfo machine;
   StudySettings base;              // base settings, which the knobs vary; "default" in the records
   double seconds = 0;              // total time of the work, over all runs and shards
   std::vector<std::string> paths;  // names, in the study's order; titles below

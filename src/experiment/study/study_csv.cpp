@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <iterator>
-#include <nlohmann/json.hpp>
+#include <algorithm>
 
-#include "base/core/csv.h"
+#include "base/table/table_json.h"
 #include "experiment/study/record_json.h"
 #include "experiment/study/settings.h"
 #include "experiment/study/study_columns.h"
@@ -15,101 +14,98 @@ namespace kerf {
 namespace {
 
 std::string Words(std::string text) {
-  for (char& c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f) c = ' ';
-  }
-  return FormatCsvField(text);
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, ' ');
+  return text;
 }
 
-// Adds the shortest text that reads back as the same double.
-void AddNumber(std::string& csv, double value) {
-  fmt::format_to(std::back_inserter(csv), ",{}", value);
-}
-
-void AddErrors(std::string& csv, const CaseRecord& record) {
-  for (const ErrorColumn& column : kErrorColumns) {
-    const bool jnd = column.jnd_name != nullptr;
-    if (!record.errors) {
-      csv += jnd ? ",," : ",";
-      continue;
-    }
-    const double value = *record.errors.*column.value;
-    AddNumber(csv, value);
-    if (jnd) AddNumber(csv, value / column.per_jnd);
-  }
-  for (const OptionalErrorColumn& column : kOptionalErrorColumns) {
-    if (record.errors && *record.errors.*column.value)
-      AddNumber(csv, *(*record.errors.*column.value));
-    else
-      csv += ",";
-  }
-}
-
-void AddCosts(std::string& csv, const CaseRecord& record) {
-  if (!record.costs) {
-    csv.append(1 + kPercentilesColumns.size() * (1 + kPercentileColumns.size()) + kCostColumns.size(), ',');
-    return;
-  }
-  fmt::format_to(std::back_inserter(csv), ",{}", record.costs->ticks);
-  for (const PercentilesColumns& columns : kPercentilesColumns) {
-    const Percentiles& times = *record.costs.*columns.value;
-    fmt::format_to(std::back_inserter(csv), ",{}", times.count);
-    for (const PercentileColumn& column : kPercentileColumns) AddNumber(csv, times.*column.value);
-  }
-  for (const CostColumn& column : kCostColumns) AddNumber(csv, *record.costs.*column.value);
+/// Adds the column of a figure that cases without `part` (errors, costs) lack.
+template <typename Part, typename Get>
+void AddFigure(Columns<CaseRecord>& columns, const std::string& name, const std::string& meaning,
+               std::optional<Part> CaseRecord::*part, Get get) {
+  columns.push_back({name, "{}", meaning, [part, get](const CaseRecord& record) -> TableCell {
+                       return record.*part ? TableCell(std::invoke(get, *(record.*part))) : TableCell();
+                     }});
 }
 
 }  // namespace
 
-std::string FormatCasesCsv(const StudyResults& study) {
-  std::string csv = "id,holding,path,knob,value,number,state,why";
-  for (const ErrorColumn& column : kErrorColumns) {
-    csv += fmt::format(",{}", column.name);
-    if (column.jnd_name != nullptr) csv += fmt::format(",{}", column.jnd_name);
-  }
-  for (const OptionalErrorColumn& column : kOptionalErrorColumns) csv += fmt::format(",{}", column.name);
-  csv += ",ticks";
-  for (const PercentilesColumns& columns : kPercentilesColumns) {
-    csv += fmt::format(",{}count", columns.prefix);
-    for (const PercentileColumn& column : kPercentileColumns) csv += fmt::format(",{}{}", columns.prefix, column.name);
-  }
-  for (const CostColumn& column : kCostColumns) csv += fmt::format(",{}", column.name);
-  csv += ",force_hash,bone_hash\n";
-  for (const CaseRecord& record : study.cases) {
-    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{}", Words(record.id), ToString(record.holding),
-                   Words(record.path), Words(record.knob), Words(record.value));
-    AddNumber(csv, record.number);
-    fmt::format_to(std::back_inserter(csv), ",{},{}", ToString(record.state), Words(record.why));
-    AddErrors(csv, record);
-    AddCosts(csv, record);
-    fmt::format_to(std::back_inserter(csv), ",{:016x},{:016x}\n", record.force_hash, record.bone_hash);
-  }
-  return csv;
+const Columns<CaseRecord>& CaseColumns() {
+  static const Columns<CaseRecord> kColumns = [] {
+    const char* const kKnob = "the varied setting, or `default`; its value, as text and, if it is one, as a number";
+    const char* const kState = "`done`, `failed` or `omitted`; the reason";
+    Columns<CaseRecord> columns{{"id", "{}", "name of the case", [](const CaseRecord& r) { return Words(r.id); }},
+                                {"holding", "{}", "`hand`: coupled to a handle; `path`: on a prescribed path",
+                                 [](const CaseRecord& r) { return ToString(r.holding); }},
+                                {"path", "{}", "name of the path", [](const CaseRecord& r) { return Words(r.path); }},
+                                {"knob", "{}", kKnob, [](const CaseRecord& r) { return Words(r.knob); }},
+                                {"value", "{}", kKnob, [](const CaseRecord& r) { return Words(r.value); }},
+                                {"number", "{}", kKnob, &CaseRecord::number},
+                                {"state", "{}", kState, [](const CaseRecord& r) { return ToString(r.state); }},
+                                {"why", "{}", kState, [](const CaseRecord& r) { return Words(r.why); }}};
+    for (const ErrorColumn& c : kErrorColumns) {
+      AddFigure(columns, c.name, c.meaning, &CaseRecord::errors, c.value);
+      if (c.jnd_name == nullptr) continue;
+      AddFigure(columns, c.jnd_name, c.meaning, &CaseRecord::errors,
+                [c](const ErrorFigures& errors) { return errors.*c.value / c.per_jnd; });
+    }
+    for (const OptionalErrorColumn& c : kOptionalErrorColumns) {
+      AddFigure(columns, c.name, c.meaning, &CaseRecord::errors, c.value);
+    }
+    AddFigure(columns, "ticks", "number of ticks of a pass along the path", &CaseRecord::costs, &CostFigures::ticks);
+    for (const PercentilesColumns& c : kPercentilesColumns) {
+      AddFigure(columns, fmt::format("{}count", c.prefix), c.meaning, &CaseRecord::costs,
+                [c](const CostFigures& costs) { return (costs.*c.value).count; });
+      for (const PercentileColumn& p : kPercentileColumns) {
+        AddFigure(columns, fmt::format("{}{}", c.prefix, p.name), c.meaning, &CaseRecord::costs,
+                  [c, p](const CostFigures& costs) { return costs.*c.value.*p.value; });
+      }
+    }
+    for (const CostColumn& c : kCostColumns) AddFigure(columns, c.name, c.meaning, &CaseRecord::costs, c.value);
+    const char* const kHashes = "hashes of the force of every tick and of the bone at the end";
+    columns.push_back({"force_hash", "{}", kHashes, [](const CaseRecord& r) { return ShowHash(r.force_hash); }});
+    columns.push_back({"bone_hash", "{}", kHashes, [](const CaseRecord& r) { return ShowHash(r.bone_hash); }});
+    return columns;
+  }();
+  return kColumns;
 }
 
-std::string FormatTimesCsv(const StudyResults& study) {
-  std::string csv = "id,bucket,upper_edge_us,count\n";
+const Columns<BucketRow>& BucketColumns() {
+  const char* const kBucket = "number of the bucket of times, of which an octave has 32; its upper edge";
+  static const Columns<BucketRow> kColumns{
+      {"id", "{}", "name of the case", [](const BucketRow& r) { return Words(r.id); }},
+      {"bucket", "{}", kBucket, &BucketRow::bucket},
+      {"upper_edge_us", "{}", kBucket,
+       [](const BucketRow& r) { return LogHistogram::UpperEdge_us(static_cast<std::size_t>(r.bucket)); }},
+      {"count", "{}", "number of ticks in it", &BucketRow::count}};
+  return kColumns;
+}
+
+const Columns<ReferenceRecord>& ReferenceColumns() {
+  using Record = ReferenceRecord;
+  const char* const kBar = "difference of the last two refinements: `force_p95`, `force_l2`, `volume`";
+  static const Columns<Record> kColumns{
+      {"holding", "{}", "as in `cases.csv`", [](const Record& r) { return ToString(r.holding); }},
+      {"path", "{}", "as in `cases.csv`", [](const Record& r) { return Words(r.path); }},
+      {"variant", "{}", "physics that differs from the defaults", [](const Record& r) { return Words(r.variant); }},
+      {"input_hash", "{}", "hash of the poses", [](const Record& r) { return ShowHash(r.input_hash); }},
+      {"force_hash", "{}", "hash of the forces", [](const Record& r) { return ShowHash(r.force_hash); }},
+      {"steps_per_tick", "{}", "of the last refinement", &Record::steps_per_tick},
+      {"error_bar", "{}", kBar, &Record::error_bar},
+      {"error_bar_l2", "{}", kBar, &Record::error_bar_l2},
+      {"volume_bar", "{}", kBar, &Record::volume_bar},
+      {"seconds", "{}", "time of the computation", &Record::seconds},
+      {"note", "{}", "a remark, for example that it did not converge", [](const Record& r) { return Words(r.note); }}};
+  return kColumns;
+}
+
+std::vector<BucketRow> ListBuckets(const StudyResults& study) {
+  std::vector<BucketRow> rows;
   for (const CaseRecord& record : study.cases) {
     if (!record.costs) continue;
-    for (const auto& [bucket, count] : record.costs->histogram) {
-      fmt::format_to(std::back_inserter(csv), "{},{},{},{}\n", Words(record.id), bucket,
-                     LogHistogram::UpperEdge_us(static_cast<std::size_t>(bucket)), count);
-    }
+    for (const auto& [bucket, count] : record.costs->histogram) rows.push_back({record.id, bucket, count});
   }
-  return csv;
-}
-
-std::string FormatReferencesCsv(const StudyResults& study) {
-  std::string csv =
-      "holding,path,variant,input_hash,force_hash,steps_per_tick,error_bar,error_bar_l2,volume_bar,seconds,note\n";
-  for (const ReferenceRecord& r : study.references) {
-    fmt::format_to(std::back_inserter(csv), "{},{},{},{:016x},{:016x},{}", ToString(r.holding), Words(r.path),
-                   Words(r.variant), r.input_hash, r.force_hash, r.steps_per_tick);
-    for (const double value : {r.error_bar, r.error_bar_l2, r.volume_bar, r.seconds}) AddNumber(csv, value);
-    fmt::format_to(std::back_inserter(csv), ",{}\n", Words(r.note));
-  }
-  return csv;
+  return rows;
 }
 
 std::string FormatStudyJson(const StudyResults& study, const std::vector<std::string>& files) {
@@ -120,7 +116,7 @@ std::string FormatStudyJson(const StudyResults& study, const std::vector<std::st
   json["name"] = study.name;
   json["title"] = study.title;
   json["command"] = study.command;
-  json["machine"] = {{"cpu", study.machine.cpu}, {"cores", study.machine.cores}, {"load", study.machine.load}};
+  json["machine"] = ToJson(study.machine);
   json["seconds"] = study.seconds;
   for (const Knob& knob : StudyKnobs()) json["base"][knob.name] = ValueOf(study.base, knob.name);
   json["paths"] = study.paths;
@@ -132,7 +128,7 @@ std::string FormatStudyJson(const StudyResults& study, const std::vector<std::st
     json["left_out"].push_back({{"id", record.id}, {"state", ToString(record.state)}, {"why", record.why}});
   }
   json["files"] = files;
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return DumpJson(json);
 }
 
 }  // namespace kerf

@@ -5,18 +5,26 @@
 #include <string>
 #include <vector>
 
+#include "base/table/table.h"
 #include "experiment/study/records.h"
 
 namespace kerf {
 
-/// Formats one row for each case. Column names end in the unit; a column ending in `_jnd` contains the preceding one in
-/// just-noticeable differences (records.h). A missing value is an empty field. Numbers read back bit for bit; control
-/// characters in words become spaces.
-std::string FormatCasesCsv(const StudyResults& study);
-/// Formats the times of all ticks as histograms, with the columns id, bucket of LogHistogram, its upper edge (us) and
-/// the number of ticks in it.
-std::string FormatTimesCsv(const StudyResults& study);
-std::string FormatReferencesCsv(const StudyResults& study);
+// CaseColumns() of cases.csv: a column ending in `_jnd` contains the preceding one in just-noticeable differences
+// (records.h). A missing value is an empty field. Numbers read back bit for bit; control characters in words become
+// spaces.
+const Columns<CaseRecord>& CaseColumns();
+const Columns<ReferenceRecord>& ReferenceColumns();  // of references.csv; also the keys of a stored reference
+
+/// A row of cases_times.csv: the number of ticks of a case in a bucket of LogHistogram.
+struct BucketRow {
+  std::string id;
+  int bucket = 0;
+  std::uint64_t count = 0;
+};
+const Columns<BucketRow>& BucketColumns();
+std::vector<BucketRow> ListBuckets(const StudyResults& study);
+
 /// Formats all other data. `files`: names of the other files in the folder.
 std::string FormatStudyJson(const StudyResults& study, const std::vector<std::string>& files);
 

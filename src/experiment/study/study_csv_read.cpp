@@ -133,22 +133,6 @@ std::optional<CostFigures> ReadCosts(Row& row) {
   return costs;
 }
 
-/// Returns the column names in the header of a text written by kerf; they are not quoted.
-std::vector<std::string> HeaderOf(const std::string& csv) {
-  std::vector<std::string> names;
-  std::string name;
-  for (const char c : csv) {
-    if (c != ',' && c != '\n') {
-      name += c;
-      continue;
-    }
-    names.push_back(std::move(name));
-    name.clear();
-    if (c == '\n') break;
-  }
-  return names;
-}
-
 bool IsKnob(const std::string& name) {
   const std::vector<Knob>& knobs = StudyKnobs();
   return std::any_of(knobs.begin(), knobs.end(), [&](const Knob& knob) { return knob.name == name; });
@@ -157,7 +141,7 @@ bool IsKnob(const std::string& name) {
 void ReadCases(const std::string& folder, StudyResults& study, std::map<std::string, std::size_t>& index) {
   const std::string file = folder + "/cases.csv";
   const std::string csv = ReadTextFile(file);
-  std::vector<std::string> names = HeaderOf(FormatCasesCsv({}));
+  std::vector<std::string> names = NamesOf(CaseColumns());
   // Files of earlier versions lack this column, and their cases lack this figure.
   if (csv.substr(0, csv.find('\n')).find(kImpulseSigned) == std::string::npos) std::erase(names, kImpulseSigned);
   ReadCsv(csv, file, names, [&](const std::vector<std::string>& fields, const CsvPlace& place) {
@@ -187,7 +171,7 @@ void ReadCases(const std::string& folder, StudyResults& study, std::map<std::str
 
 void ReadTimes(const std::string& folder, StudyResults& study, const std::map<std::string, std::size_t>& index) {
   const std::string file = folder + "/cases_times.csv";
-  const std::vector<std::string> names = HeaderOf(FormatTimesCsv({}));
+  const std::vector<std::string> names = NamesOf(BucketColumns());
   ReadCsv(ReadTextFile(file), file, names, [&](const std::vector<std::string>& fields, const CsvPlace& place) {
     Row row(names, fields, place);
     const auto found = index.find(row.Text());
@@ -210,7 +194,7 @@ void ReadTimes(const std::string& folder, StudyResults& study, const std::map<st
 
 void ReadReferences(const std::string& folder, StudyResults& study) {
   const std::string file = folder + "/references.csv";
-  const std::vector<std::string> names = HeaderOf(FormatReferencesCsv({}));
+  const std::vector<std::string> names = NamesOf(ReferenceColumns());
   ReadCsv(ReadTextFile(file), file, names, [&](const std::vector<std::string>& fields, const CsvPlace& place) {
     Row row(names, fields, place);
     ReferenceRecord record;

@@ -57,7 +57,7 @@ struct StudyDescription {
   std::string command;
   std::string commit;
   std::string build;
-  MachineState machine;
+  RunInfo machine;
 };
 
 class StudyFolder {

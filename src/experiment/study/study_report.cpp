@@ -110,9 +110,9 @@ void WriteStudyReport(const StudyResults& study, const std::string& folder,
     files.push_back(name);
   };
   if (progress) progress("tables");
-  write("cases.csv", FormatCasesCsv(study));
-  write("cases_times.csv", FormatTimesCsv(study));
-  write("references.csv", FormatReferencesCsv(study));
+  write("cases.csv", FormatCsv(CaseColumns(), study.cases));
+  write("cases_times.csv", FormatCsv(BucketColumns(), ListBuckets(study)));
+  write("references.csv", FormatCsv(ReferenceColumns(), study.references));
   const std::vector<StudyFigure> figures = MakeStudyFigures(study);
   for (const StudyFigure& figure : figures) {
     if (progress) progress(fmt::format("figure {}", figure.name));

@@ -2,24 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
 
-#include "base/core/append_format.h"
 #include "base/files/markdown_text.h"
+#include "base/table/table.h"
 #include "experiment/study/knobs.h"
 #include "experiment/study/study_words.h"
 
 namespace kerf {
 namespace {
-
-std::string Header(const std::vector<std::string>& names) {
-  std::string text = "|";
-  for (const std::string& name : names) text += " " + name + " |";
-  text += "\n|";
-  for (std::size_t i = 0; i < names.size(); ++i) text += "---|";
-  return text + "\n";
-}
 
 std::string ShowSlope(const std::optional<Slope>& slope) {
   if (!slope) return "";
@@ -28,15 +19,16 @@ std::string ShowSlope(const std::optional<Slope>& slope) {
   return text;
 }
 
-}  // namespace
-
-std::string ShowThree(double value) {
-  if (!std::isfinite(value)) return "not a number";
-  if (value == 0) return "0";
-  const int digits = static_cast<int>(std::floor(std::log10(std::abs(value)) + 1e-12));
-  const std::string text = fmt::format("{:.{}f}", value, std::clamp(2 - digits, 0, 9));
-  return digits < -6 ? fmt::format("{:.2e}", value) : text;
+std::string OnPath(const SafeError& error, const std::string& path) {
+  return fmt::format("{} on `{}`", ShowError(error), path);
 }
+
+/// Returns the table and an empty line; empty if the table has no rows.
+std::string Finish(const TextTable& table) {
+  return table.empty() ? "" : table.FormatMarkdown() + "\n";
+}
+
+}  // namespace
 
 std::string ShowFraction(double fraction) {
   return ShowThree(100 * fraction) + " %";
@@ -60,37 +52,36 @@ std::vector<std::string> PathsOfSlab(const StudyResults& study, Holding holding)
 }
 
 std::string DefaultsTable(const StudyResults& study, Holding holding) {
-  std::string rows;
+  TextTable table({"path", "force, p95", "impulse", "direction, p95 (deg)", "volume", "surface, mean / max (mm)",
+                   "breakthrough delay (ms)", "tick, p50 / p99 / p99.9 / max (us)", "misses per million",
+                   "memory (MB)"});
   for (const std::string& path : study.paths) {
     for (const CaseRecord& record : study.cases) {
       if (record.holding != holding || record.path != path || record.knob != "default" || !record.errors) continue;
       const ErrorFigures& e = *record.errors;
-      AppendFormat(rows, "| {} | {} | {} | {} | {} | {} / {} | {} |", EscapeMarkdown(path),
-                   ShowError(CalcForceError(study, record)),
-                   e.impulse_signed ? ShowSignedFraction(*e.impulse_signed) : "", ShowThree(e.direction_p95_deg),
-                   ShowFraction(e.volume), ShowThree(e.surface_mean_mm), ShowThree(e.surface_max_mm),
-                   e.breakthrough_ms ? ShowThree(*e.breakthrough_ms) : "");
+      std::vector<TableCell> row{EscapeMarkdown(path),
+                                 ShowError(CalcForceError(study, record)),
+                                 e.impulse_signed ? ShowSignedFraction(*e.impulse_signed) : "",
+                                 ShowThree(e.direction_p95_deg),
+                                 ShowFraction(e.volume),
+                                 fmt::format("{} / {}", ShowThree(e.surface_mean_mm), ShowThree(e.surface_max_mm)),
+                                 e.breakthrough_ms ? ShowThree(*e.breakthrough_ms) : ""};
       if (record.costs) {
         const CostFigures& c = *record.costs;
-        AppendFormat(rows, " {} / {} / {} / {} | {} | {} |\n", ShowThree(c.tick.p50_us), ShowThree(c.tick.p99_us),
-                     ShowThree(c.tick.p999_us), ShowThree(c.tick.max_us), ShowThree(c.misses_per_million),
-                     ShowThree(c.memory_MB));
-      } else {
-        AppendFormat(rows, " | | |\n");
+        row.insert(row.end(), {fmt::format("{} / {} / {} / {}", ShowThree(c.tick.p50_us), ShowThree(c.tick.p99_us),
+                                           ShowThree(c.tick.p999_us), ShowThree(c.tick.max_us)),
+                               ShowThree(c.misses_per_million), ShowThree(c.memory_MB)});
       }
+      table.Add(row);
     }
   }
-  if (rows.empty()) return "";
-  return Header({"path", "force, p95", "impulse", "direction, p95 (deg)", "volume", "surface, mean / max (mm)",
-                 "breakthrough delay (ms)", "tick, p50 / p99 / p99.9 / max (us)", "misses per million",
-                 "memory (MB)"}) +
-         rows + "\n";
+  return Finish(table);
 }
 
 std::string EqualTimeTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
-  std::string text = Header({"limit of p99.9 per simulated ms, on every path", "best setting", "force, p95, worst path",
-                             "its p99.9 (us per ms)"});
+  TextTable table({"limit of p99.9 per simulated ms, on every path", "best setting", "force, p95, worst path",
+                   "its p99.9 (us per ms)"});
   for (const double budget_us : {250.0, 500.0, 1000.0}) {
     const PooledSetting* best = nullptr;
     for (const PooledSetting& setting : settings) {
@@ -100,19 +91,19 @@ std::string EqualTimeTable(const StudyResults& study, Holding holding) {
         best = &setting;
       }
     }
+    const std::string limit = fmt::format("{:g} ms", budget_us / 1000);
     if (best == nullptr)
-      AppendFormat(text, "| {:g} ms | none | | |\n", budget_us / 1000);
+      table.Add({limit, "none"});
     else
-      AppendFormat(text, "| {:g} ms | {} | {} on `{}` | {} |\n", budget_us / 1000, best->Name(), ShowError(best->worst),
-                   best->worst_path, ShowThree(best->p999_us));
+      table.Add({limit, best->Name(), OnPath(best->worst, best->worst_path), ShowThree(best->p999_us)});
   }
-  return text + "\n";
+  return Finish(table);
 }
 
 std::string EqualErrorTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
-  std::string text = Header({"limit of force, p95, on every path", "cheapest setting", "p99, slowest path (us per ms)",
-                             "p99.9 (us per ms)", "its error"});
+  TextTable table({"limit of force, p95, on every path", "cheapest setting", "p99, slowest path (us per ms)",
+                   "p99.9 (us per ms)", "its error"});
   for (const double limit : {kTargetForce, kForceJnd}) {
     const PooledSetting* best = nullptr;
     for (const PooledSetting& setting : settings) {
@@ -120,57 +111,52 @@ std::string EqualErrorTable(const StudyResults& study, Holding holding) {
       if (best == nullptr || setting.p99_us < best->p99_us) best = &setting;
     }
     if (best == nullptr)
-      AppendFormat(text, "| {} | none | | | |\n", ShowFraction(limit));
+      table.Add({ShowFraction(limit), "none"});
     else
-      AppendFormat(text, "| {} | {} | {} on `{}` | {} | {} |\n", ShowFraction(limit), best->Name(),
-                   ShowThree(best->p99_us), best->slowest_path, ShowThree(best->p999_us), ShowError(best->worst));
+      table.Add({ShowFraction(limit), best->Name(),
+                 fmt::format("{} on `{}`", ShowThree(best->p99_us), best->slowest_path), ShowThree(best->p999_us),
+                 ShowError(best->worst)});
   }
-  return text + "\n";
+  return Finish(table);
 }
 
 std::string SettingsTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
   if (settings.empty()) return "";
   const std::vector<std::size_t> front = FindFront(settings);
-  std::string text = Header({"setting", "paths", "force, p95, worst path", "median path", "p50 (us)", "p99 (us)",
-                             "p99.9 (us)", "on the Pareto front"});
+  TextTable table({"setting", "paths", "force, p95, worst path", "median path", "p50 (us)", "p99 (us)", "p99.9 (us)",
+                   "on the Pareto front"});
   for (std::size_t i = 0; i < settings.size(); ++i) {
     const PooledSetting& s = settings[i];
-    AppendFormat(text, "| {} | {} | {} on `{}` | {} |", s.Name(), s.paths, ShowError(s.worst), s.worst_path,
-                 ShowError(s.median));
-    if (s.timed)
-      AppendFormat(text, " {} | {} | {} |", ShowThree(s.p50_us), ShowThree(s.p99_us), ShowThree(s.p999_us));
-    else
-      AppendFormat(text, " | | |");
-    AppendFormat(text, " {} |\n", std::find(front.begin(), front.end(), i) != front.end() ? "yes" : "");
+    const auto time = [&s](double us) { return s.timed ? ShowThree(us) : ""; };
+    table.Add({s.Name(), s.paths, OnPath(s.worst, s.worst_path), ShowError(s.median), time(s.p50_us), time(s.p99_us),
+               time(s.p999_us), std::find(front.begin(), front.end(), i) != front.end() ? "yes" : ""});
   }
-  return text + "\n";
+  return Finish(table);
 }
 
 std::string OrdersTable(const StudyResults& study, Holding holding) {
-  std::string rows;
+  TextTable table({"knob", "over all values (95 %)", "over the coarser half (95 %)", "theory", "paths"});
   for (const std::string& name : study.knobs) {
     const std::optional<KnobErrors> errors = MakeKnobErrors(study, holding, name);
     if (!errors || !errors->slope) continue;
     const Knob& knob = FindKnob(name);
-    AppendFormat(rows, "| `{}` | {} | {} | {} | {} |\n", name, ShowSlope(errors->slope), ShowSlope(errors->coarse),
-                 knob.theory.empty() ? "none" : EscapeMarkdown(knob.theory), errors->slope->paths);
+    table.Add({fmt::format("`{}`", name), ShowSlope(errors->slope), ShowSlope(errors->coarse),
+               knob.theory.empty() ? "none" : EscapeMarkdown(knob.theory), errors->slope->paths});
   }
-  if (rows.empty()) return "";
-  return Header({"knob", "over all values (95 %)", "over the coarser half (95 %)", "theory", "paths"}) + rows + "\n";
+  return Finish(table);
 }
 
 std::string SlabTable(const StudyResults& study, Holding holding) {
   const std::vector<std::string> paths = PathsOfSlab(study, holding);
   if (paths.empty()) return "";
-  std::string text =
-      Header({"setting", "p50, median path (us)", "p99, slowest path (us)", "force, p95, median path", "worst path"});
+  TextTable table(
+      {"setting", "p50, median path (us)", "p99, slowest path (us)", "force, p95, median path", "worst path"});
   for (const PooledSetting& s : PoolSettings(study, holding, paths)) {
     if ((!s.is_default && s.knob != "method" && s.knob != "voxel_mm") || !s.complete || !s.timed) continue;
-    AppendFormat(text, "| {} | {} | {} | {} | {} on `{}` |\n", s.Name(), ShowThree(s.p50_us), ShowThree(s.p99_us),
-                 ShowError(s.median), ShowError(s.worst), s.worst_path);
+    table.Add({s.Name(), ShowThree(s.p50_us), ShowThree(s.p99_us), ShowError(s.median), OnPath(s.worst, s.worst_path)});
   }
-  return fmt::format("Over {}.\n\n", fmt::join(paths, ", ")) + text + "\n";
+  return fmt::format("Over {}.\n\n{}\n", fmt::join(paths, ", "), table.FormatMarkdown());
 }
 
 std::string LeftOutTable(const StudyResults& study) {
@@ -193,25 +179,22 @@ std::string LeftOutTable(const StudyResults& study) {
     group.paths.push_back(record.path);
   }
   if (groups.empty()) return "Nothing was left out, and nothing failed.\n\n";
-  std::string text = Header({"setting", "paths", "", "reason"});
+  TextTable table({"setting", "paths", "", "reason"});
   for (const Group& g : groups) {
-    AppendFormat(text, "| {} | {} | {} | {} |\n", g.what, EscapeMarkdown(fmt::format("{}", fmt::join(g.paths, ", "))),
-                 g.state, EscapeMarkdown(g.why));
+    table.Add({g.what, EscapeMarkdown(fmt::format("{}", fmt::join(g.paths, ", "))), g.state, EscapeMarkdown(g.why)});
   }
-  return text + "\n";
+  return Finish(table);
 }
 
 std::string ReferencesTable(const StudyResults& study) {
-  if (study.references.empty()) return "";
-  std::string text = Header({"path", "holding", "physics", "steps per tick", "error bar, p95", "error bar, L2",
-                             "volume", "computed in (s)", "force hash", "note"});
+  TextTable table({"path", "holding", "physics", "steps per tick", "error bar, p95", "error bar, L2", "volume",
+                   "computed in (s)", "force hash", "note"});
   for (const ReferenceRecord& r : study.references) {
-    AppendFormat(text, "| {} | {} | {} | {} | {} | {} | {} | {} | `{:016x}` | {} |\n", EscapeMarkdown(r.path),
-                 ToString(r.holding), EscapeMarkdown(r.variant), r.steps_per_tick, ShowFraction(r.error_bar),
-                 ShowFraction(r.error_bar_l2), ShowFraction(r.volume_bar), ShowThree(r.seconds), r.force_hash,
-                 EscapeMarkdown(r.note));
+    table.Add({EscapeMarkdown(r.path), ToString(r.holding), EscapeMarkdown(r.variant), r.steps_per_tick,
+               ShowFraction(r.error_bar), ShowFraction(r.error_bar_l2), ShowFraction(r.volume_bar),
+               ShowThree(r.seconds), fmt::format("`{:016x}`", r.force_hash), EscapeMarkdown(r.note)});
   }
-  return text + "\n";
+  return Finish(table);
 }
 
 }  // namespace kerf

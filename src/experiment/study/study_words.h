@@ -3,13 +3,11 @@
 
 #include <string>
 
+#include "base/core/number_text.h"
 #include "experiment/study/pooled.h"
 
 namespace kerf {
 
-/// Formats a number with three significant digits, or as a whole number from 100 on: "2.98", "0.0312", "1234". Uses an
-/// exponent only below 1e-6.
-std::string ShowThree(double value);
 /// Formats a fraction as a percentage: "2.98 %", "at most 0.120 %".
 std::string ShowError(const SafeError& error);
 std::string ShowFraction(double fraction);

@@ -349,7 +349,7 @@ TuneResult Tune(const std::string& scene_file, const TuneOptions& options) {
   TuneResult result;
   result.scene = scene_file;
   result.holding = options.holding;
-  result.machine = LookAtMachine();
+  result.machine = ReadRunInfo();
   const auto show = [&](const char* stage, double fraction) {
     if (options.progress) options.progress(stage, fraction);
   };

@@ -68,7 +68,7 @@ struct TuneResult {
   std::string scene;
   Holding holding = Holding::kHand;
   double rate_hz = 0;
-  MachineState machine;
+  RunInfo machine;
   ReferenceRecord reference;
   TuneExtent extent = TuneExtent::kWhole;
   double from_s = 0;  // the part of the path in which errors were measured

@@ -1,9 +1,8 @@
 // Formats the results of `kerf tune` for the user and for programs.
 #include <fmt/format.h>
 
-#include <iterator>
-#include <nlohmann/json.hpp>
-
+#include "base/table/table_json.h"
+#include "experiment/study/record_json.h"
 #include "experiment/study/tune.h"
 #include "kerf/version.h"
 
@@ -86,32 +85,32 @@ std::string DescribeEvidence(const TuneResult& r, const TuneOptions& options) {
 }
 
 std::string FormatTuneTable(const TuneResult& r) {
-  std::string text =
-      fmt::format("  {:>8} {:>7} {:>5} {:>6} {:>11} {:>8} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "voxel", "samples",
-                  "steps", "carve", "force p95", "impulse", "direction", "p50", "p99", "p99.9", "max", "memory");
-  text += fmt::format("  {:>8} {:>7} {:>5} {:>6} {:>11} {:>8} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "mm", "/pitch",
-                      "/tick", "ticks", "%", "%", "p95 deg", "us", "us", "us", "us", "MB");
+  TextTable table({"", "voxel (mm)", "samples/pitch", "steps/tick", "carve (ticks)", "force p95 (%)", "impulse (%)",
+                   "direction p95 (deg)", "p50 (us)", "p99 (us)", "p99.9 (us)", "max (us)", "memory (MB)"});
   const auto add = [&](const TuneCandidate& c, const char* mark) {
-    auto out = std::back_inserter(text);
-    fmt::format_to(out, "{} {:>8g} {:>7} {:>5} {:>6} ", mark, c.settings.voxel_mm, c.settings.rim_samples_per_pitch,
-                   c.settings.substeps, c.settings.carve_interval_ticks);
-    if (!c.done()) {
-      fmt::format_to(out, "{}\n", c.outcome.why);
-      return;
+    std::vector<TableCell> row{mark, fmt::format("{:g}", c.settings.voxel_mm), c.settings.rim_samples_per_pitch,
+                               c.settings.substeps, c.settings.carve_interval_ticks};
+    if (c.done()) {
+      const ErrorFigures& e = *c.outcome.errors;
+      const Percentiles& t = c.outcome.costs->tick;
+      const bool below = c.force_p95 < r.reference.error_bar;
+      const auto us = [](double time_us) { return fmt::format("{:.1f}", time_us); };
+      row.insert(
+          row.end(),
+          {fmt::format("{}{:.2f}", below ? "< " : "", 100 * (below ? r.reference.error_bar : c.force_p95)),
+           fmt::format("{:+.2f}", 100 * e.impulse_signed.value_or(0)), fmt::format("{:.2f}", e.direction_p95_deg),
+           us(t.p50_us), us(t.p99_us), us(t.p999_us), us(t.max_us), us(c.outcome.costs->memory_MB)});
     }
-    const ErrorFigures& e = *c.outcome.errors;
-    const Percentiles& t = c.outcome.costs->tick;
-    const bool below = c.force_p95 < r.reference.error_bar;
-    fmt::format_to(out, "{:>11} {:>+8.2f} {:>11.2f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f}\n",
-                   fmt::format("{}{:.2f}", below ? "< " : "", 100 * (below ? r.reference.error_bar : c.force_p95)),
-                   100 * e.impulse_signed.value_or(0), e.direction_p95_deg, t.p50_us, t.p99_us, t.p999_us, t.max_us,
-                   c.outcome.costs->memory_MB);
+    table.Add(row);
   };
-  for (std::size_t i = 0; i < r.candidates.size(); ++i) add(r.candidates[i], r.chosen && *r.chosen == i ? "*" : " ");
-  if (r.again) {
-    text += "  the chosen settings, measured again:\n";
-    add(*r.again, "*");
+  std::string failures;
+  for (std::size_t i = 0; i < r.candidates.size(); ++i) {
+    const TuneCandidate& c = r.candidates[i];
+    add(c, r.chosen && *r.chosen == i ? "chosen" : "");
+    if (!c.done()) failures += fmt::format("  voxel {:g} mm: {}\n", c.settings.voxel_mm, c.outcome.why);
   }
+  if (r.again) add(*r.again, "again");
+  std::string text = table.FormatTerminal("  ") + failures;
   for (const TunePhase& p : r.phases) {
     text += fmt::format("    {:<12} {:>6.2f} to {:>6.2f} s  force p95 {:>6.2f} %  impulse {:>+6.2f} %\n", p.phase.name,
                         p.phase.from_s, p.phase.to_s, 100 * p.force_p95, 100 * p.impulse_signed);
@@ -139,31 +138,29 @@ std::string FormatTuneJson(const TuneResult& r, const TuneOptions& options, cons
   for (const SceneEdit& edit : edits) {
     changes.push_back({{"table", edit.table}, {"key", edit.key}, {"value", edit.value}});
   }
-  const auto or_null = [](const auto& value) { return value ? ordered_json(*value) : ordered_json(); };
-  const ordered_json json = {
-      {"kerf", VersionString()},
-      {"commit", CommitString()},
-      {"scene", r.scene},
-      {"holding", ToString(r.holding)},
-      {"rate_hz", r.rate_hz},
-      {"budget_us", or_null(options.budget_us)},
-      {"error", or_null(options.error)},
-      {"machine", {{"cpu", r.machine.cpu}, {"cores", r.machine.cores}, {"load", r.machine.load}}},
-      {"errors_over", DescribeExtent(r)},
-      {"errors_from_s", r.from_s},
-      {"errors_to_s", r.to_s},
-      {"path_s", r.path_s},
-      {"strokes", r.strokes},
-      {"strokes_measured", r.measured},
-      {"reference_error_bar", r.reference.error_bar},
-      {"candidates", candidates},
-      {"chosen", or_null(r.chosen)},
-      {"again", r.again ? CandidateJson(*r.again) : ordered_json()},
-      {"keeps", r.keeps},
-      {"phases", phases},
-      {"edits", changes},
-      {"notes", r.notes}};
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  const ordered_json json = {{"kerf", VersionString()},
+                             {"commit", CommitString()},
+                             {"scene", r.scene},
+                             {"holding", ToString(r.holding)},
+                             {"rate_hz", r.rate_hz},
+                             {"budget_us", OrNull(options.budget_us)},
+                             {"error", OrNull(options.error)},
+                             {"machine", ToJson(r.machine)},
+                             {"errors_over", DescribeExtent(r)},
+                             {"errors_from_s", r.from_s},
+                             {"errors_to_s", r.to_s},
+                             {"path_s", r.path_s},
+                             {"strokes", r.strokes},
+                             {"strokes_measured", r.measured},
+                             {"reference_error_bar", r.reference.error_bar},
+                             {"candidates", candidates},
+                             {"chosen", OrNull(r.chosen)},
+                             {"again", r.again ? CandidateJson(*r.again) : ordered_json()},
+                             {"keeps", r.keeps},
+                             {"phases", phases},
+                             {"edits", changes},
+                             {"notes", r.notes}};
+  return DumpJson(json);
 }
 
 }  // namespace kerf

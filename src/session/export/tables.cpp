@@ -4,7 +4,7 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
-#include "base/core/csv.h"
+#include "base/table/table_json.h"
 #include "bone/pieces/measure.h"
 #include "session/export/contacts.h"
 
@@ -17,66 +17,65 @@ Json List(const Vec3& v) {
   return Json::array({v.x, v.y, v.z});
 }
 
-class CsvRows {
- public:
-  void Add(const std::string& subject, const char* measure, const std::string& unit, double value) {
-    text_ +=
-        fmt::format("{},{},{},{:.6g}\n", FormatCsvField(subject), FormatCsvField(measure), FormatCsvField(unit), value);
-  }
-  const std::string& text() const { return text_; }
-
- private:
-  std::string text_ = "subject,measure,unit,value\n";
-};
-
 }  // namespace
+
+const Columns<ExportLine>& ExportColumns() {
+  static const Columns<ExportLine> kColumns{
+      {"subject", "{}", "plane, stop, piece, pair of pieces, measure, `bone` or `session`", &ExportLine::subject},
+      {"measure", "{}", "what was measured", &ExportLine::measure},
+      {"unit", "{}", "unit of the value", &ExportLine::unit},
+      {"value", "{:.6g}", "the value", &ExportLine::value}};
+  return kColumns;
+}
 
 namespace export_detail {
 
 std::string FormatMeasuresCsv(const ExportInput& input, const Prepared& prepared) {
-  CsvRows rows;
+  std::vector<ExportLine> rows;
+  const auto add = [&rows](const std::string& subject, const char* measure, const std::string& unit, double value) {
+    rows.push_back({subject, measure, unit, value});
+  };
   if (input.assessment != nullptr) {
     const Assessment& a = *input.assessment;
     for (const PlaneResult& p : a.planes) {
       if (!p.cut) continue;
-      rows.Add(p.planned.name, "offset", "mm", p.offset_mm);
-      rows.Add(p.planned.name, "furthest", "mm", p.furthest_mm);
-      rows.Add(p.planned.name, "angle", "deg", p.angles.angle_deg);
-      rows.Add(p.planned.name, "pitch", "deg", p.angles.pitch_deg);
-      rows.Add(p.planned.name, "roll", "deg", p.angles.roll_deg);
-      rows.Add(p.planned.name, "kerf width", "mm", p.cut->width_mm);
-      rows.Add(p.planned.name, "kerf rms", "mm", p.cut->rms_mm);
+      add(p.planned.name, "offset", "mm", p.offset_mm);
+      add(p.planned.name, "furthest", "mm", p.furthest_mm);
+      add(p.planned.name, "angle", "deg", p.angles.angle_deg);
+      add(p.planned.name, "pitch", "deg", p.angles.pitch_deg);
+      add(p.planned.name, "roll", "deg", p.angles.roll_deg);
+      add(p.planned.name, "kerf width", "mm", p.cut->width_mm);
+      add(p.planned.name, "kerf rms", "mm", p.cut->rms_mm);
     }
     for (const StopResult& s : a.stops) {
       if (!s.depth_mm) continue;
-      rows.Add(s.planned.name, "depth", "mm", *s.depth_mm);
-      rows.Add(s.planned.name, "too deep by", "mm", s.over_mm);
+      add(s.planned.name, "depth", "mm", *s.depth_mm);
+      add(s.planned.name, "too deep by", "mm", s.over_mm);
     }
-    rows.Add("bone", "before", "mm3", a.before_mm3);
-    rows.Add("bone", "after", "mm3", a.after_mm3);
-    rows.Add("bone", "removed", "mm3", a.removed_mm3);
-    if (a.outside_mm3) rows.Add("bone", "removed outside the margins", "mm3", *a.outside_mm3);
-    if (a.too_deep_mm3) rows.Add("bone", "removed deeper than the stops", "mm3", *a.too_deep_mm3);
+    add("bone", "before", "mm3", a.before_mm3);
+    add("bone", "after", "mm3", a.after_mm3);
+    add("bone", "removed", "mm3", a.removed_mm3);
+    if (a.outside_mm3) add("bone", "removed outside the margins", "mm3", *a.outside_mm3);
+    if (a.too_deep_mm3) add("bone", "removed deeper than the stops", "mm3", *a.too_deep_mm3);
   }
   for (const int i : prepared.pieces) {
     const Piece& piece = input.pieces->piece(i);
-    rows.Add(piece.name, "volume", "mm3", piece.volume_mm3);
-    rows.Add(piece.name, "moved", "mm", glm::length(input.pieces->CalcCentroid(i) - piece.centroid_P));
-    rows.Add(piece.name, "turned", "deg", CalcRotationAngle(input.pieces->state(i).X_WP));
+    add(piece.name, "volume", "mm3", piece.volume_mm3);
+    add(piece.name, "moved", "mm", glm::length(input.pieces->CalcCentroid(i) - piece.centroid_P));
+    add(piece.name, "turned", "deg", CalcRotationAngle(input.pieces->state(i).X_WP));
   }
   for (const PairRow& pair : prepared.pairs) {
     const std::string subject = fmt::format("{} and {}", pair.a, pair.b);
-    rows.Add(subject, "overlap", "mm3", pair.overlap_mm3);
-    if (pair.gap_mm) rows.Add(subject, "least gap", "mm", *pair.gap_mm);
+    add(subject, "overlap", "mm3", pair.overlap_mm3);
+    if (pair.gap_mm) add(subject, "least gap", "mm", *pair.gap_mm);
     if (!pair.facing) continue;
-    rows.Add(subject, "facing area", "mm2", pair.facing->area_mm2);
-    rows.Add(subject, "mean gap", "mm", pair.facing->mean_mm);
-    rows.Add(subject, "contact area", "mm2", pair.facing->contact_mm2);
+    add(subject, "facing area", "mm2", pair.facing->area_mm2);
+    add(subject, "mean gap", "mm", pair.facing->mean_mm);
+    add(subject, "contact area", "mm2", pair.facing->contact_mm2);
   }
-  for (const ExportMeasure& m : input.measures)
-    rows.Add(m.name, m.unit == "deg" ? "angle" : "distance", m.unit, m.value);
-  for (const ExportFigure& f : input.figures) rows.Add("session", f.name.c_str(), f.unit, f.value);
-  return rows.text();
+  for (const ExportMeasure& m : input.measures) add(m.name, m.unit == "deg" ? "angle" : "distance", m.unit, m.value);
+  for (const ExportFigure& f : input.figures) add("session", f.name.c_str(), f.unit, f.value);
+  return FormatCsv(ExportColumns(), rows);
 }
 
 }  // namespace export_detail
@@ -115,16 +114,16 @@ std::string FormatAssessmentJson(const Assessment& a, const ExportRecording& rec
               {"point_mm", List(s.planned.p_W_mm)},
               {"direction", List(s.planned.direction_W)},
               {"planned_mm", s.planned.depth_mm}};
-    stop["reached_mm"] = s.depth_mm ? Json(*s.depth_mm) : Json();
+    stop["reached_mm"] = OrNull(s.depth_mm);
     stop["too_deep_by_mm"] = s.depth_mm ? Json(s.over_mm) : Json();
     json["stops"].push_back(stop);
   }
   json["before_mm3"] = a.before_mm3;
   json["after_mm3"] = a.after_mm3;
   json["removed_mm3"] = a.removed_mm3;
-  json["outside_mm3"] = a.outside_mm3 ? Json(*a.outside_mm3) : Json();
-  json["too_deep_mm3"] = a.too_deep_mm3 ? Json(*a.too_deep_mm3) : Json();
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  json["outside_mm3"] = OrNull(a.outside_mm3);
+  json["too_deep_mm3"] = OrNull(a.too_deep_mm3);
+  return DumpJson(json);
 }
 
 }  // namespace kerf

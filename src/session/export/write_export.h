@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/table/table.h"
 #include "bone/pieces/piece_set.h"
 #include "session/plan/assess.h"
 #include "session/plan/plan.h"
@@ -91,6 +92,14 @@ std::vector<std::string> WriteExport(const ExportInput& input, const std::string
 
 /// These return the text of individual files.
 std::string FormatReportHtml(const ExportInput& input, const ExportOptions& options = {});
+/// A line of measures.csv.
+struct ExportLine {
+  std::string subject;
+  std::string measure;
+  std::string unit;
+  double value = 0;
+};
+const Columns<ExportLine>& ExportColumns();
 std::string FormatMeasuresCsv(const ExportInput& input, const ExportOptions& options = {});
 /// Returns JSON with stable keys that include the units; ends with a newline. If there is a recording, its state and
 /// its faults are included.

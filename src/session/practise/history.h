@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/table/table.h"
 #include "loop/record/seal.h"
 #include "session/score/measures.h"
 
@@ -87,6 +88,12 @@ Attempt MakeAttempt(const ScoreSheet& sheet, const std::string& student);
 /// Returns the reasons to doubt an attempt's total, one phrase for each.
 std::vector<std::string> FindMarks(const Attempt& attempt);
 
+/// A row of the CSV.
+struct AttemptRow {
+  const Attempt& attempt;
+  std::vector<std::optional<double>> measures;  // in the order of Measures()
+};
+const Columns<AttemptRow>& HistoryColumns();
 /// These format the attempts as readable text, as JSON with stable keys and as CSV with one row each.
 std::string FormatHistory(const std::vector<Attempt>& attempts);
 std::string FormatHistoryJson(const std::vector<Attempt>& attempts);

@@ -6,8 +6,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "base/core/csv.h"
 #include "base/files/html_text.h"
+#include "base/table/table_json.h"
 #include "session/practise/exercises.h"
 #include "session/practise/history.h"
 #include "session/practise/history_check.h"
@@ -113,15 +113,9 @@ std::string PageRow(const Attempt& a, const std::string& exercise, const std::ve
 }  // namespace
 
 std::string FormatHistory(const std::vector<Attempt>& attempts) {
-  std::string text = fmt::format("{:>6}  {:<20} {:<16} {:>5}  {:<20} {:>6}  {}\n", "number", "student", "exercise",
-                                 "level", "taken", "total", "marks");
-  for (const Attempt& a : attempts) {
-    std::string line = fmt::format("{:>6}  {:<20} {:<16} {:>5}  {:<20} {:>6}  {}", a.number, a.student, a.exercise,
-                                   a.level, a.taken, Total(a), Marks(a));
-    line.resize(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
-  }
-  return text;
+  TextTable table({"number", "student", "exercise", "level", "taken", "total", "marks"});
+  for (const Attempt& a : attempts) table.Add({a.number, a.student, a.exercise, a.level, a.taken, Total(a), Marks(a)});
+  return table.FormatTerminal();
 }
 
 std::string FormatHistoryJson(const std::vector<Attempt>& attempts) {
@@ -141,25 +135,46 @@ std::string FormatHistoryJson(const std::vector<Attempt>& attempts) {
     row["measures"] = ParseMeasures(a);
     json.push_back(row);
   }
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return DumpJson(json);
+}
+
+const Columns<AttemptRow>& HistoryColumns() {
+  static const Columns<AttemptRow> kColumns = [] {
+    const auto field = [](auto Attempt::*value) {
+      return [value](const AttemptRow& r) -> TableCell { return r.attempt.*value; };
+    };
+    Columns<AttemptRow> columns{
+        {"number", "{}", "number of the attempt", field(&Attempt::number)},
+        {"student", "{}", "name of the student", field(&Attempt::student)},
+        {"exercise", "{}", "id of the exercise, or name of the scene; its level", field(&Attempt::exercise)},
+        {"level", "{}", "id of the exercise, or name of the scene; its level", field(&Attempt::level)},
+        {"taken", "{}", "time of the recording, UTC", field(&Attempt::taken)},
+        {"recording", "{}", "file of the recording when it was handed in; hash of its bytes",
+         field(&Attempt::recording)},
+        {"hash", "{}", "file of the recording when it was handed in; hash of its bytes", field(&Attempt::hash)},
+        {"total", "{:.4f}", "points out of 100; empty if the attempt is not graded",
+         [](const AttemptRow& r) { return r.attempt.graded() ? TableCell(r.attempt.total) : TableCell(); }}};
+    for (std::size_t i = 0; i < Measures().size(); ++i) {
+      columns.push_back({Measures()[i].key, "{:.6g}", "[measures](practise.md) of the attempt",
+                         [i](const AttemptRow& r) { return r.measures[i]; }});
+    }
+    columns.push_back(
+        {"marks", "{}", "reasons to doubt the total", [](const AttemptRow& r) { return Marks(r.attempt); }});
+    columns.push_back({"seal", "{}", "state of the recording's seal; its signer", field(&Attempt::seal)});
+    columns.push_back({"signer", "{}", "state of the recording's seal; its signer", field(&Attempt::signer)});
+    return columns;
+  }();
+  return kColumns;
 }
 
 std::string FormatHistoryCsv(const std::vector<Attempt>& attempts) {
-  std::string csv = "number,student,exercise,level,taken,recording,hash,total";
-  for (const MeasureInfo& info : Measures()) csv += fmt::format(",{}", info.key);
-  csv += ",marks,seal,signer\n";
+  std::vector<AttemptRow> rows;
   for (const Attempt& a : attempts) {
-    csv += fmt::format("{},{},{},{},{},{},{},{}", a.number, FormatCsvField(a.student), FormatCsvField(a.exercise),
-                       a.level, FormatCsvField(a.taken), FormatCsvField(a.recording), FormatCsvField(a.hash),
-                       a.graded() ? fmt::format("{:.4f}", *a.total) : "");
     const ordered_json measures = ParseMeasures(a);
-    for (const MeasureInfo& info : Measures()) {
-      const std::optional<double> value = FindValue(measures, info.key);
-      csv += value ? fmt::format(",{:.6g}", *value) : ",";
-    }
-    csv += fmt::format(",{},{},{}\n", FormatCsvField(Marks(a)), FormatCsvField(a.seal), FormatCsvField(a.signer));
+    AttemptRow& row = rows.emplace_back(AttemptRow{a, {}});
+    for (const MeasureInfo& info : Measures()) row.measures.push_back(FindValue(measures, info.key));
   }
-  return csv;
+  return FormatCsv(HistoryColumns(), rows);
 }
 
 std::string FormatTeacherPage(const std::vector<Attempt>& attempts, const std::vector<KnownKey>& known) {

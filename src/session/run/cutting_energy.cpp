@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "base/table/table_json.h"
 #include "cut/force/measured.h"
 
 namespace kerf {
@@ -74,15 +75,12 @@ std::string DescribeLaw(const Scene& scene) {
 }
 
 nlohmann::ordered_json CuttingJson(const CuttingEnergy& energy) {
-  const auto number = [](const std::optional<double>& value) {
-    return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
-  };
-  return {{"work_J", number(energy.work_J)},
-          {"specific_energy_J_per_mm3", number(energy.specific_J_per_mm3)},
+  return {{"work_J", OrNull(energy.work_J)},
+          {"specific_energy_J_per_mm3", OrNull(energy.specific_J_per_mm3)},
           {"published_J_per_mm3", {kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3}},
           {"within_published",
            energy.specific_J_per_mm3 ? nlohmann::ordered_json(energy.IsWithinPublishedRange()) : nullptr},
-          {"tooth_pass_mJ", number(energy.pass_mJ)},
+          {"tooth_pass_mJ", OrNull(energy.pass_mJ)},
           {"thrust_per_cutting_force", energy.ratio},
           {"cutting_force_from", energy.from_effect ? "tangential_force" : "thrust / ratio"}};
 }

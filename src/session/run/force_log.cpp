@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 
 #include "base/files/disk_space.h"
 #include "kerf/error.h"
@@ -16,24 +15,36 @@ constexpr std::size_t kBlockBytes = std::size_t{1} << 18;
 
 }  // namespace
 
-std::string FormatForceHeader(const std::string& effects) {
-  std::string line =
-      "time_s,skipped,handle_x_mm,handle_y_mm,handle_z_mm,tool_x_mm,tool_y_mm,tool_z_mm,hand_x_N,hand_y_N,hand_z_N,"
-      "device_x_N,device_y_N,device_z_N,cut_N,face_N,friction_N,thrust_sum_N,engaged_teeth,removed_mm3,tick_us,late_us,"
-      "fidelity,status";
-  line += effects;
-  line += '\n';
-  return line;
+const Columns<LoopRow>& LoopColumns() {
+  const char* const kTool = "magnitude of the force on the tool from edge, flats and friction";
+  static const Columns<LoopRow> kColumns = JoinColumns<LoopRow>(
+      {{{"time_s", "{:.6f}", "deadline of the tick since the start", &LoopRow::time_s},
+        {"skipped", "{}", "number of deadlines missed before it", &LoopRow::skipped}},
+       PartsOf<LoopRow>("handle_{}_mm", "xyz", "{:.5f}", "coupling point, as reported by the device",
+                        &LoopRow::p_WC_mm),
+       PartsOf<LoopRow>("tool_{}_mm", "xyz", "{:.5f}", "origin of the tool frame", &LoopRow::p_WT_mm),
+       PartsOf<LoopRow>("hand_{}_N", "xyz", "{:.6g}", "force on the hand in the simulation", &LoopRow::f_hand_N),
+       PartsOf<LoopRow>("device_{}_N", "xyz", "{:.6g}", "force requested from the device", &LoopRow::f_device_N),
+       {{"cut_N", "{:.6g}", kTool, &LoopRow::cut_N},
+        {"face_N", "{:.6g}", kTool, &LoopRow::face_N},
+        {"friction_N", "{:.6g}", kTool, &LoopRow::friction_N},
+        {"thrust_sum_N", "{:.6g}", "as in `kerf run`", &LoopRow::thrust_N},
+        {"engaged_teeth", "{:.5g}", "as in `kerf run`", &LoopRow::engaged_teeth},
+        {"removed_mm3", "{:.6g}", "volume removed since the previous row, by occupancy of voxels",
+         &LoopRow::removed_mm3},
+        {"tick_us", "{:.1f}", "duration of the tick, without logging and sending", &LoopRow::tick_us},
+        {"late_us", "{:.1f}", "lateness of its start", &LoopRow::late_us},
+        {"fidelity", "{}", "full, coarse or slab", [](const LoopRow& row) { return kerf::ToString(row.fidelity); }},
+        {"status", "{}", "sum of the bits below", &LoopRow::status}}});
+  return kColumns;
 }
 
-void AppendForceRow(const LoopRow& r, const std::string& effects, std::string& csv) {
-  fmt::format_to(std::back_inserter(csv),
-                 "{:.6f},{},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"
-                 "{:.6g},{:.6g},{:.6g},{:.6g},{:.5g},{:.6g},{:.1f},{:.1f},{},{}",
-                 r.time_s, r.skipped, r.p_WC_mm.x, r.p_WC_mm.y, r.p_WC_mm.z, r.p_WT_mm.x, r.p_WT_mm.y, r.p_WT_mm.z,
-                 r.f_hand_N.x, r.f_hand_N.y, r.f_hand_N.z, r.f_device_N.x, r.f_device_N.y, r.f_device_N.z, r.cut_N,
-                 r.face_N, r.friction_N, r.thrust_N, r.engaged_teeth, r.removed_mm3, r.tick_us, r.late_us,
-                 kerf::ToString(r.fidelity), r.status);
+std::string FormatForceHeader(const std::string& effects) {
+  return CsvHeader(LoopColumns()) + effects + "\n";
+}
+
+void AppendForceRow(const LoopRow& row, const std::string& effects, std::string& csv) {
+  AppendCsv(LoopColumns(), row, csv);
   csv += effects;
   csv += '\n';
 }

@@ -10,6 +10,7 @@
 
 #include "base/core/thinned.h"
 #include "base/files/files.h"
+#include "base/table/table.h"
 #include "kerf/coupled.h"
 #include "kerf/geometry.h"
 
@@ -35,6 +36,7 @@ struct LoopRow {
   std::uint32_t status = 0;
 };
 
+const Columns<LoopRow>& LoopColumns();
 /// Returns the header line. `effects`: columns of the effects, each preceded by a comma.
 std::string FormatForceHeader(const std::string& effects);
 /// Appends a line to `csv`; `effects` as above.

@@ -11,6 +11,7 @@
 
 #include "base/files/files.h"
 #include "base/files/markdown_text.h"
+#include "base/table/table_json.h"
 #include "bone/vdb/bonefile.h"
 #include "cut/force/measured.h"
 #include "kerf/error.h"
@@ -56,11 +57,6 @@ const char* ToString(LoopEnd end) {
       return "failed";
   }
   return "";
-}
-
-std::string Row(const PartTimes& t) {
-  return fmt::format("| {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} |\n", t.name, t.count, t.p50_us, t.p99_us,
-                     t.p999_us, t.max_us);
 }
 
 /// Returns the bars as one outline; empty bars are drawn at the lower limit of the logarithmic axis.
@@ -174,12 +170,6 @@ void WriteLogs(LoopSummary& summary, const std::string& folder, ResultWriter& re
   });
 }
 
-std::string FormatTimeRows(const std::vector<PartTimes>& all) {
-  std::string rows;
-  for (const PartTimes& t : all) rows += Row(t);
-  return rows;
-}
-
 }  // namespace
 
 std::string DescribeDeviceAndHand(const LoopSummary& s) {
@@ -277,7 +267,6 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
   }
   // In virtual time, durations are meaningless and left out.
   const auto times = [&s](const PartTimes& t) { return s.virtual_time ? ordered_json() : TimesJson(t); };
-  const auto finite = [](double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); };
   const FittedCoupling& fitted = s.setup.fitted;
   ordered_json pieces = ordered_json::array();
   for (const PieceSummary& piece : s.pieces) pieces.push_back(PieceJson(piece));
@@ -306,11 +295,11 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
         {"lowered_for_loop", fitted.lowered.by_loop},
         {"torsion_Nmm_per_rad", fitted.coupling.torsion_Nmm_per_rad},
         {"torsion_lowered_for_loop", fitted.lowered.torsion_by_loop},
-        {"device_bears_N_per_mm", finite(fitted.limits.stiffness_N_per_mm)},
-        {"sampled_loop_holds_N_per_mm", finite(fitted.limits.sampled_stiffness_N_per_mm)},
+        {"device_bears_N_per_mm", NumberJson(fitted.limits.stiffness_N_per_mm)},
+        {"sampled_loop_holds_N_per_mm", NumberJson(fitted.limits.sampled_stiffness_N_per_mm)},
         {"share_of_sampled_loop", kSampledFraction},
         {"encoder_steps_allow_N_per_mm",
-         s.setup.profile.friction_N > 0 ? finite(fitted.limits.quantum_stiffness_N_per_mm) : ordered_json()}}},
+         s.setup.profile.friction_N > 0 ? NumberJson(fitted.limits.quantum_stiffness_N_per_mm) : ordered_json()}}},
       {"end", ToString(s.end)},
       {"failure", s.failure},
       {"granted",
@@ -341,8 +330,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
         {"largest_simulated_N", s.force.largest_simulated_N},
         {"scale", s.force.scale},
         {"noise_above_20_Hz_mN", s.force.noise_above_20_Hz_mN},
-        {"noise_above_20_Hz_while_cutting_mN",
-         s.force.cutting_noise_mN ? ordered_json(*s.force.cutting_noise_mN) : ordered_json()},
+        {"noise_above_20_Hz_while_cutting_mN", OrNull(s.force.cutting_noise_mN)},
         {"not_finite", s.counts.not_finite + s.device_counts.not_finite},
         {"bad_poses", s.counts.bad_poses}}},
       {"hand_strokes", s.strokes},
@@ -391,7 +379,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
   if (!s.effects.empty()) json["effects"] = EffectsJson(s.effects);
   if (s.heat) json["heat"] = HeatJson(*s.heat);
   if (s.fragments) json["fragments"] = FragmentsJson(*s.fragments, !s.virtual_time);
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return DumpJson(json);
 }
 
 std::string FormatLoopCsv(const LoopSummary& s) {
@@ -439,16 +427,22 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
   text += fmt::format("- {} leaves were sent to readers; a copy of the bone made from them is {}.\n", s.leaves_sent,
                       s.mirror_identical ? "bit-identical to it" : "NOT identical to it");
   if (!s.virtual_time) {
-    text += "\n| us | ticks | p50 | p99 | p99.9 | max |\n| --- | --- | --- | --- | --- | --- |\n";
-    text += Row(s.tick) + Row(s.lateness) + FormatTimeRows(s.stages);
+    TextTable table({"us", "ticks", "p50", "p99", "p99.9", "max"});
+    std::vector<PartTimes> all{s.tick, s.lateness};
+    all.insert(all.end(), s.stages.begin(), s.stages.end());
+    const auto us = [](double time_us) { return fmt::format("{:.1f}", time_us); };
+    for (const PartTimes& t : all)
+      table.Add({t.name, t.count, us(t.p50_us), us(t.p99_us), us(t.p999_us), us(t.max_us)});
+    text += "\n" + table.FormatMarkdown();
   }
   if (s.fidelity_step_count > 0) {
-    text += "\n| time (s) | from | to | reason | over budget | longest (us) |\n| --- | --- | --- | --- | --- | --- |\n";
+    TextTable table({"time (s)", "from", "to", "reason", "over budget", "longest (us)"});
     for (const FidelityStep& step : s.fidelity_steps) {
-      text +=
-          fmt::format("| {:.3f} | {} | {} | {} | {:.0f} % | {:.0f} |\n", step.time_s, kerf::ToString(step.from),
-                      kerf::ToString(step.to), kerf::ToString(step.reason), 100 * step.fraction_over, step.longest_us);
+      table.Add({fmt::format("{:.3f}", step.time_s), kerf::ToString(step.from), kerf::ToString(step.to),
+                 kerf::ToString(step.reason), fmt::format("{:.0f} %", 100 * step.fraction_over),
+                 fmt::format("{:.0f}", step.longest_us)});
     }
+    text += "\n" + table.FormatMarkdown();
     if (s.fidelity_step_count > static_cast<long>(s.fidelity_steps.size())) {
       text += fmt::format("\n{} steps in total.\n", s.fidelity_step_count);
     }

@@ -172,34 +172,56 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   return result;
 }
 
+const Columns<ForceRow>& ForceColumns() {
+  const char* const kPose = "pose of the tool at the end of the tick";
+  const char* const kTeeth = "mean over the engaged teeth; 0 if none is engaged";
+  const char* const kRemoved =
+      "volume removed since the previous row; since the start. It is computed from the occupancy of voxels, clamp(1/2 "
+      "- "
+      "phi/h, 0, 1), and is within a few per cent of the exact volume in the summary; if the kerf is at most a voxel "
+      "wide, it is up to 50 % too large";
+  using Row = ForceRow;
+  static const Columns<Row> kColumns = JoinColumns<Row>(
+      {{{"time_s", "{:.6f}", "path time at the end of the tick", [](const Row& r) { return r.tick.time_s; }},
+        {"segment", "{}", "number of the stroke, counted from 1", [](const Row& r) { return r.tick.segment + 1; }}},
+       PartsOf<Row>("{}_mm", "xyz", "{:.6f}", kPose, [](const Row& r) { return r.tick.X_WT.p_AB; }),
+       PartsOf<Row>("q{}", "wxyz", "{:.9f}", kPose, [](const Row& r) { return PartsOfQuat(r.tick.X_WT.R_AB); }),
+       PartsOf<Row>("force_{}_N", "xyz", "{:.6g}", "force on the tool, world frame, mean over the tick",
+                    [](const Row& r) { return RoundTinyToZero(r.tick.out.f_T_W_N); }),
+       PartsOf<Row>("torque_{}_Nmm", "xyz", "{:.6g}", "torque on the tool about the grip, world frame",
+                    [](const Row& r) { return RoundTinyToZero(r.tick.out.tau_TG_W_Nmm); }),
+       {{"thrust_sum_N", "{:.6g}", "sum of the magnitudes of the tooth forces",
+         [](const Row& r) { return r.tick.out.thrust_sum_N; }},
+        {"engaged_teeth", "{:.6g}", "engaged arc / tooth pitch", [](const Row& r) { return r.tick.out.engaged_teeth; }},
+        {"mean_bite_um", "{:.6g}", kTeeth, [](const Row& r) { return 1000 * r.tick.out.mean_bite_mm; }},
+        {"mean_E_GPa", "{:.6g}", kTeeth, [](const Row& r) { return r.tick.out.mean_E_MPa / 1000; }},
+        {"main_region", "{}", "the region with the largest part of the thrust; 0 if no tooth is engaged",
+         [](const Row& r) { return r.tick.out.main_region; }},
+        {"travel_mm", "{:.6f}", "travel of the disc's centre since the first contact of the stroke",
+         [](const Row& r) { return r.tick.travel_mm; }},
+        {"removed_mm3", "{:.6g}", kRemoved, &Row::removed_mm3},
+        {"removed_total_mm3", "{:.9g}", kRemoved, &Row::total_mm3},
+        {"status", "{}",
+         "sum of these bits: 1 invalid pose (nothing done), 2 spindle stopped, 4 number of substeps limited, 8 time "
+         "step too short (nothing done)",
+         [](const Row& r) { return r.tick.out.status; }}}});
+  return kColumns;
+}
+
 namespace {
 
 /// Calls write() after each row; write() may clear `csv`.
 template <typename Write>
 void FormatRows(const std::vector<TickRecord>& ticks, int every, const EffectRecord* effects, std::string& csv,
                 const Write& write) {
-  csv =
-      "time_s,segment,x_mm,y_mm,z_mm,qw,qx,qy,qz,force_x_N,force_y_N,force_z_N,torque_x_Nmm,torque_y_Nmm,torque_z_Nmm,"
-      "thrust_sum_N,engaged_teeth,mean_bite_um,mean_E_GPa,main_region,travel_mm,removed_mm3,removed_total_mm3,status";
-  csv += (effects ? effects->Header() : "") + "\n";
+  csv = CsvHeader(ForceColumns()) + (effects ? effects->Header() : "") + "\n";
   double total_mm3 = 0;
   double since_last_row_mm3 = 0;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
-    const TickRecord& t = ticks[i];
-    total_mm3 += t.out.removed_mm3;
-    since_last_row_mm3 += t.out.removed_mm3;
+    total_mm3 += ticks[i].out.removed_mm3;
+    since_last_row_mm3 += ticks[i].out.removed_mm3;
     if ((i + 1) % static_cast<std::size_t>(std::max(every, 1)) != 0 && i + 1 != ticks.size()) continue;
-    const Vec3& p = t.X_WT.p_AB;
-    const Quat& q = t.X_WT.R_AB;
-    const Vec3 f = RoundTinyToZero(t.out.f_T_W_N);
-    const Vec3 m = RoundTinyToZero(t.out.tau_TG_W_Nmm);
-    fmt::format_to(
-        std::back_inserter(csv),
-        "{:.6f},{},{:.6f},{:.6f},{:.6f},{:.9f},{:.9f},{:.9f},{:.9f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"
-        "{:.6g},{:.6g},{:.6g},{:.6g},{},{:.6f},{:.6g},{:.9g},{}",
-        t.time_s, t.segment + 1, p.x, p.y, p.z, q.w, q.x, q.y, q.z, f.x, f.y, f.z, m.x, m.y, m.z, t.out.thrust_sum_N,
-        t.out.engaged_teeth, 1000 * t.out.mean_bite_mm, t.out.mean_E_MPa / 1000, t.out.main_region, t.travel_mm,
-        since_last_row_mm3, total_mm3, t.out.status);
+    AppendCsv(ForceColumns(), {ticks[i], since_last_row_mm3, total_mm3}, csv);
     csv += (effects ? effects->Row(i) : "") + "\n";
     since_last_row_mm3 = 0;
     write();

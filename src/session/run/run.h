@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/core/percentiles.h"
+#include "base/table/table.h"
 #include "kerf/simulation.h"
 #include "session/run/effect_files.h"
 #include "session/run/effect_record.h"
@@ -47,6 +48,13 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
                   const std::function<void(double)>& progress, const CostOptions& costs = {},
                   const PathTape& tape = {});
 
+/// A row of forces.csv.
+struct ForceRow {
+  const TickRecord& tick;
+  double removed_mm3 = 0;  // since the previous row
+  double total_mm3 = 0;
+};
+const Columns<ForceRow>& ForceColumns();
 /// Returns one row per tick (or per `every` ticks), with the units in the header. docs/formats.md describes the
 /// columns. `effects` (optional) has one row per tick and adds its columns.
 std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every, const EffectRecord* effects = nullptr);

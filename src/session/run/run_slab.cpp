@@ -99,22 +99,46 @@ SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<voi
   return run;
 }
 
+const Columns<SlabRow>& SlabColumns() {
+  const auto state = [](auto SlabState::*value) {
+    return [value](const SlabRow& r) -> TableCell {
+      // A truth value is written as 1 or 0.
+      if constexpr (std::is_same_v<decltype(value), bool SlabState::*>)
+        return r.state.*value ? 1 : 0;
+      else
+        return r.state.*value;
+    };
+  };
+  const char* const kDepth = "depth of the blade's edge below the first bone; its maximum so far";
+  const char* const kMoved = "displacements along the direction since the start";
+  const char* const kState = "1 if the slice sticks; 1 if it has left the jaw; otherwise 0";
+  const char* const kEnergy = "energies since the start; [slab.md](slab.md) describes their balance";
+  static const Columns<SlabRow> kColumns{{"time_s", "{:.6f}", "time", &SlabRow::time_s},
+                                         {"depth_mm", "{:.6f}", kDepth, state(&SlabState::depth_mm)},
+                                         {"deepest_mm", "{:.6f}", kDepth, state(&SlabState::deepest_mm)},
+                                         {"blade_mm", "{:.6f}", kMoved, state(&SlabState::blade_mm)},
+                                         {"left_mm", "{:.6f}", kMoved, state(&SlabState::left_mm)},
+                                         {"right_mm", "{:.6f}", kMoved, state(&SlabState::right_mm)},
+                                         {"sticking", "{}", kState, state(&SlabState::sticking)},
+                                         {"free", "{}", kState, state(&SlabState::free)},
+                                         {"kinetic_mJ", "{:.6g}", kEnergy, state(&SlabState::kinetic_mJ)},
+                                         {"elastic_mJ", "{:.6g}", kEnergy, state(&SlabState::elastic_mJ)},
+                                         {"hand_work_mJ", "{:.6g}", kEnergy, state(&SlabState::hand_work_mJ)},
+                                         {"friction_mJ", "{:.6g}", kEnergy, state(&SlabState::friction_mJ)},
+                                         {"cutting_mJ", "{:.6g}", kEnergy, state(&SlabState::cutting_mJ)},
+                                         {"damping_mJ", "{:.6g}", kEnergy, state(&SlabState::damping_mJ)},
+                                         {"released_mJ", "{:.6g}", kEnergy, state(&SlabState::released_mJ)},
+                                         {"numerical_mJ", "{:.6g}", kEnergy, state(&SlabState::numerical_mJ)}};
+  return kColumns;
+}
+
 std::string FormatSlabLog(const SlabRun& run, int every) {
-  std::string csv =
-      "time_s,depth_mm,deepest_mm,blade_mm,left_mm,right_mm,sticking,free,kinetic_mJ,elastic_mJ,hand_work_mJ,"
-      "friction_mJ,cutting_mJ,damping_mJ,released_mJ,numerical_mJ\n";
+  std::vector<SlabRow> rows;
   const auto step = static_cast<std::size_t>(std::max(every, 1));
   for (std::size_t i = 0; i < run.states.size(); ++i) {
-    if ((i + 1) % step != 0 && i + 1 != run.states.size()) continue;
-    const SlabState& s = run.states[i];
-    fmt::format_to(std::back_inserter(csv),
-                   "{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"
-                   "{:.6g}\n",
-                   run.ticks[i].time_s, s.depth_mm, s.deepest_mm, s.blade_mm, s.left_mm, s.right_mm, s.sticking ? 1 : 0,
-                   s.free ? 1 : 0, s.kinetic_mJ, s.elastic_mJ, s.hand_work_mJ, s.friction_mJ, s.cutting_mJ,
-                   s.damping_mJ, s.released_mJ, s.numerical_mJ);
+    if ((i + 1) % step == 0 || i + 1 == run.states.size()) rows.push_back({run.ticks[i].time_s, run.states[i]});
   }
-  return csv;
+  return FormatCsv(SlabColumns(), rows);
 }
 
 }  // namespace kerf

@@ -33,6 +33,12 @@ double CalcBladeDepth(const SlabProfile& profile, const SlabParams& params, cons
 SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress,
                 const PathTape& tape = {});
 
+/// A row of slab.csv.
+struct SlabRow {
+  double time_s = 0;
+  SlabState state;
+};
+const Columns<SlabRow>& SlabColumns();
 /// Returns one row per tick (or per `every` ticks): displacements, depth and energies. docs/formats.md describes the
 /// columns.
 std::string FormatSlabLog(const SlabRun& run, int every);

@@ -12,6 +12,7 @@
 
 #include "base/core/hash.h"
 #include "base/files/files.h"
+#include "base/table/run_info.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "session/run/run_scene.h"
@@ -19,18 +20,9 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kMaxProcBytes = std::size_t{16} << 20;
-
 std::string DescribeMachine() {
-  std::string processor = "unknown processor";
-  try {
-    const std::string info = ReadTextFile("/proc/cpuinfo", kMaxProcBytes);
-    const std::size_t at = info.find("model name");
-    const std::size_t from = at == std::string::npos ? at : info.find(": ", at);
-    if (from != std::string::npos) processor = info.substr(from + 2, info.find('\n', from) - from - 2);
-  } catch (const Error&) {
-    // The processor's name is only for information, so failing to read it is no error.
-  }
+  const RunInfo run = ReadRunInfo();
+  const std::string processor = run.cpu.empty() ? "unknown processor" : run.cpu;
   utsname system{};
   if (uname(&system) != 0) return processor;
   return fmt::format("{}, {} {} {}", processor, system.sysname, system.release, system.machine);

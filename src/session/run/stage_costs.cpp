@@ -4,6 +4,8 @@
 
 #include <iterator>
 
+#include "base/table/table.h"
+
 namespace kerf {
 namespace {
 
@@ -46,20 +48,18 @@ std::string FormatCostLine(const StageCosts& c) {
 }
 
 std::string FormatCostTable(const StageCosts& c) {
-  std::string text = fmt::format(
-      "  cost      of {} ticks, {:.0f} us allowed each: {} took longer; us\n            {:<18} {:>8} {:>8} {:>8} {:>8} "
-      "{:>9}  p99 of budget\n",
-      c.tick.count, c.budget_us, c.over, "", "mean", "p50", "p99", "p99.9", "max");
-  const auto add = [&](const PartTimes& part, const char* indent) {
-    fmt::format_to(std::back_inserter(text),
-                   "            {:<18} {:>8.2f} {:>8.1f} {:>8.1f} {:>8.1f} {:>9.1f}  {:.1f} %\n", indent + part.name,
-                   part.mean_us, part.p50_us, part.p99_us, part.p999_us, part.max_us, 100 * part.p99_us / c.budget_us);
+  TextTable table({"", "mean", "p50", "p99", "p99.9", "max", "p99 of budget"});
+  const auto us = [](double time_us) { return fmt::format("{:.1f}", time_us); };
+  const auto add = [&](const PartTimes& part, const std::string& name) {
+    table.Add({name, fmt::format("{:.2f}", part.mean_us), us(part.p50_us), us(part.p99_us), us(part.p999_us),
+               us(part.max_us), fmt::format("{:.1f} %", 100 * part.p99_us / c.budget_us)});
   };
-  add(c.tick, "");
-  for (const PartTimes& part : c.stages) add(part, "  ");
-  if (!c.effects.empty()) text += "            effects, included in the above\n";
-  for (const PartTimes& part : c.effects) add(part, "  ");
-  return text;
+  add(c.tick, c.tick.name);
+  for (const PartTimes& part : c.stages) add(part, part.name);
+  for (const PartTimes& part : c.effects) add(part, fmt::format("effect {}", part.name));
+  return fmt::format("  cost      of {} ticks, {:.0f} us allowed each: {} took longer; us{}\n{}", c.tick.count,
+                     c.budget_us, c.over, c.effects.empty() ? "" : "; effects are included in the stages",
+                     table.FormatTerminal("            "));
 }
 
 }  // namespace kerf

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/table/table_json.h"
 #include "session/run/effect_record.h"
 #include "session/run/run_scene.h"
 
@@ -45,14 +46,11 @@ inline nlohmann::ordered_json ForceJson(const std::string& law, const ForceSumma
 
 /// Returns the values of the channels, grouped by enabled effect.
 inline nlohmann::ordered_json EffectsJson(const EffectRecord& record) {
-  const auto number = [](double value) {
-    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
-  };
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (const std::string& effect : record.on) json[effect] = nlohmann::ordered_json::object();
   for (const EffectFigure& f : record.figures) {
     json[f.effect][f.name] = {
-        {"last", number(f.last)}, {"smallest", number(f.smallest)}, {"largest", number(f.largest)}};
+        {"last", NumberJson(f.last)}, {"smallest", NumberJson(f.smallest)}, {"largest", NumberJson(f.largest)}};
   }
   return json;
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/files/html_text.h"
+#include "base/table/table_json.h"
 #include "session/score/measures.h"
 
 namespace kerf {
@@ -19,14 +20,8 @@ std::string Value(const MeasureRow& row) {
   return row.value ? Number(*row.value) : std::string("-");
 }
 
-/// Escapes bars, which would otherwise end a cell of a table.
-std::string ForTable(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '|') escaped += '\\';
-    escaped += c;
-  }
-  return escaped;
+std::string Points(const MeasureRow& row) {
+  return row.points ? fmt::format("{:.2f} x {:g}", *row.points, row.weight) : std::string();
 }
 
 std::string DescribeExercise(const ScoreSheet& sheet) {
@@ -47,13 +42,12 @@ std::string FormatSheet(const ScoreSheet& sheet) {
   text += fmt::format("  exercise  {}\n", DescribeExercise(sheet));
   if (sheet.total) text += fmt::format("  total     {:.1f} out of 100\n", *sheet.total);
   for (const std::string& why : sheet.incomplete) text += fmt::format("  not graded: {}\n", why);
-  text += fmt::format("\n  {:<50} {:>10} {:<8} {}\n", "measure", "value", "unit", sheet.total ? "points" : "");
+  TextTable table({"measure", "value", "unit", sheet.total ? "points" : ""});
   for (const MeasureRow& row : sheet.rows) {
     if (!row.value && row.weight == 0) continue;
-    std::string points;
-    if (row.points) points = fmt::format("{:.2f} x {:g}", *row.points, row.weight);
-    text += fmt::format("  {:<50} {:>10} {:<8} {}\n", row.info->name, Value(row), row.info->unit, points);
+    table.Add({row.info->name, Value(row), row.info->unit, Points(row)});
   }
+  text += "\n" + table.FormatTerminal("  ");
   if (sheet.total) {
     text += "\n  total = 100 x fraction of the wanted cut x weighted mean of the points; the rest is for information\n";
   }
@@ -66,8 +60,7 @@ ordered_json SheetJson(const ScoreSheet& sheet) {
   json["exercise"] = nullptr;
   if (sheet.kind) json["exercise"] = kExerciseKindWords[static_cast<std::size_t>(*sheet.kind)];
   json["level"] = sheet.level;
-  json["total"] = nullptr;
-  if (sheet.total) json["total"] = *sheet.total;
+  json["total"] = OrNull(sheet.total);
   json["complete"] = sheet.incomplete.empty();
   json["incomplete"] = sheet.incomplete;
   json["recording_state"] = ToString(sheet.state);
@@ -76,10 +69,9 @@ ordered_json SheetJson(const ScoreSheet& sheet) {
   for (const MeasureRow& row : sheet.rows) {
     ordered_json measure{{"name", row.info->name},
                          {"unit", row.info->unit},
-                         {"value", nullptr},
+                         {"value", OrNull(row.value)},
                          {"scored", row.info->scored()},
                          {"weight", row.weight}};
-    if (row.value) measure["value"] = *row.value;
     if (row.points) measure["points"] = *row.points;
     if (row.points) measure["half"] = row.half;
     json["measures"][row.info->key] = measure;
@@ -89,19 +81,30 @@ ordered_json SheetJson(const ScoreSheet& sheet) {
 }
 
 std::string FormatSheetJson(const ScoreSheet& sheet) {
-  return SheetJson(sheet).dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return DumpJson(SheetJson(sheet));
+}
+
+const Columns<SheetLine>& SheetColumns() {
+  static const Columns<SheetLine> kColumns{
+      {"key", "{}", "key of the measure; `total`; `complete`: whether the attempt is graded", &SheetLine::key},
+      {"name", "\"{}\"", "name of the measure", &SheetLine::name},
+      {"unit", "{}", "unit of its value", &SheetLine::unit},
+      {"value", "{}", "value; empty if it could not be measured", &SheetLine::value},
+      {"scored", "{}", "1 if the measure can have points, otherwise 0", &SheetLine::scored},
+      {"weight", "{:g}", "weight in this exercise; 0: not scored", &SheetLine::weight},
+      {"points", "{:.4f}", "0 to 1; empty if there are none", &SheetLine::points}};
+  return kColumns;
 }
 
 std::string FormatSheetCsv(const ScoreSheet& sheet) {
-  std::string csv = "key,name,unit,value,scored,weight,points\n";
+  std::vector<SheetLine> lines;
   for (const MeasureRow& row : sheet.rows) {
-    csv += fmt::format("{},\"{}\",{},{},{},{:g},{}\n", row.info->key, row.info->name, row.info->unit,
-                       row.value ? fmt::format("{:.6g}", *row.value) : "", row.info->scored() ? 1 : 0, row.weight,
-                       row.points ? fmt::format("{:.4f}", *row.points) : "");
+    lines.push_back({row.info->key, row.info->name, row.info->unit, row.value ? fmt::format("{:.6g}", *row.value) : "",
+                     row.info->scored() ? 1 : 0, row.weight, row.points});
   }
-  if (sheet.total) csv += fmt::format("total,\"total\",,{:.4f},1,,\n", *sheet.total);
-  csv += fmt::format("complete,\"complete, so that it is graded\",,{},0,,\n", sheet.incomplete.empty() ? 1 : 0);
-  return csv;
+  if (sheet.total) lines.push_back({"total", "total", "", fmt::format("{:.4f}", *sheet.total), 1, {}, {}});
+  lines.push_back({"complete", "complete, so that it is graded", "", sheet.incomplete.empty() ? "1" : "0", 0, {}, {}});
+  return FormatCsv(SheetColumns(), lines);
 }
 
 std::string FormatSheetHtml(const ScoreSheet& sheet) {
@@ -122,9 +125,8 @@ std::string FormatSheetHtml(const ScoreSheet& sheet) {
   html += "<table><tr><th>measure</th><th>value</th><th>unit</th><th>points</th><th>formula</th></tr>\n";
   for (const MeasureRow& row : sheet.rows) {
     if (!row.value && row.weight == 0) continue;
-    const std::string points = row.points ? fmt::format("{:.2f} x {:g}", *row.points, row.weight) : std::string();
     html += fmt::format("<tr{}><td>{}</td><td class=\"n\">{}</td><td>{}</td><td>{}</td><td class=\"i\">{}</td></tr>\n",
-                        row.points ? "" : " class=\"i\"", row.info->name, Value(row), row.info->unit, points,
+                        row.points ? "" : " class=\"i\"", row.info->name, Value(row), row.info->unit, Points(row),
                         EscapeHtml(row.info->formula));
   }
   html +=
@@ -134,12 +136,12 @@ std::string FormatSheetHtml(const ScoreSheet& sheet) {
 }
 
 std::string FormatMeasuresMarkdown() {
-  std::string text = "| key | measure | unit | formula | evidence |\n|---|---|---|---|---|\n";
+  TextTable table({"key", "measure", "unit", "formula", "evidence"});
   for (const MeasureInfo& info : Measures()) {
-    text += fmt::format("| `{}` | {} | {} | {} | {} |\n", info.key, info.name, info.unit, ForTable(info.formula),
-                        info.scored() ? info.evidence : "information only");
+    table.Add({fmt::format("`{}`", info.key), info.name, info.unit, EscapeBars(info.formula),
+               info.scored() ? info.evidence : "information only"});
   }
-  return text;
+  return table.FormatMarkdown();
 }
 
 }  // namespace kerf

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/table/table.h"
 #include "loop/record/damage.h"
 #include "loop/record/seal.h"
 #include "session/scene/exercise.h"
@@ -91,7 +92,17 @@ std::string FormatSheet(const ScoreSheet& sheet);
 /// Returns JSON with stable keys that include the units.
 nlohmann::ordered_json SheetJson(const ScoreSheet& sheet);
 std::string FormatSheetJson(const ScoreSheet& sheet);
-/// Returns CSV with the columns key,name,unit,value,scored,weight,points.
+/// A line of the CSV: a measure, the total, or whether the attempt is complete.
+struct SheetLine {
+  std::string key;
+  std::string name;
+  std::string unit;
+  std::string value;
+  int scored = 0;
+  std::optional<double> weight;
+  std::optional<double> points;
+};
+const Columns<SheetLine>& SheetColumns();
 std::string FormatSheetCsv(const ScoreSheet& sheet);
 /// Returns a self-contained HTML page.
 std::string FormatSheetHtml(const ScoreSheet& sheet);

@@ -118,6 +118,16 @@ TEST_F(Reference, PagesOfTheDocumentationMatchTheProgram) {
   EXPECT_THAT(test::Slurp(KERF_SOURCE_DIR "/docs/commands.md"), HasSubstr(reference.out)) << "run tools/docs --pages";
   EXPECT_THAT(test::Slurp(KERF_SOURCE_DIR "/docs/scene_keys.md"), HasSubstr(Kerf("scene --defaults").out))
       << "run tools/docs --pages";
+  const std::string formats = test::Slurp(KERF_SOURCE_DIR "/docs/formats.md");
+  const std::string columns = Kerf("reference --columns").out;
+  const std::string end = "<!-- end -->\n";
+  int sections = 0;
+  for (std::size_t from = 0; from < columns.size(); ++sections) {
+    const std::size_t to = columns.find(end, from) + end.size();
+    EXPECT_THAT(formats, HasSubstr(columns.substr(from, to - from))) << "run tools/docs --pages";
+    from = to;
+  }
+  EXPECT_GE(sections, 18);
 }
 
 TEST_F(Reference, ManualPagesAreAcceptedByGroffWithoutWarnings) {

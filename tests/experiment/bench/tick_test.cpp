@@ -175,10 +175,12 @@ TickReport MadeUpReport() {
   memory.title = "memory";
   TickReport report;
   report.results = {cut, memory};
-  report.machine = {"a processor", 2, 0.25};
-  report.core = 1;
+  report.run.cpu = "a processor";
+  report.run.cores = 2;
+  report.run.load = 0.25;
+  report.run.core = 1;
   report.ticks = 5000;
-  report.vector_width = "avx2";
+  report.run.vector_width = "avx2";
   return report;
 }
 
@@ -219,7 +221,7 @@ TEST(TickReport, TablesMarkMissedLimits) {
   const std::string markdown = FormatTickMarkdown(report);
   EXPECT_THAT(markdown, testing::HasSubstr("| volume -0.250 %, by occupancy +0.125 % | `0000000000000abc` |"));
   EXPECT_THAT(markdown, testing::HasSubstr("speedup over the baseline 200, at least 300 **missed**"));
-  report.machine.load = 3;
+  report.run.load = 3;
   EXPECT_THAT(FindTickWarnings(report), testing::ElementsAre(testing::HasSubstr("the machine was busy")));
 }
 

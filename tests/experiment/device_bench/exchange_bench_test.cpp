@@ -28,10 +28,10 @@ TEST(ExchangeBench, ModelsAnswerEveryRoundReproducibly) {
     EXPECT_EQ(first[i].bad, 0U);
     EXPECT_EQ(first[i].no_answer, 0U);
     EXPECT_EQ(first[i].hash, second[i].hash);
-    EXPECT_LE(first[i].p50_us, first[i].p99_us);
-    EXPECT_LE(first[i].p99_us, first[i].p999_us);
-    EXPECT_LE(first[i].p999_us, first[i].max_us);
-    EXPECT_GT(first[i].p50_us, 0);
+    EXPECT_LE(first[i].times.p50_us, first[i].times.p99_us);
+    EXPECT_LE(first[i].times.p99_us, first[i].times.p999_us);
+    EXPECT_LE(first[i].times.p999_us, first[i].times.max_us);
+    EXPECT_GT(first[i].times.p50_us, 0);
   }
   options.rounds = 501;
   EXPECT_NE(BenchModels(options)[0].hash, first[0].hash);
@@ -73,7 +73,7 @@ TEST(ExchangeBench, ReportsAllFigures) {
   times.link = "libusb";
   times.rate_hz = 1000;
   times.rounds = 77;
-  times.p999_us = 12.5;
+  times.times.p999_us = 12.5;
   times.hash = 0xabc;
   times.failure = "pulled";
   const auto json = nlohmann::json::parse(FormatExchangeJson({times}));

@@ -91,7 +91,7 @@ TEST_F(HourTest, ReportsTheMeasuredFigures) {
   EXPECT_EQ(hour.CalcWorst().removed_error_mm3, -3e-9);
   EXPECT_THAT(FormatHourTable(hour), testing::HasSubstr("0.25 N on the device"));
   EXPECT_THAT(FormatHourMarkdown(hour, "this machine", "h.png"), testing::HasSubstr("| 30 | 115.00 | 65.00 |"));
-  std::istringstream csv(FormatHourCsv(hour));
+  std::istringstream csv(FormatCsv(HourColumns(), hour.minutes));
   std::string line;
   std::getline(csv, line);
   const auto columns = std::count(line.begin(), line.end(), ',');

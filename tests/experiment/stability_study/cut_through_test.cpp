@@ -109,7 +109,8 @@ TEST(CutThrough, IsWrittenToTheFiles) {
   study.scenarios.resize(1);
   study.scenarios[0].name = "cut_5N";
   study.scenarios[0].cut_through_s = 2.39;
-  EXPECT_NE(FormatFiguresCsv(study).find("cut_5N,cut through,s,2.39,when,,not_asked\n"), std::string::npos);
+  EXPECT_NE(FormatCsv(FigureColumns(), ListFigures(study)).find("cut_5N,cut through,s,2.39,when,,not_asked\n"),
+            std::string::npos);
   EXPECT_NE(FormatStabilityJson(study).find("\"cut_through_s\": 2.39"), std::string::npos);
   EXPECT_NE(FormatStabilityReport(study).find("| cut_5N | cut through at t = 2.39 s |"), std::string::npos);
 }

@@ -237,7 +237,7 @@ TEST(JudgeStability, CountsWhatCouldNotBeJudged) {
   EXPECT_EQ(study.scenarios[0].judgement(), Judgement::kNotJudged);
   // The skipped scenario, another hand without friction, and a released handle are not required.
   EXPECT_EQ(DescribeVerdict(study), "Stable as far as could be judged: 1 of 2 scenarios, 1 of 3 margins.");
-  EXPECT_THAT(FormatMarginsCsv(study), HasSubstr("H3,cutting,true,,,,,not_judged\n"));
+  EXPECT_THAT(FormatCsv(MarginColumns(), ListMargins(study)), HasSubstr("H3,cutting,true,,,,,not_judged\n"));
   const std::string report = FormatStabilityReport(study);
   EXPECT_THAT(report, HasSubstr("| calm | The tool was through the bone too soon for the noise to be judged. | | | not "
                                 "judged |"));
@@ -301,13 +301,14 @@ TEST(RankScenarios, PutsTheWorstFirst) {
 TEST(StabilityFiles, TablesHaveARowForEachFigure) {
   StabilityStudy study = MakeStudy();
   JudgeStability(study);
-  EXPECT_EQ(FormatFiguresCsv(study),
+  EXPECT_EQ(FormatCsv(FigureColumns(), ListFigures(study)),
             "scenario,figure,unit,value,kind,bound,holds\ncalm,figure,mN,2,at_most,20,true\n"
             "near,figure,mN,1,at_most,20,true\nnear,figure,mN,19,at_most,20,true\n");
-  EXPECT_THAT(FormatMarginsCsv(study),
+  EXPECT_THAT(FormatCsv(MarginColumns(), ListMargins(study)),
               HasSubstr(std::string("H1,") + ToString(HeldState::kCutting) + ",false,1.2,false,0,false,true\n"));
   // A released handle has no required margins.
-  EXPECT_THAT(FormatMarginsCsv(study), HasSubstr("H0,cutting,false,0.5,false,0,false,not_asked\n"));
+  EXPECT_THAT(FormatCsv(MarginColumns(), ListMargins(study)),
+              HasSubstr("H0,cutting,false,0.5,false,0,false,not_asked\n"));
   // The rule gives 2 (0.002 + 0.01) / 0.001 = 24.
   EXPECT_THAT(FormatMapCsv(study), HasSubstr("\n0.01,2,0.01,2,24,limit cycle,limit cycle\n"));
   const std::string report = FormatStabilityReport(study);

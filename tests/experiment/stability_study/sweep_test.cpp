@@ -183,7 +183,7 @@ TEST(SweepFiles, HaveARowForEachCase) {
   study.rows = {{{}, SweepVerdict::kPass, "", {}, 0.5},
                 {{{"tool.teeth", 1}}, SweepVerdict::kFail, "cut_5N: noise, much of it", {}, 0.25},
                 {{{"tool.teeth", 1}, {"loop.rate_hz", 250}}, SweepVerdict::kRefused, "why", {}, 0}};
-  const std::string csv = FormatSweepCsv(study);
+  const std::string csv = FormatCsv(SweepColumns(), study.rows);
   EXPECT_EQ(csv,
             "verdict,key_1,value_1,key_2,value_2,wall_s,reason\n"
             "pass,,,,,0.500,\n"

@@ -62,7 +62,9 @@ inline StudyResults MakeStudy() {
   study.command = "kerf study made_up.toml -o out/";
   study.commit = "0123456789ab";
   study.build = "GNU 12.2.0, -O3";
-  study.machine = {"Imaginary 9000 at 3 GHz", 2, 0.25};
+  study.machine.cpu = "Imaginary 9000 at 3 GHz";
+  study.machine.cores = 2;
+  study.machine.load = 0.25;
   study.seconds = 1234.5;
   study.paths = {"entry", "slot",    "plunge",    "graze", "border", "breakthrough",
                  "tilt",  "reentry", "free_form", "idle",  "worst"};

@@ -22,15 +22,16 @@ using test::MessageOf;
 using ::testing::HasSubstr;
 
 void Write(const StudyResults& study, const std::string& folder) {
-  test::WriteBytes(folder + "/cases.csv", FormatCasesCsv(study));
-  test::WriteBytes(folder + "/cases_times.csv", FormatTimesCsv(study));
-  test::WriteBytes(folder + "/references.csv", FormatReferencesCsv(study));
+  test::WriteBytes(folder + "/cases.csv", FormatCsv(CaseColumns(), study.cases));
+  test::WriteBytes(folder + "/cases_times.csv", FormatCsv(BucketColumns(), ListBuckets(study)));
+  test::WriteBytes(folder + "/references.csv", FormatCsv(ReferenceColumns(), study.references));
   test::WriteBytes(folder + "/study.json", FormatStudyJson(study, {}));
 }
 
 // The four texts together contain every figure in its shortest exact form, so equal texts mean equal studies.
 std::string AllOf(const StudyResults& study) {
-  return FormatCasesCsv(study) + FormatTimesCsv(study) + FormatReferencesCsv(study) + FormatStudyJson(study, {});
+  return FormatCsv(CaseColumns(), study.cases) + FormatCsv(BucketColumns(), ListBuckets(study)) +
+         FormatCsv(ReferenceColumns(), study.references) + FormatStudyJson(study, {});
 }
 
 TEST(StudyCsv, ReadsBackWhatItWrote) {

@@ -80,7 +80,7 @@ TEST(StudyReport, SignedImpulseIsListedNextToTheForce) {
   for (CaseRecord& record : study.cases) {
     if (record.errors) record.errors->impulse_signed.reset();
   }
-  EXPECT_THAT(DefaultsTable(study, Holding::kHand), HasSubstr("| slot | 2.46 % |  |"));
+  EXPECT_THAT(DefaultsTable(study, Holding::kHand), HasSubstr("| slot | 2.46 % | |"));
   EXPECT_THAT(DescribeFindings(study, Holding::kHand), Not(HasSubstr("Impulse")));
 }
 
