@@ -9,6 +9,7 @@
 
 #include "base/core/percentiles.h"
 #include "base/table/run_info.h"
+#include "experiment/bench/measure.h"
 #include "view/live/viewport.h"
 
 namespace kerf {
