@@ -8,6 +8,7 @@
 
 #include "base/core/percentiles.h"
 #include "base/table/run_info.h"
+#include "experiment/bench/measure.h"
 
 namespace kerf {
 

@@ -11,6 +11,7 @@
 #include "base/core/percentiles.h"
 #include "base/table/run_info.h"
 #include "base/table/table.h"
+#include "experiment/bench/measure.h"
 #include "kerf/effects.h"
 #include "session/scene/scene.h"
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiment/bench/measure.h"
 #include "experiment/study/study_folder.h"
 #include "experiment/study/study_work.h"
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "experiment/bench/measure.h"
 #include "experiment/study/case.h"
 #include "experiment/study/phases.h"
 #include "session/scene/edit_scene.h"

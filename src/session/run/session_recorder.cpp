@@ -22,7 +22,7 @@ namespace {
 
 std::string DescribeMachine() {
   const RunInfo run = ReadRunInfo();
-  const std::string processor = run.cpu.empty() ? "unknown processor" : run.cpu;
+  std::string processor = run.cpu.empty() ? "unknown processor" : run.cpu;
   utsname system{};
   if (uname(&system) != 0) return processor;
   return fmt::format("{}, {} {} {}", processor, system.sysname, system.release, system.machine);

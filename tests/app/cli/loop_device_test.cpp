@@ -159,7 +159,7 @@ TEST_F(LoopDevices, RefusesInvalidDevices) {
     ExpectFailure(2, std::string("device test ") + device, "must be a connected device");
   }
   ExpectFailure(2, "device test flacon", "the nearest is \"falcon\"");
-  ExpectFailure(2, "device test falcon --force 0.5", "give 0.01 to 0.2");
+  ExpectFailure(2, "device test falcon --force 0.5", "valid range 0.01 to 0.2");
 }
 
 }  // namespace

@@ -218,9 +218,9 @@ TEST_F(Slab, InvalidNumbersAreReported) {
     EXPECT_EQ(result.code, 2) << plane;
     EXPECT_THAT(result.err, HasSubstr(fmt::format("'{}' must be a point and a normal, x,y,z,nx,ny,nz", plane)));
   }
-  for (const auto& [thickness, sentence] : {std::pair{"nan", "'nan' is not a number; give 0.02 to 50 mm"},
-                                            {"abc", "'abc' is not a number; give 0.02 to 50 mm"},
-                                            {"0x1", "'0x1' is not a number; give 0.02 to 50 mm"},
+  for (const auto& [thickness, sentence] : {std::pair{"nan", "'nan' is not a number; valid range 0.02 to 50 mm"},
+                                            {"abc", "'abc' is not a number; valid range 0.02 to 50 mm"},
+                                            {"0x1", "'0x1' is not a number; valid range 0.02 to 50 mm"},
                                             {"60", "60 is above 50; valid range 0.02 to 50 mm"}}) {
     const ProgramResult result = Kerf(cut + "0,0,-5,1,0,0 --thickness " + thickness);
     EXPECT_EQ(result.code, 2);
