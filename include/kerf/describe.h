@@ -1,7 +1,7 @@
 // Descriptions of parameters. Each struct of parameters describes them once, in a function next to it: name with unit,
-// range and meaning; the default is the member's initial value. The checks of the library, the scene reader, `kerf
-// scene
-// --defaults`, the options of the command line and the documentation are derived from these descriptions.
+// range and meaning; the default is the member's initial value. The checks of the library, the scene reader, the
+// output of `kerf scene --defaults`, the options of the command line and the documentation are derived from these
+// descriptions.
 //
 //   template <typename V>
 //   void Describe(DiscSaw& p, V&& visit) {

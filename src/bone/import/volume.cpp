@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "kerf/describe.h"
 #include "kerf/error.h"
 
 namespace kerf {
