@@ -244,9 +244,6 @@ void HapticLoop::Exchange(const Deadlines::Tick& when, std::int64_t begin_ns) {
   }
   LoopState& state = state_.back();
   state.last = tick_;
-  state.missed = counts_.missed;
-  state.removed_mm3 = counts_.removed_mm3;
-  state.leaves_waiting = publisher_.waiting();
   state.sent_until_s = sent_until_s_;
   state_.Publish();
   exchange_times_.Add(clock_.Now() - before_ns);

@@ -30,9 +30,6 @@ namespace kerf {
 /// Latest state, read by the renderer.
 struct LoopState {
   LoopTick last;
-  std::uint64_t missed = 0;  // number of missed deadlines
-  double removed_mm3 = 0;
-  std::size_t leaves_waiting = 0;
   double sent_until_s = 0;  // all changes up to this time have been sent
 };
 

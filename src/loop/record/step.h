@@ -24,8 +24,8 @@ enum RecordedFlag : std::uint32_t {
 };
 inline constexpr std::uint32_t kRecordedFlags = (1u << 9) - 1;
 
-/// All inputs of a tick, also of those that the session carries out between ticks: the same inputs reproduce the tick
-/// bit for bit. They travel from the loop's body, which fills them in, to the recording.
+/// All inputs of a tick, with what the session does just before or after it: the same inputs reproduce the tick bit for
+/// bit. They travel from the loop's body, which fills them in, to the recording.
 struct TickInputs {
   Pose X = {};  // coupled: handle pose as reported by the device; on a path: tool pose at the end of the tick
   std::uint32_t buttons = 0;
