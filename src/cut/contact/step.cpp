@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace kerf {
 namespace {
@@ -12,6 +13,22 @@ constexpr double kForceTolerance = 1e-8;  // relative to the forces of the coupl
 constexpr double kSlopeTolerance = 0.1;   // of the line search, relative to the slope at its start
 constexpr int kMaxSearch = 24;
 constexpr double kSecantStep = 1e-6;  // relative, for the slope of a force law: half the digits of a double
+
+/// The speeds of the points are summed over the iterations, and each term is rounded. Returns true if the forces of
+/// that rounding may exceed the tolerance: if a long `path` of u has led to points whose force is steep, such as
+/// friction with a large limit. The slopes are those of H, of which each entry is at most the root of the product of
+/// the two diagonal ones.
+bool MayHaveDrifted(const Matrix& H, const Twist& path, double tolerance_N, double reach_mm) {
+  constexpr double kRounding =
+      8 * std::numeric_limits<double>::epsilon();  // of a sum of six products, and its addition
+  double sum = 0;
+  for (std::size_t i = 0; i < path.size(); ++i) sum += std::sqrt(std::max(H[i][i], 0.0)) * path[i];
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (kRounding * std::sqrt(std::max(H[i][i], 0.0)) * sum > (i < 3 ? tolerance_N : tolerance_N * reach_mm))
+      return true;
+  }
+  return false;
+}
 
 Vec3 Linear(const Twist& u) {
   return {u[0], u[1], u[2]};
@@ -208,6 +225,13 @@ void StepSolver::Follow(const StepProblem& problem, const Twist& p) {
   for (std::size_t i = 0; i < problem.yields.size(); ++i) yields_.along[i] = Dot(problem.yields[i].row, p);
 }
 
+/// Sets the speeds of all points at `u`; those along the search direction are lost.
+void StepSolver::SetSpeeds(const StepProblem& problem, const Twist& u) {
+  Follow(problem, u);
+  for (Speeds* speeds : {&cutting_, &along_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_})
+    speeds->at.swap(speeds->along);
+}
+
 /// Returns d/d(alpha) J(u + alpha p), from the known speeds at u and along p.
 double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const Twist& p, double alpha) const {
   const StepCoupling& c = problem.coupling;
@@ -308,10 +332,9 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
   friction_a_.SetSize(problem.frictions.size());
   friction_b_.SetSize(problem.frictions.size());
   yields_.SetSize(problem.yields.size());
-  Follow(problem, u);
-  for (Speeds* speeds : {&cutting_, &along_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_})
-    speeds->at.swap(speeds->along);
+  SetSpeeds(problem, u);
 
+  double tolerance_N = 0;
   const auto gradient = [&](Matrix& H) {
     const Vec3 e = c.x_mm - tau * Linear(u);
     const Vec3 e_turn = c.theta_rad - tau * Angular(u);
@@ -402,15 +425,21 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
       AddTo(g, point.Force(speed, problem.creep_mm_per_s), point.row);
       AddOuter(H, point.Slope(speed, problem.creep_mm_per_s), point.row);
     }
-    const double tolerance_N = kForceTolerance * (1 + glm::length(force) + glm::length(torque) / reach_mm);
+    tolerance_N = kForceTolerance * (1 + glm::length(force) + glm::length(torque) / reach_mm);
     solution.converged = std::abs(g[0]) + std::abs(g[1]) + std::abs(g[2]) <= tolerance_N &&
                          std::abs(g[3]) + std::abs(g[4]) + std::abs(g[5]) <= tolerance_N * reach_mm;
     return g;
   };
 
+  Twist path{};  // sum of the absolute changes of u since the speeds were set
   for (;;) {
     Matrix H;
-    const Twist g = gradient(H);
+    Twist g = gradient(H);
+    if (solution.converged && MayHaveDrifted(H, path, tolerance_N, reach_mm)) {
+      SetSpeeds(problem, u);
+      path = {};
+      g = gradient(H);
+    }
     if (solution.converged || solution.iterations == max_iterations) break;
     ++solution.iterations;
     const Twist p = SolveSymmetric(H, {-g[0], -g[1], -g[2], -g[3], -g[4], -g[5]});
@@ -420,6 +449,7 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
     const double alpha = Search(problem, u, p, slope);
     if (alpha == 0) break;
     AddTo(u, alpha, p);
+    for (std::size_t i = 0; i < path.size(); ++i) path[i] += std::abs(alpha * p[i]);
     for (Speeds* speeds : {&cutting_, &along_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {
       for (std::size_t i = 0; i < speeds->at.size(); ++i) speeds->at[i] += alpha * speeds->along[i];
     }

@@ -166,6 +166,7 @@ class StepSolver {
 
  private:
   void Follow(const StepProblem& problem, const Twist& direction);
+  void SetSpeeds(const StepProblem& problem, const Twist& u);
   double CalcSlope(const StepProblem& problem, const Twist& u, const Twist& p, double alpha) const;
   double Search(const StepProblem& problem, const Twist& u, const Twist& p, double slope_at_0) const;
 

@@ -126,6 +126,38 @@ TEST(StepSolver, ForcesBalanceAtTheSolution) {
   EXPECT_TRUE(passed);
 }
 
+// A start far from the solution and friction with limits of up to 1e6 N, whose force is steep within the creep speed:
+// the rounding of a long way must not be taken for balance. What remains beyond the solver's tolerance is the rounding
+// of the speeds at the solution itself: of six products and their sum.
+TEST(StepSolver, ForcesBalanceAfterALongWayToSteepFriction) {
+  int converged = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    ProblemMaker maker(seed);
+    StepProblem problem = maker.Make();
+    for (FrictionPoint& p : problem.frictions) {
+      p.limit_N = maker.LogUniform(1e3, 1e6);
+      p.slip_a_mm_per_s = p.slip_b_mm_per_s = 0;
+    }
+    StepSolver solver(128);
+    const StepSolution solution = solver.Solve(problem, maker.Motion(maker.LogUniform(1e3, 1e6)), kReach_mm, 1000);
+    if (!solution.converged) continue;
+    ++converged;
+    Twist allowed;
+    for (int k = 0; k < 6; ++k) allowed[k] = 2e-8 * ForceOf(problem) * (k < 3 ? 1 : kReach_mm);
+    for (const FrictionPoint& p : problem.frictions) {
+      for (const Twist& row : {p.row_a, p.row_b}) {
+        double size = 0;
+        for (int k = 0; k < 6; ++k) size += std::abs(row[k] * solution.u[k]);
+        const double rounding_N = 8 * 2.3e-16 * size * p.limit_N / problem.creep_mm_per_s;
+        for (int k = 0; k < 6; ++k) allowed[k] += rounding_N * std::abs(row[k]);
+      }
+    }
+    const Twist g = problem.CalcGradient(solution.u);
+    for (int k = 0; k < 6; ++k) EXPECT_LE(std::abs(g[k]), allowed[k]) << "seed " << seed << ", component " << k;
+  }
+  EXPECT_GT(converged, 250);
+}
+
 TEST(StepSolver, SolutionIsTheMinimum) {
   const bool passed = test::CheckSeeded(20261120, 200, [](std::uint64_t seed) {
     ProblemMaker maker(seed);

@@ -80,7 +80,7 @@ Bone MakeKind(BoneKind kind, double h) {
 }
 
 Tool MakeTool(Dice& dice, double voxel_mm) {
-  const double E_MPa = dice.One({1.5e6, 205000.0, 205000.0, 1e3});
+  const double E_MPa = dice.One({1e3, 205000.0, 205000.0, 1.5e6});
   if (dice.OneIn(4)) {
     BallBurr ball;
     ball.diameter_mm = std::clamp(voxel_mm * dice.LogUniform(1, 40), 0.5, 20.0);
