@@ -86,7 +86,7 @@ void Describe(MandibleParams& p, V&& visit) {
   visit("cortex_buccal_mm", p.cortex_buccal_mm, Range{1, 4}, "thickness of the buccal plate at the first molar");
   visit("cortex_lingual_mm", p.cortex_lingual_mm, Range{1, 4}, "thickness of the lingual plate at the first molar");
   visit("cortex_back_mm", p.cortex_back_mm, Range{0.8, 3}, "thickness of the cortex at the ramus and condyle");
-  visit("teeth", p.teeth, Range{0, 16}, "number of teeth: 0, 14 (no third molars) or 16");
+  visit("teeth", p.teeth, Range{0, 16}, "number of teeth; valid are 0, 14 (no third molars) and 16");
   visit("voxel_mm", p.voxel_mm, kVoxelRange_mm, "edge of a voxel");
 }
 

@@ -18,7 +18,7 @@ namespace {
 void Validate(const MandibleParams& params) {
   CheckParameters(params, "mandible");
   if (params.teeth != 0 && params.teeth != 14 && params.teeth != 16) {
-    throw Error(fmt::format("mandible: teeth = {} must be 0, 14 or 16", params.teeth));
+    throw Error(fmt::format("mandible: teeth = {} is not 0, 14 or 16", params.teeth));
   }
   if (params.coronoid_height_mm < params.ramus_height_mm + 5 || params.condyle_height_mm < params.ramus_height_mm + 4) {
     throw Error(

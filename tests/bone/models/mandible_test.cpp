@@ -413,7 +413,7 @@ TEST(Mandible, EachParameterAcceptsTheEndsOfItsRangeAndRefusesValuesBeyond) {
   }
   p = {};
   p.teeth = 7;
-  EXPECT_EQ(message(p), "mandible: teeth = 7 must be 0, 14 or 16");
+  EXPECT_EQ(message(p), "mandible: teeth = 7 is not 0, 14 or 16");
   p = {};
   p.ramus_width_mm = std::nan("");
   EXPECT_EQ(message(p), "mandible: ramus_width_mm = nan is not a finite number; valid range 24 to 38 mm");
