@@ -39,6 +39,28 @@ const Columns<LoopRow>& LoopColumns() {
   return kColumns;
 }
 
+LoopRow MakeLoopRow(const LoopTick& tick, const Vec3& p_TC_mm, double removed_mm3) {
+  const CoupledOutput& out = tick.coupled;
+  LoopRow row;
+  row.time_s = tick.time_s;
+  row.skipped = tick.in.skipped;
+  row.p_WC_mm = tick.X_WH.Point(p_TC_mm);
+  row.p_WT_mm = out.X_WT.p_AB;
+  row.f_hand_N = out.f_H_W_N;
+  row.f_device_N = tick.force.f_H_W_N;
+  row.cut_N = static_cast<float>(glm::length(out.f_cut_W_N));
+  row.face_N = static_cast<float>(glm::length(out.f_face_W_N));
+  row.friction_N = static_cast<float>(glm::length(out.f_friction_W_N));
+  row.thrust_N = static_cast<float>(out.thrust_sum_N);
+  row.engaged_teeth = static_cast<float>(out.engaged_teeth);
+  row.removed_mm3 = static_cast<float>(removed_mm3);
+  row.tick_us = tick.tick_us;
+  row.late_us = tick.late_us;
+  row.fidelity = out.fidelity;
+  row.status = out.status;
+  return row;
+}
+
 std::string FormatForceHeader(const std::string& effects) {
   return CsvHeader(LoopColumns()) + effects + "\n";
 }

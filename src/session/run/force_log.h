@@ -13,6 +13,7 @@
 #include "base/table/table.h"
 #include "kerf/coupled.h"
 #include "kerf/geometry.h"
+#include "loop/haptics/loop_body.h"
 
 namespace kerf {
 
@@ -37,6 +38,8 @@ struct LoopRow {
 };
 
 const Columns<LoopRow>& LoopColumns();
+/// `p_TC_mm`: the coupling's point in the tool frame. `removed_mm3`: volume removed since the previous row.
+LoopRow MakeLoopRow(const LoopTick& tick, const Vec3& p_TC_mm, double removed_mm3);
 /// Returns the header line. `effects`: columns of the effects, each preceded by a comma.
 std::string FormatForceHeader(const std::string& effects);
 /// Appends a line to `csv`; `effects` as above.

@@ -84,24 +84,7 @@ void LoopRecorder::Take(const LoopTick& s, std::span<const double> channels) {
 }
 
 void LoopRecorder::TakeRow(const LoopTick& s, std::span<const double> channels) {
-  const CoupledOutput& out = s.coupled;
-  LoopRow row;
-  row.time_s = s.time_s;
-  row.skipped = s.in.skipped;
-  row.p_WC_mm = s.X_WH.Point(p_TC_mm_);
-  row.p_WT_mm = out.X_WT.p_AB;
-  row.f_hand_N = out.f_H_W_N;
-  row.f_device_N = s.force.f_H_W_N;
-  row.cut_N = static_cast<float>(glm::length(out.f_cut_W_N));
-  row.face_N = static_cast<float>(glm::length(out.f_face_W_N));
-  row.friction_N = static_cast<float>(glm::length(out.f_friction_W_N));
-  row.thrust_N = static_cast<float>(out.thrust_sum_N);
-  row.engaged_teeth = static_cast<float>(out.engaged_teeth);
-  row.removed_mm3 = static_cast<float>(removed_mm3_);
-  row.tick_us = s.tick_us;
-  row.late_us = s.late_us;
-  row.fidelity = out.fidelity;
-  row.status = out.status;
+  const LoopRow row = MakeLoopRow(s, p_TC_mm_, removed_mm3_);
   removed_mm3_ = 0;
   summary_.force_curve.Add(MakeForcePoint(row));
   if (summary_.force_log) summary_.force_log->Take(row, channels);
