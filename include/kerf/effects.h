@@ -43,7 +43,7 @@ struct EffectParameter {
   double lower = 0;           // lower end of the valid range of a number or of each component of a vector
   double upper = 0;
   const char* meaning = "";
-  std::vector<const char*> words = {};          // valid values of a string; empty: any string
+  std::vector<std::string_view> words = {};     // valid values of a string; empty: any string
   EffectFileKind file = EffectFileKind::kNone;  // not kNone: the text is a file name, relative to the scene folder
 };
 

@@ -14,6 +14,7 @@
 
 #include "base/core/hash.h"
 #include "cut/effects/effects.h"
+#include "cut/effects/parameters.h"
 
 namespace kerf {
 namespace {
@@ -182,36 +183,13 @@ const EffectInfo& Chips() {
       .state = "where and when each chip in the air was thrown",
       .sleeps = "while nothing is cut and no chip is in the air",
       .hooks = kEffectSolved | kEffectEnd,
-      .parameters = {{"size_mm", 0.15, 0.02, 5,
-                      "diameter of a ball with a chip's volume; an assumption: half of what a tooth removes in one "
-                      "pass, 0.004 mm3"},
-                     {"spread", 0.15, 0, 1,
-                      "maximum random part of a chip's velocity, as a fraction of the rim's speed; an assumption"},
-                     {"life_s", 0.4, 0.001, 60, "lifetime of a chip"},
-                     {"max_chips", 4096.0, 1, 1e6,
-                      "maximum number of chips in the air; a further one replaces the oldest"},
-                     {"chips_per_tick", 32.0, 1, 1e4,
-                      "maximum number of chips thrown in one tick; further ones are dropped"},
-                     {"drag", 1.0, 0, 100, "drag, relative to that of a ball in air; 0: none"},
-                     {"gravity_m_per_s2", Vec3(0, 0, -9.81), -100, 100,
-                      "gravity, world frame; [0, 9.81, 0] for a patient lying on their back"},
-                     {"seed", 1.0, 0, 1e9, "seed of the random numbers"}},
+      .parameters = ListEffectParameters<ChipsParams>(),
       .channels = {{"chips", "chips in the air"},
                    {"emitted_mm3", "volume of the chips thrown so far"},
                    {"dropped_mm3", "volume of the chips dropped because of chips_per_tick"},
                    {"cut_short", "chips that disappeared early because max_chips were in the air"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
-        const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
-        ChipsParams params;
-        params.size_mm = number(0);
-        params.spread = number(1);
-        params.life_s = number(2);
-        params.max_chips = static_cast<int>(std::lround(number(3)));
-        params.chips_per_tick = static_cast<int>(std::lround(number(4)));
-        params.drag = number(5);
-        params.gravity_W_m_per_s2 = std::get<Vec3>(values[6]);
-        params.seed = static_cast<std::uint64_t>(std::llround(number(7)));
-        return std::make_unique<ChipsEffect>(params, setup);
+        return std::make_unique<ChipsEffect>(ReadEffectParameters<ChipsParams>(values), setup);
       }};
   return kEffect;
 }

@@ -6,19 +6,37 @@
 
 #include "cut/effects/chips_flight.h"
 #include "cut/effects/effect.h"
+#include "kerf/describe.h"
 
 namespace kerf {
 
 struct ChipsParams {
-  double size_mm = 0.15;  // diameter of a ball with a chip's volume
-  double spread = 0.15;   // maximum of the random part of a chip's velocity, as a fraction of the rim's speed
+  double size_mm = 0.15;
+  double spread = 0.15;
   double life_s = 0.4;
   int max_chips = 4096;
   int chips_per_tick = 32;
-  double drag = 1;  // relative to the drag of a ball in air
+  double drag = 1;
   Vec3 gravity_W_m_per_s2{0, 0, -9.81};
   std::uint64_t seed = 1;
 };
+
+template <typename V>
+void Describe(ChipsParams& p, V&& visit) {
+  visit("size_mm", p.size_mm, Range{0.02, 5},
+        "diameter of a ball with a chip's volume; an assumption: half of what a tooth removes in one pass, 0.004 mm3");
+  visit("spread", p.spread, Range{0, 1},
+        "maximum random part of a chip's velocity, as a fraction of the rim's speed; an assumption");
+  visit("life_s", p.life_s, Range{0.001, 60}, "lifetime of a chip");
+  visit("max_chips", p.max_chips, Range{1, 1e6},
+        "maximum number of chips in the air; a further one replaces the oldest");
+  visit("chips_per_tick", p.chips_per_tick, Range{1, 1e4},
+        "maximum number of chips thrown in one tick; further ones are dropped");
+  visit("drag", p.drag, Range{0, 100}, "drag, relative to that of a ball in air; 0: none");
+  visit("gravity_m_per_s2", p.gravity_W_m_per_s2, Range{-100, 100},
+        "gravity, world frame; [0, 9.81, 0] for a patient lying on their back");
+  visit("seed", p.seed, Range{0, 1e9}, "seed of the random numbers");
+}
 
 /// Chips in the air: the position, velocity and time at which each was thrown. Current positions are computed only on
 /// request.

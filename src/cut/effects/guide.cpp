@@ -17,6 +17,7 @@
 #include <variant>
 
 #include "cut/effects/effects.h"
+#include "cut/effects/parameters.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -177,44 +178,18 @@ const EffectInfo& Guide() {
       .state = "positions of up to 11 walls",
       .sleeps = "while every wall is further away than a millimetre and four voxels",
       .hooks = kEffectHolds | kEffectEngage | kEffectSolved | kEffectEnd,
-      .parameters =
-          {{"point_mm", Vec3(0), -1e6, 1e6,
-            "point of the planned plane, world frame; depth and slot are measured from it"},
-           {"normal", Vec3(0, 1, 0), -1000, 1000, "normal of the plane, world frame; any length except 0"},
-           {"stiffness_N_per_mm", 5.0, 0.01, 1000, "stiffness that holds the tool on the plane and at each stop"},
-           {"tolerance_mm", 0.5, 0, 100,
-            "distance from the plane within which each point of a disc's rim (for a ball: its centre) is free"},
-           {"max_force_N", 10.0, 0.1, 1000,
-            "force above which the guide gives way, across the plane or at a stop; within a step it may be exceeded by "
-            "the stiffness times the step's motion"},
-           {"depth_direction", Vec3(0, 0, -1), -1000, 1000,
-            "direction into the bone, in the plane; any length except 0"},
-           {"depth_mm", 0.0, 0, 1000,
-            "depth below point_mm at which a stop holds the tool's deepest point, by a spring of stiffness_N_per_mm; "
-            "0: no stop"},
-           {"slot_length_mm", 0.0, 0, 1000,
-            "length of the slot: the tool's centre stays within half of it on either side of point_mm, perpendicular "
-            "to the depth; 0: no ends"}},
+      .parameters = ListEffectParameters<GuideParams>(),
       .channels = {{"deviation_mm", "largest distance of a point of the rim from the plane"},
                    {"tilt_deg", "tilt of the disc relative to the plane"},
                    {"depth_mm", "depth of the tool's deepest point below point_mm"},
                    {"force_N", "force of the guide on the tool"}},
       .find_fault =
           [](std::span<const EffectValue> values) {
-            return FindFault(std::get<Vec3>(values[1]), std::get<Vec3>(values[5]));
+            const auto params = ReadEffectParameters<GuideParams>(values);
+            return FindFault(params.normal_W, params.depth_direction_W);
           },
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
-        const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
-        GuideParams p;
-        p.point_W_mm = std::get<Vec3>(values[0]);
-        p.normal_W = std::get<Vec3>(values[1]);
-        p.stiffness_N_per_mm = number(2);
-        p.tolerance_mm = number(3);
-        p.max_force_N = number(4);
-        p.depth_direction_W = std::get<Vec3>(values[5]);
-        p.depth_mm = number(6);
-        p.slot_length_mm = number(7);
-        return std::make_unique<GuideEffect>(p, setup);
+        return std::make_unique<GuideEffect>(ReadEffectParameters<GuideParams>(values), setup);
       }};
   return kEffect;
 }

@@ -5,19 +5,42 @@
 #include <vector>
 
 #include "cut/effects/effect.h"
+#include "kerf/describe.h"
 
 namespace kerf {
 
 struct GuideParams {
-  Vec3 point_W_mm{0};             // a point of the planned plane
-  Vec3 normal_W{0, 1, 0};         // normal of the plane, of any length except 0
-  double stiffness_N_per_mm = 5;  // total stiffness of its springs across the plane
+  Vec3 point_W_mm{0};
+  Vec3 normal_W{0, 1, 0};
+  double stiffness_N_per_mm = 5;
   double tolerance_mm = 0.5;
-  double max_force_N = 10;  // force at which it yields, across the plane and at each stop
+  double max_force_N = 10;
   Vec3 depth_direction_W{0, 0, -1};
-  double depth_mm = 0;        // 0: no depth stop
-  double slot_length_mm = 0;  // 0: no end stops
+  double depth_mm = 0;
+  double slot_length_mm = 0;
 };
+
+template <typename V>
+void Describe(GuideParams& p, V&& visit) {
+  visit("point_mm", p.point_W_mm, kCoordinateRange_mm,
+        "point of the planned plane, world frame; depth and slot are measured from it");
+  visit("normal", p.normal_W, kDirectionRange, "normal of the plane, world frame; any length except 0");
+  visit("stiffness_N_per_mm", p.stiffness_N_per_mm, Range{0.01, 1000},
+        "stiffness that holds the tool on the plane and at each stop");
+  visit("tolerance_mm", p.tolerance_mm, Range{0, 100},
+        "distance from the plane within which each point of a disc's rim (for a ball: its centre) is free");
+  visit("max_force_N", p.max_force_N, Range{0.1, 1000},
+        "force above which the guide gives way, across the plane or at a stop; within a step it may be exceeded by the "
+        "stiffness times the step's motion");
+  visit("depth_direction", p.depth_direction_W, kDirectionRange,
+        "direction into the bone, in the plane; any length except 0");
+  visit("depth_mm", p.depth_mm, Range{0, 1000},
+        "depth below point_mm at which a stop holds the tool's deepest point, by a spring of stiffness_N_per_mm; 0: no "
+        "stop");
+  visit("slot_length_mm", p.slot_length_mm, Range{0, 1000},
+        "length of the slot: the tool's centre stays within half of it on either side of point_mm, perpendicular to "
+        "the depth; 0: no ends");
+}
 
 /// Holds the tool to a planned plane, depth and length by one-sided springs. Passive: it never pulls the tool.
 class GuideEffect final : public Effect {

@@ -15,6 +15,7 @@
 
 #include "cut/effects/effect.h"
 #include "cut/effects/effects.h"
+#include "cut/effects/parameters.h"
 
 namespace kerf {
 namespace {
@@ -35,6 +36,16 @@ double CalcBendingForce(const Tool& tool) {
 
 double FlatDepth(const FlatPoint& p, const StepProblem& problem, const Twist& u) {
   return std::max(0.0, p.depth_mm + problem.tau_s * p.side * (u[2] + u[3] * p.y - u[4] * p.x));
+}
+
+struct KerfFrictionParams {
+  double coefficient = 0.2;
+};
+
+template <typename V>
+void Describe(KerfFrictionParams& p, V&& visit) {
+  visit("coefficient", p.coefficient, Range{0, 2},
+        "coefficient of friction of the flats, and of the stopped edge, on bone");
 }
 
 class KerfFrictionEffect final : public Effect {
@@ -203,10 +214,10 @@ const EffectInfo& KerfFriction() {
       .sleeps = "while nothing presses on the flats or a stopped edge",
       .tool = EffectTool::kInHand,
       .hooks = kEffectEngage | kEffectSolved,
-      .parameters = {{"coefficient", 0.2, 0, 2,
-                      "coefficient of friction of the flats, and of the stopped edge, on bone"}},
+      .parameters = ListEffectParameters<KerfFrictionParams>(),
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
-        return std::make_unique<KerfFrictionEffect>(std::get<double>(values[0]), setup);
+        const auto params = ReadEffectParameters<KerfFrictionParams>(values);
+        return std::make_unique<KerfFrictionEffect>(params.coefficient, setup);
       }};
   return kEffect;
 }

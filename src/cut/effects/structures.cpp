@@ -20,6 +20,7 @@
 #include <variant>
 
 #include "cut/effects/effects.h"
+#include "cut/effects/parameters.h"
 #include "cut/tool/shape.h"
 #include "kerf/error.h"
 
@@ -71,22 +72,21 @@ void AddFile(const EffectFile& file, double radius_mm, const Bone& bone, Structu
 StructureVoxels FindVoxels(const StructuresParams& params, const Bone& bone) {
   StructureVoxels all(bone.region_voxel_mm());
   all.AddRegions(bone, params.regions);
-  if (params.surface != nullptr) AddFile(*params.surface, 0, bone, all);
-  if (params.markups != nullptr) AddFile(*params.markups, params.radius_mm, bone, all);
+  if (params.surface_file != nullptr) AddFile(*params.surface_file, 0, bone, all);
+  if (params.markups_file != nullptr) AddFile(*params.markups_file, params.radius_mm, bone, all);
   all.Finish();
   return all;
 }
 
 std::string FindFault(std::span<const EffectValue> values) {
-  const auto& tissues = std::get<std::string>(values[0]);
-  const auto& surface = std::get<std::string>(values[2]);
-  const auto& markups = std::get<std::string>(values[3]);
-  const double radius_mm = std::get<double>(values[4]);
-  if (tissues == kNone && surface.empty() && markups.empty()) {
+  const auto params = ReadEffectParameters<StructuresParams>(values);
+  if (params.tissues == kNone && params.surface.empty() && params.markups.empty()) {
     return "tissues is \"none\", and neither surface nor markups is set";
   }
-  if (!markups.empty() && !(radius_mm > 0)) return "markups needs radius_mm, the radius of its curves and points";
-  if (markups.empty() && radius_mm > 0) return "radius_mm is not used without markups; remove it";
+  if (!params.markups.empty() && !(params.radius_mm > 0)) {
+    return "markups needs radius_mm, the radius of its curves and points";
+  }
+  if (params.markups.empty() && params.radius_mm > 0) return "radius_mm is not used without markups; remove it";
   return "";
 }
 
@@ -102,7 +102,7 @@ StructuresEffect::StructuresEffect(const StructuresParams& params, const EffectS
       warn_mm_(params.warn_mm),
       p_WF_mm_(setup.p_WF_mm),
       voxels_(FindVoxels(params, setup.bone)),
-      from_files_(params.surface != nullptr || params.markups != nullptr),
+      from_files_(params.surface_file != nullptr || params.markups_file != nullptr),
       ahead_mm_(kMaterialAheadVoxels * setup.field.voxel_mm()),
       distance_(Moved(voxels_.MakeBoxes(), -setup.p_WF_mm), setup.tool),
       shell_(Moved(voxels_.MakeShell(), -setup.p_WF_mm)),
@@ -198,21 +198,7 @@ const EffectInfo& Structures() {
       .state = "the structures' voxels and a hierarchy of their boxes; up to 256 events",
       .sleeps = "until the tool has moved by a hundredth of its distance",
       .hooks = kEffectSolved | kEffectEnd,
-      .parameters = {{.key = "tissues",
-                      .default_value = std::string("canal"),
-                      .meaning = "tissues whose regions must not be cut",
-                      .words = {"canal", "tooth", "canal and tooth", "none"}},
-                     {"warn_mm", 2.0, 0, 20, "distance below which the effect warns"},
-                     {.key = "surface",
-                      .default_value = std::string(),
-                      .meaning = "closed surface of an additional structure, mm",
-                      .file = EffectFileKind::kSurface},
-                     {.key = "markups",
-                      .default_value = std::string(),
-                      .meaning =
-                          "curves and points of 3D Slicer as additional structures: tubes and balls of radius_mm",
-                      .file = EffectFileKind::kMarkups},
-                     {"radius_mm", 0.0, 0, 20, "radius of the markups' tubes and balls; 0: no markups"}},
+      .parameters = ListEffectParameters<StructuresParams>(),
       .channels = {{"distance_mm", "distance of the tool from the nearest voxel of a structure, at most 20"},
                    {"warns", "1 from when the distance falls below warn_mm until it exceeds warn_mm by a tenth"},
                    {"breach_mm3", "volume cut from structures so far, from the fraction of the teeth that cut in one"},
@@ -220,22 +206,21 @@ const EffectInfo& Structures() {
                    {"breach_force_N", "largest thrust of the teeth that cut in a structure"}},
       .find_fault = FindFault,
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
-        const auto& tissues = std::get<std::string>(values[0]);
-        StructuresParams params;
-        params.warn_mm = std::get<double>(values[1]);
+        auto params = ReadEffectParameters<StructuresParams>(values);
         bool any = false;
         for (const auto& [id, region] : setup.bone.materials().regions()) {
-          if (tissues.find(ToString(region.tissue)) == std::string::npos || id < 1 || id > 255) continue;
+          if (params.tissues.find(ToString(region.tissue)) == std::string::npos || id < 1 || id > 255) continue;
           params.regions[static_cast<std::size_t>(id)] = any = true;
         }
-        if (!any && tissues != kNone) {
-          throw Error("the bone's table has no region of tissue '" + tissues +
+        if (!any && params.tissues != kNone) {
+          throw Error("the bone's table has no region of tissue '" + params.tissues +
                       "', which the effect structures requires");
         }
-        const auto file = [&](std::size_t i) { return setup.files.empty() ? nullptr : setup.files[i]; };
-        params.surface = file(2);
-        params.markups = file(3);
-        params.radius_mm = std::get<double>(values[4]);
+        const auto file = [&](const char* key) {
+          return setup.files.empty() ? nullptr : setup.files[Structures().FindParameter(key)];
+        };
+        params.surface_file = file("surface");
+        params.markups_file = file("markups");
         return std::make_unique<StructuresEffect>(params, setup);
       }};
   return kEffect;

@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "cut/effects/effect.h"
 #include "cut/effects/structure_voxels.h"
 #include "cut/proximity/box_tree.h"
+#include "kerf/describe.h"
 
 namespace kerf {
 
@@ -66,13 +68,27 @@ class StructureDistance {
 };
 
 struct StructuresParams {
-  std::array<bool, 256> regions{};
+  std::string tissues = "canal";
   double warn_mm = 2;
-  // From files, in addition to the regions; null: none.
-  std::shared_ptr<const EffectFile> surface = nullptr;
-  std::shared_ptr<const EffectFile> markups = nullptr;
-  double radius_mm = 0;  // radius of the markups' tubes and balls
+  std::string surface, markups;  // names of files; empty: none
+  double radius_mm = 0;
+
+  // Set from these values, the bone's table and the files.
+  std::array<bool, 256> regions{};
+  std::shared_ptr<const EffectFile> surface_file = nullptr;
+  std::shared_ptr<const EffectFile> markups_file = nullptr;
 };
+
+template <typename V>
+void Describe(StructuresParams& p, V&& visit) {
+  visit("tissues", p.tissues, Choices{{"canal", "tooth", "canal and tooth", "none"}},
+        "tissues whose regions must not be cut");
+  visit("warn_mm", p.warn_mm, Range{0, 20}, "distance below which the effect warns");
+  visit("surface", p.surface, EffectFileKind::kSurface, "closed surface of an additional structure, mm");
+  visit("markups", p.markups, EffectFileKind::kMarkups,
+        "curves and points of 3D Slicer as additional structures: tubes and balls of radius_mm");
+  visit("radius_mm", p.radius_mm, Range{0, 20}, "radius of the markups' tubes and balls; 0: no markups");
+}
 
 /// Event of a structure: the tool came near it, cut it, or moved away.
 struct StructureEvent {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cut/effects/effects.h"
+#include "cut/effects/parameters.h"
 #include "cut/effects/plan.h"
 #include "kerf/error.h"
 
@@ -16,6 +17,15 @@ constexpr double kLag_s = 0.004;
 constexpr double kMin_N = 1e-9;
 constexpr double kStalledSlip_rad_per_s = 100;
 constexpr double kMinArm = 1e-9;  // mm; a tooth on the spindle's axis does not move
+
+struct TangentialForceParams {
+  double ratio = 1.6;
+};
+
+template <typename V>
+void Describe(TangentialForceParams& p, V&& visit) {
+  visit("ratio", p.ratio, Range{0.6, 20}, "ratio of a tooth's thrust to its cutting force");
+}
 
 /// Returns the sector of a point: an eighth of the turn about the spindle.
 std::size_t FindSector(const Vec3& p_T) {
@@ -172,13 +182,14 @@ const EffectInfo& TangentialForce() {
       .state = "force and position of the teeth, by eighths of a turn",
       .sleeps = "while no tooth is engaged",
       .hooks = kEffectEngage | kEffectSolved | kEffectEnd,
-      .parameters = {{"ratio", 1.6, 0.6, 20, "ratio of a tooth's thrust to its cutting force"}},
+      .parameters = ListEffectParameters<TangentialForceParams>(),
       .channels = {{"tangential_sum_N", "sum of the teeth's tangential forces, mean over the tick"},
                    {"tangential_pull_N", "resultant of these forces on the tool"},
                    {"cutting_torque_Nmm", "torque of these forces on the spindle, against its rotation"},
                    {"cutting_W", "power that the spindle delivers to cut"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
-        return std::make_unique<TangentialForceEffect>(std::get<double>(values[0]), setup);
+        const auto params = ReadEffectParameters<TangentialForceParams>(values);
+        return std::make_unique<TangentialForceEffect>(params.ratio, setup);
       }};
   return kEffect;
 }

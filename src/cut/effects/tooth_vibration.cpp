@@ -22,6 +22,7 @@
 #include <variant>
 
 #include "cut/effects/effects.h"
+#include "cut/effects/parameters.h"
 
 namespace kerf {
 namespace {
@@ -154,22 +155,14 @@ const EffectInfo& ToothVibration() {
       .state = "four lines and the spindle's angle",
       .sleeps = "while nothing is cut",
       .hooks = kEffectSolved | kEffectEnd | kEffectPush,
-      .parameters = {{"runout_um", 5.0, 0, 500, "runout of the rim, once per turn; an assumption"},
-                     {"set_share", 0.1, 0, 1,
-                      "sideways force of a set tooth, as a fraction of its thrust; an assumption"},
-                     {"tangential_share", 0.625, 0, 2,
-                      "cutting force of a tooth, as a fraction of its thrust: 1/1.6, measured 1/1.8 to 1/1.4"},
-                     {"smoothing_ms", 5.0, 0.1, 1000, "time over which the lines follow the cut"},
-                     {"max_N", 2.0, 0, 100, "maximum contribution to the tick's force"}},
+      .parameters = ListEffectParameters<ToothVibrationParams>(),
       .channels = {{"force_N", "contribution to the tick's force"},
                    {"runout_N", "amplitude of the line at the spindle frequency"},
                    {"set_N", "amplitude of the line at half the tooth-passing frequency"},
                    {"passing_N", "amplitude of the line at the tooth-passing frequency"},
                    {"passing_Hz", "teeth that pass a point per second"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
-        const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
-        return std::make_unique<ToothVibrationEffect>(
-            ToothVibrationParams{number(0), number(1), number(2), number(3), number(4)}, setup);
+        return std::make_unique<ToothVibrationEffect>(ReadEffectParameters<ToothVibrationParams>(values), setup);
       }};
   return kEffect;
 }

@@ -5,16 +5,28 @@
 #include <complex>
 
 #include "cut/effects/effect.h"
+#include "kerf/describe.h"
 
 namespace kerf {
 
 struct ToothVibrationParams {
-  double runout_um = 5;             // deviation of the rim from its mean radius, once per turn
-  double set_share = 0.1;           // sideways force of a set tooth / its thrust
-  double tangential_share = 0.625;  // cutting force of a tooth / its thrust
+  double runout_um = 5;
+  double set_share = 0.1;
+  double tangential_share = 0.625;
   double smoothing_ms = 5;
   double max_N = 2;
 };
+
+template <typename V>
+void Describe(ToothVibrationParams& p, V&& visit) {
+  visit("runout_um", p.runout_um, Range{0, 500}, "runout of the rim, once per turn; an assumption");
+  visit("set_share", p.set_share, Range{0, 1},
+        "sideways force of a set tooth, as a fraction of its thrust; an assumption");
+  visit("tangential_share", p.tangential_share, Range{0, 2},
+        "cutting force of a tooth, as a fraction of its thrust: 1/1.6, measured 1/1.8 to 1/1.4");
+  visit("smoothing_ms", p.smoothing_ms, Range{0.1, 1000}, "time over which the lines follow the cut");
+  visit("max_N", p.max_N, Range{0, 100}, "maximum contribution to the tick's force");
+}
 
 /// Adds the vibration of single teeth to the force on the hand, as lines at multiples of the spindle frequency.
 class ToothVibrationEffect final : public Effect {

@@ -120,7 +120,7 @@ void Describe(EffectChoice& p, V&& visit) {
     if (parameter.words.empty()) {
       visit(parameter.key, *text, TextLimit{200}, parameter.meaning);
     } else {
-      visit(parameter.key, *text, Choices{{parameter.words.begin(), parameter.words.end()}}, parameter.meaning);
+      visit(parameter.key, *text, Choices{parameter.words}, parameter.meaning);
     }
   }
 }

@@ -9,6 +9,7 @@
 #include "cut/effects/fragments/fragments.h"
 
 #include "cut/effects/effects.h"
+#include "cut/effects/parameters.h"
 
 namespace kerf {
 
@@ -53,36 +54,11 @@ const EffectInfo& Fragments() {
           "box; 29 MB for a mandible at 0.1 mm",
       .sleeps = "always in the tick; outside it, a check costs one comparison while nothing is cut",
       .hooks = kEffectEnd,
-      .parameters = {{"dust_mm3", 1.0, 0, 1e6,
-                      "smaller pieces are dust: counted, but not reported as events; an assumption, like "
-                      "smallest_piece_mm3 of [output]"},
-                     {"every_ms", 50.0, 1, 10000, "time between two checks for pieces"},
-                     {"apart_mm", 6.0, 0, 1000,
-                      "distance of the pieces from the largest one, in fragments.png and when they are moved"},
-                     {"pieces",
-                      std::string("held"),
-                      0,
-                      0,
-                      "fate of each piece except the largest, once the tool is clear of it: stays in the bone, is set "
-                      "aside, is removed and not drawn, is deleted",
-                      {"held", "moved", "hidden", "deleted"}},
-                     {"move_mm", Vec3(0), -1000, 1000,
-                      "displacement of moved pieces; 0: apart_mm along the line between the centres"},
-                     {"remove_dust", false, 0, 0, "remove dust from the bone once the tool is clear of all of it"}},
+      .parameters = ListEffectParameters<FragmentsParams>(),
       .channels = {{"pieces", "pieces of at least dust_mm3, at the last check"},
                    {"crumbs", "pieces below dust_mm3, at the last check"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
-        FragmentsParams params;
-        params.dust_mm3 = std::get<double>(values[0]);
-        params.every_ms = std::get<double>(values[1]);
-        params.apart_mm = std::get<double>(values[2]);
-        const std::string& fate = std::get<std::string>(values[3]);
-        for (std::size_t i = 0; i < std::size(kPieceFates); ++i) {
-          if (fate == kPieceFates[i]) params.pieces = static_cast<PieceFate>(i);
-        }
-        params.move_mm = std::get<Vec3>(values[4]);
-        params.remove_dust = std::get<bool>(values[5]);
-        return std::make_unique<FragmentsEffect>(params, setup);
+        return std::make_unique<FragmentsEffect>(ReadEffectParameters<FragmentsParams>(values), setup);
       }};
   return kEffect;
 }

@@ -3,10 +3,12 @@
 
 #include <array>
 #include <cstddef>
+#include <iterator>
 #include <span>
 #include <vector>
 
 #include "bone/grid/piece_finder.h"
+#include "kerf/describe.h"
 
 namespace kerf {
 
@@ -23,15 +25,31 @@ inline const char* ToString(PieceFate fate) {
 }
 
 struct FragmentsParams {
-  double dust_mm3 = 1;   // smaller pieces are crumbs
-  double every_ms = 50;  // interval between two searches
-  double apart_mm = 6;   // separation in the picture, and of moved pieces if move_mm is 0
+  double dust_mm3 = 1;
+  double every_ms = 50;
+  double apart_mm = 6;
   PieceFate pieces = PieceFate::kHeld;
-  Vec3 move_mm{0};  // world frame; 0: apart_mm away from the largest piece
+  Vec3 move_mm{0};  // world frame
   bool remove_dust = false;
 
   bool TakesOut() const { return pieces != PieceFate::kHeld || remove_dust; }
 };
+
+template <typename V>
+void Describe(FragmentsParams& p, V&& visit) {
+  visit("dust_mm3", p.dust_mm3, Range{0, 1e6},
+        "smaller pieces are dust: counted, but not reported as events; an assumption, like smallest_piece_mm3 of "
+        "[output]");
+  visit("every_ms", p.every_ms, Range{1, 10000}, "time between two checks for pieces");
+  visit("apart_mm", p.apart_mm, Range{0, 1000},
+        "distance of the pieces from the largest one, in fragments.png and when they are moved");
+  visit("pieces", p.pieces, Choices{{std::begin(kPieceFates), std::end(kPieceFates)}},
+        "fate of each piece except the largest, once the tool is clear of it: stays in the bone, is set aside, is "
+        "removed and not drawn, is deleted");
+  visit("move_mm", p.move_mm, Range{-1000, 1000},
+        "displacement of moved pieces; 0: apart_mm along the line between the centres");
+  visit("remove_dust", p.remove_dust, "remove dust from the bone once the tool is clear of all of it");
+}
 
 /// Event: a piece came off.
 struct FragmentEvent {

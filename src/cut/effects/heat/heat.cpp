@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "cut/effects/effects.h"
+#include "cut/effects/parameters.h"
 
 namespace kerf {
 namespace {
@@ -143,24 +144,7 @@ const EffectInfo& Heat() {
       .sleeps = "until the teeth cut, and once no node is 0.1 K warmer than the body",
       .needs = {"tangential_force"},
       .hooks = kEffectSolved | kEffectEnd,
-      .parameters =
-          {{"share_into_bone", 0.1, 0, 1,
-            "fraction of the cutting power that stays in the walls of the kerf; chips and tool take the rest. An "
-            "assumption: no value was found"},
-           {"voxel_mm", 0.4, 0.05, 2, "distance between nodes"},
-           {"max_MB", 16.0, 0.1, 4096, "memory for nodes; when it is used up, heat spreads to no further nodes"},
-           {"conductivity_W_per_mK", 0.32, 0.1, 5, "thermal conductivity of bone; measured: 0.16 to 4.89"},
-           {"density_kg_per_m3", 1908.0, 500, 3000, "of bone"},
-           {"heat_capacity_J_per_kgK", 1313.0, 500, 5000, "of bone"},
-           {"perfusion_mL_per_min_kg", 10.0, 0, 1000, "blood flow through bone; 0: none, as in a specimen"},
-           {"body_C", 37.0, 0, 45, "initial temperature of bone, and temperature of blood"},
-           {"air_W_per_m2K", 10.0, 0, 1000,
-            "heat transfer from bare surfaces to air, which is assumed to be as warm as the body; an assumption"},
-           {"irrigation", false, 0, 0, "coolant runs over surfaces within 1 mm of the turning tool"},
-           {"irrigation_W_per_m2K", 2000.0, 0, 100000, "heat transfer from bare surfaces to coolant; an assumption"},
-           {"coolant_C", 21.0, 0, 45, "temperature of the coolant; room temperature, an assumption"},
-           {"water_mg_per_mm3", 0.2, 0, 1,
-            "water in bone, which boils off at 100 C; a fifth of the volume, an assumption; 0: none"}},
+      .parameters = ListEffectParameters<HeatParams>(),
       .channels = {{"hottest_C", "highest temperature of a node now"},
                    {"peak_C", "highest temperature of a node so far"},
                    {"above_47_s", "longest time of a node at 47 C or more"},
@@ -169,20 +153,8 @@ const EffectInfo& Heat() {
                    {"past_dose_mm3", "volume of bone with a dose above 16 min, the dose of 47 C for 1 min"},
                    {"full", "1: max_MB is used up, and heat spreads to no further nodes"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
-        const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
-        HeatParams params;
-        params.share_into_bone = number(0);
-        params.grid.spacing_mm = number(1);
-        params.grid.max_MB = number(2);
-        params.grid.conductivity_W_per_mK = number(3);
-        params.grid.density_kg_per_m3 = number(4);
-        params.grid.heat_capacity_J_per_kgK = number(5);
-        params.grid.perfusion_mL_per_min_kg = number(6);
-        params.grid.body_C = number(7);
-        params.grid.air_W_per_m2K = number(8);
-        params.grid.irrigation_W_per_m2K = std::get<bool>(values[9]) ? number(10) : 0;
-        params.grid.coolant_C = number(11);
-        params.grid.water_mg_per_mm3 = number(12);
+        auto params = ReadEffectParameters<HeatParams>(values);
+        params.grid.irrigation_W_per_m2K = params.irrigation ? params.irrigation_W_per_m2K : 0;
         return std::make_unique<HeatEffect>(params, setup);
       }};
   return kEffect;

@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "cut/effects/effects.h"
+#include "cut/effects/parameters.h"
 #include "cut/effects/plan.h"
 #include "cut/effects/tangential_force.h"
 
@@ -81,22 +82,7 @@ const EffectInfo& Sound() {
       .state = "values of the last tick",
       .sleeps = "never: a tick stores three numbers",
       .hooks = kEffectEnd,
-      .parameters =
-          {{"rate_Hz", 48000.0, 8000, 192000, "samples per second, a whole number"},
-           {"motor_order", 7.0, 1, 200,
-            "frequency of the motor's whine (gear or poles), as a multiple of the spindle's; an assumption"},
-           {"motor_level", 0.2, 0, 0.3, "maximum amplitude of the motor, as a fraction of full scale"},
-           {"teeth_level", 0.3, 0, 0.3, "maximum amplitude of the passing teeth, as a fraction of full scale"},
-           {"noise_level", 0.3, 0, 0.3, "maximum amplitude of the cutting noise, as a fraction of full scale"},
-           {"half_W", 20.0, 0.1, 10000,
-            "cutting power at which its contribution to motor and noise is half of the maximum"},
-           {"half_N", 0.5, 0.001, 1000,
-            "amplitude of the teeth's force at which their tone has half of its maximum amplitude"},
-           {"passing_share", 0.4, 0, 2,
-            "amplitude of the force at the tooth-passing frequency, as a fraction of a tooth's mean force; an "
-            "assumption (tooth_vibration: 0.46 in a block of 4 mm). Not used with tooth_vibration"},
-           {"cutting_share", 0.625, 0, 2,
-            "cutting force of a tooth, as a fraction of its thrust, for the power; not used with tangential_force"}},
+      .parameters = ListEffectParameters<SoundParams>(),
       .channels =
           {{"spindle_Hz", "rotations of the spindle per second"},
            {"load_W", "cutting power"},
@@ -107,18 +93,7 @@ const EffectInfo& Sound() {
         return rate_Hz == std::floor(rate_Hz) ? "" : "rate_Hz must be a whole number";
       },
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
-        const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
-        SoundParams params;
-        params.tone.rate_Hz = static_cast<int>(std::lround(number(0)));
-        params.tone.motor_order = number(1);
-        params.tone.motor_level = number(2);
-        params.tone.teeth_level = number(3);
-        params.tone.noise_level = number(4);
-        params.tone.half_W = number(5);
-        params.tone.half_N = number(6);
-        params.passing_share = number(7);
-        params.cutting_share = number(8);
-        return std::make_unique<SoundEffect>(params, setup);
+        return std::make_unique<SoundEffect>(ReadEffectParameters<SoundParams>(values), setup);
       }};
   return kEffect;
 }

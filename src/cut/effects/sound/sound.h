@@ -5,6 +5,7 @@
 
 #include "cut/effects/effect.h"
 #include "cut/effects/sound/tone.h"
+#include "kerf/describe.h"
 
 namespace kerf {
 
@@ -12,9 +13,31 @@ class TangentialForceEffect;
 
 struct SoundParams {
   ToneParams tone;
-  double passing_share = 0.4;  // force amplitude at the tooth-passing frequency / mean force of a tooth
+  double passing_share = 0.4;
   double cutting_share = 0.625;
 };
+
+template <typename V>
+void Describe(SoundParams& p, V&& visit) {
+  ToneParams& tone = p.tone;
+  visit("rate_Hz", tone.rate_Hz, Range{8000, 192000}, "samples per second, a whole number");
+  visit("motor_order", tone.motor_order, Range{1, 200},
+        "frequency of the motor's whine (gear or poles), as a multiple of the spindle's; an assumption");
+  visit("motor_level", tone.motor_level, Range{0, 0.3}, "maximum amplitude of the motor, as a fraction of full scale");
+  visit("teeth_level", tone.teeth_level, Range{0, 0.3},
+        "maximum amplitude of the passing teeth, as a fraction of full scale");
+  visit("noise_level", tone.noise_level, Range{0, 0.3},
+        "maximum amplitude of the cutting noise, as a fraction of full scale");
+  visit("half_W", tone.half_W, Range{0.1, 10000},
+        "cutting power at which its contribution to motor and noise is half of the maximum");
+  visit("half_N", tone.half_N, Range{0.001, 1000},
+        "amplitude of the teeth's force at which their tone has half of its maximum amplitude");
+  visit("passing_share", p.passing_share, Range{0, 2},
+        "amplitude of the force at the tooth-passing frequency, as a fraction of a tooth's mean force; an assumption "
+        "(tooth_vibration: 0.46 in a block of 4 mm). Not used with tooth_vibration");
+  visit("cutting_share", p.cutting_share, Range{0, 2},
+        "cutting force of a tooth, as a fraction of its thrust, for the power; not used with tangential_force");
+}
 
 /// Records the inputs of the tone in each tick.
 class SoundEffect final : public Effect {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "cut/effects/effects.h"
+#include "cut/effects/parameters.h"
 #include "cut/effects/plan.h"
 #include "cut/effects/tangential_force.h"
 #include "kerf/error.h"
@@ -19,9 +20,14 @@ constexpr double kMax_Nmm = 1e9;
 
 }  // namespace
 
-SpindleEffect::SpindleEffect(const Params& params, TangentialForceEffect& cutting, const EffectSetup& setup)
-    : motor_(params.motor),
-      follows_(params.follows),
+SpindleEffect::SpindleEffect(const SpindleParams& params, TangentialForceEffect& cutting, const EffectSetup& setup)
+    : motor_{.stall_torque_Nmm = params.stall_torque_Nmm,
+             .no_load_rad_per_s = params.no_load_rpm / kRpm,
+             .inertia_gmm2 = params.inertia_gmm2,
+             .friction_Nmm = params.friction_Nmm,
+             .viscous_Nmms = params.viscous_Nmms,
+             .brakes = params.brakes},
+      follows_(!(params.no_load_rpm >= kMinRpm)),
       restart_fraction_(params.restart_share),
       cutting_(cutting),
       spin_{-setup.p_TC_mm.y, setup.p_TC_mm.x, 0, 0, 0, 1},
@@ -118,35 +124,14 @@ const EffectInfo& Spindle() {
       .sleeps = "while switched off and at rest",
       .needs = {"tangential_force"},
       .hooks = kEffectBegin | kEffectSolved,
-      .parameters = {{"stall_torque_Nmm", 300.0, 0.1, 1e5, "stall torque of the motor at the tool, at full drive"},
-                     {"no_load_rpm", 0.0, 0, kMaxRpm,
-                      "speed at full drive without losses; a lower set speed means a lower drive. 0: the set speed, so "
-                      "that the full stall torque is available at any set speed"},
-                     {"inertia_gmm2", 1000.0, 0.01, 1e9,
-                      "moment of inertia of tool, gear and rotor, as seen at the tool"},
-                     {"friction_Nmm", 5.0, 0, 1e5, "friction of bearings and gear, the same at all speeds"},
-                     {"viscous_Nmms", 0.005, 0, 1e4, "additional friction per rad/s"},
-                     {"brakes", true, 0, 0,
-                      "the motor also brakes a spindle that turns too fast; otherwise losses slow it down"},
-                     {"restart_share", 0.7, 0.01, 1,
-                      "a stalled spindle restarts when the torque that holds it has fallen to this fraction of the "
-                      "motor's torque"}},
+      .parameters = ListEffectParameters<SpindleParams>(),
       .channels = {{"rpm", "speed at the end of the tick; its sign is the direction, about +z"},
                    {"spindle_load_Nmm", "torque against its rotation"},
                    {"motor_W", "mechanical power of the motor, mean over the tick; negative: it brakes"},
                    {"stalled", "1: it is stopped although it is switched on"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
-        const auto number = [&](const char* key) { return std::get<double>(values[Spindle().FindParameter(key)]); };
-        SpindleEffect::Params params;
-        params.motor.stall_torque_Nmm = number("stall_torque_Nmm");
-        params.motor.inertia_gmm2 = number("inertia_gmm2");
-        params.motor.friction_Nmm = number("friction_Nmm");
-        params.motor.viscous_Nmms = number("viscous_Nmms");
-        params.motor.brakes = std::get<bool>(values[Spindle().FindParameter("brakes")]);
-        params.follows = !(number("no_load_rpm") >= kMinRpm);
-        params.motor.no_load_rad_per_s = number("no_load_rpm") / kRpm;
-        params.restart_share = number("restart_share");
-        return std::make_unique<SpindleEffect>(params, TangentialForceEffect::In(*setup.plan), setup);
+        return std::make_unique<SpindleEffect>(ReadEffectParameters<SpindleParams>(values),
+                                               TangentialForceEffect::In(*setup.plan), setup);
       }};
   return kEffect;
 }

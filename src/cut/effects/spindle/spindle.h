@@ -3,10 +3,37 @@
 
 #include "cut/effects/effect.h"
 #include "cut/effects/spindle/motor.h"
+#include "kerf/describe.h"
 
 namespace kerf {
 
 class TangentialForceEffect;
+
+struct SpindleParams {
+  double stall_torque_Nmm = 300;
+  double no_load_rpm = 0;
+  double inertia_gmm2 = 1000;
+  double friction_Nmm = 5;
+  double viscous_Nmms = 0.005;
+  bool brakes = true;
+  double restart_share = 0.7;
+};
+
+template <typename V>
+void Describe(SpindleParams& p, V&& visit) {
+  visit("stall_torque_Nmm", p.stall_torque_Nmm, Range{0.1, 1e5},
+        "stall torque of the motor at the tool, at full drive");
+  visit("no_load_rpm", p.no_load_rpm, Range{0, kMaxRpm},
+        "speed at full drive without losses; a lower set speed means a lower drive. 0: the set speed, so that the full "
+        "stall torque is available at any set speed");
+  visit("inertia_gmm2", p.inertia_gmm2, Range{0.01, 1e9},
+        "moment of inertia of tool, gear and rotor, as seen at the tool");
+  visit("friction_Nmm", p.friction_Nmm, Range{0, 1e5}, "friction of bearings and gear, the same at all speeds");
+  visit("viscous_Nmms", p.viscous_Nmms, Range{0, 1e4}, "additional friction per rad/s");
+  visit("brakes", p.brakes, "the motor also brakes a spindle that turns too fast; otherwise losses slow it down");
+  visit("restart_share", p.restart_share, Range{0.01, 1},
+        "a stalled spindle restarts when the torque that holds it has fallen to this fraction of the motor's torque");
+}
 
 /// Sets the speed that a tick uses: the motor's mean speed over the tick, under the load of the previous tick. The load
 /// is the torque that the problem's friction points exert against the rotation: the teeth's tangential force, and the
@@ -18,12 +45,7 @@ class TangentialForceEffect;
 /// prescribed path the contact forces are unknown; there it starts again only after the operator has switched it off.
 class SpindleEffect final : public Effect {
  public:
-  struct Params {
-    Motor motor;
-    bool follows = true;  // the motor's no-load speed is the speed that is set
-    double restart_share = 0.7;
-  };
-  SpindleEffect(const Params& params, TangentialForceEffect& cutting, const EffectSetup& setup);
+  SpindleEffect(const SpindleParams& params, TangentialForceEffect& cutting, const EffectSetup& setup);
   /// Returns the effect of a plan. Throws Error if the plan has none.
   static const SpindleEffect& In(const EffectPlan& plan);
 
