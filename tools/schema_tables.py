@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Writes the tables of JSON keys in docs/formats.md, which describe the schemas of docs/schemas.
+"""Writes the tables of JSON keys in docs/formats.md and docs/json.md, which describe the schemas of docs/schemas.
 
     tools/schema_tables.py [--check]
 
-A section <!-- keys of NAME --> ... <!-- end --> shows the keys of docs/schemas/NAME.schema.json. Every schema must have a
-section. --check only compares, and exits with 1 if a section is missing or differs. `tools/docs --pages` also writes the
-tables.
+A section <!-- keys of NAME --> ... <!-- end --> shows the keys of docs/schemas/NAME.schema.json. Every schema must have one
+section, that of the common parts in docs/json.md. The keys of an object with the $comment "columns of TABLE" are those that
+docs/formats.md describes as columns of that table; they are not repeated. --check only compares, and exits with 1 if a
+section is missing or differs. `tools/docs --pages` also writes the tables.
 """
 
 import json
@@ -15,7 +16,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SCHEMAS = ROOT / "docs/schemas"
-PAGE = ROOT / "docs/formats.md"
+PAGES = [ROOT / "docs/formats.md", ROOT / "docs/json.md"]
 END = ".schema.json"
 WORDS = {"string": ("text", "texts"), "number": ("number", "numbers"), "integer": ("whole number", "whole numbers"),
          "boolean": ("true or false", "true or false"), "object": ("object", "objects")}
@@ -35,10 +36,10 @@ def list_words(values):
 
 
 class Tables:
-    """Formats one schema; `common`: the common parts, to which others refer."""
+    """Formats one schema. `common`: the common parts, to which others refer; `page`: page with their descriptions."""
 
-    def __init__(self, schema, common):
-        self.schema, self.common = schema, common
+    def __init__(self, schema, common, page=""):
+        self.schema, self.common, self.page = schema, common, page
 
     def find(self, reference):
         """Returns the definition that a reference names."""
@@ -47,10 +48,15 @@ class Tables:
 
     def describe_reference(self, reference, several):
         target = self.find(reference)
-        if "properties" not in target and "oneOf" not in target and target.get("type") != "object":  # a simple type
+        if target.get("type", "object") != "object":
             return plural(target["title"]) if several else target["title"]
-        text = target["title"][0].lower() + target["title"][1:]
-        return f"[{text}](#{make_anchor(target['title'])})"
+        if self.schema.get("$ref") == reference:
+            return "objects like this one" if several else "object like this one"
+        title = target["title"]
+        text = title if title[1].isupper() else title[0].lower() + title[1:]
+        page = self.page if reference.startswith("common") else ""
+        link = f"[{text}]({page}#{make_anchor(title)})"
+        return f"{link} objects" if several else link
 
     def describe_type(self, node, several=False):
         if "$ref" in node:
@@ -68,29 +74,35 @@ class Tables:
             if kind == "array":
                 item = node.get("items", {})
                 count = node["minItems"] if node.get("minItems") and node.get("minItems") == node.get("maxItems") else None
-                texts.append(f"{count or 'list of'} {self.describe_type(item, True)}" if item else "list")
+                of = f"{count} {self.describe_type(item, True)}" if count else f"list of {self.describe_type(item, True)}"
+                texts.append("list" if not item else of if not several else f"lists of {of.removeprefix('list of ')}")
             elif kind == "object" and isinstance(node.get("additionalProperties"), dict):
-                texts.append(f"map to {self.describe_type(node['additionalProperties'], True)}")
+                texts.append(f"map of {self.describe_type(node['additionalProperties'], True)}")
             elif "enum" in node:
-                texts.append("word")
+                texts.append("words" if several else "word")
             elif kind == "integer" and node.get("minimum") == 0:
                 texts.append("counts" if several else "count")
             else:
                 texts.append(WORDS[kind][several])
-        return ", ".join(texts) + (" or null" if "null" in types else "")
+        text = " or ".join(texts)
+        return text if "null" not in types else "true, false or null" if text == WORDS["boolean"][0] else f"{text} or null"
 
     def list_rows(self, node, prefix=""):
         """Yields (key, type, meaning) of an object's keys, each followed by those within it."""
-        for part in node.get("allOf", []):
-            yield from Tables(self.common, self.common).list_rows(self.find(part["$ref"]), prefix)
         for key, value in node.get("properties", {}).items():
             kind = self.describe_type(value) + ("" if key in node.get("required", []) else ", optional")
-            meaning = value["description"] + (f": {list_words(value['enum'])}" if "enum" in value else "")
-            yield prefix + key, kind, meaning
+            meaning = value["description"]
             inner, path = value, prefix + key
             while inner.get("type") in ("array", ["array", "null"]) and "items" in inner:
                 inner, path = inner["items"], path + "[]"
-            yield from self.list_rows(inner, path + ".")
+            if "enum" in inner:
+                meaning += ("; " if set(meaning) & set(":;") else ": ") + list_words(inner["enum"])
+            comment = inner.get("$comment", "")
+            yield prefix + key, kind, meaning + comment.replace("columns of", ", with the columns of", 1)
+            if not comment:
+                yield from self.list_rows(inner, path + ".")
+        for part in node.get("allOf", []):
+            yield from Tables(self.common, self.common, self.page).list_rows(self.find(part["$ref"]), prefix)
 
     def format_table(self, node):
         rows = [("key", "type", "meaning"), ("---", "---", "---")]
@@ -122,7 +134,7 @@ def link_pages(text):
 def format_common(common):
     """Returns the section of the common parts: the simple types in one table, then each object."""
     tables = Tables(common, common)
-    simple = {name: node for name, node in common["$defs"].items() if not {"properties", "oneOf"} & node.keys() and node["type"] != "object"}
+    simple = {name: node for name, node in common["$defs"].items() if node.get("type", "object") != "object"}
     text = "| type | meaning |\n| --- | --- |\n"
     for node in simple.values():
         words = f": {list_words(node['enum'])}" if "enum" in node else ""
@@ -133,11 +145,11 @@ def format_common(common):
     return text
 
 
-def format_section(name, schemas):
+def format_section(name, schemas, page):
     if name == "common":
         return format_common(schemas["common"])
     schema, common = schemas[name], schemas["common"]
-    tables = Tables(schema, common)
+    tables = Tables(schema, common, page)
     text = f"{link_pages(sentence(schema['description']))} Schema: [{name}{END}](schemas/{name}{END}).\n\n"
     definitions = dict(schema.get("$defs", {}))
     if schema.get("type") == "array":
@@ -151,37 +163,43 @@ def format_section(name, schemas):
     return text.rstrip("\n") + "\n"
 
 
-def fill_page(text, schemas):
-    """Returns the page with all sections as the schemas describe them. Exits if a schema has no section, or vice versa."""
+def fill_pages():
+    """Returns [(page, text before, text with all sections)]. Exits if a schema does not have one section, or vice versa."""
+    schemas, found, filled = load_schemas(), [], []
+    for page in PAGES:
+        before = page.read_text(encoding="utf-8")
+        common_page = "" if page.name == "json.md" else "json.md"
+
+        def fill(match, common_page=common_page):
+            found.append(match[1])
+            if match[1] not in schemas:
+                sys.exit(f"tools/schema_tables.py: there is no docs/schemas/{match[1]}{END}")
+            return f"<!-- keys of {match[1]} -->\n\n{format_section(match[1], schemas, common_page)}\n<!-- end -->\n"
+        text = re.sub(r"^<!-- keys of (\S+) -->\n.*?^<!-- end -->\n", fill, before, flags=re.S | re.M)
+        filled.append((page, before, text))
     for name in schemas:
-        first = f"<!-- keys of {name} -->\n"
-        if text.count(first) != 1:
-            sys.exit(f"tools/schema_tables.py: docs/formats.md needs one section {first}")
-        text = re.sub(re.escape(first) + r".*?<!-- end -->\n",
-                      lambda _, n=name, f=first: f"{f}\n{format_section(n, schemas)}\n<!-- end -->\n", text, flags=re.S)
-    for name in re.findall(r"^<!-- keys of (.*) -->$", text, re.M):
-        if name not in schemas:
-            sys.exit(f"tools/schema_tables.py: docs/formats.md has a section for {name}, but there is no docs/schemas/{name}{END}")
-    return text
+        if found.count(name) != 1:
+            sys.exit(f"tools/schema_tables.py: there are {found.count(name)} sections \"<!-- keys of {name} -->\" instead of one")
+    return filled
 
 
 def write_tables():
     """Called by tools/docs."""
-    PAGE.write_text(fill_page(PAGE.read_text(encoding="utf-8"), load_schemas()), encoding="utf-8")
+    for page, _, text in fill_pages():
+        page.write_text(text, encoding="utf-8")
 
 
 def main():
     if sys.argv[1:] not in ([], ["--check"]):
         print(__doc__.strip())
         return 0 if sys.argv[1] in ("-h", "--help") else 2
-    if sys.argv[1:] == []:
+    if not sys.argv[1:]:
         write_tables()
         return 0
-    text = PAGE.read_text(encoding="utf-8")
-    if fill_page(text, load_schemas()) == text:
-        return 0
-    print("docs/formats.md: the tables of JSON keys differ from docs/schemas; run tools/schema_tables.py")
-    return 1
+    differ = [page.name for page, before, text in fill_pages() if before != text]
+    for name in differ:
+        print(f"docs/{name}: the tables of JSON keys differ from docs/schemas; run tools/schema_tables.py")
+    return 1 if differ else 0
 
 
 if __name__ == "__main__":

@@ -27,9 +27,13 @@ import sys
 import tempfile
 import time
 
-import jsonschema
-
 import cases
+
+try:
+    import jsonschema
+except ImportError:
+    print("tests/schemas/check_schemas.py: the Python module jsonschema is missing; install it with tools/setup --tests")
+    sys.exit(77)  # ctest: skipped
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 FOLDER = ROOT / "docs/schemas"
@@ -162,7 +166,7 @@ class Checker:
         """Yields the properties that no document contains, and exceptions that match nothing. `left_out`: schemas."""
         properties = list_properties(schemas)
         for name in sorted(properties - self.seen):
-            if name.split(".")[0] not in left_out and not any(fnmatch.fnmatchcase(name, escape(p)) for p in UNSEEN):
+            if re.split(r"[.\[]", name)[0] not in left_out and not any(fnmatch.fnmatchcase(name, escape(p)) for p in UNSEEN):
                 yield f"{name}: no document contains it"
         for pattern in UNSEEN:
             if not fnmatch.filter(properties, escape(pattern)):
@@ -181,14 +185,19 @@ def list_commands(command):
         yield from list_commands(child)
 
 
+def list_schemas(group):
+    return {schema for case in group for schema in (case.schema, *case.files.values())}
+
+
 def check_cases(commands, schemas, groups, no_case):
     """Yields the commands and the schemas that no case uses. `no_case`: command -> schema."""
     every = [case for group in groups.values() for case in group]
     for command in commands:
         prefix = command.removeprefix("kerf ") + " "
-        if command not in no_case and not any(case.arguments.startswith(prefix) and "--json" in case.arguments for case in every):
+        has_case = any(case.arguments.startswith(prefix) and "--json" in case.arguments for case in every)
+        if command not in no_case and not has_case:
             yield f"{command} --json: has no case"
-    used = {"common", *no_case.values()} | {case.schema for case in every} | {s for case in every for s in case.files.values()}
+    used = {"common", *no_case.values()} | list_schemas(every)
     for name in sorted(schemas.keys() - used):
         yield f"{name}: no case uses this schema"
     for name in sorted(used - schemas.keys() - {""}):
@@ -210,8 +219,9 @@ def run_command(kerf, case, folder, environment):
     return process.returncode, out.decode(errors="replace"), err.decode(errors="replace")
 
 
-def run_group(kerf, group, folder, more):
-    """Runs the commands of a group. Returns [(case, faults, documents)]; documents: [(place, schema, JSON)]."""
+def run_group(kerf, group, folder):
+    """Runs the commands of a group. Returns [(whether a part of kerf was not built, faults, documents)] of each;
+    documents: [(place, schema, JSON)]."""
     folder.mkdir()
     for name, text in cases.SCENES.items():
         (folder / name).write_text(text)
@@ -222,10 +232,12 @@ def run_group(kerf, group, folder, more):
         command = f"kerf {case.arguments}"
         if case.before:
             case.before(folder)
-        code, out, err = run_command(kerf, case, folder, environment | more)
-        if code != case.code:
-            results.append((case, NOT_BUILT in err, [f"{command}: exit code {code}, expected {case.code}: {err.strip()[-600:]}"], []))
-            break
+        code, out, err = run_command(kerf, case, folder, environment)
+        is_absent = code != 0 and NOT_BUILT in err
+        if is_absent or code != case.code:
+            fault = f"{command}: exit code {code}, expected {case.code}: {err.strip()[-600:]}"
+            results.append((is_absent, [err.strip() if is_absent else fault], []))
+            break  # the following commands may need its results
         faults, documents = [], [(command, case.schema, out)] if case.schema else []
         for pattern, schema in case.files.items():
             files = sorted(folder.glob(pattern))
@@ -238,7 +250,7 @@ def run_group(kerf, group, folder, more):
                 parsed.append((place, schema, json.loads(text)))
             except ValueError as error:
                 faults.append(f"{place}: not JSON: {error}")
-        results.append((case, False, faults, parsed))
+        results.append((False, faults, parsed))
     return results
 
 
@@ -270,14 +282,14 @@ def check(kerf, bridge_program, only):
     with tempfile.TemporaryDirectory(prefix="kerf_schemas_") as name, concurrent.futures.ThreadPoolExecutor(2) as pool:
         def run(title):
             began = time.monotonic()
-            results = run_group(kerf, groups[title], pathlib.Path(name) / title.replace(" ", "_"), {})
+            results = run_group(kerf, groups[title], pathlib.Path(name) / title.replace(" ", "_"))
             print(f"{time.monotonic() - began:6.1f} s  {title}", flush=True)
             return results
         for title, results in zip(groups, pool.map(run, groups)):
-            for case, is_absent, found, documents in results:
+            for is_absent, found, documents in results:
                 if is_absent:
-                    print(f"skipped: {found[0]}")
-                    left_out |= {schema for other in groups[title] for schema in (other.schema, *other.files.values())} | {"common"}
+                    print(f"skipped: {title}: {found[0]}")
+                    left_out |= {"common"} | list_schemas(groups[title])
                     continue
                 faults += found
                 for place, schema, document in documents:
@@ -308,10 +320,12 @@ def self_test():
     wrong["study_shard"]["properties"]["made"]["type"] = "whole"
     checker = Checker(more)
     checker.check("study_shard", document)
+    two = {name: schemas[name] for name in ("common", "study_shard")}
     group = {"shard": [cases.Case("study --json", "study_shard")]}
     machine = {"cpu": "", "cores": 2, "load_before": 0, "core": None, "realtime": False, "vector_width": None}
     run = {"kerf": "", "commit": "", "compiler": "", "machine": machine, "schema": 1, "exchanges": []}
-    unplanted = [*check_texts(schemas), *Checker(schemas).check("study_shard", document), *Checker(schemas).check("bench_devices", run)]
+    unplanted = [*check_texts(schemas), *Checker(schemas).check("study_shard", document),
+                 *Checker(schemas).check("bench_devices", run)]
     planted = {
         "a key is missing": Checker(schemas).check("study_shard", {k: v for k, v in document.items() if k != "made"}),
         "a key is not described": Checker(schemas).check("study_shard", document | {"more": 1}),
@@ -322,9 +336,10 @@ def self_test():
         "a property has no description": list(check_texts(shard)),
         "an object permits other keys": list(check_texts(open_object)),
         "a schema is invalid": list(check_texts(wrong)),
-        "no document contains a property": [fault for fault in checker.find_unseen(more, schemas.keys() - {"study_shard"}) if "never" in fault],
-        "a command has no case": list(check_cases(["kerf study", "kerf new"], {"common": 1, "study_shard": 1}, group, {})),
-        "a schema has no case": list(check_cases(["kerf study"], {"common": 1, "study_shard": 1, "new": 1}, group, {})),
+        "no document contains a property": [
+            fault for fault in checker.find_unseen(more, schemas.keys() - {"study_shard"}) if "study_shard.never" in fault],
+        "a command has no case": list(check_cases(["kerf study", "kerf new"], two, group, {})),
+        "a schema has no case": list(check_cases(["kerf study"], two | {"new": {}}, group, {})),
     }
     for title, found in planted.items():
         print(f"{title}: {found[0] if found else 'NOT REPORTED'}")
