@@ -1,6 +1,8 @@
 """The commands that tests/schemas/check_schemas.py runs, and the small inputs that it makes for them."""
 
 import array
+import ctypes
+import ctypes.util
 import dataclasses
 import itertools
 import json
@@ -181,7 +183,7 @@ class Case:
     `schema`: of what it prints; "" if that is not JSON. `files`: pattern of a file's path -> its schema. `codes`: the
     expected exit codes; several if the result depends on times. `before`: called with the folder before the command.
     `interrupt_s`: if set, the command is interrupted after this time, as by Ctrl-C; if it has printed nothing, it is
-    repeated with more time.
+    repeated with more time. `recording`: a recording that it writes, whose blocks of JSON are documents too.
     """
     arguments: str
     schema: str = ""
@@ -189,6 +191,7 @@ class Case:
     codes: tuple = (0,)
     before: object = None
     interrupt_s: float = 0
+    recording: str = ""
 
 
 def write_image(folder):
@@ -225,6 +228,27 @@ def write_image(folder):
             element(0x7fe0, 0x10, "OW", array.array("h", [0, 0, 0, 0]).tobytes())])
         (folder / f"dicom/{i}.dcm").write_bytes(bytes(128) + b"DICM" + element(2, 0, "UL", struct.pack("<I", len(meta))) +
                                                 meta + data)
+
+
+# Kinds of blocks of a recording that contain JSON, and their schemas (docs/formats.md).
+JSON_BLOCKS = {1: "recording_header", 5: "recording_event", 6: "recording_end", 7: "recording_seal"}
+
+
+def read_json_blocks(path):
+    """Yields (schema, text) for each block of JSON in a recording."""
+    data, zstd = path.read_bytes(), ctypes.CDLL(ctypes.util.find_library("zstd"))
+    zstd.ZSTD_decompress.restype = ctypes.c_size_t
+    at = data.index(b"KBLK")
+    while at < len(data):
+        kind, packed, unpacked = struct.unpack_from("<4xBII", data, at)
+        content = data[at + 54:at + 54 + packed]
+        at += 54 + packed
+        if kind in JSON_BLOCKS:
+            text = ctypes.create_string_buffer(unpacked)
+            size = zstd.ZSTD_decompress(text, ctypes.c_size_t(unpacked), content, ctypes.c_size_t(packed))
+            if size != unpacked:
+                raise ValueError(f"{path.name}: a block of kind {kind} can't be unpacked")
+            yield JSON_BLOCKS[kind], text.raw.decode()
 
 
 def damage(folder):
@@ -280,7 +304,7 @@ GROUPS = {
         Case("bench devices --rounds 10 --models-only --json", "bench_devices")],
     "loop": [
         Case("loop bar.toml --virtual --seconds 3 --record bar.kerf -o out --full --do 0.1:checkpoint=a --do 0.2:undo --json",
-             "loop", {"out/loop.json": "loop"}),
+             "loop", {"out/loop.json": "loop"}, recording="bar.kerf"),
         Case("loop block.toml --seconds 0.5 --costs --do 0.1:checkpoint=a --do 0.2:undo --json", "loop"),
         Case("loop degrade.toml --seconds 1 --burn-us 5000 --json", "loop"),
         Case("replay bar.kerf --json", "replay"),
@@ -289,7 +313,8 @@ GROUPS = {
         Case("log damaged.kerf --json", "log", codes=(3,)),
         Case("score bar.kerf --json", "score"),
         Case("log --make-key"),
-        Case("run slab.toml -o slab --record slab.kerf --json", "run_slab", {"slab/summary.json": "run_slab"}),
+        Case("run slab.toml -o slab --record slab.kerf --json", "run_slab", {"slab/summary.json": "run_slab"},
+             recording="slab.kerf"),
         Case("log slab.kerf --json", "log")],
     "run": [
         Case("run bar.toml -o bar --costs --json", "run", {"bar/summary.json": "run"}),

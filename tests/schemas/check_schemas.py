@@ -186,7 +186,8 @@ def list_commands(command):
 
 
 def list_schemas(group):
-    return {schema for case in group for schema in (case.schema, *case.files.values())}
+    return {schema for case in group
+            for schema in (case.schema, *case.files.values(), *(cases.JSON_BLOCKS.values() if case.recording else ()))}
 
 
 def check_cases(commands, schemas, groups, no_case):
@@ -244,6 +245,9 @@ def run_group(kerf, group, folder):
             if not files:
                 faults.append(f"{command}: wrote no {pattern}")
             documents += [(f"{command}: {file.relative_to(folder)}", schema, file.read_text(encoding="utf-8")) for file in files]
+        if case.recording:
+            documents += [(f"{command}: {case.recording}", schema, text)
+                          for schema, text in cases.read_json_blocks(folder / case.recording)]
         parsed = []
         for place, schema, text in documents:
             try:
