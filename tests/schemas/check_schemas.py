@@ -32,6 +32,9 @@ import cases
 try:
     import jsonschema
 except ImportError:
+    # tools/setup installs the module for Debian's Python, which need not be the first on the PATH.
+    if os.path.realpath(sys.executable) != os.path.realpath("/usr/bin/python3") and os.path.exists("/usr/bin/python3"):
+        os.execv("/usr/bin/python3", ["/usr/bin/python3", *sys.argv])
     print("tests/schemas/check_schemas.py: the Python module jsonschema is missing; install it with tools/setup --tests")
     sys.exit(77)  # ctest: skipped
 
