@@ -13,8 +13,5 @@ const char* CommitString() {
 const char* CompilerString() {
   return "GCC " __VERSION__ ", " KERF_BUILD_TYPE;
 }
-const char* LibrariesString() {
-  return KERF_LIBRARIES;
-}
 
 }  // namespace kerf
