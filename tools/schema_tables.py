@@ -73,8 +73,10 @@ class Tables:
                 continue
             if kind == "array":
                 item = node.get("items", {})
+                nullable = "null" in item.get("type", ()) or "anyOf" in item  # "number or null" reads as the whole list
                 count = node["minItems"] if node.get("minItems") and node.get("minItems") == node.get("maxItems") else None
-                of = f"{count} {self.describe_type(item, True)}" if count else f"list of {self.describe_type(item, True)}"
+                items = f"({self.describe_type(item, True)})" if nullable else self.describe_type(item, True)
+                of = f"{count} {items}" if count else f"list of {items}"
                 texts.append("list" if not item else of if not several else f"lists of {of.removeprefix('list of ')}")
             elif kind == "object" and isinstance(node.get("additionalProperties"), dict):
                 texts.append(f"map of {self.describe_type(node['additionalProperties'], True)}")
@@ -98,7 +100,7 @@ class Tables:
             if "enum" in inner:
                 meaning += ("; " if set(meaning) & set(":;") else ": ") + list_words(inner["enum"])
             comment = inner.get("$comment", "")
-            yield prefix + key, kind, meaning + comment.replace("columns of", ", with the columns of", 1)
+            yield prefix + key, kind, meaning + describe_columns(comment)
             if not comment:
                 yield from self.list_rows(inner, path + ".")
         for part in node.get("allOf", []):
@@ -116,6 +118,15 @@ class Tables:
             key, value = next((key, value["const"]) for key, value in variant["properties"].items() if "const" in value)
             text += f"`{key}` is `{value}`:\n\n{self.format_table(variant)}\n"
         return text + (self.format_table(node) + "\n" if "properties" in node else "")
+
+
+def describe_columns(comment):
+    """Returns a link to the section of docs/formats.md with the columns that the $comment of an object names."""
+    if not comment:
+        return ""
+    text = PAGES[0].read_text(encoding="utf-8")
+    heading = re.findall(r"^#+ (.+)$", text[:text.index(f"<!-- {comment} -->")], re.M)[-1]
+    return f"; its keys are the {comment.split(' of ')[0]} of `{comment.split(' of ')[1]}` in [{heading}](formats.md#{make_anchor(heading)})"
 
 
 def plural(title):

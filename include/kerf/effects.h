@@ -45,6 +45,7 @@ struct EffectParameter {
   const char* meaning = "";
   std::vector<std::string_view> words = {};     // valid values of a string; empty: any string
   EffectFileKind file = EffectFileKind::kNone;  // not kNone: the text is a file name, relative to the scene folder
+  bool whole = false;                           // the value must be a whole number
 };
 
 /// Result of an effect in each tick: a column of a log.

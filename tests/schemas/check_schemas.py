@@ -273,6 +273,17 @@ class Bridge:
         self.process.wait()
 
 
+def check_example(document):
+    """Runs the program of docs/json.md, which validates a document, on kerf reference --json and on one without a key."""
+    program = re.search(r"^```py\n(.*?)^```", (ROOT / "docs/json.md").read_text(encoding="utf-8"), re.M | re.S)[1]
+    wrong = {key: value for key, value in document.items() if key != "commands"}
+    for given, expected in ((document, True), (wrong, False)):
+        done = subprocess.run([sys.executable, "-W", "ignore", "-c", program, "reference"], cwd=ROOT, input=json.dumps(given),
+                              capture_output=True, text=True)
+        if (done.returncode == 0) != expected:
+            yield f"docs/json.md: the program finds the document {'wrong' if expected else 'right'}: {done.stderr.strip()[-200:]}"
+
+
 def check(kerf, bridge_program, only):
     schemas = load_schemas()
     faults = list(check_texts(schemas))
@@ -283,7 +294,7 @@ def check(kerf, bridge_program, only):
         groups = {"device": cases.make_device_group(bridge.where), **groups}
         del no_case["kerf device test"]
     reference = json.loads(subprocess.run([kerf, "reference", "--json"], capture_output=True, check=True).stdout)
-    faults += check_cases(list_commands(reference), schemas, groups, no_case)
+    faults += [*check_cases(list_commands(reference), schemas, groups, no_case), *check_example(reference)]
     groups = {name: group for name, group in groups.items() if not only or name in only}
     left_out, count = set(no_case.values()), collections.Counter()
     with tempfile.TemporaryDirectory(prefix="kerf_schemas_") as name, concurrent.futures.ThreadPoolExecutor(2) as pool:

@@ -25,6 +25,7 @@ std::string_view UnitOfKey(std::string_view key) {
       {"_N_per_mm2", "N/mm2"},
       {"_N_per_mm", "N/mm"},
       {"_mm_per_s", "mm/s"},
+      {"_m_per_s2", "m/s2"},
       {"_N_per_s", "N/s"},
       {"_Nmms", "N mm s"},
       {"_Nmm", "N mm"},
@@ -46,6 +47,8 @@ std::string_view UnitOfKey(std::string_view key) {
       {"_s", "s"},
       {"_g", "g"},
       {"_N", "N"},
+      {"_W", "W"},
+      {"_C", "C"},
       {"rpm", "rpm"},
       {"seconds", "s"},
   });

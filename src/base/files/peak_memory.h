@@ -5,11 +5,11 @@
 
 namespace kerf {
 
-/// Returns the largest amount of memory that this program has used, in units of 1024 * 1024 bytes.
+/// Returns the largest amount of memory that this program has used, MB (10^6 bytes).
 inline double ReadPeakMemory_MB() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
+  return 1.024e-3 * static_cast<double>(usage.ru_maxrss);
 }
 
 }  // namespace kerf

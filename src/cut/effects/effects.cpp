@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "kerf/describe.h"
 #include "kerf/error.h"
@@ -107,8 +108,11 @@ void CheckEffects(const EffectChoices& choices) {
       const EffectParameter& parameter = info.parameters[i];
       const auto check = [&](double x) {
         const std::string fault = FindRangeFault(x, {parameter.lower, parameter.upper}, UnitOfKey(parameter.key));
-        if (!fault.empty())
+        if (!fault.empty()) {
           faults.push_back(fmt::format("the effect {}: {} = {} {}", info.name, parameter.key, x, fault));
+        } else if (parameter.whole && x != std::round(x)) {
+          faults.push_back(fmt::format("the effect {}: {} = {} is not a whole number", info.name, parameter.key, x));
+        }
       };
       if (const auto* number = std::get_if<double>(&choice.values()[i])) check(*number);
       if (const auto* vector = std::get_if<Vec3>(&choice.values()[i])) {

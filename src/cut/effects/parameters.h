@@ -24,6 +24,7 @@ class EffectParameterLister {
   template <EffectNumber Number>
   void operator()(const char* key, Number& value, Range range, const char* meaning) {
     list_.push_back({key, static_cast<double>(value), range.lower, range.upper, meaning});
+    list_.back().whole = std::integral<Number>;
   }
   void operator()(const char* key, Vec3& value, Range range, const char* meaning) {
     list_.push_back({key, value, range.lower, range.upper, meaning});

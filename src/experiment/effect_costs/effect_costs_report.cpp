@@ -9,6 +9,7 @@
 #include "base/table/table_json.h"
 #include "effect_costs_csv.h"
 #include "experiment/effect_costs/effect_costs.h"
+#include "kerf/describe.h"
 
 namespace kerf {
 namespace {
@@ -60,8 +61,9 @@ std::string FormatRange(const EffectParameter& p) {
   if (!p.words.empty()) return fmt::format("one of {}", fmt::join(p.words, ", "));
   if (p.file == EffectFileKind::kSurface) return "a closed surface (.stl, .ply, .obj), relative to the scene";
   if (p.file == EffectFileKind::kMarkups) return "a .mrk.json file of 3D Slicer, relative to the scene";
-  if (p.default_value.index() == EffectValue(0.0).index()) return fmt::format("{:g} to {:g}", p.lower, p.upper);
-  if (std::holds_alternative<Vec3>(p.default_value)) return fmt::format("each {:g} to {:g}", p.lower, p.upper);
+  const std::string range = ShowRange({p.lower, p.upper}, UnitOfKey(p.key));
+  if (p.default_value.index() == EffectValue(0.0).index()) return range;
+  if (std::holds_alternative<Vec3>(p.default_value)) return "each " + range;
   return std::holds_alternative<bool>(p.default_value) ? "true or false" : "text";
 }
 
@@ -276,6 +278,7 @@ std::string FormatEffectListJson(const EffectInfo* only) {
       if (std::holds_alternative<double>(p.default_value) || std::holds_alternative<Vec3>(p.default_value)) {
         parameter["range"] = {p.lower, p.upper};
       }
+      if (const std::string_view unit = UnitOfKey(p.key); !unit.empty()) parameter["unit"] = unit;
       if (!p.words.empty()) parameter["words"] = p.words;
       row["parameters"].push_back(parameter);
     }

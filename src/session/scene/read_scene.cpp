@@ -326,8 +326,14 @@ void ReadEffects(TableReader& root, EffectChoices& effects, const std::string& s
     EffectChoice choice(info->name);
     Describe(choice, effect_reader);
     for (std::size_t i = 0; i < info->parameters.size(); ++i) {
-      if (info->parameters[i].file == EffectFileKind::kNone) continue;
-      ReadFileName(effect_reader, info->parameters[i].key, std::get<std::string>(choice.values()[i]), scene_file);
+      const EffectParameter& parameter = info->parameters[i];
+      EffectValue& value = choice.values()[i];
+      if (parameter.file != EffectFileKind::kNone) {
+        ReadFileName(effect_reader, parameter.key, std::get<std::string>(value), scene_file);
+      } else if (parameter.whole && std::get<double>(value) != std::round(std::get<double>(value))) {
+        effect_reader.Fault(parameter.key,
+                            fmt::format("{} = {} is not a whole number", parameter.key, std::get<double>(value)));
+      }
     }
     effect_reader.Finish();
     const std::string fault = info->find_fault != nullptr ? info->find_fault(choice.values()) : "";

@@ -11,6 +11,7 @@ namespace kerf {
 namespace {
 
 using Json = nlohmann::json;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -111,7 +112,8 @@ TEST_F(EffectsCommand, CheckDetectsInconsistentParameters) {
   Write("rate.toml", kEffectsScene + "[effects.sound]\nrate_Hz = 44100.5\n");
   EXPECT_THAT(Kerf("check none.toml").err, HasSubstr("[effects.guide]: normal has no direction: its length is 0"));
   EXPECT_THAT(Kerf("check out.toml").err, HasSubstr("depth_direction does not lie in the plane"));
-  EXPECT_THAT(Kerf("check rate.toml").err, HasSubstr("[effects.sound]: rate_Hz must be a whole number"));
+  EXPECT_THAT(Kerf("check rate.toml").err,
+              ContainsRegex("rate.toml:[0-9]+:[0-9]+: rate_Hz = 44100.5 is not a whole number"));
 }
 
 TEST_F(EffectsCommand, ListsOneEffectByItsName) {

@@ -57,6 +57,9 @@ TEST(EffectRegistry, InvalidChoicesAreRefusedByName) {
   EXPECT_EQ(FindChoice(choices, "kerf_friction")->GetNumber("coefficient"), 0.3);
   EXPECT_THROW(SetEffect(choices, "kerf_friction", "coefficient", EffectValue(true)), Error);
   EXPECT_THROW(SetEffect(choices, "kerf_friction", "no_such_key", 1), Error);
+  SetEffect(choices, "chips", "max_chips", 10.5);
+  EXPECT_EQ(RefusalOf(choices), "the effect chips: max_chips = 10.5 is not a whole number");
+  RemoveEffect(choices, "chips");
   choices.emplace_back("kerf_friction");
   EXPECT_THAT(RefusalOf(choices), HasSubstr("listed twice"));
   RemoveEffect(choices, "kerf_friction");

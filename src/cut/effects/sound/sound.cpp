@@ -88,10 +88,6 @@ const EffectInfo& Sound() {
            {"load_W", "cutting power"},
            {"passing_N",
             "amplitude of the teeth's force at their frequency, an estimate that is used without tooth_vibration"}},
-      .find_fault = [](std::span<const EffectValue> values) -> std::string {
-        const double rate_Hz = std::get<double>(values[0]);
-        return rate_Hz == std::floor(rate_Hz) ? "" : "rate_Hz must be a whole number";
-      },
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         return std::make_unique<SoundEffect>(ReadEffectParameters<SoundParams>(values), setup);
       }};
