@@ -54,7 +54,7 @@ inline constexpr double kMinTick_s = 1e-6;
 struct TickInput {
   Pose X_WT;            // tool pose at the end of the tick
   double dt_s = 0.001;  // 0 or more; below 1e-6 the tick does nothing and repeats the last force
-  double rpm = 7500;    // spindle speed; 0: stopped, the tool does not cut
+  double rpm = 7500;    // spindle speed; below kMinRpm: stopped, the tool does not cut
 };
 
 /// Bits of TickOutput::status. Each comment states what the tick did instead of what was requested. Recordings contain
@@ -63,7 +63,7 @@ enum TickStatus : std::uint32_t {
   kTickOk = 0,
   kTickBadPose = 1u << 0,  // pose, rpm or dt not finite or out of range: nothing is done, the force is zero, and the
                            // last valid pose is kept
-  kTickSpindleStopped = 1u << 1,   // rpm = 0: the tool is moved, nothing is cut, and the force is zero
+  kTickSpindleStopped = 1u << 1,   // |rpm| < kMinRpm: the tool is moved, nothing is cut, and the force is zero
   kTickSubstepsLimited = 1u << 2,  // the motion needs more than the maximum number of substeps: the steps along the
                                    // path are coarser
   kTickNoTime = 1u << 3,           // dt below kMinTick_s: nothing is done, the last force is repeated

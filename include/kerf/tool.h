@@ -11,7 +11,8 @@ namespace kerf {
 
 /// Largest speed of a spindle that a tick accepts, in either direction, and speeds that users may set.
 inline constexpr double kMaxRpm = 1e6;
-inline constexpr Range kSpindleRange_rpm{0, kMaxRpm / 10};
+inline constexpr double kMinRpm = 1;  // a slower spindle is stopped
+inline constexpr Range kSpindleRange_rpm{kMinRpm, kMaxRpm / 10, kOrZero};
 
 /// Circular saw. Tool frame T: origin at the disc's centre, z along the spindle axis, disc in the x-y plane. The
 /// defaults are the disc for which the paper's tables were computed (docs/physics.md).

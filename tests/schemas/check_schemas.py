@@ -14,6 +14,7 @@ skipped. --self-test plants one fault of each kind and checks that it is reporte
 import argparse
 import collections
 import concurrent.futures
+import contextlib
 import copy
 import fnmatch
 import json
@@ -33,7 +34,7 @@ try:
     import jsonschema
 except ImportError:
     # tools/setup installs the module for Debian's Python, which need not be the first on the PATH.
-    if os.path.realpath(sys.executable) != os.path.realpath("/usr/bin/python3") and os.path.exists("/usr/bin/python3"):
+    if (sys.prefix, sys.base_prefix) != ("/usr", "/usr") and os.path.exists("/usr/bin/python3"):
         os.execv("/usr/bin/python3", ["/usr/bin/python3", *sys.argv])
     print("tests/schemas/check_schemas.py: the Python module jsonschema is missing; install it with tools/setup --tests")
     sys.exit(77)  # ctest: skipped
@@ -217,7 +218,13 @@ def run_command(kerf, case, folder, environment):
             out, err = process.communicate(timeout=factor * case.interrupt_s or 300)
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGINT)
-            out, err = process.communicate()
+            try:
+                out, err = process.communicate(timeout=300)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                out, err = process.communicate()
+        finally:
+            process.kill()
         if out or not case.interrupt_s or process.returncode == 0:
             break
     return process.returncode, out.decode(errors="replace"), err.decode(errors="replace")
@@ -266,9 +273,15 @@ class Bridge:
 
     def __init__(self, program):
         self.process = subprocess.Popen([program, "0"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        self.where = re.search(r"127\.0\.0\.1:\d+", self.process.stdout.readline())[0]
+        where = re.search(r"127\.0\.0\.1:\d+", self.process.stdout.readline())
+        if not where:
+            sys.exit(f"tests/schemas/check_schemas.py: {program} prints no address")
+        self.where = where[0]
 
-    def close(self):
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
         self.process.terminate()
         self.process.wait()
 
@@ -284,13 +297,13 @@ def check_example(document):
             yield f"docs/json.md: the program finds the document {'wrong' if expected else 'right'}: {done.stderr.strip()[-200:]}"
 
 
-def check(kerf, bridge_program, only):
+def check(kerf, bridge, only):
+    """Checks all commands; `bridge` may be None. Returns the exit code."""
     schemas = load_schemas()
     faults = list(check_texts(schemas))
     checker = Checker(schemas)
-    groups, no_case, bridge = dict(cases.GROUPS), dict(NO_CASE), None
-    if bridge_program:
-        bridge = Bridge(bridge_program)
+    groups, no_case = dict(cases.GROUPS), dict(NO_CASE)
+    if bridge:
         groups = {"device": cases.make_device_group(bridge.where), **groups}
         del no_case["kerf device test"]
     reference = json.loads(subprocess.run([kerf, "reference", "--json"], capture_output=True, check=True).stdout)
@@ -313,8 +326,6 @@ def check(kerf, bridge_program, only):
                 for place, schema, document in documents:
                     count[schema] += 1
                     faults += [f"{place}\n    {fault}" for fault in checker.check(schema, document)]
-    if bridge:
-        bridge.close()
     if not only and not faults:  # otherwise documents are missing
         faults += checker.find_unseen(schemas, left_out)
     for schema in sorted(set(no_case.values())):
@@ -366,17 +377,20 @@ def self_test():
 
 
 def main():
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored after nohup; the commands would inherit that
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("kerf", type=pathlib.Path, nargs="?")
     parser.add_argument("--bridge", type=pathlib.Path, help="the compiled tools/bridge/example.c")
-    parser.add_argument("--only", action="append", help="only this group of cases, such as loop; no check for unseen properties")
+    parser.add_argument("--only", action="append", choices=["device", *cases.GROUPS], help="only this group of cases, such as loop; no check for unseen properties")
     parser.add_argument("--self-test", action="store_true")
     arguments = parser.parse_args()
     if arguments.self_test:
         return self_test()
     if arguments.kerf is None:
         parser.error("give the program")
-    return check(arguments.kerf.resolve(), arguments.bridge, arguments.only)
+    with Bridge(arguments.bridge) if arguments.bridge else contextlib.nullcontext() as bridge:
+        return check(arguments.kerf.resolve(), bridge, arguments.only)
 
 
 if __name__ == "__main__":

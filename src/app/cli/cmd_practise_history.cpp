@@ -165,7 +165,7 @@ void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
   AddNumberOption(command, "--agents", options.agents, "agents", Range{1, 100},
                   "let all three agents do every exercise, or --exercise, with this many seeds each; print a Markdown "
                   "table");
-  command.add_option("--seed", options.seed, "Seed of the agent's errors and tremor")
+  AddNumberOption(command, "--seed", options.seed, "seed", Range{0, 1e9}, "seed of the agent's errors and tremor")
       ->needs(agent)
       ->capture_default_str();
   AddNumberOption(command, "--seconds", options.seconds, "seconds", Range{0, kMaxLoop_s},

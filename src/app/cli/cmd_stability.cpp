@@ -213,12 +213,8 @@ void AddStabilityCommand(CLI::App& app) {
   command->add_option("--hand", options->hand, "Hand model, H0 to H4, instead of the scene's [hand] model")
       ->transform(CLI::IsMember({"H0", "H1", "H2", "H3", "H4"}, CLI::ignore_case));
   auto* quick = command->add_flag("--quick", options->study.quick, "Use fewer hands and a coarser map");
-  command->add_option("--seed", options->study.seed, "Seed of the random parts of the scenarios, 0 or more")
-      ->check([](const std::string& text) {
-        const bool number =
-            !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
-        return number ? std::string() : fmt::format("\"{}\" is not a whole number; give 0 or more", text);
-      })
+  AddNumberOption(*command, "--seed", options->study.seed, "seed", Range{0, 1e9},
+                  "seed of the random parts of the scenarios")
       ->capture_default_str();
   auto* as_asked =
       command->add_flag("--as-asked", options->study.as_asked,

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 
 #include "kerf/error.h"
 
@@ -58,6 +59,17 @@ CLI::Validator NumberWithin(Range range, std::string_view unit) {
     return fault.empty() ? fault : fmt::format("{} {}", text, fault);
   };
   return {check, ""};
+}
+
+CLI::Validator WholeNumber() {
+  const auto transform = [](std::string& text) -> std::string {
+    const auto value = ParseNumber(text);
+    if (!value || std::abs(*value) > 1e15) return {};  // reported by NumberWithin()
+    if (*value != std::round(*value)) return fmt::format("'{}' is not a whole number", text);
+    text = fmt::format("{}", static_cast<std::int64_t>(*value));
+    return {};
+  };
+  return {transform, ""};
 }
 
 std::string MakeNumberHelp(const char* key, Range range, std::string_view meaning) {

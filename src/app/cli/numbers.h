@@ -24,6 +24,16 @@ Vec3 ParsePoint(const std::string& text, const char* option);
 /// states the range and the unit.
 CLI::Validator NumberWithin(Range range, std::string_view unit);
 
+/// Returns a transform that writes a whole number in plain digits, because CLI11 reads 010 as octal and cannot read
+/// 1e3. Refuses a number that is not whole.
+CLI::Validator WholeNumber();
+
+/// Type of an option for whole numbers, also optional or several.
+template <typename Value>
+concept WholeOption = std::integral<Value> || requires {
+  requires std::integral<typename Value::value_type>;
+};
+
 /// Returns the help of an option from the description of its parameter, such as "Memory for undo, MB, 0.2 to 1000; the
 /// oldest checkpoints are dropped first".
 std::string MakeNumberHelp(const char* key, Range range, std::string_view meaning);
@@ -32,8 +42,10 @@ std::string MakeNumberHelp(const char* key, Range range, std::string_view meanin
 template <typename Value>
 CLI::Option* AddNumberOption(CLI::App& command, const std::string& option, Value& value, const char* key, Range range,
                              std::string_view meaning) {
-  return command.add_option(option, value, MakeNumberHelp(key, range, meaning))
-      ->check(NumberWithin(range, UnitOfKey(key)));
+  CLI::Option* made = command.add_option(option, value, MakeNumberHelp(key, range, meaning));
+  made->check(NumberWithin(range, UnitOfKey(key)));
+  if constexpr (WholeOption<Value>) made->transform(WholeNumber());  // runs before the check
+  return made;
 }
 
 /// Visitor for Describe() that adds an option for one parameter.

@@ -18,7 +18,6 @@ constexpr double kAxialFraction = 0.25;            // along the spindle, in voxe
 constexpr double kLargestTurn_rad = 0.5;
 constexpr double kMarginVoxels = 1.5;  // bone within this distance is near
 constexpr double kMaxTick_s = 1;
-constexpr double kMinRpm = 1;
 constexpr double kMaxSpeed = 1e6;  // of the handle, mm/s and rad/s
 
 bool IsFinite(const Vec3& v, double limit) {

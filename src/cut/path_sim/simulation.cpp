@@ -233,7 +233,8 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
   }
   const Pose X_to = s.Local(in.X_WT);
   const Pose X_from = std::exchange(s.X_WT, X_to);
-  EffectBegin begin{in.dt_s, in.rpm, in.rpm};
+  const double rpm = std::abs(in.rpm) < kMinRpm ? 0 : in.rpm;
+  EffectBegin begin{in.dt_s, rpm, rpm};
   {
     const EffectsStage stage(observer, s.effects, TickStage::kAccept);
     s.effects.Begin(begin);
@@ -242,7 +243,7 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
   if (passes_per_s == 0) {
     s.CutRest(X_from);
     out.status = kTickSpindleStopped;
-    EffectEnd end{in.dt_s, in.rpm, 0, s.X_WT, true, 0, 0, 0};
+    EffectEnd end{in.dt_s, rpm, 0, s.X_WT, true, 0, 0, 0};
     const EffectsStage stage(observer, s.effects, TickStage::kEnd);
     s.effects.End(end);
     s.last = out;
@@ -289,8 +290,8 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
   sums.Report(substeps, out);
   out.f_T_W_N /= substeps;
   out.tau_TG_W_Nmm /= substeps;
-  EffectEnd end{in.dt_s,           in.rpm,           begin.rpm,      s.X_WT, out.engaged_teeth == 0,
-                out.engaged_teeth, out.thrust_sum_N, out.removed_mm3};
+  EffectEnd end{in.dt_s,        rpm, begin.rpm, s.X_WT, out.engaged_teeth == 0, out.engaged_teeth, out.thrust_sum_N,
+                out.removed_mm3};
   {
     const EffectsStage stage(observer, s.effects, TickStage::kPublish);
     s.effects.End(end);

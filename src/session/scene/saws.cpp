@@ -59,7 +59,7 @@ Saw ParseSaw(const std::vector<std::string>& fields, const CsvPlace& place) {
   } else {
     place.Fail(fmt::format("shape = {} must be disc or ball", Quote(fields[1])));
   }
-  saw.tool.rpm = ParseWithin(fields[6], 6, Range{1, kSpindleRange_rpm.upper}, place);
+  saw.tool.rpm = ParseWithin(fields[6], 6, Range{kMinRpm, kSpindleRange_rpm.upper}, place);
   saw.source = fields[7];
   if (saw.source.empty()) place.Fail("source is empty; give the source of the dimensions");
   return saw;

@@ -57,6 +57,10 @@ TEST_F(ModelCommand, BadInputIsReportedInOneSentence) {
       {"model block -o b.vdb --materials t.csv", 1,
        "kerf: t.csv:2: tissue = \"bone\" is not one of cortical, cancellous, tooth, canal, other\n"},
       {"model mandible -o m.vdb --ramus-width 99", 2, "--ramus-width: 99 is above 38; valid range 24 to 38 mm"},
+      // Decimal, not octal.
+      {"model mandible -o m.vdb --teeth 08", 1, "kerf: mandible: teeth = 8 is not 0, 14 or 16\n"},
+      {"model mandible -o m.vdb --teeth 015", 1, "kerf: mandible: teeth = 15 is not 0, 14 or 16\n"},
+      {"model mandible -o m.vdb --teeth 7.5", 2, "'7.5' is not a whole number"},
       {"model mandible -o m.vdb --teeth 7", 1, "kerf: mandible: teeth = 7 is not 0, 14 or 16\n"},
       {"model mandible -o missing/m.vdb --voxel 1", 1, "missing"},
       {"model skull -o m.vdb", 2, "subcommand"},

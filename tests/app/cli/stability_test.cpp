@@ -6,6 +6,7 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "support/block_scene.h"
 #include "support/program.h"
@@ -223,10 +224,12 @@ TEST_F(StabilityCommand, ExaminesTheRequestedCoupling) {
 
 TEST_F(StabilityCommand, RefusesAnInvalidSeed) {
   Write("s.toml", kStabilityBlock + kStroke);
-  for (const char* seed : {"-1", "1.5", "x"}) {
+  for (const auto& [seed, message] : {std::pair{"-1", "-1 is below 0; valid range 0 to 1000000000"},
+                                      {"1.5", "'1.5' is not a whole number"},
+                                      {"x", "'x' is not a number; valid range 0 to 1000000000"}}) {
     const ProgramResult result = Kerf(std::string("stability s.toml --seed ") + seed);
-    EXPECT_NE(result.code, 0) << seed;
-    EXPECT_THAT(result.err, HasSubstr("is not a whole number; give 0 or more")) << seed;
+    EXPECT_EQ(result.code, 2) << seed;
+    EXPECT_THAT(result.err, HasSubstr(message)) << seed;
   }
 }
 

@@ -279,11 +279,14 @@ TEST(Simulation, BadPoseChangesNothingAndGivesNoForce) {
 
 TEST(Simulation, StoppedSpindleDoesNotCut) {
   const Bone bone = test::MakeBox(Pose{}, {20, 2, 6}, 0.2);
-  Simulation simulation(bone, {}, DiscPose(Pose{}, {0, 0, 3 + kR}));
-  const TickOutput out = simulation.Tick({DiscPose(Pose{}, {0, 0, 2 + kR}), 0.001, 0});
-  EXPECT_EQ(out.status, kTickSpindleStopped);
-  EXPECT_EQ(out.removed_mm3, 0);
-  EXPECT_EQ(simulation.UpdateBone().CalcHash(), bone.CalcHash());
+  // A spindle below kMinRpm counts as stopped.
+  for (const double rpm : {0.0, 0.999, -0.5, 1e-300, 5e-324}) {
+    Simulation simulation(bone, {}, DiscPose(Pose{}, {0, 0, 3 + kR}));
+    const TickOutput out = simulation.Tick({DiscPose(Pose{}, {0, 0, 2 + kR}), 0.001, rpm});
+    EXPECT_EQ(out.status, kTickSpindleStopped) << rpm;
+    EXPECT_EQ(out.removed_mm3, 0) << rpm;
+    EXPECT_EQ(simulation.UpdateBone().CalcHash(), bone.CalcHash()) << rpm;
+  }
 }
 
 TEST(Simulation, SameCallsGiveTheSameBits) {

@@ -26,7 +26,6 @@ double Sum(const std::array<double, 256>& values) {
 }
 
 constexpr std::uint32_t kLagging = kCoupledSubstepsUsedUp | kCoupledLeavesUsedUp;
-constexpr double kMinRpm = 1;  // below it the spindle is stopped: CoupledInput
 
 }  // namespace
 

@@ -53,9 +53,9 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"NegativeThickness", test::ShortScene() + "[tool]\nthickness_mm = -0.1\n",
                 "s.toml:9:1: thickness_mm = -0.1 is below 0.02; valid range 0.02 to 10 mm"},
         Mistake{"TextForNumber", test::ShortScene() + "[tool]\nrpm = \"fast\"\n",
-                "s.toml:9:1: rpm = \"fast\" is a string; it must be a number from 0 to 100000 rpm"},
+                "s.toml:9:1: rpm = \"fast\" is a string; it must be a number from 1 to 100000 rpm, or 0"},
         Mistake{"DateForNumber", test::ShortScene() + "[tool]\nrpm = 2026-11-20\n",
-                "s.toml:9:1: rpm is a date or time; it must be a number from 0 to 100000 rpm"},
+                "s.toml:9:1: rpm is a date or time; it must be a number from 1 to 100000 rpm, or 0"},
         Mistake{"NaNInVector", test::ShortScene() + "[tool]\ngrip_mm = [0, nan, 80]\n",
                 "s.toml:9:15: grip_mm[1] = nan is not a finite number; valid range -1000 to 1000 mm"},
         Mistake{

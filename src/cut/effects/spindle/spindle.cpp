@@ -15,7 +15,6 @@ namespace kerf {
 namespace {
 
 constexpr double kRpm = 30 / std::numbers::pi;
-constexpr double kMinRpm = 1;  // a slower spindle counts as stopped, as in the tick
 constexpr double kMax_Nmm = 1e9;
 
 }  // namespace
