@@ -61,7 +61,7 @@ std::string FormatRange(const EffectParameter& p) {
   if (!p.words.empty()) return fmt::format("one of {}", fmt::join(p.words, ", "));
   if (p.file == EffectFileKind::kSurface) return "a closed surface (.stl, .ply, .obj), relative to the scene";
   if (p.file == EffectFileKind::kMarkups) return "a .mrk.json file of 3D Slicer, relative to the scene";
-  const std::string range = ShowRange({p.lower, p.upper}, UnitOfKey(p.key));
+  std::string range = ShowRange({p.lower, p.upper}, UnitOfKey(p.key));
   if (p.default_value.index() == EffectValue(0.0).index()) return range;
   if (std::holds_alternative<Vec3>(p.default_value)) return "each " + range;
   return std::holds_alternative<bool>(p.default_value) ? "true or false" : "text";
