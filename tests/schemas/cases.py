@@ -9,55 +9,32 @@ import json
 import math
 import struct
 
+
+def make_block(title, size_mm, voxel_mm):
+    x, y, z = size_mm
+    return (f'title = "{title}"\n[bone]\nmodel = "block"\n[bone.block]\nsize_x_mm = {x}\nsize_y_mm = {y}\nsize_z_mm = {z}\n'
+            f"voxel_mm = {voxel_mm}\n")
+
+
+def make_disc(diameter_mm, thickness_mm, teeth):
+    return f"[tool]\ndiameter_mm = {diameter_mm}\nthickness_mm = {thickness_mm}\nteeth = {teeth}\n"
+
+
+def make_stroke(start_mm, end_mm, feed_mm_per_s):
+    return (f"[[path.stroke]]\nstart_mm = {start_mm}\nend_mm = {end_mm}\nfeed_mm_per_s = {feed_mm_per_s}\n"
+            "disc_normal = [1, 0, 0]\n")
+
+
+NO_PICTURES = "[output]\npictures = false\n"
+
 # A disc moves down into a block; all optional parts are off.
-BLOCK = """title = "Block"
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 6
-size_y_mm = 5
-size_z_mm = 6
-voxel_mm = 0.4
-[[path.stroke]]
-start_mm = [0, 0, 12]
-end_mm = [0, 0, 8]
-feed_mm_per_s = 20
-disc_normal = [1, 0, 0]
-[slab]
-direction = [0, 0, -1]
-[output]
-pictures = false
-"""
+BLOCK = (make_block("Block", (6, 5, 6), 0.4) + make_stroke([0, 0, 12], [0, 0, 8], 20) + "[slab]\ndirection = [0, 0, -1]\n" +
+         NO_PICTURES)
 
 # A disc cuts a bar into two pieces and a crumb; with effects.
-BAR = """title = "Bar"
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 8
-size_y_mm = 4
-size_z_mm = 3
-voxel_mm = 0.2
-[tool]
-diameter_mm = 12
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [3.55, 0, 9]
-end_mm = [3.55, 0, 2.4]
-feed_mm_per_s = 10
-disc_normal = [1, 0, 0]
-[[path.stroke]]
-start_mm = [0, 0, 6.5]
-end_mm = [0, 0, 2.4]
-feed_mm_per_s = 10
-disc_normal = [1, 0, 0]
-[[path.stroke]]
-start_mm = [0, 0, 2.4]
-end_mm = [0, 0, 20]
-feed_mm_per_s = 40
-disc_normal = [1, 0, 0]
-[hand]
+BAR = make_block("Bar", (8, 4, 3), 0.2) + make_disc(12, 0.5, 16) + "".join(
+    itertools.starmap(make_stroke, [([3.55, 0, 9], [3.55, 0, 2.4], 10), ([0, 0, 6.5], [0, 0, 2.4], 10),
+                                    ([0, 0, 2.4], [0, 0, 20], 40)])) + """[hand]
 model = "H4"
 [effects.fragments]
 pieces = "moved"
@@ -66,9 +43,7 @@ remove_dust = true
 every_ms = 10
 [effects.heat]
 [effects.tangential_force]
-[output]
-pictures = false
-"""
+""" + NO_PICTURES
 
 DEGRADE = BAR + "[loop]\ndegrade = true\n"
 SLAB = BLOCK.replace("end_mm = [0, 0, 8]", "end_mm = [0, 0, -2]") + '[simulation]\nmode = "slab"\n'
@@ -82,14 +57,7 @@ file = "ct.vdb"
 [material]
 kind = "ct"
 ct_law = "mandible_matmap"
-[[path.stroke]]
-start_mm = [0, 0, 25]
-end_mm = [0, 0, 22]
-feed_mm_per_s = 20
-disc_normal = [1, 0, 0]
-[output]
-pictures = false
-"""
+""" + make_stroke([0, 0, 25], [0, 0, 22], 20) + NO_PICTURES
 
 PLAN = BAR + """[[plan.plane]]
 name = "first"
@@ -112,50 +80,11 @@ depth_mm = 1
 """
 
 # The stability of a small loop; a low rate has few ticks.
-STABILITY = """title = "Small block"
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 3
-size_y_mm = 3
-size_z_mm = 3
-voxel_mm = 0.5
-[tool]
-diameter_mm = 6
-thickness_mm = 0.6
-teeth = 8
-[[path.stroke]]
-start_mm = [0, 0, 4]
-end_mm = [0, 0, 2]
-feed_mm_per_s = 20
-disc_normal = [1, 0, 0]
-[loop]
-rate_hz = 250
-[device]
-profile = "touch"
-[hand]
-model = "H2"
-"""
+STABILITY = (make_block("Small block", (3, 3, 3), 0.5) + make_disc(6, 0.6, 8) + make_stroke([0, 0, 4], [0, 0, 2], 20) +
+             '[loop]\nrate_hz = 250\n[device]\nprofile = "touch"\n[hand]\nmodel = "H2"\n')
 
 # A disc cuts through a small block.
-THROUGH = """title = "Through"
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 3
-size_y_mm = 3
-size_z_mm = 1.5
-voxel_mm = 0.4
-[tool]
-diameter_mm = 6
-thickness_mm = 0.6
-teeth = 8
-[[path.stroke]]
-start_mm = [0, 0, 3.5]
-end_mm = [0, 0, 0]
-feed_mm_per_s = 20
-disc_normal = [1, 0, 0]
-"""
+THROUGH = make_block("Through", (3, 3, 1.5), 0.4) + make_disc(6, 0.6, 8) + make_stroke([0, 0, 3.5], [0, 0, 0], 20)
 
 # The path "ct" is omitted, because its data are missing.
 STUDY = """title = "Two paths"
