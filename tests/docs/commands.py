@@ -125,7 +125,7 @@ def coarsen_mandibles(folder):
     """Gives the generated mandibles of all scenes coarse voxels; tools/run and the tests of `kerf run` make fine ones."""
     for scene in [*folder.glob("*.toml"), *folder.glob("scenes/*.toml"), *folder.glob("out/*.toml")]:
         text = scene.read_text(encoding="utf-8")
-        coarse = re.sub(r"^(\[bone\.mandible\]\n(?:(?!\[).*\n)*?voxel_mm = )0\.[0-3]\d*", r"\g<1>0.4", text, flags=re.M)
+        coarse = re.sub(r"^(\[bone\.mandible\]\n(?:(?!\[).*\n)*?voxel_mm = )0\.[0-7]\d*", r"\g<1>0.8", text, flags=re.M)
         if coarse != text:
             scene.write_text(coarse, encoding="utf-8")
 

@@ -27,9 +27,9 @@ RECORDINGS = {
     "loop_undo": ("loop, live, undo and redo", ["loop", "hand_held_cut.toml", "--seconds", "6", *UNDO]),
     "loop_effects": ("loop with effects", ["loop", "fragments.toml", "--seconds", "14", "--virtual"]),
     "loop_overrun": ("loop, overrun: missed ticks, coarser ticks", ["loop", "hand_held_cut.toml", "--seconds", "6", "--virtual", "--burn-us", "1500"]),
-    "run_disc": ("run, disc, 21 s", ["run", "slot_in_block.toml", "-o", "out"]),
-    "run_ball": ("run, ball", ["run", "ball_slot.toml", "-o", "out"]),
-    "run_slab": ("run, slab mode", ["run", "slab_mandible.toml", "-o", "out"]),
+    "run_disc": ("run, disc, 21 s", ["run", "slot_in_block.toml", "--no-pictures", "-o", "out"]),
+    "run_ball": ("run, ball", ["run", "ball_slot.toml", "--no-pictures", "-o", "out"]),
+    "run_slab": ("run, slab mode", ["run", "slab_mandible.toml", "--no-pictures", "-o", "out"]),
 }
 HIDDEN = "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F,-AVX,-FMA4,-AVX2_Usable,-FMA_Usable"
 
@@ -53,7 +53,7 @@ def main():
         shutil.copy(scene, folder)
     if arguments.only:  # in the tests, a coarse mandible is enough
         slab = (SCENES / "slab_mandible.toml").read_text(encoding="utf-8")
-        (folder / "slab_mandible.toml").write_text(slab.replace("voxel_mm = 0.2", "voxel_mm = 0.4"), encoding="utf-8")
+        (folder / "slab_mandible.toml").write_text(slab.replace("voxel_mm = 0.2", "voxel_mm = 0.8"), encoding="utf-8")
     (folder / "fragments.toml").write_text((SCENES / "hand_held_cut.toml").read_text(encoding="utf-8") + FRAGMENTS, encoding="utf-8")
     kerf = str(pathlib.Path(arguments.kerf).resolve())
     variants = [("same program", [kerf], {}), ("on one core", ["taskset", "-c", str(min(os.sched_getaffinity(0))), kerf], {}),

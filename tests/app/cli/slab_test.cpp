@@ -71,7 +71,7 @@ class Slab : public test::ProgramTest {
   void SetUp() override {
     ProgramTest::SetUp();
     // The block extends from z = 0 down to -10 and has four long edges along x.
-    ASSERT_EQ(Kerf("model block --size 30,12,10 --layer 2:24 --layer 8:32 -o block.vdb").code, 0);
+    ASSERT_EQ(Kerf("model block --size 30,12,10 --voxel 0.2 --layer 2:24 --layer 8:32 -o block.vdb").code, 0);
   }
   Json Report(const std::string& arguments) {
     const ProgramResult result = Kerf("slab block.vdb --json --no-picture -o out " + arguments);
@@ -163,7 +163,7 @@ TEST_F(Slab, BadUsageIsRefused) {
       Kerf("slab none.vdb --plane 0,0,-5,1,0,0 -o out"),
       "none.vdb: there is no such file; 'kerf import INPUT -o none.vdb' makes it from a CT or a closed surface");
   ExpectRefusal(Kerf("slab block.vdb --plane 40,0,-5,1,0,0 -o out"),
-                "the plane misses the bone: along its normal the bone lies -54.90 to -25.10 mm from the plane");
+                "the plane misses the bone: along its normal the bone lies -54.80 to -25.20 mm from the plane");
   EXPECT_FALSE(Exists("out"));
   for (const char* arguments :
        {"slab block.vdb -o out", "slab block.vdb --plane 0,0,-5,1,0,0", "slab block.vdb --plane 0,0,-5,1,0 -o out",
