@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "app/cli/command_list.h"
@@ -59,14 +60,29 @@ std::string ListTopics() {
   return text;
 }
 
-/// Returns the part of the command that was parsed, such as "kerf model block".
-std::string NameParsedCommand(const CLI::App& app) {
+/// Returns the part of the command that was parsed, such as "kerf model block", and the command itself.
+std::pair<std::string, const CLI::App*> FindParsedCommand(const CLI::App& app) {
   std::string name = app.get_name();
-  for (const CLI::App* at = &app; !at->get_subcommands().empty();) {
+  const CLI::App* at = &app;
+  while (!at->get_subcommands().empty()) {
     at = at->get_subcommands().front();
     name += " " + at->get_name();
   }
-  return name;
+  return {name, at};
+}
+
+/// Returns a phrase with the option that is nearest to an unknown one; "" if none is near.
+std::string SuggestOption(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  for (const std::string& word : command.remaining()) {
+    if (!word.starts_with("--")) continue;
+    const std::string nearest = kerf::FindNearestName(word.substr(0, word.find('=')), names);
+    if (!nearest.empty()) return fmt::format("; the nearest option is {}", nearest);
+  }
+  return "";
 }
 
 /// Flushes the output and returns the exit code. Lost output, for example on a full disk, is a failure.
@@ -109,7 +125,8 @@ int RunProgram(int argc, char** argv) {
       return kUsage;
     }
     if (e.get_exit_code() == 0) return app.exit(e);
-    Say("{}; see '{} --help'", e.what(), NameParsedCommand(app));
+    const auto [name, command] = FindParsedCommand(app);
+    Say("{}{}; see '{} --help'", e.what(), SuggestOption(*command), name);
     return kUsage;
   } catch (const kerf::cli::ReadDamaged&) {
     return kerf::cli::kReadDamaged;

@@ -67,6 +67,20 @@ TEST_F(Program, UnknownCommandIsNamedWithTheNearest) {
   EXPECT_EQ(result.err, "kerf: unknown command \"imprt\"; the nearest is \"import\"; 'kerf --help' lists them\n");
 }
 
+TEST_F(Program, UnknownOptionIsNamedWithTheNearest) {
+  const ProgramResult near = Kerf("run s.toml --no-picture");
+  EXPECT_EQ(near.code, 2);
+  EXPECT_EQ(near.err,
+            "kerf: The following argument was not expected: --no-picture; the nearest option is --no-pictures; see "
+            "'kerf run --help'\n");
+  const ProgramResult value = Kerf("model block --voxl=0.2 -o b.vdb");
+  EXPECT_EQ(value.code, 2);
+  EXPECT_THAT(value.err, HasSubstr("; the nearest option is --voxel; see 'kerf model block --help'\n"));
+  const ProgramResult none = Kerf("run s.toml --zzzzzzzzz");
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, testing::Not(HasSubstr("nearest")));
+}
+
 TEST_F(Program, ResultsOfAnEarlierRunAreRemoved) {
   std::string shallow = kStroke;
   shallow.replace(shallow.find("6.0]"), 4, "9.0]");
