@@ -72,7 +72,7 @@ bool EndsWith(const std::string& text, const std::string& end) {
 }
 
 std::string TitleOf(const Scene& scene) {
-  return scene.title.empty() ? scene.name : scene.title;
+  return scene.TitleOrName();
 }
 
 /// Replays a recording of a loop and takes the bones and the plan from it.

@@ -48,7 +48,7 @@ void PrintTimes(const PartTimes& t) {
 }
 
 void PrintSummary(const Scene& scene, const LoopSummary& s) {
-  fmt::print("{}\n", scene.title.empty() ? scene.name : scene.title);
+  fmt::print("{}\n", scene.TitleOrName());
   fmt::print("  loop      {:.2f} s {} at {:g} Hz: {} ticks, {} missed (at most {} in a row)\n", s.simulated_s,
              s.virtual_time ? "in virtual time" : "live", s.rate_hz, s.counts.ticks, s.counts.missed,
              s.counts.longest_gap);

@@ -41,7 +41,7 @@ void PrintSurfaces(const Pieces& pieces, double error_mm) {
 }
 
 void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& folder) {
-  fmt::print("{}\n", scene.title.empty() ? scene.name : scene.title);
+  fmt::print("{}\n", scene.TitleOrName());
   fmt::print("  bone      {:.2f} cm3 at {:g} mm voxels, {:.0f} MB\n", s.volume_before_mm3 / 1000, s.voxel_mm,
              s.bone_memory_MB);
   fmt::print("  material  {}\n", DescribeMaterial(scene, s.material));
@@ -82,7 +82,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
 }
 
 void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::string& folder) {
-  fmt::print("{}\n", scene.title.empty() ? scene.name : scene.title);
+  fmt::print("{}\n", scene.TitleOrName());
   const Vec3& d = scene.slab.direction;
   fmt::print("  slice     {:g} mm thick, {:.2f} mm long along [{:g}, {:g}, {:g}]; law {}\n", scene.tool.thickness_mm,
              s.profile.end_mm, d.x, d.y, d.z, ToString(scene.slab.params.reading));

@@ -140,7 +140,7 @@ void Run(TuneArguments& options) {
   if (options.json) {
     fmt::print("{}", json);
   } else {
-    fmt::print(table, "{}\n{}", scene.title.empty() ? scene.name : scene.title, FormatTuneTable(result));
+    fmt::print(table, "{}\n{}", scene.TitleOrName(), FormatTuneTable(result));
   }
   if (!result.keeps) {
     throw Error(fmt::format("{}: {}; the scene is unchanged", options.scene,

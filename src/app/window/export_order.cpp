@@ -30,7 +30,7 @@ std::string RunExport(ExportOrder& order) {
   const Assessment assessment = AssessCut(order.plan, *order.before, after, CalcBladeWidth(MakeTool(order.scene)));
   const PieceSet pieces = MakePieces(after, order.pieces_json);
   ExportInput taken;
-  taken.title = order.scene.title.empty() ? order.scene.name : order.scene.title;
+  taken.title = order.scene.TitleOrName();
   taken.plan = &order.plan;
   taken.assessment = &assessment;
   taken.pieces = &pieces;

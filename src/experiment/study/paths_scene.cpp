@@ -17,7 +17,7 @@
 namespace kerf {
 StudyPath MakeScenePath(const std::string& name, const std::string& scene_file, SceneStrokes strokes) {
   const Scene scene = ReadScene(scene_file);
-  StudyPath path = MakePlainPath(name, scene.title.empty() ? scene.name : scene.title);
+  StudyPath path = MakePlainPath(name, scene.TitleOrName());
   path.saw = MakeDiscSaw(scene);
   path.rpm = scene.tool.rpm;
   path.law = scene.force;

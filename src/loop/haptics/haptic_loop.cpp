@@ -207,8 +207,8 @@ bool HapticLoop::DoTick(const Deadlines::Tick& when) {
   tick_.time_s = unclocked_s_ + time_s;
   // In StepWithoutClock(), the body reports this number.
   if (when.due_ns != 0) tick_.in.skipped = static_cast<std::uint32_t>(std::min<std::int64_t>(when.skipped, INT32_MAX));
-  if (params_.burn_us > 0 && time_s >= params_.burn_from_s && time_s < params_.burn_to_s) {
-    clock_.Burn(Nanoseconds(1e-6 * params_.burn_us * BurnFraction(governor_.fidelity())));
+  if (params_.load.burn_us > 0 && time_s >= params_.load.from_s && time_s < params_.load.to_s) {
+    clock_.Burn(Nanoseconds(1e-6 * params_.load.burn_us * BurnFraction(governor_.fidelity())));
   }
   const CoupledOutput& out = tick_.coupled;
   ++counts_.ticks;

@@ -27,14 +27,7 @@ HapticStep::HapticStep(CoupledSimulation& simulation, const DeviceProfile& profi
       velocity_(profile.resolution_mm > 0 ? profile.resolution_mm + 4 * kLatticePosition_mm : 4 * kLatticePosition_mm),
       turning_(kTurningQuantum_rad, 16, kTurningReach_mm) {}
 
-HapticTick HapticStep::Step(Device& device, const TickInputs& in, TickObserver* observer, bool stands) {
-  HapticTick out;
-  out.in = in;
-  device.Elapse(in.dt_s);
-  if ((in.flags & kRecordedForceOff) != 0) out.faults |= kHapticForceOff;
-  // A failed write in the last tick is a fault of this tick, so that the force is ramped in again.
-  if (write_failed_) out.faults |= kHapticWriteFailed;
-
+bool HapticStep::ReadHandle(Device& device, HapticTick& out) {
   DeviceSample sample;
   const bool read = device.Read(sample);
   const bool good = read && IsValid(sample.X_WH) && IsInWorld(sample.X_WH.p_AB);
@@ -53,8 +46,8 @@ HapticTick HapticStep::Step(Device& device, const TickInputs& in, TickObserver* 
   if (good) {
     const Vec3& p_TC = simulation_->params().coupling.p_TC_mm;
     if (has_pose_) turned_W_rad_ += CalcRotationAngle(X_WH_.R_AB, sample.X_WH.R_AB);
-    velocity_.Update(sample.X_WH.Point(p_TC), in.dt_s);
-    turning_.Update(turned_W_rad_, in.dt_s);
+    velocity_.Update(sample.X_WH.Point(p_TC), out.in.dt_s);
+    turning_.Update(turned_W_rad_, out.in.dt_s);
     X_WH_ = sample.X_WH;
     has_pose_ = true;
   } else {
@@ -65,21 +58,34 @@ HapticTick HapticStep::Step(Device& device, const TickInputs& in, TickObserver* 
   out.X_WH = X_WH_;
   out.v_H_W_mm_per_s = velocity_.velocity();
   out.w_H_W_rad_per_s = turning_.velocity();
+  return good;
+}
 
-  if (good && !stands) {
-    CoupledInput tick;
-    tick.X_WH = X_WH_;
-    tick.v_H_W_mm_per_s = out.v_H_W_mm_per_s;
-    tick.w_H_W_rad_per_s = out.w_H_W_rad_per_s;
-    tick.dt_s = in.dt_s;
-    tick.rpm = in.rpm;
-    out.coupled = simulation_->Tick(tick, observer);
-    const bool finite = IsFinite(out.coupled.f_H_W_N) && IsFinite(out.coupled.tau_H_W_Nmm);
-    if (!finite || (out.coupled.status & kCoupledBadPose) != 0) {
-      out.faults |= kHapticBadForce;
-      ++counts_.bad_forces;
-    }
+void HapticStep::Simulate(TickObserver* observer, HapticTick& out) {
+  CoupledInput tick;
+  tick.X_WH = X_WH_;
+  tick.v_H_W_mm_per_s = out.v_H_W_mm_per_s;
+  tick.w_H_W_rad_per_s = out.w_H_W_rad_per_s;
+  tick.dt_s = out.in.dt_s;
+  tick.rpm = out.in.rpm;
+  out.coupled = simulation_->Tick(tick, observer);
+  const bool finite = IsFinite(out.coupled.f_H_W_N) && IsFinite(out.coupled.tau_H_W_Nmm);
+  if (!finite || (out.coupled.status & kCoupledBadPose) != 0) {
+    out.faults |= kHapticBadForce;
+    ++counts_.bad_forces;
   }
+}
+
+HapticTick HapticStep::Step(Device& device, const TickInputs& in, TickObserver* observer, bool stands) {
+  HapticTick out;
+  out.in = in;
+  device.Elapse(in.dt_s);
+  if ((in.flags & kRecordedForceOff) != 0) out.faults |= kHapticForceOff;
+  // A failed write in the last tick is a fault of this tick, so that the force is ramped in again.
+  if (write_failed_) out.faults |= kHapticWriteFailed;
+
+  const bool has_new_pose = ReadHandle(device, out);
+  if (has_new_pose && !stands) Simulate(observer, out);
   out.force =
       force_map_.Calc(out.coupled.f_H_W_N, out.coupled.tau_H_W_Nmm, in.dt_s, out.faults != kHapticOk, slew_dt_s_);
   if (stands) force_map_.BeginRamp();

@@ -64,6 +64,10 @@ class HapticStep {
   bool has_pose() const { return has_pose_; }
 
  private:
+  /// Reads the device and estimates the handle's velocity. Returns false if there is no valid pose.
+  bool ReadHandle(Device& device, HapticTick& out);
+  void Simulate(TickObserver* observer, HapticTick& out);
+
   CoupledSimulation* simulation_;
   ForceMap force_map_;
   AdaptiveVelocity velocity_;

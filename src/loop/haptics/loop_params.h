@@ -7,6 +7,14 @@
 
 namespace kerf {
 
+/// Fault injection to demonstrate the governor: CPU time that each tick between two times wastes at full fidelity. At
+/// coarse fidelity, half of it is wasted; at slab fidelity, a tenth.
+struct InjectedLoad {
+  double burn_us = 0;
+  double from_s = 0;
+  double to_s = 1e300;
+};
+
 struct LoopParams {
   double rate_hz = 1000;
   double watchdog_ms = 50;
@@ -17,11 +25,7 @@ struct LoopParams {
   int priority = 80;        // if the system permits it
   bool lock_memory = true;  // locks memory in RAM, if the system permits it
   GovernorParams governor;  // its period is set to the loop's
-  // Fault injection to demonstrate the governor: CPU time that each tick between these times wastes at full fidelity.
-  // At coarse fidelity, half of it is wasted; at slab fidelity, a tenth.
-  double burn_us = 0;
-  double burn_from_s = 0;
-  double burn_to_s = 1e300;
+  InjectedLoad load;
 };
 
 inline constexpr Range kBurnRange_us{0, 1e5};
@@ -51,7 +55,7 @@ void Describe(LoopParams& p, V&& visit) {
   visit("leaf_ring", p.leaf_ring, Range{1, 65536}, "capacity for leaves sent but not read yet");
   visit("sample_ring", p.sample_ring, Range{1, 1 << 20}, "capacity for samples logged but not read yet");
   visit("priority", p.priority, Range{0, 98}, "priority under SCHED_FIFO; 0: no real-time priority");
-  visit("burn_us", p.burn_us, kBurnRange_us, "time to waste in each tick");
+  visit("burn_us", p.load.burn_us, kBurnRange_us, "time to waste in each tick");
 }
 
 }  // namespace kerf

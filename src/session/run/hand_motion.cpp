@@ -96,6 +96,49 @@ void HandMotion::JoinFrom(const Pose& X_WH) {
   phase_ = Phase::kJoin;
 }
 
+Vec3 HandMotion::AdvanceCut(double dt_s) noexcept {
+  t_s_ += pace_ * dt_s;
+  if (t_s_ >= path_.segments()[segment_].end_s) {
+    t_s_ = path_.segments()[segment_].end_s;
+    if (!IsLastOfChain()) {
+      ++segment_;
+    } else {
+      waited_s_ += dt_s;
+      if (CalcDistanceLeft() <= kArrivalFraction * hand_.lead_mm || waited_s_ >= kMaxWait_s) phase_ = Phase::kReturn;
+    }
+  }
+  X_aim_ = path_.CalcPose(segment_, t_s_);
+  const Vec3 ahead = path_.CalcPose(segment_, t_s_ + kAhead_s).p_AB - path_.CalcPose(segment_, t_s_ - kAhead_s).p_AB;
+  const double length = glm::length(ahead);
+  if (length <= 1e-12) return Vec3{0};
+  direction_W_ = ahead / length;
+  const double felt_N = std::max(-glm::dot(device_.force_N(), direction_W_), 0.0);
+  return std::min(hand_.push_N, kPushFraction * felt_N) * direction_W_;
+}
+
+void HandMotion::AdvanceReturn(double dt_s) noexcept {
+  const std::vector<PathSegment>& segments = path_.segments();
+  const double speed_mm_per_s = CalcSpeed(segment_);
+  t_s_ -= pace_ * dt_s * hand_.lift_mm_per_s / speed_mm_per_s;
+  if (t_s_ <= segments[segment_].start_s) {
+    t_s_ = segments[segment_].start_s;
+    if (segment_ > first_) --segment_;
+  }
+  X_aim_ = path_.CalcPose(segment_, t_s_);
+  if (segment_ == first_ && t_s_ <= segments[first_].start_s) EnterNextChain();
+}
+
+void HandMotion::AdvanceToStroke(double dt_s) noexcept {
+  const Pose X_to = path_.CalcPose(segment_, t_s_);
+  const double distance_mm = std::max(glm::distance(X_from_.p_AB, X_to.p_AB), 1.0);
+  const double moved = phase_ == Phase::kJoin ? dt_s / kJoin_s : pace_ * dt_s * hand_.lift_mm_per_s / distance_mm;
+  fraction_ = std::min(fraction_ + moved, 1.0);
+  X_aim_ = {glm::slerp(X_from_.R_AB, X_to.R_AB, fraction_), glm::mix(X_from_.p_AB, X_to.p_AB, fraction_)};
+  if (fraction_ < 1) return;
+  if (phase_ == Phase::kTransfer) ++strokes_;
+  phase_ = Phase::kCut;
+}
+
 void HandMotion::Advance(double dt_s) noexcept {
   // The farther the handle lags behind the target, the slower the hand moves; at `lead_mm` it waits.
   const double lag_mm = glm::distance(X_aim_.Point(p_TC_mm_), device_.p_WC_mm());
@@ -104,56 +147,18 @@ void HandMotion::Advance(double dt_s) noexcept {
   pace_ += smoothing * (wanted - pace_);
 
   const Pose X_before = X_aim_;
-  const std::vector<PathSegment>& segments = path_.segments();
   Vec3 push_W_N{0};
   switch (phase_) {
-    case Phase::kCut: {
-      t_s_ += pace_ * dt_s;
-      if (t_s_ >= segments[segment_].end_s) {
-        t_s_ = segments[segment_].end_s;
-        if (!IsLastOfChain()) {
-          ++segment_;
-        } else {
-          waited_s_ += dt_s;
-          if (CalcDistanceLeft() <= kArrivalFraction * hand_.lead_mm || waited_s_ >= kMaxWait_s)
-            phase_ = Phase::kReturn;
-        }
-      }
-      X_aim_ = path_.CalcPose(segment_, t_s_);
-      const Vec3 ahead =
-          path_.CalcPose(segment_, t_s_ + kAhead_s).p_AB - path_.CalcPose(segment_, t_s_ - kAhead_s).p_AB;
-      const double length = glm::length(ahead);
-      if (length > 1e-12) {
-        direction_W_ = ahead / length;
-        const double felt_N = std::max(-glm::dot(device_.force_N(), direction_W_), 0.0);
-        push_W_N = std::min(hand_.push_N, kPushFraction * felt_N) * direction_W_;
-      }
+    case Phase::kCut:
+      push_W_N = AdvanceCut(dt_s);
       break;
-    }
-    case Phase::kReturn: {
-      const double speed_mm_per_s = CalcSpeed(segment_);
-      t_s_ -= pace_ * dt_s * hand_.lift_mm_per_s / speed_mm_per_s;
-      if (t_s_ <= segments[segment_].start_s) {
-        t_s_ = segments[segment_].start_s;
-        if (segment_ > first_) --segment_;
-      }
-      X_aim_ = path_.CalcPose(segment_, t_s_);
-      if (segment_ == first_ && t_s_ <= segments[first_].start_s) EnterNextChain();
+    case Phase::kReturn:
+      AdvanceReturn(dt_s);
       break;
-    }
     case Phase::kTransfer:
-    case Phase::kJoin: {
-      const Pose X_to = path_.CalcPose(segment_, t_s_);
-      const double distance_mm = std::max(glm::distance(X_from_.p_AB, X_to.p_AB), 1.0);
-      const double moved = phase_ == Phase::kJoin ? dt_s / kJoin_s : pace_ * dt_s * hand_.lift_mm_per_s / distance_mm;
-      fraction_ = std::min(fraction_ + moved, 1.0);
-      X_aim_ = {glm::slerp(X_from_.R_AB, X_to.R_AB, fraction_), glm::mix(X_from_.p_AB, X_to.p_AB, fraction_)};
-      if (fraction_ >= 1) {
-        if (phase_ == Phase::kTransfer) ++strokes_;
-        phase_ = Phase::kCut;
-      }
+    case Phase::kJoin:
+      AdvanceToStroke(dt_s);
       break;
-    }
   }
   push_W_N_ += -std::expm1(-dt_s / kPush_s) * (push_W_N - push_W_N_);
   // The hand may still be moving when it turns back.

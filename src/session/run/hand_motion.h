@@ -39,6 +39,11 @@ class HandMotion final : public HandDriver {
 
  private:
   enum class Phase { kCut, kReturn, kTransfer, kJoin };
+  /// Moves along the stroke. Returns the force with which the hand presses.
+  Vec3 AdvanceCut(double dt_s) noexcept;
+  void AdvanceReturn(double dt_s) noexcept;
+  /// Moves straight to the start of a stroke.
+  void AdvanceToStroke(double dt_s) noexcept;
   void EnterNextChain() noexcept;
   double CalcSpeed(std::size_t segment) const;
   bool IsLastOfChain() const noexcept;

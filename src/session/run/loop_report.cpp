@@ -390,7 +390,7 @@ std::string FormatLoopCsv(const LoopSummary& s) {
 }
 
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pictures) {
-  std::string text = fmt::format("# {}\n\n", EscapeMarkdown(scene.title.empty() ? scene.name : scene.title));
+  std::string text = fmt::format("# {}\n\n", EscapeMarkdown(scene.TitleOrName()));
   text += fmt::format("{} with {}, {:.1f} s {} at {:g} Hz.\n\n", MarkdownCode(scene.name),
                       EscapeMarkdown(DescribeDeviceAndHand(s)), s.simulated_s,
                       s.virtual_time ? "in virtual time" : "live", s.rate_hz);
@@ -477,7 +477,7 @@ void WriteBoneResults(const Scene& scene, LoopSummary& summary, const std::strin
       if (progress) progress(stage, fraction);
     };
   };
-  const std::string title = scene.title.empty() ? scene.name : scene.title;
+  const std::string title = scene.TitleOrName();
   const auto write_one = [&](const std::string& name, const std::function<void(const std::string&)>& write) {
     results.Write(name, [&] {
       write(folder + "/" + name);

@@ -62,9 +62,7 @@ LoopParams MakeLoopParams(const SceneLoop& scene, const LoopOptions& options) {
   params.governor.budget_share = scene.budget_share;
   params.governor.overrun_share = scene.overrun_share;
   params.governor.calm_s = scene.calm_s;
-  params.burn_us = options.burn_us;
-  params.burn_from_s = options.seconds / 3;
-  params.burn_to_s = 2 * options.seconds / 3;
+  params.load = {options.burn_us, options.seconds / 3, 2 * options.seconds / 3};
   return params;
 }
 

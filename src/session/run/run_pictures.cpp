@@ -184,7 +184,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   const bool patient = IsOfPatient(run.scene);
   const Tool tool = MakeTool(run.scene);
   const Camera overview = OverviewCamera(run.before, peak.X_WT.p_AB);
-  const std::string name = run.scene.title.empty() ? run.scene.name : run.scene.title;
+  const std::string name = run.scene.TitleOrName();
   const auto write = [&](const PictureSpec& spec, const char* file) {
     if (!ShowsBone(spec)) {
       left_out.emplace_back(file);

@@ -32,6 +32,80 @@ using nlohmann::ordered_json;
 /// of the bone removes at most a thin shaving.
 constexpr double kInBoneMm3 = 0.1;
 
+/// Throws kerf::Error if the results will not fit on the disk.
+void CheckSpace(const Scene& scene, const Path& path, const std::string& folder, const RunSession& session) {
+  const auto ticks = static_cast<double>(path.CountTicks(scene.simulation.rate_hz));
+  const std::string lack =
+      DescribeLackOfSpace(ListExpectedFiles(scene, session.replay != nullptr ? 0 : ticks, folder, session.record));
+  if (!lack.empty()) throw Error(lack);
+}
+
+void SummarizeBone(const Bone& before, const RunResult& result, RunSummary& summary) {
+  summary.hash_before = before.CalcHash();
+  summary.volume_before_mm3 = before.CalcVolume();
+  summary.volume_after_mm3 = result.bone.CalcVolume();
+  summary.removed_mm3 = result.removed_mm3;
+  for (std::size_t id = 0; id < result.removed_mm3_by_region.size(); ++id) {
+    const double mm3 = result.removed_mm3_by_region[id];
+    if (mm3 > 0) summary.removed_mm3_by_region[static_cast<int>(id)] = mm3;
+  }
+  summary.materials = before.materials();
+  summary.voxel_mm = before.voxel_mm();
+  summary.bone_memory_MB = static_cast<double>(result.bone.CalcMemoryBytes()) / 1e6;
+}
+
+/// Call this after SummarizeBone(): the energy is that of the removed volume.
+void SummarizeTicks(const Scene& scene, const Path& path, const RunResult& result, RunSummary& summary) {
+  summary.force = SummarizeForces(result.ticks, scene.simulation.rate_hz);
+  summary.effects = result.effects;
+  summary.effects.rows.clear();
+  const double turns_per_s = std::abs(scene.tool.rpm) / 60;
+  summary.cutting = CalcCuttingEnergy(scene, summary.effects,
+                                      {summary.force.thrust_Ns * turns_per_s, path.duration_s(),
+                                       summary.force.cutting_time_s * turns_per_s, summary.removed_mm3});
+  summary.ticks = result.ticks.size();
+  for (std::size_t i = 0; i < result.ticks.size(); ++i) {
+    const TickRecord& t = result.ticks[i];
+    summary.ticks_with_status += t.out.status != kTickOk ? 1 : 0;
+    summary.touched = summary.touched || t.touched;
+    const bool set_down =
+        i == 0 || (t.segment != result.ticks[i - 1].segment && path.segments()[t.segment].retract_before);
+    summary.starts_in_bone = summary.starts_in_bone || (set_down && t.out.removed_mm3 > kInBoneMm3);
+  }
+  summary.simulated_s = path.duration_s();
+  summary.ticks_wall_s = result.wall_s;
+  summary.times = result.times;
+  summary.costs = result.costs;
+}
+
+/// Writes scene.toml, forces.csv, the sounds and bone.vdb.
+void WriteData(const Scene& scene, const std::string& folder, RunResult& result, RunSummary& summary) {
+  WriteTextFile(folder + "/scene.toml", ResolvedToml(scene));
+  WriteForceLog(folder + "/forces.csv", result.ticks, scene.output.forces_every_ticks, &result.effects);
+  summary.files = {"scene.toml", "forces.csv"};
+  for (const std::string& name : result.files.WriteSounds(folder)) summary.files.push_back(name);
+  if (scene.output.bone) {
+    result.bone.set_note("cut_by_scene", scene.name);
+    WriteBone(result.bone, folder + "/bone.vdb");
+    summary.files.emplace_back("bone.vdb");
+  }
+}
+
+void WriteEffectPictures(const RunPictures& run, const EffectFiles& files, const Tool& tool, RunSummary& summary) {
+  const std::string& title = run.scene.TitleOrName();
+  if (summary.heat && summary.heat->section.columns > 0) {
+    WriteHeatPicture(*summary.heat, title, run.folder + "/heat.png");
+    summary.files.emplace_back("heat.png");
+  }
+  for (const std::string& name : files.WritePictures(run.folder, title, run.after, tool, IsOfPatient(run.scene))) {
+    summary.files.push_back(name);
+  }
+  if (summary.fragments && WriteFragmentsPicture(*summary.fragments, run.pieces, IsOfPatient(run.scene), title,
+                                                 run.folder + "/fragments.png")) {
+    summary.files.emplace_back("fragments.png");
+  }
+}
+
 }  // namespace
 
 PieceSummary Summarize(const ResultPiece& piece) {
@@ -119,79 +193,33 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const std::vector<std::string> earlier = ReadEarlierResults(folder);
   const Path path = MakePath(scene);
   CheckRunTicks(path, scene.simulation.rate_hz);
-  const auto expected_ticks = static_cast<double>(path.CountTicks(scene.simulation.rate_hz));
-  if (const std::string lack = DescribeLackOfSpace(
-          ListExpectedFiles(scene, session.replay != nullptr ? 0 : expected_ticks, folder, session.record));
-      !lack.empty()) {
-    throw Error(lack);
-  }
+  CheckSpace(scene, path, folder, session);
   const SimulationParams params = MakeSimulationParams(scene);
   RunSummary summary;
   const Bone before = MakeSceneBone(scene, stage("making the bone"), &summary.material);
-  const double rate_hz = scene.simulation.rate_hz;
   RunTape tape(session, scene, RecordedKind::kRun, before);
-  RunResult result = RunPath(before, params, path, rate_hz, scene.tool.rpm, stage("cutting"), costs, tape.tape());
-
-  summary.hash_before = before.CalcHash();
+  RunResult result =
+      RunPath(before, params, path, scene.simulation.rate_hz, scene.tool.rpm, stage("cutting"), costs, tape.tape());
   summary.hash_after = result.bone.CalcHash();
   tape.Finish(summary.hash_after);
-  summary.volume_before_mm3 = before.CalcVolume();
-  summary.volume_after_mm3 = result.bone.CalcVolume();
-  summary.removed_mm3 = result.removed_mm3;
-  for (std::size_t id = 0; id < result.removed_mm3_by_region.size(); ++id) {
-    const double mm3 = result.removed_mm3_by_region[id];
-    if (mm3 > 0) summary.removed_mm3_by_region[static_cast<int>(id)] = mm3;
-  }
-  summary.materials = before.materials();
-  summary.force = SummarizeForces(result.ticks, rate_hz);
-  summary.effects = result.effects;
-  summary.effects.rows.clear();
-  const double turns_per_s = std::abs(scene.tool.rpm) / 60;
-  summary.cutting = CalcCuttingEnergy(scene, summary.effects,
-                                      {summary.force.thrust_Ns * turns_per_s, path.duration_s(),
-                                       summary.force.cutting_time_s * turns_per_s, summary.removed_mm3});
-  summary.ticks = result.ticks.size();
-  for (std::size_t i = 0; i < result.ticks.size(); ++i) {
-    const TickRecord& t = result.ticks[i];
-    summary.ticks_with_status += t.out.status != kTickOk ? 1 : 0;
-    summary.touched = summary.touched || t.touched;
-    const bool set_down =
-        i == 0 || (t.segment != result.ticks[i - 1].segment && path.segments()[t.segment].retract_before);
-    summary.starts_in_bone = summary.starts_in_bone || (set_down && t.out.removed_mm3 > kInBoneMm3);
-  }
-  summary.simulated_s = path.duration_s();
-  summary.ticks_wall_s = result.wall_s;
-  summary.times = result.times;
-  summary.costs = result.costs;
-  summary.voxel_mm = before.voxel_mm();
+  SummarizeBone(before, result, summary);
+  SummarizeTicks(scene, path, result, summary);
   summary.heat = std::move(result.heat);
   summary.fragments = std::move(result.fragments);
-  summary.bone_memory_MB = static_cast<double>(result.bone.CalcMemoryBytes()) / 1e6;
 
-  const auto add_file = [&](const std::string& name) { summary.files.push_back(name); };
-  WriteTextFile(folder + "/scene.toml", ResolvedToml(scene));
-  add_file("scene.toml");
-  WriteForceLog(folder + "/forces.csv", result.ticks, scene.output.forces_every_ticks, &result.effects);
-  add_file("forces.csv");
-  for (const std::string& name : result.files.WriteSounds(folder)) add_file(name);
-  if (scene.output.bone) {
-    result.bone.set_note("cut_by_scene", scene.name);
-    WriteBone(result.bone, folder + "/bone.vdb");
-    add_file("bone.vdb");
-  }
-
+  WriteData(scene, folder, result, summary);
   stage("separating the pieces")(0);
   const Pieces split = SplitPieces(result.bone, scene.output.smallest_piece_mm3);
   summary.dust_count = split.dust_count;
   summary.dust_mm3 = split.dust_mm3;
+  summary.surface_error_mm = surface_error_mm;
   const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
   const std::vector<ResultPiece> pieces = ListPieces(split.pieces, out);
-  summary.surface_error_mm = surface_error_mm;
   for (const ResultPiece& piece : pieces) summary.pieces.push_back(Summarize(piece));
   const std::vector<PieceSurface> surfaces = WritePieces(scene, split.pieces, pieces, surface_error_mm, folder,
                                                          stage("separating the pieces"), summary.pieces);
   for (const PieceSummary& piece : summary.pieces) {
-    if (!piece.file.empty()) add_file(piece.file);
+    if (!piece.file.empty()) summary.files.push_back(piece.file);
   }
   if (session.replay != nullptr) summary.warnings = session.replay->FindWarnings();
   for (const std::string& warning : FindRunWarnings(scene, summary)) summary.warnings.push_back(warning);
@@ -199,26 +227,14 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
     RunPictures pictures{scene, result.ticks, before, result.bone, split.pieces, folder};
     pictures.apart = !summary.fragments;  // fragments.png shows them
     pictures.surfaces = surfaces;
-    if (summary.fragments) pictures.out = summary.fragments->out;
+    pictures.out = out;
     for (const std::string& name : WriteRunPictures(pictures, stage("drawing the pictures"), summary.warnings)) {
-      add_file(name);
+      summary.files.push_back(name);
     }
-    if (summary.heat && summary.heat->section.columns > 0) {
-      WriteHeatPicture(*summary.heat, scene.title.empty() ? scene.name : scene.title, folder + "/heat.png");
-      add_file("heat.png");
-    }
-    for (const std::string& name : result.files.WritePictures(folder, scene.title.empty() ? scene.name : scene.title,
-                                                              result.bone, params.tool, IsOfPatient(scene))) {
-      add_file(name);
-    }
-    if (summary.fragments &&
-        WriteFragmentsPicture(*summary.fragments, split.pieces, IsOfPatient(scene),
-                              scene.title.empty() ? scene.name : scene.title, folder + "/fragments.png")) {
-      add_file("fragments.png");
-    }
+    WriteEffectPictures(pictures, result.files, params.tool, summary);
   }
   summary.peak_memory_MB = ReadPeakMemory_MB();
-  add_file("summary.json");
+  summary.files.emplace_back("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
   RemoveStaleResults(folder, earlier, summary.files);
   return summary;

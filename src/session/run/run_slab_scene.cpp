@@ -47,7 +47,7 @@ Shape Moved(TriangleMesh mesh, Rgb8 colour, const Vec3& by_W) {
 /// Draws the three bodies at their final positions.
 PictureSpec MakeSlabPicture(const Scene& scene, const SlabParts& parts, const SlabSummary& summary,
                             const SlabParams& params, const Pose& X_WT_last) {
-  const std::string name = scene.title.empty() ? scene.name : scene.title;
+  const std::string name = scene.TitleOrName();
   PictureSpec spec;
   spec.title = name + ": the slice at the end";
   const bool patient = scene.bone.source == BoneSource::kFile || scene.bone.source == BoneSource::kMandible;
@@ -74,6 +74,61 @@ bool NeedsParts(const Scene& scene) {
   return scene.output.pieces || scene.output.bone || scene.output.pictures;
 }
 
+void SummarizeSlabRun(const Scene& scene, const SlabParams& params, const SlabRun& run, SlabSummary& summary) {
+  summary.force = SummarizeForces(run.ticks, scene.simulation.rate_hz);
+  summary.end = run.states.back();
+  summary.profile = run.profile;
+  summary.ticks = run.ticks.size();
+  const Path path = MakePath(scene);
+  for (std::size_t i = 0; i < run.ticks.size(); ++i) {
+    summary.ticks_with_status += run.ticks[i].out.status != kTickOk ? 1 : 0;
+    if (run.states[i].free && !summary.free_at_s) summary.free_at_s = run.ticks[i].time_s;
+    const std::size_t segment = run.ticks[i].segment;
+    if (i > 0 && segment == run.ticks[i - 1].segment) continue;
+    // A stroke that begins deeper than the previous one has cut begins inside the bone.
+    const Vec3 start_W = path.CalcPose(segment, path.segments()[segment].start_s).p_AB;
+    const double cut_mm = i > 0 ? run.states[i - 1].deepest_mm : 0;
+    summary.starts_in_bone =
+        summary.starts_in_bone || CalcBladeDepth(run.profile, params, start_W) > cut_mm + kInBone_mm;
+  }
+  summary.simulated_s = run.ticks.back().time_s;
+  summary.ticks_wall_s = run.wall_s;
+  summary.times = run.times;
+  summary.memory_bytes = run.memory_bytes;
+}
+
+/// Writes the parts that the scene requests, as .vdb and as STL.
+void WriteSlabParts(const Scene& scene, const SlabParts& parts, const std::string& folder,
+                    const std::function<void(double)>& progress, SlabSummary& summary) {
+  const std::pair<const char*, const Bone*> named[] = {
+      {"left", &parts.left}, {"slice", &parts.slice}, {"right", &parts.right}};
+  for (const auto& [name, part] : named) {
+    summary.parts.push_back({name, part->CalcVolume(), part->CalcBounds(), "", 0});
+    if (scene.output.bone) {
+      WriteBone(*part, fmt::format("{}/{}.vdb", folder, name));
+      summary.files.push_back(fmt::format("{}.vdb", name));
+    }
+    if (scene.output.pieces) {
+      SlabPartSummary& written = summary.parts.back();
+      written.file = fmt::format("{}.stl", name);
+      written.triangles = WriteReduced(part == &parts.slice ? parts.slice_surface_W : ExtractSurface(*part),
+                                       summary.surface_error_mm, folder + "/" + written.file);
+      summary.files.push_back(written.file);
+    }
+    progress(static_cast<double>(summary.parts.size()) / 3);
+  }
+}
+
+PlotSpec MakeSlabForcePlot(const Scene& scene, const SlabParams& params, const SlabRun& run,
+                           const MaterialTable& materials) {
+  const std::string& name = scene.TitleOrName();
+  PlotSpec plot = MakeForcePlot(run.ticks, materials, name);
+  plot.title = name + ": force on the hand, slab mode, law " + std::string(ToString(params.reading));
+  plot.x.label = "depth of the blade below the first bone (mm)";
+  plot.caption = "bands: the region at that depth";
+  return plot;
+}
+
 }  // namespace
 
 SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
@@ -90,35 +145,13 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   SlabSummary summary;
   const Bone bone = MakeSceneBone(scene, stage("making the bone"), &summary.material);
   RunTape tape(session, scene, RecordedKind::kSlab, bone);
-  SlabRun run = RunSlab(scene, MakeSlabProfile(scene, bone), stage("cutting"), tape.tape());
+  const SlabRun run = RunSlab(scene, MakeSlabProfile(scene, bone), stage("cutting"), tape.tape());
   tape.Finish(bone.CalcHash());
   if (run.ticks.empty()) throw Error("the recording contains no tick up to that time");
-
-  summary.force = SummarizeForces(run.ticks, scene.simulation.rate_hz);
-  summary.end = run.states.back();
-  summary.profile = run.profile;
   summary.materials = bone.materials();
-  summary.ticks = run.ticks.size();
-  for (std::size_t i = 0; i < run.ticks.size(); ++i) {
-    summary.ticks_with_status += run.ticks[i].out.status != kTickOk ? 1 : 0;
-    if (run.states[i].free && !summary.free_at_s) summary.free_at_s = run.ticks[i].time_s;
-  }
-  const Path path = MakePath(scene);
-  for (std::size_t i = 0; i < run.ticks.size(); ++i) {
-    // The stroke was placed deeper than the previous one had cut.
-    if (i > 0 && run.ticks[i].segment == run.ticks[i - 1].segment) continue;
-    const std::size_t segment = run.ticks[i].segment;
-    const Vec3 start_W = path.CalcPose(segment, path.segments()[segment].start_s).p_AB;
-    const double start_mm = CalcBladeDepth(run.profile, params, start_W);
-    const double cut_mm = i > 0 ? run.states[i - 1].deepest_mm : 0;
-    summary.starts_in_bone = summary.starts_in_bone || start_mm > cut_mm + kInBone_mm;
-  }
-  summary.simulated_s = run.ticks.back().time_s;
-  summary.ticks_wall_s = run.wall_s;
-  summary.times = run.times;
-  summary.memory_bytes = run.memory_bytes;
   summary.voxel_mm = bone.voxel_mm();
   summary.surface_error_mm = surface_error_mm;
+  SummarizeSlabRun(scene, params, run, summary);
   if (session.replay != nullptr) summary.warnings = session.replay->FindWarnings();
   for (const std::string& warning : FindSlabRunWarnings(scene, summary)) summary.warnings.push_back(warning);
   const bool drawn = AreDrawn(scene, summary.warnings);
@@ -136,23 +169,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
     const double middle_mm = run.profile.entry_mm + 0.5 * run.profile.end_mm - glm::dot(plane.p_W, params.direction_W);
     const SlabParts parts =
         MakeSlabParts(bone, {plane, params.saw.thickness_mm, false, plane.p_W + middle_mm * params.direction_W});
-    const std::pair<const char*, const Bone*> named[] = {
-        {"left", &parts.left}, {"slice", &parts.slice}, {"right", &parts.right}};
-    for (const auto& [name, part] : named) {
-      summary.parts.push_back({name, part->CalcVolume(), part->CalcBounds(), "", 0});
-      if (scene.output.bone) {
-        WriteBone(*part, fmt::format("{}/{}.vdb", folder, name));
-        summary.files.push_back(fmt::format("{}.vdb", name));
-      }
-      if (scene.output.pieces) {
-        SlabPartSummary& written = summary.parts.back();
-        written.file = fmt::format("{}.stl", name);
-        written.triangles = WriteReduced(part == &parts.slice ? parts.slice_surface_W : ExtractSurface(*part),
-                                         surface_error_mm, folder + "/" + written.file);
-        summary.files.push_back(written.file);
-      }
-      stage("cutting the bone into its three parts")(static_cast<double>(summary.parts.size()) / 3);
-    }
+    WriteSlabParts(scene, parts, folder, stage("cutting the bone into its three parts"), summary);
     if (drawn) {
       stage("drawing the pictures")(0);
       WritePicture(MakeSlabPicture(scene, parts, summary, params, run.ticks.back().X_WT), folder + "/slab.png");
@@ -162,12 +179,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   const bool touched =
       std::any_of(run.ticks.begin(), run.ticks.end(), [](const TickRecord& t) { return t.out.engaged_teeth > 0; });
   if (drawn && touched) {
-    const std::string name = scene.title.empty() ? scene.name : scene.title;
-    PlotSpec plot = MakeForcePlot(run.ticks, bone.materials(), name);
-    plot.title = name + ": force on the hand, slab mode, law " + std::string(ToString(params.reading));
-    plot.x.label = "depth of the blade below the first bone (mm)";
-    plot.caption = "bands: the region at that depth";
-    WritePlot(plot, folder + "/force.png");
+    WritePlot(MakeSlabForcePlot(scene, params, run, bone.materials()), folder + "/force.png");
     summary.files.emplace_back("force.png");
   }
   summary.files.emplace_back("summary.json");

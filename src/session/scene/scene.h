@@ -122,6 +122,7 @@ struct SceneOutput {
 struct Scene {
   std::string name;   // the scene file without folder and extension; not a key
   std::string title;  // one line of description
+  const std::string& TitleOrName() const { return title.empty() ? name : title; }
   SceneBone bone;
   SceneMaterial material;
   SceneTool tool;

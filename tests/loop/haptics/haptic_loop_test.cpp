@@ -132,9 +132,7 @@ TEST(HapticLoop, FailsOnHeapUseInATick) {
 TEST(HapticLoop, StepsDownWhileTimeIsBurntAndUpAfterwards) {
   Stage s;
   s.params.governor.degrade = true;
-  s.params.burn_us = 3000;
-  s.params.burn_from_s = 2;
-  s.params.burn_to_s = 6;
+  s.params.load = {3000, 2, 6};
   HapticLoop loop(s.body, s.device, s.clock, s.params);
   loop.RunHere(15'000);
   std::vector<std::pair<Fidelity, Fidelity>> steps;
