@@ -8,7 +8,6 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include "app/cli/command_list.h"
@@ -60,29 +59,34 @@ std::string ListTopics() {
   return text;
 }
 
-/// Returns the part of the command that was parsed, such as "kerf model block", and the command itself.
-std::pair<std::string, const CLI::App*> FindParsedCommand(const CLI::App& app) {
+/// Returns the part of the command that was parsed, such as "kerf model block".
+std::string NameParsedCommand(const CLI::App& app) {
   std::string name = app.get_name();
-  const CLI::App* at = &app;
-  while (!at->get_subcommands().empty()) {
+  for (const CLI::App* at = &app; !at->get_subcommands().empty();) {
     at = at->get_subcommands().front();
     name += " " + at->get_name();
   }
-  return {name, at};
+  return name;
 }
 
-/// Returns a phrase with the option that is nearest to an unknown one; "" if none is near.
-std::string SuggestOption(const CLI::App& command) {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : command.get_options()) {
-    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+/// Returns a message about the first unknown option; "" if there is none. CLI11 would list all words that it did not
+/// expect, or report first that something else is missing.
+std::string FindUnknownOption(const CLI::App& app) {
+  std::string name = app.get_name();
+  for (const CLI::App* at = &app;; at = at->get_subcommands().front(), name += " " + at->get_name()) {
+    std::vector<std::string> names;
+    for (const CLI::Option* option : at->get_options()) {
+      for (const std::string& long_name : option->get_lnames()) names.push_back(long_name);
+    }
+    for (const std::string& word : at->remaining()) {
+      if (word.size() < 3 || !word.starts_with("--")) continue;
+      const std::string option = word.substr(2, word.find('=') - 2);
+      const std::string nearest = kerf::FindNearestName(option, names);
+      return fmt::format("unknown option --{}{}; see '{} --help'", option,
+                         nearest.empty() ? "" : fmt::format("; the nearest is --{}", nearest), name);
+    }
+    if (at->get_subcommands().empty()) return "";
   }
-  for (const std::string& word : command.remaining()) {
-    if (!word.starts_with("--")) continue;
-    const std::string nearest = kerf::FindNearestName(word.substr(0, word.find('=')), names);
-    if (!nearest.empty()) return fmt::format("; the nearest option is {}", nearest);
-  }
-  return "";
 }
 
 /// Flushes the output and returns the exit code. Lost output, for example on a full disk, is a failure.
@@ -125,8 +129,11 @@ int RunProgram(int argc, char** argv) {
       return kUsage;
     }
     if (e.get_exit_code() == 0) return app.exit(e);
-    const auto [name, command] = FindParsedCommand(app);
-    Say("{}{}; see '{} --help'", e.what(), SuggestOption(*command), name);
+    if (const std::string unknown = FindUnknownOption(app); !unknown.empty()) {
+      Say("{}", unknown);
+      return kUsage;
+    }
+    Say("{}; see '{} --help'", e.what(), NameParsedCommand(app));
     return kUsage;
   } catch (const kerf::cli::ReadDamaged&) {
     return kerf::cli::kReadDamaged;

@@ -110,7 +110,7 @@ Vec3 HandMotion::AdvanceCut(double dt_s) noexcept {
   X_aim_ = path_.CalcPose(segment_, t_s_);
   const Vec3 ahead = path_.CalcPose(segment_, t_s_ + kAhead_s).p_AB - path_.CalcPose(segment_, t_s_ - kAhead_s).p_AB;
   const double length = glm::length(ahead);
-  if (length <= 1e-12) return Vec3{0};
+  if (!(length > 1e-12)) return Vec3{0};
   direction_W_ = ahead / length;
   const double felt_N = std::max(-glm::dot(device_.force_N(), direction_W_), 0.0);
   return std::min(hand_.push_N, kPushFraction * felt_N) * direction_W_;
@@ -134,7 +134,7 @@ void HandMotion::AdvanceToStroke(double dt_s) noexcept {
   const double moved = phase_ == Phase::kJoin ? dt_s / kJoin_s : pace_ * dt_s * hand_.lift_mm_per_s / distance_mm;
   fraction_ = std::min(fraction_ + moved, 1.0);
   X_aim_ = {glm::slerp(X_from_.R_AB, X_to.R_AB, fraction_), glm::mix(X_from_.p_AB, X_to.p_AB, fraction_)};
-  if (fraction_ < 1) return;
+  if (!(fraction_ >= 1)) return;
   if (phase_ == Phase::kTransfer) ++strokes_;
   phase_ = Phase::kCut;
 }

@@ -284,7 +284,7 @@ Image RenderPicture(const PictureSpec& spec) {
   const double view_height_mm = frame.height / frame.pixels_per_mm;
   occlusion->SetRadius(0.09 * view_height_mm);
   occlusion->SetBias(0.0015 * view_height_mm);
-  occlusion->SetKernelSize(24);  // in each of the four samples of a pixel
+  occlusion->SetKernelSize(64);
   occlusion->BlurOn();
   occlusion->SetDelegatePass(steps);
   scene->SetPass(occlusion);

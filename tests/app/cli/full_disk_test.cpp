@@ -51,8 +51,7 @@ struct Command {
 
 std::vector<Command> ListCommands() {
   return {{"run", "run IN/effects.toml -o o"},
-          // Its pictures are those of `run`.
-          {"loop", "loop IN/loop.toml --virtual --seconds 1 -o o"},
+          {"loop", "loop IN/effects.toml --virtual --seconds 1 -o o"},
           {"model", "model block --size 8,8,8 -o b.vdb"},
           {"import", "import IN/b.stl -o b.vdb --voxel 0.2 --units mm"},
           {"export_stl", "export IN/b.vdb -o x.stl"},
@@ -72,7 +71,6 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
     for (const char* name : {"in", "whole", "small", "after"}) fs::create_directories(folder_ / name);
     Write("in/s.toml", kFullDiskScene);
     Write("in/effects.toml", kFullDiskScene + kEffects);
-    Write("in/loop.toml", kFullDiskScene + kEffects + "[output]\npictures = false\n");
     Write("in/study.toml", kStudy);
     ASSERT_EQ(Kerf("model block --size 8,8,8 -o in/b.vdb").code, 0);
     ASSERT_EQ(Kerf("export in/b.vdb -o in/b.stl").code, 0);
