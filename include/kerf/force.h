@@ -1,28 +1,93 @@
-// Force laws: the force on one tooth from its bite and the material it cuts. Each law is one file in src/cut/force.
-// Scenes, `kerf check`, the warnings and the tests all use the list of laws.
+// Force laws: the thrust and the cutting force on one tooth from its bite and what it cuts. Each law is one file in
+// src/cut/force. Scenes, `kerf check`, the warnings and the tests all use the list of laws.
 #pragma once
 
 #include <array>
 #include <limits>
+#include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
+#include "kerf/material.h"
 #include "kerf/tool.h"
 
 namespace kerf {
 
-/// Values of a law's parameters, in the order of ForceLawInfo::parameters, or its coefficients for one tool.
-using LawValues = std::array<double, 4>;
+/// Direction of a cut relative to the osteons (the long axis of cortical bone), as squared cosines of the angles
+/// between the osteons and three directions at the tooth. They add up to 1, or are all 0 if the direction of the
+/// osteons is unknown.
+struct OsteonShares {
+  double along = 0;   // with the tooth's motion
+  double into = 0;    // with the thrust
+  double across = 0;  // with the width of the edge
+};
 
-/// Force law prepared for one tool, so that the tick needs no lookups.
+/// What a tooth cuts, and how.
+struct ToothCut {
+  double E_star_MPa = 0;                      // reduced modulus of the tool on the bone
+  double E_MPa = 0;                           // Young's modulus of the bone
+  std::array<double, kTissueCount> tissue{};  // fractions of the tissues at the tooth, by Tissue; only if the law reads
+                                              // them (kReadsTissue). Their sum is 1.
+  double speed_mm_per_s = 0;                  // of the tooth along its path, >= 0
+  OsteonShares osteon{};                      // only if the law reads them (kReadsOsteons)
+};
+
+/// Returns the cut of a single tissue with no known direction.
+ToothCut MakeToothCut(double E_MPa, double E_star_MPa, Tissue tissue, double speed_mm_per_s = 0);
+
+/// What a law reads of a ToothCut besides the moduli and the speed. The tick does not look up the rest.
+enum LawReads : unsigned { kReadsTissue = 1u << 0, kReadsOsteons = 1u << 1 };
+
+/// Forces on a tooth 1 mm wide, at several bites, for each tissue: the data of the law `tabulated`. Between bites the
+/// forces are interpolated linearly. Below the first bite they fall linearly to 0; above the last bite the last segment
+/// is extended, but no force falls below 0.
+struct ForceTable {
+  struct Row {
+    double bite_mm;  // above 0
+    double thrust_N_per_mm;
+    double cutting_N_per_mm;
+  };
+  /// By Tissue. In each: none, or at least two rows in order of the bite, and the thrust does not fall with the bite.
+  /// A law refuses bone that has a tissue without rows.
+  std::array<std::vector<Row>, kTissueCount> rows;
+  /// Citations of the data, each once.
+  std::vector<std::string> sources;
+
+  bool Has(Tissue tissue) const { return !rows[static_cast<std::size_t>(tissue)].empty(); }
+};
+/// Reads a force table (docs/formats.md, "Force table"). `name` is used in messages. Throws kerf::Error with the line
+/// of the first fault.
+ForceTable ParseForceTable(const std::string& text, const std::string& name);
+
+/// Values of a law's parameters, in the order of ForceLawInfo::parameters.
+using LawValues = std::array<double, 16>;
+/// Coefficients of a law for one tool; their meaning is stated in the law's file.
+using LawCoefficients = std::array<double, 16>;
+
+/// Force law prepared for one tool, so that the tick needs no lookups. Rules that every law keeps, for any cut:
+///   1. the thrust is 0 or more, and does not fall as the bite grows: the step of a tool in a hand stays convex;
+///   2. both forces are finite for bites up to 1 m;
+///   3. both are 0 for an empty ToothCut;
+///   4. the same arguments give the same bits, at any time.
+/// The cutting force may fall with the bite.
 struct ToothForce {
-  /// Force for a bite above 0, N.
-  double (*law)(const LawValues& coefficients, double bite_mm, double E_star_MPa);
-  LawValues coefficients{};  // defined in the law's file
+  using Function = double (*)(const ToothForce& law, double bite_mm, const ToothCut& cut);
 
-  /// Returns the radial (thrust) force on a tooth that cuts `bite_mm` deep into material of reduced modulus
-  /// `E_star_MPa`: N, >= 0, and 0 for a bite of 0 or less. Tick-safe.
-  double operator()(double bite_mm, double E_star_MPa) const;
+  Function thrust = nullptr;   // N, for a bite of 0 or more; at 0 it is the limit from above
+  Function cutting = nullptr;  // N, likewise; null: the law states no cutting force
+  LawCoefficients c{};
+  std::shared_ptr<const ForceTable> table = nullptr;  // of the law `tabulated`, otherwise null
+  unsigned reads = 0;                                 // LawReads
+  bool jumps = false;                                 // the thrust in the limit of bite 0 is above 0
+  double least_thrust_per_cutting = 0;  // smallest ratio of thrust to cutting force at any bite; 0: no cutting force
+
+  /// Returns the thrust, the force on the tooth against its bite: N, >= 0, and 0 for a bite of 0 or less. Tick-safe.
+  double operator()(double bite_mm, const ToothCut& cut) const { return bite_mm > 0 ? thrust(*this, bite_mm, cut) : 0; }
+  bool HasCutting() const { return cutting != nullptr; }
+  /// Returns the cutting force, the force on the tooth against its motion: N, >= 0, and 0 for a bite of 0 or less. The
+  /// law must have one. Tick-safe.
+  double Cutting(double bite_mm, const ToothCut& cut) const { return bite_mm > 0 ? cutting(*this, bite_mm, cut) : 0; }
 };
 
 /// Parameter of a law: a key of [force] in a scene. The name includes the unit.
@@ -32,6 +97,12 @@ struct LawParameter {
   double lower;  // lower end of the valid range
   double upper;
   const char* meaning;
+  /// Interval within which the true value is thought to lie, and its basis. Both ends equal: none is stated.
+  double interval_lower = 0;
+  double interval_upper = 0;
+  const char* interval_basis = "";
+
+  bool has_interval() const { return interval_lower < interval_upper; }
 };
 
 /// Range of bites that a law's measurements cover. `below` and `beyond` complete the warning for bites outside it.
@@ -49,8 +120,10 @@ struct ForceLawInfo {
   const char* source;   // sources of formula and constants
   LawValidity validity;
   std::vector<LawParameter> parameters;  // at most as many as LawValues holds
-  /// `values` must be in the order of `parameters`, each in its range.
-  ToothForce (*make)(const LawValues& values, const Tooth& tooth);
+  /// `values` must be in the order of `parameters`, each in its range. `table` is null unless the law has one.
+  ToothForce (*make)(const LawValues& values, const Tooth& tooth, const std::shared_ptr<const ForceTable>& table);
+  bool has_cutting = false;  // states a cutting force
+  bool has_table = false;    // reads a ForceTable
 };
 
 /// Returns all laws, the default first. To add one, add a file to src/cut/force and a line to src/cut/force/laws.h.
@@ -72,15 +145,23 @@ class ForceLaw {
   /// Both throw kerf::Error if the law has no such parameter.
   double Get(std::string_view key) const { return values_[FindParameter(key)]; }
   void Set(std::string_view key, double value) { values_[FindParameter(key)] = value; }
+  /// Table of a law with `has_table`: the one that comes with kerf, unless another has been set. Otherwise null.
+  const std::shared_ptr<const ForceTable>& table() const { return table_; }
+  /// Throws kerf::Error if the law reads no table.
+  void SetTable(std::shared_ptr<const ForceTable> table);
 
  private:
   std::size_t FindParameter(std::string_view key) const;
 
   const ForceLawInfo* info_;
   LawValues values_{};
+  std::shared_ptr<const ForceTable> table_;
 };
 
 /// Prepares a law for a tool. Throws kerf::Error if a parameter is out of range.
 ToothForce MakeToothForce(const ForceLaw& law, const Tool& tool);
+
+/// Throws kerf::Error if the law has no forces for a tissue of these materials.
+void CheckTissues(const ForceLaw& law, const MaterialTable& materials);
 
 }  // namespace kerf

@@ -8,10 +8,12 @@
 #include <vector>
 
 #include "kerf/describe.h"
+#include "kerf/geometry.h"
 
 namespace kerf {
 
 enum class Tissue { kCortical, kCancellous, kTooth, kCanal, kOther };
+inline constexpr int kTissueCount = 5;
 const char* ToString(Tissue tissue);
 /// Valid names: "cortical", "cancellous", "tooth", "canal" and "other". Returns nullopt for any other name.
 std::optional<Tissue> TissueFromString(const std::string& name);
@@ -41,8 +43,15 @@ class MaterialTable {
   const std::map<int, Region>& regions() const { return regions_; }
   bool empty() const { return regions_.empty(); }
 
+  /// Direction of the osteons in the world frame, a unit vector whose sign does not matter; nullopt: unknown. One
+  /// direction for the whole bone.
+  const std::optional<Vec3>& osteon_direction() const { return osteon_direction_; }
+  /// Normalises the direction. Throws kerf::Error if it is not finite or its length is below 1e-6.
+  void SetOsteonDirection(const Vec3& direction_W);
+
  private:
   std::map<int, Region> regions_;
+  std::optional<Vec3> osteon_direction_;
 };
 
 /// Returns the same regions with one E and nu for all: the "no variation at all" case of the paper. Throws kerf::Error

@@ -71,7 +71,9 @@ enum TickStatus : std::uint32_t {
 
 /// What the teeth did in a tick of a tool on a path or of a coupled tool. Forces are means over the tick.
 struct TeethOutput {
-  double thrust_sum_N = 0;   // sum of the magnitudes of the tooth forces
+  double thrust_sum_N = 0;   // sum of the magnitudes of the teeth's thrust
+  double cutting_sum_N = 0;  // sum of the teeth's cutting forces; 0 unless the law states a cutting force
+  double cutting_W = 0;      // power of these forces at the speed of the teeth; 0 likewise
   double engaged_teeth = 0;  // engaged arc / pitch, a real number
   double mean_E_MPa = 0;     // over the engaged teeth; 0 if none
   double mean_bite_mm = 0;   // over the engaged teeth
@@ -89,7 +91,8 @@ struct TickOutput : TeethOutput {
 /// Simulation of a bone and a tool that follows a prescribed path.
 class Simulation {
  public:
-  /// Throws kerf::Error if a parameter is out of range or X_WT_start is not a valid pose within the world.
+  /// Throws kerf::Error if a parameter is out of range, the law has no forces for a tissue of the bone, or X_WT_start
+  /// is not a valid pose within the world.
   Simulation(Bone bone, const SimulationParams& params, const Pose& X_WT_start);
   ~Simulation();
   Simulation(Simulation&&) noexcept;

@@ -20,7 +20,9 @@ struct DiscSaw {
   double diameter_mm = 22;
   double thickness_mm = 0.25;
   int teeth = 24;
-  double E_MPa = 205000;  // steel
+  double rake_deg = -10;      // of a tooth; the teeth of the measured saw blade (docs/physics.md)
+  double edge_radius_um = 8;  // rounding of a tooth's edge; an assumption
+  double E_MPa = 205000;      // steel
   double nu = 0.28;
   Vec3 p_TG_mm{0, 0, 80};
 
@@ -37,7 +39,9 @@ struct BallBurr {
   double diameter_mm = 6;
   int flutes = 8;
   double tooth_width_mm = 0.5;
-  double E_MPa = 205000;  // steel
+  double rake_deg = -10;      // as for a disc
+  double edge_radius_um = 8;  // as for a disc
+  double E_MPa = 205000;      // steel
   double nu = 0.28;
   Vec3 p_TG_mm{0, 0, 80};
 
@@ -60,6 +64,14 @@ void DescribeBall(Ball& p, V&& visit) {
   visit("tooth_width_mm", p.tooth_width_mm, Range{0.01, 50},
         "length of a flute's edge that counts as one tooth in the force law; an assumption");
 }
+/// Shape of a tooth's edge, which all tools have. Only some force laws read the radius; none reads the rake.
+template <typename AnyTool, typename V>
+void DescribeEdge(AnyTool& p, V&& visit) {
+  visit("rake_deg", p.rake_deg, Range{-60, 45},
+        "rake angle of a tooth; the force laws do not read it, they state the rake for which they were measured");
+  visit("edge_radius_um", p.edge_radius_um, Range{0, 1000},
+        "radius of a tooth's rounded edge; an assumption, read by two_component for bites below it");
+}
 /// What all tools have. A scene gives E in GPa.
 template <typename V>
 void DescribeSteel(const char* E_key, double& E, double E_per_GPa, double& nu, Vec3& p_TG_mm, V&& visit) {
@@ -71,11 +83,13 @@ void DescribeSteel(const char* E_key, double& E, double E_per_GPa, double& nu, V
 template <typename V>
 void Describe(DiscSaw& p, V&& visit) {
   DescribeDisc(p, visit);
+  DescribeEdge(p, visit);
   DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
 }
 template <typename V>
 void Describe(BallBurr& p, V&& visit) {
   DescribeBall(p, visit);
+  DescribeEdge(p, visit);
   DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
 }
 
@@ -95,6 +109,8 @@ struct Tooth {
   double tool_radius_mm;  // radius of the sphere in the paper's Hertz contact; half the tool's diameter
   double pitch_mm;        // along the edge of the disc; between flutes at the equator of the ball
   double width_mm;        // of the cutting edge
+  double rake_deg;
+  double edge_radius_mm;
 };
 Tooth CalcTooth(const Tool& tool);
 

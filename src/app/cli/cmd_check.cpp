@@ -33,16 +33,21 @@ struct CheckArguments {
 struct ToothAtTopBite {
   double bite_mm = 0;
   double thrust_N = 0;
+  double cutting_N = 0;
   double J_per_mm3 = 0;
 };
 
 /// Returns nullopt if there is no such bite: a stopped spindle, or a path without motion.
 std::optional<ToothAtTopBite> CalcToothAtTopBite(const Scene& scene) {
-  ToothAtTopBite tooth{CalcMaxBite(scene), 0, 0};
+  ToothAtTopBite tooth{.bite_mm = CalcMaxBite(scene)};
   if (!std::isfinite(tooth.bite_mm) || !(tooth.bite_mm > 0)) return std::nullopt;
   const Tool tool = MakeTool(scene);
-  tooth.thrust_N = MakeToothForce(scene.force, tool)(tooth.bite_mm, kMeasuredEStar_MPa);
-  tooth.J_per_mm3 = CalcSpecificEnergy(tooth.thrust_N, CalcTooth(tool).width_mm, tooth.bite_mm);
+  const ToothForce law = MakeToothForce(scene.force, tool);
+  ToothCut cut = MakeMeasuredBone(tool);
+  cut.E_star_MPa = kMeasuredEStar_MPa;
+  tooth.thrust_N = law(tooth.bite_mm, cut);
+  tooth.cutting_N = CalcCuttingForce(law, tooth.bite_mm, cut);
+  tooth.J_per_mm3 = CalcSpecificEnergy(tooth.cutting_N, CalcTooth(tool).width_mm, tooth.bite_mm);
   return tooth;
 }
 
@@ -84,9 +89,9 @@ void Run(const CheckArguments& options) {
       json["force"]["parameters"][law.parameters[i].key] = scene.force.values()[i];
     }
     const double to_mm = FindMaxValidBite(scene.force, MakeTool(scene));
-    json["force"]["valid_bite_um"] = {1000 * law.validity.from_mm, std::isfinite(to_mm)
-                                                                       ? nlohmann::ordered_json(1000 * to_mm)
-                                                                       : nlohmann::ordered_json(nullptr)};
+    json["force"]["valid_bite_um"] = {1000 * FindMinValidBite(scene.force), std::isfinite(to_mm)
+                                                                                ? nlohmann::ordered_json(1000 * to_mm)
+                                                                                : nlohmann::ordered_json(nullptr)};
     json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
     json["force"]["blades"] = DescribeBlades(scene.force);
     json["force"]["good_for"] = FindCaveat(law).good_for;
@@ -94,6 +99,7 @@ void Run(const CheckArguments& options) {
     json["force"]["published_J_per_mm3"] = {kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3};
     if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {
       json["force"]["at_top_bite"] = {{"thrust_N", tooth->thrust_N},
+                                      {"cutting_N", tooth->cutting_N},
                                       {"specific_energy_J_per_mm3", tooth->J_per_mm3},
                                       {"E_star_MPa", kMeasuredEStar_MPa}};
     }
@@ -137,10 +143,10 @@ void Run(const CheckArguments& options) {
     const bool within =
         tooth->J_per_mm3 >= kMinSpecificEnergy_J_per_mm3 && tooth->J_per_mm3 <= kMaxSpecificEnergy_J_per_mm3;
     fmt::print(
-        "         at that bite {:.3g} N of thrust on a tooth in cortical bone, {:.3g} J/mm3; {} {:g} to {:g} "
-        "J/mm3 ({})\n",
-        tooth->thrust_N, tooth->J_per_mm3, within ? "within" : "outside", kMinSpecificEnergy_J_per_mm3,
-        kMaxSpecificEnergy_J_per_mm3, kSpecificEnergySource);
+        "         at that bite {:.3g} N of thrust and {:.3g} N of cutting force on a tooth in cortical bone, {:.3g} "
+        "J/mm3; {} {:g} to {:g} J/mm3 ({})\n",
+        tooth->thrust_N, tooth->cutting_N, tooth->J_per_mm3, within ? "within" : "outside",
+        kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3, kSpecificEnergySource);
   }
   if (!loop) return;
   fmt::print("  hand   {} on {}, {:.3g} N on the device for 1 N in the simulation\n", loop->hand.name,

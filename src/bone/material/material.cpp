@@ -54,6 +54,14 @@ const Region& MaterialTable::At(int id) const {
   return it->second;
 }
 
+void MaterialTable::SetOsteonDirection(const Vec3& direction_W) {
+  const double length = glm::length(direction_W);
+  if (!(length >= 1e-6 && std::isfinite(length))) {  // also rejects NaN
+    throw Error("the direction of the osteons must be finite and at least 1e-6 long");
+  }
+  osteon_direction_ = direction_W / length;
+}
+
 MaterialTable MakeUniformTable(const MaterialTable& table, double E_MPa, double nu) {
   MaterialTable uniform;
   for (const auto& [id, region] : table.regions()) {

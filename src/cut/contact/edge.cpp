@@ -20,6 +20,7 @@ double Engagement(double distance_mm, double look_ahead_mm) {
 Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const ToolShape& shape, const Vec3& p_TC_mm)
     : field_(field),
       materials_(bone, tool),
+      osteons_W_(bone.materials().osteon_direction()),
       p_TC_(p_TC_mm),
       look_ahead_mm_(kLookAheadVoxels * field.voxel_mm()),
       material_ahead_mm_(kMaterialAheadVoxels * field.voxel_mm()),
@@ -29,9 +30,11 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
       ring_step_rad_(shape.edge_is_ring ? 2 * std::numbers::pi / static_cast<double>(shape.edge.size()) : 0),
       penetration_(shape.edge.size()) {
   points_.reserve(shape.edge.size());
+  const double rad_per_pass = 2 * std::numbers::pi / shape.passes_per_turn;
   for (const EdgePoint& p : shape.edge) {
     const Twist along = shape.edge_is_ring ? MakeRow(Vec3(-p.e_T.y, p.e_T.x, 0), p.p_T - p_TC_) : Twist{};
-    points_.push_back({p.p_T + look_ahead_mm_ * p.e_T, p.e_T, p.p_T, MakeRow(p.e_T, p.p_T - p_TC_), p.teeth, along});
+    points_.push_back({p.p_T + look_ahead_mm_ * p.e_T, p.e_T, p.p_T, MakeRow(p.e_T, p.p_T - p_TC_), p.teeth, along,
+                       rad_per_pass * std::hypot(p.p_T.x, p.p_T.y)});
   }
   if (ring_radius_mm_ > 0) spacing_mm_ = 1.01 * glm::length(points_[1].ahead_T - points_[0].ahead_T);
   distance_.resize(points_.size());
@@ -56,7 +59,7 @@ void Edge::Look(const Probe& probe, std::size_t i) {
 
 void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   problem.cutting.clear();
-  const bool jumps = ring_radius_mm_ > 0 && problem.law.law != nullptr && CalcOnset(problem.law, 1) > 0;
+  const bool jumps = ring_radius_mm_ > 0 && problem.law.jumps;
   problem.arc_rad = jumps ? stride_ * ring_step_rad_ : 0;
   contacts_.clear();
   found_.clear();
@@ -78,11 +81,14 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   for (std::size_t i = 0; i < points_.size(); i += stride) {
     if (!(fraction_[i] > 0)) continue;
     MaterialLookup::Material material;
-    if (!FindMaterial(probe, i, material)) continue;
+    if (!FindMaterial(probe, i, problem.law.reads, material)) continue;
+    ToothCut& cut = material.cut;
+    cut.speed_mm_per_s = problem.passes_per_s * points_[i].mm_per_pass;
+    if ((problem.law.reads & kReadsOsteons) != 0) cut.osteon = CalcOsteonShares(probe, i);
     const double teeth = fraction_[i] * points_[i].teeth * stride_;
     const double after = jumps ? after_[i] / fraction_[i] : 0.5;
-    problem.cutting.push_back({points_[i].row, teeth, material.E_star_MPa, points_[i].along, after});
-    contacts_.push_back({material.region, static_cast<int>(i), material.E_MPa});
+    problem.cutting.push_back({points_[i].row, teeth, cut, points_[i].along, after});
+    contacts_.push_back({material.region, static_cast<int>(i)});
   }
 }
 
@@ -156,9 +162,21 @@ void Edge::Fraction(const Probe& probe, const Point& a, const Point& b, double t
   }
 }
 
-bool Edge::FindMaterial(const Probe& probe, std::size_t i, MaterialLookup::Material& material) const {
+/// Returns the squared cosines between the osteons and the directions of a point of the edge. All are 0 if the
+/// direction of the osteons is unknown, or on the spindle's axis.
+OsteonShares Edge::CalcOsteonShares(const Probe& probe, std::size_t i) const {
+  const Point& point = points_[i];
+  const double radius_mm = std::hypot(point.p_T.x, point.p_T.y);
+  if (!osteons_W_ || !(radius_mm > 0)) return {};
+  const Vec3 osteons_T = probe.X_WT().InverseVector(*osteons_W_);
+  const double along = glm::dot(osteons_T, Vec3(-point.p_T.y, point.p_T.x, 0)) / radius_mm;
+  const double into = glm::dot(osteons_T, point.e_T);
+  return {along * along, into * into, std::max(0.0, 1 - along * along - into * into)};
+}
+
+bool Edge::FindMaterial(const Probe& probe, std::size_t i, unsigned reads, MaterialLookup::Material& material) const {
   const auto at = [&](const Vec3& p_T) {
-    material = materials_.Find(field_, probe.World(p_T));
+    material = materials_.Find(field_, probe.World(p_T), reads);
     return material.region != 0;
   };
   if (at(points_[i].p_T + material_ahead_mm_ * points_[i].e_T)) return true;

@@ -2,6 +2,7 @@
 // of that bone. With the spindle stopped, the edge is a solid that rests on the bone.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "bone/grid/field.h"
@@ -33,7 +34,6 @@ class Edge {
   struct Contact {
     int region = 0;
     int point = 0;  // index in ToolShape::edge
-    double E_MPa = 0;
   };
 
   /// Fills problem.cutting. Tick-safe.
@@ -80,17 +80,20 @@ class Edge {
     Vec3 p_T;
     Twist row;
     double teeth;
-    Twist along;  // rings only
+    Twist along;             // rings only
+    double mm_per_pass = 0;  // way of the point from one tooth to the next
   };
   double CalcBound(std::size_t i) const;
   void Look(const Probe& probe, std::size_t i);
   void FractionInterval(const Probe& probe, std::size_t a, std::size_t b);
   void Fraction(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
                 int halvings, double& fraction_a, double& fraction_b) const;
-  bool FindMaterial(const Probe& probe, std::size_t i, MaterialLookup::Material& material) const;
+  bool FindMaterial(const Probe& probe, std::size_t i, unsigned reads, MaterialLookup::Material& material) const;
+  OsteonShares CalcOsteonShares(const Probe& probe, std::size_t i) const;
 
   const BoneField& field_;
   MaterialLookup materials_;
+  std::optional<Vec3> osteons_W_;  // their direction, if known
   Vec3 p_TC_;
   double look_ahead_mm_;
   double material_ahead_mm_;

@@ -12,15 +12,17 @@ MaterialLookup::MaterialLookup(const Bone& bone, const Tool& tool)
   for (const auto& [id, region] : bone.materials().regions()) {
     E_MPa_[id] = region.E_MPa;
     nu_[id] = region.nu;
+    tissue_[id] = static_cast<std::uint8_t>(region.tissue);
     E_star_MPa_[id] = CalcReducedModulus(tool_E_MPa_, tool_nu_, region.E_MPa, region.nu);
   }
 }
 
-MaterialLookup::Material MaterialLookup::Find(const BoneField& field, const Vec3& p_W) const {
+MaterialLookup::Material MaterialLookup::Find(const BoneField& field, const Vec3& p_W, unsigned reads) const {
   std::array<BoneField::RegionFraction, 8> fractions;
   const int count = field.FindRegions(p_W, fractions);
   const double E_ct_MPa = any_by_ct_ ? field.ModulusAt(p_W) : 0;
   Material material;
+  ToothCut& cut = material.cut;
   double sum = 0;
   double largest = 0;
   for (int i = 0; i < count; ++i) {
@@ -28,20 +30,24 @@ MaterialLookup::Material MaterialLookup::Find(const BoneField& field, const Vec3
     const double weight = fractions[i].weight;
     sum += weight;
     if (E_ct_MPa > 0 && by_ct_[id]) {
-      material.E_MPa += weight * E_ct_MPa;
-      material.E_star_MPa += weight * CalcReducedModulus(tool_E_MPa_, tool_nu_, E_ct_MPa, nu_[id]);
+      cut.E_MPa += weight * E_ct_MPa;
+      cut.E_star_MPa += weight * CalcReducedModulus(tool_E_MPa_, tool_nu_, E_ct_MPa, nu_[id]);
     } else {
-      material.E_MPa += weight * E_MPa_[id];
-      material.E_star_MPa += weight * E_star_MPa_[id];
+      cut.E_MPa += weight * E_MPa_[id];
+      cut.E_star_MPa += weight * E_star_MPa_[id];
     }
+    if ((reads & kReadsTissue) != 0) cut.tissue[tissue_[id]] += weight;
     if (weight > largest) {
       largest = weight;
       material.region = id;
     }
   }
   if (!(sum > 0)) return {};
-  material.E_MPa /= sum;
-  material.E_star_MPa /= sum;
+  cut.E_MPa /= sum;
+  cut.E_star_MPa /= sum;
+  if ((reads & kReadsTissue) != 0) {
+    for (double& fraction : cut.tissue) fraction /= sum;
+  }
   return material;
 }
 

@@ -1,9 +1,11 @@
-// Material that a tooth cuts at a point: its elastic constants in the form that the tick needs.
+// Material that a tooth cuts at a point, in the form that the force laws read.
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "bone/grid/field.h"
+#include "kerf/force.h"
 #include "kerf/material.h"
 #include "kerf/tool.h"
 
@@ -16,18 +18,18 @@ class MaterialLookup {
 
   struct Material {
     int region = 0;  // region of the nearest voxel that has a material; 0: no material
-    double E_MPa = 0;
-    double E_star_MPa = 0;  // reduced modulus, tool on bone
+    ToothCut cut;    // its moduli and, if asked for, tissues
   };
   /// Interpolates between the region voxels around the point that have a material; E comes from the CT in regions that
   /// use it. Without interpolation, an arc that crosses a border between tissues all at once would cause a step in the
-  /// force. Tick-safe.
-  Material Find(const BoneField& field, const Vec3& p_W) const;
+  /// force. `reads`: LawReads. Tick-safe.
+  Material Find(const BoneField& field, const Vec3& p_W, unsigned reads) const;
 
  private:
   std::array<double, 256> E_MPa_{};
   std::array<double, 256> E_star_MPa_{};  // 0: unknown id
   std::array<double, 256> nu_{};
+  std::array<std::uint8_t, 256> tissue_{};
   std::array<bool, 256> by_ct_{};
   bool any_by_ct_ = false;
   double tool_E_MPa_;

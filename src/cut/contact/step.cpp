@@ -142,7 +142,7 @@ OnsetMean CalcOnsetChange(const StepProblem& problem, const CuttingPoint& point,
     if (s < ramp) mean.ss -= 1 / ramp;
   }
   if (mean.fraction == 0 && mean.moment == 0) return {};
-  const double onset_N = point.teeth * problem.cutting_share * CalcOnset(problem.law, point.E_star_MPa);
+  const double onset_N = point.teeth * problem.cutting_share * CalcOnset(problem.law, point.cut);
   return {onset_N * mean.fraction, onset_N * mean.moment, onset_N * mean.ss, onset_N * mean.st, onset_N * mean.tt};
 }
 
@@ -156,20 +156,29 @@ void StepProblem::Clear() {
   yields.clear();
 }
 
-double StepProblem::ToothForceAt(double speed, double E_star_MPa) const {
+double StepProblem::ToothForceAt(double speed, const ToothCut& cut) const {
   if (!(speed > 0)) return 0;
-  const double force = cutting_share * law.law(law.coefficients, speed / passes_per_s, E_star_MPa);
+  const double force = cutting_share * law.thrust(law, speed / passes_per_s, cut);
   return speed < ramp_mm_per_s ? force * (speed / ramp_mm_per_s) : force;
 }
 
 ToothMean StepProblem::MeanToothForce(const CuttingPoint& point, double speed, double along_speed) const {
-  ToothMean mean{ToothForceAt(speed, point.E_star_MPa), 0};
+  ToothMean mean{ToothForceAt(speed, point.cut), 0};
   if (arc_rad > 0 && point.teeth > 0) {
     const OnsetMean change = CalcOnsetChange(*this, point, speed, along_speed);
     mean.radial_N += change.fraction / point.teeth;
     mean.along_N = change.moment / point.teeth;
   }
   return mean;
+}
+
+double StepProblem::MeanCuttingForce(const CuttingPoint& point, double speed, const ToothMean& mean) const {
+  const double bite_mm = std::max(speed, 0.0) / passes_per_s;
+  const double cutting_N = law.cutting(law, bite_mm, point.cut);
+  const double thrust_N = law.thrust(law, bite_mm, point.cut);
+  // The parts of the teeth and of the ramp that act are the same for both forces.
+  if (thrust_N > 0) return cutting_N * (mean.radial_N / thrust_N);
+  return bite_mm > 0 ? cutting_share * cutting_N : 0;
 }
 
 Twist StepProblem::CalcGradient(const Twist& u) const {
@@ -245,7 +254,7 @@ double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const T
     const double speed = cutting_.at[i] + alpha * cutting_.along[i];
     if (speed > 0) {
       const CuttingPoint& point = problem.cutting[i];
-      slope += point.teeth * problem.ToothForceAt(speed, point.E_star_MPa) * cutting_.along[i];
+      slope += point.teeth * problem.ToothForceAt(speed, point.cut) * cutting_.along[i];
     }
   }
   for (std::size_t i = 0; i < along_.at.size(); ++i) {
@@ -358,9 +367,9 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
       const double speed = cutting_.at[i];
       if (!(speed > 0)) continue;
       const CuttingPoint& point = problem.cutting[i];
-      const double force_N = problem.ToothForceAt(speed, point.E_star_MPa);
+      const double force_N = problem.ToothForceAt(speed, point.cut);
       const double beyond = speed * (1 + kSecantStep);
-      const double slope = (problem.ToothForceAt(beyond, point.E_star_MPa) - force_N) / (beyond - speed);
+      const double slope = (problem.ToothForceAt(beyond, point.cut) - force_N) / (beyond - speed);
       AddTo(g, point.teeth * force_N, point.row);
       AddOuter(H, point.teeth * slope, point.row);
     }

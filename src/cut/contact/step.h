@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "cut/contact/spring.h"
@@ -30,9 +31,9 @@ inline void AddTo(Twist& sum, double factor, const Twist& row) {
   for (int k = 0; k < 6; ++k) sum[k] += factor * row[k];
 }
 
-/// Returns the force of a law on a tooth in the limit of zero bite, N. It is 0 for a continuous law. Tick-safe.
-inline double CalcOnset(const ToothForce& law, double E_star_MPa) {
-  return law.law(law.coefficients, 0, E_star_MPa);
+/// Returns the thrust of a law on a tooth in the limit of zero bite, N. It is 0 for a continuous law. Tick-safe.
+inline double CalcOnset(const ToothForce& law, const ToothCut& cut) {
+  return law.thrust(law, 0, cut);
 }
 
 /// Coupling to the handle at the start of the step.
@@ -51,7 +52,7 @@ struct StepCoupling {
 struct CuttingPoint {
   Twist row;         // outward
   double teeth = 0;  // number of teeth, a real number
-  double E_star_MPa = 0;
+  ToothCut cut;
   Twist along{};                // along the edge; rings only
   double after_fraction = 0.5;  // fraction of the teeth that lies further along the edge than the point
 
@@ -138,13 +139,23 @@ struct StepProblem {
   void Clear();
   bool empty() const { return cutting.empty() && flats.empty() && solids.empty() && yields.empty(); }
 
-  /// Returns the force on one tooth at an outward speed, N. Tick-safe.
-  double ToothForceAt(double speed_mm_per_s, double E_star_MPa) const;
-  /// Returns the mean force on the teeth of a point that moves at these speeds along its rows. Tick-safe.
+  /// Returns the thrust on one tooth at an outward speed, N. Tick-safe.
+  double ToothForceAt(double speed_mm_per_s, const ToothCut& cut) const;
+  /// Returns the mean thrust on the teeth of a point that moves at these speeds along its rows. Tick-safe.
   ToothMean MeanToothForce(const CuttingPoint& point, double speed_mm_per_s, double along_mm_per_s) const;
+  /// Returns the mean cutting force on the teeth of a point whose mean thrust is `mean`, N. The law must have a cutting
+  /// force. Tick-safe.
+  double MeanCuttingForce(const CuttingPoint& point, double speed_mm_per_s, const ToothMean& mean) const;
   /// Returns the gradient of J, i.e. the unbalanced force and torque. Tick-safe.
   Twist CalcGradient(const Twist& u) const;
 };
+
+/// Returns a problem without points.
+inline StepProblem MakeStepProblem(ToothForce law) {
+  StepProblem problem;
+  problem.law = std::move(law);
+  return problem;
+}
 
 /// Result of StepSolver::Solve().
 struct StepSolution {

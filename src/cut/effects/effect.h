@@ -28,6 +28,7 @@ struct EffectSetup {
   const Tool& tool;
   const ToolShape& shape;
   const Edge& edge;
+  const ToothForce& law;
   const Faces* faces = nullptr;  // null: the tool follows a prescribed path
   Vec3 p_TC_mm{0};               // coupling point C, to which forces and motions refer, tool frame
   Vec3 p_WF_mm{0};
@@ -65,9 +66,10 @@ struct ToothLoad {
   double teeth = 0;           // number of teeth, a real number
   double thrust_N = 0;        // sum over the teeth, along -e
   double speed_mm_per_s = 0;  // outward
-  double E_star_MPa = 0;
+  double cutting_N = 0;       // sum over the teeth, against their motion; 0 unless the law states a cutting force
+  ToothCut cut;
   int region = 0;
-  double tangential_N = 0;  // sum over the teeth, against their motion; set by an effect, otherwise 0
+  double tangential_N = 0;  // force that the effect tangential_force applies for these teeth; otherwise 0
 };
 
 /// Solved step.

@@ -54,8 +54,10 @@ void EffectPlan::FindTeeth(EffectSolved& solved) {
     load.p_T = place.p_T + std::hypot(place.p_T.x, place.p_T.y) * (load.e_T - place.e_T);
     load.teeth = point.teeth;
     load.speed_mm_per_s = std::max(0.0, speed);
-    load.thrust_N = point.teeth * problem.MeanToothForce(point, speed, along_speed).radial_N;
-    load.E_star_MPa = point.E_star_MPa;
+    const ToothMean mean = problem.MeanToothForce(point, speed, along_speed);
+    load.thrust_N = point.teeth * mean.radial_N;
+    if (problem.law.HasCutting()) load.cutting_N = point.teeth * problem.MeanCuttingForce(point, speed, mean);
+    load.cut = point.cut;
     load.region = contact.region;
     teeth_.push_back(load);
   }

@@ -1,5 +1,7 @@
 #include "cut/effects/tangential_force.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -18,13 +20,16 @@ constexpr double kMin_N = 1e-9;
 constexpr double kStalledSlip_rad_per_s = 100;
 constexpr double kMinArm = 1e-9;  // mm; a tooth on the spindle's axis does not move
 
+constexpr Range kRatioRange{0.6, 20};
+
 struct TangentialForceParams {
   double ratio = 1.6;
 };
 
 template <typename V>
 void Describe(TangentialForceParams& p, V&& visit) {
-  visit("ratio", p.ratio, Range{0.6, 20}, "ratio of a tooth's thrust to its cutting force");
+  visit("ratio", p.ratio, kRatioRange,
+        "ratio of a tooth's thrust to its cutting force; not for a force law that states a cutting force itself");
 }
 
 /// Returns the sector of a point: an eighth of the turn about the spindle.
@@ -35,7 +40,17 @@ std::size_t FindSector(const Vec3& p_T) {
 }  // namespace
 
 TangentialForceEffect::TangentialForceEffect(double ratio, const EffectSetup& setup)
-    : ratio_(ratio), p_TC_(setup.p_TC_mm), is_coupled_(setup.faces != nullptr) {}
+    : by_law_(setup.law.HasCutting()),
+      ratio_(by_law_ ? std::clamp(setup.law.least_thrust_per_cutting, kRatioRange.lower, kRatioRange.upper) : ratio),
+      p_TC_(setup.p_TC_mm),
+      is_coupled_(setup.faces != nullptr) {
+  if (is_coupled_ && by_law_ && setup.law.least_thrust_per_cutting < kRatioRange.lower) {
+    throw Error(
+        fmt::format("tangential_force: the law's ratio of thrust to cutting force, or of their changes with the "
+                    "bite, is as small as {:.3g}; for a tool in a hand it must be at least {}",
+                    setup.law.least_thrust_per_cutting, kRatioRange.lower));
+  }
+}
 
 const TangentialForceEffect& TangentialForceEffect::In(const EffectPlan& plan) {
   const Effect* effect = plan.Find("tangential_force");
@@ -68,7 +83,7 @@ double TangentialForceEffect::CalcSlipSpeed(double rpm) const {
 
 void TangentialForceEffect::Solved(const EffectSolved& solved) {
   const bool turns = solved.rpm != 0;
-  for (ToothLoad& tooth : solved.teeth) tooth.tangential_N = tooth.thrust_N / ratio_;
+  for (ToothLoad& tooth : solved.teeth) tooth.tangential_N = by_law_ ? tooth.cutting_N : tooth.thrust_N / ratio_;
   if (is_loaded_) AddUp(solved);
   const bool was_loaded = is_loaded_;
   if (turns) {
@@ -175,9 +190,10 @@ const EffectInfo& TangentialForce() {
       .summary =
           "cutting force along the teeth's motion: the pull of a climb cut, and the torque that loads the spindle",
       .source =
-          "ratio thrust / cutting force 1.4 to 1.8, of a sagittal saw's tooth in bovine femur (docs/physics.md); that "
+          "the law's cutting force if it states one; otherwise a ratio thrust / cutting force of 1.4 to 1.8, of a "
+          "sagittal saw's tooth in bovine femur (docs/physics.md); that "
           "it is the same at all bites is an assumption (James et al. 2013: only the thrust grows with the bite)",
-      .reads = "thrust of the teeth, spindle speed, motion",
+      .reads = "thrust and cutting force of the teeth, spindle speed, motion",
       .writes = "force and torque on the tool, the teeth's tangential force",
       .state = "force and position of the teeth, by eighths of a turn",
       .sleeps = "while no tooth is engaged",

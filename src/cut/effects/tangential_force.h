@@ -7,10 +7,11 @@
 
 namespace kerf {
 
-/// Model: F_t = thrust / ratio for each tooth, against its motion: on the tool along -sign(rpm) z x p_T / |z x p_T|.
+/// Model: F_t for each tooth is the law's cutting force or, for a law that states none, thrust / ratio. It acts against
+/// the tooth's motion: on the tool along -sign(rpm) z x p_T / |z x p_T|.
 ///
 /// In the step, the force acts as dissipation at the combined speed of the rim and the tool. Its magnitude is given: it
-/// follows, with a lag, the thrust of the previous steps divided by the ratio. The convex problem therefore keeps a
+/// follows, with a lag, F_t of the previous steps. The convex problem therefore keeps a
 /// unique solution. The work of the force on the tool is done by the spindle or lost as friction, depending on the sign
 /// of the motion.
 ///
@@ -19,7 +20,8 @@ namespace kerf {
 /// change in the force therefore returns multiplied by a matrix similar to -J/ratio, with eigenvalues +-i/ratio. If
 /// the lag adopts the fraction a of a change in each step, the part |1 - a +- i a/ratio| of an error remains. This is
 /// below 1 as long as a < 2 / (1 + 1/ratio^2), and minimal at half of that value, which is used as the upper limit of
-/// a.
+/// a. If the law states the cutting force, the ratio stands for the smallest ratio of thrust to cutting force, and of
+/// their changes with the bite; a law with a ratio below 0.6 is refused.
 class TangentialForceEffect final : public Effect {
  public:
   TangentialForceEffect(double ratio, const EffectSetup& setup);
@@ -35,6 +37,7 @@ class TangentialForceEffect final : public Effect {
   EffectCapacity capacity() const override { return {0, kSectors}; }
   std::size_t CalcMemoryBytes() const override { return sizeof(*this); }
 
+  /// Ratio of thrust to cutting force: the parameter, or the smallest ratio of the law.
   double ratio() const { return ratio_; }
 
   /// Loads on the tool, means over the last tick.
@@ -65,6 +68,7 @@ class TangentialForceEffect final : public Effect {
   void Add(const Vec3& p_T, double force_N);
   double CalcSlipSpeed(double rpm) const;
 
+  bool by_law_;  // the law states the cutting force
   double ratio_;
   double motor_Nmm_ = 0;  // of the stopped spindle
   double direction_ = 0;  // direction of the last rotation: 1 or -1

@@ -68,20 +68,34 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
     const Vec3 along(-sign * tooth.e_T.y, sign * tooth.e_T.x, 0);
     const Vec3 direction = -tooth.e_T - params_.tangential_share * along;
     const double change_mm_per_s = std::min(more_mm_per_s, tooth.speed_mm_per_s);
-    const double turning_N = 0.5 * tooth.teeth *
-                             (problem.ToothForceAt(tooth.speed_mm_per_s + change_mm_per_s, tooth.E_star_MPa) -
-                              problem.ToothForceAt(tooth.speed_mm_per_s - change_mm_per_s, tooth.E_star_MPa));
+    const double faster_mm_per_s = tooth.speed_mm_per_s + change_mm_per_s;
+    const double slower_mm_per_s = tooth.speed_mm_per_s - change_mm_per_s;
+    const double turning_N =
+        0.5 * tooth.teeth *
+        (problem.ToothForceAt(faster_mm_per_s, tooth.cut) - problem.ToothForceAt(slower_mm_per_s, tooth.cut));
     const auto add = [&](int line, double thrust_N, const Vec3& d) {
       const Complex phase =
           std::polar(solved.time_s * thrust_N, -sign * lines_[static_cast<std::size_t>(line)].order * alpha);
       for (int axis = 0; axis < 3; ++axis)
         sums_[static_cast<std::size_t>(line)][static_cast<std::size_t>(axis)] += phase * d[axis];
     };
-    add(kRunout, turning_N, direction);
+    // The law's own cutting force, or a fixed fraction of the thrust.
+    const auto add_load = [&](int line, double factor, double thrust_N, double cutting_N) {
+      if (problem.law.HasCutting()) {
+        add(line, factor, -thrust_N * tooth.e_T - cutting_N * along);
+      } else {
+        add(line, factor * thrust_N, direction);
+      }
+    };
+    const auto cutting_at = [&](double speed_mm_per_s) {
+      if (!problem.law.HasCutting()) return 0.0;
+      return problem.cutting_share * problem.law.Cutting(speed_mm_per_s / problem.passes_per_s, tooth.cut);
+    };
+    add_load(kRunout, 1, turning_N, 0.5 * tooth.teeth * (cutting_at(faster_mm_per_s) - cutting_at(slower_mm_per_s)));
     if (lines_[kSet].order > 0) add(kSet, params_.set_share * tooth.thrust_N, Vec3(0, 0, 1));
     // The factor of 2 combines both signs of the order in the Fourier series.
-    if (lines_[kPassing].order > 0) add(kPassing, 2 * tooth.thrust_N, direction);
-    add(kPassing2, 2 * tooth.thrust_N, direction);
+    if (lines_[kPassing].order > 0) add_load(kPassing, 2, tooth.thrust_N, tooth.cutting_N);
+    add_load(kPassing2, 2, tooth.thrust_N, tooth.cutting_N);
   }
 }
 

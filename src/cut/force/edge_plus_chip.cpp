@@ -21,8 +21,8 @@ namespace kerf {
 namespace {
 
 // coefficients: Ke w / E*_ref, mm^2; Kc w / E*_ref, mm.
-double CalcForce(const LawValues& c, double bite_mm, double E_star_MPa) {
-  return (c[0] + c[1] * bite_mm) * E_star_MPa;
+double CalcEdgeAndChipThrust(const ToothForce& law, double bite_mm, const ToothCut& cut) {
+  return (law.c[0] + law.c[1] * bite_mm) * cut.E_star_MPa;
 }
 
 }  // namespace
@@ -35,13 +35,15 @@ const ForceLawInfo& EdgePlusChip() {
       "derived from James et al. 2012, bovine cortical bone, on a tooth 0.64 mm wide; E* scaling assumed "
       "(docs/physics.md)",
       {0.0025, 0.01, "below that the edge term is an extrapolation", "beyond that the chip term is an extrapolation"},
-      {{"edge_N_per_mm", 9.28, 0, 1e4, "Ke: thrust of the edge for each mm of tooth width; derived estimate"},
-       {"chip_N_per_mm2", 530, 0, 1e6, "Kc: thrust for each mm2 of chip, tooth width times bite; derived estimate"},
+      {{"edge_N_per_mm", 9.28, 0, 1e4, "Ke: thrust of the edge for each mm of tooth width; derived estimate", 9.28,
+        10.05, "the two readings of the published forces (docs/physics.md)"},
+       {"chip_N_per_mm2", 530, 0, 1e6, "Kc: thrust for each mm2 of chip, tooth width times bite; derived estimate", 407,
+        530, "the two readings of the published forces (docs/physics.md)"},
        {"reference_E_star_MPa", 19140, 1, 1e6,
         "reduced modulus, tool on bone, for which both hold; the force is proportional to E*, an assumption"}},
-      [](const LawValues& values, const Tooth& tooth) {
+      [](const LawValues& values, const Tooth& tooth, const std::shared_ptr<const ForceTable>&) {
         const double fraction = tooth.width_mm / values[2];
-        return ToothForce{CalcForce, {values[0] * fraction, values[1] * fraction}};
+        return ToothForce{.thrust = CalcEdgeAndChipThrust, .c = {values[0] * fraction, values[1] * fraction}};
       }};
   return kLaw;
 }

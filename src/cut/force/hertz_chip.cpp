@@ -8,23 +8,24 @@ namespace kerf {
 namespace {
 
 // coefficients: R, mm.
-double CalcChipForce(const LawValues& c, double bite_mm, double E_star_MPa) {
-  return CalcHertzForce(std::sqrt(c[0] * bite_mm), c[0], E_star_MPa);
+double CalcChipThrust(const ToothForce& law, double bite_mm, const ToothCut& cut) {
+  return CalcHertzForce(std::sqrt(law.c[0] * bite_mm), law.c[0], cut.E_star_MPa);
 }
 
 }  // namespace
 
 const ForceLawInfo& HertzChip() {
-  static const ForceLawInfo kLaw{"hertz_chip",
-                                 "grows with the bite: Hertz's sphere pressed in as deep as the tooth bites",
-                                 "Hertz; the disc taken as the sphere, as in the paper (docs/physics.md)",
-                                 {0, 0.003, "",
-                                  "beyond it gives more than twice the measured thrust; feed more slowly or turn "
-                                  "faster"},
-                                 {kContactRadius},
-                                 [](const LawValues& values, const Tooth& tooth) {
-                                   return ToothForce{CalcChipForce, {ContactRadius(values[0], tooth)}};
-                                 }};
+  static const ForceLawInfo kLaw{
+      "hertz_chip",
+      "grows with the bite: Hertz's sphere pressed in as deep as the tooth bites",
+      "Hertz; the disc taken as the sphere, as in the paper (docs/physics.md)",
+      {0, 0.003, "",
+       "beyond it gives more than twice the measured thrust; feed more slowly or turn "
+       "faster"},
+      {kContactRadius},
+      [](const LawValues& values, const Tooth& tooth, const std::shared_ptr<const ForceTable>&) {
+        return ToothForce{.thrust = CalcChipThrust, .c = {ContactRadius(values[0], tooth)}};
+      }};
   return kLaw;
 }
 

@@ -7,8 +7,8 @@ namespace kerf {
 namespace {
 
 // coefficients: R, mm; a, mm.
-double CalcYieldForce(const LawValues& c, double, double E_star_MPa) {
-  return CalcHertzForce(c[1], c[0], E_star_MPa);
+double CalcYieldThrust(const ToothForce& law, double, const ToothCut& cut) {
+  return CalcHertzForce(law.c[1], law.c[0], cut.E_star_MPa);
 }
 
 }  // namespace
@@ -22,8 +22,9 @@ const ForceLawInfo& HertzConstantBite() {
       {0, 0, "", "gives the same force regardless of the bite"},
       {kContactRadius,
        {"contact_share_of_pitch", 0.01, 1e-6, 0.5, "a tooth's contact radius as a fraction of the tooth pitch"}},
-      [](const LawValues& values, const Tooth& tooth) {
-        return ToothForce{CalcYieldForce, {ContactRadius(values[0], tooth), values[1] * tooth.pitch_mm}};
+      [](const LawValues& values, const Tooth& tooth, const std::shared_ptr<const ForceTable>&) {
+        return ToothForce{.thrust = CalcYieldThrust,
+                          .c = {ContactRadius(values[0], tooth), values[1] * tooth.pitch_mm}};
       }};
   return kLaw;
 }

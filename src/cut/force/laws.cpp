@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "kerf/error.h"
 
@@ -15,8 +16,10 @@ const std::vector<const ForceLawInfo*>& ForceLaws() {
   return kLaws;
 }
 
-double ToothForce::operator()(double bite_mm, double E_star_MPa) const {
-  return bite_mm > 0 ? law(coefficients, bite_mm, E_star_MPa) : 0;
+ToothCut MakeToothCut(double E_MPa, double E_star_MPa, Tissue tissue, double speed_mm_per_s) {
+  ToothCut cut{.E_star_MPa = E_star_MPa, .E_MPa = E_MPa, .speed_mm_per_s = speed_mm_per_s};
+  cut.tissue[static_cast<std::size_t>(tissue)] = 1;
+  return cut;
 }
 
 ForceLaw::ForceLaw() : ForceLaw(ForceLaws().front()->name) {}
@@ -31,6 +34,12 @@ ForceLaw::ForceLaw(std::string_view name) {
   }
   info_ = *found;
   for (std::size_t i = 0; i < info_->parameters.size(); ++i) values_[i] = info_->parameters[i].default_value;
+  if (info_->has_table) table_ = DefaultForceTable();
+}
+
+void ForceLaw::SetTable(std::shared_ptr<const ForceTable> table) {
+  if (!info_->has_table) throw Error(fmt::format("the force law {} reads no table", info_->name));
+  table_ = std::move(table);
 }
 
 std::size_t ForceLaw::FindParameter(std::string_view key) const {
@@ -46,7 +55,22 @@ ToothForce MakeToothForce(const ForceLaw& law, const Tool& tool) {
     const LawParameter& p = info.parameters[i];
     CheckRange(p.key, law.values()[i], {p.lower, p.upper});
   }
-  return info.make(law.values(), CalcTooth(tool));
+  ToothForce force = info.make(law.values(), CalcTooth(tool), law.table());
+  // Any tissue may be the one with a force at a bite of 0.
+  constexpr double kE_MPa = 1e4;
+  for (int i = 0; i < kTissueCount; ++i) {
+    force.jumps |= force.thrust(force, 0, MakeToothCut(kE_MPa, kE_MPa, static_cast<Tissue>(i))) > 0;
+  }
+  return force;
+}
+
+void CheckTissues(const ForceLaw& law, const MaterialTable& materials) {
+  if (law.table() == nullptr) return;
+  for (const auto& [id, region] : materials.regions()) {
+    if (law.table()->Has(region.tissue)) continue;
+    throw Error(fmt::format("the table of the force law {} has no rows for {} (region {})", law.name(),
+                            ToString(region.tissue), id));
+  }
 }
 
 }  // namespace kerf

@@ -7,12 +7,17 @@
 #define KERF_FORCE_LAWS(LAW) \
   LAW(HertzChip)             \
   LAW(HertzConstantBite)     \
-  LAW(EdgePlusChip)
+  LAW(EdgePlusChip)          \
+  LAW(TwoComponent)          \
+  LAW(Tabulated)
 
 namespace kerf {
 
 #define KERF_DECLARE_LAW(function) const ForceLawInfo& function();
 KERF_FORCE_LAWS(KERF_DECLARE_LAW)
 #undef KERF_DECLARE_LAW
+
+/// Returns the table that comes with kerf.
+const std::shared_ptr<const ForceTable>& DefaultForceTable();
 
 }  // namespace kerf

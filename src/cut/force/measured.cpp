@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <variant>
 
 #include "kerf/error.h"
@@ -11,7 +12,7 @@
 namespace kerf {
 namespace {
 
-constexpr std::array<LawCaveat, 3> kCaveats{{
+constexpr std::array<LawCaveat, 5> kCaveats{{
     {"hertz_chip", false,
      "good for: comparing the force at different places of a bone, with one blade at one bite (a force proportional "
      "to E* is assumed); not for: absolute forces, energies, the effect of the feed, the choice of a blade"},
@@ -21,6 +22,13 @@ constexpr std::array<LawCaveat, 3> kCaveats{{
      "good for: the magnitude of the thrust in cortical bone at bites of 2.5 to 10 um, within the factor of 2 to 3 by "
      "which studies differ, and the effect of the feed there; not for: smaller bites, soft bone, discs of another "
      "diameter"},
+    {"two_component", true,
+     "good for: the magnitude of thrust, cutting force and energy in cortical bone at bites of 2.5 to 10 um, within "
+     "the "
+     "factor of 2 to 3 by which studies differ, and the effect of the feed there; not for: smaller bites, where the "
+     "crossover is assumed, other tissues, whose factors are assumed, teeth of another rake"},
+    {"tabulated", true,
+     "good for: the tool, the tissues and the bites that its table was measured for; not for: anything else"},
 }};
 
 double CalcMeasuredThrust(double bite_mm) {
@@ -49,11 +57,17 @@ const LawCaveat& FindCaveat(const ForceLawInfo& law) {
   return *found;
 }
 
+ToothCut MakeMeasuredBone(const Tool& tool) {
+  constexpr double kSpeed_mm_per_s = 4400;  // the middle of 2600 to 6200 mm/s
+  return MakeToothCut(
+      kMeasuredE_MPa,
+      CalcReducedModulus(CalcModulus(tool), CalcPoissonRatio(tool), kMeasuredE_MPa, kMeasuredPoissonRatio),
+      Tissue::kCortical, kSpeed_mm_per_s);
+}
+
 double CalcThrustFactor(const ForceLaw& law, const Tool& tool, double bite_mm) {
-  const double E_star_MPa =
-      CalcReducedModulus(CalcModulus(tool), CalcPoissonRatio(tool), kMeasuredE_MPa, kMeasuredPoissonRatio);
   const double width = FindCaveat(law.info()).by_width ? kMeasuredToothWidth_mm / CalcTooth(tool).width_mm : 1;
-  return width * MakeToothForce(law, tool)(bite_mm, E_star_MPa) / CalcMeasuredThrust(bite_mm);
+  return width * MakeToothForce(law, tool)(bite_mm, MakeMeasuredBone(tool)) / CalcMeasuredThrust(bite_mm);
 }
 
 std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool) {
@@ -67,7 +81,12 @@ std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool) {
 
 std::string DescribeBlades(const ForceLaw& law) {
   const std::string_view name = law.name();
-  if (name == "edge_plus_chip") return "scales with the blade's thickness, and ignores the disc's radius";
+  if (name == "edge_plus_chip" || name == "tabulated") {
+    return "scales with the blade's thickness, and ignores the disc's radius";
+  }
+  if (name == "two_component") {
+    return "scales with the blade's thickness, ignores the disc's radius, and reads the edge's radius at small bites";
+  }
   const bool own_radius = law.Get("contact_radius_mm") > 0;  // set in the scene, so the disc's radius is not used
   const char* rest = name == "hertz_chip"
                          ? (own_radius ? "the disc's radius" : "scales with the square root of the disc's radius")
@@ -77,6 +96,13 @@ std::string DescribeBlades(const ForceLaw& law) {
 }
 
 double FindMaxValidBite(const ForceLaw& law, const Tool& tool) {
+  if (law.table() != nullptr) {
+    double smallest_mm = std::numeric_limits<double>::infinity();
+    for (const std::vector<ForceTable::Row>& rows : law.table()->rows) {
+      if (!rows.empty()) smallest_mm = std::min(smallest_mm, rows.back().bite_mm);
+    }
+    return smallest_mm;
+  }
   const double default_mm = law.info().validity.to_mm;
   if (std::string_view(law.name()) != "hertz_chip") return default_mm;
   double low_mm = 0;
@@ -86,6 +112,15 @@ double FindMaxValidBite(const ForceLaw& law, const Tool& tool) {
     (CalcThrustFactor(law, tool, middle_mm) > kMaxThrustFactor ? high_mm : low_mm) = middle_mm;
   }
   return low_mm;
+}
+
+double FindMinValidBite(const ForceLaw& law) {
+  if (law.table() == nullptr) return law.info().validity.from_mm;
+  double largest_mm = 0;
+  for (const std::vector<ForceTable::Row>& rows : law.table()->rows) {
+    if (!rows.empty()) largest_mm = std::max(largest_mm, rows.front().bite_mm);
+  }
+  return largest_mm;
 }
 
 }  // namespace kerf

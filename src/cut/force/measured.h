@@ -31,16 +31,22 @@ inline constexpr double kMeasuredE_MPa = 19300;
 inline constexpr double kMeasuredPoissonRatio = 0.28;
 inline constexpr double kMeasuredEStar_MPa = 19140;
 
+/// Returns the bone of the tests at the speed of its first, as this tool cuts it: cortical, direction unknown.
+ToothCut MakeMeasuredBone(const Tool& tool);
+
 /// Bounds of the specific cutting energy, J/mm3. No test measured it. Published forces, widths and bites give 2.9
 /// (bites of 2.5 um) to 0.83 (10 um) for saw teeth, and at most 1.2 to 1.4 for a drill (MacAvelia et al. 2012: thrust
 /// and torque). The upper bound includes the factor of 2 by which studies differ.
 inline constexpr double kMinSpecificEnergy_J_per_mm3 = 0.8;
 inline constexpr double kMaxSpecificEnergy_J_per_mm3 = 6;
 
-/// Returns the energy of the cutting force, thrust / kThrustPerCuttingForce, per volume of a chip as wide as the tooth,
-/// J/mm3.
-inline double CalcSpecificEnergy(double thrust_N, double width_mm, double bite_mm) {
-  return 1e-3 * thrust_N / kThrustPerCuttingForce / (width_mm * bite_mm);
+/// Returns the law's cutting force on a tooth, N; thrust / kThrustPerCuttingForce if it states none.
+inline double CalcCuttingForce(const ToothForce& law, double bite_mm, const ToothCut& cut) {
+  return law.HasCutting() ? law.Cutting(bite_mm, cut) : law(bite_mm, cut) / kThrustPerCuttingForce;
+}
+/// Returns the energy of a cutting force per volume of a chip as wide as the tooth, J/mm3.
+inline double CalcSpecificEnergy(double cutting_N, double width_mm, double bite_mm) {
+  return 1e-3 * cutting_N / (width_mm * bite_mm);
 }
 
 /// Explanation that is shown after the bounds.
@@ -69,8 +75,12 @@ std::string DescribeBlades(const ForceLaw& law);
 /// Multiple of the measured thrust up to which hertz_chip counts as valid.
 inline constexpr double kMaxThrustFactor = 2;
 /// Returns the largest bite for which the law is valid, mm. For hertz_chip it is the bite at which the law's thrust is
-/// kMaxThrustFactor times the measured thrust; this bite depends on the tool.
+/// kMaxThrustFactor times the measured thrust; this bite depends on the tool. For a law with a table it is the largest
+/// bite that it covers in all of its tissues.
 double FindMaxValidBite(const ForceLaw& law, const Tool& tool);
+/// Returns the smallest bite for which the law is valid, mm. For a law with a table it is the smallest bite
+/// that it covers in all of its tissues.
+double FindMinValidBite(const ForceLaw& law);
 
 /// Returns true if the law is not valid at any bite (to_mm = 0): its force does not depend on the bite, as the text
 /// `beyond` states.

@@ -42,6 +42,7 @@ double CalcSolidStiffness(const ToolShape& shape) {
 
 CoupledSimulation::CoupledSimulation(Bone bone, const CoupledParams& params, const Pose& X_WT_start) {
   CheckParams(params);
+  CheckTissues(params.law, bone.materials());
   state_ = std::make_unique<State>(std::move(bone), params, MakeStart(X_WT_start));
 }
 CoupledSimulation::~CoupledSimulation() = default;
@@ -210,7 +211,7 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     const double speed = Dot(p.row, u);
     sums.teeth.teeth += time_s * p.teeth;
     teeth_now += p.teeth;
-    sums.teeth.E_MPa += time_s * p.teeth * edge.contacts()[i].E_MPa;
+    sums.teeth.E_MPa += time_s * p.teeth * p.cut.E_MPa;
     const double along = problem.arc_rad > 0 ? Dot(p.along, u) : 0;
     const ToothMean mean = problem.MeanToothForce(p, speed, along);
     if (!(speed > 0) && !(mean.radial_N > 0)) continue;
@@ -223,6 +224,10 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
       work_mJ += time_s * p.teeth * mean.along_N * along;
     }
     sums.teeth.thrust_N += time_s * magnitude;
+    if (problem.law.HasCutting()) {
+      const double cutting = p.teeth * problem.MeanCuttingForce(p, speed, mean);
+      sums.teeth.AddCutting(cutting, time_s, p.cut.speed_mm_per_s);
+    }
     const auto region = static_cast<std::size_t>(edge.contacts()[i].region);
     sums.teeth.thrust_by_region_N[region] += time_s * magnitude;
     out.regions_cut[region / 64] |= std::uint64_t{1} << (region % 64);

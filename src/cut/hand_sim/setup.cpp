@@ -14,11 +14,6 @@ void CheckParams(const CoupledParams& p) {
   CheckParameters(p);
 }
 
-double CalcRamp(const ToothForce& force, double creep_mm_per_s) {
-  constexpr double kE_star_MPa = 1e4;
-  return force(1e-9, kE_star_MPa) > 1e-4 * force(1e-3, kE_star_MPa) ? creep_mm_per_s : 0;
-}
-
 Pose MakeStart(const Pose& X_WT) {
   if (!IsValid(X_WT)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
   if (!IsInWorld(X_WT.p_AB)) {

@@ -12,10 +12,6 @@ void CheckParams(const CoupledParams& params);
 /// Returns the pose. Throws Error if it is not valid or not within the world.
 Pose MakeStart(const Pose& X_WT);
 
-/// Returns the range of speeds over which a law is ramped, mm/s: `creep_mm_per_s` for a law with a nonzero force at
-/// zero bite; otherwise 0.
-double CalcRamp(const ToothForce& force, double creep_mm_per_s);
-
 /// Returns the number of leaves whose old values are kept to compute the removed volume: all leaves of the bone's
 /// initial surface, but at most as many as the spare leaves, or 4096 if there are fewer of these.
 int CountOldLeaves(const BoneField& field, const CoupledParams& params);

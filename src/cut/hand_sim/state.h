@@ -44,15 +44,15 @@ struct CoupledSimulation::State {
                params.precision_bits),
         paced(cutter, params.tool, shape.reach_mm, h, params.carve_interval_ticks),
         clearance(field, params.tool),
+        problem(MakeStepProblem(MakeToothForce(params.law, params.tool))),
         slab(is_disc ? std::get<DiscSaw>(params.tool) : DiscSaw{}, params.coupling.p_TC_mm, params.slab_reading),
         effects(params.effects,
-                {bone, field, params.tool, shape, edge, &faces, params.coupling.p_TC_mm, field.p_WF_mm()}),
+                {bone, field, params.tool, shape, edge, problem.law, &faces, params.coupling.p_TC_mm, field.p_WF_mm()}),
         solver(edge.size() + faces.size() + effects.capacity().solids + effects.capacity().frictions + 8),
         X_WT(Local(X_WT_start)),
         X_WH(X_WT) {
     last.X_WT = X_WT_start;
-    problem.law = MakeToothForce(params.law, params.tool);
-    problem.ramp_mm_per_s = CalcRamp(problem.law, kCreep_mm_per_s);
+    problem.ramp_mm_per_s = problem.law.jumps ? kCreep_mm_per_s : 0;
     problem.creep_mm_per_s = kCreep_mm_per_s;
     problem.cutting.reserve(edge.size());
     problem.solids.reserve(edge.size() + effects.capacity().solids + 8);

@@ -37,11 +37,12 @@ struct Simulation::State {
         shape(MakeToolShape(params.tool, params.rim_samples_per_pitch, kNoFaces_mm, 0, 0)),
         field(bone, kSpareLeaves),
         edge(field, bone, params.tool, shape, Vec3(0)),
+        problem(MakeStepProblem(MakeToothForce(params.law, params.tool))),
         cutter(field, params.tool, CutWith::kWholeTool),
         paced(cutter, params.tool, shape.reach_mm, field.voxel_mm(), params.carve_interval_ticks),
-        effects(params.effects, {bone, field, params.tool, shape, edge, nullptr, Vec3(0), field.p_WF_mm()}),
+        effects(params.effects,
+                {bone, field, params.tool, shape, edge, problem.law, nullptr, Vec3(0), field.p_WF_mm()}),
         X_WT(Local(X_WT_start)) {
-    problem.law = MakeToothForce(params.law, params.tool);
     problem.cutting.reserve(shape.edge.size());
     problem.solids.reserve(effects.capacity().solids);
     problem.frictions.reserve(effects.capacity().frictions);
@@ -104,12 +105,17 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
     // If the outward half of the edge ends within the arc of the point, only a part of that arc counts.
     const double outward = std::clamp(0.5 + outwards * inv_change, 0.0, 1.0);
     const double teeth = outward * point.teeth;
-    const double force = point.teeth * problem.MeanToothForce(point, outwards, along).radial_N;
+    const ToothMean mean = problem.MeanToothForce(point, outwards, along);
+    const double force = point.teeth * mean.radial_N;
     load.f_T_N -= force * point.FindOutwards(outwards, along);
     load.sums.thrust_N += force;
+    if (problem.law.HasCutting()) {
+      const double cutting = point.teeth * problem.MeanCuttingForce(point, outwards, mean);
+      load.sums.AddCutting(cutting, 1, point.cut.speed_mm_per_s);
+    }
     load.sums.thrust_by_region_N[static_cast<std::size_t>(edge.contacts()[i].region)] += force;
     load.sums.teeth += teeth;
-    load.sums.E_MPa += teeth * edge.contacts()[i].E_MPa;
+    load.sums.E_MPa += teeth * point.cut.E_MPa;
     load.sums.bite_mm += teeth * speed / passes_per_s;
   }
   return load;
@@ -144,6 +150,7 @@ void Simulation::State::AddEffects(const Pose& X_a, const Pose& X_b, const Vec3&
 Simulation::Simulation(Bone bone, const SimulationParams& params, const Pose& X_WT_start) {
   Validate(params.tool);
   CheckParameters(params);
+  CheckTissues(params.law, bone.materials());
   if (!IsValid(X_WT_start)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
   if (!IsInWorld(X_WT_start.p_AB)) {
     throw Error(fmt::format("the tool's start position is more than {} mm from the world origin", kWorldReach_mm));

@@ -12,13 +12,17 @@ namespace kerf {
 /// Each addend has the weight of its substep: 1, or its duration.
 struct TeethSums {
   double thrust_N = 0;
-  double teeth = 0;  // engaged teeth, a real number
-  double E_MPa = 0;  // of the engaged teeth
+  double cutting_N = 0;  // 0 unless the law states a cutting force, as the next one
+  double cutting_W = 0;  // power of the cutting force at the speed of the teeth
+  double teeth = 0;      // engaged teeth, a real number
+  double E_MPa = 0;      // of the engaged teeth
   double bite_mm = 0;
   std::array<double, 256> thrust_by_region_N{};
 
   void Add(const TeethSums& other) {
     thrust_N += other.thrust_N;
+    cutting_N += other.cutting_N;
+    cutting_W += other.cutting_W;
     teeth += other.teeth;
     E_MPa += other.E_MPa;
     bite_mm += other.bite_mm;
@@ -26,9 +30,16 @@ struct TeethSums {
       thrust_by_region_N[id] += other.thrust_by_region_N[id];
     }
   }
+  /// Adds the cutting force of teeth that move at the given speed.
+  void AddCutting(double sum_N, double weight, double speed_mm_per_s) {
+    cutting_N += weight * sum_N;
+    cutting_W += weight * 1e-3 * sum_N * speed_mm_per_s;
+  }
   /// Sets the means. `weight`: sum of the weights, above 0.
   void Report(double weight, TeethOutput& out) const {
     out.thrust_sum_N = thrust_N / weight;
+    out.cutting_sum_N = cutting_N / weight;
+    out.cutting_W = cutting_W / weight;
     out.engaged_teeth = teeth / weight;
     if (!(teeth > 0)) return;
     out.mean_E_MPa = E_MPa / teeth;

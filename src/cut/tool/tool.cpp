@@ -31,9 +31,12 @@ double CalcPoissonRatio(const Tool& tool) {
   return std::visit([](const auto& t) { return t.nu; }, tool);
 }
 Tooth CalcTooth(const Tool& tool) {
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) return {disc->radius_mm(), disc->pitch_mm(), disc->thickness_mm};
+  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
+    return {disc->radius_mm(), disc->pitch_mm(), disc->thickness_mm, disc->rake_deg, 1e-3 * disc->edge_radius_um};
+  }
   const auto& ball = std::get<BallBurr>(tool);
-  return {ball.radius_mm(), 2 * std::numbers::pi * ball.radius_mm() / ball.flutes, ball.tooth_width_mm};
+  return {ball.radius_mm(), 2 * std::numbers::pi * ball.radius_mm() / ball.flutes, ball.tooth_width_mm, ball.rake_deg,
+          1e-3 * ball.edge_radius_um};
 }
 Vec3 CalcGrip(const Tool& tool) {
   return std::visit([](const auto& t) { return t.p_TG_mm; }, tool);

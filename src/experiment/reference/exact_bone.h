@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "kerf/geometry.h"
+#include "kerf/material.h"
 #include "kerf/tool.h"
 
 namespace kerf {
@@ -15,6 +16,7 @@ struct ExactSolid {
     int region = 0;  // 0: none
     double E_MPa = 0;
     double nu = 0;
+    Tissue tissue = Tissue::kCortical;
   };
   /// Signed function, mm, negative inside and zero on the surface. Near the surface it is approximately the distance to
   /// it (gradient between 0.5 and 2).

@@ -79,7 +79,7 @@ class HeldTool {
     problem_.torsion_damper = {c.torsion_damping_Nmms, c.max_torque_Nmm};
     problem_.law = MakeToothForce(params.law, params.saw);
     problem_.passes_per_s = params.saw.teeth * std::abs(params.rpm) / 60;
-    problem_.ramp_mm_per_s = problem_.law(1e-9, 1e4) > 1e-3 * problem_.law(1e-3, 1e4) ? kCreep_mm_per_s : 0;
+    problem_.ramp_mm_per_s = problem_.law.jumps ? kCreep_mm_per_s : 0;
     bone_.Sweep(X_W, X_W, 0);  // removes the space that the tool occupies where it is first set down
   }
 
@@ -160,8 +160,7 @@ class HeldTool {
       const Vec3 e(std::cos(angle), std::sin(angle), 0);
       const Vec3 r = saw.radius_mm() * e - params_.coupling.p_TC_mm;
       problem_.cuts.push_back({Join(e, glm::cross(r, e)),
-                               saw.teeth / (2 * std::numbers::pi) * (piece.to_rad - piece.from_rad),
-                               piece.E_star_MPa(angle)});
+                               saw.teeth / (2 * std::numbers::pi) * (piece.to_rad - piece.from_rad), piece.Cut(angle)});
     }
   }
 
@@ -249,7 +248,7 @@ class HeldTool {
       double speed = 0;
       for (int i = 0; i < 6; ++i) speed += cut.along[i] * u_[i];
       sums.teeth_s += time_s * cut.teeth;
-      sums.thrust_Ns += time_s * cut.teeth * problem_.CalcTooth(speed, cut.E_star_MPa);
+      sums.thrust_Ns += time_s * cut.teeth * problem_.CalcTooth(speed, cut.bone);
     }
     for (std::size_t n = 0; n < wall_of_.size(); ++n) {
       const Wall& wall = problem_.walls[n];

@@ -47,8 +47,7 @@ Matrix CalcCurvature(const MotionProblem& m, const Six& u) {
     const double speed = Dot(cut.along, u);
     if (!(speed > 0)) continue;
     const double d = 1e-5 * speed;
-    add(cut.teeth * (m.CalcTooth(speed + d, cut.E_star_MPa) - m.CalcTooth(speed - d, cut.E_star_MPa)) / (2 * d),
-        cut.along);
+    add(cut.teeth * (m.CalcTooth(speed + d, cut.bone) - m.CalcTooth(speed - d, cut.bone)) / (2 * d), cut.along);
   }
   for (const Wall& wall : m.walls) {
     if (wall.depth_mm + m.tau_s * Dot(wall.along, u) > 0) add(m.tau_s * wall.K, wall.along);
@@ -114,9 +113,9 @@ double FindAlpha(const MotionProblem& problem, const Six& u, const Six& p, doubl
 
 }  // namespace
 
-double MotionProblem::CalcTooth(double speed_mm_per_s, double E_star_MPa) const {
+double MotionProblem::CalcTooth(double speed_mm_per_s, const ToothCut& bone) const {
   if (!(speed_mm_per_s > 0)) return 0;
-  const double force = law(speed_mm_per_s / passes_per_s, E_star_MPa);
+  const double force = law(speed_mm_per_s / passes_per_s, bone);
   return speed_mm_per_s < ramp_mm_per_s ? force * speed_mm_per_s / ramp_mm_per_s : force;
 }
 
@@ -125,7 +124,7 @@ Six MotionProblem::CalcGradient(const Six& u) const {
   const Vec3 torque = torsion.Pull(theta_rad - tau_s * Lower(u)) + torsion_damper.Pull(w_H - Lower(u));
   Six g = Join(-force, -torque);
   for (const Cut& cut : cuts) {
-    const double tooth = CalcTooth(Dot(cut.along, u), cut.E_star_MPa);
+    const double tooth = CalcTooth(Dot(cut.along, u), cut.bone);
     if (tooth > 0) g = Step(g, cut.teeth * tooth, cut.along);
   }
   for (const Wall& wall : walls) {

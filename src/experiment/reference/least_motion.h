@@ -39,7 +39,7 @@ struct Tie {
 struct Cut {
   Six along;
   double teeth = 0;
-  double E_star_MPa = 0;
+  ToothCut bone;
 };
 
 /// A spring that resists a point once its displacement along `along` exceeds -`depth_mm`.
@@ -61,7 +61,7 @@ struct MotionProblem {
   std::vector<Cut> cuts;
   std::vector<Wall> walls;
 
-  double CalcTooth(double speed_mm_per_s, double E_star_MPa) const;
+  double CalcTooth(double speed_mm_per_s, const ToothCut& bone) const;
   /// Returns the gradient of the function that is minimised; it is 0 at the minimum.
   Six CalcGradient(const Six& u) const;
 };

@@ -41,7 +41,7 @@ Load CalcLoad(const ReferenceParams& params, const ToothForce& law, const ExactB
     for (const double t : {0.5 - 0.5 / std::sqrt(3.0), 0.5 + 0.5 / std::sqrt(3.0)}) {
       const double angle = piece.from_rad + t * width;
       const double bite_mm = speed * std::cos(angle - feed) / passes_per_s;
-      const double force = 0.5 * width * teeth_per_rad * law(bite_mm, piece.E_star_MPa(angle));
+      const double force = 0.5 * width * teeth_per_rad * law(bite_mm, piece.Cut(angle));
       load.thrust_N += force;
       load.f_T_N -= force * Vec3(std::cos(angle), std::sin(angle), 0);
     }

@@ -20,7 +20,7 @@ class Walk {
   struct Look {
     double angle = 0;
     int kind = 0;  // 0: no bone; otherwise its region, or 1 without materials
-    double E_star = 0;
+    ToothCut cut;
     double clear_mm = 0;  // lower bound of the distance to bone
   };
 
@@ -38,21 +38,21 @@ class Walk {
     look.kind = 1;
     if (!circle_.with_material) return look;
     const ExactSolid::Material material = bone_.solid().material(p_W);
-    look.E_star = CalcEStar(material, saw_);
-    look.kind = look.E_star > 0 ? material.region : 0;
+    look.cut = MakeCut(material, saw_);
+    look.kind = look.cut.E_star_MPa > 0 ? material.region : 0;
     return look;
   }
 
   /// Adds the pieces between two samples.
   void Settle(const Look& a, const Look& b) {
     if (a.kind == b.kind) {
-      if (a.kind != 0) Add({a.angle, b.angle, a.E_star, b.E_star}, a.kind);
+      if (a.kind != 0) Add({a.angle, b.angle, a.cut, b.cut}, a.kind);
       return;
     }
     const double middle = 0.5 * (a.angle + b.angle);
     if (b.angle - a.angle <= kMinInterval_rad) {
-      if (a.kind != 0) Add({a.angle, middle, a.E_star, a.E_star}, a.kind);
-      if (b.kind != 0) Add({middle, b.angle, b.E_star, b.E_star}, b.kind);
+      if (a.kind != 0) Add({a.angle, middle, a.cut, a.cut}, a.kind);
+      if (b.kind != 0) Add({middle, b.angle, b.cut, b.cut}, b.kind);
       return;
     }
     const Look m = LookAt(middle);
@@ -66,7 +66,7 @@ class Walk {
     if (!pieces_.empty() && last_kind_ == kind && pieces_.back().to_rad == piece.from_rad &&
         (piece.to_rad - piece.from_rad < short_rad_ || pieces_.back().to_rad - pieces_.back().from_rad < short_rad_)) {
       pieces_.back().to_rad = piece.to_rad;
-      pieces_.back().E_star_to_MPa = piece.E_star_to_MPa;
+      pieces_.back().cut_to = piece.cut_to;
       return;
     }
     pieces_.push_back(piece);
@@ -84,9 +84,10 @@ class Walk {
 
 }  // namespace
 
-double CalcEStar(const ExactSolid::Material& bone, const DiscSaw& saw) {
-  if (bone.region == 0 || !(bone.E_MPa > 0)) return 0;
-  return 1 / ((1 - saw.nu * saw.nu) / saw.E_MPa + (1 - bone.nu * bone.nu) / bone.E_MPa);
+ToothCut MakeCut(const ExactSolid::Material& bone, const DiscSaw& saw) {
+  if (bone.region == 0 || !(bone.E_MPa > 0)) return {};
+  const double E_star_MPa = 1 / ((1 - saw.nu * saw.nu) / saw.E_MPa + (1 - bone.nu * bone.nu) / bone.E_MPa);
+  return MakeToothCut(bone.E_MPa, E_star_MPa, bone.tissue);
 }
 
 void FindPieces(const ExactBone& bone, const DiscSaw& saw, const Pose& X_WT, const Circle& circle, double from_rad,

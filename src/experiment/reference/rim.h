@@ -6,26 +6,30 @@
 #include <vector>
 
 #include "experiment/reference/exact_bone.h"
+#include "kerf/force.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
 
 namespace kerf::reference {
 
 /// A piece of a circle about the spindle, all of it in front of bone of a single region. Angles are measured from the
-/// tool's x axis towards its y axis; the reduced modulus is given at both ends.
+/// tool's x axis towards its y axis; what the teeth cut is given at both ends, and the moduli are linear in between.
 struct Piece {
   double from_rad = 0, to_rad = 0;
-  double E_star_from_MPa = 0, E_star_to_MPa = 0;
+  ToothCut cut_from, cut_to;
 
-  double E_star_MPa(double angle_rad) const {
+  ToothCut Cut(double angle_rad) const {
     const double t = to_rad > from_rad ? (angle_rad - from_rad) / (to_rad - from_rad) : 0;
-    return (1 - t) * E_star_from_MPa + t * E_star_to_MPa;
+    ToothCut cut = cut_from;
+    cut.E_star_MPa = (1 - t) * cut_from.E_star_MPa + t * cut_to.E_star_MPa;
+    cut.E_MPa = (1 - t) * cut_from.E_MPa + t * cut_to.E_MPa;
+    return cut;
   }
 };
 
-/// Returns the reduced modulus of a Hertz contact, in which the bone at the point and the tool's steel are two
-/// compliances in series; 0 if there is no material.
-double CalcEStar(const ExactSolid::Material& bone, const DiscSaw& saw);
+/// Returns what a tooth at rest cuts. In the reduced modulus the bone at the point and the tool's steel are two
+/// compliances in series. The direction of the osteons is unknown. Empty if there is no material.
+ToothCut MakeCut(const ExactSolid::Material& bone, const DiscSaw& saw);
 
 /// The circle to search.
 struct Circle {

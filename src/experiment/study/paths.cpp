@@ -63,6 +63,7 @@ ExactSolid MakeSolid(std::function<double(const Vec3&)> distance_mm, std::functi
     const Region& found = materials.At(material.region);
     material.E_MPa = found.E_MPa;
     material.nu = found.nu;
+    material.tissue = found.tissue;
     return material;
   };
   return solid;

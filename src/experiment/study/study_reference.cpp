@@ -94,6 +94,19 @@ std::uint64_t HashInput(const StudyPath& path, Holding holding, const ReferenceP
       hash.Add(value);
     }
   }
+  const ToothForce law = MakeToothForce(params.law, saw);
+  if (law.HasCutting()) {
+    hash.Add(saw.rake_deg);
+    hash.Add(saw.edge_radius_um);
+  }
+  if (law.table != nullptr) {
+    for (const std::vector<ForceTable::Row>& rows : law.table->rows) {
+      for (const ForceTable::Row& row : rows) {
+        for (const double value : {row.bite_mm, row.thrust_N_per_mm, row.cutting_N_per_mm}) hash.Add(value);
+      }
+    }
+  }
+  const bool reads_tissue = (law.reads & kReadsTissue) != 0;
   constexpr int kSamples = 20;
   for (int i = 0; i < kSamples * kSamples * kSamples; ++i) {
     const Vec3 fraction((i % kSamples + 0.5) / kSamples, (i / kSamples % kSamples + 0.5) / kSamples,
@@ -106,6 +119,7 @@ std::uint64_t HashInput(const StudyPath& path, Holding holding, const ReferenceP
     hash.Add(static_cast<double>(material.region));
     hash.Add(material.E_MPa);
     hash.Add(material.nu);
+    if (reads_tissue) hash.Add(static_cast<double>(material.tissue));
   }
   return hash.value();
 }

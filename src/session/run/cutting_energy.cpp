@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -12,6 +13,8 @@ namespace kerf {
 namespace {
 
 constexpr double kNegligible_mm3 = 1e-3;
+/// In the order of CuttingForceFrom.
+constexpr std::array<const char*, 3> kFromWords{"thrust / ratio", "tangential_force", "law"};
 
 /// Returns the cutting power of the effect tangential_force, averaged over the run's ticks; none if the effect is off.
 std::optional<double> FindMeanPower(const EffectRecord& effects) {
@@ -33,14 +36,18 @@ bool CuttingEnergy::IsWithinPublishedRange() const {
 CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects, const CuttingSums& sums) {
   CuttingEnergy energy;
   const bool disc = scene.tool.kind == ToolKind::kDisc;
+  const bool by_law = scene.force.info().has_cutting;
   if (const std::optional<double> power_W = FindMeanPower(effects)) {
-    energy.from_effect = true;
-    energy.ratio = FindChoice(scene.effects, "tangential_force")->GetNumber("ratio");
+    energy.from = CuttingForceFrom::kEffect;
+    if (!by_law) energy.ratio = FindChoice(scene.effects, "tangential_force")->GetNumber("ratio");
     energy.work_J = *power_W * sums.simulated_s;
+  } else if (by_law) {
+    energy.from = CuttingForceFrom::kLaw;
+    energy.work_J = sums.cutting_J;
   } else {
     energy.ratio = kThrustPerCuttingForce;
     const double rim_mm = std::numbers::pi * scene.tool.diameter_mm;
-    if (disc) energy.work_J = 1e-3 * sums.thrust_turns_N / energy.ratio * rim_mm;
+    if (disc) energy.work_J = 1e-3 * sums.thrust_turns_N / *energy.ratio * rim_mm;
   }
   if (!energy.work_J) return energy;
   // If bone was removed only because the tool was placed inside it, no work was done.
@@ -56,8 +63,9 @@ std::string DescribeCuttingEnergy(const CuttingEnergy& energy) {
   std::string text = fmt::format("{:.3g} J", *energy.work_J);
   if (energy.specific_J_per_mm3) text += fmt::format(", {:.3g} J/mm3", *energy.specific_J_per_mm3);
   if (energy.pass_mJ) text += fmt::format(", {:.3g} mJ per tooth pass", *energy.pass_mJ);
-  return text + fmt::format("; cutting force = thrust / {:.3g}; range {:g} to {:g} J/mm3 ({})", energy.ratio,
-                            kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3, kSpecificEnergySource);
+  const std::string force = energy.ratio ? fmt::format("thrust / {:.3g}", *energy.ratio) : "the law's own";
+  return text + fmt::format("; cutting force = {}; range {:g} to {:g} J/mm3 ({})", force, kMinSpecificEnergy_J_per_mm3,
+                            kMaxSpecificEnergy_J_per_mm3, kSpecificEnergySource);
 }
 
 std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEnergy& energy) {
@@ -81,8 +89,8 @@ nlohmann::ordered_json CuttingJson(const CuttingEnergy& energy) {
           {"within_published",
            energy.specific_J_per_mm3 ? nlohmann::ordered_json(energy.IsWithinPublishedRange()) : nullptr},
           {"tooth_pass_mJ", OrNull(energy.pass_mJ)},
-          {"thrust_per_cutting_force", energy.ratio},
-          {"cutting_force_from", energy.from_effect ? "tangential_force" : "thrust / ratio"}};
+          {"thrust_per_cutting_force", OrNull(energy.ratio)},
+          {"cutting_force_from", kFromWords[static_cast<std::size_t>(energy.from)]}};
 }
 
 }  // namespace kerf

@@ -18,16 +18,21 @@ struct CuttingSums {
   double simulated_s = 0;     // duration that `effects` covers
   double cutting_turns = 0;   // spindle revolutions with a tooth engaged
   double removed_mm3 = 0;
+  double cutting_J = 0;  // work of the law's cutting force, if the law states one
 };
 
+/// Source of the cutting force.
+enum class CuttingForceFrom { kRatio, kEffect, kLaw };
+
 /// Work of the teeth's cutting force along their motion: the sum of the teeth's cutting forces times the speed of the
-/// rim, over time. A force law yields the thrust, and the cutting force is the thrust divided by `ratio`. If the effect
-/// tangential_force is on, its ratio and its power are used; otherwise the ratio is kThrustPerCuttingForce, at the
-/// commanded spindle speed. The work of the feed is left out, because the rim moves about a thousand times faster.
+/// rim, over time. If the effect tangential_force is on, its power is used. Otherwise the cutting force is the law's
+/// own or, for a law that states none, the thrust divided by kThrustPerCuttingForce, at the commanded spindle speed.
+/// The work of the feed is left out, because the rim moves about a thousand times faster.
 struct CuttingEnergy {
-  double ratio = 0;
-  bool from_effect = false;
-  /// None for a ball without the effect, because its teeth move at different speeds.
+  CuttingForceFrom from = CuttingForceFrom::kRatio;
+  std::optional<double> ratio;  // thrust per cutting force; none if the law states the cutting force
+  /// None for a ball without the effect and with a law that states no cutting force, because its teeth move at
+  /// different speeds.
   std::optional<double> work_J;
   std::optional<double> specific_J_per_mm3;  // none if almost nothing was cut
   std::optional<double> pass_mJ;             // mean per tooth passage while any tooth is engaged

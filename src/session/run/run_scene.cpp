@@ -60,9 +60,10 @@ void SummarizeTicks(const Scene& scene, const Path& path, const RunResult& resul
   summary.effects = result.effects;
   summary.effects.rows.clear();
   const double turns_per_s = std::abs(scene.tool.rpm) / 60;
-  summary.cutting = CalcCuttingEnergy(scene, summary.effects,
-                                      {summary.force.thrust_Ns * turns_per_s, path.duration_s(),
-                                       summary.force.cutting_time_s * turns_per_s, summary.removed_mm3});
+  summary.cutting =
+      CalcCuttingEnergy(scene, summary.effects,
+                        {summary.force.thrust_Ns * turns_per_s, path.duration_s(),
+                         summary.force.cutting_time_s * turns_per_s, summary.removed_mm3, summary.force.cutting_J});
   summary.ticks = result.ticks.size();
   for (std::size_t i = 0; i < result.ticks.size(); ++i) {
     const TickRecord& t = result.ticks[i];
@@ -130,6 +131,7 @@ ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_h
     const double force_N = glm::length(t.out.f_T_W_N);
     summary.impulse_Ns += force_N * dt_s;
     summary.thrust_Ns += t.out.thrust_sum_N * dt_s;
+    summary.cutting_J += t.out.cutting_W * dt_s;
     if (i > 0 && ticks[i - 1].segment == t.segment) {
       summary.work_Nmm -= glm::dot(t.out.f_T_W_N, t.X_WT.p_AB - ticks[i - 1].X_WT.p_AB);
     }

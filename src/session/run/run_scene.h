@@ -35,6 +35,7 @@ struct ForceSummary {
   double engaged_teeth_peak = 0;
   double cutting_time_s = 0;  // with a tooth engaged
   double thrust_Ns = 0;       // integral of the sum of the teeth's thrusts
+  double cutting_J = 0;       // work of the cutting force that the law states; 0 if it states none
 };
 
 struct RunSummary {

@@ -79,6 +79,11 @@ MaterialSummary ApplySceneMaterial(const Scene& scene, Bone& bone) {
       ApplyCt(scene, bone, summary);
       break;
   }
+  if (scene.material.osteon_direction) {
+    MaterialTable materials = bone.materials();
+    materials.SetOsteonDirection(*scene.material.osteon_direction);
+    bone.OverrideMaterials(std::move(materials));
+  }
   return summary;
 }
 

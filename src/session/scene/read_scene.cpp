@@ -24,6 +24,7 @@ namespace {
 // Maximum size of a scene, which has at most a thousand strokes of a few hundred bytes each.
 constexpr std::size_t kMaxSceneBytes = std::size_t{4} << 20;
 constexpr std::size_t kMaxPathFileBytes = std::size_t{256} << 20;
+constexpr std::size_t kMaxForceTableBytes = std::size_t{1} << 20;
 constexpr TextLimit kTitleLimit{200};
 
 /// Tolerances for a stroke that continues from the previous one.
@@ -130,6 +131,12 @@ void ReadMaterial(TableReader& root, SceneMaterial& material, const SceneBone& b
   // The keys of every kind are read, so that faults in them are reported even if another kind is used.
   DescribeUniform(material, reader);
   DescribeCt(material, reader);
+  if (reader.Has("osteon_direction")) {
+    Vec3 direction(0, 0, 1);
+    DescribeOsteons(direction, reader);
+    if (!(glm::length(direction) > 1e-6)) reader.Fault("osteon_direction", "osteon_direction has length 0");
+    material.osteon_direction = direction;
+  }
   ReadFileName(reader, "ct_law_file", material.ct_law_file, scene_file);
   const bool built_in = !reader.Has("ct_law_file");
   ReadCheckedText(reader, "ct_law", material.ct_law, [built_in](const std::string& name) {
@@ -387,13 +394,18 @@ void RefuseMovedKeys(TableReader& root) {
   root.Fault("coupling", "friction_coefficient of [coupling] is now coefficient of [effects.kerf_friction]");
 }
 
-void ReadForce(TableReader& root, ForceLaw& law, Faults& faults) {
+void ReadForce(TableReader& root, Scene& scene, const std::string& scene_file, Faults& faults) {
+  ForceLaw& law = scene.force;
   const TomlNode* table = root.Table("force");
   if (table == nullptr) return;
   TableReader reader(*table, "[force]", faults);
   Describe(law, reader);
   const TomlNode* word = table->Find("law");
   if (word != nullptr && word->text != law.name()) return;  // the law is unknown, so its keys are unknown too
+  ReadFileName(reader, "file", scene.force_file, scene_file);
+  if (reader.Has("file") && !law.info().has_table) {
+    reader.Fault("file", fmt::format("file is not used: the law {} reads no table; remove it", law.name()));
+  }
   // A key of another law would have no effect, so it is rejected.
   for (const ForceLawInfo* other : ForceLaws()) {
     for (const LawParameter& parameter : other->parameters) {
@@ -403,6 +415,32 @@ void ReadForce(TableReader& root, ForceLaw& law, Faults& faults) {
     }
   }
   reader.Finish();
+}
+
+/// Rejects the ratios with which effects convert a thrust to a cutting force, if the law states the cutting force.
+void RefuseRatios(const TomlNode& document, const ForceLaw& law, Faults& faults) {
+  const TomlNode* effects = document.Find("effects");
+  if (effects == nullptr || !law.info().has_cutting) return;
+  for (const auto& [effect, key] :
+       {std::pair{"tangential_force", "ratio"}, std::pair{"tooth_vibration", "tangential_share"}}) {
+    const TomlNode* table = effects->Find(effect);
+    const TomlNode* at = table != nullptr ? table->Find(key) : nullptr;
+    if (at == nullptr) continue;
+    faults.Add(at->line, at->column,
+               fmt::format("{} is not used: the law {} states the cutting force; remove it", key, law.name()));
+  }
+}
+
+/// Reads the table of the force law. Throws kerf::Error with the place of the key.
+void ReadForceTable(const TomlNode& document, const std::string& scene_file, Scene& scene) {
+  if (scene.force_file.empty()) return;
+  const TomlNode* at = document.Find("force")->Find("file");
+  try {
+    scene.force.SetTable(std::make_shared<const ForceTable>(
+        ParseForceTable(ReadTextFile(scene.force_file, kMaxForceTableBytes), scene.force_file)));
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}:{}:{}: {}", scene_file, at->line, at->column, e.what()));
+  }
 }
 
 }  // namespace
@@ -428,11 +466,12 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadMaterial(root, scene.material, scene.bone, file, faults);
   ReadTool(root, scene.tool, faults);
   ReadPath(root, scene.path, file, faults);
-  ReadForce(root, scene.force, faults);
+  ReadForce(root, scene, file, faults);
   ReadSection(root, "simulation", scene.simulation, faults);
   ReadSlab(root, scene.slab, faults);
   ReadSection(root, "output", scene.output, faults);
   ReadEffects(root, scene.effects, file, faults);
+  RefuseRatios(document, scene.force, faults);
   const std::vector<PlanFile> plan_files = ReadPlan(root, scene.plan, file, faults);
   RefuseMovedKeys(root);
   ReadGivenSection(root, "coupling", scene.coupling, faults);
@@ -446,6 +485,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   root.Finish();
   faults.ThrowIfAny();
 
+  ReadForceTable(document, file, scene);
   ReadEffectFiles(scene.effects, document, file);
   ReadPlanFiles(plan_files, scene.plan);
   if (!scene.path.file.empty()) {
@@ -468,9 +508,11 @@ Scene ReadScene(const std::string& file) {
 Tool MakeTool(const Scene& scene) {
   const SceneTool& tool = scene.tool;
   if (tool.kind == ToolKind::kBall) {
-    return BallBurr{tool.diameter_mm, tool.flutes, tool.tooth_width_mm, 1000 * tool.E_GPa, tool.nu, tool.grip_mm};
+    return BallBurr{tool.diameter_mm,  tool.flutes, tool.tooth_width_mm, tool.rake_deg, tool.edge_radius_um,
+                    1000 * tool.E_GPa, tool.nu,     tool.grip_mm};
   }
-  return DiscSaw{tool.diameter_mm, tool.thickness_mm, tool.teeth, 1000 * tool.E_GPa, tool.nu, tool.grip_mm};
+  return DiscSaw{tool.diameter_mm,    tool.thickness_mm, tool.teeth, tool.rake_deg,
+                 tool.edge_radius_um, 1000 * tool.E_GPa, tool.nu,    tool.grip_mm};
 }
 
 std::string DescribeTool(const SceneTool& tool) {

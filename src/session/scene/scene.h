@@ -3,6 +3,7 @@
 // has too, next to its structs.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,8 @@ struct SceneMaterial {
   std::string ct_law_file;     // a table of laws (CSV), absolute path; empty: the built-in ones
   std::string ct_calibration;  // "HU:density HU:density ..."; empty: the law's own
   bool ct_all = false;         // false: cancellous regions only
+  /// Direction of the osteons, world frame; any length but 0. nullopt: unknown.
+  std::optional<Vec3> osteon_direction;
 };
 
 enum class ToolKind { kDisc, kBall };
@@ -55,6 +58,8 @@ struct SceneTool {
   int teeth = 24;
   int flutes = 8;  // this and the next: kBall
   double tooth_width_mm = 0.5;
+  double rake_deg = DiscSaw{}.rake_deg;
+  double edge_radius_um = DiscSaw{}.edge_radius_um;
   double rpm = 7500;
   double E_GPa = 205;
   double nu = 0.28;
@@ -128,6 +133,7 @@ struct Scene {
   SceneTool tool;
   ScenePath path;
   ForceLaw force;
+  std::string force_file;  // the table of the law (CSV), absolute path; empty: none, or the built-in one
   SceneSimulation simulation;
   SceneSlab slab;
   SceneOutput output;

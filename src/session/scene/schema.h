@@ -43,6 +43,13 @@ void DescribeUniform(SceneMaterial& p, V&& visit) {
   visit("nu", p.nu, kPoissonRatioRange, "Poisson's ratio of the whole bone");
 }
 
+/// The key osteon_direction, which has no default.
+template <typename V>
+void DescribeOsteons(Vec3& direction, V&& visit) {
+  visit("osteon_direction", direction, kDirectionRange,
+        "direction of the osteons in cortical bone, world frame; any length but 0; only laws that depend on it");
+}
+
 /// Keys for kind = "ct", except the texts.
 template <typename V>
 void DescribeCt(SceneMaterial& p, V&& visit) {
@@ -71,6 +78,7 @@ void Describe(SceneTool& p, V&& visit) {
   } else {
     DescribeBall(p, visit);
   }
+  DescribeEdge(p, visit);
   visit("rpm", p.rpm, kSpindleRange_rpm, "speed of the spindle; 0: stopped, does not cut");
   DescribeSteel("E_GPa", p.E_GPa, 1, p.nu, p.grip_mm, visit);
 }

@@ -118,9 +118,13 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
     } else if (bite_mm > to_mm) {
       warnings.push_back(fmt::format("the bite reaches {:.3g} um: {} holds up to about {:.2g} um, {}", 1000 * bite_mm,
                                      law.name, 1000 * to_mm, law.validity.beyond));
-    } else if (bite_mm < law.validity.from_mm) {
+    } else if (bite_mm < FindMinValidBite(scene.force)) {
       warnings.push_back(fmt::format("the bite stays at or below {:.3g} um: {} holds from about {:.3g} um, {}",
-                                     1000 * bite_mm, law.name, 1000 * law.validity.from_mm, law.validity.below));
+                                     1000 * bite_mm, law.name, 1000 * FindMinValidBite(scene.force),
+                                     law.validity.below));
+    }
+    if (scene.material.osteon_direction && (MakeToothForce(scene.force, MakeTool(scene)).reads & kReadsOsteons) == 0) {
+      warnings.push_back(fmt::format("osteon_direction is not used: the law {} is isotropic", law.name));
     }
   }
   for (std::size_t i = 0; i < scene.path.strokes.size(); ++i) {

@@ -116,6 +116,11 @@ void WriteBone(TomlWriter& write, SceneBone bone) {
 void WriteMaterial(TomlWriter& write, SceneMaterial material) {
   write.Header("[material]", "Source of the bone's stiffness: docs/materials.md.");
   DescribeMaterialKind(material, write);
+  if (material.osteon_direction) {
+    DescribeOsteons(*material.osteon_direction, write);
+  } else {
+    write.Comment("osteon_direction = [1, 0, 0]: direction of the osteons, world frame, for laws that depend on it");
+  }
   if (material.kind == MaterialKind::kUniform) DescribeUniform(material, write);
   if (material.kind != MaterialKind::kCt) return;
   write("ct_law", material.ct_law, TextLimit{0}, "law from CT number to E, by name; 'kerf materials' lists them");
@@ -204,6 +209,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   WriteSection(write, "tool", scene.tool);
   WritePath(write, scene.path);
   WriteSection(write, "force", scene.force);
+  if (std::string file = scene.force_file; !file.empty()) write("file", file, TextLimit{0}, "table of the law");
   WriteSection(write, "simulation", scene.simulation);
   if (scene.slab.given || scene.simulation.mode == SceneMode::kSlab) WriteSection(write, "slab", scene.slab);
   WriteSection(write, "output", scene.output);

@@ -46,9 +46,12 @@ TEST_F(Law, CheckStatesTheLawsRangeAndWarnsOutside) {
   // The bite is 10 um. Calculated by hand: 84.6 N and, with the factor 1.6, 0.25 mm and 10 um, 21.2 J/mm3.
   Write("s.toml", Slot(30, "hertz_chip"));
   const ProgramResult deep = Kerf("check s.toml");
-  EXPECT_THAT(deep.out, HasSubstr("at that bite 84.6 N of thrust on a tooth in cortical bone, 21.2 J/mm3; outside "
-                                  "0.8 to 6 J/mm3 (derived from published forces at bites of 2.5 um and more: 0.83 to "
-                                  "2.9, with the upper bound doubled)\n"));
+  EXPECT_THAT(
+      deep.out,
+      HasSubstr(
+          "at that bite 84.6 N of thrust and 52.9 N of cutting force on a tooth in cortical bone, "
+          "21.2 J/mm3; outside 0.8 to 6 J/mm3 (derived from published forces at bites of 2.5 um and more: 0.83 to "
+          "2.9, with the upper bound doubled)\n"));
   EXPECT_THAT(deep.err, HasSubstr("warning: the bite reaches 10 um: hertz_chip holds up to about 3 um"));
   Write("s.toml", Slot(3, "hertz_constant_bite"));
   EXPECT_THAT(Kerf("check s.toml").err,

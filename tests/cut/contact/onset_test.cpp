@@ -6,6 +6,7 @@
 #include <random>
 
 #include "cut/contact/step.h"
+#include "support/tooth_cut.h"
 
 namespace kerf {
 namespace {
@@ -14,7 +15,7 @@ constexpr double kArm_mm = 11;
 
 CuttingPoint PointAt(double angle, double after_fraction) {
   const Vec3 e(std::cos(angle), std::sin(angle), 0);
-  return {MakeRow(e, kArm_mm * e), 0.05, 19140, MakeRow({-e.y, e.x, 0}, kArm_mm * e), after_fraction};
+  return {MakeRow(e, kArm_mm * e), 0.05, Cortical(19140), MakeRow({-e.y, e.x, 0}, kArm_mm * e), after_fraction};
 }
 
 StepProblem MakeProblem(const char* law, double arc_rad, double ramp_mm_per_s) {
@@ -34,7 +35,7 @@ ToothMean Integrate(const StepProblem& problem, const CuttingPoint& point, doubl
   for (int i = 0; i < kIntervals; ++i) {
     const double phi = problem.arc_rad * ((i + 0.5) / kIntervals - 0.5);
     const double weight = 2 * (phi < 0 ? 1 - point.after_fraction : point.after_fraction) / kIntervals;
-    const double force = problem.ToothForceAt(s + t * phi, point.E_star_MPa);
+    const double force = problem.ToothForceAt(s + t * phi, point.cut);
     mean.radial_N += weight * force;
     mean.along_N += weight * phi * force;
   }
@@ -56,7 +57,7 @@ TEST(Onset, MeanForceEqualsTheIntegralOverTheArc) {
     const ToothMean mean = problem.MeanToothForce(point, s, t);
     // The midpoint rule locates the jump to within half an interval, an error of 1e-4 of the force and of its lever
     // arm.
-    const double onset = CalcOnset(problem.law, point.E_star_MPa);
+    const double onset = CalcOnset(problem.law, point.cut);
     EXPECT_NEAR(mean.radial_N, expected.radial_N, 2e-4 * onset) << "s " << s << ", t " << t;
     EXPECT_NEAR(mean.along_N, expected.along_N, 2e-4 * onset * problem.arc_rad) << "s " << s << ", t " << t;
   }
@@ -66,7 +67,7 @@ TEST(Onset, SmoothLawIsUnchanged) {
   const StepProblem problem = MakeProblem("hertz_chip", 0.05, 0);
   for (const double s : {-0.1, 0.0, 1e-9, 0.03, 2.0}) {
     const ToothMean mean = problem.MeanToothForce(PointAt(1, 0.3), s, 4);
-    EXPECT_EQ(mean.radial_N, problem.ToothForceAt(s, 19140));
+    EXPECT_EQ(mean.radial_N, problem.ToothForceAt(s, Cortical(19140)));
     EXPECT_EQ(mean.along_N, 0);
   }
 }

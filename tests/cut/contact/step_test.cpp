@@ -8,6 +8,7 @@
 #include <random>
 
 #include "support/seeded_check.h"
+#include "support/tooth_cut.h"
 
 namespace kerf {
 namespace {
@@ -59,7 +60,7 @@ class ProblemMaker {
       const double a = Uniform(0, 6.28);
       const Vec3 e(std::cos(a), std::sin(a), 0);
       const double teeth_here = Uniform(0.01, 0.2);
-      problem.cutting.push_back({MakeRow(e, kReach_mm * e), teeth_here, E_star * Uniform(0.5, 1),
+      problem.cutting.push_back({MakeRow(e, kReach_mm * e), teeth_here, Cortical(E_star * Uniform(0.5, 1)),
                                  MakeRow({-e.y, e.x, 0}, kReach_mm * e), std::fmod(10 * teeth_here, 1)});
     }
     // In every other problem, a law with a jump is averaged over an arc of between a tiny angle and a tenth of a turn.

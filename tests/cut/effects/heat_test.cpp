@@ -31,7 +31,7 @@ class HeatedCut {
         shape_(MakeToolShape(tool_, 8, 1e3, 0, 0)),
         edge_(field_, bone_, tool_, shape_, Vec3(0)),
         cutter_(field_, tool_, CutWith::kWholeTool),
-        heat(params, {bone_, field_, tool_, shape_, edge_, nullptr, Vec3(0), field_.p_WF_mm()}) {
+        heat(params, {bone_, field_, tool_, shape_, edge_, problem_.law, nullptr, Vec3(0), field_.p_WF_mm()}) {
     problem_.law = MakeToothForce(ForceLaw{}, tool_);
     problem_.passes_per_s = 24 * kRpm / 60;
     problem_.cutting.reserve(shape_.edge.size());

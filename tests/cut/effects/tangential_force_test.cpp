@@ -17,6 +17,7 @@
 #include "experiment/stability/closed_loop.h"
 #include "experiment/stability/held_block.h"
 #include "experiment/stability/measures.h"
+#include "support/message_of.h"
 #include "support/saw.h"
 
 namespace kerf {
@@ -123,15 +124,17 @@ TEST(TangentialForce, LeavesBoneAndMotionOnAPathUnchanged) {
 
 /// The objects that a step needs, so that it can be tested without a simulation.
 struct Parts {
-  explicit Parts(const Tool& the_tool, const Vec3& p_TC_mm)
+  explicit Parts(const Tool& the_tool, const Vec3& p_TC_mm, const ForceLaw& the_law = ForceLaw())
       : tool(the_tool),
+        law(MakeToothForce(the_law, the_tool)),
         bone(test::MakeBox(Pose{}, {4, 4, 4}, 0.5)),
         field(bone, 8),
         shape(MakeToolShape(tool, 8, 1.4, 0.5, 0.1)),
         edge(field, bone, tool, shape, p_TC_mm),
         faces(field, shape, tool, p_TC_mm),
-        effect(1.6, {bone, field, tool, shape, edge, &faces, p_TC_mm, Vec3(0)}) {}
+        effect(1.6, {bone, field, tool, shape, edge, law, &faces, p_TC_mm, Vec3(0)}) {}
   Tool tool;
+  ToothForce law;
   Bone bone;
   BoneField field;
   ToolShape shape;
@@ -139,6 +142,15 @@ struct Parts {
   Faces faces;
   TangentialForceEffect effect;
 };
+
+TEST(TangentialForce, LawWithTooMuchCuttingForceIsRefusedInAHand) {
+  ForceLaw law("two_component");
+  EXPECT_NEAR(Parts(Tool(kSaw), Vec3(0), law).effect.ratio(), 9.66 / 6.83, 1e-12);
+  law.Set("thrust_edge_N_per_mm", 4);  // 4 / 6.83 = 0.586
+  EXPECT_EQ(test::MessageOf([&] { Parts(Tool(kSaw), Vec3(0), law); }),
+            "tangential_force: the law's ratio of thrust to cutting force, or of their changes with the bite, is as "
+            "small as 0.586; for a tool in a hand it must be at least 0.6");
+}
 
 TEST(TangentialForce, SumOverSectorsEqualsSumOverTeeth) {
   // Compared with brute force: at each tooth, a force perpendicular to its radius and against its motion. Also tested

@@ -8,6 +8,7 @@
 #include "kerf/material.h"
 #include "support/message_of.h"
 #include "support/saw.h"
+#include "support/tooth_cut.h"
 
 namespace kerf {
 namespace {
@@ -18,7 +19,9 @@ TEST(Force, ConstantBiteIsThePapersForceOnOneTooth) {
   // Tables 3 to 6 of the paper at 1.1 mm, where one tooth cuts: region 24 and the other three, as printed, to five
   // decimals.
   const ToothForce force = MakeToothForce(ForceLaw("hertz_constant_bite"), kSaw);
-  const auto newton = [&](double E, double nu) { return force(1e-3, CalcReducedModulus(205000, 0.28, E, nu)); };
+  const auto newton = [&](double E, double nu) {
+    return force(1e-3, Cortical(CalcReducedModulus(205000, 0.28, E, nu)));
+  };
   EXPECT_NEAR(newton(19300, 0.28), 0.05541, 1e-5);
   EXPECT_NEAR(newton(20500, 0.25), 0.05763, 1e-5);
   EXPECT_NEAR(newton(19300, 0.25), 0.05455, 1e-5);
@@ -28,8 +31,8 @@ TEST(Force, ConstantBiteIsThePapersForceOnOneTooth) {
 TEST(Force, ChipLawMatchesTheReferenceForce) {
   // As in docs/physics.md: with R = 11 mm in region 24, 10.6 N per tooth at 2.5 um and 84 N at 10 um.
   const ToothForce force = MakeToothForce(ForceLaw("hertz_chip"), kSaw);
-  EXPECT_NEAR(force(2.5e-3, kEStar24), 10.6, 0.05);
-  EXPECT_NEAR(force(10e-3, kEStar24), 84.6, 0.5);
+  EXPECT_NEAR(force(2.5e-3, Cortical(kEStar24)), 10.6, 0.05);
+  EXPECT_NEAR(force(10e-3, Cortical(kEStar24)), 84.6, 0.5);
 }
 
 TEST(Force, ConstantBiteEqualsTheChipLawAtItsOwnDepth) {
@@ -37,22 +40,22 @@ TEST(Force, ConstantBiteEqualsTheChipLawAtItsOwnDepth) {
   const double a = 0.01 * kSaw.pitch_mm();
   const double bite = a * a / kSaw.radius_mm();
   EXPECT_NEAR(bite, 7.54e-5, 1e-7);
-  EXPECT_NEAR(MakeToothForce(ForceLaw("hertz_chip"), kSaw)(bite, kEStar24),
-              MakeToothForce(ForceLaw("hertz_constant_bite"), kSaw)(1, kEStar24), 1e-12);
+  EXPECT_NEAR(MakeToothForce(ForceLaw("hertz_chip"), kSaw)(bite, Cortical(kEStar24)),
+              MakeToothForce(ForceLaw("hertz_constant_bite"), kSaw)(1, Cortical(kEStar24)), 1e-12);
 }
 
 TEST(Force, ScalesExactlyWithModulusBiteAndRadius) {
   ForceLaw law = ForceLaw("hertz_chip");
-  const double base = MakeToothForce(law, kSaw)(1e-3, 10000);
-  EXPECT_NEAR(MakeToothForce(law, kSaw)(1e-3, 20000) / base, 2, 1e-12);
-  EXPECT_NEAR(MakeToothForce(law, kSaw)(2e-3, 10000) / base, std::pow(2, 1.5), 1e-12);
+  const double base = MakeToothForce(law, kSaw)(1e-3, Cortical(10000));
+  EXPECT_NEAR(MakeToothForce(law, kSaw)(1e-3, Cortical(20000)) / base, 2, 1e-12);
+  EXPECT_NEAR(MakeToothForce(law, kSaw)(2e-3, Cortical(10000)) / base, std::pow(2, 1.5), 1e-12);
   law.Set("contact_radius_mm", 4 * 11);
-  EXPECT_NEAR(MakeToothForce(law, kSaw)(1e-3, 10000) / base, 2, 1e-12);
+  EXPECT_NEAR(MakeToothForce(law, kSaw)(1e-3, Cortical(10000)) / base, 2, 1e-12);
   ForceLaw constant = ForceLaw("hertz_constant_bite");
-  const double paper = MakeToothForce(constant, kSaw)(1e-3, 10000);
-  EXPECT_EQ(MakeToothForce(constant, kSaw)(9e-3, 10000), paper);  // does not depend on the bite
+  const double paper = MakeToothForce(constant, kSaw)(1e-3, Cortical(10000));
+  EXPECT_EQ(MakeToothForce(constant, kSaw)(9e-3, Cortical(10000)), paper);  // does not depend on the bite
   constant.Set("contact_share_of_pitch", 0.02);
-  EXPECT_NEAR(MakeToothForce(constant, kSaw)(1e-3, 10000) / paper, 8, 1e-12);
+  EXPECT_NEAR(MakeToothForce(constant, kSaw)(1e-3, Cortical(10000)) / paper, 8, 1e-12);
 }
 
 TEST(Force, EdgePlusChipIsTheLineThroughTheMeasuredThrust) {
@@ -62,14 +65,14 @@ TEST(Force, EdgePlusChipIsTheLineThroughTheMeasuredThrust) {
   tested.thickness_mm = 0.64;
   const ToothForce force = MakeToothForce(ForceLaw("edge_plus_chip"), tested);
   const double fraction = 1.6 / std::sqrt(1 + 1.6 * 1.6);
-  EXPECT_NEAR(force(2.5e-3, kEStar24) / (8 * fraction), 1, 2e-3);
-  EXPECT_NEAR(force(10e-3, kEStar24) / (11 * fraction), 1, 2e-3);
+  EXPECT_NEAR(force(2.5e-3, Cortical(kEStar24)) / (8 * fraction), 1, 2e-3);
+  EXPECT_NEAR(force(10e-3, Cortical(kEStar24)) / (11 * fraction), 1, 2e-3);
   // Computed by hand for the saw's own 0.25 mm at 1 um: 0.25 (9.28 + 530 * 0.001) = 2.4525 N, at E* = 19140 MPa.
-  EXPECT_NEAR(MakeToothForce(ForceLaw("edge_plus_chip"), kSaw)(1e-3, 19140), 2.4525, 1e-12);
+  EXPECT_NEAR(MakeToothForce(ForceLaw("edge_plus_chip"), kSaw)(1e-3, Cortical(19140)), 2.4525, 1e-12);
   // The reference E* is that of steel on region 24, to the digits given.
   EXPECT_NEAR(kEStar24, 19140, 0.5);
   // Even the smallest bite has the full edge force.
-  EXPECT_NEAR(MakeToothForce(ForceLaw("edge_plus_chip"), kSaw)(1e-12, 19140), 0.25 * 9.28, 1e-9);
+  EXPECT_NEAR(MakeToothForce(ForceLaw("edge_plus_chip"), kSaw)(1e-12, Cortical(19140)), 0.25 * 9.28, 1e-9);
 }
 
 TEST(Force, ParametersOutOfRangeAreRefused) {
@@ -90,7 +93,8 @@ TEST(Force, ParametersOutOfRangeAreRefused) {
 
 TEST(Force, UnknownLawAndAnotherLawsParameterAreNamed) {
   EXPECT_EQ(test::MessageOf([] { ForceLaw("herz_chip"); }),
-            "there is no force law \"herz_chip\"; available: hertz_chip, hertz_constant_bite, edge_plus_chip");
+            "there is no force law \"herz_chip\"; available: hertz_chip, hertz_constant_bite, edge_plus_chip, "
+            "two_component, tabulated");
   EXPECT_EQ(test::MessageOf([] { ForceLaw("hertz_chip").Set("edge_N_per_mm", 1); }),
             "the force law hertz_chip has no parameter edge_N_per_mm");
 }

@@ -7,6 +7,7 @@
 #include "cut/hand_sim/hands.h"
 #include "kerf/force.h"
 #include "support/saw.h"
+#include "support/tooth_cut.h"
 
 namespace kerf {
 namespace {
@@ -83,7 +84,7 @@ TEST(CoupledFeed, SteadyPushFeedsAtTheRateThatTheLawPredicts) {
       for (int k = 0; k < 2000; ++k) {
         const double phi = alpha * ((k + 0.5) / 1000 - 1);
         const double bite = feed * std::cos(phi) / (kSaw.teeth * 7500 / 60.0);
-        along_N += force(bite, E_star) * std::cos(phi) * kSaw.teeth / (2 * std::numbers::pi) * alpha / 1000;
+        along_N += force(bite, Cortical(E_star)) * std::cos(phi) * kSaw.teeth / (2 * std::numbers::pi) * alpha / 1000;
       }
       // The engaged arc is known to a sixteenth of the spacing of the samples at each end, 0.02 mm of 9.5 mm, and the
       // look-ahead lengthens it by 0.5 % at 1 mm depth.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdlib>
 #include <vector>
 
 #include "kerf/coupled.h"
@@ -10,9 +11,13 @@
 namespace kerf::test {
 
 /// A disc over a block: in the block's frame the disc lies in the plane y = 0, and z is up (DiscPose).
+///
+/// The environment variable KERF_TEST_LAW selects another force law than the default, to try the tests with it
+/// (docs/stability.md has the results).
 inline CoupledParams DiscParams() {
   CoupledParams params;
   params.tool = DiscSaw{};
+  if (const char* law = std::getenv("KERF_TEST_LAW")) params.law = ForceLaw(law);
   return params;
 }
 

@@ -8,6 +8,7 @@
 #include "kerf/coupled.h"
 #include "support/cuts.h"
 #include "support/saw.h"
+#include "support/tooth_cut.h"
 
 namespace kerf {
 namespace {
@@ -29,7 +30,7 @@ double CalcThrust(const ToothForce& force, double E_star_MPa, const Vec3& centre
     const double phi = lowest + (alpha - lowest) * (i + 0.5) / kIntervals;
     const double speed = v.x * std::sin(phi) - v.z * std::cos(phi);
     if (!(speed > 0)) continue;
-    thrust += force(speed / kPasses_per_s, E_star_MPa) * std::min(1.0, speed / kRamp_mm_per_s) * kSaw.teeth /
+    thrust += force(speed / kPasses_per_s, Cortical(E_star_MPa)) * std::min(1.0, speed / kRamp_mm_per_s) * kSaw.teeth /
               (2 * std::numbers::pi) * (alpha - lowest) / kIntervals;
   }
   return thrust;

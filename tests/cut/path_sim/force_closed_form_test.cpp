@@ -7,6 +7,7 @@
 #include "kerf/simulation.h"
 #include "support/cuts.h"
 #include "support/saw.h"
+#include "support/tooth_cut.h"
 
 namespace kerf {
 namespace {
@@ -47,7 +48,8 @@ SlotForm CalcSlotForm(const ForceLaw& law, double E_star_MPa, double depth_mm, d
   constexpr int kIntervals = 100000;
   for (int i = 0; i < kIntervals; ++i) {
     const double phi = alpha * (i + 0.5) / kIntervals;  // from the lowest point towards the feed
-    const double f = force(bite * std::sin(phi), E_star_MPa) * kSaw.teeth / (2 * std::numbers::pi) * alpha / kIntervals;
+    const double f =
+        force(bite * std::sin(phi), Cortical(E_star_MPa)) * kSaw.teeth / (2 * std::numbers::pi) * alpha / kIntervals;
     form.thrust_N += f;
     form.along_N += f * std::sin(phi);
     form.up_N += f * std::cos(phi);
@@ -142,7 +144,7 @@ TEST(ForceClosedForm, ToothForceIsHertz) {
     const ForceLaw law(name);
     for (const double bite : {1e-4, 1e-3, 2.5e-3}) {
       for (const double E_star : {500.0, 19000.0}) {
-        EXPECT_NEAR(MakeToothForce(law, kSaw)(bite, E_star) / HertzByHand(law, E_star, bite), 1, 1e-12);
+        EXPECT_NEAR(MakeToothForce(law, kSaw)(bite, Cortical(E_star)) / HertzByHand(law, E_star, bite), 1, 1e-12);
       }
     }
   }

@@ -8,6 +8,7 @@
 #include "kerf/simulation.h"
 #include "support/cuts.h"
 #include "support/saw.h"
+#include "support/tooth_cut.h"
 
 namespace kerf {
 namespace {
@@ -27,7 +28,7 @@ double CalcThrust(const ForceLaw& law, double E_star_MPa) {
   double thrust = 0;
   for (int i = 0; i < kIntervals; ++i) {
     const double bite = kFeed_mm_per_s / (kSaw.teeth * 125.0) * std::sin(alpha * (i + 0.5) / kIntervals);
-    thrust += force(bite, E_star_MPa) * kSaw.teeth / (2 * std::numbers::pi) * alpha / kIntervals;
+    thrust += force(bite, Cortical(E_star_MPa)) * kSaw.teeth / (2 * std::numbers::pi) * alpha / kIntervals;
   }
   return thrust;
 }

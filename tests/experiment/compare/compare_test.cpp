@@ -219,8 +219,10 @@ TEST(Compare, ScenesThatCannotBeComparedAreRefused) {
   EXPECT_EQ(MessageOf(Parse(kSlab), {{}, std::nan(""), 3}),
             "depth_step_mm = nan is not a finite number; valid range 0.005 to 5 mm");
   EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.05, 0}), "repetitions = 0 is below 1; valid range 1 to 100");
-  EXPECT_EQ(MessageOf(Parse(kSlab), {{"herz"}, 0.05, 1}),
-            "there is no force law \"herz\"; available: hertz_chip, hertz_constant_bite, edge_plus_chip");
+  EXPECT_EQ(
+      MessageOf(Parse(kSlab), {{"herz"}, 0.05, 1}),
+      "there is no force law \"herz\"; available: hertz_chip, hertz_constant_bite, edge_plus_chip, two_component, "
+      "tabulated");
   EXPECT_EQ(MessageOf(Parse(kSlab + "[tool]\nrpm = 0\n"), {}), "scene: rpm = 0: a stopped saw makes no cut to compare");
   EXPECT_THAT(MessageOf(Parse("[slab]\ndirection = [0, 1, 0]\n"), {}), HasSubstr("degrees out of the disc's plane"));
   // The direction is upwards, so the path starts behind the bone to be cut.
@@ -289,8 +291,8 @@ TEST_F(CompareFiles, AgreeWithEachOtherAndWithTheComparison) {
   std::string line;
   std::getline(csv, line);
   EXPECT_EQ(line,
-            "depth_mm,region,voxel_hertz_chip_N,voxel_hertz_constant_bite_N,voxel_edge_plus_chip_N,slab_as_computed_N,"
-            "slab_corrected_N");
+            "depth_mm,region,voxel_hertz_chip_N,voxel_hertz_constant_bite_N,voxel_edge_plus_chip_N,"
+            "voxel_two_component_N,voxel_tabulated_N,slab_as_computed_N,slab_corrected_N");
   std::size_t row = 0;
   std::vector<double> squares(c.cases.size(), 0);
   for (; std::getline(csv, line); ++row) {

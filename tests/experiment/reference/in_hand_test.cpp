@@ -8,6 +8,7 @@
 #include "experiment/reference/cuts.h"
 #include "kerf/error.h"
 #include "support/saw.h"
+#include "support/tooth_cut.h"
 
 namespace kerf {
 namespace {
@@ -31,8 +32,8 @@ double CalcUp(const ToothForce& law, double depth, double speed) {
   double up = 0;
   for (int i = 0; i < kIntervals; ++i) {
     const double phi = alpha * (i + 0.5) / kIntervals;
-    up += 2 * law(speed * std::cos(phi) / (24 * 125.0), E_star) * std::cos(phi) * 24 / (2 * std::numbers::pi) * alpha /
-          kIntervals;
+    up += 2 * law(speed * std::cos(phi) / (24 * 125.0), Cortical(E_star)) * std::cos(phi) * 24 /
+          (2 * std::numbers::pi) * alpha / kIntervals;
   }
   return up;
 }

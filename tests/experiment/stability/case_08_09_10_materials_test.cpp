@@ -8,6 +8,7 @@
 #include "experiment/stability/watched.h"
 #include "kerf/error.h"
 #include "support/saw.h"
+#include "support/tooth_cut.h"
 
 namespace kerf::test {
 namespace {
@@ -55,7 +56,8 @@ double CalcSlotThrust(const ToothForce& force, double x_mm, double depth_mm, dou
   for (int i = 0; i < kIntervals; ++i) {
     const double phi = alpha * (i + 0.5) / kIntervals;
     const double E = x_mm + kR * std::sin(phi) < 0 ? E_1 : E_2;
-    sum += force(bite_mm * std::sin(phi), CalcEStar(E)) * kSaw.teeth / (2 * std::numbers::pi) * alpha / kIntervals;
+    sum += force(bite_mm * std::sin(phi), Cortical(CalcEStar(E))) * kSaw.teeth / (2 * std::numbers::pi) * alpha /
+           kIntervals;
   }
   return sum;
 }
@@ -139,8 +141,8 @@ TEST(HardCase08, HandHeldSawPassesFromCortexToCancellousBoneWithoutAStep) {
       const double phi = alpha * ((k + 0.5) / 2000 - 1);
       // The border lies between the last voxel of the upper layer, at 3 mm, and the first of the lower, at 2.8 mm.
       const double E = pushed.X_WT.p_AB.z - kR * std::cos(phi) < 2.9 ? 19300 / ratio : 19300;
-      along += force(fast * 1000 * std::cos(phi) / (kSaw.teeth * 125), CalcEStar(E)) * std::cos(phi) * kSaw.teeth /
-               (2 * std::numbers::pi) * alpha / 2000;
+      along += force(fast * 1000 * std::cos(phi) / (kSaw.teeth * 125), Cortical(CalcEStar(E))) * std::cos(phi) *
+               kSaw.teeth / (2 * std::numbers::pi) * alpha / 2000;
     }
     ratio_off = std::max(ratio_off, std::abs(along / 5 - 1));
     EXPECT_GT(fast, 0);
@@ -180,7 +182,7 @@ TEST(HardCase08, ForceBumpOfAMetalGrainIsLimitedByItsSize) {
   // tooth's force with E*.
   const ToothForce force = MakeToothForce(ForceLaw(), Tool(kSaw));
   const double bite = 10.0 / (kSaw.teeth * 125);
-  const double tooth = force(bite, CalcEStar(200000)) - force(bite, CalcEStar(19300));
+  const double tooth = force(bite, Cortical(CalcEStar(200000))) - force(bite, Cortical(CalcEStar(19300)));
   for (int n = 1; n < 4; ++n) {
     EXPECT_GT(bump_N[n], 0);
     EXPECT_LE(bump_N[n], (sizes[n] + 1) * h / kSaw.pitch_mm() * tooth * 1.05) << sizes[n];
@@ -267,7 +269,7 @@ TEST(HardCase09, ForceFollowsTheReducedModulusFromOneMegapascalUp) {
     EXPECT_GT(thrust, last);
     last = thrust;
     // The law is the same at another modulus, so the ratio is the same for all teeth.
-    const double expected = force(bite, CalcEStar(E)) / force(bite, CalcEStar(19300));
+    const double expected = force(bite, Cortical(CalcEStar(E))) / force(bite, Cortical(CalcEStar(19300)));
     worst = std::max(worst, std::abs(thrust / reference / expected - 1));
   }
   verdict.AtMost("error of the force ratio", worst, 1e-9);
@@ -276,8 +278,8 @@ TEST(HardCase09, ForceFollowsTheReducedModulusFromOneMegapascalUp) {
   for (const ForceLawInfo* law : ForceLaws()) {
     const ToothForce f = MakeToothForce(ForceLaw(law->name), Tool(kSaw));
     for (const double E : {1e-3, 1.0, 1e9, 1e15}) {
-      EXPECT_TRUE(std::isfinite(f(bite, CalcEStar(E)))) << law->name;
-      EXPECT_GE(f(bite, CalcEStar(E)), 0) << law->name;
+      EXPECT_TRUE(std::isfinite(f(bite, Cortical(CalcEStar(E))))) << law->name;
+      EXPECT_GE(f(bite, Cortical(CalcEStar(E))), 0) << law->name;
     }
   }
 }
@@ -296,7 +298,9 @@ TEST(HardCase09, ForceIsContinuousInPoissonsRatioUpToOneHalf) {
     if (nu > 0.4999995) largest = std::max(largest, std::abs(thrust / last - 1));
     last = thrust;
     worst = std::max(
-        worst, std::abs(thrust / first / (force(bite, CalcEStar(19300, nu)) / force(bite, CalcEStar(19300, 0))) - 1));
+        worst, std::abs(thrust / first /
+                            (force(bite, Cortical(CalcEStar(19300, nu))) / force(bite, Cortical(CalcEStar(19300, 0)))) -
+                        1));
   }
   // Near nu = 0.5, 1 / (1 - nu^2) rises by 1.3e-6 per millionth of nu.
   verdict.AtMost("change of the force from nu = 0.499999 to 0.5", largest, 2e-6);

@@ -8,6 +8,7 @@
 #include "kerf/force.h"
 #include "support/message_of.h"
 #include "support/saw.h"
+#include "support/tooth_cut.h"
 
 namespace kerf {
 namespace {
@@ -58,8 +59,8 @@ TEST(HardCase17, ThrustDependsOnTheNumberOfTeethByTheForceLaw) {
     double thrust_N = 0;
     for (int k = 0; k < 2000; ++k) {
       const double phi = alpha * ((k + 0.5) / 1000 - 1);
-      thrust_N +=
-          force(feed * std::cos(phi) / (teeth * 7500 / 60.0), E_star) * teeth / (2 * std::numbers::pi) * alpha / 1000;
+      thrust_N += force(feed * std::cos(phi) / (teeth * 7500 / 60.0), Cortical(E_star)) * teeth /
+                  (2 * std::numbers::pi) * alpha / 1000;
     }
     max_off = std::max(max_off, std::abs(saw.out.thrust_sum_N / thrust_N - 1));
     EXPECT_NEAR(saw.out.engaged_teeth, teeth * alpha / std::numbers::pi, 0.02 * teeth * alpha / std::numbers::pi)

@@ -15,6 +15,7 @@
 #include "session/run/run_scene.h"
 #include "support/block_scene.h"
 #include "support/result_folder.h"
+#include "support/tooth_cut.h"
 
 namespace kerf {
 namespace {
@@ -46,7 +47,7 @@ double CalcClosedForm(const std::string& law, double feed_mm_per_s) {
   constexpr int kIntervals = 10000;
   double integral = 0;
   for (int i = 0; i < kIntervals; ++i) {
-    integral += force(h * std::sin(alpha * (i + 0.5) / kIntervals), E_star) * alpha / kIntervals;
+    integral += force(h * std::sin(alpha * (i + 0.5) / kIntervals), Cortical(E_star)) * alpha / kIntervals;
   }
   return 1e-3 * saw.radius_mm() * integral / (1.6 * depth * saw.thickness_mm * h);
 }
@@ -74,10 +75,34 @@ TEST_F(CuttingEnergyRun, StraightCutMatchesTheClosedForm) {
   }
 }
 
+// R / (depth w h) times the integral of the cutting force w (Kec + Kcc h) over the arc, written out here. No bite is
+// below the crossover, except at the ends of the arc: the crossover is switched off.
+TEST_F(CuttingEnergyRun, EnergyOfALawsOwnCuttingForceIsForceTimesWay) {
+  const DiscSaw saw;
+  for (const double feed : {6.0, 24.0}) {
+    const double depth = 2;
+    const double h = feed / (saw.teeth * 125);
+    const double alpha = std::acos(1 - depth / saw.radius_mm());
+    const double integral = saw.thickness_mm * (6.83 * alpha + 166 * h * (1 - std::cos(alpha)));
+    const double expected = 1e-3 * saw.radius_mm() * integral / (depth * saw.thickness_mm * h);
+    const std::string law = "[force]\nlaw = \"two_component\"\ncrossover_share = 0.0\n";
+    const RunSummary plain = RunSlot(feed, law);
+    EXPECT_EQ(plain.cutting.from, CuttingForceFrom::kLaw);
+    EXPECT_FALSE(plain.cutting.ratio.has_value());
+    // As above. In the middle of a slot, where the block's edges do not count, the power is within 1 % of the closed form
+    // (tests/cut/path_sim/component_forces_test.cpp).
+    EXPECT_NEAR(*plain.cutting.specific_J_per_mm3 / expected, 1, 0.02) << feed;
+    // Power of the effect: the same force at the speed of rim and feed.
+    const RunSummary effect = RunSlot(feed, law + "[effects.tangential_force]\n");
+    EXPECT_EQ(effect.cutting.from, CuttingForceFrom::kEffect);
+    EXPECT_NEAR(*effect.cutting.work_J / *plain.cutting.work_J, 1, 2e-3);
+  }
+}
+
 TEST_F(CuttingEnergyRun, UsesPowerAndRatioOfTheEffect) {
   const RunSummary plain = RunSlot(6);
   const RunSummary same = RunSlot(6, "[effects.tangential_force]\n");
-  EXPECT_TRUE(same.cutting.from_effect);
+  EXPECT_EQ(same.cutting.from, CuttingForceFrom::kEffect);
   // The rim's speed is the spindle's, plus a thousandth of that for the feed.
   EXPECT_NEAR(*same.cutting.work_J / *plain.cutting.work_J, 1, 2e-3);
   const RunSummary half = RunSlot(6, "[effects.tangential_force]\nratio = 3.2\n");

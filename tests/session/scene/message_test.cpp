@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "hertz_chip; remove it"},
         Mistake{"UnknownLaw", test::ShortScene() + "[force]\nedge_N_per_mm = 3\nlaw = \"edge\"\n",
                 "s.toml:10:1: law = \"edge\" is unknown; it must be \"hertz_chip\" or \"hertz_constant_bite\" or "
-                "\"edge_plus_chip\""},
+                "\"edge_plus_chip\" or \"two_component\" or \"tabulated\""},
         Mistake{"NoBone", kTail, "s.toml:1:1: the scene has no bone"},
         Mistake{"NoPath", "[bone]\nmodel = \"block\"\n", "s.toml:1:1: the scene has no path"},
         Mistake{"EmptyPath", "[bone]\nmodel = \"block\"\n[path]\n",

@@ -267,7 +267,7 @@ TEST(SceneRange, LibraryAcceptsTheSameTools) {
     scene.tool.kind = kind;
     LibraryTester tester({"rpm"}, [&] { Validate(MakeTool(scene)); });
     Describe(scene.tool, tester);
-    EXPECT_EQ(tester.tried(), 8);
+    EXPECT_EQ(tester.tried(), 10);
   }
 }
 
