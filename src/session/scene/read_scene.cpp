@@ -421,10 +421,9 @@ void ReadForce(TableReader& root, Scene& scene, const std::string& scene_file, F
 void RefuseRatios(const TomlNode& document, const ForceLaw& law, Faults& faults) {
   const TomlNode* effects = document.Find("effects");
   if (effects == nullptr || !law.info().has_cutting) return;
-  for (const auto& [effect, key] :
-       {std::pair{"tangential_force", "ratio"}, std::pair{"tooth_vibration", "tangential_share"}}) {
-    const TomlNode* table = effects->Find(effect);
-    const TomlNode* at = table != nullptr ? table->Find(key) : nullptr;
+  for (const auto& [effect, key] : kCuttingRatioKeys) {
+    const TomlNode* table = effects->Find(std::string(effect));
+    const TomlNode* at = table != nullptr ? table->Find(std::string(key)) : nullptr;
     if (at == nullptr) continue;
     faults.Add(at->line, at->column,
                fmt::format("{} is not used: the law {} states the cutting force; remove it", key, law.name()));

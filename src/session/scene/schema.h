@@ -113,6 +113,11 @@ void Describe(ForceLaw& p, V&& visit) {
   DescribeLawParameters(p, visit);
 }
 
+/// Keys with which effects convert a thrust to a cutting force: effect and key. They have no use if the force law
+/// states the cutting force.
+inline constexpr std::array<std::pair<std::string_view, std::string_view>, 2> kCuttingRatioKeys{
+    {{"tangential_force", "ratio"}, {"tooth_vibration", "tangential_share"}}};
+
 /// Visits all parameters except texts that name files.
 template <typename V>
 void Describe(EffectChoice& p, V&& visit) {

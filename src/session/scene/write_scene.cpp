@@ -157,10 +157,15 @@ void WriteSection(TomlWriter& write, const std::string& key, Params params) {
   Describe(params, write);
 }
 
-void WriteEffect(TomlWriter& write, EffectChoice effect) {
+/// Omits the keys that have no use with the law.
+void WriteEffect(TomlWriter& write, EffectChoice effect, const ForceLaw& law) {
   const EffectInfo& info = effect.info();
   write.Header(fmt::format("[effects.{}]", info.name), info.summary);
-  Describe(effect, write);
+  Describe(effect, [&](const char* key, auto&&... rest) {
+    const std::pair<std::string_view, std::string_view> name{info.name, key};
+    if (law.info().has_cutting && std::ranges::find(kCuttingRatioKeys, name) != kCuttingRatioKeys.end()) return;
+    write(key, rest...);
+  });
   for (std::size_t i = 0; i < info.parameters.size(); ++i) {
     const EffectParameter& parameter = info.parameters[i];
     if (parameter.file == EffectFileKind::kNone) continue;
@@ -213,7 +218,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   WriteSection(write, "simulation", scene.simulation);
   if (scene.slab.given || scene.simulation.mode == SceneMode::kSlab) WriteSection(write, "slab", scene.slab);
   WriteSection(write, "output", scene.output);
-  for (const EffectChoice& effect : scene.effects) WriteEffect(write, effect);
+  for (const EffectChoice& effect : scene.effects) WriteEffect(write, effect, scene.force);
   WritePlan(write, scene.plan);
   if (scene.coupling.given) WriteSection(write, "coupling", scene.coupling);
   if (scene.device.given) WriteDevice(write, scene.device);
@@ -310,9 +315,10 @@ std::string DefaultSceneToml() {
     laws.Header("[force]", fmt::format("{}: {}", law->name, law->summary));
     ForceLaw described(law->name);
     Describe(described, laws);
+    if (law->has_table) laws.Comment("file = \"table.csv\": a table of forces to use instead of the built-in one");
   }
   TomlWriter effects;
-  for (const EffectInfo* info : Effects()) WriteEffect(effects, EffectChoice(info->name));
+  for (const EffectInfo* info : Effects()) WriteEffect(effects, EffectChoice(info->name), ForceLaw());
   TomlWriter plan;
   WritePlan(plan, {.planes = {{.name = "plane 1", .plane = {{25.2, 32.3, -9}, {0.438, 0.899, 0}}, .margin_mm = 1}},
                    .stops = {{.name = "stop 1", .p_W_mm = {25.2, 32.3, 5}, .direction_W = {0, 0, -1}, .depth_mm = 8}}});

@@ -72,6 +72,17 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"UnknownLaw", test::ShortScene() + "[force]\nedge_N_per_mm = 3\nlaw = \"edge\"\n",
                 "s.toml:10:1: law = \"edge\" is unknown; it must be \"hertz_chip\" or \"hertz_constant_bite\" or "
                 "\"edge_plus_chip\" or \"two_component\" or \"tabulated\""},
+        Mistake{"RatioOfALawWithCuttingForce",
+                test::ShortScene() + "[force]\nlaw = \"two_component\"\n[effects.tangential_force]\nratio = 1.6\n",
+                "s.toml:11:1: ratio is not used: the law two_component states the cutting force; remove it"},
+        Mistake{
+            "ShareOfALawWithCuttingForce",
+            test::ShortScene() + "[force]\nlaw = \"tabulated\"\n[effects.tooth_vibration]\ntangential_share = 0.5\n",
+            "s.toml:11:1: tangential_share is not used: the law tabulated states the cutting force; remove it"},
+        Mistake{"TableOfAnotherLaw", test::ShortScene() + "[force]\nlaw = \"two_component\"\nfile = \"t.csv\"\n",
+                "s.toml:10:1: file is not used: the law two_component reads no table; remove it"},
+        Mistake{"OsteonsWithoutDirection", test::ShortScene() + "[material]\nosteon_direction = [0, 0, 0]\n",
+                "s.toml:9:1: osteon_direction has length 0"},
         Mistake{"NoBone", kTail, "s.toml:1:1: the scene has no bone"},
         Mistake{"NoPath", "[bone]\nmodel = \"block\"\n", "s.toml:1:1: the scene has no path"},
         Mistake{"EmptyPath", "[bone]\nmodel = \"block\"\n[path]\n",

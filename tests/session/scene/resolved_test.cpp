@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <random>
 
+#include "base/files/files.h"
 #include "scene_text.h"
 #include "session/scene/path.h"
 #include "session/scene/plan_section.h"
@@ -117,6 +118,7 @@ Scene RandomScene(std::mt19937& random) {
   if (scene.bone.source == BoneSource::kFile) scene.bone.file = "/a/b \"c\"/d.vdb";
   DescribeUniform(scene.material, randomize);
   DescribeCt(scene.material, randomize);
+  if (random() % 2 == 0) scene.material.osteon_direction = Vec3(1, -2, 0.5);
   scene.material.ct_law = random() % 2 == 0 ? "morgan_2003_tibia" : "mandible_matmap";
   if (random() % 2 == 0) scene.material.ct_law_file = "/a/laws.csv";
   if (random() % 2 == 0) scene.material.ct_calibration = "0:0.1 1000:1.2";
@@ -177,6 +179,30 @@ TEST(ResolvedScene, ReadsBackAsTheSameScene) {
     const Scene again = ParseScene(text, "s.toml");
     ASSERT_EQ(Print(scene), Print(again)) << text;
     ASSERT_EQ(ResolvedToml(again), text);
+  }
+}
+
+// The scene of a result folder must be readable: it must not contain the ratios that such a law makes an error.
+TEST(ResolvedScene, LawWithItsOwnCuttingForceAndTableReadsBack) {
+  const std::string table = testing::TempDir() + "resolved_forces.csv";
+  WriteTextFile(table,
+                "tissue,bite_um,thrust_N_per_mm,cutting_N_per_mm,source\ncortical,1,4,3,test\ncortical,2,5,3,test\n");
+  for (const std::string& law :
+       {std::string("law = \"two_component\"\n"), "law = \"tabulated\"\nfile = \"" + table + "\"\n"}) {
+    const Scene scene = ParseScene(test::ShortScene() +
+                                       "[material]\nosteon_direction = [0, 3, 4]\n[effects.tangential_force]\n"
+                                       "[effects.tooth_vibration]\n[force]\n" +
+                                       law,
+                                   "s.toml");
+    const std::string text = ResolvedToml(scene);
+    ASSERT_EQ(test::MessageFor(text), "") << text;
+    const Scene again = ParseScene(text, "s.toml");
+    EXPECT_EQ(ResolvedToml(again), text);
+    EXPECT_EQ(again.material.osteon_direction, Vec3(0, 3, 4));
+    EXPECT_EQ(again.force.table() != nullptr, law.find("tabulated") != std::string::npos);
+    if (again.force.table() != nullptr) {
+      EXPECT_EQ(again.force.table()->rows[0][1].thrust_N_per_mm, 5);
+    }
   }
 }
 

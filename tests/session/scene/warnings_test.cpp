@@ -2,7 +2,10 @@
 #include "session/scene/warnings.h"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <memory>
 
 #include "cut/force/measured.h"
 #include "scene_text.h"
@@ -39,6 +42,26 @@ TEST(Doubts, BiteIsCheckedAgainstTheChosenLawsRange) {
   EXPECT_EQ(WarningsAt(12, "edge_plus_chip"),
             "the bite reaches 12 um: edge_plus_chip holds up to about 10 um, beyond that the chip term is an "
             "extrapolation\n");
+}
+
+// The range of a table is that of its rows, and osteons are of no use to an isotropic law.
+TEST(Doubts, FollowTheTableAndTheLaw) {
+  Scene scene = ParseScene(test::ShortScene() + "[material]\nosteon_direction = [1, 0, 0]\n", "s.toml");
+  scene.path.strokes[0].feed_mm_per_s = 6;  // 2 um
+  EXPECT_THAT(FindWarnings(scene, 0.1),
+              testing::Contains("osteon_direction is not used: the law hertz_chip is isotropic"));
+  scene.force = ForceLaw("two_component");
+  EXPECT_THAT(FindWarnings(scene, 0.1), testing::Not(testing::Contains(testing::HasSubstr("osteon_direction"))));
+  scene.material.osteon_direction.reset();
+  scene.force = ForceLaw("tabulated");
+  EXPECT_THAT(FindWarnings(scene, 0.1), testing::Contains(testing::HasSubstr("tabulated holds from about 2.5 um")));
+  scene.force.SetTable(std::make_shared<const ForceTable>(
+      ParseForceTable("tissue,bite_um,thrust_N_per_mm,cutting_N_per_mm,source\ncortical,1,4,3,t\ncortical,3,5,3,t\n"
+                      "cancellous,1.5,4,3,t\ncancellous,2.5,5,3,t\n",
+                      "t.csv")));
+  EXPECT_EQ(FindMinValidBite(scene.force), 0.0015);
+  EXPECT_EQ(FindMaxValidBite(scene.force, MakeTool(scene)), 0.0025);
+  EXPECT_THAT(FindWarnings(scene, 0.1), testing::Not(testing::Contains(testing::HasSubstr("holds from"))));
 }
 
 TEST(Doubts, EveryLawWarnsJustOutsideItsRangeAndNotInside) {
