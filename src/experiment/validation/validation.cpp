@@ -34,7 +34,8 @@ void Judge(const MeasuredValue& measured, ValueComparison& c) {
     c.factor = value / measured.value;
     c.verdict = fmt::format("{}; no scatter is known", ShowFactor(c.factor));
   } else {
-    c.agrees = value >= measured.low && value <= measured.high;
+    c.agrees = value >= measured.low - kRangeRounding * std::abs(measured.low) &&
+               value <= measured.high + kRangeRounding * std::abs(measured.high);
     c.factor = *c.agrees ? 1 : value / (value < measured.low ? measured.low : measured.high);
     c.verdict =
         *c.agrees ? "inside" : fmt::format("{}, {}", value < measured.low ? "below" : "above", ShowFactor(c.factor));
@@ -147,7 +148,8 @@ LawCounts CountLaw(const Validation& v, std::size_t law) {
   LawCounts counts;
   counts.law = law;
   for (const ValueComparison& c : v.values) {
-    if (c.law != law || !c.agrees) continue;
+    // Derived values repeat what other rows state.
+    if (c.law != law || !c.agrees || v.value_of(c).obtained == "derived") continue;
     ++(c.calibration ? counts.calibration_values : counts.values);
     if (*c.agrees) ++(c.calibration ? counts.calibration_values_agree : counts.values_agree);
   }
@@ -170,7 +172,9 @@ void CompareSet(Validation& v, std::size_t set, ToothRuns& runs, const std::func
       v.trends.push_back(CompareTrend(v, set, row, law));
     }
     const MeasuredSet& s = v.sets[set];
-    if (s.tool.kind == kToolBladeForce && IsGiven(s.conditions.force_N)) {
+    const bool force_varies = std::any_of(s.trends.begin(), s.trends.end(),
+                                          [](const MeasuredTrend& trend) { return trend.against == "force_N"; });
+    if (s.tool.kind == kToolBladeForce && IsGiven(s.conditions.force_N) && !force_varies) {
       v.carried.push_back(
           {set, law, s.conditions.force_N, CountCarriedTeeth(v.laws[law], s.tool.width_mm, s.conditions.force_N)});
     }

@@ -15,6 +15,8 @@ namespace kerf {
 
 /// Number of standard deviations within which a simulated value agrees with a mean.
 inline constexpr double kAgreeWithin_sd = 2;
+/// Ends of ranges are published with two digits; a value beyond an end by less than this fraction of it is inside.
+inline constexpr double kRangeRounding = 0.005;
 /// Relative change below which a simulated quantity counts as constant, if it was measured as constant. The standard
 /// deviations of the sets are 5 to 22 % of the values, so a smaller change could not have been noticed.
 inline constexpr double kConstantWithin = 0.1;
@@ -68,7 +70,7 @@ struct CarriedTeeth {
 /// Numbers of comparisons of one law.
 struct LawCounts {
   std::size_t law = 0;
-  int values = 0;  // with a known scatter, and not used for calibration
+  int values = 0;  // read or recalled, with a known scatter, and not used for calibration
   int values_agree = 0;
   int trends = 0;
   int trends_right = 0;

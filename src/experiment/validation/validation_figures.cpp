@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
+#include <map>
 
 #include "experiment/validation/validation_files.h"
 
@@ -17,6 +17,8 @@ constexpr std::array<Rgb8, 6> kLawColours{
 constexpr std::array<Rgb8, 4> kSetColours{{{33, 37, 43}, {130, 60, 40}, {90, 95, 105}, {60, 90, 50}}};
 constexpr std::array<Marker, 4> kSetMarkers{Marker::kDisc, Marker::kSquare, Marker::kDiamond, Marker::kTriangleUp};
 constexpr int kCurvePoints = 60;
+constexpr std::size_t kSeriesPerSet = 2;  // bars and marks
+constexpr double kBeside = 0.04;          // distance of neighbouring sets, as a fraction of x
 /// If the largest value exceeds the smallest one by this factor, the axis is logarithmic.
 constexpr double kLinearRatio = 8;
 
@@ -62,7 +64,7 @@ PlotSeries MakeErrorBars(const Validation& v, const FigureData& data, std::size_
   bars.colour = kSetColours[i % kSetColours.size()];
   for (const MeasuredValue* value : points.values) {
     // Sets at the same place are drawn side by side.
-    const double x = ConditionAt(set, *value, data.against) * (1 + 0.012 * static_cast<double>(i));
+    const double x = ConditionAt(set, *value, data.against) * (1 + kBeside * static_cast<double>(i));
     const double left = x * (1 - half_cap);
     const double right = x * (1 + half_cap);
     const double low = LowOf(*value);
@@ -91,9 +93,10 @@ PlotSeries MakeMeans(const Validation& v, const FigureData& data, std::size_t i)
   means.colour = kSetColours[i % kSetColours.size()];
   means.shape = kSetMarkers[i % kSetMarkers.size()];
   means.width = 0;
-  means.marker = 9;
+  means.marker = 10;
   for (const MeasuredValue* value : points.values) {
-    means.x.push_back(ConditionAt(set, *value, data.against) * (1 + 0.012 * static_cast<double>(i)));
+    means.x.push_back(ConditionAt(set, *value, data.against) * (1 + kBeside * static_cast<double>(i)));
+    means.at_most.push_back(!IsGiven(value->value));
     means.y.push_back(IsGiven(value->value) ? value->value : 0.5 * (value->low + value->high));
   }
   return means;
@@ -126,14 +129,8 @@ std::string AxisLabel(const std::string& against) {
   return against;
 }
 
-ValidationFigure MakeFigure(const Validation& v, const FigureData& data, std::string name, const std::string& title) {
-  const MeasuredQuantity& quantity = FindQuantity(data.quantity);
-  ValidationFigure figure;
-  figure.name = std::move(name);
-  PlotSpec& plot = figure.plot;
-  plot.title = title;
-  plot.x.label = AxisLabel(data.against);
-  plot.y.label = std::string(quantity.label);
+/// Sets the range of the x axis to that of the measured values, with a margin.
+void SetXRange(const Validation& v, const FigureData& data, PlotAxis& x) {
   double from = std::numeric_limits<double>::infinity();
   double to = 0;
   for (const SetPoints& points : data.sets) {
@@ -142,64 +139,88 @@ ValidationFigure MakeFigure(const Validation& v, const FigureData& data, std::st
       to = std::max(to, ConditionAt(v.sets[points.set], *value, data.against));
     }
   }
-  plot.x.log = data.against == "bite_um";
-  const double margin = plot.x.log ? 1.35 : 1.08;
-  from /= margin;
-  to *= margin;
-  plot.x.lower = from;
-  plot.x.upper = to;
+  x.log = data.against == "bite_um";
+  const double margin = x.log ? 1.35 : 1.08;
+  x.lower = from / margin;
+  x.upper = to * margin;
+}
 
-  std::vector<double> extent;
+/// Sets the range of the y axis. `values`: all values in the figure.
+void SetYRange(const std::vector<double>& values, PlotAxis& y) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  y.log = *low > 0 && *high > kLinearRatio * *low;
+  y.lower = y.log ? *low / 1.5 : std::min(0.0, *low);
+  y.upper = *high * (y.log ? 1.5 : 1.15);
+}
+
+/// Returns a figure with a curve for each law that has the quantity. The curves are those of the first set's tool.
+ValidationFigure MakeFigure(const Validation& v, const FigureData& data, std::string name, const std::string& title) {
+  const MeasuredQuantity& quantity = FindQuantity(data.quantity);
+  ValidationFigure figure;
+  figure.name = std::move(name);
+  PlotSpec& plot = figure.plot;
+  plot.title = title;
+  plot.x.label = AxisLabel(data.against);
+  plot.y.label = std::string(quantity.label);
+  SetXRange(v, data, plot.x);
+  std::vector<double> values;
   for (std::size_t law = 0; law < v.laws.size(); ++law) {
-    PlotSeries curve = MakeCurve(v, data, law, from, to, plot.x.log);
+    PlotSeries curve = MakeCurve(v, data, law, *plot.x.lower, *plot.x.upper, plot.x.log);
     if (curve.x.empty()) continue;
-    extent.insert(extent.end(), curve.y.begin(), curve.y.end());
+    values.insert(values.end(), curve.y.begin(), curve.y.end());
     plot.series.push_back(std::move(curve));
   }
   for (std::size_t i = 0; i < data.sets.size(); ++i) {
-    plot.series.push_back(MakeErrorBars(v, data, i, plot.x.log ? 0.02 : 0.006, extent));
+    plot.series.push_back(MakeErrorBars(v, data, i, plot.x.log ? 0.015 : 0.006, values));
     plot.series.push_back(MakeMeans(v, data, i));
   }
-  const auto [low, high] = std::minmax_element(extent.begin(), extent.end());
-  if (*low > 0 && *high > kLinearRatio * *low) {
-    plot.y.log = true;
-    plot.y.lower = *low / 1.5;
-    plot.y.upper = *high * 1.5;
-  } else {
-    plot.y.lower = 0;
-    plot.y.upper = *high * 1.15;
-  }
-  plot.caption = "bars: measured range, or mean +- standard deviation";
+  SetYRange(values, plot.y);
+  plot.caption = "bars: mean +- standard deviation, or a measured range (hollow mark: its middle)";
   const bool dashed =
       std::any_of(plot.series.begin(), plot.series.end(), [](const PlotSeries& s) { return s.dash > 0; });
   if (dashed) plot.caption += "; dashed: cutting force assumed as thrust / 1.6";
-  figure.caption = fmt::format("{}: {} against {}. Bars are measured ranges, or means with standard deviations.", title,
+  figure.caption = fmt::format("{}. {} against {}; bars are measured ranges, or means with standard deviations.", title,
                                quantity.label, AxisLabel(data.against));
   return figure;
+}
+
+/// Returns the values of teeth of each width, in um.
+std::map<int, FigureData> FindTeeth(const Validation& v, std::string_view quantity) {
+  std::map<int, FigureData> by_width;
+  for (std::size_t set = 0; set < v.sets.size(); ++set) {
+    const MeasuredTool& tool = v.sets[set].tool;
+    if (tool.kind != kToolTooth) continue;
+    SetPoints points = FindPoints(v, set, quantity, "bite_um");
+    if (points.values.empty()) continue;
+    FigureData& data = by_width[static_cast<int>(std::lround(1000 * tool.width_mm))];
+    data.quantity = quantity;
+    data.against = "bite_um";
+    data.sets.push_back(std::move(points));
+  }
+  return by_width;
 }
 
 }  // namespace
 
 std::vector<ValidationFigure> MakeValidationFigures(const Validation& v) {
   std::vector<ValidationFigure> figures;
+  const auto add = [&](const FigureData& data, const std::string& prefix, const std::string& title) {
+    const std::string_view label = FindQuantity(data.quantity).label;
+    ValidationFigure figure = MakeFigure(v, data, prefix + "_" + data.quantity,
+                                         fmt::format("{}: {}", title, label.substr(0, label.rfind(" ("))));
+    if (figure.plot.series.size() > kSeriesPerSet * data.sets.size()) figures.push_back(std::move(figure));
+  };
   for (const MeasuredQuantity& quantity : MeasuredQuantities()) {
-    FigureData teeth{std::string(quantity.name), "bite_um", {}};
-    for (std::size_t set = 0; set < v.sets.size(); ++set) {
-      const MeasuredSet& s = v.sets[set];
-      const bool drill = s.tool.kind == kToolDrill;
-      if (!drill && s.tool.kind != kToolTooth) continue;
-      SetPoints points = FindPoints(v, set, quantity.name, drill ? "rpm" : "bite_um");
-      if (drill && !IsGiven(s.conditions.feed_mm_per_min)) continue;
-      if (points.values.empty()) continue;
-      if (!drill) {
-        teeth.sets.push_back(std::move(points));
-        continue;
-      }
-      figures.push_back(MakeFigure(v, {std::string(quantity.name), "rpm", {std::move(points)}},
-                                   fmt::format("{}_{}", s.name, quantity.name), s.title));
+    for (const auto& [width_um, data] : FindTeeth(v, quantity.name)) {
+      add(data, fmt::format("tooth_{}um", width_um), fmt::format("A saw tooth {:g} mm wide", 1e-3 * width_um));
     }
-    if (!teeth.sets.empty()) {
-      figures.push_back(MakeFigure(v, teeth, fmt::format("tooth_{}", quantity.name), "A single saw tooth"));
+  }
+  for (std::size_t set = 0; set < v.sets.size(); ++set) {
+    const MeasuredSet& s = v.sets[set];
+    if (s.tool.kind != kToolDrill || !IsGiven(s.conditions.feed_mm_per_min)) continue;
+    for (const MeasuredQuantity& quantity : MeasuredQuantities()) {
+      SetPoints points = FindPoints(v, set, quantity.name, "rpm");
+      if (!points.values.empty()) add({std::string(quantity.name), "rpm", {std::move(points)}}, s.name, s.title);
     }
   }
   return figures;

@@ -20,8 +20,8 @@ struct ValidationFigure {
   std::string caption;  // what it shows, for the report
   PlotSpec plot;
 };
-/// Returns a figure for each quantity of teeth, against the bite, and for each quantity of each drill, against its
-/// speed. Quantities of which no value is known are left out.
+/// Returns a figure for each quantity of teeth of one width, against the bite, and for each quantity of each drill,
+/// against its speed. Quantities of which no value is known, or that no law has, are left out.
 std::vector<ValidationFigure> MakeValidationFigures(const Validation& v);
 
 /// Returns the report in Markdown. `image_folder` precedes the names of the figures; empty: none.

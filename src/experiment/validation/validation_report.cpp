@@ -71,8 +71,8 @@ void AddIntroduction(std::string& text) {
 
 void AddCounts(std::string& text, const Validation& v) {
   text +=
-      "## Counts\n\nRows with a known scatter, and trends. The sets differ in weight and are not independent of one "
-      "another, so the counts are not a score.\n\n";
+      "## Counts\n\nValues that were read, with a known scatter (derived values repeat them), and trends. The sets "
+      "differ in weight and are not independent of one another, so the counts are not a score.\n\n";
   TextTable table({"law", "values that agree", "trends that are right", "calibration: values", "calibration: trends"});
   for (const LawCounts& c : v.counts) {
     const auto of = [](int part, int whole) { return whole > 0 ? fmt::format("{} of {}", part, whole) : "-"; };
