@@ -57,8 +57,8 @@ void Describe(MeasuredTool& p, V&& visit) {
   visit("kind", p.kind, Choices{{kToolNone, kToolTooth, kToolDrill, kToolBladeForce, kToolBladeFeed}},
         "what is simulated: nothing, one tooth at a given bite, the two lips of a twist drill, a blade under a given "
         "force, or a blade with a given feed");
-  visit("width_mm", p.width_mm, Range{0.01, 50}, "width of a tooth");
-  visit("diameter_mm", p.diameter_mm, Range{1, 50}, "diameter of a drill");
+  visit("width_mm", p.width_mm, Range{0.05, 10}, "width of a tooth");
+  visit("diameter_mm", p.diameter_mm, Range{0.5, 20}, "diameter of a drill");
   visit("point_deg", p.point_deg, Range{60, 180}, "angle between the lips of a drill");
   visit("teeth", p.teeth, Range{1, 1000}, "number of engaged teeth of a blade");
 }

@@ -12,10 +12,6 @@ namespace {
 
 constexpr double kDefaultSpeed_mm_per_s = 4400;  // of a tooth whose speed is not known
 
-bool IsCalibrated(const MeasuredSet& set, const ForceLaw& law) {
-  return std::find(set.calibrated.begin(), set.calibrated.end(), law.name()) != set.calibrated.end();
-}
-
 std::string ShowFactor(double factor) {
   return factor >= 1 ? fmt::format("{:.3g} times", factor) : fmt::format("{:.2g} times", factor);
 }
@@ -182,6 +178,10 @@ void CompareSet(Validation& v, std::size_t set, ToothRuns& runs, const std::func
 }
 
 }  // namespace
+
+bool IsCalibrated(const MeasuredSet& set, const ForceLaw& law) {
+  return std::find(set.calibrated.begin(), set.calibrated.end(), law.name()) != set.calibrated.end();
+}
 
 std::vector<ForceLaw> ChooseLaws(const std::vector<std::string>& names) {
   std::vector<ForceLaw> laws;

@@ -93,6 +93,9 @@ struct Validation {
   const MeasuredTrend& trend_of(const TrendComparison& c) const { return sets[c.set].trends[c.row]; }
 };
 
+/// Returns true if parameters of the law were derived from the set.
+bool IsCalibrated(const MeasuredSet& set, const ForceLaw& law);
+
 /// Returns the laws of these names with their default parameters, or all for an empty list and for "all". Throws Error
 /// for an unknown law.
 std::vector<ForceLaw> ChooseLaws(const std::vector<std::string>& names);

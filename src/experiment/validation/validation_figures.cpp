@@ -96,7 +96,6 @@ PlotSeries MakeMeans(const Validation& v, const FigureData& data, std::size_t i)
   means.marker = 10;
   for (const MeasuredValue* value : points.values) {
     means.x.push_back(ConditionAt(set, *value, data.against) * (1 + kBeside * static_cast<double>(i)));
-    means.at_most.push_back(!IsGiven(value->value));
     means.y.push_back(IsGiven(value->value) ? value->value : 0.5 * (value->low + value->high));
   }
   return means;
@@ -153,13 +152,27 @@ void SetYRange(const std::vector<double>& values, PlotAxis& y) {
   y.upper = *high * (y.log ? 1.5 : 1.15);
 }
 
+/// Returns which sets of a figure were used to calibrate which of the laws; empty if none.
+std::string DescribeCalibrations(const Validation& v, const FigureData& data) {
+  std::string text;
+  for (const ForceLaw& law : v.laws) {
+    std::vector<std::string> names;
+    for (const SetPoints& points : data.sets) {
+      if (IsCalibrated(v.sets[points.set], law)) names.push_back(v.sets[points.set].name);
+    }
+    if (names.empty()) continue;
+    text += fmt::format("{}{} was calibrated with {}", text.empty() ? "" : "; ", law.name(), fmt::join(names, ", "));
+  }
+  return text;
+}
+
 /// Returns a figure with a curve for each law that has the quantity. The curves are those of the first set's tool.
 ValidationFigure MakeFigure(const Validation& v, const FigureData& data, std::string name, const std::string& title) {
   const MeasuredQuantity& quantity = FindQuantity(data.quantity);
   ValidationFigure figure;
   figure.name = std::move(name);
   PlotSpec& plot = figure.plot;
-  plot.title = title;
+  plot.title = fmt::format("{}: {}", title, quantity.label.substr(0, quantity.label.rfind(" (")));
   plot.x.label = AxisLabel(data.against);
   plot.y.label = std::string(quantity.label);
   SetXRange(v, data, plot.x);
@@ -175,11 +188,13 @@ ValidationFigure MakeFigure(const Validation& v, const FigureData& data, std::st
     plot.series.push_back(MakeMeans(v, data, i));
   }
   SetYRange(values, plot.y);
-  plot.caption = "bars: mean +- standard deviation, or a measured range (hollow mark: its middle)";
+  plot.caption = "bars: mean +- standard deviation, or a measured range with a mark in its middle";
   const bool dashed =
       std::any_of(plot.series.begin(), plot.series.end(), [](const PlotSeries& s) { return s.dash > 0; });
   if (dashed) plot.caption += "; dashed: cutting force assumed as thrust / 1.6";
-  figure.caption = fmt::format("{}. {} against {}; bars are measured ranges, or means with standard deviations.", title,
+  const std::string calibrations = DescribeCalibrations(v, data);
+  if (!calibrations.empty()) plot.caption += "\n" + calibrations;
+  figure.caption = fmt::format("{}: {} against {}. Bars are measured ranges, or means with standard deviations.", title,
                                quantity.label, AxisLabel(data.against));
   return figure;
 }
@@ -205,9 +220,7 @@ std::map<int, FigureData> FindTeeth(const Validation& v, std::string_view quanti
 std::vector<ValidationFigure> MakeValidationFigures(const Validation& v) {
   std::vector<ValidationFigure> figures;
   const auto add = [&](const FigureData& data, const std::string& prefix, const std::string& title) {
-    const std::string_view label = FindQuantity(data.quantity).label;
-    ValidationFigure figure = MakeFigure(v, data, prefix + "_" + data.quantity,
-                                         fmt::format("{}: {}", title, label.substr(0, label.rfind(" ("))));
+    ValidationFigure figure = MakeFigure(v, data, prefix + "_" + data.quantity, title);
     if (figure.plot.series.size() > kSeriesPerSet * data.sets.size()) figures.push_back(std::move(figure));
   };
   for (const MeasuredQuantity& quantity : MeasuredQuantities()) {

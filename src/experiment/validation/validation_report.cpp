@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "base/core/append_format.h"
@@ -30,12 +31,13 @@ std::string ShowRowConditions(const MeasuredSet& set, const MeasuredConditions& 
   return own.empty() ? ShowConditions(set.conditions) : own;
 }
 
-std::vector<std::string> WithLaws(std::vector<std::string> headings, const Validation& v, const MeasuredSet* set) {
+/// Returns the headings, those of the laws, and that of the notes.
+std::vector<std::string> WithLaws(std::vector<std::string> headings, const Validation& v, const MeasuredSet& set) {
   for (const ForceLaw& law : v.laws) {
-    const bool calibrated = set != nullptr && std::find(set->calibrated.begin(), set->calibrated.end(), law.name()) !=
-                                                  set->calibrated.end();
+    const bool calibrated = IsCalibrated(set, law);
     headings.push_back(fmt::format("`{}`{}", law.name(), calibrated ? " (calibration)" : ""));
   }
+  headings.emplace_back("note");
   return headings;
 }
 
@@ -85,7 +87,7 @@ void AddCounts(std::string& text, const Validation& v) {
 
 void AddValues(std::string& text, const Validation& v, std::size_t set_index) {
   const MeasuredSet& set = v.sets[set_index];
-  TextTable table(WithLaws({"quantity", "conditions", "measured", "obtained"}, v, &set));
+  TextTable table(WithLaws({"quantity", "conditions", "measured", "obtained"}, v, set));
   for (std::size_t row = 0; row < set.values.size(); ++row) {
     const MeasuredValue& m = set.values[row];
     std::vector<TableCell> cells{
@@ -96,6 +98,7 @@ void AddValues(std::string& text, const Validation& v, std::size_t set_index) {
         if (c.set == set_index && c.row == row && c.law == law) cells.emplace_back(ShowComparison(c));
       }
     }
+    cells.emplace_back(EscapeMarkdown(m.note));
     table.Add(cells);
   }
   if (!table.empty()) text += table.FormatMarkdown() + "\n";
@@ -103,7 +106,7 @@ void AddValues(std::string& text, const Validation& v, std::size_t set_index) {
 
 void AddTrends(std::string& text, const Validation& v, std::size_t set_index) {
   const MeasuredSet& set = v.sets[set_index];
-  TextTable table(WithLaws({"trend", "measured", "obtained"}, v, &set));
+  TextTable table(WithLaws({"trend", "measured", "obtained"}, v, set));
   for (std::size_t row = 0; row < set.trends.size(); ++row) {
     const MeasuredTrend& m = set.trends[row];
     std::vector<TableCell> cells;
@@ -119,9 +122,16 @@ void AddTrends(std::string& text, const Validation& v, std::size_t set_index) {
         cells.emplace_back(ShowTrend(c));
       }
     }
+    cells.emplace_back(EscapeMarkdown(m.note));
     table.Add(cells);
   }
   if (!table.empty()) text += table.FormatMarkdown() + "\n";
+}
+
+/// Returns a text as a sentence.
+std::string Sentence(std::string text) {
+  if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return EscapeMarkdown(text) + ".";
 }
 
 /// Lists each reason for which rows of a set were not compared, with the laws.
@@ -140,26 +150,15 @@ void AddReasons(std::string& text, const Validation& v, std::size_t set) {
   for (const TrendComparison& c : v.trends) {
     if (c.set == set) add(c.law, v.trend_of(c).quantity, c.at_from.why);
   }
-  for (const std::string& line : seen) AppendFormat(text, "- {}.\n", line);
+  for (const std::string& line : seen) AppendFormat(text, "- {}\n", Sentence(line));
 }
 
-void AddNotes(std::string& text, const Validation& v, std::size_t index) {
+/// Lists what was not compared, the remarks, and the teeth that a set's force carries.
+std::string ListNotes(const Validation& v, std::size_t index) {
   const MeasuredSet& set = v.sets[index];
+  std::string text;
   AddReasons(text, v, index);
-  std::vector<std::string> notes;
-  for (const MeasuredValue& m : set.values) notes.push_back(m.note);
-  for (const MeasuredTrend& m : set.trends) {
-    notes.push_back(m.note.empty() ? "" : fmt::format("trend of {}: {}", FindQuantity(m.quantity).label, m.note));
-  }
-  notes.erase(std::remove(notes.begin(), notes.end(), ""), notes.end());
-  for (std::size_t i = 0; i < notes.size(); ++i) {
-    if (std::find(notes.begin(), notes.begin() + static_cast<std::ptrdiff_t>(i), notes[i]) !=
-        notes.begin() + static_cast<std::ptrdiff_t>(i)) {
-      continue;
-    }
-    AppendFormat(text, "- {}.\n", EscapeMarkdown(notes[i]));
-  }
-  for (const MeasuredRemark& r : set.remarks) AppendFormat(text, "- ({}) {}.\n", r.obtained, EscapeMarkdown(r.text));
+  for (const MeasuredRemark& r : set.remarks) AppendFormat(text, "- {} ({})\n", Sentence(r.text), r.obtained);
   for (const CarriedTeeth& c : v.carried) {
     if (c.set != index) continue;
     AppendFormat(text, "- With `{}`, a force of {:g} N {}.\n", v.laws[c.law].name(), c.force_N,
@@ -168,7 +167,7 @@ void AddNotes(std::string& text, const Validation& v, std::size_t index) {
                      ? "cannot cut with even one tooth"
                      : fmt::format("can cut with at most {:g} engaged {}", c.teeth, c.teeth < 2 ? "tooth" : "teeth"));
   }
-  text += "\n";
+  return text;
 }
 
 void AddSet(std::string& text, const Validation& v, std::size_t index) {
@@ -181,7 +180,8 @@ void AddSet(std::string& text, const Validation& v, std::size_t index) {
   AppendFormat(text, " Licence: {}.\n\n", EscapeMarkdown(set.licence));
   AddValues(text, v, index);
   AddTrends(text, v, index);
-  AddNotes(text, v, index);
+  const std::string notes = ListNotes(v, index);
+  if (!notes.empty()) text += notes + "\n";
 }
 
 bool IsCompared(const MeasuredSet& set) {
