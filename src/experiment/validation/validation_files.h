@@ -24,8 +24,8 @@ struct ValidationFigure {
 /// against its speed. Quantities of which no value is known, or that no law has, are left out.
 std::vector<ValidationFigure> MakeValidationFigures(const Validation& v);
 
-/// Returns the report in Markdown. `image_folder` precedes the names of the figures; empty: none.
-std::string FormatValidationReport(const Validation& v, const std::string& image_folder = "");
+/// Returns the report in Markdown.
+std::string FormatValidationReport(const Validation& v);
 std::string FormatValidationJson(const Validation& v);
 
 /// Writes report.md, values.csv, trends.csv, teeth.csv, the figures and validate.json into `folder` (created if

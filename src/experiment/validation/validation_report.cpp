@@ -68,7 +68,8 @@ void AddIntroduction(std::string& text) {
       "never counted as validation.\n"
       "- A star: the law has no cutting force; thrust / 1.6 is assumed.\n"
       "- *obtained*: read in the publication, derived by arithmetic from such numbers, or recalled from memory.\n"
-      "- The bone is bovine or human cortical bone; kerf uses the constants of region 24 (19.3 GPa) for all sets.\n\n";
+      "- The bone is bovine or human cortical bone; kerf uses the constants of region 24 (19.3 GPa) for all sets.\n\n"
+      "`kerf validate --sets FOLDER` adds sets of your own; docs/formats.md of kerf describes their files.\n\n";
 }
 
 void AddCounts(std::string& text, const Validation& v) {
@@ -217,8 +218,8 @@ void AddMethods(std::string& text) {
       "- **Drill**, from the law alone: two lips with an angle between them (the point angle). With s = sin(half that "
       "angle), a lip is diameter / 2 / s wide and bites feed / (2 rpm) x s. Thrust = 2 x thrust of a lip x s; torque = "
       "2 x cutting force of a lip x diameter / 4; energy per volume = (torque x angular speed + thrust x feed) / (area "
-      "x feed). The chisel edge, the margins and the friction of the chips are left out, so the thrust and the torque "
-      "of a drill are larger than those of its lips.\n"
+      "x feed). The chisel edge, the margins and the friction of the chips are left out, so a value below the "
+      "measured one is expected, and a thrust or torque above it contradicts the law.\n"
       "- **Blade under a given force**, from the law alone: the bite at which the engaged teeth carry the force; "
       "removal rate = bite x width x speed x number of teeth.\n"
       "- **Blade with a given feed**, from the law alone: the bite is proportional to feed / speed. The temperature "
@@ -232,13 +233,13 @@ void AddMethods(std::string& text) {
 
 }  // namespace
 
-std::string FormatValidationReport(const Validation& v, const std::string& image_folder) {
+std::string FormatValidationReport(const Validation& v) {
   std::string text;
   AddIntroduction(text);
   AddCounts(text, v);
   text += "## Figures\n\n";
   for (const ValidationFigure& figure : MakeValidationFigures(v)) {
-    AppendFormat(text, "![{}]({}{}.png)\n\n", figure.caption, image_folder, figure.name);
+    AppendFormat(text, "![{}]({}.png)\n\n", figure.caption, figure.name);
   }
   text += "## Sets\n\n";
   for (std::size_t i = 0; i < v.sets.size(); ++i) {

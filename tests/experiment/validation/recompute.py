@@ -1,15 +1,17 @@
 #!/usr/bin/python3
 """Recomputes every figure of `kerf validate` from volumes/measured and the formulas of docs/validation.md.
 
-    recompute.py KERF MEASURED_FOLDER
+    recompute.py KERF MEASURED_FOLDER [PAGE]
 
-Shares no code with kerf: reads the sets with tomllib and the laws' parameters from the JSON. Exit code 1 if a figure
-differs, 77 (skipped) if Python has no tomllib.
+Shares no code with kerf: reads the sets with tomllib and the laws' parameters from the JSON. PAGE (docs/validation.md)
+must be the report, with the figures in the folder validation/. Exit code 1 if a figure differs, 77 (skipped) if Python
+has no tomllib.
 """
 
 import json
 import math
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -247,6 +249,7 @@ def main():
     sets = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in pathlib.Path(folder).glob("*.toml")}
     with tempfile.TemporaryDirectory() as out:
         done = subprocess.run([kerf, "validate", "--json", "-o", out], capture_output=True, text=True, check=True)
+        report = (pathlib.Path(out) / "report.md").read_text(encoding="utf-8")
     document = json.loads(done.stdout)
     laws = {}
     check = Checker()
@@ -260,6 +263,10 @@ def main():
     check_trends(check, document, sets, laws)
     check_teeth(check, document, laws)
     check_counts(check, document, sets)
+    if len(sys.argv) > 3:
+        page = re.sub(r"\]\((\w+\.png)\)", r"](validation/\1)", report)
+        check.equal(sys.argv[3], "the text (written by tools/figures)",
+                    pathlib.Path(sys.argv[3]).read_text(encoding="utf-8") == page, True)
     for fault in check.faults:
         print(fault, file=sys.stderr)
     print(f"{check.figures} figures of {len(laws)} laws and {len(sets)} sets recomputed, {len(check.faults)} faults")
