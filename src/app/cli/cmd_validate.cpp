@@ -24,7 +24,8 @@ struct ValidateArguments {
 };
 
 void PrintValidation(const Validation& v, const std::vector<std::string>& files, const std::string& folder) {
-  fmt::print("Force laws compared with {} sets of published measurements\n", v.sets.size());
+  fmt::print("Force laws compared with {} of {} sets of published measurements; the others give no value or trend\n",
+             v.CountComparedSets(), v.sets.size());
   const auto of = [](int part, int whole) { return whole > 0 ? fmt::format("{} of {}", part, whole) : "-"; };
   TextTable table({"law", "values that agree", "trends that are right", "calibration: values", "calibration: trends"});
   for (const LawCounts& c : v.counts) {

@@ -183,6 +183,11 @@ bool IsCalibrated(const MeasuredSet& set, const ForceLaw& law) {
   return std::find(set.calibrated.begin(), set.calibrated.end(), law.name()) != set.calibrated.end();
 }
 
+std::size_t Validation::CountComparedSets() const {
+  return static_cast<std::size_t>(std::count_if(
+      sets.begin(), sets.end(), [](const MeasuredSet& set) { return !set.values.empty() || !set.trends.empty(); }));
+}
+
 std::vector<ForceLaw> ChooseLaws(const std::vector<std::string>& names) {
   std::vector<ForceLaw> laws;
   const auto add = [&](const ForceLaw& law) {

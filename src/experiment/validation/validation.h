@@ -89,6 +89,8 @@ struct Validation {
   std::vector<CarriedTeeth> carried;
   std::vector<LawCounts> counts;
 
+  /// Returns the number of sets with a value or a trend.
+  std::size_t CountComparedSets() const;
   const MeasuredValue& value_of(const ValueComparison& c) const { return sets[c.set].values[c.row]; }
   const MeasuredTrend& trend_of(const TrendComparison& c) const { return sets[c.set].trends[c.row]; }
 };

@@ -175,7 +175,7 @@ void AddSet(std::string& text, const Validation& v, std::size_t index) {
   const MeasuredSet& set = v.sets[index];
   AppendFormat(text, "### {}: {}\n\n", set.name, EscapeMarkdown(set.title));
   AppendFormat(text, "{}{}. Specimen: {}. Set-up: {}.", EscapeMarkdown(set.citation),
-               set.doi.empty() ? "" : ", doi " + EscapeMarkdown(set.doi), EscapeMarkdown(set.specimen),
+               set.doi.empty() ? "" : ", DOI " + EscapeMarkdown(set.doi), EscapeMarkdown(set.specimen),
                EscapeMarkdown(set.setup));
   if (!set.assumptions.empty()) AppendFormat(text, " Assumed by kerf: {}.", EscapeMarkdown(set.assumptions));
   AppendFormat(text, " Licence: {}.\n\n", EscapeMarkdown(set.licence));
