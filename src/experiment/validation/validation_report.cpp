@@ -56,7 +56,7 @@ std::string ShowTrend(const TrendComparison& c) {
 void AddIntroduction(std::string& text) {
   text +=
       "# Force laws compared with published measurements\n\n"
-      "Written by `kerf validate`. Every published set of measurements that kerf knows is simulated with every force "
+      "Written by `kerf validate`. Each set of published measurements that states enough is simulated with each force "
       "law, with the law's default parameters, and compared with what was measured. There is no overall verdict: a law "
       "that agrees with one set says nothing about another tool, bone or bite.\n\n"
       "- A mean with its standard deviation (SD): the table gives the simulated value and its difference in SDs. Up to "
