@@ -135,6 +135,16 @@ MeasuredValue ReadValue(const TomlNode& table, const MeasuredTool& tool, Faults&
   return value;
 }
 
+/// Checks the ends of a trend against the range of its condition.
+void CheckEnds(TableReader& reader, const MeasuredTrend& trend) {
+  const Range range = FindRange<MeasuredConditions>(trend.against);
+  for (const auto& [key, value] : {std::pair{"from", trend.from}, {"to", trend.to}}) {
+    if (!IsGiven(value)) continue;
+    const std::string fault = FindRangeFault(value, range, UnitOfKey(trend.against));
+    if (!fault.empty()) reader.Fault(key, fmt::format("{} = {} {}", key, value, fault));
+  }
+}
+
 MeasuredTrend ReadTrend(const TomlNode& table, const MeasuredSet& set, Faults& faults) {
   MeasuredTrend trend;
   TableReader reader(table, "[[trend]]", faults);
@@ -158,6 +168,7 @@ MeasuredTrend ReadTrend(const TomlNode& table, const MeasuredSet& set, Faults& f
   } else if (reader.Has("from") && trend.from == trend.to) {
     reader.Fault("to", "from and to must differ");
   }
+  CheckEnds(reader, trend);
   MeasuredConditions common = set.conditions;
   if (!reader.Has("from") && trend.against != "density" && !IsGiven(ConditionOf(common, trend.against))) {
     reader.Fault("against", fmt::format("without from and to, [conditions] must give {}", trend.against));

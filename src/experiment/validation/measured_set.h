@@ -96,10 +96,10 @@ struct MeasuredValue {
 };
 template <typename V>
 void Describe(MeasuredValue& p, V&& visit) {
-  constexpr Range kValues{-1e6, 1e6};
+  constexpr Range kValues{1e-9, 1e6};  // magnitudes
   visit("material", p.material, Choices{{"cortical", "artificial"}}, "material that was cut");
   visit("value", p.value, kValues, "mean, in the unit of the quantity's name");
-  visit("sd", p.sd, Range{1e-9, 1e6}, "standard deviation of `value`");
+  visit("sd", p.sd, kValues, "standard deviation of `value`");
   visit("low", p.low, kValues, "lower end of a range, instead of `value`");
   visit("high", p.high, kValues, "upper end of the range");
   visit("obtained", p.obtained, ObtainedChoices(), "how the numbers were obtained");

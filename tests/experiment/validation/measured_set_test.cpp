@@ -86,6 +86,11 @@ TEST(MeasuredSet, EachFaultIsReportedAtItsPlace) {
        "set.toml:1:1: values and trends need a [tool] whose kind is not \"none\""},
       {"[tool]\nkind = \"blade_feed\"\nwidth_mm = 1\n", "a tool of kind \"blade_feed\" needs bite_um, feed_mm_per_min"},
       {"[tool]\nkind = \"tooth\"\nwidth_mm = nan\n", "set.toml:10:1: width_mm = nan"},
+      {"[tool]\nkind = \"tooth\"\nwidth_mm = 1\n[[trend]]\nquantity = \"thrust_N\"\nagainst = \"bite_um\"\n"
+       "from = 1e-5\nto = 2\nsign = \"rises\"\nobtained = \"read\"\n",
+       "set.toml:14:1: from = 1e-05 is below 0.01; valid range 0.01 to 2000 um"},
+      {"[tool]\nkind = \"tooth\"\nwidth_mm = 1\n[[value]]\nquantity = \"thrust_N\"\nvalue = -1\nobtained = \"read\"\n",
+       "set.toml:13:1: value = -1 is below 1e-09"},
       {"x = [\n", "set.toml:"},
   };
   for (const Fault& fault : kFaults) {
