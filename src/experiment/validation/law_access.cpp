@@ -22,8 +22,8 @@ bool HasCuttingForce(const ForceLaw&) {
 }
 
 std::vector<std::string> LawNames() {
-  // Sets name this law, which is not yet in this version.
-  std::vector<std::string> names{"two_component"};
+  // Sets name these laws, which are not yet in this version.
+  std::vector<std::string> names{"two_component", "tabulated"};
   for (const ForceLawInfo* law : ForceLaws()) names.emplace_back(law->name);
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());
