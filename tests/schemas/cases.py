@@ -273,7 +273,8 @@ GROUPS = {
         Case("stability stability.toml --sweep --keys coupling.damping --pairs 0 --case-seconds 0.1 --json",
              "stability_sweep"),
         Case("compare block.toml -o compare --repeat 1 --depth-step 1 --json", "compare",
-             {"compare/compare.json": "compare"})],
+             {"compare/compare.json": "compare"}),
+        Case("validate -o validate --json", "validate", {"validate/validate.json": "validate"})],
     "import": [
         Case("import ct.nrrd -o ct.vdb --no-isolate --voxel 0.5 --keep-hu --json", "import", before=write_image),
         Case("import dicom --list --json", "import_list"),

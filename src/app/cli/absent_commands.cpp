@@ -48,6 +48,9 @@ void AddStudyCommand(CLI::App& app) {
 void AddTuneCommand(CLI::App& app) {
   AddAbsent(app, "tune", "KERF_WITH_EXPERIMENTS");
 }
+void AddValidateCommand(CLI::App& app) {
+  AddAbsent(app, "validate", "KERF_WITH_EXPERIMENTS");
+}
 #endif
 
 }  // namespace kerf::cli

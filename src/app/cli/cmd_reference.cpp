@@ -24,6 +24,7 @@
 #include "experiment/stability_study/stability_files.h"
 #include "experiment/stability_study/sweep.h"
 #include "experiment/study/study_csv.h"
+#include "experiment/validation/validation_files.h"
 #endif
 
 namespace kerf::cli {
@@ -54,6 +55,10 @@ std::string FormatTableColumns() {
   comparison.cases.resize(1);
   comparison.cases.front().what.id = "CASE";
   add("compare.csv", DescribeColumns(CompareColumns(comparison)));
+  const Validation validation;
+  add("values.csv", DescribeColumns(ValueColumns(validation)));
+  add("trends.csv", DescribeColumns(TrendColumns(validation)));
+  add("teeth.csv", DescribeColumns(ToothColumns(validation)));
   add("cases.csv", DescribeColumns(CaseColumns()));
   add("cases_times.csv", DescribeColumns(BucketColumns()));
   add("references.csv", DescribeColumns(ReferenceColumns()));

@@ -35,5 +35,6 @@ void AddSlabCommand(CLI::App& app);
 void AddStabilityCommand(CLI::App& app);
 void AddStudyCommand(CLI::App& app);
 void AddTuneCommand(CLI::App& app);
+void AddValidateCommand(CLI::App& app);
 
 }  // namespace kerf::cli

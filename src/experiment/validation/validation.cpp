@@ -1,0 +1,226 @@
+#include "experiment/validation/validation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kDefaultSpeed_mm_per_s = 4400;  // of a tooth whose speed is not known
+
+std::string ShowFactor(double factor) {
+  return factor >= 1 ? fmt::format("{:.3g} times", factor) : fmt::format("{:.2g} times", factor);
+}
+
+/// Compares with a mean and its standard deviation, with a mean alone, or with a range.
+void Judge(const MeasuredValue& measured, ValueComparison& c) {
+  const double value = c.simulated.value;
+  if (!c.simulated.why.empty()) {
+    c.verdict = "not compared: " + c.simulated.why;
+  } else if (IsGiven(measured.sd)) {
+    c.difference_sd = (value - measured.value) / measured.sd;
+    c.factor = value / measured.value;
+    c.agrees = std::abs(c.difference_sd) <= kAgreeWithin_sd;
+    c.verdict = fmt::format("{:+.1f} SD", c.difference_sd);
+  } else if (IsGiven(measured.value)) {
+    c.factor = value / measured.value;
+    c.verdict = fmt::format("{}; no scatter is known", ShowFactor(c.factor));
+  } else {
+    c.agrees = value >= measured.low - kRangeRounding * std::abs(measured.low) &&
+               value <= measured.high + kRangeRounding * std::abs(measured.high);
+    c.factor = *c.agrees ? 1 : value / (value < measured.low ? measured.low : measured.high);
+    c.verdict =
+        *c.agrees ? "inside" : fmt::format("{}, {}", value < measured.low ? "below" : "above", ShowFactor(c.factor));
+  }
+}
+
+/// The cuts of a set's teeth, each made once for each law, width and bite.
+class ToothRuns {
+ public:
+  explicit ToothRuns(Validation& validation) : validation_(validation) {}
+
+  const ToothRun& Run(std::size_t law, double width_mm, double bite_um, double speed_mm_per_s) {
+    for (const ToothCheck& check : validation_.teeth) {
+      const ToothRun& run = check.run;
+      if (check.law == law && run.width_mm == width_mm && run.bite_um == bite_um &&
+          run.speed_mm_per_s == speed_mm_per_s) {
+        return run;
+      }
+    }
+    validation_.teeth.push_back({law, RunTooth(validation_.laws[law], width_mm, bite_um, speed_mm_per_s)});
+    return validation_.teeth.back().run;
+  }
+
+ private:
+  Validation& validation_;
+};
+
+/// Replaces the law's thrust by that of a cut; a cutting force keeps its ratio to the thrust.
+void UseCut(const MeasuredSet& set, const MeasuredValue& measured, ToothRuns& runs, ValueComparison& c,
+            const ForceLaw& law) {
+  const MeasuredConditions at = JoinConditions(measured.at, set.conditions);
+  if (IsGiven(at.density) && at.density != 1) return;  // the cut is in the bone of the measurements
+  const double speed = IsGiven(at.speed_mm_per_s) ? at.speed_mm_per_s : kDefaultSpeed_mm_per_s;
+  const ToothRun& run = runs.Run(c.law, set.tool.width_mm, at.bite_um, speed);
+  ToothForces forces = LawOnTooth(law, MakeReferenceDisc(set.tool.width_mm))({at.bite_um / 1000, speed, 1});
+  const double scale = forces.thrust_N > 0 ? run.thrust_N / forces.thrust_N : 0;
+  forces.thrust_N *= scale;
+  forces.cutting_N *= scale;
+  c.simulated.value = CalcToothQuantity(measured.quantity, forces, set.tool.width_mm, run.removed_bite_um / 1000);
+}
+
+ValueComparison CompareValue(const Validation& v, std::size_t set_index, std::size_t row, std::size_t law_index,
+                             ToothRuns& runs) {
+  const MeasuredSet& set = v.sets[set_index];
+  const MeasuredValue& measured = set.values[row];
+  const ForceLaw& law = v.laws[law_index];
+  ValueComparison c;
+  c.set = set_index;
+  c.row = row;
+  c.law = law_index;
+  c.calibration = IsCalibrated(set, law);
+  if (measured.material != "cortical") {
+    c.simulated.why = fmt::format("kerf has no constants of {} bone", measured.material);
+  } else {
+    c.simulated = SimulateQuantity(law, set, measured.quantity, measured.at);
+    c.law_value = c.simulated.value;
+    if (c.simulated.why.empty() && set.tool.kind == kToolTooth) UseCut(set, measured, runs, c, law);
+  }
+  Judge(measured, c);
+  return c;
+}
+
+std::string SignOf(double ratio, const std::string& measured) {
+  const double tolerance = measured == "constant" ? kConstantWithin : kChangeFrom;
+  if (std::abs(ratio - 1) <= tolerance) return "constant";
+  return ratio > 1 ? "rises" : "falls";
+}
+
+void JudgeTrend(const MeasuredTrend& measured, TrendComparison& c) {
+  const std::string& why = c.at_from.why.empty() ? c.at_to.why : c.at_from.why;
+  if (!why.empty()) {
+    c.verdict = "not compared: " + why;
+  } else if (c.at_from.value == 0 && c.at_to.value == 0) {
+    c.sign = "constant";
+    c.right = measured.sign == c.sign;
+    c.verdict = "wrong: cuts nothing";
+  } else {
+    c.ratio = c.at_from.value > 0 ? c.at_to.value / c.at_from.value : std::numeric_limits<double>::infinity();
+    c.sign = SignOf(c.ratio, measured.sign);
+    c.right = measured.sign == c.sign;
+    c.verdict = fmt::format("{}: {}, x {:.3g}", *c.right ? "right" : "wrong", c.sign, c.ratio);
+  }
+}
+
+TrendComparison CompareTrend(const Validation& v, std::size_t set_index, std::size_t row, std::size_t law_index) {
+  const MeasuredSet& set = v.sets[set_index];
+  const MeasuredTrend& measured = set.trends[row];
+  const ForceLaw& law = v.laws[law_index];
+  TrendComparison c;
+  c.set = set_index;
+  c.row = row;
+  c.law = law_index;
+  c.calibration = IsCalibrated(set, law);
+  MeasuredConditions from = JoinConditions(measured.at, set.conditions);
+  if (!IsGiven(from.density)) from.density = 1;
+  MeasuredConditions to = from;
+  double& x_from = ConditionOf(from, measured.against);
+  double& x_to = ConditionOf(to, measured.against);
+  c.from = IsGiven(measured.from) ? measured.from : x_from;
+  c.to = IsGiven(measured.to) ? measured.to : 2 * x_from;
+  x_from = c.from;
+  x_to = c.to;
+  c.at_from = SimulateQuantity(law, set, measured.quantity, from);
+  c.at_to = SimulateQuantity(law, set, measured.quantity, to);
+  JudgeTrend(measured, c);
+  return c;
+}
+
+LawCounts CountLaw(const Validation& v, std::size_t law) {
+  LawCounts counts;
+  counts.law = law;
+  for (const ValueComparison& c : v.values) {
+    // Derived values repeat what other rows state.
+    if (c.law != law || !c.agrees || v.value_of(c).obtained == "derived") continue;
+    ++(c.calibration ? counts.calibration_values : counts.values);
+    if (*c.agrees) ++(c.calibration ? counts.calibration_values_agree : counts.values_agree);
+  }
+  for (const TrendComparison& c : v.trends) {
+    if (c.law != law || !c.right) continue;
+    ++(c.calibration ? counts.calibration_trends : counts.trends);
+    if (*c.right) ++(c.calibration ? counts.calibration_trends_right : counts.trends_right);
+  }
+  return counts;
+}
+
+/// Compares all laws with one set.
+void CompareSet(Validation& v, std::size_t set, ToothRuns& runs, const std::function<void()>& done_one) {
+  for (std::size_t law = 0; law < v.laws.size(); ++law) {
+    for (std::size_t row = 0; row < v.sets[set].values.size(); ++row) {
+      v.values.push_back(CompareValue(v, set, row, law, runs));
+      done_one();
+    }
+    for (std::size_t row = 0; row < v.sets[set].trends.size(); ++row) {
+      v.trends.push_back(CompareTrend(v, set, row, law));
+    }
+    const MeasuredSet& s = v.sets[set];
+    const bool force_varies = std::any_of(s.trends.begin(), s.trends.end(),
+                                          [](const MeasuredTrend& trend) { return trend.against == "force_N"; });
+    if (s.tool.kind == kToolBladeForce && IsGiven(s.conditions.force_N) && !force_varies) {
+      v.carried.push_back(
+          {set, law, s.conditions.force_N, CountCarriedTeeth(v.laws[law], s.tool.width_mm, s.conditions.force_N)});
+    }
+  }
+}
+
+}  // namespace
+
+bool IsCalibrated(const MeasuredSet& set, const ForceLaw& law) {
+  return std::find(set.calibrated.begin(), set.calibrated.end(), law.name()) != set.calibrated.end();
+}
+
+std::size_t Validation::CountComparedSets() const {
+  return static_cast<std::size_t>(std::count_if(
+      sets.begin(), sets.end(), [](const MeasuredSet& set) { return !set.values.empty() || !set.trends.empty(); }));
+}
+
+std::vector<ForceLaw> ChooseLaws(const std::vector<std::string>& names) {
+  std::vector<ForceLaw> laws;
+  const auto add = [&](const ForceLaw& law) {
+    const auto same = [&](const ForceLaw& other) { return std::string_view(other.name()) == law.name(); };
+    if (std::none_of(laws.begin(), laws.end(), same)) laws.push_back(law);
+  };
+  const bool all = names.empty() || std::find(names.begin(), names.end(), "all") != names.end();
+  for (const std::string& name : names) {
+    if (name != "all") add(ForceLaw(name));
+  }
+  if (!all) return laws;
+  laws.clear();
+  for (const ForceLawInfo* law : ForceLaws()) add(ForceLaw(law->name));
+  return laws;
+}
+
+Validation CompareWithMeasurements(const std::vector<ForceLaw>& laws, const std::vector<MeasuredSet>& sets,
+                                   const std::function<void(double)>& progress) {
+  Validation v;
+  v.laws = laws;
+  v.sets = sets;
+  std::size_t all = 0;
+  for (const MeasuredSet& set : sets) all += set.values.size() * laws.size();
+  std::size_t done = 0;
+  ToothRuns runs(v);
+  for (std::size_t set = 0; set < sets.size(); ++set) {
+    CompareSet(v, set, runs, [&] {
+      ++done;
+      if (progress) progress(static_cast<double>(done) / static_cast<double>(all));
+    });
+  }
+  for (std::size_t law = 0; law < laws.size(); ++law) v.counts.push_back(CountLaw(v, law));
+  return v;
+}
+
+}  // namespace kerf
