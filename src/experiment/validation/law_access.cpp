@@ -1,6 +1,5 @@
 #include "experiment/validation/law_access.h"
 
-#include <algorithm>
 #include <string_view>
 
 #include "cut/force/measured.h"
@@ -11,22 +10,21 @@ namespace kerf {
 LawOnTooth::LawOnTooth(const ForceLaw& law, const Tool& tool) : force_(MakeToothForce(law, tool)), tool_(tool) {}
 
 ToothForces LawOnTooth::operator()(const ToothState& state) const {
-  const double E_star_MPa = CalcReducedModulus(CalcModulus(tool_), CalcPoissonRatio(tool_),
-                                               kMeasuredE_MPa * state.density, kMeasuredPoissonRatio);
-  const double thrust_N = force_(state.bite_mm, E_star_MPa);
-  return {thrust_N, thrust_N / kThrustPerCuttingForce};
+  ToothCut cut = MakeMeasuredBone(tool_);
+  cut.speed_mm_per_s = state.speed_mm_per_s;
+  cut.E_MPa = kMeasuredE_MPa * state.density;
+  cut.E_star_MPa =
+      CalcReducedModulus(CalcModulus(tool_), CalcPoissonRatio(tool_), cut.E_MPa, kMeasuredPoissonRatio);
+  return {force_(state.bite_mm, cut), CalcCuttingForce(force_, state.bite_mm, cut)};
 }
 
-bool HasCuttingForce(const ForceLaw&) {
-  return false;
+bool HasCuttingForce(const ForceLaw& law) {
+  return law.info().has_cutting;
 }
 
 std::vector<std::string> LawNames() {
-  // Sets name these laws, which are not yet in this version.
-  std::vector<std::string> names{"two_component", "tabulated"};
+  std::vector<std::string> names;
   for (const ForceLawInfo* law : ForceLaws()) names.emplace_back(law->name);
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
   return names;
 }
 
