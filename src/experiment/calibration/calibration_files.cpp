@@ -45,7 +45,7 @@ TextTable MakeParameterTable(const Calibration& c) {
 
 TextTable MakeComponentTable(const Calibration& c) {
   TextTable table({"component", "values", "degrees of freedom", "chi2 / dof", "residual SD (N)", "R2",
-                   "N per mm of width and m/s", "p"});
+                   "speed: N/mm per m/s", "speed: p"});
   for (const ComponentResult& r : c.components) {
     const bool errors = r.determined && r.dof > 0;
     table.Add({ToString(r.component), r.values, errors ? fmt::format("{}", r.dof) : "-",
@@ -57,14 +57,19 @@ TextTable MakeComponentTable(const Calibration& c) {
   return table;
 }
 
+/// Returns three decimals, without the sign of a rounded zero.
+std::string ShowCorrelation(double correlation) {
+  return fmt::format("{:.3f}", std::round(1000 * correlation) / 1000 + 0.0);
+}
+
 TextTable MakeCorrelationTable(const Calibration& c) {
   const std::size_t n = c.covariant.size();
   std::vector<std::string> headings{"correlation"};
   for (std::size_t a = 0; a < n; ++a) headings.push_back(fmt::format("{}", a + 1));
   TextTable table(headings);
   for (std::size_t a = 0; a < n; ++a) {
-    std::vector<TableCell> row{fmt::format("{} {}", a + 1, c.parameters[c.covariant[a]].key)};
-    for (std::size_t b = 0; b < n; ++b) row.emplace_back(fmt::format("{:.3f}", c.CorrelationOf(a, b)));
+    std::vector<TableCell> row{fmt::format("{} ({})", c.parameters[c.covariant[a]].key, a + 1)};
+    for (std::size_t b = 0; b < n; ++b) row.emplace_back(ShowCorrelation(c.CorrelationOf(a, b)));
     table.Add(row);
   }
   return table;
@@ -153,8 +158,7 @@ std::string FormatCalibrationText(const Calibration& c) {
   text += MakeParameterTable(c).FormatTerminal("  ") + "\n" + MakeComponentTable(c).FormatTerminal("  ");
   if (c.covariant.size() > 1) text += "\n" + MakeCorrelationTable(c).FormatTerminal("  ");
   return text +
-         fmt::format("\n  {}; N per mm of width and m/s, p: influence of the cutting speed, not part of the law\n",
-                     DescribeBootstrap(c));
+         fmt::format("\n  {}; speed: influence of the cutting speed, not part of the law\n", DescribeBootstrap(c));
 }
 
 std::string FormatCalibrationJson(const Calibration& c) {

@@ -126,8 +126,9 @@ void WarnOfResiduals(const Calibration& c, std::vector<std::string>& warnings) {
     if (r.chi2_p_value && *r.chi2_p_value < kUnlikely) {
       warnings.push_back(fmt::format(
           "the residuals of the {} are larger than the SDs explain (chi2 / dof = {:.3g}): the law does not fit, or the "
-          "SDs are too small",
-          ToString(r.component), r.chi2 / r.dof));
+          "SDs are too small{}",
+          ToString(r.component), r.chi2 / r.dof,
+          c.data.specimens > 1 ? " or do not include the differences between specimens" : ""));
     } else if (r.chi2_p_value && *r.chi2_p_value > 1 - kUnlikely) {
       warnings.push_back(
           fmt::format("the residuals of the {} are smaller than the SDs explain (chi2 / dof = {:.3g}): the intervals "

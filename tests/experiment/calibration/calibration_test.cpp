@@ -139,6 +139,7 @@ void CheckCoverage(bool weighted) {
     }
   }
   for (std::size_t j = 0; j < covered.size(); ++j) {
+    ::testing::Test::RecordProperty(law.coefficients[j].key, covered[j]);
     EXPECT_NEAR(covered[j] / static_cast<double>(kTrials), 0.95, 0.03) << law.coefficients[j].key;
   }
 }
@@ -165,6 +166,8 @@ TEST(Calibration, BootstrapIntervalsContainTheTruthIn95Percent) {
       covered[j] += interval.lower <= test::kTrueCoefficients[j] && test::kTrueCoefficients[j] <= interval.upper;
     }
   }
+  RecordProperty("edge", covered[0]);
+  RecordProperty("chip", covered[1]);
   for (const int count : covered) EXPECT_NEAR(count / static_cast<double>(kTrials), 0.938, 0.046);
 }
 
@@ -177,8 +180,8 @@ TEST(Calibration, SameSeedGivesTheSameBits) {
   EXPECT_NE(FormatCalibrationJson(Fit("two_component", data, {200, 6, false})), first);
 }
 
-// Specimens differ by a factor; their values do not scatter otherwise. The t distribution takes the rows as independent,
-// while the bootstrap of specimens includes the differences between them.
+// Specimens differ by a factor; their values do not scatter otherwise. The t distribution takes the rows as
+// independent, while the bootstrap of specimens includes the differences between them.
 TEST(Calibration, BootstrapResamplesSpecimens) {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;
@@ -284,6 +287,7 @@ TEST(Calibration, IntervalOfTheCrossoverContainsTheTruth) {
     const auto& interval = c.parameters[4].interval;
     covered += interval && interval->lower <= 0.4 && 0.4 <= interval->upper;
   }
+  RecordProperty("share", covered);
   EXPECT_NEAR(covered / static_cast<double>(kTrials), 0.95, 0.058);
 }
 
@@ -356,7 +360,7 @@ TEST(Calibration, ModelIsTheLawOfTheSimulation) {
 
 TEST(Calibration, LawBlockGivesIntervalsAndLeavesOutWhatIsNotDetermined) {
   const std::string block = FormatLawBlock(Fit("two_component", MakeThrust(kBites_mm, kThrust_N)));
-  EXPECT_THAT(block, HasSubstr("law = \"two_component\"\nthrust_edge_N_per_mm = 9.2"));
+  EXPECT_THAT(block, HasSubstr("law = \"two_component\"\nthrust_edge_N_per_mm = 9.3"));
   EXPECT_THAT(block, HasSubstr("  # 95 % interval "));
   EXPECT_THAT(block, HasSubstr("# cutting_edge_N_per_mm: not determined by the data; the law's default applies\n"));
   EXPECT_THAT(block, HasSubstr("crossover_share = 0.25  # kept, not fitted\n"));

@@ -31,10 +31,10 @@ inline void AddValue(Measurements& data, ForceComponent component, double bite_m
   data.groups = data.rows();
 }
 
-/// Returns `repeats` values of each component at each bite, on a tooth 0.64 mm wide, each with a normal error. The SD of
-/// the errors grows with the bite from `sd_N` to 3 `sd_N` if `weighted`, and is then given with each value.
-inline Measurements MakeUpForces(const LinearLaw& law, const std::vector<double>& coefficients, int repeats, double sd_N,
-                                 bool weighted, std::mt19937_64& random) {
+/// Returns `repeats` values of each component at each bite, on a tooth 0.64 mm wide, each with a normal error. The SD
+/// of the errors grows with the bite from `sd_N` to 3 `sd_N` if `weighted`, and is then given with each value.
+inline Measurements MakeUpForces(const LinearLaw& law, const std::vector<double>& coefficients, int repeats,
+                                 double sd_N, bool weighted, std::mt19937_64& random) {
   constexpr double kWidth_mm = 0.64;
   Measurements data;
   std::normal_distribution<double> normal;

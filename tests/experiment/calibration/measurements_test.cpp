@@ -64,14 +64,12 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"# only this\n", "data.csv: no header; it needs bite_mm, width_mm and a force"},
         Mistake{"bite_mm,width_mm,thrust_N\n", "data.csv: no rows below the header"},
         Mistake{"\nbite,width_mm,thrust_N\n", "data.csv:2: unknown column \"bite\"; did you mean \"bite_mm\"?"},
-        Mistake{"bite_mm,width_mm,thrust_kN\n",
-                "data.csv:1: unknown column \"thrust_kN\"; did you mean \"thrust_N\"?"},
+        Mistake{"bite_mm,width_mm,thrust_kN\n", "data.csv:1: unknown column \"thrust_kN\"; did you mean \"thrust_N\"?"},
         Mistake{"bite_mm,width_mm,colour_of_bone\n",
                 "data.csv:1: unknown column \"colour_of_bone\"; the columns are bite_mm, width_mm, teeth, "
                 "speed_mm_per_s, thrust_N, thrust_sd_N, cutting_N, cutting_sd_N, torque_N_mm, torque_sd_N_mm, "
                 "radius_mm, specimen"},
-        Mistake{"bite_mm,bite_mm,width_mm,thrust_N\n0.01,0.01,1,5\n",
-                "data.csv:1: column \"bite_mm\" is given twice"},
+        Mistake{"bite_mm,bite_mm,width_mm,thrust_N\n0.01,0.01,1,5\n", "data.csv:1: column \"bite_mm\" is given twice"},
         Mistake{"width_mm,thrust_N\n1,5\n", "data.csv:1: column \"bite_mm\" is missing"},
         Mistake{"bite_mm,width_mm\n0.01,1\n",
                 "data.csv:1: no measured force; give a column thrust_N, cutting_N or torque_N_mm"},
