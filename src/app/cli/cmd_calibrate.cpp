@@ -9,6 +9,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/message.h"
 #include "app/cli/numbers.h"
+#include "app/cli/progress.h"
 #include "base/files/files.h"
 #include "base/files/folder_lock.h"
 #include "experiment/calibration/calibration.h"
@@ -43,13 +44,19 @@ void ApplySetting(const std::string& setting, LinearLaw& law, CalibrationParams&
   if (key == "crossover_share") params.keep_crossover = true;
 }
 
+Calibration Calibrate(const LinearLaw& law, const Measurements& data, const CalibrationParams& params,
+                      const std::string& name) {
+  ProgressBar bar("bootstrap");
+  return CalibrateLaw(law, data, params, name, [&bar](double fraction) { bar.Show(fraction); });
+}
+
 void Run(CalibrateArguments options) {
   LinearLaw law = MakeLinearLaw(options.law);  // CLI11 has checked the name
   for (const std::string& setting : options.settings) ApplySetting(setting, law, options.params);
   if (!options.folder.empty()) CheckCalibrationInputNotOverwritten(options.data, options.folder);
   const Measurements data = ParseMeasurements(ReadTextFile(options.data), options.data);
   const std::string name = std::filesystem::path(options.data).filename().string();
-  const Calibration calibration = CalibrateLaw(law, data, options.params, name);
+  const Calibration calibration = Calibrate(law, data, options.params, name);
   std::vector<std::string> files;
   if (!options.folder.empty()) {
     const FolderLock lock(options.folder);

@@ -35,7 +35,7 @@ class Calibrator {
     if (!params.keep_crossover) scan_ = FindCrossoverScan(result_.law, components_);
   }
 
-  Calibration Run() {
+  Calibration Run(const std::function<void(double)>& progress) {
     CheckUsable();
     main_ = FitAll({});
     if (std::none_of(main_.fits.begin(), main_.fits.end(), [](const auto& fit) { return fit.fit.determined; })) {
@@ -45,7 +45,7 @@ class Calibrator {
     for (std::size_t k = 0; k < components_.size(); ++k) AddComponent(k);
     SetCovariance();
     SetIntervals();
-    SetBootstrap();
+    SetBootstrap(progress);
     result_.warnings = ListWarnings(result_);
     return std::move(result_);
   }
@@ -282,10 +282,11 @@ class Calibrator {
     return dof;
   }
 
-  void SetBootstrap() {
+  void SetBootstrap(const std::function<void(double)>& progress) {
     std::vector<std::vector<double>> draws(result_.parameters.size());
     std::mt19937_64 random(result_.params.seed);
     for (int i = 0; i < result_.params.bootstrap; ++i) {
+      if (progress) progress(static_cast<double>(i) / result_.params.bootstrap);
       std::vector<double> of_group(result_.data.groups);
       for (std::size_t g = 0; g < result_.data.groups; ++g) ++of_group[random() % result_.data.groups];
       std::vector<double> counts;
@@ -402,9 +403,9 @@ std::optional<double> Calibration::CalcHalfBand(ForceComponent component, double
 }
 
 Calibration CalibrateLaw(const LinearLaw& law, const Measurements& data, const CalibrationParams& params,
-                         const std::string& file) {
+                         const std::string& file, const std::function<void(double)>& progress) {
   CheckParameters(params);
-  return Calibrator(law, data, params, file).Run();
+  return Calibrator(law, data, params, file).Run(progress);
 }
 
 }  // namespace kerf

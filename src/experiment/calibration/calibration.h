@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -105,8 +106,10 @@ struct Calibration {
 /// covariance is scaled by chi2 / degrees of freedom, so SDs need only be right relative to each other. crossover_share
 /// is fitted by a scan if the data have bites below the law's crossover and it is not kept; its standard error is that
 /// of the linearised model.
+///
+/// `progress` is called during the bootstrap with the fraction that is done.
 Calibration CalibrateLaw(const LinearLaw& law, const Measurements& data, const CalibrationParams& params,
-                         const std::string& file);
+                         const std::string& file, const std::function<void(double)>& progress = {});
 
 /// Returns a sentence for each thing that the data do not determine, or that a user of the result must know.
 std::vector<std::string> ListWarnings(const Calibration& calibration);
