@@ -136,9 +136,11 @@ class Calibrator {
     const LinearProblem problem = MakeProblem(result_.law, data, main_.crossover_mm);
     double sum = 0;
     double sum_of_weights = 0;
+    double total = 0;
     for (std::size_t i = 0; i < problem.rows(); ++i) {
       sum += problem.weights[i] * problem.values[i];
       sum_of_weights += problem.weights[i];
+      total += problem.weights[i] * problem.values[i] * problem.values[i];
     }
     double about_mean = 0;
     double residuals = 0;
@@ -151,7 +153,7 @@ class Calibrator {
       }
       residuals += residual * residual;
     }
-    if (about_mean > 0) r.r2 = 1 - fit.chi2 / about_mean;
+    if (about_mean > 1e-24 * total) r.r2 = 1 - fit.chi2 / about_mean;
     if (r.dof <= 0) return;
     r.residual_sd_N = std::sqrt(residuals / r.dof);
     if (r.weighted) {

@@ -34,6 +34,11 @@ std::string Show(const std::optional<Interval>& interval) {
   return interval ? fmt::format("{} to {}", ShowThree(interval->lower), ShowThree(interval->upper)) : "-";
 }
 
+/// Returns three decimals, without the sign of a rounded zero.
+std::string ShowFraction(double value) {
+  return fmt::format("{:.3f}", std::round(1000 * value) / 1000 + 0.0);
+}
+
 TextTable MakeParameterTable(const Calibration& c) {
   TextTable table(
       {"parameter", "estimate", "standard error", "95 % interval (t)", "95 % interval (bootstrap)", "state"});
@@ -50,16 +55,11 @@ TextTable MakeComponentTable(const Calibration& c) {
     const bool errors = r.determined && r.dof > 0;
     table.Add({ToString(r.component), r.values, errors ? fmt::format("{}", r.dof) : "-",
                errors && r.weighted ? Show(r.chi2 / r.dof) : "-", errors ? Show(r.residual_sd_N) : "-",
-               r.r2 ? fmt::format("{:.3f}", *r.r2) : "-",
+               r.r2 ? ShowFraction(*r.r2) : "-",
                r.speed ? fmt::format("{:+.2g}", 1000 * r.speed->slope_Ns_per_mm2) : "-",
                r.speed ? fmt::format("{:.2g}", r.speed->p_value) : "-"});
   }
   return table;
-}
-
-/// Returns three decimals, without the sign of a rounded zero.
-std::string ShowCorrelation(double correlation) {
-  return fmt::format("{:.3f}", std::round(1000 * correlation) / 1000 + 0.0);
 }
 
 TextTable MakeCorrelationTable(const Calibration& c) {
@@ -69,7 +69,7 @@ TextTable MakeCorrelationTable(const Calibration& c) {
   TextTable table(headings);
   for (std::size_t a = 0; a < n; ++a) {
     std::vector<TableCell> row{fmt::format("{} ({})", c.parameters[c.covariant[a]].key, a + 1)};
-    for (std::size_t b = 0; b < n; ++b) row.emplace_back(ShowCorrelation(c.CorrelationOf(a, b)));
+    for (std::size_t b = 0; b < n; ++b) row.emplace_back(ShowFraction(c.CorrelationOf(a, b)));
     table.Add(row);
   }
   return table;

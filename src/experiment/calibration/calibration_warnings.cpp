@@ -63,7 +63,8 @@ void WarnOfParameters(const Calibration& c, std::vector<std::string>& warnings) 
           "{} would be {} without limits; it is set to 0, the lowest value that a scene accepts, and the others were "
           "fitted again",
           p.key, ShowThree(p.unconstrained)));
-    } else if (p.state == ParameterState::kFitted && p.interval && p.interval->upper - p.interval->lower > p.value) {
+    } else if (p.state == ParameterState::kFitted && p.value > 0 && p.interval &&
+               p.interval->upper - p.interval->lower > p.value) {
       warnings.push_back(
           fmt::format("{} is poorly determined: its 95 % interval, {} to {}, is wider than its estimate, {}", p.key,
                       ShowThree(p.interval->lower), ShowThree(p.interval->upper), ShowThree(p.value)));
@@ -87,7 +88,7 @@ void WarnOfBites(const Calibration& c, std::vector<std::string>& warnings) {
   if (outside) {
     warnings.push_back(fmt::format(
         "all bites are outside {:g} to {:g} mm, where the forces of saw teeth were published: the result can't be "
-        "compared with them, and it does not apply there",
+        "compared with them, and within that range it is an extrapolation",
         kPublishedBites_mm.lower, kPublishedBites_mm.upper));
   }
   if (!c.law.HasCrossover()) return;

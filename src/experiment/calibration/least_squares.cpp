@@ -26,6 +26,21 @@ LinearProblem SelectColumns(const LinearProblem& problem, unsigned zero_set) {
   return part;
 }
 
+/// Sets coefficients to 0 that are negative only because of rounding errors.
+void RemoveRoundingErrors(const LinearProblem& problem, std::vector<double>& coefficients) {
+  constexpr double kRounding = 1e-12;  // of the coefficient with which its column alone would have the values' length
+  double values = 0;
+  for (std::size_t i = 0; i < problem.rows(); ++i) values += problem.weights[i] * problem.values[i] * problem.values[i];
+  for (std::size_t j = 0; j < coefficients.size(); ++j) {
+    double column = 0;
+    for (std::size_t i = 0; i < problem.rows(); ++i) {
+      const double x = problem.design[i * problem.columns + j];
+      column += problem.weights[i] * x * x;
+    }
+    if (coefficients[j] < 0 && coefficients[j] >= -kRounding * std::sqrt(values / column)) coefficients[j] = 0;
+  }
+}
+
 /// Inserts zeros for the coefficients at zero.
 LinearFit InsertZeros(const LinearFit& part, std::size_t count, unsigned zero_set) {
   LinearFit whole;
@@ -87,6 +102,7 @@ LinearFit FitLeastSquares(const LinearProblem& problem) {
 NonNegativeFit FitNonNegative(const LinearProblem& problem) {
   NonNegativeFit best;
   best.unconstrained = FitLeastSquares(problem);
+  if (best.unconstrained.determined) RemoveRoundingErrors(problem, best.unconstrained.coefficients);
   best.fit = best.unconstrained;
   const auto valid = [](const LinearFit& fit) {
     return std::all_of(fit.coefficients.begin(), fit.coefficients.end(), [](double c) { return c >= 0; });

@@ -75,9 +75,9 @@ TEST_F(Calibrate, BadDataAreRefusedWithTheirPlaceAndNothingIsWritten) {
   EXPECT_EQ(result.err, "kerf: one.csv: the data determine no coefficient of two_component: all bites are 0.003 mm\n");
   EXPECT_EQ(Kerf("calibrate missing.csv -o out").code, 1);
   EXPECT_FALSE(Exists("out"));
-  Write("out/report.md", kForces);
-  EXPECT_EQ(Kerf("calibrate out/report.md -o out").code, 1);
-  EXPECT_EQ(test::Slurp(folder_ / "out/report.md"), kForces);
+  Write("report.md", kForces);
+  EXPECT_EQ(Kerf("calibrate report.md -o .").code, 1);
+  EXPECT_EQ(test::Slurp(folder_ / "report.md"), kForces);
 }
 
 }  // namespace

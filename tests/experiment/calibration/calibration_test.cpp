@@ -247,6 +247,14 @@ TEST(Calibration, NegativeEstimateIsFittedAgainAtZero) {
   EXPECT_THAT(c.warnings, Contains(HasSubstr("chip_N_per_mm2 would be -500 without limits; it is set to 0")));
 }
 
+TEST(Calibration, RoundingErrorsAreNotNegativeEstimates) {
+  const Calibration c = Fit("edge_plus_chip", MakeThrust({0.002, 0.004, 0.006, 0.007}, {5, 5, 5, 5}));
+  EXPECT_EQ(c.parameters[1].state, ParameterState::kFitted);
+  EXPECT_NEAR(c.parameters[1].value, 0, 1e-9);
+  EXPECT_FALSE(c.components[0].r2);
+  EXPECT_TRUE(c.warnings.empty());
+}
+
 // Bites below and above a crossover of 0.4 edge radii, 3.2 um.
 Measurements MakeCrossover(double noise_N, std::mt19937_64& random) {
   const LinearLaw law = MakeLinearLaw("two_component");
