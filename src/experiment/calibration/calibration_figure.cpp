@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 
@@ -49,6 +50,10 @@ std::vector<PlottedValue> ListValues(const Calibration& c, ForceComponent compon
 void Spread(std::vector<PlottedValue>& values, double width_um) {
   std::map<double, std::vector<PlottedValue*>> of_bite;
   for (PlottedValue& v : values) of_bite[v.bite_um].push_back(&v);
+  constexpr double kMaxGapFraction = 0.5;  // of the distance to the next bite
+  for (auto at = of_bite.begin(); std::next(at) != of_bite.end(); ++at) {
+    width_um = std::min(width_um, kMaxGapFraction * (std::next(at)->first - at->first));
+  }
   for (auto& [bite_um, same] : of_bite) {
     constexpr double kMaxStepFraction = 0.2;  // of the width
     const double count = static_cast<double>(same.size());
