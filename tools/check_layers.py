@@ -36,6 +36,7 @@ LIBRARIES = [
     ("toml", re.compile(r"^toml\+\+/")),
     ("cli", re.compile(r"^CLI/")),
     ("hwy", re.compile(r"^hwy/")),
+    ("eigen", re.compile(r"^(Eigen|unsupported/Eigen)/")),
     ("embree", re.compile(r"^embree3/")),
     ("sndfile", re.compile(r"^sndfile\.h")),
     ("json", re.compile(r"^nlohmann/")),

@@ -134,7 +134,7 @@ def make_files(kerf, folder):
     """Makes the files that pages name in their examples."""
     def call(*arguments):
         subprocess.run([kerf, *arguments], cwd=folder, check=True, capture_output=True, text=True)
-    for name in ("scenes", "docs", "volumes", "tools"):
+    for name in ("scenes", "examples", "docs", "volumes", "tools"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("images", "*.png"))
     (folder / "docs/images").mkdir()
     (folder / "scene.toml").write_text(SCENE)

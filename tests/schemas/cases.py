@@ -105,6 +105,13 @@ file = "through.toml"
 """
 
 
+# Measured forces with weights, speeds and specimens; and torques that determine less.
+FORCES = "specimen,bite_mm,width_mm,speed_mm_per_s,thrust_N,thrust_sd_N,cutting_N\n" + "".join(
+    f"{specimen},{bite_mm},0.5,{1000 + 100 * i * i},{5 + 200 * bite_mm + 0.1 * (i % 3)},0.1,{3 + 100 * bite_mm}\n"
+    for i, (specimen, bite_mm) in enumerate(itertools.product("ABC", (0.003, 0.006, 0.009))))
+TORQUES = "bite_mm,width_mm,torque_N_mm,radius_mm\n0.003,0.5,8,2\n0.006,0.5,7,2\n"
+
+
 @dataclasses.dataclass
 class Case:
     """A command of kerf, and the documents that it writes.
@@ -198,7 +205,7 @@ def move_pieces(folder):
 
 SCENES = {"block.toml": BLOCK, "bar.toml": BAR, "degrade.toml": DEGRADE, "slab.toml": SLAB, "uniform.toml": UNIFORM,
           "ball.toml": BALL, "ct.toml": CT, "plan.toml": PLAN, "stability.toml": STABILITY, "study.toml": STUDY,
-          "through.toml": THROUGH}
+          "through.toml": THROUGH, "forces.csv": FORCES, "torque.csv": TORQUES}
 
 # Each group runs in its own folder, one command after another; two groups run at a time, longest first. If a command needs a
 # part of kerf that was not built, the rest of its group is skipped too.
@@ -272,6 +279,9 @@ GROUPS = {
         Case("effects bar.toml --seconds 0.1 --passes 1 --json", "effect_costs"),
         Case("stability stability.toml --sweep --keys coupling.damping --pairs 0 --case-seconds 0.1 --json",
              "stability_sweep"),
+        Case("calibrate forces.csv -o calibrated --bootstrap 200 --json", "calibrate",
+             {"calibrated/calibrate.json": "calibrate"}),
+        Case("calibrate torque.csv --bootstrap 0 --json", "calibrate"),
         Case("compare block.toml -o compare --repeat 1 --depth-step 1 --json", "compare",
              {"compare/compare.json": "compare"}),
         Case("validate -o validate --json", "validate", {"validate/validate.json": "validate"})],

@@ -33,6 +33,9 @@ void AddPractiseCommand(CLI::App& app) {
 void AddBenchCommand(CLI::App& app) {
   AddAbsent(app, "bench", "KERF_WITH_EXPERIMENTS");
 }
+void AddCalibrateCommand(CLI::App& app) {
+  AddAbsent(app, "calibrate", "KERF_WITH_EXPERIMENTS");
+}
 void AddCompareCommand(CLI::App& app) {
   AddAbsent(app, "compare", "KERF_WITH_EXPERIMENTS");
 }

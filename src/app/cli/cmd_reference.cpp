@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "app/cli/commands.h"
 #include "app/cli/log_columns.h"
@@ -17,6 +19,7 @@
 #include "session/run/run_slab.h"
 #include "session/score/measures.h"
 #if KERF_WITH_EXPERIMENTS
+#include "experiment/calibration/measurements.h"
 #include "experiment/compare/compare_files.h"
 #include "experiment/device_bench/exchange_bench.h"
 #include "experiment/effect_costs/effect_costs.h"
@@ -35,8 +38,16 @@ CommandReference MakeProgramReference(const CLI::App& command) {
   return MakeReference(*command.get_parent());
 }
 
-/// Returns a section in Markdown for each table that kerf writes: a line that names it, the meanings of its columns,
-/// and a closing line. tools/docs puts each section in its place in docs/formats.md.
+#if KERF_WITH_EXPERIMENTS
+std::string DescribeMeasurements() {
+  std::vector<std::pair<std::string, std::string>> columns;
+  for (const MeasurementColumn& column : MeasurementColumns()) columns.emplace_back(column.name, column.meaning);
+  return DescribeColumns(columns, "column");
+}
+#endif
+
+/// Returns a section in Markdown for each table whose columns the program describes: a line that names it, the meanings
+/// of its columns, and a closing line. tools/docs puts each section in its place in docs/formats.md.
 std::string FormatTableColumns() {
   std::string text;
   const auto add = [&text](const char* table, const std::string& columns) {
@@ -54,6 +65,7 @@ std::string FormatTableColumns() {
   Comparison comparison;
   comparison.cases.resize(1);
   comparison.cases.front().what.id = "CASE";
+  add("the data of kerf calibrate", DescribeMeasurements());
   add("compare.csv", DescribeColumns(CompareColumns(comparison)));
   const Validation validation;
   add("values.csv", DescribeColumns(ValueColumns(validation)));

@@ -22,8 +22,8 @@ const Group kGroups[] = {
     {"Look", {AddInfoCommand, AddPictureCommand, AddExportCommand, AddLogCommand, AddMaterialsCommand}},
     {"Practise", {AddRehearseCommand, AddPractiseCommand, AddScoreCommand, AddAssessCommand}},
     {"Measure",
-     {AddCompareCommand, AddValidateCommand, AddStudyCommand, AddTuneCommand, AddStabilityCommand, AddEffectsCommand,
-      AddPaperCommand, AddBenchCommand}},
+     {AddCompareCommand, AddValidateCommand, AddCalibrateCommand, AddStudyCommand, AddTuneCommand, AddStabilityCommand,
+      AddEffectsCommand, AddPaperCommand, AddBenchCommand}},
     {"Devices", {AddDevicesCommand, AddDeviceCommand}},
     {"Help", {AddReferenceCommand, AddCompletionCommand}},
 };
@@ -57,6 +57,7 @@ constexpr Example kExamples[] = {
     {"assess", "kerf assess out/session.kerf -o out/assessment"},
     {"compare", "kerf compare scenes/paper_block.toml -o out/compare --laws all"},
     {"validate", "kerf validate -o out/validate"},
+    {"calibrate", "kerf calibrate examples/synthetic_forces.csv -o out/calibrate"},
     {"study", "kerf study scenes/study_quick.toml -o out/study"},
     {"tune", "kerf tune scenes/hand_held_cut.toml --budget-us 250 -o out/tuned.toml"},
     {"stability", "kerf stability scenes/hand_held_cut.toml -o out/stability"},

@@ -9,6 +9,7 @@ namespace kerf::cli {
 // The callbacks throw CLI::ValidationError for bad usage (exit code 2), and kerf::Error if they fail (exit code 1).
 void AddAssessCommand(CLI::App& app);
 void AddBenchCommand(CLI::App& app);
+void AddCalibrateCommand(CLI::App& app);
 void AddCheckCommand(CLI::App& app);
 void AddCompareCommand(CLI::App& app);
 void AddCompletionCommand(CLI::App& app);

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <random>
 
-#include "base/files/files.h"
 #include "scene_text.h"
 #include "session/scene/path.h"
 #include "session/scene/plan_section.h"
 #include "session/scene/schema.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
@@ -184,9 +184,10 @@ TEST(ResolvedScene, ReadsBackAsTheSameScene) {
 
 // The scene of a result folder must be readable: it must not contain the ratios that such a law makes an error.
 TEST(ResolvedScene, LawWithItsOwnCuttingForceAndTableReadsBack) {
-  const std::string table = testing::TempDir() + "resolved_forces.csv";
-  WriteTextFile(table,
-                "tissue,bite_um,thrust_N_per_mm,cutting_N_per_mm,source\ncortical,1,4,3,test\ncortical,2,5,3,test\n");
+  const test::Folder folder;
+  const std::string table = folder.file("forces.csv");
+  test::WriteBytes(
+      table, "tissue,bite_um,thrust_N_per_mm,cutting_N_per_mm,source\ncortical,1,4,3,test\ncortical,2,5,3,test\n");
   for (const std::string& law :
        {std::string("law = \"two_component\"\n"), "law = \"tabulated\"\nfile = \"" + table + "\"\n"}) {
     const Scene scene = ParseScene(test::ShortScene() +
