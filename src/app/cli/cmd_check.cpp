@@ -93,6 +93,7 @@ void Run(const CheckArguments& options) {
                                                                                 ? nlohmann::ordered_json(1000 * to_mm)
                                                                                 : nlohmann::ordered_json(nullptr)};
     json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
+    json["force"]["bites"] = DescribeBites(scene);
     json["force"]["blades"] = DescribeBlades(scene.force);
     json["force"]["good_for"] = FindCaveat(law).good_for;
     json["force"]["measured_bite_um"] = {1000 * kMeasuredThrust.front().bite_mm, 1000 * kMeasuredThrust.back().bite_mm};
@@ -134,7 +135,7 @@ void Run(const CheckArguments& options) {
     fmt::print("         {}\n", DescribeSlabLaw(scene));
     return;
   }
-  fmt::print("  force  {}, bite up to {:.3g} um at {:.3g} mm/s\n", law.name, bite_um, path.CalcMaxSpeed());
+  fmt::print("  force  {}, at {:.3g} mm/s {}\n", law.name, path.CalcMaxSpeed(), DescribeBites(scene));
   fmt::print("         {}\n", law.summary);
   fmt::print("         from: {}\n", law.source);
   fmt::print("         {}\n         {}\n         {}\n", DescribeAccuracy(scene.force, MakeTool(scene)),

@@ -68,8 +68,8 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
   fmt::print(
       "  force     up to {:.2f} N on the device ({:.2f} N simulated); steps up to {:.4f} N a tick, limit {:.4g}\n",
       s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
-  fmt::print("            {}: {}\n            {}\n", scene.force.name(), DescribeAccuracy(scene.force, MakeTool(scene)),
-             DescribeBlades(scene.force));
+  fmt::print("            {}, {}\n            {}\n            {}\n", scene.force.name(), DescribeBites(scene),
+             DescribeAccuracy(scene.force, MakeTool(scene)), DescribeBlades(scene.force));
   if (s.cutting) fmt::print("  cutting   {}\n", DescribeCuttingEnergy(*s.cutting));
   fmt::print("  noise     force on the device above 20 Hz: {}\n", DescribeNoise(s));
   fmt::print("  faults    {} not finite, {} bad poses, {} ticks limited or faulty, {} watchdog trips, {} ramps\n",

@@ -57,8 +57,8 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   fmt::print(
       "  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {:.1f} teeth engaged\n",
       s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s, s.force.engaged_teeth_peak);
-  fmt::print("            {}: {}\n            {}\n", scene.force.name(), DescribeAccuracy(scene.force, MakeTool(scene)),
-             DescribeBlades(scene.force));
+  fmt::print("            {}, {}\n            {}\n            {}\n", scene.force.name(), DescribeBites(scene),
+             DescribeAccuracy(scene.force, MakeTool(scene)), DescribeBlades(scene.force));
   fmt::print("  cutting   {}\n", DescribeCuttingEnergy(s.cutting));
   for (const std::string& effect : DescribeEffects(s.effects)) fmt::print("  effect    {}\n", effect);
   fmt::print("  pieces    {}", s.pieces.size());

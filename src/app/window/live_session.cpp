@@ -142,7 +142,10 @@ LiveFigures LiveSession::figures() const {
 }
 
 std::string LiveSession::MakeForceNote() const {
-  return fmt::format("{}: {}", scene_.force.name(), DescribeAccuracy(scene_.force, MakeTool(scene_)));
+  std::string note = fmt::format("{}: {}", scene_.force.name(), DescribeAccuracy(scene_.force, MakeTool(scene_)));
+  const double bite_mm = figures().coupled.mean_bite_mm;
+  if (bite_mm > 0) note += fmt::format("; now {}", DescribeBite(scene_.force, bite_mm));
+  return note;
 }
 
 std::vector<ForceMoment> LiveSession::TakeForces() {

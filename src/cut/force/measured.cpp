@@ -79,6 +79,24 @@ std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool) {
       by_width ? "to which it is fitted by default; studies differ by a factor of 2 to 3" : DescribeBlade(tool));
 }
 
+std::pair<double, double> FindDataBites(const ForceLaw& law) {
+  if (law.table() == nullptr) return {kMeasuredThrust.front().bite_mm, kMeasuredThrust.back().bite_mm};
+  std::pair<double, double> bites_mm{0, std::numeric_limits<double>::infinity()};
+  for (const std::vector<ForceTable::Row>& rows : law.table()->rows) {
+    if (rows.empty()) continue;
+    bites_mm.first = std::max(bites_mm.first, rows.front().bite_mm);
+    bites_mm.second = std::min(bites_mm.second, rows.back().bite_mm);
+  }
+  return bites_mm;
+}
+
+std::string DescribeBite(const ForceLaw& law, double bite_mm) {
+  const auto [from_mm, to_mm] = FindDataBites(law);
+  const char* place = bite_mm < from_mm ? "below" : bite_mm > to_mm ? "above" : "within";
+  return fmt::format("a bite of {:.2g} um, {} the {:g} to {:g} um of its data", 1000 * bite_mm, place, 1000 * from_mm,
+                     1000 * to_mm);
+}
+
 std::string DescribeBlades(const ForceLaw& law) {
   const std::string_view name = law.name();
   if (name == "edge_plus_chip" || name == "tabulated") {
@@ -96,13 +114,7 @@ std::string DescribeBlades(const ForceLaw& law) {
 }
 
 double FindMaxValidBite(const ForceLaw& law, const Tool& tool) {
-  if (law.table() != nullptr) {
-    double smallest_mm = std::numeric_limits<double>::infinity();
-    for (const std::vector<ForceTable::Row>& rows : law.table()->rows) {
-      if (!rows.empty()) smallest_mm = std::min(smallest_mm, rows.back().bite_mm);
-    }
-    return smallest_mm;
-  }
+  if (law.table() != nullptr) return FindDataBites(law).second;
   const double default_mm = law.info().validity.to_mm;
   if (std::string_view(law.name()) != "hertz_chip") return default_mm;
   double low_mm = 0;
@@ -115,12 +127,7 @@ double FindMaxValidBite(const ForceLaw& law, const Tool& tool) {
 }
 
 double FindMinValidBite(const ForceLaw& law) {
-  if (law.table() == nullptr) return law.info().validity.from_mm;
-  double largest_mm = 0;
-  for (const std::vector<ForceTable::Row>& rows : law.table()->rows) {
-    if (!rows.empty()) largest_mm = std::max(largest_mm, rows.front().bite_mm);
-  }
-  return largest_mm;
+  return law.table() != nullptr ? FindDataBites(law).first : law.info().validity.from_mm;
 }
 
 }  // namespace kerf

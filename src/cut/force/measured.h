@@ -7,6 +7,7 @@
 
 #include <array>
 #include <string>
+#include <utility>
 
 #include "kerf/force.h"
 
@@ -71,6 +72,12 @@ double CalcThrustFactor(const ForceLaw& law, const Tool& tool, double bite_mm);
 std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool);
 /// Returns the note on how the law's force depends on the blade, shown in the same places.
 std::string DescribeBlades(const ForceLaw& law);
+
+/// Returns the smallest and the largest bite of the data of a law, mm: of all tissues in its table, or of the
+/// measurements with which the other laws are compared.
+std::pair<double, double> FindDataBites(const ForceLaw& law);
+/// Returns a phrase such as "a bite of 0.6 um, below the 2.5 to 10 um of its data".
+std::string DescribeBite(const ForceLaw& law, double bite_mm);
 
 /// Multiple of the measured thrust up to which hertz_chip counts as valid.
 inline constexpr double kMaxThrustFactor = 2;

@@ -154,15 +154,25 @@ void SetYRange(const std::vector<double>& values, PlotAxis& y) {
 
 /// Returns which sets of a figure were used to calibrate which of the laws; empty if none.
 std::string DescribeCalibrations(const Validation& v, const FigureData& data) {
-  std::string text;
-  for (const ForceLaw& law : v.laws) {
-    std::vector<std::string> names;
-    for (const SetPoints& points : data.sets) {
-      if (IsCalibrated(v.sets[points.set], law)) names.push_back(v.sets[points.set].name);
+  std::vector<std::pair<std::string, std::string>> groups;  // laws, and the sets with which all of them were calibrated
+  for (const SetPoints& points : data.sets) {
+    std::vector<std::string_view> names;
+    for (const ForceLaw& law : v.laws) {
+      if (IsCalibrated(v.sets[points.set], law)) names.emplace_back(law.name());
     }
     if (names.empty()) continue;
-    text += fmt::format("{}{} was calibrated with {}", text.empty() ? "" : "; ", law.name(), fmt::join(names, ", "));
+    const std::string laws = fmt::format("{}", fmt::join(names, ", "));
+    const std::string& set = v.sets[points.set].name;
+    const auto same = std::ranges::find(groups, laws, &std::pair<std::string, std::string>::first);
+    if (same == groups.end()) {
+      groups.emplace_back(laws, set);
+    } else {
+      same->second += ", " + set;
+    }
   }
+  std::string text;
+  for (const auto& [laws, sets] : groups)
+    text += fmt::format("{}calibrated with {}: {}", text.empty() ? "" : "; ", sets, laws);
   return text;
 }
 

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "base/table/table_json.h"
 #include "cut/force/measured.h"
+#include "session/scene/warnings.h"
 
 namespace kerf {
 namespace {
@@ -78,8 +80,14 @@ std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEne
 }
 
 std::string DescribeLaw(const Scene& scene) {
-  return fmt::format("{}: {}; {}", scene.force.name(), DescribeAccuracy(scene.force, MakeTool(scene)),
-                     DescribeBlades(scene.force));
+  return fmt::format("{}, {}: {}; {}", scene.force.name(), DescribeBites(scene),
+                     DescribeAccuracy(scene.force, MakeTool(scene)), DescribeBlades(scene.force));
+}
+
+std::string DescribeBites(const Scene& scene) {
+  const double bite_mm = CalcMaxBite(scene);
+  if (!std::isfinite(bite_mm)) return "the spindle is stopped";
+  return "up to " + DescribeBite(scene.force, bite_mm);
 }
 
 nlohmann::ordered_json CuttingJson(const CuttingEnergy& energy) {

@@ -5,6 +5,8 @@
 #include <functional>
 #include <memory>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "cut/effects/plan.h"
 #include "cut/effects/tangential_force.h"
@@ -151,6 +153,48 @@ TEST(ComponentForces, FollowTheDirectionOfTheOsteons) {
     EXPECT_NEAR(cut.out.cutting_sum_N / form.cutting, 1, 0.01);
     EXPECT_NEAR(glm::length(cut.out.f_T_W_N - form.f) / glm::length(form.f), 0, 0.01);
   }
+}
+
+// Spindle, heat and vibration follow from both components: with a cutting force of 0.625 times the thrust at any bite,
+// two_component must give what edge_plus_chip gives with a ratio of 1.6.
+TEST(ComponentForces, EffectsFollowFromBothComponents) {
+  const char* const kEffects[] = {"tangential_force", "spindle", "heat", "tooth_vibration"};
+  const auto run = [&](ForceLaw law, bool by_ratio) {
+    SimulationParams params;
+    params.law = std::move(law);
+    params.effects.clear();
+    for (const char* name : kEffects) params.effects.emplace_back(name);
+    if (by_ratio) {
+      SetEffect(params.effects, "tangential_force", "ratio", 1.6);
+      SetEffect(params.effects, "tooth_vibration", "tangential_share", 0.625);
+    }
+    SetEffect(params.effects, "tooth_vibration", "max_N", 100.0);
+    Simulation simulation(ComponentBlock(), params, DiscPose(Pose{}, {0, 0, 4 + kR + 0.2}));
+    const TickOutput out =
+        Stroke(simulation, Pose{}, {0, 0, 4 + kR + 0.2}, {0, 0, 4 + kR - 2}, kCutFeed_mm_per_s).back();
+    std::vector<double> values(simulation.effects().channel_count());
+    simulation.effects().Report(values);
+    for (const double f : {out.f_T_W_N.x, out.f_T_W_N.y, out.f_T_W_N.z, out.tau_TG_W_Nmm.y}) values.push_back(f);
+    return values;
+  };
+  ForceLaw component("two_component");
+  component.Set("crossover_share", 0);
+  component.Set("cutting_edge_N_per_mm", 0.625 * 9.66);
+  component.Set("cutting_chip_N_per_mm2", 0.625 * 468);
+  ForceLaw ratio("edge_plus_chip");
+  ratio.Set("edge_N_per_mm", 9.66);
+  ratio.Set("chip_N_per_mm2", 468);
+  ratio.Set("reference_E_star_MPa", CalcReducedModulus(kSaw.E_MPa, kSaw.nu, 19300, 0.28));
+  const std::vector<double> by_law = run(component, false);
+  const std::vector<double> by_ratio = run(ratio, true);
+  ASSERT_EQ(by_law.size(), by_ratio.size());
+  int above_0 = 0;
+  for (std::size_t i = 0; i < by_law.size(); ++i) {
+    // Rounding, accumulated over some hundred ticks in the temperatures.
+    EXPECT_NEAR(by_law[i], by_ratio[i], 1e-9 * std::abs(by_ratio[i]) + 1e-12) << i;
+    above_0 += std::abs(by_law[i]) > 1e-3 ? 1 : 0;
+  }
+  EXPECT_GT(above_0, 12);
 }
 
 TEST(ComponentForces, ALawWithoutCuttingForceReportsNone) {

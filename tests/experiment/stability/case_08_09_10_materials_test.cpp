@@ -134,7 +134,7 @@ TEST(HardCase08, HandHeldSawPassesFromCortexToCancellousBoneWithoutAStep) {
     }
     // Compares the force from the arcs in both layers at that feed with the push.
     const double depth = 5 + kR - pushed.X_WT.p_AB.z;
-    const ToothForce force = MakeToothForce(ForceLaw(), Tool(kSaw));
+    const ToothForce force = MakeToothForce(DiscParams().law, Tool(kSaw));
     double along = 0;
     const double alpha = std::acos(1 - depth / kR);
     for (int k = 0; k < 4000; ++k) {
