@@ -24,6 +24,7 @@
 #include "experiment/stability_study/stability_files.h"
 #include "experiment/stability_study/sweep.h"
 #include "experiment/study/study_csv.h"
+#include "experiment/uncertainty/band.h"
 #endif
 
 namespace kerf::cli {
@@ -54,6 +55,7 @@ std::string FormatTableColumns() {
   comparison.cases.resize(1);
   comparison.cases.front().what.id = "CASE";
   add("compare.csv", DescribeColumns(CompareColumns(comparison)));
+  add("band.csv", DescribeColumns(BandColumns()));
   add("cases.csv", DescribeColumns(CaseColumns()));
   add("cases_times.csv", DescribeColumns(BucketColumns()));
   add("references.csv", DescribeColumns(ReferenceColumns()));

@@ -76,8 +76,8 @@ bool IsFormula(std::string_view text) {
   return std::string_view("=+-@\t").find(text.front()) != std::string_view::npos && !ParseShifted(text, 0);
 }
 
-/// Returns the position of each of `columns` in the file, or the number of its columns for one that it lacks, which must
-/// not be among the first `required` ones.
+/// Returns the position of each of `columns` in the file, or the number of its columns for one that it lacks, which
+/// must not be among the first `required` ones.
 std::vector<std::size_t> ParseHeader(const std::vector<std::string>& names, const std::vector<std::string>& columns,
                                      std::size_t required, const CsvPlace& place) {
   const auto needed = fmt::join(columns.begin(), columns.begin() + static_cast<std::ptrdiff_t>(required), ",");
@@ -88,9 +88,9 @@ std::vector<std::size_t> ParseHeader(const std::vector<std::string>& names, cons
     if (column == columns.size()) {
       const std::string nearest = FindNearestName(names[i], columns);
       const auto others = fmt::join(columns.begin() + static_cast<std::ptrdiff_t>(required), columns.end(), ",");
-      const std::string list = required == columns.size() ? fmt::format("the columns are {}", needed)
-                                                          : fmt::format("the columns are {} and, optionally, {}",
-                                                                        needed, others);
+      const std::string list = required == columns.size()
+                                   ? fmt::format("the columns are {}", needed)
+                                   : fmt::format("the columns are {} and, optionally, {}", needed, others);
       place.Fail(fmt::format("unknown column {}; {}", Quote(names[i]),
                              nearest.empty() ? list : fmt::format("did you mean \"{}\"?", nearest)));
     }
@@ -151,8 +151,8 @@ void ReadCsv(const std::string& text, const std::string& file, const std::vector
       continue;
     }
     if (fields.size() != width) {
-      place.Fail(fmt::format("{} fields instead of {}; a field with a comma must be in double quotes", fields.size(),
-                             width));
+      place.Fail(
+          fmt::format("{} fields instead of {}; a field with a comma must be in double quotes", fields.size(), width));
     }
     for (std::size_t c = 0; c < all.size(); ++c) {
       ordered[c] = position[c] < width ? std::move(fields[position[c]]) : std::string();

@@ -17,9 +17,10 @@ void CheckInterval(const Region& region) {
   const double upper = region.E_upper_MPa;
   if (lower == 0 && upper == 0) return;
   if (!(lower > 0 && lower <= region.E_MPa && region.E_MPa <= upper && upper <= kRigidE_MPa)) {  // also rejects NaN
-    throw Error(fmt::format("region {}: E = {} GPa must lie in its interval, {} to {} GPa, which must begin above 0 and "
-                            "end at most at {}",
-                            region.id, region.E_MPa / 1000, lower / 1000, upper / 1000, kRigidE_MPa / 1000));
+    throw Error(
+        fmt::format("region {}: E = {} GPa must lie in its interval, {} to {} GPa, which must begin above 0 and "
+                    "end at most at {}",
+                    region.id, region.E_MPa / 1000, lower / 1000, upper / 1000, kRigidE_MPa / 1000));
   }
 }
 

@@ -14,7 +14,17 @@
 namespace kerf {
 namespace {
 
-enum RegionColumn { kRegionId, kRegionName, kRegionTissue, kRegionE, kRegionNu, kRegionEstimate, kRegionSource, kRegionLower, kRegionUpper };
+enum RegionColumn {
+  kRegionId,
+  kRegionName,
+  kRegionTissue,
+  kRegionE,
+  kRegionNu,
+  kRegionEstimate,
+  kRegionSource,
+  kRegionLower,
+  kRegionUpper
+};
 const std::vector<std::string> kRegionColumns = {"id", "name", "tissue", "E_GPa", "nu", "estimate", "source"};
 const std::vector<std::string> kIntervalColumns = {"E_lower_GPa", "E_upper_GPa"};
 
