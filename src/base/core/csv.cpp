@@ -80,17 +80,16 @@ bool IsFormula(std::string_view text) {
 /// must not be among the first `required` ones.
 std::vector<std::size_t> ParseHeader(const std::vector<std::string>& names, const std::vector<std::string>& columns,
                                      std::size_t required, const CsvPlace& place) {
-  const auto needed = fmt::join(columns.begin(), columns.begin() + static_cast<std::ptrdiff_t>(required), ",");
+  const auto border = columns.begin() + static_cast<std::ptrdiff_t>(required);
+  const std::string needed = fmt::format("{}", fmt::join(columns.begin(), border, ","));
   std::vector<std::size_t> position(columns.size(), names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     std::size_t column = 0;
     while (column < columns.size() && columns[column] != names[i]) ++column;
     if (column == columns.size()) {
       const std::string nearest = FindNearestName(names[i], columns);
-      const auto others = fmt::join(columns.begin() + static_cast<std::ptrdiff_t>(required), columns.end(), ",");
-      const std::string list = required == columns.size()
-                                   ? fmt::format("the columns are {}", needed)
-                                   : fmt::format("the columns are {} and, optionally, {}", needed, others);
+      std::string list = "the columns are " + needed;
+      if (border != columns.end()) list += fmt::format(" and, optionally, {}", fmt::join(border, columns.end(), ","));
       place.Fail(fmt::format("unknown column {}; {}", Quote(names[i]),
                              nearest.empty() ? list : fmt::format("did you mean \"{}\"?", nearest)));
     }

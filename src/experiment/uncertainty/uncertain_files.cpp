@@ -80,7 +80,9 @@ bool IsSingleStroke(const UncertainResult& r) {
 /// The band between two curves, as a zigzag so dense that its line covers the area.
 PlotSeries MakeArea(const std::vector<double>& x, const std::vector<double>& lower, const std::vector<double>& upper) {
   constexpr int kColumns = 1600;  // more than the figure has pixels
-  PlotSeries area{.label = "5 to 95 % of the runs", .colour = Rgb8{190, 215, 235}, .width = 2};
+  PlotSeries area;
+  area.label = "5 to 95 % of the runs";
+  area.colour = Rgb8{190, 215, 235};
   std::size_t i = 0;
   for (int c = 0; c <= kColumns && x.size() > 1; ++c) {
     const double at = x.front() + (x.back() - x.front()) * c / kColumns;
