@@ -223,6 +223,28 @@ TEST(Uncertain, ParameterThatTheSceneSetsIsNotDrawn) {
   EXPECT_EQ(DrawFractions(drawing(""), 1, 5)[1], DrawFractions(set, 1, 5)[0]);
 }
 
+TEST(Uncertain, QuantityWithoutEffectIsNotDrawn) {
+  const test::Folder folder;
+  const auto drawing = [&](const std::string& more) {
+    const Scene scene = ParseWithTable(folder, "[force]\nlaw = \"two_component\"\n" + more);
+    return FindDrawing(scene, MakeSceneBone(scene, nullptr), {});
+  };
+  // All regions are cortical, the osteons are unknown, and the law does not read E.
+  const std::vector<std::string> five{"thrust_edge_N_per_mm", "thrust_chip_N_per_mm2", "cutting_edge_N_per_mm",
+                                      "cutting_chip_N_per_mm2", "crossover_share"};
+  const Drawing isotropic = drawing("");
+  EXPECT_EQ(NamesOfDrawn(isotropic), five);
+  ASSERT_EQ(isotropic.fixed.size(), 2u);
+  EXPECT_EQ(isotropic.fixed[0].name,
+            "cancellous_factor, tooth_factor, canal_factor, other_factor, osteon_along_factor, osteon_into_factor, "
+            "osteon_across_factor");
+  EXPECT_EQ(isotropic.fixed[1].name, "E_GPa of regions 1, 2, 3");
+  EXPECT_EQ(isotropic.fixed[1].why, "the law two_component does not depend on E");
+  const Drawing with_direction = drawing("[material]\nosteon_direction = [0.0, 0.0, 1.0]\n");
+  EXPECT_EQ(with_direction.drawn.size(), 8u);
+  EXPECT_EQ(with_direction.drawn[5].name, "osteon_along_factor");
+}
+
 TEST(Uncertain, EstimatedRegionsOfOneTissueShareOneFraction) {
   const test::Folder folder;
   const Scene scene = ParseWithTable(folder, "[material]\nosteon_direction = [0.0, 0.0, 2.0]\n");
