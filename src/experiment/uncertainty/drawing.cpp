@@ -85,7 +85,7 @@ void FindLawParameters(const ForceLaw& law, const Tool& tool, const std::vector<
 
 /// Adds the region to the quantity of its stream.
 void AddRegion(const Region& region, std::vector<DrawnQuantity>& drawn) {
-  // Estimates of one tissue come from the same few measured rows, so they err in the same direction.
+  // Estimates of one tissue rest on the same few sources, so their errors are taken to have the same sign.
   const auto tissue = static_cast<std::uint64_t>(region.tissue);
   const std::uint64_t stream =
       region.estimate ? kTissueStreams + tissue : kRegionStreams + static_cast<std::uint64_t>(region.id);

@@ -23,8 +23,8 @@ constexpr const char* kUncertainFiles[] = {"band.csv", "band.png", "report.md", 
 /// What the percentiles rest on; printed in the JSON and the report.
 constexpr const char* kAssumptions[] = {
     "Each quantity is uniform within its interval, and the quantities are independent of each other",
-    "Estimated regions of one tissue share one fraction of their intervals, because they were estimated from the same "
-    "four measured regions, so that their errors have the same sign",
+    "Estimated regions of one tissue share one fraction of their intervals, because they rest on the same few sources "
+    "(the cortical ones on the four measured regions): their errors are taken to have the same sign",
     "The form of the law, the shape of the bone, Poisson's ratios and the effects are taken as exact: the band is not "
     "an interval for the force on a real bone"};
 
