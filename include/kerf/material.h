@@ -30,12 +30,18 @@ struct Region {
   double nu = 0;         // Poisson's ratio
   bool estimate = true;  // true: the constants are assumed, not measured in this region
   std::string source;    // source of the constants
+  /// Interval within which the true E is thought to lie, MPa. Both 0: none is stated.
+  double E_lower_MPa = 0;
+  double E_upper_MPa = 0;
+
+  bool has_interval() const { return E_lower_MPa < E_upper_MPa; }
 };
 
 /// Regions ordered by id. Value type.
 class MaterialTable {
  public:
-  /// Throws kerf::Error if an id is out of range or already used, or E or nu is out of range.
+  /// Throws kerf::Error if an id is out of range or already used, if E or nu is out of range, or if an interval of E
+  /// is stated that does not contain E.
   void Add(Region region);
   bool Contains(int id) const { return regions_.count(id) != 0; }
   /// Throws kerf::Error if there is no region with this id.

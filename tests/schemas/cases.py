@@ -48,6 +48,8 @@ every_ms = 10
 DEGRADE = BAR + "[loop]\ndegrade = true\n"
 SLAB = BLOCK.replace("end_mm = [0, 0, 8]", "end_mm = [0, 0, -2]") + '[simulation]\nmode = "slab"\n'
 UNIFORM = BLOCK + '[material]\nkind = "uniform"\nE_GPa = 10\nnu = 0.3\n'
+# A law whose parameters have intervals; one of them is set.
+LAW = BLOCK + '[force]\nlaw = "edge_plus_chip"\nchip_N_per_mm2 = 400\n'
 BALL = BLOCK.replace("[slab]\ndirection = [0, 0, -1]\n", "") + '[tool]\nshape = "ball"\n'
 
 # A scene whose bone has CT numbers.
@@ -204,7 +206,7 @@ def move_pieces(folder):
 
 
 SCENES = {"block.toml": BLOCK, "bar.toml": BAR, "degrade.toml": DEGRADE, "slab.toml": SLAB, "uniform.toml": UNIFORM,
-          "ball.toml": BALL, "ct.toml": CT, "plan.toml": PLAN, "stability.toml": STABILITY, "study.toml": STUDY,
+          "ball.toml": BALL, "law.toml": LAW, "ct.toml": CT, "plan.toml": PLAN, "stability.toml": STABILITY, "study.toml": STUDY,
           "through.toml": THROUGH, "forces.csv": FORCES, "torque.csv": TORQUES}
 
 # Each group runs in its own folder, one command after another; two groups run at a time, longest first. If a command needs a
@@ -257,6 +259,10 @@ GROUPS = {
         Case("run bar.toml -o bar --costs --json", "run", {"bar/summary.json": "run"}),
         Case("run ball.toml -o ball --json", "run"),
         Case("run uniform.toml -o uniform --json", "run"),
+        Case("run law.toml --uncertain 3 -o band --json", "uncertain", {"band/uncertain.json": "uncertain"}),
+        Case("run law.toml --uncertain 3 -o parts_of_band --shard 0/2 --json", "uncertain_shard",
+             {"parts_of_band/shard-0-of-2/samples.json": "uncertain_samples"}),
+        Case("run law.toml --uncertain 3 -o parts_of_band --merge --json", "uncertain", codes=(1,)),
         Case("info bar/bone.vdb --json", "info"),
         Case("export bar/bone.vdb -o bone.stl --pieces --triangles 500 --min-piece 3 --json", "export"),
         Case("export bar/bone.vdb -o whole.stl --json", "export"),

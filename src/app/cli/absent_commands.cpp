@@ -3,6 +3,7 @@
 #include <string>
 
 #include "app/cli/commands.h"
+#include "app/cli/run_uncertain.h"
 #include "base/core/not_built.h"
 #include "kerf_components.h"
 
@@ -53,6 +54,14 @@ void AddTuneCommand(CLI::App& app) {
 }
 void AddValidateCommand(CLI::App& app) {
   AddAbsent(app, "validate", "KERF_WITH_EXPERIMENTS");
+}
+std::function<bool(const UncertainRequest&)> AddUncertainOptions(CLI::App& command, const std::vector<CLI::Option*>&) {
+  const CLI::Option* uncertain =
+      command.add_option("--uncertain", "Not in this build (KERF_WITH_EXPERIMENTS=OFF)")->expected(1);
+  return [uncertain](const UncertainRequest&) {
+    if (uncertain->count() > 0) FailNotBuilt("the option --uncertain", "KERF_WITH_EXPERIMENTS");
+    return false;
+  };
 }
 #endif
 

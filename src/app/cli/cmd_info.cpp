@@ -55,6 +55,9 @@ void PrintJson(const Bone& bone, const Pieces& split) {
                                {"estimate", region.estimate},
                                {"source", region.source},
                                {"volume_mm3", volume == volumes.end() ? 0.0 : volume->second}});
+    if (region.has_interval()) {
+      json["regions"].back()["E_interval_GPa"] = {region.E_lower_MPa / 1000, region.E_upper_MPa / 1000};
+    }
   }
   json["notes"] = bone.notes();
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));

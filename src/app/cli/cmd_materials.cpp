@@ -41,6 +41,7 @@ void PrintJson(const MaterialTable& table, const std::vector<CtLaw>& laws) {
                                {"nu", r.nu},
                                {"estimate", r.estimate},
                                {"source", r.source}});
+    if (r.has_interval()) json["regions"].back()["E_interval_GPa"] = {r.E_lower_MPa / 1000, r.E_upper_MPa / 1000};
   }
   json["ct_laws"] = ordered_json::array();
   for (const CtLaw& law : laws) {
@@ -73,11 +74,13 @@ void PrintJson(const MaterialTable& table, const std::vector<CtLaw>& laws) {
 
 void PrintText(const MaterialTable& table, const std::vector<CtLaw>& laws) {
   fmt::print("Regions ([material] kind = \"regions\")\n");
-  fmt::print("  {:>3}  {:<34} {:<11} {:>8} {:>5}  {:<4} {}\n", "id", "region", "tissue", "E (GPa)", "nu", "est.",
-             "source");
+  fmt::print("  {:>3}  {:<34} {:<11} {:>8} {:<13} {:>5}  {:<4} {}\n", "id", "region", "tissue", "E (GPa)", "interval",
+             "nu", "est.", "source");
   for (const auto& [id, r] : table.regions()) {
-    fmt::print("  {:>3}  {:<34} {:<11} {:>8.4g} {:>5.2f}  {:<4} {}\n", id, r.name, ToString(r.tissue), r.E_MPa / 1000,
-               r.nu, r.estimate ? "yes" : "no", r.source);
+    const std::string interval =
+        r.has_interval() ? fmt::format("{:g} to {:g}", r.E_lower_MPa / 1000, r.E_upper_MPa / 1000) : "";
+    fmt::print("  {:>3}  {:<34} {:<11} {:>8.4g} {:<13} {:>5.2f}  {:<4} {}\n", id, r.name, ToString(r.tissue),
+               r.E_MPa / 1000, interval, r.nu, r.estimate ? "yes" : "no", r.source);
   }
   fmt::print(
       "\nLaws from CT number to E ([material] kind = \"ct\", ct_law = \"...\"), for cancellous bone: in cortical "

@@ -27,6 +27,7 @@
 #include "experiment/stability_study/stability_files.h"
 #include "experiment/stability_study/sweep.h"
 #include "experiment/study/study_csv.h"
+#include "experiment/uncertainty/band.h"
 #include "experiment/validation/validation_files.h"
 #endif
 
@@ -71,6 +72,7 @@ std::string FormatTableColumns() {
   add("values.csv", DescribeColumns(ValueColumns(validation)));
   add("trends.csv", DescribeColumns(TrendColumns(validation)));
   add("teeth.csv", DescribeColumns(ToothColumns(validation)));
+  add("band.csv", DescribeColumns(BandColumns()));
   add("cases.csv", DescribeColumns(CaseColumns()));
   add("cases_times.csv", DescribeColumns(BucketColumns()));
   add("references.csv", DescribeColumns(ReferenceColumns()));

@@ -8,6 +8,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/message.h"
 #include "app/cli/progress.h"
+#include "app/cli/run_uncertain.h"
 #include "base/files/files.h"
 #include "base/files/folder_lock.h"
 #include "cut/force/measured.h"
@@ -184,18 +185,21 @@ void AddRunCommand(CLI::App& app) {
   command->add_option("SCENE", options->scene, "Scene file (TOML; see 'kerf scene --defaults')")->required();
   command->add_option("-o,--output", options->folder, "Folder for the results; created if missing")
       ->capture_default_str();
-  command->add_flag("--costs", options->costs,
-                    "Time each stage of the ticks and each effect, and show the cost of a tick: live after the "
-                    "progress bar, and as a table");
+  CLI::Option* costs =
+      command->add_flag("--costs", options->costs,
+                        "Time each stage of the ticks and each effect, and show the cost of a tick: live after the "
+                        "progress bar, and as a table");
   CLI::Option* record = command->add_option(
       "--record", options->record, "Record the run into this file, which must not exist yet (see 'kerf replay')");
   command->add_flag("--no-pictures", options->no_pictures, "Draw no pictures, even if the scene requests them");
-  command->add_flag(
+  CLI::Option* full = command->add_flag(
       "--full", options->full,
       fmt::format("Write the pieces at full resolution; otherwise within {:g} mm of it, with fewer triangles",
                   kSurfaceErrorMm));
   command->add_flag("--json", options->json, "Print as JSON");
-  command->callback([options, record] {
+  const auto run_uncertain = AddUncertainOptions(*command, {costs, record, full});
+  command->callback([options, record, run_uncertain] {
+    if (run_uncertain({options->scene, options->folder, options->json, options->no_pictures})) return;
     options->records = record->count() > 0;
     Run(*options);
   });

@@ -76,25 +76,29 @@ bool IsFormula(std::string_view text) {
   return std::string_view("=+-@\t").find(text.front()) != std::string_view::npos && !ParseShifted(text, 0);
 }
 
-/// Returns the position of each of `columns` in the file.
+/// Returns the position of each of `columns` in the file, or the number of its columns for one that it lacks, which
+/// must not be among the first `required` ones.
 std::vector<std::size_t> ParseHeader(const std::vector<std::string>& names, const std::vector<std::string>& columns,
-                                     const CsvPlace& place) {
+                                     std::size_t required, const CsvPlace& place) {
+  const auto border = columns.begin() + static_cast<std::ptrdiff_t>(required);
+  const std::string needed = fmt::format("{}", fmt::join(columns.begin(), border, ","));
   std::vector<std::size_t> position(columns.size(), names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     std::size_t column = 0;
     while (column < columns.size() && columns[column] != names[i]) ++column;
     if (column == columns.size()) {
       const std::string nearest = FindNearestName(names[i], columns);
+      std::string list = "the columns are " + needed;
+      if (border != columns.end()) list += fmt::format(" and, optionally, {}", fmt::join(border, columns.end(), ","));
       place.Fail(fmt::format("unknown column {}; {}", Quote(names[i]),
-                             nearest.empty() ? fmt::format("the columns are {}", fmt::join(columns, ","))
-                                             : fmt::format("did you mean \"{}\"?", nearest)));
+                             nearest.empty() ? list : fmt::format("did you mean \"{}\"?", nearest)));
     }
     if (position[column] != names.size()) place.Fail(fmt::format("column \"{}\" is given twice", names[i]));
     position[column] = i;
   }
-  for (std::size_t c = 0; c < columns.size(); ++c) {
+  for (std::size_t c = 0; c < required; ++c) {
     if (position[c] == names.size()) {
-      place.Fail(fmt::format("column \"{}\" is missing; the header must be {}", columns[c], fmt::join(columns, ",")));
+      place.Fail(fmt::format("column \"{}\" is missing; the header must be {}", columns[c], needed));
     }
   }
   return position;
@@ -117,12 +121,16 @@ std::string Quote(std::string_view s) {
 }
 
 void ReadCsv(const std::string& text, const std::string& file, const std::vector<std::string>& columns,
-             const std::function<void(const std::vector<std::string>& fields, const CsvPlace& place)>& visit) {
+             const std::function<void(const std::vector<std::string>& fields, const CsvPlace& place)>& visit,
+             const std::vector<std::string>& optional) {
+  std::vector<std::string> all = columns;
+  all.insert(all.end(), optional.begin(), optional.end());
   std::vector<std::size_t> position;
+  std::size_t width = 0;  // of the file
   std::string_view rest = text;
   if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);  // byte order mark of some spreadsheets
   CsvPlace place{file, 0};
-  std::vector<std::string> ordered(columns.size());
+  std::vector<std::string> ordered(all.size());
   while (!rest.empty()) {
     ++place.line;
     const std::size_t end = std::min(rest.find('\n'), rest.size());
@@ -137,14 +145,17 @@ void ReadCsv(const std::string& text, const std::string& file, const std::vector
       if (field.starts_with('\'') && IsFormula(std::string_view(field).substr(1))) field.erase(0, 1);
     }
     if (position.empty()) {
-      position = ParseHeader(fields, columns, place);
+      position = ParseHeader(fields, all, columns.size(), place);
+      width = fields.size();
       continue;
     }
-    if (fields.size() != columns.size()) {
-      place.Fail(fmt::format("{} fields instead of {}; a field with a comma must be in double quotes", fields.size(),
-                             columns.size()));
+    if (fields.size() != width) {
+      place.Fail(
+          fmt::format("{} fields instead of {}; a field with a comma must be in double quotes", fields.size(), width));
     }
-    for (std::size_t c = 0; c < columns.size(); ++c) ordered[c] = std::move(fields[position[c]]);
+    for (std::size_t c = 0; c < all.size(); ++c) {
+      ordered[c] = position[c] < width ? std::move(fields[position[c]]) : std::string();
+    }
     visit(ordered, place);
   }
   if (position.empty()) throw Error(fmt::format("{}: no header; it must be {}", file, fmt::join(columns, ",")));

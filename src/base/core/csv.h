@@ -22,9 +22,11 @@ std::string Quote(std::string_view s);
 
 /// Calls visit(fields, place) for each row below the header, with the fields in the order of `columns`, regardless of
 /// their order in the file. '#' starts a comment line. A field that contains a comma must be in double quotes. `file`
-/// is the file name in messages. Throws kerf::Error with file:line at the first error.
+/// is the file name in messages. The fields of `optional` follow those of `columns`; those of a column that the file
+/// lacks are empty. Throws kerf::Error with file:line at the first error.
 void ReadCsv(const std::string& text, const std::string& file, const std::vector<std::string>& columns,
-             const std::function<void(const std::vector<std::string>& fields, const CsvPlace& place)>& visit);
+             const std::function<void(const std::vector<std::string>& fields, const CsvPlace& place)>& visit,
+             const std::vector<std::string>& optional = {});
 
 /// Parses decimal text times 10^shift, rounded once. Fails unless the whole text is a finite number. `name` is used in
 /// the message.

@@ -11,6 +11,19 @@ namespace {
 
 constexpr double kRigidE_MPa = 1e9;  // rigid for any tool; above this, the sum of the compliances loses precision
 
+/// Throws kerf::Error unless the interval of E is absent or contains E.
+void CheckInterval(const Region& region) {
+  const double lower = region.E_lower_MPa;
+  const double upper = region.E_upper_MPa;
+  if (lower == 0 && upper == 0) return;
+  if (!(lower > 0 && lower <= region.E_MPa && region.E_MPa <= upper && upper <= kRigidE_MPa)) {  // also rejects NaN
+    throw Error(
+        fmt::format("region {}: E = {} GPa must lie in its interval, {} to {} GPa, which must begin above 0 and "
+                    "end at most at {}",
+                    region.id, region.E_MPa / 1000, lower / 1000, upper / 1000, kRigidE_MPa / 1000));
+  }
+}
+
 }  // namespace
 
 const char* ToString(Tissue tissue) {
@@ -42,6 +55,7 @@ void MaterialTable::Add(Region region) {
     throw Error(fmt::format("region {}: E = {} GPa must be above 0 and at most {}", region.id, region.E_MPa / 1000,
                             kRigidE_MPa / 1000));
   }
+  CheckInterval(region);
   CheckRange("nu", region.nu, kPoissonRatioRange, fmt::format("region {}", region.id));
   if (Contains(region.id)) throw Error(fmt::format("region {} is given twice", region.id));
   const int id = region.id;
@@ -68,6 +82,8 @@ MaterialTable MakeUniformTable(const MaterialTable& table, double E_MPa, double 
     Region same = region;
     same.E_MPa = E_MPa;
     same.nu = nu;
+    same.E_lower_MPa = 0;
+    same.E_upper_MPa = 0;
     same.estimate = true;
     same.source = "Uniform: the same for all regions";
     uniform.Add(std::move(same));

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <optional>
 #include <vector>
@@ -13,8 +14,33 @@
 namespace kerf {
 namespace {
 
-enum RegionColumn { kRegionId, kRegionName, kRegionTissue, kRegionE, kRegionNu, kRegionEstimate, kRegionSource };
+enum RegionColumn {
+  kRegionId,
+  kRegionName,
+  kRegionTissue,
+  kRegionE,
+  kRegionNu,
+  kRegionEstimate,
+  kRegionSource,
+  kRegionLower,
+  kRegionUpper
+};
 const std::vector<std::string> kRegionColumns = {"id", "name", "tissue", "E_GPa", "nu", "estimate", "source"};
+const std::vector<std::string> kIntervalColumns = {"E_lower_GPa", "E_upper_GPa"};
+
+/// Parses the interval of E, which may be missing.
+void ParseInterval(const std::string& lower, const std::string& upper, const CsvPlace& place, Region& region) {
+  if (lower.empty() && upper.empty()) return;
+  if (lower.empty() || upper.empty()) {
+    place.Fail(fmt::format("region {}: give both E_lower_GPa and E_upper_GPa, or neither", region.id));
+  }
+  region.E_lower_MPa = ParseCsvNumber(lower, 3, "E_lower_GPa", place);
+  region.E_upper_MPa = ParseCsvNumber(upper, 3, "E_upper_GPa", place);
+  if (!(region.E_lower_MPa > 0)) place.Fail(fmt::format("region {}: E_lower_GPa must be above 0", region.id));
+  if (!(region.E_upper_MPa <= kMaxTableE_MPa)) {
+    place.Fail(fmt::format("region {}: E_upper_GPa must be at most {}", region.id, kMaxTableE_MPa / 1000));
+  }
+}
 
 Region ParseRegionRow(const std::vector<std::string>& fields, const CsvPlace& place) {
   const auto field = [&](RegionColumn c) -> const std::string& { return fields[c]; };
@@ -37,6 +63,7 @@ Region ParseRegionRow(const std::vector<std::string>& fields, const CsvPlace& pl
     place.Fail(fmt::format("region {}: E = {} GPa must be above 0 and at most {}", region.id, region.E_MPa / 1000,
                            kMaxTableE_MPa / 1000));
   }
+  ParseInterval(field(kRegionLower), field(kRegionUpper), place, region);
   region.nu = ParseCsvNumber(field(kRegionNu), 0, "nu", place);
   const std::string& estimate = field(kRegionEstimate);
   if (estimate != "yes" && estimate != "no") {
@@ -52,24 +79,37 @@ Region ParseRegionRow(const std::vector<std::string>& fields, const CsvPlace& pl
 
 MaterialTable ParseRegionTable(const std::string& text, const std::string& file) {
   MaterialTable table;
-  ReadCsv(text, file, kRegionColumns, [&table](const std::vector<std::string>& fields, const CsvPlace& place) {
+  const auto add = [&table](const std::vector<std::string>& fields, const CsvPlace& place) {
     Region region = ParseRegionRow(fields, place);
     try {
       table.Add(std::move(region));
     } catch (const Error& e) {
       place.Fail(e.what());
     }
-  });
+  };
+  ReadCsv(text, file, kRegionColumns, add, kIntervalColumns);
   if (table.empty()) throw Error(fmt::format("{}: no region below the header", file));
   return table;
 }
 
 std::string FormatRegionTable(const MaterialTable& table) {
-  std::string text = fmt::format("{}\n", fmt::join(kRegionColumns, ","));
-  for (const auto& [id, region] : table.regions()) {
-    text += fmt::format("{},{},{},{},{},{},{}\n", id, FormatCsvField(region.name), ToString(region.tissue),
+  const auto& regions = table.regions();
+  // A table without intervals is written as before, so that earlier versions of kerf can read it.
+  const bool intervals =
+      std::any_of(regions.begin(), regions.end(), [](const auto& entry) { return entry.second.E_lower_MPa > 0; });
+  std::string text = fmt::format("{}", fmt::join(kRegionColumns, ","));
+  if (intervals) text += fmt::format(",{}", fmt::join(kIntervalColumns, ","));
+  text += '\n';
+  for (const auto& [id, region] : regions) {
+    text += fmt::format("{},{},{},{},{},{},{}", id, FormatCsvField(region.name), ToString(region.tissue),
                         FormatCsvNumber(region.E_MPa, 3), region.nu, region.estimate ? "yes" : "no",
                         FormatCsvField(region.source));
+    if (intervals && region.E_lower_MPa > 0) {
+      text += fmt::format(",{},{}", FormatCsvNumber(region.E_lower_MPa, 3), FormatCsvNumber(region.E_upper_MPa, 3));
+    } else if (intervals) {
+      text += ",,";
+    }
+    text += '\n';
   }
   return text;
 }

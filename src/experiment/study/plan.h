@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/table/shard.h"
 #include "experiment/study/study_file.h"
 
 namespace kerf {
@@ -45,15 +46,6 @@ using VariantFunction = std::function<std::string(const StudySettings&)>;
 /// Returns the plan of a study, which depends on nothing but the arguments. The plan contains each path with each
 /// holding at the base settings, and then with each knob at each value that differs from the base settings.
 StudyPlan MakePlan(const StudySpec& spec, const VariantFunction& variant_of);
-
-struct Shard {
-  int index = 0;  // zero-based
-  int count = 1;
-};
-/// Parses a shard such as "3/8", the fourth of eight. Throws Error if the text is not a shard or the index is not below
-/// the count; the message says what to set in Slurm.
-Shard ShardFromText(const std::string& text);
-std::string ToString(Shard shard);  // "3/8"
 
 /// Distributes the cases over `count` shards. Returns the indices of the plan's cases by shard; each case is in exactly
 /// one shard. Cases that share a reference are kept together as far as an even distribution of the work permits. Some

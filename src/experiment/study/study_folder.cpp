@@ -222,8 +222,4 @@ std::vector<std::string> StudyFolder::ListShards() const {
   return folders;
 }
 
-std::string FolderOfShard(const std::string& folder, Shard shard) {
-  return (fs::path(folder) / fmt::format("shard-{}-of-{}", shard.index, shard.count)).string();
-}
-
 }  // namespace kerf

@@ -88,7 +88,4 @@ class StudyFolder {
   std::string path_;
 };
 
-/// Returns the path of the folder of a shard: "OUT/shard-3-of-8".
-std::string FolderOfShard(const std::string& folder, Shard shard);
-
 }  // namespace kerf

@@ -54,16 +54,11 @@ void SummarizeBone(const Bone& before, const RunResult& result, RunSummary& summ
   summary.bone_memory_MB = static_cast<double>(result.bone.CalcMemoryBytes()) / 1e6;
 }
 
-/// Call this after SummarizeBone(): the energy is that of the removed volume.
 void SummarizeTicks(const Scene& scene, const Path& path, const RunResult& result, RunSummary& summary) {
   summary.force = SummarizeForces(result.ticks, scene.simulation.rate_hz);
   summary.effects = result.effects;
   summary.effects.rows.clear();
-  const double turns_per_s = std::abs(scene.tool.rpm) / 60;
-  summary.cutting =
-      CalcCuttingEnergy(scene, summary.effects,
-                        {summary.force.thrust_Ns * turns_per_s, path.duration_s(),
-                         summary.force.cutting_time_s * turns_per_s, summary.removed_mm3, summary.force.cutting_J});
+  summary.cutting = CalcRunEnergy(scene, path, result, summary.force);
   summary.ticks = result.ticks.size();
   for (std::size_t i = 0; i < result.ticks.size(); ++i) {
     const TickRecord& t = result.ticks[i];
@@ -147,6 +142,13 @@ ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_h
   }
   if (summary.cutting_time_s > 0) summary.mean_N = sum_N_s / summary.cutting_time_s;
   return summary;
+}
+
+CuttingEnergy CalcRunEnergy(const Scene& scene, const Path& path, const RunResult& result, const ForceSummary& force) {
+  const double turns_per_s = std::abs(scene.tool.rpm) / 60;
+  return CalcCuttingEnergy(scene, result.effects,
+                           {force.thrust_Ns * turns_per_s, path.duration_s(), force.cutting_time_s * turns_per_s,
+                            result.removed_mm3, force.cutting_J});
 }
 
 double RunSummary::CalcOut_mm3() const {

@@ -96,5 +96,7 @@ void CheckInputsNotOverwritten(const Scene& scene, const std::string& scene_file
 
 std::string FormatSummaryJson(const Scene& scene, const RunSummary& summary);
 ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_hz);
+/// `force`: from SummarizeForces().
+CuttingEnergy CalcRunEnergy(const Scene& scene, const Path& path, const RunResult& result, const ForceSummary& force);
 
 }  // namespace kerf

@@ -32,6 +32,8 @@ void ExpectEqual(const MaterialTable& a, const MaterialTable& b) {
     EXPECT_EQ(r.nu, s.nu);
     EXPECT_EQ(r.estimate, s.estimate);
     EXPECT_EQ(r.source, s.source);
+    EXPECT_EQ(r.E_lower_MPa, s.E_lower_MPa) << id;
+    EXPECT_EQ(r.E_upper_MPa, s.E_upper_MPa) << id;
   }
 }
 
@@ -47,7 +49,8 @@ TEST(RegionTable, EveryBadRowIsNamedWithFileAndLine) {
       {"id,name,tissue,E_Gpa,nu,estimate,source\n", "t.csv:1: unknown column \"E_Gpa\"; did you mean \"E_GPa\"?"},
       {"id,name,tissue,E_GPa,nu,estimate,sauce\n", "t.csv:1: unknown column \"sauce\"; did you mean \"source\"?"},
       {"id,name,tissue,E_GPa,nu,estimate,source,density_g_cm3\n",
-       "t.csv:1: unknown column \"density_g_cm3\"; the columns are id,name,tissue,E_GPa,nu,estimate,source"},
+       "t.csv:1: unknown column \"density_g_cm3\"; the columns are id,name,tissue,E_GPa,nu,estimate,source and, "
+       "optionally, E_lower_GPa,E_upper_GPa"},
       {"id,name,tissue,E_GPa,nu,estimate,source,nu\n", "t.csv:1: column \"nu\" is given twice"},
       {"\nid,name,tissue,E_GPa,estimate,source\n",
        "t.csv:2: column \"nu\" is missing; the header must be id,name,tissue,E_GPa,nu,estimate,source"},
@@ -90,6 +93,44 @@ TEST(RegionTable, EveryBadRowIsNamedWithFileAndLine) {
   for (const Case& c : cases) EXPECT_EQ(ErrorOfTable(c.text), c.message) << c.text;
 }
 
+TEST(RegionTable, EveryBadIntervalIsNamedWithFileAndLine) {
+  const std::string header =
+      "id,name,tissue,E_GPa,nu,estimate,source,E_lower_GPa,E_upper_GPa\n1,a,cortical,19,0.3,yes,s,";
+  const std::pair<const char*, const char*> cases[] = {
+      {"10,", "t.csv:2: region 1: give both E_lower_GPa and E_upper_GPa, or neither"},
+      {",30", "t.csv:2: region 1: give both E_lower_GPa and E_upper_GPa, or neither"},
+      {"10", "t.csv:2: 8 fields instead of 9; a field with a comma must be in double quotes"},
+      {"ten,30", "t.csv:2: E_lower_GPa = \"ten\" is not a number"},
+      {"10,nan", "t.csv:2: E_upper_GPa = \"nan\" is not a number"},
+      {"0,30", "t.csv:2: region 1: E_lower_GPa must be above 0"},
+      {"10,30000", "t.csv:2: region 1: E_upper_GPa must be at most 10000"},
+      {"20,30", "t.csv:2: region 1: E = 19 GPa must lie in its interval, 20 to 30 GPa"},
+      {"10,18", "t.csv:2: region 1: E = 19 GPa must lie in its interval, 10 to 18 GPa"},
+      {"30,10", "t.csv:2: region 1: E = 19 GPa must lie in its interval, 30 to 10 GPa"}};
+  for (const auto& [text, message] : cases) {
+    EXPECT_THAT(ErrorOfTable(header + text + "\n"), testing::StartsWith(message)) << text;
+  }
+  // One column alone states no interval, but is refused if it has a value.
+  const std::string half = "id,name,tissue,E_GPa,nu,estimate,source,E_upper_GPa\n1,a,cortical,19,0.3,yes,s,";
+  EXPECT_EQ(ErrorOfTable(half + "30\n"), "t.csv:2: region 1: give both E_lower_GPa and E_upper_GPa, or neither");
+}
+
+TEST(RegionTable, IntervalsAreOptionalAndWrittenOnlyIfThereIsOne) {
+  const std::string both = "E_upper_GPa,id,name,tissue,E_GPa,nu,estimate,source,E_lower_GPa\n";
+  const MaterialTable table =
+      ParseRegionTable(both + "30,1,a,cortical,19,0.3,yes,s,10\n,2,b,cortical,19,0.3,yes,s,\n", "t.csv");
+  EXPECT_EQ(table.At(1).E_lower_MPa, 10000);
+  EXPECT_EQ(table.At(1).E_upper_MPa, 30000);
+  EXPECT_TRUE(table.At(1).has_interval());
+  EXPECT_FALSE(table.At(2).has_interval());
+  EXPECT_EQ(FormatRegionTable(table),
+            "id,name,tissue,E_GPa,nu,estimate,source,E_lower_GPa,E_upper_GPa\n1,a,cortical,19,0.3,yes,s,10,30\n"
+            "2,b,cortical,19,0.3,yes,s,,\n");
+  const MaterialTable uniform = MakeUniformTable(table, 50000, 0.3);  // outside the interval, which no longer applies
+  EXPECT_FALSE(uniform.At(1).has_interval());
+  EXPECT_EQ(FormatRegionTable(uniform).find("E_lower_GPa"), std::string::npos);
+}
+
 TEST(RegionTable, ColumnsMayComeInAnyOrderWithQuotesCommentsAndCarriageReturns) {
   const MaterialTable table = ParseRegionTable(
       "\xEF\xBB\xBF# mine\r\nname,id,nu,E_GPa,tissue,source,estimate\r\n\r\n \"a, \"\"b\"\" \" , 7 "
@@ -110,8 +151,18 @@ TEST(RegionTable, RoundTripIsBitIdentical) {
   std::uniform_real_distribution<double> nu(0, 0.5);
   MaterialTable table;
   for (int id = 1; id <= 255; ++id) {
-    table.Add({id, id % 2 ? "plain" : "with, comma and \"quote\"", Tissue::kOther, std::pow(10, exponent(random)),
-               nu(random), id % 3 == 0, id % 5 ? "s" : "# not a comment"});
+    Region region{id,
+                  id % 2 ? "plain" : "with, comma and \"quote\"",
+                  Tissue::kOther,
+                  std::pow(10, exponent(random)),
+                  nu(random),
+                  id % 3 == 0,
+                  id % 5 ? "s" : "# not a comment"};
+    if (id % 4 == 0) {
+      region.E_lower_MPa = 0.7 * region.E_MPa;
+      region.E_upper_MPa = 1.1 * region.E_MPa;
+    }
+    table.Add(std::move(region));
   }
   ExpectEqual(table, ParseRegionTable(FormatRegionTable(table), "t.csv"));
 }
@@ -142,10 +193,15 @@ TEST(RegionTable, OnlyThePapersFourRowsAreExactAndNotEstimates) {
     EXPECT_EQ(region.estimate, !printed) << id;
     EXPECT_EQ(region.source.starts_with("Estimate"), !printed) << id;
     EXPECT_EQ(region.tissue == Tissue::kCortical, id <= 31) << id;
+    EXPECT_EQ(region.has_interval(), !printed && (id <= 31 || id == kCancellousRegion)) << id;
     // Over all sites and directions, Schwartz-Dabney and Dechow measured 10 to 30 GPa.
     if (id <= 31) {
       EXPECT_GE(region.E_MPa, 10000) << id;
       EXPECT_LE(region.E_MPa, 30000) << id;
+    }
+    if (id <= 31 && !printed) {
+      EXPECT_EQ(region.E_lower_MPa, 10000) << id;
+      EXPECT_EQ(region.E_upper_MPa, 30000) << id;
     }
   }
   EXPECT_EQ(table.At(kCancellousRegion).tissue, Tissue::kCancellous);
