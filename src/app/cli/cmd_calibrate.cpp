@@ -93,8 +93,10 @@ void AddCalibrateCommand(CLI::App& app) {
                       "crossover_share, edge_radius_um, reference_E_star_MPa; default: the law's");
   AddNumber(*command, "--bootstrap", options->params, "bootstrap")->capture_default_str();
   AddNumber(*command, "--seed", options->params, "seed")->capture_default_str();
-  command->add_option("-o,--output", options->folder,
-                      "Folder for law block, figure, report and JSON; created if missing; default: none");
+  command
+      ->add_option("-o,--output", options->folder,
+                   "Folder for law block, figure, report and JSON; created if missing; default: none")
+      ->check([](const std::string& text) { return text.empty() ? std::string("the name is empty") : std::string(); });
   command->add_flag("--json", options->json, "Print as JSON (calibrate.json)");
   command->callback([options] { Run(*options); });
 }

@@ -137,7 +137,11 @@ void Run(const CheckArguments& options) {
   }
   fmt::print("  force  {}, at {:.3g} mm/s {}\n", law.name, path.CalcMaxSpeed(), DescribeBites(scene));
   fmt::print("         {}\n", law.summary);
-  fmt::print("         from: {}\n", law.source);
+  const bool own_values = scene.force.values() != ForceLaw(law.name).values();
+  fmt::print("         from: {}\n",
+             scene.force_table.empty()
+                 ? fmt::format("{}{}", law.source, own_values ? "; the scene sets other values" : "")
+                 : fmt::format("the scene's own table: {}", fmt::join(scene.force.table()->sources, "; ")));
   fmt::print("         {}\n         {}\n         {}\n", DescribeAccuracy(scene.force, MakeTool(scene)),
              DescribeBlades(scene.force), FindCaveat(law).good_for);
   if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {

@@ -42,6 +42,10 @@ void PrintValidation(const Validation& v, const std::vector<std::string>& files,
   fmt::print("\n");
 }
 
+std::string CheckNotEmptyName(const std::string& text) {
+  return text.empty() ? "the name is empty" : "";
+}
+
 void Run(const ValidateArguments& options) {
   std::vector<ForceLaw> laws;
   try {
@@ -76,9 +80,11 @@ void AddValidateCommand(CLI::App& app) {
       ->add_option("--laws", options->laws,
                    "Force laws to compare, separated by commas, with their default parameters; default: all")
       ->delimiter(',');
-  command->add_option("--sets", options->sets,
-                      "Folder with further sets of measurements (NAME.toml, docs/formats.md); a set replaces the "
-                      "built-in one of the same name");
+  command
+      ->add_option("--sets", options->sets,
+                   "Folder with further sets of measurements (NAME.toml, docs/formats.md); a set replaces the "
+                   "built-in one of the same name")
+      ->check(CheckNotEmptyName);
   command->add_flag("--json", options->json, "Print as JSON (validate.json)");
   command->callback([options] { Run(*options); });
 }

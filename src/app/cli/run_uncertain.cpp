@@ -15,6 +15,7 @@
 #include "experiment/uncertainty/shard_file.h"
 #include "experiment/uncertainty/uncertain_files.h"
 #include "kerf/error.h"
+#include "session/scene/warnings.h"
 
 namespace kerf::cli {
 namespace {
@@ -42,6 +43,7 @@ UncertainRun Compute(const Scene& scene, const UncertainParams& params, const st
 /// Writes and prints the results of all samples, or of those that a merge found.
 void FinishUncertain(const UncertainRun& run, const Scene& scene, const UncertainRequest& request) {
   const UncertainResult result = CalcUncertainResult(run);
+  if (run.head.nominal.peak_N == 0) SayWarning("the saw touched no bone on its path: all forces are 0");
   const bool pictures = scene.output.pictures && !request.no_pictures;
   const std::vector<std::string> files = WriteUncertain(run, result, request.folder, pictures);
   if (request.json) {
@@ -72,6 +74,7 @@ void WriteShard(const Scene& scene, const UncertainArguments& options, Shard sha
 void RunUncertainCommand(const UncertainArguments& options, const UncertainRequest& request) {
   const std::optional<Shard> shard = ParseShard(options.shard);
   const Scene scene = ReadScene(request.scene);
+  for (const std::string& warning : FindWarnings(scene, 0)) SayWarning("{}", warning);
   if (shard) return WriteShard(scene, options, *shard, request);
   CheckUncertainInputsNotOverwritten(scene, request.scene, request.folder);
   MakeFolder(request.folder);

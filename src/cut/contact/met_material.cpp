@@ -1,8 +1,18 @@
 #include "cut/contact/met_material.h"
 
 #include "bone/grid/grids.h"
+#include "cut/force/laws.h"
 
 namespace kerf {
+
+void CheckTissues(const ForceLaw& law, const Bone& bone) {
+  if (!LacksTissue(law)) return;
+  MaterialTable occurring;
+  for (const auto& [id, volume_mm3] : bone.CalcRegionVolumes()) {
+    if (volume_mm3 > 0 && bone.materials().Contains(id)) occurring.Add(bone.materials().At(id));
+  }
+  CheckTissues(law, occurring);
+}
 
 MaterialLookup::MaterialLookup(const Bone& bone, const Tool& tool)
     : by_ct_(bone.grids().by_modulus),

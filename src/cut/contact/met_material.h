@@ -11,6 +11,9 @@
 
 namespace kerf {
 
+/// Throws kerf::Error if the law has no forces for a tissue that occurs in the bone.
+void CheckTissues(const ForceLaw& law, const Bone& bone);
+
 /// Tables of the constants by region id. They are built once, so that the tick needs no search.
 class MaterialLookup {
  public:

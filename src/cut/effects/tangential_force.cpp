@@ -44,12 +44,15 @@ TangentialForceEffect::TangentialForceEffect(double ratio, const EffectSetup& se
       ratio_(by_law_ ? std::clamp(setup.law.least_thrust_per_cutting, kRatioRange.lower, kRatioRange.upper) : ratio),
       p_TC_(setup.p_TC_mm),
       is_coupled_(setup.faces != nullptr) {
-  if (is_coupled_ && by_law_ && setup.law.least_thrust_per_cutting < kRatioRange.lower) {
-    throw Error(
-        fmt::format("tangential_force: the law's ratio of thrust to cutting force, or of their changes with the "
-                    "bite, is as small as {:.3g}; for a tool in a hand it must be at least {}",
-                    setup.law.least_thrust_per_cutting, kRatioRange.lower));
-  }
+  if (is_coupled_) CheckCuttingRatio(setup.law);
+}
+
+void CheckCuttingRatio(const ToothForce& law) {
+  if (!law.HasCutting() || law.least_thrust_per_cutting >= kRatioRange.lower) return;
+  throw Error(fmt::format(
+      "tangential_force: the law's ratio of thrust to cutting force, or of their changes with the bite, is as small as "
+      "{:.3g}; for a tool in a hand it must be at least {}",
+      law.least_thrust_per_cutting, kRatioRange.lower));
 }
 
 const TangentialForceEffect& TangentialForceEffect::In(const EffectPlan& plan) {

@@ -7,6 +7,10 @@
 
 namespace kerf {
 
+/// Throws kerf::Error if the law states a cutting force that is too large, compared with its thrust, for a tool in a
+/// hand.
+void CheckCuttingRatio(const ToothForce& law);
+
 /// Model: F_t for each tooth is the law's cutting force or, for a law that states none, thrust / ratio. It acts against
 /// the tooth's motion: on the tool along -sign(rpm) z x p_T / |z x p_T|.
 ///

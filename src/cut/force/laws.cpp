@@ -64,6 +64,11 @@ ToothForce MakeToothForce(const ForceLaw& law, const Tool& tool) {
   return force;
 }
 
+bool LacksTissue(const ForceLaw& law) {
+  return law.table() != nullptr &&
+         std::ranges::any_of(law.table()->rows, [](const auto& rows) { return rows.empty(); });
+}
+
 void CheckTissues(const ForceLaw& law, const MaterialTable& materials) {
   if (law.table() == nullptr) return;
   for (const auto& [id, region] : materials.regions()) {

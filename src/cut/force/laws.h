@@ -1,6 +1,9 @@
 // The list of force laws.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "kerf/force.h"
 
 // One line per law: the function in the law's file that describes it. The first law is the default.
@@ -16,6 +19,12 @@ namespace kerf {
 #define KERF_DECLARE_LAW(function) const ForceLawInfo& function();
 KERF_FORCE_LAWS(KERF_DECLARE_LAW)
 #undef KERF_DECLARE_LAW
+
+/// Columns of a force table.
+inline const std::vector<std::string> kForceTableColumns{"tissue", "bite_um", "thrust_N_per_mm", "cutting_N_per_mm",
+                                                         "source"};
+/// Returns true if the law has a table without rows for some tissue.
+bool LacksTissue(const ForceLaw& law);
 
 /// Returns the table that comes with kerf.
 const std::shared_ptr<const ForceTable>& DefaultForceTable();

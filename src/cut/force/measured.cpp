@@ -72,29 +72,28 @@ double CalcThrustFactor(const ForceLaw& law, const Tool& tool, double bite_mm) {
 
 std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool) {
   const bool by_width = FindCaveat(law.info()).by_width;
+  const bool is_default = law.values() == ForceLaw(law.name()).values() && law.table() == ForceLaw(law.name()).table();
   const auto at = [&](std::size_t i) { return ShowFactor(CalcThrustFactor(law, tool, kMeasuredThrust.at(i).bite_mm)); };
   return fmt::format(
       "thrust{} {} that measured at a bite of 2.5 um, {} that at 10 um ({}); nothing was measured below 2 um",
       by_width ? " for each mm of tooth width:" : "", at(0), at(1),
-      by_width ? "to which it is fitted by default; studies differ by a factor of 2 to 3" : DescribeBlade(tool));
+      !by_width    ? DescribeBlade(tool)
+      : is_default ? "to which it is fitted by default; studies differ by a factor of 2 to 3"
+                   : "with the scene's own values; studies differ by a factor of 2 to 3");
 }
 
 std::pair<double, double> FindDataBites(const ForceLaw& law) {
   if (law.table() == nullptr) return {kMeasuredThrust.front().bite_mm, kMeasuredThrust.back().bite_mm};
-  std::pair<double, double> bites_mm{0, std::numeric_limits<double>::infinity()};
-  for (const std::vector<ForceTable::Row>& rows : law.table()->rows) {
-    if (rows.empty()) continue;
-    bites_mm.first = std::max(bites_mm.first, rows.front().bite_mm);
-    bites_mm.second = std::min(bites_mm.second, rows.back().bite_mm);
-  }
-  return bites_mm;
+  // Cortical bone has by far the largest forces, and comes first.
+  const auto rows = std::ranges::find_if(law.table()->rows, [](const auto& of_tissue) { return !of_tissue.empty(); });
+  return {rows->front().bite_mm, rows->back().bite_mm};
 }
 
 std::string DescribeBite(const ForceLaw& law, double bite_mm) {
   const auto [from_mm, to_mm] = FindDataBites(law);
   const char* place = bite_mm < from_mm ? "below" : bite_mm > to_mm ? "above" : "within";
-  return fmt::format("a bite of {:.2g} um, {} the {:g} to {:g} um of its data", 1000 * bite_mm, place, 1000 * from_mm,
-                     1000 * to_mm);
+  return fmt::format("a bite of {:.3g} um, {} the {:g} to {:g} um of {}", 1000 * bite_mm, place, 1000 * from_mm,
+                     1000 * to_mm, law.table() != nullptr ? "its table" : "the published tests");
 }
 
 std::string DescribeBlades(const ForceLaw& law) {

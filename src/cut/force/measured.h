@@ -73,20 +73,20 @@ std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool);
 /// Returns the note on how the law's force depends on the blade, shown in the same places.
 std::string DescribeBlades(const ForceLaw& law);
 
-/// Returns the smallest and the largest bite of the data of a law, mm: of all tissues in its table, or of the
-/// measurements with which the other laws are compared.
+/// Returns the smallest and the largest bite of the data of a law, mm: of cortical bone in its table (if it has none,
+/// of the first tissue), or of the measurements with which the other laws are compared.
 std::pair<double, double> FindDataBites(const ForceLaw& law);
-/// Returns a phrase such as "a bite of 0.6 um, below the 2.5 to 10 um of its data".
+/// Returns a phrase such as "a bite of 0.6 um, below the 2.5 to 10 um of the published tests".
 std::string DescribeBite(const ForceLaw& law, double bite_mm);
 
 /// Multiple of the measured thrust up to which hertz_chip counts as valid.
 inline constexpr double kMaxThrustFactor = 2;
 /// Returns the largest bite for which the law is valid, mm. For hertz_chip it is the bite at which the law's thrust is
-/// kMaxThrustFactor times the measured thrust; this bite depends on the tool. For a law with a table it is the largest
-/// bite that it covers in all of its tissues.
+/// kMaxThrustFactor times the measured thrust; this bite depends on the tool. For a law with a table see
+/// FindDataBites().
 double FindMaxValidBite(const ForceLaw& law, const Tool& tool);
-/// Returns the smallest bite for which the law is valid, mm. For a law with a table it is the smallest bite
-/// that it covers in all of its tissues.
+/// Returns the smallest bite for which the law is valid, mm. For a law with a table see
+/// FindDataBites().
 double FindMinValidBite(const ForceLaw& law);
 
 /// Returns true if the law is not valid at any bite (to_mm = 0): its force does not depend on the bite, as the text

@@ -42,7 +42,7 @@ double CalcSolidStiffness(const ToolShape& shape) {
 
 CoupledSimulation::CoupledSimulation(Bone bone, const CoupledParams& params, const Pose& X_WT_start) {
   CheckParams(params);
-  CheckTissues(params.law, bone.materials());
+  CheckTissues(params.law, bone);
   state_ = std::make_unique<State>(std::move(bone), params, MakeStart(X_WT_start));
 }
 CoupledSimulation::~CoupledSimulation() = default;

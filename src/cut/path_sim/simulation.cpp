@@ -150,7 +150,7 @@ void Simulation::State::AddEffects(const Pose& X_a, const Pose& X_b, const Vec3&
 Simulation::Simulation(Bone bone, const SimulationParams& params, const Pose& X_WT_start) {
   Validate(params.tool);
   CheckParameters(params);
-  CheckTissues(params.law, bone.materials());
+  CheckTissues(params.law, bone);
   if (!IsValid(X_WT_start)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
   if (!IsInWorld(X_WT_start.p_AB)) {
     throw Error(fmt::format("the tool's start position is more than {} mm from the world origin", kWorldReach_mm));

@@ -139,7 +139,6 @@ void FindRegions(const Scene& scene, const MaterialTable& materials, const std::
 
 Drawing FindDrawing(const Scene& scene, const Bone& bone, const std::vector<int>& ct_regions) {
   const MaterialTable& materials = bone.materials();
-  CheckTissues(scene.force, materials);
   std::vector<int> regions;
   for (const auto& [id, volume_mm3] : bone.CalcRegionVolumes()) {
     if (materials.Contains(id)) regions.push_back(id);

@@ -43,7 +43,7 @@ struct Drawing {
 /// Returns what is drawn for a scene and its bone: the parameters of the law that have an interval and their default
 /// value, and E of the regions that have an interval, occur in the bone and take E from the region table. A parameter
 /// with another value was set by the user and is not drawn, nor is a quantity on which no force in this bone depends.
-/// `ct_regions`: those with E from the CT. Throws kerf::Error if the law has no forces for a tissue of the bone.
+/// `ct_regions`: those with E from the CT.
 Drawing FindDrawing(const Scene& scene, const Bone& bone, const std::vector<int>& ct_regions);
 
 /// Returns a number that is uniform in [0, 1), which depends on the arguments only.

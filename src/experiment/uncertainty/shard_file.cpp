@@ -170,6 +170,8 @@ UncertainRun ParseSamples(const std::string& text, const std::string& file) {
       if (number < 0 || number >= run.head.samples) throw Error(fmt::format("sample {} is out of range", number));
     }
     return run;
+  } catch (const nlohmann::json::exception&) {
+    throw Error(fmt::format("{}: is damaged, or not a shard of 'kerf run --uncertain'", file));
   } catch (const std::exception& e) {
     throw Error(fmt::format("{}: is not a shard of 'kerf run --uncertain': {}", file, e.what()));
   }

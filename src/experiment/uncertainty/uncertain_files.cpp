@@ -183,9 +183,12 @@ PlotSpec MakeBandPlot(const UncertainRun& run, const UncertainResult& result) {
   }
   PlotSpec plot;
   plot.title = fmt::format("{}: force on the tool with its uncertainty", TitleOf(head));
-  plot.caption = fmt::format("{} runs with {} drawn from stated intervals, law {}; each point is the mean over {:g} ms",
-                             run.samples.size(), FormatCount(head.drawing.drawn.size(), "quantity", "quantities"),
-                             head.law, 1000 * head.row_ticks / head.rate_hz);
+  plot.caption = fmt::format(
+      "{} runs with {} drawn from stated intervals, law {}; each point is the mean over {:g} ms\n"
+      "not an interval for the force on a real bone: the form of the law and the shape of the bone "
+      "are taken as exact",
+      run.samples.size(), FormatCount(head.drawing.drawn.size(), "quantity", "quantities"), head.law,
+      1000 * head.row_ticks / head.rate_hz);
   plot.x.label = by_travel ? "travel of the tool since the first contact (mm)" : "time (s)";
   plot.y.label = "magnitude of the force on the tool (N)";
   plot.y.lower = 0;
@@ -211,6 +214,7 @@ std::string DescribeUncertain(const UncertainRun& run, const UncertainResult& re
     drawn.Add({q.name, ShowInterval(q), ShowCorrelation(result.rank_correlations[i], run.samples.size())});
   }
   text += drawn.FormatTerminal("  ");
+  text += "  The band is not an interval for the force on a real bone: the form of the law is taken as exact.\n";
   for (const FixedQuantity& q : head.drawing.fixed) AppendFormat(text, "  not drawn {}: {}\n", q.name, q.why);
   return text;
 }

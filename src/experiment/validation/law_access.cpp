@@ -13,8 +13,7 @@ ToothForces LawOnTooth::operator()(const ToothState& state) const {
   ToothCut cut = MakeMeasuredBone(tool_);
   cut.speed_mm_per_s = state.speed_mm_per_s;
   cut.E_MPa = kMeasuredE_MPa * state.density;
-  cut.E_star_MPa =
-      CalcReducedModulus(CalcModulus(tool_), CalcPoissonRatio(tool_), cut.E_MPa, kMeasuredPoissonRatio);
+  cut.E_star_MPa = CalcReducedModulus(CalcModulus(tool_), CalcPoissonRatio(tool_), cut.E_MPa, kMeasuredPoissonRatio);
   return {force_(state.bite_mm, cut), CalcCuttingForce(force_, state.bite_mm, cut)};
 }
 

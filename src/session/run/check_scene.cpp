@@ -6,6 +6,7 @@
 
 #include "base/files/files.h"
 #include "bone/material/region_table.h"
+#include "cut/force/laws.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 #include "session/scene/schema.h"
@@ -66,6 +67,7 @@ CheckedScene CheckWholeScene(const Scene& scene) {
   checked.bone = bone.text;
   checked.voxel_mm = bone.voxel_mm;
   checked.material = bone.material;
+  if (LacksTissue(scene.force)) MakeSceneBone(scene, {});  // throws if a tissue without forces occurs
   checked.warnings = FindWarnings(scene, bone.voxel_mm);
   if (scene.coupling.given || scene.device.given || scene.hand.given || scene.loop.given) {
     checked.loop = MakeLoopSetup(scene);

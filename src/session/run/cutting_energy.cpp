@@ -87,7 +87,9 @@ std::string DescribeLaw(const Scene& scene) {
 std::string DescribeBites(const Scene& scene) {
   const double bite_mm = CalcMaxBite(scene);
   if (!std::isfinite(bite_mm)) return "the spindle is stopped";
-  return "up to " + DescribeBite(scene.force, bite_mm);
+  const bool within = bite_mm >= FindDataBites(scene.force).first;
+  return fmt::format("up to {}{}", DescribeBite(scene.force, bite_mm),
+                     within ? ", but bites along the rim begin at 0" : "");
 }
 
 nlohmann::ordered_json CuttingJson(const CuttingEnergy& energy) {

@@ -51,7 +51,7 @@ std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEne
 /// Returns a phrase such as "hertz_chip: thrust ...; ...".
 std::string DescribeLaw(const Scene& scene);
 /// Returns a phrase on the bites at the speeds of the scene's path, such as "up to a bite of 1 um, below the 2.5 to 10 um
-/// of its data".
+/// of the published tests".
 std::string DescribeBites(const Scene& scene);
 /// Returns the object "cutting" of a summary.
 nlohmann::ordered_json CuttingJson(const CuttingEnergy& energy);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/files/files.h"
+#include "cut/effects/tangential_force.h"
 #include "cut/hand_sim/setup.h"
 #include "device/devices/profiles.h"
 #include "kerf/error.h"
@@ -57,6 +58,9 @@ std::string DescribeLateralPull(const Scene& scene, const LoopSetup& setup) {
 
 LoopSetup MakeLoopSetup(const Scene& scene) {
   LoopSetup setup;
+  if (FindChoice(scene.effects, "tangential_force") != nullptr) {
+    CheckCuttingRatio(MakeToothForce(scene.force, MakeTool(scene)));
+  }
   // Profile and hand in terms of the tool's motion.
   const double scale = scene.device.motion_scale;
   setup.profile = ScaleProfile(ReadProfile(scene.device), scale);

@@ -5,6 +5,7 @@
 #include "bone/models/block.h"
 #include "bone/models/mandible.h"
 #include "bone/vdb/bonefile.h"
+#include "cut/contact/met_material.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -45,6 +46,7 @@ Bone MakePlainBone(const Scene& scene, const std::function<void(double)>& progre
 Bone MakeSceneBone(const Scene& scene, const std::function<void(double)>& progress, MaterialSummary* material) {
   Bone bone = MakePlainBone(scene, progress);
   MaterialSummary summary = ApplySceneMaterial(scene, bone);
+  CheckTissues(scene.force, bone);
   if (material != nullptr) *material = std::move(summary);
   return bone;
 }

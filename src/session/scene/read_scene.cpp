@@ -4,12 +4,14 @@
 #include <cmath>
 #include <filesystem>
 
+#include "base/core/csv.h"
 #include "base/core/printable.h"
 #include "base/files/files.h"
 #include "base/files/markups.h"
 #include "base/toml/table_reader.h"
 #include "bone/material/ct_law_table.h"
 #include "bone/mesh/meshfile.h"
+#include "cut/force/laws.h"
 #include "device/devices/profiles.h"
 #include "kerf/error.h"
 #include "session/scene/path.h"
@@ -394,7 +396,27 @@ void RefuseMovedKeys(TableReader& root) {
   root.Fault("coupling", "friction_coefficient of [coupling] is now coefficient of [effects.kerf_friction]");
 }
 
-void ReadForce(TableReader& root, Scene& scene, const std::string& scene_file, Faults& faults) {
+/// Returns the rows [[force.row]] as the text of a force table; empty if there are none.
+std::string ReadForceRows(TableReader& force, Faults& faults) {
+  constexpr std::size_t kMaxRows = 1000;
+  const std::vector<const TomlNode*> rows = force.Tables("row", kMaxRows);
+  if (rows.empty()) return "";
+  std::string text = fmt::format("{}\n", fmt::join(kForceTableColumns, ","));
+  for (const TomlNode* node : rows) {
+    TableReader reader(*node, "[[force.row]]", faults);
+    ForceLawRow row;
+    Describe(row, reader);
+    for (const std::string& key : kForceTableColumns) reader.Require(key.c_str());
+    reader.Finish();
+    text += fmt::format("{},{},{},{},{}\n", FormatCsvField(row.tissue), row.bite_um, row.thrust_N_per_mm,
+                        row.cutting_N_per_mm, FormatCsvField(row.source));
+  }
+  return text;
+}
+
+/// `force_file`: set to the name of the file with the law's table, if the scene names one.
+void ReadForce(TableReader& root, Scene& scene, std::string& force_file, const std::string& scene_file,
+               Faults& faults) {
   ForceLaw& law = scene.force;
   const TomlNode* table = root.Table("force");
   if (table == nullptr) return;
@@ -402,9 +424,18 @@ void ReadForce(TableReader& root, Scene& scene, const std::string& scene_file, F
   Describe(law, reader);
   const TomlNode* word = table->Find("law");
   if (word != nullptr && word->text != law.name()) return;  // the law is unknown, so its keys are unknown too
-  ReadFileName(reader, "file", scene.force_file, scene_file);
-  if (reader.Has("file") && !law.info().has_table) {
-    reader.Fault("file", fmt::format("file is not used: the law {} reads no table; remove it", law.name()));
+  std::string file;
+  ReadFileName(reader, "file", file, scene_file);
+  const std::string rows = ReadForceRows(reader, faults);
+  for (const char* key : {"file", "row"}) {
+    if (!reader.Has(key) || law.info().has_table) continue;
+    reader.Fault(key, fmt::format("{} is not used: the law {} reads no table; remove it", key, law.name()));
+  }
+  if (!file.empty() && !rows.empty()) reader.Fault("row", "[force] has both file and row; keep one of them");
+  if (file.empty()) {
+    scene.force_table = rows;
+  } else {
+    force_file = file;
   }
   // A key of another law would have no effect, so it is rejected.
   for (const ForceLawInfo* other : ForceLaws()) {
@@ -430,13 +461,15 @@ void RefuseRatios(const TomlNode& document, const ForceLaw& law, Faults& faults)
   }
 }
 
-/// Reads the table of the force law. Throws kerf::Error with the place of the key.
-void ReadForceTable(const TomlNode& document, const std::string& scene_file, Scene& scene) {
-  if (scene.force_file.empty()) return;
-  const TomlNode* at = document.Find("force")->Find("file");
+/// Sets the table of the force law, if the scene has one of its own. Throws kerf::Error with the place of the key.
+void SetForceTable(const TomlNode& document, const std::string& scene_file, const std::string& force_file,
+                   Scene& scene) {
+  if (force_file.empty() && scene.force_table.empty()) return;
+  const TomlNode* at = document.Find("force")->Find(force_file.empty() ? "row" : "file");
   try {
-    scene.force.SetTable(std::make_shared<const ForceTable>(
-        ParseForceTable(ReadTextFile(scene.force_file, kMaxForceTableBytes), scene.force_file)));
+    if (!force_file.empty()) scene.force_table = ReadTextFile(force_file, kMaxForceTableBytes);
+    const std::string name = force_file.empty() ? "[[force.row]]" : force_file;
+    scene.force.SetTable(std::make_shared<const ForceTable>(ParseForceTable(scene.force_table, name)));
   } catch (const Error& e) {
     throw Error(fmt::format("{}:{}:{}: {}", scene_file, at->line, at->column, e.what()));
   }
@@ -465,7 +498,8 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadMaterial(root, scene.material, scene.bone, file, faults);
   ReadTool(root, scene.tool, faults);
   ReadPath(root, scene.path, file, faults);
-  ReadForce(root, scene, file, faults);
+  std::string force_file;
+  ReadForce(root, scene, force_file, file, faults);
   ReadSection(root, "simulation", scene.simulation, faults);
   ReadSlab(root, scene.slab, faults);
   ReadSection(root, "output", scene.output, faults);
@@ -484,7 +518,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   root.Finish();
   faults.ThrowIfAny();
 
-  ReadForceTable(document, file, scene);
+  SetForceTable(document, file, force_file, scene);
   ReadEffectFiles(scene.effects, document, file);
   ReadPlanFiles(plan_files, scene.plan);
   if (!scene.path.file.empty()) {

@@ -123,6 +123,15 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
                                      1000 * bite_mm, law.name, 1000 * FindMinValidBite(scene.force),
                                      law.validity.below));
     }
+    constexpr double kMeasuredRake_deg = -10;
+    constexpr double kRakeTolerance_deg =
+        10;  // rakes of 0 to -10 degrees differ little (docs/validation.md, rake_1987)
+    if (FindCaveat(law).by_width && scene.force_table.empty() &&
+        std::abs(scene.tool.rake_deg - kMeasuredRake_deg) > kRakeTolerance_deg) {
+      warnings.push_back(
+          fmt::format("rake_deg = {:g} is not used: the forces of {} were measured at about {:g} degrees",
+                      scene.tool.rake_deg, law.name, kMeasuredRake_deg));
+    }
     if (scene.material.osteon_direction && (MakeToothForce(scene.force, MakeTool(scene)).reads & kReadsOsteons) == 0) {
       warnings.push_back(fmt::format("osteon_direction is not used: the law {} is isotropic", law.name));
     }

@@ -3,7 +3,12 @@
 #include <algorithm>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
+#include "base/core/csv.h"
+#include "base/core/printable.h"
+#include "cut/force/laws.h"
 #include "session/scene/plan_section.h"
 #include "session/scene/scene.h"
 #include "session/scene/schema.h"
@@ -157,6 +162,21 @@ void WriteSection(TomlWriter& write, const std::string& key, Params params) {
   Describe(params, write);
 }
 
+/// Writes the force law's own table, so that the scene is complete without the table's file.
+void WriteForceRows(TomlWriter& write, const std::string& table) {
+  if (table.empty()) return;
+  write.SetTerse(true);
+  ReadCsv(table, "[force]", kForceTableColumns, [&](const std::vector<std::string>& fields, const CsvPlace& place) {
+    ForceLawRow row{.tissue = fields[0], .source = Printable(fields[4])};
+    row.bite_um = ParseCsvNumber(fields[1], 0, "bite_um", place);
+    row.thrust_N_per_mm = ParseCsvNumber(fields[2], 0, "thrust_N_per_mm", place);
+    row.cutting_N_per_mm = ParseCsvNumber(fields[3], 0, "cutting_N_per_mm", place);
+    write.Header("[[force.row]]", "");
+    Describe(row, write);
+  });
+  write.SetTerse(false);
+}
+
 /// Omits the keys that have no use with the law.
 void WriteEffect(TomlWriter& write, EffectChoice effect, const ForceLaw& law) {
   const EffectInfo& info = effect.info();
@@ -214,7 +234,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   WriteSection(write, "tool", scene.tool);
   WritePath(write, scene.path);
   WriteSection(write, "force", scene.force);
-  if (std::string file = scene.force_file; !file.empty()) write("file", file, TextLimit{0}, "table of the law");
+  WriteForceRows(write, scene.force_table);
   WriteSection(write, "simulation", scene.simulation);
   if (scene.slab.given || scene.simulation.mode == SceneMode::kSlab) WriteSection(write, "slab", scene.slab);
   WriteSection(write, "output", scene.output);
@@ -315,7 +335,8 @@ std::string DefaultSceneToml() {
     laws.Header("[force]", fmt::format("{}: {}", law->name, law->summary));
     ForceLaw described(law->name);
     Describe(described, laws);
-    if (law->has_table) laws.Comment("file = \"table.csv\": a table of forces to use instead of the built-in one");
+    if (law->has_table)
+      laws.Comment("file = \"table.csv\": a table of forces instead of the built-in one; or its rows as [[force.row]]");
   }
   TomlWriter effects;
   for (const EffectInfo* info : Effects()) WriteEffect(effects, EffectChoice(info->name), ForceLaw());

@@ -48,7 +48,7 @@ TEST(ForceTable, FaultsNameTheLine) {
   EXPECT_EQ(Refusal("cortikal,2,8,6,test\n"),
             "t.csv:2: there is no tissue \"cortikal\"; there are cortical, cancellous, tooth, canal and other");
   EXPECT_EQ(Refusal("cortical,2,8,6,test\ncortical,2,9,6,test\n"),
-            "t.csv:3: the bites of cortical must increase from row to row");
+            "t.csv:3: the bites of cortical must increase from row to row, by at least 1 %");
   EXPECT_EQ(Refusal("cortical,2,8,6,test\ncortical,4,7.9,6,test\n"),
             "t.csv:3: the thrust in cortical falls as the bite grows; a tool in a hand would have no unique motion");
   EXPECT_EQ(Refusal("cortical,2,-8,6,test\n"), "t.csv:2: thrust_N_per_mm = -8 must be 0 to 1000000");

@@ -200,6 +200,7 @@ TEST(ResolvedScene, LawWithItsOwnCuttingForceAndTableReadsBack) {
     const Scene again = ParseScene(text, "s.toml");
     EXPECT_EQ(ResolvedToml(again), text);
     EXPECT_EQ(again.material.osteon_direction, Vec3(0, 3, 4));
+    EXPECT_EQ(text.find(table), std::string::npos) << "the scene must not depend on the file";
     EXPECT_EQ(again.force.table() != nullptr, law.find("tabulated") != std::string::npos);
     if (again.force.table() != nullptr) {
       EXPECT_EQ(again.force.table()->rows[0][1].thrust_N_per_mm, 5);

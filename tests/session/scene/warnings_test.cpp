@@ -59,8 +59,8 @@ TEST(Doubts, FollowTheTableAndTheLaw) {
       ParseForceTable("tissue,bite_um,thrust_N_per_mm,cutting_N_per_mm,source\ncortical,1,4,3,t\ncortical,3,5,3,t\n"
                       "cancellous,1.5,4,3,t\ncancellous,2.5,5,3,t\n",
                       "t.csv")));
-  EXPECT_EQ(FindMinValidBite(scene.force), 0.0015);
-  EXPECT_EQ(FindMaxValidBite(scene.force, MakeTool(scene)), 0.0025);
+  EXPECT_EQ(FindMinValidBite(scene.force), 0.001);
+  EXPECT_EQ(FindMaxValidBite(scene.force, MakeTool(scene)), 0.003);
   EXPECT_THAT(FindWarnings(scene, 0.1), testing::Not(testing::Contains(testing::HasSubstr("holds from"))));
 }
 
