@@ -80,15 +80,20 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   }
   for (std::size_t i = 0; i < points_.size(); i += stride) {
     if (!(fraction_[i] > 0)) continue;
-    MaterialLookup::Material material;
-    if (!FindMaterial(probe, i, problem.law.reads, material)) continue;
-    ToothCut& cut = material.cut;
-    cut.speed_mm_per_s = problem.passes_per_s * points_[i].mm_per_pass;
-    if ((problem.law.reads & kReadsOsteons) != 0) cut.osteon = CalcOsteonShares(probe, i);
-    const double teeth = fraction_[i] * points_[i].teeth * stride_;
-    const double after = jumps ? after_[i] / fraction_[i] : 0.5;
-    problem.cutting.push_back({points_[i].row, teeth, cut, points_[i].along, after});
-    contacts_.push_back({material.region, static_cast<int>(i)});
+    // Filled in place: a point is large, and there are hundreds of them in a tick.
+    CuttingPoint& point = problem.cutting.emplace_back();
+    const int region = FindMaterial(probe, i, problem.law.reads, point.cut);
+    if (region == 0) {
+      problem.cutting.pop_back();
+      continue;
+    }
+    point.row = points_[i].row;
+    point.teeth = fraction_[i] * points_[i].teeth * stride_;
+    point.along = points_[i].along;
+    if (jumps) point.after_fraction = after_[i] / fraction_[i];
+    point.cut.speed_mm_per_s = problem.passes_per_s * points_[i].mm_per_pass;
+    if ((problem.law.reads & kReadsOsteons) != 0) point.cut.osteon = CalcOsteonShares(probe, i);
+    contacts_.push_back({region, static_cast<int>(i)});
   }
 }
 
@@ -174,16 +179,13 @@ OsteonShares Edge::CalcOsteonShares(const Probe& probe, std::size_t i) const {
   return {along * along, into * into, std::max(0.0, 1 - along * along - into * into)};
 }
 
-bool Edge::FindMaterial(const Probe& probe, std::size_t i, unsigned reads, MaterialLookup::Material& material) const {
-  const auto at = [&](const Vec3& p_T) {
-    material = materials_.Find(field_, probe.World(p_T), reads);
-    return material.region != 0;
-  };
-  if (at(points_[i].p_T + material_ahead_mm_ * points_[i].e_T)) return true;
-  if (at(points_[i].ahead_T)) return true;
+int Edge::FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothCut& cut) const {
+  const auto at = [&](const Vec3& p_T) { return materials_.Find(field_, probe.World(p_T), reads, cut); };
+  if (const int region = at(points_[i].p_T + material_ahead_mm_ * points_[i].e_T)) return region;
+  if (const int region = at(points_[i].ahead_T)) return region;
   // Coarse region voxels can have their centres outside the bone: look further inside.
-  if (at(points_[i].ahead_T + region_step_mm_ * points_[i].e_T)) return true;
-  if (!(ring_radius_mm_ > 0)) return false;
+  if (const int region = at(points_[i].ahead_T + region_step_mm_ * points_[i].e_T)) return region;
+  if (!(ring_radius_mm_ > 0)) return 0;
   // The point is just outside the bone, but an interval next to it reaches inside: use the material of the deeper
   // neighbour.
   const std::size_t stride = static_cast<std::size_t>(stride_);

@@ -88,7 +88,8 @@ class Edge {
   void FractionInterval(const Probe& probe, std::size_t a, std::size_t b);
   void Fraction(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
                 int halvings, double& fraction_a, double& fraction_b) const;
-  bool FindMaterial(const Probe& probe, std::size_t i, unsigned reads, MaterialLookup::Material& material) const;
+  /// Returns the region; 0 if there is no material.
+  int FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothCut& cut) const;
   OsteonShares CalcOsteonShares(const Probe& probe, std::size_t i) const;
 
   const BoneField& field_;

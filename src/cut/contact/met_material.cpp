@@ -27,12 +27,11 @@ MaterialLookup::MaterialLookup(const Bone& bone, const Tool& tool)
   }
 }
 
-MaterialLookup::Material MaterialLookup::Find(const BoneField& field, const Vec3& p_W, unsigned reads) const {
+int MaterialLookup::Find(const BoneField& field, const Vec3& p_W, unsigned reads, ToothCut& cut) const {
   std::array<BoneField::RegionFraction, 8> fractions;
   const int count = field.FindRegions(p_W, fractions);
   const double E_ct_MPa = any_by_ct_ ? field.ModulusAt(p_W) : 0;
-  Material material;
-  ToothCut& cut = material.cut;
+  int region = 0;
   double sum = 0;
   double largest = 0;
   for (int i = 0; i < count; ++i) {
@@ -49,16 +48,16 @@ MaterialLookup::Material MaterialLookup::Find(const BoneField& field, const Vec3
     if ((reads & kReadsTissue) != 0) cut.tissue[tissue_[id]] += weight;
     if (weight > largest) {
       largest = weight;
-      material.region = id;
+      region = id;
     }
   }
-  if (!(sum > 0)) return {};
+  if (!(sum > 0)) return 0;
   cut.E_MPa /= sum;
   cut.E_star_MPa /= sum;
   if ((reads & kReadsTissue) != 0) {
     for (double& fraction : cut.tissue) fraction /= sum;
   }
-  return material;
+  return region;
 }
 
 }  // namespace kerf

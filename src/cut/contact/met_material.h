@@ -19,14 +19,11 @@ class MaterialLookup {
  public:
   MaterialLookup(const Bone& bone, const Tool& tool);
 
-  struct Material {
-    int region = 0;  // region of the nearest voxel that has a material; 0: no material
-    ToothCut cut;    // its moduli and, if asked for, tissues
-  };
-  /// Interpolates between the region voxels around the point that have a material; E comes from the CT in regions that
-  /// use it. Without interpolation, an arc that crosses a border between tissues all at once would cause a step in the
-  /// force. `reads`: LawReads. Tick-safe.
-  Material Find(const BoneField& field, const Vec3& p_W, unsigned reads) const;
+  /// Sets the moduli and, if asked for, the tissues of a cut, whose members are 0 before. Returns the region of the
+  /// nearest voxel that has a material; 0: no material. Interpolates between the region voxels around the point that
+  /// have a material; E comes from the CT in regions that use it. Without interpolation, an arc that crosses a border
+  /// between tissues all at once would cause a step in the force. `reads`: LawReads. Tick-safe.
+  int Find(const BoneField& field, const Vec3& p_W, unsigned reads, ToothCut& cut) const;
 
  private:
   std::array<double, 256> E_MPa_{};
