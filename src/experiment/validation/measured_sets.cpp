@@ -24,9 +24,9 @@ std::map<std::string, MeasuredSet> MapOfBuiltInSets() {
   return sets;
 }
 
-std::vector<MeasuredSet> ListOf(std::map<std::string, MeasuredSet> sets) {
+std::vector<MeasuredSet> ListOf(const std::map<std::string, MeasuredSet>& sets) {
   std::vector<MeasuredSet> list;
-  for (auto& [name, set] : sets) list.push_back(std::move(set));
+  for (const auto& [name, set] : sets) list.push_back(set);
   return list;
 }
 

@@ -70,7 +70,7 @@ struct ComponentCut {
   explicit ComponentCut(const Bone& bone, bool plunge, double depth, bool with_cutting,
                         const char* law = "two_component")
       : simulation(bone, Params(with_cutting, law), DiscPose(Pose{}, Start(plunge, depth))) {
-    const Vec3 end = plunge ? Vec3(0, 0, 4 - depth + kR) : Vec3(0, 0, 4 - depth + kR);
+    const Vec3 end(0, 0, 4 - depth + kR);
     const Vec3 before = plunge ? end + Vec3(0, 0, 0.24) : end - Vec3(0.4, 0, 0);
     Stroke(simulation, Pose{}, Start(plunge, depth), before, 100);
     out = Stroke(simulation, Pose{}, before, end, kCutFeed_mm_per_s).back();
