@@ -61,7 +61,7 @@ std::vector<MeasuredSet> ReadSets(const std::string& folder) {
     const std::string name = path.stem().string();
     sets[name] = ParseMeasuredSet(ReadTextFile(path.string(), kMaxSetBytes), path.string(), name);
   }
-  return ListOf(std::move(sets));
+  return ListOf(sets);
 }
 
 }  // namespace kerf
