@@ -89,8 +89,8 @@ TEST_F(CuttingEnergyRun, EnergyOfALawsOwnCuttingForceIsForceTimesWay) {
     const RunSummary plain = RunSlot(feed, law);
     EXPECT_EQ(plain.cutting.from, CuttingForceFrom::kLaw);
     EXPECT_FALSE(plain.cutting.ratio.has_value());
-    // As above. In the middle of a slot, where the block's edges do not count, the power is within 1 % of the closed form
-    // (tests/cut/path_sim/component_forces_test.cpp).
+    // As above. In the middle of a slot, where the block's edges do not count, the power is within 1 % of the closed
+    // form (tests/cut/path_sim/component_forces_test.cpp).
     EXPECT_NEAR(*plain.cutting.specific_J_per_mm3 / expected, 1, 0.02) << feed;
     // Power of the effect: the same force at the speed of rim and feed.
     const RunSummary effect = RunSlot(feed, law + "[effects.tangential_force]\n");
