@@ -50,8 +50,8 @@ std::string DescribeCuttingEnergy(const CuttingEnergy& energy);
 std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEnergy& energy);
 /// Returns a phrase such as "hertz_chip: thrust ...; ...".
 std::string DescribeLaw(const Scene& scene);
-/// Returns a phrase on the bites at the speeds of the scene's path, such as "up to a bite of 1 um, below the 2.5 to 10 um
-/// of the published tests".
+/// Returns a phrase on the bites at the speeds of the scene's path, such as "up to a bite of 1 um, below the 2.5 to 10
+/// um of the published tests".
 std::string DescribeBites(const Scene& scene);
 /// Returns the object "cutting" of a summary.
 nlohmann::ordered_json CuttingJson(const CuttingEnergy& energy);
