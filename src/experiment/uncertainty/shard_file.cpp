@@ -171,7 +171,7 @@ UncertainRun ParseSamples(const std::string& text, const std::string& file) {
     }
     return run;
   } catch (const nlohmann::json::exception&) {
-    throw Error(fmt::format("{}: is damaged, or not a shard of 'kerf run --uncertain'", file));
+    throw Error(fmt::format("{}: is not a shard of 'kerf run --uncertain', or is damaged", file));
   } catch (const std::exception& e) {
     throw Error(fmt::format("{}: is not a shard of 'kerf run --uncertain': {}", file, e.what()));
   }
