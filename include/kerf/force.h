@@ -39,25 +39,56 @@ ToothCut MakeToothCut(double E_MPa, double E_star_MPa, Tissue tissue, double spe
 /// What a law reads of a ToothCut besides the moduli and the speed. The tick does not look up the rest.
 enum LawReads : unsigned { kReadsTissue = 1u << 0, kReadsOsteons = 1u << 1 };
 
-/// Forces on a tooth 1 mm wide, at several bites, for each tissue: the data of the law `tabulated`. Between bites the
-/// forces are interpolated linearly. Below the first bite they fall linearly to 0; above the last bite the last segment
-/// is extended, but no force falls below 0.
-struct ForceTable {
+inline constexpr TextLimit kForceSourceLimit{1000};
+
+/// A row of a force table: forces on a tooth 1 mm wide. Files and scenes have the same keys.
+struct ForceLawRow {
+  std::string tissue = "cortical";
+  double bite_um = 1;
+  double thrust_N_per_mm = 0;
+  double cutting_N_per_mm = 0;
+  std::string source;  // citation
+};
+template <typename V>
+void Describe(ForceLawRow& p, V&& visit) {
+  visit("tissue", p.tissue, Choices{{"cortical", "cancellous", "tooth", "canal", "other"}}, "tissue of the row");
+  visit("bite_um", p.bite_um, Range{1e-3, 1000}, "bite; increases by at least 1 % from row to row of a tissue");
+  visit("thrust_N_per_mm", p.thrust_N_per_mm, Range{0, 1e6},
+        "thrust for each mm of the tooth's width; does not fall from row to row of a tissue");
+  visit("cutting_N_per_mm", p.cutting_N_per_mm, Range{0, 1e6}, "cutting force for each mm of the tooth's width");
+  visit("source", p.source, kForceSourceLimit, "source of the row");
+}
+
+/// Forces at several bites, for each tissue: the data of the law `tabulated`. Between bites the forces are interpolated
+/// linearly. Below the first bite they fall linearly to 0; above the last bite the last segment is extended, but no
+/// force falls below 0.
+class ForceTable {
+ public:
   struct Row {
-    double bite_mm;  // above 0
+    double bite_um;  // as stated, so that a written table reads back to the same bits
+    double bite_mm;
     double thrust_N_per_mm;
     double cutting_N_per_mm;
+    std::string source;
   };
-  /// By Tissue. In each: none, or at least two rows in order of the bite, and the thrust does not fall with the bite.
-  /// A law refuses bone that has a tissue without rows.
-  std::array<std::vector<Row>, kTissueCount> rows;
-  /// Citations of the data, each once.
-  std::vector<std::string> sources;
 
-  bool Has(Tissue tissue) const { return !rows[static_cast<std::size_t>(tissue)].empty(); }
+  /// Adds a row after those of its tissue. Throws kerf::Error, without a place, if a value is not valid, the source is
+  /// empty, or the row does not follow the previous one as Describe() states.
+  void Add(const ForceLawRow& row);
+  /// Throws kerf::Error if there are no rows, or only one for some tissue: call after the last Add().
+  void CheckComplete() const;
+
+  /// None, or at least two. A law refuses bone in which a tissue without rows occurs.
+  const std::array<std::vector<Row>, kTissueCount>& rows() const { return rows_; }  // by Tissue
+  bool Has(Tissue tissue) const { return !rows_[static_cast<std::size_t>(tissue)].empty(); }
+  /// Returns all rows, in the order of the tissues.
+  std::vector<ForceLawRow> ListRows() const;
+
+ private:
+  std::array<std::vector<Row>, kTissueCount> rows_;
 };
-/// Reads a force table (docs/formats.md, "Force table"). `name` is used in messages. Throws kerf::Error with the line
-/// of the first fault.
+/// Reads a force table (docs/formats.md, "A table of forces"). `name` is used in messages. Throws kerf::Error with the
+/// line of the first fault.
 ForceTable ParseForceTable(const std::string& text, const std::string& name);
 
 /// Values of a law's parameters, in the order of ForceLawInfo::parameters.
@@ -147,6 +178,8 @@ class ForceLaw {
   void Set(std::string_view key, double value) { values_[FindParameter(key)] = value; }
   /// Table of a law with `has_table`: the one that comes with kerf, unless another has been set. Otherwise null.
   const std::shared_ptr<const ForceTable>& table() const { return table_; }
+  /// Returns true if a table other than the one that comes with kerf has been set.
+  bool has_own_table() const { return has_own_table_; }
   /// Throws kerf::Error if the law reads no table.
   void SetTable(std::shared_ptr<const ForceTable> table);
 
@@ -156,6 +189,7 @@ class ForceLaw {
   const ForceLawInfo* info_;
   LawValues values_{};
   std::shared_ptr<const ForceTable> table_;
+  bool has_own_table_ = false;
 };
 
 /// Prepares a law for a tool. Throws kerf::Error if a parameter is out of range.

@@ -1,6 +1,7 @@
 // kerf check: checks that a scene can run and predicts its behaviour.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -49,6 +50,15 @@ std::optional<ToothAtTopBite> CalcToothAtTopBite(const Scene& scene) {
   tooth.cutting_N = CalcCuttingForce(law, tooth.bite_mm, cut);
   tooth.J_per_mm3 = CalcSpecificEnergy(tooth.cutting_N, CalcTooth(tool).width_mm, tooth.bite_mm);
   return tooth;
+}
+
+/// Returns the sources of a table's rows, each once.
+std::vector<std::string> ListSources(const ForceTable& table) {
+  std::vector<std::string> sources;
+  for (const ForceLawRow& row : table.ListRows()) {
+    if (std::ranges::find(sources, row.source) == sources.end()) sources.push_back(row.source);
+  }
+  return sources;
 }
 
 void Run(const CheckArguments& options) {
@@ -139,9 +149,9 @@ void Run(const CheckArguments& options) {
   fmt::print("         {}\n", law.summary);
   const bool own_values = scene.force.values() != ForceLaw(law.name).values();
   fmt::print("         from: {}\n",
-             scene.force_table.empty()
+             !scene.force.has_own_table()
                  ? fmt::format("{}{}", law.source, own_values ? "; the scene sets other values" : "")
-                 : fmt::format("the scene's own table: {}", fmt::join(scene.force.table()->sources, "; ")));
+                 : fmt::format("the scene's own table: {}", fmt::join(ListSources(*scene.force.table()), "; ")));
   fmt::print("         {}\n         {}\n         {}\n", DescribeAccuracy(scene.force, MakeTool(scene)),
              DescribeBlades(scene.force), FindCaveat(law).good_for);
   if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {

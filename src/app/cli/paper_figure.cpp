@@ -154,22 +154,10 @@ PlotSpec MakeCorrectedPanel(const PaperTables& tables) {
   return panel;
 }
 
-Image Join(const Image& left, const Image& right) {
-  Image joined{left.width + right.width, left.height, {}};
-  joined.pixels.reserve(left.pixels.size() + right.pixels.size());
-  for (int row = 0; row < left.height; ++row) {
-    for (const Image* image : {&left, &right}) {
-      const auto begin = image->pixels.begin() + static_cast<std::ptrdiff_t>(row) * image->width;
-      joined.pixels.insert(joined.pixels.end(), begin, begin + image->width);
-    }
-  }
-  return joined;
-}
-
 }  // namespace
 
 void WritePaperFigure(const PaperTables& tables, const std::string& path) {
-  WritePng(Join(RenderPlot(MakeComputedPanel(tables)), RenderPlot(MakeCorrectedPanel(tables))), path);
+  WritePng(JoinImages(RenderPlot(MakeComputedPanel(tables)), RenderPlot(MakeCorrectedPanel(tables))), path);
 }
 
 }  // namespace kerf::cli

@@ -17,7 +17,10 @@ constexpr Topic kTopics[] = {
 4. Look at the results: pictures and tables are written to the folder of -o;
    'kerf log' prints a recording, 'kerf replay' runs it again.
 5. Judge: 'kerf score' a recording, 'kerf assess' the cut against its plan,
-   'kerf compare' models, 'kerf study' accuracy against time.)"},
+   'kerf compare' models, 'kerf study' accuracy against time.
+6. Check the forces: 'kerf validate' compares the force laws with published
+   measurements, 'kerf calibrate' fits a law to your own, and 'kerf run
+   --uncertain' shows the force as a band.)"},
     {"units", "Units and frames of all inputs and outputs",
      R"(Lengths are in mm, forces in N, times in s, stresses and moduli in MPa. Every
 other unit is part of the name: E_GPa, spindle_rpm, tilt_deg, tick_us.

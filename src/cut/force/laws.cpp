@@ -40,6 +40,7 @@ ForceLaw::ForceLaw(std::string_view name) {
 void ForceLaw::SetTable(std::shared_ptr<const ForceTable> table) {
   if (!info_->has_table) throw Error(fmt::format("the force law {} reads no table", info_->name));
   table_ = std::move(table);
+  has_own_table_ = true;
 }
 
 std::size_t ForceLaw::FindParameter(std::string_view key) const {
@@ -66,7 +67,7 @@ ToothForce MakeToothForce(const ForceLaw& law, const Tool& tool) {
 
 bool LacksTissue(const ForceLaw& law) {
   return law.table() != nullptr &&
-         std::ranges::any_of(law.table()->rows, [](const auto& rows) { return rows.empty(); });
+         std::ranges::any_of(law.table()->rows(), [](const auto& rows) { return rows.empty(); });
 }
 
 void CheckTissues(const ForceLaw& law, const MaterialTable& materials) {

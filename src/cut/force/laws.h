@@ -1,9 +1,6 @@
 // The list of force laws.
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "kerf/force.h"
 
 // One line per law: the function in the law's file that describes it. The first law is the default.
@@ -20,9 +17,6 @@ namespace kerf {
 KERF_FORCE_LAWS(KERF_DECLARE_LAW)
 #undef KERF_DECLARE_LAW
 
-/// Columns of a force table.
-inline const std::vector<std::string> kForceTableColumns{"tissue", "bite_um", "thrust_N_per_mm", "cutting_N_per_mm",
-                                                         "source"};
 /// Returns true if the law has a table without rows for some tissue.
 bool LacksTissue(const ForceLaw& law);
 

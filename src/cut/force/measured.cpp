@@ -72,7 +72,7 @@ double CalcThrustFactor(const ForceLaw& law, const Tool& tool, double bite_mm) {
 
 std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool) {
   const bool by_width = FindCaveat(law.info()).by_width;
-  const bool is_default = law.values() == ForceLaw(law.name()).values() && law.table() == ForceLaw(law.name()).table();
+  const bool is_default = law.values() == ForceLaw(law.name()).values() && !law.has_own_table();
   const auto at = [&](std::size_t i) { return ShowFactor(CalcThrustFactor(law, tool, kMeasuredThrust.at(i).bite_mm)); };
   return fmt::format(
       "thrust{} {} that measured at a bite of 2.5 um, {} that at 10 um ({}); nothing was measured below 2 um",
@@ -85,7 +85,7 @@ std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool) {
 std::pair<double, double> FindDataBites(const ForceLaw& law) {
   if (law.table() == nullptr) return {kMeasuredThrust.front().bite_mm, kMeasuredThrust.back().bite_mm};
   // Cortical bone has by far the largest forces, and comes first.
-  const auto rows = std::ranges::find_if(law.table()->rows, [](const auto& of_tissue) { return !of_tissue.empty(); });
+  const auto rows = std::ranges::find_if(law.table()->rows(), [](const auto& of_tissue) { return !of_tissue.empty(); });
   return {rows->front().bite_mm, rows->back().bite_mm};
 }
 

@@ -25,7 +25,7 @@ double InterpolateRows(const std::vector<ForceTable::Row>& rows, double ForceTab
 double SumTissues(const ToothForce& law, double ForceTable::Row::*force, double bite_mm, const ToothCut& cut) {
   double sum_N = 0;
   for (std::size_t i = 0; i < cut.tissue.size(); ++i) {
-    const std::vector<ForceTable::Row>& rows = law.table->rows[i];
+    const std::vector<ForceTable::Row>& rows = law.table->rows()[i];
     if (cut.tissue[i] > 0 && !rows.empty()) sum_N += cut.tissue[i] * InterpolateRows(rows, force, bite_mm);
   }
   return law.c[0] * sum_N;
@@ -44,7 +44,7 @@ double FindLeastRatio(const ForceTable& table) {
   const auto consider = [&](double thrust, double cutting) {
     if (cutting != 0) least = std::min(least, std::abs(thrust / cutting));
   };
-  for (const std::vector<ForceTable::Row>& rows : table.rows) {
+  for (const std::vector<ForceTable::Row>& rows : table.rows()) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       consider(rows[i].thrust_N_per_mm, rows[i].cutting_N_per_mm);
       if (i == 0) continue;

@@ -158,22 +158,8 @@ Image RenderComponent(const Calibration& c, ForceComponent component) {
   AddPoints(residuals, values, &PlottedValue::residual_N_per_mm, colour, "", kResidualScale);
   residuals.lines.push_back({false, 0, "", kFitColour});
   Image image = RenderPlot(fit);
-  const Image below = RenderPlot(residuals);
-  image.height += below.height;
-  image.pixels.insert(image.pixels.end(), below.pixels.begin(), below.pixels.end());
+  AppendImage(RenderPlot(residuals), image);
   return image;
-}
-
-Image JoinPanels(const Image& left, const Image& right) {
-  Image joined{left.width + right.width, left.height, {}};
-  joined.pixels.reserve(left.pixels.size() + right.pixels.size());
-  for (int row = 0; row < left.height; ++row) {
-    for (const Image* image : {&left, &right}) {
-      const auto begin = image->pixels.begin() + static_cast<std::ptrdiff_t>(row) * image->width;
-      joined.pixels.insert(joined.pixels.end(), begin, begin + image->width);
-    }
-  }
-  return joined;
 }
 
 }  // namespace
@@ -183,7 +169,7 @@ Image RenderCalibration(const Calibration& c) {
   for (const ComponentResult& r : c.components) {
     if (r.determined) panels.push_back(RenderComponent(c, r.component));
   }
-  return panels.size() == 1 ? panels.front() : JoinPanels(panels.at(0), panels.at(1));
+  return panels.size() == 1 ? panels.front() : JoinImages(panels.at(0), panels.at(1));
 }
 
 }  // namespace kerf

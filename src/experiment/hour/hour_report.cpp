@@ -35,12 +35,6 @@ PlotSpec MakePanel(const std::string& title, const std::string& y) {
   return spec;
 }
 
-void Append(const Image& panel, Image& image) {
-  image.width = panel.width;
-  image.height += panel.height;
-  image.pixels.insert(image.pixels.end(), panel.pixels.begin(), panel.pixels.end());
-}
-
 Image RenderHour(const Hour& hour) {
   const HourMinute worst = hour.CalcWorst();
   PlotSpec memory = MakePanel("Memory", "in use (MB)");
@@ -69,7 +63,7 @@ Image RenderHour(const Hour& hour) {
       MakeCurve(hour, "energy (right)", [](const HourMinute& m) { return 1e9 * m.energy_error_J; })};
   rest.series[1].right_axis = true;
   Image image;
-  for (const PlotSpec* spec : {&memory, &times, &volume, &rest}) Append(RenderPlot(*spec), image);
+  for (const PlotSpec* spec : {&memory, &times, &volume, &rest}) AppendImage(RenderPlot(*spec), image);
   return image;
 }
 

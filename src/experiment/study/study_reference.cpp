@@ -100,7 +100,7 @@ std::uint64_t HashInput(const StudyPath& path, Holding holding, const ReferenceP
     hash.Add(saw.edge_radius_um);
   }
   if (law.table != nullptr) {
-    for (const std::vector<ForceTable::Row>& rows : law.table->rows) {
+    for (const std::vector<ForceTable::Row>& rows : law.table->rows()) {
       for (const ForceTable::Row& row : rows) {
         for (const double value : {row.bite_mm, row.thrust_N_per_mm, row.cutting_N_per_mm}) hash.Add(value);
       }

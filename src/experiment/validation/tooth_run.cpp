@@ -55,6 +55,7 @@ class Plunge {
       const TickOutput out =
           simulation_.Tick({PoseAt(z_mm_ - way_mm * i / steps), way_mm / steps / feed_per_turn_mm * 60 / rpm_, rpm_});
       sum.thrust_sum_N += out.thrust_sum_N;
+      sum.cutting_sum_N += out.cutting_sum_N;
       sum.engaged_teeth += out.engaged_teeth;
       sum.mean_bite_mm += out.mean_bite_mm * out.engaged_teeth;
       sum.removed_mm3 += out.removed_mm3;
@@ -105,6 +106,7 @@ ToothRun RunTooth(const ForceLaw& law, double width_mm, double bite_um, double s
   run.removed_bite_um = 1000 * sum.removed_mm3 / (kRibLength_mm * width_mm) * bite_mm / kMeasure_mm;
   run.reported_bite_um = 1000 * sum.mean_bite_mm / sum.engaged_teeth;
   run.thrust_N = sum.thrust_sum_N / sum.engaged_teeth;
+  run.cutting_N = HasCuttingForce(law) ? sum.cutting_sum_N / sum.engaged_teeth : run.thrust_N / kThrustPerCuttingForce;
   run.law_N = LawOnTooth(law, reference)({bite_mm, speed_mm_per_s, 1}).thrust_N;
   return run;
 }

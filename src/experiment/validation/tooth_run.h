@@ -15,6 +15,7 @@ struct ToothRun {
   double removed_bite_um = 0;   // volume removed per turn / (length of the rib x width of the tooth)
   double reported_bite_um = 0;  // mean over the engaged teeth, as ticks report it
   double thrust_N = 0;          // sum over the teeth / number of engaged teeth
+  double cutting_N = 0;         // likewise; thrust / kThrustPerCuttingForce for a law that states no cutting force
   double law_N = 0;             // thrust of the law at the nominal bite
 };
 

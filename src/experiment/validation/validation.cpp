@@ -59,18 +59,14 @@ class ToothRuns {
   Validation& validation_;
 };
 
-/// Replaces the law's thrust by that of a cut; a cutting force keeps its ratio to the thrust.
-void UseCut(const MeasuredSet& set, const MeasuredValue& measured, ToothRuns& runs, ValueComparison& c,
-            const ForceLaw& law) {
+/// Replaces the law's forces by those of a cut.
+void UseCut(const MeasuredSet& set, const MeasuredValue& measured, ToothRuns& runs, ValueComparison& c) {
   const MeasuredConditions at = JoinConditions(measured.at, set.conditions);
   if (IsGiven(at.density) && at.density != 1) return;  // the cut is in the bone of the measurements
   const double speed = IsGiven(at.speed_mm_per_s) ? at.speed_mm_per_s : kDefaultSpeed_mm_per_s;
   const ToothRun& run = runs.Run(c.law, set.tool.width_mm, at.bite_um, speed);
-  ToothForces forces = LawOnTooth(law, MakeReferenceDisc(set.tool.width_mm))({at.bite_um / 1000, speed, 1});
-  const double scale = forces.thrust_N > 0 ? run.thrust_N / forces.thrust_N : 0;
-  forces.thrust_N *= scale;
-  forces.cutting_N *= scale;
-  c.simulated.value = CalcToothQuantity(measured.quantity, forces, set.tool.width_mm, run.removed_bite_um / 1000);
+  c.simulated.value = CalcToothQuantity(measured.quantity, {run.thrust_N, run.cutting_N}, set.tool.width_mm,
+                                        run.removed_bite_um / 1000);
 }
 
 ValueComparison CompareValue(const Validation& v, std::size_t set_index, std::size_t row, std::size_t law_index,
@@ -88,7 +84,7 @@ ValueComparison CompareValue(const Validation& v, std::size_t set_index, std::si
   } else {
     c.simulated = SimulateQuantity(law, set, measured.quantity, measured.at);
     c.law_value = c.simulated.value;
-    if (c.simulated.why.empty() && set.tool.kind == kToolTooth) UseCut(set, measured, runs, c, law);
+    if (c.simulated.why.empty() && set.tool.kind == kToolTooth) UseCut(set, measured, runs, c);
   }
   Judge(measured, c);
   return c;

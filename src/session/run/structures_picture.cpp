@@ -172,9 +172,7 @@ void StructuresTrack::Take(double time_s, const Pose& X_WT, std::span<const doub
 void WriteStructuresPicture(const StructuresTrack& track, const Bone& bone, const Tool& tool, bool patient,
                             const std::string& name, const std::string& path) {
   Image image = RenderScene(track, bone, tool, patient, name);
-  const Image below = RenderDistance(track);
-  image.pixels.insert(image.pixels.end(), below.pixels.begin(), below.pixels.end());
-  image.height += below.height;
+  AppendImage(RenderDistance(track), image);
   WritePng(image, path);
 }
 

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
 #include <glm/geometric.hpp>
 
 #include "base/core/printable.h"
 #include "base/files/markups.h"
 #include "kerf/error.h"
+#include "session/scene/file_names.h"
 
 namespace kerf {
 namespace {
@@ -45,13 +45,11 @@ std::vector<PlanFile> ReadPlan(TableReader& root, Plan& plan, const std::string&
     PlannedPlane plane{.name = MakePlaneName(plan), .plane = {}, .margin_mm = 1};
     Describe(plane, plane_reader);
     if (plane_reader.Has("file")) {
-      std::string name;
-      plane_reader("file", name, kFileNameLimit, "");
-      const std::filesystem::path folder = std::filesystem::absolute(scene_file).parent_path();
+      std::string file;
+      ReadFileName(plane_reader, "file", file, scene_file);
       const TomlNode* at = item->Find("file");
-      if (name.empty()) plane_reader.Fault("file", "file is empty");
       files.push_back({.plane = plan.planes.size(),
-                       .file = (folder / name).lexically_normal().string(),
+                       .file = file,
                        .place = fmt::format("{}:{}:{}: ", scene_file, at->line, at->column)});
       for (const char* key : {"point_mm", "normal"}) {
         if (plane_reader.Has(key)) plane_reader.Fault(key, fmt::format("{} and file specify the same; keep one", key));

@@ -11,8 +11,6 @@
 
 namespace kerf {
 
-inline constexpr TextLimit kFileNameLimit{4096};
-
 /// A file of 3D Slicer from which a plane is read.
 struct PlanFile {
   std::size_t plane = 0;

@@ -4,16 +4,16 @@
 #include <cmath>
 #include <filesystem>
 
-#include "base/core/csv.h"
 #include "base/core/printable.h"
 #include "base/files/files.h"
 #include "base/files/markups.h"
 #include "base/toml/table_reader.h"
 #include "bone/material/ct_law_table.h"
 #include "bone/mesh/meshfile.h"
-#include "cut/force/laws.h"
 #include "device/devices/profiles.h"
 #include "kerf/error.h"
+#include "session/scene/file_names.h"
+#include "session/scene/force_section.h"
 #include "session/scene/path.h"
 #include "session/scene/path_csv.h"
 #include "session/scene/plan_section.h"
@@ -26,28 +26,11 @@ namespace {
 // Maximum size of a scene, which has at most a thousand strokes of a few hundred bytes each.
 constexpr std::size_t kMaxSceneBytes = std::size_t{4} << 20;
 constexpr std::size_t kMaxPathFileBytes = std::size_t{256} << 20;
-constexpr std::size_t kMaxForceTableBytes = std::size_t{1} << 20;
 constexpr TextLimit kTitleLimit{200};
 
 /// Tolerances for a stroke that continues from the previous one.
 constexpr double kSamePointTolerance_mm = 1e-6;
 constexpr double kSameDirectionTolerance = 1e-9;
-
-std::string ResolveFileName(const std::string& name, const std::string& scene_file) {
-  const std::filesystem::path folder = std::filesystem::absolute(scene_file).parent_path();
-  return (folder / name).lexically_normal().string();
-}
-
-void ReadFileName(TableReader& reader, const char* key, std::string& file, const std::string& scene_file) {
-  if (!reader.Has(key)) return;
-  std::string name;
-  reader(key, name, kFileNameLimit, "");
-  if (!name.empty()) {
-    file = ResolveFileName(name, scene_file);
-  } else {
-    reader.Fault(key, fmt::format("{} is empty", key));
-  }
-}
 
 void ReadBlock(TableReader& bone, const char* key, BlockParams& block, Faults& faults) {
   const TomlNode* table = bone.Table(key);
@@ -396,85 +379,6 @@ void RefuseMovedKeys(TableReader& root) {
   root.Fault("coupling", "friction_coefficient of [coupling] is now coefficient of [effects.kerf_friction]");
 }
 
-/// Returns the rows [[force.row]] as the text of a force table; empty if there are none.
-std::string ReadForceRows(TableReader& force, Faults& faults) {
-  constexpr std::size_t kMaxRows = 1000;
-  const std::vector<const TomlNode*> rows = force.Tables("row", kMaxRows);
-  if (rows.empty()) return "";
-  std::string text = fmt::format("{}\n", fmt::join(kForceTableColumns, ","));
-  for (const TomlNode* node : rows) {
-    TableReader reader(*node, "[[force.row]]", faults);
-    ForceLawRow row;
-    Describe(row, reader);
-    for (const std::string& key : kForceTableColumns) reader.Require(key.c_str());
-    reader.Finish();
-    text += fmt::format("{},{},{},{},{}\n", FormatCsvField(row.tissue), row.bite_um, row.thrust_N_per_mm,
-                        row.cutting_N_per_mm, FormatCsvField(row.source));
-  }
-  return text;
-}
-
-/// `force_file`: set to the name of the file with the law's table, if the scene names one.
-void ReadForce(TableReader& root, Scene& scene, std::string& force_file, const std::string& scene_file,
-               Faults& faults) {
-  ForceLaw& law = scene.force;
-  const TomlNode* table = root.Table("force");
-  if (table == nullptr) return;
-  TableReader reader(*table, "[force]", faults);
-  Describe(law, reader);
-  const TomlNode* word = table->Find("law");
-  if (word != nullptr && word->text != law.name()) return;  // the law is unknown, so its keys are unknown too
-  std::string file;
-  ReadFileName(reader, "file", file, scene_file);
-  const std::string rows = ReadForceRows(reader, faults);
-  for (const char* key : {"file", "row"}) {
-    if (!reader.Has(key) || law.info().has_table) continue;
-    reader.Fault(key, fmt::format("{} is not used: the law {} reads no table; remove it", key, law.name()));
-  }
-  if (!file.empty() && !rows.empty()) reader.Fault("row", "[force] has both file and row; keep one of them");
-  if (file.empty()) {
-    scene.force_table = rows;
-  } else {
-    force_file = file;
-  }
-  // A key of another law would have no effect, so it is rejected.
-  for (const ForceLawInfo* other : ForceLaws()) {
-    for (const LawParameter& parameter : other->parameters) {
-      if (!reader.Has(parameter.key) || reader.Known(parameter.key)) continue;
-      reader.Fault(parameter.key, fmt::format("{} is not used: it belongs to {} and the law is {}; remove it",
-                                              parameter.key, other->name, law.name()));
-    }
-  }
-  reader.Finish();
-}
-
-/// Rejects the ratios with which effects convert a thrust to a cutting force, if the law states the cutting force.
-void RefuseRatios(const TomlNode& document, const ForceLaw& law, Faults& faults) {
-  const TomlNode* effects = document.Find("effects");
-  if (effects == nullptr || !law.info().has_cutting) return;
-  for (const auto& [effect, key] : kCuttingRatioKeys) {
-    const TomlNode* table = effects->Find(std::string(effect));
-    const TomlNode* at = table != nullptr ? table->Find(std::string(key)) : nullptr;
-    if (at == nullptr) continue;
-    faults.Add(at->line, at->column,
-               fmt::format("{} is not used: the law {} states the cutting force; remove it", key, law.name()));
-  }
-}
-
-/// Sets the table of the force law, if the scene has one of its own. Throws kerf::Error with the place of the key.
-void SetForceTable(const TomlNode& document, const std::string& scene_file, const std::string& force_file,
-                   Scene& scene) {
-  if (force_file.empty() && scene.force_table.empty()) return;
-  const TomlNode* at = document.Find("force")->Find(force_file.empty() ? "row" : "file");
-  try {
-    if (!force_file.empty()) scene.force_table = ReadTextFile(force_file, kMaxForceTableBytes);
-    const std::string name = force_file.empty() ? "[[force.row]]" : force_file;
-    scene.force.SetTable(std::make_shared<const ForceTable>(ParseForceTable(scene.force_table, name)));
-  } catch (const Error& e) {
-    throw Error(fmt::format("{}:{}:{}: {}", scene_file, at->line, at->column, e.what()));
-  }
-}
-
 }  // namespace
 
 Scene ParseScene(const std::string& text, const std::string& file) {
@@ -498,13 +402,12 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadMaterial(root, scene.material, scene.bone, file, faults);
   ReadTool(root, scene.tool, faults);
   ReadPath(root, scene.path, file, faults);
-  std::string force_file;
-  ReadForce(root, scene, force_file, file, faults);
+  const ForceTableFile force_file = ReadForce(root, scene.force, file, faults);
   ReadSection(root, "simulation", scene.simulation, faults);
   ReadSlab(root, scene.slab, faults);
   ReadSection(root, "output", scene.output, faults);
   ReadEffects(root, scene.effects, file, faults);
-  RefuseRatios(document, scene.force, faults);
+  RefuseCuttingRatios(document, scene.force, faults);
   const std::vector<PlanFile> plan_files = ReadPlan(root, scene.plan, file, faults);
   RefuseMovedKeys(root);
   ReadGivenSection(root, "coupling", scene.coupling, faults);
@@ -518,7 +421,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   root.Finish();
   faults.ThrowIfAny();
 
-  SetForceTable(document, file, force_file, scene);
+  ReadForceTableFile(force_file, scene.force);
   ReadEffectFiles(scene.effects, document, file);
   ReadPlanFiles(plan_files, scene.plan);
   if (!scene.path.file.empty()) {

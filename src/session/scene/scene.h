@@ -133,7 +133,6 @@ struct Scene {
   SceneTool tool;
   ScenePath path;
   ForceLaw force;
-  std::string force_table;  // text of the law's own table (CSV); empty: none, or the built-in one
   SceneSimulation simulation;
   SceneSlab slab;
   SceneOutput output;

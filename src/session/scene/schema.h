@@ -113,23 +113,6 @@ void Describe(ForceLaw& p, V&& visit) {
   DescribeLawParameters(p, visit);
 }
 
-/// A row of the force law's own table; [[force.row]] has the columns of the CSV table (docs/formats.md).
-struct ForceLawRow {
-  std::string tissue = "cortical";
-  double bite_um = 1;
-  double thrust_N_per_mm = 0;
-  double cutting_N_per_mm = 0;
-  std::string source;
-};
-template <typename V>
-void Describe(ForceLawRow& p, V&& visit) {
-  visit("tissue", p.tissue, Choices{{"cortical", "cancellous", "tooth", "canal", "other"}}, "tissue of the row");
-  visit("bite_um", p.bite_um, Range{1e-3, 1000}, "bite");
-  visit("thrust_N_per_mm", p.thrust_N_per_mm, Range{0, 1e6}, "thrust for each mm of the tooth's width");
-  visit("cutting_N_per_mm", p.cutting_N_per_mm, Range{0, 1e6}, "cutting force for each mm of the tooth's width");
-  visit("source", p.source, TextLimit{1000}, "source of the row");
-}
-
 /// Keys with which effects convert a thrust to a cutting force: effect and key. They have no use if the force law
 /// states the cutting force.
 inline constexpr std::array<std::pair<std::string_view, std::string_view>, 2> kCuttingRatioKeys{

@@ -126,7 +126,7 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
     constexpr double kMeasuredRake_deg = -10;
     constexpr double kRakeTolerance_deg =
         10;  // rakes of 0 to -10 degrees differ little (docs/validation.md, rake_1987)
-    if (FindCaveat(law).by_width && scene.force_table.empty() &&
+    if (FindCaveat(law).by_width && !scene.force.has_own_table() &&
         std::abs(scene.tool.rake_deg - kMeasuredRake_deg) > kRakeTolerance_deg) {
       warnings.push_back(
           fmt::format("rake_deg = {:g} is not used: the forces of {} were measured at about {:g} degrees",

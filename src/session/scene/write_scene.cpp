@@ -6,9 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/core/csv.h"
 #include "base/core/printable.h"
-#include "cut/force/laws.h"
 #include "session/scene/plan_section.h"
 #include "session/scene/scene.h"
 #include "session/scene/schema.h"
@@ -163,17 +161,14 @@ void WriteSection(TomlWriter& write, const std::string& key, Params params) {
 }
 
 /// Writes the force law's own table, so that the scene is complete without the table's file.
-void WriteForceRows(TomlWriter& write, const std::string& table) {
-  if (table.empty()) return;
+void WriteForceRows(TomlWriter& write, const ForceLaw& law) {
+  if (!law.has_own_table()) return;
   write.SetTerse(true);
-  ReadCsv(table, "[force]", kForceTableColumns, [&](const std::vector<std::string>& fields, const CsvPlace& place) {
-    ForceLawRow row{.tissue = fields[0], .source = Printable(fields[4])};
-    row.bite_um = ParseCsvNumber(fields[1], 0, "bite_um", place);
-    row.thrust_N_per_mm = ParseCsvNumber(fields[2], 0, "thrust_N_per_mm", place);
-    row.cutting_N_per_mm = ParseCsvNumber(fields[3], 0, "cutting_N_per_mm", place);
+  for (ForceLawRow& row : law.table()->ListRows()) {
+    row.source = Printable(row.source);
     write.Header("[[force.row]]", "");
     Describe(row, write);
-  });
+  }
   write.SetTerse(false);
 }
 
@@ -234,7 +229,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   WriteSection(write, "tool", scene.tool);
   WritePath(write, scene.path);
   WriteSection(write, "force", scene.force);
-  WriteForceRows(write, scene.force_table);
+  WriteForceRows(write, scene.force);
   WriteSection(write, "simulation", scene.simulation);
   if (scene.slab.given || scene.simulation.mode == SceneMode::kSlab) WriteSection(write, "slab", scene.slab);
   WriteSection(write, "output", scene.output);

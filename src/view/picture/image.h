@@ -1,6 +1,7 @@
 // Picture in memory.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -24,6 +25,25 @@ struct Image {
     return pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column)];
   }
 };
+
+/// Returns two pictures of the same height, one beside the other.
+inline Image JoinImages(const Image& left, const Image& right) {
+  Image joined{left.width + right.width, left.height, {}};
+  joined.pixels.reserve(left.pixels.size() + right.pixels.size());
+  for (int row = 0; row < left.height; ++row) {
+    for (const Image* image : {&left, &right}) {
+      const auto begin = image->pixels.begin() + static_cast<std::ptrdiff_t>(row) * image->width;
+      joined.pixels.insert(joined.pixels.end(), begin, begin + image->width);
+    }
+  }
+  return joined;
+}
+/// Adds a picture of the same width below another one, which may be empty.
+inline void AppendImage(const Image& below, Image& image) {
+  image.width = below.width;
+  image.height += below.height;
+  image.pixels.insert(image.pixels.end(), below.pixels.begin(), below.pixels.end());
+}
 
 /// Writes a PNG through a temporary file. Throws Error if `path` does not end in .png or cannot be written.
 void WritePng(const Image& image, const std::string& path);

@@ -46,16 +46,18 @@ TEST(ForceTable, ForcesAreLinearBetweenRowsFromZeroAndBeyond) {
 TEST(ForceTable, FaultsNameTheLine) {
   EXPECT_EQ(Refusal("cortical,2,8,6,test\ncortical,4,10,5,test\n"), "accepted");
   EXPECT_EQ(Refusal("cortikal,2,8,6,test\n"),
-            "t.csv:2: there is no tissue \"cortikal\"; there are cortical, cancellous, tooth, canal and other");
+            "t.csv:2: tissue = \"cortikal\" is unknown; it must be \"cortical\" or \"cancellous\" or \"tooth\" or "
+            "\"canal\" or \"other\"");
   EXPECT_EQ(Refusal("cortical,2,8,6,test\ncortical,2,9,6,test\n"),
             "t.csv:3: the bites of cortical must increase from row to row, by at least 1 %");
   EXPECT_EQ(Refusal("cortical,2,8,6,test\ncortical,4,7.9,6,test\n"),
             "t.csv:3: the thrust in cortical falls as the bite grows; a tool in a hand would have no unique motion");
-  EXPECT_EQ(Refusal("cortical,2,-8,6,test\n"), "t.csv:2: thrust_N_per_mm = -8 must be 0 to 1000000");
-  EXPECT_EQ(Refusal("cortical,0,8,6,test\n"), "t.csv:2: bite_um = 0 must be 0.001 to 1000");
-  EXPECT_EQ(Refusal("cortical,2,8,6,\n"), "t.csv:2: the source is missing");
-  EXPECT_EQ(Refusal("cortical,2,8,6,test\n"), "t.csv has one row for cortical; at least two bites are needed");
-  EXPECT_EQ(Refusal(""), "t.csv has no rows");
+  EXPECT_EQ(Refusal("cortical,2,-8,6,test\n"),
+            "t.csv:2: thrust_N_per_mm = -8 is below 0; valid range 0 to 1000000 N/mm");
+  EXPECT_EQ(Refusal("cortical,0,8,6,test\n"), "t.csv:2: bite_um = 0 is below 0.001; valid range 0.001 to 1000 um");
+  EXPECT_EQ(Refusal("cortical,2,8,6,\n"), "t.csv:2: the source is empty; state where the numbers come from");
+  EXPECT_EQ(Refusal("cortical,2,8,6,test\n"), "t.csv: there is one row for cortical; at least two bites are needed");
+  EXPECT_EQ(Refusal(""), "t.csv: there are no rows");
   EXPECT_EQ(test::MessageOf([] { ForceLaw("hertz_chip").SetTable(nullptr); }),
             "the force law hertz_chip reads no table");
 }

@@ -138,11 +138,12 @@ TEST(EveryLaw, MetresAndPascalsGiveTheSameNewtons) {
     for (std::size_t i = 0; i < info->parameters.size(); ++i) values[i] = ToSI(info->parameters[i].key, values[i]);
     std::shared_ptr<ForceTable> table;
     if (law.table() != nullptr) {
-      table = std::make_shared<ForceTable>(*law.table());
-      for (auto& rows : table->rows) {
-        for (ForceTable::Row& row : rows) {
-          row = {1e-3 * row.bite_mm, 1e3 * row.thrust_N_per_mm, 1e3 * row.cutting_N_per_mm};
-        }
+      table = std::make_shared<ForceTable>();
+      for (ForceLawRow row : law.table()->ListRows()) {
+        row.bite_um *= 1e-3;
+        row.thrust_N_per_mm *= 1e3;
+        row.cutting_N_per_mm *= 1e3;
+        table->Add(row);
       }
     }
     const ToothForce in_mm = info->make(law.values(), CalcTooth(kSaw), law.table());

@@ -113,12 +113,14 @@ TEST(LawMetamorphic, DoubledBiteAndDoubledTeethGiveThePowerLawsFactors) {
   }
 }
 
-TEST(LawMetamorphic, EdgePlusChipIsTheSumOfItsTwoTerms) {
-  Setting whole{ForceLaw("edge_plus_chip")};
+/// Checks that a law is the sum of two terms, of which each is left if the other's parameter is 0: one that does not
+/// depend on the bite, and one in proportion to it.
+void ExpectTwoTerms(const ForceLaw& law, const char* edge_key, const char* chip_key) {
+  Setting whole{law};
   Setting edge = whole;
-  edge.law.Set("chip_N_per_mm2", 0);
+  edge.law.Set(chip_key, 0);
   Setting chip = whole;
-  chip.law.Set("edge_N_per_mm", 0);
+  chip.law.Set(edge_key, 0);
   const std::vector<TickOutput> edge_part = Plunge(edge);
   const std::vector<TickOutput> chip_part = Plunge(chip);
   ExpectFactor(Plunge(whole), Combine(1, edge_part, 1, chip_part), 1, "whole");
@@ -132,20 +134,14 @@ TEST(LawMetamorphic, EdgePlusChipIsTheSumOfItsTwoTerms) {
   ExpectFactor(Plunge(finer), Combine(2, edge_part, 1, chip_part), 1, "teeth doubled");
 }
 
-// The same with the terms of two_component, without its crossover.
-TEST(LawMetamorphic, TwoComponentIsTheSumOfItsTwoTerms) {
-  Setting whole{ForceLaw("two_component")};
-  whole.law.Set("crossover_share", 0);
-  Setting edge = whole;
-  edge.law.Set("thrust_chip_N_per_mm2", 0);
-  Setting chip = whole;
-  chip.law.Set("thrust_edge_N_per_mm", 0);
-  const std::vector<TickOutput> edge_part = Plunge(edge);
-  const std::vector<TickOutput> chip_part = Plunge(chip);
-  ExpectFactor(Plunge(whole), Combine(1, edge_part, 1, chip_part), 1, "both");
-  Setting faster = whole;
-  faster.dt_s /= 2;
-  ExpectFactor(Plunge(faster), Combine(1, edge_part, 2, chip_part), 1, "bite doubled");
+TEST(LawMetamorphic, EdgePlusChipIsTheSumOfItsTwoTerms) {
+  ExpectTwoTerms(ForceLaw("edge_plus_chip"), "edge_N_per_mm", "chip_N_per_mm2");
+}
+
+TEST(LawMetamorphic, TwoComponentWithoutCrossoverIsTheSumOfItsTwoTerms) {
+  ForceLaw law("two_component");
+  law.Set("crossover_share", 0);
+  ExpectTwoTerms(law, "thrust_edge_N_per_mm", "thrust_chip_N_per_mm2");
 }
 
 // A table with rows at 2 and 10 um is two_component with its crossover at 2 um: 9.66 + 468 h beyond, linear below.

@@ -31,6 +31,14 @@ TEST_P(SceneMessage, IsExactlyAsExpected) {
 const std::string kTail =
     "[[path.stroke]]\nstart_mm = [0,0,0]\nend_mm = [1,0,0]\nfeed_mm_per_s = 3\ndisc_normal = [0,1,0]\n";
 
+/// A row of the force law's table.
+std::string ForceRow(double bite_um, double thrust_N_per_mm) {
+  return fmt::format(
+      "[[force.row]]\ntissue = \"cortical\"\nbite_um = {}\nthrust_N_per_mm = {}\ncutting_N_per_mm = 1\nsource = "
+      "\"t\"\n",
+      bite_um, thrust_N_per_mm);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, SceneMessage,
     ::testing::Values(
@@ -81,6 +89,18 @@ INSTANTIATE_TEST_SUITE_P(
             "s.toml:11:1: tangential_share is not used: the law tabulated states the cutting force; remove it"},
         Mistake{"TableOfAnotherLaw", test::ShortScene() + "[force]\nlaw = \"two_component\"\nfile = \"t.csv\"\n",
                 "s.toml:10:1: file is not used: the law two_component reads no table; remove it"},
+        Mistake{"RowOfAnotherLaw", test::ShortScene() + "[[force.row]]\ntissue = \"tooth\"\n",
+                "s.toml:8:9: row is not used: the law hertz_chip reads no table; remove it"},
+        Mistake{"RowsOutOfOrder",
+                test::ShortScene() + "[force]\nlaw = \"tabulated\"\n" + ForceRow(2, 5) + ForceRow(1, 6),
+                "s.toml:16:1: the bites of cortical must increase from row to row, by at least 1 %"},
+        Mistake{"OneRow", test::ShortScene() + "[force]\nlaw = \"tabulated\"\n" + ForceRow(2, 5),
+                "s.toml:10:9: there is one row for cortical; at least two bites are needed"},
+        Mistake{"RowWithoutSource",
+                test::ShortScene() + "[force]\nlaw = \"tabulated\"\n[[force.row]]\ntissue = \"tooth\"\nbite_um = 0\n"
+                                     "thrust_N_per_mm = 1\ncutting_N_per_mm = 1\n",
+                "s.toml:10:1: [[force.row]] has no source\n"
+                "s.toml:12:1: bite_um = 0 is below 0.001; valid range 0.001 to 1000 um"},
         Mistake{"OsteonsWithoutDirection", test::ShortScene() + "[material]\nosteon_direction = [0, 0, 0]\n",
                 "s.toml:9:1: osteon_direction has length 0"},
         Mistake{"NoBone", kTail, "s.toml:1:1: the scene has no bone"},

@@ -203,7 +203,7 @@ TEST(ResolvedScene, LawWithItsOwnCuttingForceAndTableReadsBack) {
     EXPECT_EQ(text.find(table), std::string::npos) << "the scene must not depend on the file";
     EXPECT_EQ(again.force.table() != nullptr, law.find("tabulated") != std::string::npos);
     if (again.force.table() != nullptr) {
-      EXPECT_EQ(again.force.table()->rows[0][1].thrust_N_per_mm, 5);
+      EXPECT_EQ(again.force.table()->rows()[0][1].thrust_N_per_mm, 5);
     }
   }
 }
