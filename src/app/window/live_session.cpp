@@ -141,11 +141,9 @@ LiveFigures LiveSession::figures() const {
   return figures_;
 }
 
-std::string LiveSession::MakeForceNote() const {
-  std::string note = fmt::format("{}: {}", scene_.force.name(), DescribeAccuracy(scene_.force, MakeTool(scene_)));
-  const double bite_mm = figures().coupled.mean_bite_mm;
-  if (bite_mm > 0) note += fmt::format("; now {}", DescribeBite(scene_.force, bite_mm));
-  return note;
+std::string LiveSession::MakeForceNote(double bite_mm) const {
+  return fmt::format("{}: {}; now {}", scene_.force.name(), DescribeAccuracy(scene_.force, MakeTool(scene_)),
+                     DescribeBite(scene_.force, bite_mm));
 }
 
 std::vector<ForceMoment> LiveSession::TakeForces() {

@@ -81,8 +81,8 @@ class LiveSession final : private SessionController {
   /// Requests a copy of the current bone.
   std::future<Bone> AskBone();
   const Scene& scene() const { return scene_; }
-  /// Returns a note on the agreement of the force law with measurements.
-  std::string MakeForceNote() const;
+  /// Returns a note on the agreement of the force law with measurements, at a bite; 0: no tooth is engaged.
+  std::string MakeForceNote(double bite_mm) const;
 
   /// Requests the end of the loop; stage() reports when it has ended.
   void Stop() { stop_.store(true); }

@@ -458,7 +458,7 @@ HudState ViewerApp::MakeHud() {
   hud.values.rpm = figures_.in.rpm;
   hud.values.force_N = glm::length(figures_.coupled.f_H_W_N);
   hud.now_s = figures_.time_s;
-  if (session_) hud.force_note = session_->MakeForceNote();
+  if (session_) hud.force_note = session_->MakeForceNote(figures_.coupled.mean_bite_mm);
   const auto recent = std::lower_bound(forces_.begin(), forces_.end(), figures_.time_s - 10.5,
                                        [](const PlotPoint& p, double t) { return p.time_s < t; });
   hud.force.assign(recent, forces_.end());
