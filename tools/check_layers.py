@@ -41,6 +41,7 @@ LIBRARIES = [
     ("sndfile", re.compile(r"^sndfile\.h")),
     ("json", re.compile(r"^nlohmann/")),
     ("glfw", re.compile(r"^GLFW/")),
+    ("imgui", re.compile(r"^(imgui|imgui_internal|imgui_stdlib|backends/imgui)")),
     ("alsa", re.compile(r"^alsa/")),
     ("sqlite", re.compile(r"^sqlite3\.h")),
     ("zlib", re.compile(r"^zlib\.h")),

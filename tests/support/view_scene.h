@@ -4,13 +4,13 @@
 #include <cmath>
 #include <string>
 
-#include "view/live/hud.h"
+#include "view/ui/hud.h"
 
 namespace kerf::test {
 
 inline HudState MakeFullHud() {
   HudState hud;
-  hud.values = {3.42, 5.1, 7500, 2.31, 1.4, 2.7, 0.38};
+  hud.values = {3.42, 5.1, 7500, 2.31, 1.4, true, 2.7, 0.38};
   hud.now_s = 14;
   hud.force_note = "hertz_chip: thrust 1.6 times that measured at a bite of 2.5 um, 9 times at 10 um (22 mm disc)";
   for (int i = 0; i < 14000; i += 5) {
@@ -31,9 +31,9 @@ inline HudState MakeFullHud() {
   hud.status.message = "checkpoint \"before second cut\" made";
   hud.status.recording_s = 83;
   hud.status.right = "F1 help";
-  hud.pieces = {{"ramus, left", "12 480 mm\xc2\xb3", {86, 180, 233}, false, false},
-                {"body", "31 020 mm\xc2\xb3, moved 4.2 mm", {230, 159, 0}, true, false},
-                {"splinter", "38 mm\xc2\xb3", {0, 158, 115}, false, true}};
+  hud.pieces = {{"ramus, left", "12.48 cm\xc2\xb3", {86, 180, 233}, false, false},
+                {"body", "31.02 cm\xc2\xb3", {230, 159, 0}, true, false},
+                {"splinter", "0.04 cm\xc2\xb3", {0, 158, 115}, false, true}};
   return hud;
 }
 

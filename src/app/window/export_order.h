@@ -12,7 +12,7 @@
 #include "session/export/write_export.h"
 #include "session/plan/plan.h"
 #include "session/scene/scene.h"
-#include "view/live/hud.h"
+#include "view/ui/hud.h"
 
 namespace kerf {
 

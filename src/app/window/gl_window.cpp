@@ -70,6 +70,7 @@ struct GlWindow::State {
   // that waited while a picture was drawn.
   double mouse_x = 0;
   double mouse_y = 0;
+  int place[4] = {0, 0, 0, 0};  // position and size before full screen
 
   ~State() {
     if (window != nullptr) {
@@ -144,6 +145,9 @@ void GlWindow::State::Listen() {
     WindowEvent& event = Of(w).Add(Kind::kScroll, mods);
     event.amount = y;
     Of(w).SetPlace(event);
+  });
+  glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
+    if (count > 0) Of(w).Add(Kind::kDrop).path = paths[0];
   });
   glfwSetFramebufferSizeCallback(window, [](GLFWwindow* w, int, int) {
     Of(w).Resize();
@@ -222,6 +226,23 @@ double GlWindow::content_scale() const {
   float y = 1;
   glfwGetWindowContentScale(state_->window, &x, &y);
   return x;
+}
+
+bool GlWindow::full_screen() const {
+  return glfwGetWindowMonitor(state_->window) != nullptr;
+}
+
+void GlWindow::set_full_screen(bool on) {
+  GLFWwindow* window = state_->window;
+  int(&place)[4] = state_->place;
+  if (on == full_screen()) return;
+  if (!on) return glfwSetWindowMonitor(window, nullptr, place[0], place[1], place[2], place[3], GLFW_DONT_CARE);
+  GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+  if (monitor == nullptr) return;
+  glfwGetWindowPos(window, &place[0], &place[1]);
+  glfwGetWindowSize(window, &place[2], &place[3]);
+  const GLFWvidmode* mode = glfwGetVideoMode(monitor);
+  glfwSetWindowMonitor(window, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
 }
 
 std::vector<WindowEvent> GlWindow::Poll(double wait_s) {

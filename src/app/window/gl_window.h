@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "app/window/event.h"
 #include "kerf/describe.h"
+#include "view/ui/event.h"
 
 class vtkRenderWindow;
 
@@ -38,6 +38,10 @@ class GlWindow {
   int height() const;
   /// Returns the factor by which text must be enlarged relative to a standard display: 2 on a "2x" display.
   double content_scale() const;
+
+  /// Covers the whole monitor, or returns to the previous place and size.
+  void set_full_screen(bool on);
+  bool full_screen() const;
 
   /// Returns the events since the last call. Waits at most `wait_s` for one.
   std::vector<WindowEvent> Poll(double wait_s);

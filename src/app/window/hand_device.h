@@ -9,7 +9,7 @@
 
 #include "app/window/saw_controls.h"
 #include "session/held_device/hold_tool.h"
-#include "view/live/hud.h"
+#include "view/ui/hud.h"
 
 namespace kerf {
 

@@ -18,25 +18,22 @@ void Menu::Step(int by) {
   }
 }
 
-Menu::State Menu::Take(const WindowEvent& event, const std::function<std::optional<int>(double x, double y)>& row_at) {
-  using Kind = WindowEvent::Kind;
-  const auto pick = [&](int row) {
-    if (row < 0 || row >= static_cast<int>(items_.size()) || !items_[static_cast<std::size_t>(row)].enabled) {
-      return State::kOpen;
-    }
-    selected_ = row;
-    return State::kChosen;
-  };
-  if (event.kind == Kind::kMouseDown && event.button == MouseButton::kLeft) {
-    const std::optional<int> row = row_at(event.x, event.y);
-    return row ? pick(*row) : State::kOpen;
+Menu::State Menu::Pick(int row) {
+  if (row < 0 || row >= static_cast<int>(items_.size()) || !items_[static_cast<std::size_t>(row)].enabled) {
+    return State::kOpen;
   }
+  selected_ = row;
+  return State::kChosen;
+}
+
+Menu::State Menu::Take(const WindowEvent& event) {
+  using Kind = WindowEvent::Kind;
   if (event.kind != Kind::kKeyDown) return State::kOpen;
   switch (event.key) {
     case Key::kEscape:
       return State::kCancelled;
     case Key::kEnter:
-      return items_.empty() ? State::kCancelled : pick(selected_);
+      return items_.empty() ? State::kCancelled : Pick(selected_);
     case Key::kUp:
       Step(-1);
       return State::kOpen;
@@ -45,7 +42,7 @@ Menu::State Menu::Take(const WindowEvent& event, const std::function<std::option
       return State::kOpen;
     default:
       if (event.key >= Key::k1 && event.key <= Key::k9) {
-        return pick(static_cast<int>(event.key) - static_cast<int>(Key::k1));
+        return Pick(static_cast<int>(event.key) - static_cast<int>(Key::k1));
       }
       return State::kOpen;
   }

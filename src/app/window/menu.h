@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "app/window/event.h"
-#include "view/live/hud.h"
+#include "view/ui/event.h"
+#include "view/ui/hud.h"
 
 namespace kerf {
 
@@ -26,8 +26,9 @@ class Menu {
 
   enum class State { kOpen, kChosen, kCancelled };
   /// Consumes every key. If it returns kChosen, the caller must close the menu and then call choose() of chosen().
-  /// `row_at`: returns the row at a mouse position.
-  State Take(const WindowEvent& event, const std::function<std::optional<int>(double x, double y)>& row_at);
+  State Take(const WindowEvent& event);
+  /// The same for a row that was clicked.
+  State Pick(int row);
   const MenuItem& chosen() const { return items_[static_cast<std::size_t>(selected_)]; }
   HudMenu Show() const;
   const std::string& title() const { return title_; }

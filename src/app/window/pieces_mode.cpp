@@ -14,6 +14,7 @@
 #include "bone/grid/surface.h"
 #include "bone/pieces/measure.h"
 #include "kerf/error.h"
+#include "view/ui/translate.h"
 
 namespace kerf {
 namespace {
@@ -21,7 +22,7 @@ namespace {
 constexpr double kNudge_mm = 0.5;
 constexpr double kNudge_deg = 1;
 constexpr double kTurnByPixel_deg = 0.25;
-constexpr std::array<const char*, 3> kAxes{"left - right", "front - back", "up - down"};
+constexpr std::array<const char*, 3> kAxes{Mark("left - right"), Mark("front - back"), Mark("up - down")};
 // After Okabe and Ito: distinguishable with red-green colour blindness.
 constexpr std::array<Rgb8, 6> kColours{
     {{230, 159, 0}, {86, 180, 233}, {0, 158, 115}, {240, 228, 66}, {204, 121, 167}, {213, 94, 0}}};
@@ -80,14 +81,15 @@ void PiecesMode::Update() {
     try {
       pieces_ = splitting_.get();
     } catch (const std::exception& e) {  // the session has ended in the meantime
-      viewer_.Say(fmt::format("The bone could not be split: {}", e.what()));
+      viewer_.Say(fmt::format(fmt::runtime(Tr("The bone could not be split: {}")), e.what()));
       return;
     }
     MakeShapes();
     selected_ = pieces_->size() > 1 ? 1 : pieces_->size() - 1;
     viewer_.view().set_bone_hidden(true);
-    viewer_.Say(pieces_->size() == 1 ? "The bone is in one piece"
-                                     : fmt::format("{} pieces; click one to pick it, F1 for help", pieces_->size()));
+    viewer_.Say(pieces_->size() == 1
+                    ? Tr("The bone is in one piece")
+                    : fmt::format(fmt::runtime(Tr("{} pieces; click one to pick it, F1 for help")), pieces_->size()));
     viewer_.trace().Write("pieces", {{"count", pieces_->size()}});
     Show();
     Changed();
@@ -178,7 +180,7 @@ void PiecesMode::SelectNext(int by) {
 void PiecesMode::TakePoint(const ScreenPoint& at) {
   const Ray ray = viewer_.view().camera().CalcRay(at);
   const std::optional<PiecePick> hit = pieces_->Pick(ray.origin_W, ray.direction_W);
-  if (!hit) return viewer_.Say("There is no piece under the mouse");
+  if (!hit) return viewer_.Say(Tr("There is no piece under the mouse"));
   points_W_.push_back(hit->p_W_mm);
   const std::size_t wanted = asking_ == Asking::kDistance ? 2 : 3;
   if (points_W_.size() == wanted) {
@@ -254,14 +256,6 @@ bool PiecesMode::TakeMouse(const WindowEvent& event) {
     return true;
   }
   const ScreenPoint at{event.x, event.y};
-  if (const std::optional<int> row = viewer_.view().PickPieceRow(at)) {
-    int shown = 0;
-    for (int i = 0; i < pieces_->size(); ++i) {
-      if (!pieces_->state(i).deleted && shown++ == *row) Select(i);
-    }
-    return true;
-  }
-  if (viewer_.view().IsOnPanel(at)) return true;
   if (asking_ != Asking::kNothing) return TakePoint(at), true;
   const Ray ray = viewer_.view().camera().CalcRay(at);
   if (const std::optional<PiecePick> hit = pieces_->Pick(ray.origin_W, ray.direction_W)) {
@@ -281,41 +275,148 @@ void PiecesMode::ShowCheckpoints() {
                        Changed();
                      }});
   }
-  if (items.empty()) return viewer_.Say("There is no checkpoint of the pieces yet; press C to make one");
-  menu_.emplace("Return pieces to", std::move(items));
+  if (items.empty()) return viewer_.Say(Tr("There is no checkpoint of the pieces yet; press C to make one"));
+  menu_.emplace(Tr("Return pieces to"), std::move(items));
+}
+
+void PiecesMode::Do(const std::function<void()>& change) {
+  // Before pieces are changed, wait until no other thread reads them.
+  if (finding_.valid()) finding_.wait();
+  try {
+    change();
+  } catch (const Error& e) {
+    viewer_.Say(e.what());
+  }
+  Changed();
+}
+
+bool PiecesMode::is_ready() const {
+  return entered_ && pieces_ && !splitting_.valid();
+}
+
+void PiecesMode::AddActions(ActionList& actions) {
+  const auto ready = [this] { return is_ready() && !menu_; };
+  const auto any = [this, ready] { return ready() && selected_ >= 0 && !pieces_->state(selected_).deleted; };
+  const auto ask = [this](Asking what) {
+    asking_ = what;
+    points_W_.clear();
+  };
+  actions.Add({.id = "pieces.next",
+               .menu = Mark("Pieces"),
+               .label = Mark("Pick the next piece"),
+               .shortcut = {Key::kTab},
+               .run = [this] { SelectNext(1); },
+               .enabled = ready,
+               .begins_group = true});
+  actions.Add({.id = "pieces.axis",
+               .menu = Mark("Pieces"),
+               .label = Mark("One axis only: left, front, up, any"),
+               .shortcut = {Key::kA},
+               .tip = Mark("Restricts motion to one of the patient's axes, and rotation to that axis"),
+               .run =
+                   [this] {
+                     axis_ = axis_ == 2 ? -1 : axis_ + 1;
+                     viewer_.Say(axis_ < 0 ? std::string(Tr("Pieces move freely"))
+                                           : fmt::format(fmt::runtime(Tr("Pieces move along {} and turn about it")),
+                                                         Tr(kAxes[static_cast<std::size_t>(axis_)])));
+                   },
+               .enabled = ready,
+               .on = [this] { return axis_ >= 0; },
+               .relevant = [this] { return entered_; },
+               .indicator = Mark("One axis")});
+  actions.Add({.id = "pieces.hide",
+               .menu = Mark("Pieces"),
+               .label = Mark("Hide or show the piece"),
+               .shortcut = {Key::kH},
+               .run = [this] { Do([this] { pieces_->SetHidden(selected_, !pieces_->state(selected_).hidden); }); },
+               .enabled = any});
+  actions.Add({.id = "pieces.delete",
+               .menu = Mark("Pieces"),
+               .label = Mark("Delete the piece"),
+               .shortcut = {Key::kDelete},
+               .run =
+                   [this] {
+                     Do([this] { pieces_->Delete(selected_); });
+                     SelectNext(1);
+                   },
+               .enabled = any});
+  actions.Add({.id = "pieces.reset",
+               .menu = Mark("Pieces"),
+               .label = Mark("Return the piece to its place"),
+               .shortcut = {Key::kR},
+               .run = [this] { Do([this] { pieces_->Reset(selected_); }); },
+               .enabled = any});
+  actions.Add({.id = "pieces.reset_all",
+               .menu = Mark("Pieces"),
+               .label = Mark("Return all pieces"),
+               .shortcut = {.key = Key::kR, .shift = true},
+               .run = [this] { Do([this] { pieces_->ResetAll(); }); },
+               .enabled = ready});
+  actions.Add({.id = "pieces.distance",
+               .menu = Mark("Pieces"),
+               .label = Mark("Measure a distance"),
+               .shortcut = {Key::kD},
+               .run = [ask] { ask(Asking::kDistance); },
+               .enabled = ready,
+               .begins_group = true});
+  actions.Add({.id = "pieces.angle",
+               .menu = Mark("Pieces"),
+               .label = Mark("Measure an angle"),
+               .shortcut = {Key::kJ},
+               .run = [ask] { ask(Asking::kAngle); },
+               .enabled = ready});
+  actions.Add({.id = "pieces.clear",
+               .menu = Mark("Pieces"),
+               .label = Mark("Delete the measurements"),
+               .shortcut = {Key::kBackspace},
+               .run =
+                   [this] {
+                     measures_.clear();
+                     Show();
+                   },
+               .enabled = ready});
+}
+
+void PiecesMode::Undo() {
+  Do([this] {
+    if (!pieces_->Undo()) viewer_.Say(Tr("There is nothing to undo"));
+  });
+}
+
+void PiecesMode::Redo() {
+  Do([this] {
+    if (!pieces_->Redo()) viewer_.Say(Tr("There is nothing to redo"));
+  });
+}
+
+void PiecesMode::AskCheckpoint() {
+  viewer_.AskText(Tr("Name of the checkpoint:"), fmt::format("pieces {}", pieces_->checkpoints().size() + 1),
+                  [this](const std::optional<std::string>& name) {
+                    if (!name || name->empty()) return;
+                    pieces_->Checkpoint(*name);
+                    viewer_.Say(fmt::format(fmt::runtime(Tr("Checkpoint: {}")), *name));
+                  });
 }
 
 bool PiecesMode::TakeKey(const WindowEvent& event) {
-  const bool any = selected_ >= 0 && !pieces_->state(selected_).deleted;
-  if (event.control) {
-    if (event.key == Key::kZ && !event.shift) {
-      if (!pieces_->Undo()) viewer_.Say("There is nothing to undo");
-    } else if (event.key == Key::kY || event.key == Key::kZ) {
-      if (!pieces_->Redo()) viewer_.Say("There is nothing to redo");
-    } else {
-      return false;
-    }
-    Changed();
-    return true;
-  }
+  if (event.control || selected_ < 0 || pieces_->state(selected_).deleted) return false;
   const ViewCamera& camera = viewer_.view().camera();
   const auto nudge = [&](const Vec3& by_W) {
-    if (!any) return true;
-    const std::optional<Vec3> along = axis();
-    if (along) {
-      const double by_mm = glm::dot(by_W, *along);
-      if (by_mm != 0) pieces_->MoveAlong(selected_, *along, kNudge_mm * (by_mm > 0 ? 1 : -1));
-    } else {
-      pieces_->Move(selected_, kNudge_mm * by_W);
-    }
-    Changed();
+    Do([&] {
+      if (const std::optional<Vec3> along = axis()) {
+        const double by_mm = glm::dot(by_W, *along);
+        if (by_mm != 0) pieces_->MoveAlong(selected_, *along, kNudge_mm * (by_mm > 0 ? 1 : -1));
+      } else {
+        pieces_->Move(selected_, kNudge_mm * by_W);
+      }
+    });
     return true;
   };
   const auto turn = [&](double sign) {
-    if (!any) return true;
-    pieces_->RotateAbout(selected_, pieces_->CalcCentroid(selected_), axis().value_or(camera.forward_W()),
-                         sign * kNudge_deg);
-    Changed();
+    Do([&] {
+      pieces_->RotateAbout(selected_, pieces_->CalcCentroid(selected_), axis().value_or(camera.forward_W()),
+                           sign * kNudge_deg);
+    });
     return true;
   };
   switch (event.key) {
@@ -335,81 +436,47 @@ bool PiecesMode::TakeKey(const WindowEvent& event) {
       return turn(-1);
     case Key::kE:
       return turn(1);
-    case Key::kTab:
-      SelectNext(event.shift ? -1 : 1);
-      return true;
-    case Key::kA:
-      axis_ = axis_ == 2 ? -1 : axis_ + 1;
-      viewer_.Say(axis_ < 0
-                      ? "Pieces move freely"
-                      : fmt::format("Pieces move along {} and turn about it", kAxes[static_cast<std::size_t>(axis_)]));
-      return true;
-    case Key::kH:
-      if (any) pieces_->SetHidden(selected_, !pieces_->state(selected_).hidden);
-      Changed();
-      return true;
-    case Key::kDelete:
-      if (!any) return true;
-      pieces_->Delete(selected_);
-      SelectNext(1);
-      return true;
-    case Key::kR:
-      if (event.shift) {
-        pieces_->ResetAll();
-      } else if (any) {
-        pieces_->Reset(selected_);
-      }
-      Changed();
-      return true;
-    case Key::kD:
-    case Key::kJ:
-      asking_ = event.key == Key::kD ? Asking::kDistance : Asking::kAngle;
-      points_W_.clear();
-      return true;
-    case Key::kBackspace:
-      measures_.clear();
-      Show();
-      return true;
-    case Key::kC:
-      viewer_.AskText("Name of the checkpoint:", fmt::format("pieces {}", pieces_->checkpoints().size() + 1),
-                      [this](const std::optional<std::string>& name) {
-                        if (!name || name->empty()) return;
-                        pieces_->Checkpoint(*name);
-                        viewer_.Say(fmt::format("Checkpoint: {}", *name));
-                      });
-      return true;
-    case Key::kB:
-      ShowCheckpoints();
-      return true;
     default:
       return false;
+  }
+}
+
+void PiecesMode::PickMenuRow(int row) {
+  if (!menu_ || menu_->Pick(row) != Menu::State::kChosen) return;
+  const Menu done = *std::exchange(menu_, std::nullopt);
+  done.chosen().choose();
+}
+
+void PiecesMode::PickPieceRow(int row) {
+  int shown = 0;
+  for (int i = 0; i < pieces_->size(); ++i) {
+    if (!pieces_->state(i).deleted && shown++ == row) Select(i);
   }
 }
 
 bool PiecesMode::Take(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
   if (menu_) {
-    const Menu::State state = menu_->Take(event, [this](double x, double y) {
-      return viewer_.view().PickMenuRow({x, y});
-    });
-    if (state == Menu::State::kOpen) return true;
+    const Menu::State state = menu_->Take(event);
+    if (state == Menu::State::kOpen) return event.kind != Kind::kScroll;
     const Menu done = *std::exchange(menu_, std::nullopt);
     if (state == Menu::State::kChosen) done.chosen().choose();
     return true;
   }
-  if (!pieces_ || splitting_.valid()) return false;
-  const bool mouse = event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp || event.kind == Kind::kMouseMove;
-  if (!mouse && event.kind != Kind::kKeyDown) return false;
-  // Before pieces are changed, wait until no other thread reads them.
-  if (finding_.valid() && (!mouse || event.kind == Kind::kMouseDown || dragging_)) finding_.wait();
+  if (!is_ready()) return false;
   if (event.kind == Kind::kKeyDown && event.key == Key::kEscape && asking_ != Asking::kNothing) {
     asking_ = Asking::kNothing;
     points_W_.clear();
     Show();
     return true;
   }
+  if (event.kind == Kind::kKeyDown) return TakeKey(event);
+  const bool mouse = event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp || event.kind == Kind::kMouseMove;
+  if (!mouse) return false;
+  // Before pieces are changed, wait until no other thread reads them.
+  if (finding_.valid() && (event.kind == Kind::kMouseDown || dragging_)) finding_.wait();
   try {
-    return mouse ? TakeMouse(event) : TakeKey(event);
+    return TakeMouse(event);
   } catch (const Error& e) {
     viewer_.Say(e.what());
     return true;
@@ -420,7 +487,7 @@ void PiecesMode::Fill(HudState& hud) {
   hud.show_plot = false;
   hud.show_values = false;
   if (splitting_.valid()) {
-    hud.progress = HudProgress{.title = "Pieces", .stage = "splitting the bone", .fraction = {}};
+    hud.progress = HudProgress{.title = Tr("Pieces"), .stage = Tr("splitting the bone"), .fraction = {}};
     return;
   }
   if (!pieces_) return;
@@ -429,24 +496,29 @@ void PiecesMode::Fill(HudState& hud) {
     if (state.deleted) continue;
     HudPiece row;
     row.name = pieces_->piece(i).name;
-    row.detail = fmt::format("{:.2f} cm3", 1e-3 * pieces_->piece(i).volume_mm3);
+    row.detail = fmt::format("{} cm³", ShowNumber(1e-3 * pieces_->piece(i).volume_mm3, 2));
     const double moved_mm = glm::length(pieces_->CalcCentroid(i) - pieces_->piece(i).centroid_P);
     const double turned_deg = CalcRotationAngle(state.X_WP);
     std::string words = fmt::format("{}: {}", row.name, row.detail);
     if (moved_mm > 0.005 || turned_deg > 0.05) {
-      words += fmt::format(", moved {:.1f} mm, turned {:.1f}°", moved_mm, turned_deg);
+      words += fmt::format(fmt::runtime(Tr(", moved {} mm, turned {}°")), ShowNumber(moved_mm, 1),
+                           ShowNumber(turned_deg, 1));
     }
     if (contacts_) {
       for (const PieceContact& contact : contacts_->with) {
         if (contacts_->piece != i && contact.other != i) continue;
-        const std::string lies = contact.overlap_mm3 > 0 ? fmt::format("overlap {:.1f} mm3", contact.overlap_mm3)
-                                 : contact.gap           ? fmt::format("gap {:.2f} mm", contact.gap->gap_mm)
-                                                         : std::string("apart");
+        const std::string lies =
+            contact.overlap_mm3 > 0
+                ? fmt::format(fmt::runtime(Tr("overlap {} mm³")), ShowNumber(contact.overlap_mm3, 1))
+            : contact.gap ? fmt::format(fmt::runtime(Tr("gap {} mm")), ShowNumber(contact.gap->gap_mm, 2))
+                          : std::string(Tr("apart"));
         // Decimals would not fit in the row.
         if (contact.other == i) {
-          row.detail = contact.overlap_mm3 >= 1 ? fmt::format("ovl. {:.0f} mm3", contact.overlap_mm3) : lies;
+          row.detail =
+              contact.overlap_mm3 >= 1 ? fmt::format(fmt::runtime(Tr("ovl. {:.0f} mm³")), contact.overlap_mm3) : lies;
         }
-        if (contacts_->piece == i) words += fmt::format(", {} with {}", lies, pieces_->piece(contact.other).name);
+        if (contacts_->piece == i)
+          words += fmt::format(fmt::runtime(Tr(", {} with {}")), lies, pieces_->piece(contact.other).name);
       }
     }
     if (i == selected_ && hud.status.message.empty()) hud.status.message = words;
@@ -456,31 +528,24 @@ void PiecesMode::Fill(HudState& hud) {
     hud.pieces.push_back(std::move(row));
   }
   if (asking_ != Asking::kNothing) {
-    hud.banner = HudBanner{.kind = HudBanner::Kind::kQuestion,
-                           .text = fmt::format("{}: point {} of {}",
-                                               asking_ == Asking::kDistance ? "Distance" : "Angle at the second point",
-                                               points_W_.size() + 1, asking_ == Asking::kDistance ? 2 : 3),
-                           .answers = "left click   Esc: cancel"};
+    hud.banner =
+        HudBanner{.kind = HudBanner::Kind::kQuestion,
+                  .text = asking_ == Asking::kDistance
+                              ? fmt::format(fmt::runtime(Tr("Distance: click point {} of 2")), points_W_.size() + 1)
+                              : fmt::format(fmt::runtime(Tr("Angle at the second point: click point {} of 3")),
+                                            points_W_.size() + 1),
+                  .answers = Tr("left click   Esc: cancel")};
   }
   if (menu_) hud.menu = menu_->Show();
 }
 
 std::vector<HudKeyGroup> PiecesMode::help() {
-  return {{"Pieces",
-           {{"click, Tab", "pick a piece"},
-            {"left drag", "move it (Shift: into the picture)"},
-            {"Ctrl + left drag", "turn it"},
-            {"arrows, PgUp PgDn", "move it by 0.5 mm"},
-            {"Q  E", "turn it by 1 degree"},
-            {"A", "one axis only: left, front, up, any"},
-            {"H  Del", "hide or show, remove"},
-            {"R  Shift+R", "reset, reset all"},
-            {"D  J", "measure a distance, an angle"},
-            {"Backspace", "clear the measurements"},
-            {"Ctrl+Z  Ctrl+Y", "undo, redo"},
-            {"C  B", "checkpoint, return to one"},
-            {"F9", "export"},
-            {"P  Esc", "back to cutting"}}}};
+  return {{Tr("Moving pieces"),
+           {{Tr("click"), Tr("pick a piece")},
+            {Tr("left drag"), Tr("move it; with Shift into the picture")},
+            {Tr("Ctrl + left drag"), Tr("turn it")},
+            {Tr("arrows, PgUp PgDn"), Tr("move it by 0.5 mm")},
+            {"Q  E", Tr("turn it by 1 degree")}}}};
 }
 
 void PiecesMode::Describe(nlohmann::json& state) const {

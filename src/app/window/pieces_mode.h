@@ -1,6 +1,7 @@
 // Mode of the window in which pieces of a cut bone are selected, moved, hidden and measured.
 #pragma once
 
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -19,8 +20,15 @@ class PiecesMode {
   explicit PiecesMode(ViewerApp& viewer) : viewer_(viewer) {}
 
   /// Splits the current bone into its pieces. If nothing was cut since the last time, they keep their positions.
+  void AddActions(ActionList& actions);
   void Enter();
   void Leave();
+  void Undo();
+  void Redo();
+  void AskCheckpoint();
+  void ShowCheckpoints();
+  void PickMenuRow(int row);
+  void PickPieceRow(int row);
   bool Take(const WindowEvent& event);
   void Update();
   void Fill(HudState& hud);
@@ -32,9 +40,12 @@ class PiecesMode {
   std::vector<ExportMeasure> measures() const;
   /// Returns true if the bone has not changed since it was split.
   bool is_up_to_date() const;
+  bool is_ready() const;
 
  private:
   enum class Asking { kNothing, kDistance, kAngle };
+  /// Changes the pieces and shows the result, or the error message.
+  void Do(const std::function<void()>& change);
   bool TakeKey(const WindowEvent& event);
   bool TakeMouse(const WindowEvent& event);
   void TakePoint(const ScreenPoint& at);
@@ -45,7 +56,6 @@ class PiecesMode {
   void MakeShapes();
   void Show();
   std::optional<Vec3> axis() const;
-  void ShowCheckpoints();
 
   struct Contacts {
     int piece = -1;

@@ -14,6 +14,7 @@
 #include "kerf/error.h"
 #include "loop/record/recording.h"
 #include "session/plan/plan.h"
+#include "view/ui/translate.h"
 
 namespace kerf {
 namespace {
@@ -236,13 +237,58 @@ HudResult Practice::MakeResult() const {
 
 // ---- events and frames
 
+void Practice::AddActions(ActionList& actions) {
+  actions.Add({.id = "exercise.finish",
+               .menu = Mark("Exercise"),
+               .label = Mark("Finish and see the score"),
+               .shortcut = {Key::kEnter},
+               .run = [this] { Finish(true); },
+               .enabled = [this] { return state_ == State::kCutting && viewer_->is_running(); },
+               .relevant = [this] { return state_ == State::kCutting; },
+               .button = Mark("Finish")});
+  actions.Add({.id = "exercise.leave",
+               .menu = Mark("Exercise"),
+               .label = Mark("Leave without a score"),
+               .shortcut = {Key::kEscape},
+               .run = [this] { Finish(false); },
+               .enabled = [this] { return state_ == State::kCutting && viewer_->is_running(); }});
+  actions.Add({.id = "exercise.again",
+               .menu = Mark("Exercise"),
+               .label = Mark("Try again"),
+               .shortcut = {Key::kEnter},
+               .run = [this] { Start(exercise_->id, options_.level); },
+               .enabled = [this] { return state_ == State::kResult; },
+               .relevant = [this] { return state_ == State::kResult; },
+               .button = Mark("Try again")});
+  actions.Add({.id = "exercise.next",
+               .menu = Mark("Exercise"),
+               .label = Mark("Next level"),
+               .shortcut = {Key::kN},
+               .run = [this] { Start(exercise_->id, options_.level + 1); },
+               .enabled = [this] { return state_ == State::kResult && options_.level < kLevels; }});
+  actions.Add({.id = "exercise.list",
+               .menu = Mark("Exercise"),
+               .label = Mark("Other exercises"),
+               .shortcut = {Key::kEscape},
+               .run = [this] { Choose(); },
+               .enabled = [this] { return state_ == State::kResult; }});
+}
+
+void Practice::PickMenuRow(int row) {
+  if (!menu_ || menu_->Pick(row) != Menu::State::kChosen) return;
+  const Menu done = *std::exchange(menu_, std::nullopt);
+  done.chosen().choose();
+}
+
+void Practice::Open(const std::string& /*path*/) {
+  viewer_->Say(Tr("An exercise brings its own bone; use 'kerf rehearse' to open a file"));
+}
+
 bool Practice::Take(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
   if (menu_) {
     if (event.control) return false;
-    const Menu::State state = menu_->Take(event, [this](double x, double y) {
-      return viewer_->view().PickMenuRow({x, y});
-    });
+    const Menu::State state = menu_->Take(event);
     if (state == Menu::State::kOpen) return event.kind != Kind::kKeyUp && event.key != Key::kF12;
     const Menu done = *std::exchange(menu_, std::nullopt);
     if (state == Menu::State::kChosen) {
@@ -251,15 +297,6 @@ bool Practice::Take(const WindowEvent& event) {
       Choose();
     }
     return true;
-  }
-  if (event.kind != Kind::kKeyDown || event.repeat || event.control) return false;
-  if (state_ == State::kCutting && viewer_->is_running()) {
-    if (event.key == Key::kEnter) return Finish(true), true;
-    if (event.key == Key::kEscape) return Finish(false), true;
-  } else if (state_ == State::kResult) {
-    if (event.key == Key::kEnter) return Start(exercise_->id, options_.level), true;
-    if (event.key == Key::kN && options_.level < kLevels) return Start(exercise_->id, options_.level + 1), true;
-    if (event.key == Key::kEscape) return Choose(), true;
   }
   return false;
 }
@@ -351,10 +388,6 @@ void Practice::Fill(HudState& hud) {
   }
   if (state_ == State::kResult && sheet_) hud.result = MakeResult();
   if (menu_) hud.menu = menu_->Show();
-}
-
-std::vector<HudKeyGroup> Practice::help() const {
-  return {{"Exercise", {{"Enter", "finish and see the score"}, {"Esc", "leave without a score"}}}};
 }
 
 void Practice::Describe(nlohmann::json& state) const {

@@ -36,10 +36,12 @@ class Practice final : public Activity {
   std::vector<std::string> Run();
 
  private:
+  void AddActions(ActionList& actions) override;
   bool Take(const WindowEvent& event) override;
+  void PickMenuRow(int row) override;
+  void Open(const std::string& path) override;
   void Update(double dt_s) override;
   void Fill(HudState& hud) override;
-  std::vector<HudKeyGroup> help() const override;
   void Began() override;
   void Ended(LoopSummary summary) override;
   void Describe(nlohmann::json& state) const override;

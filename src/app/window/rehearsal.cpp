@@ -16,6 +16,7 @@
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "session/scene/path_csv.h"
+#include "view/ui/translate.h"
 
 namespace kerf {
 namespace {
@@ -44,6 +45,7 @@ Rehearsal::Rehearsal(const RehearsalOptions& options) : options_(options) {
     for (PlannedPlane& plane : ReadPlannedPlanes(file)) plan_.planes.push_back(std::move(plane));
   }
   viewer_ = std::make_unique<ViewerApp>(options_.viewer);
+  pieces_ = std::make_unique<PiecesMode>(*viewer_);
 }
 
 Rehearsal::~Rehearsal() = default;
@@ -66,6 +68,10 @@ bool Rehearsal::cuts() const {
 
 // ---- sessions
 
+void Rehearsal::Open(const std::string& path) {
+  viewer_->Say(fmt::format(fmt::runtime(Tr("Start kerf with this file to open it: {}")), path));
+}
+
 void Rehearsal::Restart() {
   result_.recordings.push_back("");
   viewer_->Begin(scene_, scene_file_, viewer_->sessions() > 0);
@@ -80,7 +86,7 @@ void Rehearsal::Began() {
   if (first) {
     making_nerve_ = std::async(std::launch::async,
                                [bone = before_] { return std::make_unique<RegionDistance>(*bone, Tissue::kCanal); });
-    viewer_->Say("Space starts the saw; drag with the left button to move it; F1 for help");
+    viewer_->Say(Tr("Space starts the saw; drag with the left button to move it; F1 for help"));
   } else if (change_) {
     viewer_->Say(std::exchange(change_, std::nullopt)->what);
   }
@@ -121,7 +127,7 @@ void Rehearsal::SelectSaw(std::size_t number) {
   if (number >= options_.saws.size() || (saw_is_listed_ && number == saw_)) return;
   if (!viewer_->is_running() || change_) return;
   const Saw& saw = options_.saws[number];
-  ContinueWith(fmt::format("Saw: {}", saw.name), [saw](Scene& scene) { UseSaw(scene, saw); });
+  ContinueWith(fmt::format(fmt::runtime(Tr("Saw: {}")), saw.name), [saw](Scene& scene) { UseSaw(scene, saw); });
   saw_ = number;
   saw_is_listed_ = true;
 }
@@ -131,16 +137,17 @@ void Rehearsal::ToggleGuide() {
   const PlannedPlane* planned = plane();
   const DepthStop* stop = plan_.stops.empty() ? nullptr : &plan_.stops.front();
   if (!guided_ && planned == nullptr && stop == nullptr) {
-    viewer_->Say("There is no plan to guide the saw yet; press N");
+    viewer_->Say(Tr("There is no plan to guide the saw yet; press N"));
     return;
   }
   try {
     const std::optional<EffectChoice> guide = guided_ ? std::nullopt : std::optional(MakeGuide(planned, stop));
     guided_ = !guided_;
-    ContinueWith(guided_ ? "The guide keeps the saw in the planned plane" : "The guide is off", [guide](Scene& scene) {
-      std::erase_if(scene.effects, [](const EffectChoice& e) { return std::string_view(e.name()) == "guide"; });
-      if (guide) scene.effects.push_back(*guide);
-    });
+    ContinueWith(
+        guided_ ? Tr("The guide keeps the saw in the planned plane") : Tr("The guide is off"), [guide](Scene& scene) {
+          std::erase_if(scene.effects, [](const EffectChoice& e) { return std::string_view(e.name()) == "guide"; });
+          if (guide) scene.effects.push_back(*guide);
+        });
   } catch (const Error& e) {
     viewer_->Say(e.what());
   }
@@ -149,7 +156,7 @@ void Rehearsal::ToggleGuide() {
 // ---- undo
 
 void Rehearsal::RequestCheckpoint() {
-  viewer_->AskText("Name of the checkpoint:", fmt::format("cut {}", checkpoints_.size()),
+  viewer_->AskText(Tr("Name of the checkpoint:"), fmt::format("cut {}", checkpoints_.size()),
                    [this](const std::optional<std::string>& name) {
                      if (!name || name->empty() || !viewer_->is_running()) return;
                      checkpoints_.push_back(*name);
@@ -175,7 +182,7 @@ void Rehearsal::ShowCheckpoints() {
   for (auto name = checkpoints_.rbegin(); name != checkpoints_.rend(); ++name) {
     items.push_back({.name = *name, .detail = "", .choose = [this, back = *name] { GoBack(back); }});
   }
-  SetMenu(Menu("Go back to", std::move(items)));
+  SetMenu(Menu(Tr("Go back to"), std::move(items)));
 }
 
 // ---- the plan
@@ -213,7 +220,7 @@ void Rehearsal::PickPoints(const std::string& prompt, std::size_t count,
 
 void Rehearsal::AlignToPlane() {
   const PlannedPlane* planned = plane();
-  if (planned == nullptr) return viewer_->Say("No plane is planned yet; press N");
+  if (planned == nullptr) return viewer_->Say(Tr("No plane is planned yet; press N"));
   if (!viewer_->is_running()) return;
   // Aligns the spindle with the plane's normal by the smaller rotation and moves the disc's centre into the plane.
   Pose X = viewer_->figures().coupled.X_WT;
@@ -223,78 +230,240 @@ void Rehearsal::AlignToPlane() {
   X.R_AB = glm::normalize(RotationBetween(spindle, normal) * X.R_AB);
   X.p_AB -= glm::dot(X.p_AB - planned->plane.p_W, normal) * normal;
   viewer_->controls().Set(X);
-  viewer_->Say(fmt::format("The saw is turning into {}; keep it clear of the bone", planned->name));
+  viewer_->Say(fmt::format(fmt::runtime(Tr("The saw is turning into {}; keep it clear of the bone")), planned->name));
 }
 
 void Rehearsal::WritePlan() {
   const std::string file = options_.viewer.folder + "/plan.mrk.json";
   WritePlaneMarkups(file, MakeMarkups(plan_));
-  viewer_->Say(fmt::format("Plan: {}", file));
+  viewer_->Say(fmt::format(fmt::runtime(Tr("Plan: {}")), file));
+}
+
+void Rehearsal::AddPlane(PlannedPlane planned) {
+  plan_.planes.push_back(std::move(planned));
+  plane_ = plan_.planes.size() - 1;
+  PlanChanged();
+}
+
+void Rehearsal::PlanChanged() {
+  plan_is_unsaved_ = true;
+  plane_ = std::min(plane_, plan_.planes.empty() ? 0 : plan_.planes.size() - 1);
+  ShowPlanInPicture();
+  viewer_->trace().Write("plan", {{"planes", plan_.planes.size()}, {"stops", plan_.stops.size()}});
 }
 
 void Rehearsal::ShowPlan() {
-  const bool any = !plan_.planes.empty();
-  const auto added = [this](PlannedPlane planned) {
-    plan_.planes.push_back(std::move(planned));
-    plane_ = plan_.planes.size() - 1;
-    ShowPlanInPicture();
-    viewer_->trace().Write("plan", {{"planes", plan_.planes.size()}, {"stops", plan_.stops.size()}});
-  };
+  // The same entries as in the menu, with numbers.
   std::vector<MenuItem> items;
-  items.push_back({.name = "Plane through three points", .detail = "click them on the bone", .choose = [this, added] {
-                     PickPoints("A point of the plane on the bone", 3, [this, added](const std::vector<Vec3>& p) {
-                       added(PlacePlane(MakePlaneName(plan_), p[0], p[1], p[2]));
+  for (const char* id : {"plan.three_points", "plan.at_blade", "plan.stop", "plan.align", "plan.next", "plan.remove",
+                         "plan.remove_stops", "plan.read", "plan.write"}) {
+    const Action* action = viewer_->actions().Find(id);
+    items.push_back(
+        {.name = Tr(action->label), .detail = Tr(action->tip), .enabled = action->is_enabled(), .choose = action->run});
+  }
+  SetMenu(Menu(Tr("Plan"), std::move(items)));
+}
+
+void Rehearsal::AddActions(ActionList& actions) {
+  const auto running = [this] { return viewer_->is_running() && !change_; };
+  const auto cutting = [this, running] { return running() && cuts(); };
+  const auto in_pieces = [this] { return in_pieces_ && pieces_->is_ready(); };
+  const auto either = [cutting, in_pieces] { return cutting() || in_pieces(); };
+  // ---- file
+  actions.Add(
+      {.id = "file.open",
+       .menu = Mark("File"),
+       .label = Mark("Open a bone, a scene or a CT"),
+       .shortcut = {.key = Key::kO, .control = true},
+       .tip = Mark("A scene, a .vdb bone, a surface, a CT file or a folder with a DICOM series; or drop it here"),
+       .run = [this] { AskOpen(); },
+       .button = Mark("Open")});
+  actions.Add({.id = "file.export",
+               .menu = Mark("File"),
+               .label = Mark("Export pieces, planes and report"),
+               .shortcut = {Key::kF9},
+               .tip = Mark("Writes the pieces as surfaces, the planned and achieved planes, and a report"),
+               .run = [this] { Export(); },
+               .enabled = [this, running] { return running() && !exporting_.valid(); },
+               .button = Mark("Export")});
+  // ---- edit
+  actions.Add({.id = "edit.undo",
+               .menu = Mark("Edit"),
+               .label = Mark("Undo"),
+               .shortcut = {.key = Key::kZ, .control = true},
+               .run = [this] { in_pieces_ ? pieces_->Undo() : GoBack(""); },
+               .enabled = either,
+               .button = Mark("Undo")});
+  actions.Add({.id = "edit.redo",
+               .menu = Mark("Edit"),
+               .label = Mark("Redo"),
+               .shortcut = {.key = Key::kY, .control = true},
+               .run = [this] { in_pieces_ ? pieces_->Redo() : GoForward(); },
+               .enabled = either,
+               .button = Mark("Redo")});
+  actions.Add({.id = "edit.redo_too",
+               .menu = "",
+               .shortcut = {.key = Key::kZ, .control = true, .shift = true},
+               .run = [this] { in_pieces_ ? pieces_->Redo() : GoForward(); },
+               .enabled = either});
+  actions.Add({.id = "edit.checkpoint",
+               .menu = Mark("Edit"),
+               .label = Mark("Make a checkpoint with a name"),
+               .shortcut = {Key::kC},
+               .run = [this] { in_pieces_ ? pieces_->AskCheckpoint() : RequestCheckpoint(); },
+               .enabled = either,
+               .button = Mark("Checkpoint")});
+  actions.Add({.id = "edit.back",
+               .menu = Mark("Edit"),
+               .label = Mark("Return to a checkpoint"),
+               .shortcut = {Key::kB},
+               .run = [this] { in_pieces_ ? pieces_->ShowCheckpoints() : ShowCheckpoints(); },
+               .enabled = either});
+  // ---- saws
+  for (std::size_t i = 0; i < options_.saws.size(); ++i) {
+    Action saw{.id = fmt::format("saw.{}", i + 1),
+               .menu = Mark("Saw"),
+               .label = options_.saws[i].name.c_str(),
+               .run = [this, i] { SelectSaw(i); },
+               .enabled = cutting,
+               .on = [this, i] { return saw_is_listed_ && saw_ == i; },
+               .begins_group = i == 0};
+    if (i < 9) saw.shortcut.key = static_cast<Key>('1' + i);
+    actions.Add(std::move(saw));
+  }
+  actions.Add({.id = "saw.next",
+               .menu = Mark("Saw"),
+               .label = Mark("Next saw"),
+               .shortcut = {Key::kTab},
+               .run = [this] { SelectSaw(saw_is_listed_ ? (saw_ + 1) % options_.saws.size() : 0); },
+               .enabled = cutting});
+  // ---- plan
+  actions.Add({.id = "plan.show",
+               .menu = Mark("Plan"),
+               .label = Mark("Plan: planes and depth stops"),
+               .shortcut = {Key::kN},
+               .run = [this] { ShowPlan(); },
+               .enabled = cutting,
+               .button = Mark("Plan")});
+  actions.Add({.id = "plan.guide",
+               .menu = Mark("Plan"),
+               .label = Mark("Guide the saw along the plan"),
+               .shortcut = {Key::kG},
+               .tip = Mark("Holds the saw in the planned plane and above the depth stop"),
+               .run = [this] { ToggleGuide(); },
+               .enabled = cutting,
+               .on = [this] { return guided_; },
+               .indicator = Mark("Guide")});
+  actions.Add({.id = "plan.three_points",
+               .menu = Mark("Plan"),
+               .label = Mark("Plane through three points"),
+               .tip = Mark("click them on the bone"),
+               .run =
+                   [this] {
+                     PickPoints(Tr("Click a point of the plane on the bone"), 3, [this](const std::vector<Vec3>& p) {
+                       AddPlane(PlacePlane(MakePlaneName(plan_), p[0], p[1], p[2]));
                      });
-                   }});
-  items.push_back({.name = "Plane where the blade is", .detail = "", .choose = [this, added] {
-                     added(PlacePlane(MakePlaneName(plan_), viewer_->figures().coupled.X_WT));
-                   }});
-  items.push_back({.name = "Depth stop", .detail = "click its point on the bone", .choose = [this] {
-                     PickPoints("Where the cut begins on the bone", 1,
+                   },
+               .enabled = running,
+               .begins_group = true});
+  actions.Add({.id = "plan.at_blade",
+               .menu = Mark("Plan"),
+               .label = Mark("Plane where the blade is"),
+               .run = [this] { AddPlane(PlacePlane(MakePlaneName(plan_), viewer_->figures().coupled.X_WT)); },
+               .enabled = running});
+  actions.Add({.id = "plan.stop",
+               .menu = Mark("Plan"),
+               .label = Mark("Depth stop"),
+               .tip = Mark("click its point on the bone"),
+               .run =
+                   [this] {
+                     PickPoints(Tr("Click where the cut begins on the bone"), 1,
                                 [this](const std::vector<Vec3>& p) { AskDepth(p.front()); });
-                   }});
-  items.push_back(
-      {.name = "Turn the saw into the plane", .detail = any ? plane()->name : "", .enabled = any, .choose = [this] {
-         AlignToPlane();
-       }});
-  items.push_back(
-      {.name = "Next plane", .detail = any ? plane()->name : "", .enabled = plan_.planes.size() > 1, .choose = [this] {
-         plane_ = (plane_ + 1) % plan_.planes.size();
-         ShowPlanInPicture();
-       }});
-  items.push_back({.name = "Remove this plane", .detail = any ? plane()->name : "", .enabled = any, .choose = [this] {
+                   },
+               .enabled = running});
+  actions.Add({.id = "plan.align",
+               .menu = Mark("Plan"),
+               .label = Mark("Turn the saw into the plane"),
+               .run = [this] { AlignToPlane(); },
+               .enabled = [this, running] { return running() && plane() != nullptr; }});
+  actions.Add({.id = "plan.next",
+               .menu = Mark("Plan"),
+               .label = Mark("Next plane"),
+               .run =
+                   [this] {
+                     plane_ = (plane_ + 1) % plan_.planes.size();
+                     ShowPlanInPicture();
+                   },
+               .enabled = [this, running] { return running() && plan_.planes.size() > 1; }});
+  actions.Add({.id = "plan.remove",
+               .menu = Mark("Plan"),
+               .label = Mark("Remove this plane"),
+               .run =
+                   [this] {
                      plan_.planes.erase(plan_.planes.begin() + static_cast<std::ptrdiff_t>(plane_));
-                     plane_ = 0;
-                     ShowPlanInPicture();
-                   }});
-  items.push_back({.name = "Remove all depth stops", .detail = "", .enabled = !plan_.stops.empty(), .choose = [this] {
+                     PlanChanged();
+                   },
+               .enabled = [this, running] { return running() && plane() != nullptr; }});
+  actions.Add({.id = "plan.remove_stops",
+               .menu = Mark("Plan"),
+               .label = Mark("Remove all depth stops"),
+               .run =
+                   [this] {
                      plan_.stops.clear();
-                     ShowPlanInPicture();
-                   }});
-  items.push_back({.name = "Read planes of 3D Slicer", .detail = ".mrk.json", .choose = [this] {
-                     viewer_->AskText("File:", "", [this](const std::optional<std::string>& file) {
-                       if (!file) return;
-                       try {
-                         for (PlannedPlane& p : ReadPlannedPlanes(*file)) plan_.planes.push_back(std::move(p));
-                         plane_ = plan_.planes.size() - 1;
-                         ShowPlanInPicture();
-                       } catch (const Error& e) {
-                         viewer_->Say(e.what());
-                       }
-                     });
-                   }});
-  items.push_back({.name = "Write the plan", .detail = "plan.mrk.json", .enabled = !plan_.empty(), .choose = [this] {
-                     WritePlan();
-                   }});
-  SetMenu(Menu("Plan", std::move(items)));
+                     PlanChanged();
+                   },
+               .enabled = [this, running] { return running() && !plan_.stops.empty(); }});
+  actions.Add({.id = "plan.read",
+               .menu = Mark("Plan"),
+               .label = Mark("Read planes of 3D Slicer"),
+               .tip = Mark("a file .mrk.json"),
+               .run = [this] { AskPlanFile(); },
+               .enabled = running,
+               .begins_group = true});
+  actions.Add({.id = "plan.write",
+               .menu = Mark("Plan"),
+               .label = Mark("Write the plan"),
+               .tip = Mark("into plan.mrk.json, for 3D Slicer"),
+               .run = [this] { WritePlan(); },
+               .enabled = [this, running] { return running() && !plan_.empty(); }});
+  // ---- pieces
+  actions.Add({.id = "pieces.enter",
+               .menu = Mark("Pieces"),
+               .label = Mark("Work with the pieces, or return to cutting"),
+               .shortcut = {Key::kP},
+               .tip = Mark("Splits the bone where it is cut through; pieces can be moved, hidden and measured"),
+               .run = [this] { in_pieces_ ? LeavePieces() : EnterPieces(); },
+               .enabled = [this, cutting] { return cutting() || in_pieces_; },
+               .on = [this] { return in_pieces_; },
+               .button = Mark("Pieces")});
+  pieces_->AddActions(actions);
+}
+
+void Rehearsal::AskPlanFile() {
+  viewer_->dialogs().ChooseFile(viewer_->ui(), Tr("Planes of 3D Slicer (.mrk.json)"), ".", {".mrk.json"}, false, "",
+                                [this](const std::string& file) {
+                                  try {
+                                    for (PlannedPlane& p : ReadPlannedPlanes(file)) AddPlane(std::move(p));
+                                  } catch (const Error& e) {
+                                    viewer_->Say(e.what());
+                                  }
+                                });
+}
+
+void Rehearsal::AskOpen() {
+  viewer_->controls().Release();
+  viewer_->dialogs().ChooseFile(viewer_->ui(),
+                                Tr("Open a bone, a scene, a surface, a CT, or a folder with a DICOM series"), ".", {},
+                                false, "", [this](const std::string& path) { Open(path); });
 }
 
 void Rehearsal::AskDepth(const Vec3& p_W) {
-  viewer_->AskText("Depth in mm:", "5", [this, p_W](const std::optional<std::string>& text) {
+  viewer_->AskText(Tr("Depth in mm:"), "5", [this, p_W](const std::optional<std::string>& text) {
     if (!text) return;
     const std::optional<double> depth_mm = ParseDepth(*text);
     if (!depth_mm)
-      return viewer_->Say(fmt::format("The depth must be a number from {}", ShowRange(kDepthRange_mm, "mm")));
+      return viewer_->Say(
+          fmt::format(fmt::runtime(Tr("The depth must be a number from {}")), ShowRange(kDepthRange_mm, "mm")));
     DepthStop stop;
     stop.name = MakeStopName(plan_);
     stop.p_W_mm = p_W;
@@ -303,8 +472,7 @@ void Rehearsal::AskDepth(const Vec3& p_W) {
         CalcDirection(p_W - viewer_->figures().coupled.X_WT.p_AB).value_or(viewer_->MakeBasis().forward_W);
     stop.depth_mm = *depth_mm;
     plan_.stops.push_back(stop);
-    ShowPlanInPicture();
-    viewer_->trace().Write("plan", {{"planes", plan_.planes.size()}, {"stops", plan_.stops.size()}});
+    PlanChanged();
   });
 }
 
@@ -314,9 +482,13 @@ void Rehearsal::EnterPieces() {
   if (!viewer_->is_running() || change_) return;
   viewer_->SetSpindle(false);
   viewer_->controls().Release();
-  if (!pieces_) pieces_ = std::make_unique<PiecesMode>(*viewer_);
   pieces_->Enter();
   in_pieces_ = true;
+}
+
+void Rehearsal::LeavePieces() {
+  pieces_->Leave();
+  in_pieces_ = false;
 }
 
 void Rehearsal::Export() {
@@ -335,10 +507,10 @@ void Rehearsal::Export() {
   } catch (const Error& e) {
     return viewer_->Say(e.what());
   }
-  if (pieces_ && pieces_->is_up_to_date()) order.pieces_json = pieces_->pieces()->FormatJson();
-  if (pieces_) order.measures = pieces_->measures();
+  if (pieces_->is_up_to_date()) order.pieces_json = pieces_->pieces()->FormatJson();
+  order.measures = pieces_->measures();
   order.after = viewer_->session()->AskBone();
-  viewer_->Say("Exporting pieces, planes and report");
+  viewer_->Say(Tr("Exporting pieces, planes and report"));
   exporting_ = std::async(std::launch::async,
                           [order = std::make_shared<ExportOrder>(std::move(order))] { return RunExport(*order); });
 }
@@ -353,10 +525,10 @@ void Rehearsal::SetMenu(Menu menu) {
 bool Rehearsal::TakeClick(const WindowEvent& event) {
   if (event.kind != WindowEvent::Kind::kMouseDown || event.button != MouseButton::kLeft) return false;
   const ScreenPoint at{event.x, event.y};
-  if (viewer_->surface() == nullptr || viewer_->view().IsOnPanel(at)) return false;
+  if (viewer_->surface() == nullptr) return false;
   const std::optional<Vec3> p_W = viewer_->surface()->Pick(viewer_->view().camera().CalcRay(at));
   if (!p_W) {
-    viewer_->Say("There is no bone under the mouse");
+    viewer_->Say(Tr("There is no bone under the mouse"));
     return true;
   }
   picking_->points.push_back(*p_W);
@@ -371,59 +543,32 @@ bool Rehearsal::TakeClick(const WindowEvent& event) {
   return true;
 }
 
-bool Rehearsal::TakeKey(const WindowEvent& event) {
-  if (event.repeat) return false;
-  if (event.control) {
-    if (event.key == Key::kZ && !event.shift) return GoBack(""), true;
-    if (event.key == Key::kY || (event.key == Key::kZ && event.shift)) return GoForward(), true;
-    return false;
+void Rehearsal::PickMenuRow(int row) {
+  if (in_pieces_) return pieces_->PickMenuRow(row);
+  if (!menu_ || menu_->Pick(row) != Menu::State::kChosen) return;
+  ChooseFromMenu(*std::exchange(menu_, std::nullopt));
+}
+
+void Rehearsal::ChooseFromMenu(const Menu& menu) {
+  if (!menu.chosen().choose) return;
+  try {
+    menu.chosen().choose();
+  } catch (const Error& e) {
+    viewer_->Say(e.what());
   }
-  if (event.key >= Key::k1 && event.key <= Key::k9) {
-    SelectSaw(static_cast<std::size_t>(event.key) - static_cast<std::size_t>(Key::k1));
-    return true;
-  }
-  switch (event.key) {
-    case Key::kTab:
-      SelectSaw(saw_is_listed_ ? (saw_ + 1) % options_.saws.size() : 0);
-      return true;
-    case Key::kC:
-      RequestCheckpoint();
-      return true;
-    case Key::kB:
-      ShowCheckpoints();
-      return true;
-    case Key::kN:
-      ShowPlan();
-      return true;
-    case Key::kG:
-      ToggleGuide();
-      return true;
-    case Key::kP:
-      EnterPieces();
-      return true;
-    case Key::kF9:
-      Export();
-      return true;
-    default:
-      return false;
-  }
+}
+
+void Rehearsal::PickPieceRow(int row) {
+  if (in_pieces_ && pieces_->is_ready()) pieces_->PickPieceRow(row);
 }
 
 bool Rehearsal::Take(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
   if (menu_) {
-    const Menu::State state = menu_->Take(event, [this](double x, double y) {
-      return viewer_->view().PickMenuRow({x, y});
-    });
+    const Menu::State state = menu_->Take(event);
     if (state == Menu::State::kOpen) return event.kind != Kind::kScroll && event.kind != Kind::kKeyUp;
     const Menu done = *std::exchange(menu_, std::nullopt);
-    if (state == Menu::State::kChosen && done.chosen().choose) {
-      try {
-        done.chosen().choose();
-      } catch (const Error& e) {
-        viewer_->Say(e.what());
-      }
-    }
+    if (state == Menu::State::kChosen) ChooseFromMenu(done);
     return true;
   }
   if (picking_) {
@@ -433,17 +578,10 @@ bool Rehearsal::Take(const WindowEvent& event) {
     }
     return TakeClick(event);
   }
-  if (in_pieces_) {
-    if (pieces_->Take(event)) return true;
-    if (event.kind == Kind::kKeyDown && (event.key == Key::kEscape || event.key == Key::kP) && !event.control) {
-      pieces_->Leave();
-      in_pieces_ = false;
-      return true;
-    }
-    if (event.kind == Kind::kKeyDown && event.key == Key::kF9) return Export(), true;
-    return false;
-  }
-  return event.kind == Kind::kKeyDown && TakeKey(event);
+  if (!in_pieces_) return false;
+  if (pieces_->Take(event)) return true;
+  if (event.kind == Kind::kKeyDown && event.key == Key::kEscape && !event.control) return LeavePieces(), true;
+  return false;
 }
 
 // ---- frames
@@ -465,10 +603,10 @@ void Rehearsal::Update(double /*dt_s*/) {
   if (IsReady(exporting_)) {
     try {
       result_.take_away = exporting_.get();
-      viewer_->Say(fmt::format("Exported: {}", result_.take_away));
+      viewer_->Say(fmt::format(fmt::runtime(Tr("Exported: {}")), result_.take_away));
       viewer_->trace().Write("taken_away", {{"folder", result_.take_away}});
     } catch (const std::exception& e) {  // the session has ended in the meantime and returns no bone
-      viewer_->Say(fmt::format("Nothing was exported: {}", e.what()));
+      viewer_->Say(fmt::format(fmt::runtime(Tr("Nothing was exported: {}")), e.what()));
       viewer_->trace().Write("taken_away", {{"failure", e.what()}});
     }
   }
@@ -476,11 +614,12 @@ void Rehearsal::Update(double /*dt_s*/) {
 }
 
 void Rehearsal::Fill(HudState& hud) {
-  hud.status.mode = in_pieces_ ? "Pieces" : "Rehearse";
+  hud.status.mode = in_pieces_ ? Tr("Pieces") : Tr("Rehearse");
   if (saw_is_listed_) hud.status.saw = options_.saws[saw_].name;
   if (viewer_->is_running()) {
     const Tool tool = MakeTool(viewer_->session()->scene());
     const Pose& X_WT = viewer_->figures().coupled.X_WT;
+    hud.values.nerve_is_marked = !nerve_ || !nerve_->empty();
     if (nerve_ && !nerve_->empty()) hud.values.nerve_mm = nerve_->Calc(tool, X_WT);
     if (sampler_) hud.values.depth_mm = CalcBladeDepth(*sampler_, tool, X_WT);
     if (const PlannedPlane* planned = plane()) {
@@ -500,42 +639,48 @@ void Rehearsal::Fill(HudState& hud) {
                     : stop.left_mm < 0.3  ? HudLevel::kGood
                     : stop.left_mm < 1    ? HudLevel::kWarn
                                           : HudLevel::kPlain;
-      gauge.word = stop.left_mm < -0.3  ? "too deep"
-                   : stop.left_mm < 0.3 ? "stop"
-                   : stop.left_mm < 1   ? "slow"
-                                        : "continue";
+      gauge.word = stop.left_mm < -0.3  ? Tr("too deep")
+                   : stop.left_mm < 0.3 ? Tr("stop")
+                   : stop.left_mm < 1   ? Tr("slow down")
+                                        : Tr("continue");
       hud.gauge = gauge;
     }
   }
   if (opening_.valid()) {
     const std::lock_guard lock(mutex_);
-    hud.progress = HudProgress{.title = "Opening", .stage = opening_stage_, .fraction = opening_fraction_};
+    hud.progress = HudProgress{.title = Tr("Opening"), .stage = opening_stage_, .fraction = opening_fraction_};
   } else if (changing_.valid()) {
-    hud.progress = HudProgress{.title = change_ ? change_->what : "", .stage = "saving the bone", .fraction = {}};
+    hud.progress = HudProgress{.title = change_ ? change_->what : "", .stage = Tr("saving the bone"), .fraction = {}};
   } else if (change_ && hud.progress) {
     hud.progress->title = change_->what;
   }
   if (picking_) {
-    hud.banner =
-        HudBanner{.kind = HudBanner::Kind::kQuestion,
-                  .text = fmt::format("{} ({} of {})", picking_->prompt, picking_->points.size() + 1, picking_->count),
-                  .answers = "left click   Esc: cancel"};
+    hud.banner = HudBanner{.kind = HudBanner::Kind::kQuestion,
+                           .text = fmt::format(fmt::runtime(Tr("{} ({} of {})")), picking_->prompt,
+                                               picking_->points.size() + 1, picking_->count),
+                           .answers = Tr("left click   Esc: cancel")};
   }
   if (menu_) hud.menu = menu_->Show();
   if (in_pieces_) pieces_->Fill(hud);
 }
 
 std::vector<HudKeyGroup> Rehearsal::help() const {
-  if (in_pieces_) return pieces_->help();
-  return {{"Rehearse",
-           {{"1-9, Tab", "another saw"},
-            {"N", "plan: planes, depth stops"},
-            {"G", "guide along the plan on/off"},
-            {"Ctrl+Z  Ctrl+Y", "undo, redo"},
-            {"C", "checkpoint with a name"},
-            {"B", "return to a checkpoint"},
-            {"P", "pieces: move, measure"},
-            {"F9", "export: pieces, planes, report"}}}};
+  return in_pieces_ ? PiecesMode::help() : std::vector<HudKeyGroup>();
+}
+
+std::vector<TourStep> Rehearsal::tour() const {
+  return {
+      {Tr("Look around"), Tr("Drag with the right mouse button to turn the bone, turn the wheel to zoom. "
+                             "V shows the next side, T makes the bone translucent.")},
+      {Tr("Open your own CT"), Tr("File > Open reads a folder with a DICOM series, a CT file, a surface or a bone. "
+                                  "You can also drop it into this window.")},
+      {Tr("Plan a cut"), Tr("Plan > Plane through three points: click three points on the bone. G then guides the "
+                            "saw along the plane.")},
+      {Tr("Cut"), Tr("Space starts the saw. Drag with the left mouse button to move it, with Shift into the picture, "
+                     "with Ctrl to turn it. Release the button, and the saw stands still.")},
+      {Tr("Undo"), Tr("Ctrl+Z takes back a cut. R returns the saw to its start while the spindle is off.")},
+      {Tr("Pieces and results"), Tr("P splits the bone where it is cut through, and lets you move and measure the "
+                                    "pieces. F9 exports pieces, planes and a report.")}};
 }
 
 void Rehearsal::Describe(nlohmann::json& state) const {

@@ -44,7 +44,12 @@ class Rehearsal final : public Activity {
   RehearsalResult Run();
 
  private:
+  void AddActions(ActionList& actions) override;
   bool Take(const WindowEvent& event) override;
+  void PickMenuRow(int row) override;
+  void PickPieceRow(int row) override;
+  void Open(const std::string& path) override;
+  std::vector<TourStep> tour() const override;
   void Update(double dt_s) override;
   void Fill(HudState& hud) override;
   std::vector<HudKeyGroup> help() const override;
@@ -53,7 +58,8 @@ class Rehearsal final : public Activity {
   void Describe(nlohmann::json& state) const override;
   bool cuts() const override;
 
-  bool TakeKey(const WindowEvent& event);
+  void ChooseFromMenu(const Menu& menu);
+  void AskOpen();
   bool TakeClick(const WindowEvent& event);
   void SetMenu(Menu menu);
   void SelectSaw(std::size_t number);
@@ -68,6 +74,10 @@ class Rehearsal final : public Activity {
   void GoForward();
 
   void ShowPlan();
+  void AskPlanFile();
+  void AddPlane(PlannedPlane planned);
+  /// Must be called after each change of the plan.
+  void PlanChanged();
   void PickPoints(const std::string& prompt, std::size_t count, std::function<void(const std::vector<Vec3>&)> done);
   void ShowPlanInPicture();
   const PlannedPlane* plane() const;
@@ -76,6 +86,7 @@ class Rehearsal final : public Activity {
   void WritePlan();
 
   void EnterPieces();
+  void LeavePieces();
   void Export();
 
   RehearsalOptions options_;
@@ -103,6 +114,7 @@ class Rehearsal final : public Activity {
 
   Plan plan_;
   std::size_t plane_ = 0;  // the active plane
+  bool plan_is_unsaved_ = false;
   bool guided_ = false;
   struct Picking {
     std::string prompt;
@@ -115,7 +127,7 @@ class Rehearsal final : public Activity {
   std::future<std::unique_ptr<RegionDistance>> making_nerve_;
   std::unique_ptr<RegionDistance> nerve_;
   std::unique_ptr<PhiSampler> sampler_;  // of before_
-  std::unique_ptr<PiecesMode> pieces_;   // null until first entered
+  std::unique_ptr<PiecesMode> pieces_;
   bool in_pieces_ = false;
   std::future<std::string> exporting_;
 };

@@ -4,9 +4,9 @@
 #include <optional>
 #include <set>
 
-#include "app/window/event.h"
 #include "kerf/describe.h"
 #include "kerf/geometry.h"
+#include "view/ui/event.h"
 
 namespace kerf {
 

@@ -9,12 +9,14 @@
 #include <numbers>
 #include <utility>
 
-#include "app/window/viewer_help.h"
 #include "base/files/files.h"
 #include "base/files/temporary.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
+#include "view/live/palette.h"
+#include "view/ui/translate.h"
+#include "view/ui/widgets.h"
 
 namespace kerf {
 namespace {
@@ -49,6 +51,20 @@ ViewerApp::ViewerApp(const ViewerOptions& options)
   options_.scale = kDisplayScaleRange.Clamp(scale);
   view_->Resize(window_.width(), window_.height(), options_.scale);
   if (options_.device) device_.emplace(options_.device);
+  settings_file_ = FindSettingsFile();
+  std::string fault;
+  try {
+    settings_ = ReadSettings(settings_file_);
+  } catch (const Error& e) {
+    fault = e.what();
+  }
+  SetLanguage(settings_.language);
+  ui_.SetSize(window_.width(), window_.height(), options_.scale);
+  ui_.set_theme(settings_.theme);
+  ui_.set_text_size(settings_.text_size);
+  view_->SetPanels(ui_.prop());
+  AddActions();
+  if (!fault.empty()) Say(fault);
 }
 
 ViewerApp::~ViewerApp() {
@@ -221,87 +237,211 @@ void ViewerApp::FollowSession() {
 void ViewerApp::LoseFocus(const char* why) {
   controls_->Release();
   orbiting_ = panning_ = false;
+  mouse_owner_ = MouseOwner::kNone;
   if (!spindle_on()) return;
   SetSpindle(false);
-  Say(fmt::format("{}: the spindle was stopped", why));
+  Say(why);
 }
 
-bool ViewerApp::TakeKey(const WindowEvent& event) {
-  const bool fresh = !event.repeat;
-  if (event.control) {
-    if (event.key != Key::kQ) return false;
-    Quit();
-    return true;
+void ViewerApp::Retract() {
+  if (spindle_on()) {
+    Say(Tr("The saw returns to its start only with the spindle off; turn it off first"));
+  } else if (device_ && device_->holds()) {
+    controls_->Set({X_start_.R_AB, figures_.coupled.X_WT.p_AB});
+    Say(Tr("The saw has its initial orientation; the handle sets its position"));
+  } else {
+    controls_->Set(X_start_);
+    returning_ = true;
+    Say(Tr("The saw returns to its start"));
   }
-  switch (event.key) {
-    case Key::kF12:
-      try {
-        if (fresh) Say(fmt::format("Picture: {}", TakePicture()));
-      } catch (const Error& e) {
-        Say(e.what());
-      }
-      return true;
-    case Key::kEnter:
-      if (!device_ || !device_->waits()) return false;
-      if (fresh) device_->Agree();
-      return true;
-    case Key::kSpace:
-      if (fresh && activity_->cuts()) SetSpindle(!spindle_on());
-      return true;
-    case Key::kR:
-      if (!steers()) return false;
-      if (spindle_on()) {
-        Say("The saw returns to its start only with the spindle off; turn it off first");
-      } else if (device_ && device_->holds()) {
-        controls_->Set({X_start_.R_AB, figures_.coupled.X_WT.p_AB});
-        Say("The saw has its initial orientation; the handle sets its position");
-      } else {
-        controls_->Set(X_start_);
-        returning_ = true;
-      }
-      return true;
-    case Key::kHome:
-      view_->FitAll();
-      return true;
-    case Key::kLeftBracket:
-      controls_->set_feed_mm_per_s(controls_->feed_mm_per_s() / 1.25);
-      Say(fmt::format("Keys move the saw at {:.1f} mm/s", controls_->feed_mm_per_s()));
-      return true;
-    case Key::kRightBracket:
-      controls_->set_feed_mm_per_s(controls_->feed_mm_per_s() * 1.25);
-      Say(fmt::format("Keys move the saw at {:.1f} mm/s", controls_->feed_mm_per_s()));
-      return true;
-    case Key::kT:
-      if (fresh) view_->set_translucent(!view_->translucent());
-      return true;
-    case Key::kM:
-      if (fresh) {
-        const ColourBy next = view_->colour_by() == ColourBy::kPlain    ? ColourBy::kTissue
-                              : view_->colour_by() == ColourBy::kTissue ? ColourBy::kRegion
-                                                                        : ColourBy::kPlain;
-        view_->set_colour_by(next);
-      }
-      return true;
-    case Key::kX:
-      if (!fresh) return true;
-      slices_shown_ = !slices_shown_;
-      if (!slices_shown_) view_->SetSlices(std::nullopt);
-      if (surface_ && !surface_->has_hu()) Say("This bone has no CT numbers: import it with --keep-hu");
-      return true;
-    case Key::kV:
-      view_index_ = (view_index_ + (event.shift ? kViews.size() - 1 : 1)) % kViews.size();
-      view_->camera().Look(kViews[view_index_]);
-      view_->FitAll();
-      Say(fmt::format("Seen from: {}", ToString(kViews[view_index_])));
-      return true;
-    case Key::kL:
-      if (!fresh) return true;
-      controls_->set_in_blade_plane(!controls_->in_blade_plane());
-      Say(controls_->in_blade_plane() ? "The saw moves in the blade's plane only" : "The saw moves freely");
-      return true;
-    default:
-      return false;
+}
+
+void ViewerApp::AddActions() {
+  const auto cuts = [this] { return activity_->cuts(); };
+  const auto steered = [this] { return steers(); };
+  const auto feed = [this](double factor) {
+    controls_->set_feed_mm_per_s(factor * controls_->feed_mm_per_s());
+    Say(fmt::format(fmt::runtime(Tr("Keys move the saw at {} mm/s")), ShowNumber(controls_->feed_mm_per_s(), 1)));
+  };
+  // ---- saw
+  actions_.Add({.id = "saw.spindle",
+                .menu = Mark("Saw"),
+                .label = Mark("Start or stop the spindle"),
+                .shortcut = {Key::kSpace},
+                .tip = Mark("A turning saw cuts what it touches; a stopped saw only pushes"),
+                .run = [this] { SetSpindle(!spindle_on()); },
+                .enabled = [this] { return activity_->cuts() && is_running(); },
+                .on = [this] { return spindle_on(); },
+                .button = Mark("Spindle"),
+                .indicator = Mark("Spindle")});
+  actions_.Add(
+      {.id = "saw.plane_lock",
+       .menu = Mark("Saw"),
+       .label = Mark("Stay in the blade's plane"),
+       .shortcut = {Key::kL},
+       .tip = Mark("Mouse and keys move the saw only within the plane of its blade: a straight cut stays straight"),
+       .run =
+           [this] {
+             controls_->set_in_blade_plane(!controls_->in_blade_plane());
+             Say(controls_->in_blade_plane() ? Tr("The saw moves in the blade's plane only")
+                                             : Tr("The saw moves freely"));
+           },
+       .enabled = cuts,
+       .on = [this] { return controls_->in_blade_plane(); },
+       .indicator = Mark("Plane lock")});
+  actions_.Add({.id = "saw.retract",
+                .menu = Mark("Saw"),
+                .label = Mark("Return the saw to its start"),
+                .shortcut = {Key::kR},
+                .tip = Mark("With the spindle off, the saw leaves the bone and returns to where it began"),
+                .run = [this] { Retract(); },
+                .enabled = steered,
+                .button = Mark("Retract")});
+  actions_.Add({.id = "saw.slower",
+                .menu = Mark("Saw"),
+                .label = Mark("Keys move the saw slower"),
+                .shortcut = {Key::kLeftBracket},
+                .run = [feed] { feed(1 / 1.25); },
+                .enabled = cuts,
+                .repeats = true});
+  actions_.Add({.id = "saw.faster",
+                .menu = Mark("Saw"),
+                .label = Mark("Keys move the saw faster"),
+                .shortcut = {Key::kRightBracket},
+                .run = [feed] { feed(1.25); },
+                .enabled = cuts,
+                .repeats = true});
+  // ---- view
+  actions_.Add({.id = "view.next",
+                .menu = Mark("View"),
+                .label = Mark("Next view: front, left, right, top"),
+                .shortcut = {Key::kV},
+                .run = [this] { LookNext(1); },
+                .button = Mark("View")});
+  actions_.Add({.id = "view.previous",
+                .menu = Mark("View"),
+                .label = Mark("Previous view"),
+                .shortcut = {.key = Key::kV, .shift = true},
+                .run = [this] { LookNext(-1); }});
+  actions_.Add(
+      {.id = "view.all", .menu = Mark("View"), .label = Mark("Show all"), .shortcut = {Key::kHome}, .run = [this] {
+         view_->FitAll();
+       }});
+  actions_.Add(
+      {.id = "view.translucent",
+       .menu = Mark("View"),
+       .label = Mark("Translucent bone: nerve and roots"),
+       .shortcut = {Key::kT},
+       .tip = Mark("Draws the bone like glass, so that the nerve canal and the roots of the teeth are visible"),
+       .run =
+           [this] {
+             view_->set_translucent(!view_->translucent());
+             Say(view_->translucent() ? Tr("The bone is drawn translucent") : Tr("The bone is drawn solid"));
+           },
+       .on = [this] { return view_->translucent(); },
+       .indicator = Mark("Translucent"),
+       .begins_group = true});
+  actions_.Add({.id = "view.colours",
+                .menu = Mark("View"),
+                .label = Mark("Next colours: plain, tissue, region"),
+                .shortcut = {Key::kM},
+                .run = [this] {
+                  const ColourBy next = view_->colour_by() == ColourBy::kPlain    ? ColourBy::kTissue
+                                        : view_->colour_by() == ColourBy::kTissue ? ColourBy::kRegion
+                                                                                  : ColourBy::kPlain;
+                  view_->set_colour_by(next);
+                  Say(next == ColourBy::kPlain    ? Tr("Colours: plain bone, cut faces by tissue")
+                      : next == ColourBy::kTissue ? Tr("Colours: by tissue")
+                                                  : Tr("Colours: by region of the material table"));
+                }});
+  actions_.Add({.id = "view.slices",
+                .menu = Mark("View"),
+                .label = Mark("CT slices"),
+                .shortcut = {Key::kX},
+                .run =
+                    [this] {
+                      slices_shown_ = !slices_shown_;
+                      if (surface_ && !surface_->has_hu()) {
+                        Say(Tr("This bone has no CT numbers: import it with --keep-hu"));
+                      }
+                    },
+                .on = [this] { return slices_shown_; }});
+  actions_.Add({.id = "view.panels",
+                .menu = Mark("View"),
+                .label = Mark("Side panel"),
+                .shortcut = {Key::kF4},
+                .run = [this] { values_shown_ = !values_shown_; },
+                .on = [this] { return values_shown_; }});
+  actions_.Add({.id = "view.full_screen",
+                .menu = Mark("View"),
+                .label = Mark("Full screen"),
+                .shortcut = {Key::kF11},
+                .run = [this] { window_.set_full_screen(!window_.full_screen()); },
+                .on = [this] { return window_.full_screen(); }});
+  actions_.Add({.id = "view.picture",
+                .menu = Mark("View"),
+                .label = Mark("Save a picture"),
+                .shortcut = {Key::kF12},
+                .run =
+                    [this] {
+                      try {
+                        Say(fmt::format(fmt::runtime(Tr("Picture: {}")), TakePicture()));
+                      } catch (const Error& e) {
+                        Say(e.what());
+                      }
+                    },
+                .begins_group = true});
+  actions_.Add({.id = "view.settings",
+                .menu = Mark("View"),
+                .label = Mark("Settings"),
+                .shortcut = {Key::kF10},
+                .tip = Mark("Colours, size of text, language, sound"),
+                .run = [this] { settings_shown_ = !settings_shown_; },
+                .on = [this] { return settings_shown_; }});
+}
+
+void ViewerApp::AddLastActions() {
+  // These come after the activity's, so that its menus stand between View and Help.
+  actions_.Add({.id = "help.keys",
+                .menu = Mark("Help"),
+                .label = Mark("Keys and mouse"),
+                .shortcut = {Key::kF1},
+                .run = [this] { ToggleHelp(); },
+                .button = Mark("Help")});
+  if (!activity_->tour().empty()) {
+    actions_.Add({.id = "help.tour", .menu = Mark("Help"), .label = Mark("Tour of the window"), .run = [this] {
+                    tour_.Start(activity_->tour());
+                  }});
   }
+  actions_.Add({.id = "file.quit",
+                .menu = Mark("File"),
+                .label = Mark("Quit"),
+                .shortcut = {.key = Key::kQ, .control = true},
+                .run = [this] { AskToQuit(); },
+                .begins_group = true});
+}
+
+void ViewerApp::LookNext(int by) {
+  const auto count = static_cast<int>(kViews.size());
+  view_index_ = static_cast<std::size_t>((static_cast<int>(view_index_) + by + count) % count);
+  view_->camera().Look(kViews[view_index_]);
+  view_->FitAll();
+  view_changed_ = true;
+  Say(fmt::format(fmt::runtime(Tr("Seen from: {}")), Tr(ToString(kViews[view_index_]))));
+}
+
+void ViewerApp::ToggleHelp() {
+  help_ = !help_;
+  controls_->Release();
+}
+
+void ViewerApp::AskToQuit() {
+  const std::string unsaved = activity_->DescribeUnsaved();
+  if (unsaved.empty()) return Quit();
+  SetSpindle(false);
+  dialogs_.Ask(unsaved, {{Tr("Save"), [this] { activity_->Save(); }},
+                         {Tr("Quit without saving"), [this] { Quit(); }},
+                         {Tr("Stay"), nullptr}});
 }
 
 bool ViewerApp::TakeMouse(const WindowEvent& event) {
@@ -341,61 +481,114 @@ void ViewerApp::Take(const WindowEvent& event) {
   switch (event.kind) {
     case Kind::kClose:
       trace_.Write("closed");
-      Quit();
+      AskToQuit();
+      return;
+    case Kind::kDrop:
+      trace_.Write("dropped", {{"file", event.path}});
+      activity_->Open(event.path);
       return;
     case Kind::kResize:
       if (window_.width() > 0 && window_.height() > 0) {
         view_->Resize(window_.width(), window_.height(), options_.scale);
+        ui_.SetSize(window_.width(), window_.height(), options_.scale);
         trace_.Write("resized", {{"width", window_.width()}, {"height", window_.height()}});
       }
       return;
     case Kind::kFocus:
       trace_.Write("focus", {{"on", event.on}});
-      if (!event.on) LoseFocus("The window lost focus");
+      ui_.Take(event);
+      if (!event.on) LoseFocus(Tr("The window lost focus: the spindle was stopped"));
       return;
     case Kind::kMinimise:
       minimised_ = event.on;
       trace_.Write("minimised", {{"on", event.on}});
-      if (event.on) LoseFocus("The window was minimised");
+      if (event.on) LoseFocus(Tr("The window was minimised: the spindle was stopped"));
       return;
     default:
       break;
   }
-  // Taking a picture and closing the window are always possible, whatever is open.
-  const bool leaves = event.kind == Kind::kKeyDown && event.control && event.key == Key::kQ;
-  if (leaves || (event.kind == Kind::kKeyDown && event.key == Key::kF12)) {
-    TakeKey(event);
+  using Owner = MouseOwner;
+  const bool down = event.kind == Kind::kKeyDown;
+  const bool mouse = event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp || event.kind == Kind::kMouseMove ||
+                     event.kind == Kind::kScroll;
+  if (mouse) {
+    if (event.kind == Kind::kMouseDown && mouse_owner_ == Owner::kNone) {
+      mouse_owner_ = dialogs_.is_open() || ui_.IsOnPanel(event.x, event.y) ? Owner::kPanels : Owner::kScene;
+      pressed_at_ = {event.x, event.y};
+      moved_since_press_ = false;
+    }
+    const Owner owner = mouse_owner_ != Owner::kNone      ? mouse_owner_
+                        : ui_.IsOnPanel(event.x, event.y) ? Owner::kPanels
+                                                          : Owner::kScene;
+    moved_since_press_ = moved_since_press_ || std::abs(event.x - pressed_at_.x) > 4 * options_.scale ||
+                         std::abs(event.y - pressed_at_.y) > 4 * options_.scale;
+    if (event.kind == Kind::kMouseUp) mouse_owner_ = Owner::kNone;
+    // The panels see every motion, so that they notice when the mouse leaves them.
+    if (owner == Owner::kPanels || event.kind == Kind::kMouseMove) ui_.Take(event);
+    if (owner == Owner::kScene || (event.kind == Kind::kMouseMove && !dialogs_.is_open())) TakeInScene(event);
     return;
   }
-  if (entry_) {
-    if (event.kind == Kind::kText && entry_is_new_) return;  // the character of the key that opened the text input
-    const TextEntry::State state = entry_->Take(event);
-    if (state == TextEntry::State::kOpen) return;
-    const std::string text = entry_->text();
-    entry_.reset();
-    const auto done = std::exchange(entry_done_, nullptr);
-    done(state == TextEntry::State::kDone ? std::optional(text) : std::nullopt);
+  // Taking a picture is always possible, whatever is open.
+  if (down && event.key == Key::kF12) {
+    actions_.Take(event);
     return;
+  }
+  if (down && event.control && event.key == Key::kQ) {
+    if (dialogs_.is_open()) return Quit();
+    return AskToQuit();
+  }
+  if (event.kind == Kind::kText && ignores_text_) return;
+  if (dialogs_.is_open()) {
+    dialogs_.Take(ui_, event);
+    if (!dialogs_.is_open()) ui_.DropText();
+    return;
+  }
+  if (event.kind == Kind::kKeyUp) {
+    ui_.Take(event);
+    TakeInScene(event);
+    return;
+  }
+  if (ui_.is_popup_open() || ui_.takes_text()) {
+    if (down && event.key == Key::kEscape) return ui_.ClosePopups();
+    if (ui_.takes_text() || event.kind != Kind::kText) ui_.Take(event);
+    if (!ui_.takes_text() && down) {
+      ui_.ClosePopups();
+    } else {
+      return;
+    }
   }
   const bool question = event.kind == Kind::kText && event.character == U'?';
-  const bool f1 = event.kind == Kind::kKeyDown && event.key == Key::kF1 && !event.repeat;
-  if (question || f1) {
-    help_ = !help_;
-    controls_->Release();
-    return;
-  }
-  if (help_ && event.kind == Kind::kKeyDown) {
+  if (question || (down && event.key == Key::kF1 && !event.repeat)) return ToggleHelp();
+  if (down && tour_.is_open() && tour_.Take(event)) return;
+  if (help_ && down) {
     if (event.key == Key::kEscape) help_ = false;
     if (event.key == Key::kSpace && spindle_on()) SetSpindle(false);
     return;
   }
+  if (settings_shown_ && down && event.key == Key::kEscape) {
+    settings_shown_ = false;
+    return;
+  }
+  TakeInScene(event);
+}
+
+void ViewerApp::TakeInScene(const WindowEvent& event) {
+  using Kind = WindowEvent::Kind;
   if (activity_->Take(event)) return;
-  if (event.kind == Kind::kKeyDown && TakeKey(event)) return;
+  if (event.kind == Kind::kKeyDown) {
+    if (event.key == Key::kEnter && device_ && device_->waits()) {
+      if (!event.repeat) device_->Agree();
+      return;
+    }
+    if (actions_.Take(event)) return;
+  }
   const bool turns =
       event.kind == Kind::kScroll || (event.kind == Kind::kMouseDown && event.button != MouseButton::kLeft);
   view_changed_ = view_changed_ || turns;
-  const bool on_panel = event.kind == Kind::kMouseDown && view_->IsOnPanel({event.x, event.y});
-  if (steers() && !on_panel && controls_->Take(event, MakeBasis())) {
+  if (event.kind == Kind::kMouseUp && event.button == MouseButton::kRight && !moved_since_press_) {
+    activity_->OpenContextMenu({event.x, event.y});
+  }
+  if (steers() && controls_->Take(event, MakeBasis())) {
     returning_ = false;
     return;
   }
@@ -426,7 +619,10 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
   if (!surface_ || !surface_->has_hu() || !slices_shown_) return;
   const Tool tool = MakeTool(session_->scene());
   surface_->RequestSlices(tool, figures_.coupled.X_WT, std::max(40.0, 2.4 * CalcReach(tool)), 180);
-  if (std::optional<CtSlices> slices = surface_->FetchSlices()) view_->SetSlices(slices);
+  if (std::optional<CtSlices> slices = surface_->FetchSlices()) {
+    slices_ = std::move(slices);
+    ++slices_version_;
+  }
 }
 
 void ViewerApp::FollowDevice(double dt_s) {
@@ -469,29 +665,20 @@ HudState ViewerApp::MakeHud() {
   // Some deadlines are missed on every machine, without harm; a noticeable fraction is reported.
   const double missed =
       static_cast<double>(figures_.missed) / static_cast<double>(figures_.number + figures_.missed + 1);
-  hud.status.right = missed > 0.02 ? fmt::format("machine too slow: {:.0f} % of ticks late   F1 help", 100 * missed)
-                                   : std::string("F1 help");
-  if (help_) {
-    hud.show_help = true;
-    hud.help = ViewerHelp();
-    if (!activity_->cuts()) hud.help.erase(hud.help.begin());  // the saw's keys
-    if (device_ && !options_.scripted) hud.help.push_back(device_->MakeHelp());
-    for (HudKeyGroup& group : activity_->help()) hud.help.push_back(std::move(group));
+  if (missed > 0.02) {
+    hud.status.right = fmt::format(fmt::runtime(Tr("machine too slow: {:.0f} % of ticks late")), 100 * missed);
   }
+  hud.legend = view_->legend();
+  hud.legend_title = LegendTitle(view_->colour_by());
   if (session_ && !is_running()) {
     const auto [stage, fraction] = session_->progress();
     const bool loading = session_->stage() == LiveStage::kLoading;
-    hud.progress =
-        HudProgress{.title = loading ? "Loading" : "Ending the session", .stage = stage, .fraction = fraction};
+    hud.progress = HudProgress{
+        .title = loading ? Tr("Loading") : Tr("Ending the session"), .stage = Tr(stage.c_str()), .fraction = fraction};
   }
   activity_->Fill(hud);
   if (device_ && is_running() && !options_.scripted) {
     if (std::optional<HudBanner> banner = device_->MakeBanner()) hud.banner = std::move(banner);
-  }
-  if (entry_) {
-    hud.banner = HudBanner{.kind = HudBanner::Kind::kQuestion,
-                           .text = fmt::format("{} {}_", entry_->question(), entry_->text()),
-                           .answers = "Enter: done   Esc: cancel"};
   }
   return hud;
 }
@@ -506,24 +693,231 @@ nlohmann::json ViewerApp::MakeState() const {
                        {"force_N", tenth(glm::length(figures_.coupled.f_H_W_N))},
                        {"saw_mm", {tenth(p.x), tenth(p.y), tenth(p.z)}},
                        {"help", help_},
-                       {"entry", entry_.has_value()},
+                       {"entry", dialogs_.asks_text()},
+                       {"dialog", dialogs_.is_open()},
+                       {"tour", tour_.step()},
                        {"message", now_s_ < said_until_s_ ? said_ : ""},
                        {"chunks_left", surface_ ? surface_->counts().first_left : 1}};
   activity_->Describe(state);
   return state;
 }
 
+std::vector<HudKeyGroup> ViewerApp::ListHelp() const {
+  std::vector<HudKeyGroup> help;
+  if (activity_->cuts()) {
+    help.push_back({Tr("Moving the saw"),
+                    {{Tr("left drag"), Tr("move across the picture")},
+                     {Tr("Shift + left drag"), Tr("move into the picture")},
+                     {Tr("Ctrl + left drag"), Tr("turn")},
+                     {Tr("arrows, PgUp PgDn"), Tr("the same with keys; with Shift fast")},
+                     {"W S  A D  Q E", Tr("tilt, swing, roll")}}});
+  }
+  help.push_back({Tr("Turning the view"),
+                  {{Tr("right drag"), Tr("turn")},
+                   {Tr("middle drag"), Tr("shift (or Shift + right drag)")},
+                   {Tr("wheel"), Tr("zoom")},
+                   {Tr("right click"), Tr("menu for this place")}}});
+  if (device_ && !options_.scripted) help.push_back(device_->MakeHelp());
+  for (HudKeyGroup& group : activity_->help()) help.push_back(std::move(group));
+  for (HudKeyGroup& group : actions_.ListKeys()) help.push_back(std::move(group));
+  return help;
+}
+
+void ViewerApp::DrawSlices(const UiBox& area) {
+  if (!slices_ || !BeginPanel(ui_, "slices", area, true)) return;
+  for (std::size_t i = 0; i < slices_->slices.size(); ++i) {
+    const CtSlice& slice = slices_->slices[i];
+    ImGui::PushFont(ui_.small());
+    FittedText(ui_, fmt::format("{}, {:.0f} mm", Tr(slice.name.c_str()), slice.edge_mm),
+               ImGui::GetContentRegionAvail().x);
+    ImGui::PopFont();
+    const float side = ImGui::GetContentRegionAvail().x;
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    ImGui::Image(ui_.Texture(fmt::format("slice {}", i), slice.image, slices_version_), {side, side});
+    const auto letter = [&](const std::string& text, float x, float y) {
+      const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+      ImDrawList& list = *ImGui::GetWindowDrawList();
+      list.AddRectFilled({x - 0.5F * size.x - 3, y}, {x + 0.5F * size.x + 3, y + size.y}, IM_COL32(0, 0, 0, 140));
+      list.AddText({x - 0.5F * size.x, y}, IM_COL32_WHITE, text.c_str());
+    };
+    letter(slice.right_letter, at.x + side - 12 * ui_.scale(), at.y + 0.5F * side - 8 * ui_.scale());
+    letter(slice.up_letter, at.x + 0.5F * side, at.y + 2 * ui_.scale());
+  }
+  ImGui::End();
+}
+
+void ViewerApp::DrawSettings() {
+  const float s = ui_.scale();
+  ImGui::SetNextWindowPos(
+      {static_cast<float>(areas_.scene.left) + 30 * s, static_cast<float>(areas_.scene.top) + 30 * s});
+  ImGui::SetNextWindowSize({360 * s, 262 * s});
+  ImGui::Begin(
+      fmt::format("{}###settings", Tr("Settings")).c_str(), &settings_shown_,
+      ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoNav);
+  bool changed = false;
+  ImGui::TextUnformatted(Tr("Colours of the window"));
+  for (const auto& [theme, name] : {std::pair{Theme::kLight, Tr("light")}, std::pair{Theme::kDark, Tr("dark")}}) {
+    if (ImGui::RadioButton(name, settings_.theme == theme)) {
+      settings_.theme = theme;
+      ui_.set_theme(theme);
+      changed = true;
+    }
+    ui_.Note(theme == Theme::kLight ? "setting light" : "setting dark");
+    if (theme == Theme::kLight) ImGui::SameLine();
+  }
+  ImGui::TextUnformatted(Tr("Size of text"));
+  for (const double size : {0.85, 1.0, 1.2, 1.5}) {
+    if (ImGui::RadioButton(fmt::format("{:.0f} %", 100 * size).c_str(), settings_.text_size == size)) {
+      settings_.text_size = size;
+      changed = true;
+    }
+    ui_.Note(fmt::format("setting text {:.0f}", 100 * size));
+    if (size < 1.5) ImGui::SameLine();
+  }
+  ImGui::TextUnformatted(Tr("Language"));
+  for (const Language& language : languages_) {
+    if (ImGui::RadioButton(language.name.c_str(), CurrentLanguage() == language.code)) {
+      settings_.language = language.code;
+      SetLanguage(language.code);
+      changed = true;
+    }
+    ui_.Note(fmt::format("setting language {}", language.code));
+    ImGui::SameLine();
+  }
+  ImGui::NewLine();
+  ImGui::TextUnformatted(Tr("Sound"));
+  auto volume = static_cast<float>(100 * settings_.volume);
+  ImGui::SetNextItemWidth(180 * s);
+  if (ImGui::SliderFloat("##volume", &volume, 0, 100, "%.0f %%")) {
+    settings_.volume = std::clamp(0.01 * static_cast<double>(volume), 0.0, 1.0);
+    changed = true;
+  }
+  ui_.Note("setting volume");
+  ImGui::SameLine();
+  changed = ImGui::Checkbox(Tr("mute"), &settings_.mute) || changed;
+  ui_.Note("setting mute");
+  ImGui::End();
+  if (changed) {
+    trace_.Write("settings", {{"text_size", settings_.text_size},
+                              {"language", CurrentLanguage()},
+                              {"theme", settings_.theme == Theme::kDark ? "dark" : "light"},
+                              {"mute", settings_.mute}});
+    KeepSettings();
+  }
+}
+
+void ViewerApp::KeepSettings() {
+  try {
+    WriteSettings(settings_, settings_file_);
+  } catch (const Error& e) {
+    Say(e.what());
+  }
+}
+
+void ViewerApp::DrawUi(const HudState& hud) {
+  const bool column = values_shown_ && (hud.show_values || !hud.pieces.empty());
+  areas_ = CalcUiAreas(ui_, column, slices_shown_ && slices_.has_value());
+  // Labels first: they are drawn in the background.
+  std::vector<UiLabel> labels;
+  for (const SceneLabel& label : view_->ListLabels()) labels.push_back({label.text, label.x, label.y, label.colour});
+  DrawPictureLabels(ui_, labels, view_->camera().WorldPerPixel(view_->camera().target_W()), areas_.scene);
+
+  if (ImGui::BeginMainMenuBar()) {
+    actions_.DrawMenus(ui_);
+    ImGui::EndMainMenuBar();
+  }
+  if (BeginPanel(ui_, "toolbar", areas_.toolbar, false)) {
+    actions_.DrawToolbar(ui_);
+    ImGui::End();
+  }
+  if (column && BeginPanel(ui_, "left", areas_.left, true)) {
+    GaugeSection(ui_, hud);
+    ValuesSection(ui_, hud);
+    if (const std::optional<int> row = PiecesSection(ui_, hud)) activity_->PickPieceRow(*row);
+    activity_->DrawSections(ui_);
+    ForceSection(ui_, hud);
+    LegendSection(ui_, hud);
+    ImGui::End();
+  }
+  if (slices_shown_) DrawSlices(areas_.right);
+  if (BeginPanel(ui_, "status", areas_.status, false)) {
+    actions_.DrawIndicators(ui_);
+    DrawStatusTexts(hud.status);
+    ImGui::End();
+  }
+  if (hud.banner) DrawBanner(ui_, *hud.banner, areas_.scene);
+  DrawMessage(ui_, hud.status.message, staying_, areas_.scene);
+  if (hud.progress && DrawProgressBox(ui_, *hud.progress, areas_.scene)) activity_->Cancel();
+  if (hud.result) DrawResultDialog(ui_, *hud.result);
+  if (hud.menu) {
+    if (const std::optional<int> row = DrawMenuDialog(ui_, *hud.menu)) picked_row_ = row;
+  }
+  activity_->DrawWindows(ui_);
+  if (settings_shown_) DrawSettings();
+  if (tour_.is_open()) {
+    tour_.Draw(ui_, areas_.scene);
+    if (!tour_.is_open() && !settings_.tour_shown) {
+      settings_.tour_shown = true;
+      KeepSettings();
+    }
+  }
+  if (help_) DrawHelpDialog(ui_, ListHelp());
+  dialogs_.Draw(ui_);
+}
+
+void ViewerApp::DrawStatusTexts(const HudStatus& status) {
+  std::string text;
+  const auto add = [&](const std::string& part) {
+    if (!part.empty()) text += (text.empty() ? "" : "   |   ") + part;
+  };
+  add(status.right);
+  add(status.mode);
+  add(status.saw);
+  if (status.recording_s) {
+    const long seconds = std::lround(std::max(0.0, *status.recording_s));
+    add(fmt::format(fmt::runtime(Tr("recording {}:{:02}")), seconds / 60, seconds % 60));
+  }
+  const float from = ImGui::GetItemRectMax().x + 12 * ui_.scale();
+  const float room = ImGui::GetWindowWidth() - from - 10 * ui_.scale();
+  if (room < 60 * ui_.scale()) return;
+  const std::string shown = FitText(text, room);
+  ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(shown.c_str()).x - 10 * ui_.scale());
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextDisabled("%s", shown.c_str());
+  if (shown != text) Tooltip(ui_, text);
+}
+
 void ViewerApp::Draw() {
   const auto began = std::chrono::steady_clock::now();
-  view_->SetHud(MakeHud());
+  ui_.BeginFrame(frame_s_);
+  DrawUi(MakeHud());
+  ui_.EndFrame();
+  const auto box = [](const UiBox& b) { return ScreenBox{b.left, b.top, b.width, b.height}; };
+  view_->SetAreas(box(areas_.scene), box(areas_.cube));
   window_.BeginFrame();
   view_->Render();
   window_.Present();
   times_.frame.Add(std::llround(1e9 * SecondsSince(began)));
+  actions_.RunChosen();
+  dialogs_.RunDecided();
+  if (const std::optional<int> row = std::exchange(picked_row_, std::nullopt)) activity_->PickMenuRow(*row);
+  if (settings_.text_size != ui_.text_size()) ui_.set_text_size(settings_.text_size);
+  if (!trace_) return;
+  nlohmann::json noted;
+  for (const auto& [name, at] : ui_.noted()) {
+    noted[name] = {std::round(at.left), std::round(at.top), std::round(at.width), std::round(at.height)};
+  }
+  if (noted == noted_) return;
+  noted_ = noted;
+  trace_.Write("items", {{"items", std::move(noted)}});
 }
 
 void ViewerApp::Run(Activity& activity) {
   activity_ = &activity;
+  activity.AddActions(actions_);
+  AddLastActions();
+  languages_ = ListLanguages();
+  if (!settings_.tour_shown && !options_.scripted) tour_.Start(activity.tour());
   const auto start = std::chrono::steady_clock::now();
   double last_s = 0;
   bool first_picture = false;
@@ -533,10 +927,11 @@ void ViewerApp::Run(Activity& activity) {
     const double frame_s = session_ && !is_running() ? 0.1 : kFrame_s;
     const double wait_s = minimised_ ? 0.05 : std::max(0.0, frame_s - spent_s);
     for (const WindowEvent& event : window_.Poll(wait_s)) Take(event);
-    entry_is_new_ = false;
+    ignores_text_ = false;
     if (options_.interrupt != nullptr && options_.interrupt->load() && !quitting_) Quit();
     now_s_ = SecondsSince(start);
-    Update(now_s_ - last_s);
+    frame_s_ = now_s_ - last_s;
+    Update(frame_s_);
     last_s = now_s_;
     if (quitting_ && !session_) done_ = true;
     if (done_ || minimised_ || window_.width() == 0) continue;
@@ -568,9 +963,8 @@ void ViewerApp::Say(const std::string& message) {
 void ViewerApp::AskText(const std::string& question, const std::string& initial,
                         std::function<void(std::optional<std::string>)> done) {
   controls_->Release();
-  entry_.emplace(question, initial);
-  entry_is_new_ = true;
-  entry_done_ = std::move(done);
+  ignores_text_ = true;
+  dialogs_.AskText(ui_, question, initial, std::move(done));
 }
 
 std::string ViewerApp::TakePicture() {
@@ -584,11 +978,10 @@ std::string ViewerApp::TakePicture() {
 }
 
 std::string ViewerApp::GrabScene() {
-  HudState none;
-  none.show_values = none.show_plot = false;
-  view_->SetHud(none);
+  view_->set_panels_shown(false);
   window_.BeginFrame();
   view_->Render();
+  view_->set_panels_shown(true);
   const TemporaryFolder folder("kerf_scene");
   const std::string path = folder.path() + "/picture.png";
   WritePng(view_->Grab(), path);

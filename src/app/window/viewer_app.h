@@ -9,17 +9,23 @@
 #include <string>
 #include <vector>
 
+#include "app/window/actions.h"
+#include "app/window/dialogs.h"
 #include "app/window/gl_window.h"
 #include "app/window/hand_device.h"
 #include "app/window/live_session.h"
 #include "app/window/saw_controls.h"
-#include "app/window/text_entry.h"
+#include "app/window/settings.h"
+#include "app/window/tour.h"
 #include "app/window/trace.h"
 #include "base/core/log_histogram.h"
 #include "session/scene/saws.h"
 #include "session/scene/scene.h"
 #include "view/live/surface_worker.h"
 #include "view/live/viewport.h"
+#include "view/ui/panels.h"
+#include "view/ui/translate.h"
+#include "view/ui/ui.h"
 
 namespace kerf {
 
@@ -55,14 +61,34 @@ class Activity {
   Activity& operator=(const Activity&) = delete;
   virtual ~Activity() = default;
 
+  /// Adds the activity's actions, once, before the first frame.
+  virtual void AddActions(ActionList& actions) = 0;
   /// Called before the viewer handles the event. Returns true if the event was for the activity.
   virtual bool Take(const WindowEvent& event) = 0;
   /// Called once per frame; `dt_s`: time since the last frame.
   virtual void Update(double dt_s) = 0;
   /// Adds the activity's contents to what the viewer has already filled in.
   virtual void Fill(HudState& hud) = 0;
-  /// Returns the activity's own keys, for the help.
-  virtual std::vector<HudKeyGroup> help() const = 0;
+  /// Called when a row of the activity's list was clicked.
+  virtual void PickMenuRow(int row) = 0;
+  virtual void PickPieceRow(int /*row*/) {}
+  /// Adds the activity's own sections to the left column, and its own windows.
+  virtual void DrawSections(Ui& /*ui*/) {}
+  virtual void DrawWindows(Ui& /*ui*/) {}
+  /// Called for a right click in the picture without a drag.
+  virtual void OpenContextMenu(const ScreenPoint& /*at*/) {}
+  /// Opens a file or folder that was dropped into the window.
+  virtual void Open(const std::string& path) = 0;
+  /// Returns what would be lost at the end, as a sentence; empty: nothing.
+  virtual std::string DescribeUnsaved() const { return {}; }
+  /// Saves that. Returns false if the user has to decide something first.
+  virtual void Save() {}
+  /// Cancels what is in progress.
+  virtual void Cancel() {}
+  /// Returns the steps of the first-run tour.
+  virtual std::vector<TourStep> tour() const { return {}; }
+  /// Returns the mouse's and the held keys' functions that are not actions, for the help.
+  virtual std::vector<HudKeyGroup> help() const { return {}; }
   /// Called when the bone is ready, in the window's thread.
   virtual void Began() = 0;
   /// Called when the session has ended, whether or not this was requested.
@@ -120,6 +146,11 @@ class ViewerApp {
   /// Asks for a line of text. `done` receives it, or nullopt if the input was cancelled.
   void AskText(const std::string& question, const std::string& initial,
                std::function<void(std::optional<std::string>)> done);
+  Dialogs& dialogs() { return dialogs_; }
+  Ui& ui() { return ui_; }
+  ActionList& actions() { return actions_; }
+  WindowSettings& settings() { return settings_; }
+  void KeepSettings();
   /// Writes a picture of the window to the folder. Returns its path.
   std::string TakePicture();
   /// Returns the picture without panels as PNG bytes.
@@ -127,8 +158,14 @@ class ViewerApp {
 
  private:
   void Take(const WindowEvent& event);
-  bool TakeKey(const WindowEvent& event);
+  void AddActions();
+  void AddLastActions();
+  void LookNext(int by);
+  void ToggleHelp();
+  void TakeInScene(const WindowEvent& event);
   bool TakeMouse(const WindowEvent& event);
+  void AskToQuit();
+  void Retract();
   void LoseFocus(const char* why);
   void Update(double dt_s);
   void FollowSession();
@@ -136,11 +173,22 @@ class ViewerApp {
   void UpdateToolInPicture(double dt_s);
   void Draw();
   HudState MakeHud();
+  std::vector<HudKeyGroup> ListHelp() const;
+  void DrawUi(const HudState& hud);
+  void DrawSettings();
+  void DrawStatusTexts(const HudStatus& status);
+  void DrawSlices(const UiBox& area);
   nlohmann::json MakeState() const;
 
   ViewerOptions options_;
   Trace trace_;
   GlWindow window_;
+  WindowSettings settings_;
+  std::string settings_file_;
+  Ui ui_;
+  Dialogs dialogs_;
+  Tour tour_;
+  ActionList actions_;
   std::unique_ptr<Viewport> view_;
   Activity* activity_ = nullptr;
 
@@ -173,7 +221,18 @@ class ViewerApp {
   bool done_ = false;
   bool minimised_ = false;
   bool help_ = false;
+  bool settings_shown_ = false;
+  bool values_shown_ = true;  // the left column
   bool slices_shown_ = true;
+  std::optional<CtSlices> slices_;
+  std::uint64_t slices_version_ = 0;
+  UiAreas areas_;
+  std::optional<int> picked_row_;  // row of the activity's list that was clicked in this frame
+  std::vector<Language> languages_;
+  enum class MouseOwner { kNone, kPanels, kScene };
+  MouseOwner mouse_owner_ = MouseOwner::kNone;  // who received the button that is held
+  ScreenPoint pressed_at_;
+  bool moved_since_press_ = false;
   bool orbiting_ = false;
   bool panning_ = false;
   double mouse_x_ = 0;
@@ -183,10 +242,11 @@ class ViewerApp {
   std::size_t view_index_ = 0;
   std::string said_;
   double said_until_s_ = 0;
+  std::string staying_;  // message that stays while its cause lasts
   double now_s_ = 0;
-  std::optional<TextEntry> entry_;
-  bool entry_is_new_ = false;  // opened during the current batch of events
-  std::function<void(std::optional<std::string>)> entry_done_;
+  double frame_s_ = 1.0 / 60;
+  bool ignores_text_ = false;  // the character of a key that has just opened a text field
+  nlohmann::json noted_;       // places of buttons that were last written to the trace
   FrameTimes times_;
 };
 

@@ -13,6 +13,7 @@
 #include "view/live/surface_worker.h"
 #include "view/live/viewport.h"
 #include "view/picture/offscreen.h"
+#include "view/ui/panels.h"
 
 namespace kerf {
 namespace {
@@ -29,12 +30,22 @@ HudState MakeHud(const std::vector<PlotPoint>& force, const Pose& X_WT) {
   hud.values.depth_mm = X_WT.p_AB.z;
   hud.values.feed_mm_per_s = 5;
   hud.values.rpm = 7500;
-  hud.status.spindle_on = true;
-  hud.status.saw = "disc 22 x 0.25 mm, 24 teeth";
-  hud.status.mode = "Rehearse";
-  hud.status.recording_s = hud.now_s;
-  hud.status.right = "F1 help";
   return hud;
+}
+
+// Submits the panels that are shown while cutting.
+void DrawPanels(Ui& ui, const HudState& hud, Viewport& view) {
+  ui.BeginFrame(1.0 / 60);
+  const UiAreas areas = CalcUiAreas(ui, true, false);
+  DrawPictureLabels(ui, {}, 0.1, areas.scene);
+  if (BeginPanel(ui, "left", areas.left, true)) {
+    ValuesSection(ui, hud);
+    ForceSection(ui, hud);
+    ImGui::End();
+  }
+  ui.EndFrame();
+  view.SetAreas({areas.scene.left, areas.scene.top, areas.scene.width, areas.scene.height},
+                {areas.cube.left, areas.cube.top, areas.cube.width, areas.cube.height});
 }
 
 struct Cut {
@@ -96,7 +107,10 @@ ViewReport RunViewBench(const ViewBenchOptions& options) {
   tell("first picture", 0);
   OffscreenWindow offscreen(options.width, options.height);
   vtkRenderWindow& window = offscreen.window();
+  Ui ui;
   Viewport view(window);
+  view.SetPanels(ui.prop());
+  ui.SetSize(options.width, options.height, options.scale);
   view.Resize(options.width, options.height, options.scale);
   report.window_ms = lap();
   SurfaceWorker worker(bone);
@@ -186,7 +200,7 @@ ViewReport RunViewBench(const ViewBenchOptions& options) {
     view.SetForce(ForceArrow{moved.p_AB, Vec3{0.2, 0.1, 2}});
     HudState hud = MakeHud(force, moved);
     hud.values.force_N = 2 + 0.01 * (i % 50);
-    view.SetHud(hud);
+    DrawPanels(ui, hud, view);
   };
   report.frames.push_back(DrawFrames("whole bone", options, window, view, move));
   report.frames.push_back(DrawFrames("whole bone, turning", options, window, view, [&](int i) {

@@ -328,7 +328,7 @@ std::vector<SceneLabel> SceneActors::MakeLabels(const ViewCamera& camera) const 
   std::vector<SceneLabel> labels;
   const auto add = [&](const std::string& text, const Vec3& p_W, const Rgb8& colour) {
     const auto at = camera.Project(p_W);
-    if (!text.empty() && at) labels.push_back({text, at->x / s.scale, at->y / s.scale, colour});
+    if (!text.empty() && at) labels.push_back({text, at->x, at->y, colour});
   };
   if (s.force) add(fmt::format("{:.1f} N", glm::length(s.force->f_W_N)), s.force_tail_W, kForceColour);
   for (const MeasureOverlay& measure : s.measures) {

@@ -5,7 +5,6 @@
 #include <optional>
 #include <vector>
 
-#include "view/live/hud_draw.h"
 #include "view/live/viewport.h"
 
 class vtkRenderer;
@@ -39,7 +38,7 @@ class SceneActors {
 
   /// Returns a box that contains everything shown.
   Box3 CalcBounds() const;
-  /// Returns the labels of the objects, with positions in points.
+  /// Returns the labels of the objects, with positions in pixels.
   std::vector<SceneLabel> MakeLabels(const ViewCamera& camera) const;
 
  private:

@@ -5,6 +5,7 @@
 #include <vtkAnnotatedCubeActor.h>
 #include <vtkCamera.h>
 #include <vtkNew.h>
+#include <vtkProp.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkUnsignedCharArray.h>
@@ -18,8 +19,6 @@
 
 #include "kerf/error.h"
 #include "view/live/bone_prop.h"
-#include "view/live/hud_draw.h"
-#include "view/live/hud_prop.h"
 #include "view/live/palette.h"
 #include "view/live/scene_actors.h"
 #include "view/picture/vtk_scene.h"
@@ -40,7 +39,7 @@ struct Viewport::State {
   vtkRenderWindow& window;
   vtkNew<vtkRenderer> scene, over, corner, flat;
   vtkNew<BoneProp> bone;
-  vtkNew<HudProp> panels;
+  vtkProp* panels = nullptr;
   vtkSmartPointer<vtkAnnotatedCubeActor> cube = MakeOrientationCube(kCubeLook);
   SceneActors actors;
   ViewCamera camera;
@@ -60,24 +59,9 @@ struct Viewport::State {
   PaletteCounts counts{};
 
   std::optional<ForceArrow> force;
-  std::optional<CtSlices> slices;
-  std::uint64_t slices_version = 0;
-  HudState hud;
-  HudLayout layout;
-  bool show_scale = true;
-  bool show_cube = true;
+  ScreenBox free;  // area of the bone; empty: the window
+  ScreenBox cube_box;
   ViewStats stats;
-
-  HudExtras Extras() const { return {slices ? 3 : 0, show_cube, show_scale}; }
-  ScreenPoint ToPoints(const ScreenPoint& px) const { return {px.x / scale, px.y / scale}; }
-
-  void Place() {
-    if (hud.legend.empty()) {
-      hud.legend = MakeLegend(materials, by, counts);
-      hud.legend_title = LegendTitle(by);
-    }
-    layout = CalcHudLayout(camera.width() / scale, camera.height() / scale, hud, Extras());
-  }
 
   void SetCameras() {
     Box3 box = bounds_W;
@@ -103,12 +87,12 @@ struct Viewport::State {
     c.SetParallelScale(0.5 * camera.height_mm());
     c.SetClippingRange(near, far);
 
-    const bool shown = show_cube && !layout.orientation.empty();
-    corner->SetDraw(shown ? 1 : 0);
-    if (!shown) return;
-    const FlatBox& at = layout.orientation;
-    corner->SetViewport(at.left / layout.width, 1 - at.bottom() / layout.height, at.right() / layout.width,
-                        1 - at.top / layout.height);
+    corner->SetDraw(cube_box.empty() ? 0 : 1);
+    if (cube_box.empty()) return;
+    const double width = camera.width();
+    const double height = camera.height();
+    corner->SetViewport(cube_box.left / width, 1 - (cube_box.top + cube_box.height) / height,
+                        (cube_box.left + cube_box.width) / width, 1 - cube_box.top / height);
     vtkCamera& turned = *corner->GetActiveCamera();
     turned.ParallelProjectionOn();
     const Vec3 from = -5.0 * camera.forward_W();
@@ -136,7 +120,6 @@ Viewport::Viewport(vtkRenderWindow& window) : state_(std::make_unique<State>(win
   for (vtkRenderer* renderer : {s.scene.Get(), s.over.Get(), s.corner.Get()}) AddCameraLights(*renderer, kLights);
   s.scene->AddActor(s.bone);
   s.corner->AddActor(s.cube);
-  s.flat->AddActor(s.panels);
   s.bone->SetPalette(MakePalette(s.materials, s.by));
   const int* size = window.GetSize();
   Resize(std::max(1, size[0]), std::max(1, size[1]), 1);
@@ -264,22 +247,22 @@ void Viewport::SetMeasures(const std::vector<MeasureOverlay>& measures) {
 void Viewport::SetPieces(const std::vector<PieceShape>& pieces) {
   state_->actors.SetPieces(pieces);
 }
-void Viewport::SetSlices(const std::optional<CtSlices>& slices) {
-  state_->slices = slices;
-  ++state_->slices_version;
-}
 
 // ---- panels
 
-void Viewport::SetHud(const HudState& state) {
-  state_->hud = state;
-  state_->Place();
+void Viewport::SetPanels(vtkProp& panels) {
+  state_->panels = &panels;
+  state_->flat->AddViewProp(&panels);
 }
-void Viewport::set_show_scale_bar(bool show) {
-  state_->show_scale = show;
+void Viewport::set_panels_shown(bool shown) {
+  if (state_->panels != nullptr) state_->panels->SetVisibility(shown ? 1 : 0);
 }
-void Viewport::set_show_orientation(bool show) {
-  state_->show_cube = show;
+void Viewport::SetAreas(const ScreenBox& scene, const ScreenBox& cube) {
+  state_->free = scene;
+  state_->cube_box = cube;
+}
+std::vector<SceneLabel> Viewport::ListLabels() const {
+  return state_->actors.MakeLabels(state_->camera);
 }
 
 // ---- camera and mouse
@@ -305,58 +288,26 @@ void Viewport::FitAll() {
                         (i & 2) != 0 ? s.bounds_W.upper.y : s.bounds_W.lower.y,
                         (i & 4) != 0 ? s.bounds_W.upper.z : s.bounds_W.lower.z);
   }
-  s.Place();
   // Fits the view into a window of the size of the free area, then shifts it to that area's position.
-  const FlatBox& free = s.layout.scene;
+  const ScreenBox& free = s.free;
   if (free.empty()) {
     s.camera.Fit(points);
     return;
   }
   const int width = s.camera.width();
   const int height = s.camera.height();
-  s.camera.SetSize(static_cast<int>(free.width * s.scale), static_cast<int>(free.height * s.scale));
+  s.camera.SetSize(std::max(1, static_cast<int>(free.width)), std::max(1, static_cast<int>(free.height)));
   s.camera.Fit(points, 0.04);
   const double mm_per_pixel = s.camera.height_mm() / s.camera.height();
   s.camera.SetSize(width, height);
   s.camera.set_height_mm(mm_per_pixel * height);
-  s.camera.Pan((free.left + 0.5 * free.width) * s.scale - 0.5 * width,
-               (free.top + 0.5 * free.height) * s.scale - 0.5 * height);
-}
-
-bool Viewport::IsOnPanel(const ScreenPoint& at) const {
-  const ScreenPoint p = state_->ToPoints(at);
-  const auto panels = state_->layout.Panels();
-  return std::any_of(panels.begin(), panels.end(), [&](const FlatBox& box) { return box.Contains(p.x, p.y); });
-}
-
-namespace {
-
-std::optional<int> RowAt(const MenuRows& rows, const ScreenPoint& p) {
-  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
-    if (rows.rows[i].Contains(p.x, p.y)) return static_cast<int>(rows.first + i);
-  }
-  return std::nullopt;
-}
-
-}  // namespace
-
-std::optional<int> Viewport::PickMenuRow(const ScreenPoint& at) const {
-  const State& s = *state_;
-  if (!s.hud.menu || s.hud.progress || s.hud.show_help || s.layout.modal.empty()) return std::nullopt;
-  return RowAt(PlaceMenuRows(*s.hud.menu, s.layout.modal), s.ToPoints(at));
-}
-
-std::optional<int> Viewport::PickPieceRow(const ScreenPoint& at) const {
-  const State& s = *state_;
-  if (s.layout.pieces.empty()) return std::nullopt;
-  return RowAt(PlacePieceRows(s.hud.pieces, s.layout), s.ToPoints(at));
+  s.camera.Pan(free.left + 0.5 * free.width - 0.5 * width, free.top + 0.5 * free.height - 0.5 * height);
 }
 
 // ---- drawing
 
 void Viewport::Render() {
   State& s = *state_;
-  s.Place();
   if (!s.has_fineness || !s.smooth_edges) {
     // Without a graphics card, the cost of triangles outweighs the loss of quality from coarse cells.
     const std::string name = renderer_name();
@@ -369,14 +320,6 @@ void Viewport::Render() {
   s.bone->SetPixel(s.camera.WorldPerPixel(s.camera.target_W()), s.scale, s.voxel_mm);
   s.actors.SetForce(s.force, s.force ? s.camera.WorldPerPixel(s.force->p_W) * s.scale : 1);
   s.SetCameras();
-  std::optional<ScaleBar> bar;
-  if (!s.layout.scale_bar.empty()) {
-    bar = CalcScaleBar(s.camera.WorldPerPixel(s.camera.target_W()) * s.scale, s.layout.scale_bar.width - 14);
-  }
-  DrawList list;
-  DrawHud(s.hud, s.layout, {s.slices ? &*s.slices : nullptr, s.slices_version}, s.actors.MakeLabels(s.camera), bar,
-          list);
-  s.panels->SetList(std::move(list), s.scale);
   s.window.Render();
   const BoneProp::Counts& counts = s.bone->counts();
   s.stats = {counts.chunks, counts.drawn, counts.triangles, counts.bytes, counts.step};

@@ -13,12 +13,11 @@
 #include "kerf/tool.h"
 #include "view/live/bone_chunks.h"
 #include "view/live/camera.h"
-#include "view/live/ct_slices.h"
-#include "view/live/hud.h"
 #include "view/live/inner_surfaces.h"
 #include "view/picture/colours.h"
 #include "view/picture/image.h"
 
+class vtkProp;
 class vtkRenderWindow;
 
 namespace kerf {
@@ -77,6 +76,24 @@ struct PieceShape {
 struct ForceArrow {
   Vec3 p_W{0};    // point of application
   Vec3 f_W_N{0};  // drawn 8 mm long per newton, but at most 60 mm and at least as long as its head
+};
+
+/// Label of something in the picture.
+struct SceneLabel {
+  std::string text;
+  double x = 0;  // position of the labelled spot, pixels
+  double y = 0;
+  Rgb8 colour{40, 44, 52};
+};
+
+/// Rectangle in pixels from the top left of the window.
+struct ScreenBox {
+  double left = 0;
+  double top = 0;
+  double width = 0;
+  double height = 0;
+
+  bool empty() const { return !(width > 0 && height > 0); }
 };
 
 /// Cost of the last picture.
@@ -138,25 +155,22 @@ class Viewport {
   void SetGuides(const std::vector<GuideOverlay>& guides);
   void SetMeasures(const std::vector<MeasureOverlay>& measures);
   void SetPieces(const std::vector<PieceShape>& pieces);
-  /// If unset, no slices are shown.
-  void SetSlices(const std::optional<CtSlices>& slices);
 
   // ---- panels
-  /// Fills in the legend of the colours if `state.legend` is empty.
-  void SetHud(const HudState& state);
-  void set_show_scale_bar(bool show);
-  void set_show_orientation(bool show);
+  /// Adds the panels, which are drawn over everything else. The prop must live longer than the viewport.
+  void SetPanels(vtkProp& panels);
+  void set_panels_shown(bool shown);
+  /// Sets the area of the window that panels leave free for the bone, and that of the orientation cube (empty: not
+  /// shown).
+  void SetAreas(const ScreenBox& scene, const ScreenBox& cube);
+  /// Returns the labels of everything shown, at their places in pixels, for the owner of the panels to draw.
+  std::vector<SceneLabel> ListLabels() const;
 
   // ---- camera and mouse
   ViewCamera& camera();
   const ViewCamera& camera() const;
   /// Fits the whole bone and the pieces into the area between the panels.
   void FitAll();
-  /// Returns true if a pixel lies on a panel, where the mouse does not act on the scene.
-  bool IsOnPanel(const ScreenPoint& at) const;
-  /// Returns the row of the menu, or of the list of pieces, under a pixel.
-  std::optional<int> PickMenuRow(const ScreenPoint& at) const;
-  std::optional<int> PickPieceRow(const ScreenPoint& at) const;
 
   /// Draws everything into the window's frame buffer; the owner presents it.
   void Render();

@@ -72,12 +72,20 @@ class Window:
         self.log.unlink(missing_ok=True)
         self.env = dict(os.environ, DISPLAY=display.name, **(environment or {}))
         self.env.setdefault("LP_NUM_THREADS", "2")
+        # Settings of its own, as after the tour.
+        if "XDG_CONFIG_HOME" not in (environment or {}):
+            settings = self.folder / "config/kerf/window.json"
+            settings.parent.mkdir(parents=True, exist_ok=True)
+            if not settings.exists():
+                settings.write_text('{"tour_shown": true, "language": "en"}')
+            self.env["XDG_CONFIG_HOME"] = str(self.folder / "config")
         self.out = open(self.folder / "out.txt", "w+")
         self.process = subprocess.Popen([kerf, *arguments, "--log", str(self.log)], cwd=self.folder, env=self.env,
                                         stdout=self.out, stderr=self.out, stdin=subprocess.DEVNULL)
         self.seen = 0
         self.events = []
         self.state = {}
+        self.items = {}  # name -> left, top, width, height of buttons, menus and rows that are shown
         self.id = None
         deadline = time.monotonic() + 60
         while self.id is None:
@@ -110,6 +118,8 @@ class Window:
             event = json.loads(line)
             if event["event"] == "state":
                 self.state = event
+            elif event["event"] == "items":
+                self.items = event["items"]
             else:
                 self.events.append(event)
         self.seen = len(lines)
@@ -138,6 +148,23 @@ class Window:
         self.move(x, y)
         time.sleep(0.05)
         self._xdotool("click", button)
+
+    def click_item(self, name, button=1, seconds=30):
+        """Clicks a button, an entry of a menu or a row, once it is shown."""
+        deadline = time.monotonic() + seconds
+        while True:
+            self.read()
+            if name in self.items:
+                break
+            self._check(deadline, f"{name} is not shown; shown: {sorted(self.items)}")
+            time.sleep(0.05)
+        left, top, width, height = self.items[name]
+        self.click(left + width / 2, top + height / 2, button)
+
+    def choose(self, menu, action):
+        """Chooses an entry of the menu bar."""
+        self.click_item(f"menu {menu}")
+        self.click_item(f"entry {action}")
 
     def drag(self, start, end, button=1, modifier=None, steps=20, pace_s=0.02):
         self.move(*start)

@@ -121,10 +121,10 @@ def main():
         # Makes a named checkpoint.
         w.key("c")
         w.wait_state("it asks for a name", lambda s: s["entry"])
-        w.type(" of mine")
+        w.type("half through")  # replaces the proposed name, which is selected
         w.key("Return")
         answer = w.wait_event("answer", what="Checkpoint")
-        assert answer["name"] == "cut 1 of mine", answer
+        assert answer["name"] == "half through", answer
 
         # Cuts through.
         w.key("space")
@@ -153,7 +153,6 @@ def main():
         w.wait_state("a point is asked for", lambda s: s["mode"] == "picking")
         w.click(centre[0] + 150 * options.scale, centre[1])
         w.wait_state("a depth is asked for", lambda s: s["entry"])
-        w.key("BackSpace")
         w.type("4")
         w.key("Return")
         w.wait_state("a stop", lambda s: s["stops"] == 1)

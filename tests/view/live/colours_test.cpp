@@ -4,89 +4,20 @@
 #include <cmath>
 
 #include "bone/material/region_table.h"
-#include "view/live/hud_draw.h"
+#include "support/colour_vision.h"
 #include "view/live/palette.h"
 
 namespace kerf {
 namespace {
 
-using Rgb = std::array<double, 3>;
-
-Rgb ToLinear(const Rgb8& c) {
-  Rgb linear{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double v = c[i] / 255.0;
-    linear[i] = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-  }
-  return linear;
-}
-
-using Matrix = std::array<Rgb, 3>;
-// From Machado, Oliveira and Fernandes 2009, severity 1, for linear RGB.
-constexpr Matrix kNormal{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-constexpr Matrix kProtan{
-    {{0.152286, 1.052583, -0.204868}, {0.114503, 0.786281, 0.099216}, {-0.003882, -0.048116, 1.051998}}};
-constexpr Matrix kDeutan{
-    {{0.367322, 0.860646, -0.227968}, {0.280085, 0.672501, 0.047413}, {-0.011820, 0.042940, 0.968881}}};
-constexpr Matrix kTritan{
-    {{1.255528, -0.076749, -0.178779}, {-0.078411, 0.930809, 0.147602}, {0.004733, 0.691367, 0.303900}}};
-
-// Returns the colour in CIE L*a*b*, D65.
-Rgb ToLab(const Rgb8& colour, const Matrix& eye) {
-  const Rgb c = ToLinear(colour);
-  Rgb s{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    s[i] = std::clamp(eye[i][0] * c[0] + eye[i][1] * c[1] + eye[i][2] * c[2], 0.0, 1.0);
-  }
-  const double x = (0.4124564 * s[0] + 0.3575761 * s[1] + 0.1804375 * s[2]) / 0.95047;
-  const double y = 0.2126729 * s[0] + 0.7151522 * s[1] + 0.0721750 * s[2];
-  const double z = (0.0193339 * s[0] + 0.1191920 * s[1] + 0.9503041 * s[2]) / 1.08883;
-  const auto f = [](double t) { return t > 0.008856 ? std::cbrt(t) : 7.787 * t + 16.0 / 116; };
-  return {116 * f(y) - 16, 500 * (f(x) - f(y)), 200 * (f(y) - f(z))};
-}
-
-double Difference(const Rgb8& a, const Rgb8& b, const Matrix& eye) {
-  const Rgb p = ToLab(a, eye);
-  const Rgb q = ToLab(b, eye);
-  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
-}
-
-void ExpectApart(const std::vector<Rgb8>& colours, double least, const std::string& what) {
-  for (const Matrix& eye : {kNormal, kProtan, kDeutan, kTritan}) {
-    for (std::size_t i = 0; i < colours.size(); ++i) {
-      for (std::size_t j = 0; j < i; ++j) {
-        EXPECT_GT(Difference(colours[i], colours[j], eye), least) << what << " " << i << " " << j;
-      }
-    }
-  }
-}
-
 // A difference of 2.3 is just noticeable side by side; ten times as much is distinguishable at a glance.
-TEST(Colours, LevelsAreDistinguishableWithAnyColourVision) {
-  ExpectApart({LevelColour(HudLevel::kGood), LevelColour(HudLevel::kWarn), LevelColour(HudLevel::kBad)}, 20, "level");
-}
-
 TEST(Colours, TissuesOfACutFaceAreDistinguishableWithAnyColourVision) {
-  ExpectApart({CutColour(Tissue::kCortical), CutColour(Tissue::kCancellous), CutColour(Tissue::kCanal)}, 25, "tissue");
-  ExpectApart({CutColour(Tissue::kTooth), CutColour(Tissue::kCancellous), CutColour(Tissue::kCanal)}, 25, "tissue");
+  test::ExpectApart({CutColour(Tissue::kCortical), CutColour(Tissue::kCancellous), CutColour(Tissue::kCanal)}, 25,
+                    "tissue");
+  test::ExpectApart({CutColour(Tissue::kTooth), CutColour(Tissue::kCancellous), CutColour(Tissue::kCanal)}, 25,
+                    "tissue");
   // Compares cut cortex with the outside of the bone and with a tooth: pale colours that are seen side by side.
-  ExpectApart({CutColour(Tissue::kCortical), kBoneColour, CutColour(Tissue::kTooth)}, 10, "pale");
-}
-
-// WCAG 2 requires a contrast of 4.5 for text.
-TEST(Colours, TextHasContrastWithItsBackground) {
-  const auto luminance = [](const Rgb8& c) {
-    const Rgb l = ToLinear(c);
-    return 0.2126 * l[0] + 0.7152 * l[1] + 0.0722 * l[2];
-  };
-  DrawList list;
-  const HudState state;
-  HudLayout layout = CalcHudLayout(1280, 720, state, {});
-  DrawHud(state, layout, {}, {}, std::nullopt, list);
-  ASSERT_GT(list.texts().size(), 10u);
-  for (const FlatText& text : list.texts()) {
-    EXPECT_GT((luminance({236, 239, 243}) + 0.05) / (luminance(text.colour.rgb) + 0.05), 4.5) << text.text;
-  }
+  test::ExpectApart({CutColour(Tissue::kCortical), kBoneColour, CutColour(Tissue::kTooth)}, 10, "pale");
 }
 
 TEST(Palette, PlainBoneShowsTissueOnlyOnCutFaces) {

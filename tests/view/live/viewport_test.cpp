@@ -14,7 +14,6 @@
 #include "kerf/error.h"
 #include "kerf/simulation.h"
 #include "support/chunks.h"
-#include "support/view_scene.h"
 #include "view/live/surface_worker.h"
 #include "view/picture/offscreen.h"
 
@@ -44,12 +43,6 @@ class OnePlate : public ::testing::Test {
   OnePlate() : bone(test::MakePlate(0.25)), offscreen(kWidth, kHeight), view(offscreen.window()), worker(bone, 2) {
     view.BeginBone(bone.materials(), worker.origin_W(), worker.bounds_W(), bone.voxel_mm());
     Upload(view, worker);
-    HudState hud;
-    hud.show_values = false;
-    hud.show_plot = false;
-    view.SetHud(hud);
-    view.set_show_scale_bar(false);
-    view.set_show_orientation(false);
     view.SetFineness(0.5, 0.5, 1'000'000);
     view.camera().set_parallel(true);
     view.camera().Look(View::kTop);
@@ -260,24 +253,6 @@ TEST_F(OnePlate, ThePictureDoesNotChangeWhenNothingDoes) {
   EXPECT_EQ(Compare(Draw(), once).count, 0);
 }
 
-TEST_F(OnePlate, PanelsAreFoundUnderTheMouse) {
-  HudState hud = test::MakeFullHud();
-  view.Resize(2560, 1440, 2);
-  view.SetHud(hud);
-  Draw();
-  EXPECT_TRUE(view.IsOnPanel({40, 40}));
-  EXPECT_FALSE(view.IsOnPanel({1280, 700}));
-  bool found = false;
-  for (double y = 0; y < 1440; y += 4) found = found || view.PickPieceRow({100, y}) == std::optional<int>(1);
-  EXPECT_TRUE(found);
-  hud.menu = HudMenu{"Exercises", {{"one", "", true}, {"two", "", true}}, 0, ""};
-  view.SetHud(hud);
-  found = false;
-  for (double y = 0; y < 1440; y += 4) found = found || view.PickMenuRow({1280, y}) == std::optional<int>(1);
-  EXPECT_TRUE(found);
-  EXPECT_FALSE(view.PickPieceRow({100, 600}));
-}
-
 // All contents are shown at once, at both sizes that are supported, for inspection and to check that nothing throws.
 TEST_F(OnePlate, EverythingAtOnce) {
   SetHu(
@@ -293,14 +268,9 @@ TEST_F(OnePlate, EverythingAtOnce) {
   view.SetDepthStops({{"stop at 6 mm", {1, 0, -6}, {0, 0, 1}, 14, true}});
   view.SetGuides({{{{-8, 3, 0}, {-2, 3, 0}, {4, 2, 0}, {8, 0, 0}}}});
   view.SetMeasures({{{{-8, -5, 0}, {8, -5, 0}}, "16.0 mm"}, {{{8, -5, 0}, {8, 5, 0}, {8, 5, -10}}, "90.0 deg"}});
-  view.SetSlices(CalcCtSlices(bone, DiscSaw{}, X_WT, 40, 240));
   view.camera().set_parallel(false);
   view.camera().Look(View::kThreeQuarter);
   view.camera().set_height_mm(50);
-  HudState hud = test::MakeFullHud();
-  hud.banner = HudBanner{HudBanner::Kind::kWarning, "The nerve is near: 1.4 mm", ""};
-  hud.legend = {{"cortical", {255, 224, 150}}, {"cancellous", TissueColour(Tissue::kCancellous)}};
-  hud.legend_title = "Cut faces";
   struct Size {
     int width, height;
     double scale;
@@ -308,9 +278,7 @@ TEST_F(OnePlate, EverythingAtOnce) {
   };
   for (const Size& size : {Size{1280, 720, 1, "1x"}, Size{2560, 1440, 2, "2x"}}) {
     view.Resize(size.width, size.height, size.scale);
-    view.set_show_scale_bar(true);
-    view.set_show_orientation(true);
-    view.SetHud(hud);
+    view.SetAreas({0, 0, 1.0 * size.width, 1.0 * size.height}, {0.0, 0.0, 100 * size.scale, 100 * size.scale});
     const Image image = Draw();
     EXPECT_EQ(image.width, size.width);
     Leave(image, std::string("all_") + size.name);
@@ -321,26 +289,6 @@ TEST_F(OnePlate, EverythingAtOnce) {
     EXPECT_GT(Compare(smooth, image).count, 100);
     EXPECT_LT(Compare(smooth, image).count, 0.1 * size.width * size.height);
     view.set_smooth_edges(false);
-    HudState modal = hud;
-    modal.show_help = true;
-    modal.help = test::MakeHelp();
-    view.SetHud(modal);
-    Leave(Draw(), std::string("help_") + size.name);
-    modal.show_help = false;
-    modal.result = test::MakeResult();
-    view.SetHud(modal);
-    Leave(Draw(), std::string("result_") + size.name);
-    modal.menu = HudMenu{"Exercises",
-                         {{"Groove of a given depth", "level 1 of 5, best 82", true},
-                          {"Stop before the far cortex", "level 2 of 5, best 61", true},
-                          {"Beside the canal", "opens after level 2 of the groove", false}},
-                         1,
-                         "Up and down choose, Enter begins, Esc goes back"};
-    view.SetHud(modal);
-    Leave(Draw(), std::string("menu_") + size.name);
-    modal.progress = HudProgress{"Loading body_osteotomy.toml", "surface", 0.42};
-    view.SetHud(modal);
-    Leave(Draw(), std::string("progress_") + size.name);
   }
 }
 

@@ -10,13 +10,14 @@
 
 namespace kerf {
 
-/// Values shown with one or two decimals, unset ones as "-".
+/// Values shown with one or two decimals, unset ones as a dash.
 struct HudValues {
   std::optional<double> depth_mm;        // depth of the tool's lowest point below the surface where it entered
   std::optional<double> feed_mm_per_s;   // of the tool
   std::optional<double> rpm;             // of the spindle
   std::optional<double> force_N;         // on the hand
   std::optional<double> nerve_mm;        // distance from blade to nerve canal; 0 or less: the canal is cut
+  bool nerve_is_marked = true;           // false: the bone has neither a canal nor a mark of one
   std::optional<double> plan_angle_deg;  // angle between the blade and the plane of the plan
   std::optional<double> plan_offset_mm;  // distance of the blade from that plane
 };
@@ -73,9 +74,10 @@ struct HudMenuRow {
   std::string detail;
   bool enabled = true;
 };
+/// List to choose from.
 struct HudMenu {
   std::string title;
-  std::vector<HudMenuRow> rows;  // scrolled if they do not fit, so that the selected row is visible
+  std::vector<HudMenuRow> rows;
   int selected = 0;
   std::string footer;  // explains the keys
 };
@@ -96,7 +98,9 @@ struct HudResult {
 struct HudProgress {
   std::string title;  // "Loading body_osteotomy.toml"
   std::string stage;
-  std::optional<double> fraction;  // 0 to 1; unset: unknown
+  std::optional<double> fraction = std::nullopt;  // 0 to 1; unset: unknown
+  std::optional<double> left_s = std::nullopt;    // estimated time until the end
+  bool can_cancel = false;
 };
 
 struct HudBanner {
@@ -106,7 +110,7 @@ struct HudBanner {
   std::string answers;  // "Y yes   N no"; optional
 };
 
-/// Contents of all flat panels. Unset or empty members take no space.
+/// Contents of the panels that do not accept input, except for clicks on rows. Unset or empty members take no space.
 struct HudState {
   bool show_values = true;
   HudValues values;
@@ -119,8 +123,6 @@ struct HudState {
   std::vector<HudPiece> pieces;
   std::string legend_title;
   std::vector<LegendEntry> legend;
-  bool show_help = false;
-  std::vector<HudKeyGroup> help;
   std::optional<HudMenu> menu;
   std::optional<HudResult> result;
   std::optional<HudProgress> progress;

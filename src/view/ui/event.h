@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 namespace kerf {
 
@@ -89,6 +90,7 @@ struct WindowEvent {
     kResize,     // query the size from the window
     kFocus,      // on
     kMinimise,   // on
+    kDrop,       // path of a file or folder
     kClose,
   };
   Kind kind = Kind::kClose;
@@ -100,6 +102,7 @@ struct WindowEvent {
   double y = 0;  // pixels from its top
   double amount = 0;
   bool on = false;
+  std::string path;
   bool shift = false;
   bool control = false;
   bool alt = false;

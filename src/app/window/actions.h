@@ -1,0 +1,69 @@
+// Everything the user can do by a key, a menu, a button or an indicator, listed once.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "view/ui/event.h"
+#include "view/ui/hud.h"
+#include "view/ui/ui.h"
+
+namespace kerf {
+
+struct Shortcut {
+  Key key = Key::kNone;
+  bool control = false;
+  bool shift = false;
+
+  bool operator==(const Shortcut&) const = default;
+};
+/// Returns the name of the keys as shown to the user, in the current language: "Ctrl+Z"; empty for kNone.
+std::string ShowShortcut(const Shortcut& shortcut);
+
+/// Texts are literals in English, marked with Mark(), and translated when they are shown.
+struct Action {
+  std::string id;                            // "saw.spindle"; for tests
+  const char* menu = "";                     // menu that contains it; empty: none
+  const char* label = "";                    // in the menu and in the help
+  Shortcut shortcut{};                       // optional
+  const char* tip = "";                      // explanation, shown as a tooltip
+  std::function<void()> run;                 // in the window's thread
+  std::function<bool()> enabled = nullptr;   // null: always
+  std::function<bool()> on = nullptr;        // state of a mode; null: not a mode
+  std::function<bool()> relevant = nullptr;  // if false, button and indicator are not shown; null: always
+  const char* button = "";                   // label of its button in the toolbar; empty: none
+  const char* indicator = "";                // name of its indicator in the status line; empty: none
+  bool repeats = false;                      // also while the key is held
+  bool begins_group = false;                 // a line separates it from the previous entry of the menu
+
+  bool is_enabled() const { return !enabled || enabled(); }
+  bool is_relevant() const { return !relevant || relevant(); }
+};
+
+/// List of actions. A key may belong to several actions of which at most one is enabled at a time.
+class ActionList {
+ public:
+  void Add(Action action);
+  /// Runs the enabled action of a pressed key. Returns true if an action has this key, even if none is enabled.
+  bool Take(const WindowEvent& event);
+  const Action* Find(const std::string& id) const;
+  /// Returns the keys by menu, for the help; only of actions that are enabled.
+  std::vector<HudKeyGroup> ListKeys() const;
+
+  /// Adds the menus to the current menu bar.
+  void DrawMenus(Ui& ui);
+  /// Adds the entries of one menu, for example to a context menu.
+  void DrawEntries(Ui& ui, const char* menu);
+  void DrawToolbar(Ui& ui);
+  void DrawIndicators(Ui& ui);
+  /// Runs what was chosen in a menu, in the toolbar or by an indicator in this frame. Called after the frame, because
+  /// an action may show another panel.
+  void RunChosen();
+
+ private:
+  std::vector<Action> actions_;
+  std::vector<std::size_t> chosen_;
+};
+
+}  // namespace kerf

@@ -1,0 +1,264 @@
+#include "app/window/dialogs.h"
+
+#include <fmt/format.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "view/ui/translate.h"
+#include "view/ui/widgets.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxText = 200;
+
+void BeginDialog(Ui& ui, const char* name, float width, float height) {
+  const float s = ui.scale();
+  const ImVec2 size{std::min(width * s, static_cast<float>(ui.width()) - 20 * s),
+                    std::min(height * s, static_cast<float>(ui.height()) - 20 * s)};
+  ImGui::SetNextWindowPos({std::floor(0.5F * (static_cast<float>(ui.width()) - size.x)),
+                           std::floor(0.4F * (static_cast<float>(ui.height()) - size.y))});
+  ImGui::SetNextWindowSize(size);
+  ImGui::SetNextWindowFocus();
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {16 * s, 14 * s});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 4 * s);
+  ImGui::Begin(name, nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoNav);
+  ImGui::PopStyleVar(2);
+}
+
+}  // namespace
+
+void Dialogs::AskText(Ui& ui, const std::string& question, const std::string& initial,
+                      std::function<void(std::optional<std::string>)> done) {
+  Close();
+  kind_ = Kind::kText;
+  fresh_ = true;
+  question_ = question;
+  text_ = initial;
+  text_done_ = std::move(done);
+  ui.ExpectText();
+}
+
+void Dialogs::Ask(const std::string& question, std::vector<Answer> answers) {
+  Close();
+  kind_ = Kind::kQuestion;
+  fresh_ = true;
+  question_ = question;
+  answers_ = std::move(answers);
+}
+
+void Dialogs::ChooseFile(Ui& ui, const std::string& title, const std::string& folder,
+                         std::vector<std::string> extensions, bool save, const std::string& name,
+                         std::function<void(const std::string&)> done) {
+  Close();
+  kind_ = Kind::kFile;
+  fresh_ = true;
+  question_ = title;
+  extensions_ = std::move(extensions);
+  save_ = save;
+  std::error_code error;
+  folder_ = fs::canonical(folder.empty() ? "." : folder, error).string();
+  if (error) folder_ = fs::current_path(error).string();
+  text_ = name;
+  file_done_ = std::move(done);
+  ListFolder();
+  ui.ExpectText();
+}
+
+void Dialogs::Close() {
+  kind_ = Kind::kNone;
+  fault_.clear();
+  answers_.clear();
+}
+
+void Dialogs::Decide(std::function<void()> what) {
+  decided_ = std::move(what);
+  Close();
+}
+
+void Dialogs::DecideText() {
+  Decide([done = std::exchange(text_done_, nullptr), text = text_] { done(text); });
+}
+
+void Dialogs::ListFolder() {
+  folders_.clear();
+  files_.clear();
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder_, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.empty() || name.front() == '.') continue;
+    if (entry.is_directory(error)) {
+      folders_.push_back(name);
+      continue;
+    }
+    const bool listed = extensions_.empty() || std::any_of(extensions_.begin(), extensions_.end(), [&](const auto& e) {
+                          return name.size() >= e.size() && name.compare(name.size() - e.size(), e.size(), e) == 0;
+                        });
+    if (listed) files_.push_back(name);
+  }
+  if (error) fault_ = fmt::format("{}: {}", folder_, error.message());
+  std::sort(folders_.begin(), folders_.end());
+  std::sort(files_.begin(), files_.end());
+}
+
+void Dialogs::DecideFile() {
+  if (text_.empty()) return;
+  const fs::path path = fs::path(folder_) / text_;  // an absolute text replaces the folder
+  std::error_code error;
+  if (!save_ && !fs::exists(path, error)) {
+    fault_ = fmt::format(fmt::runtime(Tr("{}: there is no such file or folder")), path.string());
+    return;
+  }
+  if (save_ && !fs::exists(path.parent_path(), error)) {
+    fault_ = fmt::format(fmt::runtime(Tr("{}: there is no such folder")), path.parent_path().string());
+    return;
+  }
+  if (save_ && fs::is_directory(path, error)) {
+    folder_ = fs::canonical(path, error).string();
+    text_.clear();
+    return ListFolder();
+  }
+  Decide([done = std::exchange(file_done_, nullptr), file = path.string()] { done(file); });
+}
+
+void Dialogs::Take(Ui& ui, const WindowEvent& event) {
+  const bool down = event.kind == WindowEvent::Kind::kKeyDown;
+  if (down && event.key == Key::kEscape) {
+    if (kind_ == Kind::kText) {
+      Decide([done = std::exchange(text_done_, nullptr)] { done(std::nullopt); });
+    } else if (kind_ == Kind::kQuestion && !answers_.empty() && answers_.back().run) {
+      Decide(answers_.back().run);
+    } else {
+      Close();
+    }
+    return;
+  }
+  if (down && event.key == Key::kEnter && kind_ == Kind::kQuestion) {
+    if (!answers_.empty() && answers_.front().run) {
+      Decide(answers_.front().run);
+    } else {
+      Close();
+    }
+    return;
+  }
+  ui.Take(event);
+}
+
+void Dialogs::Draw(Ui& ui) {
+  if (kind_ == Kind::kNone) return;
+  const float s = ui.scale();
+  const bool fresh = std::exchange(fresh_, false);
+  const auto line = [&](const char* id) {
+    if (fresh) ImGui::SetKeyboardFocusHere();
+    ImGui::SetNextItemWidth(-1);
+    const bool entered =
+        ImGui::InputText(id, &text_, ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
+    if (text_.size() > kMaxText) {
+      std::size_t end = kMaxText;
+      while (end > 0 && (static_cast<unsigned char>(text_[end]) & 0xc0) == 0x80) --end;
+      text_.resize(end);
+    }
+    ui.Note("dialog.text");
+    return entered;
+  };
+  if (kind_ == Kind::kText) {
+    BeginDialog(ui, "ask text", 460, 128);
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextUnformatted(question_.c_str());
+    ImGui::PopTextWrapPos();
+    bool done = line("##text");
+    ImGui::Spacing();
+    done = ImGui::Button(Tr("OK")) || done;
+    ui.Note("dialog.ok");
+    ImGui::SameLine();
+    const bool cancelled = ImGui::Button(Tr("Cancel"));
+    ui.Note("dialog.cancel");
+    ImGui::End();
+    if (done) return DecideText();
+    if (cancelled) Decide([cancel = std::exchange(text_done_, nullptr)] { cancel(std::nullopt); });
+    return;
+  }
+  if (kind_ == Kind::kQuestion) {
+    const float wrap = 480 * s;
+    const float height = ImGui::CalcTextSize(question_.c_str(), nullptr, false, wrap).y / s;
+    BeginDialog(ui, "ask", 520, height + 76);
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextUnformatted(question_.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::Spacing();
+    std::optional<std::size_t> given;
+    for (std::size_t i = 0; i < answers_.size(); ++i) {
+      if (i > 0) ImGui::SameLine();
+      if (ImGui::Button(answers_[i].text.c_str())) given = i;
+      ui.Note(fmt::format("answer {}", i + 1));
+    }
+    ImGui::End();
+    if (given) Decide(answers_[*given].run ? answers_[*given].run : [] {});
+    return;
+  }
+  BeginDialog(ui, "choose file", 640, 460);
+  ImGui::PushFont(ui.bold());
+  ImGui::TextUnformatted(question_.c_str());
+  ImGui::PopFont();
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextUnformatted(folder_.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::BeginChild("files", {0, -78 * s}, true);
+  std::optional<std::string> enter;
+  if (ImGui::Selectable("..")) enter = "..";
+  for (const std::string& name : folders_) {
+    if (ImGui::Selectable((name + "/").c_str())) enter = name;
+    ui.Note(fmt::format("folder {}", name));
+  }
+  bool done = false;
+  for (const std::string& name : files_) {
+    if (ImGui::Selectable(name.c_str(), name == text_, ImGuiSelectableFlags_AllowDoubleClick)) {
+      text_ = name;
+      done = ImGui::IsMouseDoubleClicked(0);
+    }
+    ui.Note(fmt::format("file {}", name));
+  }
+  ImGui::EndChild();
+  done = line("##name") || done;
+  done = ImGui::Button(save_ ? Tr("Save") : Tr("Open")) || done;
+  ui.Note("dialog.ok");
+  if (!save_ && extensions_.empty()) {
+    ImGui::SameLine();
+    if (ImGui::Button(Tr("Open this folder"))) {
+      text_ = folder_;
+      done = true;
+    }
+    ui.Note("dialog.folder");
+  }
+  ImGui::SameLine();
+  const bool cancelled = ImGui::Button(Tr("Cancel"));
+  ui.Note("dialog.cancel");
+  if (!fault_.empty()) {
+    ImGui::SameLine();
+    FittedText(ui, fault_, ImGui::GetContentRegionAvail().x);
+  }
+  ImGui::End();
+  if (enter) {
+    std::error_code error;
+    folder_ = fs::canonical(fs::path(folder_) / *enter, error).string();
+    fault_.clear();
+    ListFolder();
+  } else if (cancelled) {
+    Close();
+  } else if (done) {
+    DecideFile();
+  }
+}
+
+void Dialogs::RunDecided() {
+  if (const auto what = std::exchange(decided_, nullptr)) what();
+}
+
+}  // namespace kerf

@@ -1,0 +1,62 @@
+// Dialogs of the window: a line of text, a question with answers, a file to open or to save.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "view/ui/event.h"
+#include "view/ui/ui.h"
+
+namespace kerf {
+
+/// At most one dialog is open; opening another one replaces it without a call. All texts are shown as given.
+class Dialogs {
+ public:
+  /// Asks for a line of text. The initial text is selected. `done` receives it, or nullopt if the input was cancelled.
+  void AskText(Ui& ui, const std::string& question, const std::string& initial,
+               std::function<void(std::optional<std::string>)> done);
+  struct Answer {
+    std::string text;
+    std::function<void()> run;  // optional
+  };
+  /// Asks a question. Enter gives the first answer, Escape the last.
+  void Ask(const std::string& question, std::vector<Answer> answers);
+  /// Asks for a file or folder. `extensions`: of the files that are listed, with the dot; empty: all. `save`: the file
+  /// may be a new one. `done` is called only if a file was chosen.
+  void ChooseFile(Ui& ui, const std::string& title, const std::string& folder, std::vector<std::string> extensions,
+                  bool save, const std::string& name, std::function<void(const std::string&)> done);
+
+  bool is_open() const { return kind_ != Kind::kNone; }
+  bool asks_text() const { return kind_ == Kind::kText || kind_ == Kind::kFile; }
+  /// Consumes every key while a dialog is open.
+  void Take(Ui& ui, const WindowEvent& event);
+  void Draw(Ui& ui);
+  /// Runs what the user has decided in this frame. Called after the frame.
+  void RunDecided();
+
+ private:
+  enum class Kind { kNone, kText, kQuestion, kFile };
+  void Close();
+  void Decide(std::function<void()> what);
+  void DecideText();
+  void DecideFile();
+  void ListFolder();
+
+  Kind kind_ = Kind::kNone;
+  bool fresh_ = false;  // not drawn yet
+  std::string question_;
+  std::string text_;
+  std::function<void(std::optional<std::string>)> text_done_;
+  std::vector<Answer> answers_;
+  std::vector<std::string> extensions_;
+  bool save_ = false;
+  std::string folder_;
+  std::vector<std::string> folders_, files_;
+  std::string fault_;
+  std::function<void(const std::string&)> file_done_;
+  std::function<void()> decided_;
+};
+
+}  // namespace kerf

@@ -1,0 +1,548 @@
+#include "view/ui/panels.h"
+
+#include <fmt/format.h>
+#include <imgui_internal.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "view/ui/translate.h"
+
+namespace kerf {
+namespace {
+
+/// Smaller distances to the nerve canal are highlighted.
+constexpr double kNerveWarn_mm = 2;
+
+constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                                    ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
+                                    ImGuiWindowFlags_NoBringToFrontOnFocus | ImGuiWindowFlags_NoNav;
+
+ImVec2 TopLeft(const UiBox& box) {
+  return {static_cast<float>(box.left), static_cast<float>(box.top)};
+}
+ImVec2 SizeOf(const UiBox& box) {
+  return {static_cast<float>(box.width), static_cast<float>(box.height)};
+}
+
+std::string ShowDuration(double seconds) {
+  const long s = std::lround(std::max(0.0, seconds));
+  return s < 60 ? fmt::format(fmt::runtime(Tr("{} s left")), s)
+                : fmt::format(fmt::runtime(Tr("{}:{:02} min left")), s / 60, s % 60);
+}
+
+/// Begins a window that cannot be moved or clicked, of the given width and height.
+void BeginOverlay(const char* name, float x, float y, float width, float height, const ImVec4& ground) {
+  ImGui::SetNextWindowPos({x, y});
+  ImGui::SetNextWindowSize({width, height});
+  ImGui::PushStyleColor(ImGuiCol_WindowBg, ground);
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 4);
+  ImGui::Begin(name, nullptr,
+               kFixed | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoFocusOnAppearing);
+  ImGui::PopStyleVar();
+  ImGui::PopStyleColor();
+}
+
+/// Begins a dialog in the middle of the window, at most as large as the window.
+void BeginDialog(Ui& ui, const char* name, float width, float height) {
+  const float s = ui.scale();
+  const float max_width = static_cast<float>(ui.width()) - 20 * s;
+  const float max_height = static_cast<float>(ui.height()) - 20 * s;
+  const ImVec2 size{std::min(width, max_width), std::min(height, max_height)};
+  ImGui::SetNextWindowPos({std::floor(0.5F * (static_cast<float>(ui.width()) - size.x)),
+                           std::floor(0.5F * (static_cast<float>(ui.height()) - size.y))});
+  ImGui::SetNextWindowSize(size);
+  ImGui::SetNextWindowFocus();
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {18 * s, 14 * s});
+  ImGui::Begin(name, nullptr,
+               (kFixed & ~ImGuiWindowFlags_NoBringToFrontOnFocus) | ImGuiWindowFlags_NoScrollbar |
+                   ImGuiWindowFlags_NoScrollWithMouse);
+  ImGui::PopStyleVar();
+}
+
+void DialogTitle(Ui& ui, const std::string& title) {
+  ImGui::PushFont(ui.title());
+  FittedText(ui, title, ImGui::GetContentRegionAvail().x);
+  ImGui::PopFont();
+}
+
+void DialogFooter(Ui& ui, const std::string& footer) {
+  if (footer.empty()) return;
+  ImGui::Separator();
+  ImGui::PushFont(ui.small());
+  ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().faint));
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextUnformatted(footer.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::PopStyleColor();
+  ImGui::PopFont();
+}
+
+}  // namespace
+
+UiAreas CalcUiAreas(const Ui& ui, bool left, bool right) {
+  const double s = ui.scale();
+  const double width = ui.width();
+  const double height = ui.height();
+  const double menu = ImGui::GetFrameHeight();
+  const double toolbar = 36 * s;
+  const double status = 32 * s;
+  const double left_width = 262 * s;
+  const double right_width = 236 * s;
+  UiAreas areas;
+  areas.menu = {0, 0, width, menu};
+  areas.toolbar = {0, menu, width, toolbar};
+  areas.status = {0, height - status, width, status};
+  const double top = menu + toolbar;
+  const double middle = std::max(0.0, height - top - status);
+  double from = 0;
+  double to = width;
+  if (left && width >= 2.2 * left_width && middle > 60 * s) {
+    areas.left = {0, top, left_width, middle};
+    from = left_width;
+  }
+  if (right && width >= 2.2 * left_width + 1.3 * right_width && middle > 60 * s) {
+    areas.right = {width - right_width, top, right_width, middle};
+    to = width - right_width;
+  }
+  areas.scene = {from, top, std::max(0.0, to - from), middle};
+  const double cube = 96 * s;
+  if (areas.scene.width > 3 * cube && middle > 3 * cube) {
+    areas.cube = {to - cube - 8 * s, height - status - cube - 8 * s, cube, cube};
+  }
+  return areas;
+}
+
+bool BeginPanel(Ui& /*ui*/, const char* name, const UiBox& area, bool scrolls) {
+  if (area.empty()) return false;
+  ImGui::SetNextWindowPos(TopLeft(area));
+  ImGui::SetNextWindowSize(SizeOf(area));
+  ImGui::Begin(name, nullptr,
+               kFixed | (scrolls ? 0 : ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse));
+  return true;
+}
+
+bool BeginSection(Ui& ui, const char* title, bool open) {
+  ImGui::SetNextItemOpen(open, ImGuiCond_Once);
+  ImGui::PushFont(ui.bold());
+  const bool shown = ImGui::CollapsingHeader(title);
+  ImGui::PopFont();
+  ui.Note(fmt::format("section {}", title));
+  return shown;
+}
+
+void ValuesSection(Ui& ui, const HudState& state) {
+  if (!state.show_values || !BeginSection(ui, Tr("Values"))) return;
+  const HudValues& v = state.values;
+  const auto number = [](const std::optional<double>& value, int decimals) {
+    return value ? ShowNumber(*value, decimals) : std::string("\u2013");
+  };
+  HudLevel nerve = HudLevel::kPlain;
+  if (v.nerve_mm && *v.nerve_mm < kNerveWarn_mm) nerve = *v.nerve_mm <= 0 ? HudLevel::kBad : HudLevel::kWarn;
+  struct Row {
+    const char* name;
+    std::string value;
+    const char* unit;
+    HudLevel level = HudLevel::kPlain;
+  };
+  const Row rows[] = {
+      {Tr("Depth"), number(v.depth_mm, 2), "mm"},
+      {Tr("Feed rate"), number(v.feed_mm_per_s, 1), "mm/s"},
+      {Tr("Spindle"), number(v.rpm, 0), Tr("rpm")},
+      {Tr("Force on your hand"), number(v.force_N, 2), "N"},
+      {Tr("To the nerve"), v.nerve_is_marked ? number(v.nerve_mm, 1) : Tr("not marked"), v.nerve_is_marked ? "mm" : "",
+       nerve},
+      {Tr("Angle to the plan"), v.plan_offset_mm ? number(v.plan_angle_deg, 1) : Tr("no plan"),
+       v.plan_offset_mm ? "°" : ""},
+      {Tr("Beside the plan"), v.plan_offset_mm ? number(v.plan_offset_mm, 2) : Tr("no plan"),
+       v.plan_offset_mm ? "mm" : ""},
+  };
+  const float width = ImGui::GetContentRegionAvail().x;
+  const float left = ImGui::GetCursorPosX();
+  const float unit = ImGui::CalcTextSize("mm/s").x + 4 * ui.scale();
+  for (const Row& row : rows) {
+    const bool marked = row.level != HudLevel::kPlain;
+    if (marked) {
+      const ImVec2 at = ImGui::GetCursorScreenPos();
+      ImGui::GetWindowDrawList()->AddRectFilled({at.x - 4, at.y - 2},
+                                                {at.x + width + 4, at.y + ImGui::GetTextLineHeight() + 2},
+                                                ToImU32(LevelColour(row.level), 0.25));
+    }
+    ImGui::PushFont(ui.bold());
+    const float value_width = ImGui::CalcTextSize(row.value.c_str()).x;
+    ImGui::PopFont();
+    const float value_at = left + width - (row.unit[0] == '\0' ? 0 : unit) - value_width;
+    FittedText(ui, row.name, value_at - left - (marked ? 26 * ui.scale() : 6 * ui.scale()));
+    if (marked) {
+      ImGui::SameLine();
+      LevelMark(ui, row.level);
+    }
+    ImGui::SameLine(value_at);
+    ImGui::PushFont(ui.bold());
+    ImGui::TextUnformatted(row.value.c_str());
+    ImGui::PopFont();
+    if (row.unit[0] == '\0') continue;
+    ImGui::SameLine(left + width - unit + 4 * ui.scale());
+    ImGui::TextDisabled("%s", row.unit);
+  }
+  ImGui::Spacing();
+}
+
+void GaugeSection(Ui& ui, const HudState& state) {
+  if (state.gauge && BeginSection(ui, Tr("Depth gauge"))) Gauge(ui, *state.gauge);
+}
+
+void ForceSection(Ui& ui, const HudState& state) {
+  if (!state.show_plot || !BeginSection(ui, Tr("Force (N)"))) return;
+  ForcePlot(ui, state.force, state.now_s);
+  if (state.force_note.empty()) return;
+  ImGui::PushFont(ui.small());
+  ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().faint));
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextUnformatted(state.force_note.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::PopStyleColor();
+  ImGui::PopFont();
+}
+
+void LegendSection(Ui& ui, const HudState& state) {
+  if (state.legend.empty()) return;
+  const std::string title = state.legend_title.empty() ? Tr("Colours") : Tr(state.legend_title.c_str());
+  if (!BeginSection(ui, (title + "###legend").c_str())) return;
+  for (const LegendEntry& entry : state.legend) {
+    Swatch(ui, entry.colour);
+    ImGui::SameLine();
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextUnformatted(Tr(entry.text.c_str()));
+    ImGui::PopTextWrapPos();
+  }
+}
+
+std::optional<int> PiecesSection(Ui& ui, const HudState& state) {
+  std::optional<int> clicked;
+  if (state.pieces.empty() || !BeginSection(ui, Tr("Pieces"))) return clicked;
+  const float width = ImGui::GetContentRegionAvail().x;
+  for (std::size_t i = 0; i < state.pieces.size(); ++i) {
+    const HudPiece& piece = state.pieces[i];
+    ImGui::PushID(static_cast<int>(i));
+    if (ImGui::Selectable("##piece", piece.selected, ImGuiSelectableFlags_AllowItemOverlap)) {
+      clicked = static_cast<int>(i);
+    }
+    ui.Note(fmt::format("piece {}", i));
+    ImGui::SameLine(ImGui::GetStyle().WindowPadding.x);
+    Swatch(ui, piece.colour, !piece.hidden);
+    ImGui::SameLine();
+    const std::string detail = piece.hidden ? Tr("hidden") : piece.detail;
+    const float detail_width = ImGui::CalcTextSize(detail.c_str()).x;
+    const float from = ImGui::GetCursorPosX();
+    FittedText(ui, piece.name, width - detail_width - from - 2 * ui.scale());
+    ImGui::SameLine(width + ImGui::GetStyle().WindowPadding.x - detail_width);
+    ImGui::TextDisabled("%s", detail.c_str());
+    ImGui::PopID();
+  }
+  return clicked;
+}
+
+void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene) {
+  const float s = ui.scale();
+  const bool warning = banner.kind == HudBanner::Kind::kWarning;
+  const float width = std::min(static_cast<float>(scene.width) - 16 * s, 640 * s);
+  if (width < 120 * s) return;
+  const float text_width = width - 56 * s;
+  ImGui::PushFont(ui.bold());
+  const float text_height = ImGui::CalcTextSize(banner.text.c_str(), nullptr, false, text_width).y;
+  ImGui::PopFont();
+  const float answers_height =
+      banner.answers.empty()
+          ? 0
+          : ImGui::GetStyle().ItemSpacing.y + ImGui::CalcTextSize(banner.answers.c_str(), nullptr, false, text_width).y;
+  const UiColours& c = ui.colours();
+  BeginOverlay("banner", static_cast<float>(scene.left + 0.5 * (scene.width - static_cast<double>(width))),
+               static_cast<float>(scene.top) + 8 * s, width, text_height + answers_height + 20 * s,
+               ToImVec4(c.panel, 0.97));
+  const ImVec2 at = ImGui::GetWindowPos();
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  list.AddRectFilled(at, {at.x + 6 * s, at.y + ImGui::GetWindowHeight()},
+                     ToImU32(warning ? LevelColour(HudLevel::kWarn) : c.accent));
+  const ImVec2 sign{at.x + 26 * s, at.y + 0.5F * ImGui::GetWindowHeight()};
+  if (warning) {
+    DrawLevelMark(list, HudLevel::kWarn, sign, 20 * s);
+  } else {
+    list.AddCircleFilled(sign, 10 * s, ToImU32(c.accent));
+    const char* letter = banner.kind == HudBanner::Kind::kQuestion ? "?" : "i";
+    const ImVec2 size = ImGui::CalcTextSize(letter);
+    list.AddText({sign.x - 0.5F * size.x, sign.y - 0.5F * size.y}, ToImU32(c.panel), letter);
+  }
+  ImGui::SetCursorPos({46 * s, 10 * s});
+  ImGui::BeginGroup();
+  ImGui::PushTextWrapPos(46 * s + text_width);
+  ImGui::PushFont(ui.bold());
+  ImGui::TextUnformatted(banner.text.c_str());
+  ImGui::PopFont();
+  if (!banner.answers.empty()) ImGui::TextUnformatted(banner.answers.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::EndGroup();
+  ImGui::End();
+}
+
+void DrawMessage(Ui& ui, const std::string& message, const std::string& staying, const UiBox& scene) {
+  const float s = ui.scale();
+  float bottom = static_cast<float>(scene.bottom()) - 10 * s;
+  const auto draw = [&](const char* name, const std::string& text, HudLevel level) {
+    if (text.empty()) return;
+    const float max_width = static_cast<float>(scene.width) - 260 * s;
+    if (max_width < 80 * s) return;
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, max_width);
+    const float left = level == HudLevel::kPlain ? 12 * s : 34 * s;
+    const float height = size.y + 14 * s;
+    bottom -= height;
+    BeginOverlay(name, static_cast<float>(scene.left + 0.5 * (scene.width - static_cast<double>(size.x + left))),
+                 bottom, size.x + left + 14 * s, height, ToImVec4(ui.colours().panel, 0.96));
+    const ImVec2 at = ImGui::GetWindowPos();
+    if (level != HudLevel::kPlain) {
+      DrawLevelMark(*ImGui::GetWindowDrawList(), level, {at.x + 18 * s, at.y + 0.5F * height}, 16 * s);
+    }
+    ImGui::SetCursorPos({left, 7 * s});
+    ImGui::PushTextWrapPos(left + max_width);
+    ImGui::TextUnformatted(text.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::End();
+    bottom -= 6 * s;
+  };
+  draw("message", message, HudLevel::kPlain);
+  draw("staying message", staying, HudLevel::kWarn);
+}
+
+bool DrawProgressBox(Ui& ui, const HudProgress& progress, const UiBox& scene) {
+  const float s = ui.scale();
+  const float width = std::min(330 * s, static_cast<float>(scene.width) - 16 * s);
+  const float height = 92 * s;
+  if (width < 120 * s || static_cast<float>(scene.height) < height + 20 * s) return false;
+  ImGui::SetNextWindowPos(
+      {static_cast<float>(scene.left) + 8 * s, static_cast<float>(scene.bottom()) - height - 8 * s});
+  ImGui::SetNextWindowSize({width, height});
+  ImGui::Begin("progress", nullptr,
+               (kFixed & ~ImGuiWindowFlags_NoBringToFrontOnFocus) | ImGuiWindowFlags_NoScrollbar |
+                   ImGuiWindowFlags_NoFocusOnAppearing);
+  ImGui::PushFont(ui.bold());
+  FittedText(ui, progress.title, ImGui::GetContentRegionAvail().x);
+  ImGui::PopFont();
+  FittedText(ui, progress.stage, ImGui::GetContentRegionAvail().x);
+  const float cancel_width = progress.can_cancel ? ImGui::CalcTextSize(Tr("Cancel")).x + 24 * s : 0;
+  const float bar_width = ImGui::GetContentRegionAvail().x - cancel_width;
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float bar_height = ImGui::GetFrameHeight();
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  list.AddRectFilled(at, {at.x + bar_width, at.y + bar_height}, ToImU32(ui.colours().button));
+  std::string text;
+  if (progress.fraction) {
+    const double fraction = std::clamp(*progress.fraction, 0.0, 1.0);
+    list.AddRectFilled(at, {at.x + bar_width * static_cast<float>(fraction), at.y + bar_height},
+                       ToImU32(ui.colours().accent, 0.45));
+    text = fmt::format("{:.0f} %", std::floor(100 * fraction));
+  }
+  if (progress.left_s) text += (text.empty() ? "" : ", ") + ShowDuration(*progress.left_s);
+  list.AddText({at.x + 6 * s, at.y + 4 * s}, ToImU32(ui.colours().text), text.c_str());
+  ImGui::Dummy({bar_width, bar_height});
+  bool cancelled = false;
+  if (progress.can_cancel) {
+    ImGui::SameLine();
+    cancelled = ImGui::Button(Tr("Cancel"));
+    ui.Note("progress.cancel");
+  }
+  ImGui::End();
+  return cancelled;
+}
+
+void DrawPictureLabels(Ui& ui, const std::vector<UiLabel>& labels, double mm_per_pixel, const UiBox& scene) {
+  const float s = ui.scale();
+  const double sd = s;
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const UiColours& c = ui.colours();
+  std::vector<UiBox> taken = ui.PanelBoxes();
+  if (scene.width > 220 * sd && mm_per_pixel > 0) {
+    const ScaleBar bar = CalcScaleBar(mm_per_pixel, 190 * sd);
+    const UiBox box{scene.left + 8 * sd, scene.bottom() - 42 * sd, std::max(bar.points + 16 * sd, 70 * sd), 34 * sd};
+    list.AddRectFilled(TopLeft(box), {static_cast<float>(box.right()), static_cast<float>(box.bottom())},
+                       ToImU32(c.panel, 0.8), 3);
+    const auto x = static_cast<float>(box.left) + 8 * s;
+    const float y = static_cast<float>(box.bottom()) - 9 * s;
+    const auto length = static_cast<float>(bar.points);
+    list.AddRectFilled({x, y}, {x + length, y + 3 * s}, ToImU32(c.text));
+    list.AddRectFilled({x, y - 5 * s}, {x + 2 * s, y + 3 * s}, ToImU32(c.text));
+    list.AddRectFilled({x + length - 2 * s, y - 5 * s}, {x + length, y + 3 * s}, ToImU32(c.text));
+    list.AddText({x, static_cast<float>(box.top) + 3 * s}, ToImU32(c.text), fmt::format("{:g} mm", bar.mm).c_str());
+    taken.push_back(box);
+  }
+  std::vector<ImVec2> sizes;
+  ImGui::PushFont(ui.bold());
+  for (const UiLabel& label : labels) {
+    const ImVec2 size = ImGui::CalcTextSize(label.text.c_str());
+    sizes.push_back({size.x + 12 * s, size.y + 4 * s});
+  }
+  const std::vector<UiBox> places = PlaceLabels(labels, sizes, scene, std::move(taken));
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (places[i].empty()) continue;
+    const ImVec2 at = TopLeft(places[i]);
+    list.AddRectFilled(at, {at.x + sizes[i].x, at.y + sizes[i].y}, ToImU32(c.panel, 0.88));
+    list.AddRectFilled(at, {at.x + 3 * s, at.y + sizes[i].y}, ToImU32(labels[i].colour));
+    list.AddText({at.x + 7 * s, at.y + 2 * s}, ToImU32(c.text), labels[i].text.c_str());
+  }
+  ImGui::PopFont();
+}
+
+void DrawAlarmBorder(Ui& ui, HudLevel level, const UiBox& scene) {
+  if (level != HudLevel::kWarn && level != HudLevel::kBad) return;
+  const float s = ui.scale();
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const ImU32 colour = ToImU32(LevelColour(level), 0.9);
+  const float width = (level == HudLevel::kBad ? 9 : 5) * s;
+  const ImVec2 from = TopLeft(scene);
+  const ImVec2 to{static_cast<float>(scene.right()), static_cast<float>(scene.bottom())};
+  // A warning is dashed, a violation is a full frame, so that they differ without colour.
+  const float dash = level == HudLevel::kBad ? 1e6F : 26 * s;
+  const float period = level == HudLevel::kBad ? 1e6F : 40 * s;
+  for (float x = from.x; x < to.x; x += period) {
+    const float end = std::min(x + dash, to.x);
+    list.AddRectFilled({x, from.y}, {end, from.y + width}, colour);
+    list.AddRectFilled({x, to.y - width}, {end, to.y}, colour);
+  }
+  for (float y = from.y; y < to.y; y += period) {
+    const float end = std::min(y + dash, to.y);
+    list.AddRectFilled({from.x, y}, {from.x + width, end}, colour);
+    list.AddRectFilled({to.x - width, y}, {to.x, end}, colour);
+  }
+}
+
+std::optional<int> DrawMenuDialog(Ui& ui, const HudMenu& menu) {
+  const float s = ui.scale();
+  std::optional<int> clicked;
+  float width = 560 * s;
+  for (const HudMenuRow& row : menu.rows) {
+    width =
+        std::max(width, ImGui::CalcTextSize(row.name.c_str()).x + ImGui::CalcTextSize(row.detail.c_str()).x + 120 * s);
+  }
+  const float row_height = ImGui::GetTextLineHeightWithSpacing() + 6 * s;
+  BeginDialog(ui, "menu", width, 110 * s + row_height * static_cast<float>(menu.rows.size()));
+  DialogTitle(ui, menu.title);
+  ImGui::Spacing();
+  ImGui::BeginChild("rows", {0, -30 * s});
+  for (std::size_t i = 0; i < menu.rows.size(); ++i) {
+    const HudMenuRow& row = menu.rows[i];
+    ImGui::PushID(static_cast<int>(i));
+    const bool selected = static_cast<int>(i) == menu.selected;
+    ImGui::BeginDisabled(!row.enabled);
+    const float left = ImGui::GetCursorPosX();
+    const float available = ImGui::GetContentRegionAvail().x;
+    if (ImGui::Selectable("##row", selected, ImGuiSelectableFlags_AllowItemOverlap, {0, row_height - 5 * s})) {
+      clicked = static_cast<int>(i);
+    }
+    ui.Note(fmt::format("menu {}", i + 1));
+    if (selected) ImGui::SetScrollHereY();
+    const float next_row = ImGui::GetCursorPosY();
+    const float detail_width = std::min(ImGui::CalcTextSize(row.detail.c_str()).x, 0.72F * available);
+    ImGui::SameLine(left + 4 * s);
+    ImGui::SetCursorPosY(ImGui::GetCursorPosY() + 3 * s);
+    if (i < 9) {
+      ImGui::TextDisabled("%d", static_cast<int>(i) + 1);
+      ImGui::SameLine(left + 26 * s);
+    } else {
+      ImGui::SameLine(left + 26 * s);
+    }
+    FittedText(ui, row.name, available - detail_width - 44 * s);
+    ImGui::SameLine(left + available - detail_width - 8 * s);
+    ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().faint));
+    FittedText(ui, row.detail, detail_width + 1);
+    ImGui::PopStyleColor();
+    ImGui::SetCursorPosY(next_row);
+    ImGui::EndDisabled();
+    ImGui::PopID();
+  }
+  ImGui::EndChild();
+  DialogFooter(ui, menu.footer);
+  ImGui::End();
+  return clicked;
+}
+
+void DrawResultDialog(Ui& ui, const HudResult& result) {
+  const float s = ui.scale();
+  BeginDialog(ui, "result", 720 * s, (150 + 24 * static_cast<float>(result.rows.size())) * s);
+  DialogTitle(ui, result.title);
+  ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().accent));
+  ImGui::PushFont(ui.title());
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextUnformatted(result.headline.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::PopFont();
+  ImGui::PopStyleColor();
+  ImGui::BeginChild("rows", {0, -36 * s});
+  if (ImGui::BeginTable("result", 4, ImGuiTableFlags_SizingFixedFit)) {
+    ImGui::TableSetupColumn("mark");
+    ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthStretch);
+    ImGui::TableSetupColumn("value");
+    ImGui::TableSetupColumn("note");
+    for (const HudResultRow& row : result.rows) {
+      ImGui::TableNextColumn();
+      LevelMark(ui, row.level);
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(row.name.c_str());
+      ImGui::TableNextColumn();
+      ImGui::PushFont(ui.bold());
+      ImGui::TextUnformatted(row.value.c_str());
+      ImGui::PopFont();
+      ImGui::TableNextColumn();
+      ImGui::TextDisabled("%s", row.note.c_str());
+    }
+    ImGui::EndTable();
+  }
+  ImGui::EndChild();
+  DialogFooter(ui, result.footer);
+  ImGui::End();
+}
+
+void DrawHelpDialog(Ui& ui, const std::vector<HudKeyGroup>& groups) {
+  const float s = ui.scale();
+  BeginDialog(ui, "help", 1180 * s, 660 * s);
+  DialogTitle(ui, Tr("Keys and mouse"));
+  ImGui::BeginChild("groups", {0, -34 * s});
+  const float available = ImGui::GetContentRegionAvail().x;
+  const int columns = std::max(1, static_cast<int>(available / (330 * s)));
+  std::vector<float> heights(static_cast<std::size_t>(columns), 0);
+  const float column_width = available / static_cast<float>(columns);
+  const ImVec2 origin = ImGui::GetCursorPos();
+  float bottom = 0;
+  for (const HudKeyGroup& group : groups) {
+    const auto least = std::min_element(heights.begin(), heights.end());
+    const float x = origin.x + column_width * static_cast<float>(least - heights.begin());
+    const float width = column_width - 24 * s;
+    ImGui::SetCursorPos({x, origin.y + *least});
+    ImGui::BeginGroup();
+    ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().accent));
+    ImGui::PushFont(ui.bold());
+    ImGui::TextUnformatted(group.title.c_str());
+    ImGui::PopFont();
+    ImGui::PopStyleColor();
+    float key_width = 0;
+    for (const HudKey& key : group.keys) key_width = std::max(key_width, ImGui::CalcTextSize(key.keys.c_str()).x);
+    key_width = std::min(key_width + 12 * s, 0.5F * width);
+    for (const HudKey& key : group.keys) {
+      ImGui::PushFont(ui.small());
+      FittedText(ui, key.keys, key_width);
+      ImGui::SameLine(key_width);
+      ImGui::PushTextWrapPos(x + width);
+      ImGui::TextUnformatted(key.meaning.c_str());
+      ImGui::PopTextWrapPos();
+      ImGui::PopFont();
+    }
+    ImGui::EndGroup();
+    *least += ImGui::GetItemRectSize().y + 14 * s;
+    bottom = std::max(bottom, *least);
+  }
+  ImGui::SetCursorPos({origin.x, origin.y + bottom});
+  ImGui::Dummy({1, 1});
+  ImGui::EndChild();
+  DialogFooter(ui, Tr("F1 or Esc: close"));
+  ImGui::End();
+}
+
+}  // namespace kerf

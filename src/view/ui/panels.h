@@ -1,0 +1,52 @@
+// Panels that show the state of the saw and of the picture. Contents in, drawing out.
+#pragma once
+
+#include <optional>
+
+#include "view/ui/hud.h"
+#include "view/ui/ui.h"
+#include "view/ui/widgets.h"
+
+namespace kerf {
+
+/// Areas of the window, pixels. In a small window the side columns are left out.
+struct UiAreas {
+  UiBox menu, toolbar, left, right, status;
+  UiBox scene;  // free area for the bone
+  UiBox cube;   // orientation cube, within the scene's lower right corner
+};
+/// `left`, `right`: whether the columns are wanted.
+UiAreas CalcUiAreas(const Ui& ui, bool left, bool right);
+
+/// Begins a panel that fills an area; End with ImGui::End(). Returns false if nothing needs to be submitted.
+bool BeginPanel(Ui& ui, const char* name, const UiBox& area, bool scrolls);
+/// Adds the heading of a section that can be folded. Returns true if it is open.
+bool BeginSection(Ui& ui, const char* title, bool open = true);
+
+/// Sections of the left column.
+void ValuesSection(Ui& ui, const HudState& state);
+void GaugeSection(Ui& ui, const HudState& state);
+void ForceSection(Ui& ui, const HudState& state);
+void LegendSection(Ui& ui, const HudState& state);
+/// Returns the row that was clicked.
+std::optional<int> PiecesSection(Ui& ui, const HudState& state);
+
+/// Banner at the top of the scene: a notice, a warning, or what the user is asked to do.
+void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene);
+/// Message at the bottom of the scene. `staying`: shown above it while its cause lasts, with a mark; optional.
+void DrawMessage(Ui& ui, const std::string& message, const std::string& staying, const UiBox& scene);
+/// Small box in the scene's lower left corner: what is in progress, how far, and the time left. Returns true if Cancel
+/// was clicked.
+bool DrawProgressBox(Ui& ui, const HudProgress& progress, const UiBox& scene);
+/// Scale bar and labels in the picture; drawn below all panels.
+void DrawPictureLabels(Ui& ui, const std::vector<UiLabel>& labels, double mm_per_pixel, const UiBox& scene);
+/// Border around the scene whose width and pattern show the level.
+void DrawAlarmBorder(Ui& ui, HudLevel level, const UiBox& scene);
+
+/// List to choose from, as a dialog. Returns the row that was clicked.
+std::optional<int> DrawMenuDialog(Ui& ui, const HudMenu& menu);
+void DrawResultDialog(Ui& ui, const HudResult& result);
+/// Dialog with groups of keys.
+void DrawHelpDialog(Ui& ui, const std::vector<HudKeyGroup>& groups);
+
+}  // namespace kerf

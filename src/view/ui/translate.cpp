@@ -1,0 +1,112 @@
+#include "view/ui/translate.h"
+
+#include <fmt/format.h>
+#include <libintl.h>
+
+#include <algorithm>
+#include <clocale>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <mutex>
+
+// Counts changes of the language, so that gettext discards what it has looked up (GNU gettext manual, "Changing the
+// language at run time").
+extern "C" int _nl_msg_cat_cntr;  // NOLINT(bugprone-reserved-identifier)
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr char kDomain[] = "kerf";
+
+std::string g_language = "en";
+
+std::string UserFolder() {
+  const char* data = std::getenv("XDG_DATA_HOME");
+  if (data != nullptr && data[0] != '\0') return std::string(data) + "/kerf/locale";
+  const char* home = std::getenv("HOME");
+  return home != nullptr ? std::string(home) + "/.local/share/kerf/locale" : std::string();
+}
+
+std::string CatalogueOf(const std::string& folder, const std::string& code) {
+  return fmt::format("{}/{}/LC_MESSAGES/{}.mo", folder, code, kDomain);
+}
+
+/// Returns the folder with a catalogue of the language; empty if there is none.
+std::string FolderOf(const std::string& code) {
+  for (const std::string& folder : {UserFolder(), std::string(KERF_LOCALE_DIR)}) {
+    std::error_code error;
+    if (!folder.empty() && fs::exists(CatalogueOf(folder, code), error)) return folder;
+  }
+  return {};
+}
+
+void Use(const std::string& code) {
+  // Messages of a locale "C" are never translated; "C.UTF-8" exists everywhere.
+  std::setlocale(LC_MESSAGES, "C.UTF-8");
+  setenv("LANGUAGE", code.c_str(), 1);
+  const std::string folder = FolderOf(code);
+  bindtextdomain(kDomain, folder.empty() ? KERF_LOCALE_DIR : folder.c_str());
+  bind_textdomain_codeset(kDomain, "UTF-8");
+  ++_nl_msg_cat_cntr;
+  g_language = folder.empty() ? "en" : code;
+}
+
+/// Returns the language that the environment asks for.
+std::string FromEnvironment() {
+  for (const char* name : {"LANGUAGE", "LC_ALL", "LC_MESSAGES", "LANG"}) {
+    const char* value = std::getenv(name);
+    if (value == nullptr || value[0] == '\0') continue;
+    const std::string text = value;
+    return text.substr(0, text.find_first_of("_.@:"));
+  }
+  return "en";
+}
+
+}  // namespace
+
+std::vector<Language> ListLanguages() {
+  std::vector<Language> languages{{"en", "English"}};
+  const std::string current = g_language;
+  for (const std::string& folder : {UserFolder(), std::string(KERF_LOCALE_DIR)}) {
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(folder, error)) {
+      const std::string code = entry.path().filename().string();
+      const bool known =
+          std::any_of(languages.begin(), languages.end(), [&](const Language& l) { return l.code == code; });
+      if (known || !fs::exists(CatalogueOf(folder, code), error)) continue;
+      Use(code);
+      // TRANSLATORS: the name of your language in your language
+      const std::string name = dgettext(kDomain, "English");
+      languages.push_back({code, name == "English" ? code : name});
+    }
+  }
+  Use(current);
+  return languages;
+}
+
+void SetLanguage(const std::string& code) {
+  static const std::string from_environment = FromEnvironment();
+  Use(code.empty() ? from_environment : code);
+}
+
+const std::string& CurrentLanguage() {
+  return g_language;
+}
+
+const char* Tr(const char* text) {
+  return dgettext(kDomain, text);
+}
+
+std::string ShowNumber(double value, int decimals) {
+  if (!std::isfinite(value)) return "\u2013";
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  if (text.find_first_not_of("-0.") == std::string::npos && text.front() == '-') text.erase(0, 1);
+  // TRANSLATORS: the decimal separator, "." or ","
+  const char* separator = Tr("decimal separator");
+  if (const auto dot = text.find('.'); dot != std::string::npos && separator[1] == '\0') text[dot] = separator[0];
+  return text;
+}
+
+}  // namespace kerf

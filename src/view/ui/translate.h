@@ -1,0 +1,35 @@
+// Translation of the texts of the window, with GNU gettext.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace kerf {
+
+/// Language of the window: its code ("en", "de") and its own name ("Deutsch").
+struct Language {
+  std::string code;
+  std::string name;
+};
+
+/// Returns English and the languages for which a catalogue was found. A catalogue is a file
+/// FOLDER/CODE/LC_MESSAGES/kerf.mo in ~/.local/share/kerf/locale, or in the folder of the program's own catalogues.
+std::vector<Language> ListLanguages();
+/// Sets the language of Tr(). Empty: that of the environment (LANGUAGE, LC_ALL, LC_MESSAGES, LANG); a language without
+/// catalogue gives English. Not safe while another thread calls Tr().
+void SetLanguage(const std::string& code);
+/// Returns the code of the current language.
+const std::string& CurrentLanguage();
+
+/// Returns the translation of a text, which must be a literal, so that tools/translations finds it. The result is valid
+/// until the end of the program.
+const char* Tr(const char* text);
+/// Marks a text that is translated later by Tr().
+constexpr const char* Mark(const char* text) {
+  return text;
+}
+
+/// Formats a number for the screen, with the decimal separator of the language.
+std::string ShowNumber(double value, int decimals);
+
+}  // namespace kerf

@@ -1,0 +1,61 @@
+// Elements of panels that Dear ImGui lacks: marks of a level, a gauge, a force plot, indicators, labels in the picture.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "view/ui/hud.h"
+#include "view/ui/ui.h"
+
+namespace kerf {
+
+/// Colour of a level; distinguishable with any colour vision, together with the mark.
+Rgb8 LevelColour(HudLevel level);
+/// Draws a distinct shape for each level, readable without colour: disc, tick, triangle, square with a cross.
+void DrawLevelMark(ImDrawList& list, HudLevel level, const ImVec2& centre, float size);
+/// Adds a level's mark as an item of the height of a line.
+void LevelMark(Ui& ui, HudLevel level);
+
+/// Adds text that ends with an ellipsis if it does not fit into `width` pixels; the full text is its tooltip.
+void FittedText(Ui& ui, const std::string& text, float width);
+/// Returns the text's beginning that fits into `width` pixels of the current font, with an ellipsis if it is cut.
+std::string FitText(const std::string& text, float width);
+/// Shows a tooltip, wrapped, if the last item is hovered; nothing for an empty text.
+void Tooltip(Ui& ui, const std::string& text);
+
+void Gauge(Ui& ui, const HudGauge& gauge);
+/// Draws the last 10 s of the force.
+void ForcePlot(Ui& ui, const std::vector<PlotPoint>& force, double now_s);
+/// Returns the top of the plot's axis: 1, 2 or 5 times a power of ten, at least 1 N and not less than `max`.
+double CalcAxisTop(double max);
+
+/// Indicator of a mode that stays visible: its name, whether it is on (a filled lamp), and its key. Returns true if it
+/// was clicked.
+bool Indicator(Ui& ui, const char* id, const std::string& name, bool on, const std::string& key,
+               const std::string& tip);
+
+/// Swatch of a colour with a text.
+void Swatch(Ui& ui, const Rgb8& colour, bool filled = true);
+
+/// Scale bar: `points` on the screen correspond to `mm` at the depth of the camera's target.
+struct ScaleBar {
+  double mm = 10;
+  double points = 100;
+};
+/// Returns the longest bar that is at most `max_points` long and represents 1, 2 or 5 times a power of ten mm.
+ScaleBar CalcScaleBar(double mm_per_point, double max_points);
+
+/// Label of a spot in the picture, pixels.
+struct UiLabel {
+  std::string text;
+  double x = 0;
+  double y = 0;
+  Rgb8 colour{40, 44, 52};
+};
+/// Returns the place of each label next to its spot, so that labels overlap neither `taken` nor each other and stay
+/// within `area`; an empty box if there is no such place. `sizes`: width and height of each label.
+std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::vector<ImVec2>& sizes, const UiBox& area,
+                               std::vector<UiBox> taken);
+
+}  // namespace kerf

@@ -1,0 +1,103 @@
+// Tests of the elements of panels, of labels in the picture and of translations.
+#include "view/ui/widgets.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "view/ui/translate.h"
+
+namespace kerf {
+namespace {
+
+TEST(Widgets, ScaleBarHasARoundLengthThatFits) {
+  for (double mm_per_point = 0.001; mm_per_point < 5; mm_per_point *= 1.37) {
+    const ScaleBar bar = CalcScaleBar(mm_per_point, 200);
+    EXPECT_LE(bar.points, 200);
+    EXPECT_GT(bar.points, 79);  // the next round length is at most 2.5 times as long
+    EXPECT_NEAR(bar.mm, bar.points * mm_per_point, 1e-9 * bar.mm);
+    const double digits = bar.mm / std::pow(10.0, std::floor(std::log10(bar.mm) + 1e-9));
+    EXPECT_TRUE(std::abs(digits - 1) < 1e-6 || std::abs(digits - 2) < 1e-6 || std::abs(digits - 5) < 1e-6) << bar.mm;
+  }
+}
+
+TEST(Widgets, AxisOfTheForcePlotIsRoundAndContainsTheMaximum) {
+  for (double force_N = 0.01; force_N < 1e5; force_N *= 1.3) {
+    const double top_N = CalcAxisTop(force_N);
+    EXPECT_GE(top_N, force_N);
+    EXPECT_LE(top_N, std::max(1.0, 2.5 * force_N));
+  }
+}
+
+TEST(Widgets, FittedTextIsTheTextOrItsBeginningWithAnEllipsis) {
+  Ui ui;
+  ui.SetSize(800, 600, 1);
+  ui.BeginFrame(0.02);
+  const std::string text = "The nerve\xe2\x80\x99s canal is nearer than 2 mm: turn the blade away";
+  const float whole = ImGui::CalcTextSize(text.c_str()).x;
+  EXPECT_EQ(FitText(text, whole), text);
+  for (float width = 30; width < whole; width += 7) {
+    const std::string shown = FitText(text, width);
+    EXPECT_LE(ImGui::CalcTextSize(shown.c_str()).x, width);
+    ASSERT_GE(shown.size(), 3u);
+    const std::string beginning = shown.substr(0, shown.size() - 3);  // without the ellipsis of three bytes
+    EXPECT_EQ(text.rfind(beginning, 0), 0u) << shown;
+  }
+  ui.EndFrame();
+}
+
+TEST(Widgets, LabelsOverlapNeitherPanelsNorEachOther) {
+  std::vector<UiLabel> labels;
+  std::vector<ImVec2> sizes;
+  for (int i = 0; i < 60; ++i) {
+    labels.push_back({"plane", 40.0 * (i % 32), 14.0 * i, {}});
+    sizes.push_back({70, 20});
+  }
+  const UiBox area{0, 0, 1280, 690};
+  const std::vector<UiBox> panels{{0, 0, 250, 690}, {1000, 0, 280, 300}};
+  const std::vector<UiBox> places = PlaceLabels(labels, sizes, area, panels);
+  std::vector<UiBox> seen = panels;
+  std::size_t shown = 0;
+  for (const UiBox& box : places) {
+    if (box.empty()) continue;
+    ++shown;
+    EXPECT_GE(box.left, area.left);
+    EXPECT_LE(box.right(), area.right());
+    EXPECT_LE(box.bottom(), area.bottom());
+    for (const UiBox& other : seen) EXPECT_FALSE(Overlap(box, other));
+    seen.push_back(box);
+  }
+  EXPECT_GT(shown, 20u);
+}
+
+TEST(Translate, NumbersAreCorrectlyRoundedAndNeverMinusZero) {
+  SetLanguage("en");
+  EXPECT_EQ(ShowNumber(std::nan(""), 2), "\xe2\x80\x93");
+  EXPECT_EQ(ShowNumber(-0.004, 2), "0.00");
+  EXPECT_EQ(ShowNumber(-0.006, 2), "-0.01");
+  EXPECT_EQ(ShowNumber(7499.6, 0), "7500");
+}
+
+TEST(Translate, UnknownLanguageGivesEnglish) {
+  SetLanguage("xx");
+  EXPECT_EQ(CurrentLanguage(), "en");
+  EXPECT_STREQ(Tr("Undo"), "Undo");
+}
+
+TEST(Translate, GermanIsListedAndTranslatesTextsAndNumbers) {
+  bool listed = false;
+  for (const Language& language : ListLanguages()) listed = listed || language.name == "Deutsch";
+  EXPECT_TRUE(listed);
+  SetLanguage("de");
+  EXPECT_EQ(CurrentLanguage(), "de");
+  EXPECT_STREQ(Tr("Undo"),
+               "R\xC3\xBC"
+               "ckg\xC3\xA4ngig");
+  EXPECT_EQ(ShowNumber(1.25, 2), "1,25");
+  SetLanguage("en");
+  EXPECT_STREQ(Tr("Undo"), "Undo");
+  EXPECT_EQ(ShowNumber(1.25, 2), "1.25");
+}
+
+}  // namespace
+}  // namespace kerf
