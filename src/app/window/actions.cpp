@@ -1,6 +1,7 @@
 #include "app/window/actions.h"
 
 #include <fmt/format.h>
+#include <imgui.h>
 
 #include <algorithm>
 #include <string_view>

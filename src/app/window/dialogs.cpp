@@ -1,6 +1,7 @@
 #include "app/window/dialogs.h"
 
 #include <fmt/format.h>
+#include <imgui.h>
 #include <imgui_stdlib.h>
 
 #include <algorithm>

@@ -677,7 +677,7 @@ std::vector<TourStep> Rehearsal::tour() const {
       {Tr("Plan a cut"), Tr("Plan > Plane through three points: click three points on the bone. G then guides the "
                             "saw along the plane.")},
       {Tr("Cut"), Tr("Space starts the saw. Drag with the left mouse button to move it, with Shift into the picture, "
-                     "with Ctrl to turn it. Release the button, and the saw stands still.")},
+                     "with Ctrl to turn it. Release the button, and the saw stops.")},
       {Tr("Undo"), Tr("Ctrl+Z takes back a cut. R returns the saw to its start while the spindle is off.")},
       {Tr("Pieces and results"), Tr("P splits the bone where it is cut through, and lets you move and measure the "
                                     "pieces. F9 exports pieces, planes and a report.")}};

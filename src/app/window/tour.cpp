@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "view/ui/imgui_colours.h"
 #include "view/ui/translate.h"
 
 namespace kerf {

@@ -1,6 +1,7 @@
 #include "app/window/viewer_app.h"
 
 #include <fmt/format.h>
+#include <imgui.h>
 
 #include <algorithm>
 #include <array>

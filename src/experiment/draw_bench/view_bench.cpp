@@ -41,7 +41,7 @@ void DrawPanels(Ui& ui, const HudState& hud, Viewport& view) {
   if (BeginPanel(ui, "left", areas.left, true)) {
     ValuesSection(ui, hud);
     ForceSection(ui, hud);
-    ImGui::End();
+    EndPanel();
   }
   ui.EndFrame();
   view.SetAreas({areas.scene.left, areas.scene.top, areas.scene.width, areas.scene.height},

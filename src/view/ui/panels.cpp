@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "view/ui/imgui_colours.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
@@ -120,6 +121,10 @@ bool BeginPanel(Ui& /*ui*/, const char* name, const UiBox& area, bool scrolls) {
   ImGui::Begin(name, nullptr,
                kFixed | (scrolls ? 0 : ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse));
   return true;
+}
+
+void EndPanel() {
+  ImGui::End();
 }
 
 bool BeginSection(Ui& ui, const char* title, bool open) {
@@ -374,18 +379,20 @@ void DrawPictureLabels(Ui& ui, const std::vector<UiLabel>& labels, double mm_per
     list.AddText({x, static_cast<float>(box.top) + 3 * s}, ToImU32(c.text), fmt::format("{:g} mm", bar.mm).c_str());
     taken.push_back(box);
   }
-  std::vector<ImVec2> sizes;
+  std::vector<UiSize> sizes;
   ImGui::PushFont(ui.bold());
   for (const UiLabel& label : labels) {
     const ImVec2 size = ImGui::CalcTextSize(label.text.c_str());
-    sizes.push_back({size.x + 12 * s, size.y + 4 * s});
+    const double label_width = static_cast<double>(size.x) + 12 * sd;
+    sizes.push_back({label_width, static_cast<double>(size.y) + 4 * sd});
   }
   const std::vector<UiBox> places = PlaceLabels(labels, sizes, scene, std::move(taken));
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (places[i].empty()) continue;
     const ImVec2 at = TopLeft(places[i]);
-    list.AddRectFilled(at, {at.x + sizes[i].x, at.y + sizes[i].y}, ToImU32(c.panel, 0.88));
-    list.AddRectFilled(at, {at.x + 3 * s, at.y + sizes[i].y}, ToImU32(labels[i].colour));
+    const ImVec2 end{static_cast<float>(places[i].right()), static_cast<float>(places[i].bottom())};
+    list.AddRectFilled(at, end, ToImU32(c.panel, 0.88));
+    list.AddRectFilled(at, {at.x + 3 * s, end.y}, ToImU32(labels[i].colour));
     list.AddText({at.x + 7 * s, at.y + 2 * s}, ToImU32(c.text), labels[i].text.c_str());
   }
   ImGui::PopFont();

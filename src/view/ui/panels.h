@@ -18,8 +18,9 @@ struct UiAreas {
 /// `left`, `right`: whether the columns are wanted.
 UiAreas CalcUiAreas(const Ui& ui, bool left, bool right);
 
-/// Begins a panel that fills an area; End with ImGui::End(). Returns false if nothing needs to be submitted.
+/// Begins a panel that fills an area. Returns false if the area is empty; otherwise EndPanel() must follow.
 bool BeginPanel(Ui& ui, const char* name, const UiBox& area, bool scrolls);
+void EndPanel();
 /// Adds the heading of a section that can be folded. Returns true if it is open.
 bool BeginSection(Ui& ui, const char* title, bool open = true);
 

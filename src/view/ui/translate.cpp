@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <mutex>
 
 // Counts changes of the language, so that gettext discards what it has looked up (GNU gettext manual, "Changing the
 // language at run time").

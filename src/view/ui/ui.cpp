@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "view/ui/imgui_colours.h"
 #include "view/ui/ui_prop.h"
 
 namespace kerf {
@@ -355,7 +356,7 @@ std::vector<UiBox> Ui::PanelBoxes() const {
   return boxes;
 }
 
-ImTextureID Ui::Texture(const std::string& slot, const Image& image, std::uint64_t version) {
+void* Ui::Texture(const std::string& slot, const Image& image, std::uint64_t version) {
   return state_->prop->Texture(slot, image, version);
 }
 

@@ -1,8 +1,6 @@
 // Panels, menus and dialogs over the picture, with Dear ImGui: its context, fonts, colours and input.
 #pragma once
 
-#include <imgui.h>
-
 #include <deque>
 #include <functional>
 #include <map>
@@ -16,6 +14,7 @@
 #include "view/picture/image.h"
 #include "view/ui/event.h"
 
+struct ImFont;
 class vtkProp;
 
 namespace kerf {
@@ -92,8 +91,9 @@ class Ui {
   ImFont* small() const { return small_; }
   ImFont* title() const { return title_; }
 
-  /// Makes a texture of the image, or updates it if `version` has changed. `slot`: name of the texture.
-  ImTextureID Texture(const std::string& slot, const Image& image, std::uint64_t version);
+  /// Makes a texture of the image, or updates it if `version` has changed; returns its ImTextureID. `slot`: name of the
+  /// texture.
+  void* Texture(const std::string& slot, const Image& image, std::uint64_t version);
 
   /// Notes the position of the last item under a name, for tests that control the window with the mouse.
   void Note(std::string_view name);
@@ -129,12 +129,5 @@ class Ui {
   std::map<std::string, UiBox> noted_;
   std::vector<std::string> cut_texts_;
 };
-
-inline ImU32 ToImU32(const Rgb8& colour, double alpha = 1) {
-  return IM_COL32(colour[0], colour[1], colour[2], static_cast<int>(255 * alpha + 0.5));
-}
-inline ImVec4 ToImVec4(const Rgb8& colour, double alpha = 1) {
-  return ImGui::ColorConvertU32ToFloat4(ToImU32(colour, alpha));
-}
 
 }  // namespace kerf

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "view/ui/imgui_colours.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
@@ -269,13 +270,13 @@ ScaleBar CalcScaleBar(double mm_per_point, double max_points) {
   return {mm, mm / mm_per_point};
 }
 
-std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::vector<ImVec2>& sizes, const UiBox& area,
+std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::vector<UiSize>& sizes, const UiBox& area,
                                std::vector<UiBox> taken) {
   std::vector<UiBox> placed(labels.size());
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const UiLabel& label = labels[i];
-    const double w = sizes[i].x;
-    const double h = sizes[i].y;
+    const double w = sizes[i].width;
+    const double h = sizes[i].height;
     const double gap = 0.4 * h;
     // Next to the spot, then further above and below.
     for (const double y : {label.y - gap - h, label.y + gap, label.y - gap - 2.3 * h, label.y + gap + 1.3 * h}) {

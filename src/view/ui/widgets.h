@@ -8,6 +8,9 @@
 #include "view/ui/hud.h"
 #include "view/ui/ui.h"
 
+struct ImDrawList;
+struct ImVec2;
+
 namespace kerf {
 
 /// Colour of a level; distinguishable with any colour vision, together with the mark.
@@ -53,9 +56,13 @@ struct UiLabel {
   double y = 0;
   Rgb8 colour{40, 44, 52};
 };
+struct UiSize {
+  double width = 0;
+  double height = 0;
+};
 /// Returns the place of each label next to its spot, so that labels overlap neither `taken` nor each other and stay
-/// within `area`; an empty box if there is no such place. `sizes`: width and height of each label.
-std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::vector<ImVec2>& sizes, const UiBox& area,
+/// within `area`; an empty box if there is no such place. `sizes`: of the labels.
+std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::vector<UiSize>& sizes, const UiBox& area,
                                std::vector<UiBox> taken);
 
 }  // namespace kerf

@@ -2,6 +2,7 @@
 #include "view/ui/widgets.h"
 
 #include <gtest/gtest.h>
+#include <imgui.h>
 
 #include <cmath>
 
@@ -48,7 +49,7 @@ TEST(Widgets, FittedTextIsTheTextOrItsBeginningWithAnEllipsis) {
 
 TEST(Widgets, LabelsOverlapNeitherPanelsNorEachOther) {
   std::vector<UiLabel> labels;
-  std::vector<ImVec2> sizes;
+  std::vector<UiSize> sizes;
   for (int i = 0; i < 60; ++i) {
     labels.push_back({"plane", 40.0 * (i % 32), 14.0 * i, {}});
     sizes.push_back({70, 20});
