@@ -70,6 +70,7 @@ class Rehearsal final : public Activity {
   void ShowPlan();
   void PickPoints(const std::string& prompt, std::size_t count, std::function<void(const std::vector<Vec3>&)> done);
   void ShowPlanInPicture();
+  void FollowCut();
   const PlannedPlane* plane() const;
   void AskDepth(const Vec3& p_W);
   void AlignToPlane();
@@ -104,6 +105,7 @@ class Rehearsal final : public Activity {
   Plan plan_;
   std::size_t plane_ = 0;  // the active plane
   bool guided_ = false;
+  std::optional<PlanesReport> cut_;  // latest state of the planned planes
   struct Picking {
     std::string prompt;
     std::size_t count = 0;
