@@ -15,13 +15,12 @@
 #include "base/files/files.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
+#include "session/plan/edit_plane.h"
 #include "session/scene/path_csv.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
 namespace {
-
-constexpr double kOverlay_mm = 50;  // edge length of a plan's plane in the picture
 
 /// Returns the smallest rotation from one unit vector to another, less than half a turn.
 Quat RotationBetween(const Vec3& from, const Vec3& to) {
@@ -44,6 +43,7 @@ Rehearsal::Rehearsal(const RehearsalOptions& options) : options_(options) {
   for (const std::string& file : options_.plans) {
     for (PlannedPlane& plane : ReadPlannedPlanes(file)) plan_.planes.push_back(std::move(plane));
   }
+  options_.viewer.watch = true;
   viewer_ = std::make_unique<ViewerApp>(options_.viewer);
   pieces_ = std::make_unique<PiecesMode>(*viewer_);
 }
@@ -198,17 +198,29 @@ void Rehearsal::ShowPlanInPicture() {
     planes.push_back({.name = p.name,
                       .p_W = p.plane.p_W,
                       .normal_W = p.plane.normal_W,
-                      .width_mm = kOverlay_mm,
-                      .height_mm = kOverlay_mm,
+                      .width_mm = p.width_mm,
+                      .height_mm = p.height_mm,
+                      .up_W = CalcPlaneAxes(p).up_W,
                       .selected = i == plane_});
   }
   viewer_->view().SetPlanes(planes);
+  if (const auto watch = viewer_->cut_watch()) watch->SetPlanes(plan_.planes);
   std::vector<DepthStopOverlay> stops;
   for (const DepthStop& stop : plan_.stops) {
     stops.push_back(
         {.name = stop.name, .p_W = stop.p_W_mm + stop.depth_mm * stop.direction_W, .normal_W = -stop.direction_W});
   }
   viewer_->view().SetDepthStops(stops);
+}
+
+void Rehearsal::FollowCut() {
+  const std::shared_ptr<CutWatch> watch = viewer_->cut_watch();
+  if (!watch) return;
+  if (std::optional<PlanesReport> report = watch->Fetch()) cut_ = std::move(report);
+  for (const FreedPiece& piece : watch->TakeFreed()) {
+    viewer_->Say(fmt::format("A piece of {:.0f} mm\u00b3 came free", piece.volume_mm3));
+    viewer_->trace().Write("came_free", {{"mm3", piece.volume_mm3}});
+  }
 }
 
 void Rehearsal::PickPoints(const std::string& prompt, std::size_t count,
@@ -610,6 +622,7 @@ void Rehearsal::Update(double /*dt_s*/) {
       viewer_->trace().Write("taken_away", {{"failure", e.what()}});
     }
   }
+  FollowCut();
   if (in_pieces_) pieces_->Update();
 }
 
@@ -689,6 +702,10 @@ void Rehearsal::Describe(nlohmann::json& state) const {
   state["planes"] = plan_.planes.size();
   state["stops"] = plan_.stops.size();
   state["guided"] = guided_;
+  state["plane_cut"] = nlohmann::json::array();
+  if (cut_) {
+    for (const PlanesReport::Row& row : cut_->planes) state["plane_cut"].push_back(row.state.fraction());
+  }
   state["saw"] = saw_is_listed_ ? options_.saws[saw_].name : "";
   if (in_pieces_) pieces_->Describe(state);
 }

@@ -80,6 +80,7 @@ class Rehearsal final : public Activity {
   void PlanChanged();
   void PickPoints(const std::string& prompt, std::size_t count, std::function<void(const std::vector<Vec3>&)> done);
   void ShowPlanInPicture();
+  void FollowCut();
   const PlannedPlane* plane() const;
   void AskDepth(const Vec3& p_W);
   void AlignToPlane();
@@ -116,6 +117,7 @@ class Rehearsal final : public Activity {
   std::size_t plane_ = 0;  // the active plane
   bool plan_is_unsaved_ = false;
   bool guided_ = false;
+  std::optional<PlanesReport> cut_;  // latest state of the planned planes
   struct Picking {
     std::string prompt;
     std::size_t count = 0;

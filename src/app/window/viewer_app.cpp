@@ -83,6 +83,7 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   ++sessions_;
   recording_ = fmt::format("{}/session{}.kerf", options_.folder, sessions_ == 1 ? "" : fmt::format("-{}", sessions_));
   leaf_receiver_ = goes_on ? surface_ : nullptr;
+  leaf_watch_ = goes_on ? cut_watch() : nullptr;
   figures_ = {};
   forces_.clear();
   fitted_ = fitted_ && goes_on;
@@ -91,6 +92,7 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   live.scene_file = scene_file;
   live.leaf = [this](const LeafMessage& leaf) {
     if (leaf_receiver_) leaf_receiver_->Offer(leaf);
+    if (leaf_watch_) leaf_watch_->Offer(leaf.index, leaf.values);
   };
   live.scripted = options_.scripted;
   if (device_ && device_->holds()) live.device = &device_->servo();
@@ -102,6 +104,11 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
       const std::lock_guard lock(mutex_);
       made_ = Made{.surface = leaf_receiver_, .materials = bone.materials(), .voxel_mm = bone.voxel_mm()};
       at_start_ = std::make_shared<const Bone>(bone);
+    }
+    if (options_.watch) {
+      leaf_watch_ = std::make_shared<CutWatch>(at_start_, bone);
+      const std::lock_guard lock(mutex_);
+      watch_ = leaf_watch_;
     }
     InnerSurfaces inner = MakeInnerSurfaces(bone);
     const std::lock_guard lock(mutex_);
@@ -124,6 +131,11 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
 std::shared_ptr<const Bone> ViewerApp::bone_at_start() {
   const std::lock_guard lock(mutex_);
   return at_start_;
+}
+
+std::shared_ptr<CutWatch> ViewerApp::cut_watch() {
+  const std::lock_guard lock(mutex_);
+  return watch_;
 }
 
 void ViewerApp::End() {

@@ -21,6 +21,7 @@
 #include "base/core/log_histogram.h"
 #include "session/scene/saws.h"
 #include "session/scene/scene.h"
+#include "session/watch/cut_watch.h"
 #include "view/live/surface_worker.h"
 #include "view/live/viewport.h"
 #include "view/ui/panels.h"
@@ -40,6 +41,7 @@ struct ViewerOptions {
   int height = 720;
   double scale = 0;       // scale of text and lines; 0: that of the display
   bool scripted = false;  // the scene's own hand follows its path; the mouse controls only the view
+  bool watch = false;     // watches planned planes and pieces that come free: cut_watch()
   bool ghost = true;      // shows the handle of a coupled simulation
   const std::atomic<bool>* interrupt = nullptr;  // ends the program if set; optional
   std::shared_ptr<DeviceServo> device;           // device that holds or moves the saw; null: only mouse and keys
@@ -131,6 +133,8 @@ class ViewerApp {
   const std::vector<PlotPoint>& forces() const { return forces_; }
   /// Returns the bone at the start of the first session; null before that.
   std::shared_ptr<const Bone> bone_at_start();
+  /// Returns the watch of the bone; null before the bone is ready, and if the options do not ask for it.
+  std::shared_ptr<CutWatch> cut_watch();
 
   // ---- picture and text
   Viewport& view() { return *view_; }
@@ -194,16 +198,18 @@ class ViewerApp {
 
   std::optional<HandDevice> device_;
   std::unique_ptr<LiveSession> session_;
-  std::mutex mutex_;  // protects made_, inner_made_ and at_start_
+  std::mutex mutex_;  // protects made_, inner_made_, at_start_ and watch_
   struct Made {
     std::shared_ptr<SurfaceWorker> surface;
     MaterialTable materials;
     double voxel_mm = 0.1;
   };
-  std::optional<Made> made_;  // set by the session's thread, like the next two
+  std::optional<Made> made_;  // set by the session's thread, like the next three
   std::optional<InnerSurfaces> inner_made_;
   std::shared_ptr<const Bone> at_start_;
+  std::shared_ptr<CutWatch> watch_;
   std::shared_ptr<SurfaceWorker> leaf_receiver_;  // used by the session's thread
+  std::shared_ptr<CutWatch> leaf_watch_;          // the same
   std::shared_ptr<SurfaceWorker> surface_;
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;

@@ -1,8 +1,11 @@
 // A surgeon's plan: planes and depth stops, and the tool's deviation from them.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/files/markups.h"
@@ -13,11 +16,20 @@
 
 namespace kerf {
 
-/// A plane along which the disc's mid-plane should cut.
+/// Progress of a planned cut, set by the user.
+enum class PlaneState : std::uint8_t { kPlanned, kInProgress, kDone };
+inline constexpr std::array<std::string_view, 3> kPlaneStateWords{"planned", "in_progress", "done"};
+
+/// A plane along which the disc's mid-plane should cut. The intended cut is a rectangle in it; its axes are those of
+/// CalcPlaneAxes() (edit_plane.h).
 struct PlannedPlane {
   std::string name;
-  CutPlane plane;  // its point: centre of the intended cut
+  CutPlane plane{};  // its point: centre of the intended cut
   double margin_mm = 1;
+  double width_mm = 50;   // of the rectangle, perpendicular to its height
+  double height_mm = 50;  // of the rectangle, along the part of up_W that lies in the plane
+  Vec3 up_W{0, 0, 1};     // any length except 0
+  PlaneState state = PlaneState::kPlanned;
 };
 
 /// Limit of the cut's depth: the tool's deepest point should be at most `depth_mm` from the point along the direction.
@@ -29,6 +41,7 @@ struct DepthStop {
 };
 
 inline constexpr TextLimit kPlanNameLimit{60};
+inline constexpr Range kPlaneSizeRange_mm{1, 500};
 
 template <typename V>
 void Describe(PlannedPlane& p, V&& visit) {
@@ -36,6 +49,16 @@ void Describe(PlannedPlane& p, V&& visit) {
   visit("point_mm", p.plane.p_W, kCoordinateRange_mm, "middle of the planned cut, on the plane");
   visit("normal", p.plane.normal_W, kDirectionRange, "normal of the plane, world frame; any length but 0");
   visit("margin_mm", p.margin_mm, Range{0.01, 100}, "distance from the plane within which the cut should stay");
+  visit("width_mm", p.width_mm, kPlaneSizeRange_mm, "width of the intended cut, in the plane and perpendicular to up");
+  visit("height_mm", p.height_mm, kPlaneSizeRange_mm, "height of the intended cut, in the plane");
+  visit("up", p.up_W, kDirectionRange,
+        "direction of the height, world frame; its part in the plane is used; any length but 0");
+  std::string state(kPlaneStateWords[static_cast<std::size_t>(p.state)]);
+  visit("state", state, Choices{{kPlaneStateWords.begin(), kPlaneStateWords.end()}},
+        "progress of the cut, as the user has marked it");
+  for (std::size_t i = 0; i < kPlaneStateWords.size(); ++i) {
+    if (state == kPlaneStateWords[i]) p.state = static_cast<PlaneState>(i);
+  }
 }
 
 template <typename V>
@@ -48,7 +71,7 @@ void Describe(DepthStop& p, V&& visit) {
 }
 
 struct Plan {
-  std::vector<PlannedPlane> planes;
+  std::vector<PlannedPlane> planes;  // in the order in which they should be cut
   std::vector<DepthStop> stops;
 
   bool empty() const { return planes.empty() && stops.empty(); }

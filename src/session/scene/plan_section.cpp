@@ -59,6 +59,7 @@ std::vector<PlanFile> ReadPlan(TableReader& root, Plan& plan, const std::string&
       plane_reader.Require("normal");
       MakeUnit(plane_reader, "normal", plane.plane.normal_W);
     }
+    if (plane_reader.Has("up")) MakeUnit(plane_reader, "up", plane.up_W);
     plane.name = Printable(plane.name);
     CheckName(plane_reader, plan.planes, plane.name);
     plane_reader.Finish();

@@ -100,6 +100,8 @@ def main():
         w.wait_state("half through", lambda s: s["saw_mm"][2] < 9.5, 60)
         w._xdotool("keyup", "Down")
         removed = w.wait_still("removed_mm3", still_s=0.5)
+        # The kerf is about a fifth as deep as the bar.
+        w.wait_state("a part of the plane is cut", lambda s: s["plane_cut"] and 0.05 < s["plane_cut"][0] < 0.5)
         picture("cutting")
         w.key("t")
         picture("translucent")
@@ -132,11 +134,16 @@ def main():
         w._xdotool("keydown", "Down")
         w.wait_state("through", lambda s: s["saw_mm"][2] < -0.8, 90)
         w._xdotool("keyup", "Down")
+        # Half of the bar without half of the kerf, 14.7 x 10 x 10 mm; half a voxel at each face is uncertain.
+        freed = w.wait_event("came_free")
+        assert 1390 < freed["mm3"] < 1550, freed
+        w.wait_state("the plane is cut", lambda s: s["plane_cut"] == [1])
         w.key("space")
         w._xdotool("keydown", "shift", "keydown", "Up")  # with Shift: fast
         w.wait_state("out again", lambda s: s["saw_mm"][2] > 13, 90)
         w._xdotool("keyup", "Up", "keyup", "shift")
         assert w.state["removed_mm3"] > removed
+        assert sum(e["event"] == "came_free" for e in w.events) == 1, "the piece is announced once"
 
         # Places a plane and a depth stop with the mouse.
         w.key("Home", "n")

@@ -24,6 +24,10 @@ name = "second"
 point_mm = [1, 2, 4]
 normal = [0, 0, -1]
 margin_mm = 0.5
+width_mm = 30
+height_mm = 12.5
+up = [0, 2, 0]
+state = "in_progress"
 [[plan.stop]]
 point_mm = [0, 0, 1]
 direction = [0, 0, -2]
@@ -36,6 +40,16 @@ depth_mm = 6
   EXPECT_EQ(scene.plan.planes[0].margin_mm, 1);
   EXPECT_EQ(scene.plan.planes[1].name, "second");
   EXPECT_EQ(scene.plan.planes[1].margin_mm, 0.5);
+  EXPECT_EQ(scene.plan.planes[0].width_mm, 50);
+  EXPECT_EQ(scene.plan.planes[0].state, PlaneState::kPlanned);
+  EXPECT_EQ(scene.plan.planes[1].width_mm, 30);
+  EXPECT_EQ(scene.plan.planes[1].height_mm, 12.5);
+  EXPECT_EQ(scene.plan.planes[1].up_W, Vec3(0, 1, 0));
+  EXPECT_EQ(scene.plan.planes[1].state, PlaneState::kInProgress);
+  // The resolved scene has the same planes.
+  const Scene again = ParseScene(ResolvedToml(scene), "s.toml");
+  EXPECT_EQ(again.plan.planes[1].height_mm, 12.5);
+  EXPECT_EQ(again.plan.planes[1].state, PlaneState::kInProgress);
   ASSERT_EQ(scene.plan.stops.size(), 1u);
   EXPECT_EQ(scene.plan.stops[0].direction_W, Vec3(0, 0, -1));
   EXPECT_EQ(scene.plan.stops[0].depth_mm, 6);
@@ -66,6 +80,10 @@ TEST(PlanSection, FaultsAreReportedWithTheirPosition) {
   EXPECT_THAT(message("[[plan.plane]]\npoint_mm = [0, 0, 0]\nnormal = [0, 0, 0]\n"), HasSubstr("no direction"));
   EXPECT_THAT(message("[[plan.plane]]\npoint_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nmargin_mm = 0\n"),
               HasSubstr("s.toml:11:1: margin_mm = 0 is below 0.01"));
+  const std::string plane = "[[plan.plane]]\npoint_mm = [0, 0, 0]\nnormal = [0, 0, 1]\n";
+  EXPECT_THAT(message(plane + "width_mm = 0\n"), HasSubstr("width_mm = 0 is below 1"));
+  EXPECT_THAT(message(plane + "up = [0, 0, 0]\n"), HasSubstr("up has no direction"));
+  EXPECT_THAT(message(plane + "state = \"cut\"\n"), HasSubstr("in_progress"));
   EXPECT_THAT(message("[[plan.plane]]\npoint_mm = [0, 0, 0]\nfile = \"a\"\n"), HasSubstr("keep one"));
   const std::string stop = "[[plan.stop]]\nname = \"a\"\npoint_mm = [0, 0, 0]\ndirection = [0, 0, 1]\ndepth_mm = 4\n";
   EXPECT_EQ(message(stop), "");

@@ -345,7 +345,7 @@ TEST(SceneRange, LibraryAcceptsTheSameBlocksAndPlans) {
   LibraryTester of_plan({"normal", "direction"}, [&] { CheckPlan(plan); });
   Describe(plan.planes[0], of_plan);
   Describe(plan.stops[0], of_plan);
-  EXPECT_EQ(of_plan.tried(), 8);
+  EXPECT_EQ(of_plan.tried(), 13);
 }
 
 TEST(SceneRange, LibraryAcceptsTheSameForceLaws) {

@@ -149,6 +149,7 @@ Scene RandomScene(std::mt19937& random) {
   for (PlannedPlane& plane : scene.plan.planes) {
     Describe(plane, randomize);
     plane.plane.normal_W = glm::normalize(plane.plane.normal_W);
+    plane.up_W = glm::normalize(plane.up_W);
   }
   scene.plan.stops.resize(random() % 3);
   for (DepthStop& stop : scene.plan.stops) {

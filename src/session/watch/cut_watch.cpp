@@ -1,0 +1,162 @@
+#include "session/watch/cut_watch.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "bone/grid/piece_finder.h"
+#include "bone/grid/set_leaf.h"
+
+namespace kerf {
+namespace {
+
+using WatchClock = std::chrono::steady_clock;
+using LeafIndex = std::array<int, 3>;
+using LeafValues = std::array<float, 512>;
+
+double SecondsSince(WatchClock::time_point start) {
+  return std::chrono::duration<double>(WatchClock::now() - start).count();
+}
+
+}  // namespace
+
+struct CutWatch::State {
+  State(std::shared_ptr<const Bone> bone_before, Bone bone_now, const CutWatchOptions& watch_options)
+      : options(watch_options), before(std::move(bone_before)), now(std::move(bone_now)) {}
+
+  const CutWatchOptions options;
+  const std::shared_ptr<const Bone> before;
+
+  mutable std::mutex mutex;  // protects everything below up to `thread`
+  std::condition_variable wake;
+  std::condition_variable idle;
+  std::map<LeafIndex, LeafValues> leaves;
+  std::vector<PlannedPlane> planes;
+  bool planes_changed = false;
+  bool hurry = false;  // somebody waits for the analysis
+  bool stop = false;
+  bool working = true;
+  std::optional<PlanesReport> report;
+  std::vector<FreedPiece> freed;
+  Costs costs;
+  std::thread thread;
+
+  // Used only by the thread.
+  Bone now;
+
+  void Analyse(PieceFinder& finder, const std::map<LeafIndex, LeafValues>& changed,
+               const std::vector<PlannedPlane>& wanted) {
+    const auto start = WatchClock::now();
+    for (const auto& [index, values] : changed) {
+      SetLeaf(now, index, values);
+      finder.Change(index, values);
+    }
+    std::vector<FreedPiece> separated;
+    const FoundPieces& found = finder.Find();
+    for (const FoundPiece& piece : found.came_off) {
+      separated.push_back({.id = piece.id,
+                           .volume_mm3 = piece.volume_mm3,
+                           .bounds_W = piece.bounds_W,
+                           .main_region = finder.FindMainRegion(piece.id)});
+    }
+    PlanesReport next;
+    next.piece_count = found.pieces.size();
+    for (const PlannedPlane& plane : wanted) {
+      next.planes.push_back({.name = plane.name, .state = CalcCutState(*before, now, plane)});
+    }
+    const std::lock_guard lock(mutex);
+    report = std::move(next);
+    freed.insert(freed.end(), separated.begin(), separated.end());
+    costs.last_s = SecondsSince(start);
+    costs.largest_s = std::max(costs.largest_s, costs.last_s);
+    ++costs.analyses;
+  }
+
+  void Run() {
+    const auto start = WatchClock::now();
+    PieceFinder finder(now, options.min_piece_mm3);
+    std::unique_lock lock(mutex);
+    costs.start_s = SecondsSince(start);
+    const auto period = std::chrono::duration<double>(options.period_s);
+    while (true) {
+      wake.wait(lock, [&] { return stop || !leaves.empty() || planes_changed; });
+      if (stop) return;
+      std::map<LeafIndex, LeafValues> changed;
+      changed.swap(leaves);
+      planes_changed = false;
+      const std::vector<PlannedPlane> wanted = planes;
+      lock.unlock();
+      Analyse(finder, changed, wanted);
+      lock.lock();
+      if (leaves.empty() && !planes_changed) {
+        working = false;
+        hurry = false;
+        idle.notify_all();
+      }
+      wake.wait_for(lock, period, [&] { return stop || hurry; });
+    }
+  }
+};
+
+CutWatch::CutWatch(std::shared_ptr<const Bone> before, Bone now, const CutWatchOptions& options)
+    : state_(std::make_unique<State>(std::move(before), std::move(now), options)) {
+  state_->planes_changed = true;  // a first report, with the number of pieces
+  state_->thread = std::thread([state = state_.get()] { state->Run(); });
+}
+
+CutWatch::~CutWatch() {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->stop = true;
+  }
+  state_->wake.notify_all();
+  state_->thread.join();
+}
+
+void CutWatch::Offer(const std::array<int, 3>& index, std::span<const float, 512> values) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    std::copy(values.begin(), values.end(), state_->leaves[index].begin());
+    state_->working = true;
+  }
+  state_->wake.notify_one();
+}
+
+void CutWatch::SetPlanes(std::vector<PlannedPlane> planes) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->planes = std::move(planes);
+    state_->planes_changed = true;
+    state_->working = true;
+  }
+  state_->wake.notify_one();
+}
+
+std::optional<PlanesReport> CutWatch::Fetch() {
+  const std::lock_guard lock(state_->mutex);
+  return std::exchange(state_->report, std::nullopt);
+}
+
+std::vector<FreedPiece> CutWatch::TakeFreed() {
+  const std::lock_guard lock(state_->mutex);
+  return std::exchange(state_->freed, {});
+}
+
+void CutWatch::WaitIdle() {
+  std::unique_lock lock(state_->mutex);
+  state_->hurry = true;
+  state_->wake.notify_all();
+  state_->idle.wait(lock, [&] { return !state_->working; });
+  state_->hurry = false;
+}
+
+CutWatch::Costs CutWatch::costs() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->costs;
+}
+
+}  // namespace kerf

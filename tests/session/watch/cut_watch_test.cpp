@@ -1,0 +1,122 @@
+#include "session/watch/cut_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+
+#include "bone/grid/grids.h"
+#include "bone/grid/set_leaf.h"
+#include "bone/grid/surface.h"
+#include "session/plan/perfect_cut.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kVoxel = 0.2;
+
+/// A bar of 16 x 10 x 8 mm with a plane at x = 4, which separates 4 x 10 x 8 mm.
+struct Bar {
+  Bar() : before(std::make_shared<const Bone>(test::MakeBox({}, {16, 10, 8}, kVoxel))), now(*before) {
+    plane = {.name = "end",
+             .plane = {{4, 0, 0}, {1, 0, 0}},
+             .margin_mm = 1,
+             .width_mm = 20,
+             .height_mm = 20,
+             .up_W = {0, 0, 1}};
+  }
+  /// Cuts a kerf of 0.4 mm at x = 4 down to z.
+  void CutDownTo(double z) {
+    plan_test::Subtract(now, [z](const Vec3& p) { return std::max(std::abs(p.x - 4) - 0.2, z - p.z); });
+  }
+  /// Offers all leaves of the bone.
+  void OfferAll(CutWatch& watch, const Bone& bone) const {
+    std::array<float, 512> values;
+    for (int x = -7; x <= 6; ++x) {
+      for (int y = -5; y <= 4; ++y) {
+        for (int z = -4; z <= 3; ++z) {
+          GetLeaf(bone, {x, y, z}, values);
+          watch.Offer({x, y, z}, values);
+        }
+      }
+    }
+    watch.WaitIdle();
+  }
+  std::shared_ptr<const Bone> before;
+  Bone now;
+  PlannedPlane plane;
+};
+
+TEST(CutWatch, ReportsThePieceThatComesFreeOnce) {
+  Bar bar;
+  CutWatch watch(bar.before, bar.now, {.period_s = 1e-3});
+  watch.SetPlanes({bar.plane});
+  watch.WaitIdle();
+  EXPECT_TRUE(watch.TakeFreed().empty());
+  const auto start = watch.Fetch();
+  ASSERT_TRUE(start);
+  EXPECT_EQ(start->piece_count, 1u);
+  ASSERT_EQ(start->planes.size(), 1u);
+  EXPECT_EQ(start->planes[0].name, "end");
+  EXPECT_EQ(start->planes[0].state.fraction(), 0);
+
+  bar.CutDownTo(-2);
+  bar.OfferAll(watch, bar.now);
+  EXPECT_TRUE(watch.TakeFreed().empty());
+  const auto part = watch.Fetch();
+  ASSERT_TRUE(part);
+  // Half a step of 0.25 mm along the border of the cut, 10 mm, and of the bone, 36 mm, over 80 mm^2.
+  EXPECT_NEAR(part->planes[0].state.fraction(), 0.75, 0.125 * 46 / 80);
+
+  bar.CutDownTo(-5);
+  bar.OfferAll(watch, bar.now);
+  const std::vector<FreedPiece> freed = watch.TakeFreed();
+  ASSERT_EQ(freed.size(), 1u);
+  const Pieces expected = SplitPieces(bar.now);
+  ASSERT_EQ(expected.pieces.size(), 2u);
+  // The sum of the voxels differs from the volume by half a voxel at each face.
+  const double area_mm2 = 2 * (3.8 * 10 + 3.8 * 8 + 10 * 8);
+  EXPECT_NEAR(freed[0].volume_mm3, expected.pieces[1].CalcVolume(), 0.5 * kVoxel * area_mm2);
+  EXPECT_NEAR(freed[0].bounds_W.lower.x, 4.2, kVoxel);
+  EXPECT_NEAR(freed[0].bounds_W.upper.x, 8, kVoxel);
+  EXPECT_EQ(freed[0].main_region, 24);
+  const auto end = watch.Fetch();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->planes[0].state.fraction(), 1);
+  EXPECT_EQ(end->piece_count, 2u);
+
+  // Nothing new: neither a report nor a piece.
+  bar.OfferAll(watch, bar.now);
+  EXPECT_TRUE(watch.TakeFreed().empty());
+  EXPECT_EQ(watch.Fetch()->piece_count, 2u);
+  EXPECT_FALSE(watch.Fetch());
+}
+
+TEST(CutWatch, ReportsThePieceAgainAfterAnUndo) {
+  Bar bar;
+  CutWatch watch(bar.before, bar.now, {.period_s = 1e-3});
+  bar.CutDownTo(-5);
+  bar.OfferAll(watch, bar.now);
+  EXPECT_EQ(watch.TakeFreed().size(), 1u);
+  bar.OfferAll(watch, *bar.before);
+  EXPECT_TRUE(watch.TakeFreed().empty());
+  EXPECT_EQ(watch.Fetch()->piece_count, 1u);
+  bar.OfferAll(watch, bar.now);
+  EXPECT_EQ(watch.TakeFreed().size(), 1u);
+}
+
+TEST(CutWatch, DoesNotReportDust) {
+  Bar bar;
+  CutWatch watch(bar.before, bar.now, {.period_s = 1e-3, .min_piece_mm3 = 400});  // more than 3.8 x 10 x 8 mm
+  bar.CutDownTo(-5);
+  bar.OfferAll(watch, bar.now);
+  EXPECT_TRUE(watch.TakeFreed().empty());
+}
+
+TEST(CutWatch, EndsWhileItWorks) {
+  Bar bar;
+  CutWatch watch(bar.before, bar.now, {.period_s = 1e6});
+  watch.SetPlanes(std::vector<PlannedPlane>(20, bar.plane));
+}
+
+}  // namespace
+}  // namespace kerf
