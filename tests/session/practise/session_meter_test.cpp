@@ -13,7 +13,10 @@ namespace {
 
 class SessionMeterTest : public test::ResultFolderTest {
  protected:
-  void SetUp() override { MakeFolder(folder_); }
+  void SetUp() override {
+    ResultFolderTest::SetUp();
+    MakeFolder(folder_);
+  }
 };
 
 struct Scored {
