@@ -104,12 +104,10 @@ ToolTrack MakeExpertTrack(const Scene& scene, const std::atomic<bool>* stop) {
   loop.stop = &done;
   loop.driver.make_hand = MakeAgent(params, scene, &done);
   ToolTrack track;
-  loop.watchers.take_tick = [&](const LoopTick& tick, std::span<const double>) {
-    track.Take(tick);
-    if (stop != nullptr && stop->load()) done.store(true);
-  };
-  RunLoop(scene, loop, {});
-  if (stop != nullptr && stop->load()) throw Error("the expert's attempt was interrupted");
+  loop.watchers.take_tick = [&](const LoopTick& tick, std::span<const double>) { track.Take(tick); };
+  RunLoop(scene, loop, [&](const std::string&, double) {
+    if (stop != nullptr && stop->load()) throw Error("the expert's attempt was interrupted");
+  });
   return track;
 }
 
