@@ -65,6 +65,23 @@ std::string DescribeProgress(const ExerciseRow& row) {
   return fmt::format("level {}: best {:.0f}", row.level, best.value_or(0));
 }
 
+/// Characters of a line of text in the result.
+constexpr std::size_t kResultLine = 44;
+
+/// Breaks a text between words into lines of at most `size` bytes.
+std::vector<std::string> WrapText(const std::string& text, std::size_t size) {
+  std::vector<std::string> lines;
+  std::size_t begin = 0;
+  while (text.size() - begin > size) {
+    const std::size_t space = text.rfind(' ', begin + size);
+    if (space == std::string::npos || space <= begin) break;
+    lines.push_back(text.substr(begin, space - begin));
+    begin = space + 1;
+  }
+  lines.push_back(text.substr(begin));
+  return lines;
+}
+
 /// Returns the path of the score sheet next to a recording.
 std::string PageOf(const std::string& recording) {
   return recording.substr(0, recording.rfind('.')) + ".html";
@@ -352,17 +369,23 @@ void Practice::UpdateReplay(double dt_s) {
 
 HudResult Practice::MakeResult() const {
   HudResult result;
-  result.title = sheet_->total ? fmt::format("{}, level {}: {:.0f} of 100 points", exercise_->title, options_.level,
-                                             *sheet_->total)
-                               : fmt::format("{}, level {}: no score", exercise_->title, options_.level);
-  result.headline = FormatMessage(review_->praise.value_or(next_.reason));
-  for (const auto* figures : {&review_->figures, &review_->rest}) {
-    for (const ReviewFigure& figure : *figures) {
-      result.rows.push_back({.name = figure.label,
-                             .value = figure.value ? FormatQuantity(*figure.value) : "-",
-                             .note = figure.goal ? fmt::format("goal {}", FormatGoal(figure)) : "",
-                             .level = HudLevelOf(figure.level)});
+  result.title = fmt::format("{}, level {}", exercise_->title, options_.level);
+  result.headline = sheet_->total ? fmt::format("{:.0f} of 100 points", *sheet_->total) : std::string("No score");
+  const auto add = [&](const Message& message, HudLevel level) {
+    for (const std::string& line : WrapText(FormatMessage(message), kResultLine)) {
+      result.rows.push_back({.name = line, .value = "", .note = "", .level = level});
+      level = HudLevel::kPlain;
     }
+  };
+  add(review_->headline, HudLevel::kWarn);
+  if (review_->praise) add(*review_->praise, HudLevel::kGood);
+  add(next_.reason, HudLevel::kPlain);
+  // The other measures are in the report.
+  for (const ReviewFigure& figure : review_->figures) {
+    result.rows.push_back({.name = figure.label,
+                           .value = figure.value ? FormatQuantity(*figure.value) : "-",
+                           .note = figure.goal ? fmt::format("goal {}", FormatGoal(figure)) : "",
+                           .level = HudLevelOf(figure.level)});
   }
   result.footer = options_.level < kLevels
                       ? "Enter: recommended step   A: again   N: next level   V: beside the expert   Esc: exercises"
@@ -527,9 +550,6 @@ void Practice::Fill(HudState& hud) {
   }
   if (state_ == State::kResult && sheet_) {
     hud.result = MakeResult();
-    hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
-                           .text = FormatMessage(review_->headline),
-                           .answers = FormatMessage(next_.reason)};
   }
   if (state_ == State::kReplaying) {
     const std::optional<DepthReading> reading = gauge_->Calc(pair_->student.Calc(replay_s_).X_WT);

@@ -206,6 +206,10 @@ Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
 /// Returns a sentence about a measure that was good.
 Message DescribeGood(const ScoreSheet& sheet, std::string_view key) {
   const Quantity value = Show(sheet, key);
+  const bool none = FormatQuantity(value) == FormatQuantity({0, value.digits, value.unit});
+  if (key == "too_deep_mm" && none) return {"Its depth is perfect: nowhere too deep.", {}};
+  if (key == "plunge_max_mm" && none) return {"You stopped in time: the blade did not leave the far side.", {}};
+  if (key == "outside_mm3" && none) return {"You spared the bone beside the cut: nothing was removed there.", {}};
   if (key == "plane_offset_mm") return {"Its place is right: only {} from the wanted plane.", {value}};
   if (key == "plane_angle_deg") return {"Its direction is right, within {}.", {value}};
   if (key == "too_deep_mm") return {"Its depth is right: nowhere more than {} too deep.", {value}};
@@ -256,6 +260,7 @@ ReviewLevel LevelOf(bool good, bool fair) {
 void SetGoal(ReviewFigure& figure, GoalRelation relation, double value) {
   figure.relation = relation;
   figure.goal = ShowMeasure(*figure.info, value);
+  if (figure.goal->value == std::round(figure.goal->value)) figure.goal->digits = 0;
 }
 
 ReviewFigure MakeFigure(const ScoreSheet& sheet, const MeasureRow& row) {

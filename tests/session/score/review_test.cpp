@@ -57,7 +57,7 @@ TEST(Review, GrooveBesideTheLineIsTheFirstThingSaid) {
   EXPECT_EQ(FormatMessage(review.headline),
             "Your groove lies 3.1 mm beside the line. Set the blade on the line before you go into the bone.");
   ASSERT_TRUE(review.praise);
-  EXPECT_EQ(FormatMessage(*review.praise), "Its depth is right: nowhere more than 0.0 mm too deep.");
+  EXPECT_EQ(FormatMessage(*review.praise), "Its depth is perfect: nowhere too deep.");
 }
 
 TEST(Review, HeadlineNamesTheFaultThatCostsMost) {
@@ -188,6 +188,13 @@ TEST(Review, LevelsFollowThePoints) {
     CalcTotal(sheet);
     EXPECT_EQ(MakeReview(sheet).figures.front().level, level) << value;
   }
+}
+
+TEST(Review, GoalsAreShortNumbers) {
+  const ExerciseReview review = MakeReview(PerfectSheet(ExerciseKind::kBesideCanal));
+  EXPECT_EQ(FormatGoal(review.figures[0]), "≥ 2 mm");
+  EXPECT_EQ(FormatGoal(review.figures[1]), "0 mm³");
+  EXPECT_EQ(FormatGoal(MakeReview(PerfectSheet(ExerciseKind::kGroove)).figures[4]), "≤ 5 s");
 }
 
 TEST(Quantity, HasTypographicUnitsAndTheLocalesPoint) {
