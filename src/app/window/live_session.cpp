@@ -39,6 +39,7 @@ void LiveSession::Run() {
   loop.output.scene_file = options_.scene_file;
   loop.watchers.peer = this;
   loop.watchers.take_tick = [this](const LoopTick& tick, std::span<const double> channels) {
+    if (options_.tick) options_.tick(tick);
     TakeTick(tick, channels);
   };
   if (options_.device != nullptr && !options_.scripted) {

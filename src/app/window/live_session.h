@@ -43,6 +43,7 @@ struct LiveOptions {
   bool scripted = false;          // the scene's hand follows its path, spindle on; otherwise the mouse moves the saw
   DeviceServo* device = nullptr;  // holds the saw in place of the mouse; null: none
   double seconds = kMaxLoop_s;
+  std::function<void(const LoopTick&)> tick;     // each tick in order, called in the session's thread; optional
   std::function<void(const LeafMessage&)> leaf;  // changed leaves of the bone, called in the session's thread; optional
   /// Called in the session's thread before everything else; optional.
   std::function<void()> prepare;

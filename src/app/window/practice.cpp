@@ -1,6 +1,9 @@
 #include "app/window/practice.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -31,11 +34,53 @@ HudLevel LevelOf(double to_goal_mm) {
                                   : HudLevel::kPlain;
 }
 
-/// Formats a value with its unit: small values with one more digit, integers without decimals.
-std::string ShowValue(double value, const std::string& unit) {
-  const int digits = value == std::round(value) && unit.empty() ? 0 : std::abs(value) < 0.1 ? 3 : 2;
-  const std::string shown = fmt::format("{:.{}f}", std::abs(value) < 0.0005 ? 0.0 : value, digits);
-  return unit.empty() ? shown : fmt::format("{} {}", shown, unit == "degrees" ? "°" : unit);
+HudLevel HudLevelOf(ReviewLevel level) {
+  return level == ReviewLevel::kGood   ? HudLevel::kGood
+         : level == ReviewLevel::kWarn ? HudLevel::kWarn
+         : level == ReviewLevel::kBad  ? HudLevel::kBad
+                                       : HudLevel::kPlain;
+}
+
+/// Lets all other threads run first.
+void LowerPriority() {
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 19);
+}
+
+/// Speed of the replay beside the expert, as a multiple of real time.
+constexpr double kReplaySpeed = 1;
+
+/// Returns what the list shows of the student's progress.
+std::string DescribeProgress(const ExerciseRow& row) {
+  if (!row.last) return row.goal;
+  const std::optional<double>& best = row.best[static_cast<std::size_t>(row.level - 1)];
+  switch (row.trend) {
+    case Trend::kRising:
+      return fmt::format("level {}: best {:.0f}, rising", row.level, best.value_or(0));
+    case Trend::kSteady:
+      return fmt::format("level {}: best {:.0f}, steady", row.level, best.value_or(0));
+    case Trend::kFalling:
+      return fmt::format("level {}: best {:.0f}, falling", row.level, best.value_or(0));
+    case Trend::kUnknown:
+      break;
+  }
+  return fmt::format("level {}: best {:.0f}", row.level, best.value_or(0));
+}
+
+/// Characters of a line of text in the result.
+constexpr std::size_t kResultLine = 44;
+
+/// Breaks a text between words into lines of at most `size` bytes.
+std::vector<std::string> WrapText(const std::string& text, std::size_t size) {
+  std::vector<std::string> lines;
+  std::size_t begin = 0;
+  while (text.size() - begin > size) {
+    const std::size_t space = text.rfind(' ', begin + size);
+    if (space == std::string::npos || space <= begin) break;
+    lines.push_back(text.substr(begin, space - begin));
+    begin = space + 1;
+  }
+  lines.push_back(text.substr(begin));
+  return lines;
 }
 
 /// Returns the path of the score sheet next to a recording.
@@ -62,12 +107,16 @@ Rgb8 ColourOf(HudLevel level) {
 Practice::Practice(const PracticeOptions& options) : options_(options) {
   options_.viewer.ghost = false;  // the handle's picture would hide the blade's colour
   if (!options_.exercise.empty()) FindExercise(options_.exercise);
-  if (!options_.student.empty()) history_.emplace(FindHistoryFile());
+  if (!options_.student.empty()) {
+    history_.emplace(FindHistoryFile());
+    attempts_ = history_->List(options_.student);
+  }
   viewer_ = std::make_unique<ViewerApp>(options_.viewer);
 }
 
 Practice::~Practice() {
   stop_scoring_ = true;
+  EndChecks();
 }
 
 std::vector<std::string> Practice::Run() {
@@ -82,31 +131,45 @@ std::vector<std::string> Practice::Run() {
 
 // ---- choosing
 
+std::vector<ExerciseRow> Practice::MakeRows() const {
+  return ListProgress(attempts_);
+}
+
 void Practice::Choose() {
+  EndChecks();
   state_ = State::kChoosing;
   std::vector<MenuItem> items;
-  for (const Exercise& exercise : ListExercises()) {
-    items.push_back({.name = exercise.title, .detail = exercise.goal, .enabled = true, .choose = [this, &exercise] {
-                       ChooseLevel(exercise);
-                     }});
+  for (const ExerciseRow& row : MakeRows()) {
+    items.push_back(
+        {.name = row.title, .detail = DescribeProgress(row), .enabled = true, .choose = [this, id = row.id] {
+           ChooseLevel(FindExercise(id));
+         }});
   }
-  menu_.emplace("Exercises, easy to hard", std::move(items), "Up, Down: move   Enter: select   Ctrl+Q: quit");
+  menu_.emplace(options_.student.empty() ? std::string("Exercises, easy to hard")
+                                         : fmt::format("Exercises of {}, easy to hard", options_.student),
+                std::move(items), "Up, Down: move   Enter: select   Ctrl+Q: quit");
 }
 
 void Practice::ChooseLevel(const Exercise& exercise) {
   static constexpr std::array<const char*, kLevels> kAids{"all aids", "no depth stop", "gauge and blade colour",
                                                           "gauge only", "no aids"};
   std::vector<MenuItem> items;
+  const std::vector<ExerciseRow> rows = MakeRows();
+  const auto row = std::find_if(rows.begin(), rows.end(), [&](const ExerciseRow& r) { return r.id == exercise.id; });
+  const int recommended = row->next.exercise == exercise.id ? row->next.level : 0;
   for (int level = 1; level <= kLevels; ++level) {
-    items.push_back({.name = fmt::format("Level {}", level),
-                     .detail = kAids[static_cast<std::size_t>(level - 1)],
-                     .enabled = true,
-                     .choose = [this, id = exercise.id, level] { Start(id, level); }});
+    items.push_back(
+        {.name = level == recommended ? fmt::format("Level {} (recommended)", level) : fmt::format("Level {}", level),
+         .detail = kAids[static_cast<std::size_t>(level - 1)],
+         .enabled = true,
+         .choose = [this, id = exercise.id, level] { Start(id, level); }});
   }
   menu_.emplace(exercise.title, std::move(items));
 }
 
 void Practice::Start(const std::string& id, int level) {
+  EndChecks();
+  menu_.reset();
   exercise_ = &FindExercise(id);
   scene_ = MakeExerciseScene(id, level);
   if (scene_.exercise.depth_stop) {
@@ -118,8 +181,17 @@ void Practice::Start(const std::string& id, int level) {
   gauge_.reset();
   nerve_.reset();
   sheet_.reset();
+  review_.reset();
+  pair_.reset();
+  coach_ = {};
   scored_ = true;
   state_ = State::kCutting;
+  meter_ = std::make_shared<SessionMeter>(scene_);
+  track_ = std::make_shared<ToolTrack>();
+  viewer_->set_take_tick([meter = meter_, track = track_](const LoopTick& tick) {
+    meter->Take(tick);
+    track->Take(tick);
+  });
   viewer_->Begin(scene_, exercise_->file);
   recordings_.push_back(viewer_->recording());
 }
@@ -174,21 +246,26 @@ std::optional<DepthReading> Practice::Read() const {
   return gauge_ && viewer_->is_running() ? gauge_->Calc(viewer_->figures().coupled.X_WT) : std::nullopt;
 }
 
-void Practice::Ended(LoopSummary /*summary*/) {
+void Practice::Ended(LoopSummary summary) {
   beeper_.reset();
   viewer_->view().ClearTool();
   if (viewer_->quitting()) return;
   if (scored_) {
-    Score();
+    Score(viewer_->bone_at_start(), std::move(summary.after));
   } else {
     Choose();
   }
 }
 
-void Practice::Score() {
+/// Scores the session from what was measured while it ran; if ticks are missing, from its recording.
+void Practice::Score(std::shared_ptr<const Bone> before, Bone after) {
   state_ = State::kScoring;
-  scoring_ = std::async(std::launch::async, [this, file = recordings_.back()] {
+  scoring_ = std::async(std::launch::async, [this, file = recordings_.back(), before = std::move(before),
+                                             after = std::move(after), meter = meter_] {
     RecordingReader recording(file);
+    if (meter->is_complete() && recording.damage().state == RecordingState::kWhole) {
+      return meter->Score(recording, *before, after);
+    }
     ScoreOptions score;
     score.stop = &stop_scoring_;
     return ScoreRecording(recording, score, [this](const std::string& stage, double fraction) {
@@ -199,40 +276,127 @@ void Practice::Score() {
   });
 }
 
+// ---- behind the result
+
+void Practice::BeginChecks() {
+  checks_ = std::make_shared<Checks>();
+  verified_.reset();
+  expert_.reset();
+  wants_replay_ = false;
+  checking_.push_back(std::async(std::launch::async, [checks = checks_, experts = experts_, scene = scene_,
+                                                      file = recordings_.back(), sheet = *sheet_] {
+    LowerPriority();
+    try {
+      auto expert = experts->Get(scene, &checks->stop);
+      {
+        const std::lock_guard lock(checks->mutex);
+        checks->expert = std::move(expert);
+      }
+      RecordingReader recording(file);
+      ScoreOptions options;
+      options.stop = &checks->stop;
+      const ScoreSheet replayed = ScoreRecording(recording, options, [&](const std::string&, double) {
+        if (checks->stop) throw Error("the verification was interrupted");
+      });
+      const std::lock_guard lock(checks->mutex);
+      checks->verified = FormatSheetJson(replayed) == FormatSheetJson(sheet);
+    } catch (const std::exception& e) {
+      const std::lock_guard lock(checks->mutex);
+      checks->failure = e.what();
+    }
+  }));
+}
+
+void Practice::EndChecks() {
+  if (checks_) checks_->stop = true;
+  checks_.reset();
+}
+
+void Practice::TakeChecks() {
+  std::erase_if(checking_, [](const std::future<void>& f) { return IsReady(f); });
+  if (!checks_) return;
+  std::string failure;
+  {
+    const std::lock_guard lock(checks_->mutex);
+    if (checks_->expert && !expert_) {
+      expert_ = checks_->expert;
+      viewer_->trace().Write("expert");
+    }
+    failure = std::exchange(checks_->failure, {});
+    if (checks_->verified && !verified_) {
+      verified_ = checks_->verified;
+      viewer_->trace().Write("verified", {{"same", *verified_}});
+      if (!*verified_) viewer_->Say("The replay of the recording gives another score: compare it with 'kerf score'");
+    }
+  }
+  if (!failure.empty()) viewer_->Say(failure);
+  if (wants_replay_ && expert_ && state_ == State::kResult) Replay();
+}
+
+// ---- the attempt beside the expert's
+
+void Practice::Replay() {
+  if (!expert_) {
+    wants_replay_ = true;
+    return viewer_->Say("The expert's attempt is being computed; the replay begins as soon as it is ready");
+  }
+  wants_replay_ = false;
+  pair_ = MakeReplayPair(*track_, *expert_, *gauge_);
+  replay_s_ = 0;
+  state_ = State::kReplaying;
+  const WantedCut& cut = gauge_->cut();
+  viewer_->view().SetTool(MakeTool(scene_));
+  viewer_->view().SetGuides({{.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})}},
+                             {.points_W = pair_->student_line_W},
+                             {.points_W = pair_->expert_line_W}});
+  UpdateReplay(0);
+}
+
+void Practice::EndReplay() {
+  viewer_->view().ClearTool();
+  viewer_->view().SetGhost({});
+  ShowGoal();
+  state_ = State::kResult;
+}
+
+void Practice::UpdateReplay(double dt_s) {
+  replay_s_ = std::min(replay_s_ + kReplaySpeed * dt_s, pair_->duration_s());
+  const TrackPoint student = pair_->student.Calc(replay_s_);
+  viewer_->view().SetToolPose(student.X_WT, student.rpm, 0);
+  viewer_->view().SetGhost(pair_->expert.Calc(replay_s_).X_WT);
+}
+
 // ---- the result
 
 HudResult Practice::MakeResult() const {
   HudResult result;
   result.title = fmt::format("{}, level {}", exercise_->title, options_.level);
-  result.headline = sheet_->total                ? fmt::format("{:.0f} out of 100", *sheet_->total)
-                    : sheet_->incomplete.empty() ? "not scored"
-                                                 : "not graded";
-  if (const std::optional<double> fraction = sheet_->Get("cut_share"); fraction && sheet_->total) {
-    result.rows.push_back({.name = "fraction of the wanted cut",
-                           .value = fmt::format("{:.2f}", *fraction),
-                           .note = "times the points below",
-                           .level = *fraction > 0.9   ? HudLevel::kGood
-                                    : *fraction > 0.6 ? HudLevel::kWarn
-                                                      : HudLevel::kBad});
-  }
-  for (const bool counts : {true, false}) {
-    for (const MeasureRow& row : sheet_->rows) {
-      if (!row.value || (row.weight > 0) != counts || std::string_view(row.info->key) == "cut_share") continue;
-      HudResultRow line;
-      line.name = row.info->name;
-      line.value = ShowValue(*row.value, row.info->unit);
-      line.note = counts ? fmt::format("{:.0f} % of its points", 100 * row.points.value_or(0)) : "information";
-      const double points = row.points.value_or(1);
-      line.level = !counts         ? HudLevel::kPlain
-                   : points >= 0.7 ? HudLevel::kGood
-                   : points >= 0.4 ? HudLevel::kWarn
-                                   : HudLevel::kBad;
-      result.rows.push_back(std::move(line));
+  result.headline = sheet_->total ? fmt::format("{:.0f} of 100 points", *sheet_->total) : std::string("No score");
+  const auto add = [&](const Message& message, HudLevel level) {
+    for (const std::string& line : WrapText(FormatMessage(message), kResultLine)) {
+      result.rows.push_back({.name = line, .value = "", .note = "", .level = level});
+      level = HudLevel::kPlain;
     }
+  };
+  add(review_->headline, HudLevel::kWarn);
+  if (review_->praise) add(*review_->praise, HudLevel::kGood);
+  add(next_.reason, HudLevel::kPlain);
+  // The other measures are in the report.
+  for (const ReviewFigure& figure : review_->figures) {
+    result.rows.push_back({.name = figure.label,
+                           .value = figure.value ? FormatQuantity(*figure.value) : "-",
+                           .note = figure.goal ? fmt::format("goal {}", FormatGoal(figure)) : "",
+                           .level = HudLevelOf(figure.level)});
   }
-  result.footer = fmt::format("Enter: again{}   Esc: other exercises   Report: {}",
-                              options_.level < kLevels ? "   N: next level" : "", PageOf(recordings_.back()));
+  result.footer = options_.level < kLevels
+                      ? "Enter: recommended step   A: again   N: next level   V: beside the expert   Esc: exercises"
+                      : "Enter: recommended step   A: again   V: beside the expert   Esc: exercises";
   return result;
+}
+
+void Practice::DoNextStep() {
+  if (next_.kind == NextStep::Kind::kFinished) return Choose();
+  Start(next_.exercise, next_.level);
 }
 
 // ---- events and frames
@@ -252,14 +416,45 @@ void Practice::AddActions(ActionList& actions) {
                .shortcut = {Key::kEscape},
                .run = [this] { Finish(false); },
                .enabled = [this] { return state_ == State::kCutting && viewer_->is_running(); }});
+  const auto at_result = [this] { return state_ == State::kResult; };
+  actions.Add({.id = "exercise.step",
+               .menu = Mark("Exercise"),
+               .label = Mark("Recommended next step"),
+               .shortcut = {Key::kEnter},
+               .run = [this] { DoNextStep(); },
+               .enabled = at_result,
+               .relevant = at_result,
+               .button = Mark("Next step")});
   actions.Add({.id = "exercise.again",
                .menu = Mark("Exercise"),
                .label = Mark("Try again"),
-               .shortcut = {Key::kEnter},
+               .shortcut = {Key::kA},
                .run = [this] { Start(exercise_->id, options_.level); },
-               .enabled = [this] { return state_ == State::kResult; },
-               .relevant = [this] { return state_ == State::kResult; },
+               .enabled = at_result,
+               .relevant = at_result,
                .button = Mark("Try again")});
+  actions.Add({.id = "exercise.replay",
+               .menu = Mark("Exercise"),
+               .label = Mark("Watch the attempt beside the expert's"),
+               .shortcut = {Key::kW},
+               .run = [this] { Replay(); },
+               .enabled = at_result,
+               .relevant = at_result,
+               .button = Mark("Watch")});
+  actions.Add({.id = "exercise.restart_replay",
+               .menu = Mark("Exercise"),
+               .label = Mark("Watch from the beginning"),
+               .shortcut = {Key::kEnter},
+               .run = [this] { replay_s_ = 0; },
+               .enabled = [this] { return state_ == State::kReplaying; }});
+  actions.Add({.id = "exercise.end_replay",
+               .menu = Mark("Exercise"),
+               .label = Mark("Return to the result"),
+               .shortcut = {Key::kEscape},
+               .run = [this] { EndReplay(); },
+               .enabled = [this] { return state_ == State::kReplaying; },
+               .relevant = [this] { return state_ == State::kReplaying; },
+               .button = Mark("Back to the result")});
   actions.Add({.id = "exercise.next",
                .menu = Mark("Exercise"),
                .label = Mark("Next level"),
@@ -301,22 +496,55 @@ bool Practice::Take(const WindowEvent& event) {
   return false;
 }
 
-void Practice::Update(double /*dt_s*/) {
-  if (IsReady(making_nerve_)) nerve_ = making_nerve_.get();
-  if (state_ == State::kCutting && viewer_->is_running()) {
-    const double limit_s = scene_.exercise.time_limit_s;
-    if (limit_s > 0 && viewer_->figures().time_s > limit_s) {
-      viewer_->Say("Time is up");
-      Finish(true);
-    }
-    const std::optional<DepthReading> reading = Read();
-    const bool in_bone = reading && reading->depth_mm > 0;
-    if (beeper_) beeper_->Set(in_bone ? std::optional(reading->to_goal_mm) : std::nullopt);
-    if (scene_.exercise.colour) {
-      viewer_->view().SetToolColour(in_bone ? ColourOf(LevelOf(reading->to_goal_mm)) : kSteelColour);
-    }
+void Practice::UpdateCutting() {
+  const double limit_s = scene_.exercise.time_limit_s;
+  if (limit_s > 0 && viewer_->figures().time_s > limit_s) {
+    viewer_->Say("Time is up");
+    Finish(true);
   }
-  if (!IsReady(scoring_)) return;
+  const std::optional<DepthReading> reading = Read();
+  const bool in_bone = reading && reading->depth_mm > 0;
+  if (beeper_) beeper_->Set(in_bone ? std::optional(reading->to_goal_mm) : std::nullopt);
+  if (scene_.exercise.colour) {
+    viewer_->view().SetToolColour(in_bone ? ColourOf(LevelOf(reading->to_goal_mm)) : kSteelColour);
+  }
+  coach_ = UpdateCoach(coach_, gauge_->cut(), MakeCoachInput());
+}
+
+CoachInput Practice::MakeCoachInput() const {
+  const LiveFigures& figures = viewer_->figures();
+  CoachInput input;
+  input.time_s = figures.time_s;
+  input.X_WT = figures.coupled.X_WT;
+  input.depth = Read();
+  // The canal is to be spared only in some exercises.
+  const bool spares = IsMeaningful(FindMeasure("nerve_distance_mm"), scene_.exercise.kind);
+  if (spares && nerve_ && !nerve_->empty() && viewer_->spindle_on()) {
+    input.nerve_mm = nerve_->Calc(MakeTool(scene_), input.X_WT);
+  }
+  input.touches = figures.coupled.engaged_teeth > 0 || glm::length(figures.coupled.f_face_W_N) > 0;
+  return input;
+}
+
+std::optional<CoachLine> Practice::MakeCoach() const {
+  // The last level has no aids.
+  if (state_ != State::kCutting || !viewer_->is_running() || !gauge_ || !scene_.exercise.gauge) return {};
+  return MakeCoachLine(coach_, gauge_->cut(), MakeCoachInput());
+}
+
+std::vector<Aid> Practice::MakeAids() const {
+  return ListAids(scene_.exercise, viewer_->controls().in_blade_plane(), viewer_->view().translucent());
+}
+
+void Practice::Update(double dt_s) {
+  if (IsReady(making_nerve_)) nerve_ = making_nerve_.get();
+  if (state_ == State::kCutting && viewer_->is_running()) UpdateCutting();
+  if (state_ == State::kReplaying) UpdateReplay(dt_s);
+  TakeChecks();
+  if (IsReady(scoring_)) TakeSheet();
+}
+
+void Practice::TakeSheet() {
   try {
     sheet_ = scoring_.get();
     WriteTextFile(PageOf(recordings_.back()), FormatSheetHtml(*sheet_));
@@ -324,15 +552,33 @@ void Practice::Update(double /*dt_s*/) {
     viewer_->Say(e.what());
     if (!sheet_) return Choose();
   }
+  review_ = MakeReview(*sheet_);
+  Save();
+  next_ = Recommend(attempts_, exercise_->id, options_.level);
   state_ = State::kResult;
   viewer_->trace().Write("score", {{"total", sheet_->total ? nlohmann::json(*sheet_->total) : nullptr},
+                                   {"headline", FormatMessage(review_->headline)},
+                                   {"next_exercise", next_.exercise},
+                                   {"next_level", next_.level},
                                    {"sheet", nlohmann::json(SheetJson(*sheet_))}});
+  BeginChecks();
+}
+
+/// Adds the attempt to the history and to what the recommendations consider.
+void Practice::Save() {
+  if (sheet_->Get("removed_mm3").value_or(0) <= 0) {
+    return viewer_->Say("Nothing was cut, so the attempt is not saved");
+  }
+  Attempt attempt;
+  attempt.exercise = exercise_->id;
+  attempt.level = options_.level;
+  attempt.total = sheet_->total;
+  attempt.incomplete = fmt::format("{}", fmt::join(sheet_->incomplete, "; "));
+  attempts_.push_back(attempt);
   if (!history_) return;
-  if (sheet_->Get("removed_mm3").value_or(0) <= 0) return viewer_->Say("Nothing was cut: the attempt is not saved");
   try {
     history_->Add(MakeAttempt(*sheet_, options_.student));
-    viewer_->Say(fmt::format("Saved for {}{}{}", options_.student,
-                             sheet_->incomplete.empty() ? "" : "; not graded: ", fmt::join(sheet_->incomplete, "; ")));
+    viewer_->Say(fmt::format("The attempt is saved for {}", options_.student));
   } catch (const Error& e) {
     viewer_->Say(fmt::format("Not saved: {}; use 'kerf practise --hand-in {}' later", e.what(), recordings_.back()));
   }
@@ -360,41 +606,57 @@ void Practice::Fill(HudState& hud) {
   hud.status.mode = exercise_ != nullptr && state_ != State::kChoosing
                         ? fmt::format("{}, level {}", exercise_->title, options_.level)
                         : "Practise";
-  if (state_ == State::kCutting && viewer_->is_running()) {
-    const std::optional<DepthReading> reading = Read();
-    // Without the gauge the depth is not shown either.
-    if (scene_.exercise.gauge) {
-      hud.gauge = MakeGauge(reading);
-      if (reading) hud.values.depth_mm = reading->depth_mm;
-    }
-    if (nerve_ && !nerve_->empty())
-      hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), viewer_->figures().coupled.X_WT);
-  }
-  if (state_ == State::kCutting && viewer_->is_running()) {
-    begun_ = begun_ || viewer_->spindle_on();
-    if (!begun_) {
-      hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
-                             .text = exercise_->goal,
-                             .answers = "Space: spindle   Enter: finish   Esc: leave   F1: help"};
-    }
-    const double limit_s = scene_.exercise.time_limit_s;
-    if (limit_s > 0) {
-      hud.status.right = fmt::format("{:.0f} s left   F1 help", std::max(0.0, limit_s - viewer_->figures().time_s));
-    }
-  }
+  if (state_ == State::kCutting && viewer_->is_running()) FillCutting(hud);
   if (state_ == State::kScoring) {
     const std::lock_guard lock(mutex_);
     hud.progress = HudProgress{.title = "Scoring", .stage = scoring_stage_, .fraction = scoring_fraction_};
   }
-  if (state_ == State::kResult && sheet_) hud.result = MakeResult();
+  if (state_ == State::kResult && sheet_) {
+    hud.result = MakeResult();
+  }
+  if (state_ == State::kReplaying) {
+    const std::optional<DepthReading> reading = gauge_->Calc(pair_->student.Calc(replay_s_).X_WT);
+    hud.gauge = MakeGauge(reading);
+    hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
+                           .text = fmt::format("Your saw is grey, the expert's is blue: {:.1f} s of {:.1f} s",
+                                               replay_s_, pair_->duration_s()),
+                           .answers = "Enter: from the beginning   Esc: back to the result"};
+  }
   if (menu_) hud.menu = menu_->Show();
+}
+
+void Practice::FillCutting(HudState& hud) {
+  const std::optional<DepthReading> reading = Read();
+  // Without the gauge the depth is not shown either.
+  if (scene_.exercise.gauge) {
+    hud.gauge = MakeGauge(reading);
+    if (reading) hud.values.depth_mm = reading->depth_mm;
+  }
+  if (nerve_ && !nerve_->empty()) {
+    hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), viewer_->figures().coupled.X_WT);
+  }
+  begun_ = begun_ || viewer_->spindle_on();
+  if (!begun_) {
+    hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
+                           .text = exercise_->goal,
+                           .answers = Tr("Space: spindle   Enter: finish   Esc: leave   F1: help")};
+  } else if (const std::optional<CoachLine> line = MakeCoach()) {
+    hud.banner = HudBanner{.kind = line->urgent ? HudBanner::Kind::kWarning : HudBanner::Kind::kNotice,
+                           .text = FormatMessage(line->message),
+                           .answers = ""};
+  }
+  const double limit_s = scene_.exercise.time_limit_s;
+  if (limit_s > 0) {
+    hud.status.right = fmt::format("{:.0f} s left   F1 help", std::max(0.0, limit_s - viewer_->figures().time_s));
+  }
 }
 
 void Practice::Describe(nlohmann::json& state) const {
   state["mode"] = state_ == State::kChoosing  ? "choosing"
                   : state_ == State::kCutting ? "cutting"
                   : state_ == State::kScoring ? "scoring"
-                                              : "result";
+                  : state_ == State::kResult  ? "result"
+                                              : "replaying";
   state["exercise"] = exercise_ != nullptr ? exercise_->id : "";
   state["level"] = options_.level;
   if (menu_) state["menu"] = menu_->title();
@@ -402,6 +664,8 @@ void Practice::Describe(nlohmann::json& state) const {
     state["depth_mm"] = std::round(100 * reading->depth_mm) / 100;
     state["to_goal_mm"] = std::round(100 * reading->to_goal_mm) / 100;
   }
+  if (const std::optional<CoachLine> line = MakeCoach()) state["coach"] = FormatMessage(line->message);
+  if (state_ == State::kReplaying) state["replay_s"] = replay_s_;
 }
 
 }  // namespace kerf

@@ -9,10 +9,14 @@
 
 #include "app/window/menu.h"
 #include "app/window/viewer_app.h"
+#include "session/practise/coach.h"
 #include "session/practise/exercises.h"
 #include "session/practise/history.h"
+#include "session/practise/progress.h"
+#include "session/practise/replay_pair.h"
 #include "session/score/columns.h"
 #include "session/score/region_distance.h"
+#include "session/score/review.h"
 #include "session/score/score.h"
 
 namespace kerf {
@@ -35,6 +39,33 @@ class Practice final : public Activity {
   /// Runs until the window is closed. Returns the recordings. Throws Error if a session failed.
   std::vector<std::string> Run();
 
+  // ---- for the interface; valid in the states named
+  enum class State { kChoosing, kCutting, kScoring, kResult, kReplaying };
+  State state() const { return state_; }
+  const std::string& student() const { return options_.student; }
+  /// Returns the rows of the list of exercises, with the student's progress.
+  std::vector<ExerciseRow> MakeRows() const;
+  /// kResult: the sheet, its review, and what to do next. The sheet is computed from the session itself; verified()
+  /// tells whether a replay of the recording has given the same sheet; unset while that is not known.
+  const std::optional<ScoreSheet>& sheet() const { return sheet_; }
+  const std::optional<ExerciseReview>& review() const { return review_; }
+  const NextStep& next_step() const { return next_; }
+  std::optional<bool> verified() const { return verified_; }
+  /// kCutting: the advice to show now, and the aids of the level with those that the user switches.
+  std::optional<CoachLine> MakeCoach() const;
+  std::vector<Aid> MakeAids() const;
+  /// kReplaying: both tracks and the time that is shown.
+  const std::optional<ReplayPair>& pair() const { return pair_; }
+  double replay_s() const { return replay_s_; }
+
+  // ---- what buttons do, as the keys
+  void Choose();
+  void Start(const std::string& id, int level);
+  void Finish(bool scored);  // kCutting
+  void DoNextStep();         // kResult
+  void Replay();             // kResult; begins as soon as the expert's attempt is available
+  void EndReplay();          // kReplaying
+
  private:
   void AddActions(ActionList& actions) override;
   bool Take(const WindowEvent& event) override;
@@ -47,14 +78,19 @@ class Practice final : public Activity {
   void Describe(nlohmann::json& state) const override;
   bool cuts() const override { return state_ == State::kCutting; }
 
-  enum class State { kChoosing, kCutting, kScoring, kResult };
-  void Choose();
   void ChooseLevel(const Exercise& exercise);
-  void Start(const std::string& id, int level);
-  void Finish(bool scored);
-  void Score();
+  void Score(std::shared_ptr<const Bone> before, Bone after);
+  void TakeSheet();
+  void Save();
+  void BeginChecks();
+  void EndChecks();
+  void TakeChecks();
+  void UpdateCutting();
+  void UpdateReplay(double dt_s);
+  void FillCutting(HudState& hud);
   void ShowGoal();
   std::optional<DepthReading> Read() const;
+  CoachInput MakeCoachInput() const;
   HudGauge MakeGauge(const std::optional<DepthReading>& reading) const;
   HudResult MakeResult() const;
 
@@ -76,7 +112,30 @@ class Practice final : public Activity {
   double scoring_fraction_ = 0;
   std::atomic<bool> stop_scoring_{false};
   std::future<ScoreSheet> scoring_;
+  std::shared_ptr<SessionMeter> meter_;  // of this session; used by its thread until it ends
+  std::shared_ptr<ToolTrack> track_;     // likewise
   std::optional<ScoreSheet> sheet_;
+  std::optional<ExerciseReview> review_;
+  std::vector<Attempt> attempts_;  // of the student, or of this program if no student is named
+  NextStep next_;
+  CoachState coach_;
+
+  /// Work behind the result, in a thread of low priority: the expert's attempt, then the replay of the recording.
+  struct Checks {
+    std::atomic<bool> stop{false};
+    std::mutex mutex;  // protects what follows
+    std::shared_ptr<const ToolTrack> expert;
+    std::optional<bool> verified;
+    std::string failure;
+  };
+  std::shared_ptr<ExpertTracks> experts_ = std::make_shared<ExpertTracks>();
+  std::shared_ptr<Checks> checks_;
+  std::vector<std::future<void>> checking_;  // also those that are ending
+  std::optional<bool> verified_;
+  std::shared_ptr<const ToolTrack> expert_;
+  bool wants_replay_ = false;
+  std::optional<ReplayPair> pair_;
+  double replay_s_ = 0;
   std::unique_ptr<Beeper> beeper_;
 };
 

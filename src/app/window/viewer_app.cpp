@@ -94,6 +94,7 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
     if (leaf_receiver_) leaf_receiver_->Offer(leaf);
     if (leaf_watch_) leaf_watch_->Offer(leaf.index, leaf.values);
   };
+  live.tick = std::exchange(take_tick_, nullptr);
   live.scripted = options_.scripted;
   if (device_ && device_->holds()) live.device = &device_->servo();
   live.begin = [this, goes_on, file = scene.bone.source == BoneSource::kFile ? scene.bone.file : ""](

@@ -119,6 +119,8 @@ class ViewerApp {
   /// Begins a new session after the end of the previous one. It is recorded as folder/session.kerf, session-2.kerf, ...
   /// `same_bone`: true if the session continues with the bone that is shown.
   void Begin(const Scene& scene, const std::string& scene_file, bool same_bone = false);
+  /// Sets a function that the next session calls with each tick, in the session's thread.
+  void set_take_tick(std::function<void(const LoopTick&)> take) { take_tick_ = std::move(take); }
   /// Ends the session; Activity::Ended() follows.
   void End();
   LiveSession* session() { return session_.get(); }
@@ -217,6 +219,7 @@ class ViewerApp {
   bool returning_ = false;  // the saw is returning to that pose
   std::vector<PlotPoint> forces_;
   std::string recording_;
+  std::function<void(const LoopTick&)> take_tick_;  // of the next session
   int sessions_ = 0;
   bool began_ = false;   // Activity::Began() of this session was called
   bool fitted_ = false;  // the view was fitted to a bone

@@ -164,6 +164,7 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
   if (std::find(canal.begin(), canal.end(), true) != canal.end()) SetValue(sheet, "breach_mm3", breach_mm3);
   if (!cut) return;
 
+  if (removed_mm3 > 0) sheet.picture = MakeCutPicture(before, after, *cut, cells);
   const PhiSampler phi(before);
   CutArea area(phi, *cut);
   const double cell_mm3 = before.voxel_mm() * before.voxel_mm() * before.voxel_mm();

@@ -6,6 +6,7 @@
 #include "base/files/html_text.h"
 #include "base/table/table_json.h"
 #include "session/score/measures.h"
+#include "session/score/review.h"
 
 namespace kerf {
 namespace {
@@ -22,6 +23,45 @@ std::string Value(const MeasureRow& row) {
 
 std::string Points(const MeasureRow& row) {
   return row.points ? fmt::format("{:.2f} x {:g}", *row.points, row.weight) : std::string();
+}
+
+constexpr int kPageView_px = 900;
+
+/// Returns a mark that shows the level without colour.
+const char* MarkOf(ReviewLevel level) {
+  switch (level) {
+    case ReviewLevel::kGood:
+      return "✓";
+    case ReviewLevel::kWarn:
+      return "!";
+    case ReviewLevel::kBad:
+      return "✗";
+    case ReviewLevel::kPlain:
+      break;
+  }
+  return "";
+}
+
+std::string FormatFigures(const std::vector<ReviewFigure>& figures) {
+  std::string html = "<table>\n";
+  for (const ReviewFigure& figure : figures) {
+    const std::string goal = FormatGoal(figure);
+    html += fmt::format("<tr><td>{}</td><td class=\"n\">{}</td><td>{}</td><td>{}</td></tr>\n", figure.label,
+                        figure.value ? FormatQuantity(*figure.value) : std::string("-"), MarkOf(figure.level),
+                        goal.empty() ? goal : "goal: " + goal);
+  }
+  return html + "</table>\n";
+}
+
+/// Returns the part of the page for the student: advice, figures and pictures.
+std::string FormatReviewHtml(const ScoreSheet& sheet) {
+  const ExerciseReview review = MakeReview(sheet);
+  std::string html = fmt::format("<p><b>{}</b></p>\n", EscapeHtml(FormatMessage(review.headline)));
+  if (review.praise) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(*review.praise)));
+  html += FormatFigures(review.figures);
+  if (!sheet.picture) return html;
+  html += FormatCutViewSvg(sheet.picture->above, AboveTexts(), kPageView_px);
+  return html + FormatCutViewSvg(sheet.picture->side, SideTexts(), kPageView_px);
 }
 
 std::string DescribeExercise(const ScoreSheet& sheet) {
@@ -122,9 +162,11 @@ std::string FormatSheetHtml(const ScoreSheet& sheet) {
     html += fmt::format("<p><b>Not graded: {}</b></p>\n", EscapeHtml(why));
   for (const std::string& warning : sheet.warnings)
     html += fmt::format("<p><b>Note: {}</b></p>\n", EscapeHtml(warning));
+  if (sheet.kind) html += FormatReviewHtml(sheet) + "<h2>All measures</h2>\n";
   html += "<table><tr><th>measure</th><th>value</th><th>unit</th><th>points</th><th>formula</th></tr>\n";
   for (const MeasureRow& row : sheet.rows) {
     if (!row.value && row.weight == 0) continue;
+    if (sheet.kind && !IsMeaningful(*row.info, *sheet.kind)) continue;
     html += fmt::format("<tr{}><td>{}</td><td class=\"n\">{}</td><td>{}</td><td>{}</td><td class=\"i\">{}</td></tr>\n",
                         row.points ? "" : " class=\"i\"", row.info->name, Value(row), row.info->unit, Points(row),
                         EscapeHtml(row.info->formula));

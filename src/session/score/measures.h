@@ -12,6 +12,7 @@
 #include "loop/record/damage.h"
 #include "loop/record/seal.h"
 #include "session/scene/exercise.h"
+#include "session/score/cut_picture.h"
 
 namespace kerf {
 
@@ -59,6 +60,7 @@ struct ScoreSheet {
   std::string created;               // time of the recording, UTC
   std::optional<ExerciseKind> kind;  // none: not an exercise
   int level = 0;
+  SceneExercise exercise;        // the goal; SceneExercise::given is false if there is none
   std::vector<MeasureRow> rows;  // one for each of Measures()
   /// 0 to 100: 100 x cut_share x the weighted mean of the points of the exercise's goals. None if there was no exercise
   /// or the attempt is incomplete.
@@ -72,6 +74,7 @@ struct ScoreSheet {
   std::string beginning_digest;  // of the inputs of the first ticks
   RecordingSeal seal;
   std::vector<std::string> warnings;
+  std::optional<CutPicture> picture;  // not in JSON and CSV; none if there was no exercise or nothing was cut
 
   /// Throws kerf::Error for an unknown key.
   std::optional<double> Get(std::string_view key) const;
@@ -104,7 +107,7 @@ struct SheetLine {
 };
 const Columns<SheetLine>& SheetColumns();
 std::string FormatSheetCsv(const ScoreSheet& sheet);
-/// Returns a self-contained HTML page.
+/// Returns a self-contained HTML page: the review, the picture of the cut, and all measures.
 std::string FormatSheetHtml(const ScoreSheet& sheet);
 /// Returns the table for docs/practise.md: each measure with unit, formula and evidence.
 std::string FormatMeasuresMarkdown();

@@ -27,6 +27,20 @@ constexpr double kExtra_mm = 20;
 
 using Progress = std::function<void(const std::string&, double)>;
 
+/// Returns the data of a tick that ends at `time_s`; the previous one ended at `last_s`.
+MotionTick MakeMotionTick(const LoopTick& sample, double time_s, double last_s) {
+  const CoupledOutput& out = sample.coupled;
+  MotionTick tick;
+  tick.time_s = time_s;
+  tick.dt_s = std::max(time_s - last_s, 0.0);
+  tick.X_WT = out.X_WT;
+  tick.force_N = glm::length(out.f_H_W_N);
+  tick.contact = glm::length(out.f_cut_W_N) + glm::length(out.f_face_W_N) > 0 || out.engaged_teeth > 0;
+  tick.turns = std::abs(sample.in.rpm) >= 1;
+  tick.regions_cut = out.regions_cut;
+  return tick;
+}
+
 struct ReplayOutcome {
   Bone before;
   Bone after;
@@ -50,17 +64,8 @@ ReplayOutcome ReplayLoopRecording(RecordingReader& recording, const Scene& scene
   loop.replay.recording = &recording;
   double last_s = 0;
   loop.watchers.take_tick = [&](const LoopTick& sample, std::span<const double>) {
-    const CoupledOutput& out = sample.coupled;
-    MotionTick tick;
-    tick.time_s = sample.time_s;
-    tick.dt_s = std::max(sample.time_s - last_s, 0.0);
+    meter.Take(MakeMotionTick(sample, sample.time_s, last_s));
     last_s = sample.time_s;
-    tick.X_WT = out.X_WT;
-    tick.force_N = glm::length(out.f_H_W_N);
-    tick.contact = glm::length(out.f_cut_W_N) + glm::length(out.f_face_W_N) > 0 || out.engaged_teeth > 0;
-    tick.turns = std::abs(sample.in.rpm) >= 1;
-    tick.regions_cut = out.regions_cut;
-    meter.Take(tick);
   };
   LoopSummary summary = RunLoop(scene, loop, progress);
   if (options.stop != nullptr && options.stop->load()) throw Error("the scoring was interrupted");
@@ -132,6 +137,51 @@ std::vector<std::string> FindIncomplete(const RecordingReader& recording, const 
   return found;
 }
 
+/// Returns a sheet with everything that the recording states without a replay.
+ScoreSheet BeginSheet(RecordingReader& recording, const Scene& scene) {
+  const RecordingHeader& header = recording.header();
+  const SceneExercise& exercise = scene.exercise;
+  ScoreSheet sheet = MakeSheet(exercise.given ? std::optional(exercise.kind) : std::nullopt);
+  sheet.recording = recording.path();
+  sheet.scene = header.scene_name;
+  sheet.title = scene.title;
+  sheet.created = header.created;
+  sheet.level = exercise.given ? exercise.level : 0;
+  sheet.exercise = exercise;
+  sheet.state = recording.damage().state;
+  sheet.seal = recording.seal();
+  const StepsDigests digests = CalcStepsDigests(recording);
+  sheet.steps_digest = digests.all;
+  sheet.beginning_digest = digests.beginning;
+  if (const std::string damage = recording.DescribeDamage(); !damage.empty()) sheet.warnings.push_back(damage);
+  return sheet;
+}
+
+/// Measures the cut and the motion, and computes the total.
+void FinishSheet(const RecordingReader& recording, const Scene& scene, const MotionMeter& meter, const Bone& before,
+                 const Bone& after, const Progress& progress, ScoreSheet& sheet) {
+  const Tool tool = MakeTool(scene);
+  progress("measuring", 0);
+  std::optional<WantedCut> cut;
+  std::optional<DepthGauge> gauge;
+  if (scene.exercise.given) {
+    cut = MakeWantedCut(scene.exercise, tool);
+    gauge.emplace(before, *cut);
+    SetHalfValues(*cut, scene.exercise, sheet);
+  }
+  MeasureCut(before, after, cut, sheet);
+  progress("measuring", 0.5);
+  const RegionDistance nerve(before, Tissue::kCanal);
+  meter.Finish(tool, gauge ? &*gauge : nullptr, &nerve, FindRegionsOf(before, Tissue::kCanal), sheet);
+  sheet.incomplete = FindIncomplete(recording, sheet);
+  CalcTotal(sheet);
+  progress("measuring", 1);
+}
+
+MotionMeter MakeMeter(const Scene& scene) {
+  return MotionMeter(scene.exercise.given ? scene.exercise.force_limit_N : 0);
+}
+
 }  // namespace
 
 StepsDigests CalcStepsDigests(RecordingReader& recording) {
@@ -177,41 +227,34 @@ ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& option
   }
   const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
   const Scene& scene = recorded.scene;
-  const SceneExercise& exercise = scene.exercise;
-  ScoreSheet sheet = MakeSheet(exercise.given ? std::optional(exercise.kind) : std::nullopt);
-  sheet.recording = recording.path();
-  sheet.scene = header.scene_name;
-  sheet.title = scene.title;
-  sheet.created = header.created;
-  sheet.level = exercise.given ? exercise.level : 0;
-  sheet.state = recording.damage().state;
-  sheet.seal = recording.seal();
-  const StepsDigests digests = CalcStepsDigests(recording);
-  sheet.steps_digest = digests.all;
-  sheet.beginning_digest = digests.beginning;
-  if (const std::string damage = recording.DescribeDamage(); !damage.empty()) sheet.warnings.push_back(damage);
-
-  const Tool tool = MakeTool(scene);
-  MotionMeter meter(exercise.given ? exercise.force_limit_N : 0);
+  ScoreSheet sheet = BeginSheet(recording, scene);
+  MotionMeter meter = MakeMeter(scene);
   const ReplayOutcome outcome = header.kind == RecordedKind::kLoop
                                     ? ReplayLoopRecording(recording, scene, options, show, meter)
                                     : ReplayRunRecording(recording, scene, show, meter);
   sheet.warnings.insert(sheet.warnings.end(), outcome.warnings.begin(), outcome.warnings.end());
-  show("measuring", 0);
-  std::optional<WantedCut> cut;
-  std::optional<DepthGauge> gauge;
-  if (exercise.given) {
-    cut = MakeWantedCut(exercise, tool);
-    gauge.emplace(outcome.before, *cut);
-    SetHalfValues(*cut, exercise, sheet);
+  FinishSheet(recording, scene, meter, outcome.before, outcome.after, show, sheet);
+  return sheet;
+}
+
+SessionMeter::SessionMeter(const Scene& scene) : scene_(scene), meter_(MakeMeter(scene)) {}
+
+void SessionMeter::Take(const LoopTick& tick) {
+  is_complete_ = is_complete_ && tick.number == ticks_ + 1;
+  ++ticks_;
+  // The time is added up as in a replay, so that both give the same figures to the last bit.
+  const double last_s = time_s_;
+  time_s_ += CalcElapsed(tick.in, scene_.loop.rate_hz);
+  meter_.Take(MakeMotionTick(tick, time_s_, last_s));
+}
+
+ScoreSheet SessionMeter::Score(RecordingReader& recording, const Bone& before, const Bone& after) const {
+  if (!is_complete_ || recording.damage().whole_steps != ticks_) {
+    throw Error(fmt::format("{}: does not have the ticks of the session", recording.path()));
   }
-  MeasureCut(outcome.before, outcome.after, cut, sheet);
-  show("measuring", 0.5);
-  const RegionDistance nerve(outcome.before, Tissue::kCanal);
-  meter.Finish(tool, gauge ? &*gauge : nullptr, &nerve, FindRegionsOf(outcome.before, Tissue::kCanal), sheet);
-  sheet.incomplete = FindIncomplete(recording, sheet);
-  CalcTotal(sheet);
-  show("measuring", 1);
+  ScoreSheet sheet = BeginSheet(recording, scene_);
+  FinishSheet(
+      recording, scene_, meter_, before, after, [](const std::string&, double) {}, sheet);
   return sheet;
 }
 

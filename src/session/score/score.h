@@ -2,12 +2,15 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <string>
 
+#include "loop/haptics/loop_body.h"
 #include "loop/record/recording.h"
 #include "session/scene/scene.h"
 #include "session/score/measures.h"
+#include "session/score/motion.h"
 
 namespace kerf {
 
@@ -34,5 +37,27 @@ StepsDigests CalcStepsDigests(RecordingReader& recording);
 /// which removes no bone.
 ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& options,
                           const std::function<void(const std::string&, double)>& progress);
+
+/// Measures a coupled session while it runs, so that it can be scored at its end without a replay.
+class SessionMeter {
+ public:
+  /// `scene`: of the session.
+  explicit SessionMeter(const Scene& scene);
+  /// Takes the session's ticks in order, for example as LoopWatchers::take_tick.
+  void Take(const LoopTick& tick);
+  /// Returns true if no tick is missing; otherwise only a replay shows what happened.
+  bool is_complete() const { return is_complete_; }
+  /// Scores the session from its recording's header and seal, the ticks, and the bones before and after. The sheet
+  /// equals that of ScoreRecording(), which also verifies that the recording reproduces the session. Throws kerf::Error
+  /// if ticks are missing, or if the recording has another number of steps.
+  ScoreSheet Score(RecordingReader& recording, const Bone& before, const Bone& after) const;
+
+ private:
+  Scene scene_;
+  MotionMeter meter_;
+  double time_s_ = 0;
+  std::uint64_t ticks_ = 0;
+  bool is_complete_ = true;
+};
 
 }  // namespace kerf

@@ -1,0 +1,94 @@
+#include "session/practise/coach.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "kerf/describe.h"
+
+namespace kerf {
+namespace {
+
+std::size_t IndexOf(CoachTopic topic) {
+  return static_cast<std::size_t>(topic);
+}
+
+/// Returns how far each topic's value is, as a multiple of its limit; above 1 it is due.
+std::array<double, kCoachTopics> CalcExcess(const WantedCut& cut, const CoachInput& input) {
+  std::array<double, kCoachTopics> excess{};
+  if (input.nerve_mm) {
+    excess[IndexOf(CoachTopic::kInNerve)] = *input.nerve_mm <= 0 ? 2 : 0;
+    // The limit is a minimum: at kCoachNerve_mm it is due, and it ends at kCoachNerve_mm / kCoachRelease.
+    excess[IndexOf(CoachTopic::kNearNerve)] = kCoachNerve_mm / std::max(*input.nerve_mm, 1e-6);
+  }
+  const bool in_bone = input.touches && input.depth && input.depth->depth_mm > 0;
+  if (!in_bone) return excess;
+  const ToolDeviation deviation = CalcDeviation(cut, input.X_WT);
+  excess[IndexOf(CoachTopic::kTooDeep)] = std::max(-input.depth->to_goal_mm, 0.0) / kCoachTooDeep_mm;
+  excess[IndexOf(CoachTopic::kBeyondEnd)] = deviation.beyond_mm / cut.margin_mm;
+  excess[IndexOf(CoachTopic::kBesideLine)] = std::abs(deviation.beside_mm) / cut.margin_mm;
+  excess[IndexOf(CoachTopic::kTilted)] = deviation.tilt_deg / kCoachTilt_deg;
+  return excess;
+}
+
+}  // namespace
+
+ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT) {
+  ToolDeviation deviation;
+  const Vec3 z_W = X_WT.R_AB * Vec3(0, 0, 1);
+  Vec3 lowest_W = X_WT.p_AB + cut.radius_mm * cut.into_W;
+  if (cut.is_disc) {
+    // The point of the rim that is furthest in the direction into the bone.
+    const Vec3 down = cut.into_W - glm::dot(cut.into_W, z_W) * z_W;
+    if (glm::length(down) > 1e-6) lowest_W = X_WT.p_AB + cut.radius_mm * glm::normalize(down);
+    const double cosine = std::min(std::abs(glm::dot(z_W, cut.across_W)), 1.0);
+    deviation.tilt_deg = std::acos(cosine) * kDegreesPerRad;
+  }
+  const Vec3 p = cut.ToCut(lowest_W);
+  deviation.beside_mm = p.z;
+  deviation.beyond_mm = std::max({-p.x, p.x - cut.length_mm, 0.0});
+  return deviation;
+}
+
+CoachState UpdateCoach(const CoachState& state, const WantedCut& cut, const CoachInput& input) {
+  CoachState next = state;
+  const std::array<double, kCoachTopics> excess = CalcExcess(cut, input);
+  std::optional<CoachTopic> first;
+  for (std::size_t i = 0; i < kCoachTopics; ++i) {
+    next.on[i] = excess[i] > (state.on[i] ? kCoachRelease : 1);
+    if (next.on[i] && !first) first = static_cast<CoachTopic>(i);
+  }
+  if (first == state.shown) return next;
+  const bool more_urgent = first && state.shown && *first < *state.shown;
+  const bool held = state.shown && input.time_s < state.shown_since_s + kCoachHold_s;
+  if (held && !more_urgent) return next;
+  next.shown = first;
+  next.shown_since_s = input.time_s;
+  return next;
+}
+
+std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut& cut, const CoachInput& input) {
+  if (!state.shown) return {};
+  const ToolDeviation deviation = CalcDeviation(cut, input.X_WT);
+  const auto line = [&](bool urgent, Message message) { return CoachLine{*state.shown, urgent, std::move(message)}; };
+  switch (*state.shown) {
+    case CoachTopic::kInNerve:
+      return line(true, {"Stop: the blade is in the nerve canal. Lift it out.", {}});
+    case CoachTopic::kNearNerve:
+      return line(true, {"The nerve canal is {} away: do not go deeper.",
+                         {Quantity{std::max(input.nerve_mm.value_or(0), 0.0), 1, "mm"}}});
+    case CoachTopic::kTooDeep:
+      return line(true, {"Too deep by {}: lift the blade.",
+                         {Quantity{std::max(input.depth ? -input.depth->to_goal_mm : 0.0, 0.0), 1, "mm"}}});
+    case CoachTopic::kBeyondEnd:
+      return line(false, {"The line ends here: you are {} beyond its end.", {Quantity{deviation.beyond_mm, 1, "mm"}}});
+    case CoachTopic::kBesideLine:
+      return line(false, {"You leave the line: {} beside it.", {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}});
+    case CoachTopic::kTilted:
+      return line(
+          false, {"The blade is tilted by {}: turn it into the wanted plane.", {Quantity{deviation.tilt_deg, 0, "°"}}});
+  }
+  return {};
+}
+
+}  // namespace kerf

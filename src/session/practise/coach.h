@@ -1,0 +1,66 @@
+// Advice while a cut is made: one line at a time, without flicker. Pure.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+#include "kerf/geometry.h"
+#include "session/scene/exercise.h"
+#include "session/score/columns.h"
+#include "session/score/message.h"
+
+namespace kerf {
+
+/// What there is to say, the most urgent first.
+enum class CoachTopic { kInNerve, kNearNerve, kTooDeep, kBeyondEnd, kBesideLine, kTilted };
+inline constexpr std::size_t kCoachTopics = 6;
+
+struct CoachInput {
+  double time_s = 0;
+  Pose X_WT;
+  std::optional<DepthReading> depth;  // none: the tool is beside the wanted cut
+  std::optional<double> nerve_mm;     // distance to the nerve canal; none: unknown, or no canal to spare
+  bool touches = false;               // the tool touches bone
+};
+
+/// Which topics are current. Initially none.
+struct CoachState {
+  std::array<bool, kCoachTopics> on{};
+  std::optional<CoachTopic> shown;  // the line that is shown
+  double shown_since_s = 0;
+
+  bool operator==(const CoachState&) const = default;
+};
+
+/// A topic begins beyond its limit and ends at kCoachRelease of it, so that a line does not flicker at the limit; a
+/// line stays for at least kCoachHold_s unless a more urgent one replaces it.
+inline constexpr double kCoachRelease = 0.7;
+inline constexpr double kCoachHold_s = 0.6;
+/// Limits. The limit beside the line is the exercise's margin.
+inline constexpr double kCoachNerve_mm = 2;
+inline constexpr double kCoachTooDeep_mm = 0.3;
+inline constexpr double kCoachTilt_deg = 6;
+
+struct CoachLine {
+  CoachTopic topic = CoachTopic::kInNerve;
+  bool urgent = false;  // stop, rather than correct
+  Message message;
+
+  bool operator==(const CoachLine&) const = default;
+};
+
+/// How the tool lies relative to the wanted cut.
+struct ToolDeviation {
+  double beside_mm = 0;  // of the tool's lowest point from the wanted plane, along WantedCut::across_W
+  double beyond_mm = 0;  // of the lowest point beyond an end of the line; 0 between the ends
+  double tilt_deg = 0;   // between the blade's plane and the wanted one; 0 for a ball
+};
+ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT);
+
+/// Returns the next state.
+CoachState UpdateCoach(const CoachState& state, const WantedCut& cut, const CoachInput& input);
+/// Returns the line to show in a state that UpdateCoach() returned for the same input; none if all is well.
+std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut& cut, const CoachInput& input);
+
+}  // namespace kerf

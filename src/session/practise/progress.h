@@ -1,0 +1,95 @@
+// A student's progress: best scores, trend and next step, from the history. Pure.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "session/practise/exercises.h"
+#include "session/practise/history.h"
+#include "session/score/message.h"
+
+namespace kerf {
+
+enum class Trend {
+  kUnknown,  // fewer than kMinTrendAttempts graded attempts
+  kRising,
+  kSteady,
+  kFalling,
+};
+
+/// Number of graded attempts from which a trend is stated, and the number of the last ones that it considers.
+inline constexpr std::size_t kMinTrendAttempts = 3;
+inline constexpr std::size_t kMaxTrendAttempts = 6;
+/// Change of the total along the regression line, from the first to the last of these attempts, from which they rise or
+/// fall.
+inline constexpr double kTrendPoints = 5;
+/// Totals, out of 100, from which the next level is recommended, and below which the previous one is after two such
+/// attempts in a row.
+inline constexpr double kGoodTotal = 70;
+inline constexpr double kPoorTotal = 30;
+
+/// Returns the trend of totals in the order of the attempts: the sign of the regression line's slope, if it changes by
+/// at least kTrendPoints over the last attempts, at most kMaxTrendAttempts of them.
+Trend FindTrend(std::span<const double> totals);
+
+/// What to do next.
+struct NextStep {
+  enum class Kind {
+    kFirst,   // first attempt at this level
+    kRepeat,  // the same level again
+    kNextLevel,
+    kPreviousLevel,  // with one more aid
+    kNextExercise,
+    kFinished,  // all levels of the last exercise are done
+  };
+  Kind kind = Kind::kFirst;
+  std::string exercise;  // id
+  int level = 1;
+  Message reason;  // one sentence
+
+  bool operator==(const NextStep&) const = default;
+};
+
+/// Recommends the next step after the last attempt at an exercise and level. Only the last attempts at it count:
+/// without any, the level itself; after a graded attempt with at least kGoodTotal points, the next level, or after the
+/// last level the next exercise; after two below kPoorTotal in a row, the previous level; otherwise the same level.
+/// `history`: attempts of one student in the order of submission; damaged rows are ignored. Throws kerf::Error for an
+/// unknown exercise or a level out of range.
+NextStep Recommend(std::span<const Attempt> history, std::string_view exercise, int level);
+
+/// Row of the list of exercises.
+struct ExerciseRow {
+  std::string id;
+  std::string title;
+  std::string goal;
+  std::size_t attempts = 0;                           // all attempts, also those that are not graded
+  std::array<std::optional<double>, kLevels> best{};  // best total of each level
+  std::optional<double> last;                         // total of the last graded attempt
+  int level = 1;                                      // of the last attempt; 1 without any
+  Trend trend = Trend::kUnknown;                      // of the graded attempts at this level
+  NextStep next;
+};
+
+/// Returns a row for each exercise, from easy to hard. `history`: as in Recommend().
+std::vector<ExerciseRow> ListProgress(std::span<const Attempt> history);
+
+/// Returns the step to begin with: the first exercise, in the order of difficulty, whose next step stays in it; after
+/// the last one, that of the last exercise.
+NextStep FindNextStep(std::span<const ExerciseRow> rows);
+
+/// Aids of a level.
+struct Aid {
+  const char* name;  // "Depth gauge"
+  const char* what;  // one sentence
+  bool on = false;
+};
+/// Returns all aids, and which of them the exercise has at its level. `in_plane`: the motion is restricted to the
+/// blade's plane; `translucent`: the nerve canal can be seen through the bone.
+std::vector<Aid> ListAids(const SceneExercise& exercise, bool in_plane, bool translucent);
+
+}  // namespace kerf

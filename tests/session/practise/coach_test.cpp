@@ -1,0 +1,143 @@
+// Tests of the advice during a cut: limits, hysteresis and order.
+#include "session/practise/coach.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace kerf {
+namespace {
+
+WantedCut MakeCut() {
+  SceneExercise exercise;
+  exercise.start_mm = {-8, 0, 0};
+  exercise.end_mm = {8, 0, 0};
+  exercise.into = {0, 0, -1};
+  exercise.depth_mm = 2;
+  exercise.margin_mm = 0.5;
+  return MakeWantedCut(exercise, DiscSaw{});
+}
+
+/// Returns the input for a disc in the wanted plane that is displaced and turned.
+CoachInput Place(const WantedCut& cut, double s_mm, double depth_mm, double beside_mm = 0, double tilt_rad = 0,
+                 double time_s = 0) {
+  CoachInput input;
+  input.time_s = time_s;
+  input.X_WT = cut.CalcToolPose(s_mm, depth_mm);
+  input.X_WT.R_AB = glm::angleAxis(tilt_rad, cut.into_W) * input.X_WT.R_AB;
+  input.X_WT.p_AB += beside_mm * cut.across_W;
+  input.depth = DepthReading{depth_mm, cut.depth_mm - depth_mm};
+  input.touches = true;
+  return input;
+}
+
+std::optional<CoachTopic> TopicOf(const WantedCut& cut, const CoachInput& input) {
+  return UpdateCoach({}, cut, input).shown;
+}
+
+TEST(CalcDeviation, MatchesTheDisplacement) {
+  const WantedCut cut = MakeCut();
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (int i = 0; i < 100; ++i) {
+    const double beside_mm = 3 * any(random), s_mm = 8 + 12 * any(random), yaw_rad = 0.3 * any(random);
+    const ToolDeviation d = CalcDeviation(cut, Place(cut, s_mm, 1, beside_mm, yaw_rad).X_WT);
+    EXPECT_NEAR(d.beside_mm, beside_mm, 1e-9);
+    EXPECT_NEAR(d.beyond_mm, std::max({-s_mm, s_mm - cut.length_mm, 0.0}), 1e-9);
+    EXPECT_NEAR(d.tilt_deg, std::abs(yaw_rad) * kDegreesPerRad, 1e-5);  // acos near 1
+  }
+}
+
+TEST(CalcDeviation, LeaningDiscIsBesideByItsRadiusTimesTheSine) {
+  const WantedCut cut = MakeCut();
+  Pose X_WT = cut.CalcToolPose(5, 1);
+  const double lean_rad = 0.1;
+  X_WT.R_AB = glm::angleAxis(lean_rad, cut.along_W) * X_WT.R_AB;
+  const ToolDeviation d = CalcDeviation(cut, X_WT);
+  EXPECT_NEAR(std::abs(d.beside_mm), cut.radius_mm * std::sin(lean_rad), 1e-9);
+  EXPECT_NEAR(d.tilt_deg, lean_rad * kDegreesPerRad, 1e-5);
+}
+
+TEST(Coach, SaysNothingWithinTheLimits) {
+  const WantedCut cut = MakeCut();
+  EXPECT_FALSE(TopicOf(cut, Place(cut, 0, 1)));
+  EXPECT_FALSE(TopicOf(cut, Place(cut, 16, 2.2, 0.45, 0.09)));
+  // In the air, the position does not matter yet.
+  CoachInput air = Place(cut, -5, -3, 4, 0.5);
+  EXPECT_FALSE(TopicOf(cut, air));
+  air = Place(cut, -5, 1, 4);
+  air.touches = false;
+  EXPECT_FALSE(TopicOf(cut, air));
+}
+
+TEST(Coach, NamesEachFaultBeyondItsLimit) {
+  const WantedCut cut = MakeCut();
+  EXPECT_EQ(TopicOf(cut, Place(cut, 8, 1, 0.55)), CoachTopic::kBesideLine);
+  EXPECT_EQ(TopicOf(cut, Place(cut, 8, 1, -0.55)), CoachTopic::kBesideLine);
+  EXPECT_EQ(TopicOf(cut, Place(cut, 8, 2.35)), CoachTopic::kTooDeep);
+  EXPECT_EQ(TopicOf(cut, Place(cut, 16.6, 1)), CoachTopic::kBeyondEnd);
+  EXPECT_EQ(TopicOf(cut, Place(cut, -0.6, 1)), CoachTopic::kBeyondEnd);
+  EXPECT_EQ(TopicOf(cut, Place(cut, 8, 1, 0, 0.12)), CoachTopic::kTilted);
+  CoachInput near = Place(cut, 8, 1);
+  near.nerve_mm = 1.9;
+  EXPECT_EQ(TopicOf(cut, near), CoachTopic::kNearNerve);
+  near.nerve_mm = -0.1;
+  EXPECT_EQ(TopicOf(cut, near), CoachTopic::kInNerve);
+}
+
+TEST(Coach, MostUrgentComesFirst) {
+  const WantedCut cut = MakeCut();
+  CoachInput input = Place(cut, 17, 2.6, 0.9, 0.2);
+  EXPECT_EQ(TopicOf(cut, input), CoachTopic::kTooDeep);
+  input.nerve_mm = 1;
+  EXPECT_EQ(TopicOf(cut, input), CoachTopic::kNearNerve);
+}
+
+TEST(Coach, LineHasTheFigure) {
+  const WantedCut cut = MakeCut();
+  const CoachInput input = Place(cut, 8, 1, 0.82);
+  const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, input), cut, input);
+  ASSERT_TRUE(line);
+  EXPECT_EQ(FormatMessage(line->message), "You leave the line: 0.8 mm beside it.");
+  EXPECT_FALSE(line->urgent);
+  EXPECT_FALSE(MakeCoachLine({}, cut, input));
+}
+
+TEST(Coach, DoesNotFlickerAtTheLimit) {
+  const WantedCut cut = MakeCut();
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> noise(-0.06, 0.06);
+  CoachState state;
+  int changes = 0;
+  for (int i = 0; i < 5000; ++i) {
+    // Trembling about the limit of 0.5 mm, by less than the distance to the release at 0.35 mm.
+    const CoachState next = UpdateCoach(state, cut, Place(cut, 8, 1, 0.5 + noise(random), 0, 0.01 * i));
+    changes += next.shown != state.shown ? 1 : 0;
+    state = next;
+  }
+  EXPECT_EQ(changes, 1);
+  EXPECT_EQ(state.shown, CoachTopic::kBesideLine);
+}
+
+TEST(Coach, LineStaysForItsTimeAndEndsWhenTheFaultDoes) {
+  const WantedCut cut = MakeCut();
+  CoachState state = UpdateCoach({}, cut, Place(cut, 8, 1, 0.6, 0, 10));
+  ASSERT_EQ(state.shown, CoachTopic::kBesideLine);
+  state = UpdateCoach(state, cut, Place(cut, 8, 1, 0.4, 0, 10.1));
+  EXPECT_EQ(state.shown, CoachTopic::kBesideLine) << "between release and limit";
+  state = UpdateCoach(state, cut, Place(cut, 8, 1, 0.1, 0, 10.3));
+  EXPECT_EQ(state.shown, CoachTopic::kBesideLine) << "held";
+  state = UpdateCoach(state, cut, Place(cut, 8, 1, 0.1, 0, 10 + kCoachHold_s + 0.01));
+  EXPECT_FALSE(state.shown);
+}
+
+TEST(Coach, MoreUrgentLineReplacesAnotherAtOnce) {
+  const WantedCut cut = MakeCut();
+  CoachState state = UpdateCoach({}, cut, Place(cut, 8, 1, 0.6, 0, 10));
+  state = UpdateCoach(state, cut, Place(cut, 8, 2.5, 0.6, 0, 10.01));
+  EXPECT_EQ(state.shown, CoachTopic::kTooDeep);
+}
+
+}  // namespace
+}  // namespace kerf

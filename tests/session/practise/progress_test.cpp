@@ -1,0 +1,153 @@
+// Tests of the trend and of the recommended next step.
+#include "session/practise/progress.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+using Kind = NextStep::Kind;
+
+Attempt MakeTry(const std::string& exercise, int level, std::optional<double> total) {
+  Attempt a;
+  a.student = "Ann";
+  a.exercise = exercise;
+  a.level = level;
+  a.total = total;
+  if (!total) a.incomplete = "the exercise is not finished";
+  return a;
+}
+
+std::vector<Attempt> MakeTries(const std::string& exercise, int level, std::vector<std::optional<double>> totals) {
+  std::vector<Attempt> attempts;
+  for (const auto& total : totals) attempts.push_back(MakeTry(exercise, level, total));
+  return attempts;
+}
+
+TEST(FindTrend, IsTheSignOfTheSlopeIfItMatters) {
+  EXPECT_EQ(FindTrend({}), Trend::kUnknown);
+  EXPECT_EQ(FindTrend(std::vector<double>{10, 90}), Trend::kUnknown);
+  EXPECT_EQ(FindTrend(std::vector<double>{40, 50, 60}), Trend::kRising);
+  EXPECT_EQ(FindTrend(std::vector<double>{60, 50, 40}), Trend::kFalling);
+  EXPECT_EQ(FindTrend(std::vector<double>{60, 60, 60}), Trend::kSteady);
+  // The regression line of equally spaced totals changes by exactly their difference.
+  EXPECT_EQ(FindTrend(std::vector<double>{50, 52.4, 54.8}), Trend::kSteady);
+  EXPECT_EQ(FindTrend(std::vector<double>{50, 52.6, 55.2}), Trend::kRising);
+  // One outlier in the middle does not change the slope.
+  EXPECT_EQ(FindTrend(std::vector<double>{50, 90, 50}), Trend::kSteady);
+}
+
+TEST(FindTrend, ConsidersOnlyTheLastAttempts) {
+  std::vector<double> totals(10, 90);
+  for (std::size_t i = 0; i < kMaxTrendAttempts; ++i) totals.push_back(20);
+  EXPECT_EQ(FindTrend(totals), Trend::kSteady);
+}
+
+TEST(FindTrend, OfTheReversedAttemptsIsTheOpposite) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(0, 100);
+  for (int i = 0; i < 200; ++i) {
+    std::vector<double> totals(3 + random() % 4);
+    for (double& total : totals) total = any(random);
+    const Trend trend = FindTrend(totals);
+    std::reverse(totals.begin(), totals.end());
+    const Trend opposite = trend == Trend::kRising    ? Trend::kFalling
+                           : trend == Trend::kFalling ? Trend::kRising
+                                                      : trend;
+    EXPECT_EQ(FindTrend(totals), opposite);
+  }
+}
+
+TEST(Recommend, LowScoreIsFollowedByTheSameLevel) {
+  for (const double total : {0.0, 12.0, 45.0, 69.9}) {
+    const NextStep step = Recommend(MakeTries("groove", 2, {total}), "groove", 2);
+    EXPECT_EQ(step.kind, Kind::kRepeat) << total;
+    EXPECT_EQ(step.level, 2);
+    EXPECT_EQ(step.exercise, "groove");
+  }
+  // Neither is an attempt without a score a reason to go on, even after a good one.
+  const NextStep step = Recommend(MakeTries("groove", 1, {90, std::nullopt}), "groove", 1);
+  EXPECT_EQ(step.kind, Kind::kRepeat);
+}
+
+TEST(Recommend, GoodScoreIsFollowedByTheNextLevelThenTheNextExercise) {
+  EXPECT_EQ(Recommend(MakeTries("groove", 1, {10, 70}), "groove", 1).level, 2);
+  EXPECT_EQ(Recommend(MakeTries("groove", 1, {10, 70}), "groove", 1).kind, Kind::kNextLevel);
+  const NextStep next = Recommend(MakeTries("groove", 5, {88}), "groove", 5);
+  EXPECT_EQ(next.kind, Kind::kNextExercise);
+  EXPECT_EQ(next.exercise, ListExercises()[1].id);
+  EXPECT_EQ(next.level, 1);
+  const std::string last = ListExercises().back().id;
+  EXPECT_EQ(Recommend(MakeTries(last, 5, {88}), last, 5).kind, Kind::kFinished);
+}
+
+TEST(Recommend, TwoPoorScoresLeadBackOneLevel) {
+  EXPECT_EQ(Recommend(MakeTries("groove", 3, {5}), "groove", 3).kind, Kind::kRepeat);
+  const NextStep back = Recommend(MakeTries("groove", 3, {5, 20}), "groove", 3);
+  EXPECT_EQ(back.kind, Kind::kPreviousLevel);
+  EXPECT_EQ(back.level, 2);
+  EXPECT_EQ(Recommend(MakeTries("groove", 1, {5, 20}), "groove", 1).kind, Kind::kRepeat);
+}
+
+TEST(Recommend, CountsOnlyAttemptsAtThatLevelAndNoDamagedRows) {
+  std::vector<Attempt> history = MakeTries("groove", 2, {95});
+  EXPECT_EQ(Recommend(history, "groove", 1).kind, Kind::kFirst);
+  EXPECT_EQ(Recommend(history, "follow_line", 2).kind, Kind::kFirst);
+  history.push_back(MakeTry("groove", 2, 3));
+  history.back().damaged = true;
+  EXPECT_EQ(Recommend(history, "groove", 2).kind, Kind::kNextLevel);
+  EXPECT_THROW(Recommend(history, "dancing", 1), Error);
+  EXPECT_THROW(Recommend(history, "groove", 0), Error);
+  EXPECT_THROW(Recommend(history, "groove", kLevels + 1), Error);
+}
+
+TEST(ListProgress, ShowsBestScoresTrendAndNextStep) {
+  std::vector<Attempt> history = MakeTries("groove", 1, {20, 90, std::nullopt, 40});
+  for (const Attempt& a : MakeTries("groove", 2, {30, 50, 65})) history.push_back(a);
+  history.push_back(MakeTry("some scene", 1, 100));  // not one of the exercises
+  const std::vector<ExerciseRow> rows = ListProgress(history);
+  ASSERT_EQ(rows.size(), ListExercises().size());
+  EXPECT_EQ(rows[0].id, "groove");
+  EXPECT_EQ(rows[0].attempts, 7U);
+  EXPECT_EQ(rows[0].best[0], 90);
+  EXPECT_EQ(rows[0].best[1], 65);
+  EXPECT_FALSE(rows[0].best[2]);
+  EXPECT_EQ(rows[0].last, 65);
+  EXPECT_EQ(rows[0].level, 2);
+  EXPECT_EQ(rows[0].trend, Trend::kRising);
+  EXPECT_EQ(rows[0].next, Recommend(history, "groove", 2));
+  EXPECT_EQ(rows[1].attempts, 0U);
+  EXPECT_EQ(rows[1].trend, Trend::kUnknown);
+  EXPECT_EQ(FindNextStep(rows), rows[0].next);
+}
+
+TEST(ListProgress, NextStepFollowsTheOrderOfDifficulty) {
+  EXPECT_EQ(FindNextStep(ListProgress({})).exercise, "groove");
+  const std::vector<Attempt> done = MakeTries("groove", 5, {80});
+  EXPECT_EQ(FindNextStep(ListProgress(done)).exercise, ListExercises()[1].id);
+  std::vector<Attempt> all;
+  for (const Exercise& e : ListExercises()) all.push_back(MakeTry(e.id, 5, 99));
+  EXPECT_EQ(FindNextStep(ListProgress(all)).kind, Kind::kFinished);
+}
+
+TEST(ListAids, EachLevelHasOneLess) {
+  int last = 1 << 20;
+  for (int level = 1; level <= kLevels; ++level) {
+    const std::vector<Aid> aids = ListAids(MakeExerciseScene("groove", level).exercise, false, false);
+    int on = 0;
+    for (const Aid& aid : aids) on += aid.on ? 1 : 0;
+    EXPECT_LT(on, last);
+    last = on;
+  }
+  EXPECT_EQ(last, 0);
+}
+
+}  // namespace
+}  // namespace kerf

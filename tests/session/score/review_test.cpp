@@ -1,0 +1,216 @@
+// Tests of the advice after an attempt.
+#include "session/score/review.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+namespace kerf {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr ExerciseKind kReviewed[] = {ExerciseKind::kGroove,     ExerciseKind::kStopBeforeFar,
+                                      ExerciseKind::kBicortical, ExerciseKind::kBesideCanal,
+                                      ExerciseKind::kFollowLine, ExerciseKind::kOsteotomy};
+
+/// Returns the sheet of a complete and perfect cut.
+ScoreSheet PerfectSheet(ExerciseKind kind) {
+  ScoreSheet sheet = MakeSheet(kind);
+  sheet.exercise.given = true;
+  sheet.exercise.kind = kind;
+  sheet.exercise.depth_mm = 2;
+  sheet.exercise.margin_mm = 0.5;
+  for (MeasureRow& row : sheet.rows) {
+    row.value = 0;
+    if (row.half == 0) row.half = 10;
+  }
+  for (const char* key : {"cut_share", "line_share"}) SetValue(sheet, key, 1);
+  SetValue(sheet, "removed_mm3", 12);
+  SetValue(sheet, "nerve_distance_mm", 2.6);
+  CalcTotal(sheet);
+  return sheet;
+}
+
+std::string Headline(ScoreSheet sheet) {
+  CalcTotal(sheet);
+  return FormatMessage(MakeReview(sheet).headline);
+}
+
+/// Returns the number of characters of UTF-8.
+std::size_t Length(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
+}
+
+TEST(Review, GrooveBesideTheLineIsTheFirstThingSaid) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);
+  SetValue(sheet, "plane_offset_mm", -3.1);
+  SetValue(sheet, "cut_share", 0);  // nothing within the margin was cut
+  SetValue(sheet, "outside_mm3", 12);
+  CalcTotal(sheet);
+  const ExerciseReview review = MakeReview(sheet);
+  EXPECT_EQ(FormatMessage(review.headline),
+            "Your groove lies 3.1 mm beside the line. Set the blade on the line before you go into the bone.");
+  ASSERT_TRUE(review.praise);
+  EXPECT_EQ(FormatMessage(*review.praise), "Its depth is perfect: nowhere too deep.");
+}
+
+TEST(Review, HeadlineNamesTheFaultThatCostsMost) {
+  struct FaultCase {
+    ExerciseKind kind;
+    const char* key;
+    double value;
+    const char* words;
+  };
+  const FaultCase cases[] = {
+      {ExerciseKind::kGroove, "too_deep_mm", 1.4, "1.4 mm too deep"},
+      {ExerciseKind::kGroove, "plane_angle_deg", 6, "leans"},
+      {ExerciseKind::kGroove, "outside_mm3", 12, "12 mm³ beside the wanted cut"},
+      {ExerciseKind::kGroove, "jitter_mm", 0.25, "trembled by 0.25 mm"},
+      {ExerciseKind::kGroove, "path_length_mm", 30, "moved 30 mm, and 5 mm are enough"},
+      {ExerciseKind::kGroove, "time_total_s", 30, "took 30 s, and an unhurried cut takes 5.0 s"},
+      {ExerciseKind::kGroove, "cut_share", 0.7, "made 70 % of the wanted cut"},
+      {ExerciseKind::kBicortical, "plunge_max_mm", 7, "went 7.0 mm beyond the far side"},
+      {ExerciseKind::kBicortical, "cut_share", 0.7, "cut 70 % of the wanted plane"},
+      {ExerciseKind::kBesideCanal, "near_miss_s", 9, "closer than 2 mm to the nerve canal for 9.0 s"},
+      {ExerciseKind::kBesideCanal, "breach_mm3", 3, "removed 3.0 mm³ of it"},
+      {ExerciseKind::kFollowLine, "plane_offset_mm", 0.9, "0.9 mm beside the line"},
+      {ExerciseKind::kOsteotomy, "plane_offset_mm", 2.5, "2.5 mm beside the planned plane"},
+  };
+  for (const FaultCase& c : cases) {
+    ScoreSheet sheet = PerfectSheet(c.kind);
+    SetValue(sheet, c.key, c.value);
+    if (std::string(c.key) == "plane_angle_deg") SetValue(sheet, "plane_roll_deg", -c.value);
+    EXPECT_THAT(Headline(sheet), HasSubstr(c.words)) << c.key;
+  }
+  ScoreSheet turned = PerfectSheet(ExerciseKind::kGroove);
+  SetValue(turned, "plane_angle_deg", 6);
+  SetValue(turned, "plane_yaw_deg", -6);
+  EXPECT_THAT(Headline(turned), HasSubstr("turned 6.0° away from the line"));
+}
+
+TEST(Review, MissingBoneIsTooShallowWhereTheLineWasFollowed) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);
+  SetValue(sheet, "cut_share", 0.6);
+  SetValue(sheet, "depth_error_mean_mm", 0.8);
+  SetValue(sheet, "depth_error_worst_mm", 1.1);
+  EXPECT_THAT(Headline(sheet), HasSubstr("0.8 mm too shallow"));
+  CalcTotal(sheet);
+  // A cut that is too shallow is not praised for its depth.
+  EXPECT_THAT(FormatMessage(*MakeReview(sheet).praise), testing::Not(HasSubstr("depth")));
+}
+
+TEST(Review, LossesAddUpToWhatTheTotalLacks) {
+  for (const ExerciseKind kind : kReviewed) {
+    ScoreSheet sheet = PerfectSheet(kind);
+    EXPECT_TRUE(FindLosses(sheet).empty());
+    double value = 0.2;
+    for (const Goal& goal : GoalsOf(kind)) SetValue(sheet, goal.key, value += 0.3);
+    SetValue(sheet, "cut_share", 0.83);
+    CalcTotal(sheet);
+    double sum = 0;
+    double last = 100;
+    for (const FaultLoss& loss : FindLosses(sheet)) {
+      EXPECT_LE(loss.lost, last);
+      last = loss.lost;
+      sum += loss.lost;
+    }
+    EXPECT_NEAR(sum, 100 - sheet.total.value(), 1e-9);  // rounding
+  }
+}
+
+TEST(Review, ExcellentCutHasNoFault) {
+  for (const ExerciseKind kind : kReviewed) {
+    EXPECT_THAT(Headline(PerfectSheet(kind)), HasSubstr("An excellent cut"));
+    EXPECT_TRUE(MakeReview(PerfectSheet(kind)).praise);
+  }
+}
+
+TEST(Review, SaysWhyAnAttemptHasNoScore) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);
+  sheet.incomplete = {"the exercise is not finished"};
+  SetValue(sheet, "line_share", 0.45);
+  EXPECT_THAT(Headline(sheet), HasSubstr("followed 45 % of the line, and at least 80 %"));
+  SetValue(sheet, "removed_mm3", 0);
+  EXPECT_THAT(Headline(sheet), HasSubstr("Nothing was cut"));
+  SetValue(sheet, "removed_mm3", 5);
+  sheet.state = RecordingState::kCutShort;
+  sheet.incomplete = {"the recording is cut short", "another reason"};
+  EXPECT_EQ(Headline(sheet), "This attempt is not graded: the recording is cut short.");
+  const ExerciseReview none = MakeReview(MakeSheet({}));
+  EXPECT_THAT(FormatMessage(none.headline), HasSubstr("not an exercise"));
+  EXPECT_TRUE(none.figures.empty());
+}
+
+TEST(Review, FiguresAreThoseOfTheExercise) {
+  for (const ExerciseKind kind : kReviewed) {
+    const ExerciseReview review = MakeReview(PerfectSheet(kind));
+    EXPECT_EQ(review.figures.size(), kReviewFigures);
+    std::set<std::string> keys;
+    for (const auto* list : {&review.figures, &review.rest}) {
+      for (const ReviewFigure& figure : *list) {
+        EXPECT_TRUE(keys.insert(figure.info->key).second) << figure.info->key;
+        EXPECT_TRUE(IsMeaningful(*figure.info, kind)) << figure.info->key;
+      }
+    }
+    for (const ReviewFigure& figure : review.figures) {
+      EXPECT_TRUE(figure.goal) << figure.info->key;
+      EXPECT_NE(figure.level, ReviewLevel::kPlain) << figure.info->key;
+    }
+    // All scored measures are shown.
+    for (const Goal& goal : GoalsOf(kind)) EXPECT_TRUE(keys.contains(goal.key)) << goal.key;
+    EXPECT_EQ(keys.contains("plunge_max_mm"), kind == ExerciseKind::kBicortical || kind == ExerciseKind::kOsteotomy ||
+                                                  kind == ExerciseKind::kStopBeforeFar);
+    EXPECT_EQ(keys.contains("nerve_distance_mm"), kind == ExerciseKind::kBesideCanal);
+  }
+}
+
+TEST(Review, LabelsAreShortAndUnique) {
+  std::set<std::string> labels;
+  for (const MeasureInfo& info : Measures()) {
+    const std::string label = LabelOf(info);
+    EXPECT_LE(Length(label), kMaxLabelLength) << label;
+    EXPECT_TRUE(labels.insert(label).second) << label;
+    EXPECT_NE(label, info.name) << "no short label: " << info.key;
+  }
+}
+
+TEST(Review, LevelsFollowThePoints) {
+  for (const auto& [value, level] :
+       {std::pair{0.9, ReviewLevel::kGood}, {2.0, ReviewLevel::kWarn}, {3.5, ReviewLevel::kBad}}) {
+    ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);  // half of the points at 2 mm
+    SetValue(sheet, "plane_offset_mm", value);
+    CalcTotal(sheet);
+    EXPECT_EQ(MakeReview(sheet).figures.front().level, level) << value;
+  }
+}
+
+TEST(Review, GoalsAreShortNumbers) {
+  const ExerciseReview review = MakeReview(PerfectSheet(ExerciseKind::kBesideCanal));
+  EXPECT_EQ(FormatGoal(review.figures[0]), "≥ 2 mm");
+  EXPECT_EQ(FormatGoal(review.figures[1]), "0 mm³");
+  EXPECT_EQ(FormatGoal(MakeReview(PerfectSheet(ExerciseKind::kGroove)).figures[4]), "≤ 5 s");
+}
+
+TEST(Quantity, HasTypographicUnitsAndTheLocalesPoint) {
+  EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("outside_mm3"), 2.26)), "2.3 mm³");
+  EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("plane_angle_deg"), 5.24)), "5.2°");
+  EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("cut_share"), 0.834)), "83 %");
+  EXPECT_EQ(FormatQuantity({-0.04, 1, "mm"}), "0.0 mm");
+  EXPECT_EQ(FormatQuantity({3.14, 1, "mm"}, ","), "3,1 mm");
+}
+
+TEST(Message, TranslationMayChangeTheOrderButNotThePlaceholders) {
+  const Message message{"You cut {0} too deep at {1}.", {Quantity{1.25, 2, "mm"}, std::string("the end")}};
+  EXPECT_EQ(FormatMessage(message), "You cut 1.25 mm too deep at the end.");
+  EXPECT_EQ(FormatMessage(message, "An {1}: {0}", ","), "An the end: 1,25 mm");
+  EXPECT_EQ(FormatMessage(message, "broken {7}", ","), "You cut 1,25 mm too deep at the end.");
+}
+
+}  // namespace
+}  // namespace kerf
