@@ -4,6 +4,7 @@
 #include <GL/glcorearb.h>
 #include <vtkAnnotatedCubeActor.h>
 #include <vtkCamera.h>
+#include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
@@ -18,10 +19,13 @@
 
 #include "kerf/error.h"
 #include "view/live/bone_prop.h"
+#include "view/live/dust_prop.h"
+#include "view/live/flat_overlays.h"
 #include "view/live/hud_draw.h"
 #include "view/live/hud_prop.h"
 #include "view/live/palette.h"
 #include "view/live/scene_actors.h"
+#include "view/live/xray_prop.h"
 #include "view/picture/vtk_scene.h"
 
 namespace kerf {
@@ -40,6 +44,9 @@ struct Viewport::State {
   vtkRenderWindow& window;
   vtkNew<vtkRenderer> scene, over, corner, flat;
   vtkNew<BoneProp> bone;
+  vtkNew<DustProp> dust;
+  vtkNew<XrayProp> xray;
+  vtkNew<HudProp> marks;
   vtkNew<HudProp> panels;
   vtkSmartPointer<vtkAnnotatedCubeActor> cube = MakeOrientationCube(kCubeLook);
   SceneActors actors;
@@ -60,6 +67,13 @@ struct Viewport::State {
   PaletteCounts counts{};
 
   std::optional<ForceArrow> force;
+  DustCloud cloud;
+  bool show_dust = true;
+  bool show_handpiece = true;
+  AlarmLevel alarm_level = AlarmLevel::kNone;
+  Theme theme = Theme::kLight;
+  std::optional<std::vector<FlatBox>> panel_boxes;  // set: the panels of `hud` are not drawn
+  FlatBox free;                                     // largest area without panels
   std::optional<CtSlices> slices;
   std::uint64_t slices_version = 0;
   HudState hud;
@@ -72,11 +86,63 @@ struct Viewport::State {
   ScreenPoint ToPoints(const ScreenPoint& px) const { return {px.x / scale, px.y / scale}; }
 
   void Place() {
+    const double wide = camera.width() / scale;
+    const double high = camera.height() / scale;
+    if (panel_boxes) {
+      layout = {};
+      layout.width = wide;
+      layout.height = high;
+      layout.scene = free = FindFreeArea(*panel_boxes, wide, high);
+      constexpr double kCube = HudSizes::kCube;
+      if (show_cube && free.width > 2 * kCube && free.height > 2 * kCube) {
+        layout.orientation = {free.right() - kCube - 8, free.bottom() - kCube - 8, kCube, kCube};
+      }
+      if (show_scale && free.width > 2 * kCube) layout.scale_bar = {free.left + 8, free.bottom() - 44, 150, 36};
+      return;
+    }
     if (hud.legend.empty()) {
       hud.legend = MakeLegend(materials, by, counts);
       hud.legend_title = LegendTitle(by);
     }
     layout = CalcHudLayout(camera.width() / scale, camera.height() / scale, hud, Extras());
+    free = layout.scene;
+  }
+  // What labels must not cover.
+  std::vector<FlatBox> Covered() const {
+    std::vector<FlatBox> covered = layout.Panels();
+    if (panel_boxes) covered.insert(covered.end(), panel_boxes->begin(), panel_boxes->end());
+    return covered;
+  }
+  // Depth of a point on the screen as a fragment has it, 0 to 1.
+  double CalcDepth(const Vec3& p_W) {
+    const double aspect = static_cast<double>(camera.width()) / camera.height();
+    double clip[16];
+    vtkMatrix4x4::DeepCopy(clip, scene->GetActiveCamera()->GetCompositeProjectionTransformMatrix(aspect, -1, 1));
+    const auto row = [&](int i) {
+      return clip[4 * i] * p_W.x + clip[4 * i + 1] * p_W.y + clip[4 * i + 2] * p_W.z + clip[4 * i + 3];
+    };
+    return 0.5 * (row(2) / row(3) + 1);
+  }
+
+  // Labels, rings and border, below the panels.
+  DrawList DrawMarks() {
+    DrawList list;
+    if (!layout.modal.empty()) return list;
+    const double wide = layout.width;
+    const double high = layout.height - (panel_boxes ? 0 : HudSizes::kStatus);
+    for (const AlarmOverlay& alarm : actors.alarms()) {
+      if (const auto at = camera.Project(alarm.p_W)) AddAlarmRing(at->x / scale, at->y / scale, alarm.level, list);
+    }
+    AddAlarmBorder({0, 0, wide, high}, alarm_level, list);
+    std::vector<FlatBox> soft{actors.CalcToolBox(camera)};
+    for (const AlarmOverlay& alarm : actors.alarms()) {
+      const auto at = camera.Project(alarm.p_W);
+      const double r = AlarmRadius(alarm.level);
+      if (at && r > 0) soft.push_back({at->x / scale - r, at->y / scale - r, 2 * r, 2 * r});
+    }
+    const std::vector<FlatLabel> labels = actors.MakeLabels(camera);
+    AddLabels(labels, PlaceLabels(labels, Covered(), soft, wide, high), theme, list);
+    return list;
   }
 
   void SetCameras() {
@@ -129,12 +195,14 @@ Viewport::Viewport(vtkRenderWindow& window) : state_(std::make_unique<State>(win
     renderer->SetInteractive(0);
     window.AddRenderer(renderer);
   }
-  s.scene->SetBackground(0.80, 0.83, 0.87);
-  s.scene->SetBackground2(0.60, 0.66, 0.73);
+  set_theme(Theme::kLight);
   s.scene->GradientBackgroundOn();
   s.over->SetActiveCamera(s.scene->GetActiveCamera());
   for (vtkRenderer* renderer : {s.scene.Get(), s.over.Get(), s.corner.Get()}) AddCameraLights(*renderer, kLights);
   s.scene->AddActor(s.bone);
+  s.scene->AddActor(s.xray);
+  s.scene->AddActor(s.dust);
+  s.flat->AddActor(s.marks);
   s.corner->AddActor(s.cube);
   s.flat->AddActor(s.panels);
   s.bone->SetPalette(MakePalette(s.materials, s.by));
@@ -264,12 +332,77 @@ void Viewport::SetMeasures(const std::vector<MeasureOverlay>& measures) {
 void Viewport::SetPieces(const std::vector<PieceShape>& pieces) {
   state_->actors.SetPieces(pieces);
 }
+void Viewport::SetBridges(const std::vector<BridgeOverlay>& bridges) {
+  state_->actors.SetBridges(bridges);
+}
+void Viewport::SetPoints(const std::vector<PointOverlay>& points) {
+  state_->actors.SetPoints(points);
+}
+void Viewport::SetPlaneHandles(const std::vector<PlaneHandleOverlay>& handles) {
+  state_->actors.SetPlaneHandles(handles);
+}
+void Viewport::SetPlaneLines(const std::vector<PlaneLineOverlay>& lines) {
+  state_->actors.SetPlaneLines(lines);
+}
+void Viewport::SetMarks(const std::vector<MarkOverlay>& marks) {
+  state_->actors.SetMarks(marks);
+}
+void Viewport::SetAlarms(const std::vector<AlarmOverlay>& alarms) {
+  state_->actors.SetAlarms(alarms);
+}
+void Viewport::set_alarm_level(AlarmLevel level) {
+  state_->alarm_level = level;
+}
+
+void Viewport::set_show_handpiece(bool show) {
+  state_->show_handpiece = show;
+  state_->actors.SetHandpieceShown(show);
+}
+bool Viewport::show_handpiece() const {
+  return state_->show_handpiece;
+}
+void Viewport::SetContact(const std::optional<Vec3>& p_W) {
+  state_->actors.SetContact(p_W);
+}
+void Viewport::AddDust(const Vec3& p_W, const Vec3& v_W, double volume_mm3) {
+  if (state_->show_dust) state_->cloud.Add(p_W, v_W, volume_mm3);
+}
+void Viewport::AdvanceDust(double dt_s) {
+  state_->cloud.Advance(dt_s);
+}
+void Viewport::set_show_dust(bool show) {
+  state_->show_dust = show;
+  if (!show) state_->cloud.Clear();
+}
+bool Viewport::show_dust() const {
+  return state_->show_dust;
+}
+
 void Viewport::SetSlices(const std::optional<CtSlices>& slices) {
   state_->slices = slices;
   ++state_->slices_version;
 }
 
 // ---- panels
+
+void Viewport::SetPanelBoxes(const std::vector<FlatBox>& boxes) {
+  state_->panel_boxes = boxes;
+  state_->Place();
+}
+FlatBox Viewport::free_area() const {
+  return state_->free;
+}
+void Viewport::set_theme(Theme theme) {
+  State& s = *state_;
+  s.theme = theme;
+  const SceneColours colours = ColoursOf(theme);
+  const auto f = [](std::uint8_t v) { return v / 255.0; };
+  s.scene->SetBackground(f(colours.bottom[0]), f(colours.bottom[1]), f(colours.bottom[2]));
+  s.scene->SetBackground2(f(colours.top[0]), f(colours.top[1]), f(colours.top[2]));
+}
+Theme Viewport::theme() const {
+  return state_->theme;
+}
 
 void Viewport::SetHud(const HudState& state) {
   state_->hud = state;
@@ -325,7 +458,7 @@ void Viewport::FitAll() {
 
 bool Viewport::IsOnPanel(const ScreenPoint& at) const {
   const ScreenPoint p = state_->ToPoints(at);
-  const auto panels = state_->layout.Panels();
+  const auto panels = state_->panel_boxes ? *state_->panel_boxes : state_->layout.Panels();
   return std::any_of(panels.begin(), panels.end(), [&](const FlatBox& box) { return box.Contains(p.x, p.y); });
 }
 
@@ -352,6 +485,35 @@ std::optional<int> Viewport::PickPieceRow(const ScreenPoint& at) const {
   return RowAt(PlacePieceRows(s.hud.pieces, s.layout), s.ToPoints(at));
 }
 
+namespace {
+
+// Returns the index of the overlay nearest to a pixel.
+template <typename Overlay>
+std::optional<int> PickNearest(const std::vector<Overlay>& overlays, const ViewCamera& camera, const ScreenPoint& at,
+                               double radius_px) {
+  std::optional<int> nearest;
+  double least = radius_px;
+  for (std::size_t i = 0; i < overlays.size(); ++i) {
+    const auto p = camera.Project(overlays[i].p_W);
+    if (!p) continue;
+    const double away = std::hypot(p->x - at.x, p->y - at.y);
+    if (away > least) continue;
+    least = away;
+    nearest = static_cast<int>(i);
+  }
+  return nearest;
+}
+
+}  // namespace
+
+std::optional<int> Viewport::PickPoint(const ScreenPoint& at, double radius_px) const {
+  return PickNearest(state_->actors.points(), state_->camera, at, radius_px);
+}
+
+std::optional<int> Viewport::PickHandle(const ScreenPoint& at) const {
+  return PickNearest(state_->actors.plane_handles(), state_->camera, at, kHandleSize_points * state_->scale);
+}
+
 // ---- drawing
 
 void Viewport::Render() {
@@ -364,18 +526,37 @@ void Viewport::Render() {
     if (!s.has_fineness) s.bone->SetFineness(software ? BoneProp::Fineness{1.5, 14, 150'000} : BoneProp::Fineness{});
     s.has_fineness = true;
     if (!s.smooth_edges) s.smooth_edges = !software;
+    s.cloud.set_max_grains(software ? 400 : 1500);
     s.scene->SetUseFXAA(*s.smooth_edges);
   }
   s.bone->SetPixel(s.camera.WorldPerPixel(s.camera.target_W()), s.scale, s.voxel_mm);
-  s.actors.SetForce(s.force, s.force ? s.camera.WorldPerPixel(s.force->p_W) * s.scale : 1);
+  s.actors.SetForce(s.force, s.camera);
   s.SetCameras();
+  s.actors.MoveToolLast();
+  if (const std::optional<Vec3>& contact = s.actors.contact()) {
+    // A little behind the place itself, because the disc's own rim is there.
+    s.actors.UpdateSightHoles(s.camera,
+                              s.CalcDepth(*contact + 1.0 * s.camera.CalcRay(*s.camera.Project(*contact)).direction_W));
+  } else {
+    s.actors.UpdateSightHoles(s.camera, 0);
+  }
+  // A dual mesh of cells of this edge deviates from the surface by less than half an edge.
+  const double surface_mm = 0.25 + 0.5 * s.bone->counts().step * s.voxel_mm;
+  s.xray->SetList(s.actors.MakeXrayList(surface_mm, s.theme), s.scale);
+  s.dust->SetGrains(s.cloud.MakeGrains(), s.scale);
   std::optional<ScaleBar> bar;
   if (!s.layout.scale_bar.empty()) {
     bar = CalcScaleBar(s.camera.WorldPerPixel(s.camera.target_W()) * s.scale, s.layout.scale_bar.width - 14);
   }
+  DrawList marks = s.DrawMarks();
   DrawList list;
-  DrawHud(s.hud, s.layout, {s.slices ? &*s.slices : nullptr, s.slices_version}, s.actors.MakeLabels(s.camera), bar,
-          list);
+  if (s.panel_boxes) {
+    const FlatBox& box = s.layout.scale_bar;
+    if (bar) AddScaleBar(*bar, box.left, box.bottom(), s.theme, marks);
+  } else {
+    DrawHud(s.hud, s.layout, {s.slices ? &*s.slices : nullptr, s.slices_version}, {}, bar, list);
+  }
+  s.marks->SetList(std::move(marks), s.scale);
   s.panels->SetList(std::move(list), s.scale);
   s.window.Render();
   const BoneProp::Counts& counts = s.bone->counts();

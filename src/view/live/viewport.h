@@ -16,6 +16,7 @@
 #include "view/live/ct_slices.h"
 #include "view/live/hud.h"
 #include "view/live/inner_surfaces.h"
+#include "view/live/overlays.h"
 #include "view/picture/colours.h"
 #include "view/picture/image.h"
 
@@ -76,7 +77,9 @@ struct PieceShape {
 
 struct ForceArrow {
   Vec3 p_W{0};    // point of application
-  Vec3 f_W_N{0};  // drawn 8 mm long per newton, but at most 60 mm and at least as long as its head
+  Vec3 f_W_N{0};  // drawn 8 mm long per newton, but at least as long as its head, at most 60 mm, and at most a third of
+                  // the view
+  std::string label = {};  // beside the tail; empty: the magnitude
 };
 
 /// Cost of the last picture.
@@ -133,15 +136,44 @@ class Viewport {
   /// Sets the pose of the handle in a coupled simulation; unset: not shown.
   void SetGhost(const std::optional<Pose>& X_WH);
   void SetForce(const std::optional<ForceArrow>& force);
+  /// Shows the handpiece behind the tool; on by default.
+  void set_show_handpiece(bool show);
+  bool show_handpiece() const;
+  /// Sets where the tool cuts: handpiece and disc become translucent where they hide this place, and the guard is on
+  /// the other side of the disc. Unset: the tool does not cut.
+  void SetContact(const std::optional<Vec3>& p_W);
+  /// Adds the dust of a removed volume; `v_W`: velocity of the teeth, mm/s. Ignored while dust is switched off.
+  void AddDust(const Vec3& p_W, const Vec3& v_W, double volume_mm3);
+  /// Moves the dust; call it once per picture.
+  void AdvanceDust(double dt_s);
+  /// On by default. Switching it off removes the dust.
+  void set_show_dust(bool show);
+  bool show_dust() const;
   void SetPlanes(const std::vector<PlaneOverlay>& planes);
   void SetDepthStops(const std::vector<DepthStopOverlay>& stops);
   void SetGuides(const std::vector<GuideOverlay>& guides);
   void SetMeasures(const std::vector<MeasureOverlay>& measures);
   void SetPieces(const std::vector<PieceShape>& pieces);
+  void SetBridges(const std::vector<BridgeOverlay>& bridges);
+  void SetPoints(const std::vector<PointOverlay>& points);
+  void SetPlaneHandles(const std::vector<PlaneHandleOverlay>& handles);
+  void SetPlaneLines(const std::vector<PlaneLineOverlay>& lines);
+  void SetMarks(const std::vector<MarkOverlay>& marks);
+  void SetAlarms(const std::vector<AlarmOverlay>& alarms);
+  /// Draws a border around the picture.
+  void set_alarm_level(AlarmLevel level);
   /// If unset, no slices are shown.
   void SetSlices(const std::optional<CtSlices>& slices);
 
   // ---- panels
+  /// Sets the areas that panels cover, points. Labels avoid them, FitAll() fits the scene into the largest free area,
+  /// and orientation cube, scale bar and border lie in that area. From then on the panels of SetHud() are not drawn.
+  void SetPanelBoxes(const std::vector<FlatBox>& boxes);
+  /// Largest area without panels, points.
+  FlatBox free_area() const;
+  /// Sets the brightness of the background and of labels and scale bar; light by default.
+  void set_theme(Theme theme);
+  Theme theme() const;
   /// Fills in the legend of the colours if `state.legend` is empty.
   void SetHud(const HudState& state);
   void set_show_scale_bar(bool show);
@@ -157,6 +189,10 @@ class Viewport {
   /// Returns the row of the menu, or of the list of pieces, under a pixel.
   std::optional<int> PickMenuRow(const ScreenPoint& at) const;
   std::optional<int> PickPieceRow(const ScreenPoint& at) const;
+  /// Returns the index of the point, or of the plane's handle, that is nearest to a pixel on the screen and at most a
+  /// radius away; of two at the same place, the later one.
+  std::optional<int> PickPoint(const ScreenPoint& at, double radius_px) const;
+  std::optional<int> PickHandle(const ScreenPoint& at) const;
 
   /// Draws everything into the window's frame buffer; the owner presents it.
   void Render();
