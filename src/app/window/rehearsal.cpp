@@ -196,6 +196,7 @@ void Rehearsal::ShowPlanInPicture() {
                       .selected = i == plane_});
   }
   viewer_->view().SetPlanes(planes);
+  if (viewer_->surface() != nullptr) viewer_->surface()->RequestPlaneLines(planes);
   std::vector<DepthStopOverlay> stops;
   for (const DepthStop& stop : plan_.stops) {
     stops.push_back(

@@ -67,6 +67,8 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   recording_ = fmt::format("{}/session{}.kerf", options_.folder, sessions_ == 1 ? "" : fmt::format("-{}", sessions_));
   leaf_receiver_ = goes_on ? surface_ : nullptr;
   figures_ = {};
+  cut_place_.Clear();
+  shown_removed_mm3_ = 0;
   forces_.clear();
   fitted_ = fitted_ && goes_on;
   LiveOptions live;
@@ -137,6 +139,7 @@ void ViewerApp::FollowSession() {
     const std::lock_guard lock(mutex_);
     if (made_) {
       surface_ = std::move(made_->surface);
+      inner_.reset();
       view_->BeginBone(made_->materials, surface_->origin_W(), surface_->bounds_W(), made_->voxel_mm);
       if (!fitted_) {
         view_->camera().Look(kViews[view_index_]);
@@ -147,7 +150,11 @@ void ViewerApp::FollowSession() {
       made_.reset();
       trace_.Write("bone");
     }
-    if (inner_made_) view_->SetInnerSurfaces(*inner_made_);
+    if (inner_made_) {
+      inner_ = std::make_shared<const InnerSurfaces>(std::move(*inner_made_));
+      view_->SetInnerSurfaces(*inner_);
+      if (surface_) surface_->SetInnerSurfaces(inner_);
+    }
     inner_made_.reset();
   }
   // The view was fitted to the bone's box; fit it again now that the surface is available.
@@ -415,7 +422,10 @@ ViewBasis ViewerApp::MakeBasis() const {
 void ViewerApp::UpdateToolInPicture(double dt_s) {
   if (!session_ || !began_) return;
   spin_rad_ = std::fmod(spin_rad_ + figures_.in.rpm / 60 * 2 * std::numbers::pi * dt_s, 2 * std::numbers::pi);
-  view_->SetToolPose(figures_.coupled.X_WT, figures_.in.rpm, spin_rad_);
+  const Pose& X_WT = figures_.coupled.X_WT;
+  view_->SetToolPose(X_WT, figures_.in.rpm, spin_rad_);
+  const Tool tool = MakeTool(session_->scene());
+  UpdateCutInPicture(tool, dt_s);
   const bool leads =
       options_.ghost && !options_.scripted && glm::length(controls_->wanted().p_AB - figures_.coupled.X_WT.p_AB) > 1;
   view_->SetGhost(leads ? std::optional(controls_->wanted()) : std::nullopt);
@@ -424,9 +434,32 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
                       ? std::optional(ForceArrow{.p_W = figures_.coupled.X_WT.p_AB, .f_W_N = figures_.coupled.f_H_W_N})
                       : std::nullopt);
   if (!surface_ || !surface_->has_hu() || !slices_shown_) return;
-  const Tool tool = MakeTool(session_->scene());
   surface_->RequestSlices(tool, figures_.coupled.X_WT, std::max(40.0, 2.4 * CalcReach(tool)), 180);
   if (std::optional<CtSlices> slices = surface_->FetchSlices()) view_->SetSlices(slices);
+}
+
+void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {
+  const Pose& X_WT = figures_.coupled.X_WT;
+  cut_place_.Update(tool, X_WT, figures_.coupled.f_cut_W_N + figures_.coupled.f_face_W_N, dt_s);
+  view_->SetContact(cut_place_.p_W());
+  const double removed_mm3 = figures_.removed_mm3 - std::exchange(shown_removed_mm3_, figures_.removed_mm3);
+  if (cut_place_.p_W()) {
+    const Vec3 spin_W = figures_.in.rpm / 60 * 2 * std::numbers::pi * X_WT.Vector({0, 0, 1});
+    view_->AddDust(*cut_place_.p_W(), glm::cross(spin_W, *cut_place_.p_W() - X_WT.p_AB), removed_mm3);
+  }
+  view_->AdvanceDust(dt_s);
+  std::vector<AlarmOverlay> alarms;
+  if (inner_) {
+    if (const std::optional<NearestPlace> nerve = FindNearest(tool, X_WT, inner_->canal_W)) {
+      alarms.push_back({.p_W = nerve->p_W,
+                        .level = AlarmLevelFor(nerve->distance_mm),
+                        .label = fmt::format("nerve: {:.1f} mm", std::max(0.0, nerve->distance_mm))});
+    }
+  }
+  view_->set_alarm_level(alarms.empty() ? AlarmLevel::kNone : alarms.front().level);
+  view_->SetAlarms(alarms);
+  if (!surface_) return;
+  if (std::optional<std::vector<PlaneLineOverlay>> lines = surface_->FetchPlaneLines()) view_->SetPlaneLines(*lines);
 }
 
 void ViewerApp::FollowDevice(double dt_s) {

@@ -18,6 +18,8 @@
 #include "base/core/log_histogram.h"
 #include "session/scene/saws.h"
 #include "session/scene/scene.h"
+#include "view/live/cut_place.h"
+#include "view/live/nearest.h"
 #include "view/live/surface_worker.h"
 #include "view/live/viewport.h"
 
@@ -134,6 +136,7 @@ class ViewerApp {
   void FollowSession();
   void FollowDevice(double dt_s);
   void UpdateToolInPicture(double dt_s);
+  void UpdateCutInPicture(const Tool& tool, double dt_s);  // contact, dust, alarms, lines of planes
   void Draw();
   HudState MakeHud();
   nlohmann::json MakeState() const;
@@ -157,10 +160,13 @@ class ViewerApp {
   std::shared_ptr<const Bone> at_start_;
   std::shared_ptr<SurfaceWorker> leaf_receiver_;  // used by the session's thread
   std::shared_ptr<SurfaceWorker> surface_;
+  std::shared_ptr<const InnerSurfaces> inner_;  // of the bone in `surface_`; null until they are made
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
-  Pose X_start_;            // pose of the saw at the start
-  bool returning_ = false;  // the saw is returning to that pose
+  CutPlace cut_place_;
+  double shown_removed_mm3_ = 0;  // volume that has become dust in the picture
+  Pose X_start_;                  // pose of the saw at the start
+  bool returning_ = false;        // the saw is returning to that pose
   std::vector<PlotPoint> forces_;
   std::string recording_;
   int sessions_ = 0;

@@ -11,6 +11,20 @@
 
 namespace kerf {
 
+/// Plane of the plan, or an achieved one, drawn as a rectangle.
+struct PlaneOverlay {
+  std::string name;
+  Vec3 p_W{0};  // centre of the rectangle
+  Vec3 normal_W{0, 0, 1};
+  double width_mm = 40;
+  double height_mm = 40;
+  Vec3 up_W{0, 0, 1};  // direction of the height; its part perpendicular to the normal is used
+  Rgb8 colour{0, 114, 178};
+  bool selected = false;
+
+  bool operator==(const PlaneOverlay&) const = default;
+};
+
 /// Bone that still joins two pieces, marked through the bone around it.
 struct BridgeOverlay {
   std::vector<Vec3> points_W;                           // corners of the patch

@@ -437,7 +437,7 @@ XrayList SceneActors::MakeXrayList(double surface_mm, Theme theme) const {
   AddPlaneLines(s.plane_lines, surface_mm, list);
   AddMarkLines(s.marks, list);
   if (s.tool) {
-    if (const auto* disc = std::get_if<DiscSaw>(&*s.tool)) AddRim(s.X_WT, disc->radius_mm(), theme, list);
+    if (const auto* disc = std::get_if<DiscSaw>(&*s.tool)) AddRim(s.X_WT, *disc, theme, list);
   }
   AddPoints(s.points, list);
   AddPlaneHandles(s.handles, list);

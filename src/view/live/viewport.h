@@ -14,6 +14,7 @@
 #include "view/live/bone_chunks.h"
 #include "view/live/camera.h"
 #include "view/live/ct_slices.h"
+#include "view/live/draw_list.h"
 #include "view/live/hud.h"
 #include "view/live/inner_surfaces.h"
 #include "view/live/overlays.h"
@@ -23,20 +24,6 @@
 class vtkRenderWindow;
 
 namespace kerf {
-
-/// Plane of the plan, or an achieved one, drawn as a rectangle.
-struct PlaneOverlay {
-  std::string name;
-  Vec3 p_W{0};  // centre of the rectangle
-  Vec3 normal_W{0, 0, 1};
-  double width_mm = 40;
-  double height_mm = 40;
-  Vec3 up_W{0, 0, 1};  // direction of the height; its part perpendicular to the normal is used
-  Rgb8 colour{0, 114, 178};
-  bool selected = false;
-
-  bool operator==(const PlaneOverlay&) const = default;
-};
 
 /// Depth limit of the tool, drawn hatched to distinguish it from planes of the plan.
 struct DepthStopOverlay {

@@ -107,8 +107,10 @@ void AddMarkLines(const std::vector<MarkOverlay>& marks, XrayList& list) {
   }
 }
 
-void AddRim(const Pose& X_WT, double radius_mm, Theme theme, XrayList& list) {
+void AddRim(const Pose& X_WT, const DiscSaw& saw, Theme theme, XrayList& list) {
   constexpr int kCorners = 128;
+  const double radius_mm = saw.radius_mm();
+  const double nearer = saw.thickness_mm + 0.4;  // in front of the disc itself, however it is seen
   std::vector<Vec3> rim;
   for (int i = 0; i <= kCorners; ++i) {
     const double angle = 2 * std::numbers::pi * i / kCorners;
@@ -116,9 +118,9 @@ void AddRim(const Pose& X_WT, double radius_mm, Theme theme, XrayList& list) {
   }
   // Where bone hides it, it lies over bone, which is light in both themes.
   const Rgb8 seen = theme == Theme::kDark ? Rgb8{200, 208, 218} : kInk;
-  list.lines.push_back({rim, 1.6, {seen, 0.55, 0, false}, 0.15});
-  list.lines.push_back({rim, 3.6, {kXrayWhite, 0, 0.5, true}, 0.15});
-  list.lines.push_back({rim, 1.8, {kInk, 0, 0.85, true}, 0.15});
+  list.lines.push_back({rim, 1.6, {seen, 0.55, 0, false}, nearer});
+  list.lines.push_back({rim, 3.6, {kXrayWhite, 0, 0.5, true}, nearer});
+  list.lines.push_back({rim, 1.8, {kInk, 0, 0.85, true}, nearer});
 }
 
 }  // namespace kerf

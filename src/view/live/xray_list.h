@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "kerf/geometry.h"
+#include "kerf/tool.h"
 #include "view/live/overlays.h"
 
 namespace kerf {
@@ -59,8 +59,8 @@ void AddPoints(const std::vector<PointOverlay>& points, XrayList& list);
 void AddPlaneHandles(const std::vector<PlaneHandleOverlay>& handles, XrayList& list);
 void AddPlaneLines(const std::vector<PlaneLineOverlay>& lines, double surface_mm, XrayList& list);
 void AddMarkLines(const std::vector<MarkOverlay>& marks, XrayList& list);
-/// Adds the outline of a disc: a circle of the disc's radius in the tool's plane z = 0.
-void AddRim(const Pose& X_WT, double radius_mm, Theme theme, XrayList& list);
+/// Adds the outline of a disc: a circle of its radius in the tool's plane z = 0.
+void AddRim(const Pose& X_WT, const DiscSaw& saw, Theme theme, XrayList& list);
 
 Rgb8 PointColour(PointKind kind);
 inline constexpr Rgb8 kBridgeColour{170, 30, 90};

@@ -84,7 +84,7 @@ TriangleMesh MakeHandpieceMesh(const Tool& tool) {
   const Proportions p = CalcProportions(tool);
   const Vec3 from{0, 0, p.collar_mm};
   const Vec3 along = p.end_T - from;
-  const double handle = std::clamp(0.09 * glm::length(along), 5.0, 8.5);
+  const double handle = std::clamp(0.07 * glm::length(along), 4.0, 6.5);
   const double collar = std::max(0.62 * handle, 1.15 * p.neck_mm);
   const double neck = std::min(1.3 * p.neck_mm, collar);
   const auto on_z = [](double z) { return Vec3{0, 0, z}; };
