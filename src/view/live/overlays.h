@@ -13,7 +13,7 @@ namespace kerf {
 
 /// Plane of the plan, or an achieved one, drawn as a rectangle.
 struct PlaneOverlay {
-  std::string name;
+  std::string name = {};
   Vec3 p_W{0};  // centre of the rectangle
   Vec3 normal_W{0, 0, 1};
   double width_mm = 40;
@@ -30,7 +30,7 @@ struct BridgeOverlay {
   std::vector<Vec3> points_W;                           // corners of the patch
   std::vector<std::array<std::uint32_t, 3>> triangles;  // empty: the points are the outline of a convex patch, in order
   Vec3 centre_W{0};
-  std::string label;
+  std::string label = {};
 
   bool operator==(const BridgeOverlay&) const = default;
 };
@@ -42,8 +42,8 @@ enum class PointKind : std::uint8_t { kPlan, kMark, kMeasure };  // disc, diamon
 struct PointOverlay {
   Vec3 p_W{0};
   PointKind kind = PointKind::kPlan;
-  std::string label;      // optional
-  bool selected = false;  // larger, with a ring
+  std::string label = {};  // optional
+  bool selected = false;   // larger, with a ring
 
   bool operator==(const PointOverlay&) const = default;
 };
@@ -74,7 +74,7 @@ struct MarkOverlay {
   std::vector<Vec3> points_W;
   double radius_mm = 1;
   Rgb8 colour{0, 114, 178};
-  std::string label;  // optional; beside its first point
+  std::string label = {};  // optional; beside its first point
   bool selected = false;
 
   bool operator==(const MarkOverlay&) const = default;
@@ -87,7 +87,7 @@ enum class AlarmLevel : std::uint8_t { kNone, kNotice, kWarning, kDanger };
 struct AlarmOverlay {
   Vec3 p_W{0};
   AlarmLevel level = AlarmLevel::kNone;  // kNone: not drawn
-  std::string label;                     // such as the name and the distance; optional
+  std::string label = {};                // such as the name and the distance; optional
 
   bool operator==(const AlarmOverlay&) const = default;
 };

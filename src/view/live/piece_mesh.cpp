@@ -15,6 +15,9 @@
 namespace kerf {
 namespace {
 
+// At a sharp edge of the original surface, the points of a mesh lie up to this far below the edge.
+constexpr double kCutDepth_voxels = 0.5;
+
 // Merges the points that are not kept within cells of `cell_mm`. Triangles that become degenerate are removed.
 PieceMesh MergePoints(const PieceMesh& fine, const std::vector<bool>& kept, double cell_mm) {
   PieceMesh coarse;
@@ -75,7 +78,7 @@ PieceMesh MakePieceMesh(const Bone& start, const TriangleMesh& mesh_P, const Rgb
     auto region = grids.region->getConstAccessor();
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       const Vec3& p = mesh_P.points[i];
-      cut[i] = SampleTrilinear(phi, p / voxel_mm) < -0.15 * voxel_mm ? 1 : 0;
+      cut[i] = SampleTrilinear(phi, p / voxel_mm) < -kCutDepth_voxels * voxel_mm ? 1 : 0;
       const Vec3 n = CalcDirection(normals[i]).value_or(Vec3{0});
       // Half a voxel below the surface; deeper if there is no material.
       int id = 0;

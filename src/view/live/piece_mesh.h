@@ -19,7 +19,7 @@ struct PieceMesh {
   std::vector<Rgb8> colours;  // one for each point
 };
 
-/// Makes the drawn surface of a piece. A point is on a cut face if it lies more than 0.15 voxels below the surface of
+/// Makes the drawn surface of a piece. A point is on a cut face if it lies more than half a voxel below the surface of
 /// `start`, the bone before it was cut; it then has the colour of its tissue, as on the bone (CutColour()). Uncut
 /// points have the colour `uncut`, and teeth their own. If the mesh has more than `max_triangles`, the points of uncut
 /// bone are merged within cells of growing size; cut faces are not changed. Uses several threads.

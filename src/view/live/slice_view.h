@@ -32,8 +32,8 @@ struct SliceSpec {
   double width_mm = 100;  // of the image, above 0; a smaller width zooms in
   int width_px = 256;     // 8 to 1024
   int height_px = 256;    // 8 to 1024; pixels are square
-  CtWindow window;
-  Pose X_WT;  // of the disc; for kBlade
+  CtWindow window = {};
+  Pose X_WT = {};  // of the disc; for kBlade
 
   bool operator==(const SliceSpec& other) const;
 };

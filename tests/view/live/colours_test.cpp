@@ -4,8 +4,10 @@
 #include <cmath>
 
 #include "bone/material/region_table.h"
+#include "view/live/flat_overlays.h"
 #include "view/live/hud_draw.h"
 #include "view/live/palette.h"
+#include "view/live/piece_mesh.h"
 
 namespace kerf {
 namespace {
@@ -71,6 +73,54 @@ TEST(Colours, TissuesOfACutFaceAreDistinguishableWithAnyColourVision) {
   ExpectApart({CutColour(Tissue::kTooth), CutColour(Tissue::kCancellous), CutColour(Tissue::kCanal)}, 25, "tissue");
   // Compares cut cortex with the outside of the bone and with a tooth: pale colours that are seen side by side.
   ExpectApart({CutColour(Tissue::kCortical), kBoneColour, CutColour(Tissue::kTooth)}, 10, "pale");
+}
+
+TEST(Colours, PiecesAreDistinguishableWithAnyColourVision) {
+  std::vector<Rgb8> colours;
+  for (int i = 0; i < kPieceColours; ++i) colours.push_back(PieceColour(i));
+  ExpectApart(colours, 20, "piece");
+  // And from the tissues on their cut faces, which are seen side by side.
+  for (const Rgb8& colour : colours) {
+    ExpectApart({colour, CutColour(Tissue::kCortical)}, 10, "cortical face");
+    ExpectApart({colour, CutColour(Tissue::kCancellous)}, 10, "cancellous face");
+    // Muted: a chroma of at most 30, where the earlier colours had up to 90.
+    const Rgb lab = ToLab(colour, kNormal);
+    EXPECT_LT(std::hypot(lab[1], lab[2]), 30);
+  }
+}
+
+TEST(Colours, AlarmsAreDistinguishableWithAnyColourVision) {
+  ExpectApart({AlarmColour(AlarmLevel::kNotice), AlarmColour(AlarmLevel::kWarning), AlarmColour(AlarmLevel::kDanger)},
+              20, "alarm");
+}
+
+double Luminance(const Rgb8& c) {
+  const Rgb l = ToLinear(c);
+  return 0.2126 * l[0] + 0.7152 * l[1] + 0.0722 * l[2];
+}
+double Contrast(const Rgb8& a, const Rgb8& b) {
+  const double la = Luminance(a) + 0.05;
+  const double lb = Luminance(b) + 0.05;
+  return std::max(la, lb) / std::min(la, lb);
+}
+
+// WCAG 2 requires a contrast of 4.5 for text, and of 3 for the edges of what carries meaning.
+TEST(Colours, ThemesHaveContrast) {
+  for (const Theme theme : {Theme::kLight, Theme::kDark}) {
+    const SceneColours colours = ColoursOf(theme);
+    EXPECT_GT(Contrast(colours.text, colours.ground), 7);
+    // The ground is slightly translucent; text remains readable over the background and over bone.
+    for (const Rgb8& behind : {colours.top, colours.bottom, kBoneColour}) {
+      Rgb8 mixed{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        mixed[i] = static_cast<std::uint8_t>(0.88 * colours.ground[i] + 0.12 * behind[i]);
+      }
+      EXPECT_GT(Contrast(colours.text, mixed), 4.5);
+    }
+  }
+  // On the dark background, bone stands out more than on the light one.
+  EXPECT_GT(Contrast(kBoneColour, ColoursOf(Theme::kDark).top), 7);
+  EXPECT_GT(Contrast(kBoneColour, ColoursOf(Theme::kDark).bottom), 7);
 }
 
 // WCAG 2 requires a contrast of 4.5 for text.

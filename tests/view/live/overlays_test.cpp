@@ -68,7 +68,8 @@ TEST(FreeArea, IsTheLargestWithoutPanels) {
             const FlatBox box{1.0 * l, 1.0 * t, 1.0 * (r - l), 1.0 * (b - t)};
             const double area = box.width * box.height;
             if (area <= best) continue;
-            if (std::none_of(boxes.begin(), boxes.end(), [&](const FlatBox& o) { return Overlap(o, box); })) best = area;
+            if (std::none_of(boxes.begin(), boxes.end(), [&](const FlatBox& o) { return Overlap(o, box); }))
+              best = area;
           }
         }
       }
@@ -142,10 +143,10 @@ TEST(Nearest, DistanceToDiscAndBallIsThatOfTheClosedForm) {
     EXPECT_NEAR(glm::length(nearest->p_W - one.points[0]), 0, 1e-12);
     return nearest->distance_mm;
   };
-  EXPECT_NEAR(at(saw, {3, 4, 2.5}), 2, 1e-12);                      // above the flat
-  EXPECT_NEAR(at(saw, {0, 13, 0.2}), 3, 1e-12);                     // beside the rim
-  EXPECT_NEAR(at(saw, {13, 0, -4.5}), 5, 1e-12);                    // off the edge: 3, 4, 5
-  EXPECT_NEAR(at(saw, {9.8, 0, 0}), -0.2, 1e-12);                   // inside, next to the rim
+  EXPECT_NEAR(at(saw, {3, 4, 2.5}), 2, 1e-12);                       // above the flat
+  EXPECT_NEAR(at(saw, {0, 13, 0.2}), 3, 1e-12);                      // beside the rim
+  EXPECT_NEAR(at(saw, {13, 0, -4.5}), 5, 1e-12);                     // off the edge: 3, 4, 5
+  EXPECT_NEAR(at(saw, {9.8, 0, 0}), -0.2, 1e-12);                    // inside, next to the rim
   EXPECT_NEAR(at(BallBurr{.diameter_mm = 6}, {0, 4, 3}), 2, 1e-12);  // from the centre 5
   EXPECT_FALSE(FindNearest(saw, X_WT, {}));
 }
