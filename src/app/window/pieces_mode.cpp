@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "app/window/is_ready.h"
-#include "bone/grid/surface.h"
 #include "bone/pieces/measure.h"
 #include "kerf/error.h"
 #include "view/ui/translate.h"
@@ -23,13 +22,8 @@ constexpr double kNudge_mm = 0.5;
 constexpr double kNudge_deg = 1;
 constexpr double kTurnByPixel_deg = 0.25;
 constexpr std::array<const char*, 3> kAxes{Mark("left - right"), Mark("front - back"), Mark("up - down")};
-// After Okabe and Ito: distinguishable with red-green colour blindness.
-constexpr std::array<Rgb8, 6> kColours{
-    {{230, 159, 0}, {86, 180, 233}, {0, 158, 115}, {240, 228, 66}, {204, 121, 167}, {213, 94, 0}}};
-
-Rgb8 ColourOf(int piece) {
-  return kColours[static_cast<std::size_t>(piece) % kColours.size()];
-}
+// A software renderer needs 0.2 us per triangle: the drawn surface is coarser than the measured one.
+constexpr std::size_t kMaxTriangles = 200'000;
 
 }  // namespace
 
@@ -47,16 +41,23 @@ void PiecesMode::Enter() {
   session_ = viewer_.sessions();
   changes_ = changes;
   contacts_.reset();
-  splitting_ = std::async(std::launch::async, [bone = viewer_.session()->AskBone(), earlier = pieces_]() mutable {
-    auto pieces = std::make_shared<PieceSet>(bone.get(), 1.0);
-    pieces->Prepare();
-    if (!earlier) return pieces;
-    try {
-      pieces->Restore(earlier->FormatJson(), "the previous pieces");
-    } catch (const Error&) {
-      return pieces;  // the bone has been cut since, so the pieces stay where they were cut off
+  splitting_ = std::async(std::launch::async, [bone = viewer_.session()->AskBone(), start = viewer_.bone_at_start(),
+                                               earlier = pieces_]() mutable {
+    Split split;
+    split.pieces = std::make_shared<PieceSet>(bone.get(), 1.0);
+    split.pieces->Prepare();
+    for (int i = 0; i < split.pieces->size(); ++i) {
+      const Piece& piece = split.pieces->piece(i);
+      split.meshes.push_back(std::make_shared<const PieceMesh>(
+          MakePieceMesh(start ? *start : piece.bone, piece.mesh, PieceColour(i), kMaxTriangles)));
     }
-    return pieces;
+    if (!earlier) return split;
+    try {
+      split.pieces->Restore(earlier->FormatJson(), "the previous pieces");
+    } catch (const Error&) {
+      return split;  // the bone has been cut since, so the pieces stay where they were cut off
+    }
+    return split;
   });
 }
 
@@ -79,12 +80,13 @@ void PiecesMode::Leave() {
 void PiecesMode::Update() {
   if (IsReady(splitting_)) {
     try {
-      pieces_ = splitting_.get();
+      Split split = splitting_.get();
+      pieces_ = std::move(split.pieces);
+      meshes_ = std::move(split.meshes);
     } catch (const std::exception& e) {  // the session has ended in the meantime
       viewer_.Say(fmt::format(fmt::runtime(Tr("The bone could not be split: {}")), e.what()));
       return;
     }
-    MakeShapes();
     selected_ = pieces_->size() > 1 ? 1 : pieces_->size() - 1;
     viewer_.view().set_bone_hidden(true);
     viewer_.Say(pieces_->size() == 1
@@ -119,20 +121,6 @@ std::optional<Vec3> PiecesMode::axis() const {
   return axis;
 }
 
-void PiecesMode::MakeShapes() {
-  // A software renderer needs 0.2 us per triangle: the drawn surface is coarser on flat faces than the measured one.
-  constexpr std::size_t kMaxTriangles = 200'000;
-  shapes_.clear();
-  for (int i = 0; i < pieces_->size(); ++i) {
-    const Piece& piece = pieces_->piece(i);
-    if (piece.mesh.triangles.size() <= kMaxTriangles) {
-      shapes_.push_back(std::shared_ptr<const TriangleMesh>(pieces_, &piece.mesh));
-    } else {
-      shapes_.push_back(std::make_shared<const TriangleMesh>(ExtractSurface(piece.bone, 0.6)));
-    }
-  }
-}
-
 void PiecesMode::Show() {
   if (!pieces_) return;
   std::vector<PieceShape> shapes;
@@ -141,9 +129,11 @@ void PiecesMode::Show() {
     if (state.deleted) continue;
     PieceShape shape;
     shape.id = i + 1;
-    shape.mesh_W = shapes_[static_cast<std::size_t>(i)];
+    const std::shared_ptr<const PieceMesh>& mesh = meshes_[static_cast<std::size_t>(i)];
+    shape.mesh_W = std::shared_ptr<const TriangleMesh>(mesh, &mesh->mesh_P);
+    shape.point_colours = std::shared_ptr<const std::vector<Rgb8>>(mesh, &mesh->colours);
     shape.X_WP = state.X_WP;
-    shape.colour = ColourOf(i);
+    shape.colour = PieceColour(i);
     shape.selected = i == selected_;
     shape.hidden = state.hidden;
     shapes.push_back(std::move(shape));
@@ -522,7 +512,7 @@ void PiecesMode::Fill(HudState& hud) {
       }
     }
     if (i == selected_ && hud.status.message.empty()) hud.status.message = words;
-    row.colour = ColourOf(i);
+    row.colour = PieceColour(i);
     row.selected = i == selected_;
     row.hidden = state.hidden;
     hud.pieces.push_back(std::move(row));

@@ -12,6 +12,7 @@
 #include "app/window/viewer_app.h"
 #include "bone/pieces/piece_set.h"
 #include "session/export/write_export.h"
+#include "view/live/piece_mesh.h"
 
 namespace kerf {
 
@@ -53,13 +54,16 @@ class PiecesMode {
   void Select(int piece);
   void SelectNext(int by);
   void Changed();  // called after each step, because the contacts must be recomputed
-  void MakeShapes();
   void Show();
   std::optional<Vec3> axis() const;
 
   struct Contacts {
     int piece = -1;
     std::vector<PieceContact> with;
+  };
+  struct Split {
+    std::shared_ptr<PieceSet> pieces;
+    std::vector<std::shared_ptr<const PieceMesh>> meshes;  // as drawn, by piece
   };
   struct Measure {
     std::vector<Vec3> points_W;
@@ -69,11 +73,11 @@ class PiecesMode {
 
   ViewerApp& viewer_;
   bool entered_ = false;
-  std::future<std::shared_ptr<PieceSet>> splitting_;
+  std::future<Split> splitting_;
   std::shared_ptr<PieceSet> pieces_;
-  std::vector<std::shared_ptr<const TriangleMesh>> shapes_;  // as drawn
-  int session_ = 0;                                          // session in which the pieces were split
-  std::uint64_t changes_ = 0;                                // number of changes to the bone at that time
+  std::vector<std::shared_ptr<const PieceMesh>> meshes_;
+  int session_ = 0;            // session in which the pieces were split
+  std::uint64_t changes_ = 0;  // number of changes to the bone at that time
   int selected_ = -1;
   int axis_ = -1;  // 0 to 2: axis of the patient along which pieces move; -1: free motion
   int gesture_ = 1;

@@ -205,6 +205,7 @@ void Rehearsal::ShowPlanInPicture() {
   }
   viewer_->view().SetPlanes(planes);
   if (const auto watch = viewer_->cut_watch()) watch->SetPlanes(plan_.planes);
+  if (viewer_->surface() != nullptr) viewer_->surface()->RequestPlaneLines(planes);
   std::vector<DepthStopOverlay> stops;
   for (const DepthStop& stop : plan_.stops) {
     stops.push_back(

@@ -16,6 +16,7 @@
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 #include "view/live/palette.h"
+#include "view/ui/picture_marks.h"
 #include "view/ui/translate.h"
 #include "view/ui/widgets.h"
 
@@ -64,6 +65,7 @@ ViewerApp::ViewerApp(const ViewerOptions& options)
   ui_.set_theme(settings_.theme);
   ui_.set_text_size(settings_.text_size);
   view_->SetPanels(ui_.prop());
+  view_->set_theme(settings_.theme);
   AddActions();
   if (!fault.empty()) Say(fault);
 }
@@ -85,6 +87,8 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   leaf_receiver_ = goes_on ? surface_ : nullptr;
   leaf_watch_ = goes_on ? cut_watch() : nullptr;
   figures_ = {};
+  cut_place_.Clear();
+  shown_removed_mm3_ = 0;
   forces_.clear();
   fitted_ = fitted_ && goes_on;
   LiveOptions live;
@@ -167,6 +171,7 @@ void ViewerApp::FollowSession() {
     const std::lock_guard lock(mutex_);
     if (made_) {
       surface_ = std::move(made_->surface);
+      inner_.reset();
       view_->BeginBone(made_->materials, surface_->origin_W(), surface_->bounds_W(), made_->voxel_mm);
       if (!fitted_) {
         view_->camera().Look(kViews[view_index_]);
@@ -177,7 +182,11 @@ void ViewerApp::FollowSession() {
       made_.reset();
       trace_.Write("bone");
     }
-    if (inner_made_) view_->SetInnerSurfaces(*inner_made_);
+    if (inner_made_) {
+      inner_ = std::make_shared<const InnerSurfaces>(std::move(*inner_made_));
+      view_->SetInnerSurfaces(*inner_);
+      if (surface_) surface_->SetInnerSurfaces(inner_);
+    }
     inner_made_.reset();
   }
   // The view was fitted to the bone's box; fit it again now that the surface is available.
@@ -622,21 +631,49 @@ ViewBasis ViewerApp::MakeBasis() const {
 void ViewerApp::UpdateToolInPicture(double dt_s) {
   if (!session_ || !began_) return;
   spin_rad_ = std::fmod(spin_rad_ + figures_.in.rpm / 60 * 2 * std::numbers::pi * dt_s, 2 * std::numbers::pi);
-  view_->SetToolPose(figures_.coupled.X_WT, figures_.in.rpm, spin_rad_);
+  const Pose& X_WT = figures_.coupled.X_WT;
+  view_->SetToolPose(X_WT, figures_.in.rpm, spin_rad_);
+  const Tool tool = MakeTool(session_->scene());
+  UpdateCutInPicture(tool, dt_s);
   const bool leads =
       options_.ghost && !options_.scripted && glm::length(controls_->wanted().p_AB - figures_.coupled.X_WT.p_AB) > 1;
   view_->SetGhost(leads ? std::optional(controls_->wanted()) : std::nullopt);
   const double force_N = glm::length(figures_.coupled.f_H_W_N);
-  view_->SetForce(force_N > 0.05
-                      ? std::optional(ForceArrow{.p_W = figures_.coupled.X_WT.p_AB, .f_W_N = figures_.coupled.f_H_W_N})
-                      : std::nullopt);
+  view_->SetForce(force_N > 0.05 ? std::optional(ForceArrow{.p_W = figures_.coupled.X_WT.p_AB,
+                                                            .f_W_N = figures_.coupled.f_H_W_N,
+                                                            .label = fmt::format(fmt::runtime(Tr("{} N on your hand")),
+                                                                                 ShowNumber(force_N, 1))})
+                                 : std::nullopt);
   if (!surface_ || !surface_->has_hu() || !slices_shown_) return;
-  const Tool tool = MakeTool(session_->scene());
   surface_->RequestSlices(tool, figures_.coupled.X_WT, std::max(40.0, 2.4 * CalcReach(tool)), 180);
   if (std::optional<CtSlices> slices = surface_->FetchSlices()) {
     slices_ = std::move(slices);
     ++slices_version_;
   }
+}
+
+void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {
+  const Pose& X_WT = figures_.coupled.X_WT;
+  cut_place_.Update(tool, X_WT, figures_.coupled.f_cut_W_N + figures_.coupled.f_face_W_N, dt_s);
+  view_->SetContact(cut_place_.p_W());
+  const double removed_mm3 = figures_.removed_mm3 - std::exchange(shown_removed_mm3_, figures_.removed_mm3);
+  if (cut_place_.p_W()) {
+    const Vec3 spin_W = figures_.in.rpm / 60 * 2 * std::numbers::pi * X_WT.Vector({0, 0, 1});
+    view_->AddDust(*cut_place_.p_W(), glm::cross(spin_W, *cut_place_.p_W() - X_WT.p_AB), removed_mm3);
+  }
+  view_->AdvanceDust(dt_s);
+  std::vector<AlarmOverlay> alarms;
+  if (inner_) {
+    if (const std::optional<NearestPlace> nerve = FindNearest(tool, X_WT, inner_->canal_W)) {
+      alarms.push_back(
+          {.p_W = nerve->p_W,
+           .level = AlarmLevelFor(nerve->distance_mm),
+           .label = fmt::format(fmt::runtime(Tr("nerve: {} mm")), ShowNumber(std::max(0.0, nerve->distance_mm), 1))});
+    }
+  }
+  view_->SetAlarms(alarms);
+  if (!surface_) return;
+  if (std::optional<std::vector<PlaneLineOverlay>> lines = surface_->FetchPlaneLines()) view_->SetPlaneLines(*lines);
 }
 
 void ViewerApp::FollowDevice(double dt_s) {
@@ -774,6 +811,7 @@ void ViewerApp::DrawSettings() {
     if (ImGui::RadioButton(name, settings_.theme == theme)) {
       settings_.theme = theme;
       ui_.set_theme(theme);
+      view_->set_theme(theme);
       changed = true;
     }
     ui_.Note(theme == Theme::kLight ? "setting light" : "setting dark");
@@ -832,9 +870,21 @@ void ViewerApp::DrawUi(const HudState& hud) {
   const bool column = values_shown_ && (hud.show_values || !hud.pieces.empty());
   areas_ = CalcUiAreas(ui_, column, slices_shown_ && slices_.has_value());
   // Labels first: they are drawn in the background.
-  std::vector<UiLabel> labels;
-  for (const SceneLabel& label : view_->ListLabels()) labels.push_back({label.text, label.x, label.y, label.colour});
-  DrawPictureLabels(ui_, labels, view_->camera().WorldPerPixel(view_->camera().target_W()), areas_.scene);
+  PictureMarks marks;
+  for (const SceneLabel& label : view_->ListLabels()) {
+    marks.labels.push_back({label.text, label.x, label.y, label.colour});
+  }
+  for (const SceneRing& ring : view_->ListRings()) {
+    const HudLevel level = ring.level == AlarmLevel::kDanger    ? HudLevel::kBad
+                           : ring.level == AlarmLevel::kWarning ? HudLevel::kWarn
+                                                                : HudLevel::kPlain;
+    marks.rings.push_back({ring.x, ring.y, level});
+    if (level == HudLevel::kBad || (level == HudLevel::kWarn && marks.alarm != HudLevel::kBad)) marks.alarm = level;
+  }
+  const ScreenBox tool = view_->CalcToolBox();
+  marks.tool = {tool.left, tool.top, tool.width, tool.height};
+  marks.mm_per_pixel = view_->camera().WorldPerPixel(view_->camera().target_W());
+  DrawPictureMarks(ui_, marks, areas_.scene);
 
   if (ImGui::BeginMainMenuBar()) {
     actions_.DrawMenus(ui_);

@@ -22,6 +22,8 @@
 #include "session/scene/saws.h"
 #include "session/scene/scene.h"
 #include "session/watch/cut_watch.h"
+#include "view/live/cut_place.h"
+#include "view/live/nearest.h"
 #include "view/live/surface_worker.h"
 #include "view/live/viewport.h"
 #include "view/ui/panels.h"
@@ -177,6 +179,7 @@ class ViewerApp {
   void FollowSession();
   void FollowDevice(double dt_s);
   void UpdateToolInPicture(double dt_s);
+  void UpdateCutInPicture(const Tool& tool, double dt_s);  // contact, dust, alarms, lines of planes
   void Draw();
   HudState MakeHud();
   std::vector<HudKeyGroup> ListHelp() const;
@@ -213,10 +216,13 @@ class ViewerApp {
   std::shared_ptr<SurfaceWorker> leaf_receiver_;  // used by the session's thread
   std::shared_ptr<CutWatch> leaf_watch_;          // the same
   std::shared_ptr<SurfaceWorker> surface_;
+  std::shared_ptr<const InnerSurfaces> inner_;  // of the bone in `surface_`; null until they are made
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
-  Pose X_start_;            // pose of the saw at the start
-  bool returning_ = false;  // the saw is returning to that pose
+  CutPlace cut_place_;
+  double shown_removed_mm3_ = 0;  // volume that has become dust in the picture
+  Pose X_start_;                  // pose of the saw at the start
+  bool returning_ = false;        // the saw is returning to that pose
   std::vector<PlotPoint> forces_;
   std::string recording_;
   std::function<void(const LoopTick&)> take_tick_;  // of the next session

@@ -14,6 +14,7 @@
 #include "view/live/viewport.h"
 #include "view/picture/offscreen.h"
 #include "view/ui/panels.h"
+#include "view/ui/picture_marks.h"
 
 namespace kerf {
 namespace {
@@ -37,7 +38,9 @@ HudState MakeHud(const std::vector<PlotPoint>& force, const Pose& X_WT) {
 void DrawPanels(Ui& ui, const HudState& hud, Viewport& view) {
   ui.BeginFrame(1.0 / 60);
   const UiAreas areas = CalcUiAreas(ui, true, false);
-  DrawPictureLabels(ui, {}, 0.1, areas.scene);
+  PictureMarks marks;
+  marks.mm_per_pixel = 0.1;
+  DrawPictureMarks(ui, marks, areas.scene);
   if (BeginPanel(ui, "left", areas.left, true)) {
     ValuesSection(ui, hud);
     ForceSection(ui, hud);

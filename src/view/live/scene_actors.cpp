@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <vtkActor.h>
+#include <vtkPropCollection.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
@@ -10,8 +11,11 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
+#include <utility>
 
+#include "view/live/palette.h"
 #include "view/live/scene_shapes.h"
+#include "view/picture/handpiece.h"
 #include "view/picture/picture.h"
 
 namespace kerf {
@@ -24,6 +28,8 @@ constexpr Rgb8 kStopColour{160, 90, 0};
 constexpr Rgb8 kReachedColour{190, 40, 20};
 constexpr Rgb8 kGuideColour{0, 130, 95};
 constexpr Rgb8 kMeasureColour{120, 40, 110};
+constexpr Rgb8 kHandpieceColour{206, 212, 219};
+constexpr Rgb8 kGuardColour{150, 160, 172};
 
 Rgb8 Lighter(const Rgb8& c, double fraction, const Rgb8& to) {
   Rgb8 mixed{};
@@ -54,7 +60,10 @@ struct SceneActors::State {
   std::optional<Tool> tool;
   Pose X_WT;
   double rpm = 0;
-  vtkSmartPointer<vtkActor> toothed, turning, blur, ghost;
+  vtkSmartPointer<vtkActor> toothed, turning, blur, ghost, handpiece, guard;
+  bool handpiece_shown = true;
+  std::optional<Vec3> contact_W;
+  bool tool_is_last = true;
   bool ghost_shown = false;
   std::optional<ForceArrow> force;
   Vec3 force_tail_W{0};
@@ -63,7 +72,13 @@ struct SceneActors::State {
   std::vector<DepthStopOverlay> stops;
   std::vector<GuideOverlay> guides;
   std::vector<MeasureOverlay> measures;
-  Actors plane_actors, stop_actors, guide_actors, measure_actors;
+  std::vector<BridgeOverlay> bridges;
+  std::vector<PointOverlay> points;
+  std::vector<PlaneHandleOverlay> handles;
+  std::vector<PlaneLineOverlay> plane_lines;
+  std::vector<MarkOverlay> marks;
+  std::vector<AlarmOverlay> alarms;
+  Actors plane_actors, stop_actors, guide_actors, measure_actors, mark_actors;
   std::vector<PieceShape> pieces;
   struct PieceActor {
     std::shared_ptr<const TriangleMesh> mesh;
@@ -81,6 +96,26 @@ struct SceneActors::State {
   void Add(vtkRenderer& to, Actors& actors, const vtkSmartPointer<vtkActor>& actor) {
     to.AddActor(actor);
     actors.push_back(actor);
+    tool_is_last = false;
+  }
+  std::vector<vtkActor*> ToolActors() const {
+    std::vector<vtkActor*> all;
+    for (const auto* actor : {&toothed, &turning, &blur, &guard, &handpiece}) {
+      if (*actor != nullptr) all.push_back(*actor);
+    }
+    return all;
+  }
+  // Turns the guard to the side away from the cut; without a cut, upwards.
+  void PlaceHandpiece() {
+    if (handpiece != nullptr) {
+      SetPose(*handpiece, X_WT);
+      handpiece->SetVisibility(handpiece_shown);
+    }
+    if (guard == nullptr) return;
+    guard->SetVisibility(handpiece_shown);
+    const Vec3 away_T = contact_W ? -X_WT.InversePoint(*contact_W) : X_WT.InverseVector({0, 0, 1});
+    const double angle = std::hypot(away_T.x, away_T.y) > 1e-3 ? std::atan2(away_T.y, away_T.x) : 0;
+    SetPose(*guard, {X_WT.R_AB * glm::angleAxis(angle, Vec3{0, 0, 1}), X_WT.p_AB});
   }
   void ShowTool() {
     if (toothed == nullptr) return;
@@ -108,7 +143,7 @@ void SceneActors::SetInner(const InnerSurfaces& surfaces, bool shown) {
     s.Add(s.scene, s.inner, MakeMeshActor(surfaces.canal_W, TissueColour(Tissue::kCanal), 1, Finish::kMatt));
   }
   if (!surfaces.teeth_W.triangles.empty()) {
-    s.Add(s.scene, s.inner, MakeMeshActor(surfaces.teeth_W, {236, 214, 160}, 1, Finish::kMatt));
+    s.Add(s.scene, s.inner, MakeMeshActor(surfaces.teeth_W, TissueColour(Tissue::kTooth), 1, Finish::kMatt));
   }
   Include(surfaces.canal_W.points, s.inner_box);
   Include(surfaces.teeth_W.points, s.inner_box);
@@ -133,15 +168,21 @@ void SceneActors::SetTool(const Tool& tool) {
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     s.turning = MakeMeshActor(MakeTurningMesh(*disc), kSteelColour, 1, Finish::kMetal);
     s.blur = MakeBlurActor(*disc);
-    s.scene.AddActor(s.turning);
-    s.scene.AddActor(s.blur);
+    s.guard = MakeMeshActor(MakeGuardMesh(*disc), kGuardColour, 1, Finish::kMetal);
+    for (const auto& actor : {s.turning, s.blur, s.guard}) s.scene.AddActor(actor);
+    for (const auto& actor : {s.toothed, s.turning, s.blur, s.guard}) AddSightHole(*actor);
   }
+  s.handpiece = MakeMeshActor(MakeHandpieceMesh(tool), kHandpieceColour, 1, Finish::kMatt);
+  AddSightHole(*s.handpiece);
+  s.scene.AddActor(s.handpiece);
+  s.tool_is_last = true;
   s.ShowTool();
+  s.PlaceHandpiece();
 }
 
 void SceneActors::ClearTool() {
   State& s = *state_;
-  for (auto* actor : {&s.toothed, &s.turning, &s.blur}) {
+  for (auto* actor : {&s.toothed, &s.turning, &s.blur, &s.guard, &s.handpiece}) {
     if (*actor != nullptr) s.scene.RemoveActor(*actor);
     *actor = nullptr;
   }
@@ -149,12 +190,72 @@ void SceneActors::ClearTool() {
   s.ghost = nullptr;
   s.ghost_shown = false;
   s.tool.reset();
+  s.contact_W.reset();
+}
+
+void SceneActors::MoveToolLast() {
+  State& s = *state_;
+  if (std::exchange(s.tool_is_last, true)) return;
+  // Not RemoveActor(), which would release the actor's buffers on the graphics card.
+  vtkPropCollection& props = *s.scene.GetViewProps();
+  for (vtkActor* actor : s.ToolActors()) {
+    props.RemoveItem(actor);
+    props.AddItem(actor);
+  }
+}
+
+void SceneActors::SetHandpieceShown(bool shown) {
+  state_->handpiece_shown = shown;
+  state_->PlaceHandpiece();
+}
+
+void SceneActors::SetContact(const std::optional<Vec3>& p_W) {
+  state_->contact_W = p_W;
+  state_->PlaceHandpiece();
+}
+
+const std::optional<Vec3>& SceneActors::contact() const {
+  return state_->contact_W;
+}
+
+void SceneActors::UpdateSightHoles(const ViewCamera& camera, double depth) {
+  State& s = *state_;
+  if (!s.tool || s.handpiece == nullptr) return;
+  SightHole hole;
+  const auto at = s.contact_W ? camera.Project(*s.contact_W) : std::nullopt;
+  if (at) {
+    hole.x_px = at->x;
+    hole.y_px = camera.height() - at->y;
+    hole.depth = depth;
+    const double mm = camera.WorldPerPixel(*s.contact_W);
+    const auto radius = [&](double of_tool, double least, double most) {
+      return std::clamp(of_tool * CalcReach(*s.tool) / mm, least * s.scale, most * s.scale);
+    };
+    hole.strength = 1;
+    hole.alpha = 0.08;
+    hole.radius_px = radius(1.2, 40, 180);
+    SetSightHole(*s.handpiece, hole);
+    if (s.guard == nullptr) return;
+    SetSightHole(*s.guard, hole);
+    // A disc that is seen edge-on hides nothing.
+    const Vec3 sight = glm::normalize(camera.CalcRay(*at).direction_W);
+    const double facing = std::abs(glm::dot(sight, s.X_WT.Vector({0, 0, 1})));
+    hole.strength = std::clamp((facing - 0.15) / 0.35, 0.0, 1.0);
+    hole.alpha = 0.25;
+    hole.radius_px = radius(0.5, 16, 90);
+    for (const auto& actor : {s.toothed, s.turning, s.blur}) SetSightHole(*actor, hole);
+    return;
+  }
+  SetSightHole(*s.handpiece, hole);
+  if (s.guard == nullptr) return;
+  for (const auto& actor : {s.guard, s.toothed, s.turning, s.blur}) SetSightHole(*actor, hole);
 }
 
 void SceneActors::SetToolPose(const Pose& X_WT, double rpm, double angle_rad) {
   State& s = *state_;
   s.X_WT = X_WT;
   s.rpm = rpm;
+  s.PlaceHandpiece();
   if (s.toothed == nullptr) return;
   SetPose(*s.toothed, {X_WT.R_AB * glm::angleAxis(angle_rad, Vec3{0, 0, 1}), X_WT.p_AB});
   if (s.turning != nullptr) SetPose(*s.turning, X_WT);
@@ -176,7 +277,7 @@ void SceneActors::SetGhost(const std::optional<Pose>& X_WH) {
   if (X_WH) SetPose(*s.ghost, *X_WH);
 }
 
-void SceneActors::SetForce(const std::optional<ForceArrow>& force, double mm_per_point) {
+void SceneActors::SetForce(const std::optional<ForceArrow>& force, const ViewCamera& camera) {
   State& s = *state_;
   s.force = force;
   if (s.arrow != nullptr) s.over.RemoveActor(s.arrow);
@@ -185,11 +286,14 @@ void SceneActors::SetForce(const std::optional<ForceArrow>& force, double mm_per
     s.force.reset();
     return;
   }
+  const double mm_per_point = camera.WorldPerPixel(force->p_W) * s.scale;
   const double N = glm::length(force->f_W_N);
-  const double length = std::clamp(8 * N, 26 * mm_per_point, 60.0);
-  s.force_tail_W = force->p_W - length / N * force->f_W_N;
-  s.arrow =
-      MakeMeshActor(MakeArrowMesh(s.force_tail_W, force->p_W, 2.6 * mm_per_point), kForceColour, 1, Finish::kMatt);
+  const Vec3 back_W = -force->f_W_N / N;
+  const double wanted = std::clamp(kArrow_mm_per_N * N, 26 * mm_per_point, kMaxArrow_mm);
+  const double length = CalcArrowLength(camera, force->p_W, back_W, wanted);
+  s.force_tail_W = force->p_W + length * back_W;
+  const double shaft = std::min(2.6 * mm_per_point, 0.06 * length);
+  s.arrow = MakeMeshActor(MakeArrowMesh(s.force_tail_W, force->p_W, shaft), kForceColour, 1, Finish::kMatt);
   s.over.AddActor(s.arrow);
 }
 
@@ -267,6 +371,7 @@ void SceneActors::SetPieces(const std::vector<PieceShape>& pieces) {
       to.frame = MakeLineActor(MakeBoxEdges(to.box.Grown(0.4)), kForceColour, 1.6 * s.scale);
       s.scene.AddActor(to.actor);
       s.scene.AddActor(to.frame);
+      s.tool_is_last = false;
     }
     const Rgb8 colour = piece.selected ? Lighter(piece.colour, 0.3, {255, 255, 255}) : piece.colour;
     to.actor->GetProperty()->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
@@ -287,6 +392,74 @@ const std::vector<PieceShape>& SceneActors::pieces() const {
   return state_->pieces;
 }
 
+void SceneActors::SetBridges(const std::vector<BridgeOverlay>& bridges) {
+  state_->bridges = bridges;
+}
+void SceneActors::SetPoints(const std::vector<PointOverlay>& points) {
+  state_->points = points;
+}
+const std::vector<PointOverlay>& SceneActors::points() const {
+  return state_->points;
+}
+void SceneActors::SetPlaneHandles(const std::vector<PlaneHandleOverlay>& handles) {
+  state_->handles = handles;
+}
+const std::vector<PlaneHandleOverlay>& SceneActors::plane_handles() const {
+  return state_->handles;
+}
+void SceneActors::SetPlaneLines(const std::vector<PlaneLineOverlay>& lines) {
+  state_->plane_lines = lines;
+}
+void SceneActors::SetAlarms(const std::vector<AlarmOverlay>& alarms) {
+  state_->alarms = alarms;
+}
+const std::vector<AlarmOverlay>& SceneActors::alarms() const {
+  return state_->alarms;
+}
+
+void SceneActors::SetMarks(const std::vector<MarkOverlay>& marks) {
+  State& s = *state_;
+  if (marks == s.marks) return;
+  s.marks = marks;
+  s.Remove(s.scene, s.mark_actors);
+  for (const MarkOverlay& mark : marks) {
+    const TriangleMesh tube = MakeTubeMesh(mark.points_W, mark.radius_mm);
+    if (tube.triangles.empty()) continue;
+    s.Add(s.scene, s.mark_actors, MakeMeshActor(tube, mark.colour, 1, Finish::kMatt));
+    if (mark.selected) s.mark_actors.back()->GetProperty()->SetAmbient(0.5);
+  }
+}
+
+XrayList SceneActors::MakeXrayList(double surface_mm, Theme theme) const {
+  const State& s = *state_;
+  XrayList list;
+  AddBridges(s.bridges, list);
+  AddPlaneLines(s.plane_lines, surface_mm, list);
+  AddMarkLines(s.marks, list);
+  if (s.tool) {
+    if (const auto* disc = std::get_if<DiscSaw>(&*s.tool)) AddRim(s.X_WT, *disc, theme, list);
+  }
+  AddPoints(s.points, list);
+  AddPlaneHandles(s.handles, list);
+  return list;
+}
+
+ScreenBox SceneActors::CalcToolBox(const ViewCamera& camera) const {
+  const State& s = *state_;
+  if (!s.tool) return {};
+  const double radius = CalcReach(*s.tool);
+  Box3 box;
+  const bool disc = std::holds_alternative<DiscSaw>(*s.tool);
+  for (const Vec3& normal : {Vec3{0, 0, 1}, Vec3{1, 0, 0}, Vec3{0, 1, 0}}) {
+    for (const Vec3& p_T : MakeCircle(Vec3{0}, normal, radius, 16)) {
+      if (disc && normal.z == 0) continue;
+      if (const auto at = camera.Project(s.X_WT.Point(p_T))) box.Include({at->x, at->y, 0});
+    }
+  }
+  if (box.empty()) return {};
+  return {box.lower.x, box.lower.y, box.size().x, box.size().y};
+}
+
 Box3 SceneActors::CalcBounds() const {
   const State& s = *state_;
   Box3 box;
@@ -295,7 +468,7 @@ Box3 SceneActors::CalcBounds() const {
     box.Include(s.inner_box.upper);
   }
   if (s.tool) {
-    const double reach = 5 * CalcReach(*s.tool);
+    const double reach = std::max(5 * CalcReach(*s.tool), s.handpiece_shown ? CalcHandpieceReach(*s.tool) : 0);
     box.Include(s.X_WT.p_AB - reach);
     box.Include(s.X_WT.p_AB + reach);
   }
@@ -307,6 +480,7 @@ Box3 SceneActors::CalcBounds() const {
     box.Include(stop.p_W + stop.radius_mm);
   }
   for (const GuideOverlay& guide : s.guides) Include(guide.points_W, box);
+  for (const MarkOverlay& mark : s.marks) Include(mark.points_W, box);
   for (const MeasureOverlay& measure : s.measures) Include(measure.points_W, box);
   if (s.force) {
     box.Include(s.force_tail_W);
@@ -330,7 +504,20 @@ std::vector<SceneLabel> SceneActors::MakeLabels(const ViewCamera& camera) const 
     const auto at = camera.Project(p_W);
     if (!text.empty() && at) labels.push_back({text, at->x, at->y, colour});
   };
-  if (s.force) add(fmt::format("{:.1f} N", glm::length(s.force->f_W_N)), s.force_tail_W, kForceColour);
+  // The most important first: they get the best places.
+  for (const AlarmOverlay& alarm : s.alarms) {
+    if (alarm.level != AlarmLevel::kNone) add(alarm.label, alarm.p_W, AlarmColour(alarm.level));
+  }
+  if (s.force) {
+    const double N = glm::length(s.force->f_W_N);
+    add(s.force->label.empty() ? fmt::format("{:.1f} N on your hand", N) : s.force->label, s.force_tail_W,
+        kForceColour);
+  }
+  for (const BridgeOverlay& bridge : s.bridges) add(bridge.label, bridge.centre_W, kBridgeColour);
+  for (const PointOverlay& point : s.points) add(point.label, point.p_W, PointColour(point.kind));
+  for (const MarkOverlay& mark : s.marks) {
+    if (!mark.points_W.empty()) add(mark.label, mark.points_W.front(), mark.colour);
+  }
   for (const MeasureOverlay& measure : s.measures) {
     if (measure.points_W.empty()) continue;
     const bool angle = measure.points_W.size() > 2;
@@ -346,6 +533,25 @@ std::vector<SceneLabel> SceneActors::MakeLabels(const ViewCamera& camera) const 
         colour);
   }
   return labels;
+}
+
+double CalcArrowLength(const ViewCamera& camera, const Vec3& tip_W, const Vec3& back_W, double wanted_mm) {
+  const double most_px = std::min(camera.width(), camera.height()) / 3.0;
+  const auto tip = camera.Project(tip_W);
+  if (!tip) return wanted_mm;
+  const auto fits = [&](double length_mm) {
+    const auto tail = camera.Project(tip_W + length_mm * back_W);
+    return tail && std::hypot(tail->x - tip->x, tail->y - tip->y) <= most_px;
+  };
+  if (fits(wanted_mm)) return wanted_mm;
+  // An arrow to the eye appears longer the longer it is, so the longest that fits is found by bisection.
+  double fitting = 0;
+  double over = wanted_mm;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (fitting + over);
+    (fits(middle) ? fitting : over) = middle;
+  }
+  return fitting;
 }
 
 }  // namespace kerf

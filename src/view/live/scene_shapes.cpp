@@ -7,6 +7,8 @@
 #include <vtkPoints.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
+#include <vtkShaderProperty.h>
+#include <vtkUniforms.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
@@ -201,6 +203,62 @@ TriangleMesh MakeArrowMesh(const Vec3& tail, const Vec3& tip, double shaft_radiu
     }
   }
   return mesh;
+}
+
+TriangleMesh MakeTubeMesh(const std::vector<Vec3>& points, double radius) {
+  constexpr std::uint32_t kSectors = 20;
+  std::vector<Vec3> line;
+  for (const Vec3& p : points) {
+    if (line.empty() || glm::length(p - line.back()) > 1e-6) line.push_back(p);
+  }
+  TriangleMesh mesh;
+  if (line.size() < 2) return mesh;
+  Vec3 u{0};
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const Vec3 before = glm::normalize(i == 0 ? line[1] - line[0] : line[i] - line[i - 1]);
+    const Vec3 after = i + 1 == line.size() ? before : glm::normalize(line[i + 1] - line[i]);
+    const Vec3 along = CalcDirection(before + after).value_or(after);
+    // The sections do not twist: each keeps the previous one's direction as far as possible.
+    u = i == 0 ? Across(along)[0] : CalcDirection(u - glm::dot(u, along) * along).value_or(Across(along)[0]);
+    const Vec3 v = glm::cross(along, u);
+    for (std::uint32_t j = 0; j < kSectors; ++j) {
+      const double angle = 2 * std::numbers::pi * j / kSectors;
+      mesh.points.push_back(line[i] + radius * (std::cos(angle) * u + std::sin(angle) * v));
+    }
+  }
+  const auto last = static_cast<std::uint32_t>(line.size() - 1) * kSectors;
+  for (std::uint32_t a = 0; a < last; ++a) {
+    const std::uint32_t b = a % kSectors + 1 == kSectors ? a + 1 - kSectors : a + 1;
+    mesh.triangles.push_back({a, b, b + kSectors});
+    mesh.triangles.push_back({a, b + kSectors, a + kSectors});
+  }
+  for (std::uint32_t j = 2; j < kSectors; ++j) {
+    mesh.triangles.push_back({0, j, j - 1});
+    mesh.triangles.push_back({last, last + j - 1, last + j});
+  }
+  return mesh;
+}
+
+void AddSightHole(vtkActor& actor) {
+  vtkShaderProperty& shader = *actor.GetShaderProperty();
+  // hole_at: x, y and depth; hole: radius, strength and opacity in the middle.
+  shader.AddFragmentShaderReplacement("//VTK::Light::Impl", true,
+                                      "//VTK::Light::Impl\n"
+                                      "  if (hole.y > 0.0 && gl_FragCoord.z < hole_at.z) {\n"
+                                      "    float away = distance(gl_FragCoord.xy, hole_at.xy) / max(hole.x, 1.0);\n"
+                                      "    float kept = mix(hole.z, 1.0, smoothstep(0.55, 1.0, away));\n"
+                                      "    gl_FragData[0].a *= mix(1.0, kept, hole.y);\n"
+                                      "  }\n",
+                                      false);
+  SetSightHole(actor, {});
+}
+
+void SetSightHole(vtkActor& actor, const SightHole& hole) {
+  vtkUniforms& uniforms = *actor.GetShaderProperty()->GetFragmentCustomUniforms();
+  const double at[3] = {hole.x_px, hole.y_px, hole.depth};
+  const double values[3] = {hole.radius_px, hole.strength, hole.alpha};
+  uniforms.SetUniform3f("hole_at", at);
+  uniforms.SetUniform3f("hole", values);
 }
 
 void SetPose(vtkActor& actor, const Pose& X_WA) {

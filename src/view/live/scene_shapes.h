@@ -37,8 +37,25 @@ std::vector<Vec3> MakeRectangle(const Vec3& middle, const Vec3& normal, const Ve
 /// Makes a filled convex polygon.
 TriangleMesh MakePolygon(const std::vector<Vec3>& corners);
 std::vector<Vec3> MakeCircle(const Vec3& middle, const Vec3& normal, double radius, int corners);
+/// Makes a closed round tube along a polyline. Empty for fewer than two different points.
+TriangleMesh MakeTubeMesh(const std::vector<Vec3>& points, double radius);
 TriangleMesh MakeArrowMesh(const Vec3& tail, const Vec3& tip, double shaft_radius);
 
 void SetPose(vtkActor& actor, const Pose& X_WA);
+
+/// Round window in an actor through which one sees what lies behind a spot: the actor's parts that lie in front of the
+/// spot become translucent around it on the screen.
+struct SightHole {
+  double x_px = 0;  // on the screen, from the lower left
+  double y_px = 0;
+  double depth = 0;      // of the spot, 0 to 1
+  double radius_px = 0;  // at which the actor is opaque again
+  double strength = 0;   // 0: no window; 1: full
+  double alpha = 0.2;    // of the actor in the middle, at full strength
+};
+/// Gives an actor a window, initially without effect.
+void AddSightHole(vtkActor& actor);
+/// Changes the window of an actor that has one.
+void SetSightHole(vtkActor& actor, const SightHole& hole);
 
 }  // namespace kerf

@@ -86,12 +86,20 @@ struct SurfaceWorker::State {
   std::deque<Key> order;
   std::optional<SliceJob> job;
   std::optional<CtSlices> slices;
+  std::map<int, SliceSpec> slice_jobs;
+  std::map<int, SliceImage> slice_images;
+  std::shared_ptr<const InnerSurfaces> inner;
+  std::optional<std::vector<PlaneOverlay>> plane_job;
+  std::optional<std::vector<PlaneLineOverlay>> plane_lines;
   bool stop = false;
   bool working = true;
   SurfaceCounts counts;
   bool first_done = false;
 
+  bool has_slice_job() const { return job || !slice_jobs.empty() || plane_job; }
+
   // Used only by the worker.
+  int last_view = -1;
   std::vector<Index> all;
   std::vector<Pass> passes;
   tbb::task_arena arena;
@@ -139,6 +147,50 @@ struct SurfaceWorker::State {
     return true;
   }
 
+  // Computes one requested slice, or the planes' lines. Returns false if none is requested.
+  bool MakeSlice() {
+    std::optional<std::pair<int, SliceSpec>> wanted;
+    std::optional<std::vector<PlaneOverlay>> planes;
+    std::shared_ptr<const InnerSurfaces> surfaces;
+    {
+      const std::lock_guard lock(mutex);
+      surfaces = inner;
+      if (!slice_jobs.empty()) {
+        // The view after the one that was served last, so that no view waits for ever.
+        auto at = slice_jobs.upper_bound(last_view);
+        if (at == slice_jobs.end()) at = slice_jobs.begin();
+        wanted = *at;
+        last_view = at->first;
+        slice_jobs.erase(at);
+      }
+      std::swap(planes, plane_job);
+    }
+    if (planes) {
+      std::vector<PlaneLineOverlay> lines;
+      {
+        const std::shared_lock lock(bone_mutex);
+        const double step_mm = std::max(0.2, chunks.bone().voxel_mm());
+        for (const PlaneOverlay& plane : *planes) {
+          arena.execute([&] {
+            lines.push_back({CalcSectionLines(chunks.bone(), plane, step_mm), plane.colour, plane.selected});
+          });
+        }
+      }
+      const std::lock_guard lock(mutex);
+      plane_lines = std::move(lines);
+    }
+    if (wanted) {
+      SliceImage made;
+      {
+        const std::shared_lock lock(bone_mutex);
+        arena.execute([&] { made = CalcSlice(chunks.bone(), wanted->second, surfaces.get()); });
+      }
+      const std::lock_guard lock(mutex);
+      slice_images.insert_or_assign(wanted->first, std::move(made));
+    }
+    return planes.has_value() || wanted.has_value();
+  }
+
   // Does one unit of work. Returns false if there is none.
   bool Step() {
     constexpr std::size_t kBatch = 64;
@@ -165,7 +217,8 @@ struct SurfaceWorker::State {
         const std::lock_guard lock(mutex);
         slices = std::move(made);
       }
-      if (!dirty.empty() || slice) return true;
+      const bool sliced = MakeSlice();
+      if (!dirty.empty() || slice || sliced) return true;
     }
     Pass* pass = FindPass();
     if (pass == nullptr) return false;
@@ -194,7 +247,7 @@ struct SurfaceWorker::State {
       std::unique_lock lock(mutex);
       if (stop) return;
       if (worked) continue;
-      const auto has_work = [&] { return stop || !leaves.empty() || job || FindPass() != nullptr; };
+      const auto has_work = [&] { return stop || !leaves.empty() || has_slice_job() || FindPass() != nullptr; };
       if (has_work()) continue;
       working = false;
       idle.notify_all();
@@ -264,7 +317,7 @@ bool SurfaceWorker::first_done() const {
 
 void SurfaceWorker::WaitIdle() {
   std::unique_lock lock(state_->mutex);
-  state_->idle.wait(lock, [&] { return !state_->working && state_->leaves.empty() && !state_->job; });
+  state_->idle.wait(lock, [&] { return !state_->working && state_->leaves.empty() && !state_->has_slice_job(); });
 }
 
 void SurfaceWorker::WaitFirst() {
@@ -285,6 +338,38 @@ void SurfaceWorker::RequestSlices(const Tool& tool, const Pose& X_WT, double edg
 std::optional<CtSlices> SurfaceWorker::FetchSlices() {
   const std::lock_guard lock(state_->mutex);
   return std::exchange(state_->slices, std::nullopt);
+}
+
+void SurfaceWorker::SetInnerSurfaces(std::shared_ptr<const InnerSurfaces> inner) {
+  const std::lock_guard lock(state_->mutex);
+  state_->inner = std::move(inner);
+}
+
+void SurfaceWorker::RequestSlice(int view, const SliceSpec& spec) {
+  CalcSliceFrame(spec);  // checks the spec in the caller's thread
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->slice_jobs.insert_or_assign(view, spec);
+  }
+  state_->wake.notify_one();
+}
+
+std::map<int, SliceImage> SurfaceWorker::FetchSliceImages() {
+  const std::lock_guard lock(state_->mutex);
+  return std::exchange(state_->slice_images, {});
+}
+
+void SurfaceWorker::RequestPlaneLines(std::vector<PlaneOverlay> planes) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->plane_job = std::move(planes);
+  }
+  state_->wake.notify_one();
+}
+
+std::optional<std::vector<PlaneLineOverlay>> SurfaceWorker::FetchPlaneLines() {
+  const std::lock_guard lock(state_->mutex);
+  return std::exchange(state_->plane_lines, std::nullopt);
 }
 
 std::optional<Vec3> SurfaceWorker::Pick(const Ray& ray) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "view/live/bone_chunks.h"
 #include "view/live/camera.h"
 #include "view/live/ct_slices.h"
+#include "view/live/slice_view.h"
 
 namespace kerf {
 
@@ -51,6 +53,17 @@ class SurfaceWorker {
   void RequestSlices(const Tool& tool, const Pose& X_WT, double edge_mm, int pixels, const CtWindow& window = {});
   /// Returns the latest finished slices unless they have already been fetched.
   std::optional<CtSlices> FetchSlices();
+  /// Sets the nerve canal and the teeth, whose outlines are added to slices from now on.
+  void SetInnerSurfaces(std::shared_ptr<const InnerSurfaces> inner);
+  /// Requests a slice for one of several views; replaces the view's waiting request. Slices are computed between
+  /// chunks. A bone without CT numbers is shown by its tissues. Throws Error if a value of the spec is out of range.
+  void RequestSlice(int view, const SliceSpec& spec);
+  /// Returns the finished slices that have not been fetched yet, by view.
+  std::map<int, SliceImage> FetchSliceImages();
+  /// Requests the lines in which planes meet the bone's current surface; replaces the waiting request.
+  void RequestPlaneLines(std::vector<PlaneOverlay> planes);
+  /// Returns the latest finished lines, in the planes' colours, unless they have already been fetched.
+  std::optional<std::vector<PlaneLineOverlay>> FetchPlaneLines();
   /// Returns the first intersection of a ray with the bone. May wait about a millisecond for the chunk that is being
   /// meshed.
   std::optional<Vec3> Pick(const Ray& ray) const;

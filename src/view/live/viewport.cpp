@@ -4,6 +4,7 @@
 #include <GL/glcorearb.h>
 #include <vtkAnnotatedCubeActor.h>
 #include <vtkCamera.h>
+#include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkProp.h>
 #include <vtkRenderWindow.h>
@@ -19,8 +20,10 @@
 
 #include "kerf/error.h"
 #include "view/live/bone_prop.h"
+#include "view/live/dust_prop.h"
 #include "view/live/palette.h"
 #include "view/live/scene_actors.h"
+#include "view/live/xray_prop.h"
 #include "view/picture/vtk_scene.h"
 
 namespace kerf {
@@ -39,6 +42,8 @@ struct Viewport::State {
   vtkRenderWindow& window;
   vtkNew<vtkRenderer> scene, over, corner, flat;
   vtkNew<BoneProp> bone;
+  vtkNew<DustProp> dust;
+  vtkNew<XrayProp> xray;
   vtkProp* panels = nullptr;
   vtkSmartPointer<vtkAnnotatedCubeActor> cube = MakeOrientationCube(kCubeLook);
   SceneActors actors;
@@ -59,9 +64,24 @@ struct Viewport::State {
   PaletteCounts counts{};
 
   std::optional<ForceArrow> force;
+  DustCloud cloud;
+  bool show_dust = true;
+  bool show_handpiece = true;
+  Theme theme = Theme::kLight;
   ScreenBox free;  // area of the bone; empty: the window
   ScreenBox cube_box;
   ViewStats stats;
+
+  // Depth of a point on the screen as a fragment has it, 0 to 1.
+  double CalcDepth(const Vec3& p_W) {
+    const double aspect = static_cast<double>(camera.width()) / camera.height();
+    double clip[16];
+    vtkMatrix4x4::DeepCopy(clip, scene->GetActiveCamera()->GetCompositeProjectionTransformMatrix(aspect, -1, 1));
+    const auto row = [&](int i) {
+      return clip[4 * i] * p_W.x + clip[4 * i + 1] * p_W.y + clip[4 * i + 2] * p_W.z + clip[4 * i + 3];
+    };
+    return 0.5 * (row(2) / row(3) + 1);
+  }
 
   void SetCameras() {
     Box3 box = bounds_W;
@@ -113,12 +133,13 @@ Viewport::Viewport(vtkRenderWindow& window) : state_(std::make_unique<State>(win
     renderer->SetInteractive(0);
     window.AddRenderer(renderer);
   }
-  s.scene->SetBackground(0.80, 0.83, 0.87);
-  s.scene->SetBackground2(0.60, 0.66, 0.73);
+  set_theme(Theme::kLight);
   s.scene->GradientBackgroundOn();
   s.over->SetActiveCamera(s.scene->GetActiveCamera());
   for (vtkRenderer* renderer : {s.scene.Get(), s.over.Get(), s.corner.Get()}) AddCameraLights(*renderer, kLights);
   s.scene->AddActor(s.bone);
+  s.scene->AddActor(s.xray);
+  s.scene->AddActor(s.dust);
   s.corner->AddActor(s.cube);
   s.bone->SetPalette(MakePalette(s.materials, s.by));
   const int* size = window.GetSize();
@@ -247,6 +268,72 @@ void Viewport::SetMeasures(const std::vector<MeasureOverlay>& measures) {
 void Viewport::SetPieces(const std::vector<PieceShape>& pieces) {
   state_->actors.SetPieces(pieces);
 }
+void Viewport::SetBridges(const std::vector<BridgeOverlay>& bridges) {
+  state_->actors.SetBridges(bridges);
+}
+void Viewport::SetPoints(const std::vector<PointOverlay>& points) {
+  state_->actors.SetPoints(points);
+}
+void Viewport::SetPlaneHandles(const std::vector<PlaneHandleOverlay>& handles) {
+  state_->actors.SetPlaneHandles(handles);
+}
+void Viewport::SetPlaneLines(const std::vector<PlaneLineOverlay>& lines) {
+  state_->actors.SetPlaneLines(lines);
+}
+void Viewport::SetMarks(const std::vector<MarkOverlay>& marks) {
+  state_->actors.SetMarks(marks);
+}
+void Viewport::SetAlarms(const std::vector<AlarmOverlay>& alarms) {
+  state_->actors.SetAlarms(alarms);
+}
+
+void Viewport::set_show_handpiece(bool show) {
+  state_->show_handpiece = show;
+  state_->actors.SetHandpieceShown(show);
+}
+bool Viewport::show_handpiece() const {
+  return state_->show_handpiece;
+}
+void Viewport::SetContact(const std::optional<Vec3>& p_W) {
+  state_->actors.SetContact(p_W);
+}
+void Viewport::AddDust(const Vec3& p_W, const Vec3& v_W, double volume_mm3) {
+  if (state_->show_dust) state_->cloud.Add(p_W, v_W, volume_mm3);
+}
+void Viewport::AdvanceDust(double dt_s) {
+  state_->cloud.Advance(dt_s);
+}
+void Viewport::set_show_dust(bool show) {
+  state_->show_dust = show;
+  if (!show) state_->cloud.Clear();
+}
+bool Viewport::show_dust() const {
+  return state_->show_dust;
+}
+
+void Viewport::set_theme(Theme theme) {
+  State& s = *state_;
+  s.theme = theme;
+  const SceneColours colours = SceneColoursOf(theme);
+  const auto f = [](std::uint8_t v) { return v / 255.0; };
+  s.scene->SetBackground(f(colours.bottom[0]), f(colours.bottom[1]), f(colours.bottom[2]));
+  s.scene->SetBackground2(f(colours.top[0]), f(colours.top[1]), f(colours.top[2]));
+}
+Theme Viewport::theme() const {
+  return state_->theme;
+}
+
+std::vector<SceneRing> Viewport::ListRings() const {
+  std::vector<SceneRing> rings;
+  for (const AlarmOverlay& alarm : state_->actors.alarms()) {
+    const auto at = state_->camera.Project(alarm.p_W);
+    if (at && alarm.level != AlarmLevel::kNone) rings.push_back({at->x, at->y, alarm.level});
+  }
+  return rings;
+}
+ScreenBox Viewport::CalcToolBox() const {
+  return state_->actors.CalcToolBox(state_->camera);
+}
 
 // ---- panels
 
@@ -304,6 +391,35 @@ void Viewport::FitAll() {
   s.camera.Pan(free.left + 0.5 * free.width - 0.5 * width, free.top + 0.5 * free.height - 0.5 * height);
 }
 
+namespace {
+
+// Returns the index of the overlay nearest to a pixel.
+template <typename Overlay>
+std::optional<int> PickNearest(const std::vector<Overlay>& overlays, const ViewCamera& camera, const ScreenPoint& at,
+                               double radius_px) {
+  std::optional<int> nearest;
+  double least = radius_px;
+  for (std::size_t i = 0; i < overlays.size(); ++i) {
+    const auto p = camera.Project(overlays[i].p_W);
+    if (!p) continue;
+    const double away = std::hypot(p->x - at.x, p->y - at.y);
+    if (away > least) continue;
+    least = away;
+    nearest = static_cast<int>(i);
+  }
+  return nearest;
+}
+
+}  // namespace
+
+std::optional<int> Viewport::PickPoint(const ScreenPoint& at, double radius_px) const {
+  return PickNearest(state_->actors.points(), state_->camera, at, radius_px);
+}
+
+std::optional<int> Viewport::PickHandle(const ScreenPoint& at) const {
+  return PickNearest(state_->actors.plane_handles(), state_->camera, at, kHandleSize_points * state_->scale);
+}
+
 // ---- drawing
 
 void Viewport::Render() {
@@ -315,11 +431,24 @@ void Viewport::Render() {
     if (!s.has_fineness) s.bone->SetFineness(software ? BoneProp::Fineness{1.5, 14, 150'000} : BoneProp::Fineness{});
     s.has_fineness = true;
     if (!s.smooth_edges) s.smooth_edges = !software;
+    s.cloud.set_max_grains(software ? 400 : 1500);
     s.scene->SetUseFXAA(*s.smooth_edges);
   }
   s.bone->SetPixel(s.camera.WorldPerPixel(s.camera.target_W()), s.scale, s.voxel_mm);
-  s.actors.SetForce(s.force, s.force ? s.camera.WorldPerPixel(s.force->p_W) * s.scale : 1);
+  s.actors.SetForce(s.force, s.camera);
   s.SetCameras();
+  s.actors.MoveToolLast();
+  if (const std::optional<Vec3>& contact = s.actors.contact()) {
+    // A little behind the place itself, because the disc's own rim is there.
+    s.actors.UpdateSightHoles(s.camera,
+                              s.CalcDepth(*contact + 1.0 * s.camera.CalcRay(*s.camera.Project(*contact)).direction_W));
+  } else {
+    s.actors.UpdateSightHoles(s.camera, 0);
+  }
+  // A dual mesh of cells of this edge deviates from the surface by less than half an edge.
+  const double surface_mm = 0.25 + 0.5 * s.bone->counts().step * s.voxel_mm;
+  s.xray->SetList(s.actors.MakeXrayList(surface_mm, s.theme), s.scale);
+  s.dust->SetGrains(s.cloud.MakeGrains(), s.scale);
   s.window.Render();
   const BoneProp::Counts& counts = s.bone->counts();
   s.stats = {counts.chunks, counts.drawn, counts.triangles, counts.bytes, counts.step};

@@ -14,6 +14,7 @@
 #include "view/live/bone_chunks.h"
 #include "view/live/camera.h"
 #include "view/live/inner_surfaces.h"
+#include "view/live/overlays.h"
 #include "view/picture/colours.h"
 #include "view/picture/image.h"
 
@@ -21,20 +22,6 @@ class vtkProp;
 class vtkRenderWindow;
 
 namespace kerf {
-
-/// Plane of the plan, or an achieved one, drawn as a rectangle.
-struct PlaneOverlay {
-  std::string name;
-  Vec3 p_W{0};  // centre of the rectangle
-  Vec3 normal_W{0, 0, 1};
-  double width_mm = 40;
-  double height_mm = 40;
-  Vec3 up_W{0, 0, 1};  // direction of the height; its part perpendicular to the normal is used
-  Rgb8 colour{0, 114, 178};
-  bool selected = false;
-
-  bool operator==(const PlaneOverlay&) const = default;
-};
 
 /// Depth limit of the tool, drawn hatched to distinguish it from planes of the plan.
 struct DepthStopOverlay {
@@ -75,7 +62,9 @@ struct PieceShape {
 
 struct ForceArrow {
   Vec3 p_W{0};    // point of application
-  Vec3 f_W_N{0};  // drawn 8 mm long per newton, but at most 60 mm and at least as long as its head
+  Vec3 f_W_N{0};  // drawn 8 mm long per newton, but at least as long as its head, at most 60 mm, and at most a third of
+                  // the view
+  std::string label = {};  // beside the tail; empty: the magnitude
 };
 
 /// Label of something in the picture.
@@ -84,6 +73,13 @@ struct SceneLabel {
   double x = 0;  // position of the labelled spot, pixels
   double y = 0;
   Rgb8 colour{40, 44, 52};
+};
+
+/// Ring of an alarm in the picture.
+struct SceneRing {
+  double x = 0;  // pixels
+  double y = 0;
+  AlarmLevel level = AlarmLevel::kNone;
 };
 
 /// Rectangle in pixels from the top left of the window.
@@ -150,11 +146,30 @@ class Viewport {
   /// Sets the pose of the handle in a coupled simulation; unset: not shown.
   void SetGhost(const std::optional<Pose>& X_WH);
   void SetForce(const std::optional<ForceArrow>& force);
+  /// Shows the handpiece behind the tool; on by default.
+  void set_show_handpiece(bool show);
+  bool show_handpiece() const;
+  /// Sets where the tool cuts: handpiece and disc become translucent where they hide this place, and the guard is on
+  /// the other side of the disc. Unset: the tool does not cut.
+  void SetContact(const std::optional<Vec3>& p_W);
+  /// Adds the dust of a removed volume; `v_W`: velocity of the teeth, mm/s. Ignored while dust is switched off.
+  void AddDust(const Vec3& p_W, const Vec3& v_W, double volume_mm3);
+  /// Moves the dust; call it once per picture.
+  void AdvanceDust(double dt_s);
+  /// On by default. Switching it off removes the dust.
+  void set_show_dust(bool show);
+  bool show_dust() const;
   void SetPlanes(const std::vector<PlaneOverlay>& planes);
   void SetDepthStops(const std::vector<DepthStopOverlay>& stops);
   void SetGuides(const std::vector<GuideOverlay>& guides);
   void SetMeasures(const std::vector<MeasureOverlay>& measures);
   void SetPieces(const std::vector<PieceShape>& pieces);
+  void SetBridges(const std::vector<BridgeOverlay>& bridges);
+  void SetPoints(const std::vector<PointOverlay>& points);
+  void SetPlaneHandles(const std::vector<PlaneHandleOverlay>& handles);
+  void SetPlaneLines(const std::vector<PlaneLineOverlay>& lines);
+  void SetMarks(const std::vector<MarkOverlay>& marks);
+  void SetAlarms(const std::vector<AlarmOverlay>& alarms);
 
   // ---- panels
   /// Adds the panels, which are drawn over everything else. The prop must live longer than the viewport.
@@ -165,12 +180,23 @@ class Viewport {
   void SetAreas(const ScreenBox& scene, const ScreenBox& cube);
   /// Returns the labels of everything shown, at their places in pixels, for the owner of the panels to draw.
   std::vector<SceneLabel> ListLabels() const;
+  /// Returns the rings of alarms, at their places in pixels.
+  std::vector<SceneRing> ListRings() const;
+  /// Returns the area of the tool on the screen, pixels, which labels should avoid; empty if there is no tool.
+  ScreenBox CalcToolBox() const;
+  /// Sets the brightness of the background; light by default.
+  void set_theme(Theme theme);
+  Theme theme() const;
 
   // ---- camera and mouse
   ViewCamera& camera();
   const ViewCamera& camera() const;
   /// Fits the whole bone and the pieces into the area between the panels.
   void FitAll();
+  /// Returns the index of the point, or of the plane's handle, that is nearest to a pixel on the screen and at most a
+  /// radius away; of two at the same place, the later one.
+  std::optional<int> PickPoint(const ScreenPoint& at, double radius_px) const;
+  std::optional<int> PickHandle(const ScreenPoint& at) const;
 
   /// Draws everything into the window's frame buffer; the owner presents it.
   void Render();

@@ -10,6 +10,9 @@
 
 namespace kerf {
 
+/// Brightness of the window: of the background and of the panels.
+enum class Theme : std::uint8_t { kLight, kDark };
+
 /// Line of a legend: a colour and its meaning.
 struct LegendEntry {
   std::string text;

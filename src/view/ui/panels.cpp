@@ -359,68 +359,6 @@ bool DrawProgressBox(Ui& ui, const HudProgress& progress, const UiBox& scene) {
   return cancelled;
 }
 
-void DrawPictureLabels(Ui& ui, const std::vector<UiLabel>& labels, double mm_per_pixel, const UiBox& scene) {
-  const float s = ui.scale();
-  const double sd = s;
-  ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  const UiColours& c = ui.colours();
-  std::vector<UiBox> taken = ui.PanelBoxes();
-  if (scene.width > 220 * sd && mm_per_pixel > 0) {
-    const ScaleBar bar = CalcScaleBar(mm_per_pixel, 190 * sd);
-    const UiBox box{scene.left + 8 * sd, scene.bottom() - 42 * sd, std::max(bar.points + 16 * sd, 70 * sd), 34 * sd};
-    list.AddRectFilled(TopLeft(box), {static_cast<float>(box.right()), static_cast<float>(box.bottom())},
-                       ToImU32(c.panel, 0.8), 3);
-    const auto x = static_cast<float>(box.left) + 8 * s;
-    const float y = static_cast<float>(box.bottom()) - 9 * s;
-    const auto length = static_cast<float>(bar.points);
-    list.AddRectFilled({x, y}, {x + length, y + 3 * s}, ToImU32(c.text));
-    list.AddRectFilled({x, y - 5 * s}, {x + 2 * s, y + 3 * s}, ToImU32(c.text));
-    list.AddRectFilled({x + length - 2 * s, y - 5 * s}, {x + length, y + 3 * s}, ToImU32(c.text));
-    list.AddText({x, static_cast<float>(box.top) + 3 * s}, ToImU32(c.text), fmt::format("{:g} mm", bar.mm).c_str());
-    taken.push_back(box);
-  }
-  std::vector<UiSize> sizes;
-  ImGui::PushFont(ui.bold());
-  for (const UiLabel& label : labels) {
-    const ImVec2 size = ImGui::CalcTextSize(label.text.c_str());
-    const double label_width = static_cast<double>(size.x) + 12 * sd;
-    sizes.push_back({label_width, static_cast<double>(size.y) + 4 * sd});
-  }
-  const std::vector<UiBox> places = PlaceLabels(labels, sizes, scene, std::move(taken));
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    if (places[i].empty()) continue;
-    const ImVec2 at = TopLeft(places[i]);
-    const ImVec2 end{static_cast<float>(places[i].right()), static_cast<float>(places[i].bottom())};
-    list.AddRectFilled(at, end, ToImU32(c.panel, 0.88));
-    list.AddRectFilled(at, {at.x + 3 * s, end.y}, ToImU32(labels[i].colour));
-    list.AddText({at.x + 7 * s, at.y + 2 * s}, ToImU32(c.text), labels[i].text.c_str());
-  }
-  ImGui::PopFont();
-}
-
-void DrawAlarmBorder(Ui& ui, HudLevel level, const UiBox& scene) {
-  if (level != HudLevel::kWarn && level != HudLevel::kBad) return;
-  const float s = ui.scale();
-  ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  const ImU32 colour = ToImU32(LevelColour(level), 0.9);
-  const float width = (level == HudLevel::kBad ? 9 : 5) * s;
-  const ImVec2 from = TopLeft(scene);
-  const ImVec2 to{static_cast<float>(scene.right()), static_cast<float>(scene.bottom())};
-  // A warning is dashed, a violation is a full frame, so that they differ without colour.
-  const float dash = level == HudLevel::kBad ? 1e6F : 26 * s;
-  const float period = level == HudLevel::kBad ? 1e6F : 40 * s;
-  for (float x = from.x; x < to.x; x += period) {
-    const float end = std::min(x + dash, to.x);
-    list.AddRectFilled({x, from.y}, {end, from.y + width}, colour);
-    list.AddRectFilled({x, to.y - width}, {end, to.y}, colour);
-  }
-  for (float y = from.y; y < to.y; y += period) {
-    const float end = std::min(y + dash, to.y);
-    list.AddRectFilled({from.x, y}, {from.x + width, end}, colour);
-    list.AddRectFilled({to.x - width, y}, {to.x, end}, colour);
-  }
-}
-
 std::optional<int> DrawMenuDialog(Ui& ui, const HudMenu& menu) {
   const float s = ui.scale();
   std::optional<int> clicked;

@@ -39,11 +39,6 @@ void DrawMessage(Ui& ui, const std::string& message, const std::string& staying,
 /// Small box in the scene's lower left corner: what is in progress, how far, and the time left. Returns true if Cancel
 /// was clicked.
 bool DrawProgressBox(Ui& ui, const HudProgress& progress, const UiBox& scene);
-/// Scale bar and labels in the picture; drawn below all panels.
-void DrawPictureLabels(Ui& ui, const std::vector<UiLabel>& labels, double mm_per_pixel, const UiBox& scene);
-/// Border around the scene whose width and pattern show the level.
-void DrawAlarmBorder(Ui& ui, HudLevel level, const UiBox& scene);
-
 /// List to choose from, as a dialog. Returns the row that was clicked.
 std::optional<int> DrawMenuDialog(Ui& ui, const HudMenu& menu);
 void DrawResultDialog(Ui& ui, const HudResult& result);

@@ -19,8 +19,6 @@ class vtkProp;
 
 namespace kerf {
 
-enum class Theme : std::uint8_t { kLight, kDark };
-
 /// Size of text relative to the normal size.
 inline constexpr Range kTextSizeRange{0.8, 2};
 

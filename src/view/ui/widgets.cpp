@@ -257,42 +257,4 @@ void Swatch(Ui& ui, const Rgb8& colour, bool filled) {
   ImGui::Dummy({size, size});
 }
 
-ScaleBar CalcScaleBar(double mm_per_point, double max_points) {
-  const double max_mm = mm_per_point * max_points;
-  const double power = std::pow(10.0, std::floor(std::log10(max_mm)));
-  double mm = power;
-  for (const double factor : {5.0, 2.0}) {
-    if (factor * power <= max_mm) {
-      mm = factor * power;
-      break;
-    }
-  }
-  return {mm, mm / mm_per_point};
-}
-
-std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::vector<UiSize>& sizes, const UiBox& area,
-                               std::vector<UiBox> taken) {
-  std::vector<UiBox> placed(labels.size());
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    const UiLabel& label = labels[i];
-    const double w = sizes[i].width;
-    const double h = sizes[i].height;
-    const double gap = 0.4 * h;
-    // Next to the spot, then further above and below.
-    for (const double y : {label.y - gap - h, label.y + gap, label.y - gap - 2.3 * h, label.y + gap + 1.3 * h}) {
-      for (const double x : {label.x + gap, label.x - gap - w}) {
-        const UiBox box{x, y, w, h};
-        const bool within =
-            x >= area.left && y >= area.top && box.right() <= area.right() && box.bottom() <= area.bottom();
-        const bool free =
-            within && std::none_of(taken.begin(), taken.end(), [&](const UiBox& t) { return Overlap(t, box); });
-        if (!free || !placed[i].empty()) continue;
-        placed[i] = box;
-        taken.push_back(box);
-      }
-    }
-  }
-  return placed;
-}
-
 }  // namespace kerf

@@ -41,28 +41,4 @@ bool Indicator(Ui& ui, const char* id, const std::string& name, bool on, const s
 /// Swatch of a colour with a text.
 void Swatch(Ui& ui, const Rgb8& colour, bool filled = true);
 
-/// Scale bar: `points` on the screen correspond to `mm` at the depth of the camera's target.
-struct ScaleBar {
-  double mm = 10;
-  double points = 100;
-};
-/// Returns the longest bar that is at most `max_points` long and represents 1, 2 or 5 times a power of ten mm.
-ScaleBar CalcScaleBar(double mm_per_point, double max_points);
-
-/// Label of a spot in the picture, pixels.
-struct UiLabel {
-  std::string text;
-  double x = 0;
-  double y = 0;
-  Rgb8 colour{40, 44, 52};
-};
-struct UiSize {
-  double width = 0;
-  double height = 0;
-};
-/// Returns the place of each label next to its spot, so that labels overlap neither `taken` nor each other and stay
-/// within `area`; an empty box if there is no such place. `sizes`: of the labels.
-std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::vector<UiSize>& sizes, const UiBox& area,
-                               std::vector<UiBox> taken);
-
 }  // namespace kerf

@@ -5,7 +5,9 @@
 
 #include "bone/material/region_table.h"
 #include "support/colour_vision.h"
+#include "view/live/overlays.h"
 #include "view/live/palette.h"
+#include "view/live/piece_mesh.h"
 
 namespace kerf {
 namespace {
@@ -18,6 +20,39 @@ TEST(Colours, TissuesOfACutFaceAreDistinguishableWithAnyColourVision) {
                     "tissue");
   // Compares cut cortex with the outside of the bone and with a tooth: pale colours that are seen side by side.
   test::ExpectApart({CutColour(Tissue::kCortical), kBoneColour, CutColour(Tissue::kTooth)}, 10, "pale");
+}
+
+TEST(Colours, PiecesAreDistinguishableWithAnyColourVision) {
+  std::vector<Rgb8> colours;
+  for (int i = 0; i < kPieceColours; ++i) colours.push_back(PieceColour(i));
+  test::ExpectApart(colours, 20, "piece");
+  // And from the tissues on their cut faces, which are seen side by side.
+  for (const Rgb8& colour : colours) {
+    test::ExpectApart({colour, CutColour(Tissue::kCortical)}, 10, "cortical face");
+    test::ExpectApart({colour, CutColour(Tissue::kCancellous)}, 10, "cancellous face");
+    // Muted: a chroma of at most 30, where the earlier colours had up to 90.
+    const test::Rgb lab = test::ToLab(colour, test::kNormal);
+    EXPECT_LT(std::hypot(lab[1], lab[2]), 30);
+  }
+}
+
+// WCAG 2 requires a contrast of 4.5 for text, and of 3 for the edges of what carries meaning.
+TEST(Colours, ThemesHaveContrast) {
+  for (const Theme theme : {Theme::kLight, Theme::kDark}) {
+    const SceneColours colours = SceneColoursOf(theme);
+    EXPECT_GT(test::CalcContrast(colours.text, colours.ground), 7);
+    // The ground is slightly translucent; text remains readable over the background and over bone.
+    for (const Rgb8& behind : {colours.top, colours.bottom, kBoneColour}) {
+      Rgb8 mixed{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        mixed[i] = static_cast<std::uint8_t>(0.88 * colours.ground[i] + 0.12 * behind[i]);
+      }
+      EXPECT_GT(test::CalcContrast(colours.text, mixed), 4.5);
+    }
+  }
+  // On the dark background, bone stands out more than on the light one.
+  EXPECT_GT(test::CalcContrast(kBoneColour, SceneColoursOf(Theme::kDark).top), 7);
+  EXPECT_GT(test::CalcContrast(kBoneColour, SceneColoursOf(Theme::kDark).bottom), 7);
 }
 
 TEST(Palette, PlainBoneShowsTissueOnlyOnCutFaces) {

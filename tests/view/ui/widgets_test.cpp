@@ -5,7 +5,9 @@
 #include <imgui.h>
 
 #include <cmath>
+#include <random>
 
+#include "view/ui/picture_marks.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
@@ -47,28 +49,47 @@ TEST(Widgets, FittedTextIsTheTextOrItsBeginningWithAnEllipsis) {
   ui.EndFrame();
 }
 
-TEST(Widgets, LabelsOverlapNeitherPanelsNorEachOther) {
-  std::vector<UiLabel> labels;
-  std::vector<UiSize> sizes;
-  for (int i = 0; i < 60; ++i) {
-    labels.push_back({"plane", 40.0 * (i % 32), 14.0 * i, {}});
-    sizes.push_back({70, 20});
+TEST(Labels, OverlapNeitherPanelsNorEachOther) {
+  std::mt19937 random(3);
+  const auto draw = [&](double lower, double upper) {
+    return lower + (upper - lower) * (static_cast<double>(random()) / 4294967296.0);
+  };
+  const UiBox area{0, 0, 1280, 720};
+  const std::vector<UiBox> panels{{0, 0, 240, 700}, {1100, 0, 180, 500}, {400, 10, 500, 40}};
+  for (int round = 0; round < 50; ++round) {
+    std::vector<UiLabel> labels;
+    for (int i = 0; i < 12; ++i) labels.push_back({"label", draw(-20, 1300), draw(-20, 740), {}});
+    const std::vector<UiBox> places =
+        PlaceLabels(labels, std::vector<UiSize>(labels.size(), {70, 20}), panels, {}, area, 1);
+    std::vector<UiBox> seen = panels;
+    for (const UiBox& box : places) {
+      if (box.empty()) continue;
+      EXPECT_GE(box.left, area.left);
+      EXPECT_GE(box.top, area.top);
+      EXPECT_LE(box.right(), area.right());
+      EXPECT_LE(box.bottom(), area.bottom());
+      for (const UiBox& other : seen) EXPECT_FALSE(Overlap(box, other));
+      seen.push_back(box);
+    }
+    EXPECT_GT(seen.size(), panels.size() + 6);
   }
-  const UiBox area{0, 0, 1280, 690};
-  const std::vector<UiBox> panels{{0, 0, 250, 690}, {1000, 0, 280, 300}};
-  const std::vector<UiBox> places = PlaceLabels(labels, sizes, area, panels);
-  std::vector<UiBox> seen = panels;
-  std::size_t shown = 0;
-  for (const UiBox& box : places) {
-    if (box.empty()) continue;
-    ++shown;
-    EXPECT_GE(box.left, area.left);
-    EXPECT_LE(box.right(), area.right());
-    EXPECT_LE(box.bottom(), area.bottom());
-    for (const UiBox& other : seen) EXPECT_FALSE(Overlap(box, other));
-    seen.push_back(box);
-  }
-  EXPECT_GT(shown, 20u);
+}
+
+TEST(Labels, AvoidTheSawIfThereIsSpace) {
+  const UiBox saw{600, 300, 120, 120};
+  const UiBox area{0, 0, 1280, 720};
+  const std::vector<UiLabel> labels{{"12.3 N on your hand", 660, 360, {}}};
+  EXPECT_FALSE(Overlap(PlaceLabels(labels, {{150, 20}}, {}, {saw}, area, 1)[0], saw));
+  // If the saw covers the whole window, the label is shown all the same.
+  EXPECT_FALSE(PlaceLabels(labels, {{150, 20}}, {}, {area}, area, 1)[0].empty());
+}
+
+// The level must be readable without colour.
+TEST(Alarms, RingsAndBordersGrowWithTheLevel) {
+  EXPECT_GT(RingRadius(HudLevel::kWarn), 1.3 * RingRadius(HudLevel::kPlain));
+  EXPECT_GT(RingRadius(HudLevel::kBad), 1.3 * RingRadius(HudLevel::kWarn));
+  EXPECT_EQ(BorderThickness(HudLevel::kPlain), 0);
+  EXPECT_GT(BorderThickness(HudLevel::kBad), 2 * BorderThickness(HudLevel::kWarn));
 }
 
 TEST(Translate, NumbersAreCorrectlyRoundedAndNeverMinusZero) {

@@ -1,0 +1,42 @@
+#include "view/live/cut_place.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace kerf {
+
+namespace {
+
+double RadiusOf(const Tool& tool) {
+  const auto* disc = std::get_if<DiscSaw>(&tool);
+  return disc != nullptr ? disc->radius_mm() : std::get<BallBurr>(tool).radius_mm();
+}
+
+}  // namespace
+
+std::optional<Vec3> EstimateContact(const Tool& tool, const Pose& X_WT, const Vec3& f_T_W_N) {
+  constexpr double kLeast_N = 0.02;
+  Vec3 f_T = X_WT.InverseVector(f_T_W_N);
+  if (std::holds_alternative<DiscSaw>(tool)) f_T.z = 0;
+  if (!(glm::length(f_T) > kLeast_N)) return std::nullopt;
+  return X_WT.Point(-RadiusOf(tool) * glm::normalize(f_T));
+}
+
+void CutPlace::Update(const Tool& tool, const Pose& X_WT, const Vec3& f_T_W_N, double dt_s) {
+  constexpr double kSmoothing_s = 0.15;
+  if (const std::optional<Vec3> now = EstimateContact(tool, X_WT, f_T_W_N)) {
+    const Vec3 p_T = X_WT.InversePoint(*now);
+    const double kept = p_T_ ? std::exp(-std::max(0.0, dt_s) / kSmoothing_s) : 0;
+    // The mean is brought back to the surface of the tool.
+    const Vec3 mean = kept * p_T_.value_or(p_T) + (1 - kept) * p_T;
+    p_T_ = RadiusOf(tool) * CalcDirection(mean).value_or(glm::normalize(p_T));
+    since_s_ = 0;
+  } else {
+    since_s_ += std::max(0.0, dt_s);
+    if (since_s_ > kHold_s) p_T_.reset();
+  }
+  p_W_ = p_T_ ? std::optional(X_WT.Point(*p_T_)) : std::nullopt;
+}
+
+}  // namespace kerf

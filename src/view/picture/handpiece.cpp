@@ -1,0 +1,149 @@
+#include "view/picture/handpiece.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <numbers>
+#include <vector>
+
+namespace kerf {
+namespace {
+
+constexpr std::uint32_t kAround = 40;
+constexpr double kBehindGrip_mm = 25;
+
+struct Section {
+  Vec3 middle{0};
+  double radius = 1;
+};
+
+// Makes a closed tube through circular sections, each perpendicular to the z axis or, from `bend` on, to `axis`.
+TriangleMesh MakeTube(const std::vector<Section>& sections, std::size_t bend, const Vec3& axis) {
+  TriangleMesh mesh;
+  const Vec3 turn = glm::cross(Vec3{0, 0, 1}, axis);
+  const double angle = std::atan2(glm::length(turn), axis.z);
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    Quat R{1, 0, 0, 0};
+    if (i >= bend && glm::length(turn) > 1e-9) R = glm::angleAxis(angle, glm::normalize(turn));
+    for (std::uint32_t j = 0; j < kAround; ++j) {
+      const double a = 2 * std::numbers::pi * j / kAround;
+      mesh.points.push_back(sections[i].middle + R * (sections[i].radius * Vec3{std::cos(a), std::sin(a), 0}));
+    }
+  }
+  for (std::uint32_t i = 0; i + 1 < sections.size(); ++i) {
+    for (std::uint32_t j = 0; j < kAround; ++j) {
+      const std::uint32_t a = i * kAround + j;
+      const std::uint32_t b = i * kAround + (j + 1) % kAround;
+      mesh.triangles.push_back({a, b, b + kAround});
+      mesh.triangles.push_back({a, b + kAround, a + kAround});
+    }
+  }
+  const auto first = static_cast<std::uint32_t>(mesh.points.size());
+  mesh.points.push_back(sections.front().middle);
+  mesh.points.push_back(sections.back().middle);
+  const std::uint32_t last = static_cast<std::uint32_t>(sections.size() - 1) * kAround;
+  for (std::uint32_t j = 0; j < kAround; ++j) {
+    const std::uint32_t next = (j + 1) % kAround;
+    mesh.triangles.push_back({first, next, j});
+    mesh.triangles.push_back({first + 1, last + j, last + next});
+  }
+  return mesh;
+}
+
+struct Proportions {
+  double start_mm;   // where the neck begins, along z
+  double neck_mm;    // radius of the neck at its start
+  double collar_mm;  // where the handle begins, along z
+  Vec3 end_T{0};     // end of the handle
+};
+
+Proportions CalcProportions(const Tool& tool) {
+  const double radius = CalcReach(tool);
+  const bool disc = std::holds_alternative<DiscSaw>(tool);
+  Proportions p{};
+  p.start_mm = disc ? 0.45 * radius : 1.6 * radius;
+  p.neck_mm = disc ? 0.17 * radius : 0.55 * radius;
+  p.collar_mm = p.start_mm + std::clamp(2 * radius, 10.0, 24.0);
+  const Vec3 grip = CalcGrip(tool);
+  // The axis from the collar through the grip, unless the grip lies beside or before the collar.
+  const Vec3 from{0, 0, p.collar_mm};
+  const Vec3 to_grip = grip - from;
+  const bool on_side = to_grip.z > 10 && to_grip.z > 0.4 * glm::length(to_grip);
+  const Vec3 axis = on_side ? glm::normalize(to_grip) : Vec3{0, 0, 1};
+  const double length = on_side ? std::min(glm::length(to_grip), 150.0) : 60.0;
+  p.end_T = from + (length + kBehindGrip_mm) * axis;
+  return p;
+}
+
+}  // namespace
+
+TriangleMesh MakeHandpieceMesh(const Tool& tool) {
+  Validate(tool);
+  const Proportions p = CalcProportions(tool);
+  const Vec3 from{0, 0, p.collar_mm};
+  const Vec3 along = p.end_T - from;
+  const double handle = std::clamp(0.07 * glm::length(along), 4.0, 6.5);
+  const double collar = std::max(0.62 * handle, 1.15 * p.neck_mm);
+  const double neck = std::min(1.3 * p.neck_mm, collar);
+  const auto on_z = [](double z) { return Vec3{0, 0, z}; };
+  const double rise = p.collar_mm - p.start_mm;
+  std::vector<Section> sections{{on_z(p.start_mm), p.neck_mm},
+                                {on_z(p.start_mm + 0.55 * rise), neck},
+                                {on_z(p.start_mm + 0.62 * rise), collar},
+                                {on_z(p.collar_mm), collar}};
+  const std::size_t bend = sections.size();
+  // Fractions of the handle's length and radius: a waist, a grip and a rounded end.
+  constexpr double kProfile[][2] = {{0.06, 0.78}, {0.1, 0.7},   {0.16, 0.82}, {0.3, 0.97}, {0.5, 1.0},
+                                    {0.78, 0.94}, {0.94, 0.88}, {0.98, 0.7},  {1.0, 0.42}};
+  for (const auto& [fraction, width] : kProfile) sections.push_back({from + fraction * along, width * handle});
+  return MakeTube(sections, bend, glm::normalize(along));
+}
+
+TriangleMesh MakeGuardMesh(const DiscSaw& saw) {
+  saw.Validate();
+  constexpr std::uint32_t kSteps = 36;
+  constexpr double kHalfSpan_rad = 55 * std::numbers::pi / 180;
+  const double radius = saw.radius_mm();
+  const double above = 0.5 * saw.thickness_mm + 0.03 * radius + 0.2;
+  const double plate = 0.05 * radius + 0.3;
+  const double wall = 0.06 * radius;
+  // Cross-section (distance from the axis, height), counter-clockwise: a plate above the disc, and a wall around its
+  // rim that reaches to the other side.
+  const std::array<glm::dvec2, 6> outline{{{0.3 * radius, above},
+                                           {1.05 * radius, above},
+                                           {1.05 * radius, -above},
+                                           {1.05 * radius + wall, -above},
+                                           {1.05 * radius + wall, above + plate},
+                                           {0.3 * radius, above + plate}}};
+  constexpr auto kCorners = static_cast<std::uint32_t>(std::tuple_size_v<decltype(outline)>);
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i <= kSteps; ++i) {
+    const double a = kHalfSpan_rad * (2.0 * i / kSteps - 1);
+    for (const glm::dvec2& c : outline) mesh.points.emplace_back(c.x * std::cos(a), c.x * std::sin(a), c.y);
+  }
+  for (std::uint32_t i = 0; i < kSteps; ++i) {
+    for (std::uint32_t j = 0; j < kCorners; ++j) {
+      const std::uint32_t a = i * kCorners + j;
+      const std::uint32_t b = i * kCorners + (j + 1) % kCorners;
+      mesh.triangles.push_back({a, b + kCorners, b});
+      mesh.triangles.push_back({a, a + kCorners, b + kCorners});
+    }
+  }
+  // The ends: an L-shape, as two quadrangles that share the edge between corners 1 and 4.
+  constexpr std::array<std::array<std::uint32_t, 3>, 4> kEnd{{{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}}};
+  const std::uint32_t last = kSteps * kCorners;
+  for (const auto& [a, b, c] : kEnd) {
+    mesh.triangles.push_back({a, b, c});
+    mesh.triangles.push_back({last + a, last + c, last + b});
+  }
+  return mesh;
+}
+
+double CalcHandpieceReach(const Tool& tool) {
+  const Proportions p = CalcProportions(tool);
+  return std::max(1.2 * CalcReach(tool), glm::length(p.end_T) + 10);
+}
+
+}  // namespace kerf

@@ -1,0 +1,226 @@
+#include "view/ui/picture_marks.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "view/ui/imgui_colours.h"
+#include "view/ui/widgets.h"
+
+namespace kerf {
+namespace {
+
+bool OverlapsAny(const UiBox& box, const std::vector<UiBox>& others) {
+  return std::any_of(others.begin(), others.end(), [&](const UiBox& other) { return Overlap(other, box); });
+}
+
+ImVec2 At(double x, double y) {
+  return {static_cast<float>(x), static_cast<float>(y)};
+}
+
+Rgb8 RingColour(HudLevel level) {
+  return level == HudLevel::kPlain ? Rgb8{0, 92, 150} : LevelColour(level);
+}
+
+/// Draws a ring around a spot: thin and dashed, thicker with longer dashes, or thick and closed with four ticks.
+void DrawRing(ImDrawList& list, const UiRing& ring, double scale) {
+  const double radius = RingRadius(ring.level) * scale;
+  const ImU32 colour = ToImU32(RingColour(ring.level));
+  const ImU32 casing = ToImU32(ring.level == HudLevel::kWarn ? Rgb8{60, 42, 0} : Rgb8{255, 255, 255}, 0.9);
+  const auto arc = [&](double r, double points, double begin, double end) {
+    for (const auto& [width, ink] : {std::pair{points + 2.4, casing}, std::pair{points, colour}}) {
+      const auto from = static_cast<float>(2 * std::numbers::pi * begin);
+      const auto to = static_cast<float>(2 * std::numbers::pi * end);
+      list.PathArcTo(At(ring.x, ring.y), static_cast<float>(r), from, to,
+                     std::max(3, static_cast<int>(std::ceil(72 * (end - begin)))));
+      list.PathStroke(ink, 0, static_cast<float>(width * scale));
+    }
+  };
+  if (ring.level == HudLevel::kPlain) {
+    for (int i = 0; i < 12; ++i) arc(radius, 2, i / 12.0, (i + 0.5) / 12);
+  } else if (ring.level == HudLevel::kWarn) {
+    for (int i = 0; i < 6; ++i) arc(radius, 4, (i + 0.12) / 6, (i + 0.88) / 6);
+  } else {
+    arc(radius, 6, 0, 1);
+    arc(0.72 * radius, 2.4, 0, 1);
+    for (int i = 0; i < 4; ++i) {
+      const double c = std::cos(std::numbers::pi * (0.25 + 0.5 * i));
+      const double s = std::sin(std::numbers::pi * (0.25 + 0.5 * i));
+      const ImVec2 from = At(ring.x + radius * c, ring.y + radius * s);
+      const ImVec2 to = At(ring.x + 1.45 * radius * c, ring.y + 1.45 * radius * s);
+      list.AddLine(from, to, casing, static_cast<float>(7.4 * scale));
+      list.AddLine(from, to, colour, static_cast<float>(5 * scale));
+    }
+  }
+}
+
+/// Draws the border within the area: dashed for a warning, closed with hatching for danger.
+void DrawBorder(ImDrawList& list, HudLevel level, const UiBox& area, double scale) {
+  const double thick = BorderThickness(level) * scale;
+  if (!(thick > 0) || area.width < 4 * thick || area.height < 4 * thick) return;
+  const ImU32 colour = ToImU32(LevelColour(level));
+  const auto box = [&](double x, double y, double width, double height) {
+    list.AddRectFilled(At(x, y), At(x + width, y + height), colour);
+  };
+  const auto dashes = [&](double length, double dash, double gap, const auto& add) {
+    for (double at = 0; at < length; at += dash + gap) add(at, std::min(dash, length - at));
+  };
+  const bool danger = level == HudLevel::kBad;
+  const double dash = danger ? 1e6 : 34 * scale;
+  const double gap = danger ? 0 : 14 * scale;
+  dashes(area.width, dash, gap, [&](double at, double length) {
+    box(area.left + at, area.top, length, thick);
+    box(area.left + at, area.bottom() - thick, length, thick);
+  });
+  dashes(area.height, dash, gap, [&](double at, double length) {
+    box(area.left, area.top + at, thick, length);
+    box(area.right() - thick, area.top + at, thick, length);
+  });
+  if (!danger) return;
+  // White slanted stripes.
+  const double pitch = 44 * scale;
+  const double stripe = 9 * scale;
+  const ImU32 white = ToImU32({255, 255, 255}, 0.9);
+  for (double at = pitch; at + stripe + thick < area.width; at += pitch) {
+    for (const double top : {area.top, area.bottom() - thick}) {
+      const double x = area.left + at;
+      list.AddQuadFilled(At(x + thick, top), At(x + thick + stripe, top), At(x + stripe, top + thick),
+                         At(x, top + thick), white);
+    }
+  }
+  for (double at = pitch; at + stripe + 2 * thick < area.height; at += pitch) {
+    for (const double left : {area.left, area.right() - thick}) {
+      const double y = area.top + at;
+      list.AddQuadFilled(At(left, y + thick), At(left + thick, y), At(left + thick, y + stripe),
+                         At(left, y + thick + stripe), white);
+    }
+  }
+}
+
+}  // namespace
+
+ScaleBar CalcScaleBar(double mm_per_point, double max_points) {
+  const double max_mm = mm_per_point * max_points;
+  const double power = std::pow(10.0, std::floor(std::log10(max_mm)));
+  double mm = power;
+  for (const double factor : {5.0, 2.0}) {
+    if (factor * power <= max_mm) {
+      mm = factor * power;
+      break;
+    }
+  }
+  return {mm, mm / mm_per_point};
+}
+
+std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::vector<UiSize>& sizes,
+                               const std::vector<UiBox>& panels, const std::vector<UiBox>& soft, const UiBox& area,
+                               double scale) {
+  std::vector<UiBox> taken = panels;
+  std::vector<UiBox> places(labels.size());
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const UiLabel& label = labels[i];
+    if (label.text.empty()) continue;
+    const auto [width, height] = sizes[i];
+    const auto find = [&](bool avoids_soft) -> std::optional<UiBox> {
+      for (const double points : {8.0, 32.0, 58.0, 92.0, 140.0}) {
+        const double gap = points * scale;
+        const double right = label.x + gap;
+        const double left = label.x - gap - width;
+        const double above = label.y - gap - 0.8 * height;
+        const double below = label.y + gap;
+        const double middle = label.x - 0.5 * width;
+        const double level = label.y - 0.5 * height;
+        const std::array<std::pair<double, double>, 8> corners{{{right, above},
+                                                                {right, below},
+                                                                {left, above},
+                                                                {left, below},
+                                                                {right, level},
+                                                                {left, level},
+                                                                {middle, above - 6 * scale},
+                                                                {middle, below}}};
+        for (const auto& [x, y] : corners) {
+          const UiBox box{x, y, width, height};
+          const bool within =
+              x >= area.left && y >= area.top && box.right() <= area.right() && box.bottom() <= area.bottom();
+          if (!within || OverlapsAny(box, taken) || (avoids_soft && OverlapsAny(box, soft))) continue;
+          return box;
+        }
+      }
+      return std::nullopt;
+    };
+    std::optional<UiBox> box = find(true);
+    if (!box && !soft.empty()) box = find(false);
+    if (!box) continue;
+    places[i] = *box;
+    taken.push_back(*box);
+  }
+  return places;
+}
+
+double RingRadius(HudLevel level) {
+  return level == HudLevel::kBad ? 36 : level == HudLevel::kWarn ? 26 : 18;
+}
+
+double BorderThickness(HudLevel level) {
+  return level == HudLevel::kBad ? 12 : level == HudLevel::kWarn ? 5 : 0;
+}
+
+void DrawPictureMarks(Ui& ui, const PictureMarks& marks, const UiBox& scene) {
+  const double s = ui.scale();
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const UiColours& c = ui.colours();
+  std::vector<UiBox> soft{marks.tool};
+  for (const UiRing& ring : marks.rings) {
+    DrawRing(list, ring, s);
+    const double r = RingRadius(ring.level) * s;
+    soft.push_back({ring.x - r, ring.y - r, 2 * r, 2 * r});
+  }
+  DrawBorder(list, marks.alarm, scene, s);
+  std::vector<UiBox> taken = ui.PanelBoxes();
+  if (scene.width > 220 * s && marks.mm_per_pixel > 0) {
+    const ScaleBar bar = CalcScaleBar(marks.mm_per_pixel, 190 * s);
+    const UiBox box{scene.left + 14 * s, scene.bottom() - 50 * s, std::max(bar.points + 16 * s, 70 * s), 34 * s};
+    list.AddRectFilled(At(box.left, box.top), At(box.right(), box.bottom()), ToImU32(c.panel, 0.8), 3);
+    const double x = box.left + 8 * s;
+    const double y = box.bottom() - 9 * s;
+    const ImU32 ink = ToImU32(c.text);
+    list.AddRectFilled(At(x, y), At(x + bar.points, y + 3 * s), ink);
+    list.AddRectFilled(At(x, y - 5 * s), At(x + 2 * s, y + 3 * s), ink);
+    list.AddRectFilled(At(x + bar.points - 2 * s, y - 5 * s), At(x + bar.points, y + 3 * s), ink);
+    list.AddText(At(x, box.top + 3 * s), ink, fmt::format("{:g} mm", bar.mm).c_str());
+    taken.push_back(box);
+  }
+  ImGui::PushFont(ui.bold());
+  std::vector<UiSize> sizes;
+  for (const UiLabel& label : marks.labels) {
+    const ImVec2 size = ImGui::CalcTextSize(label.text.c_str());
+    sizes.push_back({static_cast<double>(size.x) + 14 * s, static_cast<double>(size.y) + 4 * s});
+  }
+  const std::vector<UiBox> places = PlaceLabels(marks.labels, sizes, taken, soft, scene, s);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const UiBox& box = places[i];
+    const UiLabel& label = marks.labels[i];
+    if (box.empty()) continue;
+    // A line leads to the spot of a label that lies apart from it.
+    const double x = std::clamp(label.x, box.left, box.right());
+    const double y = std::clamp(label.y, box.top, box.bottom());
+    if (std::hypot(x - label.x, y - label.y) <= 16 * s) continue;
+    list.AddLine(At(label.x, label.y), At(x, y), ToImU32(c.panel, 0.7), static_cast<float>(3 * s));
+    list.AddLine(At(label.x, label.y), At(x, y), ToImU32(label.colour), static_cast<float>(1.4 * s));
+  }
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const UiBox& box = places[i];
+    if (box.empty()) continue;
+    list.AddRectFilled(At(box.left, box.top), At(box.right(), box.bottom()), ToImU32(c.panel, 0.88));
+    list.AddRectFilled(At(box.left, box.top), At(box.left + 3 * s, box.bottom()), ToImU32(marks.labels[i].colour));
+    list.AddText(At(box.left + 8 * s, box.top + 2 * s), ToImU32(c.text), marks.labels[i].text.c_str());
+  }
+  ImGui::PopFont();
+}
+
+}  // namespace kerf
