@@ -5,6 +5,7 @@
 
 #include "bone/material/region_table.h"
 #include "support/colour_vision.h"
+#include "view/live/overlay_colours.h"
 #include "view/live/overlays.h"
 #include "view/live/palette.h"
 #include "view/live/piece_mesh.h"
