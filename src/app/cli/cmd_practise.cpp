@@ -1,14 +1,17 @@
 // kerf practise: opens a window with exercises for students.
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <memory>
 #include <string>
 
 #include "app/cli/commands.h"
+#include "app/cli/exit_codes.h"
 #include "app/cli/practise_history.h"
 #include "app/cli/signals.h"
 #include "app/cli/window_options.h"
 #include "app/window/practice.h"
+#include "base/files/folder_lock.h"
 #include "session/practise/history.h"
 
 namespace kerf::cli {
@@ -23,6 +26,9 @@ void OpenWindow(const PractiseOptions& options, const WindowOptions& window) {
   Practice viewer(practice);
   const ExitsAtOnce at_once;
   for (const std::string& recording : viewer.Run()) fmt::print("recording  {}\n", recording);
+  if (!viewer.left_work()) return;
+  practice.viewer.lock->RemoveFolderIfUnused();
+  EndAtOnceWith(std::fflush(stdout) == 0 ? 0 : kFailed);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // kerf rehearse: lets the user cut freely in a window.
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
@@ -8,11 +9,14 @@
 #include <string>
 
 #include "app/cli/commands.h"
+#include "app/cli/exit_codes.h"
+#include "app/cli/message.h"
 #include "app/cli/numbers.h"
 #include "app/cli/signals.h"
 #include "app/cli/window_options.h"
 #include "app/window/rehearsal.h"
 #include "base/files/files.h"
+#include "base/files/folder_lock.h"
 #include "bone/import/import.h"
 #include "kerf/error.h"
 
@@ -30,13 +34,24 @@ struct RehearseArguments {
   bool json = false;
 };
 
+void Print(const RehearsalResult& result, const std::string& folder, bool json) {
+  if (json) {
+    fmt::print(
+        "{}\n",
+        nlohmann::json{{"folder", folder}, {"recordings", result.recordings}, {"take_away", result.take_away}}.dump(2));
+    return;
+  }
+  for (const std::string& recording : result.recordings) fmt::print("recording  {}\n", recording);
+  if (!result.take_away.empty()) fmt::print("exported   {}\n", result.take_away);
+}
+
 void Run(const RehearseArguments& options) {
   RehearsalOptions rehearsal;
   rehearsal.viewer = MakeViewerOptions(options.window, "kerf rehearse", "rehearsal");
   rehearsal.viewer.scripted = options.watch;
   rehearsal.input = options.input;
   rehearsal.obj = options.obj;
-  rehearsal.open = {.folder = rehearsal.viewer.folder, .voxel_mm = options.voxel_mm};
+  rehearsal.voxel_mm = options.voxel_mm;
   rehearsal.plans = options.plans;
   rehearsal.saws = options.saws.empty() ? BuiltInSaws() : ParseSaws(ReadTextFile(options.saws), options.saws);
   if (!options.input.empty() && !std::filesystem::exists(options.input)) {
@@ -45,15 +60,11 @@ void Run(const RehearseArguments& options) {
   Rehearsal viewer(rehearsal);
   const ExitsAtOnce at_once;
   const RehearsalResult result = viewer.Run();
-  if (options.json) {
-    fmt::print("{}\n", nlohmann::json{{"folder", rehearsal.viewer.folder},
-                                      {"recordings", result.recordings},
-                                      {"take_away", result.take_away}}
-                           .dump(2));
-    return;
-  }
-  for (const std::string& recording : result.recordings) fmt::print("recording  {}\n", recording);
-  if (!result.take_away.empty()) fmt::print("exported   {}\n", result.take_away);
+  for (const std::string& warning : result.warnings) SayWarning("{}", warning);
+  Print(result, rehearsal.viewer.folder, options.json);
+  if (!result.left_work) return;
+  rehearsal.viewer.lock->RemoveFolderIfUnused();
+  EndAtOnceWith(std::fflush(stdout) == 0 ? 0 : kFailed);
 }
 
 }  // namespace

@@ -57,7 +57,6 @@ void WriteShard(const Scene& scene, const UncertainArguments& options, Shard sha
   const std::string folder = FolderOfShard(request.folder, shard);
   const std::string file = folder + "/" + kSamplesFile;
   CheckInputsNotOverwritten({request.scene}, {file});
-  MakeFolder(folder);
   const FolderLock lock(folder);
   const UncertainRun run = Compute(scene, options.params, shard);
   WriteTextFile(file, FormatSamples(run, shard));
@@ -77,7 +76,6 @@ void RunUncertainCommand(const UncertainArguments& options, const UncertainReque
   for (const std::string& warning : FindWarnings(scene, 0)) SayWarning("{}", warning);
   if (shard) return WriteShard(scene, options, *shard, request);
   CheckUncertainInputsNotOverwritten(scene, request.scene, request.folder);
-  MakeFolder(request.folder);
   const FolderLock lock(request.folder);
   if (!options.merge) return FinishUncertain(Compute(scene, options.params, shard), scene, request);
   const MergedRun merged = MergeSamples(request.folder, scene, options.params);

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <exception>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
+#include "base/core/cancelled.h"
 #include "cut/force/measured.h"
 #include "kerf/error.h"
 
@@ -21,6 +24,7 @@ LiveSession::LiveSession(Scene scene, LiveOptions options)
     : scene_(std::move(scene)), options_(std::move(options)), rpm_(options_.scripted ? scene_.tool.rpm : 0) {
   asked_.push_back({.at_s = 0, .kind = LoopAction::Kind::kSpindle, .rpm = rpm_, .name = ""});
   if (options_.device != nullptr) SetDevice(scene_, *options_.device);
+  progress_.Set("making the bone", 0, ProgressMeter::Now_s());
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -33,8 +37,13 @@ void LiveSession::Run() {
   LoopOptions loop;
   loop.seconds = options_.seconds;
   loop.output.log = LoopLog::kNone;
-  loop.output.keep_bones = true;
+  loop.output.keep_last = true;
   loop.stop = &stop_;
+  if (options_.bone) {
+    loop.read_bone = [this](const ReadBoneOptions& read) {
+      return CopyAsStored(*std::exchange(options_.bone, nullptr), read);  // the bone is not needed any more
+    };
+  }
   loop.output.record = options_.record;
   loop.output.scene_file = options_.scene_file;
   loop.watchers.peer = this;
@@ -55,15 +64,15 @@ void LiveSession::Run() {
     };
   }
   try {
-    if (options_.prepare) options_.prepare();
-    LoopSummary summary = RunLoop(scene_, loop, [this](const std::string& stage, double fraction) {
-      const std::lock_guard lock(mutex_);
-      doing_ = stage;
-      fraction_ = fraction;
-      if (stop_.load() && stage_.load() == LiveStage::kRunning) stage_.store(LiveStage::kEnding);
-    });
+    if (options_.prepare) options_.prepare([this](double fraction) { Report("making a coarse bone", fraction); });
+    LoopSummary summary =
+        RunLoop(scene_, loop, [this](const std::string& stage, double fraction) { Report(stage, fraction); });
     if (!summary.failure.empty()) failure_ = summary.failure;
     summary_.emplace(std::move(summary));
+  } catch (const Cancelled&) {
+    cancelled_ = true;
+    std::error_code ignored;
+    std::filesystem::remove(options_.record, ignored);  // it holds no tick
   } catch (const std::exception& e) {
     failure_ = e.what();
   }
@@ -73,6 +82,13 @@ void LiveSession::Run() {
     bones_asked_.clear();  // breaks the promises, so that waiting futures fail
   }
   stage_.store(LiveStage::kEnded);
+}
+
+void LiveSession::Report(const std::string& stage, double fraction) {
+  if (stop_.load() && stage_.load() == LiveStage::kLoading) throw Cancelled();
+  const std::lock_guard lock(mutex_);
+  progress_.Set(stage, fraction, ProgressMeter::Now_s());
+  if (stop_.load() && stage_.load() == LiveStage::kRunning) stage_.store(LiveStage::kEnding);
 }
 
 void LiveSession::Begin(const LoopInitialState& beginning) {
@@ -132,9 +148,9 @@ void LiveSession::Done(const LoopAction& action, const std::string& failure) {
   answers_.push_back({action, failure});
 }
 
-std::pair<std::string, double> LiveSession::progress() const {
+WorkProgress LiveSession::progress() const {
   const std::lock_guard lock(mutex_);
-  return {doing_, fraction_};
+  return progress_.Get(ProgressMeter::Now_s());
 }
 
 LiveFigures LiveSession::figures() const {

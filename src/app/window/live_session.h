@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/window/progress_meter.h"
 #include "loop/haptics/mouse_hand.h"
 #include "session/held_device/hold_tool.h"
 #include "session/run/run_loop.h"
@@ -44,9 +45,11 @@ struct LiveOptions {
   DeviceServo* device = nullptr;  // holds the saw in place of the mouse; null: none
   double seconds = kMaxLoop_s;
   std::function<void(const LoopTick&)> tick;     // each tick in order, called in the session's thread; optional
+  std::shared_ptr<const Bone> bone;              // content of the scene's bone file, which is then not read; optional
   std::function<void(const LeafMessage&)> leaf;  // changed leaves of the bone, called in the session's thread; optional
-  /// Called in the session's thread before everything else; optional.
-  std::function<void()> prepare;
+  /// Called in the session's thread before everything else; optional. Must pass on the exceptions of its argument,
+  /// which receives the progress.
+  std::function<void(const std::function<void(double)>&)> prepare;
   /// Called in the session's thread when the bone is ready, before the first tick; optional.
   std::function<void(const Bone&, const EffectPlan&)> begin;
 };
@@ -55,15 +58,18 @@ class LiveSession final : private SessionController {
  public:
   /// Starts the session immediately.
   LiveSession(Scene scene, LiveOptions options);
-  /// Stops the session and waits for its end.
+  /// Stops the session and waits for its end, while it is loading until the next report of its progress.
   ~LiveSession() override;
 
   // ---- window's thread
   LiveStage stage() const { return stage_.load(); }
-  /// Returns the work in progress while loading or ending, and the completed fraction of it.
-  std::pair<std::string, double> progress() const;
+  /// Returns the work in progress while loading or ending.
+  WorkProgress progress() const;
   /// Returns the error message; empty unless the session failed. Valid after kEnded.
   const std::string& failure() const { return failure_; }
+  /// Returns true if the session was stopped before the first tick: it then has no summary and no recording. Valid
+  /// after kEnded.
+  bool cancelled() const { return cancelled_; }
   LiveFigures figures() const;
   /// Returns the points of the force curve since the last call.
   std::vector<ForceMoment> TakeForces();
@@ -85,9 +91,9 @@ class LiveSession final : private SessionController {
   /// Returns a note on the agreement of the force law with measurements, at a bite; 0: no tooth is engaged.
   std::string MakeForceNote(double bite_mm) const;
 
-  /// Requests the end of the loop; stage() reports when it has ended.
+  /// Requests the end of the loop, or of loading; stage() reports when it has ended.
   void Stop() { stop_.store(true); }
-  /// Waits for the end. Must be called at most once.
+  /// Waits for the end. Must be called at most once, and not if cancelled().
   LoopSummary TakeSummary();
 
  private:
@@ -97,6 +103,7 @@ class LiveSession final : private SessionController {
   void Done(const LoopAction& action, const std::string& failure) override;
   void TakeTick(const LoopTick& tick, std::span<const double> channels);
   void Run();
+  void Report(const std::string& stage, double fraction);
 
   Scene scene_;
   LiveOptions options_;
@@ -105,12 +112,12 @@ class LiveSession final : private SessionController {
   std::atomic<LiveStage> stage_{LiveStage::kLoading};
   std::atomic<double> rpm_;
   std::string failure_;
+  bool cancelled_ = false;
   std::optional<LoopSummary> summary_;
   const Bone* mirror_ = nullptr;  // used only by the session's thread
 
   mutable std::mutex mutex_;  // protects everything below
-  std::string doing_ = "making the bone";
-  double fraction_ = 0;
+  ProgressMeter progress_;
   LiveFigures figures_;
   struct Place {
     double time_s;

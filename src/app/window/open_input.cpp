@@ -82,8 +82,10 @@ Scene MakeSceneAround(const std::string& bone_file, const Bone& bone) {
   return scene;
 }
 
-OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
-                      const std::function<void(const std::string&, double)>& progress) {
+OpenedInput OpenInput(const std::string& input, const OpenOptions& options, const OpenWatcher& watcher) {
+  const auto show = [&watcher](const std::shared_ptr<const Bone>& bone, bool final) {
+    if (watcher.bone) watcher.bone(bone, final);
+  };
   OpenedInput opened;
   if (input.empty()) {
     opened.scene = ParseScene(kDefaultScene, "rehearsal.toml");
@@ -98,23 +100,37 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
       throw Error(
           fmt::format("{}: [simulation] mode = \"slab\" can't be used in the window; set mode = \"voxel\"", input));
     }
+    if (opened.scene.bone.source != BoneSource::kFile) return opened;
+    watcher.progress("reading the bone", 0);
+    opened.bone = std::make_shared<const Bone>(ReadBone(opened.scene.bone.file, {.hu = true}));
+    show(opened.bone, false);  // the scene may change its materials
+    watcher.progress("reading the bone", 1);
     return opened;
   }
   if (extension == ".vdb") {
-    progress("reading the bone", 0);
-    opened.scene = MakeSceneAround(input, ReadBone(input));
+    watcher.progress("reading the bone", 0);
+    opened.bone = std::make_shared<const Bone>(ReadBone(input, {.hu = true}));
+    show(opened.bone, true);
+    opened.bone_was_shown = true;
+    watcher.progress("placing the saw", 0);
+    opened.scene = MakeSceneAround(input, *opened.bone);
     return opened;
   }
   ImportOptions settings;
   settings.voxel_mm = options.voxel_mm;
-  settings.keep_hu = true;
-  settings.progress = [&](double fraction) { progress("importing the CT", fraction); };
-  const ImportResult imported = Import(input, settings);
+  settings.keep_hu = !IsSurfacePath(input);
+  const char* stage = settings.keep_hu ? "importing the CT" : "importing the surface";
+  settings.progress = [&](double fraction) { watcher.progress(stage, fraction); };
+  settings.take_ct = watcher.ct;
+  settings.take_preview = [&show](Bone bone) { show(std::make_shared<const Bone>(std::move(bone)), false); };
+  ImportResult imported = Import(input, settings);
   for (const std::string& warning : imported.report.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
-  const std::string file = options.folder + "/bone.vdb";
-  progress("writing the bone", 1);
-  WriteBone(imported.bone, file);
-  opened.scene = MakeSceneAround(file, imported.bone);
+  opened.bone = std::make_shared<const Bone>(std::move(imported.bone));
+  opened.bone_is_saved = false;
+  show(opened.bone, true);
+  opened.bone_was_shown = true;
+  watcher.progress("placing the saw", 0);
+  opened.scene = MakeSceneAround(options.bone_file, *opened.bone);
   opened.scene.title = fs::path(input).filename().string();
   return opened;
 }

@@ -2,27 +2,41 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 
+#include "bone/import/volume.h"
 #include "session/scene/scene.h"
 
 namespace kerf {
 
 struct OpenedInput {
   Scene scene;
-  std::string scene_file;  // named in recordings; empty if there is none
+  std::string scene_file;            // named in recordings; empty if there is none
+  std::shared_ptr<const Bone> bone;  // content of scene.bone.file; null if the scene has no such file
+  bool bone_is_saved = true;         // false for an imported bone, which the caller writes to scene.bone.file
+  bool bone_was_shown = false;       // OpenWatcher::bone has received `bone` as it is
 };
 
 struct OpenOptions {
-  std::string folder;     // folder of the session; an imported bone is written there
+  std::string bone_file;  // file for an imported bone
   double voxel_mm = 0.2;  // of an imported bone
+};
+
+/// What observes the opening. All functions are called in the opening thread; all but `progress` are optional.
+struct OpenWatcher {
+  /// Receives a stage's name and a fraction from 0 to 1. May throw Cancelled, which OpenInput() lets pass.
+  std::function<void(const std::string&, double)> progress;
+  /// Receives a bone to look at: a coarse one (`final` is false), then that of the session.
+  std::function<void(std::shared_ptr<const Bone>, bool final)> bone;
+  /// Receives a CT once it is read.
+  std::function<void(std::shared_ptr<const Volume>)> ct;
 };
 
 /// Opens an input. `input`: empty (the generic mandible), a scene (.toml), a bone (.vdb), a DICOM folder, or any other
 /// input of `kerf import`. If it is not a scene, a scene is made with the paper's saw over the left side of the bone.
-/// `progress` receives a stage's name and a fraction from 0 to 1. Throws Error.
-OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
-                      const std::function<void(const std::string&, double)>& progress);
+/// Writes no file. Throws Error, or Cancelled if `watcher.progress` does.
+OpenedInput OpenInput(const std::string& input, const OpenOptions& options, const OpenWatcher& watcher);
 
 /// Makes a scene with the bone file and the saw above the bone's left side without touching it: above the thickest part
 /// of the front half.

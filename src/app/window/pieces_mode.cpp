@@ -77,6 +77,19 @@ void PiecesMode::Leave() {
   if (LiveSession* session = viewer_.session()) viewer_.view().SetTool(MakeTool(session->scene()));
 }
 
+void PiecesMode::Reset() {
+  splitting_ = {};
+  finding_ = {};
+  pieces_.reset();
+  shapes_.clear();
+  contacts_.reset();
+  points_W_.clear();
+  measures_.clear();
+  session_ = 0;
+  selected_ = axis_ = -1;
+  stale_ = false;
+}
+
 void PiecesMode::Update() {
   if (IsReady(splitting_)) {
     try {

@@ -31,6 +31,8 @@ class PiecesMode {
   void PickMenuRow(int row);
   void PickPieceRow(int row);
   bool Take(const WindowEvent& event);
+  /// Forgets the pieces, before another bone is opened. Waits for work on them.
+  void Reset();
   void Update();
   void Fill(HudState& hud);
   static std::vector<HudKeyGroup> help();

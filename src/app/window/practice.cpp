@@ -257,6 +257,11 @@ void Practice::Ended(LoopSummary summary) {
   }
 }
 
+void Practice::Cancelled() {
+  recordings_.pop_back();
+  if (!viewer_->quitting()) Choose();
+}
+
 /// Scores the session from what was measured while it ran; if ticks are missing, from its recording.
 void Practice::Score(std::shared_ptr<const Bone> before, Bone after) {
   state_ = State::kScoring;

@@ -38,6 +38,8 @@ class Practice final : public Activity {
 
   /// Runs until the window is closed. Returns the recordings. Throws Error if a session failed.
   std::vector<std::string> Run();
+  /// As RehearsalResult::left_work, after Run().
+  bool left_work() const { return viewer_->left_work(); }
 
   // ---- for the interface; valid in the states named
   enum class State { kChoosing, kCutting, kScoring, kResult, kReplaying };
@@ -75,6 +77,7 @@ class Practice final : public Activity {
   void Fill(HudState& hud) override;
   void Began() override;
   void Ended(LoopSummary summary) override;
+  void Cancelled() override;
   void Describe(nlohmann::json& state) const override;
   bool cuts() const override { return state_ == State::kCutting; }
 

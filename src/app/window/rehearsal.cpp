@@ -12,8 +12,8 @@
 #include "app/window/export_order.h"
 #include "app/window/is_ready.h"
 #include "app/window/pieces_mode.h"
+#include "base/core/cancelled.h"
 #include "base/files/files.h"
-#include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "session/plan/edit_plane.h"
 #include "session/scene/path_csv.h"
@@ -22,11 +22,15 @@
 namespace kerf {
 namespace {
 
+namespace fs = std::filesystem;
+
 /// Returns the smallest rotation from one unit vector to another, less than half a turn.
 Quat RotationBetween(const Vec3& from, const Vec3& to) {
   const Vec3 axis = glm::cross(from, to);
   return glm::normalize(Quat{1 + glm::dot(from, to), axis.x, axis.y, axis.z});
 }
+
+constexpr double kEnd_s = 0.3;  // time that the work of other threads gets to end when the window is closed
 
 const Range kDepthRange_mm = FindRange<DepthStop>("depth_mm");
 
@@ -48,41 +52,200 @@ Rehearsal::Rehearsal(const RehearsalOptions& options) : options_(options) {
   pieces_ = std::make_unique<PiecesMode>(*viewer_);
 }
 
-Rehearsal::~Rehearsal() = default;
+Rehearsal::~Rehearsal() {
+  if (loading_) Cancel();
+}
 
 RehearsalResult Rehearsal::Run() {
-  opening_ = std::async(std::launch::async, [this] {
-    return OpenInput(options_.input, options_.open, [this](const std::string& stage, double fraction) {
-      const std::lock_guard lock(mutex_);
-      opening_stage_ = stage;
-      opening_fraction_ = fraction;
-    });
-  });
+  BeginOpening(options_.input);
   viewer_->Run(*this);
+  EndWork();
   return result_;
+}
+
+/// Ends what other threads still do: a file that is being written is completed, and loading is cancelled.
+void Rehearsal::EndWork() {
+  if (loading_) Cancel();
+  if (exporting_.valid()) FollowExport();
+  for (std::string& sentence : saver_.Finish()) result_.warnings.push_back(std::move(sentence));
+  const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(kEnd_s);
+  const auto ends = [&](const auto& future) {
+    return !future.valid() || future.wait_until(until) == std::future_status::ready;
+  };
+  if (making_nerve_.valid()) unused_.push_back(std::move(making_nerve_));
+  result_.left_work = viewer_->left_work();
+  for (const auto& making : unused_) result_.left_work = result_.left_work || !ends(making);
+  for (const std::shared_ptr<Loading>& loading : cancelled_) {
+    result_.left_work = result_.left_work || !ends(loading->opened);
+  }
 }
 
 bool Rehearsal::cuts() const {
   return !in_pieces_ && !picking_ && !menu_;
 }
 
-// ---- sessions
+// ---- opening
 
-void Rehearsal::Open(const std::string& path) {
-  viewer_->Say(fmt::format(fmt::runtime(Tr("Start kerf with this file to open it: {}")), path));
+void Rehearsal::BeginOpening(const std::string& input) {
+  auto loading = std::make_shared<Loading>();
+  loading->input = input;
+  loading->progress.Set("opening", 0, ProgressMeter::Now_s());
+  const int session = viewer_->sessions() + 1;
+  OpenOptions options;
+  options.voxel_mm = options_.voxel_mm;
+  options.bone_file =
+      fmt::format("{}/bone{}.vdb", options_.viewer.folder, session == 1 ? "" : fmt::format("-{}", session));
+  OpenWatcher watcher;
+  Loading* const at = loading.get();  // outlives its thread
+  watcher.progress = [at](const std::string& stage, double fraction) {
+    const std::lock_guard lock(at->mutex);
+    if (at->cancelled) throw kerf::Cancelled();
+    at->progress.Set(stage, fraction, ProgressMeter::Now_s());
+  };
+  watcher.bone = [this, at](std::shared_ptr<const Bone> bone, bool final) {
+    const std::lock_guard lock(at->mutex);
+    if (at->cancelled) throw kerf::Cancelled();
+    viewer_->ShowBone(std::move(bone), final);
+  };
+  watcher.ct = [at](std::shared_ptr<const Volume> ct) {
+    const std::lock_guard lock(at->mutex);
+    at->ct = std::move(ct);
+  };
+  loading->opened =
+      std::async(std::launch::async, [input, options, watcher] { return OpenInput(input, options, watcher); });
+  loading_ = std::move(loading);
+  viewer_->trace().Write("opening", {{"input", input}});
 }
 
-void Rehearsal::Restart() {
+void Rehearsal::Open(const std::string& path) {
+  if (is_loading()) Cancel();
+  to_open_ = path;
+  change_.reset();
+  if (viewer_->session() != nullptr) {
+    viewer_->SetSpindle(false);
+    viewer_->End();
+  }
+}
+
+void Rehearsal::Cancel() {
+  if (loading_) {
+    {
+      const std::lock_guard lock(loading_->mutex);
+      loading_->cancelled = true;
+    }
+    cancelled_.push_back(std::exchange(loading_, nullptr));
+    viewer_->trace().Write("cancelled", {{"input", cancelled_.back()->input}});
+    Reset();
+  } else if (is_loading()) {
+    viewer_->End();  // Cancelled() follows
+  }
+}
+
+bool Rehearsal::is_loading() const {
+  const LiveSession* session = viewer_->session();
+  return loading_ != nullptr || (session != nullptr && session->stage() == LiveStage::kLoading && is_new_bone_);
+}
+
+std::optional<WorkProgress> Rehearsal::progress() const {
+  if (!loading_) return viewer_->progress();
+  const std::lock_guard lock(loading_->mutex);
+  return loading_->progress.Get(ProgressMeter::Now_s());
+}
+
+std::shared_ptr<const Volume> Rehearsal::ct() const {
+  if (!loading_) return ct_;
+  const std::lock_guard lock(loading_->mutex);
+  return loading_->ct;
+}
+
+/// Empties the window and forgets everything that belongs to the bone.
+void Rehearsal::Reset() {
+  if (in_pieces_) LeavePieces();
+  pieces_->Reset();
+  menu_.reset();
+  picking_.reset();
+  change_.reset();
+  to_save_.reset();
+  checkpoints_.clear();
+  plan_ = {};
+  plan_is_unsaved_ = false;
+  plane_ = 0;
+  cut_.reset();
+  guided_ = false;
+  saw_is_listed_ = false;
+  saw_ = 0;
+  before_.reset();
+  sampler_.reset();
+  nerve_.reset();
+  if (making_nerve_.valid()) unused_.push_back(std::move(making_nerve_));
+  ct_.reset();
+  viewer_->Clear();
+  ShowPlanInPicture();
+}
+
+void Rehearsal::FollowOpening() {
+  std::erase_if(unused_, [](const auto& making) { return IsReady(making); });
+  std::erase_if(cancelled_, [](const std::shared_ptr<Loading>& loading) { return IsReady(loading->opened); });
+  if (to_open_ && viewer_->session() == nullptr && !changing_.valid() && !viewer_->quitting()) {
+    const std::string input = *std::exchange(to_open_, std::nullopt);
+    Reset();
+    is_command_line_ = false;
+    BeginOpening(input);
+  }
+  if (!loading_ || !IsReady(loading_->opened)) return;
+  const std::shared_ptr<Loading> loading = std::exchange(loading_, nullptr);
+  OpenedInput opened;
+  try {
+    opened = loading->opened.get();
+  } catch (const Error& e) {
+    if (is_command_line_) throw;
+    Reset();
+    viewer_->Say(e.what());
+    return;
+  }
+  if (viewer_->quitting()) return;
+  ct_ = std::exchange(loading->ct, nullptr);
+  scene_ = std::move(opened.scene);
+  scene_file_ = opened.scene_file;
+  for (const PlannedPlane& planned : scene_.plan.planes) plan_.planes.push_back(planned);
+  for (const DepthStop& stop : scene_.plan.stops) plan_.stops.push_back(stop);
+  if (opened.bone && !opened.bone_is_saved) to_save_ = ToSave{opened.bone, scene_.bone.file};
+  is_new_bone_ = true;
+  ++inputs_;
+  first_recording_ = result_.recordings.size();
+  Restart(std::move(opened.bone), opened.bone_was_shown);
+}
+
+void Rehearsal::Cancelled() {
+  result_.recordings.pop_back();
+  if (is_new_bone_) --inputs_;
+  if (!viewer_->quitting()) Reset();
+}
+
+bool Rehearsal::TakeFailure(const std::string& sentence) {
+  if (is_command_line_ || !is_new_bone_) return false;
+  result_.recordings.pop_back();
+  --inputs_;
+  Reset();
+  viewer_->Say(sentence);
+  return true;
+}
+
+// ---- sessions
+
+void Rehearsal::Restart(std::shared_ptr<const Bone> bone, bool same_bone) {
   result_.recordings.push_back("");
-  viewer_->Begin(scene_, scene_file_, viewer_->sessions() > 0);
+  viewer_->Begin(scene_, scene_file_, same_bone, std::move(bone));
   result_.recordings.back() = viewer_->recording();
 }
 
 void Rehearsal::Began() {
-  const bool first = viewer_->sessions() == 1;
+  const bool first = std::exchange(is_new_bone_, false);
   before_ = viewer_->bone_at_start();
   if (!sampler_) sampler_ = std::make_unique<PhiSampler>(*before_);
   checkpoints_ = {"start"};
+  if (to_save_) saver_.Save(std::move(to_save_->bone), to_save_->path);
+  to_save_.reset();
   if (first) {
     making_nerve_ = std::async(std::launch::async,
                                [bone = before_] { return std::make_unique<RegionDistance>(*bone, Tissue::kCanal); });
@@ -103,24 +266,38 @@ void Rehearsal::ContinueWith(const std::string& what, std::function<void(Scene&)
 void Rehearsal::Ended(LoopSummary summary) {
   if (!change_ || viewer_->quitting()) return;
   const Pose X_WT = viewer_->figures().coupled.X_WT;
-  changing_ = std::async(std::launch::async, [this, X_WT, bone = std::move(summary.after)] {
-    Scene scene = scene_;
-    const std::string file = fmt::format("{}/bone-{}.vdb", options_.viewer.folder, viewer_->sessions() + 1);
-    WriteBone(bone, file);
+  // The next session begins with the bone in memory. It is saved while that session runs, because the recording refers
+  // to its file.
+  changing_ = std::async(std::launch::async, [this, X_WT, scene = scene_, apply = change_->apply,
+                                              bone = std::make_shared<const Bone>(std::move(summary.after))]() mutable {
+    const int session = viewer_->sessions() + 1;
     scene.bone.source = BoneSource::kFile;
-    scene.bone.file = std::filesystem::absolute(file).string();
-    change_->apply(scene);
+    scene.bone.file = fs::absolute(fmt::format("{}/bone-{}.vdb", options_.viewer.folder, session)).string();
+    apply(scene);
     const Tool tool = MakeTool(scene);
-    const Pose X_clear = FindClearPose(bone, tool, X_WT);
+    const Pose X_clear = FindClearPose(*bone, tool, X_WT);
     // The tool starts at the first pose of the path, and the hand continues from there.
     scene.path = {};
     scene.path.poses = {{.time_s = 0, .X_WT = X_clear}, {.time_s = 1, .X_WT = X_clear}};
     scene.path.poses.back().X_WT.p_AB.z += 1;
-    const std::string path = fmt::format("{}/path-{}.csv", options_.viewer.folder, viewer_->sessions() + 1);
+    const std::string path = fmt::format("{}/path-{}.csv", options_.viewer.folder, session);
     WriteTextFile(path, FormatPathCsv(scene.path.poses));
-    scene.path.file = std::filesystem::absolute(path).string();
-    return scene;
+    scene.path.file = fs::absolute(path).string();
+    return Changed{std::move(scene), std::move(bone)};
   });
+}
+
+void Rehearsal::FollowChange() {
+  for (const std::string& sentence : saver_.TakeFailures()) {
+    viewer_->Say(
+        fmt::format(fmt::runtime(Tr("The bone could not be saved; it is tried again at the end. {}")), sentence));
+  }
+  if (!IsReady(changing_)) return;
+  Changed changed = changing_.get();
+  if (viewer_->quitting() || to_open_) return;
+  scene_ = std::move(changed.scene);
+  to_save_ = ToSave{changed.bone, scene_.bone.file};
+  Restart(std::move(changed.bone), true);
 }
 
 void Rehearsal::SelectSaw(std::size_t number) {
@@ -508,10 +685,11 @@ void Rehearsal::Export() {
   if (!viewer_->is_running() || exporting_.valid() || change_) return;
   viewer_->SetSpindle(false);
   ExportOrder order;
-  order.folder = options_.viewer.folder + "/take-away";
+  order.folder = fmt::format("{}/take-away{}", options_.viewer.folder, inputs_ == 1 ? "" : fmt::format("-{}", inputs_));
   order.obj = options_.obj;
   order.scene = viewer_->session()->scene();
-  order.recordings = result_.recordings;
+  order.recordings = {result_.recordings.begin() + static_cast<std::ptrdiff_t>(first_recording_),
+                      result_.recordings.end()};
   order.plan = plan_;
   order.before = before_;
   order.forces = viewer_->forces();
@@ -526,6 +704,18 @@ void Rehearsal::Export() {
   viewer_->Say(Tr("Exporting pieces, planes and report"));
   exporting_ = std::async(std::launch::async,
                           [order = std::make_shared<ExportOrder>(std::move(order))] { return RunExport(*order); });
+}
+
+/// Waits for the end of the export.
+void Rehearsal::FollowExport() {
+  try {
+    result_.take_away = exporting_.get();
+    viewer_->Say(fmt::format(fmt::runtime(Tr("Exported: {}")), result_.take_away));
+    viewer_->trace().Write("taken_away", {{"folder", result_.take_away}});
+  } catch (const std::exception& e) {  // the session has ended in the meantime and returns no bone
+    viewer_->Say(fmt::format(fmt::runtime(Tr("Nothing was exported: {}")), e.what()));
+    viewer_->trace().Write("taken_away", {{"failure", e.what()}});
+  }
 }
 
 // ---- events
@@ -591,38 +781,21 @@ bool Rehearsal::Take(const WindowEvent& event) {
     }
     return TakeClick(event);
   }
+  const bool escape = event.kind == Kind::kKeyDown && event.key == Key::kEscape && !event.control;
+  if (escape && is_loading()) return Cancel(), true;
   if (!in_pieces_) return false;
   if (pieces_->Take(event)) return true;
-  if (event.kind == Kind::kKeyDown && event.key == Key::kEscape && !event.control) return LeavePieces(), true;
+  if (escape) return LeavePieces(), true;
   return false;
 }
 
 // ---- frames
 
 void Rehearsal::Update(double /*dt_s*/) {
-  if (IsReady(opening_)) {
-    OpenedInput opened = opening_.get();
-    scene_ = std::move(opened.scene);
-    scene_file_ = std::move(opened.scene_file);
-    for (const PlannedPlane& planned : scene_.plan.planes) plan_.planes.push_back(planned);
-    for (const DepthStop& stop : scene_.plan.stops) plan_.stops.push_back(stop);
-    if (!viewer_->quitting()) Restart();
-  }
-  if (IsReady(changing_)) {
-    scene_ = changing_.get();
-    if (!viewer_->quitting()) Restart();
-  }
+  FollowChange();
+  FollowOpening();
   if (IsReady(making_nerve_)) nerve_ = making_nerve_.get();
-  if (IsReady(exporting_)) {
-    try {
-      result_.take_away = exporting_.get();
-      viewer_->Say(fmt::format(fmt::runtime(Tr("Exported: {}")), result_.take_away));
-      viewer_->trace().Write("taken_away", {{"folder", result_.take_away}});
-    } catch (const std::exception& e) {  // the session has ended in the meantime and returns no bone
-      viewer_->Say(fmt::format(fmt::runtime(Tr("Nothing was exported: {}")), e.what()));
-      viewer_->trace().Write("taken_away", {{"failure", e.what()}});
-    }
-  }
+  if (IsReady(exporting_)) FollowExport();
   FollowCut();
   if (in_pieces_) pieces_->Update();
 }
@@ -660,13 +833,11 @@ void Rehearsal::Fill(HudState& hud) {
       hud.gauge = gauge;
     }
   }
-  if (opening_.valid()) {
-    const std::lock_guard lock(mutex_);
-    hud.progress = HudProgress{.title = Tr("Opening"), .stage = opening_stage_, .fraction = opening_fraction_};
-  } else if (changing_.valid()) {
-    hud.progress = HudProgress{.title = change_ ? change_->what : "", .stage = Tr("saving the bone"), .fraction = {}};
-  } else if (change_ && hud.progress) {
-    hud.progress->title = change_->what;
+  if (loading_) {
+    const WorkProgress now = *progress();
+    hud.progress = HudProgress{.title = Tr("Opening"), .stage = Tr(now.stage.c_str()), .fraction = now.fraction};
+  } else if (change_) {
+    hud.progress.reset();  // it takes less than a second
   }
   if (picking_) {
     hud.banner = HudBanner{.kind = HudBanner::Kind::kQuestion,

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/window/bone_saver.h"
 #include "app/window/menu.h"
 #include "app/window/open_input.h"
 #include "app/window/viewer_app.h"
@@ -21,8 +22,8 @@ class PiecesMode;
 
 struct RehearsalOptions {
   ViewerOptions viewer;
-  std::string input;  // see OpenInput()
-  OpenOptions open;
+  std::string input;               // see OpenInput()
+  double voxel_mm = 0.2;           // of an imported bone
   std::vector<std::string> plans;  // .mrk.json files with planes
   std::vector<Saw> saws;           // saws to choose from; not empty
   bool obj = false;                // pieces are exported as OBJ, otherwise as STL
@@ -31,7 +32,11 @@ struct RehearsalOptions {
 /// Output of a rehearsal.
 struct RehearsalResult {
   std::vector<std::string> recordings;
-  std::string take_away;  // folder of the exported files; empty: nothing was exported
+  std::string take_away;              // folder of the exported files; empty: nothing was exported
+  std::vector<std::string> warnings;  // one sentence for each bone that could not be saved
+  /// True if a step of loading that cannot be interrupted is still running. The destructor of Rehearsal waits for it;
+  /// the program may end at once instead.
+  bool left_work = false;
 };
 
 class Rehearsal final : public Activity {
@@ -40,21 +45,35 @@ class Rehearsal final : public Activity {
   explicit Rehearsal(const RehearsalOptions& options);
   ~Rehearsal() override;
 
-  /// Runs until the window is closed. Throws Error if the input cannot be opened or a session failed.
+  /// Runs until the window is closed. Throws Error if the input of the options cannot be opened or a session failed.
   RehearsalResult Run();
+
+  // ---- opening, in the window's thread
+  /// Ends the current session, whose recording is kept, discards plan, checkpoints and pieces, and opens another input
+  /// (see OpenInput()) in the same window. If it cannot be opened, a message says why, and the window stays empty.
+  void Open(const std::string& path) override;
+  /// Ends the opening or loading that is in progress. The window is then empty, and another input can be opened.
+  void Cancel() override;
+  /// Returns true while an input is opened or its session is loading.
+  bool is_loading() const;
+  /// Returns the work in progress while is_loading() or while the session ends.
+  std::optional<WorkProgress> progress() const;
+  /// Returns the CT that the current input was made from, available as soon as it is read; null if there is none.
+  std::shared_ptr<const Volume> ct() const;
 
  private:
   void AddActions(ActionList& actions) override;
   bool Take(const WindowEvent& event) override;
   void PickMenuRow(int row) override;
   void PickPieceRow(int row) override;
-  void Open(const std::string& path) override;
   std::vector<TourStep> tour() const override;
   void Update(double dt_s) override;
   void Fill(HudState& hud) override;
   std::vector<HudKeyGroup> help() const override;
   void Began() override;
   void Ended(LoopSummary summary) override;
+  void Cancelled() override;
+  bool TakeFailure(const std::string& sentence) override;
   void Describe(nlohmann::json& state) const override;
   bool cuts() const override;
 
@@ -66,7 +85,12 @@ class Rehearsal final : public Activity {
   void ToggleGuide();
   /// Ends the session, changes the scene, and continues with the current bone.
   void ContinueWith(const std::string& what, std::function<void(Scene&)> change);
-  void Restart();
+  void Restart(std::shared_ptr<const Bone> bone, bool same_bone);
+  void BeginOpening(const std::string& input);
+  void FollowOpening();
+  void FollowChange();
+  void Reset();
+  void EndWork();
 
   void RequestCheckpoint();
   void ShowCheckpoints();
@@ -89,14 +113,25 @@ class Rehearsal final : public Activity {
   void EnterPieces();
   void LeavePieces();
   void Export();
+  void FollowExport();
 
   RehearsalOptions options_;
   std::unique_ptr<ViewerApp> viewer_;
   RehearsalResult result_;
-  std::future<OpenedInput> opening_;
-  std::mutex mutex_;  // protects the next two
-  std::string opening_stage_;
-  double opening_fraction_ = 0;
+  /// An input that is being opened in another thread.
+  struct Loading {
+    std::string input;
+    std::future<OpenedInput> opened;
+    std::mutex mutex;  // protects everything below
+    bool cancelled = false;
+    ProgressMeter progress;
+    std::shared_ptr<const Volume> ct;
+  };
+  std::shared_ptr<Loading> loading_;
+  std::vector<std::shared_ptr<Loading>> cancelled_;  // end by themselves
+  std::optional<std::string> to_open_;               // after the end of the session
+  bool is_command_line_ = true;                      // the input is that of the options
+  std::shared_ptr<const Volume> ct_;
   Scene scene_;
   std::string scene_file_;
   std::shared_ptr<const Bone> before_;  // bone at the start of the first session
@@ -111,7 +146,20 @@ class Rehearsal final : public Activity {
     std::function<void(Scene&)> apply;
   };
   std::optional<Change> change_;
-  std::future<Scene> changing_;
+  struct Changed {
+    Scene scene;
+    std::shared_ptr<const Bone> bone;
+  };
+  std::future<Changed> changing_;
+  struct ToSave {
+    std::shared_ptr<const Bone> bone;
+    std::string path;
+  };
+  std::optional<ToSave> to_save_;  // once the session with this bone runs
+  BoneSaver saver_;
+  bool is_new_bone_ = false;         // the session is the first one of its input
+  int inputs_ = 0;                   // opened so far
+  std::size_t first_recording_ = 0;  // of the current input
 
   Plan plan_;
   std::size_t plane_ = 0;  // the active plane
@@ -127,6 +175,7 @@ class Rehearsal final : public Activity {
   std::optional<Picking> picking_;
 
   std::future<std::unique_ptr<RegionDistance>> making_nerve_;
+  std::vector<std::future<std::unique_ptr<RegionDistance>>> unused_;  // of earlier inputs; end by themselves
   std::unique_ptr<RegionDistance> nerve_;
   std::unique_ptr<PhiSampler> sampler_;  // of before_
   std::unique_ptr<PiecesMode> pieces_;

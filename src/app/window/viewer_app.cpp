@@ -8,10 +8,13 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <system_error>
 #include <utility>
 
+#include "app/window/is_ready.h"
 #include "base/files/files.h"
 #include "base/files/temporary.h"
+#include "bone/grid/ct_modulus.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
@@ -27,6 +30,7 @@ constexpr double kFrame_s = 1.0 / 60;
 constexpr double kMessage_s = 6;
 constexpr std::size_t kMaxForces = 200'000;  // maximum number of points: more than an hour of the force curve
 constexpr double kPreviewVoxel_mm = 0.8;
+constexpr double kLeave_s = 0.5;  // time that loading gets to end by itself when the window is closed
 constexpr std::array<View, 7> kViews{View::kThreeQuarter, View::kFront, View::kLeft,  View::kRight,
                                      View::kTop,          View::kBack,  View::kBottom};
 
@@ -78,8 +82,43 @@ ViewerApp::~ViewerApp() {
 
 // ---- the session
 
-void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool same_bone) {
+std::shared_ptr<SurfaceWorker> ViewerApp::ShowBone(std::shared_ptr<const Bone> bone, bool final) {
+  auto surface = std::make_shared<SurfaceWorker>(*bone);
+  Made made{
+      .surface = surface, .bone = final ? bone : nullptr, .materials = bone->materials(), .voxel_mm = bone->voxel_mm()};
+  const std::lock_guard lock(mutex_);
+  made_ = std::move(made);
+  if (final) at_start_ = std::move(bone);
+  return surface;
+}
+
+void ViewerApp::Clear() {
+  {
+    const std::lock_guard lock(mutex_);
+    made_.reset();
+    at_start_.reset();
+    watch_.reset();
+  }
+  leaf_watch_.reset();
+  if (making_inner_.valid()) unused_inner_.push_back(std::move(making_inner_));
+  surface_.reset();
+  leaf_receiver_.reset();
+  figures_ = {};
+  forces_.clear();
+  fitted_ = fit_again_ = false;
+  view_->BeginBone({}, Vec3{0}, Box3{}, 1);
+  view_->SetInnerSurfaces({});
+  view_->ClearTool();
+  view_->SetGhost(std::nullopt);
+  view_->SetForce(std::nullopt);
+  view_->SetSlices(std::nullopt);
+}
+
+void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool same_bone,
+                      std::shared_ptr<const Bone> bone) {
+  TakeMade();
   const bool goes_on = same_bone && surface_ != nullptr;
+  goes_on_ = goes_on;
   session_.reset();
   began_ = false;
   ++sessions_;
@@ -101,34 +140,28 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   live.tick = std::exchange(take_tick_, nullptr);
   live.scripted = options_.scripted;
   if (device_ && device_->holds()) live.device = &device_->servo();
-  live.begin = [this, goes_on, file = scene.bone.source == BoneSource::kFile ? scene.bone.file : ""](
-                   const Bone& bone, const EffectPlan&) {
-    if (goes_on) return;
-    leaf_receiver_ = std::make_shared<SurfaceWorker>(WithCtNumbers(bone, file));
-    {
-      const std::lock_guard lock(mutex_);
-      made_ = Made{.surface = leaf_receiver_, .materials = bone.materials(), .voxel_mm = bone.voxel_mm()};
-      at_start_ = std::make_shared<const Bone>(bone);
+  live.begin = [this, goes_on, with_hu = bone && bone->has_hu() ? bone : nullptr,
+                file = scene.bone.source == BoneSource::kFile && !bone ? scene.bone.file : ""](
+                   const Bone& made, const EffectPlan&) mutable {
+    if (!goes_on) {
+      auto shown = std::make_shared<Bone>(WithCtNumbers(made, file));
+      if (with_hu && !shown->has_hu()) CopyHu(*shown, *with_hu);
+      leaf_receiver_ = ShowBone(std::move(shown), true);
     }
-    if (options_.watch) {
-      leaf_watch_ = std::make_shared<CutWatch>(at_start_, bone);
-      const std::lock_guard lock(mutex_);
-      watch_ = leaf_watch_;
-    }
-    InnerSurfaces inner = MakeInnerSurfaces(bone);
+    with_hu.reset();
+    if (!options_.watch || leaf_watch_) return;
+    leaf_watch_ = std::make_shared<CutWatch>(bone_at_start(), made);
     const std::lock_guard lock(mutex_);
-    inner_made_ = std::move(inner);
+    watch_ = leaf_watch_;
   };
   // A coarse bone is ready within a second; the final one takes longer.
   if (!goes_on && scene.bone.source == BoneSource::kMandible) {
-    live.prepare = [this, coarse = scene]() mutable {
+    live.prepare = [this, coarse = scene](const std::function<void(double)>& progress) mutable {
       coarse.bone.mandible.voxel_mm = std::max(coarse.bone.mandible.voxel_mm, kPreviewVoxel_mm);
-      const Bone bone = MakeSceneBone(coarse, {});
-      auto surface = std::make_shared<SurfaceWorker>(bone);
-      const std::lock_guard lock(mutex_);
-      made_ = Made{.surface = surface, .materials = bone.materials(), .voxel_mm = bone.voxel_mm()};
+      ShowBone(std::make_shared<const Bone>(MakeSceneBone(coarse, progress)), false);
     };
   }
+  live.bone = std::move(bone);
   trace_.Write("session", {{"recording", recording_}, {"tool", DescribeTool(scene.tool)}});
   session_ = std::make_unique<LiveSession>(scene, std::move(live));
 }
@@ -147,7 +180,13 @@ void ViewerApp::End() {
   if (session_) session_->Stop();
 }
 
+std::optional<WorkProgress> ViewerApp::progress() const {
+  if (!session_ || is_running()) return std::nullopt;
+  return session_->progress();
+}
+
 void ViewerApp::Quit() {
+  if (!quitting_) quitting_since_s_ = now_s_;
   quitting_ = true;
   End();
 }
@@ -166,29 +205,37 @@ void ViewerApp::SetSpindle(bool on) {
   trace_.Write("spindle", {{"on", on}});
 }
 
-void ViewerApp::FollowSession() {
+/// Draws the bone that another thread has made.
+void ViewerApp::TakeMade() {
+  std::optional<Made> made;
   {
     const std::lock_guard lock(mutex_);
-    if (made_) {
-      surface_ = std::move(made_->surface);
-      inner_.reset();
-      view_->BeginBone(made_->materials, surface_->origin_W(), surface_->bounds_W(), made_->voxel_mm);
-      if (!fitted_) {
-        view_->camera().Look(kViews[view_index_]);
-        view_->FitAll();
-      }
-      fitted_ = true;
-      fit_again_ = !view_changed_;
-      made_.reset();
-      trace_.Write("bone");
-    }
-    if (inner_made_) {
-      inner_ = std::make_shared<const InnerSurfaces>(std::move(*inner_made_));
-      view_->SetInnerSurfaces(*inner_);
-      if (surface_) surface_->SetInnerSurfaces(inner_);
-    }
-    inner_made_.reset();
+    made.swap(made_);
   }
+  if (!made) return;
+  surface_ = std::move(made->surface);
+  inner_.reset();
+  view_->BeginBone(made->materials, surface_->origin_W(), surface_->bounds_W(), made->voxel_mm);
+  if (!fitted_) {
+    view_->camera().Look(kViews[view_index_]);
+    view_->FitAll();
+  }
+  fitted_ = true;
+  fit_again_ = !view_changed_;
+  trace_.Write("bone", {{"final", made->bone != nullptr}, {"voxel_mm", made->voxel_mm}});
+  if (!made->bone) return;
+  if (making_inner_.valid()) unused_inner_.push_back(std::move(making_inner_));
+  making_inner_ = std::async(std::launch::async, [bone = std::move(made->bone)] { return MakeInnerSurfaces(*bone); });
+}
+
+void ViewerApp::FollowSession() {
+  TakeMade();
+  if (IsReady(making_inner_)) {
+    inner_ = std::make_shared<const InnerSurfaces>(making_inner_.get());
+    view_->SetInnerSurfaces(*inner_);
+    if (surface_) surface_->SetInnerSurfaces(inner_);
+  }
+  std::erase_if(unused_inner_, [](const std::future<InnerSurfaces>& making) { return IsReady(making); });
   // The view was fitted to the bone's box; fit it again now that the surface is available.
   if (fit_again_ && !view_changed_ && surface_->first_done()) {
     fit_again_ = false;
@@ -204,36 +251,21 @@ void ViewerApp::FollowSession() {
   if (!session_) return;
   const LiveStage stage = session_->stage();
   if (stage == LiveStage::kRunning) {
-    figures_ = session_->figures();
-    if (!began_) {
-      began_ = true;
-      controls_->Set(figures_.coupled.X_WT);
-      X_start_ = figures_.coupled.X_WT;
-      returning_ = false;
-      view_->SetTool(MakeTool(session_->scene()));
-      activity_->Began();
-      trace_.Write("running");
-    }
-    for (const ForceMoment& moment : session_->TakeForces()) {
-      if (forces_.size() < kMaxForces) forces_.push_back({moment.time_s, moment.force_N});
-    }
-    for (const LiveSession::Answer& answer : session_->TakeAnswers()) {
-      if (answer.action.kind == LoopAction::Kind::kSpindle) continue;
-      const char* what = answer.action.kind == LoopAction::Kind::kUndo   ? "Undone"
-                         : answer.action.kind == LoopAction::Kind::kRedo ? "Redone"
-                                                                         : "Checkpoint";
-      const std::string name = answer.action.name.empty() ? "" : fmt::format(": {}", answer.action.name);
-      Say(answer.failure.empty() ? what + name : answer.failure);
-      trace_.Write("answer", {{"what", what}, {"name", answer.action.name}, {"failure", answer.failure}});
-      if (answer.failure.empty() && answer.action.kind != LoopAction::Kind::kCheckpoint) {
-        controls_->Set(session_->figures().coupled.X_WT);
-      }
-    }
+    FollowRunning();
   } else if (stage == LiveStage::kEnded) {
+    if (session_->cancelled()) {
+      trace_.Write("cancelled", {{"recording", recording_}});
+      --sessions_;
+      session_.reset();
+      activity_->Cancelled();
+      return;
+    }
     const std::string failure = session_->failure();
     if (!failure.empty()) {
       trace_.Write("ended", {{"failure", failure}, {"recording", recording_}});
-      throw Error(failure);
+      session_.reset();
+      if (!activity_->TakeFailure(failure)) throw Error(failure);
+      return;
     }
     LoopSummary summary = session_->TakeSummary();
     trace_.Write("ended", {{"failure", ""},
@@ -252,6 +284,34 @@ void ViewerApp::FollowSession() {
     activity_->Ended(std::move(summary));
     if (session_.get() == over) session_.reset();
     if (quitting_ && !session_) done_ = true;
+  }
+}
+
+void ViewerApp::FollowRunning() {
+  figures_ = session_->figures();
+  if (!began_) {
+    began_ = true;
+    controls_->Set(figures_.coupled.X_WT);
+    X_start_ = figures_.coupled.X_WT;
+    returning_ = false;
+    view_->SetTool(MakeTool(session_->scene()));
+    activity_->Began();
+    trace_.Write("running");
+  }
+  for (const ForceMoment& moment : session_->TakeForces()) {
+    if (forces_.size() < kMaxForces) forces_.push_back({moment.time_s, moment.force_N});
+  }
+  for (const LiveSession::Answer& answer : session_->TakeAnswers()) {
+    if (answer.action.kind == LoopAction::Kind::kSpindle) continue;
+    const char* what = answer.action.kind == LoopAction::Kind::kUndo   ? "Undone"
+                       : answer.action.kind == LoopAction::Kind::kRedo ? "Redone"
+                                                                       : "Checkpoint";
+    const std::string name = answer.action.name.empty() ? "" : fmt::format(": {}", answer.action.name);
+    Say(answer.failure.empty() ? what + name : answer.failure);
+    trace_.Write("answer", {{"what", what}, {"name", answer.action.name}, {"failure", answer.failure}});
+    if (answer.failure.empty() && answer.action.kind != LoopAction::Kind::kCheckpoint) {
+      controls_->Set(session_->figures().coupled.X_WT);
+    }
   }
 }
 
@@ -721,11 +781,11 @@ HudState ViewerApp::MakeHud() {
   }
   hud.legend = view_->legend();
   hud.legend_title = LegendTitle(view_->colour_by());
-  if (session_ && !is_running()) {
-    const auto [stage, fraction] = session_->progress();
+  if (const std::optional<WorkProgress> now = progress()) {
     const bool loading = session_->stage() == LiveStage::kLoading;
-    hud.progress = HudProgress{
-        .title = loading ? Tr("Loading") : Tr("Ending the session"), .stage = Tr(stage.c_str()), .fraction = fraction};
+    hud.progress = HudProgress{.title = loading ? Tr("Loading") : Tr("Ending the session"),
+                               .stage = Tr(now->stage.c_str()),
+                               .fraction = now->fraction};
   }
   activity_->Fill(hud);
   if (device_ && is_running() && !options_.scripted) {
@@ -988,7 +1048,7 @@ void ViewerApp::Run(Activity& activity) {
   while (!done_) {
     const double spent_s = SecondsSince(start) - now_s_;
     // While a bone is made, draw fewer frames, to leave processor time for it.
-    const double frame_s = session_ && !is_running() ? 0.1 : kFrame_s;
+    const double frame_s = session_ && !is_running() && !goes_on_ ? 0.1 : kFrame_s;
     const double wait_s = minimised_ ? 0.05 : std::max(0.0, frame_s - spent_s);
     for (const WindowEvent& event : window_.Poll(wait_s)) Take(event);
     ignores_text_ = false;
@@ -998,6 +1058,13 @@ void ViewerApp::Run(Activity& activity) {
     Update(frame_s_);
     last_s = now_s_;
     if (quitting_ && !session_) done_ = true;
+    if (quitting_ && session_ && session_->stage() == LiveStage::kLoading && now_s_ > quitting_since_s_ + kLeave_s) {
+      // A step that cannot be interrupted is left alone. No tick was recorded.
+      left_work_ = done_ = true;
+      std::error_code ignored;
+      std::filesystem::remove(recording_, ignored);
+      trace_.Write("left", {{"stage", session_->progress().stage}});
+    }
     if (done_ || minimised_ || window_.width() == 0) continue;
     Draw();
     if (!first_picture && surface_ && surface_->first_done()) {

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -97,6 +98,10 @@ class Activity {
   virtual void Began() = 0;
   /// Called when the session has ended, whether or not this was requested.
   virtual void Ended(LoopSummary summary) = 0;
+  /// Called when the session was cancelled before its bone was ready.
+  virtual void Cancelled() {}
+  /// Called when the session failed. Returns true if the window stays open.
+  virtual bool TakeFailure(const std::string& /*sentence*/) { return false; }
   /// Adds the activity's state to the trace.
   virtual void Describe(nlohmann::json& state) const = 0;
   /// Returns true if the saw may be moved and switched now.
@@ -116,15 +121,27 @@ class ViewerApp {
   /// Makes Run() return after the session has ended.
   void Quit();
   bool quitting() const { return quitting_; }
+  /// Valid after Run(): true if a step of loading could not be interrupted and is still running. The destructor waits
+  /// for it; the program may end at once instead.
+  bool left_work() const { return left_work_; }
 
   // ---- the session
   /// Begins a new session after the end of the previous one. It is recorded as folder/session.kerf, session-2.kerf, ...
-  /// `same_bone`: true if the session continues with the bone that is shown.
-  void Begin(const Scene& scene, const std::string& scene_file, bool same_bone = false);
+  /// `same_bone`: true if the session continues with the bone that is shown. `bone`: the content of the scene's bone
+  /// file, which is then not read and need not exist yet; null if it is to be read.
+  void Begin(const Scene& scene, const std::string& scene_file, bool same_bone = false,
+             std::shared_ptr<const Bone> bone = nullptr);
   /// Sets a function that the next session calls with each tick, in the session's thread.
   void set_take_tick(std::function<void(const LoopTick&)> take) { take_tick_ = std::move(take); }
-  /// Ends the session; Activity::Ended() follows.
+  /// Ends the session; Activity::Ended() follows, or Cancelled() if its bone was not ready yet.
   void End();
+  /// Shows a bone before its session begins. May be called by any thread. `final`: the session begins with this bone
+  /// (`same_bone`); otherwise it is a preview, which the session's bone replaces.
+  std::shared_ptr<SurfaceWorker> ShowBone(std::shared_ptr<const Bone> bone, bool final);
+  /// Removes the bone and everything else from the picture. Call it only without a session.
+  void Clear();
+  /// Returns the work in progress while a session is loading or ending.
+  std::optional<WorkProgress> progress() const;
   LiveSession* session() { return session_.get(); }
   bool steers() const;  // mouse and keys control the saw
   bool is_running() const { return session_ && session_->stage() == LiveStage::kRunning; }
@@ -176,7 +193,9 @@ class ViewerApp {
   void Retract();
   void LoseFocus(const char* why);
   void Update(double dt_s);
+  void TakeMade();
   void FollowSession();
+  void FollowRunning();
   void FollowDevice(double dt_s);
   void UpdateToolInPicture(double dt_s);
   void UpdateCutInPicture(const Tool& tool, double dt_s);  // contact, dust, alarms, lines of planes
@@ -203,18 +222,20 @@ class ViewerApp {
 
   std::optional<HandDevice> device_;
   std::unique_ptr<LiveSession> session_;
-  std::mutex mutex_;  // protects made_, inner_made_, at_start_ and watch_
+  mutable std::mutex mutex_;  // protects made_, at_start_ and watch_
   struct Made {
     std::shared_ptr<SurfaceWorker> surface;
+    std::shared_ptr<const Bone> bone;  // to make the inner surfaces of; null for a preview
     MaterialTable materials;
     double voxel_mm = 0.1;
   };
-  std::optional<Made> made_;  // set by the session's thread, like the next three
-  std::optional<InnerSurfaces> inner_made_;
+  std::optional<Made> made_;  // set by another thread, like the next two
   std::shared_ptr<const Bone> at_start_;
   std::shared_ptr<CutWatch> watch_;
-  std::shared_ptr<SurfaceWorker> leaf_receiver_;  // used by the session's thread
-  std::shared_ptr<CutWatch> leaf_watch_;          // the same
+  std::future<InnerSurfaces> making_inner_;
+  std::vector<std::future<InnerSurfaces>> unused_inner_;  // of earlier bones; end by themselves
+  std::shared_ptr<SurfaceWorker> leaf_receiver_;          // used by the session's thread
+  std::shared_ptr<CutWatch> leaf_watch_;                  // the same
   std::shared_ptr<SurfaceWorker> surface_;
   std::shared_ptr<const InnerSurfaces> inner_;  // of the bone in `surface_`; null until they are made
   std::unique_ptr<SawControls> controls_;
@@ -227,12 +248,15 @@ class ViewerApp {
   std::string recording_;
   std::function<void(const LoopTick&)> take_tick_;  // of the next session
   int sessions_ = 0;
-  bool began_ = false;   // Activity::Began() of this session was called
-  bool fitted_ = false;  // the view was fitted to a bone
+  bool goes_on_ = false;  // this session continues with the bone of the one before
+  bool began_ = false;    // Activity::Began() of this session was called
+  bool fitted_ = false;   // the view was fitted to a bone
   bool fit_again_ = false;
   bool view_changed_ = false;  // the user has changed the view since
 
   bool quitting_ = false;
+  double quitting_since_s_ = 0;
+  bool left_work_ = false;
   bool done_ = false;
   bool minimised_ = false;
   bool help_ = false;

@@ -31,6 +31,7 @@ namespace {
 ChildReport* report_of_this_child = nullptr;  // set in a child process
 
 constexpr std::uint64_t kMaxOpenFiles = 256;
+constexpr int kPoll_ms = 50;  // at least this often the parent calls `progress`
 
 // Distinct from the exit codes that a library may use.
 enum ExitCode { kDone = 100, kRefused = 101, kNoMemory = 102, kFailed = 103 };
@@ -118,20 +119,32 @@ void Confine(const ChildLimits& limits, std::uint64_t used_bytes, pid_t parent) 
   _exit(kFailed);
 }
 
-/// Forwards progress until the child closes its end. Returns false if nothing arrives for `silent_s`.
+/// Forwards progress until the child closes its end. Repeats the last progress while nothing arrives, so that it can be
+/// cancelled. Returns false if nothing arrives for `silent_s`.
 bool Follow(int pipe, double silent_s, const std::function<void(double)>& progress) {
-  const int timeout_ms = static_cast<int>(std::min(1e9, 1e3 * silent_s));
+  using Clock = std::chrono::steady_clock;
+  const auto timeout = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(silent_s));
+  auto heard = Clock::now();
+  double last = 0;
   for (;;) {
     pollfd wait{pipe, POLLIN, 0};
-    const int ready = poll(&wait, 1, timeout_ms);
+    const int ready = poll(&wait, 1, kPoll_ms);
     if (ready < 0 && errno == EINTR) continue;
-    if (ready <= 0) return false;
+    if (ready < 0) return false;
+    if (ready == 0) {
+      if (Clock::now() - heard > timeout) return false;
+      if (progress) progress(last);
+      continue;
+    }
+    heard = Clock::now();
     double parts[64];
     const ssize_t n = read(pipe, parts, sizeof parts);
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) return true;
     const std::size_t count = static_cast<std::size_t>(n) / sizeof parts[0];
-    if (count > 0 && progress) progress(std::clamp(parts[count - 1], 0.0, 1.0));
+    if (count == 0) continue;
+    last = std::clamp(parts[count - 1], 0.0, 1.0);
+    if (progress) progress(last);
   }
 }
 

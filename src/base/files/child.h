@@ -50,8 +50,9 @@ class ChildReport {
 
 /// Runs `work` in a forked child and returns its result. `work` can open files only for reading and cannot start
 /// programs or open sockets (if the system supports this; see ForbidSideEffects()). `progress` (optional) is called in
-/// this process with the progress that `work` reports. If the caller is already such a child, `work` runs directly in
-/// it.
+/// this process with the progress that `work` reports, and repeatedly with the same value while it reports none; if it
+/// throws (Cancelled), the child is killed and the exception passes. If the caller is already such a child, `work` runs
+/// directly in it.
 ///
 /// Rethrows a kerf::Error from `work` with the same message. Throws kerf::Error, whose message begins with `name` or
 /// the name that `work` has set, if the child is killed by a signal, exceeds the limits, or cannot be started. The

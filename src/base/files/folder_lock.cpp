@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <filesystem>
+#include <system_error>
 
 #include "base/core/errno_text.h"
 #include "base/files/files.h"
@@ -14,6 +16,12 @@
 namespace kerf {
 
 FolderLock::FolderLock(const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::error_code unknown;
+  for (fs::path at = fs::absolute(folder, unknown).lexically_normal(); !at.empty() && !fs::exists(at, unknown);
+       at = at.parent_path()) {
+    if (at.has_filename()) created_.insert(created_.begin(), at.string());
+  }
   MakeFolder(folder);
   file_ = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (file_ < 0) {
@@ -35,7 +43,15 @@ FolderLock::FolderLock(const std::string& folder) {
 }
 
 FolderLock::~FolderLock() {
+  RemoveFolderIfUnused();
   close(file_);
+}
+
+void FolderLock::RemoveFolderIfUnused() {
+  for (; !created_.empty(); created_.pop_back()) {
+    if (rmdir(created_.back().c_str()) != 0) break;  // fails unless the folder is empty
+  }
+  created_.clear();
 }
 
 }  // namespace kerf

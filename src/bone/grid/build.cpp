@@ -141,8 +141,8 @@ std::vector<std::unique_ptr<FloatLeaf>> EvaluateBlocks(const SolidField& solid, 
         leaf->setValueOnly(i, static_cast<float>(value));
       }
       leaves[n] = std::move(leaf);
+      progress.Done(1);
     }
-    progress.Done(range.size());
   });
   return leaves;
 }
@@ -290,8 +290,10 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
   grids.materials = std::move(materials);
 
   Blocks blocks = SortBlocks(solid, box, options);
+  if (options.progress) options.progress(0.05);
   Progress progress(options.progress, 0.05, 0.7, blocks.mixed.size());
   auto leaves = EvaluateBlocks(solid, blocks.mixed, h, progress);
+  if (options.progress) options.progress(0.7);
   const float band = grids.phi->background();
   if (solid.is_distance) {
     FloatTree& tree = grids.phi->tree();
@@ -305,6 +307,7 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
     AddInsideTiles(field->tree(), blocks.inside, -1.0f);
     if (options.fill_voids != nullptr) *options.fill_voids = FillVoids(field->tree(), h, blocks.inside);
     KeepNearSurface(*field, options.band_voxels);
+    if (options.progress) options.progress(0.71);
     const auto distance = openvdb::tools::sdfToSdf(*field, 0.0f, 1);
     if (!distance) throw Error("the surface could not be turned into a distance field: nothing lies inside");
     std::vector<FloatLeaf*> solved;
@@ -408,7 +411,7 @@ void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, doubl
   Progress progress(report, 0.75, 0.98, blocks.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 16), [&](const auto& range) {
     openvdb::tree::ValueAccessor<const FloatTree> phi(grids.phi->constTree());
-    for (std::size_t n = range.begin(); n < range.end(); ++n) {
+    for (std::size_t n = range.begin(); n < range.end(); ++n, progress.Done(1)) {
       auto leaf = std::make_unique<RegionLeaf>(blocks[n], 0, false);
       bool any = false;
       for (openvdb::Index i = 0; i < RegionLeaf::SIZE; ++i) {
@@ -430,7 +433,6 @@ void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, doubl
         leaves[n] = std::move(leaf);
       }
     }
-    progress.Done(range.size());
   });
   CheckRange("region", bad_id, {kRegionRange.lower, kRegionRange.upper, kOrZero}, "bone");
   for (std::size_t n = 0; n < blocks.size(); ++n) {

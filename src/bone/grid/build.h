@@ -38,7 +38,8 @@ struct FilledVoids {
 struct BuildOptions {
   double voxel_mm = 0.2;                 // edge of a voxel, mm
   double region_voxel_mm = 0.2;          // edge of a voxel of the region grid, mm
-  std::function<void(double)> progress;  // optional; called with the progress, 0 to 1, from one thread
+  std::function<void(double)> progress;  // optional; called with the progress, 0 to 1, from one thread; may throw
+                                         // Cancelled
   int band_voxels = 3;                   // half-width of the level set's band; files support only 3
   double max_bytes = 1e300;              // available memory; a bone that needs more is refused before allocation
   FilledVoids* fill_voids = nullptr;     // if set, voids enclosed by the solid are filled and counted here; has an

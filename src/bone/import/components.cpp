@@ -10,19 +10,29 @@ namespace kerf {
 namespace {
 
 constexpr std::int32_t kUnseen = -1;
+constexpr std::size_t kBetweenReports = std::size_t{1} << 20;  // voxels
 
 }  // namespace
 
-Components FindComponents(const Volume& lattice, const std::function<bool(std::size_t)>& inside) {
+Components FindComponents(const Volume& lattice, const std::function<bool(std::size_t)>& inside,
+                          const std::function<void(double)>& progress) {
   Components result;
   result.labels.assign(lattice.count(), 0);
+  std::size_t done = 0;
+  const auto report = [&] {
+    if (progress && ++done % kBetweenReports == 0) {
+      progress(std::min(1.0, static_cast<double>(done) / (3.0 * static_cast<double>(lattice.count()))));
+    }
+  };
   for (std::size_t v = 0; v < result.labels.size(); ++v) {
+    report();
     if (inside(v)) result.labels[v] = kUnseen;
   }
   const std::array<int, 3> n = lattice.size;
   const std::array<std::size_t, 3> stride = {1, static_cast<std::size_t>(n[0]), static_cast<std::size_t>(n[0]) * n[1]};
   std::vector<std::size_t> open;
   for (std::size_t start = 0; start < result.labels.size(); ++start) {
+    report();
     if (result.labels[start] != kUnseen) continue;
     const auto label = static_cast<std::int32_t>(result.list.size() + 1);
     Component c;
@@ -32,6 +42,7 @@ Components FindComponents(const Volume& lattice, const std::function<bool(std::s
     result.labels[start] = label;
     open.push_back(start);
     while (!open.empty()) {
+      report();
       const std::size_t v = open.back();
       open.pop_back();
       const std::array<int, 3> at = {static_cast<int>(v % stride[1]), static_cast<int>(v / stride[1] % n[1]),

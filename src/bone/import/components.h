@@ -26,8 +26,10 @@ struct Components {
   std::vector<Component> list;       // largest first
 };
 
-/// Finds the connected parts of a mask. `inside` is called once for each voxel, with the voxel's index.
-Components FindComponents(const Volume& lattice, const std::function<bool(std::size_t)>& inside);
+/// Finds the connected parts of a mask. `inside` is called once for each voxel, with the voxel's index. `progress`,
+/// which is optional, is called with values from 0 to 1 and may throw Cancelled.
+Components FindComponents(const Volume& lattice, const std::function<bool(std::size_t)>& inside,
+                          const std::function<void(double)>& progress = {});
 
 /// Returns text such as "82.0 cm3, centre (3, -255, 379), box 132 x 104 x 98 mm", for messages.
 std::string Describe(const Component& component);

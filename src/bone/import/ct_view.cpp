@@ -125,6 +125,28 @@ CtView DrawCtSlice(const Volume& ct, CtAxis axis, double at_mm, const CtViewOpti
   return std::move(canvas.view);
 }
 
+CtView SliceVolume(const Volume& ct, CtAxis axis, double at_mm, const CtGreys& greys, double pixel_mm) {
+  const Scan scan(ct);
+  Canvas canvas(axis, {.box_W = CalcScanBox(ct), .pixel_mm = pixel_mm});
+  const double black_HU = greys.level_HU - 0.5 * greys.width_HU;
+  canvas.Fill([&](Vec3 p_W) {
+    p_W[static_cast<int>(axis)] = at_mm;
+    if (!scan.Contains(p_W)) return Rgb8{0, 0, 0};
+    return Mix({0, 0, 0}, {255, 255, 255}, (scan.HuAt(p_W) - black_HU) / greys.width_HU);
+  });
+  return std::move(canvas.view);
+}
+
+Box3 CalcScanBox(const Volume& ct) {
+  Box3 scan_W;
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 p_V;
+    for (int a = 0; a < 3; ++a) p_V[a] = (corner >> a & 1) != 0 ? ct.size[a] - 0.5 : -0.5;
+    scan_W.Include(ct.WorldFromVoxel(p_V));
+  }
+  return scan_W;
+}
+
 CtView DrawCtSurface(const Volume& ct, CtAxis axis, const CtViewOptions& options) {
   constexpr Rgb8 kShadow{70, 55, 40};
   constexpr Rgb8 kLit{250, 240, 220};
@@ -177,12 +199,7 @@ Box3 FindBoneBox(const Volume& ct, double iso_hu, const std::string& name) {
     throw Error(fmt::format("{}: no bone: no piece above {:.0f} HU is 1 cm3 or larger; choose another value with --iso",
                             name, iso_hu));
   }
-  Box3 scan_W;
-  for (int corner = 0; corner < 8; ++corner) {
-    Vec3 p_V;
-    for (int a = 0; a < 3; ++a) p_V[a] = (corner >> a & 1) != 0 ? ct.size[a] - 0.5 : -0.5;
-    scan_W.Include(ct.WorldFromVoxel(p_V));
-  }
+  const Box3 scan_W = CalcScanBox(ct);
   bone_W = bone_W.Grown(kViewMargin_mm);
   return {glm::max(bone_W.lower, scan_W.lower), glm::min(bone_W.upper, scan_W.upper)};
 }

@@ -37,6 +37,20 @@ CtView DrawCtSlice(const Volume& ct, CtAxis axis, double at_mm, const CtViewOpti
 /// Draws the bone's surface, shaded: its first point on each line of sight.
 CtView DrawCtSurface(const Volume& ct, CtAxis axis, const CtViewOptions& options);
 
+/// Range of CT numbers that is drawn from black to white, as a radiologist sets it.
+struct CtGreys {
+  double level_HU = 600;   // middle grey
+  double width_HU = 2400;  // > 0
+};
+
+/// Draws the plane at `at_mm` on the axis through the whole scan in greys, black outside the scan, with pixels of
+/// `pixel_mm` at most, of which there are at most 8192 on a side. Takes a few milliseconds; may be called by any
+/// thread.
+CtView SliceVolume(const Volume& ct, CtAxis axis, double at_mm, const CtGreys& greys, double pixel_mm = 0.5);
+
+/// Returns the box around all voxels with their full extent, LPS, mm.
+Box3 CalcScanBox(const Volume& ct);
+
 /// Returns a box around the largest piece of bone above `iso_hu` and all pieces of at least 1 cm3 whose centre lies
 /// within 10 mm of its box (below it: within 60 mm). This excludes the scanner's table. The box is enlarged by 5 mm,
 /// but limited to the scan. Throws kerf::Error, whose message begins with `name`, if there is no such bone.

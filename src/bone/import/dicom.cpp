@@ -366,9 +366,9 @@ std::vector<DicomSeries> ListInChild(const std::string& folder, ChildReport& rep
 
 }  // namespace
 
-std::vector<DicomSeries> ListDicomSeries(const std::string& folder) {
-  return DecodeSeries(
-      RunInChild(folder, kListing, [&folder](ChildReport& report) { return Encode(ListInChild(folder, report)); }, {}));
+std::vector<DicomSeries> ListDicomSeries(const std::string& folder, const std::function<void(double)>& progress) {
+  return DecodeSeries(RunInChild(
+      folder, kListing, [&folder](ChildReport& report) { return Encode(ListInChild(folder, report)); }, progress));
 }
 
 const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid,

@@ -35,8 +35,8 @@ struct DicomSeries {
 
 /// Returns all series in a folder and its subfolders, largest first. No personal names are read. Throws kerf::Error if
 /// the folder cannot be read, contains no DICOM file, or contains a file that is named .dcm, .dicom or .ima but is not
-/// a DICOM file.
-std::vector<DicomSeries> ListDicomSeries(const std::string& folder);
+/// a DICOM file. `progress`, which is optional, is called repeatedly and may throw Cancelled.
+std::vector<DicomSeries> ListDicomSeries(const std::string& folder, const std::function<void(double)>& progress = {});
 
 /// Returns the series to import, chosen by its UID or an unambiguous suffix of the UID; if `uid` is empty, the only CT
 /// series. Throws kerf::Error if there is no such series, or more than one.

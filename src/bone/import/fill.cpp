@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <numbers>
+#include <thread>
 
 #include "bone/import/components.h"
 
@@ -29,7 +31,7 @@ std::array<Vec3, kDirections> SpreadDirections() {
 }  // namespace
 
 std::vector<std::uint8_t> FindCavities(const Volume& lattice, const std::vector<std::uint8_t>& bone,
-                                       const FillOptions& options) {
+                                       const FillOptions& options, const std::function<void(double)>& progress) {
   const std::array<int, 3> n = lattice.size;
   // Voids that are completely enclosed.
   const Components voids = FindComponents(lattice, [&](std::size_t v) { return bone[v] == 0; });
@@ -47,7 +49,11 @@ std::vector<std::uint8_t> FindCavities(const Volume& lattice, const std::vector<
   const int allowed = static_cast<int>(std::floor(kDirections * (1 - options.enclosed)));
 
   std::vector<std::uint8_t> cavity(bone.size(), 0);
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<int> done{0};
   tbb::parallel_for(0, n[2], [&](int k) {
+    const int now = done.fetch_add(1);
+    if (progress && std::this_thread::get_id() == caller) progress(static_cast<double>(now) / n[2]);
     for (int j = 0; j < n[1]; ++j) {
       for (int i = 0; i < n[0]; ++i) {
         const std::size_t v = lattice.Index(i, j, k);

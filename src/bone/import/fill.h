@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "bone/import/volume.h"
@@ -16,8 +17,9 @@ struct FillOptions {
 
 /// Returns 1 for each voxel that is not bone but enclosed by it: no path leads out, or bone is found in at least a
 /// fraction `enclosed` of 60 directions distributed evenly over the sphere. A gap between teeth or a notch is open on
-/// one side, and stays open.
+/// one side, and stays open. `progress`, which is optional, is called with values from 0 to 1, from the calling thread,
+/// and may throw Cancelled.
 std::vector<std::uint8_t> FindCavities(const Volume& lattice, const std::vector<std::uint8_t>& bone,
-                                       const FillOptions& options);
+                                       const FillOptions& options, const std::function<void(double)>& progress = {});
 
 }  // namespace kerf

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <glm/geometric.hpp>
+#include <memory>
 
 #include "base/core/hash.h"
 #include "base/files/memory.h"
@@ -22,6 +23,7 @@
 #include "bone/import/mandible_likeness.h"
 #include "bone/import/mesh_units.h"
 #include "bone/import/patient_frame.h"
+#include "bone/import/preview.h"
 #include "bone/material/region_table.h"
 #include "bone/mesh/meshfile.h"
 #include "kerf/error.h"
@@ -36,6 +38,7 @@ namespace fs = std::filesystem;
 constexpr double kRegionVoxel_mm = 0.2;
 constexpr double kMeshLattice_mm = 0.7;  // for the depth below an imported surface
 constexpr double kDust_mm3 = 1;
+constexpr double kPreviewVoxel_mm = 0.8;
 
 class Stages {
  public:
@@ -75,7 +78,7 @@ void CheckOptions(const ImportOptions& options) {
 Volume ReadCt(const std::string& path, const ImportOptions& options, ImportReport& report) {
   std::error_code failed;
   if (fs::is_directory(path, failed)) {
-    const std::vector<DicomSeries> all = ListDicomSeries(path);
+    const std::vector<DicomSeries> all = ListDicomSeries(path, Part(options.progress, 0, 0));
     const DicomSeries& series = ChooseSeries(all, options.series, path);
     report.kind = "DICOM";
     report.series_uid = series.uid;
@@ -216,15 +219,27 @@ void WarnAboutSurfaceError(double iso_hu, ImportReport& report) {
       e.half_height_hu, report.spacing_mm.x, report.spacing_mm.y, report.spacing_mm.z, e.scatter_mm));
 }
 
+// Passes the CT and a coarse bone on to those who look at the import.
+void Show(const std::shared_ptr<const Volume>& ct, const ImportOptions& options) {
+  if (options.take_ct) options.take_ct(ct);
+  if (!options.take_preview) return;
+  try {
+    options.take_preview(MakePreview(*ct, options.isolate.iso_hu, std::max(options.voxel_mm, kPreviewVoxel_mm),
+                                     Part(options.progress, 0.15, 0.15)));
+  } catch (const Error&) {  // the import itself reports the reason
+  }
+}
+
 ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   ImportResult result;
   ImportReport& report = result.report;
   Stages stages(report);
   Isolation isolation;
   {
-    const Volume ct = ReadHu(path, options, report);
+    const auto ct = std::make_shared<const Volume>(ReadHu(path, options, report));
     stages.Done("read");
-    isolation = IsolateBone(ct, options, report);
+    Show(ct, options);
+    isolation = IsolateBone(*ct, options, report);
   }
   report.isolation = isolation.how;
   report.iso_mm3 = isolation.iso_volume_mm3;
@@ -237,7 +252,9 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   stages.Done("isolate");
 
   std::vector<std::uint8_t> cavities(isolation.ct.count(), 0);
-  if (options.fill) cavities = FindCavities(isolation.ct, isolation.bone, options.cavities);
+  if (options.fill) {
+    cavities = FindCavities(isolation.ct, isolation.bone, options.cavities, Part(options.progress, 0.25, 0.3));
+  }
   std::vector<std::uint8_t> solid_voxels = isolation.bone;
   std::size_t filled = 0;
   for (std::size_t v = 0; v < cavities.size(); ++v) {
@@ -249,6 +266,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   const double iso = options.isolate.iso_hu;
   const CtSolid solid(isolation, cavities, iso, iso + std::max(0.5 * (options.tissue.cortical_hu - iso), 1.0));
   stages.Done("fill");
+  if (options.progress) options.progress(0.33);
   report.surface_error = CalcSurfaceError(solid, isolation, cavities);
   WarnAboutSurfaceError(options.isolate.iso_hu, report);
   stages.Done("surface error");
@@ -274,10 +292,12 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   stages.Done("level set");
   DropDust(result.bone, options.isolate.isolate, report);
   stages.Done("pieces");
+  if (options.progress) options.progress(0.94);
   if (options.keep_hu) {
     KeepHu(isolation.ct, options, result.bone, report);
     stages.Done("CT numbers");
   }
+  if (options.progress) options.progress(0.97);
   Measure(result.bone, report);
   AddNotes(result.bone, options, report);
   stages.Done("measure");
@@ -349,7 +369,10 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   for (int a = 0; a < 3; ++a) lattice.size[a] = static_cast<int>(std::ceil(box.size()[a] / coarse.voxel_mm)) + 9;
   std::vector<std::uint8_t> solid(lattice.count(), 0);
   {
-    const Bone draft = MakeBoneFromMesh(closed.layers, [](const Vec3&) { return 0; }, coarse, {});
+    const Bone draft = MakeBoneFromMesh(
+        closed.layers, [](const Vec3&) { return TissueMap::kPlainCortexRegion; }, coarse, MakePlainTable());
+    if (options.take_preview) options.take_preview(draft);
+    if (options.progress) options.progress(0.08);
     for (int k = 0; k < lattice.size[2]; ++k) {
       for (int j = 0; j < lattice.size[1]; ++j) {
         for (int i = 0; i < lattice.size[0]; ++i) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -39,7 +40,10 @@ struct ImportOptions {
   std::string materials_name;              // its origin, for messages and provenance
   bool keep_hu = false;                    // store the CT numbers in the bone
   double hu_voxel_mm = 0;                  // 0: the CT's finest spacing, but at least voxel_mm
-  std::function<void(double)> progress;    // optional; 0 to 1, from one thread
+  std::function<void(double)> progress;    // optional; 0 to 1, from one thread; may throw Cancelled
+  // For looking at the input during the import; optional. Both are called in the thread that imports.
+  std::function<void(std::shared_ptr<const Volume>)> take_ct;  // the CT, along the patient's axes, once it is read
+  std::function<void(Bone)> take_preview;                      // a coarse bone: see MakePreview()
 };
 
 template <typename V>
@@ -96,7 +100,7 @@ bool IsSurfacePath(const std::string& path);
 
 /// Imports a bone. `path`: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a closed surface (.stl .obj
 /// .ply). The bone's coordinates are the patient's (LPS, mm), or those of the surface. Throws kerf::Error with one
-/// sentence if the input cannot be converted to a bone.
+/// sentence if the input cannot be converted to a bone, and lets Cancelled pass.
 ImportResult Import(const std::string& path, const ImportOptions& options);
 
 /// Reads the CT as Import() does, using `options.series`, `options.frame` and `options.progress`; sets the kind and the

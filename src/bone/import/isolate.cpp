@@ -127,9 +127,14 @@ struct Candidate {
 std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& options, const Progress& progress,
                                        std::string& rotation_hint) {
   for (int step = 0; step <= kThresholdSteps; ++step) {
-    if (progress) progress(0.6 * step / kThresholdSteps);
+    const auto report = [&](double fraction) {
+      if (progress) progress(0.1 + 0.5 * (step + fraction) / (kThresholdSteps + 1));
+    };
     const double threshold = options.iso_hu + step * kThresholdStep_HU;
-    Candidate c{threshold, FindComponents(ct, [&](std::size_t v) { return ct.hu[v] >= threshold; }), 0};
+    Candidate c{threshold,
+                FindComponents(
+                    ct, [&](std::size_t v) { return ct.hu[v] >= threshold; }, report),
+                0};
     int found = 0;
     for (std::size_t n = 0; n < c.pieces.list.size() && c.pieces.list[n].volume_mm3 >= kCandidate_mm3; ++n) {
       const auto label = static_cast<std::int32_t>(n + 1);
@@ -294,7 +299,12 @@ Isolation TakeAll(const Volume& ct, const IsolateOptions& options, const Compone
 
 Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progress& progress) {
   const double iso = options.iso_hu;
-  const Components at_iso = FindComponents(ct, [&](std::size_t v) { return ct.hu[v] >= iso; });
+  const auto part = [&progress](double from, double to) -> Progress {
+    if (!progress) return {};
+    return [&progress, from, to](double fraction) { progress(from + (to - from) * fraction); };
+  };
+  const Components at_iso = FindComponents(
+      ct, [&](std::size_t v) { return ct.hu[v] >= iso; }, part(0, 0.1));
   if (!ContainsBone(at_iso)) {
     const auto brightest = ct.hu.empty() ? std::int16_t{0} : *std::max_element(ct.hu.begin(), ct.hu.end());
     throw Error(fmt::format(
@@ -360,13 +370,13 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
   for (std::size_t v = 0; v < markers.size(); ++v) {
     if (markers[v] == kUnmarked && result.ct.hu[v] < iso - kPartial_HU) markers[v] = kOutside;
   }
-  if (progress) progress(0.7);
-  const std::vector<std::uint8_t> grown = GrowMarkers(result.ct, iso, markers);
+  if (progress) progress(0.65);
+  const std::vector<std::uint8_t> grown = GrowMarkers(result.ct, iso, markers, part(0.65, 0.9));
   if (progress) progress(0.9);
 
   // Selects, on the wanted side, the piece that contains most of the markers.
-  const Components wanted =
-      FindComponents(result.ct, [&](std::size_t v) { return grown[v] == kKeep && result.ct.hu[v] >= iso; });
+  const Components wanted = FindComponents(
+      result.ct, [&](std::size_t v) { return grown[v] == kKeep && result.ct.hu[v] >= iso; }, part(0.9, 1));
   std::vector<std::size_t> marked(wanted.list.size() + 1, 0);
   for (std::size_t v = 0; v < markers.size(); ++v) {
     if (markers[v] == kKeep) ++marked[wanted.labels[v]];

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gdcmTrace.h>
+#include <itkCommand.h>
 #include <itkObject.h>
 #include <unistd.h>
 
@@ -42,6 +43,13 @@ QuietItk::~QuietItk() {
   std::fflush(stderr);
   dup2(stderr_copy_, STDERR_FILENO);
   close(stderr_copy_);
+}
+
+void ReportProgress(itk::ProcessObject& filter, const std::function<void(double)>& progress) {
+  if (!progress) return;
+  filter.AddObserver(itk::ProgressEvent(), [&filter, progress](const itk::EventObject&) {
+    progress(static_cast<double>(filter.GetProgress()));
+  });
 }
 
 std::string OneLine(const itk::ExceptionObject& e) {

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <itkImageIOBase.h>
+#include <itkProcessObject.h>
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "bone/import/volume.h"
@@ -32,6 +34,10 @@ class QuietItk {
 /// if the file cannot be read to its end.
 Overflow AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std::int16_t>& out,
                       const std::string& complaint = "the voxels can't be read");
+
+/// From now on, calls `progress` (optional) with the fraction of the filter's work that is done, in the thread that
+/// runs the filter. An exception that it throws ends the work and passes.
+void ReportProgress(itk::ProcessObject& filter, const std::function<void(double)>& progress);
 
 /// Returns the message of an ITK exception as one line.
 std::string OneLine(const itk::ExceptionObject& e);

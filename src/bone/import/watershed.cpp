@@ -23,7 +23,8 @@ constexpr double kLevelHu = 16;  // quantisation of the relief; removes smaller 
 
 }  // namespace
 
-std::vector<std::uint8_t> GrowMarkers(const Volume& ct, double iso_hu, const std::vector<std::uint8_t>& markers) {
+std::vector<std::uint8_t> GrowMarkers(const Volume& ct, double iso_hu, const std::vector<std::uint8_t>& markers,
+                                      const std::function<void(double)>& progress) {
   const QuietItk quiet;
   try {
     std::vector<std::uint8_t> bone(ct.count());
@@ -43,6 +44,7 @@ std::vector<std::uint8_t> GrowMarkers(const Volume& ct, double iso_hu, const std
     watershed->SetInput2(MakeView(ct, seeds.data()));
     watershed->SetMarkWatershedLine(false);
     watershed->SetFullyConnected(false);
+    ReportProgress(*watershed, progress);
     watershed->Update();
     const std::uint8_t* labels = watershed->GetOutput()->GetBufferPointer();
     return {labels, labels + ct.count()};

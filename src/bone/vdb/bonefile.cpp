@@ -228,6 +228,17 @@ Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& 
   return bone;
 }
 
+Bone CopyAsStored(const Bone& bone, const ReadBoneOptions& options) {
+  Bone copy = bone;
+  Bone::Grids& grids = copy.grids();
+  if (grids.stored_materials) grids.materials = *grids.stored_materials;
+  grids.stored_materials.reset();
+  grids.modulus.reset();
+  grids.by_modulus.fill(false);
+  if (!options.hu) grids.hu.reset();
+  return copy;
+}
+
 void WriteBone(const Bone& bone, const std::string& path) {
   const Bone::Grids& grids = bone.grids();
   openvdb::MetaMap meta;

@@ -18,6 +18,10 @@ struct ReadBoneOptions {
 Bone ReadBone(const std::string& path, const ReadBoneOptions& options = {});
 /// Reads a bone from a seekable stream, which must not be read afterwards; `path` names it in messages.
 Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& options = {});
+/// Returns what ReadBone() would read from a file that WriteBone() wrote of the bone, without the file: materials that
+/// were overridden for a run are restored, and CT numbers are kept only if requested. Shares all grids but phi with
+/// `bone`.
+Bone CopyAsStored(const Bone& bone, const ReadBoneOptions& options = {});
 /// Writes to a temporary file next to `path` and renames it. Throws kerf::Error if this fails.
 void WriteBone(const Bone& bone, const std::string& path);
 

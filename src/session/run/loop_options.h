@@ -18,6 +18,7 @@
 #include "loop/record/recording.h"
 #include "session/run/loop_setup.h"
 #include "session/run/loop_undo.h"
+#include "session/run/make_bone.h"
 #include "session/run/session_controller.h"
 #include "session/run/stage_costs.h"
 
@@ -63,6 +64,7 @@ struct LoopOutput {
   LoopLog log = LoopLog::kMemory;
   std::string folder;       // with kFolder: must exist; pass it to WriteLoopReport too
   bool keep_bones = false;  // keep the bones in the summary, for WriteLoopReport
+  bool keep_last = false;   // without keep_bones: keep only LoopSummary::after, and do not separate its pieces
   std::string record;       // a new file; empty: none
   std::string scene_file;   // path of the scene, stored in a recording
 };
@@ -92,6 +94,7 @@ struct LoopWatchers {
 
 struct LoopOptions {
   double seconds = 10;
+  ReadSceneBone read_bone;                  // replaces the reading of the scene's bone file; optional
   bool virtual_time = false;                // without threads; each run gives bit-identical results
   double burn_us = 0;                       // fault injection
   const std::atomic<bool>* stop = nullptr;  // ends the run early; optional

@@ -92,7 +92,7 @@ struct LoopSession::State {
 
   // ---- making the session
   void MakeBone();
-  void MakeRecording(const Bone& bone);
+  void MakeRecording();
   void MakeLogs();
   void MakeBody();
   void MakeLoop();
@@ -123,6 +123,7 @@ struct LoopSession::State {
   void SummarizeCut();
 
   bool replays() const { return options.replay.recording != nullptr; }
+  bool records() const { return !options.output.record.empty(); }
   bool stopped() const {
     return (options.stop != nullptr && options.stop->load()) || (recording && !recording->failure().empty());
   }
@@ -140,6 +141,7 @@ struct LoopSession::State {
   const Path path = MakePath(scene);
   const Pose X_WT_start = path.CalcPose(0, 0);
   CoupledParams params = MakeCoupledParams(scene);
+  std::optional<RecordingHeader> header;  // if the session is recorded
   std::optional<SessionRecorder> recording;
   std::optional<CoupledSimulation> simulation;
 
@@ -208,28 +210,35 @@ void LoopSession::State::MakeBone() {
   params.coupling = s.setup.fitted.coupling;
 
   Bone bone = MakeSceneBone(
-      scene, [&](double f) { Show("making the bone", f); }, &s.material);
+      scene, [&](double f) { Show("making the bone", f); }, &s.material, options.read_bone);
+  Show("preparing the session", 0);
   params.spare_leaves = CountSpareLeaves(bone);
   s.warnings = FindToolWarnings(scene, bone.voxel_mm());
   for (const std::string& warning : FindHandWarnings(scene, s.setup)) s.warnings.push_back(warning);
   s.warnings.insert(s.warnings.end(), s.material.warnings.begin(), s.material.warnings.end());
   s.starts_in_bone = IsInBone(bone, params.tool, X_WT_start);
   if (replays()) CheckBone(options.replay.recording->header(), bone);
-  if (!options.output.record.empty()) MakeRecording(bone);
+  if (records()) {
+    header = MakeRecordingHeader(scene, options.output.scene_file, RecordedKind::kLoop, bone, X_WT_start);
+    if (replays()) header->taken_up_from = options.replay.recording->path();
+  }
   if (options.output.keep_bones) s.before = bone;
-  s.volume_before_mm3 = bone.CalcVolume();
+  Show("preparing the session", 0.3);
+  if (!options.output.keep_last) s.volume_before_mm3 = bone.CalcVolume();
   Bone copy = bone;
+  Show("preparing the session", 0.5);
   simulation.emplace(std::move(bone), params, X_WT_start);
+  Show("preparing the session", 0.9);
+  MakeRecording();
   MakeLogs();
   MakeBody();
   MakeLoop();
   MakePieces(std::move(copy));
 }
 
-void LoopSession::State::MakeRecording(const Bone& bone) {
-  RecordingHeader header = MakeRecordingHeader(scene, options.output.scene_file, RecordedKind::kLoop, bone, X_WT_start);
-  if (replays()) header.taken_up_from = options.replay.recording->path();
-  recording.emplace(options.output.record, header, ReadSceneFiles(scene, options.output.scene_file));
+void LoopSession::State::MakeRecording() {
+  if (!header) return;
+  recording.emplace(options.output.record, *header, ReadSceneFiles(scene, options.output.scene_file));
 }
 
 void LoopSession::State::MakeLogs() {
@@ -476,7 +485,7 @@ void LoopSession::State::SummarizeUndo() {
 void LoopSession::State::SummarizeCut() {
   for (const double mm3 : simulation->CalcRemovedByRegion()) s.removed_mm3 += mm3;
   s.bone_hash = simulation->UpdateBone().CalcHash();
-  s.mirror_identical = mirror->bone().CalcHash() == s.bone_hash;
+  if (!options.output.keep_last) s.mirror_identical = mirror->bone().CalcHash() == s.bone_hash;
   AddLoopWarnings(s, params.spare_leaves);
   if (!s.replayed && !(s.undo && s.undo->restores > 0)) {
     s.cutting_sums.simulated_s = s.simulated_s;
@@ -486,6 +495,10 @@ void LoopSession::State::SummarizeCut() {
   }
   s.heat = MakeHeatReport(simulation->effects(), s.moments.empty() ? X_WT_start : s.moments.back().X_WT);
   s.fragments = fragments->MakeReport(mirror->bone().materials());
+  if (options.output.keep_last) {
+    s.after = std::move(*simulation).TakeBone();
+    return;
+  }
   Show("separating the pieces", 0);
   SummarizeBone(std::move(*simulation).TakeBone(), scene, options.output.keep_bones, s);
 }

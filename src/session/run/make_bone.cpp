@@ -12,7 +12,7 @@ namespace kerf {
 namespace {
 
 /// Makes the bone, with the scene's region table if there is one, otherwise with the bone's own.
-Bone MakePlainBone(const Scene& scene, const std::function<void(double)>& progress) {
+Bone MakePlainBone(const Scene& scene, const std::function<void(double)>& progress, const ReadSceneBone& read) {
   MaterialTable materials = DefaultMandibleTable();
   if (!scene.bone.materials.empty()) {
     materials = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
@@ -21,7 +21,7 @@ Bone MakePlainBone(const Scene& scene, const std::function<void(double)>& progre
     case BoneSource::kFile: {
       ReadBoneOptions options;
       options.hu = scene.material.kind == MaterialKind::kCt;
-      Bone bone = ReadBone(scene.bone.file, options);
+      Bone bone = read ? read(options) : ReadBone(scene.bone.file, options);
       if (!scene.bone.materials.empty()) {
         for (const auto& [id, volume_mm3] : bone.CalcRegionVolumes()) {
           if (id == 0 || materials.Contains(id)) continue;
@@ -43,8 +43,9 @@ Bone MakePlainBone(const Scene& scene, const std::function<void(double)>& progre
 
 }  // namespace
 
-Bone MakeSceneBone(const Scene& scene, const std::function<void(double)>& progress, MaterialSummary* material) {
-  Bone bone = MakePlainBone(scene, progress);
+Bone MakeSceneBone(const Scene& scene, const std::function<void(double)>& progress, MaterialSummary* material,
+                   const ReadSceneBone& read) {
+  Bone bone = MakePlainBone(scene, progress, read);
   MaterialSummary summary = ApplySceneMaterial(scene, bone);
   CheckTissues(scene.force, bone);
   if (material != nullptr) *material = std::move(summary);

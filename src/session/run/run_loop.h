@@ -120,7 +120,7 @@ struct LoopSummary {
   std::vector<LoopRow> rows;            // every `forces_every_ticks`th, with LoopLog::kMemory
   ForceCurve force_curve;               // of these rows, even if they are not kept
   std::unique_ptr<ForceLog> force_log;  // with LoopLog::kFolder: forces.csv, which WriteLoopReport completes
-  // With `keep_bones`:
+  // With `keep_bones`; with `keep_last` only `after`, and no volumes, pieces and `mirror_identical`:
   Bone before;
   Bone after;
   std::vector<Bone> piece_bones;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -65,6 +66,26 @@ INSTANTIATE_TEST_SUITE_P(Commands, HeldFolder,
                                          "slab first/bone.vdb --plane 0,0,0,1,0,0 --thickness 0.5 --no-picture -o out",
                                          "bench hour s.toml --minutes 1 -o out",
                                          "study " KERF_SOURCE_DIR "/scenes/study_quick.toml -o out"));
+
+TEST_F(Litter, RunThatFailsLeavesNoEmptyFolder) {
+  Write("damaged.toml", "title = \n");
+  Write("damaged.vdb", "this is no volume");
+  Write("no_bone.toml", MakeBlockScene({.from_mm = 6.5, .to_mm = 5.5, .feed_mm_per_s = 6}, kMore));
+  std::string text = test::Slurp(folder_ / "no_bone.toml");
+  text = "[bone]\nfile = \"damaged.vdb\"\n" + text.substr(text.find("[tool]"));
+  Write("no_bone.toml", text);
+  for (const char* command :
+       {"run damaged.toml", "run no_bone.toml", "loop missing.toml --virtual", "loop no_bone.toml --virtual",
+        "compare no_bone.toml --repeat 1", "run no_bone.toml --uncertain --samples 2", "stability damaged.toml",
+        "assess no_bone.toml --after damaged.vdb", "slab damaged.vdb --plane 0,0,0,1,0,0 --thickness 0.5",
+        "replay missing.kerf", "rehearse missing.vdb", "practise --exercise none", "study damaged.toml",
+        "bench hour no_bone.toml --minutes 1"}) {
+    const ProgramResult result = Kerf(std::string(command) + " -o new/out");
+    EXPECT_NE(result.code, 0) << command;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << command << ": " << result.err;
+    EXPECT_FALSE(Exists("new")) << command << ": " << result.err;
+  }
+}
 
 TEST_F(Litter, LockDoesNotExcludeReaders) {
   ASSERT_EQ(Kerf("run s.toml -o out").code, 0);

@@ -15,6 +15,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -23,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "base/core/cancelled.h"
 #include "kerf/error.h"
 #include "support/folder.h"
 
@@ -174,6 +176,27 @@ TEST(Child, LeavesNoProcessAndNoOpenFile) {
   EXPECT_EQ(CountOpenFiles(), before);
   EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
   EXPECT_EQ(errno, ECHILD);
+}
+
+TEST(Child, IsKilledWhenTheWorkIsCancelledEvenIfItIsSilent) {
+  pid_t child = 0;
+  int calls = 0;
+  const SharedMemory shared(sizeof child);
+  const auto work = [&shared](ChildReport&) {
+    const pid_t self = getpid();
+    std::memcpy(shared.data(), &self, sizeof self);
+    sleep(600);
+    return std::string();
+  };
+  // Called although the child reports nothing.
+  const auto progress = [&calls](double fraction) {
+    EXPECT_EQ(fraction, 0);
+    if (++calls == 3) throw Cancelled();
+  };
+  EXPECT_THROW(InChild(work, {}, progress), Cancelled);
+  std::memcpy(&child, shared.data(), sizeof child);
+  EXPECT_EQ(kill(child, 0), -1);
+  EXPECT_EQ(errno, ESRCH);
 }
 
 }  // namespace

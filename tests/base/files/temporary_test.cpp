@@ -202,6 +202,25 @@ TEST_F(Temporaries, TemporaryFolderIsRemovedWithItsContent) {
   EXPECT_FALSE(fs::exists(path));
 }
 
+TEST_F(Temporaries, FolderLockRemovesTheEmptyFoldersThatItHasMade) {
+  namespace fs = std::filesystem;
+  {
+    const FolderLock lock(own_.file("a/b/"));
+  }
+  EXPECT_FALSE(fs::exists(own_.file("a")));
+  fs::create_directory(own_.file("there"));
+  { const FolderLock lock(own_.file("there/c")); }
+  EXPECT_FALSE(fs::exists(own_.file("there/c")));
+  { const FolderLock lock(own_.file("there")); }
+  EXPECT_TRUE(fs::exists(own_.file("there"))) << "it was there before";
+  {
+    const FolderLock lock(own_.file("there/d/e"));
+    test::WriteBytes(own_.file("there/d/result"), "x");
+  }
+  EXPECT_FALSE(fs::exists(own_.file("there/d/e")));
+  EXPECT_TRUE(fs::exists(own_.file("there/d/result")));
+}
+
 TEST_F(Temporaries, FolderLockIsHeldUntilTheProgramEndsOrIsKilled) {
   const std::string folder = own_.file("a/b");
   const std::string refusal = folder + ": another kerf is writing results into this folder";

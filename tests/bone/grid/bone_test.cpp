@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <numbers>
 #include <random>
 #include <regex>
 
+#include "base/core/cancelled.h"
 #include "bone/grid/build.h"
 #include "bone/grid/cell_volume.h"
 #include "bone/grid/surface.h"
@@ -254,6 +256,35 @@ TEST(Bone, ModulusIsInterpolatedBetweenRegionVoxels) {
   EXPECT_DOUBLE_EQ(bone.ModulusAt({3, 0.03, 0.02}), 1000);
   EXPECT_EQ(bone.ModulusAt({5, 0, 0}), 0);
   EXPECT_EQ(bone.PoissonRatioAt({5, 0, 0}), 0);
+}
+
+TEST(MakeBone, EndsSoonWhenTheProgressIsCancelled) {
+  std::atomic<long> evaluated{0};
+  SolidField field = test::SphereField({0, 0, 0}, 12);
+  field.value = [value = field.value, &evaluated](const Vec3& p) {
+    ++evaluated;
+    return value(p);
+  };
+  field.region = [&evaluated](const Vec3&) {
+    ++evaluated;
+    return 24;
+  };
+  const Box3 box = Box3{Vec3(-12), Vec3(12)}.Grown(2);
+  BuildOptions options{.voxel_mm = 0.2, .region_voxel_mm = 0.2, .progress = {}};
+  const auto make = [&](double until) {
+    evaluated = 0;
+    options.progress = [until](double fraction) {
+      if (fraction >= until) throw Cancelled();
+    };
+    MakeBone(field, box, options, test::OneRegionTable());
+  };
+  make(2);
+  const long all = evaluated;
+  for (const double until : {0.0, 0.2, 0.6, 0.76, 0.9}) {
+    EXPECT_THROW(make(until), Cancelled) << until;
+    // Evaluating the field takes most of the time. Other threads finish their batches of 16 blocks of 512 voxels.
+    EXPECT_LT(static_cast<double>(evaluated) / static_cast<double>(all), until < 0.1 ? 0.1 : 0.97) << until;
+  }
 }
 
 }  // namespace

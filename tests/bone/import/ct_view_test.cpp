@@ -148,5 +148,43 @@ TEST(CtView, BoxContainsTheBoneAndStaysWithinTheScan) {
   EXPECT_THROW(FindBoneBox(small, 300, "air"), Error);
 }
 
+TEST(CtView, SliceOfTheWholeScanHasTheGreysOfItsNumbers) {
+  // HU = 10 x + 100 z, exactly linear, so that the interpolated value of each pixel is known.
+  Volume ct;
+  ct.size = {40, 30, 20};
+  ct.spacing_mm = {0.5, 0.7, 1.1};
+  ct.origin_W = {-3, 40, -200};
+  for (int k = 0; k < 20; ++k) {
+    for (int j = 0; j < 30; ++j) {
+      for (int i = 0; i < 40; ++i) {
+        const Vec3 p = ct.WorldFromVoxel({i, j, k}) - ct.origin_W;
+        ct.hu.push_back(static_cast<std::int16_t>(std::lround(10 * p.x + 100 * p.z)));
+      }
+    }
+  }
+  const Box3 box = CalcScanBox(ct);
+  EXPECT_LT(glm::length(box.lower - (ct.origin_W - 0.5 * ct.spacing_mm)), 1e-12);
+  EXPECT_LT(glm::length(box.size() - Vec3(20, 21, 22)), 1e-12);
+  const CtGreys greys{.level_HU = 1000, .width_HU = 2000};
+  const CtView view = SliceVolume(ct, CtAxis::kY, 50, greys, 0.5);
+  EXPECT_EQ(view.columns, 40);
+  EXPECT_EQ(view.rows, 44);
+  for (int row = 0; row < view.rows; ++row) {
+    for (int column = 0; column < view.columns; ++column) {
+      const double x = view.left_mm + (column + 0.5) / view.columns * (view.right_mm - view.left_mm) - ct.origin_W.x;
+      const double z = view.top_mm + (row + 0.5) / view.rows * (view.bottom_mm - view.top_mm) - ct.origin_W.z;
+      if (z < 0 || z > 19 * 1.1) continue;  // beyond the outermost centres the values do not change
+      const Rgb8& p = view.pixels[static_cast<std::size_t>(row * view.columns + column)];
+      EXPECT_EQ(p[0], p[1]);
+      // The numbers are rounded to 0.5 HU, the greys to 4 HU.
+      EXPECT_NEAR(p[0], std::clamp((10 * x + 100 * z) / 2000, 0.0, 1.0) * 255, 0.6) << row << " " << column;
+    }
+  }
+  // Outside the scan everything is black.
+  for (const Rgb8& p : SliceVolume(ct, CtAxis::kY, 30, {.level_HU = -5000, .width_HU = 10}).pixels) {
+    EXPECT_EQ(p, (Rgb8{0, 0, 0}));
+  }
+}
+
 }  // namespace
 }  // namespace kerf

@@ -81,6 +81,31 @@ TEST_F(BoneFile, RoundTripKeepsEverything) {
   EXPECT_TRUE(region.estimate);
 }
 
+TEST_F(BoneFile, CopyAsStoredIsWhatTheFileHolds) {
+  Bone bone = test::MakeSphere({10, -20, 30}, 4, 0.2);
+  SetHu(
+      bone, [](const Vec3& p) { return 100 * p.x; }, 0.5);
+  bone.set_note("input", "a sphere");
+  WriteBone(bone, Path("plain.vdb"));
+  // A run overrides the materials; the file keeps the original ones.
+  bone.OverrideMaterials(test::OneRegionTable(24, 1000, 0.4));
+  WriteBone(bone, Path("a.vdb"));
+  for (const bool hu : {false, true}) {
+    const Bone read = ReadBone(Path("a.vdb"), {.hu = hu});
+    const Bone copy = CopyAsStored(bone, {.hu = hu});
+    EXPECT_EQ(copy.has_hu(), hu);
+    EXPECT_EQ(copy.hu_voxel_mm(), read.hu_voxel_mm());
+    EXPECT_EQ(copy.CalcHash(), read.CalcHash());
+    EXPECT_EQ(copy.CalcMaterialHash(), read.CalcMaterialHash());
+    EXPECT_NE(copy.CalcMaterialHash(), bone.CalcMaterialHash());
+    EXPECT_EQ(copy.CalcVolume(), read.CalcVolume());
+    EXPECT_EQ(copy.CalcRegionVolumes(), read.CalcRegionVolumes());
+    EXPECT_EQ(copy.CountActiveVoxels(), read.CountActiveVoxels());
+    EXPECT_EQ(copy.notes(), read.notes());
+    EXPECT_EQ(copy.CalcMaterialHash(), ReadBone(Path("plain.vdb")).CalcMaterialHash());
+  }
+}
+
 TEST_F(BoneFile, OtherFilesAreRefusedInOneSentence) {
   EXPECT_EQ(MessageOf(Path("none.vdb")), Path("none.vdb") + ": there is no such file; 'kerf import INPUT -o " +
                                              Path("none.vdb") + "' makes it from a CT or a closed surface");

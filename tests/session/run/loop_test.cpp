@@ -1,4 +1,5 @@
 // Tests of a scene with a simulated hand, in virtual time.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,13 +10,16 @@
 #include <span>
 #include <sstream>
 
+#include "base/core/cancelled.h"
 #include "base/files/files.h"
 #include "bone/mesh/meshfile.h"
 #include "bone/vdb/bonefile.h"
 #include "device/devices/profiles.h"
 #include "kerf/error.h"
+#include "loop/record/recording.h"
 #include "session/run/hand_motion.h"
 #include "session/run/loop_session.h"
+#include "session/run/session_recorder.h"
 #include "support/block_scene.h"
 #include "support/far_apart.h"
 #include "support/forces_csv.h"
@@ -498,6 +502,64 @@ TEST(LoopEffects, AddTheirColumnsAndFigures) {
   }
   // The bone became warmer.
   EXPECT_GT(figures[0].largest, figures[0].smallest);
+}
+
+TEST_F(LoopReport, SessionThatContinuesInMemoryEqualsOneThatReadsTheFile) {
+  const Scene scene = ParseScene(kLoopScene + "[material]\nkind = \"uniform\"\nE_GPa = 12\n", "s.toml");
+  LoopOptions options = Virtual(2);
+  options.output.keep_bones = true;
+  const LoopSummary whole = RunLoop(scene, options, {});
+  options.output.keep_bones = false;
+  options.output.keep_last = true;
+  LoopSummary first = RunLoop(scene, options, {});
+  EXPECT_GT(whole.removed_mm3, 0);
+  EXPECT_EQ(first.after.CalcHash(), whole.after.CalcHash());
+  EXPECT_EQ(first.force_hash, whole.force_hash);
+  EXPECT_TRUE(first.piece_bones.empty());
+
+  Scene next = scene;
+  next.bone.source = BoneSource::kFile;
+  next.bone.file = folder_ + "/bone-2.vdb";
+  LoopOptions in_memory = Virtual(4);
+  in_memory.output.record = folder_ + "/memory.kerf";
+  int reads = 0;
+  in_memory.read_bone = [&](const ReadBoneOptions& read) {
+    ++reads;
+    return CopyAsStored(first.after, read);
+  };
+  const LoopSummary a = RunLoop(next, in_memory, {});
+  EXPECT_EQ(reads, 1);
+  EXPECT_FALSE(fs::exists(next.bone.file));
+  WriteBone(first.after, next.bone.file);
+  const LoopSummary b = RunLoop(next, Virtual(4), {});
+  EXPECT_GT(a.removed_mm3, 0);
+  EXPECT_EQ(a.force_hash, b.force_hash);
+  EXPECT_EQ(a.bone_hash, b.bone_hash);
+  // The recording refers to the file, which was written later.
+  RecordingReader recording(in_memory.output.record);
+  const RecordedScene recorded = OpenRecordedScene(recording, "");
+  LoopOptions replay = Virtual(1);
+  replay.replay.recording = &recording;
+  replay.replay.verify = true;
+  const LoopSummary again = RunLoop(recorded.scene, replay, {});
+  ASSERT_TRUE(again.replayed);
+  EXPECT_FALSE(again.replayed->divergence);
+  EXPECT_EQ(again.bone_hash, a.bone_hash);
+}
+
+TEST_F(LoopReport, CancelledWhileTheBoneIsMadeLeavesNoRecording) {
+  Scene scene = ParseScene(kLoopScene, "s.toml");
+  scene.bone.source = BoneSource::kMandible;
+  scene.bone.mandible.voxel_mm = 0.8;
+  for (const double until : {0.0, 0.5, 0.9, 2.0}) {
+    LoopOptions options = Virtual(0.01);
+    options.output.record = fmt::format("{}/{}.kerf", folder_, until);
+    const auto cancel = [&](const std::string& stage, double fraction) {
+      if (fraction >= until || stage == "preparing the session") throw Cancelled();
+    };
+    EXPECT_THROW(LoopSession(scene, options, cancel), Cancelled);
+    EXPECT_FALSE(fs::exists(options.output.record));
+  }
 }
 
 }  // namespace

@@ -1,0 +1,33 @@
+// Progress of lengthy work, with an estimate of the time that is left.
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace kerf {
+
+struct WorkProgress {
+  std::string stage;                   // the work in progress, such as "making the bone"
+  double fraction = 0;                 // completed part of the stage, 0 to 1
+  std::optional<double> seconds_left;  // of the stage; none while it cannot be estimated
+};
+
+/// Estimates the time that is left from the duration of the completed part. Not thread-safe.
+class ProgressMeter {
+ public:
+  /// Returns the time of a clock that never goes back, for the functions below.
+  static double Now_s();
+  /// Call when progress is reported. A fraction below an earlier one of the
+  /// same stage is ignored.
+  void Set(const std::string& stage, double fraction, double now_s);
+  /// The estimate becomes available after 1 s and a fiftieth of the stage, and counts down between reports.
+  WorkProgress Get(double now_s) const;
+
+ private:
+  std::string stage_;
+  double fraction_ = 0;
+  double began_s_ = 0;  // the stage
+  double set_s_ = 0;    // the last increase of the fraction
+};
+
+}  // namespace kerf

@@ -1,0 +1,180 @@
+// Loading, cancelling and saving behind the window.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <thread>
+
+#include "app/window/bone_saver.h"
+#include "app/window/live_session.h"
+#include "app/window/open_input.h"
+#include "app/window/progress_meter.h"
+#include "base/core/cancelled.h"
+#include "bone/models/block.h"
+#include "bone/vdb/bonefile.h"
+#include "kerf/error.h"
+#include "support/folder.h"
+#include "support/solids.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TEST(ProgressMeter, EstimatesTheTimeThatIsLeft) {
+  ProgressMeter meter;
+  meter.Set("making", 0, 10);
+  EXPECT_FALSE(meter.Get(15).seconds_left);
+  meter.Set("making", 0.25, 12);
+  EXPECT_EQ(meter.Get(12).stage, "making");
+  EXPECT_EQ(meter.Get(12).fraction, 0.25);
+  EXPECT_EQ(meter.Get(12).seconds_left, 6);   // 2 s for a quarter
+  EXPECT_EQ(meter.Get(15).seconds_left, 3);   // counts down between reports
+  EXPECT_EQ(meter.Get(100).seconds_left, 0);  // and not below 0
+  meter.Set("making", 0.1, 13);               // never goes back
+  EXPECT_EQ(meter.Get(12).fraction, 0.25);
+  meter.Set("making", 1.5, 18);
+  EXPECT_EQ(meter.Get(18).fraction, 1);
+  EXPECT_EQ(meter.Get(18).seconds_left, 0);
+  // A new stage begins at its own fraction, and nothing is estimated from its first second or from too small a part.
+  meter.Set("saving", 0.2, 20);
+  EXPECT_EQ(meter.Get(20).fraction, 0.2);
+  meter.Set("saving", 0.5, 20.9);
+  EXPECT_FALSE(meter.Get(20.9).seconds_left);
+  meter.Set("reading", 0, 30);
+  meter.Set("reading", 0.01, 40);
+  EXPECT_FALSE(meter.Get(40).seconds_left);
+}
+
+TEST(BoneSaver, WritesWholeFilesInTheBackground) {
+  const test::Folder folder;
+  const auto a = std::make_shared<const Bone>(test::MakeSphere({0, 0, 0}, 4, 0.4));
+  const auto b = std::make_shared<const Bone>(test::MakeSphere({0, 0, 0}, 3, 0.4));
+  {
+    BoneSaver saver;
+    saver.Save(a, folder.file("a.vdb"));
+    saver.Save(b, folder.file("b.vdb"));
+    EXPECT_THAT(saver.Finish(), IsEmpty());
+    EXPECT_EQ(ReadBone(folder.file("a.vdb")).CalcHash(), a->CalcHash());
+    EXPECT_EQ(ReadBone(folder.file("b.vdb")).CalcHash(), b->CalcHash());
+    EXPECT_EQ(a.use_count(), 1) << "a written bone is no longer kept";
+    saver.Save(b, folder.file("c.vdb"));
+  }
+  // The destructor completes what is left.
+  EXPECT_EQ(ReadBone(folder.file("c.vdb")).CalcHash(), b->CalcHash());
+}
+
+TEST(BoneSaver, KeepsABoneThatCannotBeWrittenAndTriesAgain) {
+  const test::Folder folder;
+  const auto bone = std::make_shared<const Bone>(test::MakeSphere({0, 0, 0}, 4, 0.4));
+  BoneSaver saver;
+  saver.Save(bone, folder.file("later/a.vdb"));
+  saver.Save(bone, folder.file("never/a.vdb"));
+  std::vector<std::string> failures;
+  while (failures.size() < 2) {
+    for (std::string& sentence : saver.TakeFailures()) failures.push_back(std::move(sentence));
+    std::this_thread::yield();
+  }
+  EXPECT_THAT(failures, ElementsAre(HasSubstr("later/a.vdb: "), HasSubstr("never/a.vdb: ")));
+  EXPECT_GT(bone.use_count(), 1);
+  fs::create_directory(folder.file("later"));
+  EXPECT_THAT(saver.Finish(), ElementsAre(HasSubstr("never/a.vdb: ")));
+  EXPECT_EQ(ReadBone(folder.file("later/a.vdb")).CalcHash(), bone->CalcHash());
+}
+
+OpenWatcher Quiet() {
+  OpenWatcher watcher;
+  watcher.progress = [](const std::string&, double) {};
+  return watcher;
+}
+
+TEST(OpenInput, ShowsABoneAndKeepsIt) {
+  const test::Folder folder;
+  const Bone bone = test::MakeSphere({10, 20, 30}, 8, 0.4);
+  WriteBone(bone, folder.file("a.vdb"));
+  int shown = 0;
+  OpenWatcher watcher = Quiet();
+  watcher.bone = [&](const std::shared_ptr<const Bone>& seen, bool final) {
+    ++shown;
+    EXPECT_TRUE(final);
+    EXPECT_EQ(seen->CalcHash(), bone.CalcHash());
+  };
+  const OpenedInput opened = OpenInput(folder.file("a.vdb"), {}, watcher);
+  EXPECT_EQ(shown, 1);
+  EXPECT_TRUE(opened.bone_was_shown);
+  EXPECT_TRUE(opened.bone_is_saved);
+  EXPECT_EQ(opened.bone->CalcHash(), bone.CalcHash());
+  EXPECT_EQ(opened.scene.bone.file, folder.file("a.vdb"));
+}
+
+TEST(OpenInput, CanBeCancelledAtEachStage) {
+  const test::Folder folder;
+  WriteBone(test::MakeSphere({10, 20, 30}, 8, 0.4), folder.file("a.vdb"));
+  for (const std::string last : {"reading the bone", "placing the saw"}) {
+    OpenWatcher watcher;
+    watcher.progress = [&](const std::string& stage, double) {
+      if (stage == last) throw Cancelled();
+    };
+    EXPECT_THROW(OpenInput(folder.file("a.vdb"), {}, watcher), Cancelled) << last;
+  }
+}
+
+Scene MandibleScene(double voxel_mm) {
+  const OpenedInput opened = OpenInput("", {}, Quiet());
+  Scene scene = opened.scene;
+  scene.bone.mandible.voxel_mm = voxel_mm;
+  return scene;
+}
+
+// A bone of 0.1 mm voxels takes minutes to make.
+TEST(LiveSession, ThatIsStoppedWhileItMakesTheBoneIsCancelled) {
+  const test::Folder folder;
+  LiveOptions options;
+  options.record = folder.file("session.kerf");
+  bool began = false;
+  options.begin = [&](const Bone&, const EffectPlan&) { began = true; };
+  LiveSession session(MandibleScene(0.1), options);
+  while (session.progress().fraction == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(session.stage(), LiveStage::kLoading);
+  session.Stop();
+  while (session.stage() != LiveStage::kEnded) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_TRUE(session.cancelled());
+  EXPECT_EQ(session.failure(), "");
+  EXPECT_FALSE(began) << "the bone was not completed";
+  EXPECT_LT(session.progress().fraction, 1);
+  EXPECT_FALSE(fs::exists(options.record));
+}
+
+TEST(LiveSession, BeginsWithTheBoneInMemory) {
+  const test::Folder folder;
+  BlockParams block;
+  block.size_mm = {20, 10, 10};
+  block.voxel_mm = 0.5;
+  block.layers = {{10, 24}};
+  auto bone = std::make_shared<const Bone>(MakeBlock(block, test::OneRegionTable()));
+  const std::weak_ptr<const Bone> kept = bone;
+  const std::uint64_t hash = bone->CalcHash();
+  LiveOptions options;
+  options.bone = std::move(bone);
+  options.seconds = 60;
+  std::uint64_t began_with = 0;
+  options.begin = [&](const Bone& made, const EffectPlan&) { began_with = made.CalcHash(); };
+  Scene scene = MakeSceneAround(folder.file("missing.vdb"), *options.bone);
+  LiveSession session(scene, std::move(options));
+  while (session.stage() == LiveStage::kLoading) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(session.failure(), "");
+  EXPECT_EQ(began_with, hash);
+  EXPECT_TRUE(kept.expired()) << "the session keeps only its own copies";
+  session.Stop();
+  while (session.stage() != LiveStage::kEnded) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_FALSE(session.cancelled());
+  EXPECT_EQ(session.TakeSummary().after.CalcHash(), hash);
+}
+
+}  // namespace
+}  // namespace kerf

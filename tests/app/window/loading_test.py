@@ -1,0 +1,252 @@
+#!/usr/bin/env python3
+"""Tests loading in the real window: closing and signals while a bone is made or a CT is read, cancelling, opening another
+input, files that can't be read, and a change of the saw that keeps the bone in memory.
+
+    loading_test.py KERF
+
+No test depends on the speed of the machine: what must not be awaited takes minutes, and the log shows that it was not
+completed. Exit code 77: the test was skipped; it prints the reason."""
+
+import gzip
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+
+from drive import Display, Window, skip_without_display_programs, workspace
+from rehearse_test import SCENE
+
+# Minutes of work on every machine; the limit allows for a slow and busy one.
+FINE_MANDIBLE = """title = "Fine mandible"
+[bone]
+model = "mandible"
+[bone.mandible]
+voxel_mm = 0.08
+[tool]
+diameter_mm = 22
+thickness_mm = 0.25
+[force]
+law = "hertz_chip"
+[[path.stroke]]
+start_mm = [25.2, 32.3, 16]
+end_mm = [25.2, 32.3, 15]
+feed_mm_per_s = 3
+disc_normal = [0.438, 0.899, 0]
+"""
+LIMIT_S = 20
+
+
+def write_big_ct(path):
+    """Writes a scan of 158 million voxels: a cube of bone that is no mandible. Before the import refuses it, it searches for a
+    mandible at each of many thresholds."""
+    columns, rows, slices = 512, 512, 600
+    air = b"\x00\x00" * (columns * rows)
+    line = b"\x00\x00" * 200 + b"\xd0\x07" * 40 + b"\x00\x00" * 272  # 2000 HU
+    cube = b"\x00\x00" * columns * 200 + line * 40 + b"\x00\x00" * columns * 272
+    header = ("NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\n"
+              f"sizes: {columns} {rows} {slices}\nspace directions: (0.5,0,0) (0,0.5,0) (0,0,0.5)\n"
+              "kinds: domain domain domain\nendian: little\nencoding: gzip\nspace origin: (0,0,0)\n\n")
+    with open(path, "wb") as out:
+        out.write(header.encode())
+        with gzip.GzipFile(fileobj=out, mode="wb", compresslevel=1) as packed:
+            for k in range(slices):
+                packed.write(cube if 200 <= k < 240 else air)
+
+
+def names(folder):
+    return sorted(p.name for p in folder.iterdir()) if folder.exists() else None
+
+
+def start(display, kerf, folder, *arguments):
+    return Window(display, kerf, ["rehearse", *arguments, "-o", "out"], folder, title="kerf rehearse")
+
+
+def end(w, how):
+    """Closes the window or ends the program; it must end in time and with exit code 0."""
+    if how == "close":
+        w.close()
+    elif how == "key":
+        w.key("ctrl+q")
+    else:
+        w.process.send_signal(signal.SIGTERM)
+    code, out = w.wait_end(LIMIT_S)
+    assert code == 0, (how, code, out)
+    return out
+
+
+def end_while_loading(display, kerf):
+    """The bone is being made: its coarse form is visible, the saw is not ready."""
+    for how in ("close", "key", "signal"):
+        folder = workspace()
+        (folder / "fine.toml").write_text(FINE_MANDIBLE)
+        w = start(display, kerf, folder, "fine.toml")
+        w.wait_event("first_picture")
+        end(w, how)
+        assert not any(e["event"] == "running" or e.get("final") for e in w.events), w.events
+        assert names(folder / "out") is None, names(folder / "out")
+        shutil.rmtree(folder)
+    # At once, perhaps before the coarse bone.
+    folder = workspace()
+    (folder / "fine.toml").write_text(FINE_MANDIBLE)
+    w = start(display, kerf, folder, "fine.toml")
+    end(w, "signal")
+    assert names(folder / "out") is None
+    shutil.rmtree(folder)
+
+
+def end_while_importing(display, kerf):
+    folder = workspace()
+    write_big_ct(folder / "big.nrrd")
+    for wait_for in ("opening", "first_picture"):  # while it is read, and while the mandible is searched
+        w = start(display, kerf, folder, "big.nrrd")
+        w.wait_event(wait_for)
+        out = end(w, "signal")
+        assert "mandible" not in out, "the import was completed"
+        assert names(folder / "out") is None
+    shutil.rmtree(folder)
+
+
+def cancel_and_open(display, kerf):
+    folder = workspace()
+    (folder / "fine.toml").write_text(FINE_MANDIBLE)
+    (folder / "bar.toml").write_text(SCENE)
+    (folder / "damaged.vdb").write_text("this is no volume")
+    subprocess.run([kerf, "model", "block", "-o", "block.vdb", "--voxel", "0.5"], cwd=folder, check=True, capture_output=True)
+
+    def open_file(w, name):
+        w.key("ctrl+o")
+        w.wait_state("it asks for a file", lambda s: s["entry"])
+        w.type(name)
+        w.key("Return")
+
+    w = start(display, kerf, folder, "fine.toml", "--json")
+    w.wait_event("first_picture")
+    w.key("Escape")
+    w.wait_event("cancelled")
+    for name in ("missing.vdb", "damaged.vdb"):
+        after = w.mark()
+        open_file(w, name)
+        w.wait_message(name, after=after)
+        w.wait_state("nothing runs", lambda s: not s["running"])
+    after = w.mark()
+    open_file(w, "bar.toml")
+    w.wait_event("running", after=after)
+    w.wait_state("the plan of the scene", lambda s: s["planes"] == 1)
+    w.key("v", "l", "space")
+    w.wait_state("the spindle turns", lambda s: s["spindle"])
+    w._xdotool("keydown", "Down")
+    w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2)
+    w._xdotool("keyup", "Down")
+    # Another input while a session runs: its recording is kept, the plan is not.
+    after = w.mark()
+    open_file(w, "block.vdb")
+    w.wait_event("ended", after=after)
+    w.wait_event("running", after=after)
+    w.wait_state("no plan", lambda s: s["planes"] == 0 and s["removed_mm3"] == 0)
+    # Another one is cancelled by a third.
+    after = w.mark()
+    open_file(w, "fine.toml")
+    w.wait_event("opening", after=after)
+    open_file(w, "bar.toml")
+    w.wait_event("running", after=after)
+    w.wait_state("the plan of the scene", lambda s: s["planes"] == 1)
+    out = end(w, "key")
+    recordings = json.loads(out[out.index("{"):])["recordings"]
+    assert recordings == ["out/session.kerf", "out/session-2.kerf", "out/session-3.kerf"], recordings
+    for recording in recordings:
+        verify(kerf, folder, recording)
+    assert names(folder / "out") == ["session-2.kerf", "session-3.kerf", "session.kerf"], names(folder / "out")
+    shutil.rmtree(folder)
+
+
+def verify(kerf, folder, recording):
+    done = subprocess.run([kerf, "replay", recording, "--verify"], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0 and "bit-identical" in done.stdout, (recording, done.stdout, done.stderr)
+
+
+def change_the_saw(display, kerf):
+    """The next session begins with the bone in memory; its file follows."""
+    folder = workspace()
+    (folder / "bar.toml").write_text(SCENE)
+    w = start(display, kerf, folder, "bar.toml")
+    w.wait_event("running")
+    w.key("v", "l", "space")
+    w.wait_state("the spindle turns", lambda s: s["spindle"])
+    w._xdotool("keydown", "Down")
+    w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2)
+    w._xdotool("keyup", "Down")
+    w.wait_event("bone", final=True)
+    bones = sum(e["event"] == "bone" for e in w.events)
+    for key in "12":
+        after = w.mark()
+        w.key(key)
+        w.wait_event("running", after=after)
+    assert sum(e["event"] == "bone" for e in w.events) == bones, "the bone in the picture is kept"
+    w.key("space")
+    w.wait_state("the spindle turns", lambda s: s["spindle"])
+    w._xdotool("keydown", "Down")
+    w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 0.5)
+    w._xdotool("keyup", "Down")
+    out = end(w, "close")
+    assert "warning" not in out, out
+    wanted = ["bone-2.vdb", "bone-3.vdb", "path-2.csv", "path-3.csv", "session-2.kerf", "session-3.kerf", "session.kerf"]
+    assert names(folder / "out") == wanted, names(folder / "out")
+    for recording in ("out/session.kerf", "out/session-2.kerf", "out/session-3.kerf"):
+        verify(kerf, folder, recording)
+    shutil.rmtree(folder)
+
+
+def bone_cannot_be_saved(display, kerf):
+    """A folder in place of the bone's file: the session goes on, and one sentence says what is missing."""
+    folder = workspace()
+    (folder / "bar.toml").write_text(SCENE)
+    w = start(display, kerf, folder, "bar.toml")
+    w.wait_event("running")
+    (folder / "out/bone-2.vdb").mkdir()
+    (folder / "out/bone-2.vdb/x").write_text("x")
+    after = w.mark()
+    w.key("2")
+    w.wait_event("running", after=after)
+    w.wait_message("The bone could not be saved", after=after)
+    w.key("space")
+    w.wait_state("the session goes on", lambda s: s["spindle"])
+    out = end(w, "close")
+    assert out.count("warning") == 1 and "bone-2.vdb" in out, out
+    shutil.rmtree(folder)
+
+
+def unreadable_inputs(display, kerf):
+    """The program ends with one sentence and leaves no empty folder."""
+    folder = workspace()
+    (folder / "damaged.vdb").write_text("this is no volume")
+    (folder / "damaged.nrrd").write_text("NRRD0004\nthis is no volume\n")
+    (folder / "damaged.toml").write_text("title = \n")
+    (folder / "empty").mkdir()
+    env = dict(os.environ, DISPLAY=display.name)
+    for name in ("damaged.vdb", "damaged.nrrd", "damaged.toml", "empty", "missing.vdb"):
+        done = subprocess.run([kerf, "rehearse", name, "-o", "new/out"], cwd=folder, env=env, capture_output=True, text=True,
+                              timeout=120)
+        assert done.returncode == 1 and name in done.stderr, (name, done)
+        assert not (folder / "new").exists(), name
+    done = subprocess.run([kerf, "practise", "--exercise", "none", "-o", "new/out"], cwd=folder, env=env, capture_output=True,
+                          text=True, timeout=120)
+    assert done.returncode != 0 and not (folder / "new").exists(), done
+    shutil.rmtree(folder)
+
+
+def main():
+    kerf = sys.argv[1]
+    skip_without_display_programs()
+    with Display() as display:
+        for check in (unreadable_inputs, end_while_loading, end_while_importing, cancel_and_open, change_the_saw,
+                      bone_cannot_be_saved):
+            if len(sys.argv) > 2 and check.__name__ not in sys.argv[2:]:
+                continue
+            check(display, kerf)
+            print("passed:", check.__name__, flush=True)
+
+
+if __name__ == "__main__":
+    main()
