@@ -99,7 +99,7 @@ def main():
         w._xdotool("keydown", "Prior")
         w.wait_state("beside the line", lambda s: abs(s["saw_mm"][1] - beside) > 1.2)
         w._xdotool("keyup", "Prior", "keydown", "Down")
-        w.wait_state("in the bone, and told so", lambda s: "You leave the line" in s.get("coach", ""))
+        w.wait_state("in the bone, which is noticed", lambda s: "You leave the line" in s.get("coach", ""))
         w._xdotool("keyup", "Down")
         picture("beside the line")
         w.key("space", "Return")
