@@ -201,6 +201,7 @@ void Practice::Start(const std::string& id, int level) {
 void Practice::Began() {
   const std::shared_ptr<const Bone> bone = viewer_->bone_at_start();
   gauge_ = std::make_unique<DepthGauge>(*bone, MakeWantedCut(scene_.exercise, MakeTool(scene_)));
+  deepest_mm_.assign(gauge_->columns().size(), -kAbove_mm);
   making_nerve_ =
       std::async(std::launch::async, [bone] { return std::make_unique<RegionDistance>(*bone, Tissue::kCanal); });
   if (scene_.exercise.sound) beeper_ = std::make_unique<Beeper>();
@@ -513,7 +514,9 @@ void Practice::UpdateCutting() {
   if (scene_.exercise.colour) {
     viewer_->view().SetToolColour(in_bone ? ColourOf(LevelOf(reading->to_goal_mm)) : kSteelColour);
   }
-  coach_ = UpdateCoach(coach_, gauge_->cut(), MakeCoachInput());
+  const CoachInput input = MakeCoachInput();
+  coach_ = UpdateCoach(coach_, gauge_->cut(), input);
+  if (input.touches) gauge_->TakeDepths(input.X_WT, deepest_mm_);
 }
 
 CoachInput Practice::MakeCoachInput() const {
@@ -535,6 +538,12 @@ std::optional<CoachLine> Practice::MakeCoach() const {
   // The last level has no aids.
   if (state_ != State::kCutting || !viewer_->is_running() || !gauge_ || !scene_.exercise.gauge) return {};
   return MakeCoachLine(coach_, gauge_->cut(), MakeCoachInput());
+}
+
+std::optional<Message> Practice::MakeStep() const {
+  if (state_ != State::kCutting || !viewer_->is_running() || !gauge_ || scene_.exercise.level > 1) return {};
+  const double done = CalcLineDone(*gauge_, deepest_mm_);
+  return DescribeStep(FindStep(MakeCoachInput(), viewer_->spindle_on(), done), gauge_->cut(), done);
 }
 
 std::vector<Aid> Practice::MakeAids() const {
@@ -644,11 +653,15 @@ void Practice::FillCutting(HudState& hud) {
   if (!begun_) {
     hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
                            .text = exercise_->goal,
-                           .answers = Tr("Space: spindle   Enter: finish   Esc: leave   F1: help")};
+                           .answers = Tr("Space: spindle   Arrows or left drag: move   Enter: finish   F1: help")};
   } else if (const std::optional<CoachLine> line = MakeCoach()) {
     hud.banner = HudBanner{.kind = line->urgent ? HudBanner::Kind::kWarning : HudBanner::Kind::kNotice,
                            .text = FormatMessage(line->message),
                            .answers = ""};
+  } else if (const std::optional<Message> step = MakeStep()) {
+    hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
+                           .text = FormatMessage(*step),
+                           .answers = Tr("Space: spindle   Arrows or left drag: move   Enter: finish")};
   }
   const double limit_s = scene_.exercise.time_limit_s;
   if (limit_s > 0) {
@@ -670,6 +683,7 @@ void Practice::Describe(nlohmann::json& state) const {
     state["to_goal_mm"] = std::round(100 * reading->to_goal_mm) / 100;
   }
   if (const std::optional<CoachLine> line = MakeCoach()) state["coach"] = FormatMessage(line->message);
+  if (const std::optional<Message> step = MakeStep()) state["step"] = FormatMessage(*step);
   if (state_ == State::kReplaying) state["replay_s"] = replay_s_;
 }
 

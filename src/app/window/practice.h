@@ -55,6 +55,7 @@ class Practice final : public Activity {
   std::optional<bool> verified() const { return verified_; }
   /// kCutting: the advice to show now, and the aids of the level with those that the user switches.
   std::optional<CoachLine> MakeCoach() const;
+  std::optional<Message> MakeStep() const;  // the next step, on the first level
   std::vector<Aid> MakeAids() const;
   /// kReplaying: both tracks and the time that is shown.
   const std::optional<ReplayPair>& pair() const { return pair_; }
@@ -122,6 +123,7 @@ class Practice final : public Activity {
   std::vector<Attempt> attempts_;  // of the student, or of this program if no student is named
   NextStep next_;
   CoachState coach_;
+  std::vector<double> deepest_mm_;  // by column of the gauge
 
   /// Work behind the result, in a thread of low priority: the expert's attempt, then the replay of the recording.
   struct Checks {

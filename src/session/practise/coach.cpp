@@ -83,12 +83,50 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
     case CoachTopic::kBeyondEnd:
       return line(false, {"The line ends here: you are {} beyond its end.", {Quantity{deviation.beyond_mm, 1, "mm"}}});
     case CoachTopic::kBesideLine:
-      return line(false, {"You leave the line: {} beside it.", {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}});
+      return line(false, {"You leave the line: the blade is {} beside it.",
+                          {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}});
     case CoachTopic::kTilted:
       return line(
           false, {"The blade is tilted by {}: turn it into the wanted plane.", {Quantity{deviation.tilt_deg, 0, "°"}}});
   }
   return {};
+}
+
+ExerciseStep FindStep(const CoachInput& input, bool spindle_on, double line_done) {
+  if (line_done >= kStepLineDone) return ExerciseStep::kFinish;
+  if (!spindle_on) return ExerciseStep::kSwitchOn;
+  if (!input.depth || input.depth->depth_mm <= 0) return ExerciseStep::kLower;
+  return input.depth->to_goal_mm > kStepDepth_mm ? ExerciseStep::kDeepen : ExerciseStep::kFollow;
+}
+
+Message DescribeStep(ExerciseStep step, const WantedCut& cut, double line_done) {
+  switch (step) {
+    case ExerciseStep::kSwitchOn:
+      return {"Switch the spindle on.", {}};
+    case ExerciseStep::kLower:
+      return {"Lower the blade into the bone at one end of the line.", {}};
+    case ExerciseStep::kDeepen:
+      return {"Go on slowly to the depth of {}.", {Quantity{cut.depth_mm, 1, "mm"}}};
+    case ExerciseStep::kFollow:
+      return {"Deep enough: move along the line to its other end. {} of it is done.",
+              {Quantity{100 * line_done, 0, "%"}}};
+    case ExerciseStep::kFinish:
+      break;
+  }
+  return {"The whole line is cut: lift the blade out and finish the exercise.", {}};
+}
+
+double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm) {
+  const std::vector<CutColumn>& columns = gauge.columns();
+  int places = 0;
+  int done = 0;
+  for (std::size_t i = 0; i < columns.size() && i < deepest_mm.size(); ++i) {
+    if (columns[i].s_mm < 0 || columns[i].s_mm > gauge.cut().length_mm) continue;
+    const double wanted_mm = std::min(gauge.cut().depth_mm, columns[i].far_mm - columns[i].near_mm);
+    ++places;
+    if (deepest_mm[i] >= wanted_mm - kStepDepth_mm) ++done;
+  }
+  return places == 0 ? 0 : static_cast<double>(done) / places;
 }
 
 }  // namespace kerf

@@ -1,9 +1,10 @@
-// Advice while a cut is made: one line at a time, without flicker. Pure.
+// Advice while a cut is made: one line at a time, without flicker, and the steps of an exercise. Pure.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "kerf/geometry.h"
 #include "session/scene/exercise.h"
@@ -62,5 +63,20 @@ ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT);
 CoachState UpdateCoach(const CoachState& state, const WantedCut& cut, const CoachInput& input);
 /// Returns the line to show in a state that UpdateCoach() returned for the same input; none if all is well.
 std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut& cut, const CoachInput& input);
+
+/// Steps of an exercise, for a student who does it for the first time.
+enum class ExerciseStep { kSwitchOn, kLower, kDeepen, kFollow, kFinish };
+
+/// Fraction of the line from which it counts as done, and distance from the wanted depth that counts as reached.
+inline constexpr double kStepLineDone = 0.95;
+inline constexpr double kStepDepth_mm = 0.3;
+
+/// Returns the step that comes next. `line_done`: CalcLineDone().
+ExerciseStep FindStep(const CoachInput& input, bool spindle_on, double line_done);
+/// Returns the instruction for a step.
+Message DescribeStep(ExerciseStep step, const WantedCut& cut, double line_done);
+/// Returns the fraction of the line along which the tool has reached the wanted depth, or the far side of the bone, to
+/// within kStepDepth_mm. `deepest_mm`: from DepthGauge::TakeDepths().
+double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm);
 
 }  // namespace kerf

@@ -118,7 +118,8 @@ NextStep FindNextStep(std::span<const ExerciseRow> rows) {
 }
 
 std::vector<Aid> ListAids(const SceneExercise& exercise, bool in_plane, bool translucent) {
-  return {{"Depth stop", "The saw is held at the depth of the goal.", exercise.depth_stop},
+  return {{"Steps", "The next step of the exercise is said.", exercise.level == 1},
+          {"Depth stop", "The saw is held at the depth of the goal.", exercise.depth_stop},
           {"Tone", "A tone tells how far the goal is.", exercise.sound},
           {"Colour of the blade", "The blade is green at the goal, and orange or red when it is too deep.",
            exercise.colour},

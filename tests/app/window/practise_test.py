@@ -46,9 +46,11 @@ def main():
 
         # The saw moves down to the depth at which the stop of level 1 holds it, along the line of 16 mm, and up and
         # out.
+        w.wait_state("the first step is said", lambda s: "spindle" in s.get("step", ""))
         w.key("bracketleft", "bracketleft")
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
+        w.wait_state("the next step is said", lambda s: "Lower the blade" in s.get("step", ""))
         start = w.state["saw_mm"][0]
         w._xdotool("keydown", "Down")
         w.wait_state("deep enough", lambda s: s.get("to_goal_mm", 9) < 0.15, 60)
@@ -60,6 +62,7 @@ def main():
         picture("along")
         w.wait_state("to its end", lambda s: abs(s["saw_mm"][0] - start) > 15.6, 60)
         w._xdotool("keyup", "Right")
+        w.wait_state("the last step is said", lambda s: "whole line is cut" in s.get("step", ""))
         deepest = w.state["depth_mm"]
         assert deepest < 2.5, ("the stop holds", w.state)
         w._xdotool("keydown", "shift", "keydown", "Up")
@@ -68,8 +71,41 @@ def main():
         w.key("space", "Return")
         score = w.wait_event("score", seconds=120)
         assert score["total"] > 50, score
+        assert score["headline"].endswith("."), score["headline"]
+        assert (score["next_exercise"], score["next_level"]) == ("groove", 2 if score["total"] >= 70 else 1), score
         time.sleep(0.5)
         picture("score")
+
+        # The replay beside the expert begins when the expert's attempt has been computed; it can be left.
+        w.key("v")
+        w.wait_state("the replay", lambda s: s["mode"] == "replaying", 300)
+        w.wait_state("goes on", lambda s: s.get("replay_s", 0) > 2)
+        picture("beside the expert")
+        w.key("Escape")
+        w.wait_state("back to the result", lambda s: s["mode"] == "result")
+        # A replay of the recording gives the sheet that was computed while the exercise was done.
+        assert w.wait_event("verified", seconds=300)["same"]
+
+        # A cut beside the line is noticed while it is made; an unfinished one has no score, and the same level follows.
+        w.key("Escape")
+        w.wait_state("the list again", lambda s: s["mode"] == "choosing")
+        w.key("Return", "3")
+        after = w.mark()
+        w.wait_event("running", after=after)
+        w.wait_state("level 3", lambda s: s["level"] == 3 and s["mode"] == "cutting")
+        w.key("l", "space")
+        w.wait_state("the spindle turns", lambda s: s["spindle"])
+        beside = w.state["saw_mm"][1]
+        w._xdotool("keydown", "Prior")
+        w.wait_state("beside the line", lambda s: abs(s["saw_mm"][1] - beside) > 1.2)
+        w._xdotool("keyup", "Prior", "keydown", "Down")
+        w.wait_state("in the bone, which is noticed", lambda s: "You leave the line" in s.get("coach", ""))
+        w._xdotool("keyup", "Down")
+        picture("beside the line")
+        w.key("space", "Return")
+        unfinished = w.wait_event("score", seconds=120, after=after)
+        assert unfinished["total"] is None and "You have followed" in unfinished["headline"], unfinished["headline"]
+        assert (unfinished["next_exercise"], unfinished["next_level"]) == ("groove", 3), unfinished
 
         # Level 5 has no aids; an abandoned attempt is not scored.
         w.key("Escape")
@@ -95,7 +131,8 @@ def main():
     # The recording alone gives the same numbers.
     assert json.loads(kerf("score", "out/session.kerf", "--json")) == score["sheet"]
     history = json.loads(kerf("practise", "--history", "--student", "Ann", "--json"))
-    assert len(history) == 1 and abs(history[0]["total"] - score["total"]) < 1e-9, history
+    assert len(history) == 2 and abs(history[0]["total"] - score["total"]) < 1e-9, history
+    assert history[1]["total"] is None and history[1]["incomplete"], history
     kerf("practise", "--report", "teacher.html")
     assert "Ann" in (folder / "teacher.html").read_text()
     if options.pictures:

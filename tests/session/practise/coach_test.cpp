@@ -6,6 +6,9 @@
 #include <cmath>
 #include <random>
 
+#include "bone/material/region_table.h"
+#include "bone/models/block.h"
+
 namespace kerf {
 namespace {
 
@@ -99,7 +102,7 @@ TEST(Coach, LineHasTheFigure) {
   const CoachInput input = Place(cut, 8, 1, 0.82);
   const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, input), cut, input);
   ASSERT_TRUE(line);
-  EXPECT_EQ(FormatMessage(line->message), "You leave the line: 0.8 mm beside it.");
+  EXPECT_EQ(FormatMessage(line->message), "You leave the line: the blade is 0.8 mm beside it.");
   EXPECT_FALSE(line->urgent);
   EXPECT_FALSE(MakeCoachLine({}, cut, input));
 }
@@ -137,6 +140,40 @@ TEST(Coach, MoreUrgentLineReplacesAnotherAtOnce) {
   CoachState state = UpdateCoach({}, cut, Place(cut, 8, 1, 0.6, 0, 10));
   state = UpdateCoach(state, cut, Place(cut, 8, 2.5, 0.6, 0, 10.01));
   EXPECT_EQ(state.shown, CoachTopic::kTooDeep);
+}
+
+TEST(ExerciseSteps, LeadFromTheSpindleToTheEnd) {
+  const WantedCut cut = MakeCut();
+  const CoachInput above = Place(cut, 0, -3);
+  EXPECT_EQ(FindStep(above, false, 0), ExerciseStep::kSwitchOn);
+  EXPECT_EQ(FindStep(above, true, 0), ExerciseStep::kLower);
+  EXPECT_EQ(FindStep(Place(cut, 0, 1), true, 0), ExerciseStep::kDeepen);
+  EXPECT_EQ(FindStep(Place(cut, 0, 1.8), true, 0.1), ExerciseStep::kFollow);
+  EXPECT_EQ(FindStep(Place(cut, 16, 2), true, 1), ExerciseStep::kFinish);
+  EXPECT_EQ(FindStep(above, false, 1), ExerciseStep::kFinish);
+  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kFollow, cut, 0.42)),
+            "Deep enough: move along the line to its other end. 42 % of it is done.");
+}
+
+TEST(ExerciseSteps, FractionOfTheLineIsThatOfTheWay) {
+  BlockParams block;
+  block.size_mm = {30, 16, 8};
+  block.voxel_mm = 0.25;
+  const WantedCut cut = MakeCut();
+  const DepthGauge gauge(MakeBlock(block, DefaultMandibleTable()), cut);
+  std::vector<double> deepest_mm(gauge.columns().size(), -5);
+  EXPECT_EQ(CalcLineDone(gauge, deepest_mm), 0);
+  // A disc at the wanted depth has that depth, to within kStepDepth_mm, over its chord there.
+  const double chord_mm =
+      std::sqrt(cut.radius_mm * cut.radius_mm - (cut.radius_mm - kStepDepth_mm) * (cut.radius_mm - kStepDepth_mm));
+  for (const double s_mm : {4.0, 8.0, 12.0}) {
+    for (double s = std::max(0.0, s_mm - 4); s <= s_mm; s += 0.1) {
+      gauge.TakeDepths(cut.CalcToolPose(s, cut.depth_mm), deepest_mm);
+    }
+    // The points of the rim are 3 degrees apart.
+    EXPECT_NEAR(CalcLineDone(gauge, deepest_mm), (s_mm + chord_mm) / cut.length_mm,
+                0.0524 * cut.radius_mm / cut.length_mm);
+  }
 }
 
 }  // namespace
