@@ -43,6 +43,7 @@ LIBRARIES = [
     ("glfw", re.compile(r"^GLFW/")),
     ("alsa", re.compile(r"^alsa/")),
     ("sqlite", re.compile(r"^sqlite3\.h")),
+    ("zip", re.compile(r"^zip\.h")),
     ("zlib", re.compile(r"^zlib\.h")),
     ("zstd", re.compile(r"^zstd\.h")),
     ("sodium", re.compile(r"^sodium\.h")),

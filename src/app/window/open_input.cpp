@@ -100,6 +100,12 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
     }
     return opened;
   }
+  if (IsProjectPath(input)) {
+    progress("opening the project", 0);
+    opened.project = ReadProject(input, options.folder + "/project");
+    opened.scene = opened.project->scene;
+    return opened;
+  }
   if (extension == ".vdb") {
     progress("reading the bone", 0);
     opened.scene = MakeSceneAround(input, ReadBone(input));

@@ -2,15 +2,18 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
+#include "session/project/project.h"
 #include "session/scene/scene.h"
 
 namespace kerf {
 
 struct OpenedInput {
   Scene scene;
-  std::string scene_file;  // named in recordings; empty if there is none
+  std::string scene_file;          // named in recordings; empty if there is none
+  std::optional<Project> project;  // if the input is one
 };
 
 struct OpenOptions {
@@ -18,9 +21,9 @@ struct OpenOptions {
   double voxel_mm = 0.2;  // of an imported bone
 };
 
-/// Opens an input. `input`: empty (the generic mandible), a scene (.toml), a bone (.vdb), a DICOM folder, or any other
-/// input of `kerf import`. If it is not a scene, a scene is made with the paper's saw over the left side of the bone.
-/// `progress` receives a stage's name and a fraction from 0 to 1. Throws Error.
+/// Opens an input. `input`: empty (the generic mandible), a scene (.toml), a project (.kerf-project), a bone (.vdb), a
+/// DICOM folder, or any other input of `kerf import`. If it is not a scene, a scene is made with the paper's saw over
+/// the left side of the bone. `progress` receives a stage's name and a fraction from 0 to 1. Throws Error.
 OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
                       const std::function<void(const std::string&, double)>& progress);
 

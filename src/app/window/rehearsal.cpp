@@ -340,6 +340,8 @@ void Rehearsal::Export() {
   order.scene = viewer_->session()->scene();
   order.recordings = result_.recordings;
   order.plan = plan_;
+  order.marks = marks_;
+  if (saw_is_listed_) order.saw_name = options_.saws[saw_].name;
   order.before = before_;
   order.forces = viewer_->forces();
   try {
@@ -353,6 +355,31 @@ void Rehearsal::Export() {
   viewer_->Say("Exporting pieces, planes and report");
   exporting_ = std::async(std::launch::async,
                           [order = std::make_shared<ExportOrder>(std::move(order))] { return RunExport(*order); });
+}
+
+void Rehearsal::SaveProject() {
+  if (!viewer_->is_running() || saving_.valid() || change_) return;
+  viewer_->SetSpindle(false);
+  auto project = std::make_shared<Project>();
+  project->title = scene_.TitleOrName();
+  project->scene = viewer_->session()->scene();
+  project->scene.plan = plan_;
+  project->marks = marks_;
+  for (const std::string& recording : result_.recordings) {
+    if (std::filesystem::exists(recording)) project->recordings.push_back(recording);  // a session that has ended
+  }
+  if (pieces_ && pieces_->is_up_to_date()) project->pieces_json = pieces_->pieces()->FormatJson();
+  std::shared_future<Bone> now = viewer_->session()->AskBone().share();
+  viewer_->Say("Saving the project");
+  saving_ = std::async(std::launch::async, [project, now, before = before_, folder = options_.viewer.folder] {
+    project->bone_file = folder + "/bone-before.vdb";
+    project->cut_bone_file = folder + "/bone-now.vdb";
+    WriteBone(*before, project->bone_file);
+    WriteBone(now.get(), project->cut_bone_file);
+    const std::string file = folder + "/case" + kProjectExtension;
+    WriteProject(file, *project);
+    return file;
+  });
 }
 
 // ---- events
@@ -388,6 +415,7 @@ bool Rehearsal::TakeKey(const WindowEvent& event) {
   if (event.control) {
     if (event.key == Key::kZ && !event.shift) return GoBack(""), true;
     if (event.key == Key::kY || (event.key == Key::kZ && event.shift)) return GoForward(), true;
+    if (event.key == Key::kS) return SaveProject(), true;
     return false;
   }
   if (event.key >= Key::k1 && event.key <= Key::k9) {
@@ -465,6 +493,10 @@ void Rehearsal::Update(double /*dt_s*/) {
     OpenedInput opened = opening_.get();
     scene_ = std::move(opened.scene);
     scene_file_ = std::move(opened.scene_file);
+    if (opened.project) {
+      marks_ = opened.project->marks;
+      mark_tubes_ = MakeMarkTubes(marks_);
+    }
     for (const PlannedPlane& planned : scene_.plan.planes) plan_.planes.push_back(planned);
     for (const DepthStop& stop : scene_.plan.stops) plan_.stops.push_back(stop);
     if (!viewer_->quitting()) Restart();
@@ -484,6 +516,16 @@ void Rehearsal::Update(double /*dt_s*/) {
       viewer_->trace().Write("taken_away", {{"failure", e.what()}});
     }
   }
+  if (IsReady(saving_)) {
+    try {
+      const std::string file = saving_.get();
+      viewer_->Say(fmt::format("Project: {}", file));
+      viewer_->trace().Write("project", {{"file", file}});
+    } catch (const std::exception& e) {
+      viewer_->Say(fmt::format("The project was not saved: {}", e.what()));
+      viewer_->trace().Write("project", {{"failure", e.what()}});
+    }
+  }
   FollowCut();
   if (in_pieces_) pieces_->Update();
 }
@@ -494,7 +536,7 @@ void Rehearsal::Fill(HudState& hud) {
   if (viewer_->is_running()) {
     const Tool tool = MakeTool(viewer_->session()->scene());
     const Pose& X_WT = viewer_->figures().coupled.X_WT;
-    if (nerve_ && !nerve_->empty()) hud.values.nerve_mm = nerve_->Calc(tool, X_WT);
+    hud.values.nerve_mm = FindNearestStructure(nerve_.get(), "nerve", mark_tubes_, tool, X_WT).distance_mm;
     if (sampler_) hud.values.depth_mm = CalcBladeDepth(*sampler_, tool, X_WT);
     if (const PlannedPlane* planned = plane()) {
       const PlaneDeviation off = CalcDeviation(*planned, tool, X_WT);

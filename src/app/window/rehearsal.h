@@ -78,6 +78,7 @@ class Rehearsal final : public Activity {
 
   void EnterPieces();
   void Export();
+  void SaveProject();
 
   RehearsalOptions options_;
   std::unique_ptr<ViewerApp> viewer_;
@@ -106,6 +107,8 @@ class Rehearsal final : public Activity {
   std::size_t plane_ = 0;  // the active plane
   bool guided_ = false;
   std::optional<PlanesReport> cut_;  // latest state of the planned planes
+  std::vector<Mark> marks_;          // nerves and other structures that the user has marked
+  std::vector<MarkTube> mark_tubes_;
   struct Picking {
     std::string prompt;
     std::size_t count = 0;
@@ -120,6 +123,7 @@ class Rehearsal final : public Activity {
   std::unique_ptr<PiecesMode> pieces_;   // null until first entered
   bool in_pieces_ = false;
   std::future<std::string> exporting_;
+  std::future<std::string> saving_;  // of the project; returns its path
 };
 
 }  // namespace kerf
