@@ -44,6 +44,7 @@ LIBRARIES = [
     ("imgui", re.compile(r"^(imgui|imgui_internal|imgui_stdlib|backends/imgui)")),
     ("alsa", re.compile(r"^alsa/")),
     ("sqlite", re.compile(r"^sqlite3\.h")),
+    ("zip", re.compile(r"^zip\.h")),
     ("zlib", re.compile(r"^zlib\.h")),
     ("zstd", re.compile(r"^zstd\.h")),
     ("sodium", re.compile(r"^sodium\.h")),

@@ -1,9 +1,12 @@
 #include "app/window/export_order.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <optional>
 
 #include "kerf/error.h"
 #include "kerf/version.h"
@@ -46,10 +49,24 @@ std::string RunExport(ExportOrder& order) {
     curve.points.emplace_back(p.time_s, p.force_N);
     largest_N = std::max(largest_N, p.force_N);
   }
+  const std::optional<double> curve_end_s =
+      curve.points.empty() ? std::nullopt : std::optional(curve.points.back().first);
   if (curve.points.size() > 1) {
     taken.figures = {{"duration", "s", curve.points.back().first}, {"largest force on the hand", "N", largest_N}};
     taken.curves.push_back(std::move(curve));
   }
+  const StructureAssessment structures = AssessStructures(*order.before, after, order.marks);
+  taken.structures = &structures;
+  taken.circumstances = {
+      {"date and time", fmt::format("{:%Y-%m-%d %H:%M}", fmt::localtime(std::chrono::system_clock::to_time_t(
+                                                             std::chrono::system_clock::now())))},
+      {"case", order.scene.TitleOrName()},
+      {"bone", order.scene.bone.source == BoneSource::kFile ? order.scene.bone.file : "a model of kerf"},
+      {"saw", order.saw_name.empty() ? DescribeTool(order.scene.tool)
+                                     : fmt::format("{}: {}", order.saw_name, DescribeTool(order.scene.tool))},
+      {"spindle", fmt::format("{:.0f} rpm", order.scene.tool.rpm)},
+      {"force law", order.scene.force.name()}};
+  if (curve_end_s) taken.circumstances.push_back({"duration", fmt::format("{:.0f} s", *curve_end_s)});
   taken.provenance.push_back({"scene", order.scene.name});
   taken.provenance.push_back({"tool", DescribeTool(order.scene.tool)});
   for (const std::string& recording : order.recordings) {

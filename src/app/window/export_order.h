@@ -22,6 +22,8 @@ struct ExportOrder {
   Scene scene;
   std::vector<std::string> recordings;
   Plan plan;
+  std::vector<Mark> marks;
+  std::string saw_name;  // of a listed saw; empty: the scene's own
   std::shared_ptr<const Bone> before;
   std::future<Bone> after;
   std::string pieces_json;  // PieceSet::FormatJson() of moved pieces; empty: none was moved

@@ -107,6 +107,12 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
     watcher.progress("reading the bone", 1);
     return opened;
   }
+  if (IsProjectPath(input)) {
+    progress("opening the project", 0);
+    opened.project = ReadProject(input, options.folder + "/project");
+    opened.scene = opened.project->scene;
+    return opened;
+  }
   if (extension == ".vdb") {
     watcher.progress("reading the bone", 0);
     opened.bone = std::make_shared<const Bone>(ReadBone(input, {.hu = true}));

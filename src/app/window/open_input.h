@@ -3,9 +3,11 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "bone/import/volume.h"
+#include "session/project/project.h"
 #include "session/scene/scene.h"
 
 namespace kerf {
@@ -16,6 +18,7 @@ struct OpenedInput {
   std::shared_ptr<const Bone> bone;  // content of scene.bone.file; null if the scene has no such file
   bool bone_is_saved = true;         // false for an imported bone, which the caller writes to scene.bone.file
   bool bone_was_shown = false;       // OpenWatcher::bone has received `bone` as it is
+  std::optional<Project> project;    // if the input is one
 };
 
 struct OpenOptions {
@@ -33,8 +36,8 @@ struct OpenWatcher {
   std::function<void(std::shared_ptr<const Volume>)> ct;
 };
 
-/// Opens an input. `input`: empty (the generic mandible), a scene (.toml), a bone (.vdb), a DICOM folder, or any other
-/// input of `kerf import`. If it is not a scene, a scene is made with the paper's saw over the left side of the bone.
+/// Opens an input. `input`: empty (the generic mandible), a scene (.toml), a project
+/// (.kerf-project), a bone (.vdb), a DICOM folder, or any other input of `kerf import`. If it is not a scene, a scene is made with the paper's saw over the left side of the bone.
 /// Writes no file. Throws Error, or Cancelled if `watcher.progress` does.
 OpenedInput OpenInput(const std::string& input, const OpenOptions& options, const OpenWatcher& watcher);
 

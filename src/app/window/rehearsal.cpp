@@ -207,6 +207,10 @@ void Rehearsal::FollowOpening() {
   ct_ = std::exchange(loading->ct, nullptr);
   scene_ = std::move(opened.scene);
   scene_file_ = opened.scene_file;
+  if (opened.project) {
+    marks_ = opened.project->marks;
+    mark_tubes_ = MakeMarkTubes(marks_);
+  }
   for (const PlannedPlane& planned : scene_.plan.planes) plan_.planes.push_back(planned);
   for (const DepthStop& stop : scene_.plan.stops) plan_.stops.push_back(stop);
   if (opened.bone && !opened.bone_is_saved) to_save_ = ToSave{opened.bone, scene_.bone.file};
@@ -468,6 +472,14 @@ void Rehearsal::AddActions(ActionList& actions) {
        .tip = Mark("A scene, a .vdb bone, a surface, a CT file or a folder with a DICOM series; or drop it here"),
        .run = [this] { AskOpen(); },
        .button = Mark("Open")});
+  actions.Add({.id = "file.save",
+               .menu = Mark("File"),
+               .label = Mark("Save the project"),
+               .shortcut = {.key = Key::kS, .control = true},
+               .tip = Mark("One file with bone, plan, marks, recordings, pieces and views"),
+               .run = [this] { SaveProject(); },
+               .enabled = [this, running] { return running() && !saving_.valid(); },
+               .button = Mark("Save")});
   actions.Add({.id = "file.export",
                .menu = Mark("File"),
                .label = Mark("Export pieces, planes and report"),
@@ -691,6 +703,8 @@ void Rehearsal::Export() {
   order.recordings = {result_.recordings.begin() + static_cast<std::ptrdiff_t>(first_recording_),
                       result_.recordings.end()};
   order.plan = plan_;
+  order.marks = marks_;
+  if (saw_is_listed_) order.saw_name = options_.saws[saw_].name;
   order.before = before_;
   order.forces = viewer_->forces();
   try {
@@ -716,6 +730,43 @@ void Rehearsal::FollowExport() {
     viewer_->Say(fmt::format(fmt::runtime(Tr("Nothing was exported: {}")), e.what()));
     viewer_->trace().Write("taken_away", {{"failure", e.what()}});
   }
+}
+
+void Rehearsal::FollowSaving() {
+  try {
+    const std::string file = saving_.get();
+    viewer_->Say(fmt::format(fmt::runtime(Tr("Project: {}")), file));
+    viewer_->trace().Write("project", {{"file", file}});
+    plan_is_unsaved_ = false;
+  } catch (const std::exception& e) {
+    viewer_->Say(fmt::format(fmt::runtime(Tr("The project was not saved: {}")), e.what()));
+    viewer_->trace().Write("project", {{"failure", e.what()}});
+  }
+}
+
+void Rehearsal::SaveProject() {
+  if (!viewer_->is_running() || saving_.valid() || change_) return;
+  viewer_->SetSpindle(false);
+  auto project = std::make_shared<Project>();
+  project->title = scene_.TitleOrName();
+  project->scene = viewer_->session()->scene();
+  project->scene.plan = plan_;
+  project->marks = marks_;
+  for (const std::string& recording : result_.recordings) {
+    if (std::filesystem::exists(recording)) project->recordings.push_back(recording);  // a session that has ended
+  }
+  if (pieces_->is_up_to_date()) project->pieces_json = pieces_->pieces()->FormatJson();
+  std::shared_future<Bone> now = viewer_->session()->AskBone().share();
+  viewer_->Say(Tr("Saving the project"));
+  saving_ = std::async(std::launch::async, [project, now, before = before_, folder = options_.viewer.folder] {
+    project->bone_file = folder + "/bone-before.vdb";
+    project->cut_bone_file = folder + "/bone-now.vdb";
+    WriteBone(*before, project->bone_file);
+    WriteBone(now.get(), project->cut_bone_file);
+    const std::string file = folder + "/case" + kProjectExtension;
+    WriteProject(file, *project);
+    return file;
+  });
 }
 
 // ---- events
@@ -796,6 +847,7 @@ void Rehearsal::Update(double /*dt_s*/) {
   FollowOpening();
   if (IsReady(making_nerve_)) nerve_ = making_nerve_.get();
   if (IsReady(exporting_)) FollowExport();
+  if (IsReady(saving_)) FollowSaving();
   FollowCut();
   if (in_pieces_) pieces_->Update();
 }
@@ -806,8 +858,9 @@ void Rehearsal::Fill(HudState& hud) {
   if (viewer_->is_running()) {
     const Tool tool = MakeTool(viewer_->session()->scene());
     const Pose& X_WT = viewer_->figures().coupled.X_WT;
-    hud.values.nerve_is_marked = !nerve_ || !nerve_->empty();
-    if (nerve_ && !nerve_->empty()) hud.values.nerve_mm = nerve_->Calc(tool, X_WT);
+    const NearestStructure nerve = FindNearestStructure(nerve_.get(), Tr("nerve"), mark_tubes_, tool, X_WT);
+    hud.values.nerve_mm = nerve.distance_mm;
+    hud.values.nerve_is_marked = nerve.distance_mm.has_value() || !nerve_;
     if (sampler_) hud.values.depth_mm = CalcBladeDepth(*sampler_, tool, X_WT);
     if (const PlannedPlane* planned = plane()) {
       const PlaneDeviation off = CalcDeviation(*planned, tool, X_WT);

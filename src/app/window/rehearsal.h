@@ -114,6 +114,8 @@ class Rehearsal final : public Activity {
   void LeavePieces();
   void Export();
   void FollowExport();
+  void SaveProject();
+  void FollowSaving();
 
   RehearsalOptions options_;
   std::unique_ptr<ViewerApp> viewer_;
@@ -166,6 +168,8 @@ class Rehearsal final : public Activity {
   bool plan_is_unsaved_ = false;
   bool guided_ = false;
   std::optional<PlanesReport> cut_;  // latest state of the planned planes
+  std::vector<Mark> marks_;          // nerves and other structures that the user has marked
+  std::vector<MarkTube> mark_tubes_;
   struct Picking {
     std::string prompt;
     std::size_t count = 0;
@@ -181,6 +185,7 @@ class Rehearsal final : public Activity {
   std::unique_ptr<PiecesMode> pieces_;
   bool in_pieces_ = false;
   std::future<std::string> exporting_;
+  std::future<std::string> saving_;  // of the project; returns its path
 };
 
 }  // namespace kerf

@@ -54,14 +54,18 @@ void CheckWritable(const std::string& path) {
   }
 }
 
-std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
-  if (const auto shelved = Shelf().find(path); shelved != Shelf().end()) return shelved->second;
+void CheckIsRegularFile(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw Error(fmt::format("{}: there is no such file", path));
   if (fs::is_directory(status)) throw Error(fmt::format("{}: is a folder, not a file", path));
-  // Reading a pipe may block forever.
   if (!fs::is_regular_file(status)) throw Error(fmt::format("{}: is not a regular file", path));
+}
+
+std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
+  if (const auto shelved = Shelf().find(path); shelved != Shelf().end()) return shelved->second;
+  std::error_code error;
+  CheckIsRegularFile(path);
   std::ifstream in(path, std::ios::binary);
   if (!in) throw Error(fmt::format("{}: can't be read: {}", path, FormatErrno(errno)));
   std::string content;

@@ -16,6 +16,8 @@ namespace kerf {
 /// the end of the file. The content is then unknown and must not be reported as damaged.
 void CheckReadable(const std::istream& in, const std::string& path);
 
+/// Throws kerf::Error with one sentence unless `path` is an existing regular file. Reading a pipe may block forever.
+void CheckIsRegularFile(const std::string& path);
 /// Returns the file's bytes. Throws kerf::Error if it cannot be read or is larger than `max_bytes`.
 std::string ReadTextFile(const std::string& path, std::size_t max_bytes = std::size_t{256} << 20);
 /// Throws kerf::Error if a file cannot be written at `path`: the folder does not exist, or `path` is a folder, a device

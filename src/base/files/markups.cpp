@@ -20,6 +20,8 @@ namespace {
 
 using Json = nlohmann::json;
 
+constexpr std::size_t kMaxQuotedBytes = 60;  // of a file's text in a message
+
 /// Returns the list of markups; each is an object.
 Json ParseMarkupList(const std::string& text, const std::string& path) {
   const Json file = ParseJson(text, path);
@@ -213,6 +215,47 @@ CutPlane ParsePlaneMarkups(const std::string& text, const std::string& path) {
     }
   }
   return plane ? ReadPlane(*plane, path) : FitPlane(points, path);
+}
+
+std::vector<TubeMarkup> ParseTubeMarkups(const std::string& text, const std::string& path) {
+  std::vector<TubeMarkup> curves;
+  std::set<std::string> taken;
+  for (const Json& json : ParseMarkupList(text, path)) {
+    const Json type = json.value("type", Json());
+    const std::string word = type.is_string() ? type.get<std::string>() : "";
+    if (word != "Curve" && word != "ClosedCurve" && word != "Line") {
+      throw Error(fmt::format("{}: contains a markup of type '{}'; it must be Curve, ClosedCurve or Line", path,
+                              word.substr(0, kMaxQuotedBytes)));
+    }
+    TubeMarkup curve;
+    AddPoints(json, path, curve.points);
+    if (curve.points.empty()) continue;
+    if (word == "ClosedCurve" && curve.points.size() > 2) curve.points.push_back(curve.points.front());
+    const Json name = json.value("name", Json());
+    const std::string given = name.is_string() && !name.get<std::string>().empty()
+                                  ? name.get<std::string>()
+                                  : fmt::format("curve {}", curves.size() + 1);
+    curve.name = given;
+    for (int again = 2; !taken.insert(curve.name).second; ++again) curve.name = fmt::format("{} {}", given, again);
+    if (const auto radius = json.find("radius"); radius != json.end()) {
+      const double radius_mm = radius->is_number() ? radius->get<double>() : std::nan("");
+      if (!(radius_mm > 0) || !std::isfinite(radius_mm)) {
+        throw Error(fmt::format("{}: 'radius' of the curve '{}' is not a positive number", path,
+                                curve.name.substr(0, kMaxQuotedBytes)));
+      }
+      curve.radius_mm = radius_mm;
+    }
+    if (const auto kind = json.find("kind"); kind != json.end()) {
+      if (!kind->is_string()) {
+        throw Error(
+            fmt::format("{}: 'kind' of the curve '{}' is not a word", path, curve.name.substr(0, kMaxQuotedBytes)));
+      }
+      curve.kind = kind->get<std::string>();
+    }
+    curves.push_back(std::move(curve));
+  }
+  if (curves.empty()) throw Error(fmt::format("{}: contains no placed control point", path));
+  return curves;
 }
 
 std::vector<PlaneMarkup> ParsePlaneMarkupList(const std::string& text, const std::string& path) {

@@ -1,6 +1,7 @@
 // Points, curves and planes in 3D Slicer files.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,22 @@ std::vector<PlaneMarkup> ReadPlaneMarkupList(const std::string& path);
 /// Reading them back gives the same values to within one rounding. Writes through a temporary file. Throws kerf::Error.
 void WritePlaneMarkups(const std::string& path, const std::vector<PlaneMarkup>& planes, double size_mm = 40);
 std::string FormatPlaneMarkups(const std::vector<PlaneMarkup>& planes, double size_mm = 40);
+
+/// 3D Slicer curve with kerf's own keys `radius` and `kind`.
+struct TubeMarkup {
+  std::string name;
+  std::vector<Vec3> points;         // control points, LPS mm
+  std::optional<double> radius_mm;  // none: the file does not state it
+  std::string kind;                 // empty: the file does not state it
+};
+
+/// Parses each markup of a .mrk.json file that has placed points. The types are Curve, ClosedCurve (its first point is
+/// repeated at the end) and Line. A curve without a name is called "curve 1" and so on; a repeated name gets a number.
+/// Throws kerf::Error with one sentence if the file is not such a file, contains a markup of another type or no placed
+/// point, if `radius` is not a positive number, or if `kind` is not a string.
+std::vector<TubeMarkup> ParseTubeMarkups(const std::string& text, const std::string& path);
+/// Formats curves in the format of 3D Slicer 5, all in one file. Parsing gives the same values bit for bit.
+std::string FormatTubeMarkups(const std::vector<TubeMarkup>& curves);
 
 /// These do the same from a file's text; `path` is its name in messages.
 std::vector<Vec3> ParseMarkups(const std::string& text, const std::string& path);

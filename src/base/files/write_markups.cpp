@@ -60,7 +60,38 @@ OrderedJson MakePlane(const PlaneMarkup& markup, double size_mm) {
   return plane;
 }
 
+OrderedJson MakeCurve(const TubeMarkup& markup) {
+  OrderedJson curve{{"type", "Curve"},           {"name", markup.name},
+                    {"coordinateSystem", "LPS"}, {"coordinateUnits", "mm"},
+                    {"locked", false},           {"fixedNumberOfControlPoints", false},
+                    {"labelFormat", "%N-%d"},    {"lastUsedControlPointNumber", markup.points.size()}};
+  if (markup.radius_mm) curve["radius"] = *markup.radius_mm;
+  if (!markup.kind.empty()) curve["kind"] = markup.kind;
+  curve["controlPoints"] = OrderedJson::array();
+  for (std::size_t i = 0; i < markup.points.size(); ++i) {
+    curve["controlPoints"].push_back({{"id", std::to_string(i + 1)},
+                                      {"label", markup.name + "-" + std::to_string(i + 1)},
+                                      {"description", ""},
+                                      {"associatedNodeID", ""},
+                                      {"position", List(markup.points[i])},
+                                      {"orientation", {-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0}},
+                                      {"selected", true},
+                                      {"locked", false},
+                                      {"visibility", true},
+                                      {"positionStatus", "defined"}});
+  }
+  curve["measurements"] = OrderedJson::array();
+  return curve;
+}
+
 }  // namespace
+
+std::string FormatTubeMarkups(const std::vector<TubeMarkup>& curves) {
+  OrderedJson file{{"@schema", kSchema}};
+  file["markups"] = OrderedJson::array();
+  for (const TubeMarkup& curve : curves) file["markups"].push_back(MakeCurve(curve));
+  return file.dump(2, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
+}
 
 std::string FormatPlaneMarkups(const std::vector<PlaneMarkup>& planes, double size_mm) {
   OrderedJson file{{"@schema", kSchema}};

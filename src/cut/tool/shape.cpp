@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <numbers>
 
 namespace kerf {
@@ -76,6 +77,15 @@ ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spa
                          : MakeBallShape(std::get<BallBurr>(tool), samples_per_pitch);
   shape.reach_mm = CalcReach(tool);
   return shape;
+}
+
+double CalcToolDistance(const Tool& tool, const Vec3& p_T) {
+  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
+    const double out = std::max(std::hypot(p_T.x, p_T.y) - disc->radius_mm(), 0.0);
+    const double across = std::max(std::abs(p_T.z) - 0.5 * disc->thickness_mm, 0.0);
+    return std::hypot(out, across);
+  }
+  return std::max(glm::length(p_T) - std::get<BallBurr>(tool).radius_mm(), 0.0);
 }
 
 double CalcTravel(const Pose& from, const Pose& to, double reach_mm) {

@@ -55,6 +55,10 @@ inline double CalcToothSide(double radius_mm, double voxel_mm) {
 ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm,
                         double stopped_margin_mm);
 
+/// Returns the distance of a point from the tool's body, tool frame, mm; 0 inside. The body is a flat cylinder or a
+/// ball, which are convex, so that the distance is a convex function of the point. Tick-safe.
+double CalcToolDistance(const Tool& tool, const Vec3& p_T);
+
 /// Returns an upper bound on the distance that any point of a ball of radius `reach_mm` about the tool's origin moves
 /// between two poses, mm. Tick-safe.
 double CalcTravel(const Pose& from, const Pose& to, double reach_mm);

@@ -53,6 +53,14 @@ std::string Summarise(const ExportInput& input) {
     }
     out += fmt::format("{} mm\u00b3 of bone removed. ", Show(a.removed_mm3, 1));
   }
+  if (input.structures != nullptr) {
+    const auto& all = input.structures->structures;
+    const auto cut = std::count_if(all.begin(), all.end(), [](const StructureResult& s) { return s.is_cut; });
+    if (!all.empty()) {
+      out += cut == 0 ? std::string("No marked structure was cut. ")
+                      : fmt::format("{} structure{} cut. ", cut, cut == 1 ? " was" : "s were");
+    }
+  }
   if (input.pieces != nullptr) {
     int count = 0;
     for (int i = 0; i < input.pieces->size(); ++i) count += input.pieces->state(i).deleted ? 0 : 1;
@@ -91,6 +99,35 @@ std::string FormatStops(const Assessment& a) {
                     s.depth_mm ? Signed(s.over_mm, 2) : "-"});
   }
   return "<h2>Depth stops</h2>\n" + Table({"stop", "planned, mm", "reached, mm", "difference, mm"}, rows);
+}
+
+std::string FormatStructures(const StructureAssessment& a) {
+  std::vector<std::vector<std::string>> rows;
+  const auto add_unknown = [&rows](const char* name) {
+    rows.push_back({name, "not marked", "unknown", "unknown", "unknown"});
+  };
+  if (!a.canal_known) add_unknown("nerve and its canal");
+  if (!a.teeth_known) add_unknown("teeth and roots");
+  for (const StructureResult& s : a.structures) {
+    std::string name = MakeStructureName(s);
+    if (s.is_mark) name += fmt::format(" (marked {})", ToString(s.kind));
+    std::string place = "no bone was removed";
+    if (s.distance_mm) {
+      place = s.part == ToothPart::kRoot    ? "root: " + DescribePlace(s.p_W)
+              : s.part == ToothPart::kCrown ? "crown: " + DescribePlace(s.p_W)
+                                            : DescribePlace(s.p_W);
+    }
+    rows.push_back({name, s.is_cut ? "CUT" : "spared", s.distance_mm ? Show(*s.distance_mm, 1) : "no cut",
+                    Show(s.removed_mm3, 1), place});
+  }
+  return "<h2>Nerves, teeth and roots</h2>\n<div class=\"scroll\">\n" +
+         Table({"structure", "result", "least distance, mm", "removed, mm\u00b3", "place nearest to the cut"}, rows,
+               true) +
+         "</div>\n<p class=\"note\">Distance: between the removed bone and the structure, accurate to about a voxel. "
+         "Place: "
+         "in the patient's frame, mm from its origin. Structures that are neither regions of the bone nor marked by "
+         "the "
+         "user are not known to this report.</p>\n";
 }
 
 std::string FormatBone(const Assessment& a) {
@@ -147,6 +184,12 @@ std::string FormatReportHtml(const ExportInput& input, const Prepared& prepared)
   for (const std::string& warning : input.recording.warnings) {
     out += fmt::format("<p><b>Warning about the recording: {}</b></p>\n", EscapeHtml(warning));
   }
+  if (!input.circumstances.empty()) {
+    std::vector<std::vector<std::string>> rows;
+    for (const ExportFact& fact : input.circumstances) rows.push_back({fact.name, fact.value});
+    out += Table({"what", "value"}, rows, true);
+  }
+  if (input.structures != nullptr) out += FormatStructures(*input.structures);
   if (input.assessment != nullptr) {
     if (!input.assessment->planes.empty()) out += FormatPlanes(*input.assessment);
     if (!input.assessment->stops.empty()) out += FormatStops(*input.assessment);

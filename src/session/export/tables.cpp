@@ -21,7 +21,8 @@ Json List(const Vec3& v) {
 
 const Columns<ExportLine>& ExportColumns() {
   static const Columns<ExportLine> kColumns{
-      {"subject", "{}", "plane, stop, piece, pair of pieces, measure, `bone` or `session`", &ExportLine::subject},
+      {"subject", "{}", "plane, stop, structure, piece, pair of pieces, measure, `bone` or `session`",
+       &ExportLine::subject},
       {"measure", "{}", "what was measured", &ExportLine::measure},
       {"unit", "{}", "unit of the value", &ExportLine::unit},
       {"value", "{:.6g}", "the value", &ExportLine::value}};
@@ -57,6 +58,14 @@ std::string FormatMeasuresCsv(const ExportInput& input, const Prepared& prepared
     add("bone", "removed", "mm3", a.removed_mm3);
     if (a.outside_mm3) add("bone", "removed outside the margins", "mm3", *a.outside_mm3);
     if (a.too_deep_mm3) add("bone", "removed deeper than the stops", "mm3", *a.too_deep_mm3);
+  }
+  if (input.structures != nullptr) {
+    for (const StructureResult& structure : input.structures->structures) {
+      if (!structure.distance_mm) continue;
+      const std::string name = MakeStructureName(structure);
+      add(name, "least distance from the cut", "mm", *structure.distance_mm);
+      add(name, "removed", "mm3", structure.removed_mm3);
+    }
   }
   for (const int i : prepared.pieces) {
     const Piece& piece = input.pieces->piece(i);

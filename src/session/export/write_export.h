@@ -8,6 +8,7 @@
 
 #include "base/table/table.h"
 #include "bone/pieces/piece_set.h"
+#include "session/marks/structures.h"
 #include "session/plan/assess.h"
 #include "session/plan/plan.h"
 
@@ -59,6 +60,8 @@ struct ExportInput {
   const Plan* plan = nullptr;
   const Assessment* assessment = nullptr;
   const PieceSet* pieces = nullptr;
+  const StructureAssessment* structures = nullptr;
+  std::vector<ExportFact> circumstances{};  // date, case, saw, force law: below the title of the report
   std::vector<ExportFigure> figures;
   std::vector<ExportMeasure> measures;
   std::vector<ExportPicture> pictures;

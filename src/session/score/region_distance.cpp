@@ -10,6 +10,7 @@
 #include "bone/grid/interpolate.h"
 #include "bone/grid/removed.h"
 #include "cut/effects/structure_voxels.h"
+#include "cut/tool/shape.h"
 
 namespace kerf {
 namespace {
@@ -72,15 +73,6 @@ class NearestPoint {
 
 }  // namespace
 
-double CalcToolDistance(const Tool& tool, const Vec3& p_T) {
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
-    const double out = std::max(std::hypot(p_T.x, p_T.y) - disc->radius_mm(), 0.0);
-    const double across = std::max(std::abs(p_T.z) - 0.5 * disc->thickness_mm, 0.0);
-    return std::hypot(out, across);
-  }
-  return std::max(glm::length(p_T) - std::get<BallBurr>(tool).radius_mm(), 0.0);
-}
-
 RegionDistance::RegionDistance(const Bone& bone, Tissue tissue) {
   Build(bone, FindRegionsOf(bone, tissue));
 }
@@ -118,6 +110,10 @@ void RegionDistance::Build(const Bone& bone, const std::array<bool, 256>& region
 }
 
 double RegionDistance::Calc(const Tool& tool, const Pose& X_WT) const {
+  return Find(tool, X_WT).distance_mm;
+}
+
+RegionDistance::Nearest RegionDistance::Find(const Tool& tool, const Pose& X_WT) const {
   order_.clear();
   for (std::size_t i = 0; i < clusters_.size(); ++i) {
     const Cluster& c = clusters_[i];
@@ -125,15 +121,32 @@ double RegionDistance::Calc(const Tool& tool, const Pose& X_WT) const {
     order_.emplace_back(min_mm, i);
   }
   std::sort(order_.begin(), order_.end());
-  double best_mm = kNone_mm;
+  Nearest best{.distance_mm = kNone_mm};
   for (const auto& [min_mm, i] : order_) {
-    if (min_mm >= best_mm) break;
+    if (min_mm >= best.distance_mm) break;
     for (std::size_t k = clusters_[i].begin; k < clusters_[i].end; ++k) {
       const Ball& ball = balls_[k];
-      best_mm = std::min(best_mm, CalcToolDistance(tool, X_WT.InversePoint(ball.p_W)) - ball.radius_mm);
+      const double distance_mm = CalcToolDistance(tool, X_WT.InversePoint(ball.p_W)) - ball.radius_mm;
+      if (distance_mm < best.distance_mm) best = {.distance_mm = distance_mm, .p_W = ball.p_W};
     }
   }
-  return best_mm;
+  return best;
+}
+
+NearestStructure FindNearestStructure(const RegionDistance* regions, const std::string& regions_name,
+                                      const std::vector<MarkTube>& marks, const Tool& tool, const Pose& X_WT) {
+  NearestStructure best;
+  if (regions != nullptr && !regions->empty()) {
+    const RegionDistance::Nearest found = regions->Find(tool, X_WT);
+    best = {.name = regions_name, .distance_mm = found.distance_mm, .p_W = found.p_W};
+  }
+  for (const MarkTube& mark : marks) {
+    if (mark.empty()) continue;
+    const MarkTube::Nearest found = mark.Find(tool, X_WT);
+    if (best.distance_mm && found.distance_mm >= *best.distance_mm) continue;
+    best = {.name = mark.name(), .distance_mm = found.distance_mm, .p_W = found.p_W};
+  }
+  return best;
 }
 
 }  // namespace kerf

@@ -117,6 +117,38 @@ TEST(ExportInput, WritesAllFiles) {
   EXPECT_TRUE(again.state(2).deleted);
 }
 
+TEST(ExportInput, ReportNamesStructuresAndCircumstances) {
+  StructureAssessment structures;
+  structures.canal_known = true;
+  structures.structures = {{.kind = MarkKind::kTooth,
+                            .side = BodySide::kRight,
+                            .number = 3,
+                            .is_cut = true,
+                            .removed_mm3 = 4.25,
+                            .distance_mm = 0,
+                            .p_W = {-20, 3, 4},
+                            .part = ToothPart::kRoot},
+                           {.kind = MarkKind::kCanal, .side = BodySide::kLeft, .distance_mm = 1.75, .p_W = {25, 0, -9}},
+                           {.name = kNasty, .kind = MarkKind::kNerve, .is_mark = true}};
+  ExportInput input;
+  input.title = "case";
+  input.structures = &structures;
+  input.circumstances = {{"saw", "disc 22 x 0.25 mm"}};
+  const std::string page = FormatReportHtml(input);
+  EXPECT_THAT(page, HasSubstr("1 structure was cut."));
+  EXPECT_THAT(page, HasSubstr("<th scope=\"row\">tooth 3 from the middle, patient's right</th><td>CUT</td><td>0.0</td>"
+                              "<td>4.2</td><td>root: 20.0 mm right, 3.0 mm back, 4.0 mm up</td>"));
+  EXPECT_THAT(page, HasSubstr("patient's left</th><td>spared</td><td>1.8</td>"));
+  EXPECT_THAT(page, HasSubstr(EscapeHtml(kNasty) + " (marked nerve)</th><td>spared</td><td>no cut</td>"));
+  // The bone has no teeth, and none are marked: that is said, instead of leaving them out.
+  EXPECT_THAT(page, HasSubstr("teeth and roots</th><td>not marked</td>"));
+  EXPECT_THAT(page, Not(HasSubstr("nerve and its canal</th>")));
+  EXPECT_THAT(page, HasSubstr("disc 22 x 0.25 mm"));
+  EXPECT_THAT(page, Not(HasSubstr("<script>")));
+  const std::string csv = FormatMeasuresCsv(input);
+  EXPECT_THAT(csv, HasSubstr("least distance from the cut,mm,1.75"));
+}
+
 TEST(ExportInput, WritesObjAndOmitsMissingItems) {
   const Session session;
   const Folder folder;

@@ -1,0 +1,61 @@
+// What a cut did to the structures in and near a bone: canals, teeth and roots of the bone's regions, and marks.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kerf/bone.h"
+#include "session/marks/mark.h"
+
+namespace kerf {
+
+enum class BodySide : std::uint8_t { kLeft, kRight, kBoth };  // of the patient
+enum class ToothPart : std::uint8_t { kNone, kCrown, kRoot };
+
+/// A structure and the cut.
+struct StructureResult {
+  std::string name{};  // of a mark; otherwise empty: MakeStructureName()
+  MarkKind kind = MarkKind::kOther;
+  BodySide side = BodySide::kBoth;
+  int number = 0;        // of a tooth of the bone: counted on its side from the patient's middle, from 1; otherwise 0
+  bool is_mark = false;  // marked by the user; otherwise a part of the bone's regions
+  bool is_cut = false;
+  double removed_mm3 = 0;  // volume of the structure that was removed
+  std::optional<double>
+      distance_mm{};  // least distance of the removed bone from it; 0 if it is cut; none: nothing was removed
+  Vec3 p_W{0};        // the structure's place that is nearest to the cut, world frame
+  ToothPart part = ToothPart::kNone;  // of a tooth of the bone, at that place
+  double size_mm3 = 0;                // of the structure, before the cut
+};
+
+struct StructureAssessment {
+  std::vector<StructureResult> structures;  // cut ones first, then by distance
+  bool canal_known = false;                 // the bone has a canal region, or there is a mark of a nerve or a canal
+  bool teeth_known = false;                 // the bone has tooth regions, or there is a mark of a tooth or a root
+};
+
+/// Finds what the cut from `before` to `after` did to each structure.
+///
+/// Structures of the bone are the parts of its canal and tooth regions. Canals are divided at the patient's middle
+/// plane x = mid_x_mm (without it, the middle of the bone's bounds). Each connected part of the tooth regions is a
+/// tooth; parts smaller than 5 mm^3 belong to the nearest tooth. Teeth that touch count as one. The side of a structure
+/// is that of its centre; a structure with more than a fifth of its volume on the other side is on both sides. The
+/// place on a tooth is a root if there is bone of another region within 1.5 mm of it, otherwise a crown.
+///
+/// A structure is cut if bone was removed in it. Distances are measured from the removed cells of phi's grid to the
+/// voxels of the region grid, or to a mark's tube, and are accurate to about a voxel of either grid. Whole pieces that
+/// were taken out do not count as removed if blocks of them are entirely empty now (see FindRemoved()).
+/// Throws kerf::Error if the voxel sizes differ or CheckMarks() refuses the marks. Takes about a second.
+StructureAssessment AssessStructures(const Bone& before, const Bone& after, const std::vector<Mark>& marks,
+                                     std::optional<double> mid_x_mm = {});
+
+/// Returns the name of a mark, or a description such as "canal of the nerve, patient's left" or "tooth 3 from the
+/// middle, patient's right".
+std::string MakeStructureName(const StructureResult& structure);
+/// Returns a place in words: "25.1 mm left, 3.2 mm back, 8.9 mm down", from the world's origin. Zeros have no
+/// direction.
+std::string DescribePlace(const Vec3& p_W);
+
+}  // namespace kerf

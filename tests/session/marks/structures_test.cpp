@@ -1,0 +1,145 @@
+#include "session/marks/structures.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "bone/grid/build.h"
+#include "bone/material/region_table.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kVoxel_mm = 0.2;
+// Half an edge of a voxel of either grid, along a diagonal.
+constexpr double kPlaceError_mm = kVoxel_mm * std::numbers::sqrt3;
+
+/// A block of 40 x 20 x 16 mm, z from -16 to 0. Canals of radius 1.2 mm run along x at z = -10, except in the middle,
+/// and three teeth of 4 x 4 mm stand in it, down to z = -6: one on the patient's right (x < 0), two on the left. With
+/// `slot_mm`, it is without a slot of 0.4 mm at x = slot_x_mm that is slot_mm deep.
+Bone MakeJaw(double slot_x_mm = 0, double slot_mm = 0) {
+  SolidField solid;
+  solid.value = [=](const Vec3& p) {
+    const Vec3 out = glm::abs(p - Vec3(0, 0, -8)) - Vec3(20, 10, 8);
+    const double block = std::max({out.x, out.y, out.z});
+    return slot_mm > 0 ? std::max(block, -std::max(std::abs(p.x - slot_x_mm) - 0.2, -slot_mm - p.z)) : block;
+  };
+  solid.classify = ClassifyByDistance(solid.value);
+  solid.region = [](const Vec3& p) {
+    if (std::hypot(p.y, p.z + 10) < 1.2 && std::abs(p.x) > 2) return 34;
+    for (const double x : {-8.0, 5.0, 12.0}) {
+      if (std::abs(p.x - x) < 2 && std::abs(p.y) < 2 && p.z > -6) return 33;
+    }
+    return 32;
+  };
+  BuildOptions options;
+  options.voxel_mm = kVoxel_mm;
+  options.region_voxel_mm = kVoxel_mm;
+  return MakeBone(solid, Box3{Vec3(-21.5, -11.5, -17.5), Vec3(21.5, 11.5, 1.5)}, options, DefaultMandibleTable());
+}
+
+const StructureResult& Find(const StructureAssessment& all, const std::string& name) {
+  for (const StructureResult& s : all.structures) {
+    if (MakeStructureName(s) == name) return s;
+  }
+  ADD_FAILURE() << "no structure " << name;
+  static const StructureResult kNone;
+  return kNone;
+}
+
+TEST(Structures, AreCutOrSparedWithDistanceAndPlace) {
+  const Bone before = MakeJaw();
+  // The slot passes between the left teeth, 1.3 mm (1.5 mm minus half of the slot) beside the first, and ends 0.8 mm
+  // above the canal.
+  const StructureAssessment out = AssessStructures(before, MakeJaw(8.5, 8), {});
+  EXPECT_TRUE(out.canal_known);
+  EXPECT_TRUE(out.teeth_known);
+  ASSERT_EQ(out.structures.size(), 5u);
+  const StructureResult& canal = Find(out, "canal of the nerve, patient's left");
+  EXPECT_FALSE(canal.is_cut);
+  EXPECT_NEAR(canal.distance_mm.value(), 0.8, kPlaceError_mm);
+  EXPECT_NEAR(glm::length(canal.p_W - Vec3(8.5, 0, -8.8)), 0, 1.0);  // the canal's top is flat to a voxel
+  EXPECT_NEAR(canal.size_mm3, std::numbers::pi * 1.44 * 18, 4);
+  const StructureResult& first = Find(out, "tooth 1 from the middle, patient's left");
+  EXPECT_NEAR(first.distance_mm.value(), 1.3, kPlaceError_mm);
+  EXPECT_NEAR(first.p_W.x, 7, kVoxel_mm);
+  EXPECT_EQ(first.part, ToothPart::kRoot);
+  const StructureResult& second = Find(out, "tooth 2 from the middle, patient's left");
+  EXPECT_NEAR(second.distance_mm.value(), 1.3, kPlaceError_mm);
+  EXPECT_NEAR(second.size_mm3, 4 * 4 * 6, 0.5 * kVoxel_mm * (2 * 16 + 4 * 24));  // half a voxel at each face
+  const StructureResult& right = Find(out, "tooth 1 from the middle, patient's right");
+  EXPECT_NEAR(right.distance_mm.value(), 14.3, kPlaceError_mm);
+  EXPECT_NEAR(Find(out, "canal of the nerve, patient's right").distance_mm.value(), std::hypot(8.3 + 2, 0.8),
+              kPlaceError_mm);
+  for (std::size_t i = 1; i < out.structures.size(); ++i) {
+    EXPECT_LE(*out.structures[i - 1].distance_mm, *out.structures[i].distance_mm);
+  }
+}
+
+TEST(Structures, LoseTheVolumeOfTheKerf) {
+  const Bone before = MakeJaw();
+  const StructureAssessment out = AssessStructures(before, MakeJaw(5, 16), {});
+  const StructureResult& tooth = Find(out, "tooth 1 from the middle, patient's left");
+  EXPECT_TRUE(tooth.is_cut);
+  EXPECT_EQ(tooth.distance_mm, 0);
+  // 0.4 x 4 x 6 mm; a cell at the border belongs to the tooth or not as a whole, half a cell on each side.
+  EXPECT_NEAR(tooth.removed_mm3, 9.6, 0.4 * 0.5 * kVoxel_mm * (6 + 6 + 4 + 4) + 1e-9);
+  EXPECT_NEAR(glm::length(tooth.p_W - Vec3(5, 0, -3)), 0, kVoxel_mm);
+  const StructureResult& canal = Find(out, "canal of the nerve, patient's left");
+  EXPECT_TRUE(canal.is_cut);
+  EXPECT_NEAR(canal.removed_mm3, 0.4 * std::numbers::pi * 1.44, 0.4 * 0.5 * kVoxel_mm * 2 * std::numbers::pi * 1.2);
+  EXPECT_TRUE(out.structures[0].is_cut && out.structures[1].is_cut && !out.structures[2].is_cut);
+}
+
+TEST(Structures, IncludeMarks) {
+  const Bone before = MakeJaw();
+  const Bone after = MakeJaw(8.5, 8);
+  const std::vector<Mark> marks{
+      {.name = "lingual nerve", .kind = MarkKind::kNerve, .radius_mm = 1, .points_W = {{-15, 0, -13}, {15, 0, -13}}},
+      {.name = "vessel", .kind = MarkKind::kOther, .radius_mm = 0.5, .points_W = {{0, -8, -4}, {16, -8, -4}}},
+      {.name = "not placed"}};
+  const StructureAssessment out = AssessStructures(before, after, marks);
+  ASSERT_EQ(out.structures.size(), 7u);
+  const StructureResult& nerve = Find(out, "lingual nerve");
+  EXPECT_TRUE(nerve.is_mark);
+  EXPECT_EQ(nerve.side, BodySide::kBoth);
+  EXPECT_NEAR(nerve.distance_mm.value(), 4, kPlaceError_mm);  // from z = -8 to the tube's top at -12
+  EXPECT_NEAR(nerve.p_W.x, 8.5, 0.2 + kPlaceError_mm);
+  const StructureResult& vessel = Find(out, "vessel");
+  EXPECT_TRUE(vessel.is_cut);
+  EXPECT_EQ(vessel.side, BodySide::kLeft);
+  // The kerf of 0.4 mm through a tube of 0.5 mm radius; a cell belongs to it as a whole.
+  EXPECT_NEAR(vessel.removed_mm3, 0.4 * std::numbers::pi * 0.25, 0.4 * 0.5 * kVoxel_mm * std::numbers::pi);
+}
+
+TEST(Structures, SayWhatIsNotKnown) {
+  SolidField solid;
+  solid.value = [](const Vec3& p) { return glm::length(p) - 5; };
+  solid.classify = ClassifyByDistance(solid.value);
+  solid.region = [](const Vec3&) { return 32; };
+  BuildOptions options;
+  options.voxel_mm = 0.4;
+  const Bone plain = MakeBone(solid, Box3{Vec3(-7), Vec3(7)}, options, DefaultMandibleTable());
+  const StructureAssessment out = AssessStructures(plain, plain, {});
+  EXPECT_FALSE(out.canal_known);
+  EXPECT_FALSE(out.teeth_known);
+  EXPECT_TRUE(out.structures.empty());
+  // A mark makes it known. Without a cut, there is no distance.
+  const StructureAssessment marked =
+      AssessStructures(plain, plain, {{.name = "n", .kind = MarkKind::kNerve, .points_W = {{0, 0, 0}}}});
+  EXPECT_TRUE(marked.canal_known);
+  EXPECT_FALSE(marked.teeth_known);
+  EXPECT_FALSE(marked.structures.at(0).distance_mm);
+  EXPECT_FALSE(marked.structures.at(0).is_cut);
+}
+
+TEST(Structures, DescribePlaces) {
+  EXPECT_EQ(DescribePlace({25.14, -3.2, -8.93}), "25.1 mm left, 3.2 mm front, 8.9 mm down");
+  EXPECT_EQ(DescribePlace({-0.04, 0, 1}), "0.0 mm, 0.0 mm, 1.0 mm up");
+}
+
+}  // namespace
+}  // namespace kerf
