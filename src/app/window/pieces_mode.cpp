@@ -81,7 +81,7 @@ void PiecesMode::Reset() {
   splitting_ = {};
   finding_ = {};
   pieces_.reset();
-  shapes_.clear();
+  meshes_.clear();
   contacts_.reset();
   points_W_.clear();
   measures_.clear();

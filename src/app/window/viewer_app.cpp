@@ -111,7 +111,12 @@ void ViewerApp::Clear() {
   view_->ClearTool();
   view_->SetGhost(std::nullopt);
   view_->SetForce(std::nullopt);
-  view_->SetSlices(std::nullopt);
+  view_->SetContact(std::nullopt);
+  view_->SetAlarms({});
+  view_->SetPlaneLines({});
+  cut_place_.Clear();
+  inner_.reset();
+  slices_.reset();
 }
 
 void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool same_bone,
@@ -717,7 +722,6 @@ void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {
   if (!activity_->cuts()) {  // the tool is not shown
     view_->SetContact(std::nullopt);
     view_->SetAlarms({});
-    view_->set_alarm_level(AlarmLevel::kNone);
     view_->AdvanceDust(dt_s);
     return;
   }
