@@ -108,9 +108,19 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
     return opened;
   }
   if (IsProjectPath(input)) {
-    progress("opening the project", 0);
+    watcher.progress("opening the project", 0);
     opened.project = ReadProject(input, options.folder + "/project");
-    opened.scene = opened.project->scene;
+    const Project& project = *opened.project;
+    opened.scene = project.scene;
+    if (!project.bone_file.empty()) opened.original = std::make_shared<const Bone>(ReadBone(project.bone_file, {.hu = true}));
+    watcher.progress("opening the project", 0.5);
+    if (!project.cut_bone_file.empty()) {
+      opened.bone = std::make_shared<const Bone>(ReadBone(project.cut_bone_file, {.hu = true}));
+    } else {
+      opened.bone = opened.original;
+    }
+    if (opened.bone) show(opened.bone, false);  // the scene may change its materials
+    watcher.progress("opening the project", 1);
     return opened;
   }
   if (extension == ".vdb") {

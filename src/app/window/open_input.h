@@ -19,6 +19,7 @@ struct OpenedInput {
   bool bone_is_saved = true;         // false for an imported bone, which the caller writes to scene.bone.file
   bool bone_was_shown = false;       // OpenWatcher::bone has received `bone` as it is
   std::optional<Project> project;    // if the input is one
+  std::shared_ptr<const Bone> original;  // of a project: the bone before its cuts; otherwise null
 };
 
 struct OpenOptions {

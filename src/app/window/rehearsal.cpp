@@ -175,6 +175,9 @@ void Rehearsal::Reset() {
   saw_is_listed_ = false;
   saw_ = 0;
   before_.reset();
+  original_.reset();
+  marks_.clear();
+  mark_tubes_.clear();
   sampler_.reset();
   nerve_.reset();
   if (making_nerve_.valid()) unused_.push_back(std::move(making_nerve_));
@@ -210,6 +213,7 @@ void Rehearsal::FollowOpening() {
   if (opened.project) {
     marks_ = opened.project->marks;
     mark_tubes_ = MakeMarkTubes(marks_);
+    original_ = opened.original;
   }
   for (const PlannedPlane& planned : scene_.plan.planes) plan_.planes.push_back(planned);
   for (const DepthStop& stop : scene_.plan.stops) plan_.stops.push_back(stop);
@@ -245,7 +249,7 @@ void Rehearsal::Restart(std::shared_ptr<const Bone> bone, bool same_bone) {
 
 void Rehearsal::Began() {
   const bool first = std::exchange(is_new_bone_, false);
-  before_ = viewer_->bone_at_start();
+  before_ = original_ ? original_ : viewer_->bone_at_start();
   if (!sampler_) sampler_ = std::make_unique<PhiSampler>(*before_);
   checkpoints_ = {"start"};
   if (to_save_) saver_.Save(std::move(to_save_->bone), to_save_->path);

@@ -137,6 +137,7 @@ class Rehearsal final : public Activity {
   Scene scene_;
   std::string scene_file_;
   std::shared_ptr<const Bone> before_;  // bone at the start of the first session
+  std::shared_ptr<const Bone> original_;  // of a project: the bone before its cuts; otherwise null
 
   std::size_t saw_ = 0;
   bool saw_is_listed_ = false;  // true if saws[saw_] is in use, otherwise the scene's own tool

@@ -111,6 +111,11 @@ void ViewerApp::Clear() {
   view_->ClearTool();
   view_->SetGhost(std::nullopt);
   view_->SetForce(std::nullopt);
+  view_->SetContact(std::nullopt);
+  view_->SetAlarms({});
+  view_->SetPlaneLines({});
+  cut_place_.Clear();
+  inner_.reset();
   slices_.reset();
 }
 
@@ -699,11 +704,12 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
       options_.ghost && !options_.scripted && glm::length(controls_->wanted().p_AB - figures_.coupled.X_WT.p_AB) > 1;
   view_->SetGhost(leads ? std::optional(controls_->wanted()) : std::nullopt);
   const double force_N = glm::length(figures_.coupled.f_H_W_N);
-  view_->SetForce(force_N > 0.05 ? std::optional(ForceArrow{.p_W = figures_.coupled.X_WT.p_AB,
-                                                            .f_W_N = figures_.coupled.f_H_W_N,
-                                                            .label = fmt::format(fmt::runtime(Tr("{} N on your hand")),
-                                                                                 ShowNumber(force_N, 1))})
-                                 : std::nullopt);
+  view_->SetForce(force_N > 0.05 && activity_->cuts()
+                      ? std::optional(ForceArrow{
+                            .p_W = figures_.coupled.X_WT.p_AB,
+                            .f_W_N = figures_.coupled.f_H_W_N,
+                            .label = fmt::format(fmt::runtime(Tr("{} N on your hand")), ShowNumber(force_N, 1))})
+                      : std::nullopt);
   if (!surface_ || !surface_->has_hu() || !slices_shown_) return;
   surface_->RequestSlices(tool, figures_.coupled.X_WT, std::max(40.0, 2.4 * CalcReach(tool)), 180);
   if (std::optional<CtSlices> slices = surface_->FetchSlices()) {
@@ -713,6 +719,12 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
 }
 
 void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {
+  if (!activity_->cuts()) {  // the tool is not shown
+    view_->SetContact(std::nullopt);
+    view_->SetAlarms({});
+    view_->AdvanceDust(dt_s);
+    return;
+  }
   const Pose& X_WT = figures_.coupled.X_WT;
   cut_place_.Update(tool, X_WT, figures_.coupled.f_cut_W_N + figures_.coupled.f_face_W_N, dt_s);
   view_->SetContact(cut_place_.p_W());
