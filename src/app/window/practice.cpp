@@ -49,21 +49,36 @@ void LowerPriority() {
 /// Speed of the replay beside the expert, as a multiple of real time.
 constexpr double kReplaySpeed = 1;
 
+/// Returns the decimal separator of the language.
+std::string PointOfLanguage() {
+  const std::string point = Tr("decimal separator");
+  return point.size() == 1 ? point : ".";
+}
+
+/// Returns the message in the current language.
+std::string Translate(const Message& message) {
+  Message translated = message;
+  for (auto& value : translated.values) {
+    if (auto* text = std::get_if<std::string>(&value)) *text = std::string(Tr(text->c_str()));
+  }
+  return FormatMessage(translated, Tr(message.text), PointOfLanguage());
+}
+
 /// Returns what the list shows of the student's progress.
 std::string DescribeProgress(const ExerciseRow& row) {
-  if (!row.last) return row.goal;
+  if (!row.last) return Translate(row.goal);
   const std::optional<double>& best = row.best[static_cast<std::size_t>(row.level - 1)];
   switch (row.trend) {
     case Trend::kRising:
-      return fmt::format("level {}: best {:.0f}, rising", row.level, best.value_or(0));
+      return fmt::format(fmt::runtime(Tr("level {}: best {:.0f}, rising")), row.level, best.value_or(0));
     case Trend::kSteady:
-      return fmt::format("level {}: best {:.0f}, steady", row.level, best.value_or(0));
+      return fmt::format(fmt::runtime(Tr("level {}: best {:.0f}, steady")), row.level, best.value_or(0));
     case Trend::kFalling:
-      return fmt::format("level {}: best {:.0f}, falling", row.level, best.value_or(0));
+      return fmt::format(fmt::runtime(Tr("level {}: best {:.0f}, falling")), row.level, best.value_or(0));
     case Trend::kUnknown:
       break;
   }
-  return fmt::format("level {}: best {:.0f}", row.level, best.value_or(0));
+  return fmt::format(fmt::runtime(Tr("level {}: best {:.0f}")), row.level, best.value_or(0));
 }
 
 /// Characters of a line of text in the result.
@@ -145,9 +160,10 @@ void Practice::Choose() {
            ChooseLevel(FindExercise(id));
          }});
   }
-  menu_.emplace(options_.student.empty() ? std::string("Exercises, easy to hard")
-                                         : fmt::format("Exercises of {}, easy to hard", options_.student),
-                std::move(items), "Up, Down: move   Enter: select   Ctrl+Q: quit");
+  menu_.emplace(options_.student.empty()
+                    ? std::string(Tr("Exercises, easy to hard"))
+                    : fmt::format(fmt::runtime(Tr("Exercises of {}, easy to hard")), options_.student),
+                std::move(items), Tr("Up, Down: move   Enter: select   Ctrl+Q: quit"));
 }
 
 void Practice::ChooseLevel(const Exercise& exercise) {
@@ -158,11 +174,11 @@ void Practice::ChooseLevel(const Exercise& exercise) {
   const auto row = std::find_if(rows.begin(), rows.end(), [&](const ExerciseRow& r) { return r.id == exercise.id; });
   const int recommended = row->next.exercise == exercise.id ? row->next.level : 0;
   for (int level = 1; level <= kLevels; ++level) {
-    items.push_back(
-        {.name = level == recommended ? fmt::format("Level {} (recommended)", level) : fmt::format("Level {}", level),
-         .detail = kAids[static_cast<std::size_t>(level - 1)],
-         .enabled = true,
-         .choose = [this, id = exercise.id, level] { Start(id, level); }});
+    items.push_back({.name = level == recommended ? fmt::format(fmt::runtime(Tr("Level {} (recommended)")), level)
+                                                  : fmt::format(fmt::runtime(Tr("Level {}")), level),
+                     .detail = kAids[static_cast<std::size_t>(level - 1)],
+                     .enabled = true,
+                     .choose = [this, id = exercise.id, level] { Start(id, level); }});
   }
   menu_.emplace(exercise.title, std::move(items));
 }
@@ -266,20 +282,21 @@ void Practice::Cancelled() {
 /// Scores the session from what was measured while it ran; if ticks are missing, from its recording.
 void Practice::Score(std::shared_ptr<const Bone> before, Bone after) {
   state_ = State::kScoring;
-  scoring_ = std::async(std::launch::async, [this, file = recordings_.back(), before = std::move(before),
-                                             after = std::move(after), meter = meter_] {
-    RecordingReader recording(file);
-    if (meter->is_complete() && recording.damage().state == RecordingState::kWhole) {
-      return meter->Score(recording, *before, after);
-    }
-    ScoreOptions score;
-    score.stop = &stop_scoring_;
-    return ScoreRecording(recording, score, [this](const std::string& stage, double fraction) {
-      const std::lock_guard lock(mutex_);
-      scoring_stage_ = stage;
-      scoring_fraction_ = fraction;
-    });
-  });
+  scoring_ = std::async(std::launch::async,
+                        [this, file = recordings_.back(), before = std::move(before), after = std::move(after),
+                         meter = meter_, nerve = std::shared_ptr<const RegionDistance>(std::move(nerve_))] {
+                          RecordingReader recording(file);
+                          if (meter->is_complete() && recording.damage().state == RecordingState::kWhole) {
+                            return meter->Score(recording, *before, after, nerve.get());
+                          }
+                          ScoreOptions score;
+                          score.stop = &stop_scoring_;
+                          return ScoreRecording(recording, score, [this](const std::string& stage, double fraction) {
+                            const std::lock_guard lock(mutex_);
+                            scoring_stage_ = stage;
+                            scoring_fraction_ = fraction;
+                          });
+                        });
 }
 
 // ---- behind the result
@@ -332,7 +349,8 @@ void Practice::TakeChecks() {
     if (checks_->verified && !verified_) {
       verified_ = checks_->verified;
       viewer_->trace().Write("verified", {{"same", *verified_}});
-      if (!*verified_) viewer_->Say("The replay of the recording gives another score: compare it with 'kerf score'");
+      if (!*verified_)
+        viewer_->Say(Tr("The replay of the recording gives another score: compare it with 'kerf score'"));
     }
   }
   if (!failure.empty()) viewer_->Say(failure);
@@ -344,7 +362,7 @@ void Practice::TakeChecks() {
 void Practice::Replay() {
   if (!expert_) {
     wants_replay_ = true;
-    return viewer_->Say("The expert's attempt is being computed; the replay begins as soon as it is ready");
+    return viewer_->Say(Tr("The expert's attempt is being computed; the replay begins as soon as it is ready"));
   }
   wants_replay_ = false;
   pair_ = MakeReplayPair(*track_, *expert_, *gauge_);
@@ -376,10 +394,11 @@ void Practice::UpdateReplay(double dt_s) {
 
 HudResult Practice::MakeResult() const {
   HudResult result;
-  result.title = fmt::format("{}, level {}", exercise_->title, options_.level);
-  result.headline = sheet_->total ? fmt::format("{:.0f} of 100 points", *sheet_->total) : std::string("No score");
+  result.title = fmt::format(fmt::runtime(Tr("{}, level {}")), Tr(exercise_->title.c_str()), options_.level);
+  result.headline = sheet_->total ? fmt::format(fmt::runtime(Tr("{:.0f} of 100 points")), *sheet_->total)
+                                  : std::string(Tr("No score"));
   const auto add = [&](const Message& message, HudLevel level) {
-    for (const std::string& line : WrapText(FormatMessage(message), kResultLine)) {
+    for (const std::string& line : WrapText(Translate(message), kResultLine)) {
       result.rows.push_back({.name = line, .value = "", .note = "", .level = level});
       level = HudLevel::kPlain;
     }
@@ -389,10 +408,11 @@ HudResult Practice::MakeResult() const {
   add(next_.reason, HudLevel::kPlain);
   // The other measures are in the report.
   for (const ReviewFigure& figure : review_->figures) {
-    result.rows.push_back({.name = figure.label,
-                           .value = figure.value ? FormatQuantity(*figure.value) : "-",
-                           .note = figure.goal ? fmt::format("goal {}", FormatGoal(figure)) : "",
-                           .level = HudLevelOf(figure.level)});
+    result.rows.push_back(
+        {.name = Tr(figure.label),
+         .value = figure.value ? FormatQuantity(*figure.value, PointOfLanguage()) : "-",
+         .note = figure.goal ? fmt::format(fmt::runtime(Tr("goal {}")), FormatGoal(figure, PointOfLanguage())) : "",
+         .level = HudLevelOf(figure.level)});
   }
   result.footer = options_.level < kLevels
                       ? "Enter: recommended step   A: again   N: next level   V: beside the expert   Esc: exercises"
@@ -505,7 +525,7 @@ bool Practice::Take(const WindowEvent& event) {
 void Practice::UpdateCutting() {
   const double limit_s = scene_.exercise.time_limit_s;
   if (limit_s > 0 && viewer_->figures().time_s > limit_s) {
-    viewer_->Say("Time is up");
+    viewer_->Say(Tr("Time is up"));
     Finish(true);
   }
   const std::optional<DepthReading> reading = Read();
@@ -581,7 +601,7 @@ void Practice::TakeSheet() {
 /// Adds the attempt to the history and to what the recommendations consider.
 void Practice::Save() {
   if (sheet_->Get("removed_mm3").value_or(0) <= 0) {
-    return viewer_->Say("Nothing was cut, so the attempt is not saved");
+    return viewer_->Say(Tr("Nothing was cut, so the attempt is not saved"));
   }
   Attempt attempt;
   attempt.exercise = exercise_->id;
@@ -592,9 +612,10 @@ void Practice::Save() {
   if (!history_) return;
   try {
     history_->Add(MakeAttempt(*sheet_, options_.student));
-    viewer_->Say(fmt::format("The attempt is saved for {}", options_.student));
+    viewer_->Say(fmt::format(fmt::runtime(Tr("The attempt is saved for {}")), options_.student));
   } catch (const Error& e) {
-    viewer_->Say(fmt::format("Not saved: {}; use 'kerf practise --hand-in {}' later", e.what(), recordings_.back()));
+    viewer_->Say(fmt::format(fmt::runtime(Tr("Not saved: {}; use 'kerf practise --hand-in {}' later")), e.what(),
+                             recordings_.back()));
   }
 }
 
@@ -618,7 +639,7 @@ HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading) const {
 
 void Practice::Fill(HudState& hud) {
   hud.status.mode = exercise_ != nullptr && state_ != State::kChoosing
-                        ? fmt::format("{}, level {}", exercise_->title, options_.level)
+                        ? fmt::format(fmt::runtime(Tr("{}, level {}")), Tr(exercise_->title.c_str()), options_.level)
                         : "Practise";
   if (state_ == State::kCutting && viewer_->is_running()) FillCutting(hud);
   if (state_ == State::kScoring) {
@@ -631,10 +652,11 @@ void Practice::Fill(HudState& hud) {
   if (state_ == State::kReplaying) {
     const std::optional<DepthReading> reading = gauge_->Calc(pair_->student.Calc(replay_s_).X_WT);
     hud.gauge = MakeGauge(reading);
-    hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
-                           .text = fmt::format("Your saw is grey, the expert's is blue: {:.1f} s of {:.1f} s",
-                                               replay_s_, pair_->duration_s()),
-                           .answers = "Enter: from the beginning   Esc: back to the result"};
+    hud.banner =
+        HudBanner{.kind = HudBanner::Kind::kNotice,
+                  .text = fmt::format(fmt::runtime(Tr("Your saw is grey, the expert's is blue: {:.0f} s of {:.0f} s")),
+                                      replay_s_, pair_->duration_s()),
+                  .answers = Tr("Enter: from the beginning   Esc: back to the result")};
   }
   if (menu_) hud.menu = menu_->Show();
 }
@@ -652,15 +674,15 @@ void Practice::FillCutting(HudState& hud) {
   begun_ = begun_ || viewer_->spindle_on();
   if (!begun_) {
     hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
-                           .text = exercise_->goal,
+                           .text = Translate(exercise_->goal_message),
                            .answers = Tr("Space: spindle   Arrows or left drag: move   Enter: finish   F1: help")};
   } else if (const std::optional<CoachLine> line = MakeCoach()) {
     hud.banner = HudBanner{.kind = line->urgent ? HudBanner::Kind::kWarning : HudBanner::Kind::kNotice,
-                           .text = FormatMessage(line->message),
+                           .text = Translate(line->message),
                            .answers = ""};
   } else if (const std::optional<Message> step = MakeStep()) {
     hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
-                           .text = FormatMessage(*step),
+                           .text = Translate(*step),
                            .answers = Tr("Space: spindle   Arrows or left drag: move   Enter: finish")};
   }
   const double limit_s = scene_.exercise.time_limit_s;

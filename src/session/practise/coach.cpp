@@ -73,21 +73,22 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
   const auto line = [&](bool urgent, Message message) { return CoachLine{*state.shown, urgent, std::move(message)}; };
   switch (*state.shown) {
     case CoachTopic::kInNerve:
-      return line(true, {"Stop: the blade is in the nerve canal. Lift it out.", {}});
+      return line(true, {MarkMessage("Stop: the blade is in the nerve canal. Lift it out."), {}});
     case CoachTopic::kNearNerve:
-      return line(true, {"The nerve canal is {} away: do not go deeper.",
+      return line(true, {MarkMessage("The nerve canal is {} away: do not go deeper."),
                          {Quantity{std::max(input.nerve_mm.value_or(0), 0.0), 1, "mm"}}});
     case CoachTopic::kTooDeep:
-      return line(true, {"Too deep by {}: lift the blade.",
+      return line(true, {MarkMessage("Too deep by {}: lift the blade."),
                          {Quantity{std::max(input.depth ? -input.depth->to_goal_mm : 0.0, 0.0), 1, "mm"}}});
     case CoachTopic::kBeyondEnd:
-      return line(false, {"The line ends here: you are {} beyond its end.", {Quantity{deviation.beyond_mm, 1, "mm"}}});
+      return line(false, {MarkMessage("The line ends here: you are {} beyond its end."),
+                          {Quantity{deviation.beyond_mm, 1, "mm"}}});
     case CoachTopic::kBesideLine:
-      return line(false, {"You leave the line: the blade is {} beside it.",
+      return line(false, {MarkMessage("You leave the line: the blade is {} beside it."),
                           {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}});
     case CoachTopic::kTilted:
-      return line(
-          false, {"The blade is tilted by {}: turn it into the wanted plane.", {Quantity{deviation.tilt_deg, 0, "°"}}});
+      return line(false, {MarkMessage("The blade is tilted by {}: turn it into the wanted plane."),
+                          {Quantity{deviation.tilt_deg, 0, "°"}}});
   }
   return {};
 }
@@ -102,18 +103,18 @@ ExerciseStep FindStep(const CoachInput& input, bool spindle_on, double line_done
 Message DescribeStep(ExerciseStep step, const WantedCut& cut, double line_done) {
   switch (step) {
     case ExerciseStep::kSwitchOn:
-      return {"Switch the spindle on.", {}};
+      return {MarkMessage("Switch the spindle on."), {}};
     case ExerciseStep::kLower:
-      return {"Lower the blade into the bone at one end of the line.", {}};
+      return {MarkMessage("Lower the blade into the bone at one end of the line."), {}};
     case ExerciseStep::kDeepen:
-      return {"Go on slowly to the depth of {}.", {Quantity{cut.depth_mm, 1, "mm"}}};
+      return {MarkMessage("Go on slowly to the depth of {}."), {Quantity{cut.depth_mm, 1, "mm"}}};
     case ExerciseStep::kFollow:
-      return {"Deep enough: move along the line to its other end. {} of it is done.",
+      return {MarkMessage("Deep enough: move along the line to its other end. {} of it is done."),
               {Quantity{100 * line_done, 0, "%"}}};
     case ExerciseStep::kFinish:
       break;
   }
-  return {"The whole line is cut: lift the blade out and finish the exercise.", {}};
+  return {MarkMessage("The whole line is cut: lift the blade out and finish the exercise."), {}};
 }
 
 double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm) {

@@ -14,7 +14,7 @@
 namespace kerf {
 
 /// What there is to say, the most urgent first.
-enum class CoachTopic { kInNerve, kNearNerve, kTooDeep, kBeyondEnd, kBesideLine, kTilted };
+enum class CoachTopic { kInNerve, kNearNerve, kTooDeep, kBesideLine, kBeyondEnd, kTilted };
 inline constexpr std::size_t kCoachTopics = 6;
 
 struct CoachInput {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <practise_scenes.h>
 
+#include <cmath>
 #include <vector>
 
 #include "kerf/error.h"
@@ -10,26 +11,30 @@
 namespace kerf {
 namespace {
 
-std::string DescribeGoal(const SceneExercise& e) {
-  const double length_mm = MakeWantedCut(e, DiscSaw{}).length_mm;
+/// Returns a length with one decimal if it has any.
+Quantity ShowLength(double mm) {
+  const Quantity length{mm, 1, "mm"};
+  return FormatQuantity(length) == FormatQuantity({std::round(mm), 1, "mm"}) ? Quantity{mm, 0, "mm"} : length;
+}
+
+Message DescribeGoal(const SceneExercise& e) {
+  const Quantity length = ShowLength(MakeWantedCut(e, DiscSaw{}).length_mm);
+  const Quantity depth = ShowLength(e.depth_mm);
   switch (e.kind) {
     case ExerciseKind::kGroove:
-      return fmt::format("Cut a straight groove {:g} mm deep, no deeper, along the line of {:.3g} mm.", e.depth_mm,
-                         length_mm);
+      return {MarkMessage("Cut a straight groove {0} deep, no deeper, along the line of {1}."), {depth, length}};
     case ExerciseKind::kStopBeforeFar:
-      return fmt::format("Cut {:g} mm deep along the line of {:.3g} mm and stop before the far cortex.", e.depth_mm,
-                         length_mm);
+      return {MarkMessage("Cut {0} deep along the line of {1} and stop before the far cortex."), {depth, length}};
     case ExerciseKind::kBicortical:
-      return fmt::format("Cut through both cortices along the line of {:.3g} mm with minimum plunge beyond.",
-                         length_mm);
+      return {MarkMessage("Cut through both cortices along the line of {} with minimum plunge beyond."), {length}};
     case ExerciseKind::kBesideCanal:
-      return fmt::format("Cut {:g} mm deep along the line of {:.3g} mm and stay 2 mm clear of the nerve canal.",
-                         e.depth_mm, length_mm);
+      return {MarkMessage("Cut {0} deep along the line of {1} and stay {2} clear of the nerve canal."),
+              {depth, length, Quantity{2, 0, "mm"}}};
     case ExerciseKind::kFollowLine:
-      return fmt::format("Follow the line of {:.3g} mm, {:g} mm deep, at a constant {:g} mm/s.", length_mm, e.depth_mm,
-                         e.feed_mm_per_s);
+      return {MarkMessage("Follow the line of {0}, {1} deep, at a constant {2}."),
+              {length, depth, Quantity{e.feed_mm_per_s, 0, "mm/s"}}};
     case ExerciseKind::kOsteotomy:
-      return "Cut through the bone in the planned plane.";
+      return {MarkMessage("Cut through the bone in the planned plane."), {}};
   }
   return {};
 }
@@ -45,7 +50,8 @@ std::span<const Exercise> ListExercises() {
       Exercise exercise;
       exercise.id = scene.name.substr(mark + 1);
       exercise.title = scene.title;
-      exercise.goal = DescribeGoal(scene.exercise);
+      exercise.goal_message = DescribeGoal(scene.exercise);
+      exercise.goal = FormatMessage(exercise.goal_message);
       exercise.difficulty = static_cast<int>(exercises.size()) + 1;
       exercise.file = embedded.file;
       exercise.toml = embedded.toml;

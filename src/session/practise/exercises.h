@@ -6,13 +6,15 @@
 #include <string_view>
 
 #include "session/scene/scene.h"
+#include "session/score/message.h"
 
 namespace kerf {
 
 struct Exercise {
-  std::string id;      // for example "groove"
-  std::string title;   // title of the scene
-  std::string goal;    // one sentence
+  std::string id;     // for example "groove"
+  std::string title;  // title of the scene
+  std::string goal;   // one sentence, in English
+  Message goal_message;
   int difficulty = 1;  // 1: the easiest
   std::string file;    // file in scenes/practise
   std::string toml;

@@ -21,18 +21,21 @@ NextStep GoOn(const Exercise& exercise, int level, double total) {
     return {NextStep::Kind::kNextLevel,
             exercise.id,
             level + 1,
-            {"{0} of 100 points: go on with level {1}, which has one aid less.", {Points(total), Points(level + 1)}}};
+            {MarkMessage("{0} of 100 points: go on with level {1}, which has one aid less."),
+             {Points(total), Points(level + 1)}}};
   }
   if (const Exercise* next = FindNextExercise(exercise)) {
     return {NextStep::Kind::kNextExercise,
             next->id,
             1,
-            {"{0} of 100 points without aids: go on with the exercise \"{1}\".", {Points(total), next->title}}};
+            {MarkMessage("{0} of 100 points without aids: go on with the exercise \"{1}\"."),
+             {Points(total), next->title}}};
   }
-  return {NextStep::Kind::kFinished,
-          exercise.id,
-          level,
-          {"{0} of 100 points in the last exercise without aids: you have done them all.", {Points(total)}}};
+  return {
+      NextStep::Kind::kFinished,
+      exercise.id,
+      level,
+      {MarkMessage("{0} of 100 points in the last exercise without aids: you have done them all."), {Points(total)}}};
 }
 
 }  // namespace
@@ -62,11 +65,11 @@ NextStep Recommend(std::span<const Attempt> history, std::string_view exercise_i
   }
   const NextStep::Kind again = NextStep::Kind::kRepeat;
   if (attempts.empty()) {
-    return {NextStep::Kind::kFirst, exercise.id, level, {"You have not tried this level yet.", {}}};
+    return {NextStep::Kind::kFirst, exercise.id, level, {MarkMessage("You have not tried this level yet."), {}}};
   }
   const Attempt& last = *attempts.back();
   if (!last.graded()) {
-    return {again, exercise.id, level, {"Your last attempt was not graded: try this level again.", {}}};
+    return {again, exercise.id, level, {MarkMessage("Your last attempt was not graded: try this level again."), {}}};
   }
   if (*last.total >= kGoodTotal) return GoOn(exercise, level, *last.total);
   const bool twice_poor = attempts.size() >= 2 && *last.total < kPoorTotal && attempts[attempts.size() - 2]->graded() &&
@@ -75,13 +78,13 @@ NextStep Recommend(std::span<const Attempt> history, std::string_view exercise_i
     return {NextStep::Kind::kPreviousLevel,
             exercise.id,
             level - 1,
-            {"Two attempts below {0} of 100 points: practise level {1} again, which has one more aid.",
+            {MarkMessage("Two attempts below {0} of 100 points: practise level {1} again, which has one more aid."),
              {Points(kPoorTotal), Points(level - 1)}}};
   }
   return {again,
           exercise.id,
           level,
-          {"{0} of 100 points: try this level again, and go on from {1} points.",
+          {MarkMessage("{0} of 100 points: try this level again, and go on from {1} points."),
            {Points(*last.total), Points(kGoodTotal)}}};
 }
 
@@ -91,7 +94,7 @@ std::vector<ExerciseRow> ListProgress(std::span<const Attempt> history) {
     ExerciseRow row;
     row.id = exercise.id;
     row.title = exercise.title;
-    row.goal = exercise.goal;
+    row.goal = exercise.goal_message;
     std::array<std::vector<double>, kLevels> totals;
     for (const Attempt& a : history) {
       if (a.damaged || a.exercise != exercise.id || a.level < 1 || a.level > kLevels) continue;
@@ -118,14 +121,16 @@ NextStep FindNextStep(std::span<const ExerciseRow> rows) {
 }
 
 std::vector<Aid> ListAids(const SceneExercise& exercise, bool in_plane, bool translucent) {
-  return {{"Steps", "The next step of the exercise is said.", exercise.level == 1},
-          {"Depth stop", "The saw is held at the depth of the goal.", exercise.depth_stop},
-          {"Tone", "A tone tells how far the goal is.", exercise.sound},
-          {"Colour of the blade", "The blade is green at the goal, and orange or red when it is too deep.",
-           exercise.colour},
-          {"Depth gauge and advice", "The depth is shown, and what to do about it.", exercise.gauge},
-          {"Plane lock", "The saw moves only in the plane of its blade.", in_plane},
-          {"Translucent bone", "The nerve canal and the roots can be seen through the bone.", translucent}};
+  return {{MarkMessage("Steps"), MarkMessage("The next step of the exercise is said."), exercise.level == 1},
+          {MarkMessage("Depth stop"), MarkMessage("The saw is held at the depth of the goal."), exercise.depth_stop},
+          {MarkMessage("Tone"), MarkMessage("A tone tells how far the goal is."), exercise.sound},
+          {MarkMessage("Colour of the blade"),
+           MarkMessage("The blade is green at the goal, and orange or red when it is too deep."), exercise.colour},
+          {MarkMessage("Depth gauge and advice"), MarkMessage("The depth is shown, and what to do about it."),
+           exercise.gauge},
+          {MarkMessage("Plane lock"), MarkMessage("The saw moves only in the plane of its blade."), in_plane},
+          {MarkMessage("Translucent bone"), MarkMessage("The nerve canal and the roots can be seen through the bone."),
+           translucent}};
 }
 
 }  // namespace kerf

@@ -66,7 +66,7 @@ NextStep Recommend(std::span<const Attempt> history, std::string_view exercise, 
 struct ExerciseRow {
   std::string id;
   std::string title;
-  std::string goal;
+  Message goal;
   std::size_t attempts = 0;                           // all attempts, also those that are not graded
   std::array<std::optional<double>, kLevels> best{};  // best total of each level
   std::optional<double> last;                         // total of the last graded attempt

@@ -8,6 +8,11 @@
 
 namespace kerf {
 
+/// Marks a text that is shown to the user, so that it is found for translation.
+constexpr const char* MarkMessage(const char* text) {
+  return text;
+}
+
 /// Number with its unit, and the number of decimals to show.
 struct Quantity {
   double value = 0;

@@ -35,41 +35,41 @@ struct Label {
   const char* text;
 };
 constexpr std::array kLabels{
-    Label{"cut_share", "Wanted cut made"},
-    Label{"line_share", "Line followed"},
-    Label{"depth_error_mean_mm", "Depth error, mean"},
-    Label{"depth_error_p95_mm", "Depth error, 95 %"},
-    Label{"depth_error_worst_mm", "Depth error, largest"},
-    Label{"too_deep_mm", "Too deep by"},
-    Label{"plunge_max_mm", "Plunge, largest"},
-    Label{"plunge_mean_mm", "Plunge, mean"},
-    Label{"plunges", "Plunges"},
-    Label{"plane_offset_mm", "Beside the plan"},
-    Label{"plane_roll_deg", "Lean to the side"},
-    Label{"plane_yaw_deg", "Turn from the line"},
-    Label{"plane_angle_deg", "Angle to the plan"},
-    Label{"outside_mm3", "Removed outside"},
-    Label{"removed_mm3", "Removed in total"},
-    Label{"planned_mm3", "Planned volume"},
-    Label{"under_mm3", "Left uncut"},
-    Label{"dice", "Overlap (Dice)"},
-    Label{"kerf_width_mm", "Width of the cut"},
-    Label{"force_mean_N", "Force, mean"},
-    Label{"force_peak_N", "Force, peak"},
-    Label{"force_rms_N", "Force, RMS"},
-    Label{"force_over_s", "Above force limit"},
-    Label{"feed_mean_mm_per_s", "Feed, mean"},
-    Label{"feed_cv", "Unevenness of feed"},
-    Label{"sparc", "Smoothness (SPARC)"},
-    Label{"jitter_mm", "Trembling"},
-    Label{"time_total_s", "Time"},
-    Label{"time_active_s", "Time in contact"},
-    Label{"path_length_mm", "Path of the saw"},
-    Label{"strokes", "Strokes"},
-    Label{"nerve_distance_mm", "Distance to the nerve"},
-    Label{"near_miss_s", "Time near the nerve"},
-    Label{"breaches", "Cuts into the nerve"},
-    Label{"breach_mm3", "Nerve canal removed"},
+    Label{"cut_share", MarkMessage("Wanted cut made")},
+    Label{"line_share", MarkMessage("Line followed")},
+    Label{"depth_error_mean_mm", MarkMessage("Depth error, mean")},
+    Label{"depth_error_p95_mm", MarkMessage("Depth error, 95 %")},
+    Label{"depth_error_worst_mm", MarkMessage("Depth error, largest")},
+    Label{"too_deep_mm", MarkMessage("Too deep by")},
+    Label{"plunge_max_mm", MarkMessage("Plunge, largest")},
+    Label{"plunge_mean_mm", MarkMessage("Plunge, mean")},
+    Label{"plunges", MarkMessage("Plunges")},
+    Label{"plane_offset_mm", MarkMessage("Beside the plan")},
+    Label{"plane_roll_deg", MarkMessage("Lean to the side")},
+    Label{"plane_yaw_deg", MarkMessage("Turn from the line")},
+    Label{"plane_angle_deg", MarkMessage("Angle to the plan")},
+    Label{"outside_mm3", MarkMessage("Removed outside")},
+    Label{"removed_mm3", MarkMessage("Removed in total")},
+    Label{"planned_mm3", MarkMessage("Planned volume")},
+    Label{"under_mm3", MarkMessage("Left uncut")},
+    Label{"dice", MarkMessage("Overlap (Dice)")},
+    Label{"kerf_width_mm", MarkMessage("Width of the cut")},
+    Label{"force_mean_N", MarkMessage("Force, mean")},
+    Label{"force_peak_N", MarkMessage("Force, peak")},
+    Label{"force_rms_N", MarkMessage("Force, RMS")},
+    Label{"force_over_s", MarkMessage("Above force limit")},
+    Label{"feed_mean_mm_per_s", MarkMessage("Feed, mean")},
+    Label{"feed_cv", MarkMessage("Unevenness of feed")},
+    Label{"sparc", MarkMessage("Smoothness (SPARC)")},
+    Label{"jitter_mm", MarkMessage("Trembling")},
+    Label{"time_total_s", MarkMessage("Time")},
+    Label{"time_active_s", MarkMessage("Time in contact")},
+    Label{"path_length_mm", MarkMessage("Path of the saw")},
+    Label{"strokes", MarkMessage("Strokes")},
+    Label{"nerve_distance_mm", MarkMessage("Distance to the nerve")},
+    Label{"near_miss_s", MarkMessage("Time near the nerve")},
+    Label{"breaches", MarkMessage("Cuts into the nerve")},
+    Label{"breach_mm3", MarkMessage("Nerve canal removed")},
 };
 
 constexpr std::array kGrooveFigures{"plane_offset_mm", "plane_angle_deg", "too_deep_mm", "cut_share", "time_total_s"};
@@ -130,17 +130,18 @@ Message DescribeTilt(const ScoreSheet& sheet) {
         "Your cut leans {} to the side. Check before you go into the bone that the blade stands in the wanted plane.",
         {Show(sheet, "plane_roll_deg")}};
   }
-  return {"Your cut is turned {} away from the line. Align the blade with the line before you go into the bone.",
+  return {MarkMessage(
+              "Your cut is turned {} away from the line. Align the blade with the line before you go into the bone."),
           {Show(sheet, "plane_yaw_deg")}};
 }
 
 Message DescribeNerve(const ScoreSheet& sheet) {
   const Quantity depth{sheet.exercise.depth_mm, 1, "mm"};
   if (Get(sheet, "breach_mm3") > 0 || Get(sheet, "breaches") > 0) {
-    return {"You cut into the nerve canal and removed {0} of it. Stop at a depth of {1}.",
+    return {MarkMessage("You cut into the nerve canal and removed {0} of it. Stop at a depth of {1}."),
             {Show(sheet, "breach_mm3"), depth}};
   }
-  return {"The running blade was closer than {0} to the nerve canal for {1}. Stop at a depth of {2}.",
+  return {MarkMessage("The running blade was closer than {0} to the nerve canal for {1}. Stop at a depth of {2}."),
           {Quantity{kNerveGood_mm, 0, "mm"}, Show(sheet, "near_miss_s"), depth}};
 }
 
@@ -148,12 +149,16 @@ Message DescribeBeside(const ScoreSheet& sheet) {
   const Quantity offset = Show(sheet, "plane_offset_mm");
   switch (*sheet.kind) {
     case ExerciseKind::kGroove:
-      return {"Your groove lies {} beside the line. Set the blade on the line before you go into the bone.", {offset}};
+      return {
+          MarkMessage("Your groove lies {} beside the line. Set the blade on the line before you go into the bone."),
+          {offset}};
     case ExerciseKind::kOsteotomy:
-      return {"Your cut lies {} beside the planned plane. Set the blade in the plane before you go into the bone.",
+      return {MarkMessage(
+                  "Your cut lies {} beside the planned plane. Set the blade in the plane before you go into the bone."),
               {offset}};
     default:
-      return {"Your cut lies {} beside the line. Set the blade on the line before you go into the bone.", {offset}};
+      return {MarkMessage("Your cut lies {} beside the line. Set the blade on the line before you go into the bone."),
+              {offset}};
   }
 }
 
@@ -163,43 +168,53 @@ Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
   switch (fault) {
     case Fault::kBeside:
       if (sheet.Get("plane_offset_mm")) return DescribeBeside(sheet);
-      return {"The place of your cut could not be measured. Cut along the whole line, to the full depth.", {}};
+      return {MarkMessage("The place of your cut could not be measured. Cut along the whole line, to the full depth."),
+              {}};
     case Fault::kTilted:
       if (sheet.Get("plane_angle_deg")) return DescribeTilt(sheet);
-      return {"The direction of your cut could not be measured. Cut along the whole line, to the full depth.", {}};
+      return {
+          MarkMessage("The direction of your cut could not be measured. Cut along the whole line, to the full depth."),
+          {}};
     case Fault::kTooDeep:
-      return {"You cut {0} too deep. Slow down before you reach the depth of {1}.",
+      return {MarkMessage("You cut {0} too deep. Slow down before you reach the depth of {1}."),
               {Show(sheet, "too_deep_mm"), depth}};
     case Fault::kTooShallow:
-      return {"Your cut is {0} too shallow on average. Go on until the depth of {1} is reached along the whole line.",
-              {Show(sheet, "depth_error_mean_mm"), depth}};
+      return {
+          MarkMessage(
+              "Your cut is {0} too shallow on average. Go on until the depth of {1} is reached along the whole line."),
+          {Show(sheet, "depth_error_mean_mm"), depth}};
     case Fault::kPlunge:
-      return {"The blade went {} beyond the far side of the bone. Push less as soon as you feel less resistance.",
+      return {MarkMessage(
+                  "The blade went {} beyond the far side of the bone. Push less as soon as you feel less resistance."),
               {Show(sheet, "plunge_max_mm")}};
     case Fault::kOutside:
-      return {"You removed {} beside the wanted cut. Move the blade only in its own plane while it is in the bone.",
-              {Show(sheet, "outside_mm3")}};
+      return {
+          MarkMessage(
+              "You removed {} beside the wanted cut. Move the blade only in its own plane while it is in the bone."),
+          {Show(sheet, "outside_mm3")}};
     case Fault::kNerve:
       return DescribeNerve(sheet);
     case Fault::kTrembling:
-      return {"The saw trembled by {} in the bone. Move it slowly and evenly, without stopping.",
+      return {MarkMessage("The saw trembled by {} in the bone. Move it slowly and evenly, without stopping."),
               {Show(sheet, "jitter_mm")}};
     case Fault::kLongPath:
-      return {"The saw moved {0}, and {1} are enough. Approach the line directly and follow it once.",
+      return {MarkMessage("The saw moved {0}, and {1} are enough. Approach the line directly and follow it once."),
               {Show(sheet, "path_length_mm"),
                ShowMeasure(FindMeasure("path_length_mm"), 0.5 * RowOf(sheet, "path_length_mm").half)}};
     case Fault::kSlow:
-      return {"You took {0}, and an unhurried cut takes {1}. Set the saw in position first, then cut without stopping.",
+      return {MarkMessage("You took {0}, and an unhurried cut takes {1}. Set the saw in position first, then cut "
+                          "without stopping."),
               {Show(sheet, "time_total_s"),
                ShowMeasure(FindMeasure("time_total_s"), 0.5 * RowOf(sheet, "time_total_s").half)}};
     case Fault::kMissing:
       break;
   }
   if (IsThrough(*sheet.kind)) {
-    return {"You have cut {} of the wanted plane. Go on until the bone is cut through along the whole line.",
-            {Show(sheet, "cut_share")}};
+    return {
+        MarkMessage("You have cut {} of the wanted plane. Go on until the bone is cut through along the whole line."),
+        {Show(sheet, "cut_share")}};
   }
-  return {"You have made {0} of the wanted cut. Cut along the whole line, to the depth of {1}.",
+  return {MarkMessage("You have made {0} of the wanted cut. Cut along the whole line, to the depth of {1}."),
           {Show(sheet, "cut_share"), depth}};
 }
 
@@ -207,23 +222,26 @@ Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
 Message DescribeGood(const ScoreSheet& sheet, std::string_view key) {
   const Quantity value = Show(sheet, key);
   const bool none = FormatQuantity(value) == FormatQuantity({0, value.digits, value.unit});
-  if (key == "too_deep_mm" && none) return {"Its depth is perfect: nowhere too deep.", {}};
-  if (key == "plunge_max_mm" && none) return {"You stopped in time: the blade did not leave the far side.", {}};
-  if (key == "outside_mm3" && none) return {"You spared the bone beside the cut: nothing was removed there.", {}};
-  if (key == "plane_offset_mm") return {"Its place is right: only {} from the wanted plane.", {value}};
-  if (key == "plane_angle_deg") return {"Its direction is right, within {}.", {value}};
-  if (key == "too_deep_mm") return {"Its depth is right: nowhere more than {} too deep.", {value}};
-  if (key == "plunge_max_mm") return {"You stopped in time: at most {} beyond the far side.", {value}};
-  if (key == "outside_mm3") return {"You spared the bone beside the cut: only {} was removed there.", {value}};
+  if (key == "too_deep_mm" && none) return {MarkMessage("Its depth is perfect: nowhere too deep."), {}};
+  if (key == "plunge_max_mm" && none)
+    return {MarkMessage("You stopped in time: the blade did not leave the far side."), {}};
+  if (key == "outside_mm3" && none)
+    return {MarkMessage("You spared the bone beside the cut: nothing was removed there."), {}};
+  if (key == "plane_offset_mm") return {MarkMessage("Its place is right: only {} from the wanted plane."), {value}};
+  if (key == "plane_angle_deg") return {MarkMessage("Its direction is right, within {}."), {value}};
+  if (key == "too_deep_mm") return {MarkMessage("Its depth is right: nowhere more than {} too deep."), {value}};
+  if (key == "plunge_max_mm") return {MarkMessage("You stopped in time: at most {} beyond the far side."), {value}};
+  if (key == "outside_mm3")
+    return {MarkMessage("You spared the bone beside the cut: only {} was removed there."), {value}};
   if (key == "near_miss_s" || key == "breaches" || key == "breach_mm3") {
     const std::optional<double> distance = sheet.Get("nerve_distance_mm");
-    if (!distance) return {"You spared the nerve canal.", {}};
-    return {"You spared the nerve canal: the blade stayed {} away from it.",
+    if (!distance) return {MarkMessage("You spared the nerve canal."), {}};
+    return {MarkMessage("You spared the nerve canal: the blade stayed {} away from it."),
             {ShowMeasure(FindMeasure("nerve_distance_mm"), *distance)}};
   }
-  if (key == "jitter_mm") return {"You held the saw steadily: it trembled by only {}.", {value}};
-  if (key == "path_length_mm") return {"You moved the saw directly: its path was {}.", {value}};
-  return {"You worked without haste and without delay: it took {}.", {value}};
+  if (key == "jitter_mm") return {MarkMessage("You held the saw steadily: it trembled by only {}."), {value}};
+  if (key == "path_length_mm") return {MarkMessage("You moved the saw directly: its path was {}."), {value}};
+  return {MarkMessage("You worked without haste and without delay: it took {}."), {value}};
 }
 
 std::optional<Message> FindPraise(const ScoreSheet& sheet) {
@@ -235,22 +253,24 @@ std::optional<Message> FindPraise(const ScoreSheet& sheet) {
     if (best == nullptr || row.weight * *row.points > best->weight * *best->points) best = &row;
   }
   if (best != nullptr) return DescribeGood(sheet, best->info->key);
-  if (Get(sheet, "line_share") >= kWholeLine) return Message{"You have followed the whole line.", {}};
+  if (Get(sheet, "line_share") >= kWholeLine) return Message{MarkMessage("You have followed the whole line."), {}};
   return {};
 }
 
 /// Returns the headline of an attempt without a total.
 Message DescribeUngraded(const ScoreSheet& sheet) {
-  if (!sheet.kind) return {"This recording is not an exercise, so it has no score.", {}};
+  if (!sheet.kind) return {MarkMessage("This recording is not an exercise, so it has no score."), {}};
   if (sheet.Get("removed_mm3") && Get(sheet, "removed_mm3") <= 0) {
-    return {"Nothing was cut. Switch the spindle on and lower the blade into the bone on the line.", {}};
+    return {MarkMessage("Nothing was cut. Switch the spindle on and lower the blade into the bone on the line."), {}};
   }
   if (sheet.state == RecordingState::kWhole && sheet.incomplete.size() == 1 &&
       Get(sheet, "line_share") < kFinishedShare) {
-    return {"You have followed {0} of the line, and at least {1} are needed for a score. Cut along the whole line.",
-            {Show(sheet, "line_share"), Quantity{100 * kFinishedShare, 0, "%"}}};
+    return {
+        MarkMessage(
+            "You have followed {0} of the line, and at least {1} are needed for a score. Cut along the whole line."),
+        {Show(sheet, "line_share"), Quantity{100 * kFinishedShare, 0, "%"}}};
   }
-  return {"This attempt is not graded: {}.", {sheet.incomplete.empty() ? "" : sheet.incomplete.front()}};
+  return {MarkMessage("This attempt is not graded: {}."), {sheet.incomplete.empty() ? "" : sheet.incomplete.front()}};
 }
 
 ReviewLevel LevelOf(bool good, bool fair) {
@@ -402,7 +422,7 @@ ExerciseReview MakeReview(const ScoreSheet& sheet) {
   } else {
     const std::vector<FaultLoss> losses = FindLosses(sheet);
     review.headline = losses.empty() || losses.front().lost < kSmallLoss
-                          ? Message{"An excellent cut: no single fault cost more than {} of 100 points.",
+                          ? Message{MarkMessage("An excellent cut: no single fault cost more than {} of 100 points."),
                                     {Quantity{kSmallLoss, 0, ""}}}
                           : DescribeFault(sheet, losses.front().fault);
     review.praise = FindPraise(sheet);

@@ -159,7 +159,7 @@ ScoreSheet BeginSheet(RecordingReader& recording, const Scene& scene) {
 
 /// Measures the cut and the motion, and computes the total.
 void FinishSheet(const RecordingReader& recording, const Scene& scene, const MotionMeter& meter, const Bone& before,
-                 const Bone& after, const Progress& progress, ScoreSheet& sheet) {
+                 const Bone& after, const RegionDistance* nerve, const Progress& progress, ScoreSheet& sheet) {
   const Tool tool = MakeTool(scene);
   progress("measuring", 0);
   std::optional<WantedCut> cut;
@@ -171,8 +171,9 @@ void FinishSheet(const RecordingReader& recording, const Scene& scene, const Mot
   }
   MeasureCut(before, after, cut, sheet);
   progress("measuring", 0.5);
-  const RegionDistance nerve(before, Tissue::kCanal);
-  meter.Finish(tool, gauge ? &*gauge : nullptr, &nerve, FindRegionsOf(before, Tissue::kCanal), sheet);
+  std::optional<RegionDistance> computed;
+  if (nerve == nullptr) nerve = &computed.emplace(before, Tissue::kCanal);
+  meter.Finish(tool, gauge ? &*gauge : nullptr, nerve, FindRegionsOf(before, Tissue::kCanal), sheet);
   sheet.incomplete = FindIncomplete(recording, sheet);
   CalcTotal(sheet);
   progress("measuring", 1);
@@ -233,7 +234,7 @@ ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& option
                                     ? ReplayLoopRecording(recording, scene, options, show, meter)
                                     : ReplayRunRecording(recording, scene, show, meter);
   sheet.warnings.insert(sheet.warnings.end(), outcome.warnings.begin(), outcome.warnings.end());
-  FinishSheet(recording, scene, meter, outcome.before, outcome.after, show, sheet);
+  FinishSheet(recording, scene, meter, outcome.before, outcome.after, nullptr, show, sheet);
   return sheet;
 }
 
@@ -248,13 +249,14 @@ void SessionMeter::Take(const LoopTick& tick) {
   meter_.Take(MakeMotionTick(tick, time_s_, last_s));
 }
 
-ScoreSheet SessionMeter::Score(RecordingReader& recording, const Bone& before, const Bone& after) const {
+ScoreSheet SessionMeter::Score(RecordingReader& recording, const Bone& before, const Bone& after,
+                               const RegionDistance* nerve) const {
   if (!is_complete_ || recording.damage().whole_steps != ticks_) {
     throw Error(fmt::format("{}: does not have the ticks of the session", recording.path()));
   }
   ScoreSheet sheet = BeginSheet(recording, scene_);
   FinishSheet(
-      recording, scene_, meter_, before, after, [](const std::string&, double) {}, sheet);
+      recording, scene_, meter_, before, after, nerve, [](const std::string&, double) {}, sheet);
   return sheet;
 }
 

@@ -48,9 +48,11 @@ class SessionMeter {
   /// Returns true if no tick is missing; otherwise only a replay shows what happened.
   bool is_complete() const { return is_complete_; }
   /// Scores the session from its recording's header and seal, the ticks, and the bones before and after. The sheet
-  /// equals that of ScoreRecording(), which also verifies that the recording reproduces the session. Throws kerf::Error
-  /// if ticks are missing, or if the recording has another number of steps.
-  ScoreSheet Score(RecordingReader& recording, const Bone& before, const Bone& after) const;
+  /// equals that of ScoreRecording(), which also verifies that the recording reproduces the session. `nerve`: distance
+  /// to the nerve canal of `before`; null: it is computed. Throws kerf::Error if ticks are missing, or if the recording
+  /// has another number of steps.
+  ScoreSheet Score(RecordingReader& recording, const Bone& before, const Bone& after,
+                   const RegionDistance* nerve = nullptr) const;
 
  private:
   Scene scene_;

@@ -95,6 +95,7 @@ TEST(Coach, MostUrgentComesFirst) {
   EXPECT_EQ(TopicOf(cut, input), CoachTopic::kTooDeep);
   input.nerve_mm = 1;
   EXPECT_EQ(TopicOf(cut, input), CoachTopic::kNearNerve);
+  EXPECT_EQ(TopicOf(cut, Place(cut, 17, 1, 0.9, 0.2)), CoachTopic::kBesideLine);
 }
 
 TEST(Coach, LineHasTheFigure) {

@@ -42,7 +42,8 @@ Scored ScoreBothWays(const Scene& scene, const AgentParams& params, const std::s
   EXPECT_TRUE(meter.is_complete());
   Scored scored;
   RecordingReader recording(file);
-  scored.live = meter.Score(recording, summary.before, summary.after);
+  const RegionDistance nerve(summary.before, Tissue::kCanal);
+  scored.live = meter.Score(recording, summary.before, summary.after, &nerve);
   RecordingReader again(file);
   scored.replayed = ScoreRecording(again, {}, {});
   return scored;
