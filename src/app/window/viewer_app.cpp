@@ -207,6 +207,8 @@ void ViewerApp::SetSpindle(bool on) {
   if (!is_running() || on == spindle_on()) return;
   session_->SetSpindle(on ? session_->scene().tool.rpm : 0);
   trace_.Write("spindle", {{"on", on}});
+  if (!on || sound_.has_sound() || std::exchange(said_no_sound_, true)) return;
+  Say(Tr("No sound can be played, because no audio device was found."));
 }
 
 /// Draws the bone that another thread has made.
@@ -406,6 +408,33 @@ void ViewerApp::AddActions() {
                 .shortcut = {Key::kRightBracket},
                 .run = [feed] { feed(1.25); },
                 .enabled = cuts,
+                .repeats = true});
+  const auto louder = [this](double percent) {
+    sound_.SetVolume(sound_.volume_percent() + percent);
+    Say(fmt::format(fmt::runtime(Tr("The volume is {} %.")), ShowNumber(sound_.volume_percent(), 0)));
+  };
+  actions_.Add({.id = "sound.mute",
+                .menu = Mark("Saw"),
+                .label = Mark("Sound"),
+                .shortcut = {Key::kU},
+                .run =
+                    [this] {
+                      sound_.SetMuted(!sound_.muted());
+                      Say(sound_.muted() ? Tr("The sound is off.") : Tr("The sound is on."));
+                    },
+                .on = [this] { return !sound_.muted(); },
+                .begins_group = true});
+  actions_.Add({.id = "sound.quieter",
+                .menu = Mark("Saw"),
+                .label = Mark("Quieter"),
+                .shortcut = {Key::kMinus},
+                .run = [louder] { louder(-10); },
+                .repeats = true});
+  actions_.Add({.id = "sound.louder",
+                .menu = Mark("Saw"),
+                .label = Mark("Louder"),
+                .shortcut = {Key::kEqual},
+                .run = [louder] { louder(10); },
                 .repeats = true});
   // ---- view
   actions_.Add({.id = "view.next",
@@ -756,8 +785,10 @@ void ViewerApp::FollowDevice(double dt_s) {
   if (frame.switches_spindle && steers()) SetSpindle(!spindle_on());
 }
 
-/// Finds out why the saw is held.
+/// Finds out why the saw is held, and makes its sound.
 void ViewerApp::FollowSaw(double dt_s) {
+  const bool cuts = is_running() && began_ && activity_->cuts();
+  sound_.SetSaw(cuts ? figures_.in.rpm : 0, glm::length(figures_.coupled.f_H_W_N));
   HeldSawInput in;
   if (began_ && steers() && !(device_ && device_->holds())) {
     in.tool = MakeTool(session_->scene());

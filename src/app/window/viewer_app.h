@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/window/actions.h"
+#include "app/window/beeper.h"
 #include "app/window/dialogs.h"
 #include "app/window/gl_window.h"
 #include "app/window/hand_device.h"
@@ -148,6 +149,7 @@ class ViewerApp {
   bool touches() const;  // a force acts on the saw
   /// Returns why the saw does not follow the hand and what to do about it; empty if it follows.
   std::string held_reason() const;
+  Beeper& sound() { return sound_; }
   bool is_running() const { return session_ && session_->stage() == LiveStage::kRunning; }
   const LiveFigures& figures() const { return figures_; }
   const std::string& recording() const { return recording_; }
@@ -226,6 +228,8 @@ class ViewerApp {
   std::unique_ptr<Viewport> view_;
   Activity* activity_ = nullptr;
 
+  Beeper sound_;
+  bool said_no_sound_ = false;
   HeldSawWatch held_saw_;
   std::optional<HandDevice> device_;
   std::unique_ptr<LiveSession> session_;

@@ -210,6 +210,10 @@ def test_held(display, kerf):
     w.wait_state("the spindle is off", lambda s: "spindle is off" in s["held"], 20)
     w._xdotool("mouseup", 1)
     w.wait_state("let go", lambda s: s["held"] == "", 10)
+    w.key("u")
+    w.wait_message("The sound is off.")
+    w.key("minus")
+    w.wait_message("The volume is 40 %.")
     end(w, kerf, folder)
 
 

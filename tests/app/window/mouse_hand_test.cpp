@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "app/window/beeper.h"
 #include "device/devices/profiles.h"
 
 namespace kerf {
@@ -111,17 +110,6 @@ TEST(MouseHand, StaysWhereItIsPlacedUntilTheUserTakesTheToolAgain) {
   rig.Run(2);
   EXPECT_NEAR(rig.device.p_WC_mm().y, 25,
               rig.device.profile().friction_N / MouseHandParams{}.stiffness_N_per_mm + 0.05);
-}
-
-TEST(Beep, DistinguishesFarNearAndBeyond) {
-  EXPECT_EQ(CalcBeep(std::nullopt).per_s, 0);
-  EXPECT_EQ(CalcBeep(10).per_s, 0);
-  EXPECT_NEAR(CalcBeep(3).per_s, 2, 1e-12);
-  EXPECT_LT(CalcBeep(2).per_s, CalcBeep(1).per_s);  // faster towards the goal
-  EXPECT_TRUE(std::isinf(CalcBeep(0).per_s));
-  EXPECT_TRUE(std::isinf(CalcBeep(-1).per_s));
-  EXPECT_GT(CalcBeep(-1).pitch_Hz, CalcBeep(0).pitch_Hz);
-  EXPECT_EQ(CalcBeep(std::numeric_limits<double>::quiet_NaN()).per_s, 0);
 }
 
 }  // namespace
