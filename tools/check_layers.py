@@ -42,6 +42,7 @@ LIBRARIES = [
     ("json", re.compile(r"^nlohmann/")),
     ("glfw", re.compile(r"^GLFW/")),
     ("imgui", re.compile(r"^(imgui|imgui_internal|imgui_stdlib|backends/imgui)")),
+    ("x11", re.compile(r"^X11/")),
     ("alsa", re.compile(r"^alsa/")),
     ("sqlite", re.compile(r"^sqlite3\.h")),
     ("zip", re.compile(r"^zip\.h")),

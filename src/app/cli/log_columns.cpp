@@ -52,8 +52,8 @@ const Columns<LogTickRow>& LogTickColumns() {
         {"fidelity", "{}", "0 full, 1 coarse, 2 slab", [](const Row& r) { return r.step.fidelity; }},
         {"flags", "{}",
          "sum of 1 no pose read, 2 force not accepted, 4 force off, 8 set down, 16 a piece is about to be taken out, "
-         "32 "
-         "checkpoint, 64 undo, 128 redo, 256 session continued (\"taken up\")",
+         "32 checkpoint, 64 undo, 128 redo, 256 session continued (\"taken up\"), 512 hand and tool moved without "
+         "touching bone",
          [](const Row& r) { return r.step.flags; }},
         {"piece", "{}", "number of the piece", [](const Row& r) { return r.step.piece; }},
         {"checkpoint", "{}", "number of the checkpoint", [](const Row& r) { return r.step.checkpoint; }}}});

@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "app/window/stale_window_manager.h"
 #include "base/files/memory.h"
 #include "kerf/error.h"
 #include "view/picture/vtk_mesh.h"
@@ -168,6 +169,7 @@ GlWindow::GlWindow(const GlWindowOptions& options) {
     throw Error(fmt::format("{}{}; 'kerf loop' and 'kerf run' cut without a window", what,
                             g_glfw_error.empty() ? "" : fmt::format(" ({})", g_glfw_error)));
   };
+  RemoveStaleWindowManagerCheck();
   if (glfwInit() != GLFW_TRUE) {
     glfwTerminate();
     fail(std::getenv("DISPLAY") == nullptr ? "no window can be opened: there is no display"

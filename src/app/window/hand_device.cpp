@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
 
@@ -27,7 +28,14 @@ HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pos
     servo_->SetToolOrientation(controls.wanted().R_AB);
     controls.Set({controls.wanted().R_AB, X_WT.p_AB});
   } else if (sample.state == ServoState::kEngaged) {
-    controls.Set(MoveByDeflection(controls.wanted(), sample.sample.deflection, R_WD, Vec3{0}, {}, dt_s));
+    const bool deflected =
+        std::any_of(sample.sample.deflection.begin(), sample.sample.deflection.end(), [](double d) { return d != 0; });
+    if (deflected) {
+      controls.Set(MoveByDeflection(controls.wanted(), sample.sample.deflection, R_WD, Vec3{0}, {}, dt_s));
+    } else if (deflected_) {
+      controls.Release();
+    }
+    deflected_ = deflected;
   } else if (sample.state == ServoState::kWaiting) {
     servo_->Agree();  // safe: the device outputs no force
   }

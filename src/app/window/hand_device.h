@@ -44,6 +44,7 @@ class HandDevice {
   // State of the last frame.
   bool pressed_ = true;
   bool engaged_ = false;
+  bool deflected_ = false;
   std::uint32_t engagements_ = 0;
   std::string reported_;  // last message of the device
 };

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "base/core/cancelled.h"
+#include "cut/effects/guide.h"
+#include "cut/effects/plan.h"
 #include "cut/force/measured.h"
 #include "kerf/error.h"
 
@@ -17,6 +19,11 @@ namespace {
 
 constexpr int kTicksInMoment = 20;  // one point of the curve per 20 ms at 1 kHz
 constexpr double kFeedOver_s = 0.1;
+
+bool MovesSaw(const LoopAction& action) {
+  using Kind = LoopAction::Kind;
+  return action.kind == Kind::kUndo || action.kind == Kind::kRedo || action.kind == Kind::kRetract;
+}
 
 }  // namespace
 
@@ -93,8 +100,14 @@ void LiveSession::Report(const std::string& stage, double fraction) {
 
 void LiveSession::Begin(const LoopInitialState& beginning) {
   mirror_ = &beginning.bone;
+  for (const EffectPlan::Entry& entry : beginning.effects.entries()) {
+    const auto* guide = dynamic_cast<const GuideEffect*>(entry.effect.get());
+    if (guide == nullptr) continue;
+    guide_channel_ = entry.first_channel + GuideEffect::kForceChannel;
+    guide_normal_W_ = glm::normalize(guide->params().normal_W);
+  }
   if (options_.begin) options_.begin(beginning.bone, beginning.effects);
-  target_.Publish(beginning.X_WT);
+  target_.Publish({beginning.X_WT, false});
   {
     const std::lock_guard lock(mutex_);
     figures_.coupled.X_WT = figures_.X_WH = beginning.X_WT;
@@ -115,6 +128,7 @@ void LiveSession::TakeTick(const LoopTick& tick, std::span<const double> channel
   figures_.removed_mm3 += out.removed_mm3;
   figures_.missed += tick.in.skipped;
   figures_.channels.assign(channels.begin(), channels.end());
+  if (guide_channel_ && *guide_channel_ < channels.size()) figures_.guide_force_N = channels[*guide_channel_];
 
   places_.push_back({tick.time_s, out.X_WT.p_AB});
   while (places_.size() > 2 && tick.time_s - places_.front().time_s > kFeedOver_s) places_.pop_front();
@@ -174,11 +188,17 @@ std::vector<std::string> LiveSession::TakeNotes() {
 }
 
 std::vector<LiveSession::Answer> LiveSession::TakeAnswers() {
-  const std::lock_guard lock(mutex_);
-  return std::exchange(answers_, {});
+  std::vector<Answer> answers;
+  {
+    const std::lock_guard lock(mutex_);
+    answers.swap(answers_);
+  }
+  for (const Answer& answer : answers) moves_asked_ -= MovesSaw(answer.action) ? 1 : 0;
+  return answers;
 }
 
 void LiveSession::Ask(LoopAction action) {
+  moves_asked_ += MovesSaw(action) ? 1 : 0;
   const std::lock_guard lock(mutex_);
   asked_.push_back(std::move(action));
 }

@@ -23,11 +23,12 @@ namespace kerf {
 
 /// The latest tick, and sums over all ticks, for drawing.
 struct LiveFigures : LoopTick {
-  std::uint64_t changes = 0;     // leaves of the bone changed so far, by cuts, undo and redo
-  double removed_mm3 = 0;        // total so far
-  double feed_mm_per_s = 0;      // speed of the tool's centre, mean of the last tenth of a second
-  std::uint64_t missed = 0;      // number of missed deadlines
-  std::vector<double> channels;  // channels of the effects
+  std::uint64_t changes = 0;            // leaves of the bone changed so far, by cuts, undo and redo
+  double removed_mm3 = 0;               // total so far
+  double feed_mm_per_s = 0;             // speed of the tool's centre, mean of the last tenth of a second
+  std::uint64_t missed = 0;             // number of missed deadlines
+  std::vector<double> channels;         // channels of the effects
+  std::optional<double> guide_force_N;  // force of the guide on the tool; none: no guide
 };
 
 /// Point of the force curve: the maximum over several ticks.
@@ -81,13 +82,19 @@ class LiveSession final : private SessionController {
   std::vector<Answer> TakeAnswers();
   /// Returns the instructions for the user about the device since the last call.
   std::vector<std::string> TakeNotes();
-  void SetTarget(const Pose& X_WH) { target_.Publish(X_WH); }
+  /// Sets the pose towards which the user moves the saw. `holds`: false if the user has let go of it.
+  void SetTarget(const Pose& X_WH, bool holds) { target_.Publish({X_WH, holds}); }
   void Ask(LoopAction action);
+  /// True from the request of an undo, a redo or a retraction, which move the saw, until TakeAnswers() returns its
+  /// answer.
+  bool moves_saw() const { return moves_asked_ > 0; }
   void SetSpindle(double rpm);
   double rpm() const { return rpm_.load(); }
   /// Requests a copy of the current bone.
   std::future<Bone> AskBone();
   const Scene& scene() const { return scene_; }
+  /// Returns the normal of the guide's plane, unit length; meaningless without a guide.
+  const Vec3& guide_normal_W() const { return guide_normal_W_; }
   /// Returns a note on the agreement of the force law with measurements, at a bite; 0: no tooth is engaged.
   std::string MakeForceNote(double bite_mm) const;
 
@@ -114,7 +121,9 @@ class LiveSession final : private SessionController {
   std::string failure_;
   bool cancelled_ = false;
   std::optional<LoopSummary> summary_;
-  const Bone* mirror_ = nullptr;  // used only by the session's thread
+  const Bone* mirror_ = nullptr;              // used only by the session's thread
+  std::optional<std::size_t> guide_channel_;  // of the guide's force; used only by the session's thread
+  Vec3 guide_normal_W_{0, 0, 1};              // set before kRunning
 
   mutable std::mutex mutex_;  // protects everything below
   ProgressMeter progress_;
@@ -129,6 +138,7 @@ class LiveSession final : private SessionController {
   int in_moment_ = 0;
   std::deque<LoopAction> asked_;
   std::vector<Answer> answers_;
+  int moves_asked_ = 0;  // used only by the window's thread
   std::vector<std::string> notes_;
   std::vector<std::promise<Bone>> bones_asked_;
 

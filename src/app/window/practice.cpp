@@ -11,7 +11,6 @@
 #include <cmath>
 #include <utility>
 
-#include "app/window/beeper.h"
 #include "app/window/is_ready.h"
 #include "base/files/files.h"
 #include "kerf/error.h"
@@ -220,7 +219,6 @@ void Practice::Began() {
   deepest_mm_.assign(gauge_->columns().size(), -kAbove_mm);
   making_nerve_ =
       std::async(std::launch::async, [bone] { return std::make_unique<RegionDistance>(*bone, Tissue::kCanal); });
-  if (scene_.exercise.sound) beeper_ = std::make_unique<Beeper>();
   ShowGoal();
   // View from the side and a little from above, with the line across the picture. Motion is restricted to the blade's
   // plane, so that cuts are straight.
@@ -254,7 +252,7 @@ void Practice::ShowGoal() {
 
 void Practice::Finish(bool scored) {
   scored_ = scored;
-  beeper_.reset();
+  viewer_->sound().SetAlarm(AlarmKind::kDepth, std::nullopt);
   viewer_->SetSpindle(false);
   viewer_->End();
 }
@@ -264,7 +262,7 @@ std::optional<DepthReading> Practice::Read() const {
 }
 
 void Practice::Ended(LoopSummary summary) {
-  beeper_.reset();
+  viewer_->sound().SetAlarm(AlarmKind::kDepth, std::nullopt);
   viewer_->view().ClearTool();
   if (viewer_->quitting()) return;
   if (scored_) {
@@ -530,7 +528,9 @@ void Practice::UpdateCutting() {
   }
   const std::optional<DepthReading> reading = Read();
   const bool in_bone = reading && reading->depth_mm > 0;
-  if (beeper_) beeper_->Set(in_bone ? std::optional(reading->to_goal_mm) : std::nullopt);
+  if (scene_.exercise.sound) {
+    viewer_->sound().SetAlarm(AlarmKind::kDepth, in_bone ? std::optional(reading->to_goal_mm) : std::nullopt);
+  }
   if (scene_.exercise.colour) {
     viewer_->view().SetToolColour(in_bone ? ColourOf(LevelOf(reading->to_goal_mm)) : kSteelColour);
   }

@@ -21,8 +21,6 @@
 
 namespace kerf {
 
-class Beeper;
-
 struct PracticeOptions {
   ViewerOptions viewer;
   std::string exercise;  // id of the exercise; empty: chosen from a list
@@ -141,7 +139,6 @@ class Practice final : public Activity {
   bool wants_replay_ = false;
   std::optional<ReplayPair> pair_;
   double replay_s_ = 0;
-  std::unique_ptr<Beeper> beeper_;
 };
 
 }  // namespace kerf

@@ -890,6 +890,7 @@ void Rehearsal::Fill(HudState& hud) {
       hud.gauge = gauge;
     }
   }
+  SoundAlarms();
   if (loading_) {
     const WorkProgress now = *progress();
     hud.progress = HudProgress{.title = Tr("Opening"), .stage = Tr(now.stage.c_str()), .fraction = now.fraction};
@@ -904,6 +905,25 @@ void Rehearsal::Fill(HudState& hud) {
   }
   if (menu_) hud.menu = menu_->Show();
   if (in_pieces_) pieces_->Fill(hud);
+}
+
+/// Sounds the alarms of a saw that touches bone.
+void Rehearsal::SoundAlarms() {
+  std::optional<double> depth_mm;
+  std::optional<double> nerve_mm;
+  std::optional<double> margin_mm;
+  if (viewer_->is_running() && viewer_->spindle_on() && viewer_->touches()) {
+    const Tool tool = MakeTool(viewer_->session()->scene());
+    const Pose& X_WT = viewer_->figures().coupled.X_WT;
+    if (nerve_ && !nerve_->empty()) nerve_mm = nerve_->Calc(tool, X_WT);
+    if (!plan_.stops.empty()) depth_mm = CalcDeviation(plan_.stops.front(), tool, X_WT).left_mm;
+    if (const PlannedPlane* planned = plane()) {
+      margin_mm = planned->margin_mm - std::abs(CalcDeviation(*planned, tool, X_WT).offset_mm);
+    }
+  }
+  viewer_->sound().SetAlarm(AlarmKind::kDepth, depth_mm);
+  viewer_->sound().SetAlarm(AlarmKind::kStructure, nerve_mm);
+  viewer_->sound().SetAlarm(AlarmKind::kMargin, margin_mm);
 }
 
 std::vector<HudKeyGroup> Rehearsal::help() const {

@@ -110,6 +110,7 @@ class Rehearsal final : public Activity {
   void AlignToPlane();
   void WritePlan();
 
+  void SoundAlarms();
   void EnterPieces();
   void LeavePieces();
   void Export();

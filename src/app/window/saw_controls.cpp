@@ -54,7 +54,9 @@ bool SawControls::Take(const WindowEvent& event, const ViewBasis& view) {
       return true;
     case Kind::kKeyUp:
       fast_ = event.shift && fast_;
-      return held_.erase(event.key) > 0;
+      if (held_.erase(event.key) == 0) return false;
+      is_set_ = is_set_ && (dragging_ || !held_.empty());
+      return true;
     case Kind::kMouseDown:
       if (event.button != MouseButton::kLeft) return false;
       dragging_ = true;
@@ -64,6 +66,7 @@ bool SawControls::Take(const WindowEvent& event, const ViewBasis& view) {
     case Kind::kMouseUp:
       if (event.button != MouseButton::kLeft || !dragging_) return false;
       dragging_ = false;
+      is_set_ = is_set_ && !held_.empty();
       return true;
     case Kind::kMouseMove: {
       if (!dragging_) return false;
@@ -87,7 +90,7 @@ bool SawControls::Take(const WindowEvent& event, const ViewBasis& view) {
 
 void SawControls::Release() {
   held_.clear();
-  dragging_ = false;
+  dragging_ = is_set_ = false;
   fast_ = false;
 }
 
@@ -111,7 +114,15 @@ void SawControls::Turn(const Vec3& by_W_rad) {
   X_wanted_.R_AB = glm::normalize(glm::angleAxis(angle, by / angle) * X_wanted_.R_AB);
 }
 
-void SawControls::Advance(double dt_s, const ViewBasis& view, const Pose& X_WT) {
+void SawControls::FollowSaw(const Pose& X_WT, bool touches) {
+  // In air a short motion is completed, so that short presses of a key add up although the handle has friction.
+  const double cosine = std::abs(glm::dot(X_wanted_.R_AB, X_WT.R_AB));
+  const bool far = glm::distance(X_wanted_.p_AB, X_WT.p_AB) > kCoast_mm || cosine < std::cos(0.5 * kCoast_rad);
+  if (touches || far) X_wanted_ = X_WT;
+}
+
+void SawControls::Advance(double dt_s, const ViewBasis& view, const Pose& X_WT, bool touches) {
+  if (!holds()) return FollowSaw(X_WT, touches);
   dt_s = std::clamp(dt_s, 0.0, 0.1);
   Vec3 move{0};
   Vec3 turn{0};

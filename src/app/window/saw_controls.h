@@ -19,25 +19,35 @@ struct ViewBasis {
 };
 
 /// Arrow and page keys move the saw, and W, A, S, D, Q and E turn it. The mouse drags it in the picture's plane, with
-/// Shift into the picture, and with Control turns it.
+/// Shift into the picture, and with Control turns it. When the last key or button is released, the user has let go, and
+/// the wanted pose is where the saw is.
 class SawControls {
  public:
   /// Maximum distance of the wanted pose from the saw, equal to the reach of the mouse's hand.
   static constexpr double kLead_mm = 14;
   static constexpr double kLead_rad = 0.35;
+  /// A saw that has been let go in air may complete a motion of this length, as in MouseHandParams.
+  static constexpr double kCoast_mm = 1;
+  static constexpr double kCoast_rad = 0.05;
 
   explicit SawControls(const Pose& X_WT) : X_wanted_(X_WT) {}
 
   /// Returns true if the event was for the saw.
   bool Take(const WindowEvent& event, const ViewBasis& view);
-  /// Advances the wanted pose by `dt_s` with the keys that are held. `X_WT`: pose of the saw.
-  void Advance(double dt_s, const ViewBasis& view, const Pose& X_WT);
-  /// Releases all keys and buttons.
+  /// Advances the wanted pose by `dt_s` with the keys that are held. `X_WT`: pose of the saw. `touches`: a force acts
+  /// on the saw.
+  void Advance(double dt_s, const ViewBasis& view, const Pose& X_WT, bool touches = true);
+  /// Releases all keys and buttons, and cancels Set().
   void Release();
-  /// Sets the wanted pose immediately.
-  void Set(const Pose& X_WT) { X_wanted_ = X_WT; }
+  /// Sets the wanted pose immediately, until Release() or the end of the user's next motion.
+  void Set(const Pose& X_WT) {
+    X_wanted_ = X_WT;
+    is_set_ = true;
+  }
 
   const Pose& wanted() const { return X_wanted_; }
+  /// False if the user has let go of the saw, so that nothing may pull it.
+  bool holds() const { return is_set_ || dragging_ || !held_.empty(); }
   double feed_mm_per_s() const { return feed_mm_per_s_; }
   /// Speed of motion by keys.
   static constexpr Range kFeedRange_mm_per_s{0.5, 20};
@@ -49,10 +59,12 @@ class SawControls {
  private:
   void Move(const Vec3& by_W);
   void Turn(const Vec3& by_W_rad);
+  void FollowSaw(const Pose& X_WT, bool touches);
 
   Pose X_wanted_;
   std::set<Key> held_;
   bool dragging_ = false;
+  bool is_set_ = false;
   double last_x_ = 0;
   double last_y_ = 0;
   bool fast_ = false;

@@ -201,13 +201,19 @@ bool ViewerApp::spindle_on() const {
 }
 
 bool ViewerApp::steers() const {
-  return is_running() && activity_->cuts() && !options_.scripted;
+  return is_running() && activity_->cuts() && !options_.scripted && !session_->moves_saw();
+}
+
+bool ViewerApp::touches() const {
+  return Touches(figures_.coupled);
 }
 
 void ViewerApp::SetSpindle(bool on) {
   if (!is_running() || on == spindle_on()) return;
   session_->SetSpindle(on ? session_->scene().tool.rpm : 0);
   trace_.Write("spindle", {{"on", on}});
+  if (!on || sound_.has_sound() || std::exchange(said_no_sound_, true)) return;
+  Say(Tr("No sound can be played, because no audio device was found."));
 }
 
 /// Draws the bone that another thread has made.
@@ -297,6 +303,7 @@ void ViewerApp::FollowRunning() {
   if (!began_) {
     began_ = true;
     controls_->Set(figures_.coupled.X_WT);
+    controls_->Release();
     X_start_ = figures_.coupled.X_WT;
     returning_ = false;
     view_->SetTool(MakeTool(session_->scene()));
@@ -308,22 +315,31 @@ void ViewerApp::FollowRunning() {
   }
   for (const LiveSession::Answer& answer : session_->TakeAnswers()) {
     if (answer.action.kind == LoopAction::Kind::kSpindle) continue;
-    const char* what = answer.action.kind == LoopAction::Kind::kUndo   ? "Undone"
-                       : answer.action.kind == LoopAction::Kind::kRedo ? "Redone"
-                                                                       : "Checkpoint";
+    const char* what = answer.action.kind == LoopAction::Kind::kUndo      ? "Undone"
+                       : answer.action.kind == LoopAction::Kind::kRedo    ? "Redone"
+                       : answer.action.kind == LoopAction::Kind::kRetract ? "Retracted"
+                                                                          : "Checkpoint";
     const std::string name = answer.action.name.empty() ? "" : fmt::format(": {}", answer.action.name);
     Say(answer.failure.empty() ? what + name : answer.failure);
     trace_.Write("answer", {{"what", what}, {"name", answer.action.name}, {"failure", answer.failure}});
-    if (answer.failure.empty() && answer.action.kind != LoopAction::Kind::kCheckpoint) {
-      controls_->Set(session_->figures().coupled.X_WT);
+    if (answer.action.kind == LoopAction::Kind::kCheckpoint || !answer.failure.empty()) continue;
+    figures_ = session_->figures();
+    if (answer.action.kind == LoopAction::Kind::kRetract) {
+      controls_->Set(X_start_);
+      returning_ = true;
     }
   }
 }
 
 // ---- events
 
-void ViewerApp::LoseFocus(const char* why) {
+void ViewerApp::LetGo() {
   controls_->Release();
+  returning_ = false;
+}
+
+void ViewerApp::LoseFocus(const char* why) {
+  LetGo();
   orbiting_ = panning_ = false;
   mouse_owner_ = MouseOwner::kNone;
   if (!spindle_on()) return;
@@ -338,9 +354,8 @@ void ViewerApp::Retract() {
     controls_->Set({X_start_.R_AB, figures_.coupled.X_WT.p_AB});
     Say(Tr("The saw has its initial orientation; the handle sets its position"));
   } else {
-    controls_->Set(X_start_);
-    returning_ = true;
-    Say(Tr("The saw returns to its start"));
+    LetGo();
+    session_->Ask({.kind = LoopAction::Kind::kRetract, .name = ""});
   }
 }
 
@@ -398,6 +413,33 @@ void ViewerApp::AddActions() {
                 .shortcut = {Key::kRightBracket},
                 .run = [feed] { feed(1.25); },
                 .enabled = cuts,
+                .repeats = true});
+  const auto louder = [this](double percent) {
+    sound_.SetVolume(sound_.volume_percent() + percent);
+    Say(fmt::format(fmt::runtime(Tr("The volume is {} %.")), ShowNumber(sound_.volume_percent(), 0)));
+  };
+  actions_.Add({.id = "sound.mute",
+                .menu = Mark("Saw"),
+                .label = Mark("Sound"),
+                .shortcut = {Key::kU},
+                .run =
+                    [this] {
+                      sound_.SetMuted(!sound_.muted());
+                      Say(sound_.muted() ? Tr("The sound is off.") : Tr("The sound is on."));
+                    },
+                .on = [this] { return !sound_.muted(); },
+                .begins_group = true});
+  actions_.Add({.id = "sound.quieter",
+                .menu = Mark("Saw"),
+                .label = Mark("Quieter"),
+                .shortcut = {Key::kMinus},
+                .run = [louder] { louder(-10); },
+                .repeats = true});
+  actions_.Add({.id = "sound.louder",
+                .menu = Mark("Saw"),
+                .label = Mark("Louder"),
+                .shortcut = {Key::kEqual},
+                .run = [louder] { louder(10); },
                 .repeats = true});
   // ---- view
   actions_.Add({.id = "view.next",
@@ -755,15 +797,43 @@ void ViewerApp::FollowDevice(double dt_s) {
   if (frame.switches_spindle && steers()) SetSpindle(!spindle_on());
 }
 
+/// Finds out why the saw is held, and makes its sound.
+void ViewerApp::FollowSaw(double dt_s) {
+  const bool cuts = is_running() && began_ && activity_->cuts();
+  sound_.SetSaw(cuts ? figures_.in.rpm : 0, glm::length(figures_.coupled.f_H_W_N));
+  HeldSawInput in;
+  if (began_ && steers() && !(device_ && device_->holds())) {
+    in.tool = MakeTool(session_->scene());
+    in.X_WT = figures_.coupled.X_WT;
+    in.X_wanted = controls_->wanted();
+    in.holds = controls_->holds();
+    in.spindle_on = spindle_on();
+    in.coupled = figures_.coupled;
+    in.guide_force_N = figures_.guide_force_N;
+    in.guide_normal_W = session_->guide_normal_W();
+  }
+  const std::optional<HeldReason> before = held_saw_.reason();
+  held_saw_.Update(dt_s, in);
+  if (held_saw_.reason() == before) return;
+  staying_ = held_reason();
+  trace_.Write("held", {{"reason", staying_}});
+}
+
+std::string ViewerApp::held_reason() const {
+  return held_saw_.reason() ? Tr(DescribeHeldReason(*held_saw_.reason())) : "";
+}
+
 void ViewerApp::Update(double dt_s) {
   FollowSession();
   if (device_ && session_ && began_) FollowDevice(dt_s);
-  if (steers() && began_) {
+  if (is_running() && began_) {
+    if (!steers()) LetGo();
+    if (returning_ && (spindle_on() || glm::length(figures_.coupled.X_WT.p_AB - X_start_.p_AB) < 0.5)) LetGo();
     if (returning_) controls_->Set(X_start_);
-    returning_ = returning_ && !spindle_on() && glm::length(figures_.coupled.X_WT.p_AB - X_start_.p_AB) > 0.5;
-    controls_->Advance(dt_s, MakeBasis(), figures_.coupled.X_WT);
-    session_->SetTarget(controls_->wanted());
+    controls_->Advance(dt_s, MakeBasis(), figures_.coupled.X_WT, touches());
+    session_->SetTarget(controls_->wanted(), controls_->holds());
   }
+  FollowSaw(dt_s);
   activity_->Update(dt_s);
   UpdateToolInPicture(dt_s);
   trace_.WriteState(MakeState());
@@ -815,6 +885,8 @@ nlohmann::json ViewerApp::MakeState() const {
                        {"removed_mm3", tenth(figures_.removed_mm3)},
                        {"force_N", tenth(glm::length(figures_.coupled.f_H_W_N))},
                        {"saw_mm", {tenth(p.x), tenth(p.y), tenth(p.z)}},
+                       {"holds", controls_->holds()},
+                       {"held", held_reason()},
                        {"help", help_},
                        {"entry", dialogs_.asks_text()},
                        {"dialog", dialogs_.is_open()},

@@ -11,9 +11,11 @@
 #include <vector>
 
 #include "app/window/actions.h"
+#include "app/window/beeper.h"
 #include "app/window/dialogs.h"
 #include "app/window/gl_window.h"
 #include "app/window/hand_device.h"
+#include "app/window/held_saw.h"
 #include "app/window/live_session.h"
 #include "app/window/saw_controls.h"
 #include "app/window/settings.h"
@@ -143,7 +145,11 @@ class ViewerApp {
   /// Returns the work in progress while a session is loading or ending.
   std::optional<WorkProgress> progress() const;
   LiveSession* session() { return session_.get(); }
-  bool steers() const;  // mouse and keys control the saw
+  bool steers() const;   // mouse and keys control the saw
+  bool touches() const;  // a force acts on the saw
+  /// Returns why the saw does not follow the hand and what to do about it; empty if it follows.
+  std::string held_reason() const;
+  Beeper& sound() { return sound_; }
   bool is_running() const { return session_ && session_->stage() == LiveStage::kRunning; }
   const LiveFigures& figures() const { return figures_; }
   const std::string& recording() const { return recording_; }
@@ -191,12 +197,14 @@ class ViewerApp {
   bool TakeMouse(const WindowEvent& event);
   void AskToQuit();
   void Retract();
+  void LetGo();
   void LoseFocus(const char* why);
   void Update(double dt_s);
   void TakeMade();
   void FollowSession();
   void FollowRunning();
   void FollowDevice(double dt_s);
+  void FollowSaw(double dt_s);
   void UpdateToolInPicture(double dt_s);
   void UpdateCutInPicture(const Tool& tool, double dt_s);  // contact, dust, alarms, lines of planes
   void Draw();
@@ -220,6 +228,9 @@ class ViewerApp {
   std::unique_ptr<Viewport> view_;
   Activity* activity_ = nullptr;
 
+  Beeper sound_;
+  bool said_no_sound_ = false;
+  HeldSawWatch held_saw_;
   std::optional<HandDevice> device_;
   std::unique_ptr<LiveSession> session_;
   mutable std::mutex mutex_;  // protects made_, at_start_ and watch_

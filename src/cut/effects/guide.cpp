@@ -163,7 +163,7 @@ void GuideEffect::Report(std::span<double> channels) const {
   channels[1] =
       is_disc_ ? kDegreesPerRad * std::acos(std::min(1.0, std::abs(glm::dot(at_.Vector({0, 0, 1}), n_W_)))) : 0;
   channels[2] = glm::dot(depth_W_, p_mm) + radius_mm_ * length;
-  channels[3] = force_N_;
+  channels[kForceChannel] = force_N_;
 }
 
 const EffectInfo& Guide() {

@@ -58,6 +58,7 @@ class GuideEffect final : public Effect {
   std::size_t CalcMemoryBytes() const override { return sizeof(*this) + walls_.capacity() * sizeof(Wall); }
 
   const GuideParams& params() const { return params_; }
+  static constexpr std::size_t kForceChannel = 3;  // index of force_N among its channels
 
  private:
   /// One-sided limit for a point of the tool: the point may move along `n_W` up to `at_mm`.

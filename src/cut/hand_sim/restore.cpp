@@ -126,12 +126,17 @@ void Restore::End(CoupledSimulation& simulation, const Pose* X_WT) {
   s.paced.Forget();  // pending removal belongs to the bone before the restore
   s.cutter.BoneRestored();
   s.effects.BoneRestored();
-  const Pose X_set = X_WT != nullptr && IsValid(*X_WT) && IsInWorld(X_WT->p_AB) ? *X_WT : s.World(s.X_WT);
-  s.X_WH = s.Local(X_set);
-  simulation.SetDown(X_set);
+  SetDown(simulation, X_WT != nullptr && IsValid(*X_WT) && IsInWorld(X_WT->p_AB) ? *X_WT : s.World(s.X_WT));
   job_->epoch = s.history->EndRestore();
   job_->state.store(RestoreJob::State::kDone, std::memory_order_release);
   job_ = nullptr;
+}
+
+void Restore::SetDown(CoupledSimulation& simulation, const Pose& X_WT) {
+  if (!IsValid(X_WT) || !IsInWorld(X_WT.p_AB)) return;
+  CoupledSimulation::State& s = *simulation.state_;
+  s.X_WH = s.Local(X_WT);
+  simulation.SetDown(X_WT);
 }
 
 bool RunRestore(CoupledSimulation& simulation, RestoreJob& job, const Pose* X_WT) {

@@ -63,6 +63,8 @@ class Restore {
   bool Step(CoupledSimulation& simulation, std::size_t leaves);
   /// Sets the tool down at X_WT; null: at its current pose. Returns the job to its owner.
   void End(CoupledSimulation& simulation, const Pose* X_WT);
+  /// Sets the handle and the tool down at X_WT without cutting on the way; an invalid pose is ignored. Tick-safe.
+  static void SetDown(CoupledSimulation& simulation, const Pose& X_WT);
 
  private:
   bool HasRoom(const CoupledSimulation& simulation) const;

@@ -43,6 +43,11 @@ bool HapticStep::ReadHandle(Device& device, HapticTick& out) {
     out.faults |= kHapticBadSample;
     ++counts_.bad_samples;
   }
+  if ((out.in.flags & kRecordedCarried) != 0) {
+    // This motion is not one of a hand.
+    velocity_.Reset();
+    turning_.Reset();
+  }
   if (good) {
     const Vec3& p_TC = simulation_->params().coupling.p_TC_mm;
     if (has_pose_) turned_W_rad_ += CalcRotationAngle(X_WH_.R_AB, sample.X_WH.R_AB);

@@ -4,10 +4,15 @@
 #include <cmath>
 
 namespace kerf {
+namespace {
+
+constexpr double kSettleSteps = 3;
+
+}  // namespace
 
 MouseHand::MouseHand(SimulatedDevice& device, HandTarget& target, const Pose& X_WH, const Vec3& p_TC_mm,
                      const MouseHandParams& params)
-    : device_(device), target_(target), p_TC_mm_(p_TC_mm), params_(params), X_wanted_(X_WH), X_aim_(X_WH) {
+    : device_(device), target_(target), p_TC_mm_(p_TC_mm), params_(params), X_wanted_(X_WH), X_aim_(X_WH), X_WT_(X_WH) {
   HandModel hand = device.hand();
   hand.name = "mouse";
   hand.mass_kg = params.mass_kg;
@@ -16,11 +21,46 @@ MouseHand::MouseHand(SimulatedDevice& device, HandTarget& target, const Pose& X_
   device.SetHand(hand);
 }
 
-void MouseHand::Advance(double dt_s) noexcept {
-  if (!(dt_s > 0)) return;
-  dt_s = std::min(dt_s, 0.1);
-  if (target_.Update() && IsValid(target_.front())) X_wanted_ = target_.front();
+void MouseHand::Follow(const Pose& X_WT, bool touches) noexcept {
+  X_WT_ = X_WT;
+  touches_ = touches;
+}
 
+void MouseHand::Place(const Pose& X_WH) noexcept {
+  device_.Place(X_WH);
+  HoldStill(X_WH);
+  placed_ = holds_;
+  holds_ = false;
+  stopped_ = true;
+  settles_s_ = 0;
+  X_WT_ = X_WH;
+  touches_ = false;
+}
+
+void MouseHand::HoldStill(const Pose& X_WH) noexcept {
+  X_wanted_ = X_aim_ = X_WH;
+  v_mm_per_s_ = Vec3{0};
+}
+
+void MouseHand::TakeTarget() noexcept {
+  if (!target_.Update() || !IsValid(target_.front().X_WH)) return;
+  const HandAim& aim = target_.front();
+  placed_ = placed_ && aim.holds;
+  if (placed_) return;
+  if (aim.holds) {
+    X_wanted_ = aim.X_WH;
+    stopped_ = false;
+  } else if (holds_) {
+    // The motion that was under way is completed if it is short and nothing is in its way.
+    X_wanted_ = {X_aim_.R_AB, aim.X_WH.p_AB};
+    const Vec3 lead = X_wanted_.Point(p_TC_mm_) - device_.p_WC_mm();
+    const double distance = glm::length(lead);
+    if (distance > params_.coast_mm) X_wanted_.p_AB -= (distance - params_.coast_mm) / distance * lead;
+  }
+  holds_ = aim.holds;
+}
+
+void MouseHand::AdvanceTowardsTarget(double dt_s) noexcept {
   // Rotation: turn towards the target, no faster than a hand.
   Quat R_wanted = X_wanted_.R_AB;
   if (glm::dot(X_aim_.R_AB, R_wanted) < 0) R_wanted = -R_wanted;
@@ -47,6 +87,27 @@ void MouseHand::Advance(double dt_s) noexcept {
     X_aim_.p_AB -= (distance - params_.reach_mm) * along;
     v_mm_per_s_ -= std::max(0.0, glm::dot(v_mm_per_s_, along)) * along;
   }
+}
+
+void MouseHand::Advance(double dt_s) noexcept {
+  if (!(dt_s > 0)) return;
+  dt_s = std::min(dt_s, 0.1);
+  TakeTarget();
+  if (!holds_ && !stopped_ && touches_) {
+    stopped_ = true;
+    settles_s_ = params_.settle_s;
+    HoldStill(X_WT_);
+  }
+  if (stopped_ && settles_s_ > 0) {
+    // A handle that was only released would swing beyond the tool. It is moved to the tool a few times, while the tool
+    // relaxes. If it followed the tool all the time, the forces of bone and spindle would drive both along.
+    const double part_s = params_.settle_s / kSettleSteps;
+    const double left_s = settles_s_ - dt_s;
+    if (std::floor(left_s / part_s) != std::floor(settles_s_ / part_s)) HoldStill(X_WT_);
+    settles_s_ = left_s;
+    return device_.Place(X_aim_);
+  }
+  AdvanceTowardsTarget(dt_s);
   device_.SetIntention({.X_WH = X_aim_, .v_W_mm_per_s = v_mm_per_s_, .push_W_N = Vec3{0}, .yield_s = 0});
 }
 

@@ -8,8 +8,14 @@
 
 namespace kerf {
 
-/// Desired pose of the tool frame, passed from the window thread to the loop thread.
-using HandTarget = TripleBuffer<Pose>;
+/// Desired pose of the tool frame, and whether the hand is there to reach it.
+struct HandAim {
+  Pose X_WH = {};
+  bool holds = true;  // false: the user has let go, so the hand pulls nothing
+};
+
+/// Passed from the window thread to the loop thread.
+using HandTarget = TripleBuffer<HandAim>;
 
 struct MouseHandParams {
   // Parameters of the simulated hand: stiff enough to press a saw, soft enough to be held back by bone.
@@ -20,8 +26,14 @@ struct MouseHandParams {
   double smooth_s = 0.04;          // time constant with which the hand follows the mouse
   double speed_mm_per_s = 120;     // maximum speed
   double turning_rad_per_s = 2.0;  // maximum angular speed
+  // After the user has let go:
+  double coast_mm = 1;     // in air the hand completes at most this much of the motion, against the handle's friction
+  double settle_s = 0.03;  // time for which the handle is kept at a tool that touches bone, until the force is zero
 };
 
+/// While the user holds the tool, the hand pulls it towards the target. When the user lets go of a tool that touches
+/// bone, hand and handle are at once where the tool is, so that nothing pulls it, and hold it there. In air the hand
+/// completes a short motion; if the tool then touches bone, the hand stops there as well.
 class MouseHand final : public HandDriver {
  public:
   /// `device` and `target` must outlive this object, which becomes the reader of `target`. The handle starts at `X_WH`.
@@ -29,8 +41,16 @@ class MouseHand final : public HandDriver {
             const MouseHandParams& params = {});
 
   void Advance(double dt_s) noexcept override;
+  void Follow(const Pose& X_WT, bool touches) noexcept override;
+  bool can_place() const override { return true; }
+  /// The hand stays there until the user lets go, if necessary, and takes the tool again.
+  void Place(const Pose& X_WH) noexcept override;
 
  private:
+  void TakeTarget() noexcept;
+  void AdvanceTowardsTarget(double dt_s) noexcept;
+  void HoldStill(const Pose& X_WH) noexcept;
+
   SimulatedDevice& device_;
   HandTarget& target_;
   Vec3 p_TC_mm_;
@@ -38,6 +58,12 @@ class MouseHand final : public HandDriver {
   Pose X_wanted_;
   Pose X_aim_;
   Vec3 v_mm_per_s_{0};
+  bool holds_ = true;     // the user holds the tool
+  bool placed_ = false;   // the user has not let go since Place()
+  bool stopped_ = false;  // the user has let go, and the tool has touched bone since
+  double settles_s_ = 0;  // time left in which the hand follows the tool
+  Pose X_WT_;             // of the tool, after the last tick
+  bool touches_ = false;
 };
 
 }  // namespace kerf

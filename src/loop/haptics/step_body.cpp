@@ -6,6 +6,13 @@
 
 namespace kerf {
 
+bool Touches(const CoupledOutput& out) {
+  // In air the coupling's load is zero, apart from rounding.
+  constexpr double kTouch_N = 0.02;
+  constexpr double kTouch_Nmm = 0.5;
+  return glm::length(out.f_H_W_N) > kTouch_N || glm::length(out.tau_H_W_Nmm) > kTouch_Nmm;
+}
+
 StepBody::StepBody(CoupledSimulation& simulation, GuardedDevice& device, const StepBodyParams& params,
                    HandDriver* before)
     : simulation_(simulation),
@@ -25,7 +32,10 @@ void StepBody::ReportChannels(std::span<double> channels) const {
 }
 
 bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& tick) {
-  if (before_ != nullptr) before_->Advance(dt_s);
+  if (before_ != nullptr) {
+    if (X_WT_) before_->Follow(*X_WT_, touches_);
+    before_->Advance(dt_s);
+  }
   TickInputs in;
   in.dt_s = dt_s;
   in.rpm = rpm_.load(std::memory_order_relaxed);
@@ -33,14 +43,16 @@ bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& tick) {
   if (std::exchange(force_off_, false)) in.flags |= kRecordedForceOff;
   tick.stands = false;
   if (restores_ != nullptr) {
-    restores_->Begin(simulation_, pieces_ != nullptr && pieces_->leaving(), in);
+    const Pose* X_carried =
+        restores_->Begin(simulation_, X_WT_ ? &*X_WT_ : nullptr, pieces_ != nullptr && pieces_->leaving(), in);
+    if (X_carried != nullptr && before_ != nullptr) before_->Place(*X_carried);
     tick.stands = restores_->running();
     // A piece that was found in the old bone is not valid in the restored one.
     if (tick.stands && pieces_ != nullptr) pieces_->Drop();
   }
   static_cast<HapticTick&>(tick) = step_.Step(device_, in, &observer, tick.stands);
   if (tick.stands) {
-    if (restores_->Step(simulation_)) restores_->End(simulation_, step_.has_pose() ? &tick.X_WH : nullptr);
+    restores_->Step(simulation_, step_.has_pose() ? &tick.X_WH : nullptr);
     if (pieces_ != nullptr) pieces_->Pass();
   } else if (pieces_ != nullptr) {
     tick.in.piece = pieces_->Step(simulation_);
@@ -57,6 +69,7 @@ bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& tick) {
     tick.coupled.X_WT = *X_WT_;  // the tool is stopped
   }
   X_WT_ = tick.coupled.X_WT;
+  touches_ = Touches(tick.coupled);
   failed_s_ = (tick.faults & (kHapticReadFailed | kHapticWriteFailed)) != 0 ? failed_s_ + dt_s : 0;
   return failed_s_ <= params_.give_up_s;
 }

@@ -19,7 +19,17 @@ class HandDriver {
   virtual ~HandDriver() = default;
   /// Tick-safe.
   virtual void Advance(double dt_s) noexcept = 0;
+  /// Called before Advance() with the tool's pose after the last tick, and whether bone or an effect exerted a force on
+  /// it. Tick-safe.
+  virtual void Follow(const Pose& /*X_WT*/, bool /*touches*/) noexcept {}
+  /// Returns true if Place() is possible. It is not if something else determines the handle's pose, such as a path.
+  virtual bool can_place() const { return false; }
+  /// Moves the hand and the handle to X_WH, where they rest. Tick-safe.
+  virtual void Place(const Pose& /*X_WH*/) noexcept {}
 };
+
+/// Returns true if something exerts a force on the tool, so that the hand feels a load. Tick-safe.
+bool Touches(const CoupledOutput& out);
 
 struct StepBodyParams {
   ForceMapParams force_map;
@@ -54,6 +64,8 @@ class StepBody final : public LoopBody {
   ChangedLeaf changed(int i) const override { return simulation_.changed(i); }
   void ClearChanged() override { simulation_.ClearChanged(); }
 
+  /// Returns true if the exchange's motions of the tool are possible.
+  bool can_place() const { return before_ != nullptr && before_->can_place(); }
   /// Call in the loop thread, or after the loop has ended.
   const HapticStep& step() const { return step_; }
 
@@ -70,6 +82,7 @@ class StepBody final : public LoopBody {
   bool force_off_ = false;
   double failed_s_ = 0;
   std::optional<Pose> X_WT_;  // tool pose after the last tick
+  bool touches_ = false;      // a force acted on the tool in the last tick
 };
 
 }  // namespace kerf

@@ -21,8 +21,9 @@ enum RecordedFlag : std::uint32_t {
   kRecordedUndo = 1u << 6,         // before this tick, an undo to `checkpoint` began
   kRecordedRedo = 1u << 7,         // before this tick, a redo to `checkpoint` began
   kRecordedTakenUp = 1u << 8,      // from this tick on, the session was continued by another user or at another time
+  kRecordedCarried = 1u << 9,      // the hand was moved to X, and the tool was set down there without touching bone
 };
-inline constexpr std::uint32_t kRecordedFlags = (1u << 9) - 1;
+inline constexpr std::uint32_t kRecordedFlags = (1u << 10) - 1;
 
 /// All inputs of a tick, with what the session does just before or after it: the same inputs reproduce the tick bit for
 /// bit. They travel from the loop's body, which fills them in, to the recording.

@@ -166,13 +166,13 @@ DeflectionHand::DeflectionHand(SimulatedDevice& device, DeviceServo& servo, cons
       p_TC_mm_(p_TC_mm),
       speeds_(speeds),
       X_WH_(ReadPose(device)),
-      target_(X_WH_),
+      target_({X_WH_, true}),
       hand_(device, target_, X_WH_, p_TC_mm) {}
 
 void DeflectionHand::Advance(double dt_s) noexcept {
   const std::array<double, 6> deflection = servo_.ReadDeflection();
   X_WH_ = MoveByDeflection(X_WH_, deflection, R_WD_, p_TC_mm_, speeds_, dt_s);
-  target_.Publish(X_WH_);
+  target_.Publish({X_WH_, true});
   hand_.Advance(dt_s);
 }
 

@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-constexpr std::array<std::string_view, 5> kKinds{"checkpoint", "undo", "redo", "taken up", "rpm"};
+constexpr std::array<std::string_view, 6> kKinds{"checkpoint", "undo", "redo", "taken up", "rpm", "retract"};
 
 std::string Name(const RecordedEvent& event) {
   return fmt::format("the event \"{}{}{}\" at {:.3f} s", event.what, event.name.empty() ? "" : " ", event.name,
@@ -49,7 +49,7 @@ std::string EventCheck::Announce(const RecordedEvent& event, std::uint64_t numbe
       return fmt::format("{} restores checkpoint {}, which has another name", Name(event), event.number);
     }
   }
-  if (event.what != "rpm") announced_.push_back(&event);
+  if (event.what != "rpm" && event.what != "retract") announced_.push_back(&event);
   return "";
 }
 

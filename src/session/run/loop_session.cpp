@@ -15,6 +15,7 @@
 #include "session/run/live_pieces.h"
 #include "session/run/loop_actions.h"
 #include "session/run/loop_handle.h"
+#include "session/run/loop_mover.h"
 #include "session/run/loop_recorder.h"
 #include "session/run/loop_summary.h"
 #include "session/run/make_bone.h"
@@ -49,8 +50,9 @@ bool NeedsUndo(const LoopOptions& options) {
   if (std::any_of(options.undo.actions.begin(), options.undo.actions.end(), uses_history)) return true;
   if (options.replay.recording == nullptr) return false;
   const std::vector<RecordedEvent>& events = options.replay.recording->events();
-  return std::any_of(events.begin(), events.end(),
-                     [](const RecordedEvent& e) { return e.what == "checkpoint" || e.what == "undo"; });
+  return std::any_of(events.begin(), events.end(), [](const RecordedEvent& e) {
+    return e.what == "checkpoint" || e.what == "undo" || e.what == "retract";
+  });
 }
 
 LoopParams MakeLoopParams(const SceneLoop& scene, const LoopOptions& options) {
@@ -153,6 +155,7 @@ struct LoopSession::State {
   VirtualClock virtual_clock;
   std::optional<ReplayBody> replay;
   std::optional<HapticLoop> loop;
+  std::optional<LoopMover> mover;
   std::optional<LoopUndo> undo;
   std::optional<BoneMirror> mirror;
   std::optional<FragmentsDriver> fragments;
@@ -277,13 +280,15 @@ void LoopSession::State::MakeLoop() {
                MakeLoopParams(scene.loop, options));
   if (options.costs.costs) loop->Watch(simulation->effects());
   if (!NeedsUndo(options)) return;
-  step_body->set_restores(&undo.emplace(*simulation, options.undo.max_MB).exchange());
+  mover.emplace(params.tool, X_WT_start, period_s, step_body->can_place());
+  step_body->set_restores(&undo.emplace(*simulation, options.undo.max_MB, &*mover).exchange());
   s.undo.emplace();
 }
 
 void LoopSession::State::MakePieces(Bone bone) {
   SessionController* const peer = options.watchers.peer;
   mirror.emplace(std::move(bone), loop->leaves());
+  if (mover) mover->Connect(*loop, *mirror);
   fragments.emplace(simulation->effects());
   pieces.emplace(*fragments, *loop, exchange, *mirror, CalcReach(params.tool));
   if (fragments->is_on() || peer != nullptr) {
@@ -308,7 +313,10 @@ void LoopSession::State::MakeReaders() {
   recorder.emplace(params.coupling.p_TC_mm, scene.output.forces_every_ticks, requested_ticks, options.output.log,
                    period_s, s);
   recorder->set_recording(recording ? &*recording : nullptr);
-  recorder->set_take_tick(options.watchers.take_tick);
+  recorder->set_take_tick(mover ? [this](const LoopTick& tick, std::span<const double> channels) {
+    mover->Take(tick);
+    if (options.watchers.take_tick) options.watchers.take_tick(tick, channels);
+  } : options.watchers.take_tick);
   const auto record_request = [this](const std::string& what, const std::string& name, std::uint32_t number) {
     recorder->Drain(*loop);
     if (recording) recording->AddEvent(what, name, number);
@@ -516,6 +524,7 @@ LoopSummary LoopSession::Finish() {
                                      state.actions->left(), state.actions->next_s()));
   }
   if (state.undo) state.SummarizeUndo();
+  if (state.mover) s.leaves_sent += state.mover->leaves_received();
   SummarizeLoop(*state.loop, s);
   if (state.options.costs.costs) s.costs = state.MakeCosts();
   state.recorder->Finish();

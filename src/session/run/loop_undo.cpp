@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 #include "kerf/error.h"
 
@@ -44,8 +45,30 @@ LoopAction ParseLoopAction(const std::string& text) {
   return action;
 }
 
-LoopUndo::LoopUndo(CoupledSimulation& simulation, double max_MB)
-    : journal_(simulation.KeepHistory(), UndoParams{.max_MB = max_MB}) {}
+LoopUndo::LoopUndo(CoupledSimulation& simulation, double max_MB, ToolMover* mover)
+    : mover_(mover), journal_(simulation.KeepHistory(), UndoParams{.max_MB = max_MB}) {
+  if (mover_ != nullptr) X_at_[0] = mover_->X_WT();
+}
+
+/// Prepares an undo or redo, and the motion of the tool that follows it.
+UndoJob* LoopUndo::Prepare(const LoopAction& action) {
+  const bool redo = action.kind == LoopAction::Kind::kRedo;
+  journal_.Drain();
+  if (!journal_.CanRedo()) X_undone_.clear();
+  UndoJob* job = redo ? journal_.PrepareRedo()
+                      : journal_.PrepareUndo(action.name.empty() ? journal_.FindOneBack() : journal_.Find(action.name));
+  if (!can_move()) return job;
+  X_before_ = mover_->X_WT();
+  X_wanted_ = X_before_;
+  if (redo && !X_undone_.empty()) X_wanted_ = X_undone_.back();
+  if (const auto at = X_at_.find(job->number); !redo && at != X_at_.end()) X_wanted_ = at->second;
+  carry_ = std::make_unique<CarryJob>();
+  return job;
+}
+
+void LoopUndo::Send(UndoJob& job) {
+  if (!exchange_.Send(job, carry_.get())) throw Error("more actions were requested than the loop can queue");
+}
 
 bool LoopUndo::Do(const LoopAction& action, const RecordRequest& record_request) {
   if (!is_idle()) return false;
@@ -54,16 +77,35 @@ bool LoopUndo::Do(const LoopAction& action, const RecordRequest& record_request)
     record_request("checkpoint", action.name, number);
     if (!exchange_.RequestCheckpoint(number)) throw Error("more actions were requested than the loop can queue");
     pending_checkpoint_ = number;
+    if (mover_ != nullptr) X_at_[number] = mover_->X_WT();
     return true;
   }
-  const bool redo = action.kind == LoopAction::Kind::kRedo;
-  journal_.Drain();
-  UndoJob* job = redo ? journal_.PrepareRedo()
-                      : journal_.PrepareUndo(action.name.empty() ? journal_.FindOneBack() : journal_.Find(action.name));
-  record_request(redo ? "redo" : "undo", action.name, job->number);
+  if (action.kind == LoopAction::Kind::kRetract) {
+    if (!can_move()) throw Error("the saw can't be retracted, because its path or the device determines where it is");
+    record_request("retract", action.name, 0);
+    X_wanted_.reset();
+    carry_ = std::make_unique<CarryJob>();
+    if (!exchange_.Send(*carry_)) throw Error("more actions were requested than the loop can queue");
+    return true;
+  }
+  UndoJob* job = Prepare(action);
+  record_request(action.kind == LoopAction::Kind::kRedo ? "redo" : "undo", action.name, job->number);
   pending_ = action;
-  if (!exchange_.Send(*job)) throw Error("more actions were requested than the loop can queue");
+  Send(*job);
   return true;
+}
+
+void LoopUndo::PollCarry() {
+  if (carry_ == nullptr) return;
+  const CarryJob::State state = carry_->state.load(std::memory_order_acquire);
+  if (state == CarryJob::State::kDone) {
+    carry_.reset();
+  } else if (state == CarryJob::State::kHeld) {
+    std::optional<std::vector<Pose>> poses = mover_->FindPoses(X_wanted_);
+    if (!poses) return;
+    carry_->poses = std::move(*poses);
+    carry_->state.store(CarryJob::State::kReady, std::memory_order_release);
+  }
 }
 
 bool LoopUndo::Poll() {
@@ -71,17 +113,21 @@ bool LoopUndo::Poll() {
     const RestoreJob::State state = job->state.load(std::memory_order_acquire);
     if (state == RestoreJob::State::kWaiting || state == RestoreJob::State::kRunning) return false;
     const std::string why = WhyRefused(state);
+    const bool redo = job->redo;
     if (journal_.Finish()) {
+      if (redo && !X_undone_.empty()) X_undone_.pop_back();
+      if (!redo && mover_ != nullptr) X_undone_.push_back(X_before_);
       ++restores_;
       pending_.reset();
       journal_.Drain();
       return true;
     }
+    carry_.reset();
     if (state != RestoreJob::State::kChanged) throw Error(why);
-    const LoopAction again = *pending_;
-    Do(again, [](const std::string&, const std::string&, std::uint32_t) {});
+    Send(*Prepare(LoopAction(*pending_)));
     return false;
   }
+  PollCarry();
   journal_.Drain();
   if (pending_checkpoint_ != 0) {
     const std::vector<UndoCheckpoint> made = journal_.checkpoints();
@@ -93,6 +139,7 @@ bool LoopUndo::Poll() {
 
 void LoopUndo::Repeat(const RecordedStep& step, const std::vector<RecordedEvent>& names) {
   Poll();
+  if ((step.flags & kRecordedCarried) != 0) exchange_.Repeat(step.X);
   if ((step.flags & kRecordedCheckpoint) != 0) {
     std::string name = "checkpoint";
     for (const RecordedEvent& event : names) {
@@ -100,6 +147,7 @@ void LoopUndo::Repeat(const RecordedStep& step, const std::vector<RecordedEvent>
     }
     const std::uint32_t number = journal_.Name(name);
     pending_checkpoint_ = number;
+    if (mover_ != nullptr) X_at_[number] = mover_->X_WT();
     if (number != step.checkpoint || !exchange_.RequestCheckpoint(number)) {
       throw Error(fmt::format("the recording's checkpoint {} can't be repeated", step.checkpoint));
     }

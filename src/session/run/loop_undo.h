@@ -1,7 +1,10 @@
-// Checkpoints, undo and redo of a loop: requested at given times, carried out between ticks, recorded and replayed.
+// Checkpoints, undo and redo of a loop, and retracting its tool: requested at given times, carried out between ticks,
+// recorded and replayed.
 #pragma once
 
 #include <functional>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,7 +20,8 @@ inline constexpr Range kSessionTimeRange_s{0, 1e9};
 
 /// An action at a given time of a loop.
 struct LoopAction {
-  enum class Kind { kCheckpoint, kUndo, kRedo, kSpindle };
+  // kRetract: take the tool out of the bone; only if the program can move the hand, as with a mouse.
+  enum class Kind { kCheckpoint, kUndo, kRedo, kSpindle, kRetract };
   double at_s = 0;
   Kind kind = Kind::kCheckpoint;
   double rpm = 0;    // kSpindle
@@ -27,24 +31,46 @@ struct LoopAction {
 /// for any other text.
 LoopAction ParseLoopAction(const std::string& text);
 
-/// Requests checkpoints, undo and redo. Call in the reader's thread. A simulation keeps a history only if this object
-/// exists.
+/// Moves the tool of a loop whose hand can be moved by the program (HandDriver::Place()). Called in the reader's
+/// thread.
+class ToolMover {
+ public:
+  ToolMover() = default;
+  ToolMover(const ToolMover&) = delete;
+  ToolMover& operator=(const ToolMover&) = delete;
+  virtual ~ToolMover() = default;
+
+  /// False if something else determines the tool's pose: a path or a haptic device.
+  virtual bool can_move() const = 0;
+  /// Returns the tool's last known pose.
+  virtual Pose X_WT() const = 0;
+  /// Returns the poses, one per tick, through which a tool that the loop holds still is moved: to `X_wanted` or, if it
+  /// would be in bone there, to a pose nearby that is clear of the bone; without `X_wanted`, out of the bone. Returns
+  /// nothing while not all changes of the bone have been received from the loop.
+  virtual std::optional<std::vector<Pose>> FindPoses(const std::optional<Pose>& X_wanted) = 0;
+};
+
+/// Requests checkpoints, undo and redo, and retracts the tool. Undo and redo bring the tool back to its pose at the
+/// time of the restored state. Call in the reader's thread. A simulation keeps a history only if this object exists.
 class LoopUndo {
  public:
-  /// `simulation` must outlive this object. `max_MB`: as in UndoParams.
-  LoopUndo(CoupledSimulation& simulation, double max_MB);
+  /// All references must outlive this object. `max_MB`: as in UndoParams. `mover`: null: undo and redo leave the tool
+  /// at the handle, and retracting is not possible.
+  LoopUndo(CoupledSimulation& simulation, double max_MB, ToolMover* mover = nullptr);
 
   RestoreExchange& exchange() { return exchange_; }
   UndoJournal& journal() { return journal_; }
 
   using RecordRequest = std::function<void(const std::string& what, const std::string& name, std::uint32_t number)>;
   /// Requests an action. `record_request` is called with each request before it is made. Throws kerf::Error for an
-  /// impossible action, such as an undo without history. Returns false if another action is in progress.
+  /// impossible action, such as an undo without history or retracting a tool that a device holds. Returns false if
+  /// another action is in progress.
   bool Do(const LoopAction& action, const RecordRequest& record_request);
-  /// Call periodically. Retries a restore that was refused. Returns true if a restore has just been completed.
+  /// Call periodically. Retries a restore that was refused, and moves the tool. Returns true if a restore has just been
+  /// completed.
   bool Poll();
   /// Returns true if no action is in progress; an action must wait for the previous one.
-  bool is_idle() const { return journal_.job() == nullptr && pending_checkpoint_ == 0; }
+  bool is_idle() const { return journal_.job() == nullptr && pending_checkpoint_ == 0 && carry_ == nullptr; }
 
   /// For a replay, between ticks: repeats the action recorded before `step`. `names`: events with the names of
   /// checkpoints, by number. Throws kerf::Error if it cannot be repeated.
@@ -54,11 +80,22 @@ class LoopUndo {
   std::size_t restores() const { return restores_; }
 
  private:
+  bool can_move() const { return mover_ != nullptr && mover_->can_move(); }
+  UndoJob* Prepare(const LoopAction& action);
+  void Send(UndoJob& job);
+  void PollCarry();
+
+  ToolMover* mover_;
   RestoreExchange exchange_;
   UndoJournal journal_;
   std::optional<LoopAction> pending_;     // action of the job in progress
   std::uint32_t pending_checkpoint_ = 0;  // checkpoint that is not made yet; 0: none
   std::size_t restores_ = 0;
+  std::map<std::uint32_t, Pose> X_at_;  // pose of the tool at each checkpoint, by its number
+  std::vector<Pose> X_undone_;          // pose of the tool at each undo that can be redone
+  Pose X_before_;                       // pose of the tool before the restore in progress
+  std::unique_ptr<CarryJob> carry_;     // motion in progress
+  std::optional<Pose> X_wanted_;        // its end; none: out of the bone
 };
 
 }  // namespace kerf

@@ -16,7 +16,7 @@ namespace {
 constexpr double kSameTime_s = 1e-9;
 
 constexpr std::uint32_t kBetweenTicks = kRecordedPieceLeaves | kRecordedCheckpoint | kRecordedUndo | kRecordedRedo;
-constexpr std::uint32_t kReported = kBetweenTicks | kRecordedTakenUp;
+constexpr std::uint32_t kReported = kBetweenTicks | kRecordedTakenUp | kRecordedCarried;
 // Flags that are results of a tick.
 constexpr std::uint32_t kCompared =
     kRecordedReadFailed | kRecordedWriteFailed | kRecordedForceOff | kRecordedPieceLeaves;

@@ -131,8 +131,59 @@ def main():
         w._xdotool("keyup", "Down")
         check_recording(kerf, folder, whole=False)
         shutil.rmtree(folder)
+
+    # A window manager that died has left its property: the program removes it and starts. With a live window manager the
+    # property stays.
+    for what, kept in (("gone", False), ("silent", False), ("other", False), ("alive", True)):
+        with Display() as display:
+            env = dict(os.environ, DISPLAY=display.name)
+            manager = subprocess.Popen([sys.executable, "-c", WINDOW_MANAGER, what], env=env, stdout=subprocess.PIPE, text=True)
+            assert manager.stdout.readline().strip() == "set"
+            w, folder = start(display, kerf)
+            w.wait_event("running")
+            w.key("ctrl+q")
+            code, out = w.wait_end()
+            assert code == 0, (what, out)
+            left = subprocess.run([sys.executable, "-c", WINDOW_MANAGER, "read"], env=env, capture_output=True, text=True)
+            assert left.stdout.strip() == ("named" if kept else "none"), (what, left)
+            manager.terminate()
+            manager.wait()
+            shutil.rmtree(folder)
     print("resized, hidden, without focus, closed, ended and killed: all recordings complete")
 
+
+# What a window manager leaves on the root window: the name of a window that is gone, of one without a name of its own, of
+# one that names another, or of its own live window. "read": prints whether the root window has the property.
+WINDOW_MANAGER = """
+import ctypes, sys, time
+x = ctypes.CDLL("libX11.so.6")
+x.XOpenDisplay.restype = ctypes.c_void_p
+for f in (x.XDefaultRootWindow, x.XInternAtom, x.XCreateSimpleWindow):
+    f.restype = ctypes.c_ulong
+d = ctypes.c_void_p(x.XOpenDisplay(None))
+root = ctypes.c_ulong(x.XDefaultRootWindow(d))
+check = ctypes.c_ulong(x.XInternAtom(d, b"_NET_SUPPORTING_WM_CHECK", 0))
+window_type = ctypes.c_ulong(33)
+if sys.argv[1] == "read":
+    type_, format_, count, left, data = ctypes.c_ulong(), ctypes.c_int(), ctypes.c_ulong(), ctypes.c_ulong(), ctypes.c_void_p()
+    x.XGetWindowProperty(d, root, check, ctypes.c_long(0), ctypes.c_long(1), 0, window_type, ctypes.byref(type_),
+                         ctypes.byref(format_), ctypes.byref(count), ctypes.byref(left), ctypes.byref(data))
+    print("named" if count.value else "none", flush=True)
+    sys.exit()
+w = ctypes.c_ulong(x.XCreateSimpleWindow(d, root, 0, 0, 1, 1, 0, 0, 0))
+def name(of, named):
+    x.XChangeProperty(d, of, check, window_type, 32, 0, ctypes.byref(named), 1)
+name(root, w)
+if sys.argv[1] == "other":
+    name(w, root)
+elif sys.argv[1] != "silent":
+    name(w, w)
+if sys.argv[1] == "gone":
+    x.XDestroyWindow(d, w)
+x.XSync(d, 0)
+print("set", flush=True)
+time.sleep(600)
+"""
 
 # A window that takes the focus.
 OTHER_WINDOW = """

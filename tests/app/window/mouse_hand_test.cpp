@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "app/window/beeper.h"
 #include "device/devices/profiles.h"
 
 namespace kerf {
@@ -29,7 +28,7 @@ struct Rig {
 // The device's friction may hold the handle slightly off the target, by friction / stiffness of the hand.
 TEST(MouseHand, HandleReachesTheTargetAtALimitedSpeed) {
   Rig rig;
-  rig.target.Publish({Quat{1, 0, 0, 0}, {40, 0, 0}});
+  rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {40, 0, 0}}});
   double fastest = 0;
   for (int i = 0; i < 2000; ++i) {
     rig.Run(0.001);
@@ -47,7 +46,7 @@ TEST(MouseHand, ForceOnAHeldHandleIsLimited) {
   Rig rig;
   const MouseHandParams params;
   const double max_N = params.stiffness_N_per_mm * params.reach_mm;
-  rig.target.Publish({Quat{1, 0, 0, 0}, {500, 0, 0}});
+  rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {500, 0, 0}}});
   // If a wall pushes back with slightly more than that force, the handle moves back.
   rig.Run(3, {-(max_N + 1), 0, 0});
   const double at_mm = rig.device.p_WC_mm().x;
@@ -61,22 +60,56 @@ TEST(MouseHand, ForceOnAHeldHandleIsLimited) {
 
 TEST(MouseHand, InvalidTargetIsIgnored) {
   Rig rig;
-  rig.target.Publish({Quat{1, 0, 0, 0}, {std::numeric_limits<double>::quiet_NaN(), 0, 0}});
+  rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {std::numeric_limits<double>::quiet_NaN(), 0, 0}}});
   rig.Run(0.5);
   EXPECT_NEAR(glm::length(rig.device.p_WC_mm()), 0, 1e-9);
   for (const double dt_s : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), 1e9}) rig.hand.Advance(dt_s);
   EXPECT_TRUE(std::isfinite(rig.device.p_WC_mm().x));
 }
 
-TEST(Beep, DistinguishesFarNearAndBeyond) {
-  EXPECT_EQ(CalcBeep(std::nullopt).per_s, 0);
-  EXPECT_EQ(CalcBeep(10).per_s, 0);
-  EXPECT_NEAR(CalcBeep(3).per_s, 2, 1e-12);
-  EXPECT_LT(CalcBeep(2).per_s, CalcBeep(1).per_s);  // faster towards the goal
-  EXPECT_TRUE(std::isinf(CalcBeep(0).per_s));
-  EXPECT_TRUE(std::isinf(CalcBeep(-1).per_s));
-  EXPECT_GT(CalcBeep(-1).pitch_Hz, CalcBeep(0).pitch_Hz);
-  EXPECT_EQ(CalcBeep(std::numeric_limits<double>::quiet_NaN()).per_s, 0);
+// A tool that is stuck at the origin, with a coupling of 2 N/mm to the handle.
+TEST(MouseHand, PullsNothingAfterTheUserHasLetGo) {
+  Rig rig;
+  const Pose X_tool{};
+  const auto run = [&](double seconds) {
+    for (int i = 0; i < static_cast<int>(1000 * seconds); ++i) {
+      const Vec3 f_N = -2.0 * rig.device.p_WC_mm();
+      rig.hand.Follow(X_tool, glm::length(f_N) > 0.02);
+      rig.hand.Advance(0.001);
+      rig.device.Elapse(0.001);
+      rig.device.Write(f_N, Vec3{0});
+    }
+  };
+  rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {10, 0, 0}}});
+  run(2);
+  // Springs of 0.6 and 2 N/mm in series, with an extension of 10 mm together.
+  ASSERT_NEAR(rig.device.p_WC_mm().x, 10 * 0.6 / 2.6, 0.1);
+  rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {10, 0, 0}}, .holds = false});
+  run(1);
+  // Only the device's friction is left, which the springs do not overcome.
+  EXPECT_LT(glm::length(rig.device.p_WC_mm()), rig.device.profile().friction_N / 2.6 + 0.01);
+  // Later targets without a hand change nothing.
+  rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {30, 0, 0}}, .holds = false});
+  run(1);
+  EXPECT_LT(glm::length(rig.device.p_WC_mm()), rig.device.profile().friction_N / 2.6 + 0.01);
+}
+
+// Targets that were published before Place() do not pull the hand away from its new place.
+TEST(MouseHand, StaysWhereItIsPlacedUntilTheUserTakesTheToolAgain) {
+  Rig rig;
+  rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {5, 0, 0}}});
+  rig.Run(1);
+  const Pose X_placed{Quat{1, 0, 0, 0}, {0, 20, 0}};
+  rig.hand.Place(X_placed);
+  rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {6, 0, 0}}});
+  rig.Run(1);
+  EXPECT_LT(glm::distance(rig.device.p_WC_mm(), X_placed.p_AB), 1e-6);
+  rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {6, 0, 0}}, .holds = false});
+  rig.Run(0.1);
+  rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {0, 25, 0}}});
+  rig.Run(2);
+  EXPECT_NEAR(rig.device.p_WC_mm().y, 25,
+              rig.device.profile().friction_N / MouseHandParams{}.stiffness_N_per_mm + 0.05);
 }
 
 }  // namespace

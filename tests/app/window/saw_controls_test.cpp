@@ -82,10 +82,62 @@ TEST(SawControls, WantedPoseWaitsForASawThatIsHeldBack) {
   for (int i = 0; i < 2000; ++i) controls.Advance(0.01, kFront, Pose{});  // the saw does not move
   EXPECT_NEAR(glm::length(controls.wanted().p_AB), SawControls::kLead_mm, 0.5);
   EXPECT_NEAR(AngleBetween(controls.wanted().R_AB, Quat{1, 0, 0, 0}), SawControls::kLead_rad, 0.05);
+  EXPECT_TRUE(controls.holds());
   controls.Release();
-  const Vec3 before = controls.wanted().p_AB;
-  controls.Advance(1, kFront, Pose{});
-  EXPECT_NEAR(glm::length(controls.wanted().p_AB - before), 0, 0.5);
+  EXPECT_FALSE(controls.holds());
+  controls.Advance(0.01, kFront, Pose{});
+  EXPECT_EQ(controls.wanted().p_AB, Vec3(0));
+  EXPECT_EQ(controls.wanted().R_AB, (Quat{1, 0, 0, 0}));
+}
+
+// With keys and the mouse together, the last release counts, in all modes.
+TEST(SawControls, LetsGoWithTheLastKeyOrButton) {
+  for (const bool in_plane : {false, true}) {
+    const Pose X_saw{Quat{1, 0, 0, 0}, {1, 2, 3}};
+    SawControls controls(X_saw);
+    controls.set_in_blade_plane(in_plane);
+    EXPECT_FALSE(controls.holds());
+    controls.Take(KeyEvent(Key::kDown), kFront);
+    controls.Take(KeyEvent(Key::kQ), kFront);
+    controls.Take(MouseEvent(Kind::kMouseDown, 0, 0), kFront);
+    controls.Take(MouseEvent(Kind::kMouseMove, 30, 0, false, true), kFront);  // Control: turns
+    for (int i = 0; i < 100; ++i) controls.Advance(0.01, kFront, X_saw);
+    controls.Take(KeyEvent(Key::kDown, false), kFront);
+    EXPECT_TRUE(controls.holds());
+    controls.Take(MouseEvent(Kind::kMouseUp, 30, 0), kFront);
+    EXPECT_TRUE(controls.holds());
+    controls.Take(KeyEvent(Key::kQ, false), kFront);
+    EXPECT_FALSE(controls.holds());
+    controls.Advance(0.01, kFront, X_saw);
+    EXPECT_EQ(controls.wanted().p_AB, X_saw.p_AB);
+    EXPECT_EQ(controls.wanted().R_AB, X_saw.R_AB);
+  }
+}
+
+TEST(SawControls, SetPoseIsWantedUntilTheUserInterferes) {
+  SawControls controls(Pose{});
+  controls.Set({Quat{1, 0, 0, 0}, {0, 0, 10}});
+  EXPECT_TRUE(controls.holds());
+  controls.Advance(0.01, kFront, Pose{});
+  EXPECT_EQ(controls.wanted().p_AB, Vec3(0, 0, 10));
+  controls.Take(KeyEvent(Key::kDown), kFront);
+  controls.Take(KeyEvent(Key::kDown, false), kFront);
+  EXPECT_FALSE(controls.holds());
+}
+
+// In air, presses that are too short to overcome the handle's friction add up.
+TEST(SawControls, ShortPressesAddUpInAir) {
+  SawControls controls(Pose{});
+  controls.set_feed_mm_per_s(4);
+  for (int i = 0; i < 5; ++i) {
+    controls.Take(KeyEvent(Key::kRight), kFront);
+    controls.Advance(0.025, kFront, Pose{}, false);
+    controls.Take(KeyEvent(Key::kRight, false), kFront);
+    controls.Advance(0.1, kFront, Pose{}, false);
+  }
+  EXPECT_NEAR(controls.wanted().p_AB.x, 0.5, 1e-9);
+  controls.Advance(0.1, kFront, Pose{}, true);  // the saw touches bone
+  EXPECT_EQ(controls.wanted().p_AB.x, 0);
 }
 
 TEST(SawControls, IgnoresLettersWithControl) {

@@ -1,0 +1,59 @@
+#include "session/run/loop_mover.h"
+
+#include <algorithm>
+
+namespace kerf {
+namespace {
+
+// Contact alone does not count as being in bone: a blade in its own kerf touches the walls.
+constexpr double kContact_vox = -0.5;
+// Air between the tool and the bone after it was moved out, below the width of the bone's band.
+constexpr double kFree_vox = 1.5;
+constexpr double kRetract_mm_per_s = 40;
+constexpr double kMaxRetract_s = 2;  // a longer way out is moved along faster
+
+}  // namespace
+
+LoopMover::LoopMover(const Tool& tool, const Pose& X_WT_start, double period_s, bool can_move)
+    : tool_(tool), X_WT_(X_WT_start), period_s_(period_s), can_move_(can_move) {}
+
+void LoopMover::Connect(HapticLoop& loop, BoneMirror& mirror) {
+  loop_ = &loop;
+  mirror_ = &mirror;
+}
+
+void LoopMover::Take(const LoopTick& tick) {
+  X_WT_ = tick.coupled.X_WT;
+  if (!tick.stands && can_move_) trail_.Take(X_WT_);
+}
+
+std::vector<Pose> LoopMover::FindWayOut(const PhiSampler& phi, const Pose& X_WT) const {
+  const double margin_mm = kFree_vox * phi.voxel_mm();
+  if (IsClear(phi, tool_, X_WT, margin_mm)) return {};
+  std::vector<Pose> corners = trail_.FindWayBack(phi, tool_, X_WT, margin_mm);
+  if (corners.empty()) {
+    const Box3 bounds_W = mirror_->bone().CalcBounds();
+    const double max_mm = glm::length(bounds_W.size()) + 2 * CalcReach(tool_);
+    corners = {X_WT, FindNearestClearPose(phi, tool_, X_WT, bounds_W.centre(), margin_mm, max_mm)};
+  }
+  double travel_mm = 0;
+  for (std::size_t i = 1; i < corners.size(); ++i)
+    travel_mm += CalcTravel(corners[i - 1], corners[i], CalcReach(tool_));
+  return DivideIntoTicks(corners, std::max(kRetract_mm_per_s, travel_mm / kMaxRetract_s), period_s_, CalcReach(tool_));
+}
+
+std::optional<std::vector<Pose>> LoopMover::FindPoses(const std::optional<Pose>& X_wanted) {
+  // While the loop holds the tool, the bone does not change. The state is read before the leaves.
+  loop_->state().Update();
+  const LoopState& state = loop_->state().front();
+  leaves_received_ += mirror_->Update();
+  if (state.sent_until_s < state.last.time_s) return std::nullopt;
+  const PhiSampler phi(mirror_->bone());
+  if (!X_wanted) return FindWayOut(phi, state.last.coupled.X_WT);
+  if (IsClear(phi, tool_, *X_wanted, kContact_vox * phi.voxel_mm())) return {{*X_wanted}};
+  // The undone motion is not shown, so the tool is moved at once.
+  const std::vector<Pose> way = FindWayOut(phi, *X_wanted);
+  return std::vector<Pose>{way.empty() ? *X_wanted : way.back()};
+}
+
+}  // namespace kerf

@@ -1,0 +1,44 @@
+// Moves the tool of a running loop out of bone: after undo and redo, and when it is retracted.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "loop/haptics/bone_mirror.h"
+#include "loop/haptics/haptic_loop.h"
+#include "session/run/clear_pose.h"
+#include "session/run/loop_undo.h"
+
+namespace kerf {
+
+/// Call in the reader's thread.
+class LoopMover final : public ToolMover {
+ public:
+  /// `can_move`: the loop's hand can be moved by the program. `period_s`: of the loop.
+  LoopMover(const Tool& tool, const Pose& X_WT_start, double period_s, bool can_move);
+  /// Call before the loop starts; both must outlive this object.
+  void Connect(HapticLoop& loop, BoneMirror& mirror);
+  /// Call with each tick, in order.
+  void Take(const LoopTick& tick);
+
+  bool can_move() const override { return can_move_; }
+  Pose X_WT() const override { return X_WT_; }
+  std::optional<std::vector<Pose>> FindPoses(const std::optional<Pose>& X_wanted) override;
+  /// Returns the number of leaves received by FindPoses() so far.
+  std::size_t leaves_received() const { return leaves_received_; }
+
+ private:
+  std::vector<Pose> FindWayOut(const PhiSampler& phi, const Pose& X_WT) const;
+
+  Tool tool_;
+  Pose X_WT_;
+  double period_s_;
+  bool can_move_;
+  HapticLoop* loop_ = nullptr;
+  BoneMirror* mirror_ = nullptr;
+  ToolTrail trail_;
+  std::size_t leaves_received_ = 0;
+};
+
+}  // namespace kerf

@@ -1,0 +1,231 @@
+#!/usr/bin/env python3
+"""Tests the control of the saw in the real window, with real keys and mouse: the saw stops when the user lets go of it,
+undo and redo bring it back out of the bone, and it can be retracted from any place.
+
+    control_test.py KERF
+
+Exit code 77: the test was skipped; it prints the reason."""
+
+import shutil
+import subprocess
+import sys
+import time
+
+from drive import Display, Window, skip_without_display_programs, workspace
+from rehearse_test import SCENE
+
+# What a saw may do after the release was logged: on a busy machine, the logged state may be some hundredths of a second
+# older than the release, at a feed of up to 10 mm/s. A blade of 0.5 mm removes 5 mm3 per mm from a bar of 10 mm.
+RELAX_MM = 0.4
+RELAX_MM3 = 2.0
+# From then on nothing may change. The log rounds to 0.1.
+REST_MM = 0.11
+REST_MM3 = 0.11
+
+
+def start(display, kerf, scene=SCENE):
+    folder = workspace()
+    (folder / "bar.toml").write_text(scene)
+    w = Window(display, kerf, ["rehearse", "bar.toml", "-o", "out"], folder, title="kerf rehearse")
+    w.wait_event("running")
+    w.wait_event("first_picture")
+    w.key("v")  # from the front: down in the picture is down in the bone
+    w.key("bracketleft", "bracketleft", "bracketleft")  # keys move the saw at 2 mm/s
+    return w, folder
+
+
+def end(w, kerf, folder):
+    w.key("ctrl+q")
+    code, out = w.wait_end()
+    assert code == 0, out
+    done = subprocess.run([kerf, "replay", "out/session.kerf", "--verify"], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0 and "bit-identical to the recording" in done.stdout, (done.stdout, done.stderr)
+    shutil.rmtree(folder)
+
+
+def spindle(w, on):
+    if w.state["spindle"] != on:
+        w.key("space")
+        w.wait_state("the spindle", lambda s: s["spindle"] == on and (s["rpm"] != 0) == on)
+
+
+def begin_drag(w, at, by, modifier=None):
+    """Presses the left button and moves the mouse; the button stays pressed."""
+    w.move(*at)
+    if modifier:
+        w._xdotool("keydown", modifier)
+    w._xdotool("mousedown", 1)
+    for i in range(1, 11):
+        w.move(at[0] + by[0] * i / 10, at[1] + by[1] * i / 10)
+        time.sleep(0.02)
+
+
+def check_stays(w, what, seconds=2, relax_mm=RELAX_MM):
+    """Checks that the saw neither moves nor cuts after it was let go."""
+    released = dict(w.wait_state("let go", lambda s: not s["holds"], 10))
+
+    def changes(before):
+        w.read()
+        moved = max(abs(a - b) for a, b in zip(w.state["saw_mm"], before["saw_mm"]))
+        return moved, w.state["removed_mm3"] - before["removed_mm3"]
+
+    time.sleep(0.7)
+    moved, cut = changes(released)
+    assert moved <= relax_mm and cut <= RELAX_MM3, (what, moved, cut, released, w.state)
+    rest = dict(w.state)
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        time.sleep(0.1)
+        moved, cut = changes(rest)
+        assert moved <= REST_MM and cut <= REST_MM3, (what, moved, cut, rest, w.state)
+    assert w.state["force_N"] <= 0.3, (what, w.state)  # what friction in the kerf may hold
+    assert not w.state["holds"], (what, w.state)
+
+
+def test_release(display, kerf):
+    w, folder = start(display, kerf)
+    centre = (640, 360)
+    depth = lambda s: 11 - s["saw_mm"][2]
+    for lock in (False, True):
+        if lock:
+            w.key("l")
+        spindle(w, True)
+        begin_drag(w, centre, (0, 250))
+        w.wait_state("2.5 mm deep", lambda s: depth(s) > 2.5)
+        w._xdotool("mouseup", 1)
+        check_stays(w, f"mouse released, lock {lock}")
+        # The next drag begins where the saw is, not where the handle was.
+        begin_drag(w, centre, (0, -40))
+        time.sleep(0.5)
+        w.read()
+        w._xdotool("mouseup", 1)
+        # With several keys, the last one counts.
+        w._xdotool("keydown", "Down", "keydown", "Right")
+        now = depth(w.state)
+        w.wait_state("deeper", lambda s: depth(s) > max(now, 2.5) + 0.5)
+        w._xdotool("keyup", "Right")
+        now = depth(w.state)
+        w.wait_state("still moving", lambda s: depth(s) > now + 0.3)
+        w._xdotool("keyup", "Down")
+        check_stays(w, "keys released")
+        begin_drag(w, centre, (10, 5), modifier="ctrl")
+        time.sleep(0.7)  # the hand turns about its grip, which is far from the blade
+        w._xdotool("mouseup", 1, "keyup", "ctrl")
+        # A blade that was wedged in its kerf may spring out of it.
+        check_stays(w, "rotation released", relax_mm=11)
+        spindle(w, False)
+        w.key("r")
+        w.wait_state("out of the bone", lambda s: s["saw_mm"][2] > 12.5)
+    end(w, kerf, folder)
+
+
+def cut_to(w, depth_mm):
+    spindle(w, True)
+    w._xdotool("keydown", "Down")
+    w.wait_state(f"{depth_mm} mm deep", lambda s: 11 - s["saw_mm"][2] > depth_mm, 90)
+    w._xdotool("keyup", "Down")
+    return w.wait_still("saw_mm", still_s=0.5)
+
+
+def is_at(w, place, tolerance=0.25):
+    return lambda s: all(abs(a - b) <= tolerance for a, b in zip(s["saw_mm"], place))
+
+
+def answered(w, what, after):
+    answer = w.wait_event("answer", after=after, what=what)
+    assert answer["failure"] == "", answer
+
+
+def test_undo(display, kerf):
+    w, folder = start(display, kerf)
+    begin = list(w.wait_still("saw_mm", still_s=0.5))
+    deep = list(cut_to(w, 4))
+    removed = w.state["removed_mm3"]
+    assert removed > 5
+
+    # Undo with the saw deep in the bone and the spindle on, and the key to move it still held: the saw is where it was at
+    # the start, clear of the bone by 2 mm, and does not cut on any way through air.
+    w._xdotool("keydown", "Down")
+    after = w.mark()
+    w.key("ctrl+z")
+    answered(w, "Undone", after)
+    w._xdotool("keyup", "Down")
+    w.wait_state("back at the start", is_at(w, begin))
+    assert not w.state["spindle"]
+    removed = w.state["removed_mm3"]
+    w._xdotool("keydown", "Right")
+    w.wait_state("moved", lambda s: s["saw_mm"][0] > begin[0] + 2)
+    w._xdotool("keyup", "Right")
+    assert w.state["force_N"] == 0 and w.state["removed_mm3"] == removed, w.state
+
+    # Redo brings it into its kerf again, and a checkpoint there is a place to return to.
+    after = w.mark()
+    w.key("ctrl+y")
+    answered(w, "Redone", after)
+    w.wait_state("back in the kerf", is_at(w, deep))
+    assert w.state["removed_mm3"] == removed
+    after = w.mark()
+    w.key("c")
+    w.wait_state("it asks for a name", lambda s: s["entry"])
+    w.key("Return")
+    answered(w, "Checkpoint", after)
+    cut_to(w, 6)
+    removed = w.state["removed_mm3"]
+    after = w.mark()
+    w.key("b", "1")
+    answered(w, "Undone", after)
+    w.wait_state("back at the checkpoint", is_at(w, deep))
+    check_stays(w, "at the checkpoint")
+
+    # From deep in the kerf, the saw is retracted along the way it came in.
+    after = w.mark()
+    w.key("r")
+    answered(w, "Retracted", after)
+    w.wait_state("at the start", is_at(w, begin, 0.8))
+    assert w.state["removed_mm3"] == removed, (removed, w.state)
+    end(w, kerf, folder)
+
+    # A saw that is buried in bone is taken out as well.
+    w, folder = start(display, kerf, SCENE.replace("[0.0, 0.0, 13.0]", "[0.0, 0.0, 7.0]").replace("[0.0, 0.0, 12.0]", "[0.0, 0.0, 6.0]"))
+    begin = list(w.wait_still("saw_mm", still_s=0.5))
+    assert begin[2] < 7.5, begin
+    removed = w.state["removed_mm3"]  # not 0: the spindle turns until the first action of the session stops it
+    after = w.mark()
+    w.key("r")
+    answered(w, "Retracted", after)
+    assert w.wait_state("out", lambda s: s["saw_mm"][2] > 11)["removed_mm3"] == removed
+    end(w, kerf, folder)
+
+
+def test_held(display, kerf):
+    """A saw that does not follow says why, until it follows or is let go."""
+    w, folder = start(display, kerf)
+    cut_to(w, 4)
+    begin_drag(w, (640, 360), (120, 0))  # across the blade
+    w.wait_state("it binds", lambda s: "binds sideways" in s["held"], 20)
+    w._xdotool("mouseup", 1)
+    w.wait_state("let go", lambda s: s["held"] == "", 10)
+    spindle(w, False)
+    begin_drag(w, (640, 360), (0, 150))
+    w.wait_state("the spindle is off", lambda s: "spindle is off" in s["held"], 20)
+    w._xdotool("mouseup", 1)
+    w.wait_state("let go", lambda s: s["held"] == "", 10)
+    w.key("u")
+    w.wait_message("The sound is off.")
+    w.key("minus")
+    w.wait_message("The volume is 40 %.")
+    end(w, kerf, folder)
+
+
+def main():
+    kerf = sys.argv[1]
+    skip_without_display_programs()
+    with Display() as display:
+        test_release(display, kerf)
+        test_undo(display, kerf)
+        test_held(display, kerf)
+    print("released, undone and retracted")
+
+
+if __name__ == "__main__":
+    main()
