@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <optional>
 
 #include "kerf/error.h"
 #include "kerf/version.h"
@@ -49,8 +48,7 @@ std::string RunExport(ExportOrder& order) {
     curve.points.emplace_back(p.time_s, p.force_N);
     largest_N = std::max(largest_N, p.force_N);
   }
-  const std::optional<double> curve_end_s =
-      curve.points.empty() ? std::nullopt : std::optional(curve.points.back().first);
+  const double duration_s = curve.points.empty() ? 0 : curve.points.back().first;
   if (curve.points.size() > 1) {
     taken.figures = {{"duration", "s", curve.points.back().first}, {"largest force on the hand", "N", largest_N}};
     taken.curves.push_back(std::move(curve));
@@ -66,7 +64,7 @@ std::string RunExport(ExportOrder& order) {
                                      : fmt::format("{}: {}", order.saw_name, DescribeTool(order.scene.tool))},
       {"spindle", fmt::format("{:.0f} rpm", order.scene.tool.rpm)},
       {"force law", order.scene.force.name()}};
-  if (curve_end_s) taken.circumstances.push_back({"duration", fmt::format("{:.0f} s", *curve_end_s)});
+  if (duration_s > 0) taken.circumstances.push_back({"duration", fmt::format("{:.0f} s", duration_s)});
   taken.provenance.push_back({"scene", order.scene.name});
   taken.provenance.push_back({"tool", DescribeTool(order.scene.tool)});
   for (const std::string& recording : order.recordings) {

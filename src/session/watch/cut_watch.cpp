@@ -37,7 +37,7 @@ struct CutWatch::State {
   std::map<LeafIndex, LeafValues> leaves;
   std::vector<PlannedPlane> planes;
   bool planes_changed = false;
-  bool hurry = false;  // somebody waits for the analysis
+  bool hurry = false;  // a caller waits for the analysis
   bool stop = false;
   bool working = true;
   std::optional<PlanesReport> report;
