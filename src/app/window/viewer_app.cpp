@@ -109,7 +109,7 @@ void ViewerApp::Clear() {
   view_->ClearTool();
   view_->SetGhost(std::nullopt);
   view_->SetForce(std::nullopt);
-  view_->SetSlices(std::nullopt);
+  slices_.reset();
 }
 
 void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool same_bone,
