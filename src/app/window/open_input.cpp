@@ -112,7 +112,8 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
     opened.project = ReadProject(input, options.folder + "/project");
     const Project& project = *opened.project;
     opened.scene = project.scene;
-    if (!project.bone_file.empty()) opened.original = std::make_shared<const Bone>(ReadBone(project.bone_file, {.hu = true}));
+    if (!project.bone_file.empty())
+      opened.original = std::make_shared<const Bone>(ReadBone(project.bone_file, {.hu = true}));
     watcher.progress("opening the project", 0.5);
     if (!project.cut_bone_file.empty()) {
       opened.bone = std::make_shared<const Bone>(ReadBone(project.cut_bone_file, {.hu = true}));

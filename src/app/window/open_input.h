@@ -14,11 +14,11 @@ namespace kerf {
 
 struct OpenedInput {
   Scene scene;
-  std::string scene_file;            // named in recordings; empty if there is none
-  std::shared_ptr<const Bone> bone;  // content of scene.bone.file; null if the scene has no such file
-  bool bone_is_saved = true;         // false for an imported bone, which the caller writes to scene.bone.file
-  bool bone_was_shown = false;       // OpenWatcher::bone has received `bone` as it is
-  std::optional<Project> project;    // if the input is one
+  std::string scene_file;                // named in recordings; empty if there is none
+  std::shared_ptr<const Bone> bone;      // content of scene.bone.file; null if the scene has no such file
+  bool bone_is_saved = true;             // false for an imported bone, which the caller writes to scene.bone.file
+  bool bone_was_shown = false;           // OpenWatcher::bone has received `bone` as it is
+  std::optional<Project> project;        // if the input is one
   std::shared_ptr<const Bone> original;  // of a project: the bone before its cuts; otherwise null
 };
 
@@ -38,8 +38,9 @@ struct OpenWatcher {
 };
 
 /// Opens an input. `input`: empty (the generic mandible), a scene (.toml), a project
-/// (.kerf-project), a bone (.vdb), a DICOM folder, or any other input of `kerf import`. If it is not a scene, a scene is made with the paper's saw over the left side of the bone.
-/// Writes no file. Throws Error, or Cancelled if `watcher.progress` does.
+/// (.kerf-project), a bone (.vdb), a DICOM folder, or any other input of `kerf import`. If it is not a scene, a scene
+/// is made with the paper's saw over the left side of the bone. Writes no file. Throws Error, or Cancelled if
+/// `watcher.progress` does.
 OpenedInput OpenInput(const std::string& input, const OpenOptions& options, const OpenWatcher& watcher);
 
 /// Makes a scene with the bone file and the saw above the bone's left side without touching it: above the thickest part

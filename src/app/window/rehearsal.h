@@ -137,7 +137,7 @@ class Rehearsal final : public Activity {
   std::shared_ptr<const Volume> ct_;
   Scene scene_;
   std::string scene_file_;
-  std::shared_ptr<const Bone> before_;  // bone at the start of the first session
+  std::shared_ptr<const Bone> before_;    // bone at the start of the first session
   std::shared_ptr<const Bone> original_;  // of a project: the bone before its cuts; otherwise null
 
   std::size_t saw_ = 0;

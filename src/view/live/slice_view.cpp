@@ -432,8 +432,20 @@ SliceImage CalcSlice(const Bone& bone, const SliceSpec& spec, const InnerSurface
   }
   if (inner != nullptr) {
     const auto add = [&](const TriangleMesh& mesh, SliceLineKind kind, const Rgb8& colour) {
+      // Regions extend a little beyond the bone's surface; only the part within the bone is shown.
+      const auto add_run = [&](const std::vector<Vec3>& run) {
+        if (run.size() > 1) slice.lines.push_back({kind, ToPixels(frame, run), colour, 1.8, false, ""});
+      };
       for (const std::vector<Vec3>& line : SliceMesh(mesh, frame.X_WS)) {
-        slice.lines.push_back({kind, ToPixels(frame, line), colour, 1.8, false, ""});
+        std::vector<Vec3> run;
+        for (const Vec3& p : line) {
+          if (bone.SignedDistance(p) <= 0) {
+            run.push_back(p);
+          } else {
+            add_run(std::exchange(run, {}));
+          }
+        }
+        add_run(run);
       }
     };
     add(inner->teeth_W, SliceLineKind::kTooth, kToothLine);

@@ -72,7 +72,7 @@ struct SliceImage {
   SliceFrame frame;
   Image image;                   // grey, without lines: CT numbers, or the tissues if the bone has no CT numbers
   bool has_ct = false;           // what the image shows
-  std::vector<SliceLine> lines;  // bone, nerve and teeth
+  std::vector<SliceLine> lines;  // bone, and nerve and teeth within it
   // Patient's sides closest to the edges: L, R, A, P, S or I.
   std::string left_letter, right_letter, up_letter, down_letter;
 };

@@ -238,6 +238,23 @@ TEST(SliceView, MeshIsCutIntoClosedLines) {
   EXPECT_TRUE(SliceMesh({}, X_WS).empty());
 }
 
+TEST(SliceView, StructuresAreShownWithinTheBoneOnly) {
+  const Bone bone = test::MakePlate(0.25);
+  InnerSurfaces inner;
+  inner.canal_W = *test::MakeCube({0, 0, -5}, 3);  // within the plate
+  inner.teeth_W = *test::MakeCube({4, 0, 0}, 3);   // half of it above the plate
+  int nerve = 0, teeth = 0;
+  const SliceImage slice = CalcSlice(bone, MakeSpec(SliceKind::kCoronal, {0, 0, -5}), &inner);
+  for (const SliceLine& line : slice.lines) {
+    nerve += line.kind == SliceLineKind::kNerve ? 1 : 0;
+    if (line.kind != SliceLineKind::kTooth) continue;
+    ++teeth;
+    for (const OverlayPoint& px : line.points) EXPECT_LE(slice.frame.PointOf(px).z, 1e-9);
+  }
+  EXPECT_EQ(nerve, 1);
+  EXPECT_GE(teeth, 1);
+}
+
 TEST(SliceView, SectionOfAPlaneLiesOnTheSurface) {
   const Bone bone = test::MakePlate(0.25);
   PlaneOverlay plane{.name = "cut", .p_W = {2, 0, -5}, .normal_W = {1, 0.3, 0.1}, .width_mm = 30, .height_mm = 30};
