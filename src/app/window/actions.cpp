@@ -13,8 +13,8 @@
 namespace kerf {
 namespace {
 
-constexpr const char* kMenus[] = {Mark("File"), Mark("Edit"),   Mark("View"),     Mark("Saw"),
-                                  Mark("Plan"), Mark("Pieces"), Mark("Exercise"), Mark("Help")};
+constexpr const char* kMenus[] = {Msg("File"), Msg("Edit"),   Msg("View"),     Msg("Saw"),
+                                  Msg("Plan"), Msg("Pieces"), Msg("Exercise"), Msg("Help")};
 
 std::string KeyName(Key key) {
   const auto code = static_cast<int>(key);

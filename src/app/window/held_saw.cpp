@@ -59,21 +59,21 @@ std::optional<HeldReason> DiagnoseHeldSaw(const HeldSawInput& in) {
 const char* DescribeHeldReason(HeldReason reason) {
   switch (reason) {
     case HeldReason::kGuidePlane:
-      return Mark("The guide holds the saw in the planned plane. Press G to switch the guide off.");
+      return Msg("The guide holds the saw in the planned plane. Press G to switch the guide off.");
     case HeldReason::kGuideDepth:
-      return Mark("The guide stops the saw at the planned depth. Press G to switch the guide off.");
+      return Msg("The guide stops the saw at the planned depth. Press G to switch the guide off.");
     case HeldReason::kBinds:
-      return Mark("The blade binds sideways: ease it back along its plane.");
+      return Msg("The blade binds sideways: ease it back along its plane.");
     case HeldReason::kSpindleOff:
-      return Mark("The spindle is off: start it with Space, or press R to take the saw out of the bone.");
+      return Msg("The spindle is off: start it with Space, or press R to take the saw out of the bone.");
     case HeldReason::kForceLimit:
-      return Mark("The saw already presses with its greatest force: press less and let it cut.");
+      return Msg("The saw already presses with its greatest force: press less and let it cut.");
     case HeldReason::kFedTooFast:
-      return Mark("You feed the saw faster than it can cut: press less and let it cut.");
+      return Msg("You feed the saw faster than it can cut: press less and let it cut.");
     case HeldReason::kNoMemory:
-      return Mark("The saw waits for memory: hold it still for a moment.");
+      return Msg("The saw waits for memory: hold it still for a moment.");
     case HeldReason::kNotCut:
-      return Mark("Bone is in the way of a part of the saw that has no teeth: take the saw back and cut beside it.");
+      return Msg("Bone is in the way of a part of the saw that has no teeth: take the saw back and cut beside it.");
   }
   return "";
 }

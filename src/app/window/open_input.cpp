@@ -109,7 +109,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   }
   if (IsProjectPath(input)) {
     watcher.progress("opening the project", 0);
-    opened.project = ReadProject(input, options.folder + "/project");
+    opened.project = ReadProject(input, options.project_folder);
     const Project& project = *opened.project;
     opened.scene = project.scene;
     if (!project.bone_file.empty())

@@ -23,8 +23,9 @@ struct OpenedInput {
 };
 
 struct OpenOptions {
-  std::string bone_file;  // file for an imported bone
-  double voxel_mm = 0.2;  // of an imported bone
+  std::string bone_file;       // file for an imported bone
+  double voxel_mm = 0.2;       // of an imported bone
+  std::string project_folder;  // receives the files of a project
 };
 
 /// What observes the opening. All functions are called in the opening thread; all but `progress` are optional.

@@ -21,7 +21,7 @@ namespace {
 constexpr double kNudge_mm = 0.5;
 constexpr double kNudge_deg = 1;
 constexpr double kTurnByPixel_deg = 0.25;
-constexpr std::array<const char*, 3> kAxes{Mark("left - right"), Mark("front - back"), Mark("up - down")};
+constexpr std::array<const char*, 3> kAxes{Msg("left - right"), Msg("front - back"), Msg("up - down")};
 // A software renderer needs 0.2 us per triangle: the drawn surface is coarser than the measured one.
 constexpr std::size_t kMaxTriangles = 200'000;
 
@@ -305,17 +305,17 @@ void PiecesMode::AddActions(ActionList& actions) {
     points_W_.clear();
   };
   actions.Add({.id = "pieces.next",
-               .menu = Mark("Pieces"),
-               .label = Mark("Pick the next piece"),
+               .menu = Msg("Pieces"),
+               .label = Msg("Pick the next piece"),
                .shortcut = {Key::kTab},
                .run = [this] { SelectNext(1); },
                .enabled = ready,
                .begins_group = true});
   actions.Add({.id = "pieces.axis",
-               .menu = Mark("Pieces"),
-               .label = Mark("One axis only: left, front, up, any"),
+               .menu = Msg("Pieces"),
+               .label = Msg("One axis only: left, front, up, any"),
                .shortcut = {Key::kA},
-               .tip = Mark("Restricts motion to one of the patient's axes, and rotation to that axis"),
+               .tip = Msg("Restricts motion to one of the patient's axes, and rotation to that axis"),
                .run =
                    [this] {
                      axis_ = axis_ == 2 ? -1 : axis_ + 1;
@@ -326,16 +326,16 @@ void PiecesMode::AddActions(ActionList& actions) {
                .enabled = ready,
                .on = [this] { return axis_ >= 0; },
                .relevant = [this] { return entered_; },
-               .indicator = Mark("One axis")});
+               .indicator = Msg("One axis")});
   actions.Add({.id = "pieces.hide",
-               .menu = Mark("Pieces"),
-               .label = Mark("Hide or show the piece"),
+               .menu = Msg("Pieces"),
+               .label = Msg("Hide or show the piece"),
                .shortcut = {Key::kH},
                .run = [this] { Do([this] { pieces_->SetHidden(selected_, !pieces_->state(selected_).hidden); }); },
                .enabled = any});
   actions.Add({.id = "pieces.delete",
-               .menu = Mark("Pieces"),
-               .label = Mark("Delete the piece"),
+               .menu = Msg("Pieces"),
+               .label = Msg("Delete the piece"),
                .shortcut = {Key::kDelete},
                .run =
                    [this] {
@@ -344,33 +344,33 @@ void PiecesMode::AddActions(ActionList& actions) {
                    },
                .enabled = any});
   actions.Add({.id = "pieces.reset",
-               .menu = Mark("Pieces"),
-               .label = Mark("Return the piece to its place"),
+               .menu = Msg("Pieces"),
+               .label = Msg("Return the piece to its place"),
                .shortcut = {Key::kR},
                .run = [this] { Do([this] { pieces_->Reset(selected_); }); },
                .enabled = any});
   actions.Add({.id = "pieces.reset_all",
-               .menu = Mark("Pieces"),
-               .label = Mark("Return all pieces"),
+               .menu = Msg("Pieces"),
+               .label = Msg("Return all pieces"),
                .shortcut = {.key = Key::kR, .shift = true},
                .run = [this] { Do([this] { pieces_->ResetAll(); }); },
                .enabled = ready});
   actions.Add({.id = "pieces.distance",
-               .menu = Mark("Pieces"),
-               .label = Mark("Measure a distance"),
+               .menu = Msg("Pieces"),
+               .label = Msg("Measure a distance"),
                .shortcut = {Key::kD},
                .run = [ask] { ask(Asking::kDistance); },
                .enabled = ready,
                .begins_group = true});
   actions.Add({.id = "pieces.angle",
-               .menu = Mark("Pieces"),
-               .label = Mark("Measure an angle"),
+               .menu = Msg("Pieces"),
+               .label = Msg("Measure an angle"),
                .shortcut = {Key::kJ},
                .run = [ask] { ask(Asking::kAngle); },
                .enabled = ready});
   actions.Add({.id = "pieces.clear",
-               .menu = Mark("Pieces"),
-               .label = Mark("Delete the measurements"),
+               .menu = Msg("Pieces"),
+               .label = Msg("Delete the measurements"),
                .shortcut = {Key::kBackspace},
                .run =
                    [this] {

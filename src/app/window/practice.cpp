@@ -427,67 +427,67 @@ void Practice::DoNextStep() {
 
 void Practice::AddActions(ActionList& actions) {
   actions.Add({.id = "exercise.finish",
-               .menu = Mark("Exercise"),
-               .label = Mark("Finish and see the score"),
+               .menu = Msg("Exercise"),
+               .label = Msg("Finish and see the score"),
                .shortcut = {Key::kEnter},
                .run = [this] { Finish(true); },
                .enabled = [this] { return state_ == State::kCutting && viewer_->is_running(); },
                .relevant = [this] { return state_ == State::kCutting; },
-               .button = Mark("Finish")});
+               .button = Msg("Finish")});
   actions.Add({.id = "exercise.leave",
-               .menu = Mark("Exercise"),
-               .label = Mark("Leave without a score"),
+               .menu = Msg("Exercise"),
+               .label = Msg("Leave without a score"),
                .shortcut = {Key::kEscape},
                .run = [this] { Finish(false); },
                .enabled = [this] { return state_ == State::kCutting && viewer_->is_running(); }});
   const auto at_result = [this] { return state_ == State::kResult; };
   actions.Add({.id = "exercise.step",
-               .menu = Mark("Exercise"),
-               .label = Mark("Recommended next step"),
+               .menu = Msg("Exercise"),
+               .label = Msg("Recommended next step"),
                .shortcut = {Key::kEnter},
                .run = [this] { DoNextStep(); },
                .enabled = at_result,
                .relevant = at_result,
-               .button = Mark("Next step")});
+               .button = Msg("Next step")});
   actions.Add({.id = "exercise.again",
-               .menu = Mark("Exercise"),
-               .label = Mark("Try again"),
+               .menu = Msg("Exercise"),
+               .label = Msg("Try again"),
                .shortcut = {Key::kA},
                .run = [this] { Start(exercise_->id, options_.level); },
                .enabled = at_result,
                .relevant = at_result,
-               .button = Mark("Try again")});
+               .button = Msg("Try again")});
   actions.Add({.id = "exercise.replay",
-               .menu = Mark("Exercise"),
-               .label = Mark("Watch the attempt beside the expert's"),
+               .menu = Msg("Exercise"),
+               .label = Msg("Watch the attempt beside the expert's"),
                .shortcut = {Key::kW},
                .run = [this] { Replay(); },
                .enabled = at_result,
                .relevant = at_result,
-               .button = Mark("Watch")});
+               .button = Msg("Watch")});
   actions.Add({.id = "exercise.restart_replay",
-               .menu = Mark("Exercise"),
-               .label = Mark("Watch from the beginning"),
+               .menu = Msg("Exercise"),
+               .label = Msg("Watch from the beginning"),
                .shortcut = {Key::kEnter},
                .run = [this] { replay_s_ = 0; },
                .enabled = [this] { return state_ == State::kReplaying; }});
   actions.Add({.id = "exercise.end_replay",
-               .menu = Mark("Exercise"),
-               .label = Mark("Return to the result"),
+               .menu = Msg("Exercise"),
+               .label = Msg("Return to the result"),
                .shortcut = {Key::kEscape},
                .run = [this] { EndReplay(); },
                .enabled = [this] { return state_ == State::kReplaying; },
                .relevant = [this] { return state_ == State::kReplaying; },
-               .button = Mark("Back to the result")});
+               .button = Msg("Back to the result")});
   actions.Add({.id = "exercise.next",
-               .menu = Mark("Exercise"),
-               .label = Mark("Next level"),
+               .menu = Msg("Exercise"),
+               .label = Msg("Next level"),
                .shortcut = {Key::kN},
                .run = [this] { Start(exercise_->id, options_.level + 1); },
                .enabled = [this] { return state_ == State::kResult && options_.level < kLevels; }});
   actions.Add({.id = "exercise.list",
-               .menu = Mark("Exercise"),
-               .label = Mark("Other exercises"),
+               .menu = Msg("Exercise"),
+               .label = Msg("Other exercises"),
                .shortcut = {Key::kEscape},
                .run = [this] { Choose(); },
                .enabled = [this] { return state_ == State::kResult; }});

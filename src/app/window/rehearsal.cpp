@@ -12,6 +12,7 @@
 #include "app/window/export_order.h"
 #include "app/window/is_ready.h"
 #include "app/window/pieces_mode.h"
+#include "app/window/plan_editor.h"
 #include "base/core/cancelled.h"
 #include "base/files/files.h"
 #include "kerf/error.h"
@@ -24,32 +25,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the smallest rotation from one unit vector to another, less than half a turn.
-Quat RotationBetween(const Vec3& from, const Vec3& to) {
-  const Vec3 axis = glm::cross(from, to);
-  return glm::normalize(Quat{1 + glm::dot(from, to), axis.x, axis.y, axis.z});
-}
-
 constexpr double kEnd_s = 0.3;  // time that the work of other threads gets to end when the window is closed
-
-const Range kDepthRange_mm = FindRange<DepthStop>("depth_mm");
-
-std::optional<double> ParseDepth(const std::string& text) {
-  double depth_mm = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), depth_mm);
-  if (error != std::errc{} || end != text.data() + text.size() || !kDepthRange_mm.Contains(depth_mm)) return {};
-  return depth_mm;
-}
 
 }  // namespace
 
 Rehearsal::Rehearsal(const RehearsalOptions& options) : options_(options) {
   for (const std::string& file : options_.plans) {
-    for (PlannedPlane& plane : ReadPlannedPlanes(file)) plan_.planes.push_back(std::move(plane));
+    for (PlannedPlane& plane : ReadPlannedPlanes(file)) given_planes_.push_back(std::move(plane));
   }
   options_.viewer.watch = true;
   viewer_ = std::make_unique<ViewerApp>(options_.viewer);
   pieces_ = std::make_unique<PiecesMode>(*viewer_);
+  editor_ = std::make_unique<PlanEditor>(*viewer_);
 }
 
 Rehearsal::~Rehearsal() {
@@ -81,7 +68,7 @@ void Rehearsal::EndWork() {
 }
 
 bool Rehearsal::cuts() const {
-  return !in_pieces_ && !picking_ && !menu_;
+  return !in_pieces_ && !editor_->is_placing() && !menu_;
 }
 
 // ---- opening
@@ -92,6 +79,8 @@ void Rehearsal::BeginOpening(const std::string& input) {
   loading->progress.Set("opening", 0, ProgressMeter::Now_s());
   const int session = viewer_->sessions() + 1;
   OpenOptions options;
+  options.project_folder =
+      fmt::format("{}/project{}", options_.viewer.folder, inputs_ == 0 ? "" : fmt::format("-{}", inputs_ + 1));
   options.voxel_mm = options_.voxel_mm;
   options.bone_file =
       fmt::format("{}/bone{}.vdb", options_.viewer.folder, session == 1 ? "" : fmt::format("-{}", session));
@@ -163,27 +152,21 @@ void Rehearsal::Reset() {
   if (in_pieces_) LeavePieces();
   pieces_->Reset();
   menu_.reset();
-  picking_.reset();
   change_.reset();
   to_save_.reset();
   checkpoints_.clear();
-  plan_ = {};
-  plan_is_unsaved_ = false;
-  plane_ = 0;
+  editor_->Load({}, {});
   cut_.reset();
   guided_ = false;
   saw_is_listed_ = false;
   saw_ = 0;
   before_.reset();
   original_.reset();
-  marks_.clear();
-  mark_tubes_.clear();
   sampler_.reset();
   nerve_.reset();
   if (making_nerve_.valid()) unused_.push_back(std::move(making_nerve_));
   ct_.reset();
   viewer_->Clear();
-  ShowPlanInPicture();
 }
 
 void Rehearsal::FollowOpening() {
@@ -210,13 +193,12 @@ void Rehearsal::FollowOpening() {
   ct_ = std::exchange(loading->ct, nullptr);
   scene_ = std::move(opened.scene);
   scene_file_ = opened.scene_file;
-  if (opened.project) {
-    marks_ = opened.project->marks;
-    mark_tubes_ = MakeMarkTubes(marks_);
-    original_ = opened.original;
-  }
-  for (const PlannedPlane& planned : scene_.plan.planes) plan_.planes.push_back(planned);
-  for (const DepthStop& stop : scene_.plan.stops) plan_.stops.push_back(stop);
+  original_ = opened.original;
+  views_ = opened.project ? opened.project->views : std::vector<ProjectView>();
+  pieces_json_ = opened.project ? opened.project->pieces_json : "";
+  editor_->Load(scene_.plan, opened.project ? opened.project->marks : std::vector<Mark>());
+  if (!given_planes_.empty()) editor_->Add(std::exchange(given_planes_, {}));
+  editor_->set_saved();
   if (opened.bone && !opened.bone_is_saved) to_save_ = ToSave{opened.bone, scene_.bone.file};
   is_new_bone_ = true;
   ++inputs_;
@@ -261,7 +243,8 @@ void Rehearsal::Began() {
   } else if (change_) {
     viewer_->Say(std::exchange(change_, std::nullopt)->what);
   }
-  ShowPlanInPicture();
+  if (const auto watch = viewer_->cut_watch()) watch->SetPlanes(editor_->plan().planes);
+  editor_->set_middle_mm(before_->CalcBounds().centre().x);
 }
 
 void Rehearsal::ContinueWith(const std::string& what, std::function<void(Scene&)> change) {
@@ -319,8 +302,9 @@ void Rehearsal::SelectSaw(std::size_t number) {
 
 void Rehearsal::ToggleGuide() {
   if (!viewer_->is_running() || change_) return;
-  const PlannedPlane* planned = plane();
-  const DepthStop* stop = plan_.stops.empty() ? nullptr : &plan_.stops.front();
+  const PlannedPlane* planned = editor_->plane();
+  const std::vector<DepthStop>& stops = editor_->plan().stops;
+  const DepthStop* stop = stops.empty() ? nullptr : &stops.front();
   if (!guided_ && planned == nullptr && stop == nullptr) {
     viewer_->Say(Tr("There is no plan to guide the saw yet; press N"));
     return;
@@ -372,89 +356,21 @@ void Rehearsal::ShowCheckpoints() {
 
 // ---- the plan
 
-const PlannedPlane* Rehearsal::plane() const {
-  return plane_ < plan_.planes.size() ? &plan_.planes[plane_] : nullptr;
-}
-
-void Rehearsal::ShowPlanInPicture() {
-  std::vector<PlaneOverlay> planes;
-  for (std::size_t i = 0; i < plan_.planes.size(); ++i) {
-    const PlannedPlane& p = plan_.planes[i];
-    planes.push_back({.name = p.name,
-                      .p_W = p.plane.p_W,
-                      .normal_W = p.plane.normal_W,
-                      .width_mm = p.width_mm,
-                      .height_mm = p.height_mm,
-                      .up_W = CalcPlaneAxes(p).up_W,
-                      .selected = i == plane_});
-  }
-  viewer_->view().SetPlanes(planes);
-  if (const auto watch = viewer_->cut_watch()) watch->SetPlanes(plan_.planes);
-  if (viewer_->surface() != nullptr) viewer_->surface()->RequestPlaneLines(planes);
-  std::vector<DepthStopOverlay> stops;
-  for (const DepthStop& stop : plan_.stops) {
-    stops.push_back(
-        {.name = stop.name, .p_W = stop.p_W_mm + stop.depth_mm * stop.direction_W, .normal_W = -stop.direction_W});
-  }
-  viewer_->view().SetDepthStops(stops);
-}
-
 void Rehearsal::FollowCut() {
   const std::shared_ptr<CutWatch> watch = viewer_->cut_watch();
   if (!watch) return;
   if (std::optional<PlanesReport> report = watch->Fetch()) cut_ = std::move(report);
   for (const FreedPiece& piece : watch->TakeFreed()) {
-    viewer_->Say(fmt::format("A piece of {:.0f} mm\u00b3 came free", piece.volume_mm3));
+    viewer_->Say(fmt::format(fmt::runtime(Tr("A piece of {} mm³ came free")), ShowNumber(piece.volume_mm3, 0)));
     viewer_->trace().Write("came_free", {{"mm3", piece.volume_mm3}});
   }
-}
-
-void Rehearsal::PickPoints(const std::string& prompt, std::size_t count,
-                           std::function<void(const std::vector<Vec3>&)> done) {
-  viewer_->controls().Release();
-  viewer_->SetSpindle(false);
-  picking_ = Picking{.prompt = prompt, .count = count, .points = {}, .done = std::move(done)};
-}
-
-void Rehearsal::AlignToPlane() {
-  const PlannedPlane* planned = plane();
-  if (planned == nullptr) return viewer_->Say(Tr("No plane is planned yet; press N"));
-  if (!viewer_->is_running()) return;
-  // Aligns the spindle with the plane's normal by the smaller rotation and moves the disc's centre into the plane.
-  Pose X = viewer_->figures().coupled.X_WT;
-  const Vec3 spindle = X.Vector({0, 0, 1});
-  Vec3 normal = planned->plane.normal_W;
-  if (glm::dot(normal, spindle) < 0) normal = -normal;
-  X.R_AB = glm::normalize(RotationBetween(spindle, normal) * X.R_AB);
-  X.p_AB -= glm::dot(X.p_AB - planned->plane.p_W, normal) * normal;
-  viewer_->controls().Set(X);
-  viewer_->Say(fmt::format(fmt::runtime(Tr("The saw is turning into {}; keep it clear of the bone")), planned->name));
-}
-
-void Rehearsal::WritePlan() {
-  const std::string file = options_.viewer.folder + "/plan.mrk.json";
-  WritePlaneMarkups(file, MakeMarkups(plan_));
-  viewer_->Say(fmt::format(fmt::runtime(Tr("Plan: {}")), file));
-}
-
-void Rehearsal::AddPlane(PlannedPlane planned) {
-  plan_.planes.push_back(std::move(planned));
-  plane_ = plan_.planes.size() - 1;
-  PlanChanged();
-}
-
-void Rehearsal::PlanChanged() {
-  plan_is_unsaved_ = true;
-  plane_ = std::min(plane_, plan_.planes.empty() ? 0 : plan_.planes.size() - 1);
-  ShowPlanInPicture();
-  viewer_->trace().Write("plan", {{"planes", plan_.planes.size()}, {"stops", plan_.stops.size()}});
 }
 
 void Rehearsal::ShowPlan() {
   // The same entries as in the menu, with numbers.
   std::vector<MenuItem> items;
   for (const char* id : {"plan.three_points", "plan.at_blade", "plan.stop", "plan.align", "plan.next", "plan.remove",
-                         "plan.remove_stops", "plan.read", "plan.write"}) {
+                         "plan.mirror", "mark.nerve", "mark.tooth"}) {
     const Action* action = viewer_->actions().Find(id);
     items.push_back(
         {.name = Tr(action->label), .detail = Tr(action->tip), .enabled = action->is_enabled(), .choose = action->run});
@@ -470,65 +386,65 @@ void Rehearsal::AddActions(ActionList& actions) {
   // ---- file
   actions.Add(
       {.id = "file.open",
-       .menu = Mark("File"),
-       .label = Mark("Open a bone, a scene or a CT"),
+       .menu = Msg("File"),
+       .label = Msg("Open a bone, a scene or a CT"),
        .shortcut = {.key = Key::kO, .control = true},
-       .tip = Mark("A scene, a .vdb bone, a surface, a CT file or a folder with a DICOM series; or drop it here"),
+       .tip = Msg("A scene, a .vdb bone, a surface, a CT file or a folder with a DICOM series; or drop it here"),
        .run = [this] { AskOpen(); },
-       .button = Mark("Open")});
+       .button = Msg("Open")});
   actions.Add({.id = "file.save",
-               .menu = Mark("File"),
-               .label = Mark("Save the project"),
+               .menu = Msg("File"),
+               .label = Msg("Save the project"),
                .shortcut = {.key = Key::kS, .control = true},
-               .tip = Mark("One file with bone, plan, marks, recordings, pieces and views"),
+               .tip = Msg("One file with bone, plan, marks, recordings, pieces and views"),
                .run = [this] { SaveProject(); },
                .enabled = [this, running] { return running() && !saving_.valid(); },
-               .button = Mark("Save")});
+               .button = Msg("Save")});
   actions.Add({.id = "file.export",
-               .menu = Mark("File"),
-               .label = Mark("Export pieces, planes and report"),
+               .menu = Msg("File"),
+               .label = Msg("Export pieces, planes and report"),
                .shortcut = {Key::kF9},
-               .tip = Mark("Writes the pieces as surfaces, the planned and achieved planes, and a report"),
+               .tip = Msg("Writes the pieces as surfaces, the planned and achieved planes, and a report"),
                .run = [this] { Export(); },
                .enabled = [this, running] { return running() && !exporting_.valid(); },
-               .button = Mark("Export")});
+               .button = Msg("Export")});
   // ---- edit
   actions.Add({.id = "edit.undo",
-               .menu = Mark("Edit"),
-               .label = Mark("Undo"),
+               .menu = Msg("Edit"),
+               .label = Msg("Undo"),
                .shortcut = {.key = Key::kZ, .control = true},
                .run = [this] { in_pieces_ ? pieces_->Undo() : GoBack(""); },
                .enabled = either,
-               .button = Mark("Undo")});
+               .button = Msg("Undo")});
   actions.Add({.id = "edit.redo",
-               .menu = Mark("Edit"),
-               .label = Mark("Redo"),
+               .menu = Msg("Edit"),
+               .label = Msg("Redo"),
                .shortcut = {.key = Key::kY, .control = true},
                .run = [this] { in_pieces_ ? pieces_->Redo() : GoForward(); },
                .enabled = either,
-               .button = Mark("Redo")});
+               .button = Msg("Redo")});
   actions.Add({.id = "edit.redo_too",
                .menu = "",
                .shortcut = {.key = Key::kZ, .control = true, .shift = true},
                .run = [this] { in_pieces_ ? pieces_->Redo() : GoForward(); },
                .enabled = either});
   actions.Add({.id = "edit.checkpoint",
-               .menu = Mark("Edit"),
-               .label = Mark("Make a checkpoint with a name"),
+               .menu = Msg("Edit"),
+               .label = Msg("Make a checkpoint with a name"),
                .shortcut = {Key::kC},
                .run = [this] { in_pieces_ ? pieces_->AskCheckpoint() : RequestCheckpoint(); },
                .enabled = either,
-               .button = Mark("Checkpoint")});
+               .button = Msg("Checkpoint")});
   actions.Add({.id = "edit.back",
-               .menu = Mark("Edit"),
-               .label = Mark("Return to a checkpoint"),
+               .menu = Msg("Edit"),
+               .label = Msg("Return to a checkpoint"),
                .shortcut = {Key::kB},
                .run = [this] { in_pieces_ ? pieces_->ShowCheckpoints() : ShowCheckpoints(); },
                .enabled = either});
   // ---- saws
   for (std::size_t i = 0; i < options_.saws.size(); ++i) {
     Action saw{.id = fmt::format("saw.{}", i + 1),
-               .menu = Mark("Saw"),
+               .menu = Msg("Saw"),
                .label = options_.saws[i].name.c_str(),
                .run = [this, i] { SelectSaw(i); },
                .enabled = cutting,
@@ -538,122 +454,40 @@ void Rehearsal::AddActions(ActionList& actions) {
     actions.Add(std::move(saw));
   }
   actions.Add({.id = "saw.next",
-               .menu = Mark("Saw"),
-               .label = Mark("Next saw"),
+               .menu = Msg("Saw"),
+               .label = Msg("Next saw"),
                .shortcut = {Key::kTab},
                .run = [this] { SelectSaw(saw_is_listed_ ? (saw_ + 1) % options_.saws.size() : 0); },
                .enabled = cutting});
   // ---- plan
   actions.Add({.id = "plan.show",
-               .menu = Mark("Plan"),
-               .label = Mark("Plan: planes and depth stops"),
+               .menu = Msg("Plan"),
+               .label = Msg("Plan: planes and depth stops"),
                .shortcut = {Key::kN},
                .run = [this] { ShowPlan(); },
                .enabled = cutting,
-               .button = Mark("Plan")});
+               .button = Msg("Plan")});
   actions.Add({.id = "plan.guide",
-               .menu = Mark("Plan"),
-               .label = Mark("Guide the saw along the plan"),
+               .menu = Msg("Plan"),
+               .label = Msg("Guide the saw along the plan"),
                .shortcut = {Key::kG},
-               .tip = Mark("Holds the saw in the planned plane and above the depth stop"),
+               .tip = Msg("Holds the saw in the planned plane and above the depth stop"),
                .run = [this] { ToggleGuide(); },
                .enabled = cutting,
                .on = [this] { return guided_; },
-               .indicator = Mark("Guide")});
-  actions.Add({.id = "plan.three_points",
-               .menu = Mark("Plan"),
-               .label = Mark("Plane through three points"),
-               .tip = Mark("click them on the bone"),
-               .run =
-                   [this] {
-                     PickPoints(Tr("Click a point of the plane on the bone"), 3, [this](const std::vector<Vec3>& p) {
-                       AddPlane(PlacePlane(MakePlaneName(plan_), p[0], p[1], p[2]));
-                     });
-                   },
-               .enabled = running,
-               .begins_group = true});
-  actions.Add({.id = "plan.at_blade",
-               .menu = Mark("Plan"),
-               .label = Mark("Plane where the blade is"),
-               .run = [this] { AddPlane(PlacePlane(MakePlaneName(plan_), viewer_->figures().coupled.X_WT)); },
-               .enabled = running});
-  actions.Add({.id = "plan.stop",
-               .menu = Mark("Plan"),
-               .label = Mark("Depth stop"),
-               .tip = Mark("click its point on the bone"),
-               .run =
-                   [this] {
-                     PickPoints(Tr("Click where the cut begins on the bone"), 1,
-                                [this](const std::vector<Vec3>& p) { AskDepth(p.front()); });
-                   },
-               .enabled = running});
-  actions.Add({.id = "plan.align",
-               .menu = Mark("Plan"),
-               .label = Mark("Turn the saw into the plane"),
-               .run = [this] { AlignToPlane(); },
-               .enabled = [this, running] { return running() && plane() != nullptr; }});
-  actions.Add({.id = "plan.next",
-               .menu = Mark("Plan"),
-               .label = Mark("Next plane"),
-               .run =
-                   [this] {
-                     plane_ = (plane_ + 1) % plan_.planes.size();
-                     ShowPlanInPicture();
-                   },
-               .enabled = [this, running] { return running() && plan_.planes.size() > 1; }});
-  actions.Add({.id = "plan.remove",
-               .menu = Mark("Plan"),
-               .label = Mark("Remove this plane"),
-               .run =
-                   [this] {
-                     plan_.planes.erase(plan_.planes.begin() + static_cast<std::ptrdiff_t>(plane_));
-                     PlanChanged();
-                   },
-               .enabled = [this, running] { return running() && plane() != nullptr; }});
-  actions.Add({.id = "plan.remove_stops",
-               .menu = Mark("Plan"),
-               .label = Mark("Remove all depth stops"),
-               .run =
-                   [this] {
-                     plan_.stops.clear();
-                     PlanChanged();
-                   },
-               .enabled = [this, running] { return running() && !plan_.stops.empty(); }});
-  actions.Add({.id = "plan.read",
-               .menu = Mark("Plan"),
-               .label = Mark("Read planes of 3D Slicer"),
-               .tip = Mark("a file .mrk.json"),
-               .run = [this] { AskPlanFile(); },
-               .enabled = running,
-               .begins_group = true});
-  actions.Add({.id = "plan.write",
-               .menu = Mark("Plan"),
-               .label = Mark("Write the plan"),
-               .tip = Mark("into plan.mrk.json, for 3D Slicer"),
-               .run = [this] { WritePlan(); },
-               .enabled = [this, running] { return running() && !plan_.empty(); }});
+               .indicator = Msg("Guide")});
+  editor_->AddActions(actions, [cutting, this] { return cutting() || (viewer_->is_running() && menu_.has_value()); });
   // ---- pieces
   actions.Add({.id = "pieces.enter",
-               .menu = Mark("Pieces"),
-               .label = Mark("Work with the pieces, or return to cutting"),
+               .menu = Msg("Pieces"),
+               .label = Msg("Work with the pieces, or return to cutting"),
                .shortcut = {Key::kP},
-               .tip = Mark("Splits the bone where it is cut through; pieces can be moved, hidden and measured"),
+               .tip = Msg("Splits the bone where it is cut through; pieces can be moved, hidden and measured"),
                .run = [this] { in_pieces_ ? LeavePieces() : EnterPieces(); },
                .enabled = [this, cutting] { return cutting() || in_pieces_; },
                .on = [this] { return in_pieces_; },
-               .button = Mark("Pieces")});
+               .button = Msg("Pieces")});
   pieces_->AddActions(actions);
-}
-
-void Rehearsal::AskPlanFile() {
-  viewer_->dialogs().ChooseFile(viewer_->ui(), Tr("Planes of 3D Slicer (.mrk.json)"), ".", {".mrk.json"}, false, "",
-                                [this](const std::string& file) {
-                                  try {
-                                    for (PlannedPlane& p : ReadPlannedPlanes(file)) AddPlane(std::move(p));
-                                  } catch (const Error& e) {
-                                    viewer_->Say(e.what());
-                                  }
-                                });
 }
 
 void Rehearsal::AskOpen() {
@@ -661,25 +495,6 @@ void Rehearsal::AskOpen() {
   viewer_->dialogs().ChooseFile(viewer_->ui(),
                                 Tr("Open a bone, a scene, a surface, a CT, or a folder with a DICOM series"), ".", {},
                                 false, "", [this](const std::string& path) { Open(path); });
-}
-
-void Rehearsal::AskDepth(const Vec3& p_W) {
-  viewer_->AskText(Tr("Depth in mm:"), "5", [this, p_W](const std::optional<std::string>& text) {
-    if (!text) return;
-    const std::optional<double> depth_mm = ParseDepth(*text);
-    if (!depth_mm)
-      return viewer_->Say(
-          fmt::format(fmt::runtime(Tr("The depth must be a number from {}")), ShowRange(kDepthRange_mm, "mm")));
-    DepthStop stop;
-    stop.name = MakeStopName(plan_);
-    stop.p_W_mm = p_W;
-    // The direction into the bone: from the blade's current centre to the point.
-    stop.direction_W =
-        CalcDirection(p_W - viewer_->figures().coupled.X_WT.p_AB).value_or(viewer_->MakeBasis().forward_W);
-    stop.depth_mm = *depth_mm;
-    plan_.stops.push_back(stop);
-    PlanChanged();
-  });
 }
 
 // ---- pieces and export
@@ -706,8 +521,8 @@ void Rehearsal::Export() {
   order.scene = viewer_->session()->scene();
   order.recordings = {result_.recordings.begin() + static_cast<std::ptrdiff_t>(first_recording_),
                       result_.recordings.end()};
-  order.plan = plan_;
-  order.marks = marks_;
+  order.plan = editor_->plan();
+  order.marks = editor_->marks();
   if (saw_is_listed_) order.saw_name = options_.saws[saw_].name;
   order.before = before_;
   order.forces = viewer_->forces();
@@ -741,10 +556,12 @@ void Rehearsal::FollowSaving() {
     const std::string file = saving_.get();
     viewer_->Say(fmt::format(fmt::runtime(Tr("Project: {}")), file));
     viewer_->trace().Write("project", {{"file", file}});
-    plan_is_unsaved_ = false;
+    editor_->set_saved();
+    if (quits_after_saving_) viewer_->Quit();
   } catch (const std::exception& e) {
     viewer_->Say(fmt::format(fmt::runtime(Tr("The project was not saved: {}")), e.what()));
     viewer_->trace().Write("project", {{"failure", e.what()}});
+    quits_after_saving_ = false;
   }
 }
 
@@ -754,8 +571,8 @@ void Rehearsal::SaveProject() {
   auto project = std::make_shared<Project>();
   project->title = scene_.TitleOrName();
   project->scene = viewer_->session()->scene();
-  project->scene.plan = plan_;
-  project->marks = marks_;
+  project->scene.plan = editor_->plan();
+  project->marks = editor_->marks();
   for (const std::string& recording : result_.recordings) {
     if (std::filesystem::exists(recording)) project->recordings.push_back(recording);  // a session that has ended
   }
@@ -778,27 +595,6 @@ void Rehearsal::SaveProject() {
 void Rehearsal::SetMenu(Menu menu) {
   viewer_->controls().Release();
   menu_ = std::move(menu);
-}
-
-bool Rehearsal::TakeClick(const WindowEvent& event) {
-  if (event.kind != WindowEvent::Kind::kMouseDown || event.button != MouseButton::kLeft) return false;
-  const ScreenPoint at{event.x, event.y};
-  if (viewer_->surface() == nullptr) return false;
-  const std::optional<Vec3> p_W = viewer_->surface()->Pick(viewer_->view().camera().CalcRay(at));
-  if (!p_W) {
-    viewer_->Say(Tr("There is no bone under the mouse"));
-    return true;
-  }
-  picking_->points.push_back(*p_W);
-  viewer_->trace().Write("point", {{"mm", {p_W->x, p_W->y, p_W->z}}});
-  if (picking_->points.size() < picking_->count) return true;
-  const Picking picked = *std::exchange(picking_, std::nullopt);
-  try {
-    picked.done(picked.points);
-  } catch (const Error& e) {
-    viewer_->Say(e.what());
-  }
-  return true;
 }
 
 void Rehearsal::PickMenuRow(int row) {
@@ -829,16 +625,9 @@ bool Rehearsal::Take(const WindowEvent& event) {
     if (state == Menu::State::kChosen) ChooseFromMenu(done);
     return true;
   }
-  if (picking_) {
-    if (event.kind == Kind::kKeyDown && event.key == Key::kEscape) {
-      picking_.reset();
-      return true;
-    }
-    return TakeClick(event);
-  }
   const bool escape = event.kind == Kind::kKeyDown && event.key == Key::kEscape && !event.control;
   if (escape && is_loading()) return Cancel(), true;
-  if (!in_pieces_) return false;
+  if (!in_pieces_) return viewer_->is_running() && editor_->Take(event);
   if (pieces_->Take(event)) return true;
   if (escape) return LeavePieces(), true;
   return false;
@@ -853,7 +642,12 @@ void Rehearsal::Update(double /*dt_s*/) {
   if (IsReady(exporting_)) FollowExport();
   if (IsReady(saving_)) FollowSaving();
   FollowCut();
-  if (in_pieces_) pieces_->Update();
+  if (in_pieces_) {
+    pieces_->Update();
+    editor_->Hide();
+  } else if (viewer_->is_running()) {
+    editor_->Show(cut_ ? &*cut_ : nullptr);
+  }
 }
 
 void Rehearsal::Fill(HudState& hud) {
@@ -862,22 +656,23 @@ void Rehearsal::Fill(HudState& hud) {
   if (viewer_->is_running()) {
     const Tool tool = MakeTool(viewer_->session()->scene());
     const Pose& X_WT = viewer_->figures().coupled.X_WT;
-    const NearestStructure nerve = FindNearestStructure(nerve_.get(), Tr("nerve"), mark_tubes_, tool, X_WT);
+    const NearestStructure nerve = FindNearestStructure(nerve_.get(), Tr("nerve"), editor_->mark_tubes(), tool, X_WT);
     hud.values.nerve_mm = nerve.distance_mm;
     hud.values.nerve_is_marked = nerve.distance_mm.has_value() || !nerve_;
     if (sampler_) hud.values.depth_mm = CalcBladeDepth(*sampler_, tool, X_WT);
-    if (const PlannedPlane* planned = plane()) {
+    if (const PlannedPlane* planned = editor_->plane()) {
       const PlaneDeviation off = CalcDeviation(*planned, tool, X_WT);
       hud.values.plan_offset_mm = off.offset_mm;
       hud.values.plan_angle_deg = off.angle_deg;
     }
-    if (!plan_.stops.empty()) {
-      const StopDeviation stop = CalcDeviation(plan_.stops.front(), tool, X_WT);
+    if (!editor_->plan().stops.empty()) {
+      const DepthStop& planned = editor_->plan().stops.front();
+      const StopDeviation stop = CalcDeviation(planned, tool, X_WT);
       HudGauge gauge;
-      gauge.title = plan_.stops.front().name;
-      gauge.upper = std::max(1.0, 1.5 * plan_.stops.front().depth_mm);
+      gauge.title = planned.name;
+      gauge.upper = std::max(1.0, 1.5 * planned.depth_mm);
       gauge.value = stop.depth_mm;
-      gauge.goal = plan_.stops.front().depth_mm;
+      gauge.goal = planned.depth_mm;
       gauge.level = stop.left_mm < -1     ? HudLevel::kBad
                     : stop.left_mm < -0.3 ? HudLevel::kWarn
                     : stop.left_mm < 0.3  ? HudLevel::kGood
@@ -897,12 +692,7 @@ void Rehearsal::Fill(HudState& hud) {
   } else if (change_) {
     hud.progress.reset();  // it takes less than a second
   }
-  if (picking_) {
-    hud.banner = HudBanner{.kind = HudBanner::Kind::kQuestion,
-                           .text = fmt::format(fmt::runtime(Tr("{} ({} of {})")), picking_->prompt,
-                                               picking_->points.size() + 1, picking_->count),
-                           .answers = Tr("left click   Esc: cancel")};
-  }
+  editor_->Fill(hud);
   if (menu_) hud.menu = menu_->Show();
   if (in_pieces_) pieces_->Fill(hud);
 }
@@ -915,15 +705,51 @@ void Rehearsal::SoundAlarms() {
   if (viewer_->is_running() && viewer_->spindle_on() && viewer_->touches()) {
     const Tool tool = MakeTool(viewer_->session()->scene());
     const Pose& X_WT = viewer_->figures().coupled.X_WT;
-    if (nerve_ && !nerve_->empty()) nerve_mm = nerve_->Calc(tool, X_WT);
-    if (!plan_.stops.empty()) depth_mm = CalcDeviation(plan_.stops.front(), tool, X_WT).left_mm;
-    if (const PlannedPlane* planned = plane()) {
+    nerve_mm = FindNearestStructure(nerve_.get(), "", editor_->mark_tubes(), tool, X_WT).distance_mm;
+    if (!editor_->plan().stops.empty()) {
+      depth_mm = CalcDeviation(editor_->plan().stops.front(), tool, X_WT).left_mm;
+    }
+    if (const PlannedPlane* planned = editor_->plane()) {
       margin_mm = planned->margin_mm - std::abs(CalcDeviation(*planned, tool, X_WT).offset_mm);
     }
   }
   viewer_->sound().SetAlarm(AlarmKind::kDepth, depth_mm);
   viewer_->sound().SetAlarm(AlarmKind::kStructure, nerve_mm);
   viewer_->sound().SetAlarm(AlarmKind::kMargin, margin_mm);
+}
+
+void Rehearsal::DrawSections(Ui& ui) {
+  if (!in_pieces_) editor_->DrawSections(ui, cut_ ? &*cut_ : nullptr);
+}
+
+void Rehearsal::DrawWindows(Ui& ui) {
+  if (!in_pieces_) editor_->DrawWindows(ui, viewer_->actions());
+}
+
+void Rehearsal::OpenContextMenu(const ScreenPoint& at) {
+  if (viewer_->is_running() && !in_pieces_) editor_->OpenContextMenu(at);
+}
+
+bool Rehearsal::TakeSlicePoint(const Vec3& p_W) {
+  return viewer_->is_running() && !in_pieces_ && editor_->TakePoint(p_W);
+}
+
+void Rehearsal::FillSlices(SliceScene& scene) const {
+  for (const MarkTube& tube : editor_->mark_tubes()) {
+    scene.marks.push_back({.points_W = tube.curve_W(), .radius_mm = tube.radius_mm(), .label = tube.name()});
+  }
+  scene.planes = viewer_->lined_planes();
+}
+
+std::string Rehearsal::DescribeUnsaved() const {
+  return editor_->is_unsaved() && viewer_->is_running()
+             ? Tr("The plan or the marks have changed since they were last saved. Save the project before you quit?")
+             : "";
+}
+
+void Rehearsal::Save() {
+  quits_after_saving_ = true;
+  SaveProject();
 }
 
 std::vector<HudKeyGroup> Rehearsal::help() const {
@@ -946,10 +772,9 @@ std::vector<TourStep> Rehearsal::tour() const {
 }
 
 void Rehearsal::Describe(nlohmann::json& state) const {
-  state["mode"] = menu_ ? "menu" : picking_ ? "picking" : in_pieces_ ? "pieces" : "cutting";
+  state["mode"] = menu_ ? "menu" : editor_->is_placing() ? "picking" : in_pieces_ ? "pieces" : "cutting";
   if (menu_) state["menu"] = menu_->title();
-  state["planes"] = plan_.planes.size();
-  state["stops"] = plan_.stops.size();
+  editor_->Describe(state);
   state["guided"] = guided_;
   state["plane_cut"] = nlohmann::json::array();
   if (cut_) {

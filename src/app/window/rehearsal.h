@@ -19,6 +19,7 @@
 namespace kerf {
 
 class PiecesMode;
+class PlanEditor;
 
 struct RehearsalOptions {
   ViewerOptions viewer;
@@ -66,6 +67,13 @@ class Rehearsal final : public Activity {
   bool Take(const WindowEvent& event) override;
   void PickMenuRow(int row) override;
   void PickPieceRow(int row) override;
+  void DrawSections(Ui& ui) override;
+  void DrawWindows(Ui& ui) override;
+  void OpenContextMenu(const ScreenPoint& at) override;
+  bool TakeSlicePoint(const Vec3& p_W) override;
+  void FillSlices(SliceScene& scene) const override;
+  std::string DescribeUnsaved() const override;
+  void Save() override;
   std::vector<TourStep> tour() const override;
   void Update(double dt_s) override;
   void Fill(HudState& hud) override;
@@ -79,7 +87,6 @@ class Rehearsal final : public Activity {
 
   void ChooseFromMenu(const Menu& menu);
   void AskOpen();
-  bool TakeClick(const WindowEvent& event);
   void SetMenu(Menu menu);
   void SelectSaw(std::size_t number);
   void ToggleGuide();
@@ -98,18 +105,7 @@ class Rehearsal final : public Activity {
   void GoForward();
 
   void ShowPlan();
-  void AskPlanFile();
-  void AddPlane(PlannedPlane planned);
-  /// Must be called after each change of the plan.
-  void PlanChanged();
-  void PickPoints(const std::string& prompt, std::size_t count, std::function<void(const std::vector<Vec3>&)> done);
-  void ShowPlanInPicture();
   void FollowCut();
-  const PlannedPlane* plane() const;
-  void AskDepth(const Vec3& p_W);
-  void AlignToPlane();
-  void WritePlan();
-
   void SoundAlarms();
   void EnterPieces();
   void LeavePieces();
@@ -165,20 +161,13 @@ class Rehearsal final : public Activity {
   int inputs_ = 0;                   // opened so far
   std::size_t first_recording_ = 0;  // of the current input
 
-  Plan plan_;
-  std::size_t plane_ = 0;  // the active plane
-  bool plan_is_unsaved_ = false;
+  std::unique_ptr<PlanEditor> editor_;
+  std::vector<PlannedPlane> given_planes_;  // by the options, until an input is open
+  std::vector<ProjectView> views_;
+  std::string pieces_json_;  // of a project, until the pieces are entered
+  bool quits_after_saving_ = false;
   bool guided_ = false;
   std::optional<PlanesReport> cut_;  // latest state of the planned planes
-  std::vector<Mark> marks_;          // nerves and other structures that the user has marked
-  std::vector<MarkTube> mark_tubes_;
-  struct Picking {
-    std::string prompt;
-    std::size_t count = 0;
-    std::vector<Vec3> points;
-    std::function<void(const std::vector<Vec3>&)> done;
-  };
-  std::optional<Picking> picking_;
 
   std::future<std::unique_ptr<RegionDistance>> making_nerve_;
   std::vector<std::future<std::unique_ptr<RegionDistance>>> unused_;  // of earlier inputs; end by themselves

@@ -28,6 +28,8 @@ namespace {
 
 constexpr double kFrame_s = 1.0 / 60;
 constexpr double kMessage_s = 6;
+constexpr double kSlicePeriod_s = 0.25;      // of slices while the bone is cut
+constexpr double kLinePeriod_s = 1;          // of the planes' lines on the bone
 constexpr std::size_t kMaxForces = 200'000;  // maximum number of points: more than an hour of the force curve
 constexpr double kPreviewVoxel_mm = 0.8;
 constexpr double kLeave_s = 0.5;  // time that loading gets to end by itself when the window is closed
@@ -116,7 +118,8 @@ void ViewerApp::Clear() {
   view_->SetPlaneLines({});
   cut_place_.Clear();
   inner_.reset();
-  slices_.reset();
+  slices_ = {};
+  lined_planes_.clear();
 }
 
 void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool same_bone,
@@ -233,6 +236,8 @@ void ViewerApp::TakeMade() {
   }
   fitted_ = true;
   fit_again_ = !view_changed_;
+  slices_.Reset(surface_->bounds_W());
+  lined_planes_.clear();
   trace_.Write("bone", {{"final", made->bone != nullptr}, {"voxel_mm", made->voxel_mm}});
   if (!made->bone) return;
   if (making_inner_.valid()) unused_inner_.push_back(std::move(making_inner_));
@@ -368,21 +373,21 @@ void ViewerApp::AddActions() {
   };
   // ---- saw
   actions_.Add({.id = "saw.spindle",
-                .menu = Mark("Saw"),
-                .label = Mark("Start or stop the spindle"),
+                .menu = Msg("Saw"),
+                .label = Msg("Start or stop the spindle"),
                 .shortcut = {Key::kSpace},
-                .tip = Mark("A turning saw cuts what it touches; a stopped saw only pushes"),
+                .tip = Msg("A turning saw cuts what it touches; a stopped saw only pushes"),
                 .run = [this] { SetSpindle(!spindle_on()); },
                 .enabled = [this] { return activity_->cuts() && is_running(); },
                 .on = [this] { return spindle_on(); },
-                .button = Mark("Spindle"),
-                .indicator = Mark("Spindle")});
+                .button = Msg("Spindle"),
+                .indicator = Msg("Spindle")});
   actions_.Add(
       {.id = "saw.plane_lock",
-       .menu = Mark("Saw"),
-       .label = Mark("Stay in the blade's plane"),
+       .menu = Msg("Saw"),
+       .label = Msg("Stay in the blade's plane"),
        .shortcut = {Key::kL},
-       .tip = Mark("Mouse and keys move the saw only within the plane of its blade: a straight cut stays straight"),
+       .tip = Msg("Mouse and keys move the saw only within the plane of its blade: a straight cut stays straight"),
        .run =
            [this] {
              controls_->set_in_blade_plane(!controls_->in_blade_plane());
@@ -391,25 +396,25 @@ void ViewerApp::AddActions() {
            },
        .enabled = cuts,
        .on = [this] { return controls_->in_blade_plane(); },
-       .indicator = Mark("Plane lock")});
+       .indicator = Msg("Plane lock")});
   actions_.Add({.id = "saw.retract",
-                .menu = Mark("Saw"),
-                .label = Mark("Return the saw to its start"),
+                .menu = Msg("Saw"),
+                .label = Msg("Return the saw to its start"),
                 .shortcut = {Key::kR},
-                .tip = Mark("With the spindle off, the saw leaves the bone and returns to where it began"),
+                .tip = Msg("With the spindle off, the saw leaves the bone and returns to where it began"),
                 .run = [this] { Retract(); },
                 .enabled = steered,
-                .button = Mark("Retract")});
+                .button = Msg("Retract")});
   actions_.Add({.id = "saw.slower",
-                .menu = Mark("Saw"),
-                .label = Mark("Keys move the saw slower"),
+                .menu = Msg("Saw"),
+                .label = Msg("Keys move the saw slower"),
                 .shortcut = {Key::kLeftBracket},
                 .run = [feed] { feed(1 / 1.25); },
                 .enabled = cuts,
                 .repeats = true});
   actions_.Add({.id = "saw.faster",
-                .menu = Mark("Saw"),
-                .label = Mark("Keys move the saw faster"),
+                .menu = Msg("Saw"),
+                .label = Msg("Keys move the saw faster"),
                 .shortcut = {Key::kRightBracket},
                 .run = [feed] { feed(1.25); },
                 .enabled = cuts,
@@ -419,8 +424,8 @@ void ViewerApp::AddActions() {
     Say(fmt::format(fmt::runtime(Tr("The volume is {} %.")), ShowNumber(sound_.volume_percent(), 0)));
   };
   actions_.Add({.id = "sound.mute",
-                .menu = Mark("Saw"),
-                .label = Mark("Sound"),
+                .menu = Msg("Saw"),
+                .label = Msg("Sound"),
                 .shortcut = {Key::kU},
                 .run =
                     [this] {
@@ -430,50 +435,49 @@ void ViewerApp::AddActions() {
                 .on = [this] { return !sound_.muted(); },
                 .begins_group = true});
   actions_.Add({.id = "sound.quieter",
-                .menu = Mark("Saw"),
-                .label = Mark("Quieter"),
+                .menu = Msg("Saw"),
+                .label = Msg("Quieter"),
                 .shortcut = {Key::kMinus},
                 .run = [louder] { louder(-10); },
                 .repeats = true});
   actions_.Add({.id = "sound.louder",
-                .menu = Mark("Saw"),
-                .label = Mark("Louder"),
+                .menu = Msg("Saw"),
+                .label = Msg("Louder"),
                 .shortcut = {Key::kEqual},
                 .run = [louder] { louder(10); },
                 .repeats = true});
   // ---- view
   actions_.Add({.id = "view.next",
-                .menu = Mark("View"),
-                .label = Mark("Next view: front, left, right, top"),
+                .menu = Msg("View"),
+                .label = Msg("Next view: front, left, right, top"),
                 .shortcut = {Key::kV},
                 .run = [this] { LookNext(1); },
-                .button = Mark("View")});
+                .button = Msg("View")});
   actions_.Add({.id = "view.previous",
-                .menu = Mark("View"),
-                .label = Mark("Previous view"),
+                .menu = Msg("View"),
+                .label = Msg("Previous view"),
                 .shortcut = {.key = Key::kV, .shift = true},
                 .run = [this] { LookNext(-1); }});
   actions_.Add(
-      {.id = "view.all", .menu = Mark("View"), .label = Mark("Show all"), .shortcut = {Key::kHome}, .run = [this] {
+      {.id = "view.all", .menu = Msg("View"), .label = Msg("Show all"), .shortcut = {Key::kHome}, .run = [this] {
          view_->FitAll();
        }});
-  actions_.Add(
-      {.id = "view.translucent",
-       .menu = Mark("View"),
-       .label = Mark("Translucent bone: nerve and roots"),
-       .shortcut = {Key::kT},
-       .tip = Mark("Draws the bone like glass, so that the nerve canal and the roots of the teeth are visible"),
-       .run =
-           [this] {
-             view_->set_translucent(!view_->translucent());
-             Say(view_->translucent() ? Tr("The bone is drawn translucent") : Tr("The bone is drawn solid"));
-           },
-       .on = [this] { return view_->translucent(); },
-       .indicator = Mark("Translucent"),
-       .begins_group = true});
+  actions_.Add({.id = "view.translucent",
+                .menu = Msg("View"),
+                .label = Msg("Translucent bone: nerve and roots"),
+                .shortcut = {Key::kT},
+                .tip = Msg("Draws the bone like glass, so that the nerve canal and the roots of the teeth are visible"),
+                .run =
+                    [this] {
+                      view_->set_translucent(!view_->translucent());
+                      Say(view_->translucent() ? Tr("The bone is drawn translucent") : Tr("The bone is drawn solid"));
+                    },
+                .on = [this] { return view_->translucent(); },
+                .indicator = Msg("Translucent"),
+                .begins_group = true});
   actions_.Add({.id = "view.colours",
-                .menu = Mark("View"),
-                .label = Mark("Next colours: plain, tissue, region"),
+                .menu = Msg("View"),
+                .label = Msg("Next colours: plain, tissue, region"),
                 .shortcut = {Key::kM},
                 .run = [this] {
                   const ColourBy next = view_->colour_by() == ColourBy::kPlain    ? ColourBy::kTissue
@@ -485,32 +489,32 @@ void ViewerApp::AddActions() {
                                                   : Tr("Colours: by region of the material table"));
                 }});
   actions_.Add({.id = "view.slices",
-                .menu = Mark("View"),
-                .label = Mark("CT slices"),
+                .menu = Msg("View"),
+                .label = Msg("Slices"),
                 .shortcut = {Key::kX},
                 .run =
                     [this] {
                       slices_shown_ = !slices_shown_;
-                      if (surface_ && !surface_->has_hu()) {
-                        Say(Tr("This bone has no CT numbers: import it with --keep-hu"));
+                      if (slices_shown_ && surface_ && !surface_->has_hu()) {
+                        Say(Tr("This bone has no CT numbers: the slices show its tissues"));
                       }
                     },
                 .on = [this] { return slices_shown_; }});
   actions_.Add({.id = "view.panels",
-                .menu = Mark("View"),
-                .label = Mark("Side panel"),
+                .menu = Msg("View"),
+                .label = Msg("Side panel"),
                 .shortcut = {Key::kF4},
                 .run = [this] { values_shown_ = !values_shown_; },
                 .on = [this] { return values_shown_; }});
   actions_.Add({.id = "view.full_screen",
-                .menu = Mark("View"),
-                .label = Mark("Full screen"),
+                .menu = Msg("View"),
+                .label = Msg("Full screen"),
                 .shortcut = {Key::kF11},
                 .run = [this] { window_.set_full_screen(!window_.full_screen()); },
                 .on = [this] { return window_.full_screen(); }});
   actions_.Add({.id = "view.picture",
-                .menu = Mark("View"),
-                .label = Mark("Save a picture"),
+                .menu = Msg("View"),
+                .label = Msg("Save a picture"),
                 .shortcut = {Key::kF12},
                 .run =
                     [this] {
@@ -522,10 +526,10 @@ void ViewerApp::AddActions() {
                     },
                 .begins_group = true});
   actions_.Add({.id = "view.settings",
-                .menu = Mark("View"),
-                .label = Mark("Settings"),
+                .menu = Msg("View"),
+                .label = Msg("Settings"),
                 .shortcut = {Key::kF10},
-                .tip = Mark("Colours, size of text, language, sound"),
+                .tip = Msg("Colours, size of text, language, sound"),
                 .run = [this] { settings_shown_ = !settings_shown_; },
                 .on = [this] { return settings_shown_; }});
 }
@@ -533,19 +537,19 @@ void ViewerApp::AddActions() {
 void ViewerApp::AddLastActions() {
   // These come after the activity's, so that its menus stand between View and Help.
   actions_.Add({.id = "help.keys",
-                .menu = Mark("Help"),
-                .label = Mark("Keys and mouse"),
+                .menu = Msg("Help"),
+                .label = Msg("Keys and mouse"),
                 .shortcut = {Key::kF1},
                 .run = [this] { ToggleHelp(); },
-                .button = Mark("Help")});
+                .button = Msg("Help")});
   if (!activity_->tour().empty()) {
-    actions_.Add({.id = "help.tour", .menu = Mark("Help"), .label = Mark("Tour of the window"), .run = [this] {
+    actions_.Add({.id = "help.tour", .menu = Msg("Help"), .label = Msg("Tour of the window"), .run = [this] {
                     tour_.Start(activity_->tour());
                   }});
   }
   actions_.Add({.id = "file.quit",
-                .menu = Mark("File"),
-                .label = Mark("Quit"),
+                .menu = Msg("File"),
+                .label = Msg("Quit"),
                 .shortcut = {.key = Key::kQ, .control = true},
                 .run = [this] { AskToQuit(); },
                 .begins_group = true});
@@ -695,6 +699,7 @@ void ViewerApp::Take(const WindowEvent& event) {
     if (event.key == Key::kSpace && spindle_on()) SetSpindle(false);
     return;
   }
+  if (down && event.key == Key::kEscape && slices_.is_enlarged()) return slices_.Shrink();
   if (settings_shown_ && down && event.key == Key::kEscape) {
     settings_shown_ = false;
     return;
@@ -752,12 +757,33 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
                             .f_W_N = figures_.coupled.f_H_W_N,
                             .label = fmt::format(fmt::runtime(Tr("{} N on your hand")), ShowNumber(force_N, 1))})
                       : std::nullopt);
-  if (!surface_ || !surface_->has_hu() || !slices_shown_) return;
-  surface_->RequestSlices(tool, figures_.coupled.X_WT, std::max(40.0, 2.4 * CalcReach(tool)), 180);
-  if (std::optional<CtSlices> slices = surface_->FetchSlices()) {
-    slices_ = std::move(slices);
-    ++slices_version_;
+  if (!surface_ || !slices_shown_) return;
+  const bool renew = figures_.changes != sliced_changes_ && now_s_ > sliced_s_ + kSlicePeriod_s;
+  if (renew) {
+    sliced_changes_ = figures_.changes;
+    sliced_s_ = now_s_;
   }
+  slices_.Update(*surface_, MakeSliceScene(), renew);
+}
+
+SliceScene ViewerApp::MakeSliceScene() const {
+  SliceScene scene;
+  if (session_ && began_) {
+    scene.tool = MakeTool(session_->scene());
+    scene.X_WT = figures_.coupled.X_WT;
+  }
+  activity_->FillSlices(scene);
+  return scene;
+}
+
+void ViewerApp::RequestPlaneLines(const std::vector<PlaneOverlay>& planes) {
+  if (!surface_) return;
+  const bool changed = figures_.changes != lined_changes_ && now_s_ > lined_s_ + kLinePeriod_s;
+  if (planes == lined_planes_ && !changed) return;
+  lined_planes_ = planes;
+  lined_changes_ = figures_.changes;
+  lined_s_ = now_s_;
+  surface_->RequestPlaneLines(planes);
 }
 
 void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {
@@ -918,29 +944,6 @@ std::vector<HudKeyGroup> ViewerApp::ListHelp() const {
   return help;
 }
 
-void ViewerApp::DrawSlices(const UiBox& area) {
-  if (!slices_ || !BeginPanel(ui_, "slices", area, true)) return;
-  for (std::size_t i = 0; i < slices_->slices.size(); ++i) {
-    const CtSlice& slice = slices_->slices[i];
-    ImGui::PushFont(ui_.small());
-    FittedText(ui_, fmt::format("{}, {:.0f} mm", Tr(slice.name.c_str()), slice.edge_mm),
-               ImGui::GetContentRegionAvail().x);
-    ImGui::PopFont();
-    const float side = ImGui::GetContentRegionAvail().x;
-    const ImVec2 at = ImGui::GetCursorScreenPos();
-    ImGui::Image(ui_.Texture(fmt::format("slice {}", i), slice.image, slices_version_), {side, side});
-    const auto letter = [&](const std::string& text, float x, float y) {
-      const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-      ImDrawList& list = *ImGui::GetWindowDrawList();
-      list.AddRectFilled({x - 0.5F * size.x - 3, y}, {x + 0.5F * size.x + 3, y + size.y}, IM_COL32(0, 0, 0, 140));
-      list.AddText({x - 0.5F * size.x, y}, IM_COL32_WHITE, text.c_str());
-    };
-    letter(slice.right_letter, at.x + side - 12 * ui_.scale(), at.y + 0.5F * side - 8 * ui_.scale());
-    letter(slice.up_letter, at.x + 0.5F * side, at.y + 2 * ui_.scale());
-  }
-  ImGui::End();
-}
-
 void ViewerApp::DrawSettings() {
   const float s = ui_.scale();
   ImGui::SetNextWindowPos(
@@ -1012,7 +1015,7 @@ void ViewerApp::KeepSettings() {
 
 void ViewerApp::DrawUi(const HudState& hud) {
   const bool column = values_shown_ && (hud.show_values || !hud.pieces.empty());
-  areas_ = CalcUiAreas(ui_, column, slices_shown_ && slices_.has_value());
+  areas_ = CalcUiAreas(ui_, column, slices_shown_ && slices_.has_slices());
   // Labels first: they are drawn in the background.
   PictureMarks marks;
   for (const SceneLabel& label : view_->ListLabels()) {
@@ -1047,7 +1050,10 @@ void ViewerApp::DrawUi(const HudState& hud) {
     LegendSection(ui_, hud);
     ImGui::End();
   }
-  if (slices_shown_) DrawSlices(areas_.right);
+  if (slices_shown_ && slices_.has_slices()) {
+    slices_.Draw(ui_, areas_.right, areas_.scene, MakeSliceScene(),
+                 [this](const Vec3& p_W) { return activity_->TakeSlicePoint(p_W); });
+  }
   if (BeginPanel(ui_, "status", areas_.status, false)) {
     actions_.DrawIndicators(ui_);
     DrawStatusTexts(hud.status);

@@ -19,6 +19,7 @@
 #include "app/window/live_session.h"
 #include "app/window/saw_controls.h"
 #include "app/window/settings.h"
+#include "app/window/slices_panel.h"
 #include "app/window/tour.h"
 #include "app/window/trace.h"
 #include "base/core/log_histogram.h"
@@ -79,6 +80,10 @@ class Activity {
   /// Called when a row of the activity's list was clicked.
   virtual void PickMenuRow(int row) = 0;
   virtual void PickPieceRow(int /*row*/) {}
+  /// Takes a point that was clicked in a slice. Returns false if it is not needed.
+  virtual bool TakeSlicePoint(const Vec3& /*p_W*/) { return false; }
+  /// Adds what else is drawn in slices.
+  virtual void FillSlices(SliceScene& /*scene*/) const {}
   /// Adds the activity's own sections to the left column, and its own windows.
   virtual void DrawSections(Ui& /*ui*/) {}
   virtual void DrawWindows(Ui& /*ui*/) {}
@@ -167,6 +172,9 @@ class ViewerApp {
   Viewport& view() { return *view_; }
   SurfaceWorker* surface() { return surface_.get(); }
   SawControls& controls() { return *controls_; }
+  /// Requests the lines in which planes meet the bone; renewed while it is cut. Called once per frame.
+  void RequestPlaneLines(const std::vector<PlaneOverlay>& planes);
+  const std::vector<PlaneOverlay>& lined_planes() const { return lined_planes_; }
   ViewBasis MakeBasis() const;
   Trace& trace() { return trace_; }
   const ViewerOptions& options() const { return options_; }
@@ -213,7 +221,7 @@ class ViewerApp {
   void DrawUi(const HudState& hud);
   void DrawSettings();
   void DrawStatusTexts(const HudStatus& status);
-  void DrawSlices(const UiBox& area);
+  SliceScene MakeSliceScene() const;
   nlohmann::json MakeState() const;
 
   ViewerOptions options_;
@@ -274,8 +282,12 @@ class ViewerApp {
   bool settings_shown_ = false;
   bool values_shown_ = true;  // the left column
   bool slices_shown_ = true;
-  std::optional<CtSlices> slices_;
-  std::uint64_t slices_version_ = 0;
+  SlicesPanel slices_;
+  std::uint64_t sliced_changes_ = 0;  // number of changes to the bone when slices and lines were last requested
+  double sliced_s_ = 0;
+  std::vector<PlaneOverlay> lined_planes_;
+  std::uint64_t lined_changes_ = 0;
+  double lined_s_ = 0;
   UiAreas areas_;
   std::optional<int> picked_row_;  // row of the activity's list that was clicked in this frame
   std::vector<Language> languages_;

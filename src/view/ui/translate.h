@@ -25,7 +25,7 @@ const std::string& CurrentLanguage();
 /// until the end of the program.
 const char* Tr(const char* text);
 /// Marks a text that is translated later by Tr().
-constexpr const char* Mark(const char* text) {
+constexpr const char* Msg(const char* text) {
   return text;
 }
 

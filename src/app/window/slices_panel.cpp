@@ -1,0 +1,197 @@
+#include "app/window/slices_panel.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "view/ui/imgui_colours.h"
+#include "view/ui/translate.h"
+#include "view/ui/widgets.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::array kKinds{SliceKind::kAxial, SliceKind::kCoronal, SliceKind::kSagittal, SliceKind::kBlade};
+constexpr double kScroll_mm = 0.5;    // per notch of the wheel
+constexpr double kWindowDrag_HU = 4;  // per point of a right drag
+
+const char* NameOf(SliceKind kind) {
+  switch (kind) {
+    case SliceKind::kAxial:
+      return Tr("axial");
+    case SliceKind::kCoronal:
+      return Tr("coronal");
+    case SliceKind::kSagittal:
+      return Tr("sagittal");
+    case SliceKind::kBlade:
+      break;
+  }
+  return Tr("in the blade's plane");
+}
+
+}  // namespace
+
+void SlicesPanel::Reset(const Box3& bounds_W) {
+  const Vec3 size = bounds_W.size();
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    views_[i] = {};
+    views_[i].spec.kind = kKinds[i];
+    views_[i].spec.centre_W = bounds_W.centre();
+    views_[i].spec.width_mm = std::max(10.0, i == 3 ? 60.0 : 1.1 * std::max({size.x, size.y, size.z}));
+  }
+  enlarged_.reset();
+  cursor_W_.reset();
+  window_ = {};
+}
+
+void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, bool renew) {
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    SliceView& view = views_[i];
+    SliceSpec& spec = view.spec;
+    const double side = enlarged_ == i ? large_side_px_ : side_px_;
+    spec.width_px = spec.height_px = static_cast<int>(kSliceSide_px.Clamp(std::round(side)));
+    spec.window = window_;
+    spec.X_WT = contents.X_WT;
+    if (spec.kind == SliceKind::kBlade) {
+      spec.centre_W = contents.X_WT.p_AB;
+    } else if (!cursor_W_ && contents.tool) {
+      spec.centre_W = contents.X_WT.p_AB;
+    } else if (cursor_W_) {
+      spec.centre_W = *cursor_W_;
+    }
+    if (!renew && view.requested && *view.requested == spec) continue;
+    surface.RequestSlice(static_cast<int>(i), spec);
+    view.requested = spec;
+  }
+  for (auto& [i, image] : surface.FetchSliceImages()) {
+    SliceView& view = views_[static_cast<std::size_t>(i)];
+    view.image = std::move(image);
+    ++view.version;
+  }
+}
+
+void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& contents,
+                          const std::function<bool(const Vec3&)>& take_point) {
+  SliceView& view = views_[i];
+  const float s = ui.scale();
+  ImGui::PushID(static_cast<int>(i));
+  ImGui::PushFont(ui.small());
+  FittedText(ui,
+             fmt::format(fmt::runtime(Tr("{}, {} mm wide")), NameOf(view.spec.kind), ShowNumber(view.spec.width_mm, 0)),
+             side - 60 * s);
+  ImGui::PopFont();
+  if (!view.image) {
+    ImGui::Dummy({side, side});
+    ImGui::PopID();
+    return;
+  }
+  const SliceImage& image = *view.image;
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  ImGui::Image(ui.Texture(fmt::format("slice {}", i), image.image, view.version), {side, side});
+  ui.Note(fmt::format("slice {}", i + 1));
+  const double zoom = static_cast<double>(side) / image.frame.width;
+  const bool hovered = ImGui::IsItemHovered();
+  ImGuiIO& io = ImGui::GetIO();
+
+  // Lines of the bone, planes, marks, the tool and the cursor.
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  list.PushClipRect(at, {at.x + side, at.y + side}, true);
+  SliceScene all = contents;
+  all.cursor_W = cursor_W_;
+  const std::vector<SliceLine> drawn = CalcSliceLines(image.frame, all);
+  const auto draw = [&](const SliceLine& line) {
+    std::vector<ImVec2> points;
+    for (const OverlayPoint& p : line.points) {
+      points.push_back({at.x + static_cast<float>(zoom * p.column), at.y + static_cast<float>(zoom * p.row)});
+    }
+    const float width = static_cast<float>(line.width_points) * s;
+    const ImU32 colour = ToImU32(line.colour);
+    if (!line.dashed) {
+      list.AddPolyline(points.data(), static_cast<int>(points.size()), colour, 0, width);
+      return;
+    }
+    for (std::size_t k = 0; k + 1 < points.size(); k += 2) list.AddLine(points[k], points[k + 1], colour, width);
+  };
+  for (const SliceLine& line : image.lines) draw(line);
+  for (const SliceLine& line : drawn) draw(line);
+  const auto letter = [&](const std::string& text, float x, float y) {
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+    list.AddRectFilled({x - 0.5F * size.x - 3, y}, {x + 0.5F * size.x + 3, y + size.y}, IM_COL32(0, 0, 0, 140));
+    list.AddText({x - 0.5F * size.x, y}, IM_COL32_WHITE, text.c_str());
+  };
+  letter(image.right_letter, at.x + side - 12 * s, at.y + 0.5F * side - 8 * s);
+  letter(image.left_letter, at.x + 12 * s, at.y + 0.5F * side - 8 * s);
+  letter(image.up_letter, at.x + 0.5F * side, at.y + 2 * s);
+  list.PopClipRect();
+
+  if (hovered) {
+    const OverlayPoint under{static_cast<double>(io.MousePos.x - at.x) / zoom,
+                             static_cast<double>(io.MousePos.y - at.y) / zoom};
+    if (io.MouseWheel != 0) {
+      if (io.KeyCtrl) {
+        view.spec.width_mm =
+            std::clamp(view.spec.width_mm * std::pow(0.85, static_cast<double>(io.MouseWheel)), 5.0, 500.0);
+      } else {
+        view.spec.offset_mm += kScroll_mm * static_cast<double>(io.MouseWheel);
+      }
+    }
+    if (ImGui::IsMouseDoubleClicked(0)) {
+      enlarged_ = enlarged_ == i ? std::nullopt : std::optional(i);
+    } else if (ImGui::IsMouseClicked(0)) {
+      const Vec3 p_W = image.frame.PointOf(under);
+      if (!take_point(p_W) && view.spec.kind != SliceKind::kBlade) {
+        cursor_W_ = p_W;
+        for (SliceView& other : views_) other.spec.offset_mm = 0;
+      }
+    }
+    if (ImGui::IsMouseDragging(1, 0)) {
+      window_.level_HU -= kWindowDrag_HU * static_cast<double>(io.MouseDelta.y / s);
+      window_.width_HU = std::max(50.0, window_.width_HU + kWindowDrag_HU * static_cast<double>(io.MouseDelta.x / s));
+    }
+  }
+  if (image.has_ct) {
+    const std::string window = fmt::format("{:.0f} / {:.0f} HU", window_.level_HU, window_.width_HU);
+    ImGui::PushFont(ui.small());
+    list.AddText({at.x + 4 * s, at.y + side - 16 * s}, IM_COL32(255, 255, 255, 200), window.c_str());
+    ImGui::PopFont();
+  }
+  Tooltip(
+      ui,
+      enlarged_
+          ? ""
+          : Tr("wheel: scroll   Ctrl + wheel: zoom   click: cursor   right drag: grey levels   double click: enlarge"));
+  ImGui::PopID();
+}
+
+void SlicesPanel::Draw(Ui& ui, const UiBox& column, const UiBox& scene, const SliceScene& contents,
+                       const std::function<bool(const Vec3&)>& take_point) {
+  const float s = ui.scale();
+  if (BeginPanel(ui, "slices", column, false)) {
+    const float width = static_cast<float>(column.width) - 20 * s;
+    const float height = static_cast<float>(column.height) / 4 - 26 * s;
+    side_px_ = std::max(60.0F, std::min(width, height));
+    for (std::size_t i = 0; i < views_.size(); ++i) DrawOne(ui, i, side_px_, contents, take_point);
+    if (cursor_W_) {
+      if (ImGui::SmallButton(Tr("Follow the saw again"))) cursor_W_.reset();
+      ui.Note("slices.follow");
+    }
+    EndPanel();
+  }
+  if (!enlarged_) return;
+  const auto side = static_cast<float>(std::min(scene.width, scene.height)) - 56 * s;
+  if (side < 100 * s) return;
+  large_side_px_ = side;
+  ImGui::SetNextWindowPos({static_cast<float>(scene.left + 0.5 * scene.width) - 0.5F * side - 12 * s,
+                           static_cast<float>(scene.top) + 6 * s});
+  ImGui::SetNextWindowSize({side + 24 * s, side + 44 * s});
+  ImGui::Begin("enlarged slice", nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
+  DrawOne(ui, *enlarged_, side, contents, take_point);
+  ImGui::End();
+}
+
+}  // namespace kerf

@@ -1,0 +1,51 @@
+// Slices through the bone in the right column, one of which can be enlarged.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+
+#include "view/live/slice_view.h"
+#include "view/live/surface_worker.h"
+#include "view/ui/panels.h"
+
+namespace kerf {
+
+class SlicesPanel {
+ public:
+  /// Centres the slices in a new bone.
+  void Reset(const Box3& bounds_W);
+  /// Requests slices that have changed, and takes those that are finished. `contents`: what is drawn in them; `renew`:
+  /// the bone has changed since the last call.
+  void Update(SurfaceWorker& surface, const SliceScene& contents, bool renew);
+  /// Draws the column, and the enlarged slice over the scene. `take_point`: receives a point that was clicked, and
+  /// returns false if it is not needed; then it becomes the cursor, through which all slices go.
+  void Draw(Ui& ui, const UiBox& column, const UiBox& scene, const SliceScene& contents,
+            const std::function<bool(const Vec3&)>& take_point);
+  bool is_enlarged() const { return enlarged_.has_value(); }
+  void Shrink() { enlarged_.reset(); }
+  const std::optional<Vec3>& cursor_W() const { return cursor_W_; }
+  bool has_slices() const { return views_[0].image.has_value(); }
+  /// Offset of a slice from its middle, for tests.
+  double offset_mm(std::size_t view) const { return views_[view].spec.offset_mm; }
+  double level_HU() const { return window_.level_HU; }
+
+ private:
+  struct SliceView {
+    SliceSpec spec;
+    std::optional<SliceSpec> requested;
+    std::optional<SliceImage> image;
+    std::uint64_t version = 0;
+  };
+  void DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& contents,
+               const std::function<bool(const Vec3&)>& take_point);
+
+  std::array<SliceView, 4> views_;
+  std::optional<std::size_t> enlarged_;
+  float side_px_ = 200;  // of a slice in the column
+  float large_side_px_ = 600;
+  std::optional<Vec3> cursor_W_;
+  CtWindow window_;
+};
+
+}  // namespace kerf
