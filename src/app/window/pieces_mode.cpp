@@ -42,7 +42,8 @@ void PiecesMode::Enter() {
   changes_ = changes;
   contacts_.reset();
   splitting_ = std::async(std::launch::async, [bone = viewer_.session()->AskBone(), start = viewer_.bone_at_start(),
-                                               earlier = pieces_]() mutable {
+                                               earlier = pieces_ ? pieces_->FormatJson()
+                                                                 : std::exchange(earlier_json_, {})]() mutable {
     Split split;
     split.pieces = std::make_shared<PieceSet>(bone.get(), 1.0);
     split.pieces->Prepare();
@@ -51,9 +52,9 @@ void PiecesMode::Enter() {
       split.meshes.push_back(std::make_shared<const PieceMesh>(
           MakePieceMesh(start ? *start : piece.bone, piece.mesh, PieceColour(i), kMaxTriangles)));
     }
-    if (!earlier) return split;
+    if (earlier.empty()) return split;
     try {
-      split.pieces->Restore(earlier->FormatJson(), "the previous pieces");
+      split.pieces->Restore(earlier, "the previous pieces");
     } catch (const Error&) {
       return split;  // the bone has been cut since, so the pieces stay where they were cut off
     }

@@ -22,6 +22,8 @@ class PiecesMode {
 
   /// Splits the current bone into its pieces. If nothing was cut since the last time, they keep their positions.
   void AddActions(ActionList& actions);
+  /// Sets positions of pieces from a project, which are used when the pieces are first made.
+  void set_earlier(std::string json) { earlier_json_ = std::move(json); }
   void Enter();
   void Leave();
   void Undo();
@@ -75,6 +77,7 @@ class PiecesMode {
 
   ViewerApp& viewer_;
   bool entered_ = false;
+  std::string earlier_json_;
   std::future<Split> splitting_;
   std::shared_ptr<PieceSet> pieces_;
   std::vector<std::shared_ptr<const PieceMesh>> meshes_;

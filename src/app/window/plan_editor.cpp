@@ -554,10 +554,10 @@ void PlanEditor::DrawFields(Ui& ui) {
   Content next = steps_.now();
   PlannedPlane& p = next.plan.planes[i];
   const std::string what = Tr("plane changed");
-  const float number_width = 74 * ui.scale();
-  const auto number = [&](const char* label, double& value, const char* format, const char* note) {
+  const float number_width = (ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().ItemSpacing.x) / 3;
+  const auto number = [&](const char* id, double& value, const char* format, const char* note) {
     ImGui::SetNextItemWidth(number_width);
-    ImGui::InputDouble(label, &value, 0, 0, format, ImGuiInputTextFlags_EnterReturnsTrue);
+    ImGui::InputDouble(id, &value, 0, 0, format, ImGuiInputTextFlags_EnterReturnsTrue);
     ui.Note(note);
   };
   ImGui::SetNextItemWidth(-1);
@@ -567,20 +567,28 @@ void PlanEditor::DrawFields(Ui& ui) {
   ui.Note("plane.name");
   PlaneFields fields = reference_ ? CalcPlaneFields(p, *reference_) : CalcPlaneFields(p);
   const PlaneFields before = fields;
-  number("x##x", fields.p_W_mm.x, "%.2f", "plane.x");
+  const auto row = [&](const char* label) {
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(label);
+    Tooltip(ui, label);
+  };
+  // x to the patient's left, y to the back, z to the head.
+  row(Tr("Middle: left, back, up (mm)"));
+  number("##x", fields.p_W_mm.x, "%.2f", "plane.x");
   ImGui::SameLine();
-  number("y mm##y", fields.p_W_mm.y, "%.2f", "plane.y");
-  number("z##z", fields.p_W_mm.z, "%.2f", "plane.z");
+  number("##y", fields.p_W_mm.y, "%.2f", "plane.y");
   ImGui::SameLine();
-  number(fmt::format("{}##margin", Tr("margin")).c_str(), p.margin_mm, "%.2f", "plane.margin");
-  number(fmt::format("{} °##pitch", Tr("pitch")).c_str(), fields.pitch_deg, "%.2f", "plane.pitch");
+  number("##z", fields.p_W_mm.z, "%.2f", "plane.z");
+  row(Tr("Pitch, roll (°)"));
+  number("##pitch", fields.pitch_deg, "%.2f", "plane.pitch");
   ImGui::SameLine();
-  number(fmt::format("{} °##roll", Tr("roll")).c_str(), fields.roll_deg, "%.2f", "plane.roll");
+  number("##roll", fields.roll_deg, "%.2f", "plane.roll");
+  row(Tr("Width, height, margin (mm)"));
   number("##width", p.width_mm, "%.1f", "plane.width");
   ImGui::SameLine();
-  ImGui::TextUnformatted("x");
+  number("##height", p.height_mm, "%.1f", "plane.height");
   ImGui::SameLine();
-  number(fmt::format("{}##height", Tr("size in mm")).c_str(), p.height_mm, "%.1f", "plane.height");
+  number("##margin", p.margin_mm, "%.2f", "plane.margin");
   const bool edits = fields.p_W_mm != before.p_W_mm || fields.pitch_deg != before.pitch_deg ||
                      fields.roll_deg != before.roll_deg || p.margin_mm != plan().planes[i].margin_mm ||
                      p.width_mm != plan().planes[i].width_mm || p.height_mm != plan().planes[i].height_mm;
@@ -683,11 +691,12 @@ void PlanEditor::DrawSections(Ui& ui, const PlanesReport* report) {
                                      : fmt::format(fmt::runtime(Tr("The bone is in {} pieces")), report->piece_count);
       ImGui::TextDisabled("%s", pieces.c_str());
     }
-    if (plane() != nullptr && ImGui::TreeNode(fmt::format("{}###fields", Tr("Values of this plane")).c_str())) {
-      DrawFields(ui);
-      ImGui::TreePop();
+    if (plane() != nullptr) {
+      const bool open = ImGui::TreeNodeEx(fmt::format("{}###fields", Tr("Values of this plane")).c_str(),
+                                          ImGuiTreeNodeFlags_NoTreePushOnOpen);
+      ui.Note("plane.fields");
+      if (open) DrawFields(ui);
     }
-    ui.Note("plane.fields");
   }
   if (!marks().empty() && BeginSection(ui, fmt::format("{}###marks", Tr("Marks")).c_str())) DrawMarks(ui);
 }

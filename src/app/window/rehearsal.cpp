@@ -11,10 +11,13 @@
 
 #include "app/window/export_order.h"
 #include "app/window/is_ready.h"
+#include "app/window/open_with_desktop.h"
 #include "app/window/pieces_mode.h"
 #include "app/window/plan_editor.h"
 #include "base/core/cancelled.h"
 #include "base/files/files.h"
+#include "bone/import/ct_view.h"
+#include "base/files/temporary.h"
 #include "kerf/error.h"
 #include "session/plan/edit_plane.h"
 #include "session/scene/path_csv.h"
@@ -25,6 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kOtherCut_mm = 6;  // a cut further beside a plane than this is not meant for it
 constexpr double kEnd_s = 0.3;  // time that the work of other threads gets to end when the window is closed
 
 }  // namespace
@@ -190,6 +194,10 @@ void Rehearsal::FollowOpening() {
     return;
   }
   if (viewer_->quitting()) return;
+  if (!loading->input.empty()) {
+    AddRecent(viewer_->settings(), loading->input);
+    viewer_->KeepSettings();
+  }
   ct_ = std::exchange(loading->ct, nullptr);
   scene_ = std::move(opened.scene);
   scene_file_ = opened.scene_file;
@@ -244,6 +252,15 @@ void Rehearsal::Began() {
     viewer_->Say(std::exchange(change_, std::nullopt)->what);
   }
   if (const auto watch = viewer_->cut_watch()) watch->SetPlanes(editor_->plan().planes);
+  if (first && !views_.empty()) {
+    const ProjectView& view = views_.front();
+    ViewCamera& camera = viewer_->view().camera();
+    camera.Look(view.toward_eye_W, view.up_W);
+    camera.set_target_W(view.target_W_mm);
+    camera.set_height_mm(view.height_mm);
+    viewer_->KeepView();
+  }
+  if (first && !pieces_json_.empty()) pieces_->set_earlier(std::exchange(pieces_json_, {}));
   editor_->set_middle_mm(before_->CalcBounds().centre().x);
 }
 
@@ -392,6 +409,14 @@ void Rehearsal::AddActions(ActionList& actions) {
        .tip = Msg("A scene, a .vdb bone, a surface, a CT file or a folder with a DICOM series; or drop it here"),
        .run = [this] { AskOpen(); },
        .button = Msg("Open")});
+  recent_ = viewer_->settings().recent;
+  for (std::size_t i = 0; i < recent_.size(); ++i) {
+    actions.Add({.id = fmt::format("file.recent.{}", i + 1),
+                 .menu = Msg("File"),
+                 .label = recent_[i].c_str(),
+                 .run = [this, i] { Open(recent_[i]); },
+                 .begins_group = i == 0});
+  }
   actions.Add({.id = "file.save",
                .menu = Msg("File"),
                .label = Msg("Save the project"),
@@ -544,11 +569,20 @@ void Rehearsal::FollowExport() {
   try {
     result_.take_away = exporting_.get();
     viewer_->Say(fmt::format(fmt::runtime(Tr("Exported: {}")), result_.take_away));
+    viewer_->dialogs().Ask(fmt::format(fmt::runtime(Tr("Pieces, planes and the report are in {}")), result_.take_away),
+                           {{Tr("Continue"), nullptr},
+                            {Tr("Open the folder"), [this] { OpenInDesktop(result_.take_away); }},
+                            {Tr("Open the report"), [this] { OpenInDesktop(result_.take_away + "/report.html"); }},
+                            {Tr("Close"), nullptr}});
     viewer_->trace().Write("taken_away", {{"folder", result_.take_away}});
   } catch (const std::exception& e) {  // the session has ended in the meantime and returns no bone
     viewer_->Say(fmt::format(fmt::runtime(Tr("Nothing was exported: {}")), e.what()));
     viewer_->trace().Write("taken_away", {{"failure", e.what()}});
   }
+}
+
+void Rehearsal::OpenInDesktop(const std::string& path) {
+  if (!OpenWithDesktop(path)) viewer_->Say(fmt::format(fmt::runtime(Tr("No program was found that opens {}")), path));
 }
 
 void Rehearsal::FollowSaving() {
@@ -573,13 +607,28 @@ void Rehearsal::SaveProject() {
   project->scene = viewer_->session()->scene();
   project->scene.plan = editor_->plan();
   project->marks = editor_->marks();
-  for (const std::string& recording : result_.recordings) {
-    if (std::filesystem::exists(recording)) project->recordings.push_back(recording);  // a session that has ended
-  }
+  const ViewCamera& camera = viewer_->view().camera();
+  project->views = {{.name = "window",
+                     .target_W_mm = camera.target_W(),
+                     .toward_eye_W = -camera.forward_W(),
+                     .up_W = camera.up_W(),
+                     .height_mm = camera.height_mm(),
+                     .parallel = camera.parallel()}};
   if (pieces_->is_up_to_date()) project->pieces_json = pieces_->pieces()->FormatJson();
+  const std::vector<std::string> recordings{result_.recordings.begin() + static_cast<std::ptrdiff_t>(first_recording_),
+                                            result_.recordings.end()};
   std::shared_future<Bone> now = viewer_->session()->AskBone().share();
   viewer_->Say(Tr("Saving the project"));
-  saving_ = std::async(std::launch::async, [project, now, before = before_, folder = options_.viewer.folder] {
+  saving_ = std::async(std::launch::async, [project, now, recordings, before = before_,
+                                            folder = options_.viewer.folder] {
+    // The recording of the running session grows; its part until now replays like a whole one.
+    const TemporaryFolder copies("kerf_project");
+    for (const std::string& recording : recordings) {
+      if (!fs::exists(recording)) continue;
+      const std::string copy = copies.path() + "/" + fs::path(recording).filename().string();
+      fs::copy_file(recording, copy);
+      project->recordings.push_back(copy);
+    }
     project->bone_file = folder + "/bone-before.vdb";
     project->cut_bone_file = folder + "/bone-now.vdb";
     WriteBone(*before, project->bone_file);
@@ -688,9 +737,19 @@ void Rehearsal::Fill(HudState& hud) {
   SoundAlarms();
   if (loading_) {
     const WorkProgress now = *progress();
-    hud.progress = HudProgress{.title = Tr("Opening"), .stage = Tr(now.stage.c_str()), .fraction = now.fraction};
+    hud.progress = HudProgress{.title = Tr("Opening"),
+                               .stage = Tr(now.stage.c_str()),
+                               .fraction = now.fraction,
+                               .left_s = now.seconds_left,
+                               .can_cancel = true};
   } else if (change_) {
     hud.progress.reset();  // it takes less than a second
+  } else if (exporting_.valid()) {
+    hud.progress = HudProgress{.title = Tr("Exporting"), .stage = Tr("pieces, planes, pictures and report")};
+  } else if (saving_.valid()) {
+    hud.progress = HudProgress{.title = Tr("Saving the project"), .stage = Tr("bones, plan, marks and recordings")};
+  } else if (hud.progress && is_loading()) {
+    hud.progress->can_cancel = true;
   }
   editor_->Fill(hud);
   if (menu_) hud.menu = menu_->Show();
@@ -723,11 +782,60 @@ void Rehearsal::DrawSections(Ui& ui) {
 }
 
 void Rehearsal::DrawWindows(Ui& ui) {
+  if (loading_) DrawCt(ui);
   if (!in_pieces_) editor_->DrawWindows(ui, viewer_->actions());
+}
+
+/// Draws slices of the CT while its bone is made.
+void Rehearsal::DrawCt(Ui& ui) {
+  std::shared_ptr<const Volume> volume;
+  {
+    const std::lock_guard lock(loading_->mutex);
+    volume = loading_->ct;
+  }
+  const UiBox& area = viewer_->areas().right;
+  if (!volume || !BeginPanel(ui, "ct", area, true)) return;
+  const Box3 box = CalcScanBox(*volume);
+  constexpr std::array kAxes{CtAxis::kZ, CtAxis::kY, CtAxis::kX};
+  for (std::size_t i = 0; i < kAxes.size(); ++i) {
+    const int axis = kAxes[i] == CtAxis::kX ? 0 : kAxes[i] == CtAxis::kY ? 1 : 2;
+    double& at_mm = ct_at_mm_[i];
+    if (volume != drawn_ct_) at_mm = box.centre()[axis];
+    const double shown_mm = DrawCtView(ui, i, ct_views_[i], box.lower[axis], box.upper[axis], at_mm);
+    if (volume != drawn_ct_ || shown_mm != at_mm) {
+      at_mm = shown_mm;
+      const CtView view = SliceVolume(*volume, kAxes[i], at_mm, {});
+      ct_views_[i] = {Image{view.columns, view.rows, view.pixels}, ct_views_[i].second + 1};
+    }
+  }
+  drawn_ct_ = volume;
+  EndPanel();
 }
 
 void Rehearsal::OpenContextMenu(const ScreenPoint& at) {
   if (viewer_->is_running() && !in_pieces_) editor_->OpenContextMenu(at);
+}
+
+void Rehearsal::AddAlarms(std::vector<AlarmOverlay>& alarms) {
+  const Tool tool = MakeTool(viewer_->session()->scene());
+  const Pose& X_WT = viewer_->figures().coupled.X_WT;
+  for (const MarkTube& tube : editor_->mark_tubes()) {
+    const MarkTube::Nearest nearest = tube.Find(tool, X_WT);
+    alarms.push_back({.p_W = nearest.p_W,
+                      .level = AlarmLevelFor(nearest.distance_mm),
+                      .label = fmt::format(fmt::runtime(Tr("{}: {} mm")), tube.name(),
+                                           ShowNumber(std::max(0.0, nearest.distance_mm), 1))});
+  }
+  // A saw that cuts beside the selected plane.
+  const PlannedPlane* planned = editor_->plane();
+  if (planned == nullptr || !viewer_->spindle_on() || !viewer_->touches()) return;
+  const PlaneDeviation off = CalcDeviation(*planned, tool, X_WT);
+  const double beyond_mm = std::abs(off.offset_mm) - planned->margin_mm;
+  if (beyond_mm <= 0 || beyond_mm > kOtherCut_mm) return;
+  alarms.push_back({.p_W = off.p_W_mm,
+                    .level = beyond_mm > planned->margin_mm ? AlarmLevel::kDanger : AlarmLevel::kWarning,
+                    .label = fmt::format(fmt::runtime(Tr("{} mm beside the plan")),
+                                         ShowNumber(std::abs(off.offset_mm), 1))});
 }
 
 bool Rehearsal::TakeSlicePoint(const Vec3& p_W) {

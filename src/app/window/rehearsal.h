@@ -1,6 +1,7 @@
 // `kerf rehearse`: a surgeon cuts a bone freely, with mouse and keys or with a device.
 #pragma once
 
+#include <array>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -71,6 +72,8 @@ class Rehearsal final : public Activity {
   void DrawWindows(Ui& ui) override;
   void OpenContextMenu(const ScreenPoint& at) override;
   bool TakeSlicePoint(const Vec3& p_W) override;
+  bool has_slices() const override { return true; }
+  void AddAlarms(std::vector<AlarmOverlay>& alarms) override;
   void FillSlices(SliceScene& scene) const override;
   std::string DescribeUnsaved() const override;
   void Save() override;
@@ -110,6 +113,8 @@ class Rehearsal final : public Activity {
   void EnterPieces();
   void LeavePieces();
   void Export();
+  void DrawCt(Ui& ui);
+  void OpenInDesktop(const std::string& path);
   void FollowExport();
   void SaveProject();
   void FollowSaving();
@@ -166,6 +171,11 @@ class Rehearsal final : public Activity {
   std::vector<ProjectView> views_;
   std::string pieces_json_;  // of a project, until the pieces are entered
   bool quits_after_saving_ = false;
+  std::vector<std::string> recent_;  // files of the menu
+  // Slices of a CT whose bone is being made: image and version, and their positions.
+  std::array<std::pair<Image, std::uint64_t>, 3> ct_views_;
+  std::array<double, 3> ct_at_mm_{};
+  std::shared_ptr<const Volume> drawn_ct_;
   bool guided_ = false;
   std::optional<PlanesReport> cut_;  // latest state of the planned planes
 

@@ -39,7 +39,7 @@ void SlicesPanel::Reset(const Box3& bounds_W) {
     views_[i] = {};
     views_[i].spec.kind = kKinds[i];
     views_[i].spec.centre_W = bounds_W.centre();
-    views_[i].spec.width_mm = std::max(10.0, i == 3 ? 60.0 : 1.1 * std::max({size.x, size.y, size.z}));
+    views_[i].spec.width_mm = std::clamp(0.6 * std::max({size.x, size.y, size.z}), 10.0, 80.0);
   }
   enlarged_.reset();
   cursor_W_.reset();
@@ -80,7 +80,7 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   ImGui::PushFont(ui.small());
   FittedText(ui,
              fmt::format(fmt::runtime(Tr("{}, {} mm wide")), NameOf(view.spec.kind), ShowNumber(view.spec.width_mm, 0)),
-             side - 60 * s);
+             side);
   ImGui::PopFont();
   if (!view.image) {
     ImGui::Dummy({side, side});
@@ -127,6 +127,8 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   list.PopClipRect();
 
   if (hovered) {
+    // The wheel scrolls the slice, not the column.
+    ImGui::SetScrollY(ImGui::GetScrollY());
     const OverlayPoint under{static_cast<double>(io.MousePos.x - at.x) / zoom,
                              static_cast<double>(io.MousePos.y - at.y) / zoom};
     if (io.MouseWheel != 0) {
@@ -168,9 +170,10 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
 void SlicesPanel::Draw(Ui& ui, const UiBox& column, const UiBox& scene, const SliceScene& contents,
                        const std::function<bool(const Vec3&)>& take_point) {
   const float s = ui.scale();
-  if (BeginPanel(ui, "slices", column, false)) {
+  if (BeginPanel(ui, "slices", column, true)) {
     const float width = static_cast<float>(column.width) - 20 * s;
-    const float height = static_cast<float>(column.height) / 4 - 26 * s;
+    // Three slices fit; the one in the blade's plane is below them.
+    const float height = static_cast<float>(column.height) / 3 - 26 * s;
     side_px_ = std::max(60.0F, std::min(width, height));
     for (std::size_t i = 0; i < views_.size(); ++i) DrawOne(ui, i, side_px_, contents, take_point);
     if (cursor_W_) {
@@ -192,6 +195,26 @@ void SlicesPanel::Draw(Ui& ui, const UiBox& column, const UiBox& scene, const Sl
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
   DrawOne(ui, *enlarged_, side, contents, take_point);
   ImGui::End();
+}
+
+double DrawCtView(Ui& ui, std::size_t i, const std::pair<Image, std::uint64_t>& image, double lower_mm, double upper_mm,
+                  double at_mm) {
+  constexpr double kWheel_mm = 1;
+  const float width = ImGui::GetContentRegionAvail().x;
+  ImGui::PushID(static_cast<int>(i));
+  if (image.first.width > 0) {
+    const float height = width * static_cast<float>(image.first.height) / static_cast<float>(image.first.width);
+    ImGui::Image(ui.Texture(fmt::format("ct {}", i), image.first, image.second), {width, height});
+    ui.Note(fmt::format("ct {}", i + 1));
+    if (ImGui::IsItemHovered()) at_mm += kWheel_mm * static_cast<double>(ImGui::GetIO().MouseWheel);
+  }
+  ImGui::SetNextItemWidth(width);
+  auto value = static_cast<float>(at_mm);
+  if (ImGui::SliderFloat("##at", &value, static_cast<float>(lower_mm), static_cast<float>(upper_mm), "%.0f mm")) {
+    at_mm = static_cast<double>(value);
+  }
+  ImGui::PopID();
+  return std::clamp(at_mm, lower_mm, upper_mm);
 }
 
 }  // namespace kerf

@@ -48,4 +48,9 @@ class SlicesPanel {
   CtWindow window_;
 };
 
+/// Draws a slice of a CT into the current panel. `image` and its version; `at_mm`: its position between `lower_mm` and
+/// `upper_mm`. Returns the position that the user wants, by wheel or slider.
+double DrawCtView(Ui& ui, std::size_t i, const std::pair<Image, std::uint64_t>& image, double lower_mm, double upper_mm,
+                  double at_mm);
+
 }  // namespace kerf

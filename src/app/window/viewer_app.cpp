@@ -72,6 +72,8 @@ ViewerApp::ViewerApp(const ViewerOptions& options)
   ui_.set_text_size(settings_.text_size);
   view_->SetPanels(ui_.prop());
   view_->set_theme(settings_.theme);
+  sound_.SetVolume(100 * settings_.volume);
+  sound_.SetMuted(settings_.mute);
   AddActions();
   if (!fault.empty()) Say(fault);
 }
@@ -421,6 +423,8 @@ void ViewerApp::AddActions() {
                 .repeats = true});
   const auto louder = [this](double percent) {
     sound_.SetVolume(sound_.volume_percent() + percent);
+    settings_.volume = 0.01 * sound_.volume_percent();
+    KeepSettings();
     Say(fmt::format(fmt::runtime(Tr("The volume is {} %.")), ShowNumber(sound_.volume_percent(), 0)));
   };
   actions_.Add({.id = "sound.mute",
@@ -430,9 +434,12 @@ void ViewerApp::AddActions() {
                 .run =
                     [this] {
                       sound_.SetMuted(!sound_.muted());
+                      settings_.mute = sound_.muted();
+                      KeepSettings();
                       Say(sound_.muted() ? Tr("The sound is off.") : Tr("The sound is on."));
                     },
                 .on = [this] { return !sound_.muted(); },
+                .indicator = Msg("Sound"),
                 .begins_group = true});
   actions_.Add({.id = "sound.quieter",
                 .menu = Msg("Saw"),
@@ -811,6 +818,7 @@ void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {
            .label = fmt::format(fmt::runtime(Tr("nerve: {} mm")), ShowNumber(std::max(0.0, nerve->distance_mm), 1))});
     }
   }
+  activity_->AddAlarms(alarms);
   view_->SetAlarms(alarms);
   if (!surface_) return;
   if (std::optional<std::vector<PlaneLineOverlay>> lines = surface_->FetchPlaneLines()) view_->SetPlaneLines(*lines);
@@ -997,6 +1005,8 @@ void ViewerApp::DrawSettings() {
   ui_.Note("setting mute");
   ImGui::End();
   if (changed) {
+    sound_.SetVolume(100 * settings_.volume);
+    sound_.SetMuted(settings_.mute);
     trace_.Write("settings", {{"text_size", settings_.text_size},
                               {"language", CurrentLanguage()},
                               {"theme", settings_.theme == Theme::kDark ? "dark" : "light"},
@@ -1015,7 +1025,9 @@ void ViewerApp::KeepSettings() {
 
 void ViewerApp::DrawUi(const HudState& hud) {
   const bool column = values_shown_ && (hud.show_values || !hud.pieces.empty());
-  areas_ = CalcUiAreas(ui_, column, slices_shown_ && slices_.has_slices());
+  const UiAreas before = std::exchange(areas_, CalcUiAreas(ui_, column, slices_shown_ && activity_->has_slices()));
+  // Until the user turns the view, the whole bone is shown.
+  if (before.scene.width != areas_.scene.width && !view_changed_) fit_again_ = surface_ != nullptr;
   // Labels first: they are drawn in the background.
   PictureMarks marks;
   for (const SceneLabel& label : view_->ListLabels()) {
@@ -1050,7 +1062,7 @@ void ViewerApp::DrawUi(const HudState& hud) {
     LegendSection(ui_, hud);
     ImGui::End();
   }
-  if (slices_shown_ && slices_.has_slices()) {
+  if (slices_shown_ && activity_->has_slices() && slices_.has_slices()) {
     slices_.Draw(ui_, areas_.right, areas_.scene, MakeSliceScene(),
                  [this](const Vec3& p_W) { return activity_->TakeSlicePoint(p_W); });
   }

@@ -82,6 +82,10 @@ class Activity {
   virtual void PickPieceRow(int /*row*/) {}
   /// Takes a point that was clicked in a slice. Returns false if it is not needed.
   virtual bool TakeSlicePoint(const Vec3& /*p_W*/) { return false; }
+  /// Returns false if the activity has no use for slices.
+  virtual bool has_slices() const { return false; }
+  /// Adds alarms to those of the bone's own nerve canal.
+  virtual void AddAlarms(std::vector<AlarmOverlay>& /*alarms*/) {}
   /// Adds what else is drawn in slices.
   virtual void FillSlices(SliceScene& /*scene*/) const {}
   /// Adds the activity's own sections to the left column, and its own windows.
@@ -188,6 +192,9 @@ class ViewerApp {
   Dialogs& dialogs() { return dialogs_; }
   Ui& ui() { return ui_; }
   ActionList& actions() { return actions_; }
+  const UiAreas& areas() const { return areas_; }
+  /// Keeps the camera as it is when a bone is shown that was not yet complete.
+  void KeepView() { view_changed_ = true; }
   WindowSettings& settings() { return settings_; }
   void KeepSettings();
   /// Writes a picture of the window to the folder. Returns its path.

@@ -89,7 +89,7 @@ UiAreas CalcUiAreas(const Ui& ui, bool left, bool right) {
   const double toolbar = 36 * s;
   const double status = 32 * s;
   const double left_width = 262 * s;
-  const double right_width = 236 * s;
+  const double right_width = 206 * s;
   UiAreas areas;
   areas.menu = {0, 0, width, menu};
   areas.toolbar = {0, menu, width, toolbar};

@@ -162,7 +162,14 @@ class Window:
         self.click(left + width / 2, top + height / 2, button)
 
     def choose(self, menu, action):
-        """Chooses an entry of the menu bar."""
+        """Chooses an entry of the menu bar. A menu that is still open would be closed by the click."""
+        deadline = time.monotonic() + 30
+        while True:
+            self.read()
+            if not any(name.startswith("entry ") for name in self.items):
+                break
+            self._check(deadline, "a menu does not close")
+            time.sleep(0.05)
         self.click_item(f"menu {menu}")
         self.click_item(f"entry {action}")
 

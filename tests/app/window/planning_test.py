@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+"""Tests planning in the real window, with real keys and mouse: the tour, points that are moved, a plane's handles and
+fields, marks on the bone, undo of the plan, what still holds, the project, settings and the language.
+
+    planning_test.py KERF [--pictures FOLDER]
+
+--pictures: keeps the test's pictures. Exit code 77: the test was skipped; it prints the reason."""
+
+import argparse
+import json
+import pathlib
+import shutil
+import time
+
+from drive import Display, Window, skip_without_display_programs, workspace
+from rehearse_test import SCENE
+
+CENTRE = (785, 375)  # middle of the bone between the panels, pixels
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("kerf")
+    parser.add_argument("--pictures")
+    options = parser.parse_args()
+    skip_without_display_programs()
+    folder = workspace()
+    (folder / "bar.toml").write_text(SCENE)
+    settings = folder / "config/kerf/window.json"
+    settings.parent.mkdir(parents=True)
+    settings.write_text('{"language": "en"}')  # the tour was not shown yet
+    kept = []
+
+    with Display(1480, 920) as display:
+        w = Window(display, options.kerf, ["rehearse", "bar.toml", "-o", "out"], folder, title="kerf rehearse")
+
+        def picture(name):
+            kept.append((name, folder / w.picture()))
+
+        w.wait_event("running")
+        w.wait_event("first_picture")
+
+        # The tour begins by itself, step by step, and can be skipped. It is not shown again.
+        w.wait_state("the tour", lambda s: s["tour"] == 1)
+        picture("tour")
+        w.click_item("tour.next")
+        w.wait_state("its second step", lambda s: s["tour"] == 2)
+        w.click_item("tour.skip")
+        w.wait_state("no tour", lambda s: s["tour"] == 0)
+        assert json.loads(settings.read_text())["tour_shown"] is True
+
+        # A plane through three points: a point is moved before the third one is set, and one is taken back.
+        w.key("v")
+        w.choose("Plan", "plan.three_points")
+        w.wait_state("points are asked for", lambda s: s["placed"] == 0)
+        for i, (x, y) in enumerate(((-120, -60), (-100, 60))):
+            w.click(CENTRE[0] + x, CENTRE[1] + y)
+            w.wait_state("a point", lambda s: s["placed"] == i + 1)
+        w.drag((CENTRE[0] - 100, CENTRE[1] + 60), (CENTRE[0] - 60, CENTRE[1] + 80))
+        w.key("BackSpace")
+        w.wait_state("one point less", lambda s: s["placed"] == 1)
+        for x, y in ((-60, 80), (-90, 0)):
+            w.click(CENTRE[0] + x, CENTRE[1] + y)
+        w.wait_state("two planes", lambda s: s["planes"] == 2 and s["placed"] == -1)
+
+        # The plane of the scene is moved along its normal, which is x, by a handle. Undo brings it back.
+        w.click_item("plane 1")
+        w.wait_state("handles", lambda s: len(s["handles"]) == 8)
+        before = w.state["plane_mm"][0]
+        at = w.state["handles"][1]
+        w.drag(at, (at[0] + 60, at[1]))
+        moved = w.wait_state("the plane is moved", lambda s: s["plane_mm"][0][0] > before[0] + 0.5)["plane_mm"][0]
+        assert moved[1:] == before[1:], (before, moved)
+        picture("handles")
+        w.key("shift+Z")
+        w.wait_state("undone", lambda s: s["plane_mm"][0] == before)
+        w.key("shift+Y")
+        w.wait_state("redone", lambda s: s["plane_mm"][0] == moved)
+        w.key("shift+Z")
+        w.wait_state("undone", lambda s: s["plane_mm"][0] == before)
+
+        # A field in mm sets the same.
+        w.click_item("plane.fields")
+        w.click_item("plane.x")
+        w.key("ctrl+a")
+        w.type("2.5")
+        w.key("Return")
+        w.wait_state("moved to 2.5 mm", lambda s: s["plane_mm"][0][0] == 2.5)
+        w.key("Escape")
+        w.key("shift+Z")
+        w.wait_state("undone", lambda s: s["plane_mm"][0] == before)
+
+        # The other plane is removed, mirrored ones have a name of their own.
+        w.choose("Plan", "plan.mirror")
+        w.wait_state("a mirrored plane", lambda s: s["planes"] == 3)
+        for count in (2, 1):
+            w.click_item(f"plane {count + 1}")
+            w.choose("Plan", "plan.remove")
+            w.wait_state("a plane less", lambda s: s["planes"] == count)
+
+        # A nerve is marked by clicks on the bone; its distance is then known.
+        w.choose("Plan", "mark.nerve")
+        w.wait_state("points are asked for", lambda s: s["placed"] == 0)
+        for i, x in enumerate((-250, -150, 150, 250)):
+            w.click(CENTRE[0] + x, CENTRE[1] + 100)
+            w.wait_state("a point", lambda s: s["placed"] == i + 1)
+        w.key("Return")
+        w.wait_state("a mark", lambda s: s["marks"] == 1)
+        picture("mark")
+
+        # After half of the cut, the plan says how much is cut, and the picture where it still holds.
+        w.click_item("plane 1")
+        w.key("l", "space")
+        w.wait_state("the spindle turns", lambda s: s["spindle"])
+        w._xdotool("keydown", "Down")
+        w.wait_state("half through", lambda s: s["saw_mm"][2] < 8, 90)
+        w._xdotool("keyup", "Down")
+        w.key("space")
+        w.wait_state("partly cut", lambda s: s["plane_cut"] and 0.1 < s["plane_cut"][0] < 0.9, 60)
+        time.sleep(0.5)
+        picture("bridges")
+
+        # A project keeps it all.
+        w.key("ctrl+s")
+        project = pathlib.Path(w.wait_event("project", seconds=120)["file"])
+
+        # Settings: dark, larger text, German.
+        w.key("F10")
+        w.click_item("setting dark")
+        w.wait_event("settings", theme="dark")
+        w.click_item("setting language de")
+        w.wait_event("settings", language="de")
+        w.click_item("setting text 120")
+        w.wait_event("settings", text_size=1.2)
+        w.key("Escape")
+        time.sleep(0.5)
+        picture("german")
+
+        # Quitting asks while something is not saved, and Escape stays.
+        after = w.mark()
+        w.choose("Plan", "plan.at_blade")
+        w.wait_event("plan", after=after)
+        w.key("ctrl+q")
+        w.wait_state("a question", lambda s: s["dialog"])
+        w.key("Escape")
+        w.wait_state("it stays", lambda s: not s["dialog"])
+        w.key("ctrl+q")
+        w.wait_state("a question", lambda s: s["dialog"])
+        w.click_item("answer 2")
+        code, out = w.wait_end()
+        assert code == 0, out
+
+        # The settings and the project are there at the next start. The saved plan has one plane.
+        w = Window(display, options.kerf, ["rehearse", str(project), "-o", "again"], folder, title="kerf rehearse")
+        w.wait_event("running", seconds=120)
+        w.wait_state("the plan and the mark", lambda s: s["planes"] == 1 and s["marks"] == 1 and s["tour"] == 0)
+        w.wait_state("what was cut", lambda s: s["plane_cut"] and 0.1 < s["plane_cut"][0] < 0.9, 60)
+        w.key("ctrl+q")
+        code, out = w.wait_end()
+        assert code == 0, out
+
+    if options.pictures:
+        for name, file in kept:
+            shutil.copy(file, f"{options.pictures}/planning_{name}.png")
+    shutil.rmtree(folder)
+    print("planning completed:", len(kept), "pictures")
+
+
+if __name__ == "__main__":
+    main()
