@@ -202,6 +202,7 @@ void Rehearsal::FollowOpening() {
   scene_ = std::move(opened.scene);
   scene_file_ = opened.scene_file;
   original_ = opened.original;
+  viewer_->set_original(original_);
   views_ = opened.project ? opened.project->views : std::vector<ProjectView>();
   pieces_json_ = opened.project ? opened.project->pieces_json : "";
   editor_->Load(scene_.plan, opened.project ? opened.project->marks : std::vector<Mark>());

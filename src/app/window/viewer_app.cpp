@@ -160,7 +160,7 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
     }
     with_hu.reset();
     if (!options_.watch || leaf_watch_) return;
-    leaf_watch_ = std::make_shared<CutWatch>(bone_at_start(), made);
+    leaf_watch_ = std::make_shared<CutWatch>(original_ ? original_ : bone_at_start(), made);
     const std::lock_guard lock(mutex_);
     watch_ = leaf_watch_;
   };

@@ -193,6 +193,8 @@ class ViewerApp {
   Ui& ui() { return ui_; }
   ActionList& actions() { return actions_; }
   const UiAreas& areas() const { return areas_; }
+  /// Sets the bone with which the cuts of the next session are compared; null: its bone at the start.
+  void set_original(std::shared_ptr<const Bone> bone) { original_ = std::move(bone); }
   /// Keeps the camera as it is when a bone is shown that was not yet complete.
   void KeepView() { view_changed_ = true; }
   WindowSettings& settings() { return settings_; }
@@ -257,6 +259,7 @@ class ViewerApp {
   };
   std::optional<Made> made_;  // set by another thread, like the next two
   std::shared_ptr<const Bone> at_start_;
+  std::shared_ptr<const Bone> original_;
   std::shared_ptr<CutWatch> watch_;
   std::future<InnerSurfaces> making_inner_;
   std::vector<std::future<InnerSurfaces>> unused_inner_;  // of earlier bones; end by themselves
