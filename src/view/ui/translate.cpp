@@ -95,7 +95,8 @@ const std::string& CurrentLanguage() {
 }
 
 const char* Tr(const char* text) {
-  return dgettext(kDomain, text);
+  // The translation of an empty text would be the header of the catalogue.
+  return text[0] == '\0' ? text : dgettext(kDomain, text);
 }
 
 std::string ShowNumber(double value, int decimals) {

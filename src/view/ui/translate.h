@@ -21,8 +21,8 @@ void SetLanguage(const std::string& code);
 /// Returns the code of the current language.
 const std::string& CurrentLanguage();
 
-/// Returns the translation of a text, which must be a literal, so that tools/translations finds it. The result is valid
-/// until the end of the program.
+/// Returns the translation of a text, which must be a literal, so that tools/translations finds it, or come from data
+/// that tools/translations lists. An empty text stays empty. The result is valid until the end of the program.
 const char* Tr(const char* text);
 /// Marks a text that is translated later by Tr().
 constexpr const char* Msg(const char* text) {

@@ -1,6 +1,7 @@
 // Tests of the elements of panels, of labels in the picture and of translations.
 #include "view/ui/widgets.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <imgui.h>
 
@@ -119,6 +120,27 @@ TEST(Translate, GermanIsListedAndTranslatesTextsAndNumbers) {
   SetLanguage("en");
   EXPECT_STREQ(Tr("Undo"), "Undo");
   EXPECT_EQ(ShowNumber(1.25, 2), "1.25");
+}
+
+TEST(Translate, EmptyTextStaysEmptyInEveryLanguage) {
+  for (const Language& language : ListLanguages()) {
+    SetLanguage(language.code);
+    EXPECT_STREQ(Tr(""), "") << language.code;
+  }
+  SetLanguage("en");
+}
+
+TEST(Translate, GermanSentenceWithPlaceholdersCanBeFormatted) {
+  SetLanguage("de");
+  EXPECT_EQ(fmt::format(fmt::runtime(Tr("{:.0f} of 100 points")), 87.4), "87 von 100 Punkten");
+  EXPECT_EQ(fmt::format(fmt::runtime(Tr("{}:{:02} min left")), 3, 7), "noch 3:07 min");
+  const std::string sentence = fmt::format(
+      fmt::runtime(Tr("The running blade was closer than {0} to the nerve canal for {1}. Stop at a depth of {2}.")),
+      "1,5 mm", "2,0 s", "6 mm");
+  // The sentence exchanges the first two values, so that the words are in the order of German.
+  EXPECT_LT(sentence.find("2,0 s"), sentence.find("1,5 mm")) << sentence;
+  EXPECT_LT(sentence.find("1,5 mm"), sentence.find("6 mm")) << sentence;
+  SetLanguage("en");
 }
 
 }  // namespace
