@@ -357,7 +357,7 @@ ExerciseList::Choice ExerciseList::Draw(Ui& ui) {
 ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
   const float s = ui.scale();
   Choice choice = Choice::kNone;
-  BeginLargeDialog(ui, "exercises", 1040, 580);
+  BeginLargeDialog(ui, "exercises", 1040, 500);
   ImGui::PushFont(ui.title());
   FittedText(ui, title(), ImGui::GetContentRegionAvail().x);
   ImGui::PopFont();
@@ -368,7 +368,6 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
   }
   const ExerciseRow& recommended =
       *std::find_if(rows_.begin(), rows_.end(), [&](const ExerciseRow& r) { return r.id == next_.exercise; });
-  WrappedText(Translate(next_.reason));
   if (top.Add("practise.recommended",
               fmt::format(fmt::runtime(Tr("Start \"{}\", level {}")), Tr(recommended.title.c_str()), next_.level),
               "")) {
@@ -379,6 +378,7 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
   if (top.Add("practise.name", student_.empty() ? Tr("Enter your name") : Tr("Another student"), "N")) {
     choice = Choice::kName;
   }
+  SmallText(ui, fmt::format(fmt::runtime(Tr("Recommended: {}")), Translate(next_.reason)));
   ImGui::Spacing();
   const float footer = ImGui::GetTextLineHeightWithSpacing() + 4 * s;
   if (ImGui::BeginTable("exercises", 3 + kLevels,
