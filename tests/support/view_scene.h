@@ -67,15 +67,4 @@ inline std::vector<HudKeyGroup> MakeHelp() {
             {"Esc", "end"}}}};
 }
 
-inline HudResult MakeResult() {
-  return {"Groove of a given depth, level 2",
-          "82 out of 100",
-          {{"Depth error, mean", "0.21 mm", "goal 0.3 mm", HudLevel::kGood},
-           {"Depth error, p95", "0.48 mm", "goal 0.5 mm", HudLevel::kWarn},
-           {"Plunge past the far side", "1.30 mm", "goal 0.5 mm", HudLevel::kBad},
-           {"Force, mean", "2.1 N", "information", HudLevel::kPlain},
-           {"Time", "38 s", "information", HudLevel::kPlain}},
-          "Enter: again    Esc: back to the list"};
-}
-
 }  // namespace kerf::test

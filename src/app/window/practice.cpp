@@ -33,13 +33,6 @@ HudLevel LevelOf(double to_goal_mm) {
                                   : HudLevel::kPlain;
 }
 
-HudLevel HudLevelOf(ReviewLevel level) {
-  return level == ReviewLevel::kGood   ? HudLevel::kGood
-         : level == ReviewLevel::kWarn ? HudLevel::kWarn
-         : level == ReviewLevel::kBad  ? HudLevel::kBad
-                                       : HudLevel::kPlain;
-}
-
 /// Lets all other threads run first.
 void LowerPriority() {
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 19);
@@ -47,55 +40,6 @@ void LowerPriority() {
 
 /// Speed of the replay beside the expert, as a multiple of real time.
 constexpr double kReplaySpeed = 1;
-
-/// Returns the decimal separator of the language.
-std::string PointOfLanguage() {
-  const std::string point = Tr("decimal separator");
-  return point.size() == 1 ? point : ".";
-}
-
-/// Returns the message in the current language.
-std::string Translate(const Message& message) {
-  Message translated = message;
-  for (auto& value : translated.values) {
-    if (auto* text = std::get_if<std::string>(&value)) *text = std::string(Tr(text->c_str()));
-  }
-  return FormatMessage(translated, Tr(message.text), PointOfLanguage());
-}
-
-/// Returns what the list shows of the student's progress.
-std::string DescribeProgress(const ExerciseRow& row) {
-  if (!row.last) return Translate(row.goal);
-  const std::optional<double>& best = row.best[static_cast<std::size_t>(row.level - 1)];
-  switch (row.trend) {
-    case Trend::kRising:
-      return fmt::format(fmt::runtime(Tr("level {}: best {:.0f}, rising")), row.level, best.value_or(0));
-    case Trend::kSteady:
-      return fmt::format(fmt::runtime(Tr("level {}: best {:.0f}, steady")), row.level, best.value_or(0));
-    case Trend::kFalling:
-      return fmt::format(fmt::runtime(Tr("level {}: best {:.0f}, falling")), row.level, best.value_or(0));
-    case Trend::kUnknown:
-      break;
-  }
-  return fmt::format(fmt::runtime(Tr("level {}: best {:.0f}")), row.level, best.value_or(0));
-}
-
-/// Characters of a line of text in the result.
-constexpr std::size_t kResultLine = 44;
-
-/// Breaks a text between words into lines of at most `size` bytes.
-std::vector<std::string> WrapText(const std::string& text, std::size_t size) {
-  std::vector<std::string> lines;
-  std::size_t begin = 0;
-  while (text.size() - begin > size) {
-    const std::size_t space = text.rfind(' ', begin + size);
-    if (space == std::string::npos || space <= begin) break;
-    lines.push_back(text.substr(begin, space - begin));
-    begin = space + 1;
-  }
-  lines.push_back(text.substr(begin));
-  return lines;
-}
 
 /// Returns the path of the score sheet next to a recording.
 std::string PageOf(const std::string& recording) {
@@ -152,39 +96,43 @@ std::vector<ExerciseRow> Practice::MakeRows() const {
 void Practice::Choose() {
   EndChecks();
   state_ = State::kChoosing;
-  std::vector<MenuItem> items;
-  for (const ExerciseRow& row : MakeRows()) {
-    items.push_back(
-        {.name = row.title, .detail = DescribeProgress(row), .enabled = true, .choose = [this, id = row.id] {
-           ChooseLevel(FindExercise(id));
-         }});
-  }
-  menu_.emplace(options_.student.empty()
-                    ? std::string(Tr("Exercises, easy to hard"))
-                    : fmt::format(fmt::runtime(Tr("Exercises of {}, easy to hard")), options_.student),
-                std::move(items), Tr("Up, Down: move   Enter: select   Ctrl+Q: quit"));
+  list_.emplace(MakeRows(), options_.student);
 }
 
-void Practice::ChooseLevel(const Exercise& exercise) {
-  static constexpr std::array<const char*, kLevels> kAids{"all aids", "no depth stop", "gauge and blade colour",
-                                                          "gauge only", "no aids"};
-  std::vector<MenuItem> items;
-  const std::vector<ExerciseRow> rows = MakeRows();
-  const auto row = std::find_if(rows.begin(), rows.end(), [&](const ExerciseRow& r) { return r.id == exercise.id; });
-  const int recommended = row->next.exercise == exercise.id ? row->next.level : 0;
-  for (int level = 1; level <= kLevels; ++level) {
-    items.push_back({.name = level == recommended ? fmt::format(fmt::runtime(Tr("Level {} (recommended)")), level)
-                                                  : fmt::format(fmt::runtime(Tr("Level {}")), level),
-                     .detail = kAids[static_cast<std::size_t>(level - 1)],
-                     .enabled = true,
-                     .choose = [this, id = exercise.id, level] { Start(id, level); }});
+void Practice::TakeChoice(ExerciseList::Choice choice) {
+  if (choice == ExerciseList::Choice::kName) return AskName();
+  if (choice == ExerciseList::Choice::kStart) Start(std::string(list_->exercise()), list_->level());
+}
+
+void Practice::AskName() {
+  viewer_->AskText(Tr("Your name, under which your attempts are stored:"), options_.student,
+                   [this](const std::optional<std::string>& name) {
+                     if (name && !name->empty()) UseName(*name);
+                   });
+}
+
+/// Stores the attempts of the student from now on, and those that were made before without a name.
+void Practice::UseName(const std::string& student) {
+  try {
+    CheckStudentName(student);
+    if (!history_) history_.emplace(FindHistoryFile());
+    for (const ScoreSheet& sheet : unnamed_) history_->Add(MakeAttempt(sheet, student));
+    unnamed_.clear();
+    attempts_ = history_->List(student);
+  } catch (const Error& e) {
+    return viewer_->Say(e.what());
   }
-  menu_.emplace(exercise.title, std::move(items));
+  options_.student = student;
+  viewer_->trace().Write("student", {{"name", student}});
+  if (state_ == State::kChoosing) return Choose();
+  if (state_ != State::kResult) return;
+  stored_ = fmt::format(fmt::runtime(Tr("The attempt is saved for {}")), student);
+  next_ = Recommend(attempts_, exercise_->id, options_.level);
 }
 
 void Practice::Start(const std::string& id, int level) {
   EndChecks();
-  menu_.reset();
+  list_.reset();
   exercise_ = &FindExercise(id);
   scene_ = MakeExerciseScene(id, level);
   if (scene_.exercise.depth_stop) {
@@ -368,15 +316,17 @@ void Practice::Replay() {
   state_ = State::kReplaying;
   const WantedCut& cut = gauge_->cut();
   viewer_->view().SetTool(MakeTool(scene_));
-  viewer_->view().SetGuides({{.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})}},
-                             {.points_W = pair_->student_line_W},
-                             {.points_W = pair_->expert_line_W}});
+  viewer_->view().SetToolColour(kMadeColour);
+  viewer_->view().SetGuides({{.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})}}});
+  viewer_->view().SetPlaneLines({{.lines_W = {pair_->student_line_W}, .colour = kMadeColour},
+                                 {.lines_W = {pair_->expert_line_W}, .colour = kWantedColour}});
   UpdateReplay(0);
 }
 
 void Practice::EndReplay() {
   viewer_->view().ClearTool();
   viewer_->view().SetGhost({});
+  viewer_->view().SetPlaneLines({});
   ShowGoal();
   state_ = State::kResult;
 }
@@ -390,32 +340,38 @@ void Practice::UpdateReplay(double dt_s) {
 
 // ---- the result
 
-HudResult Practice::MakeResult() const {
-  HudResult result;
-  result.title = fmt::format(fmt::runtime(Tr("{}, level {}")), Tr(exercise_->title.c_str()), options_.level);
-  result.headline = sheet_->total ? fmt::format(fmt::runtime(Tr("{:.0f} of 100 points")), *sheet_->total)
-                                  : std::string(Tr("No score"));
-  const auto add = [&](const Message& message, HudLevel level) {
-    for (const std::string& line : WrapText(Translate(message), kResultLine)) {
-      result.rows.push_back({.name = line, .value = "", .note = "", .level = level});
-      level = HudLevel::kPlain;
-    }
-  };
-  add(review_->headline, HudLevel::kWarn);
-  if (review_->praise) add(*review_->praise, HudLevel::kGood);
-  add(next_.reason, HudLevel::kPlain);
-  // The other measures are in the report.
-  for (const ReviewFigure& figure : review_->figures) {
-    result.rows.push_back(
-        {.name = Tr(figure.label),
-         .value = figure.value ? FormatQuantity(*figure.value, PointOfLanguage()) : "-",
-         .note = figure.goal ? fmt::format(fmt::runtime(Tr("goal {}")), FormatGoal(figure, PointOfLanguage())) : "",
-         .level = HudLevelOf(figure.level)});
+void Practice::DrawResultDialog(Ui& ui) {
+  const ResultContents contents{.title = Tr(exercise_->title.c_str()),
+                                .level = options_.level,
+                                .sheet = *sheet_,
+                                .review = *review_,
+                                .next = next_,
+                                .verified = verified_,
+                                .stored = stored_,
+                                .asks_name = options_.student.empty() && !unnamed_.empty(),
+                                .expert_ready = expert_ != nullptr};
+  switch (DrawResult(ui, contents)) {
+    case ResultChoice::kNone:
+      break;
+    case ResultChoice::kStep:
+      clicked_ = [this] { DoNextStep(); };
+      break;
+    case ResultChoice::kAgain:
+      clicked_ = [this] { Start(exercise_->id, options_.level); };
+      break;
+    case ResultChoice::kNextLevel:
+      clicked_ = [this] { Start(exercise_->id, options_.level + 1); };
+      break;
+    case ResultChoice::kReplay:
+      clicked_ = [this] { Replay(); };
+      break;
+    case ResultChoice::kList:
+      clicked_ = [this] { Choose(); };
+      break;
+    case ResultChoice::kName:
+      clicked_ = [this] { AskName(); };
+      break;
   }
-  result.footer = options_.level < kLevels
-                      ? "Enter: recommended step   A: again   N: next level   V: beside the expert   Esc: exercises"
-                      : "Enter: recommended step   A: again   V: beside the expert   Esc: exercises";
-  return result;
 }
 
 void Practice::DoNextStep() {
@@ -493,31 +449,15 @@ void Practice::AddActions(ActionList& actions) {
                .enabled = [this] { return state_ == State::kResult; }});
 }
 
-void Practice::PickMenuRow(int row) {
-  if (!menu_ || menu_->Pick(row) != Menu::State::kChosen) return;
-  const Menu done = *std::exchange(menu_, std::nullopt);
-  done.chosen().choose();
-}
-
 void Practice::Open(const std::string& /*path*/) {
   viewer_->Say(Tr("An exercise brings its own bone; use 'kerf rehearse' to open a file"));
 }
 
 bool Practice::Take(const WindowEvent& event) {
-  using Kind = WindowEvent::Kind;
-  if (menu_) {
-    if (event.control) return false;
-    const Menu::State state = menu_->Take(event);
-    if (state == Menu::State::kOpen) return event.kind != Kind::kKeyUp && event.key != Key::kF12;
-    const Menu done = *std::exchange(menu_, std::nullopt);
-    if (state == Menu::State::kChosen) {
-      done.chosen().choose();
-    } else {
-      Choose();
-    }
-    return true;
-  }
-  return false;
+  const bool function_key = event.key >= Key::kF1 && event.key <= Key::kF12;
+  if (!list_ || event.kind != WindowEvent::Kind::kKeyDown || event.control || function_key) return false;
+  TakeChoice(list_->Take(event));
+  return true;
 }
 
 void Practice::UpdateCutting() {
@@ -571,6 +511,7 @@ std::vector<Aid> Practice::MakeAids() const {
 }
 
 void Practice::Update(double dt_s) {
+  if (const auto clicked = std::exchange(clicked_, nullptr)) clicked();
   if (IsReady(making_nerve_)) nerve_ = making_nerve_.get();
   if (state_ == State::kCutting && viewer_->is_running()) UpdateCutting();
   if (state_ == State::kReplaying) UpdateReplay(dt_s);
@@ -601,7 +542,8 @@ void Practice::TakeSheet() {
 /// Adds the attempt to the history and to what the recommendations consider.
 void Practice::Save() {
   if (sheet_->Get("removed_mm3").value_or(0) <= 0) {
-    return viewer_->Say(Tr("Nothing was cut, so the attempt is not saved"));
+    stored_ = Tr("Nothing was cut, so the attempt is not saved");
+    return viewer_->Say(stored_);
   }
   Attempt attempt;
   attempt.exercise = exercise_->id;
@@ -609,19 +551,24 @@ void Practice::Save() {
   attempt.total = sheet_->total;
   attempt.incomplete = fmt::format("{}", fmt::join(sheet_->incomplete, "; "));
   attempts_.push_back(attempt);
-  if (!history_) return;
+  if (!history_) {
+    unnamed_.push_back(*sheet_);
+    stored_ = Tr("The attempt is not saved, because nobody is named.");
+    return;
+  }
   try {
     history_->Add(MakeAttempt(*sheet_, options_.student));
-    viewer_->Say(fmt::format(fmt::runtime(Tr("The attempt is saved for {}")), options_.student));
+    stored_ = fmt::format(fmt::runtime(Tr("The attempt is saved for {}")), options_.student);
   } catch (const Error& e) {
-    viewer_->Say(fmt::format(fmt::runtime(Tr("Not saved: {}; use 'kerf practise --hand-in {}' later")), e.what(),
-                             recordings_.back()));
+    stored_ = fmt::format(fmt::runtime(Tr("Not saved: {}; use 'kerf practise --hand-in {}' later")), e.what(),
+                          recordings_.back());
   }
+  viewer_->Say(stored_);
 }
 
 HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading) const {
   HudGauge gauge;
-  gauge.title = "Depth";
+  gauge.title = Tr("Depth");
   gauge.upper = scene_.exercise.depth_mm + 1.8 * kSlow_mm;
   gauge.good = kStop_mm;
   gauge.warn = kSlow_mm;
@@ -629,36 +576,57 @@ HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading) const {
   if (!reading) return gauge;
   gauge.value = reading->depth_mm;
   gauge.level = LevelOf(reading->to_goal_mm);
-  gauge.word = reading->depth_mm < 0             ? "above the bone"
-               : reading->to_goal_mm < -kStop_mm ? "too deep"
-               : reading->to_goal_mm < kStop_mm  ? "stop: deep enough"
-               : reading->to_goal_mm < kSlow_mm  ? "slow down"
-                                                 : "continue";
+  gauge.word = reading->depth_mm < 0             ? Tr("above the bone")
+               : reading->to_goal_mm < -kStop_mm ? Tr("too deep")
+               : reading->to_goal_mm < kStop_mm  ? Tr("stop: deep enough")
+               : reading->to_goal_mm < kSlow_mm  ? Tr("slow down")
+                                                 : Tr("continue");
   return gauge;
 }
 
 void Practice::Fill(HudState& hud) {
   hud.status.mode = exercise_ != nullptr && state_ != State::kChoosing
                         ? fmt::format(fmt::runtime(Tr("{}, level {}")), Tr(exercise_->title.c_str()), options_.level)
-                        : "Practise";
+                        : Tr("Practise");
   if (state_ == State::kCutting && viewer_->is_running()) FillCutting(hud);
   if (state_ == State::kScoring) {
     const std::lock_guard lock(mutex_);
-    hud.progress = HudProgress{.title = "Scoring", .stage = scoring_stage_, .fraction = scoring_fraction_};
-  }
-  if (state_ == State::kResult && sheet_) {
-    hud.result = MakeResult();
+    hud.progress =
+        HudProgress{.title = Tr("Scoring"), .stage = Tr(scoring_stage_.c_str()), .fraction = scoring_fraction_};
   }
   if (state_ == State::kReplaying) {
     const std::optional<DepthReading> reading = gauge_->Calc(pair_->student.Calc(replay_s_).X_WT);
     hud.gauge = MakeGauge(reading);
-    hud.banner =
-        HudBanner{.kind = HudBanner::Kind::kNotice,
-                  .text = fmt::format(fmt::runtime(Tr("Your saw is grey, the expert's is blue: {:.0f} s of {:.0f} s")),
-                                      replay_s_, pair_->duration_s()),
-                  .answers = Tr("Enter: from the beginning   Esc: back to the result")};
+    hud.banner = HudBanner{
+        .kind = HudBanner::Kind::kNotice,
+        .text = fmt::format(fmt::runtime(Tr("Your saw is orange, the expert's is blue: {:.0f} s of {:.0f} s")),
+                            replay_s_, pair_->duration_s()),
+        .answers = Tr("Enter: from the beginning   Esc: back to the result")};
   }
-  if (menu_) hud.menu = menu_->Show();
+}
+
+void Practice::DrawSections(Ui& ui) {
+  if (state_ == State::kCutting && viewer_->is_running()) DrawAids(ui, MakeAids());
+}
+
+void Practice::DrawWindows(Ui& ui) {
+  if (state_ == State::kChoosing && list_) {
+    const ExerciseList::Choice choice = list_->Draw(ui);
+    if (choice != ExerciseList::Choice::kNone) clicked_ = [this, choice] { TakeChoice(choice); };
+  }
+  if (state_ == State::kResult && sheet_ && review_) DrawResultDialog(ui);
+  if (state_ != State::kReplaying) return;
+  const UiBox scene = CalcUiAreas(ui, false, false).scene;
+  switch (DrawReplay(ui, *pair_, scene_.exercise.depth_mm, replay_s_, scene)) {
+    case ReplayChoice::kNone:
+      break;
+    case ReplayChoice::kRestart:
+      clicked_ = [this] { replay_s_ = 0; };
+      break;
+    case ReplayChoice::kBack:
+      clicked_ = [this] { EndReplay(); };
+      break;
+  }
 }
 
 void Practice::FillCutting(HudState& hud) {
@@ -668,6 +636,7 @@ void Practice::FillCutting(HudState& hud) {
     hud.gauge = MakeGauge(reading);
     if (reading) hud.values.depth_mm = reading->depth_mm;
   }
+  hud.values.nerve_is_marked = !nerve_ || !nerve_->empty();
   if (nerve_ && !nerve_->empty()) {
     hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), viewer_->figures().coupled.X_WT);
   }
@@ -687,7 +656,8 @@ void Practice::FillCutting(HudState& hud) {
   }
   const double limit_s = scene_.exercise.time_limit_s;
   if (limit_s > 0) {
-    hud.status.right = fmt::format("{:.0f} s left   F1 help", std::max(0.0, limit_s - viewer_->figures().time_s));
+    hud.status.right =
+        fmt::format(fmt::runtime(Tr("{:.0f} s left")), std::max(0.0, limit_s - viewer_->figures().time_s));
   }
 }
 
@@ -699,7 +669,7 @@ void Practice::Describe(nlohmann::json& state) const {
                                               : "replaying";
   state["exercise"] = exercise_ != nullptr ? exercise_->id : "";
   state["level"] = options_.level;
-  if (menu_) state["menu"] = menu_->title();
+  if (list_) state["menu"] = list_->title();
   if (const std::optional<DepthReading> reading = Read()) {
     state["depth_mm"] = std::round(100 * reading->depth_mm) / 100;
     state["to_goal_mm"] = std::round(100 * reading->to_goal_mm) / 100;

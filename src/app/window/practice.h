@@ -1,13 +1,14 @@
 // `kerf practise`: a student does exercises in depth control and receives a score.
 #pragma once
 
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "app/window/menu.h"
+#include "app/window/practice_panel.h"
 #include "app/window/viewer_app.h"
 #include "session/practise/coach.h"
 #include "session/practise/exercises.h"
@@ -70,17 +71,22 @@ class Practice final : public Activity {
  private:
   void AddActions(ActionList& actions) override;
   bool Take(const WindowEvent& event) override;
-  void PickMenuRow(int row) override;
+  void PickMenuRow(int /*row*/) override {}
   void Open(const std::string& path) override;
   void Update(double dt_s) override;
   void Fill(HudState& hud) override;
+  void DrawSections(Ui& ui) override;
+  void DrawWindows(Ui& ui) override;
   void Began() override;
   void Ended(LoopSummary summary) override;
   void Cancelled() override;
   void Describe(nlohmann::json& state) const override;
   bool cuts() const override { return state_ == State::kCutting; }
 
-  void ChooseLevel(const Exercise& exercise);
+  void TakeChoice(ExerciseList::Choice choice);
+  void DrawResultDialog(Ui& ui);
+  void AskName();
+  void UseName(const std::string& student);
   void Score(std::shared_ptr<const Bone> before, Bone after);
   void TakeSheet();
   void Save();
@@ -94,13 +100,13 @@ class Practice final : public Activity {
   std::optional<DepthReading> Read() const;
   CoachInput MakeCoachInput() const;
   HudGauge MakeGauge(const std::optional<DepthReading>& reading) const;
-  HudResult MakeResult() const;
 
   PracticeOptions options_;
   std::optional<History> history_;
   std::unique_ptr<ViewerApp> viewer_;
   State state_ = State::kChoosing;
-  std::optional<Menu> menu_;
+  std::optional<ExerciseList> list_;  // kChoosing
+  std::function<void()> clicked_;     // what was clicked in the last frame; runs before the next one
   const Exercise* exercise_ = nullptr;
   Scene scene_;
   std::unique_ptr<DepthGauge> gauge_;
@@ -118,7 +124,9 @@ class Practice final : public Activity {
   std::shared_ptr<ToolTrack> track_;     // likewise
   std::optional<ScoreSheet> sheet_;
   std::optional<ExerciseReview> review_;
-  std::vector<Attempt> attempts_;  // of the student, or of this program if no student is named
+  std::vector<Attempt> attempts_;    // of the student, or of this program if no student is named
+  std::vector<ScoreSheet> unnamed_;  // attempts that are stored as soon as a student is named
+  std::string stored_;               // kResult: for whom the attempt is stored, or why it is not; a sentence
   NextStep next_;
   CoachState coach_;
   std::vector<double> deepest_mm_;  // by column of the gauge

@@ -1074,7 +1074,6 @@ void ViewerApp::DrawUi(const HudState& hud) {
   if (hud.banner) DrawBanner(ui_, *hud.banner, areas_.scene);
   DrawMessage(ui_, hud.status.message, staying_, areas_.scene);
   if (hud.progress && DrawProgressBox(ui_, *hud.progress, areas_.scene)) activity_->Cancel();
-  if (hud.result) DrawResultDialog(ui_, *hud.result);
   if (hud.menu) {
     if (const std::optional<int> row = DrawMenuDialog(ui_, *hud.menu)) picked_row_ = row;
   }

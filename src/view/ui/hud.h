@@ -82,19 +82,6 @@ struct HudMenu {
   std::string footer;  // explains the keys
 };
 
-struct HudResultRow {
-  std::string name;
-  std::string value;  // with its unit
-  std::string note;   // "goal 0.5 mm", "information"
-  HudLevel level = HudLevel::kPlain;
-};
-struct HudResult {
-  std::string title;
-  std::string headline;  // "82 out of 100"
-  std::vector<HudResultRow> rows;
-  std::string footer;
-};
-
 struct HudProgress {
   std::string title;  // "Loading body_osteotomy.toml"
   std::string stage;
@@ -124,7 +111,6 @@ struct HudState {
   std::string legend_title;
   std::vector<LegendEntry> legend;
   std::optional<HudMenu> menu;
-  std::optional<HudResult> result;
   std::optional<HudProgress> progress;
   std::optional<HudBanner> banner;
 };

@@ -409,42 +409,6 @@ std::optional<int> DrawMenuDialog(Ui& ui, const HudMenu& menu) {
   return clicked;
 }
 
-void DrawResultDialog(Ui& ui, const HudResult& result) {
-  const float s = ui.scale();
-  BeginDialog(ui, "result", 720 * s, (150 + 24 * static_cast<float>(result.rows.size())) * s);
-  DialogTitle(ui, result.title);
-  ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().accent));
-  ImGui::PushFont(ui.title());
-  ImGui::PushTextWrapPos(0);
-  ImGui::TextUnformatted(result.headline.c_str());
-  ImGui::PopTextWrapPos();
-  ImGui::PopFont();
-  ImGui::PopStyleColor();
-  ImGui::BeginChild("rows", {0, -36 * s});
-  if (ImGui::BeginTable("result", 4, ImGuiTableFlags_SizingFixedFit)) {
-    ImGui::TableSetupColumn("mark");
-    ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthStretch);
-    ImGui::TableSetupColumn("value");
-    ImGui::TableSetupColumn("note");
-    for (const HudResultRow& row : result.rows) {
-      ImGui::TableNextColumn();
-      LevelMark(ui, row.level);
-      ImGui::TableNextColumn();
-      ImGui::TextUnformatted(row.name.c_str());
-      ImGui::TableNextColumn();
-      ImGui::PushFont(ui.bold());
-      ImGui::TextUnformatted(row.value.c_str());
-      ImGui::PopFont();
-      ImGui::TableNextColumn();
-      ImGui::TextDisabled("%s", row.note.c_str());
-    }
-    ImGui::EndTable();
-  }
-  ImGui::EndChild();
-  DialogFooter(ui, result.footer);
-  ImGui::End();
-}
-
 void DrawHelpDialog(Ui& ui, const std::vector<HudKeyGroup>& groups) {
   const float s = ui.scale();
   BeginDialog(ui, "help", 1180 * s, 660 * s);

@@ -41,7 +41,6 @@ void DrawMessage(Ui& ui, const std::string& message, const std::string& staying,
 bool DrawProgressBox(Ui& ui, const HudProgress& progress, const UiBox& scene);
 /// List to choose from, as a dialog. Returns the row that was clicked.
 std::optional<int> DrawMenuDialog(Ui& ui, const HudMenu& menu);
-void DrawResultDialog(Ui& ui, const HudResult& result);
 /// Dialog with groups of keys.
 void DrawHelpDialog(Ui& ui, const std::vector<HudKeyGroup>& groups);
 

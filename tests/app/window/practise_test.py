@@ -76,12 +76,26 @@ def main():
         time.sleep(0.5)
         picture("score")
 
+        # Further figures are folded; all buttons are shown.
+        after = w.mark()
+        w.click_item("practise.more")
+        w.read()
+        assert {"practise.step", "practise.watch", "practise.list", "practise.above", "practise.side"} <= set(w.items), w.items
+        picture("more figures")
+        w.click_item("practise.more")
+
         # The replay beside the expert begins when the expert's attempt has been computed; it can be left.
-        w.key("v")
+        w.click_item("practise.watch")
         w.wait_state("the replay", lambda s: s["mode"] == "replaying", 300)
         w.wait_state("goes on", lambda s: s.get("replay_s", 0) > 2)
         picture("beside the expert")
-        w.key("Escape")
+        # A click in the plot chooses the time; Enter begins again.
+        plot = w.items["practise.plot"]
+        w.click(plot[0] + 0.75 * plot[2], plot[1] + 0.5 * plot[3])
+        w.wait_state("a later time", lambda s: s.get("replay_s", 0) > 5)
+        w.key("Return")
+        w.wait_state("from the beginning", lambda s: s.get("replay_s", 9) < 2)
+        w.click_item("practise.result")
         w.wait_state("back to the result", lambda s: s["mode"] == "result")
         # A replay of the recording gives the sheet that was computed while the exercise was done.
         assert w.wait_event("verified", seconds=300)["same"]
