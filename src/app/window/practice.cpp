@@ -553,7 +553,7 @@ void Practice::Save() {
   attempts_.push_back(attempt);
   if (!history_) {
     unnamed_.push_back(*sheet_);
-    stored_ = Tr("The attempt is not saved, because nobody is named.");
+    stored_ = Tr("The attempt is not saved, because no name was entered.");
     return;
   }
   try {

@@ -364,7 +364,7 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
   ButtonRow top(ui);
   if (student_.empty()) {
     MarkedText(ui, HudLevel::kWarn,
-               Tr("Nobody is named, so no attempts are stored. Enter your name here, or start with --student NAME."));
+               Tr("No name was entered, so attempts are not stored. Enter your name here, or start with --student NAME."));
   }
   const ExerciseRow& recommended =
       *std::find_if(rows_.begin(), rows_.end(), [&](const ExerciseRow& r) { return r.id == next_.exercise; });
