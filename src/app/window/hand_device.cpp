@@ -6,6 +6,8 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
 
+#include "view/ui/translate.h"
+
 namespace kerf {
 
 HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pose& X_WT, SawControls& controls) {
@@ -43,17 +45,22 @@ HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pos
 }
 
 HudKeyGroup HandDevice::MakeHelp() const {
-  HudKeyGroup help{"Device: " + servo_->name(), {}};
+  HudKeyGroup help{fmt::format(fmt::runtime(Tr("Device: {}")), servo_->name()), {}};
   if (!holds()) {
-    help.keys.push_back({"cap", "moves and turns the saw"});
+    help.keys.push_back({Tr("cap"), Tr("moves and turns the saw")});
     return help;
   }
-  help.keys.push_back({"handle", "moves the saw; keys, mouse turn it"});
+  help.keys.push_back({Tr("handle"), Tr("moves the saw; keys, mouse turn it")});
   const std::string clutch = servo_->clutch_button();
-  if (!clutch.empty()) help.keys.push_back({clutch + " button", "held: the handle moves without the saw"});
+  if (!clutch.empty()) {
+    help.keys.push_back(
+        {fmt::format(fmt::runtime(Tr("{} button")), clutch), Tr("held: the handle moves without the saw")});
+  }
   const std::string spindle = servo_->spindle_button();
-  if (!spindle.empty()) help.keys.push_back({spindle + " button", "spindle on/off"});
-  help.keys.push_back({"Enter", "restore the force after a loss"});
+  if (!spindle.empty()) {
+    help.keys.push_back({fmt::format(fmt::runtime(Tr("{} button")), spindle), Tr("spindle on/off")});
+  }
+  help.keys.push_back({Tr("Enter"), Tr("restore the force after a loss")});
   return help;
 }
 
@@ -64,22 +71,25 @@ std::optional<HudBanner> HandDevice::MakeBanner() const {
     case ServoState::kEngaged:
       return std::nullopt;
     case ServoState::kHoming:
-      banner.text =
-          fmt::format("{}: {}. There is no force until then", servo_->name(), DescribeHoming(servo_->traits()));
+      banner.text = fmt::format(fmt::runtime(Tr("{}: {}. There is no force until then")), servo_->name(),
+                                DescribeHoming(servo_->traits()));
       break;
     case ServoState::kWaiting:
-      banner.text = engagements_ > 0
-                        ? fmt::format("{} is connected again; no force until you confirm", servo_->name())
-                        : fmt::format("{}: hold the handle still in the middle to control the saw", servo_->name());
+      banner.text =
+          engagements_ > 0
+              ? fmt::format(fmt::runtime(Tr("{} is connected again; no force until you confirm")), servo_->name())
+              : fmt::format(fmt::runtime(Tr("{}: hold the handle still in the middle to control the saw")),
+                            servo_->name());
       if (HasReportedZero(servo_->traits())) {
         banner.text = fmt::format("{}: {}", servo_->name(), servo_->traits().homing);
       }
-      banner.answers = servo_->traits().buttons.empty() ? "Enter" : "Enter, or a button of the device";
+      banner.answers = servo_->traits().buttons.empty() ? Tr("Enter") : Tr("Enter, or a button of the device");
       break;
     case ServoState::kSilent:
     case ServoState::kClosed:
       banner.kind = HudBanner::Kind::kWarning;
-      banner.text = reported_.empty() ? fmt::format("{} is gone: no force", servo_->name()) : reported_;
+      banner.text =
+          reported_.empty() ? fmt::format(fmt::runtime(Tr("{} is gone: no force")), servo_->name()) : reported_;
       break;
   }
   return banner;

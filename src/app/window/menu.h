@@ -8,6 +8,7 @@
 
 #include "view/ui/event.h"
 #include "view/ui/hud.h"
+#include "view/ui/translate.h"
 
 namespace kerf {
 
@@ -22,7 +23,7 @@ struct MenuItem {
 class Menu {
  public:
   Menu(std::string title, std::vector<MenuItem> items,
-       std::string footer = "Up, Down: move   Enter: select   Esc: close");
+       std::string footer = Tr("Up, Down: move   Enter: select   Esc: close"));
 
   enum class State { kOpen, kChosen, kCancelled };
   /// Consumes every key. If it returns kChosen, the caller must close the menu and then call choose() of chosen().
