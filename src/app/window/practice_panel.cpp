@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
+#include <initializer_list>
 #include <utility>
 
 #include "session/practise/exercises.h"
@@ -79,6 +79,12 @@ void MarkedText(Ui& ui, HudLevel level, const std::string& text) {
   LevelMark(ui, level);
   ImGui::SameLine();
   WrappedText(text);
+}
+
+/// Returns the width of a column of a table in which all texts fit, at least `least` pixels.
+float WidthFor(std::initializer_list<std::string> texts, float least) {
+  for (const std::string& text : texts) least = std::max(least, ImGui::CalcTextSize(text.c_str()).x + 1);
+  return least;
 }
 
 /// Adds buttons from left to right, in as many lines as they need. The first one is the default.
@@ -226,9 +232,9 @@ void DrawFigures(Ui& ui, const char* id, const std::vector<ReviewFigure>& figure
   const float s = ui.scale();
   ImGui::TableSetupColumn("##mark", 0, ImGui::GetTextLineHeight() + 4 * s);
   ImGui::TableSetupColumn(Tr("Figure"), ImGuiTableColumnFlags_WidthStretch);
-  ImGui::TableSetupColumn(Tr("Value"), 0, 130 * s);
-  ImGui::TableSetupColumn(Tr("Goal"), 0, 150 * s);
-  ImGui::TableSetupColumn(Tr("Points lost"), 0, 150 * s);
+  ImGui::TableSetupColumn(Tr("Value"), 0, WidthFor({Tr("Value")}, 130 * s));
+  ImGui::TableSetupColumn(Tr("Goal"), 0, WidthFor({Tr("Goal")}, 150 * s));
+  ImGui::TableSetupColumn(Tr("Points lost"), 0, WidthFor({Tr("Points lost")}, 120 * s));
   ImGui::TableHeadersRow();
   for (const ReviewFigure& figure : figures) {
     ImGui::TableNextColumn();
@@ -381,6 +387,7 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
   SmallText(ui, fmt::format(fmt::runtime(Tr("Recommended: {}")), Translate(next_.reason)));
   ImGui::Spacing();
   const float footer = ImGui::GetTextLineHeightWithSpacing() + 4 * s;
+  ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, {5 * s, 4 * s});
   if (ImGui::BeginTable("exercises", 3 + kLevels,
                         ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_ScrollY,
                         {0, -footer})) {
@@ -388,9 +395,12 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
     ImGui::TableSetupColumn("##number", 0, 20 * s);
     ImGui::TableSetupColumn(Tr("Exercise"), ImGuiTableColumnFlags_WidthStretch);
     for (int level = 1; level <= kLevels; ++level) {
-      ImGui::TableSetupColumn(fmt::format(fmt::runtime(Tr("Level {}")), level).c_str(), 0, 58 * s);
+      const std::string name = fmt::format(fmt::runtime(Tr("Level {}")), level);
+      ImGui::TableSetupColumn(name.c_str(), 0, WidthFor({name}, 58 * s));
     }
-    ImGui::TableSetupColumn(Tr("Trend"), 0, 110 * s);
+    ImGui::TableSetupColumn(
+        Tr("Trend"), 0,
+        WidthFor({Tr("Trend"), NameOf(Trend::kRising), NameOf(Trend::kSteady), NameOf(Trend::kFalling)}, 80 * s));
     ImGui::TableHeadersRow();
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const ExerciseRow& row = rows_[i];
@@ -450,6 +460,7 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
     }
     ImGui::EndTable();
   }
+  ImGui::PopStyleVar();
   SmallText(ui, Tr("Numbers: the best score of a level.   Up, Down, Enter: choose an exercise   Ctrl+Q: quit"));
   ImGui::End();
   return choice;
@@ -459,7 +470,7 @@ ExerciseList::Choice ExerciseList::DrawLevels(Ui& ui) {
   const float s = ui.scale();
   Choice choice = Choice::kNone;
   const ExerciseRow& row = rows_[row_];
-  BeginLargeDialog(ui, "levels", 620, 330);
+  BeginLargeDialog(ui, "levels", 640, 330);
   ImGui::PushFont(ui.title());
   WrappedText(Tr(row.title.c_str()));
   ImGui::PopFont();
@@ -468,7 +479,8 @@ ExerciseList::Choice ExerciseList::DrawLevels(Ui& ui) {
   const int recommended = FindRecommendedLevel(row);
   if (ImGui::BeginTable("levels", 4, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_BordersInnerH)) {
     ImGui::TableSetupColumn("##number", 0, 20 * s);
-    ImGui::TableSetupColumn(Tr("Level"), 0, 200 * s);
+    ImGui::TableSetupColumn(Tr("Level"), 0,
+                            WidthFor({fmt::format(fmt::runtime(Tr("Level {} (recommended)")), kLevels)}, 180 * s));
     ImGui::TableSetupColumn(Tr("Aids"), ImGuiTableColumnFlags_WidthStretch);
     ImGui::TableSetupColumn(Tr("Best"), 0, 60 * s);
     ImGui::TableHeadersRow();
@@ -520,8 +532,7 @@ void DrawAids(Ui& ui, const std::vector<Aid>& aids) {
                                                 ToImU32(ui.colours().accent));
     ImGui::Dummy({height, height});
     ImGui::SameLine();
-    const std::string name = Tr(aid.name);
-    FittedText(ui, name, ImGui::GetContentRegionAvail().x);
+    WrappedText(Tr(aid.name));
     Tooltip(ui, Tr(aid.what));
   }
   if (!any) WrappedText(Tr("This level has no aids."));
@@ -631,7 +642,7 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double& 
   const float s = ui.scale();
   ReplayChoice choice = ReplayChoice::kNone;
   const float width = std::min(430 * s, static_cast<float>(scene.width) - 16 * s);
-  const float height = 262 * s;
+  const float height = 236 * s;
   const float above = 52 * s;  // room for messages at the bottom
   if (width < 200 * s || static_cast<float>(scene.height) < height + above + 8 * s) return choice;
   ImGui::SetNextWindowPos(
@@ -648,7 +659,7 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double& 
                : std::string("\u2013");
   };
   ImGui::PushFont(ui.bold());
-  FittedText(ui, Tr("Depth over time"), ImGui::GetContentRegionAvail().x);
+  FittedText(ui, Tr("Depth over time (mm)"), ImGui::GetContentRegionAvail().x);
   ImGui::PopFont();
   LegendEntryItem(ui, Stroke::kSolid, kMadeColour, 2 * s,
                   fmt::format(fmt::runtime(Tr("you: {}")), value(pair.student_depth)));
@@ -713,7 +724,7 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double& 
   const std::string now =
       fmt::format(fmt::runtime(Tr("{} s of {} s")), ShowNumber(time_s, 0), ShowNumber(duration_s, 0));
   ImGui::SetCursorScreenPos({from.x, to.y + 3 * s});
-  ImGui::TextUnformatted(fmt::format("mm   {}", now).c_str());
+  ImGui::TextUnformatted(now.c_str());
   ImGui::Spacing();
   ButtonRow buttons(ui);
   if (buttons.Add("practise.restart", Tr("From the beginning"), Tr("Enter"))) choice = ReplayChoice::kRestart;
