@@ -173,8 +173,9 @@ LiveFigures LiveSession::figures() const {
 }
 
 std::string LiveSession::MakeForceNote(double bite_mm) const {
+  constexpr double kNoBite_mm = 1e-6;
   return fmt::format("{}: {}; now {}", scene_.force.name(), DescribeAccuracy(scene_.force, MakeTool(scene_)),
-                     DescribeBite(scene_.force, bite_mm));
+                     bite_mm < kNoBite_mm ? "no tooth cuts" : DescribeBite(scene_.force, bite_mm));
 }
 
 std::vector<ForceMoment> LiveSession::TakeForces() {

@@ -39,7 +39,7 @@ void SlicesPanel::Reset(const Box3& bounds_W) {
     views_[i] = {};
     views_[i].spec.kind = kKinds[i];
     views_[i].spec.centre_W = bounds_W.centre();
-    views_[i].spec.width_mm = std::clamp(0.6 * std::max({size.x, size.y, size.z}), 10.0, 80.0);
+    views_[i].spec.width_mm = std::clamp(0.6 * std::max({size.x, size.y, size.z}), 40.0, 80.0);
   }
   enlarged_.reset();
   cursor_W_.reset();

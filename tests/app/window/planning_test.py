@@ -66,6 +66,7 @@ def main():
         # The plane of the scene is moved along its normal, which is x, by a handle. Undo brings it back.
         w.click_item("plane 1")
         w.wait_state("handles", lambda s: len(s["handles"]) == 8)
+        w.wait_still("handles")  # until the last view and plane are drawn
         before = w.state["plane_mm"][0]
         at = w.state["handles"][1]
         w.drag(at, (at[0] + 60, at[1]))

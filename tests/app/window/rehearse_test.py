@@ -207,6 +207,9 @@ def main():
         w.key("F9")
         taken = w.wait_event("taken_away", seconds=120)
         assert "failure" not in taken, taken
+        w.wait_state("it asks whether to open the folder", lambda s: s["dialog"])
+        w.key("Escape")
+        w.wait_state("no question", lambda s: not s["dialog"])
         w.key("Escape")
         w.wait_state("cutting again", lambda s: s["mode"] == "cutting")
 
