@@ -741,6 +741,7 @@ void PlanEditor::Fill(HudState& hud) const {
 
 void PlanEditor::Describe(nlohmann::json& state) const {
   state["planes"] = plan().planes.size();
+  state["plane"] = plane_;
   state["stops"] = plan().stops.size();
   state["marks"] = marks().size();
   state["placed"] = placing_ ? static_cast<int>(placing_->points_W.size()) : -1;

@@ -65,12 +65,13 @@ def main():
 
         # The plane of the scene is moved along its normal, which is x, by a handle. Undo brings it back.
         w.click_item("plane 1")
-        w.wait_state("handles", lambda s: len(s["handles"]) == 8)
-        w.wait_still("handles")  # until the last view and plane are drawn
+        w.wait_state("handles of the first plane", lambda s: s["plane"] == 0 and len(s["handles"]) == 8)
+        w.wait_still("handles", still_s=2)  # until it is drawn, even on a slow machine
         before = w.state["plane_mm"][0]
         at = w.state["handles"][1]
         w.drag(at, (at[0] + 60, at[1]))
-        moved = w.wait_state("the plane is moved", lambda s: s["plane_mm"][0][0] > before[0] + 0.5)["plane_mm"][0]
+        w.wait_state("the plane is moved", lambda s: s["plane_mm"][0][0] > before[0] + 0.5)
+        moved = w.wait_still("plane_mm", still_s=2)[0]
         assert moved[1:] == before[1:], (before, moved)
         picture("handles")
         w.key("shift+Z")
@@ -96,6 +97,7 @@ def main():
         w.wait_state("a mirrored plane", lambda s: s["planes"] == 3)
         for count in (2, 1):
             w.click_item(f"plane {count + 1}")
+            w.wait_state("it is selected", lambda s: s["plane"] == count)
             w.choose("Plan", "plan.remove")
             w.wait_state("a plane less", lambda s: s["planes"] == count)
 
@@ -111,6 +113,7 @@ def main():
 
         # After half of the cut, the plan says how much is cut, and the picture where it still holds.
         w.click_item("plane 1")
+        w.wait_state("it is selected", lambda s: s["plane"] == 0)
         w.key("l", "space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w._xdotool("keydown", "Down")
