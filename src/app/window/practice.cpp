@@ -250,6 +250,7 @@ void Practice::Score(std::shared_ptr<const Bone> before, Bone after) {
 void Practice::BeginChecks() {
   checks_ = std::make_shared<Checks>();
   verified_.reset();
+  verification_failed_ = false;
   expert_.reset();
   wants_replay_ = false;
   checking_.push_back(std::async(std::launch::async, [checks = checks_, experts = experts_, scene = scene_,
@@ -299,7 +300,10 @@ void Practice::TakeChecks() {
         viewer_->Say(Tr("The replay of the recording gives another score: compare it with 'kerf score'"));
     }
   }
-  if (!failure.empty()) viewer_->Say(failure);
+  if (!failure.empty()) {
+    verification_failed_ = true;
+    viewer_->Say(failure);
+  }
   if (wants_replay_ && expert_ && state_ == State::kResult) Replay();
 }
 
@@ -347,6 +351,7 @@ void Practice::DrawResultDialog(Ui& ui) {
                                 .review = *review_,
                                 .next = next_,
                                 .verified = verified_,
+                                .verification_failed = verification_failed_,
                                 .stored = stored_,
                                 .asks_name = options_.student.empty() && !unnamed_.empty(),
                                 .expert_ready = expert_ != nullptr};

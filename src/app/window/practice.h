@@ -143,6 +143,7 @@ class Practice final : public Activity {
   std::shared_ptr<Checks> checks_;
   std::vector<std::future<void>> checking_;  // also those that are ending
   std::optional<bool> verified_;
+  bool verification_failed_ = false;
   std::shared_ptr<const ToolTrack> expert_;
   bool wants_replay_ = false;
   std::optional<ReplayPair> pair_;

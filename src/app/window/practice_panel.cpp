@@ -470,7 +470,7 @@ ExerciseList::Choice ExerciseList::DrawLevels(Ui& ui) {
   const float s = ui.scale();
   Choice choice = Choice::kNone;
   const ExerciseRow& row = rows_[row_];
-  BeginLargeDialog(ui, "levels", 640, 330);
+  BeginLargeDialog(ui, "levels", 640, 270);
   ImGui::PushFont(ui.title());
   WrappedText(Tr(row.title.c_str()));
   ImGui::PopFont();
@@ -619,6 +619,8 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
                    ? Tr("Verified: a replay of the recording gives the same score.")
                    : Tr("The replay of the recording gives another score: compare it with 'kerf score'"));
     ui.Note("practise.verified");
+  } else if (contents.verification_failed) {
+    MarkedText(ui, HudLevel::kWarn, Tr("The score could not be verified by a replay of the recording."));
   } else {
     MarkedText(ui, HudLevel::kPlain, Tr("The recording is being replayed to verify the score."));
   }

@@ -67,9 +67,10 @@ struct ResultContents {
   const ScoreSheet& sheet;
   const ExerciseReview& review;
   const NextStep& next;
-  std::optional<bool> verified;  // whether a replay gave the same sheet; unset: not known yet
-  std::string stored;            // sentence: for whom the attempt is stored, or why it is not
-  bool asks_name = false;        // offers to enter a name
+  std::optional<bool> verified;      // whether a replay gave the same sheet; unset: not known yet
+  bool verification_failed = false;  // it will not become known
+  std::string stored;                // sentence: for whom the attempt is stored, or why it is not
+  bool asks_name = false;            // offers to enter a name
   bool expert_ready = false;
 };
 enum class ResultChoice { kNone, kStep, kAgain, kNextLevel, kReplay, kList, kName };

@@ -39,6 +39,8 @@ def main():
         picture("exercises")
         w.key("Down", "Up", "Return")  # the first exercise: the groove
         w.wait_state("its levels", lambda s: s.get("menu", "").startswith("Groove"))
+        time.sleep(0.3)
+        picture("levels")
         w.key("Return")
         w.wait_event("running")
         w.wait_event("first_picture")
@@ -136,6 +138,42 @@ def main():
         code, out = w.wait_end()
         assert code == 0, out
 
+        # Without a name, attempts are stored as soon as one is entered. In German.
+        settings = folder / "german/kerf/window.json"
+        settings.parent.mkdir(parents=True)
+        settings.write_text('{"tour_shown": true, "language": "de"}')
+        second = ["practise", "-o", "out2", "--size", f"{size[0]}x{size[1]}", "--scale", str(options.scale)]
+        w = Window(display, options.kerf, second, folder, dict(data, XDG_CONFIG_HOME=str(settings.parents[1])), title="kerf practise")
+        w.wait_state("the list of exercises", lambda s: s["mode"] == "choosing")
+        time.sleep(0.5)
+        picture("exercises without a name")
+        w.click_item("exercise groove 3")
+        w.wait_event("running")
+        w.wait_state("level 3", lambda s: s["level"] == 3 and s["mode"] == "cutting")
+        w.key("space")
+        w.wait_state("the spindle turns", lambda s: s["spindle"])
+        w._xdotool("keydown", "Down")
+        w.wait_state("in the bone", lambda s: s["removed_mm3"] > 0.2)
+        w._xdotool("keyup", "Down")
+        w.key("space", "Return")
+        assert w.wait_event("score", seconds=120)["total"] is None
+        time.sleep(0.5)
+        picture("score without a name")
+        w.click_item("practise.name")
+        w.wait_state("a name is asked for", lambda s: s["entry"])
+        time.sleep(0.3)
+        w.type("Bea")
+        picture("name")
+        w.key("Return")
+        assert w.wait_event("student")["name"] == "Bea"
+        w.click_item("practise.list")
+        w.wait_state("the list again", lambda s: s["mode"] == "choosing" and "Bea" in s.get("menu", ""))
+        time.sleep(0.3)
+        picture("exercises of Bea")
+        w.key("ctrl+q")
+        code, out = w.wait_end()
+        assert code == 0, out
+
     env = dict(w.env, **data)
     def kerf(*arguments):
         done = subprocess.run([options.kerf, *arguments], cwd=folder, env=env, capture_output=True, text=True)
@@ -146,6 +184,8 @@ def main():
     assert json.loads(kerf("score", "out/session.kerf", "--json")) == score["sheet"]
     history = json.loads(kerf("practise", "--history", "--student", "Ann", "--json"))
     assert len(history) == 2 and abs(history[0]["total"] - score["total"]) < 1e-9, history
+    named = json.loads(kerf("practise", "--history", "--student", "Bea", "--json"))
+    assert len(named) == 1 and named[0]["level"] == 3, named
     assert history[1]["total"] is None and history[1]["incomplete"], history
     kerf("practise", "--report", "teacher.html")
     assert "Ann" in (folder / "teacher.html").read_text()
