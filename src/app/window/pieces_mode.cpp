@@ -41,25 +41,25 @@ void PiecesMode::Enter() {
   session_ = viewer_.sessions();
   changes_ = changes;
   contacts_.reset();
-  splitting_ = std::async(std::launch::async, [bone = viewer_.session()->AskBone(), start = viewer_.bone_at_start(),
-                                               earlier = pieces_ ? pieces_->FormatJson()
-                                                                 : std::exchange(earlier_json_, {})]() mutable {
-    Split split;
-    split.pieces = std::make_shared<PieceSet>(bone.get(), 1.0);
-    split.pieces->Prepare();
-    for (int i = 0; i < split.pieces->size(); ++i) {
-      const Piece& piece = split.pieces->piece(i);
-      split.meshes.push_back(std::make_shared<const PieceMesh>(
-          MakePieceMesh(start ? *start : piece.bone, piece.mesh, PieceColour(i), kMaxTriangles)));
-    }
-    if (earlier.empty()) return split;
-    try {
-      split.pieces->Restore(earlier, "the previous pieces");
-    } catch (const Error&) {
-      return split;  // the bone has been cut since, so the pieces stay where they were cut off
-    }
-    return split;
-  });
+  splitting_ = std::async(
+      std::launch::async, [bone = viewer_.session()->AskBone(), start = viewer_.bone_at_start(),
+                           earlier = pieces_ ? pieces_->FormatJson() : std::exchange(earlier_json_, {})]() mutable {
+        Split split;
+        split.pieces = std::make_shared<PieceSet>(bone.get(), 1.0);
+        split.pieces->Prepare();
+        for (int i = 0; i < split.pieces->size(); ++i) {
+          const Piece& piece = split.pieces->piece(i);
+          split.meshes.push_back(std::make_shared<const PieceMesh>(
+              MakePieceMesh(start ? *start : piece.bone, piece.mesh, PieceColour(i), kMaxTriangles)));
+        }
+        if (earlier.empty()) return split;
+        try {
+          split.pieces->Restore(earlier, "the previous pieces");
+        } catch (const Error&) {
+          return split;  // the bone has been cut since, so the pieces stay where they were cut off
+        }
+        return split;
+      });
 }
 
 bool PiecesMode::is_up_to_date() const {

@@ -369,8 +369,9 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
   ImGui::PopFont();
   ButtonRow top(ui);
   if (student_.empty()) {
-    MarkedText(ui, HudLevel::kWarn,
-               Tr("No name was entered, so attempts are not stored. Enter your name here, or start with --student NAME."));
+    MarkedText(
+        ui, HudLevel::kWarn,
+        Tr("No name was entered, so attempts are not stored. Enter your name here, or start with --student NAME."));
   }
   const ExerciseRow& recommended =
       *std::find_if(rows_.begin(), rows_.end(), [&](const ExerciseRow& r) { return r.id == next_.exercise; });

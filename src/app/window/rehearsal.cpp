@@ -16,8 +16,8 @@
 #include "app/window/plan_editor.h"
 #include "base/core/cancelled.h"
 #include "base/files/files.h"
-#include "bone/import/ct_view.h"
 #include "base/files/temporary.h"
+#include "bone/import/ct_view.h"
 #include "kerf/error.h"
 #include "session/plan/edit_plane.h"
 #include "session/scene/path_csv.h"
@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kOtherCut_mm = 6;  // a cut further beside a plane than this is not meant for it
-constexpr double kEnd_s = 0.3;  // time that the work of other threads gets to end when the window is closed
+constexpr double kEnd_s = 0.3;      // time that the work of other threads gets to end when the window is closed
 
 }  // namespace
 
@@ -620,24 +620,24 @@ void Rehearsal::SaveProject() {
                                             result_.recordings.end()};
   std::shared_future<Bone> now = viewer_->session()->AskBone().share();
   viewer_->Say(Tr("Saving the project"));
-  saving_ = std::async(std::launch::async, [project, now, recordings, before = before_,
-                                            folder = options_.viewer.folder] {
-    // The recording of the running session grows; its part until now replays like a whole one.
-    const TemporaryFolder copies("kerf_project");
-    for (const std::string& recording : recordings) {
-      if (!fs::exists(recording)) continue;
-      const std::string copy = copies.path() + "/" + fs::path(recording).filename().string();
-      fs::copy_file(recording, copy);
-      project->recordings.push_back(copy);
-    }
-    project->bone_file = folder + "/bone-before.vdb";
-    project->cut_bone_file = folder + "/bone-now.vdb";
-    WriteBone(*before, project->bone_file);
-    WriteBone(now.get(), project->cut_bone_file);
-    const std::string file = folder + "/case" + kProjectExtension;
-    WriteProject(file, *project);
-    return file;
-  });
+  saving_ =
+      std::async(std::launch::async, [project, now, recordings, before = before_, folder = options_.viewer.folder] {
+        // The recording of the running session grows; its part until now replays like a whole one.
+        const TemporaryFolder copies("kerf_project");
+        for (const std::string& recording : recordings) {
+          if (!fs::exists(recording)) continue;
+          const std::string copy = copies.path() + "/" + fs::path(recording).filename().string();
+          fs::copy_file(recording, copy);
+          project->recordings.push_back(copy);
+        }
+        project->bone_file = folder + "/bone-before.vdb";
+        project->cut_bone_file = folder + "/bone-now.vdb";
+        WriteBone(*before, project->bone_file);
+        WriteBone(now.get(), project->cut_bone_file);
+        const std::string file = folder + "/case" + kProjectExtension;
+        WriteProject(file, *project);
+        return file;
+      });
 }
 
 // ---- events
@@ -833,10 +833,10 @@ void Rehearsal::AddAlarms(std::vector<AlarmOverlay>& alarms) {
   const PlaneDeviation off = CalcDeviation(*planned, tool, X_WT);
   const double beyond_mm = std::abs(off.offset_mm) - planned->margin_mm;
   if (beyond_mm <= 0 || beyond_mm > kOtherCut_mm) return;
-  alarms.push_back({.p_W = off.p_W_mm,
-                    .level = beyond_mm > planned->margin_mm ? AlarmLevel::kDanger : AlarmLevel::kWarning,
-                    .label = fmt::format(fmt::runtime(Tr("{} mm beside the plan")),
-                                         ShowNumber(std::abs(off.offset_mm), 1))});
+  alarms.push_back(
+      {.p_W = off.p_W_mm,
+       .level = beyond_mm > planned->margin_mm ? AlarmLevel::kDanger : AlarmLevel::kWarning,
+       .label = fmt::format(fmt::runtime(Tr("{} mm beside the plan")), ShowNumber(std::abs(off.offset_mm), 1))});
 }
 
 bool Rehearsal::TakeSlicePoint(const Vec3& p_W) {
