@@ -177,7 +177,7 @@ class PracticePanel : public testing::Test {
                             .review = review_,
                             .next = next,
                             .verified = true,
-                            .stored = "The attempt is not saved, because nobody is named.",
+                            .stored = "The attempt is not saved, because no user is named.",
                             .asks_name = true,
                             .expert_ready = true});
   }
