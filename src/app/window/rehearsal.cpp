@@ -571,8 +571,7 @@ void Rehearsal::FollowExport() {
     result_.take_away = exporting_.get();
     viewer_->Say(fmt::format(fmt::runtime(Tr("Exported: {}")), result_.take_away));
     viewer_->dialogs().Ask(fmt::format(fmt::runtime(Tr("Pieces, planes and the report are in {}")), result_.take_away),
-                           {{Tr("Continue"), nullptr},
-                            {Tr("Open the folder"), [this] { OpenInDesktop(result_.take_away); }},
+                           {{Tr("Open the folder"), [this] { OpenInDesktop(result_.take_away); }},
                             {Tr("Open the report"), [this] { OpenInDesktop(result_.take_away + "/report.html"); }},
                             {Tr("Close"), nullptr}});
     viewer_->trace().Write("taken_away", {{"folder", result_.take_away}});
