@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -82,6 +84,22 @@ Scene MakeSceneAround(const std::string& bone_file, const Bone& bone) {
   return scene;
 }
 
+void CheckInput(const std::string& input) {
+  constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd", ".stl", ".obj", ".ply"};
+  if (!fs::exists(input)) throw Error(fmt::format("{}: there is no such file or folder", input));
+  if (fs::is_directory(input) || IsProjectPath(input)) return;
+  std::string name = fs::path(input).filename().string();
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (name.ends_with(".toml")) {
+    ReadScene(input);
+    return;
+  }
+  if (std::none_of(kTypes.begin(), kTypes.end(), [&](const char* type) { return name.ends_with(type); })) {
+    throw Error(fmt::format("{}: unknown file type; kerf opens .toml, {}, .kerf-project, and folders of DICOM files",
+                            input, fmt::join(kTypes, ", ")));
+  }
+}
+
 OpenedInput OpenInput(const std::string& input, const OpenOptions& options, const OpenWatcher& watcher) {
   const auto show = [&watcher](const std::shared_ptr<const Bone>& bone, bool final) {
     if (watcher.bone) watcher.bone(bone, final);
@@ -142,6 +160,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   settings.take_preview = [&show](Bone bone) { show(std::make_shared<const Bone>(std::move(bone)), false); };
   ImportResult imported = Import(input, settings);
   for (const std::string& warning : imported.report.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
+  opened.warnings = imported.report.warnings;
   opened.bone = std::make_shared<const Bone>(std::move(imported.bone));
   opened.bone_is_saved = false;
   show(opened.bone, true);

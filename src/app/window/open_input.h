@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bone/import/volume.h"
 #include "session/project/project.h"
@@ -19,6 +20,7 @@ struct OpenedInput {
   bool bone_is_saved = true;             // false for an imported bone, which the caller writes to scene.bone.file
   bool bone_was_shown = false;           // OpenWatcher::bone has received `bone` as it is
   std::optional<Project> project;        // if the input is one
+  std::vector<std::string> warnings;     // of the import, one sentence each
   std::shared_ptr<const Bone> original;  // of a project: the bone before its cuts; otherwise null
 };
 
@@ -37,6 +39,10 @@ struct OpenWatcher {
   /// Receives a CT once it is read.
   std::function<void(std::shared_ptr<const Volume>)> ct;
 };
+
+/// Throws Error if an input certainly cannot be opened: it does not exist, its type is unknown, or it is a scene with a
+/// fault. Takes a few milliseconds.
+void CheckInput(const std::string& input);
 
 /// Opens an input. `input`: empty (the generic mandible), a scene (.toml), a project
 /// (.kerf-project), a bone (.vdb), a DICOM folder, or any other input of `kerf import`. If it is not a scene, a scene

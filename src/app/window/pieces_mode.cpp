@@ -82,6 +82,8 @@ void PiecesMode::Reset() {
   splitting_ = {};
   finding_ = {};
   pieces_.reset();
+  unsaved_ = false;
+  earlier_json_.clear();
   meshes_.clear();
   contacts_.reset();
   points_W_.clear();
@@ -222,6 +224,7 @@ void PiecesMode::Drag(const WindowEvent& event) {
   const double dy = event.y - std::exchange(last_y_, event.y);
   if (dx == 0 && dy == 0) return;
   dragged_ = true;
+  unsaved_ = true;
   const ViewCamera& camera = viewer_.view().camera();
   const Vec3 centre_W = pieces_->CalcCentroid(selected_);
   const std::optional<Vec3> along = axis();
@@ -286,6 +289,7 @@ void PiecesMode::ShowCheckpoints() {
 void PiecesMode::Do(const std::function<void()>& change) {
   // Before pieces are changed, wait until no other thread reads them.
   if (finding_.valid()) finding_.wait();
+  unsaved_ = true;
   try {
     change();
   } catch (const Error& e) {

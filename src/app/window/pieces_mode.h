@@ -46,6 +46,8 @@ class PiecesMode {
   /// Returns true if the bone has not changed since it was split.
   bool is_up_to_date() const;
   bool is_ready() const;
+  bool is_unsaved() const { return unsaved_; }
+  void set_saved() { unsaved_ = false; }
 
  private:
   enum class Asking { kNothing, kDistance, kAngle };
@@ -77,6 +79,7 @@ class PiecesMode {
 
   ViewerApp& viewer_;
   bool entered_ = false;
+  bool unsaved_ = false;  // pieces were moved or measured since they were last saved
   std::string earlier_json_;
   std::future<Split> splitting_;
   std::shared_ptr<PieceSet> pieces_;

@@ -101,6 +101,10 @@ void PlanEditor::Change(Content next, const std::string& what) {
   Changed();
 }
 
+bool PlanEditor::is_latest_change() const {
+  return steps_.can_undo() && changes_at_edit_ == viewer_.figures().changes;
+}
+
 void PlanEditor::Amend(Content next) {
   steps_.Amend(std::move(next));
   Changed();
@@ -108,6 +112,7 @@ void PlanEditor::Amend(Content next) {
 
 void PlanEditor::Changed() {
   unsaved_ = true;
+  changes_at_edit_ = viewer_.figures().changes;
   const Content& now = steps_.now();
   plane_ = std::min(plane_, now.plan.planes.empty() ? 0 : now.plan.planes.size() - 1);
   if (mark_ && *mark_ >= now.marks.size()) mark_.reset();

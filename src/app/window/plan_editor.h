@@ -33,6 +33,8 @@ class PlanEditor {
   const std::vector<MarkTube>& mark_tubes() const { return tubes_; }
   /// Returns the selected plane; null if there is none.
   const PlannedPlane* plane() const;
+  /// Returns true if the plan was changed after the bone was last changed, and the change can be undone.
+  bool is_latest_change() const;
   bool is_unsaved() const { return unsaved_; }
   void set_saved() { unsaved_ = false; }
   /// Returns true while points are clicked.
@@ -104,6 +106,7 @@ class PlanEditor {
   std::optional<PatientPlane> reference_;  // of the fields that are being edited
   std::optional<Vec3> context_W_;          // place of the context menu on the bone
   bool opens_context_ = false;
+  std::uint64_t changes_at_edit_ = 0;  // changes of the bone at the last change of the plan
   double middle_mm_ = 0;
   bool unsaved_ = false;
 };

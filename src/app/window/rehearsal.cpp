@@ -111,6 +111,11 @@ void Rehearsal::BeginOpening(const std::string& input) {
 }
 
 void Rehearsal::Open(const std::string& path) {
+  try {
+    CheckInput(path);  // a wrong file must not end the session
+  } catch (const Error& e) {
+    return viewer_->dialogs().Ask(e.what(), {{Tr("OK"), nullptr}});
+  }
   if (is_loading()) Cancel();
   to_open_ = path;
   change_.reset();
@@ -209,6 +214,7 @@ void Rehearsal::FollowOpening() {
   if (!given_planes_.empty()) editor_->Add(std::exchange(given_planes_, {}));
   editor_->set_saved();
   if (opened.bone && !opened.bone_is_saved) to_save_ = ToSave{opened.bone, scene_.bone.file};
+  warnings_ = std::move(opened.warnings);
   is_new_bone_ = true;
   ++inputs_;
   first_recording_ = result_.recordings.size();
@@ -253,6 +259,10 @@ void Rehearsal::Began() {
     viewer_->Say(std::exchange(change_, std::nullopt)->what);
   }
   if (const auto watch = viewer_->cut_watch()) watch->SetPlanes(editor_->plan().planes);
+  if (first && !warnings_.empty()) {
+    viewer_->dialogs().Ask(fmt::format("{}", fmt::join(std::exchange(warnings_, {}), "\n\n")), {{Tr("OK"), nullptr}});
+  }
+  if (first && views_.empty()) viewer_->view().FitAll();  // the bone differs from what was shown while it was loaded
   if (first && !views_.empty()) {
     const ProjectView& view = views_.front();
     ViewCamera& camera = viewer_->view().camera();
@@ -364,6 +374,13 @@ void Rehearsal::GoForward() {
   viewer_->session()->Ask({.kind = LoopAction::Kind::kRedo, .name = ""});
 }
 
+void Rehearsal::Undo() {
+  if (in_pieces_) return pieces_->Undo();
+  // The latest change is undone, whether of the plan or of the bone.
+  if (editor_->is_latest_change()) return viewer_->actions().Find("plan.undo")->run();
+  GoBack("");
+}
+
 void Rehearsal::ShowCheckpoints() {
   std::vector<MenuItem> items;
   for (auto name = checkpoints_.rbegin(); name != checkpoints_.rend(); ++name) {
@@ -439,7 +456,7 @@ void Rehearsal::AddActions(ActionList& actions) {
                .menu = Msg("Edit"),
                .label = Msg("Undo"),
                .shortcut = {.key = Key::kZ, .control = true},
-               .run = [this] { in_pieces_ ? pieces_->Undo() : GoBack(""); },
+               .run = [this] { Undo(); },
                .enabled = either,
                .button = Msg("Undo")});
   actions.Add({.id = "edit.redo",
@@ -570,6 +587,9 @@ void Rehearsal::FollowExport() {
   try {
     result_.take_away = exporting_.get();
     viewer_->Say(fmt::format(fmt::runtime(Tr("Exported: {}")), result_.take_away));
+    // The export contains planes and pieces, but no marks.
+    if (editor_->marks().empty()) editor_->set_saved();
+    pieces_->set_saved();
     viewer_->dialogs().Ask(fmt::format(fmt::runtime(Tr("Pieces, planes and the report are in {}")), result_.take_away),
                            {{Tr("Open the folder"), [this] { OpenInDesktop(result_.take_away); }},
                             {Tr("Open the report"), [this] { OpenInDesktop(result_.take_away + "/report.html"); }},
@@ -591,6 +611,7 @@ void Rehearsal::FollowSaving() {
     viewer_->Say(fmt::format(fmt::runtime(Tr("Project: {}")), file));
     viewer_->trace().Write("project", {{"file", file}});
     editor_->set_saved();
+    pieces_->set_saved();
     if (quits_after_saving_) viewer_->Quit();
   } catch (const std::exception& e) {
     viewer_->Say(fmt::format(fmt::runtime(Tr("The project was not saved: {}")), e.what()));
@@ -849,9 +870,15 @@ void Rehearsal::FillSlices(SliceScene& scene) const {
   scene.planes = viewer_->lined_planes();
 }
 
+bool Rehearsal::takes_escape() const {
+  return menu_ || editor_->is_placing() || in_pieces_ || is_loading();
+}
+
 std::string Rehearsal::DescribeUnsaved() const {
-  return editor_->is_unsaved() && viewer_->is_running()
-             ? Tr("The plan or the marks have changed since they were last saved. Save the project before you quit?")
+  if (!viewer_->is_running()) return {};
+  return editor_->is_unsaved() || pieces_->is_unsaved()
+             ? Tr("The plan, the marks or the pieces have changed since they were last saved. Save the project before "
+                  "you quit?")
              : "";
 }
 

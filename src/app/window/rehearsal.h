@@ -75,6 +75,7 @@ class Rehearsal final : public Activity {
   bool has_slices() const override { return true; }
   void AddAlarms(std::vector<AlarmOverlay>& alarms) override;
   void FillSlices(SliceScene& scene) const override;
+  bool takes_escape() const override;
   std::string DescribeUnsaved() const override;
   void Save() override;
   std::vector<TourStep> tour() const override;
@@ -106,6 +107,7 @@ class Rehearsal final : public Activity {
   void ShowCheckpoints();
   void GoBack(const std::string& name);
   void GoForward();
+  void Undo();
 
   void ShowPlan();
   void FollowCut();
@@ -169,7 +171,8 @@ class Rehearsal final : public Activity {
   std::unique_ptr<PlanEditor> editor_;
   std::vector<PlannedPlane> given_planes_;  // by the options, until an input is open
   std::vector<ProjectView> views_;
-  std::string pieces_json_;  // of a project, until the pieces are entered
+  std::vector<std::string> warnings_;  // of the import, until its bone is shown
+  std::string pieces_json_;            // of a project, until the pieces are entered
   bool quits_after_saving_ = false;
   std::vector<std::string> recent_;  // files of the menu
   // Slices of a CT whose bone is being made: image and version, and their positions.

@@ -46,7 +46,7 @@ void SlicesPanel::Reset(const Box3& bounds_W) {
   window_ = {};
 }
 
-void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, bool renew) {
+void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, const Vec3& focus_W, bool renew) {
   for (std::size_t i = 0; i < views_.size(); ++i) {
     SliceView& view = views_[i];
     SliceSpec& spec = view.spec;
@@ -56,10 +56,8 @@ void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, boo
     spec.X_WT = contents.X_WT;
     if (spec.kind == SliceKind::kBlade) {
       spec.centre_W = contents.X_WT.p_AB;
-    } else if (!cursor_W_ && contents.tool) {
-      spec.centre_W = contents.X_WT.p_AB;
-    } else if (cursor_W_) {
-      spec.centre_W = *cursor_W_;
+    } else {
+      spec.centre_W = cursor_W_.value_or(focus_W);
     }
     if (!renew && view.requested && *view.requested == spec) continue;
     surface.RequestSlice(static_cast<int>(i), spec);
@@ -202,6 +200,8 @@ double DrawCtView(Ui& ui, std::size_t i, const std::pair<Image, std::uint64_t>& 
   constexpr double kWheel_mm = 1;
   const float width = ImGui::GetContentRegionAvail().x;
   ImGui::PushID(static_cast<int>(i));
+  constexpr std::array kNames{SliceKind::kAxial, SliceKind::kCoronal, SliceKind::kSagittal};
+  ImGui::TextDisabled("%s", NameOf(kNames[i]));
   if (image.first.width > 0) {
     const float height = width * static_cast<float>(image.first.height) / static_cast<float>(image.first.width);
     ImGui::Image(ui.Texture(fmt::format("ct {}", i), image.first, image.second), {width, height});

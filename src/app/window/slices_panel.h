@@ -15,9 +15,10 @@ class SlicesPanel {
  public:
   /// Centres the slices in a new bone.
   void Reset(const Box3& bounds_W);
-  /// Requests slices that have changed, and takes those that are finished. `contents`: what is drawn in them; `renew`:
-  /// the bone has changed since the last call.
-  void Update(SurfaceWorker& surface, const SliceScene& contents, bool renew);
+  /// Requests slices that have changed, and takes those that are finished. `contents`: what is drawn in them;
+  /// `focus_W`: point through which the slices go unless there is a cursor; `renew`: the bone has changed since the
+  /// last call.
+  void Update(SurfaceWorker& surface, const SliceScene& contents, const Vec3& focus_W, bool renew);
   /// Draws the column, and the enlarged slice over the scene. `take_point`: receives a point that was clicked, and
   /// returns false if it is not needed; then it becomes the cursor, through which all slices go.
   void Draw(Ui& ui, const UiBox& column, const UiBox& scene, const SliceScene& contents,

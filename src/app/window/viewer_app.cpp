@@ -700,7 +700,7 @@ void ViewerApp::Take(const WindowEvent& event) {
   }
   const bool question = event.kind == Kind::kText && event.character == U'?';
   if (question || (down && event.key == Key::kF1 && !event.repeat)) return ToggleHelp();
-  if (down && tour_.is_open() && tour_.Take(event)) return;
+  if (down && tour_.is_open() && !activity_->takes_escape() && tour_.Take(event)) return;
   if (help_ && down) {
     if (event.key == Key::kEscape) help_ = false;
     if (event.key == Key::kSpace && spindle_on()) SetSpindle(false);
@@ -770,7 +770,18 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
     sliced_changes_ = figures_.changes;
     sliced_s_ = now_s_;
   }
-  slices_.Update(*surface_, MakeSliceScene(), renew);
+  // The slices go through the place of contact or, without contact, through the rim's point that faces the bone.
+  Vec3 focus_W = X_WT.p_AB;
+  if (cut_place_.p_W()) {
+    focus_W = *cut_place_.p_W();
+  } else {
+    const Vec3 spindle_W = X_WT.Vector({0, 0, 1});
+    const Vec3 to_bone_W = surface_->bounds_W().centre() - X_WT.p_AB;
+    if (const auto in_plane_W = CalcDirection(to_bone_W - glm::dot(to_bone_W, spindle_W) * spindle_W)) {
+      focus_W += CalcReach(tool) * *in_plane_W;
+    }
+  }
+  slices_.Update(*surface_, MakeSliceScene(), focus_W, renew);
 }
 
 SliceScene ViewerApp::MakeSliceScene() const {
@@ -1115,6 +1126,7 @@ void ViewerApp::DrawStatusTexts(const HudStatus& status) {
 void ViewerApp::Draw() {
   const auto began = std::chrono::steady_clock::now();
   ui_.BeginFrame(frame_s_);
+  ui_.set_tooltips(!dialogs_.is_open() && !help_);
   DrawUi(MakeHud());
   ui_.EndFrame();
   const auto box = [](const UiBox& b) { return ScreenBox{b.left, b.top, b.width, b.height}; };

@@ -258,6 +258,9 @@ void AddToolLine(const SliceFrame& frame, const Tool& tool, const Pose& X_WT, st
 void AddPlaneLine(const SliceFrame& frame, const PlaneOverlay& plane, std::vector<SliceLine>& lines) {
   const std::vector<Vec3> corners =
       MakeRectangle(plane.p_W, plane.normal_W, plane.up_W, plane.width_mm, plane.height_mm);
+  // A plane that lies in the slice has no line in it; rounding would draw any.
+  constexpr double kParallel = 0.9994;  // 2 degrees
+  if (std::abs(glm::dot(glm::normalize(plane.normal_W), frame.X_WS.Vector({0, 0, 1}))) > kParallel) return;
   std::vector<Vec3> met;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const Vec3& a = corners[i];

@@ -68,6 +68,9 @@ class Ui {
   void Take(const WindowEvent& event);
   /// Announces a text field in the next frame: keys and letters wait until it has the input.
   void ExpectText() { expects_text_ = true; }
+  /// Shows no tooltips, for example while a dialog is open.
+  void set_tooltips(bool shown) { tooltips_ = shown; }
+  bool tooltips() const { return tooltips_; }
   /// Takes the input away from a text field that is no longer shown.
   void DropText();
   /// Returns true if the pixel lies on a panel, or if a menu or dialog is open. As of the last frame.
@@ -115,6 +118,7 @@ class Ui {
   double text_size_ = 1;
   Theme theme_ = Theme::kLight;
   bool fonts_stale_ = true;
+  bool tooltips_ = true;
   bool in_frame_ = false;
   bool expects_text_ = false;
   bool closes_popups_ = false;

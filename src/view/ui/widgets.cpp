@@ -92,7 +92,7 @@ void FittedText(Ui& ui, const std::string& text, float width) {
 }
 
 void Tooltip(Ui& ui, const std::string& text) {
-  if (text.empty() || !ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+  if (text.empty() || !ui.tooltips() || !ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
   ImGui::BeginTooltip();
   ImGui::PushTextWrapPos(360 * ui.scale());
   ImGui::TextUnformatted(text.c_str());
