@@ -132,7 +132,8 @@ TEST(Translate, EmptyTextStaysEmptyInEveryLanguage) {
 
 TEST(Translate, GermanSentenceWithPlaceholdersCanBeFormatted) {
   SetLanguage("de");
-  EXPECT_EQ(fmt::format(fmt::runtime(Tr("{:.0f} of 100 points")), 87.4), "87 von 100 Punkten");
+  EXPECT_EQ(fmt::format(fmt::runtime(Tr("machine too slow: {:.0f} % of ticks late")), 2.6),
+            "Rechner zu langsam: 3 % der Takte verspätet");
   EXPECT_EQ(fmt::format(fmt::runtime(Tr("{}:{:02} min left")), 3, 7), "noch 3:07 min");
   const std::string sentence = fmt::format(
       fmt::runtime(Tr("The running blade was closer than {0} to the nerve canal for {1}. Stop at a depth of {2}.")),
