@@ -505,6 +505,7 @@ TEST(LoopEffects, AddTheirColumnsAndFigures) {
 }
 
 TEST_F(LoopReport, SessionThatContinuesInMemoryEqualsOneThatReadsTheFile) {
+  fs::create_directories(folder_);
   const Scene scene = ParseScene(kLoopScene + "[material]\nkind = \"uniform\"\nE_GPa = 12\n", "s.toml");
   LoopOptions options = Virtual(2);
   options.output.keep_bones = true;
