@@ -17,6 +17,7 @@
 #include "bone/grid/ct_modulus.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
+#include "session/run/clear_pose.h"
 #include "session/run/make_bone.h"
 #include "view/live/palette.h"
 #include "view/ui/picture_marks.h"
@@ -313,7 +314,11 @@ void ViewerApp::FollowRunning() {
     controls_->Release();
     X_start_ = figures_.coupled.X_WT;
     returning_ = false;
-    view_->SetTool(MakeTool(session_->scene()));
+    const Tool tool = MakeTool(session_->scene());
+    const std::shared_ptr<const Bone> bone = bone_at_start();
+    // A session may begin with the saw in the bone; then there is no start to return to.
+    start_is_clear_ = !bone || IsClear(PhiSampler(*bone), tool, X_start_, 0);
+    view_->SetTool(tool);
     activity_->Began();
     trace_.Write("running");
   }
@@ -331,7 +336,7 @@ void ViewerApp::FollowRunning() {
     trace_.Write("answer", {{"what", what}, {"name", answer.action.name}, {"failure", answer.failure}});
     if (answer.action.kind == LoopAction::Kind::kCheckpoint || !answer.failure.empty()) continue;
     figures_ = session_->figures();
-    if (answer.action.kind == LoopAction::Kind::kRetract) {
+    if (answer.action.kind == LoopAction::Kind::kRetract && start_is_clear_) {
       controls_->Set(X_start_);
       returning_ = true;
     }

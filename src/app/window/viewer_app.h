@@ -274,6 +274,7 @@ class ViewerApp {
   CutPlace cut_place_;
   double shown_removed_mm3_ = 0;  // volume that has become dust in the picture
   Pose X_start_;                  // pose of the saw at the start
+  bool start_is_clear_ = true;    // the start is outside the bone
   bool returning_ = false;        // the saw is returning to that pose
   std::vector<PlotPoint> forces_;
   std::string recording_;
