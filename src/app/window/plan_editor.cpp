@@ -528,6 +528,7 @@ void PlanEditor::Hide() {
   viewer_.view().SetPlaneHandles({});
   viewer_.view().SetPoints({});
   viewer_.view().SetBridges({});
+  viewer_.HidePlaneLines();
   handles_.clear();
 }
 

@@ -809,6 +809,11 @@ void ViewerApp::RequestPlaneLines(const std::vector<PlaneOverlay>& planes) {
   surface_->RequestPlaneLines(planes);
 }
 
+void ViewerApp::HidePlaneLines() {
+  lined_planes_.clear();
+  view_->SetPlaneLines({});
+}
+
 void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {
   if (!activity_->cuts()) {  // the tool is not shown
     view_->SetContact(std::nullopt);

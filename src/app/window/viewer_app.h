@@ -180,6 +180,7 @@ class ViewerApp {
   SawControls& controls() { return *controls_; }
   /// Requests the lines in which planes meet the bone; renewed while it is cut. Called once per frame.
   void RequestPlaneLines(const std::vector<PlaneOverlay>& planes);
+  void HidePlaneLines();
   const std::vector<PlaneOverlay>& lined_planes() const { return lined_planes_; }
   ViewBasis MakeBasis() const;
   Trace& trace() { return trace_; }
