@@ -124,7 +124,7 @@ void PlanEditor::Changed() {
 
 // ---- actions
 
-void PlanEditor::AddActions(ActionList& actions, std::function<bool()> idle) {
+void PlanEditor::AddActions(ActionList& actions, const std::function<bool()>& idle) {
   const auto planned = [this, idle] { return idle() && plane() != nullptr; };
   const auto on_plane = [this](const char* what, const std::function<void(Content&)>& change) {
     return [this, what, change] {

@@ -23,7 +23,7 @@ class PlanEditor {
   explicit PlanEditor(ViewerApp& viewer) : viewer_(viewer) {}
 
   /// `idle`: returns true if the plan may be edited now.
-  void AddActions(ActionList& actions, std::function<bool()> idle);
+  void AddActions(ActionList& actions, const std::function<bool()>& idle);
   /// Replaces the plan and the marks, and forgets earlier steps.
   void Load(Plan plan, std::vector<Mark> marks);
   void Add(std::vector<PlannedPlane> planes);
