@@ -654,7 +654,7 @@ void Rehearsal::SaveProject() {
         project->cut_bone_file = folder + "/bone-now.vdb";
         WriteBone(*before, project->bone_file);
         WriteBone(now.get(), project->cut_bone_file);
-        const std::string file = folder + "/case" + kProjectExtension;
+        std::string file = folder + "/case" + kProjectExtension;
         WriteProject(file, *project);
         return file;
       });
