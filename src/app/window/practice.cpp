@@ -533,7 +533,7 @@ void Practice::TakeSheet() {
     if (!sheet_) return Choose();
   }
   review_ = MakeReview(*sheet_);
-  Save();
+  SaveAttempt();
   next_ = Recommend(attempts_, exercise_->id, options_.level);
   state_ = State::kResult;
   viewer_->trace().Write("score", {{"total", sheet_->total ? nlohmann::json(*sheet_->total) : nullptr},
@@ -545,7 +545,7 @@ void Practice::TakeSheet() {
 }
 
 /// Adds the attempt to the history and to what the recommendations consider.
-void Practice::Save() {
+void Practice::SaveAttempt() {
   if (sheet_->Get("removed_mm3").value_or(0) <= 0) {
     stored_ = Tr("Nothing was cut, so the attempt is not saved");
     return viewer_->Say(stored_);

@@ -89,7 +89,7 @@ class Practice final : public Activity {
   void UseName(const std::string& student);
   void Score(std::shared_ptr<const Bone> before, Bone after);
   void TakeSheet();
-  void Save();
+  void SaveAttempt();
   void BeginChecks();
   void EndChecks();
   void TakeChecks();

@@ -174,6 +174,20 @@ Vec3 VectorOf(const nlohmann::json& view, const char* key, Range range, const st
 
 }  // namespace
 
+std::string FormatViews(const std::vector<ProjectView>& views) {
+  const auto list = [](const Vec3& v) { return nlohmann::ordered_json::array({v.x, v.y, v.z}); };
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const ProjectView& view : views) {
+    json.push_back({{"name", view.name},
+                    {"target_mm", list(view.target_W_mm)},
+                    {"toward_eye", list(view.toward_eye_W)},
+                    {"up", list(view.up_W)},
+                    {"height_mm", view.height_mm},
+                    {"parallel", view.parallel}});
+  }
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
 std::vector<ProjectView> ParseViews(const std::string& text, const std::string& path) {
   const nlohmann::json json = ParseJson(text, path);
   if (!json.is_array() || json.size() > project_detail::kMaxViews) {

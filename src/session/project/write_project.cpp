@@ -22,10 +22,6 @@ using OrderedJson = nlohmann::ordered_json;
 using namespace project_detail;
 namespace fs = std::filesystem;
 
-OrderedJson List(const Vec3& v) {
-  return OrderedJson::array({v.x, v.y, v.z});
-}
-
 std::string Dump(const OrderedJson& json) {
   return json.dump(2, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
@@ -106,19 +102,6 @@ std::string AddScene(Scene scene, MemberList& members) {
 }
 
 }  // namespace
-
-std::string FormatViews(const std::vector<ProjectView>& views) {
-  OrderedJson json = OrderedJson::array();
-  for (const ProjectView& view : views) {
-    json.push_back({{"name", view.name},
-                    {"target_mm", List(view.target_W_mm)},
-                    {"toward_eye", List(view.toward_eye_W)},
-                    {"up", List(view.up_W)},
-                    {"height_mm", view.height_mm},
-                    {"parallel", view.parallel}});
-  }
-  return Dump(json);
-}
 
 void WriteProject(const std::string& path, const Project& project) {
   CheckPlan(project.scene.plan);

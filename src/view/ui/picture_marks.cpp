@@ -125,7 +125,8 @@ std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::ve
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const UiLabel& label = labels[i];
     if (label.text.empty()) continue;
-    const auto [width, height] = sizes[i];
+    const double width = sizes[i].width;
+    const double height = sizes[i].height;
     const auto find = [&](bool avoids_soft) -> std::optional<UiBox> {
       for (const double points : {8.0, 32.0, 58.0, 92.0, 140.0}) {
         const double gap = points * scale;

@@ -87,7 +87,9 @@ int UiProp::RenderOverlay(vtkViewport* viewport) {
     for (ImDrawCmd& command : data->CmdLists[i]->CmdBuffer) {
       for (auto& [name, slot] : s.slots) {
         if (command.TextureId == &slot) {
-          command.TextureId = reinterpret_cast<ImTextureID>(static_cast<std::intptr_t>(slot.id));
+          // The backend of Dear ImGui takes OpenGL's name of a texture in place of an address.
+          command.TextureId =
+              reinterpret_cast<ImTextureID>(static_cast<std::intptr_t>(slot.id));  // NOLINT(performance-no-int-to-ptr)
         }
       }
     }
