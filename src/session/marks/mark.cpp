@@ -57,7 +57,7 @@ class SplineSpan {
   std::array<double, 4> t_{};
 };
 
-/// Appends points of the span in (from, to], so many that the polyline is close to it.
+/// Appends points of the span in (from, to], as many as the polyline needs to stay within kCurveError_mm of it.
 void Flatten(const SplineSpan& span, double from, const Vec3& p_from, double to, const Vec3& p_to, int halvings,
              std::vector<Vec3>& line) {
   const double middle = 0.5 * (from + to);
