@@ -9,7 +9,6 @@
 
 #include "kerf/bone.h"
 #include "kerf/tool.h"
-#include "view/live/ct_slices.h"
 #include "view/live/inner_surfaces.h"
 #include "view/live/overlays.h"
 #include "view/picture/overlay.h"
@@ -23,6 +22,12 @@ enum class SliceKind : std::uint8_t { kAxial, kCoronal, kSagittal, kBlade };
 const char* ToString(SliceKind kind);  // "axial", "coronal", "sagittal", "blade"
 
 inline constexpr Range kSliceSide_px{8, 1024};
+
+/// Window of CT numbers that is mapped from black to white.
+struct CtWindow {
+  double level_HU = 600;
+  double width_HU = 2400;  // > 0
+};
 
 /// Wanted slice.
 struct SliceSpec {

@@ -18,14 +18,6 @@ namespace {
 
 using Index = std::array<int, 3>;
 
-struct SliceJob {
-  Tool tool;
-  Pose X_WT;
-  double edge_mm = 0;
-  int pixels = 0;
-  CtWindow window;
-};
-
 }  // namespace
 
 struct SurfaceWorker::State {
@@ -84,8 +76,6 @@ struct SurfaceWorker::State {
   };
   std::map<Key, ChunkMesh> finished;
   std::deque<Key> order;
-  std::optional<SliceJob> job;
-  std::optional<CtSlices> slices;
   std::map<int, SliceSpec> slice_jobs;
   std::map<int, SliceImage> slice_images;
   std::shared_ptr<const InnerSurfaces> inner;
@@ -96,7 +86,7 @@ struct SurfaceWorker::State {
   SurfaceCounts counts;
   bool first_done = false;
 
-  bool has_slice_job() const { return job || !slice_jobs.empty() || plane_job; }
+  bool has_slice_job() const { return !slice_jobs.empty() || plane_job; }
 
   // Used only by the worker.
   int last_view = -1;
@@ -195,10 +185,8 @@ struct SurfaceWorker::State {
   bool Step() {
     constexpr std::size_t kBatch = 64;
     TakeLeaves();
-    std::optional<SliceJob> slice;
     {
       const std::lock_guard lock(mutex);
-      if (FirstDone()) std::swap(slice, job);
       counts.dirty = chunks.CountDirty();
     }
     if (FirstDone()) {
@@ -208,17 +196,8 @@ struct SurfaceWorker::State {
         MeshAll(dirty, 1);
         MeshAll(dirty, 2);  // for views from a distance
       }
-      if (slice) {
-        CtSlices made;
-        {
-          const std::shared_lock lock(bone_mutex);
-          made = CalcCtSlices(chunks.bone(), slice->tool, slice->X_WT, slice->edge_mm, slice->pixels, slice->window);
-        }
-        const std::lock_guard lock(mutex);
-        slices = std::move(made);
-      }
       const bool sliced = MakeSlice();
-      if (!dirty.empty() || slice || sliced) return true;
+      if (!dirty.empty() || sliced) return true;
     }
     Pass* pass = FindPass();
     if (pass == nullptr) return false;
@@ -323,21 +302,6 @@ void SurfaceWorker::WaitIdle() {
 void SurfaceWorker::WaitFirst() {
   std::unique_lock lock(state_->mutex);
   state_->idle.wait(lock, [&] { return state_->first_done; });
-}
-
-void SurfaceWorker::RequestSlices(const Tool& tool, const Pose& X_WT, double edge_mm, int pixels,
-                                  const CtWindow& window) {
-  if (!state_->has_hu) return;
-  {
-    const std::lock_guard lock(state_->mutex);
-    state_->job = SliceJob{tool, X_WT, edge_mm, pixels, window};
-  }
-  state_->wake.notify_one();
-}
-
-std::optional<CtSlices> SurfaceWorker::FetchSlices() {
-  const std::lock_guard lock(state_->mutex);
-  return std::exchange(state_->slices, std::nullopt);
 }
 
 void SurfaceWorker::SetInnerSurfaces(std::shared_ptr<const InnerSurfaces> inner) {

@@ -9,7 +9,6 @@
 
 #include "view/live/bone_chunks.h"
 #include "view/live/camera.h"
-#include "view/live/ct_slices.h"
 #include "view/live/slice_view.h"
 
 namespace kerf {
@@ -48,11 +47,6 @@ class SurfaceWorker {
   /// Blocks until the surface of the first picture is available.
   void WaitFirst();
 
-  /// Requests CT slices. They are computed between chunks, for the latest pose only. `edge_mm`, `pixels`: size
-  /// of the images.
-  void RequestSlices(const Tool& tool, const Pose& X_WT, double edge_mm, int pixels, const CtWindow& window = {});
-  /// Returns the latest finished slices unless they have already been fetched.
-  std::optional<CtSlices> FetchSlices();
   /// Sets the nerve canal and the teeth, whose outlines are added to slices from now on.
   void SetInnerSurfaces(std::shared_ptr<const InnerSurfaces> inner);
   /// Requests a slice for one of several views; replaces the view's waiting request. Slices are computed between
