@@ -7,17 +7,15 @@
 #include <vtkObjectFactory.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLRenderer.h>
-#include <vtkOpenGLShaderCache.h>
-#include <vtkOpenGLState.h>
 
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <numbers>
+#include <span>
 #include <utility>
 
 #include "shaders.h"
 #include "view/live/gl_program.h"
+#include "view/live/vertex_stream.h"
 
 namespace kerf {
 
@@ -39,9 +37,7 @@ struct DustVertex {
 struct DustProp::State {
   std::vector<DustGrain> grains;
   double scale = 1;
-  GlProgram program;
-  GLuint vertex_array = 0;
-  GLuint buffer = 0;
+  VertexStream stream{"dust", shaders::kDustVert, shaders::kDustFrag, {3, 2}};
   std::vector<DustVertex> vertices;
 };
 
@@ -59,21 +55,6 @@ int DustProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   if (renderer == nullptr || s.grains.empty()) return 0;
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetVTKWindow());
   if (window == nullptr) return 0;
-  vtkOpenGLState& state = *window->GetState();
-  window->GetShaderCache()->ReleaseCurrentShader();
-  if (!s.program.made()) {
-    s.program.Make("dust", shaders::kDustVert, shaders::kDustFrag);
-    glGenVertexArrays(1, &s.vertex_array);
-    glGenBuffers(1, &s.buffer);
-    glBindVertexArray(s.vertex_array);
-    glBindBuffer(GL_ARRAY_BUFFER, s.buffer);
-    const auto offset = [](std::size_t bytes) { return static_cast<const char*>(nullptr) + bytes; };
-    constexpr GLsizei kStride = sizeof(DustVertex);
-    glEnableVertexAttribArray(0);
-    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, kStride, offset(offsetof(DustVertex, p_mm)));
-    glEnableVertexAttribArray(1);
-    glVertexAttribPointer(1, 2, GL_FLOAT, GL_FALSE, kStride, offset(offsetof(DustVertex, size_alpha)));
-  }
   const auto f = [](double v) { return static_cast<float>(v); };
   // Relative to the first grain, because single precision is not sufficient far from the world's origin.
   const Vec3 origin_W = s.grains.front().p_W;
@@ -82,10 +63,6 @@ int DustProp::RenderOpaqueGeometry(vtkViewport* viewport) {
     const Vec3 p = grain.p_W - origin_W;
     s.vertices.push_back({{f(p.x), f(p.y), f(p.z)}, {f(grain.diameter_mm), f(grain.opacity)}});
   }
-  glBindVertexArray(s.vertex_array);
-  glBindBuffer(GL_ARRAY_BUFFER, s.buffer);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(s.vertices.size() * sizeof(DustVertex)), s.vertices.data(),
-               GL_STREAM_DRAW);
   vtkCamera& camera = *renderer->GetActiveCamera();
   double view[16];
   vtkMatrix4x4::DeepCopy(view, camera.GetViewTransformMatrix());
@@ -97,34 +74,23 @@ int DustProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   const bool parallel = camera.GetParallelProjection() != 0;
   const double height_px = window->GetSize()[1];
   const double tan_half = std::tan(0.5 * camera.GetViewAngle() * std::numbers::pi / 180);
-  s.program.Use();
-  glUniformMatrix4fv(s.program.Uniform("view_from_world"), 1, GL_FALSE, ToGl(view).data());
-  glUniformMatrix4fv(s.program.Uniform("clip_from_view"), 1, GL_FALSE, ToGl(clip).data());
-  glUniform1f(s.program.Uniform("px_per_mm"), f(0.5 * height_px / (parallel ? camera.GetParallelScale() : tan_half)));
-  glUniform1f(s.program.Uniform("parallel"), parallel ? 1.0F : 0.0F);
-  glUniform2f(s.program.Uniform("size_px"), f(kSmallest_points * s.scale), f(kLargest_points * s.scale));
-  glUniform3f(s.program.Uniform("tint"), f(kDustColour[0] / 255.0), f(kDustColour[1] / 255.0),
-              f(kDustColour[2] / 255.0));
-  state.vtkglEnable(GL_DEPTH_TEST);
-  state.vtkglEnable(GL_BLEND);
-  state.vtkglBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  state.vtkglDepthMask(GL_FALSE);
+  s.stream.Begin(*window, std::as_bytes(std::span(s.vertices)));
+  const GlProgram& program = s.stream.program();
+  glUniformMatrix4fv(program.Uniform("view_from_world"), 1, GL_FALSE, ToGl(view).data());
+  glUniformMatrix4fv(program.Uniform("clip_from_view"), 1, GL_FALSE, ToGl(clip).data());
+  glUniform1f(program.Uniform("px_per_mm"), f(0.5 * height_px / (parallel ? camera.GetParallelScale() : tan_half)));
+  glUniform1f(program.Uniform("parallel"), parallel ? 1.0F : 0.0F);
+  glUniform2f(program.Uniform("size_px"), f(kSmallest_points * s.scale), f(kLargest_points * s.scale));
+  glUniform3f(program.Uniform("tint"), f(kDustColour[0] / 255.0), f(kDustColour[1] / 255.0), f(kDustColour[2] / 255.0));
   glEnable(GL_PROGRAM_POINT_SIZE);
   glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(s.vertices.size()));
   glDisable(GL_PROGRAM_POINT_SIZE);
-  state.vtkglDepthMask(GL_TRUE);
-  glBindVertexArray(0);
-  glBindBuffer(GL_ARRAY_BUFFER, 0);
-  glUseProgram(0);
+  s.stream.End(*window);
   return 1;
 }
 
 void DustProp::ReleaseGraphicsResources(vtkWindow* window) {
-  State& s = *state_;
-  if (s.buffer != 0) glDeleteBuffers(1, &s.buffer);
-  if (s.vertex_array != 0) glDeleteVertexArrays(1, &s.vertex_array);
-  s.buffer = s.vertex_array = 0;
-  s.program.Release();
+  state_->stream.Release();
   Superclass::ReleaseGraphicsResources(window);
 }
 

@@ -7,20 +7,19 @@
 #include <vtkObjectFactory.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLRenderer.h>
-#include <vtkOpenGLShaderCache.h>
 #include <vtkOpenGLState.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "shaders.h"
-#include "view/live/gl_program.h"
+#include "view/live/vertex_stream.h"
 
 namespace kerf {
 
@@ -218,9 +217,7 @@ class XrayBuilder {
 struct XrayProp::State {
   XrayList list;
   double scale = 1;
-  GlProgram program;
-  GLuint vertex_array = 0;
-  GLuint buffer = 0;
+  VertexStream stream{"xray", shaders::kXrayVert, shaders::kXrayFrag, {3, 4, 4}};
   std::vector<XrayVertex> vertices;
 };
 
@@ -244,52 +241,24 @@ int XrayProp::RenderOverlay(vtkViewport* viewport) {
   for (const XrayLine& line : s.list.lines) builder.Add(line);
   for (const XraySymbol& symbol : s.list.symbols) builder.Add(symbol);
   if (s.vertices.empty()) return 0;
+  s.stream.Begin(*window, std::as_bytes(std::span(s.vertices)));
+  const GlProgram& program = s.stream.program();
+  glUniform1f(program.Uniform("dash_px"), static_cast<float>(kDash_points * s.scale));
+  const int hidden = program.Uniform("hidden");
   vtkOpenGLState& state = *window->GetState();
-  window->GetShaderCache()->ReleaseCurrentShader();
-  if (!s.program.made()) {
-    s.program.Make("xray", shaders::kXrayVert, shaders::kXrayFrag);
-    glGenVertexArrays(1, &s.vertex_array);
-    glGenBuffers(1, &s.buffer);
-    glBindVertexArray(s.vertex_array);
-    glBindBuffer(GL_ARRAY_BUFFER, s.buffer);
-    const auto offset = [](std::size_t bytes) { return static_cast<const char*>(nullptr) + bytes; };
-    constexpr GLsizei kStride = sizeof(XrayVertex);
-    for (GLuint i = 0; i < 3; ++i) glEnableVertexAttribArray(i);
-    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, kStride, offset(offsetof(XrayVertex, clip)));
-    glVertexAttribPointer(1, 4, GL_FLOAT, GL_FALSE, kStride, offset(offsetof(XrayVertex, tint)));
-    glVertexAttribPointer(2, 4, GL_FLOAT, GL_FALSE, kStride, offset(offsetof(XrayVertex, edge)));
-  }
-  glBindVertexArray(s.vertex_array);
-  glBindBuffer(GL_ARRAY_BUFFER, s.buffer);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(s.vertices.size() * sizeof(XrayVertex)), s.vertices.data(),
-               GL_STREAM_DRAW);
-  s.program.Use();
-  glUniform1f(s.program.Uniform("dash_px"), static_cast<float>(kDash_points * s.scale));
-  const int hidden = s.program.Uniform("hidden");
-  state.vtkglEnable(GL_DEPTH_TEST);
   state.vtkglDisable(GL_CULL_FACE);
-  state.vtkglEnable(GL_BLEND);
-  state.vtkglBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  state.vtkglDepthMask(GL_FALSE);
   const auto count = static_cast<GLsizei>(s.vertices.size());
   for (const bool behind : {true, false}) {
     state.vtkglDepthFunc(behind ? GL_GREATER : GL_LEQUAL);
     glUniform1f(hidden, behind ? 1.0F : 0.0F);
     glDrawArrays(GL_TRIANGLES, 0, count);
   }
-  state.vtkglDepthMask(GL_TRUE);
-  glBindVertexArray(0);
-  glBindBuffer(GL_ARRAY_BUFFER, 0);
-  glUseProgram(0);
+  s.stream.End(*window);
   return 1;
 }
 
 void XrayProp::ReleaseGraphicsResources(vtkWindow* window) {
-  State& s = *state_;
-  if (s.buffer != 0) glDeleteBuffers(1, &s.buffer);
-  if (s.vertex_array != 0) glDeleteVertexArrays(1, &s.vertex_array);
-  s.buffer = s.vertex_array = 0;
-  s.program.Release();
+  state_->stream.Release();
   Superclass::ReleaseGraphicsResources(window);
 }
 
