@@ -26,6 +26,18 @@ using ::testing::HasSubstr;
 
 const std::string kTable = "id,name,tissue,E_GPa,nu,estimate,source\n24,test,cortical,19.3,0.28,yes,test\n";
 
+/// Returns the text of a scene with one stroke. `bone`: the lines of its bone.
+std::string MakeSceneText(const std::string& bone) {
+  return "[bone]\n" + bone + R"([[path.stroke]]
+start_mm = [0, 0, 20]
+end_mm = [0, 0, 19]
+feed_mm_per_s = 3
+disc_normal = [1, 0, 0]
+[force]
+law = "hertz_chip"
+)";
+}
+
 /// A project with everything, in a folder.
 struct Case {
   Case() {
@@ -42,18 +54,8 @@ struct Case {
     std::filesystem::create_directories(folder.file("older"));
     WriteBytes(folder.file("older/session.kerf"), "another recording");
     project.title = "A case \"with\" ä";
-    project.scene = ParseScene(R"([bone]
-file = "bone of mine.vdb"
-materials = "regions.csv"
-[[path.stroke]]
-start_mm = [0, 0, 20]
-end_mm = [0, 0, 19]
-feed_mm_per_s = 3
-disc_normal = [1, 0, 0]
-[force]
-law = "hertz_chip"
-)",
-                               folder.file("s.toml"));
+    project.scene =
+        ParseScene(MakeSceneText("file = \"bone of mine.vdb\"\nmaterials = \"regions.csv\"\n"), folder.file("s.toml"));
     project.scene.plan.planes.push_back(
         {.name = "left", .plane = {{1, 2, 3}, {0, 0.6, 0.8}}, .state = PlaneState::kDone});
     project.bone_file = folder.file("bone of mine.vdb");
@@ -114,17 +116,7 @@ TEST(Project, ReadsBackTheSame) {
 TEST(Project, CanBeAModelWithoutAnythingElse) {
   const Folder folder;
   Project project;
-  project.scene = ParseScene(R"([bone]
-model = "block"
-[[path.stroke]]
-start_mm = [0, 0, 20]
-end_mm = [0, 0, 19]
-feed_mm_per_s = 3
-disc_normal = [1, 0, 0]
-[force]
-law = "hertz_chip"
-)",
-                             folder.file("s.toml"));
+  project.scene = ParseScene(MakeSceneText("model = \"block\"\n"), folder.file("s.toml"));
   WriteProject(folder.file("p.kerf-project"), project);
   const Project read = ReadProject(folder.file("p.kerf-project"), folder.file("out"));
   EXPECT_EQ(ResolvedToml(read.scene), ResolvedToml(project.scene));
@@ -248,18 +240,8 @@ TEST(Project, HostileArchivesAreRefused) {
 TEST(Project, ASceneOutsideTheProjectIsRefused) {
   const Folder folder;
   WriteBytes(folder.file("regions.csv"), kTable);
-  const std::string scene = fmt::format(R"([bone]
-model = "block"
-materials = '{}'
-[[path.stroke]]
-start_mm = [0, 0, 20]
-end_mm = [0, 0, 19]
-feed_mm_per_s = 3
-disc_normal = [1, 0, 0]
-[force]
-law = "hertz_chip"
-)",
-                                        folder.file("regions.csv"));
+  const std::string scene =
+      MakeSceneText(fmt::format("model = \"block\"\nmaterials = '{}'\n", folder.file("regions.csv")));
   const std::string file =
       MakeZip(folder, {{"manifest.json", MakeManifest(MakeEntry("scene.toml", scene))}, {"scene.toml", scene}});
   EXPECT_THAT(MessageOf([&] { ReadProject(file, folder.file("out")); }), HasSubstr("names a file outside the project"));
