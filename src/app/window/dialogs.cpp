@@ -18,22 +18,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxText = 200;
 
-void BeginDialog(Ui& ui, const char* name, float width, float height) {
-  const float s = ui.scale();
-  const ImVec2 size{std::min(width * s, static_cast<float>(ui.width()) - 20 * s),
-                    std::min(height * s, static_cast<float>(ui.height()) - 20 * s)};
-  ImGui::SetNextWindowPos({std::floor(0.5F * (static_cast<float>(ui.width()) - size.x)),
-                           std::floor(0.4F * (static_cast<float>(ui.height()) - size.y))});
-  ImGui::SetNextWindowSize(size);
-  ImGui::SetNextWindowFocus();
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {16 * s, 14 * s});
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 4 * s);
-  ImGui::Begin(name, nullptr,
-               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
-                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoNav);
-  ImGui::PopStyleVar(2);
-}
-
 }  // namespace
 
 void Dialogs::AskText(Ui& ui, const std::string& question, const std::string& initial,
@@ -170,7 +154,7 @@ void Dialogs::Draw(Ui& ui) {
     return entered;
   };
   if (kind_ == Kind::kText) {
-    BeginDialog(ui, "ask text", 460, 128);
+    BeginDialog(ui, "ask text", 460 * s, 128 * s);
     ImGui::PushTextWrapPos(0);
     ImGui::TextUnformatted(question_.c_str());
     ImGui::PopTextWrapPos();
@@ -188,8 +172,8 @@ void Dialogs::Draw(Ui& ui) {
   }
   if (kind_ == Kind::kQuestion) {
     const float wrap = 480 * s;
-    const float height = ImGui::CalcTextSize(question_.c_str(), nullptr, false, wrap).y / s;
-    BeginDialog(ui, "ask", 520, height + 76);
+    const float height = ImGui::CalcTextSize(question_.c_str(), nullptr, false, wrap).y;
+    BeginDialog(ui, "ask", 520 * s, height + 76 * s);
     ImGui::PushTextWrapPos(0);
     ImGui::TextUnformatted(question_.c_str());
     ImGui::PopTextWrapPos();
@@ -204,7 +188,7 @@ void Dialogs::Draw(Ui& ui) {
     if (given) Decide(answers_[*given].run ? answers_[*given].run : [] {});
     return;
   }
-  BeginDialog(ui, "choose file", 640, 460);
+  BeginDialog(ui, "choose file", 640 * s, 460 * s);
   ImGui::PushFont(ui.bold());
   ImGui::TextUnformatted(question_.c_str());
   ImGui::PopFont();

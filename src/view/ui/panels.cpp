@@ -44,23 +44,6 @@ void BeginOverlay(const char* name, float x, float y, float width, float height,
   ImGui::PopStyleColor();
 }
 
-/// Begins a dialog in the middle of the window, at most as large as the window.
-void BeginDialog(Ui& ui, const char* name, float width, float height) {
-  const float s = ui.scale();
-  const float max_width = static_cast<float>(ui.width()) - 20 * s;
-  const float max_height = static_cast<float>(ui.height()) - 20 * s;
-  const ImVec2 size{std::min(width, max_width), std::min(height, max_height)};
-  ImGui::SetNextWindowPos({std::floor(0.5F * (static_cast<float>(ui.width()) - size.x)),
-                           std::floor(0.5F * (static_cast<float>(ui.height()) - size.y))});
-  ImGui::SetNextWindowSize(size);
-  ImGui::SetNextWindowFocus();
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {18 * s, 14 * s});
-  ImGui::Begin(name, nullptr,
-               (kFixed & ~ImGuiWindowFlags_NoBringToFrontOnFocus) | ImGuiWindowFlags_NoScrollbar |
-                   ImGuiWindowFlags_NoScrollWithMouse);
-  ImGui::PopStyleVar();
-}
-
 void DialogTitle(Ui& ui, const std::string& title) {
   ImGui::PushFont(ui.title());
   FittedText(ui, title, ImGui::GetContentRegionAvail().x);

@@ -248,6 +248,23 @@ bool Indicator(Ui& ui, const char* id, const std::string& name, bool on, const s
   return clicked;
 }
 
+void BeginDialog(Ui& ui, const char* name, float width, float height) {
+  const float s = ui.scale();
+  const ImVec2 size{std::min(width, static_cast<float>(ui.width()) - 20 * s),
+                    std::min(height, static_cast<float>(ui.height()) - 20 * s)};
+  ImGui::SetNextWindowPos({std::floor(0.5F * (static_cast<float>(ui.width()) - size.x)),
+                           std::floor(0.4F * (static_cast<float>(ui.height()) - size.y))});
+  ImGui::SetNextWindowSize(size);
+  ImGui::SetNextWindowFocus();
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {16 * s, 14 * s});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 4 * s);
+  ImGui::Begin(name, nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav |
+                   ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
+  ImGui::PopStyleVar(2);
+}
+
 void Swatch(Ui& ui, const Rgb8& colour, bool filled) {
   const float size = ImGui::GetTextLineHeight();
   const ImVec2 at = ImGui::GetCursorScreenPos();

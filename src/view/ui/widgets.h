@@ -38,6 +38,9 @@ double CalcAxisTop(double max);
 bool Indicator(Ui& ui, const char* id, const std::string& name, bool on, const std::string& key,
                const std::string& tip);
 
+/// Begins a dialog above the middle of the window, in pixels, at most as large as the window. ImGui::End() must follow.
+void BeginDialog(Ui& ui, const char* name, float width, float height);
+
 /// Swatch of a colour with a text.
 void Swatch(Ui& ui, const Rgb8& colour, bool filled = true);
 
