@@ -14,6 +14,7 @@
 #include "app/window/open_with_desktop.h"
 #include "app/window/pieces_mode.h"
 #include "app/window/plan_editor.h"
+#include "app/window/plan_picture.h"
 #include "base/core/cancelled.h"
 #include "base/files/files.h"
 #include "base/files/temporary.h"
@@ -72,7 +73,7 @@ void Rehearsal::EndWork() {
 }
 
 bool Rehearsal::cuts() const {
-  return !in_pieces_ && !editor_->is_placing() && !menu_;
+  return !in_pieces_ && !editor_->gestures.is_placing() && !menu_;
 }
 
 // ---- opening
@@ -164,7 +165,8 @@ void Rehearsal::Reset() {
   change_.reset();
   to_save_.reset();
   checkpoints_.clear();
-  editor_->Load({}, {});
+  editor_->document.Load({}, {});
+  editor_->gestures.Reset();
   cut_.reset();
   guided_ = false;
   saw_is_listed_ = false;
@@ -210,9 +212,9 @@ void Rehearsal::FollowOpening() {
   viewer_->set_original(original_);
   views_ = opened.project ? opened.project->views : std::vector<ProjectView>();
   pieces_json_ = opened.project ? opened.project->pieces_json : "";
-  editor_->Load(scene_.plan, opened.project ? opened.project->marks : std::vector<Mark>());
-  if (!given_planes_.empty()) editor_->Add(std::exchange(given_planes_, {}));
-  editor_->set_saved();
+  editor_->document.Load(scene_.plan, opened.project ? opened.project->marks : std::vector<Mark>());
+  if (!given_planes_.empty()) editor_->document.Add(std::exchange(given_planes_, {}));
+  editor_->document.set_saved();
   if (opened.bone && !opened.bone_is_saved) to_save_ = ToSave{opened.bone, scene_.bone.file};
   warnings_ = std::move(opened.warnings);
   is_new_bone_ = true;
@@ -258,7 +260,7 @@ void Rehearsal::Began() {
   } else if (change_) {
     viewer_->Say(std::exchange(change_, std::nullopt)->what);
   }
-  if (const auto watch = viewer_->cut_watch()) watch->SetPlanes(editor_->plan().planes);
+  if (const auto watch = viewer_->cut_watch()) watch->SetPlanes(editor_->document.plan().planes);
   if (first && !warnings_.empty()) {
     viewer_->dialogs().Ask(fmt::format("{}", fmt::join(std::exchange(warnings_, {}), "\n\n")), {{Tr("OK"), nullptr}});
   }
@@ -272,7 +274,7 @@ void Rehearsal::Began() {
     viewer_->KeepView();
   }
   if (first && !pieces_json_.empty()) pieces_->set_earlier(std::exchange(pieces_json_, {}));
-  editor_->set_middle_mm(before_->CalcBounds().centre().x);
+  editor_->actions.set_middle_mm(before_->CalcBounds().centre().x);
 }
 
 void Rehearsal::ContinueWith(const std::string& what, std::function<void(Scene&)> change) {
@@ -330,8 +332,8 @@ void Rehearsal::SelectSaw(std::size_t number) {
 
 void Rehearsal::ToggleGuide() {
   if (!viewer_->is_running() || change_) return;
-  const PlannedPlane* planned = editor_->plane();
-  const std::vector<DepthStop>& stops = editor_->plan().stops;
+  const PlannedPlane* planned = editor_->document.plane();
+  const std::vector<DepthStop>& stops = editor_->document.plan().stops;
   const DepthStop* stop = stops.empty() ? nullptr : &stops.front();
   if (!guided_ && planned == nullptr && stop == nullptr) {
     viewer_->Say(Tr("There is no plan to guide the saw yet; press N"));
@@ -377,7 +379,7 @@ void Rehearsal::GoForward() {
 void Rehearsal::Undo() {
   if (in_pieces_) return pieces_->Undo();
   // The latest change is undone, whether of the plan or of the bone.
-  if (editor_->is_latest_change()) return viewer_->actions().Find("plan.undo")->run();
+  if (editor_->document.is_latest_change()) return viewer_->actions().Find("plan.undo")->run();
   GoBack("");
 }
 
@@ -401,7 +403,7 @@ void Rehearsal::FollowCut() {
   }
 }
 
-void Rehearsal::ShowPlan() {
+void Rehearsal::ShowPlanMenu() {
   // The same entries as in the menu, with numbers.
   std::vector<MenuItem> items;
   for (const char* id : {"plan.three_points", "plan.at_blade", "plan.stop", "plan.align", "plan.next", "plan.remove",
@@ -507,7 +509,7 @@ void Rehearsal::AddActions(ActionList& actions) {
                .menu = Msg("Plan"),
                .label = Msg("Plan: planes and depth stops"),
                .shortcut = {Key::kN},
-               .run = [this] { ShowPlan(); },
+               .run = [this] { ShowPlanMenu(); },
                .enabled = cutting,
                .button = Msg("Plan")});
   actions.Add({.id = "plan.guide",
@@ -519,7 +521,7 @@ void Rehearsal::AddActions(ActionList& actions) {
                .enabled = cutting,
                .on = [this] { return guided_; },
                .indicator = Msg("Guide")});
-  editor_->AddActions(actions, [cutting, this] { return cutting() || (viewer_->is_running() && menu_.has_value()); });
+  editor_->actions.Add(actions, [cutting, this] { return cutting() || (viewer_->is_running() && menu_.has_value()); });
   // ---- pieces
   actions.Add({.id = "pieces.enter",
                .menu = Msg("Pieces"),
@@ -564,8 +566,8 @@ void Rehearsal::Export() {
   order.scene = viewer_->session()->scene();
   order.recordings = {result_.recordings.begin() + static_cast<std::ptrdiff_t>(first_recording_),
                       result_.recordings.end()};
-  order.plan = editor_->plan();
-  order.marks = editor_->marks();
+  order.plan = editor_->document.plan();
+  order.marks = editor_->document.marks();
   if (saw_is_listed_) order.saw_name = options_.saws[saw_].name;
   order.before = before_;
   order.forces = viewer_->forces();
@@ -588,7 +590,7 @@ void Rehearsal::FollowExport() {
     result_.take_away = exporting_.get();
     viewer_->Say(fmt::format(fmt::runtime(Tr("Exported: {}")), result_.take_away));
     // The export contains planes and pieces, but no marks.
-    if (editor_->marks().empty()) editor_->set_saved();
+    if (editor_->document.marks().empty()) editor_->document.set_saved();
     pieces_->set_saved();
     viewer_->dialogs().Ask(fmt::format(fmt::runtime(Tr("Pieces, planes and the report are in {}")), result_.take_away),
                            {{Tr("Open the folder"), [this] { OpenInDesktop(result_.take_away); }},
@@ -610,7 +612,7 @@ void Rehearsal::FollowSaving() {
     const std::string file = saving_.get();
     viewer_->Say(fmt::format(fmt::runtime(Tr("Project: {}")), file));
     viewer_->trace().Write("project", {{"file", file}});
-    editor_->set_saved();
+    editor_->document.set_saved();
     pieces_->set_saved();
     if (quits_after_saving_) viewer_->Quit();
   } catch (const std::exception& e) {
@@ -626,8 +628,8 @@ void Rehearsal::SaveProject() {
   auto project = std::make_shared<Project>();
   project->title = scene_.TitleOrName();
   project->scene = viewer_->session()->scene();
-  project->scene.plan = editor_->plan();
-  project->marks = editor_->marks();
+  project->scene.plan = editor_->document.plan();
+  project->marks = editor_->document.marks();
   const ViewCamera& camera = viewer_->view().camera();
   project->views = {{.name = "window",
                      .target_W_mm = camera.target_W(),
@@ -697,7 +699,7 @@ bool Rehearsal::Take(const WindowEvent& event) {
   }
   const bool escape = event.kind == Kind::kKeyDown && event.key == Key::kEscape && !event.control;
   if (escape && is_loading()) return Cancel(), true;
-  if (!in_pieces_) return viewer_->is_running() && editor_->Take(event);
+  if (!in_pieces_) return viewer_->is_running() && editor_->gestures.Take(event);
   if (pieces_->Take(event)) return true;
   if (escape) return LeavePieces(), true;
   return false;
@@ -714,9 +716,11 @@ void Rehearsal::Update(double /*dt_s*/) {
   FollowCut();
   if (in_pieces_) {
     pieces_->Update();
-    editor_->Hide();
+    editor_->gestures.Hide();
+    HidePlanOnBone(*viewer_);
   } else if (viewer_->is_running()) {
-    editor_->Show(cut_ ? &*cut_ : nullptr);
+    ShowPlan(*viewer_, editor_->document, cut_ ? &*cut_ : nullptr);
+    editor_->gestures.Show();
   }
 }
 
@@ -726,17 +730,18 @@ void Rehearsal::Fill(HudState& hud) {
   if (viewer_->is_running()) {
     const Tool tool = MakeTool(viewer_->session()->scene());
     const Pose& X_WT = viewer_->figures().coupled.X_WT;
-    const NearestStructure nerve = FindNearestStructure(nerve_.get(), Tr("nerve"), editor_->mark_tubes(), tool, X_WT);
+    const NearestStructure nerve =
+        FindNearestStructure(nerve_.get(), Tr("nerve"), editor_->document.mark_tubes(), tool, X_WT);
     hud.values.nerve_mm = nerve.distance_mm;
     hud.values.nerve_is_marked = nerve.distance_mm.has_value() || !nerve_;
     if (sampler_) hud.values.depth_mm = CalcBladeDepth(*sampler_, tool, X_WT);
-    if (const PlannedPlane* planned = editor_->plane()) {
+    if (const PlannedPlane* planned = editor_->document.plane()) {
       const PlaneDeviation off = CalcDeviation(*planned, tool, X_WT);
       hud.values.plan_offset_mm = off.offset_mm;
       hud.values.plan_angle_deg = off.angle_deg;
     }
-    if (!editor_->plan().stops.empty()) {
-      const DepthStop& planned = editor_->plan().stops.front();
+    if (!editor_->document.plan().stops.empty()) {
+      const DepthStop& planned = editor_->document.plan().stops.front();
       const StopDeviation stop = CalcDeviation(planned, tool, X_WT);
       HudGauge gauge;
       gauge.title = planned.name;
@@ -772,7 +777,7 @@ void Rehearsal::Fill(HudState& hud) {
   } else if (hud.progress && is_loading()) {
     hud.progress->can_cancel = true;
   }
-  editor_->Fill(hud);
+  editor_->gestures.Fill(hud);
   if (menu_) hud.menu = menu_->Show();
   if (in_pieces_) pieces_->Fill(hud);
 }
@@ -785,11 +790,11 @@ void Rehearsal::SoundAlarms() {
   if (viewer_->is_running() && viewer_->spindle_on() && viewer_->touches()) {
     const Tool tool = MakeTool(viewer_->session()->scene());
     const Pose& X_WT = viewer_->figures().coupled.X_WT;
-    nerve_mm = FindNearestStructure(nerve_.get(), "", editor_->mark_tubes(), tool, X_WT).distance_mm;
-    if (!editor_->plan().stops.empty()) {
-      depth_mm = CalcDeviation(editor_->plan().stops.front(), tool, X_WT).left_mm;
+    nerve_mm = FindNearestStructure(nerve_.get(), "", editor_->document.mark_tubes(), tool, X_WT).distance_mm;
+    if (!editor_->document.plan().stops.empty()) {
+      depth_mm = CalcDeviation(editor_->document.plan().stops.front(), tool, X_WT).left_mm;
     }
-    if (const PlannedPlane* planned = editor_->plane()) {
+    if (const PlannedPlane* planned = editor_->document.plane()) {
       margin_mm = planned->margin_mm - std::abs(CalcDeviation(*planned, tool, X_WT).offset_mm);
     }
   }
@@ -799,12 +804,12 @@ void Rehearsal::SoundAlarms() {
 }
 
 void Rehearsal::DrawSections(Ui& ui) {
-  if (!in_pieces_) editor_->DrawSections(ui, cut_ ? &*cut_ : nullptr);
+  if (!in_pieces_) editor_->panel.Draw(ui, cut_ ? &*cut_ : nullptr);
 }
 
 void Rehearsal::DrawWindows(Ui& ui) {
   if (loading_) DrawCt(ui);
-  if (!in_pieces_) editor_->DrawWindows(ui, viewer_->actions());
+  if (!in_pieces_) editor_->actions.DrawContextMenu(ui);
 }
 
 /// Draws slices of the CT while its bone is made.
@@ -834,13 +839,13 @@ void Rehearsal::DrawCt(Ui& ui) {
 }
 
 void Rehearsal::OpenContextMenu(const ScreenPoint& at) {
-  if (viewer_->is_running() && !in_pieces_) editor_->OpenContextMenu(at);
+  if (viewer_->is_running() && !in_pieces_) editor_->actions.OpenContextMenu(at);
 }
 
 void Rehearsal::AddAlarms(std::vector<AlarmOverlay>& alarms) {
   const Tool tool = MakeTool(viewer_->session()->scene());
   const Pose& X_WT = viewer_->figures().coupled.X_WT;
-  for (const MarkTube& tube : editor_->mark_tubes()) {
+  for (const MarkTube& tube : editor_->document.mark_tubes()) {
     const MarkTube::Nearest nearest = tube.Find(tool, X_WT);
     alarms.push_back({.p_W = nearest.p_W,
                       .level = AlarmLevelFor(nearest.distance_mm),
@@ -848,7 +853,7 @@ void Rehearsal::AddAlarms(std::vector<AlarmOverlay>& alarms) {
                                            ShowNumber(std::max(0.0, nearest.distance_mm), 1))});
   }
   // A saw that cuts beside the selected plane.
-  const PlannedPlane* planned = editor_->plane();
+  const PlannedPlane* planned = editor_->document.plane();
   if (planned == nullptr || !viewer_->spindle_on() || !viewer_->touches()) return;
   const PlaneDeviation off = CalcDeviation(*planned, tool, X_WT);
   const double beyond_mm = std::abs(off.offset_mm) - planned->margin_mm;
@@ -860,23 +865,23 @@ void Rehearsal::AddAlarms(std::vector<AlarmOverlay>& alarms) {
 }
 
 bool Rehearsal::TakeSlicePoint(const Vec3& p_W) {
-  return viewer_->is_running() && !in_pieces_ && editor_->TakePoint(p_W);
+  return viewer_->is_running() && !in_pieces_ && editor_->gestures.TakePoint(p_W);
 }
 
 void Rehearsal::FillSlices(SliceScene& scene) const {
-  for (const MarkTube& tube : editor_->mark_tubes()) {
+  for (const MarkTube& tube : editor_->document.mark_tubes()) {
     scene.marks.push_back({.points_W = tube.curve_W(), .radius_mm = tube.radius_mm(), .label = tube.name()});
   }
   scene.planes = viewer_->lined_planes();
 }
 
 bool Rehearsal::takes_escape() const {
-  return menu_ || editor_->is_placing() || in_pieces_ || is_loading();
+  return menu_ || editor_->gestures.is_placing() || in_pieces_ || is_loading();
 }
 
 std::string Rehearsal::DescribeUnsaved() const {
   if (!viewer_->is_running()) return {};
-  return editor_->is_unsaved() || pieces_->is_unsaved()
+  return editor_->document.is_unsaved() || pieces_->is_unsaved()
              ? Tr("The plan, the marks or the pieces have changed since they were last saved. Save the project before "
                   "you quit?")
              : "";
@@ -907,9 +912,10 @@ std::vector<TourStep> Rehearsal::tour() const {
 }
 
 void Rehearsal::Describe(nlohmann::json& state) const {
-  state["mode"] = menu_ ? "menu" : editor_->is_placing() ? "picking" : in_pieces_ ? "pieces" : "cutting";
+  state["mode"] = menu_ ? "menu" : editor_->gestures.is_placing() ? "picking" : in_pieces_ ? "pieces" : "cutting";
   if (menu_) state["menu"] = menu_->title();
-  editor_->Describe(state);
+  editor_->document.Describe(state);
+  editor_->gestures.Describe(state);
   state["guided"] = guided_;
   state["plane_cut"] = nlohmann::json::array();
   if (cut_) {

@@ -20,7 +20,7 @@
 namespace kerf {
 
 class PiecesMode;
-class PlanEditor;
+struct PlanEditor;
 
 struct RehearsalOptions {
   ViewerOptions viewer;
@@ -109,7 +109,7 @@ class Rehearsal final : public Activity {
   void GoForward();
   void Undo();
 
-  void ShowPlan();
+  void ShowPlanMenu();
   void FollowCut();
   void SoundAlarms();
   void EnterPieces();

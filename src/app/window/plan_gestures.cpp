@@ -1,0 +1,277 @@
+#include "app/window/plan_gestures.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "kerf/error.h"
+#include "view/ui/translate.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPickRadius = 12;  // of points, points of the screen
+
+const Range kDepthRange_mm = FindRange<DepthStop>("depth_mm");
+
+std::optional<double> ParseDepth(const std::string& text) {
+  double depth_mm = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), depth_mm);
+  if (error != std::errc{} || end != text.data() + text.size() || !kDepthRange_mm.Contains(depth_mm)) return {};
+  return depth_mm;
+}
+
+HandleKind ToHandleKind(PlaneHandleKind kind) {
+  switch (kind) {
+    case PlaneHandleKind::kTiltAcross:
+    case PlaneHandleKind::kTiltUp:
+      return HandleKind::kTilt;
+    case PlaneHandleKind::kCorner:
+      return HandleKind::kSize;
+    default:
+      return HandleKind::kMove;
+  }
+}
+
+}  // namespace
+
+void PlanGestures::Place(Placing what, MarkKind kind) {
+  viewer_.controls().Release();
+  viewer_.SetSpindle(false);
+  placing_ = Placement{what, kind, {}};
+  document_.set_mark_index({});
+}
+
+std::optional<Vec3> PlanGestures::PickBone(const ScreenPoint& at) const {
+  if (viewer_.surface() == nullptr) return std::nullopt;
+  return viewer_.surface()->Pick(viewer_.view().camera().CalcRay(at));
+}
+
+bool PlanGestures::TakePoint(const Vec3& p_W) {
+  if (!placing_) return false;
+  placing_->points_W.push_back(p_W);
+  viewer_.trace().Write("point", {{"mm", {p_W.x, p_W.y, p_W.z}}});
+  // A plane of three points can still be changed; its points are confirmed with Enter.
+  if (placing_->what == Placing::kStop) {
+    placing_.reset();
+    AskDepth(p_W);
+  } else if (placing_->what == Placing::kPlane && placing_->points_W.size() == 3) {
+    FinishPlacing();
+  }
+  return true;
+}
+
+void PlanGestures::FinishPlacing() {
+  const Placement placed = *std::exchange(placing_, std::nullopt);
+  try {
+    if (placed.what == Placing::kPlane && placed.points_W.size() >= 3) {
+      document_.Add(
+          {PlacePlane(MakePlaneName(document_.plan()), placed.points_W[0], placed.points_W[1], placed.points_W[2])});
+    } else if (placed.what == Placing::kMark && !placed.points_W.empty()) {
+      PlanContent next = document_.now();
+      Mark mark;
+      mark.name = MakeMarkName(next.marks, placed.kind);
+      mark.kind = placed.kind;
+      mark.radius_mm = placed.kind == MarkKind::kTooth ? 2.5 : 1.0;
+      for (const Vec3& p_W : placed.points_W) AddPoint(mark, p_W);
+      next.marks.push_back(std::move(mark));
+      document_.Change(std::move(next), Tr("new mark"));
+      document_.set_mark_index(document_.marks().size() - 1);
+    }
+  } catch (const Error& e) {
+    viewer_.Say(e.what());
+  }
+}
+
+std::vector<Vec3> PlanGestures::ListPoints() const {
+  if (placing_) return placing_->points_W;
+  if (const auto mark = document_.mark_index()) return document_.marks()[*mark].points_W;
+  return {};
+}
+
+bool PlanGestures::TakePress(const ScreenPoint& at) {
+  const double radius_px = kPickRadius * viewer_.options().scale;
+  if (const std::optional<int> point = viewer_.view().PickPoint(at, radius_px)) {
+    const auto i = static_cast<std::size_t>(*point);
+    if (i < ListPoints().size()) {
+      Drag drag;
+      drag.what = placing_ ? Drag::What::kPlacedPoint : Drag::What::kMarkPoint;
+      drag.index = i;
+      drag.from = at;
+      drag_ = drag;
+      return true;
+    }
+  }
+  if (placing_) {
+    const std::optional<Vec3> p_W = PickBone(at);
+    if (!p_W) {
+      viewer_.Say(Tr("There is no bone under the mouse"));
+      return true;
+    }
+    return TakePoint(*p_W);
+  }
+  if (viewer_.spindle_on()) return false;
+  const std::optional<int> handle = viewer_.view().PickHandle(at);
+  if (!handle || document_.plane() == nullptr || static_cast<std::size_t>(*handle) >= handles_.size()) return false;
+  Drag drag;
+  drag.handle = handles_[static_cast<std::size_t>(*handle)];
+  drag.plane = *document_.plane();
+  drag.from = at;
+  drag_ = drag;
+  return true;
+}
+
+void PlanGestures::TakeMotion(const ScreenPoint& at) {
+  Drag& drag = *drag_;
+  const bool first = !std::exchange(drag.moved, true);
+  try {
+    if (drag.what == Drag::What::kPlacedPoint) {
+      if (const std::optional<Vec3> p_W = PickBone(at)) placing_->points_W[drag.index] = *p_W;
+      return;
+    }
+    PlanContent next = document_.now();
+    if (drag.what == Drag::What::kMarkPoint) {
+      // On the bone if there is any under the mouse, otherwise at the point's depth.
+      const Vec3 before_W = next.marks[*document_.mark_index()].points_W[drag.index];
+      const ViewCamera& camera = viewer_.view().camera();
+      const std::optional<Vec3> on_bone_W = PickBone(at);
+      const auto spot = camera.Project(before_W);
+      const Vec3 moved_W = spot ? before_W + camera.WorldMotion(at.x - spot->x, at.y - spot->y, before_W) : before_W;
+      MovePoint(next.marks[*document_.mark_index()], drag.index, on_bone_W.value_or(moved_W));
+    } else {
+      const auto sight = [&](const ScreenPoint& p) {
+        const Ray ray = viewer_.view().camera().CalcRay(p);
+        return SightLine{ray.origin_W, ray.direction_W};
+      };
+      next.plan.planes[document_.plane_index()] = DragHandle(drag.plane, drag.handle, sight(drag.from), sight(at));
+    }
+    if (first) {
+      document_.Change(std::move(next), drag.what == Drag::What::kHandle ? Tr("plane moved") : Tr("point moved"));
+    } else {
+      document_.Amend(std::move(next));
+    }
+  } catch (const Error& e) {
+    viewer_.Say(e.what());
+  }
+}
+
+bool PlanGestures::Take(const WindowEvent& event) {
+  using Kind = WindowEvent::Kind;
+  const ScreenPoint at{event.x, event.y};
+  if (drag_) {
+    if (event.kind == Kind::kMouseMove) {
+      TakeMotion(at);
+      return true;
+    }
+    if (event.kind == Kind::kMouseUp && event.button == MouseButton::kLeft) {
+      drag_.reset();
+      return true;
+    }
+  }
+  if (event.kind == Kind::kMouseDown && event.button == MouseButton::kLeft && !event.shift && !event.control) {
+    return TakePress(at);
+  }
+  if (event.kind != Kind::kKeyDown || event.control) return false;
+  if (placing_) {
+    switch (event.key) {
+      case Key::kEscape:
+        placing_.reset();
+        return true;
+      case Key::kEnter:
+        FinishPlacing();
+        return true;
+      case Key::kBackspace:
+        if (!placing_->points_W.empty()) placing_->points_W.pop_back();
+        return true;
+      default:
+        return false;
+    }
+  }
+  return false;
+}
+
+void PlanGestures::AskDepth(const Vec3& p_W) {
+  viewer_.AskText(Tr("Depth in mm:"), "5", [this, p_W](const std::optional<std::string>& text) {
+    if (!text) return;
+    const std::optional<double> depth_mm = ParseDepth(*text);
+    if (!depth_mm) {
+      return viewer_.Say(
+          fmt::format(fmt::runtime(Tr("The depth must be a number from {}")), ShowRange(kDepthRange_mm, "mm")));
+    }
+    PlanContent next = document_.now();
+    DepthStop stop;
+    stop.name = MakeStopName(next.plan);
+    stop.p_W_mm = p_W;
+    // The direction into the bone: from the blade's current centre to the point.
+    stop.direction_W = CalcDirection(p_W - viewer_.figures().coupled.X_WT.p_AB).value_or(viewer_.MakeBasis().forward_W);
+    stop.depth_mm = *depth_mm;
+    next.plan.stops.push_back(stop);
+    document_.Change(std::move(next), Tr("new depth stop"));
+  });
+}
+
+void PlanGestures::Reset() {
+  placing_.reset();
+  drag_.reset();
+}
+
+void PlanGestures::Show() {
+  handles_.clear();
+  std::vector<PlaneHandleOverlay> handles;
+  // A turning saw needs the picture for itself.
+  if (document_.plane() != nullptr && !placing_ && !viewer_.spindle_on()) handles_ = PlaneHandles(*document_.plane());
+  for (const PlaneHandle& handle : handles_) {
+    const bool hot = drag_ && drag_->what == Drag::What::kHandle && drag_->handle.kind == handle.kind &&
+                     drag_->handle.corner == handle.corner;
+    handles.push_back({handle.p_W, ToHandleKind(handle.kind), hot});
+  }
+  viewer_.view().SetPlaneHandles(handles);
+
+  std::vector<PointOverlay> points;
+  const std::vector<Vec3> listed = ListPoints();
+  for (std::size_t i = 0; i < listed.size(); ++i) {
+    points.push_back({.p_W = listed[i],
+                      .kind = placing_ && placing_->what != Placing::kMark ? PointKind::kPlan : PointKind::kMark,
+                      .label = fmt::format("{}", i + 1),
+                      .selected = drag_ && drag_->what != Drag::What::kHandle && drag_->index == i});
+  }
+  viewer_.view().SetPoints(points);
+}
+
+void PlanGestures::Hide() {
+  viewer_.view().SetPlaneHandles({});
+  viewer_.view().SetPoints({});
+  handles_.clear();
+}
+
+void PlanGestures::Fill(HudState& hud) const {
+  if (!placing_) return;
+  const std::size_t count = placing_->points_W.size();
+  HudBanner banner;
+  banner.kind = HudBanner::Kind::kQuestion;
+  if (placing_->what == Placing::kPlane) {
+    banner.text = fmt::format(fmt::runtime(Tr("Click a point of the plane on the bone ({} of 3)")), count + 1);
+    banner.answers = Tr("drag a point to move it   Backspace: remove the last   Esc: cancel");
+  } else if (placing_->what == Placing::kStop) {
+    banner.text = Tr("Click where the cut begins on the bone");
+    banner.answers = Tr("Esc: cancel");
+  } else {
+    banner.text =
+        fmt::format(fmt::runtime(Tr("Click points along the structure, on the bone or in a slice ({} so far)")), count);
+    banner.answers = Tr("Enter: done   drag a point to move it   Backspace: remove the last   Esc: cancel");
+  }
+  hud.banner = banner;
+}
+
+void PlanGestures::Describe(nlohmann::json& state) const {
+  state["placed"] = placing_ ? static_cast<int>(placing_->points_W.size()) : -1;
+  state["handles"] = nlohmann::json::array();
+  for (const PlaneHandle& handle : handles_) {
+    const auto at = viewer_.view().camera().Project(handle.p_W);
+    if (at) state["handles"].push_back({std::round(at->x), std::round(at->y)});
+  }
+}
+
+}  // namespace kerf

@@ -1,0 +1,207 @@
+#include "app/window/plan_panel.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "app/window/plan_picture.h"
+#include "kerf/error.h"
+#include "view/ui/panels.h"
+#include "view/ui/translate.h"
+#include "view/ui/widgets.h"
+
+namespace kerf {
+namespace {
+
+const char* NameOf(PlaneState state) {
+  return state == PlaneState::kDone ? Tr("done") : state == PlaneState::kInProgress ? Tr("in progress") : Tr("planned");
+}
+
+const PlanesReport::Row* FindRow(const PlanesReport* report, const std::string& name) {
+  if (report == nullptr) return nullptr;
+  const auto at = std::find_if(report->planes.begin(), report->planes.end(),
+                               [&](const PlanesReport::Row& row) { return row.name == name; });
+  return at != report->planes.end() ? &*at : nullptr;
+}
+
+}  // namespace
+
+void PlanPanel::DrawPlane(Ui& ui, std::size_t i, const PlanesReport* report) {
+  const PlannedPlane& p = document_.plan().planes[i];
+  ImGui::PushID(static_cast<int>(i));
+  if (ImGui::Selectable("##plane", i == document_.plane_index(), ImGuiSelectableFlags_AllowItemOverlap)) {
+    document_.set_plane_index(i);
+    reference_.reset();
+  }
+  ui.Note(fmt::format("plane {}", i + 1));
+  ImGui::SameLine(ImGui::GetStyle().WindowPadding.x);
+  const PlanesReport::Row* row = FindRow(report, p.name);
+  const std::string state = row != nullptr && row->state.fraction() > 0
+                                ? fmt::format(fmt::runtime(Tr("{} % cut")), ShowNumber(100 * row->state.fraction(), 0))
+                                : NameOf(p.state);
+  const float width = ImGui::GetContentRegionAvail().x;
+  const float state_width = ImGui::CalcTextSize(state.c_str()).x;
+  FittedText(ui, fmt::format("{}. {}", i + 1, p.name), width - state_width - 8 * ui.scale());
+  ImGui::SameLine(ImGui::GetStyle().WindowPadding.x + width - state_width);
+  ImGui::TextDisabled("%s", state.c_str());
+  ImGui::PopID();
+}
+
+void PlanPanel::DrawFields(Ui& ui) {
+  const std::size_t i = document_.plane_index();
+  PlanContent next = document_.now();
+  PlannedPlane& p = next.plan.planes[i];
+  const std::string what = Tr("plane changed");
+  const float number_width = (ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().ItemSpacing.x) / 3;
+  const auto number = [&](const char* id, double& value, const char* format, const char* note) {
+    ImGui::SetNextItemWidth(number_width);
+    ImGui::InputDouble(id, &value, 0, 0, format, ImGuiInputTextFlags_EnterReturnsTrue);
+    ui.Note(note);
+  };
+  ImGui::SetNextItemWidth(-1);
+  std::string name = p.name;
+  const bool renamed =
+      ImGui::InputText("##name", &name, ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
+  ui.Note("plane.name");
+  PlaneFields fields = reference_ ? CalcPlaneFields(p, *reference_) : CalcPlaneFields(p);
+  const PlaneFields before = fields;
+  const auto row = [&](const char* label) {
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(label);
+    Tooltip(ui, label);
+  };
+  // x to the patient's left, y to the back, z to the head.
+  row(Tr("Middle: left, back, up (mm)"));
+  number("##x", fields.p_W_mm.x, "%.2f", "plane.x");
+  ImGui::SameLine();
+  number("##y", fields.p_W_mm.y, "%.2f", "plane.y");
+  ImGui::SameLine();
+  number("##z", fields.p_W_mm.z, "%.2f", "plane.z");
+  row(Tr("Pitch, roll (°)"));
+  number("##pitch", fields.pitch_deg, "%.2f", "plane.pitch");
+  ImGui::SameLine();
+  number("##roll", fields.roll_deg, "%.2f", "plane.roll");
+  row(Tr("Width, height, margin (mm)"));
+  number("##width", p.width_mm, "%.1f", "plane.width");
+  ImGui::SameLine();
+  number("##height", p.height_mm, "%.1f", "plane.height");
+  ImGui::SameLine();
+  number("##margin", p.margin_mm, "%.2f", "plane.margin");
+  const bool edits = fields.p_W_mm != before.p_W_mm || fields.pitch_deg != before.pitch_deg ||
+                     fields.roll_deg != before.roll_deg || p.margin_mm != document_.plan().planes[i].margin_mm ||
+                     p.width_mm != document_.plan().planes[i].width_mm ||
+                     p.height_mm != document_.plan().planes[i].height_mm;
+  auto state = static_cast<int>(p.state);
+  std::string list;
+  for (const PlaneState s : {PlaneState::kPlanned, PlaneState::kInProgress, PlaneState::kDone}) {
+    list += NameOf(s);
+    list.push_back('\0');
+  }
+  ImGui::SetNextItemWidth(120 * ui.scale());
+  const bool restated = ImGui::Combo("##state", &state, list.c_str());
+  ui.Note("plane.state");
+  ImGui::SameLine();
+  ImGui::BeginDisabled(i == 0);
+  const bool earlier = ImGui::ArrowButton("##earlier", ImGuiDir_Up);
+  ImGui::EndDisabled();
+  ui.Note("plane.earlier");
+  Tooltip(ui, Tr("Cut this plane earlier"));
+  ImGui::SameLine();
+  ImGui::BeginDisabled(i + 1 >= document_.plan().planes.size());
+  const bool later = ImGui::ArrowButton("##later", ImGuiDir_Down);
+  ImGui::EndDisabled();
+  ui.Note("plane.later");
+  Tooltip(ui, Tr("Cut this plane later"));
+  try {
+    if (renamed && name != p.name) {
+      RenamePlane(next.plan, i, name);
+      document_.Change(std::move(next), Tr("plane renamed"));
+    } else if (restated) {
+      p.state = static_cast<PlaneState>(state);
+      document_.Change(std::move(next), what);
+    } else if (earlier || later) {
+      const std::size_t to = earlier ? i - 1 : i + 1;
+      ReorderPlane(next.plan, i, to);
+      document_.set_plane_index(to);
+      document_.Change(std::move(next), Tr("order of planes changed"));
+    } else if (edits) {
+      if (!reference_) reference_ = before.reference;
+      const double width_mm = kPlaneSizeRange_mm.Clamp(p.width_mm);
+      const double height_mm = kPlaneSizeRange_mm.Clamp(p.height_mm);
+      p = SetPlaneFields(p, fields);
+      p.width_mm = width_mm;
+      p.height_mm = height_mm;
+      document_.Change(std::move(next), what);
+    }
+  } catch (const Error& e) {
+    viewer_.Say(e.what());
+  }
+}
+
+void PlanPanel::DrawMarks(Ui& ui) {
+  for (std::size_t i = 0; i < document_.marks().size(); ++i) {
+    const Mark& mark = document_.marks()[i];
+    ImGui::PushID(static_cast<int>(1000 + i));
+    if (ImGui::Selectable("##mark", document_.mark_index() == i, ImGuiSelectableFlags_AllowItemOverlap)) {
+      document_.set_mark_index(document_.mark_index() == i ? std::nullopt : std::optional(i));
+    }
+    ui.Note(fmt::format("mark {}", i + 1));
+    ImGui::SameLine(ImGui::GetStyle().WindowPadding.x);
+    Swatch(ui, MarkColour(mark.kind));
+    ImGui::SameLine();
+    FittedText(ui, mark.name, ImGui::GetContentRegionAvail().x);
+    ImGui::PopID();
+  }
+  if (!document_.mark_index()) return;
+  const std::size_t selected = *document_.mark_index();
+  PlanContent next = document_.now();
+  Mark& mark = next.marks[selected];
+  ImGui::SetNextItemWidth(74 * ui.scale());
+  const bool resized = ImGui::InputDouble(fmt::format("{}##radius", Tr("radius in mm")).c_str(), &mark.radius_mm, 0, 0,
+                                          "%.2f", ImGuiInputTextFlags_EnterReturnsTrue);
+  ui.Note("mark.radius");
+  const bool extended = ImGui::Button(Tr("Remove last point"));
+  ui.Note("mark.remove_point");
+  ImGui::SameLine();
+  const bool removed = ImGui::Button(Tr("Delete"));
+  ui.Note("mark.delete");
+  try {
+    if (removed) {
+      next.marks.erase(next.marks.begin() + static_cast<std::ptrdiff_t>(selected));
+      document_.set_mark_index({});
+      document_.Change(std::move(next), Tr("mark removed"));
+    } else if (extended && mark.points_W.size() > 1) {
+      RemovePoint(mark, mark.points_W.size() - 1);
+      document_.Change(std::move(next), Tr("point removed"));
+    } else if (resized) {
+      mark.radius_mm = kMarkRadiusRange_mm.Clamp(mark.radius_mm);
+      document_.Change(std::move(next), Tr("radius changed"));
+    }
+  } catch (const Error& e) {
+    viewer_.Say(e.what());
+  }
+}
+
+void PlanPanel::Draw(Ui& ui, const PlanesReport* report) {
+  if (!document_.plan().planes.empty() && BeginSection(ui, fmt::format("{}###plan", Tr("Plan")).c_str())) {
+    for (std::size_t i = 0; i < document_.plan().planes.size(); ++i) DrawPlane(ui, i, report);
+    if (report != nullptr) {
+      const std::string pieces = report->piece_count <= 1
+                                     ? std::string(Tr("The bone is in one piece"))
+                                     : fmt::format(fmt::runtime(Tr("The bone is in {} pieces")), report->piece_count);
+      ImGui::TextDisabled("%s", pieces.c_str());
+    }
+    if (document_.plane() != nullptr) {
+      const bool open = ImGui::TreeNodeEx(fmt::format("{}###fields", Tr("Values of this plane")).c_str(),
+                                          ImGuiTreeNodeFlags_NoTreePushOnOpen);
+      ui.Note("plane.fields");
+      if (open) DrawFields(ui);
+    }
+  }
+  if (!document_.marks().empty() && BeginSection(ui, fmt::format("{}###marks", Tr("Marks")).c_str())) DrawMarks(ui);
+}
+
+}  // namespace kerf
