@@ -1,26 +1,25 @@
 // `kerf rehearse`: a surgeon cuts a bone freely, with mouse and keys or with a device.
 #pragma once
 
-#include <array>
-#include <future>
+#include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/window/bone_saver.h"
+#include "app/window/case_writer.h"
+#include "app/window/ct_preview.h"
+#include "app/window/input_loader.h"
 #include "app/window/menu.h"
-#include "app/window/open_input.h"
+#include "app/window/pieces_mode.h"
+#include "app/window/plan_editor.h"
+#include "app/window/saw_distances.h"
+#include "app/window/scene_change.h"
 #include "app/window/viewer_app.h"
 #include "session/plan/plan.h"
-#include "session/score/columns.h"
-#include "session/score/region_distance.h"
 
 namespace kerf {
-
-class PiecesMode;
-struct PlanEditor;
 
 struct RehearsalOptions {
   ViewerOptions viewer;
@@ -45,25 +44,16 @@ class Rehearsal final : public Activity {
  public:
   /// Throws Error if there is no display or a plan cannot be read.
   explicit Rehearsal(const RehearsalOptions& options);
-  ~Rehearsal() override;
 
   /// Runs until the window is closed. Throws Error if the input of the options cannot be opened or a session failed.
   RehearsalResult Run();
 
-  // ---- opening, in the window's thread
+ private:
   /// Ends the current session, whose recording is kept, discards plan, checkpoints and pieces, and opens another input
   /// (see OpenInput()) in the same window. If it cannot be opened, a message says why, and the window stays empty.
   void Open(const std::string& path) override;
   /// Ends the opening or loading that is in progress. The window is then empty, and another input can be opened.
   void Cancel() override;
-  /// Returns true while an input is opened or its session is loading.
-  bool is_loading() const;
-  /// Returns the work in progress while is_loading() or while the session ends.
-  std::optional<WorkProgress> progress() const;
-  /// Returns the CT that the current input was made from, available as soon as it is read; null if there is none.
-  std::shared_ptr<const Volume> ct() const;
-
- private:
   void AddActions(ActionList& actions) override;
   bool Take(const WindowEvent& event) override;
   void PickMenuRow(int row) override;
@@ -89,6 +79,8 @@ class Rehearsal final : public Activity {
   void Describe(nlohmann::json& state) const override;
   bool cuts() const override;
 
+  /// Returns true while an input is opened or its session is loading.
+  bool is_loading() const;
   void ChooseFromMenu(const Menu& menu);
   void AskOpen();
   void SetMenu(Menu menu);
@@ -111,33 +103,25 @@ class Rehearsal final : public Activity {
 
   void ShowPlanMenu();
   void FollowCut();
-  void SoundAlarms();
   void EnterPieces();
   void LeavePieces();
+  CaseContent MakeContent() const;
   void Export();
-  void DrawCt(Ui& ui);
-  void OpenInDesktop(const std::string& path);
-  void FollowExport();
-  void SaveProject();
-  void FollowSaving();
+  /// `quits`: the program ends once the project is saved.
+  void SaveProject(bool quits);
 
   RehearsalOptions options_;
+  std::vector<PlannedPlane> given_planes_;  // by the options, until an input is open
   std::unique_ptr<ViewerApp> viewer_;
+  PlanEditor editor_{*viewer_};
+  PiecesMode pieces_{*viewer_};
+  SawDistances distances_{*viewer_, editor_.document};
+  CaseWriter writer_{*viewer_, editor_.document, pieces_};
+  InputLoader loader_{*viewer_};
+  CtPreview preview_;
   RehearsalResult result_;
-  /// An input that is being opened in another thread.
-  struct Loading {
-    std::string input;
-    std::future<OpenedInput> opened;
-    std::mutex mutex;  // protects everything below
-    bool cancelled = false;
-    ProgressMeter progress;
-    std::shared_ptr<const Volume> ct;
-  };
-  std::shared_ptr<Loading> loading_;
-  std::vector<std::shared_ptr<Loading>> cancelled_;  // end by themselves
-  std::optional<std::string> to_open_;               // after the end of the session
-  bool is_command_line_ = true;                      // the input is that of the options
-  std::shared_ptr<const Volume> ct_;
+  std::optional<std::string> to_open_;  // after the end of the session
+  bool is_command_line_ = true;         // the input is that of the options
   Scene scene_;
   std::string scene_file_;
   std::shared_ptr<const Bone> before_;    // bone at the start of the first session
@@ -148,16 +132,7 @@ class Rehearsal final : public Activity {
   std::optional<Menu> menu_;
   std::vector<std::string> checkpoints_;
 
-  struct Change {
-    std::string what;
-    std::function<void(Scene&)> apply;
-  };
-  std::optional<Change> change_;
-  struct Changed {
-    Scene scene;
-    std::shared_ptr<const Bone> bone;
-  };
-  std::future<Changed> changing_;
+  SceneChange change_;
   struct ToSave {
     std::shared_ptr<const Bone> bone;
     std::string path;
@@ -168,28 +143,13 @@ class Rehearsal final : public Activity {
   int inputs_ = 0;                   // opened so far
   std::size_t first_recording_ = 0;  // of the current input
 
-  std::unique_ptr<PlanEditor> editor_;
-  std::vector<PlannedPlane> given_planes_;  // by the options, until an input is open
   std::vector<ProjectView> views_;
   std::vector<std::string> warnings_;  // of the import, until its bone is shown
   std::string pieces_json_;            // of a project, until the pieces are entered
-  bool quits_after_saving_ = false;
-  std::vector<std::string> recent_;  // files of the menu
-  // Slices of a CT whose bone is being made: image and version, and their positions.
-  std::array<std::pair<Image, std::uint64_t>, 3> ct_views_;
-  std::array<double, 3> ct_at_mm_{};
-  std::shared_ptr<const Volume> drawn_ct_;
+  std::vector<std::string> recent_;    // files of the menu
   bool guided_ = false;
   std::optional<PlanesReport> cut_;  // latest state of the planned planes
-
-  std::future<std::unique_ptr<RegionDistance>> making_nerve_;
-  std::vector<std::future<std::unique_ptr<RegionDistance>>> unused_;  // of earlier inputs; end by themselves
-  std::unique_ptr<RegionDistance> nerve_;
-  std::unique_ptr<PhiSampler> sampler_;  // of before_
-  std::unique_ptr<PiecesMode> pieces_;
   bool in_pieces_ = false;
-  std::future<std::string> exporting_;
-  std::future<std::string> saving_;  // of the project; returns its path
 };
 
 }  // namespace kerf

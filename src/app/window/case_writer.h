@@ -1,0 +1,55 @@
+// Export of a rehearsal's results, and saving of its project, in other threads.
+#pragma once
+
+#include <future>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/window/pieces_mode.h"
+#include "app/window/plan_document.h"
+
+namespace kerf {
+
+/// What is written besides the plan, the marks, the pieces and the state of the window.
+struct CaseContent {
+  std::string title;
+  std::string saw_name;                 // of a listed saw; empty: the scene's own
+  std::shared_ptr<const Bone> before;   // before the cuts
+  std::vector<std::string> recordings;  // in order; the last one may still grow
+};
+
+/// Call Export() and Save() only while a session runs. A message states the result.
+class CaseWriter {
+ public:
+  CaseWriter(ViewerApp& viewer, PlanDocument& document, PiecesMode& pieces)
+      : viewer_(viewer), document_(document), pieces_(pieces) {}
+
+  /// Exports pieces, planes and a report into a folder, unless an export is in progress. `obj`: pieces as OBJ,
+  /// otherwise STL.
+  void Export(const CaseContent& content, const std::string& folder, bool obj);
+  bool is_exporting() const { return exporting_.valid(); }
+  /// Returns the folder of the last export; empty if there is none.
+  const std::string& take_away() const { return take_away_; }
+  /// Saves the project in the session's folder, unless it is being saved. `quits`: the program ends once it is saved.
+  void Save(const CaseContent& content, bool quits);
+  bool is_saving() const { return saving_.valid(); }
+  /// Called once per frame.
+  void Update();
+  /// Waits for the end of an export.
+  void FinishExport();
+
+ private:
+  void FinishSaving();
+  void OpenInDesktop(const std::string& path);
+
+  ViewerApp& viewer_;
+  PlanDocument& document_;
+  PiecesMode& pieces_;
+  std::future<std::string> exporting_;
+  std::string take_away_;
+  std::future<std::string> saving_;  // of the project; returns its path
+  bool quits_after_saving_ = false;
+};
+
+}  // namespace kerf

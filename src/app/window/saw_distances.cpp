@@ -1,0 +1,120 @@
+#include "app/window/saw_distances.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "app/window/is_ready.h"
+#include "view/ui/translate.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kOtherCut_mm = 6;  // a cut further beside a plane than this is not meant for it
+
+}  // namespace
+
+void SawDistances::SetBone(const std::shared_ptr<const Bone>& before) {
+  sampler_ = std::make_unique<PhiSampler>(*before);
+  making_nerve_ =
+      std::async(std::launch::async, [before] { return std::make_unique<RegionDistance>(*before, Tissue::kCanal); });
+}
+
+void SawDistances::Reset() {
+  sampler_.reset();
+  nerve_.reset();
+  if (making_nerve_.valid()) unused_.push_back(std::move(making_nerve_));
+}
+
+void SawDistances::Update() {
+  std::erase_if(unused_, [](const auto& making) { return IsReady(making); });
+  if (IsReady(making_nerve_)) nerve_ = making_nerve_.get();
+}
+
+void SawDistances::Fill(HudState& hud) const {
+  if (!viewer_.is_running()) return;
+  const Tool tool = MakeTool(viewer_.session()->scene());
+  const Pose& X_WT = viewer_.figures().coupled.X_WT;
+  const NearestStructure nerve = FindNearestStructure(nerve_.get(), Tr("nerve"), document_.mark_tubes(), tool, X_WT);
+  hud.values.nerve_mm = nerve.distance_mm;
+  hud.values.nerve_is_marked = nerve.distance_mm.has_value() || !nerve_;
+  if (sampler_) hud.values.depth_mm = CalcBladeDepth(*sampler_, tool, X_WT);
+  if (const PlannedPlane* planned = document_.plane()) {
+    const PlaneDeviation off = CalcDeviation(*planned, tool, X_WT);
+    hud.values.plan_offset_mm = off.offset_mm;
+    hud.values.plan_angle_deg = off.angle_deg;
+  }
+  if (!document_.plan().stops.empty()) {
+    const DepthStop& planned = document_.plan().stops.front();
+    const StopDeviation stop = CalcDeviation(planned, tool, X_WT);
+    HudGauge gauge;
+    gauge.title = planned.name;
+    gauge.upper = std::max(1.0, 1.5 * planned.depth_mm);
+    gauge.value = stop.depth_mm;
+    gauge.goal = planned.depth_mm;
+    gauge.level = stop.left_mm < -1     ? HudLevel::kBad
+                  : stop.left_mm < -0.3 ? HudLevel::kWarn
+                  : stop.left_mm < 0.3  ? HudLevel::kGood
+                  : stop.left_mm < 1    ? HudLevel::kWarn
+                                        : HudLevel::kPlain;
+    gauge.word = stop.left_mm < -0.3  ? Tr("too deep")
+                 : stop.left_mm < 0.3 ? Tr("stop")
+                 : stop.left_mm < 1   ? Tr("slow down")
+                                      : Tr("continue");
+    hud.gauge = gauge;
+  }
+}
+
+void SawDistances::SoundAlarms() const {
+  std::optional<double> depth_mm;
+  std::optional<double> nerve_mm;
+  std::optional<double> margin_mm;
+  if (viewer_.is_running() && viewer_.spindle_on() && viewer_.touches()) {
+    const Tool tool = MakeTool(viewer_.session()->scene());
+    const Pose& X_WT = viewer_.figures().coupled.X_WT;
+    nerve_mm = FindNearestStructure(nerve_.get(), "", document_.mark_tubes(), tool, X_WT).distance_mm;
+    if (!document_.plan().stops.empty()) {
+      depth_mm = CalcDeviation(document_.plan().stops.front(), tool, X_WT).left_mm;
+    }
+    if (const PlannedPlane* planned = document_.plane()) {
+      margin_mm = planned->margin_mm - std::abs(CalcDeviation(*planned, tool, X_WT).offset_mm);
+    }
+  }
+  viewer_.sound().SetAlarm(AlarmKind::kDepth, depth_mm);
+  viewer_.sound().SetAlarm(AlarmKind::kStructure, nerve_mm);
+  viewer_.sound().SetAlarm(AlarmKind::kMargin, margin_mm);
+}
+
+void SawDistances::AddAlarms(std::vector<AlarmOverlay>& alarms) const {
+  const Tool tool = MakeTool(viewer_.session()->scene());
+  const Pose& X_WT = viewer_.figures().coupled.X_WT;
+  for (const MarkTube& tube : document_.mark_tubes()) {
+    const MarkTube::Nearest nearest = tube.Find(tool, X_WT);
+    alarms.push_back({.p_W = nearest.p_W,
+                      .level = AlarmLevelFor(nearest.distance_mm),
+                      .label = fmt::format(fmt::runtime(Tr("{}: {} mm")), tube.name(),
+                                           ShowNumber(std::max(0.0, nearest.distance_mm), 1))});
+  }
+  // A saw that cuts beside the selected plane.
+  const PlannedPlane* planned = document_.plane();
+  if (planned == nullptr || !viewer_.spindle_on() || !viewer_.touches()) return;
+  const PlaneDeviation off = CalcDeviation(*planned, tool, X_WT);
+  const double beyond_mm = std::abs(off.offset_mm) - planned->margin_mm;
+  if (beyond_mm <= 0 || beyond_mm > kOtherCut_mm) return;
+  alarms.push_back(
+      {.p_W = off.p_W_mm,
+       .level = beyond_mm > planned->margin_mm ? AlarmLevel::kDanger : AlarmLevel::kWarning,
+       .label = fmt::format(fmt::runtime(Tr("{} mm beside the plan")), ShowNumber(std::abs(off.offset_mm), 1))});
+}
+
+bool SawDistances::WaitUntil(std::chrono::steady_clock::time_point until) const {
+  const auto ends = [&](const auto& making) {
+    return !making.valid() || making.wait_until(until) == std::future_status::ready;
+  };
+  return ends(making_nerve_) && std::all_of(unused_.begin(), unused_.end(), ends);
+}
+
+}  // namespace kerf
