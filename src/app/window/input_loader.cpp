@@ -25,7 +25,7 @@ void InputLoader::Begin(const std::string& input, const OpenOptions& options) {
   watcher.bone = [this, at](std::shared_ptr<const Bone> bone, bool final) {
     const std::lock_guard lock(at->mutex);
     if (at->cancelled) throw Cancelled();
-    viewer_.ShowBone(std::move(bone), final);
+    viewer_.bone().Show(std::move(bone), final);
   };
   watcher.ct = [at](std::shared_ptr<const Volume> ct) {
     const std::lock_guard lock(at->mutex);

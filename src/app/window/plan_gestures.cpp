@@ -45,8 +45,9 @@ void PlanGestures::Place(Placing what, MarkKind kind) {
 }
 
 std::optional<Vec3> PlanGestures::PickBone(const ScreenPoint& at) const {
-  if (viewer_.surface() == nullptr) return std::nullopt;
-  return viewer_.surface()->Pick(viewer_.view().camera().CalcRay(at));
+  const std::shared_ptr<SurfaceWorker>& surface = viewer_.bone().surface();
+  if (!surface) return std::nullopt;
+  return surface->Pick(viewer_.view().camera().CalcRay(at));
 }
 
 bool PlanGestures::TakePoint(const Vec3& p_W) {

@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <functional>
-#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -11,7 +10,9 @@
 #include <vector>
 
 #include "app/window/actions.h"
+#include "app/window/activity.h"
 #include "app/window/beeper.h"
+#include "app/window/camera_mouse.h"
 #include "app/window/dialogs.h"
 #include "app/window/gl_window.h"
 #include "app/window/hand_device.h"
@@ -19,6 +20,7 @@
 #include "app/window/live_session.h"
 #include "app/window/saw_controls.h"
 #include "app/window/settings.h"
+#include "app/window/shown_bone.h"
 #include "app/window/slices_panel.h"
 #include "app/window/tour.h"
 #include "app/window/trace.h"
@@ -59,68 +61,6 @@ struct FrameTimes {
   LogHistogram upload;
 };
 
-class ViewerApp;
-
-/// Activity in the viewer: rehearsing or practising.
-class Activity {
- public:
-  Activity() = default;
-  Activity(const Activity&) = delete;
-  Activity& operator=(const Activity&) = delete;
-  virtual ~Activity() = default;
-
-  /// Adds the activity's actions, once, before the first frame.
-  virtual void AddActions(ActionList& actions) = 0;
-  /// Called before the viewer handles the event. Returns true if the event was for the activity.
-  virtual bool Take(const WindowEvent& event) = 0;
-  /// Called once per frame; `dt_s`: time since the last frame.
-  virtual void Update(double dt_s) = 0;
-  /// Adds the activity's contents to what the viewer has already filled in.
-  virtual void Fill(HudState& hud) = 0;
-  /// Called when a row of the activity's list was clicked.
-  virtual void PickMenuRow(int row) = 0;
-  virtual void PickPieceRow(int /*row*/) {}
-  /// Takes a point that was clicked in a slice. Returns false if it is not needed.
-  virtual bool TakeSlicePoint(const Vec3& /*p_W*/) { return false; }
-  /// Returns false if the activity has no use for slices.
-  virtual bool has_slices() const { return false; }
-  /// Adds alarms to those of the bone's own nerve canal.
-  virtual void AddAlarms(std::vector<AlarmOverlay>& /*alarms*/) {}
-  /// Adds what else is drawn in slices.
-  virtual void FillSlices(SliceScene& /*scene*/) const {}
-  /// Adds the activity's own sections to the left column, and its own windows.
-  virtual void DrawSections(Ui& /*ui*/) {}
-  virtual void DrawWindows(Ui& /*ui*/) {}
-  /// Called for a right click in the picture without a drag.
-  virtual void OpenContextMenu(const ScreenPoint& /*at*/) {}
-  /// Opens a file or folder that was dropped into the window.
-  virtual void Open(const std::string& path) = 0;
-  /// Returns true if Escape ends something of the activity.
-  virtual bool takes_escape() const { return false; }
-  /// Returns what would be lost at the end, as a sentence; empty: nothing.
-  virtual std::string DescribeUnsaved() const { return {}; }
-  /// Saves that. Returns false if the user has to decide something first.
-  virtual void Save() {}
-  /// Cancels what is in progress.
-  virtual void Cancel() {}
-  /// Returns the steps of the first-run tour.
-  virtual std::vector<TourStep> tour() const { return {}; }
-  /// Returns the mouse's and the held keys' functions that are not actions, for the help.
-  virtual std::vector<HudKeyGroup> help() const { return {}; }
-  /// Called when the bone is ready, in the window's thread.
-  virtual void Began() = 0;
-  /// Called when the session has ended, whether or not this was requested.
-  virtual void Ended(LoopSummary summary) = 0;
-  /// Called when the session was cancelled before its bone was ready.
-  virtual void Cancelled() {}
-  /// Called when the session failed. Returns true if the window stays open.
-  virtual bool TakeFailure(const std::string& /*sentence*/) { return false; }
-  /// Adds the activity's state to the trace.
-  virtual void Describe(nlohmann::json& state) const = 0;
-  /// Returns true if the saw may be moved and switched now.
-  virtual bool cuts() const = 0;
-};
-
 class ViewerApp {
  public:
   /// Throws Error if there is no display.
@@ -148,9 +88,6 @@ class ViewerApp {
   void set_take_tick(std::function<void(const LoopTick&)> take) { take_tick_ = std::move(take); }
   /// Ends the session; Activity::Ended() follows, or Cancelled() if its bone was not ready yet.
   void End();
-  /// Shows a bone before its session begins. May be called by any thread. `final`: the session begins with this bone
-  /// (`same_bone`); otherwise it is a preview, which the session's bone replaces.
-  std::shared_ptr<SurfaceWorker> ShowBone(std::shared_ptr<const Bone> bone, bool final);
   /// Removes the bone and everything else from the picture. Call it only without a session.
   void Clear();
   /// Returns the work in progress while a session is loading or ending.
@@ -170,13 +107,15 @@ class ViewerApp {
   /// Force curve of the last session, thinned to one point per 20 ms.
   const std::vector<PlotPoint>& forces() const { return forces_; }
   /// Returns the bone at the start of the first session; null before that.
-  std::shared_ptr<const Bone> bone_at_start();
+  std::shared_ptr<const Bone> bone_at_start() const { return bone_.at_start(); }
   /// Returns the watch of the bone; null before the bone is ready, and if the options do not ask for it.
   std::shared_ptr<CutWatch> cut_watch();
 
   // ---- picture and text
   Viewport& view() { return *view_; }
-  SurfaceWorker* surface() { return surface_.get(); }
+  /// Returns the bone that is shown. A bone can be shown before its session begins; if it is final, the session begins
+  /// with it (`same_bone`).
+  ShownBone& bone() { return bone_; }
   SawControls& controls() { return *controls_; }
   /// Requests the lines in which planes meet the bone; renewed while it is cut. Called once per frame.
   void RequestPlaneLines(const std::vector<PlaneOverlay>& planes);
@@ -185,10 +124,8 @@ class ViewerApp {
   ViewBasis MakeBasis() const;
   Trace& trace() { return trace_; }
   const ViewerOptions& options() const { return options_; }
-  const FrameTimes& times() const { return times_; }
   /// Shows a message at the bottom for some seconds.
   void Say(const std::string& message);
-  const std::string& said() const { return said_; }
   /// Asks for a line of text. `done` receives it, or nullopt if the input was cancelled.
   void AskText(const std::string& question, const std::string& initial,
                std::function<void(std::optional<std::string>)> done);
@@ -208,21 +145,22 @@ class ViewerApp {
   std::string GrabScene();
 
  private:
+  void ApplySettings();
   void Take(const WindowEvent& event);
   void AddActions();
   void AddLastActions();
   void LookNext(int by);
   void ToggleHelp();
   void TakeInScene(const WindowEvent& event);
-  bool TakeMouse(const WindowEvent& event);
   void AskToQuit();
   void Retract();
   void LetGo();
   void LoseFocus(const char* why);
   void Update(double dt_s);
-  void TakeMade();
   void FollowSession();
   void FollowRunning();
+  void TakeBone();
+  void FollowBone();
   void FollowDevice(double dt_s);
   void FollowSaw(double dt_s);
   void UpdateToolInPicture(double dt_s);
@@ -231,7 +169,6 @@ class ViewerApp {
   HudState MakeHud();
   std::vector<HudKeyGroup> ListHelp() const;
   void DrawUi(const HudState& hud);
-  void DrawSettings();
   void DrawStatusTexts(const HudStatus& status);
   SliceScene MakeSliceScene() const;
   nlohmann::json MakeState() const;
@@ -246,6 +183,7 @@ class ViewerApp {
   Tour tour_;
   ActionList actions_;
   std::unique_ptr<Viewport> view_;
+  ShownBone bone_;
   Activity* activity_ = nullptr;
 
   Beeper sound_;
@@ -253,23 +191,11 @@ class ViewerApp {
   HeldSawWatch held_saw_;
   std::optional<HandDevice> device_;
   std::unique_ptr<LiveSession> session_;
-  mutable std::mutex mutex_;  // protects made_, at_start_ and watch_
-  struct Made {
-    std::shared_ptr<SurfaceWorker> surface;
-    std::shared_ptr<const Bone> bone;  // to make the inner surfaces of; null for a preview
-    MaterialTable materials;
-    double voxel_mm = 0.1;
-  };
-  std::optional<Made> made_;  // set by another thread, like the next two
-  std::shared_ptr<const Bone> at_start_;
   std::shared_ptr<const Bone> original_;
-  std::shared_ptr<CutWatch> watch_;
-  std::future<InnerSurfaces> making_inner_;
-  std::vector<std::future<InnerSurfaces>> unused_inner_;  // of earlier bones; end by themselves
-  std::shared_ptr<SurfaceWorker> leaf_receiver_;          // used by the session's thread
-  std::shared_ptr<CutWatch> leaf_watch_;                  // the same
-  std::shared_ptr<SurfaceWorker> surface_;
-  std::shared_ptr<const InnerSurfaces> inner_;  // of the bone in `surface_`; null until they are made
+  mutable std::mutex mutex_;                      // protects watch_
+  std::shared_ptr<CutWatch> watch_;               // set by the session's thread
+  std::shared_ptr<SurfaceWorker> leaf_receiver_;  // used by the session's thread
+  std::shared_ptr<CutWatch> leaf_watch_;          // the same
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
   CutPlace cut_place_;
@@ -309,10 +235,7 @@ class ViewerApp {
   MouseOwner mouse_owner_ = MouseOwner::kNone;  // who received the button that is held
   ScreenPoint pressed_at_;
   bool moved_since_press_ = false;
-  bool orbiting_ = false;
-  bool panning_ = false;
-  double mouse_x_ = 0;
-  double mouse_y_ = 0;
+  CameraMouse camera_mouse_;
   double spin_rad_ = 0;
   int pictures_ = 0;
   std::size_t view_index_ = 0;

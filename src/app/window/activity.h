@@ -1,0 +1,79 @@
+// What the user does in the window: rehearsing or practising.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/window/actions.h"
+#include "app/window/live_session.h"
+#include "app/window/tour.h"
+#include "view/live/camera.h"
+#include "view/live/overlays.h"
+#include "view/live/slice_view.h"
+#include "view/ui/event.h"
+#include "view/ui/hud.h"
+#include "view/ui/ui.h"
+
+namespace kerf {
+
+/// Called by the viewer, in the window's thread.
+class Activity {
+ public:
+  Activity() = default;
+  Activity(const Activity&) = delete;
+  Activity& operator=(const Activity&) = delete;
+  virtual ~Activity() = default;
+
+  /// Adds the activity's actions, once, before the first frame.
+  virtual void AddActions(ActionList& actions) = 0;
+  /// Called before the viewer handles the event. Returns true if the event was for the activity.
+  virtual bool Take(const WindowEvent& event) = 0;
+  /// Called once per frame; `dt_s`: time since the last frame.
+  virtual void Update(double dt_s) = 0;
+  /// Adds the activity's contents to what the viewer has already filled in.
+  virtual void Fill(HudState& hud) = 0;
+  /// Called when a row of the activity's list was clicked.
+  virtual void PickMenuRow(int row) = 0;
+  virtual void PickPieceRow(int /*row*/) {}
+  /// Takes a point that was clicked in a slice. Returns false if it is not needed.
+  virtual bool TakeSlicePoint(const Vec3& /*p_W*/) { return false; }
+  /// Returns false if the activity has no use for slices.
+  virtual bool has_slices() const { return false; }
+  /// Adds alarms to those of the bone's own nerve canal.
+  virtual void AddAlarms(std::vector<AlarmOverlay>& /*alarms*/) {}
+  /// Adds what else is drawn in slices.
+  virtual void FillSlices(SliceScene& /*scene*/) const {}
+  /// Adds the activity's own sections to the left column, and its own windows.
+  virtual void DrawSections(Ui& /*ui*/) {}
+  virtual void DrawWindows(Ui& /*ui*/) {}
+  /// Called for a right click in the picture without a drag.
+  virtual void OpenContextMenu(const ScreenPoint& /*at*/) {}
+  /// Opens a file or folder that was dropped into the window.
+  virtual void Open(const std::string& path) = 0;
+  /// Returns true if Escape ends something of the activity.
+  virtual bool takes_escape() const { return false; }
+  /// Returns what would be lost at the end, as a sentence; empty: nothing.
+  virtual std::string DescribeUnsaved() const { return {}; }
+  /// Saves that. Returns false if the user has to decide something first.
+  virtual void Save() {}
+  /// Cancels what is in progress.
+  virtual void Cancel() {}
+  /// Returns the steps of the first-run tour.
+  virtual std::vector<TourStep> tour() const { return {}; }
+  /// Returns the mouse's and the held keys' functions that are not actions, for the help.
+  virtual std::vector<HudKeyGroup> help() const { return {}; }
+  /// Called when the bone is ready, in the window's thread.
+  virtual void Began() = 0;
+  /// Called when the session has ended, whether or not this was requested.
+  virtual void Ended(LoopSummary summary) = 0;
+  /// Called when the session was cancelled before its bone was ready.
+  virtual void Cancelled() {}
+  /// Called when the session failed. Returns true if the window stays open.
+  virtual bool TakeFailure(const std::string& /*sentence*/) { return false; }
+  /// Adds the activity's state to the trace.
+  virtual void Describe(nlohmann::json& state) const = 0;
+  /// Returns true if the saw may be moved and switched now.
+  virtual bool cuts() const = 0;
+};
+
+}  // namespace kerf

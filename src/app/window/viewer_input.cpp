@@ -1,0 +1,142 @@
+// Events of mouse, keys and window, and who receives them.
+#include <cmath>
+
+#include "app/window/viewer_app.h"
+
+namespace kerf {
+
+void ViewerApp::Take(const WindowEvent& event) {
+  using Kind = WindowEvent::Kind;
+  switch (event.kind) {
+    case Kind::kClose:
+      trace_.Write("closed");
+      AskToQuit();
+      return;
+    case Kind::kDrop:
+      trace_.Write("dropped", {{"file", event.path}});
+      activity_->Open(event.path);
+      return;
+    case Kind::kResize:
+      if (window_.width() > 0 && window_.height() > 0) {
+        view_->Resize(window_.width(), window_.height(), options_.scale);
+        ui_.SetSize(window_.width(), window_.height(), options_.scale);
+        trace_.Write("resized", {{"width", window_.width()}, {"height", window_.height()}});
+      }
+      return;
+    case Kind::kFocus:
+      trace_.Write("focus", {{"on", event.on}});
+      ui_.Take(event);
+      if (!event.on) LoseFocus(Tr("The window lost focus: the spindle was stopped"));
+      return;
+    case Kind::kMinimise:
+      minimised_ = event.on;
+      trace_.Write("minimised", {{"on", event.on}});
+      if (event.on) LoseFocus(Tr("The window was minimised: the spindle was stopped"));
+      return;
+    default:
+      break;
+  }
+  using Owner = MouseOwner;
+  const bool down = event.kind == Kind::kKeyDown;
+  const bool mouse = event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp || event.kind == Kind::kMouseMove ||
+                     event.kind == Kind::kScroll;
+  if (mouse) {
+    if (event.kind == Kind::kMouseDown && mouse_owner_ == Owner::kNone) {
+      mouse_owner_ = dialogs_.is_open() || ui_.IsOnPanel(event.x, event.y) ? Owner::kPanels : Owner::kScene;
+      pressed_at_ = {event.x, event.y};
+      moved_since_press_ = false;
+    }
+    const Owner owner = mouse_owner_ != Owner::kNone      ? mouse_owner_
+                        : ui_.IsOnPanel(event.x, event.y) ? Owner::kPanels
+                                                          : Owner::kScene;
+    moved_since_press_ = moved_since_press_ || std::abs(event.x - pressed_at_.x) > 4 * options_.scale ||
+                         std::abs(event.y - pressed_at_.y) > 4 * options_.scale;
+    if (event.kind == Kind::kMouseUp) mouse_owner_ = Owner::kNone;
+    // The panels see every motion, so that they notice when the mouse leaves them.
+    if (owner == Owner::kPanels || event.kind == Kind::kMouseMove) ui_.Take(event);
+    if (owner == Owner::kScene || (event.kind == Kind::kMouseMove && !dialogs_.is_open())) TakeInScene(event);
+    return;
+  }
+  // Taking a picture is always possible, whatever is open.
+  if (down && event.key == Key::kF12) {
+    actions_.Take(event);
+    return;
+  }
+  if (down && event.control && event.key == Key::kQ) {
+    if (dialogs_.is_open()) return Quit();
+    return AskToQuit();
+  }
+  if (event.kind == Kind::kText && ignores_text_) return;
+  if (dialogs_.is_open()) {
+    dialogs_.Take(ui_, event);
+    if (!dialogs_.is_open()) ui_.DropText();
+    return;
+  }
+  if (event.kind == Kind::kKeyUp) {
+    ui_.Take(event);
+    TakeInScene(event);
+    return;
+  }
+  if (ui_.is_popup_open() || ui_.takes_text()) {
+    if (down && event.key == Key::kEscape) return ui_.ClosePopups();
+    if (ui_.takes_text() || event.kind != Kind::kText) ui_.Take(event);
+    if (!ui_.takes_text() && down) {
+      ui_.ClosePopups();
+    } else {
+      return;
+    }
+  }
+  const bool question = event.kind == Kind::kText && event.character == U'?';
+  if (question || (down && event.key == Key::kF1 && !event.repeat)) return ToggleHelp();
+  if (down && tour_.is_open() && !activity_->takes_escape() && tour_.Take(event)) return;
+  if (help_ && down) {
+    if (event.key == Key::kEscape) help_ = false;
+    if (event.key == Key::kSpace && spindle_on()) SetSpindle(false);
+    return;
+  }
+  if (down && event.key == Key::kEscape && slices_.is_enlarged()) return slices_.Shrink();
+  if (settings_shown_ && down && event.key == Key::kEscape) {
+    settings_shown_ = false;
+    return;
+  }
+  TakeInScene(event);
+}
+
+void ViewerApp::TakeInScene(const WindowEvent& event) {
+  using Kind = WindowEvent::Kind;
+  if (activity_->Take(event)) return;
+  if (event.kind == Kind::kKeyDown) {
+    if (event.key == Key::kEnter && device_ && device_->waits()) {
+      if (!event.repeat) device_->Agree();
+      return;
+    }
+    if (actions_.Take(event)) return;
+  }
+  const bool turns =
+      event.kind == Kind::kScroll || (event.kind == Kind::kMouseDown && event.button != MouseButton::kLeft);
+  view_changed_ = view_changed_ || turns;
+  if (event.kind == Kind::kMouseUp && event.button == MouseButton::kRight && !moved_since_press_) {
+    activity_->OpenContextMenu({event.x, event.y});
+  }
+  if (steers() && controls_->Take(event, MakeBasis())) {
+    returning_ = false;
+    return;
+  }
+  camera_mouse_.Take(event, view_->camera());
+}
+
+void ViewerApp::LetGo() {
+  controls_->Release();
+  returning_ = false;
+}
+
+void ViewerApp::LoseFocus(const char* why) {
+  LetGo();
+  camera_mouse_.Release();
+  mouse_owner_ = MouseOwner::kNone;
+  if (!spindle_on()) return;
+  SetSpindle(false);
+  Say(why);
+}
+
+}  // namespace kerf

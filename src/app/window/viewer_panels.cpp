@@ -1,0 +1,171 @@
+// Contents of the panels, and what is drawn over the picture.
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "app/window/settings_panel.h"
+#include "app/window/viewer_app.h"
+#include "view/live/palette.h"
+#include "view/ui/picture_marks.h"
+#include "view/ui/widgets.h"
+
+namespace kerf {
+
+HudState ViewerApp::MakeHud() {
+  HudState hud;
+  hud.show_values = session_ != nullptr && began_;
+  hud.show_plot = hud.show_values;
+  hud.values.feed_mm_per_s = figures_.feed_mm_per_s;
+  hud.values.rpm = figures_.in.rpm;
+  hud.values.force_N = glm::length(figures_.coupled.f_H_W_N);
+  hud.now_s = figures_.time_s;
+  if (session_) hud.force_note = session_->MakeForceNote(figures_.coupled.mean_bite_mm);
+  const auto recent = std::lower_bound(forces_.begin(), forces_.end(), figures_.time_s - 10.5,
+                                       [](const PlotPoint& p, double t) { return p.time_s < t; });
+  hud.force.assign(recent, forces_.end());
+  hud.status.spindle_on = spindle_on();
+  if (session_) hud.status.saw = DescribeTool(session_->scene().tool);
+  if (now_s_ < said_until_s_) hud.status.message = said_;
+  if (is_running()) hud.status.recording_s = figures_.time_s;
+  // Some deadlines are missed on every machine, without harm; a noticeable fraction is reported.
+  const double missed =
+      static_cast<double>(figures_.missed) / static_cast<double>(figures_.number + figures_.missed + 1);
+  if (missed > 0.02) {
+    hud.status.right = fmt::format(fmt::runtime(Tr("machine too slow: {:.0f} % of ticks late")), 100 * missed);
+  }
+  hud.legend = view_->legend();
+  hud.legend_title = LegendTitle(view_->colour_by());
+  if (const std::optional<WorkProgress> now = progress()) {
+    const bool loading = session_->stage() == LiveStage::kLoading;
+    hud.progress = HudProgress{.title = loading ? Tr("Loading") : Tr("Ending the session"),
+                               .stage = Tr(now->stage.c_str()),
+                               .fraction = now->fraction};
+  }
+  activity_->Fill(hud);
+  if (device_ && is_running() && !options_.scripted) {
+    if (std::optional<HudBanner> banner = device_->MakeBanner()) hud.banner = std::move(banner);
+  }
+  return hud;
+}
+
+std::vector<HudKeyGroup> ViewerApp::ListHelp() const {
+  std::vector<HudKeyGroup> help;
+  if (activity_->cuts()) {
+    help.push_back({Tr("Moving the saw"),
+                    {{Tr("left drag"), Tr("move across the picture")},
+                     {Tr("Shift + left drag"), Tr("move into the picture")},
+                     {Tr("Ctrl + left drag"), Tr("turn")},
+                     {Tr("arrows, PgUp PgDn"), Tr("the same with keys; with Shift fast")},
+                     {"W S  A D  Q E", Tr("tilt, swing, roll")}}});
+  }
+  help.push_back({Tr("Turning the view"),
+                  {{Tr("right drag"), Tr("turn")},
+                   {Tr("middle drag"), Tr("shift (or Shift + right drag)")},
+                   {Tr("wheel"), Tr("zoom")},
+                   {Tr("right click"), Tr("menu for this place")}}});
+  if (device_ && !options_.scripted) help.push_back(device_->MakeHelp());
+  for (HudKeyGroup& group : activity_->help()) help.push_back(std::move(group));
+  for (HudKeyGroup& group : actions_.ListKeys()) help.push_back(std::move(group));
+  return help;
+}
+
+void ViewerApp::DrawUi(const HudState& hud) {
+  const bool column = values_shown_ && (hud.show_values || !hud.pieces.empty());
+  const UiAreas before = std::exchange(areas_, CalcUiAreas(ui_, column, slices_shown_ && activity_->has_slices()));
+  // Until the user turns the view, the whole bone is shown.
+  if (before.scene.width != areas_.scene.width && !view_changed_) fit_again_ = bone_.surface() != nullptr;
+  // Labels first: they are drawn in the background.
+  PictureMarks marks;
+  for (const SceneLabel& label : view_->ListLabels()) {
+    marks.labels.push_back({label.text, label.x, label.y, label.colour});
+  }
+  for (const SceneRing& ring : view_->ListRings()) {
+    const HudLevel level = ring.level == AlarmLevel::kDanger    ? HudLevel::kBad
+                           : ring.level == AlarmLevel::kWarning ? HudLevel::kWarn
+                                                                : HudLevel::kPlain;
+    marks.rings.push_back({ring.x, ring.y, level});
+    if (level == HudLevel::kBad || (level == HudLevel::kWarn && marks.alarm != HudLevel::kBad)) marks.alarm = level;
+  }
+  const ScreenBox tool = view_->CalcToolBox();
+  marks.tool = {tool.left, tool.top, tool.width, tool.height};
+  marks.mm_per_pixel = view_->camera().WorldPerPixel(view_->camera().target_W());
+  DrawPictureMarks(ui_, marks, areas_.scene);
+
+  if (ImGui::BeginMainMenuBar()) {
+    actions_.DrawMenus(ui_);
+    ImGui::EndMainMenuBar();
+  }
+  if (BeginPanel(ui_, "toolbar", areas_.toolbar, false)) {
+    actions_.DrawToolbar(ui_);
+    ImGui::End();
+  }
+  if (column && BeginPanel(ui_, "left", areas_.left, true)) {
+    GaugeSection(ui_, hud);
+    ValuesSection(ui_, hud);
+    if (const std::optional<int> row = PiecesSection(ui_, hud)) activity_->PickPieceRow(*row);
+    activity_->DrawSections(ui_);
+    ForceSection(ui_, hud);
+    LegendSection(ui_, hud);
+    ImGui::End();
+  }
+  if (slices_shown_ && activity_->has_slices() && slices_.has_slices()) {
+    slices_.Draw(ui_, areas_.right, areas_.scene, MakeSliceScene(),
+                 [this](const Vec3& p_W) { return activity_->TakeSlicePoint(p_W); });
+  }
+  if (BeginPanel(ui_, "status", areas_.status, false)) {
+    actions_.DrawIndicators(ui_);
+    DrawStatusTexts(hud.status);
+    ImGui::End();
+  }
+  if (hud.banner) DrawBanner(ui_, *hud.banner, areas_.scene);
+  DrawMessage(ui_, hud.status.message, staying_, areas_.scene);
+  if (hud.progress && DrawProgressBox(ui_, *hud.progress, areas_.scene)) activity_->Cancel();
+  if (hud.menu) {
+    if (const std::optional<int> row = DrawMenuDialog(ui_, *hud.menu)) picked_row_ = row;
+  }
+  activity_->DrawWindows(ui_);
+  if (settings_shown_ && DrawSettings(ui_, areas_.scene, languages_, settings_, settings_shown_)) {
+    ApplySettings();
+    KeepSettings();
+    trace_.Write("settings", {{"text_size", settings_.text_size},
+                              {"language", CurrentLanguage()},
+                              {"theme", settings_.theme == Theme::kDark ? "dark" : "light"},
+                              {"mute", settings_.mute}});
+  }
+  if (tour_.is_open()) {
+    tour_.Draw(ui_, areas_.scene);
+    if (!tour_.is_open() && !settings_.tour_shown) {
+      settings_.tour_shown = true;
+      KeepSettings();
+    }
+  }
+  if (help_) DrawHelpDialog(ui_, ListHelp());
+  dialogs_.Draw(ui_);
+}
+
+void ViewerApp::DrawStatusTexts(const HudStatus& status) {
+  std::string text;
+  const auto add = [&](const std::string& part) {
+    if (!part.empty()) text += (text.empty() ? "" : "   |   ") + part;
+  };
+  add(status.right);
+  add(status.mode);
+  add(status.saw);
+  if (status.recording_s) {
+    const long seconds = std::lround(std::max(0.0, *status.recording_s));
+    add(fmt::format(fmt::runtime(Tr("recording {}:{:02}")), seconds / 60, seconds % 60));
+  }
+  const float from = ImGui::GetItemRectMax().x + 12 * ui_.scale();
+  const float room = ImGui::GetWindowWidth() - from - 10 * ui_.scale();
+  if (room < 60 * ui_.scale()) return;
+  const std::string shown = FitText(text, room);
+  ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(shown.c_str()).x - 10 * ui_.scale());
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextDisabled("%s", shown.c_str());
+  if (shown != text) Tooltip(ui_, text);
+}
+
+}  // namespace kerf

@@ -1,0 +1,178 @@
+// The picture: view, bone, saw, slices and lines of planes.
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <utility>
+
+#include "app/window/viewer_app.h"
+#include "base/files/files.h"
+#include "base/files/temporary.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kSlicePeriod_s = 0.25;  // of slices while the bone is cut
+constexpr double kLinePeriod_s = 1;      // of the planes' lines on the bone
+constexpr std::array<View, 7> kViews{View::kThreeQuarter, View::kFront, View::kLeft,  View::kRight,
+                                     View::kTop,          View::kBack,  View::kBottom};
+
+}  // namespace
+
+/// Draws the bone that another thread has made.
+void ViewerApp::TakeBone() {
+  if (!bone_.Take()) return;
+  if (!fitted_) {
+    view_->camera().Look(kViews[view_index_]);
+    view_->FitAll();
+  }
+  fitted_ = true;
+  fit_again_ = !view_changed_;
+  slices_.Reset(bone_.surface()->bounds_W());
+  lined_planes_.clear();
+}
+
+void ViewerApp::FollowBone() {
+  TakeBone();
+  // The view was fitted to the bone's box; fit it again now that the surface is available.
+  if (fit_again_ && !view_changed_ && bone_.surface()->first_done()) {
+    fit_again_ = false;
+    view_->FitAll();
+  }
+  bone_.Update(times_.upload);
+}
+
+void ViewerApp::LookNext(int by) {
+  const auto count = static_cast<int>(kViews.size());
+  view_index_ = static_cast<std::size_t>((static_cast<int>(view_index_) + by + count) % count);
+  view_->camera().Look(kViews[view_index_]);
+  view_->FitAll();
+  view_changed_ = true;
+  Say(fmt::format(fmt::runtime(Tr("Seen from: {}")), Tr(ToString(kViews[view_index_]))));
+}
+
+void ViewerApp::UpdateToolInPicture(double dt_s) {
+  if (!session_ || !began_) return;
+  spin_rad_ = std::fmod(spin_rad_ + figures_.in.rpm / 60 * 2 * std::numbers::pi * dt_s, 2 * std::numbers::pi);
+  const Pose& X_WT = figures_.coupled.X_WT;
+  view_->SetToolPose(X_WT, figures_.in.rpm, spin_rad_);
+  const Tool tool = MakeTool(session_->scene());
+  UpdateCutInPicture(tool, dt_s);
+  const bool leads =
+      options_.ghost && !options_.scripted && glm::length(controls_->wanted().p_AB - figures_.coupled.X_WT.p_AB) > 1;
+  view_->SetGhost(leads ? std::optional(controls_->wanted()) : std::nullopt);
+  const double force_N = glm::length(figures_.coupled.f_H_W_N);
+  view_->SetForce(force_N > 0.05 && activity_->cuts()
+                      ? std::optional(ForceArrow{
+                            .p_W = figures_.coupled.X_WT.p_AB,
+                            .f_W_N = figures_.coupled.f_H_W_N,
+                            .label = fmt::format(fmt::runtime(Tr("{} N on your hand")), ShowNumber(force_N, 1))})
+                      : std::nullopt);
+  if (!bone_.surface() || !slices_shown_) return;
+  const bool renew = figures_.changes != sliced_changes_ && now_s_ > sliced_s_ + kSlicePeriod_s;
+  if (renew) {
+    sliced_changes_ = figures_.changes;
+    sliced_s_ = now_s_;
+  }
+  // The slices go through the place of contact or, without contact, through the rim's point that faces the bone.
+  Vec3 focus_W = X_WT.p_AB;
+  if (cut_place_.p_W()) {
+    focus_W = *cut_place_.p_W();
+  } else {
+    const Vec3 spindle_W = X_WT.Vector({0, 0, 1});
+    const Vec3 to_bone_W = bone_.surface()->bounds_W().centre() - X_WT.p_AB;
+    if (const auto in_plane_W = CalcDirection(to_bone_W - glm::dot(to_bone_W, spindle_W) * spindle_W)) {
+      focus_W += CalcReach(tool) * *in_plane_W;
+    }
+  }
+  slices_.Update(*bone_.surface(), MakeSliceScene(), focus_W, renew);
+}
+
+void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {
+  if (!activity_->cuts()) {  // the tool is not shown
+    view_->SetContact(std::nullopt);
+    view_->SetAlarms({});
+    view_->AdvanceDust(dt_s);
+    return;
+  }
+  const Pose& X_WT = figures_.coupled.X_WT;
+  cut_place_.Update(tool, X_WT, figures_.coupled.f_cut_W_N + figures_.coupled.f_face_W_N, dt_s);
+  view_->SetContact(cut_place_.p_W());
+  const double removed_mm3 = figures_.removed_mm3 - std::exchange(shown_removed_mm3_, figures_.removed_mm3);
+  if (cut_place_.p_W()) {
+    const Vec3 spin_W = figures_.in.rpm / 60 * 2 * std::numbers::pi * X_WT.Vector({0, 0, 1});
+    view_->AddDust(*cut_place_.p_W(), glm::cross(spin_W, *cut_place_.p_W() - X_WT.p_AB), removed_mm3);
+  }
+  view_->AdvanceDust(dt_s);
+  std::vector<AlarmOverlay> alarms;
+  if (const InnerSurfaces* inner = bone_.inner()) {
+    if (const std::optional<NearestPlace> nerve = FindNearest(tool, X_WT, inner->canal_W)) {
+      alarms.push_back(
+          {.p_W = nerve->p_W,
+           .level = AlarmLevelFor(nerve->distance_mm),
+           .label = fmt::format(fmt::runtime(Tr("nerve: {} mm")), ShowNumber(std::max(0.0, nerve->distance_mm), 1))});
+    }
+  }
+  activity_->AddAlarms(alarms);
+  view_->SetAlarms(alarms);
+  if (!bone_.surface()) return;
+  if (const auto lines = bone_.surface()->FetchPlaneLines()) view_->SetPlaneLines(*lines);
+}
+
+void ViewerApp::RequestPlaneLines(const std::vector<PlaneOverlay>& planes) {
+  if (!bone_.surface()) return;
+  const bool changed = figures_.changes != lined_changes_ && now_s_ > lined_s_ + kLinePeriod_s;
+  if (planes == lined_planes_ && !changed) return;
+  lined_planes_ = planes;
+  lined_changes_ = figures_.changes;
+  lined_s_ = now_s_;
+  bone_.surface()->RequestPlaneLines(planes);
+}
+
+void ViewerApp::HidePlaneLines() {
+  lined_planes_.clear();
+  view_->SetPlaneLines({});
+}
+
+SliceScene ViewerApp::MakeSliceScene() const {
+  SliceScene scene;
+  if (session_ && began_) {
+    scene.tool = MakeTool(session_->scene());
+    scene.X_WT = figures_.coupled.X_WT;
+  }
+  activity_->FillSlices(scene);
+  return scene;
+}
+
+ViewBasis ViewerApp::MakeBasis() const {
+  const ViewCamera& camera = view_->camera();
+  return {.right_W = camera.right_W(),
+          .up_W = camera.up_W(),
+          .forward_W = camera.forward_W(),
+          .mm_per_pixel = camera.WorldPerPixel(figures_.coupled.X_WT.p_AB)};
+}
+
+std::string ViewerApp::TakePicture() {
+  std::string path;
+  do {
+    path = fmt::format("{}/picture-{:03d}.png", options_.folder, ++pictures_);
+  } while (std::filesystem::exists(path));
+  WritePng(view_->Grab(), path);
+  trace_.Write("picture", {{"file", path}});
+  return path;
+}
+
+std::string ViewerApp::GrabScene() {
+  view_->set_panels_shown(false);
+  window_.BeginFrame();
+  view_->Render();
+  view_->set_panels_shown(true);
+  const TemporaryFolder folder("kerf_scene");
+  const std::string path = folder.path() + "/picture.png";
+  WritePng(view_->Grab(), path);
+  return ReadTextFile(path);
+}
+
+}  // namespace kerf

@@ -1,0 +1,248 @@
+// The session: its beginning, what is followed while it runs, and its end.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "app/window/viewer_app.h"
+#include "bone/grid/ct_modulus.h"
+#include "bone/vdb/bonefile.h"
+#include "kerf/error.h"
+#include "session/run/clear_pose.h"
+#include "session/run/make_bone.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kMaxForces = 200'000;  // maximum number of points: more than an hour of the force curve
+constexpr double kPreviewVoxel_mm = 0.8;
+
+/// Returns the bone with the CT numbers of the bone file, if it has any. The slices need them, but the loop does not.
+Bone WithCtNumbers(const Bone& bone, const std::string& file) {
+  if (file.empty() || bone.has_hu()) return bone;
+  Bone read = ReadBone(file, {.hu = true});
+  return read.has_hu() ? read : bone;
+}
+
+}  // namespace
+
+void ViewerApp::Clear() {
+  {
+    const std::lock_guard lock(mutex_);
+    watch_.reset();
+  }
+  leaf_watch_.reset();
+  leaf_receiver_.reset();
+  bone_.Clear();
+  figures_ = {};
+  forces_.clear();
+  fitted_ = fit_again_ = false;
+  view_->ClearTool();
+  view_->SetGhost(std::nullopt);
+  view_->SetForce(std::nullopt);
+  view_->SetContact(std::nullopt);
+  view_->SetAlarms({});
+  view_->SetPlaneLines({});
+  cut_place_.Clear();
+  slices_ = {};
+  lined_planes_.clear();
+}
+
+void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool same_bone,
+                      std::shared_ptr<const Bone> bone) {
+  TakeBone();
+  const bool goes_on = same_bone && bone_.surface() != nullptr;
+  goes_on_ = goes_on;
+  session_.reset();
+  began_ = false;
+  ++sessions_;
+  recording_ = fmt::format("{}/session{}.kerf", options_.folder, sessions_ == 1 ? "" : fmt::format("-{}", sessions_));
+  leaf_receiver_ = goes_on ? bone_.surface() : nullptr;
+  leaf_watch_ = goes_on ? cut_watch() : nullptr;
+  figures_ = {};
+  cut_place_.Clear();
+  shown_removed_mm3_ = 0;
+  forces_.clear();
+  fitted_ = fitted_ && goes_on;
+  LiveOptions live;
+  live.record = recording_;
+  live.scene_file = scene_file;
+  live.leaf = [this](const LeafMessage& leaf) {
+    if (leaf_receiver_) leaf_receiver_->Offer(leaf);
+    if (leaf_watch_) leaf_watch_->Offer(leaf.index, leaf.values);
+  };
+  live.tick = std::exchange(take_tick_, nullptr);
+  live.scripted = options_.scripted;
+  if (device_ && device_->holds()) live.device = &device_->servo();
+  live.begin = [this, goes_on, with_hu = bone && bone->has_hu() ? bone : nullptr,
+                file = scene.bone.source == BoneSource::kFile && !bone ? scene.bone.file : ""](
+                   const Bone& made, const EffectPlan&) mutable {
+    if (!goes_on) {
+      auto shown = std::make_shared<Bone>(WithCtNumbers(made, file));
+      if (with_hu && !shown->has_hu()) CopyHu(*shown, *with_hu);
+      leaf_receiver_ = bone_.Show(std::move(shown), true);
+    }
+    with_hu.reset();
+    if (!options_.watch || leaf_watch_) return;
+    leaf_watch_ = std::make_shared<CutWatch>(original_ ? original_ : bone_at_start(), made);
+    const std::lock_guard lock(mutex_);
+    watch_ = leaf_watch_;
+  };
+  // A coarse bone is ready within a second; the final one takes longer.
+  if (!goes_on && scene.bone.source == BoneSource::kMandible) {
+    live.prepare = [this, coarse = scene](const std::function<void(double)>& progress) mutable {
+      coarse.bone.mandible.voxel_mm = std::max(coarse.bone.mandible.voxel_mm, kPreviewVoxel_mm);
+      bone_.Show(std::make_shared<const Bone>(MakeSceneBone(coarse, progress)), false);
+    };
+  }
+  live.bone = std::move(bone);
+  trace_.Write("session", {{"recording", recording_}, {"tool", DescribeTool(scene.tool)}});
+  session_ = std::make_unique<LiveSession>(scene, std::move(live));
+}
+
+std::shared_ptr<CutWatch> ViewerApp::cut_watch() {
+  const std::lock_guard lock(mutex_);
+  return watch_;
+}
+
+void ViewerApp::End() {
+  if (session_) session_->Stop();
+}
+
+std::optional<WorkProgress> ViewerApp::progress() const {
+  if (!session_ || is_running()) return std::nullopt;
+  return session_->progress();
+}
+
+bool ViewerApp::spindle_on() const {
+  return session_ && session_->rpm() != 0;
+}
+
+bool ViewerApp::steers() const {
+  return is_running() && activity_->cuts() && !options_.scripted && !session_->moves_saw();
+}
+
+bool ViewerApp::touches() const {
+  return Touches(figures_.coupled);
+}
+
+void ViewerApp::SetSpindle(bool on) {
+  if (!is_running() || on == spindle_on()) return;
+  session_->SetSpindle(on ? session_->scene().tool.rpm : 0);
+  trace_.Write("spindle", {{"on", on}});
+  if (!on || sound_.has_sound() || std::exchange(said_no_sound_, true)) return;
+  Say(Tr("No sound can be played, because no audio device was found."));
+}
+
+void ViewerApp::FollowSession() {
+  FollowBone();
+  if (!session_) return;
+  const LiveStage stage = session_->stage();
+  if (stage == LiveStage::kRunning) {
+    FollowRunning();
+  } else if (stage == LiveStage::kEnded) {
+    if (session_->cancelled()) {
+      trace_.Write("cancelled", {{"recording", recording_}});
+      --sessions_;
+      session_.reset();
+      activity_->Cancelled();
+      return;
+    }
+    const std::string failure = session_->failure();
+    if (!failure.empty()) {
+      trace_.Write("ended", {{"failure", failure}, {"recording", recording_}});
+      session_.reset();
+      if (!activity_->TakeFailure(failure)) throw Error(failure);
+      return;
+    }
+    LoopSummary summary = session_->TakeSummary();
+    trace_.Write("ended", {{"failure", ""},
+                           {"recording", recording_},
+                           {"ticks", summary.counts.ticks},
+                           {"missed", summary.counts.missed},
+                           {"scheduling", summary.grants.scheduling},
+                           {"lateness_p50_us", summary.lateness.p50_us},
+                           {"lateness_p99_us", summary.lateness.p99_us},
+                           {"lateness_p999_us", summary.lateness.p999_us},
+                           {"lateness_max_us", summary.lateness.max_us},
+                           {"tick_p50_us", summary.tick.p50_us},
+                           {"tick_p99_us", summary.tick.p99_us}});
+    // The activity may have begun a new session; otherwise the ended one is removed.
+    const LiveSession* over = session_.get();
+    activity_->Ended(std::move(summary));
+    if (session_.get() == over) session_.reset();
+    if (quitting_ && !session_) done_ = true;
+  }
+}
+
+void ViewerApp::FollowRunning() {
+  figures_ = session_->figures();
+  if (!began_) {
+    began_ = true;
+    controls_->Set(figures_.coupled.X_WT);
+    controls_->Release();
+    X_start_ = figures_.coupled.X_WT;
+    returning_ = false;
+    const Tool tool = MakeTool(session_->scene());
+    const std::shared_ptr<const Bone> bone = bone_at_start();
+    // A session may begin with the saw in the bone; then there is no start to return to.
+    start_is_clear_ = !bone || IsClear(PhiSampler(*bone), tool, X_start_, 0);
+    view_->SetTool(tool);
+    activity_->Began();
+    trace_.Write("running");
+  }
+  for (const ForceMoment& moment : session_->TakeForces()) {
+    if (forces_.size() < kMaxForces) forces_.push_back({moment.time_s, moment.force_N});
+  }
+  for (const LiveSession::Answer& answer : session_->TakeAnswers()) {
+    if (answer.action.kind == LoopAction::Kind::kSpindle) continue;
+    const char* what = answer.action.kind == LoopAction::Kind::kUndo      ? "Undone"
+                       : answer.action.kind == LoopAction::Kind::kRedo    ? "Redone"
+                       : answer.action.kind == LoopAction::Kind::kRetract ? "Retracted"
+                                                                          : "Checkpoint";
+    const std::string name = answer.action.name.empty() ? "" : fmt::format(": {}", answer.action.name);
+    Say(answer.failure.empty() ? what + name : answer.failure);
+    trace_.Write("answer", {{"what", what}, {"name", answer.action.name}, {"failure", answer.failure}});
+    if (answer.action.kind == LoopAction::Kind::kCheckpoint || !answer.failure.empty()) continue;
+    figures_ = session_->figures();
+    if (answer.action.kind == LoopAction::Kind::kRetract && start_is_clear_) {
+      controls_->Set(X_start_);
+      returning_ = true;
+    }
+  }
+}
+
+void ViewerApp::FollowDevice(double dt_s) {
+  const HandDeviceFrame frame = device_->Update(dt_s, MakeBasis(), figures_.coupled.X_WT, *controls_);
+  for (const std::string& message : frame.messages) Say(message);
+  for (const std::string& note : session_->TakeNotes()) Say(note);
+  if (frame.switches_spindle && steers()) SetSpindle(!spindle_on());
+}
+
+/// Finds out why the saw is held, and makes its sound.
+void ViewerApp::FollowSaw(double dt_s) {
+  const bool cuts = is_running() && began_ && activity_->cuts();
+  sound_.SetSaw(cuts ? figures_.in.rpm : 0, glm::length(figures_.coupled.f_H_W_N));
+  HeldSawInput in;
+  if (began_ && steers() && !(device_ && device_->holds())) {
+    in.tool = MakeTool(session_->scene());
+    in.X_WT = figures_.coupled.X_WT;
+    in.X_wanted = controls_->wanted();
+    in.holds = controls_->holds();
+    in.spindle_on = spindle_on();
+    in.coupled = figures_.coupled;
+    in.guide_force_N = figures_.guide_force_N;
+    in.guide_normal_W = session_->guide_normal_W();
+  }
+  const std::optional<HeldReason> before = held_saw_.reason();
+  held_saw_.Update(dt_s, in);
+  if (held_saw_.reason() == before) return;
+  staying_ = held_reason();
+  trace_.Write("held", {{"reason", staying_}});
+}
+
+std::string ViewerApp::held_reason() const {
+  return held_saw_.reason() ? Tr(DescribeHeldReason(*held_saw_.reason())) : "";
+}
+
+}  // namespace kerf
