@@ -19,7 +19,7 @@ constexpr Rgb8 kAchieved{213, 94, 0};
 constexpr double kPlaneMargin_mm = 4;
 
 /// Light colours of the pieces.
-constexpr std::array<Rgb8, 6> kPieceColours{
+constexpr std::array<Rgb8, 6> kSheetColours{
     {{232, 220, 196}, {196, 214, 232}, {204, 226, 203}, {230, 206, 222}, {226, 214, 180}, {206, 206, 218}}};
 
 /// A plane that is drawn as a plate.
@@ -75,7 +75,7 @@ std::vector<ExportPicture> DrawAssessment(const std::string& title, const Assess
     Shape shape;
     shape.mesh_W = pieces.piece(i).mesh;
     for (Vec3& p : shape.mesh_W.points) p = state.X_WP.Point(p);
-    shape.colour = kPieceColours[static_cast<std::size_t>(i) % kPieceColours.size()];
+    shape.colour = kSheetColours[static_cast<std::size_t>(i) % kSheetColours.size()];
     spec.shapes.push_back(std::move(shape));
   }
   if (spec.shapes.empty()) return {};

@@ -14,9 +14,9 @@ import time
 from drive import Display, Window, skip_without_display_programs, workspace
 from rehearse_test import SCENE
 
-# What a saw may do in the first 0.7 s of session time after the release was logged: the logged place is that of the last
-# frame, and on a busy machine a frame takes some tenths of a second, at a feed of up to 10 mm/s. A blade of 0.5 mm removes
-# 5 mm3 per mm from a bar of 10 mm. A saw that is not let go cuts on beyond this time.
+# What a saw may do in the first 1.5 s after the release was logged: the logged place is that of the last frame, and on a
+# busy machine a frame takes some tenths of a second, at a feed of up to 10 mm/s. A blade of 0.5 mm removes 5 mm3 per mm
+# from a bar of 10 mm. A saw that is not let go cuts on beyond this time.
 RELAX_MM = 3
 RELAX_MM3 = 15
 # From then on nothing may change. The log rounds to 0.1.
@@ -70,7 +70,7 @@ def check_stays(w, what, seconds=2, relax_mm=RELAX_MM):
         moved = max(abs(a - b) for a, b in zip(w.state["saw_mm"], before["saw_mm"]))
         return moved, w.state["removed_mm3"] - before["removed_mm3"]
 
-    w.wait_state("0.7 s later", lambda s: s["time_s"] > released["time_s"] + 0.7)
+    time.sleep(1.5)  # the state is logged when it changes
     moved, cut = changes(released)
     assert moved <= relax_mm and cut <= RELAX_MM3, (what, moved, cut, released, w.state)
     rest = dict(w.state)
