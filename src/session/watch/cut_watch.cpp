@@ -1,6 +1,7 @@
 #include "session/watch/cut_watch.h"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <condition_variable>
 #include <map>
@@ -10,6 +11,7 @@
 
 #include "bone/grid/piece_finder.h"
 #include "bone/grid/set_leaf.h"
+#include "bone/grid/surface.h"
 
 namespace kerf {
 namespace {
@@ -20,6 +22,22 @@ using LeafValues = std::array<float, 512>;
 
 double SecondsSince(WatchClock::time_point start) {
   return std::chrono::duration<double>(WatchClock::now() - start).count();
+}
+
+/// Returns the volume of the piece among `split` that has the same voxels; the sum of its voxels if there is none.
+double CalcExactVolume(const FoundPiece& piece, const PieceFinder& finder, const Pieces& split, double voxel_mm) {
+  std::optional<Vec3> inside_W;  // the centre of one of its voxels
+  finder.ForEachLeaf(piece.id, [&](const LeafIndex& leaf, const LeafMask& voxels) {
+    for (std::size_t x = 0; x < voxels.size() && !inside_W; ++x) {
+      if (voxels[x] == 0) continue;
+      const int bit = std::countr_zero(voxels[x]);
+      inside_W = voxel_mm * Vec3(8 * leaf[0] + static_cast<int>(x), 8 * leaf[1] + bit / 8, 8 * leaf[2] + bit % 8);
+    }
+  });
+  if (!inside_W) return piece.volume_mm3;
+  const auto same = std::find_if(split.pieces.begin(), split.pieces.end(),
+                                 [&](const Bone& part) { return part.SignedDistance(*inside_W) < 0; });
+  return same == split.pieces.end() ? piece.volume_mm3 : same->CalcVolume();
 }
 
 }  // namespace
@@ -57,9 +75,11 @@ struct CutWatch::State {
     }
     std::vector<FreedPiece> separated;
     const FoundPieces& found = finder.Find();
+    // A piece comes free rarely, so it may be split off for its exact volume.
+    const Pieces split = found.came_off.empty() ? Pieces{} : SplitPieces(now, options.min_piece_mm3);
     for (const FoundPiece& piece : found.came_off) {
       separated.push_back({.id = piece.id,
-                           .volume_mm3 = piece.volume_mm3,
+                           .volume_mm3 = CalcExactVolume(piece, finder, split, now.voxel_mm()),
                            .bounds_W = piece.bounds_W,
                            .main_region = finder.FindMainRegion(piece.id)});
     }

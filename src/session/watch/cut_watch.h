@@ -26,8 +26,8 @@ struct PlanesReport {
 /// A piece that has separated from the rest of the bone.
 struct FreedPiece {
   int id = 0;             // of PieceFinder
-  double volume_mm3 = 0;  // sum of its voxels
-  Box3 bounds_W;          // world frame, mm
+  double volume_mm3 = 0;  // Bone::CalcVolume() of the piece, the same as that of a PieceSet
+  Box3 bounds_W;          // of its voxels; world frame, mm
   int main_region = 0;    // region with the largest part of its volume, estimated; 0: none
 };
 

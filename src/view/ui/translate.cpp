@@ -109,4 +109,10 @@ std::string ShowNumber(double value, int decimals) {
   return text;
 }
 
+std::string ShowVolume(double volume_mm3) {
+  constexpr double kSmall_mm3 = 100;
+  return volume_mm3 < kSmall_mm3 ? fmt::format("{} mm³", ShowNumber(volume_mm3, 1))
+                                 : fmt::format("{} cm³", ShowNumber(1e-3 * volume_mm3, 2));
+}
+
 }  // namespace kerf

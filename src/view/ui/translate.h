@@ -31,5 +31,7 @@ constexpr const char* Msg(const char* text) {
 
 /// Formats a number for the screen, with the decimal separator of the language.
 std::string ShowNumber(double value, int decimals);
+/// Formats a volume with its unit: in cm³, or in mm³ if it is less than 0.1 cm³.
+std::string ShowVolume(double volume_mm3);
 
 }  // namespace kerf
