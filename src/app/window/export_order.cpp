@@ -14,15 +14,16 @@
 namespace kerf {
 namespace {
 
-/// Returns the pieces as they were arranged; if that is not possible, as they were cut off.
-PieceSet MakePieces(const Bone& after, const std::string& json) {
-  PieceSet pieces(after, 1.0);
+/// Moves the pieces to where they were arranged. Returns false if the bone falls apart into other pieces now; these
+/// stay where they were cut off.
+bool Arrange(PieceSet& pieces, const std::string& json) {
+  if (json.empty()) return true;
   try {
-    if (!json.empty()) pieces.Restore(json, "the pieces in the window");
+    pieces.Restore(json, "the pieces in the window");
   } catch (const Error&) {
-    return pieces;  // the bone was cut after the pieces were moved
+    return false;
   }
-  return pieces;
+  return true;
 }
 
 }  // namespace
@@ -30,13 +31,14 @@ PieceSet MakePieces(const Bone& after, const std::string& json) {
 std::string RunExport(ExportOrder& order) {
   const Bone after = order.after.get();
   const Assessment assessment = AssessCut(order.plan, *order.before, after, CalcBladeWidth(MakeTool(order.scene)));
-  const PieceSet pieces = MakePieces(after, order.pieces_json);
+  PieceSet pieces(after, 1.0);
+  const bool arranged = Arrange(pieces, order.pieces_json);
   ExportInput taken;
   taken.title = order.scene.TitleOrName();
   taken.plan = &order.plan;
   taken.assessment = &assessment;
   taken.pieces = &pieces;
-  taken.measures = order.measures;
+  if (arranged) taken.measures = order.measures;  // otherwise they belong to other pieces
   for (std::size_t i = 0; i < order.pictures.size(); ++i) {
     taken.pictures.push_back({.name = fmt::format("picture_{}", i + 1),
                               .caption = order.pictures[i].first,
