@@ -39,7 +39,7 @@ void CaseWriter::Export(const CaseContent& content, const std::string& folder, b
   } catch (const Error& e) {
     return viewer_.Say(e.what());
   }
-  if (pieces_.is_up_to_date()) order.pieces_json = pieces_.pieces()->FormatJson();
+  order.pieces_json = pieces_.FormatArrangement();
   order.measures = pieces_.measures();
   order.after = viewer_.session()->AskBone();
   viewer_.Say(Tr("Exporting pieces, planes and report"));
@@ -86,7 +86,7 @@ void CaseWriter::Save(const CaseContent& content, bool quits) {
                      .up_W = camera.up_W(),
                      .height_mm = camera.height_mm(),
                      .parallel = camera.parallel()}};
-  if (pieces_.is_up_to_date()) project->pieces_json = pieces_.pieces()->FormatJson();
+  project->pieces_json = pieces_.FormatArrangement();
   std::shared_future<Bone> now = viewer_.session()->AskBone().share();
   viewer_.Say(Tr("Saving the project"));
   saving_ = std::async(std::launch::async, [project, now, content, folder = viewer_.options().folder] {

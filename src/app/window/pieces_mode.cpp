@@ -41,25 +41,34 @@ void PiecesMode::Enter() {
   session_ = viewer_.sessions();
   changes_ = changes;
   contacts_.reset();
-  splitting_ = std::async(
-      std::launch::async, [bone = viewer_.session()->AskBone(), start = viewer_.bone_at_start(),
-                           earlier = pieces_ ? pieces_->FormatJson() : std::exchange(earlier_json_, {})]() mutable {
-        Split split;
-        split.pieces = std::make_shared<PieceSet>(bone.get(), 1.0);
-        split.pieces->Prepare();
-        for (int i = 0; i < split.pieces->size(); ++i) {
-          const Piece& piece = split.pieces->piece(i);
-          split.meshes.push_back(std::make_shared<const PieceMesh>(
-              MakePieceMesh(start ? *start : piece.bone, piece.mesh, PieceColour(i), kMaxTriangles)));
-        }
-        if (earlier.empty()) return split;
-        try {
-          split.pieces->Restore(earlier, "the previous pieces");
-        } catch (const Error&) {
-          return split;  // the bone has been cut since, so the pieces stay where they were cut off
-        }
-        return split;
-      });
+  splitting_ = std::async(std::launch::async, [bone = viewer_.session()->AskBone(), start = viewer_.bone_at_start(),
+                                               earlier = FormatArrangement()]() mutable {
+    Split split;
+    split.pieces = std::make_shared<PieceSet>(bone.get(), 1.0);
+    split.pieces->Prepare();
+    for (int i = 0; i < split.pieces->size(); ++i) {
+      const Piece& piece = split.pieces->piece(i);
+      split.meshes.push_back(std::make_shared<const PieceMesh>(
+          MakePieceMesh(start ? *start : piece.bone, piece.mesh, PieceColour(i), kMaxTriangles)));
+    }
+    if (earlier.empty()) return split;
+    try {
+      split.pieces->Restore(earlier, "the previous pieces");
+    } catch (const Error&) {
+      // The bone has been cut since, so the pieces stay where they were cut off.
+      split.not_restored = std::move(earlier);
+    }
+    return split;
+  });
+}
+
+/// Returns true if the positions of earlier pieces are still the latest ones: those after them were not moved.
+bool PiecesMode::uses_earlier() const {
+  return !earlier_json_.empty() && (!pieces_ || pieces_->actions().empty());
+}
+
+std::string PiecesMode::FormatArrangement() const {
+  return uses_earlier() || !pieces_ ? earlier_json_ : pieces_->FormatJson();
 }
 
 bool PiecesMode::is_up_to_date() const {
@@ -70,6 +79,7 @@ bool PiecesMode::is_up_to_date() const {
 void PiecesMode::Leave() {
   entered_ = false;
   asking_ = Asking::kNothing;
+  measured_.clear();
   dragging_ = false;
   menu_.reset();
   viewer_.view().SetPieces({});
@@ -87,25 +97,41 @@ void PiecesMode::Reset() {
   meshes_.clear();
   contacts_.reset();
   points_W_.clear();
+  measured_.clear();
   measures_.clear();
+  earlier_measures_.clear();
   session_ = 0;
   selected_ = axis_ = -1;
   stale_ = false;
 }
 
+void PiecesMode::TakeSplit() {
+  Split split = splitting_.get();
+  const bool earlier = uses_earlier();
+  pieces_ = std::move(split.pieces);
+  meshes_ = std::move(split.meshes);
+  if (split.not_restored.empty()) {
+    if (earlier) measures_ = std::move(earlier_measures_);
+    earlier_measures_.clear();
+  } else if (!earlier) {
+    earlier_measures_ = std::exchange(measures_, {});
+  }
+  earlier_json_ = std::move(split.not_restored);
+}
+
 void PiecesMode::Update() {
   if (IsReady(splitting_)) {
     try {
-      Split split = splitting_.get();
-      pieces_ = std::move(split.pieces);
-      meshes_ = std::move(split.meshes);
+      TakeSplit();
     } catch (const std::exception& e) {  // the session has ended in the meantime
       viewer_.Say(fmt::format(fmt::runtime(Tr("The bone could not be split: {}")), e.what()));
       return;
     }
     selected_ = pieces_->size() > 1 ? 1 : pieces_->size() - 1;
     viewer_.view().set_bone_hidden(true);
-    viewer_.Say(pieces_->size() == 1
+    viewer_.Say(!earlier_json_.empty()
+                    ? Tr("The bone was cut since its pieces were moved, so the pieces are where they were cut off.")
+                : pieces_->size() == 1
                     ? Tr("The bone is in one piece")
                     : fmt::format(fmt::runtime(Tr("{} pieces; click one to pick it, F1 for help")), pieces_->size()));
     viewer_.trace().Write("pieces", {{"count", pieces_->size()}});
@@ -200,7 +226,9 @@ void PiecesMode::TakePoint(const ScreenPoint& at) {
       measure.label = fmt::format("{:.1f}°", measure.value);
     }
     viewer_.trace().Write("measure", {{"label", measure.label}});
-    viewer_.Say(measure.label);
+    measured_ = asking_ == Asking::kDistance
+                    ? fmt::format(fmt::runtime(Tr("The distance is {} mm.")), ShowNumber(measure.value, 1))
+                    : fmt::format(fmt::runtime(Tr("The angle is {}°.")), ShowNumber(measure.value, 1));
     measures_.push_back(std::move(measure));
     asking_ = Asking::kNothing;
   }
@@ -209,7 +237,7 @@ void PiecesMode::TakePoint(const ScreenPoint& at) {
 
 std::vector<ExportMeasure> PiecesMode::measures() const {
   std::vector<ExportMeasure> taken;
-  for (const Measure& m : measures_) {
+  for (const Measure& m : uses_earlier() ? earlier_measures_ : measures_) {
     const bool distance = m.points_W.size() == 2;
     taken.push_back({.name = fmt::format("{} {}", distance ? "distance" : "angle", taken.size() + 1),
                      .unit = distance ? "mm" : "deg",
@@ -290,6 +318,7 @@ void PiecesMode::Do(const std::function<void()>& change) {
   // Before pieces are changed, wait until no other thread reads them.
   if (finding_.valid()) finding_.wait();
   unsaved_ = true;
+  measured_.clear();
   try {
     change();
   } catch (const Error& e) {
@@ -306,8 +335,8 @@ void PiecesMode::AddActions(ActionList& actions) {
   const auto ready = [this] { return is_ready() && !menu_; };
   const auto any = [this, ready] { return ready() && selected_ >= 0 && !pieces_->state(selected_).deleted; };
   const auto ask = [this](Asking what) {
+    EndMeasuring();
     asking_ = what;
-    points_W_.clear();
   };
   actions.Add({.id = "pieces.next",
                .menu = Msg("Pieces"),
@@ -380,7 +409,7 @@ void PiecesMode::AddActions(ActionList& actions) {
                .run =
                    [this] {
                      measures_.clear();
-                     Show();
+                     EndMeasuring();
                    },
                .enabled = ready});
 }
@@ -449,6 +478,13 @@ bool PiecesMode::TakeKey(const WindowEvent& event) {
   }
 }
 
+void PiecesMode::EndMeasuring() {
+  asking_ = Asking::kNothing;
+  points_W_.clear();
+  measured_.clear();
+  Show();
+}
+
 void PiecesMode::PickMenuRow(int row) {
   if (!menu_ || menu_->Pick(row) != Menu::State::kChosen) return;
   const Menu done = *std::exchange(menu_, std::nullopt);
@@ -472,12 +508,13 @@ bool PiecesMode::Take(const WindowEvent& event) {
     return true;
   }
   if (!is_ready()) return false;
-  if (event.kind == Kind::kKeyDown && event.key == Key::kEscape && asking_ != Asking::kNothing) {
-    asking_ = Asking::kNothing;
-    points_W_.clear();
-    Show();
+  const bool measuring = asking_ != Asking::kNothing || !measured_.empty();
+  if (event.kind == Kind::kKeyDown && event.key == Key::kEscape && measuring) {
+    EndMeasuring();
     return true;
   }
+  // A measurement has ended as soon as something else is done.
+  if (event.kind == Kind::kMouseDown && event.button == MouseButton::kLeft) measured_.clear();
   if (event.kind == Kind::kKeyDown) return TakeKey(event);
   const bool mouse = event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp || event.kind == Kind::kMouseMove;
   if (!mouse) return false;
@@ -504,7 +541,7 @@ void PiecesMode::Fill(HudState& hud) {
     if (state.deleted) continue;
     HudPiece row;
     row.name = pieces_->piece(i).name;
-    row.detail = fmt::format("{} cm³", ShowNumber(1e-3 * pieces_->piece(i).volume_mm3, 2));
+    row.detail = ShowVolume(pieces_->piece(i).volume_mm3);
     const double moved_mm = glm::length(pieces_->CalcCentroid(i) - pieces_->piece(i).centroid_P);
     const double turned_deg = CalcRotationAngle(state.X_WP);
     std::string words = fmt::format("{}: {}", row.name, row.detail);
@@ -543,6 +580,9 @@ void PiecesMode::Fill(HudState& hud) {
                               : fmt::format(fmt::runtime(Tr("Angle at the second point: click point {} of 3")),
                                             points_W_.size() + 1),
                   .answers = Tr("left click   Esc: cancel")};
+  } else if (!measured_.empty()) {
+    hud.banner = HudBanner{
+        .kind = HudBanner::Kind::kQuestion, .text = measured_, .answers = Tr("D: measure again   Esc: end measuring")};
   }
   if (menu_) hud.menu = menu_->Show();
 }
@@ -573,6 +613,7 @@ void PiecesMode::Describe(nlohmann::json& state) const {
   }
   state["pieces"] = std::move(list);
   state["selected"] = selected_;
+  state["measuring"] = asking_ != Asking::kNothing || !measured_.empty();
 }
 
 }  // namespace kerf

@@ -42,6 +42,9 @@ class PiecesMode {
 
   /// Returns the pieces; null until they are ready.
   const std::shared_ptr<PieceSet>& pieces() const { return pieces_; }
+  /// Returns the positions of the pieces (PieceSet::FormatJson()) for files, and the measurements taken there. They are
+  /// those that Enter() would show, if the bone still falls apart into the same pieces. Empty: nothing was moved yet.
+  std::string FormatArrangement() const;
   std::vector<ExportMeasure> measures() const;
   /// Returns true if the bone has not changed since it was split.
   bool is_up_to_date() const;
@@ -56,6 +59,9 @@ class PiecesMode {
   bool TakeKey(const WindowEvent& event);
   bool TakeMouse(const WindowEvent& event);
   void TakePoint(const ScreenPoint& at);
+  void EndMeasuring();
+  bool uses_earlier() const;
+  void TakeSplit();
   void Drag(const WindowEvent& event);
   void Select(int piece);
   void SelectNext(int by);
@@ -70,6 +76,7 @@ class PiecesMode {
   struct Split {
     std::shared_ptr<PieceSet> pieces;
     std::vector<std::shared_ptr<const PieceMesh>> meshes;  // as drawn, by piece
+    std::string not_restored;  // positions that belong to other pieces than these; empty: none
   };
   struct Measure {
     std::vector<Vec3> points_W;
@@ -79,8 +86,8 @@ class PiecesMode {
 
   ViewerApp& viewer_;
   bool entered_ = false;
-  bool unsaved_ = false;  // pieces were moved or measured since they were last saved
-  std::string earlier_json_;
+  bool unsaved_ = false;      // pieces were moved or measured since they were last saved
+  std::string earlier_json_;  // positions of pieces that the bone does not fall apart into, or not yet
   std::future<Split> splitting_;
   std::shared_ptr<PieceSet> pieces_;
   std::vector<std::shared_ptr<const PieceMesh>> meshes_;
@@ -95,7 +102,9 @@ class PiecesMode {
   double last_y_ = 0;
   Asking asking_ = Asking::kNothing;
   std::vector<Vec3> points_W_;
+  std::string measured_;  // result that is shown until the next action or Escape; empty: none
   std::vector<Measure> measures_;
+  std::vector<Measure> earlier_measures_;  // taken at the positions in earlier_json_
   std::future<Contacts> finding_;
   std::optional<Contacts> contacts_;
   bool stale_ = false;  // contacts must be recomputed

@@ -300,7 +300,7 @@ void Rehearsal::FollowCut() {
   if (!watch) return;
   if (std::optional<PlanesReport> report = watch->Fetch()) cut_ = std::move(report);
   for (const FreedPiece& piece : watch->TakeFreed()) {
-    viewer_->Say(fmt::format(fmt::runtime(Tr("A piece of {} mm³ came free")), ShowNumber(piece.volume_mm3, 0)));
+    viewer_->Say(fmt::format(fmt::runtime(Tr("A piece of {} came free.")), ShowVolume(piece.volume_mm3)));
     viewer_->trace().Write("came_free", {{"mm3", piece.volume_mm3}});
   }
 }

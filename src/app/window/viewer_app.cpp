@@ -107,6 +107,7 @@ nlohmann::json ViewerApp::MakeState() const {
                        {"holds", controls_->holds()},
                        {"held", held_reason()},
                        {"help", help_},
+                       {"settings", settings_shown_},
                        {"entry", dialogs_.asks_text()},
                        {"dialog", dialogs_.is_open()},
                        {"tour", tour_.step()},

@@ -88,7 +88,6 @@ void ViewerApp::Take(const WindowEvent& event) {
   }
   const bool question = event.kind == Kind::kText && event.character == U'?';
   if (question || (down && event.key == Key::kF1 && !event.repeat)) return ToggleHelp();
-  if (down && tour_.is_open() && !activity_->takes_escape() && tour_.Take(event)) return;
   if (help_ && down) {
     if (event.key == Key::kEscape) help_ = false;
     if (event.key == Key::kSpace && spindle_on()) SetSpindle(false);
@@ -99,6 +98,8 @@ void ViewerApp::Take(const WindowEvent& event) {
     settings_shown_ = false;
     return;
   }
+  // Escape closes only what is on top, and the tour lies below everything else.
+  if (down && tour_.is_open() && !activity_->takes_escape() && tour_.Take(event)) return;
   TakeInScene(event);
 }
 

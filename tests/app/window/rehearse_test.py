@@ -203,15 +203,36 @@ def main():
         w.wait_state("hidden", lambda s: any(p["hidden"] for p in s["pieces"]))
         w.key("h")
 
-        # Exports the results.
+        # Escape ends the measurement, not the mode; the pieces' own undo still works. A second Escape ends the mode.
+        w.key("d")
+        for x in (-100, 100):
+            after = w.mark()
+            w.click(centre[0] + x * options.scale, centre[1])
+        w.wait_event("measure", after=after)
+        w.wait_state("the result is shown", lambda s: s["measuring"])
+        w.key("Escape")
+        w.wait_state("the measurement is over", lambda s: not s["measuring"])
+        assert w.state["mode"] == "pieces", w.state
+        w.key("ctrl+z", "ctrl+z")  # shown, hidden
+        w.wait_state("moved by the last step", lambda s: any(p["moved_mm"] == 3 for p in s["pieces"]))
+        w.key("Escape")
+        w.wait_state("cutting again", lambda s: s["mode"] == "cutting")
+
+        # The cut is undone and redone. The export from the saw's mode contains the pieces as they were moved and measured.
+        after = w.mark()
+        w.key("b", "1")
+        w.wait_event("answer", after=after, what="Undone", failure="")
+        w.wait_state("a part of the plane is cut", lambda s: 0.05 < s["plane_cut"][0] < 0.5)
+        after = w.mark()
+        w.key("ctrl+shift+z")
+        w.wait_event("answer", after=after, what="Redone", failure="")
+        w.wait_state("the plane is cut", lambda s: s["plane_cut"][0] == 1)
         w.key("F9")
         taken = w.wait_event("taken_away", seconds=120)
         assert "failure" not in taken, taken
         w.wait_state("it asks whether to open the folder", lambda s: s["dialog"])
         w.key("Escape")
         w.wait_state("no question", lambda s: not s["dialog"])
-        w.key("Escape")
-        w.wait_state("cutting again", lambda s: s["mode"] == "cutting")
 
         # The guide holds the saw in the plan's first plane and releases it again.
         w.key("n", "5")  # the next plane: the scene's own
@@ -243,6 +264,12 @@ def main():
     assessed = json.loads((away / "assessment.json").read_text())
     cut = next(p for p in assessed["planes"] if p["name"] == "cut")
     assert abs(cut["offset_mm"]) < 0.2, cut
+    pieces = json.loads((away / "transforms.json").read_text())["pieces"]
+    moved = [sum(p["transform"][i] ** 2 for i in (3, 7, 11)) ** 0.5 for p in pieces]
+    assert sorted(moved) == [0, 3], pieces
+    assert "distance 2" in (away / "measures.csv").read_text()
+    # The window announced the piece with the volume that the report has. The log and the table have the same figure.
+    assert any(p["volume_mm3"] == freed["mm3"] for p in pieces), (freed, pieces)
 
     # Every recorded session replays bit-identically without a window.
     for i, recording in enumerate(left["recordings"]):
