@@ -58,6 +58,17 @@ const Action* ActionList::Find(const std::string& id) const {
   return at != actions_.end() ? &*at : nullptr;
 }
 
+bool ActionList::IsDisabled(const WindowEvent& event) const {
+  if (event.kind != WindowEvent::Kind::kKeyDown || event.alt || event.key == Key::kNone) return false;
+  bool known = false;
+  for (const Action& action : actions_) {
+    if (action.shortcut != Shortcut{event.key, event.control, event.shift}) continue;
+    if (action.is_enabled()) return false;
+    known = true;
+  }
+  return known;
+}
+
 bool ActionList::Take(const WindowEvent& event) {
   if (event.kind != WindowEvent::Kind::kKeyDown || event.alt || event.key == Key::kNone) return false;
   bool known = false;

@@ -47,6 +47,8 @@ class ActionList {
   void Add(Action action);
   /// Runs the enabled action of a pressed key. Returns true if an action has this key, even if none is enabled.
   bool Take(const WindowEvent& event);
+  /// Returns true if the key belongs to actions, none of which is enabled now.
+  bool IsDisabled(const WindowEvent& event) const;
   const Action* Find(const std::string& id) const;
   /// Returns the keys by menu, for the help; only of actions that are enabled.
   std::vector<HudKeyGroup> ListKeys() const;

@@ -50,6 +50,8 @@ class Activity {
   virtual void OpenContextMenu(const ScreenPoint& /*at*/) {}
   /// Opens a file or folder that was dropped into the window.
   virtual void Open(const std::string& path) = 0;
+  /// Returns true between two sessions on the same bone, which takes less than a second.
+  virtual bool is_restarting() const { return false; }
   /// Returns true if Escape ends something of the activity.
   virtual bool takes_escape() const { return false; }
   /// Returns what would be lost at the end, as a sentence; empty: nothing.

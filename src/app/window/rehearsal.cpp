@@ -191,7 +191,6 @@ void Rehearsal::Began() {
   if (first && !warnings_.empty()) {
     viewer_->dialogs().Ask(fmt::format("{}", fmt::join(std::exchange(warnings_, {}), "\n\n")), {{Tr("OK"), nullptr}});
   }
-  if (first && views_.empty()) viewer_->view().FitAll();  // the bone differs from what was shown while it was loaded
   if (first && !views_.empty()) {
     const ProjectView& view = views_.front();
     ViewCamera& camera = viewer_->view().camera();

@@ -65,6 +65,7 @@ class Rehearsal final : public Activity {
   bool has_slices() const override { return true; }
   void AddAlarms(std::vector<AlarmOverlay>& alarms) override;
   void FillSlices(SliceScene& scene) const override;
+  bool is_restarting() const override { return change_.is_pending(); }
   bool takes_escape() const override;
   std::string DescribeUnsaved() const override;
   void Save() override;

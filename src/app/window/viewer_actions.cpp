@@ -8,7 +8,6 @@ namespace kerf {
 
 void ViewerApp::AddActions() {
   const auto cuts = [this] { return activity_->cuts(); };
-  const auto steered = [this] { return steers(); };
   const auto feed = [this](double factor) {
     controls_->set_feed_mm_per_s(factor * controls_->feed_mm_per_s());
     Say(fmt::format(fmt::runtime(Tr("Keys move the saw at {} mm/s")), ShowNumber(controls_->feed_mm_per_s(), 1)));
@@ -20,7 +19,7 @@ void ViewerApp::AddActions() {
                 .shortcut = {Key::kSpace},
                 .tip = Msg("A turning saw cuts what it touches; a stopped saw only pushes"),
                 .run = [this] { SetSpindle(!spindle_on()); },
-                .enabled = [this] { return activity_->cuts() && is_running(); },
+                .enabled = [this] { return activity_->cuts() && is_running() && !activity_->is_restarting(); },
                 .on = [this] { return spindle_on(); },
                 .button = Msg("Spindle"),
                 .indicator = Msg("Spindle")});
@@ -45,7 +44,7 @@ void ViewerApp::AddActions() {
                 .shortcut = {Key::kR},
                 .tip = Msg("With the spindle off, the saw leaves the bone and returns to where it began"),
                 .run = [this] { Retract(); },
-                .enabled = steered,
+                .enabled = [this] { return steers() && !activity_->is_restarting(); },
                 .button = Msg("Retract")});
   actions_.Add({.id = "saw.slower",
                 .menu = Msg("Saw"),

@@ -81,6 +81,7 @@ void ViewerApp::Quit() {
 
 void ViewerApp::Update(double dt_s) {
   FollowSession();
+  RunWaitingKeys();
   if (device_ && session_ && began_) FollowDevice(dt_s);
   if (is_running() && began_) {
     if (!steers()) LetGo();
@@ -112,6 +113,7 @@ nlohmann::json ViewerApp::MakeState() const {
                        {"dialog", dialogs_.is_open()},
                        {"tour", tour_.step()},
                        {"message", now_s_ < said_until_s_ ? said_ : ""},
+                       {"view_mm", tenth(view_->camera().height_mm())},
                        {"chunks_left", bone_.surface() ? bone_.surface()->counts().first_left : 1}};
   activity_->Describe(state);
   return state;

@@ -149,6 +149,7 @@ class ViewerApp {
   void Take(const WindowEvent& event);
   void AddActions();
   void AddLastActions();
+  void RunWaitingKeys();
   void LookNext(int by);
   void ToggleHelp();
   void TakeInScene(const WindowEvent& event);
@@ -211,7 +212,9 @@ class ViewerApp {
   bool began_ = false;    // Activity::Began() of this session was called
   bool fitted_ = false;   // the view was fitted to a bone
   bool fit_again_ = false;
-  bool view_changed_ = false;  // the user has changed the view since
+  bool view_changed_ = false;              // the user has changed the view since
+  Box3 fitted_bounds_W_;                   // of that bone
+  std::vector<WindowEvent> waiting_keys_;  // pressed while a session restarted, for actions of the next one
 
   bool quitting_ = false;
   double quitting_since_s_ = 0;

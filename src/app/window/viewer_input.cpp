@@ -1,5 +1,6 @@
 // Events of mouse, keys and window, and who receives them.
 #include <cmath>
+#include <utility>
 
 #include "app/window/viewer_app.h"
 
@@ -111,6 +112,10 @@ void ViewerApp::TakeInScene(const WindowEvent& event) {
       if (!event.repeat) device_->Agree();
       return;
     }
+    if (activity_->is_restarting() && !event.repeat && actions_.IsDisabled(event)) {
+      waiting_keys_.push_back(event);
+      return;
+    }
     if (actions_.Take(event)) return;
   }
   const bool turns =
@@ -126,6 +131,12 @@ void ViewerApp::TakeInScene(const WindowEvent& event) {
   camera_mouse_.Take(event, view_->camera());
 }
 
+/// Handles the keys that were pressed while the session restarted. One of them may restart it again.
+void ViewerApp::RunWaitingKeys() {
+  if (!is_running() || !began_ || activity_->is_restarting()) return;
+  for (const WindowEvent& event : std::exchange(waiting_keys_, {})) TakeInScene(event);
+}
+
 void ViewerApp::LetGo() {
   controls_->Release();
   returning_ = false;
@@ -134,6 +145,7 @@ void ViewerApp::LetGo() {
 void ViewerApp::LoseFocus(const char* why) {
   LetGo();
   camera_mouse_.Release();
+  waiting_keys_.clear();
   mouse_owner_ = MouseOwner::kNone;
   if (!spindle_on()) return;
   SetSpindle(false);

@@ -19,18 +19,29 @@ constexpr double kLinePeriod_s = 1;      // of the planes' lines on the bone
 constexpr std::array<View, 7> kViews{View::kThreeQuarter, View::kFront, View::kLeft,  View::kRight,
                                      View::kTop,          View::kBack,  View::kBottom};
 
+/// Returns whether a view that shows one of two boxes well may show the other one badly.
+bool NeedOtherViews(const Box3& a, const Box3& b) {
+  constexpr double kSame = 0.1;  // of the diagonal; a coarse preview differs from its bone by much less
+  const double diagonal = glm::length(a.size());
+  return glm::length(a.lower - b.lower) > kSame * diagonal || glm::length(a.upper - b.upper) > kSame * diagonal;
+}
+
 }  // namespace
 
 /// Draws the bone that another thread has made.
 void ViewerApp::TakeBone() {
   if (!bone_.Take()) return;
-  if (!fitted_) {
-    view_->camera().Look(kViews[view_index_]);
-    view_->FitAll();
-  }
+  // A view that the user has chosen is kept, unless it belongs to another bone: the whole head of a CT is shown until
+  // its mandible is ready.
+  const Box3 bounds_W = bone_.surface()->bounds_W();
+  const bool other = fitted_ && NeedOtherViews(fitted_bounds_W_, bounds_W);
+  if (!fitted_) view_->camera().Look(kViews[view_index_]);
+  if (other) view_changed_ = false;
+  if (!fitted_ || other) view_->FitAll();
   fitted_ = true;
+  fitted_bounds_W_ = bounds_W;
   fit_again_ = !view_changed_;
-  slices_.Reset(bone_.surface()->bounds_W());
+  slices_.Reset(bounds_W);
   lined_planes_.clear();
 }
 

@@ -36,7 +36,8 @@ void ViewerApp::Clear() {
   bone_.Clear();
   figures_ = {};
   forces_.clear();
-  fitted_ = fit_again_ = false;
+  fitted_ = fit_again_ = view_changed_ = false;
+  waiting_keys_.clear();
   view_->ClearTool();
   view_->SetGhost(std::nullopt);
   view_->SetForce(std::nullopt);

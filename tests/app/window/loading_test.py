@@ -161,6 +161,31 @@ def cancel_and_open(display, kerf):
     shutil.rmtree(folder)
 
 
+def keep_the_view(display, kerf):
+    """The view that the user chooses while a bone is made is kept when it is ready. Another bone is shown as a whole."""
+    folder = workspace()
+    (folder / "mandible.toml").write_text(FINE_MANDIBLE.replace("0.08", "0.4"))
+    (folder / "bar.toml").write_text(SCENE)
+    w = start(display, kerf, folder, "mandible.toml")
+    w.wait_event("first_picture")
+    whole = w.wait_state("the view", lambda s: s["view_mm"] > 50)["view_mm"]
+    w.scroll(640, 360, 5)
+    w.wait_state("zoomed", lambda s: s["view_mm"] < 0.6 * whole)
+    w.wait_event("running")
+    w.wait_state("nothing left", lambda s: s["chunks_left"] == 0)
+    zoomed = w.wait_still("view_mm")
+    assert zoomed < 0.6 * whole, (whole, zoomed)
+    after = w.mark()
+    w.key("ctrl+o")
+    w.wait_state("it asks for a file", lambda s: s["dialog"])
+    w.type("bar.toml")
+    w.key("Return")
+    w.wait_event("running", after=after)
+    w.wait_state("all of the bar", lambda s: 10 < s["view_mm"] < 50)
+    end(w, "close")
+    shutil.rmtree(folder)
+
+
 def verify(kerf, folder, recording, *arguments):
     done = subprocess.run([kerf, "replay", recording, "--verify", *arguments], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0 and "bit-identical" in done.stdout, (recording, done.stdout, done.stderr)
@@ -244,8 +269,8 @@ def main():
     kerf = sys.argv[1]
     skip_without_display_programs()
     with Display() as display:
-        for check in (unreadable_inputs, end_while_loading, end_while_importing, cancel_and_open, change_the_saw,
-                      bone_cannot_be_saved):
+        for check in (unreadable_inputs, end_while_loading, end_while_importing, cancel_and_open, keep_the_view,
+                      change_the_saw, bone_cannot_be_saved):
             if len(sys.argv) > 2 and check.__name__ not in sys.argv[2:]:
                 continue
             check(display, kerf)

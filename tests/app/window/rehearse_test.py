@@ -238,9 +238,13 @@ def main():
         w.key("n", "5")  # the next plane: the scene's own
         for guided in (True, False):
             sessions = w.mark()
-            w.key("g")
+            # The second key is pressed while the session restarts; it is for the next one.
+            w._xdotool("key", "--delay", "0", "g", "space")
             w.wait_event("running", after=sessions, seconds=120)
-            w.wait_state("the guide", lambda s: s["guided"] == guided)
+            w.wait_state("the guide and the spindle", lambda s: s["guided"] == guided and s["spindle"])
+            assert w.wait_event("spindle", after=sessions, on=True), w.events
+            w.key("space")
+            w.wait_state("the spindle is off", lambda s: not s["spindle"])
 
         # Another saw continues with the same bone.
         sessions = w.mark()
