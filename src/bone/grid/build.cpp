@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "base/core/byte_text.h"
+#include "bone/grid/build_times.h"
 #include "bone/grid/dilate.h"
 #include "bone/grid/fill_voids.h"
 #include "bone/grid/grids.h"
@@ -105,6 +106,12 @@ Blocks SortBlocks(const SolidField& solid, const Box3& box, const BuildOptions& 
     all.mixed.insert(all.mixed.end(), part.mixed.begin(), part.mixed.end());
   }
   return all;
+}
+
+/// Returns a function that reports the progress of a part as progress of the whole, from `from` to `to`.
+std::function<void(double)> PartOf(const std::function<void(double)>& progress, double from, double to) {
+  if (!progress) return {};
+  return [&progress, from, to](double fraction) { progress(from + (to - from) * fraction); };
 }
 
 /// Reports progress only from the thread that created it, even when other threads do the work.
@@ -281,8 +288,44 @@ std::function<BlockClass(const Vec3&, double)> ClassifyByDistance(std::function<
   };
 }
 
+BuildTimes EstimateBuildTimes(double voxel_mm, double region_voxel_mm) {
+  const double finer = 0.2 / voxel_mm;
+  // Between the number of voxels in the bone (power 3) and near its surface (power 2).
+  return {.values_s = 2.5 * std::pow(finer, 2.6),
+          .voids_s = 1.3 * std::pow(finer, 2.3),
+          .distances_s = 3.7 * std::pow(finer, 2.1),
+          .regions_s = 7.4 * std::pow(0.2 / region_voxel_mm, 2.6)};
+}
+
+namespace {
+
+/// Progress at the end of the parts of MakeBone(), 0 to 1.
+struct BuildMarks {
+  double sorted = 0.05;
+  double evaluated = 0.7;
+  double filled = 0.71;
+  double solved = 0.75;
+};
+
+BuildMarks MakeMarks(const SolidField& solid, const BuildOptions& options) {
+  BuildMarks marks;
+  if (solid.is_distance) return marks;
+  const BuildTimes times = EstimateBuildTimes(options.voxel_mm, options.region_voxel_mm);
+  marks.sorted = 0.01;
+  marks.evaluated = marks.sorted + (1 - marks.sorted) * times.values_s / times.total_s();
+  marks.filled = marks.evaluated + (1 - marks.sorted) * times.voids_s / times.total_s();
+  marks.solved = marks.filled + (1 - marks.sorted) * times.distances_s / times.total_s();
+  return marks;
+}
+
+}  // namespace
+
 Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& options, MaterialTable materials) {
   const double h = options.voxel_mm;
+  const BuildMarks marks = MakeMarks(solid, options);
+  const auto report = [&options](double fraction) {
+    if (options.progress) options.progress(fraction);
+  };
   CheckBox(box, options);
   Bone bone;
   Bone::Grids& grids = bone.grids();
@@ -290,10 +333,10 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
   grids.materials = std::move(materials);
 
   Blocks blocks = SortBlocks(solid, box, options);
-  if (options.progress) options.progress(0.05);
-  Progress progress(options.progress, 0.05, 0.7, blocks.mixed.size());
+  report(marks.sorted);
+  Progress progress(options.progress, marks.sorted, marks.evaluated, blocks.mixed.size());
   auto leaves = EvaluateBlocks(solid, blocks.mixed, h, progress);
-  if (options.progress) options.progress(0.7);
+  report(marks.evaluated);
   const float band = grids.phi->background();
   if (solid.is_distance) {
     FloatTree& tree = grids.phi->tree();
@@ -307,7 +350,7 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
     AddInsideTiles(field->tree(), blocks.inside, -1.0f);
     if (options.fill_voids != nullptr) *options.fill_voids = FillVoids(field->tree(), h, blocks.inside);
     KeepNearSurface(*field, options.band_voxels);
-    if (options.progress) options.progress(0.71);
+    report(marks.filled);
     const auto distance = openvdb::tools::sdfToSdf(*field, 0.0f, 1);
     if (!distance) throw Error("the surface could not be turned into a distance field: nothing lies inside");
     std::vector<FloatLeaf*> solved;
@@ -318,9 +361,9 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
   }
   FinishLevelSet(*grids.phi);
   if (bone.empty()) throw Error("the bone is empty: no point within the box is inside it");
-  if (options.progress) options.progress(0.75);
-  SetRegions(bone, solid.region, options.region_voxel_mm, options.progress);
-  if (options.progress) options.progress(1.0);
+  report(marks.solved);
+  SetRegions(bone, solid.region, options.region_voxel_mm, PartOf(options.progress, marks.solved, 1));
+  report(1);
   return bone;
 }
 
@@ -350,7 +393,7 @@ Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<
   FinishLevelSet(*grids.phi);
   if (bone.empty()) throw Error("the surface encloses nothing at this voxel size");
   if (options.progress) options.progress(0.75);
-  SetRegions(bone, region, options.region_voxel_mm, options.progress);
+  SetRegions(bone, region, options.region_voxel_mm, PartOf(options.progress, 0.75, 1));
   if (options.progress) options.progress(1.0);
   return bone;
 }
@@ -408,7 +451,7 @@ void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, doubl
   std::vector<std::unique_ptr<RegionLeaf>> leaves(blocks.size());
   std::vector<std::uint8_t> uniform(blocks.size(), 0);
   std::atomic<int> bad_id{0};
-  Progress progress(report, 0.75, 0.98, blocks.size());
+  Progress progress(report, 0, 1, blocks.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 16), [&](const auto& range) {
     openvdb::tree::ValueAccessor<const FloatTree> phi(grids.phi->constTree());
     for (std::size_t n = range.begin(); n < range.end(); ++n, progress.Done(1)) {

@@ -71,7 +71,7 @@ Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Ve
 void RoundDistances(Bone& bone, int precision_bits);
 
 /// Replaces the region grid: calls `region`, which must be thread-safe, for every region voxel in or near the bone.
-/// `report` is called with a progress of 0.75 to 0.98, because this is the last quarter of the construction of a bone.
+/// `report` is called with the progress, 0 to 1, from one thread.
 void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm,
                 const std::function<void(double)>& report = {});
 

@@ -33,11 +33,22 @@ TEST(ProgressMeter, EstimatesTheTimeThatIsLeft) {
   meter.Set("making", 0.25, 12);
   EXPECT_EQ(meter.Get(12).stage, "making");
   EXPECT_EQ(meter.Get(12).fraction, 0.25);
-  EXPECT_EQ(meter.Get(12).seconds_left, 6);   // 2 s for a quarter
-  EXPECT_EQ(meter.Get(15).seconds_left, 3);   // counts down between reports
-  EXPECT_EQ(meter.Get(100).seconds_left, 0);  // and not below 0
-  meter.Set("making", 0.1, 13);               // never goes back
+  EXPECT_EQ(meter.Get(12).seconds_left, 6);  // 2 s for a quarter
+  // Between reports it counts down, at first by the time that passes: exp(-x) = 1 - x, but for x^2 / 2.
+  EXPECT_NEAR(*meter.Get(12.06).seconds_left, 5.94, 6 * 0.01 * 0.01 / 2);
+  EXPECT_NEAR(meter.Get(12.06).fraction, 0.25 + 0.06 / 8, 0.75 * 0.01 * 0.01 / 2);
+  EXPECT_NEAR(*meter.Get(18).seconds_left, 6 * std::exp(-1), 1e-12);
+  // The end is not claimed before it is reported.
+  EXPECT_GT(*meter.Get(50).seconds_left, 0);
+  EXPECT_LT(meter.Get(50).fraction, 1);
+  meter.Set("making", 0.1, 13);  // never goes back
   EXPECT_EQ(meter.Get(12).fraction, 0.25);
+  // A report of less than what is shown does not move it back either, and the time left follows the report.
+  const double shown = meter.Get(16).fraction;
+  EXPECT_GT(shown, 0.5);
+  meter.Set("making", 0.5, 16);
+  EXPECT_EQ(meter.Get(16).fraction, shown);
+  EXPECT_EQ(meter.Get(16).seconds_left, 6);  // 6 s for a half
   meter.Set("making", 1.5, 18);
   EXPECT_EQ(meter.Get(18).fraction, 1);
   EXPECT_EQ(meter.Get(18).seconds_left, 0);
