@@ -35,12 +35,15 @@ void PlanActions::Add(ActionList& actions, const std::function<bool()>& idle) {
                .run = [this] { gestures_.Place(PlanGestures::Placing::kPlane); },
                .enabled = idle,
                .begins_group = true});
-  actions.Add(
-      {.id = "plan.at_blade",
-       .menu = Msg("Plan"),
-       .label = Msg("Plane where the blade is"),
-       .run = [this] { document_.Add({PlacePlane(MakePlaneName(document_.plan()), viewer_.figures().coupled.X_WT)}); },
-       .enabled = idle});
+  actions.Add({.id = "plan.at_blade",
+               .menu = Msg("Plan"),
+               .label = Msg("Plane where the blade is"),
+               .run =
+                   [this] {
+                     const Pose& X_WT = viewer_.figures().coupled.X_WT;
+                     document_.AddFitted(PlacePlane(MakePlaneName(document_.plan()), X_WT), {X_WT.p_AB});
+                   },
+               .enabled = idle});
   actions.Add({.id = "plan.stop",
                .menu = Msg("Plan"),
                .label = Msg("Depth stop"),

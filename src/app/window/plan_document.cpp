@@ -4,7 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "bone/grid/removed.h"
 #include "session/plan/edit_plane.h"
+#include "session/plan/section_line.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
@@ -29,6 +31,11 @@ void PlanDocument::Add(std::vector<PlannedPlane> planes) {
   }
   Change(std::move(next), Tr("new plane"));
   plane_ = plan().planes.empty() ? 0 : plan().planes.size() - 1;
+}
+
+void PlanDocument::AddFitted(const PlannedPlane& plane, const std::vector<Vec3>& near_W) {
+  const std::shared_ptr<const Bone> bone = viewer_.bone_at_start();
+  Add({bone ? FitToSection(PhiSampler(*bone), plane, near_W) : plane});
 }
 
 void PlanDocument::Change(PlanContent next, const std::string& what) {
@@ -74,9 +81,11 @@ void PlanDocument::Describe(nlohmann::json& state) const {
   state["stops"] = plan().stops.size();
   state["marks"] = marks().size();
   state["plane_mm"] = nlohmann::json::array();
+  state["plane_size_mm"] = nlohmann::json::array();
   for (const PlannedPlane& p : plan().planes) {
     state["plane_mm"].push_back({std::round(100 * p.plane.p_W.x) / 100, std::round(100 * p.plane.p_W.y) / 100,
                                  std::round(100 * p.plane.p_W.z) / 100});
+    state["plane_size_mm"].push_back({std::round(10 * p.width_mm) / 10, std::round(10 * p.height_mm) / 10});
   }
 }
 

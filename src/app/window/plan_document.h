@@ -35,6 +35,8 @@ class PlanDocument {
   void Load(Plan plan, std::vector<Mark> marks);
   /// Adds planes, with names that are not in use yet, and selects the last one.
   void Add(std::vector<PlannedPlane> planes);
+  /// Adds a plane that is as large as the bone near the points, so that its handles are in view.
+  void AddFitted(const PlannedPlane& plane, const std::vector<Vec3>& near_W);
   /// Makes `next` the current content, as a step that can be undone. `what`: its translated name. Throws Error if
   /// `next` is invalid.
   void Change(PlanContent next, const std::string& what);

@@ -1,6 +1,7 @@
 #include "app/window/plan_gestures.h"
 
 #include <fmt/format.h>
+#include <imgui.h>
 
 #include <charconv>
 #include <cmath>
@@ -21,6 +22,20 @@ std::optional<double> ParseDepth(const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), depth_mm);
   if (error != std::errc{} || end != text.data() + text.size() || !kDepthRange_mm.Contains(depth_mm)) return {};
   return depth_mm;
+}
+
+const char* DescribeHandle(PlaneHandleKind kind) {
+  switch (kind) {
+    case PlaneHandleKind::kCentre:
+      return Tr("Drag to move the rectangle within its plane.");
+    case PlaneHandleKind::kNormal:
+      return Tr("Drag to move the plane along the arrow.");
+    case PlaneHandleKind::kTiltAcross:
+    case PlaneHandleKind::kTiltUp:
+      return Tr("Drag to tilt the plane about its middle.");
+    default:
+      return Tr("Drag to change the size of the rectangle.");
+  }
 }
 
 HandleKind ToHandleKind(PlaneHandleKind kind) {
@@ -68,8 +83,8 @@ void PlanGestures::FinishPlacing() {
   const Placement placed = *std::exchange(placing_, std::nullopt);
   try {
     if (placed.what == Placing::kPlane && placed.points_W.size() >= 3) {
-      document_.Add(
-          {PlacePlane(MakePlaneName(document_.plan()), placed.points_W[0], placed.points_W[1], placed.points_W[2])});
+      const std::vector<Vec3>& p_W = placed.points_W;
+      document_.AddFitted(PlacePlane(MakePlaneName(document_.plan()), p_W[0], p_W[1], p_W[2]), p_W);
     } else if (placed.what == Placing::kMark && !placed.points_W.empty()) {
       PlanContent next = document_.now();
       Mark mark;
@@ -161,6 +176,7 @@ void PlanGestures::TakeMotion(const ScreenPoint& at) {
 bool PlanGestures::Take(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
   const ScreenPoint at{event.x, event.y};
+  if (event.kind == Kind::kMouseMove) mouse_ = at;
   if (drag_) {
     if (event.kind == Kind::kMouseMove) {
       TakeMotion(at);
@@ -223,9 +239,11 @@ void PlanGestures::Show() {
   std::vector<PlaneHandleOverlay> handles;
   // A turning saw needs the picture for itself.
   if (document_.plane() != nullptr && !placing_ && !viewer_.spindle_on()) handles_ = PlaneHandles(*document_.plane());
+  const PlaneHandle* const hovered = FindHovered();
   for (const PlaneHandle& handle : handles_) {
-    const bool hot = drag_ && drag_->what == Drag::What::kHandle && drag_->handle.kind == handle.kind &&
-                     drag_->handle.corner == handle.corner;
+    const bool dragged = drag_ && drag_->what == Drag::What::kHandle && drag_->handle.kind == handle.kind &&
+                         drag_->handle.corner == handle.corner;
+    const bool hot = dragged || &handle == hovered;
     handles.push_back({handle.p_W, ToHandleKind(handle.kind), hot});
   }
   viewer_.view().SetPlaneHandles(handles);
@@ -239,6 +257,19 @@ void PlanGestures::Show() {
                       .selected = drag_ && drag_->what != Drag::What::kHandle && drag_->index == i});
   }
   viewer_.view().SetPoints(points);
+}
+
+/// Returns the handle under the mouse; null if there is none or another one is dragged.
+const PlaneHandle* PlanGestures::FindHovered() const {
+  if (drag_ || !mouse_ || handles_.empty() || viewer_.ui().IsOnPanel(mouse_->x, mouse_->y)) return nullptr;
+  const std::optional<int> handle = viewer_.view().PickHandle(*mouse_);
+  return handle && static_cast<std::size_t>(*handle) < handles_.size() ? &handles_[static_cast<std::size_t>(*handle)]
+                                                                       : nullptr;
+}
+
+void PlanGestures::DrawHint(const Ui& ui) const {
+  const PlaneHandle* const hovered = FindHovered();
+  if (hovered != nullptr && ui.tooltips()) ImGui::SetTooltip("%s", DescribeHandle(hovered->kind));
 }
 
 void PlanGestures::Hide() {
@@ -267,6 +298,8 @@ void PlanGestures::Fill(HudState& hud) const {
 }
 
 void PlanGestures::Describe(nlohmann::json& state) const {
+  const PlaneHandle* const hovered = FindHovered();
+  state["handle"] = hovered != nullptr ? static_cast<int>(hovered - handles_.data()) : -1;
   state["placed"] = placing_ ? static_cast<int>(placing_->points_W.size()) : -1;
   state["handles"] = nlohmann::json::array();
   for (const PlaneHandle& handle : handles_) {

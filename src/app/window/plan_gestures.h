@@ -32,6 +32,8 @@ class PlanGestures {
   /// Shows the handles of the selected plane, and points that can be dragged.
   void Show();
   void Hide();
+  /// Says what the handle under the mouse does.
+  void DrawHint(const Ui& ui) const;
   /// Adds what the user is asked to click.
   void Fill(HudState& hud) const;
   void Describe(nlohmann::json& state) const;
@@ -57,11 +59,13 @@ class PlanGestures {
   void TakeMotion(const ScreenPoint& at);
   /// Points that can be picked: those being placed, or those of the selected mark.
   std::vector<Vec3> ListPoints() const;
+  const PlaneHandle* FindHovered() const;
 
   ViewerApp& viewer_;
   PlanDocument& document_;
   std::optional<Placement> placing_;
   std::optional<Drag> drag_;
+  std::optional<ScreenPoint> mouse_;
   std::vector<PlaneHandle> handles_;
 };
 

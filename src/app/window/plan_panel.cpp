@@ -50,6 +50,23 @@ void PlanPanel::DrawPlane(Ui& ui, std::size_t i, const PlanesReport* report) {
   ImGui::PopID();
 }
 
+/// Returns false, with a message, if a plane was moved to where there is no bone far and wide.
+bool PlanPanel::CheckNear(const Vec3& p_W, const Vec3& before_W) {
+  constexpr double kBeside_mm = 50;
+  const std::shared_ptr<SurfaceWorker>& surface = viewer_.bone().surface();
+  if (!surface) return true;
+  const Box3 box = surface->bounds_W().Grown(kBeside_mm);
+  for (int axis = 0; axis < 3; ++axis) {
+    const bool inside = p_W[axis] >= box.lower[axis] && p_W[axis] <= box.upper[axis];
+    if (inside || p_W[axis] == before_W[axis]) continue;
+    viewer_.Say(fmt::format(
+        fmt::runtime(Tr("{} mm is too far away from the bone. Enter a number from {} to {}; the plane was not moved.")),
+        ShowNumber(p_W[axis], 0), ShowNumber(box.lower[axis], 0), ShowNumber(box.upper[axis], 0)));
+    return false;
+  }
+  return true;
+}
+
 void PlanPanel::DrawFields(Ui& ui) {
   const std::size_t i = document_.plane_index();
   PlanContent next = document_.now();
@@ -128,6 +145,11 @@ void PlanPanel::DrawFields(Ui& ui) {
       document_.set_plane_index(to);
       document_.Change(std::move(next), Tr("order of planes changed"));
     } else if (edits) {
+      if (!CheckNear(fields.p_W_mm, before.p_W_mm)) return;
+      if (!kPlaneSizeRange_mm.Contains(p.width_mm) || !kPlaneSizeRange_mm.Contains(p.height_mm)) {
+        viewer_.Say(
+            fmt::format(fmt::runtime(Tr("Width and height were limited to {}.")), ShowRange(kPlaneSizeRange_mm, "mm")));
+      }
       if (!reference_) reference_ = before.reference;
       const double width_mm = kPlaneSizeRange_mm.Clamp(p.width_mm);
       const double height_mm = kPlaneSizeRange_mm.Clamp(p.height_mm);

@@ -20,6 +20,7 @@ class PlanPanel {
  private:
   void DrawPlane(Ui& ui, std::size_t i, const PlanesReport* report);
   void DrawFields(Ui& ui);
+  bool CheckNear(const Vec3& p_W, const Vec3& before_W);
   void DrawMarks(Ui& ui);
 
   ViewerApp& viewer_;

@@ -410,7 +410,9 @@ void Rehearsal::DrawSections(Ui& ui) {
 
 void Rehearsal::DrawWindows(Ui& ui) {
   if (loader_.is_opening()) preview_.Draw(ui, viewer_->areas().right, loader_.ct());
-  if (!in_pieces_) editor_.actions.DrawContextMenu(ui);
+  if (in_pieces_) return;
+  editor_.gestures.DrawHint(ui);
+  editor_.actions.DrawContextMenu(ui);
 }
 
 void Rehearsal::OpenContextMenu(const ScreenPoint& at) {

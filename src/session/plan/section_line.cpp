@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <unordered_map>
 
 #include "session/plan/edit_plane.h"
@@ -127,6 +128,70 @@ std::vector<std::vector<Vec3>> SectionLine(const PhiSampler& bone, const Planned
     lines.push_back(std::move(line));
   }
   return lines;
+}
+
+namespace {
+
+/// Rectangle along the axes of a plane, mm from its centre.
+struct SectionBox {
+  double left = std::numeric_limits<double>::infinity();
+  double right = -left;
+  double bottom = left;
+  double top = -left;
+
+  void Include(const SectionBox& box) {
+    left = std::min(left, box.left);
+    right = std::max(right, box.right);
+    bottom = std::min(bottom, box.bottom);
+    top = std::max(top, box.top);
+  }
+  bool Contains(const SectionBox& box) const {
+    return left <= box.left && right >= box.right && bottom <= box.bottom && top >= box.top;
+  }
+};
+
+double CalcDistanceTo(const std::vector<Vec3>& line, const Vec3& p_W) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Vec3& point : line) nearest = std::min(nearest, glm::length(point - p_W));
+  return nearest;
+}
+
+}  // namespace
+
+PlannedPlane FitToSection(const PhiSampler& bone, const PlannedPlane& plane, std::span<const Vec3> near_W,
+                          double margin_mm) {
+  constexpr double kReach_mm = 120;
+  PlannedPlane fitted = plane;
+  fitted.width_mm = fitted.height_mm = 2 * kReach_mm;
+  const std::vector<std::vector<Vec3>> lines = SectionLine(bone, fitted);
+  if (lines.empty()) return plane;
+  const PlaneAxes axes = CalcPlaneAxes(plane);
+  std::vector<SectionBox> boxes;
+  for (const std::vector<Vec3>& line : lines) {
+    SectionBox box;
+    for (const Vec3& p_W : line) {
+      const double x = glm::dot(p_W - plane.plane.p_W, axes.across_W);
+      const double y = glm::dot(p_W - plane.plane.p_W, axes.up_W);
+      box.Include({x, x, y, y});
+    }
+    boxes.push_back(box);
+  }
+  SectionBox box;
+  for (const Vec3& p_W : near_W) {
+    std::size_t nearest = 0;
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+      if (CalcDistanceTo(lines[i], p_W) < CalcDistanceTo(lines[nearest], p_W)) nearest = i;
+    }
+    // The nearest line may be that of a cavity: the line around it belongs to the same part.
+    for (const SectionBox& other : boxes) {
+      if (other.Contains(boxes[nearest])) box.Include(other);
+    }
+  }
+  if (!(box.left <= box.right)) return plane;
+  fitted.plane.p_W += 0.5 * (box.left + box.right) * axes.across_W + 0.5 * (box.bottom + box.top) * axes.up_W;
+  fitted.width_mm = kPlaneSizeRange_mm.Clamp(box.right - box.left + 2 * margin_mm);
+  fitted.height_mm = kPlaneSizeRange_mm.Clamp(box.top - box.bottom + 2 * margin_mm);
+  return fitted;
 }
 
 }  // namespace kerf

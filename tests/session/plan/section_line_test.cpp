@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <glm/geometric.hpp>
 #include <numbers>
 
@@ -92,6 +93,43 @@ TEST(SectionLine, SeparatesTheLinesOfTwoParts) {
   const auto lines = SectionLine(PhiSampler(block), plane);
   ASSERT_EQ(lines.size(), 2u);
   for (const auto& line : lines) EXPECT_NEAR(CalcArea(line, {0, 0, 1}), 5.5 * 6, 4 * 0.2 * 0.2);
+}
+
+TEST(FitToSection, EnclosesThePartNearThePoints) {
+  // Two bars along x, 20 x 6 x 10 mm, whose middles lie 16 mm apart along y; the first has a cavity along x.
+  constexpr double kVoxel_mm = 0.25;
+  SolidField field;
+  field.value = [](const Vec3& p) {
+    const double cavity = 2 - std::hypot(p.y, p.z);
+    return std::min(std::max(test::BoxDistance(p, {10, 3, 5}), cavity),
+                    test::BoxDistance(p - Vec3(0, 16, 0), {10, 3, 5}));
+  };
+  field.classify = ClassifyByDistance(field.value);
+  field.region = [](const Vec3&) { return 24; };
+  const Box3 box{{-10, -3, -5}, {10, 19, 5}};
+  const Bone bone = MakeBone(field, box.Grown(6 * kVoxel_mm), {kVoxel_mm, kVoxel_mm, {}}, test::OneRegionTable());
+  const PhiSampler phi(bone);
+  // The plane x = 2, whose across axis is y.
+  const PlannedPlane plane{.name = "p", .plane = {{2, 1, 2}, {1, 0, 0}}, .width_mm = 50, .height_mm = 50};
+  const auto check = [&](const PlannedPlane& fitted, double y, double width) {
+    // The lattice reaches 240 mm with at most 1024 steps of 0.23 mm. Lines end up to half a step from an edge of the
+    // bar.
+    EXPECT_NEAR(fitted.plane.p_W.x, 2, 1e-9);
+    EXPECT_NEAR(fitted.plane.p_W.y, y, 0.15);
+    EXPECT_NEAR(fitted.plane.p_W.z, 0, 0.15);
+    EXPECT_EQ(fitted.plane.normal_W, plane.plane.normal_W);
+    EXPECT_NEAR(fitted.width_mm, width + 8, 0.3);
+    EXPECT_NEAR(fitted.height_mm, 10 + 8, 0.3);
+  };
+  check(FitToSection(phi, plane, std::array{Vec3(2, -3, 0)}), 0, 6);
+  check(FitToSection(phi, plane, std::array{Vec3(2, 1.9, 0)}), 0, 6);  // at the cavity
+  check(FitToSection(phi, plane, std::array{Vec3(2, 20, 1)}), 16, 6);
+  check(FitToSection(phi, plane, std::array{Vec3(2, -3, 0), Vec3(2, 20, 1)}), 8, 22);
+  // A plane that meets no bone stays as it is.
+  PlannedPlane beside = plane;
+  beside.plane.p_W.x = 40;
+  EXPECT_EQ(FitToSection(phi, beside, std::array{Vec3(40, 0, 0)}).plane.p_W, beside.plane.p_W);
+  EXPECT_EQ(FitToSection(phi, beside, std::array{Vec3(40, 0, 0)}).width_mm, 50);
 }
 
 }  // namespace
