@@ -12,7 +12,8 @@ inline HudState MakeFullHud() {
   HudState hud;
   hud.values = {3.42, 5.1, 7500, 2.31, 1.4, true, 2.7, 0.38};
   hud.now_s = 14;
-  hud.force_note = "hertz_chip: thrust 1.6 times that measured at a bite of 2.5 um, 9 times at 10 um (22 mm disc)";
+  hud.force_note = "The chips are thinner than in published tests on bone: the force is an estimate.";
+  hud.force_details = "hertz_chip: thrust 1.6 times that measured at a bite of 2.5 um, 9 times at 10 um (22 mm disc)";
   for (int i = 0; i < 14000; i += 5) {
     const double t = 0.001 * i;
     hud.force.push_back({t, 1.6 + 0.9 * std::sin(1.3 * t) + 0.25 * std::sin(61 * t)});

@@ -58,7 +58,7 @@ void CaseWriter::FinishExport() {
     viewer_.dialogs().Ask(fmt::format(fmt::runtime(Tr("Pieces, planes and the report are in {}")), take_away_),
                           {{Tr("Open the folder"), [this] { OpenInDesktop(take_away_); }},
                            {Tr("Open the report"), [this] { OpenInDesktop(take_away_ + "/report.html"); }},
-                           {Tr("Close"), nullptr}});
+                           {Tr("Return to the bone"), nullptr}});
     viewer_.trace().Write("taken_away", {{"folder", take_away_}});
   } catch (const std::exception& e) {  // the session has ended in the meantime and returns no bone
     viewer_.Say(fmt::format(fmt::runtime(Tr("Nothing was exported: {}")), e.what()));

@@ -5,6 +5,7 @@
 #include <imgui_stdlib.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <utility>
 
@@ -48,6 +49,7 @@ void Dialogs::ChooseFile(Ui& ui, const std::string& title, const std::string& fo
   question_ = title;
   extensions_ = std::move(extensions);
   save_ = save;
+  allows_folder_ = all_files_ = false;
   std::error_code error;
   folder_ = fs::canonical(folder.empty() ? "." : folder, error).string();
   if (error) folder_ = fs::current_path(error).string();
@@ -75,6 +77,7 @@ void Dialogs::DecideText() {
 void Dialogs::ListFolder() {
   folders_.clear();
   files_.clear();
+  left_out_ = 0;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder_, error)) {
     const std::string name = entry.path().filename().string();
@@ -83,10 +86,12 @@ void Dialogs::ListFolder() {
       folders_.push_back(name);
       continue;
     }
-    const bool listed = extensions_.empty() || std::any_of(extensions_.begin(), extensions_.end(), [&](const auto& e) {
-                          return name.size() >= e.size() && name.compare(name.size() - e.size(), e.size(), e) == 0;
-                        });
-    if (listed) files_.push_back(name);
+    std::string lower = name;
+    std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+    const bool fits = extensions_.empty() || std::any_of(extensions_.begin(), extensions_.end(),
+                                                         [&](const auto& e) { return lower.ends_with(e); });
+    if (!fits) ++left_out_;
+    if (fits || all_files_) files_.push_back(name);
   }
   if (error) fault_ = fmt::format("{}: {}", folder_, error.message());
   std::sort(folders_.begin(), folders_.end());
@@ -195,7 +200,8 @@ void Dialogs::Draw(Ui& ui) {
   ImGui::PushTextWrapPos(0);
   ImGui::TextUnformatted(folder_.c_str());
   ImGui::PopTextWrapPos();
-  ImGui::BeginChild("files", {0, -78 * s}, true);
+  const bool filters = !save_ && !extensions_.empty();
+  ImGui::BeginChild("files", {0, -(filters ? 106 : 78) * s}, true);
   std::optional<std::string> enter;
   if (ImGui::Selectable("..")) enter = "..";
   for (const std::string& name : folders_) {
@@ -211,10 +217,15 @@ void Dialogs::Draw(Ui& ui) {
     ui.Note(fmt::format("file {}", name));
   }
   ImGui::EndChild();
+  if (filters) {
+    const std::string label = fmt::format(fmt::runtime(Tr("Show all files ({} are of another type)")), left_out_);
+    if (ImGui::Checkbox(fmt::format("{}###all", label).c_str(), &all_files_)) ListFolder();
+    ui.Note("dialog.all");
+  }
   done = line("##name") || done;
   done = ImGui::Button(save_ ? Tr("Save") : Tr("Open")) || done;
   ui.Note("dialog.ok");
-  if (!save_ && extensions_.empty()) {
+  if (allows_folder_) {
     ImGui::SameLine();
     if (ImGui::Button(Tr("Open this folder"))) {
       text_ = folder_;

@@ -23,10 +23,12 @@ class Dialogs {
   };
   /// Asks a question. Enter gives the first answer, Escape the last.
   void Ask(const std::string& question, std::vector<Answer> answers);
-  /// Asks for a file or folder. `extensions`: of the files that are listed, with the dot; empty: all. `save`: the file
-  /// may be a new one. `done` is called only if a file was chosen.
+  /// Asks for a file. `extensions`: of the files that are listed, with the dot, in lower case; empty: all. The user can
+  /// list the other files too. `save`: the file may be a new one. `done` is called only if a file was chosen.
   void ChooseFile(Ui& ui, const std::string& title, const std::string& folder, std::vector<std::string> extensions,
                   bool save, const std::string& name, std::function<void(const std::string&)> done);
+  /// Adds a button that chooses the shown folder itself, to the dialog that is open.
+  void AllowFolder() { allows_folder_ = true; }
 
   bool is_open() const { return kind_ != Kind::kNone; }
   bool asks_text() const { return kind_ == Kind::kText || kind_ == Kind::kFile; }
@@ -52,6 +54,9 @@ class Dialogs {
   std::vector<Answer> answers_;
   std::vector<std::string> extensions_;
   bool save_ = false;
+  bool allows_folder_ = false;
+  bool all_files_ = false;    // lists files of all extensions
+  std::size_t left_out_ = 0;  // files that are not listed
   std::string folder_;
   std::vector<std::string> folders_, files_;
   std::string fault_;

@@ -13,6 +13,7 @@
 #include "cut/effects/plan.h"
 #include "cut/force/measured.h"
 #include "kerf/error.h"
+#include "view/ui/translate.h"
 
 namespace kerf {
 namespace {
@@ -172,10 +173,27 @@ LiveFigures LiveSession::figures() const {
   return figures_;
 }
 
-std::string LiveSession::MakeForceNote(double bite_mm) const {
+LiveSession::ForceNote LiveSession::MakeForceNote(double bite_mm) const {
   constexpr double kNoBite_mm = 1e-6;
-  return fmt::format("{}: {}; now {}", scene_.force.name(), DescribeAccuracy(scene_.force, MakeTool(scene_)),
-                     bite_mm < kNoBite_mm ? "no tooth cuts" : DescribeBite(scene_.force, bite_mm));
+  constexpr double kAgrees = 1.25;  // studies differ by more
+  const bool cuts = bite_mm >= kNoBite_mm;
+  const Tool tool = MakeTool(scene_);
+  ForceNote note;
+  note.details = fmt::format("{}: {}; now {}", scene_.force.name(), DescribeAccuracy(scene_.force, tool),
+                             cuts ? DescribeBite(scene_.force, bite_mm) : "no tooth cuts");
+  const auto [from_mm, to_mm] = FindDataBites(scene_.force);
+  if (cuts && bite_mm < from_mm) {
+    note.text = Tr("The chips are thinner than in published tests on bone: the force is an estimate.");
+  } else if (cuts && bite_mm > to_mm) {
+    note.text = Tr("The chips are thicker than in published tests on bone: the force is an estimate.");
+  } else if (const double factor = CalcThrustFactor(scene_.force, tool, cuts ? bite_mm : from_mm);
+             factor > kAgrees || factor < 1 / kAgrees) {
+    note.text = fmt::format(fmt::runtime(Tr("The force is about {} times that of published tests on bone.")),
+                            ShowNumber(factor, 1));
+  } else {
+    note.text = Tr("The force agrees with published tests on bone.");
+  }
+  return note;
 }
 
 std::vector<ForceMoment> LiveSession::TakeForces() {

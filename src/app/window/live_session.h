@@ -96,7 +96,11 @@ class LiveSession final : private SessionController {
   /// Returns the normal of the guide's plane, unit length; meaningless without a guide.
   const Vec3& guide_normal_W() const { return guide_normal_W_; }
   /// Returns a note on the agreement of the force law with measurements, at a bite; 0: no tooth is engaged.
-  std::string MakeForceNote(double bite_mm) const;
+  struct ForceNote {
+    std::string text;     // a sentence in plain words, in the window's language
+    std::string details;  // law, factors and bite
+  };
+  ForceNote MakeForceNote(double bite_mm) const;
 
   /// Requests the end of the loop, or of loading; stage() reports when it has ended.
   void Stop() { stop_.store(true); }

@@ -20,6 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd", ".stl", ".obj", ".ply"};
+
 /// Default scene of a window; also the basis of scenes for other bones.
 constexpr char kDefaultScene[] = R"(title = "Generic mandible"
 [bone]
@@ -84,8 +86,13 @@ Scene MakeSceneAround(const std::string& bone_file, const Bone& bone) {
   return scene;
 }
 
+std::vector<std::string> ListInputExtensions() {
+  std::vector<std::string> extensions(kTypes.begin(), kTypes.end());
+  extensions.insert(extensions.end(), {".toml", kProjectExtension});
+  return extensions;
+}
+
 void CheckInput(const std::string& input) {
-  constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd", ".stl", ".obj", ".ply"};
   if (!fs::exists(input)) throw Error(fmt::format("{}: there is no such file or folder", input));
   if (fs::is_directory(input) || IsProjectPath(input)) return;
   std::string name = fs::path(input).filename().string();

@@ -40,6 +40,9 @@ struct OpenWatcher {
   std::function<void(std::shared_ptr<const Volume>)> ct;
 };
 
+/// Returns the extensions of files that can be opened, with the dot, in lower case.
+std::vector<std::string> ListInputExtensions();
+
 /// Throws Error if an input certainly cannot be opened: it does not exist, its type is unknown, or it is a scene with a
 /// fault. Takes a few milliseconds.
 void CheckInput(const std::string& input);

@@ -234,7 +234,8 @@ void Rehearsal::SelectSaw(std::size_t number) {
   if (number >= options_.saws.size() || (saw_is_listed_ && number == saw_)) return;
   if (!viewer_->is_running() || change_.is_pending()) return;
   const Saw& saw = options_.saws[number];
-  ContinueWith(fmt::format(fmt::runtime(Tr("Saw: {}")), saw.name), [saw](Scene& scene) { UseSaw(scene, saw); });
+  ContinueWith(fmt::format(fmt::runtime(Tr("Saw: {}")), Tr(saw.name.c_str())),
+               [saw](Scene& scene) { UseSaw(scene, saw); });
   saw_ = number;
   saw_is_listed_ = true;
 }
@@ -380,7 +381,7 @@ void Rehearsal::Update(double /*dt_s*/) {
 
 void Rehearsal::Fill(HudState& hud) {
   hud.status.mode = in_pieces_ ? Tr("Pieces") : Tr("Rehearse");
-  if (saw_is_listed_) hud.status.saw = options_.saws[saw_].name;
+  if (saw_is_listed_) hud.status.saw = Tr(options_.saws[saw_].name.c_str());
   distances_.Fill(hud);
   distances_.SoundAlarms();
   if (loader_.is_opening()) {

@@ -148,6 +148,7 @@ class Rehearsal final : public Activity {
   std::vector<std::string> warnings_;  // of the import, until its bone is shown
   std::string pieces_json_;            // of a project, until the pieces are entered
   std::vector<std::string> recent_;    // files of the menu
+  std::vector<std::string> saw_tips_;  // of the menu
   bool guided_ = false;
   std::optional<PlanesReport> cut_;  // latest state of the planned planes
   bool in_pieces_ = false;

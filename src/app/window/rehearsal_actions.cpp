@@ -1,6 +1,7 @@
 // Keys and menus of a rehearsal.
 #include <fmt/format.h>
 
+#include <array>
 #include <utility>
 
 #include "app/window/rehearsal.h"
@@ -8,6 +9,14 @@
 #include "view/ui/translate.h"
 
 namespace kerf {
+namespace {
+
+// Names of the saws that are built in, for the translation.
+[[maybe_unused]] constexpr std::array kSawNames{
+    Msg("standard disc 22 mm"), Msg("fine disc 16 mm"), Msg("coarse disc 22 mm"), Msg("deep disc 30 mm"),
+    Msg("small disc 10 mm"),    Msg("ball burr 6 mm"),  Msg("ball burr 3 mm")};
+
+}  // namespace
 
 void Rehearsal::AddActions(ActionList& actions) {
   const auto running = [this] { return viewer_->is_running() && !change_.is_pending(); };
@@ -81,10 +90,14 @@ void Rehearsal::AddActions(ActionList& actions) {
                .run = [this] { in_pieces_ ? pieces_.ShowCheckpoints() : ShowCheckpoints(); },
                .enabled = either});
   // ---- saws
+  for (const Saw& saw : options_.saws) {
+    saw_tips_.push_back(fmt::format("{}, {:.0f} rpm; {}", DescribeTool(saw.tool), saw.tool.rpm, saw.source));
+  }
   for (std::size_t i = 0; i < options_.saws.size(); ++i) {
     Action saw{.id = fmt::format("saw.{}", i + 1),
                .menu = Msg("Saw"),
                .label = options_.saws[i].name.c_str(),
+               .tip = saw_tips_[i].c_str(),
                .run = [this, i] { SelectSaw(i); },
                .enabled = cutting,
                .on = [this, i] { return saw_is_listed_ && saw_ == i; },
@@ -132,8 +145,9 @@ void Rehearsal::AddActions(ActionList& actions) {
 void Rehearsal::AskOpen() {
   viewer_->controls().Release();
   viewer_->dialogs().ChooseFile(viewer_->ui(),
-                                Tr("Open a bone, a scene, a surface, a CT, or a folder with a DICOM series"), ".", {},
-                                false, "", [this](const std::string& path) { Open(path); });
+                                Tr("Open a bone, a scene, a surface, a CT, or a folder with a DICOM series"), ".",
+                                ListInputExtensions(), false, "", [this](const std::string& path) { Open(path); });
+  viewer_->dialogs().AllowFolder();  // of a DICOM series
 }
 
 void Rehearsal::ShowPlanMenu() {

@@ -22,7 +22,11 @@ HudState ViewerApp::MakeHud() {
   hud.values.rpm = figures_.in.rpm;
   hud.values.force_N = glm::length(figures_.coupled.f_H_W_N);
   hud.now_s = figures_.time_s;
-  if (session_) hud.force_note = session_->MakeForceNote(figures_.coupled.mean_bite_mm);
+  if (session_) {
+    LiveSession::ForceNote note = session_->MakeForceNote(figures_.coupled.mean_bite_mm);
+    hud.force_note = std::move(note.text);
+    hud.force_details = std::move(note.details);
+  }
   const auto recent = std::lower_bound(forces_.begin(), forces_.end(), figures_.time_s - 10.5,
                                        [](const PlotPoint& p, double t) { return p.time_s < t; });
   hud.force.assign(recent, forces_.end());

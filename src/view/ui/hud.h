@@ -105,6 +105,7 @@ struct HudState {
   std::vector<PlotPoint> force;  // in order of time; the last 10 s are shown
   double now_s = 0;              // time at the plot's right end
   std::string force_note;        // comparison of the force with a measured one; below the plot
+  std::string force_details;     // the same in technical terms; its tooltip
   std::optional<HudGauge> gauge;
   HudStatus status;
   std::vector<HudPiece> pieces;

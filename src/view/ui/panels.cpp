@@ -188,9 +188,11 @@ void ForceSection(Ui& ui, const HudState& state) {
   ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().faint));
   ImGui::PushTextWrapPos(0);
   ImGui::TextUnformatted(state.force_note.c_str());
+  ui.Note("force note");
   ImGui::PopTextWrapPos();
   ImGui::PopStyleColor();
   ImGui::PopFont();
+  Tooltip(ui, state.force_details);
 }
 
 void LegendSection(Ui& ui, const HudState& state) {

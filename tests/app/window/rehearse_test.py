@@ -250,7 +250,7 @@ def main():
         sessions = w.mark()
         w.key("2")
         w.wait_event("running", after=sessions, seconds=120)
-        w.wait_state("the fine disc", lambda s: s["saw"] == "fine disc 16")
+        w.wait_state("the fine disc", lambda s: s["saw"] == "fine disc 16 mm")
         picture("another saw")
         w.key("ctrl+q")
         code, out = w.wait_end()
