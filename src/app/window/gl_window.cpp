@@ -154,6 +154,7 @@ void GlWindow::State::Listen() {
     Of(w).Resize();
     Of(w).Add(Kind::kResize);
   });
+  glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { Of(w).Add(Kind::kRefresh); });
   glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int on) { Of(w).Add(Kind::kFocus).on = on != 0; });
   glfwSetWindowIconifyCallback(window, [](GLFWwindow* w, int on) { Of(w).Add(Kind::kMinimise).on = on != 0; });
   glfwSetWindowCloseCallback(window, [](GLFWwindow* w) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "kerf/error.h"
@@ -14,6 +15,8 @@ namespace kerf {
 namespace {
 
 constexpr double kFrame_s = 1.0 / 60;
+constexpr double kStillFrame_s = 1.0 / 20;  // between frames while nothing changes
+constexpr double kSettled_s = 0.3;          // time without a change after which nothing is expected to change soon
 constexpr double kMessage_s = 6;
 constexpr double kLeave_s = 0.5;  // time that loading gets to end by itself when the window is closed
 
@@ -93,7 +96,7 @@ void ViewerApp::Update(double dt_s) {
   FollowSaw(dt_s);
   activity_->Update(dt_s);
   UpdateToolInPicture(dt_s);
-  trace_.WriteState(MakeState());
+  if (trace_) trace_.WriteState(MakeState());
 }
 
 nlohmann::json ViewerApp::MakeState() const {
@@ -127,10 +130,18 @@ void ViewerApp::Draw() {
   ui_.EndFrame();
   const auto box = [](const UiBox& b) { return ScreenBox{b.left, b.top, b.width, b.height}; };
   view_->SetAreas(box(areas_.scene), box(areas_.cube));
-  window_.BeginFrame();
-  view_->Render();
-  window_.Present();
-  times_.frame.Add(std::llround(1e9 * SecondsSince(began)));
+  const std::uint64_t hash = ui_.CalcFrameHash();
+  if (std::exchange(redraws_, false) || view_->has_changed()) frames_to_draw_ = 2;
+  if (hash != frame_hash_) frames_to_draw_ = std::max(frames_to_draw_, 1);
+  if (frames_to_draw_ > 0) {
+    --frames_to_draw_;
+    frame_hash_ = hash;
+    changed_s_ = now_s_;
+    window_.BeginFrame();
+    view_->Render();
+    window_.Present();
+    times_.frame.Add(std::llround(1e9 * SecondsSince(began)));
+  }
   actions_.RunChosen();
   dialogs_.RunDecided();
   if (const std::optional<int> row = std::exchange(picked_row_, std::nullopt)) activity_->PickMenuRow(*row);
@@ -157,9 +168,17 @@ void ViewerApp::Run(Activity& activity) {
   while (!done_) {
     const double spent_s = SecondsSince(start) - now_s_;
     // While a bone is made, draw fewer frames, to leave processor time for it.
-    const double frame_s = session_ && !is_running() && !goes_on_ ? 0.1 : kFrame_s;
+    const bool makes_bone = session_ && !is_running() && !goes_on_;
+    const bool still = now_s_ > changed_s_ + kSettled_s;
+    const double frame_s = makes_bone ? 0.1 : still ? kStillFrame_s : kFrame_s;
     const double wait_s = minimised_ ? 0.05 : std::max(0.0, frame_s - spent_s);
-    for (const WindowEvent& event : window_.Poll(wait_s)) Take(event);
+    std::vector<WindowEvent> events = window_.Poll(wait_s);
+    // Events end the wait early, also those of a mouse whose motion changes nothing.
+    if (const double early_s = kFrame_s - (SecondsSince(start) - now_s_); !events.empty() && early_s > 0) {
+      std::this_thread::sleep_for(std::chrono::duration<double>(early_s));
+      for (WindowEvent& event : window_.Poll(0)) events.push_back(std::move(event));
+    }
+    for (const WindowEvent& event : events) Take(event);
     ignores_text_ = false;
     if (options_.interrupt != nullptr && options_.interrupt->load() && !quitting_) Quit();
     now_s_ = SecondsSince(start);

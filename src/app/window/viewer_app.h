@@ -247,8 +247,12 @@ class ViewerApp {
   std::string staying_;  // message that stays while its cause lasts
   double now_s_ = 0;
   double frame_s_ = 1.0 / 60;
-  bool ignores_text_ = false;  // the character of a key that has just opened a text field
-  nlohmann::json noted_;       // places of buttons that were last written to the trace
+  bool ignores_text_ = false;     // the character of a key that has just opened a text field
+  bool redraws_ = true;           // the next frame is drawn even if nothing seems to have changed
+  int frames_to_draw_ = 0;        // the scene may take two frames to settle
+  std::uint64_t frame_hash_ = 0;  // of the panels that were last drawn
+  double changed_s_ = 0;          // time of the last frame that was drawn
+  nlohmann::json noted_;          // places of buttons that were last written to the trace
   FrameTimes times_;
 };
 

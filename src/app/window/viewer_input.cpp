@@ -24,12 +24,17 @@ void ViewerApp::Take(const WindowEvent& event) {
         trace_.Write("resized", {{"width", window_.width()}, {"height", window_.height()}});
       }
       return;
+    case Kind::kRefresh:
+      redraws_ = true;
+      return;
     case Kind::kFocus:
+      redraws_ = true;
       trace_.Write("focus", {{"on", event.on}});
       ui_.Take(event);
       if (!event.on) LoseFocus(Tr("The window lost focus: the spindle was stopped"));
       return;
     case Kind::kMinimise:
+      redraws_ = true;
       minimised_ = event.on;
       trace_.Write("minimised", {{"on", event.on}});
       if (event.on) LoseFocus(Tr("The window was minimised: the spindle was stopped"));

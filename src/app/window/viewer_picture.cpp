@@ -170,8 +170,11 @@ std::string ViewerApp::TakePicture() {
   do {
     path = fmt::format("{}/picture-{:03d}.png", options_.folder, ++pictures_);
   } while (std::filesystem::exists(path));
+  window_.BeginFrame();
+  view_->Render();
+  redraws_ = true;
   WritePng(view_->Grab(), path);
-  trace_.Write("picture", {{"file", path}});
+  trace_.Write("picture", {{"file", path}, {"frames", times_.frame.total()}});
   return path;
 }
 
@@ -180,6 +183,7 @@ std::string ViewerApp::GrabScene() {
   window_.BeginFrame();
   view_->Render();
   view_->set_panels_shown(true);
+  redraws_ = true;
   const TemporaryFolder folder("kerf_scene");
   const std::string path = folder.path() + "/picture.png";
   WritePng(view_->Grab(), path);

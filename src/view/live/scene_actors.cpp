@@ -60,6 +60,7 @@ struct SceneActors::State {
   std::optional<Tool> tool;
   Pose X_WT;
   double rpm = 0;
+  double angle_rad = 0;
   vtkSmartPointer<vtkActor> toothed, turning, blur, ghost, handpiece, guard;
   bool handpiece_shown = true;
   std::optional<Vec3> contact_W;
@@ -89,6 +90,21 @@ struct SceneActors::State {
   };
   std::map<int, PieceActor> piece_actors;
 
+  std::uint64_t changes = 0;
+
+  /// Sets a value. Returns false if it is the same as before.
+  template <typename T>
+  bool Renew(T& kept, const T& next) {
+    if (kept == next) return false;
+    kept = next;
+    ++changes;
+    return true;
+  }
+  /// Whether teeth pass too fast to be seen separately; they are drawn blurred.
+  bool Whirls() const {
+    const auto* disc = tool ? std::get_if<DiscSaw>(&*tool) : nullptr;
+    return disc != nullptr && std::abs(rpm) * disc->teeth / 60 > 15;
+  }
   void Remove(vtkRenderer& from, Actors& actors) {
     for (const auto& actor : actors) from.RemoveActor(actor);
     actors.clear();
@@ -119,9 +135,7 @@ struct SceneActors::State {
   }
   void ShowTool() {
     if (toothed == nullptr) return;
-    // Teeth that pass too fast to be seen separately are drawn blurred.
-    const auto* disc = tool ? std::get_if<DiscSaw>(&*tool) : nullptr;
-    const bool whirls = disc != nullptr && std::abs(rpm) * disc->teeth / 60 > 15;
+    const bool whirls = Whirls();
     toothed->SetVisibility(!whirls);
     if (turning != nullptr) turning->SetVisibility(whirls);
     if (blur != nullptr) blur->SetVisibility(whirls);
@@ -131,12 +145,17 @@ struct SceneActors::State {
 SceneActors::SceneActors(vtkRenderer& scene, vtkRenderer& over) : state_(std::make_unique<State>(scene, over)) {}
 SceneActors::~SceneActors() = default;
 
+std::uint64_t SceneActors::changes() const {
+  return state_->changes;
+}
+
 void SceneActors::SetScale(double scale) {
   state_->scale = scale;
 }
 
 void SceneActors::SetInner(const InnerSurfaces& surfaces, bool shown) {
   State& s = *state_;
+  ++s.changes;
   s.Remove(s.scene, s.inner);
   s.inner_box = {};
   if (!surfaces.canal_W.triangles.empty()) {
@@ -151,7 +170,7 @@ void SceneActors::SetInner(const InnerSurfaces& surfaces, bool shown) {
 }
 
 void SceneActors::ShowInner(bool shown) {
-  state_->inner_shown = shown;
+  state_->Renew(state_->inner_shown, shown);
   for (const auto& actor : state_->inner) actor->SetVisibility(shown);
 }
 
@@ -182,6 +201,7 @@ void SceneActors::SetTool(const Tool& tool) {
 
 void SceneActors::ClearTool() {
   State& s = *state_;
+  ++s.changes;
   for (auto* actor : {&s.toothed, &s.turning, &s.blur, &s.guard, &s.handpiece}) {
     if (*actor != nullptr) s.scene.RemoveActor(*actor);
     *actor = nullptr;
@@ -205,12 +225,13 @@ void SceneActors::MoveToolLast() {
 }
 
 void SceneActors::SetHandpieceShown(bool shown) {
+  ++state_->changes;
   state_->handpiece_shown = shown;
   state_->PlaceHandpiece();
 }
 
 void SceneActors::SetContact(const std::optional<Vec3>& p_W) {
-  state_->contact_W = p_W;
+  state_->Renew(state_->contact_W, p_W);
   state_->PlaceHandpiece();
 }
 
@@ -253,8 +274,13 @@ void SceneActors::UpdateSightHoles(const ViewCamera& camera, double depth) {
 
 void SceneActors::SetToolPose(const Pose& X_WT, double rpm, double angle_rad) {
   State& s = *state_;
+  const bool moved = s.X_WT.p_AB != X_WT.p_AB || s.X_WT.R_AB != X_WT.R_AB;
   s.X_WT = X_WT;
+  const bool whirled = s.Whirls();
   s.rpm = rpm;
+  const double shown_rad = s.Whirls() ? s.angle_rad : angle_rad;  // a blurred disc looks the same at every angle
+  if (moved || s.Whirls() != whirled || shown_rad != s.angle_rad) ++s.changes;
+  s.angle_rad = shown_rad;
   s.PlaceHandpiece();
   if (s.toothed == nullptr) return;
   SetPose(*s.toothed, {X_WT.R_AB * glm::angleAxis(angle_rad, Vec3{0, 0, 1}), X_WT.p_AB});
@@ -264,6 +290,7 @@ void SceneActors::SetToolPose(const Pose& X_WT, double rpm, double angle_rad) {
 }
 
 void SceneActors::SetToolColour(const Rgb8& colour) {
+  ++state_->changes;
   for (auto* actor : {&state_->toothed, &state_->turning}) {
     if (*actor != nullptr) (*actor)->GetProperty()->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
   }
@@ -272,6 +299,7 @@ void SceneActors::SetToolColour(const Rgb8& colour) {
 void SceneActors::SetGhost(const std::optional<Pose>& X_WH) {
   State& s = *state_;
   if (s.ghost == nullptr) return;
+  if (X_WH || s.ghost_shown) ++s.changes;
   s.ghost_shown = X_WH.has_value();
   s.ghost->SetVisibility(s.ghost_shown);
   if (X_WH) SetPose(*s.ghost, *X_WH);
@@ -299,8 +327,7 @@ void SceneActors::SetForce(const std::optional<ForceArrow>& force, const ViewCam
 
 void SceneActors::SetPlanes(const std::vector<PlaneOverlay>& planes) {
   State& s = *state_;
-  if (planes == s.planes) return;
-  s.planes = planes;
+  if (!s.Renew(s.planes, planes)) return;
   s.Remove(s.scene, s.plane_actors);
   for (const PlaneOverlay& plane : planes) {
     const std::vector<Vec3> corners =
@@ -314,8 +341,7 @@ void SceneActors::SetPlanes(const std::vector<PlaneOverlay>& planes) {
 
 void SceneActors::SetDepthStops(const std::vector<DepthStopOverlay>& stops) {
   State& s = *state_;
-  if (stops == s.stops) return;
-  s.stops = stops;
+  if (!s.Renew(s.stops, stops)) return;
   s.Remove(s.scene, s.stop_actors);
   for (const DepthStopOverlay& stop : stops) {
     const Rgb8 colour = stop.reached ? kReachedColour : kStopColour;
@@ -330,8 +356,7 @@ void SceneActors::SetDepthStops(const std::vector<DepthStopOverlay>& stops) {
 
 void SceneActors::SetGuides(const std::vector<GuideOverlay>& guides) {
   State& s = *state_;
-  if (guides == s.guides) return;
-  s.guides = guides;
+  if (!s.Renew(s.guides, guides)) return;
   s.Remove(s.over, s.guide_actors);
   std::vector<std::vector<Vec3>> lines;
   for (const GuideOverlay& guide : guides) {
@@ -342,8 +367,7 @@ void SceneActors::SetGuides(const std::vector<GuideOverlay>& guides) {
 
 void SceneActors::SetMeasures(const std::vector<MeasureOverlay>& measures) {
   State& s = *state_;
-  if (measures == s.measures) return;
-  s.measures = measures;
+  if (!s.Renew(s.measures, measures)) return;
   s.Remove(s.over, s.measure_actors);
   std::vector<std::vector<Vec3>> lines;
   for (const MeasureOverlay& measure : measures) {
@@ -354,6 +378,7 @@ void SceneActors::SetMeasures(const std::vector<MeasureOverlay>& measures) {
 
 void SceneActors::SetPieces(const std::vector<PieceShape>& pieces) {
   State& s = *state_;
+  ++s.changes;
   s.pieces = pieces;
   std::map<int, State::PieceActor> kept;
   for (const PieceShape& piece : pieces) {
@@ -393,25 +418,25 @@ const std::vector<PieceShape>& SceneActors::pieces() const {
 }
 
 void SceneActors::SetBridges(const std::vector<BridgeOverlay>& bridges) {
-  state_->bridges = bridges;
+  state_->Renew(state_->bridges, bridges);
 }
 void SceneActors::SetPoints(const std::vector<PointOverlay>& points) {
-  state_->points = points;
+  state_->Renew(state_->points, points);
 }
 const std::vector<PointOverlay>& SceneActors::points() const {
   return state_->points;
 }
 void SceneActors::SetPlaneHandles(const std::vector<PlaneHandleOverlay>& handles) {
-  state_->handles = handles;
+  state_->Renew(state_->handles, handles);
 }
 const std::vector<PlaneHandleOverlay>& SceneActors::plane_handles() const {
   return state_->handles;
 }
 void SceneActors::SetPlaneLines(const std::vector<PlaneLineOverlay>& lines) {
-  state_->plane_lines = lines;
+  state_->Renew(state_->plane_lines, lines);
 }
 void SceneActors::SetAlarms(const std::vector<AlarmOverlay>& alarms) {
-  state_->alarms = alarms;
+  state_->Renew(state_->alarms, alarms);
 }
 const std::vector<AlarmOverlay>& SceneActors::alarms() const {
   return state_->alarms;
@@ -419,8 +444,7 @@ const std::vector<AlarmOverlay>& SceneActors::alarms() const {
 
 void SceneActors::SetMarks(const std::vector<MarkOverlay>& marks) {
   State& s = *state_;
-  if (marks == s.marks) return;
-  s.marks = marks;
+  if (!s.Renew(s.marks, marks)) return;
   s.Remove(s.scene, s.mark_actors);
   for (const MarkOverlay& mark : marks) {
     const TriangleMesh tube = MakeTubeMesh(mark.points_W, mark.radius_mm);

@@ -20,6 +20,8 @@ class SceneActors {
   SceneActors(const SceneActors&) = delete;
   SceneActors& operator=(const SceneActors&) = delete;
 
+  /// Number of changes so far that are visible in a picture.
+  std::uint64_t changes() const;
   void SetScale(double scale);  // pixels per point
   void SetInner(const InnerSurfaces& surfaces, bool shown);
   void ShowInner(bool shown);

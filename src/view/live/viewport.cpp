@@ -71,6 +71,17 @@ struct Viewport::State {
   ScreenBox free;  // area of the bone; empty: the window
   ScreenBox cube_box;
   ViewStats stats;
+  std::uint64_t changes = 0;  // so far, without those of the actors
+  std::uint64_t drawn_changes = 0;
+  std::optional<ViewCamera> drawn_camera;
+
+  /// Sets a value, and counts the change if it differs from the one before.
+  template <typename T>
+  void Renew(T& kept, const T& next) {
+    if (kept == next) return;
+    kept = next;
+    ++changes;
+  }
 
   // Depth of a point on the screen as a fragment has it, 0 to 1.
   double CalcDepth(const Vec3& p_W) {
@@ -159,6 +170,7 @@ void Viewport::Resize(int width, int height, double scale) {
   if (width < 1 || height < 1) return;  // minimised
   State& s = *state_;
   s.camera.SetSize(width, height);
+  ++s.changes;
   s.scale = scale;
   s.actors.SetScale(scale);
   s.window.SetSize(width, height);
@@ -178,6 +190,7 @@ double Viewport::scale() const {
 
 void Viewport::BeginBone(const MaterialTable& materials, const Vec3& origin_W, const Box3& bounds_W, double voxel_mm) {
   State& s = *state_;
+  ++s.changes;
   s.materials = materials;
   s.bounds_W = bounds_W;
   s.voxel_mm = voxel_mm;
@@ -189,6 +202,7 @@ void Viewport::BeginBone(const MaterialTable& materials, const Vec3& origin_W, c
 
 void Viewport::SetChunk(const ChunkMesh& mesh) {
   State& s = *state_;
+  ++s.changes;
   s.bone->SetChunk(mesh);
   PaletteCounts here{};
   for (const ChunkVertex& v : mesh.vertices) ++here[v.region + (v.cut > 127 ? 256u : 0u)];
@@ -210,6 +224,7 @@ void Viewport::set_colour_by(ColourBy by) {
   State& s = *state_;
   if (by == s.by) return;
   s.by = by;
+  ++s.changes;
   s.bone->SetPalette(MakePalette(s.materials, by));
 }
 ColourBy Viewport::colour_by() const {
@@ -217,7 +232,7 @@ ColourBy Viewport::colour_by() const {
 }
 
 void Viewport::set_translucent(bool translucent) {
-  state_->translucent = translucent;
+  state_->Renew(state_->translucent, translucent);
   state_->bone->SetTranslucent(translucent);
   state_->actors.ShowInner(translucent);
 }
@@ -225,7 +240,7 @@ bool Viewport::translucent() const {
   return state_->translucent;
 }
 void Viewport::set_bone_hidden(bool hidden) {
-  state_->bone_hidden = hidden;
+  state_->Renew(state_->bone_hidden, hidden);
   state_->bone->SetHidden(hidden);
 }
 
@@ -251,7 +266,7 @@ void Viewport::SetGhost(const std::optional<Pose>& X_WH) {
   state_->actors.SetGhost(X_WH);
 }
 void Viewport::SetForce(const std::optional<ForceArrow>& force) {
-  state_->force = force;
+  state_->Renew(state_->force, force);
 }
 void Viewport::SetPlanes(const std::vector<PlaneOverlay>& planes) {
   state_->actors.SetPlanes(planes);
@@ -301,10 +316,11 @@ void Viewport::AddDust(const Vec3& p_W, const Vec3& v_W, double volume_mm3) {
   if (state_->show_dust) state_->cloud.Add(p_W, v_W, volume_mm3);
 }
 void Viewport::AdvanceDust(double dt_s) {
+  if (state_->cloud.size() > 0) ++state_->changes;
   state_->cloud.Advance(dt_s);
 }
 void Viewport::set_show_dust(bool show) {
-  state_->show_dust = show;
+  state_->Renew(state_->show_dust, show);
   if (!show) state_->cloud.Clear();
 }
 bool Viewport::show_dust() const {
@@ -314,6 +330,7 @@ bool Viewport::show_dust() const {
 void Viewport::set_theme(Theme theme) {
   State& s = *state_;
   s.theme = theme;
+  ++s.changes;
   const SceneColours colours = SceneColoursOf(theme);
   const auto f = [](std::uint8_t v) { return v / 255.0; };
   s.scene->SetBackground(f(colours.bottom[0]), f(colours.bottom[1]), f(colours.bottom[2]));
@@ -343,10 +360,11 @@ void Viewport::SetPanels(vtkProp& panels) {
 }
 void Viewport::set_panels_shown(bool shown) {
   if (state_->panels != nullptr) state_->panels->SetVisibility(shown ? 1 : 0);
+  ++state_->changes;
 }
 void Viewport::SetAreas(const ScreenBox& scene, const ScreenBox& cube) {
   state_->free = scene;
-  state_->cube_box = cube;
+  state_->Renew(state_->cube_box, cube);
 }
 std::vector<SceneLabel> Viewport::ListLabels() const {
   return state_->actors.MakeLabels(state_->camera);
@@ -422,8 +440,19 @@ std::optional<int> Viewport::PickHandle(const ScreenPoint& at) const {
 
 // ---- drawing
 
+bool Viewport::has_changed() const {
+  const State& s = *state_;
+  if (!s.drawn_camera || s.drawn_changes != s.changes + s.actors.changes()) return true;
+  const ViewCamera& a = s.camera;
+  const ViewCamera& b = *s.drawn_camera;
+  return a.target_W() != b.target_W() || a.forward_W() != b.forward_W() || a.up_W() != b.up_W() ||
+         a.height_mm() != b.height_mm() || a.parallel() != b.parallel();
+}
+
 void Viewport::Render() {
   State& s = *state_;
+  s.drawn_camera = s.camera;
+  s.drawn_changes = s.changes + s.actors.changes();
   if (!s.has_fineness || !s.smooth_edges) {
     // Without a graphics card, the cost of triangles outweighs the loss of quality from coarse cells.
     const std::string name = renderer_name();
@@ -484,12 +513,14 @@ const ViewStats& Viewport::stats() const {
 
 void Viewport::set_smooth_edges(bool smooth) {
   state_->smooth_edges = smooth;
+  ++state_->changes;
   state_->scene->SetUseFXAA(smooth);
 }
 
 void Viewport::SetFineness(double cell_points, double coarsest_cell_points, std::size_t triangles) {
   state_->bone->SetFineness({cell_points, std::max(cell_points, coarsest_cell_points), triangles});
   state_->has_fineness = true;
+  ++state_->changes;
 }
 
 std::string Viewport::renderer_name() const {

@@ -65,6 +65,8 @@ struct ForceArrow {
   Vec3 f_W_N{0};  // drawn 8 mm long per newton, but at least as long as its head, at most 60 mm, and at most a third of
                   // the view
   std::string label = {};  // beside the tail; empty: the magnitude
+
+  bool operator==(const ForceArrow&) const = default;
 };
 
 /// Label of something in the picture.
@@ -90,6 +92,7 @@ struct ScreenBox {
   double height = 0;
 
   bool empty() const { return !(width > 0 && height > 0); }
+  bool operator==(const ScreenBox&) const = default;
 };
 
 /// Cost of the last picture.
@@ -198,6 +201,9 @@ class Viewport {
   std::optional<int> PickPoint(const ScreenPoint& at, double radius_px) const;
   std::optional<int> PickHandle(const ScreenPoint& at) const;
 
+  /// Returns true if something has changed since the last Render(): the camera or anything in the picture except the
+  /// panels.
+  bool has_changed() const;
   /// Draws everything into the window's frame buffer; the owner presents it.
   void Render();
   /// Reads back the last picture.

@@ -90,6 +90,7 @@ struct WindowEvent {
     kResize,     // query the size from the window
     kFocus,      // on
     kMinimise,   // on
+    kRefresh,    // the content of the window was lost
     kDrop,       // path of a file or folder
     kClose,
   };

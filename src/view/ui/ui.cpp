@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <filesystem>
 #include <set>
 #include <utility>
 
+#include "base/core/hash.h"
 #include "view/ui/imgui_colours.h"
 #include "view/ui/ui_prop.h"
 
@@ -308,6 +310,7 @@ void Ui::BeginFrame(double dt_s) {
     queue_.pop_front();
   }
   noted_.clear();
+  textures_hash_ = 0;
   cut_texts_.clear();
   in_frame_ = true;
   ImGui::NewFrame();
@@ -322,6 +325,29 @@ void Ui::EndFrame() {
   ImGui::PopFont();
   ImGui::Render();
   in_frame_ = false;
+}
+
+std::uint64_t Ui::CalcFrameHash() const {
+  std::uint64_t hash = textures_hash_;
+  const auto mix = [&hash](const void* from, std::size_t bytes) {
+    const char* at = static_cast<const char*>(from);
+    for (; bytes > 0; bytes -= std::min(bytes, sizeof(std::uint64_t)), at += sizeof(std::uint64_t)) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, at, std::min(bytes, sizeof word));
+      hash = MixHash(hash ^ word);
+    }
+  };
+  const ImDrawData* data = ImGui::GetDrawData();
+  for (int i = 0; data != nullptr && i < data->CmdListsCount; ++i) {
+    const ImDrawList& list = *data->CmdLists[i];
+    mix(list.VtxBuffer.Data, static_cast<std::size_t>(list.VtxBuffer.size_in_bytes()));
+    mix(list.IdxBuffer.Data, static_cast<std::size_t>(list.IdxBuffer.size_in_bytes()));
+    for (const ImDrawCmd& command : list.CmdBuffer) {
+      mix(&command.ClipRect, sizeof command.ClipRect);
+      mix(&command.TextureId, sizeof command.TextureId);
+    }
+  }
+  return hash;
 }
 
 void Ui::DropText() {
@@ -357,6 +383,7 @@ std::vector<UiBox> Ui::PanelBoxes() const {
 }
 
 void* Ui::Texture(const std::string& slot, const Image& image, std::uint64_t version) {
+  textures_hash_ = MixHash(textures_hash_ ^ version);
   return state_->prop->Texture(slot, image, version);
 }
 

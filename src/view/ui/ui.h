@@ -84,6 +84,8 @@ class Ui {
 
   void BeginFrame(double dt_s);
   void EndFrame();
+  /// Returns a hash of what the last frame draws, to find out whether it differs from another one.
+  std::uint64_t CalcFrameHash() const;
   /// Draws the last frame; part of the picture's flat layer.
   vtkProp& prop();
 
@@ -129,6 +131,7 @@ class Ui {
   ImFont* title_ = nullptr;
   std::deque<WindowEvent> queue_;
   std::map<std::string, UiBox> noted_;
+  std::uint64_t textures_hash_ = 0;  // of the versions of this frame's textures
   std::vector<std::string> cut_texts_;
 };
 

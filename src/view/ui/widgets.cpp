@@ -166,6 +166,7 @@ double CalcAxisTop(double max) {
 
 void ForcePlot(Ui& ui, const std::vector<PlotPoint>& force, double now_s) {
   constexpr double kSpan_s = 10;
+  constexpr double kNone_N = 0.005;  // the values show two decimals
   const float s = ui.scale();
   const UiColours& c = ui.colours();
   ImDrawList& list = *ImGui::GetWindowDrawList();
@@ -214,6 +215,8 @@ void ForcePlot(Ui& ui, const std::vector<PlotPoint>& force, double now_s) {
     high = std::max(high, p.force_N);
   }
   flush();
+  // A curve without a force is the same line at all times.
+  if (max_N < kNone_N && line.size() > 2) line = {{line.front().x, to.y}, {to.x, to.y}};
   list.AddPolyline(line.data(), static_cast<int>(line.size()), ToImU32(c.accent), 0, 1.6F * s);
   const char* now = Tr("now");
   list.AddText({from.x, to.y + 3 * s}, ToImU32(c.faint), Tr("10 s ago"));

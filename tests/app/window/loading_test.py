@@ -14,6 +14,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 
 from drive import Display, Window, skip_without_display_programs, workspace
 from rehearse_test import SCENE
@@ -186,6 +187,70 @@ def keep_the_view(display, kerf):
     shutil.rmtree(folder)
 
 
+def draw_only_changes(display, kerf):
+    """Without input, the window draws no frames but those of the clock of the recording, which shows seconds."""
+    folder = workspace()
+    (folder / "bar.toml").write_text(SCENE)
+    w = start(display, kerf, folder, "bar.toml")
+    w.wait_event("running")
+    w.wait_event("first_picture")
+    w.wait_state("nothing left", lambda s: s["chunks_left"] == 0)
+    w.key("F4")  # without the side panel, whose force plot needs 10 s to become still
+    w.move(640, 600)
+    time.sleep(8)  # a message stays for 6 s
+
+    def frames():
+        after = w.mark()
+        w.key("F12")
+        event = w.wait_event("picture", after=after)
+        w.wait_state("the message is gone", lambda s: s["message"] == "")
+        return event["frames"], event["time_s"]
+
+    first = frames()
+    time.sleep(2)
+    second = frames()
+    # Two frames for each second of the clock, and for the picture: the message that it was saved, and its end. A window
+    # that draws everything draws far more: 60 frames per second, or 5 if it is very slow.
+    drawn, seconds = second[0] - first[0], second[1] - first[1]
+    assert drawn <= 2 * (seconds + 1) + 8, (drawn, seconds)
+    after = w.mark()
+    w.drag((640, 360), (700, 380), button=3)
+    third = frames()
+    assert third[0] - second[0] > 10, (second, third, "a turn of the view is drawn")
+    end(w, "close")
+    shutil.rmtree(folder)
+
+
+def list_files(display, kerf):
+    """The dialog lists files that can be opened, and the others on request."""
+    folder = workspace()
+    (folder / "bar.toml").write_text(SCENE)
+    (folder / "notes.txt").write_text("x")
+    (folder / "CT.NRRD").write_text("x")
+    (folder / "sub").mkdir()
+    w = start(display, kerf, folder, "bar.toml")
+    w.wait_event("running")
+    w.key("ctrl+o")
+    w.wait_state("it asks for a file", lambda s: s["dialog"])
+    w.click_item("dialog.all")
+    w.move(640, 700)
+    deadline = time.monotonic() + 20
+    while "file notes.txt" not in w.items:
+        w.read()
+        w._check(deadline, "all files are not listed")
+        time.sleep(0.05)
+    assert {"file bar.toml", "file CT.NRRD", "folder sub", "dialog.folder"} <= set(w.items), w.items
+    w.click_item("dialog.all")
+    while "file notes.txt" in w.items:
+        w.read()
+        w._check(deadline, "other files are listed")
+        time.sleep(0.05)
+    assert {"file bar.toml", "file CT.NRRD", "folder sub"} <= set(w.items), w.items
+    w.key("Escape")
+    end(w, "close")
+    shutil.rmtree(folder)
+
+
 def verify(kerf, folder, recording, *arguments):
     done = subprocess.run([kerf, "replay", recording, "--verify", *arguments], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0 and "bit-identical" in done.stdout, (recording, done.stdout, done.stderr)
@@ -269,8 +334,8 @@ def main():
     kerf = sys.argv[1]
     skip_without_display_programs()
     with Display() as display:
-        for check in (unreadable_inputs, end_while_loading, end_while_importing, cancel_and_open, keep_the_view,
-                      change_the_saw, bone_cannot_be_saved):
+        for check in (unreadable_inputs, end_while_loading, end_while_importing, cancel_and_open, keep_the_view, draw_only_changes,
+                      list_files,                      change_the_saw, bone_cannot_be_saved):
             if len(sys.argv) > 2 and check.__name__ not in sys.argv[2:]:
                 continue
             check(display, kerf)

@@ -75,6 +75,19 @@ def main():
         for x, y in ((-60, 80), (-90, 0)):
             w.click(CENTRE[0] + x, CENTRE[1] + y)
         w.wait_state("two planes", lambda s: s["planes"] == 2 and s["placed"] == -1)
+        # The new plane is selected, and as large as the bar there plus 4 mm on each side, so that its handles are in view.
+        # The points lie on one face of the bar; its section by a plane that is not quite that face is at most 30 mm long.
+        w.wait_state("its handles", lambda s: len(s["handles"]) == 8)
+        assert max(w.state["plane_size_mm"][1]) < 42, w.state
+
+        # A handle under the mouse says what it does.
+        w.click_item("plane 1")
+        w.wait_state("handles of the first plane", lambda s: s["plane"] == 0 and len(s["handles"]) == 8)
+        w.wait_still("handles", still_s=1)
+        w.move(*w.state["handles"][1])
+        w.wait_state("the arrow's handle", lambda s: s["handle"] == 1)
+        w.move(CENTRE[0], CENTRE[1] + 250)
+        w.wait_state("no handle", lambda s: s["handle"] == -1)
 
         # The plane of the scene is moved along its normal, which is x, by a handle. Undo brings it back.
         w.click_item("plane 1")
@@ -101,8 +114,15 @@ def main():
         w.type("2.5")
         w.key("Return")
         w.wait_state("moved to 2.5 mm", lambda s: s["plane_mm"][0][0] == 2.5)
-        w.key("Escape")
-        w.key("shift+Z")
+        # A value far from the bone is refused with a sentence.
+        after = w.mark()
+        w.click_item("plane.z")
+        w.key("ctrl+a")
+        w.type("99999")
+        w.key("Return")
+        w.wait_message("too far away from the bone", after=after)
+        assert w.state["plane_mm"][0] == [2.5, *before[1:]], w.state
+        w.choose("Plan", "plan.undo")
         w.wait_state("undone", lambda s: s["plane_mm"][0] == before)
 
         # The other plane is removed, mirrored ones have a name of their own.

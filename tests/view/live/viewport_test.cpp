@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <numbers>
 
@@ -93,6 +94,66 @@ TEST_F(OnePlate, PlateCoversItsAreaWithoutGaps) {
   EXPECT_NEAR(d.x, 0.5 * kWidth, 1);
   EXPECT_NEAR(d.y, 0.5 * kHeight, 1);
   EXPECT_GT(view.stats().surface_bytes, 10000u);
+}
+
+TEST_F(OnePlate, KnowsWhetherThePictureHasChanged) {
+  EXPECT_TRUE(view.has_changed()) << "nothing was drawn yet";
+  view.SetTool(DiscSaw{});
+  const Pose X_WT{Quat{1, 0, 0, 0}, {0, 0, 5}};
+  const std::vector<PlaneOverlay> planes{{.name = "p"}};
+  const std::vector<PointOverlay> points{{.p_W = {1, 2, 3}}};
+  const std::vector<AlarmOverlay> alarms{{.p_W = {1, 2, 3}, .level = AlarmLevel::kDanger}};
+  const ForceArrow force{.p_W = {0, 0, 1}, .f_W_N = {0, 0, 2}};
+  const auto set_all = [&] {
+    view.SetToolPose(X_WT, 0, 0.5);
+    view.SetPlanes(planes);
+    view.SetPoints(points);
+    view.SetAlarms(alarms);
+    view.SetForce(force);
+    view.SetContact(Vec3{1, 0, 0});
+    view.SetGhost(std::nullopt);
+    view.set_translucent(false);
+    view.AdvanceDust(0.1);
+    view.camera().set_height_mm(kHeight_mm);
+  };
+  set_all();
+  view.Render();
+  set_all();
+  EXPECT_FALSE(view.has_changed()) << "everything was set to what it was";
+
+  const auto changes = [&](const std::function<void()>& change) {
+    set_all();
+    view.Render();
+    change();
+    const bool changed = view.has_changed();
+    set_all();
+    return changed;
+  };
+  EXPECT_TRUE(changes([&] { view.SetToolPose({X_WT.R_AB, {0, 0, 5.001}}, 0, 0.5); }));
+  EXPECT_TRUE(changes([&] { view.SetToolPose(X_WT, 0, 0.51); }));
+  EXPECT_TRUE(changes([&] { view.SetPlanes({}); }));
+  EXPECT_TRUE(changes([&] { view.SetPoints({}); }));
+  EXPECT_TRUE(changes([&] { view.SetAlarms({}); }));
+  EXPECT_TRUE(changes([&] { view.SetForce(std::nullopt); }));
+  EXPECT_TRUE(changes([&] { view.SetContact(std::nullopt); }));
+  EXPECT_TRUE(changes([&] { view.SetGhost(X_WT); }));
+  EXPECT_TRUE(changes([&] { view.set_translucent(true); }));
+  EXPECT_TRUE(changes([&] { view.camera().Orbit(3, 0); }));
+  EXPECT_TRUE(changes([&] { view.camera().Zoom(1.1, {10, 10}); }));
+  EXPECT_TRUE(changes([&] { view.set_theme(Theme::kDark); }));
+  // A disc that is drawn blurred looks the same at every angle.
+  view.SetToolPose(X_WT, 7500, 0);
+  view.Render();
+  view.SetToolPose(X_WT, 7500, 1);
+  EXPECT_FALSE(view.has_changed());
+  // Dust moves until it is gone.
+  view.AddDust({0, 0, 5}, {10, 0, 0}, 1);
+  view.AdvanceDust(0.1);
+  EXPECT_TRUE(view.has_changed());
+  view.AdvanceDust(10);
+  view.Render();
+  view.AdvanceDust(0.1);
+  EXPECT_FALSE(view.has_changed());
 }
 
 TEST_F(OnePlate, AllFacesTowardsTheEyeAreDrawn) {
