@@ -29,7 +29,9 @@ void Trace::Write(const std::string& event, nlohmann::json details) {
 }
 
 void Trace::WriteState(nlohmann::json state) {
-  if (!file_.is_open() || Now_s() < written_s_ + 0.1 || state == state_) return;
+  constexpr double kChanged_s = 0.1;
+  constexpr double kSame_s = 0.5;
+  if (!file_.is_open() || Now_s() < written_s_ + (state == state_ ? kSame_s : kChanged_s)) return;
   written_s_ = Now_s();
   state_ = state;
   Write("state", std::move(state));

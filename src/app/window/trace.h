@@ -16,7 +16,8 @@ class Trace {
 
   /// Writes `event` with `details` and the number of seconds since the beginning.
   void Write(const std::string& event, nlohmann::json details = nlohmann::json::object());
-  /// Writes the state if it differs from the previous one; at most ten times per second.
+  /// Writes the state at most ten times per second if it differs from the previous one, otherwise twice, so that a test
+  /// can wait for a time in which nothing changes.
   void WriteState(nlohmann::json state);
   explicit operator bool() const { return file_.is_open(); }
 

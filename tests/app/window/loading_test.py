@@ -335,7 +335,7 @@ def main():
     skip_without_display_programs()
     with Display() as display:
         for check in (unreadable_inputs, end_while_loading, end_while_importing, cancel_and_open, keep_the_view, draw_only_changes,
-                      list_files,                      change_the_saw, bone_cannot_be_saved):
+                      list_files, change_the_saw, bone_cannot_be_saved):
             if len(sys.argv) > 2 and check.__name__ not in sys.argv[2:]:
                 continue
             check(display, kerf)
