@@ -13,7 +13,6 @@
 #include "base/core/hash.h"
 #include "base/files/memory.h"
 #include "bone/grid/build.h"
-#include "bone/grid/surface.h"
 #include "bone/import/ct_solid.h"
 #include "bone/import/dicom.h"
 #include "bone/import/hu_check.h"
@@ -27,6 +26,7 @@
 #include "bone/material/region_table.h"
 #include "bone/mesh/meshfile.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "kerf/version.h"
 
 namespace kerf {
