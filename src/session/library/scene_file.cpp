@@ -31,7 +31,7 @@ SceneFile SceneFile::Parse(const std::string& toml, const std::string& path) {
 }
 
 SceneFile SceneFile::With(const std::string& table, const std::string& key, const std::string& value) const {
-  return Parse(EditScene(text_, path_, {{table, key, value}}, ""), path_);
+  return Parse(EditSceneText(text_, path_, {{table, key, value}}, ""), path_);
 }
 
 const std::string& SceneFile::toml() const {
