@@ -7,6 +7,8 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "kerf/coupling.h"
 #include "kerf/paper.h"
@@ -139,6 +141,12 @@ class CoupledSimulation {
   int changed_count() const;
   ChangedLeaf changed(int i) const;
   void ClearChanged();
+
+  // ---- results of the effects
+  /// Returns their names, such as "heat.peak_C"; docs/effects.md describes them.
+  std::vector<std::string> ListChannels() const;
+  /// Writes their values after the last tick, in the same order; `values` must have that size. Tick-safe.
+  void ReadChannels(std::span<double> values) const;
 
   // ---- between ticks, tick-safe: to take a piece of bone out or to restore it (src/cut/hand_sim/take_out.h)
   /// Returns true if the tool is too far from the box for a change in it to affect the next tick.

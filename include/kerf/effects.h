@@ -16,7 +16,9 @@
 namespace kerf {
 
 class Effect;
+class OwnEffect;
 struct EffectSetup;
+struct OwnEffectSetup;
 
 /// Value of an effect's parameter: a number, a boolean, a vector, or a string.
 using EffectValue = std::variant<double, bool, Vec3, std::string>;
@@ -87,6 +89,8 @@ struct EffectInfo {
   /// `values` must be in the order of `parameters`, each in its range. Allocates. Throws kerf::Error if the values are
   /// invalid in combination.
   std::unique_ptr<Effect> (*make)(std::span<const EffectValue> values, const EffectSetup& setup) = nullptr;
+  /// For an effect of another program, instead of `make` (kerf/own_effect.h).
+  std::unique_ptr<OwnEffect> (*make_own)(std::span<const EffectValue> values, const OwnEffectSetup& setup) = nullptr;
 
   /// Returns the index of a parameter. Throws kerf::Error if it does not exist.
   std::size_t FindParameter(std::string_view key) const;
@@ -94,6 +98,11 @@ struct EffectInfo {
 
 /// Returns all effects, in the order in which a tick calls them.
 const std::vector<const EffectInfo*>& Effects();
+/// Adds an effect of the calling program, which has `make_own`, behind all others. From then on it can be chosen by
+/// name like kerf's own effects, also in scenes. Throws kerf::Error if the name is taken or not made of lower-case
+/// letters, digits and "_", if it has no `make_own`, or if it lists a hook other than kEffectBegin, kEffectSolved,
+/// kEffectEnd and kEffectPush. Call it before scenes are read and simulations are made; not thread-safe.
+void RegisterEffect(EffectInfo info);
 /// Returns nullptr if there is no effect of that name.
 const EffectInfo* FindEffect(std::string_view name);
 

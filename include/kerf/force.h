@@ -157,8 +157,15 @@ struct ForceLawInfo {
   bool has_table = false;    // reads a ForceTable
 };
 
-/// Returns all laws, the default first. To add one, add a file to src/cut/force and a line to src/cut/force/laws.h.
+/// Returns all laws, the default first. To add one to kerf, add a file to src/cut/force and a line to
+/// src/cut/force/laws.h; a program adds its own with RegisterForceLaw().
 const std::vector<const ForceLawInfo*>& ForceLaws();
+/// Adds a law of the calling program. From then on it can be chosen by name like kerf's own laws, also in scenes.
+/// Throws kerf::Error if the name is taken or not made of lower-case letters, digits and "_", or if the law breaks one
+/// of the rules of ToothForce; these are checked for bites from 1 pm to 1 m, for every tissue, with the defaults of the
+/// parameters and both ends of their ranges. In a program that is linked with kerf::heap_guard, a law that uses heap
+/// memory ends the program here. Call it before scenes are read and simulations are made; not thread-safe.
+void RegisterForceLaw(ForceLawInfo info);
 
 /// Force law chosen by name, with its parameters.
 class ForceLaw {

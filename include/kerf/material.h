@@ -64,6 +64,17 @@ class MaterialTable {
 /// if E or nu is out of range.
 MaterialTable MakeUniformTable(const MaterialTable& table, double E_MPa, double nu);
 
+/// Parses CSV with the header `id,name,tissue,E_GPa,nu,estimate,source` and, optionally, the columns `E_lower_GPa` and
+/// `E_upper_GPa`: both are empty, or they enclose E. '#' starts a comment line; a field with a
+/// comma is in double quotes. `file` names the text in messages. Throws kerf::Error with file:line for the first fault.
+MaterialTable ParseRegionTable(const std::string& text, const std::string& file);
+/// Writes the columns of the interval only if a region has one.
+std::string FormatRegionTable(const MaterialTable& table);
+
+/// Returns volumes/mandible_regions.csv, which is built in: regions 1 to 31, the cortex after Schwartz-Dabney and
+/// Dechow (four rows from the paper, the others estimates), 32 cancellous bone, 33 teeth, 34 the nerve canal.
+const MaterialTable& DefaultMandibleTable();
+
 /// Law from CT number to modulus: a calibration maps HU to density, and a piecewise power law maps density to E.
 ///
 /// E = E0 + a rho^b, rho in g/cm3. Values outside the calibration or the bands are clamped to their ends. Accuracy:

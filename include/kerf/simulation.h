@@ -4,6 +4,9 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "kerf/bone.h"
 #include "kerf/effects.h"
@@ -119,6 +122,12 @@ class Simulation {
   /// Adds sign * mm3 to the volumes taken out, by region; `sign` is 1, or -1 when bone is restored. These volumes do
   /// not count as removed.
   void AddTakenOut(const std::array<double, 256>& mm3, double sign);
+
+  // ---- results of the effects
+  /// Returns their names, such as "heat.peak_C"; docs/effects.md describes them.
+  std::vector<std::string> ListChannels() const;
+  /// Writes their values after the last tick, in the same order; `values` must have that size. Tick-safe.
+  void ReadChannels(std::span<double> values) const;
 
   // ---- outside the tick
   /// State and results of the effects (src/cut/effects/plan.h).

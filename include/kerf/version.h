@@ -1,6 +1,13 @@
 // Version and build information.
 #pragma once
 
+/// Version of the headers; VersionString() is that of the library.
+#define KERF_VERSION_MAJOR 0
+#define KERF_VERSION_MINOR 1
+#define KERF_VERSION_PATCH 0
+/// As one number, to be compared: 100 * (100 * major + minor) + patch.
+#define KERF_VERSION_NUMBER (10000 * KERF_VERSION_MAJOR + 100 * KERF_VERSION_MINOR + KERF_VERSION_PATCH)
+
 namespace kerf {
 
 const char* VersionString();    // "0.1.0"

@@ -11,11 +11,11 @@
 #include "app/cli/commands.h"
 #include "app/cli/numbers.h"
 #include "base/files/files.h"
-#include "bone/grid/surface.h"
 #include "bone/mesh/decimate.h"
 #include "bone/mesh/meshfile.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "view/picture/colours.h"
 
 namespace kerf::cli {

@@ -7,8 +7,8 @@
 #include "app/cli/commands.h"
 #include "base/core/number_text.h"
 #include "bone/grid/ct_modulus.h"
-#include "bone/grid/surface.h"
 #include "bone/vdb/bonefile.h"
+#include "kerf/surface.h"
 
 namespace kerf::cli {
 namespace {

@@ -13,10 +13,10 @@
 #include "app/cli/frame_option.h"
 #include "app/cli/numbers.h"
 #include "base/files/files.h"
-#include "bone/grid/surface.h"
 #include "bone/import/image_header.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "view/picture/picture.h"
 
 namespace kerf::cli {

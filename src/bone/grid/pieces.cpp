@@ -6,7 +6,7 @@
 
 #include "bone/grid/grids.h"
 #include "bone/grid/labels.h"
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 
 namespace kerf {
 namespace {

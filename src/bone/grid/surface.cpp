@@ -1,4 +1,4 @@
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 
 #include <openvdb/tools/VolumeToMesh.h>
 
@@ -8,6 +8,17 @@ namespace kerf {
 
 TriangleMesh ExtractSurface(const Bone& bone, double adaptivity) {
   return ExtractZeroLevel(*bone.grids().phi, adaptivity);
+}
+
+std::vector<BoneLeaf> ListLeaves(const Bone& bone) {
+  std::vector<BoneLeaf> leaves;
+  const openvdb::FloatTree& tree = bone.grids().phi->tree();
+  leaves.reserve(tree.leafCount());
+  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
+    const openvdb::Coord& first = leaf->origin();
+    leaves.push_back({{first.x(), first.y(), first.z()}, std::span<const float, 512>(leaf->buffer().data(), 512)});
+  }
+  return leaves;
 }
 
 TriangleMesh ExtractZeroLevel(const openvdb::FloatGrid& grid, double adaptivity) {

@@ -15,7 +15,6 @@
 #include "base/files/memory.h"
 #include "bone/grid/build.h"
 #include "bone/grid/build_times.h"
-#include "bone/grid/surface.h"
 #include "bone/import/ct_solid.h"
 #include "bone/import/dicom.h"
 #include "bone/import/hu_check.h"
@@ -29,6 +28,7 @@
 #include "bone/material/region_table.h"
 #include "bone/mesh/meshfile.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "kerf/version.h"
 
 namespace kerf {

@@ -8,10 +8,10 @@
 #include <limits>
 #include <map>
 
-#include "bone/grid/surface.h"
 #include "bone/pieces/measure.h"
 #include "bone/pieces/piece_history.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 
 namespace kerf {
 namespace {

@@ -1,28 +1,18 @@
-// A bone on disk: one .vdb file that any OpenVDB program can open. It has the grids "phi" (level set, mm), "region"
-// (float; int32 in files of format 1) and, if an import kept them, "hu" (CT numbers). Region table, units, frame and
-// provenance are in the file's metadata (docs/formats.md).
+// Reading a bone from a stream, and what a file keeps of a bone (kerf/bone_file.h).
 #pragma once
 
 #include <istream>
 #include <string>
 
-#include "kerf/bone.h"
+#include "kerf/bone_file.h"
 
 namespace kerf {
 
-struct ReadBoneOptions {
-  bool hu = false;  // load the CT numbers too, if there are any; otherwise they are skipped at no cost
-};
-
-/// Reads a bone. Throws kerf::Error with one sentence for anything that is not a complete kerf bone.
-Bone ReadBone(const std::string& path, const ReadBoneOptions& options = {});
 /// Reads a bone from a seekable stream, which must not be read afterwards; `path` names it in messages.
 Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& options = {});
 /// Returns what ReadBone() would read from a file that WriteBone() wrote of the bone, without the file: materials that
 /// were overridden for a run are restored, and CT numbers are kept only if requested. Shares all grids but phi with
 /// `bone`.
 Bone CopyAsStored(const Bone& bone, const ReadBoneOptions& options = {});
-/// Writes to a temporary file next to `path` and renames it. Throws kerf::Error if this fails.
-void WriteBone(const Bone& bone, const std::string& path);
 
 }  // namespace kerf

@@ -12,6 +12,7 @@
 #include "cut/tool/shape.h"
 #include "kerf/bone.h"
 #include "kerf/effects.h"
+#include "kerf/own_effect.h"
 #include "kerf/tool.h"
 
 namespace kerf {
@@ -36,13 +37,6 @@ struct EffectSetup {
   EffectPlan* plan = nullptr;  // contains the effects before this one, so that this one can find those that it needs
 };
 
-/// Start of a tick.
-struct EffectBegin {
-  double dt_s = 0;
-  double set_rpm = 0;  // requested by the operator; the sign is the direction of rotation about +z
-  double rpm = 0;      // used by the tick; an effect may change it. 0: the spindle is stopped
-};
-
 /// Motion through air.
 struct EffectFlight {
   const Pose& X_FT_from;
@@ -57,19 +51,6 @@ struct EffectStep {
   const Faces* faces = nullptr;  // as in EffectSetup
   double rpm = 0;                // signed; 0: stopped
   bool reads_bone = true;        // false: the slab law has taken over, the bone is not read
-};
-
-/// Teeth at a point of the edge, in a solved step.
-struct ToothLoad {
-  Vec3 p_T{0};                // on the edge, mm
-  Vec3 e_T{0};                // outward direction
-  double teeth = 0;           // number of teeth, a real number
-  double thrust_N = 0;        // sum over the teeth, along -e
-  double speed_mm_per_s = 0;  // outward
-  double cutting_N = 0;       // sum over the teeth, against their motion; 0 unless the law states a cutting force
-  ToothCut cut;
-  int region = 0;
-  double tangential_N = 0;  // force that the effect tangential_force applies for these teeth; otherwise 0
 };
 
 /// Solved step.

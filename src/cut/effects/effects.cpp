@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
+#include <utility>
 
+#include "base/core/new_name.h"
 #include "kerf/describe.h"
 #include "kerf/error.h"
 
@@ -16,13 +19,27 @@ const char* NameKind(const EffectValue& value) {
   return std::array{"a number", "true or false", "three numbers", "a string"}[value.index()];
 }
 
+std::vector<const EffectInfo*>& AllEffects() {
+#define KERF_LIST_EFFECT(function) &function(),
+  static std::vector<const EffectInfo*> effects{KERF_EFFECTS(KERF_LIST_EFFECT)};
+#undef KERF_LIST_EFFECT
+  return effects;
+}
+
 }  // namespace
 
 const std::vector<const EffectInfo*>& Effects() {
-#define KERF_LIST_EFFECT(function) &function(),
-  static const std::vector<const EffectInfo*> kEffects{KERF_EFFECTS(KERF_LIST_EFFECT)};
-#undef KERF_LIST_EFFECT
-  return kEffects;
+  return AllEffects();
+}
+
+void RegisterEffect(EffectInfo info) {
+  CheckNewName("effect", info.name, [](std::string_view name) { return FindEffect(name) != nullptr; });
+  if (info.make_own == nullptr) throw Error(fmt::format("the effect {} has no make_own", info.name));
+  if ((info.hooks & ~unsigned{kEffectBegin | kEffectSolved | kEffectEnd | kEffectPush}) != 0) {
+    throw Error(fmt::format("the effect {} lists a hook that is only for kerf's own effects", info.name));
+  }
+  static std::deque<EffectInfo> registered;
+  AllEffects().push_back(&registered.emplace_back(std::move(info)));
 }
 
 const EffectInfo* FindEffect(std::string_view name) {

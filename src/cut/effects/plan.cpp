@@ -3,9 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cut/effects/own_effect.h"
 #include "kerf/error.h"
 
 namespace kerf {
+namespace {
+
+std::unique_ptr<Effect> MakeEffect(const EffectInfo& info, std::span<const EffectValue> values,
+                                   const EffectSetup& setup) {
+  return info.make_own != nullptr ? MakeOwnEffect(info, values, setup) : info.make(values, setup);
+}
+
+}  // namespace
 
 EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) : shape_(&setup.shape) {
   CheckEffects(choices);
@@ -20,7 +29,7 @@ EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) :
       continue;
     }
     with_plan.files = choice->files();
-    entries_.push_back(Entry{info, info->make(choice->values(), with_plan), channel_count_});
+    entries_.push_back(Entry{info, MakeEffect(*info, choice->values(), with_plan), channel_count_});
     Effect* effect = entries_.back().effect.get();
     channel_count_ += info->channels.size();
     const auto list = [&](EffectHook hook, std::vector<Called>& called) {
@@ -72,6 +81,16 @@ const Effect* EffectPlan::Find(std::string_view name) const {
 }
 Effect* EffectPlan::Find(std::string_view name) {
   return const_cast<Effect*>(std::as_const(*this).Find(name));
+}
+
+std::vector<std::string> EffectPlan::ListChannels() const {
+  std::vector<std::string> names;
+  for (const Entry& entry : entries_) {
+    for (const EffectChannel& channel : entry.info->channels) {
+      names.push_back(std::string(entry.info->name) + "." + channel.name);
+    }
+  }
+  return names;
 }
 
 void EffectPlan::Report(std::span<double> channels) const {

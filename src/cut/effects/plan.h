@@ -62,6 +62,8 @@ class EffectPlan {
   const Effect* Find(std::string_view name) const;
   Effect* Find(std::string_view name);
   std::size_t channel_count() const { return channel_count_; }
+  /// Returns the name of each channel with that of its effect in front: "heat.peak_C".
+  std::vector<std::string> ListChannels() const;
   /// Writes the channels of all effects, one after the other. Tick-safe.
   void Report(std::span<double> channels) const;
   const std::vector<const EffectInfo*>& left_out() const { return left_out_; }

@@ -3,17 +3,109 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
 #include <utility>
 
+#include "base/core/heap_guard.h"
+#include "base/core/new_name.h"
 #include "kerf/error.h"
 
 namespace kerf {
 
-const std::vector<const ForceLawInfo*>& ForceLaws() {
+namespace {
+
+std::vector<const ForceLawInfo*>& AllLaws() {
 #define KERF_LAW_ADDRESS(function) &function(),
-  static const std::vector<const ForceLawInfo*> kLaws{KERF_FORCE_LAWS(KERF_LAW_ADDRESS)};
+  static std::vector<const ForceLawInfo*> laws{KERF_FORCE_LAWS(KERF_LAW_ADDRESS)};
 #undef KERF_LAW_ADDRESS
-  return kLaws;
+  return laws;
+}
+
+/// Returns the first rule of ToothForce that the law breaks when it cuts `cut` with growing bites.
+std::string FindForceFault(const ToothForce& law, const ToothCut& cut) {
+  double last_N = 0;
+  for (double bite_mm = 1e-9; bite_mm <= 1000; bite_mm *= 1.25) {
+    const double thrust_N = law(bite_mm, cut);
+    const double cutting_N = law.HasCutting() ? law.Cutting(bite_mm, cut) : 0;
+    for (const double N : {thrust_N, cutting_N}) {
+      if (std::isfinite(N) && N >= 0) continue;
+      return fmt::format("its force is {:g} N at a bite of {:g} mm; it must be finite and 0 or more", N, bite_mm);
+    }
+    if (thrust_N < last_N) {
+      return fmt::format("its thrust falls from {:g} to {:g} N as the bite grows to {:g} mm", last_N, thrust_N,
+                         bite_mm);
+    }
+    last_N = thrust_N;
+    if (law(bite_mm, cut) != thrust_N || (law.HasCutting() && law.Cutting(bite_mm, cut) != cutting_N)) {
+      return fmt::format("the same bite of {:g} mm gives two different forces", bite_mm);
+    }
+    if (law(bite_mm, {}) != 0 || (law.HasCutting() && law.Cutting(bite_mm, {}) != 0)) {
+      return "its force is not 0 where there is no material";
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+const std::vector<const ForceLawInfo*>& ForceLaws() {
+  return AllLaws();
+}
+
+std::string FindLawFault(const ForceLawInfo& info) {
+  if (info.make == nullptr) return "it has no function that makes it";
+  if (info.parameters.size() > LawValues{}.size()) {
+    return fmt::format("it has {} parameters; at most {} are possible", info.parameters.size(), LawValues{}.size());
+  }
+  std::vector<LawValues> settings(1);
+  for (std::size_t i = 0; i < info.parameters.size(); ++i) {
+    const LawParameter& p = info.parameters[i];
+    if (!(p.lower <= p.default_value && p.default_value <= p.upper)) {
+      return fmt::format("the default of its parameter {} is not within the range", p.key);
+    }
+    settings[0][i] = p.default_value;
+  }
+  for (std::size_t i = 0; i < info.parameters.size(); ++i) {
+    for (const double end : {info.parameters[i].lower, info.parameters[i].upper}) {
+      settings.push_back(settings[0]);
+      settings.back()[i] = end;
+    }
+  }
+  const std::shared_ptr<const ForceTable> table = info.has_table ? DefaultForceTable() : nullptr;
+  for (const LawValues& values : settings) {
+    const ToothForce law = info.make(values, CalcTooth(DiscSaw{}), table);
+    if (law.thrust == nullptr) return "it has no thrust";
+    if (law.HasCutting() != info.has_cutting)
+      return "it states a cutting force only in its description or only in fact";
+    for (int tissue = 0; tissue < kTissueCount; ++tissue) {
+      if (table && !table->Has(static_cast<Tissue>(tissue))) continue;
+      for (const double E_MPa : {1.0, 1e3, 2e4}) {
+        for (const double speed_mm_per_s : {0.0, 1e4}) {
+          const ToothCut cut = MakeToothCut(E_MPa, E_MPa, static_cast<Tissue>(tissue), speed_mm_per_s);
+          const auto find = [&] {
+            const HeapGuard guard;  // the tick calls the law
+            return std::array{law(0.01, cut), law.HasCutting() ? law.Cutting(0.01, cut) : 0};
+          };
+          find();
+          if (const std::string fault = FindForceFault(law, cut); !fault.empty()) return fault;
+        }
+      }
+    }
+  }
+  return {};
+}
+
+void RegisterForceLaw(ForceLawInfo info) {
+  CheckNewName("force law", info.name, [](std::string_view name) {
+    return std::ranges::any_of(AllLaws(), [&](const ForceLawInfo* law) { return law->name == name; });
+  });
+  if (const std::string fault = FindLawFault(info); !fault.empty()) {
+    throw Error(fmt::format("the force law {} cannot be used: {}", info.name, fault));
+  }
+  static std::deque<ForceLawInfo> registered;
+  AllLaws().push_back(&registered.emplace_back(std::move(info)));
 }
 
 ToothCut MakeToothCut(double E_MPa, double E_star_MPa, Tissue tissue, double speed_mm_per_s) {

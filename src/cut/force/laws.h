@@ -17,6 +17,10 @@ namespace kerf {
 KERF_FORCE_LAWS(KERF_DECLARE_LAW)
 #undef KERF_DECLARE_LAW
 
+/// Returns the first fault of a law, as RegisterForceLaw() checks it, as a sentence without the law's name; empty:
+/// none.
+std::string FindLawFault(const ForceLawInfo& info);
+
 /// Returns true if the law has a table without rows for some tissue.
 bool LacksTissue(const ForceLaw& law);
 

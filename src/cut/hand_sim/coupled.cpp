@@ -528,6 +528,14 @@ void CoupledSimulation::ClearChanged() {
 const CoupledParams& CoupledSimulation::params() const {
   return state_->params;
 }
+std::vector<std::string> CoupledSimulation::ListChannels() const {
+  return state_->effects.ListChannels();
+}
+
+void CoupledSimulation::ReadChannels(std::span<double> values) const {
+  state_->effects.Report(values);
+}
+
 const EffectPlan& CoupledSimulation::effects() const {
   return state_->effects;
 }

@@ -161,6 +161,14 @@ Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
+std::vector<std::string> Simulation::ListChannels() const {
+  return state_->effects.ListChannels();
+}
+
+void Simulation::ReadChannels(std::span<double> values) const {
+  state_->effects.Report(values);
+}
+
 const EffectPlan& Simulation::effects() const {
   return state_->effects;
 }

@@ -11,6 +11,7 @@
 #include "bone/grid/leaf_history.h"
 #include "cut/hand_sim/restore.h"
 #include "cut/undo/leaf_pack.h"
+#include "kerf/checkpoints.h"
 
 namespace kerf {
 
@@ -30,14 +31,6 @@ void Describe(UndoParams& p, V&& visit) {
   visit("max_changed_leaves", p.max_changed_leaves, Range{0, 65536},
         "leaves that may change before a prepared job begins");
 }
-
-/// Checkpoint that can be restored.
-struct UndoCheckpoint {
-  std::uint32_t number = 0;
-  std::string name;
-  std::size_t leaves = 0;  // leaves changed between it and the next checkpoint
-  std::size_t bytes = 0;   // memory of these leaves
-};
 
 /// Restore in progress, and its memory. The simulation uses it until `state` is done or refused.
 struct UndoJob : RestoreJob {

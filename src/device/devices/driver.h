@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "device/devices/device.h"
+#include "kerf/device.h"
 #include "kerf/geometry.h"
 
 namespace kerf {

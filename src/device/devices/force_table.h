@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "device/devices/device.h"
+#include "kerf/device.h"
 
 namespace kerf {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "device/devices/device.h"
+#include "kerf/device.h"
 
 namespace kerf {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "device/devices/device.h"
+#include "kerf/device.h"
 
 namespace kerf {
 

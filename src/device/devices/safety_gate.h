@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "device/devices/device.h"
+#include "kerf/device.h"
 #include "kerf/geometry.h"
 
 namespace kerf {

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "device/devices/device.h"
 #include "device/devices/hand.h"
 #include "device/devices/intention.h"
+#include "kerf/device.h"
 
 namespace kerf {
 

@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "device/devices/device.h"
 #include "device/devices/driver.h"
+#include "kerf/device.h"
 #include "kerf/geometry.h"
 
 namespace kerf {

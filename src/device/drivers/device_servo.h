@@ -15,10 +15,10 @@
 
 #include "base/core/log_histogram.h"
 #include "base/core/triple_buffer.h"
-#include "device/devices/device.h"
 #include "device/devices/driver.h"
 #include "device/devices/servo_round.h"
 #include "device/devices/workspace.h"
+#include "kerf/device.h"
 #include "kerf/error.h"
 
 namespace kerf {

@@ -8,8 +8,8 @@
 
 #include "base/core/hash.h"
 #include "bone/grid/crop.h"
-#include "bone/grid/surface.h"
 #include "experiment/study/errors.h"
+#include "kerf/surface.h"
 
 namespace kerf {
 namespace {

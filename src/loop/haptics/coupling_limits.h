@@ -1,9 +1,9 @@
 // Limits on the stiffness and damping of the coupling that a device can render stably.
 #pragma once
 
-#include "device/devices/device.h"
 #include "device/devices/hand.h"
 #include "kerf/coupled.h"
+#include "kerf/device.h"
 
 namespace kerf {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <limits>
 
-#include "device/devices/device.h"
 #include "device/devices/force_table.h"
+#include "kerf/device.h"
 #include "kerf/geometry.h"
 
 namespace kerf {

@@ -6,7 +6,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "device/devices/device.h"
+#include "kerf/device.h"
 
 namespace kerf {
 

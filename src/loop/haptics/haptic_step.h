@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <limits>
 
-#include "device/devices/device.h"
 #include "device/devices/velocity.h"
 #include "kerf/coupled.h"
+#include "kerf/device.h"
 #include "loop/haptics/force_map.h"
 #include "loop/record/step.h"
 

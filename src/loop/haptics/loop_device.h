@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "device/devices/device.h"
 #include "kerf/coupled.h"
+#include "kerf/device.h"
 
 namespace kerf {
 

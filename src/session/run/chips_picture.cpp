@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 #include "view/picture/picture.h"
 
 namespace kerf {

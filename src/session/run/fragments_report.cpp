@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/core/number_text.h"
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 #include "session/run/summary_json.h"
 #include "view/picture/picture.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 #include "view/picture/picture.h"
 #include "view/plot/plot.h"
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 
 namespace kerf {
 namespace {

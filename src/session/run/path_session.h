@@ -8,21 +8,12 @@
 #include <vector>
 
 #include "base/core/percentiles.h"
+#include "kerf/path.h"
 #include "kerf/simulation.h"
 #include "session/run/path_tape.h"
 #include "session/scene/path.h"
 
 namespace kerf {
-
-/// A tick as logged.
-struct TickRecord {
-  double time_s = 0;  // path time at the end of the tick
-  std::size_t segment = 0;
-  Pose X_WT;             // at the end of the tick
-  double travel_mm = 0;  // path length of the disc's centre since this segment's first contact; 0 before
-  bool touched = false;  // the tool has touched bone in this segment
-  TickOutput out;
-};
 
 /// What the tool on a path cuts, with everything that is attached to it.
 class PathBody {

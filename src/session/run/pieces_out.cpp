@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 
 namespace kerf {
 namespace {

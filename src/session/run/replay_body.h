@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "device/devices/device.h"
+#include "kerf/device.h"
 #include "loop/haptics/step_body.h"
 #include "loop/record/recording.h"
 #include "session/run/event_check.h"

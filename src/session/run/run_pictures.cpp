@@ -9,8 +9,8 @@
 #include <map>
 #include <numeric>
 
-#include "bone/grid/surface.h"
 #include "bone/mesh/reduce.h"
+#include "kerf/surface.h"
 #include "view/picture/colours.h"
 #include "view/picture/picture.h"
 #include "view/plot/plot.h"

@@ -9,10 +9,10 @@
 
 #include "base/files/files.h"
 #include "base/files/peak_memory.h"
-#include "bone/grid/surface.h"
 #include "bone/vdb/bonefile.h"
 #include "cut/force/measured.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "kerf/version.h"
 #include "session/run/expected_files.h"
 #include "session/run/make_bone.h"

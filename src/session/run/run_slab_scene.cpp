@@ -7,10 +7,10 @@
 
 #include "base/files/files.h"
 #include "bone/grid/slab_parts.h"
-#include "bone/grid/surface.h"
 #include "bone/vdb/bonefile.h"
 #include "cut/force/measured.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "kerf/version.h"
 #include "session/run/make_bone.h"
 #include "session/run/results_folder.h"

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <variant>
 
-#include "bone/grid/surface.h"
 #include "cut/effects/structures.h"
+#include "kerf/surface.h"
 #include "view/picture/picture.h"
 #include "view/plot/plot.h"
 

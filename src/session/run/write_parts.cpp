@@ -9,11 +9,11 @@
 
 #include "base/files/files.h"
 #include "base/files/folder_lock.h"
-#include "bone/grid/surface.h"
 #include "bone/mesh/decimate.h"
 #include "bone/mesh/meshfile.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "view/picture/picture.h"
 
 namespace kerf {

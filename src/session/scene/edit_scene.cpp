@@ -97,11 +97,16 @@ std::map<std::string, std::string> ListValues(const TomlNode& root) {
   return values;
 }
 
+Error Refuse(const std::string& file, const std::vector<SceneEdit>& edits) {
+  std::string values;
+  for (const SceneEdit& edit : edits) values += fmt::format("\n  [{}] {} = {}", edit.table, edit.key, edit.value);
+  return Error(fmt::format("{}: these values can't be set automatically; edit the file to set:{}", file, values));
+}
+
 }  // namespace
 
-std::string EditScene(const std::string& text, const std::string& file, const std::vector<SceneEdit>& edits,
-                      const std::string& note) {
-  ParseScene(text, file);  // throws if the text is not a scene
+std::string EditSceneText(const std::string& text, const std::string& file, const std::vector<SceneEdit>& edits,
+                          const std::string& note) {
   std::vector<std::string> lines = SplitLines(text);
   std::erase_if(lines, [](const std::string& line) { return line.compare(0, kMark.size(), kMark) == 0; });
   // A new key is inserted directly after its table's header, so the edits are applied in reverse order.
@@ -113,23 +118,25 @@ std::string EditScene(const std::string& text, const std::string& file, const st
     lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(at), std::string(kMark) + note);
   }
   std::string edited = JoinLines(lines);
-  const auto refuse = [&] {
-    std::string values;
-    for (const SceneEdit& edit : edits) values += fmt::format("\n  [{}] {} = {}", edit.table, edit.key, edit.value);
-    return Error(fmt::format("{}: these values can't be set automatically; edit the file to set:{}", file, values));
-  };
   // Check that each value is set and that all others are unchanged.
-  try {
-    std::map<std::string, std::string> expected = ListValues(ParseToml(text, file));
-    for (const SceneEdit& edit : edits) {
-      expected[edit.table + "." + edit.key] = ParseToml("x = " + edit.value, file).Find("x")->Show();
-    }
-    if (ListValues(ParseToml(edited, file)) != expected) throw refuse();
-    ParseScene(edited, file);
-  } catch (const Error&) {
-    throw refuse();
+  std::map<std::string, std::string> expected = ListValues(ParseToml(text, file));
+  for (const SceneEdit& edit : edits) {
+    expected[edit.table + "." + edit.key] = ParseToml("x = " + edit.value, file).Find("x")->Show();
   }
+  if (ListValues(ParseToml(edited, file)) != expected) throw Refuse(file, edits);
   return edited;
+}
+
+std::string EditScene(const std::string& text, const std::string& file, const std::vector<SceneEdit>& edits,
+                      const std::string& note) {
+  ParseScene(text, file);  // throws if the text is not a scene
+  try {
+    std::string edited = EditSceneText(text, file, edits, note);
+    ParseScene(edited, file);
+    return edited;
+  } catch (const Error&) {
+    throw Refuse(file, edits);
+  }
 }
 
 }  // namespace kerf

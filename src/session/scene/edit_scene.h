@@ -12,6 +12,10 @@ struct SceneEdit {
   std::string value;  // in TOML notation, such as "0.125"
 };
 
+/// As EditScene(), but the result need not be a scene.
+std::string EditSceneText(const std::string& text, const std::string& file, const std::vector<SceneEdit>& edits,
+                          const std::string& note);
+
 /// Returns the text with the edited values. New keys are inserted after the header of their table in the order of the
 /// edits; a new table is appended at the end. `note`, unless empty, becomes a comment above the topmost edited line, "#
 /// kerf tune: <note>", and replaces an earlier one. `file` is used in messages. Throws kerf::Error if the text is not a

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "kerf/path.h"
 #include "session/scene/scene.h"
 
 namespace kerf {
@@ -42,15 +43,6 @@ class Path {
   std::vector<PathSegment> segments_;
   std::vector<std::vector<TimedPose>> knots_;  // per segment, in path time
   double length_mm_ = 0;
-};
-
-/// A step along a path: a tick, or the placement of the tool at the first pose of a segment.
-struct PathStep {
-  std::size_t segment = 0;
-  bool set_down = false;  // no tick: the tool was lifted and is placed at X_WT
-  Pose X_WT;              // tool pose at the end of the step
-  double time_s = 0;      // path time at the end of the step
-  double dt_s = 0;        // 0 for a placement
 };
 
 /// Steps through a path at a fixed rate.

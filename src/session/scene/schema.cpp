@@ -13,12 +13,14 @@ const std::vector<std::string_view>& BoneModelWords() {
 }
 
 const std::vector<std::string_view>& ForceLawWords() {
-  static const std::vector<std::string_view> kWords = [] {
+  const auto list = [] {
     std::vector<std::string_view> words;
     for (const ForceLawInfo* law : ForceLaws()) words.emplace_back(law->name);
     return words;
-  }();
-  return kWords;
+  };
+  static std::vector<std::string_view> words = list();
+  if (words.size() != ForceLaws().size()) words = list();  // a program has added a law
+  return words;
 }
 
 const std::vector<std::string_view>& HandWords() {

@@ -10,8 +10,8 @@
 #include "base/core/cancelled.h"
 #include "bone/grid/build.h"
 #include "bone/grid/cell_volume.h"
-#include "bone/grid/surface.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "support/message_of.h"
 #include "support/solids.h"
 

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "bone/grid/grids.h"
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 #include "support/solids.h"
 
 namespace kerf {

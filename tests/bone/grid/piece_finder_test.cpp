@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "bone/grid/set_leaf.h"
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 #include "support/seeded_check.h"
 #include "support/solids.h"
 

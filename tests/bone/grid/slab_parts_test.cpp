@@ -10,11 +10,11 @@
 #include <numbers>
 #include <random>
 
-#include "bone/grid/surface.h"
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
 #include "bone/models/mandible.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "support/message_of.h"
 #include "support/solids.h"
 

@@ -5,11 +5,11 @@
 
 #include <random>
 
-#include "bone/grid/surface.h"
 #include "bone/import/import.h"
 #include "bone/import/mesh_units.h"
 #include "bone/mesh/meshfile.h"
 #include "ct_files.h"
+#include "kerf/surface.h"
 
 namespace kerf {
 namespace {

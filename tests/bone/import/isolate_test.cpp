@@ -5,11 +5,11 @@
 
 #include <numbers>
 
-#include "bone/grid/surface.h"
 #include "bone/import/import.h"
 #include "bone/import/mandible_likeness.h"
 #include "bone/import/patient_frame.h"
 #include "ct_files.h"
+#include "kerf/surface.h"
 
 namespace kerf {
 namespace {

@@ -6,11 +6,11 @@
 #include <filesystem>
 
 #include "base/files/markups.h"
-#include "bone/grid/surface.h"
 #include "bone/import/dicom.h"
 #include "bone/import/image_file.h"
 #include "bone/import/import.h"
 #include "ct_files.h"
+#include "kerf/surface.h"
 #include "test_paths.h"
 
 namespace kerf {

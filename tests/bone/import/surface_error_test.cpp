@@ -5,9 +5,9 @@
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
 
-#include "bone/grid/surface.h"
 #include "bone/import/import.h"
 #include "ct_files.h"
+#include "kerf/surface.h"
 
 namespace kerf {
 namespace {

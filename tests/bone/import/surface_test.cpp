@@ -4,11 +4,11 @@
 #include <glm/gtc/quaternion.hpp>
 #include <numbers>
 
-#include "bone/grid/surface.h"
 #include "bone/import/image_file.h"
 #include "bone/import/import.h"
 #include "bone/mesh/meshfile.h"
 #include "ct_files.h"
+#include "kerf/surface.h"
 
 namespace kerf {
 namespace {

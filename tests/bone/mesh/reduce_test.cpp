@@ -9,10 +9,10 @@
 #include <map>
 #include <numbers>
 
-#include "bone/grid/surface.h"
 #include "bone/material/region_table.h"
 #include "bone/models/mandible.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "support/far_apart.h"
 
 namespace kerf {

@@ -7,11 +7,11 @@
 #include <random>
 #include <set>
 
-#include "bone/grid/surface.h"
 #include "bone/material/atlas.h"
 #include "bone/material/region_table.h"
 #include "bone/models/mandible_measures.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "support/message_of.h"
 
 namespace kerf {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 #include "support/solids.h"
 
 namespace kerf {

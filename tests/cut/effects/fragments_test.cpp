@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "base/core/heap_guard.h"
-#include "bone/grid/surface.h"
 #include "cut/effects/plan.h"
 #include "kerf/coupled.h"
 #include "kerf/simulation.h"
+#include "kerf/surface.h"
 #include "support/cuts.h"
 
 namespace kerf {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/core/heap_guard.h"
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 #include "support/cuts.h"
 
 namespace kerf {

@@ -5,8 +5,8 @@
 #include <numeric>
 
 #include "base/core/heap_guard.h"
-#include "bone/grid/surface.h"
 #include "kerf/simulation.h"
+#include "kerf/surface.h"
 #include "support/cuts.h"
 #include "support/saw.h"
 

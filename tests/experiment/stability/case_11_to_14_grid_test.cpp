@@ -4,11 +4,11 @@
 
 #include <numbers>
 
-#include "bone/grid/surface.h"
 #include "bone/models/block.h"
 #include "experiment/stability/verdict.h"
 #include "experiment/stability/watched.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "support/saw.h"
 
 namespace kerf::test {

@@ -1,9 +1,9 @@
 // Hard case 20: the bone separates into pieces. Their number is exact, no volume is lost, and the force has no jump.
 #include <numeric>
 
-#include "bone/grid/surface.h"
 #include "experiment/stability/in_kerf.h"
 #include "experiment/stability/verdict.h"
+#include "kerf/surface.h"
 #include "loop/haptics/held_saw.h"
 #include "support/saw.h"
 

@@ -3,9 +3,9 @@
 #include <random>
 
 #include "base/core/high_pass.h"
-#include "bone/grid/surface.h"
 #include "experiment/stability/in_kerf.h"
 #include "experiment/stability/verdict.h"
+#include "kerf/surface.h"
 #include "support/saw.h"
 
 namespace kerf {

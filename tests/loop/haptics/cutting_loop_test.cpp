@@ -10,11 +10,11 @@
 #include <thread>
 
 #include "base/core/heap_guard.h"
-#include "bone/grid/surface.h"
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
 #include "device/devices/profiles.h"
 #include "device/devices/simulated_device.h"
+#include "kerf/surface.h"
 #include "loop/haptics/bone_mirror.h"
 #include "loop/haptics/haptic_loop.h"
 #include "loop/haptics/step_body.h"

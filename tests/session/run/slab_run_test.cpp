@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "base/files/files.h"
-#include "bone/grid/surface.h"
 #include "bone/mesh/meshfile.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
+#include "kerf/surface.h"
 #include "session/run/make_bone.h"
 #include "session/run/run_slab_scene.h"
 #include "session/scene/warnings.h"

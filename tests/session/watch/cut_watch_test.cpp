@@ -6,7 +6,7 @@
 
 #include "bone/grid/grids.h"
 #include "bone/grid/set_leaf.h"
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 #include "session/plan/perfect_cut.h"
 
 namespace kerf {

@@ -13,10 +13,10 @@
 #include <tuple>
 
 #include "bone/grid/set_leaf.h"
-#include "bone/grid/surface.h"
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
 #include "kerf/simulation.h"
+#include "kerf/surface.h"
 #include "support/chunks.h"
 #include "view/live/surface_worker.h"
 

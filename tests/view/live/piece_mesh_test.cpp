@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 #include <set>
 
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 #include "support/chunks.h"
 #include "view/live/palette.h"
 

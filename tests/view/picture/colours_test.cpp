@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bone/grid/surface.h"
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
 #include "kerf/simulation.h"
+#include "kerf/surface.h"
 
 namespace kerf {
 namespace {

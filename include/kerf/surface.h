@@ -1,9 +1,13 @@
-// Surface and pieces of a bone.
+// A bone as others see it: its surface, its separate pieces, and the voxels of its level set.
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <span>
 #include <vector>
 
 #include "kerf/bone.h"
+#include "kerf/geometry.h"
 
 namespace kerf {
 
@@ -25,5 +29,15 @@ struct Pieces {
   double dust_mm3 = 0;
 };
 Pieces SplitPieces(const Bone& bone, double min_mm3 = 0);
+
+/// A leaf of a bone's level set: 8 x 8 x 8 voxels near the surface.
+struct BoneLeaf {
+  std::array<int, 3> first_voxel;  // index of the voxel with the lowest coordinates; its centre is at index * voxel_mm
+  std::span<const float, 512> phi_mm;  // the bone's own memory; voxel (x, y, z) of the leaf is at 64 x + 8 y + z
+};
+
+/// Returns all leaves of the level set, without copying a voxel. They are valid until the bone is changed, moved or
+/// destroyed.
+std::vector<BoneLeaf> ListLeaves(const Bone& bone);
 
 }  // namespace kerf

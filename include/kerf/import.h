@@ -1,0 +1,48 @@
+// A bone from a CT or from a closed surface.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kerf/bone.h"
+#include "kerf/geometry.h"
+#include "kerf/material.h"
+
+namespace kerf {
+
+/// How a bone is imported; `kerf import` has an option of the same name for each.
+struct ImportSettings {
+  double voxel_mm = 0.1;  // 0.05 to 2
+  // For a CT.
+  std::string series;        // of a DICOM folder: UID or a suffix of it; empty: the only CT series
+  std::string frame;         // of the file's coordinates: "LPS" or "RAS"; empty: that of the header
+  double iso_hu = 300;       // CT number of the bone's surface, -500 to 3000
+  bool isolate = true;       // separate the mandible from other bone; false: keep all bone
+  std::vector<Vec3> keep_W;  // points in wanted and in unwanted bone, LPS, mm, where the mandible cannot be separated
+  std::vector<Vec3> drop_W;  // automatically
+  bool fill = true;          // cavities become bone; of a surface: hollows stay hollow if they are marked as such
+  bool keep_hu = false;      // keep the CT numbers in the bone, for materials of the kind "ct"
+  // For a surface.
+  std::string mesh_units;    // mm, cm, m, in, um; empty: mm, if the size is that of a bone
+  double mesh_shell_mm = 2;  // thickness of the cortex, 0 to 10
+  /// Replaces the built-in table of regions.
+  std::optional<MaterialTable> materials;
+  /// Called with values from 0 to 1, in the calling thread. Returning false cancels the import.
+  std::function<bool(double)> progress;
+};
+
+struct ImportedBone {
+  Bone bone;
+  bool mandible = false;              // the bone has the shape of a mandible, and its cortex is divided into 31 regions
+  double surface_error_mm = 0;        // expected error of the surface, rms; 0: unknown
+  std::vector<std::string> warnings;  // assumptions and possible faults, one sentence each
+};
+
+/// Imports a bone. `path`: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a closed surface (.stl .obj
+/// .ply). The bone's coordinates are the patient's (LPS, mm), or those of the surface. Throws kerf::Error with one
+/// sentence if the input cannot be converted to a bone, or if the import is cancelled.
+ImportedBone ImportBone(const std::string& path, const ImportSettings& settings = {});
+
+}  // namespace kerf

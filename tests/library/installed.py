@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""Installs kerf into an empty folder and uses it from there as another project would: the examples are built with
+find_package(), one of them with pkg-config, and their results are compared with those of `kerf run`.
+
+    installed.py BUILD
+
+BUILD: a build folder of kerf. Exit code 0 if everything agrees."""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+EXAMPLES = ROOT / "examples"
+
+
+def run(*command, code=0, **options):
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, stdin=subprocess.DEVNULL, **options)
+    assert done.returncode == code, f"{' '.join(map(str, command))} ended with {done.returncode}:\n{done.stdout}\n{done.stderr}"
+    return done.stdout if code == 0 else done.stderr
+
+
+def check_symbols(library):
+    """What the library shows is named in a public header or is a replacement of a function of the C library."""
+    headers = "\n".join(p.read_text() for p in (ROOT / "include/kerf").glob("*.h"))
+    words = set(re.findall(r"[A-Za-z_][A-Za-z0-9_]*", headers)) | {"heap_guard"}
+    math = set(re.findall(r"^(?:double|void) (\w+)\(", (ROOT / "src/base/core/same_math.cpp").read_text(), flags=re.M))
+    assert "sin" in math
+    unknown = []
+    for line in run("nm", "-D", "-C", "--defined-only", library).splitlines():
+        name = line.split(" ", 2)[2]
+        name = re.sub(r"^(vtable|typeinfo|typeinfo name|guard variable|TLS (init|wrapper) function|virtual thunk|non-virtual thunk) (for|to) ", "", name)
+        if name in math:
+            continue
+        match = re.match(r"(?:[\w:<>,&* ]+ )?kerf::(\w+)(?:::(\w+))?", name)
+        if not match or match.group(1) not in words:
+            unknown.append(name)
+    assert not unknown, f"{len(unknown)} symbols belong to no public header:\n" + "\n".join(unknown[:20])
+
+
+def main():
+    build = pathlib.Path(sys.argv[1]).resolve()
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="kerf_installed_"))
+    try:
+        prefix = folder / "usr"
+        run("cmake", "--install", build, "--prefix", prefix)
+        library = next(prefix.glob("lib*/**/libkerf.so"), None)
+        assert library, "libkerf.so is not installed"
+        check_symbols(library)
+
+        # The sources are compiled with the warnings that a careful user enables, and with warnings as errors.
+        flags = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror"
+        run("cmake", "-S", EXAMPLES, "-B", folder / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}",
+            f"-DCMAKE_CXX_FLAGS={flags}", "-DCMAKE_BUILD_TYPE=Release", "-DCHECK_TICKS=ON")
+        run("cmake", "--build", folder / "build", "-j", "2")
+        examples = folder / "build"
+        scene = EXAMPLES / "hello_cut.toml"
+
+        # The same bits as the program.
+        run(prefix / "bin/kerf", "run", scene, "-o", folder / "out")
+        summary = json.loads((folder / "out/summary.json").read_text())
+        hello = run(examples / "hello_cut")
+        assert summary["bone"]["hash_after"] in hello, (summary["bone"], hello)
+        assert f"peak force {summary['force']['peak_N']:.6g} N" in hello, (summary["force"], hello)
+
+        # pkg-config gives the same program.
+        environment = dict(os.environ, PKG_CONFIG_PATH=str(library.parent / "pkgconfig"))
+        options = run("pkg-config", "--cflags", "--libs", "kerf", env=environment).split()
+        run("c++", EXAMPLES / "hello_cut.cpp", "-o", folder / "hello", *options, f"-Wl,-rpath,{library.parent}")
+        assert run(folder / "hello") == hello
+
+        law = run(examples / "own_force_law", scene)
+        twice = run(examples / "own_force_law", scene, "0.1")
+        peaks = [float(re.search(r"peak force ([\d.]+) N", text).group(1)) for text in (law, twice)]
+        assert abs(peaks[1] / peaks[0] - 2) < 1e-4, peaks  # the law is proportional to the energy; six digits are printed
+        effect = run(examples / "own_effect", scene)
+        assert re.search(r"worn_teeth.turns = [\d.]+ at the end", effect), effect
+        device = run(examples / "own_device", scene)
+        assert device.startswith("4000 ticks, removed "), device
+        table = run(examples / "batch", scene)
+        assert table.count("cortex of") == 3, table
+        # A wrong input gives one sentence.
+        assert run(examples / "batch", folder / "nothing.toml", code=1).count("\n") == 1
+    finally:
+        shutil.rmtree(folder)
+    print("the examples were built against the installed library and agree with the program")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,457 @@
+// Tests what the public headers offer to other programs: bones, scenes, runs, recordings, checkpoints, devices, and
+// force laws and effects that a program adds.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "kerf/bone_file.h"
+#include "kerf/checkpoints.h"
+#include "kerf/error.h"
+#include "kerf/import.h"
+#include "kerf/label_map.h"
+#include "kerf/models.h"
+#include "kerf/own_effect.h"
+#include "kerf/recording.h"
+#include "kerf/run.h"
+#include "kerf/surface.h"
+#include "kerf/version.h"
+#include "support/folder.h"
+#include "support/message_of.h"
+
+namespace kerf {
+namespace {
+
+using test::MessageOf;
+using ::testing::HasSubstr;
+
+/// A block of 12 x 6 x 6 mm; a slot 2 mm deep.
+constexpr const char* kScene = R"(
+[bone]
+model = "block"
+
+[bone.block]
+size_x_mm = 12
+size_y_mm = 6
+size_z_mm = 6
+voxel_mm = 0.2
+
+[tool]
+diameter_mm = 10
+thickness_mm = 0.5
+
+[[path.stroke]]
+start_mm = [-12, 0, 3]
+end_mm = [0, 0, 3]
+feed_mm_per_s = 20
+disc_normal = [0, 1, 0]
+
+[hand]
+push_N = 5
+)";
+
+// ---- bones
+
+TEST(LabelMap, BoxHasItsVolumeWithTheEdgesOfTheInterpolatedSurface) {
+  const int n = 20;
+  const std::vector<std::uint8_t> labels(n * n * n, 7);
+  const double spacing_mm = 0.5;
+  const Bone bone = MakeBoneFromLabels(
+      {.size = {n, n, n}, .spacing_mm = Vec3(spacing_mm), .X_WL = {}, .labels = labels}, {{7, 24}}, 0.1);
+  // At an edge, the surface u v = 1/2 of the interpolated occupancy cuts off 1/4 - (1/2 - ln(2)/2) of a voxel's
+  // cross-section; between the faces' voxel centres the edges are n - 1 voxels long. Each of the eight corners lies
+  // within an eighth of a voxel, of which the surface x y z = 1/2 leaves at least nothing.
+  const double edge = 0.25 - 0.5 * (1 - std::numbers::ln2);
+  const double voxels = std::pow(n, 3) - 12 * (n - 1) * edge - 8 * 0.125;
+  const double corners = 8 * 0.125;
+  const double volume = bone.CalcVolume() / std::pow(spacing_mm, 3);
+  EXPECT_GT(volume, voxels - 2);  // 2 voxels of 8000: what voxels of 0.1 mm lose at the sharper corners
+  EXPECT_LT(volume, voxels + corners + 2);
+  // The faces lie half a voxel beyond the last voxel centres.
+  const Box3 box = bone.CalcBounds();
+  EXPECT_NEAR(box.lower.x, -0.25, 0.01);
+  EXPECT_NEAR(box.upper.z, (n - 0.5) * spacing_mm, 0.01);
+}
+
+TEST(LabelMap, RegionsSpacingsAndPoseAreHonoured) {
+  // Two halves along x, in a lattice with three spacings, turned about z by 90 degrees.
+  const std::array<int, 3> size{16, 10, 8};
+  std::vector<std::uint8_t> labels;
+  for (int k = 0; k < size[2]; ++k) {
+    for (int j = 0; j < size[1]; ++j) {
+      for (int i = 0; i < size[0]; ++i) labels.push_back(i < 8 ? 1 : 2);
+    }
+  }
+  const Pose X_WL{glm::angleAxis(glm::radians(90.0), Vec3(0, 0, 1)), {10, 20, 30}};
+  const LabelMap map{.size = size, .spacing_mm = {0.41, 0.6, 0.8}, .X_WL = X_WL, .labels = labels};
+  const Bone bone = MakeBoneFromLabels(map, {{1, 24}, {2, 32}}, 0.2);
+  EXPECT_EQ(bone.RegionAt(X_WL.Point({1, 2, 2})), 24);
+  EXPECT_EQ(bone.RegionAt(X_WL.Point({5, 2, 2})), 32);
+  // A tooth that touches the surface from outside finds a material.
+  EXPECT_EQ(bone.RegionAt(X_WL.Point({-0.35, 2, 2})), 24);
+  const auto mm3 = bone.CalcRegionVolumes();
+  // The border of 6 x 6.4 mm2 is off by up to half a region voxel of 0.2 mm, which one half gains and the other loses.
+  EXPECT_NEAR(mm3.at(24), mm3.at(32), 2 * 0.1 * 6 * 6.4);
+  EXPECT_NEAR(bone.SignedDistance(X_WL.Point({-0.2, 2.4, 2.8})), 0, 0.02);  // a tenth of a voxel
+
+  // Only the first label: half of the bone.
+  EXPECT_NEAR(MakeBoneFromLabels(map, {{1, 24}}, 0.2).CalcVolume(), 0.5 * bone.CalcVolume(),
+              0.02 * bone.CalcVolume());  // its edges
+}
+
+TEST(LabelMap, InvalidOnesAreRefused) {
+  const std::vector<std::uint8_t> labels(8, 1);
+  LabelMap map{.size = {2, 2, 2}, .spacing_mm = Vec3(1), .X_WL = {}, .labels = labels};
+  EXPECT_THAT(MessageOf([&] { MakeBoneFromLabels(map, {{2, 24}}, 0.2); }), HasSubstr("no voxel"));
+  EXPECT_THAT(MessageOf([&] { MakeBoneFromLabels(map, {}, 0.2); }), HasSubstr("no label"));
+  EXPECT_THAT(MessageOf([&] { MakeBoneFromLabels(map, {{1, 99}}, 0.2); }), HasSubstr("99"));
+  EXPECT_THAT(MessageOf([&] { MakeBoneFromLabels(map, {{300, 24}}, 0.2); }), HasSubstr("300"));
+  map.size = {2, 2, 3};
+  EXPECT_THAT(MessageOf([&] { MakeBoneFromLabels(map, {{1, 24}}, 0.2); }), HasSubstr("12 labels, not 8"));
+  map.size = {2, 2, 2};
+  map.spacing_mm.y = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(MessageOf([&] { MakeBoneFromLabels(map, {{1, 24}}, 0.2); }), HasSubstr("spacing_mm"));
+}
+
+TEST(BoneLeaves, AreTheBonesOwnMemoryAndLieWhereTheySay) {
+  BlockParams block;
+  block.size_mm = {4, 3, 2};
+  block.voxel_mm = 0.2;
+  const Bone bone = MakeBlock(block);
+  const std::vector<BoneLeaf> leaves = ListLeaves(bone), again = ListLeaves(bone);
+  ASSERT_FALSE(leaves.empty());
+  ASSERT_EQ(leaves.size(), again.size());
+  for (std::size_t i = 0; i < leaves.size(); ++i) EXPECT_EQ(leaves[i].phi_mm.data(), again[i].phi_mm.data());
+  for (const BoneLeaf& leaf : leaves) {
+    const Vec3 p_W = 0.2 * Vec3(leaf.first_voxel[0] + 1, leaf.first_voxel[1] + 2, leaf.first_voxel[2] + 3);
+    EXPECT_NEAR(bone.SignedDistance(p_W), static_cast<double>(leaf.phi_mm[64 * 1 + 8 * 2 + 3]), 1e-6);
+  }
+}
+
+TEST(ImportBone, OfASurfaceHasItsVolumeAndCanBeCancelled) {
+  const test::Folder folder;
+  BlockParams block;
+  block.size_mm = {12, 8, 6};
+  block.voxel_mm = 0.2;
+  const TriangleMesh mesh = ExtractSurface(MakeBlock(block));
+  std::string obj;
+  for (const Vec3& p : mesh.points)
+    obj += "v " + std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) + "\n";
+  for (const auto& t : mesh.triangles) {
+    obj += "f " + std::to_string(t[0] + 1) + " " + std::to_string(t[1] + 1) + " " + std::to_string(t[2] + 1) + "\n";
+  }
+  test::WriteBytes(folder.file("block.obj"), obj);
+  ImportSettings settings;
+  settings.voxel_mm = 0.2;
+  settings.mesh_units = "mm";
+  const ImportedBone imported = ImportBone(folder.file("block.obj"), settings);
+  EXPECT_NEAR(imported.bone.CalcVolume(), 12 * 8 * 6, 0.01 * 12 * 8 * 6);
+  settings.progress = [](double) { return false; };
+  EXPECT_THAT(MessageOf([&] { ImportBone(folder.file("block.obj"), settings); }), HasSubstr("cancelled"));
+  settings.voxel_mm = 5;
+  EXPECT_THAT(MessageOf([&] { ImportBone(folder.file("block.obj"), settings); }), HasSubstr("voxel_mm"));
+}
+
+// ---- scenes and runs
+
+TEST(SceneFile, ValuesAreSetWithTheErrorsOfTheProgram) {
+  const SceneFile scene = SceneFile::Parse(kScene, "block.toml");
+  EXPECT_EQ(scene.name(), "block");
+  EXPECT_EQ(scene.With("tool", "rpm", "3000").rpm(), 3000);
+  EXPECT_EQ(scene.rpm(), 7500);
+  EXPECT_EQ(std::get<DiscSaw>(scene.With("tool", "diameter_mm", "12").tool()).diameter_mm, 12);
+  EXPECT_THAT(MessageOf([&] { scene.With("tool", "thickness_mm", "-1"); }), HasSubstr("block.toml:"));
+  EXPECT_THAT(MessageOf([&] { scene.With("tool", "thicknes_mm", "1"); }), HasSubstr("thickness_mm"));
+  EXPECT_EQ(SceneFile::Parse(scene.Resolve()).Resolve(), scene.Resolve());
+}
+
+TEST(Runs, TickByTickOrAtOnceGiveTheSameBits) {
+  const SceneFile scene = SceneFile::Parse(kScene);
+  const PathRun run = RunAlongPath(scene);
+  const std::vector<PathStep> steps = scene.ListPathSteps();
+  ASSERT_TRUE(steps.front().set_down);
+  Simulation simulation(scene.MakeBone(), scene.MakeSimulationParams(), steps.front().X_WT);
+  std::size_t ticks = 0;
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    const TickOutput out = simulation.Tick({.X_WT = steps[i].X_WT, .dt_s = steps[i].dt_s, .rpm = scene.rpm()});
+    EXPECT_EQ(out.f_T_W_N, run.ticks[ticks].out.f_T_W_N);
+    ++ticks;
+  }
+  EXPECT_EQ(ticks, run.ticks.size());
+  EXPECT_EQ(simulation.UpdateBone().CalcHash(), run.bone.CalcHash());
+  // The centre ends in the middle of the block: half of the slot and the disc's front in it.
+  EXPECT_GT(run.removed_mm3, 0.5 * 2 * 6);
+  double sum_mm3 = 0;
+  for (const double mm3 : run.removed_mm3_by_region) sum_mm3 += mm3;
+  EXPECT_EQ(sum_mm3, run.removed_mm3);
+}
+
+TEST(Runs, AreCancelledByTheirProgress) {
+  const PathRunOptions options{.record = "", .progress = [](double fraction) { return fraction < 0.7; }};
+  EXPECT_THAT(MessageOf([&] { RunAlongPath(SceneFile::Parse(kScene), options); }), HasSubstr("cancelled"));
+}
+
+TEST(Runs, SlabModeIsRunIfTheSceneSaysSo) {
+  const SceneFile scene =
+      SceneFile::Parse(std::string(kScene) + "\n[simulation]\nmode = \"slab\"\n\n[slab]\ndirection = [1, 0, 0]\n");
+  const PathRun run = RunAlongPath(scene);
+  EXPECT_EQ(run.slab_states.size(), run.ticks.size());
+  EXPECT_EQ(run.removed_mm3, 0);
+  EXPECT_GT(run.slab_states.back().deepest_mm, 0);
+}
+
+TEST(Recordings, OfAPathGiveItsInputsAndReplayToTheSameBits) {
+  const test::Folder folder;
+  const SceneFile scene = SceneFile::Parse(kScene);
+  const std::string file = folder.file("a.kerf");
+  const PathRun run = RunAlongPath(scene, {.record = file, .progress = {}});
+  Recording recording(file);
+  EXPECT_EQ(recording.kind(), "run");
+  EXPECT_EQ(recording.damage(), "");
+  EXPECT_EQ(recording.scene().rpm(), scene.rpm());
+  const std::vector<RecordedInput> inputs = recording.ReadInputs();
+  const std::vector<PathStep> steps = scene.ListPathSteps();
+  ASSERT_EQ(inputs.size(), steps.size());
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    EXPECT_EQ(inputs[i].X.p_AB, steps[i].X_WT.p_AB);
+    EXPECT_EQ(inputs[i].set_down, steps[i].set_down);
+    EXPECT_NEAR(inputs[i].time_s, steps[i].time_s, 1e-9);  // sums of the ticks' durations
+  }
+  const PathRun again = recording.ReplayPath();
+  EXPECT_FALSE(again.difference);
+  EXPECT_EQ(again.bone.CalcHash(), run.bone.CalcHash());
+  EXPECT_THAT(MessageOf([&] { recording.ReplayHand(); }), HasSubstr("along a path"));
+  EXPECT_THAT(MessageOf([&] { RunAlongPath(scene, {.record = file, .progress = {}}); }), HasSubstr("a.kerf"));
+}
+
+/// Handle that is led down by 3 mm in half a second.
+class LedHandle final : public Device {
+ public:
+  explicit LedHandle(const Pose& X) : X_(X) {}
+  const DeviceProfile& profile() const override { return profile_; }
+  void Elapse(double dt_s) noexcept override { X_.p_AB.z -= 6 * dt_s; }
+  bool Read(DeviceSample& sample) noexcept override {
+    sample.X_WH = X_;
+    return true;
+  }
+  bool Write(const Vec3& f_H_W_N, const Vec3&) noexcept override {
+    ++writes;
+    peak_N = std::max(peak_N, glm::length(f_H_W_N));
+    return true;
+  }
+  int writes = 0;
+  double peak_N = 0;
+
+ private:
+  DeviceProfile profile_;
+  Pose X_;
+};
+
+TEST(Runs, InAHandAreMovedByAnOwnDeviceRecordedAndReplayed) {
+  const test::Folder folder;
+  SceneFile scene = SceneFile::Parse(kScene);
+  scene = scene.With("device", "profile", "\"omega_6\"");
+  LedHandle handle({glm::angleAxis(glm::radians(-90.0), Vec3(1, 0, 0)), {-3, 0, 6}});
+  HandRunOptions options;
+  options.seconds = 0.5;
+  options.device = &handle;
+  options.record = folder.file("hand.kerf");
+  const HandRun run = RunInHand(scene, options);
+  EXPECT_EQ(run.ticks.size(), 500u);
+  EXPECT_GE(handle.writes, 500);
+  EXPECT_GT(run.removed_mm3, 0.1);
+  EXPECT_NEAR(run.removed_mm3, scene.MakeBone().CalcVolume() - run.bone.CalcVolume(), 1e-6 * 432);  // of the volume
+  double peak_N = 0;
+  for (const HandTick& tick : run.ticks) peak_N = std::max(peak_N, glm::length(tick.f_device_N));
+  EXPECT_EQ(peak_N, handle.peak_N);
+  Recording recording(options.record);
+  EXPECT_EQ(recording.kind(), "loop");
+  const HandRun again = recording.ReplayHand();
+  EXPECT_FALSE(again.difference);
+  EXPECT_EQ(again.bone.CalcHash(), run.bone.CalcHash());
+
+  const std::atomic<bool> stop = true;
+  options.stop = &stop;
+  options.record.clear();
+  EXPECT_LT(RunInHand(scene, options).ticks.size(), 500u);
+  options.seconds = -1;
+  EXPECT_THAT(MessageOf([&] { RunInHand(scene, options); }), HasSubstr("seconds"));
+}
+
+TEST(Checkpoints, UndoAndRedoRestoreEachBit) {
+  const SceneFile scene = SceneFile::Parse(kScene);
+  const Quat upright = glm::angleAxis(glm::radians(-90.0), Vec3(1, 0, 0));
+  CoupledSimulation simulation(scene.MakeBone(), scene.MakeCoupledParams(), {upright, {0, 0, 6}});
+  Checkpoints checkpoints(simulation);
+  const auto cut_to = [&](double from_mm, double to_mm) {
+    for (int i = 1; i <= 200; ++i) {
+      simulation.Tick({.X_WH = {upright, {0, 0, from_mm + (to_mm - from_mm) * i / 200}}});
+      checkpoints.Update();
+    }
+    return simulation.UpdateBone().CalcHash();
+  };
+  const std::uint64_t whole = simulation.UpdateBone().CalcHash();
+  const std::uint64_t first = cut_to(6, 4);
+  checkpoints.Make("first");
+  const std::uint64_t second = cut_to(4, 3);
+  ASSERT_NE(first, whole);
+  ASSERT_NE(second, first);
+  checkpoints.Undo();
+  EXPECT_EQ(simulation.UpdateBone().CalcHash(), first);
+  EXPECT_TRUE(checkpoints.CanRedo());
+  checkpoints.Redo();
+  EXPECT_EQ(simulation.UpdateBone().CalcHash(), second);
+  checkpoints.Undo("start");
+  EXPECT_EQ(simulation.UpdateBone().CalcHash(), whole);
+  EXPECT_THAT(MessageOf([&] { checkpoints.Undo("nowhere"); }), HasSubstr("nowhere"));
+}
+
+// ---- what a program adds
+
+ForceLawInfo MakeLawInfo(const char* name, ToothForce::Function thrust) {
+  static ToothForce::Function made;
+  made = thrust;
+  return {.name = name,
+          .summary = "a law of a test",
+          .source = "a test",
+          .validity = {},
+          .parameters = {},
+          .make = [](const LawValues&, const Tooth&, const std::shared_ptr<const ForceTable>&) {
+            ToothForce force;
+            force.thrust = made;
+            return force;
+          }};
+}
+
+TEST(OwnForceLaw, IsUsedLikeKerfsOwn) {
+  RegisterForceLaw(MakeLawInfo("test_linear", [](const ToothForce&, double bite_mm, const ToothCut& cut) {
+    return cut.E_MPa > 0 ? 100 * bite_mm : 0.0;
+  }));
+  const PathRun run = RunAlongPath(SceneFile::Parse(kScene).With("force", "law", "\"test_linear\""));
+  int engaged = 0;
+  for (const TickRecord& tick : run.ticks) {
+    // The sum over the teeth of a linear law is the number of teeth times the mean bite.
+    if (tick.out.engaged_teeth <= 0) continue;
+    ++engaged;
+    EXPECT_NEAR(tick.out.thrust_sum_N, 100 * tick.out.engaged_teeth * tick.out.mean_bite_mm, 1e-9);
+  }
+  EXPECT_GT(engaged, 100);
+}
+
+TEST(OwnForceLaw, ThatBreaksARuleIsRefused) {
+  const auto refusal = [](ToothForce::Function thrust) {
+    return MessageOf([&] { RegisterForceLaw(MakeLawInfo("test_bad", thrust)); });
+  };
+  EXPECT_THAT(refusal([](const ToothForce&, double bite_mm, const ToothCut& cut) {
+                return cut.E_MPa > 0 ? 1 / (1 + bite_mm) : 0;
+              }),
+              HasSubstr("its thrust falls"));
+  EXPECT_THAT(refusal([](const ToothForce&, double bite_mm, const ToothCut&) { return bite_mm; }),
+              HasSubstr("no material"));
+  EXPECT_THAT(refusal([](const ToothForce&, double bite_mm, const ToothCut& cut) {
+                return cut.E_MPa * std::log(bite_mm - 100);
+              }),
+              HasSubstr("finite"));
+  EXPECT_THAT(refusal(nullptr), HasSubstr("no thrust"));
+  EXPECT_THAT(refusal([](const ToothForce&, double bite_mm, const ToothCut& cut) {
+                static double last = 0;
+                return cut.E_MPa > 0 ? bite_mm + 1e-9 * ++last : 0;
+              }),
+              HasSubstr("two different forces"));
+  const auto zero = [](const ToothForce&, double, const ToothCut&) { return 0.0; };
+  EXPECT_THAT(MessageOf([&] { RegisterForceLaw(MakeLawInfo("hertz_chip", zero)); }), HasSubstr("already"));
+  EXPECT_THAT(MessageOf([&] { RegisterForceLaw(MakeLawInfo("Test law", zero)); }), HasSubstr("lower-case"));
+  EXPECT_THAT(MessageOf([&] { ForceLaw("test_bad"); }), HasSubstr("test_bad"));
+}
+
+/// Reports what it is given, halves the speed of the spindle, and pushes the hand.
+class TestEffect final : public OwnEffect {
+ public:
+  explicit TestEffect(double push_N) : push_N_(push_N) {}
+  void Begin(EffectBegin& begin) noexcept override { begin.rpm = 0.5 * begin.set_rpm; }
+  void Solved(const OwnEffectStep& step) noexcept override {
+    for (const ToothLoad& load : step.teeth) thrust_Ns_ += load.thrust_N * step.time_s;
+    X_WT_ = step.X_WT_to;
+  }
+  void End(OwnEffectEnd& end) noexcept override {
+    rpm_ = end.rpm;
+    end.f_extra_W_N = {0, 0, push_N_};
+  }
+  void Report(std::span<double> channels) const noexcept override {
+    channels[0] = thrust_Ns_;
+    channels[1] = rpm_;
+    channels[2] = X_WT_.p_AB.x;
+  }
+
+ private:
+  double push_N_;
+  double thrust_Ns_ = 0, rpm_ = 0;
+  Pose X_WT_;
+};
+
+TEST(OwnEffect, SeesTheTeethSetsTheSpeedAndPushesTheHand) {
+  EffectInfo info{.name = "test_effect",
+                  .summary = "a test",
+                  .source = "a test",
+                  .reads = "teeth",
+                  .writes = "force",
+                  .state = "impulse",
+                  .sleeps = "never"};
+  info.hooks = kEffectBegin | kEffectSolved | kEffectEnd | kEffectPush;
+  info.parameters = {{"push_N", 0.0, -5, 5, "force on the hand"}};
+  info.channels = {{"thrust_Ns", "impulse of the teeth"}, {"rpm", "speed"}, {"x_mm", "place"}};
+  info.make_own = [](std::span<const EffectValue> values, const OwnEffectSetup& setup) {
+    EXPECT_GT(setup.bone.CalcVolume(), 0);
+    return std::unique_ptr<OwnEffect>(new TestEffect(std::get<double>(values[0])));
+  };
+  RegisterEffect(info);
+  EXPECT_THAT(MessageOf([&] { RegisterEffect(info); }), HasSubstr("already"));
+
+  const SceneFile scene = SceneFile::Parse(kScene).With("effects.test_effect", "push_N", "2");
+  const PathRun run = RunAlongPath(scene);
+  EXPECT_EQ(run.channels.names,
+            (std::vector<std::string>{"test_effect.thrust_Ns", "test_effect.rpm", "test_effect.x_mm"}));
+  ASSERT_EQ(run.channels.rows(), run.ticks.size());
+  double thrust_Ns = 0;
+  double last_s = 0;
+  for (const TickRecord& tick : run.ticks) {
+    thrust_Ns += tick.out.thrust_sum_N * (tick.time_s - last_s);
+    last_s = tick.time_s;
+  }
+  const double* last = &run.channels.values[3 * (run.channels.rows() - 1)];
+  EXPECT_NEAR(last[0], thrust_Ns, 1e-9 * thrust_Ns);
+  EXPECT_GT(thrust_Ns, 0);
+  EXPECT_EQ(last[1], 3750);
+  EXPECT_NEAR(last[2], 0, 1e-9);  // the end of the stroke, in the world frame
+
+  // In air the force on the hand is that of the effect alone.
+  CoupledSimulation simulation(scene.MakeBone(), scene.MakeCoupledParams(), {{1, 0, 0, 0}, {0, 0, 60}});
+  EXPECT_EQ(simulation.Tick({.X_WH = {{1, 0, 0, 0}, {0, 0, 60}}}).f_H_W_N, Vec3(0, 0, 2));
+  EXPECT_EQ(simulation.ListChannels(), run.channels.names);
+  std::array<double, 3> values{};
+  simulation.ReadChannels(values);
+  EXPECT_EQ(values[1], 3750);
+
+  info.name = "test_other";
+  info.hooks = kEffectEngage;
+  EXPECT_THAT(MessageOf([&] { RegisterEffect(info); }), HasSubstr("hook"));
+  info.hooks = kEffectEnd;
+  info.make_own = nullptr;
+  EXPECT_THAT(MessageOf([&] { RegisterEffect(info); }), HasSubstr("make_own"));
+}
+
+TEST(Version, OfHeadersAndLibraryAreTheSame) {
+  EXPECT_EQ(VersionString(), std::to_string(KERF_VERSION_MAJOR) + "." + std::to_string(KERF_VERSION_MINOR) + "." +
+                                 std::to_string(KERF_VERSION_PATCH));
+}
+
+}  // namespace
+}  // namespace kerf
