@@ -11,7 +11,7 @@
 
 #include "bone/grid/piece_finder.h"
 #include "bone/grid/set_leaf.h"
-#include "bone/grid/surface.h"
+#include "kerf/surface.h"
 
 namespace kerf {
 namespace {
