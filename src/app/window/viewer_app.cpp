@@ -195,6 +195,7 @@ void ViewerApp::Run(Activity& activity) {
     }
     if (done_ || minimised_ || window_.width() == 0) continue;
     Draw();
+    RunPanelKeys();
     if (!first_picture && bone_.surface() && bone_.surface()->first_done()) {
       first_picture = true;
       trace_.Write("first_picture", {{"after_s", SecondsSince(start)}});

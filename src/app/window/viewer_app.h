@@ -150,6 +150,7 @@ class ViewerApp {
   void AddActions();
   void AddLastActions();
   void RunWaitingKeys();
+  void RunPanelKeys();
   void LookNext(int by);
   void ToggleHelp();
   void TakeInScene(const WindowEvent& event);
@@ -214,6 +215,8 @@ class ViewerApp {
   bool fit_again_ = false;
   bool view_changed_ = false;              // the user has changed the view since
   Box3 fitted_bounds_W_;                   // of that bone
+  int panel_frames_ = 0;                   // frames until the panels have noticed a click
+  std::vector<WindowEvent> panel_keys_;    // pressed meanwhile: they belong to a text field that the click has begun
   std::vector<WindowEvent> waiting_keys_;  // pressed while a session restarted, for actions of the next one
 
   bool quitting_ = false;

@@ -5,6 +5,12 @@
 #include "app/window/viewer_app.h"
 
 namespace kerf {
+namespace {
+
+/// The first frame takes the click, the second one activates what was clicked, and the third one knows that it takes text.
+constexpr int kFramesOfClick = 3;
+
+}  // namespace
 
 void ViewerApp::Take(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
@@ -49,6 +55,7 @@ void ViewerApp::Take(const WindowEvent& event) {
   if (mouse) {
     if (event.kind == Kind::kMouseDown && mouse_owner_ == Owner::kNone) {
       mouse_owner_ = dialogs_.is_open() || ui_.IsOnPanel(event.x, event.y) ? Owner::kPanels : Owner::kScene;
+      if (mouse_owner_ == Owner::kPanels && !dialogs_.is_open()) panel_frames_ = kFramesOfClick;
       pressed_at_ = {event.x, event.y};
       moved_since_press_ = false;
     }
@@ -71,6 +78,10 @@ void ViewerApp::Take(const WindowEvent& event) {
   if (down && event.control && event.key == Key::kQ) {
     if (dialogs_.is_open()) return Quit();
     return AskToQuit();
+  }
+  if (panel_frames_ > 0) {
+    panel_keys_.push_back(event);
+    return;
   }
   if (event.kind == Kind::kText && ignores_text_) return;
   if (dialogs_.is_open()) {
@@ -136,6 +147,12 @@ void ViewerApp::TakeInScene(const WindowEvent& event) {
   camera_mouse_.Take(event, view_->camera());
 }
 
+/// Handles the keys that were pressed right after a click on a panel. Call once per frame.
+void ViewerApp::RunPanelKeys() {
+  if (panel_frames_ == 0 || --panel_frames_ > 0) return;
+  for (const WindowEvent& event : std::exchange(panel_keys_, {})) Take(event);
+}
+
 /// Handles the keys that were pressed while the session restarted. One of them may restart it again.
 void ViewerApp::RunWaitingKeys() {
   if (!is_running() || !began_ || activity_->is_restarting()) return;
@@ -151,6 +168,7 @@ void ViewerApp::LoseFocus(const char* why) {
   LetGo();
   camera_mouse_.Release();
   waiting_keys_.clear();
+  panel_keys_.clear();
   mouse_owner_ = MouseOwner::kNone;
   if (!spindle_on()) return;
   SetSpindle(false);
