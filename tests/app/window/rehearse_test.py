@@ -272,8 +272,9 @@ def main():
     moved = [sum(p["transform"][i] ** 2 for i in (3, 7, 11)) ** 0.5 for p in pieces]
     assert sorted(moved) == [0, 3], pieces
     assert "distance 2" in (away / "measures.csv").read_text()
-    # The window announced the piece with the volume that the report has. The log and the table have the same figure.
-    assert any(p["volume_mm3"] == freed["mm3"] for p in pieces), (freed, pieces)
+    # The window announced the piece with the volume that the report has, except for what the saw has cut since the piece
+    # came free. The sum of the voxels would be 5 % less.
+    assert any(abs(p["volume_mm3"] - freed["mm3"]) < 0.005 * freed["mm3"] for p in pieces), (freed, pieces)
 
     # Every recorded session replays bit-identically without a window.
     for i, recording in enumerate(left["recordings"]):
