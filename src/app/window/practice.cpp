@@ -1,9 +1,6 @@
 #include "app/window/practice.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -11,7 +8,9 @@
 #include <cmath>
 #include <utility>
 
+#include "app/window/cut_panel.h"
 #include "app/window/is_ready.h"
+#include "app/window/practice_widgets.h"
 #include "base/files/files.h"
 #include "kerf/error.h"
 #include "loop/record/recording.h"
@@ -31,11 +30,6 @@ HudLevel LevelOf(double to_goal_mm) {
          : to_goal_mm < kStop_mm  ? HudLevel::kGood
          : to_goal_mm < kSlow_mm  ? HudLevel::kWarn
                                   : HudLevel::kPlain;
-}
-
-/// Lets all other threads run first.
-void LowerPriority() {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 19);
 }
 
 /// Speed of the replay beside the expert, as a multiple of real time.
@@ -74,7 +68,6 @@ Practice::Practice(const PracticeOptions& options) : options_(options) {
 
 Practice::~Practice() {
   stop_scoring_ = true;
-  EndChecks();
 }
 
 std::vector<std::string> Practice::Run() {
@@ -94,7 +87,7 @@ std::vector<ExerciseRow> Practice::MakeRows() const {
 }
 
 void Practice::Choose() {
-  EndChecks();
+  checks_.End();
   state_ = State::kChoosing;
   list_.emplace(MakeRows(), options_.student);
 }
@@ -131,7 +124,7 @@ void Practice::UseName(const std::string& student) {
 }
 
 void Practice::Start(const std::string& id, int level) {
-  EndChecks();
+  checks_.End();
   list_.reset();
   exercise_ = &FindExercise(id);
   scene_ = MakeExerciseScene(id, level);
@@ -247,75 +240,28 @@ void Practice::Score(std::shared_ptr<const Bone> before, Bone after) {
 
 // ---- behind the result
 
-void Practice::BeginChecks() {
-  checks_ = std::make_shared<Checks>();
-  verified_.reset();
-  verification_failed_ = false;
-  expert_.reset();
-  wants_replay_ = false;
-  checking_.push_back(std::async(std::launch::async, [checks = checks_, experts = experts_, scene = scene_,
-                                                      file = recordings_.back(), sheet = *sheet_] {
-    LowerPriority();
-    try {
-      auto expert = experts->Get(scene, &checks->stop);
-      {
-        const std::lock_guard lock(checks->mutex);
-        checks->expert = std::move(expert);
-      }
-      RecordingReader recording(file);
-      ScoreOptions options;
-      options.stop = &checks->stop;
-      const ScoreSheet replayed = ScoreRecording(recording, options, [&](const std::string&, double) {
-        if (checks->stop) throw Error("the verification was interrupted");
-      });
-      const std::lock_guard lock(checks->mutex);
-      checks->verified = FormatSheetJson(replayed) == FormatSheetJson(sheet);
-    } catch (const std::exception& e) {
-      const std::lock_guard lock(checks->mutex);
-      checks->failure = e.what();
-    }
-  }));
-}
-
-void Practice::EndChecks() {
-  if (checks_) checks_->stop = true;
-  checks_.reset();
-}
-
 void Practice::TakeChecks() {
-  std::erase_if(checking_, [](const std::future<void>& f) { return IsReady(f); });
-  if (!checks_) return;
-  std::string failure;
-  {
-    const std::lock_guard lock(checks_->mutex);
-    if (checks_->expert && !expert_) {
-      expert_ = checks_->expert;
-      viewer_->trace().Write("expert");
-    }
-    failure = std::exchange(checks_->failure, {});
-    if (checks_->verified && !verified_) {
-      verified_ = checks_->verified;
-      viewer_->trace().Write("verified", {{"same", *verified_}});
-      if (!*verified_)
-        viewer_->Say(Tr("The replay of the recording gives another score: compare it with 'kerf score'"));
+  const ResultChecks::News news = checks_.Take();
+  if (news.expert) viewer_->trace().Write("expert");
+  if (news.verified) {
+    viewer_->trace().Write("verified", {{"same", *checks_.verified()}});
+    if (!*checks_.verified()) {
+      viewer_->Say(Tr("The replay of the recording gives another score: compare it with 'kerf score'"));
     }
   }
-  if (!failure.empty()) {
-    verification_failed_ = true;
-    viewer_->Say(failure);
-  }
-  if (wants_replay_ && expert_ && state_ == State::kResult) Replay();
+  if (!news.failure.empty()) viewer_->Say(news.failure);
+  if (wants_replay_ && checks_.expert() && state_ == State::kResult) Replay();
 }
 
 // ---- the attempt beside the expert's
 
 void Practice::Replay() {
-  if (!expert_) {
+  if (!checks_.expert()) {
     wants_replay_ = true;
     return viewer_->Say(Tr("The expert's attempt is being computed; the replay begins as soon as it is ready"));
   }
   wants_replay_ = false;
-  pair_ = MakeReplayPair(*track_, *expert_, *gauge_);
+  pair_ = MakeReplayPair(*track_, *checks_.expert(), *gauge_);
   replay_s_ = 0;
   state_ = State::kReplaying;
   const WantedCut& cut = gauge_->cut();
@@ -350,11 +296,11 @@ void Practice::DrawResultDialog(Ui& ui) {
                                 .sheet = *sheet_,
                                 .review = *review_,
                                 .next = next_,
-                                .verified = verified_,
-                                .verification_failed = verification_failed_,
+                                .verified = checks_.verified(),
+                                .verification_failed = checks_.failed(),
                                 .stored = stored_,
                                 .asks_name = options_.student.empty() && !unnamed_.empty(),
-                                .expert_ready = expert_ != nullptr};
+                                .expert_ready = checks_.expert() != nullptr};
   switch (DrawResult(ui, contents)) {
     case ResultChoice::kNone:
       break;
@@ -541,7 +487,8 @@ void Practice::TakeSheet() {
                                    {"next_exercise", next_.exercise},
                                    {"next_level", next_.level},
                                    {"sheet", nlohmann::json(SheetJson(*sheet_))}});
-  BeginChecks();
+  wants_replay_ = false;
+  checks_.Begin(scene_, recordings_.back(), *sheet_);
 }
 
 /// Adds the attempt to the history and to what the recommendations consider.

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "app/window/exercise_list.h"
 #include "app/window/practice_panel.h"
+#include "app/window/result_checks.h"
 #include "app/window/viewer_app.h"
 #include "session/practise/coach.h"
 #include "session/practise/exercises.h"
@@ -51,7 +53,7 @@ class Practice final : public Activity {
   const std::optional<ScoreSheet>& sheet() const { return sheet_; }
   const std::optional<ExerciseReview>& review() const { return review_; }
   const NextStep& next_step() const { return next_; }
-  std::optional<bool> verified() const { return verified_; }
+  std::optional<bool> verified() const { return checks_.verified(); }
   /// kCutting: the advice to show now, and the aids of the level with those that the user switches.
   std::optional<CoachLine> MakeCoach() const;
   std::optional<Message> MakeStep() const;  // the next step, on the first level
@@ -90,8 +92,6 @@ class Practice final : public Activity {
   void Score(std::shared_ptr<const Bone> before, Bone after);
   void TakeSheet();
   void SaveAttempt();
-  void BeginChecks();
-  void EndChecks();
   void TakeChecks();
   void UpdateCutting();
   void UpdateReplay(double dt_s);
@@ -131,20 +131,7 @@ class Practice final : public Activity {
   CoachState coach_;
   std::vector<double> deepest_mm_;  // by column of the gauge
 
-  /// Work behind the result, in a thread of low priority: the expert's attempt, then the replay of the recording.
-  struct Checks {
-    std::atomic<bool> stop{false};
-    std::mutex mutex;  // protects what follows
-    std::shared_ptr<const ToolTrack> expert;
-    std::optional<bool> verified;
-    std::string failure;
-  };
-  std::shared_ptr<ExpertTracks> experts_ = std::make_shared<ExpertTracks>();
-  std::shared_ptr<Checks> checks_;
-  std::vector<std::future<void>> checking_;  // also those that are ending
-  std::optional<bool> verified_;
-  bool verification_failed_ = false;
-  std::shared_ptr<const ToolTrack> expert_;
+  ResultChecks checks_;
   bool wants_replay_ = false;
   std::optional<ReplayPair> pair_;
   double replay_s_ = 0;

@@ -7,7 +7,8 @@
 namespace kerf {
 namespace {
 
-/// The first frame takes the click, the second one activates what was clicked, and the third one knows that it takes text.
+/// The first frame takes the click, the second one activates what was clicked, and the third one knows that it takes
+/// text.
 constexpr int kFramesOfClick = 3;
 
 }  // namespace
