@@ -4,6 +4,9 @@
 #pragma once
 
 #include <new>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "cut/effects/effect.h"
 #include "kerf/observe.h"
@@ -33,6 +36,8 @@ class EffectPlan {
   void Release() { Work(); }
   void Reset() { Work(); }
   void BoneRestored() {}
+  std::vector<std::string> ListChannels() const { return {}; }
+  void Report(std::span<double>) const {}
   EffectCapacity capacity() const { return {}; }
   std::size_t CalcMemoryBytes() const { return 0; }
 
