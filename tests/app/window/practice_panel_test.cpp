@@ -1,5 +1,6 @@
 // Tests the panels of `kerf practise`: no text is cut off, also in a language with longer texts, and clicks and keys
 // choose what they say.
+#include "app/window/exercise_list.h"
 #include "app/window/practice_panel.h"
 
 #include <gtest/gtest.h>
