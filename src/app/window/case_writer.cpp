@@ -52,9 +52,6 @@ void CaseWriter::FinishExport() {
   try {
     take_away_ = exporting_.get();
     viewer_.Say(fmt::format(fmt::runtime(Tr("Exported: {}")), take_away_));
-    // The export contains planes and pieces, but no marks.
-    if (document_.marks().empty()) document_.set_saved();
-    pieces_.set_saved();
     viewer_.dialogs().Ask(fmt::format(fmt::runtime(Tr("Pieces, planes and the report are in {}")), take_away_),
                           {{Tr("Open the folder"), [this] { OpenInDesktop(take_away_); }},
                            {Tr("Open the report"), [this] { OpenInDesktop(take_away_ + "/report.html"); }},
@@ -70,7 +67,7 @@ void CaseWriter::OpenInDesktop(const std::string& path) {
   if (!OpenWithDesktop(path)) viewer_.Say(fmt::format(fmt::runtime(Tr("No program was found that opens {}")), path));
 }
 
-void CaseWriter::Save(const CaseContent& content, bool quits) {
+void CaseWriter::Save(const CaseContent& content, const std::string& file, bool quits) {
   quits_after_saving_ = quits_after_saving_ || quits;
   if (is_saving()) return;
   viewer_.SetSpindle(false);
@@ -89,7 +86,7 @@ void CaseWriter::Save(const CaseContent& content, bool quits) {
   project->pieces_json = pieces_.FormatArrangement();
   std::shared_future<Bone> now = viewer_.session()->AskBone().share();
   viewer_.Say(Tr("Saving the project"));
-  saving_ = std::async(std::launch::async, [project, now, content, folder = viewer_.options().folder] {
+  saving_ = std::async(std::launch::async, [project, now, content, file] {
     // The recording of the running session grows; its part until now replays like a whole one.
     const TemporaryFolder copies("kerf_project");
     for (const std::string& recording : content.recordings) {
@@ -98,11 +95,10 @@ void CaseWriter::Save(const CaseContent& content, bool quits) {
       fs::copy_file(recording, copy);
       project->recordings.push_back(copy);
     }
-    project->bone_file = folder + "/bone-before.vdb";
-    project->cut_bone_file = folder + "/bone-now.vdb";
+    project->bone_file = copies.path() + "/bone-before.vdb";
+    project->cut_bone_file = copies.path() + "/bone-now.vdb";
     WriteBone(*content.before, project->bone_file);
     WriteBone(now.get(), project->cut_bone_file);
-    std::string file = folder + "/case" + kProjectExtension;
     WriteProject(file, *project);
     return file;
   });

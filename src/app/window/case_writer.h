@@ -31,8 +31,8 @@ class CaseWriter {
   bool is_exporting() const { return exporting_.valid(); }
   /// Returns the folder of the last export; empty if there is none.
   const std::string& take_away() const { return take_away_; }
-  /// Saves the project in the session's folder, unless it is being saved. `quits`: the program ends once it is saved.
-  void Save(const CaseContent& content, bool quits);
+  /// Saves the project, replacing `file`, unless it is being saved. `quits`: the program ends once it is saved.
+  void Save(const CaseContent& content, const std::string& file, bool quits);
   bool is_saving() const { return saving_.valid(); }
   /// Called once per frame.
   void Update();

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <filesystem>
 #include <utility>
 
 #include "app/window/plan_picture.h"
 #include "kerf/error.h"
+#include "session/project/project.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
@@ -139,6 +141,7 @@ void Rehearsal::FollowOpening() {
   scene_file_ = opened->scene_file;
   original_ = opened->original;
   viewer_->set_original(original_);
+  project_file_ = opened->project ? std::filesystem::absolute(loader_.input()).string() : "";
   views_ = opened->project ? opened->project->views : std::vector<ProjectView>();
   pieces_json_ = opened->project ? opened->project->pieces_json : "";
   editor_.document.Load(scene_.plan, opened->project ? opened->project->marks : std::vector<Mark>());
@@ -335,7 +338,34 @@ void Rehearsal::Export() {
 }
 
 void Rehearsal::SaveProject(bool quits) {
-  if (viewer_->is_running() && !change_.is_pending()) writer_.Save(MakeContent(), quits);
+  if (!viewer_->is_running() || change_.is_pending()) return;
+  if (project_file_.empty()) return AskProjectFile(quits);
+  SaveProjectIn(project_file_, quits);
+}
+
+void Rehearsal::SaveProjectIn(const std::string& file, bool quits) {
+  project_file_ = file;
+  AddRecent(viewer_->settings(), file);
+  writer_.Save(MakeContent(), file, quits);
+}
+
+void Rehearsal::AskProjectFile(bool quits) {
+  if (!viewer_->is_running() || change_.is_pending()) return;
+  viewer_->controls().Release();
+  viewer_->SetSpindle(false);
+  const std::filesystem::path shown =
+      project_file_.empty()
+          ? std::filesystem::path(scene_.name.empty() ? "case" : scene_.name).replace_extension(kProjectExtension)
+          : std::filesystem::path(project_file_);
+  viewer_->dialogs().ChooseFile(
+      viewer_->ui(), Tr("Save the project as"), shown.parent_path().string(), {kProjectExtension}, true,
+      shown.filename().string(), [this, quits](const std::string& path) {
+        const std::string file = IsProjectPath(path) ? path : path + kProjectExtension;
+        if (file == project_file_ || !std::filesystem::exists(file)) return SaveProjectIn(file, quits);
+        viewer_->dialogs().Ask(
+            fmt::format(fmt::runtime(Tr("{} exists already. Replace it?")), file),
+            {{Tr("Replace"), [this, file, quits] { SaveProjectIn(file, quits); }}, {Tr("Keep it"), nullptr}});
+      });
 }
 
 // ---- events

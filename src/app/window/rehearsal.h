@@ -108,8 +108,10 @@ class Rehearsal final : public Activity {
   void LeavePieces();
   CaseContent MakeContent() const;
   void Export();
-  /// `quits`: the program ends once the project is saved.
+  /// `quits`: the program ends once the project is saved. Asks for its place if it has none.
   void SaveProject(bool quits);
+  void SaveProjectIn(const std::string& file, bool quits);
+  void AskProjectFile(bool quits);
 
   RehearsalOptions options_;
   std::vector<PlannedPlane> given_planes_;  // by the options, until an input is open
@@ -146,6 +148,7 @@ class Rehearsal final : public Activity {
 
   std::vector<ProjectView> views_;
   std::vector<std::string> warnings_;  // of the import, until its bone is shown
+  std::string project_file_;           // where the project is saved; empty: the user is asked
   std::string pieces_json_;            // of a project, until the pieces are entered
   std::vector<std::string> recent_;    // files of the menu
   std::vector<std::string> saw_tips_;  // of the menu

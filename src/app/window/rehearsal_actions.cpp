@@ -27,9 +27,10 @@ void Rehearsal::AddActions(ActionList& actions) {
   actions.Add(
       {.id = "file.open",
        .menu = Msg("File"),
-       .label = Msg("Open a bone, a scene or a CT"),
+       .label = Msg("Open a project, a bone, a scene or a CT"),
        .shortcut = {.key = Key::kO, .control = true},
-       .tip = Msg("A scene, a .vdb bone, a surface, a CT file or a folder with a DICOM series; or drop it here"),
+       .tip = Msg(
+           "A project, a scene, a .vdb bone, a surface, a CT file or a folder with a DICOM series; or drop it here"),
        .run = [this] { AskOpen(); },
        .button = Msg("Open")});
   recent_ = viewer_->settings().recent;
@@ -40,14 +41,21 @@ void Rehearsal::AddActions(ActionList& actions) {
                  .run = [this, i] { Open(recent_[i]); },
                  .begins_group = i == 0});
   }
-  actions.Add({.id = "file.save",
+  actions.Add(
+      {.id = "file.save",
+       .menu = Msg("File"),
+       .label = Msg("Save the project"),
+       .shortcut = {.key = Key::kS, .control = true},
+       .tip = Msg("One file with bone, plan, marks, recordings, pieces and views; asks for its place the first time"),
+       .run = [this] { SaveProject(false); },
+       .enabled = [this, running] { return running() && !writer_.is_saving(); },
+       .button = Msg("Save")});
+  actions.Add({.id = "file.save_as",
                .menu = Msg("File"),
-               .label = Msg("Save the project"),
-               .shortcut = {.key = Key::kS, .control = true},
-               .tip = Msg("One file with bone, plan, marks, recordings, pieces and views"),
-               .run = [this] { SaveProject(false); },
-               .enabled = [this, running] { return running() && !writer_.is_saving(); },
-               .button = Msg("Save")});
+               .label = Msg("Save the project as"),
+               .shortcut = {.key = Key::kS, .control = true, .shift = true},
+               .run = [this] { AskProjectFile(false); },
+               .enabled = [this, running] { return running() && !writer_.is_saving(); }});
   actions.Add({.id = "file.export",
                .menu = Msg("File"),
                .label = Msg("Export pieces, planes and report"),
@@ -145,8 +153,8 @@ void Rehearsal::AddActions(ActionList& actions) {
 void Rehearsal::AskOpen() {
   viewer_->controls().Release();
   viewer_->dialogs().ChooseFile(viewer_->ui(),
-                                Tr("Open a bone, a scene, a surface, a CT, or a folder with a DICOM series"), ".",
-                                ListInputExtensions(), false, "", [this](const std::string& path) { Open(path); });
+                                Tr("Open a project, a bone, a scene, a surface, a CT, or a folder with a DICOM series"),
+                                ".", ListInputExtensions(), false, "", [this](const std::string& path) { Open(path); });
   viewer_->dialogs().AllowFolder();  // of a DICOM series
 }
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
 #include <span>
+#include <variant>
 
 #include "base/core/spectrum.h"
 
@@ -58,6 +60,29 @@ double CalcSparc(const std::vector<double>& speed) {
 
 /// Minimum fraction of the wanted depth for a place of the line to count as covered.
 constexpr double kCoveredFraction = 0.5;
+
+bool IsSame(const Pose& a, const Pose& b) {
+  return a.p_AB == b.p_AB && a.R_AB == b.R_AB;
+}
+
+/// Returns the distance of the tool body's farthest point from the tool's origin, mm.
+double CalcReach(const Tool& tool) {
+  if (const auto* disc = std::get_if<DiscSaw>(&tool)) return std::hypot(disc->radius_mm(), 0.5 * disc->thickness_mm);
+  return std::get<BallBurr>(tool).radius_mm();
+}
+
+/// Returns an upper bound of the displacement of a body's points from one pose to another, mm. A rotation by the angle
+/// a moves a point by at most 2 sin(a/2) times its distance, and the difference of the quaternions is 2 sin(a/4).
+double CalcLargestDisplacement(const Pose& from, const Pose& to, double reach_mm) {
+  const Quat& p = from.R_AB;
+  const Quat& q = to.R_AB;
+  const double sign = glm::dot(p, q) < 0 ? -1 : 1;
+  const double difference =
+      std::sqrt((p.w - sign * q.w) * (p.w - sign * q.w) + (p.x - sign * q.x) * (p.x - sign * q.x) +
+                (p.y - sign * q.y) * (p.y - sign * q.y) + (p.z - sign * q.z) * (p.z - sign * q.z));
+  constexpr double kRounding_mm = 1e-6;
+  return glm::distance(from.p_AB, to.p_AB) + 2 * difference * reach_mm + kRounding_mm;
+}
 
 /// Returns cumulative sums, for means over any interval.
 std::vector<Vec3> CalcCumulativeSums(std::span<const Vec3> p) {
@@ -159,8 +184,11 @@ void MotionMeter::MeasureMotion(ScoreSheet& sheet) const {
 void MotionMeter::MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const {
   const std::vector<CutColumn>& columns = gauge.columns();
   std::vector<double> deepest_mm(columns.size(), -kAbove_mm);
+  std::optional<Pose> last;
   for (const Row& row : rows_) {
-    if (row.contact) gauge.TakeDepths(row.X_WT, deepest_mm);
+    if (!row.contact || (last && IsSame(*last, row.X_WT))) continue;
+    last = row.X_WT;
+    gauge.TakeDepths(row.X_WT, deepest_mm);
   }
   int places = 0;
   int covered = 0;
@@ -185,9 +213,14 @@ void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) cons
     ++passes;
     pass_mm = 0;
   };
+  std::optional<Pose> last;
+  double beyond_mm = -1;
   for (const Row& row : rows_) {
-    const std::optional<DepthReading> reading = gauge.Calc(row.X_WT);
-    const double beyond_mm = reading ? reading->beyond_mm : -1;
+    if (!last || !IsSame(*last, row.X_WT)) {
+      last = row.X_WT;
+      const std::optional<DepthReading> reading = gauge.Calc(row.X_WT);
+      beyond_mm = reading ? reading->beyond_mm : -1;
+    }
     largest_mm = std::max(largest_mm, beyond_mm);
     if (beyond_mm >= kPass_mm) pass_mm = std::max(pass_mm, beyond_mm);
     if (beyond_mm < 0.5 * kPass_mm) end_pass();
@@ -201,9 +234,19 @@ void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) cons
 void MotionMeter::MeasureNerve(const Tool& tool, const RegionDistance& nerve, ScoreSheet& sheet) const {
   double min_mm = 1e9;
   double near_s = 0;
+  // The pose and the distance that were computed last. No point of the tool is nearer to the nerve than this distance
+  // minus the point's displacement since, so that poses that cannot change a measure are left out.
+  std::optional<Pose> last;
+  double distance_mm = 0;
+  const double reach_mm = CalcReach(tool);
   for (std::size_t i = 0; i < rows_.size(); i += kNerveRows) {
     if (!rows_[i].turns) continue;
-    const double distance_mm = nerve.Calc(tool, rows_[i].X_WT);
+    const Pose& X_WT = rows_[i].X_WT;
+    if (last && distance_mm - CalcLargestDisplacement(*last, X_WT, reach_mm) > std::max(kNear_mm, min_mm)) continue;
+    if (!last || !IsSame(*last, X_WT)) {
+      last = X_WT;
+      distance_mm = nerve.Calc(tool, X_WT);
+    }
     min_mm = std::min(min_mm, distance_mm);
     if (distance_mm < kNear_mm && i > 0) near_s += rows_[i].time_s - rows_[i - kNerveRows].time_s;
   }

@@ -159,6 +159,8 @@ def main():
 
         # A project keeps it all.
         w.key("ctrl+s")
+        w.wait_state("it asks where", lambda s: s["dialog"])
+        w.key("Return")
         project = pathlib.Path(w.wait_event("project", seconds=120)["file"])
 
         # Settings: dark, larger text, German.

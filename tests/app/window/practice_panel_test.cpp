@@ -1,7 +1,7 @@
 // Tests the panels of `kerf practise`: no text is cut off, also in a language with longer texts, and clicks and keys
 // choose what they say.
-#include "app/window/exercise_list.h"
 #include "app/window/practice_panel.h"
+#include "app/window/exercise_list.h"
 
 #include <gtest/gtest.h>
 

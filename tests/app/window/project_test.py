@@ -36,6 +36,8 @@ def main():
         w.key("space")
         w.wait_still("removed_mm3", still_s=0.5)
         w.key("ctrl+s")
+        w.wait_state("it asks where", lambda s: s["dialog"])
+        w.key("Return")
         saved = w.wait_event("project")
         assert "failure" not in saved, saved
         w.key("ctrl+q")
@@ -43,7 +45,8 @@ def main():
         assert code == 0, out
 
     # The file is a ZIP file that others can read, and its digests are those of BLAKE2b with 256 bits.
-    project = folder / "out" / "case.kerf-project"
+    project = pathlib.Path(saved["file"])
+    assert project == folder / "bar.kerf-project", project
     with zipfile.ZipFile(project) as archive:
         manifest = json.loads(archive.read("manifest.json"))
         content = {name: archive.read(name) for name in archive.namelist() if name != "manifest.json"}

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <glm/gtc/quaternion.hpp>
 #include <numbers>
+#include <random>
 
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
@@ -116,6 +119,49 @@ TEST(MotionMeter, PlungesAreCountedAndMeasured) {
   // canal from a depth of 4 mm on.
   EXPECT_NEAR(sheet.Get("nerve_distance_mm").value(), -1, 0.25);
   EXPECT_NEAR(sheet.Get("near_miss_s").value(), 6, 0.1);
+}
+
+/// The tool moves, turns and rests near a canal. Poses that cannot change a measure are left out, without an effect on
+/// it.
+TEST(MotionMeter, DistanceToTheNerveIsThatOfAllPoses) {
+  BlockParams block;
+  block.size_mm = {16, 10, 8};
+  block.voxel_mm = 0.25;
+  block.layers = {{6, 24}, {2, 34}};
+  const RegionDistance nerve(MakeBlock(block, DefaultMandibleTable()), Tissue::kCanal);
+  DiscSaw saw;
+  MotionMeter meter(0);
+  double min_mm = 1e9;
+  double near_s = 0;
+  std::mt19937 random(45);
+  std::uniform_real_distribution<double> draw(-1, 1);
+  constexpr double kRow_s = 0.004;
+  constexpr int kEvery = 5;  // rows between two distances
+  Pose X{glm::angleAxis(1.5, Vec3(1, 0, 0)), {0, 0, 15}};
+  Vec3 v{0, 0, -0.02};
+  for (int i = 0; i < 4000; ++i) {
+    if (i % 200 == 0) v = {0.02 * draw(random), 0.02 * draw(random), 0.02 * draw(random)};
+    if (i / 200 % 3 != 2) {
+      X.p_AB += v;
+      X.p_AB.z = std::clamp(X.p_AB.z, 4.0, 18.0);
+      X.R_AB = glm::normalize(glm::angleAxis(0.002 * draw(random), glm::normalize(Vec3(draw(random), 1, 0))) * X.R_AB);
+    }
+    MotionTick tick;
+    tick.time_s = i * kRow_s;
+    tick.dt_s = kRow_s;
+    tick.X_WT = X;
+    meter.Take(tick);
+    if (i % kEvery != 0) continue;
+    const double distance_mm = nerve.Calc(saw, X);
+    min_mm = std::min(min_mm, distance_mm);
+    if (distance_mm < 2 && i > 0) near_s += kEvery * kRow_s;
+  }
+  ScoreSheet sheet = MakeSheet({});
+  meter.Finish(saw, nullptr, &nerve, {}, sheet);
+  EXPECT_EQ(sheet.Get("nerve_distance_mm").value(), min_mm);
+  EXPECT_NEAR(sheet.Get("near_miss_s").value(), near_s, 1e-9);
+  EXPECT_GT(near_s, 0.5);
+  EXPECT_LT(near_s, 15);
 }
 
 }  // namespace
