@@ -205,6 +205,7 @@ std::optional<DepthReading> Practice::Read() const {
 void Practice::Ended(LoopSummary summary) {
   viewer_->sound().SetAlarm(AlarmKind::kDepth, std::nullopt);
   viewer_->view().ClearTool();
+  viewer_->view().SetAlarms({});
   if (viewer_->quitting()) return;
   if (scored_) {
     Score(viewer_->bone_at_start(), std::move(summary.after));

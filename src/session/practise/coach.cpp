@@ -21,10 +21,11 @@ std::array<double, kCoachTopics> CalcExcess(const WantedCut& cut, const CoachInp
     // The limit is a minimum: at kCoachNerve_mm it is due, and it ends at kCoachNerve_mm / kCoachRelease.
     excess[IndexOf(CoachTopic::kNearNerve)] = kCoachNerve_mm / std::max(*input.nerve_mm, 1e-6);
   }
-  const bool in_bone = input.touches && input.depth && input.depth->depth_mm > 0;
+  // Far beside the line there is no depth.
+  const bool in_bone = input.touches && (!input.depth || input.depth->depth_mm > 0);
   if (!in_bone) return excess;
   const ToolDeviation deviation = CalcDeviation(cut, input.X_WT);
-  excess[IndexOf(CoachTopic::kTooDeep)] = std::max(-input.depth->to_goal_mm, 0.0) / kCoachTooDeep_mm;
+  if (input.depth) excess[IndexOf(CoachTopic::kTooDeep)] = std::max(-input.depth->to_goal_mm, 0.0) / kCoachTooDeep_mm;
   excess[IndexOf(CoachTopic::kBeyondEnd)] = deviation.beyond_mm / cut.margin_mm;
   excess[IndexOf(CoachTopic::kBesideLine)] = std::abs(deviation.beside_mm) / cut.margin_mm;
   excess[IndexOf(CoachTopic::kTilted)] = deviation.tilt_deg / kCoachTilt_deg;

@@ -78,6 +78,12 @@ TEST(Coach, NamesEachFaultBeyondItsLimit) {
   const WantedCut cut = MakeCut();
   EXPECT_EQ(TopicOf(cut, Place(cut, 8, 1, 0.55)), CoachTopic::kBesideLine);
   EXPECT_EQ(TopicOf(cut, Place(cut, 8, 1, -0.55)), CoachTopic::kBesideLine);
+  // Far beside the line, the gauge has no depth.
+  CoachInput far = Place(cut, 8, 1, 9.3);
+  far.depth.reset();
+  EXPECT_EQ(TopicOf(cut, far), CoachTopic::kBesideLine);
+  far.touches = false;
+  EXPECT_FALSE(TopicOf(cut, far));
   EXPECT_EQ(TopicOf(cut, Place(cut, 8, 2.35)), CoachTopic::kTooDeep);
   EXPECT_EQ(TopicOf(cut, Place(cut, 16.6, 1)), CoachTopic::kBeyondEnd);
   EXPECT_EQ(TopicOf(cut, Place(cut, -0.6, 1)), CoachTopic::kBeyondEnd);
