@@ -42,5 +42,8 @@ install(EXPORT kerf NAMESPACE kerf:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/k
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/kerfConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_SOURCE_DIR}/packaging/kerfConfig.cmake ${PROJECT_BINARY_DIR}/kerfConfigVersion.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kerf)
+# The file names its prefix relative to itself, so that the installation can be moved.
+file(RELATIVE_PATH kerf_pc_prefix ${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+string(REGEX REPLACE "/$" "" kerf_pc_prefix "${kerf_pc_prefix}")
 configure_file(${PROJECT_SOURCE_DIR}/packaging/kerf.pc.in ${PROJECT_BINARY_DIR}/kerf.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/kerf.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
