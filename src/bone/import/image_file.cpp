@@ -107,6 +107,7 @@ Volume ReadNrrdOrMeta(const std::string& path, const std::string& frame, ImageLa
   CheckLattice(volume, path);
   const std::vector<char> bytes = ReadVoxels(layout, volume.count(), path);
   const Overflow overflow = AppendHu(bytes, layout.type, 1, 0, path, volume.hu);
+  volume.exact = overflow.count == 0 && !overflow.rounded;
   if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
   return volume;
 }

@@ -303,6 +303,7 @@ Volume ReadNifti(const std::string& path, const std::string& frame) {
   const std::vector<char> values = ReadVoxels(layout, volume.count(), path);
   const auto [slope, intercept] = ReadRescale(header, path, volume.warnings);
   const Overflow overflow = AppendHu(values, layout.type, slope, intercept, path, volume.hu);
+  volume.exact = overflow.count == 0 && !overflow.rounded;
   if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
   return volume;
 }

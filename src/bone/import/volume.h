@@ -20,6 +20,7 @@ struct Volume {
   Vec3 origin_W{0};                   // centre of voxel (0, 0, 0)
   glm::dmat3 axes_W{1};               // columns: unit vectors of i, j, k in W; k may be sheared (tilted gantry)
   std::vector<std::int16_t> hu;       // i fastest
+  bool exact = true;                  // false if values of an image file were rounded or clamped
   std::string frame = "LPS";          // of the file's coordinates (patient_frame.h)
   std::vector<std::string> warnings;  // one sentence for each property that the file does not define, with the
                                       // assumption made

@@ -31,8 +31,10 @@ Overflow AppendAs(const std::vector<char>& bytes, double slope, double intercept
       continue;
     }
     const double hu = std::clamp(value, kMinHu, kMaxHu);
-    if (hu != value) overflow.Add({1, value});
-    out.push_back(static_cast<std::int16_t>(std::lround(hu)));
+    if (hu != value) overflow.Add({.count = 1, .extreme = value});
+    const auto stored = static_cast<std::int16_t>(std::lround(hu));
+    overflow.rounded |= static_cast<double>(stored) != hu;
+    out.push_back(stored);
   }
   if (not_numbers > 0) {
     throw Error(
@@ -70,6 +72,7 @@ std::size_t CalcBytes(VoxelType type) {
 
 void Overflow::Add(const Overflow& other) {
   count += other.count;
+  rounded |= other.rounded;
   if (std::abs(other.extreme) > std::abs(extreme)) extreme = other.extreme;
 }
 

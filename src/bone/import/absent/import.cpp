@@ -3,6 +3,7 @@
 
 #include "base/core/not_built.h"
 #include "bone/import/dicom.h"
+#include "bone/import/label_image.h"
 
 namespace kerf {
 namespace {
@@ -26,6 +27,9 @@ std::vector<DicomSeries> ListDicomSeries(const std::string&) {
   Fail();
 }
 const DicomSeries& ChooseSeries(const std::vector<DicomSeries>&, const std::string&, const std::string&) {
+  Fail();
+}
+Volume ReadLabelImage(const std::string&) {
   Fail();
 }
 Volume ReadDicomSeries(const DicomSeries&, const std::function<void(double)>&) {
