@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <set>
+#include <utility>
 
 #include "kerf/error.h"
 #include "session/marks/segment.h"
@@ -32,6 +34,19 @@ void CheckRoom(const Mark& mark) {
     throw Error(
         fmt::format("the mark '{}' has {} points already, the largest possible number", mark.name, kMaxMarkPoints));
   }
+}
+
+std::string MakeUnusedName(const std::vector<Mark>& marks, const std::string& wanted) {
+  const auto is_taken = [&](const std::string& name) {
+    return std::any_of(marks.begin(), marks.end(), [&](const Mark& mark) { return mark.name == name; });
+  };
+  // A number at the end is replaced.
+  const std::size_t last = wanted.find_last_not_of("0123456789");
+  const bool numbered = last != std::string::npos && last > 0 && last + 1 < wanted.size() && wanted[last] == ' ';
+  const std::string base = numbered ? wanted.substr(0, last) : wanted;
+  std::string name = wanted;
+  for (int i = 2; is_taken(name); ++i) name = fmt::format("{} {}", base, i);
+  return name;
 }
 
 /// A span of the spline between its second and third point, by the algorithm of Barry and Goldman.
@@ -104,12 +119,28 @@ void CheckMarks(const std::vector<Mark>& marks) {
 }
 
 std::string MakeMarkName(const std::vector<Mark>& marks, MarkKind kind) {
-  const auto is_taken = [&](const std::string& name) {
-    return std::any_of(marks.begin(), marks.end(), [&](const Mark& mark) { return mark.name == name; });
-  };
-  std::string name(ToString(kind));
-  for (int i = 2; is_taken(name); ++i) name = fmt::format("{} {}", ToString(kind), i);
-  return name;
+  return MakeUnusedName(marks, std::string(ToString(kind)));
+}
+
+void AppendMarks(std::vector<Mark>& marks, std::vector<Mark> added) {
+  for (Mark& mark : added) {
+    mark.name = MakeUnusedName(marks, mark.name);
+    marks.push_back(std::move(mark));
+  }
+}
+
+void CheckMarksNear(const std::vector<Mark>& marks, const Box3& bone_W) {
+  for (const Mark& mark : marks) {
+    double farthest_mm = 0;
+    for (const Vec3& p_W : mark.points_W) {
+      farthest_mm = std::max(farthest_mm, glm::length(p_W - glm::clamp(p_W, bone_W.lower, bone_W.upper)));
+    }
+    if (farthest_mm <= kMarkSurroundings_mm) continue;
+    throw Error(
+        fmt::format("the mark '{}' lies up to {:.0f} mm outside of the bone; the file probably belongs to another scan "
+                    "or states another coordinate frame",
+                    mark.name, farthest_mm));
+  }
 }
 
 void AddPoint(Mark& mark, const Vec3& p_W) {

@@ -40,6 +40,13 @@ inline constexpr std::size_t kMaxMarkPoints = 1000;
 void CheckMarks(const std::vector<Mark>& marks);
 /// Returns the first unused of "nerve", "nerve 2", ...
 std::string MakeMarkName(const std::vector<Mark>& marks, MarkKind kind);
+/// Appends marks. A name that is already in use gets a number: "nerve 2".
+void AppendMarks(std::vector<Mark>& marks, std::vector<Mark> added);
+
+/// Marks that are read from a file must not be farther outside of the box around the bone.
+inline constexpr double kMarkSurroundings_mm = 50;
+/// Throws kerf::Error naming the first mark with a point farther outside of the bone's box than kMarkSurroundings_mm.
+void CheckMarksNear(const std::vector<Mark>& marks, const Box3& bone_W);
 
 /// Edits. All throw kerf::Error if there is no such point, if the mark would have too many, or if a point is outside
 /// the world. AddPoint() continues the curve at its end. InsertPoint() inserts the point between the two neighbours

@@ -191,5 +191,25 @@ TEST(UndoStack, ReturnsEveryValue) {
   EXPECT_EQ(stack.now(), 30);
 }
 
+TEST(Marks, AreAppendedWithNamesThatAreNotInUse) {
+  const auto named = [](const std::string& name) { return Mark{.name = name, .points_W = {Vec3(0)}}; };
+  std::vector<Mark> marks{named("nerve 1"), named("left")};
+  AppendMarks(marks, {named("nerve 1"), named("nerve 2"), named("left"), named("48"), named("48")});
+  std::vector<std::string> names;
+  for (const Mark& mark : marks) names.push_back(mark.name);
+  EXPECT_THAT(names, ::testing::ElementsAre("nerve 1", "left", "nerve 2", "nerve 3", "left 2", "48", "48 2"));
+  CheckMarks(marks);
+}
+
+TEST(Marks, MustLieInTheSurroundingsOfTheBone) {
+  const Box3 bone{Vec3(-10, -20, -30), Vec3(10, 20, 30)};
+  const auto at = [](const Vec3& p_W) { return std::vector{Mark{.name = "m", .points_W = {Vec3(0), p_W}}}; };
+  CheckMarksNear(at({59.9, 0, 0}), bone);
+  CheckMarksNear(at({-40, -60, 30}), bone);  // 30 and 40 mm outside: 50 mm
+  const std::string message = MessageOf([&] { CheckMarksNear(at({-40, -61, 30}), bone); });
+  EXPECT_THAT(message, HasSubstr("the mark 'm' lies up to 51 mm outside of the bone"));
+  EXPECT_THAT(message, HasSubstr("another coordinate frame"));
+}
+
 }  // namespace
 }  // namespace kerf
