@@ -97,6 +97,12 @@ void PlanActions::Add(ActionList& actions, const std::function<bool()>& idle) {
                  .enabled = idle,
                  .begins_group = mark.kind == MarkKind::kNerve});
   }
+  actions.Add({.id = "mark.import",
+               .menu = Msg("Plan"),
+               .label = Msg("Import marks..."),
+               .tip = Msg("Curves of 3D Slicer (.mrk.json), or a segmentation as a label map (.nrrd, .nii, .mha)"),
+               .run = [this] { marks_.AskFile(); },
+               .enabled = [this, idle] { return idle() && !marks_.is_reading(); }});
   actions.Add({.id = "plan.undo",
                .menu = Msg("Plan"),
                .label = Msg("Undo the last change of the plan"),

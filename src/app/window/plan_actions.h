@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 
+#include "app/window/mark_import.h"
 #include "app/window/plan_document.h"
 #include "app/window/plan_gestures.h"
 
@@ -11,8 +12,8 @@ namespace kerf {
 
 class PlanActions {
  public:
-  PlanActions(ViewerApp& viewer, PlanDocument& document, PlanGestures& gestures)
-      : viewer_(viewer), document_(document), gestures_(gestures) {}
+  PlanActions(ViewerApp& viewer, PlanDocument& document, PlanGestures& gestures, MarkImport& marks)
+      : viewer_(viewer), document_(document), gestures_(gestures), marks_(marks) {}
 
   /// `idle`: returns true if the plan may be edited now.
   void Add(ActionList& actions, const std::function<bool()>& idle);
@@ -29,6 +30,7 @@ class PlanActions {
   ViewerApp& viewer_;
   PlanDocument& document_;
   PlanGestures& gestures_;
+  MarkImport& marks_;
   std::optional<Vec3> context_W_;  // place of the context menu on the bone
   bool opens_context_ = false;
   double middle_mm_ = 0;

@@ -48,7 +48,8 @@ void Rehearsal::EndWork() {
   result_.take_away = writer_.take_away();
   for (std::string& sentence : saver_.Finish()) result_.warnings.push_back(std::move(sentence));
   const auto until = std::chrono::steady_clock::now() + kEnd;
-  result_.left_work = viewer_->left_work() || !distances_.WaitUntil(until) || !loader_.WaitUntil(until);
+  result_.left_work = viewer_->left_work() || !distances_.WaitUntil(until) || !loader_.WaitUntil(until) ||
+                      !editor_.marks.WaitUntil(until);
 }
 
 bool Rehearsal::cuts() const {
@@ -68,6 +69,11 @@ void Rehearsal::BeginOpening(const std::string& input) {
 }
 
 void Rehearsal::Open(const std::string& path) {
+  if (IsCurvesPath(path)) {
+    if (viewer_->is_running() && !change_.is_pending()) return editor_.marks.Read(path);
+    return viewer_->dialogs().Ask(Tr("Curves of 3D Slicer become marks on a bone. Open the bone first."),
+                                  {{Tr("OK"), nullptr}});
+  }
   try {
     CheckInput(path);  // a wrong file must not end the session
   } catch (const Error& e) {
@@ -106,6 +112,7 @@ void Rehearsal::Reset() {
   checkpoints_.clear();
   editor_.document.Load({}, {});
   editor_.gestures.Reset();
+  editor_.marks.Reset();
   cut_.reset();
   guided_ = false;
   saw_is_listed_ = false;
@@ -203,7 +210,9 @@ void Rehearsal::Began() {
     viewer_->KeepView();
   }
   if (first && !pieces_json_.empty()) pieces_.set_earlier(std::exchange(pieces_json_, {}));
-  editor_.actions.set_middle_mm(before_->CalcBounds().centre().x);
+  const Box3 bounds_W = before_->CalcBounds();
+  editor_.actions.set_middle_mm(bounds_W.centre().x);
+  editor_.marks.set_bone_W(bounds_W);
 }
 
 void Rehearsal::ContinueWith(const std::string& what, std::function<void(Scene&)> change) {
@@ -398,6 +407,7 @@ void Rehearsal::Update(double /*dt_s*/) {
   FollowOpening();
   distances_.Update();
   writer_.Update();
+  if (viewer_->is_running() && !viewer_->dialogs().is_open()) editor_.marks.Update();
   FollowCut();
   if (in_pieces_) {
     pieces_.Update();
@@ -427,6 +437,8 @@ void Rehearsal::Fill(HudState& hud) {
     hud.progress = HudProgress{.title = Tr("Exporting"), .stage = Tr("pieces, planes, pictures and report")};
   } else if (writer_.is_saving()) {
     hud.progress = HudProgress{.title = Tr("Saving the project"), .stage = Tr("bones, plan, marks and recordings")};
+  } else if (editor_.marks.is_reading()) {
+    hud.progress = HudProgress{.title = Tr("Importing marks"), .stage = Tr("reading the label map")};
   } else if (hud.progress && is_loading()) {
     hud.progress->can_cancel = true;
   }

@@ -152,9 +152,11 @@ void Rehearsal::AddActions(ActionList& actions) {
 
 void Rehearsal::AskOpen() {
   viewer_->controls().Release();
+  std::vector<std::string> extensions = ListInputExtensions();
+  if (viewer_->is_running()) extensions.emplace_back(".mrk.json");
   viewer_->dialogs().ChooseFile(viewer_->ui(),
                                 Tr("Open a project, a bone, a scene, a surface, a CT, or a folder with a DICOM series"),
-                                ".", ListInputExtensions(), false, "", [this](const std::string& path) { Open(path); });
+                                ".", std::move(extensions), false, "", [this](const std::string& path) { Open(path); });
   viewer_->dialogs().AllowFolder();  // of a DICOM series
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Tests planning in the real window, with real keys and mouse: the tour, points that are moved, a plane's handles and
-fields, marks on the bone, undo of the plan, what still holds, the project, settings and the language.
+fields, marks on the bone and from files, undo of the plan, what still holds, the project, settings and the language.
 
     planning_test.py KERF [--pictures FOLDER]
 
@@ -16,6 +16,28 @@ from drive import Display, Window, skip_without_display_programs, workspace
 from rehearse_test import SCENE
 
 CENTRE = (785, 375)  # middle of the bone between the panels, pixels
+
+
+def write_curve(file, points_mm):
+    """Writes a curve as 3D Slicer does."""
+    curve = {"type": "Curve", "coordinateSystem": "LPS",
+             "controlPoints": [{"position": list(p), "positionStatus": "defined"} for p in points_mm]}
+    file.write_text(json.dumps({"markups": [curve]}))
+
+
+def write_mask(file, values):
+    """Writes a label map around the bar, 0.5 mm, whose x axis points to the right: the voxels whose distance
+    from the bar's middle line is at most 1.2 mm have one of the values in turn."""
+    size = (80, 30, 30)
+    head = ("NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\n"
+            f"sizes: {' '.join(map(str, size))}\nspace directions: (-0.5,0,0) (0,0.5,0) (0,0,0.5)\n"
+            "kinds: domain domain domain\nencoding: raw\nspace origin: (20,-7.5,-12.5)\n\n")
+    voxels = bytearray()
+    for k in range(size[2]):
+        for j in range(size[1]):
+            inside = (0.5 * j - 7.5)**2 + (0.5 * k - 7.5)**2 <= 1.2**2
+            voxels += bytes(values[(i + 8 * j) % len(values)] if inside and 15 <= i < 65 else 0 for i in range(size[0]))
+    file.write_bytes(head.encode() + voxels)
 
 
 def main():
@@ -143,6 +165,47 @@ def main():
         w.key("Return")
         w.wait_state("a mark", lambda s: s["marks"] == 1)
         picture("mark")
+
+        # Marks come from a file of 3D Slicer and from a mask; each file is one step of undo.
+        write_curve(folder / "tooth.mrk.json", [(-8, 0, -2), (-8, 0, -5), (-8, 1, -8)])
+        write_curve(folder / "far.mrk.json", [(0, 0, 0), (0, 0, 90)])
+        write_mask(folder / "mask.nrrd", [1])
+        write_mask(folder / "ct.nrrd", range(1, 81))
+
+        def import_marks(name):
+            w.choose("Plan", "mark.import")
+            w.wait_state("it asks for a file", lambda s: s["dialog"])
+            w.type(name)
+            w.key("Return")
+
+        import_marks("tooth.mrk.json")
+        w.wait_state("a mark more", lambda s: s["marks"] == 2 and not s["dialog"])
+        after = w.mark()
+        import_marks("mask.nrrd")
+        w.wait_state("it asks what it is", lambda s: s["dialog"])
+        w.click_item("answer 1")  # a tube: a nerve
+        w.wait_state("a mark more", lambda s: s["marks"] == 3 and not s["dialog"])
+        w.wait_message("One mark was imported from mask.nrrd", after=after)
+        picture("imported")
+        for name, reason in (("far.mrk.json", "outside of the bone"), ("ct.nrrd", "looks like a CT")):
+            after = w.mark()
+            import_marks(name)
+            assert reason in w.wait_event("marks_refused", after=after)["why"]
+            w.wait_state("it says so", lambda s: s["dialog"])
+            w.key("Return")
+            w.wait_state("no dialog", lambda s: not s["dialog"])
+        w.key("shift+Z")
+        w.wait_state("undone", lambda s: s["marks"] == 2)
+        w.key("shift+Z")
+        w.wait_state("undone", lambda s: s["marks"] == 1)
+        # Open takes such a file too.
+        w.key("ctrl+o")
+        w.wait_state("it asks for a file", lambda s: s["dialog"])
+        w.type("tooth.mrk.json")
+        w.key("Return")
+        w.wait_state("a mark more", lambda s: s["marks"] == 2 and not s["dialog"])
+        w.key("shift+Z")
+        w.wait_state("undone", lambda s: s["marks"] == 1)
 
         # After half of the cut, the plan says how much is cut, and the picture where it still holds.
         w.click_item("plane 1")
