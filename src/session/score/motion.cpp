@@ -65,12 +65,6 @@ bool IsSame(const Pose& a, const Pose& b) {
   return a.p_AB == b.p_AB && a.R_AB == b.R_AB;
 }
 
-/// Returns the distance of the tool body's farthest point from the tool's origin, mm.
-double CalcReach(const Tool& tool) {
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) return std::hypot(disc->radius_mm(), 0.5 * disc->thickness_mm);
-  return std::get<BallBurr>(tool).radius_mm();
-}
-
 /// Returns an upper bound of the displacement of a body's points from one pose to another, mm. A rotation by the angle
 /// a moves a point by at most 2 sin(a/2) times its distance, and the difference of the quaternions is 2 sin(a/4).
 double CalcLargestDisplacement(const Pose& from, const Pose& to, double reach_mm) {
