@@ -147,7 +147,9 @@ void ViewerApp::DrawUi(const HudState& hud) {
     }
   }
   if (help_) DrawHelpDialog(ui_, ListHelp());
+  const bool was_open = dialogs_.is_open();
   dialogs_.Draw(ui_);
+  if (was_open && !dialogs_.is_open()) ui_.DropText();  // the next key is not meant for its field
 }
 
 void ViewerApp::DrawStatusTexts(const HudStatus& status) {

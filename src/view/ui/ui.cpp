@@ -353,6 +353,7 @@ std::uint64_t Ui::CalcFrameHash() const {
 void Ui::DropText() {
   ImGui::ClearActiveID();
   ImGui::GetIO().WantTextInput = false;
+  ImGui::GetCurrentContext()->WantTextInputNextFrame = -1;
 }
 
 bool Ui::is_popup_open() const {
