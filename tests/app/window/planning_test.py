@@ -133,14 +133,16 @@ def main():
         w._xdotool("type", "--delay", "0", "60\t5\t")
         w.wait_state("both angles", lambda s: s["plane_deg"][0] == [60, 5])
         w.key("shift+Tab", "shift+Tab")
-        w.type("10\n")
+        w.type("10")
+        w.key("Return")
         w.wait_state("the first angle again", lambda s: s["plane_deg"][0] == [10, 5])
         # Escape discards what was typed.
         w.click_item("plane.pitch")
         w.type("30")
         w.key("Escape")
         w.click_item("plane.roll")
-        w.type("0\n")
+        w.type("0")
+        w.key("Return")
         w.wait_state("the roll", lambda s: s["plane_deg"][0] == [10, 0])
         for expected in ([10, 5], [60, 5], [60, 0], angles):
             w.key("shift+Z")
