@@ -129,9 +129,7 @@ void ValuesSection(Ui& ui, const HudState& state) {
   };
   HudLevel nerve = HudLevel::kPlain;
   if (v.nerve_mm && *v.nerve_mm < kNerveWarn_mm) nerve = *v.nerve_mm <= 0 ? HudLevel::kBad : HudLevel::kWarn;
-  const std::string nerve_text = !v.nerve_is_marked ? Tr("not marked")
-                                 : v.nerve_mm       ? ShowDistance(*v.nerve_mm)
-                                                    : "\u2013 mm";
+  const bool nerve_is_cut = v.nerve_mm && *v.nerve_mm < 0;
   struct Row {
     const char* name;
     std::string value;
@@ -143,7 +141,11 @@ void ValuesSection(Ui& ui, const HudState& state) {
       {Tr("Feed rate"), number(v.feed_mm_per_s, 1), "mm/s"},
       {Tr("Spindle"), number(v.rpm, 0), Tr("rpm")},
       {Tr("Force on your hand"), number(v.force_N, 2), "N"},
-      {Tr("To the nerve"), nerve_text, "", nerve},
+      {Tr("To the nerve"),
+       !v.nerve_is_marked ? Tr("not marked")
+       : nerve_is_cut     ? ShowDistance(*v.nerve_mm)
+                          : number(v.nerve_mm, 1),
+       v.nerve_is_marked && !nerve_is_cut ? "mm" : "", nerve},
       {Tr("Angle to the plan"), v.plan_offset_mm ? number(v.plan_angle_deg, 1) : Tr("no plan"),
        v.plan_offset_mm ? "°" : ""},
       {Tr("Beside the plan"), v.plan_offset_mm ? number(v.plan_offset_mm, 2) : Tr("no plan"),

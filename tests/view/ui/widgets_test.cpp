@@ -212,7 +212,7 @@ TEST(Translate, OnlyNamesOfTheProgramAreTranslated) {
   EXPECT_EQ(ShowName("plane 1"), "Ebene 1");
   EXPECT_EQ(ShowName("plane 1 mirrored"), "Ebene 1 gespiegelt");
   EXPECT_EQ(ShowName("plane 12 mirrored 2"), "Ebene 12 gespiegelt 2");
-  EXPECT_EQ(ShowName("piece 2"), "Stück 2");
+  EXPECT_EQ(ShowName("piece 2"), "Segment 2");
   EXPECT_EQ(ShowName("nerve"), "Nerv");
   EXPECT_EQ(ShowName("nerve 3"), "Nerv 3");
   for (const char* name : {"", "7", " 7", "plane1", "my plane 1", "planes", "plane 1 ", "Osteotomie links"}) {
