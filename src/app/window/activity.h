@@ -39,7 +39,7 @@ class Activity {
   virtual bool TakeSlicePoint(const Vec3& /*p_W*/) { return false; }
   /// Returns false if the activity has no use for slices.
   virtual bool has_slices() const { return false; }
-  /// Adds alarms to those of the bone's own nerve canal.
+  /// Adds alarms: places that the saw should not come near to.
   virtual void AddAlarms(std::vector<AlarmOverlay>& /*alarms*/) {}
   /// Adds what else is drawn in slices.
   virtual void FillSlices(SliceScene& /*scene*/) const {}

@@ -96,7 +96,7 @@ void PiecesMode::Reset() {
   earlier_json_.clear();
   meshes_.clear();
   contacts_.reset();
-  points_W_.clear();
+  points_.clear();
   measured_.clear();
   measures_.clear();
   earlier_measures_.clear();
@@ -138,6 +138,7 @@ void PiecesMode::Update() {
     Show();
     Changed();
   }
+  if (is_ready()) ShowMeasures();  // the language may have changed
   if (IsReady(finding_)) {
     contacts_ = finding_.get();
     for (const PieceContact& contact : contacts_->with) {
@@ -181,9 +182,23 @@ void PiecesMode::Show() {
     shapes.push_back(std::move(shape));
   }
   viewer_.view().SetPieces(shapes);
+  for (Measure& m : measures_) m.now = MeasurePieces(*pieces_, m.points);
+  ShowMeasures();
+}
+
+void PiecesMode::ShowMeasures() {
   std::vector<MeasureOverlay> measures;
-  for (const Measure& m : measures_) measures.push_back({.points_W = m.points_W, .label = m.label});
-  if (!points_W_.empty()) measures.push_back({.points_W = points_W_, .label = ""});
+  for (const Measure& m : measures_) {
+    if (!m.now) continue;
+    const std::string value = ShowNumber(m.now->value, 1);
+    measures.push_back({.points_W = m.now->points_W,
+                        .label = m.points.size() == 2 ? fmt::format("{} mm", value) : fmt::format("{}°", value)});
+  }
+  MeasureOverlay begun;
+  for (const PiecePoint& point : points_) {
+    if (const std::optional<Vec3> p_W = CalcPlace(*pieces_, point)) begun.points_W.push_back(*p_W);
+  }
+  if (!begun.points_W.empty()) measures.push_back(std::move(begun));
   viewer_.view().SetMeasures(measures);
 }
 
@@ -213,22 +228,17 @@ void PiecesMode::TakePoint(const ScreenPoint& at) {
   const Ray ray = viewer_.view().camera().CalcRay(at);
   const std::optional<PiecePick> hit = pieces_->Pick(ray.origin_W, ray.direction_W);
   if (!hit) return viewer_.Say(Tr("There is no piece under the mouse"));
-  points_W_.push_back(hit->p_W_mm);
+  points_.push_back(MakePiecePoint(*pieces_, *hit));
   const std::size_t wanted = asking_ == Asking::kDistance ? 2 : 3;
-  if (points_W_.size() == wanted) {
-    Measure measure{.points_W = std::exchange(points_W_, {}), .value = 0, .label = ""};
-    const std::vector<Vec3>& p = measure.points_W;
-    if (asking_ == Asking::kDistance) {
-      measure.value = CalcDistance(p[0], p[1]);
-      measure.label = fmt::format("{:.1f} mm", measure.value);
-    } else {
-      measure.value = CalcAngle(p[0], p[1], p[2]).value_or(0);
-      measure.label = fmt::format("{:.1f}°", measure.value);
-    }
-    viewer_.trace().Write("measure", {{"label", measure.label}});
+  if (points_.size() == wanted) {
+    Measure measure{.points = std::exchange(points_, {}), .now = {}};
+    measure.now = MeasurePieces(*pieces_, measure.points);
+    const double value = measure.now ? measure.now->value : 0;
+    viewer_.trace().Write("measure",
+                          {{"label", fmt::format("{:.1f}{}", value, asking_ == Asking::kDistance ? " mm" : "°")}});
     measured_ = asking_ == Asking::kDistance
-                    ? fmt::format(fmt::runtime(Tr("The distance is {} mm.")), ShowNumber(measure.value, 1))
-                    : fmt::format(fmt::runtime(Tr("The angle is {}°.")), ShowNumber(measure.value, 1));
+                    ? fmt::format(fmt::runtime(Tr("The distance is {} mm.")), ShowNumber(value, 1))
+                    : fmt::format(fmt::runtime(Tr("The angle is {}°.")), ShowNumber(value, 1));
     measures_.push_back(std::move(measure));
     asking_ = Asking::kNothing;
   }
@@ -238,11 +248,12 @@ void PiecesMode::TakePoint(const ScreenPoint& at) {
 std::vector<ExportMeasure> PiecesMode::measures() const {
   std::vector<ExportMeasure> taken;
   for (const Measure& m : uses_earlier() ? earlier_measures_ : measures_) {
-    const bool distance = m.points_W.size() == 2;
+    if (!m.now) continue;
+    const bool distance = m.points.size() == 2;
     taken.push_back({.name = fmt::format("{} {}", distance ? "distance" : "angle", taken.size() + 1),
                      .unit = distance ? "mm" : "deg",
-                     .value = m.value,
-                     .points_W_mm = m.points_W});
+                     .value = m.now->value,
+                     .points_W_mm = m.now->points_W});
   }
   return taken;
 }
@@ -480,7 +491,7 @@ bool PiecesMode::TakeKey(const WindowEvent& event) {
 
 void PiecesMode::EndMeasuring() {
   asking_ = Asking::kNothing;
-  points_W_.clear();
+  points_.clear();
   measured_.clear();
   Show();
 }
@@ -540,7 +551,7 @@ void PiecesMode::Fill(HudState& hud) {
     const PieceState& state = pieces_->state(i);
     if (state.deleted) continue;
     HudPiece row;
-    row.name = pieces_->piece(i).name;
+    row.name = ShowName(pieces_->piece(i).name);
     row.detail = ShowVolume(pieces_->piece(i).volume_mm3);
     const double moved_mm = glm::length(pieces_->CalcCentroid(i) - pieces_->piece(i).centroid_P);
     const double turned_deg = CalcRotationAngle(state.X_WP);
@@ -559,11 +570,12 @@ void PiecesMode::Fill(HudState& hud) {
                           : std::string(Tr("apart"));
         // Decimals would not fit in the row.
         if (contact.other == i) {
-          row.detail =
-              contact.overlap_mm3 >= 1 ? fmt::format(fmt::runtime(Tr("ovl. {:.0f} mm³")), contact.overlap_mm3) : lies;
+          row.detail = contact.overlap_mm3 >= 1
+                           ? fmt::format(fmt::runtime(Tr("ovl. {} mm³")), ShowNumber(contact.overlap_mm3, 0))
+                           : lies;
         }
         if (contacts_->piece == i)
-          words += fmt::format(fmt::runtime(Tr(", {} with {}")), lies, pieces_->piece(contact.other).name);
+          words += fmt::format(fmt::runtime(Tr(", {} with {}")), lies, ShowName(pieces_->piece(contact.other).name));
       }
     }
     if (i == selected_ && hud.status.message.empty()) hud.status.message = words;
@@ -576,9 +588,9 @@ void PiecesMode::Fill(HudState& hud) {
     hud.banner =
         HudBanner{.kind = HudBanner::Kind::kQuestion,
                   .text = asking_ == Asking::kDistance
-                              ? fmt::format(fmt::runtime(Tr("Distance: click point {} of 2")), points_W_.size() + 1)
+                              ? fmt::format(fmt::runtime(Tr("Distance: click point {} of 2")), points_.size() + 1)
                               : fmt::format(fmt::runtime(Tr("Angle at the second point: click point {} of 3")),
-                                            points_W_.size() + 1),
+                                            points_.size() + 1),
                   .answers = Tr("left click   Esc: cancel")};
   } else if (!measured_.empty()) {
     hud.banner = HudBanner{
@@ -613,6 +625,10 @@ void PiecesMode::Describe(nlohmann::json& state) const {
   }
   state["pieces"] = std::move(list);
   state["selected"] = selected_;
+  state["measured"] = nlohmann::json::array();
+  for (const Measure& m : measures_) {
+    if (m.now) state["measured"].push_back(std::round(100 * m.now->value) / 100);
+  }
   state["measuring"] = asking_ != Asking::kNothing || !measured_.empty();
 }
 

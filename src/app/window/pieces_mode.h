@@ -10,7 +10,7 @@
 
 #include "app/window/menu.h"
 #include "app/window/viewer_app.h"
-#include "bone/pieces/piece_set.h"
+#include "bone/pieces/piece_measure.h"
 #include "session/export/write_export.h"
 #include "view/live/piece_mesh.h"
 
@@ -59,6 +59,7 @@ class PiecesMode {
   bool TakeKey(const WindowEvent& event);
   bool TakeMouse(const WindowEvent& event);
   void TakePoint(const ScreenPoint& at);
+  void ShowMeasures();
   void EndMeasuring();
   bool uses_earlier() const;
   void TakeSplit();
@@ -79,9 +80,8 @@ class PiecesMode {
     std::string not_restored;  // positions that belong to other pieces than these; empty: none
   };
   struct Measure {
-    std::vector<Vec3> points_W;
-    double value = 0;  // mm for two points, degrees for three
-    std::string label;
+    std::vector<PiecePoint> points;
+    std::optional<PieceMeasure> now;  // as shown; none while one of the pieces is deleted
   };
 
   ViewerApp& viewer_;
@@ -101,8 +101,8 @@ class PiecesMode {
   double last_x_ = 0;
   double last_y_ = 0;
   Asking asking_ = Asking::kNothing;
-  std::vector<Vec3> points_W_;
-  std::string measured_;  // result that is shown until the next action or Escape; empty: none
+  std::vector<PiecePoint> points_;  // clicked for the next measurement
+  std::string measured_;            // result that is shown until the next action or Escape; empty: none
   std::vector<Measure> measures_;
   std::vector<Measure> earlier_measures_;  // taken at the positions in earlier_json_
   std::future<Contacts> finding_;

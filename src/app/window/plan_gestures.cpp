@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include <charconv>
 #include <cmath>
 #include <utility>
 
@@ -18,9 +17,8 @@ constexpr double kPickRadius = 12;  // of points, points of the screen
 const Range kDepthRange_mm = FindRange<DepthStop>("depth_mm");
 
 std::optional<double> ParseDepth(const std::string& text) {
-  double depth_mm = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), depth_mm);
-  if (error != std::errc{} || end != text.data() + text.size() || !kDepthRange_mm.Contains(depth_mm)) return {};
+  const std::optional<double> depth_mm = ParseNumber(text);
+  if (!depth_mm || !kDepthRange_mm.Contains(*depth_mm)) return {};
   return depth_mm;
 }
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <imgui.h>
-#include <imgui_stdlib.h>
 
 #include <algorithm>
 #include <utility>
@@ -20,6 +19,18 @@ const char* NameOf(PlaneState state) {
   return state == PlaneState::kDone ? Tr("done") : state == PlaneState::kInProgress ? Tr("in progress") : Tr("planned");
 }
 
+const char* DescribeReference(PatientPlane reference) {
+  switch (reference) {
+    case PatientPlane::kSagittal:
+      return Tr("relative to the sagittal plane");
+    case PatientPlane::kCoronal:
+      return Tr("relative to the coronal plane");
+    case PatientPlane::kAxial:
+      break;
+  }
+  return Tr("relative to the axial plane");
+}
+
 const PlanesReport::Row* FindRow(const PlanesReport* report, const std::string& name) {
   if (report == nullptr) return nullptr;
   const auto at = std::find_if(report->planes.begin(), report->planes.end(),
@@ -34,7 +45,6 @@ void PlanPanel::DrawPlane(Ui& ui, std::size_t i, const PlanesReport* report) {
   ImGui::PushID(static_cast<int>(i));
   if (ImGui::Selectable("##plane", i == document_.plane_index(), ImGuiSelectableFlags_AllowItemOverlap)) {
     document_.set_plane_index(i);
-    reference_.reset();
   }
   ui.Note(fmt::format("plane {}", i + 1));
   ImGui::SameLine(ImGui::GetStyle().WindowPadding.x);
@@ -44,7 +54,7 @@ void PlanPanel::DrawPlane(Ui& ui, std::size_t i, const PlanesReport* report) {
                                 : NameOf(p.state);
   const float width = ImGui::GetContentRegionAvail().x;
   const float state_width = ImGui::CalcTextSize(state.c_str()).x;
-  FittedText(ui, fmt::format("{}. {}", i + 1, p.name), width - state_width - 8 * ui.scale());
+  FittedText(ui, fmt::format("{}. {}", i + 1, ShowName(p.name)), width - state_width - 8 * ui.scale());
   ImGui::SameLine(ImGui::GetStyle().WindowPadding.x + width - state_width);
   ImGui::TextDisabled("%s", state.c_str());
   ImGui::PopID();
@@ -73,17 +83,16 @@ void PlanPanel::DrawFields(Ui& ui) {
   PlannedPlane& p = next.plan.planes[i];
   const std::string what = Tr("plane changed");
   const float number_width = (ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().ItemSpacing.x) / 3;
-  const auto number = [&](const char* id, double& value, const char* format, const char* note) {
+  const auto number = [&](const char* id, double& value, int decimals, const char* note) {
     ImGui::SetNextItemWidth(number_width);
-    ImGui::InputDouble(id, &value, 0, 0, format, ImGuiInputTextFlags_EnterReturnsTrue);
+    NumberField(ui, id, value, decimals);
     ui.Note(note);
   };
   ImGui::SetNextItemWidth(-1);
-  std::string name = p.name;
-  const bool renamed =
-      ImGui::InputText("##name", &name, ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
+  std::string name = ShowName(p.name);
+  const bool renamed = TextField(ui, "##name", name);
   ui.Note("plane.name");
-  PlaneFields fields = reference_ ? CalcPlaneFields(p, *reference_) : CalcPlaneFields(p);
+  PlaneFields fields = CalcPlaneFields(p);
   const PlaneFields before = fields;
   const auto row = [&](const char* label) {
     ImGui::AlignTextToFramePadding();
@@ -92,21 +101,24 @@ void PlanPanel::DrawFields(Ui& ui) {
   };
   // x to the patient's left, y to the back, z to the head.
   row(Tr("Middle: left, back, up (mm)"));
-  number("##x", fields.p_W_mm.x, "%.2f", "plane.x");
+  number("##x", fields.p_W_mm.x, 2, "plane.x");
   ImGui::SameLine();
-  number("##y", fields.p_W_mm.y, "%.2f", "plane.y");
+  number("##y", fields.p_W_mm.y, 2, "plane.y");
   ImGui::SameLine();
-  number("##z", fields.p_W_mm.z, "%.2f", "plane.z");
+  number("##z", fields.p_W_mm.z, 2, "plane.z");
   row(Tr("Pitch, roll (°)"));
-  number("##pitch", fields.pitch_deg, "%.2f", "plane.pitch");
+  number("##pitch", fields.pitch_deg, 2, "plane.pitch");
   ImGui::SameLine();
-  number("##roll", fields.roll_deg, "%.2f", "plane.roll");
+  number("##roll", fields.roll_deg, 2, "plane.roll");
+  ImGui::PushFont(ui.small());
+  ImGui::TextDisabled("%s", DescribeReference(fields.reference));
+  ImGui::PopFont();
   row(Tr("Width, height, margin (mm)"));
-  number("##width", p.width_mm, "%.1f", "plane.width");
+  number("##width", p.width_mm, 1, "plane.width");
   ImGui::SameLine();
-  number("##height", p.height_mm, "%.1f", "plane.height");
+  number("##height", p.height_mm, 1, "plane.height");
   ImGui::SameLine();
-  number("##margin", p.margin_mm, "%.2f", "plane.margin");
+  number("##margin", p.margin_mm, 2, "plane.margin");
   const bool edits = fields.p_W_mm != before.p_W_mm || fields.pitch_deg != before.pitch_deg ||
                      fields.roll_deg != before.roll_deg || p.margin_mm != document_.plan().planes[i].margin_mm ||
                      p.width_mm != document_.plan().planes[i].width_mm ||
@@ -133,7 +145,7 @@ void PlanPanel::DrawFields(Ui& ui) {
   ui.Note("plane.later");
   Tooltip(ui, Tr("Cut this plane later"));
   try {
-    if (renamed && name != p.name) {
+    if (renamed) {
       RenamePlane(next.plan, i, name);
       document_.Change(std::move(next), Tr("plane renamed"));
     } else if (restated) {
@@ -150,7 +162,6 @@ void PlanPanel::DrawFields(Ui& ui) {
         viewer_.Say(
             fmt::format(fmt::runtime(Tr("Width and height were limited to {}.")), ShowRange(kPlaneSizeRange_mm, "mm")));
       }
-      if (!reference_) reference_ = before.reference;
       const double width_mm = kPlaneSizeRange_mm.Clamp(p.width_mm);
       const double height_mm = kPlaneSizeRange_mm.Clamp(p.height_mm);
       p = SetPlaneFields(p, fields);
@@ -174,7 +185,7 @@ void PlanPanel::DrawMarks(Ui& ui) {
     ImGui::SameLine(ImGui::GetStyle().WindowPadding.x);
     Swatch(ui, MarkColour(mark.kind));
     ImGui::SameLine();
-    FittedText(ui, mark.name, ImGui::GetContentRegionAvail().x);
+    FittedText(ui, ShowName(mark.name), ImGui::GetContentRegionAvail().x);
     ImGui::PopID();
   }
   if (!document_.mark_index()) return;
@@ -182,8 +193,7 @@ void PlanPanel::DrawMarks(Ui& ui) {
   PlanContent next = document_.now();
   Mark& mark = next.marks[selected];
   ImGui::SetNextItemWidth(74 * ui.scale());
-  const bool resized = ImGui::InputDouble(fmt::format("{}##radius", Tr("radius in mm")).c_str(), &mark.radius_mm, 0, 0,
-                                          "%.2f", ImGuiInputTextFlags_EnterReturnsTrue);
+  const bool resized = NumberField(ui, fmt::format("{}##radius", Tr("radius in mm")).c_str(), mark.radius_mm, 2);
   ui.Note("mark.radius");
   const bool extended = ImGui::Button(Tr("Remove last point"));
   ui.Note("mark.remove_point");

@@ -25,7 +25,6 @@ class PlanPanel {
 
   ViewerApp& viewer_;
   PlanDocument& document_;
-  std::optional<PatientPlane> reference_;  // of the fields that are being edited
 };
 
 }  // namespace kerf

@@ -29,7 +29,7 @@ void ShowPlan(ViewerApp& viewer, const PlanDocument& document, const PlanesRepor
   std::vector<PlaneOverlay> planes;
   for (std::size_t i = 0; i < document.plan().planes.size(); ++i) {
     const PlannedPlane& p = document.plan().planes[i];
-    planes.push_back({.name = p.name,
+    planes.push_back({.name = ShowName(p.name),
                       .p_W = p.plane.p_W,
                       .normal_W = p.plane.normal_W,
                       .width_mm = p.width_mm,
@@ -41,8 +41,9 @@ void ShowPlan(ViewerApp& viewer, const PlanDocument& document, const PlanesRepor
   viewer.RequestPlaneLines(planes);
   std::vector<DepthStopOverlay> stops;
   for (const DepthStop& stop : document.plan().stops) {
-    stops.push_back(
-        {.name = stop.name, .p_W = stop.p_W_mm + stop.depth_mm * stop.direction_W, .normal_W = -stop.direction_W});
+    stops.push_back({.name = ShowName(stop.name),
+                     .p_W = stop.p_W_mm + stop.depth_mm * stop.direction_W,
+                     .normal_W = -stop.direction_W});
   }
   view.SetDepthStops(stops);
 
@@ -52,7 +53,7 @@ void ShowPlan(ViewerApp& viewer, const PlanDocument& document, const PlanesRepor
     marks.push_back({.points_W = tubes[i].curve_W(),
                      .radius_mm = tubes[i].radius_mm(),
                      .colour = MarkColour(tubes[i].kind()),
-                     .label = tubes[i].name(),
+                     .label = ShowName(tubes[i].name()),
                      .selected = document.mark_index() == i});
   }
   view.SetMarks(marks);

@@ -10,6 +10,7 @@
 
 #include "app/window/cut_panel.h"
 #include "app/window/is_ready.h"
+#include "app/window/nerve_alarm.h"
 #include "app/window/practice_widgets.h"
 #include "base/files/files.h"
 #include "kerf/error.h"
@@ -183,7 +184,7 @@ void Practice::ShowGoal() {
   line.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})};
   viewer_->view().SetGuides({line});
   if (exercise_->toml.find("\"osteotomy\"") == std::string::npos) return viewer_->view().SetPlanes({});
-  viewer_->view().SetPlanes({{.name = "plan",
+  viewer_->view().SetPlanes({{.name = Tr("plan"),
                               .p_W = cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}),
                               .normal_W = cut.across_W,
                               .width_mm = cut.length_mm + 20,
@@ -429,6 +430,12 @@ void Practice::UpdateCutting() {
   const CoachInput input = MakeCoachInput();
   coach_ = UpdateCoach(coach_, gauge_->cut(), input);
   if (input.touches) gauge_->TakeDepths(input.X_WT, deepest_mm_);
+}
+
+void Practice::AddAlarms(std::vector<AlarmOverlay>& alarms) {
+  std::optional<AlarmOverlay> nerve =
+      MakeNerveAlarm(viewer_->bone(), nerve_.get(), MakeTool(scene_), viewer_->figures().coupled.X_WT);
+  if (nerve) alarms.push_back(std::move(*nerve));
 }
 
 CoachInput Practice::MakeCoachInput() const {

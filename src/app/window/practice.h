@@ -83,6 +83,7 @@ class Practice final : public Activity {
   void Ended(LoopSummary summary) override;
   void Cancelled() override;
   void Describe(nlohmann::json& state) const override;
+  void AddAlarms(std::vector<AlarmOverlay>& alarms) override;
   bool cuts() const override { return state_ == State::kCutting; }
 
   void TakeChoice(ExerciseList::Choice choice);

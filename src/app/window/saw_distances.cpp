@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/window/is_ready.h"
+#include "app/window/nerve_alarm.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
@@ -51,7 +52,7 @@ void SawDistances::Fill(HudState& hud) const {
     const DepthStop& planned = document_.plan().stops.front();
     const StopDeviation stop = CalcDeviation(planned, tool, X_WT);
     HudGauge gauge;
-    gauge.title = planned.name;
+    gauge.title = ShowName(planned.name);
     gauge.upper = std::max(1.0, 1.5 * planned.depth_mm);
     gauge.value = stop.depth_mm;
     gauge.goal = planned.depth_mm;
@@ -91,12 +92,14 @@ void SawDistances::SoundAlarms() const {
 void SawDistances::AddAlarms(std::vector<AlarmOverlay>& alarms) const {
   const Tool tool = MakeTool(viewer_.session()->scene());
   const Pose& X_WT = viewer_.figures().coupled.X_WT;
+  if (std::optional<AlarmOverlay> nerve = MakeNerveAlarm(viewer_.bone(), nerve_.get(), tool, X_WT)) {
+    alarms.push_back(std::move(*nerve));
+  }
   for (const MarkTube& tube : document_.mark_tubes()) {
     const MarkTube::Nearest nearest = tube.Find(tool, X_WT);
     alarms.push_back({.p_W = nearest.p_W,
                       .level = AlarmLevelFor(nearest.distance_mm),
-                      .label = fmt::format(fmt::runtime(Tr("{}: {} mm")), tube.name(),
-                                           ShowNumber(std::max(0.0, nearest.distance_mm), 1))});
+                      .label = fmt::format("{}: {}", ShowName(tube.name()), ShowDistance(nearest.distance_mm))});
   }
   // A saw that cuts beside the selected plane.
   const PlannedPlane* planned = document_.plane();

@@ -25,7 +25,7 @@ class SawDistances {
   void Fill(HudState& hud) const;
   /// Sounds the alarms of a turning saw that touches bone.
   void SoundAlarms() const;
-  /// Adds the alarms of marked structures and of a saw that cuts beside the selected plane.
+  /// Adds the alarms of the nerve canal, of marked structures and of a saw that cuts beside the selected plane.
   void AddAlarms(std::vector<AlarmOverlay>& alarms) const;
   /// Waits until no work is left, but not longer than `until`. Returns false if some is left.
   bool WaitUntil(std::chrono::steady_clock::time_point until) const;

@@ -31,6 +31,17 @@ const char* NameOf(SliceKind kind) {
   return Tr("in the blade's plane");
 }
 
+/// Returns the slice and its position as shown, for example "axial at 35.1 mm".
+std::string DescribeSlice(const SliceSpec& spec) {
+  if (spec.kind == SliceKind::kBlade) {
+    if (spec.offset_mm == 0) return NameOf(spec.kind);
+    return fmt::format(fmt::runtime(Tr("{} mm beside the blade")), ShowNumber(spec.offset_mm, 1));
+  }
+  const int axis = spec.kind == SliceKind::kSagittal ? 0 : spec.kind == SliceKind::kCoronal ? 1 : 2;
+  return fmt::format(fmt::runtime(Tr("{} at {} mm")), NameOf(spec.kind),
+                     ShowNumber(spec.centre_W[axis] + spec.offset_mm, 1));
+}
+
 }  // namespace
 
 void SlicesPanel::Reset(const Box3& bounds_W) {
@@ -76,9 +87,7 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   const float s = ui.scale();
   ImGui::PushID(static_cast<int>(i));
   ImGui::PushFont(ui.small());
-  FittedText(ui,
-             fmt::format(fmt::runtime(Tr("{}, {} mm wide")), NameOf(view.spec.kind), ShowNumber(view.spec.width_mm, 0)),
-             side);
+  FittedText(ui, DescribeSlice(view.spec), side);
   ImGui::PopFont();
   if (!view.image) {
     ImGui::Dummy({side, side});
@@ -88,9 +97,10 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   const SliceImage& image = *view.image;
   const ImVec2 at = ImGui::GetCursorScreenPos();
   ImGui::Image(ui.Texture(fmt::format("slice {}", i), image.image, view.version), {side, side});
+  const bool hovered = ImGui::IsItemHovered();
+  has_wheel_ = has_wheel_ || hovered;
   ui.Note(fmt::format("slice {}", i + 1));
   const double zoom = static_cast<double>(side) / image.frame.width;
-  const bool hovered = ImGui::IsItemHovered();
   ImGuiIO& io = ImGui::GetIO();
 
   // Lines of the bone, planes, marks, the tool and the cursor.
@@ -125,8 +135,6 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   list.PopClipRect();
 
   if (hovered) {
-    // The wheel scrolls the slice, not the column.
-    ImGui::SetScrollY(ImGui::GetScrollY());
     const OverlayPoint under{static_cast<double>(io.MousePos.x - at.x) / zoom,
                              static_cast<double>(io.MousePos.y - at.y) / zoom};
     if (io.MouseWheel != 0) {
@@ -151,13 +159,21 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
       window_.width_HU = std::max(50.0, window_.width_HU + kWindowDrag_HU * static_cast<double>(io.MouseDelta.x / s));
     }
   }
+  ImGui::PushFont(ui.small());
+  const auto note = [&](const std::string& text, float x) {
+    list.AddText({x, at.y + side - 16 * s}, IM_COL32(255, 255, 255, 200), text.c_str());
+    return ImGui::CalcTextSize(text.c_str()).x;
+  };
+  float used = 0;
   if (image.has_ct) {
-    const std::string window = fmt::format("{:.0f} / {:.0f} HU", window_.level_HU, window_.width_HU);
-    ImGui::PushFont(ui.small());
-    list.AddText({at.x + 4 * s, at.y + side - 16 * s}, IM_COL32(255, 255, 255, 200), window.c_str());
-    ImGui::PopFont();
+    used =
+        note(fmt::format("{} / {} HU", ShowNumber(window_.level_HU, 0), ShowNumber(window_.width_HU, 0)), at.x + 4 * s);
   }
-  Tooltip(
+  const std::string width = fmt::format(fmt::runtime(Tr("{} mm wide")), ShowNumber(view.spec.width_mm, 0));
+  const float width_px = ImGui::CalcTextSize(width.c_str()).x;
+  if (used + width_px + 16 * s < side) note(width, at.x + side - width_px - 4 * s);
+  ImGui::PopFont();
+  TooltipBeside(
       ui,
       enlarged_
           ? ""
@@ -168,7 +184,8 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
 void SlicesPanel::Draw(Ui& ui, const UiBox& column, const UiBox& scene, const SliceScene& contents,
                        const std::function<bool(const Vec3&)>& take_point) {
   const float s = ui.scale();
-  if (BeginPanel(ui, "slices", column, true)) {
+  has_wheel_ = false;
+  if (BeginPanel(ui, "slices", column, true, false)) {
     const float width = static_cast<float>(column.width) - 20 * s;
     // Three slices fit; the one in the blade's plane is below them.
     const float height = static_cast<float>(column.height) / 3 - 26 * s;
@@ -178,6 +195,7 @@ void SlicesPanel::Draw(Ui& ui, const UiBox& column, const UiBox& scene, const Sl
       if (ImGui::SmallButton(Tr("Follow the saw again"))) cursor_W_.reset();
       ui.Note("slices.follow");
     }
+    ScrollColumn(has_wheel_);
     EndPanel();
   }
   if (!enlarged_) return;
@@ -195,8 +213,15 @@ void SlicesPanel::Draw(Ui& ui, const UiBox& column, const UiBox& scene, const Sl
   ImGui::End();
 }
 
+void ScrollColumn(bool wheel_is_used) {
+  constexpr float kLines = 5;  // per notch of the wheel, as in other panels
+  const ImGuiIO& io = ImGui::GetIO();
+  if (wheel_is_used || io.MouseWheel == 0 || io.KeyCtrl || !ImGui::IsWindowHovered()) return;
+  ImGui::SetScrollY(ImGui::GetScrollY() - kLines * ImGui::GetFontSize() * io.MouseWheel);
+}
+
 double DrawCtView(Ui& ui, std::size_t i, const std::pair<Image, std::uint64_t>& image, double lower_mm, double upper_mm,
-                  double at_mm) {
+                  double at_mm, bool& uses_wheel) {
   constexpr double kWheel_mm = 1;
   const float width = ImGui::GetContentRegionAvail().x;
   ImGui::PushID(static_cast<int>(i));
@@ -206,11 +231,15 @@ double DrawCtView(Ui& ui, std::size_t i, const std::pair<Image, std::uint64_t>& 
     const float height = width * static_cast<float>(image.first.height) / static_cast<float>(image.first.width);
     ImGui::Image(ui.Texture(fmt::format("ct {}", i), image.first, image.second), {width, height});
     ui.Note(fmt::format("ct {}", i + 1));
-    if (ImGui::IsItemHovered()) at_mm += kWheel_mm * static_cast<double>(ImGui::GetIO().MouseWheel);
+    if (ImGui::IsItemHovered()) {
+      uses_wheel = true;
+      at_mm += kWheel_mm * static_cast<double>(ImGui::GetIO().MouseWheel);
+    }
   }
   ImGui::SetNextItemWidth(width);
   auto value = static_cast<float>(at_mm);
-  if (ImGui::SliderFloat("##at", &value, static_cast<float>(lower_mm), static_cast<float>(upper_mm), "%.0f mm")) {
+  const std::string shown = fmt::format("{} mm", ShowNumber(at_mm, 0));
+  if (ImGui::SliderFloat("##at", &value, static_cast<float>(lower_mm), static_cast<float>(upper_mm), shown.c_str())) {
     at_mm = static_cast<double>(value);
   }
   ImGui::PopID();

@@ -47,11 +47,17 @@ class SlicesPanel {
   float large_side_px_ = 600;
   std::optional<Vec3> cursor_W_;
   CtWindow window_;
+  bool has_wheel_ = false;  // a slice in the column is under the mouse
 };
 
+/// Scrolls the current panel, which was begun without scrolling by the mouse, by the wheel, unless a slice under the
+/// mouse uses it.
+void ScrollColumn(bool wheel_is_used);
+
 /// Draws a slice of a CT into the current panel. `image` and its version; `at_mm`: its position between `lower_mm` and
-/// `upper_mm`. Returns the position that the user wants, by wheel or slider.
+/// `upper_mm`. Returns the position that the user wants, by wheel or slider. Sets `uses_wheel` if the mouse is over the
+/// slice.
 double DrawCtView(Ui& ui, std::size_t i, const std::pair<Image, std::uint64_t>& image, double lower_mm, double upper_mm,
-                  double at_mm);
+                  double at_mm, bool& uses_wheel);
 
 }  // namespace kerf

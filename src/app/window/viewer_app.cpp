@@ -115,6 +115,7 @@ nlohmann::json ViewerApp::MakeState() const {
                        {"entry", dialogs_.asks_text()},
                        {"dialog", dialogs_.is_open()},
                        {"tour", tour_.step()},
+                       {"slices_mm", {slices_.offset_mm(0), slices_.offset_mm(1), slices_.offset_mm(2)}},
                        {"message", now_s_ < said_until_s_ ? said_ : ""},
                        {"view_mm", tenth(view_->camera().height_mm())},
                        {"chunks_left", bone_.surface() ? bone_.surface()->counts().first_left : 1}};

@@ -1,4 +1,5 @@
 // Events of mouse, keys and window, and who receives them.
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -10,6 +11,8 @@ namespace {
 /// The first frame takes the click, the second one activates what was clicked, and the third one knows that it takes
 /// text.
 constexpr int kFramesOfClick = 3;
+/// With Tab, one more frame passes before the next field is activated.
+constexpr int kFramesOfTab = 4;
 
 }  // namespace
 
@@ -81,8 +84,15 @@ void ViewerApp::Take(const WindowEvent& event) {
     return AskToQuit();
   }
   if (panel_frames_ > 0) {
-    panel_keys_.push_back(event);
-    return;
+    // The release of a key that was pressed before is not delayed.
+    const bool waits =
+        event.kind != Kind::kKeyUp || std::any_of(panel_keys_.begin(), panel_keys_.end(), [&](const WindowEvent& e) {
+          return e.kind == Kind::kKeyDown && e.key == event.key;
+        });
+    if (waits) {
+      panel_keys_.push_back(event);
+      return;
+    }
   }
   if (event.kind == Kind::kText && ignores_text_) return;
   if (dialogs_.is_open()) {
@@ -98,6 +108,8 @@ void ViewerApp::Take(const WindowEvent& event) {
   if (ui_.is_popup_open() || ui_.takes_text()) {
     if (down && event.key == Key::kEscape) return ui_.ClosePopups();
     if (ui_.takes_text() || event.kind != Kind::kText) ui_.Take(event);
+    // For a few frames, neither the field that is left nor the next one has the input.
+    if (ui_.takes_text() && down && event.key == Key::kTab) panel_frames_ = kFramesOfTab;
     if (!ui_.takes_text() && down) {
       ui_.ClosePopups();
     } else {
@@ -150,7 +162,7 @@ void ViewerApp::TakeInScene(const WindowEvent& event) {
 
 /// Handles the keys that were pressed right after a click on a panel. Call once per frame.
 void ViewerApp::RunPanelKeys() {
-  if (panel_frames_ == 0 || --panel_frames_ > 0) return;
+  if (panel_frames_ == 0 || ui_.has_waiting_events() || --panel_frames_ > 0) return;
   for (const WindowEvent& event : std::exchange(panel_keys_, {})) Take(event);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <utility>
 
 #include "app/window/settings_panel.h"
@@ -153,21 +154,28 @@ void ViewerApp::DrawUi(const HudState& hud) {
 }
 
 void ViewerApp::DrawStatusTexts(const HudStatus& status) {
-  std::string text;
-  const auto add = [&](const std::string& part) {
-    if (!part.empty()) text += (text.empty() ? "" : "   |   ") + part;
-  };
-  add(status.right);
-  add(status.mode);
-  add(status.saw);
+  std::string recording;
   if (status.recording_s) {
     const long seconds = std::lround(std::max(0.0, *status.recording_s));
-    add(fmt::format(fmt::runtime(Tr("recording {}:{:02}")), seconds / 60, seconds % 60));
+    recording = fmt::format(fmt::runtime(Tr("recording {}:{:02}")), seconds / 60, seconds % 60);
   }
+  const auto join = [](const std::initializer_list<std::string>& parts) {
+    std::string text;
+    for (const std::string& part : parts) {
+      if (!part.empty()) text += (text.empty() ? "" : "   |   ") + part;
+    }
+    return text;
+  };
+  const std::string text = join({status.right, status.mode, status.saw, recording});
   const float from = ImGui::GetItemRectMax().x + 12 * ui_.scale();
   const float room = ImGui::GetWindowWidth() - from - 10 * ui_.scale();
   if (room < 60 * ui_.scale()) return;
-  const std::string shown = FitText(text, room);
+  // What does not fit is in the tooltip: first the saw, then the mode.
+  std::string shown = text;
+  for (const std::string& shorter : {join({status.right, status.mode, recording}), join({status.right, recording})}) {
+    if (ImGui::CalcTextSize(shown.c_str()).x > room) shown = shorter;
+  }
+  shown = FitText(shown, room);
   ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(shown.c_str()).x - 10 * ui_.scale());
   ImGui::AlignTextToFramePadding();
   ImGui::TextDisabled("%s", shown.c_str());

@@ -118,14 +118,6 @@ void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {
   }
   view_->AdvanceDust(dt_s);
   std::vector<AlarmOverlay> alarms;
-  if (const InnerSurfaces* inner = bone_.inner()) {
-    if (const std::optional<NearestPlace> nerve = FindNearest(tool, X_WT, inner->canal_W)) {
-      alarms.push_back(
-          {.p_W = nerve->p_W,
-           .level = AlarmLevelFor(nerve->distance_mm),
-           .label = fmt::format(fmt::runtime(Tr("nerve: {} mm")), ShowNumber(std::max(0.0, nerve->distance_mm), 1))});
-    }
-  }
   activity_->AddAlarms(alarms);
   view_->SetAlarms(alarms);
   if (!bone_.surface()) return;

@@ -100,12 +100,21 @@ PlannedPlane TiltPlane(PlannedPlane plane, double about_across_deg, double about
   return Rotated(std::move(plane), axes, glm::normalize(second * first));
 }
 
-PlaneFields CalcPlaneFields(const PlannedPlane& plane) {
+PatientPlane ChooseReference(const PlannedPlane& plane) {
+  if (plane.reference) {
+    const PlaneFields fields = CalcPlaneFields(plane, *plane.reference);
+    const bool has_angles =
+        kPlaneAngleRange_deg.Contains(fields.pitch_deg) && kPlaneAngleRange_deg.Contains(fields.roll_deg);
+    if (has_angles) return *plane.reference;
+  }
   const Vec3 a = glm::abs(plane.plane.normal_W);
-  const PatientPlane reference = a.x >= a.y && a.x >= a.z ? PatientPlane::kSagittal
-                                 : a.y >= a.z             ? PatientPlane::kCoronal
-                                                          : PatientPlane::kAxial;
-  return CalcPlaneFields(plane, reference);
+  return a.x >= a.y && a.x >= a.z ? PatientPlane::kSagittal
+         : a.y >= a.z             ? PatientPlane::kCoronal
+                                  : PatientPlane::kAxial;
+}
+
+PlaneFields CalcPlaneFields(const PlannedPlane& plane) {
+  return CalcPlaneFields(plane, ChooseReference(plane));
 }
 
 PlaneFields CalcPlaneFields(const PlannedPlane& plane, PatientPlane reference) {
@@ -136,6 +145,7 @@ PlannedPlane SetPlaneFields(PlannedPlane plane, const PlaneFields& fields) {
                                      : glm::normalize(Quat{1 + cosine, axis.x, axis.y, axis.z});
   plane = Rotated(std::move(plane), axes, R);
   plane.plane = {fields.p_W_mm, normal};
+  plane.reference = fields.reference;
   return plane;
 }
 

@@ -29,9 +29,6 @@ PlannedPlane MovePlane(PlannedPlane plane, const Vec3& move_mm);
 /// as seen against the axis. The rectangle rotates with it.
 PlannedPlane TiltPlane(PlannedPlane plane, double about_across_deg, double about_up_deg);
 
-/// Planes of the patient. Their normals are the axes of the world frame: left, back and head.
-enum class PatientPlane : std::uint8_t { kSagittal, kCoronal, kAxial };
-
 /// Position and direction of a plane as numbers that a user can read and change. The angles say how far the plane is
 /// inclined to one of the patient's planes; with i the axis of that plane's normal, j = i + 1 and k = i + 2 (cyclic):
 ///   normal = +-(e_i + tan(pitch) e_j + tan(roll) e_k) / length.
@@ -45,13 +42,16 @@ struct PlaneFields {
   double roll_deg = 0;
 };
 inline constexpr Range kPlaneAngleRange_deg{-89, 89};
-/// Returns the fields relative to the patient's plane that is nearest to this plane.
+/// Returns the patient's plane to which the angles are relative: the plane's own reference, so that an angle that the
+/// user has set keeps its meaning beyond 45 degrees. If it has none yet, or if an angle to it is not in
+/// kPlaneAngleRange_deg, the nearest of the patient's planes.
+PatientPlane ChooseReference(const PlannedPlane& plane);
+/// Returns the fields relative to ChooseReference().
 PlaneFields CalcPlaneFields(const PlannedPlane& plane);
-/// Returns the fields relative to `reference`, so that a value that the user is changing keeps its meaning beyond 45
-/// degrees. If the plane is perpendicular to it, an angle is 90 or -90.
+/// Returns the fields relative to `reference`. If the plane is perpendicular to it, an angle is 90 or -90.
 PlaneFields CalcPlaneFields(const PlannedPlane& plane, PatientPlane reference);
-/// Sets centre and normal. The rectangle rotates by the smallest rotation between the normals. Throws kerf::Error if an
-/// angle is not in kPlaneAngleRange_deg or the centre is not in kCoordinateRange_mm.
+/// Sets centre, normal and reference. The rectangle rotates by the smallest rotation between the normals. Throws
+/// kerf::Error if an angle is not in kPlaneAngleRange_deg or the centre is not in kCoordinateRange_mm.
 PlannedPlane SetPlaneFields(PlannedPlane plane, const PlaneFields& fields);
 
 /// Returns the plane mirrored at the sagittal plane x = mid_x_mm (the patient's midsagittal plane), named "NAME

@@ -20,6 +20,9 @@ namespace kerf {
 enum class PlaneState : std::uint8_t { kPlanned, kInProgress, kDone };
 inline constexpr std::array<std::string_view, 3> kPlaneStateWords{"planned", "in_progress", "done"};
 
+/// Planes of the patient. Their normals are the axes of the world frame: left, back and head.
+enum class PatientPlane : std::uint8_t { kSagittal, kCoronal, kAxial };
+
 /// A plane along which the disc's mid-plane should cut. The intended cut is a rectangle in it; its axes are those of
 /// CalcPlaneAxes() (edit_plane.h).
 struct PlannedPlane {
@@ -30,6 +33,7 @@ struct PlannedPlane {
   double height_mm = 50;  // of the rectangle, along the part of up_W that lies in the plane
   Vec3 up_W{0, 0, 1};     // any length except 0
   PlaneState state = PlaneState::kPlanned;
+  std::optional<PatientPlane> reference{};  // of its angles as the user sees them: ChooseReference(); not in files
 };
 
 /// Limit of the cut's depth: the tool's deepest point should be at most `depth_mm` from the point along the direction.

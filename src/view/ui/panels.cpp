@@ -97,12 +97,14 @@ UiAreas CalcUiAreas(const Ui& ui, bool left, bool right) {
   return areas;
 }
 
-bool BeginPanel(Ui& /*ui*/, const char* name, const UiBox& area, bool scrolls) {
+bool BeginPanel(Ui& /*ui*/, const char* name, const UiBox& area, bool scrolls, bool by_wheel) {
   if (area.empty()) return false;
   ImGui::SetNextWindowPos(TopLeft(area));
   ImGui::SetNextWindowSize(SizeOf(area));
-  ImGui::Begin(name, nullptr,
-               kFixed | (scrolls ? 0 : ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse));
+  ImGuiWindowFlags flags = kFixed & ~ImGuiWindowFlags_NoNavInputs;  // Tab goes from one field to the next
+  if (!scrolls) flags |= ImGuiWindowFlags_NoScrollbar;
+  if (!scrolls || !by_wheel) flags |= ImGuiWindowFlags_NoScrollWithMouse;
+  ImGui::Begin(name, nullptr, flags);
   return true;
 }
 
@@ -127,6 +129,7 @@ void ValuesSection(Ui& ui, const HudState& state) {
   };
   HudLevel nerve = HudLevel::kPlain;
   if (v.nerve_mm && *v.nerve_mm < kNerveWarn_mm) nerve = *v.nerve_mm <= 0 ? HudLevel::kBad : HudLevel::kWarn;
+  const bool nerve_is_cut = v.nerve_mm && *v.nerve_mm < 0;
   struct Row {
     const char* name;
     std::string value;
@@ -138,8 +141,11 @@ void ValuesSection(Ui& ui, const HudState& state) {
       {Tr("Feed rate"), number(v.feed_mm_per_s, 1), "mm/s"},
       {Tr("Spindle"), number(v.rpm, 0), Tr("rpm")},
       {Tr("Force on your hand"), number(v.force_N, 2), "N"},
-      {Tr("To the nerve"), v.nerve_is_marked ? number(v.nerve_mm, 1) : Tr("not marked"), v.nerve_is_marked ? "mm" : "",
-       nerve},
+      {Tr("To the nerve"),
+       !v.nerve_is_marked ? Tr("not marked")
+       : nerve_is_cut     ? ShowDistance(*v.nerve_mm)
+                          : number(v.nerve_mm, 1),
+       v.nerve_is_marked && !nerve_is_cut ? "mm" : "", nerve},
       {Tr("Angle to the plan"), v.plan_offset_mm ? number(v.plan_angle_deg, 1) : Tr("no plan"),
        v.plan_offset_mm ? "°" : ""},
       {Tr("Beside the plan"), v.plan_offset_mm ? number(v.plan_offset_mm, 2) : Tr("no plan"),
@@ -225,7 +231,7 @@ std::optional<int> PiecesSection(Ui& ui, const HudState& state) {
     const std::string detail = piece.hidden ? Tr("hidden") : piece.detail;
     const float detail_width = ImGui::CalcTextSize(detail.c_str()).x;
     const float from = ImGui::GetCursorPosX();
-    FittedText(ui, piece.name, width - detail_width - from - 2 * ui.scale());
+    FittedText(ui, ShowName(piece.name), width - detail_width - from - 2 * ui.scale());
     ImGui::SameLine(width + ImGui::GetStyle().WindowPadding.x - detail_width);
     ImGui::TextDisabled("%s", detail.c_str());
     ImGui::PopID();

@@ -19,7 +19,8 @@ struct UiAreas {
 UiAreas CalcUiAreas(const Ui& ui, bool left, bool right);
 
 /// Begins a panel that fills an area. Returns false if the area is empty; otherwise EndPanel() must follow.
-bool BeginPanel(Ui& ui, const char* name, const UiBox& area, bool scrolls);
+/// `by_wheel`: false if the caller itself scrolls a panel that scrolls when the wheel is turned.
+bool BeginPanel(Ui& ui, const char* name, const UiBox& area, bool scrolls, bool by_wheel = true);
 void EndPanel();
 /// Adds the heading of a section that can be folded. Returns true if it is open.
 bool BeginSection(Ui& ui, const char* title, bool open = true);

@@ -4,10 +4,12 @@
 #include <libintl.h>
 
 #include <algorithm>
+#include <charconv>
 #include <clocale>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <string_view>
 
 // Counts changes of the language, so that gettext discards what it has looked up (GNU gettext manual, "Changing the
 // language at run time").
@@ -107,6 +109,43 @@ std::string ShowNumber(double value, int decimals) {
   const char* separator = Tr("decimal separator");
   if (const auto dot = text.find('.'); dot != std::string::npos && separator[1] == '\0') text[dot] = separator[0];
   return text;
+}
+
+std::optional<double> ParseNumber(std::string text) {
+  const std::size_t begin = text.find_first_not_of(' ');
+  if (begin == std::string::npos) return {};
+  text = text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
+  std::replace(text.begin(), text.end(), ',', '.');
+  double number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [at, error] = std::from_chars(text.data(), end, number);
+  if (error != std::errc{} || at != end || !std::isfinite(number)) return {};
+  return number;
+}
+
+std::string ShowDistance(double distance_mm) {
+  const std::string depth = ShowNumber(-distance_mm, 1);
+  if (distance_mm < 0 && depth != ShowNumber(0, 1)) return fmt::format(fmt::runtime(Tr("cut by {} mm")), depth);
+  return fmt::format("{} mm", ShowNumber(distance_mm, 1));
+}
+
+std::string ShowName(const std::string& name) {
+  // The number at the end stays.
+  std::size_t digits = name.size();
+  while (digits > 0 && name[digits - 1] >= '0' && name[digits - 1] <= '9') --digits;
+  const bool numbered = digits < name.size() && digits > 1 && name[digits - 1] == ' ';
+  const std::string base = numbered ? name.substr(0, digits - 1) : name;
+  const std::string ending = numbered ? name.substr(digits - 1) : std::string();
+  constexpr std::string_view kMirrored = " mirrored";
+  if (base.ends_with(kMirrored)) {
+    const std::string of = ShowName(base.substr(0, base.size() - kMirrored.size()));
+    return fmt::format(fmt::runtime(Tr("{} mirrored")), of) + ending;
+  }
+  for (const char* word :
+       {Msg("plane"), Msg("stop"), Msg("piece"), Msg("nerve"), Msg("canal"), Msg("tooth"), Msg("root"), Msg("other")}) {
+    if (base == word) return Tr(word) + ending;
+  }
+  return name;
 }
 
 std::string ShowVolume(double volume_mm3) {

@@ -1,6 +1,7 @@
 // Translation of the texts of the window, with GNU gettext.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,12 @@ constexpr const char* Msg(const char* text) {
 
 /// Formats a number for the screen, with the decimal separator of the language.
 std::string ShowNumber(double value, int decimals);
+/// Reads a number as a user types it, with "." or "," before the decimals. None if the text is anything else.
+std::optional<double> ParseNumber(std::string text);
+/// Formats the distance to a structure with its unit; a negative one says how deep the structure is cut.
+std::string ShowDistance(double distance_mm);
+/// Translates a name that the program has made, such as "plane 2 mirrored" or "nerve". Other names stay as they are.
+std::string ShowName(const std::string& name);
 /// Formats a volume with its unit: in cm³, or in mm³ if it is less than 0.1 cm³.
 std::string ShowVolume(double volume_mm3);
 

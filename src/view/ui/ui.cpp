@@ -314,7 +314,8 @@ void Ui::BeginFrame(double dt_s) {
   cut_texts_.clear();
   in_frame_ = true;
   ImGui::NewFrame();
-  if (std::exchange(closes_popups_, false)) {
+  discards_text_ = std::exchange(closes_popups_, false);
+  if (discards_text_) {
     if (is_popup_open()) ImGui::ClosePopupToLevel(0, false);
     ImGui::ClearActiveID();
   }

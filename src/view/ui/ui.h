@@ -66,6 +66,8 @@ class Ui {
   /// Queues an event for the panels. At most one change of each key and button is processed per frame, so that a click
   /// within one frame is not lost.
   void Take(const WindowEvent& event);
+  /// Returns true if events still wait for the next frame.
+  bool has_waiting_events() const { return !queue_.empty(); }
   /// Announces a text field in the next frame: keys and letters wait until it has the input.
   void ExpectText() { expects_text_ = true; }
   /// Shows no tooltips, for example while a dialog is open.
@@ -79,6 +81,15 @@ class Ui {
   bool takes_text() const;
   /// Returns true if a dialog or menu is open. As of the last frame.
   bool is_popup_open() const;
+  /// Returns true in the frame in which ClosePopups() took the input away from a text field: what was typed into it is
+  /// discarded.
+  bool discards_text() const { return discards_text_; }
+  /// Text field with the input, and its text as typed so far. For TextField().
+  struct TypedText {
+    unsigned int id = 0;
+    std::string text;
+  };
+  TypedText& typed() { return typed_; }
   /// Closes menus, and takes the input away from a text field.
   void ClosePopups() { closes_popups_ = true; }
 
@@ -124,6 +135,8 @@ class Ui {
   bool in_frame_ = false;
   bool expects_text_ = false;
   bool closes_popups_ = false;
+  bool discards_text_ = false;
+  TypedText typed_;
   int expected_frames_ = 0;  // since then
   ImFont* normal_ = nullptr;
   ImFont* bold_ = nullptr;

@@ -1,9 +1,11 @@
 #include "view/ui/widgets.h"
 
 #include <fmt/format.h>
+#include <imgui_stdlib.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "view/ui/imgui_colours.h"
 #include "view/ui/translate.h"
@@ -98,6 +100,34 @@ void Tooltip(Ui& ui, const std::string& text) {
   ImGui::TextUnformatted(text.c_str());
   ImGui::PopTextWrapPos();
   ImGui::EndTooltip();
+}
+
+void TooltipBeside(Ui& ui, const std::string& text) {
+  if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+  const ImVec2 item = ImGui::GetItemRectMin();
+  ImGui::SetNextWindowPos({item.x - 16 * ui.scale(), item.y}, ImGuiCond_Always, {1, 0});
+  Tooltip(ui, text);
+}
+
+bool TextField(Ui& ui, const char* id, std::string& value) {
+  Ui::TypedText& typed = ui.typed();
+  std::string text = value;
+  const bool changed = ImGui::InputText(id, &text, ImGuiInputTextFlags_AutoSelectAll);
+  const ImGuiID item = ImGui::GetItemID();
+  if (changed) typed = {item, text};
+  if (!ImGui::IsItemDeactivatedAfterEdit() || typed.id != item) return false;
+  const Ui::TypedText left = std::exchange(typed, {});
+  if (ui.discards_text() || left.text == value) return false;
+  value = left.text;
+  return true;
+}
+
+bool NumberField(Ui& ui, const char* id, double& value, int decimals) {
+  std::string text = ShowNumber(value, decimals);
+  if (!TextField(ui, id, text)) return false;
+  const std::optional<double> number = ParseNumber(text);
+  if (number) value = *number;
+  return number.has_value();
 }
 
 void Gauge(Ui& ui, const HudGauge& gauge) {

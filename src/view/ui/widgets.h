@@ -1,4 +1,5 @@
-// Elements of panels that Dear ImGui lacks: marks of a level, a gauge, a force plot, indicators, labels in the picture.
+// Elements of panels that Dear ImGui lacks: marks of a level, fields, a gauge, a force plot, indicators, labels in the
+// picture.
 #pragma once
 
 #include <optional>
@@ -26,6 +27,14 @@ void FittedText(Ui& ui, const std::string& text, float width);
 std::string FitText(const std::string& text, float width);
 /// Shows a tooltip, wrapped, if the last item is hovered; nothing for an empty text.
 void Tooltip(Ui& ui, const std::string& text);
+/// The same, beside the last item, to its left, so that it does not hide what it explains.
+void TooltipBeside(Ui& ui, const std::string& text);
+
+/// Field for a text, as wide as the next item. Returns true, with the new `value`, if the user has changed it and has
+/// left the field: with Enter or Tab, or by a click elsewhere. Escape discards what was typed.
+bool TextField(Ui& ui, const char* id, std::string& value);
+/// The same for a number, with the decimal separator of the language; a point is understood too.
+bool NumberField(Ui& ui, const char* id, double& value, int decimals);
 
 void Gauge(Ui& ui, const HudGauge& gauge);
 /// Draws the last 10 s of the force.

@@ -147,6 +147,36 @@ def main():
         w.choose("Plan", "plan.undo")
         w.wait_state("undone", lambda s: s["plane_mm"][0] == before)
 
+        # Tab takes the number and goes to the next field, Shift+Tab back. The letters after it are for the next field. The
+        # angles stay relative to the plane to which they were relative before, also beyond 45 degrees.
+        angles = [0, 0]
+        w.wait_state("the plane is perpendicular to x", lambda s: s["plane_deg"][0] == angles)
+        w.click_item("plane.pitch")
+        w._xdotool("type", "--delay", "0", "60\t5\t")
+        w.wait_state("both angles", lambda s: s["plane_deg"][0] == [60, 5])
+        w.key("shift+Tab", "shift+Tab")
+        w.type("10")
+        w.key("Return")
+        w.wait_state("the first angle again", lambda s: s["plane_deg"][0] == [10, 5])
+        # Escape discards what was typed.
+        w.click_item("plane.pitch")
+        w.type("30")
+        w.key("Escape")
+        w.click_item("plane.roll")
+        w.type("0")
+        w.key("Return")
+        w.wait_state("the roll", lambda s: s["plane_deg"][0] == [10, 0])
+        for expected in ([10, 5], [60, 5], [60, 0], angles):
+            w.key("shift+Z")
+            w.wait_state("undone", lambda s: s["plane_deg"][0] == expected)
+        w.wait_state("where it was", lambda s: s["plane_mm"][0] == before)
+
+        # The wheel over a slice scrolls the slice, and not the column; beside the slices it scrolls the column.
+        left, top, width, height = w.items["slice 1"]
+        w.scroll(left + width / 2, top + height / 2, 3)
+        w.wait_state("the first slice is scrolled", lambda s: s["slices_mm"] == [1.5, 0, 0])
+        assert w.items["slice 1"] == [left, top, width, height], w.items["slice 1"]
+
         # The other plane is removed, mirrored ones have a name of their own.
         w.choose("Plan", "plan.mirror")
         w.wait_state("a mirrored plane", lambda s: s["planes"] == 3)

@@ -197,6 +197,13 @@ def main():
         w.click(centre[0] + 100 * options.scale, centre[1])
         label = w.wait_event("measure")["label"]
         assert label.endswith(" mm"), label
+        # The points belong to their pieces: when one piece is moved, the distance changes, and undo brings it back.
+        w.wait_state("the distance", lambda s: len(s["measured"]) == 1)
+        distance = w.state["measured"][0]
+        w.key("a", "Right", "Right")
+        w.wait_state("another distance", lambda s: abs(s["measured"][0] - distance) > 0.5)
+        w.key("ctrl+z", "ctrl+z", "a", "a", "a")
+        w.wait_state("the same distance", lambda s: s["measured"] == [distance])
         time.sleep(0.3)
         picture("pieces")
         w.key("h")

@@ -111,6 +111,28 @@ TEST(PlaneFields, RoundTrip) {
   }
 }
 
+TEST(PlaneFields, KeepTheirReferenceWhileThePlaneIsEdited) {
+  PlannedPlane plane{.name = "p", .plane = {{20, -70, 35}, {0, 0, 1}}};
+  plane.reference = ChooseReference(plane);
+  EXPECT_EQ(plane.reference, PatientPlane::kAxial);
+  PlaneFields fields = CalcPlaneFields(plane);
+  fields.pitch_deg = 60;
+  plane = SetPlaneFields(plane, fields);
+  // The sagittal plane is nearer now: 30 degrees.
+  const auto expect_60 = [&](const PlannedPlane& p, double sign) {
+    const PlaneFields seen = CalcPlaneFields(p);
+    EXPECT_EQ(seen.reference, PatientPlane::kAxial);
+    EXPECT_NEAR(seen.pitch_deg, sign * 60, 1e-9);  // degrees; rounding only
+    EXPECT_NEAR(seen.roll_deg, 0, 1e-9);
+  };
+  expect_60(plane, 1);
+  expect_60(MovePlane(plane, {3, -2, 1}), 1);
+  expect_60(MirrorPlane({}, plane, 0), -1);
+  // A plane that is perpendicular to its reference has no angles to it: another reference is chosen.
+  plane.plane.normal_W = {1, 0, 0};
+  EXPECT_EQ(CalcPlaneFields(plane).reference, PatientPlane::kSagittal);
+}
+
 TEST(PlaneFields, AreThePatientsAngles) {
   PlannedPlane plane{.name = "p", .plane = {{1, 2, 3}, {1, 0, 0}}};
   EXPECT_EQ(CalcPlaneFields(plane).reference, PatientPlane::kSagittal);

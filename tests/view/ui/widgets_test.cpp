@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "view/ui/panels.h"
 #include "view/ui/picture_marks.h"
 #include "view/ui/translate.h"
 
@@ -48,6 +49,96 @@ TEST(Widgets, FittedTextIsTheTextOrItsBeginningWithAnEllipsis) {
     EXPECT_EQ(text.rfind(beginning, 0), 0u) << shown;
   }
   ui.EndFrame();
+}
+
+/// A panel with two fields for numbers, controlled by keys.
+class NumberFields : public ::testing::Test {
+ protected:
+  NumberFields() {
+    ui_.SetSize(800, 600, 1);
+    Draw(3);
+  }
+  void Draw(int frames) {
+    for (int i = 0; i < frames; ++i) {
+      ui_.BeginFrame(0.02);
+      ASSERT_TRUE(BeginPanel(ui_, "left", {0, 0, 300, 300}, true));
+      NumberField(ui_, "##a", a_, 2);
+      ui_.Note("a");
+      NumberField(ui_, "##b", b_, 2);
+      EndPanel();
+      ui_.EndFrame();
+    }
+  }
+  void Press(Key key, bool shift = false) {
+    WindowEvent event;
+    event.key = key;
+    event.shift = shift;
+    for (const WindowEvent::Kind kind : {WindowEvent::Kind::kKeyDown, WindowEvent::Kind::kKeyUp}) {
+      event.kind = kind;
+      ui_.Take(event);
+    }
+    Draw(4);
+  }
+  void Type(const std::string& text) {
+    WindowEvent event;
+    event.kind = WindowEvent::Kind::kText;
+    for (const char c : text) {
+      event.character = static_cast<char32_t>(c);
+      ui_.Take(event);
+    }
+    Draw(2);
+  }
+  void ClickFirst() {
+    const UiBox box = ui_.noted().at("a");
+    WindowEvent event;
+    event.x = box.left + 5;
+    event.y = box.top + 5;
+    for (const WindowEvent::Kind kind :
+         {WindowEvent::Kind::kMouseMove, WindowEvent::Kind::kMouseDown, WindowEvent::Kind::kMouseUp}) {
+      event.kind = kind;
+      ui_.Take(event);
+    }
+    Draw(4);
+  }
+
+  Ui ui_;
+  double a_ = 1;
+  double b_ = 2;
+};
+
+TEST_F(NumberFields, TabTakesTheNumberAndGoesToTheNextField) {
+  ClickFirst();
+  ASSERT_TRUE(ui_.takes_text());
+  Type("3.5");  // the text was selected, and is replaced
+  EXPECT_EQ(a_, 1) << "it is still being typed";
+  Press(Key::kTab);
+  EXPECT_EQ(a_, 3.5);
+  ASSERT_TRUE(ui_.takes_text());
+  Type("60");
+  Press(Key::kTab, true);
+  EXPECT_EQ(b_, 60);
+  ASSERT_TRUE(ui_.takes_text());
+  Type("7");
+  Press(Key::kEnter);
+  EXPECT_EQ(a_, 7);
+  EXPECT_FALSE(ui_.takes_text());
+  EXPECT_EQ(b_, 60);
+}
+
+TEST_F(NumberFields, EscapeAndWhatIsNoNumberChangeNothing) {
+  ClickFirst();
+  Type("3.5");
+  ui_.ClosePopups();  // as Escape does
+  Draw(2);
+  EXPECT_EQ(a_, 1);
+  ClickFirst();
+  Type("three");
+  Press(Key::kEnter);
+  EXPECT_EQ(a_, 1);
+  ClickFirst();
+  Press(Key::kTab);
+  EXPECT_EQ(a_, 1);
+  EXPECT_EQ(b_, 2);
 }
 
 TEST(Labels, OverlapNeitherPanelsNorEachOther) {
@@ -99,6 +190,37 @@ TEST(Translate, NumbersAreCorrectlyRoundedAndNeverMinusZero) {
   EXPECT_EQ(ShowNumber(-0.004, 2), "0.00");
   EXPECT_EQ(ShowNumber(-0.006, 2), "-0.01");
   EXPECT_EQ(ShowNumber(7499.6, 0), "7500");
+}
+
+TEST(Translate, NumbersAreReadWithEitherSeparator) {
+  EXPECT_EQ(ParseNumber("2.5"), 2.5);
+  EXPECT_EQ(ParseNumber(" -2,5 "), -2.5);
+  EXPECT_EQ(ParseNumber("60"), 60);
+  for (const char* text : {"", " ", "-", "1.2.3", "2 mm", "inf", "nan"}) EXPECT_FALSE(ParseNumber(text)) << text;
+}
+
+TEST(Translate, DistanceOfACutStructureIsItsDepth) {
+  SetLanguage("en");
+  EXPECT_EQ(ShowDistance(1.24), "1.2 mm");
+  EXPECT_EQ(ShowDistance(0), "0.0 mm");
+  EXPECT_EQ(ShowDistance(-0.04), "0.0 mm");  // as shown, it is not cut
+  EXPECT_EQ(ShowDistance(-0.7), "cut by 0.7 mm");
+}
+
+TEST(Translate, OnlyNamesOfTheProgramAreTranslated) {
+  SetLanguage("de");
+  EXPECT_EQ(ShowName("plane 1"), "Ebene 1");
+  EXPECT_EQ(ShowName("plane 1 mirrored"), "Ebene 1 gespiegelt");
+  EXPECT_EQ(ShowName("plane 12 mirrored 2"), "Ebene 12 gespiegelt 2");
+  EXPECT_EQ(ShowName("piece 2"), "Segment 2");
+  EXPECT_EQ(ShowName("nerve"), "Nerv");
+  EXPECT_EQ(ShowName("nerve 3"), "Nerv 3");
+  for (const char* name : {"", "7", " 7", "plane1", "my plane 1", "planes", "plane 1 ", "Osteotomie links"}) {
+    EXPECT_EQ(ShowName(name), name);
+  }
+  EXPECT_EQ(ShowName("Osteotomie mirrored"), "Osteotomie gespiegelt");
+  SetLanguage("en");
+  for (const char* name : {"plane 1 mirrored", "nerve", "piece 2"}) EXPECT_EQ(ShowName(name), name);
 }
 
 TEST(Translate, UnknownLanguageGivesEnglish) {
