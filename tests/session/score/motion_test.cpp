@@ -137,7 +137,7 @@ TEST(MotionMeter, DistanceToTheNerveIsThatOfAllPoses) {
   std::uniform_real_distribution<double> draw(-1, 1);
   constexpr double kRow_s = 0.004;
   constexpr int kEvery = 5;  // rows between two distances
-  Pose X{glm::angleAxis(1.5, Vec3(1, 0, 0)), {0, 0, 15}};
+  Pose X{glm::angleAxis(1.5, Vec3(1, 0, 0)), {0, 0, 6}};
   Vec3 v{0, 0, -0.02};
   for (int i = 0; i < 4000; ++i) {
     if (i % 200 == 0) v = {0.02 * draw(random), 0.02 * draw(random), 0.02 * draw(random)};
