@@ -6,6 +6,9 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <utility>
 
 #include "app/window/cut_panel.h"
@@ -159,6 +162,7 @@ void Practice::Began() {
   const std::shared_ptr<const Bone> bone = viewer_->bone_at_start();
   gauge_ = std::make_unique<DepthGauge>(*bone, MakeWantedCut(scene_.exercise, MakeTool(scene_)));
   deepest_mm_.assign(gauge_->columns().size(), -kAbove_mm);
+  touched_at_.reset();
   making_nerve_ =
       std::async(std::launch::async, [bone] { return std::make_unique<RegionDistance>(*bone, Tissue::kCanal); });
   ShowGoal();
@@ -429,7 +433,19 @@ void Practice::UpdateCutting() {
   }
   const CoachInput input = MakeCoachInput();
   coach_ = UpdateCoach(coach_, gauge_->cut(), input);
-  if (input.touches) gauge_->TakeDepths(input.X_WT, deepest_mm_);
+  // The saw has also been between the places of two frames.
+  constexpr double kStep_mm = 0.1;
+  if (input.touches) {
+    const Pose from = touched_at_.value_or(input.X_WT);
+    const double steps = std::clamp(std::ceil(glm::distance(from.p_AB, input.X_WT.p_AB) / kStep_mm), 1.0, 100.0);
+    for (int i = 1; i <= static_cast<int>(steps); ++i) {
+      const double f = i / steps;
+      gauge_->TakeDepths(
+          {glm::normalize(glm::slerp(from.R_AB, input.X_WT.R_AB, f)), glm::mix(from.p_AB, input.X_WT.p_AB, f)},
+          deepest_mm_);
+    }
+  }
+  touched_at_ = input.touches ? std::optional(input.X_WT) : std::nullopt;
 }
 
 void Practice::AddAlarms(std::vector<AlarmOverlay>& alarms) {

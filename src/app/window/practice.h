@@ -131,6 +131,7 @@ class Practice final : public Activity {
   NextStep next_;
   CoachState coach_;
   std::vector<double> deepest_mm_;  // by column of the gauge
+  std::optional<Pose> touched_at_;  // pose of the saw in the last frame, if it touched bone
 
   ResultChecks checks_;
   bool wants_replay_ = false;
