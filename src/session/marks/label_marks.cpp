@@ -137,7 +137,7 @@ class LabelParts {
     const double volume_mm3 = CalcVolume(part);
     Vec3 centre(0);
     for (const Reached& r : reached) centre += PointOf(r.at) / static_cast<double>(reached.size());
-    const Mark ball{.radius_mm = CalcBallRadius(volume_mm3), .points_W = {centre}};
+    Mark ball{.radius_mm = CalcBallRadius(volume_mm3), .points_W = {centre}};
 
     const double walked_mm = static_cast<double>(reached.back().mm);
     const std::optional<double> about_mm = CalcRadius(volume_mm3, walked_mm + voxel_mm_);

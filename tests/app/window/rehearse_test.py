@@ -259,7 +259,10 @@ def main():
         w.wait_event("running", after=sessions, seconds=120)
         w.wait_state("the fine disc", lambda s: s["saw"] == "fine disc 16 mm")
         picture("another saw")
+        # Pieces were moved, and an export is not a project.
         w.key("ctrl+q")
+        w.wait_state("a question", lambda s: s["dialog"])
+        w.click_item("answer 2")
         code, out = w.wait_end()
         assert code == 0, out
 

@@ -37,7 +37,10 @@ struct Map {
     return lattice;
   }
   std::int16_t& At(int i, int j, int k) {
-    return labels[static_cast<std::size_t>(i + lattice.size[0] * (j + lattice.size[1] * k))];
+    return labels[static_cast<std::size_t>(i) +
+                  static_cast<std::size_t>(lattice.size[0]) *
+                      (static_cast<std::size_t>(j) +
+                       static_cast<std::size_t>(lattice.size[1]) * static_cast<std::size_t>(k))];
   }
   /// Labels the voxels whose centres are at most `radius_mm` away from one of the points.
   void Paint(const std::vector<Vec3>& points_W, double radius_mm, std::int16_t label) {
