@@ -61,8 +61,8 @@ def begin_drag(w, at, by, modifier=None):
         time.sleep(0.02)
 
 
-def check_stays(w, what, seconds=2, relax_mm=RELAX_MM):
-    """Checks that the saw neither moves nor cuts after it was let go."""
+def check_stays(w, what, seconds=2, relax_mm=RELAX_MM, force_N=0.3):
+    """Checks that the saw neither moves nor cuts after it was let go. `force_N`: what friction in the kerf may hold."""
     released = dict(w.wait_state("let go", lambda s: not s["holds"], 10))
 
     def changes(before):
@@ -79,7 +79,7 @@ def check_stays(w, what, seconds=2, relax_mm=RELAX_MM):
         time.sleep(0.1)
         moved, cut = changes(rest)
         assert moved <= REST_MM and cut <= REST_MM3, (what, moved, cut, rest, w.state)
-    assert w.state["force_N"] <= 0.3, (what, w.state)  # what friction in the kerf may hold
+    assert w.state["force_N"] <= force_N, (what, w.state)
     assert not w.state["holds"], (what, w.state)
 
 
@@ -112,8 +112,8 @@ def test_release(display, kerf):
         begin_drag(w, centre, (10, 5), modifier="ctrl")
         time.sleep(0.7)  # the hand turns about its grip, which is far from the blade
         w._xdotool("mouseup", 1, "keyup", "ctrl")
-        # A blade that was wedged in its kerf may spring out of it.
-        check_stays(w, "rotation released", relax_mm=11)
+        # A blade that was wedged in its kerf may spring out of it, or be held by both walls.
+        check_stays(w, "rotation released", relax_mm=11, force_N=2)
         spindle(w, False)
         w.key("r")
         w.wait_state("out of the bone", lambda s: s["saw_mm"][2] > 12.5)

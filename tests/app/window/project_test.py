@@ -9,6 +9,7 @@ import argparse
 import hashlib
 import json
 import os
+import pathlib
 import shutil
 import subprocess
 import zipfile
