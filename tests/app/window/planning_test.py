@@ -171,6 +171,7 @@ def main():
         w.type("0")
         w.key("Return")
         w.wait_state("the roll", lambda s: s["plane_deg"][0] == [10, 0])
+        time.sleep(0.5)  # the field gives the keys back in one of the next frames
         for expected in ([10, 5], [60, 5], [60, 0], angles):
             w.key("shift+Z")
             w.wait_state("undone", lambda s: s["plane_deg"][0] == expected)
