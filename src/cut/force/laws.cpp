@@ -89,7 +89,7 @@ std::string FindLawFault(const ForceLawInfo& info) {
             return std::array{law(0.01, cut), law.HasCutting() ? law.Cutting(0.01, cut) : 0};
           };
           find();
-          if (const std::string fault = FindForceFault(law, cut); !fault.empty()) return fault;
+          if (std::string fault = FindForceFault(law, cut); !fault.empty()) return fault;
         }
       }
     }
