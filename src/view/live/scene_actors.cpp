@@ -13,6 +13,7 @@
 #include <map>
 #include <utility>
 
+#include "view/live/overlay_colours.h"
 #include "view/live/palette.h"
 #include "view/live/scene_shapes.h"
 #include "view/picture/handpiece.h"

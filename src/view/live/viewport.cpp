@@ -22,6 +22,7 @@
 #include "view/live/bone_prop.h"
 #include "view/live/dust_prop.h"
 #include "view/live/palette.h"
+#include "view/live/overlay_colours.h"
 #include "view/live/scene_actors.h"
 #include "view/live/xray_prop.h"
 #include "view/picture/vtk_scene.h"
