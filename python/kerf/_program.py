@@ -1,0 +1,123 @@
+"""Studies, comparisons, stability and scores: made by the program kerf in a process of its own, returned as data."""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from typing import Any, Sequence
+
+from kerf import _kerf
+
+
+def find_program() -> str:
+    """Returns the path of the program: $KERF_PROGRAM, the one of this installation or build, or the one on the PATH."""
+    given = os.environ.get("KERF_PROGRAM")
+    if given:
+        return given
+    here = pathlib.Path(__file__).parent
+    for candidate in (pathlib.Path(_kerf.__file__).parent / "../../kerf", here / "../../../../bin/kerf"):
+        if candidate.is_file():
+            return str(candidate.resolve())
+    found = shutil.which("kerf")
+    if found is None:
+        raise _kerf.Error("the program kerf was not found; install it, or set the environment variable KERF_PROGRAM to its path")
+    return found
+
+
+def _call(arguments: Sequence[str], codes: tuple[int, ...] = (0,), progress: Any = None) -> dict[str, Any]:
+    """Returns the JSON document that the program prints. The program shows its own progress in a terminal."""
+    shown = progress is not False and sys.stderr.isatty()
+    command = [find_program(), *arguments]
+    with tempfile.TemporaryFile() as messages:
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=None if shown else messages, stdin=subprocess.DEVNULL,
+                                   text=True)
+        try:
+            text, _ = process.communicate()
+        except BaseException:  # Ctrl-C: the program ends cleanly too
+            process.send_signal(signal.SIGINT)
+            process.wait()
+            raise
+        if process.returncode not in codes:
+            messages.seek(0)
+            lines = messages.read().decode(errors="replace").strip().splitlines()
+            sentence = next((line for line in reversed(lines) if line.startswith("kerf: ")), "")
+            sentence = sentence.removeprefix("kerf: ").removeprefix("error: ")
+            raise _kerf.Error(sentence or f"'{' '.join(command)}' ended with exit code {process.returncode}")
+    document: dict[str, Any] = json.loads(text)
+    return document
+
+
+class _SceneFile:
+    """The file of a scene: its own, or a temporary one for a scene that was made in Python."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._made: pathlib.Path | None = None
+
+    def __enter__(self) -> str:
+        if not isinstance(self._scene, _kerf.Scene):
+            return str(os.fspath(self._scene))
+        base = pathlib.Path(self._scene.path).parent  # of relative file names in the scene
+        try:
+            handle, name = tempfile.mkstemp(suffix=".toml", prefix="scene_", dir=base)
+        except OSError:
+            handle, name = tempfile.mkstemp(suffix=".toml", prefix="scene_")
+        self._made = pathlib.Path(name)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(self._scene.toml)
+        return name
+
+    def __exit__(self, *_: Any) -> None:
+        if self._made is not None:
+            self._made.unlink(missing_ok=True)
+
+
+def compare(scene: Any, laws: Sequence[str] = (), repeat: int = 3, progress: Any = None) -> dict[str, Any]:
+    """Makes the same cut in voxel mode and slab mode; returns forces, work, time and memory of each.
+
+    scene: path or Scene, with a [slab] section. laws: force laws in addition to the scene's. repeat: runs of each case.
+    Returns the document compare.json (docs/formats.md). Raises kerf.Error. `kerf compare` also writes figures.
+    """
+    with _SceneFile(scene) as file, tempfile.TemporaryDirectory(prefix="kerf_") as folder:
+        options = ["--laws", ",".join(laws)] if laws else []
+        return _call(["compare", file, "-o", folder, "--repeat", str(repeat), "--json", *options], progress=progress)
+
+
+def study(study_file: Any = None, jobs: int = 0, errors_only: bool = False, costs_only: bool = False, data: Any = None,
+          progress: Any = None) -> dict[str, Any]:
+    """Measures how much computing time accuracy costs; returns errors and times for many settings and paths.
+
+    study_file: a study (TOML, docs/study.md); None: the default study, which takes long. jobs: cases at once, 0: one for
+    each core. Returns the document study.json (docs/formats.md). Raises kerf.Error. `kerf study` also writes figures.
+    """
+    options = [*(["--errors-only"] if errors_only else []), *(["--costs-only"] if costs_only else []),
+               *(["--data", os.fspath(data)] if data is not None else [])]
+    files = [] if study_file is None else [os.fspath(study_file)]
+    with tempfile.TemporaryDirectory(prefix="kerf_") as folder:
+        return _call(["study", *files, "-o", folder, "--jobs", str(jobs), "--json", *options], progress=progress)
+
+
+def stability(scene: Any, quick: bool = False, seed: int = 1, progress: Any = None) -> dict[str, Any]:
+    """Examines whether a scene's bone, tool, device, hand and gains are stable together.
+
+    scene: path or Scene. quick: fewer hands and a coarser map. Returns the document stability.json (docs/formats.md),
+    also if something is not stable. Raises kerf.Error.
+    """
+    with _SceneFile(scene) as file:
+        return _call(["stability", file, "--seed", str(seed), "--json", *(["--quick"] if quick else [])], codes=(0, 1), progress=progress)
+
+
+def score(recording: Any, bone: Any = None, progress: Any = None) -> dict[str, Any]:
+    """Measures the cut of a recording, and scores it if its scene is an exercise (docs/practise.md).
+
+    recording: path of a .kerf file. bone: path of its bone, if it was moved. Returns the document of `kerf score --json`
+    (docs/json.md). Raises kerf.Error.
+    """
+    options = [] if bone is None else ["--bone", os.fspath(bone)]
+    return _call(["score", os.fspath(recording), "--json", *options], codes=(0, 3), progress=progress)

@@ -1,0 +1,317 @@
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <cinttypes>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "arrays.h"
+#include "bindings.h"
+#include "kerf/bone_file.h"
+#include "kerf/error.h"
+#include "kerf/import.h"
+#include "kerf/label_map.h"
+#include "kerf/models.h"
+#include "kerf/surface.h"
+#include "long_work.h"
+#include "parameters.h"
+
+namespace kerf::python {
+namespace {
+
+using SharedBone = std::shared_ptr<Bone>;
+
+SharedBone Share(Bone&& bone) {
+  return std::make_shared<Bone>(std::move(bone));
+}
+
+const MaterialTable& OrDefault(const std::optional<MaterialTable>& materials) {
+  return materials ? *materials : DefaultMandibleTable();
+}
+
+SharedBone MakeBlockBone(const py::object& size_mm, const std::vector<std::pair<double, int>>& layers, double voxel_mm,
+                         const py::object& top_mm, const py::object& rotation,
+                         const std::optional<MaterialTable>& materials) {
+  BlockParams params;
+  params.size_mm = ToVec3(size_mm, "size_mm");
+  for (const auto& [thickness_mm, region] : layers) params.layers.push_back({thickness_mm, region});
+  params.voxel_mm = voxel_mm;
+  params.X_WB.p_AB = ToVec3(top_mm, "top_mm");
+  py::dict turned;
+  if (!rotation.is_none()) turned["rotation"] = rotation;
+  ParameterSetter setter(turned);
+  setter("rotation", params.X_WB.R_AB, "");
+  const py::gil_scoped_release release;
+  return Share(MakeBlock(params, OrDefault(materials)));
+}
+
+SharedBone MakePlateBone(double voxel_mm, const std::optional<MaterialTable>& materials) {
+  BlockParams params = MakePlateParams();
+  params.voxel_mm = voxel_mm;
+  const py::gil_scoped_release release;
+  return Share(MakeBlock(params, OrDefault(materials)));
+}
+
+SharedBone MakeMandibleBone(const std::optional<MaterialTable>& materials, const py::object& progress,
+                            const py::kwargs& arguments) {
+  const auto params = ReadParameters<MandibleParams>(arguments, "mandible");
+  return Share(RunLong(progress, "mandible", [&](Watch& watch) {
+    return MakeMandible(params, OrDefault(materials), [&](double fraction) {
+      if (!watch(fraction)) throw Error("the work was cancelled");
+    });
+  }));
+}
+
+/// `arguments`: members of ImportSettings.
+py::tuple ImportFile(const std::filesystem::path& path, const std::optional<MaterialTable>& materials, const py::object& progress,
+                     const py::kwargs& arguments) {
+  ImportSettings settings;
+  settings.materials = materials;
+  py::dict rest(arguments);
+  ParameterSetter set(rest);
+  const Range any{-1e9, 1e9};  // ImportBone() checks the ranges
+  set("voxel_mm", settings.voxel_mm, any, "");
+  set("series", settings.series, TextLimit{1000}, "");
+  set("frame", settings.frame, TextLimit{10}, "");
+  set("iso_hu", settings.iso_hu, any, "");
+  set("isolate", settings.isolate, "");
+  set("fill", settings.fill, "");
+  set("keep_hu", settings.keep_hu, "");
+  set("mesh_units", settings.mesh_units, TextLimit{10}, "");
+  set("mesh_shell_mm", settings.mesh_shell_mm, any, "");
+  for (const auto& [key, points] : {std::pair("keep", &settings.keep_W), std::pair("drop", &settings.drop_W)}) {
+    if (rest.contains(key)) *points = ToPoints(rest.attr("pop")(key), key);
+  }
+  set.CheckRest("import");
+  ImportedBone imported = RunLong(progress, "import", [&](Watch& watch) {
+    settings.progress = [&](double fraction) { return watch(fraction); };
+    return ImportBone(path.string(), settings);
+  });
+  py::dict report;
+  report["mandible"] = imported.mandible;
+  report["surface_error_mm"] = imported.surface_error_mm;
+  report["warnings"] = imported.warnings;
+  return py::make_tuple(Share(std::move(imported.bone)), report);
+}
+
+SharedBone MakeLabelBone(const py::array_t<std::uint8_t, py::array::f_style | py::array::forcecast>& labels,
+                         const std::map<int, int>& regions, double voxel_mm, const py::object& spacing_mm,
+                         const py::object& pose, const std::optional<MaterialTable>& materials) {
+  if (labels.ndim() != 3) throw Error("labels must have three dimensions");
+  LabelMap map;
+  for (int i = 0; i < 3; ++i) map.size[static_cast<std::size_t>(i)] = static_cast<int>(labels.shape(i));
+  map.spacing_mm = ToVec3(spacing_mm, "spacing_mm");
+  map.X_WL = ToPose(pose, "pose");
+  map.labels = {labels.data(), static_cast<std::size_t>(labels.size())};
+  const py::gil_scoped_release release;
+  return Share(MakeBoneFromLabels(map, regions, voxel_mm, OrDefault(materials)));
+}
+
+/// Evaluates `get(bone, point)` at points of n x 3.
+template <typename T, typename Get>
+py::array AtPoints(const Bone& bone, const py::object& points_W, Get&& get) {
+  const std::vector<Vec3> points = ToPoints(points_W, "points");
+  std::vector<T> values(points.size());
+  {
+    const py::gil_scoped_release release;
+    for (std::size_t i = 0; i < points.size(); ++i) values[i] = static_cast<T>(get(bone, points[i]));
+  }
+  const auto count = static_cast<py::ssize_t>(values.size());
+  return MoveToArray(std::move(values), {count});
+}
+
+py::tuple MakeMesh(const Bone& bone, double adaptivity) {
+  TriangleMesh mesh = [&] {
+    const py::gil_scoped_release release;
+    return ExtractSurface(bone, adaptivity);
+  }();
+  static_assert(sizeof(mesh.triangles[0]) == 3 * sizeof(std::uint32_t));
+  auto* kept = new std::vector<std::array<std::uint32_t, 3>>(std::move(mesh.triangles));
+  py::capsule owner(kept, [](void* p) { delete static_cast<std::vector<std::array<std::uint32_t, 3>>*>(p); });
+  py::array_t<std::uint32_t> triangles({static_cast<py::ssize_t>(kept->size()), py::ssize_t{3}},
+                                       reinterpret_cast<const std::uint32_t*>(kept->data()), owner);
+  return py::make_tuple(MovePoints(std::move(mesh.points)), triangles);
+}
+
+/// The arrays of voxels are the bone's own memory; each keeps the bone alive.
+py::tuple MakeLeafViews(const py::object& self) {
+  const std::vector<BoneLeaf> leaves = ListLeaves(py::cast<const Bone&>(self));
+  std::vector<std::int32_t> first;
+  first.reserve(3 * leaves.size());
+  py::list views(leaves.size());
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    for (const int index : leaves[i].first_voxel) first.push_back(index);
+    py::array_t<float> view({8, 8, 8}, leaves[i].phi_mm.data(), self);
+    view.attr("flags").attr("writeable") = false;
+    views[i] = std::move(view);
+  }
+  const auto count = static_cast<py::ssize_t>(leaves.size());
+  return py::make_tuple(MoveToArray(std::move(first), {count, py::ssize_t{3}}), views);
+}
+
+py::array CalcBoundsArray(const Bone& bone) {
+  const Box3 box = bone.CalcBounds();
+  return MovePoints({box.lower, box.upper});
+}
+
+std::string ShowHash(std::uint64_t hash) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016" PRIx64, hash);
+  return text;
+}
+
+std::string ShowBone(const Bone& bone) {
+  if (bone.empty()) return "<kerf.Bone, empty>";
+  char text[200];
+  const Vec3 size = bone.CalcBounds().size();
+  std::snprintf(text, sizeof text, "<kerf.Bone, %.4g x %.4g x %.4g mm, voxels of %g mm, %.4g mm3>", size.x, size.y, size.z,
+                bone.voxel_mm(), bone.CalcVolume());
+  return text;
+}
+
+MaterialTable MakeMaterials(const std::vector<Region>& regions) {
+  MaterialTable table;
+  for (const Region& region : regions) table.Add(region);
+  return table;
+}
+
+Region MakeRegion(int id, const std::string& name, const std::string& tissue, double E_MPa, double nu,
+                  const std::string& source, bool estimate) {
+  const std::optional<Tissue> known = TissueFromString(tissue);
+  if (!known) throw Error("tissue must be 'cortical', 'cancellous', 'tooth', 'canal' or 'other', not '" + tissue + "'");
+  Region region{.id = id, .name = name, .tissue = *known, .E_MPa = E_MPa, .nu = nu, .estimate = estimate, .source = source};
+  MaterialTable().Add(region);  // checks it
+  return region;
+}
+
+void BindMaterials(py::module_& m) {
+  py::class_<Region>(m, "Region", "A part of the bone with uniform elastic constants.")
+      .def(py::init(&MakeRegion), py::arg("id"), py::arg("name"), py::arg("tissue"), py::arg("E_MPa"), py::arg("nu"),
+           py::arg("source") = "given in Python", py::arg("estimate") = true,
+           "id: 1 to 255. tissue: 'cortical', 'cancellous', 'tooth', 'canal' or 'other'. E_MPa: Young's modulus. nu: "
+           "Poisson's ratio. source: source of the constants. estimate: they are assumed, not measured.")
+      .def_readonly("id", &Region::id)
+      .def_readonly("name", &Region::name)
+      .def_property_readonly("tissue", [](const Region& r) { return ToString(r.tissue); })
+      .def_readonly("E_MPa", &Region::E_MPa, "Young's modulus, MPa.")
+      .def_readonly("nu", &Region::nu, "Poisson's ratio.")
+      .def_readonly("source", &Region::source)
+      .def_readonly("estimate", &Region::estimate)
+      .def("__repr__", [](const Region& r) {
+        char text[300];
+        std::snprintf(text, sizeof text, "<kerf.Region %d '%.100s', %s, E = %g MPa, nu = %g>", r.id, r.name.c_str(),
+                      ToString(r.tissue), r.E_MPa, r.nu);
+        return std::string(text);
+      });
+  py::class_<MaterialTable>(m, "Materials", "Elastic constants by region. Cannot be changed.")
+      .def(py::init(&MakeMaterials), py::arg("regions"), "Makes a table of a list of Region.")
+      .def_static("default", [] { return DefaultMandibleTable(); },
+                  "The regions of the mandible that are built in: 1 to 31 cortex, 32 cancellous bone, 33 teeth, 34 nerve canal.")
+      .def_static("parse", &ParseRegionTable, py::arg("csv"), py::arg("name") = "materials.csv",
+                  "Reads a table from CSV text (docs/formats.md). `name` is used in messages.")
+      .def("uniform", &MakeUniformTable, py::arg("E_MPa"), py::arg("nu"), "Returns the same regions with one E and nu.")
+      .def("csv", &FormatRegionTable, "Returns the table as CSV text.")
+      .def_property_readonly("regions",
+                             [](const MaterialTable& table) {
+                               py::dict regions;
+                               for (const auto& [id, region] : table.regions()) regions[py::cast(id)] = py::cast(region);
+                               return regions;
+                             },
+                             "Dict of Region by id.")
+      .def("__getitem__", [](const MaterialTable& table, int id) { return table.At(id); }, py::arg("id"))
+      .def("__len__", [](const MaterialTable& table) { return table.regions().size(); });
+}
+
+}  // namespace
+
+void BindBone(py::module_& m) {
+  BindMaterials(m);
+  const auto materials = py::arg("materials") = py::none();
+  const auto progress = py::arg("progress") = py::none();
+  static const std::string mandible = "Makes the generic mandible (docs/mandible.md). Frame: LPS, mm; origin between the edges "
+                         "of the lower central incisors.\n\nParameters, each by name:\n" + ListParameters<MandibleParams>();
+  py::class_<Bone, SharedBone>(m, "Bone", R"(Bone: a level set and a grid of regions. Cannot be changed.
+
+Lengths are in mm, in the world frame (of a CT: the patient's, LPS). phi is the signed distance to the surface, negative
+inside, and limited to +-band_mm.)")
+      .def_static("block", &MakeBlockBone, py::arg("size_mm") = py::make_tuple(40, 20, 20), py::arg("layers") = py::list(),
+                  py::arg("voxel_mm") = 0.1, py::arg("top_mm") = py::make_tuple(0, 0, 0), py::arg("rotation") = py::none(), materials,
+                  R"(Makes a box with layers of material.
+
+size_mm: edges along x, y, z. layers: list of (thickness_mm, region) from the top face (+z) down; the last one fills the
+rest; [] is region 24. voxel_mm: 0.02 to 4. top_mm: middle of the top face. rotation: unit quaternion w, x, y, z.)")
+      .def_static("plate", &MakePlateBone, py::arg("voxel_mm") = 0.1, materials,
+                  "Makes a plate of the mandible's body laid flat: cortical 2.2 mm, cancellous, cortical 2.0 mm; 13.5 mm in all.")
+      .def_static("mandible", &MakeMandibleBone, materials, progress, mandible.c_str())
+      .def_static("from_file", &ImportFile, py::arg("path"), materials, progress, R"(Imports a CT or a closed surface; returns (bone, report).
+
+path: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a surface (.stl .obj .ply). report: dict with
+'mandible' (bool), 'surface_error_mm' (rms, 0 if unknown) and 'warnings' (list of texts).
+
+Options, each by name: voxel_mm = 0.1 (0.05 to 2). Of a CT: series (UID or its end), frame ('LPS' or 'RAS'), iso_hu = 300,
+isolate = True (separate the mandible), keep, drop (points (n, 3) in wanted and unwanted bone), fill = True, keep_hu = False.
+Of a surface: mesh_units ('mm', 'cm', 'm', 'in', 'um'), mesh_shell_mm = 2 (thickness of the cortex).)")
+      .def_static("from_labels", &MakeLabelBone, py::arg("labels"), py::arg("regions"), py::arg("voxel_mm") = 0.2,
+                  py::arg("spacing_mm") = py::make_tuple(1, 1, 1), py::arg("pose") = py::make_tuple(0, 0, 0), materials,
+                  R"(Makes a bone of a label map.
+
+labels: array (nx, ny, nz) of uint8. regions: dict from label to region; other labels are not bone. spacing_mm: of the
+lattice along its axes. pose: of the lattice in the world; its origin is the centre of voxel (0, 0, 0).)")
+      .def_static("read", [](const std::filesystem::path& path, bool hu) {
+            const py::gil_scoped_release release;
+            return Share(ReadBone(path.string(), {.hu = hu}));
+          }, py::arg("path"), py::arg("hu") = false, "Reads a .vdb file of kerf. hu: also the CT numbers, if there are any.")
+      .def("write", [](const Bone& bone, const std::filesystem::path& path) {
+            const py::gil_scoped_release release;
+            WriteBone(bone, path.string());
+          }, py::arg("path"), "Writes a .vdb file, which any OpenVDB program can open.")
+      .def("phi", [](const Bone& bone, const py::object& points) {
+            return AtPoints<double>(bone, points, [](const Bone& b, const Vec3& p) { return b.SignedDistance(p); });
+          }, py::arg("points"), "Signed distance to the surface, mm, at points (n, 3); array (n,).")
+      .def("region", [](const Bone& bone, const py::object& points) {
+            return AtPoints<std::int32_t>(bone, points, [](const Bone& b, const Vec3& p) { return b.RegionAt(p); });
+          }, py::arg("points"), "Region id at points (n, 3), 0 outside the bone; array (n,) of int32.")
+      .def("modulus", [](const Bone& bone, const py::object& points) {
+            return AtPoints<double>(bone, points, [](const Bone& b, const Vec3& p) { return b.ModulusAt(p); });
+          }, py::arg("points"), "Young's modulus at points (n, 3), MPa, 0 outside the bone; array (n,).")
+      .def("poisson_ratio", [](const Bone& bone, const py::object& points) {
+            return AtPoints<double>(bone, points, [](const Bone& b, const Vec3& p) { return b.PoissonRatioAt(p); });
+          }, py::arg("points"), "Poisson's ratio at points (n, 3), 0 outside the bone; array (n,).")
+      .def("mesh", &MakeMesh, py::arg("adaptivity") = 0.0,
+           "Surface as (points, triangles): (n, 3) float64, mm, and (m, 3) uint32, counter-clockwise from outside. "
+           "adaptivity: 0 to 1; larger values merge flat parts.")
+      .def("leaves", &MakeLeafViews,
+           "Leaves of the level set, without a copy: (first, leaves). first: (n, 3) int32, index of each leaf's first voxel, "
+           "whose centre is at index * voxel_mm. leaves: list of n read-only arrays (8, 8, 8) of float32, phi in mm.")
+      .def("pieces", [](const Bone& bone, double min_mm3) {
+            Pieces pieces = [&] {
+              const py::gil_scoped_release release;
+              return SplitPieces(bone, min_mm3);
+            }();
+            std::vector<SharedBone> list;
+            for (Bone& piece : pieces.pieces) list.push_back(Share(std::move(piece)));
+            return list;
+          }, py::arg("min_mm3") = 0.0, "Separate pieces, largest first, as a list of Bone; without those below min_mm3.")
+      .def("with_materials", [](const Bone& bone, const MaterialTable& table) {
+            SharedBone copy = std::make_shared<Bone>(bone);
+            copy->set_materials(table);
+            return copy;
+          }, py::arg("materials"), "Returns a copy with other elastic constants.")
+      .def_property_readonly("materials", [](const Bone& bone) { return bone.materials(); })
+      .def_property_readonly("notes", [](const Bone& bone) { return bone.notes(); }, "Provenance and other notes, dict of texts.")
+      .def_property_readonly("voxel_mm", &Bone::voxel_mm)
+      .def_property_readonly("region_voxel_mm", &Bone::region_voxel_mm)
+      .def_property_readonly("band_mm", &Bone::band_mm, "Half width of the level set's band.")
+      .def_property_readonly("empty", &Bone::empty)
+      .def("volume_mm3", &Bone::CalcVolume, py::call_guard<py::gil_scoped_release>())
+      .def("region_volumes_mm3", &Bone::CalcRegionVolumes, "Dict of volumes by region; their sum is volume_mm3().")
+      .def("bounds_mm", &CalcBoundsArray, "Lower and upper corner of the surface: array (2, 3).")
+      .def("memory_bytes", &Bone::CalcMemoryBytes)
+      .def("hash", [](const Bone& bone) { return ShowHash(bone.CalcHash()); },
+           "Hash of all voxels, 16 hexadecimal digits, as the program prints it; equal for bit-identical bones.")
+      .def("__repr__", &ShowBone);
+}
+
+}  // namespace kerf::python

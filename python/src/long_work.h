@@ -1,0 +1,55 @@
+// Work that takes long: without the interpreter's lock, with progress, and ended by Ctrl-C.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <chrono>
+#include <exception>
+#include <utility>
+
+namespace kerf::python {
+
+namespace py = pybind11;
+
+/// Shows progress and notices Ctrl-C, at most 20 times per second. For the thread that does the work.
+class Watch {
+ public:
+  /// `progress`: None (a bar in a terminal or a notebook, if the work takes over two seconds), False, or a function
+  /// that is called with the completed fraction.
+  Watch(const py::object& progress, const char* label);
+  /// Returns false if the work has to end: because of Ctrl-C or an exception of the function. Called without the
+  /// interpreter's lock.
+  bool operator()(double fraction) noexcept;
+  /// Removes the bar.
+  void End();
+  /// Throws what the interpreter had raised, if anything.
+  void RethrowRaised() const {
+    if (raised_) std::rethrow_exception(raised_);
+  }
+
+ private:
+  py::object show_;
+  std::chrono::steady_clock::time_point next_;
+  std::exception_ptr raised_;
+};
+
+/// Runs `work(watch)` without the interpreter's lock.
+template <typename Work>
+auto RunLong(const py::object& progress, const char* label, Work&& work) {
+  Watch watch(progress, label);
+  try {
+    auto result = [&] {
+      const py::gil_scoped_release release;
+      return work(watch);
+    }();
+    watch.End();
+    watch.RethrowRaised();
+    return result;
+  } catch (...) {
+    watch.End();
+    watch.RethrowRaised();
+    throw;
+  }
+}
+
+}  // namespace kerf::python

@@ -1,0 +1,52 @@
+#include "parameters.h"
+
+#include <pybind11/stl.h>
+
+namespace kerf::python {
+
+py::object ParameterSetter::Take(const char* key) {
+  if (!rest_.contains(key)) return {};
+  return rest_.attr("pop")(key);
+}
+
+void ParameterSetter::SetText(const char* key, std::string& value) {
+  known_.emplace_back(key);
+  const py::object given = Take(key);
+  if (!given) return;
+  if (!py::isinstance<py::str>(given)) throw Error(std::string(key) + " must be a text");
+  value = py::cast<std::string>(given);
+}
+
+void ParameterSetter::operator()(const char* key, Quat& value, const char*) {
+  known_.emplace_back(key);
+  const py::object given = Take(key);
+  if (!given) return;
+  const DoubleArray array = DoubleArray::ensure(given);
+  if (!array) PyErr_Clear();
+  if (!array || array.ndim() != 1 || array.size() != 4) {
+    throw Error(std::string(key) + " must have 4 numbers, a unit quaternion w, x, y, z");
+  }
+  const double* q = array.data();
+  value = Quat(q[0], q[1], q[2], q[3]);
+}
+
+void ParameterSetter::CheckRest(const char* whose) const {
+  if (rest_.empty()) return;
+  const std::string key = py::cast<std::string>(py::str(rest_.begin()->first));
+  std::string message = std::string(whose) + " has no parameter '" + key + "'";
+  const py::list near = py::module_::import("difflib").attr("get_close_matches")(key, py::cast(known_), 1);
+  if (!near.empty()) {
+    message += "; did you mean '" + py::cast<std::string>(near[0]) + "'?";
+  } else {
+    message += "; it has ";
+    for (std::size_t i = 0; i < known_.size(); ++i) message += (i == 0 ? "" : ", ") + known_[i];
+  }
+  throw Error(message);
+}
+
+void ParameterLister::Add(const std::string& key, const std::string& value, const std::string& meaning,
+                          const std::string& range) {
+  text_ += "    " + key + " = " + value + "\n        " + meaning + (range.empty() ? "" : "; " + range) + "\n";
+}
+
+}  // namespace kerf::python

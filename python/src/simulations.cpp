@@ -1,0 +1,549 @@
+// Simulations that the caller runs tick by tick, or along many poses in one call.
+#include <pybind11/stl.h>
+
+#include <atomic>
+#include <memory>
+#include <optional>
+
+#include "arrays.h"
+#include "bindings.h"
+#include "kerf/checkpoints.h"
+#include "kerf/coupled.h"
+#include "kerf/error.h"
+#include "kerf/scene.h"
+#include "kerf/simulation.h"
+#include "kerf/slab.h"
+#include "long_work.h"
+#include "parameters.h"
+#include "rows.h"
+
+namespace kerf::python {
+namespace {
+
+using SharedBone = std::shared_ptr<Bone>;
+
+constexpr std::size_t kTicksBetweenRefills = 1024;  // as in `kerf run`
+constexpr std::size_t kTicksBetweenUpdates = 100;   // of the checkpoints
+
+/// Keeps two threads from using a simulation at once.
+class Turn {
+ public:
+  explicit Turn(std::atomic<bool>& busy) : busy_(busy) {
+    if (busy_.exchange(true)) throw Error("this simulation is in use by another thread");
+  }
+  ~Turn() { busy_ = false; }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  std::atomic<bool>& busy_;
+};
+
+// ---- parameters
+
+Tool ToTool(const py::object& tool) {
+  if (tool.is_none()) return DiscSaw{};
+  if (py::isinstance<DiscSaw>(tool)) return py::cast<DiscSaw>(tool);
+  if (py::isinstance<BallBurr>(tool)) return py::cast<BallBurr>(tool);
+  throw Error("tool must be a Disc or a Ball");
+}
+
+ForceLaw ToLaw(const py::object& name, const py::object& parameters) {
+  ForceLaw law = name.is_none() ? ForceLaw() : ForceLaw(py::cast<std::string>(name));
+  if (parameters.is_none()) return law;
+  for (const auto& [key, value] : py::cast<std::map<std::string, double>>(parameters)) law.Set(key, value);
+  return law;
+}
+
+EffectValue ToEffectValue(const py::handle& value) {
+  if (py::isinstance<py::bool_>(value)) return py::cast<bool>(value);
+  if (py::isinstance<py::str>(value)) return py::cast<std::string>(value);
+  if (py::isinstance<py::float_>(value) || py::isinstance<py::int_>(value)) return py::cast<double>(value);
+  return ToVec3(value, "an effect's value");
+}
+
+/// `effects`: names, or a dict from name to a dict of parameters.
+EffectChoices ToEffects(const py::object& effects) {
+  EffectChoices choices;
+  for (const py::handle name : py::iter(effects)) {
+    EffectChoice choice(py::cast<std::string>(name));
+    if (py::isinstance<py::dict>(effects)) {
+      const py::dict parameters = effects[name];
+      for (const auto& [key, value] : parameters) choice.Set(py::cast<std::string>(key), ToEffectValue(value));
+    }
+    choices.push_back(std::move(choice));
+  }
+  CheckEffects(choices);
+  return choices;
+}
+
+template <typename Params>
+Params ToParams(const py::object& tool, const py::object& law, const py::object& law_parameters, const py::object& effects) {
+  Params params;
+  params.tool = ToTool(tool);
+  params.law = ToLaw(law, law_parameters);
+  if (!effects.is_none()) params.effects = ToEffects(effects);
+  return params;
+}
+
+// ---- a tool on a path
+
+/// What the simulations have in common. The time and the removed volume are counted for the tables.
+template <typename Sim>
+struct Runner {
+  template <typename... Arguments>
+  explicit Runner(Arguments&&... arguments) : simulation(std::forward<Arguments>(arguments)...) {}
+
+  Sim simulation;
+  std::unique_ptr<Checkpoints> checkpoints;  // of a tool in a hand, if it has an undo
+  std::vector<std::string> channels;         // names
+  std::vector<double> values;                // the effects' after a tick
+  double time_s = 0;
+  double removed_mm3 = 0;
+  std::size_t ticks = 0;
+  std::atomic<bool> busy = false;
+};
+
+using PathRunner = Runner<Simulation>;
+using HandRunner = Runner<CoupledSimulation>;
+using SlabRunner = Runner<SlabSimulation>;
+
+template <typename AnyRunner>
+void FindChannels(AnyRunner& runner) {
+  runner.channels = runner.simulation.ListChannels();
+  runner.values.resize(runner.channels.size());
+}
+
+std::unique_ptr<PathRunner> MakePathRunner(const SharedBone& bone, const py::object& start, const py::object& tool,
+                                           const py::object& law, const py::object& law_parameters,
+                                           const py::object& effects, const py::kwargs& arguments) {
+  const auto params = ReadParameters<SimulationParams>(
+      arguments, "Simulation", ToParams<SimulationParams>(tool, law, law_parameters, effects));
+  auto runner = std::make_unique<PathRunner>(*bone, params, ToPose(start, "start"));
+  FindChannels(*runner);
+  return runner;
+}
+
+SharedBone OrSceneBone(const SceneFile& scene, const SharedBone& bone) {
+  if (bone) return bone;
+  return std::make_shared<Bone>(RunLong(py::none(), "bone", [&](Watch& watch) {
+    return scene.MakeBone([&](double fraction) { return watch(fraction); });
+  }));
+}
+
+/// Pose at which the scene's path begins.
+Pose StartOf(const SceneFile& scene) {
+  const std::vector<PathStep> steps = scene.ListPathSteps();
+  return steps.empty() ? Pose{} : steps.front().X_WT;
+}
+
+std::unique_ptr<PathRunner> MakePathRunnerOfScene(const SceneFile& scene, const SharedBone& bone) {
+  auto runner = std::make_unique<PathRunner>(*OrSceneBone(scene, bone), scene.MakeSimulationParams(), StartOf(scene));
+  FindChannels(*runner);
+  return runner;
+}
+
+/// Runs a tick; `in` is a TickInput or a CoupledInput.
+template <typename AnyRunner, typename Input>
+auto RunTick(AnyRunner& runner, const Input& in) {
+  if constexpr (!std::is_same_v<AnyRunner, SlabRunner>) {
+    if (++runner.ticks % kTicksBetweenRefills == 0) runner.simulation.Refill();
+    if (runner.checkpoints && runner.ticks % kTicksBetweenUpdates == 0) runner.checkpoints->Update();
+  }
+  const auto out = runner.simulation.Tick(in);
+  runner.time_s += in.dt_s;
+  runner.removed_mm3 += out.removed_mm3;
+  return out;
+}
+
+template <typename AnyRunner>
+TickOutput TickOnPath(AnyRunner& runner, const py::object& pose, double dt, double rpm) {
+  const TickInput in{.X_WT = ToPose(pose, "pose"), .dt_s = dt, .rpm = rpm};
+  const Turn turn(runner.busy);
+  const py::gil_scoped_release release;
+  return RunTick(runner, in);
+}
+
+template <typename V>
+void VisitValues(const std::vector<std::string>& names, const std::vector<double>& values, V&& visit) {
+  for (std::size_t i = 0; i < names.size(); ++i) visit(names[i], values[i]);
+}
+
+py::array RunOnPath(PathRunner& runner, const py::object& poses, const py::object& dt, const py::object& rpm,
+                    const py::object& progress) {
+  const std::vector<Pose> X = ToPoses(poses, "poses");
+  const std::vector<double> dt_s = ToNumbers(dt, X.size(), "dt"), speeds = ToNumbers(rpm, X.size(), "rpm");
+  const Turn turn(runner.busy);
+  Table table([&](auto&& visit) {
+    VisitTick(0, {}, {}, 0, visit);
+    VisitValues(runner.channels, runner.values, visit);
+  });
+  RunLong(progress, "run", [&](Watch& watch) {
+    table.Reserve(X.size());
+    for (std::size_t i = 0; i < X.size(); ++i) {
+      const TickOutput out = RunTick(runner, TickInput{.X_WT = X[i], .dt_s = dt_s[i], .rpm = speeds[i]});
+      VisitTick(runner.time_s, X[i], out, runner.removed_mm3, table);
+      if (!runner.channels.empty()) {
+        runner.simulation.ReadChannels(runner.values);
+        VisitValues(runner.channels, runner.values, table);
+      }
+      if (i % 16 == 0 && !watch(static_cast<double>(i) / static_cast<double>(X.size()))) break;
+    }
+    return true;
+  });
+  return table.Take();
+}
+
+// ---- a tool in a hand
+
+std::unique_ptr<HandRunner> MakeHandRunner(const SharedBone& bone, const py::object& start, const py::object& tool,
+                                           const py::object& law, const py::object& law_parameters,
+                                           const py::object& effects, double undo_MB, const py::kwargs& arguments) {
+  auto params = ToParams<CoupledParams>(tool, law, law_parameters, effects);
+  py::dict rest(arguments);
+  ParameterSetter setter(rest);
+  Describe(params, setter);
+  Describe(params.coupling, setter);
+  setter.CheckRest("HandSimulation");
+  CheckParameters(params, "HandSimulation");
+  CheckParameters(params.coupling, "HandSimulation");
+  auto runner = std::make_unique<HandRunner>(*bone, params, ToPose(start, "start"));
+  if (undo_MB > 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
+  FindChannels(*runner);
+  return runner;
+}
+
+std::unique_ptr<HandRunner> MakeHandRunnerOfScene(const SceneFile& scene, const SharedBone& bone, const py::object& start,
+                                                  double undo_MB) {
+  const Pose X = start.is_none() ? StartOf(scene) : ToPose(start, "start");
+  auto runner = std::make_unique<HandRunner>(*OrSceneBone(scene, bone), scene.MakeCoupledParams(), X);
+  if (undo_MB > 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
+  FindChannels(*runner);
+  return runner;
+}
+
+CoupledOutput TickInHand(HandRunner& runner, const py::object& handle, double dt, double rpm, const py::object& velocity,
+                         const py::object& angular_velocity) {
+  CoupledInput in{.X_WH = ToPose(handle, "handle"), .dt_s = dt, .rpm = rpm};
+  if (!velocity.is_none()) in.v_H_W_mm_per_s = ToVec3(velocity, "velocity");
+  if (!angular_velocity.is_none()) in.w_H_W_rad_per_s = ToVec3(angular_velocity, "angular_velocity");
+  const Turn turn(runner.busy);
+  const py::gil_scoped_release release;
+  return RunTick(runner, in);
+}
+
+py::array RunInHand(HandRunner& runner, const py::object& handles, const py::object& dt, const py::object& rpm,
+                    const py::object& velocities, const py::object& progress) {
+  const std::vector<Pose> X = ToPoses(handles, "handles");
+  const std::vector<double> dt_s = ToNumbers(dt, X.size(), "dt"), speeds = ToNumbers(rpm, X.size(), "rpm");
+  std::vector<Vec3> v;
+  if (!velocities.is_none()) {
+    v = ToPoints(velocities, "velocities");
+    if (v.size() != X.size()) throw Error("velocities must have one row for each pose");
+  }
+  const Turn turn(runner.busy);
+  Table table([&](auto&& visit) {
+    VisitHandTick(0, {}, {}, 0, visit);
+    VisitValues(runner.channels, runner.values, visit);
+  });
+  RunLong(progress, "run", [&](Watch& watch) {
+    table.Reserve(X.size());
+    for (std::size_t i = 0; i < X.size(); ++i) {
+      CoupledInput in{.X_WH = X[i], .dt_s = dt_s[i], .rpm = speeds[i]};
+      if (!v.empty()) in.v_H_W_mm_per_s = v[i];
+      const CoupledOutput out = RunTick(runner, in);
+      VisitHandTick(runner.time_s, X[i], out, runner.removed_mm3, table);
+      if (!runner.channels.empty()) {
+        runner.simulation.ReadChannels(runner.values);
+        VisitValues(runner.channels, runner.values, table);
+      }
+      if (i % 16 == 0 && !watch(static_cast<double>(i) / static_cast<double>(X.size()))) break;
+    }
+    return true;
+  });
+  return table.Take();
+}
+
+Checkpoints& CheckpointsOf(HandRunner& runner) {
+  if (!runner.checkpoints) throw Error("this simulation keeps no checkpoints; make it with undo_MB = 256, for example");
+  return *runner.checkpoints;
+}
+
+void Undo(HandRunner& runner, const std::string& name, const py::object& pose) {
+  const Turn turn(runner.busy);
+  Checkpoints& checkpoints = CheckpointsOf(runner);
+  checkpoints.Update();
+  if (pose.is_none()) return checkpoints.Undo(name);
+  const Pose X = ToPose(pose, "pose");
+  checkpoints.Undo(name, &X);
+}
+
+void Redo(HandRunner& runner, const py::object& pose) {
+  const Turn turn(runner.busy);
+  if (pose.is_none()) return CheckpointsOf(runner).Redo();
+  const Pose X = ToPose(pose, "pose");
+  CheckpointsOf(runner).Redo(&X);
+}
+
+// ---- slab mode
+
+std::unique_ptr<SlabRunner> MakeSlabRunner(const SceneFile& scene, const SharedBone& bone) {
+  return std::make_unique<SlabRunner>(scene.MakeSlabProfile(*OrSceneBone(scene, bone)), scene.MakeSlabParams(), StartOf(scene));
+}
+
+template <typename V>
+void VisitSlabTick(double time_s, const Pose& X, const TickOutput& out, const SlabState& state, V&& visit) {
+  visit("time_s", time_s);
+  VisitPose("{}_mm", "qw", "qx", "qy", "qz", X, visit);
+  visit("force_{}_N", out.f_T_W_N);
+  visit("thrust_sum_N", out.thrust_sum_N);
+  visit("engaged_teeth", out.engaged_teeth);
+  visit("mean_E_GPa", out.mean_E_MPa / 1000);
+  visit("main_region", static_cast<std::int64_t>(out.main_region));
+  visit("status", static_cast<std::int64_t>(out.status));
+  VisitSlabState(state, visit);
+}
+
+py::array RunSlab(SlabRunner& runner, const py::object& poses, const py::object& dt, const py::object& rpm,
+                  const py::object& progress) {
+  const std::vector<Pose> X = ToPoses(poses, "poses");
+  const std::vector<double> dt_s = ToNumbers(dt, X.size(), "dt"), speeds = ToNumbers(rpm, X.size(), "rpm");
+  const Turn turn(runner.busy);
+  Table table([&](auto&& visit) { VisitSlabTick(0, {}, {}, {}, visit); });
+  RunLong(progress, "run", [&](Watch& watch) {
+    table.Reserve(X.size());
+    for (std::size_t i = 0; i < X.size(); ++i) {
+      const TickOutput out = RunTick(runner, TickInput{.X_WT = X[i], .dt_s = dt_s[i], .rpm = speeds[i]});
+      VisitSlabTick(runner.time_s, X[i], out, runner.simulation.state(), table);
+      if (i % 16 == 0 && !watch(static_cast<double>(i) / static_cast<double>(X.size()))) break;
+    }
+    return true;
+  });
+  return table.Take();
+}
+
+py::dict StateOf(SlabRunner& runner) {
+  const Turn turn(runner.busy);
+  py::dict values;
+  struct Setter {
+    py::dict& values;
+    void operator()(const char* name, double value) { values[name] = value; }
+    void operator()(const char* name, std::int64_t value) { values[name] = value; }
+  };
+  Setter setter{values};
+  VisitSlabState(runner.simulation.state(), setter);
+  return values;
+}
+
+// ---- results
+
+template <typename AnyRunner>
+SharedBone CopyBone(AnyRunner& runner) {
+  const Turn turn(runner.busy);
+  const py::gil_scoped_release release;
+  return std::make_shared<Bone>(runner.simulation.UpdateBone());
+}
+
+template <typename AnyRunner>
+py::dict RemovedByRegion(AnyRunner& runner) {
+  const Turn turn(runner.busy);
+  const std::array<double, 256> mm3 = runner.simulation.CalcRemovedByRegion();
+  py::dict regions;
+  for (std::size_t id = 0; id < mm3.size(); ++id) {
+    if (mm3[id] != 0) regions[py::cast(id)] = mm3[id];
+  }
+  return regions;
+}
+
+template <typename AnyRunner>
+void SetDown(AnyRunner& runner, const py::object& pose) {
+  const Pose X = ToPose(pose, "pose");
+  const Turn turn(runner.busy);
+  if (!runner.simulation.SetDown(X)) throw Error("pose is not valid: its numbers are not finite, too large, or not a unit quaternion");
+}
+
+template <typename AnyRunner>
+py::dict ReadEffects(AnyRunner& runner) {
+  const Turn turn(runner.busy);
+  runner.simulation.ReadChannels(runner.values);
+  py::dict values;
+  for (std::size_t i = 0; i < runner.channels.size(); ++i) values[py::cast(runner.channels[i])] = runner.values[i];
+  return values;
+}
+
+// ---- classes
+
+template <typename Class>
+void BindTeeth(Class& c) {
+  c.def_readonly("thrust_sum_N", &TeethOutput::thrust_sum_N, "Sum of the magnitudes of the teeth's thrust.")
+      .def_readonly("cutting_sum_N", &TeethOutput::cutting_sum_N, "Sum of their cutting forces; 0 unless the law states one.")
+      .def_readonly("cutting_W", &TeethOutput::cutting_W, "Power of the cutting forces.")
+      .def_readonly("engaged_teeth", &TeethOutput::engaged_teeth, "Engaged arc / tooth pitch.")
+      .def_readonly("mean_E_MPa", &TeethOutput::mean_E_MPa, "Over the engaged teeth; 0 if there are none.")
+      .def_readonly("mean_bite_mm", &TeethOutput::mean_bite_mm, "Over the engaged teeth; 0 if there are none.")
+      .def_readonly("main_region", &TeethOutput::main_region, "Region with the largest part of the thrust; 0 if none.")
+      .def_readonly("removed_mm3", &TeethOutput::removed_mm3, "Volume removed in this tick, by occupancy of voxels.")
+      .def_readonly("status", &TeethOutput::status, "Bits, as in forces.csv; 0: nothing to report.");
+}
+
+/// What simulations of a bone have.
+template <typename AnyRunner, typename Class>
+void BindBoneOf(Class& c) {
+  c.def("set_down", &SetDown<AnyRunner>, py::arg("pose"), "Moves the tool to a pose without cutting on the way.")
+      .def("bone", &CopyBone<AnyRunner>, "Returns a copy of the current bone.")
+      .def("removed_by_region_mm3", &RemovedByRegion<AnyRunner>, "Dict of exact volumes cut since the start, by region.")
+      .def_property_readonly("channels", [](const AnyRunner& runner) { return runner.channels; },
+                             "Names of the effects' results, such as 'heat.peak_C' (docs/effects.md).")
+      .def("effects", &ReadEffects<AnyRunner>, "Dict of the effects' results after the last tick.");
+}
+
+template <typename AnyRunner, typename Class>
+void BindClock(Class& c) {
+  c.def_property_readonly("time_s", [](const AnyRunner& runner) { return runner.time_s; }, "Sum of the ticks' dt.");
+}
+
+void BindTools(py::module_& m) {
+  static const std::string disc = "Disc(**parameters): a circular saw. Tool frame: origin at the disc's centre, z along the "
+                                  "spindle, disc in the x-y plane.\n\nParameters, each by name:\n" + ListParameters<DiscSaw>();
+  static const std::string ball = "Ball(**parameters): a ball burr. Tool frame: origin at the ball's centre, z along the "
+                                  "spindle.\n\nParameters, each by name:\n" + ListParameters<BallBurr>();
+  py::class_<DiscSaw>(m, "Disc", disc.c_str())
+      .def(py::init([](const py::kwargs& arguments) { return ReadParameters<DiscSaw>(arguments, "Disc"); }))
+      .def_readonly("diameter_mm", &DiscSaw::diameter_mm)
+      .def_readonly("thickness_mm", &DiscSaw::thickness_mm)
+      .def_readonly("teeth", &DiscSaw::teeth)
+      .def("__repr__", [](const DiscSaw& d) {
+        char text[120];
+        std::snprintf(text, sizeof text, "<kerf.Disc, %g x %g mm, %d teeth>", d.diameter_mm, d.thickness_mm, d.teeth);
+        return std::string(text);
+      });
+  py::class_<BallBurr>(m, "Ball", ball.c_str())
+      .def(py::init([](const py::kwargs& arguments) { return ReadParameters<BallBurr>(arguments, "Ball"); }))
+      .def_readonly("diameter_mm", &BallBurr::diameter_mm)
+      .def_readonly("flutes", &BallBurr::flutes)
+      .def("__repr__", [](const BallBurr& b) {
+        char text[120];
+        std::snprintf(text, sizeof text, "<kerf.Ball, %g mm, %d flutes>", b.diameter_mm, b.flutes);
+        return std::string(text);
+      });
+  m.def("force_laws", [] {
+    py::dict laws;
+    for (const ForceLawInfo* info : ForceLaws()) {
+      py::dict parameters;
+      for (const LawParameter& p : info->parameters) parameters[p.key] = p.default_value;
+      laws[info->name] = py::make_tuple(info->summary, parameters);
+    }
+    return laws;
+  }, "Dict of the force laws: (summary, dict of parameters with their defaults) by name; the first is the default.");
+  m.def("effects", [] {
+    py::dict effects;
+    for (const EffectInfo* info : Effects()) effects[info->name] = info->summary;
+    return effects;
+  }, "Dict of the effects' summaries by name; `kerf effects` and docs/effects.md describe their parameters.");
+}
+
+}  // namespace
+
+void BindSimulations(py::module_& m) {
+  BindTools(m);
+  py::class_<TickOutput> tick(m, "Tick", "Result of a tick. World frame; forces act on the tool and are means over the tick.");
+  tick.def_property_readonly("force_N", [](const TickOutput& out) { return FromVec3(out.f_T_W_N); }, "Array (3,).")
+      .def_property_readonly("torque_Nmm", [](const TickOutput& out) { return FromVec3(out.tau_TG_W_Nmm); }, "About the grip; array (3,).");
+  BindTeeth(tick);
+  py::class_<CoupledOutput> hand(m, "HandTick", "Result of a tick of a tool in a hand. World frame; means over the tick.");
+  hand.def_property_readonly("pose", [](const CoupledOutput& out) { return FromPose(out.X_WT); }, "Of the tool: x, y, z, mm; w, x, y, z.")
+      .def_property_readonly("hand_force_N", [](const CoupledOutput& out) { return FromVec3(out.f_H_W_N); }, "On the hand; array (3,).")
+      .def_property_readonly("hand_torque_Nmm", [](const CoupledOutput& out) { return FromVec3(out.tau_H_W_Nmm); }, "On the hand, about the coupling point; array (3,).")
+      .def_property_readonly("cut_N", [](const CoupledOutput& out) { return FromVec3(out.f_cut_W_N); }, "On the tool, from the edge; array (3,).")
+      .def_property_readonly("face_N", [](const CoupledOutput& out) { return FromVec3(out.f_face_W_N); }, "On the tool, normal to its flats; array (3,).")
+      .def_property_readonly("friction_N", [](const CoupledOutput& out) { return FromVec3(out.f_friction_W_N); }, "On the tool; array (3,).")
+      .def_readonly("hand_mJ", &CoupledOutput::hand_mJ, "Work of the hand in this tick.")
+      .def_readonly("spindle_mJ", &CoupledOutput::spindle_mJ)
+      .def_readonly("stored_mJ", &CoupledOutput::stored_mJ)
+      .def_readonly("cut_mJ", &CoupledOutput::cut_mJ)
+      .def_readonly("friction_mJ", &CoupledOutput::friction_mJ)
+      .def_readonly("damping_mJ", &CoupledOutput::damping_mJ)
+      .def_readonly("numerical_mJ", &CoupledOutput::numerical_mJ)
+      .def_readonly("substeps", &CoupledOutput::substeps)
+      .def_readonly("iterations", &CoupledOutput::iterations)
+      .def_property_readonly("fidelity", [](const CoupledOutput& out) { return ToString(out.fidelity); }, "'full', 'coarse' or 'slab'.")
+      .def("has_cut", &CoupledOutput::HasCut, py::arg("region"), "True if a tooth cut this region in this tick.");
+  BindTeeth(hand);
+
+  const auto dt = py::arg("dt") = 0.001;
+  const auto rpm = py::arg("rpm") = 7500.0;
+  const auto progress = py::arg("progress") = py::none();
+  const auto bone = py::arg("bone") = py::none();
+  static const std::string on_path = R"(A bone and a tool that follows a prescribed path.
+
+bone: is copied. start: pose of the tool. tool: Disc or Ball; None: the default disc. law: name of a force law, with
+law_parameters, a dict. effects: list of names, or dict from name to a dict of parameters; None: only kerf_friction.
+
+Poses are arrays of 3 numbers (position, mm), 7 numbers (position and unit quaternion w, x, y, z) or 4 x 4. A simulation
+can be used by one thread at a time; several simulations run in parallel.
+
+Parameters, each by name:
+)" + ListParameters<SimulationParams>();
+  py::class_<PathRunner> path(m, "Simulation", on_path.c_str());
+  path.def(py::init(&MakePathRunner), py::arg("bone"), py::arg("start"), py::kw_only(), py::arg("tool") = py::none(),
+           py::arg("law") = py::none(), py::arg("law_parameters") = py::none(), py::arg("effects") = py::none())
+      .def_static("from_scene", &MakePathRunnerOfScene, py::arg("scene"), bone,
+                  "Makes a simulation with the parameters of a scene, at the start of its path; `bone` replaces the scene's.")
+      .def("tick", &TickOnPath<PathRunner>, py::arg("pose"), dt, rpm,
+           "Moves the tool to a pose within dt (s) and returns a Tick. A stopped spindle (|rpm| < 1) cuts nothing.")
+      .def("run", &RunOnPath, py::arg("poses"), dt, rpm, progress,
+           R"(Runs a tick for each row of poses, in C++, and returns a structured array with a row for each.
+
+poses: (n, 3), (n, 7) or (n, 4, 4). dt (s), rpm: a number, or n. Columns: time_s, x_mm, ..., qw, ..., force_x_N, ...,
+torque_x_Nmm, ..., thrust_sum_N, and so on, as in forces.csv (docs/formats.md), then those of the effects.)");
+  BindBoneOf<PathRunner>(path);
+  BindClock<PathRunner>(path);
+
+  static const std::string in_hand = R"(A bone and a tool that a spring and a damper connect to a handle.
+
+As Simulation, but the input is the pose of the handle, and the bone resists the tool. undo_MB: memory for checkpoints; 0:
+none.
+
+Parameters, each by name:
+)" + ListParameters<CoupledParams>() + ListParameters<CouplingParams>();
+  py::class_<HandRunner> held(m, "HandSimulation", in_hand.c_str());
+  held.def(py::init(&MakeHandRunner), py::arg("bone"), py::arg("start"), py::kw_only(), py::arg("tool") = py::none(),
+           py::arg("law") = py::none(), py::arg("law_parameters") = py::none(), py::arg("effects") = py::none(),
+           py::arg("undo_MB") = 0.0)
+      .def_static("from_scene", &MakeHandRunnerOfScene, py::arg("scene"), bone, py::arg("start") = py::none(),
+                  py::arg("undo_MB") = 0.0,
+                  "Makes a simulation with the parameters of a scene. start: default is the start of its path.")
+      .def("tick", &TickInHand, py::arg("handle"), dt, rpm, py::arg("velocity") = py::none(), py::arg("angular_velocity") = py::none(),
+           "Runs a tick with the handle at a pose and returns a HandTick. velocity (mm/s), angular_velocity (rad/s): of the "
+           "handle, world frame; only damping uses them.")
+      .def("run", &RunInHand, py::arg("handles"), dt, rpm, py::arg("velocities") = py::none(), progress,
+           R"(Runs a tick for each row of handles, in C++, and returns a structured array with a row for each.
+
+handles: poses, (n, 3), (n, 7) or (n, 4, 4). dt (s), rpm: a number, or n. velocities: (n, 3). Columns: time_s,
+handle_x_mm, ..., tool_x_mm, ..., hand_x_N (force on the hand), ..., and so on, then those of the effects.)")
+      .def("checkpoint", [](HandRunner& runner, const std::string& name) {
+            const Turn turn(runner.busy);
+            CheckpointsOf(runner).Update();
+            CheckpointsOf(runner).Make(name);
+          }, py::arg("name"), "Makes a checkpoint of the current bone.")
+      .def("undo", &Undo, py::arg("name") = "", py::arg("pose") = py::none(),
+           "Restores the newest checkpoint of that name, or the last one. The tool is set down where it is, or at `pose`.")
+      .def("redo", &Redo, py::arg("pose") = py::none(), "Returns to the state before the last undo.")
+      .def("checkpoints", [](HandRunner& runner) {
+            std::vector<std::string> names;
+            for (const UndoCheckpoint& checkpoint : CheckpointsOf(runner).List()) names.push_back(checkpoint.name);
+            return names;
+          }, "Names of the checkpoints, oldest first.");
+  BindBoneOf<HandRunner>(held);
+  BindClock<HandRunner>(held);
+
+  py::class_<SlabRunner> slab(m, "SlabSimulation", "Slab mode: a thin slice on a rail (docs/slab.md).");
+  slab.def_static("from_scene", &MakeSlabRunner, py::arg("scene"), bone,
+                  "Makes the slab of a scene with a [slab] section, at the start of its path; `bone` replaces the scene's.")
+      .def("tick", &TickOnPath<SlabRunner>, py::arg("pose"), dt, rpm, "Moves the hand to a pose within dt (s) and returns a Tick, with the force on the hand.")
+      .def("run", &RunSlab, py::arg("poses"), dt, rpm, progress, "Runs a tick for each row of poses, as Simulation.run().")
+      .def("state", &StateOf, "Dict of positions (mm) and energies (mJ) after the last tick.");
+  BindClock<SlabRunner>(slab);
+}
+
+}  // namespace kerf::python

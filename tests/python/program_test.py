@@ -1,0 +1,67 @@
+"""Tests of kerf's functions that let the program work: compare, study, stability, score."""
+
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import kerf
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+PROGRAM = os.environ["KERF_PROGRAM"]
+
+STUDY = """
+[study]
+paths = ["entry"]
+holdings = ["path"]
+ticks_per_case = 1000
+reference_tolerance = 0.1
+
+[[knob]]
+name = "voxel_mm"
+values = [0.4]
+"""
+
+
+class Program(unittest.TestCase):
+    def test_a_recording_is_scored(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "cut.kerf"
+            kerf.run(kerf.Scene.read(ROOT / "examples/hello_cut.toml"), record=path)
+            printed = subprocess.run([PROGRAM, "score", str(path), "--json"], capture_output=True, text=True, check=True).stdout
+            self.assertEqual(kerf.score(path), json.loads(printed))
+
+    def test_a_scene_made_in_python_is_compared(self):
+        scene = kerf.Scene.read(ROOT / "scenes/paper_block.toml").with_value("bone.block", "voxel_mm", 0.5)
+        document = kerf.compare(scene, repeat=1)
+        self.assertIn("kerf", document)
+        self.assertEqual(list((ROOT / "scenes").glob("scene_*.toml")), [])  # the temporary file is gone
+
+    def test_a_study_is_returned(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "study.toml"
+            path.write_text(STUDY)
+            document = kerf.study(path, errors_only=True)
+        self.assertIn("kerf", document)
+
+    def test_stability_is_returned_also_if_it_fails(self):
+        document = kerf.stability(ROOT / "scenes/hand_held_cut.toml", quick=True)
+        self.assertIn("kerf", document)
+
+    def test_ctrl_c_ends_the_program_too(self):
+        script = "import kerf\nprint('ready', flush=True)\ntry:\n  kerf.stability(r'%s')\nexcept KeyboardInterrupt:\n  print('interrupted')\n" % (
+            ROOT / "scenes/hand_held_cut.toml")
+        with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+            self.assertEqual(process.stdout.readline(), "ready\n")
+            time.sleep(1)
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.stdout.read(), "interrupted\n")
+
+
+if __name__ == "__main__":
+    unittest.main()
