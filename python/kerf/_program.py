@@ -12,6 +12,8 @@ import sys
 import tempfile
 from typing import Any, Sequence
 
+import numpy as np
+
 from kerf import _kerf
 
 
@@ -53,6 +55,11 @@ def _call(arguments: Sequence[str], codes: tuple[int, ...] = (0,), progress: Any
     return document
 
 
+def _read_csv(path: pathlib.Path) -> Any:
+    """Returns a table as a structured array with the names of its columns; text columns are of the type str."""
+    return np.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding="utf-8", deletechars="", ndmin=1)
+
+
 class _SceneFile:
     """The file of a scene: its own, or a temporary one for a scene that was made in Python."""
 
@@ -82,11 +89,13 @@ def compare(scene: Any, laws: Sequence[str] = (), repeat: int = 3, progress: Any
     """Makes the same cut in voxel mode and slab mode; returns forces, work, time and memory of each.
 
     scene: path or Scene, with a [slab] section. laws: force laws in addition to the scene's. repeat: runs of each case.
-    Returns the document compare.json (docs/formats.md). Raises kerf.Error. `kerf compare` also writes figures.
+    Returns the document compare.json (docs/formats.md), and "curves": compare.csv, the force of each case over the depth,
+    as a structured array. Raises kerf.Error. `kerf compare` also writes figures.
     """
     with _SceneFile(scene) as file, tempfile.TemporaryDirectory(prefix="kerf_") as folder:
         options = ["--laws", ",".join(laws)] if laws else []
-        return _call(["compare", file, "-o", folder, "--repeat", str(repeat), "--json", *options], progress=progress)
+        document = _call(["compare", file, "-o", folder, "--repeat", str(repeat), "--json", *options], progress=progress)
+        return {**document, "curves": _read_csv(pathlib.Path(folder) / "compare.csv")}
 
 
 def study(study_file: Any = None, jobs: int = 0, errors_only: bool = False, costs_only: bool = False, data: Any = None,
@@ -94,13 +103,16 @@ def study(study_file: Any = None, jobs: int = 0, errors_only: bool = False, cost
     """Measures how much computing time accuracy costs; returns errors and times for many settings and paths.
 
     study_file: a study (TOML, docs/study.md); None: the default study, which takes long. jobs: cases at once, 0: one for
-    each core. Returns the document study.json (docs/formats.md). Raises kerf.Error. `kerf study` also writes figures.
+    each core. Returns the document study.json (docs/formats.md), and "cases": cases.csv, errors and times of each case, as a
+    structured array. Raises kerf.Error. `kerf study` also writes figures.
     """
     options = [*(["--errors-only"] if errors_only else []), *(["--costs-only"] if costs_only else []),
                *(["--data", os.fspath(data)] if data is not None else [])]
     files = [] if study_file is None else [os.fspath(study_file)]
     with tempfile.TemporaryDirectory(prefix="kerf_") as folder:
-        return _call(["study", *files, "-o", folder, "--jobs", str(jobs), "--json", *options], progress=progress)
+        _call(["study", *files, "-o", folder, "--jobs", str(jobs), "--json", *options], progress=progress)
+        document: dict[str, Any] = json.loads((pathlib.Path(folder) / "study.json").read_text(encoding="utf-8"))
+        return {**document, "cases": _read_csv(pathlib.Path(folder) / "cases.csv")}
 
 
 def stability(scene: Any, quick: bool = False, seed: int = 1, progress: Any = None) -> dict[str, Any]:

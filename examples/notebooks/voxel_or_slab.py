@@ -1,0 +1,59 @@
+# %% [markdown]
+# # Voxel or slab, on a patient
+#
+# The paper that kerf implements models a cut as a thin slab that slides against friction. It is about fifty times
+# cheaper than removing voxels. How much of the force does it keep? Here both cut through the body of a patient's lower
+# jaw: the Visible Human Female's, if its CT is beside the checkout (docs/import.md), otherwise the generic mandible.
+
+# %%
+import os
+import pathlib
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import kerf
+
+scenes = pathlib.Path(os.environ.get("KERF_SCENES", "scenes"))
+ct = pathlib.Path(os.environ.get("KERF_SCANS", "../shared/data")) / "visible_human_female/dicom"
+if ct.is_dir():
+    scene = kerf.Scene.read(scenes / "visible_human_compare.toml")
+    bone, report = kerf.Bone.from_file(ct, voxel_mm=0.25)
+    print("Visible Human Female:", bone)
+    for warning in report["warnings"]:
+        print("warning:", warning)
+else:
+    scene = kerf.Scene.read(scenes / "slab_mandible.toml")
+    bone = kerf.Bone.mandible(voxel_mm=0.3)
+    print("generic mandible:", bone)
+
+# %% [markdown]
+# The scene says where the saw goes. The same scene in slab mode samples the material in front of the blade once and then
+# needs no voxels.
+
+# %%
+voxel = kerf.run(scene, bone)
+slab = kerf.run(scene.with_value("simulation", "mode", "slab"), bone)
+force = {name: run.ticks["force_z_N"] for name, run in {"voxels": voxel, "slab": slab}.items()}
+for name, run in {"voxels": voxel, "slab": slab}.items():
+    print(f"{name}: {len(run.ticks)} ticks, {1e6 * run.wall_s / len(run.ticks):.2f} us per tick, "
+          f"largest upward force {force[name].max():.2f} N")
+
+# %%
+figure, axes = plt.subplots(figsize=(7, 4))
+for name, run in {"voxels": voxel, "slab": slab}.items():
+    axes.plot(run.ticks["z_mm"], force[name], label=name, linewidth=1)
+axes.invert_xaxis()
+axes.set_xlabel("height of the saw's centre, mm; it moves down, to the right")
+axes.set_ylabel("force along z on the saw or the hand, N")
+axes.legend()
+figure.tight_layout()
+
+# %% [markdown]
+# The impulse, the integral of the force over the time, compares the two in one number.
+
+# %%
+impulse = {name: np.trapz(force[name], run.ticks["time_s"]) for name, run in {"voxels": voxel, "slab": slab}.items()}
+print({name: f"{value:.2f} N s" for name, value in impulse.items()}, f"ratio slab / voxels {impulse['slab'] / impulse['voxels']:.3f}")
+print(f"removed {voxel.removed_mm3:.0f} mm3 in", len(voxel.removed_by_region_mm3), "regions; pieces:",
+      [f"{piece.volume_mm3() / 1000:.1f} cm3" for piece in voxel.bone.pieces(100)])
