@@ -82,11 +82,9 @@ class Bone {
   /// Computes a hash of the materials: the constants of all regions, and E from the CT where that is enabled.
   std::uint64_t CalcMaterialHash() const;
 
-  struct Grids;  // opaque OpenVDB state (pimpl): src/bone/grid/grids.h
-  Grids& grids() { return *grids_; }
-  const Grids& grids() const { return *grids_; }
-
  private:
+  friend struct BoneInternals;  // for kerf's own sources
+  struct Grids;
   std::unique_ptr<Grids> grids_;
 };
 

@@ -16,9 +16,6 @@
 
 namespace kerf {
 
-class EffectPlan;
-class LeafHistory;
-
 /// Fidelity of a tick, most accurate first. Each level is cheaper than the one before.
 enum class Fidelity : std::uint8_t {
   kFull,    // all edge and flat points, the whole band
@@ -32,19 +29,15 @@ struct CoupledParams : SimulationParams {
   CouplingParams coupling = {};
   int max_iterations = 40;
   int max_substeps = 24;
-  bool whole_voxel_removal = false;  // for comparison: removes whole voxels at once, which causes steps in the force
   int spare_leaves = 4096;
   PaperReading slab_reading = PaperReading::kCorrected;  // arc and tooth count that determine the slab's
                                                          // resistance at a depth
-  int precision_bits = 24;                               // of a float
 };
 template <typename V>
 void Describe(CoupledParams& p, V&& visit) {
   Describe(static_cast<SimulationParams&>(p), visit);
   visit("max_iterations", p.max_iterations, Range{1, 1000}, "maximum number of iterations of the solver in a substep");
   visit("max_substeps", p.max_substeps, Range{1, 4096}, "maximum number of substeps per tick");
-  visit("precision_bits", p.precision_bits, kPrecisionRange_bits,
-        "for comparison: significand bits of the values that removal writes");
   visit("spare_leaves", p.spare_leaves, Range{0, 1 << 24}, "leaves in reserve for bone that is cut; see BoneField");
 }
 
@@ -158,26 +151,11 @@ class CoupledSimulation {
   /// not count as removed.
   void AddTakenOut(const std::array<double, 256>& mm3, double sign);
 
-  // ---- undo, between ticks, tick-safe; bone is restored by src/cut/hand_sim/restore.h
-  /// Records the current bone as a checkpoint that can be restored. Later changes are recorded in the history under
-  /// `number`, 1 or more. Does nothing and returns false if the history ring is full or there is no history. Bone that
-  /// the tool has passed in slab mode, and that has not been removed yet, is removed after the checkpoint.
-  bool Checkpoint(std::uint32_t number);
-
   // ---- outside the tick
-  /// Starts recording the previous values of changed leaves in a history (src/bone/grid/leaf_history.h). Its ring has
-  /// room for `ring_leaves` leaves (2 kB each) that have not been read yet. Recording begins with checkpoint 0. Later
-  /// calls return the same history.
-  LeafHistory& KeepHistory(int ring_leaves = 8192);
-  /// Returns nullptr if no history is recorded. Tick-safe.
-  LeafHistory* history();
   /// Restores the initial reserve of spare leaves. Must be called during a cut that needs more leaves than this
   /// reserve; otherwise the tool stops in front of uncut bone (kCoupledLeavesUsedUp) and waits.
   void Refill();
   const CoupledParams& params() const;
-  /// State and results of the effects (src/cut/effects/plan.h). Tick-safe to read.
-  const EffectPlan& effects() const;
-  EffectPlan& effects();
   /// Computes the volume cut since the start, by region, mm^3. The sum is exactly the decrease of the bone's volume,
   /// excluding pieces taken out.
   std::array<double, 256> CalcRemovedByRegion();
@@ -187,7 +165,9 @@ class CoupledSimulation {
   std::size_t CalcMemoryBytes() const;  // of everything except the bone
 
  private:
-  friend class Restore;
+  friend class Restore;  // for kerf's own sources, as the next
+  friend struct CoupledInternals;
+  CoupledSimulation() noexcept;
   struct State;
   std::unique_ptr<State> state_;
 };

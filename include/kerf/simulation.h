@@ -49,8 +49,6 @@ void Describe(SimulationParams& p, V&& visit) {
 /// Ticks per second of a scene and of a loop. A tick may be shorter or longer (TickInput::dt_s).
 inline constexpr Range kTickRateRange_hz{250, 4000};
 
-class EffectPlan;
-
 /// Shortest tick in which anything happens.
 inline constexpr double kMinTick_s = 1e-6;
 
@@ -130,9 +128,6 @@ class Simulation {
   void ReadChannels(std::span<double> values) const;
 
   // ---- outside the tick
-  /// State and results of the effects (src/cut/effects/plan.h).
-  const EffectPlan& effects() const;
-  EffectPlan& effects();
   /// Removes what is still to be removed and returns the current bone.
   const Bone& UpdateBone();
   /// Computes the volume removed so far, by region id, mm^3. The sum equals the decrease of the bone's volume up to
@@ -143,6 +138,7 @@ class Simulation {
   void Refill();
 
  private:
+  friend struct SimulationInternals;  // for kerf's own sources
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -65,8 +65,8 @@ SharedBone MakeMandibleBone(const std::optional<MaterialTable>& materials, const
 }
 
 /// `arguments`: members of ImportSettings.
-py::tuple ImportFile(const std::filesystem::path& path, const std::optional<MaterialTable>& materials, const py::object& progress,
-                     const py::kwargs& arguments) {
+py::tuple ImportFile(const std::filesystem::path& path, const std::optional<MaterialTable>& materials,
+                     const py::object& progress, const py::kwargs& arguments) {
   ImportSettings settings;
   settings.materials = materials;
   py::dict rest(arguments);
@@ -166,8 +166,8 @@ std::string ShowBone(const Bone& bone) {
   if (bone.empty()) return "<kerf.Bone, empty>";
   char text[200];
   const Vec3 size = bone.CalcBounds().size();
-  std::snprintf(text, sizeof text, "<kerf.Bone, %.4g x %.4g x %.4g mm, voxels of %g mm, %.4g mm3>", size.x, size.y, size.z,
-                bone.voxel_mm(), bone.CalcVolume());
+  std::snprintf(text, sizeof text, "<kerf.Bone, %.4g x %.4g x %.4g mm, voxels of %g mm, %.4g mm3>", size.x, size.y,
+                size.z, bone.voxel_mm(), bone.CalcVolume());
   return text;
 }
 
@@ -181,7 +181,8 @@ Region MakeRegion(int id, const std::string& name, const std::string& tissue, do
                   const std::string& source, bool estimate) {
   const std::optional<Tissue> known = TissueFromString(tissue);
   if (!known) throw Error("tissue must be 'cortical', 'cancellous', 'tooth', 'canal' or 'other', not '" + tissue + "'");
-  Region region{.id = id, .name = name, .tissue = *known, .E_MPa = E_MPa, .nu = nu, .estimate = estimate, .source = source};
+  Region region{
+      .id = id, .name = name, .tissue = *known, .E_MPa = E_MPa, .nu = nu, .estimate = estimate, .source = source};
   MaterialTable().Add(region);  // checks it
   return region;
 }
@@ -207,20 +208,24 @@ void BindMaterials(py::module_& m) {
       });
   py::class_<MaterialTable>(m, "Materials", "Elastic constants by region. Cannot be changed.")
       .def(py::init(&MakeMaterials), py::arg("regions"), "Makes a table of a list of Region.")
-      .def_static("default", [] { return DefaultMandibleTable(); },
-                  "The regions of the mandible that are built in: 1 to 31 cortex, 32 cancellous bone, 33 teeth, 34 nerve canal.")
+      .def_static(
+          "default", [] { return DefaultMandibleTable(); },
+          "The regions of the mandible that are built in: 1 to 31 cortex, 32 cancellous bone, 33 teeth, 34 nerve "
+          "canal.")
       .def_static("parse", &ParseRegionTable, py::arg("csv"), py::arg("name") = "materials.csv",
                   "Reads a table from CSV text (docs/formats.md). `name` is used in messages.")
       .def("uniform", &MakeUniformTable, py::arg("E_MPa"), py::arg("nu"), "Returns the same regions with one E and nu.")
       .def("csv", &FormatRegionTable, "Returns the table as CSV text.")
-      .def_property_readonly("regions",
-                             [](const MaterialTable& table) {
-                               py::dict regions;
-                               for (const auto& [id, region] : table.regions()) regions[py::cast(id)] = py::cast(region);
-                               return regions;
-                             },
-                             "Dict of Region by id.")
-      .def("__getitem__", [](const MaterialTable& table, int id) { return table.At(id); }, py::arg("id"))
+      .def_property_readonly(
+          "regions",
+          [](const MaterialTable& table) {
+            py::dict regions;
+            for (const auto& [id, region] : table.regions()) regions[py::cast(id)] = py::cast(region);
+            return regions;
+          },
+          "Dict of Region by id.")
+      .def(
+          "__getitem__", [](const MaterialTable& table, int id) { return table.At(id); }, py::arg("id"))
       .def("__len__", [](const MaterialTable& table) { return table.regions().size(); });
 }
 
@@ -230,22 +235,27 @@ void BindBone(py::module_& m) {
   BindMaterials(m);
   const auto materials = py::arg("materials") = py::none();
   const auto progress = py::arg("progress") = py::none();
-  static const std::string mandible = "Makes the generic mandible (docs/mandible.md). Frame: LPS, mm; origin between the edges "
-                         "of the lower central incisors.\n\nParameters, each by name:\n" + ListParameters<MandibleParams>();
+  static const std::string mandible =
+      "Makes the generic mandible (docs/mandible.md). Frame: LPS, mm; origin between the edges "
+      "of the lower central incisors.\n\nParameters, each by name:\n" +
+      ListParameters<MandibleParams>();
   py::class_<Bone, SharedBone>(m, "Bone", R"(Bone: a level set and a grid of regions. Cannot be changed.
 
 Lengths are in mm, in the world frame (of a CT: the patient's, LPS). phi is the signed distance to the surface, negative
 inside, and limited to +-band_mm.)")
-      .def_static("block", &MakeBlockBone, py::arg("size_mm") = py::make_tuple(40, 20, 20), py::arg("layers") = py::list(),
-                  py::arg("voxel_mm") = 0.1, py::arg("top_mm") = py::make_tuple(0, 0, 0), py::arg("rotation") = py::none(), materials,
+      .def_static("block", &MakeBlockBone, py::arg("size_mm") = py::make_tuple(40, 20, 20),
+                  py::arg("layers") = py::list(), py::arg("voxel_mm") = 0.1,
+                  py::arg("top_mm") = py::make_tuple(0, 0, 0), py::arg("rotation") = py::none(), materials,
                   R"(Makes a box with layers of material.
 
 size_mm: edges along x, y, z. layers: list of (thickness_mm, region) from the top face (+z) down; the last one fills the
 rest; [] is region 24. voxel_mm: 0.02 to 4. top_mm: middle of the top face. rotation: unit quaternion w, x, y, z.)")
       .def_static("plate", &MakePlateBone, py::arg("voxel_mm") = 0.1, materials,
-                  "Makes a plate of the mandible's body laid flat: cortical 2.2 mm, cancellous, cortical 2.0 mm; 13.5 mm in all.")
+                  "Makes a plate of the mandible's body laid flat: cortical 2.2 mm, cancellous, cortical 2.0 mm; 13.5 "
+                  "mm in all.")
       .def_static("mandible", &MakeMandibleBone, materials, progress, mandible.c_str())
-      .def_static("from_file", &ImportFile, py::arg("path"), materials, progress, R"(Imports a CT or a closed surface; returns (bone, report).
+      .def_static("from_file", &ImportFile, py::arg("path"), materials, progress,
+                  R"(Imports a CT or a closed surface; returns (bone, report).
 
 path: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a surface (.stl .obj .ply). report: dict with
 'mandible' (bool), 'surface_error_mm' (rms, 0 if unknown) and 'warnings' (list of texts).
@@ -259,33 +269,55 @@ Of a surface: mesh_units ('mm', 'cm', 'm', 'in', 'um'), mesh_shell_mm = 2 (thick
 
 labels: array (nx, ny, nz) of uint8. regions: dict from label to region; other labels are not bone. spacing_mm: of the
 lattice along its axes. pose: of the lattice in the world; its origin is the centre of voxel (0, 0, 0).)")
-      .def_static("read", [](const std::filesystem::path& path, bool hu) {
+      .def_static(
+          "read",
+          [](const std::filesystem::path& path, bool hu) {
             const py::gil_scoped_release release;
             return Share(ReadBone(path.string(), {.hu = hu}));
-          }, py::arg("path"), py::arg("hu") = false, "Reads a .vdb file of kerf. hu: also the CT numbers, if there are any.")
-      .def("write", [](const Bone& bone, const std::filesystem::path& path) {
+          },
+          py::arg("path"), py::arg("hu") = false,
+          "Reads a .vdb file of kerf. hu: also the CT numbers, if there are any.")
+      .def(
+          "write",
+          [](const Bone& bone, const std::filesystem::path& path) {
             const py::gil_scoped_release release;
             WriteBone(bone, path.string());
-          }, py::arg("path"), "Writes a .vdb file, which any OpenVDB program can open.")
-      .def("phi", [](const Bone& bone, const py::object& points) {
+          },
+          py::arg("path"), "Writes a .vdb file, which any OpenVDB program can open.")
+      .def(
+          "phi",
+          [](const Bone& bone, const py::object& points) {
             return AtPoints<double>(bone, points, [](const Bone& b, const Vec3& p) { return b.SignedDistance(p); });
-          }, py::arg("points"), "Signed distance to the surface, mm, at points (n, 3); array (n,).")
-      .def("region", [](const Bone& bone, const py::object& points) {
+          },
+          py::arg("points"), "Signed distance to the surface, mm, at points (n, 3); array (n,).")
+      .def(
+          "region",
+          [](const Bone& bone, const py::object& points) {
             return AtPoints<std::int32_t>(bone, points, [](const Bone& b, const Vec3& p) { return b.RegionAt(p); });
-          }, py::arg("points"), "Region id at points (n, 3), 0 outside the bone; array (n,) of int32.")
-      .def("modulus", [](const Bone& bone, const py::object& points) {
+          },
+          py::arg("points"), "Region id at points (n, 3), 0 outside the bone; array (n,) of int32.")
+      .def(
+          "modulus",
+          [](const Bone& bone, const py::object& points) {
             return AtPoints<double>(bone, points, [](const Bone& b, const Vec3& p) { return b.ModulusAt(p); });
-          }, py::arg("points"), "Young's modulus at points (n, 3), MPa, 0 outside the bone; array (n,).")
-      .def("poisson_ratio", [](const Bone& bone, const py::object& points) {
+          },
+          py::arg("points"), "Young's modulus at points (n, 3), MPa, 0 outside the bone; array (n,).")
+      .def(
+          "poisson_ratio",
+          [](const Bone& bone, const py::object& points) {
             return AtPoints<double>(bone, points, [](const Bone& b, const Vec3& p) { return b.PoissonRatioAt(p); });
-          }, py::arg("points"), "Poisson's ratio at points (n, 3), 0 outside the bone; array (n,).")
+          },
+          py::arg("points"), "Poisson's ratio at points (n, 3), 0 outside the bone; array (n,).")
       .def("mesh", &MakeMesh, py::arg("adaptivity") = 0.0,
            "Surface as (points, triangles): (n, 3) float64, mm, and (m, 3) uint32, counter-clockwise from outside. "
            "adaptivity: 0 to 1; larger values merge flat parts.")
       .def("leaves", &MakeLeafViews,
-           "Leaves of the level set, without a copy: (first, leaves). first: (n, 3) int32, index of each leaf's first voxel, "
+           "Leaves of the level set, without a copy: (first, leaves). first: (n, 3) int32, index of each leaf's first "
+           "voxel, "
            "whose centre is at index * voxel_mm. leaves: list of n read-only arrays (8, 8, 8) of float32, phi in mm.")
-      .def("pieces", [](const Bone& bone, double min_mm3) {
+      .def(
+          "pieces",
+          [](const Bone& bone, double min_mm3) {
             Pieces pieces = [&] {
               const py::gil_scoped_release release;
               return SplitPieces(bone, min_mm3);
@@ -293,14 +325,19 @@ lattice along its axes. pose: of the lattice in the world; its origin is the cen
             std::vector<SharedBone> list;
             for (Bone& piece : pieces.pieces) list.push_back(Share(std::move(piece)));
             return list;
-          }, py::arg("min_mm3") = 0.0, "Separate pieces, largest first, as a list of Bone; without those below min_mm3.")
-      .def("with_materials", [](const Bone& bone, const MaterialTable& table) {
+          },
+          py::arg("min_mm3") = 0.0, "Separate pieces, largest first, as a list of Bone; without those below min_mm3.")
+      .def(
+          "with_materials",
+          [](const Bone& bone, const MaterialTable& table) {
             SharedBone copy = std::make_shared<Bone>(bone);
             copy->set_materials(table);
             return copy;
-          }, py::arg("materials"), "Returns a copy with other elastic constants.")
+          },
+          py::arg("materials"), "Returns a copy with other elastic constants.")
       .def_property_readonly("materials", [](const Bone& bone) { return bone.materials(); })
-      .def_property_readonly("notes", [](const Bone& bone) { return bone.notes(); }, "Provenance and other notes, dict of texts.")
+      .def_property_readonly(
+          "notes", [](const Bone& bone) { return bone.notes(); }, "Provenance and other notes, dict of texts.")
       .def_property_readonly("voxel_mm", &Bone::voxel_mm)
       .def_property_readonly("region_voxel_mm", &Bone::region_voxel_mm)
       .def_property_readonly("band_mm", &Bone::band_mm, "Half width of the level set's band.")
@@ -309,8 +346,9 @@ lattice along its axes. pose: of the lattice in the world; its origin is the cen
       .def("region_volumes_mm3", &Bone::CalcRegionVolumes, "Dict of volumes by region; their sum is volume_mm3().")
       .def("bounds_mm", &CalcBoundsArray, "Lower and upper corner of the surface: array (2, 3).")
       .def("memory_bytes", &Bone::CalcMemoryBytes)
-      .def("hash", [](const Bone& bone) { return ShowHash(bone.CalcHash()); },
-           "Hash of all voxels, 16 hexadecimal digits, as the program prints it; equal for bit-identical bones.")
+      .def(
+          "hash", [](const Bone& bone) { return ShowHash(bone.CalcHash()); },
+          "Hash of all voxels, 16 hexadecimal digits, as the program prints it; equal for bit-identical bones.")
       .def("__repr__", &ShowBone);
 }
 

@@ -61,7 +61,8 @@ class ParameterSetter {
     } catch (const py::cast_error&) {
       // Reported below.
     }
-    throw Error(std::string(key) + (std::is_integral_v<Number> ? " must be a whole number, not " : " must be a number, not ") +
+    throw Error(std::string(key) +
+                (std::is_integral_v<Number> ? " must be a whole number, not " : " must be a number, not ") +
                 py::cast<std::string>(py::repr(given)));
   }
 
@@ -84,7 +85,9 @@ class ParameterLister {
   void operator()(const char* key, std::string& value, TextLimit, const char* meaning) {
     Add(key, "'" + value + "'", meaning, "");
   }
-  void operator()(const char* key, bool& value, const char* meaning) { Add(key, value ? "True" : "False", meaning, ""); }
+  void operator()(const char* key, bool& value, const char* meaning) {
+    Add(key, value ? "True" : "False", meaning, "");
+  }
   void operator()(const char* key, Quat&, const char* meaning) { Add(key, "(1, 0, 0, 0)", meaning, ""); }
   const std::string& text() const { return text_; }
 

@@ -10,7 +10,8 @@ namespace kerf::python {
 
 /// `visit` is a ColumnLister or a Table.
 template <typename V>
-void VisitPose(const char* position, const char* w, const char* x, const char* y, const char* z, const Pose& X, V&& visit) {
+void VisitPose(const char* position, const char* w, const char* x, const char* y, const char* z, const Pose& X,
+               V&& visit) {
   visit(position, X.p_AB);
   visit(w, X.R_AB.w);
   visit(x, X.R_AB.x);

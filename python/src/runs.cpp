@@ -117,16 +117,18 @@ Result MakeHandResult(HandRun&& run) {
   return MakeResult(run, std::move(ticks));
 }
 
-Result RunScene(const SceneFile& scene, const std::shared_ptr<Bone>& bone, const std::optional<std::filesystem::path>& record, const py::object& progress) {
+Result RunScene(const SceneFile& scene, const std::shared_ptr<Bone>& bone,
+                const std::optional<std::filesystem::path>& record, const py::object& progress) {
   if (bone && record) throw Error("a run with a bone of its own can't be recorded");
   return MakePathResult(RunLong(progress, "run", [&](Watch& watch) {
     const ShowProgress show = [&](double fraction) { return watch(fraction); };
-    return bone ? RunAlongPath(scene, *bone, show) : RunAlongPath(scene, {.record = record ? record->string() : "", .progress = show});
+    return bone ? RunAlongPath(scene, *bone, show)
+                : RunAlongPath(scene, {.record = record ? record->string() : "", .progress = show});
   }));
 }
 
-Result RunSceneInHand(const SceneFile& scene, double seconds, bool real_time, const std::optional<std::filesystem::path>& record,
-                      const py::object& progress) {
+Result RunSceneInHand(const SceneFile& scene, double seconds, bool real_time,
+                      const std::optional<std::filesystem::path>& record, const py::object& progress) {
   return MakeHandResult(RunLong(progress, "run in hand", [&](Watch& watch) {
     HandRunOptions options;
     options.seconds = seconds;
@@ -171,11 +173,14 @@ Result Replay(Recording& recording, const py::object& progress) {
 void BindRuns(py::module_& m) {
   py::class_<Result>(m, "Run", "Result of a run.")
       .def_readonly("ticks", &Result::ticks,
-                    "One row per tick: structured array with the columns of forces.csv (docs/formats.md) and those of the effects.")
-      .def_readonly("slab", &Result::slab, "State of the slab after each tick, as a structured array; None in voxel mode.")
+                    "One row per tick: structured array with the columns of forces.csv (docs/formats.md) and those of "
+                    "the effects.")
+      .def_readonly("slab", &Result::slab,
+                    "State of the slab after each tick, as a structured array; None in voxel mode.")
       .def_readonly("bone", &Result::bone, "Bone after the cut; empty in slab mode.")
       .def_readonly("removed_mm3", &Result::removed_mm3, "Volume removed, exact; 0 in slab mode.")
-      .def_readonly("removed_by_region_mm3", &Result::removed_by_region_mm3, "Dict of volumes by region; of a run along a path.")
+      .def_readonly("removed_by_region_mm3", &Result::removed_by_region_mm3,
+                    "Dict of volumes by region; of a run along a path.")
       .def_readonly("wall_s", &Result::wall_s, "Duration of the ticks, s.")
       .def_readonly("warnings", &Result::warnings)
       .def_readonly("difference", &Result::difference,
@@ -192,27 +197,31 @@ or a function of the completed fraction.)");
 
 seconds: 0.01 to 36000. real_time: at the scene's rate; otherwise as fast as possible, with the same bits each time.)");
   py::class_<Recording>(m, "Recording", "A recording (.kerf). Of a damaged one, all that can be read is used.")
-      .def(py::init([](const std::filesystem::path& path) { return std::make_unique<Recording>(path.string()); }), py::arg("path"))
+      .def(py::init([](const std::filesystem::path& path) { return std::make_unique<Recording>(path.string()); }),
+           py::arg("path"))
       .def_property_readonly("kind", &Recording::kind, "'run' along a path, 'slab', or 'loop' in a hand.")
       .def_property_readonly("created", &Recording::created, "UTC.")
       .def_property_readonly("version", &Recording::version, "Version of kerf that made it.")
       .def_property_readonly("rate_hz", &Recording::rate_hz)
       .def_property_readonly("duration_s", &Recording::duration_s)
       .def_property_readonly("damage", &Recording::damage, "One sentence; '' if the recording is whole.")
-      .def_property_readonly("moments",
-                             [](const Recording& recording) {
-                               py::list list;
-                               for (const RecordedMoment& moment : recording.moments()) {
-                                 list.append(py::make_tuple(moment.time_s, moment.what, moment.name));
-                               }
-                               return list;
-                             },
-                             "List of (time_s, what, name), such as checkpoints.")
+      .def_property_readonly(
+          "moments",
+          [](const Recording& recording) {
+            py::list list;
+            for (const RecordedMoment& moment : recording.moments()) {
+              list.append(py::make_tuple(moment.time_s, moment.what, moment.name));
+            }
+            return list;
+          },
+          "List of (time_s, what, name), such as checkpoints.")
       .def_property_readonly("scene", &Recording::scene, "The recorded scene with all its settings.")
       .def("inputs", &MakeInputTable,
-           "Inputs of all ticks, as a structured array: time_s, x_mm, y_mm, z_mm, qw, qx, qy, qz (of the handle, or of the tool "
+           "Inputs of all ticks, as a structured array: time_s, x_mm, y_mm, z_mm, qw, qx, qy, qz (of the handle, or of "
+           "the tool "
            "on a path), dt_s, rpm, buttons, set_down.")
-      .def("replay", &Replay, progress, "Runs the session again; `difference` of the result is None if it has the same bits.")
+      .def("replay", &Replay, progress,
+           "Runs the session again; `difference` of the result is None if it has the same bits.")
       .def("__len__", &Recording::ticks, "Rows of inputs().");
 }
 

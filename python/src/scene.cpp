@@ -37,7 +37,8 @@ py::array ListSteps(const SceneFile& scene) {
 
 SceneFile MakeScene(const py::kwargs& tables) {
   if (tables.empty()) return {};
-  return SceneFile::Parse(py::cast<std::string>(py::module_::import("kerf._toml").attr("write")(tables)), "keywords.toml");
+  return SceneFile::Parse(py::cast<std::string>(py::module_::import("kerf._toml").attr("write")(tables)),
+                          "keywords.toml");
 }
 
 }  // namespace
@@ -48,22 +49,31 @@ void BindScene(py::module_& m) {
 Scene() is the default scene. Scene(tool={"diameter_mm": 20}, ...) has the tables and keys of a scene file as keyword
 arguments; positions in error messages refer to `toml`, the text that is made of them.)")
       .def(py::init(&MakeScene))
-      .def_static("read", [](const std::filesystem::path& path) { return SceneFile::Read(path.string()); }, py::arg("path"),
-                  "Reads a scene file.")
+      .def_static(
+          "read", [](const std::filesystem::path& path) { return SceneFile::Read(path.string()); }, py::arg("path"),
+          "Reads a scene file.")
       .def_static("parse", &SceneFile::Parse, py::arg("toml"), py::arg("path") = "scene.toml",
                   "Reads a scene from text. `path` is used in messages and as the base of relative file names.")
-      .def("with_value", [](const SceneFile& scene, const std::string& table, const std::string& key, const py::object& value) {
-            return scene.With(table, key, py::cast<std::string>(py::module_::import("kerf._toml").attr("write_value")(value)));
-          }, py::arg("table"), py::arg("key"), py::arg("value"),
+      .def(
+          "with_value",
+          [](const SceneFile& scene, const std::string& table, const std::string& key, const py::object& value) {
+            return scene.With(table, key,
+                              py::cast<std::string>(py::module_::import("kerf._toml").attr("write_value")(value)));
+          },
+          py::arg("table"), py::arg("key"), py::arg("value"),
           "Returns a copy with another value: scene.with_value('bone.block', 'voxel_mm', 0.2).")
       .def("resolve", &SceneFile::Resolve, "Returns the scene as TOML with every key, unit, range and meaning.")
-      .def("bone", [](const SceneFile& scene, const py::object& progress) {
+      .def(
+          "bone",
+          [](const SceneFile& scene, const py::object& progress) {
             return std::make_shared<Bone>(RunLong(progress, "bone", [&](Watch& watch) {
               return scene.MakeBone([&](double fraction) { return watch(fraction); });
             }));
-          }, py::arg("progress") = py::none(), "Makes or reads the bone, with the scene's material.")
+          },
+          py::arg("progress") = py::none(), "Makes or reads the bone, with the scene's material.")
       .def("steps", &ListSteps,
-           "Ticks and placements of the path, as a structured array: time_s, segment, set_down (1: the tool is placed at the "
+           "Ticks and placements of the path, as a structured array: time_s, segment, set_down (1: the tool is placed "
+           "at the "
            "pose, without a tick), x_mm, y_mm, z_mm, qw, qx, qy, qz, dt_s. The first row is where a simulation starts.")
       .def_property_readonly("toml", &SceneFile::toml)
       .def_property_readonly("path", &SceneFile::path)

@@ -78,7 +78,8 @@ EffectChoices ToEffects(const py::object& effects) {
 }
 
 template <typename Params>
-Params ToParams(const py::object& tool, const py::object& law, const py::object& law_parameters, const py::object& effects) {
+Params ToParams(const py::object& tool, const py::object& law, const py::object& law_parameters,
+                const py::object& effects) {
   Params params;
   params.tool = ToTool(tool);
   params.law = ToLaw(law, law_parameters);
@@ -117,8 +118,8 @@ void FindChannels(AnyRunner& runner) {
 std::unique_ptr<PathRunner> MakePathRunner(const SharedBone& bone, const py::object& start, const py::object& tool,
                                            const py::object& law, const py::object& law_parameters,
                                            const py::object& effects, const py::kwargs& arguments) {
-  const auto params = ReadParameters<SimulationParams>(
-      arguments, "Simulation", ToParams<SimulationParams>(tool, law, law_parameters, effects));
+  const auto params = ReadParameters<SimulationParams>(arguments, "Simulation",
+                                                       ToParams<SimulationParams>(tool, law, law_parameters, effects));
   auto runner = std::make_unique<PathRunner>(*bone, params, ToPose(start, "start"));
   FindChannels(*runner);
   return runner;
@@ -213,8 +214,8 @@ std::unique_ptr<HandRunner> MakeHandRunner(const SharedBone& bone, const py::obj
   return runner;
 }
 
-std::unique_ptr<HandRunner> MakeHandRunnerOfScene(const SceneFile& scene, const SharedBone& bone, const py::object& start,
-                                                  double undo_MB) {
+std::unique_ptr<HandRunner> MakeHandRunnerOfScene(const SceneFile& scene, const SharedBone& bone,
+                                                  const py::object& start, double undo_MB) {
   const Pose X = start.is_none() ? StartOf(scene) : ToPose(start, "start");
   auto runner = std::make_unique<HandRunner>(*OrSceneBone(scene, bone), scene.MakeCoupledParams(), X);
   if (undo_MB > 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
@@ -222,8 +223,8 @@ std::unique_ptr<HandRunner> MakeHandRunnerOfScene(const SceneFile& scene, const 
   return runner;
 }
 
-CoupledOutput TickInHand(HandRunner& runner, const py::object& handle, double dt, double rpm, const py::object& velocity,
-                         const py::object& angular_velocity) {
+CoupledOutput TickInHand(HandRunner& runner, const py::object& handle, double dt, double rpm,
+                         const py::object& velocity, const py::object& angular_velocity) {
   CoupledInput in{.X_WH = ToPose(handle, "handle"), .dt_s = dt, .rpm = rpm};
   if (!velocity.is_none()) in.v_H_W_mm_per_s = ToVec3(velocity, "velocity");
   if (!angular_velocity.is_none()) in.w_H_W_rad_per_s = ToVec3(angular_velocity, "angular_velocity");
@@ -288,7 +289,8 @@ void Redo(HandRunner& runner, const py::object& pose) {
 // ---- slab mode
 
 std::unique_ptr<SlabRunner> MakeSlabRunner(const SceneFile& scene, const SharedBone& bone) {
-  return std::make_unique<SlabRunner>(scene.MakeSlabProfile(*OrSceneBone(scene, bone)), scene.MakeSlabParams(), StartOf(scene));
+  return std::make_unique<SlabRunner>(scene.MakeSlabProfile(*OrSceneBone(scene, bone)), scene.MakeSlabParams(),
+                                      StartOf(scene));
 }
 
 template <typename V>
@@ -359,7 +361,8 @@ template <typename AnyRunner>
 void SetDown(AnyRunner& runner, const py::object& pose) {
   const Pose X = ToPose(pose, "pose");
   const Turn turn(runner.busy);
-  if (!runner.simulation.SetDown(X)) throw Error("pose is not valid: its numbers are not finite, too large, or not a unit quaternion");
+  if (!runner.simulation.SetDown(X))
+    throw Error("pose is not valid: its numbers are not finite, too large, or not a unit quaternion");
 }
 
 template <typename AnyRunner>
@@ -376,7 +379,8 @@ py::dict ReadEffects(AnyRunner& runner) {
 template <typename Class>
 void BindTeeth(Class& c) {
   c.def_readonly("thrust_sum_N", &TeethOutput::thrust_sum_N, "Sum of the magnitudes of the teeth's thrust.")
-      .def_readonly("cutting_sum_N", &TeethOutput::cutting_sum_N, "Sum of their cutting forces; 0 unless the law states one.")
+      .def_readonly("cutting_sum_N", &TeethOutput::cutting_sum_N,
+                    "Sum of their cutting forces; 0 unless the law states one.")
       .def_readonly("cutting_W", &TeethOutput::cutting_W, "Power of the cutting forces.")
       .def_readonly("engaged_teeth", &TeethOutput::engaged_teeth, "Engaged arc / tooth pitch.")
       .def_readonly("mean_E_MPa", &TeethOutput::mean_E_MPa, "Over the engaged teeth; 0 if there are none.")
@@ -391,22 +395,29 @@ template <typename AnyRunner, typename Class>
 void BindBoneOf(Class& c) {
   c.def("set_down", &SetDown<AnyRunner>, py::arg("pose"), "Moves the tool to a pose without cutting on the way.")
       .def("bone", &CopyBone<AnyRunner>, "Returns a copy of the current bone.")
-      .def("removed_by_region_mm3", &RemovedByRegion<AnyRunner>, "Dict of exact volumes cut since the start, by region.")
-      .def_property_readonly("channels", [](const AnyRunner& runner) { return runner.channels; },
-                             "Names of the effects' results, such as 'heat.peak_C' (docs/effects.md).")
+      .def("removed_by_region_mm3", &RemovedByRegion<AnyRunner>,
+           "Dict of exact volumes cut since the start, by region.")
+      .def_property_readonly(
+          "channels", [](const AnyRunner& runner) { return runner.channels; },
+          "Names of the effects' results, such as 'heat.peak_C' (docs/effects.md).")
       .def("effects", &ReadEffects<AnyRunner>, "Dict of the effects' results after the last tick.");
 }
 
 template <typename AnyRunner, typename Class>
 void BindClock(Class& c) {
-  c.def_property_readonly("time_s", [](const AnyRunner& runner) { return runner.time_s; }, "Sum of the ticks' dt.");
+  c.def_property_readonly(
+      "time_s", [](const AnyRunner& runner) { return runner.time_s; }, "Sum of the ticks' dt.");
 }
 
 void BindTools(py::module_& m) {
-  static const std::string disc = "Disc(**parameters): a circular saw. Tool frame: origin at the disc's centre, z along the "
-                                  "spindle, disc in the x-y plane.\n\nParameters, each by name:\n" + ListParameters<DiscSaw>();
-  static const std::string ball = "Ball(**parameters): a ball burr. Tool frame: origin at the ball's centre, z along the "
-                                  "spindle.\n\nParameters, each by name:\n" + ListParameters<BallBurr>();
+  static const std::string disc =
+      "Disc(**parameters): a circular saw. Tool frame: origin at the disc's centre, z along the "
+      "spindle, disc in the x-y plane.\n\nParameters, each by name:\n" +
+      ListParameters<DiscSaw>();
+  static const std::string ball =
+      "Ball(**parameters): a ball burr. Tool frame: origin at the ball's centre, z along the "
+      "spindle.\n\nParameters, each by name:\n" +
+      ListParameters<BallBurr>();
   py::class_<DiscSaw>(m, "Disc", disc.c_str())
       .def(py::init([](const py::kwargs& arguments) { return ReadParameters<DiscSaw>(arguments, "Disc"); }))
       .def_readonly("diameter_mm", &DiscSaw::diameter_mm)
@@ -426,37 +437,58 @@ void BindTools(py::module_& m) {
         std::snprintf(text, sizeof text, "<kerf.Ball, %g mm, %d flutes>", b.diameter_mm, b.flutes);
         return std::string(text);
       });
-  m.def("force_laws", [] {
-    py::dict laws;
-    for (const ForceLawInfo* info : ForceLaws()) {
-      py::dict parameters;
-      for (const LawParameter& p : info->parameters) parameters[p.key] = p.default_value;
-      laws[info->name] = py::make_tuple(info->summary, parameters);
-    }
-    return laws;
-  }, "Dict of the force laws: (summary, dict of parameters with their defaults) by name; the first is the default.");
-  m.def("effects", [] {
-    py::dict effects;
-    for (const EffectInfo* info : Effects()) effects[info->name] = info->summary;
-    return effects;
-  }, "Dict of the effects' summaries by name; `kerf effects` and docs/effects.md describe their parameters.");
+  m.def(
+      "force_laws",
+      [] {
+        py::dict laws;
+        for (const ForceLawInfo* info : ForceLaws()) {
+          py::dict parameters;
+          for (const LawParameter& p : info->parameters) parameters[p.key] = p.default_value;
+          laws[info->name] = py::make_tuple(info->summary, parameters);
+        }
+        return laws;
+      },
+      "Dict of the force laws: (summary, dict of parameters with their defaults) by name; the first is the default.");
+  m.def(
+      "effects",
+      [] {
+        py::dict effects;
+        for (const EffectInfo* info : Effects()) effects[info->name] = info->summary;
+        return effects;
+      },
+      "Dict of the effects' summaries by name; `kerf effects` and docs/effects.md describe their parameters.");
 }
 
 }  // namespace
 
 void BindSimulations(py::module_& m) {
   BindTools(m);
-  py::class_<TickOutput> tick(m, "Tick", "Result of a tick. World frame; forces act on the tool and are means over the tick.");
-  tick.def_property_readonly("force_N", [](const TickOutput& out) { return FromVec3(out.f_T_W_N); }, "Array (3,).")
-      .def_property_readonly("torque_Nmm", [](const TickOutput& out) { return FromVec3(out.tau_TG_W_Nmm); }, "About the grip; array (3,).");
+  py::class_<TickOutput> tick(m, "Tick",
+                              "Result of a tick. World frame; forces act on the tool and are means over the tick.");
+  tick.def_property_readonly(
+          "force_N", [](const TickOutput& out) { return FromVec3(out.f_T_W_N); }, "Array (3,).")
+      .def_property_readonly(
+          "torque_Nmm", [](const TickOutput& out) { return FromVec3(out.tau_TG_W_Nmm); },
+          "About the grip; array (3,).");
   BindTeeth(tick);
-  py::class_<CoupledOutput> hand(m, "HandTick", "Result of a tick of a tool in a hand. World frame; means over the tick.");
-  hand.def_property_readonly("pose", [](const CoupledOutput& out) { return FromPose(out.X_WT); }, "Of the tool: x, y, z, mm; w, x, y, z.")
-      .def_property_readonly("hand_force_N", [](const CoupledOutput& out) { return FromVec3(out.f_H_W_N); }, "On the hand; array (3,).")
-      .def_property_readonly("hand_torque_Nmm", [](const CoupledOutput& out) { return FromVec3(out.tau_H_W_Nmm); }, "On the hand, about the coupling point; array (3,).")
-      .def_property_readonly("cut_N", [](const CoupledOutput& out) { return FromVec3(out.f_cut_W_N); }, "On the tool, from the edge; array (3,).")
-      .def_property_readonly("face_N", [](const CoupledOutput& out) { return FromVec3(out.f_face_W_N); }, "On the tool, normal to its flats; array (3,).")
-      .def_property_readonly("friction_N", [](const CoupledOutput& out) { return FromVec3(out.f_friction_W_N); }, "On the tool; array (3,).")
+  py::class_<CoupledOutput> hand(m, "HandTick",
+                                 "Result of a tick of a tool in a hand. World frame; means over the tick.");
+  hand.def_property_readonly(
+          "pose", [](const CoupledOutput& out) { return FromPose(out.X_WT); }, "Of the tool: x, y, z, mm; w, x, y, z.")
+      .def_property_readonly(
+          "hand_force_N", [](const CoupledOutput& out) { return FromVec3(out.f_H_W_N); }, "On the hand; array (3,).")
+      .def_property_readonly(
+          "hand_torque_Nmm", [](const CoupledOutput& out) { return FromVec3(out.tau_H_W_Nmm); },
+          "On the hand, about the coupling point; array (3,).")
+      .def_property_readonly(
+          "cut_N", [](const CoupledOutput& out) { return FromVec3(out.f_cut_W_N); },
+          "On the tool, from the edge; array (3,).")
+      .def_property_readonly(
+          "face_N", [](const CoupledOutput& out) { return FromVec3(out.f_face_W_N); },
+          "On the tool, normal to its flats; array (3,).")
+      .def_property_readonly(
+          "friction_N", [](const CoupledOutput& out) { return FromVec3(out.f_friction_W_N); },
+          "On the tool; array (3,).")
       .def_readonly("hand_mJ", &CoupledOutput::hand_mJ, "Work of the hand in this tick.")
       .def_readonly("spindle_mJ", &CoupledOutput::spindle_mJ)
       .def_readonly("stored_mJ", &CoupledOutput::stored_mJ)
@@ -466,7 +498,8 @@ void BindSimulations(py::module_& m) {
       .def_readonly("numerical_mJ", &CoupledOutput::numerical_mJ)
       .def_readonly("substeps", &CoupledOutput::substeps)
       .def_readonly("iterations", &CoupledOutput::iterations)
-      .def_property_readonly("fidelity", [](const CoupledOutput& out) { return ToString(out.fidelity); }, "'full', 'coarse' or 'slab'.")
+      .def_property_readonly(
+          "fidelity", [](const CoupledOutput& out) { return ToString(out.fidelity); }, "'full', 'coarse' or 'slab'.")
       .def("has_cut", &CoupledOutput::HasCut, py::arg("region"), "True if a tooth cut this region in this tick.");
   BindTeeth(hand);
 
@@ -487,8 +520,9 @@ Parameters, each by name:
   py::class_<PathRunner> path(m, "Simulation", on_path.c_str());
   path.def(py::init(&MakePathRunner), py::arg("bone"), py::arg("start"), py::kw_only(), py::arg("tool") = py::none(),
            py::arg("law") = py::none(), py::arg("law_parameters") = py::none(), py::arg("effects") = py::none())
-      .def_static("from_scene", &MakePathRunnerOfScene, py::arg("scene"), bone,
-                  "Makes a simulation with the parameters of a scene, at the start of its path; `bone` replaces the scene's.")
+      .def_static(
+          "from_scene", &MakePathRunnerOfScene, py::arg("scene"), bone,
+          "Makes a simulation with the parameters of a scene, at the start of its path; `bone` replaces the scene's.")
       .def("tick", &TickOnPath<PathRunner>, py::arg("pose"), dt, rpm,
            "Moves the tool to a pose within dt (s) and returns a Tick. A stopped spindle (|rpm| < 1) cuts nothing.")
       .def("run", &RunOnPath, py::arg("poses"), dt, rpm, progress,
@@ -505,7 +539,8 @@ As Simulation, but the input is the pose of the handle, and the bone resists the
 none.
 
 Parameters, each by name:
-)" + ListParameters<CoupledParams>() + ListParameters<CouplingParams>();
+)" + ListParameters<CoupledParams>() +
+                                     ListParameters<CouplingParams>();
   py::class_<HandRunner> held(m, "HandSimulation", in_hand.c_str());
   held.def(py::init(&MakeHandRunner), py::arg("bone"), py::arg("start"), py::kw_only(), py::arg("tool") = py::none(),
            py::arg("law") = py::none(), py::arg("law_parameters") = py::none(), py::arg("effects") = py::none(),
@@ -513,35 +548,47 @@ Parameters, each by name:
       .def_static("from_scene", &MakeHandRunnerOfScene, py::arg("scene"), bone, py::arg("start") = py::none(),
                   py::arg("undo_MB") = 0.0,
                   "Makes a simulation with the parameters of a scene. start: default is the start of its path.")
-      .def("tick", &TickInHand, py::arg("handle"), dt, rpm, py::arg("velocity") = py::none(), py::arg("angular_velocity") = py::none(),
-           "Runs a tick with the handle at a pose and returns a HandTick. velocity (mm/s), angular_velocity (rad/s): of the "
+      .def("tick", &TickInHand, py::arg("handle"), dt, rpm, py::arg("velocity") = py::none(),
+           py::arg("angular_velocity") = py::none(),
+           "Runs a tick with the handle at a pose and returns a HandTick. velocity (mm/s), angular_velocity (rad/s): "
+           "of the "
            "handle, world frame; only damping uses them.")
       .def("run", &RunInHand, py::arg("handles"), dt, rpm, py::arg("velocities") = py::none(), progress,
            R"(Runs a tick for each row of handles, in C++, and returns a structured array with a row for each.
 
 handles: poses, (n, 3), (n, 7) or (n, 4, 4). dt (s), rpm: a number, or n. velocities: (n, 3). Columns: time_s,
 handle_x_mm, ..., tool_x_mm, ..., hand_x_N (force on the hand), ..., and so on, then those of the effects.)")
-      .def("checkpoint", [](HandRunner& runner, const std::string& name) {
+      .def(
+          "checkpoint",
+          [](HandRunner& runner, const std::string& name) {
             const Turn turn(runner.busy);
             CheckpointsOf(runner).Update();
             CheckpointsOf(runner).Make(name);
-          }, py::arg("name"), "Makes a checkpoint of the current bone.")
+          },
+          py::arg("name"), "Makes a checkpoint of the current bone.")
       .def("undo", &Undo, py::arg("name") = "", py::arg("pose") = py::none(),
-           "Restores the newest checkpoint of that name, or the last one. The tool is set down where it is, or at `pose`.")
+           "Restores the newest checkpoint of that name, or the last one. The tool is set down where it is, or at "
+           "`pose`.")
       .def("redo", &Redo, py::arg("pose") = py::none(), "Returns to the state before the last undo.")
-      .def("checkpoints", [](HandRunner& runner) {
+      .def(
+          "checkpoints",
+          [](HandRunner& runner) {
             std::vector<std::string> names;
             for (const UndoCheckpoint& checkpoint : CheckpointsOf(runner).List()) names.push_back(checkpoint.name);
             return names;
-          }, "Names of the checkpoints, oldest first.");
+          },
+          "Names of the checkpoints, oldest first.");
   BindBoneOf<HandRunner>(held);
   BindClock<HandRunner>(held);
 
   py::class_<SlabRunner> slab(m, "SlabSimulation", "Slab mode: a thin slice on a rail (docs/slab.md).");
-  slab.def_static("from_scene", &MakeSlabRunner, py::arg("scene"), bone,
-                  "Makes the slab of a scene with a [slab] section, at the start of its path; `bone` replaces the scene's.")
-      .def("tick", &TickOnPath<SlabRunner>, py::arg("pose"), dt, rpm, "Moves the hand to a pose within dt (s) and returns a Tick, with the force on the hand.")
-      .def("run", &RunSlab, py::arg("poses"), dt, rpm, progress, "Runs a tick for each row of poses, as Simulation.run().")
+  slab.def_static(
+          "from_scene", &MakeSlabRunner, py::arg("scene"), bone,
+          "Makes the slab of a scene with a [slab] section, at the start of its path; `bone` replaces the scene's.")
+      .def("tick", &TickOnPath<SlabRunner>, py::arg("pose"), dt, rpm,
+           "Moves the hand to a pose within dt (s) and returns a Tick, with the force on the hand.")
+      .def("run", &RunSlab, py::arg("poses"), dt, rpm, progress,
+           "Runs a tick for each row of poses, as Simulation.run().")
       .def("state", &StateOf, "Dict of positions (mm) and energies (mJ) after the last tick.");
   BindClock<SlabRunner>(slab);
 }

@@ -68,7 +68,7 @@ void ForEachCutCell(const Accessor& accessor, const openvdb::CoordBBox& tile, Vi
 
 /// Returns the sums of the cells' fractions of bone over all leaves and tiles, by region if `by_region`; in units of
 /// one cell.
-std::array<double, 256> SumFractions(const Bone::Grids& grids, bool by_region) {
+std::array<double, 256> SumFractions(const BoneGrids& grids, bool by_region) {
   const FloatTree& tree = grids.phi->tree();
   const std::vector<const FloatLeaf*> leaves = Leaves(tree);
   const double h = grids.voxel_mm();
@@ -124,7 +124,7 @@ std::array<double, 256> SumFractions(const Bone::Grids& grids, bool by_region) {
 
 /// Returns the weighted mean of a property of the regions around a point; 0 if there are none.
 template <typename OfRegion>
-double InterpolateMaterial(const Bone::Grids& grids, const Vec3& p_W, OfRegion of_region) {
+double InterpolateMaterial(const BoneGrids& grids, const Vec3& p_W, OfRegion of_region) {
   double sum = 0;
   double weights = 0;
   ForEachRegionAround(grids.region->constTree(), p_W / grids.region_voxel_mm(), [&](int id, double weight) {

@@ -328,7 +328,7 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
   };
   CheckBox(box, options);
   Bone bone;
-  Bone::Grids& grids = bone.grids();
+  BoneGrids& grids = GridsOf(bone);
   grids.phi = MakePhiGrid(h, options.band_voxels);
   grids.materials = std::move(materials);
 
@@ -377,7 +377,7 @@ Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<
   const double bytes = kBytesOfMixed * 3 * area_mm2 / (leaf_mm * leaf_mm);
   if (bytes > options.max_bytes) RefuseMemory(bytes, options);
   Bone bone;
-  Bone::Grids& grids = bone.grids();
+  BoneGrids& grids = GridsOf(bone);
   grids.phi = MakePhiGrid(options.voxel_mm, options.band_voxels);
   grids.materials = std::move(materials);
   const auto grid = Voxelise(layers.front(), options, grids.phi->transform());
@@ -407,7 +407,7 @@ void RoundDistances(Bone& bone, int precision_bits) {
   if (precision_bits >= 24) return;
   // Veltkamp's splitting, as in removal.
   const float splitter = static_cast<float>(1 << (24 - precision_bits)) + 1;
-  openvdb::tree::LeafManager<FloatTree> leaves(bone.grids().phi->tree());
+  openvdb::tree::LeafManager<FloatTree> leaves(GridsOf(bone).phi->tree());
   leaves.foreach ([splitter](FloatLeaf& leaf, std::size_t) {
     for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
       const float value = leaf.getValue(i);
@@ -419,7 +419,7 @@ void RoundDistances(Bone& bone, int precision_bits) {
 
 void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm,
                 const std::function<void(double)>& report) {
-  Bone::Grids& grids = bone.grids();
+  BoneGrids& grids = GridsOf(bone);
   const double h = grids.voxel_mm();
   const double hr = region_voxel_mm;
   grids.region = MakeRegionGrid(hr);

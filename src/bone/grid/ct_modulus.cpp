@@ -19,7 +19,7 @@ using openvdb::Coord;
 /// Calls visit(CT number, region id) for each CT voxel whose centre lies in the bone.
 template <typename Visit>
 void ForEachHuInBone(const Bone& bone, Visit visit) {
-  const Bone::Grids& grids = bone.grids();
+  const BoneGrids& grids = GridsOf(bone);
   const double hu_h = grids.hu->voxelSize()[0];
   openvdb::FloatGrid::ConstUnsafeAccessor phi(grids.phi->constTree());
   openvdb::Int32Grid::ConstUnsafeAccessor regions(grids.region->constTree());
@@ -61,7 +61,7 @@ openvdb::MaskTree FindCells(const openvdb::FloatTree& phi, double h, double hu_h
 
 void SetHu(Bone& bone, const std::function<double(const Vec3&)>& hu, double voxel_mm) {
   CheckRange("voxel_mm", voxel_mm, kHuVoxelRange_mm, "CT");
-  Bone::Grids& grids = bone.grids();
+  BoneGrids& grids = GridsOf(bone);
   const double h = grids.voxel_mm();
   openvdb::MaskTree cells = FindCells(grids.phi->constTree(), h, voxel_mm);
   // A point in the bone lies within a voxel of phi from the centre of an inside voxel, and needs all corners of its
@@ -84,14 +84,14 @@ void SetHu(Bone& bone, const std::function<double(const Vec3&)>& hu, double voxe
 }
 
 void CopyHu(Bone& bone, const Bone& from) {
-  if (!from.grids().hu) throw Error("the bone has no CT numbers");
-  bone.grids().hu = from.grids().hu;
-  bone.grids().modulus.reset();
-  bone.grids().by_modulus.fill(false);
+  if (!GridsOf(from).hu) throw Error("the bone has no CT numbers");
+  GridsOf(bone).hu = GridsOf(from).hu;
+  GridsOf(bone).modulus.reset();
+  GridsOf(bone).by_modulus.fill(false);
 }
 
 CtModulusReport UseCtModulus(Bone& bone, const CtLaw& law, bool all_regions) {
-  Bone::Grids& grids = bone.grids();
+  BoneGrids& grids = GridsOf(bone);
   if (!grids.hu) throw Error("the bone has no CT numbers");
   if (law.calibration.empty()) throw Error(fmt::format("the law \"{}\" has no calibration", law.name));
   CheckCtLaw(law);

@@ -145,7 +145,7 @@ FloatTree& Split(FloatTree& tree) {
 }  // namespace
 
 struct BoneField::State {
-  State(const Bone::Grids& grids, FloatTree& the_tree)
+  State(const BoneGrids& grids, FloatTree& the_tree)
       : tree(Split(the_tree)),
         origin(FindOrigin(tree)),
         h(grids.voxel_mm()),
@@ -200,7 +200,7 @@ struct BoneField::State {
 };
 
 BoneField::BoneField(Bone& bone, int spare_leaves)
-    : state_(std::make_unique<State>(bone.grids(), bone.grids().phi->tree())) {
+    : state_(std::make_unique<State>(GridsOf(bone), GridsOf(bone).phi->tree())) {
   Refill(spare_leaves);
 }
 BoneField::~BoneField() = default;

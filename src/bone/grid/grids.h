@@ -30,6 +30,19 @@ struct Bone::Grids {
   double region_voxel_mm() const { return region->voxelSize()[0]; }
 };
 
+struct BoneInternals {
+  using Grids = Bone::Grids;
+  static Grids& Get(Bone& bone) { return *bone.grids_; }
+  static const Grids& Get(const Bone& bone) { return *bone.grids_; }
+};
+using BoneGrids = BoneInternals::Grids;
+inline BoneGrids& GridsOf(Bone& bone) {
+  return BoneInternals::Get(bone);
+}
+inline const BoneGrids& GridsOf(const Bone& bone) {
+  return BoneInternals::Get(bone);
+}
+
 openvdb::FloatGrid::Ptr MakePhiGrid(double voxel_mm, int band_voxels = kHalfBandVoxels);
 openvdb::Int32Grid::Ptr MakeRegionGrid(double voxel_mm);
 /// Clamps the values to the band, deactivates the voxels beyond it, and merges uniform leaves into tiles.

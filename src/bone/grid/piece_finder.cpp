@@ -361,8 +361,8 @@ PieceFinder::PieceFinder(const Bone& bone, double dust_mm3) : state_(std::make_u
   State& s = *state_;
   s.h = bone.voxel_mm();
   s.dust_mm3 = dust_mm3;
-  s.region = bone.grids().region;
-  s.Build(bone.grids().phi->tree());
+  s.region = GridsOf(bone).region;
+  s.Build(GridsOf(bone).phi->tree());
   s.changed = true;
   Find();
 }

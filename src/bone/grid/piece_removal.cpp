@@ -64,8 +64,8 @@ PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int i
   for (const auto& [index, mask] : own) {
     for (int k = 0; k < 27; ++k) touched[{index[0] + k / 9 - 1, index[1] + k / 3 % 3 - 1, index[2] + k % 3 - 1}] = true;
   }
-  const auto accessor = bone.grids().phi->getConstAccessor();
-  const float band = bone.grids().phi->background();
+  const auto accessor = GridsOf(bone).phi->getConstAccessor();
+  const float band = GridsOf(bone).phi->background();
   const auto h = static_cast<float>(bone.voxel_mm());
   const LeafMask none{};
   const auto own_of = [&](const Index3& index) -> const LeafMask& {
@@ -87,8 +87,8 @@ PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int i
   };
 
   PieceRemoval removal;
-  removal.piece.grids() = bone.grids();
-  removal.piece.grids().phi = MakePhiGrid(bone.voxel_mm());
+  GridsOf(removal.piece) = GridsOf(bone);
+  GridsOf(removal.piece).phi = MakePhiGrid(bone.voxel_mm());
   Index3 lowest{1 << 30, 1 << 30, 1 << 30}, highest{-(1 << 30), -(1 << 30), -(1 << 30)};
   for (const auto& [index, yes] : touched) {
     const Coord origin(8 * index[0], 8 * index[1], 8 * index[2]);
@@ -142,7 +142,7 @@ PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int i
   const double leaf_mm = 8 * bone.voxel_mm();
   removal.bounds_W = {leaf_mm * Vec3(lowest[0], lowest[1], lowest[2]),
                       leaf_mm * (Vec3(highest[0], highest[1], highest[2]) + 1.0)};
-  openvdb::tools::pruneLevelSet(removal.piece.grids().phi->tree(), band, -band);
+  openvdb::tools::pruneLevelSet(GridsOf(removal.piece).phi->tree(), band, -band);
   for (const auto& [region, mm3] : removal.piece.CalcRegionVolumes()) {
     if (region >= 0 && region < 256) removal.mm3[static_cast<std::size_t>(region)] += mm3;
   }

@@ -22,7 +22,7 @@ constexpr double kMaybeCrumb_mm3 = 100 * kSmallestPiece_mm3;
 }  // namespace
 
 Pieces SplitPieces(const Bone& bone, double min_mm3) {
-  const Bone::Grids& grids = bone.grids();
+  const BoneGrids& grids = GridsOf(bone);
   const double voxel_mm3 = std::pow(grids.voxel_mm(), 3);
   const Labels labels = LabelInside(grids.phi->tree());
   const std::vector<LabelledBlock>& blocks = labels.blocks;
@@ -72,9 +72,9 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
       }
     }
     Bone piece;
-    piece.grids() = grids;
-    piece.grids().phi = MakePhiGrid(grids.voxel_mm());
-    FloatTree& tree = piece.grids().phi->tree();
+    GridsOf(piece) = grids;
+    GridsOf(piece).phi = MakePhiGrid(grids.voxel_mm());
+    FloatTree& tree = GridsOf(piece).phi->tree();
     const float band = tree.background();
     for (std::size_t n = 0; n < blocks.size(); ++n) {
       const LabelledBlock& block = blocks[n];

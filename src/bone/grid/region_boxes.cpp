@@ -5,8 +5,8 @@
 namespace kerf {
 
 std::vector<Box3> FindRegionBoxes(const Bone& bone, const std::array<bool, 256>& wanted) {
-  const openvdb::Int32Grid& grid = *bone.grids().region;
-  const double h = bone.grids().region_voxel_mm();
+  const openvdb::Int32Grid& grid = *GridsOf(bone).region;
+  const double h = GridsOf(bone).region_voxel_mm();
   const auto is_wanted = [&](int region) {
     return region > 0 && region < 256 && wanted[static_cast<std::size_t>(region)];
   };

@@ -55,8 +55,8 @@ Vec3 CalcLostMiddle(const std::array<float, 8>& before, const std::array<float, 
 }  // namespace
 
 std::vector<RemovedCell> FindRemoved(const Bone& before, const Bone& after) {
-  const openvdb::FloatGrid& phi_before = *before.grids().phi;
-  const openvdb::FloatGrid& phi_after = *after.grids().phi;
+  const openvdb::FloatGrid& phi_before = *GridsOf(before).phi;
+  const openvdb::FloatGrid& phi_after = *GridsOf(after).phi;
   const double h = before.voxel_mm();
   if (h != after.voxel_mm()) {
     throw Error(fmt::format("bones of {:g} mm and {:g} mm voxels can't be compared", h, after.voxel_mm()));
@@ -69,7 +69,7 @@ std::vector<RemovedCell> FindRemoved(const Bone& before, const Bone& after) {
   }
   const Accessor of_before = phi_before.getConstAccessor();
   const Accessor of_after = phi_after.getConstAccessor();
-  const auto region = before.grids().region->getConstAccessor();
+  const auto region = GridsOf(before).region->getConstAccessor();
   std::vector<RemovedCell> cells;
   for (const Coord& origin : leaves) {
     for (int i = 0; i < 512; ++i) {
@@ -104,7 +104,7 @@ struct PhiSampler::State {
 };
 
 PhiSampler::PhiSampler(const Bone& bone)
-    : state_(std::make_unique<State>(State{bone.grids().phi->getConstAccessor(), bone.voxel_mm()})) {}
+    : state_(std::make_unique<State>(State{GridsOf(bone).phi->getConstAccessor(), bone.voxel_mm()})) {}
 PhiSampler::~PhiSampler() = default;
 PhiSampler::PhiSampler(PhiSampler&&) noexcept = default;
 PhiSampler& PhiSampler::operator=(PhiSampler&&) noexcept = default;

@@ -9,7 +9,7 @@
 namespace kerf {
 
 void SetLeaf(Bone& bone, const std::array<int, 3>& index, std::span<const float, 512> values) {
-  openvdb::FloatGrid& grid = *bone.grids().phi;
+  openvdb::FloatGrid& grid = *GridsOf(bone).phi;
   using Leaf = openvdb::FloatGrid::TreeType::LeafNodeType;
   static_assert(Leaf::SIZE == 512);
   const openvdb::Coord origin(index[0] * static_cast<int>(Leaf::DIM), index[1] * static_cast<int>(Leaf::DIM),
@@ -24,7 +24,7 @@ void SetLeaf(Bone& bone, const std::array<int, 3>& index, std::span<const float,
 }
 
 void GetLeaf(const Bone& bone, const std::array<int, 3>& index, std::span<float, 512> values) {
-  const openvdb::FloatTree& tree = bone.grids().phi->tree();
+  const openvdb::FloatTree& tree = GridsOf(bone).phi->tree();
   const openvdb::Coord corner(8 * index[0], 8 * index[1], 8 * index[2]);
   if (const auto* leaf = tree.probeConstLeaf(corner)) {
     std::copy_n(leaf->buffer().data(), 512, values.begin());

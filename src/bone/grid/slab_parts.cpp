@@ -89,7 +89,7 @@ class Cutter {
  public:
   Cutter(const Bone& bone, const SlabCut& cut)
       : bone_(bone),
-        phi_(bone.grids().phi->deepCopy()),
+        phi_(GridsOf(bone).phi->deepCopy()),
         h_(bone.voxel_mm()),
         distance_{cut.plane.p_W, cut.plane.normal_W, h_},
         half_(0.5 * cut.thickness_mm),
@@ -194,7 +194,7 @@ class Cutter {
   /// Makes the segment where sign * s < -t/2.
   Bone MakeSegment(double sign, PartFate fate) const {
     Bone segment = MakeEmptyCopy(h_);
-    FloatTree& tree = segment.grids().phi->tree();
+    FloatTree& tree = GridsOf(segment).phi->tree();
     const float band = tree.background();
     const std::vector<char> keep = FindBlocks(fate);
     SliceLeaves leaves(labels_.blocks.size());
@@ -223,7 +223,7 @@ class Cutter {
       const bool ours = its == PartFate::kCut ? sign * distance_(block.origin) < 0 : its == fate;
       if (ours) tree.addTile(1, block.origin, -band, false);
     }
-    FinishLevelSet(*segment.grids().phi);
+    FinishLevelSet(*GridsOf(segment).phi);
     return segment;
   }
 
@@ -265,9 +265,9 @@ class Cutter {
     }
     Bone slice = MakeEmptyCopy(fine.voxel_mm);
     for (SliceLeaves& of_block : leaves) {
-      for (auto& leaf : of_block) slice.grids().phi->tree().addLeaf(leaf.release());
+      for (auto& leaf : of_block) GridsOf(slice).phi->tree().addLeaf(leaf.release());
     }
-    FinishLevelSet(*slice.grids().phi);
+    FinishLevelSet(*GridsOf(slice).phi);
     return slice;
   }
 
@@ -339,8 +339,8 @@ class Cutter {
 
   Bone MakeEmptyCopy(double voxel_mm) const {
     Bone copy;
-    copy.grids() = bone_.grids();
-    copy.grids().phi = MakePhiGrid(voxel_mm);
+    GridsOf(copy) = GridsOf(bone_);
+    GridsOf(copy).phi = MakePhiGrid(voxel_mm);
     return copy;
   }
 

@@ -7,12 +7,12 @@
 namespace kerf {
 
 TriangleMesh ExtractSurface(const Bone& bone, double adaptivity) {
-  return ExtractZeroLevel(*bone.grids().phi, adaptivity);
+  return ExtractZeroLevel(*GridsOf(bone).phi, adaptivity);
 }
 
 std::vector<BoneLeaf> ListLeaves(const Bone& bone) {
   std::vector<BoneLeaf> leaves;
-  const openvdb::FloatTree& tree = bone.grids().phi->tree();
+  const openvdb::FloatTree& tree = GridsOf(bone).phi->tree();
   leaves.reserve(tree.leafCount());
   for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
     const openvdb::Coord& first = leaf->origin();

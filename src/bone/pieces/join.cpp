@@ -16,10 +16,10 @@ Bone JoinBones(const Bone& bone, const std::vector<const Bone*>& pieces) {
     if (std::abs(piece->voxel_mm() - bone.voxel_mm()) > 1e-9 * bone.voxel_mm()) {
       throw Error("a piece has a different voxel size from the bone that it was cut from");
     }
-    openvdb::FloatGrid::Ptr copy = piece->grids().phi->deepCopy();
-    openvdb::tools::csgUnion(*joined.grids().phi, *copy);
+    openvdb::FloatGrid::Ptr copy = GridsOf(*piece).phi->deepCopy();
+    openvdb::tools::csgUnion(*GridsOf(joined).phi, *copy);
   }
-  FinishLevelSet(*joined.grids().phi);
+  FinishLevelSet(*GridsOf(joined).phi);
   return joined;
 }
 

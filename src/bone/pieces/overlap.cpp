@@ -37,8 +37,8 @@ Pose Compose(const Pose& X_AB, const Pose& X_BC) {
 class PairSampler {
  public:
   PairSampler(const Bone& a, const Bone& b, const Pose& X_BA)
-      : a_(a.grids().phi->getConstAccessor()),
-        b_(b.grids().phi->getConstAccessor()),
+      : a_(GridsOf(a).phi->getConstAccessor()),
+        b_(GridsOf(b).phi->getConstAccessor()),
         per_a_(1 / a.voxel_mm()),
         per_b_(1 / b.voxel_mm()),
         X_BA_(X_BA) {}
@@ -206,8 +206,8 @@ double CalcOverlap(const BoneWithBounds& bone_a, const Pose& X_WA, const BoneWit
   const double reach = 0.5 * std::sqrt(3.0) * edge;
   const double slack[2] = {kSlackVoxels * a.voxel_mm(), kSlackVoxels * b.voxel_mm()};
   const int leaf = openvdb::FloatTree::LeafNodeType::DIM;
-  auto own_values = a.grids().phi->getConstAccessor();
-  auto other_values = b.grids().phi->getConstAccessor();
+  auto own_values = GridsOf(a).phi->getConstAccessor();
+  auto other_values = GridsOf(b).phi->getConstAccessor();
   const Pose X_BA = X_AB.Inverse();
   const auto first = [&](double lower) { return static_cast<int>(std::floor(lower / (leaf * h))) * leaf; };
   double mm3 = 0;

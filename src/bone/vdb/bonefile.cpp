@@ -135,7 +135,7 @@ openvdb::Int32Grid::Ptr ReadRegions(const openvdb::GridBase::Ptr& grid, const st
   return std::make_shared<openvdb::Int32Grid>(*stored);
 }
 
-void CheckGrids(const Bone::Grids& grids, const std::string& path) {
+void CheckGrids(const BoneGrids& grids, const std::string& path) {
   const double h = VoxelSize(*grids.phi, path);
   VoxelSize(*grids.region, path);
   CheckSides(*grids.phi, path);
@@ -189,7 +189,7 @@ Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& 
   if (options.hu) wanted.insert("hu");
   CheckVdb(in, path, wanted);
   Bone bone;  // also initialises OpenVDB
-  Bone::Grids& grids = bone.grids();
+  BoneGrids& grids = GridsOf(bone);
   try {
     // The stream throws at its end; otherwise OpenVDB would continue with arbitrary counts from memory.
     in.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
@@ -230,7 +230,7 @@ Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& 
 
 Bone CopyAsStored(const Bone& bone, const ReadBoneOptions& options) {
   Bone copy = bone;
-  Bone::Grids& grids = copy.grids();
+  BoneGrids& grids = GridsOf(copy);
   if (grids.stored_materials) grids.materials = *grids.stored_materials;
   grids.stored_materials.reset();
   grids.modulus.reset();
@@ -240,7 +240,7 @@ Bone CopyAsStored(const Bone& bone, const ReadBoneOptions& options) {
 }
 
 void WriteBone(const Bone& bone, const std::string& path) {
-  const Bone::Grids& grids = bone.grids();
+  const BoneGrids& grids = GridsOf(bone);
   openvdb::MetaMap meta;
   meta.insertMeta("kerf_format", openvdb::Int32Metadata(kFormat));
   meta.insertMeta(std::string(kVdbChecksumName), openvdb::StringMetadata(MakeBlankVdbChecksum()));

@@ -15,8 +15,8 @@ void CheckTissues(const ForceLaw& law, const Bone& bone) {
 }
 
 MaterialLookup::MaterialLookup(const Bone& bone, const Tool& tool)
-    : by_ct_(bone.grids().by_modulus),
-      any_by_ct_(bone.grids().modulus != nullptr),
+    : by_ct_(GridsOf(bone).by_modulus),
+      any_by_ct_(GridsOf(bone).modulus != nullptr),
       tool_E_MPa_(CalcModulus(tool)),
       tool_nu_(CalcPoissonRatio(tool)) {
   for (const auto& [id, region] : bone.materials().regions()) {

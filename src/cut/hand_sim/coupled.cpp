@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "cut/hand_sim/internals.h"
 #include "cut/hand_sim/state.h"
 #include "kerf/simulation.h"
 
@@ -40,11 +41,18 @@ double CalcSolidStiffness(const ToolShape& shape) {
 
 }  // namespace
 
-CoupledSimulation::CoupledSimulation(Bone bone, const CoupledParams& params, const Pose& X_WT_start) {
+CoupledSimulation CoupledInternals::Make(Bone bone, const ComparedParams& params, const Pose& X_WT_start) {
   CheckParams(params);
+  CheckRange("precision_bits", params.precision_bits, kPrecisionRange_bits);
   CheckTissues(params.law, bone);
-  state_ = std::make_unique<State>(std::move(bone), params, MakeStart(X_WT_start));
+  CoupledSimulation simulation;
+  simulation.state_ = std::make_unique<CoupledSimulation::State>(std::move(bone), params, MakeStart(X_WT_start));
+  return simulation;
 }
+
+CoupledSimulation::CoupledSimulation() noexcept = default;
+CoupledSimulation::CoupledSimulation(Bone bone, const CoupledParams& params, const Pose& X_WT_start)
+    : CoupledSimulation(CoupledInternals::Make(std::move(bone), {params}, X_WT_start)) {}
 CoupledSimulation::~CoupledSimulation() = default;
 CoupledSimulation::CoupledSimulation(CoupledSimulation&&) noexcept = default;
 CoupledSimulation& CoupledSimulation::operator=(CoupledSimulation&&) noexcept = default;
@@ -536,11 +544,8 @@ void CoupledSimulation::ReadChannels(std::span<double> values) const {
   state_->effects.Report(values);
 }
 
-const EffectPlan& CoupledSimulation::effects() const {
-  return state_->effects;
-}
-EffectPlan& CoupledSimulation::effects() {
-  return state_->effects;
+EffectPlan& CoupledInternals::Effects(const CoupledSimulation& simulation) {
+  return simulation.state_->effects;
 }
 std::array<double, 256> CoupledSimulation::CalcRemovedByRegion() {
   state_->FinishPath();

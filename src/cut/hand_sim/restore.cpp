@@ -4,12 +4,13 @@
 #include <limits>
 #include <utility>
 
+#include "cut/hand_sim/internals.h"
 #include "cut/hand_sim/state.h"
 
 namespace kerf {
 
-LeafHistory& CoupledSimulation::KeepHistory(int ring_leaves) {
-  State& s = *state_;
+LeafHistory& CoupledInternals::KeepHistory(CoupledSimulation& simulation, int ring_leaves) {
+  CoupledSimulation::State& s = *simulation.state_;
   if (s.history) return *s.history;
   s.history = std::make_unique<LeafHistory>(s.field, static_cast<std::size_t>(std::max(ring_leaves, 2)));
   s.field.set_history(s.history.get());
@@ -17,12 +18,12 @@ LeafHistory& CoupledSimulation::KeepHistory(int ring_leaves) {
   return *s.history;
 }
 
-LeafHistory* CoupledSimulation::history() {
-  return state_->history.get();
+LeafHistory* CoupledInternals::History(CoupledSimulation& simulation) {
+  return simulation.state_->history.get();
 }
 
-bool CoupledSimulation::Checkpoint(std::uint32_t number) {
-  State& s = *state_;
+bool CoupledInternals::Checkpoint(CoupledSimulation& simulation, std::uint32_t number) {
+  CoupledSimulation::State& s = *simulation.state_;
   if (!s.history) return false;
   CoupledOutput unused;
   s.CutWaiting(unused);
@@ -63,7 +64,7 @@ bool Restore::Begin(CoupledSimulation& simulation, RestoreJob& job, bool may_ref
     job.state.store(why, std::memory_order_release);
     return false;
   };
-  LeafHistory* history = simulation.history();
+  LeafHistory* history = HistoryOf(simulation);
   if (history == nullptr || history->last_lost() != job.lost) return refuse(RestoreJob::State::kLost);
   const std::size_t more = history->pushed() - job.seen;
   if (job.redo ? more > 0 : more > job.spare.size()) return refuse(RestoreJob::State::kChanged);

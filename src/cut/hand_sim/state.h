@@ -13,6 +13,7 @@
 #include "cut/contact/step.h"
 #include "cut/effects/plan.h"
 #include "cut/hand_sim/coupling.h"
+#include "cut/hand_sim/internals.h"
 #include "cut/hand_sim/setup.h"
 #include "cut/hand_sim/slab_guide.h"
 #include "cut/path_sim/teeth_sums.h"
@@ -29,7 +30,7 @@ struct CoupledSimulation::State {
   static constexpr double kCreep_mm_per_s = 0.02;
   static constexpr double kMaxReserve_mJ = 5;
 
-  State(Bone the_bone, const CoupledParams& the_params, const Pose& X_WT_start)
+  State(Bone the_bone, const ComparedParams& the_params, const Pose& X_WT_start)
       : bone(std::move(the_bone)),
         params(the_params),
         field(bone, params.spare_leaves),
@@ -107,7 +108,7 @@ struct CoupledSimulation::State {
   void Publish(const Sums& sums, CoupledOutput& out) const;
 
   Bone bone;
-  CoupledParams params;
+  ComparedParams params;
   BoneField field;
   double h;
   bool is_disc;

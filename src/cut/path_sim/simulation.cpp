@@ -9,6 +9,7 @@
 #include "bone/grid/piece_removal.h"
 #include "cut/contact/edge.h"
 #include "cut/effects/plan.h"
+#include "cut/path_sim/internals.h"
 #include "cut/path_sim/teeth_sums.h"
 #include "cut/removal/paced_cutter.h"
 #include "cut/tool/shape.h"
@@ -169,11 +170,8 @@ void Simulation::ReadChannels(std::span<double> values) const {
   state_->effects.Report(values);
 }
 
-const EffectPlan& Simulation::effects() const {
-  return state_->effects;
-}
-EffectPlan& Simulation::effects() {
-  return state_->effects;
+EffectPlan& SimulationInternals::Effects(const Simulation& simulation) {
+  return simulation.state_->effects;
 }
 const Bone& Simulation::UpdateBone() {
   state_->CutRest(state_->X_WT);

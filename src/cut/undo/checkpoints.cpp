@@ -1,5 +1,6 @@
 #include "kerf/checkpoints.h"
 
+#include "cut/hand_sim/internals.h"
 #include "cut/undo/journal.h"
 
 namespace kerf {
@@ -10,7 +11,7 @@ struct Checkpoints::State {
 };
 
 Checkpoints::Checkpoints(CoupledSimulation& simulation, double max_MB)
-    : state_(new State{simulation, UndoJournal(simulation.KeepHistory(), {.max_MB = max_MB})}) {}
+    : state_(new State{simulation, UndoJournal(KeepHistory(simulation), {.max_MB = max_MB})}) {}
 Checkpoints::~Checkpoints() = default;
 
 void Checkpoints::Update() {

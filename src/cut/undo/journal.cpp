@@ -8,6 +8,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "cut/hand_sim/internals.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -322,7 +323,7 @@ std::size_t UndoJournal::CountLeaves() const {
 void MakeCheckpoint(CoupledSimulation& simulation, UndoJournal& journal, std::string name) {
   const std::uint32_t number = journal.Name(std::move(name));
   journal.Drain();
-  if (!simulation.Checkpoint(number)) throw Error("the simulation keeps no history: call KeepHistory()");
+  if (!MakeCheckpoint(simulation, number)) throw Error("the simulation keeps no history: call KeepHistory()");
   journal.Drain();
 }
 

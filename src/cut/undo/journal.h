@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bone/grid/leaf_history.h"
+#include "cut/hand_sim/internals.h"
 #include "cut/hand_sim/restore.h"
 #include "cut/undo/leaf_pack.h"
 #include "kerf/checkpoints.h"

@@ -14,7 +14,7 @@ namespace {
 /// Calls visit(x, y, z, phi of the bone) for each voxel of a box.
 template <typename Visit>
 void ForEachVoxel(const Bone& bone, const std::array<int, 3>& lowest, const std::array<int, 3>& size, Visit visit) {
-  const auto accessor = bone.grids().phi->getConstAccessor();
+  const auto accessor = GridsOf(bone).phi->getConstAccessor();
   for (int x = lowest[0]; x < lowest[0] + size[0]; ++x) {
     for (int y = lowest[1]; y < lowest[1] + size[1]; ++y) {
       for (int z = lowest[2]; z < lowest[2] + size[2]; ++z) visit(x, y, z, accessor.getValue({x, y, z}));

@@ -37,7 +37,7 @@ Footprint Weigh(const std::function<Bone()>& make_bone) {
   const std::size_t before = ReadResidentBytes();
   Bone bone = make_bone();
   Footprint footprint;
-  footprint.level_set_MB = 1e-6 * static_cast<double>(bone.grids().phi->memUsage());
+  footprint.level_set_MB = 1e-6 * static_cast<double>(GridsOf(bone).phi->memUsage());
   footprint.bone_MB = 1e-6 * static_cast<double>(bone.CalcMemoryBytes());
   Pose above;
   above.p_AB = bone.CalcBounds().upper + Vec3(50);

@@ -9,6 +9,7 @@
 
 #include "bone/material/region_table.h"
 #include "bone/models/mandible.h"
+#include "cut/hand_sim/internals.h"
 #include "cut/undo/journal.h"
 #include "experiment/bench/cut_cases.h"
 #include "experiment/bench/measure.h"
@@ -134,8 +135,8 @@ UndoReport RunUndoBench(const UndoBenchOptions& options) {
   const CutCase first = MakeCut(0);
   CoupledSimulation simulation(bone, MakeParams(first), Handle(first, 0).X_WH);
   CoupledSimulation without(bone, MakeParams(first), Handle(first, 0).X_WH);
-  UndoJournal journal(simulation.KeepHistory());
-  report.history_MB = 1e-6 * static_cast<double>(simulation.history()->CalcMemoryBytes());
+  UndoJournal journal(KeepHistory(simulation));
+  report.history_MB = 1e-6 * static_cast<double>(HistoryOf(simulation)->CalcMemoryBytes());
   const PinnedToCore pinned(options.core, options.realtime);
   std::vector<double> with_us, without_us;
   for (int k = 0; k < kCuts; ++k) {

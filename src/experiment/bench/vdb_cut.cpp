@@ -90,7 +90,7 @@ VdbCut::~VdbCut() = default;
 void VdbCut::Cut(const Tool& tool, const Pose& X_WT) {
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   const FloatGrid::Ptr tool_grid = MakeToolGrid(tool, X_WT, bone_.voxel_mm());
-  openvdb::tools::csgDifference(*bone_.grids().phi, *tool_grid, /*prune=*/false);
+  openvdb::tools::csgDifference(*GridsOf(bone_).phi, *tool_grid, /*prune=*/false);
 }
 
 }  // namespace kerf

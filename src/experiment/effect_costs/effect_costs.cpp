@@ -15,6 +15,7 @@
 
 #include "base/core/hash.h"
 #include "cut/effects/plan.h"
+#include "cut/hand_sim/internals.h"
 #include "device/devices/simulated_device.h"
 #include "experiment/bench/measure.h"
 #include "kerf/error.h"
@@ -133,7 +134,7 @@ class Subject {
     return coupled_ ? coupled_->UpdateBone().CalcHash() : on_path_->UpdateBone().CalcHash();
   }
   const EffectPlan& effects() const {
-    return coupled_ ? std::as_const(*coupled_).effects() : std::as_const(*on_path_).effects();
+    return coupled_ ? EffectsOf(std::as_const(*coupled_)) : EffectsOf(std::as_const(*on_path_));
   }
   double CalcMemoryMB() const {
     return 1e-6 * static_cast<double>(coupled_ ? coupled_->CalcMemoryBytes() : effects().CalcMemoryBytes());

@@ -15,6 +15,7 @@
 #include "bone/grid/build.h"
 #include "cut/effects/heat/heat.h"
 #include "cut/effects/plan.h"
+#include "cut/hand_sim/internals.h"
 #include "kerf/error.h"
 #include "kerf/simulation.h"
 #include "kerf/slab.h"
@@ -96,7 +97,7 @@ class HandSubject final : public CaseSubject {
     if (status_ & kCoupledBadPose) throw Error("the handle's pose was refused");
   }
   double CalcTemperature_C(const Vec3& p_W) override {
-    return FindTemperature_C(std::as_const(simulation_).effects(), p_W);
+    return FindTemperature_C(EffectsOf(std::as_const(simulation_)), p_W);
   }
   double CalcRemoved_mm3() override { return Sum(simulation_.CalcRemovedByRegion()); }
   std::size_t CalcMemoryBytes() override {
@@ -106,11 +107,11 @@ class HandSubject final : public CaseSubject {
 
  private:
   static CoupledSimulation MakeSimulation(const StudyPath& path, const StudySettings& settings, Bone bone) {
-    CoupledParams params{MakeParams(path, settings)};
+    ComparedParams params{{MakeParams(path, settings)}};
     params.coupling = path.coupling;
     params.precision_bits = settings.precision_bits;
     params.spare_leaves = CountSpareLeaves(bone);
-    return {std::move(bone), params, path.pose(Holding::kHand, 0)};
+    return MakeComparedSimulation(std::move(bone), params, path.pose(Holding::kHand, 0));
   }
 
   CoupledSimulation simulation_;
@@ -141,7 +142,7 @@ class PathSubject final : public CaseSubject {
     if (status_ & kTickBadPose) throw Error("the tool's pose was refused");
   }
   double CalcTemperature_C(const Vec3& p_W) override {
-    return FindTemperature_C(std::as_const(simulation_).effects(), p_W);
+    return FindTemperature_C(EffectsOf(std::as_const(simulation_)), p_W);
   }
   double CalcRemoved_mm3() override { return Sum(simulation_.CalcRemovedByRegion()); }
   std::size_t CalcMemoryBytes() override { return simulation_.UpdateBone().CalcMemoryBytes(); }

@@ -1,4 +1,5 @@
 #include "loop/haptics/restore_exchange.h"
+#include "cut/hand_sim/internals.h"
 
 #include <utility>
 
@@ -37,7 +38,7 @@ void RestoreExchange::BeginNext(CoupledSimulation& simulation, TickInputs& in) {
   if (next == nullptr) return;
   const Request request = *next;
   if (request.job == nullptr && request.carry == nullptr) {
-    if (!simulation.Checkpoint(request.checkpoint)) return;
+    if (!MakeCheckpoint(simulation, request.checkpoint)) return;
     ring_.Pop();
     in.flags |= kRecordedCheckpoint;
     in.checkpoint = request.checkpoint;

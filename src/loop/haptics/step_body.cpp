@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "cut/effects/plan.h"
+#include "cut/hand_sim/internals.h"
 
 namespace kerf {
 
@@ -25,10 +26,10 @@ StepBody::StepBody(CoupledSimulation& simulation, GuardedDevice& device, const S
 }
 
 std::size_t StepBody::channel_count() const {
-  return std::as_const(simulation_).effects().channel_count();
+  return EffectsOf(std::as_const(simulation_)).channel_count();
 }
 void StepBody::ReportChannels(std::span<double> channels) const {
-  std::as_const(simulation_).effects().Report(channels);
+  EffectsOf(std::as_const(simulation_)).Report(channels);
 }
 
 bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& tick) {

@@ -85,8 +85,8 @@ class MidpointFinder {
   MidpointFinder(const Bone& before, const Bone& after)
       : h_(before.voxel_mm()),
         level_(-kLevelVoxels * h_),
-        before_(before.grids().phi->getConstAccessor()),
-        after_(after.grids().phi->getConstAccessor()) {}
+        before_(GridsOf(before).phi->getConstAccessor()),
+        after_(GridsOf(after).phi->getConstAccessor()) {}
 
   /// Searches within `reach` on both sides of p. Returns none if one side of the kerf is missing.
   std::optional<Midpoint> Find(const Vec3& p, const Vec3& normal, double reach) {

@@ -50,8 +50,8 @@ Loss FindLoss(const Bone& before, const Bone& after, const std::optional<Box3>& 
         fmt::format("the bone before the cut has voxels of {} mm, the bone after it {} mm; both must be the same bone",
                     h, after.voxel_mm()));
   }
-  const openvdb::FloatGrid& old_grid = *before.grids().phi;
-  const openvdb::FloatGrid& new_grid = *after.grids().phi;
+  const openvdb::FloatGrid& old_grid = *GridsOf(before).phi;
+  const openvdb::FloatGrid& new_grid = *GridsOf(after).phi;
   auto old_values = old_grid.getConstAccessor();
   auto new_values = new_grid.getConstAccessor();
   const auto wanted = [&](const Vec3& p) {

@@ -9,6 +9,7 @@
 #include <thread>
 #include <utility>
 
+#include "cut/hand_sim/internals.h"
 #include "kerf/error.h"
 #include "loop/haptics/bone_mirror.h"
 #include "session/run/expected_files.h"
@@ -245,10 +246,10 @@ void LoopSession::State::MakeRecording() {
 }
 
 void LoopSession::State::MakeLogs() {
-  s.effects = EffectRecord(simulation->effects());
+  s.effects = EffectRecord(EffectsOf(*simulation));
   const std::string folder = options.output.log == LoopLog::kFolder ? options.output.folder : "";
   if (options.output.log != LoopLog::kNone) {
-    s.effect_files = EffectFiles(simulation->effects(), static_cast<std::size_t>(requested_ticks) + 64, false, folder);
+    s.effect_files = EffectFiles(EffectsOf(*simulation), static_cast<std::size_t>(requested_ticks) + 64, false, folder);
   }
   if (folder.empty()) return;
   s.force_log = std::make_unique<ForceLog>(folder + "/forces.csv", s.effects.Header(),
@@ -278,7 +279,7 @@ void LoopSession::State::MakeLoop() {
   LoopClock& clock = options.virtual_time ? static_cast<LoopClock&>(virtual_clock) : monotonic;
   loop.emplace(replay ? static_cast<LoopBody&>(*replay) : *step_body, handle->device(), clock,
                MakeLoopParams(scene.loop, options));
-  if (options.costs.costs) loop->Watch(simulation->effects());
+  if (options.costs.costs) loop->Watch(EffectsOf(*simulation));
   if (!NeedsUndo(options)) return;
   mover.emplace(params.tool, X_WT_start, period_s, step_body->can_place());
   step_body->set_restores(&undo.emplace(*simulation, options.undo.max_MB, &*mover).exchange());
@@ -289,7 +290,7 @@ void LoopSession::State::MakePieces(Bone bone) {
   SessionController* const peer = options.watchers.peer;
   mirror.emplace(std::move(bone), loop->leaves());
   if (mover) mover->Connect(*loop, *mirror);
-  fragments.emplace(simulation->effects());
+  fragments.emplace(EffectsOf(*simulation));
   pieces.emplace(*fragments, *loop, exchange, *mirror, CalcReach(params.tool));
   if (fragments->is_on() || peer != nullptr) {
     mirror->set_listener([this, peer](const LeafMessage& leaf) {
@@ -299,7 +300,7 @@ void LoopSession::State::MakePieces(Bone bone) {
       pieces->Take(leaf);
     });
   }
-  if (peer != nullptr) peer->Begin({mirror->bone(), params, s.setup, simulation->effects(), X_WT_start});
+  if (peer != nullptr) peer->Begin({mirror->bone(), params, s.setup, EffectsOf(*simulation), X_WT_start});
   if (fragments->takes_out()) step_body->set_pieces(&exchange);
   if (recording) {
     pieces->set_listener(
@@ -351,7 +352,7 @@ void LoopSession::State::SendRest() {
 }
 
 StageCosts LoopSession::State::MakeCosts() {
-  return MakeStageCosts(loop->tick_times(), loop->stages(), simulation->effects(), 1e6 * period_s);
+  return MakeStageCosts(loop->tick_times(), loop->stages(), EffectsOf(*simulation), 1e6 * period_s);
 }
 
 bool LoopSession::State::StepReplay() {
@@ -501,7 +502,7 @@ void LoopSession::State::SummarizeCut() {
     s.cutting = CalcCuttingEnergy(scene, s.effects, s.cutting_sums);
     for (const std::string& warning : FindEnergyWarnings(scene, *s.cutting)) s.warnings.push_back(warning);
   }
-  s.heat = MakeHeatReport(simulation->effects(), s.moments.empty() ? X_WT_start : s.moments.back().X_WT);
+  s.heat = MakeHeatReport(EffectsOf(*simulation), s.moments.empty() ? X_WT_start : s.moments.back().X_WT);
   s.fragments = fragments->MakeReport(mirror->bone().materials());
   if (options.output.keep_last) {
     s.after = std::move(*simulation).TakeBone();

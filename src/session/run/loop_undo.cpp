@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "cut/hand_sim/internals.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -46,7 +47,7 @@ LoopAction ParseLoopAction(const std::string& text) {
 }
 
 LoopUndo::LoopUndo(CoupledSimulation& simulation, double max_MB, ToolMover* mover)
-    : mover_(mover), journal_(simulation.KeepHistory(), UndoParams{.max_MB = max_MB}) {
+    : mover_(mover), journal_(KeepHistory(simulation), UndoParams{.max_MB = max_MB}) {
   if (mover_ != nullptr) X_at_[0] = mover_->X_WT();
 }
 

@@ -14,6 +14,7 @@
 #include "base/files/memory.h"
 #include "bone/grid/changed_hash.h"
 #include "cut/effects/plan.h"
+#include "cut/hand_sim/internals.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -54,14 +55,14 @@ class VoxelPathBody final : public PathBody {
   VoxelPathBody(Bone bone, const SimulationParams& params, const Pose& X_WT_start, double rate_hz, std::size_t ticks,
                 const CostOptions& costs)
       : simulation_(std::move(bone), params, X_WT_start),
-        effects_(std::as_const(simulation_).effects()),
+        effects_(EffectsOf(std::as_const(simulation_))),
         record_(effects_),
         files_(effects_, ticks, true),
         channels_(effects_.channel_count()),
-        fragments_(simulation_.effects()),
+        fragments_(EffectsOf(simulation_)),
         live_(costs.live) {
     record_.rows.reserve(ticks * channels_.size());
-    if (costs.costs) meter_.emplace(1e6 / rate_hz).Watch(simulation_.effects());
+    if (costs.costs) meter_.emplace(1e6 / rate_hz).Watch(EffectsOf(simulation_));
     if (fragments_.is_on()) {
       const double interval = std::round(fragments_.every_s() * rate_hz);
       ticks_between_searches_ = std::max<std::size_t>(1, static_cast<std::size_t>(interval));
@@ -111,7 +112,7 @@ class VoxelPathBody final : public PathBody {
       Search(end_s);
       TakeOut(end_s, true);
     }
-    result.heat = MakeHeatReport(simulation_.effects(), last != nullptr ? last->X_WT : Pose{});
+    result.heat = MakeHeatReport(EffectsOf(simulation_), last != nullptr ? last->X_WT : Pose{});
     result.fragments = fragments_.MakeReport(simulation_.UpdateBone().materials());
     files_.Finish();
     result.files = std::move(files_);

@@ -80,7 +80,7 @@ struct BoneChunks::State {
   std::deque<Index> dirty;
   std::set<Index> is_dirty;
 
-  double voxel_mm() const { return bone.grids().voxel_mm(); }
+  double voxel_mm() const { return GridsOf(bone).voxel_mm(); }
   // Returns true if a changed leaf contains samples of the chunk.
   bool IsTouched(const Index& chunk) const {
     if (uncut.empty()) return false;
@@ -100,7 +100,7 @@ struct BoneChunks::State {
 
 BoneChunks::BoneChunks(Bone bone) : state_(std::make_unique<State>()) {
   state_->bone = std::move(bone);
-  const openvdb::FloatGrid& phi = *state_->bone.grids().phi;
+  const openvdb::FloatGrid& phi = *GridsOf(state_->bone).phi;
   const openvdb::CoordBBox box = phi.evalActiveVoxelBoundingBox();
   if (!box.empty()) {
     for (int i = 0; i < 3; ++i) {
@@ -145,7 +145,7 @@ void BoneChunks::Take(const LeafMessage& leaf) {
 
 std::vector<Index> BoneChunks::ListChunks(const Vec3& p_W) const {
   std::set<Index> chunks;
-  for (auto leaf = state_->bone.grids().phi->tree().cbeginLeaf(); leaf; ++leaf) {
+  for (auto leaf = GridsOf(state_->bone).phi->tree().cbeginLeaf(); leaf; ++leaf) {
     const openvdb::Coord& at = leaf->origin();
     // A face belongs to the chunk with the lower end of its edge, which may be the previous chunk.
     std::array<std::array<int, 2>, 3> along{};
@@ -204,7 +204,7 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
   mesh.skirt.clear();
   mesh.lower_W = mesh.upper_W = Vec3{0};
 
-  const Bone::Grids& grids = state_->bone.grids();
+  const BoneGrids& grids = GridsOf(state_->bone);
   auto phi = grids.phi->getConstAccessor();
   thread_local std::vector<LeafValues> leaves;
   thread_local std::vector<LeafValues> uncut;
@@ -299,7 +299,7 @@ std::size_t BoneChunks::CalcMemoryBytes() const {
 }
 
 bool FindSurface(const Bone& bone, const Vec3& origin_W, const Vec3& direction_W, Vec3& p_W) {
-  const Bone::Grids& grids = bone.grids();
+  const BoneGrids& grids = GridsOf(bone);
   const double voxel_mm = grids.voxel_mm();
   const openvdb::CoordBBox voxels = grids.phi->evalActiveVoxelBoundingBox();
   if (voxels.empty()) return false;

@@ -12,7 +12,7 @@ namespace {
 // Meshes a smooth field of the tissue: the tissue's fraction among a voxel and its 26 neighbours, shifted to be
 // negative inside.
 TriangleMesh MeshTissue(const Bone& bone, Tissue tissue) {
-  const Bone::Grids& grids = bone.grids();
+  const BoneGrids& grids = GridsOf(bone);
   const openvdb::FloatGrid::Ptr fraction = openvdb::FloatGrid::create(1.0F);
   fraction->setTransform(grids.region->transform().copy());
   fraction->setGridClass(openvdb::GRID_LEVEL_SET);  // otherwise its surface is turned inside out

@@ -63,7 +63,7 @@ Rgb8 PieceColour(int piece) {
 
 PieceMesh MakePieceMesh(const Bone& start, const TriangleMesh& mesh_P, const Rgb8& uncut, std::size_t max_triangles) {
   PieceMesh made{mesh_P, std::vector<Rgb8>(mesh_P.points.size(), uncut)};
-  const Bone::Grids& grids = start.grids();
+  const BoneGrids& grids = GridsOf(start);
   const double voxel_mm = grids.voxel_mm();
   const double region_mm = grids.region_voxel_mm();
   std::vector<Vec3> normals(mesh_P.points.size(), Vec3{0});

@@ -165,7 +165,7 @@ std::vector<std::vector<OverlayPoint>> FindZeroLines(const Samples& samples) {
 }
 
 Samples SamplePhi(const Bone& bone, int columns, int rows, const std::function<Vec3(int, int)>& point_of) {
-  const Bone::Grids& grids = bone.grids();
+  const BoneGrids& grids = GridsOf(bone);
   const double voxel_mm = grids.voxel_mm();
   Samples samples{columns, rows, {}};
   samples.values.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
@@ -389,7 +389,7 @@ SliceImage CalcSlice(const Bone& bone, const SliceSpec& spec, const InnerSurface
   const Samples phi = SamplePhi(bone, (width + stride - 1) / stride, (height + stride - 1) / stride,
                                 [&](int column, int row) { return pixel_centre(stride * column, stride * row); });
 
-  const Bone::Grids& grids = bone.grids();
+  const BoneGrids& grids = GridsOf(bone);
   std::array<double, 256> greys{};
   for (std::size_t id = 0; id < greys.size(); ++id) {
     const bool known = grids.materials.Contains(static_cast<int>(id));

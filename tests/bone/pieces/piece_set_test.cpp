@@ -25,7 +25,7 @@ using ::testing::HasSubstr;
 /// 3.7, 4.4 and 2.7 mm.
 Bone MakeCutBar() {
   Bone bar = test::MakeBox({}, {12, 4, 4}, 0.2);
-  openvdb::FloatGrid& grid = *bar.grids().phi;
+  openvdb::FloatGrid& grid = *GridsOf(bar).phi;
   auto values = grid.getAccessor();
   for (int x = -35; x <= 35; ++x) {
     for (int y = -15; y <= 15; ++y) {

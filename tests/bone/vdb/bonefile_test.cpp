@@ -337,7 +337,7 @@ TEST_F(BoneFile, CanBeReadCompletelyWithPyopenvdb) {
   for (const openvdb::Coord& c : places) command += fmt::format(" {},{},{}", c.x(), c.y(), c.z());
   ASSERT_EQ(std::system((command + " >" + Path("out.txt") + " 2>" + Path("err.txt")).c_str()), 0)
       << ReadTextFile(Path("err.txt"));
-  const Bone::Grids& grids = bone.grids();
+  const BoneGrids& grids = GridsOf(bone);
   std::string expected = "2 mm two\n";
   const auto add = [&](const auto& grid) {
     expected += fmt::format("{} float {}", grid.getName(), grid.activeVoxelCount());

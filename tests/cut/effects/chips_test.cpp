@@ -11,6 +11,7 @@
 
 #include "base/core/heap_guard.h"
 #include "cut/effects/plan.h"
+#include "cut/hand_sim/internals.h"
 #include "kerf/coupled.h"
 #include "kerf/simulation.h"
 #include "support/cuts.h"
@@ -172,7 +173,7 @@ class Plunge {
     const ChipsEffect& e = effect();
     EXPECT_NEAR(e.thrown_mm3() + e.dropped_mm3() + e.waiting_mm3(), removed_mm3_, 1e-9 * (1 + removed_mm3_));
   }
-  const ChipsEffect& effect() const { return dynamic_cast<const ChipsEffect&>(*simulation_.effects().Find("chips")); }
+  const ChipsEffect& effect() const { return dynamic_cast<const ChipsEffect&>(*EffectsOf(simulation_).Find("chips")); }
   double z_mm() const { return z_mm_; }
   double removed_mm3() const { return removed_mm3_; }
 
@@ -337,7 +338,7 @@ HandRun RunByHand(bool with, double dt_s, double rpm, const Tool& tool) {
     }
     run.removed_mm3 += out.removed_mm3;
     if (!with) continue;
-    const auto& chips = dynamic_cast<const ChipsEffect&>(*std::as_const(simulation).effects().Find("chips"));
+    const auto& chips = dynamic_cast<const ChipsEffect&>(*EffectsOf(std::as_const(simulation)).Find("chips"));
     run.peak_chips = std::max(run.peak_chips, chips.pool().size());
     std::array<double, 4> channels{};
     chips.Report(channels);

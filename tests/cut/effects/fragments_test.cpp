@@ -9,6 +9,7 @@
 
 #include "base/core/heap_guard.h"
 #include "cut/effects/plan.h"
+#include "cut/hand_sim/internals.h"
 #include "kerf/coupled.h"
 #include "kerf/simulation.h"
 #include "kerf/surface.h"
@@ -55,12 +56,12 @@ TEST(Fragments, ReportsThePieceInTheTickThatCutsTheLastBridge) {
   SimulationParams params;
   params.effects = WithFragments(1);
   Simulation simulation(Bar(), params, PoseAt(0));
-  auto& effect = dynamic_cast<FragmentsEffect&>(*simulation.effects().Find("fragments"));
+  auto& effect = dynamic_cast<FragmentsEffect&>(*EffectsOf(simulation).Find("fragments"));
   std::array<double, 2> figures{};
   int found_in = 0, apart_in = 0;
   for (int tick = 1; tick <= kTicks; ++tick) {
     simulation.Tick({PoseAt(tick)});
-    simulation.effects().Report(figures);
+    EffectsOf(simulation).Report(figures);
     EXPECT_EQ(figures[0], found_in > 0 ? 2 : 1) << tick;
     Tell(simulation, effect);
     if (effect.Look(0.001 * tick) > 0) {
@@ -104,7 +105,7 @@ Felt LowerThrough(const EffectChoices& choices) {
   params.coupling.stiffness_N_per_mm = 10;
   params.effects = choices;
   CoupledSimulation simulation(Bar(), params, PoseAt(0));
-  auto* effect = dynamic_cast<FragmentsEffect*>(simulation.effects().Find("fragments"));
+  auto* effect = dynamic_cast<FragmentsEffect*>(EffectsOf(simulation).Find("fragments"));
   Felt felt;
   for (int tick = 1; tick <= 2 * kTicks; ++tick) {
     CoupledOutput out;
@@ -142,7 +143,7 @@ TEST(Fragments, SmallerPartsCountAsDust) {
   SimulationParams params;
   params.effects = WithFragments(30);  // mm3: larger than the smaller part, smaller than the larger one
   Simulation simulation(Bar(), params, PoseAt(0));
-  auto& effect = dynamic_cast<FragmentsEffect&>(*simulation.effects().Find("fragments"));
+  auto& effect = dynamic_cast<FragmentsEffect&>(*EffectsOf(simulation).Find("fragments"));
   for (int tick = 1; tick <= kTicks; ++tick) simulation.Tick({PoseAt(tick)});
   Tell(simulation, effect);
   EXPECT_EQ(effect.Look(1), 0u);

@@ -9,6 +9,7 @@
 
 #include "base/core/hash.h"
 #include "cut/effects/plan.h"
+#include "cut/hand_sim/internals.h"
 #include "kerf/coupled.h"
 #include "kerf/error.h"
 #include "kerf/simulation.h"
@@ -54,7 +55,7 @@ class Guided {
   }
   double Channel(std::size_t i) const {
     std::array<double, 4> values{};
-    simulation.effects().Report(values);
+    EffectsOf(simulation).Report(values);
     return values[i];
   }
 

@@ -10,6 +10,7 @@
 #include "base/core/heap_guard.h"
 #include "cut/effects/effects.h"
 #include "cut/effects/plan.h"
+#include "cut/hand_sim/internals.h"
 #include "cut/removal/cutter.h"
 #include "kerf/coupled.h"
 #include "support/cuts.h"
@@ -220,7 +221,7 @@ TEST(Heat, OnAPathOnlyObserves) {
   const auto b = test::Stroke(with, Pose{}, {0, 0.03, 14.5}, {0, 0.03, 11}, 3);
   for (std::size_t i = 0; i < a.size(); ++i) ASSERT_TRUE(IsSame(a[i], b[i])) << i;
   EXPECT_EQ(without.UpdateBone().CalcHash(), with.UpdateBone().CalcHash());
-  const auto* heat = dynamic_cast<const HeatEffect*>(with.effects().Find("heat"));
+  const auto* heat = dynamic_cast<const HeatEffect*>(EffectsOf(with).Find("heat"));
   ASSERT_NE(heat, nullptr);
   EXPECT_GT(heat->CalcBalance().put_in, 0);
 }
@@ -241,7 +242,7 @@ TEST(Heat, InAHandOnlyObserves) {
     ASSERT_TRUE(a.X_WT.p_AB == b.X_WT.p_AB && a.X_WT.R_AB == b.X_WT.R_AB && a.f_H_W_N == b.f_H_W_N) << i;
   }
   EXPECT_EQ(without.UpdateBone().CalcHash(), with.UpdateBone().CalcHash());
-  EXPECT_GT(dynamic_cast<const HeatEffect*>(with.effects().Find("heat"))->CalcBalance().put_in, 0);
+  EXPECT_GT(dynamic_cast<const HeatEffect*>(EffectsOf(with).Find("heat"))->CalcBalance().put_in, 0);
 }
 
 }  // namespace

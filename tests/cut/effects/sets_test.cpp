@@ -17,6 +17,7 @@
 #include "base/core/hash.h"
 #include "base/core/heap_guard.h"
 #include "cut/effects/plan.h"
+#include "cut/hand_sim/internals.h"
 #include "kerf/coupled.h"
 #include "kerf/error.h"
 #include "kerf/simulation.h"
@@ -89,7 +90,7 @@ Outcome RunWith(const EffectChoices& choices) {
   params.coupling.stiffness_N_per_mm = 20;
   params.effects = choices;
   CoupledSimulation simulation(MakeSetsBlock(), params, HandlePose(0));
-  const EffectPlan& plan = std::as_const(simulation).effects();
+  const EffectPlan& plan = EffectsOf(std::as_const(simulation));
   std::vector<double> channels(plan.channel_count());
   Outcome run;
   for (int tick = 1; tick <= kSetsTicks; ++tick) {
@@ -204,7 +205,7 @@ TEST(EffectSets, UnnamedEffectsAreAbsent) {
   CoupledParams params;
   params.effects.clear();
   CoupledSimulation simulation(MakeSetsBlock(), params, HandlePose(0));
-  const EffectPlan& plan = std::as_const(simulation).effects();
+  const EffectPlan& plan = EffectsOf(std::as_const(simulation));
   EXPECT_TRUE(plan.entries().empty());
   EXPECT_TRUE(plan.left_out().empty());
   EXPECT_EQ(plan.channel_count(), 0u);
@@ -273,7 +274,7 @@ TEST(EffectSets, NoneChangesTheCutOnAPath) {
     SimulationParams params;
     params.effects = choices;
     Simulation simulation(MakeSetsBlock(), params, HandlePose(0));
-    const EffectPlan& plan = std::as_const(simulation).effects();
+    const EffectPlan& plan = EffectsOf(std::as_const(simulation));
     EXPECT_EQ(plan.entries().size() + plan.left_out().size(), choices.size());
     for (const EffectInfo* info : plan.left_out()) EXPECT_EQ(info->tool, EffectTool::kInHand) << info->name;
     std::uint64_t force = 0;

@@ -14,6 +14,7 @@
 
 #include "base/core/heap_guard.h"
 #include "cut/effects/plan.h"
+#include "cut/hand_sim/internals.h"
 #include "kerf/coupled.h"
 #include "kerf/simulation.h"
 #include "support/cuts.h"
@@ -235,7 +236,7 @@ TEST(Sound, ReportsSpeedAndPowerOfTheCut) {
   SetEffect(params.effects, "sound", "cutting_share", 0.5);
   SetEffect(params.effects, "sound", "passing_share", 0.1);
   Simulation simulation(test::MakeBox(Pose{}, {8, 30, 16}, 0.4), params, At(19.2));
-  const EffectPlan& plan = std::as_const(simulation).effects();
+  const EffectPlan& plan = EffectsOf(std::as_const(simulation));
   TickOutput out;
   double z = 19.2;
   for (int i = 0; i < 1500; ++i) out = simulation.Tick({At(z -= 0.002), 0.001, -6000});
@@ -259,7 +260,7 @@ TEST(Sound, UsesPowerAndLinesOfMoreAccurateEffects) {
   params.effects.emplace_back("tooth_vibration");
   params.effects.emplace_back("sound");
   CoupledSimulation simulation(test::MakeBox(Pose{}, {8, 30, 16}, 0.4), params, At(19.2));
-  const EffectPlan& plan = std::as_const(simulation).effects();
+  const EffectPlan& plan = EffectsOf(std::as_const(simulation));
   std::vector<double> channels(plan.channel_count());
   const ToneReader reader(plan);
   double z = 19.2;

@@ -15,6 +15,7 @@
 #include "cut/effects/plan.h"
 #include "cut/effects/tangential_force.h"
 #include "cut/hand_sim/hands.h"
+#include "cut/hand_sim/internals.h"
 #include "experiment/stability/closed_loop.h"
 #include "experiment/stability/held_block.h"
 #include "experiment/stability/measures.h"
@@ -59,7 +60,7 @@ TEST(Spindle, RunsUpAndDownInTheAirForAnyTick) {
   for (const double dt_s : {0.00025, 0.001, 0.0101, 1.0}) {
     for (const double rpm : {7500.0, -60000.0}) {
       CoupledSimulation simulation(test::MakeBox(Pose{}, {4, 4, 4}, 0.4), Params(), DiscPose(Pose{}, {0, 0, 60}));
-      const SpindleEffect& spindle = SpindleOf(simulation.effects());
+      const SpindleEffect& spindle = SpindleOf(EffectsOf(simulation));
       Motor motor = spindle.motor();
       const double set = rpm * std::numbers::pi / 30;
       motor.no_load_rad_per_s = std::abs(set);
@@ -110,14 +111,14 @@ struct Slot {
 TEST(Spindle, SlowsDownUnderLoadAlongItsCharacteristic) {
   for (const double rpm : {7500.0, -7500.0}) {
     Slot slot(300);
-    const SpindleEffect& spindle = SpindleOf(slot.simulation.effects());
+    const SpindleEffect& spindle = SpindleOf(EffectsOf(slot.simulation));
     TickOutput out;
     MotorRun run;
     double load_mJ = 0, cut_mJ = 0;
     for (int i = 0; i < 5000; ++i) {
       out = slot.Feed(5, rpm);
       load_mJ += spindle.run().load_mJ;
-      cut_mJ += TangentialForceEffect::In(slot.simulation.effects()).figures().power_W;  // W times 1 ms = mJ
+      cut_mJ += TangentialForceEffect::In(EffectsOf(slot.simulation)).figures().power_W;  // W times 1 ms = mJ
     }
     const double torque = kR * out.thrust_sum_N / 1.6;
     EXPECT_GT(torque, 20);
@@ -131,8 +132,8 @@ TEST(Spindle, SlowsDownUnderLoadAlongItsCharacteristic) {
     EXPECT_LT(std::abs(spindle.rpm()), 7200);
     // The motor's work on the load equals the teeth's work, except for a lag of one tick.
     EXPECT_NEAR(load_mJ, cut_mJ, 0.002 * cut_mJ);
-    std::vector<double> channels(slot.simulation.effects().channel_count());
-    slot.simulation.effects().Report(channels);
+    std::vector<double> channels(EffectsOf(slot.simulation).channel_count());
+    EffectsOf(slot.simulation).Report(channels);
     EXPECT_EQ(channels[4], spindle.rpm());
     EXPECT_EQ(channels[5], spindle.load_Nmm());
     EXPECT_NEAR(channels[6], 1e-3 * w * m.CalcTorque(7500 * std::numbers::pi / 30, w), 0.005 * channels[6]);
@@ -142,7 +143,7 @@ TEST(Spindle, SlowsDownUnderLoadAlongItsCharacteristic) {
 
 TEST(Spindle, StalledOnAPathCutsNothingUntilSwitchedOff) {
   Slot slot(20);
-  const SpindleEffect& spindle = SpindleOf(slot.simulation.effects());
+  const SpindleEffect& spindle = SpindleOf(EffectsOf(slot.simulation));
   int stalls = 0;
   for (int i = 0; i < 3000; ++i) {
     const bool was = spindle.stalled();
@@ -169,7 +170,7 @@ TEST(Spindle, StalledOnAPathCutsNothingUntilSwitchedOff) {
 struct Pushed {
   explicit Pushed(const CoupledParams& params, double voxel_mm = 0.4)
       : simulation(test::MakeBox(Pose{}, {60, 3, 60}, voxel_mm), params, Start()),
-        spindle(SpindleOf(simulation.effects())) {
+        spindle(SpindleOf(EffectsOf(simulation))) {
     out.X_WT = Start();
   }
   static Pose Start() { return DiscPose(Pose{}, {0, 0, 30 + kR}); }
@@ -323,7 +324,7 @@ TEST(Spindle, HandOnADeviceCanStallItAndContinue) {
       TurnOn(setup.coupled.effects, 60);
       const Pose start = test::OverBlock(0.05);
       ClosedLoop loop(test::BlockOfBone(0.4, {80, 4, 40}), setup, start);
-      const SpindleEffect& spindle = SpindleOf(loop.simulation().effects());
+      const SpindleEffect& spindle = SpindleOf(EffectsOf(loop.simulation()));
       const double max_N = 1.6 * StallThrust(60) * scale;
       std::vector<IntentionStep> steps(3);
       steps[0] = {.seconds = 2.5, .X_WH = start, .push_W_N = Vec3(0, 0, -max_N), .yield_s = 0.3, .push_on_s = 2.3};

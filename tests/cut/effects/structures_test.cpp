@@ -11,6 +11,7 @@
 #include <string>
 
 #include "cut/effects/plan.h"
+#include "cut/hand_sim/internals.h"
 #include "kerf/coupled.h"
 #include "kerf/error.h"
 #include "kerf/simulation.h"
@@ -161,13 +162,13 @@ TEST(Structures, WarnsAtItsMarginAndReportsTheBreach) {
   };
   Simulation simulation(bone, params, at(start_mm));
   const double before_mm3 = simulation.UpdateBone().CalcRegionVolumes().at(7);
-  const auto& effect = dynamic_cast<const StructuresEffect&>(*simulation.effects().Find("structures"));
+  const auto& effect = dynamic_cast<const StructuresEffect&>(*EffectsOf(simulation).Find("structures"));
   std::array<double, 5> figures{};
   double warned_mm = -1, breached_mm = -100;
   const double step_mm = 0.004;
   for (double z = start_mm; z > 10; z -= step_mm) {
     simulation.Tick({at(z)});
-    simulation.effects().Report(figures);
+    EffectsOf(simulation).Report(figures);
     const double gap_mm = z - 11 - 1;  // between the rim and the canal's top
     // The distance may be too large by the offset of the voxels' faces (half a voxel) plus the search's error, and too
     // small by the same amount plus the tool's motion since the last search.
@@ -280,7 +281,7 @@ TEST(Structures, TubeDistanceIsThatOfItsAxisMinusItsRadius) {
     params.effects.push_back(ChooseTube(MakeTube(c.a, c.b), radius_mm));
     Simulation simulation(bone, params, c.X);
     simulation.Tick({c.X});
-    const auto& effect = dynamic_cast<const StructuresEffect&>(*simulation.effects().Find("structures"));
+    const auto& effect = dynamic_cast<const StructuresEffect&>(*EffectsOf(simulation).Find("structures"));
     // A voxel whose centre is just inside the tube extends at most half its diagonal out of it, and a voxel whose
     // centre is just outside leaves as much of the tube uncovered. The tolerance is therefore 0.87 voxels plus the
     // error of the search.
@@ -308,7 +309,7 @@ CanalCut CutThroughCanal(const EffectChoice& choice) {
   CanalCut cut;
   for (double z = 19.5; z > 10; z -= 0.01) {
     simulation.Tick({at(z)});
-    simulation.effects().Report(cut.figures);
+    EffectsOf(simulation).Report(cut.figures);
     cut.distance_mm.push_back(cut.figures[0]);
   }
   cut.lost_mm3 = before_mm3 - simulation.UpdateBone().CalcRegionVolumes().at(7);

@@ -14,6 +14,7 @@
 #include "base/core/heap_guard.h"
 #include "cut/effects/plan.h"
 #include "cut/hand_sim/hands.h"
+#include "cut/hand_sim/internals.h"
 #include "experiment/stability/closed_loop.h"
 #include "experiment/stability/held_block.h"
 #include "experiment/stability/measures.h"
@@ -83,7 +84,7 @@ TEST(TangentialForce, IsTheThrustRotatedByAQuarterTurnOverTheRatio) {
         EXPECT_NEAR(glm::dot(forwards.out.tau_TG_W_Nmm, Vec3(0, 1, 0)), -torque, 1e-9 * torque);
         EXPECT_NEAR(glm::dot(backwards.out.tau_TG_W_Nmm, Vec3(0, 1, 0)), torque, 1e-9 * torque);
         for (const PathStroke* stroke : {&forwards, &backwards}) {
-          const auto& figures = TangentialForceEffect::In(stroke->simulation.effects()).figures();
+          const auto& figures = TangentialForceEffect::In(EffectsOf(stroke->simulation)).figures();
           EXPECT_NEAR(figures.sum_N, thrust.thrust_sum_N / ratio, 1e-9 * figures.sum_N);
           EXPECT_NEAR(figures.torque_Nmm, torque, 1e-9 * torque);
           EXPECT_NEAR(figures.power_W, 1e-3 * torque * 7500 * std::numbers::pi / 30, 1e-9 * figures.power_W);
@@ -101,7 +102,7 @@ TEST(TangentialForce, MatchesTheClosedFormForAConstantToothForce) {
   // 2 % allows for the onset error of the engagement at the ends of the arc (docs/physics.md), with voxels of 0.4 mm.
   EXPECT_NEAR(stroke.out.engaged_teeth, 12, 0.24);
   EXPECT_NEAR(stroke.out.f_T_W_N.x, -24 * tooth_N / std::numbers::pi, 0.02 * 24 * tooth_N / std::numbers::pi);
-  const auto& figures = TangentialForceEffect::In(stroke.simulation.effects()).figures();
+  const auto& figures = TangentialForceEffect::In(EffectsOf(stroke.simulation)).figures();
   EXPECT_NEAR(glm::length(figures.pull_T_N), 24 * tooth_N / std::numbers::pi / 1.6,
               0.02 * 24 * tooth_N / std::numbers::pi / 1.6);
   EXPECT_NEAR(figures.sum_N, 12 * tooth_N / 1.6, 0.02 * 12 * tooth_N / 1.6);
@@ -225,7 +226,7 @@ TEST(TangentialForce, OfAPushedSawIsProportionalToItsThrust) {
     CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 3, 8}, 0.2), params, DiscPose(Pose{}, {0, 0, 4 + kR}));
     CoupledOutput out;
     for (int i = 1; i <= 2000; ++i) out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, 4 + kR - 0.001 * i}), rpm));
-    const auto& f = TangentialForceEffect::In(simulation.effects()).figures();
+    const auto& f = TangentialForceEffect::In(EffectsOf(simulation)).figures();
     // The force is steady except that the arc grows: during the lag of 4 ms the depth increases by 4 of 2000 um, and
     // the arc by 0.1 % of its length.
     EXPECT_NEAR(f.sum_N, out.thrust_sum_N / 1.6, 0.003 * f.sum_N);
@@ -277,7 +278,7 @@ TEST(TangentialForce, ReturnsNoMoreEnergyThanTheSpindlePutIn) {
       hand_mJ += out.hand_mJ;
       spindle_mJ += out.spindle_mJ;
       lost_mJ += out.cut_mJ + out.friction_mJ + out.numerical_mJ;
-      const auto& f = TangentialForceEffect::In(simulation.effects()).figures();
+      const auto& f = TangentialForceEffect::In(EffectsOf(simulation)).figures();
       ASSERT_TRUE(std::isfinite(f.power_W));
       work_mJ += 1e3 * f.power_W * dt_s;
       max_N = std::max(max_N, f.sum_N);
@@ -321,7 +322,7 @@ TEST(TangentialForce, DoesNotPushARestingHandWithoutBound) {
         // If teeth engage only at the bottom, only the spring resists their sideways force: the tool yields sideways by
         // 1 / ratio times the deflection that presses it down.
         EXPECT_LT(max_mm, 1.02 * first_mm * std::sqrt(1 + 1 / (ratio * ratio))) << ratio << " " << stiffness;
-        EXPECT_LT(TangentialForceEffect::In(simulation.effects()).figures().sum_N, 0.1 * stiffness * first_mm);
+        EXPECT_LT(TangentialForceEffect::In(EffectsOf(simulation)).figures().sum_N, 0.1 * stiffness * first_mm);
       }
     }
   }

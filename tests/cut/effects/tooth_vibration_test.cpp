@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cut/effects/plan.h"
+#include "cut/hand_sim/internals.h"
 #include "kerf/coupled.h"
 #include "kerf/simulation.h"
 #include "support/solids.h"
@@ -73,7 +74,7 @@ class Cut {
     return kToothVibrationAcross.InverseVector(with.f_T_W_N - last_.f_T_W_N);
   }
   const ToothVibrationEffect& effect() {
-    return dynamic_cast<const ToothVibrationEffect&>(*simulation_.effects().Find("tooth_vibration"));
+    return dynamic_cast<const ToothVibrationEffect&>(*EffectsOf(simulation_).Find("tooth_vibration"));
   }
   const TickOutput& last() const { return last_; }
 
@@ -233,11 +234,11 @@ TEST(ToothVibration, FallsSilentInAir) {
   CoupledOutput out;
   for (int i = 0; i < 1500; ++i) out = simulation.Tick({.X_WH = Cut::At(z -= 0.002)});
   std::array<double, 5> figures{};
-  simulation.effects().Report(figures);
+  EffectsOf(simulation).Report(figures);
   EXPECT_GT(figures[3], 1e-4);
   EXPECT_EQ(figures[4], 3000);
   for (int i = 0; i < 400; ++i) out = simulation.Tick({.X_WH = Cut::At(z += 0.05)});
-  simulation.effects().Report(figures);
+  EffectsOf(simulation).Report(figures);
   for (int n = 0; n < 4; ++n) EXPECT_EQ(figures[static_cast<std::size_t>(n)], 0);
   EXPECT_EQ(out.f_H_W_N, Vec3(0));
 }

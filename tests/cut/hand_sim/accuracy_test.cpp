@@ -5,6 +5,7 @@
 
 #include "bone/grid/build.h"
 #include "cut/hand_sim/hands.h"
+#include "cut/hand_sim/internals.h"
 #include "support/saw.h"
 
 namespace kerf {
@@ -24,10 +25,10 @@ struct Cut {
 };
 
 /// Moves the handle down at 20 mm/s and back up, so fast that the tool moves far in a tick.
-Cut Plunge(const CoupledParams& params, double tick_s = 0.001, const Bone* given = nullptr, double above_mm = 0.3) {
+Cut Plunge(const ComparedParams& params, double tick_s = 0.001, const Bone* given = nullptr, double above_mm = 0.3) {
   const Bone bone = given ? *given : test::MakeBox(Pose{}, {20, 3, 6}, 0.1);
   const double start = kTop + kSaw.radius_mm() + above_mm;
-  CoupledSimulation simulation(bone, params, DiscPose(Pose{}, {0, 0.013, start}));
+  CoupledSimulation simulation = MakeComparedSimulation(bone, params, DiscPose(Pose{}, {0, 0.013, start}));
   Cut cut;
   const int ticks = static_cast<int>(std::lround(0.4 / tick_s));
   for (int i = 1; i <= ticks; ++i) {
@@ -40,6 +41,10 @@ Cut Plunge(const CoupledParams& params, double tick_s = 0.001, const Bone* given
   cut.loss_mm3 = std::accumulate(by_region.begin(), by_region.end(), 0.0);
   cut.hash = simulation.UpdateBone().CalcHash();
   return cut;
+}
+
+Cut Plunge(const CoupledParams& params, double tick_s = 0.001, const Bone* given = nullptr, double above_mm = 0.3) {
+  return Plunge(ComparedParams{params}, tick_s, given, above_mm);
 }
 
 /// Returns the largest difference in force, at the ends of the ticks of `a`.
@@ -144,7 +149,7 @@ TEST(PrecisionBits, EachBitHalvesTheRoundingErrorOfTheBone) {
   // Distances of up to 0.3 mm, rounded to n bits, have a relative error of 2^-n. With all bits of a float, the result
   // is the same as without the option.
   const Bone bone = test::MakeBox(Pose{}, {20, 3, 6}, 0.1);
-  CoupledParams params = DiscParams();
+  ComparedParams params{DiscParams()};
   const Cut whole = Plunge(params, 0.001, &bone);
   params.precision_bits = 24;
   EXPECT_EQ(Plunge(params, 0.001, &bone).hash, whole.hash);

@@ -10,6 +10,7 @@
 
 #include "cut/effects/plan.h"
 #include "cut/effects/tangential_force.h"
+#include "cut/path_sim/internals.h"
 #include "kerf/error.h"
 #include "kerf/simulation.h"
 #include "support/cuts.h"
@@ -111,7 +112,7 @@ TEST(ComponentForces, SlotAndPlungeAreWithinOnePercent) {
     const double rim_mm_per_s = 2 * std::numbers::pi * kR * 125;
     EXPECT_NEAR(cut.out.cutting_W / (1e-3 * form.cutting * rim_mm_per_s), 1, 0.01) << what;
     // Torque and power of the effect are those of the law's cutting force.
-    const auto& figures = TangentialForceEffect::In(cut.simulation.effects()).figures();
+    const auto& figures = TangentialForceEffect::In(EffectsOf(cut.simulation)).figures();
     EXPECT_NEAR(figures.torque_Nmm / (form.cutting * kR), 1, 0.01) << what;
     EXPECT_NEAR(figures.power_W / cut.out.cutting_W, 1, 0.01) << what;
     std::printf("%s: thrust %.4f, cutting force %.4f of the closed form\n", what, cut.out.thrust_sum_N / form.thrust,
@@ -172,8 +173,8 @@ TEST(ComponentForces, EffectsFollowFromBothComponents) {
     Simulation simulation(ComponentBlock(), params, DiscPose(Pose{}, {0, 0, 4 + kR + 0.2}));
     const TickOutput out =
         Stroke(simulation, Pose{}, {0, 0, 4 + kR + 0.2}, {0, 0, 4 + kR - 2}, kCutFeed_mm_per_s).back();
-    std::vector<double> values(simulation.effects().channel_count());
-    simulation.effects().Report(values);
+    std::vector<double> values(EffectsOf(simulation).channel_count());
+    EffectsOf(simulation).Report(values);
     for (const double f : {out.f_T_W_N.x, out.f_T_W_N.y, out.f_T_W_N.z, out.tau_TG_W_Nmm.y}) values.push_back(f);
     return values;
   };

@@ -10,6 +10,7 @@
 
 #include "bone/grid/piece_finder.h"
 #include "bone/grid/piece_removal.h"
+#include "cut/hand_sim/internals.h"
 #include "cut/hand_sim/take_out.h"
 #include "cut/undo/same_bone.h"
 #include "kerf/error.h"
@@ -29,7 +30,7 @@ const Pose kAway = OverBar(0, 0, 60);
 
 struct Session {
   explicit Session(const UndoParams& params = {}, const CoupledParams& coupled = BarParams(), int ring = 8192)
-      : simulation(MakeBar(), coupled, kAway), journal(simulation.KeepHistory(ring), params) {}
+      : simulation(MakeBar(), coupled, kAway), journal(KeepHistory(simulation, ring), params) {}
 
   double Removed() {
     const auto mm3 = simulation.CalcRemovedByRegion();
@@ -101,9 +102,9 @@ TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoMatchesDeepCopies) {
         case 0:
         case 1:
         case 2: {
-          const std::size_t pushed = s.simulation.history()->pushed();
+          const std::size_t pushed = HistoryOf(s.simulation)->pushed();
           Plunge(pick).Run(s.simulation);
-          if (s.simulation.history()->pushed() != pushed) redo.clear();
+          if (HistoryOf(s.simulation)->pushed() != pushed) redo.clear();
           if (pick % 2 == 0) s.journal.Drain();
           break;
         }
@@ -186,8 +187,8 @@ TEST(UndoJournal, CompletelyRemovedBoneIsRestored) {
   const Bone cut = s.simulation.UpdateBone();
   const Bone whole = MakeBar();
   std::size_t gone = 0;
-  for (auto leaf = whole.grids().phi->tree().cbeginLeaf(); leaf; ++leaf) {
-    gone += cut.grids().phi->tree().probeConstLeaf(leaf->origin()) == nullptr ? 1 : 0;
+  for (auto leaf = GridsOf(whole).phi->tree().cbeginLeaf(); leaf; ++leaf) {
+    gone += GridsOf(cut).phi->tree().probeConstLeaf(leaf->origin()) == nullptr ? 1 : 0;
   }
   ASSERT_GT(gone, 0u);
   UndoTo(s.simulation, s.journal, 0);
@@ -245,7 +246,7 @@ TEST(UndoJournal, DroppedCheckpointsAreRefusedWithAReason) {
 TEST(UndoJournal, NeverGivesWrongBitsWhenTheHistoryOverflows) {
   Session s({}, BarParams(), 8);
   Plunge(1).Run(s.simulation);  // changes more leaves than the ring holds
-  EXPECT_NE(s.simulation.history()->last_lost(), 0u);
+  EXPECT_NE(HistoryOf(s.simulation)->last_lost(), 0u);
   EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(0); }),
             "more has been cut since the last checkpoint than undo can keep; undo is possible again from the next "
             "checkpoint on");
@@ -320,11 +321,11 @@ TEST(UndoJournal, RefusesInvalidRequests) {
   s.journal.PrepareUndo(0);
   EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(0); }), "an undo or redo is already in progress");
   EXPECT_FALSE(s.journal.Finish());  // the job was never sent
-  EXPECT_NE(Refusal([&] { UndoJournal(*s.simulation.history(), {.max_MB = 0.1}); }).find("valid range 0.2 to"),
+  EXPECT_NE(Refusal([&] { UndoJournal(*HistoryOf(s.simulation), {.max_MB = 0.1}); }).find("valid range 0.2 to"),
             std::string::npos);
   CoupledSimulation forgetful(MakeBar(), BarParams(), kAway);
-  EXPECT_EQ(forgetful.history(), nullptr);
-  EXPECT_FALSE(forgetful.Checkpoint(1));
+  EXPECT_EQ(HistoryOf(forgetful), nullptr);
+  EXPECT_FALSE(MakeCheckpoint(forgetful, 1));
 }
 
 TEST(UndoJournal, OneBackIsTheLastCutAndThenThePreviousOne) {

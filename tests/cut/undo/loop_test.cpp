@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "cut/hand_sim/internals.h"
 #include "cut/undo/journal.h"
 #include "cut/undo/same_bone.h"
 #include "kerf/error.h"
@@ -42,8 +43,8 @@ struct Stage {
 
   explicit Stage(std::size_t leaves_per_tick = 1000)
       : options(MakeOptions()),
-        simulation(MakeBone(), test::MakeCoupledParams(options), Upright(Vec3(0, 0, 11.2))),
-        journal(simulation.KeepHistory()),
+        simulation(MakeBone(), test::MakeComparedParams(options), Upright(Vec3(0, 0, 11.2))),
+        journal(KeepHistory(simulation)),
         simulated(options.profile, FindHandModel("H2"), Upright(Vec3(0, 0, 11.2))),
         device(simulated),
         hand(simulated),

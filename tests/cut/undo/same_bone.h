@@ -21,10 +21,10 @@ namespace kerf::test {
 inline std::size_t CountDifferingVoxels(const Bone& a, const Bone& b) {
   std::set<openvdb::Coord> origins;
   for (const Bone* bone : {&a, &b}) {
-    for (auto leaf = bone->grids().phi->tree().cbeginLeaf(); leaf; ++leaf) origins.insert(leaf->origin());
+    for (auto leaf = GridsOf(*bone).phi->tree().cbeginLeaf(); leaf; ++leaf) origins.insert(leaf->origin());
   }
-  const auto of_a = a.grids().phi->getConstAccessor();
-  const auto of_b = b.grids().phi->getConstAccessor();
+  const auto of_a = GridsOf(a).phi->getConstAccessor();
+  const auto of_b = GridsOf(b).phi->getConstAccessor();
   std::size_t other = 0;
   for (const openvdb::Coord& origin : origins) {
     for (int i = 0; i < 512; ++i) {

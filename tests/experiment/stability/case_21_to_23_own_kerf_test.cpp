@@ -118,8 +118,8 @@ TEST(HardCase22, TiltedSawBindsInADeepKerfAndComesFreeAgain) {
 /// everywhere.
 double FindInnermostChange(const Bone& before, const Bone& after, const Pose& X_WT) {
   double innermost = 1e9;
-  const auto& old_tree = before.grids().phi->constTree();
-  const auto& new_tree = after.grids().phi->constTree();
+  const auto& old_tree = GridsOf(before).phi->constTree();
+  const auto& new_tree = GridsOf(after).phi->constTree();
   const double h = before.voxel_mm();
   for (auto leaf = new_tree.cbeginLeaf(); leaf; ++leaf) {
     for (openvdb::Index i = 0; i < 512; ++i) {

@@ -18,7 +18,7 @@ using test::Sawing;
 /// Returns a block that is truncated at x = 0 by the end of the grid: solid bone becomes air within a voxel.
 Bone CutOff(double h) {
   Bone bone = test::MakeBox(Pose{}, {24, 2, 8}, h);
-  auto& tree = bone.grids().phi->tree();
+  auto& tree = GridsOf(bone).phi->tree();
   std::vector<openvdb::Coord> beyond;
   for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
     if (leaf->origin().x() >= 0) beyond.push_back(leaf->origin());

@@ -74,8 +74,8 @@ Ran RunAt(const Vec3& shift_vox, double h) {
 /// Returns the largest difference between `here` and `there`, which is moved by `shift_vox`; counts the differing
 /// voxels.
 double CalcLargestDifference(const Bone& here, const Bone& there, const Vec3& shift_vox, int& differing) {
-  const auto& a = here.grids().phi->constTree();
-  const auto& b = there.grids().phi->constTree();
+  const auto& a = GridsOf(here).phi->constTree();
+  const auto& b = GridsOf(there).phi->constTree();
   const openvdb::Coord shift(static_cast<int>(shift_vox.x), static_cast<int>(shift_vox.y),
                              static_cast<int>(shift_vox.z));
   double largest = 0;

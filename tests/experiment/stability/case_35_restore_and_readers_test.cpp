@@ -13,6 +13,7 @@
 
 #include "base/core/triple_buffer.h"
 #include "cut/hand_sim/hands.h"
+#include "cut/hand_sim/internals.h"
 #include "cut/undo/journal.h"
 #include "experiment/stability/verdict.h"
 #include "loop/haptics/bone_mirror.h"
@@ -118,7 +119,7 @@ Trace CutInto(Bone bone, double x_mm) {
   HeldSawOptions options;
   options.damping_Ns_per_mm = 0.005;
   const Pose start = Upright(Vec3(x_mm, 0, 11.2));
-  CoupledSimulation simulation(std::move(bone), test::MakeCoupledParams(options), start);
+  CoupledSimulation simulation(std::move(bone), test::MakeComparedParams(options), start);
   SimulatedDevice device(options.profile, FindHandModel("H2"), start);
   IntentionStep push;
   push.seconds = 4;
@@ -174,7 +175,7 @@ TEST(HardCase35, UndoAndRedoInContactRampTheForceAndRestoreTheBone) {
     options.force_map.slew_N_per_s = 500;
     HeldSaw saw(options);
     const std::uint64_t whole = saw.simulation.UpdateBone().CalcHash();
-    UndoJournal journal(saw.simulation.KeepHistory());
+    UndoJournal journal(KeepHistory(saw.simulation));
     HeldStill device(options.profile, 11.2);
     GuardedDevice guarded(device);
     StepBodyParams params;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "cut/hand_sim/internals.h"
 #include "experiment/stability/dice.h"
 #include "kerf/bone.h"
 #include "kerf/coupled.h"
@@ -22,7 +23,7 @@ struct FuzzScene {
   Bone bone;
   double voxel_mm = 0.2;
   Box3 box;  // of the bone
-  CoupledParams params;
+  ComparedParams params;
   Pose start;
 };
 /// Returns a random scene: bone, tool, law and parameters, including their extremes.

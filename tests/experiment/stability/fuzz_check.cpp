@@ -125,7 +125,7 @@ std::string BoneWitness::Compare(const Bone& bone) {
 
 struct FuzzedSaw::State {
   explicit State(const FuzzScene& scene)
-      : simulation(scene.bone, scene.params, scene.start),
+      : simulation(MakeComparedSimulation(scene.bone, scene.params, scene.start)),
         params(scene.params),
         h(scene.voxel_mm),
         invariants(simulation, scene.start, {.watch_bone = false, .report = false}),

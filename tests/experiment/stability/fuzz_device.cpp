@@ -128,7 +128,7 @@ FuzzResult FuzzDevice(std::uint64_t seed, int calls, long& ticks) {
   FuzzHand fuzz_hand(dice, scene, 20);
   const DeviceProfile profile = MakeProfile(dice);
   const ForceMapParams map = MakeMap(dice);
-  CoupledSimulation simulation(scene.bone, scene.params, scene.start);
+  CoupledSimulation simulation = MakeComparedSimulation(scene.bone, scene.params, scene.start);
   HapticStep step(simulation, profile, map);
   MotorWatch motors(profile, map);
   const double volume_mm3 = scene.bone.CalcVolume();

@@ -124,7 +124,7 @@ FuzzScene MakeFuzzScene(Dice& dice) {
   FuzzScene scene;
   scene.bone = MakeFuzzBone(dice, scene.voxel_mm);
   scene.box = scene.bone.CalcBounds();
-  CoupledParams& p = scene.params;
+  ComparedParams& p = scene.params;
   p.tool = MakeTool(dice, scene.voxel_mm);
   const auto& laws = ForceLaws();
   p.law = ForceLaw(laws[static_cast<std::size_t>(dice.Below(static_cast<int>(laws.size())))]->name);
@@ -153,7 +153,7 @@ FuzzScene MakeFuzzScene(Dice& dice) {
 }
 
 std::string ToText(const FuzzScene& scene) {
-  const CoupledParams& p = scene.params;
+  const ComparedParams& p = scene.params;
   const CouplingParams& c = p.coupling;
   const Tooth tooth = CalcTooth(p.tool);
   const auto* disc = std::get_if<DiscSaw>(&p.tool);

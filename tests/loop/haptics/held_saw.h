@@ -4,6 +4,7 @@
 #include <string>
 
 #include "bone/models/block.h"
+#include "cut/hand_sim/internals.h"
 #include "device/devices/profiles.h"
 #include "device/devices/simulated_device.h"
 #include "loop/haptics/haptic_step.h"
@@ -46,8 +47,8 @@ struct HeldSawOptions {
   ForceMapParams force_map;
 };
 
-inline CoupledParams MakeCoupledParams(const HeldSawOptions& o) {
-  CoupledParams params;
+inline ComparedParams MakeComparedParams(const HeldSawOptions& o) {
+  ComparedParams params;
   params.tool = DiscSaw{};
   params.coupling.stiffness_N_per_mm = o.stiffness_N_per_mm;
   params.coupling.damping_Ns_per_mm = o.damping_Ns_per_mm;
@@ -59,9 +60,9 @@ inline CoupledParams MakeCoupledParams(const HeldSawOptions& o) {
 struct HeldSaw {
   explicit HeldSaw(const HeldSawOptions& o = {})
       : start(Upright(Vec3(0, 0, 11 + o.above_mm))),
-        simulation(
+        simulation(MakeComparedSimulation(
             MakeBlock({.size_mm = o.block_mm, .X_WB = {}, .layers = {}, .voxel_mm = o.voxel_mm}, OneRegionTable()),
-            MakeCoupledParams(o), start),
+            MakeComparedParams(o), start)),
         device(o.profile, FindHandModel(o.hand), start, MakeDeviceOptions(o)),
         step(simulation, o.profile, o.force_map) {
     device.SetIntention({.X_WH = start});

@@ -23,7 +23,7 @@ inline double CalcAngle(const Vec3& a, const Vec3& b) {
 /// Sets phi to max(phi, -distance to the solid).
 inline void Subtract(Bone& bone, const std::function<double(const Vec3&)>& distance) {
   const double h = bone.voxel_mm();
-  openvdb::FloatGrid& grid = *bone.grids().phi;
+  openvdb::FloatGrid& grid = *GridsOf(bone).phi;
   const double band = bone.band_mm();
   const Box3 box = bone.CalcBounds().Grown(4 * h);
   auto values = grid.getAccessor();

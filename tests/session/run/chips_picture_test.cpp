@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "cut/hand_sim/internals.h"
 #include "kerf/simulation.h"
 #include "support/cuts.h"
 #include "test_paths.h"
@@ -22,7 +23,7 @@ TEST(ChipsPicture, ShowsTheTickWithTheMost) {
   SetEffect(params.effects, "chips", "life_s", 0.05);
   const auto at = [](int tick) { return test::DiscPose({}, {0, 0.03, 5 + 11 + 0.2 - 0.005 * std::min(tick, 300)}); };
   Simulation simulation(test::MakeBox(Pose{}, {30, 4, 10}, 0.2), params, at(0));
-  const EffectPlan& plan = std::as_const(simulation).effects();
+  const EffectPlan& plan = EffectsOf(std::as_const(simulation));
   const auto& chips = dynamic_cast<const ChipsEffect&>(*plan.Find("chips"));
   ChipsTrack track(plan);
   std::size_t most = 0;
@@ -53,7 +54,7 @@ TEST(ChipsPicture, ShowsTheTickWithTheMost) {
 
 TEST(ChipsPicture, IsNotDrawnWithoutChips) {
   Simulation simulation(test::MakeBox(Pose{}, {4, 4, 4}, 0.5), {}, test::DiscPose({}, {0, 0, 30}));
-  ChipsTrack track(simulation.effects());
+  ChipsTrack track(EffectsOf(simulation));
   track.Take(0.001, Pose{});
   EXPECT_FALSE(track.peak().has_value());
   EXPECT_FALSE(WriteChipsPicture(track, simulation.UpdateBone(), DiscSaw{}, false, "test", "/nonexistent/chips.png"));

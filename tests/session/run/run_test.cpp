@@ -12,6 +12,7 @@
 #include "base/files/files.h"
 #include "bone/mesh/meshfile.h"
 #include "bone/vdb/bonefile.h"
+#include "cut/hand_sim/internals.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 #include "session/run/run_scene.h"
@@ -161,7 +162,7 @@ disc_normal = [0.0, 1.0, 0.0]
   const SimulationParams params = MakeSimulationParams(scene);
   const Path path = MakePath(scene);
   Simulation simulation(MakeSceneBone(scene, {}), params, path.CalcPose(0, 0));
-  const EffectPlan& plan = std::as_const(simulation).effects();
+  const EffectPlan& plan = EffectsOf(std::as_const(simulation));
   SpectrumTrack track(plan);
   for (int i = 1; i <= 2000; ++i) {
     simulation.Tick({path.CalcPose(0, 0.001 * i), 0.001, 7500});

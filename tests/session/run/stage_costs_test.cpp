@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "cut/hand_sim/internals.h"
 #include "session/run/make_bone.h"
 #include "session/run/run.h"
 #include "session/scene/scene.h"
@@ -90,7 +91,7 @@ TEST(StageCosts, TimeOfATickIsAssignedToItsStages) {
   timer.Finish(false);  // this tick does not count
   const Scene scene = ParseScene(kStageCostsScene, "costs.toml");
   const Simulation simulation(MakeSceneBone(scene, {}), MakeSimulationParams(scene), MakePath(scene).CalcPose(0, 0));
-  const StageCosts costs = MakeStageCosts(ticks, timer, simulation.effects(), 3.5);
+  const StageCosts costs = MakeStageCosts(ticks, timer, EffectsOf(simulation), 3.5);
   EXPECT_EQ(costs.over, 2u);
   ASSERT_EQ(costs.stages.size(), 3u);
   EXPECT_NEAR(costs.stages[0].mean_us, 1, 1e-9);
