@@ -120,6 +120,7 @@ class ViewerApp {
   /// Requests the lines in which planes meet the bone; renewed while it is cut. Called once per frame.
   void RequestPlaneLines(const std::vector<PlaneOverlay>& planes);
   void HidePlaneLines();
+  SlicesPanel& slices() { return slices_; }
   const std::vector<PlaneOverlay>& lined_planes() const { return lined_planes_; }
   ViewBasis MakeBasis() const;
   Trace& trace() { return trace_; }
@@ -135,6 +136,8 @@ class ViewerApp {
   const UiAreas& areas() const { return areas_; }
   /// Sets the bone with which the cuts of the next session are compared; null: its bone at the start.
   void set_original(std::shared_ptr<const Bone> bone) { original_ = std::move(bone); }
+  /// Returns the bone before all cuts, also those of sessions before; null before the first session.
+  std::shared_ptr<const Bone> uncut_bone() const { return original_ ? original_ : bone_.at_start(); }
   /// Keeps the camera as it is when a bone is shown that was not yet complete.
   void KeepView() { view_changed_ = true; }
   WindowSettings& settings() { return settings_; }
@@ -161,6 +164,7 @@ class ViewerApp {
   void Update(double dt_s);
   void FollowSession();
   void FollowRunning();
+  void TakeForces();
   void TakeBone();
   void FollowBone();
   void FollowDevice(double dt_s);
