@@ -116,7 +116,8 @@ void Rehearsal::AskProjectFile(bool quits) {
   viewer_->SetSpindle(false);
   const std::filesystem::path shown =
       project_file_.empty()
-          ? std::filesystem::path(scene_.name.empty() ? "case" : scene_.name).replace_extension(kProjectExtension)
+          ? std::filesystem::path((scene_file_.empty() && before_ && IsFromCt(*before_) ? scene_.title : scene_.name) +
+                                  kProjectExtension)
           : std::filesystem::path(project_file_);
   viewer_->dialogs().ChooseFile(
       viewer_->ui(), Tr("Save the project as"), shown.parent_path().string(), {kProjectExtension}, true,

@@ -170,6 +170,7 @@ class ViewerApp {
   void FollowDevice(double dt_s);
   void FollowSaw(double dt_s);
   void UpdateToolInPicture(double dt_s);
+  bool IsHandpieceInBone(const Pose& X_WT) const;
   void UpdateCutInPicture(const Tool& tool, double dt_s);  // contact, dust, alarms, lines of planes
   void Draw();
   HudState MakeHud();
@@ -205,10 +206,12 @@ class ViewerApp {
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
   CutPlace cut_place_;
-  double shown_removed_mm3_ = 0;  // volume that has become dust in the picture
-  Pose X_start_;                  // pose of the saw at the start
-  bool start_is_clear_ = true;    // the start is outside the bone
-  bool returning_ = false;        // the saw is returning to that pose
+  std::vector<Vec3> handpiece_T_;    // points on its surface
+  std::optional<Pose> X_handpiece_;  // pose at which it was last compared with the bone
+  double shown_removed_mm3_ = 0;     // volume that has become dust in the picture
+  Pose X_start_;                     // pose of the saw at the start
+  bool start_is_clear_ = true;       // the start is outside the bone
+  bool returning_ = false;           // the saw is returning to that pose
   std::vector<PlotPoint> forces_;
   std::string recording_;
   std::function<void(const LoopTick&)> take_tick_;  // of the next session

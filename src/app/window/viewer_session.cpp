@@ -10,6 +10,7 @@
 #include "kerf/error.h"
 #include "session/run/clear_pose.h"
 #include "session/run/make_bone.h"
+#include "view/picture/handpiece.h"
 
 namespace kerf {
 namespace {
@@ -197,6 +198,8 @@ void ViewerApp::FollowRunning() {
     // A session may begin with the saw in the bone; then there is no start to return to.
     start_is_clear_ = !bone || IsClear(PhiSampler(*bone), tool, X_start_, 0);
     view_->SetTool(tool);
+    handpiece_T_ = SampleHandpiece(tool, 4);
+    X_handpiece_.reset();
     activity_->Began();
     trace_.Write("running");
   }
