@@ -150,6 +150,8 @@ def cancel_and_open(display, kerf):
     after = w.mark()
     open_file(w, "fine.toml")
     w.wait_event("opening", after=after)
+    w.wait_event("bone", after=after, final=False)
+    time.sleep(1)  # it is now in a step that cannot end at once
     w.wait_state("the bone is made", lambda s: "progress Loading" in w.items)
     seen = len(w.all_items)
     open_file(w, "bar.toml")
