@@ -19,9 +19,11 @@ KERF_FUZZ_TARGET(project) {
     const project_detail::ProjectTexts texts = project_detail::ReadProjectTexts(zip, path);
     Accepts([&] { project_detail::ParseSettings(texts.Get("settings.json"), path); });
     Accepts([&] { ParseViews(texts.Get("views.json"), path); });
+    Accepts([&] { ParseSessions(texts.Get("sessions.json"), path); });
   });
   const std::string text(bytes);
   Accepts([&] { ParseViews(FormatViews(ParseViews(text, path)), path); });
+  Accepts([&] { ParseSessions(FormatSessions(ParseSessions(text, path)), path); });
 }
 
 }  // namespace kerf::fuzz

@@ -28,12 +28,12 @@ void CaseWriter::Export(const CaseContent& content, const std::string& folder, b
   order.folder = folder;
   order.obj = obj;
   order.scene = viewer_.session()->scene();
+  order.title = content.title;
   order.recordings = content.recordings;
+  order.sessions = content.sessions;
   order.plan = document_.plan();
   order.marks = document_.marks();
-  order.saw_name = content.saw_name;
   order.before = content.before;
-  order.forces = viewer_.forces();
   try {
     order.pictures.emplace_back("As seen in the window", viewer_.GrabScene());
   } catch (const Error& e) {
@@ -42,6 +42,8 @@ void CaseWriter::Export(const CaseContent& content, const std::string& folder, b
   order.pieces_json = pieces_.FormatArrangement();
   order.measures = pieces_.measures();
   order.after = viewer_.session()->AskBone();
+  *progress_ = 0;
+  order.progress = [progress = progress_](double fraction) { *progress = fraction; };
   viewer_.Say(Tr("Exporting pieces, planes and report"));
   exporting_ = std::async(std::launch::async,
                           [order = std::make_shared<ExportOrder>(std::move(order))] { return RunExport(*order); });
@@ -73,6 +75,8 @@ void CaseWriter::Save(const CaseContent& content, const std::string& file, bool 
   viewer_.SetSpindle(false);
   auto project = std::make_shared<Project>();
   project->title = content.title;
+  project->sessions = content.sessions;
+  project->settings = content.settings;
   project->scene = viewer_.session()->scene();
   project->scene.plan = document_.plan();
   project->marks = document_.marks();
@@ -91,9 +95,10 @@ void CaseWriter::Save(const CaseContent& content, const std::string& file, bool 
     const TemporaryFolder copies("kerf_project");
     for (const std::string& recording : content.recordings) {
       if (!fs::exists(recording)) continue;
-      const std::string copy = copies.path() + "/" + fs::path(recording).filename().string();
-      fs::copy_file(recording, copy);
-      project->recordings.push_back(copy);
+      project->recordings.push_back(recording);
+      if (recording != content.recordings.back()) continue;
+      project->recordings.back() = copies.path() + "/" + fs::path(recording).filename().string();
+      fs::copy_file(recording, project->recordings.back());
     }
     project->bone_file = copies.path() + "/bone-before.vdb";
     project->cut_bone_file = copies.path() + "/bone-now.vdb";

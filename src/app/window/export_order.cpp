@@ -7,12 +7,20 @@
 #include <chrono>
 #include <filesystem>
 
+#include "app/window/case_sessions.h"
+#include "app/window/import_notes.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "session/plan/assess.h"
 
 namespace kerf {
 namespace {
+
+// Progress at the end of each part, measured with the jaw of the Visible Human.
+constexpr double kBoneReady = 0.02;
+constexpr double kAssessed = 0.2;
+constexpr double kSplit = 0.3;
+constexpr double kStructuresAssessed = 0.4;
 
 /// Moves the pieces to where they were arranged. Returns false if the bone falls apart into other pieces now; these
 /// stay where they were cut off.
@@ -26,15 +34,40 @@ bool Arrange(PieceSet& pieces, const std::string& json) {
   return true;
 }
 
+/// Adds what the bone's notes say about the CT that it was made of.
+void AddCt(const ExportOrder& order, std::vector<ExportFact>& facts) {
+  const auto note = [&order](const char* key) { return GetNote(*order.before, key); };
+  if (!IsFromCt(*order.before)) return;
+  std::string voxels = note("import_ct_voxels");
+  std::string spacing = note("import_ct_spacing_mm");
+  for (std::string* text : {&voxels, &spacing}) {
+    for (std::size_t at = 0; (at = text->find(' ', at)) != std::string::npos; at += 3) text->replace(at, 1, " x ");
+  }
+  const std::string series = note("import_series_uid");
+  facts.push_back({"CT", fmt::format("{}; {} voxels of {} mm", order.scene.TitleOrName(), voxels, spacing)});
+  if (!series.empty()) facts.push_back({"DICOM series", series});
+  if (const std::string error = note("import_surface_error_mm"); !error.empty()) {
+    facts.push_back({"error of the surface", error + " (mm)"});
+  }
+  if (const std::string text = DescribeImport(*order.before); !text.empty())
+    facts.push_back({"notes of the import", text});
+}
+
 }  // namespace
 
 std::string RunExport(ExportOrder& order) {
+  const auto report = [&order](double fraction) {
+    if (order.progress) order.progress(fraction);
+  };
   const Bone after = order.after.get();
+  report(kBoneReady);
   const Assessment assessment = AssessCut(order.plan, *order.before, after, CalcBladeWidth(MakeTool(order.scene)));
+  report(kAssessed);
   PieceSet pieces(after, 1.0);
   const bool arranged = Arrange(pieces, order.pieces_json);
+  report(kSplit);
   ExportInput taken;
-  taken.title = order.scene.TitleOrName();
+  taken.title = order.title;
   taken.plan = &order.plan;
   taken.assessment = &assessment;
   taken.pieces = &pieces;
@@ -44,29 +77,40 @@ std::string RunExport(ExportOrder& order) {
                               .caption = order.pictures[i].first,
                               .png = order.pictures[i].second});
   }
-  double largest_N = 0;
-  ExportCurve curve{.title = "Force on the hand", .x_label = "time, s", .y_label = "force, N", .points = {}};
-  for (const PlotPoint& p : order.forces) {
-    curve.points.emplace_back(p.time_s, p.force_N);
-    largest_N = std::max(largest_N, p.force_N);
+  const JoinedSessions joined = JoinSessions(order.sessions);
+  if (joined.duration_s && joined.largest_force_N) {
+    taken.figures = {{"duration", "s", *joined.duration_s},
+                     {"largest force on the hand", "N", *joined.largest_force_N}};
   }
-  const double duration_s = curve.points.empty() ? 0 : curve.points.back().first;
-  if (curve.points.size() > 1) {
-    taken.figures = {{"duration", "s", curve.points.back().first}, {"largest force on the hand", "N", largest_N}};
-    taken.curves.push_back(std::move(curve));
+  if (joined.forces_sN.size() > 1) {
+    taken.curves.push_back(
+        {.title = "Force on the hand", .x_label = "time, s", .y_label = "force, N", .points = joined.forces_sN});
+  }
+  for (const ProjectSession& session : order.sessions) {
+    taken.sessions.push_back({.saw = session.saw,
+                              .duration_s = session.duration_s,
+                              .largest_force_N = session.largest_force_N,
+                              .removed_mm3 = session.removed_mm3});
   }
   const StructureAssessment structures = AssessStructures(*order.before, after, order.marks);
   taken.structures = &structures;
+  report(kStructuresAssessed);
   taken.circumstances = {
       {"date and time", fmt::format("{:%Y-%m-%d %H:%M}", fmt::localtime(std::chrono::system_clock::to_time_t(
                                                              std::chrono::system_clock::now())))},
-      {"case", order.scene.TitleOrName()},
+      {"case", order.title}};
+  AddCt(order, taken.circumstances);
+  const auto show = [](const std::optional<double>& value, const char* form) {
+    return value ? fmt::format(fmt::runtime(form), *value) : std::string("- (not known for the sessions before)");
+  };
+  const std::vector<ExportFact> rest{
       {"bone", order.scene.bone.source == BoneSource::kFile ? order.scene.bone.file : "a model of kerf"},
-      {"saw", order.saw_name.empty() ? DescribeTool(order.scene.tool)
-                                     : fmt::format("{}: {}", order.saw_name, DescribeTool(order.scene.tool))},
+      {"saw", joined.saws.empty() ? "-" : joined.saws},
       {"spindle", fmt::format("{:.0f} rpm", order.scene.tool.rpm)},
-      {"force law", order.scene.force.name()}};
-  if (duration_s > 0) taken.circumstances.push_back({"duration", fmt::format("{:.0f} s", duration_s)});
+      {"force law", order.scene.force.name()},
+      {"duration", show(joined.duration_s, "{:.0f} s")},
+      {"largest force on the hand", show(joined.largest_force_N, "{:.2f} N")}};
+  taken.circumstances.insert(taken.circumstances.end(), rest.begin(), rest.end());
   taken.provenance.push_back({"scene", order.scene.name});
   taken.provenance.push_back({"tool", DescribeTool(order.scene.tool)});
   for (const std::string& recording : order.recordings) {
@@ -78,7 +122,8 @@ std::string RunExport(ExportOrder& order) {
   taken.provenance.push_back({"report by", fmt::format("kerf {} ({})", VersionString(), CommitString())});
   // This many triangles are enough for a printed model; at 0.1 mm voxels, a whole piece without a limit would take 135
   // MB.
-  WriteExport(taken, order.folder, {.obj = order.obj, .triangles = 300'000});
+  WriteExport(taken, order.folder, {.obj = order.obj, .triangles = 300'000},
+              [&report](double fraction) { report(kStructuresAssessed + (1 - kStructuresAssessed) * fraction); });
   return order.folder;
 }
 

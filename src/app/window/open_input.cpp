@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "base/files/files.h"
+#include "bone/grid/ct_modulus.h"
 #include "bone/import/import.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
@@ -141,7 +142,9 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
       opened.original = std::make_shared<const Bone>(ReadBone(project.bone_file, {.hu = true}));
     watcher.progress("opening the project", 0.5);
     if (!project.cut_bone_file.empty()) {
-      opened.bone = std::make_shared<const Bone>(ReadBone(project.cut_bone_file, {.hu = true}));
+      Bone cut = ReadBone(project.cut_bone_file, {.hu = true});
+      if (!cut.has_hu() && opened.original && opened.original->has_hu()) CopyHu(cut, *opened.original);
+      opened.bone = std::make_shared<const Bone>(std::move(cut));
     } else {
       opened.bone = opened.original;
     }
@@ -174,7 +177,8 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   opened.bone_was_shown = true;
   watcher.progress("placing the saw", 0);
   opened.scene = MakeSceneAround(options.bone_file, *opened.bone);
-  opened.scene.title = fs::path(input).filename().string();
+  const fs::path path = fs::absolute(input).lexically_normal();
+  opened.scene.title = (path.has_filename() ? path : path.parent_path()).filename().string();
   return opened;
 }
 

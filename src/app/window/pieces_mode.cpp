@@ -41,7 +41,7 @@ void PiecesMode::Enter() {
   session_ = viewer_.sessions();
   changes_ = changes;
   contacts_.reset();
-  splitting_ = std::async(std::launch::async, [bone = viewer_.session()->AskBone(), start = viewer_.bone_at_start(),
+  splitting_ = std::async(std::launch::async, [bone = viewer_.session()->AskBone(), start = viewer_.uncut_bone(),
                                                earlier = FormatArrangement()]() mutable {
     Split split;
     split.pieces = std::make_shared<PieceSet>(bone.get(), 1.0);
@@ -579,6 +579,7 @@ void PiecesMode::Fill(HudState& hud) {
       }
     }
     if (i == selected_ && hud.status.message.empty()) hud.status.message = words;
+    row.tip = words;
     row.colour = PieceColour(i);
     row.selected = i == selected_;
     row.hidden = state.hidden;

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <utility>
 
+#include "app/window/import_notes.h"
 #include "app/window/plan_picture.h"
 #include "kerf/error.h"
 #include "session/project/project.h"
@@ -19,6 +21,18 @@ constexpr std::chrono::milliseconds kEnd{300};  // time that other threads get t
 std::unique_ptr<ViewerApp> MakeViewer(ViewerOptions options) {
   options.watch = true;
   return std::make_unique<ViewerApp>(options);
+}
+
+/// Returns the guide along the plan; the end of the scene's effects if it has none.
+std::vector<EffectChoice>::const_iterator FindGuide(const Scene& scene) {
+  return std::find_if(scene.effects.begin(), scene.effects.end(),
+                      [](const EffectChoice& e) { return std::string_view(e.name()) == "guide"; });
+}
+
+/// Returns the name of a file or folder.
+std::string ShowFileName(const std::string& path) {
+  const std::filesystem::path normal = std::filesystem::path(path).lexically_normal();
+  return (normal.has_filename() ? normal : normal.parent_path()).filename().string();
 }
 
 std::vector<PlannedPlane> ReadPlans(const std::vector<std::string>& files) {
@@ -117,8 +131,11 @@ void Rehearsal::Reset() {
   guided_ = false;
   saw_is_listed_ = false;
   saw_ = 0;
+  saw_name_.clear();
   before_.reset();
   original_.reset();
+  earlier_recordings_.clear();
+  sessions_.clear();
   distances_.Reset();
   viewer_->Clear();
 }
@@ -148,14 +165,18 @@ void Rehearsal::FollowOpening() {
   scene_file_ = opened->scene_file;
   original_ = opened->original;
   viewer_->set_original(original_);
+  guided_ = FindGuide(scene_) != scene_.effects.end();
   project_file_ = opened->project ? std::filesystem::absolute(loader_.input()).string() : "";
   views_ = opened->project ? opened->project->views : std::vector<ProjectView>();
   pieces_json_ = opened->project ? opened->project->pieces_json : "";
+  earlier_recordings_ = opened->project ? opened->project->recordings : std::vector<std::string>();
+  sessions_ = opened->project ? ListSessions(*opened->project) : std::vector<ProjectSession>();
+  if (opened->project) TakeSettings(opened->project->settings);
   editor_.document.Load(scene_.plan, opened->project ? opened->project->marks : std::vector<Mark>());
   if (!given_planes_.empty()) editor_.document.Add(std::exchange(given_planes_, {}));
   editor_.document.set_saved();
   if (opened->bone && !opened->bone_is_saved) to_save_ = ToSave{opened->bone, scene_.bone.file};
-  warnings_ = std::move(opened->warnings);
+  shows_import_ = !opened->warnings.empty();
   is_new_bone_ = true;
   ++inputs_;
   first_recording_ = result_.recordings.size();
@@ -180,6 +201,8 @@ bool Rehearsal::TakeFailure(const std::string& sentence) {
 // ---- sessions
 
 void Rehearsal::Restart(std::shared_ptr<const Bone> bone, bool same_bone) {
+  session_saw_ =
+      saw_name_.empty() ? DescribeTool(scene_.tool) : fmt::format("{}: {}", saw_name_, DescribeTool(scene_.tool));
   result_.recordings.push_back("");
   viewer_->Begin(scene_, scene_file_, same_bone, std::move(bone));
   result_.recordings.back() = viewer_->recording();
@@ -193,14 +216,14 @@ void Rehearsal::Began() {
   to_save_.reset();
   if (first) {
     distances_.SetBone(before_);
-    viewer_->Say(Tr("Space starts the saw; drag with the left button to move it; F1 for help"));
+    const bool lacks_ct = !project_file_.empty() && IsFromCt(*before_) && !before_->has_hu();
+    viewer_->Say(lacks_ct ? Tr("This project does not contain the CT, so the slices show the bone's tissues.")
+                          : Tr("Space starts the saw; drag with the left button to move it; F1 for help"));
   } else if (change_.is_pending()) {
     viewer_->Say(change_.Finish());
   }
   if (const auto watch = viewer_->cut_watch()) watch->SetPlanes(editor_.document.plan().planes);
-  if (first && !warnings_.empty()) {
-    viewer_->dialogs().Ask(fmt::format("{}", fmt::join(std::exchange(warnings_, {}), "\n\n")), {{Tr("OK"), nullptr}});
-  }
+  if (first && std::exchange(shows_import_, false)) ShowImportNotes();
   if (first && !views_.empty()) {
     const ProjectView& view = views_.front();
     ViewCamera& camera = viewer_->view().camera();
@@ -223,6 +246,7 @@ void Rehearsal::ContinueWith(const std::string& what, std::function<void(Scene&)
 }
 
 void Rehearsal::Ended(LoopSummary summary) {
+  sessions_.push_back(MakeSession());
   if (!change_.is_pending() || viewer_->quitting()) return;
   // The next session begins with the bone in memory. It is saved while that session runs, because the recording refers
   // to its file.
@@ -250,6 +274,7 @@ void Rehearsal::SelectSaw(std::size_t number) {
                [saw](Scene& scene) { UseSaw(scene, saw); });
   saw_ = number;
   saw_is_listed_ = true;
+  saw_name_ = saw.name;
 }
 
 void Rehearsal::ToggleGuide() {
@@ -264,11 +289,11 @@ void Rehearsal::ToggleGuide() {
   try {
     const std::optional<EffectChoice> guide = guided_ ? std::nullopt : std::optional(MakeGuide(planned, stop));
     guided_ = !guided_;
-    ContinueWith(
-        guided_ ? Tr("The guide keeps the saw in the planned plane") : Tr("The guide is off"), [guide](Scene& scene) {
-          std::erase_if(scene.effects, [](const EffectChoice& e) { return std::string_view(e.name()) == "guide"; });
-          if (guide) scene.effects.push_back(*guide);
-        });
+    ContinueWith(guided_ ? Tr("The guide keeps the saw in the planned plane") : Tr("The guide is off"),
+                 [guide](Scene& scene) {
+                   if (const auto old = FindGuide(scene); old != scene.effects.end()) scene.effects.erase(old);
+                   if (guide) scene.effects.push_back(*guide);
+                 });
   } catch (const Error& e) {
     viewer_->Say(e.what());
   }
@@ -317,7 +342,7 @@ void Rehearsal::FollowCut() {
   }
 }
 
-// ---- pieces and results
+// ---- pieces
 
 void Rehearsal::EnterPieces() {
   if (!viewer_->is_running() || change_.is_pending()) return;
@@ -330,51 +355,6 @@ void Rehearsal::EnterPieces() {
 void Rehearsal::LeavePieces() {
   pieces_.Leave();
   in_pieces_ = false;
-}
-
-CaseContent Rehearsal::MakeContent() const {
-  return {.title = scene_.TitleOrName(),
-          .saw_name = saw_is_listed_ ? options_.saws[saw_].name : "",
-          .before = before_,
-          .recordings = {result_.recordings.begin() + static_cast<std::ptrdiff_t>(first_recording_),
-                         result_.recordings.end()}};
-}
-
-void Rehearsal::Export() {
-  if (!viewer_->is_running() || change_.is_pending()) return;
-  const std::string number = inputs_ == 1 ? "" : fmt::format("-{}", inputs_);
-  writer_.Export(MakeContent(), fmt::format("{}/take-away{}", options_.viewer.folder, number), options_.obj);
-}
-
-void Rehearsal::SaveProject(bool quits) {
-  if (!viewer_->is_running() || change_.is_pending()) return;
-  if (project_file_.empty()) return AskProjectFile(quits);
-  SaveProjectIn(project_file_, quits);
-}
-
-void Rehearsal::SaveProjectIn(const std::string& file, bool quits) {
-  project_file_ = file;
-  AddRecent(viewer_->settings(), file);
-  writer_.Save(MakeContent(), file, quits);
-}
-
-void Rehearsal::AskProjectFile(bool quits) {
-  if (!viewer_->is_running() || change_.is_pending()) return;
-  viewer_->controls().Release();
-  viewer_->SetSpindle(false);
-  const std::filesystem::path shown =
-      project_file_.empty()
-          ? std::filesystem::path(scene_.name.empty() ? "case" : scene_.name).replace_extension(kProjectExtension)
-          : std::filesystem::path(project_file_);
-  viewer_->dialogs().ChooseFile(
-      viewer_->ui(), Tr("Save the project as"), shown.parent_path().string(), {kProjectExtension}, true,
-      shown.filename().string(), [this, quits](const std::string& path) {
-        const std::string file = IsProjectPath(path) ? path : path + kProjectExtension;
-        if (file == project_file_ || !std::filesystem::exists(file)) return SaveProjectIn(file, quits);
-        viewer_->dialogs().Ask(
-            fmt::format(fmt::runtime(Tr("{} exists already. Replace it?")), file),
-            {{Tr("Replace"), [this, file, quits] { SaveProjectIn(file, quits); }}, {Tr("Keep it"), nullptr}});
-      });
 }
 
 // ---- events
@@ -421,20 +401,29 @@ void Rehearsal::Update(double /*dt_s*/) {
 
 void Rehearsal::Fill(HudState& hud) {
   hud.status.mode = in_pieces_ ? Tr("Pieces") : Tr("Rehearse");
-  if (saw_is_listed_) hud.status.saw = Tr(options_.saws[saw_].name.c_str());
+  if (!saw_name_.empty()) hud.status.saw = Tr(saw_name_.c_str());
   distances_.Fill(hud);
   distances_.SoundAlarms();
-  if (loader_.is_opening()) {
+  if (to_open_) {
+    // The file is opened when the work in progress has ended, which can take seconds.
+    hud.progress = HudProgress{.title = fmt::format(fmt::runtime(Tr("Opening {}")), ShowFileName(*to_open_)),
+                               .stage = Tr("ending what is in progress"),
+                               .fraction = {}};
+  } else if (loader_.is_opening()) {
     const WorkProgress now = loader_.progress();
-    hud.progress = HudProgress{.title = Tr("Opening"),
-                               .stage = Tr(now.stage.c_str()),
-                               .fraction = now.fraction,
-                               .left_s = now.seconds_left,
-                               .can_cancel = true};
+    const std::string name = ShowFileName(loader_.input());
+    hud.progress =
+        HudProgress{.title = name.empty() ? Tr("Opening") : fmt::format(fmt::runtime(Tr("Opening {}")), name),
+                    .stage = Tr(now.stage.c_str()),
+                    .fraction = now.fraction,
+                    .left_s = now.seconds_left,
+                    .can_cancel = true};
   } else if (change_.is_pending()) {
     hud.progress.reset();  // it takes less than a second
   } else if (writer_.is_exporting()) {
-    hud.progress = HudProgress{.title = Tr("Exporting"), .stage = Tr("pieces, planes, pictures and report")};
+    hud.progress = HudProgress{.title = Tr("Exporting"),
+                               .stage = Tr("pieces, planes, pictures and report"),
+                               .fraction = writer_.export_progress()};
   } else if (writer_.is_saving()) {
     hud.progress = HudProgress{.title = Tr("Saving the project"), .stage = Tr("bones, plan, marks and recordings")};
   } else if (editor_.marks.is_reading()) {
@@ -503,7 +492,7 @@ void Rehearsal::Describe(nlohmann::json& state) const {
   if (cut_) {
     for (const PlanesReport::Row& row : cut_->planes) state["plane_cut"].push_back(row.state.fraction());
   }
-  state["saw"] = saw_is_listed_ ? options_.saws[saw_].name : "";
+  state["saw"] = saw_name_;
   if (in_pieces_) pieces_.Describe(state);
 }
 

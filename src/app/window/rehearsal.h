@@ -2,12 +2,14 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/window/bone_saver.h"
+#include "app/window/case_sessions.h"
 #include "app/window/case_writer.h"
 #include "app/window/ct_preview.h"
 #include "app/window/input_loader.h"
@@ -106,7 +108,11 @@ class Rehearsal final : public Activity {
   void FollowCut();
   void EnterPieces();
   void LeavePieces();
+  /// Returns the figures of the session that is or was running.
+  ProjectSession MakeSession() const;
   CaseContent MakeContent() const;
+  void TakeSettings(const std::map<std::string, std::string>& settings);
+  void ShowImportNotes();
   void Export();
   /// `quits`: the program ends once the project is saved. Asks for its place if it has none.
   void SaveProject(bool quits);
@@ -131,7 +137,9 @@ class Rehearsal final : public Activity {
   std::shared_ptr<const Bone> original_;  // of a project: the bone before its cuts; otherwise null
 
   std::size_t saw_ = 0;
-  bool saw_is_listed_ = false;  // true if saws[saw_] is in use, otherwise the scene's own tool
+  bool saw_is_listed_ = false;  // true if saws[saw_] is in use
+  std::string saw_name_;        // empty: the scene's own tool
+  std::string session_saw_;     // saw of the session that is or was running, for its figures
   std::optional<Menu> menu_;
   std::vector<std::string> checkpoints_;
 
@@ -147,11 +155,13 @@ class Rehearsal final : public Activity {
   std::size_t first_recording_ = 0;  // of the current input
 
   std::vector<ProjectView> views_;
-  std::vector<std::string> warnings_;  // of the import, until its bone is shown
-  std::string project_file_;           // where the project is saved; empty: the user is asked
-  std::string pieces_json_;            // of a project, until the pieces are entered
-  std::vector<std::string> recent_;    // files of the menu
-  std::vector<std::string> saw_tips_;  // of the menu
+  bool shows_import_ = false;                    // the notes on the import, once its bone is shown
+  std::vector<std::string> earlier_recordings_;  // of a project
+  std::vector<ProjectSession> sessions_;         // of the case, without the running one
+  std::string project_file_;                     // where the project is saved; empty: the user is asked
+  std::string pieces_json_;                      // of a project, until the pieces are entered
+  std::vector<std::string> recent_;              // files of the menu
+  std::vector<std::string> saw_tips_;            // of the menu
   bool guided_ = false;
   std::optional<PlanesReport> cut_;  // latest state of the planned planes
   bool in_pieces_ = false;

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "app/window/import_notes.h"
 #include "app/window/rehearsal.h"
 #include "kerf/error.h"
 #include "view/ui/translate.h"
@@ -148,6 +149,13 @@ void Rehearsal::AddActions(ActionList& actions) {
                .on = [this] { return in_pieces_; },
                .button = Msg("Pieces")});
   pieces_.AddActions(actions);
+  // ---- help
+  actions.Add({.id = "help.import",
+               .menu = Msg("Help"),
+               .label = Msg("Notes on the import"),
+               .tip = Msg("Assumptions that were made when the CT was read, and its expected accuracy"),
+               .run = [this] { ShowImportNotes(); },
+               .enabled = [running, this] { return running() && !DescribeImport(*before_).empty(); }});
 }
 
 void Rehearsal::AskOpen() {

@@ -48,11 +48,13 @@ bool DrawSettings(Ui& ui, const UiBox& scene, const std::vector<Language>& langu
   ImGui::TextUnformatted(Tr("Sound"));
   auto volume = static_cast<float>(100 * settings.volume);
   ImGui::SetNextItemWidth(180 * s);
-  if (ImGui::SliderFloat("##volume", &volume, 0, 100, "%.0f %%")) {
+  if (ImGui::SliderFloat("##volume", &volume, 0, 100, "")) {
     settings.volume = std::clamp(0.01 * static_cast<double>(volume), 0.0, 1.0);
     changed = true;
   }
   ui.Note("setting volume");
+  ImGui::SameLine();
+  ImGui::TextUnformatted(fmt::format("{:.0f} %", 100 * settings.volume).c_str());
   ImGui::SameLine();
   changed = ImGui::Checkbox(Tr("mute"), &settings.mute) || changed;
   ui.Note("setting mute");

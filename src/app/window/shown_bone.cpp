@@ -7,8 +7,8 @@
 
 namespace kerf {
 
-std::shared_ptr<SurfaceWorker> ShownBone::Show(std::shared_ptr<const Bone> bone, bool final) {
-  auto surface = std::make_shared<SurfaceWorker>(*bone);
+std::shared_ptr<SurfaceWorker> ShownBone::Show(std::shared_ptr<const Bone> bone, bool final, const Bone* before) {
+  auto surface = std::make_shared<SurfaceWorker>(*bone, 0, before);
   Made made{
       .surface = surface, .bone = final ? bone : nullptr, .materials = bone->materials(), .voxel_mm = bone->voxel_mm()};
   const std::lock_guard lock(mutex_);

@@ -20,8 +20,9 @@ class ShownBone {
 
   // ---- may be called by any thread
   /// Shows another bone from the next Take() on. `final`: a session begins with this bone; otherwise it is a preview,
-  /// which the session's bone replaces.
-  std::shared_ptr<SurfaceWorker> Show(std::shared_ptr<const Bone> bone, bool final);
+  /// which the session's bone replaces. `before`: the bone before its cuts, whose surface counts as uncut; null:
+  /// `bone`.
+  std::shared_ptr<SurfaceWorker> Show(std::shared_ptr<const Bone> bone, bool final, const Bone* before = nullptr);
   /// Returns the bone at the start of the first session; null before that.
   std::shared_ptr<const Bone> at_start() const;
 

@@ -54,7 +54,6 @@ void SlicesPanel::Reset(const Box3& bounds_W) {
   }
   enlarged_.reset();
   cursor_W_.reset();
-  window_ = {};
 }
 
 void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, const Vec3& focus_W, bool renew) {
@@ -156,7 +155,8 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
     }
     if (ImGui::IsMouseDragging(1, 0)) {
       window_.level_HU -= kWindowDrag_HU * static_cast<double>(io.MouseDelta.y / s);
-      window_.width_HU = std::max(50.0, window_.width_HU + kWindowDrag_HU * static_cast<double>(io.MouseDelta.x / s));
+      window_.width_HU =
+          kWindowRange_HU.Clamp(window_.width_HU + kWindowDrag_HU * static_cast<double>(io.MouseDelta.x / s));
     }
   }
   ImGui::PushFont(ui.small());
@@ -226,7 +226,8 @@ double DrawCtView(Ui& ui, std::size_t i, const std::pair<Image, std::uint64_t>& 
   const float width = ImGui::GetContentRegionAvail().x;
   ImGui::PushID(static_cast<int>(i));
   constexpr std::array kNames{SliceKind::kAxial, SliceKind::kCoronal, SliceKind::kSagittal};
-  ImGui::TextDisabled("%s", NameOf(kNames[i]));
+  // The number is not in the slider, whose knob would hide it.
+  FittedText(ui, fmt::format(fmt::runtime(Tr("{} at {} mm")), NameOf(kNames[i]), ShowNumber(at_mm, 0)), width);
   if (image.first.width > 0) {
     const float height = width * static_cast<float>(image.first.height) / static_cast<float>(image.first.width);
     ImGui::Image(ui.Texture(fmt::format("ct {}", i), image.first, image.second), {width, height});
@@ -238,8 +239,7 @@ double DrawCtView(Ui& ui, std::size_t i, const std::pair<Image, std::uint64_t>& 
   }
   ImGui::SetNextItemWidth(width);
   auto value = static_cast<float>(at_mm);
-  const std::string shown = fmt::format("{} mm", ShowNumber(at_mm, 0));
-  if (ImGui::SliderFloat("##at", &value, static_cast<float>(lower_mm), static_cast<float>(upper_mm), shown.c_str())) {
+  if (ImGui::SliderFloat("##at", &value, static_cast<float>(lower_mm), static_cast<float>(upper_mm), "")) {
     at_mm = static_cast<double>(value);
   }
   ImGui::PopID();

@@ -13,7 +13,7 @@ namespace kerf {
 
 class SlicesPanel {
  public:
-  /// Centres the slices in a new bone.
+  /// Centres the slices in a new bone. The grey levels stay.
   void Reset(const Box3& bounds_W);
   /// Requests slices that have changed, and takes those that are finished. `contents`: what is drawn in them;
   /// `focus_W`: point through which the slices go unless there is a cursor; `renew`: the bone has changed since the
@@ -29,7 +29,10 @@ class SlicesPanel {
   bool has_slices() const { return views_[0].image.has_value(); }
   /// Offset of a slice from its middle, for tests.
   double offset_mm(std::size_t view) const { return views_[view].spec.offset_mm; }
-  double level_HU() const { return window_.level_HU; }
+  const CtWindow& window() const { return window_; }
+  static constexpr Range kWindowRange_HU{50, 100'000};  // of its width
+  /// Sets the grey levels. The width must be in the range.
+  void set_window(const CtWindow& window) { window_ = window; }
 
  private:
   struct SliceView {

@@ -20,7 +20,11 @@ void Tour::Draw(Ui& ui, const UiBox& scene) {
   const float width = std::min(380 * s, static_cast<float>(scene.width) - 20 * s);
   if (width < 150 * s) return;
   const TourStep& step = steps_[step_];
-  const float text_height = ImGui::CalcTextSize(step.text.c_str(), nullptr, false, width - 28 * s).y;
+  // The buttons are at the same place in all steps, so that they can be clicked repeatedly.
+  float text_height = 0;
+  for (const TourStep& any : steps_) {
+    text_height = std::max(text_height, ImGui::CalcTextSize(any.text.c_str(), nullptr, false, width - 28 * s).y);
+  }
   ImGui::SetNextWindowPos({static_cast<float>(scene.right()) - width - 10 * s, static_cast<float>(scene.top) + 10 * s});
   ImGui::SetNextWindowSize({width, text_height + 96 * s});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {14 * s, 12 * s});
@@ -37,7 +41,7 @@ void Tour::Draw(Ui& ui, const UiBox& scene) {
   ImGui::PushTextWrapPos(0);
   ImGui::TextUnformatted(step.text.c_str());
   ImGui::PopTextWrapPos();
-  ImGui::Spacing();
+  ImGui::SetCursorPosY(ImGui::GetWindowHeight() - ImGui::GetFrameHeight() - 12 * s);
   const bool last = step_ + 1 == steps_.size();
   if (ImGui::Button(last ? Tr("Done") : Tr("Next"))) {
     ++step_;

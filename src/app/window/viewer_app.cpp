@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "kerf/error.h"
+#include "view/live/palette.h"
 
 namespace kerf {
 namespace {
@@ -116,9 +117,14 @@ nlohmann::json ViewerApp::MakeState() const {
                        {"dialog", dialogs_.is_open()},
                        {"tour", tour_.step()},
                        {"slices_mm", {slices_.offset_mm(0), slices_.offset_mm(1), slices_.offset_mm(2)}},
+                       {"ct_window_HU", {slices_.window().level_HU, slices_.window().width_HU}},
+                       {"has_ct", bone_.surface() && bone_.surface()->has_hu()},
+                       {"colours", LegendTitle(view_->colour_by())},
                        {"message", now_s_ < said_until_s_ ? said_ : ""},
                        {"view_mm", tenth(view_->camera().height_mm())},
                        {"chunks_left", bone_.surface() ? bone_.surface()->counts().first_left : 1}};
+  state["legend"] = nlohmann::json::array();
+  for (const LegendEntry& entry : view_->legend()) state["legend"].push_back(entry.text);
   activity_->Describe(state);
   return state;
 }

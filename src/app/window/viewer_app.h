@@ -120,6 +120,7 @@ class ViewerApp {
   /// Requests the lines in which planes meet the bone; renewed while it is cut. Called once per frame.
   void RequestPlaneLines(const std::vector<PlaneOverlay>& planes);
   void HidePlaneLines();
+  SlicesPanel& slices() { return slices_; }
   const std::vector<PlaneOverlay>& lined_planes() const { return lined_planes_; }
   ViewBasis MakeBasis() const;
   Trace& trace() { return trace_; }
@@ -135,6 +136,8 @@ class ViewerApp {
   const UiAreas& areas() const { return areas_; }
   /// Sets the bone with which the cuts of the next session are compared; null: its bone at the start.
   void set_original(std::shared_ptr<const Bone> bone) { original_ = std::move(bone); }
+  /// Returns the bone before all cuts, also those of sessions before; null before the first session.
+  std::shared_ptr<const Bone> uncut_bone() const { return original_ ? original_ : bone_.at_start(); }
   /// Keeps the camera as it is when a bone is shown that was not yet complete.
   void KeepView() { view_changed_ = true; }
   WindowSettings& settings() { return settings_; }
@@ -161,11 +164,13 @@ class ViewerApp {
   void Update(double dt_s);
   void FollowSession();
   void FollowRunning();
+  void TakeForces();
   void TakeBone();
   void FollowBone();
   void FollowDevice(double dt_s);
   void FollowSaw(double dt_s);
   void UpdateToolInPicture(double dt_s);
+  bool IsHandpieceInBone(const Pose& X_WT) const;
   void UpdateCutInPicture(const Tool& tool, double dt_s);  // contact, dust, alarms, lines of planes
   void Draw();
   HudState MakeHud();
@@ -201,10 +206,12 @@ class ViewerApp {
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
   CutPlace cut_place_;
-  double shown_removed_mm3_ = 0;  // volume that has become dust in the picture
-  Pose X_start_;                  // pose of the saw at the start
-  bool start_is_clear_ = true;    // the start is outside the bone
-  bool returning_ = false;        // the saw is returning to that pose
+  std::vector<Vec3> handpiece_T_;    // points on its surface
+  std::optional<Pose> X_handpiece_;  // pose at which it was last compared with the bone
+  double shown_removed_mm3_ = 0;     // volume that has become dust in the picture
+  Pose X_start_;                     // pose of the saw at the start
+  bool start_is_clear_ = true;       // the start is outside the bone
+  bool returning_ = false;           // the saw is returning to that pose
   std::vector<PlotPoint> forces_;
   std::string recording_;
   std::function<void(const LoopTick&)> take_tick_;  // of the next session

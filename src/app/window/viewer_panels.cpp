@@ -73,7 +73,8 @@ std::vector<HudKeyGroup> ViewerApp::ListHelp() const {
                    {Tr("right click"), Tr("menu for this place")}}});
   if (device_ && !options_.scripted) help.push_back(device_->MakeHelp());
   for (HudKeyGroup& group : activity_->help()) help.push_back(std::move(group));
-  for (HudKeyGroup& group : actions_.ListKeys()) help.push_back(std::move(group));
+  // While a bone is made, the user has time to read what will be possible.
+  for (HudKeyGroup& group : actions_.ListKeys(!is_running())) help.push_back(std::move(group));
   return help;
 }
 
@@ -126,7 +127,8 @@ void ViewerApp::DrawUi(const HudState& hud) {
     ImGui::End();
   }
   if (hud.banner) DrawBanner(ui_, *hud.banner, areas_.scene);
-  DrawMessage(ui_, hud.status.message, staying_, areas_.scene);
+  DrawMessage(ui_, hud.status.message, staying_, areas_.scene,
+              hud.progress ? CalcProgressBox(ui_, areas_.scene) : UiBox{});
   if (hud.progress && DrawProgressBox(ui_, *hud.progress, areas_.scene)) activity_->Cancel();
   if (hud.menu) {
     if (const std::optional<int> row = DrawMenuDialog(ui_, *hud.menu)) picked_row_ = row;
@@ -154,10 +156,11 @@ void ViewerApp::DrawUi(const HudState& hud) {
 }
 
 void ViewerApp::DrawStatusTexts(const HudStatus& status) {
-  std::string recording;
+  std::string recording, time;
   if (status.recording_s) {
     const long seconds = std::lround(std::max(0.0, *status.recording_s));
     recording = fmt::format(fmt::runtime(Tr("recording {}:{:02}")), seconds / 60, seconds % 60);
+    time = fmt::format("{}:{:02}", seconds / 60, seconds % 60);
   }
   const auto join = [](const std::initializer_list<std::string>& parts) {
     std::string text;
@@ -172,7 +175,8 @@ void ViewerApp::DrawStatusTexts(const HudStatus& status) {
   if (room < 60 * ui_.scale()) return;
   // What does not fit is in the tooltip: first the saw, then the mode.
   std::string shown = text;
-  for (const std::string& shorter : {join({status.right, status.mode, recording}), join({status.right, recording})}) {
+  for (const std::string& shorter :
+       {join({status.right, status.mode, recording}), join({status.right, recording}), join({status.right, time})}) {
     if (ImGui::CalcTextSize(shown.c_str()).x > room) shown = shorter;
   }
   shown = FitText(shown, room);

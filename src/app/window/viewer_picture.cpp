@@ -69,6 +69,10 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
   spin_rad_ = std::fmod(spin_rad_ + figures_.in.rpm / 60 * 2 * std::numbers::pi * dt_s, 2 * std::numbers::pi);
   const Pose& X_WT = figures_.coupled.X_WT;
   view_->SetToolPose(X_WT, figures_.in.rpm, spin_rad_);
+  if (!X_handpiece_ || X_handpiece_->p_AB != X_WT.p_AB || X_handpiece_->R_AB != X_WT.R_AB) {
+    X_handpiece_ = X_WT;
+    view_->SetHandpieceInBone(IsHandpieceInBone(X_WT));
+  }
   const Tool tool = MakeTool(session_->scene());
   UpdateCutInPicture(tool, dt_s);
   const bool leads =
@@ -99,6 +103,15 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
     }
   }
   slices_.Update(*bone_.surface(), MakeSliceScene(), focus_W, renew);
+}
+
+/// Returns true if the handpiece, which the simulation does not know, reaches into the bone with which the case began.
+bool ViewerApp::IsHandpieceInBone(const Pose& X_WT) const {
+  const std::shared_ptr<const Bone> bone = bone_at_start();
+  if (!bone) return false;
+  const double within_mm = -0.5 * bone->band_mm();
+  return std::any_of(handpiece_T_.begin(), handpiece_T_.end(),
+                     [&](const Vec3& p_T) { return bone->SignedDistance(X_WT.Point(p_T)) < within_mm; });
 }
 
 void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {

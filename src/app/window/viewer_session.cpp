@@ -10,6 +10,7 @@
 #include "kerf/error.h"
 #include "session/run/clear_pose.h"
 #include "session/run/make_bone.h"
+#include "view/picture/handpiece.h"
 
 namespace kerf {
 namespace {
@@ -75,17 +76,17 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   live.tick = std::exchange(take_tick_, nullptr);
   live.scripted = options_.scripted;
   if (device_ && device_->holds()) live.device = &device_->servo();
-  live.begin = [this, goes_on, with_hu = bone && bone->has_hu() ? bone : nullptr,
+  live.begin = [this, goes_on, original = original_, with_hu = bone && bone->has_hu() ? bone : nullptr,
                 file = scene.bone.source == BoneSource::kFile && !bone ? scene.bone.file : ""](
                    const Bone& made, const EffectPlan&) mutable {
     if (!goes_on) {
       auto shown = std::make_shared<Bone>(WithCtNumbers(made, file));
       if (with_hu && !shown->has_hu()) CopyHu(*shown, *with_hu);
-      leaf_receiver_ = bone_.Show(std::move(shown), true);
+      leaf_receiver_ = bone_.Show(std::move(shown), true, original.get());
     }
     with_hu.reset();
     if (!options_.watch || leaf_watch_) return;
-    leaf_watch_ = std::make_shared<CutWatch>(original_ ? original_ : bone_at_start(), made);
+    leaf_watch_ = std::make_shared<CutWatch>(original ? original : bone_at_start(), made);
     const std::lock_guard lock(mutex_);
     watch_ = leaf_watch_;
   };
@@ -156,6 +157,8 @@ void ViewerApp::FollowSession() {
       if (!activity_->TakeFailure(failure)) throw Error(failure);
       return;
     }
+    figures_ = session_->figures();
+    TakeForces();
     LoopSummary summary = session_->TakeSummary();
     trace_.Write("ended", {{"failure", ""},
                            {"recording", recording_},
@@ -176,6 +179,12 @@ void ViewerApp::FollowSession() {
   }
 }
 
+void ViewerApp::TakeForces() {
+  for (const ForceMoment& moment : session_->TakeForces()) {
+    if (forces_.size() < kMaxForces) forces_.push_back({moment.time_s, moment.force_N});
+  }
+}
+
 void ViewerApp::FollowRunning() {
   figures_ = session_->figures();
   if (!began_) {
@@ -189,12 +198,12 @@ void ViewerApp::FollowRunning() {
     // A session may begin with the saw in the bone; then there is no start to return to.
     start_is_clear_ = !bone || IsClear(PhiSampler(*bone), tool, X_start_, 0);
     view_->SetTool(tool);
+    handpiece_T_ = SampleHandpiece(tool, 4);
+    X_handpiece_.reset();
     activity_->Began();
     trace_.Write("running");
   }
-  for (const ForceMoment& moment : session_->TakeForces()) {
-    if (forces_.size() < kMaxForces) forces_.push_back({moment.time_s, moment.force_N});
-  }
+  TakeForces();
   for (const LiveSession::Answer& answer : session_->TakeAnswers()) {
     if (answer.action.kind == LoopAction::Kind::kSpindle) continue;
     const char* what = answer.action.kind == LoopAction::Kind::kUndo      ? "Undone"

@@ -257,7 +257,7 @@ void WarnAboutSurfaceError(double iso_hu, ImportReport& report) {
   report.warnings.push_back(fmt::format(
       "the surface has an expected error of {:.2f} mm (rms), above {} mm: the {:.0f} HU level lies {:.2f} mm {} the "
       "half height of the bone's edge ({:.0f} HU), and the spacing of {:.4g} x {:.4g} x {:.4g} mm adds a scatter of "
-      "{:.2f} mm; a sharper CT reduces the error, while another --iso may lose thin bone",
+      "{:.2f} mm; a sharper CT reduces the error, while another iso level may lose thin bone",
       e.CalcExpected(), kSurfaceErrorWarning_mm, iso_hu, std::abs(e.offset_mm), e.offset_mm < 0 ? "inside" : "outside",
       e.half_height_hu, report.spacing_mm.x, report.spacing_mm.y, report.spacing_mm.z, e.scatter_mm));
 }

@@ -173,6 +173,22 @@ std::string FormatPieces(const PieceSet& set, const Prepared& prepared) {
   return out;
 }
 
+std::string FormatSessionTable(const std::vector<ExportSession>& sessions) {
+  std::vector<std::vector<std::string>> rows;
+  const auto show = [](const std::optional<double>& value, int decimals) {
+    return value ? Show(*value, decimals) : std::string("-");
+  };
+  for (const ExportSession& session : sessions) {
+    rows.push_back({fmt::format("{}", rows.size() + 1), session.saw, show(session.duration_s, 0),
+                    show(session.largest_force_N, 2), show(session.removed_mm3, 1)});
+  }
+  return "<h2>Sessions</h2>\n" +
+         Table({"session", "saw", "duration, s", "largest force, N", "removed, mm\u00b3"}, rows) +
+         "<p class=\"note\">A new session begins with each change of the saw or the guide, and when a project is "
+         "opened. "
+         "Removed: by the saw in this session, also if it was undone later.</p>\n";
+}
+
 }  // namespace
 
 std::string FormatReportHtml(const ExportInput& input, const Prepared& prepared) {
@@ -202,6 +218,7 @@ std::string FormatReportHtml(const ExportInput& input, const Prepared& prepared)
       rows.push_back({m.name, Show(m.value, 2), m.unit == "deg" ? "\u00b0" : m.unit});
     out += "<h2>Measured</h2>\n" + Table({"what", "value", "unit"}, rows);
   }
+  if (input.sessions.size() > 1) out += FormatSessionTable(input.sessions);
   if (!input.figures.empty()) {
     std::vector<std::vector<std::string>> rows;
     for (const ExportFigure& f : input.figures) rows.push_back({f.name, fmt::format("{:.4g}", f.value), f.unit});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -46,6 +47,14 @@ struct ExportCurve {
   std::vector<std::pair<double, double>> points;  // x increasing
 };
 
+/// A session of the case; what is not known is left out.
+struct ExportSession {
+  std::string saw;
+  std::optional<double> duration_s{};
+  std::optional<double> largest_force_N{};
+  std::optional<double> removed_mm3{};
+};
+
 /// The recording of the session.
 struct ExportRecording {
   std::string state;                    // "whole", "cut short", "damaged"; empty: there is no recording
@@ -62,6 +71,7 @@ struct ExportInput {
   const PieceSet* pieces = nullptr;
   const StructureAssessment* structures = nullptr;
   std::vector<ExportFact> circumstances{};  // date, case, saw, force law: below the title of the report
+  std::vector<ExportSession> sessions{};    // in order; listed if there are several
   std::vector<ExportFigure> figures;
   std::vector<ExportMeasure> measures;
   std::vector<ExportPicture> pictures;

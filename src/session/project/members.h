@@ -15,16 +15,19 @@ inline constexpr std::string_view kMarks = "marks.mrk.json";
 inline constexpr std::string_view kPieces = "pieces.json";
 inline constexpr std::string_view kViews = "views.json";
 inline constexpr std::string_view kSettings = "settings.json";
+inline constexpr std::string_view kSessions = "sessions.json";
 inline constexpr std::string_view kBone = "bone.vdb";
 inline constexpr std::string_view kCutBone = "cut.vdb";
 inline constexpr std::string_view kRecordingFolder = "recordings/";
 inline constexpr std::string_view kInputFolder = "inputs/";
 
 inline constexpr std::size_t kMaxManifestBytes = std::size_t{1} << 20;
-inline constexpr std::size_t kMaxTextBytes = std::size_t{16} << 20;  // of the scene, marks, pieces, views or settings
+inline constexpr std::size_t kMaxTextBytes = std::size_t{16} << 20;  // of a text member
 inline constexpr std::size_t kMaxProjectRecordings = 500;
 inline constexpr std::size_t kMaxViews = 200;
 inline constexpr std::size_t kMaxSettings = 1000;
+inline constexpr std::size_t kMaxSessions = 500;
+inline constexpr std::size_t kMaxForces = 200'000;  // points of all sessions
 
 /// Returns true for a file name of letters, digits, '_', '-' and '.', at most 120 characters long, that does not begin
 /// with a dot.
@@ -41,7 +44,7 @@ inline bool IsFileName(std::string_view name) {
 /// Returns true for the members that are texts and are kept in memory.
 inline bool IsTextMember(std::string_view name) {
   return name == kManifest || name == kSceneToml || name == kMarks || name == kPieces || name == kViews ||
-         name == kSettings;
+         name == kSettings || name == kSessions;
 }
 inline bool IsInFolder(std::string_view name, std::string_view folder) {
   return name.starts_with(folder) && IsFileName(name.substr(folder.size()));

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "session/marks/mark.h"
@@ -22,14 +24,26 @@ struct ProjectView {
   bool operator==(const ProjectView&) const = default;
 };
 
+/// What is known about a session of a case.
+struct ProjectSession {
+  std::string saw;  // its name, or what it is
+  std::optional<double> duration_s{};
+  std::optional<double> removed_mm3{};
+  std::optional<double> largest_force_N{};             // on the hand
+  std::vector<std::pair<double, double>> forces_sN{};  // force on the hand, N, by time since the session's beginning, s
+
+  bool operator==(const ProjectSession&) const = default;
+};
+
 struct Project {
   std::string title;          // one line
   Scene scene;                // with the plan; its bone: the model or file from which the case began
   std::string bone_file;      // .vdb: the bone before the first cut; empty: none
   std::string cut_bone_file;  // .vdb: the bone as it is now; empty: it was not cut
   std::vector<Mark> marks;
-  std::vector<std::string> recordings;  // .kerf files, in the order of the sessions; their file names are different
-  std::string pieces_json;              // PieceSet::FormatJson(); empty: none
+  std::vector<std::string> recordings;   // .kerf files, in the order of the sessions
+  std::vector<ProjectSession> sessions;  // in order
+  std::string pieces_json;               // PieceSet::FormatJson(); empty: none
   std::vector<ProjectView> views;
   std::map<std::string, std::string> settings;  // of the window, by name
   // Set by ReadProject(), ignored by WriteProject().
@@ -43,7 +57,7 @@ inline constexpr const char* kProjectExtension = ".kerf-project";
 /// paths, surfaces, ...), the bones and the recordings. Texts are compressed; bones and recordings are compressed
 /// already and are stored as they are. Writes through a temporary file, so that an existing project stays intact until
 /// the new one is complete. Throws kerf::Error if a file cannot be read or
-/// written, if the marks or the plan are not valid, or if there are too many recordings.
+/// written, if the marks or the plan are not valid, or if there are too many recordings or sessions.
 void WriteProject(const std::string& path, const Project& project);
 
 /// Reads a project. Bones, recordings and inputs of the scene are written into `folder`, which is created if missing;
@@ -63,5 +77,9 @@ bool IsProjectPath(const std::string& path);
 /// Text of a project's views.
 std::string FormatViews(const std::vector<ProjectView>& views);
 std::vector<ProjectView> ParseViews(const std::string& text, const std::string& path);
+
+/// Text of a project's sessions.
+std::string FormatSessions(const std::vector<ProjectSession>& sessions);
+std::vector<ProjectSession> ParseSessions(const std::string& text, const std::string& path);
 
 }  // namespace kerf

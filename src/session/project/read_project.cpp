@@ -79,6 +79,9 @@ Project ReadProject(const std::string& path, const std::string& folder) {
   if (const std::string settings = texts.Get(kSettings); !settings.empty()) {
     project.settings = ParseSettings(settings, fmt::format("{}: {}", path, kSettings));
   }
+  if (const std::string sessions = texts.Get(kSessions); !sessions.empty()) {
+    project.sessions = ParseSessions(sessions, fmt::format("{}: {}", path, kSessions));
+  }
   for (const std::string& recording : manifest.recordings) project.recordings.push_back(place(recording));
   return project;
 }

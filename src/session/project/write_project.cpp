@@ -110,6 +110,9 @@ void WriteProject(const std::string& path, const Project& project) {
   if (project.recordings.size() > kMaxProjectRecordings) {
     throw Error(fmt::format("{}: a project has at most {} recordings", path, kMaxProjectRecordings));
   }
+  if (project.sessions.size() > kMaxSessions) {
+    throw Error(fmt::format("{}: a project has at most {} sessions", path, kMaxSessions));
+  }
   if (project.scene.bone.source == BoneSource::kFile && project.bone_file.empty()) {
     throw Error(fmt::format("{}: the project has no bone", path));
   }
@@ -121,6 +124,7 @@ void WriteProject(const std::string& path, const Project& project) {
   if (!project.pieces_json.empty()) members.AddText(kPieces, project.pieces_json);
   if (!project.views.empty()) members.AddText(kViews, FormatViews(project.views));
   if (!project.settings.empty()) members.AddText(kSettings, Dump(OrderedJson(project.settings)));
+  if (!project.sessions.empty()) members.AddText(kSessions, FormatSessions(project.sessions));
   if (!project.bone_file.empty()) members.AddFile(kBone, project.bone_file);
   if (!project.cut_bone_file.empty()) members.AddFile(kCutBone, project.cut_bone_file);
   OrderedJson recordings = OrderedJson::array();

@@ -81,6 +81,20 @@ struct BoneChunks::State {
   std::set<Index> is_dirty;
 
   double voxel_mm() const { return GridsOf(bone).voxel_mm(); }
+  // Stores the values of an earlier state of the bone where they differ.
+  void SetUncut(const Bone& before) {
+    std::array<float, 512> now{};
+    std::array<float, 512> then{};
+    for (const Bone* of : {&before, static_cast<const Bone*>(&bone)}) {
+      for (auto leaf = GridsOf(*of).phi->tree().cbeginLeaf(); leaf; ++leaf) {
+        const openvdb::Coord& at = leaf->origin();
+        const Index index{FloorDiv(at.x(), kLeaf), FloorDiv(at.y(), kLeaf), FloorDiv(at.z(), kLeaf)};
+        GetLeaf(bone, index, now);
+        GetLeaf(before, index, then);
+        if (now != then) uncut.insert_or_assign(index, then);
+      }
+    }
+  }
   // Returns true if a changed leaf contains samples of the chunk.
   bool IsTouched(const Index& chunk) const {
     if (uncut.empty()) return false;
@@ -98,8 +112,9 @@ struct BoneChunks::State {
   }
 };
 
-BoneChunks::BoneChunks(Bone bone) : state_(std::make_unique<State>()) {
+BoneChunks::BoneChunks(Bone bone, const Bone* before) : state_(std::make_unique<State>()) {
   state_->bone = std::move(bone);
+  if (before != nullptr && before->voxel_mm() == state_->bone.voxel_mm()) state_->SetUncut(*before);
   const openvdb::FloatGrid& phi = *GridsOf(state_->bone).phi;
   const openvdb::CoordBBox box = phi.evalActiveVoxelBoundingBox();
   if (!box.empty()) {

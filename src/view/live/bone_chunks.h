@@ -46,8 +46,8 @@ class BoneChunks {
   static constexpr int kVoxels = 32;  // edge length of a chunk
   static constexpr std::array<int, 4> kSteps{8, 4, 2, 1};
 
-  /// `bone`: the bone before any cutting. Its current surface counts as uncut from then on.
-  explicit BoneChunks(Bone bone);
+  /// `before`: the bone before any cutting, with the same voxels; its surface counts as uncut. Null: `bone` itself.
+  explicit BoneChunks(Bone bone, const Bone* before = nullptr);
   ~BoneChunks();
   BoneChunks(BoneChunks&&) noexcept;
   BoneChunks& operator=(BoneChunks&&) noexcept;

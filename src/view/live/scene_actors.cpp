@@ -64,6 +64,7 @@ struct SceneActors::State {
   double angle_rad = 0;
   vtkSmartPointer<vtkActor> toothed, turning, blur, ghost, handpiece, guard;
   bool handpiece_shown = true;
+  bool handpiece_in_bone = false;
   std::optional<Vec3> contact_W;
   bool tool_is_last = true;
   bool ghost_shown = false;
@@ -231,6 +232,10 @@ void SceneActors::SetHandpieceShown(bool shown) {
   state_->PlaceHandpiece();
 }
 
+void SceneActors::SetHandpieceInBone(bool in_bone) {
+  if (std::exchange(state_->handpiece_in_bone, in_bone) != in_bone) ++state_->changes;
+}
+
 void SceneActors::SetContact(const std::optional<Vec3>& p_W) {
   state_->Renew(state_->contact_W, p_W);
   state_->PlaceHandpiece();
@@ -244,6 +249,8 @@ void SceneActors::UpdateSightHoles(const ViewCamera& camera, double depth) {
   State& s = *state_;
   if (!s.tool || s.handpiece == nullptr) return;
   SightHole hole;
+  // A window that contains the whole handpiece, at every depth.
+  const SightHole ghostly{.x_px = 0, .y_px = 0, .depth = 2, .radius_px = 1e6, .strength = 1, .alpha = 0.3};
   const auto at = s.contact_W ? camera.Project(*s.contact_W) : std::nullopt;
   if (at) {
     hole.x_px = at->x;
@@ -256,7 +263,7 @@ void SceneActors::UpdateSightHoles(const ViewCamera& camera, double depth) {
     hole.strength = 1;
     hole.alpha = 0.08;
     hole.radius_px = radius(1.2, 40, 180);
-    SetSightHole(*s.handpiece, hole);
+    SetSightHole(*s.handpiece, s.handpiece_in_bone ? ghostly : hole);
     if (s.guard == nullptr) return;
     SetSightHole(*s.guard, hole);
     // A disc that is seen edge-on hides nothing.
@@ -268,7 +275,7 @@ void SceneActors::UpdateSightHoles(const ViewCamera& camera, double depth) {
     for (const auto& actor : {s.toothed, s.turning, s.blur}) SetSightHole(*actor, hole);
     return;
   }
-  SetSightHole(*s.handpiece, hole);
+  SetSightHole(*s.handpiece, s.handpiece_in_bone ? ghostly : hole);
   if (s.guard == nullptr) return;
   for (const auto& actor : {s.guard, s.toothed, s.turning, s.blur}) SetSightHole(*actor, hole);
 }

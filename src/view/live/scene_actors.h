@@ -31,6 +31,7 @@ class SceneActors {
   void SetToolColour(const Rgb8& colour);
   void SetGhost(const std::optional<Pose>& X_WH);
   void SetHandpieceShown(bool shown);
+  void SetHandpieceInBone(bool in_bone);
   /// Where the tool cuts; unset: nowhere.
   void SetContact(const std::optional<Vec3>& p_W);
   /// Makes tool and handpiece translucent where they hide the place of contact. `depth`: of the place on the screen, 0

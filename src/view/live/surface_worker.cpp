@@ -21,10 +21,10 @@ using Index = std::array<int, 3>;
 }  // namespace
 
 struct SurfaceWorker::State {
-  State(Bone bone, int threads)
+  State(Bone bone, int threads, const Bone* before)
       : bounds_W(bone.CalcBounds()),
         has_hu(bone.has_hu()),
-        chunks(std::move(bone)),
+        chunks(std::move(bone), before),
         origin_W(chunks.origin_W()),
         passes(MakePasses(chunks.bone().voxel_mm())),
         arena(threads > 0 ? threads : tbb::task_arena::automatic) {}
@@ -237,7 +237,8 @@ struct SurfaceWorker::State {
   }
 };
 
-SurfaceWorker::SurfaceWorker(Bone bone, int threads) : state_(std::make_unique<State>(std::move(bone), threads)) {
+SurfaceWorker::SurfaceWorker(Bone bone, int threads, const Bone* before)
+    : state_(std::make_unique<State>(std::move(bone), threads, before)) {
   state_->thread = std::thread([this] { state_->Run(); });
 }
 

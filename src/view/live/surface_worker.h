@@ -25,8 +25,9 @@ struct SurfaceCounts {
 /// position, so their number is bounded by the size of the bone.
 class SurfaceWorker {
  public:
-  /// `bone`: a copy from before the loop begins. `threads`: for the first meshing; 0: one per core.
-  explicit SurfaceWorker(Bone bone, int threads = 0);
+  /// `bone`: a copy from before the loop begins. `threads`: for the first meshing; 0: one per core. `before`: the bone
+  /// before any cutting, whose surface counts as uncut; null: `bone` itself.
+  explicit SurfaceWorker(Bone bone, int threads = 0, const Bone* before = nullptr);
   ~SurfaceWorker();  // stops the thread
   SurfaceWorker(const SurfaceWorker&) = delete;
   SurfaceWorker& operator=(const SurfaceWorker&) = delete;

@@ -310,6 +310,9 @@ void Viewport::set_show_handpiece(bool show) {
 bool Viewport::show_handpiece() const {
   return state_->show_handpiece;
 }
+void Viewport::SetHandpieceInBone(bool in_bone) {
+  state_->actors.SetHandpieceInBone(in_bone);
+}
 void Viewport::SetContact(const std::optional<Vec3>& p_W) {
   state_->actors.SetContact(p_W);
 }

@@ -152,6 +152,8 @@ class Viewport {
   /// Shows the handpiece behind the tool; on by default.
   void set_show_handpiece(bool show);
   bool show_handpiece() const;
+  /// Draws the handpiece translucent, because it passes through bone.
+  void SetHandpieceInBone(bool in_bone);
   /// Sets where the tool cuts: handpiece and disc become translucent where they hide this place, and the guard is on
   /// the other side of the disc. Unset: the tool does not cut.
   void SetContact(const std::optional<Vec3>& p_W);

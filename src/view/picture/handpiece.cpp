@@ -101,6 +101,22 @@ TriangleMesh MakeHandpieceMesh(const Tool& tool) {
   return MakeTube(sections, bend, glm::normalize(along));
 }
 
+std::vector<Vec3> SampleHandpiece(const Tool& tool, double step_mm) {
+  const TriangleMesh mesh = MakeHandpieceMesh(tool);
+  std::vector<Vec3> points = mesh.points;
+  for (const auto& triangle : mesh.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t a = triangle[i];
+      const std::uint32_t b = triangle[(i + 1) % 3];
+      if (a > b) continue;  // the next triangle has the same edge
+      const Vec3 along = mesh.points[b] - mesh.points[a];
+      const int parts = static_cast<int>(std::ceil(glm::length(along) / step_mm));
+      for (int k = 1; k < parts; ++k) points.push_back(mesh.points[a] + along * (static_cast<double>(k) / parts));
+    }
+  }
+  return points;
+}
+
 TriangleMesh MakeGuardMesh(const DiscSaw& saw) {
   saw.Validate();
   constexpr std::uint32_t kSteps = 36;

@@ -1,6 +1,8 @@
 // Handpiece that holds a tool: plain solids for the picture, without influence on the simulation. Pure.
 #pragma once
 
+#include <vector>
+
 #include "bone/mesh/meshfile.h"
 #include "kerf/tool.h"
 
@@ -10,6 +12,10 @@ namespace kerf {
 /// (disc) or shank (ball) and follows the z axis; the handle leads through the grip and ends 25 mm behind it. A tool
 /// whose grip is not on the side of the spindle has a straight handle. Throws Error for an invalid tool.
 TriangleMesh MakeHandpieceMesh(const Tool& tool);
+
+/// Returns points on the handpiece's surface in the tool's frame, at most about `step_mm` (above 0) apart along its
+/// axis.
+std::vector<Vec3> SampleHandpiece(const Tool& tool, double step_mm);
 
 /// Makes the guard of a disc as one closed surface in the tool's frame: a cover over the rim, which spans 110 degrees
 /// about the x axis and is turned about z to the side away from the cut.

@@ -58,6 +58,7 @@ struct HudPiece {
   Rgb8 colour = kBoneColour;
   bool selected = false;
   bool hidden = false;
+  std::string tip{};  // its volume and position in full
 };
 
 struct HudKey {

@@ -225,6 +225,7 @@ std::optional<int> PiecesSection(Ui& ui, const HudState& state) {
       clicked = static_cast<int>(i);
     }
     ui.Note(fmt::format("piece {}", i));
+    Tooltip(ui, piece.tip);
     ImGui::SameLine(ImGui::GetStyle().WindowPadding.x);
     Swatch(ui, piece.colour, !piece.hidden);
     ImGui::SameLine();
@@ -281,9 +282,10 @@ void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene) {
   ImGui::End();
 }
 
-void DrawMessage(Ui& ui, const std::string& message, const std::string& staying, const UiBox& scene) {
+void DrawMessage(Ui& ui, const std::string& message, const std::string& staying, const UiBox& scene,
+                 const UiBox& below) {
   const float s = ui.scale();
-  float bottom = static_cast<float>(scene.bottom()) - 10 * s;
+  float bottom = below.empty() ? static_cast<float>(scene.bottom()) - 10 * s : static_cast<float>(below.top) - 8 * s;
   const auto draw = [&](const char* name, const std::string& text, HudLevel level) {
     if (text.empty()) return;
     const float max_width = static_cast<float>(scene.width) - 260 * s;
@@ -309,19 +311,26 @@ void DrawMessage(Ui& ui, const std::string& message, const std::string& staying,
   draw("staying message", staying, HudLevel::kWarn);
 }
 
+UiBox CalcProgressBox(const Ui& ui, const UiBox& scene) {
+  const double s = ui.scale();
+  const double width = std::min(330 * s, scene.width - 16 * s);
+  const double height = 92 * s;
+  if (width < 120 * s || scene.height < height + 20 * s) return {};
+  return {scene.left + 8 * s, scene.bottom() - height - 8 * s, width, height};
+}
+
 bool DrawProgressBox(Ui& ui, const HudProgress& progress, const UiBox& scene) {
   const float s = ui.scale();
-  const float width = std::min(330 * s, static_cast<float>(scene.width) - 16 * s);
-  const float height = 92 * s;
-  if (width < 120 * s || static_cast<float>(scene.height) < height + 20 * s) return false;
-  ImGui::SetNextWindowPos(
-      {static_cast<float>(scene.left) + 8 * s, static_cast<float>(scene.bottom()) - height - 8 * s});
-  ImGui::SetNextWindowSize({width, height});
+  const UiBox box = CalcProgressBox(ui, scene);
+  if (box.empty()) return false;
+  ImGui::SetNextWindowPos(TopLeft(box));
+  ImGui::SetNextWindowSize(SizeOf(box));
   ImGui::Begin("progress", nullptr,
                (kFixed & ~ImGuiWindowFlags_NoBringToFrontOnFocus) | ImGuiWindowFlags_NoScrollbar |
                    ImGuiWindowFlags_NoFocusOnAppearing);
   ImGui::PushFont(ui.bold());
   FittedText(ui, progress.title, ImGui::GetContentRegionAvail().x);
+  ui.Note(fmt::format("progress {}", progress.title));
   ImGui::PopFont();
   FittedText(ui, progress.stage, ImGui::GetContentRegionAvail().x);
   const float cancel_width = progress.can_cancel ? ImGui::CalcTextSize(Tr("Cancel")).x + 24 * s : 0;

@@ -35,8 +35,12 @@ std::optional<int> PiecesSection(Ui& ui, const HudState& state);
 
 /// Banner at the top of the scene: a notice, a warning, or what the user is asked to do.
 void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene);
-/// Message at the bottom of the scene. `staying`: shown above it while its cause lasts, with a mark; optional.
-void DrawMessage(Ui& ui, const std::string& message, const std::string& staying, const UiBox& scene);
+/// Message at the bottom of the scene. `staying`: shown above it while its cause lasts, with a mark; optional. `below`:
+/// a box that both are drawn above; empty: none.
+void DrawMessage(Ui& ui, const std::string& message, const std::string& staying, const UiBox& scene,
+                 const UiBox& below);
+/// Returns the place of DrawProgressBox(); empty: the scene is too small for it.
+UiBox CalcProgressBox(const Ui& ui, const UiBox& scene);
 /// Small box in the scene's lower left corner: what is in progress, how far, and the time left. Returns true if Cancel
 /// was clicked.
 bool DrawProgressBox(Ui& ui, const HudProgress& progress, const UiBox& scene);

@@ -85,6 +85,7 @@ class Window:
         self.seen = 0
         self.events = []
         self.state = {}
+        self.all_items = []  # each state of items
         self.items = {}  # name -> left, top, width, height of buttons, menus and rows that are shown
         self.id = None
         deadline = time.monotonic() + 60
@@ -120,6 +121,7 @@ class Window:
                 self.state = event
             elif event["event"] == "items":
                 self.items = event["items"]
+                self.all_items.append(self.items)
             else:
                 self.events.append(event)
         self.seen = len(lines)

@@ -31,13 +31,27 @@ Bone MakeBar(bool cut) {
 
 /// Exports a bar whose smaller piece was moved by 3 mm while it was cut, and returns the written files' texts.
 struct Exported {
-  explicit Exported(bool cut) {
+  explicit Exported(bool cut,
+                    const std::vector<ProjectSession>& sessions = {{"fine disc", 61, 3, 1.5, {{0, 0}, {9, 1.5}}}}) {
     PieceSet arranged(MakeBar(true), 1);
     arranged.Move(1, {3, 0, 0});
     ExportOrder order;
     order.folder = folder.path();
     order.scene.tool.thickness_mm = 0.5;
-    order.before = std::make_shared<const Bone>(MakeBar(false));
+    Bone before = MakeBar(false);
+    before.set_note("import_input", "DICOM");
+    before.set_note("import_ct_voxels", "250 250 160");
+    before.set_note("import_ct_spacing_mm", "1 1 0.5");
+    before.set_note("import_series_uid", "1.2.840");
+    before.set_note("import_warnings", "the first. the second");
+    order.before = std::make_shared<const Bone>(std::move(before));
+    order.title = "Left jaw";
+    order.scene.title = "scan of May";
+    order.sessions = sessions;
+    order.progress = [this](double fraction) {
+      EXPECT_GE(fraction, progress);
+      progress = fraction;
+    };
     std::promise<Bone> after;
     after.set_value(MakeBar(cut));
     order.after = after.get_future();
@@ -45,12 +59,41 @@ struct Exported {
     order.measures = {{.name = "distance 1", .unit = "mm", .value = 20.4, .points_W_mm = {{0, 0, 0}, {20.4, 0, 0}}}};
     RunExport(order);
     measures = test::ReadBytes(folder.file("measures.csv"));
+    report = test::ReadBytes(folder.file("report.html"));
     transforms = nlohmann::json::parse(test::ReadBytes(folder.file("transforms.json")));
   }
   test::Folder folder;
   std::string measures;
+  std::string report;
+  double progress = 0;
   nlohmann::json transforms;
 };
+
+/// Returns the row of a table in a report with two columns.
+std::string MakeRow(const std::string& name, const std::string& value) {
+  return "<th scope=\"row\">" + name + "</th><td>" + value + "</td>";
+}
+
+TEST(ExportOrder, ReportNamesTheCaseAndItsCt) {
+  const Exported exported(true);
+  EXPECT_THAT(exported.report, HasSubstr("<h1>Left jaw</h1>"));
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("CT", "scan of May; 250 x 250 x 160 voxels of 1 x 1 x 0.5 mm")));
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("DICOM series", "1.2.840")));
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("notes of the import", "The first. The second.")));
+  EXPECT_EQ(exported.progress, 1);
+}
+
+TEST(ExportOrder, ReportCoversAllSessionsOfTheCase) {
+  const ProjectSession now{"fine disc", 61, 3, 1.5, {{0, 0}, {9, 1.5}}};
+  const Exported exported(true, {{"ball burr", 30, 2, 2.25, {{1, 2.25}}}, now});
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("saw", "ball burr, fine disc")));
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("duration", "91 s")));
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("largest force on the hand", "2.25 N")));
+  // Files of earlier versions say nothing about their sessions, and nothing was cut since: this is not 0 N.
+  const Exported unknown(true, {{"-", {}, {}, {}, {}}, {"fine disc", 5, 0, 0, {{0, 0}, {5, 0}}}});
+  EXPECT_THAT(unknown.report, HasSubstr(MakeRow("largest force on the hand", "- (not known for the sessions before)")));
+  EXPECT_THAT(unknown.measures, Not(HasSubstr("largest force")));
+}
 
 TEST(ExportOrder, WritesPiecesWhereTheyWereArranged) {
   const Exported exported(true);

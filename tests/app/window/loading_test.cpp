@@ -12,11 +12,13 @@
 #include "app/window/open_input.h"
 #include "app/window/progress_meter.h"
 #include "base/core/cancelled.h"
+#include "bone/grid/ct_modulus.h"
 #include "bone/models/block.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "support/folder.h"
 #include "support/solids.h"
+#include "view/live/slice_view.h"
 
 namespace kerf {
 namespace {
@@ -121,6 +123,50 @@ TEST(OpenInput, ShowsABoneAndKeepsIt) {
   EXPECT_TRUE(opened.bone_is_saved);
   EXPECT_EQ(opened.bone->CalcHash(), bone.CalcHash());
   EXPECT_EQ(opened.scene.bone.file, folder.file("a.vdb"));
+}
+
+/// Returns the CT numbers of a test: different at each point.
+double TestHu(const Vec3& p_W) {
+  return 500 + 40 * p_W.x - 25 * p_W.y + 10 * p_W.z;
+}
+
+TEST(OpenInput, AProjectShowsItsCtAsBefore) {
+  const test::Folder folder;
+  Bone before = test::MakeSphere({10, 20, 30}, 8, 0.4);
+  SetHu(before, TestHu, 0.5);
+  before.set_note("import_input", "DICOM");
+  // The bone of a session has no CT numbers: the loop does not need them.
+  const Bone cut = test::MakeSphere({10, 20, 30}, 7.5, 0.4);
+  WriteBone(before, folder.file("before.vdb"));
+  WriteBone(cut, folder.file("cut.vdb"));
+  Project project;
+  project.scene = MakeSceneAround(folder.file("cut.vdb"), cut);
+  project.bone_file = folder.file("before.vdb");
+  project.cut_bone_file = folder.file("cut.vdb");
+  const std::string file = folder.file("a.kerf-project");
+  WriteProject(file, project);
+  const OpenedInput opened = OpenInput(file, {.bone_file = "", .project_folder = folder.file("out")}, Quiet());
+  EXPECT_EQ(opened.bone->CalcHash(), cut.CalcHash());
+  ASSERT_TRUE(opened.bone->has_hu());
+  EXPECT_EQ(opened.bone->hu_voxel_mm(), 0.5);
+  for (const SliceKind kind : {SliceKind::kAxial, SliceKind::kCoronal, SliceKind::kSagittal}) {
+    const SliceSpec spec{.kind = kind, .centre_W = {11, 20, 29}, .width_mm = 24};
+    const SliceImage then = CalcSlice(before, spec);
+    const SliceImage now = CalcSlice(*opened.bone, spec);
+    EXPECT_TRUE(now.has_ct);
+    EXPECT_EQ(now.image.pixels, then.image.pixels) << ToString(kind);
+  }
+  // A changed byte of the bone with the CT, which is stored as it is, is found.
+  std::string bytes = test::ReadBytes(file);
+  const std::string bone = test::ReadBytes(folder.file("before.vdb"));
+  const std::size_t at = bytes.find(bone);
+  ASSERT_NE(at, std::string::npos);
+  bytes[at + bone.size() - 20] ^= 0x10;
+  test::WriteBytes(file, bytes);
+  const std::string message =
+      test::MessageOf([&] { OpenInput(file, {.bone_file = "", .project_folder = folder.file("damaged")}, Quiet()); });
+  EXPECT_THAT(message, HasSubstr("a.kerf-project: is damaged: 'bone.vdb'"));
+  EXPECT_EQ(message.find('\n'), std::string::npos);
 }
 
 TEST(OpenInput, CanBeCancelledAtEachStage) {

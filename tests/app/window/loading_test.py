@@ -150,8 +150,18 @@ def cancel_and_open(display, kerf):
     after = w.mark()
     open_file(w, "fine.toml")
     w.wait_event("opening", after=after)
+    w.wait_event("bone", after=after, final=False)
+    time.sleep(1)  # it is now in a step that cannot end at once
+    w.wait_state("the bone is made", lambda s: "progress Loading" in w.items)
+    seen = len(w.all_items)
     open_file(w, "bar.toml")
     w.wait_event("running", after=after)
+    # The frame after the choice shows that the file will be opened, although the bone before is still being made.
+    shown = w.all_items[seen:]
+    last = max(i for i, items in enumerate(shown) if "dialog.ok" in items)
+    assert "progress Loading" in shown[last], "the bone was made while the file was chosen"
+    next_frame = shown[last + 1]
+    assert "progress Opening bar.toml" in next_frame, sorted(next_frame)
     w.wait_state("the plan of the scene", lambda s: s["planes"] == 1)
     out = end(w, "key")
     recordings = json.loads(out[out.index("{"):])["recordings"]

@@ -117,6 +117,17 @@ TEST(ExportInput, WritesAllFiles) {
   EXPECT_TRUE(again.state(2).deleted);
 }
 
+TEST(ExportInput, ReportListsTheSessionsOfACase) {
+  ExportInput input;
+  input.sessions = {{.saw = "-"}, {.saw = "fine disc", .duration_s = 61, .largest_force_N = 1.5, .removed_mm3 = 3.25}};
+  const std::string html = FormatReportHtml(input);
+  EXPECT_THAT(html, HasSubstr("<h2>Sessions</h2>"));
+  EXPECT_THAT(html, HasSubstr("<td>fine disc</td><td>61</td><td>1.50</td><td>3.2"));
+  EXPECT_THAT(html, HasSubstr("<td>-</td><td>-</td><td>-</td><td>-</td>"));
+  input.sessions.pop_back();
+  EXPECT_THAT(FormatReportHtml(input), Not(HasSubstr("<h2>Sessions</h2>")));
+}
+
 TEST(ExportInput, ReportNamesStructuresAndCircumstances) {
   StructureAssessment structures;
   structures.canal_known = true;

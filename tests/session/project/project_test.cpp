@@ -1,5 +1,6 @@
 #include "session/project/project.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zip.h>
@@ -65,6 +66,12 @@ struct Case {
     project.pieces_json = "{\"pieces\": []}\n";
     project.views = {{.name = "from the left", .target_W_mm = {1, 2, 3}, .toward_eye_W = {1, 0, 0}, .height_mm = 80}};
     project.settings = {{"theme", "dark"}, {"language", "de"}};
+    project.sessions = {{.saw = "-"},
+                        {.saw = "fine disc",
+                         .duration_s = 61.5,
+                         .removed_mm3 = 3,
+                         .largest_force_N = 1.25,
+                         .forces_sN = {{0, 0}, {0.5, 1.25}}}};
     file = folder.file("case.kerf-project");
   }
   Folder folder;
@@ -93,6 +100,7 @@ TEST(Project, ReadsBackTheSame) {
   EXPECT_EQ(read.pieces_json, c.project.pieces_json);
   EXPECT_EQ(read.views, c.project.views);
   EXPECT_EQ(read.settings, c.project.settings);
+  EXPECT_EQ(read.sessions, c.project.sessions);
   EXPECT_EQ(read.created.size(), std::string("2026-11-25T22:00:00Z").size());
   ASSERT_EQ(read.scene.plan.planes.size(), 1u);
   EXPECT_EQ(read.scene.plan.planes[0].state, PlaneState::kDone);
@@ -111,6 +119,23 @@ TEST(Project, ReadsBackTheSame) {
   EXPECT_EQ(again.marks, read.marks);
   EXPECT_TRUE(IsProjectPath(c.file));
   EXPECT_FALSE(IsProjectPath("case.kerf"));
+}
+
+TEST(Project, InvalidSessionsAreRefused) {
+  const auto parse = [](const std::string& text) { return MessageOf([&] { ParseSessions(text, "p"); }); };
+  EXPECT_EQ(parse("[]"), "");
+  EXPECT_EQ(parse(R"([{"saw": "disc", "duration_s": 1}])"), "");
+  EXPECT_THAT(parse("{}"), HasSubstr("p: the sessions are not a list"));
+  EXPECT_THAT(parse(R"([{"duration_s": 1}])"), HasSubstr("a session does not name its saw"));
+  EXPECT_THAT(parse(R"([{"saw": "disc", "duration_s": -1}])"), HasSubstr("'duration_s' of a session is not a valid"));
+  EXPECT_THAT(parse(R"([{"saw": "disc", "largest_force_N": "much"}])"), HasSubstr("'largest_force_N'"));
+  for (const char* forces : {"5", "[1]", "[[1]]", "[[1, 2, 3]]", "[[2, 1], [1, 1]]", "[[1, -1]]"}) {
+    EXPECT_THAT(parse(fmt::format(R"([{{"saw": "disc", "forces_s_N": {}}}])", forces)), HasSubstr("'forces_s_N'"))
+        << forces;
+  }
+  std::string many;
+  for (int i = 0; i < 501; ++i) many += (many.empty() ? "" : ",") + std::string(R"({"saw": "disc"})");
+  EXPECT_THAT(parse("[" + many + "]"), HasSubstr("at most 500 sessions"));
 }
 
 TEST(Project, CanBeAModelWithoutAnythingElse) {

@@ -196,6 +196,32 @@ TEST(BoneChunks, CutSurfaceIsMarkedAndShowsItsTissue) {
   EXPECT_GT(wall[1], 300u);
 }
 
+TEST(BoneChunks, ACutBoneThatIsOpenedAgainLooksAsDuringTheCut) {
+  const Slot slot;
+  const Bone bone = MakePlate(0.2);
+  Simulation simulation(bone, slot.params, slot.start);
+  BoneChunks during(bone);
+  CutSlot(simulation, slot.start, 60, [&](const LeafMessage& leaf) { during.Take(leaf); });
+  const BoneChunks again(during.bone(), &bone);
+  std::size_t cut = 0;
+  for (const int step : BoneChunks::kSteps) {
+    for (const auto& index : during.ListChunks({0, 0, 0})) {
+      ChunkMesh then, now;
+      during.Mesh(index, step, then);
+      again.Mesh(index, step, now);
+      ASSERT_EQ(now.vertices.size(), then.vertices.size());
+      for (std::size_t i = 0; i < then.vertices.size(); ++i) {
+        ASSERT_EQ(now.vertices[i].p_mm, then.vertices[i].p_mm);
+        ASSERT_EQ(now.vertices[i].cut, then.vertices[i].cut);
+        cut += now.vertices[i].cut != 0 ? 1 : 0;
+      }
+      EXPECT_EQ(now.triangles, then.triangles);
+      EXPECT_EQ(now.cut, then.cut);
+    }
+  }
+  EXPECT_GT(cut, 500u);
+}
+
 TEST(BoneChunks, SkirtsAreTheBorderFacesOfTheNextChunksUp) {
   BlockParams params;
   params.size_mm = {16, 10, 10};

@@ -341,6 +341,27 @@ TEST_F(OnePlate, HandpieceNeverHidesTheCut) {
   EXPECT_LT(difference(seen(), bone_there), 0.5 * difference(covered, bone_there));
 }
 
+TEST_F(OnePlate, AHandpieceInTheBoneIsTranslucent) {
+  const Image without = Draw();
+  view.SetTool(DiscSaw{.diameter_mm = 12});
+  view.SetToolPose({glm::angleAxis(0.12, Vec3{1, 0, 0}), {0, 0, 0.2}}, 7500, 0);
+  view.set_show_handpiece(true);
+  const auto sum = [&without](const Image& image) {
+    double difference = 0;
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c) difference += std::abs(image.pixels[i][c] - without.pixels[i][c]);
+    }
+    return difference;
+  };
+  const double opaque = sum(Draw());
+  view.SetHandpieceInBone(true);
+  const Image ghostly = Draw();
+  Leave(ghostly, "handpiece_in_bone");
+  EXPECT_LT(sum(ghostly), 0.8 * opaque);  // the disc is as before
+  view.SetHandpieceInBone(false);
+  EXPECT_EQ(sum(Draw()), opaque);
+}
+
 TEST_F(OnePlate, HiddenPointsAreWeakerButVisible) {
   const Image plain = Draw();
   const auto strength = [&](const Vec3& p_W) {

@@ -59,6 +59,20 @@ TEST(Handpiece, LeadsThroughTheGrip) {
   EXPECT_NEAR(solid_angle({0, 0, 0}), 0, 1e-6);
 }
 
+TEST(Handpiece, SamplesLieOnItsWholeLength) {
+  const DiscSaw saw;
+  const TriangleMesh mesh = MakeHandpieceMesh(saw);
+  const auto height = [](const Vec3& p) { return p.z; };
+  std::vector<double> at_mm;
+  for (const Vec3& p : SampleHandpiece(saw, 4)) at_mm.push_back(height(p));
+  std::sort(at_mm.begin(), at_mm.end());
+  const auto by_height = [&](const Vec3& a, const Vec3& b) { return height(a) < height(b); };
+  const auto [low, high] = std::minmax_element(mesh.points.begin(), mesh.points.end(), by_height);
+  EXPECT_EQ(at_mm.front(), height(*low));
+  EXPECT_EQ(at_mm.back(), height(*high));
+  for (std::size_t i = 1; i < at_mm.size(); ++i) EXPECT_LE(at_mm[i] - at_mm[i - 1], 4 + 1e-9);
+}
+
 TEST(Guard, CoversTheRimOnOneSideOnly) {
   for (const double diameter : {8.0, 22.0, 70.0}) {
     DiscSaw saw;

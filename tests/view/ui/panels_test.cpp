@@ -36,7 +36,8 @@ UiAreas DrawAll(Ui& ui, const HudState& hud) {
     if (BeginPanel(ui, "toolbar", areas.toolbar, false)) ImGui::End();
     if (BeginPanel(ui, "status", areas.status, false)) ImGui::End();
     if (hud.banner) DrawBanner(ui, *hud.banner, areas.scene);
-    DrawMessage(ui, hud.status.message, "The blade binds", areas.scene);
+    DrawMessage(ui, hud.status.message, "The blade binds", areas.scene,
+                hud.progress ? CalcProgressBox(ui, areas.scene) : UiBox{});
     if (hud.progress) DrawProgressBox(ui, *hud.progress, areas.scene);
     ui.EndFrame();
   }
@@ -102,6 +103,14 @@ TEST(UiPanels, BannerMessageAndProgressStayInTheScene) {
       EXPECT_LE(window->Pos.x + window->Size.x, areas.scene.right() + 1) << name << " " << size.width;
       EXPECT_GE(window->Pos.y, areas.scene.top - 1) << name << " " << size.width;
       EXPECT_LE(window->Pos.y + window->Size.y, areas.scene.bottom() + 1) << name << " " << size.width;
+    }
+    // The progress box, which is drawn last, hides no message.
+    const ImGuiWindow* progress = ImGui::FindWindowByName("progress");
+    if (progress == nullptr || !progress->WasActive) continue;
+    for (const char* name : {"message", "staying message"}) {
+      const ImGuiWindow* message = ImGui::FindWindowByName(name);
+      if (message == nullptr || !message->WasActive) continue;
+      EXPECT_LE(message->Pos.y + message->Size.y, progress->Pos.y) << name << " " << size.width;
     }
   }
 }

@@ -1,0 +1,32 @@
+// Figures of the sessions of a case, those before it was saved as a project included.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/window/live_session.h"
+#include "session/project/project.h"
+#include "view/ui/hud.h"
+
+namespace kerf {
+
+/// Returns the figures of a session. The force curve is thinned to the maxima of at most 1000 equal parts.
+ProjectSession MakeProjectSession(const std::string& saw, const LiveFigures& figures,
+                                  const std::vector<PlotPoint>& forces);
+
+/// Returns the sessions of a project. Sessions that have a recording but no figures, in files of earlier versions, are
+/// listed without figures.
+std::vector<ProjectSession> ListSessions(const Project& project);
+
+/// All sessions of a case as one.
+struct JoinedSessions {
+  std::string saws;                                  // that were used, separated by commas
+  std::optional<double> duration_s;                  // none if that of a session is not known; likewise the next
+  std::optional<double> largest_force_N;             // on the hand
+  std::vector<std::pair<double, double>> forces_sN;  // of the known sessions, one after the other
+};
+JoinedSessions JoinSessions(const std::vector<ProjectSession>& sessions);
+
+}  // namespace kerf
