@@ -119,6 +119,11 @@ nlohmann::json ViewerApp::MakeState() const {
                        {"message", now_s_ < said_until_s_ ? said_ : ""},
                        {"view_mm", tenth(view_->camera().height_mm())},
                        {"chunks_left", bone_.surface() ? bone_.surface()->counts().first_left : 1}};
+  if (const auto& released = figures_.released) {
+    const Vec3& at = released->p_W_mm;
+    state["released"] = {{"saw_mm", {tenth(at.x), tenth(at.y), tenth(at.z)}},
+                         {"removed_mm3", tenth(released->removed_mm3)}};
+  }
   activity_->Describe(state);
   return state;
 }
