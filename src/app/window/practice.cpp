@@ -14,6 +14,15 @@
 #include "view/ui/translate.h"
 
 namespace kerf {
+namespace {
+
+/// Stiffness of the depth stop. That of a guide in the hand, 5 N/mm, would give way by some tenths of a millimetre,
+/// which cost points.
+constexpr double kStopStiffness_N_per_mm = 200;
+/// Force above which the stop gives way, far above what a hand exerts.
+constexpr double kStopForce_N = 100;
+
+}  // namespace
 
 Practice::Practice(const PracticeOptions& options) : options_(options) {
   options_.viewer.ghost = false;  // the handle's picture would hide the blade's colour
@@ -46,7 +55,10 @@ std::vector<ExerciseRow> Practice::MakeRows() const {
 void Practice::Choose() {
   checks_.End();
   state_ = State::kChoosing;
-  list_.emplace(MakeRows(), options_.student);
+  std::vector<ExerciseRow> rows = MakeRows();
+  NextStep next = has_next_ && next_.kind != NextStep::Kind::kFinished ? next_ : FindNextStep(attempts_, rows);
+  viewer_->trace().Write("recommended", {{"exercise", next.exercise}, {"level", next.level}});
+  list_.emplace(std::move(rows), options_.student, std::move(next));
 }
 
 void Practice::TakeChoice(ExerciseList::Choice choice) {
@@ -73,11 +85,13 @@ void Practice::UseName(const std::string& student) {
     return viewer_->Say(e.what());
   }
   options_.student = student;
+  has_next_ = false;
   viewer_->trace().Write("student", {{"name", student}});
   if (state_ == State::kChoosing) return Choose();
   if (state_ != State::kResult) return;
   stored_ = fmt::format(fmt::runtime(Tr("The attempt is saved for {}")), student);
   next_ = Recommend(attempts_, exercise_->id, options_.level);
+  has_next_ = true;
 }
 
 void Practice::Start(const std::string& id, int level) {
@@ -88,7 +102,11 @@ void Practice::Start(const std::string& id, int level) {
   if (scene_.exercise.depth_stop) {
     const WantedCut cut = MakeWantedCut(scene_.exercise, MakeTool(scene_));
     const DepthStop stop{.name = "goal", .p_W_mm = cut.start_W, .direction_W = cut.into_W, .depth_mm = cut.depth_mm};
-    scene_.effects.push_back(MakeGuide(nullptr, &stop));
+    EffectChoice guide = MakeGuide(nullptr, &stop);
+    // The mouse's hand presses with up to 8.4 N.
+    guide.Set("stiffness_N_per_mm", kStopStiffness_N_per_mm);
+    guide.Set("max_force_N", kStopForce_N);
+    scene_.effects.push_back(std::move(guide));
   }
   options_.level = level;
   gauge_.reset();
@@ -114,6 +132,21 @@ void Practice::Finish(bool scored) {
   viewer_->sound().SetAlarm(AlarmKind::kDepth, std::nullopt);
   viewer_->SetSpindle(false);
   viewer_->End();
+}
+
+void Practice::Leave() {
+  if (!(viewer_->figures().removed_mm3 > 0)) return Finish(false);
+  viewer_->SetSpindle(false);
+  viewer_->controls().Release();
+  // The attempt may end by its time limit before the question is answered.
+  const auto finish = [this, session = viewer_->sessions()](bool scored) {
+    return [this, session, scored] {
+      if (state_ == State::kCutting && viewer_->is_running() && viewer_->sessions() == session) Finish(scored);
+    };
+  };
+  viewer_->dialogs().Ask(
+      Tr("The attempt is not finished. If you leave it, it is not scored and not saved."),
+      {{Tr("Finish and see the score"), finish(true)}, {Tr("Leave it"), finish(false)}, {Tr("Go on"), nullptr}});
 }
 
 void Practice::Ended(LoopSummary summary) {
@@ -211,6 +244,7 @@ void Practice::Describe(nlohmann::json& state) const {
     state["depth_mm"] = std::round(100 * reading->depth_mm) / 100;
     state["to_goal_mm"] = std::round(100 * reading->to_goal_mm) / 100;
   }
+  if (state_ == State::kCutting && viewer_->is_running()) state["elapsed_s"] = std::round(10 * CalcElapsed_s()) / 10;
   if (const std::optional<CoachLine> line = MakeCoach()) state["coach"] = FormatMessage(line->message);
   if (const std::optional<Message> step = MakeStep()) state["step"] = FormatMessage(*step);
   if (state_ == State::kReplaying) state["replay_s"] = replay_s_;

@@ -17,7 +17,7 @@ void Practice::AddActions(ActionList& actions) {
                .menu = Msg("Exercise"),
                .label = Msg("Leave without a score"),
                .shortcut = {Key::kEscape},
-               .run = [this] { Finish(false); },
+               .run = [this] { Leave(); },
                .enabled = [this] { return state_ == State::kCutting && viewer_->is_running(); }});
   const auto at_result = [this] { return state_ == State::kResult; };
   actions.Add({.id = "exercise.step",
@@ -70,6 +70,19 @@ void Practice::AddActions(ActionList& actions) {
                .shortcut = {Key::kEscape},
                .run = [this] { Choose(); },
                .enabled = [this] { return state_ == State::kResult; }});
+}
+
+std::vector<TourStep> Practice::tour() const {
+  return {{Tr("Choose an exercise"),
+           Tr("Click the blue button to begin with the recommended exercise. Each level has one aid less than the one "
+              "before. The numbers are your best scores.")},
+          {Tr("Cut"),
+           Tr("Space switches the spindle on and off. Move the saw with the arrow keys, or by dragging with the left "
+              "mouse button. The card at the top says the next step, and the left column shows the depth. The clock "
+              "starts when you move the saw or switch the spindle on.")},
+          {Tr("See how you did"),
+           Tr("Enter finishes the exercise. The first sentence of the result says what to do better. W shows your saw "
+              "beside that of the expert, and A tries again. F1 shows all keys, and this tour is in the menu Help.")}};
 }
 
 }  // namespace kerf

@@ -87,9 +87,15 @@ std::optional<DepthReading> Practice::Read() const {
   return gauge_ && viewer_->is_running() ? gauge_->Calc(viewer_->figures().coupled.X_WT) : std::nullopt;
 }
 
+/// Returns the time since the saw was first moved or the spindle was switched on; 0 before that.
+double Practice::CalcElapsed_s() const {
+  const double begun_s = meter_ ? meter_->begun_s() : -1;
+  return begun_s < 0 ? 0 : std::max(0.0, viewer_->figures().time_s - begun_s);
+}
+
 void Practice::UpdateCutting() {
   const double limit_s = scene_.exercise.time_limit_s;
-  if (limit_s > 0 && viewer_->figures().time_s > limit_s) {
+  if (limit_s > 0 && CalcElapsed_s() > limit_s) {
     viewer_->Say(Tr("Time is up"));
     Finish(true);
   }
@@ -127,12 +133,12 @@ void Practice::AddAlarms(std::vector<AlarmOverlay>& alarms) {
 CoachInput Practice::MakeCoachInput() const {
   const LiveFigures& figures = viewer_->figures();
   CoachInput input;
+  input.kind = scene_.exercise.kind;
   input.time_s = figures.time_s;
   input.X_WT = figures.coupled.X_WT;
   input.depth = Read();
-  // The canal is to be spared only in some exercises.
-  const bool spares = IsMeaningful(FindMeasure("nerve_distance_mm"), scene_.exercise.kind);
-  if (spares && nerve_ && !nerve_->empty() && viewer_->spindle_on()) {
+  const bool is_near = IsMeaningful(FindMeasure("nerve_distance_mm"), scene_.exercise.kind);
+  if (is_near && nerve_ && !nerve_->empty() && viewer_->spindle_on()) {
     input.nerve_mm = nerve_->Calc(MakeTool(scene_), input.X_WT);
   }
   input.touches = figures.coupled.engaged_teeth > 0 || glm::length(figures.coupled.f_face_W_N) > 0;
@@ -148,7 +154,8 @@ std::optional<CoachLine> Practice::MakeCoach() const {
 std::optional<Message> Practice::MakeStep() const {
   if (state_ != State::kCutting || !viewer_->is_running() || !gauge_ || scene_.exercise.level > 1) return {};
   const double done = CalcLineDone(*gauge_, deepest_mm_);
-  return DescribeStep(FindStep(MakeCoachInput(), viewer_->spindle_on(), done), gauge_->cut(), done);
+  return DescribeStep(FindStep(MakeCoachInput(), viewer_->spindle_on(), done), scene_.exercise.kind, gauge_->cut(),
+                      done);
 }
 
 std::vector<Aid> Practice::MakeAids() const {
@@ -179,16 +186,24 @@ void Practice::FillCutting(HudState& hud) {
   if (scene_.exercise.gauge) {
     hud.gauge = MakeGauge(reading);
     if (reading) hud.values.depth_mm = reading->depth_mm;
+    const ToolDeviation deviation = CalcDeviation(gauge_->cut(), viewer_->figures().coupled.X_WT);
+    hud.values.plan_angle_deg = deviation.tilt_deg;
+    hud.values.plan_offset_mm = std::abs(deviation.beside_mm);
   }
+  hud.values.has_plan = scene_.exercise.gauge;
   hud.values.nerve_is_marked = !nerve_ || !nerve_->empty();
   if (nerve_ && !nerve_->empty()) {
     hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), viewer_->figures().coupled.X_WT);
   }
+  const double goal_s = CalcUnhurriedTime_s(gauge_->cut(), scene_.exercise);
   begun_ = begun_ || viewer_->spindle_on();
   if (!begun_) {
-    hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
-                           .text = Translate(exercise_->goal_message),
-                           .answers = Tr("Space: spindle   Arrows or left drag: move   Enter: finish   F1: help")};
+    hud.banner = HudBanner{
+        .kind = HudBanner::Kind::kNotice,
+        .text = fmt::format(fmt::runtime(Tr("{0} An unhurried cut takes {1} s; the clock starts when you move the saw "
+                                            "or switch the spindle on.")),
+                            Translate(exercise_->goal_message), ShowNumber(goal_s, 0)),
+        .answers = Tr("Space: spindle   Arrows or left drag: move   Enter: finish   F1: help")};
   } else if (const std::optional<CoachLine> line = MakeCoach()) {
     hud.banner = HudBanner{.kind = line->urgent ? HudBanner::Kind::kWarning : HudBanner::Kind::kNotice,
                            .text = Translate(line->message),
@@ -200,8 +215,8 @@ void Practice::FillCutting(HudState& hud) {
   }
   const double limit_s = scene_.exercise.time_limit_s;
   if (limit_s > 0) {
-    hud.status.right =
-        fmt::format(fmt::runtime(Tr("{:.0f} s left")), std::max(0.0, limit_s - viewer_->figures().time_s));
+    hud.status.right = fmt::format(fmt::runtime(Tr("time {0} of {1} s, goal {2} s")), ShowNumber(CalcElapsed_s(), 0),
+                                   ShowNumber(limit_s, 0), ShowNumber(goal_s, 0));
   }
 }
 

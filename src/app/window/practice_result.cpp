@@ -55,9 +55,14 @@ void Practice::TakeSheet() {
   review_ = MakeReview(*sheet_);
   SaveAttempt();
   next_ = Recommend(attempts_, exercise_->id, options_.level);
+  has_next_ = true;
   state_ = State::kResult;
+  nlohmann::json figures = nlohmann::json::array();
+  for (const ReviewFigure& figure : review_->figures) figures.push_back(figure.info->key);
   viewer_->trace().Write("score", {{"total", sheet_->total ? nlohmann::json(*sheet_->total) : nullptr},
                                    {"headline", FormatMessage(review_->headline)},
+                                   {"nerve", review_->nerve ? FormatMessage(*review_->nerve) : ""},
+                                   {"figures", std::move(figures)},
                                    {"next_exercise", next_.exercise},
                                    {"next_level", next_.level},
                                    {"sheet", nlohmann::json(SheetJson(*sheet_))}});
