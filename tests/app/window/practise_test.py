@@ -168,14 +168,14 @@ def main():
         w.wait_state("the list of exercises", lambda s: s["mode"] == "choosing")
         # The tour begins by itself, has three steps, and is in the menu of help.
         w.wait_state("the tour", lambda s: s["tour"] == 1)
-        time.sleep(0.5)
-        picture("tour")
-        for step in (2, 3, 0):
+        for step in (1, 2, 3):
+            picture(f"tour {step}")  # after it, the buttons of this step have been logged
             w.click_item("tour.next")
-            w.wait_state("the next step", lambda s: s["tour"] == step)
+            w.wait_state("the next step", lambda s: s["tour"] == (step + 1) % 4)
         assert json.loads(settings.read_text())["tour_shown"] is True
         w.choose("Help", "help.tour")
         w.wait_state("the tour again", lambda s: s["tour"] == 1)
+        picture("tour again")
         w.click_item("tour.skip")
         w.wait_state("no tour", lambda s: s["tour"] == 0)
         time.sleep(0.5)
