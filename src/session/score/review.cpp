@@ -419,7 +419,13 @@ void RoundLosses(double total, ExerciseReview& review) {
   });
   for (ReviewFigure* figure : losing) {
     if (left-- > 0) ++figure->lost_points;
-    if (figure->lost_points == 0 || figure->level != ReviewLevel::kGood) continue;
+    if (figure->lost_points == 0) continue;
+    // What cost points differs visibly from the goal.
+    if (figure->value && figure->goal && figure->relation == GoalRelation::kEqual) {
+      const Quantity goal{figure->goal->value, figure->value->digits, figure->goal->unit};
+      if (FormatQuantity(*figure->value) == FormatQuantity(goal)) ++figure->value->digits;
+    }
+    if (figure->level != ReviewLevel::kGood) continue;
     // Time and path cost points from the beginning, also within their goal.
     figure->level = figure->relation == GoalRelation::kAtMost ? ReviewLevel::kPlain : ReviewLevel::kWarn;
   }
@@ -434,10 +440,11 @@ bool Contains(const std::vector<const char*>& keys, std::string_view key) {
 std::vector<const char*> ChooseFigures(const ScoreSheet& sheet) {
   if (!sheet.kind) return {};
   const std::span<const char* const> all = KeyFiguresOf(*sheet.kind);
-  if (sheet.total || !IsMostlyBeside(sheet)) return {all.begin(), all.end()};
-  std::vector<const char*> keys{"outside_mm3"};
+  if (sheet.total) return {all.begin(), all.end()};
+  std::vector<const char*> keys;
+  if (IsMostlyBeside(sheet)) keys.push_back("outside_mm3");
   for (const char* key : all) {
-    const bool makes_sense = !IsOfPlane(key) || IsPlaneSensible(sheet);
+    const bool makes_sense = sheet.Get(key) && (!IsOfPlane(key) || IsPlaneSensible(sheet));
     if (makes_sense && !Contains(keys, key) && keys.size() < kReviewFigures) keys.push_back(key);
   }
   return keys;

@@ -168,6 +168,7 @@ def main():
         w.wait_state("the list of exercises", lambda s: s["mode"] == "choosing")
         # The tour begins by itself, has three steps, and is in the menu of help.
         w.wait_state("the tour", lambda s: s["tour"] == 1)
+        time.sleep(0.5)
         for step in (1, 2, 3):
             picture(f"tour {step}")  # after it, the buttons of this step have been logged
             w.click_item("tour.next")

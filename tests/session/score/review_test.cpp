@@ -141,6 +141,10 @@ TEST(Review, SaysWhyAnAttemptHasNoScore) {
       Headline(sheet),
       "You have made 28 % of the wanted cut and followed 45 % of the line; a score needs at least 80 % of the line. "
       "Cut along the whole line.");
+  // What could not be measured is left out, and so is its cross.
+  SetValue(sheet, "plane_offset_mm", std::nullopt);
+  CalcTotal(sheet);
+  EXPECT_EQ(MakeReview(sheet).figures.size(), kReviewFigures - 1);
   SetValue(sheet, "removed_mm3", 0);
   EXPECT_THAT(Headline(sheet), HasSubstr("Nothing was cut"));
   SetValue(sheet, "removed_mm3", 5);
@@ -244,6 +248,10 @@ TEST(Review, LostPointsOfAllFiguresAddUpToTheRoundedTotal) {
           sum += figure.lost_points;
           EXPECT_NEAR(figure.lost_points, figure.lost.value_or(0), 1) << figure.info->key;
           EXPECT_FALSE(figure.lost_points > 0 && figure.level == ReviewLevel::kGood) << figure.info->key;
+          if (figure.lost_points > 0 && figure.relation == GoalRelation::kEqual && figure.value) {
+            const Quantity goal{figure.goal->value, figure.value->digits, figure.goal->unit};
+            EXPECT_NE(FormatQuantity(*figure.value), FormatQuantity(goal)) << figure.info->key;
+          }
         }
       }
       EXPECT_EQ(sum, 100 - std::lround(sheet.total.value()));
