@@ -56,6 +56,11 @@ void ViewerApp::Take(const WindowEvent& event) {
   const bool down = event.kind == Kind::kKeyDown;
   const bool mouse = event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp || event.kind == Kind::kMouseMove ||
                      event.kind == Kind::kScroll;
+  // The mouse does not overtake keys that wait: a click takes the input away from the field that they are meant for.
+  if (mouse && panel_frames_ > 0 && !panel_keys_.empty()) {
+    panel_keys_.push_back(event);
+    return;
+  }
   if (mouse) {
     if (event.kind == Kind::kMouseDown && mouse_owner_ == Owner::kNone) {
       mouse_owner_ = dialogs_.is_open() || ui_.IsOnPanel(event.x, event.y) ? Owner::kPanels : Owner::kScene;
