@@ -330,6 +330,13 @@ std::optional<Message> DescribeCrossedNerve(const ScoreSheet& sheet) {
   if (!sheet.kind || SparesNerve(*sheet.kind) || !IsMeaningful(FindMeasure("nerve_distance_mm"), *sheet.kind))
     return {};
   if (Get(sheet, "breach_mm3") > 0 || Get(sheet, "breaches") > 0) {
+    const Quantity removed = Show(sheet, "breach_mm3");
+    if (FormatQuantity(removed) == FormatQuantity({0, removed.digits, removed.unit})) {
+      return Message{
+          MarkMessage("The running blade touched the nerve canal. The planned plane crosses the canal, so this "
+                      "costs no points."),
+          {}};
+    }
     return Message{
         MarkMessage("The nerve canal was cut, and {} of it were removed. The planned plane crosses the canal, "
                     "so this costs no points."),

@@ -18,6 +18,9 @@ from rehearse_test import SCENE
 # gone. A blade of 0.5 mm removes 5 mm3 per mm from a bar of 10 mm.
 RELAX_MM = 0.4
 RELAX_MM3 = 2
+# In air, the hand completes at most 1 mm of the motion. On a busy machine the mouse may be released when the bar is cut
+# through.
+COAST_MM = 1.1
 FORCE_N = 0.3  # what friction in the kerf may hold
 # From then on nothing may change. The log rounds to 0.1.
 REST_MM = 0.11
@@ -74,7 +77,8 @@ def check_stays(w, what, seconds=2, relax_mm=RELAX_MM, wedged=False):
 
     time.sleep(1.5)  # the state is logged when it changes
     moved, cut = changes(released)
-    assert moved <= relax_mm and cut <= RELAX_MM3, (what, moved, cut, released, w.state)
+    in_air = moved <= COAST_MM and cut <= REST_MM3
+    assert in_air or (moved <= relax_mm and cut <= RELAX_MM3), (what, moved, cut, released, w.state)
     rest = dict(w.state)
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:

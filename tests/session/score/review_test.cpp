@@ -228,6 +228,8 @@ TEST(Review, OsteotomyNamesTheNerveThatThePlaneCrosses) {
       FormatMessage(*MakeReview(sheet).nerve),
       "The nerve canal was cut, and 3.3 mm³ of it were removed. The planned plane crosses the canal, so this costs "
       "no points.");
+  SetValue(sheet, "breach_mm3", 0.01);
+  EXPECT_THAT(FormatMessage(*MakeReview(sheet).nerve), HasSubstr("touched the nerve canal"));
   for (const ExerciseKind kind : kReviewed) {
     EXPECT_EQ(MakeReview(PerfectSheet(kind)).nerve.has_value(), kind == ExerciseKind::kOsteotomy);
   }
