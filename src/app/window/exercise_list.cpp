@@ -16,6 +16,11 @@
 namespace kerf {
 namespace {
 
+/// Width of a dialog in points below which the table of exercises has no columns of levels.
+constexpr float kNarrow = 620;
+/// Height in points from which a table scrolls by itself.
+constexpr float kLeastTable = 150;
+
 const char* NameOf(Trend trend) {
   switch (trend) {
     case Trend::kRising:
@@ -43,8 +48,8 @@ std::string ShowBest(const std::optional<double>& best) {
 
 }  // namespace
 
-ExerciseList::ExerciseList(std::vector<ExerciseRow> rows, std::string student)
-    : rows_(std::move(rows)), student_(std::move(student)), next_(FindNextStep(rows_)) {
+ExerciseList::ExerciseList(std::vector<ExerciseRow> rows, std::string student, NextStep next)
+    : rows_(std::move(rows)), student_(std::move(student)), next_(std::move(next)) {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (rows_[i].id == next_.exercise) row_ = i;
   }
@@ -115,6 +120,7 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
   const float s = ui.scale();
   Choice choice = Choice::kNone;
   BeginLargeDialog(ui, "exercises", 1040, 500);
+  ImGui::BeginChild("body");
   ImGui::PushFont(ui.title());
   FittedText(ui, title(), ImGui::GetContentRegionAvail().x);
   ImGui::PopFont();
@@ -138,21 +144,31 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
   }
   SmallText(ui, fmt::format(fmt::runtime(Tr("Recommended: {}")), Translate(next_.reason)));
   ImGui::Spacing();
-  const float footer = ImGui::GetTextLineHeightWithSpacing() + 4 * s;
+  const std::string keys =
+      Tr("Numbers: the best score of a level.   Up, Down, Enter: choose an exercise   Ctrl+Q: quit");
+  ImGui::PushFont(ui.small());
+  const float footer = ImGui::CalcTextSize(keys.c_str(), nullptr, false, ImGui::GetContentRegionAvail().x).y + 10 * s;
+  ImGui::PopFont();
+  // In a narrow window a click on an exercise shows its levels with their scores; in a low one everything scrolls.
+  const bool narrow = ImGui::GetContentRegionAvail().x < kNarrow * s;
+  const bool scrolls = ImGui::GetContentRegionAvail().y - footer > kLeastTable * s;
   ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, {5 * s, 4 * s});
-  if (ImGui::BeginTable("exercises", 3 + kLevels,
-                        ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_ScrollY,
-                        {0, -footer})) {
-    ImGui::TableSetupScrollFreeze(0, 1);
+  if (ImGui::BeginTable(
+          "exercises", narrow ? 2 : 3 + kLevels,
+          ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_BordersInnerH | (scrolls ? ImGuiTableFlags_ScrollY : 0),
+          {0, scrolls ? -footer : 0})) {
+    if (scrolls) ImGui::TableSetupScrollFreeze(0, 1);
     ImGui::TableSetupColumn("##number", 0, 20 * s);
     ImGui::TableSetupColumn(Tr("Exercise"), ImGuiTableColumnFlags_WidthStretch);
-    for (int level = 1; level <= kLevels; ++level) {
+    for (int level = 1; level <= kLevels && !narrow; ++level) {
       const std::string name = fmt::format(fmt::runtime(Tr("Level {}")), level);
       ImGui::TableSetupColumn(name.c_str(), 0, WidthFor({name}, 58 * s));
     }
-    ImGui::TableSetupColumn(
-        Tr("Trend"), 0,
-        WidthFor({Tr("Trend"), NameOf(Trend::kRising), NameOf(Trend::kSteady), NameOf(Trend::kFalling)}, 80 * s));
+    if (!narrow) {
+      ImGui::TableSetupColumn(
+          Tr("Trend"), 0,
+          WidthFor({Tr("Trend"), NameOf(Trend::kRising), NameOf(Trend::kSteady), NameOf(Trend::kFalling)}, 80 * s));
+    }
     ImGui::TableHeadersRow();
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const ExerciseRow& row = rows_[i];
@@ -175,7 +191,7 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
         OpenLevels(i);
       }
       ui.Note(fmt::format("exercise {}", row.id));
-      if (selected && std::exchange(scrolls_, false)) ImGui::SetScrollHereY();
+      if (selected && std::exchange(scrolls_, false) && !ImGui::IsItemVisible()) ImGui::SetScrollHereY();
       ImGui::SetCursorPosY(top_y);
       ImGui::TextDisabled("%d", static_cast<int>(i) + 1);
       ImGui::TableNextColumn();
@@ -183,11 +199,13 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
       FittedText(ui, Tr(row.title.c_str()), room);
       ImGui::PopFont();
       SmallText(ui, goal);
-      for (int level = 1; level <= kLevels; ++level) {
+      for (int level = 1; level <= kLevels && !narrow; ++level) {
         ImGui::TableNextColumn();
         const bool next = row.id == next_.exercise && level == next_.level;
         if (next) {
           ImGui::PushStyleColor(ImGuiCol_Button, ToImVec4(ui.colours().accent));
+          ImGui::PushStyleColor(ImGuiCol_ButtonHovered, ToImVec4(ui.colours().accent, 0.85));
+          ImGui::PushStyleColor(ImGuiCol_ButtonActive, ToImVec4(ui.colours().accent, 0.85));
           ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().panel));
         }
         const std::string best = ShowBest(row.best[static_cast<std::size_t>(level - 1)]);
@@ -196,15 +214,22 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
           level_ = level;
           choice = Choice::kStart;
         }
-        if (next) ImGui::PopStyleColor(2);
+        if (next) ImGui::PopStyleColor(4);
         ui.Note(fmt::format("exercise {} {}", row.id, level));
         Tooltip(ui, fmt::format(fmt::runtime(next ? Tr("Recommended: level {}, {}. Click to start it.")
                                                   : Tr("Level {}, {}. Click to start it.")),
                                 level, DescribeLevel(level)));
       }
-      ImGui::TableNextColumn();
-      if (row.trend != Trend::kUnknown) {
+      if (!narrow) ImGui::TableNextColumn();
+      if (narrow) {
+        // The levels have their scores.
+      } else if (row.trend != Trend::kUnknown) {
         FittedText(ui, NameOf(row.trend), ImGui::GetContentRegionAvail().x);
+      } else if (row.totals.size() >= 2) {
+        FittedText(ui,
+                   fmt::format("{} \u2192 {}", ShowNumber(row.totals[row.totals.size() - 2], 0),
+                               ShowNumber(row.totals.back(), 0)),
+                   ImGui::GetContentRegionAvail().x);
       } else if (row.attempts > 0) {
         ImGui::TextDisabled("%s", fmt::format(fmt::runtime(Tr("{} tried")), row.attempts).c_str());
       }
@@ -213,7 +238,8 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
     ImGui::EndTable();
   }
   ImGui::PopStyleVar();
-  SmallText(ui, Tr("Numbers: the best score of a level.   Up, Down, Enter: choose an exercise   Ctrl+Q: quit"));
+  SmallText(ui, keys);
+  ImGui::EndChild();
   ImGui::End();
   return choice;
 }
@@ -223,6 +249,9 @@ ExerciseList::Choice ExerciseList::DrawLevels(Ui& ui) {
   Choice choice = Choice::kNone;
   const ExerciseRow& row = rows_[row_];
   BeginLargeDialog(ui, "levels", 640, 270);
+  const std::string start = fmt::format(fmt::runtime(Tr("Start level {}")), level_);
+  const float rows = ImGui::GetContentRegionAvail().x < kNarrow * s ? 2 : 1;  // of buttons
+  ImGui::BeginChild("body", {0, -rows * ImGui::GetFrameHeightWithSpacing() - 4 * s});
   ImGui::PushFont(ui.title());
   WrappedText(Tr(row.title.c_str()));
   ImGui::PopFont();
@@ -256,9 +285,9 @@ ExerciseList::Choice ExerciseList::DrawLevels(Ui& ui) {
     }
     ImGui::EndTable();
   }
-  ImGui::Spacing();
+  ImGui::EndChild();
   ButtonRow buttons(ui);
-  if (buttons.Add("practise.start", fmt::format(fmt::runtime(Tr("Start level {}")), level_), Tr("Enter"))) {
+  if (buttons.Add("practise.start", start, Tr("Enter"))) {
     choice = Choice::kStart;
   }
   if (buttons.Add("practise.back", Tr("Other exercises"), Tr("Esc"))) {

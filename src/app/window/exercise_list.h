@@ -21,7 +21,8 @@ class ExerciseList {
     kName,   // the student wants to enter a name
   };
   /// `rows`: as made by ListProgress(), not empty. `student`: whose attempts are stored; empty: they are not stored.
-  ExerciseList(std::vector<ExerciseRow> rows, std::string student);
+  /// `next`: what is recommended.
+  ExerciseList(std::vector<ExerciseRow> rows, std::string student, NextStep next);
 
   /// Takes a pressed key.
   Choice Take(const WindowEvent& event);

@@ -131,6 +131,12 @@ void LiveSession::TakeTick(const LoopTick& tick, std::span<const double> channel
   figures_.channels.assign(channels.begin(), channels.end());
   if (guide_channel_ && *guide_channel_ < channels.size()) figures_.guide_force_N = channels[*guide_channel_];
 
+  if (tick.held || tick.stands) {
+    figures_.released.reset();
+  } else if (!figures_.released) {
+    figures_.released = {.p_W_mm = out.X_WT.p_AB, .removed_mm3 = figures_.removed_mm3};
+  }
+
   places_.push_back({tick.time_s, out.X_WT.p_AB});
   while (places_.size() > 2 && tick.time_s - places_.front().time_s > kFeedOver_s) places_.pop_front();
   const double over_s = tick.time_s - places_.front().time_s;

@@ -29,6 +29,13 @@ struct LiveFigures : LoopTick {
   std::uint64_t missed = 0;             // number of missed deadlines
   std::vector<double> channels;         // channels of the effects
   std::optional<double> guide_force_N;  // force of the guide on the tool; none: no guide
+  /// Where the tool was, and what had been removed, in the tick in which the hand let go of it or was moved without
+  /// holding it.
+  struct Release {
+    Vec3 p_W_mm{0};
+    double removed_mm3 = 0;
+  };
+  std::optional<Release> released;  // none while a hand holds the tool
 };
 
 /// Point of the force curve: the maximum over several ticks.

@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <chrono>
 #include <cmath>
 #include <exception>
-#include <numbers>
 #include <utility>
 
 #include "app/window/is_ready.h"
@@ -18,10 +15,6 @@
 namespace kerf {
 namespace {
 
-constexpr double kNudge_mm = 0.5;
-constexpr double kNudge_deg = 1;
-constexpr double kTurnByPixel_deg = 0.25;
-constexpr std::array<const char*, 3> kAxes{Msg("left - right"), Msg("front - back"), Msg("up - down")};
 // A software renderer needs 0.2 us per triangle: the drawn surface is coarser than the measured one.
 constexpr std::size_t kMaxTriangles = 200'000;
 
@@ -74,6 +67,10 @@ std::string PiecesMode::FormatArrangement() const {
 bool PiecesMode::is_up_to_date() const {
   LiveSession* session = viewer_.session();
   return pieces_ && session != nullptr && session_ == viewer_.sessions() && changes_ == session->figures().changes;
+}
+
+bool PiecesMode::is_ready() const {
+  return entered_ && pieces_ && !splitting_.valid();
 }
 
 void PiecesMode::Leave() {
@@ -186,22 +183,6 @@ void PiecesMode::Show() {
   ShowMeasures();
 }
 
-void PiecesMode::ShowMeasures() {
-  std::vector<MeasureOverlay> measures;
-  for (const Measure& m : measures_) {
-    if (!m.now) continue;
-    const std::string value = ShowNumber(m.now->value, 1);
-    measures.push_back({.points_W = m.now->points_W,
-                        .label = m.points.size() == 2 ? fmt::format("{} mm", value) : fmt::format("{}°", value)});
-  }
-  MeasureOverlay begun;
-  for (const PiecePoint& point : points_) {
-    if (const std::optional<Vec3> p_W = CalcPlace(*pieces_, point)) begun.points_W.push_back(*p_W);
-  }
-  if (!begun.points_W.empty()) measures.push_back(std::move(begun));
-  viewer_.view().SetMeasures(measures);
-}
-
 void PiecesMode::Changed() {
   contacts_.reset();
   stale_ = true;
@@ -222,321 +203,6 @@ void PiecesMode::SelectNext(int by) {
     if (!pieces_->state(selected_).deleted) break;
   }
   Changed();
-}
-
-void PiecesMode::TakePoint(const ScreenPoint& at) {
-  const Ray ray = viewer_.view().camera().CalcRay(at);
-  const std::optional<PiecePick> hit = pieces_->Pick(ray.origin_W, ray.direction_W);
-  if (!hit) return viewer_.Say(Tr("There is no piece under the mouse"));
-  points_.push_back(MakePiecePoint(*pieces_, *hit));
-  const std::size_t wanted = asking_ == Asking::kDistance ? 2 : 3;
-  if (points_.size() == wanted) {
-    Measure measure{.points = std::exchange(points_, {}), .now = {}};
-    measure.now = MeasurePieces(*pieces_, measure.points);
-    const double value = measure.now ? measure.now->value : 0;
-    viewer_.trace().Write("measure",
-                          {{"label", fmt::format("{:.1f}{}", value, asking_ == Asking::kDistance ? " mm" : "°")}});
-    measured_ = asking_ == Asking::kDistance
-                    ? fmt::format(fmt::runtime(Tr("The distance is {} mm.")), ShowNumber(value, 1))
-                    : fmt::format(fmt::runtime(Tr("The angle is {}°.")), ShowNumber(value, 1));
-    measures_.push_back(std::move(measure));
-    asking_ = Asking::kNothing;
-  }
-  Show();
-}
-
-std::vector<ExportMeasure> PiecesMode::measures() const {
-  std::vector<ExportMeasure> taken;
-  for (const Measure& m : uses_earlier() ? earlier_measures_ : measures_) {
-    if (!m.now) continue;
-    const bool distance = m.points.size() == 2;
-    taken.push_back({.name = fmt::format("{} {}", distance ? "distance" : "angle", taken.size() + 1),
-                     .unit = distance ? "mm" : "deg",
-                     .value = m.now->value,
-                     .points_W_mm = m.now->points_W});
-  }
-  return taken;
-}
-
-void PiecesMode::Drag(const WindowEvent& event) {
-  const double dx = event.x - std::exchange(last_x_, event.x);
-  const double dy = event.y - std::exchange(last_y_, event.y);
-  if (dx == 0 && dy == 0) return;
-  dragged_ = true;
-  unsaved_ = true;
-  const ViewCamera& camera = viewer_.view().camera();
-  const Vec3 centre_W = pieces_->CalcCentroid(selected_);
-  const std::optional<Vec3> along = axis();
-  if (event.control) {
-    if (along) {
-      pieces_->RotateAbout(selected_, centre_W, *along, kTurnByPixel_deg * (dx - dy), gesture_);
-    } else {
-      const Vec3 turn = kTurnByPixel_deg * (dx * camera.up_W() + dy * camera.right_W());
-      const double angle_rad = glm::length(turn) * std::numbers::pi / 180;
-      pieces_->Rotate(selected_, centre_W, glm::angleAxis(angle_rad, glm::normalize(turn)), gesture_);
-    }
-  } else {
-    const Vec3 by_W_mm =
-        event.shift ? -dy * camera.WorldPerPixel(centre_W) * camera.forward_W() : camera.WorldMotion(dx, dy, centre_W);
-    if (along) {
-      // Move the piece along the axis by the component of the mouse's motion in that direction.
-      pieces_->MoveAlong(selected_, *along, glm::dot(by_W_mm, *along), gesture_);
-    } else {
-      pieces_->Move(selected_, by_W_mm, gesture_);
-    }
-  }
-  contacts_.reset();
-  Show();
-}
-
-bool PiecesMode::TakeMouse(const WindowEvent& event) {
-  using Kind = WindowEvent::Kind;
-  if (event.kind == Kind::kMouseMove) {
-    if (dragging_ && selected_ >= 0) Drag(event);
-    return dragging_;
-  }
-  if (event.button != MouseButton::kLeft) return false;
-  if (event.kind == Kind::kMouseUp) {
-    if (!std::exchange(dragging_, false)) return false;
-    if (std::exchange(dragged_, false)) Changed();
-    return true;
-  }
-  const ScreenPoint at{event.x, event.y};
-  if (asking_ != Asking::kNothing) return TakePoint(at), true;
-  const Ray ray = viewer_.view().camera().CalcRay(at);
-  if (const std::optional<PiecePick> hit = pieces_->Pick(ray.origin_W, ray.direction_W)) {
-    if (hit->piece != selected_) Select(hit->piece);
-    dragging_ = true;
-    last_x_ = event.x;
-    last_y_ = event.y;
-  }
-  return true;
-}
-
-void PiecesMode::ShowCheckpoints() {
-  std::vector<MenuItem> items;
-  for (const std::string& name : pieces_->checkpoints()) {
-    items.push_back({.name = name, .detail = "", .enabled = true, .choose = [this, name] {
-                       pieces_->GoTo(name);
-                       Changed();
-                     }});
-  }
-  if (items.empty()) return viewer_.Say(Tr("There is no checkpoint of the pieces yet; press C to make one"));
-  menu_.emplace(Tr("Return pieces to"), std::move(items));
-}
-
-void PiecesMode::Do(const std::function<void()>& change) {
-  // Before pieces are changed, wait until no other thread reads them.
-  if (finding_.valid()) finding_.wait();
-  unsaved_ = true;
-  measured_.clear();
-  try {
-    change();
-  } catch (const Error& e) {
-    viewer_.Say(e.what());
-  }
-  Changed();
-}
-
-bool PiecesMode::is_ready() const {
-  return entered_ && pieces_ && !splitting_.valid();
-}
-
-void PiecesMode::AddActions(ActionList& actions) {
-  const auto ready = [this] { return is_ready() && !menu_; };
-  const auto any = [this, ready] { return ready() && selected_ >= 0 && !pieces_->state(selected_).deleted; };
-  const auto ask = [this](Asking what) {
-    EndMeasuring();
-    asking_ = what;
-  };
-  actions.Add({.id = "pieces.next",
-               .menu = Msg("Pieces"),
-               .label = Msg("Pick the next piece"),
-               .shortcut = {Key::kTab},
-               .run = [this] { SelectNext(1); },
-               .enabled = ready,
-               .begins_group = true});
-  actions.Add({.id = "pieces.axis",
-               .menu = Msg("Pieces"),
-               .label = Msg("One axis only: left, front, up, any"),
-               .shortcut = {Key::kA},
-               .tip = Msg("Restricts motion to one of the patient's axes, and rotation to that axis"),
-               .run =
-                   [this] {
-                     axis_ = axis_ == 2 ? -1 : axis_ + 1;
-                     viewer_.Say(axis_ < 0 ? std::string(Tr("Pieces move freely"))
-                                           : fmt::format(fmt::runtime(Tr("Pieces move along {} and turn about it")),
-                                                         Tr(kAxes[static_cast<std::size_t>(axis_)])));
-                   },
-               .enabled = ready,
-               .on = [this] { return axis_ >= 0; },
-               .relevant = [this] { return entered_; },
-               .indicator = Msg("One axis")});
-  actions.Add({.id = "pieces.hide",
-               .menu = Msg("Pieces"),
-               .label = Msg("Hide or show the piece"),
-               .shortcut = {Key::kH},
-               .run = [this] { Do([this] { pieces_->SetHidden(selected_, !pieces_->state(selected_).hidden); }); },
-               .enabled = any});
-  actions.Add({.id = "pieces.delete",
-               .menu = Msg("Pieces"),
-               .label = Msg("Delete the piece"),
-               .shortcut = {Key::kDelete},
-               .run =
-                   [this] {
-                     Do([this] { pieces_->Delete(selected_); });
-                     SelectNext(1);
-                   },
-               .enabled = any});
-  actions.Add({.id = "pieces.reset",
-               .menu = Msg("Pieces"),
-               .label = Msg("Return the piece to its place"),
-               .shortcut = {Key::kR},
-               .run = [this] { Do([this] { pieces_->Reset(selected_); }); },
-               .enabled = any});
-  actions.Add({.id = "pieces.reset_all",
-               .menu = Msg("Pieces"),
-               .label = Msg("Return all pieces"),
-               .shortcut = {.key = Key::kR, .shift = true},
-               .run = [this] { Do([this] { pieces_->ResetAll(); }); },
-               .enabled = ready});
-  actions.Add({.id = "pieces.distance",
-               .menu = Msg("Pieces"),
-               .label = Msg("Measure a distance"),
-               .shortcut = {Key::kD},
-               .run = [ask] { ask(Asking::kDistance); },
-               .enabled = ready,
-               .begins_group = true});
-  actions.Add({.id = "pieces.angle",
-               .menu = Msg("Pieces"),
-               .label = Msg("Measure an angle"),
-               .shortcut = {Key::kJ},
-               .run = [ask] { ask(Asking::kAngle); },
-               .enabled = ready});
-  actions.Add({.id = "pieces.clear",
-               .menu = Msg("Pieces"),
-               .label = Msg("Delete the measurements"),
-               .shortcut = {Key::kBackspace},
-               .run =
-                   [this] {
-                     measures_.clear();
-                     EndMeasuring();
-                   },
-               .enabled = ready});
-}
-
-void PiecesMode::Undo() {
-  Do([this] {
-    if (!pieces_->Undo()) viewer_.Say(Tr("There is nothing to undo"));
-  });
-}
-
-void PiecesMode::Redo() {
-  Do([this] {
-    if (!pieces_->Redo()) viewer_.Say(Tr("There is nothing to redo"));
-  });
-}
-
-void PiecesMode::AskCheckpoint() {
-  viewer_.AskText(Tr("Name of the checkpoint:"), fmt::format("pieces {}", pieces_->checkpoints().size() + 1),
-                  [this](const std::optional<std::string>& name) {
-                    if (!name || name->empty()) return;
-                    pieces_->Checkpoint(*name);
-                    viewer_.Say(fmt::format(fmt::runtime(Tr("Checkpoint: {}")), *name));
-                  });
-}
-
-bool PiecesMode::TakeKey(const WindowEvent& event) {
-  if (event.control || selected_ < 0 || pieces_->state(selected_).deleted) return false;
-  const ViewCamera& camera = viewer_.view().camera();
-  const auto nudge = [&](const Vec3& by_W) {
-    Do([&] {
-      if (const std::optional<Vec3> along = axis()) {
-        const double by_mm = glm::dot(by_W, *along);
-        if (by_mm != 0) pieces_->MoveAlong(selected_, *along, kNudge_mm * (by_mm > 0 ? 1 : -1));
-      } else {
-        pieces_->Move(selected_, kNudge_mm * by_W);
-      }
-    });
-    return true;
-  };
-  const auto turn = [&](double sign) {
-    Do([&] {
-      pieces_->RotateAbout(selected_, pieces_->CalcCentroid(selected_), axis().value_or(camera.forward_W()),
-                           sign * kNudge_deg);
-    });
-    return true;
-  };
-  switch (event.key) {
-    case Key::kLeft:
-      return nudge(-camera.right_W());
-    case Key::kRight:
-      return nudge(camera.right_W());
-    case Key::kUp:
-      return nudge(camera.up_W());
-    case Key::kDown:
-      return nudge(-camera.up_W());
-    case Key::kPageUp:
-      return nudge(camera.forward_W());
-    case Key::kPageDown:
-      return nudge(-camera.forward_W());
-    case Key::kQ:
-      return turn(-1);
-    case Key::kE:
-      return turn(1);
-    default:
-      return false;
-  }
-}
-
-void PiecesMode::EndMeasuring() {
-  asking_ = Asking::kNothing;
-  points_.clear();
-  measured_.clear();
-  Show();
-}
-
-void PiecesMode::PickMenuRow(int row) {
-  if (!menu_ || menu_->Pick(row) != Menu::State::kChosen) return;
-  const Menu done = *std::exchange(menu_, std::nullopt);
-  done.chosen().choose();
-}
-
-void PiecesMode::PickPieceRow(int row) {
-  int shown = 0;
-  for (int i = 0; i < pieces_->size(); ++i) {
-    if (!pieces_->state(i).deleted && shown++ == row) Select(i);
-  }
-}
-
-bool PiecesMode::Take(const WindowEvent& event) {
-  using Kind = WindowEvent::Kind;
-  if (menu_) {
-    const Menu::State state = menu_->Take(event);
-    if (state == Menu::State::kOpen) return event.kind != Kind::kScroll;
-    const Menu done = *std::exchange(menu_, std::nullopt);
-    if (state == Menu::State::kChosen) done.chosen().choose();
-    return true;
-  }
-  if (!is_ready()) return false;
-  const bool measuring = asking_ != Asking::kNothing || !measured_.empty();
-  if (event.kind == Kind::kKeyDown && event.key == Key::kEscape && measuring) {
-    EndMeasuring();
-    return true;
-  }
-  // A measurement has ended as soon as something else is done.
-  if (event.kind == Kind::kMouseDown && event.button == MouseButton::kLeft) measured_.clear();
-  if (event.kind == Kind::kKeyDown) return TakeKey(event);
-  const bool mouse = event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp || event.kind == Kind::kMouseMove;
-  if (!mouse) return false;
-  // Before pieces are changed, wait until no other thread reads them.
-  if (finding_.valid() && (event.kind == Kind::kMouseDown || dragging_)) finding_.wait();
-  try {
-    return TakeMouse(event);
-  } catch (const Error& e) {
-    viewer_.Say(e.what());
-    return true;
-  }
 }
 
 void PiecesMode::Fill(HudState& hud) {

@@ -66,6 +66,7 @@ class Practice final : public Activity {
   void Choose();
   void Start(const std::string& id, int level);
   void Finish(bool scored);  // kCutting
+  void Leave();              // kCutting; asks first if something was cut
   void DoNextStep();         // kResult
   void Replay();             // kResult; begins as soon as the expert's attempt is available
   void EndReplay();          // kReplaying
@@ -79,6 +80,7 @@ class Practice final : public Activity {
   void Fill(HudState& hud) override;
   void DrawSections(Ui& ui) override;
   void DrawWindows(Ui& ui) override;
+  std::vector<TourStep> tour() const override;
   void Began() override;
   void Ended(LoopSummary summary) override;
   void Cancelled() override;
@@ -100,6 +102,7 @@ class Practice final : public Activity {
   void ShowGoal();
   std::optional<DepthReading> Read() const;
   CoachInput MakeCoachInput() const;
+  double CalcElapsed_s() const;
   HudGauge MakeGauge(const std::optional<DepthReading>& reading) const;
 
   PracticeOptions options_;
@@ -128,7 +131,8 @@ class Practice final : public Activity {
   std::vector<Attempt> attempts_;    // of the student, or of this program if no student is named
   std::vector<ScoreSheet> unnamed_;  // attempts that are stored as soon as a student is named
   std::string stored_;               // kResult: for whom the attempt is stored, or why it is not; a sentence
-  NextStep next_;
+  NextStep next_;                    // recommended after the last result, if there was one
+  bool has_next_ = false;
   CoachState coach_;
   std::vector<double> deepest_mm_;  // by column of the gauge
   std::optional<Pose> touched_at_;  // pose of the saw in the last frame, if it touched bone

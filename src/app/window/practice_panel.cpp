@@ -22,14 +22,31 @@ namespace {
 /// Pause in a depth curve from which its line is interrupted.
 constexpr double kGap_s = 0.1;
 
-void DrawFigures(Ui& ui, const char* id, const std::vector<ReviewFigure>& figures) {
+/// Line below a table of figures.
+struct FigureSum {
+  std::string text;
+  int lost_points = 0;
+};
+
+void DrawFigures(Ui& ui, const char* id, const std::vector<ReviewFigure>& figures,
+                 const std::vector<FigureSum>& sums = {}) {
   if (figures.empty() || !ImGui::BeginTable(id, 5, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_RowBg)) return;
   const float s = ui.scale();
+  // In a narrow window, the columns of numbers are as narrow as their texts.
+  const float share = ImGui::GetContentRegionAvail().x < 620 * s ? 0 : s;
+  float value_width = WidthFor({Tr("Value")}, 130 * share);
+  float goal_width = WidthFor({Tr("Goal")}, 150 * share);
+  ImGui::PushFont(ui.bold());
+  for (const ReviewFigure& figure : figures) {
+    if (figure.value) value_width = WidthFor({FormatQuantity(*figure.value, PointOfLanguage())}, value_width);
+    goal_width = WidthFor({FormatGoal(figure, PointOfLanguage())}, goal_width);
+  }
+  ImGui::PopFont();
   ImGui::TableSetupColumn("##mark", 0, ImGui::GetTextLineHeight() + 4 * s);
   ImGui::TableSetupColumn(Tr("Figure"), ImGuiTableColumnFlags_WidthStretch);
-  ImGui::TableSetupColumn(Tr("Value"), 0, WidthFor({Tr("Value")}, 130 * s));
-  ImGui::TableSetupColumn(Tr("Goal"), 0, WidthFor({Tr("Goal")}, 150 * s));
-  ImGui::TableSetupColumn(Tr("Points lost"), 0, WidthFor({Tr("Points lost")}, 120 * s));
+  ImGui::TableSetupColumn(Tr("Value"), 0, value_width);
+  ImGui::TableSetupColumn(Tr("Goal"), 0, goal_width);
+  ImGui::TableSetupColumn(Tr("Points lost"), 0, WidthFor({Tr("Points lost")}, 120 * share));
   ImGui::TableHeadersRow();
   for (const ReviewFigure& figure : figures) {
     ImGui::TableNextColumn();
@@ -45,9 +62,30 @@ void DrawFigures(Ui& ui, const char* id, const std::vector<ReviewFigure>& figure
     ImGui::TableNextColumn();
     if (figure.goal) FittedText(ui, FormatGoal(figure, PointOfLanguage()), ImGui::GetContentRegionAvail().x);
     ImGui::TableNextColumn();
-    if (figure.lost && *figure.lost >= 0.5) ImGui::TextUnformatted(ShowNumber(*figure.lost, 0).c_str());
+    if (figure.lost_points > 0) ImGui::TextUnformatted(fmt::format("{}", figure.lost_points).c_str());
+  }
+  for (const auto& [text, lost_points] : sums) {
+    ImGui::TableNextRow();
+    ImGui::TableSetColumnIndex(1);
+    FittedText(ui, text, ImGui::GetContentRegionAvail().x);
+    ImGui::TableSetColumnIndex(4);
+    ImGui::PushFont(ui.bold());
+    ImGui::TextUnformatted(fmt::format("{}", lost_points).c_str());
+    ImGui::PopFont();
   }
   ImGui::EndTable();
+}
+
+/// Returns the lines below the figures of a graded attempt, so that the lost points add up.
+std::vector<FigureSum> SumLosses(const ExerciseReview& review) {
+  int shown = 0;
+  int others = 0;
+  for (const ReviewFigure& figure : review.figures) shown += figure.lost_points;
+  for (const ReviewFigure& figure : review.rest) others += figure.lost_points;
+  std::vector<FigureSum> sums;
+  if (others > 0) sums.push_back({Tr("More figures, below"), others});
+  sums.push_back({Tr("Lost in total"), shown + others});
+  return sums;
 }
 
 }  // namespace
@@ -122,8 +160,17 @@ ResultChoice DrawResultButtons(Ui& ui, const ResultContents& contents) {
 ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
   const float s = ui.scale();
   BeginLargeDialog(ui, "result", 1000, 640);
-  // The buttons and their reason are always visible; what is above them scrolls if it needs more space.
-  const float bottom = 2 * ImGui::GetFrameHeightWithSpacing() + ImGui::GetTextLineHeightWithSpacing() + 8 * s;
+  // The buttons and their reason are always visible; what is above them scrolls if it needs more space. In a low window
+  // the reason scrolls too. The height of the buttons' lines is that of the last frame.
+  const bool low = ImGui::GetContentRegionAvail().y < 400 * s;
+  float& buttons_height =
+      *ImGui::GetStateStorage()->GetFloatRef(ImGui::GetID("buttons"), ImGui::GetFrameHeightWithSpacing());
+  const std::string reason = Translate(contents.next.reason);
+  const float reason_height =
+      low ? 0
+          : ImGui::CalcTextSize(reason.c_str(), nullptr, false, ImGui::GetContentRegionAvail().x).y +
+                ImGui::GetStyle().ItemSpacing.y;
+  const float bottom = buttons_height + reason_height + 12 * s;
   ImGui::BeginChild("body", {0, -bottom});
   ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().accent));
   ImGui::PushFont(ui.title());
@@ -132,6 +179,7 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
   ImGui::PopStyleColor();
   ui.Note("practise.headline");
   if (contents.review.praise) MarkedText(ui, HudLevel::kGood, Translate(*contents.review.praise));
+  if (contents.review.nerve) MarkedText(ui, HudLevel::kWarn, Translate(*contents.review.nerve));
   ImGui::PushFont(ui.bold());
   WrappedText(contents.sheet.total
                   ? fmt::format(fmt::runtime(Tr("{}, level {}: {} of 100 points")), contents.title, contents.level,
@@ -140,7 +188,8 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
   ImGui::PopFont();
   if (contents.sheet.picture) DrawCutPicture(ui, *contents.sheet.picture);
   ImGui::Spacing();
-  DrawFigures(ui, "figures", contents.review.figures);
+  DrawFigures(ui, "figures", contents.review.figures,
+              contents.sheet.total ? SumLosses(contents.review) : std::vector<FigureSum>{});
   if (!contents.review.rest.empty()) {
     const bool open = BeginSection(ui, Tr("More figures"), false);
     ui.Note("practise.more");
@@ -164,11 +213,14 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
     if (ImGui::Button(fmt::format("{}##name", Tr("Enter your name")).c_str())) choice = ResultChoice::kName;
     ui.Note("practise.name");
   }
+  if (low) WrappedText(reason);
   ImGui::EndChild();
 
   ImGui::Separator();
-  WrappedText(Translate(contents.next.reason));
+  if (!low) WrappedText(reason);
+  const float buttons_top = ImGui::GetCursorPosY();
   const ResultChoice clicked = DrawResultButtons(ui, contents);
+  buttons_height = ImGui::GetCursorPosY() - buttons_top;
   ImGui::End();
   return clicked != ResultChoice::kNone ? clicked : choice;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "view/ui/imgui_colours.h"
 #include "view/ui/translate.h"
@@ -29,6 +30,7 @@ void Tour::Draw(Ui& ui, const UiBox& scene) {
   ImGui::SetNextWindowSize({width, text_height + 96 * s});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {14 * s, 12 * s});
   ImGui::PushStyleColor(ImGuiCol_Border, ToImVec4(ui.colours().accent));
+  if (std::exchange(fresh_, false)) ImGui::SetNextWindowFocus();  // in front of a dialog
   ImGui::Begin("tour", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoNav |

@@ -20,6 +20,7 @@ class Tour {
   void Start(std::vector<TourStep> steps) {
     steps_ = std::move(steps);
     step_ = 0;
+    fresh_ = true;
   }
   bool is_open() const { return step_ < steps_.size(); }
   /// Number of the current step, from 1; 0: closed.
@@ -31,6 +32,7 @@ class Tour {
  private:
   std::vector<TourStep> steps_;
   std::size_t step_ = 0;
+  bool fresh_ = false;  // not drawn yet
 };
 
 }  // namespace kerf

@@ -125,6 +125,11 @@ nlohmann::json ViewerApp::MakeState() const {
                        {"chunks_left", bone_.surface() ? bone_.surface()->counts().first_left : 1}};
   state["legend"] = nlohmann::json::array();
   for (const LegendEntry& entry : view_->legend()) state["legend"].push_back(entry.text);
+  if (const auto& released = figures_.released) {
+    const Vec3& at = released->p_W_mm;
+    state["released"] = {{"saw_mm", {tenth(at.x), tenth(at.y), tenth(at.z)}},
+                         {"removed_mm3", tenth(released->removed_mm3)}};
+  }
   activity_->Describe(state);
   return state;
 }

@@ -222,8 +222,9 @@ class ViewerApp {
   bool fit_again_ = false;
   bool view_changed_ = false;              // the user has changed the view since
   Box3 fitted_bounds_W_;                   // of that bone
-  int panel_frames_ = 0;                   // frames until the panels have noticed a click
-  std::vector<WindowEvent> panel_keys_;    // pressed meanwhile: they belong to a text field that the click has begun
+  int panel_frames_ = 0;                   // frames until the panels have noticed a click or Tab
+  unsigned int left_field_ = 0;            // field that had the input when Tab was pressed; 0: after a click
+  std::vector<WindowEvent> panel_keys_;    // pressed meanwhile, for a text field; and the mouse after them
   std::vector<WindowEvent> waiting_keys_;  // pressed while a session restarted, for actions of the next one
 
   bool quitting_ = false;

@@ -11,8 +11,8 @@ namespace {
 /// The first frame takes the click, the second one activates what was clicked, and the third one knows that it takes
 /// text.
 constexpr int kFramesOfClick = 3;
-/// With Tab, one more frame passes before the next field is activated.
-constexpr int kFramesOfTab = 4;
+/// After Tab, keys wait until another field has the input, at most for this number of frames: there may be only one.
+constexpr int kMaxFramesOfTab = 12;
 
 }  // namespace
 
@@ -56,10 +56,18 @@ void ViewerApp::Take(const WindowEvent& event) {
   const bool down = event.kind == Kind::kKeyDown;
   const bool mouse = event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp || event.kind == Kind::kMouseMove ||
                      event.kind == Kind::kScroll;
+  // The mouse does not overtake keys that wait: a click takes the input away from the field that they are meant for.
+  if (mouse && panel_frames_ > 0 && !panel_keys_.empty()) {
+    panel_keys_.push_back(event);
+    return;
+  }
   if (mouse) {
     if (event.kind == Kind::kMouseDown && mouse_owner_ == Owner::kNone) {
       mouse_owner_ = dialogs_.is_open() || ui_.IsOnPanel(event.x, event.y) ? Owner::kPanels : Owner::kScene;
-      if (mouse_owner_ == Owner::kPanels && !dialogs_.is_open()) panel_frames_ = kFramesOfClick;
+      if (mouse_owner_ == Owner::kPanels && !dialogs_.is_open()) {
+        panel_frames_ = kFramesOfClick;
+        left_field_ = 0;
+      }
       pressed_at_ = {event.x, event.y};
       moved_since_press_ = false;
     }
@@ -109,7 +117,10 @@ void ViewerApp::Take(const WindowEvent& event) {
     if (down && event.key == Key::kEscape) return ui_.ClosePopups();
     if (ui_.takes_text() || event.kind != Kind::kText) ui_.Take(event);
     // For a few frames, neither the field that is left nor the next one has the input.
-    if (ui_.takes_text() && down && event.key == Key::kTab) panel_frames_ = kFramesOfTab;
+    if (ui_.takes_text() && down && event.key == Key::kTab) {
+      panel_frames_ = kMaxFramesOfTab;
+      left_field_ = ui_.active_item();
+    }
     if (!ui_.takes_text() && down) {
       ui_.ClosePopups();
     } else {
@@ -160,9 +171,14 @@ void ViewerApp::TakeInScene(const WindowEvent& event) {
   camera_mouse_.Take(event, view_->camera());
 }
 
-/// Handles the keys that were pressed right after a click on a panel. Call once per frame.
+/// Handles the keys that were pressed right after a click on a panel or after Tab in a field. Call once per frame.
 void ViewerApp::RunPanelKeys() {
-  if (panel_frames_ == 0 || ui_.has_waiting_events() || --panel_frames_ > 0) return;
+  if (panel_frames_ == 0 || ui_.has_waiting_events()) return;
+  const bool next_field =
+      left_field_ != 0 && ui_.takes_text() && ui_.active_item() != 0 && ui_.active_item() != left_field_;
+  if (!next_field && --panel_frames_ > 0) return;
+  panel_frames_ = 0;
+  left_field_ = 0;
   for (const WindowEvent& event : std::exchange(panel_keys_, {})) Take(event);
 }
 

@@ -173,11 +173,11 @@ void ViewerApp::DrawStatusTexts(const HudStatus& status) {
   const float from = ImGui::GetItemRectMax().x + 12 * ui_.scale();
   const float room = ImGui::GetWindowWidth() - from - 10 * ui_.scale();
   if (room < 60 * ui_.scale()) return;
-  // What does not fit is in the tooltip: first the saw, then the mode.
+  // What does not fit is in the tooltip: first the saw, then the mode, then the recording.
   std::string shown = text;
-  for (const std::string& shorter :
-       {join({status.right, status.mode, recording}), join({status.right, recording}), join({status.right, time})}) {
-    if (ImGui::CalcTextSize(shown.c_str()).x > room) shown = shorter;
+  for (const std::string& shorter : {join({status.right, status.mode, recording}), join({status.right, recording}),
+                                     join({status.right, time}), status.right}) {
+    if (ImGui::CalcTextSize(shown.c_str()).x > room && !shorter.empty()) shown = shorter;
   }
   shown = FitText(shown, room);
   ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(shown.c_str()).x - 10 * ui_.scale());

@@ -252,7 +252,12 @@ void ViewerApp::FollowSaw(double dt_s) {
 }
 
 std::string ViewerApp::held_reason() const {
-  return held_saw_.reason() ? Tr(DescribeHeldReason(*held_saw_.reason())) : "";
+  if (!held_saw_.reason()) return "";
+  // The depth stop of an exercise cannot be switched off.
+  if (*held_saw_.reason() == HeldReason::kGuideDepth && actions_.Find("plan.guide") == nullptr) {
+    return Tr("The depth stop holds the saw: this is the wanted depth.");
+  }
+  return Tr(DescribeHeldReason(*held_saw_.reason()));
 }
 
 }  // namespace kerf

@@ -10,13 +10,14 @@
 namespace kerf {
 
 /// A tick of the loop: the log, the recording and the window read it. The loop sets what is not in HapticTick, except
-/// `stands` and `voxel_hash`, which the body sets.
+/// `stands`, `held` and `voxel_hash`, which the body sets.
 struct LoopTick : HapticTick {
   std::uint64_t number = 0;  // starting at 1; a gap means lost ticks
   double time_s = 0;         // deadline of the tick, seconds since the start of the loop
   float tick_us = 0;
   float late_us = 0;
   bool stands = false;           // bone is being restored, so the simulation did not advance
+  bool held = true;              // false: the hand has let go of the tool; not recorded
   std::uint64_t voxel_hash = 0;  // hash of all changed voxels (bone/grid/changed_hash.h); 0 if not requested
 };
 

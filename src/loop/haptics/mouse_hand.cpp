@@ -21,9 +21,10 @@ MouseHand::MouseHand(SimulatedDevice& device, HandTarget& target, const Pose& X_
   device.SetHand(hand);
 }
 
-void MouseHand::Follow(const Pose& X_WT, bool touches) noexcept {
+void MouseHand::Follow(const Pose& X_WT, bool touches, bool turns) noexcept {
   X_WT_ = X_WT;
   touches_ = touches;
+  turns_ = turns;
 }
 
 void MouseHand::Place(const Pose& X_WH) noexcept {
@@ -89,6 +90,21 @@ void MouseHand::AdvanceTowardsTarget(double dt_s) noexcept {
   }
 }
 
+/// Returns true once a tool that friction holds has not moved for a while, so that its force can be let go.
+bool MouseHand::ComesToRest(double dt_s) noexcept {
+  if (turns_) settles_ = 0;
+  const bool moved = glm::distance(X_WT_.p_AB, p_rest_W_) > params_.rest_mm;
+  if (turns_ || !touches_ || moved || settles_ >= params_.max_settles) {
+    p_rest_W_ = X_WT_.p_AB;
+    rests_s_ = 0;
+    return false;
+  }
+  rests_s_ += dt_s;
+  if (rests_s_ < params_.rest_s) return false;
+  rests_s_ = 0;
+  return true;
+}
+
 void MouseHand::Advance(double dt_s) noexcept {
   if (!(dt_s > 0)) return;
   dt_s = std::min(dt_s, 0.1);
@@ -96,6 +112,11 @@ void MouseHand::Advance(double dt_s) noexcept {
   if (!holds_ && !stopped_ && touches_) {
     stopped_ = true;
     settles_s_ = params_.settle_s;
+    settles_ = 0;
+    HoldStill(X_WT_);
+  } else if (!holds_ && stopped_ && settles_s_ <= 0 && ComesToRest(dt_s)) {
+    settles_s_ = params_.settle_s;
+    ++settles_;
     HoldStill(X_WT_);
   }
   if (stopped_ && settles_s_ > 0) {

@@ -29,6 +29,12 @@ struct MouseHandParams {
   // After the user has let go:
   double coast_mm = 1;     // in air the hand completes at most this much of the motion, against the handle's friction
   double settle_s = 0.03;  // time for which the handle is kept at a tool that touches bone, until the force is zero
+  // A wedged blade springs out of its kerf after that time, until friction in the kerf holds it, with a force on the
+  // hand. Once the blade no longer turns, so that friction does not drive it, and rests, the handle is moved to it
+  // again.
+  double rest_s = 0.05;   // time without motion that counts as rest
+  double rest_mm = 0.02;  // motion that does not count
+  int max_settles = 20;   // number of times; friction is left with a fraction of the force each time
 };
 
 /// While the user holds the tool, the hand pulls it towards the target. When the user lets go of a tool that touches
@@ -41,13 +47,15 @@ class MouseHand final : public HandDriver {
             const MouseHandParams& params = {});
 
   void Advance(double dt_s) noexcept override;
-  void Follow(const Pose& X_WT, bool touches) noexcept override;
+  void Follow(const Pose& X_WT, bool touches, bool turns) noexcept override;
   bool can_place() const override { return true; }
   /// The hand stays there until the user lets go, if necessary, and takes the tool again.
   void Place(const Pose& X_WH) noexcept override;
+  bool holds() const noexcept override { return holds_; }
 
  private:
   void TakeTarget() noexcept;
+  bool ComesToRest(double dt_s) noexcept;
   void AdvanceTowardsTarget(double dt_s) noexcept;
   void HoldStill(const Pose& X_WH) noexcept;
 
@@ -62,8 +70,12 @@ class MouseHand final : public HandDriver {
   bool placed_ = false;   // the user has not let go since Place()
   bool stopped_ = false;  // the user has let go, and the tool has touched bone since
   double settles_s_ = 0;  // time left in which the hand follows the tool
+  int settles_ = 0;       // number of times that a resting tool was followed
+  double rests_s_ = 0;    // time for which the tool has not moved
+  Vec3 p_rest_W_{0};      // its place at the beginning of that time
   Pose X_WT_;             // of the tool, after the last tick
   bool touches_ = false;
+  bool turns_ = false;  // the spindle
 };
 
 }  // namespace kerf

@@ -34,7 +34,7 @@ void StepBody::ReportChannels(std::span<double> channels) const {
 
 bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& tick) {
   if (before_ != nullptr) {
-    if (X_WT_) before_->Follow(*X_WT_, touches_);
+    if (X_WT_) before_->Follow(*X_WT_, touches_, turns_);
     before_->Advance(dt_s);
   }
   TickInputs in;
@@ -51,6 +51,7 @@ bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& tick) {
     // A piece that was found in the old bone is not valid in the restored one.
     if (tick.stands && pieces_ != nullptr) pieces_->Drop();
   }
+  tick.held = before_ == nullptr || before_->holds();
   static_cast<HapticTick&>(tick) = step_.Step(device_, in, &observer, tick.stands);
   if (tick.stands) {
     restores_->Step(simulation_, step_.has_pose() ? &tick.X_WH : nullptr);
@@ -71,6 +72,7 @@ bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& tick) {
   }
   X_WT_ = tick.coupled.X_WT;
   touches_ = Touches(tick.coupled);
+  turns_ = in.rpm != 0;
   failed_s_ = (tick.faults & (kHapticReadFailed | kHapticWriteFailed)) != 0 ? failed_s_ + dt_s : 0;
   return failed_s_ <= params_.give_up_s;
 }

@@ -19,13 +19,15 @@ class HandDriver {
   virtual ~HandDriver() = default;
   /// Tick-safe.
   virtual void Advance(double dt_s) noexcept = 0;
-  /// Called before Advance() with the tool's pose after the last tick, and whether bone or an effect exerted a force on
-  /// it. Tick-safe.
-  virtual void Follow(const Pose& /*X_WT*/, bool /*touches*/) noexcept {}
+  /// Called before Advance() with the tool's pose after the last tick, whether bone or an effect exerted a force on it,
+  /// and whether the spindle turned. Tick-safe.
+  virtual void Follow(const Pose& /*X_WT*/, bool /*touches*/, bool /*turns*/) noexcept {}
   /// Returns true if Place() is possible. It is not if something else determines the handle's pose, such as a path.
   virtual bool can_place() const { return false; }
   /// Moves the hand and the handle to X_WH, where they rest. Tick-safe.
   virtual void Place(const Pose& /*X_WH*/) noexcept {}
+  /// False if the user has let go of the tool, as of the last Advance() or Place(). Tick-safe.
+  virtual bool holds() const noexcept { return true; }
 };
 
 /// Returns true if something exerts a force on the tool, so that the hand feels a load. Tick-safe.
@@ -83,6 +85,7 @@ class StepBody final : public LoopBody {
   double failed_s_ = 0;
   std::optional<Pose> X_WT_;  // tool pose after the last tick
   bool touches_ = false;      // a force acted on the tool in the last tick
+  bool turns_ = false;        // the spindle turned in the last tick
 };
 
 }  // namespace kerf

@@ -9,6 +9,14 @@
 namespace kerf {
 namespace {
 
+/// A blade further beside the wanted plane than this multiple of the margin is a reason to stop.
+constexpr double kFarBeside = 2;
+
+/// Returns true if the wanted cut is a planned plane rather than a line on the surface. It crosses the nerve canal.
+bool IsPlanned(ExerciseKind kind) {
+  return kind == ExerciseKind::kOsteotomy;
+}
+
 std::size_t IndexOf(CoachTopic topic) {
   return static_cast<std::size_t>(topic);
 }
@@ -17,9 +25,11 @@ std::size_t IndexOf(CoachTopic topic) {
 std::array<double, kCoachTopics> CalcExcess(const WantedCut& cut, const CoachInput& input) {
   std::array<double, kCoachTopics> excess{};
   if (input.nerve_mm) {
-    excess[IndexOf(CoachTopic::kInNerve)] = *input.nerve_mm <= 0 ? 2 : 0;
+    const bool spares = !IsPlanned(input.kind);
+    excess[IndexOf(CoachTopic::kInNerve)] = spares && *input.nerve_mm <= 0 ? 2 : 0;
     // The limit is a minimum: at kCoachNerve_mm it is due, and it ends at kCoachNerve_mm / kCoachRelease.
-    excess[IndexOf(CoachTopic::kNearNerve)] = kCoachNerve_mm / std::max(*input.nerve_mm, 1e-6);
+    excess[IndexOf(spares ? CoachTopic::kNearNerve : CoachTopic::kCrossesNerve)] =
+        kCoachNerve_mm / std::max(*input.nerve_mm, 1e-6);
   }
   // Far beside the line there is no depth.
   const bool in_bone = input.touches && (!input.depth || input.depth->depth_mm > 0);
@@ -82,14 +92,23 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
       return line(true, {MarkMessage("Too deep by {}: lift the blade."),
                          {Quantity{std::max(input.depth ? -input.depth->to_goal_mm : 0.0, 0.0), 1, "mm"}}});
     case CoachTopic::kBeyondEnd:
-      return line(false, {MarkMessage("The line ends here: you are {} beyond its end."),
+      return line(false, {IsPlanned(input.kind) ? MarkMessage("You are {} beyond the edge of the planned cut.")
+                                                : MarkMessage("The line ends here: you are {} beyond its end."),
                           {Quantity{deviation.beyond_mm, 1, "mm"}}});
     case CoachTopic::kBesideLine:
-      return line(false, {MarkMessage("You leave the line: the blade is {} beside it."),
-                          {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}});
+      return line(std::abs(deviation.beside_mm) > kFarBeside * cut.margin_mm,
+                  {IsPlanned(input.kind) ? MarkMessage("You leave the planned plane: the blade is {} beside it.")
+                                         : MarkMessage("You leave the line: the blade is {} beside it."),
+                   {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}});
     case CoachTopic::kTilted:
       return line(false, {MarkMessage("The blade is tilted by {}: turn it into the wanted plane."),
                           {Quantity{deviation.tilt_deg, 0, "°"}}});
+    case CoachTopic::kCrossesNerve:
+      if (input.nerve_mm.value_or(0) <= 0) {
+        return line(false, {MarkMessage("The blade is in the nerve canal, which the planned plane crosses."), {}});
+      }
+      return line(false, {MarkMessage("The planned plane crosses the nerve canal, which is {} away."),
+                          {Quantity{*input.nerve_mm, 1, "mm"}}});
   }
   return {};
 }
@@ -101,20 +120,28 @@ ExerciseStep FindStep(const CoachInput& input, bool spindle_on, double line_done
   return input.depth->to_goal_mm > kStepDepth_mm ? ExerciseStep::kDeepen : ExerciseStep::kFollow;
 }
 
-Message DescribeStep(ExerciseStep step, const WantedCut& cut, double line_done) {
+Message DescribeStep(ExerciseStep step, ExerciseKind kind, const WantedCut& cut, double line_done) {
+  const bool planned = IsPlanned(kind);
   switch (step) {
     case ExerciseStep::kSwitchOn:
       return {MarkMessage("Switch the spindle on."), {}};
     case ExerciseStep::kLower:
+      if (planned) return {MarkMessage("Lower the blade into the bone in the planned plane."), {}};
       return {MarkMessage("Lower the blade into the bone at one end of the line."), {}};
     case ExerciseStep::kDeepen:
+      if (planned) return {MarkMessage("Go on slowly in the planned plane until the bone is cut through."), {}};
       return {MarkMessage("Go on slowly to the depth of {}."), {Quantity{cut.depth_mm, 1, "mm"}}};
     case ExerciseStep::kFollow:
+      if (planned) {
+        return {MarkMessage("Deep enough: move along the planned plane to its other edge. {} of it is done."),
+                {Quantity{100 * line_done, 0, "%"}}};
+      }
       return {MarkMessage("Deep enough: move along the line to its other end. {} of it is done."),
               {Quantity{100 * line_done, 0, "%"}}};
     case ExerciseStep::kFinish:
       break;
   }
+  if (planned) return {MarkMessage("The planned cut is made: lift the blade out and finish the exercise."), {}};
   return {MarkMessage("The whole line is cut: lift the blade out and finish the exercise."), {}};
 }
 

@@ -14,14 +14,15 @@
 namespace kerf {
 
 /// What there is to say, the most urgent first.
-enum class CoachTopic { kInNerve, kNearNerve, kTooDeep, kBesideLine, kBeyondEnd, kTilted };
-inline constexpr std::size_t kCoachTopics = 6;
+enum class CoachTopic { kInNerve, kNearNerve, kTooDeep, kBesideLine, kBeyondEnd, kTilted, kCrossesNerve };
+inline constexpr std::size_t kCoachTopics = 7;
 
 struct CoachInput {
+  ExerciseKind kind = ExerciseKind::kGroove;
   double time_s = 0;
   Pose X_WT;
   std::optional<DepthReading> depth;  // none: the tool is beside the wanted cut
-  std::optional<double> nerve_mm;     // distance to the nerve canal; none: unknown, or no canal to spare
+  std::optional<double> nerve_mm;     // distance to the nerve canal; none: unknown, or no canal
   bool touches = false;               // the tool touches bone
 };
 
@@ -74,7 +75,7 @@ inline constexpr double kStepDepth_mm = 0.3;
 /// Returns the step that comes next. `line_done`: CalcLineDone().
 ExerciseStep FindStep(const CoachInput& input, bool spindle_on, double line_done);
 /// Returns the instruction for a step.
-Message DescribeStep(ExerciseStep step, const WantedCut& cut, double line_done);
+Message DescribeStep(ExerciseStep step, ExerciseKind kind, const WantedCut& cut, double line_done);
 /// Returns the fraction of the line along which the tool has reached the wanted depth, or the far side of the bone, to
 /// within kStepDepth_mm. `deepest_mm`: from DepthGauge::TakeDepths().
 double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm);

@@ -1,6 +1,7 @@
 #include "session/practise/progress.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace kerf {
 namespace {
@@ -106,14 +107,24 @@ std::vector<ExerciseRow> ListProgress(std::span<const Attempt> history) {
       row.best[at] = std::max(row.best[at].value_or(0), *a.total);
       row.last = a.total;
     }
-    row.trend = FindTrend(totals[static_cast<std::size_t>(row.level - 1)]);
+    row.totals = std::move(totals[static_cast<std::size_t>(row.level - 1)]);
+    row.trend = FindTrend(row.totals);
     row.next = Recommend(history, exercise.id, row.level);
     rows.push_back(std::move(row));
   }
   return rows;
 }
 
-NextStep FindNextStep(std::span<const ExerciseRow> rows) {
+NextStep FindNextStep(std::span<const Attempt> history, std::span<const ExerciseRow> rows) {
+  const auto counts = [&](const Attempt& a) {
+    const bool known = std::any_of(rows.begin(), rows.end(), [&](const ExerciseRow& r) { return r.id == a.exercise; });
+    return known && !a.damaged && a.level >= 1 && a.level <= kLevels;
+  };
+  const auto last = std::find_if(history.rbegin(), history.rend(), counts);
+  if (last != history.rend()) {
+    NextStep next = Recommend(history, last->exercise, last->level);
+    if (next.kind != NextStep::Kind::kFinished) return next;
+  }
   for (const ExerciseRow& row : rows) {
     if (row.next.exercise == row.id && row.next.kind != NextStep::Kind::kFinished) return row.next;
   }

@@ -70,6 +70,7 @@ struct ExerciseRow {
   std::size_t attempts = 0;                           // all attempts, also those that are not graded
   std::array<std::optional<double>, kLevels> best{};  // best total of each level
   std::optional<double> last;                         // total of the last graded attempt
+  std::vector<double> totals;                         // of the graded attempts at `level`, in their order
   int level = 1;                                      // of the last attempt; 1 without any
   Trend trend = Trend::kUnknown;                      // of the graded attempts at this level
   NextStep next;
@@ -78,9 +79,10 @@ struct ExerciseRow {
 /// Returns a row for each exercise, from easy to hard. `history`: as in Recommend().
 std::vector<ExerciseRow> ListProgress(std::span<const Attempt> history);
 
-/// Returns the step to begin with: the first exercise, in the order of difficulty, whose next step stays in it; after
-/// the last one, that of the last exercise.
-NextStep FindNextStep(std::span<const ExerciseRow> rows);
+/// Returns the step to begin with: what Recommend() says after the last attempt. Without any attempt, or if all is done
+/// after the last one: the first exercise, in the order of difficulty, whose next step stays in it; if there is none,
+/// that of the last exercise. `rows`: ListProgress() of the same history.
+NextStep FindNextStep(std::span<const Attempt> history, std::span<const ExerciseRow> rows);
 
 /// Aids of a level.
 struct Aid {

@@ -170,12 +170,20 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
   const double cell_mm3 = before.voxel_mm() * before.voxel_mm() * before.voxel_mm();
   const double beside_mm = cut->margin_mm + 0.5 * cut->thickness_mm;
   double outside_mm3 = 0;
+  double beside_sum = 0;
+  double farthest_mm = 0;
   for (const RemovedCell& cell : cells) {
     const Vec3 stw = cut->ToCut(cell.p_W);
+    beside_sum += cell.mm3 * std::abs(stw.z);
+    farthest_mm = std::max(farthest_mm, std::abs(stw.z));
     if (cell.mm3 > kCutFraction * cell_mm3 && std::abs(stw.z) <= beside_mm) area.Mark(stw);
     if (cut->CalcDistance(cell.p_W) > cut->margin_mm) outside_mm3 += cell.mm3;
   }
   SetValue(sheet, "outside_mm3", outside_mm3);
+  if (removed_mm3 > 0) {
+    sheet.beside_mm = beside_sum / removed_mm3;
+    sheet.farthest_mm = farthest_mm;
+  }
   if (area.empty()) {
     sheet.warnings.emplace_back("the wanted cut does not intersect the bone");
     return;

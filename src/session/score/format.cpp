@@ -58,6 +58,7 @@ std::string FormatReviewHtml(const ScoreSheet& sheet) {
   const ExerciseReview review = MakeReview(sheet);
   std::string html = fmt::format("<p><b>{}</b></p>\n", EscapeHtml(FormatMessage(review.headline)));
   if (review.praise) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(*review.praise)));
+  if (review.nerve) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(*review.nerve)));
   html += FormatFigures(review.figures);
   if (!sheet.picture) return html;
   html += FormatCutViewSvg(sheet.picture->above, AboveTexts(), kPageView_px);

@@ -74,7 +74,10 @@ struct ScoreSheet {
   std::string beginning_digest;  // of the inputs of the first ticks
   RecordingSeal seal;
   std::vector<std::string> warnings;
-  std::optional<CutPicture> picture;  // not in JSON and CSV; none if there was no exercise or nothing was cut
+  // Not in JSON and CSV; none if there was no exercise or nothing was cut:
+  std::optional<CutPicture> picture;
+  std::optional<double> beside_mm;    // mean distance of the removed bone from the wanted plane
+  std::optional<double> farthest_mm;  // its largest distance from that plane
 
   /// Throws kerf::Error for an unknown key.
   std::optional<double> Get(std::string_view key) const;

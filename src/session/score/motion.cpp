@@ -15,6 +15,11 @@ namespace {
 constexpr double kRow_s = 0.004;
 /// Events of the same kind that are closer in time count as one.
 constexpr double kApart_s = 0.3;
+/// An attempt begins when the tool has moved or turned by this much, or when the spindle has turned for this time: a
+/// session in a window begins with a spindle that is stopped after some ticks.
+constexpr double kBegun_mm = 0.5;
+constexpr double kBegun_rad = 0.02;
+constexpr double kBegun_s = 0.05;
 /// Averaging time for path length and speed, which smooths the encoders' steps.
 constexpr double kBlock_s = 0.02;
 constexpr double kSmooth_s = 0.2;
@@ -87,8 +92,20 @@ std::vector<Vec3> CalcCumulativeSums(std::span<const Vec3> p) {
 
 }  // namespace
 
+void MotionMeter::FindBeginning(const MotionTick& tick) {
+  const double from_s = std::max(tick.time_s - tick.dt_s, 0.0);
+  if (!X_first_) X_first_ = tick.X_WT;
+  if (!tick.turns) turning_since_s_.reset();
+  if (tick.turns && !turning_since_s_) turning_since_s_ = from_s;
+  const double cos_half = std::abs(glm::dot(X_first_->R_AB, tick.X_WT.R_AB));
+  const bool moved = glm::distance(X_first_->p_AB, tick.X_WT.p_AB) > kBegun_mm || cos_half < std::cos(0.5 * kBegun_rad);
+  const bool turns = turning_since_s_ && tick.time_s >= *turning_since_s_ + kBegun_s;
+  if (moved || turns) begun_s_ = turning_since_s_.value_or(from_s);
+}
+
 void MotionMeter::Take(const MotionTick& tick) {
   end_s_ = std::max(end_s_, tick.time_s);
+  if (!begun_s_) FindBeginning(tick);
   if (tick.contact) {
     contact_s_ += tick.dt_s;
     force_sum_ += tick.force_N * tick.dt_s;
@@ -250,7 +267,7 @@ void MotionMeter::MeasureNerve(const Tool& tool, const RegionDistance& nerve, Sc
 
 void MotionMeter::Finish(const Tool& tool, const DepthGauge* gauge, const RegionDistance* nerve,
                          const std::array<bool, 256>& nerve_regions, ScoreSheet& sheet) const {
-  SetValue(sheet, "time_total_s", end_s_);
+  SetValue(sheet, "time_total_s", end_s_ - begun_s_.value_or(0));
   SetValue(sheet, "time_active_s", contact_s_);
   SetValue(sheet, "strokes", strokes_);
   MeasureForces(sheet);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "kerf/bone.h"
@@ -35,6 +36,8 @@ class MotionMeter {
   /// regions of the nerve.
   void Finish(const Tool& tool, const DepthGauge* gauge, const RegionDistance* nerve,
               const std::array<bool, 256>& nerve_regions, ScoreSheet& sheet) const;
+  /// Time at which the attempt began: the tool moved, or the spindle started to turn; none: not yet.
+  const std::optional<double>& begun_s() const { return begun_s_; }
 
  private:
   struct Row {
@@ -43,6 +46,7 @@ class MotionMeter {
     bool contact;
     bool turns;
   };
+  void FindBeginning(const MotionTick& tick);
   void MeasureForces(ScoreSheet& sheet) const;
   void MeasureMotion(ScoreSheet& sheet) const;
   void MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const;
@@ -55,6 +59,9 @@ class MotionMeter {
   bool any_ = false;
   double next_s_ = 0;
   double end_s_ = 0;
+  std::optional<double> begun_s_;
+  std::optional<Pose> X_first_;            // pose of the first tick
+  std::optional<double> turning_since_s_;  // while the spindle turns
   double contact_s_ = 0;
   double force_sum_ = 0;   // over the time in contact, N s
   double force2_sum_ = 0;  // N^2 s

@@ -29,6 +29,14 @@ constexpr double kFeedGood = 0.25;
 constexpr double kFeedFair = 0.5;
 /// Mean depth error from which a cut that is not too deep counts as too shallow.
 constexpr double kShallow_mm = 0.15;
+/// Smallest tremor that is shown with two decimals.
+constexpr double kTrembles_mm = 0.005;
+/// Fraction of the removed bone from which on an attempt is one beside the wanted cut.
+constexpr double kMostlyBeside = 0.5;
+/// A fitted plane is not that of the cut if it has more than this angle to the wanted one, or lies further away than
+/// all removed bone by more than this.
+constexpr double kMaxFitted_deg = 45;
+constexpr double kBeyondCut_mm = 1;
 
 struct Label {
   std::string_view key;
@@ -103,6 +111,23 @@ bool IsBeside(const ScoreSheet& sheet) {
   return std::abs(Get(sheet, "plane_offset_mm")) > sheet.exercise.margin_mm;
 }
 
+/// Returns true if most of the removed bone lies beside the wanted cut, further from its plane than the margin.
+bool IsMostlyBeside(const ScoreSheet& sheet) {
+  return sheet.beside_mm && *sheet.beside_mm > sheet.exercise.margin_mm &&
+         Get(sheet, "outside_mm3") >= kMostlyBeside * Get(sheet, "removed_mm3");
+}
+
+/// Returns false if the plane that was fitted to the removed bone cannot be that of the cut. Several cuts side by side
+/// have no common plane.
+bool IsPlaneSensible(const ScoreSheet& sheet) {
+  return Get(sheet, "plane_angle_deg") <= kMaxFitted_deg &&
+         (!sheet.farthest_mm || std::abs(Get(sheet, "plane_offset_mm")) <= *sheet.farthest_mm + kBeyondCut_mm);
+}
+
+bool IsOfPlane(std::string_view key) {
+  return key.substr(0, 6) == "plane_";
+}
+
 /// Returns true if the cut stays above the wanted depth rather than below it.
 bool IsShallow(const ScoreSheet& sheet) {
   return Get(sheet, "depth_error_mean_mm") > kShallow_mm &&
@@ -145,6 +170,21 @@ Message DescribeNerve(const ScoreSheet& sheet) {
           {Quantity{kNerveGood_mm, 0, "mm"}, Show(sheet, "near_miss_s"), depth}};
 }
 
+/// Describes an attempt most of which lies beside the wanted cut.
+Message DescribeMostlyBeside(const ScoreSheet& sheet) {
+  const Quantity beside{sheet.beside_mm.value_or(0), 1, "mm"};
+  if (*sheet.kind == ExerciseKind::kOsteotomy) {
+    return {
+        MarkMessage("You cut beside the planned plane, on average {} from it. Set the blade in the plane before you "
+                    "go into the bone."),
+        {beside}};
+  }
+  return {
+      MarkMessage("You cut beside the line, on average {} from it. Set the blade on the line before you go into the "
+                  "bone."),
+      {beside}};
+}
+
 Message DescribeBeside(const ScoreSheet& sheet) {
   const Quantity offset = Show(sheet, "plane_offset_mm");
   switch (*sheet.kind) {
@@ -165,6 +205,9 @@ Message DescribeBeside(const ScoreSheet& sheet) {
 /// Returns a sentence that says how to avoid the fault.
 Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
   const Quantity depth{sheet.exercise.depth_mm, 1, "mm"};
+  if ((fault == Fault::kBeside || fault == Fault::kTilted) && IsMostlyBeside(sheet) && !IsPlaneSensible(sheet)) {
+    return DescribeMostlyBeside(sheet);
+  }
   switch (fault) {
     case Fault::kBeside:
       if (sheet.Get("plane_offset_mm")) return DescribeBeside(sheet);
@@ -202,7 +245,7 @@ Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
               {Show(sheet, "path_length_mm"),
                ShowMeasure(FindMeasure("path_length_mm"), 0.5 * RowOf(sheet, "path_length_mm").half)}};
     case Fault::kSlow:
-      return {MarkMessage("You took {0}, and an unhurried cut takes {1}. Set the saw in position first, then cut "
+      return {MarkMessage("You took {0}, and an unhurried cut takes {1}. Go on as soon as the spindle turns, and cut "
                           "without stopping."),
               {Show(sheet, "time_total_s"),
                ShowMeasure(FindMeasure("time_total_s"), 0.5 * RowOf(sheet, "time_total_s").half)}};
@@ -250,6 +293,9 @@ std::optional<Message> FindPraise(const ScoreSheet& sheet) {
   for (const MeasureRow& row : sheet.rows) {
     if (row.weight == 0 || !row.value || row.points.value_or(0) < kPraised) continue;
     if (shallow && std::string_view(row.info->key) == "too_deep_mm") continue;  // it is not deep enough
+    if (IsOfPlane(row.info->key) && !IsPlaneSensible(sheet)) continue;
+    // Keys and simulated hands do not tremble.
+    if (std::string_view(row.info->key) == "jitter_mm" && *row.value < kTrembles_mm) continue;
     if (best == nullptr || row.weight * *row.points > best->weight * *best->points) best = &row;
   }
   if (best != nullptr) return DescribeGood(sheet, best->info->key);
@@ -265,12 +311,43 @@ Message DescribeUngraded(const ScoreSheet& sheet) {
   }
   if (sheet.state == RecordingState::kWhole && sheet.incomplete.size() == 1 &&
       Get(sheet, "line_share") < kFinishedShare) {
+    if (IsMostlyBeside(sheet)) return DescribeMostlyBeside(sheet);
+    if (*sheet.kind == ExerciseKind::kOsteotomy) {
+      return {MarkMessage("You have made {} of the planned cut. There is a score if you go on until the bone is cut "
+                          "through."),
+              {Show(sheet, "cut_share")}};
+    }
     return {
-        MarkMessage(
-            "You have followed {0} of the line, and at least {1} are needed for a score. Cut along the whole line."),
-        {Show(sheet, "line_share"), Quantity{100 * kFinishedShare, 0, "%"}}};
+        MarkMessage("You have made {0} of the wanted cut and followed {1} of the line; a score needs at least {2} of "
+                    "the line. Cut along the whole line."),
+        {Show(sheet, "cut_share"), Show(sheet, "line_share"), Quantity{100 * kFinishedShare, 0, "%"}}};
   }
   return {MarkMessage("This attempt is not graded: {}."), {sheet.incomplete.empty() ? "" : sheet.incomplete.front()}};
+}
+
+/// Returns what happened to a nerve canal that is not spared, because the planned plane crosses it.
+std::optional<Message> DescribeCrossedNerve(const ScoreSheet& sheet) {
+  if (!sheet.kind || SparesNerve(*sheet.kind) || !IsMeaningful(FindMeasure("nerve_distance_mm"), *sheet.kind))
+    return {};
+  if (Get(sheet, "breach_mm3") > 0 || Get(sheet, "breaches") > 0) {
+    const Quantity removed = Show(sheet, "breach_mm3");
+    if (FormatQuantity(removed) == FormatQuantity({0, removed.digits, removed.unit})) {
+      return Message{
+          MarkMessage("The running blade touched the nerve canal. The planned plane crosses the canal, so this "
+                      "costs no points."),
+          {}};
+    }
+    return Message{
+        MarkMessage("The nerve canal was cut, and {} of it were removed. The planned plane crosses the canal, "
+                    "so this costs no points."),
+        {Show(sheet, "breach_mm3")}};
+  }
+  const std::optional<double> distance_mm = sheet.Get("nerve_distance_mm");
+  if (!distance_mm) return {};
+  return Message{
+      MarkMessage("The blade came no nearer than {} to the nerve canal. The planned plane crosses the canal, "
+                  "so its distance is not scored."),
+      {ShowMeasure(FindMeasure("nerve_distance_mm"), std::max(*distance_mm, 0.0))}};
 }
 
 ReviewLevel LevelOf(bool good, bool fair) {
@@ -319,12 +396,75 @@ ReviewFigure MakeFigure(const ScoreSheet& sheet, const MeasureRow& row) {
     const bool in_goal = figure.relation == GoalRelation::kAtMost && row.value && *row.value <= 0.5 * row.half;
     figure.level = LevelOf(points >= kGoodPoints || in_goal, points >= kFairPoints);
   }
-  if (sheet.total && row.weight > 0) {
-    double weights = 0;
-    for (const MeasureRow& r : sheet.rows) weights += r.weight;
-    figure.lost = 100 * row.weight * (1 - row.points.value_or(0)) / weights;
-  }
+  if (IsOfPlane(key) && !IsPlaneSensible(sheet)) figure.value.reset();
+  if (!sheet.total) return figure;
+  double weights = 0;
+  double mean = 0;  // of the points
+  for (const MeasureRow& r : sheet.rows) weights += r.weight;
+  for (const MeasureRow& r : sheet.rows) mean += r.weight * r.points.value_or(0) / weights;
+  if (row.weight > 0) figure.lost = 100 * row.weight * (1 - row.points.value_or(0)) / weights;
+  // As in FindLosses(): total = 100 x cut_share x mean.
+  if (key == "cut_share") figure.lost = 100 * (1 - row.value.value_or(0)) * mean;
   return figure;
+}
+
+/// Rounds the lost points so that they add up to those that the rounded total lacks: down, and then up where the most
+/// was left over. A figure that costs points is not good.
+void RoundLosses(double total, ExerciseReview& review) {
+  std::vector<ReviewFigure*> losing;
+  int left = 100 - static_cast<int>(std::lround(total));
+  for (auto* list : {&review.figures, &review.rest}) {
+    for (ReviewFigure& figure : *list) {
+      if (!figure.lost || !(*figure.lost > 0)) continue;
+      figure.lost_points = static_cast<int>(*figure.lost);
+      left -= figure.lost_points;
+      losing.push_back(&figure);
+    }
+  }
+  std::stable_sort(losing.begin(), losing.end(), [](const ReviewFigure* a, const ReviewFigure* b) {
+    return *a->lost - a->lost_points > *b->lost - b->lost_points;
+  });
+  for (ReviewFigure* figure : losing) {
+    if (left-- > 0) ++figure->lost_points;
+    if (figure->lost_points == 0) continue;
+    // What cost points differs visibly from the goal.
+    if (figure->value && figure->goal && figure->relation == GoalRelation::kEqual) {
+      const Quantity goal{figure->goal->value, figure->value->digits, figure->goal->unit};
+      if (FormatQuantity(*figure->value) == FormatQuantity(goal)) ++figure->value->digits;
+    }
+    if (figure->level != ReviewLevel::kGood) continue;
+    // Time and path cost points from the beginning, also within their goal.
+    figure->level = figure->relation == GoalRelation::kAtMost ? ReviewLevel::kPlain : ReviewLevel::kWarn;
+  }
+}
+
+bool Contains(const std::vector<const char*>& keys, std::string_view key) {
+  return std::any_of(keys.begin(), keys.end(), [&](const char* k) { return key == k; });
+}
+
+/// Returns the keys of the figures to show first. Those that make no sense for the attempt are left out; those that
+/// cost points stay.
+std::vector<const char*> ChooseFigures(const ScoreSheet& sheet) {
+  if (!sheet.kind) return {};
+  const std::span<const char* const> all = KeyFiguresOf(*sheet.kind);
+  if (sheet.total) return {all.begin(), all.end()};
+  std::vector<const char*> keys;
+  if (IsMostlyBeside(sheet)) keys.push_back("outside_mm3");
+  for (const char* key : all) {
+    const bool makes_sense = sheet.Get(key) && (!IsOfPlane(key) || IsPlaneSensible(sheet));
+    if (makes_sense && !Contains(keys, key) && keys.size() < kReviewFigures) keys.push_back(key);
+  }
+  return keys;
+}
+
+/// Returns true if the measure says something about this attempt.
+bool SaysSomething(const ScoreSheet& sheet, const MeasureRow& row) {
+  const std::string_view key = row.info->key;
+  if (sheet.total && row.weight > 0) return true;
+  if (!row.value || (sheet.kind && !IsMeaningful(*row.info, *sheet.kind))) return false;
+  if (IsOfPlane(key) && !IsPlaneSensible(sheet)) return false;
+  // The line was followed with the saw beside it.
+  return key != "line_share" || !sheet.kind || !IsMostlyBeside(sheet);
 }
 
 }  // namespace
@@ -353,9 +493,14 @@ bool IsMeaningful(const MeasureInfo& info, ExerciseKind kind) {
   // The goal is a depth, or the far side of the bone.
   if (begins("depth_error") || begins("too_deep")) return !IsThrough(kind);
   if (begins("plunge")) return IsThrough(kind) || kind == ExerciseKind::kStopBeforeFar;
-  // An osteotomy through the body cuts the canal in any case; the other bones have none.
-  if (begins("nerve") || begins("near_miss") || begins("breach")) return kind == ExerciseKind::kBesideCanal;
+  // The other bones have no canal.
+  if (begins("nerve") || begins("breach")) return SparesNerve(kind) || kind == ExerciseKind::kOsteotomy;
+  if (begins("near_miss")) return SparesNerve(kind);
   return true;
+}
+
+bool SparesNerve(ExerciseKind kind) {
+  return kind == ExerciseKind::kBesideCanal;
 }
 
 const char* LabelOf(const MeasureInfo& info) {
@@ -427,13 +572,14 @@ ExerciseReview MakeReview(const ScoreSheet& sheet) {
                           : DescribeFault(sheet, losses.front().fault);
     review.praise = FindPraise(sheet);
   }
-  const std::span<const char* const> keys = sheet.kind ? KeyFiguresOf(*sheet.kind) : std::span<const char* const>{};
+  review.nerve = DescribeCrossedNerve(sheet);
+  const std::vector<const char*> keys = ChooseFigures(sheet);
   for (const char* key : keys) review.figures.push_back(MakeFigure(sheet, RowOf(sheet, key)));
   for (const MeasureRow& row : sheet.rows) {
-    if (!row.value || (sheet.kind && !IsMeaningful(*row.info, *sheet.kind))) continue;
-    const std::string_view key = row.info->key;
-    if (std::find(keys.begin(), keys.end(), key) == keys.end()) review.rest.push_back(MakeFigure(sheet, row));
+    if (!SaysSomething(sheet, row) || Contains(keys, row.info->key)) continue;
+    review.rest.push_back(MakeFigure(sheet, row));
   }
+  if (sheet.total) RoundLosses(*sheet.total, review);
   return review;
 }
 

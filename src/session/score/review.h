@@ -30,21 +30,25 @@ struct ReviewFigure {
   GoalRelation relation = GoalRelation::kNone;
   std::optional<Quantity> goal;  // none: for information only
   ReviewLevel level = ReviewLevel::kPlain;
-  std::optional<double> lost;  // points of 100 that this measure cost by itself; none: not scored
+  std::optional<double> lost;  // points of 100 that it cost; none: not scored
+  int lost_points = 0;         // the same as a whole number; those of all figures add up to 100 - total, rounded
 };
 
 struct ExerciseReview {
   Message headline;                   // the improvement that is worth most, or what prevents a score
   std::optional<Message> praise;      // what was good
+  std::optional<Message> nerve;       // what happened to a nerve canal that the planned cut crosses
   std::vector<ReviewFigure> figures;  // at most kReviewFigures
-  std::vector<ReviewFigure> rest;     // further measures that make sense for the exercise and have a value
+  std::vector<ReviewFigure> rest;  // further measures that make sense for the attempt and have a value or cost points
 };
 
 /// Returns the keys of the figures that matter most in an exercise, the most important first.
 std::span<const char* const> KeyFiguresOf(ExerciseKind kind);
 /// Returns true if the measure makes sense for the exercise: depth errors only where the goal is a depth, plunge only
-/// where the far side can be reached, the nerve only where it must be spared.
+/// where the far side can be reached, the nerve only where the cut comes near it.
 bool IsMeaningful(const MeasureInfo& info, ExerciseKind kind);
+/// Returns true if the nerve must be spared. In an osteotomy, the planned plane crosses it.
+bool SparesNerve(ExerciseKind kind);
 /// Returns the short English name of a measure.
 const char* LabelOf(const MeasureInfo& info);
 /// Returns a value of the measure with the unit and the decimals to show. A fraction is shown in percent.

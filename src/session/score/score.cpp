@@ -100,10 +100,15 @@ ReplayOutcome ReplayRunRecording(RecordingReader& recording, const Scene& scene,
   return outcome;
 }
 
+/// Returns the length of the path that suffices for the cut.
+double CalcShortPath_mm(const WantedCut& cut) {
+  return cut.length_mm + 2 * cut.depth_mm + kExtra_mm;
+}
+
 /// Sets the values of time and path length at which half of the points are lost.
 void SetHalfValues(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& sheet) {
-  const double path_mm = cut.length_mm + 2 * cut.depth_mm + kExtra_mm;
-  const double time_s = path_mm / exercise.feed_mm_per_s + kExtra_s;
+  const double path_mm = CalcShortPath_mm(cut);
+  const double time_s = CalcUnhurriedTime_s(cut, exercise);
   for (MeasureRow& row : sheet.rows) {
     const std::string_view key = row.info->key;
     if (key == "time_total_s") row.half = 2 * time_s;
@@ -185,6 +190,10 @@ MotionMeter MakeMeter(const Scene& scene) {
 
 }  // namespace
 
+double CalcUnhurriedTime_s(const WantedCut& cut, const SceneExercise& exercise) {
+  return CalcShortPath_mm(cut) / exercise.feed_mm_per_s + kExtra_s;
+}
+
 StepsDigests CalcStepsDigests(RecordingReader& recording) {
   constexpr std::size_t kChunk = 4096;  // number of steps; independent of the blocks' sizes
   StepsDigests digests;
@@ -247,6 +256,7 @@ void SessionMeter::Take(const LoopTick& tick) {
   const double last_s = time_s_;
   time_s_ += CalcElapsed(tick.in, scene_.loop.rate_hz);
   meter_.Take(MakeMotionTick(tick, time_s_, last_s));
+  if (meter_.begun_s()) begun_s_.store(*meter_.begun_s(), std::memory_order_relaxed);
 }
 
 ScoreSheet SessionMeter::Score(RecordingReader& recording, const Bone& before, const Bone& after,

@@ -38,6 +38,9 @@ StepsDigests CalcStepsDigests(RecordingReader& recording);
 ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& options,
                           const std::function<void(const std::string&, double)>& progress);
 
+/// Returns the time that an unhurried cut takes; twice this time costs half of its points.
+double CalcUnhurriedTime_s(const WantedCut& cut, const SceneExercise& exercise);
+
 /// Measures a coupled session while it runs, so that it can be scored at its end without a replay.
 class SessionMeter {
  public:
@@ -47,6 +50,9 @@ class SessionMeter {
   void Take(const LoopTick& tick);
   /// Returns true if no tick is missing; otherwise only a replay shows what happened.
   bool is_complete() const { return is_complete_; }
+  /// Time of the session at which the attempt began: the tool moved, or the spindle started to turn. Negative: not yet.
+  /// May be called by any thread.
+  double begun_s() const { return begun_s_.load(std::memory_order_relaxed); }
   /// Scores the session from its recording's header and seal, the ticks, and the bones before and after. The sheet
   /// equals that of ScoreRecording(), which also verifies that the recording reproduces the session. `nerve`: distance
   /// to the nerve canal of `before`; null: it is computed. Throws kerf::Error if ticks are missing, or if the recording
@@ -60,6 +66,7 @@ class SessionMeter {
   double time_s_ = 0;
   std::uint64_t ticks_ = 0;
   bool is_complete_ = true;
+  std::atomic<double> begun_s_{-1};
 };
 
 }  // namespace kerf

@@ -20,6 +20,7 @@ struct HudValues {
   bool nerve_is_marked = true;           // false: the bone has neither a canal nor a mark of one
   std::optional<double> plan_angle_deg;  // angle between the blade and the plane of the plan
   std::optional<double> plan_offset_mm;  // distance of the blade from that plane
+  bool has_plan = true;                  // false: these two are left out
 };
 
 struct PlotPoint {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "view/ui/imgui_colours.h"
 #include "view/ui/translate.h"
@@ -71,7 +72,9 @@ UiAreas CalcUiAreas(const Ui& ui, bool left, bool right) {
   const double menu = ImGui::GetFrameHeight();
   const double toolbar = 36 * s;
   const double status = 32 * s;
-  const double left_width = 262 * s;
+  // In a narrow window the left column has a part of it, as long as its values can be read.
+  const double full_left_width = 262 * s;
+  const double left_width = std::min(full_left_width, 0.42 * width);
   const double right_width = 206 * s;
   UiAreas areas;
   areas.menu = {0, 0, width, menu};
@@ -81,11 +84,11 @@ UiAreas CalcUiAreas(const Ui& ui, bool left, bool right) {
   const double middle = std::max(0.0, height - top - status);
   double from = 0;
   double to = width;
-  if (left && width >= 2.2 * left_width && middle > 60 * s) {
+  if (left && left_width >= 150 * s && middle > 60 * s) {
     areas.left = {0, top, left_width, middle};
     from = left_width;
   }
-  if (right && width >= 2.2 * left_width + 1.3 * right_width && middle > 60 * s) {
+  if (right && width >= 2.2 * full_left_width + 1.3 * right_width && middle > 60 * s) {
     areas.right = {width - right_width, top, right_width, middle};
     to = width - right_width;
   }
@@ -136,7 +139,7 @@ void ValuesSection(Ui& ui, const HudState& state) {
     const char* unit;
     HudLevel level = HudLevel::kPlain;
   };
-  const Row rows[] = {
+  std::vector<Row> rows = {
       {Tr("Depth"), number(v.depth_mm, 2), "mm"},
       {Tr("Feed rate"), number(v.feed_mm_per_s, 1), "mm/s"},
       {Tr("Spindle"), number(v.rpm, 0), Tr("rpm")},
@@ -146,11 +149,14 @@ void ValuesSection(Ui& ui, const HudState& state) {
        : nerve_is_cut     ? ShowDistance(*v.nerve_mm)
                           : number(v.nerve_mm, 1),
        v.nerve_is_marked && !nerve_is_cut ? "mm" : "", nerve},
-      {Tr("Angle to the plan"), v.plan_offset_mm ? number(v.plan_angle_deg, 1) : Tr("no plan"),
-       v.plan_offset_mm ? "°" : ""},
-      {Tr("Beside the plan"), v.plan_offset_mm ? number(v.plan_offset_mm, 2) : Tr("no plan"),
-       v.plan_offset_mm ? "mm" : ""},
   };
+  if (v.has_plan) {
+    const bool known = v.plan_offset_mm.has_value();
+    rows.push_back({Tr("Angle to the plan"), known ? number(v.plan_angle_deg, 1) : Tr("no plan"), known ? "°" : "",
+                    HudLevel::kPlain});
+    rows.push_back({Tr("Beside the plan"), known ? number(v.plan_offset_mm, 2) : Tr("no plan"), known ? "mm" : "",
+                    HudLevel::kPlain});
+  }
   const float width = ImGui::GetContentRegionAvail().x;
   const float left = ImGui::GetCursorPosX();
   const float unit = ImGui::CalcTextSize("mm/s").x + 4 * ui.scale();
@@ -288,7 +294,9 @@ void DrawMessage(Ui& ui, const std::string& message, const std::string& staying,
   float bottom = below.empty() ? static_cast<float>(scene.bottom()) - 10 * s : static_cast<float>(below.top) - 8 * s;
   const auto draw = [&](const char* name, const std::string& text, HudLevel level) {
     if (text.empty()) return;
-    const float max_width = static_cast<float>(scene.width) - 260 * s;
+    // Beside the cube, if there is room for one.
+    const float max_width =
+        static_cast<float>(scene.width) - (scene.width > 400 * static_cast<double>(s) ? 260 : 60) * s;
     if (max_width < 80 * s) return;
     const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, max_width);
     const float left = level == HudLevel::kPlain ? 12 * s : 34 * s;

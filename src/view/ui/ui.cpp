@@ -365,6 +365,10 @@ bool Ui::takes_text() const {
   return ImGui::GetIO().WantTextInput;
 }
 
+unsigned int Ui::active_item() const {
+  return ImGui::GetCurrentContext()->ActiveId;
+}
+
 bool Ui::IsOnPanel(double x_px, double y_px) const {
   if (is_popup_open()) return true;
   const std::vector<UiBox> boxes = PanelBoxes();

@@ -79,6 +79,8 @@ class Ui {
   bool IsOnPanel(double x_px, double y_px) const;
   /// Returns true if a text field has the input, so that letters are not commands. As of the last frame.
   bool takes_text() const;
+  /// Returns the item with the input: a text field, or a button that is held; 0: none. As of the last frame.
+  unsigned int active_item() const;
   /// Returns true if a dialog or menu is open. As of the last frame.
   bool is_popup_open() const;
   /// Returns true in the frame in which ClosePopups() took the input away from a text field: what was typed into it is

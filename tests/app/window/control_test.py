@@ -14,11 +14,14 @@ import time
 from drive import Display, Window, skip_without_display_programs, workspace
 from rehearse_test import SCENE
 
-# What a saw may do in the first 1.5 s after the release was logged: the logged place is that of the last frame, and on a
-# busy machine a frame takes some tenths of a second, at a feed of up to 10 mm/s. A blade of 0.5 mm removes 5 mm3 per mm
-# from a bar of 10 mm. A saw that is not let go cuts on beyond this time.
-RELAX_MM = 3
-RELAX_MM3 = 15
+# What a saw may do after the tick in which the hand let go of it: the coupling relaxes, and the force that held it is
+# gone. A blade of 0.5 mm removes 5 mm3 per mm from a bar of 10 mm.
+RELAX_MM = 0.4
+RELAX_MM3 = 2
+# In air, the hand completes at most 1 mm of the motion. On a busy machine the mouse may be released when the bar is cut
+# through.
+COAST_MM = 1.1
+FORCE_N = 0.3  # what friction in the kerf may hold
 # From then on nothing may change. The log rounds to 0.1.
 REST_MM = 0.11
 REST_MM3 = 0.11
@@ -61,9 +64,11 @@ def begin_drag(w, at, by, modifier=None):
         time.sleep(0.02)
 
 
-def check_stays(w, what, seconds=2, relax_mm=RELAX_MM, force_N=0.3):
-    """Checks that the saw neither moves nor cuts after it was let go. `force_N`: what friction in the kerf may hold."""
-    released = dict(w.wait_state("let go", lambda s: not s["holds"], 10))
+def check_stays(w, what, seconds=2, relax_mm=RELAX_MM, wedged=False):
+    """Checks that the saw neither moves nor cuts after it was let go. `wedged`: it turns in a kerf that it does not fit
+    into, so that friction drives it, and the hand holds it against that."""
+    w.wait_state("let go", lambda s: not s["holds"] and "released" in s, 10)
+    released = dict(w.state["released"])
 
     def changes(before):
         w.read()
@@ -72,14 +77,15 @@ def check_stays(w, what, seconds=2, relax_mm=RELAX_MM, force_N=0.3):
 
     time.sleep(1.5)  # the state is logged when it changes
     moved, cut = changes(released)
-    assert moved <= relax_mm and cut <= RELAX_MM3, (what, moved, cut, released, w.state)
+    in_air = moved <= COAST_MM and cut <= REST_MM3
+    assert in_air or (moved <= relax_mm and cut <= RELAX_MM3), (what, moved, cut, released, w.state)
     rest = dict(w.state)
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         time.sleep(0.1)
         moved, cut = changes(rest)
         assert moved <= REST_MM and cut <= REST_MM3, (what, moved, cut, rest, w.state)
-    assert w.state["force_N"] <= force_N, (what, w.state)
+    assert wedged or w.state["force_N"] <= FORCE_N, (what, w.state)
     assert not w.state["holds"], (what, w.state)
 
 
@@ -112,9 +118,11 @@ def test_release(display, kerf):
         begin_drag(w, centre, (10, 5), modifier="ctrl")
         time.sleep(0.7)  # the hand turns about its grip, which is far from the blade
         w._xdotool("mouseup", 1, "keyup", "ctrl")
-        # A blade that was wedged in its kerf may spring out of it, or be held by both walls.
-        check_stays(w, "rotation released", relax_mm=11, force_N=2)
+        # A blade that was wedged in its kerf may spring out of it.
+        check_stays(w, "rotation released", relax_mm=11, wedged=True)
+        # Without the spindle, nothing drives it, and all of the force is let go.
         spindle(w, False)
+        w.wait_state("no force", lambda s: s["force_N"] <= FORCE_N, 10)
         w.key("r")
         w.wait_state("out of the bone", lambda s: s["saw_mm"][2] > 12.5)
     end(w, kerf, folder)

@@ -18,7 +18,7 @@ from drive import Display, Window, skip_without_display_programs, workspace
 
 SOURCE = pathlib.Path(__file__).resolve().parents[3]
 # Initial views of the window, as directions towards the eye in world coordinates: three-quarter
-# (src/view/picture/view_frame.cpp), and the view of an exercise (src/app/window/practice.cpp).
+# (src/view/picture/view_frame.cpp), and the view of an exercise (src/app/window/practice_cutting.cpp).
 TOWARDS_EYE = (0.75, -1.0, 0.55)
 TOWARDS_EYE_AT_EXERCISE = (0.0, -1.0, 0.6)
 

@@ -74,7 +74,7 @@ TEST(MouseHand, PullsNothingAfterTheUserHasLetGo) {
   const auto run = [&](double seconds) {
     for (int i = 0; i < static_cast<int>(1000 * seconds); ++i) {
       const Vec3 f_N = -2.0 * rig.device.p_WC_mm();
-      rig.hand.Follow(X_tool, glm::length(f_N) > 0.02);
+      rig.hand.Follow(X_tool, glm::length(f_N) > 0.02, true);
       rig.hand.Advance(0.001);
       rig.device.Elapse(0.001);
       rig.device.Write(f_N, Vec3{0});
@@ -92,6 +92,41 @@ TEST(MouseHand, PullsNothingAfterTheUserHasLetGo) {
   rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {30, 0, 0}}, .holds = false});
   run(1);
   EXPECT_LT(glm::length(rig.device.p_WC_mm()), rig.device.profile().friction_N / 2.6 + 0.01);
+}
+
+// A blade that was wedged goes on to spring out of its kerf after the hand has let go, and friction holds it there.
+// While the spindle turns, friction drives the blade, so the hand holds it; the rest of the force is let go after that.
+TEST(MouseHand, LetsGoOfABladeThatFrictionHoldsOnceTheSpindleStops) {
+  constexpr double kCoupling_N_per_mm = 2;
+  Rig rig;
+  double tool_mm = 0;
+  const auto run = [&](double seconds, bool turns) {
+    for (int i = 0; i < static_cast<int>(1000 * seconds); ++i) {
+      const Vec3 f_N = kCoupling_N_per_mm * (Vec3(tool_mm, 0, 0) - rig.device.p_WC_mm());
+      rig.hand.Follow({Quat{1, 0, 0, 0}, {tool_mm, 0, 0}}, glm::length(f_N) > 0.02, turns);
+      rig.hand.Advance(0.001);
+      rig.device.Elapse(0.001);
+      rig.device.Write(f_N, Vec3{0});
+    }
+    return kCoupling_N_per_mm * glm::distance(Vec3(tool_mm, 0, 0), rig.device.p_WC_mm());
+  };
+  rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {10, 0, 0}}});
+  run(1, true);
+  rig.target.Publish({.X_WH = {Quat{1, 0, 0, 0}, {10, 0, 0}}, .holds = false});
+  run(0.1, true);
+  tool_mm = -3;
+  // The hand's spring of 0.6 N/mm and the coupling in series hold it.
+  const double held_N = 3 * 0.6 * kCoupling_N_per_mm / (0.6 + kCoupling_N_per_mm);
+  const double friction_N = rig.device.profile().friction_N;
+  EXPECT_NEAR(run(2, true), held_N, friction_N);
+  EXPECT_LT(run(2, false), 0.02);
+  // It is not followed while it moves: the springs take the handle along by 2 / 2.6 of the way.
+  const double at_mm = rig.device.p_WC_mm().x;
+  for (int i = 0; i < 200; ++i) {
+    tool_mm -= 0.005;
+    run(0.001, false);
+  }
+  EXPECT_GT(rig.device.p_WC_mm().x, at_mm - 0.85);
 }
 
 // Targets that were published before Place() do not pull the hand away from its new place.

@@ -5,11 +5,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
+#include <utility>
 
 #include "session/practise/exercises.h"
 #include "session/score/measures.h"
@@ -108,12 +110,14 @@ Attempt MakeGraded(const std::string& exercise, int level, double total) {
   return attempt;
 }
 
-std::vector<ExerciseRow> MakeRows() {
+ExerciseList MakeList(const char* student) {
   std::vector<Attempt> attempts;
   for (const double total : {40.0, 55.0, 64.0}) attempts.push_back(MakeGraded("groove", 1, total));
   for (const double total : {90.0, 60.0, 31.0}) attempts.push_back(MakeGraded("bicortical", 3, total));
   for (const double total : {50.0, 50.0, 50.0}) attempts.push_back(MakeGraded("osteotomy", 5, total));
-  return ListProgress(attempts);
+  std::vector<ExerciseRow> rows = ListProgress(attempts);
+  NextStep next = Recommend(attempts, "groove", 1);
+  return ExerciseList(std::move(rows), student, std::move(next));
 }
 
 // A groove 0.4 mm too deep, with pictures of the wanted and the made cut.
@@ -193,7 +197,7 @@ class PracticePanel : public testing::Test {
   }
   void ExpectAllFits() {
     for (const char* student : {"", "Ann"}) {
-      ExerciseList list(MakeRows(), student);
+      ExerciseList list = MakeList(student);
       for (int i = 0; i < 2; ++i) Frame([&] { list.Draw(ui_); });
       ExpectNothingCut("exercises");
       list.Take(KeyDown(Key::kEnter));
@@ -242,6 +246,41 @@ TEST_F(PracticePanel, NothingIsCutOffInALanguageWithLongerTexts) {
   unsetenv("XDG_DATA_HOME");
 }
 
+// In the smallest window with large text, names and figures can be read, and buttons can be clicked.
+TEST_F(PracticePanel, SmallWindowWithLargeTextIsUsable) {
+  SetLanguage("en");
+  ui_.SetSize(640, 480, 1);
+  ui_.set_text_size(1.5);
+  const auto expect_button = [&](const char* name) {
+    ASSERT_TRUE(ui_.noted().contains(name)) << name;
+    const UiBox& box = ui_.noted().at(name);
+    EXPECT_GE(box.left, 0) << name;
+    EXPECT_LE(box.right(), 640) << name;
+    EXPECT_LE(box.bottom(), 480 - 32 * 1.5) << name;
+  };
+  const auto expect_whole = [&](const std::string& text) {
+    const std::vector<std::string>& cut = ui_.cut_texts();
+    EXPECT_EQ(std::find(cut.begin(), cut.end(), text), cut.end()) << text;
+  };
+  ExerciseList list = MakeList("Ann");
+  for (int i = 0; i < 3; ++i) Frame([&] { list.Draw(ui_); });
+  for (const Exercise& exercise : ListExercises()) expect_whole(exercise.title);
+  // A text in a column as wide as a letter is cut to nothing, so the columns have some width.
+  EXPECT_GT(ui_.noted().at("exercise groove").width, 400);
+  expect_button("practise.recommended");
+  list.Take(KeyDown(Key::kEnter));
+  for (int i = 0; i < 3; ++i) Frame([&] { list.Draw(ui_); });
+  expect_button("practise.start");
+  expect_button("practise.back");
+  for (int i = 0; i < 3; ++i) Frame([&] { Result(next_); });
+  for (const char* button : {"practise.step", "practise.again", "practise.watch", "practise.list"})
+    expect_button(button);
+  for (const ReviewFigure& figure : review_.figures) {
+    expect_whole(figure.label);
+    if (figure.value) expect_whole(FormatQuantity(*figure.value));
+  }
+}
+
 TEST_F(PracticePanel, ResultOffersTheNextLevelFirstOnlyIfItIsRecommended) {
   for (int i = 0; i < 2; ++i) Frame([&] { Result(repeat_); });
   EXPECT_GT(ui_.noted().at("practise.next").left, ui_.noted().at("practise.step").left);
@@ -271,8 +310,8 @@ TEST_F(PracticePanel, ClicksInTheResultAreReported) {
 
 TEST_F(PracticePanel, KeysAndMouseChooseAnExerciseAndALevel) {
   using Choice = ExerciseList::Choice;
-  ExerciseList list(MakeRows(), "");
-  // The first exercise is recommended: its last attempt did not reach the next level.
+  ExerciseList list = MakeList("");
+  // The recommended exercise is selected at first.
   EXPECT_EQ(list.exercise(), "groove");
   EXPECT_EQ(list.Take(KeyDown(Key::kDown)), Choice::kNone);
   EXPECT_EQ(list.exercise(), ListExercises()[1].id);

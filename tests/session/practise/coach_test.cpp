@@ -114,6 +114,54 @@ TEST(Coach, LineHasTheFigure) {
   EXPECT_FALSE(MakeCoachLine({}, cut, input));
 }
 
+TEST(Coach, FarBesideTheLineIsUrgent) {
+  const WantedCut cut = MakeCut();
+  for (const auto& [beside_mm, urgent] : {std::pair{0.95, false}, {1.05, true}, {9.3, true}}) {
+    CoachInput input = Place(cut, 8, 1, beside_mm);
+    if (beside_mm > 8) input.depth.reset();  // the gauge has no depth there
+    const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, input), cut, input);
+    ASSERT_TRUE(line) << beside_mm;
+    EXPECT_EQ(line->urgent, urgent) << beside_mm;
+  }
+}
+
+// The plane of an osteotomy crosses the canal, so the advice mentions it without a warning. There is no line.
+TEST(Coach, OsteotomyHasAPlaneThatCrossesTheNerve) {
+  const WantedCut cut = MakeCut();
+  const auto say = [&](CoachInput input) {
+    input.kind = ExerciseKind::kOsteotomy;
+    return MakeCoachLine(UpdateCoach({}, cut, input), cut, input);
+  };
+  CoachInput near = Place(cut, 8, 1);
+  near.nerve_mm = 1.2;
+  std::optional<CoachLine> line = say(near);
+  ASSERT_TRUE(line);
+  EXPECT_EQ(line->topic, CoachTopic::kCrossesNerve);
+  EXPECT_FALSE(line->urgent);
+  EXPECT_EQ(FormatMessage(line->message), "The planned plane crosses the nerve canal, which is 1.2 mm away.");
+  near.nerve_mm = -0.4;
+  line = say(near);
+  ASSERT_TRUE(line);
+  EXPECT_FALSE(line->urgent);
+  EXPECT_EQ(FormatMessage(line->message), "The blade is in the nerve canal, which the planned plane crosses.");
+  // A fault that can be corrected is more urgent.
+  near = Place(cut, 8, 1, 0.82);
+  near.nerve_mm = 1.2;
+  line = say(near);
+  ASSERT_TRUE(line);
+  EXPECT_EQ(FormatMessage(line->message), "You leave the planned plane: the blade is 0.8 mm beside it.");
+  for (const CoachInput& input : {Place(cut, 17, 1), Place(cut, 8, 1, 0.82), near}) {
+    line = say(input);
+    ASSERT_TRUE(line);
+    EXPECT_EQ(FormatMessage(line->message).find("line"), std::string::npos) << FormatMessage(line->message);
+  }
+  for (const ExerciseStep step : {ExerciseStep::kSwitchOn, ExerciseStep::kLower, ExerciseStep::kDeepen,
+                                  ExerciseStep::kFollow, ExerciseStep::kFinish}) {
+    const std::string text = FormatMessage(DescribeStep(step, ExerciseKind::kOsteotomy, cut, 0.5));
+    EXPECT_EQ(text.find("line"), std::string::npos) << text;
+  }
+}
+
 TEST(Coach, DoesNotFlickerAtTheLimit) {
   const WantedCut cut = MakeCut();
   std::mt19937 random(9);
@@ -158,7 +206,7 @@ TEST(ExerciseSteps, LeadFromTheSpindleToTheEnd) {
   EXPECT_EQ(FindStep(Place(cut, 0, 1.8), true, 0.1), ExerciseStep::kFollow);
   EXPECT_EQ(FindStep(Place(cut, 16, 2), true, 1), ExerciseStep::kFinish);
   EXPECT_EQ(FindStep(above, false, 1), ExerciseStep::kFinish);
-  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kFollow, cut, 0.42)),
+  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kFollow, ExerciseKind::kGroove, cut, 0.42)),
             "Deep enough: move along the line to its other end. 42 % of it is done.");
 }
 

@@ -125,16 +125,40 @@ TEST(ListProgress, ShowsBestScoresTrendAndNextStep) {
   EXPECT_EQ(rows[0].next, Recommend(history, "groove", 2));
   EXPECT_EQ(rows[1].attempts, 0U);
   EXPECT_EQ(rows[1].trend, Trend::kUnknown);
-  EXPECT_EQ(FindNextStep(rows), rows[0].next);
+  EXPECT_EQ(rows[0].totals, (std::vector<double>{30, 50, 65}));
+  EXPECT_EQ(FindNextStep(history, rows), rows[0].next);
+}
+
+NextStep NextAfter(const std::vector<Attempt>& history) {
+  return FindNextStep(history, ListProgress(history));
+}
+
+// The list of exercises names the same next step as the result of the last attempt.
+TEST(ListProgress, NextStepIsThatAfterTheLastAttempt) {
+  EXPECT_EQ(NextAfter({}).exercise, "groove");
+  std::vector<Attempt> history = MakeTries("groove", 2, {40});
+  history.push_back(MakeTry("osteotomy", 1, 93));
+  EXPECT_EQ(NextAfter(history), Recommend(history, "osteotomy", 1));
+  EXPECT_EQ(NextAfter(history).level, 2);
+  history.push_back(MakeTry("osteotomy", 1, std::nullopt));
+  EXPECT_EQ(NextAfter(history).kind, Kind::kRepeat);
+  EXPECT_EQ(NextAfter(history).exercise, "osteotomy");
+  // Damaged rows and attempts at other scenes are left out.
+  history.push_back(MakeTry("groove", 1, 20));
+  history.back().damaged = true;
+  history.push_back(MakeTry("some scene", 1, 100));
+  EXPECT_EQ(NextAfter(history).exercise, "osteotomy");
 }
 
 TEST(ListProgress, NextStepFollowsTheOrderOfDifficulty) {
-  EXPECT_EQ(FindNextStep(ListProgress({})).exercise, "groove");
   const std::vector<Attempt> done = MakeTries("groove", 5, {80});
-  EXPECT_EQ(FindNextStep(ListProgress(done)).exercise, ListExercises()[1].id);
+  EXPECT_EQ(NextAfter(done).exercise, ListExercises()[1].id);
+  // After the last exercise, what was left out comes next.
+  const std::vector<Attempt> last = MakeTries(ListExercises().back().id, 5, {80});
+  EXPECT_EQ(NextAfter(last).exercise, "groove");
   std::vector<Attempt> all;
   for (const Exercise& e : ListExercises()) all.push_back(MakeTry(e.id, 5, 99));
-  EXPECT_EQ(FindNextStep(ListProgress(all)).kind, Kind::kFinished);
+  EXPECT_EQ(NextAfter(all).kind, Kind::kFinished);
 }
 
 TEST(ListAids, EachLevelHasOneLess) {

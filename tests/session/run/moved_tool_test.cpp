@@ -31,7 +31,7 @@ class ScriptedMouse final : public HandDriver {
     if (const std::optional<HandAim> aim = script_(time_s_)) target_.Publish(*aim);
     hand_.Advance(dt_s);
   }
-  void Follow(const Pose& X_WT, bool touches) noexcept override { hand_.Follow(X_WT, touches); }
+  void Follow(const Pose& X_WT, bool touches, bool turns) noexcept override { hand_.Follow(X_WT, touches, turns); }
   bool can_place() const override { return true; }
   void Place(const Pose& X_WH) noexcept override { hand_.Place(X_WH); }
 

@@ -156,6 +156,9 @@ TEST(MeasureCut, VolumeOutsideTheMarginIsCounted) {
   EXPECT_NEAR(sheet.Get("outside_mm3").value(), sheet.Get("removed_mm3").value(), 1e-9);
   EXPECT_EQ(sheet.Get("cut_share").value(), 0);
   EXPECT_NEAR(sheet.Get("under_mm3").value(), sheet.Get("planned_mm3").value(), 1e-9);
+  // The kerf lies evenly on both sides of its plane. The centre of a cell that is cut in part is up to a diagonal away.
+  EXPECT_NEAR(sheet.beside_mm.value(), 3, kOffset_mm);
+  EXPECT_NEAR(sheet.farthest_mm.value(), 3 + 0.5 * c.wanted.thickness_mm, 2 * before.voxel_mm());
 }
 
 TEST(MeasureCut, SimulatedCutMatchesTheExactCut) {

@@ -51,6 +51,30 @@ TEST(MotionMeter, UniformStraightMotionHasItsLengthAndSpeed) {
   EXPECT_FALSE(sheet.Get("force_over_s"));
 }
 
+// Reading before the first motion costs no time. The clock starts with what comes first: the motion or the spindle. A
+// spindle that is stopped after some ticks, as at the start of a session in the window, does not count.
+TEST(MotionMeter, ClockStartsWithTheFirstMotionOrTheSpindle) {
+  const auto time = [](double moves_from_s, double turns_from_s) {
+    const ScoreSheet sheet = MeasureMotion(10, 0, [&](MotionTick& tick) {
+      tick.X_WT.p_AB = std::max(0.0, tick.time_s - moves_from_s) * Vec3(0, 0, -50);
+      tick.turns = tick.time_s < 0.01 || tick.time_s > turns_from_s;
+    });
+    return sheet.Get("time_total_s").value();
+  };
+  // The tool moves by half a millimetre in 0.01 s.
+  EXPECT_NEAR(time(4, 100), 6, 0.012);
+  EXPECT_NEAR(time(4, 7), 6, 0.012);
+  EXPECT_NEAR(time(7, 4), 6, 0.002);
+  EXPECT_NEAR(time(0, 4), 10, 0.012);
+  EXPECT_NEAR(time(100, 0), 10, 1e-9);
+  EXPECT_NEAR(time(100, 100), 10, 1e-9);  // nothing happened
+  const ScoreSheet turned = MeasureMotion(10, 0, [](MotionTick& tick) {
+    tick.turns = false;
+    tick.X_WT.R_AB = glm::angleAxis(tick.time_s < 3 ? 0.0 : 0.1, Vec3(1, 0, 0));
+  });
+  EXPECT_NEAR(turned.Get("time_total_s").value(), 7, 0.002);
+}
+
 TEST(MotionMeter, JitterIsTheMedianOfATremor) {
   for (const double Hz : {8.0, 10.0, 12.0}) {
     const double amplitude_mm = 0.4;

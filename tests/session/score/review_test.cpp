@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string>
 
@@ -135,7 +136,15 @@ TEST(Review, SaysWhyAnAttemptHasNoScore) {
   ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);
   sheet.incomplete = {"the exercise is not finished"};
   SetValue(sheet, "line_share", 0.45);
-  EXPECT_THAT(Headline(sheet), HasSubstr("followed 45 % of the line, and at least 80 %"));
+  SetValue(sheet, "cut_share", 0.28);
+  EXPECT_EQ(
+      Headline(sheet),
+      "You have made 28 % of the wanted cut and followed 45 % of the line; a score needs at least 80 % of the line. "
+      "Cut along the whole line.");
+  // What could not be measured is left out, and so is its cross.
+  SetValue(sheet, "plane_offset_mm", std::nullopt);
+  CalcTotal(sheet);
+  EXPECT_EQ(MakeReview(sheet).figures.size(), kReviewFigures - 1);
   SetValue(sheet, "removed_mm3", 0);
   EXPECT_THAT(Headline(sheet), HasSubstr("Nothing was cut"));
   SetValue(sheet, "removed_mm3", 5);
@@ -145,6 +154,122 @@ TEST(Review, SaysWhyAnAttemptHasNoScore) {
   const ExerciseReview none = MakeReview(MakeSheet({}));
   EXPECT_THAT(FormatMessage(none.headline), HasSubstr("not an exercise"));
   EXPECT_TRUE(none.figures.empty());
+}
+
+TEST(Review, UnfinishedOsteotomySaysHowMuchIsCutAndNamesNoLine) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kOsteotomy);
+  sheet.incomplete = {"the exercise is not finished"};
+  SetValue(sheet, "line_share", 0);
+  SetValue(sheet, "cut_share", 0.28);
+  EXPECT_EQ(Headline(sheet),
+            "You have made 28 % of the planned cut. There is a score if you go on until the bone is cut through.");
+}
+
+// Two grooves, 6 and 9 mm beside the line: they have no common plane, and the line was "followed" beside it.
+TEST(Review, AttemptBesideTheLineSaysSoAndShowsNoFiguresWithoutSense) {
+  const auto keys = [](const ExerciseReview& review) {
+    std::set<std::string> found;
+    for (const auto* list : {&review.figures, &review.rest}) {
+      for (const ReviewFigure& figure : *list) found.insert(figure.info->key);
+    }
+    return found;
+  };
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);
+  sheet.incomplete = {"the exercise is not finished"};
+  sheet.beside_mm = 7.5;
+  sheet.farthest_mm = 9.5;
+  SetValue(sheet, "line_share", 0.73);
+  SetValue(sheet, "cut_share", 0);
+  SetValue(sheet, "outside_mm3", 12);
+  SetValue(sheet, "plane_offset_mm", 32.3);
+  SetValue(sheet, "plane_angle_deg", 89.1);
+  CalcTotal(sheet);
+  const ExerciseReview review = MakeReview(sheet);
+  EXPECT_EQ(
+      FormatMessage(review.headline),
+      "You cut beside the line, on average 7.5 mm from it. Set the blade on the line before you go into the bone.");
+  const std::set<std::string> shown = keys(review);
+  for (const char* key : {"plane_offset_mm", "plane_angle_deg", "plane_roll_deg", "line_share"}) {
+    EXPECT_FALSE(shown.contains(key)) << key;
+  }
+  EXPECT_STREQ(review.figures.front().info->key, "outside_mm3");
+  // A single groove has a plane, also beside the line.
+  SetValue(sheet, "plane_offset_mm", 7.5);
+  SetValue(sheet, "plane_angle_deg", 1);
+  EXPECT_TRUE(keys(MakeReview(sheet)).contains("plane_offset_mm"));
+  // A graded attempt keeps the figures that cost points, without the values that make no sense.
+  sheet.incomplete.clear();
+  SetValue(sheet, "cut_share", 0.5);
+  SetValue(sheet, "plane_angle_deg", 89.1);
+  CalcTotal(sheet);
+  const ExerciseReview graded = MakeReview(sheet);
+  EXPECT_THAT(FormatMessage(graded.headline), HasSubstr("on average 7.5 mm from it"));
+  ASSERT_STREQ(graded.figures[0].info->key, "plane_offset_mm");
+  EXPECT_FALSE(graded.figures[0].value);
+  // An unfinished cut in the right place is not beside the line.
+  sheet.beside_mm = 0.1;
+  sheet.incomplete = {"the exercise is not finished"};
+  EXPECT_THAT(Headline(sheet), HasSubstr("followed 73 % of the line"));
+}
+
+TEST(Review, OsteotomyNamesTheNerveThatThePlaneCrosses) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kOsteotomy);
+  ASSERT_TRUE(MakeReview(sheet).nerve);
+  EXPECT_EQ(FormatMessage(*MakeReview(sheet).nerve),
+            "The blade came no nearer than 2.6 mm to the nerve canal. The planned plane crosses the canal, so its "
+            "distance is not scored.");
+  SetValue(sheet, "breach_mm3", 3.3);
+  SetValue(sheet, "breaches", 1);
+  SetValue(sheet, "nerve_distance_mm", -1.2);
+  const double total = sheet.total.value();
+  CalcTotal(sheet);
+  EXPECT_EQ(sheet.total.value(), total);
+  EXPECT_EQ(
+      FormatMessage(*MakeReview(sheet).nerve),
+      "The nerve canal was cut, and 3.3 mm³ of it were removed. The planned plane crosses the canal, so this costs "
+      "no points.");
+  SetValue(sheet, "breach_mm3", 0.01);
+  EXPECT_THAT(FormatMessage(*MakeReview(sheet).nerve), HasSubstr("touched the nerve canal"));
+  for (const ExerciseKind kind : kReviewed) {
+    EXPECT_EQ(MakeReview(PerfectSheet(kind)).nerve.has_value(), kind == ExerciseKind::kOsteotomy);
+  }
+}
+
+TEST(Review, LostPointsOfAllFiguresAddUpToTheRoundedTotal) {
+  for (const ExerciseKind kind : kReviewed) {
+    for (const double step : {0.02, 0.1, 0.3, 0.9}) {
+      ScoreSheet sheet = PerfectSheet(kind);
+      double value = 0;
+      for (const Goal& goal : GoalsOf(kind)) SetValue(sheet, goal.key, value += step);
+      SetValue(sheet, "cut_share", 1 - 0.2 * step);
+      CalcTotal(sheet);
+      const ExerciseReview review = MakeReview(sheet);
+      int sum = 0;
+      for (const auto* list : {&review.figures, &review.rest}) {
+        for (const ReviewFigure& figure : *list) {
+          sum += figure.lost_points;
+          EXPECT_NEAR(figure.lost_points, figure.lost.value_or(0), 1) << figure.info->key;
+          EXPECT_FALSE(figure.lost_points > 0 && figure.level == ReviewLevel::kGood) << figure.info->key;
+          if (figure.lost_points > 0 && figure.relation == GoalRelation::kEqual && figure.value) {
+            const Quantity goal{figure.goal->value, figure.value->digits, figure.goal->unit};
+            EXPECT_NE(FormatQuantity(*figure.value), FormatQuantity(goal)) << figure.info->key;
+          }
+        }
+      }
+      EXPECT_EQ(sum, 100 - std::lround(sheet.total.value()));
+    }
+  }
+}
+
+TEST(Review, HandThatDoesNotTrembleIsNotPraisedForIt) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kFollowLine);  // whose weights are the same
+  for (const char* key : {"plane_offset_mm", "plane_angle_deg", "outside_mm3"}) SetValue(sheet, key, 10);
+  SetValue(sheet, "jitter_mm", 0.01);
+  CalcTotal(sheet);
+  EXPECT_THAT(FormatMessage(MakeReview(sheet).praise.value()), HasSubstr("trembled by only 0.01 mm"));
+  SetValue(sheet, "jitter_mm", 0.001);
+  CalcTotal(sheet);
+  EXPECT_THAT(FormatMessage(MakeReview(sheet).praise.value()), testing::Not(HasSubstr("trembled")));
 }
 
 TEST(Review, FiguresAreThoseOfTheExercise) {
@@ -166,7 +291,8 @@ TEST(Review, FiguresAreThoseOfTheExercise) {
     for (const Goal& goal : GoalsOf(kind)) EXPECT_TRUE(keys.contains(goal.key)) << goal.key;
     EXPECT_EQ(keys.contains("plunge_max_mm"), kind == ExerciseKind::kBicortical || kind == ExerciseKind::kOsteotomy ||
                                                   kind == ExerciseKind::kStopBeforeFar);
-    EXPECT_EQ(keys.contains("nerve_distance_mm"), kind == ExerciseKind::kBesideCanal);
+    EXPECT_EQ(keys.contains("nerve_distance_mm"),
+              kind == ExerciseKind::kBesideCanal || kind == ExerciseKind::kOsteotomy);
   }
 }
 
@@ -181,8 +307,10 @@ TEST(Review, LabelsAreShortAndUnique) {
 }
 
 TEST(Review, LevelsFollowThePoints) {
-  for (const auto& [value, level] :
-       {std::pair{0.9, ReviewLevel::kGood}, {2.0, ReviewLevel::kWarn}, {3.5, ReviewLevel::kBad}}) {
+  for (const auto& [value, level] : {std::pair{0.05, ReviewLevel::kGood},
+                                     {0.9, ReviewLevel::kWarn},
+                                     {2.0, ReviewLevel::kWarn},
+                                     {3.5, ReviewLevel::kBad}}) {
     ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);  // half of the points at 2 mm
     SetValue(sheet, "plane_offset_mm", value);
     CalcTotal(sheet);

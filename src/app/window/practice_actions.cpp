@@ -1,0 +1,88 @@
+// Entries of the menu of exercises.
+#include "app/window/practice.h"
+#include "view/ui/translate.h"
+
+namespace kerf {
+
+void Practice::AddActions(ActionList& actions) {
+  actions.Add({.id = "exercise.finish",
+               .menu = Msg("Exercise"),
+               .label = Msg("Finish and see the score"),
+               .shortcut = {Key::kEnter},
+               .run = [this] { Finish(true); },
+               .enabled = [this] { return state_ == State::kCutting && viewer_->is_running(); },
+               .relevant = [this] { return state_ == State::kCutting; },
+               .button = Msg("Finish")});
+  actions.Add({.id = "exercise.leave",
+               .menu = Msg("Exercise"),
+               .label = Msg("Leave without a score"),
+               .shortcut = {Key::kEscape},
+               .run = [this] { Leave(); },
+               .enabled = [this] { return state_ == State::kCutting && viewer_->is_running(); }});
+  const auto at_result = [this] { return state_ == State::kResult; };
+  actions.Add({.id = "exercise.step",
+               .menu = Msg("Exercise"),
+               .label = Msg("Recommended next step"),
+               .shortcut = {Key::kEnter},
+               .run = [this] { DoNextStep(); },
+               .enabled = at_result,
+               .relevant = at_result,
+               .button = Msg("Next step")});
+  actions.Add({.id = "exercise.again",
+               .menu = Msg("Exercise"),
+               .label = Msg("Try again"),
+               .shortcut = {Key::kA},
+               .run = [this] { Start(exercise_->id, options_.level); },
+               .enabled = at_result,
+               .relevant = at_result,
+               .button = Msg("Try again")});
+  actions.Add({.id = "exercise.replay",
+               .menu = Msg("Exercise"),
+               .label = Msg("Watch the attempt beside the expert's"),
+               .shortcut = {Key::kW},
+               .run = [this] { Replay(); },
+               .enabled = at_result,
+               .relevant = at_result,
+               .button = Msg("Watch")});
+  actions.Add({.id = "exercise.restart_replay",
+               .menu = Msg("Exercise"),
+               .label = Msg("Watch from the beginning"),
+               .shortcut = {Key::kEnter},
+               .run = [this] { replay_s_ = 0; },
+               .enabled = [this] { return state_ == State::kReplaying; }});
+  actions.Add({.id = "exercise.end_replay",
+               .menu = Msg("Exercise"),
+               .label = Msg("Return to the result"),
+               .shortcut = {Key::kEscape},
+               .run = [this] { EndReplay(); },
+               .enabled = [this] { return state_ == State::kReplaying; },
+               .relevant = [this] { return state_ == State::kReplaying; },
+               .button = Msg("Back to the result")});
+  actions.Add({.id = "exercise.next",
+               .menu = Msg("Exercise"),
+               .label = Msg("Next level"),
+               .shortcut = {Key::kN},
+               .run = [this] { Start(exercise_->id, options_.level + 1); },
+               .enabled = [this] { return state_ == State::kResult && options_.level < kLevels; }});
+  actions.Add({.id = "exercise.list",
+               .menu = Msg("Exercise"),
+               .label = Msg("Other exercises"),
+               .shortcut = {Key::kEscape},
+               .run = [this] { Choose(); },
+               .enabled = [this] { return state_ == State::kResult; }});
+}
+
+std::vector<TourStep> Practice::tour() const {
+  return {{Tr("Choose an exercise"),
+           Tr("Click the blue button to begin with the recommended exercise. Each level has one aid less than the one "
+              "before. The numbers are your best scores.")},
+          {Tr("Cut"),
+           Tr("Space switches the spindle on and off. Move the saw with the arrow keys, or by dragging with the left "
+              "mouse button. The card at the top says the next step, and the left column shows the depth. The clock "
+              "starts when you move the saw or switch the spindle on.")},
+          {Tr("See how you did"),
+           Tr("Enter finishes the exercise. The first sentence of the result says what to do better. W shows your saw "
+              "beside that of the expert, and A tries again. F1 shows all keys, and this tour is in the menu Help.")}};
+}
+
+}  // namespace kerf

@@ -1,0 +1,186 @@
+// The score of an attempt, its result, and the attempt beside that of the expert.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "app/window/cut_panel.h"
+#include "app/window/practice.h"
+#include "base/files/files.h"
+#include "kerf/error.h"
+#include "loop/record/recording.h"
+#include "view/ui/translate.h"
+
+namespace kerf {
+namespace {
+
+/// Speed of the replay beside the expert, as a multiple of real time.
+constexpr double kReplaySpeed = 1;
+
+/// Returns the path of the score sheet next to a recording.
+std::string PageOf(const std::string& recording) {
+  return recording.substr(0, recording.rfind('.')) + ".html";
+}
+
+}  // namespace
+
+/// Scores the session from what was measured while it ran; if ticks are missing, from its recording.
+void Practice::Score(std::shared_ptr<const Bone> before, Bone after) {
+  state_ = State::kScoring;
+  scoring_ = std::async(std::launch::async,
+                        [this, file = recordings_.back(), before = std::move(before), after = std::move(after),
+                         meter = meter_, nerve = std::shared_ptr<const RegionDistance>(std::move(nerve_))] {
+                          RecordingReader recording(file);
+                          if (meter->is_complete() && recording.damage().state == RecordingState::kWhole) {
+                            return meter->Score(recording, *before, after, nerve.get());
+                          }
+                          ScoreOptions score;
+                          score.stop = &stop_scoring_;
+                          return ScoreRecording(recording, score, [this](const std::string& stage, double fraction) {
+                            const std::lock_guard lock(mutex_);
+                            scoring_stage_ = stage;
+                            scoring_fraction_ = fraction;
+                          });
+                        });
+}
+
+void Practice::TakeSheet() {
+  try {
+    sheet_ = scoring_.get();
+    WriteTextFile(PageOf(recordings_.back()), FormatSheetHtml(*sheet_));
+  } catch (const Error& e) {
+    viewer_->Say(e.what());
+    if (!sheet_) return Choose();
+  }
+  review_ = MakeReview(*sheet_);
+  SaveAttempt();
+  next_ = Recommend(attempts_, exercise_->id, options_.level);
+  has_next_ = true;
+  state_ = State::kResult;
+  nlohmann::json figures = nlohmann::json::array();
+  for (const ReviewFigure& figure : review_->figures) figures.push_back(figure.info->key);
+  viewer_->trace().Write("score", {{"total", sheet_->total ? nlohmann::json(*sheet_->total) : nullptr},
+                                   {"headline", FormatMessage(review_->headline)},
+                                   {"nerve", review_->nerve ? FormatMessage(*review_->nerve) : ""},
+                                   {"figures", std::move(figures)},
+                                   {"next_exercise", next_.exercise},
+                                   {"next_level", next_.level},
+                                   {"sheet", nlohmann::json(SheetJson(*sheet_))}});
+  wants_replay_ = false;
+  checks_.Begin(scene_, recordings_.back(), *sheet_);
+}
+
+/// Adds the attempt to the history and to what the recommendations consider.
+void Practice::SaveAttempt() {
+  if (sheet_->Get("removed_mm3").value_or(0) <= 0) {
+    stored_ = Tr("Nothing was cut, so the attempt is not saved");
+    return viewer_->Say(stored_);
+  }
+  Attempt attempt;
+  attempt.exercise = exercise_->id;
+  attempt.level = options_.level;
+  attempt.total = sheet_->total;
+  attempt.incomplete = fmt::format("{}", fmt::join(sheet_->incomplete, "; "));
+  attempts_.push_back(attempt);
+  if (!history_) {
+    unnamed_.push_back(*sheet_);
+    stored_ = Tr("The attempt is not saved, because no name was entered.");
+    return;
+  }
+  try {
+    history_->Add(MakeAttempt(*sheet_, options_.student));
+    stored_ = fmt::format(fmt::runtime(Tr("The attempt is saved for {}")), options_.student);
+  } catch (const Error& e) {
+    stored_ = fmt::format(fmt::runtime(Tr("Not saved: {}; use 'kerf practise --hand-in {}' later")), e.what(),
+                          recordings_.back());
+  }
+  viewer_->Say(stored_);
+}
+
+void Practice::TakeChecks() {
+  const ResultChecks::News news = checks_.Take();
+  if (news.expert) viewer_->trace().Write("expert");
+  if (news.verified) {
+    viewer_->trace().Write("verified", {{"same", *checks_.verified()}});
+    if (!*checks_.verified()) {
+      viewer_->Say(Tr("The replay of the recording gives another score: compare it with 'kerf score'"));
+    }
+  }
+  if (!news.failure.empty()) viewer_->Say(news.failure);
+  if (wants_replay_ && checks_.expert() && state_ == State::kResult) Replay();
+}
+
+void Practice::DrawResultDialog(Ui& ui) {
+  const ResultContents contents{.title = Tr(exercise_->title.c_str()),
+                                .level = options_.level,
+                                .sheet = *sheet_,
+                                .review = *review_,
+                                .next = next_,
+                                .verified = checks_.verified(),
+                                .verification_failed = checks_.failed(),
+                                .stored = stored_,
+                                .asks_name = options_.student.empty() && !unnamed_.empty(),
+                                .expert_ready = checks_.expert() != nullptr};
+  switch (DrawResult(ui, contents)) {
+    case ResultChoice::kNone:
+      break;
+    case ResultChoice::kStep:
+      clicked_ = [this] { DoNextStep(); };
+      break;
+    case ResultChoice::kAgain:
+      clicked_ = [this] { Start(exercise_->id, options_.level); };
+      break;
+    case ResultChoice::kNextLevel:
+      clicked_ = [this] { Start(exercise_->id, options_.level + 1); };
+      break;
+    case ResultChoice::kReplay:
+      clicked_ = [this] { Replay(); };
+      break;
+    case ResultChoice::kList:
+      clicked_ = [this] { Choose(); };
+      break;
+    case ResultChoice::kName:
+      clicked_ = [this] { AskName(); };
+      break;
+  }
+}
+
+void Practice::DoNextStep() {
+  if (next_.kind == NextStep::Kind::kFinished) return Choose();
+  Start(next_.exercise, next_.level);
+}
+
+void Practice::Replay() {
+  if (!checks_.expert()) {
+    wants_replay_ = true;
+    return viewer_->Say(Tr("The expert's attempt is being computed; the replay begins as soon as it is ready"));
+  }
+  wants_replay_ = false;
+  pair_ = MakeReplayPair(*track_, *checks_.expert(), *gauge_);
+  replay_s_ = 0;
+  state_ = State::kReplaying;
+  const WantedCut& cut = gauge_->cut();
+  viewer_->view().SetTool(MakeTool(scene_));
+  viewer_->view().SetToolColour(kMadeColour);
+  viewer_->view().SetGuides({{.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})}}});
+  viewer_->view().SetPlaneLines({{.lines_W = {pair_->student_line_W}, .colour = kMadeColour},
+                                 {.lines_W = {pair_->expert_line_W}, .colour = kWantedColour}});
+  UpdateReplay(0);
+}
+
+void Practice::EndReplay() {
+  viewer_->view().ClearTool();
+  viewer_->view().SetGhost({});
+  viewer_->view().SetPlaneLines({});
+  ShowGoal();
+  state_ = State::kResult;
+}
+
+void Practice::UpdateReplay(double dt_s) {
+  replay_s_ = std::min(replay_s_ + kReplaySpeed * dt_s, pair_->duration_s());
+  const TrackPoint student = pair_->student.Calc(replay_s_);
+  viewer_->view().SetToolPose(student.X_WT, student.rpm, 0);
+  viewer_->view().SetGhost(pair_->expert.Calc(replay_s_).X_WT);
+}
+
+}  // namespace kerf
