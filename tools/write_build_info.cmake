@@ -1,8 +1,11 @@
 cmake_policy(VERSION 3.25)
 # Writes kerf_build_info.h with the version and the commit. Runs at every build and changes the file only if needed.
+# COMMIT: the commit, for sources without their history.
 execute_process(COMMAND git -C ${SOURCE_DIR} rev-parse --short=12 HEAD OUTPUT_VARIABLE commit
                 OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
-if(failed)
+if(COMMIT)
+  set(commit ${COMMIT})
+elseif(failed)
   set(commit unknown)
 else()
   execute_process(COMMAND git -C ${SOURCE_DIR} diff --quiet HEAD -- ERROR_QUIET RESULT_VARIABLE changed)
