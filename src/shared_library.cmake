@@ -36,14 +36,17 @@ endif()
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 install(TARGETS kerf_shared ${kerf_installed} EXPORT kerf
-        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/kerf DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(EXPORT kerf NAMESPACE kerf:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kerf FILE kerfTargets.cmake)
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT library-dev
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library-dev)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/kerf DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT library-dev)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/libkerf-dev COMPONENT library-dev
+        PATTERN "*.py" EXCLUDE PATTERN "notebooks" EXCLUDE)
+install(EXPORT kerf NAMESPACE kerf:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kerf FILE kerfTargets.cmake COMPONENT library-dev)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/kerfConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_SOURCE_DIR}/packaging/kerfConfig.cmake ${PROJECT_BINARY_DIR}/kerfConfigVersion.cmake
-        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kerf)
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kerf COMPONENT library-dev)
 # The file names its prefix relative to itself, so that the installation can be moved.
 file(RELATIVE_PATH kerf_pc_prefix ${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
 string(REGEX REPLACE "/$" "" kerf_pc_prefix "${kerf_pc_prefix}")
 configure_file(${PROJECT_SOURCE_DIR}/packaging/kerf.pc.in ${PROJECT_BINARY_DIR}/kerf.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/kerf.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+install(FILES ${PROJECT_BINARY_DIR}/kerf.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT library-dev)

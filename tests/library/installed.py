@@ -17,6 +17,8 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 EXAMPLES = ROOT / "examples"
+sys.path.insert(0, str(ROOT / "tests/app/window"))
+import drive  # noqa: E402
 
 
 def run(*command, code=0, **options):
@@ -43,12 +45,54 @@ def check_symbols(library):
     assert not unknown, f"{len(unknown)} symbols belong to no public header:\n" + "\n".join(unknown[:20])
 
 
+def check_program(prefix, folder):
+    """The installed program finds what is installed with it, in any folder and without the source tree."""
+    folder = folder / "anywhere"
+    folder.mkdir()
+    kerf = prefix / "bin/kerf"
+    found = run(kerf, "run", "scenes/slot_in_block.toml", "-o", "out", "--json", cwd=folder)
+    assert json.loads(found)["scene"] == "slot_in_block", found
+    # A file of the current folder comes first, and one that kerf does not have is named as it was given.
+    (folder / "scenes").mkdir()
+    (folder / "scenes/slot_in_block.toml").write_text("title = 7\n")
+    assert run(kerf, "check", "scenes/slot_in_block.toml", code=1, cwd=folder).startswith("kerf: scenes/slot_in_block.toml:1:")
+    assert "scenes/none.toml: " in run(kerf, "check", "scenes/none.toml", code=1, cwd=folder)
+    for outside in ("../kerf/scenes/ball_slot.toml", "../../bin/kerf"):
+        assert outside in run(kerf, "check", outside, code=1, cwd=folder)
+    # Results are never written into the installation.
+    run(kerf, "model", "block", "-o", "volumes/block.vdb", code=1, cwd=folder)
+    run(kerf, "calibrate", "examples/synthetic_forces.csv", cwd=folder)
+    binaries = [p for p in prefix.rglob("*") if p.is_file() and p.read_bytes()[:4] == b"\x7fELF"]
+    assert {p.name for p in binaries} >= {"kerf", "kerf_program"}, binaries
+    for binary in binaries:
+        assert str(ROOT).encode() not in binary.read_bytes(), f"{binary} contains the path of the source tree"
+
+
+def check_language(prefix, folder):
+    """The window of the installed program has its German catalogue from the installation."""
+    if any(shutil.which(program) is None for program in drive.PROGRAMS):
+        print("not checked: the language of the window, because Xvfb or xdotool is not installed")
+        return
+    settings = folder / "config/kerf/window.json"
+    settings.parent.mkdir(parents=True)
+    settings.write_text('{"tour_shown": true, "language": "de"}')
+    environment = {"XDG_CONFIG_HOME": str(folder / "config"), "XDG_DATA_HOME": str(folder / "data")}
+    with drive.Display() as display:
+        window = drive.Window(display, prefix / "bin/kerf", ["practise"], folder, environment)
+        mapped = pathlib.Path(f"/proc/{window.process.pid}/maps").read_text()
+        window.close()
+        window.wait_end()
+    assert str(prefix / "share/locale/de/LC_MESSAGES/kerf.mo") in mapped, "the German catalogue was not loaded"
+
+
 def main():
     build = pathlib.Path(sys.argv[1]).resolve()
     folder = pathlib.Path(tempfile.mkdtemp(prefix="kerf_installed_"))
     try:
         prefix = folder / "usr"
         run("cmake", "--install", build, "--prefix", prefix)
+        check_program(prefix, folder)
+        check_language(prefix, folder)
         library = next(prefix.glob("lib*/**/libkerf.so"), None)
         assert library, "libkerf.so is not installed"
         check_symbols(library)

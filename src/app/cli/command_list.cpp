@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/cli/commands.h"
+#include "base/files/installed.h"
 
 namespace kerf::cli {
 namespace {
@@ -33,7 +34,8 @@ struct Example {
   const char* line;
 };
 
-// Each example can be run from the root of a clone; tests/app/cli/reference_test.cpp checks that every command has one.
+// Each example can be run from the root of a clone and, if kerf is installed, in any folder;
+// tests/app/cli/reference_test.cpp checks that every command has one.
 constexpr Example kExamples[] = {
     {"import", "kerf import dicom_folder -o out/patient.vdb --voxel 0.2"},
     {"model", "kerf model block -o out/block.vdb"},
@@ -87,6 +89,14 @@ void RemoveEmptyDefaults(CLI::App& command) {
   for (CLI::App* child : command.get_subcommands({})) RemoveEmptyDefaults(*child);
 }
 
+/// Lets the inputs of a command name files that are installed with kerf.
+void FindInputs(CLI::App& command) {
+  for (CLI::Option* option : command.get_options()) {
+    if (option->get_positional()) option->transform(FindInput);
+  }
+  for (CLI::App* child : command.get_subcommands({})) FindInputs(*child);
+}
+
 }  // namespace
 
 void AddCommands(CLI::App& app) {
@@ -98,6 +108,7 @@ void AddCommands(CLI::App& app) {
     for (std::size_t i = before; i < commands.size(); ++i) commands[i]->group(group.name);
   }
   RemoveEmptyDefaults(app);
+  FindInputs(app);
   for (const Example& example : kExamples) {
     CLI::App* command = FindCommand(app, example.command);
     if (command != nullptr && !command->get_allow_extras()) command->footer(std::string("Example:\n  ") + example.line);

@@ -40,7 +40,12 @@ of the disc and z along the spindle. Forces are forces on the tool.)"},
 
 Every file is written to a temporary file next to it, which is then renamed, so
 that an existing file stays intact until the new one is complete. docs/formats.md
-describes each format.)"},
+describes each format.
+
+scenes/..., volumes/... and examples/... are files that come with kerf. An installed
+kerf also finds them if they do not exist in the current folder: they are in
+share/kerf of the installation, such as /usr/share/kerf. Its documentation, docs/...,
+is in share/doc/kerf.)"},
     {"exit-codes", "Exit codes of all commands",
      R"(0   success
 1   failure: one sentence on stderr gives the reason

@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <string_view>
 
+#include "base/files/installed.h"
+
 // Counts changes of the language, so that gettext discards what it has looked up (GNU gettext manual, "Changing the
 // language at run time").
 extern "C" int _nl_msg_cat_cntr;  // NOLINT(bugprone-reserved-identifier)
@@ -30,13 +32,20 @@ std::string UserFolder() {
   return home != nullptr ? std::string(home) + "/.local/share/kerf/locale" : std::string();
 }
 
+/// Returns the folders that may contain catalogues: the user's, that of a build, also for its tests, and the installed
+/// one.
+std::vector<std::string> CatalogueFolders() {
+  const std::string program = FindProgramFolder();
+  return {UserFolder(), program + "/locale", program + "/../locale", FindShareFolder() + "/locale"};
+}
+
 std::string CatalogueOf(const std::string& folder, const std::string& code) {
   return fmt::format("{}/{}/LC_MESSAGES/{}.mo", folder, code, kDomain);
 }
 
 /// Returns the folder with a catalogue of the language; empty if there is none.
 std::string FolderOf(const std::string& code) {
-  for (const std::string& folder : {UserFolder(), std::string(KERF_LOCALE_DIR)}) {
+  for (const std::string& folder : CatalogueFolders()) {
     std::error_code error;
     if (!folder.empty() && fs::exists(CatalogueOf(folder, code), error)) return folder;
   }
@@ -48,7 +57,8 @@ void Use(const std::string& code) {
   std::setlocale(LC_MESSAGES, "C.UTF-8");
   setenv("LANGUAGE", code.c_str(), 1);
   const std::string folder = FolderOf(code);
-  bindtextdomain(kDomain, folder.empty() ? KERF_LOCALE_DIR : folder.c_str());
+  // A folder without catalogues gives English.
+  bindtextdomain(kDomain, folder.empty() ? "/" : folder.c_str());
   bind_textdomain_codeset(kDomain, "UTF-8");
   ++_nl_msg_cat_cntr;
   g_language = folder.empty() ? "en" : code;
@@ -70,7 +80,7 @@ std::string FromEnvironment() {
 std::vector<Language> ListLanguages() {
   std::vector<Language> languages{{"en", "English"}};
   const std::string current = g_language;
-  for (const std::string& folder : {UserFolder(), std::string(KERF_LOCALE_DIR)}) {
+  for (const std::string& folder : CatalogueFolders()) {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(folder, error)) {
       const std::string code = entry.path().filename().string();

@@ -14,7 +14,8 @@ struct Language {
 };
 
 /// Returns English and the languages for which a catalogue was found. A catalogue is a file
-/// FOLDER/CODE/LC_MESSAGES/kerf.mo in ~/.local/share/kerf/locale, or in the folder of the program's own catalogues.
+/// FOLDER/CODE/LC_MESSAGES/kerf.mo in ~/.local/share/kerf/locale, or in the folder of the program's own catalogues,
+/// which is beside the program or in share/locale of its installation.
 std::vector<Language> ListLanguages();
 /// Sets the language of Tr(). Empty: that of the environment (LANGUAGE, LC_ALL, LC_MESSAGES, LANG); a language without
 /// catalogue gives English. Not safe while another thread calls Tr().

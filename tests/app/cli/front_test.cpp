@@ -59,8 +59,8 @@ TEST_F(Front, ReportsTheMissingProgram) {
   EXPECT_EQ(Shell("./kerf --version"), Kerf("--version").out);
   EXPECT_EQ(Shell("./kerf --help"), Kerf("--help").out);
   EXPECT_THAT(Shell("./kerf info x.vdb"),
-              testing::MatchesRegex("kerf: .*/kerf_program, which must be in the folder of "
-                                    "kerf, can't be started: No such file or directory\nfailed"));
+              testing::MatchesRegex("kerf: .*/kerf_program, a part of kerf, can't be started: No such file or "
+                                    "directory\nfailed"));
 }
 
 }  // namespace

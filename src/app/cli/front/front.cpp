@@ -1,5 +1,6 @@
-// Front program `kerf`: answers --version and --help itself; for everything else it is replaced by kerf_program in the
-// same folder. kerf_program loads about a hundred shared libraries, which takes a tenth of a second or more.
+// Front program `kerf`: answers --version and --help itself; for everything else it is replaced by kerf_program, which
+// is in the same folder or, if kerf is installed, in a folder for programs that only other programs start. kerf_program
+// loads about a hundred shared libraries, which takes a tenth of a second or more.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -44,15 +45,17 @@ int main(int argc, char** argv) {
                  static_cast<unsigned long long>(kMinBytes >> 10));
     return 1;
   }
-  std::string program;
   try {
-    program = FindFolder() + "/kerf_program";
+    const std::string folder = FindFolder();
+    std::string program = folder + "/kerf_program";
+    execv(program.c_str(), argv);
+    if (errno == ENOENT) {
+      program = folder + "/" KERF_PROGRAM_FOLDER "/kerf_program";
+      execv(program.c_str(), argv);
+    }
+    std::fprintf(stderr, "kerf: %s, a part of kerf, can't be started: %s\n", program.c_str(), std::strerror(errno));
   } catch (const std::bad_alloc&) {
     std::fputs("kerf: not enough memory to start\n", stderr);
-    return 1;
   }
-  execv(program.c_str(), argv);
-  std::fprintf(stderr, "kerf: %s, which must be in the folder of kerf, can't be started: %s\n", program.c_str(),
-               std::strerror(errno));
   return 1;
 }
