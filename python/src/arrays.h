@@ -67,7 +67,7 @@ class Table {
  public:
   /// `describe(visitor)` visits the columns of an empty row.
   template <typename DescribeRow>
-  explicit Table(DescribeRow&& describe) {
+  explicit Table(const DescribeRow& describe) {
     ColumnLister lister;
     describe(lister);
     columns_ = lister.columns();
