@@ -45,14 +45,22 @@ def _call(arguments: Sequence[str], codes: tuple[int, ...] = (0,), progress: Any
             process.send_signal(signal.SIGINT)
             process.wait()
             raise
-        if process.returncode not in codes:
+        document = _parse(text) if process.returncode in codes else None
+        if document is None:
             messages.seek(0)
             lines = messages.read().decode(errors="replace").strip().splitlines()
             sentence = next((line for line in reversed(lines) if line.startswith("kerf: ")), "")
             sentence = sentence.removeprefix("kerf: ").removeprefix("error: ")
             raise _kerf.Error(sentence or f"'{' '.join(command)}' ended with exit code {process.returncode}")
-    document: dict[str, Any] = json.loads(text)
     return document
+
+
+def _parse(text: str) -> dict[str, Any] | None:
+    try:
+        document = json.loads(text)
+    except json.JSONDecodeError:
+        return None
+    return document if isinstance(document, dict) else None
 
 
 def _read_csv(path: pathlib.Path) -> Any:

@@ -96,10 +96,24 @@ py::tuple ImportFile(const std::filesystem::path& path, const std::optional<Mate
   return py::make_tuple(Share(std::move(imported.bone)), report);
 }
 
-SharedBone MakeLabelBone(const py::array_t<std::uint8_t, py::array::f_style | py::array::forcecast>& labels,
-                         const std::map<int, int>& regions, double voxel_mm, const py::object& spacing_mm,
-                         const py::object& pose, const std::optional<MaterialTable>& materials) {
-  if (labels.ndim() != 3) throw Error("labels must have three dimensions");
+using Labels = py::array_t<std::uint8_t, py::array::f_style | py::array::forcecast>;
+
+/// Throws kerf::Error for numbers that uint8 cannot hold.
+Labels ToLabels(const py::array& array) {
+  const char kind = array.dtype().kind();
+  if (kind != 'b' && kind != 'i' && kind != 'u') throw Error("labels must be whole numbers");
+  if (array.ndim() != 3) throw Error("labels must have three dimensions");
+  if (array.size() > 0) {
+    const py::object lowest = array.attr("min")(), highest = array.attr("max")();
+    if (py::cast<double>(lowest) < 0 || py::cast<double>(highest) > 255) throw Error("labels must be 0 to 255");
+  }
+  return Labels::ensure(array);
+}
+
+SharedBone MakeLabelBone(const py::array& array, const std::map<int, int>& regions, double voxel_mm,
+                         const py::object& spacing_mm, const py::object& pose,
+                         const std::optional<MaterialTable>& materials) {
+  const Labels labels = ToLabels(array);
   LabelMap map;
   for (int i = 0; i < 3; ++i) map.size[static_cast<std::size_t>(i)] = static_cast<int>(labels.shape(i));
   map.spacing_mm = ToVec3(spacing_mm, "spacing_mm");
@@ -123,6 +137,7 @@ py::array AtPoints(const Bone& bone, const py::object& points_W, Get&& get) {
 }
 
 py::tuple MakeMesh(const Bone& bone, double adaptivity) {
+  if (!(adaptivity >= 0 && adaptivity <= 1)) throw Error("adaptivity must be 0 to 1");
   TriangleMesh mesh = [&] {
     const py::gil_scoped_release release;
     return ExtractSurface(bone, adaptivity);
@@ -267,7 +282,7 @@ Of a surface: mesh_units ('mm', 'cm', 'm', 'in', 'um'), mesh_shell_mm = 2 (thick
                   py::arg("spacing_mm") = py::make_tuple(1, 1, 1), py::arg("pose") = py::make_tuple(0, 0, 0), materials,
                   R"(Makes a bone of a label map.
 
-labels: array (nx, ny, nz) of uint8. regions: dict from label to region; other labels are not bone. spacing_mm: of the
+labels: array (nx, ny, nz) of whole numbers, 0 to 255. regions: dict from label to region; other labels are not bone. spacing_mm: of the
 lattice along its axes. pose: of the lattice in the world; its origin is the centre of voxel (0, 0, 0).)")
       .def_static(
           "read",

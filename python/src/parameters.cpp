@@ -4,6 +4,15 @@
 
 namespace kerf::python {
 
+std::string SuggestName(const std::string& name, const std::vector<std::string>& known) {
+  const py::list near = py::module_::import("difflib").attr("get_close_matches")(name, py::cast(known), 1);
+  if (!near.empty()) return "; did you mean '" + py::cast<std::string>(near[0]) + "'?";
+  if (known.empty()) return "; there are none";
+  std::string list;
+  for (const std::string& other : known) list += (list.empty() ? "" : ", ") + other;
+  return "; there are " + list;
+}
+
 py::object ParameterSetter::Take(const char* key) {
   if (!rest_.contains(key)) return {};
   return rest_.attr("pop")(key);
@@ -33,15 +42,7 @@ void ParameterSetter::operator()(const char* key, Quat& value, const char*) {
 void ParameterSetter::CheckRest(const char* whose) const {
   if (rest_.empty()) return;
   const std::string key = py::cast<std::string>(py::str(rest_.begin()->first));
-  std::string message = std::string(whose) + " has no parameter '" + key + "'";
-  const py::list near = py::module_::import("difflib").attr("get_close_matches")(key, py::cast(known_), 1);
-  if (!near.empty()) {
-    message += "; did you mean '" + py::cast<std::string>(near[0]) + "'?";
-  } else {
-    message += "; it has ";
-    for (std::size_t i = 0; i < known_.size(); ++i) message += (i == 0 ? "" : ", ") + known_[i];
-  }
-  throw Error(message);
+  throw Error(std::string(whose) + " has no parameter '" + key + "'" + SuggestName(key, known_));
 }
 
 void ParameterLister::Add(const std::string& key, const std::string& value, const std::string& meaning,

@@ -16,6 +16,9 @@
 
 namespace kerf::python {
 
+/// Returns "; did you mean 'teeth'?", or else the list of the known names.
+std::string SuggestName(const std::string& name, const std::vector<std::string>& known);
+
 /// Visitor that takes the values of described parameters out of keyword arguments.
 class ParameterSetter {
  public:

@@ -117,8 +117,19 @@ Result MakeHandResult(HandRun&& run) {
   return MakeResult(run, std::move(ticks));
 }
 
-Result RunScene(const SceneFile& scene, const std::shared_ptr<Bone>& bone,
+/// Reads the scene if its path is given.
+SceneFile ToScene(const py::object& scene) {
+  if (py::isinstance<SceneFile>(scene)) return py::cast<SceneFile>(scene);
+  try {
+    return SceneFile::Read(py::cast<std::filesystem::path>(scene).string());
+  } catch (const py::cast_error&) {
+    throw Error("scene must be a Scene or the path of one");
+  }
+}
+
+Result RunScene(const py::object& given, const std::shared_ptr<Bone>& bone,
                 const std::optional<std::filesystem::path>& record, const py::object& progress) {
+  const SceneFile scene = ToScene(given);
   if (bone && record) throw Error("a run with a bone of its own can't be recorded");
   return MakePathResult(RunLong(progress, "run", [&](Watch& watch) {
     const ShowProgress show = [&](double fraction) { return watch(fraction); };
@@ -127,8 +138,9 @@ Result RunScene(const SceneFile& scene, const std::shared_ptr<Bone>& bone,
   }));
 }
 
-Result RunSceneInHand(const SceneFile& scene, double seconds, bool real_time,
+Result RunSceneInHand(const py::object& given, double seconds, bool real_time,
                       const std::optional<std::filesystem::path>& record, const py::object& progress) {
+  const SceneFile scene = ToScene(given);
   return MakeHandResult(RunLong(progress, "run in hand", [&](Watch& watch) {
     HandRunOptions options;
     options.seconds = seconds;
@@ -187,7 +199,7 @@ void BindRuns(py::module_& m) {
                     "Of a replay: (time_s, what) of the first difference from the recording; None if there is none.");
   const auto progress = py::arg("progress") = py::none();
   m.def("run", &RunScene, py::arg("scene"), py::arg("bone") = py::none(), py::arg("record") = py::none(), progress,
-        R"(Runs a scene along its path, as `kerf run` does, with the same bits. In slab mode if the scene says so.
+        R"(Runs a Scene, or the file of that name, as `kerf run` does, with the same bits; in slab mode if it says so.
 
 bone: instead of the scene's. record: file name of a recording to be written, which must not exist. progress: None, False,
 or a function of the completed fraction.)");

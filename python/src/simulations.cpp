@@ -1,6 +1,7 @@
 // Simulations that the caller runs tick by tick, or along many poses in one call.
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <optional>
@@ -48,10 +49,43 @@ Tool ToTool(const py::object& tool) {
   throw Error("tool must be a Disc or a Ball");
 }
 
-ForceLaw ToLaw(const py::object& name, const py::object& parameters) {
-  ForceLaw law = name.is_none() ? ForceLaw() : ForceLaw(py::cast<std::string>(name));
+/// Throws kerf::Error if `value` is not a text.
+std::string ToText(const py::handle& value, const char* what) {
+  if (!py::isinstance<py::str>(value)) {
+    throw Error(std::string(what) + " must be a text, not " + py::cast<std::string>(py::repr(value)));
+  }
+  return py::cast<std::string>(value);
+}
+
+/// Throws kerf::Error, with the nearest name, if `name` is not one of `known`.
+void CheckName(const std::string& name, const std::vector<std::string>& known, const std::string& what) {
+  if (std::find(known.begin(), known.end(), name) != known.end()) return;
+  throw Error("there is no " + what + " '" + name + "'" + SuggestName(name, known));
+}
+
+py::dict ToDict(const py::object& value, const std::string& what) {
+  if (!py::isinstance<py::dict>(value)) throw Error(what + " must be a dict");
+  return value;
+}
+
+ForceLaw ToLaw(const py::object& given, const py::object& parameters) {
+  ForceLaw law;
+  if (!given.is_none()) {
+    const std::string name = ToText(given, "law");
+    std::vector<std::string> laws;
+    for (const ForceLawInfo* info : ForceLaws()) laws.emplace_back(info->name);
+    CheckName(name, laws, "force law");
+    law = ForceLaw(name);
+  }
   if (parameters.is_none()) return law;
-  for (const auto& [key, value] : py::cast<std::map<std::string, double>>(parameters)) law.Set(key, value);
+  std::vector<std::string> known;
+  for (const LawParameter& p : law.info().parameters) known.emplace_back(p.key);
+  for (const auto& [key, value] : ToDict(parameters, "law_parameters")) {
+    const std::string name = ToText(key, "a parameter of a law");
+    CheckName(name, known, "parameter of " + std::string(law.name()));
+    if (!PyNumber_Check(value.ptr()) || py::isinstance<py::bool_>(value)) throw Error(name + " must be a number");
+    law.Set(name, py::cast<double>(py::float_(py::reinterpret_borrow<py::object>(value))));
+  }
   return law;
 }
 
@@ -62,14 +96,26 @@ EffectValue ToEffectValue(const py::handle& value) {
   return ToVec3(value, "an effect's value");
 }
 
-/// `effects`: names, or a dict from name to a dict of parameters.
-EffectChoices ToEffects(const py::object& effects) {
+/// `given`: a name, names, or a dict from name to a dict of parameters.
+EffectChoices ToEffects(const py::object& given) {
+  std::vector<std::string> known;
+  for (const EffectInfo* info : Effects()) known.emplace_back(info->name);
+  py::object effects = given;
+  if (py::isinstance<py::str>(given)) effects = py::make_tuple(given);
+  if (!py::hasattr(effects, "__iter__")) throw Error("effects must be a list of names, or a dict");
   EffectChoices choices;
-  for (const py::handle name : py::iter(effects)) {
-    EffectChoice choice(py::cast<std::string>(name));
+  for (const py::handle item : py::iter(effects)) {
+    const std::string name = ToText(item, "an effect");
+    CheckName(name, known, "effect");
+    EffectChoice choice(name);
     if (py::isinstance<py::dict>(effects)) {
-      const py::dict parameters = effects[name];
-      for (const auto& [key, value] : parameters) choice.Set(py::cast<std::string>(key), ToEffectValue(value));
+      std::vector<std::string> keys;
+      for (const EffectParameter& p : choice.info().parameters) keys.emplace_back(p.key);
+      for (const auto& [key, value] : ToDict(effects[item], "the parameters of an effect")) {
+        const std::string parameter = ToText(key, "a parameter of an effect");
+        CheckName(parameter, keys, "parameter of " + name);
+        choice.Set(parameter, ToEffectValue(value));
+      }
     }
     choices.push_back(std::move(choice));
   }
@@ -152,7 +198,7 @@ auto RunTick(AnyRunner& runner, const Input& in) {
     if (runner.checkpoints && runner.ticks % kTicksBetweenUpdates == 0) runner.checkpoints->Update();
   }
   const auto out = runner.simulation.Tick(in);
-  runner.time_s += in.dt_s;
+  if (in.dt_s >= kMinTick_s) runner.time_s += in.dt_s;
   runner.removed_mm3 += out.removed_mm3;
   return out;
 }
@@ -209,7 +255,7 @@ std::unique_ptr<HandRunner> MakeHandRunner(const SharedBone& bone, const py::obj
   CheckParameters(params, "HandSimulation");
   CheckParameters(params.coupling, "HandSimulation");
   auto runner = std::make_unique<HandRunner>(*bone, params, ToPose(start, "start"));
-  if (undo_MB > 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
+  if (undo_MB != 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
   FindChannels(*runner);
   return runner;
 }
@@ -218,7 +264,7 @@ std::unique_ptr<HandRunner> MakeHandRunnerOfScene(const SceneFile& scene, const 
                                                   const py::object& start, double undo_MB) {
   const Pose X = start.is_none() ? StartOf(scene) : ToPose(start, "start");
   auto runner = std::make_unique<HandRunner>(*OrSceneBone(scene, bone), scene.MakeCoupledParams(), X);
-  if (undo_MB > 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
+  if (undo_MB != 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
   FindChannels(*runner);
   return runner;
 }
@@ -510,7 +556,8 @@ void BindSimulations(py::module_& m) {
   static const std::string on_path = R"(A bone and a tool that follows a prescribed path.
 
 bone: is copied. start: pose of the tool. tool: Disc or Ball; None: the default disc. law: name of a force law, with
-law_parameters, a dict. effects: list of names, or dict from name to a dict of parameters; None: only kerf_friction.
+law_parameters, a dict. effects: a name, a list of names, or a dict from name to a dict of
+parameters; None: only kerf_friction.
 
 Poses are arrays of 3 numbers (position, mm), 7 numbers (position and unit quaternion w, x, y, z) or 4 x 4. A simulation
 can be used by one thread at a time; several simulations run in parallel.
@@ -567,8 +614,10 @@ handle_x_mm, ..., tool_x_mm, ..., hand_x_N (force on the hand), ..., and so on, 
           },
           py::arg("name"), "Makes a checkpoint of the current bone.")
       .def("undo", &Undo, py::arg("name") = "", py::arg("pose") = py::none(),
-           "Restores the newest checkpoint of that name, or the last one. The tool is set down where it is, or at "
-           "`pose`.")
+           "Restores the bone of the newest checkpoint of that name, or of the last one; the first is 'start'. The "
+           "tool is "
+           "set down where it is, or at `pose`. The time and what effects keep, such as heat in the bone, are not "
+           "restored.")
       .def("redo", &Redo, py::arg("pose") = py::none(), "Returns to the state before the last undo.")
       .def(
           "checkpoints",

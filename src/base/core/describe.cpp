@@ -22,6 +22,7 @@ std::string_view UnitOfKey(std::string_view key) {
       {"_J_per_kgK", "J/kgK"},
       {"_kg_per_m3", "kg/m3"},
       {"_mg_per_mm3", "mg/mm3"},
+      {"_J_per_mm3", "J/mm3"},
       {"_N_per_mm2", "N/mm2"},
       {"_N_per_mm", "N/mm"},
       {"_mm_per_s", "mm/s"},

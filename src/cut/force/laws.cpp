@@ -48,6 +48,22 @@ std::string FindForceFault(const ToothForce& law, const ToothCut& cut) {
   return {};
 }
 
+/// Scenes have the parameters as keys beside `law`, `file` and the rows of a table.
+std::string FindKeyFault(const std::vector<LawParameter>& parameters, std::size_t i) {
+  const std::string_view key = parameters[i].key;
+  const bool plain = std::ranges::all_of(key, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  });
+  if (key.empty() || !plain) {
+    return fmt::format("the name of its parameter \"{}\" must have letters, digits and _ only", key);
+  }
+  if (key == "law" || key == "file" || key == "row") return fmt::format("no parameter can have the name {}", key);
+  for (std::size_t k = 0; k < i; ++k) {
+    if (parameters[k].key == key) return fmt::format("it has two parameters {}", key);
+  }
+  return {};
+}
+
 }  // namespace
 
 const std::vector<const ForceLawInfo*>& ForceLaws() {
@@ -62,6 +78,7 @@ std::string FindLawFault(const ForceLawInfo& info) {
   std::vector<LawValues> settings(1);
   for (std::size_t i = 0; i < info.parameters.size(); ++i) {
     const LawParameter& p = info.parameters[i];
+    if (std::string fault = FindKeyFault(info.parameters, i); !fault.empty()) return fault;
     if (!(p.lower <= p.default_value && p.default_value <= p.upper)) {
       return fmt::format("the default of its parameter {} is not within the range", p.key);
     }

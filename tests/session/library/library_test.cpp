@@ -361,6 +361,15 @@ TEST(OwnForceLaw, ThatBreaksARuleIsRefused) {
               }),
               HasSubstr("finite"));
   EXPECT_THAT(refusal(nullptr), HasSubstr("no thrust"));
+  const auto refusal_of_key = [](std::vector<LawParameter> parameters) {
+    ForceLawInfo info = MakeLawInfo(
+        "test_bad", [](const ToothForce&, double bite_mm, const ToothCut& cut) { return cut.E_MPa * bite_mm; });
+    info.parameters = std::move(parameters);
+    return MessageOf([&] { RegisterForceLaw(info); });
+  };
+  EXPECT_THAT(refusal_of_key({{"Bad key", 1, 0, 2, ""}}), HasSubstr("\"Bad key\""));
+  EXPECT_THAT(refusal_of_key({{"law", 1, 0, 2, ""}}), HasSubstr("the name law"));
+  EXPECT_THAT(refusal_of_key({{"a", 1, 0, 2, ""}, {"a", 1, 0, 2, ""}}), HasSubstr("two parameters a"));
   EXPECT_THAT(refusal([](const ToothForce&, double bite_mm, const ToothCut& cut) {
                 static double last = 0;
                 return cut.E_MPa > 0 ? bite_mm + 1e-9 * ++last : 0;
