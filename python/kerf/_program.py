@@ -15,6 +15,7 @@ from typing import Any, Sequence
 import numpy as np
 
 from kerf import _kerf
+from kerf._progress import _on_terminal
 
 
 def find_program() -> str:
@@ -34,11 +35,14 @@ def find_program() -> str:
 
 def _call(arguments: Sequence[str], codes: tuple[int, ...] = (0,), progress: Any = None) -> dict[str, Any]:
     """Returns the JSON document that the program prints. The program shows its own progress in a terminal."""
-    shown = progress is not False and sys.stderr.isatty()
+    shown = progress is not False and _on_terminal()
     command = [find_program(), *arguments]
     with tempfile.TemporaryFile() as messages:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=None if shown else messages, stdin=subprocess.DEVNULL,
-                                   text=True)
+        try:
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=None if shown else messages,
+                                       stdin=subprocess.DEVNULL, text=True)
+        except OSError as error:
+            raise _kerf.Error(f"the program {command[0]} cannot be started: {error.strerror}") from None
         try:
             text, _ = process.communicate()
         except BaseException:  # Ctrl-C: the program ends cleanly too
@@ -78,6 +82,9 @@ class _SceneFile:
     def __enter__(self) -> str:
         if not isinstance(self._scene, _kerf.Scene):
             return str(os.fspath(self._scene))
+        own = pathlib.Path(self._scene.path)
+        if own.is_file() and own.read_text(encoding="utf-8", errors="replace") == self._scene.toml:
+            return str(own)
         base = pathlib.Path(self._scene.path).parent  # of relative file names in the scene
         try:
             handle, name = tempfile.mkstemp(suffix=".toml", prefix="scene_", dir=base)

@@ -6,6 +6,8 @@ import sys
 import time
 from typing import Any, Callable
 
+from kerf import _kerf
+
 _DELAY_S = 2.0
 _WIDTH = 30
 
@@ -14,6 +16,15 @@ def _in_notebook() -> bool:
     shell = sys.modules.get("IPython")
     instance = shell.get_ipython() if shell is not None else None
     return instance is not None and hasattr(instance, "kernel")
+
+
+def _write(text: str) -> None:
+    try:
+        if sys.stderr is not None:
+            sys.stderr.write(text)
+            sys.stderr.flush()
+    except (OSError, ValueError):  # nothing can be shown
+        pass
 
 
 class Bar:
@@ -31,22 +42,30 @@ class Bar:
         full = round(_WIDTH * fraction)
         left = f", {passed_s * (1 - fraction) / fraction:.0f} s left" if fraction > 0.01 else ""
         text = f"{self._label} [{'#' * full}{'.' * (_WIDTH - full)}] {100 * fraction:3.0f} %{left}"
-        sys.stderr.write("\r" + text.ljust(self._drawn))
-        sys.stderr.flush()
+        _write("\r" + text.ljust(self._drawn))
         self._drawn = len(text)
 
     def end(self) -> None:
         """Removes the bar."""
         if self._drawn:
-            sys.stderr.write("\r" + " " * self._drawn + "\r")
-            sys.stderr.flush()
+            _write("\r" + " " * self._drawn + "\r")
         self._drawn = 0
+
+
+def _on_terminal() -> bool:
+    try:
+        return sys.stderr is not None and sys.stderr.isatty()
+    except ValueError:  # it is closed
+        return False
 
 
 def make(progress: Any, label: str) -> Callable[[float], Any] | None:
     """Returns what is called with the fraction done. progress: None, False, True (a bar in any case), or a function."""
     if progress is None:
-        progress = sys.stderr.isatty() or _in_notebook()
-    if progress is False:
-        return None
-    return Bar(label) if progress is True else progress
+        progress = _on_terminal() or _in_notebook()
+    if callable(progress):
+        function: Callable[[float], Any] = progress
+        return function
+    if progress not in (True, False):
+        raise _kerf.Error("progress must be None, True, False or a function")
+    return Bar(label) if progress else None

@@ -68,7 +68,7 @@ class Task:
     spec = None
 
     action_space = Box([-1] * 3, [1] * 3)
-    observation_space = Box([-100] * 3 + [-1000] * 3 + [-100] * 2, [100] * 3 + [1000] * 3 + [100] * 2)
+    observation_space = Box([-np.inf] * 8, [np.inf] * 8)
 
     def __init__(self, voxel_mm: float = 0.25) -> None:
         """voxel_mm: edge of the bone's voxels, 0.02 to 4. Smaller ones are more accurate and slower."""
@@ -100,12 +100,15 @@ class Task:
         saw = kerf.Disc(diameter_mm=self.DIAMETER_MM, thickness_mm=0.5)
         self._simulation = kerf.HandSimulation(bone, self._handle, tool=saw, stiffness_N_per_mm=2)
         self._steps = 0
+        self._ended = False
         self._last = self._simulation.run(self._handle[None], dt=self.TICK_S, rpm=self.RPM)[-1]
         return self._observe(), self._info()
 
     def step(self, action: ArrayLike) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Moves the handle for 20 ms. Returns (observation, reward, terminated, truncated, info)."""
         simulation = self._running()
+        if self._ended:
+            raise kerf.Error("the episode has ended; call reset()")
         velocity = np.asarray(action, dtype=float)
         if velocity.shape != (3,) or not np.all(np.isfinite(velocity)):
             raise kerf.Error("an action must have 3 finite numbers")
@@ -117,6 +120,7 @@ class Task:
         self._steps += 1
         reward, terminated = self._judge()
         truncated = not terminated and self._steps * self.STEP_TICKS * self.TICK_S >= self.LIMIT_S
+        self._ended = terminated or truncated
         return self._observe(), float(reward), terminated, truncated, self._info()
 
     # ---- for the tasks

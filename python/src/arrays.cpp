@@ -97,6 +97,13 @@ std::vector<double> ToNumbers(const py::handle& value, std::size_t count, const 
   return {array.data(), array.data() + count};
 }
 
+py::object ToScalar(const py::handle& value) {
+  if (py::hasattr(value, "item") && py::hasattr(value, "ndim") && py::cast<int>(value.attr("ndim")) == 0) {
+    return value.attr("item")();
+  }
+  return py::reinterpret_borrow<py::object>(value);
+}
+
 py::array_t<double> FromVec3(const Vec3& v) {
   py::array_t<double> array(3);
   double* p = array.mutable_data();

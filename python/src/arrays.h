@@ -32,6 +32,9 @@ std::vector<Vec3> ToPoints(const py::handle& value, const char* name);
 /// Reads one number for all of `count` rows, or one for each.
 std::vector<double> ToNumbers(const py::handle& value, std::size_t count, const char* name);
 
+/// Returns the Python number of a NumPy scalar, and anything else unchanged.
+py::object ToScalar(const py::handle& value);
+
 py::array_t<double> FromVec3(const Vec3& v);
 /// Returns 7 numbers: position and quaternion w, x, y, z.
 py::array_t<double> FromPose(const Pose& X);

@@ -43,14 +43,14 @@ SharedBone MakeBlockBone(const py::object& size_mm, const std::vector<std::pair<
   if (!rotation.is_none()) turned["rotation"] = rotation;
   ParameterSetter setter(turned);
   setter("rotation", params.X_WB.R_AB, "");
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   return Share(MakeBlock(params, OrDefault(materials)));
 }
 
 SharedBone MakePlateBone(double voxel_mm, const std::optional<MaterialTable>& materials) {
   BlockParams params = MakePlateParams();
   params.voxel_mm = voxel_mm;
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   return Share(MakeBlock(params, OrDefault(materials)));
 }
 
@@ -119,7 +119,7 @@ SharedBone MakeLabelBone(const py::array& array, const std::map<int, int>& regio
   map.spacing_mm = ToVec3(spacing_mm, "spacing_mm");
   map.X_WL = ToPose(pose, "pose");
   map.labels = {labels.data(), static_cast<std::size_t>(labels.size())};
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   return Share(MakeBoneFromLabels(map, regions, voxel_mm, OrDefault(materials)));
 }
 
@@ -129,7 +129,7 @@ py::array AtPoints(const Bone& bone, const py::object& points_W, Get&& get) {
   const std::vector<Vec3> points = ToPoints(points_W, "points");
   std::vector<T> values(points.size());
   {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     for (std::size_t i = 0; i < points.size(); ++i) values[i] = static_cast<T>(get(bone, points[i]));
   }
   const auto count = static_cast<py::ssize_t>(values.size());
@@ -139,7 +139,7 @@ py::array AtPoints(const Bone& bone, const py::object& points_W, Get&& get) {
 py::tuple MakeMesh(const Bone& bone, double adaptivity) {
   if (!(adaptivity >= 0 && adaptivity <= 1)) throw Error("adaptivity must be 0 to 1");
   TriangleMesh mesh = [&] {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     return ExtractSurface(bone, adaptivity);
   }();
   static_assert(sizeof(mesh.triangles[0]) == 3 * sizeof(std::uint32_t));
@@ -216,10 +216,9 @@ void BindMaterials(py::module_& m) {
       .def_readonly("source", &Region::source)
       .def_readonly("estimate", &Region::estimate)
       .def("__repr__", [](const Region& r) {
-        char text[300];
-        std::snprintf(text, sizeof text, "<kerf.Region %d '%.100s', %s, E = %g MPa, nu = %g>", r.id, r.name.c_str(),
-                      ToString(r.tissue), r.E_MPa, r.nu);
-        return std::string(text);
+        char text[100];
+        std::snprintf(text, sizeof text, "', %s, E = %g MPa, nu = %g>", ToString(r.tissue), r.E_MPa, r.nu);
+        return "<kerf.Region " + std::to_string(r.id) + " '" + r.name + text;
       });
   py::class_<MaterialTable>(m, "Materials", "Elastic constants by region. Cannot be changed.")
       .def(py::init(&MakeMaterials), py::arg("regions"), "Makes a table of a list of Region.")
@@ -241,6 +240,8 @@ void BindMaterials(py::module_& m) {
           "Dict of Region by id.")
       .def(
           "__getitem__", [](const MaterialTable& table, int id) { return table.At(id); }, py::arg("id"))
+      .def(
+          "__contains__", [](const MaterialTable& table, int id) { return table.Contains(id); }, py::arg("id"))
       .def("__len__", [](const MaterialTable& table) { return table.regions().size(); });
 }
 
@@ -287,7 +288,7 @@ lattice along its axes. pose: of the lattice in the world; its origin is the cen
       .def_static(
           "read",
           [](const std::filesystem::path& path, bool hu) {
-            const py::gil_scoped_release release;
+            const Unlocked unlocked;
             return Share(ReadBone(path.string(), {.hu = hu}));
           },
           py::arg("path"), py::arg("hu") = false,
@@ -295,7 +296,7 @@ lattice along its axes. pose: of the lattice in the world; its origin is the cen
       .def(
           "write",
           [](const Bone& bone, const std::filesystem::path& path) {
-            const py::gil_scoped_release release;
+            const Unlocked unlocked;
             WriteBone(bone, path.string());
           },
           py::arg("path"), "Writes a .vdb file, which any OpenVDB program can open.")
@@ -334,7 +335,7 @@ lattice along its axes. pose: of the lattice in the world; its origin is the cen
           "pieces",
           [](const Bone& bone, double min_mm3) {
             Pieces pieces = [&] {
-              const py::gil_scoped_release release;
+              const Unlocked unlocked;
               return SplitPieces(bone, min_mm3);
             }();
             std::vector<SharedBone> list;
@@ -353,14 +354,14 @@ lattice along its axes. pose: of the lattice in the world; its origin is the cen
       .def_property_readonly("materials", [](const Bone& bone) { return bone.materials(); })
       .def_property_readonly(
           "notes", [](const Bone& bone) { return bone.notes(); }, "Provenance and other notes, dict of texts.")
-      .def_property_readonly("voxel_mm", &Bone::voxel_mm)
-      .def_property_readonly("region_voxel_mm", &Bone::region_voxel_mm)
-      .def_property_readonly("band_mm", &Bone::band_mm, "Half width of the level set's band.")
-      .def_property_readonly("empty", &Bone::empty)
-      .def("volume_mm3", &Bone::CalcVolume, py::call_guard<py::gil_scoped_release>())
-      .def("region_volumes_mm3", &Bone::CalcRegionVolumes, "Dict of volumes by region; their sum is volume_mm3().")
+      .def_property_readonly("voxel_mm", Of(&Bone::voxel_mm))
+      .def_property_readonly("region_voxel_mm", Of(&Bone::region_voxel_mm))
+      .def_property_readonly("band_mm", Of(&Bone::band_mm), "Half width of the level set's band.")
+      .def_property_readonly("empty", Of(&Bone::empty))
+      .def("volume_mm3", Of(&Bone::CalcVolume), py::call_guard<Unlocked>())
+      .def("region_volumes_mm3", Of(&Bone::CalcRegionVolumes), "Dict of volumes by region; their sum is volume_mm3().")
       .def("bounds_mm", &CalcBoundsArray, "Lower and upper corner of the surface: array (2, 3).")
-      .def("memory_bytes", &Bone::CalcMemoryBytes)
+      .def("memory_bytes", Of(&Bone::CalcMemoryBytes))
       .def(
           "hash", [](const Bone& bone) { return ShowHash(bone.CalcHash()); },
           "Hash of all voxels, 16 hexadecimal digits, as the program prints it; equal for bit-identical bones.")

@@ -5,11 +5,28 @@
 
 #include <chrono>
 #include <exception>
+#include <optional>
 #include <utility>
 
 namespace kerf::python {
 
 namespace py = pybind11;
+
+/// Releases the interpreter's lock. Throws kerf::Error if the interpreter is ending, which waits for those that exist:
+/// a thread that wants the lock back later would end the process.
+class Unlocked {
+ public:
+  Unlocked();
+  ~Unlocked();
+  Unlocked(const Unlocked&) = delete;
+  Unlocked& operator=(const Unlocked&) = delete;
+
+  /// Makes the interpreter wait for all at its end.
+  static void EndWithInterpreter();
+
+ private:
+  std::optional<py::gil_scoped_release> release_;
+};
 
 /// Shows progress and notices Ctrl-C, at most 20 times per second. For the thread that does the work.
 class Watch {
@@ -39,7 +56,7 @@ auto RunLong(const py::object& progress, const char* label, Work&& work) {
   Watch watch(progress, label);
   try {
     auto result = [&] {
-      const py::gil_scoped_release release;
+      const Unlocked unlocked;
       return work(watch);
     }();
     watch.End();

@@ -2,6 +2,7 @@
 #include "bindings.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
+#include "long_work.h"
 
 namespace py = pybind11;
 
@@ -12,6 +13,7 @@ PYBIND11_MODULE(_kerf, m) {
   error.attr("__doc__") = "Input or environment that kerf cannot work with. The message is one sentence.";
   m.attr("__version__") = kerf::VersionString();
   m.attr("commit") = kerf::CommitString();
+  kerf::python::Unlocked::EndWithInterpreter();
   kerf::python::BindBone(m);
   kerf::python::BindScene(m);
   kerf::python::BindSimulations(m);

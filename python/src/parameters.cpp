@@ -15,7 +15,7 @@ std::string SuggestName(const std::string& name, const std::vector<std::string>&
 
 py::object ParameterSetter::Take(const char* key) {
   if (!rest_.contains(key)) return {};
-  return rest_.attr("pop")(key);
+  return ToScalar(rest_.attr("pop")(key));
 }
 
 void ParameterSetter::SetText(const char* key, std::string& value) {

@@ -2,6 +2,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <atomic>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "kerf/run.h"
 #include "long_work.h"
 #include "rows.h"
+#include "turn.h"
 
 namespace kerf::python {
 namespace {
@@ -130,6 +132,7 @@ SceneFile ToScene(const py::object& scene) {
 Result RunScene(const py::object& given, const std::shared_ptr<Bone>& bone,
                 const std::optional<std::filesystem::path>& record, const py::object& progress) {
   const SceneFile scene = ToScene(given);
+  if (record && record->empty()) throw Error("record must be the name of a file");
   if (bone && record) throw Error("a run with a bone of its own can't be recorded");
   return MakePathResult(RunLong(progress, "run", [&](Watch& watch) {
     const ShowProgress show = [&](double fraction) { return watch(fraction); };
@@ -169,7 +172,16 @@ py::array MakeInputTable(Recording& recording) {
   return table.Take();
 }
 
-Result Replay(Recording& recording, const py::object& progress) {
+/// A recording that one thread uses at a time.
+struct SharedRecording {
+  explicit SharedRecording(const std::string& path) : recording(path) {}
+  Recording recording;
+  std::atomic<bool> busy = false;
+};
+
+Result Replay(SharedRecording& shared, const py::object& progress) {
+  const Turn turn(shared.busy, "recording");
+  Recording& recording = shared.recording;
   if (recording.kind() == "loop") {
     return MakeHandResult(RunLong(progress, "replay", [&](Watch& watch) {
       return recording.ReplayHand([&](double fraction) { return watch(fraction); });
@@ -208,33 +220,47 @@ or a function of the completed fraction.)");
         R"(Runs a scene with the tool in the scene's simulated hand, as `kerf loop` does.
 
 seconds: 0.01 to 36000. real_time: at the scene's rate; otherwise as fast as possible, with the same bits each time.)");
-  py::class_<Recording>(m, "Recording", "A recording (.kerf). Of a damaged one, all that can be read is used.")
-      .def(py::init([](const std::filesystem::path& path) { return std::make_unique<Recording>(path.string()); }),
+  py::class_<SharedRecording>(m, "Recording", "A recording (.kerf). Of a damaged one, all that can be read is used.")
+      .def(py::init([](const std::filesystem::path& path) { return std::make_unique<SharedRecording>(path.string()); }),
            py::arg("path"))
-      .def_property_readonly("kind", &Recording::kind, "'run' along a path, 'slab', or 'loop' in a hand.")
-      .def_property_readonly("created", &Recording::created, "UTC.")
-      .def_property_readonly("version", &Recording::version, "Version of kerf that made it.")
-      .def_property_readonly("rate_hz", &Recording::rate_hz)
-      .def_property_readonly("duration_s", &Recording::duration_s)
-      .def_property_readonly("damage", &Recording::damage, "One sentence; '' if the recording is whole.")
+      .def_property_readonly(
+          "kind", [](const SharedRecording& r) { return r.recording.kind(); },
+          "'run' along a path, 'slab', or 'loop' in a hand.")
+      .def_property_readonly(
+          "created", [](const SharedRecording& r) { return r.recording.created(); }, "UTC.")
+      .def_property_readonly(
+          "version", [](const SharedRecording& r) { return r.recording.version(); }, "Version of kerf that made it.")
+      .def_property_readonly("rate_hz", [](const SharedRecording& r) { return r.recording.rate_hz(); })
+      .def_property_readonly("duration_s", [](const SharedRecording& r) { return r.recording.duration_s(); })
+      .def_property_readonly(
+          "damage", [](const SharedRecording& r) { return r.recording.damage(); },
+          "One sentence; '' if the recording is whole.")
       .def_property_readonly(
           "moments",
-          [](const Recording& recording) {
+          [](const SharedRecording& shared) {
             py::list list;
-            for (const RecordedMoment& moment : recording.moments()) {
+            for (const RecordedMoment& moment : shared.recording.moments()) {
               list.append(py::make_tuple(moment.time_s, moment.what, moment.name));
             }
             return list;
           },
           "List of (time_s, what, name), such as checkpoints.")
-      .def_property_readonly("scene", &Recording::scene, "The recorded scene with all its settings.")
-      .def("inputs", &MakeInputTable,
-           "Inputs of all ticks, as a structured array: time_s, x_mm, y_mm, z_mm, qw, qx, qy, qz (of the handle, or of "
-           "the tool "
-           "on a path), dt_s, rpm, buttons, set_down.")
+      .def_property_readonly(
+          "scene", [](const SharedRecording& r) { return r.recording.scene(); },
+          "The recorded scene with all its settings.")
+      .def(
+          "inputs",
+          [](SharedRecording& shared) {
+            const Turn turn(shared.busy, "recording");
+            return MakeInputTable(shared.recording);
+          },
+          "Inputs of all ticks, as a structured array: time_s, x_mm, y_mm, z_mm, qw, qx, qy, qz (of the handle, or of "
+          "the tool "
+          "on a path), dt_s, rpm, buttons, set_down.")
       .def("replay", &Replay, progress,
            "Runs the session again; `difference` of the result is None if it has the same bits.")
-      .def("__len__", &Recording::ticks, "Rows of inputs().");
+      .def(
+          "__len__", [](const SharedRecording& r) { return r.recording.ticks(); }, "Rows of inputs().");
 }
 
 }  // namespace kerf::python

@@ -17,6 +17,7 @@
 #include "long_work.h"
 #include "parameters.h"
 #include "rows.h"
+#include "turn.h"
 
 namespace kerf::python {
 namespace {
@@ -25,20 +26,6 @@ using SharedBone = std::shared_ptr<Bone>;
 
 constexpr std::size_t kTicksBetweenRefills = 1024;  // as in `kerf run`
 constexpr std::size_t kTicksBetweenUpdates = 100;   // of the checkpoints
-
-/// Keeps two threads from using a simulation at once.
-class Turn {
- public:
-  explicit Turn(std::atomic<bool>& busy) : busy_(busy) {
-    if (busy_.exchange(true)) throw Error("this simulation is in use by another thread");
-  }
-  ~Turn() { busy_ = false; }
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
-
- private:
-  std::atomic<bool>& busy_;
-};
 
 // ---- parameters
 
@@ -83,13 +70,16 @@ ForceLaw ToLaw(const py::object& given, const py::object& parameters) {
   for (const auto& [key, value] : ToDict(parameters, "law_parameters")) {
     const std::string name = ToText(key, "a parameter of a law");
     CheckName(name, known, "parameter of " + std::string(law.name()));
-    if (!PyNumber_Check(value.ptr()) || py::isinstance<py::bool_>(value)) throw Error(name + " must be a number");
+    if (!PyNumber_Check(value.ptr()) || py::isinstance<py::bool_>(value) || py::isinstance<py::str>(value)) {
+      throw Error(name + " must be a number");
+    }
     law.Set(name, py::cast<double>(py::float_(py::reinterpret_borrow<py::object>(value))));
   }
   return law;
 }
 
-EffectValue ToEffectValue(const py::handle& value) {
+EffectValue ToEffectValue(const py::handle& given) {
+  const py::object value = ToScalar(given);
   if (py::isinstance<py::bool_>(value)) return py::cast<bool>(value);
   if (py::isinstance<py::str>(value)) return py::cast<std::string>(value);
   if (py::isinstance<py::float_>(value) || py::isinstance<py::int_>(value)) return py::cast<double>(value);
@@ -166,7 +156,9 @@ std::unique_ptr<PathRunner> MakePathRunner(const SharedBone& bone, const py::obj
                                            const py::object& effects, const py::kwargs& arguments) {
   const auto params = ReadParameters<SimulationParams>(arguments, "Simulation",
                                                        ToParams<SimulationParams>(tool, law, law_parameters, effects));
-  auto runner = std::make_unique<PathRunner>(*bone, params, ToPose(start, "start"));
+  const Pose X = ToPose(start, "start");
+  const Unlocked unlocked;
+  auto runner = std::make_unique<PathRunner>(*bone, params, X);
   FindChannels(*runner);
   return runner;
 }
@@ -206,8 +198,8 @@ auto RunTick(AnyRunner& runner, const Input& in) {
 template <typename AnyRunner>
 TickOutput TickOnPath(AnyRunner& runner, const py::object& pose, double dt, double rpm) {
   const TickInput in{.X_WT = ToPose(pose, "pose"), .dt_s = dt, .rpm = rpm};
-  const Turn turn(runner.busy);
-  const py::gil_scoped_release release;
+  const Turn turn(runner.busy, "simulation");
+  const Unlocked unlocked;
   return RunTick(runner, in);
 }
 
@@ -220,7 +212,7 @@ py::array RunOnPath(PathRunner& runner, const py::object& poses, const py::objec
                     const py::object& progress) {
   const std::vector<Pose> X = ToPoses(poses, "poses");
   const std::vector<double> dt_s = ToNumbers(dt, X.size(), "dt"), speeds = ToNumbers(rpm, X.size(), "rpm");
-  const Turn turn(runner.busy);
+  const Turn turn(runner.busy, "simulation");
   Table table([&](auto&& visit) {
     VisitTick(0, {}, {}, 0, visit);
     VisitValues(runner.channels, runner.values, visit);
@@ -254,7 +246,9 @@ std::unique_ptr<HandRunner> MakeHandRunner(const SharedBone& bone, const py::obj
   setter.CheckRest("HandSimulation");
   CheckParameters(params, "HandSimulation");
   CheckParameters(params.coupling, "HandSimulation");
-  auto runner = std::make_unique<HandRunner>(*bone, params, ToPose(start, "start"));
+  const Pose X = ToPose(start, "start");
+  const Unlocked unlocked;
+  auto runner = std::make_unique<HandRunner>(*bone, params, X);
   if (undo_MB != 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
   FindChannels(*runner);
   return runner;
@@ -274,8 +268,8 @@ CoupledOutput TickInHand(HandRunner& runner, const py::object& handle, double dt
   CoupledInput in{.X_WH = ToPose(handle, "handle"), .dt_s = dt, .rpm = rpm};
   if (!velocity.is_none()) in.v_H_W_mm_per_s = ToVec3(velocity, "velocity");
   if (!angular_velocity.is_none()) in.w_H_W_rad_per_s = ToVec3(angular_velocity, "angular_velocity");
-  const Turn turn(runner.busy);
-  const py::gil_scoped_release release;
+  const Turn turn(runner.busy, "simulation");
+  const Unlocked unlocked;
   return RunTick(runner, in);
 }
 
@@ -288,7 +282,7 @@ py::array RunInHand(HandRunner& runner, const py::object& handles, const py::obj
     v = ToPoints(velocities, "velocities");
     if (v.size() != X.size()) throw Error("velocities must have one row for each pose");
   }
-  const Turn turn(runner.busy);
+  const Turn turn(runner.busy, "simulation");
   Table table([&](auto&& visit) {
     VisitHandTick(0, {}, {}, 0, visit);
     VisitValues(runner.channels, runner.values, visit);
@@ -317,7 +311,7 @@ Checkpoints& CheckpointsOf(HandRunner& runner) {
 }
 
 void Undo(HandRunner& runner, const std::string& name, const py::object& pose) {
-  const Turn turn(runner.busy);
+  const Turn turn(runner.busy, "simulation");
   Checkpoints& checkpoints = CheckpointsOf(runner);
   checkpoints.Update();
   if (pose.is_none()) return checkpoints.Undo(name);
@@ -326,7 +320,7 @@ void Undo(HandRunner& runner, const std::string& name, const py::object& pose) {
 }
 
 void Redo(HandRunner& runner, const py::object& pose) {
-  const Turn turn(runner.busy);
+  const Turn turn(runner.busy, "simulation");
   if (pose.is_none()) return CheckpointsOf(runner).Redo();
   const Pose X = ToPose(pose, "pose");
   CheckpointsOf(runner).Redo(&X);
@@ -356,7 +350,7 @@ py::array RunSlab(SlabRunner& runner, const py::object& poses, const py::object&
                   const py::object& progress) {
   const std::vector<Pose> X = ToPoses(poses, "poses");
   const std::vector<double> dt_s = ToNumbers(dt, X.size(), "dt"), speeds = ToNumbers(rpm, X.size(), "rpm");
-  const Turn turn(runner.busy);
+  const Turn turn(runner.busy, "simulation");
   Table table([&](auto&& visit) { VisitSlabTick(0, {}, {}, {}, visit); });
   RunLong(progress, "run", [&](Watch& watch) {
     table.Reserve(X.size());
@@ -371,7 +365,7 @@ py::array RunSlab(SlabRunner& runner, const py::object& poses, const py::object&
 }
 
 py::dict StateOf(SlabRunner& runner) {
-  const Turn turn(runner.busy);
+  const Turn turn(runner.busy, "simulation");
   py::dict values;
   struct Setter {
     py::dict& values;
@@ -387,14 +381,14 @@ py::dict StateOf(SlabRunner& runner) {
 
 template <typename AnyRunner>
 SharedBone CopyBone(AnyRunner& runner) {
-  const Turn turn(runner.busy);
-  const py::gil_scoped_release release;
+  const Turn turn(runner.busy, "simulation");
+  const Unlocked unlocked;
   return std::make_shared<Bone>(runner.simulation.UpdateBone());
 }
 
 template <typename AnyRunner>
 py::dict RemovedByRegion(AnyRunner& runner) {
-  const Turn turn(runner.busy);
+  const Turn turn(runner.busy, "simulation");
   const std::array<double, 256> mm3 = runner.simulation.CalcRemovedByRegion();
   py::dict regions;
   for (std::size_t id = 0; id < mm3.size(); ++id) {
@@ -406,14 +400,14 @@ py::dict RemovedByRegion(AnyRunner& runner) {
 template <typename AnyRunner>
 void SetDown(AnyRunner& runner, const py::object& pose) {
   const Pose X = ToPose(pose, "pose");
-  const Turn turn(runner.busy);
+  const Turn turn(runner.busy, "simulation");
   if (!runner.simulation.SetDown(X))
     throw Error("pose is not valid: its numbers are not finite, too large, or not a unit quaternion");
 }
 
 template <typename AnyRunner>
 py::dict ReadEffects(AnyRunner& runner) {
-  const Turn turn(runner.busy);
+  const Turn turn(runner.busy, "simulation");
   runner.simulation.ReadChannels(runner.values);
   py::dict values;
   for (std::size_t i = 0; i < runner.channels.size(); ++i) values[py::cast(runner.channels[i])] = runner.values[i];
@@ -608,7 +602,7 @@ handle_x_mm, ..., tool_x_mm, ..., hand_x_N (force on the hand), ..., and so on, 
       .def(
           "checkpoint",
           [](HandRunner& runner, const std::string& name) {
-            const Turn turn(runner.busy);
+            const Turn turn(runner.busy, "simulation");
             CheckpointsOf(runner).Update();
             CheckpointsOf(runner).Make(name);
           },

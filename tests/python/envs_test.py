@@ -87,6 +87,12 @@ class Tasks(unittest.TestCase):
             kerf.envs.DepthControl().step((0, 0, 0))
         with self.assertRaisesRegex(kerf.Error, "depth_control"):
             kerf.envs.make("cut")
+        task = kerf.envs.StayOffNerve()
+        task.reset(seed=1)
+        while not task.step((0, 0, -1))[2]:
+            pass
+        with self.assertRaisesRegex(kerf.Error, "has ended"):
+            task.step((0, 0, 0))
         task = kerf.envs.DepthControl()
         task.reset()
         with self.assertRaisesRegex(kerf.Error, "3 finite numbers"):

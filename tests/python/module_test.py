@@ -281,6 +281,35 @@ class Simulations(unittest.TestCase):
         self.assertEqual(len(fractions), 1)
         self.assertLess(fractions[0], 1)
 
+    def test_a_thread_does_not_crash_the_end_of_the_interpreter(self):
+        script = ("import kerf, numpy as np, threading, time\n"
+                  "s = kerf.Simulation(kerf.Bone.block((12, 6, 6), voxel_mm=0.2), (0, 0, 9), tool=kerf.Disc(diameter_mm=10))\n"
+                  "def work():\n"
+                  "    while True: s.run(np.zeros((100000, 3)) + (0, 0, 9))\n"
+                  "threading.Thread(target=work, daemon=True).start()\n"
+                  "time.sleep(0.2)\n")
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_an_object_that_was_not_made_is_refused(self):
+        for cls, use in ((kerf.Bone, lambda b: b.volume_mm3()), (kerf.Scene, lambda s: s.name), (kerf.Recording, len)):
+            with self.assertRaises(TypeError):
+                use(cls.__new__(cls))
+
+    def test_warnings_of_a_run_are_those_of_the_scene(self):
+        scene = kerf.Scene.read(ROOT / "examples/hello_cut.toml").with_value("tool", "thickness_mm", 0.25)
+        self.assertTrue(any("voxel" in warning for warning in kerf.run(scene).warnings))
+
+    def test_stderr_may_be_missing(self):
+        script = ("import sys, kerf\n"
+                  "sys.stderr = None\n"
+                  "kerf.run('examples/hello_cut.toml')\n"
+                  "sys.stderr = open('/dev/null', 'w'); sys.stderr.close()\n"
+                  "kerf.run('examples/hello_cut.toml')\n"
+                  "print('fine')\n")
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=ROOT)
+        self.assertEqual(done.stdout, "fine\n")
+
     def test_ctrl_c_ends_a_run(self):
         script = ("import kerf, numpy as np\n"
                   "s = kerf.Simulation(kerf.Bone.block((12, 6, 6), voxel_mm=0.2), (0, 0, 9), tool=kerf.Disc(diameter_mm=10))\n"
@@ -343,6 +372,9 @@ class BadInput(unittest.TestCase):
             (lambda: kerf.Bone.from_labels(np.full((4, 4, 4), 257), {1: 24}), "0 to 255"),
             (lambda: kerf.Bone.from_labels(np.full((4, 4, 4), 1.7), {1: 24}), "whole numbers"),
             (lambda: bone.mesh(2), "0 to 1"),
+            (lambda: kerf.run(kerf.Scene(), record=""), "name of a file"),
+            (lambda: kerf.run(kerf.Scene(), progress="yes"), "progress must be"),
+            (lambda: kerf.pose("here"), "not an array of numbers"),
             (lambda: kerf.run(3), "a Scene or the path"),
             (lambda: kerf.run("/nowhere.toml"), "/nowhere.toml"),
             (lambda: kerf.stability("/nowhere.toml"), "/nowhere.toml"),
@@ -360,6 +392,10 @@ class BadInput(unittest.TestCase):
         bad[5] = float("nan")
         table = simulation.run(bad)
         self.assertEqual(table["status"][5], 1)
+        before = simulation.time_s
+        for dt in (-1, float("nan")):
+            self.assertEqual(simulation.tick(poses[-1], dt=dt).status, 1)
+        self.assertEqual(simulation.time_s, before)
         self.assertEqual(table["force_z_N"][5], 0)
 
 

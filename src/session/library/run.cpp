@@ -1,5 +1,8 @@
 #include "kerf/run.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <utility>
 
 #include "kerf/error.h"
@@ -11,6 +14,7 @@
 #include "session/run/run_slab.h"
 #include "session/scene/path.h"
 #include "session/scene/scene.h"
+#include "session/scene/warnings.h"
 
 namespace kerf {
 namespace {
@@ -20,6 +24,18 @@ ChannelRows TakeChannels(EffectRecord&& record) {
   for (const EffectFigure& figure : record.figures) rows.names.push_back(figure.effect + "." + figure.name);
   rows.values = std::move(record.rows);
   return rows;
+}
+
+/// Returns warnings about the scene and about a run that touched no bone or did not do what was requested.
+std::vector<std::string> FindPathWarnings(const Scene& scene, const Bone& bone, const PathRun& run) {
+  std::vector<std::string> warnings = FindWarnings(scene, bone.voxel_mm());
+  const auto touched = [](const TickRecord& tick) { return tick.touched; };
+  if (run.slab_states.empty() && std::ranges::none_of(run.ticks, touched)) {
+    warnings.emplace_back("the saw touched no bone on its path");
+  }
+  const auto count = std::ranges::count_if(run.ticks, [](const TickRecord& tick) { return tick.out.status != 0; });
+  if (count > 0) warnings.push_back(fmt::format("{} ticks report that something was not done as requested", count));
+  return warnings;
 }
 
 }  // namespace
@@ -50,20 +66,25 @@ PathRun RunAlongPath(const SceneFile& scene, const PathRunOptions& options) {
   return OrCancelled([&] {
     const Scene& values = scene.scene();
     const bool slab = scene.is_slab();
-    const Bone bone = MakeSceneBone(values, ThrowIfCancelled(PartOf(options.progress, 0, 0.5)));
+    MaterialSummary material;
+    const Bone bone = MakeSceneBone(values, ThrowIfCancelled(PartOf(options.progress, 0, 0.5)), &material);
     RunTape tape({.record = options.record, .scene_file = scene.path()}, values,
                  slab ? RecordedKind::kSlab : RecordedKind::kRun, bone);
     const ShowProgress show = PartOf(options.progress, 0.5, 1);
     PathRun run = slab ? RunSlabPath(values, bone, show, tape.tape()) : RunVoxelPath(values, bone, show, tape.tape());
     tape.Finish(slab ? bone.CalcHash() : run.bone.CalcHash());
+    run.warnings = FindPathWarnings(values, bone, run);
+    run.warnings.insert(run.warnings.end(), material.warnings.begin(), material.warnings.end());
     return run;
   });
 }
 
 PathRun RunAlongPath(const SceneFile& scene, Bone bone, const ShowProgress& progress) {
   return OrCancelled([&] {
-    return scene.is_slab() ? RunSlabPath(scene.scene(), bone, progress, {})
-                           : RunVoxelPath(scene.scene(), std::move(bone), progress, {});
+    PathRun run = scene.is_slab() ? RunSlabPath(scene.scene(), bone, progress, {})
+                                  : RunVoxelPath(scene.scene(), bone, progress, {});
+    run.warnings = FindPathWarnings(scene.scene(), bone, run);
+    return run;
   });
 }
 
