@@ -90,6 +90,9 @@ void CaseWriter::Save(const CaseContent& content, const std::string& file, bool 
   project->pieces_json = pieces_.FormatArrangement();
   std::shared_future<Bone> now = viewer_.session()->AskBone().share();
   viewer_.Say(Tr("Saving the project"));
+  // What changes from now on is not in the file.
+  document_.set_unsaved(false);
+  pieces_.set_unsaved(false);
   saving_ = std::async(std::launch::async, [project, now, content, file] {
     // The recording of the running session grows; its part until now replays like a whole one.
     const TemporaryFolder copies("kerf_project");
@@ -114,13 +117,13 @@ void CaseWriter::FinishSaving() {
     const std::string file = saving_.get();
     viewer_.Say(fmt::format(fmt::runtime(Tr("Project: {}")), file));
     viewer_.trace().Write("project", {{"file", file}});
-    document_.set_saved();
-    pieces_.set_saved();
     if (quits_after_saving_) viewer_.Quit();
   } catch (const std::exception& e) {
     viewer_.Say(fmt::format(fmt::runtime(Tr("The project was not saved: {}")), e.what()));
     viewer_.trace().Write("project", {{"failure", e.what()}});
     quits_after_saving_ = false;
+    document_.set_unsaved(true);
+    pieces_.set_unsaved(true);
   }
 }
 

@@ -50,7 +50,7 @@ class PiecesMode {
   bool is_up_to_date() const;
   bool is_ready() const;
   bool is_unsaved() const { return unsaved_; }
-  void set_saved() { unsaved_ = false; }
+  void set_unsaved(bool unsaved) { unsaved_ = unsaved; }
 
  private:
   enum class Asking { kNothing, kDistance, kAngle };

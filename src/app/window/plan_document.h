@@ -56,7 +56,7 @@ class PlanDocument {
   /// Returns true if the plan was changed after the bone was last changed, and the change can be undone.
   bool is_latest_change() const;
   bool is_unsaved() const { return unsaved_; }
-  void set_saved() { unsaved_ = false; }
+  void set_unsaved(bool unsaved) { unsaved_ = unsaved; }
   void Describe(nlohmann::json& state) const;
 
  private:

@@ -174,7 +174,7 @@ void Rehearsal::FollowOpening() {
   if (opened->project) TakeSettings(opened->project->settings);
   editor_.document.Load(scene_.plan, opened->project ? opened->project->marks : std::vector<Mark>());
   if (!given_planes_.empty()) editor_.document.Add(std::exchange(given_planes_, {}));
-  editor_.document.set_saved();
+  editor_.document.set_unsaved(false);
   if (opened->bone && !opened->bone_is_saved) to_save_ = ToSave{opened->bone, scene_.bone.file};
   shows_import_ = !opened->warnings.empty();
   is_new_bone_ = true;
@@ -247,6 +247,13 @@ void Rehearsal::ContinueWith(const std::string& what, std::function<void(Scene&)
 
 void Rehearsal::Ended(LoopSummary summary) {
   sessions_.push_back(MakeSession());
+  if (summary.recorded && !summary.recorded->failure.empty()) {
+    result_.warnings.push_back(summary.recorded->failure);
+    viewer_->dialogs().Ask(
+        fmt::format(fmt::runtime(Tr("The session has ended, because its recording could not be written: {}")),
+                    summary.recorded->failure),
+        {{Tr("OK"), nullptr}});
+  }
   if (!change_.is_pending() || viewer_->quitting()) return;
   // The next session begins with the bone in memory. It is saved while that session runs, because the recording refers
   // to its file.

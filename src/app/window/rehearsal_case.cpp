@@ -105,6 +105,8 @@ void Rehearsal::SaveProject(bool quits) {
 }
 
 void Rehearsal::SaveProjectIn(const std::string& file, bool quits) {
+  // The session may have ended while the dialog was open.
+  if (!viewer_->is_running() || change_.is_pending()) return viewer_->Say(Tr("There is no session to save"));
   project_file_ = file;
   AddRecent(viewer_->settings(), file);
   writer_.Save(MakeContent(), file, quits);

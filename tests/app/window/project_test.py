@@ -161,6 +161,29 @@ def reopen_without_ct(kerf):
     shutil.rmtree(folder)
 
 
+def lose_the_recording(kerf):
+    """The session ends when its recording cannot be written, while the dialog to save is open: the window says so."""
+    folder = workspace()
+    (folder / "bar.toml").write_text(SCENE)
+    with Display(1480, 920) as display:
+        w = Window(display, kerf, ["rehearse", "bar.toml", "-o", "out"], folder, title="kerf rehearse")
+        w.wait_event("running")
+        w.wait_event("first_picture")
+        w.key("ctrl+s")
+        w.wait_state("it asks where", lambda s: s["dialog"])
+        shutil.rmtree(folder / "out")
+        w.wait_event("ended")
+        for _ in range(3):  # the cause, and the dialog for the file if it is still there
+            w.key("Return")
+        w.wait_state("nothing is asked", lambda s: not s["dialog"])
+        w.key("ctrl+q")
+        code, out = w.wait_end()
+        assert code in (0, 1), (code, out)
+        assert "out/" in out and "session" in out, out  # the cause, in one sentence
+    assert not list(folder.glob("*.kerf-project")), "nothing was saved"
+    shutil.rmtree(folder)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("kerf")
@@ -168,6 +191,7 @@ def main():
     skip_without_display_programs()
     reopen_with_ct(options.kerf)
     reopen_without_ct(options.kerf)
+    lose_the_recording(options.kerf)
     folder = workspace()
     (folder / "bar.toml").write_text(SCENE)
     with Display(1480, 920) as display:

@@ -12,7 +12,6 @@ namespace {
 using test::DiscParams;
 using test::DiscPose;
 using test::Handle;
-using test::InKerf;
 using test::Sawing;
 
 /// Returns a block that is truncated at x = 0 by the end of the grid: solid bone becomes air within a voxel.

@@ -15,7 +15,6 @@ namespace {
 using test::DiscParams;
 using test::DiscPose;
 using test::Handle;
-using test::InKerf;
 
 const Vec3 kFarAwaySize(22, 2, 8);
 

@@ -25,7 +25,8 @@ Attempt MakeTry(const std::string& exercise, int level, std::optional<double> to
   return a;
 }
 
-std::vector<Attempt> MakeTries(const std::string& exercise, int level, std::vector<std::optional<double>> totals) {
+std::vector<Attempt> MakeTries(const std::string& exercise, int level,
+                               const std::vector<std::optional<double>>& totals) {
   std::vector<Attempt> attempts;
   for (const auto& total : totals) attempts.push_back(MakeTry(exercise, level, total));
   return attempts;
