@@ -5,12 +5,6 @@
 
 namespace kerf::python {
 
-/// Member functions as functions of a reference: pybind11 checks that an object whose __init__ has not run is not used.
-template <typename C, typename R>
-auto Of(R (C::*get)() const) {
-  return [get](const C& object) -> R { return (object.*get)(); };
-}
-
 void BindBone(pybind11::module_& m);
 void BindScene(pybind11::module_& m);
 void BindSimulations(pybind11::module_& m);

@@ -354,14 +354,14 @@ lattice along its axes. pose: of the lattice in the world; its origin is the cen
       .def_property_readonly("materials", [](const Bone& bone) { return bone.materials(); })
       .def_property_readonly(
           "notes", [](const Bone& bone) { return bone.notes(); }, "Provenance and other notes, dict of texts.")
-      .def_property_readonly("voxel_mm", Of(&Bone::voxel_mm))
-      .def_property_readonly("region_voxel_mm", Of(&Bone::region_voxel_mm))
-      .def_property_readonly("band_mm", Of(&Bone::band_mm), "Half width of the level set's band.")
-      .def_property_readonly("empty", Of(&Bone::empty))
-      .def("volume_mm3", Of(&Bone::CalcVolume), py::call_guard<Unlocked>())
-      .def("region_volumes_mm3", Of(&Bone::CalcRegionVolumes), "Dict of volumes by region; their sum is volume_mm3().")
+      .def_property_readonly("voxel_mm", &Bone::voxel_mm)
+      .def_property_readonly("region_voxel_mm", &Bone::region_voxel_mm)
+      .def_property_readonly("band_mm", &Bone::band_mm, "Half width of the level set's band.")
+      .def_property_readonly("empty", &Bone::empty)
+      .def("volume_mm3", &Bone::CalcVolume, py::call_guard<Unlocked>())
+      .def("region_volumes_mm3", &Bone::CalcRegionVolumes, "Dict of volumes by region; their sum is volume_mm3().")
       .def("bounds_mm", &CalcBoundsArray, "Lower and upper corner of the surface: array (2, 3).")
-      .def("memory_bytes", Of(&Bone::CalcMemoryBytes))
+      .def("memory_bytes", &Bone::CalcMemoryBytes)
       .def(
           "hash", [](const Bone& bone) { return ShowHash(bone.CalcHash()); },
           "Hash of all voxels, 16 hexadecimal digits, as the program prints it; equal for bit-identical bones.")

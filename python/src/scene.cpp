@@ -62,7 +62,7 @@ arguments; positions in error messages refer to `toml`, the text that is made of
           },
           py::arg("table"), py::arg("key"), py::arg("value"),
           "Returns a copy with another value: scene.with_value('bone.block', 'voxel_mm', 0.2).")
-      .def("resolve", Of(&SceneFile::Resolve), "Returns the scene as TOML with every key, unit, range and meaning.")
+      .def("resolve", &SceneFile::Resolve, "Returns the scene as TOML with every key, unit, range and meaning.")
       .def(
           "bone",
           [](const SceneFile& scene, const py::object& progress) {
@@ -75,13 +75,13 @@ arguments; positions in error messages refer to `toml`, the text that is made of
            "Ticks and placements of the path, as a structured array: time_s, segment, set_down (1: the tool is placed "
            "at the "
            "pose, without a tick), x_mm, y_mm, z_mm, qw, qx, qy, qz, dt_s. The first row is where a simulation starts.")
-      .def_property_readonly("toml", Of(&SceneFile::toml))
-      .def_property_readonly("path", Of(&SceneFile::path))
-      .def_property_readonly("name", Of(&SceneFile::name))
-      .def_property_readonly("title", Of(&SceneFile::title))
-      .def_property_readonly("is_slab", Of(&SceneFile::is_slab))
-      .def_property_readonly("rate_hz", Of(&SceneFile::rate_hz), "Ticks per second.")
-      .def_property_readonly("rpm", Of(&SceneFile::rpm), "Spindle speed.")
+      .def_property_readonly("toml", &SceneFile::toml)
+      .def_property_readonly("path", &SceneFile::path)
+      .def_property_readonly("name", &SceneFile::name)
+      .def_property_readonly("title", &SceneFile::title)
+      .def_property_readonly("is_slab", &SceneFile::is_slab)
+      .def_property_readonly("rate_hz", &SceneFile::rate_hz, "Ticks per second.")
+      .def_property_readonly("rpm", &SceneFile::rpm, "Spindle speed.")
       .def("__repr__", [](const SceneFile& scene) { return "<kerf.Scene '" + scene.name() + "'>"; });
 }
 

@@ -6,7 +6,6 @@
 #include <limits>
 #include <variant>
 
-#include "kerf/error.h"
 #include "kerf/material.h"
 
 namespace kerf {
@@ -53,8 +52,9 @@ std::string DescribeBlade(const Tool& tool) {
 const LawCaveat& FindCaveat(const ForceLawInfo& law) {
   const auto* found = std::find_if(kCaveats.begin(), kCaveats.end(),
                                    [&](const LawCaveat& c) { return std::string_view(c.law) == law.name; });
-  if (found == kCaveats.end()) throw Error(fmt::format("there is no statement of the accuracy of {}", law.name));
-  return *found;
+  static constexpr LawCaveat kOfAnotherProgram{"", false,
+                                               "it is a law of another program, of which kerf knows no measurements"};
+  return found == kCaveats.end() ? kOfAnotherProgram : *found;
 }
 
 ToothCut MakeMeasuredBone(const Tool& tool) {

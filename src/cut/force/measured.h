@@ -61,7 +61,7 @@ struct LawCaveat {
   const char* good_for;  // phrase: the questions that the law answers, and those that it does not
 };
 
-/// Throws Error if the table in src/cut/force/measured.cpp has no row for the law.
+/// Returns the row of the table in src/cut/force/measured.cpp, or one without a name for a law of another program.
 const LawCaveat& FindCaveat(const ForceLawInfo& law);
 
 /// Returns the law's thrust on a tooth of this tool divided by the measured thrust. The measured thrust at other bites
