@@ -14,7 +14,8 @@ import numpy as np
 
 import kerf
 
-scenes = pathlib.Path(os.environ.get("KERF_SCENES", "scenes"))
+folders = [pathlib.Path("scenes"), pathlib.Path(kerf.__file__).parents[4] / "share/kerf/scenes"]  # a checkout, an installation
+scenes = next(folder for folder in folders if (folder / "slab_mandible.toml").is_file())
 ct = pathlib.Path(os.environ.get("KERF_SCANS", "../shared/data")) / "visible_human_female/dicom"
 if ct.is_dir():
     scene = kerf.Scene.read(scenes / "visible_human_compare.toml")
@@ -28,11 +29,11 @@ else:
     print("generic mandible:", bone)
 
 # %% [markdown]
-# The scene says where the saw goes. The same scene in slab mode samples the material in front of the blade once and then
-# needs no voxels.
+# The scene says where the saw goes. In voxel mode the saw removes bone. In slab mode the same scene samples the material
+# in front of the blade once and then needs no voxels.
 
 # %%
-voxel = kerf.run(scene, bone)
+voxel = kerf.run(scene.with_value("simulation", "mode", "voxel"), bone)
 slab = kerf.run(scene.with_value("simulation", "mode", "slab"), bone)
 force = {name: run.ticks["force_z_N"] for name, run in {"voxels": voxel, "slab": slab}.items()}
 for name, run in {"voxels": voxel, "slab": slab}.items():

@@ -120,7 +120,7 @@ class CoupledSimulation {
   CoupledSimulation& operator=(CoupledSimulation&&) noexcept;
 
   /// Runs one tick. Deterministic: the same calls give bit-identical results. Tick-safe: allocates nothing and never
-  /// blocks.
+  /// blocks. Throws only as kerf/own_effect.h says.
   CoupledOutput Tick(const CoupledInput& in, TickObserver* observer = nullptr);
 
   /// Moves the tool to X_WT without cutting on the way. Does nothing and returns false if the pose is invalid.

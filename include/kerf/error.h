@@ -1,4 +1,4 @@
-// Reporting of bad input: one exception type, whose message is one clear sentence. Never thrown in the tick.
+// Reporting of bad input: one exception type, whose message is one clear sentence. In ticks: own_effect.h.
 #pragma once
 
 #include <stdexcept>

@@ -101,7 +101,7 @@ using LawCoefficients = std::array<double, 16>;
 ///   2. both forces are finite for bites up to 1 m;
 ///   3. both are 0 for an empty ToothCut;
 ///   4. the same arguments give the same bits, at any time.
-/// The cutting force may fall with the bite.
+/// The cutting force may fall with the bite. A tick in which a law breaks rule 1 or 2 or throws ends with an Error.
 struct ToothForce {
   using Function = double (*)(const ToothForce& law, double bite_mm, const ToothCut& cut);
 

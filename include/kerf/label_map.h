@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <span>
 
@@ -26,10 +27,11 @@ struct LabelMap {
 
 /// Makes a bone of the voxels whose labels are in `region_of_label`, with the region given there. Its surface lies
 /// where the labels, interpolated linearly between voxel centres, are half bone: between voxel centres, and smooth to
-/// about the lattice's spacing. Bone at the lattice's edge ends half a voxel beyond the last voxel centre. Throws
-/// kerf::Error if the lattice is invalid or empty, does not match `labels`, if no voxel is bone, if a region is
-/// unknown, or if the bone would be too large.
+/// about the lattice's spacing. Bone at the lattice's edge ends half a voxel beyond the last voxel centre. `progress`:
+/// as in MakeMandible(). Throws kerf::Error if the lattice is invalid or empty, does not match `labels`, if no voxel is
+/// bone, if a region is unknown, or if the bone would be too large.
 Bone MakeBoneFromLabels(const LabelMap& map, const std::map<int, int>& region_of_label, double voxel_mm,
-                        const MaterialTable& materials = DefaultMandibleTable());
+                        const MaterialTable& materials = DefaultMandibleTable(),
+                        const std::function<void(double)>& progress = {});
 
 }  // namespace kerf

@@ -50,9 +50,11 @@ void Describe(BlockParams& p, V&& visit) {
 /// plate of 2.0 mm (buccal and lingual plates at the first molar, CT of 20 dry mandibles), 13.5 mm in total.
 BlockParams MakePlateParams();
 
-/// Makes a block or a plate. Throws kerf::Error if a parameter is out of range, the pose is not valid, a layer has an
-/// unknown region or lies entirely below the block, or if the block would be too large.
-Bone MakeBlock(const BlockParams& params, const MaterialTable& materials = DefaultMandibleTable());
+/// Makes a block or a plate. `progress`: as in MakeMandible(). Throws kerf::Error if a parameter is out of range, the
+/// pose is not valid, a layer has an unknown region or lies entirely below the block, or if the block would be too
+/// large.
+Bone MakeBlock(const BlockParams& params, const MaterialTable& materials = DefaultMandibleTable(),
+               const std::function<void(double)>& progress = {});
 
 /// Dimensions, mm and degrees. docs/mandible.md gives their meaning on the bone and the anatomical values.
 struct MandibleParams {
@@ -129,9 +131,9 @@ void Describe(MandibleParams& p, V&& visit) {
   visit("voxel_mm", p.voxel_mm, kVoxelRange_mm, "edge of a voxel");
 }
 
-/// Makes the generic mandible. `progress`, which is optional, is called with values from 0 to 1, from one thread. The
-/// voxels of the region grid have an edge of voxel_mm, but at least 0.2 mm. Throws kerf::Error if a parameter is out of
-/// range or `materials` lacks one of the regions 1 to 34.
+/// Makes the generic mandible. `progress`, which is optional, is called with values from 0 to 1, from one thread; what
+/// it throws ends the work. The voxels of the region grid have an edge of voxel_mm, but at least 0.2 mm. Throws
+/// kerf::Error if a parameter is out of range or `materials` lacks one of the regions 1 to 34.
 Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials = DefaultMandibleTable(),
                   const std::function<void(double)>& progress = {});
 

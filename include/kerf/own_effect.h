@@ -66,15 +66,18 @@ struct OwnEffectEnd {
 /// Effect of another program. Except for the constructor and the destructor, all functions are called in the tick: they
 /// must not use heap memory, lock, wait, or do input or output. A program that is linked with kerf::heap_guard ends
 /// with a message if they use heap memory. With the same calls they must give the same results, or recordings cannot be
-/// replayed.
+/// replayed. A speed or a push that is not finite, or an exception of Begin(), Solved() or End(), ends the tick with
+/// kerf::Error, which names the tick and the effect; so does a force law that gives a force which is not finite or
+/// below 0, or that throws. The tool is then where it was before the tick, as after SetDown(). Bone that earlier steps
+/// of the tick have removed stays removed, and what the effects have stored is kept.
 class OwnEffect {
  public:
   virtual ~OwnEffect() = default;
 
   // Each of the following is called only if EffectInfo::hooks lists it: kEffectBegin, kEffectSolved, kEffectEnd.
-  virtual void Begin(EffectBegin& /*begin*/) noexcept {}
-  virtual void Solved(const OwnEffectStep& /*step*/) noexcept {}
-  virtual void End(OwnEffectEnd& /*end*/) noexcept {}
+  virtual void Begin(EffectBegin& /*begin*/) {}
+  virtual void Solved(const OwnEffectStep& /*step*/) {}
+  virtual void End(OwnEffectEnd& /*end*/) {}
 
   /// Called when the tool has been set down elsewhere or bone has been restored: forget the contact.
   virtual void Reset() noexcept {}

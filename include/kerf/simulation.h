@@ -100,7 +100,7 @@ class Simulation {
   Simulation& operator=(Simulation&&) noexcept;
 
   /// Moves the tool to in.X_WT and removes what it sweeps. Deterministic: the same calls give bit-identical results.
-  /// Allocates only if thousands of leaves have changed since the last Refill().
+  /// Allocates only if thousands of leaves have changed since the last Refill(). Throws only as kerf/own_effect.h says.
   TickOutput Tick(const TickInput& in, TickObserver* observer = nullptr);
 
   /// Moves the tool to X_WT without cutting on the way. Does nothing and returns false if the pose is invalid.

@@ -73,31 +73,27 @@ def _read_csv(path: pathlib.Path) -> Any:
 
 
 class _SceneFile:
-    """The file of a scene: its own, or a temporary one for a scene that was made in Python."""
+    """The file of a scene: its own, or a temporary one with the same name for a scene that was made in Python."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
-        self._made: pathlib.Path | None = None
+        self._made: tempfile.TemporaryDirectory[str] | None = None
 
     def __enter__(self) -> str:
         if not isinstance(self._scene, _kerf.Scene):
-            return str(os.fspath(self._scene))
+            return os.fsdecode(self._scene)
         own = pathlib.Path(self._scene.path)
         if own.is_file() and own.read_text(encoding="utf-8", errors="replace") == self._scene.toml:
             return str(own)
-        base = pathlib.Path(self._scene.path).parent  # of relative file names in the scene
-        try:
-            handle, name = tempfile.mkstemp(suffix=".toml", prefix="scene_", dir=base)
-        except OSError:
-            handle, name = tempfile.mkstemp(suffix=".toml", prefix="scene_")
-        self._made = pathlib.Path(name)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(self._scene.toml)
-        return name
+        text = self._scene.resolve()  # names files absolutely, so that it can be in any folder
+        self._made = tempfile.TemporaryDirectory(prefix="kerf_")
+        made = pathlib.Path(self._made.name) / f"{own.stem}.toml"
+        made.write_text(text, encoding="utf-8")
+        return str(made)
 
     def __exit__(self, *_: Any) -> None:
         if self._made is not None:
-            self._made.unlink(missing_ok=True)
+            self._made.cleanup()
 
 
 def compare(scene: Any, laws: Sequence[str] = (), repeat: int = 3, progress: Any = None) -> dict[str, Any]:
@@ -114,20 +110,40 @@ def compare(scene: Any, laws: Sequence[str] = (), repeat: int = 3, progress: Any
 
 
 def study(study_file: Any = None, jobs: int = 0, errors_only: bool = False, costs_only: bool = False, data: Any = None,
-          progress: Any = None) -> dict[str, Any]:
+          output: Any = None, progress: Any = None) -> dict[str, Any]:
     """Measures how much computing time accuracy costs; returns errors and times for many settings and paths.
 
-    study_file: a study (TOML, docs/study.md); None: the default study, which takes long. jobs: cases at once, 0: one for
-    each core. Returns the document study.json (docs/formats.md), and "cases": cases.csv, errors and times of each case, as a
-    structured array. Raises kerf.Error. `kerf study` also writes figures.
+    study_file: a study (TOML, docs/study.md); None: the default study, which takes hours. jobs: cases at once, 0: one for
+    each core. output: folder that keeps the records, with which the same call continues a study that was stopped; None: a
+    temporary one, which Ctrl-C leaves if it has records. Returns the document study.json (docs/formats.md), and "cases":
+    cases.csv, errors and times of each case, as a structured array. Raises kerf.Error. `kerf study` also writes figures.
     """
     options = [*(["--errors-only"] if errors_only else []), *(["--costs-only"] if costs_only else []),
-               *(["--data", os.fspath(data)] if data is not None else [])]
-    files = [] if study_file is None else [os.fspath(study_file)]
-    with tempfile.TemporaryDirectory(prefix="kerf_") as folder:
-        _call(["study", *files, "-o", folder, "--jobs", str(jobs), "--json", *options], progress=progress)
-        document: dict[str, Any] = json.loads((pathlib.Path(folder) / "study.json").read_text(encoding="utf-8"))
-        return {**document, "cases": _read_csv(pathlib.Path(folder) / "cases.csv")}
+               *(["--data", os.fsdecode(data)] if data is not None else [])]
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="kerf_") if output is None else os.fsdecode(output))
+    kept = output is not None
+    try:
+        with tempfile.TemporaryDirectory(prefix="kerf_") as made:
+            file = pathlib.Path(made, "study_default.toml") if study_file is None else pathlib.Path(os.fsdecode(study_file))
+            if study_file is None:
+                _write_default_study(file)
+            _call(["study", str(file), "-o", str(folder), "--jobs", str(jobs), "--json", *options], progress=progress)
+        document: dict[str, Any] = json.loads((folder / "study.json").read_text(encoding="utf-8"))
+        return {**document, "cases": _read_csv(folder / "cases.csv")}
+    except KeyboardInterrupt:
+        kept = kept or any((folder / "cases").glob("*.json"))
+        raise
+    finally:
+        if not kept:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _write_default_study(path: pathlib.Path) -> None:
+    try:
+        text = subprocess.run([find_program(), "study", "--defaults"], capture_output=True, check=True, stdin=subprocess.DEVNULL).stdout
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise _kerf.Error(f"the program {find_program()} does not give its default study: {error}") from None
+    path.write_bytes(text)
 
 
 def stability(scene: Any, quick: bool = False, seed: int = 1, progress: Any = None) -> dict[str, Any]:
@@ -146,5 +162,5 @@ def score(recording: Any, bone: Any = None, progress: Any = None) -> dict[str, A
     recording: path of a .kerf file. bone: path of its bone, if it was moved. Returns the document of `kerf score --json`
     (docs/json.md). Raises kerf.Error.
     """
-    options = [] if bone is None else ["--bone", os.fspath(bone)]
-    return _call(["score", os.fspath(recording), "--json", *options], codes=(0, 3), progress=progress)
+    options = [] if bone is None else ["--bone", os.fsdecode(bone)]
+    return _call(["score", os.fsdecode(recording), "--json", *options], codes=(0, 3), progress=progress)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from typing import Any, Callable
@@ -10,6 +11,7 @@ from kerf import _kerf
 
 _DELAY_S = 2.0
 _WIDTH = 30
+_MANY = 1000
 
 
 def _in_notebook() -> bool:
@@ -27,29 +29,47 @@ def _write(text: str) -> None:
         pass
 
 
+def _room() -> int:
+    """Returns how many characters fit into a line of the terminal."""
+    try:
+        if sys.stderr is not None and sys.stderr.isatty():
+            columns = os.get_terminal_size(sys.stderr.fileno()).columns
+            if columns > 0:
+                return columns - 1  # the cursor needs one
+    except (OSError, ValueError):  # its size is not known
+        pass
+    return _MANY
+
+
 class Bar:
-    """Draws on stderr; a notebook shows it below the cell."""
+    """Draws on stderr, in one line; a notebook shows it below the cell."""
 
     def __init__(self, label: str) -> None:
         self._label = label
         self._began = time.monotonic()
-        self._drawn = 0
+        self._text = ""
 
     def __call__(self, fraction: float) -> None:
         passed_s = time.monotonic() - self._began
         if passed_s < _DELAY_S:
             return
-        full = round(_WIDTH * fraction)
+        room = _room()
         left = f", {passed_s * (1 - fraction) / fraction:.0f} s left" if fraction > 0.01 else ""
-        text = f"{self._label} [{'#' * full}{'.' * (_WIDTH - full)}] {100 * fraction:3.0f} %{left}"
-        _write("\r" + text.ljust(self._drawn))
-        self._drawn = len(text)
+        percent = f"{100 * fraction:3.0f} %{left}"
+        width = min(_WIDTH, room - len(f"{self._label} [] {percent}"))
+        full = round(width * fraction)
+        bar = f"[{'#' * full}{'.' * (width - full)}] " if width > 0 else ""
+        text = f"{self._label} {bar}{percent}"[:room]
+        if text == self._text:
+            return
+        _write("\r" + text.ljust(min(len(self._text), room)))
+        self._text = text
 
     def end(self) -> None:
         """Removes the bar."""
-        if self._drawn:
-            _write("\r" + " " * self._drawn + "\r")
-        self._drawn = 0
+        if self._text:
+            _write("\r" + " " * min(len(self._text), _room()) + "\r")
+        self._text = ""
 
 
 def _on_terminal() -> bool:

@@ -22,6 +22,8 @@ def write_value(value: Any) -> str:
             return "nan"
         return repr(value) if math.isfinite(value) else ("inf" if value > 0 else "-inf")
     if isinstance(value, str):
+        if not _is_unicode(value):
+            raise _kerf.Error(f"a scene cannot have the text {value!a}, which is not valid Unicode")
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if hasattr(value, "__fspath__"):
         return write_value(value.__fspath__())
@@ -32,9 +34,18 @@ def write_value(value: Any) -> str:
     raise _kerf.Error(f"a scene cannot have a value of the type {type(value).__name__}")
 
 
+def _is_unicode(text: str) -> bool:
+    """Returns False for what os.fsdecode() makes of file names that are not UTF-8."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def _key(key: Any) -> str:
-    if not isinstance(key, str):
-        raise _kerf.Error(f"a scene's key must be a text, not {key!r}")
+    if not isinstance(key, str) or not _is_unicode(key):
+        raise _kerf.Error(f"a scene's key must be a text, not {key!a}")
     plain = key and all(c.isascii() and (c.isalnum() or c in "_-") for c in key)
     return key if plain else json.dumps(key, ensure_ascii=False)
 

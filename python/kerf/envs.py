@@ -15,6 +15,7 @@ arrays of float32. The same seed and actions give the same bits.
 from __future__ import annotations
 
 import math
+import numbers
 from typing import Any, Optional
 
 import numpy as np
@@ -52,9 +53,9 @@ class Box:
 class Task:
     """What the tasks have in common.
 
-    Action (3,): velocity of the handle along x, y and z, each -1 to 1 times MAX_SPEED_MM_PER_S. Observation (8,): position
-    of the saw's centre x, y, z (mm), force on the hand x, y, z (N), depth of the blade's edge below the surface (mm,
-    negative above it), and one number of the task.
+    Action (3,): velocity of the handle along x, y and z, each -1 to 1 times 10 mm/s, and limited to it. Observation
+    (8,): position of the saw's centre x, y, z (mm), force on the hand x, y, z (N), depth of the blade's edge below
+    the surface (mm, negative above it), and one number of the task.
     """
 
     MAX_SPEED_MM_PER_S = 10.0
@@ -72,6 +73,9 @@ class Task:
 
     def __init__(self, voxel_mm: float = 0.25) -> None:
         """voxel_mm: edge of the bone's voxels, 0.02 to 4. Smaller ones are more accurate and slower."""
+        given: Any = voxel_mm
+        if not isinstance(given, numbers.Real) or not 0.02 <= float(given) <= 4:
+            raise kerf.Error(f"voxel_mm = {voxel_mm!r} is not a number in the valid range, 0.02 to 4 mm")
         self.voxel_mm = voxel_mm
         self._random = np.random.default_rng()
         self._simulation: Optional[kerf.HandSimulation] = None
@@ -167,7 +171,7 @@ class DepthControl(Task):
 
     The last number of the observation is the depth that is wanted, mm. Reward of a step: minus the error of the depth, mm,
     times the way along the cut, mm; a way that is cut without error costs nothing, and each second costs 0.1. The episode
-    ends at the end of the groove. info: "depth_error_mm" (mean along the cut), "wanted_mm".
+    ends at the end of the groove. info: "depth_error_mm" (mean along the cut, nan before it), "wanted_mm".
     """
 
     LENGTH_MM = 12.0
@@ -316,7 +320,7 @@ TASKS = {"depth_control": DepthControl, "straight_osteotomy": StraightOsteotomy,
 
 
 def make(name: str, **options: Any) -> Task:
-    """Returns the task of that name: one of TASKS."""
+    """Returns the task of that name: depth_control, straight_osteotomy or stay_off_nerve."""
     if name not in TASKS:
         raise kerf.Error(f"there is no task '{name}'; the tasks are {', '.join(TASKS)}")
     return TASKS[name](**options)

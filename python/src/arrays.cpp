@@ -1,6 +1,7 @@
 #include "arrays.h"
 
 #include <glm/mat3x3.hpp>
+#include <new>
 
 #include "kerf/error.h"
 
@@ -12,12 +13,13 @@ std::string ShapeOf(const DoubleArray& array) {
 }
 
 DoubleArray ToArray(const py::handle& value, const char* name) {
+  const char kind = py::isinstance<py::array>(value) ? py::reinterpret_borrow<py::array>(value).dtype().kind() : '?';
+  if (kind == 'c') throw Error(std::string(name) + " must be an array of real numbers");
   DoubleArray array = DoubleArray::ensure(value);
-  if (!array) {
-    PyErr_Clear();
-    throw Error(std::string(name) + " must be an array of numbers");
-  }
-  return array;
+  if (array) return array;
+  PyErr_Clear();
+  if (kind == 'f' || kind == 'i' || kind == 'u') throw std::bad_alloc();  // its copy does not fit in memory
+  throw Error(std::string(name) + " must be an array of numbers");
 }
 
 Pose ReadMatrix(const double* m, const char* name) {

@@ -11,11 +11,19 @@ namespace {
 constexpr std::chrono::milliseconds kInterval{50};
 
 std::atomic<bool> ending = false;
+std::thread::id ending_thread;  // once the interpreter is ending
 std::atomic<int> unlocked_count = 0;
+
+/// Ends the use of Python by a thread that has outlived the interpreter: only daemon threads do.
+[[noreturn]] void RestForever() {
+  PyEval_SaveThread();
+  while (true) std::this_thread::sleep_for(std::chrono::hours(1));
+}
 
 }  // namespace
 
 Unlocked::Unlocked() {
+  if (ending && std::this_thread::get_id() != ending_thread) RestForever();
   if (ending) throw Error("the interpreter is ending");
   ++unlocked_count;
   release_.emplace();
@@ -23,15 +31,21 @@ Unlocked::Unlocked() {
 
 Unlocked::~Unlocked() {
   release_.reset();
+  const bool rest = ending;
   --unlocked_count;
+  if (rest) RestForever();
 }
 
 void Unlocked::EndWithInterpreter() {
   py::module_::import("atexit").attr("register")(py::cpp_function([] {
+    ending_thread = std::this_thread::get_id();
     ending = true;
     const py::gil_scoped_release release;
     while (unlocked_count > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }));
+  // A forked child has only the thread that forked, and that one holds the lock.
+  py::module_::import("os").attr("register_at_fork")(py::arg("after_in_child") =
+                                                         py::cpp_function([] { unlocked_count = 0; }));
 }
 
 Watch::Watch(const py::object& progress, const char* label) : next_(std::chrono::steady_clock::now() + kInterval) {
@@ -52,6 +66,11 @@ bool Watch::operator()(double fraction) noexcept {
     raised_ = std::current_exception();
     return false;
   }
+}
+
+void Watch::Complete() noexcept {
+  next_ = {};
+  (*this)(1);
 }
 
 void Watch::End() {

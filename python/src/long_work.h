@@ -5,15 +5,19 @@
 
 #include <chrono>
 #include <exception>
+#include <functional>
 #include <optional>
 #include <utility>
+
+#include "kerf/error.h"
 
 namespace kerf::python {
 
 namespace py = pybind11;
 
-/// Releases the interpreter's lock. Throws kerf::Error if the interpreter is ending, which waits for those that exist:
-/// a thread that wants the lock back later would end the process.
+/// Releases the interpreter's lock. The interpreter's end waits for those that exist: a thread that wants the lock back
+/// later would end the process. From then on, other threads rest here until the process ends, and the thread that ends
+/// the interpreter gets kerf::Error.
 class Unlocked {
  public:
   Unlocked();
@@ -37,6 +41,8 @@ class Watch {
   /// Returns false if the work has to end: because of Ctrl-C or an exception of the function. Called without the
   /// interpreter's lock.
   bool operator()(double fraction) noexcept;
+  /// Shows that all is done. Called without the interpreter's lock.
+  void Complete() noexcept;
   /// Removes the bar.
   void End();
   /// Throws what the interpreter had raised, if anything.
@@ -57,7 +63,9 @@ auto RunLong(const py::object& progress, const char* label, Work&& work) {
   try {
     auto result = [&] {
       const Unlocked unlocked;
-      return work(watch);
+      auto made = work(watch);
+      watch.Complete();
+      return made;
     }();
     watch.End();
     watch.RethrowRaised();
@@ -67,6 +75,13 @@ auto RunLong(const py::object& progress, const char* label, Work&& work) {
     watch.RethrowRaised();
     throw;
   }
+}
+
+/// Returns a progress function for work that ends if it throws.
+inline std::function<void(double)> ThrowToEnd(Watch& watch) {
+  return [&watch](double fraction) {
+    if (!watch(fraction)) throw Error("the work was cancelled");
+  };
 }
 
 }  // namespace kerf::python

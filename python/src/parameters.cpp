@@ -2,6 +2,8 @@
 
 #include <pybind11/stl.h>
 
+#include "text.h"
+
 namespace kerf::python {
 
 std::string SuggestName(const std::string& name, const std::vector<std::string>& known) {
@@ -23,7 +25,7 @@ void ParameterSetter::SetText(const char* key, std::string& value) {
   const py::object given = Take(key);
   if (!given) return;
   if (!py::isinstance<py::str>(given)) throw Error(std::string(key) + " must be a text");
-  value = py::cast<std::string>(given);
+  value = ToUtf8(given);
 }
 
 void ParameterSetter::operator()(const char* key, Quat& value, const char*) {
@@ -41,7 +43,7 @@ void ParameterSetter::operator()(const char* key, Quat& value, const char*) {
 
 void ParameterSetter::CheckRest(const char* whose) const {
   if (rest_.empty()) return;
-  const std::string key = py::cast<std::string>(py::str(rest_.begin()->first));
+  const std::string key = ToUtf8(py::str(rest_.begin()->first));
   throw Error(std::string(whose) + " has no parameter '" + key + "'" + SuggestName(key, known_));
 }
 

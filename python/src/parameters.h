@@ -50,6 +50,8 @@ class ParameterSetter {
   }
   void operator()(const char* key, Quat& value, const char*);
 
+  /// Adds a name for CheckRest(), of a parameter that the caller takes.
+  void AddKnown(const char* key) { known_.emplace_back(key); }
   /// Throws kerf::Error if an argument is left: "Disc has no parameter 'teth'; did you mean 'teeth'?"
   void CheckRest(const char* whose) const;
 
@@ -71,6 +73,25 @@ class ParameterSetter {
 
   py::dict& rest_;
   std::vector<std::string> known_;
+};
+
+/// Visitor that puts the values of described parameters into a dict.
+class ParameterGetter {
+ public:
+  template <typename Value, typename... Rest>
+  void operator()(const char* key, const Value& value, const Rest&...) {
+    if constexpr (std::is_same_v<Value, Vec3>) {
+      values_[key] = FromVec3(value);
+    } else if constexpr (std::is_same_v<Value, Quat>) {
+      values_[key] = py::make_tuple(value.w, value.x, value.y, value.z);
+    } else {
+      values_[key] = value;
+    }
+  }
+  const py::dict& values() const { return values_; }
+
+ private:
+  py::dict values_;
 };
 
 /// Visitor that describes parameters for a docstring.
@@ -130,6 +151,18 @@ Params ReadParameters(const py::kwargs& arguments, const char* whose, Params par
   setter.CheckRest(whose);
   CheckParameters(params, whose);
   return params;
+}
+
+/// Pickles a struct as a dict of its parameters.
+template <typename Params, typename Class>
+void BindPickles(Class& c, const char* whose) {
+  c.def(py::pickle(
+      [](Params& params) {
+        ParameterGetter visitor;
+        Describe(params, visitor);
+        return visitor.values();
+      },
+      [whose](const py::dict& values) { return ReadParameters<Params>(py::kwargs(values), whose); }));
 }
 
 }  // namespace kerf::python

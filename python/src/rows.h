@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "kerf/run.h"
+#include "kerf/slab.h"
 
 namespace kerf::python {
 
@@ -84,6 +85,20 @@ void VisitSlabState(const SlabState& s, V&& visit) {
   visit("damping_mJ", s.damping_mJ);
   visit("released_mJ", s.released_mJ);
   visit("numerical_mJ", s.numerical_mJ);
+}
+
+/// A tick of a slab.
+template <typename V>
+void VisitSlabTick(double time_s, const Pose& X, const TickOutput& out, const SlabState& state, V&& visit) {
+  visit("time_s", time_s);
+  VisitPose("{}_mm", "qw", "qx", "qy", "qz", X, visit);
+  visit("force_{}_N", out.f_T_W_N);
+  visit("thrust_sum_N", out.thrust_sum_N);
+  visit("engaged_teeth", out.engaged_teeth);
+  visit("mean_E_GPa", out.mean_E_MPa / 1000);
+  visit("main_region", static_cast<std::int64_t>(out.main_region));
+  visit("status", static_cast<std::int64_t>(out.status));
+  VisitSlabState(state, visit);
 }
 
 }  // namespace kerf::python

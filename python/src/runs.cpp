@@ -9,11 +9,13 @@
 
 #include "arrays.h"
 #include "bindings.h"
+#include "copies.h"
 #include "kerf/error.h"
 #include "kerf/recording.h"
 #include "kerf/run.h"
 #include "long_work.h"
 #include "rows.h"
+#include "text.h"
 #include "turn.h"
 
 namespace kerf::python {
@@ -29,29 +31,14 @@ void VisitChannels(const ChannelRows& channels, std::size_t row, V&& visit) {
 }
 
 template <typename V>
-void VisitRecord(const TickRecord& tick, double total_mm3, V&& visit) {
+void VisitRow(const TickRecord& tick, double total_mm3, V&& visit) {
   visit("segment", static_cast<std::int64_t>(tick.segment + 1));
   VisitTick(tick.time_s, tick.X_WT, tick.out, total_mm3, visit);
   visit("travel_mm", tick.travel_mm);
 }
 
-py::array MakePathTable(const PathRun& run) {
-  Table table([&](auto&& visit) {
-    VisitRecord({}, 0, visit);
-    VisitChannels(run.channels, run.channels.rows(), visit);
-  });
-  table.Reserve(run.ticks.size());
-  double total_mm3 = 0;
-  for (std::size_t i = 0; i < run.ticks.size(); ++i) {
-    total_mm3 += run.ticks[i].out.removed_mm3;
-    VisitRecord(run.ticks[i], total_mm3, table);
-    VisitChannels(run.channels, i, table);
-  }
-  return table.Take();
-}
-
 template <typename V>
-void VisitHandRow(const HandTick& tick, double total_mm3, V&& visit) {
+void VisitRow(const HandTick& tick, double total_mm3, V&& visit) {
   VisitHandTick(tick.time_s, tick.X_WH, tick.out, total_mm3, visit);
   visit("rpm", tick.rpm);
   visit("device_{}_N", tick.f_device_N);
@@ -59,16 +46,18 @@ void VisitHandRow(const HandTick& tick, double total_mm3, V&& visit) {
   visit("faults", static_cast<std::int64_t>(tick.faults));
 }
 
-py::array MakeHandTable(const HandRun& run) {
+/// Makes the table of a run's ticks. `AnyRun`: PathRun or HandRun.
+template <typename AnyRun>
+py::array MakeTickTable(const AnyRun& run) {
   Table table([&](auto&& visit) {
-    VisitHandRow({}, 0, visit);
+    VisitRow(typename decltype(run.ticks)::value_type{}, 0, visit);
     VisitChannels(run.channels, run.channels.rows(), visit);
   });
   table.Reserve(run.ticks.size());
   double total_mm3 = 0;
   for (std::size_t i = 0; i < run.ticks.size(); ++i) {
     total_mm3 += run.ticks[i].out.removed_mm3;
-    VisitHandRow(run.ticks[i], total_mm3, table);
+    VisitRow(run.ticks[i], total_mm3, table);
     VisitChannels(run.channels, i, table);
   }
   return table.Take();
@@ -90,23 +79,24 @@ struct Result {
   double removed_mm3 = 0;
   py::dict removed_by_region_mm3;
   double wall_s = 0;
-  std::vector<std::string> warnings;
+  py::list warnings;
   py::object difference = py::none();
 };
 
-Result MakeResult(RunResults& run, py::array ticks) {
+template <typename AnyRun>
+Result MakeResult(AnyRun& run) {
   Result result;
-  result.ticks = std::move(ticks);
+  result.ticks = MakeTickTable(run);
   result.bone = std::make_shared<Bone>(std::move(run.bone));
   result.removed_mm3 = run.removed_mm3;
   result.wall_s = run.wall_s;
-  result.warnings = std::move(run.warnings);
-  if (run.difference) result.difference = py::make_tuple(run.difference->time_s, run.difference->what);
+  result.warnings = ShowTexts(run.warnings);
+  if (run.difference) result.difference = py::make_tuple(run.difference->time_s, ShowText(run.difference->what));
   return result;
 }
 
 Result MakePathResult(PathRun&& run) {
-  Result result = MakeResult(run, MakePathTable(run));
+  Result result = MakeResult(run);
   result.slab = MakeSlabTable(run);
   for (std::size_t id = 0; id < run.removed_mm3_by_region.size(); ++id) {
     if (run.removed_mm3_by_region[id] != 0) result.removed_by_region_mm3[py::cast(id)] = run.removed_mm3_by_region[id];
@@ -115,8 +105,25 @@ Result MakePathResult(PathRun&& run) {
 }
 
 Result MakeHandResult(HandRun&& run) {
-  py::array ticks = MakeHandTable(run);
-  return MakeResult(run, std::move(ticks));
+  return MakeResult(run);
+}
+
+py::tuple GetResultState(const Result& r) {
+  return py::make_tuple(r.ticks, r.slab, r.bone, r.removed_mm3, r.removed_by_region_mm3, r.wall_s, r.warnings,
+                        r.difference);
+}
+
+Result MakeResultOfState(const py::tuple& state) {
+  return OfState("Run", [&]() -> Result {
+    return {.ticks = state[0],
+            .slab = state[1],
+            .bone = py::cast<std::shared_ptr<Bone>>(state[2]),
+            .removed_mm3 = py::cast<double>(state[3]),
+            .removed_by_region_mm3 = state[4],
+            .wall_s = py::cast<double>(state[5]),
+            .warnings = state[6],
+            .difference = state[7]};
+  });
 }
 
 /// Reads the scene if its path is given.
@@ -129,21 +136,26 @@ SceneFile ToScene(const py::object& scene) {
   }
 }
 
-Result RunScene(const py::object& given, const std::shared_ptr<Bone>& bone,
-                const std::optional<std::filesystem::path>& record, const py::object& progress) {
+void CheckRecord(const std::optional<std::filesystem::path>& record) {
+  if (record && record->empty()) throw Error("record must be the name of a file, or None");
+}
+
+Result RunScene(const py::object& given, const Bone* bone, const std::optional<std::filesystem::path>& record,
+                const py::object& progress) {
   const SceneFile scene = ToScene(given);
-  if (record && record->empty()) throw Error("record must be the name of a file");
-  if (bone && record) throw Error("a run with a bone of its own can't be recorded");
+  CheckRecord(record);
+  if (bone != nullptr && record) throw Error("a run with a bone of its own can't be recorded");
   return MakePathResult(RunLong(progress, "run", [&](Watch& watch) {
     const ShowProgress show = [&](double fraction) { return watch(fraction); };
-    return bone ? RunAlongPath(scene, *bone, show)
-                : RunAlongPath(scene, {.record = record ? record->string() : "", .progress = show});
+    return bone != nullptr ? RunAlongPath(scene, *bone, show)
+                           : RunAlongPath(scene, {.record = record ? record->string() : "", .progress = show});
   }));
 }
 
 Result RunSceneInHand(const py::object& given, double seconds, bool real_time,
                       const std::optional<std::filesystem::path>& record, const py::object& progress) {
   const SceneFile scene = ToScene(given);
+  CheckRecord(record);
   return MakeHandResult(RunLong(progress, "run in hand", [&](Watch& watch) {
     HandRunOptions options;
     options.seconds = seconds;
@@ -174,7 +186,9 @@ py::array MakeInputTable(Recording& recording) {
 
 /// A recording that one thread uses at a time.
 struct SharedRecording {
-  explicit SharedRecording(const std::string& path) : recording(path) {}
+  explicit SharedRecording(const std::filesystem::path& path)
+      : absolute_path(std::filesystem::absolute(path).string()), recording(path.string()) {}
+  std::string absolute_path;
   Recording recording;
   std::atomic<bool> busy = false;
 };
@@ -196,6 +210,7 @@ Result Replay(SharedRecording& shared, const py::object& progress) {
 
 void BindRuns(py::module_& m) {
   py::class_<Result>(m, "Run", "Result of a run.")
+      .def(py::pickle(&GetResultState, &MakeResultOfState))
       .def_readonly("ticks", &Result::ticks,
                     "One row per tick: structured array with the columns of forces.csv (docs/formats.md) and those of "
                     "the effects.")
@@ -206,23 +221,37 @@ void BindRuns(py::module_& m) {
       .def_readonly("removed_by_region_mm3", &Result::removed_by_region_mm3,
                     "Dict of volumes by region; of a run along a path.")
       .def_readonly("wall_s", &Result::wall_s, "Duration of the ticks, s.")
-      .def_readonly("warnings", &Result::warnings)
+      .def_readonly("warnings", &Result::warnings, "List of sentences, as the program prints them.")
+      .def("__repr__",
+           [](const Result& r) {
+             return "<kerf.Run, " + std::to_string(py::len(r.ticks)) +
+                    " ticks, warnings: " + std::to_string(r.warnings.size()) + ">";
+           })
       .def_readonly("difference", &Result::difference,
                     "Of a replay: (time_s, what) of the first difference from the recording; None if there is none.");
   const auto progress = py::arg("progress") = py::none();
   m.def("run", &RunScene, py::arg("scene"), py::arg("bone") = py::none(), py::arg("record") = py::none(), progress,
         R"(Runs a Scene, or the file of that name, as `kerf run` does, with the same bits; in slab mode if it says so.
 
-bone: instead of the scene's. record: file name of a recording to be written, which must not exist. progress: None, False,
-or a function of the completed fraction.)");
+bone: instead of the scene's; such a run cannot be recorded. record: file name of a recording to be written, which must
+not exist. progress: None, False, or a function of the completed fraction.)");
   m.def("run_in_hand", &RunSceneInHand, py::arg("scene"), py::arg("seconds") = 10.0, py::arg("real_time") = false,
         py::arg("record") = py::none(), progress,
         R"(Runs a scene with the tool in the scene's simulated hand, as `kerf loop` does.
 
-seconds: 0.01 to 36000. real_time: at the scene's rate; otherwise as fast as possible, with the same bits each time.)");
+seconds: 0.01 to 36000. real_time: at the scene's rate; otherwise as fast as possible, with the same bits each time.
+record, progress: as for run().)");
   py::class_<SharedRecording>(m, "Recording", "A recording (.kerf). Of a damaged one, all that can be read is used.")
-      .def(py::init([](const std::filesystem::path& path) { return std::make_unique<SharedRecording>(path.string()); }),
+      .def(py::init([](const std::filesystem::path& path) { return std::make_unique<SharedRecording>(path); }),
            py::arg("path"))
+      .def(py::pickle([](const SharedRecording& r) { return py::bytes(r.absolute_path); },
+                      [](const py::bytes& state) {
+                        return std::make_unique<SharedRecording>(OfState("Recording", [&] {
+                          const auto path = std::string(state);
+                          if (path.empty() || path.find('\0') != std::string::npos) throw py::cast_error();
+                          return path;
+                        }));
+                      }))
       .def_property_readonly(
           "kind", [](const SharedRecording& r) { return r.recording.kind(); },
           "'run' along a path, 'slab', or 'loop' in a hand.")
@@ -233,7 +262,7 @@ seconds: 0.01 to 36000. real_time: at the scene's rate; otherwise as fast as pos
       .def_property_readonly("rate_hz", [](const SharedRecording& r) { return r.recording.rate_hz(); })
       .def_property_readonly("duration_s", [](const SharedRecording& r) { return r.recording.duration_s(); })
       .def_property_readonly(
-          "damage", [](const SharedRecording& r) { return r.recording.damage(); },
+          "damage", [](const SharedRecording& r) { return ShowText(r.recording.damage()); },
           "One sentence; '' if the recording is whole.")
       .def_property_readonly(
           "moments",
@@ -254,13 +283,18 @@ seconds: 0.01 to 36000. real_time: at the scene's rate; otherwise as fast as pos
             const Turn turn(shared.busy, "recording");
             return MakeInputTable(shared.recording);
           },
-          "Inputs of all ticks, as a structured array: time_s, x_mm, y_mm, z_mm, qw, qx, qy, qz (of the handle, or of "
-          "the tool "
-          "on a path), dt_s, rpm, buttons, set_down.")
+          R"(Inputs of all ticks, as a structured array.
+
+Columns: time_s, x_mm, y_mm, z_mm, qw, qx, qy, qz (of the handle, or of the tool on a path), dt_s, rpm, buttons, set_down.
+A row with set_down = 1 is no tick: the tool is placed at the pose, and dt_s and rpm are 0. A recording of a path begins
+with such a row, and so does each stroke after a retraction; the other rows are those of replay().ticks.)")
       .def("replay", &Replay, progress,
            "Runs the session again; `difference` of the result is None if it has the same bits.")
       .def(
-          "__len__", [](const SharedRecording& r) { return r.recording.ticks(); }, "Rows of inputs().");
+          "__len__", [](const SharedRecording& r) { return r.recording.ticks(); }, "Rows of inputs().")
+      .def("__repr__", [](const SharedRecording& r) {
+        return ShowText("<kerf.Recording '" + r.absolute_path + "', " + r.recording.kind() + ">");
+      });
 }
 
 }  // namespace kerf::python

@@ -5,24 +5,26 @@
 #include <atomic>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "arrays.h"
 #include "bindings.h"
+#include "copies.h"
 #include "kerf/checkpoints.h"
 #include "kerf/coupled.h"
 #include "kerf/error.h"
 #include "kerf/scene.h"
 #include "kerf/simulation.h"
 #include "kerf/slab.h"
+#include "kerf/tick_warnings.h"
 #include "long_work.h"
 #include "parameters.h"
 #include "rows.h"
+#include "text.h"
 #include "turn.h"
 
 namespace kerf::python {
 namespace {
-
-using SharedBone = std::shared_ptr<Bone>;
 
 constexpr std::size_t kTicksBetweenRefills = 1024;  // as in `kerf run`
 constexpr std::size_t kTicksBetweenUpdates = 100;   // of the checkpoints
@@ -41,7 +43,7 @@ std::string ToText(const py::handle& value, const char* what) {
   if (!py::isinstance<py::str>(value)) {
     throw Error(std::string(what) + " must be a text, not " + py::cast<std::string>(py::repr(value)));
   }
-  return py::cast<std::string>(value);
+  return ToUtf8(value);
 }
 
 /// Throws kerf::Error, with the nearest name, if `name` is not one of `known`.
@@ -81,7 +83,7 @@ ForceLaw ToLaw(const py::object& given, const py::object& parameters) {
 EffectValue ToEffectValue(const py::handle& given) {
   const py::object value = ToScalar(given);
   if (py::isinstance<py::bool_>(value)) return py::cast<bool>(value);
-  if (py::isinstance<py::str>(value)) return py::cast<std::string>(value);
+  if (py::isinstance<py::str>(value)) return ToUtf8(value);
   if (py::isinstance<py::float_>(value) || py::isinstance<py::int_>(value)) return py::cast<double>(value);
   return ToVec3(value, "an effect's value");
 }
@@ -133,6 +135,7 @@ struct Runner {
 
   Sim simulation;
   std::unique_ptr<Checkpoints> checkpoints;  // of a tool in a hand, if it has an undo
+  std::optional<TickWarnings> warnings;      // not of a slab
   std::vector<std::string> channels;         // names
   std::vector<double> values;                // the effects' after a tick
   double time_s = 0;
@@ -143,7 +146,16 @@ struct Runner {
 
 using PathRunner = Runner<Simulation>;
 using HandRunner = Runner<CoupledSimulation>;
-using SlabRunner = Runner<SlabSimulation>;
+
+/// A slab simulation, and what its warnings need.
+struct SlabRunner : Runner<SlabSimulation> {
+  SlabRunner(const SceneFile& the_scene, SlabProfile profile, const Pose& X_WT_start)
+      : Runner(std::move(profile), the_scene.MakeSlabParams(), X_WT_start),
+        scene(the_scene),
+        start(simulation.state()) {}
+  SceneFile scene;
+  SlabState start;
+};
 
 template <typename AnyRunner>
 void FindChannels(AnyRunner& runner) {
@@ -151,23 +163,29 @@ void FindChannels(AnyRunner& runner) {
   runner.values.resize(runner.channels.size());
 }
 
-std::unique_ptr<PathRunner> MakePathRunner(const SharedBone& bone, const py::object& start, const py::object& tool,
-                                           const py::object& law, const py::object& law_parameters,
-                                           const py::object& effects, const py::kwargs& arguments) {
+std::unique_ptr<PathRunner> MakePathRunner(const Bone& bone, const SimulationParams& params, const Pose& X_WT_start) {
+  auto runner = std::make_unique<PathRunner>(bone, params, X_WT_start);
+  FindChannels(*runner);
+  runner->warnings.emplace(params, bone, X_WT_start, runner->channels);
+  return runner;
+}
+
+std::unique_ptr<PathRunner> MakePathRunnerOf(const Bone& bone, const py::object& start, const py::object& tool,
+                                             const py::object& law, const py::object& law_parameters,
+                                             const py::object& effects, const py::kwargs& arguments) {
   const auto params = ReadParameters<SimulationParams>(arguments, "Simulation",
                                                        ToParams<SimulationParams>(tool, law, law_parameters, effects));
   const Pose X = ToPose(start, "start");
   const Unlocked unlocked;
-  auto runner = std::make_unique<PathRunner>(*bone, params, X);
-  FindChannels(*runner);
-  return runner;
+  return MakePathRunner(bone, params, X);
 }
 
-SharedBone OrSceneBone(const SceneFile& scene, const SharedBone& bone) {
-  if (bone) return bone;
-  return std::make_shared<Bone>(RunLong(py::none(), "bone", [&](Watch& watch) {
-    return scene.MakeBone([&](double fraction) { return watch(fraction); });
-  }));
+/// Returns the given bone, or makes that of the scene in `made`.
+const Bone& OrSceneBone(const SceneFile& scene, const Bone* given, Bone& made) {
+  if (given != nullptr) return *given;
+  made = RunLong(py::none(), "bone",
+                 [&](Watch& watch) { return scene.MakeBone([&](double fraction) { return watch(fraction); }); });
+  return made;
 }
 
 /// Pose at which the scene's path begins.
@@ -176,20 +194,24 @@ Pose StartOf(const SceneFile& scene) {
   return steps.empty() ? Pose{} : steps.front().X_WT;
 }
 
-std::unique_ptr<PathRunner> MakePathRunnerOfScene(const SceneFile& scene, const SharedBone& bone) {
-  auto runner = std::make_unique<PathRunner>(*OrSceneBone(scene, bone), scene.MakeSimulationParams(), StartOf(scene));
-  FindChannels(*runner);
-  return runner;
+std::unique_ptr<PathRunner> MakePathRunnerOfScene(const SceneFile& scene, const Bone* bone) {
+  Bone made;
+  return MakePathRunner(OrSceneBone(scene, bone, made), scene.MakeSimulationParams(), StartOf(scene));
 }
 
 /// Runs a tick; `in` is a TickInput or a CoupledInput.
 template <typename AnyRunner, typename Input>
 auto RunTick(AnyRunner& runner, const Input& in) {
-  if constexpr (!std::is_same_v<AnyRunner, SlabRunner>) {
+  constexpr bool kCutsBone = !std::is_same_v<AnyRunner, SlabRunner>;
+  if constexpr (kCutsBone) {
     if (++runner.ticks % kTicksBetweenRefills == 0) runner.simulation.Refill();
     if (runner.checkpoints && runner.ticks % kTicksBetweenUpdates == 0) runner.checkpoints->Update();
   }
   const auto out = runner.simulation.Tick(in);
+  if constexpr (kCutsBone) {
+    if (!runner.channels.empty()) runner.simulation.ReadChannels(runner.values);
+    runner.warnings->Add(in, out, runner.values);
+  }
   if (in.dt_s >= kMinTick_s) runner.time_s += in.dt_s;
   runner.removed_mm3 += out.removed_mm3;
   return out;
@@ -208,22 +230,43 @@ void VisitValues(const std::vector<std::string>& names, const std::vector<double
   for (std::size_t i = 0; i < names.size(); ++i) visit(names[i], values[i]);
 }
 
-py::array RunOnPath(PathRunner& runner, const py::object& poses, const py::object& dt, const py::object& rpm,
-                    const py::object& progress) {
-  const std::vector<Pose> X = ToPoses(poses, "poses");
-  const std::vector<double> dt_s = ToNumbers(dt, X.size(), "dt"), speeds = ToNumbers(rpm, X.size(), "rpm");
+/// Poses with the duration and the spindle speed of each tick.
+struct Inputs {
+  Inputs(const py::object& poses, const char* name, const py::object& dt, const py::object& speeds)
+      : X(ToPoses(poses, name)), dt_s(ToNumbers(dt, X.size(), "dt")), rpm(ToNumbers(speeds, X.size(), "rpm")) {}
+  std::vector<Pose> X;
+  std::vector<double> dt_s;
+  std::vector<double> rpm;
+};
+
+// Visit the columns of a tick's row without those of the effects.
+template <typename V>
+void VisitRow(const PathRunner& runner, const Pose& X, const TickOutput& out, V&& visit) {
+  VisitTick(runner.time_s, X, out, runner.removed_mm3, visit);
+}
+template <typename V>
+void VisitRow(const HandRunner& runner, const Pose& X, const CoupledOutput& out, V&& visit) {
+  VisitHandTick(runner.time_s, X, out, runner.removed_mm3, visit);
+}
+template <typename V>
+void VisitRow(const SlabRunner& runner, const Pose& X, const TickOutput& out, V&& visit) {
+  VisitSlabTick(runner.time_s, X, out, runner.simulation.state(), visit);
+}
+
+/// Runs a tick for each pose, and returns a table with a row for each. `tick(i)` runs tick i.
+template <typename AnyRunner, typename TickOf>
+py::array RunRows(AnyRunner& runner, const std::vector<Pose>& X, const py::object& progress, const TickOf& tick) {
   const Turn turn(runner.busy, "simulation");
   Table table([&](auto&& visit) {
-    VisitTick(0, {}, {}, 0, visit);
+    VisitRow(runner, Pose{}, decltype(tick(0)){}, visit);
     VisitValues(runner.channels, runner.values, visit);
   });
   RunLong(progress, "run", [&](Watch& watch) {
     table.Reserve(X.size());
     for (std::size_t i = 0; i < X.size(); ++i) {
-      const TickOutput out = RunTick(runner, TickInput{.X_WT = X[i], .dt_s = dt_s[i], .rpm = speeds[i]});
-      VisitTick(runner.time_s, X[i], out, runner.removed_mm3, table);
-      if (!runner.channels.empty()) {
-        runner.simulation.ReadChannels(runner.values);
+      const auto out = tick(i);
+      VisitRow(runner, X[i], out, table);
+      if constexpr (!std::is_same_v<AnyRunner, SlabRunner>) {
         VisitValues(runner.channels, runner.values, table);
       }
       if (i % 16 == 0 && !watch(static_cast<double>(i) / static_cast<double>(X.size()))) break;
@@ -233,11 +276,37 @@ py::array RunOnPath(PathRunner& runner, const py::object& poses, const py::objec
   return table.Take();
 }
 
+template <typename AnyRunner>
+py::array RunOnPath(AnyRunner& runner, const py::object& poses, const py::object& dt, const py::object& rpm,
+                    const py::object& progress) {
+  const Inputs in(poses, "poses", dt, rpm);
+  return RunRows(runner, in.X, progress, [&](std::size_t i) {
+    return RunTick(runner, TickInput{.X_WT = in.X[i], .dt_s = in.dt_s[i], .rpm = in.rpm[i]});
+  });
+}
+
 // ---- a tool in a hand
 
-std::unique_ptr<HandRunner> MakeHandRunner(const SharedBone& bone, const py::object& start, const py::object& tool,
-                                           const py::object& law, const py::object& law_parameters,
-                                           const py::object& effects, double undo_MB, const py::kwargs& arguments) {
+/// Throws kerf::Error in the words of Python's parameter; 0 means that there are no checkpoints.
+void CheckUndo(double undo_MB) {
+  if (undo_MB == 0 || (undo_MB >= 0.2 && undo_MB <= 1e6)) return;
+  throw Error("undo_MB = " + py::str(py::float_(undo_MB)).cast<std::string>() +
+              " is out of range; valid range 0.2 to 1000000, or 0 for no checkpoints");
+}
+
+std::unique_ptr<HandRunner> MakeHandRunner(const Bone& bone, const CoupledParams& params, const Pose& X_WT_start,
+                                           double undo_MB) {
+  auto runner = std::make_unique<HandRunner>(bone, params, X_WT_start);
+  if (undo_MB != 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
+  FindChannels(*runner);
+  runner->warnings.emplace(params, bone, runner->channels);
+  return runner;
+}
+
+std::unique_ptr<HandRunner> MakeHandRunnerOf(const Bone& bone, const py::object& start, const py::object& tool,
+                                             const py::object& law, const py::object& law_parameters,
+                                             const py::object& effects, double undo_MB, const py::kwargs& arguments) {
+  CheckUndo(undo_MB);
   auto params = ToParams<CoupledParams>(tool, law, law_parameters, effects);
   py::dict rest(arguments);
   ParameterSetter setter(rest);
@@ -248,19 +317,15 @@ std::unique_ptr<HandRunner> MakeHandRunner(const SharedBone& bone, const py::obj
   CheckParameters(params.coupling, "HandSimulation");
   const Pose X = ToPose(start, "start");
   const Unlocked unlocked;
-  auto runner = std::make_unique<HandRunner>(*bone, params, X);
-  if (undo_MB != 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
-  FindChannels(*runner);
-  return runner;
+  return MakeHandRunner(bone, params, X, undo_MB);
 }
 
-std::unique_ptr<HandRunner> MakeHandRunnerOfScene(const SceneFile& scene, const SharedBone& bone,
-                                                  const py::object& start, double undo_MB) {
+std::unique_ptr<HandRunner> MakeHandRunnerOfScene(const SceneFile& scene, const Bone* bone, const py::object& start,
+                                                  double undo_MB) {
+  CheckUndo(undo_MB);
+  Bone made;
   const Pose X = start.is_none() ? StartOf(scene) : ToPose(start, "start");
-  auto runner = std::make_unique<HandRunner>(*OrSceneBone(scene, bone), scene.MakeCoupledParams(), X);
-  if (undo_MB != 0) runner->checkpoints = std::make_unique<Checkpoints>(runner->simulation, undo_MB);
-  FindChannels(*runner);
-  return runner;
+  return MakeHandRunner(OrSceneBone(scene, bone, made), scene.MakeCoupledParams(), X, undo_MB);
 }
 
 CoupledOutput TickInHand(HandRunner& runner, const py::object& handle, double dt, double rpm,
@@ -275,34 +340,17 @@ CoupledOutput TickInHand(HandRunner& runner, const py::object& handle, double dt
 
 py::array RunInHand(HandRunner& runner, const py::object& handles, const py::object& dt, const py::object& rpm,
                     const py::object& velocities, const py::object& progress) {
-  const std::vector<Pose> X = ToPoses(handles, "handles");
-  const std::vector<double> dt_s = ToNumbers(dt, X.size(), "dt"), speeds = ToNumbers(rpm, X.size(), "rpm");
+  const Inputs in(handles, "handles", dt, rpm);
   std::vector<Vec3> v;
   if (!velocities.is_none()) {
     v = ToPoints(velocities, "velocities");
-    if (v.size() != X.size()) throw Error("velocities must have one row for each pose");
+    if (v.size() != in.X.size()) throw Error("velocities must have one row for each pose");
   }
-  const Turn turn(runner.busy, "simulation");
-  Table table([&](auto&& visit) {
-    VisitHandTick(0, {}, {}, 0, visit);
-    VisitValues(runner.channels, runner.values, visit);
+  return RunRows(runner, in.X, progress, [&](std::size_t i) {
+    CoupledInput input{.X_WH = in.X[i], .dt_s = in.dt_s[i], .rpm = in.rpm[i]};
+    if (!v.empty()) input.v_H_W_mm_per_s = v[i];
+    return RunTick(runner, input);
   });
-  RunLong(progress, "run", [&](Watch& watch) {
-    table.Reserve(X.size());
-    for (std::size_t i = 0; i < X.size(); ++i) {
-      CoupledInput in{.X_WH = X[i], .dt_s = dt_s[i], .rpm = speeds[i]};
-      if (!v.empty()) in.v_H_W_mm_per_s = v[i];
-      const CoupledOutput out = RunTick(runner, in);
-      VisitHandTick(runner.time_s, X[i], out, runner.removed_mm3, table);
-      if (!runner.channels.empty()) {
-        runner.simulation.ReadChannels(runner.values);
-        VisitValues(runner.channels, runner.values, table);
-      }
-      if (i % 16 == 0 && !watch(static_cast<double>(i) / static_cast<double>(X.size()))) break;
-    }
-    return true;
-  });
-  return table.Take();
 }
 
 Checkpoints& CheckpointsOf(HandRunner& runner) {
@@ -310,13 +358,14 @@ Checkpoints& CheckpointsOf(HandRunner& runner) {
   return *runner.checkpoints;
 }
 
-void Undo(HandRunner& runner, const std::string& name, const py::object& pose) {
+void Undo(HandRunner& runner, const Text& name, const py::object& pose) {
   const Turn turn(runner.busy, "simulation");
   Checkpoints& checkpoints = CheckpointsOf(runner);
+  runner.warnings->BoneRestored();
   checkpoints.Update();
-  if (pose.is_none()) return checkpoints.Undo(name);
+  if (pose.is_none()) return checkpoints.Undo(name.utf8);
   const Pose X = ToPose(pose, "pose");
-  checkpoints.Undo(name, &X);
+  checkpoints.Undo(name.utf8, &X);
 }
 
 void Redo(HandRunner& runner, const py::object& pose) {
@@ -328,40 +377,9 @@ void Redo(HandRunner& runner, const py::object& pose) {
 
 // ---- slab mode
 
-std::unique_ptr<SlabRunner> MakeSlabRunner(const SceneFile& scene, const SharedBone& bone) {
-  return std::make_unique<SlabRunner>(scene.MakeSlabProfile(*OrSceneBone(scene, bone)), scene.MakeSlabParams(),
-                                      StartOf(scene));
-}
-
-template <typename V>
-void VisitSlabTick(double time_s, const Pose& X, const TickOutput& out, const SlabState& state, V&& visit) {
-  visit("time_s", time_s);
-  VisitPose("{}_mm", "qw", "qx", "qy", "qz", X, visit);
-  visit("force_{}_N", out.f_T_W_N);
-  visit("thrust_sum_N", out.thrust_sum_N);
-  visit("engaged_teeth", out.engaged_teeth);
-  visit("mean_E_GPa", out.mean_E_MPa / 1000);
-  visit("main_region", static_cast<std::int64_t>(out.main_region));
-  visit("status", static_cast<std::int64_t>(out.status));
-  VisitSlabState(state, visit);
-}
-
-py::array RunSlab(SlabRunner& runner, const py::object& poses, const py::object& dt, const py::object& rpm,
-                  const py::object& progress) {
-  const std::vector<Pose> X = ToPoses(poses, "poses");
-  const std::vector<double> dt_s = ToNumbers(dt, X.size(), "dt"), speeds = ToNumbers(rpm, X.size(), "rpm");
-  const Turn turn(runner.busy, "simulation");
-  Table table([&](auto&& visit) { VisitSlabTick(0, {}, {}, {}, visit); });
-  RunLong(progress, "run", [&](Watch& watch) {
-    table.Reserve(X.size());
-    for (std::size_t i = 0; i < X.size(); ++i) {
-      const TickOutput out = RunTick(runner, TickInput{.X_WT = X[i], .dt_s = dt_s[i], .rpm = speeds[i]});
-      VisitSlabTick(runner.time_s, X[i], out, runner.simulation.state(), table);
-      if (i % 16 == 0 && !watch(static_cast<double>(i) / static_cast<double>(X.size()))) break;
-    }
-    return true;
-  });
-  return table.Take();
+std::unique_ptr<SlabRunner> MakeSlabRunner(const SceneFile& scene, const Bone* bone) {
+  Bone made;
+  return std::make_unique<SlabRunner>(scene, scene.MakeSlabProfile(OrSceneBone(scene, bone, made)), StartOf(scene));
 }
 
 py::dict StateOf(SlabRunner& runner) {
@@ -380,7 +398,7 @@ py::dict StateOf(SlabRunner& runner) {
 // ---- results
 
 template <typename AnyRunner>
-SharedBone CopyBone(AnyRunner& runner) {
+std::shared_ptr<Bone> CopyBone(AnyRunner& runner) {
   const Turn turn(runner.busy, "simulation");
   const Unlocked unlocked;
   return std::make_shared<Bone>(runner.simulation.UpdateBone());
@@ -403,6 +421,7 @@ void SetDown(AnyRunner& runner, const py::object& pose) {
   const Turn turn(runner.busy, "simulation");
   if (!runner.simulation.SetDown(X))
     throw Error("pose is not valid: its numbers are not finite, too large, or not a unit quaternion");
+  runner.warnings->SetDown(X);
 }
 
 template <typename AnyRunner>
@@ -414,10 +433,30 @@ py::dict ReadEffects(AnyRunner& runner) {
   return values;
 }
 
+template <typename AnyRunner>
+py::list FindWarningsOf(AnyRunner& runner) {
+  const Turn turn(runner.busy, "simulation");
+  if constexpr (std::is_same_v<AnyRunner, SlabRunner>) {
+    const SlabState* now = runner.time_s > 0 ? &runner.simulation.state() : nullptr;
+    return ShowTexts(FindSlabWarnings(runner.scene, runner.start, now));
+  } else {
+    double removed_mm3 = 0;
+    for (const double mm3 : runner.simulation.CalcRemovedByRegion()) removed_mm3 += mm3;
+    return ShowTexts(runner.warnings->Find(removed_mm3));
+  }
+}
+
 // ---- classes
 
 template <typename Class>
 void BindTeeth(Class& c) {
+  using Output = typename Class::type;
+  c.def("__repr__", [](const Output& out) {
+    char text[120];
+    std::snprintf(text, sizeof text, ", thrust %.4g N, %.3g teeth, %.3g mm3, status %u>", out.thrust_sum_N,
+                  out.engaged_teeth, out.removed_mm3, out.status);
+    return std::string(std::is_same_v<Output, TickOutput> ? "<kerf.Tick" : "<kerf.HandTick") + text;
+  });
   c.def_readonly("thrust_sum_N", &TeethOutput::thrust_sum_N, "Sum of the magnitudes of the teeth's thrust.")
       .def_readonly("cutting_sum_N", &TeethOutput::cutting_sum_N,
                     "Sum of their cutting forces; 0 unless the law states one.")
@@ -445,8 +484,18 @@ void BindBoneOf(Class& c) {
 
 template <typename AnyRunner, typename Class>
 void BindClock(Class& c) {
+  c.def("__repr__", [](const py::object& self) {
+    char text[60];
+    std::snprintf(text, sizeof text, ", %.6g s>", py::cast<const AnyRunner&>(self).time_s);
+    return "<kerf." + py::cast<std::string>(py::type::of(self).attr("__name__")) + text;
+  });
   c.def_property_readonly(
-      "time_s", [](const AnyRunner& runner) { return runner.time_s; }, "Sum of the ticks' dt.");
+       "time_s", [](const AnyRunner& runner) { return runner.time_s; }, "Sum of the ticks' dt.")
+      .def_property_readonly(
+          "warnings", &FindWarningsOf<AnyRunner>,
+          "List of sentences about the settings and the ticks so far: what `kerf run`, or `kerf "
+          "loop` for a tool in a hand, warns about, such as voxels that are too coarse for the blade "
+          "or a bite that is too large for the force law.");
 }
 
 void BindTools(py::module_& m) {
@@ -458,8 +507,10 @@ void BindTools(py::module_& m) {
       "Ball(**parameters): a ball burr. Tool frame: origin at the ball's centre, z along the "
       "spindle.\n\nParameters, each by name:\n" +
       ListParameters<BallBurr>();
-  py::class_<DiscSaw>(m, "Disc", disc.c_str())
-      .def(py::init([](const py::kwargs& arguments) { return ReadParameters<DiscSaw>(arguments, "Disc"); }))
+  py::class_<DiscSaw> disc_class(m, "Disc", disc.c_str());
+  BindPickles<DiscSaw>(disc_class, "Disc");
+  BindCopies(disc_class);
+  disc_class.def(py::init([](const py::kwargs& arguments) { return ReadParameters<DiscSaw>(arguments, "Disc"); }))
       .def_readonly("diameter_mm", &DiscSaw::diameter_mm)
       .def_readonly("thickness_mm", &DiscSaw::thickness_mm)
       .def_readonly("teeth", &DiscSaw::teeth)
@@ -468,8 +519,10 @@ void BindTools(py::module_& m) {
         std::snprintf(text, sizeof text, "<kerf.Disc, %g x %g mm, %d teeth>", d.diameter_mm, d.thickness_mm, d.teeth);
         return std::string(text);
       });
-  py::class_<BallBurr>(m, "Ball", ball.c_str())
-      .def(py::init([](const py::kwargs& arguments) { return ReadParameters<BallBurr>(arguments, "Ball"); }))
+  py::class_<BallBurr> ball_class(m, "Ball", ball.c_str());
+  BindPickles<BallBurr>(ball_class, "Ball");
+  BindCopies(ball_class);
+  ball_class.def(py::init([](const py::kwargs& arguments) { return ReadParameters<BallBurr>(arguments, "Ball"); }))
       .def_readonly("diameter_mm", &BallBurr::diameter_mm)
       .def_readonly("flutes", &BallBurr::flutes)
       .def("__repr__", [](const BallBurr& b) {
@@ -559,14 +612,14 @@ can be used by one thread at a time; several simulations run in parallel.
 Parameters, each by name:
 )" + ListParameters<SimulationParams>();
   py::class_<PathRunner> path(m, "Simulation", on_path.c_str());
-  path.def(py::init(&MakePathRunner), py::arg("bone"), py::arg("start"), py::kw_only(), py::arg("tool") = py::none(),
+  path.def(py::init(&MakePathRunnerOf), py::arg("bone"), py::arg("start"), py::kw_only(), py::arg("tool") = py::none(),
            py::arg("law") = py::none(), py::arg("law_parameters") = py::none(), py::arg("effects") = py::none())
       .def_static(
           "from_scene", &MakePathRunnerOfScene, py::arg("scene"), bone,
           "Makes a simulation with the parameters of a scene, at the start of its path; `bone` replaces the scene's.")
       .def("tick", &TickOnPath<PathRunner>, py::arg("pose"), dt, rpm,
            "Moves the tool to a pose within dt (s) and returns a Tick. A stopped spindle (|rpm| < 1) cuts nothing.")
-      .def("run", &RunOnPath, py::arg("poses"), dt, rpm, progress,
+      .def("run", &RunOnPath<PathRunner>, py::arg("poses"), dt, rpm, progress,
            R"(Runs a tick for each row of poses, in C++, and returns a structured array with a row for each.
 
 poses: (n, 3), (n, 7) or (n, 4, 4). dt (s), rpm: a number, or n. Columns: time_s, x_mm, ..., qw, ..., force_x_N, ...,
@@ -583,7 +636,7 @@ Parameters, each by name:
 )" + ListParameters<CoupledParams>() +
                                      ListParameters<CouplingParams>();
   py::class_<HandRunner> held(m, "HandSimulation", in_hand.c_str());
-  held.def(py::init(&MakeHandRunner), py::arg("bone"), py::arg("start"), py::kw_only(), py::arg("tool") = py::none(),
+  held.def(py::init(&MakeHandRunnerOf), py::arg("bone"), py::arg("start"), py::kw_only(), py::arg("tool") = py::none(),
            py::arg("law") = py::none(), py::arg("law_parameters") = py::none(), py::arg("effects") = py::none(),
            py::arg("undo_MB") = 0.0)
       .def_static("from_scene", &MakeHandRunnerOfScene, py::arg("scene"), bone, py::arg("start") = py::none(),
@@ -601,10 +654,10 @@ handles: poses, (n, 3), (n, 7) or (n, 4, 4). dt (s), rpm: a number, or n. veloci
 handle_x_mm, ..., tool_x_mm, ..., hand_x_N (force on the hand), ..., and so on, then those of the effects.)")
       .def(
           "checkpoint",
-          [](HandRunner& runner, const std::string& name) {
+          [](HandRunner& runner, const Text& name) {
             const Turn turn(runner.busy, "simulation");
             CheckpointsOf(runner).Update();
-            CheckpointsOf(runner).Make(name);
+            CheckpointsOf(runner).Make(name.utf8);
           },
           py::arg("name"), "Makes a checkpoint of the current bone.")
       .def("undo", &Undo, py::arg("name") = "", py::arg("pose") = py::none(),
@@ -630,7 +683,7 @@ handle_x_mm, ..., tool_x_mm, ..., hand_x_N (force on the hand), ..., and so on, 
           "Makes the slab of a scene with a [slab] section, at the start of its path; `bone` replaces the scene's.")
       .def("tick", &TickOnPath<SlabRunner>, py::arg("pose"), dt, rpm,
            "Moves the hand to a pose within dt (s) and returns a Tick, with the force on the hand.")
-      .def("run", &RunSlab, py::arg("poses"), dt, rpm, progress,
+      .def("run", &RunOnPath<SlabRunner>, py::arg("poses"), dt, rpm, progress,
            "Runs a tick for each row of poses, as Simulation.run().")
       .def("state", &StateOf, "Dict of positions (mm) and energies (mJ) after the last tick.");
   BindClock<SlabRunner>(slab);

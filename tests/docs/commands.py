@@ -145,6 +145,8 @@ def make_files(kerf, folder):
     call("run", "scene.toml", "--no-pictures", "-o", "out")
     call("loop", "scene.toml", "--virtual", "--seconds", "15", "--record", "session.kerf")
     call("practise", "--agent", "expert", "--exercise", "groove", "--record", "attempt.kerf")
+    (folder / "case/recordings").mkdir(parents=True)  # as an unpacked project
+    shutil.copy(folder / "session.kerf", folder / "case/recordings/session-2.kerf")
     shutil.copy(ROOT / "docs/compare/block/compare.json", folder / "out/compare.json")
     (folder / "matplotlib").mkdir()
     (folder / "matplotlib/pyplot.py").write_text("def __getattr__(name):\n    return lambda x=(), y=(), **_: len(x) == len(y) or 1 / 0\n")

@@ -20,10 +20,19 @@ KERF_FUZZ_TARGET(project) {
     Accepts([&] { project_detail::ParseSettings(texts.Get("settings.json"), path); });
     Accepts([&] { ParseViews(texts.Get("views.json"), path); });
     Accepts([&] { ParseSessions(texts.Get("sessions.json"), path); });
+    Accepts([&] {
+      CheckMeasuredPoints(ParseMeasuredPoints(texts.Get("measurements.json"), path), texts.Get("pieces.json"), path);
+    });
   });
   const std::string text(bytes);
   Accepts([&] { ParseViews(FormatViews(ParseViews(text, path)), path); });
   Accepts([&] { ParseSessions(FormatSessions(ParseSessions(text, path)), path); });
+  Accepts([&] {
+    const std::vector<MeasuredPoints> measurements = ParseMeasuredPoints(text, path);
+    if (ParseMeasuredPoints(FormatMeasuredPoints(measurements), path) != measurements) {
+      Finding("measurements are others after writing and reading");
+    }
+  });
 }
 
 }  // namespace kerf::fuzz

@@ -45,6 +45,13 @@ def check_symbols(library):
     assert not unknown, f"{len(unknown)} symbols belong to no public header:\n" + "\n".join(unknown[:20])
 
 
+def check_members_that_take(headers, library):
+    """Members for temporary objects (`F() &&`) have a prefix of their own in the symbols, which a list of names can miss."""
+    count = sum(len(re.findall(r"\) &&;", path.read_text())) for path in headers.glob("*.h"))
+    shown = re.findall(r"kerf::\w+::\w+(?:\[abi:cxx11\])?\([^)]*\) &&$", run("nm", "-D", "-C", "--defined-only", library), flags=re.M)
+    assert count > 0 and len(set(shown)) == count, (count, shown)
+
+
 def check_program(prefix, folder):
     """The installed program finds what is installed with it, in any folder and without the source tree."""
     folder = folder / "anywhere"
@@ -96,6 +103,7 @@ def main():
         library = next(prefix.glob("lib*/**/libkerf.so"), None)
         assert library, "libkerf.so is not installed"
         check_symbols(library)
+        check_members_that_take(ROOT / "include/kerf", library)
 
         # The sources are compiled with the warnings that a careful user enables, and with warnings as errors.
         flags = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror"

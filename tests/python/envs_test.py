@@ -83,6 +83,9 @@ class Tasks(unittest.TestCase):
         self.assertEqual(steps, task.LIMIT_S / (task.STEP_TICKS * task.TICK_S))
 
     def test_mistakes_are_errors(self):
+        for voxel_mm in (9, "a", float("nan")):
+            with self.assertRaisesRegex(kerf.Error, "voxel_mm = .* valid range"):
+                kerf.envs.DepthControl(voxel_mm)
         with self.assertRaisesRegex(kerf.Error, "reset"):
             kerf.envs.DepthControl().step((0, 0, 0))
         with self.assertRaisesRegex(kerf.Error, "depth_control"):

@@ -1,13 +1,21 @@
 """Tests of the Python module kerf: python3 -m unittest, with the build's python folder in PYTHONPATH (ctest -R python)."""
 
+import concurrent.futures
+import copy
+import fcntl
 import gc
+import json
 import math
 import os
 import pathlib
+import pickle
+import pty
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import threading
 import time
 import unittest
@@ -284,8 +292,9 @@ class Simulations(unittest.TestCase):
     def test_a_thread_does_not_crash_the_end_of_the_interpreter(self):
         script = ("import kerf, numpy as np, threading, time\n"
                   "s = kerf.Simulation(kerf.Bone.block((12, 6, 6), voxel_mm=0.2), (0, 0, 9), tool=kerf.Disc(diameter_mm=10))\n"
+                  "poses = np.zeros((100000, 3)) + (0, 0, 9)\n"  # not in the thread: NumPy releases the interpreter's lock, too
                   "def work():\n"
-                  "    while True: s.run(np.zeros((100000, 3)) + (0, 0, 9))\n"
+                  "    while True: s.run(poses)\n"
                   "threading.Thread(target=work, daemon=True).start()\n"
                   "time.sleep(0.2)\n")
         done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
@@ -294,6 +303,152 @@ class Simulations(unittest.TestCase):
     def test_warnings_of_a_run_are_those_of_the_scene(self):
         scene = kerf.Scene.read(ROOT / "examples/hello_cut.toml").with_value("tool", "thickness_mm", 0.25)
         self.assertTrue(any("voxel" in warning for warning in kerf.run(scene).warnings))
+
+    def test_warnings_are_those_of_the_program(self):
+        hello = (ROOT / "examples/hello_cut.toml").read_text()
+        fast = kerf.Scene.parse(hello.replace("feed_mm_per_s = 10", "feed_mm_per_s = 60"))
+        stalls = kerf.Scene.parse(hello + "\n[effects.tangential_force]\n\n[effects.spindle]\nstall_torque_Nmm = 6\n")
+        for scene, expected in ((fast, "bite"), (stalls, "stalled")):
+            with self.subTest(expected=expected), tempfile.TemporaryDirectory() as folder:
+                path = pathlib.Path(folder) / "scene.toml"
+                path.write_text(scene.toml)
+                subprocess.run([PROGRAM, "run", str(path), "-o", folder + "/out"], check=True, capture_output=True)
+                warnings = json.loads((pathlib.Path(folder) / "out/summary.json").read_text())["warnings"]
+                self.assertTrue(any(expected in warning for warning in warnings), warnings)
+                self.assertEqual(kerf.run(scene).warnings, warnings)
+
+    def test_ticks_of_ones_own_have_the_warnings_of_the_run(self):
+        hello = (ROOT / "examples/hello_cut.toml").read_text()
+        stalls = "\n[effects.tangential_force]\n\n[effects.spindle]\nstall_torque_Nmm = 6\n"
+        seen = set()
+        for text in (hello,  # the bite is too large
+                     hello.replace("feed_mm_per_s = 10", "feed_mm_per_s = 5").replace("thickness_mm = 0.5", "thickness_mm = 0.15"),
+                     hello.replace('law = "hertz_chip"', 'law = "hertz_constant_bite"'),
+                     hello.replace("start_mm = [-20, 0, 8]", "start_mm = [0, 0, 5]"),  # within the bone
+                     hello + stalls):
+            scene = kerf.Scene.parse(text)
+            steps = scene.steps()[1:]
+            poses = np.stack([steps[name] for name in ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")], axis=1)
+            simulation = kerf.Simulation.from_scene(scene)
+            for pose, dt in zip(poses[:500], steps["dt_s"]):
+                simulation.tick(pose, dt, scene.rpm)
+            simulation.run(poses[500:], steps["dt_s"][500:], scene.rpm)
+            warnings = kerf.run(scene).warnings
+            self.assertEqual(simulation.warnings, warnings)
+            seen.update(warnings)
+        for words in ("the bite reaches", "thinner than a voxel", "inside the bone", "specific cutting energy", "stalled"):
+            self.assertTrue(any(words in warning for warning in seen), (words, seen))
+
+    def test_warnings_grow_with_the_ticks(self):
+        simulation, poses = slot(small_block())
+        self.assertEqual(simulation.warnings, [])
+        simulation.run(poses[:5])
+        self.assertEqual(simulation.warnings, ["the saw touched no bone on its path"])
+        simulation.run(poses[5:], rpm=0)
+        self.assertIn(f"{len(poses) - 5} ticks report", " ".join(simulation.warnings))
+        coarse, _ = slot(small_block(voxel_mm=0.4))
+        self.assertIn("1.25 voxels thick", coarse.warnings[0])
+
+    def test_a_hand_and_a_slab_have_warnings(self):
+        bone = small_block(voxel_mm=0.4)
+        start = kerf.pose((-3, 0, 6), *UPRIGHT)
+        hand = kerf.HandSimulation(bone, start, tool=kerf.Disc(diameter_mm=10, thickness_mm=0.5))
+        self.assertEqual(len(hand.warnings), 1)
+        self.assertIn("1.25 voxels thick", hand.warnings[0])
+        for _ in range(3):
+            hand.tick(start)
+        self.assertEqual(hand.warnings[1:], ["the tool touched no bone"])
+        deep = kerf.HandSimulation(bone, kerf.pose((0, 0, 1), *UPRIGHT), tool=kerf.Disc(diameter_mm=10, thickness_mm=0.5))
+        deep.tick(kerf.pose((0, 0, 1), *UPRIGHT))
+        self.assertIn("set down inside the bone", " ".join(deep.warnings))
+        scene = kerf.Scene.read(ROOT / "scenes/paper_block.toml").with_value("simulation", "mode", "slab")
+        slab = kerf.SlabSimulation.from_scene(scene)
+        run = kerf.run(scene)
+        steps = scene.steps()[1:]
+        slab.run(np.stack([steps[name] for name in ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")], axis=1),
+                 dt=steps["dt_s"], rpm=scene.rpm)
+        self.assertEqual(slab.warnings, run.warnings)
+
+    def test_a_forked_child_can_exit(self):
+        # At its end, a child would wait forever for threads that the fork did not copy, and for the parent's run.
+        script = ("import kerf, numpy as np, os, signal, sys, threading, time\n"
+                  "bone = kerf.Bone.block((12, 6, 6), voxel_mm=0.2, progress=False)\n"
+                  "simulation = kerf.Simulation(bone, (0, 0, 9), tool=kerf.Disc(diameter_mm=10))\n"
+                  "begun = threading.Event()\n"
+                  "if sys.argv[1] == 'busy':\n"
+                  "    def run():\n"
+                  "        while True: simulation.run(np.zeros((10**5, 3)) + (0, 0, 9), progress=lambda fraction: begun.set())\n"
+                  "    threading.Thread(target=run, daemon=True).start()\n"
+                  "    begun.wait()\n"
+                  "child = os.fork()\n"
+                  "if child == 0:\n"
+                  "    assert kerf.Bone.block((12, 6, 6), voxel_mm=0.2, progress=False).hash() == bone.hash()\n"
+                  "    sys.exit(3)\n"
+                  "for _ in range(1200):\n"
+                  "    pid, status = os.waitpid(child, os.WNOHANG)\n"
+                  "    if pid: os._exit(os.waitstatus_to_exitcode(status))\n"  # the thread must not outlive the interpreter
+                  "    time.sleep(0.1)\n"
+                  "os.kill(child, signal.SIGKILL)\n"
+                  "sys.exit('the child hangs')\n")
+        for what in ("idle", "busy"):
+            done = subprocess.run([sys.executable, "-c", script, what], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 3, (what, done.stderr))
+
+    def test_bar_fits_into_the_terminals_line(self):
+        script = ("import kerf, sys\n"
+                  "from kerf import _progress\n"
+                  "_progress._DELAY_S = -1\n"
+                  "bar = _progress.make(None, 'run in hand')\n"
+                  "for i in range(101):\n"
+                  "    bar(i / 100)\n"
+                  "    bar(i / 100)\n"  # nothing new
+                  "bar.end()\n"
+                  "print('end', file=sys.stderr)\n")
+        for columns in (100, 45, 15, 5, 0):
+            with self.subTest(columns=columns):
+                controller, terminal = pty.openpty()
+                fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("4H", 25, columns, 0, 0))
+                with subprocess.Popen([sys.executable, "-c", script], stderr=terminal) as process:
+                    os.close(terminal)
+                    shown = b""
+                    try:
+                        while part := os.read(controller, 4096):
+                            shown += part
+                    except OSError:  # the process has ended
+                        pass
+                    self.assertEqual(process.wait(), 0)
+                os.close(controller)
+                drawn, end = shown.decode().removesuffix("\r\n").rsplit("\r", 1)
+                self.assertEqual(end, "end")
+                lines = drawn.removeprefix("\r").split("\r")
+                widest = max(len(line) for line in lines)
+                self.assertLessEqual(widest, columns - 1 if columns else 80)
+                self.assertEqual(lines[-1].strip(), "")  # it is removed
+                self.assertNotIn("\n", drawn)
+                self.assertTrue(all(one != next for one, next in zip(lines, lines[1:])))
+                if columns == 100:
+                    half = "run in hand [" + 15 * "#" + 15 * "." + "]  50 %, "
+                    self.assertTrue(any(line.startswith(half) and line.rstrip().endswith(" s left") for line in lines))
+
+    def test_progress_grows_to_1(self):
+        def check(work):
+            fractions = []
+            result = work(fractions.append)
+            self.assertEqual(fractions, sorted(fractions))
+            self.assertEqual(fractions[-1], 1)
+            self.assertGreaterEqual(fractions[0], 0)
+            return result
+
+        scene = kerf.Scene.read(ROOT / "scenes/hand_held_cut.toml")
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "hand.kerf"
+            check(lambda show: kerf.run_in_hand(scene, seconds=2, record=path, progress=show))
+            check(lambda show: kerf.Recording(path).replay(progress=show))
+        check(lambda show: kerf.run(ROOT / "examples/hello_cut.toml", progress=show))
+        check(lambda show: kerf.run(ROOT / "examples/hello_cut.toml", bone=small_block(), progress=show))
+        check(lambda show: kerf.Bone.block((12, 6, 6), voxel_mm=0.1, progress=show))
+        simulation, poses = slot(small_block())
+        check(lambda show: simulation.run(poses, progress=show))
 
     def test_stderr_may_be_missing(self):
         script = ("import sys, kerf\n"
@@ -318,6 +473,197 @@ class Simulations(unittest.TestCase):
             time.sleep(0.3)
             process.send_signal(signal.SIGINT)
             self.assertEqual(process.stdout.read(), "interrupted\n")
+
+
+    def test_a_progress_function_that_raises_ends_runs_in_threads(self):
+        stop = threading.Event()
+
+        def check(_):
+            if stop.is_set():
+                raise InterruptedError
+
+        def run_for_hours():
+            simulation = kerf.Simulation(small_block(), (0, 0, 9), tool=kerf.Disc(diameter_mm=10))
+            while True:
+                simulation.run(np.zeros((1000000, 3)) + (0, 0, 9), progress=check)
+
+        with concurrent.futures.ThreadPoolExecutor(2) as pool:
+            runs = [pool.submit(run_for_hours) for _ in range(2)]
+            stop.set()
+            for each in runs:
+                self.assertIsInstance(each.exception(), InterruptedError)
+
+    def test_ctrl_c_ends_the_making_of_a_bone(self):
+        makers = {
+            "block": "kerf.Bone.block((200, 200, 200), voxel_mm=0.1)",  # takes minutes
+            "plate": "kerf.Bone.plate(voxel_mm=0.02)",
+            "labels": "kerf.Bone.from_labels(np.random.default_rng(1).integers(0, 2, (150, 150, 150)), {1: 24}, voxel_mm=0.2)",
+        }
+        for name, maker in makers.items():
+            script = ("import kerf, numpy as np, time\n"
+                      "print('ready', flush=True)\n"
+                      "try:\n"
+                      f"    {maker}\n"
+                      "    print('made')\n"
+                      "except KeyboardInterrupt:\n"
+                      "    print('interrupted')\n")
+            with self.subTest(name), subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+                self.assertEqual(process.stdout.readline(), "ready\n")
+                time.sleep(0.5)
+                process.send_signal(signal.SIGINT)
+                self.assertEqual(process.stdout.read(), "interrupted\n")
+
+
+class Copies(unittest.TestCase):
+    def assert_same_bone(self, one, other):
+        self.assertEqual((one.hash(), one.notes, one.materials.csv()), (other.hash(), other.notes, other.materials.csv()))
+
+    def test_pickles_keep_every_bit(self):
+        bone = small_block()
+        cut = kerf.run(ROOT / "examples/hello_cut.toml")
+        self.assert_same_bone(pickle.loads(pickle.dumps(bone)), bone)
+        self.assert_same_bone(pickle.loads(pickle.dumps(cut.bone)), cut.bone)
+        soft = bone.with_materials(bone.materials.uniform(9000, 0.3))
+        self.assert_same_bone(pickle.loads(pickle.dumps(soft)), soft)
+        # A uniform material overrides that of the bone's file.
+        uniform = kerf.Scene(bone={"model": "block"}, material={"kind": "uniform", "E_GPa": 9.0},
+                             path={"stroke": [{"start_mm": [-12, 0, 3], "end_mm": [0, 0, 3], "feed_mm_per_s": 20,
+                                               "disc_normal": [0, 1, 0]}]}).bone()
+        self.assertEqual(uniform.materials[24].E_MPa, 9000)
+        self.assert_same_bone(pickle.loads(pickle.dumps(uniform)), uniform)
+
+        again = pickle.loads(pickle.dumps(cut))
+        np.testing.assert_array_equal(again.ticks, cut.ticks)
+        self.assertEqual((again.removed_by_region_mm3, again.warnings), (cut.removed_by_region_mm3, cut.warnings))
+        for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
+            self.assert_same_bone(pickle.loads(pickle.dumps(bone, protocol)), bone)
+            self.assertEqual(pickle.loads(pickle.dumps(kerf.Disc(teeth=31), protocol)).teeth, 31)
+        disc = pickle.loads(pickle.dumps(kerf.Disc(teeth=31, thickness_mm=0.3)))
+        self.assertEqual((disc.teeth, disc.thickness_mm), (31, 0.3))
+        self.assertEqual(pickle.loads(pickle.dumps(kerf.Ball(flutes=9))).flutes, 9)
+
+    def test_moduli_of_a_ct_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            # A CT of a ball of cancellous bone, with a radius of 7 mm.
+            z, y, x = np.mgrid[-12:13, -12:13, -12:13] * 0.7
+            hu = np.where(x**2 + y**2 + z**2 < 49, 600, -1000).astype("<i2")
+            header = ("NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: 25 25 25\n"
+                      "space directions: (0.7,0,0) (0,0.7,0) (0,0,0.7)\nspace origin: (-8.4,-8.4,-8.4)\n"
+                      "endian: little\nencoding: raw\n\n")
+            ct = pathlib.Path(folder) / "ct.nrrd"
+            ct.write_bytes(header.encode() + hu.tobytes())
+            bone, _ = kerf.Bone.from_file(ct, voxel_mm=0.4, isolate=False, keep_hu=True)
+            bone.write(pathlib.Path(folder) / "bone.vdb")
+            scene = kerf.Scene.parse('[bone]\nfile = "bone.vdb"\n[material]\nkind = "ct"\nct_law = "mandible_matmap"\n'
+                                     '[[path.stroke]]\nstart_mm = [-20, 0, 8]\nend_mm = [-16, 0, 8]\nfeed_mm_per_s = 20\n'
+                                     'disc_normal = [0, 1, 0]\n', pathlib.Path(folder) / "scene.toml")
+            self.assert_same_bone(pickle.loads(pickle.dumps(bone)), bone)
+            graded = scene.bone()
+            self.assertNotEqual(graded.modulus(np.zeros((1, 3)))[0], bone.modulus(np.zeros((1, 3)))[0])
+            for thing in (graded, kerf.run(scene)):
+                with self.assertRaisesRegex(TypeError, "^a bone whose moduli come from a CT cannot be pickled"):
+                    pickle.dumps(thing)
+            self.assertEqual(pickle.loads(pickle.dumps(scene)).bone().hash(), graded.hash())
+
+    def test_labels_that_do_not_fit_in_memory(self):
+        code = """
+import resource
+import kerf, numpy
+resource.setrlimit(resource.RLIMIT_AS, (1_500_000_000, 1_500_000_000))
+try:
+    kerf.Bone.from_labels(numpy.broadcast_to(numpy.uint8(1), (1000, 1000, 1500)), {1: 24}, voxel_mm=1)
+except MemoryError:
+    print("refused")"""
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout), (0, "refused\n"), done.stderr)
+
+    def test_a_pickled_scene_finds_its_files(self):
+        here = os.getcwd()
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                os.chdir(folder)
+                small_block().write("bone.vdb")
+                pathlib.Path("scene.toml").write_text((ROOT / "examples/hello_cut.toml").read_text().split("[bone]")[0] +
+                                                      '[bone]\nfile = "bone.vdb"\n\n[[path.stroke]]\nstart_mm = [-12, 0, 3]\n'
+                                                      'end_mm = [0, 0, 3]\nfeed_mm_per_s = 20\ndisc_normal = [0, 1, 0]\n')
+                scene = kerf.Scene.read("scene.toml")
+                data = pickle.dumps(scene)
+                os.chdir(here)
+                again = pickle.loads(data)
+            finally:
+                os.chdir(here)
+            self.assertEqual(again.resolve(), scene.resolve())
+            self.assertEqual(again.bone().hash(), small_block().hash())
+
+    def test_what_cannot_change_is_not_copied(self):
+        for thing in (small_block(), kerf.Scene(), kerf.Disc(), kerf.Materials.default(), kerf.Materials.default()[24]):
+            self.assertIs(copy.copy(thing), thing)
+            self.assertIs(copy.deepcopy([thing])[0], thing)
+
+    def test_simulations_are_refused(self):
+        simulation, _ = slot(small_block())
+        for work in (pickle.dumps, lambda x: pickle.dumps(x, 0), lambda x: x.__reduce__(), copy.copy, copy.deepcopy):
+            with self.assertRaisesRegex(TypeError, "^cannot pickle .*Simulation' object$"):
+                work(simulation)
+
+    def test_objects_without_init_are_refused(self):
+        bone = small_block()
+        calls = [
+            lambda: repr(kerf.Bone.__new__(kerf.Bone)),
+            lambda: kerf.Bone.__new__(kerf.Bone).leaves(),
+            lambda: kerf.run(kerf.Scene.__new__(kerf.Scene)),
+            lambda: kerf.Recording.__new__(kerf.Recording).kind,
+            lambda: kerf.Run.__new__(kerf.Run).ticks,
+            lambda: kerf.Simulation.__new__(kerf.Simulation).tick((0, 0, 0)),
+            lambda: kerf.Simulation(bone, (0, 0, 9), tool=kerf.Disc.__new__(kerf.Disc)),
+            lambda: kerf.Materials.__new__(kerf.Materials)[24],
+        ]
+        for i, call in enumerate(calls):
+            with self.subTest(case=i), self.assertRaisesRegex(TypeError, "__init__ was not called"):
+                call()
+
+    def test_bone_arguments_without_init_are_refused(self):
+        empty = kerf.Bone.__new__(kerf.Bone)
+        scene = kerf.Scene.read(ROOT / "examples/hello_cut.toml")
+        slab = kerf.Scene.read(ROOT / "scenes/slab_mandible.toml")
+        calls = [
+            lambda: kerf.Simulation(empty, (0, 0, 9)),
+            lambda: kerf.HandSimulation(empty, (0, 0, 9)),
+            lambda: kerf.Simulation.from_scene(scene, bone=empty),
+            lambda: kerf.HandSimulation.from_scene(scene, bone=empty),
+            lambda: kerf.SlabSimulation.from_scene(slab, bone=empty),
+            lambda: kerf.run(scene, bone=empty),
+        ]
+        for i, call in enumerate(calls):
+            with self.subTest(case=i), self.assertRaisesRegex(TypeError, "__init__ was not called"):
+                call()
+        for call in (lambda: kerf.Simulation(None, (0, 0, 9)), lambda: kerf.HandSimulation(None, (0, 0, 9)),
+                     lambda: kerf.Bone.volume_mm3(None), lambda: kerf.Bone.region_volumes_mm3(None), lambda: kerf.Bone.memory_bytes(None)):
+            with self.assertRaises(TypeError):
+                call()
+
+
+class FileNames(unittest.TestCase):
+    def test_need_not_be_utf8(self):
+        with tempfile.TemporaryDirectory() as plain:
+            folder = os.fsencode(plain) + b"/\xff"
+            os.mkdir(folder)
+            bone = small_block()
+            bone.write(folder + b"/\xfe.vdb")
+            self.assertEqual(kerf.Bone.read(os.fsdecode(folder + b"/\xfe.vdb")).hash(), bone.hash())
+            scene_file = folder + b"/\xfe.toml"
+            with open(scene_file, "wb") as file:
+                file.write((ROOT / "examples/hello_cut.toml").read_bytes())
+            scene = kerf.Scene.read(scene_file)
+            self.assertEqual(os.fsencode(scene.path), scene_file)
+            self.assertEqual((scene.name, repr(scene)), ("\\xfe", "<kerf.Scene '\\xfe'>"))
+            result = kerf.run(scene_file, record=folder + b"/cut.kerf")
+            recording = pickle.loads(pickle.dumps(kerf.Recording(folder + b"/cut.kerf")))
+            self.assertEqual(recording.replay().bone.hash(), result.bone.hash())
+            with self.assertRaisesRegex(kerf.Error, r"\\xff/x.toml: there is no such file"):
+                kerf.Scene.read(folder + b"/x.toml")
+            with self.assertRaisesRegex(kerf.Error, "not valid Unicode"):
+                kerf.Scene(bone={"file": os.fsdecode(folder + b"/\xfe.vdb")})
 
 
 class BadInput(unittest.TestCase):
@@ -356,23 +702,38 @@ class BadInput(unittest.TestCase):
             (lambda: kerf.Scene.read("/nowhere.toml"), "/nowhere.toml"),
             (lambda: kerf.Scene(tool={"rpm": object()}), "object"),
             (lambda: kerf.pose((0, 0, 0), (0, 0, 0), 3), "axis"),
-            (lambda: kerf.line((0, 0, 0), (1, 0, 0), 0), "feed_mm_per_s"),
+            (lambda: kerf.pose((0, 0, math.nan)), r"position_mm = .* must be finite"),
+            (lambda: kerf.pose((0, 0, 0), angle_deg=math.nan), "angle_deg = nan .* -1e.06 to 1e.06"),
+            (lambda: kerf.line((0, 0, 0), (1, 0, 0), 0), "feed_mm_per_s = 0 .* valid range 1e-06 to 1e.06"),
+            (lambda: kerf.line((0, 0, 0), (1, 0, 0), math.inf), "feed_mm_per_s = inf"),
+            (lambda: kerf.line((0, 0, 0), (1, 0, 0), math.nan), "feed_mm_per_s = nan"),
+            (lambda: kerf.line((0, 0, 0), (1, 0, 0), "fast"), "feed_mm_per_s = 'fast' is not a number"),
+            (lambda: kerf.line((0, 0, 0), (1, 0, 0), 1, dt=2), "dt = 2 .* valid range 1e-06 to 1$"),
+            (lambda: kerf.line((0, 0, 0), (0, 0, math.nan), 1), "finite"),
+            (lambda: kerf.line((0, 0, 0), (1e300, 0, 0), 1), "at most 10000000"),
+            (lambda: kerf.line((0, 0, 0), (8, 0, 0), 1e-6), r"8e.09 poses; at most 10000000"),
             (lambda: kerf.Simulation(bone, start, effects=["heet"]), "did you mean 'heat'"),
             (lambda: kerf.Simulation(bone, start, effects=[1]), "must be a text"),
             (lambda: kerf.Simulation(bone, start, effects={"heat": 3}), "must be a dict"),
             (lambda: kerf.Simulation(bone, start, law=3), "law must be a text"),
             (lambda: kerf.Simulation(bone, start, law="hertz_chip", law_parameters={"x": 1}), "no parameter of hertz_chip"),
             (lambda: kerf.Simulation(bone, start, law_parameters=[1]), "law_parameters must be a dict"),
-            (lambda: kerf.HandSimulation(bone, start, undo_MB=-1), "-1"),
+            (lambda: kerf.HandSimulation(bone, start, undo_MB=-1), "undo_MB = -1.0 is out of range; valid range 0.2 to 1000000, or 0"),
             (lambda: kerf.Bone.from_labels(np.full((4, 4, 4), 257), {1: 24}), "0 to 255"),
-            (lambda: kerf.Bone.from_labels(np.full((4, 4, 4), 1.7), {1: 24}), "whole numbers"),
+            (lambda: kerf.Bone.from_labels(np.full((4, 4, 4), 1.7), {1: 24}), "whole numbers of an integer type, not float64"),
             (lambda: bone.mesh(2), "0 to 1"),
             (lambda: kerf.run(kerf.Scene(), record=""), "name of a file"),
+            (lambda: kerf.run_in_hand(kerf.Scene(), record=""), "name of a file"),
+            (lambda: bone.phi(np.zeros((1, 3), dtype=complex)), "real numbers"),
+            (lambda: kerf.Materials([]), "at least one Region"),
+            (lambda: kerf.Bone.from_file("/nowhere", unit="mm"), "^from_file has no parameter 'unit'; .*keep, drop$"),
+            (lambda: kerf.Bone.read(""), "name of a file"),
             (lambda: kerf.run(kerf.Scene(), progress="yes"), "progress must be"),
             (lambda: kerf.pose("here"), "not an array of numbers"),
             (lambda: kerf.run(3), "a Scene or the path"),
             (lambda: kerf.run("/nowhere.toml"), "/nowhere.toml"),
             (lambda: kerf.stability("/nowhere.toml"), "/nowhere.toml"),
+            (lambda: kerf.SlabSimulation.from_scene(kerf.Scene.read(ROOT / "examples/hello_cut.toml")), r"the scene has no \[slab\]"),
             (lambda: kerf.compare(ROOT / "examples/hello_cut.toml"), "slab"),
             (lambda: kerf.score("/nowhere.kerf"), "/nowhere.kerf"),
         ]
@@ -380,6 +741,96 @@ class BadInput(unittest.TestCase):
             with self.subTest(case=i, expected=expected), self.assertRaisesRegex(kerf.Error, expected) as caught:
                 call()
             self.assertLess(str(caught.exception).count("\n"), 2)
+
+    def test_keyword_that_is_not_unicode_is_an_error(self):
+        simulation = kerf.Simulation(small_block(), kerf.pose((0, 0, 20)))
+        for call in (simulation.tick, simulation.run, kerf.Bone.block, kerf.run):
+            with self.assertRaises((TypeError, UnicodeError)):
+                call(**{"a\udc80": 1})
+
+    def test_calls_with_wrong_arguments_get_one_sentence(self):
+        bone = small_block()
+        start = kerf.pose((0, 0, 20))
+        simulation = kerf.Simulation(bone, start)
+        made_without = {name: getattr(kerf, name).__new__(getattr(kerf, name)) for name in ("Region", "Bone", "Run", "Scene")}
+        cases = [
+            (lambda: kerf.Bone.block(voxel=1), "Bone.block() has no argument 'voxel'; did you mean 'voxel_mm'?"),
+            (lambda: kerf.Bone.block(voxel_mm="0.1"), "voxel_mm must be a number, not '0.1'"),
+            (lambda: kerf.Bone.block(layers=[2.5, 24]),
+             "layers must be a list of pairs (thickness in mm, number of the region), not [2.5, 24]"),
+            (lambda: kerf.Bone.block(layers=[(2.5, "cortical")]),
+             "layers must be a list of pairs (thickness in mm, number of the region), not [(2.5, 'cortical')]"),
+            (lambda: kerf.Disc(22), "Disc() takes no argument without a name, not 1"),
+            (lambda: kerf.Scene("a.toml"), "Scene() takes no argument without a name, not 1"),
+            (lambda: simulation.tick(), "Simulation.tick() needs the argument pose"),
+            (lambda: simulation.tick(start, dt="a"), "dt must be a number, not 'a'"),
+            (lambda: simulation.tick(start, np.zeros((3, 2))), "dt must be a number, not an array of shape (3, 2)"),
+            (lambda: simulation.tick(start, pose=start), "Simulation.tick() has two values for pose"),
+            (lambda: simulation.tick(start, 1, 2, 3), "Simulation.tick() takes at most 3 arguments without a name, not 4"),
+            (lambda: simulation.run(start, feed=3), "Simulation.run() has no argument 'feed'; there are poses, dt, rpm, progress"),
+            (lambda: kerf.Simulation(), "Simulation() needs the argument bone"),
+            (lambda: kerf.Simulation("bone", start), "bone must be a kerf.Bone, not 'bone'"),
+            (lambda: kerf.Simulation.from_scene("a.toml"), "scene must be a kerf.Scene, not 'a.toml'"),
+            (lambda: kerf.run(kerf.Scene(), bone="x" * 1000), "bone must be a kerf.Bone or None, not '" + "x" * 56 + "..."),
+            (lambda: kerf.Materials(["a"]), "regions must be a list of Region, not ['a']"),
+            (lambda: kerf.Region(1, 2, "tooth", 1, 0.3), "name must be a text, not 2"),
+            (lambda: bone.write(3), "path must be the name of a file, not 3"),
+            (lambda: kerf.to_frame(3), "table must be a structured array, such as Run.ticks, not 3"),
+            (lambda: kerf.Bone(), "Bone() can't be called; make a bone with Bone.block(), plate(), mandible(), from_file(), "
+                                  "from_labels() or read()"),
+            (lambda: kerf.Tick(), "Tick() can't be called; Simulation.tick() returns it"),
+            (lambda: made_without["Region"].__setstate__(5), "the state must be a tuple, not 5"),
+        ]
+        for call, expected in cases:
+            with self.subTest(expected=expected), self.assertRaises(TypeError) as caught:
+                call()
+            self.assertEqual(str(caught.exception), expected)
+
+    def test_forged_pickles_are_refused(self):
+        good = kerf.Region(3, "a", "tooth", 100, 0.3).__getstate__()
+        cases = [(kerf.Region, good[:2] + (99,) + good[3:], "not the state of a pickled Region"),
+                 (kerf.Region, good[:3] + (math.nan,) + good[4:], "E = nan"),
+                 (kerf.Region, good[:4] + (0.7,) + good[5:], "nu = 0.7"),
+                 (kerf.Region, (999,) + good[1:], "999"),
+                 (kerf.Region, (3,), "not the state of a pickled Region"),
+                 (kerf.Materials, ([1], None), "not the state of a pickled Materials"),
+                 (kerf.Bone, (1, 2), "not the state of a pickled Bone"),
+                 (kerf.Bone, (b"abc", kerf.Materials.default()), "^the pickled bone: not a valid OpenVDB file"),
+                 (kerf.Run, (1,), "not the state of a pickled Run"),
+                 (kerf.Scene, (1, 2), "not the state of a pickled Scene"),
+                 (kerf.Scene, ("", b"a\0b"), "not the state of a pickled Scene"),
+                 (kerf.Recording, b"", "not the state of a pickled Recording"),
+                 (kerf.Recording, b"a\0b", "not the state of a pickled Recording")]
+        for kind, state, expected in cases:
+            with self.subTest(kind=kind, state=state), self.assertRaisesRegex(kerf.Error, expected):
+                kind.__new__(kind).__setstate__(state)
+        self.assertEqual(pickle.loads(pickle.dumps(kerf.Region(3, "a", "tooth", 100, 0.3))).E_MPa, 100)
+
+    def test_texts_must_be_unicode(self):
+        bone = small_block()
+        start = kerf.pose((0, 0, 20))
+        bad = "a\udcff"  # what os.fsdecode() makes of b"a\xff"
+        calls = [
+            lambda: kerf.Scene.parse(bad),
+            lambda: kerf.Scene().with_value("bone.block", bad, 1),
+            lambda: kerf.Region(1, bad, "cortical", 1000, 0.3),
+            lambda: kerf.Region(1, "x", bad, 1000, 0.3),
+            lambda: kerf.Region(1, "x", "cortical", 1000, 0.3, source=bad),
+            lambda: kerf.Materials.parse(bad),
+            lambda: kerf.Disc(**{bad: 3}),
+            lambda: kerf.Simulation(bone, start, law=bad),
+            lambda: kerf.Simulation(bone, start, effects=[bad]),
+            lambda: kerf.HandSimulation(bone, start, undo_MB=16).checkpoint(bad),
+            lambda: kerf.HandSimulation(bone, start, undo_MB=16).undo(bad),
+            lambda: kerf.Bone.from_file("x.stl", mesh_units=bad),
+        ]
+        for i, call in enumerate(calls):
+            with self.subTest(case=i), self.assertRaisesRegex(kerf.Error, r"^a text is not valid Unicode; it has '\\udcff' at position 1$"):
+                call()
+        with self.assertRaises(TypeError):
+            kerf.Scene.parse(3)
+        toml = "# \u00e4\n" + (ROOT / "examples/hello_cut.toml").read_text()
+        self.assertEqual(kerf.Scene.parse(toml).toml, toml)
 
     def test_bad_pose_is_a_status_not_an_exception(self):
         simulation, poses = slot(small_block())
@@ -403,6 +854,7 @@ class Recordings(unittest.TestCase):
             recording = kerf.Recording(path)
             self.assertEqual((recording.kind, recording.damage, len(recording)), ("run", "", 1 + len(result.ticks)))
             inputs = recording.inputs()
+            self.assertEqual((inputs["set_down"].sum(), inputs["set_down"][0], inputs["dt_s"][0], inputs["rpm"][0]), (1, 1, 0, 0))
             ticks = inputs[inputs["set_down"] == 0]
             np.testing.assert_array_equal(ticks["x_mm"], result.ticks["x_mm"])
             again = recording.replay()

@@ -132,6 +132,26 @@ class Case:
     recording: str = ""
 
 
+def write_segmentation(folder):
+    """Writes a segmentation with a tooth and a canal in a ball of bone, as 3D Slicer does."""
+    size, spacing = 40, 0.5
+    labels = bytearray()
+    for z, y, x in itertools.product(range(size), repeat=3):
+        p = [spacing * (v - size / 2 + 0.5) for v in (x, y, z)]
+        label = 1 if math.hypot(*p) < 8 else 0
+        if label and math.dist(p, (0, 0, 5)) < 2.5:
+            label = 2
+        if label and math.hypot(p[1], p[2] + 3) < 1.5:
+            label = 3
+        labels.append(label)
+    header = (f"NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\nsizes: {size} {size} {size}\n"
+              f"space directions: ({spacing},0,0) (0,{spacing},0) (0,0,{spacing})\nkinds: domain domain domain\n"
+              "encoding: raw\nspace origin: (-9.75,-9.75,0.25)\n")
+    for i, name in enumerate(("Mandible", "Tooth 36", "Left mandibular canal")):
+        header += f"Segment{i}_Name:={name}\nSegment{i}_LabelValue:={i + 1}\nSegment{i}_Layer:=0\n"
+    (folder / "mask.seg.nrrd").write_bytes(header.encode() + b"\n" + labels)
+
+
 def write_image(folder):
     """Writes a CT of a ball with a dense shell, as NRRD, and a DICOM slice of it."""
     size, spacing = 40, 0.5
@@ -293,6 +313,7 @@ GROUPS = {
         Case("validate -o validate --json", "validate", {"validate/validate.json": "validate"})],
     "import": [
         Case("import ct.nrrd -o ct.vdb --no-isolate --voxel 0.5 --keep-hu --json", "import", before=write_image),
+        Case("import --mask mask.seg.nrrd -o mask.vdb --voxel 0.5 --json", "import", before=write_segmentation),
         Case("import dicom --list --json", "import_list"),
         Case("info ct.vdb --json", "info"),
         Case("check ct.toml --json", "check")],

@@ -10,7 +10,13 @@ namespace kerf::test {
 
 inline HudState MakeFullHud() {
   HudState hud;
-  hud.values = {3.42, 5.1, 7500, 2.31, 1.4, true, 2.7, 0.38};
+  hud.values = {.depth_mm = 3.42,
+                .feed_mm_per_s = 5.1,
+                .rpm = 7500,
+                .force_N = 2.31,
+                .nerve_mm = 1.4,
+                .plan_angle_deg = 2.7,
+                .plan_offset_mm = 0.38};
   hud.now_s = 14;
   hud.force_note = "The chips are thinner than in published tests on bone: the force is an estimate.";
   hud.force_details = "hertz_chip: thrust 1.6 times that measured at a bite of 2.5 um, 9 times at 10 um (22 mm disc)";
@@ -32,9 +38,9 @@ inline HudState MakeFullHud() {
   hud.status.message = "checkpoint \"before second cut\" made";
   hud.status.recording_s = 83;
   hud.status.right = "F1 help";
-  hud.pieces = {{"ramus, left", "12.48 cm\xc2\xb3", {86, 180, 233}, false, false},
-                {"body", "31.02 cm\xc2\xb3", {230, 159, 0}, true, false},
-                {"splinter", "0.04 cm\xc2\xb3", {0, 158, 115}, false, true}};
+  hud.pieces = {{"ramus, left", "12.48 cm\xc2\xb3", "gap 0.52 mm with body", {86, 180, 233}, false, false},
+                {"body", "31.02 cm\xc2\xb3", "gap 0.52 mm with ramus, left", {230, 159, 0}, true, false},
+                {"splinter", "0.04 cm\xc2\xb3", "apart", {0, 158, 115}, false, true}};
   return hud;
 }
 

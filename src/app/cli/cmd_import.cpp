@@ -22,6 +22,8 @@
 #include "bone/import/dicom.h"
 #include "bone/import/import.h"
 #include "bone/material/region_table.h"
+#include "bone/segmentation/roles.h"
+#include "bone/segmentation/segmentation.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 
@@ -41,7 +43,12 @@ struct ImportArguments {
   bool teeth_asked = false;  // requested by a tooth option
   std::vector<std::string> keep, drop, keep_markups, drop_markups;
   std::string materials;
+  std::string mask;
+  LabelOptions labels;
   ImportOptions import;
+  // Of the mask.
+  std::vector<Segment> segments;
+  std::vector<SegmentMeaning> meanings;
 };
 
 Json ToJson(const Vec3& v) {
@@ -99,6 +106,35 @@ Json SurfaceJson(const ImportReport& r) {
           {"repairs", r.surface.repairs}};
 }
 
+const char* ToString(JawSide side) {
+  return side == JawSide::kLeft ? "left" : side == JawSide::kRight ? "right" : "unknown";
+}
+
+const char* ToString(JawPart jaw) {
+  return jaw == JawPart::kLower ? "lower" : jaw == JawPart::kUpper ? "upper" : "unknown";
+}
+
+/// Returns the mask and how it was used as JSON; null without a mask.
+Json MaskJson(const ImportArguments& options, const MaskReport& mask) {
+  if (!mask.used) return nullptr;
+  Json segments = Json::array();
+  for (std::size_t n = 0; n < options.segments.size(); ++n) {
+    const Segment& segment = options.segments[n];
+    const SegmentMeaning& meaning = options.meanings[n];
+    Json json = {
+        {"name", segment.name},     {"label", segment.label},           {"layer", segment.layer},
+        {"voxels", segment.voxels}, {"volume_mm3", segment.volume_mm3}, {"role", kerf::ToString(meaning.role)}};
+    if (meaning.role == SegmentRole::kTooth) {
+      json["jaw"] = ToString(meaning.jaw);
+      if (meaning.fdi != 0) json["fdi"] = meaning.fdi;
+    }
+    if (meaning.role == SegmentRole::kCanal) json["side"] = ToString(meaning.side);
+    segments.push_back(std::move(json));
+  }
+  return {{"file", options.mask},        {"reach_mm", mask.reach_mm},       {"wanted_mm3", mask.wanted_mm3},
+          {"added_mm3", mask.added_mm3}, {"cut_off_mm3", mask.cut_off_mm3}, {"segments", segments}};
+}
+
 void PrintJson(const ImportArguments& options, const ImportReport& r, const Bone& bone, double write_s) {
   Json seconds;
   double total = 0;
@@ -122,6 +158,7 @@ void PrintJson(const ImportArguments& options, const ImportReport& r, const Bone
                      {"warnings", r.warnings},
                      {"iso_HU", options.import.isolate.iso_hu},
                      {"isolation", r.isolation},
+                     {"mask", MaskJson(options, r.mask)},
                      {"contact_mm2", r.contact_mm2},
                      {"volume_mm3", r.solid_mm3},
                      {"volume_above_iso_mm3", r.iso_mm3},
@@ -162,17 +199,24 @@ std::string VoidsText(const ImportReport& r) {
 void PrintText(const ImportArguments& options, const ImportReport& r, const Bone& bone, double write_s) {
   const Vec3 size = r.box.size();
   const Vec3 centre = r.box.centre();
-  if (r.kind != "surface") {
+  if (r.kind == "mask") {
+    fmt::print("mask       {}, {}\n", FormatVolume(r.mask.wanted_mm3), r.isolation);
+  } else if (r.kind != "surface") {
     fmt::print("read       {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm\n", r.size[0], r.size[1], r.size[2],
                r.spacing_mm.x, r.spacing_mm.y, r.spacing_mm.z);
     fmt::print("isolation  {}; {:.0f} mm2 of contact with other bone\n", r.isolation, r.contact_mm2);
   }
   fmt::print("volume     {}", FormatVolume(r.solid_mm3));
-  if (r.kind != "surface") {
+  if (r.kind != "surface" && r.kind != "mask") {
     fmt::print(" ({} above {:.0f} HU, {} of marrow and canals filled{}, {})", FormatVolume(r.iso_mm3),
                options.import.isolate.iso_hu, FormatVolume(r.filled_mm3), VoidsText(r),
                r.tooth_mm3 > 0 ? FormatVolume(r.tooth_mm3) + " of teeth" : "no teeth");
-  } else {
+    if (r.mask.used) {
+      fmt::print("\nmask       {}; overrides the CT beyond {:.4g} mm: {} added, {} of joined bone cut off",
+                 FormatVolume(r.mask.wanted_mm3), r.mask.reach_mm, FormatVolume(r.mask.added_mm3),
+                 FormatVolume(r.mask.cut_off_mm3));
+    }
+  } else if (r.kind == "surface") {
     fmt::print("\nsurface    {} triangles in {}", r.surface.triangles, r.surface.how);
   }
   fmt::print("\nbox        {:.1f} x {:.1f} x {:.1f} mm around ({:.1f}, {:.1f}, {:.1f})\n", size.x, size.y, size.z,
@@ -202,7 +246,7 @@ void PrintText(const ImportArguments& options, const ImportReport& r, const Bone
 
 void Warn(const ImportArguments& options, const ImportReport& r) {
   for (const std::string& warning : r.warnings) Say("{}", warning);
-  if (r.kind != "surface" && r.tooth_mm3 == 0 && (r.mandible || options.teeth_asked)) {
+  if (r.kind != "surface" && r.kind != "mask" && r.tooth_mm3 == 0 && (r.mandible || options.teeth_asked)) {
     Say("no teeth were found: no part of the bone is as bright as enamel, {:.0f} HU or more; if the CT shows teeth, "
         "lower --tooth-hu",
         options.import.tissue.tooth_hu);
@@ -216,7 +260,27 @@ void Warn(const ImportArguments& options, const ImportReport& r) {
 
 /// Rejects options that have no effect on this kind of input.
 void CheckOptionsApply(const CLI::App& command, const std::string& input) {
+  if (command.count("--mask") == 0) {
+    for (const char* option : {"--labels", "--label", "--mask-reach"}) {
+      if (command.count(option) > 0) throw CLI::ValidationError(option, "applies to a mask only; name one with --mask");
+    }
+    if (input.empty()) throw CLI::RequiredError("INPUT");
+  }
+  if (input.empty()) {
+    for (const char* option :
+         {"--list", "--series", "--keep", "--drop", "--keep-markups", "--drop-markups", "--no-isolate", "--any-shape",
+          "--iso", "--no-fill", "--cortical-hu", "--shell", "--tooth-hu", "--tooth-body-hu", "--tooth-reach",
+          "--keep-hu", "--hu-voxel", "--mask-reach", "--units"}) {
+      if (command.count(option) > 0)
+        throw CLI::ValidationError(option, "does not apply to a mask without a CT or a surface");
+    }
+    return;
+  }
   const bool is_surface = IsSurfacePath(input);
+  if (is_surface && command.count("--mask") > 0)
+    throw CLI::ValidationError("--mask", "applies to a CT only, but INPUT is a surface, which is imported whole");
+  if (command.count("--mask") > 0 && command.count("--no-isolate") > 0)
+    throw CLI::ValidationError("--no-isolate", "imports all bone, but --mask selects one");
   const std::vector<const char*> idle =
       is_surface ? std::vector{"--list",          "--series",       "--keep",       "--drop",
                                "--keep-markups",  "--drop-markups", "--no-isolate", "--any-shape",
@@ -231,6 +295,21 @@ void CheckOptionsApply(const CLI::App& command, const std::string& input) {
   }
 }
 
+/// Reads the mask. Its own frame is that of its header, even if `--frame` states that of the CT.
+void ReadMask(ImportArguments& options) {
+  const Segmentation segmentation = ReadSegmentation(options.mask, options.input.empty() ? options.import.frame : "");
+  SegmentationRoles roles = FindRoles(segmentation, options.labels);
+  BoneMask mask = MakeBoneMask(segmentation, roles);
+  std::vector<std::string>& warnings = mask.tissue.warnings;
+  if (!options.input.empty()) {
+    for (std::string& warning : warnings) warning = fmt::format("{}: {}", options.mask, warning);
+  }
+  warnings.insert(warnings.end(), roles.warnings.begin(), roles.warnings.end());
+  options.segments = segmentation.segments;
+  options.meanings = std::move(roles.meanings);
+  options.import.isolate.mask = std::make_shared<const BoneMask>(std::move(mask));
+}
+
 void Run(ImportArguments& options) {
   if (options.list) {
     List(options);
@@ -241,7 +320,7 @@ void Run(ImportArguments& options) {
     throw CLI::ValidationError("-o", fmt::format("'{}' must end in .vdb", options.output));
   }
   CheckWritable(options.output);
-  std::vector<std::string> inputs{options.input, options.materials};
+  std::vector<std::string> inputs{options.input, options.materials, options.mask};
   for (const auto* markups : {&options.keep_markups, &options.drop_markups}) {
     inputs.insert(inputs.end(), markups->begin(), markups->end());
   }
@@ -262,6 +341,7 @@ void Run(ImportArguments& options) {
     import.materials = ParseRegionTable(ReadTextFile(options.materials), options.materials);
     import.materials_name = std::filesystem::path(options.materials).filename().string();
   }
+  if (!options.mask.empty()) ReadMask(options);
   ImportResult result;
   double write_s = 0;
   {
@@ -288,8 +368,8 @@ void AddImportCommand(CLI::App& app) {
   CLI::App* c =
       app.add_subcommand("import", "Make a bone from a CT (DICOM folder, NRRD, NIfTI, MetaImage) or a closed surface");
   c->add_option("INPUT", o->input,
-                "Folder of DICOM files, image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or surface (.stl .obj .ply)")
-      ->required();
+                "Folder of DICOM files, image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or surface (.stl .obj .ply); may be "
+                "omitted with --mask");
   c->add_option("-o,--output", o->output, "Bone file to write (.vdb)");
   c->add_flag("--list", o->list, "Only list the series of a DICOM folder");
   c->add_option("--series", o->import.series,
@@ -314,10 +394,25 @@ void AddImportCommand(CLI::App& app) {
                 "Point list of 3D Slicer (.mrk.json) in unwanted bone; may be repeated")
       ->allow_extra_args(false)
       ->group(which);
+  c->add_option("--mask", o->mask,
+                "Segmentation that says which bone is the mandible (.seg.nrrd), or label map (.nrrd .nhdr .nii .nii.gz "
+                ".mha .mhd); without INPUT, the bone is made from it alone")
+      ->group(which);
+  std::vector<std::string> presets;
+  for (const LabelPreset& preset : ListLabelPresets()) presets.push_back(preset.name);
+  c->add_option("--labels", o->labels.preset, "Program or data from which a mask without names comes")
+      ->check(CLI::IsMember(presets))
+      ->group(which);
+  c->add_option("--label", o->labels.assignments,
+                "What one segment of the mask is, such as 2=mandible or 'Bone 3=canal'; may be repeated")
+      ->allow_extra_args(false)
+      ->group(which);
+  AddNumber(*c, "--mask-reach", o->import, "mask_reach_mm")->group(which);
   c->add_flag("--no-isolate", o->no_isolate,
               "Import all bone, in pieces of at least 1 cm3, without isolating the mandible")
       ->group(which);
-  c->add_flag("--any-shape", o->any_shape, "Write the isolated bone even if it does not look like a mandible")
+  c->add_flag("--any-shape", o->any_shape,
+              "Write the bone that --keep and --drop points or a mask select, even if it does not look like a mandible")
       ->group(which);
 
   const std::string surface = "Surface and tissues";

@@ -207,12 +207,12 @@ void Run(LoopArguments& options) {
   options.loop.output.folder = options.folder;
   LoopSummary summary;
   {
-    StageBars bars;
+    RunBar bar(ListLoopStages(scene, options.loop, !options.folder.empty()));
     bool waited = false;
     const auto show = [&](const std::string& now, double fraction) {
-      bars.Show(now, fraction);
+      bar.Show(now, fraction);
       if (servo) FollowServo(*servo, waited);
-      if (now == "cutting") bars.SetNote(*note);
+      if (now == "cutting") bar.SetNote(*note);
     };
     summary = RunLoop(scene, options.loop, show);
     try {

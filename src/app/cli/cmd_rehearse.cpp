@@ -62,9 +62,14 @@ void Run(const RehearseArguments& options) {
   const RehearsalResult result = viewer.Run();
   for (const std::string& warning : result.warnings) SayWarning("{}", warning);
   Print(result, rehearsal.viewer.folder, options.json);
-  if (!result.left_work) return;
+  const std::string failure = fmt::format("{}", fmt::join(result.failures, "\n"));
+  if (!result.left_work) {
+    if (!failure.empty()) throw Error(failure);
+    return;
+  }
+  if (!failure.empty()) Say("{}", failure);
   rehearsal.viewer.lock->RemoveFolderIfUnused();
-  EndAtOnceWith(std::fflush(stdout) == 0 ? 0 : kFailed);
+  EndAtOnceWith(std::fflush(stdout) == 0 && failure.empty() ? 0 : kFailed);
 }
 
 }  // namespace

@@ -102,8 +102,8 @@ Replayed ReplayLoop(const ReplayArguments& options, RecordingReader& recording, 
   if (!options.folder.empty()) {
     CheckLoopInputsNotOverwritten(scene, options.file, options.folder);
   }
-  StageBars bars;
-  const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+  RunBar bar(ListLoopStages(scene, loop, !options.folder.empty()));
+  const auto show = [&](const std::string& now, double fraction) { bar.Show(now, fraction); };
   LoopSummary summary = RunLoop(scene, loop, show);
   const std::vector<std::string> damage = FindDamageWarnings(recording);
   summary.warnings.insert(summary.warnings.begin(), damage.begin(), damage.end());
@@ -113,8 +113,8 @@ Replayed ReplayLoop(const ReplayArguments& options, RecordingReader& recording, 
 
 Replayed ReplayRun(const ReplayArguments& options, RecordingReader& recording, const RecordedScene& recorded) {
   RunReplay replay(recording, options.until_s.value_or(std::numeric_limits<double>::infinity()), options.verify);
-  StageBars bars;
-  const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+  RunBar bar(ListRunStages(recorded.scene, !options.folder.empty()));
+  const auto show = [&](const std::string& now, double fraction) { bar.Show(now, fraction); };
   if (options.folder.empty()) return ReplayScene(recorded.scene, replay, show);
   CheckInputsNotOverwritten(recorded.scene, options.file, options.folder);
   if (recording.header().kind == RecordedKind::kSlab) {

@@ -116,9 +116,9 @@ void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::strin
 void RunSlabMode(const Scene& scene, const RunArguments& options, std::string& lost) {
   SlabSummary summary;
   {
-    StageBars bars;
+    RunBar bar(ListRunStages(scene, true));
     summary = RunSlabScene(
-        scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
+        scene, options.folder, [&](const std::string& now, double fraction) { bar.Show(now, fraction); },
         {options.record, options.scene, nullptr, &lost}, options.full ? 0 : kSurfaceErrorMm);
   }
   for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
@@ -133,10 +133,10 @@ void RunSlabMode(const Scene& scene, const RunArguments& options, std::string& l
 void RunVoxelMode(const Scene& scene, const RunArguments& options, std::string& lost) {
   RunSummary summary;
   {
-    StageBars bars;
+    RunBar bar(ListRunStages(scene, true));
     summary = RunScene(
-        scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
-        {options.costs, [&](const std::string& line) { bars.SetNote(line); }},
+        scene, options.folder, [&](const std::string& now, double fraction) { bar.Show(now, fraction); },
+        {options.costs, [&](const std::string& line) { bar.SetNote(line); }},
         {options.record, options.scene, nullptr, &lost}, options.full ? 0 : kSurfaceErrorMm);
   }
   for (const std::string& warning : summary.warnings) SayWarning("{}", warning);

@@ -147,8 +147,10 @@ void Work(StudyArguments& options, const StudyWork& work) {
     outcome = RunStudy(spec, work, options.run);
   }
   if (outcome.stopped) {
-    throw Error(fmt::format("stopped; {} records are kept in {}; run the same command to continue",
-                            outcome.kept + outcome.made, options.folder));
+    const std::size_t records = outcome.kept + outcome.made;
+    if (records == 0) throw Error("stopped before any case was completed");
+    throw Error(fmt::format("stopped; {} records are kept in {}; the same study with this folder as output continues",
+                            records, options.folder));
   }
   if (!options.run.shard) return Finish(options, work, {});
   // A shard has no report of its own; --merge writes the report on the whole study.

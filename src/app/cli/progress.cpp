@@ -20,6 +20,11 @@ void ProgressBar::SetNote(std::string note) {
   note_ = std::move(note);
 }
 
+void ProgressBar::SetTitle(std::string title) {
+  const std::lock_guard lock(mutex_);
+  title_ = std::move(title);
+}
+
 void ProgressBar::Show(double fraction) {
   if (!terminal_) return;
   const std::lock_guard lock(mutex_);
@@ -37,6 +42,15 @@ void ProgressBar::Show(double fraction) {
   fmt::print(stderr, "\r\x1b[K{} [{:#>{}}{:.>{}}] {:3.0f} %  {}  {}", title_, "", filled, "", kWidth - filled,
              100 * fraction, left, note_);
   std::fflush(stderr);
+}
+
+void RunBar::Show(const std::string& stage, double fraction) {
+  if (stage != stage_) {
+    bar_.SetTitle(stage);
+    bar_.SetNote("");
+    stage_ = stage;
+  }
+  bar_.Show(overall_.Advance(stage, fraction));
 }
 
 void StageBars::Show(const std::string& stage, double fraction) {

@@ -5,6 +5,10 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
+#include <vector>
+
+#include "session/run/overall_progress.h"
 
 namespace kerf::cli {
 
@@ -17,6 +21,8 @@ class ProgressBar {
 
   /// Sets the text shown after the bar from the next Show() on. May be called by any thread.
   void SetNote(std::string note);
+  /// Sets the text shown before the bar. May be called by any thread.
+  void SetTitle(std::string title);
   /// Draws the bar. `fraction`: 0 to 1. May be called by any thread.
   void Show(double fraction);
 
@@ -29,6 +35,20 @@ class ProgressBar {
   bool shown_ = false;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_{};
+};
+
+/// One bar for all the stages of a run. Not thread-safe.
+class RunBar {
+ public:
+  explicit RunBar(std::vector<ExpectedStage> stages) : overall_(std::move(stages)) {}
+  void Show(const std::string& stage, double fraction);
+  /// As in StageBars.
+  void SetNote(const std::string& note) { bar_.SetNote(note); }
+
+ private:
+  OverallProgress overall_;
+  ProgressBar bar_{""};
+  std::string stage_;
 };
 
 /// Consecutive bars for the named stages of one task. Not thread-safe.

@@ -255,10 +255,12 @@ std::string FormatBashCompletion(const CommandReference& root) {
   std::string words;
   std::string values;
   ForEach(root, [&](const CommandReference& command) {
-    std::vector<std::string> names = ListWords(command);
+    std::vector<std::string> names = ListWords(command.name == "kerf help" ? root : command);
+    bool takes_file = false;
     for (const OptionReference& option : command.options) {
       if (option.positional) {
         names.insert(names.end(), option.choices.begin(), option.choices.end());
+        takes_file = takes_file || option.choices.empty();
         continue;
       }
       names.insert(names.end(), option.names.begin(), option.names.end());
@@ -266,10 +268,12 @@ std::string FormatBashCompletion(const CommandReference& root) {
       std::string patterns;
       for (const std::string& name : option.names)
         patterns += fmt::format("{}'{}|{}'", patterns.empty() ? "" : "|", command.name, name);
-      values += fmt::format("    {}) values={} ;;\n", patterns,
-                            QuoteShell(fmt::format("{}", fmt::join(option.choices, " "))));
+      values += fmt::format("    {}) values={} files={} ;;\n", patterns,
+                            QuoteShell(fmt::format("{}", fmt::join(option.choices, " "))),
+                            option.choices.empty() && option.value == "TEXT" ? "yes" : "");
     }
-    words += fmt::format("    '{}') words={} ;;\n", command.name, QuoteShell(fmt::format("{}", fmt::join(names, " "))));
+    words += fmt::format("      '{}') words={} files={} ;;\n", command.name,
+                         QuoteShell(fmt::format("{}", fmt::join(names, " "))), takes_file ? "yes" : "");
   });
   std::string paths;
   ForEach(root, [&](const CommandReference& command) {
@@ -277,27 +281,23 @@ std::string FormatBashCompletion(const CommandReference& root) {
   });
   return fmt::format(R"(# Bash completion of kerf, written by 'kerf completion bash'.
 _kerf() {{
-  local current=${{COMP_WORDS[COMP_CWORD]}} command=kerf i words= values=none
+  local current=${{COMP_WORDS[COMP_CWORD]}} command=kerf i words= values=none files=
   for ((i = 1; i < COMP_CWORD; ++i)); do
     case "$command ${{COMP_WORDS[i]}}" in
       {paths}) command="$command ${{COMP_WORDS[i]}}" ;;
     esac
   done
-  # After an option that takes a value: its choices, or a file.
+  # After an option that takes a value: its choices, a file, or nothing for a number.
   case "$command|${{COMP_WORDS[COMP_CWORD-1]}}" in
 {values}  esac
-  if [ "$values" != none ]; then
-    if [ -n "$values" ]; then
-      COMPREPLY=($(compgen -W "$values" -- "$current"))
-    else
-      COMPREPLY=($(compgen -f -- "$current"))
-    fi
-    return
+  if [ "$values" = none ]; then
+    case $command in
+{words}    esac
+  else
+    words=$values
   fi
-  case $command in
-{words}  esac
   COMPREPLY=($(compgen -W "$words" -- "$current"))
-  [[ $current == -* ]] || COMPREPLY+=($(compgen -f -- "$current"))
+  [[ -z $files || $current == -* ]] || COMPREPLY+=($(compgen -f -- "$current"))
 }}
 complete -o filenames -F _kerf kerf
 )",
@@ -311,8 +311,9 @@ std::string FormatZshCompletion(const CommandReference& root) {
     int position = 0;
     for (const OptionReference& option : command.options) {
       const std::string help = EscapeZsh(FirstSentence(option.help));
-      const std::string action =
-          option.choices.empty() ? "_files" : fmt::format("({})", fmt::join(option.choices, " "));
+      const std::string action = !option.choices.empty()  ? fmt::format("({})", fmt::join(option.choices, " "))
+                                 : option.value == "TEXT" ? "_files"
+                                                          : "";
       if (option.positional) {
         arguments +=
             fmt::format(" \\\n    {}", QuoteShell(fmt::format("{}:{}:{}", ++position, option.names[0], action)));
@@ -325,7 +326,10 @@ std::string FormatZshCompletion(const CommandReference& root) {
     }
     const std::string function = "_" + Join(command.name, '_');
     if (command.commands.empty()) {
-      functions += fmt::format("{}() {{\n  _arguments{} \\\n    '*:file:_files'\n}}\n", function, arguments);
+      const std::string rest = command.name == "kerf help"
+                                   ? fmt::format("*:command:({})", fmt::join(ListWords(root), " "))
+                                   : "*:file:_files";
+      functions += fmt::format("{}() {{\n  _arguments{} \\\n    '{}'\n}}\n", function, arguments, rest);
       return;
     }
     std::string list;
@@ -363,6 +367,10 @@ std::string FormatFishCompletion(const CommandReference& root) {
     for (const CommandReference& child : command.commands) {
       out += fmt::format("complete -c kerf -n {} -f -a {} -d {}\n", QuoteShell(condition),
                          child.name.substr(child.name.rfind(' ') + 1), QuoteShell(FirstSentence(child.help)));
+    }
+    if (command.name == "kerf help") {
+      out += fmt::format("complete -c kerf -n {} -f -a {}\n", QuoteShell(condition),
+                         QuoteShell(fmt::format("{}", fmt::join(ListWords(root), " "))));
     }
     for (const OptionReference& option : command.options) {
       std::string line = fmt::format("complete -c kerf -n {}", QuoteShell(condition));

@@ -35,7 +35,8 @@ void AddWindowOptions(CLI::App& command, WindowOptions& options) {
   command.add_option(
       "-o", options.folder,
       "Folder for recordings, pictures and exports; created if missing; default: a new one in ~/.local/share/kerf");
-  command.add_option("--size", options.size, "Size of the window, WIDTHxHEIGHT")->capture_default_str();
+  command.add_option("--size", options.size, "Size of the window, WIDTHxHEIGHT; larger on a display of a larger scale")
+      ->capture_default_str();
   AddNumberOption(command, "--scale", options.scale, "scale", kDisplayScaleRange,
                   "scale of text and lines; default: the display's");
   AddDeviceOption(command, options.device, false);

@@ -16,6 +16,8 @@ namespace {
 constexpr const char* kMenus[] = {Msg("File"), Msg("Edit"),   Msg("View"),     Msg("Saw"),
                                   Msg("Plan"), Msg("Pieces"), Msg("Exercise"), Msg("Help")};
 
+constexpr const char* kMore = ">>";  // button of a menu with what does not fit
+
 std::string KeyName(Key key) {
   const auto code = static_cast<int>(key);
   if (key >= Key::kF1 && key <= Key::kF12) return fmt::format("F{}", code - static_cast<int>(Key::kF1) + 1);
@@ -127,17 +129,29 @@ void ActionList::DrawMenus(Ui& ui) {
 }
 
 void ActionList::DrawToolbar(Ui& ui) {
-  const float right = ImGui::GetWindowPos().x + ImGui::GetWindowWidth() - ImGui::GetStyle().WindowPadding.x;
-  bool first = true;
+  const auto width_of = [](const char* label) {
+    return ImGui::CalcTextSize(label).x + 2 * ImGui::GetStyle().FramePadding.x;
+  };
+  const float gap = ImGui::GetStyle().ItemSpacing.x;
+  std::vector<std::size_t> shown;
+  float width = -gap;
   for (std::size_t i = 0; i < actions_.size(); ++i) {
+    if (actions_[i].button[0] == '\0' || !actions_[i].is_relevant()) continue;
+    shown.push_back(i);
+    width += gap + width_of(Tr(actions_[i].button));
+  }
+  // Buttons that do not fit are in a menu at the end.
+  const float room = ImGui::GetContentRegionAvail().x;
+  std::size_t fit = shown.size();
+  while (fit > 0 && width > room) {
+    if (fit == shown.size()) width += gap + width_of(kMore);
+    width -= gap + width_of(Tr(actions_[shown[--fit]].button));
+  }
+  bool first = true;
+  for (std::size_t k = 0; k < fit; ++k) {
+    const std::size_t i = shown[k];
     const Action& action = actions_[i];
-    if (action.button[0] == '\0' || !action.is_relevant()) continue;
     const char* label = Tr(action.button);
-    const float width = ImGui::CalcTextSize(label).x + 2 * ImGui::GetStyle().FramePadding.x;
-    // Buttons that do not fit are left out; the menus contain all actions.
-    const float next =
-        first ? ImGui::GetCursorScreenPos().x : ImGui::GetItemRectMax().x + ImGui::GetStyle().ItemSpacing.x;
-    if (next + width > right) return;
     if (!first) ImGui::SameLine();
     first = false;
     const bool on = action.on && action.on();
@@ -151,23 +165,76 @@ void ActionList::DrawToolbar(Ui& ui) {
     const std::string tip = action.tip[0] == '\0' ? Tr(action.label) : Tr(action.tip);
     Tooltip(ui, keys.empty() ? tip : fmt::format("{} ({})", tip, keys));
   }
+  if (fit == shown.size()) return;
+  if (!first) ImGui::SameLine();
+  if (ImGui::Button(kMore)) ImGui::OpenPopup("more buttons");
+  ui.Note("button more");
+  Tooltip(ui, Tr("More buttons: a wider window or smaller text (F10) shows them here"));
+  if (!ImGui::BeginPopup("more buttons")) return;
+  for (std::size_t k = fit; k < shown.size(); ++k) {
+    const Action& action = actions_[shown[k]];
+    if (ImGui::MenuItem(fmt::format("{}##{}", Tr(action.button), action.id).c_str(),
+                        ShowShortcut(action.shortcut).c_str(), action.on && action.on(), action.is_enabled())) {
+      chosen_.push_back(shown[k]);
+    }
+    ui.Note(fmt::format("button {}", action.id));
+  }
+  ImGui::EndPopup();
 }
 
-void ActionList::DrawIndicators(Ui& ui) {
-  bool first = true;
+float ActionList::DrawIndicators(Ui& ui, float reserved) {
+  struct Shown {
+    std::size_t action;
+    std::string text;
+    bool on;
+  };
+  std::vector<Shown> shown;
   for (std::size_t i = 0; i < actions_.size(); ++i) {
     const Action& action = actions_[i];
     if (action.indicator[0] == '\0' || !action.is_relevant()) continue;
-    if (!first) ImGui::SameLine();
-    first = false;
     const bool on = action.on && action.on();
-    const std::string state = on ? Tr("on") : Tr("off");
-    if (Indicator(ui, action.id.c_str(), fmt::format("{}: {}", Tr(action.indicator), state), on,
-                  ShowShortcut(action.shortcut), action.tip[0] == '\0' ? Tr(action.label) : Tr(action.tip))) {
-      chosen_.push_back(i);
+    shown.push_back({i, fmt::format("{}: {}", Tr(action.indicator), on ? Tr("on") : Tr("off")), on});
+  }
+  const float gap = ImGui::GetStyle().ItemSpacing.x;
+  const float room = ImGui::GetWindowWidth() - reserved - ImGui::GetCursorPosX();
+  const float more_width = ImGui::CalcTextSize(kMore).x + 2 * ImGui::GetStyle().FramePadding.x;
+  const auto width_of = [&](const Shown& one) {
+    return CalcIndicatorWidth(ui, one.text, ShowShortcut(actions_[one.action].shortcut));
+  };
+  // Those that do not fit are in a menu at the end.
+  float width = -gap;
+  for (const Shown& one : shown) width += gap + width_of(one);
+  std::size_t fit = shown.size();
+  while (fit > 0 && width > room) {
+    if (fit == shown.size()) width += gap + more_width;
+    width -= gap + width_of(shown[--fit]);
+  }
+  for (std::size_t k = 0; k < fit; ++k) {
+    const Action& action = actions_[shown[k].action];
+    if (k > 0) ImGui::SameLine();
+    if (Indicator(ui, action.id.c_str(), shown[k].text, shown[k].on, ShowShortcut(action.shortcut),
+                  action.tip[0] == '\0' ? Tr(action.label) : Tr(action.tip))) {
+      chosen_.push_back(shown[k].action);
     }
     ui.Note(fmt::format("indicator {}", action.id));
   }
+  if (fit == shown.size()) return ImGui::GetItemRectMax().x;
+  if (fit > 0) ImGui::SameLine();
+  if (ImGui::Button(fmt::format("{}##indicators", kMore).c_str())) ImGui::OpenPopup("more indicators");
+  ui.Note("indicators more");
+  const float right = ImGui::GetItemRectMax().x;
+  Tooltip(ui, Tr("More modes: a wider window or smaller text (F10) shows them here"));
+  if (!ImGui::BeginPopup("more indicators")) return right;
+  for (std::size_t k = fit; k < shown.size(); ++k) {
+    const Action& action = actions_[shown[k].action];
+    if (ImGui::MenuItem(fmt::format("{}##{}", Tr(action.indicator), action.id).c_str(),
+                        ShowShortcut(action.shortcut).c_str(), shown[k].on, action.is_enabled())) {
+      chosen_.push_back(shown[k].action);
+    }
+    ui.Note(fmt::format("indicator {}", action.id));
+  }
+  ImGui::EndPopup();
+  return right;
 }
 
 void ActionList::RunChosen() {

@@ -58,7 +58,9 @@ class ActionList {
   /// Adds the entries of one menu, for example to a context menu.
   void DrawEntries(Ui& ui, const char* menu);
   void DrawToolbar(Ui& ui);
-  void DrawIndicators(Ui& ui);
+  /// `reserved`: width at the right that is left free; indicators that do not fit are in a menu at the end. Returns the
+  /// right edge of what was drawn.
+  float DrawIndicators(Ui& ui, float reserved);
   /// Runs what was chosen in a menu, in the toolbar or by an indicator in this frame. Called after the frame, because
   /// an action may show another panel.
   void RunChosen();

@@ -12,6 +12,7 @@
 #include "view/live/slice_view.h"
 #include "view/ui/event.h"
 #include "view/ui/hud.h"
+#include "view/ui/translate.h"
 #include "view/ui/ui.h"
 
 namespace kerf {
@@ -35,10 +36,16 @@ class Activity {
   /// Called when a row of the activity's list was clicked.
   virtual void PickMenuRow(int row) = 0;
   virtual void PickPieceRow(int /*row*/) {}
-  /// Takes a point that was clicked in a slice. Returns false if it is not needed.
-  virtual bool TakeSlicePoint(const Vec3& /*p_W*/) { return false; }
+  /// Returns true if the user is asked for points that can be clicked in slices.
+  virtual bool wants_slice_points() const { return false; }
+  /// Takes a point that was clicked in a slice.
+  virtual void TakeSlicePoint(const Vec3& /*p_W*/) {}
+  /// Takes back the last one.
+  virtual void TakeBackSlicePoint() {}
   /// Returns false if the activity has no use for slices.
   virtual bool has_slices() const { return false; }
+  /// Returns true while the activity draws something else in the place of the slices.
+  virtual bool covers_slices() const { return false; }
   /// Adds alarms: places that the saw should not come near to.
   virtual void AddAlarms(std::vector<AlarmOverlay>& /*alarms*/) {}
   /// Adds what else is drawn in slices.
@@ -56,12 +63,16 @@ class Activity {
   virtual bool takes_escape() const { return false; }
   /// Returns what would be lost at the end, as a sentence; empty: nothing.
   virtual std::string DescribeUnsaved() const { return {}; }
-  /// Saves that. Returns false if the user has to decide something first.
+  /// Saves that, and then quits.
   virtual void Save() {}
+  /// Returns the name of Save(), for the user.
+  virtual std::string save_label() const { return Tr("Save"); }
   /// Cancels what is in progress.
   virtual void Cancel() {}
   /// Returns the steps of the first-run tour.
   virtual std::vector<TourStep> tour() const { return {}; }
+  /// Returns whether the tour is shown at the first start.
+  virtual bool begins_with_tour() const { return true; }
   /// Returns the mouse's and the held keys' functions that are not actions, for the help.
   virtual std::vector<HudKeyGroup> help() const { return {}; }
   /// Called when the bone is ready, in the window's thread.
@@ -70,8 +81,9 @@ class Activity {
   virtual void Ended(LoopSummary summary) = 0;
   /// Called when the session was cancelled before its bone was ready.
   virtual void Cancelled() {}
-  /// Called when the session failed. Returns true if the window stays open.
-  virtual bool TakeFailure(const std::string& /*sentence*/) { return false; }
+  /// Called when the session failed. `summary`: of what was done before, with the bone; null if it could not begin or
+  /// its bone is lost. Returns true if the window stays open.
+  virtual bool TakeFailure(const std::string& /*sentence*/, LoopSummary* /*summary*/) { return false; }
   /// Adds the activity's state to the trace.
   virtual void Describe(nlohmann::json& state) const = 0;
   /// Returns true if the saw may be moved and switched now.

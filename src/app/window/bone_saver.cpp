@@ -25,6 +25,7 @@ void BoneSaver::Run() {
     Job job = std::move(jobs_.front());
     jobs_.pop_front();
     writing_ = true;
+    written_ = job;
     lock.unlock();
     std::string failure;
     try {
@@ -35,6 +36,7 @@ void BoneSaver::Run() {
     if (failure.empty()) job = {};  // frees the bone outside the lock
     lock.lock();
     writing_ = false;
+    written_ = {};
     if (!failure.empty()) {
       failures_.push_back(std::move(failure));
       failed_.push_back(std::move(job));
@@ -54,6 +56,15 @@ void BoneSaver::Save(std::shared_ptr<const Bone> bone, const std::string& path) 
 std::vector<std::string> BoneSaver::TakeFailures() {
   const std::lock_guard lock(mutex_);
   return std::exchange(failures_, {});
+}
+
+std::map<std::string, std::shared_ptr<const Bone>> BoneSaver::ListUnsaved() {
+  const std::lock_guard lock(mutex_);
+  std::map<std::string, std::shared_ptr<const Bone>> unsaved;
+  for (const Job& job : failed_) unsaved[job.path] = job.bone;
+  for (const Job& job : jobs_) unsaved[job.path] = job.bone;
+  if (writing_) unsaved[written_.path] = written_.bone;
+  return unsaved;
 }
 
 std::vector<std::string> BoneSaver::Finish() {

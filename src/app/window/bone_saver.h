@@ -3,6 +3,7 @@
 
 #include <condition_variable>
 #include <deque>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -27,6 +28,8 @@ class BoneSaver {
   void Save(std::shared_ptr<const Bone> bone, const std::string& path);
   /// Returns a sentence for each bone that could not be written since the last call. Finish() tries them again.
   std::vector<std::string> TakeFailures();
+  /// Returns the bones that are not saved yet, or could not be, by path.
+  std::map<std::string, std::shared_ptr<const Bone>> ListUnsaved();
   /// Waits until all bones are written, and tries again to write those that could not be. Returns a sentence for
   /// each that still can't be written.
   std::vector<std::string> Finish();
@@ -44,6 +47,7 @@ class BoneSaver {
   std::vector<Job> failed_;
   std::vector<std::string> failures_;
   bool writing_ = false;
+  Job written_;  // that is being written
   bool stop_ = false;
   std::thread thread_;
 };

@@ -31,8 +31,10 @@ ProjectSession MakeProjectSession(const std::string& saw, const LiveFigures& fig
 
 std::vector<ProjectSession> ListSessions(const Project& project) {
   std::vector<ProjectSession> sessions = project.sessions;
-  if (sessions.size() < project.recordings.size()) {
-    sessions.insert(sessions.begin(), project.recordings.size() - sessions.size(), ProjectSession{.saw = "-"});
+  const auto recorded = static_cast<std::size_t>(
+      std::count_if(sessions.begin(), sessions.end(), [](const ProjectSession& s) { return s.recorded; }));
+  if (recorded < project.recordings.size()) {
+    sessions.insert(sessions.begin(), project.recordings.size() - recorded, ProjectSession{.saw = "-"});
   }
   return sessions;
 }

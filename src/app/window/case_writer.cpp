@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <set>
 #include <utility>
 
 #include "app/window/export_order.h"
@@ -11,6 +13,7 @@
 #include "base/files/temporary.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
+#include "loop/record/recording.h"
 #include "session/project/project.h"
 #include "view/ui/translate.h"
 
@@ -19,15 +22,39 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Adds the bones with which the recordings begin and that have none of the hashes `stored`. `known`: files of such
+/// bones by hash; `unsaved`: bones whose files may not exist, by path. A bone that is not available is left out.
+void AddStartBones(const std::map<std::uint64_t, std::string>& known,
+                   const std::map<std::string, std::shared_ptr<const Bone>>& unsaved,
+                   const std::set<std::uint64_t>& stored, const std::string& folder, Project& project) {
+  for (const std::string& recording : project.recordings) {
+    const RecordingHeader header = RecordingReader(recording).header();
+    const std::uint64_t hash = header.bone_hash;
+    if (stored.count(hash) != 0 || project.bones.count(hash) != 0) continue;
+    if (const auto found = known.find(hash); found != known.end() && fs::exists(found->second)) {
+      project.bones[hash] = found->second;
+      continue;
+    }
+    const Scene scene = ParseScene(header.scene_toml, header.scene_name + ".toml");
+    if (scene.bone.source != BoneSource::kFile) continue;
+    if (const auto found = unsaved.find(scene.bone.file); found != unsaved.end()) {
+      project.bones[hash] = fmt::format("{}/{:016x}.vdb", folder, hash);
+      WriteBone(*found->second, project.bones[hash]);
+    } else if (fs::exists(scene.bone.file) && ReadBone(scene.bone.file).CalcHash() == hash) {
+      project.bones[hash] = scene.bone.file;
+    }
+  }
+}
+
 }  // namespace
 
-void CaseWriter::Export(const CaseContent& content, const std::string& folder, bool obj) {
+void CaseWriter::Export(CaseContent content, const std::string& folder, bool obj) {
   if (is_exporting()) return;
   viewer_.SetSpindle(false);
   ExportOrder order;
   order.folder = folder;
   order.obj = obj;
-  order.scene = viewer_.session()->scene();
+  order.scene = std::move(content.scene);
   order.title = content.title;
   order.recordings = content.recordings;
   order.sessions = content.sessions;
@@ -35,13 +62,16 @@ void CaseWriter::Export(const CaseContent& content, const std::string& folder, b
   order.marks = document_.marks();
   order.before = content.before;
   try {
-    order.pictures.emplace_back("As seen in the window", viewer_.GrabScene());
+    order.pictures.emplace_back(Msg("As seen in the window"), viewer_.GrabScene());
   } catch (const Error& e) {
     return viewer_.Say(e.what());
   }
   order.pieces_json = pieces_.FormatArrangement();
-  order.measures = pieces_.measures();
-  order.after = viewer_.session()->AskBone();
+  order.measurements = pieces_.measurements();
+  order.after = std::move(content.after);
+  order.language.code = CurrentLanguage();
+  order.language.translate = [code = CurrentLanguage()](const char* text) { return TranslateInto(code, text); };
+  if (const std::string point = Tr("decimal separator"); point.size() == 1) order.language.point = point;
   *progress_ = 0;
   order.progress = [progress = progress_](double fraction) { *progress = fraction; };
   viewer_.Say(Tr("Exporting pieces, planes and report"));
@@ -69,15 +99,15 @@ void CaseWriter::OpenInDesktop(const std::string& path) {
   if (!OpenWithDesktop(path)) viewer_.Say(fmt::format(fmt::runtime(Tr("No program was found that opens {}")), path));
 }
 
-void CaseWriter::Save(const CaseContent& content, const std::string& file, bool quits) {
-  quits_after_saving_ = quits_after_saving_ || quits;
-  if (is_saving()) return;
+void CaseWriter::Save(CaseContent content, SaveOrder order) {
+  order_ = std::move(order);
   viewer_.SetSpindle(false);
   auto project = std::make_shared<Project>();
   project->title = content.title;
-  project->sessions = content.sessions;
-  project->settings = content.settings;
-  project->scene = viewer_.session()->scene();
+  project->sessions = std::move(content.sessions);
+  project->settings = std::move(content.settings);
+  project->scene = std::move(content.scene);
+  project->scene_files = std::move(content.scene_files);
   project->scene.plan = document_.plan();
   project->marks = document_.marks();
   const ViewCamera& camera = viewer_.view().camera();
@@ -88,42 +118,60 @@ void CaseWriter::Save(const CaseContent& content, const std::string& file, bool 
                      .height_mm = camera.height_mm(),
                      .parallel = camera.parallel()}};
   project->pieces_json = pieces_.FormatArrangement();
-  std::shared_future<Bone> now = viewer_.session()->AskBone().share();
+  project->measurements = pieces_.measurements();
   viewer_.Say(Tr("Saving the project"));
   // What changes from now on is not in the file.
+  plan_was_unsaved_ = document_.is_unsaved();
+  pieces_were_unsaved_ = pieces_.is_unsaved();
+  cut_was_unsaved_ = cut_.is_unsaved();
   document_.set_unsaved(false);
   pieces_.set_unsaved(false);
-  saving_ = std::async(std::launch::async, [project, now, content, file] {
-    // The recording of the running session grows; its part until now replays like a whole one.
-    const TemporaryFolder copies("kerf_project");
-    for (const std::string& recording : content.recordings) {
-      if (!fs::exists(recording)) continue;
-      project->recordings.push_back(recording);
-      if (recording != content.recordings.back()) continue;
-      project->recordings.back() = copies.path() + "/" + fs::path(recording).filename().string();
-      fs::copy_file(recording, project->recordings.back());
-    }
-    project->bone_file = copies.path() + "/bone-before.vdb";
-    project->cut_bone_file = copies.path() + "/bone-now.vdb";
-    WriteBone(*content.before, project->bone_file);
-    WriteBone(now.get(), project->cut_bone_file);
-    WriteProject(file, *project);
-    return file;
-  });
+  cut_.set_unsaved(false);
+  saving_ = std::async(
+      std::launch::async, [project, file = order_.file, before = content.before, bones = std::move(content.bones),
+                           unsaved = std::move(content.unsaved_bones), recordings = std::move(content.recordings),
+                           after = std::move(content.after)]() mutable {
+        // The recording of the running session grows; its part until now replays like a whole one.
+        const TemporaryFolder copies("kerf_project");
+        auto session = project->sessions.begin();
+        for (const std::string& recording : recordings) {
+          // Sessions that have no recording have none in the list either.
+          session = std::find_if(session, project->sessions.end(), [](const ProjectSession& s) { return s.recorded; });
+          const bool exists = fs::exists(recording);
+          if (session != project->sessions.end()) (session++)->recorded = exists;
+          if (!exists) continue;
+          project->recordings.push_back(recording);
+          if (recording != recordings.back()) continue;
+          project->recordings.back() = copies.path() + "/" + fs::path(recording).filename().string();
+          fs::copy_file(recording, project->recordings.back());
+        }
+        project->bone_file = copies.path() + "/bone-before.vdb";
+        project->cut_bone_file = copies.path() + "/bone-now.vdb";
+        const Bone now = after.get();
+        WriteBone(*before, project->bone_file);
+        WriteBone(now, project->cut_bone_file);
+        AddStartBones(bones, unsaved, {before->CalcHash(), now.CalcHash()}, copies.path(), *project);
+        WriteProject(file, *project);
+      });
 }
 
-void CaseWriter::FinishSaving() {
+std::string CaseWriter::FinishSaving() {
+  if (!is_saving()) return {};
+  const SaveOrder order = order_;
   try {
-    const std::string file = saving_.get();
-    viewer_.Say(fmt::format(fmt::runtime(Tr("Project: {}")), file));
-    viewer_.trace().Write("project", {{"file", file}});
-    if (quits_after_saving_) viewer_.Quit();
+    saving_.get();
+    viewer_.Say(fmt::format(fmt::runtime(Tr("Project: {}")), order.file));
+    viewer_.trace().Write("project", {{"file", order.file}});
+    if (order.saved) order.saved();
+    if (order.quits) viewer_.Quit();
+    return {};
   } catch (const std::exception& e) {
     viewer_.Say(fmt::format(fmt::runtime(Tr("The project was not saved: {}")), e.what()));
     viewer_.trace().Write("project", {{"failure", e.what()}});
-    quits_after_saving_ = false;
-    document_.set_unsaved(true);
-    pieces_.set_unsaved(true);
+    document_.set_unsaved(document_.is_unsaved() || plan_was_unsaved_);
+    pieces_.set_unsaved(pieces_.is_unsaved() || pieces_were_unsaved_);
+    cut_.set_unsaved(cut_.is_unsaved() || cut_was_unsaved_);
+    return e.what();
   }
 }
 

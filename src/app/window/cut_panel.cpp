@@ -11,6 +11,9 @@
 namespace kerf {
 namespace {
 
+/// Width of the line to follow; a thinner one would be as pale as that of the bone.
+constexpr float kLineWidth = 2;
+
 /// Draws a line through the points with dashes and gaps of equal lengths.
 void AddDashes(ImDrawList& list, const std::vector<ImVec2>& points, ImU32 colour, float width, float dash) {
   float at = 0;  // length of the line so far, within a dash and the following gap
@@ -86,7 +89,7 @@ void DrawCutView(Ui& ui, const CutView& view, const std::string& title, double s
   };
   list.PushClipRect(corner, end, true);
   for (const PictureLine& line : view.bone) draw(line, Stroke::kSolid, kBoneLine, 1.5F);
-  draw(view.line, Stroke::kSolid, kInk, 1);
+  draw(view.line, Stroke::kSolid, kInk, kLineWidth);
   for (const PictureLine& line : view.made) draw(line, Stroke::kSolid, kMadeColour, 2);
   for (const PictureLine& line : view.wanted) draw(line, Stroke::kDashed, kWantedColour, 2);
   const auto bar = static_cast<float>(scale * scale_bar_mm);
@@ -119,7 +122,7 @@ void DrawCutPicture(Ui& ui, const CutPicture& picture) {
   ImGui::SameLine(0, 22 * s);
   LegendEntryItem(ui, Stroke::kSolid, kBoneLine, 1.5F * s, Tr("bone"));
   ImGui::SameLine(0, 22 * s);
-  LegendEntryItem(ui, Stroke::kSolid, kInk, s, Tr("line to follow"));
+  LegendEntryItem(ui, Stroke::kSolid, kInk, kLineWidth * s, Tr("line to follow"));
 }
 
 }  // namespace kerf

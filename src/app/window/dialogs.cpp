@@ -18,6 +18,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxText = 200;
+constexpr std::size_t kMaxPath = 1000;
+/// Number of offered texts that are visible at once.
+constexpr std::size_t kOfferedRows = 6;
 
 }  // namespace
 
@@ -28,8 +31,16 @@ void Dialogs::AskText(Ui& ui, const std::string& question, const std::string& in
   fresh_ = true;
   question_ = question;
   text_ = initial;
+  max_text_ = std::max(kMaxText, 2 * initial.size());
   text_done_ = std::move(done);
+  text_check_ = nullptr;
+  offered_.clear();
   ui.ExpectText();
+}
+
+void Dialogs::OfferTexts(const std::string& title, std::vector<std::string> texts) {
+  offered_title_ = title;
+  offered_ = std::move(texts);
 }
 
 void Dialogs::Ask(const std::string& question, std::vector<Answer> answers) {
@@ -48,8 +59,11 @@ void Dialogs::ChooseFile(Ui& ui, const std::string& title, const std::string& fo
   fresh_ = true;
   question_ = title;
   extensions_ = std::move(extensions);
+  max_text_ = kMaxPath;
   save_ = save;
   allows_folder_ = all_files_ = false;
+  new_folder_.clear();
+  recent_.clear();
   std::error_code error;
   folder_ = fs::canonical(folder.empty() ? "." : folder, error).string();
   if (error) folder_ = fs::current_path(error).string();
@@ -70,7 +84,15 @@ void Dialogs::Decide(std::function<void()> what) {
   Close();
 }
 
+void Dialogs::TakeLineAgain(Ui& ui) {
+  fresh_ = true;
+  ui.DropText();
+  ui.ExpectText();
+}
+
 void Dialogs::DecideText() {
+  fault_ = text_check_ ? text_check_(text_) : "";
+  if (!fault_.empty()) return;
   Decide([done = std::exchange(text_done_, nullptr), text = text_] { done(text); });
 }
 
@@ -118,6 +140,20 @@ void Dialogs::DecideFile() {
   Decide([done = std::exchange(file_done_, nullptr), file = path.string()] { done(file); });
 }
 
+void Dialogs::MakeFolder() {
+  const fs::path path = fs::path(folder_) / new_folder_;
+  std::error_code error;
+  fs::create_directory(path, error);
+  if (error) {
+    fault_ = fmt::format("{}: {}", path.string(), error.message());
+    return;
+  }
+  fault_.clear();
+  folder_ = fs::canonical(path, error).string();
+  new_folder_.clear();
+  ListFolder();
+}
+
 void Dialogs::Take(Ui& ui, const WindowEvent& event) {
   const bool down = event.kind == WindowEvent::Kind::kKeyDown;
   if (down && event.key == Key::kEscape) {
@@ -150,8 +186,8 @@ void Dialogs::Draw(Ui& ui) {
     ImGui::SetNextItemWidth(-1);
     const bool entered =
         ImGui::InputText(id, &text_, ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
-    if (text_.size() > kMaxText) {
-      std::size_t end = kMaxText;
+    if (text_.size() > max_text_) {
+      std::size_t end = max_text_;
       while (end > 0 && (static_cast<unsigned char>(text_[end]) & 0xc0) == 0x80) --end;
       text_.resize(end);
     }
@@ -159,19 +195,49 @@ void Dialogs::Draw(Ui& ui) {
     return entered;
   };
   if (kind_ == Kind::kText) {
-    BeginDialog(ui, "ask text", 460 * s, 128 * s);
+    // The offered texts scroll if there are many.
+    const float row = ImGui::GetTextLineHeightWithSpacing();
+    const float list = row * (static_cast<float>(std::min(offered_.size(), kOfferedRows)) + 0.5F);
+    // The dialog is 12 points wider than its texts at either side.
+    const float fault = fault_.empty() ? 0 : ImGui::CalcTextSize(fault_.c_str(), nullptr, false, 436 * s).y + 6 * s;
+    BeginDialog(ui, "ask text", 460 * s, 128 * s + fault + (offered_.empty() ? 0 : list + row));
     ImGui::PushTextWrapPos(0);
     ImGui::TextUnformatted(question_.c_str());
     ImGui::PopTextWrapPos();
     bool done = line("##text");
+    if (!fault_.empty()) {
+      ImGui::PushTextWrapPos(0);
+      ImGui::TextUnformatted(fault_.c_str());
+      ImGui::PopTextWrapPos();
+      ui.Note("dialog.fault");
+    }
     ImGui::Spacing();
+    if (!offered_.empty()) {
+      ImGui::TextUnformatted(offered_title_.c_str());
+      const float buttons = ImGui::GetFrameHeightWithSpacing();
+      ImGui::BeginChild("offered", {0, std::min(list, ImGui::GetContentRegionAvail().y - buttons)}, true);
+      for (std::size_t i = 0; i < offered_.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        if (ImGui::Selectable(offered_[i].c_str())) {
+          text_ = offered_[i];
+          done = true;
+        }
+        ui.Note(fmt::format("dialog.offered {}", i + 1));
+        ImGui::PopID();
+      }
+      ImGui::EndChild();
+    }
     done = ImGui::Button(Tr("OK")) || done;
     ui.Note("dialog.ok");
     ImGui::SameLine();
     const bool cancelled = ImGui::Button(Tr("Cancel"));
     ui.Note("dialog.cancel");
     ImGui::End();
-    if (done) return DecideText();
+    if (done) {
+      DecideText();
+      if (is_open()) TakeLineAgain(ui);
+      return;
+    }
     if (cancelled) Decide([cancel = std::exchange(text_done_, nullptr)] { cancel(std::nullopt); });
     return;
   }
@@ -200,23 +266,57 @@ void Dialogs::Draw(Ui& ui) {
   ImGui::PushTextWrapPos(0);
   ImGui::TextUnformatted(folder_.c_str());
   ImGui::PopTextWrapPos();
+  bool done = false;
   const bool filters = !save_ && !extensions_.empty();
-  ImGui::BeginChild("files", {0, -(filters ? 106 : 78) * s}, true);
+  const float fault_height =
+      fault_.empty() ? 0
+                     : ImGui::CalcTextSize(fault_.c_str(), nullptr, false, ImGui::GetContentRegionAvail().x).y +
+                           ImGui::GetStyle().ItemSpacing.y;
+  ImGui::BeginChild("files", {0, -(filters || save_ ? 106 : 78) * s - fault_height}, true);
   std::optional<std::string> enter;
-  if (ImGui::Selectable("..")) enter = "..";
+  if (!recent_.empty()) {
+    const bool open = ImGui::TreeNode(Tr("Recent files"));
+    ui.Note("dialog.recent");
+    for (std::size_t i = 0; open && i < recent_.size(); ++i) {
+      if (ImGui::Selectable(recent_[i].c_str())) {
+        text_ = recent_[i];
+        done = true;
+      }
+      ui.Note(fmt::format("recent {}", i + 1));
+    }
+    if (open) ImGui::TreePop();
+  }
+  // One click enters a folder. The second click of a double click must not enter what is then under the mouse.
+  const bool one_click = ImGui::GetIO().MouseClickedLastCount[0] == 1;
+  if (ImGui::Selectable("..") && one_click) enter = "..";
+  ui.Note("folder ..");
   for (const std::string& name : folders_) {
-    if (ImGui::Selectable((name + "/").c_str())) enter = name;
+    if (ImGui::Selectable((name + "/").c_str()) && one_click) enter = name;
     ui.Note(fmt::format("folder {}", name));
   }
-  bool done = false;
   for (const std::string& name : files_) {
     if (ImGui::Selectable(name.c_str(), name == text_, ImGuiSelectableFlags_AllowDoubleClick)) {
+      done = ImGui::IsMouseDoubleClicked(0) && name == text_;
       text_ = name;
-      done = ImGui::IsMouseDoubleClicked(0);
     }
     ui.Note(fmt::format("file {}", name));
   }
   ImGui::EndChild();
+  if (!fault_.empty()) {
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextUnformatted(fault_.c_str());
+    ImGui::PopTextWrapPos();
+  }
+  if (save_) {
+    ImGui::SetNextItemWidth(260 * s);
+    ImGui::InputTextWithHint("##folder", Tr("name of a new folder"), &new_folder_);
+    ui.Note("dialog.new_folder");
+    ImGui::SameLine();
+    ImGui::BeginDisabled(new_folder_.empty());
+    if (ImGui::Button(Tr("Make the folder"))) MakeFolder();
+    ui.Note("dialog.make_folder");
+    ImGui::EndDisabled();
+  }
   if (filters) {
     const std::string label = fmt::format(fmt::runtime(Tr("Show all files ({} are of another type)")), left_out_);
     if (ImGui::Checkbox(fmt::format("{}###all", label).c_str(), &all_files_)) ListFolder();
@@ -236,20 +336,18 @@ void Dialogs::Draw(Ui& ui) {
   ImGui::SameLine();
   const bool cancelled = ImGui::Button(Tr("Cancel"));
   ui.Note("dialog.cancel");
-  if (!fault_.empty()) {
-    ImGui::SameLine();
-    FittedText(ui, fault_, ImGui::GetContentRegionAvail().x);
-  }
   ImGui::End();
   if (enter) {
     std::error_code error;
     folder_ = fs::canonical(fs::path(folder_) / *enter, error).string();
     fault_.clear();
     ListFolder();
+    TakeLineAgain(ui);
   } else if (cancelled) {
     Close();
   } else if (done) {
     DecideFile();
+    if (is_open()) TakeLineAgain(ui);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "view/ui/event.h"
@@ -17,6 +18,11 @@ class Dialogs {
   /// Asks for a line of text. The initial text is selected. `done` receives it, or nullopt if the input was cancelled.
   void AskText(Ui& ui, const std::string& question, const std::string& initial,
                std::function<void(std::optional<std::string>)> done);
+  /// Adds texts to choose from to the dialog that asks for a line of text and is open. `title`: above them.
+  void OfferTexts(const std::string& title, std::vector<std::string> texts);
+  /// Lets the dialog that asks for a line of text stay open as long as `check` returns a sentence that says what is
+  /// wrong with the text, rather than an empty one.
+  void CheckText(std::function<std::string(const std::string&)> check) { text_check_ = std::move(check); }
   struct Answer {
     std::string text;
     std::function<void()> run;  // optional
@@ -29,6 +35,8 @@ class Dialogs {
                   bool save, const std::string& name, std::function<void(const std::string&)> done);
   /// Adds a button that chooses the shown folder itself, to the dialog that is open.
   void AllowFolder() { allows_folder_ = true; }
+  /// Adds a list of recent files and folders to the dialog that is open.
+  void OfferRecent(std::vector<std::string> paths) { recent_ = std::move(paths); }
 
   bool is_open() const { return kind_ != Kind::kNone; }
   bool asks_text() const { return kind_ == Kind::kText || kind_ == Kind::kFile; }
@@ -42,15 +50,22 @@ class Dialogs {
   enum class Kind { kNone, kText, kQuestion, kFile };
   void Close();
   void Decide(std::function<void()> what);
+  /// Gives the input to the line of a dialog that stays open. Keys wait until it has it.
+  void TakeLineAgain(Ui& ui);
   void DecideText();
   void DecideFile();
   void ListFolder();
+  void MakeFolder();
 
   Kind kind_ = Kind::kNone;
   bool fresh_ = false;  // not drawn yet
   std::string question_;
   std::string text_;
+  std::size_t max_text_ = 0;
   std::function<void(std::optional<std::string>)> text_done_;
+  std::function<std::string(const std::string&)> text_check_;  // optional
+  std::string offered_title_;
+  std::vector<std::string> offered_;
   std::vector<Answer> answers_;
   std::vector<std::string> extensions_;
   bool save_ = false;
@@ -59,6 +74,8 @@ class Dialogs {
   std::size_t left_out_ = 0;  // files that are not listed
   std::string folder_;
   std::vector<std::string> folders_, files_;
+  std::string new_folder_;  // name that is being typed
+  std::vector<std::string> recent_;
   std::string fault_;
   std::function<void(const std::string&)> file_done_;
   std::function<void()> decided_;

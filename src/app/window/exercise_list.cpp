@@ -37,13 +37,27 @@ const char* NameOf(Trend trend) {
 
 /// Returns the aids of a level, in words.
 const char* DescribeLevel(int level) {
-  static constexpr std::array<const char*, kLevels> kAids{
-      Msg("all aids"), Msg("no depth stop"), Msg("gauge and blade colour"), Msg("gauge only"), Msg("no aids")};
+  static constexpr std::array<const char*, kLevels> kAids{Msg("all aids"), Msg("no steps and no depth stop"),
+                                                          Msg("gauge, blade colour and plane lock"),
+                                                          Msg("gauge and plane lock"), Msg("plane lock only")};
   return Tr(kAids[static_cast<std::size_t>(level - 1)]);
 }
 
 std::string ShowBest(const std::optional<double>& best) {
   return best ? ShowNumber(*best, 0) : "\u2013";
+}
+
+/// Returns the best scores of all levels in one line.
+std::string ListBest(const ExerciseRow& row) {
+  std::string scores;
+  for (const std::optional<double>& best : row.best) scores += (scores.empty() ? "" : "   ") + ShowBest(best);
+  return fmt::format(fmt::runtime(Tr("Best scores of levels 1 to 5: {}")), scores);
+}
+
+/// Returns true if no part of the last item lies outside the visible part of its window.
+bool IsWholeItemVisible() {
+  const float top = ImGui::GetWindowPos().y;
+  return ImGui::GetItemRectMin().y >= top && ImGui::GetItemRectMax().y <= top + ImGui::GetWindowHeight();
 }
 
 }  // namespace
@@ -119,6 +133,11 @@ ExerciseList::Choice ExerciseList::Draw(Ui& ui) {
 ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
   const float s = ui.scale();
   Choice choice = Choice::kNone;
+  // Larger text or a smaller window must not hide the selected row.
+  const UiBox size{0, 0, ui.width() / static_cast<double>(s), ui.height() / static_cast<double>(s)};
+  if (size.width != drawn_in_.width || size.height != drawn_in_.height) resized_frames_ = 2;
+  drawn_in_ = size;
+  if (resized_frames_ > 0 && --resized_frames_ == 0) scrolls_ = true;
   BeginLargeDialog(ui, "exercises", 1040, 500);
   ImGui::BeginChild("body");
   ImGui::PushFont(ui.title());
@@ -144,13 +163,15 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
   }
   SmallText(ui, fmt::format(fmt::runtime(Tr("Recommended: {}")), Translate(next_.reason)));
   ImGui::Spacing();
+  const bool narrow = ImGui::GetContentRegionAvail().x < kNarrow * s;
   const std::string keys =
-      Tr("Numbers: the best score of a level.   Up, Down, Enter: choose an exercise   Ctrl+Q: quit");
+      narrow ? Tr("Choose an exercise to see its levels.   Ctrl+Q: quit")
+             : Tr("Numbers: the best score of a level.   Up, Down, Enter: choose an exercise   Ctrl+Q: quit");
   ImGui::PushFont(ui.small());
   const float footer = ImGui::CalcTextSize(keys.c_str(), nullptr, false, ImGui::GetContentRegionAvail().x).y + 10 * s;
   ImGui::PopFont();
-  // In a narrow window a click on an exercise shows its levels with their scores; in a low one everything scrolls.
-  const bool narrow = ImGui::GetContentRegionAvail().x < kNarrow * s;
+  // In a narrow window the scores stand below the goal, and a click on an exercise shows its levels; in a low one
+  // everything scrolls.
   const bool scrolls = ImGui::GetContentRegionAvail().y - footer > kLeastTable * s;
   ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, {5 * s, 4 * s});
   if (ImGui::BeginTable(
@@ -179,7 +200,7 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
       const float top_y = ImGui::GetCursorPosY();
       ImGui::TableSetColumnIndex(1);
       const float room = ImGui::GetContentRegionAvail().x;
-      const std::string goal = Translate(row.goal);
+      const std::string goal = narrow ? Translate(row.goal) + "\n" + ListBest(row) : Translate(row.goal);
       ImGui::PushFont(ui.small());
       const float goal_height = ImGui::CalcTextSize(goal.c_str(), nullptr, false, room).y;
       ImGui::PopFont();
@@ -191,7 +212,7 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
         OpenLevels(i);
       }
       ui.Note(fmt::format("exercise {}", row.id));
-      if (selected && std::exchange(scrolls_, false) && !ImGui::IsItemVisible()) ImGui::SetScrollHereY();
+      if (selected && std::exchange(scrolls_, false) && !IsWholeItemVisible()) ImGui::SetScrollHereY();
       ImGui::SetCursorPosY(top_y);
       ImGui::TextDisabled("%d", static_cast<int>(i) + 1);
       ImGui::TableNextColumn();
@@ -231,7 +252,8 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
                                ShowNumber(row.totals.back(), 0)),
                    ImGui::GetContentRegionAvail().x);
       } else if (row.attempts > 0) {
-        ImGui::TextDisabled("%s", fmt::format(fmt::runtime(Tr("{} tried")), row.attempts).c_str());
+        ImGui::TextDisabled(
+            "%s", row.attempts == 1 ? Tr("1 tried") : fmt::format(fmt::runtime(Tr("{} tried")), row.attempts).c_str());
       }
       ImGui::PopID();
     }

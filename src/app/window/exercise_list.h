@@ -44,7 +44,9 @@ class ExerciseList {
   std::size_t row_ = 0;
   int level_ = 1;
   bool shows_levels_ = false;
-  bool scrolls_ = true;  // to the selected row, in the next frame
+  bool scrolls_ = true;     // to the selected row, in the next frame
+  UiBox drawn_in_;          // size of the window in points of text, when it was drawn last
+  int resized_frames_ = 0;  // until the rows have their new places
 };
 
 }  // namespace kerf

@@ -12,6 +12,7 @@
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "session/plan/assess.h"
+#include "view/ui/translate.h"
 
 namespace kerf {
 namespace {
@@ -34,6 +35,20 @@ bool Arrange(PieceSet& pieces, const std::string& json) {
   return true;
 }
 
+std::vector<ExportMeasure> MakeMeasures(const PieceSet& pieces, const std::vector<MeasuredPoints>& measurements) {
+  std::vector<ExportMeasure> measures;
+  for (const MeasuredPoints& points : measurements) {
+    const std::optional<PieceMeasure> now = MeasurePieces(pieces, points);
+    if (!now) continue;  // one of its pieces is deleted
+    const bool distance = points.size() == 2;
+    measures.push_back({.name = fmt::format("{} {}", distance ? "distance" : "angle", measures.size() + 1),
+                        .unit = distance ? "mm" : "deg",
+                        .value = now->value,
+                        .points_W_mm = now->points_W});
+  }
+  return measures;
+}
+
 /// Adds what the bone's notes say about the CT that it was made of.
 void AddCt(const ExportOrder& order, std::vector<ExportFact>& facts) {
   const auto note = [&order](const char* key) { return GetNote(*order.before, key); };
@@ -45,12 +60,12 @@ void AddCt(const ExportOrder& order, std::vector<ExportFact>& facts) {
   }
   const std::string series = note("import_series_uid");
   facts.push_back({"CT", fmt::format("{}; {} voxels of {} mm", order.scene.TitleOrName(), voxels, spacing)});
-  if (!series.empty()) facts.push_back({"DICOM series", series});
+  if (!series.empty()) facts.push_back({Msg("DICOM series"), series});
   if (const std::string error = note("import_surface_error_mm"); !error.empty()) {
-    facts.push_back({"error of the surface", error + " (mm)"});
+    facts.push_back({Msg("error of the surface"), error + " (mm)"});
   }
   if (const std::string text = DescribeImport(*order.before); !text.empty())
-    facts.push_back({"notes of the import", text});
+    facts.push_back({Msg("notes of the import"), text});
 }
 
 }  // namespace
@@ -67,11 +82,15 @@ std::string RunExport(ExportOrder& order) {
   const bool arranged = Arrange(pieces, order.pieces_json);
   report(kSplit);
   ExportInput taken;
+  taken.language = order.language;
   taken.title = order.title;
   taken.plan = &order.plan;
   taken.assessment = &assessment;
+  for (const PlannedPlane& plane : order.plan.planes) {
+    taken.cut_states.push_back(CalcCutState(*order.before, after, plane));
+  }
   taken.pieces = &pieces;
-  if (arranged) taken.measures = order.measures;  // otherwise they belong to other pieces
+  if (arranged) taken.measures = MakeMeasures(pieces, order.measurements);  // otherwise they belong to other pieces
   for (std::size_t i = 0; i < order.pictures.size(); ++i) {
     taken.pictures.push_back({.name = fmt::format("picture_{}", i + 1),
                               .caption = order.pictures[i].first,
@@ -79,12 +98,14 @@ std::string RunExport(ExportOrder& order) {
   }
   const JoinedSessions joined = JoinSessions(order.sessions);
   if (joined.duration_s && joined.largest_force_N) {
-    taken.figures = {{"duration", "s", *joined.duration_s},
-                     {"largest force on the hand", "N", *joined.largest_force_N}};
+    taken.figures = {{Msg("duration"), "s", *joined.duration_s},
+                     {Msg("largest force on the hand"), "N", *joined.largest_force_N}};
   }
   if (joined.forces_sN.size() > 1) {
-    taken.curves.push_back(
-        {.title = "Force on the hand", .x_label = "time, s", .y_label = "force, N", .points = joined.forces_sN});
+    taken.curves.push_back({.title = Msg("Force on the hand"),
+                            .x_label = Msg("time, s"),
+                            .y_label = Msg("force, N"),
+                            .points = joined.forces_sN});
   }
   for (const ProjectSession& session : order.sessions) {
     taken.sessions.push_back({.saw = session.saw,
@@ -96,30 +117,31 @@ std::string RunExport(ExportOrder& order) {
   taken.structures = &structures;
   report(kStructuresAssessed);
   taken.circumstances = {
-      {"date and time", fmt::format("{:%Y-%m-%d %H:%M}", fmt::localtime(std::chrono::system_clock::to_time_t(
-                                                             std::chrono::system_clock::now())))},
-      {"case", order.title}};
+      {Msg("date and time"), fmt::format("{:%Y-%m-%d %H:%M}", fmt::localtime(std::chrono::system_clock::to_time_t(
+                                                                  std::chrono::system_clock::now())))},
+      {Msg("case"), order.title}};
   AddCt(order, taken.circumstances);
-  const auto show = [](const std::optional<double>& value, const char* form) {
-    return value ? fmt::format(fmt::runtime(form), *value) : std::string("- (not known for the sessions before)");
+  const ReportLanguage& t = order.language;
+  const auto show = [&t](const std::optional<double>& value, int decimals, const char* unit) {
+    return value ? t.Show(*value, decimals) + unit : t.Tr("- (not known for the sessions before)");
   };
   const std::vector<ExportFact> rest{
-      {"bone", order.scene.bone.source == BoneSource::kFile ? order.scene.bone.file : "a model of kerf"},
-      {"saw", joined.saws.empty() ? "-" : joined.saws},
-      {"spindle", fmt::format("{:.0f} rpm", order.scene.tool.rpm)},
-      {"force law", order.scene.force.name()},
-      {"duration", show(joined.duration_s, "{:.0f} s")},
-      {"largest force on the hand", show(joined.largest_force_N, "{:.2f} N")}};
+      {Msg("bone"), order.scene.bone.source == BoneSource::kFile ? order.scene.bone.file : t.Tr("a model of kerf")},
+      {Msg("saw"), joined.saws.empty() ? "-" : joined.saws},
+      {Msg("spindle"), fmt::format("{:.0f} {}", order.scene.tool.rpm, t.Tr("rpm"))},
+      {Msg("force law"), order.scene.force.name()},
+      {Msg("duration"), show(joined.duration_s, 0, " s")},
+      {Msg("largest force on the hand"), show(joined.largest_force_N, 2, " N")}};
   taken.circumstances.insert(taken.circumstances.end(), rest.begin(), rest.end());
-  taken.provenance.push_back({"scene", order.scene.name});
-  taken.provenance.push_back({"tool", DescribeTool(order.scene.tool)});
+  taken.provenance.push_back({Msg("scene"), order.scene.name});
+  taken.provenance.push_back({Msg("tool"), DescribeTool(order.scene.tool)});
   for (const std::string& recording : order.recordings) {
-    taken.provenance.push_back({"recording", std::filesystem::path(recording).filename().string()});
+    taken.provenance.push_back({Msg("recording"), std::filesystem::path(recording).filename().string()});
   }
-  taken.provenance.push_back({"bone before, hash", fmt::format("{:016x}", order.before->CalcHash())});
-  taken.provenance.push_back({"bone after, hash", fmt::format("{:016x}", after.CalcHash())});
-  taken.provenance.push_back({"voxel", fmt::format("{:g} mm", after.voxel_mm())});
-  taken.provenance.push_back({"report by", fmt::format("kerf {} ({})", VersionString(), CommitString())});
+  taken.provenance.push_back({Msg("bone before, hash"), fmt::format("{:016x}", order.before->CalcHash())});
+  taken.provenance.push_back({Msg("bone after, hash"), fmt::format("{:016x}", after.CalcHash())});
+  taken.provenance.push_back({Msg("voxel"), fmt::format("{:g} mm", after.voxel_mm())});
+  taken.provenance.push_back({Msg("report by"), fmt::format("kerf {} ({})", VersionString(), CommitString())});
   // This many triangles are enough for a printed model; at 0.1 mm voxels, a whole piece without a limit would take 135
   // MB.
   WriteExport(taken, order.folder, {.obj = order.obj, .triangles = 300'000},

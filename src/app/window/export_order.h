@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "bone/pieces/piece_measure.h"
 #include "bone/pieces/piece_set.h"
 #include "kerf/bone.h"
 #include "session/export/write_export.h"
@@ -28,10 +29,11 @@ struct ExportOrder {
   std::vector<Mark> marks;
   std::shared_ptr<const Bone> before;
   std::future<Bone> after;
-  std::string pieces_json;  // PieceSet::FormatJson() of moved pieces; empty: none was moved
-  std::vector<ExportMeasure> measures;
+  std::string pieces_json;                   // PieceSet::FormatJson() of moved pieces; empty: none was moved
+  std::vector<MeasuredPoints> measurements;  // between points of these pieces
   std::vector<std::pair<std::string, std::string>> pictures;  // caption; PNG bytes
   std::function<void(double)> progress;                       // receives 0 to 1; optional
+  ReportLanguage language{};                                  // of the report
 };
 
 /// Exports the results and returns the folder. Takes seconds. May be called by any thread. Throws Error.

@@ -19,7 +19,8 @@ struct GlWindowOptions {
 };
 template <typename V>
 void Describe(GlWindowOptions& p, V&& visit) {
-  visit("width", p.width, Range{640, 16384}, "width of the window's content area in screen coordinates");
+  visit("width", p.width, Range{640, 16384},
+        "width of the window's content area in screen coordinates, on a display of scale 1; multiplied by its scale");
   visit("height", p.height, Range{400, 16384}, "its height");
 }
 

@@ -12,8 +12,9 @@ InputLoader::~InputLoader() {
   Cancel();
 }
 
-void InputLoader::Begin(const std::string& input, const OpenOptions& options) {
+void InputLoader::Begin(const std::string& input, const OpenOptions& options, bool shows) {
   auto loading = std::make_shared<Loading>();
+  loading->shows = shows;
   loading->progress.Set("opening", 0, ProgressMeter::Now_s());
   OpenWatcher watcher;
   Loading* const at = loading.get();  // outlives its thread
@@ -25,7 +26,7 @@ void InputLoader::Begin(const std::string& input, const OpenOptions& options) {
   watcher.bone = [this, at](std::shared_ptr<const Bone> bone, bool final) {
     const std::lock_guard lock(at->mutex);
     if (at->cancelled) throw Cancelled();
-    viewer_.bone().Show(std::move(bone), final);
+    if (at->shows) viewer_.bone().Show(std::move(bone), final);
   };
   watcher.ct = [at](std::shared_ptr<const Volume> ct) {
     const std::lock_guard lock(at->mutex);
@@ -62,7 +63,10 @@ std::shared_ptr<const Volume> InputLoader::ct() const {
 std::optional<OpenedInput> InputLoader::Take() {
   std::erase_if(cancelled_, [](const std::shared_ptr<Loading>& loading) { return IsReady(loading->opened); });
   if (!loading_ || !IsReady(loading_->opened)) return std::nullopt;
-  return std::exchange(loading_, nullptr)->opened.get();
+  const std::shared_ptr<Loading> loaded = std::exchange(loading_, nullptr);
+  OpenedInput opened = loaded->opened.get();
+  opened.bone_was_shown = opened.bone_was_shown && loaded->shows;
+  return opened;
 }
 
 bool InputLoader::WaitUntil(std::chrono::steady_clock::time_point until) const {

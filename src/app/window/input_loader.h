@@ -15,7 +15,7 @@
 
 namespace kerf {
 
-/// Opens at most one input at a time; the window shows its bone as soon as there is one.
+/// Opens at most one input at a time.
 class InputLoader {
  public:
   explicit InputLoader(ViewerApp& viewer) : viewer_(viewer) {}
@@ -24,8 +24,9 @@ class InputLoader {
   InputLoader(const InputLoader&) = delete;
   InputLoader& operator=(const InputLoader&) = delete;
 
-  /// `input`: see OpenInput().
-  void Begin(const std::string& input, const OpenOptions& options);
+  /// `input`: see OpenInput(). `shows`: the window shows the bone as soon as there is one; otherwise it goes on showing
+  /// what it shows.
+  void Begin(const std::string& input, const OpenOptions& options, bool shows);
   /// Ends the opening in progress; its work ends by itself.
   void Cancel();
   bool is_opening() const { return loading_ != nullptr; }
@@ -45,6 +46,7 @@ class InputLoader {
     std::future<OpenedInput> opened;
     std::mutex mutex;  // protects everything below
     bool cancelled = false;
+    bool shows = true;  // set at the beginning
     ProgressMeter progress;
     std::shared_ptr<const Volume> ct;
   };

@@ -46,6 +46,7 @@ void LiveSession::Run() {
   loop.seconds = options_.seconds;
   loop.output.log = LoopLog::kNone;
   loop.output.keep_last = true;
+  loop.output.keep_on_failure = true;
   loop.stop = &stop_;
   if (options_.bone) {
     loop.read_bone = [this](const ReadBoneOptions& read) {
@@ -101,6 +102,10 @@ void LiveSession::Report(const std::string& stage, double fraction) {
 
 void LiveSession::Begin(const LoopInitialState& beginning) {
   mirror_ = &beginning.bone;
+  const MaterialTable& materials = beginning.bone.materials();
+  for (int region = 0; region < 256; ++region) {
+    if (materials.Contains(region) && materials.At(region).tissue == Tissue::kTooth) teeth_.push_back(region);
+  }
   for (const EffectPlan::Entry& entry : beginning.effects.entries()) {
     const auto* guide = dynamic_cast<const GuideEffect*>(entry.effect.get());
     if (guide == nullptr) continue;
@@ -128,6 +133,9 @@ void LiveSession::TakeTick(const LoopTick& tick, std::span<const double> channel
   static_cast<LoopTick&>(figures_) = tick;
   figures_.removed_mm3 += out.removed_mm3;
   figures_.missed += tick.in.skipped;
+  if (std::any_of(teeth_.begin(), teeth_.end(), [&](int region) { return out.HasCut(region); })) {
+    figures_.tooth_cut_s = tick.time_s;
+  }
   figures_.channels.assign(channels.begin(), channels.end());
   if (guide_channel_ && *guide_channel_ < channels.size()) figures_.guide_force_N = channels[*guide_channel_];
 

@@ -29,6 +29,7 @@ struct LiveFigures : LoopTick {
   std::uint64_t missed = 0;             // number of missed deadlines
   std::vector<double> channels;         // channels of the effects
   std::optional<double> guide_force_N;  // force of the guide on the tool; none: no guide
+  std::optional<double> tooth_cut_s;    // time of the last tick in which the saw cut a tooth of the bone; none: never
   /// Where the tool was, and what had been removed, in the tick in which the hand let go of it or was moved without
   /// holding it.
   struct Release {
@@ -53,7 +54,7 @@ struct LiveOptions {
   DeviceServo* device = nullptr;  // holds the saw in place of the mouse; null: none
   double seconds = kMaxLoop_s;
   std::function<void(const LoopTick&)> tick;     // each tick in order, called in the session's thread; optional
-  std::shared_ptr<const Bone> bone;              // content of the scene's bone file, which is then not read; optional
+  std::shared_ptr<const Bone> bone;              // of the scene, which is then neither read nor made; optional
   std::function<void(const LeafMessage&)> leaf;  // changed leaves of the bone, called in the session's thread; optional
   /// Called in the session's thread before everything else; optional. Must pass on the exceptions of its argument,
   /// which receives the progress.
@@ -111,6 +112,8 @@ class LiveSession final : private SessionController {
 
   /// Requests the end of the loop, or of loading; stage() reports when it has ended.
   void Stop() { stop_.store(true); }
+  /// Returns true if TakeSummary() has a result. Valid after kEnded.
+  bool has_summary() const { return summary_.has_value(); }
   /// Waits for the end. Must be called at most once, and not if cancelled().
   LoopSummary TakeSummary();
 
@@ -135,6 +138,7 @@ class LiveSession final : private SessionController {
   const Bone* mirror_ = nullptr;              // used only by the session's thread
   std::optional<std::size_t> guide_channel_;  // of the guide's force; used only by the session's thread
   Vec3 guide_normal_W_{0, 0, 1};              // set before kRunning
+  std::vector<int> teeth_;                    // regions; used only by the session's thread
 
   mutable std::mutex mutex_;  // protects everything below
   ProgressMeter progress_;

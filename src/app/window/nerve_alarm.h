@@ -1,4 +1,4 @@
-// Alarm of the nerve canal of a bone's own regions.
+// Alarms of the nerve canal and the teeth of a bone's own regions.
 #pragma once
 
 #include <optional>
@@ -14,5 +14,9 @@ namespace kerf {
 /// bone has no canal.
 std::optional<AlarmOverlay> MakeNerveAlarm(const ShownBone& bone, const RegionDistance* nerve, const Tool& tool,
                                            const Pose& X_WT);
+
+/// Returns the alarm of the teeth for a saw that cuts: the place that is nearest to it. `teeth_W`: their surface as it
+/// is drawn; `cuts`: the saw cuts a tooth now. Otherwise, it is a notice near a tooth. None if there is nothing to say.
+std::optional<AlarmOverlay> MakeToothAlarm(const TriangleMesh& teeth_W, bool cuts, const Tool& tool, const Pose& X_WT);
 
 }  // namespace kerf

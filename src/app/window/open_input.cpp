@@ -10,11 +10,14 @@
 #include <filesystem>
 #include <optional>
 
+#include "base/files/extension.h"
 #include "base/files/files.h"
 #include "bone/grid/ct_modulus.h"
 #include "bone/import/import.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
+#include "session/run/make_bone.h"
+#include "session/run/session_recorder.h"
 
 namespace kerf {
 namespace {
@@ -98,7 +101,7 @@ void CheckInput(const std::string& input) {
   if (fs::is_directory(input) || IsProjectPath(input)) return;
   std::string name = fs::path(input).filename().string();
   std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (name.ends_with(".toml")) {
+  if (LowerExtension(input) == ".toml") {
     ReadScene(input);
     return;
   }
@@ -112,13 +115,18 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   const auto show = [&watcher](const std::shared_ptr<const Bone>& bone, bool final) {
     if (watcher.bone) watcher.bone(bone, final);
   };
+  const auto make_bone = [&](OpenedInput& opened) {
+    if (opened.bone || !options.make_bone) return;
+    opened.bone = std::make_shared<const Bone>(
+        MakeSceneBone(opened.scene, [&](double fraction) { watcher.progress("making the bone", fraction); }));
+  };
   OpenedInput opened;
   if (input.empty()) {
     opened.scene = ParseScene(kDefaultScene, "rehearsal.toml");
     opened.scene.name = "rehearsal";
     return opened;
   }
-  const std::string extension = fs::path(input).extension().string();
+  const std::string extension = LowerExtension(input);
   if (extension == ".toml") {
     opened.scene = ReadScene(input);
     opened.scene_file = input;
@@ -126,7 +134,10 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
       throw Error(
           fmt::format("{}: [simulation] mode = \"slab\" can't be used in the window; set mode = \"voxel\"", input));
     }
-    if (opened.scene.bone.source != BoneSource::kFile) return opened;
+    if (opened.scene.bone.source != BoneSource::kFile) {
+      make_bone(opened);
+      return opened;
+    }
     watcher.progress("reading the bone", 0);
     opened.bone = std::make_shared<const Bone>(ReadBone(opened.scene.bone.file, {.hu = true}));
     show(opened.bone, false);  // the scene may change its materials
@@ -138,6 +149,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
     opened.project = ReadProject(input, options.project_folder);
     const Project& project = *opened.project;
     opened.scene = project.scene;
+    opened.scene_files = ReadSceneFiles(opened.scene, "");
     if (!project.bone_file.empty())
       opened.original = std::make_shared<const Bone>(ReadBone(project.bone_file, {.hu = true}));
     watcher.progress("opening the project", 0.5);
@@ -150,6 +162,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
     }
     if (opened.bone) show(opened.bone, false);  // the scene may change its materials
     watcher.progress("opening the project", 1);
+    make_bone(opened);
     return opened;
   }
   if (extension == ".vdb") {

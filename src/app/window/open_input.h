@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,19 +16,21 @@ namespace kerf {
 
 struct OpenedInput {
   Scene scene;
-  std::string scene_file;                // named in recordings; empty if there is none
-  std::shared_ptr<const Bone> bone;      // content of scene.bone.file; null if the scene has no such file
-  bool bone_is_saved = true;             // false for an imported bone, which the caller writes to scene.bone.file
-  bool bone_was_shown = false;           // OpenWatcher::bone has received `bone` as it is
-  std::optional<Project> project;        // if the input is one
-  std::vector<std::string> warnings;     // of the import, one sentence each
-  std::shared_ptr<const Bone> original;  // of a project: the bone before its cuts; otherwise null
+  std::string scene_file;            // named in recordings; empty if there is none
+  std::shared_ptr<const Bone> bone;  // of the scene; null if it is to be made of the scene's description
+  bool bone_is_saved = true;         // false for an imported bone, which the caller writes to scene.bone.file
+  bool bone_was_shown = false;       // OpenWatcher::bone has received `bone` as it is
+  std::optional<Project> project;    // if the input is one
+  std::map<std::string, std::string> scene_files{};  // of a project: contents of the scene's files, by path
+  std::vector<std::string> warnings;                 // of the import, one sentence each
+  std::shared_ptr<const Bone> original;              // of a project: the bone before its cuts; otherwise null
 };
 
 struct OpenOptions {
   std::string bone_file;       // file for an imported bone
   double voxel_mm = 0.2;       // of an imported bone
   std::string project_folder;  // receives the files of a project
+  bool make_bone = false;      // makes the bone of a scene that describes one, too
 };
 
 /// What observes the opening. All functions are called in the opening thread; all but `progress` are optional.

@@ -92,7 +92,8 @@ void PiecesMode::AddActions(ActionList& actions) {
                .shortcut = {Key::kBackspace},
                .run =
                    [this] {
-                     measures_.clear();
+                     unsaved_ = unsaved_ || !measurements_.empty();
+                     measurements_.clear();
                      EndMeasuring();
                    },
                .enabled = ready});
@@ -106,18 +107,21 @@ void PiecesMode::Do(const std::function<void()>& change) {
   try {
     change();
   } catch (const Error& e) {
+    describes_ = false;
     viewer_.Say(e.what());
   }
   Changed();
 }
 
 void PiecesMode::Undo() {
+  describes_ = false;
   Do([this] {
     if (!pieces_->Undo()) viewer_.Say(Tr("There is nothing to undo"));
   });
 }
 
 void PiecesMode::Redo() {
+  describes_ = false;
   Do([this] {
     if (!pieces_->Redo()) viewer_.Say(Tr("There is nothing to redo"));
   });
@@ -127,7 +131,9 @@ void PiecesMode::AskCheckpoint() {
   viewer_.AskText(Tr("Name of the checkpoint:"), fmt::format("pieces {}", pieces_->checkpoints().size() + 1),
                   [this](const std::optional<std::string>& name) {
                     if (!name || name->empty()) return;
+                    if (finding_.valid()) finding_.wait();
                     pieces_->Checkpoint(*name);
+                    unsaved_ = true;
                     viewer_.Say(fmt::format(fmt::runtime(Tr("Checkpoint: {}")), *name));
                   });
 }
@@ -136,8 +142,7 @@ void PiecesMode::ShowCheckpoints() {
   std::vector<MenuItem> items;
   for (const std::string& name : pieces_->checkpoints()) {
     items.push_back({.name = name, .detail = "", .enabled = true, .choose = [this, name] {
-                       pieces_->GoTo(name);
-                       Changed();
+                       Do([this, name] { pieces_->GoTo(name); });
                      }});
   }
   if (items.empty()) return viewer_.Say(Tr("There is no checkpoint of the pieces yet; press C to make one"));

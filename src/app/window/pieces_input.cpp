@@ -54,7 +54,10 @@ bool PiecesMode::TakeMouse(const WindowEvent& event) {
   if (event.button != MouseButton::kLeft) return false;
   if (event.kind == Kind::kMouseUp) {
     if (!std::exchange(dragging_, false)) return false;
-    if (std::exchange(dragged_, false)) Changed();
+    if (std::exchange(dragged_, false)) {
+      describes_ = true;
+      Changed();
+    }
     return true;
   }
   const ScreenPoint at{event.x, event.y};
@@ -104,6 +107,7 @@ bool PiecesMode::TakeKey(const WindowEvent& event) {
   if (event.control || selected_ < 0 || pieces_->state(selected_).deleted) return false;
   const ViewCamera& camera = viewer_.view().camera();
   const auto nudge = [&](const Vec3& by_W) {
+    describes_ = true;
     Do([&] {
       if (const std::optional<Vec3> along = axis()) {
         const double by_mm = glm::dot(by_W, *along);
@@ -115,6 +119,7 @@ bool PiecesMode::TakeKey(const WindowEvent& event) {
     return true;
   };
   const auto turn = [&](double sign) {
+    describes_ = true;
     Do([&] {
       pieces_->RotateAbout(selected_, pieces_->CalcCentroid(selected_), axis().value_or(camera.forward_W()),
                            sign * kNudge_deg);

@@ -15,18 +15,25 @@ void PiecesMode::TakePoint(const ScreenPoint& at) {
   points_.push_back(MakePiecePoint(*pieces_, *hit));
   const std::size_t wanted = asking_ == Asking::kDistance ? 2 : 3;
   if (points_.size() == wanted) {
-    Measure measure{.points = std::exchange(points_, {}), .now = {}};
-    measure.now = MeasurePieces(*pieces_, measure.points);
-    const double value = measure.now ? measure.now->value : 0;
+    const std::optional<PieceMeasure> now = MeasurePieces(*pieces_, points_);
+    const double value = now ? now->value : 0;
     viewer_.trace().Write("measure",
                           {{"label", fmt::format("{:.1f}{}", value, asking_ == Asking::kDistance ? " mm" : "°")}});
-    measured_ = asking_ == Asking::kDistance
-                    ? fmt::format(fmt::runtime(Tr("The distance is {} mm.")), ShowNumber(value, 1))
-                    : fmt::format(fmt::runtime(Tr("The angle is {}°.")), ShowNumber(value, 1));
-    measures_.push_back(std::move(measure));
+    measurements_.push_back(std::exchange(points_, {}));
+    measured_ = DescribeLast();
+    unsaved_ = true;
     asking_ = Asking::kNothing;
   }
   Show();
+}
+
+std::string PiecesMode::DescribeLast() const {
+  if (measurements_.empty()) return measured_;
+  const std::optional<PieceMeasure> now = MeasurePieces(*pieces_, measurements_.back());
+  if (!now) return measured_;
+  const std::string value = ShowNumber(now->value, 1);
+  return now->points_W.size() == 2 ? fmt::format(fmt::runtime(Tr("The distance is {} mm.")), value)
+                                   : fmt::format(fmt::runtime(Tr("The angle is {}°.")), value);
 }
 
 void PiecesMode::EndMeasuring() {
@@ -36,13 +43,16 @@ void PiecesMode::EndMeasuring() {
   Show();
 }
 
+std::string PiecesMode::MakeLabel(const PieceMeasure& measure) {
+  const std::string value = ShowNumber(measure.value, 1);
+  return measure.points_W.size() == 2 ? fmt::format("{} mm", value) : fmt::format("{}°", value);
+}
+
 void PiecesMode::ShowMeasures() {
   std::vector<MeasureOverlay> measures;
-  for (const Measure& m : measures_) {
-    if (!m.now) continue;
-    const std::string value = ShowNumber(m.now->value, 1);
-    measures.push_back({.points_W = m.now->points_W,
-                        .label = m.points.size() == 2 ? fmt::format("{} mm", value) : fmt::format("{}°", value)});
+  for (const MeasuredPoints& points : measurements_) {
+    const std::optional<PieceMeasure> now = MeasurePieces(*pieces_, points);
+    if (now) measures.push_back({.points_W = now->points_W, .label = MakeLabel(*now)});
   }
   MeasureOverlay begun;
   for (const PiecePoint& point : points_) {
@@ -50,19 +60,6 @@ void PiecesMode::ShowMeasures() {
   }
   if (!begun.points_W.empty()) measures.push_back(std::move(begun));
   viewer_.view().SetMeasures(measures);
-}
-
-std::vector<ExportMeasure> PiecesMode::measures() const {
-  std::vector<ExportMeasure> taken;
-  for (const Measure& m : uses_earlier() ? earlier_measures_ : measures_) {
-    if (!m.now) continue;
-    const bool distance = m.points.size() == 2;
-    taken.push_back({.name = fmt::format("{} {}", distance ? "distance" : "angle", taken.size() + 1),
-                     .unit = distance ? "mm" : "deg",
-                     .value = m.now->value,
-                     .points_W_mm = m.now->points_W});
-  }
-  return taken;
 }
 
 }  // namespace kerf

@@ -18,7 +18,46 @@ namespace {
 // A software renderer needs 0.2 us per triangle: the drawn surface is coarser than the measured one.
 constexpr std::size_t kMaxTriangles = 200'000;
 
+constexpr double kMaxGap_mm = 20;  // larger gaps are not searched for
+
+bool IsSame(const PieceState& a, const PieceState& b) {
+  return a.deleted == b.deleted && a.X_WP.p_AB == b.X_WP.p_AB && a.X_WP.R_AB == b.X_WP.R_AB;
+}
+
+/// Returns how two pieces lie to each other, for the user.
+std::string DescribeContact(const PieceContact& contact) {
+  if (contact.overlap_mm3 > 0) {
+    return fmt::format(fmt::runtime(Tr("overlap {} mm³")), ShowNumber(contact.overlap_mm3, 1));
+  }
+  return contact.gap ? fmt::format(fmt::runtime(Tr("gap {} mm")), ShowNumber(contact.gap->gap_mm, 2))
+                     : std::string(Tr("apart"));
+}
+
 }  // namespace
+
+PiecesMode::Contacts PiecesMode::CalcAllContacts(const PieceSet& pieces, const Contacts& before) {
+  const auto count = static_cast<std::size_t>(pieces.size());
+  Contacts contacts{.with = std::vector<std::vector<PieceContact>>(count), .at = {}};
+  for (int i = 0; i < pieces.size(); ++i) contacts.at.push_back(pieces.state(i));
+  const auto stays = [&](std::size_t i) { return i < before.at.size() && IsSame(contacts.at[i], before.at[i]); };
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t other = i + 1; other < count; ++other) {
+      if (contacts.at[i].deleted || contacts.at[other].deleted) continue;
+      const auto number = static_cast<int>(other);
+      PieceContact contact;
+      if (stays(i) && stays(other)) {
+        contact = *std::find_if(before.with[i].begin(), before.with[i].end(),
+                                [&](const PieceContact& c) { return c.other == number; });
+      } else {
+        contact = pieces.CalcContact(static_cast<int>(i), number, kMaxGap_mm);
+      }
+      contacts.with[i].push_back(contact);
+      contact.other = static_cast<int>(i);
+      contacts.with[other].push_back(contact);
+    }
+  }
+  return contacts;
+}
 
 void PiecesMode::Enter() {
   entered_ = true;
@@ -55,13 +94,18 @@ void PiecesMode::Enter() {
   });
 }
 
-/// Returns true if the positions of earlier pieces are still the latest ones: those after them were not moved.
+/// Returns true if the positions of earlier pieces are still the latest ones: those after them were neither moved nor
+/// measured.
 bool PiecesMode::uses_earlier() const {
-  return !earlier_json_.empty() && (!pieces_ || pieces_->actions().empty());
+  return !earlier_json_.empty() && (!pieces_ || (pieces_->actions().empty() && measurements_.empty()));
 }
 
 std::string PiecesMode::FormatArrangement() const {
   return uses_earlier() || !pieces_ ? earlier_json_ : pieces_->FormatJson();
+}
+
+const std::vector<MeasuredPoints>& PiecesMode::measurements() const {
+  return uses_earlier() ? earlier_measurements_ : measurements_;
 }
 
 bool PiecesMode::is_up_to_date() const {
@@ -78,6 +122,7 @@ void PiecesMode::Leave() {
   asking_ = Asking::kNothing;
   measured_.clear();
   dragging_ = false;
+  describes_ = false;
   menu_.reset();
   viewer_.view().SetPieces({});
   viewer_.view().SetMeasures({});
@@ -93,10 +138,11 @@ void PiecesMode::Reset() {
   earlier_json_.clear();
   meshes_.clear();
   contacts_.reset();
+  latest_contacts_ = {};
   points_.clear();
   measured_.clear();
-  measures_.clear();
-  earlier_measures_.clear();
+  measurements_.clear();
+  earlier_measurements_.clear();
   session_ = 0;
   selected_ = axis_ = -1;
   stale_ = false;
@@ -104,14 +150,16 @@ void PiecesMode::Reset() {
 
 void PiecesMode::TakeSplit() {
   Split split = splitting_.get();
+  finding_ = {};  // of the pieces before
+  latest_contacts_ = {};
   const bool earlier = uses_earlier();
   pieces_ = std::move(split.pieces);
   meshes_ = std::move(split.meshes);
   if (split.not_restored.empty()) {
-    if (earlier) measures_ = std::move(earlier_measures_);
-    earlier_measures_.clear();
+    if (earlier) measurements_ = std::move(earlier_measurements_);
+    earlier_measurements_.clear();
   } else if (!earlier) {
-    earlier_measures_ = std::exchange(measures_, {});
+    earlier_measurements_ = std::exchange(measurements_, {});
   }
   earlier_json_ = std::move(split.not_restored);
 }
@@ -137,20 +185,24 @@ void PiecesMode::Update() {
   }
   if (is_ready()) ShowMeasures();  // the language may have changed
   if (IsReady(finding_)) {
-    contacts_ = finding_.get();
-    for (const PieceContact& contact : contacts_->with) {
-      viewer_.trace().Write("contact", {{"piece", pieces_->piece(contacts_->piece).name},
-                                        {"other", pieces_->piece(contact.other).name},
-                                        {"overlap_mm3", contact.overlap_mm3},
-                                        {"gap_mm", contact.gap ? nlohmann::json(contact.gap->gap_mm) : nullptr}});
+    latest_contacts_ = finding_.get();
+    if (selected_ >= 0 && !stale_) {
+      contacts_ = latest_contacts_;
+      for (const PieceContact& contact : contacts_->with[static_cast<std::size_t>(selected_)]) {
+        viewer_.trace().Write("contact", {{"piece", pieces_->piece(selected_).name},
+                                          {"other", pieces_->piece(contact.other).name},
+                                          {"overlap_mm3", contact.overlap_mm3},
+                                          {"gap_mm", contact.gap ? nlohmann::json(contact.gap->gap_mm) : nullptr}});
+      }
+      if (std::exchange(describes_, false) && !pieces_->state(selected_).deleted) {
+        viewer_.Say(DescribePiece(selected_));
+      }
     }
   }
-  if (stale_ && !finding_.valid() && !dragging_ && pieces_ && selected_ >= 0) {
+  if (stale_ && !finding_.valid() && !dragging_ && pieces_) {
     stale_ = false;
-    if (pieces_->state(selected_).deleted) return;
-    finding_ = std::async(std::launch::async, [pieces = pieces_, piece = selected_] {
-      return Contacts{.piece = piece, .with = pieces->CalcContacts(piece, 20)};
-    });
+    finding_ = std::async(std::launch::async,
+                          [pieces = pieces_, before = latest_contacts_] { return CalcAllContacts(*pieces, before); });
   }
 }
 
@@ -179,7 +231,6 @@ void PiecesMode::Show() {
     shapes.push_back(std::move(shape));
   }
   viewer_.view().SetPieces(shapes);
-  for (Measure& m : measures_) m.now = MeasurePieces(*pieces_, m.points);
   ShowMeasures();
 }
 
@@ -192,6 +243,7 @@ void PiecesMode::Changed() {
 
 void PiecesMode::Select(int piece) {
   selected_ = piece;
+  describes_ = true;
   Changed();
 }
 
@@ -202,7 +254,40 @@ void PiecesMode::SelectNext(int by) {
     selected_ = (selected_ + by + count) % count;
     if (!pieces_->state(selected_).deleted) break;
   }
+  describes_ = true;
   Changed();
+}
+
+std::string PiecesMode::DescribePiece(int i) const {
+  const Piece& piece = pieces_->piece(i);
+  std::string words = fmt::format("{}: {}", ShowName(piece.name), ShowVolume(piece.volume_mm3));
+  const double moved_mm = glm::length(pieces_->CalcCentroid(i) - piece.centroid_P);
+  const double turned_deg = CalcRotationAngle(pieces_->state(i).X_WP);
+  if (moved_mm > 0.005 || turned_deg > 0.05) {
+    words +=
+        fmt::format(fmt::runtime(Tr(", moved {} mm, turned {}°")), ShowNumber(moved_mm, 1), ShowNumber(turned_deg, 1));
+  }
+  if (!contacts_) return words;
+  for (const PieceContact& contact : contacts_->with[static_cast<std::size_t>(i)]) {
+    words += fmt::format(fmt::runtime(Tr(", {} with {}")), DescribeContact(contact),
+                         ShowName(pieces_->piece(contact.other).name));
+  }
+  return words;
+}
+
+std::string PiecesMode::DescribeNearest(int i) const {
+  if (pieces_->size() == 1) return "";
+  if (!contacts_) return "\u2026";
+  const PieceContact* nearest = nullptr;
+  for (const PieceContact& contact : contacts_->with[static_cast<std::size_t>(i)]) {
+    if (contact.overlap_mm3 <= 0 && !contact.gap) continue;
+    const bool nearer = nearest == nullptr || contact.overlap_mm3 > nearest->overlap_mm3 ||
+                        (nearest->overlap_mm3 <= 0 && contact.gap->gap_mm < nearest->gap->gap_mm);
+    if (nearer) nearest = &contact;
+  }
+  if (nearest == nullptr) return Tr("apart");
+  return fmt::format(fmt::runtime(Tr("{} with {}")), DescribeContact(*nearest),
+                     ShowName(pieces_->piece(nearest->other).name));
 }
 
 void PiecesMode::Fill(HudState& hud) {
@@ -219,33 +304,8 @@ void PiecesMode::Fill(HudState& hud) {
     HudPiece row;
     row.name = ShowName(pieces_->piece(i).name);
     row.detail = ShowVolume(pieces_->piece(i).volume_mm3);
-    const double moved_mm = glm::length(pieces_->CalcCentroid(i) - pieces_->piece(i).centroid_P);
-    const double turned_deg = CalcRotationAngle(state.X_WP);
-    std::string words = fmt::format("{}: {}", row.name, row.detail);
-    if (moved_mm > 0.005 || turned_deg > 0.05) {
-      words += fmt::format(fmt::runtime(Tr(", moved {} mm, turned {}°")), ShowNumber(moved_mm, 1),
-                           ShowNumber(turned_deg, 1));
-    }
-    if (contacts_) {
-      for (const PieceContact& contact : contacts_->with) {
-        if (contacts_->piece != i && contact.other != i) continue;
-        const std::string lies =
-            contact.overlap_mm3 > 0
-                ? fmt::format(fmt::runtime(Tr("overlap {} mm³")), ShowNumber(contact.overlap_mm3, 1))
-            : contact.gap ? fmt::format(fmt::runtime(Tr("gap {} mm")), ShowNumber(contact.gap->gap_mm, 2))
-                          : std::string(Tr("apart"));
-        // Decimals would not fit in the row.
-        if (contact.other == i) {
-          row.detail = contact.overlap_mm3 >= 1
-                           ? fmt::format(fmt::runtime(Tr("ovl. {} mm³")), ShowNumber(contact.overlap_mm3, 0))
-                           : lies;
-        }
-        if (contacts_->piece == i)
-          words += fmt::format(fmt::runtime(Tr(", {} with {}")), lies, ShowName(pieces_->piece(contact.other).name));
-      }
-    }
-    if (i == selected_ && hud.status.message.empty()) hud.status.message = words;
-    row.tip = words;
+    row.contact = DescribeNearest(i);
+    row.tip = DescribePiece(i);
     row.colour = PieceColour(i);
     row.selected = i == selected_;
     row.hidden = state.hidden;
@@ -260,8 +320,9 @@ void PiecesMode::Fill(HudState& hud) {
                                             points_.size() + 1),
                   .answers = Tr("left click   Esc: cancel")};
   } else if (!measured_.empty()) {
-    hud.banner = HudBanner{
-        .kind = HudBanner::Kind::kQuestion, .text = measured_, .answers = Tr("D: measure again   Esc: end measuring")};
+    hud.banner = HudBanner{.kind = HudBanner::Kind::kQuestion,
+                           .text = DescribeLast(),
+                           .answers = Tr("D: measure again   Esc: end measuring")};
   }
   if (menu_) hud.menu = menu_->Show();
 }
@@ -281,8 +342,13 @@ void PiecesMode::Describe(nlohmann::json& state) const {
     return;
   }
   nlohmann::json list = nlohmann::json::array();
+  state["piece_rows"] = nlohmann::json::array();
   for (int i = 0; i < pieces_->size(); ++i) {
     const PieceState& s = pieces_->state(i);
+    if (!s.deleted) {
+      state["piece_rows"].push_back(
+          fmt::format("{}; {}", ShowVolume(pieces_->piece(i).volume_mm3), DescribeNearest(i)));
+    }
     const Vec3 moved = s.deleted ? Vec3{0} : pieces_->CalcCentroid(i) - pieces_->piece(i).centroid_P;
     list.push_back({{"name", pieces_->piece(i).name},
                     {"hidden", s.hidden},
@@ -293,8 +359,12 @@ void PiecesMode::Describe(nlohmann::json& state) const {
   state["pieces"] = std::move(list);
   state["selected"] = selected_;
   state["measured"] = nlohmann::json::array();
-  for (const Measure& m : measures_) {
-    if (m.now) state["measured"].push_back(std::round(100 * m.now->value) / 100);
+  state["measurement_labels"] = nlohmann::json::array();
+  for (const MeasuredPoints& points : measurements_) {
+    const std::optional<PieceMeasure> now = MeasurePieces(*pieces_, points);
+    if (!now) continue;
+    state["measured"].push_back(std::round(100 * now->value) / 100);
+    state["measurement_labels"].push_back(MakeLabel(*now));
   }
   state["measuring"] = asking_ != Asking::kNothing || !measured_.empty();
 }

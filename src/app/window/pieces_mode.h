@@ -11,7 +11,6 @@
 #include "app/window/menu.h"
 #include "app/window/viewer_app.h"
 #include "bone/pieces/piece_measure.h"
-#include "session/export/write_export.h"
 #include "view/live/piece_mesh.h"
 
 namespace kerf {
@@ -22,8 +21,12 @@ class PiecesMode {
 
   /// Splits the current bone into its pieces. If nothing was cut since the last time, they keep their positions.
   void AddActions(ActionList& actions);
-  /// Sets positions of pieces from a project, which are used when the pieces are first made.
-  void set_earlier(std::string json) { earlier_json_ = std::move(json); }
+  /// Sets positions of pieces from a project, and the measurements between them. They are used when the pieces are
+  /// first made.
+  void set_earlier(std::string json, std::vector<MeasuredPoints> measurements) {
+    earlier_json_ = std::move(json);
+    earlier_measurements_ = std::move(measurements);
+  }
   void Enter();
   void Leave();
   void Undo();
@@ -42,10 +45,11 @@ class PiecesMode {
 
   /// Returns the pieces; null until they are ready.
   const std::shared_ptr<PieceSet>& pieces() const { return pieces_; }
-  /// Returns the positions of the pieces (PieceSet::FormatJson()) for files, and the measurements taken there. They are
-  /// those that Enter() would show, if the bone still falls apart into the same pieces. Empty: nothing was moved yet.
+  /// Returns the positions of the pieces (PieceSet::FormatJson()) for files, and the measurements between them. They
+  /// are those that Enter() would show, if the bone still falls apart into the same pieces. Empty: nothing was moved
+  /// yet.
   std::string FormatArrangement() const;
-  std::vector<ExportMeasure> measures() const;
+  const std::vector<MeasuredPoints>& measurements() const;
   /// Returns true if the bone has not changed since it was split.
   bool is_up_to_date() const;
   bool is_ready() const;
@@ -59,34 +63,40 @@ class PiecesMode {
   bool TakeKey(const WindowEvent& event);
   bool TakeMouse(const WindowEvent& event);
   void TakePoint(const ScreenPoint& at);
+  static std::string MakeLabel(const PieceMeasure& measure);
   void ShowMeasures();
   void EndMeasuring();
+  /// Returns the latest measurement as it is now, as a sentence.
+  std::string DescribeLast() const;
   bool uses_earlier() const;
   void TakeSplit();
   void Drag(const WindowEvent& event);
   void Select(int piece);
   void SelectNext(int by);
   void Changed();  // called after each step, because the contacts must be recomputed
+  /// Returns volume, motion and contacts of a piece as a sentence for the user.
+  std::string DescribePiece(int i) const;
+  /// Returns how a piece lies to its nearest neighbour, for a row of the list; empty: there is only one piece.
+  std::string DescribeNearest(int i) const;
   void Show();
   std::optional<Vec3> axis() const;
 
+  /// Contacts of each piece with the others, by piece, and the states of the pieces for which they were computed.
   struct Contacts {
-    int piece = -1;
-    std::vector<PieceContact> with;
+    std::vector<std::vector<PieceContact>> with;
+    std::vector<PieceState> at;
   };
+  /// `before`: latest contacts, whose pairs are used again if neither piece has moved since.
+  static Contacts CalcAllContacts(const PieceSet& pieces, const Contacts& before);
   struct Split {
     std::shared_ptr<PieceSet> pieces;
     std::vector<std::shared_ptr<const PieceMesh>> meshes;  // as drawn, by piece
     std::string not_restored;  // positions that belong to other pieces than these; empty: none
   };
-  struct Measure {
-    std::vector<PiecePoint> points;
-    std::optional<PieceMeasure> now;  // as shown; none while one of the pieces is deleted
-  };
 
   ViewerApp& viewer_;
   bool entered_ = false;
-  bool unsaved_ = false;      // pieces were moved or measured since they were last saved
+  bool unsaved_ = false;      // pieces or measurements were changed since they were last saved
   std::string earlier_json_;  // positions of pieces that the bone does not fall apart into, or not yet
   std::future<Split> splitting_;
   std::shared_ptr<PieceSet> pieces_;
@@ -101,13 +111,15 @@ class PiecesMode {
   double last_x_ = 0;
   double last_y_ = 0;
   Asking asking_ = Asking::kNothing;
-  std::vector<PiecePoint> points_;  // clicked for the next measurement
-  std::string measured_;            // result that is shown until the next action or Escape; empty: none
-  std::vector<Measure> measures_;
-  std::vector<Measure> earlier_measures_;  // taken at the positions in earlier_json_
+  MeasuredPoints points_;  // clicked for the next measurement
+  std::string measured_;   // result that is shown until the next action or Escape; empty: none
+  std::vector<MeasuredPoints> measurements_;
+  std::vector<MeasuredPoints> earlier_measurements_;  // between the pieces of earlier_json_
   std::future<Contacts> finding_;
   std::optional<Contacts> contacts_;
-  bool stale_ = false;  // contacts must be recomputed
+  Contacts latest_contacts_;  // may belong to earlier states
+  bool stale_ = false;        // contacts must be recomputed
+  bool describes_ = false;    // the user has picked or moved the selected piece: a message describes it once
   std::optional<Menu> menu_;
 };
 

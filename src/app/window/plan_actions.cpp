@@ -167,7 +167,8 @@ void PlanActions::Align() {
   X.R_AB = glm::normalize(RotationBetween(spindle, normal) * X.R_AB);
   X.p_AB -= glm::dot(X.p_AB - planned->plane.p_W, normal) * normal;
   viewer_.controls().Set(X);
-  viewer_.Say(fmt::format(fmt::runtime(Tr("The saw is turning into {}; keep it clear of the bone")), planned->name));
+  viewer_.Say(
+      fmt::format(fmt::runtime(Tr("The saw is turning into {}; keep it clear of the bone")), ShowName(planned->name)));
 }
 
 void PlanActions::OpenContextMenu(const ScreenPoint& at) {

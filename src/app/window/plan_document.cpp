@@ -10,21 +10,11 @@
 #include "view/ui/translate.h"
 
 namespace kerf {
-namespace {
-
-/// Chooses once to which of the patient's planes the angles of each plane are relative.
-void ChooseReferences(Plan& plan) {
-  for (PlannedPlane& plane : plan.planes) plane.reference = ChooseReference(plane);
-}
-
-}  // namespace
-
 const PlannedPlane* PlanDocument::plane() const {
   return plane_ < plan().planes.size() ? &plan().planes[plane_] : nullptr;
 }
 
 void PlanDocument::Load(Plan plan, std::vector<Mark> marks) {
-  ChooseReferences(plan);
   steps_ = UndoStack<PlanContent>(PlanContent{std::move(plan), std::move(marks)});
   plane_ = 0;
   mark_.reset();
@@ -50,13 +40,11 @@ void PlanDocument::AddFitted(const PlannedPlane& plane, const std::vector<Vec3>&
 void PlanDocument::Change(PlanContent next, const std::string& what) {
   CheckPlan(next.plan);
   CheckMarks(next.marks);
-  ChooseReferences(next.plan);
   steps_.Push(std::move(next), what);
   Changed();
 }
 
 void PlanDocument::Amend(PlanContent next) {
-  ChooseReferences(next.plan);
   steps_.Amend(std::move(next));
   Changed();
 }
@@ -81,7 +69,10 @@ void PlanDocument::Changed() {
   plane_ = std::min(plane_, plan().planes.empty() ? 0 : plan().planes.size() - 1);
   if (mark_ && *mark_ >= marks().size()) mark_.reset();
   tubes_ = MakeMarkTubes(marks());
-  if (const auto watch = viewer_.cut_watch()) watch->SetPlanes(plan().planes);
+  if (const auto watch = viewer_.cut_watch()) {
+    watch->SetPlanes(plan().planes);
+    watch->SetMarks(marks());
+  }
   viewer_.trace().Write("plan",
                         {{"planes", plan().planes.size()}, {"stops", plan().stops.size()}, {"marks", marks().size()}});
 }
@@ -97,8 +88,10 @@ void PlanDocument::Describe(nlohmann::json& state) const {
   for (const PlannedPlane& p : plan().planes) {
     state["plane_mm"].push_back({std::round(100 * p.plane.p_W.x) / 100, std::round(100 * p.plane.p_W.y) / 100,
                                  std::round(100 * p.plane.p_W.z) / 100});
-    const PlaneFields fields = CalcPlaneFields(p);
-    state["plane_deg"].push_back({std::round(100 * fields.pitch_deg) / 100, std::round(100 * fields.roll_deg) / 100});
+    const PatientAngles angles = CalcPatientAngles(p);
+    state["plane_deg"].push_back({std::round(100 * angles.sagittal_deg) / 100,
+                                  std::round(100 * angles.coronal_deg) / 100,
+                                  std::round(100 * angles.axial_deg) / 100});
     state["plane_size_mm"].push_back({std::round(10 * p.width_mm) / 10, std::round(10 * p.height_mm) / 10});
   }
 }

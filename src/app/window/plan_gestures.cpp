@@ -77,6 +77,10 @@ bool PlanGestures::TakePoint(const Vec3& p_W) {
   return true;
 }
 
+void PlanGestures::TakeBackPoint() {
+  if (placing_ && !placing_->points_W.empty()) placing_->points_W.pop_back();
+}
+
 void PlanGestures::FinishPlacing() {
   const Placement placed = *std::exchange(placing_, std::nullopt);
   try {
@@ -198,7 +202,7 @@ bool PlanGestures::Take(const WindowEvent& event) {
         FinishPlacing();
         return true;
       case Key::kBackspace:
-        if (!placing_->points_W.empty()) placing_->points_W.pop_back();
+        TakeBackPoint();
         return true;
       default:
         return false;
@@ -232,6 +236,18 @@ void PlanGestures::Reset() {
   drag_.reset();
 }
 
+std::vector<PointOverlay> PlanGestures::ListPointOverlays() const {
+  std::vector<PointOverlay> points;
+  const std::vector<Vec3> listed = ListPoints();
+  for (std::size_t i = 0; i < listed.size(); ++i) {
+    points.push_back({.p_W = listed[i],
+                      .kind = placing_ && placing_->what != Placing::kMark ? PointKind::kPlan : PointKind::kMark,
+                      .label = fmt::format("{}", i + 1),
+                      .selected = drag_ && drag_->what != Drag::What::kHandle && drag_->index == i});
+  }
+  return points;
+}
+
 void PlanGestures::Show() {
   handles_.clear();
   std::vector<PlaneHandleOverlay> handles;
@@ -246,15 +262,7 @@ void PlanGestures::Show() {
   }
   viewer_.view().SetPlaneHandles(handles);
 
-  std::vector<PointOverlay> points;
-  const std::vector<Vec3> listed = ListPoints();
-  for (std::size_t i = 0; i < listed.size(); ++i) {
-    points.push_back({.p_W = listed[i],
-                      .kind = placing_ && placing_->what != Placing::kMark ? PointKind::kPlan : PointKind::kMark,
-                      .label = fmt::format("{}", i + 1),
-                      .selected = drag_ && drag_->what != Drag::What::kHandle && drag_->index == i});
-  }
-  viewer_.view().SetPoints(points);
+  viewer_.view().SetPoints(ListPointOverlays());
 }
 
 /// Returns the handle under the mouse; null if there is none or another one is dragged.

@@ -27,6 +27,10 @@ class PlanGestures {
   bool Take(const WindowEvent& event);
   /// Takes a point that was clicked on the bone or in a slice. Returns true if a point was asked for.
   bool TakePoint(const Vec3& p_W);
+  /// Takes back the last point, unless it was the last one that was asked for.
+  void TakeBackPoint();
+  /// Returns the points that can be dragged, as they are shown.
+  std::vector<PointOverlay> ListPointOverlays() const;
   std::optional<Vec3> PickBone(const ScreenPoint& at) const;
 
   /// Shows the handles of the selected plane, and points that can be dragged.

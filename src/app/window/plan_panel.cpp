@@ -4,6 +4,8 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
+#include <optional>
 #include <utility>
 
 #include "app/window/plan_picture.h"
@@ -17,18 +19,6 @@ namespace {
 
 const char* NameOf(PlaneState state) {
   return state == PlaneState::kDone ? Tr("done") : state == PlaneState::kInProgress ? Tr("in progress") : Tr("planned");
-}
-
-const char* DescribeReference(PatientPlane reference) {
-  switch (reference) {
-    case PatientPlane::kSagittal:
-      return Tr("relative to the sagittal plane");
-    case PatientPlane::kCoronal:
-      return Tr("relative to the coronal plane");
-    case PatientPlane::kAxial:
-      break;
-  }
-  return Tr("relative to the axial plane");
 }
 
 const PlanesReport::Row* FindRow(const PlanesReport* report, const std::string& name) {
@@ -92,8 +82,7 @@ void PlanPanel::DrawFields(Ui& ui) {
   std::string name = ShowName(p.name);
   const bool renamed = TextField(ui, "##name", name);
   ui.Note("plane.name");
-  PlaneFields fields = CalcPlaneFields(p);
-  const PlaneFields before = fields;
+  const PlannedPlane before = p;
   const auto row = [&](const char* label) {
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted(label);
@@ -101,28 +90,48 @@ void PlanPanel::DrawFields(Ui& ui) {
   };
   // x to the patient's left, y to the back, z to the head.
   row(Tr("Middle: left, back, up (mm)"));
-  number("##x", fields.p_W_mm.x, 2, "plane.x");
+  Vec3& p_W = p.plane.p_W;
+  number("##x", p_W.x, 2, "plane.x");
   ImGui::SameLine();
-  number("##y", fields.p_W_mm.y, 2, "plane.y");
+  number("##y", p_W.y, 2, "plane.y");
   ImGui::SameLine();
-  number("##z", fields.p_W_mm.z, 2, "plane.z");
-  row(Tr("Pitch, roll (°)"));
-  number("##pitch", fields.pitch_deg, 2, "plane.pitch");
+  number("##z", p_W.z, 2, "plane.z");
+  // The angles cannot be entered: two of them determine the third, and they do not tell to which side it is inclined.
+  const PatientAngles angles = CalcPatientAngles(p);
+  row(Tr("Angle to the patient's planes (°)"));
+  struct AlignButton {
+    const char* name;
+    const char* note;
+    PatientPlane with;
+    double angle_deg;
+  };
+  std::optional<PatientPlane> aligned;
+  for (const AlignButton& b :
+       {AlignButton{Tr("sagittal"), "plane.sagittal", PatientPlane::kSagittal, angles.sagittal_deg},
+        AlignButton{Tr("coronal"), "plane.coronal", PatientPlane::kCoronal, angles.coronal_deg},
+        AlignButton{Tr("axial"), "plane.axial", PatientPlane::kAxial, angles.axial_deg}}) {
+    if (b.with != PatientPlane::kSagittal) ImGui::SameLine();
+    const std::string label = fmt::format("{}\n{}°##{}", b.name, ShowNumber(b.angle_deg, 1), b.note);
+    if (ImGui::Button(label.c_str(), {number_width, 0})) aligned = b.with;
+    ui.Note(b.note);
+    Tooltip(ui, Tr("Click to make the plane parallel to this plane of the patient"));
+  }
+  row(Tr("Turn about width, height, normal (°)"));
+  Tooltip(ui, Tr("Enter by how many degrees the plane is turned about its own axis. The field is then 0 again."));
+  std::array<double, 3> turns_deg{};
+  number("##turn_width", turns_deg[0], 1, "plane.turn_width");
   ImGui::SameLine();
-  number("##roll", fields.roll_deg, 2, "plane.roll");
-  ImGui::PushFont(ui.small());
-  ImGui::TextDisabled("%s", DescribeReference(fields.reference));
-  ImGui::PopFont();
+  number("##turn_height", turns_deg[1], 1, "plane.turn_height");
+  ImGui::SameLine();
+  number("##turn_normal", turns_deg[2], 1, "plane.turn_normal");
   row(Tr("Width, height, margin (mm)"));
   number("##width", p.width_mm, 1, "plane.width");
   ImGui::SameLine();
   number("##height", p.height_mm, 1, "plane.height");
   ImGui::SameLine();
   number("##margin", p.margin_mm, 2, "plane.margin");
-  const bool edits = fields.p_W_mm != before.p_W_mm || fields.pitch_deg != before.pitch_deg ||
-                     fields.roll_deg != before.roll_deg || p.margin_mm != document_.plan().planes[i].margin_mm ||
-                     p.width_mm != document_.plan().planes[i].width_mm ||
-                     p.height_mm != document_.plan().planes[i].height_mm;
+  const bool edits = p_W != before.plane.p_W || p.margin_mm != before.margin_mm || p.width_mm != before.width_mm ||
+                     p.height_mm != before.height_mm || aligned || turns_deg != std::array<double, 3>{};
   auto state = static_cast<int>(p.state);
   std::string list;
   for (const PlaneState s : {PlaneState::kPlanned, PlaneState::kInProgress, PlaneState::kDone}) {
@@ -157,16 +166,18 @@ void PlanPanel::DrawFields(Ui& ui) {
       document_.set_plane_index(to);
       document_.Change(std::move(next), Tr("order of planes changed"));
     } else if (edits) {
-      if (!CheckNear(fields.p_W_mm, before.p_W_mm)) return;
+      if (!CheckNear(p_W, before.plane.p_W)) return;
       if (!kPlaneSizeRange_mm.Contains(p.width_mm) || !kPlaneSizeRange_mm.Contains(p.height_mm)) {
         viewer_.Say(
             fmt::format(fmt::runtime(Tr("Width and height were limited to {}.")), ShowRange(kPlaneSizeRange_mm, "mm")));
       }
-      const double width_mm = kPlaneSizeRange_mm.Clamp(p.width_mm);
-      const double height_mm = kPlaneSizeRange_mm.Clamp(p.height_mm);
-      p = SetPlaneFields(p, fields);
-      p.width_mm = width_mm;
-      p.height_mm = height_mm;
+      p.width_mm = kPlaneSizeRange_mm.Clamp(p.width_mm);
+      p.height_mm = kPlaneSizeRange_mm.Clamp(p.height_mm);
+      if (aligned) p = AlignPlane(p, *aligned);
+      for (const PlaneAxis axis : {PlaneAxis::kAcross, PlaneAxis::kUp, PlaneAxis::kNormal}) {
+        const double turn_deg = turns_deg[static_cast<std::size_t>(axis)];
+        if (turn_deg != 0) p = TurnPlane(p, axis, turn_deg);
+      }
       document_.Change(std::move(next), what);
     }
   } catch (const Error& e) {

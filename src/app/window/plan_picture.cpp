@@ -64,6 +64,7 @@ void ShowPlan(ViewerApp& viewer, const PlanDocument& document, const PlanesRepor
       // Before a plane is cut, all of it holds.
       if (row.state.fraction() < 0.02) continue;
       for (const Bridge& bridge : row.state.bridges) {
+        if (bridge.area_mm2 < 0.5) continue;  // it would be shown as 0
         BridgeOverlay overlay;
         overlay.centre_W = bridge.centre_W;
         overlay.label = fmt::format(fmt::runtime(Tr("still holds: {} mm²")), ShowNumber(bridge.area_mm2, 0));

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <type_traits>
 #include <utility>
 
 #include "app/window/cut_panel.h"
@@ -22,16 +24,54 @@ constexpr double kStopStiffness_N_per_mm = 200;
 /// Force above which the stop gives way, far above what a hand exerts.
 constexpr double kStopForce_N = 100;
 
+/// Returns the values of parameters that have a Describe(), in its order.
+template <typename Params>
+std::vector<double> ListValues(Params params) {
+  std::vector<double> values;
+  Describe(params, [&values](const char*, const auto& value, const auto&...) {
+    if constexpr (std::is_arithmetic_v<std::decay_t<decltype(value)>>) {
+      values.push_back(static_cast<double>(value));
+    } else {
+      for (int i = 0; i < value.length(); ++i) values.push_back(value[i]);  // a vector or a quaternion
+    }
+  });
+  return values;
+}
+
+/// Returns true if two exercises have the same bone, so that it need not be made again.
+bool IsSameModel(const SceneBone& a, const SceneBone& b) {
+  if (a.source != b.source || a.materials != b.materials) return false;
+  switch (a.source) {
+    case BoneSource::kMandible:
+      return ListValues(a.mandible) == ListValues(b.mandible);
+    case BoneSource::kBlock:
+    case BoneSource::kPlate:
+      return ListValues(a.block) == ListValues(b.block) &&
+             std::equal(a.block.layers.begin(), a.block.layers.end(), b.block.layers.begin(), b.block.layers.end(),
+                        [](const MaterialLayer& x, const MaterialLayer& y) { return ListValues(x) == ListValues(y); });
+    case BoneSource::kFile:
+      break;
+  }
+  return false;  // the file may have changed
+}
+
 }  // namespace
 
 Practice::Practice(const PracticeOptions& options) : options_(options) {
   options_.viewer.ghost = false;  // the handle's picture would hide the blade's colour
   if (!options_.exercise.empty()) FindExercise(options_.exercise);
-  if (!options_.student.empty()) {
+  const std::string student = std::exchange(options_.student, "");
+  if (!student.empty()) {
     history_.emplace(FindHistoryFile());
-    attempts_ = history_->List(options_.student);
+    attempts_ = history_->List(student);
   }
   viewer_ = std::make_unique<ViewerApp>(options_.viewer);
+  // The student of the last session goes on, unless another one is named.
+  if (!student.empty()) {
+    UseName(student);
+  } else if (!viewer_->settings().student.empty() && !options_.viewer.scripted) {
+    UseName(viewer_->settings().student);
+  }
 }
 
 Practice::~Practice() {
@@ -56,7 +96,7 @@ void Practice::Choose() {
   checks_.End();
   state_ = State::kChoosing;
   std::vector<ExerciseRow> rows = MakeRows();
-  NextStep next = has_next_ && next_.kind != NextStep::Kind::kFinished ? next_ : FindNextStep(attempts_, rows);
+  NextStep next = FindNextStep(attempts_);
   viewer_->trace().Write("recommended", {{"exercise", next.exercise}, {"level", next.level}});
   list_.emplace(std::move(rows), options_.student, std::move(next));
 }
@@ -69,15 +109,35 @@ void Practice::TakeChoice(ExerciseList::Choice choice) {
 void Practice::AskName() {
   viewer_->AskText(Tr("Your name, under which your attempts are stored:"), options_.student,
                    [this](const std::optional<std::string>& name) {
-                     if (name && !name->empty()) UseName(*name);
+                     const std::string student = TrimStudentName(name.value_or(""));
+                     if (!student.empty()) UseName(student);
                    });
+  viewer_->dialogs().CheckText([](const std::string& name) -> std::string {
+    const std::string student = TrimStudentName(name);
+    try {
+      if (!student.empty()) CheckStudentName(student);
+    } catch (const Error&) {
+      return Tr("This name cannot be stored: it is too long, or contains characters that cannot be shown.");
+    }
+    return "";
+  });
+  try {
+    // A history that does not exist is not made before it is needed.
+    if (!history_ && !std::filesystem::exists(FindHistoryFile())) return;
+    if (!history_) history_.emplace(FindHistoryFile());
+    viewer_->dialogs().OfferTexts(Tr("Or choose who has practised here before:"), ListStudents(history_->List()));
+  } catch (const Error& e) {
+    viewer_->Say(e.what());
+  }
 }
 
 /// Stores the attempts of the student from now on, and those that were made before without a name.
-void Practice::UseName(const std::string& student) {
+void Practice::UseName(const std::string& entered) {
+  std::string student;
   try {
-    CheckStudentName(student);
+    CheckStudentName(entered);
     if (!history_) history_.emplace(FindHistoryFile());
+    student = FindSameStudent(history_->List(), entered);
     for (const ScoreSheet& sheet : unnamed_) history_->Add(MakeAttempt(sheet, student));
     unnamed_.clear();
     attempts_ = history_->List(student);
@@ -85,17 +145,23 @@ void Practice::UseName(const std::string& student) {
     return viewer_->Say(e.what());
   }
   options_.student = student;
-  has_next_ = false;
+  if (student != entered) {
+    viewer_->Say(fmt::format(fmt::runtime(Tr("Your attempts are stored with the earlier ones of {}")), student));
+  }
+  if (viewer_->settings().student != student) {
+    viewer_->settings().student = student;
+    viewer_->KeepSettings();
+  }
   viewer_->trace().Write("student", {{"name", student}});
-  if (state_ == State::kChoosing) return Choose();
+  if (state_ == State::kChoosing && list_) return Choose();
   if (state_ != State::kResult) return;
-  stored_ = fmt::format(fmt::runtime(Tr("The attempt is saved for {}")), student);
-  next_ = Recommend(attempts_, exercise_->id, options_.level);
-  has_next_ = true;
+  stored_ = [student] { return fmt::format(fmt::runtime(Tr("The attempt is saved for {}")), student); };
+  next_ = Recommend(attempts_, exercise_->id, options_.level, sheet_->total);
 }
 
 void Practice::Start(const std::string& id, int level) {
   checks_.End();
+  viewer_->LeaveTour();
   list_.reset();
   exercise_ = &FindExercise(id);
   scene_ = MakeExerciseScene(id, level);
@@ -123,7 +189,16 @@ void Practice::Start(const std::string& id, int level) {
     meter->Take(tick);
     track->Take(tick);
   });
-  viewer_->Begin(scene_, exercise_->file);
+  // What belongs to another exercise is not shown while the bone of this one is made.
+  viewer_->view().SetGuides({});
+  viewer_->view().SetPlanes({});
+  const bool same = kept_bone_ && IsSameModel(kept_source_, scene_.bone);
+  if (!same) {
+    kept_bone_.reset();
+    viewer_->bone().Clear();
+  }
+  viewer_->trace().Write("exercise", {{"id", id}, {"level", level}, {"bone_is_kept", same}});
+  viewer_->Begin(scene_, exercise_->file, false, kept_bone_);
   recordings_.push_back(viewer_->recording());
 }
 
@@ -145,8 +220,17 @@ void Practice::Leave() {
     };
   };
   viewer_->dialogs().Ask(
-      Tr("The attempt is not finished. If you leave it, it is not scored and not saved."),
+      Tr("The attempt is not finished, and its time runs on. If you leave it, it is not scored and not saved."),
       {{Tr("Finish and see the score"), finish(true)}, {Tr("Leave it"), finish(false)}, {Tr("Go on"), nullptr}});
+}
+
+std::string Practice::DescribeUnsaved() const {
+  const bool unfinished = state_ == State::kCutting && viewer_->is_running() && viewer_->figures().removed_mm3 > 0;
+  return unfinished ? Tr("The attempt is not finished. If you quit, it is not scored and not saved.") : "";
+}
+
+std::string Practice::save_label() const {
+  return Tr("Finish and see the score");
 }
 
 void Practice::Ended(LoopSummary summary) {
@@ -182,6 +266,7 @@ void Practice::Update(double dt_s) {
   if (IsReady(making_nerve_)) nerve_ = making_nerve_.get();
   if (state_ == State::kCutting && viewer_->is_running()) UpdateCutting();
   if (state_ == State::kReplaying) UpdateReplay(dt_s);
+  if (wants_replay_) waits_s_ += dt_s;
   TakeChecks();
   if (IsReady(scoring_)) TakeSheet();
 }
@@ -219,7 +304,9 @@ void Practice::DrawWindows(Ui& ui) {
   if (state_ == State::kResult && sheet_ && review_) DrawResultDialog(ui);
   if (state_ != State::kReplaying) return;
   const UiBox scene = CalcUiAreas(ui, false, false).scene;
-  switch (DrawReplay(ui, *pair_, scene_.exercise.depth_mm, replay_s_, scene)) {
+  const double counted_s = sheet_->Get("time_total_s").value_or(0);
+  replay_box_ = CalcReplayBox(ui, *pair_, counted_s, scene);
+  switch (DrawReplay(ui, *pair_, scene_.exercise.depth_mm, counted_s, replay_s_, scene)) {
     case ReplayChoice::kNone:
       break;
     case ReplayChoice::kRestart:
@@ -245,7 +332,10 @@ void Practice::Describe(nlohmann::json& state) const {
     state["to_goal_mm"] = std::round(100 * reading->to_goal_mm) / 100;
   }
   if (state_ == State::kCutting && viewer_->is_running()) state["elapsed_s"] = std::round(10 * CalcElapsed_s()) / 10;
-  if (const std::optional<CoachLine> line = MakeCoach()) state["coach"] = FormatMessage(line->message);
+  if (const std::optional<CoachLine> line = MakeCoach()) {
+    state["coach"] = FormatMessage(line->message);
+    if (line->way_back) state["way_back"] = FormatMessage(*line->way_back);
+  }
   if (const std::optional<Message> step = MakeStep()) state["step"] = FormatMessage(*step);
   if (state_ == State::kReplaying) state["replay_s"] = replay_s_;
 }

@@ -56,7 +56,7 @@ class Practice final : public Activity {
   std::optional<bool> verified() const { return checks_.verified(); }
   /// kCutting: the advice to show now, and the aids of the level with those that the user switches.
   std::optional<CoachLine> MakeCoach() const;
-  std::optional<Message> MakeStep() const;  // the next step, on the first level
+  std::optional<Message> MakeStep() const;  // the next step on the first level; on all, the way back to the cut
   std::vector<Aid> MakeAids() const;
   /// kReplaying: both tracks and the time that is shown.
   const std::optional<ReplayPair>& pair() const { return pair_; }
@@ -81,6 +81,10 @@ class Practice final : public Activity {
   void DrawSections(Ui& ui) override;
   void DrawWindows(Ui& ui) override;
   std::vector<TourStep> tour() const override;
+  bool begins_with_tour() const override { return options_.exercise.empty(); }  // it would cover the exercise's card
+  std::string DescribeUnsaved() const override;
+  std::string save_label() const override;
+  void Save() override { Finish(true); }
   void Began() override;
   void Ended(LoopSummary summary) override;
   void Cancelled() override;
@@ -91,7 +95,7 @@ class Practice final : public Activity {
   void TakeChoice(ExerciseList::Choice choice);
   void DrawResultDialog(Ui& ui);
   void AskName();
-  void UseName(const std::string& student);
+  void UseName(const std::string& entered);
   void Score(std::shared_ptr<const Bone> before, Bone after);
   void TakeSheet();
   void SaveAttempt();
@@ -99,7 +103,9 @@ class Practice final : public Activity {
   void UpdateCutting();
   void UpdateReplay(double dt_s);
   void FillCutting(HudState& hud);
+  void ShowCutAndSaw();
   void ShowGoal();
+  bool IsPlanned() const;  // the wanted cut is a planned plane through the bone rather than a line on it
   std::optional<DepthReading> Read() const;
   CoachInput MakeCoachInput() const;
   double CalcElapsed_s() const;
@@ -130,15 +136,20 @@ class Practice final : public Activity {
   std::optional<ExerciseReview> review_;
   std::vector<Attempt> attempts_;    // of the student, or of this program if no student is named
   std::vector<ScoreSheet> unnamed_;  // attempts that are stored as soon as a student is named
-  std::string stored_;               // kResult: for whom the attempt is stored, or why it is not; a sentence
-  NextStep next_;                    // recommended after the last result, if there was one
-  bool has_next_ = false;
+  /// kResult: for whom the attempt is stored, or why it is not; a sentence in the current language.
+  std::function<std::string()> stored_;
+  NextStep next_;  // kResult: recommended
   CoachState coach_;
-  std::vector<double> deepest_mm_;  // by column of the gauge
-  std::optional<Pose> touched_at_;  // pose of the saw in the last frame, if it touched bone
+  std::vector<double> deepest_mm_;         // by column of the gauge
+  std::shared_ptr<const Bone> kept_bone_;  // of the last session, uncut; null: none
+  SceneBone kept_source_;                  // that it was made of
+  std::optional<Pose> touched_at_;         // pose of the saw in the last frame, if it touched bone
 
   ResultChecks checks_;
   bool wants_replay_ = false;
+  double waits_s_ = 0;            // for the expert's attempt
+  UiBox replay_box_;              // kReplaying: of its panel
+  bool was_translucent_ = false;  // kReplaying: the bone, before
   std::optional<ReplayPair> pair_;
   double replay_s_ = 0;
 };

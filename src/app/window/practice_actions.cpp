@@ -74,7 +74,7 @@ void Practice::AddActions(ActionList& actions) {
 
 std::vector<TourStep> Practice::tour() const {
   return {{Tr("Choose an exercise"),
-           Tr("Click the blue button to begin with the recommended exercise. Each level has one aid less than the one "
+           Tr("Click the blue button to begin with the recommended exercise. Each level has fewer aids than the one "
               "before. The numbers are your best scores.")},
           {Tr("Cut"),
            Tr("Space switches the spindle on and off. Move the saw with the arrow keys, or by dragging with the left "

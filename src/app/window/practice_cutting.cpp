@@ -17,16 +17,30 @@
 namespace kerf {
 namespace {
 
-// The gauge asks the student to slow down from kSlow_mm before the goal on, and to stop from kStop_mm on.
-constexpr double kSlow_mm = 1.0;
-constexpr double kStop_mm = 0.3;
+/// Feed below which the saw rests, so that it is not asked to slow down.
+constexpr double kRest_mm_per_s = 0.1;
+/// Size of what is shown of an exercise, as a multiple of the tool's radius.
+constexpr double kViewRadii = 3.2;
+/// Height that is left to the exercise's card, points, and its largest share of the scene.
+constexpr double kCard = 110;
+constexpr double kMaxCardShare = 0.38;
+/// Time before the end of an attempt from which on the student is warned of it.
+constexpr double kWarnTime_s = 10;
 
-HudLevel LevelOf(double to_goal_mm) {
-  return to_goal_mm < -kSlow_mm   ? HudLevel::kBad
-         : to_goal_mm < -kStop_mm ? HudLevel::kWarn
-         : to_goal_mm < kStop_mm  ? HudLevel::kGood
-         : to_goal_mm < kSlow_mm  ? HudLevel::kWarn
-                                  : HudLevel::kPlain;
+HudLevel LevelOf(DepthZone zone) {
+  switch (zone) {
+    case DepthZone::kTooDeep:
+      return HudLevel::kBad;
+    case DepthZone::kDeep:
+    case DepthZone::kNear:
+      return HudLevel::kWarn;
+    case DepthZone::kReached:
+      return HudLevel::kGood;
+    case DepthZone::kAbove:
+    case DepthZone::kFar:
+      break;
+  }
+  return HudLevel::kPlain;
 }
 
 /// Returns the colour of the blade. The colours are distinguishable with red-green colour blindness.
@@ -61,12 +75,40 @@ void Practice::Began() {
   // Look at the cut from outside the bone.
   const bool inside = glm::dot(side_W, middle_W - viewer_->bone_at_start()->CalcBounds().centre()) < -1;
   ViewCamera& camera = viewer_->view().camera();
-  camera.Look((inside ? -side_W : side_W) - 0.6 * cut.into_W, -cut.into_W);
-  viewer_->view().FitAll();
-  camera.set_target_W(middle_W - 0.25 * cut.radius_mm * cut.into_W);
-  camera.set_height_mm(std::min(camera.height_mm(), 3.2 * cut.radius_mm + cut.length_mm));
+  Vec3 from_W = inside ? -side_W : side_W;
+  // A planned cut is seen from the bone's outer side, so that the rest of the bone does not hide it.
+  const Vec3 outward_W = middle_W - viewer_->bone_at_start()->CalcBounds().centre();
+  if (IsPlanned()) from_W += glm::dot(outward_W, cut.along_W) < 0 ? -cut.along_W : cut.along_W;
+  camera.Look(from_W - 0.6 * cut.into_W, -cut.into_W);
+  ShowCutAndSaw();
   viewer_->controls().set_in_blade_plane(true);
   begun_ = false;
+  kept_bone_ = bone;
+  kept_source_ = scene_.bone;
+}
+
+/// Shows the wanted cut and the saw above it where neither the panels nor the card of the exercise cover them.
+void Practice::ShowCutAndSaw() {
+  const WantedCut& cut = gauge_->cut();
+  const double size_mm = kViewRadii * cut.radius_mm + cut.length_mm;
+  viewer_->ShowPlace({.p_W = cut.ToWorld({0.5 * cut.length_mm, 0, 0}) - 0.25 * cut.radius_mm * cut.into_W,
+                      .width_mm = size_mm,
+                      .height_mm = size_mm,
+                      .free = [this](const UiBox& scene) {
+                        UiBox free = scene;
+                        const double card =
+                            std::min(kCard * static_cast<double>(viewer_->ui().scale()), kMaxCardShare * scene.height);
+                        free.top += card;
+                        free.height -= card;
+                        if (state_ != State::kReplaying || replay_box_.empty()) return free;
+                        if (replay_box_.width < 0.5 * scene.width) {  // beside it, otherwise above it
+                          free.left = replay_box_.right();
+                          free.width = scene.right() - free.left;
+                        } else {
+                          free.height = replay_box_.top - free.top;
+                        }
+                        return free;
+                      }});
 }
 
 void Practice::ShowGoal() {
@@ -74,13 +116,17 @@ void Practice::ShowGoal() {
   GuideOverlay line;
   line.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})};
   viewer_->view().SetGuides({line});
-  if (exercise_->toml.find("\"osteotomy\"") == std::string::npos) return viewer_->view().SetPlanes({});
+  if (!IsPlanned()) return viewer_->view().SetPlanes({});
   viewer_->view().SetPlanes({{.name = Tr("plan"),
                               .p_W = cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}),
                               .normal_W = cut.across_W,
                               .width_mm = cut.length_mm + 20,
                               .height_mm = cut.depth_mm + 20,
                               .up_W = -cut.into_W}});
+}
+
+bool Practice::IsPlanned() const {
+  return scene_.exercise.kind == ExerciseKind::kOsteotomy;
 }
 
 std::optional<DepthReading> Practice::Read() const {
@@ -105,7 +151,7 @@ void Practice::UpdateCutting() {
     viewer_->sound().SetAlarm(AlarmKind::kDepth, in_bone ? std::optional(reading->to_goal_mm) : std::nullopt);
   }
   if (scene_.exercise.colour) {
-    viewer_->view().SetToolColour(in_bone ? ColourOf(LevelOf(reading->to_goal_mm)) : kSteelColour);
+    viewer_->view().SetToolColour(in_bone ? ColourOf(LevelOf(FindDepthZone(*reading))) : kSteelColour);
   }
   const CoachInput input = MakeCoachInput();
   coach_ = UpdateCoach(coach_, gauge_->cut(), input);
@@ -125,6 +171,8 @@ void Practice::UpdateCutting() {
 }
 
 void Practice::AddAlarms(std::vector<AlarmOverlay>& alarms) {
+  // A planned plane that crosses the nerve canal must cut it.
+  if (!SparesNerve(scene_.exercise.kind)) return;
   std::optional<AlarmOverlay> nerve =
       MakeNerveAlarm(viewer_->bone(), nerve_.get(), MakeTool(scene_), viewer_->figures().coupled.X_WT);
   if (nerve) alarms.push_back(std::move(*nerve));
@@ -141,6 +189,8 @@ CoachInput Practice::MakeCoachInput() const {
   if (is_near && nerve_ && !nerve_->empty() && viewer_->spindle_on()) {
     input.nerve_mm = nerve_->Calc(MakeTool(scene_), input.X_WT);
   }
+  const ViewBasis basis = viewer_->MakeBasis();
+  input.picture = PictureDirections{.right_W = basis.right_W, .up_W = basis.up_W};
   input.touches = figures.coupled.engaged_teeth > 0 || glm::length(figures.coupled.f_face_W_N) > 0;
   return input;
 }
@@ -152,10 +202,13 @@ std::optional<CoachLine> Practice::MakeCoach() const {
 }
 
 std::optional<Message> Practice::MakeStep() const {
-  if (state_ != State::kCutting || !viewer_->is_running() || !gauge_ || scene_.exercise.level > 1) return {};
+  if (state_ != State::kCutting || !viewer_->is_running() || !gauge_) return {};
   const double done = CalcLineDone(*gauge_, deepest_mm_);
-  return DescribeStep(FindStep(MakeCoachInput(), viewer_->spindle_on(), done), scene_.exercise.kind, gauge_->cut(),
-                      done);
+  const CoachInput input = MakeCoachInput();
+  const ExerciseStep step = FindStep(gauge_->cut(), input, viewer_->spindle_on(), done);
+  const bool at_each_level = step == ExerciseStep::kReturn || (step == ExerciseStep::kFinish && scene_.exercise.gauge);
+  if (scene_.exercise.level > 1 && !at_each_level) return {};
+  return DescribeStep(step, gauge_->cut(), input, viewer_->spindle_on(), done, CalcCutDone(*gauge_, deepest_mm_));
 }
 
 std::vector<Aid> Practice::MakeAids() const {
@@ -165,18 +218,21 @@ std::vector<Aid> Practice::MakeAids() const {
 HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading) const {
   HudGauge gauge;
   gauge.title = Tr("Depth");
-  gauge.upper = scene_.exercise.depth_mm + 1.8 * kSlow_mm;
-  gauge.good = kStop_mm;
-  gauge.warn = kSlow_mm;
+  gauge.upper = scene_.exercise.depth_mm + 1.8 * kZoneNear_mm;
+  gauge.good = kZoneReached_mm;
+  gauge.warn = kZoneNear_mm;
   gauge.goal = scene_.exercise.depth_mm;
   if (!reading) return gauge;
   gauge.value = reading->depth_mm;
-  gauge.level = LevelOf(reading->to_goal_mm);
-  gauge.word = reading->depth_mm < 0             ? Tr("above the bone")
-               : reading->to_goal_mm < -kStop_mm ? Tr("too deep")
-               : reading->to_goal_mm < kStop_mm  ? Tr("stop: deep enough")
-               : reading->to_goal_mm < kSlow_mm  ? Tr("slow down")
-                                                 : Tr("continue");
+  const DepthZone zone = FindDepthZone(*reading);
+  gauge.level = LevelOf(zone);
+  gauge.word = Tr(DescribeZone(zone, viewer_->figures().feed_mm_per_s < kRest_mm_per_s));
+  // A planned cut is done when the bone is cut through, wherever the blade is.
+  if (IsPlanned() && CalcLineDone(*gauge_, deepest_mm_) >= kStepLineDone) {
+    gauge.level = HudLevel::kGood;
+    gauge.word = Tr("cut through");
+    gauge.goal.reset();
+  }
   return gauge;
 }
 
@@ -190,13 +246,17 @@ void Practice::FillCutting(HudState& hud) {
     hud.values.plan_angle_deg = deviation.tilt_deg;
     hud.values.plan_offset_mm = std::abs(deviation.beside_mm);
   }
+  hud.force_note.clear();  // a comparison of force laws says nothing to a student
   hud.values.has_plan = scene_.exercise.gauge;
   hud.values.nerve_is_marked = !nerve_ || !nerve_->empty();
   if (nerve_ && !nerve_->empty()) {
     hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), viewer_->figures().coupled.X_WT);
+    hud.values.nerve_is_crossed = IsPlanned();
   }
   const double goal_s = CalcUnhurriedTime_s(gauge_->cut(), scene_.exercise);
   begun_ = begun_ || viewer_->spindle_on();
+  const std::string keys = Tr("Space: spindle   Arrows or left drag: move   Enter: finish");
+  const bool made = CalcLineDone(*gauge_, deepest_mm_) >= kStepLineDone;
   if (!begun_) {
     hud.banner = HudBanner{
         .kind = HudBanner::Kind::kNotice,
@@ -204,19 +264,34 @@ void Practice::FillCutting(HudState& hud) {
                                             "or switch the spindle on.")),
                             Translate(exercise_->goal_message), ShowNumber(goal_s, 0)),
         .answers = Tr("Space: spindle   Arrows or left drag: move   Enter: finish   F1: help")};
-  } else if (const std::optional<CoachLine> line = MakeCoach()) {
+    if (!IsPlanned() && !scene_.exercise.depth_stop) {
+      hud.banner->text +=
+          std::string(" ") + Tr("This level has no depth stop: the blade goes as deep as you press it.");
+    }
+  } else if (const std::optional<CoachLine> line = MakeCoach(); line && (line->urgent || !made)) {
     hud.banner = HudBanner{.kind = line->urgent ? HudBanner::Kind::kWarning : HudBanner::Kind::kNotice,
-                           .text = Translate(line->message),
-                           .answers = ""};
+                           .text = Translate(line->message) + (line->way_back ? " " + Translate(*line->way_back) : ""),
+                           .answers = made ? keys : ""};
   } else if (const std::optional<Message> step = MakeStep()) {
-    hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
-                           .text = Translate(*step),
-                           .answers = Tr("Space: spindle   Arrows or left drag: move   Enter: finish")};
+    hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice, .text = Translate(*step), .answers = keys};
   }
   const double limit_s = scene_.exercise.time_limit_s;
+  const double left_s = limit_s - CalcElapsed_s();
+  if (limit_s > 0 && left_s <= kWarnTime_s && !(hud.banner && hud.banner->kind == HudBanner::Kind::kWarning)) {
+    hud.banner =
+        HudBanner{.kind = HudBanner::Kind::kWarning,
+                  .text = fmt::format(fmt::runtime(Tr("The attempt ends in {} s, and is then scored as it is.")),
+                                      ShowNumber(std::ceil(std::max(left_s, 0.0)), 0)),
+                  .answers = keys};
+  }
   if (limit_s > 0) {
     hud.status.right = fmt::format(fmt::runtime(Tr("time {0} of {1} s, goal {2} s")), ShowNumber(CalcElapsed_s(), 0),
                                    ShowNumber(limit_s, 0), ShowNumber(goal_s, 0));
+  }
+  if (IsPlanned() && scene_.exercise.gauge) {
+    const std::string done = fmt::format(fmt::runtime(Tr("{} % of the planned plane cut")),
+                                         ShowNumber(100 * CalcCutDone(*gauge_, deepest_mm_), 0));
+    hud.status.right = hud.status.right.empty() ? done : fmt::format("{}   |   {}", done, hud.status.right);
   }
 }
 

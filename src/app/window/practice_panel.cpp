@@ -46,14 +46,15 @@ void DrawFigures(Ui& ui, const char* id, const std::vector<ReviewFigure>& figure
   ImGui::TableSetupColumn(Tr("Figure"), ImGuiTableColumnFlags_WidthStretch);
   ImGui::TableSetupColumn(Tr("Value"), 0, value_width);
   ImGui::TableSetupColumn(Tr("Goal"), 0, goal_width);
-  ImGui::TableSetupColumn(Tr("Points lost"), 0, WidthFor({Tr("Points lost")}, 120 * share));
+  ImGui::TableSetupColumn(Tr("Points lost"), 0, WidthFor({Tr("Points lost"), Tr("not scored")}, 120 * share));
   ImGui::TableHeadersRow();
   for (const ReviewFigure& figure : figures) {
     ImGui::TableNextColumn();
     LevelMark(ui, HudLevelOf(figure.level));
     ImGui::TableNextColumn();
     FittedText(ui, Tr(figure.label), ImGui::GetContentRegionAvail().x);
-    if (figure.info != nullptr) Tooltip(ui, Tr(figure.info->formula));
+    ui.Note(fmt::format("figure {}", figure.info->key));
+    Tooltip(ui, Tr(MeaningOf(*figure.info)));
     ImGui::TableNextColumn();
     ImGui::PushFont(ui.bold());
     FittedText(ui, figure.value ? FormatQuantity(*figure.value, PointOfLanguage()) : "\u2013",
@@ -62,7 +63,11 @@ void DrawFigures(Ui& ui, const char* id, const std::vector<ReviewFigure>& figure
     ImGui::TableNextColumn();
     if (figure.goal) FittedText(ui, FormatGoal(figure, PointOfLanguage()), ImGui::GetContentRegionAvail().x);
     ImGui::TableNextColumn();
-    if (figure.lost_points > 0) ImGui::TextUnformatted(fmt::format("{}", figure.lost_points).c_str());
+    if (figure.lost_points > 0) {
+      ImGui::TextUnformatted(fmt::format("{}", figure.lost_points).c_str());
+    } else if (figure.goal && !figure.scored) {
+      FittedText(ui, Tr("not scored"), ImGui::GetContentRegionAvail().x);
+    }
   }
   for (const auto& [text, lost_points] : sums) {
     ImGui::TableNextRow();
@@ -120,13 +125,15 @@ namespace {
 std::string NameOf(const NextStep& next) {
   switch (next.kind) {
     case NextStep::Kind::kFirst:
+      return fmt::format(fmt::runtime(Tr("Start level {}")), next.level);
     case NextStep::Kind::kRepeat:
-      return Tr("Try again");
+      return fmt::format(fmt::runtime(Tr("Try level {} again")), next.level);
     case NextStep::Kind::kNextLevel:
     case NextStep::Kind::kPreviousLevel:
       return fmt::format(fmt::runtime(Tr("Go on with level {}")), next.level);
     case NextStep::Kind::kNextExercise:
-      return Tr("Next exercise");
+      return fmt::format(fmt::runtime(Tr("Start \"{}\", level {}")), Tr(FindExercise(next.exercise).title.c_str()),
+                         next.level);
     case NextStep::Kind::kFinished:
       break;
   }
@@ -161,17 +168,31 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
   const float s = ui.scale();
   BeginLargeDialog(ui, "result", 1000, 640);
   // The buttons and their reason are always visible; what is above them scrolls if it needs more space. In a low window
-  // the reason scrolls too. The height of the buttons' lines is that of the last frame.
+  // the reason is in small letters. The height of the buttons' lines is that of the last frame.
   const bool low = ImGui::GetContentRegionAvail().y < 400 * s;
   float& buttons_height =
       *ImGui::GetStateStorage()->GetFloatRef(ImGui::GetID("buttons"), ImGui::GetFrameHeightWithSpacing());
-  const std::string reason = Translate(contents.next.reason);
-  const float reason_height =
-      low ? 0
-          : ImGui::CalcTextSize(reason.c_str(), nullptr, false, ImGui::GetContentRegionAvail().x).y +
-                ImGui::GetStyle().ItemSpacing.y;
+  // While the replay is awaited, its progress takes the place of the reason.
+  const std::string reason =
+      contents.waits_s
+          ? fmt::format(fmt::runtime(Tr("The expert's attempt is being computed, since {} s. The replay then begins.")),
+                        ShowNumber(*contents.waits_s, 0))
+          : Translate(contents.next.reason);
+  const auto draw_reason = [&] {
+    if (low) ImGui::PushFont(ui.small());
+    WrappedText(reason);
+    ui.Note("practise.reason");
+    if (low) ImGui::PopFont();
+  };
+  if (low) ImGui::PushFont(ui.small());
+  const float reason_height = ImGui::CalcTextSize(reason.c_str(), nullptr, false, ImGui::GetContentRegionAvail().x).y +
+                              ImGui::GetStyle().ItemSpacing.y;
+  if (low) ImGui::PopFont();
   const float bottom = buttons_height + reason_height + 12 * s;
+  // A result begins at its top, wherever the last one was left.
+  const bool appears = ImGui::IsWindowAppearing();
   ImGui::BeginChild("body", {0, -bottom});
+  if (appears) ImGui::SetScrollY(0);
   ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().accent));
   ImGui::PushFont(ui.title());
   WrappedText(Translate(contents.review.headline));
@@ -179,6 +200,7 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
   ImGui::PopStyleColor();
   ui.Note("practise.headline");
   if (contents.review.praise) MarkedText(ui, HudLevel::kGood, Translate(*contents.review.praise));
+  for (const Message& note : contents.review.notes) MarkedText(ui, HudLevel::kWarn, Translate(note));
   if (contents.review.nerve) MarkedText(ui, HudLevel::kWarn, Translate(*contents.review.nerve));
   ImGui::PushFont(ui.bold());
   WrappedText(contents.sheet.total
@@ -190,6 +212,11 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
   ImGui::Spacing();
   DrawFigures(ui, "figures", contents.review.figures,
               contents.sheet.total ? SumLosses(contents.review) : std::vector<FigureSum>{});
+  if (contents.sheet.total) {
+    SmallText(ui,
+              Tr("Tick: costs no points. Triangle: costs points. Cross: costs more than half of the figure's points. "
+                 "Figures that are not scored are marked by their goals."));
+  }
   if (!contents.review.rest.empty()) {
     const bool open = BeginSection(ui, Tr("More figures"), false);
     ui.Note("practise.more");
@@ -200,7 +227,8 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
   if (contents.verified) {
     MarkedText(ui, *contents.verified ? HudLevel::kGood : HudLevel::kBad,
                *contents.verified
-                   ? Tr("Verified: a replay of the recording gives the same score.")
+                   ? contents.sheet.total ? Tr("Verified: a replay of the recording gives the same score.")
+                                          : Tr("Verified: a replay of the recording gives the same figures.")
                    : Tr("The replay of the recording gives another score: compare it with 'kerf score'"));
     ui.Note("practise.verified");
   } else if (contents.verification_failed) {
@@ -213,11 +241,10 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
     if (ImGui::Button(fmt::format("{}##name", Tr("Enter your name")).c_str())) choice = ResultChoice::kName;
     ui.Note("practise.name");
   }
-  if (low) WrappedText(reason);
   ImGui::EndChild();
 
   ImGui::Separator();
-  if (!low) WrappedText(reason);
+  draw_reason();
   const float buttons_top = ImGui::GetCursorPosY();
   const ResultChoice clicked = DrawResultButtons(ui, contents);
   buttons_height = ImGui::GetCursorPosY() - buttons_top;
@@ -227,16 +254,74 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
 
 // ---- the replay
 
-ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double& time_s, const UiBox& scene) {
+namespace {
+
+/// Layout of the replay's window.
+struct ReplayLayout {
+  UiBox box;
+  bool full = true;       // with a title and an explanation
+  float plot_height = 0;  // 0: without the plot
+  std::string counted;    // the explanation
+};
+
+/// Returns the explanation of what is shown: the replay leaves out what came before and after the cut.
+std::string DescribeCounted(const ReplayPair& pair, double counted_s) {
+  return fmt::format(
+      fmt::runtime(Tr("Your attempt took {0} s: time counts from the first movement of the saw, or the start of the "
+                      "spindle, to the end. The {1} s from just before to just after the cut are shown.")),
+      ShowNumber(counted_s, 0), ShowNumber(pair.student.duration_s(), 0));
+}
+
+ReplayLayout LayOutReplay(const Ui& ui, const ReplayPair& pair, double counted_s, const UiBox& scene) {
+  constexpr float kPlot = 118;      // points
+  constexpr float kLeastPlot = 40;  // below this height, curves can't be read
+  const float s = ui.scale();
+  const auto scene_height = static_cast<float>(scene.height);
+  ReplayLayout layout;
+  layout.counted = DescribeCounted(pair, counted_s);
+  const float width = std::min(430 * s, static_cast<float>(scene.width) - 16 * s);
+  // Buttons that do not fit side by side need another line.
+  const std::string labels =
+      fmt::format("{} ({}){} ({})", Tr("From the beginning"), Tr("Enter"), Tr("Back to the result"), Tr("Esc"));
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float buttons_width = ImGui::CalcTextSize(labels.c_str()).x + 4 * style.FramePadding.x + style.ItemSpacing.x +
+                              2 * style.WindowPadding.x;
+  const float buttons = (buttons_width > width ? 2 : 1) * ImGui::GetFrameHeightWithSpacing();
+  ImGui::PushFont(ui.small());
+  const float counted_height = ImGui::CalcTextSize(layout.counted.c_str(), nullptr, false, width - 16 * s).y + 4 * s;
+  ImGui::PopFont();
+  float above_edge = 52 * s;  // room for messages at the bottom
+  layout.plot_height = kPlot * s;
+  float height = 206 * s + counted_height + buttons;
+  // It covers at most half of the scene, in which the saws are seen.
+  if (height > 0.5F * scene_height) {
+    layout.full = false;
+    above_edge = 8 * s;
+    const float least = 2 * style.WindowPadding.y + ImGui::GetTextLineHeightWithSpacing() + buttons;
+    layout.plot_height = std::min(kPlot * s, 0.4F * scene_height - least);
+    if (layout.plot_height < kLeastPlot * s) layout.plot_height = 0;
+    height = least + (layout.plot_height > 0 ? layout.plot_height + 2 * style.ItemSpacing.y : 0);
+  }
+  if (width < 200 * s || scene_height < height + above_edge + 8 * s) return layout;
+  layout.box = {scene.left + static_cast<double>(8 * s), scene.bottom() - static_cast<double>(height + above_edge),
+                width, height};
+  return layout;
+}
+
+}  // namespace
+
+UiBox CalcReplayBox(const Ui& ui, const ReplayPair& pair, double counted_s, const UiBox& scene) {
+  return LayOutReplay(ui, pair, counted_s, scene).box;
+}
+
+ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double counted_s, double& time_s,
+                        const UiBox& scene) {
   const float s = ui.scale();
   ReplayChoice choice = ReplayChoice::kNone;
-  const float width = std::min(430 * s, static_cast<float>(scene.width) - 16 * s);
-  const float height = 236 * s;
-  const float above = 52 * s;  // room for messages at the bottom
-  if (width < 200 * s || static_cast<float>(scene.height) < height + above + 8 * s) return choice;
-  ImGui::SetNextWindowPos(
-      {static_cast<float>(scene.left) + 8 * s, static_cast<float>(scene.bottom()) - height - above});
-  ImGui::SetNextWindowSize({width, height});
+  const ReplayLayout layout = LayOutReplay(ui, pair, counted_s, scene);
+  if (layout.box.empty()) return choice;
+  ImGui::SetNextWindowPos({static_cast<float>(layout.box.left), static_cast<float>(layout.box.top)});
+  ImGui::SetNextWindowSize({static_cast<float>(layout.box.width), static_cast<float>(layout.box.height)});
   ImGui::Begin("replay", nullptr, kPracticeDialog | ImGuiWindowFlags_NoFocusOnAppearing);
 
   // Values at the time that is shown.
@@ -247,73 +332,87 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double& 
                ? FormatQuantity({at->depth_mm, 1, "mm"}, PointOfLanguage())
                : std::string("\u2013");
   };
-  ImGui::PushFont(ui.bold());
-  FittedText(ui, Tr("Depth over time (mm)"), ImGui::GetContentRegionAvail().x);
-  ImGui::PopFont();
+  if (layout.full) {
+    ImGui::PushFont(ui.bold());
+    FittedText(ui, Tr("Depth over time (mm)"), ImGui::GetContentRegionAvail().x);
+    ImGui::PopFont();
+  }
   LegendEntryItem(ui, Stroke::kSolid, kMadeColour, 2 * s,
                   fmt::format(fmt::runtime(Tr("you: {}")), value(pair.student_depth)));
   ImGui::SameLine(0, 18 * s);
   LegendEntryItem(ui, Stroke::kDashed, kWantedColour, 2 * s,
                   fmt::format(fmt::runtime(Tr("expert: {}")), value(pair.expert_depth)));
 
-  double deepest_mm = 1.15 * goal_mm;
-  for (const auto* depths : {&pair.student_depth, &pair.expert_depth}) {
-    for (const DepthPoint& p : *depths) deepest_mm = std::max(deepest_mm, p.depth_mm + 0.2);
-  }
-  const double top_mm = -0.15 * deepest_mm;
   const double duration_s = std::max(1e-6, pair.duration_s());
-  const float line = ImGui::GetTextLineHeight();
-  const ImVec2 corner = ImGui::GetCursorScreenPos();
-  const float axis = ImGui::CalcTextSize("00.0").x + 6 * s;
-  const ImVec2 from{corner.x + axis, corner.y + 2 * s};
-  const ImVec2 to{corner.x + ImGui::GetContentRegionAvail().x, corner.y + 118 * s};
-  const auto x_of = [&](double t) {
-    return from.x + (to.x - from.x) * static_cast<float>(std::clamp(t / duration_s, 0.0, 1.0));
-  };
-  const auto y_of = [&](double depth) {
-    return from.y +
-           (to.y - from.y) * static_cast<float>(std::clamp((depth - top_mm) / (deepest_mm - top_mm), 0.0, 1.0));
-  };
-  ImDrawList& list = *ImGui::GetWindowDrawList();
-  list.AddRectFilled(from, to, ToImU32(kPaper));
-  const auto level = [&](double depth, Stroke stroke, const std::string& text) {
-    AddStroke(list, {{from.x, y_of(depth)}, {to.x, y_of(depth)}}, stroke, kBoneLine, s);
-    list.AddText({from.x - 6 * s - ImGui::CalcTextSize(text.c_str()).x, y_of(depth) - 0.5F * line},
-                 ToImU32(ui.colours().text), text.c_str());
-  };
-  level(0, Stroke::kSolid, "0");
-  level(goal_mm, Stroke::kDashed, ShowNumber(goal_mm, 1));
-  const auto curve = [&](const std::vector<DepthPoint>& depths, Stroke stroke, const Rgb8& colour) {
-    std::vector<ImVec2> points;
-    double last_s = 0;
-    for (const DepthPoint& p : depths) {
-      if (!points.empty() && p.time_s > last_s + kGap_s) {
-        AddStroke(list, points, stroke, colour, 2 * s);
-        points.clear();
-      }
-      last_s = p.time_s;
-      // One point per pixel is enough.
-      const ImVec2 at{x_of(p.time_s), y_of(p.depth_mm)};
-      if (points.empty() || at.x >= points.back().x + 1) points.push_back(at);
-    }
-    AddStroke(list, points, stroke, colour, 2 * s);
-  };
-  curve(pair.student_depth, Stroke::kSolid, kMadeColour);
-  curve(pair.expert_depth, Stroke::kDashed, kWantedColour);
-  list.AddLine({x_of(time_s), from.y}, {x_of(time_s), to.y}, ToImU32(kInk), 1.5F * s);
-  list.AddRect(from, to, ToImU32(ui.colours().edge));
-  ImGui::SetCursorScreenPos(from);
-  ImGui::InvisibleButton("plot", {to.x - from.x, to.y - from.y});
-  ui.Note("practise.plot");
-  if (ImGui::IsItemActive()) {
-    const double share = static_cast<double>((ImGui::GetIO().MousePos.x - from.x) / (to.x - from.x));
-    time_s = duration_s * std::clamp(share, 0.0, 1.0);
-  }
-  Tooltip(ui, Tr("Click or drag to choose the time. The dashed grey line is the wanted depth."));
   const std::string now =
       fmt::format(fmt::runtime(Tr("{} s of {} s")), ShowNumber(time_s, 0), ShowNumber(duration_s, 0));
-  ImGui::SetCursorScreenPos({from.x, to.y + 3 * s});
-  ImGui::TextUnformatted(now.c_str());
+  if (!layout.full && layout.plot_height == 0) {
+    ImGui::SameLine(0, 18 * s);
+    FittedText(ui, now, ImGui::GetContentRegionAvail().x);
+  }
+  if (layout.plot_height > 0) {
+    double deepest_mm = 1.15 * goal_mm;
+    for (const auto* depths : {&pair.student_depth, &pair.expert_depth}) {
+      for (const DepthPoint& p : *depths) deepest_mm = std::max(deepest_mm, p.depth_mm + 0.2);
+    }
+    const double top_mm = -0.15 * deepest_mm;
+    const float line = ImGui::GetTextLineHeight();
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    const float axis = ImGui::CalcTextSize("00.0").x + 6 * s;
+    const ImVec2 from{corner.x + axis, corner.y + 2 * s};
+    const ImVec2 to{corner.x + ImGui::GetContentRegionAvail().x, corner.y + layout.plot_height};
+    const auto x_of = [&](double t) {
+      return from.x + (to.x - from.x) * static_cast<float>(std::clamp(t / duration_s, 0.0, 1.0));
+    };
+    const auto y_of = [&](double depth) {
+      return from.y +
+             (to.y - from.y) * static_cast<float>(std::clamp((depth - top_mm) / (deepest_mm - top_mm), 0.0, 1.0));
+    };
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.AddRectFilled(from, to, ToImU32(kPaper));
+    const auto level = [&](double depth, Stroke stroke, const std::string& text) {
+      AddStroke(list, {{from.x, y_of(depth)}, {to.x, y_of(depth)}}, stroke, kBoneLine, s);
+      list.AddText({from.x - 6 * s - ImGui::CalcTextSize(text.c_str()).x, y_of(depth) - 0.5F * line},
+                   ToImU32(ui.colours().text), text.c_str());
+    };
+    level(0, Stroke::kSolid, "0");
+    level(goal_mm, Stroke::kDashed, ShowNumber(goal_mm, 1));
+    const auto curve = [&](const std::vector<DepthPoint>& depths, Stroke stroke, const Rgb8& colour) {
+      std::vector<ImVec2> points;
+      double last_s = 0;
+      for (const DepthPoint& p : depths) {
+        if (!points.empty() && p.time_s > last_s + kGap_s) {
+          AddStroke(list, points, stroke, colour, 2 * s);
+          points.clear();
+        }
+        last_s = p.time_s;
+        // One point per pixel is enough.
+        const ImVec2 at{x_of(p.time_s), y_of(p.depth_mm)};
+        if (points.empty() || at.x >= points.back().x + 1) points.push_back(at);
+      }
+      AddStroke(list, points, stroke, colour, 2 * s);
+    };
+    curve(pair.student_depth, Stroke::kSolid, kMadeColour);
+    curve(pair.expert_depth, Stroke::kDashed, kWantedColour);
+    list.AddLine({x_of(time_s), from.y}, {x_of(time_s), to.y}, ToImU32(kInk), 1.5F * s);
+    list.AddRect(from, to, ToImU32(ui.colours().edge));
+    ImGui::SetCursorScreenPos(from);
+    ImGui::InvisibleButton("plot", {to.x - from.x, to.y - from.y});
+    ui.Note("practise.plot");
+    if (ImGui::IsItemActive()) {
+      const double share = static_cast<double>((ImGui::GetIO().MousePos.x - from.x) / (to.x - from.x));
+      time_s = duration_s * std::clamp(share, 0.0, 1.0);
+    }
+    Tooltip(ui, Tr("Click or drag to choose the time. The dashed grey line is the wanted depth."));
+    if (layout.full) {
+      ImGui::SetCursorScreenPos({from.x, to.y + 3 * s});
+      ImGui::TextUnformatted(now.c_str());
+    }
+  }
+  if (layout.full) {
+    SmallText(ui, layout.counted);
+    ui.Note("practise.counted");
+  }
   ImGui::Spacing();
   ButtonRow buttons(ui);
   if (buttons.Add("practise.restart", Tr("From the beginning"), Tr("Enter"))) choice = ReplayChoice::kRestart;

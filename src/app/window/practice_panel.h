@@ -26,14 +26,21 @@ struct ResultContents {
   std::string stored;                // sentence: for whom the attempt is stored, or why it is not
   bool asks_name = false;            // offers to enter a name
   bool expert_ready = false;
+  std::optional<double> waits_s;  // how long the replay has been waiting for the expert's attempt
 };
 enum class ResultChoice { kNone, kStep, kAgain, kNextLevel, kReplay, kList, kName };
 /// Dialog with the result of an attempt. Returns what was clicked.
 ResultChoice DrawResult(Ui& ui, const ResultContents& contents);
 
+/// Returns the place of the replay's window in the scene: all of it with an explanation if there is room, otherwise a
+/// lower one, in a very low scene without the plot. Empty: there is no room for it.
+UiBox CalcReplayBox(const Ui& ui, const ReplayPair& pair, double counted_s, const UiBox& scene);
+
 enum class ReplayChoice { kNone, kRestart, kBack };
 /// Small window at the lower left of the scene: depth over time of both attempts. `goal_mm`: the wanted depth.
-/// `time_s`: the time that is shown; changed by a click or a drag in the plot.
-ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double& time_s, const UiBox& scene);
+/// `counted_s`: the attempt's time in the result, of which the replay shows a part. `time_s`: the time that is shown;
+/// changed by a click or a drag in the plot.
+ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double counted_s, double& time_s,
+                        const UiBox& scene);
 
 }  // namespace kerf

@@ -54,8 +54,7 @@ void Practice::TakeSheet() {
   }
   review_ = MakeReview(*sheet_);
   SaveAttempt();
-  next_ = Recommend(attempts_, exercise_->id, options_.level);
-  has_next_ = true;
+  next_ = Recommend(attempts_, exercise_->id, options_.level, sheet_->total);
   state_ = State::kResult;
   nlohmann::json figures = nlohmann::json::array();
   for (const ReviewFigure& figure : review_->figures) figures.push_back(figure.info->key);
@@ -73,8 +72,8 @@ void Practice::TakeSheet() {
 /// Adds the attempt to the history and to what the recommendations consider.
 void Practice::SaveAttempt() {
   if (sheet_->Get("removed_mm3").value_or(0) <= 0) {
-    stored_ = Tr("Nothing was cut, so the attempt is not saved");
-    return viewer_->Say(stored_);
+    stored_ = [] { return std::string(Tr("Nothing was cut, so the attempt is not saved")); };
+    return viewer_->Say(stored_());
   }
   Attempt attempt;
   attempt.exercise = exercise_->id;
@@ -84,17 +83,20 @@ void Practice::SaveAttempt() {
   attempts_.push_back(attempt);
   if (!history_) {
     unnamed_.push_back(*sheet_);
-    stored_ = Tr("The attempt is not saved, because no name was entered.");
+    stored_ = [] { return std::string(Tr("The attempt is not saved, because no name was entered.")); };
     return;
   }
   try {
     history_->Add(MakeAttempt(*sheet_, options_.student));
-    stored_ = fmt::format(fmt::runtime(Tr("The attempt is saved for {}")), options_.student);
+    stored_ = [student = options_.student] {
+      return fmt::format(fmt::runtime(Tr("The attempt is saved for {}")), student);
+    };
   } catch (const Error& e) {
-    stored_ = fmt::format(fmt::runtime(Tr("Not saved: {}; use 'kerf practise --hand-in {}' later")), e.what(),
-                          recordings_.back());
+    stored_ = [why = std::string(e.what()), recording = recordings_.back()] {
+      return fmt::format(fmt::runtime(Tr("Not saved: {}; use 'kerf practise --hand-in {}' later")), why, recording);
+    };
   }
-  viewer_->Say(stored_);
+  viewer_->Say(stored_());
 }
 
 void Practice::TakeChecks() {
@@ -118,9 +120,10 @@ void Practice::DrawResultDialog(Ui& ui) {
                                 .next = next_,
                                 .verified = checks_.verified(),
                                 .verification_failed = checks_.failed(),
-                                .stored = stored_,
+                                .stored = stored_ ? stored_() : "",
                                 .asks_name = options_.student.empty() && !unnamed_.empty(),
-                                .expert_ready = checks_.expert() != nullptr};
+                                .expert_ready = checks_.expert() != nullptr,
+                                .waits_s = wants_replay_ && !checks_.failed() ? std::optional(waits_s_) : std::nullopt};
   switch (DrawResult(ui, contents)) {
     case ResultChoice::kNone:
       break;
@@ -152,14 +155,19 @@ void Practice::DoNextStep() {
 
 void Practice::Replay() {
   if (!checks_.expert()) {
-    wants_replay_ = true;
+    if (!std::exchange(wants_replay_, true)) waits_s_ = 0;
     return viewer_->Say(Tr("The expert's attempt is being computed; the replay begins as soon as it is ready"));
   }
   wants_replay_ = false;
+  // The saws are also seen behind bone.
+  was_translucent_ = viewer_->view().translucent();
+  viewer_->view().set_translucent(true);
   pair_ = MakeReplayPair(*track_, *checks_.expert(), *gauge_);
   replay_s_ = 0;
   state_ = State::kReplaying;
   const WantedCut& cut = gauge_->cut();
+  replay_box_ = {};
+  ShowCutAndSaw();
   viewer_->view().SetTool(MakeTool(scene_));
   viewer_->view().SetToolColour(kMadeColour);
   viewer_->view().SetGuides({{.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})}}});
@@ -169,6 +177,7 @@ void Practice::Replay() {
 }
 
 void Practice::EndReplay() {
+  viewer_->view().set_translucent(was_translucent_);
   viewer_->view().ClearTool();
   viewer_->view().SetGhost({});
   viewer_->view().SetPlaneLines({});

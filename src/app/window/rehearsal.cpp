@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
 #include "app/window/import_notes.h"
+#include "app/window/injury_texts.h"
 #include "app/window/plan_picture.h"
 #include "kerf/error.h"
 #include "session/project/project.h"
@@ -16,17 +17,9 @@
 namespace kerf {
 namespace {
 
-constexpr std::chrono::milliseconds kEnd{300};  // time that other threads get to end when the window is closed
-
 std::unique_ptr<ViewerApp> MakeViewer(ViewerOptions options) {
   options.watch = true;
   return std::make_unique<ViewerApp>(options);
-}
-
-/// Returns the guide along the plan; the end of the scene's effects if it has none.
-std::vector<EffectChoice>::const_iterator FindGuide(const Scene& scene) {
-  return std::find_if(scene.effects.begin(), scene.effects.end(),
-                      [](const EffectChoice& e) { return std::string_view(e.name()) == "guide"; });
 }
 
 /// Returns the name of a file or folder.
@@ -55,154 +48,15 @@ RehearsalResult Rehearsal::Run() {
   return result_;
 }
 
-/// Ends what other threads still do: a file that is being written is completed, and loading is cancelled.
-void Rehearsal::EndWork() {
-  if (loader_.is_opening()) Cancel();
-  writer_.FinishExport();
-  result_.take_away = writer_.take_away();
-  for (std::string& sentence : saver_.Finish()) result_.warnings.push_back(std::move(sentence));
-  const auto until = std::chrono::steady_clock::now() + kEnd;
-  result_.left_work = viewer_->left_work() || !distances_.WaitUntil(until) || !loader_.WaitUntil(until) ||
-                      !editor_.marks.WaitUntil(until);
-}
-
 bool Rehearsal::cuts() const {
   return !in_pieces_ && !editor_.gestures.is_placing() && !menu_;
-}
-
-// ---- opening
-
-void Rehearsal::BeginOpening(const std::string& input) {
-  const int session = viewer_->sessions() + 1;
-  const std::string& folder = options_.viewer.folder;
-  loader_.Begin(
-      input,
-      {.bone_file = fmt::format("{}/bone{}.vdb", folder, session == 1 ? "" : fmt::format("-{}", session)),
-       .voxel_mm = options_.voxel_mm,
-       .project_folder = fmt::format("{}/project{}", folder, inputs_ == 0 ? "" : fmt::format("-{}", inputs_ + 1))});
-}
-
-void Rehearsal::Open(const std::string& path) {
-  if (IsCurvesPath(path)) {
-    if (viewer_->is_running() && !change_.is_pending()) return editor_.marks.Read(path);
-    return viewer_->dialogs().Ask(Tr("Curves of 3D Slicer become marks on a bone. Open the bone first."),
-                                  {{Tr("OK"), nullptr}});
-  }
-  try {
-    CheckInput(path);  // a wrong file must not end the session
-  } catch (const Error& e) {
-    return viewer_->dialogs().Ask(e.what(), {{Tr("OK"), nullptr}});
-  }
-  if (is_loading()) Cancel();
-  to_open_ = path;
-  change_.Drop();
-  if (viewer_->session() != nullptr) {
-    viewer_->SetSpindle(false);
-    viewer_->End();
-  }
-}
-
-void Rehearsal::Cancel() {
-  if (loader_.is_opening()) {
-    loader_.Cancel();
-    Reset();
-  } else if (is_loading()) {
-    viewer_->End();  // Cancelled() follows
-  }
-}
-
-bool Rehearsal::is_loading() const {
-  const LiveSession* session = viewer_->session();
-  return loader_.is_opening() || (session != nullptr && session->stage() == LiveStage::kLoading && is_new_bone_);
-}
-
-/// Empties the window and forgets everything that belongs to the bone.
-void Rehearsal::Reset() {
-  if (in_pieces_) LeavePieces();
-  pieces_.Reset();
-  menu_.reset();
-  change_.Drop();
-  to_save_.reset();
-  checkpoints_.clear();
-  editor_.document.Load({}, {});
-  editor_.gestures.Reset();
-  editor_.marks.Reset();
-  cut_.reset();
-  guided_ = false;
-  saw_is_listed_ = false;
-  saw_ = 0;
-  saw_name_.clear();
-  before_.reset();
-  original_.reset();
-  earlier_recordings_.clear();
-  sessions_.clear();
-  distances_.Reset();
-  viewer_->Clear();
-}
-
-void Rehearsal::FollowOpening() {
-  if (to_open_ && viewer_->session() == nullptr && !change_.is_making() && !viewer_->quitting()) {
-    const std::string input = *std::exchange(to_open_, std::nullopt);
-    Reset();
-    is_command_line_ = false;
-    BeginOpening(input);
-  }
-  std::optional<OpenedInput> opened;
-  try {
-    opened = loader_.Take();
-  } catch (const Error& e) {
-    if (is_command_line_) throw;
-    Reset();
-    viewer_->Say(e.what());
-    return;
-  }
-  if (!opened || viewer_->quitting()) return;
-  if (!loader_.input().empty()) {
-    AddRecent(viewer_->settings(), loader_.input());
-    viewer_->KeepSettings();
-  }
-  scene_ = std::move(opened->scene);
-  scene_file_ = opened->scene_file;
-  original_ = opened->original;
-  viewer_->set_original(original_);
-  guided_ = FindGuide(scene_) != scene_.effects.end();
-  project_file_ = opened->project ? std::filesystem::absolute(loader_.input()).string() : "";
-  views_ = opened->project ? opened->project->views : std::vector<ProjectView>();
-  pieces_json_ = opened->project ? opened->project->pieces_json : "";
-  earlier_recordings_ = opened->project ? opened->project->recordings : std::vector<std::string>();
-  sessions_ = opened->project ? ListSessions(*opened->project) : std::vector<ProjectSession>();
-  if (opened->project) TakeSettings(opened->project->settings);
-  editor_.document.Load(scene_.plan, opened->project ? opened->project->marks : std::vector<Mark>());
-  if (!given_planes_.empty()) editor_.document.Add(std::exchange(given_planes_, {}));
-  editor_.document.set_unsaved(false);
-  if (opened->bone && !opened->bone_is_saved) to_save_ = ToSave{opened->bone, scene_.bone.file};
-  shows_import_ = !opened->warnings.empty();
-  is_new_bone_ = true;
-  ++inputs_;
-  first_recording_ = result_.recordings.size();
-  Restart(std::move(opened->bone), opened->bone_was_shown);
-}
-
-void Rehearsal::Cancelled() {
-  result_.recordings.pop_back();
-  if (is_new_bone_) --inputs_;
-  if (!viewer_->quitting()) Reset();
-}
-
-bool Rehearsal::TakeFailure(const std::string& sentence) {
-  if (is_command_line_ || !is_new_bone_) return false;
-  result_.recordings.pop_back();
-  --inputs_;
-  Reset();
-  viewer_->Say(sentence);
-  return true;
 }
 
 // ---- sessions
 
 void Rehearsal::Restart(std::shared_ptr<const Bone> bone, bool same_bone) {
-  session_saw_ =
-      saw_name_.empty() ? DescribeTool(scene_.tool) : fmt::format("{}: {}", saw_name_, DescribeTool(scene_.tool));
+  session_saw_ = choice_.saw_name.empty() ? DescribeTool(scene_.tool)
+                                          : fmt::format("{}: {}", choice_.saw_name, DescribeTool(scene_.tool));
   result_.recordings.push_back("");
   viewer_->Begin(scene_, scene_file_, same_bone, std::move(bone));
   result_.recordings.back() = viewer_->recording();
@@ -222,7 +76,15 @@ void Rehearsal::Began() {
   } else if (change_.is_pending()) {
     viewer_->Say(change_.Finish());
   }
-  if (const auto watch = viewer_->cut_watch()) watch->SetPlanes(editor_.document.plan().planes);
+  if (const auto watch = viewer_->cut_watch()) {
+    watch->SetPlanes(editor_.document.plan().planes);
+    watch->SetMarks(editor_.document.marks());
+  }
+  if (first) {
+    const PlannedPlane* planned = editor_.document.plane();
+    selected_plane_ = planned != nullptr ? planned->name : "";
+    guides_other_plane_ = guide_waits_ = said_guide_waits_ = false;
+  }
   if (first && std::exchange(shows_import_, false)) ShowImportNotes();
   if (first && !views_.empty()) {
     const ProjectView& view = views_.front();
@@ -232,33 +94,59 @@ void Rehearsal::Began() {
     camera.set_height_mm(view.height_mm);
     viewer_->KeepView();
   }
-  if (first && !pieces_json_.empty()) pieces_.set_earlier(std::exchange(pieces_json_, {}));
+  if (first && !pieces_json_.empty()) {
+    pieces_.set_earlier(std::exchange(pieces_json_, {}), std::exchange(measurements_, {}));
+  }
   const Box3 bounds_W = before_->CalcBounds();
   editor_.actions.set_middle_mm(bounds_W.centre().x);
   editor_.marks.set_bone_W(bounds_W);
+  if (first && std::exchange(begins_in_pieces_, false)) EnterPieces();
 }
 
 void Rehearsal::ContinueWith(const std::string& what, std::function<void(Scene&)> change) {
   if (!viewer_->is_running() || change_.is_pending()) return;
+  former_choice_ = choice_;
   change_.Request(what, std::move(change));
   viewer_->SetSpindle(false);
   viewer_->End();
 }
 
 void Rehearsal::Ended(LoopSummary summary) {
+  unsaved_cut_.Follow(viewer_->figures().changes);
   sessions_.push_back(MakeSession());
+  auto bone = std::make_shared<const Bone>(std::move(summary.after));
   if (summary.recorded && !summary.recorded->failure.empty()) {
-    result_.warnings.push_back(summary.recorded->failure);
-    viewer_->dialogs().Ask(
-        fmt::format(fmt::runtime(Tr("The session has ended, because its recording could not be written: {}")),
-                    summary.recorded->failure),
-        {{Tr("OK"), nullptr}});
+    const std::string& why = summary.recorded->failure;
+    return KeepWork(
+        fmt::format(fmt::runtime(Tr("The session has ended, because its recording could not be written: {}")), why),
+        why, scene_, std::move(bone));
   }
   if (!change_.is_pending() || viewer_->quitting()) return;
   // The next session begins with the bone in memory. It is saved while that session runs, because the recording refers
   // to its file.
-  change_.Make(scene_, std::move(summary.after), viewer_->figures().coupled.X_WT, options_.viewer.folder,
+  before_change_ = bone;
+  change_.Make(scene_, std::move(bone), viewer_->figures().coupled.X_WT, options_.viewer.folder,
                viewer_->sessions() + 1);
+}
+
+/// Keeps the work of a session that ended by a failure, and asks what to do with it.
+void Rehearsal::KeepWork(const std::string& message, const std::string& failure, Scene scene,
+                         std::shared_ptr<const Bone> bone) {
+  result_.failures.push_back(failure);
+  if (viewer_->quitting() || opened_) return;
+  if (in_pieces_) LeavePieces();
+  menu_.reset();
+  change_.Drop();
+  to_save_.reset();
+  ended_work_ = EndedWork{.scene = std::move(scene), .bone = std::move(bone)};
+  viewer_->trace().Write("work_kept", {{"failure", failure}});
+  viewer_->dialogs().Ask(
+      fmt::format("{}\n\n{}", message,
+                  Tr("The bone as it is now, the plan, the marks and the pieces are kept. Save or export them in "
+                     "another place.")),
+      {{Tr("Save the project as"), [this] { AskProjectFile(false); }},
+       {Tr("Export"), [this] { Export(); }},
+       {Tr("Return to the bone"), nullptr}});
 }
 
 void Rehearsal::FollowChange() {
@@ -266,44 +154,113 @@ void Rehearsal::FollowChange() {
     viewer_->Say(
         fmt::format(fmt::runtime(Tr("The bone could not be saved; it is tried again at the end. {}")), sentence));
   }
-  std::optional<ChangedScene> changed = change_.Take();
-  if (!changed || viewer_->quitting() || to_open_) return;
+  std::optional<ChangedScene> changed;
+  try {
+    changed = change_.Take();
+  } catch (const Error& e) {
+    choice_ = former_choice_;
+    return KeepWork(fmt::format(fmt::runtime(Tr("The session could not be continued: {}")), e.what()), e.what(), scene_,
+                    std::exchange(before_change_, nullptr));
+  }
+  if (!changed || viewer_->quitting()) return;
+  before_change_.reset();
   scene_ = std::move(changed->scene);
+  scene_files_[scene_.path.file] = std::move(changed->path_csv);
   to_save_ = ToSave{changed->bone, scene_.bone.file};
   Restart(std::move(changed->bone), true);
 }
 
 void Rehearsal::SelectSaw(std::size_t number) {
-  if (number >= options_.saws.size() || (saw_is_listed_ && number == saw_)) return;
-  if (!viewer_->is_running() || change_.is_pending()) return;
+  if (number >= options_.saws.size() || (choice_.saw_is_listed && number == choice_.saw)) return;
+  if (!viewer_->is_running() || change_.is_pending() || RefuseWhileOpening()) return;
   const Saw& saw = options_.saws[number];
   ContinueWith(fmt::format(fmt::runtime(Tr("Saw: {}")), Tr(saw.name.c_str())),
                [saw](Scene& scene) { UseSaw(scene, saw); });
-  saw_ = number;
-  saw_is_listed_ = true;
-  saw_name_ = saw.name;
+  choice_ = {.saw = number, .saw_is_listed = true, .saw_name = saw.name, .guided = choice_.guided};
 }
 
 void Rehearsal::ToggleGuide() {
-  if (!viewer_->is_running() || change_.is_pending()) return;
-  const PlannedPlane* planned = editor_.document.plane();
-  const std::vector<DepthStop>& stops = editor_.document.plan().stops;
-  const DepthStop* stop = stops.empty() ? nullptr : &stops.front();
-  if (!guided_ && planned == nullptr && stop == nullptr) {
+  if (!viewer_->is_running() || change_.is_pending() || RefuseWhileOpening()) return;
+  if (!choice_.guided && editor_.document.plan().empty()) {
     viewer_->Say(Tr("There is no plan to guide the saw yet; press N"));
     return;
   }
+  UseGuide(!choice_.guided);
+}
+
+/// Switches the guide off, or on along the selected plane and the first depth stop.
+void Rehearsal::UseGuide(bool on) {
+  guide_waits_ = false;
+  const PlannedPlane* planned = editor_.document.plane();
+  const std::vector<DepthStop>& stops = editor_.document.plan().stops;
+  const DepthStop* stop = stops.empty() ? nullptr : &stops.front();
   try {
-    const std::optional<EffectChoice> guide = guided_ ? std::nullopt : std::optional(MakeGuide(planned, stop));
-    guided_ = !guided_;
-    ContinueWith(guided_ ? Tr("The guide keeps the saw in the planned plane") : Tr("The guide is off"),
-                 [guide](Scene& scene) {
-                   if (const auto old = FindGuide(scene); old != scene.effects.end()) scene.effects.erase(old);
-                   if (guide) scene.effects.push_back(*guide);
-                 });
+    const std::optional<EffectChoice> guide = on ? std::optional(MakeGuide(planned, stop)) : std::nullopt;
+    std::string message = Tr("The guide is off");
+    if (guide && planned == nullptr) {
+      message = Tr("The guide keeps the saw above the depth stop");
+    } else if (guide) {
+      message = fmt::format(fmt::runtime(Tr("The guide pulls the saw into the planned plane, with a play of {} mm")),
+                            ShowNumber(std::min(planned->margin_mm, kGuidePlay_mm), 2));
+      const PlaneDeviation off =
+          CalcDeviation(*planned, MakeTool(viewer_->session()->scene()), viewer_->figures().coupled.X_WT);
+      if (std::abs(off.offset_mm) > planned->margin_mm) {
+        message =
+            fmt::format(fmt::runtime(Tr("The saw is {} mm beside the planned plane, and the guide pulls it there: "
+                                        "take it clear of the bone and turn it into the plane first")),
+                        ShowNumber(std::abs(off.offset_mm), 1));
+      }
+      if (choice_.guided) {
+        message = fmt::format(
+            "{} {}", fmt::format(fmt::runtime(Tr("The guide now follows {}.")), ShowName(planned->name)), message);
+      }
+    }
+    ContinueWith(message, [guide](Scene& scene) {
+      if (const auto old = FindGuide(scene); old != scene.effects.end()) scene.effects.erase(old);
+      if (guide) scene.effects.push_back(*guide);
+    });
+    choice_.guided = guide.has_value();
   } catch (const Error& e) {
     viewer_->Say(e.what());
   }
+}
+
+/// Moves the guide to a plane that the user has selected, in a new session like ToggleGuide(), once the saw is clear of
+/// the bone. A plane that was changed is only mentioned: the new session can't undo the cuts of this one.
+void Rehearsal::FollowGuide() {
+  if (!viewer_->is_running() || change_.is_pending() || is_new_bone_) return;
+  const PlannedPlane* planned = editor_.document.plane();
+  const std::string selected = planned != nullptr ? planned->name : "";
+  const bool chosen = std::exchange(selected_plane_, selected) != selected;
+  const auto guide = FindGuide(scene_);
+  const bool other =
+      choice_.guided && planned != nullptr && guide != scene_.effects.end() && !IsGuideOf(*guide, *planned);
+  const bool begins = other && !std::exchange(guides_other_plane_, other);
+  guides_other_plane_ = other;
+  if (!other) {
+    guide_waits_ = said_guide_waits_ = false;
+    return;
+  }
+  if (chosen) guide_waits_ = true;
+  if (chosen) said_guide_waits_ = false;
+  if (begins && !guide_waits_) {
+    viewer_->Say(
+        fmt::format(fmt::runtime(Tr("The guide still holds the saw in another plane. Press G twice to guide it "
+                                    "along {}.")),
+                    ShowName(planned->name)));
+  }
+  if (!guide_waits_ || !cuts() || viewer_->dialogs().is_open()) return;
+  if (!distances_.IsInBone()) return UseGuide(true);
+  if (std::exchange(said_guide_waits_, true)) return;
+  viewer_->Say(fmt::format(
+      fmt::runtime(Tr("The saw is in the bone, so the guide still holds it in the plane before. Take it clear of the "
+                      "bone, and the guide follows {}.")),
+      ShowName(planned->name)));
+}
+
+std::vector<EffectChoice>::const_iterator Rehearsal::FindGuide(const Scene& scene) {
+  return std::find_if(scene.effects.begin(), scene.effects.end(),
+                      [](const EffectChoice& e) { return std::string_view(e.name()) == "guide"; });
 }
 
 // ---- undo
@@ -355,6 +312,7 @@ void Rehearsal::EnterPieces() {
   if (!viewer_->is_running() || change_.is_pending()) return;
   viewer_->SetSpindle(false);
   viewer_->controls().Release();
+  ShowPlan(*viewer_, editor_.document, nullptr);  // planes and marks stay visible
   pieces_.Enter();
   in_pieces_ = true;
 }
@@ -394,8 +352,16 @@ void Rehearsal::Update(double /*dt_s*/) {
   FollowOpening();
   distances_.Update();
   writer_.Update();
+  FollowSaving();
+  unsaved_cut_.Follow(viewer_->figures().changes);
+  // The user may have cancelled the saving, and it may have failed.
+  if (to_open_once_saved_ && !writer_.is_saving() && save_orders_.empty() && !viewer_->dialogs().is_open()) {
+    const std::string input = *std::exchange(to_open_once_saved_, std::nullopt);
+    if (DescribeChanges().empty()) OpenNow(input, false);
+  }
   if (viewer_->is_running() && !viewer_->dialogs().is_open()) editor_.marks.Update();
   FollowCut();
+  FollowGuide();
   if (in_pieces_) {
     pieces_.Update();
     editor_.gestures.Hide();
@@ -408,12 +374,14 @@ void Rehearsal::Update(double /*dt_s*/) {
 
 void Rehearsal::Fill(HudState& hud) {
   hud.status.mode = in_pieces_ ? Tr("Pieces") : Tr("Rehearse");
-  if (!saw_name_.empty()) hud.status.saw = Tr(saw_name_.c_str());
+  if (!choice_.saw_name.empty()) hud.status.saw = Tr(choice_.saw_name.c_str());
   distances_.Fill(hud);
+  if (cut_) ShowInjuries(cut_->injuries, hud);
   distances_.SoundAlarms();
-  if (to_open_) {
-    // The file is opened when the work in progress has ended, which can take seconds.
-    hud.progress = HudProgress{.title = fmt::format(fmt::runtime(Tr("Opening {}")), ShowFileName(*to_open_)),
+  if (to_open_ || opened_) {
+    // The work in progress ends first, which can take seconds.
+    const std::string name = ShowFileName(to_open_ ? *to_open_ : loader_.input());
+    hud.progress = HudProgress{.title = fmt::format(fmt::runtime(Tr("Opening {}")), name),
                                .stage = Tr("ending what is in progress"),
                                .fraction = {}};
   } else if (loader_.is_opening()) {
@@ -437,6 +405,15 @@ void Rehearsal::Fill(HudState& hud) {
     hud.progress = HudProgress{.title = Tr("Importing marks"), .stage = Tr("reading the label map")};
   } else if (hud.progress && is_loading()) {
     hud.progress->can_cancel = true;
+  } else if (viewer_->session() == nullptr) {
+    hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
+                           .text = Tr("No bone is open."),
+                           .answers = Tr("Ctrl+O: open a bone, a CT, a scene or a project, or drop it here")};
+  }
+  if (ended_work_) {
+    hud.banner = HudBanner{.kind = HudBanner::Kind::kWarning,
+                           .text = Tr("The session has ended. What was done can still be saved and exported."),
+                           .answers = Tr("Ctrl+Shift+S: save the project as   F9: export   Ctrl+O: open")};
   }
   editor_.gestures.Fill(hud);
   if (menu_) hud.menu = menu_->Show();
@@ -462,27 +439,31 @@ void Rehearsal::AddAlarms(std::vector<AlarmOverlay>& alarms) {
   distances_.AddAlarms(alarms);
 }
 
-bool Rehearsal::TakeSlicePoint(const Vec3& p_W) {
-  return viewer_->is_running() && !in_pieces_ && editor_.gestures.TakePoint(p_W);
+bool Rehearsal::wants_slice_points() const {
+  return viewer_->is_running() && !in_pieces_ && editor_.gestures.is_placing();
+}
+
+void Rehearsal::TakeSlicePoint(const Vec3& p_W) {
+  editor_.gestures.TakePoint(p_W);
+}
+
+void Rehearsal::TakeBackSlicePoint() {
+  editor_.gestures.TakeBackPoint();
 }
 
 void Rehearsal::FillSlices(SliceScene& scene) const {
   for (const MarkTube& tube : editor_.document.mark_tubes()) {
-    scene.marks.push_back({.points_W = tube.curve_W(), .radius_mm = tube.radius_mm(), .label = tube.name()});
+    scene.marks.push_back({.points_W = tube.curve_W(),
+                           .radius_mm = tube.radius_mm(),
+                           .colour = {255, 130, 210},  // light: it is drawn on grey
+                           .label = tube.name()});
   }
+  if (!in_pieces_) scene.points = editor_.gestures.ListPointOverlays();
   scene.planes = viewer_->lined_planes();
 }
 
 bool Rehearsal::takes_escape() const {
   return menu_ || editor_.gestures.is_placing() || in_pieces_ || is_loading();
-}
-
-std::string Rehearsal::DescribeUnsaved() const {
-  if (!viewer_->is_running()) return {};
-  return editor_.document.is_unsaved() || pieces_.is_unsaved()
-             ? Tr("The plan, the marks or the pieces have changed since they were last saved. Save the project before "
-                  "you quit?")
-             : "";
 }
 
 void Rehearsal::Save() {
@@ -494,12 +475,19 @@ void Rehearsal::Describe(nlohmann::json& state) const {
   if (menu_) state["menu"] = menu_->title();
   editor_.document.Describe(state);
   editor_.gestures.Describe(state);
-  state["guided"] = guided_;
+  state["unsaved"] = !DescribeUnsaved().empty();
+  state["opening"] = is_opening();
+  state["work_kept"] = ended_work_.has_value();
+  state["guided"] = choice_.guided;
   state["plane_cut"] = nlohmann::json::array();
   if (cut_) {
     for (const PlanesReport::Row& row : cut_->planes) state["plane_cut"].push_back(row.state.fraction());
   }
-  state["saw"] = saw_name_;
+  state["injuries"] = nlohmann::json::array();
+  if (cut_) {
+    for (const StructureResult& injury : cut_->injuries) state["injuries"].push_back(DescribeInjury(injury));
+  }
+  state["saw"] = choice_.saw_name;
   if (in_pieces_) pieces_.Describe(state);
 }
 

@@ -1,6 +1,7 @@
 // `kerf rehearse`: a surgeon cuts a bone freely, with mouse and keys or with a device.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -18,6 +19,7 @@
 #include "app/window/plan_editor.h"
 #include "app/window/saw_distances.h"
 #include "app/window/scene_change.h"
+#include "app/window/unsaved_cut.h"
 #include "app/window/viewer_app.h"
 #include "session/plan/plan.h"
 
@@ -37,6 +39,7 @@ struct RehearsalResult {
   std::vector<std::string> recordings;
   std::string take_away;              // folder of the exported files; empty: nothing was exported
   std::vector<std::string> warnings;  // one sentence for each bone that could not be saved
+  std::vector<std::string> failures;  // why sessions ended by themselves, and a project was not saved; a sentence each
   /// True if a step of loading that cannot be interrupted is still running. The destructor of Rehearsal waits for it;
   /// the program may end at once instead.
   bool left_work = false;
@@ -51,10 +54,11 @@ class Rehearsal final : public Activity {
   RehearsalResult Run();
 
  private:
-  /// Ends the current session, whose recording is kept, discards plan, checkpoints and pieces, and opens another input
-  /// (see OpenInput()) in the same window. If it cannot be opened, a message says why, and the window stays empty.
+  /// Opens another input (see OpenInput()) in the same window. Once it is open, the current session ends; its recording
+  /// is kept, its plan, checkpoints and pieces are discarded. If it cannot be opened, a dialog says why, and the case
+  /// that was open goes on.
   void Open(const std::string& path) override;
-  /// Ends the opening or loading that is in progress. The window is then empty, and another input can be opened.
+  /// Ends the opening or loading that is in progress. The case that was open before goes on, if there is one.
   void Cancel() override;
   void AddActions(ActionList& actions) override;
   bool Take(const WindowEvent& event) override;
@@ -63,8 +67,11 @@ class Rehearsal final : public Activity {
   void DrawSections(Ui& ui) override;
   void DrawWindows(Ui& ui) override;
   void OpenContextMenu(const ScreenPoint& at) override;
-  bool TakeSlicePoint(const Vec3& p_W) override;
+  bool wants_slice_points() const override;
+  void TakeSlicePoint(const Vec3& p_W) override;
+  void TakeBackSlicePoint() override;
   bool has_slices() const override { return true; }
+  bool covers_slices() const override { return loader_.ct() != nullptr; }
   void AddAlarms(std::vector<AlarmOverlay>& alarms) override;
   void FillSlices(SliceScene& scene) const override;
   bool is_restarting() const override { return change_.is_pending(); }
@@ -78,7 +85,7 @@ class Rehearsal final : public Activity {
   void Began() override;
   void Ended(LoopSummary summary) override;
   void Cancelled() override;
-  bool TakeFailure(const std::string& sentence) override;
+  bool TakeFailure(const std::string& sentence, LoopSummary* summary) override;
   void Describe(nlohmann::json& state) const override;
   bool cuts() const override;
 
@@ -86,15 +93,35 @@ class Rehearsal final : public Activity {
   bool is_loading() const;
   void ChooseFromMenu(const Menu& menu);
   void AskOpen();
+  /// Opens an input. `accepts_loss`: the user has agreed that what is not saved is lost.
+  void OpenNow(const std::string& path, bool accepts_loss);
+  void BeginCase(OpenedInput opened);
+  /// Returns true if a case is open, which an input that is being opened will replace.
+  bool has_case() const { return ended_work_ || viewer_->is_running() || change_.is_pending(); }
+  bool is_opening() const { return loader_.is_opening() || opened_.has_value(); }
+  void FailToOpen(const std::string& sentence);
+  void ShowOpeningFault();
+  bool AskBeforeCaseEnds();
+  bool RefuseWhileOpening();
+  /// Returns what is not saved, as a sentence; empty: nothing.
+  std::string DescribeChanges() const;
   void SetMenu(Menu menu);
+  /// Returns the guide along the plan; the end of the scene's effects if it has none.
+  static std::vector<EffectChoice>::const_iterator FindGuide(const Scene& scene);
   void SelectSaw(std::size_t number);
+  /// Returns true if the saw of the list is in use: it was chosen, or is that of the scene.
+  bool IsUsed(std::size_t number) const;
   void ToggleGuide();
+  void UseGuide(bool on);
+  void FollowGuide();
   /// Ends the session, changes the scene, and continues with the current bone.
   void ContinueWith(const std::string& what, std::function<void(Scene&)> change);
   void Restart(std::shared_ptr<const Bone> bone, bool same_bone);
   void BeginOpening(const std::string& input);
   void FollowOpening();
   void FollowChange();
+  void FollowSaving();
+  void KeepWork(const std::string& message, const std::string& failure, Scene scene, std::shared_ptr<const Bone> bone);
   void Reset();
   void EndWork();
 
@@ -108,14 +135,18 @@ class Rehearsal final : public Activity {
   void FollowCut();
   void EnterPieces();
   void LeavePieces();
+  /// Returns true if there is something to save and to export.
+  bool has_work() const { return ended_work_ || (viewer_->is_running() && !change_.is_pending()); }
   /// Returns the figures of the session that is or was running.
   ProjectSession MakeSession() const;
-  CaseContent MakeContent() const;
+  CaseContent MakeContent(const std::string& project_file);
   void TakeSettings(const std::map<std::string, std::string>& settings);
   void ShowImportNotes();
   void Export();
+  void ExportInto(const std::string& folder);
   /// `quits`: the program ends once the project is saved. Asks for its place if it has none.
   void SaveProject(bool quits);
+  /// Saves it now, or when it is saved again if it is being saved.
   void SaveProjectIn(const std::string& file, bool quits);
   void AskProjectFile(bool quits);
 
@@ -125,21 +156,33 @@ class Rehearsal final : public Activity {
   PlanEditor editor_{*viewer_};
   PiecesMode pieces_{*viewer_};
   SawDistances distances_{*viewer_, editor_.document};
-  CaseWriter writer_{*viewer_, editor_.document, pieces_};
+  UnsavedCut unsaved_cut_;
+  CaseWriter writer_{*viewer_, editor_.document, pieces_, unsaved_cut_};
   InputLoader loader_{*viewer_};
   CtPreview preview_;
   RehearsalResult result_;
-  std::optional<std::string> to_open_;  // after the end of the session
-  bool is_command_line_ = true;         // the input is that of the options
+  std::optional<std::string> to_open_;             // in the next frame in which that is possible
+  std::optional<OpenedInput> opened_;              // while the case before it ends
+  bool keeps_case_ = false;                        // while an input is opened: a case was open at the beginning
+  bool accepts_loss_ = false;                      // likewise: of what is not saved in that case
+  std::string opening_fault_;                      // to be shown once no other dialog is open
+  std::optional<std::string> to_open_once_saved_;  // chosen while something was not saved
+  bool is_command_line_ = true;                    // the input is that of the options
   Scene scene_;
   std::string scene_file_;
-  std::shared_ptr<const Bone> before_;    // bone at the start of the first session
-  std::shared_ptr<const Bone> original_;  // of a project: the bone before its cuts; otherwise null
+  std::map<std::string, std::string> scene_files_;  // contents of the scene's files in the output folder, by path
+  std::shared_ptr<const Bone> before_;              // bone at the start of the first session
+  std::shared_ptr<const Bone> original_;            // of a project: the bone before its cuts; otherwise null
 
-  std::size_t saw_ = 0;
-  bool saw_is_listed_ = false;  // true if saws[saw_] is in use
-  std::string saw_name_;        // empty: the scene's own tool
-  std::string session_saw_;     // saw of the session that is or was running, for its figures
+  struct Choice {
+    std::size_t saw = 0;
+    bool saw_is_listed = false;  // true if saws[saw] is in use
+    std::string saw_name;        // empty: the scene's own tool
+    bool guided = false;         // the guide along the plan is on
+  };
+  Choice choice_;
+  Choice former_choice_;     // before the pending change of the scene
+  std::string session_saw_;  // saw of the session that is or was running, for its figures
   std::optional<Menu> menu_;
   std::vector<std::string> checkpoints_;
 
@@ -149,22 +192,37 @@ class Rehearsal final : public Activity {
     std::string path;
   };
   std::optional<ToSave> to_save_;  // once the session with this bone runs
+  /// Work of a session that ended by a failure. It can be saved and exported, but not be continued.
+  struct EndedWork {
+    Scene scene;
+    std::shared_ptr<const Bone> bone;
+    bool saved = false;
+  };
+  std::optional<EndedWork> ended_work_;
+  std::shared_ptr<const Bone> before_change_;  // bone at the end of the session, while the change is made
   BoneSaver saver_;
   bool is_new_bone_ = false;         // the session is the first one of its input
   int inputs_ = 0;                   // opened so far
   std::size_t first_recording_ = 0;  // of the current input
 
   std::vector<ProjectView> views_;
-  bool shows_import_ = false;                    // the notes on the import, once its bone is shown
-  std::vector<std::string> earlier_recordings_;  // of a project
-  std::vector<ProjectSession> sessions_;         // of the case, without the running one
-  std::string project_file_;                     // where the project is saved; empty: the user is asked
-  std::string pieces_json_;                      // of a project, until the pieces are entered
-  std::vector<std::string> recent_;              // files of the menu
-  std::vector<std::string> saw_tips_;            // of the menu
-  bool guided_ = false;
+  bool shows_import_ = false;                           // the notes on the import, once its bone is shown
+  std::vector<std::string> earlier_recordings_;         // of a project
+  std::map<std::uint64_t, std::string> earlier_bones_;  // of a project
+  std::vector<ProjectSession> sessions_;                // of the case, without the running one
+  std::string project_file_;                            // where the project was last saved; empty: the user is asked
+  std::deque<SaveOrder> save_orders_;                   // requested while the project was being saved
+  std::string pieces_json_;                             // of a project, until its session begins
+  std::vector<MeasuredPoints> measurements_;            // of a project, until its session begins
+  std::vector<std::string> recent_;                     // files of the menu
+  std::vector<std::string> saw_tips_;                   // of the menu
+  bool guides_other_plane_ = false;                     // the guide holds another plane than the selected one
+  std::string selected_plane_;                          // its name in the last frame
+  bool guide_waits_ = false;  // it moves to the selected plane once the saw is clear of the bone
+  bool said_guide_waits_ = false;
   std::optional<PlanesReport> cut_;  // latest state of the planned planes
   bool in_pieces_ = false;
+  bool begins_in_pieces_ = false;  // as the project was saved, until its session begins
 };
 
 }  // namespace kerf

@@ -49,21 +49,21 @@ void Rehearsal::AddActions(ActionList& actions) {
        .shortcut = {.key = Key::kS, .control = true},
        .tip = Msg("One file with bone, plan, marks, recordings, pieces and views; asks for its place the first time"),
        .run = [this] { SaveProject(false); },
-       .enabled = [this, running] { return running() && !writer_.is_saving(); },
+       .enabled = [this] { return has_work(); },
        .button = Msg("Save")});
   actions.Add({.id = "file.save_as",
                .menu = Msg("File"),
                .label = Msg("Save the project as"),
                .shortcut = {.key = Key::kS, .control = true, .shift = true},
                .run = [this] { AskProjectFile(false); },
-               .enabled = [this, running] { return running() && !writer_.is_saving(); }});
+               .enabled = [this] { return has_work(); }});
   actions.Add({.id = "file.export",
                .menu = Msg("File"),
                .label = Msg("Export pieces, planes and report"),
                .shortcut = {Key::kF9},
                .tip = Msg("Writes the pieces as surfaces, the planned and achieved planes, and a report"),
                .run = [this] { Export(); },
-               .enabled = [this, running] { return running() && !writer_.is_exporting(); },
+               .enabled = [this] { return has_work() && !writer_.is_exporting(); },
                .button = Msg("Export")});
   // ---- edit
   actions.Add({.id = "edit.undo",
@@ -109,7 +109,7 @@ void Rehearsal::AddActions(ActionList& actions) {
                .tip = saw_tips_[i].c_str(),
                .run = [this, i] { SelectSaw(i); },
                .enabled = cutting,
-               .on = [this, i] { return saw_is_listed_ && saw_ == i; },
+               .on = [this, i] { return IsUsed(i); },
                .begins_group = i == 0};
     if (i < 9) saw.shortcut.key = static_cast<Key>('1' + i);
     actions.Add(std::move(saw));
@@ -118,7 +118,7 @@ void Rehearsal::AddActions(ActionList& actions) {
                .menu = Msg("Saw"),
                .label = Msg("Next saw"),
                .shortcut = {Key::kTab},
-               .run = [this] { SelectSaw(saw_is_listed_ ? (saw_ + 1) % options_.saws.size() : 0); },
+               .run = [this] { SelectSaw(choice_.saw_is_listed ? (choice_.saw + 1) % options_.saws.size() : 0); },
                .enabled = cutting});
   // ---- plan
   actions.Add({.id = "plan.show",
@@ -135,7 +135,7 @@ void Rehearsal::AddActions(ActionList& actions) {
                .tip = Msg("Holds the saw in the planned plane and above the depth stop"),
                .run = [this] { ToggleGuide(); },
                .enabled = cutting,
-               .on = [this] { return guided_; },
+               .on = [this] { return choice_.guided; },
                .indicator = Msg("Guide")});
   editor_.actions.Add(actions, [cutting, this] { return cutting() || (viewer_->is_running() && menu_.has_value()); });
   // ---- pieces
@@ -164,8 +164,10 @@ void Rehearsal::AskOpen() {
   if (viewer_->is_running()) extensions.emplace_back(".mrk.json");
   viewer_->dialogs().ChooseFile(viewer_->ui(),
                                 Tr("Open a project, a bone, a scene, a surface, a CT, or a folder with a DICOM series"),
-                                ".", std::move(extensions), false, "", [this](const std::string& path) { Open(path); });
+                                FindRecentFolder(viewer_->settings()), std::move(extensions), false, "",
+                                [this](const std::string& path) { Open(path); });
   viewer_->dialogs().AllowFolder();  // of a DICOM series
+  viewer_->dialogs().OfferRecent(viewer_->settings().recent);
 }
 
 void Rehearsal::ShowPlanMenu() {

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <filesystem>
+#include <future>
 #include <utility>
 
 #include "app/window/import_notes.h"
@@ -19,6 +20,8 @@ constexpr const char* kSawSetting = "saw";
 constexpr const char* kColoursSetting = "colours";
 constexpr const char* kLevelSetting = "ct_level_HU";
 constexpr const char* kWidthSetting = "ct_width_HU";
+constexpr const char* kTranslucentSetting = "translucent";  // present if the bone is drawn translucent
+constexpr const char* kPiecesSetting = "pieces";            // present if the pieces are shown
 
 constexpr std::array kColourNames{std::pair{ColourBy::kPlain, "plain"}, std::pair{ColourBy::kTissue, "tissue"},
                                   std::pair{ColourBy::kRegion, "region"}};
@@ -31,25 +34,43 @@ bool IsSameTool(const SceneTool& a, const SceneTool& b) {
 
 }  // namespace
 
+bool Rehearsal::IsUsed(std::size_t number) const {
+  if (choice_.saw_is_listed) return choice_.saw == number;
+  return before_ && choice_.saw_name.empty() && IsSameTool(options_.saws[number].tool, scene_.tool);
+}
+
 ProjectSession Rehearsal::MakeSession() const {
   return MakeProjectSession(session_saw_, viewer_->figures(), viewer_->forces());
 }
 
-CaseContent Rehearsal::MakeContent() const {
+/// `project_file`: where the project is saved; it names the case. Empty: the case has no project.
+CaseContent Rehearsal::MakeContent(const std::string& project_file) {
   CaseContent content{
-      .title = project_file_.empty() ? scene_.TitleOrName() : std::filesystem::path(project_file_).stem().string(),
+      .title = project_file.empty() ? scene_.TitleOrName() : std::filesystem::path(project_file).stem().string(),
+      .scene = ended_work_ ? ended_work_->scene : viewer_->session()->scene(),
+      .scene_files = scene_files_,
       .before = before_,
+      .after = {},
       .recordings = earlier_recordings_,
       .sessions = sessions_,
+      .bones = earlier_bones_,
+      .unsaved_bones = saver_.ListUnsaved(),
       .settings = {}};
+  if (ended_work_) {
+    content.after = std::async(std::launch::deferred, [bone = ended_work_->bone] { return Bone(*bone); });
+  } else {
+    content.after = viewer_->session()->AskBone();
+    content.sessions.push_back(MakeSession());
+  }
   content.recordings.insert(content.recordings.end(),
                             result_.recordings.begin() + static_cast<std::ptrdiff_t>(first_recording_),
                             result_.recordings.end());
-  content.sessions.push_back(MakeSession());
-  content.settings[kSawSetting] = saw_name_;
+  content.settings[kSawSetting] = choice_.saw_name;
   for (const auto& [colours, name] : kColourNames) {
     if (colours == viewer_->view().colour_by()) content.settings[kColoursSetting] = name;
   }
+  if (viewer_->view().translucent()) content.settings[kTranslucentSetting] = "yes";
+  if (in_pieces_) content.settings[kPiecesSetting] = "yes";
   content.settings[kLevelSetting] = fmt::format("{}", viewer_->slices().window().level_HU);
   content.settings[kWidthSetting] = fmt::format("{}", viewer_->slices().window().width_HU);
   return content;
@@ -69,13 +90,13 @@ void Rehearsal::TakeSettings(const std::map<std::string, std::string>& settings)
   };
   // Earlier versions did not name the saw.
   const bool names_saw = settings.count(kSawSetting) != 0;
-  saw_name_ = get(kSawSetting);
-  for (std::size_t i = 0; i < options_.saws.size() && !saw_is_listed_; ++i) {
+  choice_.saw_name = get(kSawSetting);
+  for (std::size_t i = 0; i < options_.saws.size() && !choice_.saw_is_listed; ++i) {
     const Saw& saw = options_.saws[i];
-    if (!IsSameTool(saw.tool, scene_.tool) || (names_saw && saw.name != saw_name_)) continue;
-    saw_ = i;
-    saw_is_listed_ = true;
-    saw_name_ = saw.name;
+    if (!IsSameTool(saw.tool, scene_.tool) || (names_saw && saw.name != choice_.saw_name)) continue;
+    choice_.saw = i;
+    choice_.saw_is_listed = true;
+    choice_.saw_name = saw.name;
   }
   for (const auto& [colours, name] : kColourNames) {
     if (get(kColoursSetting) == name) viewer_->view().set_colour_by(colours);
@@ -84,6 +105,8 @@ void Rehearsal::TakeSettings(const std::map<std::string, std::string>& settings)
   window.level_HU = number(kLevelSetting, window.level_HU, kLevelRange_HU);
   window.width_HU = number(kWidthSetting, window.width_HU, SlicesPanel::kWindowRange_HU);
   viewer_->slices().set_window(window);
+  viewer_->view().set_translucent(settings.count(kTranslucentSetting) != 0);
+  begins_in_pieces_ = settings.count(kPiecesSetting) != 0;
 }
 
 void Rehearsal::ShowImportNotes() {
@@ -93,27 +116,72 @@ void Rehearsal::ShowImportNotes() {
 }
 
 void Rehearsal::Export() {
-  if (!viewer_->is_running() || change_.is_pending()) return;
-  const std::string number = inputs_ == 1 ? "" : fmt::format("-{}", inputs_);
-  writer_.Export(MakeContent(), fmt::format("{}/take-away{}", options_.viewer.folder, number), options_.obj);
+  if (!has_work() || writer_.is_exporting()) return;
+  const std::string name = fmt::format("take-away{}", inputs_ == 1 ? "" : fmt::format("-{}", inputs_));
+  const std::filesystem::path project = project_file_;
+  std::filesystem::path proposed = std::filesystem::path(options_.viewer.folder) / name;
+  if (!project_file_.empty()) {
+    proposed = project.parent_path() / (project.stem().string() + "-export");  // where the user looks for it
+  } else if (ended_work_) {
+    proposed = std::filesystem::current_path() / name;  // the usual folder may be gone or full
+  }
+  // An earlier export is kept, unless the user chooses its folder.
+  const std::string first = proposed.string();
+  std::error_code error;
+  for (int n = 2; std::filesystem::exists(proposed, error); ++n) proposed = fmt::format("{}-{}", first, n);
+  viewer_->controls().Release();
+  viewer_->SetSpindle(false);
+  viewer_->AskText(Tr("Folder for pieces, planes and report (it is made if it does not exist):"), proposed.string(),
+                   [this](const std::optional<std::string>& folder) {
+                     if (folder && !folder->empty()) ExportInto(*folder);
+                   });
+}
+
+void Rehearsal::ExportInto(const std::string& folder) {
+  // The session may have ended while the dialog was open.
+  if (!has_work()) return viewer_->Say(Tr("There is no session to export"));
+  writer_.Export(MakeContent(project_file_), folder, options_.obj);
 }
 
 void Rehearsal::SaveProject(bool quits) {
-  if (!viewer_->is_running() || change_.is_pending()) return;
-  if (project_file_.empty()) return AskProjectFile(quits);
-  SaveProjectIn(project_file_, quits);
+  if (!has_work()) return;
+  // While it is being saved under a new name, that name is meant.
+  const std::string file = !save_orders_.empty() ? save_orders_.back().file
+                           : writer_.is_saving() ? writer_.file()
+                                                 : project_file_;
+  if (file.empty()) return AskProjectFile(quits);
+  SaveProjectIn(file, quits);
 }
 
 void Rehearsal::SaveProjectIn(const std::string& file, bool quits) {
   // The session may have ended while the dialog was open.
-  if (!viewer_->is_running() || change_.is_pending()) return viewer_->Say(Tr("There is no session to save"));
-  project_file_ = file;
-  AddRecent(viewer_->settings(), file);
-  writer_.Save(MakeContent(), file, quits);
+  if (!has_work() && !change_.is_pending()) return viewer_->Say(Tr("There is no session to save"));
+  save_orders_.push_back({.file = file, .quits = quits, .saved = [this, file] {
+                            project_file_ = file;
+                            AddRecent(viewer_->settings(), file);
+                            viewer_->KeepSettings();
+                            if (ended_work_) ended_work_->saved = true;
+                          }});
+  if (writer_.is_saving()) viewer_->Say(Tr("The project is saved again after the current saving."));
+  FollowSaving();
+}
+
+/// Saves the project as was last requested.
+void Rehearsal::FollowSaving() {
+  if (writer_.is_saving() || save_orders_.empty() || !has_work()) return;
+  SaveOrder order = std::move(save_orders_.front());
+  save_orders_.pop_front();
+  if (!save_orders_.empty()) {
+    // The program ends after the last one.
+    save_orders_.back().quits = save_orders_.back().quits || order.quits;
+    order.quits = false;
+  }
+  CaseContent content = MakeContent(order.file);
+  writer_.Save(std::move(content), std::move(order));
 }
 
 void Rehearsal::AskProjectFile(bool quits) {
-  if (!viewer_->is_running() || change_.is_pending()) return;
+  if (!has_work()) return;
   viewer_->controls().Release();
   viewer_->SetSpindle(false);
   const std::filesystem::path shown =
@@ -122,9 +190,14 @@ void Rehearsal::AskProjectFile(bool quits) {
                                   kProjectExtension)
           : std::filesystem::path(project_file_);
   viewer_->dialogs().ChooseFile(
-      viewer_->ui(), Tr("Save the project as"), shown.parent_path().string(), {kProjectExtension}, true,
-      shown.filename().string(), [this, quits](const std::string& path) {
+      viewer_->ui(), Tr("Save the project as"),
+      shown.has_parent_path() ? shown.parent_path().string() : FindRecentFolder(viewer_->settings()),
+      {kProjectExtension}, true, shown.filename().string(), [this, quits](const std::string& path) {
         const std::string file = IsProjectPath(path) ? path : path + kProjectExtension;
+        if (std::filesystem::is_directory(file)) {
+          return viewer_->dialogs().Ask(fmt::format(fmt::runtime(Tr("{} is a folder. Choose another name.")), file),
+                                        {{Tr("OK"), [this, quits] { AskProjectFile(quits); }}});
+        }
         if (file == project_file_ || !std::filesystem::exists(file)) return SaveProjectIn(file, quits);
         viewer_->dialogs().Ask(
             fmt::format(fmt::runtime(Tr("{} exists already. Replace it?")), file),

@@ -55,7 +55,7 @@ bool SawControls::Take(const WindowEvent& event, const ViewBasis& view) {
     case Kind::kKeyUp:
       fast_ = event.shift && fast_;
       if (held_.erase(event.key) == 0) return false;
-      is_set_ = is_set_ && (dragging_ || !held_.empty());
+      if (!dragging_ && held_.empty()) X_set_.reset();
       return true;
     case Kind::kMouseDown:
       if (event.button != MouseButton::kLeft) return false;
@@ -66,10 +66,11 @@ bool SawControls::Take(const WindowEvent& event, const ViewBasis& view) {
     case Kind::kMouseUp:
       if (event.button != MouseButton::kLeft || !dragging_) return false;
       dragging_ = false;
-      is_set_ = is_set_ && !held_.empty();
+      if (held_.empty()) X_set_.reset();
       return true;
     case Kind::kMouseMove: {
       if (!dragging_) return false;
+      X_set_.reset();  // from here on, the user moves the saw
       const double dx = event.x - last_x_;
       const double dy = last_y_ - event.y;  // positive upwards
       last_x_ = event.x;
@@ -90,8 +91,16 @@ bool SawControls::Take(const WindowEvent& event, const ViewBasis& view) {
 
 void SawControls::Release() {
   held_.clear();
-  dragging_ = is_set_ = false;
+  dragging_ = false;
   fast_ = false;
+  X_set_.reset();
+}
+
+void SawControls::Continue(const Pose& X_WT) {
+  const std::optional<Pose> X_set = X_set_;
+  Release();
+  X_wanted_ = X_WT;
+  X_set_ = X_set;
 }
 
 void SawControls::Move(const Vec3& by_W) {
@@ -123,6 +132,8 @@ void SawControls::FollowSaw(const Pose& X_WT, bool touches) {
 
 void SawControls::Advance(double dt_s, const ViewBasis& view, const Pose& X_WT, bool touches) {
   if (!holds()) return FollowSaw(X_WT, touches);
+  if (!held_.empty()) X_set_.reset();
+  if (X_set_) X_wanted_ = *X_set_;  // however far it is
   dt_s = std::clamp(dt_s, 0.0, 0.1);
   Vec3 move{0};
   Vec3 turn{0};

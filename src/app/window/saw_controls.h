@@ -39,15 +39,14 @@ class SawControls {
   void Advance(double dt_s, const ViewBasis& view, const Pose& X_WT, bool touches = true);
   /// Releases all keys and buttons, and cancels Set().
   void Release();
-  /// Sets the wanted pose immediately, until Release() or the end of the user's next motion.
-  void Set(const Pose& X_WT) {
-    X_wanted_ = X_WT;
-    is_set_ = true;
-  }
+  /// Sets the wanted pose immediately, at any distance, until Release() or the user's next motion.
+  void Set(const Pose& X_WT) { X_wanted_ = *(X_set_ = X_WT); }
+  /// Call when another session continues with the saw at this pose. Releases all keys and buttons, but keeps Set().
+  void Continue(const Pose& X_WT);
 
   const Pose& wanted() const { return X_wanted_; }
   /// False if the user has let go of the saw, so that nothing may pull it.
-  bool holds() const { return is_set_ || dragging_ || !held_.empty(); }
+  bool holds() const { return X_set_ || dragging_ || !held_.empty(); }
   double feed_mm_per_s() const { return feed_mm_per_s_; }
   /// Speed of motion by keys.
   static constexpr Range kFeedRange_mm_per_s{0.5, 20};
@@ -62,9 +61,9 @@ class SawControls {
   void FollowSaw(const Pose& X_WT, bool touches);
 
   Pose X_wanted_;
+  std::optional<Pose> X_set_;
   std::set<Key> held_;
   bool dragging_ = false;
-  bool is_set_ = false;
   double last_x_ = 0;
   double last_y_ = 0;
   bool fast_ = false;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "app/window/is_ready.h"
@@ -14,7 +15,8 @@
 namespace kerf {
 namespace {
 
-constexpr double kOtherCut_mm = 6;  // a cut further beside a plane than this is not meant for it
+constexpr double kToothCut_s = 0.5;  // a saw that has cut a tooth within this time still cuts it
+constexpr double kOtherCut_mm = 6;   // a cut further beside a plane than this is not meant for it
 
 }  // namespace
 
@@ -69,6 +71,11 @@ void SawDistances::Fill(HudState& hud) const {
   }
 }
 
+bool SawDistances::IsInBone() const {
+  if (!sampler_ || !viewer_.is_running()) return false;
+  return CalcBladeDepth(*sampler_, MakeTool(viewer_.session()->scene()), viewer_.figures().coupled.X_WT) > 0;
+}
+
 void SawDistances::SoundAlarms() const {
   std::optional<double> depth_mm;
   std::optional<double> nerve_mm;
@@ -101,12 +108,23 @@ void SawDistances::AddAlarms(std::vector<AlarmOverlay>& alarms) const {
                       .level = AlarmLevelFor(nearest.distance_mm),
                       .label = fmt::format("{}: {}", ShowName(tube.name()), ShowDistance(nearest.distance_mm))});
   }
+  if (!viewer_.spindle_on() || !viewer_.touches()) return;
+  if (const InnerSurfaces* inner = viewer_.bone().inner()) {
+    const LiveFigures& figures = viewer_.figures();
+    const bool cuts = figures.tooth_cut_s && figures.time_s < *figures.tooth_cut_s + kToothCut_s;
+    if (std::optional<AlarmOverlay> tooth = MakeToothAlarm(inner->teeth_W, cuts, tool, X_WT)) {
+      alarms.push_back(std::move(*tooth));
+    }
+  }
   // A saw that cuts beside the selected plane.
   const PlannedPlane* planned = document_.plane();
-  if (planned == nullptr || !viewer_.spindle_on() || !viewer_.touches()) return;
+  if (planned == nullptr) return;
   const PlaneDeviation off = CalcDeviation(*planned, tool, X_WT);
   const double beyond_mm = std::abs(off.offset_mm) - planned->margin_mm;
-  if (beyond_mm <= 0 || beyond_mm > kOtherCut_mm) return;
+  const std::vector<EffectChoice>& effects = viewer_.session()->scene().effects;
+  const bool guided = std::any_of(effects.begin(), effects.end(),
+                                  [](const EffectChoice& e) { return std::string_view(e.name()) == "guide"; });
+  if (beyond_mm <= 0 || (beyond_mm > kOtherCut_mm && !guided)) return;
   alarms.push_back(
       {.p_W = off.p_W_mm,
        .level = beyond_mm > planned->margin_mm ? AlarmLevel::kDanger : AlarmLevel::kWarning,

@@ -23,9 +23,12 @@ class SawDistances {
   /// Called once per frame.
   void Update();
   void Fill(HudState& hud) const;
+  /// Returns true if the saw reaches into the bone as it was before the cuts, such as in a kerf.
+  bool IsInBone() const;
   /// Sounds the alarms of a turning saw that touches bone.
   void SoundAlarms() const;
-  /// Adds the alarms of the nerve canal, of marked structures and of a saw that cuts beside the selected plane.
+  /// Adds the alarms of the nerve canal, of marked structures, and of a saw that cuts teeth or beside the selected
+  /// plane.
   void AddAlarms(std::vector<AlarmOverlay>& alarms) const;
   /// Waits until no work is left, but not longer than `until`. Returns false if some is left.
   bool WaitUntil(std::chrono::steady_clock::time_point until) const;

@@ -16,9 +16,10 @@ void SceneChange::Request(const std::string& what, std::function<void(Scene&)> a
   pending_ = Pending{.what = what, .apply = std::move(apply)};
 }
 
-void SceneChange::Make(Scene scene, Bone bone, const Pose& X_WT, const std::string& folder, int session) {
+void SceneChange::Make(Scene scene, std::shared_ptr<const Bone> bone, const Pose& X_WT, const std::string& folder,
+                       int session) {
   making_ = std::async(std::launch::async, [scene = std::move(scene), X_WT, folder, session, apply = pending_->apply,
-                                            bone = std::make_shared<const Bone>(std::move(bone))]() mutable {
+                                            bone = std::move(bone)]() mutable {
     namespace fs = std::filesystem;
     scene.bone.source = BoneSource::kFile;
     scene.bone.file = fs::absolute(fmt::format("{}/bone-{}.vdb", folder, session)).string();
@@ -30,9 +31,10 @@ void SceneChange::Make(Scene scene, Bone bone, const Pose& X_WT, const std::stri
     scene.path.poses = {{.time_s = 0, .X_WT = X_clear}, {.time_s = 1, .X_WT = X_clear}};
     scene.path.poses.back().X_WT.p_AB.z += 1;
     const std::string path = fmt::format("{}/path-{}.csv", folder, session);
-    WriteTextFile(path, FormatPathCsv(scene.path.poses));
+    std::string csv = FormatPathCsv(scene.path.poses);
+    WriteTextFile(path, csv);
     scene.path.file = fs::absolute(path).string();
-    return ChangedScene{std::move(scene), std::move(bone)};
+    return ChangedScene{std::move(scene), std::move(csv), std::move(bone)};
   });
 }
 

@@ -14,6 +14,7 @@ namespace kerf {
 /// Scene and bone with which the new session begins.
 struct ChangedScene {
   Scene scene;
+  std::string path_csv;  // content of scene.path.file
   std::shared_ptr<const Bone> bone;
 };
 
@@ -27,9 +28,9 @@ class SceneChange {
   /// Makes the change in another thread. `bone`: at the end of the session; `X_WT`: pose of the saw then. The new scene
   /// refers to the file FOLDER/bone-`session`.vdb, which is not written here, and begins with the saw clear of the
   /// bone.
-  void Make(Scene scene, Bone bone, const Pose& X_WT, const std::string& folder, int session);
+  void Make(Scene scene, std::shared_ptr<const Bone> bone, const Pose& X_WT, const std::string& folder, int session);
   bool is_making() const { return making_.valid(); }
-  /// Returns the result of Make() when it is ready.
+  /// Returns the result of Make() when it is ready. Throws Error if the path of the new scene cannot be written.
   std::optional<ChangedScene> Take();
   /// Ends the change and returns its message.
   std::string Finish();

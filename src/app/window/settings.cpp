@@ -35,6 +35,7 @@ WindowSettings ReadSettings(const std::string& path) {
     settings.volume = std::clamp(json.value("volume", settings.volume), 0.0, 1.0);
     settings.mute = json.value("mute", settings.mute);
     settings.tour_shown = json.value("tour_shown", settings.tour_shown);
+    settings.student = json.value("student", settings.student);
     settings.recent = json.value("recent", settings.recent);
     if (settings.recent.size() > kMaxRecent) settings.recent.resize(kMaxRecent);
   } catch (const nlohmann::json::exception&) {
@@ -51,6 +52,7 @@ void WriteSettings(const WindowSettings& settings, const std::string& path) {
                             {"volume", settings.volume},
                             {"mute", settings.mute},
                             {"tour_shown", settings.tour_shown},
+                            {"student", settings.student},
                             {"recent", settings.recent}};
   std::error_code error;
   fs::create_directories(fs::path(path).parent_path(), error);
@@ -63,6 +65,13 @@ void AddRecent(WindowSettings& settings, const std::string& path) {
   std::erase(settings.recent, absolute);
   settings.recent.insert(settings.recent.begin(), absolute);
   if (settings.recent.size() > kMaxRecent) settings.recent.resize(kMaxRecent);
+}
+
+std::string FindRecentFolder(const WindowSettings& settings) {
+  if (settings.recent.empty()) return ".";
+  const std::string folder = fs::path(settings.recent.front()).parent_path().string();
+  std::error_code error;
+  return fs::is_directory(folder, error) ? folder : ".";
 }
 
 }  // namespace kerf

@@ -15,6 +15,7 @@ struct WindowSettings {
   double volume = 0.5;   // 0 to 1
   bool mute = false;
   bool tour_shown = false;          // the tour was finished or skipped
+  std::string student;              // who practised last; empty: no name was entered
   std::vector<std::string> recent;  // files and folders that were opened, latest first; at most kMaxRecent
 };
 inline constexpr std::size_t kMaxRecent = 8;
@@ -27,5 +28,7 @@ WindowSettings ReadSettings(const std::string& path);
 void WriteSettings(const WindowSettings& settings, const std::string& path);
 /// Puts a file first in the list of recent ones.
 void AddRecent(WindowSettings& settings, const std::string& path);
+/// Returns the folder of the latest recent file, where the next one is probably looked for; "." if there is none.
+std::string FindRecentFolder(const WindowSettings& settings);
 
 }  // namespace kerf

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "view/ui/imgui_colours.h"
 #include "view/ui/translate.h"
@@ -80,8 +81,7 @@ void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, con
   }
 }
 
-void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& contents,
-                          const std::function<bool(const Vec3&)>& take_point) {
+void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& contents, const SlicePoints& points) {
   SliceView& view = views_[i];
   const float s = ui.scale();
   ImGui::PushID(static_cast<int>(i));
@@ -109,20 +109,30 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   all.cursor_W = cursor_W_;
   const std::vector<SliceLine> drawn = CalcSliceLines(image.frame, all);
   const auto draw = [&](const SliceLine& line) {
-    std::vector<ImVec2> points;
+    std::vector<ImVec2> drawn_points;
     for (const OverlayPoint& p : line.points) {
-      points.push_back({at.x + static_cast<float>(zoom * p.column), at.y + static_cast<float>(zoom * p.row)});
+      drawn_points.push_back({at.x + static_cast<float>(zoom * p.column), at.y + static_cast<float>(zoom * p.row)});
     }
     const float width = static_cast<float>(line.width_points) * s;
     const ImU32 colour = ToImU32(line.colour);
     if (!line.dashed) {
-      list.AddPolyline(points.data(), static_cast<int>(points.size()), colour, 0, width);
+      list.AddPolyline(drawn_points.data(), static_cast<int>(drawn_points.size()), colour, 0, width);
       return;
     }
-    for (std::size_t k = 0; k + 1 < points.size(); k += 2) list.AddLine(points[k], points[k + 1], colour, width);
+    for (std::size_t k = 0; k + 1 < drawn_points.size(); k += 2) {
+      list.AddLine(drawn_points[k], drawn_points[k + 1], colour, width);
+    }
   };
   for (const SliceLine& line : image.lines) draw(line);
-  for (const SliceLine& line : drawn) draw(line);
+  for (const SliceLine& line : drawn) {
+    draw(line);
+    if (line.kind != SliceLineKind::kPoint) continue;
+    // The number of a point is on its right.
+    const OverlayPoint& p = line.points.front();
+    list.AddText({at.x + static_cast<float>(zoom * p.column) + 2 * s,
+                  at.y + static_cast<float>(zoom * p.row) - 0.5F * ImGui::GetFontSize()},
+                 ToImU32(line.colour), line.name.c_str());
+  }
   const auto letter = [&](const std::string& text, float x, float y) {
     const ImVec2 size = ImGui::CalcTextSize(text.c_str());
     list.AddRectFilled({x - 0.5F * size.x - 3, y}, {x + 0.5F * size.x + 3, y + size.y}, IM_COL32(0, 0, 0, 140));
@@ -145,10 +155,15 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
       }
     }
     if (ImGui::IsMouseDoubleClicked(0)) {
+      // Its first click was not meant as a point.
+      if (std::exchange(took_point_, false)) points.take_back();
       enlarged_ = enlarged_ == i ? std::nullopt : std::optional(i);
     } else if (ImGui::IsMouseClicked(0)) {
       const Vec3 p_W = image.frame.PointOf(under);
-      if (!take_point(p_W) && view.spec.kind != SliceKind::kBlade) {
+      took_point_ = points.wanted;
+      if (points.wanted) {
+        points.take(p_W);
+      } else if (view.spec.kind != SliceKind::kBlade) {
         cursor_W_ = p_W;
         for (SliceView& other : views_) other.spec.offset_mm = 0;
       }
@@ -161,8 +176,11 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   }
   ImGui::PushFont(ui.small());
   const auto note = [&](const std::string& text, float x) {
-    list.AddText({x, at.y + side - 16 * s}, IM_COL32(255, 255, 255, 200), text.c_str());
-    return ImGui::CalcTextSize(text.c_str()).x;
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+    const float y = at.y + side - 16 * s;
+    list.AddRectFilled({x - 3 * s, y - s}, {x + size.x + 3 * s, y + size.y + s}, IM_COL32(0, 0, 0, 170));
+    list.AddText({x, y}, IM_COL32_WHITE, text.c_str());
+    return size.x;
   };
   float used = 0;
   if (image.has_ct) {
@@ -173,24 +191,25 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   const float width_px = ImGui::CalcTextSize(width.c_str()).x;
   if (used + width_px + 16 * s < side) note(width, at.x + side - width_px - 4 * s);
   ImGui::PopFont();
-  TooltipBeside(
-      ui,
-      enlarged_
-          ? ""
-          : Tr("wheel: scroll   Ctrl + wheel: zoom   click: cursor   right drag: grey levels   double click: enlarge"));
+  const char* const does =
+      points.wanted
+          ? Tr("wheel: scroll   Ctrl + wheel: zoom   click: set a point   right drag: grey levels   double click: "
+               "enlarge")
+          : Tr("wheel: scroll   Ctrl + wheel: zoom   click: cursor   right drag: grey levels   double click: enlarge");
+  TooltipBeside(ui, enlarged_ ? "" : does);
   ImGui::PopID();
 }
 
 void SlicesPanel::Draw(Ui& ui, const UiBox& column, const UiBox& scene, const SliceScene& contents,
-                       const std::function<bool(const Vec3&)>& take_point) {
+                       const SlicePoints& points) {
   const float s = ui.scale();
   has_wheel_ = false;
   if (BeginPanel(ui, "slices", column, true, false)) {
-    const float width = static_cast<float>(column.width) - 20 * s;
+    const float width = std::min(static_cast<float>(column.width) - 20 * s, ImGui::GetContentRegionAvail().x);
     // Three slices fit; the one in the blade's plane is below them.
     const float height = static_cast<float>(column.height) / 3 - 26 * s;
     side_px_ = std::max(60.0F, std::min(width, height));
-    for (std::size_t i = 0; i < views_.size(); ++i) DrawOne(ui, i, side_px_, contents, take_point);
+    for (std::size_t i = 0; i < views_.size(); ++i) DrawOne(ui, i, side_px_, contents, points);
     if (cursor_W_) {
       if (ImGui::SmallButton(Tr("Follow the saw again"))) cursor_W_.reset();
       ui.Note("slices.follow");
@@ -209,7 +228,7 @@ void SlicesPanel::Draw(Ui& ui, const UiBox& column, const UiBox& scene, const Sl
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
-  DrawOne(ui, *enlarged_, side, contents, take_point);
+  DrawOne(ui, *enlarged_, side, contents, points);
   ImGui::End();
 }
 

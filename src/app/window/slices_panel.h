@@ -11,6 +11,13 @@
 
 namespace kerf {
 
+/// Who receives the points that are clicked in slices.
+struct SlicePoints {
+  bool wanted = false;  // otherwise a click sets the cursor, through which all slices go
+  std::function<void(const Vec3&)> take;
+  std::function<void()> take_back;  // the last one, which was the first click of a double click
+};
+
 class SlicesPanel {
  public:
   /// Centres the slices in a new bone. The grey levels stay.
@@ -19,10 +26,8 @@ class SlicesPanel {
   /// `focus_W`: point through which the slices go unless there is a cursor; `renew`: the bone has changed since the
   /// last call.
   void Update(SurfaceWorker& surface, const SliceScene& contents, const Vec3& focus_W, bool renew);
-  /// Draws the column, and the enlarged slice over the scene. `take_point`: receives a point that was clicked, and
-  /// returns false if it is not needed; then it becomes the cursor, through which all slices go.
-  void Draw(Ui& ui, const UiBox& column, const UiBox& scene, const SliceScene& contents,
-            const std::function<bool(const Vec3&)>& take_point);
+  /// Draws the column, and the enlarged slice over the scene.
+  void Draw(Ui& ui, const UiBox& column, const UiBox& scene, const SliceScene& contents, const SlicePoints& points);
   bool is_enlarged() const { return enlarged_.has_value(); }
   void Shrink() { enlarged_.reset(); }
   const std::optional<Vec3>& cursor_W() const { return cursor_W_; }
@@ -41,8 +46,7 @@ class SlicesPanel {
     std::optional<SliceImage> image;
     std::uint64_t version = 0;
   };
-  void DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& contents,
-               const std::function<bool(const Vec3&)>& take_point);
+  void DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& contents, const SlicePoints& points);
 
   std::array<SliceView, 4> views_;
   std::optional<std::size_t> enlarged_;
@@ -50,7 +54,8 @@ class SlicesPanel {
   float large_side_px_ = 600;
   std::optional<Vec3> cursor_W_;
   CtWindow window_;
-  bool has_wheel_ = false;  // a slice in the column is under the mouse
+  bool took_point_ = false;  // with the latest click
+  bool has_wheel_ = false;   // a slice in the column is under the mouse
 };
 
 /// Scrolls the current panel, which was begun without scrolling by the mouse, by the wheel, unless a slice under the

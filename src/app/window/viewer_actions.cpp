@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include "app/window/viewer_app.h"
-#include "kerf/error.h"
 
 namespace kerf {
 
@@ -106,6 +105,7 @@ void ViewerApp::AddActions() {
                 .run = [this] { LookNext(-1); }});
   actions_.Add(
       {.id = "view.all", .menu = Msg("View"), .label = Msg("Show all"), .shortcut = {Key::kHome}, .run = [this] {
+         shown_place_.reset();
          view_->FitAll();
        }});
   actions_.Add({.id = "view.translucent",
@@ -162,14 +162,7 @@ void ViewerApp::AddActions() {
                 .menu = Msg("View"),
                 .label = Msg("Save a picture"),
                 .shortcut = {Key::kF12},
-                .run =
-                    [this] {
-                      try {
-                        Say(fmt::format(fmt::runtime(Tr("Picture: {}")), TakePicture()));
-                      } catch (const Error& e) {
-                        Say(e.what());
-                      }
-                    },
+                .run = [this] { ++pictures_asked_; },
                 .begins_group = true});
   actions_.Add({.id = "view.settings",
                 .menu = Msg("View"),
@@ -210,7 +203,8 @@ void ViewerApp::AskToQuit() {
   const std::string unsaved = activity_->DescribeUnsaved();
   if (unsaved.empty()) return Quit();
   SetSpindle(false);
-  dialogs_.Ask(unsaved, {{Tr("Save"), [this] { activity_->Save(); }},
+  controls_->Release();
+  dialogs_.Ask(unsaved, {{activity_->save_label(), [this] { activity_->Save(); }},
                          {Tr("Quit without saving"), [this] { Quit(); }},
                          {Tr("Stay"), nullptr}});
 }

@@ -75,6 +75,13 @@ void ViewerApp::KeepSettings() {
   }
 }
 
+void ViewerApp::LeaveTour() {
+  if (tour_.step() != 1) return;
+  tour_.End();
+  settings_.tour_shown = true;
+  KeepSettings();
+}
+
 void ViewerApp::Quit() {
   if (!quitting_) quitting_since_s_ = now_s_;
   quitting_ = true;
@@ -117,12 +124,17 @@ nlohmann::json ViewerApp::MakeState() const {
                        {"dialog", dialogs_.is_open()},
                        {"tour", tour_.step()},
                        {"slices_mm", {slices_.offset_mm(0), slices_.offset_mm(1), slices_.offset_mm(2)}},
+                       {"slice_enlarged", slices_.is_enlarged()},
                        {"ct_window_HU", {slices_.window().level_HU, slices_.window().width_HU}},
                        {"has_ct", bone_.surface() && bone_.surface()->has_hu()},
                        {"colours", LegendTitle(view_->colour_by())},
                        {"message", now_s_ < said_until_s_ ? said_ : ""},
+                       {"translucent", view_->translucent()},
                        {"view_mm", tenth(view_->camera().height_mm())},
                        {"chunks_left", bone_.surface() ? bone_.surface()->counts().first_left : 1}};
+  const ScreenBox tool = view_->CalcToolBox();
+  state["saw_px"] = {std::round(tool.left), std::round(tool.top), std::round(tool.width), std::round(tool.height)};
+  state["scene_px"] = {areas_.scene.left, areas_.scene.top, areas_.scene.width, areas_.scene.height};
   state["legend"] = nlohmann::json::array();
   for (const LegendEntry& entry : view_->legend()) state["legend"].push_back(entry.text);
   if (const auto& released = figures_.released) {
@@ -142,6 +154,7 @@ void ViewerApp::Draw() {
   ui_.EndFrame();
   const auto box = [](const UiBox& b) { return ScreenBox{b.left, b.top, b.width, b.height}; };
   view_->SetAreas(box(areas_.scene), box(areas_.cube));
+  FollowPlace();
   const std::uint64_t hash = ui_.CalcFrameHash();
   if (std::exchange(redraws_, false) || view_->has_changed()) frames_to_draw_ = 2;
   if (hash != frame_hash_) frames_to_draw_ = std::max(frames_to_draw_, 1);
@@ -173,7 +186,7 @@ void ViewerApp::Run(Activity& activity) {
   activity.AddActions(actions_);
   AddLastActions();
   languages_ = ListLanguages();
-  if (!settings_.tour_shown && !options_.scripted) tour_.Start(activity.tour());
+  if (!settings_.tour_shown && !options_.scripted && activity.begins_with_tour()) tour_.Start(activity.tour());
   const auto start = std::chrono::steady_clock::now();
   double last_s = 0;
   bool first_picture = false;
@@ -207,6 +220,7 @@ void ViewerApp::Run(Activity& activity) {
     }
     if (done_ || minimised_ || window_.width() == 0) continue;
     Draw();
+    TakePictures();
     RunPanelKeys();
     if (!first_picture && bone_.surface() && bone_.surface()->first_done()) {
       first_picture = true;

@@ -33,6 +33,7 @@
 #include "view/live/surface_worker.h"
 #include "view/live/viewport.h"
 #include "view/ui/panels.h"
+#include "view/ui/picture_marks.h"
 #include "view/ui/translate.h"
 #include "view/ui/ui.h"
 
@@ -80,8 +81,8 @@ class ViewerApp {
 
   // ---- the session
   /// Begins a new session after the end of the previous one. It is recorded as folder/session.kerf, session-2.kerf, ...
-  /// `same_bone`: true if the session continues with the bone that is shown. `bone`: the content of the scene's bone
-  /// file, which is then not read and need not exist yet; null if it is to be read.
+  /// `same_bone`: true if the session continues with the bone that is shown. `bone`: that of the scene, which is then
+  /// neither made nor read from its file, which need not exist yet; null if it is to be made or read.
   void Begin(const Scene& scene, const std::string& scene_file, bool same_bone = false,
              std::shared_ptr<const Bone> bone = nullptr);
   /// Sets a function that the next session calls with each tick, in the session's thread.
@@ -138,13 +139,22 @@ class ViewerApp {
   void set_original(std::shared_ptr<const Bone> bone) { original_ = std::move(bone); }
   /// Returns the bone before all cuts, also those of sessions before; null before the first session.
   std::shared_ptr<const Bone> uncut_bone() const { return original_ ? original_ : bone_.at_start(); }
+  /// Shows a place in the part of the scene that `free` returns for the area between the panels, and does so again when
+  /// that part changes, until the user turns, shifts or zooms the view.
+  struct ShownPlace {
+    Vec3 p_W{0};
+    double width_mm = 0;
+    double height_mm = 0;
+    std::function<UiBox(const UiBox& scene)> free;
+  };
+  void ShowPlace(ShownPlace place);
   /// Keeps the camera as it is when a bone is shown that was not yet complete.
   void KeepView() { view_changed_ = true; }
   WindowSettings& settings() { return settings_; }
   void KeepSettings();
-  /// Writes a picture of the window to the folder. Returns its path.
-  std::string TakePicture();
-  /// Returns the picture without panels as PNG bytes.
+  /// Ends the tour if it is still at its first step, whose place the user has left.
+  void LeaveTour();
+  /// Returns the picture without panels, but with labels and a scale bar, as PNG bytes. Call it between two frames.
   std::string GrabScene();
 
  private:
@@ -169,14 +179,17 @@ class ViewerApp {
   void FollowBone();
   void FollowDevice(double dt_s);
   void FollowSaw(double dt_s);
+  void FollowPlace();
   void UpdateToolInPicture(double dt_s);
   bool IsHandpieceInBone(const Pose& X_WT) const;
   void UpdateCutInPicture(const Tool& tool, double dt_s);  // contact, dust, alarms, lines of planes
   void Draw();
+  void TakePictures();
   HudState MakeHud();
   std::vector<HudKeyGroup> ListHelp() const;
   void DrawUi(const HudState& hud);
-  void DrawStatusTexts(const HudStatus& status);
+  PictureMarks MakePictureMarks() const;
+  void DrawStatusTexts(const HudStatus& status, float left);
   SliceScene MakeSliceScene() const;
   nlohmann::json MakeState() const;
 
@@ -221,6 +234,8 @@ class ViewerApp {
   bool fitted_ = false;   // the view was fitted to a bone
   bool fit_again_ = false;
   bool view_changed_ = false;              // the user has changed the view since
+  std::optional<ShownPlace> shown_place_;  // none: the view is chosen by the user, or fitted to the bone
+  UiBox shown_in_;                         // part of the scene in which it is shown
   Box3 fitted_bounds_W_;                   // of that bone
   int panel_frames_ = 0;                   // frames until the panels have noticed a click or Tab
   unsigned int left_field_ = 0;            // field that had the input when Tab was pressed; 0: after a click
@@ -235,6 +250,7 @@ class ViewerApp {
   bool help_ = false;
   bool settings_shown_ = false;
   bool values_shown_ = true;  // the left column
+  bool slices_lack_room_ = false;
   bool slices_shown_ = true;
   SlicesPanel slices_;
   std::uint64_t sliced_changes_ = 0;  // number of changes to the bone when slices and lines were last requested
@@ -252,6 +268,8 @@ class ViewerApp {
   CameraMouse camera_mouse_;
   double spin_rad_ = 0;
   int pictures_ = 0;
+  int pictures_asked_ = 0;  // to be taken once the window has been drawn
+  int drawn_frames_ = 0;    // since the start of the program, up to kFirstFrames
   std::size_t view_index_ = 0;
   std::string said_;
   double said_until_s_ = 0;

@@ -25,6 +25,10 @@ void ViewerApp::Take(const WindowEvent& event) {
       return;
     case Kind::kDrop:
       trace_.Write("dropped", {{"file", event.path}});
+      if (dialogs_.is_open()) {  // it asks about the case that is open
+        redraws_ = true;
+        return Say(Tr("Answer the dialog first, then drop the file again"));
+      }
       activity_->Open(event.path);
       return;
     case Kind::kResize:
@@ -88,7 +92,6 @@ void ViewerApp::Take(const WindowEvent& event) {
     return;
   }
   if (down && event.control && event.key == Key::kQ) {
-    if (dialogs_.is_open()) return Quit();
     return AskToQuit();
   }
   if (panel_frames_ > 0) {
@@ -161,6 +164,7 @@ void ViewerApp::TakeInScene(const WindowEvent& event) {
   const bool turns =
       event.kind == Kind::kScroll || (event.kind == Kind::kMouseDown && event.button != MouseButton::kLeft);
   view_changed_ = view_changed_ || turns;
+  if (turns) shown_place_.reset();
   if (event.kind == Kind::kMouseUp && event.button == MouseButton::kRight && !moved_since_press_) {
     activity_->OpenContextMenu({event.x, event.y});
   }

@@ -10,7 +10,6 @@
 #include "app/window/settings_panel.h"
 #include "app/window/viewer_app.h"
 #include "view/live/palette.h"
-#include "view/ui/picture_marks.h"
 #include "view/ui/widgets.h"
 
 namespace kerf {
@@ -78,16 +77,32 @@ std::vector<HudKeyGroup> ViewerApp::ListHelp() const {
   return help;
 }
 
+/// Returns labels and scale bar. During a cut, labels that do not matter give way to it.
+PictureMarks ViewerApp::MakePictureMarks() const {
+  PictureMarks marks;
+  if (const std::optional<ScreenPoint> cut = view_->FindCut()) marks.cut = UiSpot{cut->x, cut->y};
+  for (const SceneLabel& label : view_->ListLabels()) {
+    marks.labels.push_back({label.text, label.x, label.y, label.colour, marks.cut && !label.matters});
+  }
+  const ScreenBox tool = view_->CalcToolBox();
+  marks.tool = {tool.left, tool.top, tool.width, tool.height};
+  marks.mm_per_pixel = view_->camera().WorldPerPixel(view_->camera().target_W());
+  return marks;
+}
+
 void ViewerApp::DrawUi(const HudState& hud) {
   const bool column = values_shown_ && (hud.show_values || !hud.pieces.empty());
   const UiAreas before = std::exchange(areas_, CalcUiAreas(ui_, column, slices_shown_ && activity_->has_slices()));
+  const bool lack_room = slices_shown_ && activity_->has_slices() && slices_.has_slices() && areas_.right.empty();
+  if (lack_room && !slices_lack_room_) {
+    Say(Tr(
+        "There is no room for the slices: hide the side panel (F4), make the text smaller (F10) or the window wider."));
+  }
+  slices_lack_room_ = lack_room;
   // Until the user turns the view, the whole bone is shown.
   if (before.scene.width != areas_.scene.width && !view_changed_) fit_again_ = bone_.surface() != nullptr;
   // Labels first: they are drawn in the background.
-  PictureMarks marks;
-  for (const SceneLabel& label : view_->ListLabels()) {
-    marks.labels.push_back({label.text, label.x, label.y, label.colour});
-  }
+  PictureMarks marks = MakePictureMarks();
   for (const SceneRing& ring : view_->ListRings()) {
     const HudLevel level = ring.level == AlarmLevel::kDanger    ? HudLevel::kBad
                            : ring.level == AlarmLevel::kWarning ? HudLevel::kWarn
@@ -95,9 +110,7 @@ void ViewerApp::DrawUi(const HudState& hud) {
     marks.rings.push_back({ring.x, ring.y, level});
     if (level == HudLevel::kBad || (level == HudLevel::kWarn && marks.alarm != HudLevel::kBad)) marks.alarm = level;
   }
-  const ScreenBox tool = view_->CalcToolBox();
-  marks.tool = {tool.left, tool.top, tool.width, tool.height};
-  marks.mm_per_pixel = view_->camera().WorldPerPixel(view_->camera().target_W());
+  marks.injured = !hud.injuries.empty();
   DrawPictureMarks(ui_, marks, areas_.scene);
 
   if (ImGui::BeginMainMenuBar()) {
@@ -117,16 +130,32 @@ void ViewerApp::DrawUi(const HudState& hud) {
     LegendSection(ui_, hud);
     ImGui::End();
   }
-  if (slices_shown_ && activity_->has_slices() && slices_.has_slices()) {
-    slices_.Draw(ui_, areas_.right, areas_.scene, MakeSliceScene(),
-                 [this](const Vec3& p_W) { return activity_->TakeSlicePoint(p_W); });
+  if (slices_shown_ && activity_->has_slices() && slices_.has_slices() && !activity_->covers_slices()) {
+    UiBox enlarged = areas_.scene;  // below what the user is asked to do
+    if (hud.banner) {
+      const double top = CalcBannerBottom(ui_, *hud.banner, areas_.scene);
+      enlarged.height -= top - enlarged.top;
+      enlarged.top = top;
+    }
+    slices_.Draw(ui_, areas_.right, enlarged, MakeSliceScene(),
+                 {.wanted = activity_->wants_slice_points(),
+                  .take = [this](const Vec3& p_W) { activity_->TakeSlicePoint(p_W); },
+                  .take_back = [this] { activity_->TakeBackSlicePoint(); }});
   }
   if (BeginPanel(ui_, "status", areas_.status, false)) {
-    actions_.DrawIndicators(ui_);
-    DrawStatusTexts(hud.status);
+    // What the activity shows here, such as the clock of an exercise, is always visible; so is the recording's time.
+    const std::string least = hud.status.right.empty() ? "00:00" : hud.status.right + "   |   00:00";
+    const float from = actions_.DrawIndicators(ui_, ImGui::CalcTextSize(least.c_str()).x + 24 * ui_.scale());
+    DrawStatusTexts(hud.status, from);
     ImGui::End();
   }
   if (hud.banner) DrawBanner(ui_, *hud.banner, areas_.scene);
+  UiBox below = areas_.scene;
+  if (hud.banner) {
+    below.top = CalcBannerBottom(ui_, *hud.banner, areas_.scene);
+    below.height = areas_.scene.bottom() - below.top;
+  }
+  DrawInjuries(ui_, hud.injuries, below);
   DrawMessage(ui_, hud.status.message, staying_, areas_.scene,
               hud.progress ? CalcProgressBox(ui_, areas_.scene) : UiBox{});
   if (hud.progress && DrawProgressBox(ui_, *hud.progress, areas_.scene)) activity_->Cancel();
@@ -143,7 +172,7 @@ void ViewerApp::DrawUi(const HudState& hud) {
                               {"mute", settings_.mute}});
   }
   if (tour_.is_open()) {
-    tour_.Draw(ui_, areas_.scene);
+    tour_.Draw(ui_, areas_.scene, !dialogs_.is_open() && !help_ && !settings_shown_ && !ui_.is_popup_open());
     if (!tour_.is_open() && !settings_.tour_shown) {
       settings_.tour_shown = true;
       KeepSettings();
@@ -155,7 +184,8 @@ void ViewerApp::DrawUi(const HudState& hud) {
   if (was_open && !dialogs_.is_open()) ui_.DropText();  // the next key is not meant for its field
 }
 
-void ViewerApp::DrawStatusTexts(const HudStatus& status) {
+/// `left`: right edge of what stands before.
+void ViewerApp::DrawStatusTexts(const HudStatus& status, float left) {
   std::string recording, time;
   if (status.recording_s) {
     const long seconds = std::lround(std::max(0.0, *status.recording_s));
@@ -170,9 +200,9 @@ void ViewerApp::DrawStatusTexts(const HudStatus& status) {
     return text;
   };
   const std::string text = join({status.right, status.mode, status.saw, recording});
-  const float from = ImGui::GetItemRectMax().x + 12 * ui_.scale();
+  const float from = left + 12 * ui_.scale();
   const float room = ImGui::GetWindowWidth() - from - 10 * ui_.scale();
-  if (room < 60 * ui_.scale()) return;
+  if (room < ImGui::CalcTextSize("00:00").x) return;
   // What does not fit is in the tooltip: first the saw, then the mode, then the recording.
   std::string shown = text;
   for (const std::string& shorter : {join({status.right, status.mode, recording}), join({status.right, recording}),

@@ -1,6 +1,7 @@
 // The picture: view, bone, saw, slices and lines of planes.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include "app/window/viewer_app.h"
 #include "base/files/files.h"
 #include "base/files/temporary.h"
+#include "kerf/error.h"
 
 namespace kerf {
 namespace {
@@ -60,8 +62,27 @@ void ViewerApp::LookNext(int by) {
   view_index_ = static_cast<std::size_t>((static_cast<int>(view_index_) + by + count) % count);
   view_->camera().Look(kViews[view_index_]);
   view_->FitAll();
+  shown_place_.reset();
   view_changed_ = true;
   Say(fmt::format(fmt::runtime(Tr("Seen from: {}")), Tr(ToString(kViews[view_index_]))));
+}
+
+void ViewerApp::ShowPlace(ShownPlace place) {
+  shown_place_ = std::move(place);
+  shown_in_ = {};
+  view_changed_ = true;
+  FollowPlace();
+}
+
+void ViewerApp::FollowPlace() {
+  if (!shown_place_) return;
+  const UiBox free = shown_place_->free(areas_.scene);
+  const bool same = free.left == shown_in_.left && free.top == shown_in_.top && free.width == shown_in_.width &&
+                    free.height == shown_in_.height;
+  if (same || free.empty()) return;
+  shown_in_ = free;
+  view_->FitPlace(shown_place_->p_W, shown_place_->width_mm, shown_place_->height_mm,
+                  {free.left, free.top, free.width, free.height});
 }
 
 void ViewerApp::UpdateToolInPicture(double dt_s) {
@@ -170,24 +191,40 @@ ViewBasis ViewerApp::MakeBasis() const {
           .mm_per_pixel = camera.WorldPerPixel(figures_.coupled.X_WT.p_AB)};
 }
 
-std::string ViewerApp::TakePicture() {
-  std::string path;
-  do {
-    path = fmt::format("{}/picture-{:03d}.png", options_.folder, ++pictures_);
-  } while (std::filesystem::exists(path));
-  window_.BeginFrame();
-  view_->Render();
-  redraws_ = true;
-  WritePng(view_->Grab(), path);
-  trace_.Write("picture", {{"file", path}, {"frames", times_.frame.total()}});
-  return path;
+/// Writes the pictures of the window that were asked for to the folder. In the first frames, the panels are not
+/// complete yet.
+void ViewerApp::TakePictures() {
+  constexpr int kFirstFrames = 4;
+  drawn_frames_ = std::min(drawn_frames_ + 1, kFirstFrames);
+  if (pictures_asked_ == 0 || drawn_frames_ < kFirstFrames) return;
+  try {
+    for (; pictures_asked_ > 0; --pictures_asked_) {
+      std::string path;
+      do {
+        path = fmt::format("{}/picture-{:03d}.png", options_.folder, ++pictures_);
+      } while (std::filesystem::exists(path));
+      window_.BeginFrame();
+      view_->Render();
+      redraws_ = true;
+      WritePng(view_->Grab(), path);
+      trace_.Write("picture", {{"file", path}, {"frames", times_.frame.total()}});
+      Say(fmt::format(fmt::runtime(Tr("Picture: {}")), path));
+    }
+  } catch (const Error& e) {
+    pictures_asked_ = 0;
+    Say(e.what());
+  }
 }
 
 std::string ViewerApp::GrabScene() {
-  view_->set_panels_shown(false);
+  // A frame of the panels that has labels and scale bar only.
+  ui_.BeginFrame(1.0 / 60);
+  PictureMarks marks = MakePictureMarks();
+  marks.avoids_panels = false;
+  DrawPictureMarks(ui_, marks, {0, 0, ui_.width(), ui_.height()});
+  ui_.EndFrame();
   window_.BeginFrame();
   view_->Render();
-  view_->set_panels_shown(true);
   redraws_ = true;
   const TemporaryFolder folder("kerf_scene");
   const std::string path = folder.path() + "/picture.png";

@@ -38,6 +38,7 @@ void ViewerApp::Clear() {
   figures_ = {};
   forces_.clear();
   fitted_ = fit_again_ = view_changed_ = false;
+  shown_place_.reset();
   waiting_keys_.clear();
   view_->ClearTool();
   view_->SetGhost(std::nullopt);
@@ -66,6 +67,7 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   shown_removed_mm3_ = 0;
   forces_.clear();
   fitted_ = fitted_ && goes_on;
+  if (!goes_on) shown_place_.reset();
   LiveOptions live;
   live.record = recording_;
   live.scene_file = scene_file;
@@ -91,7 +93,7 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
     watch_ = leaf_watch_;
   };
   // A coarse bone is ready within a second; the final one takes longer.
-  if (!goes_on && scene.bone.source == BoneSource::kMandible) {
+  if (!goes_on && !bone && scene.bone.source == BoneSource::kMandible) {
     live.prepare = [this, coarse = scene](const std::function<void(double)>& progress) mutable {
       coarse.bone.mandible.voxel_mm = std::max(coarse.bone.mandible.voxel_mm, kPreviewVoxel_mm);
       bone_.Show(std::make_shared<const Bone>(MakeSceneBone(coarse, progress)), false);
@@ -153,8 +155,14 @@ void ViewerApp::FollowSession() {
     const std::string failure = session_->failure();
     if (!failure.empty()) {
       trace_.Write("ended", {{"failure", failure}, {"recording", recording_}});
+      std::optional<LoopSummary> summary;
+      if (session_->has_summary()) {
+        figures_ = session_->figures();
+        TakeForces();
+        summary = session_->TakeSummary();
+      }
       session_.reset();
-      if (!activity_->TakeFailure(failure)) throw Error(failure);
+      if (!activity_->TakeFailure(failure, summary ? &*summary : nullptr)) throw Error(failure);
       return;
     }
     figures_ = session_->figures();
@@ -189,8 +197,8 @@ void ViewerApp::FollowRunning() {
   figures_ = session_->figures();
   if (!began_) {
     began_ = true;
-    controls_->Set(figures_.coupled.X_WT);
-    controls_->Release();
+    if (!goes_on_) controls_->Release();
+    controls_->Continue(figures_.coupled.X_WT);  // a motion that was asked for, such as into a plane, goes on
     X_start_ = figures_.coupled.X_WT;
     returning_ = false;
     const Tool tool = MakeTool(session_->scene());
@@ -206,12 +214,12 @@ void ViewerApp::FollowRunning() {
   TakeForces();
   for (const LiveSession::Answer& answer : session_->TakeAnswers()) {
     if (answer.action.kind == LoopAction::Kind::kSpindle) continue;
-    const char* what = answer.action.kind == LoopAction::Kind::kUndo      ? "Undone"
-                       : answer.action.kind == LoopAction::Kind::kRedo    ? "Redone"
-                       : answer.action.kind == LoopAction::Kind::kRetract ? "Retracted"
-                                                                          : "Checkpoint";
+    const char* what = answer.action.kind == LoopAction::Kind::kUndo      ? Msg("Undone")
+                       : answer.action.kind == LoopAction::Kind::kRedo    ? Msg("Redone")
+                       : answer.action.kind == LoopAction::Kind::kRetract ? Msg("Retracted")
+                                                                          : Msg("Checkpoint");
     const std::string name = answer.action.name.empty() ? "" : fmt::format(": {}", answer.action.name);
-    Say(answer.failure.empty() ? what + name : answer.failure);
+    Say(answer.failure.empty() ? Tr(what) + name : answer.failure);
     trace_.Write("answer", {{"what", what}, {"name", answer.action.name}, {"failure", answer.failure}});
     if (answer.action.kind == LoopAction::Kind::kCheckpoint || !answer.failure.empty()) continue;
     figures_ = session_->figures();
@@ -255,7 +263,7 @@ std::string ViewerApp::held_reason() const {
   if (!held_saw_.reason()) return "";
   // The depth stop of an exercise cannot be switched off.
   if (*held_saw_.reason() == HeldReason::kGuideDepth && actions_.Find("plan.guide") == nullptr) {
-    return Tr("The depth stop holds the saw: this is the wanted depth.");
+    return Tr("The depth stop holds the saw: this is the wanted depth. Go on along the cut.");
   }
   return Tr(DescribeHeldReason(*held_saw_.reason()));
 }

@@ -28,6 +28,18 @@ class HeapGuard {
   HeapGuard& operator=(const HeapGuard&) = delete;
 };
 
+/// While it exists, the guards of this thread have no effect: for a fault that ends the tick.
+class HeapGuardPause {
+ public:
+  HeapGuardPause() noexcept : depth_(heap_guard::depth) { heap_guard::depth = 0; }
+  ~HeapGuardPause() { heap_guard::depth = depth_; }
+  HeapGuardPause(const HeapGuardPause&) = delete;
+  HeapGuardPause& operator=(const HeapGuardPause&) = delete;
+
+ private:
+  int depth_;
+};
+
 /// Returns true if heap use is checked: false in a release build and under the sanitizers, which replace the allocator.
 inline bool HeapGuardIsInstalled() {
   return heap_guard::installed;

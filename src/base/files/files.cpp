@@ -190,10 +190,11 @@ void RemoveTemporaries() {
 void MakeFolder(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);
-  if (error || !fs::is_directory(path)) {
-    throw Error(fmt::format("{}: the folder can't be created: {}", path,
-                            error ? error.message() : "a file of that name exists"));
-  }
+  std::error_code none;
+  if (fs::is_directory(path, none)) return;
+  const bool taken = !error || fs::exists(path, none);
+  throw Error(
+      fmt::format("{}: the folder can't be created: {}", path, taken ? "a file of that name exists" : error.message()));
 }
 
 }  // namespace kerf

@@ -67,47 +67,6 @@ constexpr double kBytesOfMixed = 7000;
       options.voxel_mm, needed, there));
 }
 
-Blocks SortBlocks(const SolidField& solid, const Box3& box, const BuildOptions& options) {
-  const double h = options.voxel_mm;
-  const int band_voxels = options.band_voxels;
-  const Coord first = FloorToBlock(box.lower / h, kCoarseEdge);
-  const Coord last = FloorToBlock(box.upper / h, kCoarseEdge);
-  std::vector<Coord> coarse;
-  for (int x = first.x(); x <= last.x(); x += kCoarseEdge) {
-    for (int y = first.y(); y <= last.y(); y += kCoarseEdge) {
-      for (int z = first.z(); z <= last.z(); z += kCoarseEdge) coarse.emplace_back(x, y, z);
-    }
-  }
-  std::vector<Blocks> found(coarse.size());
-  std::atomic<double> bytes{0};
-  tbb::parallel_for(std::size_t{0}, coarse.size(), [&](std::size_t n) {
-    const BlockClass whole =
-        solid.classify(BlockCentre(coarse[n], kCoarseEdge, h), BallRadius(kCoarseEdge, h, band_voxels));
-    if (whole == BlockClass::kOutside) return;
-    for (int x = 0; x < kCoarseEdge; x += kLeafEdge) {
-      for (int y = 0; y < kCoarseEdge; y += kLeafEdge) {
-        for (int z = 0; z < kCoarseEdge; z += kLeafEdge) {
-          const Coord origin = coarse[n].offsetBy(x, y, z);
-          const BlockClass part = whole == BlockClass::kInside ? whole
-                                                               : solid.classify(BlockCentre(origin, kLeafEdge, h),
-                                                                                BallRadius(kLeafEdge, h, band_voxels));
-          if (part == BlockClass::kInside) found[n].inside.push_back(origin);
-          if (part == BlockClass::kMixed) found[n].mixed.push_back(origin);
-        }
-      }
-    }
-    const double here = kBytesOfInside * static_cast<double>(found[n].inside.size()) +
-                        kBytesOfMixed * static_cast<double>(found[n].mixed.size());
-    if (const double now = bytes.fetch_add(here) + here; now > options.max_bytes) RefuseMemory(now, options);
-  });
-  Blocks all;
-  for (const Blocks& part : found) {
-    all.inside.insert(all.inside.end(), part.inside.begin(), part.inside.end());
-    all.mixed.insert(all.mixed.end(), part.mixed.begin(), part.mixed.end());
-  }
-  return all;
-}
-
 /// Returns a function that reports the progress of a part as progress of the whole, from `from` to `to`.
 std::function<void(double)> PartOf(const std::function<void(double)>& progress, double from, double to) {
   if (!progress) return {};
@@ -134,6 +93,50 @@ class Progress {
   std::atomic<std::size_t> done_{0};
   std::thread::id owner_ = std::this_thread::get_id();
 };
+
+/// `sorted`: progress at the end.
+Blocks SortBlocks(const SolidField& solid, const Box3& box, const BuildOptions& options, double sorted) {
+  const double h = options.voxel_mm;
+  const int band_voxels = options.band_voxels;
+  const Coord first = FloorToBlock(box.lower / h, kCoarseEdge);
+  const Coord last = FloorToBlock(box.upper / h, kCoarseEdge);
+  std::vector<Coord> coarse;
+  for (int x = first.x(); x <= last.x(); x += kCoarseEdge) {
+    for (int y = first.y(); y <= last.y(); y += kCoarseEdge) {
+      for (int z = first.z(); z <= last.z(); z += kCoarseEdge) coarse.emplace_back(x, y, z);
+    }
+  }
+  std::vector<Blocks> found(coarse.size());
+  std::atomic<double> bytes{0};
+  Progress progress(options.progress, 0, sorted, coarse.size());
+  tbb::parallel_for(std::size_t{0}, coarse.size(), [&](std::size_t n) {
+    progress.Done(1);
+    const BlockClass whole =
+        solid.classify(BlockCentre(coarse[n], kCoarseEdge, h), BallRadius(kCoarseEdge, h, band_voxels));
+    if (whole == BlockClass::kOutside) return;
+    for (int x = 0; x < kCoarseEdge; x += kLeafEdge) {
+      for (int y = 0; y < kCoarseEdge; y += kLeafEdge) {
+        for (int z = 0; z < kCoarseEdge; z += kLeafEdge) {
+          const Coord origin = coarse[n].offsetBy(x, y, z);
+          const BlockClass part = whole == BlockClass::kInside ? whole
+                                                               : solid.classify(BlockCentre(origin, kLeafEdge, h),
+                                                                                BallRadius(kLeafEdge, h, band_voxels));
+          if (part == BlockClass::kInside) found[n].inside.push_back(origin);
+          if (part == BlockClass::kMixed) found[n].mixed.push_back(origin);
+        }
+      }
+    }
+    const double here = kBytesOfInside * static_cast<double>(found[n].inside.size()) +
+                        kBytesOfMixed * static_cast<double>(found[n].mixed.size());
+    if (const double now = bytes.fetch_add(here) + here; now > options.max_bytes) RefuseMemory(now, options);
+  });
+  Blocks all;
+  for (const Blocks& part : found) {
+    all.inside.insert(all.inside.end(), part.inside.begin(), part.inside.end());
+    all.mixed.insert(all.mixed.end(), part.mixed.begin(), part.mixed.end());
+  }
+  return all;
+}
 
 /// Evaluates the field at the voxels of the mixed blocks, all of which are active.
 std::vector<std::unique_ptr<FloatLeaf>> EvaluateBlocks(const SolidField& solid, const std::vector<Coord>& blocks,
@@ -332,7 +335,7 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
   grids.phi = MakePhiGrid(h, options.band_voxels);
   grids.materials = std::move(materials);
 
-  Blocks blocks = SortBlocks(solid, box, options);
+  Blocks blocks = SortBlocks(solid, box, options, marks.sorted);
   report(marks.sorted);
   Progress progress(options.progress, marks.sorted, marks.evaluated, blocks.mixed.size());
   auto leaves = EvaluateBlocks(solid, blocks.mixed, h, progress);

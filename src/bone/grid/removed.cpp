@@ -14,29 +14,7 @@ namespace {
 
 using openvdb::Coord;
 using Accessor = openvdb::FloatGrid::ConstAccessor;
-
-/// Returns the origins of the leaves in which the two grids differ.
-std::set<Coord> FindChangedLeaves(const openvdb::FloatGrid& before, const openvdb::FloatGrid& after) {
-  std::set<Coord> changed;
-  Accessor of_before = before.getConstAccessor();
-  Accessor of_after = after.getConstAccessor();
-  const auto compare = [&](const Coord& origin) {
-    const auto* a = of_before.probeConstLeaf(origin);
-    const auto* b = of_after.probeConstLeaf(origin);
-    const float a_all = of_before.getValue(origin);
-    const float b_all = of_after.getValue(origin);
-    for (openvdb::Index i = 0; i < 512; ++i) {
-      if ((a != nullptr ? a->getValue(i) : a_all) == (b != nullptr ? b->getValue(i) : b_all)) continue;
-      changed.insert(origin);
-      return;
-    }
-  };
-  for (auto leaf = after.tree().cbeginLeaf(); leaf; ++leaf) compare(leaf->origin());
-  for (auto leaf = before.tree().cbeginLeaf(); leaf; ++leaf) {
-    if (of_after.probeConstLeaf(leaf->origin()) == nullptr) compare(leaf->origin());
-  }
-  return changed;
-}
+using RegionAccessor = openvdb::Int32Grid::ConstAccessor;
 
 /// Returns the centre of the bone lost by a cell with these values, 0 to 1 along each axis.
 Vec3 CalcLostMiddle(const std::array<float, 8>& before, const std::array<float, 8>& after) {
@@ -52,41 +30,104 @@ Vec3 CalcLostMiddle(const std::array<float, 8>& before, const std::array<float, 
   return count == 0 ? Vec3(0.5) : sum / static_cast<double>(count);
 }
 
-}  // namespace
+void CheckSameVoxels(const Bone& before, const Bone& after) {
+  if (before.voxel_mm() == after.voxel_mm()) return;
+  throw Error(
+      fmt::format("bones of {:g} mm and {:g} mm voxels can't be compared", before.voxel_mm(), after.voxel_mm()));
+}
 
-std::vector<RemovedCell> FindRemoved(const Bone& before, const Bone& after) {
-  const openvdb::FloatGrid& phi_before = *GridsOf(before).phi;
-  const openvdb::FloatGrid& phi_after = *GridsOf(after).phi;
-  const double h = before.voxel_mm();
-  if (h != after.voxel_mm()) {
-    throw Error(fmt::format("bones of {:g} mm and {:g} mm voxels can't be compared", h, after.voxel_mm()));
-  }
-  const std::set<Coord> changed = FindChangedLeaves(phi_before, phi_after);
-  // A cell whose lowest corner is in one leaf may have other corners in the next leaves.
-  std::set<Coord> leaves;
-  for (const Coord& origin : changed) {
-    for (int i = 0; i < 8; ++i) leaves.insert(origin - Coord(8 * (i & 1), 4 * (i & 2), 2 * (i & 4)));
-  }
-  const Accessor of_before = phi_before.getConstAccessor();
-  const Accessor of_after = phi_after.getConstAccessor();
-  const auto region = GridsOf(before).region->getConstAccessor();
-  std::vector<RemovedCell> cells;
-  for (const Coord& origin : leaves) {
+Coord OriginOf(const std::array<int, 3>& leaf) {
+  return {8 * leaf[0], 8 * leaf[1], 8 * leaf[2]};
+}
+
+/// Finds the changed cells of leaf after leaf.
+class CellFinder {
+ public:
+  CellFinder(const Bone& before, const Bone& after)
+      : h_(before.voxel_mm()),
+        region_voxel_mm_(before.region_voxel_mm()),
+        before_(GridsOf(before).phi->getConstAccessor()),
+        after_(GridsOf(after).phi->getConstAccessor()),
+        region_(GridsOf(before).region->getConstAccessor()) {}
+
+  void Add(const Coord& origin, std::vector<RemovedCell>& cells) const {
     for (int i = 0; i < 512; ++i) {
       const Coord c = origin + Coord(i >> 6, (i >> 3) & 7, i & 7);
       const CellPoint at{c.x(), c.y(), c.z(), Vec3(0)};
-      const std::array<float, 8> was = GetCorners(of_before, at);
-      const std::array<float, 8> is = GetCorners(of_after, at);
+      const std::array<float, 8> was = GetCorners(before_, at);
+      const std::array<float, 8> is = GetCorners(after_, at);
       const double lost = CalcCellFraction(was) - CalcCellFraction(is);
       if (lost == 0) continue;
       const Vec3 middle = lost < 0.999 ? CalcLostMiddle(was, is) : Vec3(0.5);
-      const Vec3 p_W = h * (Vec3(c.x(), c.y(), c.z()) + middle);
+      const Vec3 p_W = h_ * (Vec3(c.x(), c.y(), c.z()) + middle);
       cells.push_back({.p_W = p_W,
-                       .mm3 = lost * h * h * h,
-                       .region = region.getValue(NearestVoxel(p_W, before.region_voxel_mm())),
+                       .mm3 = lost * h_ * h_ * h_,
+                       .region = region_.getValue(NearestVoxel(p_W, region_voxel_mm_)),
                        .in_mm = -Interpolate(was, middle)});
     }
   }
+
+ private:
+  double h_;
+  double region_voxel_mm_;
+  Accessor before_;
+  Accessor after_;
+  RegionAccessor region_;
+};
+
+}  // namespace
+
+std::vector<std::array<int, 3>> FindChangedLeaves(const Bone& before, const Bone& after) {
+  const openvdb::FloatGrid& phi_before = *GridsOf(before).phi;
+  const openvdb::FloatGrid& phi_after = *GridsOf(after).phi;
+  std::set<Coord> changed;
+  Accessor of_before = phi_before.getConstAccessor();
+  Accessor of_after = phi_after.getConstAccessor();
+  const auto compare = [&](const Coord& origin) {
+    const auto* a = of_before.probeConstLeaf(origin);
+    const auto* b = of_after.probeConstLeaf(origin);
+    const float a_all = of_before.getValue(origin);
+    const float b_all = of_after.getValue(origin);
+    for (openvdb::Index i = 0; i < 512; ++i) {
+      if ((a != nullptr ? a->getValue(i) : a_all) == (b != nullptr ? b->getValue(i) : b_all)) continue;
+      changed.insert(origin);
+      return;
+    }
+  };
+  for (auto leaf = phi_after.tree().cbeginLeaf(); leaf; ++leaf) compare(leaf->origin());
+  for (auto leaf = phi_before.tree().cbeginLeaf(); leaf; ++leaf) {
+    if (of_after.probeConstLeaf(leaf->origin()) == nullptr) compare(leaf->origin());
+  }
+  std::vector<std::array<int, 3>> leaves;
+  for (const Coord& origin : changed) leaves.push_back({origin.x() >> 3, origin.y() >> 3, origin.z() >> 3});
+  return leaves;
+}
+
+std::array<std::array<int, 3>, 8> FindCellLeaves(const std::array<int, 3>& leaf) {
+  std::array<std::array<int, 3>, 8> leaves{};
+  for (int i = 0; i < 8; ++i) {
+    leaves[static_cast<std::size_t>(i)] = {leaf[0] - (i & 1), leaf[1] - ((i >> 1) & 1), leaf[2] - ((i >> 2) & 1)};
+  }
+  return leaves;
+}
+
+std::vector<RemovedCell> FindRemovedInLeaf(const Bone& before, const Bone& after, const std::array<int, 3>& leaf) {
+  CheckSameVoxels(before, after);
+  std::vector<RemovedCell> cells;
+  CellFinder(before, after).Add(OriginOf(leaf), cells);
+  return cells;
+}
+
+std::vector<RemovedCell> FindRemoved(const Bone& before, const Bone& after) {
+  CheckSameVoxels(before, after);
+  // A cell whose lowest corner is in one leaf may have other corners in the next leaves.
+  std::set<Coord> leaves;
+  for (const std::array<int, 3>& changed : FindChangedLeaves(before, after)) {
+    for (const std::array<int, 3>& leaf : FindCellLeaves(changed)) leaves.insert(OriginOf(leaf));
+  }
+  const CellFinder finder(before, after);
+  std::vector<RemovedCell> cells;
+  for (const Coord& origin : leaves) finder.Add(origin, cells);
   return cells;
 }
 

@@ -16,6 +16,15 @@ struct RemovedCell {
   double in_mm = 0;  // depth of p_W below the surface before the cut, at most the band's width
 };
 
+/// Returns the leaves in which two bones differ: along each axis the voxel's index divided by 8, rounded down. Blocks
+/// that have one value throughout in `after` are compared only where `before` has a leaf.
+std::vector<std::array<int, 3>> FindChangedLeaves(const Bone& before, const Bone& after);
+
+/// Returns the changed cells whose lowest corner is in the leaf. See FindRemoved().
+std::vector<RemovedCell> FindRemovedInLeaf(const Bone& before, const Bone& after, const std::array<int, 3>& leaf);
+/// Returns the leaf and those that contain lowest corners of cells that reach into it.
+std::array<std::array<int, 3>, 8> FindCellLeaves(const std::array<int, 3>& leaf);
+
 /// Finds the cells in which `after`, a cut copy of `before`, differs from it; the sum of their volumes is the
 /// difference between the bones' volumes. The cells are in the order of the grid. Blocks that were entirely bone before
 /// and are entirely empty now (a piece taken out) are not included. Throws kerf::Error if the voxel sizes differ.

@@ -6,7 +6,6 @@
 #include <itkGDCMImageIO.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -17,6 +16,7 @@
 
 #include "base/core/number_text.h"
 #include "base/files/child.h"
+#include "base/files/extension.h"
 #include "bone/import/dicom_header.h"
 #include "bone/import/itk_read.h"
 #include "bone/import/limits.h"
@@ -43,9 +43,7 @@ bool IsDicom(const fs::path& path) {
 }
 
 bool ClaimsToBeDicom(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
+  const std::string extension = LowerExtension(path.string());
   return extension == ".dcm" || extension == ".dicom" || extension == ".ima";
 }
 

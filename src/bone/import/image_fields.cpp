@@ -69,7 +69,12 @@ ImageFields ParseNrrdFields(const std::string& head) {
     fields.end = end + 1;
     fields.complete = line.empty();
     const std::size_t colon = line.find(": ");
-    if (line.empty() || line[0] == '#' || colon == std::string::npos) continue;
+    if (line.empty() || line[0] == '#') continue;
+    if (const std::size_t assign = line.find(":="); assign < colon) {
+      fields.keys[line.substr(0, assign)] = line.substr(assign + 2);
+      continue;
+    }
+    if (colon == std::string::npos) continue;
     fields.values[FieldName(line.substr(0, colon))] = Trim(line.substr(colon + 2));
   }
   return fields;

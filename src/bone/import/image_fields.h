@@ -10,6 +10,7 @@ namespace kerf {
 
 struct ImageFields {
   std::map<std::string, std::string> values;  // by name, in lower case and without blanks
+  std::map<std::string, std::string> keys;    // NRRD: the lines "key:=value", as they are
   std::size_t end = 0;                        // number of bytes before the data, if they follow in the same file
   bool complete = false;                      // true if the end was found; NRRD: the empty line; MetaImage:
                                               // ElementDataFile

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <initializer_list>
+#include <utility>
 #include <vector>
 
 #include "bone/import/image_fields.h"
 #include "bone/import/image_header.h"
+#include "bone/import/limits.h"
 #include "bone/import/nifti.h"
 #include "bone/import/nrrd_lattice.h"
 #include "bone/import/patient_frame.h"
@@ -76,49 +78,100 @@ void PlaceMeta(const ImageFields& fields, const std::string& path, bool frame_st
   ReinterpretFrame(volume.frame, volume);
 }
 
-// Throws kerf::Error if an axis of an NRRD runs over the values of a voxel instead of through space.
-void CheckNrrdComponents(const ImageFields& fields, const ImageLayout& layout, const std::string& path) {
+// Returns whether the first axis of an NRRD runs over the values of a voxel instead of through space.
+bool RunsOverValues(const ImageFields& fields, std::size_t dimensions) {
+  if (dimensions < 4) return false;
   const std::string kinds = Lower(fields.Get("kinds"));
   const std::string first = kinds.substr(0, kinds.find(' '));
-  const bool through_space = first.empty() || first == "domain" || first == "space" || first == "time";
-  if (layout.sizes.size() > 3 && !through_space) CheckOneComponent(static_cast<unsigned>(layout.sizes[0]), path);
+  if (first.empty()) return Lower(fields.Get("spacedirections")).compare(0, 4, "none") == 0;
+  return first != "domain" && first != "space" && first != "time";
 }
 
-Volume ReadNrrdOrMeta(const std::string& path, const std::string& frame, ImageLayout& layout) {
-  Volume volume;
+// The values of one voxel follow each other. Returns those of each layer.
+std::vector<std::vector<std::int16_t>> SplitLayers(std::vector<std::int16_t> values, std::size_t layers) {
+  std::vector<std::vector<std::int16_t>> split(layers);
+  if (layers == 1) {
+    split[0] = std::move(values);
+    return split;
+  }
+  for (std::size_t n = 0; n < layers; ++n) {
+    split[n].reserve(values.size() / layers);
+    for (std::size_t v = n; v < values.size(); v += layers) split[n].push_back(values[v]);
+  }
+  return split;
+}
+
+LayeredImage ReadNrrdOrMeta(const std::string& path, const std::string& frame, ImageLayout& layout,
+                            std::size_t max_layers) {
+  LayeredImage image;
+  Volume& volume = image.lattice;
   const bool is_nrrd = IsNrrd(path);
-  const ImageFields fields = is_nrrd ? ParseNrrdFields(ReadHead(path)) : ParseMetaFields(ReadHead(path));
+  ImageFields fields = is_nrrd ? ParseNrrdFields(ReadHead(path)) : ParseMetaFields(ReadHead(path));
+  std::vector<double> sizes = layout.sizes;
+  std::size_t layers = 1;
   if (is_nrrd) {
-    CheckNrrdComponents(fields, layout, path);
+    const std::vector<double> all_sizes = ParseNumbers(fields.Get("sizes"));
+    if (RunsOverValues(fields, all_sizes.size())) {
+      if (all_sizes[0] > static_cast<double>(max_layers)) {
+        if (max_layers == 1) CheckOneComponent(static_cast<unsigned>(all_sizes[0]), path);
+        throw Error(
+            fmt::format("{}: the image has {:.0f} layers; kerf reads up to {}", path, all_sizes[0], max_layers));
+      }
+      layers = static_cast<std::size_t>(all_sizes[0]);
+      sizes.assign(all_sizes.begin() + 1, all_sizes.end());
+      while (sizes.size() > 3 && sizes.back() == 1) sizes.pop_back();
+    }
     SetNrrdFrame(fields, path, frame, volume);
   } else if (!frame.empty()) {
     volume.frame = frame;
   }
-  if (layout.sizes.size() != 3) {
-    throw Error(fmt::format("{}: the image has {} dimensions; kerf requires 3", path, layout.sizes.size()));
+  if (sizes.size() != 3) {
+    throw Error(fmt::format("{}: the image has {} dimensions; kerf requires 3", path, sizes.size()));
   }
   CheckOneComponent(static_cast<unsigned>(layout.components), path);
-  for (std::size_t a = 0; a < 3; ++a) volume.size[a] = static_cast<int>(layout.sizes[a]);
+  for (std::size_t a = 0; a < 3; ++a) volume.size[a] = static_cast<int>(sizes[a]);
   if (is_nrrd) {
     PlaceNrrd(fields, path, volume);
   } else {
     PlaceMeta(fields, path, !frame.empty(), volume);
   }
   CheckLattice(volume, path);
-  const std::vector<char> bytes = ReadVoxels(layout, volume.count(), path);
-  const Overflow overflow = AppendHu(bytes, layout.type, 1, 0, path, volume.hu);
+  const std::size_t count = volume.count() * layers;
+  const std::vector<char> bytes = ReadVoxels(layout, count, path);
+  std::vector<std::int16_t> values;
+  const Overflow overflow = AppendHu(bytes, layout.type, 1, 0, path, values);
   volume.exact = overflow.count == 0 && !overflow.rounded;
-  if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
-  return volume;
+  if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, count));
+  image.layers = SplitLayers(std::move(values), layers);
+  image.keys = std::move(fields.keys);
+  return image;
+}
+
+LayeredImage ReadLayers(const std::string& path, const std::string& frame, std::size_t max_layers) {
+  ImageCheck check = CheckImageHeader(path);
+  LayeredImage image;
+  if (HasNiftiExtension(path)) {
+    image.lattice = ReadNifti(path, frame);
+    image.layers.push_back(std::move(image.lattice.hu));
+    image.lattice.hu.clear();
+  } else {
+    image = ReadNrrdOrMeta(path, frame, check.layout, max_layers);
+  }
+  std::vector<std::string>& warnings = image.lattice.warnings;
+  warnings.insert(warnings.end(), check.warnings.begin(), check.warnings.end());
+  return image;
 }
 
 }  // namespace
 
 Volume ReadImageFile(const std::string& path, const std::string& frame) {
-  ImageCheck check = CheckImageHeader(path);
-  Volume volume = HasNiftiExtension(path) ? ReadNifti(path, frame) : ReadNrrdOrMeta(path, frame, check.layout);
-  volume.warnings.insert(volume.warnings.end(), check.warnings.begin(), check.warnings.end());
-  return volume;
+  LayeredImage image = ReadLayers(path, frame, 1);
+  image.lattice.hu = std::move(image.layers.front());
+  return std::move(image.lattice);
+}
+
+LayeredImage ReadLayeredImage(const std::string& path, const std::string& frame) {
+  return ReadLayers(path, frame, kMaxLabelLayers);
 }
 
 }  // namespace kerf

@@ -1,7 +1,10 @@
 // CT volumes in one file: NRRD, NIfTI, MetaImage.
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "bone/import/volume.h"
 
@@ -11,5 +14,16 @@ namespace kerf {
 /// of its voxels. Coordinates are converted to LPS, from NRRD's space or NIfTI's RAS; if `frame` (patient_frame.h) is
 /// not empty, it overrides the header. The volume's warnings state what the header leaves open.
 Volume ReadImageFile(const std::string& path, const std::string& frame = "");
+
+/// An image with one or more values per voxel.
+struct LayeredImage {
+  Volume lattice;  // without values; `exact` is that of the values
+  std::vector<std::vector<std::int16_t>> layers;
+  std::map<std::string, std::string> keys;  // of an NRRD header: its lines "key:=value"
+};
+
+/// Reads a volume as ReadImageFile() does, or an NRRD whose first axis runs over up to kMaxLabelLayers values of a
+/// voxel and whose other axes run through space, as 3D Slicer writes segmentations that overlap.
+LayeredImage ReadLayeredImage(const std::string& path, const std::string& frame = "");
 
 }  // namespace kerf

@@ -54,19 +54,32 @@ void Describe(ImportOptions& p, V&& visit) {
   visit("tooth_hu", p.tissue.tooth_hu, Range{0, 32767}, "minimum CT number of enamel");
   visit("shell_mm", p.tissue.shell_mm, Range{0, 10}, "depth to which bone is cortical whatever its CT number");
   visit("mesh_shell_mm", p.mesh_shell_mm, Range{0, 10}, "thickness of the cortex of an imported surface");
+  visit("mask_reach_mm", p.isolate.mask_reach_mm, Range{0.1, 20, kOrZero},
+        "distance from the border of the mask beyond which the mask overrides the CT; 0: two of the mask's voxels, but "
+        "at least 1.5 mm");
   visit("hu_voxel_mm", p.hu_voxel_mm, Range{kHuVoxelRange_mm.lower, kHuVoxelRange_mm.upper, kOrZero},
         "voxel size of the stored CT numbers; 0: the CT's finest spacing, but at least the bone's voxel size");
 }
 
+/// How a mask was used. Volumes in mm^3; of the mask, on the lattice of the CT or, without a CT, on its own.
+struct MaskReport {
+  bool used = false;
+  double reach_mm = 0;     // 0 without a CT
+  double wanted_mm3 = 0;   // of the wanted bone in the mask
+  double added_mm3 = 0;    // bone by the mask alone, where the CT shows none and no cavity
+  double cut_off_mm3 = 0;  // bone by the CT alone, as in MaskUse
+};
+
 /// Results of an import. Volumes in mm^3.
 struct ImportReport {
-  std::string kind;  // "DICOM", "image" or "surface"
+  std::string kind;  // "DICOM", "image", "surface" or "mask"
   std::string series_uid;
   std::array<int, 3> size{0, 0, 0};  // of the CT, voxels
   Vec3 spacing_mm{0};
   std::uint64_t input_hash = 0;
   std::vector<std::string> warnings;  // assumptions and possible faults, one sentence each
   std::string isolation;
+  MaskReport mask;
   double contact_mm2 = 0;          // contact area of the bone with the bone that was separated from it
   double iso_mm3 = 0;              // bone above iso, sum of the CT's voxels
   double filled_mm3 = 0;           // cavities, sum of the CT's voxels
@@ -99,8 +112,9 @@ struct ImportResult {
 bool IsSurfacePath(const std::string& path);
 
 /// Imports a bone. `path`: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a closed surface (.stl .obj
-/// .ply). The bone's coordinates are the patient's (LPS, mm), or those of the surface. Throws kerf::Error with one
-/// sentence if the input cannot be converted to a bone, and lets Cancelled pass.
+/// .ply), or empty for a bone from `options.isolate.mask` alone. The bone's coordinates are the patient's (LPS, mm), or
+/// those of the surface. Throws kerf::Error with one sentence if the input cannot be converted to a bone, and lets
+/// Cancelled pass.
 ImportResult Import(const std::string& path, const ImportOptions& options);
 
 /// Reads the CT as Import() does, using `options.series`, `options.frame` and `options.progress`; sets the kind and the

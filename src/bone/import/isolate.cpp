@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "bone/import/depth.h"
 #include "bone/import/mandible_likeness.h"
 #include "bone/import/watershed.h"
 #include "kerf/error.h"
@@ -25,8 +26,9 @@ constexpr double kMargin_mm = 10;    // around a candidate
 constexpr int kAirMargin = 4;        // voxels of air beyond the scan, so that bone cut by its edge has a surface there
 constexpr double kPartial_HU = 150;  // voxels this far below iso are certainly soft tissue
 constexpr double kSeedRadius_mm = 1.5;
-constexpr double kSnap_mm = 4;  // maximum distance of a point from the bone
-constexpr int kRim = 3;         // voxels of soft tissue that are assigned with the bone
+constexpr double kSnap_mm = 4;         // maximum distance of a point from the bone
+constexpr double kLeastInBone = 0.25;  // of a mask that belongs to the scan; marrow is not bone by its HU
+constexpr int kRim = 3;                // voxels of soft tissue that are assigned with the bone
 
 using Progress = std::function<void(double)>;
 
@@ -180,6 +182,110 @@ std::vector<std::uint8_t> MarkCandidate(const Volume& ct, const Volume& crop, co
   return markers;
 }
 
+// Returns the fraction of the mask's wanted voxels that lie outside the scan, and includes the others, and those that
+// are undecided, in the box of voxels from `lower` to `upper`.
+double FindMaskInScan(const Volume& ct, const BoneMask& mask, std::array<int, 3>& lower, std::array<int, 3>& upper) {
+  const Volume& map = mask.tissue;
+  std::size_t wanted = 0, outside = 0;
+  for (std::size_t v = 0, k = 0; k < static_cast<std::size_t>(map.size[2]); ++k) {
+    for (int j = 0; j < map.size[1]; ++j) {
+      for (int i = 0; i < map.size[0]; ++i, ++v) {
+        if (!IsWanted(mask.At(v)) && !IsUndecided(mask.At(v))) continue;
+        const Vec3 p_V = ct.VoxelFromWorld(map.WorldFromVoxel({i, j, static_cast<double>(k)}));
+        const std::array<int, 3> at = {static_cast<int>(std::lround(p_V.x)), static_cast<int>(std::lround(p_V.y)),
+                                       static_cast<int>(std::lround(p_V.z))};
+        wanted += IsWanted(mask.At(v)) ? 1 : 0;
+        if (!ct.Contains(at)) {
+          outside += IsWanted(mask.At(v)) ? 1 : 0;
+          continue;
+        }
+        for (std::size_t a = 0; a < 3; ++a) {
+          lower[a] = std::min(lower[a], at[a]);
+          upper[a] = std::max(upper[a], at[a]);
+        }
+      }
+    }
+  }
+  return wanted == 0 ? 1 : static_cast<double>(outside) / static_cast<double>(wanted);
+}
+
+// Makes the crop and the markers of a mask, on the crop. Throws kerf::Error if the mask does not fit the scan.
+std::vector<std::uint8_t> MarkMask(const Volume& ct, const IsolateOptions& options, Isolation& result) {
+  const BoneMask& mask = *options.mask;
+  MaskUse& use = result.mask.emplace();
+  use.reach_mm = options.mask_reach_mm > 0 ? options.mask_reach_mm : CalcDefaultReach(mask);
+  std::array<int, 3> lower = ct.size, upper = {0, 0, 0};
+  use.outside_scan = FindMaskInScan(ct, mask, lower, upper);
+  if (use.outside_scan > 0.5) {
+    throw Error(
+        fmt::format("{:.0f} % of the wanted bone of the mask lies outside the scan; the mask belongs to another "
+                    "scan, or its coordinates are in another frame",
+                    100 * use.outside_scan));
+  }
+  // Kept bone must not reach the edge of the crop, also about keep points outside the mask.
+  for (const Vec3& p_W : options.keep_W) {
+    const std::array<int, 3> at = Snap(ct, options.iso_hu, p_W, "keep");
+    for (std::size_t a = 0; a < 3; ++a) {
+      lower[a] = std::min(lower[a], at[a]);
+      upper[a] = std::max(upper[a], at[a]);
+    }
+  }
+  result.ct = CropAround(ct, lower, upper, use.reach_mm + kMargin_mm);
+  const Volume& crop = result.ct;
+  use.samples = SampleMask(mask, crop);
+  std::size_t wanted = 0, in_bone = 0, undecided = 0;
+  for (std::size_t v = 0; v < crop.count(); ++v) {
+    wanted += use.samples.wanted[v];
+    in_bone += use.samples.wanted[v] != 0 && crop.hu[v] >= options.iso_hu ? 1 : 0;
+    undecided += use.samples.undecided[v];
+  }
+  if (wanted == 0) throw Error("the wanted bone of the mask is smaller than a voxel of the scan");
+  use.wanted_mm3 = static_cast<double>(wanted) * crop.CalcVoxelVolume();
+  use.in_bone = static_cast<double>(in_bone) / static_cast<double>(wanted);
+  if (use.in_bone < kLeastInBone) {
+    throw Error(
+        fmt::format("only {:.0f} % of the wanted bone of the mask lies in bone above {:.0f} HU; the mask belongs "
+                    "to another scan, its coordinates are in another frame, or --iso is too high",
+                    100 * use.in_bone, options.iso_hu));
+  }
+  const std::vector<float> depth_mm = CalcDepth(crop, use.samples.wanted);
+  std::vector<float> outer_mm = depth_mm;
+  if (undecided > 0) {
+    std::vector<std::uint8_t> either = use.samples.wanted;
+    for (std::size_t v = 0; v < either.size(); ++v) either[v] |= use.samples.undecided[v];
+    outer_mm = CalcDepth(crop, either);
+  }
+  // In a bone that is thinner than twice the reach, the middle is the marker.
+  const double deepest_mm = *std::max_element(depth_mm.begin(), depth_mm.end());
+  const double marked_mm = std::min(use.reach_mm, 0.5 * deepest_mm);
+  std::vector<std::uint8_t> markers(crop.count(), kUnmarked);
+  use.certain.assign(crop.count(), 0);
+  for (std::size_t v = 0; v < crop.count(); ++v) {
+    const auto depth = static_cast<double>(depth_mm[v]);
+    use.certain[v] = depth > use.reach_mm ? 1 : 0;
+    if (crop.hu[v] < options.iso_hu) continue;
+    if (depth > marked_mm) markers[v] = kKeep;
+    if (static_cast<double>(outer_mm[v]) < -use.reach_mm) markers[v] = kDrop;
+  }
+  result.how = fmt::format("{}, where it and the CT differ by more than {:.4g} mm", mask.how, use.reach_mm);
+  return markers;
+}
+
+// Returns the volume of the bone that is joined to the wanted bone, that a mask marked as unwanted because it lies
+// outside, and that is in no segment of other bone.
+double CalcCutOff(const Isolation& result, double iso_hu, const std::vector<std::uint8_t>& markers) {
+  const Volume& ct = result.ct;
+  const Components all = FindComponents(ct, [&](std::size_t v) { return ct.hu[v] >= iso_hu; });
+  const auto kept =
+      static_cast<std::size_t>(std::find(result.bone.begin(), result.bone.end(), 1) - result.bone.begin());
+  std::size_t voxels = 0;
+  for (std::size_t v = 0; v < ct.count(); ++v) {
+    if (markers[v] != kDrop || all.labels[v] != all.labels[kept]) continue;
+    voxels += result.bone[v] == 0 && result.mask->samples.other[v] == 0 ? 1 : 0;
+  }
+  return static_cast<double>(voxels) * ct.CalcVoxelVolume();
+}
+
 // Assigns soft tissue close to bone to the nearest bone, wanted or not.
 void AddRim(Isolation& result, const std::vector<std::uint8_t>& unwanted) {
   const Volume& ct = result.ct;
@@ -213,6 +319,20 @@ void AddRim(Isolation& result, const std::vector<std::uint8_t>& unwanted) {
   }
   result.keep.resize(owner.size());
   for (std::size_t v = 0; v < owner.size(); ++v) result.keep[v] = owner[v] == kKeep ? 1 : 0;
+}
+
+// Returns whether bone lies so close to the edge of the crop that its surface would be open there. Beyond the edge of
+// the scan, a crop contains air.
+bool ReachesEdgeOfCrop(const Volume& crop, const std::vector<std::uint8_t>& bone) {
+  for (std::size_t v = 0; v < bone.size(); ++v) {
+    if (bone[v] == 0) continue;
+    const std::array<std::size_t, 3> at = {v % crop.size[0], v / crop.size[0] % crop.size[1],
+                                           v / crop.size[0] / crop.size[1]};
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (at[a] < kRim || at[a] + kRim >= static_cast<std::size_t>(crop.size[a])) return true;
+    }
+  }
+  return false;
 }
 
 double CalcContact(const Volume& ct, const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
@@ -326,15 +446,25 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
 
   Isolation result;
   std::vector<std::uint8_t> markers;
-  if (options.keep_W.empty() || options.drop_W.empty()) {
+  if (options.mask) {
+    markers = MarkMask(ct, options, result);
+    if (!options.keep_W.empty() || !options.drop_W.empty()) {
+      result.how += fmt::format("; points: {} keep, {} drop", options.keep_W.size(), options.drop_W.size());
+    }
+  } else if (options.keep_W.empty() || options.drop_W.empty()) {
     std::string rotation_hint;
     const std::optional<Candidate> candidate = FindCandidate(ct, options, progress, rotation_hint);
     if (!candidate) {
-      Refuse(
-          fmt::format("the mandible can't be distinguished from the other bone: no piece between {:.0f} and {:.0f} HU "
-                      "has the size and shape of one; it is joined to something else, incomplete, or not in the scan{}",
-                      iso, iso + kThresholdSteps * kThresholdStep_HU, rotation_hint),
-          at_iso, iso);
+      const bool some_points = !options.keep_W.empty() || !options.drop_W.empty();
+      Refuse(fmt::format(
+                 "the mandible can't be distinguished from the other bone: no piece between {:.0f} and {:.0f} HU "
+                 "has the size and shape of one; it is joined to something else, incomplete, or not in the scan{}{}",
+                 iso, iso + kThresholdSteps * kThresholdStep_HU, rotation_hint,
+                 some_points ? fmt::format("; {} points alone only correct a piece that is found without them: give "
+                                           "both --keep and --drop points",
+                                           options.keep_W.empty() ? "--drop" : "--keep")
+                             : ""),
+             at_iso, iso);
     }
     const Component& piece = candidate->pieces.list[candidate->label - 1];
     result.marker_hu = candidate->threshold_hu;
@@ -383,7 +513,7 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
   }
   marked[0] = 0;
   const auto label = static_cast<std::int32_t>(std::max_element(marked.begin(), marked.end()) - marked.begin());
-  if (label == 0) Refuse("the keep points mark no bone", at_iso, iso);
+  if (label == 0) Refuse(options.mask ? "the mask contains no bone" : "the keep points mark no bone", at_iso, iso);
   if (!options.keep_W.empty() && !options.drop_W.empty()) {
     for (const Vec3& p_W : options.keep_W) {
       const std::array<int, 3> at = Snap(result.ct, iso, p_W, "keep");
@@ -395,7 +525,7 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
   }
   const Component& piece = wanted.list[label - 1];
   const MandibleLikeness likeness = CheckMandibleLikeness(result.ct, wanted.labels, label, piece);
-  if (options.check_shape && !likeness.is_mandible) {
+  if (options.check_shape && !options.mask && !likeness.is_mandible) {
     Refuse(fmt::format("the isolated bone ({}) does not look like a mandible: {}; add points, or use --any-shape to "
                        "write it anyway",
                        Describe(piece), Describe(likeness, ct.frame)),
@@ -411,12 +541,20 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
     else if (result.ct.hu[v] >= iso)
       unwanted[v] = 1;
   }
+  if (ReachesEdgeOfCrop(result.ct, result.bone)) {
+    Refuse(
+        fmt::format("the bone goes on for more than {0:.0f} mm beside the part that was recognised; mark what does not "
+                    "belong to it with --drop, less than {0:.0f} mm from that part",
+                    kMargin_mm),
+        at_iso, iso);
+  }
   for (std::size_t n = 0; n < wanted.list.size(); ++n) {
     if (n + 1 == static_cast<std::size_t>(label)) continue;
     ++result.dropped_pieces;
     result.dropped_mm3 += wanted.list[n].volume_mm3;
   }
   result.contact_mm2 = CalcContact(result.ct, result.bone, unwanted);
+  if (result.mask) result.mask->cut_off_mm3 = CalcCutOff(result, iso, markers);
   AddRim(result, unwanted);
   count_iso(result);
   result.cut_by_scan = TouchesEdge(ct, result);

@@ -3,20 +3,38 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bone/import/components.h"
+#include "bone/import/mask.h"
 #include "bone/import/volume.h"
 
 namespace kerf {
 
 struct IsolateOptions {
-  double iso_hu = 300;               // voxels above this are bone
-  bool isolate = true;               // if false, all bone is kept
-  bool check_shape = true;           // reject bone that does not look like a mandible
-  double smallest_piece_mm3 = 1000;  // without isolation: smaller pieces are dropped
-  std::vector<Vec3> keep_W, drop_W;  // points in wanted and in unwanted bone, LPS, mm
+  double iso_hu = 300;                   // voxels above this are bone
+  bool isolate = true;                   // if false, all bone is kept
+  bool check_shape = true;               // reject bone that does not look like a mandible
+  double smallest_piece_mm3 = 1000;      // without isolation: smaller pieces are dropped
+  std::vector<Vec3> keep_W, drop_W;      // points in wanted and in unwanted bone, LPS, mm
+  std::shared_ptr<const BoneMask> mask;  // selects the bone; its shape is then not checked
+  double mask_reach_mm = 0;  // bone farther inside the mask is wanted, and farther outside is not; in between the CT
+                             // decides; 0: CalcDefaultReach()
+};
+
+/// How a mask selected the bone.
+struct MaskUse {
+  double reach_mm = 0;
+  double wanted_mm3 = 0;    // of the mask, on the CT's lattice
+  double outside_scan = 0;  // fraction of the mask that lies outside the scan
+  double in_bone = 0;       // fraction of the mask in the scan that is bone by its HU
+  double cut_off_mm3 = 0;   // bone joined to the wanted bone, farther than reach_mm outside the mask and in no
+                            // segment of other bone, up to 10 mm beyond the reach
+  std::vector<std::uint8_t> certain;  // 1 farther than reach_mm inside the mask
+  MaskSamples samples;
 };
 
 /// The voxels of the wanted bone. The lattice is a crop of the CT, one to a few voxels larger than the bone.
@@ -35,11 +53,13 @@ struct Isolation {
   bool cut_by_scan = false;     // true if bone reaches the edge of the scan
   double marker_hu = 0;         // automatic isolation: threshold above which the mandible is a separate piece;
                                 // otherwise 0
+  std::optional<MaskUse> mask;  // if a mask was used
 };
 
 /// Isolates the mandible. The automatic method finds the lowest threshold at which exactly one component looks like a
 /// mandible. This component and all other large ones become markers, and a marker-controlled watershed grows them back
-/// to `iso_hu`. If both keep and drop points are given, these are the markers. Throws kerf::Error if the mandible
+/// to `iso_hu`. If both keep and drop points are given, these are the markers. With a mask, the bone farther inside it
+/// than the reach is marked as wanted and the bone farther outside it as unwanted. Throws kerf::Error if the mandible
 /// cannot be distinguished from other bone; the message lists the components found (volumes, centres) and explains how
 /// to select one. `progress`, which is optional, is called with values from 0 to 1.
 Isolation Isolate(const Volume& ct, const IsolateOptions& options, const std::function<void(double)>& progress);

@@ -17,8 +17,10 @@ inline constexpr std::uint64_t kMaxSlicePixels = std::uint64_t{1} << 26;
 inline constexpr std::uint64_t kMaxSliceBytes = std::uint64_t{512} << 20;
 /// Unpacked bytes per byte of a gzip, zlib or bzip2 stream, or of text: the maximum for deflate.
 inline constexpr double kMaxUnpackRatio = 1032;
-/// Bytes of the header of an NRRD or MetaImage file.
-inline constexpr std::size_t kMaxImageHeaderBytes = std::size_t{1} << 16;
+/// Bytes of the header of an NRRD or MetaImage file. That of a segmentation has up to a kilobyte for each segment.
+inline constexpr std::size_t kMaxImageHeaderBytes = std::size_t{1} << 18;
+/// Layers of a segmentation: sets of labels on one lattice.
+inline constexpr std::size_t kMaxLabelLayers = 256;
 /// Bytes of one of the lines of text before the voxels that an NRRD header may tell the reader to skip.
 inline constexpr std::int64_t kMaxSkippedLine = std::int64_t{1} << 20;
 /// Nesting depth of sequences and items in a DICOM file, counted separately; GDCM needs a stack frame for each.

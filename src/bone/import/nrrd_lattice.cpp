@@ -123,11 +123,12 @@ void SetNrrdFrame(const ImageFields& fields, const std::string& path, const std:
 }
 
 void PlaceNrrd(const ImageFields& fields, const std::string& path, Volume& volume) {
-  const std::vector<std::optional<Vec3>> directions = ParseVectors(fields.Get("spacedirections"), path);
+  std::vector<std::optional<Vec3>> directions = ParseVectors(fields.Get("spacedirections"), path);
+  std::erase(directions, std::nullopt);  // axes that do not run through space
   const std::vector<double> spacings = ParseNumbers(fields.Get("spacings"));
   std::string units = fields.Get("spaceunits");
   glm::dmat3 steps(1);
-  if (directions.size() >= 3 && directions[0] && directions[1] && directions[2]) {
+  if (directions.size() >= 3) {
     for (int a = 0; a < 3; ++a) steps[a] = *directions[static_cast<std::size_t>(a)];
   } else if (spacings.size() >= 3) {
     for (int a = 0; a < 3; ++a) {

@@ -41,12 +41,17 @@ void ForFaceNeighbours(const Volume& lattice, const Stride& stride, std::size_t 
 
 TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid,
                      const std::vector<std::uint8_t>& bone, const SplineField* hu, bool use_atlas,
-                     const TissueOptions& options)
+                     const TissueOptions& options, const MaskSamples* mask)
     : lattice_(lattice), options_(options), hu_(hu) {
   for (int a = 0; a < 3; ++a) {
     for (int b = 0; b < 3; ++b) voxel_from_world_[b][a] = glm::inverse(lattice.axes_W)[b][a] / lattice.spacing_mm[a];
   }
-  if (!lattice_.hu.empty()) FindTeeth(bone);
+  if (mask != nullptr && !mask->tooth.empty()) {
+    TakeTeeth(mask->tooth, solid);
+  } else if (!lattice_.hu.empty()) {
+    FindTeeth(bone);
+  }
+  if (mask != nullptr && !mask->canal.empty()) canal_ = std::make_unique<SplineField>(lattice.size, mask->canal, true);
   MeasureDepth(solid);
   if (use_atlas) {
     std::vector<Vec3> points_W;
@@ -71,6 +76,16 @@ TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& sol
 
 void TissueMap::MeasureDepth(const std::vector<std::uint8_t>& solid) {
   depth_mm_ = std::make_unique<SplineField>(lattice_.size, CalcDepth(lattice_, solid), false);
+}
+
+void TissueMap::TakeTeeth(const std::vector<float>& tooth, const std::vector<std::uint8_t>& bone) {
+  tooth_voxels_.assign(bone.size(), 0);
+  for (std::size_t v = 0; v < bone.size(); ++v) {
+    if (bone[v] == 0 || tooth[v] < 0.5F) continue;
+    tooth_voxels_[v] = 1;
+    tooth_mm3_ += lattice_.CalcVoxelVolume();
+  }
+  tooth_ = std::make_unique<SplineField>(lattice_.size, tooth, false);
 }
 
 void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
@@ -139,6 +154,7 @@ void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
 int TissueMap::RegionAt(const Vec3& p_W) const {
   const Vec3 p_V = voxel_from_world_ * (p_W - lattice_.origin_W);
   if (tooth_ && tooth_->At(p_V) > 0.5) return kToothRegion;
+  if (canal_ && canal_->At(p_V) > 0.5) return kCanalRegion;
   const bool shell = depth_mm_->At(p_V) < options_.shell_mm;
   if (!shell && (hu_ == nullptr || hu_->At(p_V) < options_.cortical_hu)) return kCancellousRegion;
   return atlas_ ? atlas_->RegionAt(p_W) : kPlainCortexRegion;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "bone/import/mask.h"
 #include "bone/import/spline_field.h"
 #include "bone/import/volume.h"
 #include "bone/material/atlas.h"
@@ -31,10 +32,11 @@ class TissueMap {
  public:
   /// `lattice`: the crop of the CT; its hu may be empty for an imported surface, and then only depth is used. `solid`:
   /// bone and filled cavities. `bone`: bone by HU. `hu`: the CT as a smooth field, or null. `use_atlas`: if true, the
-  /// cortex is divided into the atlas's 31 regions, otherwise all cortex is kPlainCortexRegion. Throws kerf::Error if
-  /// the atlas cannot be fitted to the bone.
+  /// cortex is divided into the atlas's 31 regions, otherwise all cortex is kPlainCortexRegion. `mask`: on the same
+  /// lattice, or null; if it has teeth, they replace those found by their HU, and its canal becomes kCanalRegion.
+  /// Throws kerf::Error if the atlas cannot be fitted to the bone.
   TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid, const std::vector<std::uint8_t>& bone,
-            const SplineField* hu, bool use_atlas, const TissueOptions& options);
+            const SplineField* hu, bool use_atlas, const TissueOptions& options, const MaskSamples* mask = nullptr);
   int RegionAt(const Vec3& p_W) const;
   double tooth_mm3() const { return tooth_mm3_; }
 
@@ -42,6 +44,7 @@ class TissueMap {
 
  private:
   void FindTeeth(const std::vector<std::uint8_t>& bone);
+  void TakeTeeth(const std::vector<float>& tooth, const std::vector<std::uint8_t>& bone);
   void MeasureDepth(const std::vector<std::uint8_t>& solid);
 
   Volume lattice_;  // without its hu after construction
@@ -51,6 +54,7 @@ class TissueMap {
   std::vector<std::uint8_t> tooth_voxels_;
   std::unique_ptr<SplineField> depth_mm_;
   std::unique_ptr<SplineField> tooth_;  // null if there are no teeth
+  std::unique_ptr<SplineField> canal_;  // null if no canal is known
   std::unique_ptr<MandibleAtlas> atlas_;
   double tooth_mm3_ = 0;
 };

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cctype>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
 #include <sstream>
 #include <system_error>
 #include <unordered_map>
 
+#include "base/files/extension.h"
 #include "base/files/files.h"
 #include "bone/mesh/limits.h"
 #include "bone/mesh/read.h"
@@ -20,13 +19,6 @@
 
 namespace kerf {
 namespace {
-
-std::string LowerExtension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
 
 [[noreturn]] void FailExtension(const std::string& path) {
   throw Error(fmt::format("{}: a surface's name must end in .stl, .obj or .ply", path));

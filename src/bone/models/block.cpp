@@ -64,7 +64,7 @@ int CalcBlockRegion(const BlockParams& params, const Vec3& p_W) {
   return params.layers.back().region;
 }
 
-Bone MakeBlock(const BlockParams& params, const MaterialTable& materials) {
+Bone MakeBlock(const BlockParams& params, const MaterialTable& materials, const std::function<void(double)>& progress) {
   CheckBlock(params, materials);
   SolidField solid;
   solid.value = [&params](const Vec3& p_W) { return CalcBlockDistance(params, p_W); };
@@ -79,6 +79,7 @@ Bone MakeBlock(const BlockParams& params, const MaterialTable& materials) {
   options.voxel_mm = params.voxel_mm;
   options.region_voxel_mm = params.voxel_mm;
   options.max_bytes = static_cast<double>(ReadAvailableBytes());
+  options.progress = progress;
   Bone bone = MakeBone(solid, box.Grown(5 * params.voxel_mm), options, materials);
   bone.set_note("made_by", "kerf model block");
   bone.set_note("block_size_mm", fmt::format("{} {} {}", params.size_mm.x, params.size_mm.y, params.size_mm.z));

@@ -179,15 +179,21 @@ void CheckLabelMap(const LabelMap& map, const std::map<int, int>& region_of_labe
 }  // namespace
 
 Bone MakeBoneFromLabels(const LabelMap& map, const std::map<int, int>& region_of_label, double voxel_mm,
-                        const MaterialTable& materials) {
+                        const MaterialTable& materials, const std::function<void(double)>& progress) {
   CheckLabelMap(map, region_of_label, materials);
   BuildOptions options;
   options.voxel_mm = voxel_mm;
   options.region_voxel_mm = std::max(voxel_mm, 0.2);
   CheckParameters(options);
+  options.progress = progress;
+  const auto check = [&progress] {
+    if (progress) progress(0);
+  };
   const LabelSolid solid(map, region_of_label);
   if (solid.empty()) throw Error("no voxel of the label map has a label that is bone");
+  check();
   const std::vector<std::uint8_t> grown = solid.GrowRegions((kBandVoxels + 1) * options.region_voxel_mm);
+  check();
   return MakeBone({.value = [&](const Vec3& p_W) { return solid.CalcValue(p_W); },
                    .classify = [&](const Vec3& p_W, double radius_mm) { return solid.Classify(p_W, radius_mm); },
                    .region = [&](const Vec3& p_W) { return solid.RegionAt(grown, p_W); },

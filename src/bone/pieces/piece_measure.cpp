@@ -14,7 +14,7 @@ std::optional<Vec3> CalcPlace(const PieceSet& pieces, const PiecePoint& point) {
   return pieces.state(i).X_WP.Point(point.p_P);
 }
 
-std::optional<PieceMeasure> MeasurePieces(const PieceSet& pieces, const std::vector<PiecePoint>& points) {
+std::optional<PieceMeasure> MeasurePieces(const PieceSet& pieces, const MeasuredPoints& points) {
   PieceMeasure measure;
   for (const PiecePoint& point : points) {
     const std::optional<Vec3> p_W = CalcPlace(pieces, point);

@@ -293,13 +293,16 @@ std::vector<PieceContact> PieceSet::CalcContacts(int i, double gap_limit_mm) con
   state_->Check(i);
   std::vector<PieceContact> contacts;
   for (int other = 0; other < size(); ++other) {
-    if (other == i || state(other).deleted) continue;
-    PieceContact contact{
-        .other = other, .overlap_mm3 = CalcOverlapWith(i, other), .gap = CalcGapTo(i, other, gap_limit_mm)};
-    if (contact.overlap_mm3 > 0 && contact.gap) contact.gap->gap_mm = 0;
-    contacts.push_back(contact);
+    if (other != i && !state(other).deleted) contacts.push_back(CalcContact(i, other, gap_limit_mm));
   }
   return contacts;
+}
+
+PieceContact PieceSet::CalcContact(int i, int other, double gap_limit_mm) const {
+  PieceContact contact{
+      .other = other, .overlap_mm3 = CalcOverlapWith(i, other), .gap = CalcGapTo(i, other, gap_limit_mm)};
+  if (contact.overlap_mm3 > 0 && contact.gap) contact.gap->gap_mm = 0;
+  return contact;
 }
 
 std::string PieceSet::FormatJson() const {

@@ -109,6 +109,7 @@ class PieceSet {
   std::optional<PiecePick> Pick(const Vec3& origin_W, const Vec3& direction_W) const;
   /// Computes the contacts with every other piece that is not deleted. Gaps beyond `gap_limit_mm` are not searched for.
   std::vector<PieceContact> CalcContacts(int i, double gap_limit_mm = 50) const;
+  PieceContact CalcContact(int i, int other, double gap_limit_mm = 50) const;
   double CalcOverlapWith(int i, int other) const;
   std::optional<Gap> CalcGapTo(int i, int other, double limit_mm) const;
   /// Computes statistics of the surface of piece i that faces the other piece.

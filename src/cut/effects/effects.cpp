@@ -53,11 +53,18 @@ std::size_t EffectInfo::FindParameter(std::string_view key) const {
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     if (parameters[i].key == key) return i;
   }
-  throw Error(fmt::format("the effect {} has no parameter '{}'", name, key));
+  std::vector<std::string_view> keys;
+  for (const EffectParameter& p : parameters) keys.emplace_back(p.key);
+  throw Error(fmt::format("the effect {} has no parameter '{}'; {}", name, key,
+                          keys.empty() ? "it has none" : fmt::format("it has {}", fmt::join(keys, ", "))));
 }
 
 EffectChoice::EffectChoice(std::string_view name) : info_(FindEffect(name)) {
-  if (info_ == nullptr) throw Error(fmt::format("there is no effect '{}'", name));
+  if (info_ == nullptr) {
+    std::vector<std::string_view> names;
+    for (const EffectInfo* info : Effects()) names.emplace_back(info->name);
+    throw Error(fmt::format("there is no effect '{}'; available: {}", name, fmt::join(names, ", ")));
+  }
   for (const EffectParameter& parameter : info_->parameters) values_.push_back(parameter.default_value);
   files_.resize(values_.size());
 }

@@ -34,8 +34,8 @@ std::string FindForceFault(const ToothForce& law, const ToothCut& cut) {
       return fmt::format("its force is {:g} N at a bite of {:g} mm; it must be finite and 0 or more", N, bite_mm);
     }
     if (thrust_N < last_N) {
-      return fmt::format("its thrust falls from {:g} to {:g} N as the bite grows to {:g} mm", last_N, thrust_N,
-                         bite_mm);
+      return fmt::format("its thrust falls by {:.3g} N, from {:g} N, as the bite grows to {:g} mm", last_N - thrust_N,
+                         last_N, bite_mm);
     }
     last_N = thrust_N;
     if (law(bite_mm, cut) != thrust_N || (law.HasCutting() && law.Cutting(bite_mm, cut) != cutting_N)) {
@@ -156,7 +156,10 @@ std::size_t ForceLaw::FindParameter(std::string_view key) const {
   for (std::size_t i = 0; i < info_->parameters.size(); ++i) {
     if (info_->parameters[i].key == key) return i;
   }
-  throw Error(fmt::format("the force law {} has no parameter {}", info_->name, key));
+  std::vector<std::string_view> keys;
+  for (const LawParameter& p : info_->parameters) keys.emplace_back(p.key);
+  throw Error(fmt::format("the force law {} has no parameter {}; {}", info_->name, key,
+                          keys.empty() ? "it has none" : fmt::format("it has {}", fmt::join(keys, ", "))));
 }
 
 ToothForce MakeToothForce(const ForceLaw& law, const Tool& tool) {
@@ -172,6 +175,12 @@ ToothForce MakeToothForce(const ForceLaw& law, const Tool& tool) {
     force.jumps |= force.thrust(force, 0, MakeToothCut(kE_MPa, kE_MPa, static_cast<Tissue>(i))) > 0;
   }
   return force;
+}
+
+bool IsOwnLaw(const ForceLaw& law) {
+#define KERF_IS_LAW(function) || &law.info() == &function()
+  return !(false KERF_FORCE_LAWS(KERF_IS_LAW));
+#undef KERF_IS_LAW
 }
 
 bool LacksTissue(const ForceLaw& law) {

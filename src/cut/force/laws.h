@@ -21,6 +21,9 @@ KERF_FORCE_LAWS(KERF_DECLARE_LAW)
 /// none.
 std::string FindLawFault(const ForceLawInfo& info);
 
+/// Returns true for a law that RegisterForceLaw() has added.
+bool IsOwnLaw(const ForceLaw& law);
+
 /// Returns true if the law has a table without rows for some tissue.
 bool LacksTissue(const ForceLaw& law);
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "cut/contact/broken_rule.h"
 #include "cut/hand_sim/internals.h"
 #include "cut/hand_sim/state.h"
 #include "kerf/simulation.h"
@@ -372,6 +373,7 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
       u = {v.x, v.y, v.z, w.x, w.y, w.z};
     } else {
       const StepSolution solution = solver.Solve(problem, u, shape.reach_mm, params.max_iterations);
+      if (has_own_law) CheckSolution(problem, solution, u, params.law.name());
       u = solution.u;
       out.iterations = std::max(out.iterations, solution.iterations);
       if (!solution.converged) out.status |= kCoupledIterationsUsedUp;
@@ -399,6 +401,9 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
       }
     }
     AddUp(time_s, sums, out);
+    if (const double sum_N = sums.teeth.thrust_N + sums.teeth.cutting_N; !(sum_N >= 0 && std::isfinite(sum_N))) {
+      ThrowBadSum(problem, u, sum_N, params.law.name());
+    }
     Move(X_next, fraction);
     if (!free && effects.wants_solved()) {
       const EffectsStage stage(observer, effects, TickStage::kRemove);
@@ -413,6 +418,25 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
 
 CoupledOutput CoupledSimulation::Tick(const CoupledInput& input, TickObserver* observer) {
   State& s = *state_;
+  ++s.ticks;
+  const Pose X_WT_before = s.X_WT, X_WH_before = s.X_WH;
+  const PacedCutter paced_before = s.paced;
+  const bool at_start_before = s.at_start;
+  try {
+    return CallOwn("force law", s.params.law.name(), [&] { return s.Tick(input, observer); });
+  } catch (BrokenRule& fault) {
+    s.X_WT = X_WT_before;
+    s.X_WH = X_WH_before;
+    s.paced = paced_before;
+    s.at_start = at_start_before;
+    SetDown(s.World(X_WT_before));
+    fault.SetTick(s.ticks);
+    throw;
+  }
+}
+
+CoupledOutput CoupledSimulation::State::Tick(const CoupledInput& input, TickObserver* observer) {
+  State& s = *this;
   CoupledInput in = input;
   if (std::abs(in.rpm) < kMinRpm) in.rpm = 0;
   CoupledOutput out;

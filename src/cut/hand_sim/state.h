@@ -12,6 +12,7 @@
 #include "cut/contact/faces.h"
 #include "cut/contact/step.h"
 #include "cut/effects/plan.h"
+#include "cut/force/laws.h"
 #include "cut/hand_sim/coupling.h"
 #include "cut/hand_sim/internals.h"
 #include "cut/hand_sim/setup.h"
@@ -50,6 +51,7 @@ struct CoupledSimulation::State {
         effects(params.effects,
                 {bone, field, params.tool, shape, edge, problem.law, &faces, params.coupling.p_TC_mm, field.p_WF_mm()}),
         solver(edge.size() + faces.size() + effects.capacity().solids + effects.capacity().frictions + 8),
+        has_own_law(IsOwnLaw(params.law)),
         X_WT(Local(X_WT_start)),
         X_WH(X_WT) {
     last.X_WT = X_WT_start;
@@ -73,6 +75,7 @@ struct CoupledSimulation::State {
     bool touched = false;                 // true if the tool touched anything
   };
 
+  CoupledOutput Tick(const CoupledInput& input, TickObserver* observer);
   bool Accepts(const CoupledInput& in) const;
   CoupledOutput Repeat() const;
   /// Within a tick all poses are in the field's frame F, which replaces W.
@@ -130,6 +133,7 @@ struct CoupledSimulation::State {
   Vec3 f_cut_T{0};                      // force of the teeth in the last substep without the slab law, tool frame
   double teeth = 0;                     // engaged teeth in the same substep
 
+  bool has_own_law;             // of another program: its forces are checked
   bool at_start = true;         // CutAtStart() has not removed the bone inside the tool yet
   Pose X_WT;                    // pose of the tool
   Pose X_WH;                    // last valid handle pose
@@ -141,6 +145,7 @@ struct CoupledSimulation::State {
   std::size_t first_guide = 0;  // index in the problem's solids
   std::size_t first_of_effects = 0;
   CoupledOutput last;  // output of the last tick
+  std::uint64_t ticks = 0;
   std::array<double, 256> taken_out_mm3{};
   std::unique_ptr<LeafHistory> history;
   /// Energy lost so far and not returned; bounds the energy of a push-out (penetration_limiter.h).

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bone/grid/piece_removal.h"
+#include "cut/contact/broken_rule.h"
 #include "cut/contact/edge.h"
 #include "cut/effects/plan.h"
 #include "cut/path_sim/internals.h"
@@ -53,10 +54,15 @@ struct Simulation::State {
   /// Within a tick all poses are in the field's frame F, which replaces W.
   Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
   TickOutput Repeat() const;
+  void Refill() {
+    field.Refill(kSpareLeaves);
+    cutter.Refill();
+  }
   void CutRest(const Pose& X_to);
   // Not inlined, so that its loop compiles to the same code regardless of the rest of the tick (tools/off_is_free).
   [[gnu::noinline]] EdgeLoad CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s);
   void AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s, EdgeLoad& load);
+  TickOutput Tick(const TickInput& in, TickObserver* observer);
 
   Bone bone;
   SimulationParams params;
@@ -70,6 +76,7 @@ struct Simulation::State {
   EffectPlan effects;
   Pose X_WT;        // last valid pose
   TickOutput last;  // output of the last tick
+  std::uint64_t ticks = 0;
   std::array<double, 256> taken_out_mm3{};
 };
 
@@ -83,10 +90,7 @@ TickOutput Simulation::State::Repeat() const {
 
 /// Removes all pending bone, up to the tool's pose. May allocate.
 void Simulation::State::CutRest(const Pose& X_to) {
-  while (paced.Flush(X_to).out_of_leaves) {
-    field.Refill(kSpareLeaves);
-    cutter.Refill();
-  }
+  while (paced.Flush(X_to).out_of_leaves) Refill();
 }
 
 /// Returns the mean load over many tooth passages while the tool moves with velocity `v_T_mm_per_s` and rotates only
@@ -200,8 +204,7 @@ void Simulation::AddTakenOut(const std::array<double, 256>& mm3, double sign) {
   for (std::size_t id = 0; id < mm3.size(); ++id) state_->taken_out_mm3[id] += sign * mm3[id];
 }
 void Simulation::Refill() {
-  state_->field.Refill(kSpareLeaves);
-  state_->cutter.Refill();
+  state_->Refill();
 }
 
 int Simulation::changed_count() const {
@@ -226,6 +229,22 @@ bool Simulation::SetDown(const Pose& X_WT) {
 
 TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
   State& s = *state_;
+  ++s.ticks;
+  const Pose X_before = s.X_WT;
+  const PacedCutter paced_before = s.paced;
+  try {
+    return s.Tick(in, observer);
+  } catch (BrokenRule& fault) {
+    s.X_WT = X_before;
+    s.paced = paced_before;
+    s.cutter.Lift();
+    fault.SetTick(s.ticks);
+    throw;
+  }
+}
+
+TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) {
+  State& s = *this;
   TickOutput out;
   const auto enter = [observer](TickStage stage) {
     if (observer) observer->Enter(stage);
@@ -279,11 +298,17 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
     const Pose X_b = i == static_cast<int>(substeps) ? X_to : Interpolate(X_from, X_to, i / substeps);
     enter(TickStage::kEngage);
     const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
-    EdgeLoad load = s.CalcLoad(X_a, v_T, passes_per_s);
-    if (s.effects.wants_steps()) {
-      const EffectsStage stage(observer, s.effects, TickStage::kEngage);
-      s.AddEffects(X_a, X_b, v_T, begin.rpm, dt_s, load);
-    }
+    const EdgeLoad load = CallOwn("force law", s.params.law.name(), [&] {
+      EdgeLoad step = s.CalcLoad(X_a, v_T, passes_per_s);
+      if (const double sum_N = step.sums.thrust_N + step.sums.cutting_N; !(sum_N >= 0 && std::isfinite(sum_N))) {
+        ThrowBadSum(s.problem, {v_T.x, v_T.y, v_T.z, 0, 0, 0}, sum_N, s.params.law.name());
+      }
+      if (s.effects.wants_steps()) {
+        const EffectsStage stage(observer, s.effects, TickStage::kEngage);
+        s.AddEffects(X_a, X_b, v_T, begin.rpm, dt_s, step);
+      }
+      return step;
+    });
     out.f_T_W_N += X_a.Vector(load.f_T_N);
     out.tau_TG_W_Nmm += X_a.Vector(load.tau_T_Nmm + glm::cross(-p_TG_mm, load.f_T_N));
     sums.Add(load.sums);
@@ -291,7 +316,7 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
     Cutter::Result cut = s.paced.Cut(X_a, X_b);
     out.removed_mm3 += cut.removed_mm3;
     while (cut.out_of_leaves) {
-      Refill();
+      s.Refill();
       cut = s.paced.Cut(X_a, X_b);
       out.removed_mm3 += cut.removed_mm3;
     }

@@ -39,9 +39,9 @@ Axis MakeAxis(double low, double high, bool from_zero) {
   return {.low = std::floor(low / step + 1e-9) * step, .high = std::ceil(high / step - 1e-9) * step, .step = step};
 }
 
-std::string Tick(double value, double step) {
+std::string Tick(double value, double step, const ReportLanguage& t) {
   const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 9);
-  return Show(value, decimals);
+  return t.Show(value, decimals);
 }
 
 /// Returns the minimum and the maximum of each interval.
@@ -61,7 +61,7 @@ std::vector<std::pair<double, double>> Thin(const std::vector<std::pair<double, 
 
 }  // namespace
 
-std::string FormatCurveSvg(const ExportCurve& curve) {
+std::string FormatCurveSvg(const ExportCurve& curve, const ReportLanguage& t) {
   std::vector<std::pair<double, double>> points;
   for (const auto& p : curve.points) {
     if (std::isfinite(p.first) && std::isfinite(p.second)) points.push_back(p);
@@ -85,8 +85,8 @@ std::string FormatCurveSvg(const ExportCurve& curve) {
     return kHeight - kBottom - (v - y.low) / (y.high - y.low) * (kHeight - kTop - kBottom);
   };
   std::string out = fmt::format("<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\">\n", kWidth, kHeight,
-                                EscapeHtml(curve.title));
-  out += fmt::format("<title>{}</title>\n", EscapeHtml(curve.title));
+                                EscapeHtml(t.Tr(curve.title)));
+  out += fmt::format("<title>{}</title>\n", EscapeHtml(t.Tr(curve.title)));
   const int x_ticks = static_cast<int>(std::lround((x.high - x.low) / x.step));
   const int y_ticks = static_cast<int>(std::lround((y.high - y.low) / y.step));
   for (int i = 0; i <= y_ticks; ++i) {
@@ -94,21 +94,21 @@ std::string FormatCurveSvg(const ExportCurve& curve) {
     out += fmt::format("<line class=\"grid\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>", kLeft, to_y(v),
                        kWidth - kRight, to_y(v));
     out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", kLeft - 8, to_y(v) + 4,
-                       Tick(v, y.step));
+                       Tick(v, y.step, t));
   }
   for (int i = 0; i <= x_ticks; ++i) {
     const double v = x.low + i * x.step;
     out += fmt::format("<line class=\"axis\" x1=\"{0:.1f}\" y1=\"{1:.1f}\" x2=\"{0:.1f}\" y2=\"{2:.1f}\"/>", to_x(v),
                        kHeight - kBottom, kHeight - kBottom + 5);
     out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n", to_x(v),
-                       kHeight - kBottom + 19, Tick(v, x.step));
+                       kHeight - kBottom + 19, Tick(v, x.step, t));
   }
   out += fmt::format("<line class=\"axis\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>\n", kLeft,
                      kHeight - kBottom, kWidth - kRight, kHeight - kBottom);
   out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
-                     0.5 * (kLeft + kWidth - kRight), kHeight - 8, EscapeHtml(curve.x_label));
+                     0.5 * (kLeft + kWidth - kRight), kHeight - 8, EscapeHtml(t.Tr(curve.x_label)));
   out += fmt::format("<text transform=\"translate(16 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-                     0.5 * (kTop + kHeight - kBottom), EscapeHtml(curve.y_label));
+                     0.5 * (kTop + kHeight - kBottom), EscapeHtml(t.Tr(curve.y_label)));
   out += "<polyline class=\"curve\" points=\"";
   for (const auto& [px, py] : Thin(points)) out += fmt::format("{:.1f},{:.1f} ", to_x(px), to_y(py));
   return out + "\"/>\n</svg>\n";

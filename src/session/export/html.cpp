@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/files/html_text.h"
+#include "session/export/write_export.h"
 
 namespace kerf::export_detail {
 
@@ -41,3 +42,26 @@ std::string Show(double value, int decimals) {
 }
 
 }  // namespace kerf::export_detail
+
+namespace kerf {
+
+std::string ReportLanguage::ShowName(const std::string& name) const {
+  const std::size_t space = name.find_last_of(' ');
+  const bool numbered = space != std::string::npos && space + 1 < name.size() &&
+                        name.find_first_not_of("0123456789", space + 1) == std::string::npos;
+  const std::string base = numbered ? name.substr(0, space) : name;
+  const std::string ending = numbered ? name.substr(space) : std::string();
+  for (const std::string_view word :
+       {"plane", "stop", "piece", "nerve", "canal", "tooth", "root", "other", "distance", "angle"}) {
+    if (base == word) return Tr(base) + ending;
+  }
+  return name;
+}
+
+std::string ReportLanguage::Show(double value, int decimals) const {
+  std::string text = export_detail::Show(value, decimals);
+  if (const std::size_t dot = text.find('.'); dot != std::string::npos) text.replace(dot, 1, point);
+  return text;
+}
+
+}  // namespace kerf

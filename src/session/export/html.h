@@ -14,7 +14,7 @@ std::string Base64(std::string_view bytes);
 /// `text` is true.
 std::string Table(const std::vector<std::string>& headers, const std::vector<std::vector<std::string>>& rows,
                   bool text = false);
-/// Returns "-" if `value` is not finite, otherwise the value with `decimals` decimals. Never returns "-0.00".
+/// As ReportLanguage::Show(), in English.
 std::string Show(double value, int decimals);
 
 }  // namespace kerf::export_detail

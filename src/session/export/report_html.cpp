@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/files/html_text.h"
 #include "bone/pieces/measure.h"
@@ -35,209 +36,281 @@ svg .curve { fill: none; stroke: #0072b2; stroke-width: 1.5; }
 @media print { body { margin: 0; max-width: none; } h2 { break-after: avoid; } figure, table { break-inside: avoid; } }
 )";
 
-std::string Signed(double value, int decimals) {
-  const std::string text = Show(value, decimals);
-  return text.empty() || text[0] == '-' || std::stod(text) == 0 ? text : "+" + text;
+std::string Signed(const ReportLanguage& t, double value, int decimals) {
+  const std::string text = t.Show(value, decimals);
+  const bool zero = text.find_first_of("123456789") == std::string::npos;
+  return text.empty() || text[0] == '-' || zero ? text : "+" + text;
+}
+
+template <typename... Values>
+std::string Fill(const std::string& text, const Values&... values) {
+  return fmt::format(fmt::runtime(text), values...);
+}
+
+std::string Note(const std::string& text) {
+  return "<p class=\"note\">" + EscapeHtml(text) + "</p>\n";
+}
+
+std::string Heading(const std::string& text) {
+  return "<h2>" + EscapeHtml(text) + "</h2>\n";
+}
+
+std::string Scrolling(const std::string& table) {
+  return "<div class=\"scroll\">\n" + table + "</div>\n";
 }
 
 std::string Summarise(const ExportInput& input) {
+  const ReportLanguage& t = input.language;
   std::string out;
+  const auto add = [&out](const std::string& sentence) { out += (out.empty() ? "" : " ") + sentence; };
   if (input.assessment != nullptr) {
     const Assessment& a = *input.assessment;
     if (!a.planes.empty()) {
       const auto cut = std::count_if(a.planes.begin(), a.planes.end(), [](const PlaneResult& p) { return p.cut; });
       const auto good =
           std::count_if(a.planes.begin(), a.planes.end(), [](const PlaneResult& p) { return p.within_margin; });
-      out += fmt::format("{} of {} planned plane{} cut, {} within the margin. ", cut, a.planes.size(),
-                         a.planes.size() == 1 ? "" : "s", good);
+      add(Fill(a.planes.size() == 1 ? t.Tr("{0} of {1} planned plane cut, {2} within the margin.")
+                                    : t.Tr("{0} of {1} planned planes cut, {2} within the margin."),
+               cut, a.planes.size(), good));
+      for (std::size_t i = 0; i < input.cut_states.size(); ++i) {
+        const CutState& state = input.cut_states[i];
+        if (!a.planes[i].cut || state.bridges.empty()) continue;
+        add(Fill(t.Tr("{0} is cut by {1} % of its area and still holds by {2} mm²."),
+                 t.ShowName(a.planes[i].planned.name), t.Show(100 * state.fraction(), 0), t.Show(state.left_mm2, 1)));
+      }
     }
-    out += fmt::format("{} mm\u00b3 of bone removed. ", Show(a.removed_mm3, 1));
+    add(Fill(t.Tr("{} mm³ of bone removed."), t.Show(a.removed_mm3, 1)));
   }
   if (input.structures != nullptr) {
     const auto& all = input.structures->structures;
     const auto cut = std::count_if(all.begin(), all.end(), [](const StructureResult& s) { return s.is_cut; });
     if (!all.empty()) {
-      out += cut == 0 ? std::string("No marked structure was cut. ")
-                      : fmt::format("{} structure{} cut. ", cut, cut == 1 ? " was" : "s were");
+      add(cut == 0   ? t.Tr("No marked structure was cut.")
+          : cut == 1 ? t.Tr("1 structure was cut.")
+                     : Fill(t.Tr("{} structures were cut."), cut));
     }
   }
   if (input.pieces != nullptr) {
     int count = 0;
     for (int i = 0; i < input.pieces->size(); ++i) count += input.pieces->state(i).deleted ? 0 : 1;
-    out += fmt::format("{} piece{}.", count, count == 1 ? "" : "s");
+    add(count == 1 ? t.Tr("1 piece.") : Fill(t.Tr("{} pieces."), count));
   }
   return out;
 }
 
-std::string FormatPlanes(const Assessment& a) {
+std::string FormatPlanes(const ReportLanguage& t, const Assessment& a, const std::vector<CutState>& states) {
   std::vector<std::vector<std::string>> rows;
-  for (const PlaneResult& p : a.planes) {
+  for (std::size_t i = 0; i < a.planes.size(); ++i) {
+    const PlaneResult& p = a.planes[i];
+    const std::string name = t.ShowName(p.planned.name);
+    const std::string cut = i < states.size() ? t.Show(100 * states[i].fraction(), 0) : "-";
+    const std::string left = i < states.size() ? t.Show(states[i].left_mm2, 1) : "-";
     if (!p.cut) {
-      rows.push_back(
-          {p.planned.name, Show(p.planned.margin_mm, 2), "no kerf found near it", "-", "-", "-", "-", "-", "-"});
+      rows.push_back({name, cut, left, t.Show(p.planned.margin_mm, 2), t.Tr("no kerf found near it"), "-", "-", "-",
+                      "-", "-", "-"});
       continue;
     }
-    rows.push_back({p.planned.name, Show(p.planned.margin_mm, 2), Signed(p.offset_mm, 2), Signed(p.furthest_mm, 2),
-                    Show(p.angles.angle_deg, 2), Signed(p.angles.pitch_deg, 2), Signed(p.angles.roll_deg, 2),
-                    Show(p.cut->width_mm, 2), p.within_margin ? "yes" : "no"});
+    rows.push_back({name, cut, left, t.Show(p.planned.margin_mm, 2), Signed(t, p.offset_mm, 2),
+                    Signed(t, p.furthest_mm, 2), t.Show(p.angles.angle_deg, 2), Signed(t, p.angles.pitch_deg, 2),
+                    Signed(t, p.angles.roll_deg, 2), t.Show(p.cut->width_mm, 2),
+                    p.within_margin ? t.Tr("yes") : t.Tr("no")});
   }
-  std::string out = "<h2>Planes: planned against achieved</h2>\n<div class=\"scroll\">\n";
-  out += Table({"plane", "margin, mm", "offset, mm", "furthest, mm", "angle, \u00b0", "pitch, \u00b0", "roll, \u00b0",
-                "kerf, mm", "within margin"},
-               rows);
-  out +=
-      "</div>\n<p class=\"note\">Offset: distance of the kerf's middle from the planned plane, positive on the side of "
-      "its normal. Furthest: largest distance of the kerf's corners. Roll: lean with depth; pitch: rotation about the "
-      "direction of depth.</p>\n";
-  return out;
+  return Heading(t.Tr("Planes: planned against achieved")) +
+         Scrolling(Table({t.Tr("plane"), t.Tr("cut, %"), t.Tr("still holds, mm²"), t.Tr("margin, mm"),
+                          t.Tr("offset, mm"), t.Tr("furthest, mm"), t.Tr("angle, °"), t.Tr("pitch, °"), t.Tr("roll, °"),
+                          t.Tr("kerf, mm"), t.Tr("within margin")},
+                         rows)) +
+         Note(t.Tr("Cut: part of the plane's area in the bone. Offset: distance of the kerf's middle from the planned "
+                   "plane, positive on the side of its normal. Furthest: largest distance of the kerf's corners. Roll: "
+                   "lean with depth; pitch: rotation about the direction of depth."));
 }
 
-std::string FormatStops(const Assessment& a) {
+std::string FormatStops(const ReportLanguage& t, const Assessment& a) {
   std::vector<std::vector<std::string>> rows;
   for (const StopResult& s : a.stops) {
-    rows.push_back({s.planned.name, Show(s.planned.depth_mm, 2), s.depth_mm ? Show(*s.depth_mm, 2) : "not reached",
-                    s.depth_mm ? Signed(s.over_mm, 2) : "-"});
+    rows.push_back({t.ShowName(s.planned.name), t.Show(s.planned.depth_mm, 2),
+                    s.depth_mm ? t.Show(*s.depth_mm, 2) : t.Tr("not reached"),
+                    s.depth_mm ? Signed(t, s.over_mm, 2) : "-"});
   }
-  return "<h2>Depth stops</h2>\n" + Table({"stop", "planned, mm", "reached, mm", "difference, mm"}, rows);
+  return Heading(t.Tr("Depth stops")) +
+         Table({t.Tr("stop"), t.Tr("planned, mm"), t.Tr("reached, mm"), t.Tr("difference, mm")}, rows);
 }
 
-std::string FormatStructures(const StructureAssessment& a) {
-  std::vector<std::vector<std::string>> rows;
-  const auto add_unknown = [&rows](const char* name) {
-    rows.push_back({name, "not marked", "unknown", "unknown", "unknown"});
+/// As MakeStructureName(), in the language of the report.
+std::string NameStructure(const ReportLanguage& t, const StructureResult& structure) {
+  if (!structure.name.empty()) return t.ShowName(structure.name);
+  const bool tooth = structure.kind == MarkKind::kTooth;
+  switch (structure.side) {
+    case BodySide::kLeft:
+      return tooth ? Fill(t.Tr("tooth {} from the middle, patient's left"), structure.number)
+                   : t.Tr("canal of the nerve, patient's left");
+    case BodySide::kRight:
+      return tooth ? Fill(t.Tr("tooth {} from the middle, patient's right"), structure.number)
+                   : t.Tr("canal of the nerve, patient's right");
+    case BodySide::kBoth:
+      break;
+  }
+  return tooth ? t.Tr("row of touching teeth, on both sides") : t.Tr("canal of the nerve, on both sides");
+}
+
+/// As DescribePlace(), in the language of the report.
+std::string ShowPlace(const ReportLanguage& t, const Vec3& p_W) {
+  const auto show = [&t](double x, const std::string& positive, const std::string& negative) {
+    const double rounded = std::round(10 * x) / 10;
+    const std::string length = t.Show(std::abs(rounded), 1) + " mm";
+    return rounded == 0 ? length : length + " " + (rounded > 0 ? positive : negative);
   };
-  if (!a.canal_known) add_unknown("nerve and its canal");
-  if (!a.teeth_known) add_unknown("teeth and roots");
+  return fmt::format("{}, {}, {}", show(p_W.x, t.Tr("left"), t.Tr("right")), show(p_W.y, t.Tr("back"), t.Tr("front")),
+                     show(p_W.z, t.Tr("up"), t.Tr("down")));
+}
+
+std::string FormatStructures(const ReportLanguage& t, const StructureAssessment& a) {
+  std::vector<std::vector<std::string>> rows;
+  const auto add_unknown = [&](const std::string& name) {
+    rows.push_back({name, t.Tr("not marked"), t.Tr("unknown"), t.Tr("unknown"), t.Tr("unknown")});
+  };
+  if (!a.canal_known) add_unknown(t.Tr("nerve and its canal"));
+  if (!a.teeth_known) add_unknown(t.Tr("teeth and roots"));
   for (const StructureResult& s : a.structures) {
-    std::string name = MakeStructureName(s);
-    if (s.is_mark) name += fmt::format(" (marked {})", ToString(s.kind));
-    std::string place = "no bone was removed";
+    std::string name = NameStructure(t, s);
+    if (s.is_mark) name = Fill(t.Tr("{0} (marked {1})"), name, t.ShowName(std::string(ToString(s.kind))));
+    std::string place = t.Tr("no bone was removed");
     if (s.distance_mm) {
-      place = s.part == ToothPart::kRoot    ? "root: " + DescribePlace(s.p_W)
-              : s.part == ToothPart::kCrown ? "crown: " + DescribePlace(s.p_W)
-                                            : DescribePlace(s.p_W);
+      place = s.part == ToothPart::kRoot    ? Fill(t.Tr("root: {}"), ShowPlace(t, s.p_W))
+              : s.part == ToothPart::kCrown ? Fill(t.Tr("crown: {}"), ShowPlace(t, s.p_W))
+                                            : ShowPlace(t, s.p_W);
     }
-    rows.push_back({name, s.is_cut ? "CUT" : "spared", s.distance_mm ? Show(*s.distance_mm, 1) : "no cut",
-                    Show(s.removed_mm3, 1), place});
+    rows.push_back({name,
+                    s.is_severed ? t.Tr("CUT THROUGH")
+                    : s.is_cut   ? t.Tr("CUT")
+                                 : t.Tr("spared"),
+                    s.distance_mm ? t.Show(*s.distance_mm, 1) : t.Tr("no cut"), t.Show(s.removed_mm3, 1), place});
   }
-  return "<h2>Nerves, teeth and roots</h2>\n<div class=\"scroll\">\n" +
-         Table({"structure", "result", "least distance, mm", "removed, mm\u00b3", "place nearest to the cut"}, rows,
-               true) +
-         "</div>\n<p class=\"note\">Distance: between the removed bone and the structure, accurate to about a voxel. "
-         "Place: "
-         "in the patient's frame, mm from its origin. Structures that are neither regions of the bone nor marked by "
-         "the "
-         "user are not known to this report.</p>\n";
+  return Heading(t.Tr("Nerves, teeth and roots")) +
+         Scrolling(Table({t.Tr("structure"), t.Tr("result"), t.Tr("least distance, mm"), t.Tr("removed, mm³"),
+                          t.Tr("place nearest to the cut")},
+                         rows, true)) +
+         Note(
+             t.Tr("Distance: between the removed bone and the structure, accurate to about a voxel. Cut through: what "
+                  "is left of the structure no longer connects its two ends. Place: in the patient's frame, mm from "
+                  "its origin. Structures that are neither regions of the bone nor marked by the user are not known to "
+                  "this report."));
 }
 
-std::string FormatBone(const Assessment& a) {
-  std::vector<std::vector<std::string>> rows{
-      {"before", Show(a.before_mm3, 1)}, {"after", Show(a.after_mm3, 1)}, {"removed", Show(a.removed_mm3, 2)}};
-  if (a.outside_mm3) rows.push_back({"removed outside the margins", Show(*a.outside_mm3, 2)});
-  if (a.too_deep_mm3) rows.push_back({"removed deeper than the stops", Show(*a.too_deep_mm3, 2)});
-  return "<h2>Bone</h2>\n" + Table({"", "volume, mm\u00b3"}, rows);
+std::string FormatBone(const ReportLanguage& t, const Assessment& a) {
+  std::vector<std::vector<std::string>> rows{{t.Tr("before"), t.Show(a.before_mm3, 1)},
+                                             {t.Tr("after"), t.Show(a.after_mm3, 1)},
+                                             {t.Tr("removed"), t.Show(a.removed_mm3, 2)}};
+  if (a.outside_mm3) rows.push_back({t.Tr("removed outside the margins"), t.Show(*a.outside_mm3, 2)});
+  if (a.too_deep_mm3) rows.push_back({t.Tr("removed deeper than the stops"), t.Show(*a.too_deep_mm3, 2)});
+  return Heading(t.Tr("Bone")) + Table({"", t.Tr("volume, mm³")}, rows);
 }
 
-std::string FormatPieces(const PieceSet& set, const Prepared& prepared) {
+std::string FormatPieces(const ReportLanguage& t, const PieceSet& set, const Prepared& prepared) {
   std::vector<std::vector<std::string>> rows;
   for (const int i : prepared.pieces) {
     const Piece& piece = set.piece(i);
     const Vec3 displacement = set.CalcCentroid(i) - piece.centroid_P;
-    rows.push_back({piece.name, Show(piece.volume_mm3, 1), Show(glm::length(displacement), 2),
-                    Signed(displacement.x, 2), Signed(displacement.y, 2), Signed(displacement.z, 2),
-                    Show(CalcRotationAngle(set.state(i).X_WP), 2), set.state(i).hidden ? "hidden" : "shown"});
+    rows.push_back({t.ShowName(piece.name), t.Show(piece.volume_mm3, 1), t.Show(glm::length(displacement), 2),
+                    Signed(t, displacement.x, 2), Signed(t, displacement.y, 2), Signed(t, displacement.z, 2),
+                    t.Show(CalcRotationAngle(set.state(i).X_WP), 2),
+                    set.state(i).hidden ? t.Tr("hidden") : t.Tr("shown")});
   }
-  std::string out = "<h2>Pieces</h2>\n<div class=\"scroll\">\n";
-  out +=
-      Table({"piece", "volume, mm\u00b3", "moved, mm", "left, mm", "back, mm", "up, mm", "turned, \u00b0", ""}, rows);
-  out +=
-      "</div>\n<p class=\"note\">Moved: displacement of the piece's centre since it was cut off, towards the patient's "
-      "left, back and head.</p>\n";
+  std::string out = Heading(t.Tr("Pieces")) +
+                    Scrolling(Table({t.Tr("piece"), t.Tr("volume, mm³"), t.Tr("moved, mm"), t.Tr("left, mm"),
+                                     t.Tr("back, mm"), t.Tr("up, mm"), t.Tr("turned, °"), ""},
+                                    rows)) +
+                    Note(t.Tr("Moved: displacement of the piece's centre since it was cut off, towards the patient's "
+                              "left, back and head."));
   if (prepared.pairs.empty()) return out;
   rows.clear();
   for (const PairRow& pair : prepared.pairs) {
     const auto show = [&](double Facing::*part, int decimals) {
-      return pair.facing ? Show((*pair.facing).*part, decimals) : std::string("-");
+      return pair.facing ? t.Show((*pair.facing).*part, decimals) : std::string("-");
     };
-    rows.push_back({pair.a, pair.b, Show(pair.overlap_mm3, 2), pair.gap_mm ? Show(*pair.gap_mm, 2) : "far",
-                    show(&Facing::area_mm2, 1), show(&Facing::mean_mm, 2), show(&Facing::p95_mm, 2),
-                    show(&Facing::contact_mm2, 1)});
+    rows.push_back({t.ShowName(pair.a), t.ShowName(pair.b), t.Show(pair.overlap_mm3, 2),
+                    pair.gap_mm ? t.Show(*pair.gap_mm, 2) : t.Tr("far"), show(&Facing::area_mm2, 1),
+                    show(&Facing::mean_mm, 2), show(&Facing::p95_mm, 2), show(&Facing::contact_mm2, 1)});
   }
-  out += "<div class=\"scroll\">\n";
-  out += Table({"piece", "and", "overlap, mm\u00b3", "smallest gap, mm", "facing, mm\u00b2", "mean gap, mm",
-                "95 % within, mm", "contact, mm\u00b2"},
-               rows);
-  out +=
-      "</div>\n<p class=\"note\">Facing: surface of the first piece with the second within 3 mm in front of it; "
-      "contact: closer than 0.2 mm.</p>\n";
-  return out;
+  return out +
+         Scrolling(Table({t.Tr("piece"), t.Tr("and"), t.Tr("overlap, mm³"), t.Tr("smallest gap, mm"),
+                          t.Tr("facing, mm²"), t.Tr("mean gap, mm"), t.Tr("95 % within, mm"), t.Tr("contact, mm²")},
+                         rows)) +
+         Note(
+             t.Tr("Facing: surface of the first piece with the second within 3 mm in front of it; contact: closer than "
+                  "0.2 mm."));
 }
 
-std::string FormatSessionTable(const std::vector<ExportSession>& sessions) {
+std::string FormatSessionTable(const ReportLanguage& t, const std::vector<ExportSession>& sessions) {
   std::vector<std::vector<std::string>> rows;
-  const auto show = [](const std::optional<double>& value, int decimals) {
-    return value ? Show(*value, decimals) : std::string("-");
+  const auto show = [&t](const std::optional<double>& value, int decimals) {
+    return value ? t.Show(*value, decimals) : std::string("-");
   };
   for (const ExportSession& session : sessions) {
     rows.push_back({fmt::format("{}", rows.size() + 1), session.saw, show(session.duration_s, 0),
                     show(session.largest_force_N, 2), show(session.removed_mm3, 1)});
   }
-  return "<h2>Sessions</h2>\n" +
-         Table({"session", "saw", "duration, s", "largest force, N", "removed, mm\u00b3"}, rows) +
-         "<p class=\"note\">A new session begins with each change of the saw or the guide, and when a project is "
-         "opened. "
-         "Removed: by the saw in this session, also if it was undone later.</p>\n";
+  return Heading(t.Tr("Sessions")) +
+         Table({t.Tr("session"), t.Tr("saw"), t.Tr("duration, s"), t.Tr("largest force, N"), t.Tr("removed, mm³")},
+               rows) +
+         Note(t.Tr("A new session begins with each change of the saw or the guide, and when a project is opened. "
+                   "Removed: by the saw in this session, also if it was undone later."));
+}
+
+/// Returns a table of names, which are translated, and values.
+std::string FormatFacts(const ReportLanguage& t, const std::vector<ExportFact>& facts) {
+  std::vector<std::vector<std::string>> rows;
+  for (const ExportFact& fact : facts) rows.push_back({t.Tr(fact.name), fact.value});
+  return Table({t.Tr("what"), t.Tr("value")}, rows, true);
 }
 
 }  // namespace
 
 std::string FormatReportHtml(const ExportInput& input, const Prepared& prepared) {
-  const std::string title = input.title.empty() ? "Report of a session" : input.title;
-  std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
+  const ReportLanguage& t = input.language;
+  const std::string title = input.title.empty() ? t.Tr("Report of a session") : input.title;
+  std::string out =
+      fmt::format("<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n", EscapeHtml(t.code));
   out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   out += fmt::format("<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n", EscapeHtml(title), kStyle);
   out += fmt::format("<h1>{}</h1>\n<p class=\"sum\">{}</p>\n", EscapeHtml(title), EscapeHtml(Summarise(input)));
   for (const std::string& warning : input.recording.warnings) {
-    out += fmt::format("<p><b>Warning about the recording: {}</b></p>\n", EscapeHtml(warning));
+    out += fmt::format("<p><b>{}</b></p>\n", EscapeHtml(Fill(t.Tr("Warning about the recording: {}"), warning)));
   }
-  if (!input.circumstances.empty()) {
-    std::vector<std::vector<std::string>> rows;
-    for (const ExportFact& fact : input.circumstances) rows.push_back({fact.name, fact.value});
-    out += Table({"what", "value"}, rows, true);
-  }
-  if (input.structures != nullptr) out += FormatStructures(*input.structures);
+  if (!input.circumstances.empty()) out += FormatFacts(t, input.circumstances);
+  if (input.structures != nullptr) out += FormatStructures(t, *input.structures);
   if (input.assessment != nullptr) {
-    if (!input.assessment->planes.empty()) out += FormatPlanes(*input.assessment);
-    if (!input.assessment->stops.empty()) out += FormatStops(*input.assessment);
-    out += FormatBone(*input.assessment);
+    if (!input.assessment->planes.empty()) out += FormatPlanes(t, *input.assessment, input.cut_states);
+    if (!input.assessment->stops.empty()) out += FormatStops(t, *input.assessment);
+    out += FormatBone(t, *input.assessment);
   }
-  if (input.pieces != nullptr && input.pieces->size() > 0) out += FormatPieces(*input.pieces, prepared);
+  if (input.pieces != nullptr && input.pieces->size() > 0) out += FormatPieces(t, *input.pieces, prepared);
   if (!input.measures.empty()) {
     std::vector<std::vector<std::string>> rows;
     for (const ExportMeasure& m : input.measures)
-      rows.push_back({m.name, Show(m.value, 2), m.unit == "deg" ? "\u00b0" : m.unit});
-    out += "<h2>Measured</h2>\n" + Table({"what", "value", "unit"}, rows);
+      rows.push_back({t.ShowName(m.name), t.Show(m.value, 2), m.unit == "deg" ? "\u00b0" : m.unit});
+    out += Heading(t.Tr("Measured")) + Table({t.Tr("what"), t.Tr("value"), t.Tr("unit")}, rows);
   }
-  if (input.sessions.size() > 1) out += FormatSessionTable(input.sessions);
+  if (input.sessions.size() > 1) out += FormatSessionTable(t, input.sessions);
   if (!input.figures.empty()) {
     std::vector<std::vector<std::string>> rows;
-    for (const ExportFigure& f : input.figures) rows.push_back({f.name, fmt::format("{:.4g}", f.value), f.unit});
-    out += "<h2>Session</h2>\n" + Table({"what", "value", "unit"}, rows);
+    for (const ExportFigure& f : input.figures) {
+      std::string value = fmt::format("{:.4g}", f.value);
+      if (const std::size_t dot = value.find('.'); dot != std::string::npos) value.replace(dot, 1, t.point);
+      rows.push_back({t.Tr(f.name), value, f.unit});
+    }
+    out += Heading(t.Tr("Session")) + Table({t.Tr("what"), t.Tr("value"), t.Tr("unit")}, rows);
   }
   for (const ExportCurve& curve : input.curves) {
-    out += fmt::format("<h2>{}</h2>\n<figure>\n{}</figure>\n", EscapeHtml(curve.title), FormatCurveSvg(curve));
+    out += Heading(t.Tr(curve.title)) + fmt::format("<figure>\n{}</figure>\n", FormatCurveSvg(curve, t));
   }
-  if (!input.pictures.empty()) out += "<h2>Pictures</h2>\n";
+  if (!input.pictures.empty()) out += Heading(t.Tr("Pictures"));
   for (const ExportPicture& picture : input.pictures) {
     out += fmt::format(
         "<figure>\n<img alt=\"{0}\" src=\"data:image/png;base64,{1}\">\n<figcaption>{0}</figcaption>\n</figure>\n",
-        EscapeHtml(picture.caption), Base64(picture.png));
+        EscapeHtml(t.Tr(picture.caption)), Base64(picture.png));
   }
-  if (!input.provenance.empty()) {
-    std::vector<std::vector<std::string>> rows;
-    for (const ExportFact& fact : input.provenance) rows.push_back({fact.name, fact.value});
-    out += "<h2>Origin of this report</h2>\n" + Table({"what", "value"}, rows, true);
-  }
+  if (!input.provenance.empty()) out += Heading(t.Tr("Origin of this report")) + FormatFacts(t, input.provenance);
   return out + "</main>\n</body>\n</html>\n";
 }
 

@@ -11,6 +11,7 @@
 #include "bone/pieces/piece_set.h"
 #include "session/marks/structures.h"
 #include "session/plan/assess.h"
+#include "session/plan/cut_state.h"
 #include "session/plan/plan.h"
 
 namespace kerf {
@@ -63,11 +64,26 @@ struct ExportRecording {
   bool is_whole() const { return state.empty() || state == "whole"; }
 };
 
+/// Language of the report. Without a translation it is English. The other files are the same in all languages.
+struct ReportLanguage {
+  std::string code = "en";
+  std::function<std::string(const char*)> translate{};  // called by the thread that writes the report
+  std::string point = ".";                              // decimal separator
+
+  /// Returns the translation of a text. tools/translations finds the literals in its calls.
+  std::string Tr(const std::string& text) const { return translate && !text.empty() ? translate(text.c_str()) : text; }
+  /// Translates a name that the program has made, such as "plane 2". Other names stay as they are.
+  std::string ShowName(const std::string& name) const;
+  /// Returns "-" if `value` is not finite, otherwise the value with `decimals` decimals. Never returns "-0.00".
+  std::string Show(double value, int decimals) const;
+};
+
 /// Data to export; missing items are left out. The pointers must remain valid during the call.
 struct ExportInput {
   std::string title;
   const Plan* plan = nullptr;
   const Assessment* assessment = nullptr;
+  std::vector<CutState> cut_states{};  // of the assessment's planes, in its order; empty: unknown
   const PieceSet* pieces = nullptr;
   const StructureAssessment* structures = nullptr;
   std::vector<ExportFact> circumstances{};  // date, case, saw, force law: below the title of the report
@@ -78,6 +94,7 @@ struct ExportInput {
   std::vector<ExportCurve> curves;
   std::vector<ExportFact> provenance;  // scene, recording, hashes, version
   ExportRecording recording{};
+  ReportLanguage language{};
 };
 
 struct ExportOptions {

@@ -14,6 +14,13 @@
 #include "session/run/session_recorder.h"
 
 namespace kerf {
+namespace {
+
+void PutFirst(const std::vector<std::string>& first, std::vector<std::string>& warnings) {
+  warnings.insert(warnings.begin(), first.begin(), first.end());
+}
+
+}  // namespace
 
 struct Recording::State {
   explicit State(const std::string& path) : reader(path) {}
@@ -86,15 +93,18 @@ PathRun Recording::ReplayPath(const ShowProgress& progress) {
   }
   return OrCancelled([&] {
     const RecordedScene recorded = OpenRecordedScene(state_->reader, "");
-    const Bone bone = MakeSceneBone(recorded.scene, ThrowIfCancelled(PartOf(progress, 0, 0.5)));
+    ShownStages shown(ListRunStages(recorded.scene, false), progress);
+    MaterialSummary material;
+    const Bone bone = MakeSceneBone(recorded.scene, shown.Stage("making the bone"), &material);
     RunReplay replay(state_->reader, std::numeric_limits<double>::infinity(), false);
     CheckBone(replay.header(), bone);
-    const ShowProgress show = PartOf(progress, 0.5, 1);
+    const TickProgress cutting = shown.Stage("cutting");
     const bool slab = state_->header().kind == RecordedKind::kSlab;
-    PathRun run = slab ? RunSlabPath(recorded.scene, bone, show, {.replay = &replay})
-                       : RunVoxelPath(recorded.scene, bone, show, {.replay = &replay});
+    PathRun run = slab ? RunSlabPath(recorded.scene, bone, std::move(material), cutting, {.replay = &replay})
+                       : RunVoxelPath(recorded.scene, bone, std::move(material), cutting, {.replay = &replay});
     run.difference = ToDifference(replay.MakeReport(slab ? bone.CalcHash() : run.bone.CalcHash()).divergence);
-    run.warnings = replay.FindWarnings();
+    PutFirst(replay.FindWarnings(), run.warnings);
+    shown.End();
     return run;
   });
 }
@@ -111,8 +121,7 @@ HandRun Recording::ReplayHand(const ShowProgress& progress) {
     loop.output.scene_file = state_->header().scene_file;
     loop.replay.recording = &state_->reader;
     HandRun run = RunHandLoop(recorded.scene, std::move(loop), nullptr, progress);
-    const std::vector<std::string> damage = FindDamageWarnings(state_->reader);
-    run.warnings.insert(run.warnings.begin(), damage.begin(), damage.end());
+    PutFirst(FindDamageWarnings(state_->reader), run.warnings);
     return run;
   });
 }

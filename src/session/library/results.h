@@ -1,31 +1,33 @@
 // Runs and replays with the results that the public headers state.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "kerf/run.h"
 #include "session/run/event_check.h"
 #include "session/run/loop_options.h"
 #include "session/run/path_tape.h"
+#include "session/run/scene_material.h"
 #include "session/scene/scene.h"
 
 namespace kerf {
-
-/// Returns progress from `from` to `to` for a part of the work.
-inline ShowProgress PartOf(const ShowProgress& progress, double from, double to) {
-  if (!progress) return {};
-  return [&progress, from, to](double fraction) { return progress(from + (to - from) * fraction); };
-}
 
 inline std::optional<ReplayDifference> ToDifference(const std::optional<Divergence>& divergence) {
   if (!divergence) return {};
   return ReplayDifference{divergence->time_s, divergence->what};
 }
 
-// The following throw Cancelled if `progress` returns false.
-PathRun RunVoxelPath(const Scene& scene, Bone bone, const ShowProgress& progress, const PathTape& tape);
-PathRun RunSlabPath(const Scene& scene, const Bone& bone, const ShowProgress& progress, const PathTape& tape);
-/// Sets the outputs and watchers of `loop`. `stop` (optional): as in HandRunOptions.
+/// Progress of the ticks, 0 to 1; may throw Cancelled.
+using TickProgress = std::function<void(double)>;
+
+// The warnings of the runs are those of `kerf run`.
+PathRun RunVoxelPath(const Scene& scene, Bone bone, MaterialSummary material, const TickProgress& progress,
+                     const PathTape& tape);
+PathRun RunSlabPath(const Scene& scene, const Bone& bone, MaterialSummary material, const TickProgress& progress,
+                    const PathTape& tape);
+/// Throws Cancelled if `progress` returns false. Sets the outputs and watchers of `loop`. `stop` (optional): as in
+/// HandRunOptions.
 HandRun RunHandLoop(const Scene& scene, LoopOptions loop, const std::atomic<bool>* stop, const ShowProgress& progress);
 
 }  // namespace kerf

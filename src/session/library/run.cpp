@@ -1,8 +1,5 @@
 #include "kerf/run.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <utility>
 
 #include "kerf/error.h"
@@ -11,10 +8,12 @@
 #include "session/run/make_bone.h"
 #include "session/run/path_tape.h"
 #include "session/run/run_loop.h"
+#include "session/run/run_scene.h"
 #include "session/run/run_slab.h"
+#include "session/run/run_slab_scene.h"
+#include "session/run/run_warnings.h"
 #include "session/scene/path.h"
 #include "session/scene/scene.h"
-#include "session/scene/warnings.h"
 
 namespace kerf {
 namespace {
@@ -26,23 +25,17 @@ ChannelRows TakeChannels(EffectRecord&& record) {
   return rows;
 }
 
-/// Returns warnings about the scene and about a run that touched no bone or did not do what was requested.
-std::vector<std::string> FindPathWarnings(const Scene& scene, const Bone& bone, const PathRun& run) {
-  std::vector<std::string> warnings = FindWarnings(scene, bone.voxel_mm());
-  const auto touched = [](const TickRecord& tick) { return tick.touched; };
-  if (run.slab_states.empty() && std::ranges::none_of(run.ticks, touched)) {
-    warnings.emplace_back("the saw touched no bone on its path");
-  }
-  const auto count = std::ranges::count_if(run.ticks, [](const TickRecord& tick) { return tick.out.status != 0; });
-  if (count > 0) warnings.push_back(fmt::format("{} ticks report that something was not done as requested", count));
-  return warnings;
-}
-
 }  // namespace
 
-PathRun RunVoxelPath(const Scene& scene, Bone bone, const ShowProgress& progress, const PathTape& tape) {
-  RunResult result = RunPath(std::move(bone), MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz,
-                             scene.tool.rpm, ThrowIfCancelled(progress), {}, tape);
+PathRun RunVoxelPath(const Scene& scene, Bone bone, MaterialSummary material, const TickProgress& progress,
+                     const PathTape& tape) {
+  const Path path = MakePath(scene);
+  RunSummary summary;
+  summary.voxel_mm = bone.voxel_mm();
+  summary.material = std::move(material);
+  RunResult result = RunPath(std::move(bone), MakeSimulationParams(scene), path, scene.simulation.rate_hz,
+                             scene.tool.rpm, progress, {}, tape);
+  SummarizeTicks(scene, path, result, summary);
   PathRun run;
   run.bone = std::move(result.bone);
   run.removed_mm3 = result.removed_mm3;
@@ -50,15 +43,23 @@ PathRun RunVoxelPath(const Scene& scene, Bone bone, const ShowProgress& progress
   run.channels = TakeChannels(std::move(result.effects));
   run.wall_s = result.wall_s;
   run.ticks = std::move(result.ticks);
+  run.warnings = FindRunWarnings(scene, summary);
   return run;
 }
 
-PathRun RunSlabPath(const Scene& scene, const Bone& bone, const ShowProgress& progress, const PathTape& tape) {
-  SlabRun result = RunSlab(scene, MakeSlabProfile(scene, bone), ThrowIfCancelled(progress), tape);
+PathRun RunSlabPath(const Scene& scene, const Bone& bone, MaterialSummary material, const TickProgress& progress,
+                    const PathTape& tape) {
+  SlabSummary summary;
+  summary.voxel_mm = bone.voxel_mm();
+  summary.material = std::move(material);
+  SlabRun result = RunSlab(scene, MakeSlabProfile(scene, bone), progress, tape);
+  if (result.ticks.empty()) throw Error("the recording contains no tick");
+  SummarizeSlabRun(scene, MakeSlabParams(scene), result, summary);
   PathRun run;
   run.wall_s = result.wall_s;
   run.ticks = std::move(result.ticks);
   run.slab_states = std::move(result.states);
+  run.warnings = FindSlabRunWarnings(scene, summary);
   return run;
 }
 
@@ -66,24 +67,27 @@ PathRun RunAlongPath(const SceneFile& scene, const PathRunOptions& options) {
   return OrCancelled([&] {
     const Scene& values = scene.scene();
     const bool slab = scene.is_slab();
+    ShownStages shown(ListRunStages(values, false), options.progress);
     MaterialSummary material;
-    const Bone bone = MakeSceneBone(values, ThrowIfCancelled(PartOf(options.progress, 0, 0.5)), &material);
+    const Bone bone = MakeSceneBone(values, shown.Stage("making the bone"), &material);
     RunTape tape({.record = options.record, .scene_file = scene.path()}, values,
                  slab ? RecordedKind::kSlab : RecordedKind::kRun, bone);
-    const ShowProgress show = PartOf(options.progress, 0.5, 1);
-    PathRun run = slab ? RunSlabPath(values, bone, show, tape.tape()) : RunVoxelPath(values, bone, show, tape.tape());
+    const TickProgress cutting = shown.Stage("cutting");
+    PathRun run = slab ? RunSlabPath(values, bone, std::move(material), cutting, tape.tape())
+                       : RunVoxelPath(values, bone, std::move(material), cutting, tape.tape());
     tape.Finish(slab ? bone.CalcHash() : run.bone.CalcHash());
-    run.warnings = FindPathWarnings(values, bone, run);
-    run.warnings.insert(run.warnings.end(), material.warnings.begin(), material.warnings.end());
+    shown.End();
     return run;
   });
 }
 
 PathRun RunAlongPath(const SceneFile& scene, Bone bone, const ShowProgress& progress) {
   return OrCancelled([&] {
-    PathRun run = scene.is_slab() ? RunSlabPath(scene.scene(), bone, progress, {})
-                                  : RunVoxelPath(scene.scene(), bone, progress, {});
-    run.warnings = FindPathWarnings(scene.scene(), bone, run);
+    ShownStages shown({{"cutting", 1}}, progress);
+    const TickProgress cutting = shown.Stage("cutting");
+    PathRun run = scene.is_slab() ? RunSlabPath(scene.scene(), bone, {}, cutting, {})
+                                  : RunVoxelPath(scene.scene(), std::move(bone), {}, cutting, {});
+    shown.End();
     return run;
   });
 }
@@ -108,9 +112,10 @@ HandRun RunHandLoop(const Scene& scene, LoopOptions loop, const std::atomic<bool
     channels.insert(channels.end(), values.begin(), values.end());
     if (stop != nullptr && stop->load()) ended = true;
   };
-  LoopSummary summary = RunLoop(scene, loop, [&](const std::string&, double fraction) {
+  ShownStages shown(ListLoopStages(scene, loop, false), progress);
+  LoopSummary summary = RunLoop(scene, loop, [&](const std::string& stage, double fraction) {
     if (stop != nullptr && stop->load()) ended = true;
-    if (!progress || progress(fraction)) return;
+    if (shown.Show(stage, fraction)) return;
     cancelled = true;
     ended = true;
   });
@@ -121,9 +126,11 @@ HandRun RunHandLoop(const Scene& scene, LoopOptions loop, const std::atomic<bool
   run.channels.values = std::move(channels);
   run.wall_s = summary.wall_s;
   run.warnings = std::move(summary.warnings);
+  if (summary.end == LoopEnd::kFailed) throw Error(summary.failure);
   if (!summary.failure.empty()) run.warnings.push_back(summary.failure);
   if (summary.recorded && !summary.recorded->failure.empty()) throw Error(summary.recorded->failure);
   if (summary.replayed) run.difference = ToDifference(summary.replayed->divergence);
+  shown.End();
   return run;
 }
 

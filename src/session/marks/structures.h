@@ -22,13 +22,19 @@ struct StructureResult {
   int number = 0;        // of a tooth of the bone: counted on its side from the patient's middle, from 1; otherwise 0
   bool is_mark = false;  // marked by the user; otherwise a part of the bone's regions
   bool is_cut = false;
-  double removed_mm3 = 0;  // volume of the structure that was removed
+  bool is_severed = false;  // cut over its whole cross-section, so that its two ends are no longer connected
+  double removed_mm3 = 0;   // volume of the structure that was removed
   std::optional<double>
       distance_mm{};  // least distance of the removed bone from it; 0 if it is cut; none: nothing was removed
   Vec3 p_W{0};        // the structure's place that is nearest to the cut, world frame
   ToothPart part = ToothPart::kNone;  // of a tooth of the bone, at that place
   double size_mm3 = 0;                // of the structure, before the cut
 };
+
+/// Least volume that counts as an injury, in voxels of phi's grid: 0.008 mm^3 with voxels of 0.2 mm. The volume of a
+/// cell is assigned to a structure as a whole by the centre of what was removed of it, so that a smaller volume is
+/// within the error of the structure's border.
+inline constexpr double kMinInjury_vox = 1;
 
 struct StructureAssessment {
   std::vector<StructureResult> structures;  // cut ones first, then by distance
@@ -44,7 +50,8 @@ struct StructureAssessment {
 /// is that of its centre; a structure with more than a fifth of its volume on the other side is on both sides. The
 /// place on a tooth is a root if there is bone of another region within 1.5 mm of it, otherwise a crown.
 ///
-/// A structure is cut if bone was removed in it. Distances are measured from the removed cells of phi's grid to the
+/// A structure is cut if more than kMinInjury_vox was removed in it, and severed if what is left of it in the bone no
+/// longer connects its two ends (see StructureBody). Distances are measured from the removed cells of phi's grid to the
 /// voxels of the region grid, or to a mark's tube, and are accurate to about a voxel of either grid. Whole pieces that
 /// were taken out do not count as removed if blocks of them are entirely empty now (see FindRemoved()).
 /// Throws kerf::Error if the voxel sizes differ or CheckMarks() refuses the marks. Takes about a second.

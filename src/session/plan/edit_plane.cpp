@@ -100,52 +100,36 @@ PlannedPlane TiltPlane(PlannedPlane plane, double about_across_deg, double about
   return Rotated(std::move(plane), axes, glm::normalize(second * first));
 }
 
-PatientPlane ChooseReference(const PlannedPlane& plane) {
-  if (plane.reference) {
-    const PlaneFields fields = CalcPlaneFields(plane, *plane.reference);
-    const bool has_angles =
-        kPlaneAngleRange_deg.Contains(fields.pitch_deg) && kPlaneAngleRange_deg.Contains(fields.roll_deg);
-    if (has_angles) return *plane.reference;
-  }
-  const Vec3 a = glm::abs(plane.plane.normal_W);
-  return a.x >= a.y && a.x >= a.z ? PatientPlane::kSagittal
-         : a.y >= a.z             ? PatientPlane::kCoronal
-                                  : PatientPlane::kAxial;
-}
-
-PlaneFields CalcPlaneFields(const PlannedPlane& plane) {
-  return CalcPlaneFields(plane, ChooseReference(plane));
-}
-
-PlaneFields CalcPlaneFields(const PlannedPlane& plane, PatientPlane reference) {
-  const int i = static_cast<int>(reference);
-  const Vec3& n = plane.plane.normal_W;
-  PlaneFields fields{.p_W_mm = plane.plane.p_W, .reference = reference, .reversed = n[i] < 0};
-  const Vec3 forward = fields.reversed ? -n : n;
-  fields.pitch_deg = kDegreesPerRad * std::atan2(forward[(i + 1) % 3], forward[i]);
-  fields.roll_deg = kDegreesPerRad * std::atan2(forward[(i + 2) % 3], forward[i]);
-  return fields;
-}
-
-PlannedPlane SetPlaneFields(PlannedPlane plane, const PlaneFields& fields) {
-  for (int a = 0; a < 3; ++a) CheckRange("point_mm", fields.p_W_mm[a], kCoordinateRange_mm);
-  CheckRange("pitch_deg", fields.pitch_deg, kPlaneAngleRange_deg);
-  CheckRange("roll_deg", fields.roll_deg, kPlaneAngleRange_deg);
-  const int i = static_cast<int>(fields.reference);
-  Vec3 normal(0);
-  normal[i] = 1;
-  normal[(i + 1) % 3] = std::tan(fields.pitch_deg / kDegreesPerRad);
-  normal[(i + 2) % 3] = std::tan(fields.roll_deg / kDegreesPerRad);
-  normal = glm::normalize(fields.reversed ? -normal : normal);
+PlannedPlane TurnPlane(PlannedPlane plane, PlaneAxis axis, double angle_deg) {
   const PlaneAxes axes = CalcPlaneAxes(plane);
-  const double cosine = glm::dot(axes.normal_W, normal);
-  // Between opposite normals, the plane rotates about its up axis.
-  const Vec3 axis = glm::cross(axes.normal_W, normal);
-  const Quat R = cosine < -1 + 1e-12 ? glm::angleAxis(std::numbers::pi, axes.up_W)
-                                     : glm::normalize(Quat{1 + cosine, axis.x, axis.y, axis.z});
-  plane = Rotated(std::move(plane), axes, R);
-  plane.plane = {fields.p_W_mm, normal};
-  plane.reference = fields.reference;
+  const Vec3& about_W = axis == PlaneAxis::kAcross ? axes.across_W : axis == PlaneAxis::kUp ? axes.up_W : axes.normal_W;
+  return Rotated(std::move(plane), axes, glm::angleAxis(angle_deg / kDegreesPerRad, about_W));
+}
+
+PatientAngles CalcPatientAngles(const PlannedPlane& plane) {
+  const Vec3& n = plane.plane.normal_W;
+  // The angle between two planes is that between their normals. The arc tangent is exact for small angles too.
+  const auto angle_deg = [&](int i) {
+    return kDegreesPerRad * std::atan2(std::hypot(n[(i + 1) % 3], n[(i + 2) % 3]), std::abs(n[i]));
+  };
+  return {.sagittal_deg = angle_deg(static_cast<int>(PatientPlane::kSagittal)),
+          .coronal_deg = angle_deg(static_cast<int>(PatientPlane::kCoronal)),
+          .axial_deg = angle_deg(static_cast<int>(PatientPlane::kAxial))};
+}
+
+PlannedPlane AlignPlane(PlannedPlane plane, PatientPlane with) {
+  const PlaneAxes axes = CalcPlaneAxes(plane);
+  const int i = static_cast<int>(with);
+  const auto along = [](int axis, double sign) {
+    Vec3 direction(0);
+    direction[axis] = sign < 0 ? -1 : 1;
+    return direction;
+  };
+  const int j = (i + 1) % 3;
+  const int k = (i + 2) % 3;
+  const int up = std::abs(axes.up_W[j]) > std::abs(axes.up_W[k]) ? j : k;
+  plane.plane.normal_W = along(i, axes.normal_W[i]);
+  plane.up_W = along(up, axes.up_W[up]);
   return plane;
 }
 

@@ -29,30 +29,21 @@ PlannedPlane MovePlane(PlannedPlane plane, const Vec3& move_mm);
 /// as seen against the axis. The rectangle rotates with it.
 PlannedPlane TiltPlane(PlannedPlane plane, double about_across_deg, double about_up_deg);
 
-/// Position and direction of a plane as numbers that a user can read and change. The angles say how far the plane is
-/// inclined to one of the patient's planes; with i the axis of that plane's normal, j = i + 1 and k = i + 2 (cyclic):
-///   normal = +-(e_i + tan(pitch) e_j + tan(roll) e_k) / length.
-/// For example, with kSagittal a positive pitch turns the normal from the patient's left to the back, and a positive
-/// roll turns it to the head.
-struct PlaneFields {
-  Vec3 p_W_mm{0};  // centre
-  PatientPlane reference = PatientPlane::kSagittal;
-  bool reversed = false;  // the normal points to the right, front or feet
-  double pitch_deg = 0;   // between -90 and 90
-  double roll_deg = 0;
+/// Rotates the plane about its centre and one of its own axes, counter-clockwise as seen against the axis. The
+/// rectangle rotates with it. Any angle is allowed, and the axis itself does not move.
+enum class PlaneAxis : std::uint8_t { kAcross, kUp, kNormal };
+PlannedPlane TurnPlane(PlannedPlane plane, PlaneAxis axis, double angle_deg);
+
+/// Angles between the plane and the patient's planes, 0 to 90 degrees. They depend on nothing but its normal.
+struct PatientAngles {
+  double sagittal_deg = 0;
+  double coronal_deg = 0;
+  double axial_deg = 0;
 };
-inline constexpr Range kPlaneAngleRange_deg{-89, 89};
-/// Returns the patient's plane to which the angles are relative: the plane's own reference, so that an angle that the
-/// user has set keeps its meaning beyond 45 degrees. If it has none yet, or if an angle to it is not in
-/// kPlaneAngleRange_deg, the nearest of the patient's planes.
-PatientPlane ChooseReference(const PlannedPlane& plane);
-/// Returns the fields relative to ChooseReference().
-PlaneFields CalcPlaneFields(const PlannedPlane& plane);
-/// Returns the fields relative to `reference`. If the plane is perpendicular to it, an angle is 90 or -90.
-PlaneFields CalcPlaneFields(const PlannedPlane& plane, PatientPlane reference);
-/// Sets centre, normal and reference. The rectangle rotates by the smallest rotation between the normals. Throws
-/// kerf::Error if an angle is not in kPlaneAngleRange_deg or the centre is not in kCoordinateRange_mm.
-PlannedPlane SetPlaneFields(PlannedPlane plane, const PlaneFields& fields);
+PatientAngles CalcPatientAngles(const PlannedPlane& plane);
+/// Rotates the plane about its centre until it is parallel to a plane of the patient, its normal to the side to which
+/// it pointed before, and the rectangle's height along the patient's axis that was nearest.
+PlannedPlane AlignPlane(PlannedPlane plane, PatientPlane with);
 
 /// Returns the plane mirrored at the sagittal plane x = mid_x_mm (the patient's midsagittal plane), named "NAME
 /// mirrored" or, if that name is taken in `plan`, "NAME mirrored 2" and so on. It is not yet cut (kPlanned).

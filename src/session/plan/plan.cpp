@@ -6,6 +6,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <set>
+#include <string_view>
+#include <variant>
 
 #include "kerf/error.h"
 
@@ -155,7 +157,7 @@ EffectChoice MakeGuide(const PlannedPlane* plane, const DepthStop* stop) {
   if (plane != nullptr) {
     normal_W = plane->plane.normal_W;
     p_W_mm = plane->plane.p_W;
-    guide.Set("tolerance_mm", std::min(plane->margin_mm, kFree_mm));
+    guide.Set("tolerance_mm", std::min(plane->margin_mm, kGuidePlay_mm));
   }
   const Vec3 other_axis = std::abs(normal_W.x) < 0.7 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
   depth_W = glm::normalize(other_axis - glm::dot(other_axis, normal_W) * normal_W);
@@ -183,6 +185,17 @@ EffectChoice MakeGuide(const PlannedPlane* plane, const DepthStop* stop) {
   guide.Set("normal", normal_W);
   guide.Set("depth_direction", depth_W);
   return guide;
+}
+
+bool IsGuideOf(const EffectChoice& guide, const PlannedPlane& plane) {
+  const auto get = [&guide](std::string_view key) {
+    return std::get<Vec3>(guide.values()[guide.info().FindParameter(key)]);
+  };
+  const Vec3 normal_W = glm::normalize(get("normal"));
+  constexpr double kSame_mm = 0.01;
+  constexpr double kSame_rad = 1e-3;
+  return glm::length(glm::cross(normal_W, plane.plane.normal_W)) < kSame_rad &&
+         std::abs(glm::dot(get("point_mm") - plane.plane.p_W, plane.plane.normal_W)) < kSame_mm;
 }
 
 }  // namespace kerf

@@ -33,7 +33,6 @@ struct PlannedPlane {
   double height_mm = 50;  // of the rectangle, along the part of up_W that lies in the plane
   Vec3 up_W{0, 0, 1};     // any length except 0
   PlaneState state = PlaneState::kPlanned;
-  std::optional<PatientPlane> reference{};  // of its angles as the user sees them: ChooseReference(); not in files
 };
 
 /// Limit of the cut's depth: the tool's deepest point should be at most `depth_mm` from the point along the direction.
@@ -132,9 +131,14 @@ struct StopDeviation {
 };
 StopDeviation CalcDeviation(const DepthStop& stop, const Tool& tool, const Pose& X_WT);
 
-/// Returns the effect "guide" that keeps the tool on the plane, at the stop, or both. Throws kerf::Error if both are
+/// Distance from the plane within which a guide does not hold the saw. A saw guide made of metal has a similar play.
+inline constexpr double kGuidePlay_mm = 0.1;
+/// Returns the effect "guide" that keeps the tool on the plane, at the stop, or both. On the plane, it has the play
+/// above, or the plane's margin if that is smaller. Throws kerf::Error if both are
 /// null, or if the stop's direction is more than 20 degrees off the plane (if the angle is smaller, the direction is
 /// rotated into the plane).
 EffectChoice MakeGuide(const PlannedPlane* plane, const DepthStop* stop);
+/// Returns whether `guide`, an effect "guide", keeps the tool on this plane, to 0.01 mm and 0.001 rad.
+bool IsGuideOf(const EffectChoice& guide, const PlannedPlane& plane);
 
 }  // namespace kerf

@@ -11,6 +11,8 @@ namespace {
 
 /// A blade further beside the wanted plane than this multiple of the margin is a reason to stop.
 constexpr double kFarBeside = 2;
+/// Fraction of a planned cut from which it counts as begun.
+constexpr double kSomeDone = 0.01;
 
 /// Returns true if the wanted cut is a planned plane rather than a line on the surface. It crosses the nerve canal.
 bool IsPlanned(ExerciseKind kind) {
@@ -42,6 +44,32 @@ std::array<double, kCoachTopics> CalcExcess(const WantedCut& cut, const CoachInp
   return excess;
 }
 
+/// Returns how to move the tool in the picture, against a deviation in a direction.
+std::optional<Message> DescribeWayBack(const std::optional<PictureDirections>& picture, const Vec3& deviation_W) {
+  if (!picture) return {};
+  const double right = glm::dot(deviation_W, picture->right_W);
+  const double up = glm::dot(deviation_W, picture->up_W);
+  const double near = glm::dot(deviation_W, glm::cross(picture->right_W, picture->up_W));
+  if (std::abs(right) >= std::max(std::abs(up), std::abs(near))) {
+    return Message{right > 0 ? MarkMessage("It is too far to the right: go left (Left key).")
+                             : MarkMessage("It is too far to the left: go right (Right key)."),
+                   {}};
+  }
+  if (std::abs(up) >= std::abs(near)) {
+    return Message{
+        up > 0 ? MarkMessage("It is too high: go down (Down key).") : MarkMessage("It is too low: go up (Up key)."),
+        {}};
+  }
+  return Message{near > 0 ? MarkMessage("It is too close to you: move it away from you (Page Up key).")
+                          : MarkMessage("It is too far from you: bring it towards you (Page Down key)."),
+                 {}};
+}
+
+/// Returns the depth of the wanted cut in a column, down to the far side of the bone.
+double CalcWantedDepth_mm(const DepthGauge& gauge, const CutColumn& column) {
+  return std::min(gauge.cut().depth_mm, column.far_mm - column.near_mm);
+}
+
 }  // namespace
 
 ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT) {
@@ -58,6 +86,7 @@ ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT) {
   const Vec3 p = cut.ToCut(lowest_W);
   deviation.beside_mm = p.z;
   deviation.beyond_mm = std::max({-p.x, p.x - cut.length_mm, 0.0});
+  deviation.before_start = p.x < 0;
   return deviation;
 }
 
@@ -81,7 +110,13 @@ CoachState UpdateCoach(const CoachState& state, const WantedCut& cut, const Coac
 std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut& cut, const CoachInput& input) {
   if (!state.shown) return {};
   const ToolDeviation deviation = CalcDeviation(cut, input.X_WT);
-  const auto line = [&](bool urgent, Message message) { return CoachLine{*state.shown, urgent, std::move(message)}; };
+  const auto line = [&](bool urgent, Message message) {
+    return CoachLine{*state.shown, urgent, std::move(message), {}};
+  };
+  const auto with_way = [&](CoachLine made, const Vec3& deviation_W) {
+    made.way_back = DescribeWayBack(input.picture, deviation_W);
+    return made;
+  };
   switch (*state.shown) {
     case CoachTopic::kInNerve:
       return line(true, {MarkMessage("Stop: the blade is in the nerve canal. Lift it out."), {}});
@@ -92,14 +127,18 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
       return line(true, {MarkMessage("Too deep by {}: lift the blade."),
                          {Quantity{std::max(input.depth ? -input.depth->to_goal_mm : 0.0, 0.0), 1, "mm"}}});
     case CoachTopic::kBeyondEnd:
-      return line(false, {IsPlanned(input.kind) ? MarkMessage("You are {} beyond the edge of the planned cut.")
-                                                : MarkMessage("The line ends here: you are {} beyond its end."),
-                          {Quantity{deviation.beyond_mm, 1, "mm"}}});
+      return with_way(
+          line(false, {IsPlanned(input.kind) ? MarkMessage("You are {} beyond the edge of the planned cut.")
+                                             : MarkMessage("The line ends here: you are {} beyond its end."),
+                       {Quantity{deviation.beyond_mm, 1, "mm"}}}),
+          deviation.before_start ? -cut.along_W : cut.along_W);
     case CoachTopic::kBesideLine:
-      return line(std::abs(deviation.beside_mm) > kFarBeside * cut.margin_mm,
-                  {IsPlanned(input.kind) ? MarkMessage("You leave the planned plane: the blade is {} beside it.")
-                                         : MarkMessage("You leave the line: the blade is {} beside it."),
-                   {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}});
+      return with_way(
+          line(std::abs(deviation.beside_mm) > kFarBeside * cut.margin_mm,
+               {IsPlanned(input.kind) ? MarkMessage("You leave the planned plane: the blade is {} beside it.")
+                                      : MarkMessage("You leave the line: the blade is {} beside it."),
+                {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}}),
+          deviation.beside_mm > 0 ? cut.across_W : -cut.across_W);
     case CoachTopic::kTilted:
       return line(false, {MarkMessage("The blade is tilted by {}: turn it into the wanted plane."),
                           {Quantity{deviation.tilt_deg, 0, "°"}}});
@@ -113,30 +152,57 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
   return {};
 }
 
-ExerciseStep FindStep(const CoachInput& input, bool spindle_on, double line_done) {
+double CalcDistanceFromCut(const WantedCut& cut, const Pose& X_WT) {
+  const Vec3 p = cut.ToCut(X_WT.p_AB);
+  const Vec3 nearest{std::clamp(p.x, 0.0, cut.length_mm),
+                     std::clamp(p.y, -cut.radius_mm, std::max(cut.depth_mm - cut.radius_mm, -cut.radius_mm)), 0};
+  return glm::distance(p, nearest);
+}
+
+ExerciseStep FindStep(const WantedCut& cut, const CoachInput& input, bool spindle_on, double line_done) {
   if (line_done >= kStepLineDone) return ExerciseStep::kFinish;
+  if (CalcDistanceFromCut(cut, input.X_WT) > kStepFar_mm) return ExerciseStep::kReturn;
   if (!spindle_on) return ExerciseStep::kSwitchOn;
   if (!input.depth || input.depth->depth_mm <= 0) return ExerciseStep::kLower;
   return input.depth->to_goal_mm > kStepDepth_mm ? ExerciseStep::kDeepen : ExerciseStep::kFollow;
 }
 
-Message DescribeStep(ExerciseStep step, ExerciseKind kind, const WantedCut& cut, double line_done) {
-  const bool planned = IsPlanned(kind);
+Message DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input, bool spindle_on,
+                     double line_done, double cut_done) {
+  const Quantity percent{100 * cut_done, 0, "%"};
+  const bool planned = IsPlanned(input.kind);
   switch (step) {
+    case ExerciseStep::kReturn:
+      return {spindle_on ? MarkMessage("The saw is {} away from the cut. Switch the spindle off (Space) and press R: "
+                                       "the saw returns to its start.")
+                         : MarkMessage("The saw is {} away from the cut. Press R: the saw returns to its start."),
+              {Quantity{CalcDistanceFromCut(cut, input.X_WT), 0, "mm"}}};
     case ExerciseStep::kSwitchOn:
       return {MarkMessage("Switch the spindle on."), {}};
     case ExerciseStep::kLower:
+      if (planned && cut_done >= kSomeDone) {
+        return {MarkMessage("Lower the blade into the bone again where the planned plane is not cut yet. {} of it is "
+                            "cut."),
+                {percent}};
+      }
       if (planned) return {MarkMessage("Lower the blade into the bone in the planned plane."), {}};
       return {MarkMessage("Lower the blade into the bone at one end of the line."), {}};
     case ExerciseStep::kDeepen:
-      if (planned) return {MarkMessage("Go on slowly in the planned plane until the bone is cut through."), {}};
-      return {MarkMessage("Go on slowly to the depth of {}."), {Quantity{cut.depth_mm, 1, "mm"}}};
+      if (planned) {
+        return {MarkMessage("Go on slowly in the planned plane until the bone is cut through. {} of it is cut."),
+                {percent}};
+      }
+      return {MarkMessage("Go on slowly to the depth of {}. Press down (Down key) while you move along the line, too: "
+                          "otherwise the blade climbs."),
+              {Quantity{cut.depth_mm, 1, "mm"}}};
     case ExerciseStep::kFollow:
       if (planned) {
-        return {MarkMessage("Deep enough: move along the planned plane to its other edge. {} of it is done."),
-                {Quantity{100 * line_done, 0, "%"}}};
+        return {MarkMessage("Deep enough here: go on in the planned plane to its other edge, and keep pressing down "
+                            "(Down key). {} of it is cut."),
+                {percent}};
       }
-      return {MarkMessage("Deep enough: move along the line to its other end. {} of it is done."),
+      return {MarkMessage("Deep enough: move along the line to its other end, and keep pressing down (Down key). {} of "
+                          "it is done."),
               {Quantity{100 * line_done, 0, "%"}}};
     case ExerciseStep::kFinish:
       break;
@@ -145,17 +211,54 @@ Message DescribeStep(ExerciseStep step, ExerciseKind kind, const WantedCut& cut,
   return {MarkMessage("The whole line is cut: lift the blade out and finish the exercise."), {}};
 }
 
+DepthZone FindDepthZone(const DepthReading& reading) {
+  if (reading.depth_mm < 0) return DepthZone::kAbove;
+  if (reading.to_goal_mm < -kZoneNear_mm) return DepthZone::kTooDeep;
+  if (reading.to_goal_mm < -kZoneReached_mm) return DepthZone::kDeep;
+  if (reading.to_goal_mm < kZoneReached_mm) return DepthZone::kReached;
+  return reading.to_goal_mm < kZoneNear_mm ? DepthZone::kNear : DepthZone::kFar;
+}
+
+const char* DescribeZone(DepthZone zone, bool rests) {
+  switch (zone) {
+    case DepthZone::kAbove:
+      return MarkMessage("above the bone");
+    case DepthZone::kFar:
+      return MarkMessage("continue");
+    case DepthZone::kNear:
+      return rests ? MarkMessage("nearly deep enough") : MarkMessage("slow down");
+    case DepthZone::kReached:
+      return MarkMessage("stop: deep enough");
+    case DepthZone::kDeep:
+    case DepthZone::kTooDeep:
+      break;
+  }
+  return MarkMessage("too deep");
+}
+
 double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm) {
   const std::vector<CutColumn>& columns = gauge.columns();
   int places = 0;
   int done = 0;
   for (std::size_t i = 0; i < columns.size() && i < deepest_mm.size(); ++i) {
     if (columns[i].s_mm < 0 || columns[i].s_mm > gauge.cut().length_mm) continue;
-    const double wanted_mm = std::min(gauge.cut().depth_mm, columns[i].far_mm - columns[i].near_mm);
     ++places;
-    if (deepest_mm[i] >= wanted_mm - kStepDepth_mm) ++done;
+    if (deepest_mm[i] >= CalcWantedDepth_mm(gauge, columns[i]) - kStepDepth_mm) ++done;
   }
   return places == 0 ? 0 : static_cast<double>(done) / places;
+}
+
+double CalcCutDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm) {
+  const std::vector<CutColumn>& columns = gauge.columns();
+  double wanted_mm = 0;
+  double done_mm = 0;
+  for (std::size_t i = 0; i < columns.size() && i < deepest_mm.size(); ++i) {
+    if (columns[i].s_mm < 0 || columns[i].s_mm > gauge.cut().length_mm) continue;
+    const double depth_mm = std::max(CalcWantedDepth_mm(gauge, columns[i]), 0.0);
+    wanted_mm += depth_mm;
+    done_mm += std::clamp(deepest_mm[i], 0.0, depth_mm);
+  }
+  return wanted_mm > 0 ? done_mm / wanted_mm : 0;
 }
 
 }  // namespace kerf

@@ -17,13 +17,20 @@ namespace kerf {
 enum class CoachTopic { kInNerve, kNearNerve, kTooDeep, kBesideLine, kBeyondEnd, kTilted, kCrossesNerve };
 inline constexpr std::size_t kCoachTopics = 7;
 
+/// Directions of the picture in which the student sees the cut, unit length.
+struct PictureDirections {
+  Vec3 right_W{1, 0, 0};
+  Vec3 up_W{0, 0, 1};
+};
+
 struct CoachInput {
   ExerciseKind kind = ExerciseKind::kGroove;
   double time_s = 0;
   Pose X_WT;
-  std::optional<DepthReading> depth;  // none: the tool is beside the wanted cut
-  std::optional<double> nerve_mm;     // distance to the nerve canal; none: unknown, or no canal
-  bool touches = false;               // the tool touches bone
+  std::optional<DepthReading> depth;         // none: the tool is beside the wanted cut
+  std::optional<double> nerve_mm;            // distance to the nerve canal; none: unknown, or no canal
+  bool touches = false;                      // the tool touches bone
+  std::optional<PictureDirections> picture;  // to say the way back in; none: it is not said
 };
 
 /// Which topics are current. Initially none.
@@ -48,15 +55,17 @@ struct CoachLine {
   CoachTopic topic = CoachTopic::kInNerve;
   bool urgent = false;  // stop, rather than correct
   Message message;
+  std::optional<Message> way_back;  // from beside the wanted cut, as the student sees it
 
   bool operator==(const CoachLine&) const = default;
 };
 
 /// How the tool lies relative to the wanted cut.
 struct ToolDeviation {
-  double beside_mm = 0;  // of the tool's lowest point from the wanted plane, along WantedCut::across_W
-  double beyond_mm = 0;  // of the lowest point beyond an end of the line; 0 between the ends
-  double tilt_deg = 0;   // between the blade's plane and the wanted one; 0 for a ball
+  double beside_mm = 0;       // of the tool's lowest point from the wanted plane, along WantedCut::across_W
+  double beyond_mm = 0;       // of the lowest point beyond an end of the line; 0 between the ends
+  bool before_start = false;  // beyond_mm is that at the line's start
+  double tilt_deg = 0;        // between the blade's plane and the wanted one; 0 for a ball
 };
 ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT);
 
@@ -66,18 +75,37 @@ CoachState UpdateCoach(const CoachState& state, const WantedCut& cut, const Coac
 std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut& cut, const CoachInput& input);
 
 /// Steps of an exercise, for a student who does it for the first time.
-enum class ExerciseStep { kSwitchOn, kLower, kDeepen, kFollow, kFinish };
+enum class ExerciseStep { kReturn, kSwitchOn, kLower, kDeepen, kFollow, kFinish };
 
 /// Fraction of the line from which it counts as done, and distance from the wanted depth that counts as reached.
 inline constexpr double kStepLineDone = 0.95;
 inline constexpr double kStepDepth_mm = 0.3;
+/// Distance from the wanted cut from which the saw is lost: it may be out of the picture.
+inline constexpr double kStepFar_mm = 30;
 
+/// Returns the distance of the tool's centre from the places that it takes in the wanted cut and above it, up to where
+/// it leaves the bone.
+double CalcDistanceFromCut(const WantedCut& cut, const Pose& X_WT);
 /// Returns the step that comes next. `line_done`: CalcLineDone().
-ExerciseStep FindStep(const CoachInput& input, bool spindle_on, double line_done);
-/// Returns the instruction for a step.
-Message DescribeStep(ExerciseStep step, ExerciseKind kind, const WantedCut& cut, double line_done);
+ExerciseStep FindStep(const WantedCut& cut, const CoachInput& input, bool spindle_on, double line_done);
+/// Returns the instruction for a step that FindStep() returned. `cut_done`: CalcCutDone().
+Message DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input, bool spindle_on,
+                     double line_done, double cut_done);
 /// Returns the fraction of the line along which the tool has reached the wanted depth, or the far side of the bone, to
 /// within kStepDepth_mm. `deepest_mm`: from DepthGauge::TakeDepths().
 double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm);
+/// Returns the fraction of the wanted cut's area, down to the wanted depth or the far side of the bone, that the tool
+/// has reached. `deepest_mm`: as above.
+double CalcCutDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm);
+
+/// Where the blade is relative to the wanted depth.
+enum class DepthZone { kAbove, kFar, kNear, kReached, kDeep, kTooDeep };
+/// Distance before the goal from which the student should slow down, and beyond it from which the cut is bad; distance
+/// around it within which it is good.
+inline constexpr double kZoneNear_mm = 1.0;
+inline constexpr double kZoneReached_mm = 0.3;
+DepthZone FindDepthZone(const DepthReading& reading);
+/// Returns what to do in this zone, in English. `rests`: the saw does not move, so that it cannot slow down.
+const char* DescribeZone(DepthZone zone, bool rests);
 
 }  // namespace kerf

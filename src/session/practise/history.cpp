@@ -230,6 +230,19 @@ void CheckStructure(const std::string& file, sqlite3* db) {
   if (GetText(statement, 0) != "ok") Fail(file, db, SQLITE_CORRUPT);
 }
 
+/// Returns UTF-8 text with the capital letters of ASCII and Latin-1 as small ones.
+std::string FoldCase(std::string text) {
+  constexpr char kLatin1 = '\xc3';  // first byte of U+00C0 to U+00FF; capitals are 0x80 to 0x9e, 0x97 is a sign
+  char last = 0;
+  for (char& c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    if (last == kLatin1 && byte >= 0x80 && byte <= 0x9e && byte != 0x97) c = static_cast<char>(byte + 0x20);
+    last = c;
+  }
+  return text;
+}
+
 }  // namespace
 
 struct History::State {
@@ -373,6 +386,32 @@ std::vector<Attempt> History::List(const std::string& student) const {
     if (is_listed[i]) listed.push_back(std::move(attempts[i]));
   }
   return listed;
+}
+
+std::string FindSameStudent(const std::vector<Attempt>& attempts, const std::string& student) {
+  const std::string wanted = FoldCase(student);
+  const std::string* found = &student;
+  for (const Attempt& a : attempts) {
+    if (a.damaged) continue;
+    if (a.student == student) return student;
+    if (FoldCase(a.student) == wanted) found = &a.student;
+  }
+  return *found;
+}
+
+std::vector<std::string> ListStudents(const std::vector<Attempt>& attempts) {
+  std::vector<std::string> students;
+  for (auto a = attempts.rbegin(); a != attempts.rend(); ++a) {
+    if (a->damaged || std::find(students.begin(), students.end(), a->student) != students.end()) continue;
+    students.push_back(a->student);
+  }
+  return students;
+}
+
+std::string TrimStudentName(const std::string& entered) {
+  const std::size_t first = entered.find_first_not_of(' ');
+  if (first == std::string::npos) return "";
+  return entered.substr(first, entered.find_last_not_of(' ') - first + 1);
 }
 
 void CheckStudentName(const std::string& student) {

@@ -77,9 +77,18 @@ class History {
   std::unique_ptr<State> state_;
 };
 
+/// Returns a name as it was entered, without spaces at its ends.
+std::string TrimStudentName(const std::string& entered);
 /// Throws kerf::Error if `student` is not a valid name: empty, too long, not UTF-8, with control characters, or with
 /// leading or trailing spaces.
 void CheckStudentName(const std::string& student);
+
+/// Returns the name under which attempts of the student are stored: the name itself if it occurs in `attempts`, and
+/// otherwise the latest one that differs from it only in capital letters (of ASCII and Latin-1), if there is any.
+std::string FindSameStudent(const std::vector<Attempt>& attempts, const std::string& student);
+
+/// Returns the names of all students with attempts, the one with the latest attempt first.
+std::vector<std::string> ListStudents(const std::vector<Attempt>& attempts);
 
 /// Returns a sheet as an attempt of the student. Throws kerf::Error if the name is invalid or the recording cannot be
 /// read.

@@ -10,33 +10,104 @@ Quantity Points(double total) {
   return {total, 0, ""};
 }
 
-/// Returns the exercise after this one; null for the last.
-const Exercise* FindNextExercise(const Exercise& exercise) {
-  const std::span<const Exercise> all = ListExercises();
-  const auto next = static_cast<std::size_t>(&exercise - all.data()) + 1;
-  return next < all.size() ? &all[next] : nullptr;
+/// Best totals of the levels of an exercise.
+using BestTotals = std::array<std::optional<double>, kLevels>;
+
+BestTotals FindBest(std::span<const Attempt> history, const Exercise& exercise) {
+  BestTotals best;
+  for (const Attempt& a : history) {
+    if (!a.graded() || a.exercise != exercise.id || a.level < 1 || a.level > kLevels) continue;
+    std::optional<double>& total = best[static_cast<std::size_t>(a.level - 1)];
+    total = std::max(total.value_or(0), *a.total);
+  }
+  return best;
 }
 
+/// Returns the highest level that was passed; 0: none. It passes those below it too.
+int FindPassed(const BestTotals& best) {
+  for (int level = kLevels; level >= 1; --level) {
+    if (best[static_cast<std::size_t>(level - 1)].value_or(0) >= kGoodTotal) return level;
+  }
+  return 0;
+}
+
+/// Returns the number of aids of a level.
+int CountAids(const Exercise& exercise, int level) {
+  const std::vector<Aid> aids = ListAids(MakeExerciseScene(exercise.id, level).exercise, false, false);
+  return static_cast<int>(std::count_if(aids.begin(), aids.end(), [](const Aid& aid) { return aid.on; }));
+}
+
+/// Recommends a level of an exercise, after the one below it was passed with `total`.
 NextStep GoOn(const Exercise& exercise, int level, double total) {
-  if (level < kLevels) {
-    return {NextStep::Kind::kNextLevel,
+  const int fewer = CountAids(exercise, level - 1) - CountAids(exercise, level);
+  NextStep next{NextStep::Kind::kNextLevel, exercise.id, level, {}};
+  next.reason = {fewer == 1 ? MarkMessage("Level {0} is passed with {1} of 100 points: go on with level {2}, which has "
+                                          "one aid fewer.")
+                            : MarkMessage("Level {0} is passed with {1} of 100 points: go on with level {2}, which has "
+                                          "{3} fewer aids."),
+                 {Points(level - 1), Points(total), Points(level)}};
+  if (fewer != 1) next.reason.values.emplace_back(Points(fewer));
+  return next;
+}
+
+/// Recommends the step after an attempt that has no score.
+NextStep RepeatUngraded(const Exercise& exercise, int level) {
+  return {NextStep::Kind::kRepeat,
+          exercise.id,
+          level,
+          {MarkMessage("Your last attempt at level {0} was not graded: try it again."), {Points(level)}}};
+}
+
+/// Recommends the step after the last attempt at a level that is not passed, or in which a passed one failed.
+NextStep RepeatLevel(std::span<const Attempt> history, const Exercise& exercise, int level) {
+  std::vector<const Attempt*> attempts;
+  for (const Attempt& a : history) {
+    if (!a.damaged && a.exercise == exercise.id && a.level == level) attempts.push_back(&a);
+  }
+  const NextStep::Kind again = NextStep::Kind::kRepeat;
+  if (attempts.empty()) {
+    return {NextStep::Kind::kFirst,
             exercise.id,
-            level + 1,
-            {MarkMessage("{0} of 100 points: go on with level {1}, which has one aid less."),
-             {Points(total), Points(level + 1)}}};
+            level,
+            {MarkMessage("You have not tried level {0} yet."), {Points(level)}}};
   }
-  if (const Exercise* next = FindNextExercise(exercise)) {
-    return {NextStep::Kind::kNextExercise,
-            next->id,
-            1,
-            {MarkMessage("{0} of 100 points without aids: go on with the exercise \"{1}\"."),
-             {Points(total), next->title}}};
+  const Attempt& last = *attempts.back();
+  if (!last.graded()) return RepeatUngraded(exercise, level);
+  const bool twice_poor = attempts.size() >= 2 && *last.total < kPoorTotal && attempts[attempts.size() - 2]->graded() &&
+                          *attempts[attempts.size() - 2]->total < kPoorTotal;
+  if (twice_poor && level > 1) {
+    return {NextStep::Kind::kPreviousLevel,
+            exercise.id,
+            level - 1,
+            {MarkMessage("Two attempts below {0} of 100 points: practise level {1} again, which has more aids."),
+             {Points(kPoorTotal), Points(level - 1)}}};
   }
-  return {
-      NextStep::Kind::kFinished,
-      exercise.id,
-      level,
-      {MarkMessage("{0} of 100 points in the last exercise without aids: you have done them all."), {Points(total)}}};
+  return {again,
+          exercise.id,
+          level,
+          {MarkMessage("{0} of 100 points: try level {1} again; {2} points are enough."),
+           {Points(*last.total), Points(level), Points(kGoodTotal)}}};
+}
+
+/// Recommends a level of one exercise: the first that is not passed, or none if all are.
+std::optional<NextStep> RecommendIn(std::span<const Attempt> history, const Exercise& exercise) {
+  const BestTotals best = FindBest(history, exercise);
+  const int passed = FindPassed(best);
+  if (passed == kLevels) return {};
+  const NextStep next = RepeatLevel(history, exercise, passed + 1);
+  if (passed == 0 || next.kind != NextStep::Kind::kFirst) return next;
+  return GoOn(exercise, passed + 1, *best[static_cast<std::size_t>(passed - 1)]);
+}
+
+/// Recommends the first level of all exercises that is not passed.
+NextStep RecommendFirst(std::span<const Attempt> history) {
+  for (const Exercise& exercise : ListExercises()) {
+    if (std::optional<NextStep> next = RecommendIn(history, exercise)) return *next;
+  }
+  return {NextStep::Kind::kFinished,
+          ListExercises().back().id,
+          kLevels,
+          {MarkMessage("All exercises are passed without aids: you have done them all."), {}}};
 }
 
 }  // namespace
@@ -57,36 +128,26 @@ Trend FindTrend(std::span<const double> totals) {
   return change >= kTrendPoints ? Trend::kRising : change <= -kTrendPoints ? Trend::kFalling : Trend::kSteady;
 }
 
-NextStep Recommend(std::span<const Attempt> history, std::string_view exercise_id, int level) {
+NextStep Recommend(std::span<const Attempt> history, std::string_view exercise_id, int level,
+                   std::optional<double> total) {
   const Exercise& exercise = FindExercise(exercise_id);
   CheckRange("level", level, FindRange<SceneExercise>("level"));
-  std::vector<const Attempt*> attempts;
-  for (const Attempt& a : history) {
-    if (!a.damaged && a.exercise == exercise.id && a.level == level) attempts.push_back(&a);
+  // An attempt in which nothing was cut is not in the history.
+  if (!total) return RepeatUngraded(exercise, level);
+  if (*total < kGoodTotal) return RepeatLevel(history, exercise, level);
+  const BestTotals best = FindBest(history, exercise);
+  const int passed = std::max(FindPassed(best), level);
+  if (passed < kLevels) {
+    // Attempts at the next level came before this one, so that they are not spoken of.
+    return GoOn(exercise, passed + 1, passed == level ? *total : *best[static_cast<std::size_t>(passed - 1)]);
   }
-  const NextStep::Kind again = NextStep::Kind::kRepeat;
-  if (attempts.empty()) {
-    return {NextStep::Kind::kFirst, exercise.id, level, {MarkMessage("You have not tried this level yet."), {}}};
-  }
-  const Attempt& last = *attempts.back();
-  if (!last.graded()) {
-    return {again, exercise.id, level, {MarkMessage("Your last attempt was not graded: try this level again."), {}}};
-  }
-  if (*last.total >= kGoodTotal) return GoOn(exercise, level, *last.total);
-  const bool twice_poor = attempts.size() >= 2 && *last.total < kPoorTotal && attempts[attempts.size() - 2]->graded() &&
-                          *attempts[attempts.size() - 2]->total < kPoorTotal;
-  if (twice_poor && level > 1) {
-    return {NextStep::Kind::kPreviousLevel,
-            exercise.id,
-            level - 1,
-            {MarkMessage("Two attempts below {0} of 100 points: practise level {1} again, which has one more aid."),
-             {Points(kPoorTotal), Points(level - 1)}}};
-  }
-  return {again,
-          exercise.id,
-          level,
-          {MarkMessage("{0} of 100 points: try this level again, and go on from {1} points."),
-           {Points(*last.total), Points(kGoodTotal)}}};
+  NextStep next = RecommendFirst(history);
+  if (next.kind == NextStep::Kind::kFinished) return next;
+  return {NextStep::Kind::kNextExercise,
+          next.exercise,
+          next.level,
+          {MarkMessage("Level {0} is passed with {1} of 100 points: go on with the exercise \"{2}\", level {3}."),
+           {Points(level), Points(*total), FindExercise(next.exercise).title, Points(next.level)}}};
 }
 
 std::vector<ExerciseRow> ListProgress(std::span<const Attempt> history) {
@@ -109,26 +170,18 @@ std::vector<ExerciseRow> ListProgress(std::span<const Attempt> history) {
     }
     row.totals = std::move(totals[static_cast<std::size_t>(row.level - 1)]);
     row.trend = FindTrend(row.totals);
-    row.next = Recommend(history, exercise.id, row.level);
+    row.next = RecommendIn(history, exercise)
+                   .value_or(NextStep{NextStep::Kind::kFinished,
+                                      exercise.id,
+                                      kLevels,
+                                      {MarkMessage("All levels of this exercise are passed."), {}}});
     rows.push_back(std::move(row));
   }
   return rows;
 }
 
-NextStep FindNextStep(std::span<const Attempt> history, std::span<const ExerciseRow> rows) {
-  const auto counts = [&](const Attempt& a) {
-    const bool known = std::any_of(rows.begin(), rows.end(), [&](const ExerciseRow& r) { return r.id == a.exercise; });
-    return known && !a.damaged && a.level >= 1 && a.level <= kLevels;
-  };
-  const auto last = std::find_if(history.rbegin(), history.rend(), counts);
-  if (last != history.rend()) {
-    NextStep next = Recommend(history, last->exercise, last->level);
-    if (next.kind != NextStep::Kind::kFinished) return next;
-  }
-  for (const ExerciseRow& row : rows) {
-    if (row.next.exercise == row.id && row.next.kind != NextStep::Kind::kFinished) return row.next;
-  }
-  return rows.empty() ? NextStep{} : rows.back().next;
+NextStep FindNextStep(std::span<const Attempt> history) {
+  return RecommendFirst(history);
 }
 
 std::vector<Aid> ListAids(const SceneExercise& exercise, bool in_plane, bool translucent) {

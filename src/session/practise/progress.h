@@ -43,9 +43,9 @@ struct NextStep {
     kFirst,   // first attempt at this level
     kRepeat,  // the same level again
     kNextLevel,
-    kPreviousLevel,  // with one more aid
+    kPreviousLevel,  // with more aids
     kNextExercise,
-    kFinished,  // all levels of the last exercise are done
+    kFinished,  // all levels are passed
   };
   Kind kind = Kind::kFirst;
   std::string exercise;  // id
@@ -55,12 +55,13 @@ struct NextStep {
   bool operator==(const NextStep&) const = default;
 };
 
-/// Recommends the next step after the last attempt at an exercise and level. Only the last attempts at it count:
-/// without any, the level itself; after a graded attempt with at least kGoodTotal points, the next level, or after the
-/// last level the next exercise; after two below kPoorTotal in a row, the previous level; otherwise the same level.
-/// `history`: attempts of one student in the order of submission; damaged rows are ignored. Throws kerf::Error for an
-/// unknown exercise or a level out of range.
-NextStep Recommend(std::span<const Attempt> history, std::string_view exercise, int level);
+/// Recommends the next step after an attempt at an exercise and level. `total`: its score; none: it has none. Below
+/// kGoodTotal, the same level, or after two attempts below kPoorTotal in a row the previous one. From kGoodTotal on,
+/// the first level of the exercise that is not passed, or if there is none, that of FindNextStep(). A level is passed
+/// if the best total of all attempts at it, or at a higher level of the exercise, is at least kGoodTotal. `history`:
+/// attempts of one student in the order of submission, with this one as the last, unless nothing was cut; damaged rows
+/// are ignored. Throws kerf::Error for an unknown exercise or a level out of range.
+NextStep Recommend(std::span<const Attempt> history, std::string_view exercise, int level, std::optional<double> total);
 
 /// Row of the list of exercises.
 struct ExerciseRow {
@@ -79,10 +80,8 @@ struct ExerciseRow {
 /// Returns a row for each exercise, from easy to hard. `history`: as in Recommend().
 std::vector<ExerciseRow> ListProgress(std::span<const Attempt> history);
 
-/// Returns the step to begin with: what Recommend() says after the last attempt. Without any attempt, or if all is done
-/// after the last one: the first exercise, in the order of difficulty, whose next step stays in it; if there is none,
-/// that of the last exercise. `rows`: ListProgress() of the same history.
-NextStep FindNextStep(std::span<const Attempt> history, std::span<const ExerciseRow> rows);
+/// Returns the step to begin with: the first level that is not passed, in the order of the exercises.
+NextStep FindNextStep(std::span<const Attempt> history);
 
 /// Aids of a level.
 struct Aid {

@@ -1,12 +1,14 @@
 // A project: everything about a case in one file.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "bone/pieces/piece_measure.h"
 #include "session/marks/mark.h"
 #include "session/scene/scene.h"
 
@@ -31,19 +33,25 @@ struct ProjectSession {
   std::optional<double> removed_mm3{};
   std::optional<double> largest_force_N{};             // on the hand
   std::vector<std::pair<double, double>> forces_sN{};  // force on the hand, N, by time since the session's beginning, s
+  bool recorded = true;                                // false: its recording is lost
 
   bool operator==(const ProjectSession&) const = default;
 };
 
 struct Project {
-  std::string title;          // one line
-  Scene scene;                // with the plan; its bone: the model or file from which the case began
+  std::string title;  // one line
+  Scene scene;        // with the plan; its bone: the model or file from which the case began
+  /// Contents of files that the scene names, by path. The others are read.
+  std::map<std::string, std::string> scene_files;
   std::string bone_file;      // .vdb: the bone before the first cut; empty: none
   std::string cut_bone_file;  // .vdb: the bone as it is now; empty: it was not cut
   std::vector<Mark> marks;
   std::vector<std::string> recordings;   // .kerf files, in the order of the sessions
   std::vector<ProjectSession> sessions;  // in order
-  std::string pieces_json;               // PieceSet::FormatJson(); empty: none
+  /// Further bones with which recordings begin: .vdb files by hash (RecordingHeader::bone_hash).
+  std::map<std::uint64_t, std::string> bones;
+  std::string pieces_json;                   // PieceSet::FormatJson(); empty: none
+  std::vector<MeasuredPoints> measurements;  // between points of these pieces
   std::vector<ProjectView> views;
   std::map<std::string, std::string> settings;  // of the window, by name
   // Set by ReadProject(), ignored by WriteProject().
@@ -56,8 +64,8 @@ inline constexpr const char* kProjectExtension = ".kerf-project";
 /// Writes a project: a ZIP file (docs/formats.md). It includes the files that the scene names (materials, CT laws,
 /// paths, surfaces, ...), the bones and the recordings. Texts are compressed; bones and recordings are compressed
 /// already and are stored as they are. Writes through a temporary file, so that an existing project stays intact until
-/// the new one is complete. Throws kerf::Error if a file cannot be read or
-/// written, if the marks or the plan are not valid, or if there are too many recordings or sessions.
+/// the new one is complete. Throws kerf::Error if a file cannot be read or written, if the marks, the plan or the
+/// measurements are not valid, or if there are too many recordings or sessions.
 void WriteProject(const std::string& path, const Project& project);
 
 /// Reads a project. Bones, recordings and inputs of the scene are written into `folder`, which is created if missing;
@@ -71,7 +79,7 @@ void WriteProject(const std::string& path, const Project& project);
 /// fault was found remains in the folder.
 Project ReadProject(const std::string& path, const std::string& folder);
 
-/// Returns true if the name ends in kProjectExtension.
+/// Returns true if the name ends in kProjectExtension, in any case.
 bool IsProjectPath(const std::string& path);
 
 /// Text of a project's views.
@@ -81,5 +89,13 @@ std::vector<ProjectView> ParseViews(const std::string& text, const std::string& 
 /// Text of a project's sessions.
 std::string FormatSessions(const std::vector<ProjectSession>& sessions);
 std::vector<ProjectSession> ParseSessions(const std::string& text, const std::string& path);
+
+/// Text of a project's measurements.
+std::string FormatMeasuredPoints(const std::vector<MeasuredPoints>& measurements);
+std::vector<MeasuredPoints> ParseMeasuredPoints(const std::string& text, const std::string& path);
+/// Throws kerf::Error if there are too many measurements, if one has neither 2 nor 3 points, or if a point belongs to
+/// no piece of `pieces_json`.
+void CheckMeasuredPoints(const std::vector<MeasuredPoints>& measurements, const std::string& pieces_json,
+                         const std::string& path);
 
 }  // namespace kerf

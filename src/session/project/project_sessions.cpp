@@ -54,6 +54,7 @@ std::string FormatSessions(const std::vector<ProjectSession>& sessions) {
     if (session.duration_s) entry["duration_s"] = *session.duration_s;
     if (session.removed_mm3) entry["removed_mm3"] = *session.removed_mm3;
     if (session.largest_force_N) entry["largest_force_N"] = *session.largest_force_N;
+    if (!session.recorded) entry["recorded"] = false;
     if (!session.forces_sN.empty()) entry["forces_s_N"] = session.forces_sN;
     json.push_back(std::move(entry));
   }
@@ -71,11 +72,14 @@ std::vector<ProjectSession> ParseSessions(const std::string& text, const std::st
   for (const Json& entry : json) {
     const Json saw = entry.is_object() ? entry.value("saw", Json()) : Json();
     if (!saw.is_string()) throw Error(fmt::format("{}: a session does not name its saw", path));
+    const Json recorded = entry.value("recorded", Json(true));
+    if (!recorded.is_boolean()) throw Error(fmt::format("{}: 'recorded' of a session is not true or false", path));
     sessions.push_back({.saw = Printable(saw.get<std::string>().substr(0, 1000)),
                         .duration_s = NumberOf(entry, "duration_s", path),
                         .removed_mm3 = NumberOf(entry, "removed_mm3", path),
                         .largest_force_N = NumberOf(entry, "largest_force_N", path),
-                        .forces_sN = ForcesOf(entry, path)});
+                        .forces_sN = ForcesOf(entry, path),
+                        .recorded = recorded.get<bool>()});
     points += sessions.back().forces_sN.size();
     if (points > project_detail::kMaxForces) {
       throw Error(fmt::format("{}: the sessions have more than {} forces", path, project_detail::kMaxForces));

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 
 #include "base/files/disk_space.h"
+#include "base/files/extension.h"
 #include "base/files/files.h"
 #include "kerf/error.h"
 #include "session/marks/mark_file.h"
@@ -16,7 +18,7 @@
 namespace kerf {
 
 bool IsProjectPath(const std::string& path) {
-  return path.ends_with(kProjectExtension);
+  return LowerExtension(path) == kProjectExtension;
 }
 
 Project ReadProject(const std::string& path, const std::string& folder) {
@@ -34,7 +36,7 @@ Project ReadProject(const std::string& path, const std::string& folder) {
       expected.push_back({fmt::format("{}/{}", root, member.name), static_cast<double>(member.bytes)});
     }
   }
-  for (const std::string_view sub : {kRecordingFolder, kInputFolder}) {
+  for (const std::string_view sub : {kRecordingFolder, kInputFolder, kBoneFolder}) {
     const bool used =
         std::any_of(members.begin(), members.end(), [&](const ZipMember& m) { return m.name.starts_with(sub); });
     if (used) MakeFolder(fmt::format("{}/{}", root, sub));
@@ -58,6 +60,16 @@ Project ReadProject(const std::string& path, const std::string& folder) {
   project.scene.name = manifest.scene_name;
   if (manifest.Find(kBone) != nullptr) project.bone_file = place(kBone);
   if (manifest.Find(kCutBone) != nullptr) project.cut_bone_file = place(kCutBone);
+  for (const ZipMember& member : members) {
+    if (!IsInFolder(member.name, kBoneFolder)) continue;
+    const std::string name = member.name.substr(kBoneFolder.size());
+    std::uint64_t hash = 0;
+    const auto [end, failed] = std::from_chars(name.data(), name.data() + name.size(), hash, 16);
+    if (failed != std::errc() || std::string_view(end) != ".vdb") {
+      throw Error(fmt::format("{}: '{}' is not named by the hash of a bone", path, member.name));
+    }
+    project.bones[hash] = place(member.name);
+  }
   const std::string& bone = project.cut_bone_file.empty() ? project.bone_file : project.cut_bone_file;
   if (!bone.empty()) {
     project.scene.bone.source = BoneSource::kFile;
@@ -73,6 +85,10 @@ Project ReadProject(const std::string& path, const std::string& folder) {
     project.marks = ParseMarks(marks, fmt::format("{}: {}", path, kMarks));
   }
   project.pieces_json = texts.Get(kPieces);
+  if (const std::string measurements = texts.Get(kMeasurements); !measurements.empty()) {
+    project.measurements = ParseMeasuredPoints(measurements, fmt::format("{}: {}", path, kMeasurements));
+    CheckMeasuredPoints(project.measurements, project.pieces_json, path);
+  }
   if (const std::string views = texts.Get(kViews); !views.empty()) {
     project.views = ParseViews(views, fmt::format("{}: {}", path, kViews));
   }
@@ -81,6 +97,12 @@ Project ReadProject(const std::string& path, const std::string& folder) {
   }
   if (const std::string sessions = texts.Get(kSessions); !sessions.empty()) {
     project.sessions = ParseSessions(sessions, fmt::format("{}: {}", path, kSessions));
+    const auto recorded = std::count_if(project.sessions.begin(), project.sessions.end(),
+                                        [](const ProjectSession& session) { return session.recorded; });
+    if (static_cast<std::size_t>(recorded) > manifest.recordings.size()) {
+      throw Error(fmt::format("{}: {} lists {} recorded sessions, but there are {} recordings", path, kSessions,
+                              recorded, manifest.recordings.size()));
+    }
   }
   for (const std::string& recording : manifest.recordings) project.recordings.push_back(place(recording));
   return project;

@@ -86,9 +86,10 @@ std::string Quoted(const std::string& name) {
 }
 
 /// Adds the scene's input files and returns the scene's text, which names them by their members.
-std::string AddScene(Scene scene, MemberList& members) {
+std::string AddScene(const Project& project, MemberList& members) {
+  Scene scene = project.scene;
   if (scene.bone.source == BoneSource::kFile) scene.bone.file = "/bone.vdb";  // replaced below
-  const std::map<std::string, std::string> files = ReadSceneFiles(scene, "");
+  const std::map<std::string, std::string> files = ReadSceneFiles(scene, "", project.scene_files);
   std::string toml = ResolvedToml(scene);
   int number = 0;
   for (const auto& [file, content] : files) {
@@ -106,6 +107,7 @@ std::string AddScene(Scene scene, MemberList& members) {
 void WriteProject(const std::string& path, const Project& project) {
   CheckPlan(project.scene.plan);
   CheckMarks(project.marks);
+  CheckMeasuredPoints(project.measurements, project.pieces_json, path);
   CheckWritable(path);
   if (project.recordings.size() > kMaxProjectRecordings) {
     throw Error(fmt::format("{}: a project has at most {} recordings", path, kMaxProjectRecordings));
@@ -117,16 +119,20 @@ void WriteProject(const std::string& path, const Project& project) {
     throw Error(fmt::format("{}: the project has no bone", path));
   }
   MemberList members;
-  members.AddText(kSceneToml, AddScene(project.scene, members));
+  members.AddText(kSceneToml, AddScene(project, members));
   const bool placed =
       std::any_of(project.marks.begin(), project.marks.end(), [](const Mark& mark) { return !mark.points_W.empty(); });
   if (placed) members.AddText(kMarks, FormatMarks(project.marks));
   if (!project.pieces_json.empty()) members.AddText(kPieces, project.pieces_json);
+  if (!project.measurements.empty()) members.AddText(kMeasurements, FormatMeasuredPoints(project.measurements));
   if (!project.views.empty()) members.AddText(kViews, FormatViews(project.views));
   if (!project.settings.empty()) members.AddText(kSettings, Dump(OrderedJson(project.settings)));
   if (!project.sessions.empty()) members.AddText(kSessions, FormatSessions(project.sessions));
   if (!project.bone_file.empty()) members.AddFile(kBone, project.bone_file);
   if (!project.cut_bone_file.empty()) members.AddFile(kCutBone, project.cut_bone_file);
+  for (const auto& [hash, file] : project.bones) {
+    members.AddFile(fmt::format("{}{:016x}.vdb", kBoneFolder, hash), file);
+  }
   OrderedJson recordings = OrderedJson::array();
   std::set<std::string> names;
   for (const std::string& recording : project.recordings) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <variant>
 
 #include "base/table/table_json.h"
 #include "cut/force/measured.h"
@@ -36,26 +37,33 @@ bool CuttingEnergy::IsWithinPublishedRange() const {
 }
 
 CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects, const CuttingSums& sums) {
+  return CalcCuttingEnergy(MakeSimulationParams(scene), effects, sums);
+}
+
+CuttingEnergy CalcCuttingEnergy(const SimulationParams& params, const EffectRecord& effects, const CuttingSums& sums) {
   CuttingEnergy energy;
-  const bool disc = scene.tool.kind == ToolKind::kDisc;
-  const bool by_law = scene.force.info().has_cutting;
+  const auto* disc = std::get_if<DiscSaw>(&params.tool);
+  const bool by_law = params.law.info().has_cutting;
   if (const std::optional<double> power_W = FindMeanPower(effects)) {
     energy.from = CuttingForceFrom::kEffect;
-    if (!by_law) energy.ratio = FindChoice(scene.effects, "tangential_force")->GetNumber("ratio");
+    if (!by_law) energy.ratio = FindChoice(params.effects, "tangential_force")->GetNumber("ratio");
     energy.work_J = *power_W * sums.simulated_s;
   } else if (by_law) {
     energy.from = CuttingForceFrom::kLaw;
     energy.work_J = sums.cutting_J;
   } else {
     energy.ratio = kThrustPerCuttingForce;
-    const double rim_mm = std::numbers::pi * scene.tool.diameter_mm;
-    if (disc) energy.work_J = 1e-3 * sums.thrust_turns_N / *energy.ratio * rim_mm;
+    if (disc != nullptr) {
+      const double rim_mm = std::numbers::pi * disc->diameter_mm;
+      energy.work_J = 1e-3 * sums.thrust_turns_N / *energy.ratio * rim_mm;
+    }
   }
   if (!energy.work_J) return energy;
   // If bone was removed only because the tool was placed inside it, no work was done.
   const bool cuts = *energy.work_J > 0 || sums.cutting_turns > 0;
   if (cuts && sums.removed_mm3 > kNegligible_mm3) energy.specific_J_per_mm3 = *energy.work_J / sums.removed_mm3;
-  const double passes = (disc ? scene.tool.teeth : scene.tool.flutes) * sums.cutting_turns;
+  const int per_turn = disc != nullptr ? disc->teeth : std::get<BallBurr>(params.tool).flutes;
+  const double passes = per_turn * sums.cutting_turns;
   if (passes > 0) energy.pass_mJ = 1e3 * *energy.work_J / passes;
   return energy;
 }
@@ -70,13 +78,13 @@ std::string DescribeCuttingEnergy(const CuttingEnergy& energy) {
                             kMaxSpecificEnergy_J_per_mm3, kSpecificEnergySource);
 }
 
-std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEnergy& energy) {
+std::vector<std::string> FindEnergyWarnings(const ForceLaw& law, const CuttingEnergy& energy) {
   if (energy.IsWithinPublishedRange()) return {};
   return {
       fmt::format("the specific cutting energy is {:.3g} J/mm3, outside {:g} to {:g} J/mm3 ({}): the forces of {} are "
                   "unrealistic",
                   *energy.specific_J_per_mm3, kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3,
-                  kSpecificEnergySource, scene.force.name())};
+                  kSpecificEnergySource, law.name())};
 }
 
 std::string DescribeLaw(const Scene& scene) {

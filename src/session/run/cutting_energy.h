@@ -41,13 +41,17 @@ struct CuttingEnergy {
   bool IsWithinPublishedRange() const;
 };
 
+CuttingEnergy CalcCuttingEnergy(const SimulationParams& params, const EffectRecord& effects, const CuttingSums& sums);
 CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects, const CuttingSums& sums);
 
 /// Returns a phrase such as "0.412 J, 6.05 J/mm3, 1.2 mJ per tooth pass; cutting force = thrust / 1.6; range 0.8 to 6
 /// J/mm3 (...)".
 std::string DescribeCuttingEnergy(const CuttingEnergy& energy);
 /// Returns a sentence if the specific energy is outside the measured range.
-std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEnergy& energy);
+std::vector<std::string> FindEnergyWarnings(const ForceLaw& law, const CuttingEnergy& energy);
+inline std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEnergy& energy) {
+  return FindEnergyWarnings(scene.force, energy);
+}
 /// Returns a phrase such as "hertz_chip: thrust ...; ...".
 std::string DescribeLaw(const Scene& scene);
 /// Returns a phrase on the bites at the speeds of the scene's path, such as "up to a bite of 1 um, below the 2.5 to 10

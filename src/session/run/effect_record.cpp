@@ -35,6 +35,15 @@ void EffectRecord::TakeRow(std::span<const double> channels) {
   rows.insert(rows.end(), channels.begin(), channels.begin() + static_cast<std::ptrdiff_t>(figures.size()));
 }
 
+EffectRecord EffectRecord::WithoutRows() const {
+  EffectRecord record;
+  record.on = on;
+  record.left_out = left_out;
+  record.figures = figures;
+  record.ticks = ticks;
+  return record;
+}
+
 std::string EffectRecord::Header() const {
   std::string text;
   for (const EffectFigure& figure : figures) text.append(",").append(figure.column());

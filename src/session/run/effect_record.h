@@ -31,6 +31,8 @@ struct EffectRecord {
   /// Does the same, and also adds a row to the log.
   void TakeRow(std::span<const double> channels);
 
+  EffectRecord WithoutRows() const;
+
   bool empty() const { return on.empty() && left_out.empty(); }
   /// Returns the columns, such as ",spindle_rpm,heat_peak_C".
   std::string Header() const;

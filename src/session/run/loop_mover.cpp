@@ -1,6 +1,8 @@
 #include "session/run/loop_mover.h"
 
 #include <algorithm>
+#include <cmath>
+#include <variant>
 
 namespace kerf {
 namespace {
@@ -10,7 +12,15 @@ constexpr double kContact_vox = -0.5;
 // Air between the tool and the bone after it was moved out, below the width of the bone's band.
 constexpr double kFree_vox = 1.5;
 constexpr double kRetract_mm_per_s = 40;
-constexpr double kMaxRetract_s = 2;  // a longer way out is moved along faster
+constexpr double kMaxRetract_s = 2;   // a longer way out is moved along faster
+constexpr double kGivesWay_mm = 0.3;  // further beside its tolerance than the guide gives way in a normal cut
+
+/// Returns the largest distance of a disc's rim from a plane, mm.
+double CalcDistance(const GuidedPlane& plane, double radius_mm, const Pose& X_WT) {
+  const double along = glm::dot(X_WT.Vector({0, 0, 1}), plane.normal_W);
+  return std::abs(glm::dot(X_WT.p_AB - plane.p_W, plane.normal_W)) +
+         radius_mm * std::sqrt(std::max(0.0, 1 - along * along));
+}
 
 }  // namespace
 
@@ -31,15 +41,25 @@ std::vector<Pose> LoopMover::FindWayOut(const PhiSampler& phi, const Pose& X_WT)
   const double margin_mm = kFree_vox * phi.voxel_mm();
   if (IsClear(phi, tool_, X_WT, margin_mm)) return {};
   std::vector<Pose> corners = trail_.FindWayBack(phi, tool_, X_WT, margin_mm);
-  if (corners.empty()) {
-    const Box3 bounds_W = mirror_->bone().CalcBounds();
-    const double max_mm = glm::length(bounds_W.size()) + 2 * CalcReach(tool_);
-    corners = {X_WT, FindNearestClearPose(phi, tool_, X_WT, bounds_W.centre(), margin_mm, max_mm)};
-  }
+  if (corners.empty()) corners = {X_WT, FindNearestWayOut(phi, X_WT)};
   double travel_mm = 0;
   for (std::size_t i = 1; i < corners.size(); ++i)
     travel_mm += CalcTravel(corners[i - 1], corners[i], CalcReach(tool_));
   return DivideIntoTicks(corners, std::max(kRetract_mm_per_s, travel_mm / kMaxRetract_s), period_s_, CalcReach(tool_));
+}
+
+Pose LoopMover::FindNearestWayOut(const PhiSampler& phi, const Pose& X_WT) const {
+  const Box3 bounds_W = mirror_->bone().CalcBounds();
+  const double max_mm = glm::length(bounds_W.size()) + 2 * CalcReach(tool_);
+  return FindNearestClearPose(phi, tool_, X_WT, bounds_W.centre(), kFree_vox * phi.voxel_mm(), max_mm);
+}
+
+/// Returns true if a disc is in the guide's plane now, but would not be at the wanted pose.
+bool LoopMover::LeavesGuide(const Pose& X_wanted, const Pose& X_now) const {
+  if (!guide_ || !std::holds_alternative<DiscSaw>(tool_)) return false;
+  const double limit_mm = guide_->tolerance_mm + kGivesWay_mm;
+  return CalcDistance(*guide_, CalcReach(tool_), X_wanted) > limit_mm &&
+         CalcDistance(*guide_, CalcReach(tool_), X_now) <= limit_mm;
 }
 
 std::optional<std::vector<Pose>> LoopMover::FindPoses(const std::optional<Pose>& X_wanted) {
@@ -50,6 +70,10 @@ std::optional<std::vector<Pose>> LoopMover::FindPoses(const std::optional<Pose>&
   if (state.sent_until_s < state.last.time_s) return std::nullopt;
   const PhiSampler phi(mirror_->bone());
   if (!X_wanted) return FindWayOut(phi, state.last.coupled.X_WT);
+  if (const Pose& X_now = state.last.coupled.X_WT; LeavesGuide(*X_wanted, X_now)) {
+    const bool clear = IsClear(phi, tool_, X_now, kContact_vox * phi.voxel_mm());
+    return {{clear ? X_now : FindNearestWayOut(phi, X_now)}};
+  }
   if (IsClear(phi, tool_, *X_wanted, kContact_vox * phi.voxel_mm())) return {{*X_wanted}};
   // The undone motion is not shown, so the tool is moved at once.
   const std::vector<Pose> way = FindWayOut(phi, *X_wanted);

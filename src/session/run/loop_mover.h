@@ -12,6 +12,13 @@
 
 namespace kerf {
 
+/// Plane in which an effect of the scene guides a disc.
+struct GuidedPlane {
+  Vec3 p_W{0};
+  Vec3 normal_W{0, 0, 1};  // of length 1
+  double tolerance_mm = 0;
+};
+
 /// Call in the reader's thread.
 class LoopMover final : public ToolMover {
  public:
@@ -19,6 +26,9 @@ class LoopMover final : public ToolMover {
   LoopMover(const Tool& tool, const Pose& X_WT_start, double period_s, bool can_move);
   /// Call before the loop starts; both must outlive this object.
   void Connect(HapticLoop& loop, BoneMirror& mirror);
+  /// Sets the plane that a disc stays in. It is not brought back to a pose from before it was turned into the plane:
+  /// it keeps its attitude and leaves the bone along its own plane.
+  void set_guide(const GuidedPlane& guide) { guide_ = guide; }
   /// Call with each tick, in order.
   void Take(const LoopTick& tick);
 
@@ -30,6 +40,8 @@ class LoopMover final : public ToolMover {
 
  private:
   std::vector<Pose> FindWayOut(const PhiSampler& phi, const Pose& X_WT) const;
+  Pose FindNearestWayOut(const PhiSampler& phi, const Pose& X_WT) const;
+  bool LeavesGuide(const Pose& X_wanted, const Pose& X_now) const;
 
   Tool tool_;
   Pose X_WT_;
@@ -37,6 +49,7 @@ class LoopMover final : public ToolMover {
   bool can_move_;
   HapticLoop* loop_ = nullptr;
   BoneMirror* mirror_ = nullptr;
+  std::optional<GuidedPlane> guide_;
   ToolTrail trail_;
   std::size_t leaves_received_ = 0;
 };

@@ -62,11 +62,12 @@ using WatchTick = std::function<void(double wall_us, const LoopTick& tick, Coupl
 /// What is kept and written while the loop runs.
 struct LoopOutput {
   LoopLog log = LoopLog::kMemory;
-  std::string folder;       // with kFolder: must exist; pass it to WriteLoopReport too
-  bool keep_bones = false;  // keep the bones in the summary, for WriteLoopReport
-  bool keep_last = false;   // without keep_bones: keep only LoopSummary::after, and do not separate its pieces
-  std::string record;       // a new file; empty: none
-  std::string scene_file;   // path of the scene, stored in a recording
+  std::string folder;            // with kFolder: must exist; pass it to WriteLoopReport too
+  bool keep_bones = false;       // keep the bones in the summary, for WriteLoopReport
+  bool keep_last = false;        // without keep_bones: keep only LoopSummary::after, and do not separate its pieces
+  bool keep_on_failure = false;  // with keep_last: an exception inside the loop ends it with LoopSummary::failure
+  std::string record;            // a new file; empty: none
+  std::string scene_file;        // path of the scene, stored in a recording
 };
 
 /// Checkpoints, undo and redo at given times.

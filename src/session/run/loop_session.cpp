@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <optional>
 #include <thread>
 #include <utility>
 
+#include "base/core/cancelled.h"
+#include "cut/effects/guide.h"
 #include "cut/hand_sim/internals.h"
 #include "kerf/error.h"
 #include "loop/haptics/bone_mirror.h"
@@ -282,6 +285,12 @@ void LoopSession::State::MakeLoop() {
   if (options.costs.costs) loop->Watch(EffectsOf(*simulation));
   if (!NeedsUndo(options)) return;
   mover.emplace(params.tool, X_WT_start, period_s, step_body->can_place());
+  for (const EffectPlan::Entry& entry : EffectsOf(*simulation).entries()) {
+    const auto* guide = dynamic_cast<const GuideEffect*>(entry.effect.get());
+    if (guide == nullptr) continue;
+    const GuideParams& plane = guide->params();
+    mover->set_guide({plane.point_W_mm, glm::normalize(plane.normal_W), plane.tolerance_mm});
+  }
   step_body->set_restores(&undo.emplace(*simulation, options.undo.max_MB, &*mover).exchange());
   s.undo.emplace();
 }
@@ -330,7 +339,7 @@ void LoopSession::State::Read(double fraction) {
   recorder->Drain(*loop);
   if (recording) recording->FlushAt(CalcElapsed_s());
   s.leaves_sent += mirror->Update();
-  Show("cutting", fraction);
+  Show(phase == Phase::kReplay && options.replay.continues ? "repeating the recording" : "cutting", fraction);
   if (options.costs.live && options.costs.costs && CalcElapsed_s() > line_at_s) {
     options.costs.live(FormatCostLine(MakeCosts()));
     line_at_s = CalcElapsed_s() + kBetweenLines_s;
@@ -419,10 +428,10 @@ void LoopSession::State::EndReplay() {
 bool LoopSession::State::Begin() {
   if (handle->is_real()) Show("waiting for the device", 0);
   handle->Connect(recorder->X_WT().value_or(X_WT_start), params.coupling, s.setup.force_scale);
+  actions->Act(replayed_s, s.warnings);  // before the first tick, so that a peer can begin with the spindle off
   if (options.virtual_time) {
     phase = Phase::kVirtual;
     tick_began = WallClock::now();
-    actions->Act(replayed_s, s.warnings);
     loop->BeginHere();
   } else {
     phase = Phase::kLive;
@@ -533,9 +542,34 @@ LoopSummary LoopSession::Finish() {
   return std::move(s);
 }
 
+LoopSummary LoopSession::Abandon(const std::string& failure) {
+  State& state = *state_;
+  if (state.phase == State::Phase::kLive) state.loop->Stop();
+  if (state.phase == State::Phase::kVirtual) state.loop->EndHere();
+  state.phase = State::Phase::kEnd;
+  LoopSummary& s = state.s;
+  s.failure = failure;
+  s.wall_s = state.CalcElapsed_s();
+  s.counts = state.loop->counts();
+  if (state.recording) {
+    state.recording->Finish(failure, state.simulation->UpdateBone().CalcHash());
+    s.recorded = {state.options.output.record, state.recording->bytes(), state.recording->steps(),
+                  state.recording->failure()};
+  }
+  s.after = std::move(*state.simulation).TakeBone();
+  return std::move(s);
+}
+
 LoopSummary RunLoop(const Scene& scene, const LoopOptions& options, const LoopSession::Progress& progress) {
   LoopSession session(scene, options, progress);
-  while (session.Step()) {
+  try {
+    while (session.Step()) {
+    }
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const std::exception& e) {
+    if (!options.output.keep_on_failure) throw;
+    return session.Abandon(e.what());
   }
   return session.Finish();
 }

@@ -24,6 +24,9 @@ class LoopSession {
   bool Step();
   /// Call once, after the last step. Takes the remaining pieces out and sums the session up.
   LoopSummary Finish();
+  /// Call once, after Step() has thrown: ends the session and returns a summary with the failure and the bone as it is
+  /// now. Of the results, it has only these and the recording, which is complete until then.
+  LoopSummary Abandon(const std::string& failure);
 
  private:
   struct State;

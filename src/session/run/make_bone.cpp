@@ -34,8 +34,10 @@ Bone MakePlainBone(const Scene& scene, const std::function<void(double)>& progre
     }
     case BoneSource::kBlock:
     case BoneSource::kPlate:
-      return MakeBlock(scene.bone.block, materials);
+      if (read) return read({});
+      return MakeBlock(scene.bone.block, materials, progress);
     case BoneSource::kMandible:
+      if (read) return read({});
       return MakeMandible(scene.bone.mandible, materials, progress);
   }
   throw Error("the scene does not specify a bone");

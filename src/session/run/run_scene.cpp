@@ -28,10 +28,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Volume removed in the first tick from which the tool counts as placed inside the bone. A disc that is placed clear
-/// of the bone removes at most a thin shaving.
-constexpr double kInBoneMm3 = 0.1;
-
 /// Throws kerf::Error if the results will not fit on the disk.
 void CheckSpace(const Scene& scene, const Path& path, const std::string& folder, const RunSession& session) {
   const auto ticks = static_cast<double>(path.CountTicks(scene.simulation.rate_hz));
@@ -52,26 +48,6 @@ void SummarizeBone(const Bone& before, const RunResult& result, RunSummary& summ
   summary.materials = before.materials();
   summary.voxel_mm = before.voxel_mm();
   summary.bone_memory_MB = static_cast<double>(result.bone.CalcMemoryBytes()) / 1e6;
-}
-
-void SummarizeTicks(const Scene& scene, const Path& path, const RunResult& result, RunSummary& summary) {
-  summary.force = SummarizeForces(result.ticks, scene.simulation.rate_hz);
-  summary.effects = result.effects;
-  summary.effects.rows.clear();
-  summary.cutting = CalcRunEnergy(scene, path, result, summary.force);
-  summary.ticks = result.ticks.size();
-  for (std::size_t i = 0; i < result.ticks.size(); ++i) {
-    const TickRecord& t = result.ticks[i];
-    summary.ticks_with_status += t.out.status != kTickOk ? 1 : 0;
-    summary.touched = summary.touched || t.touched;
-    const bool set_down =
-        i == 0 || (t.segment != result.ticks[i - 1].segment && path.segments()[t.segment].retract_before);
-    summary.starts_in_bone = summary.starts_in_bone || (set_down && t.out.removed_mm3 > kInBoneMm3);
-  }
-  summary.simulated_s = path.duration_s();
-  summary.ticks_wall_s = result.wall_s;
-  summary.times = result.times;
-  summary.costs = result.costs;
 }
 
 /// Writes scene.toml, forces.csv, the sounds and bone.vdb.
@@ -142,6 +118,25 @@ ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_h
   }
   if (summary.cutting_time_s > 0) summary.mean_N = sum_N_s / summary.cutting_time_s;
   return summary;
+}
+
+void SummarizeTicks(const Scene& scene, const Path& path, const RunResult& result, RunSummary& summary) {
+  summary.force = SummarizeForces(result.ticks, scene.simulation.rate_hz);
+  summary.effects = result.effects.WithoutRows();
+  summary.cutting = CalcRunEnergy(scene, path, result, summary.force);
+  summary.ticks = result.ticks.size();
+  for (std::size_t i = 0; i < result.ticks.size(); ++i) {
+    const TickRecord& t = result.ticks[i];
+    summary.ticks_with_status += t.out.status != kTickOk ? 1 : 0;
+    summary.touched = summary.touched || t.touched;
+    const bool set_down =
+        i == 0 || (t.segment != result.ticks[i - 1].segment && path.segments()[t.segment].retract_before);
+    summary.starts_in_bone = summary.starts_in_bone || (set_down && t.out.removed_mm3 > kInBone_mm3);
+  }
+  summary.simulated_s = path.duration_s();
+  summary.ticks_wall_s = result.wall_s;
+  summary.times = result.times;
+  summary.costs = result.costs;
 }
 
 CuttingEnergy CalcRunEnergy(const Scene& scene, const Path& path, const RunResult& result, const ForceSummary& force) {

@@ -96,6 +96,8 @@ void CheckInputsNotOverwritten(const Scene& scene, const std::string& scene_file
 
 std::string FormatSummaryJson(const Scene& scene, const RunSummary& summary);
 ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_hz);
+/// Sets what the summary says about the ticks, such as `force`, `effects`, `cutting` and `touched`.
+void SummarizeTicks(const Scene& scene, const Path& path, const RunResult& result, RunSummary& summary);
 /// `force`: from SummarizeForces().
 CuttingEnergy CalcRunEnergy(const Scene& scene, const Path& path, const RunResult& result, const ForceSummary& force);
 

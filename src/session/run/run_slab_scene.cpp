@@ -27,10 +27,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Depth from which the blade counts as placed inside the bone. The entry is known to a quarter of a voxel, and a path
-/// may begin at the surface.
-constexpr double kInBone_mm = 0.1;
-
 /// Returns the displacement of the slice along the direction at the end of the run.
 double SliceTravel(const SlabSummary& summary) {
   return std::max(0.0, summary.end.depth_mm + 0.5 * (summary.end.left_mm + summary.end.right_mm));
@@ -74,29 +70,6 @@ bool NeedsParts(const Scene& scene) {
   return scene.output.pieces || scene.output.bone || scene.output.pictures;
 }
 
-void SummarizeSlabRun(const Scene& scene, const SlabParams& params, const SlabRun& run, SlabSummary& summary) {
-  summary.force = SummarizeForces(run.ticks, scene.simulation.rate_hz);
-  summary.end = run.states.back();
-  summary.profile = run.profile;
-  summary.ticks = run.ticks.size();
-  const Path path = MakePath(scene);
-  for (std::size_t i = 0; i < run.ticks.size(); ++i) {
-    summary.ticks_with_status += run.ticks[i].out.status != kTickOk ? 1 : 0;
-    if (run.states[i].free && !summary.free_at_s) summary.free_at_s = run.ticks[i].time_s;
-    const std::size_t segment = run.ticks[i].segment;
-    if (i > 0 && segment == run.ticks[i - 1].segment) continue;
-    // A stroke that begins deeper than the previous one has cut begins inside the bone.
-    const Vec3 start_W = path.CalcPose(segment, path.segments()[segment].start_s).p_AB;
-    const double cut_mm = i > 0 ? run.states[i - 1].deepest_mm : 0;
-    summary.starts_in_bone =
-        summary.starts_in_bone || CalcBladeDepth(run.profile, params, start_W) > cut_mm + kInBone_mm;
-  }
-  summary.simulated_s = run.ticks.back().time_s;
-  summary.ticks_wall_s = run.wall_s;
-  summary.times = run.times;
-  summary.memory_bytes = run.memory_bytes;
-}
-
 /// Writes the parts that the scene requests, as .vdb and as STL.
 void WriteSlabParts(const Scene& scene, const SlabParts& parts, const std::string& folder,
                     const std::function<void(double)>& progress, SlabSummary& summary) {
@@ -130,6 +103,29 @@ PlotSpec MakeSlabForcePlot(const Scene& scene, const SlabParams& params, const S
 }
 
 }  // namespace
+
+void SummarizeSlabRun(const Scene& scene, const SlabParams& params, const SlabRun& run, SlabSummary& summary) {
+  summary.force = SummarizeForces(run.ticks, scene.simulation.rate_hz);
+  summary.end = run.states.back();
+  summary.profile = run.profile;
+  summary.ticks = run.ticks.size();
+  const Path path = MakePath(scene);
+  for (std::size_t i = 0; i < run.ticks.size(); ++i) {
+    summary.ticks_with_status += run.ticks[i].out.status != kTickOk ? 1 : 0;
+    if (run.states[i].free && !summary.free_at_s) summary.free_at_s = run.ticks[i].time_s;
+    const std::size_t segment = run.ticks[i].segment;
+    if (i > 0 && segment == run.ticks[i - 1].segment) continue;
+    // A stroke that begins deeper than the previous one has cut begins inside the bone.
+    const Vec3 start_W = path.CalcPose(segment, path.segments()[segment].start_s).p_AB;
+    const double cut_mm = i > 0 ? run.states[i - 1].deepest_mm : 0;
+    summary.starts_in_bone =
+        summary.starts_in_bone || CalcBladeDepth(run.profile, params, start_W) > cut_mm + kInBone_mm;
+  }
+  summary.simulated_s = run.ticks.back().time_s;
+  summary.ticks_wall_s = run.wall_s;
+  summary.times = run.times;
+  summary.memory_bytes = run.memory_bytes;
+}
 
 SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
                          const RunSession& session, double surface_error_mm) {

@@ -48,6 +48,8 @@ struct SlabSummary {
 SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
                          const RunSession& session = {}, double surface_error_mm = kSurfaceErrorMm);
 
+/// Sets what the summary says about the ticks, of which there is at least one.
+void SummarizeSlabRun(const Scene& scene, const SlabParams& params, const SlabRun& run, SlabSummary& summary);
 std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& summary);
 /// Describes how the force on one tooth, in both readings of the paper, compares with measured values.
 std::string DescribeSlabLaw(const Scene& scene);

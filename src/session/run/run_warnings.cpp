@@ -7,10 +7,15 @@
 namespace kerf {
 namespace {
 
-/// Returns warnings about effects that cannot hold or stop a tool on a path.
-std::vector<std::string> FindEffectWarnings(const Scene& scene, const EffectRecord& record) {
+void Append(std::vector<std::string> more, std::vector<std::string>& warnings) {
+  warnings.insert(warnings.end(), more.begin(), more.end());
+}
+
+}  // namespace
+
+std::vector<std::string> FindEffectWarnings(const EffectChoices& effects, const EffectRecord& record) {
   std::vector<std::string> warnings;
-  const EffectChoice* guide = FindChoice(scene.effects, "guide");
+  const EffectChoice* guide = FindChoice(effects, "guide");
   for (const EffectFigure& figure : record.figures) {
     const std::string column = figure.column();
     if (column == "spindle_stalled" && figure.largest > 0) {
@@ -33,25 +38,25 @@ std::vector<std::string> FindEffectWarnings(const Scene& scene, const EffectReco
   return warnings;
 }
 
-void Append(std::vector<std::string> more, std::vector<std::string>& warnings) {
-  warnings.insert(warnings.end(), more.begin(), more.end());
+std::vector<std::string> FindTickWarnings(const TickFindings& ticks) {
+  std::vector<std::string> warnings;
+  if (!ticks.touched && !ticks.starts_in_bone) warnings.emplace_back("the saw touched no bone on its path");
+  if (ticks.starts_in_bone) {
+    warnings.emplace_back("the saw was set down inside the bone; the bone inside the disc was removed at once");
+  }
+  if (ticks.ticks_with_status > 0) {
+    warnings.push_back(fmt::format("{} ticks report that something was not done as requested; see the status column",
+                                   ticks.ticks_with_status));
+  }
+  return warnings;
 }
-
-}  // namespace
 
 std::vector<std::string> FindRunWarnings(const Scene& scene, const RunSummary& summary) {
   std::vector<std::string> warnings = FindWarnings(scene, summary.voxel_mm);
   Append(summary.material.warnings, warnings);
-  if (!summary.touched && !summary.starts_in_bone) warnings.emplace_back("the saw touched no bone on its path");
-  if (summary.starts_in_bone) {
-    warnings.emplace_back("the saw was set down inside the bone; the bone inside the disc was removed at once");
-  }
-  if (summary.ticks_with_status > 0) {
-    warnings.push_back(fmt::format("{} ticks report that something was not done as requested; see the status column",
-                                   summary.ticks_with_status));
-  }
+  Append(FindTickWarnings({summary.touched, summary.starts_in_bone, summary.ticks_with_status}), warnings);
   Append(FindEnergyWarnings(scene, summary.cutting), warnings);
-  Append(FindEffectWarnings(scene, summary.effects), warnings);
+  Append(FindEffectWarnings(scene.effects, summary.effects), warnings);
   return warnings;
 }
 

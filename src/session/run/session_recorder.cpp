@@ -13,6 +13,7 @@
 #include "base/core/hash.h"
 #include "base/files/files.h"
 #include "base/table/run_info.h"
+#include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "session/run/run_scene.h"
@@ -81,13 +82,27 @@ RecordingHeader MakeRecordingHeader(const Scene& scene, const std::string& scene
   return header;
 }
 
-std::map<std::string, std::string> ReadSceneFiles(const Scene& scene, const std::string& scene_file) {
+std::map<std::string, std::string> ReadSceneFiles(const Scene& scene, const std::string& scene_file,
+                                                  const std::map<std::string, std::string>& known) {
   std::map<std::string, std::string> files;
   for (const std::string& name : ListInputs(scene, scene_file)) {
     if (name.empty() || name == scene_file || name == scene.bone.file) continue;
-    files[name] = ReadTextFile(name, kMaxFileBytes / 2);
+    const auto found = known.find(name);
+    files[name] = found != known.end() ? found->second : ReadTextFile(name, kMaxFileBytes / 2);
   }
   return files;
+}
+
+/// Returns the bone with a hash in the unpacked project that contains the recording; empty if there is none.
+std::string FindProjectBone(const std::string& recording, std::uint64_t hash) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::absolute(recording).lexically_normal().parent_path().parent_path();
+  if (const fs::path file = folder / "bones" / fmt::format("{:016x}.vdb", hash); fs::exists(file)) return file.string();
+  for (const char* name : {"bone.vdb", "cut.vdb"}) {
+    const fs::path file = folder / name;
+    if (fs::exists(file) && ReadBone(file.string()).CalcHash() == hash) return file.string();
+  }
+  return {};
 }
 
 RecordedScene OpenRecordedScene(RecordingReader& recording, const std::string& bone_file) {
@@ -101,7 +116,11 @@ RecordedScene OpenRecordedScene(RecordingReader& recording, const std::string& b
     recorded.scene.bone.source = BoneSource::kFile;
     recorded.scene.bone.file = std::filesystem::absolute(bone_file).lexically_normal().string();
   }
-  const std::string& bone = recorded.scene.bone.file;
+  std::string& bone = recorded.scene.bone.file;
+  if (recorded.scene.bone.source == BoneSource::kFile && !std::filesystem::exists(bone)) {
+    if (std::string found = FindProjectBone(recording.path(), header.bone_hash); !found.empty())
+      bone = std::move(found);
+  }
   if (recorded.scene.bone.source == BoneSource::kFile && !std::filesystem::exists(bone)) {
     throw Error(fmt::format("{}: its bone is not at {}; give its location with --bone FILE", recording.path(), bone));
   }

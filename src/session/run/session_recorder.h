@@ -20,8 +20,9 @@ namespace kerf {
 RecordingHeader MakeRecordingHeader(const Scene& scene, const std::string& scene_file, RecordedKind kind,
                                     const Bone& bone, const Pose& X_WT_start);
 /// Returns the scene's input files with their contents, except the bone's file, which may be large, and the scene
-/// itself, which is in the header.
-std::map<std::string, std::string> ReadSceneFiles(const Scene& scene, const std::string& scene_file);
+/// itself, which is in the header. `known`: contents that need not be read, by path.
+std::map<std::string, std::string> ReadSceneFiles(const Scene& scene, const std::string& scene_file,
+                                                  const std::map<std::string, std::string>& known = {});
 
 /// Scene of a recording, for a replay.
 struct RecordedScene {

@@ -103,6 +103,16 @@ Error Refuse(const std::string& file, const std::vector<SceneEdit>& edits) {
   return Error(fmt::format("{}: these values can't be set automatically; edit the file to set:{}", file, values));
 }
 
+/// Throws kerf::Error if the value is not one in TOML.
+std::string ShowValue(const SceneEdit& edit) {
+  try {
+    return ParseToml("x = " + edit.value, "").Find("x")->Show();
+  } catch (const Error&) {
+    throw Error(fmt::format("the value of {}.{} is not valid TOML: {} (a text needs quotes)", edit.table, edit.key,
+                            edit.value));
+  }
+}
+
 }  // namespace
 
 std::string EditSceneText(const std::string& text, const std::string& file, const std::vector<SceneEdit>& edits,
@@ -121,7 +131,7 @@ std::string EditSceneText(const std::string& text, const std::string& file, cons
   // Check that each value is set and that all others are unchanged.
   std::map<std::string, std::string> expected = ListValues(ParseToml(text, file));
   for (const SceneEdit& edit : edits) {
-    expected[edit.table + "." + edit.key] = ParseToml("x = " + edit.value, file).Find("x")->Show();
+    expected[edit.table + "." + edit.key] = ShowValue(edit);
   }
   if (ListValues(ParseToml(edited, file)) != expected) throw Refuse(file, edits);
   return edited;

@@ -502,6 +502,9 @@ CutPlane MakeSlabPlane(const Scene& scene) {
   const Vec3 d = glm::normalize(scene.slab.direction);
   const double out = glm::dot(d, plane.normal_W);
   if (!(std::abs(out) <= kOutOfPlane)) {
+    if (!scene.slab.given) {
+      throw Error("the scene has no [slab]; slab mode needs one with the direction in which the slice slides");
+    }
     throw Error(fmt::format(
         "[slab] direction = [{:g}, {:g}, {:g}] lies {:.1f} degrees out of the disc's plane at the start of the path, "
         "whose normal is [{:.4g}, {:.4g}, {:.4g}]; the slice can only slide in that plane",

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
+#include <variant>
 
 #include "cut/force/measured.h"
 #include "session/scene/path.h"
@@ -19,33 +19,9 @@ constexpr double kResolvedVoxels = 2;
 /// 2.9 mm, compared with 1.7 mN at 0.2 mm.
 constexpr double kMaxApart_mm = 1;
 
-void FindVoxelWarnings(const Scene& scene, double voxel_mm, std::vector<std::string>& warnings) {
-  const bool disc = scene.tool.kind == ToolKind::kDisc;
-  const int points = scene.tool.teeth * scene.simulation.rim_samples_per_pitch;
-  if (const double apart_mm = std::numbers::pi * scene.tool.diameter_mm / points; disc && apart_mm > kMaxApart_mm) {
-    warnings.push_back(fmt::format(
-        "the rim samples the bone only every {:.3g} mm (teeth = {} times rim_samples_per_pitch = {}): the force "
-        "changes in steps; give rim_samples_per_pitch = {}",
-        apart_mm, scene.tool.teeth, scene.simulation.rim_samples_per_pitch,
-        std::min(256.0, std::ceil(std::numbers::pi * scene.tool.diameter_mm / scene.tool.teeth / kMaxApart_mm))));
-  }
-  const double voxels = disc && voxel_mm > 0 ? scene.tool.thickness_mm / voxel_mm : kResolvedVoxels;
-  if (voxels < 1) {
-    warnings.push_back(
-        fmt::format("the disc is thinner than a voxel (thickness_mm = {}, voxels of {} mm): its kerf is one voxel "
-                    "wide, and the removed volume is 0.75 to 1 voxels times the area; use voxels of at most {:.3g} mm",
-                    scene.tool.thickness_mm, voxel_mm, scene.tool.thickness_mm / kResolvedVoxels));
-  } else if (voxels < kResolvedVoxels) {
-    warnings.push_back(fmt::format(
-        "the disc is {:.3g} voxels thick (thickness_mm = {}, voxels of {} mm): below {} voxels the kerf is up to a few "
-        "percent too narrow; use voxels of at most {:.3g} mm",
-        voxels, scene.tool.thickness_mm, voxel_mm, kResolvedVoxels, scene.tool.thickness_mm / kResolvedVoxels));
-  }
-}
-
 /// Adds warnings about the parts of the scene that slab mode ignores.
 void FindSlabWarnings(const Scene& scene, std::vector<std::string>& warnings) {
-  if (scene.tool.rpm == 0) warnings.emplace_back("rpm = 0: a stopped tool cuts nothing");
+  if (scene.tool.rpm == 0) warnings.emplace_back(kStoppedWarning);
   if (&scene.force.info() != &ForceLaw().info()) {
     warnings.push_back(fmt::format("[force] law = \"{}\" is not used in slab mode, whose law is \"{}\" of [slab]",
                                    scene.force.name(), ToString(scene.slab.params.reading)));
@@ -92,6 +68,61 @@ void FindSlabWarnings(const Scene& scene, std::vector<std::string>& warnings) {
 
 }  // namespace
 
+std::vector<std::string> FindVoxelWarnings(const SimulationParams& params, double voxel_mm) {
+  const auto* disc = std::get_if<DiscSaw>(&params.tool);
+  if (disc == nullptr) return {};
+  std::vector<std::string> warnings;
+  if (const double apart_mm = disc->pitch_mm() / params.rim_samples_per_pitch; apart_mm > kMaxApart_mm) {
+    warnings.push_back(fmt::format(
+        "the rim samples the bone only every {:.3g} mm (teeth = {} times rim_samples_per_pitch = {}): the force "
+        "changes in steps; give rim_samples_per_pitch = {}",
+        apart_mm, disc->teeth, params.rim_samples_per_pitch,
+        std::min(256.0, std::ceil(disc->pitch_mm() / kMaxApart_mm))));
+  }
+  const double voxels = voxel_mm > 0 ? disc->thickness_mm / voxel_mm : kResolvedVoxels;
+  if (voxels < 1) {
+    warnings.push_back(
+        fmt::format("the disc is thinner than a voxel (thickness_mm = {}, voxels of {} mm): its kerf is one voxel "
+                    "wide, and the removed volume is 0.75 to 1 voxels times the area; use voxels of at most {:.3g} mm",
+                    disc->thickness_mm, voxel_mm, disc->thickness_mm / kResolvedVoxels));
+  } else if (voxels < kResolvedVoxels) {
+    warnings.push_back(fmt::format(
+        "the disc is {:.3g} voxels thick (thickness_mm = {}, voxels of {} mm): below {} voxels the kerf is up to a few "
+        "percent too narrow; use voxels of at most {:.3g} mm",
+        voxels, disc->thickness_mm, voxel_mm, kResolvedVoxels, disc->thickness_mm / kResolvedVoxels));
+  }
+  return warnings;
+}
+
+std::vector<std::string> FindLawWarnings(const SimulationParams& params, double bite_mm) {
+  const ForceLawInfo& law = params.law.info();
+  const double to_mm = FindMaxValidBite(params.law, params.tool);
+  std::vector<std::string> warnings;
+  if (IsNowhereMeasured(law.validity)) {
+    warnings.push_back(
+        fmt::format("{} {}: {}", law.name, law.validity.beyond, DescribeAccuracy(params.law, params.tool)));
+  } else if (bite_mm > to_mm) {
+    warnings.push_back(fmt::format("the bite reaches {:.3g} um: {} holds up to about {:.2g} um, {}", 1000 * bite_mm,
+                                   law.name, 1000 * to_mm, law.validity.beyond));
+  } else if (bite_mm < FindMinValidBite(params.law)) {
+    warnings.push_back(fmt::format("the bite stays at or below {:.3g} um: {} holds from about {:.3g} um, {}",
+                                   1000 * bite_mm, law.name, 1000 * FindMinValidBite(params.law), law.validity.below));
+  }
+  constexpr double kMeasuredRake_deg = -10;
+  constexpr double kRakeTolerance_deg = 10;  // rakes of 0 to -10 degrees differ little (docs/validation.md, rake_1987)
+  const double rake_deg = std::visit([](const auto& tool) { return tool.rake_deg; }, params.tool);
+  if (FindCaveat(law).by_width && !params.law.has_own_table() &&
+      std::abs(rake_deg - kMeasuredRake_deg) > kRakeTolerance_deg) {
+    warnings.push_back(fmt::format("rake_deg = {:g} is not used: the forces of {} were measured at about {:g} degrees",
+                                   rake_deg, law.name, kMeasuredRake_deg));
+  }
+  return warnings;
+}
+
+std::string DescribeUnusedDirection(const ForceLaw& law) {
+  return fmt::format("osteon_direction is not used: the law {} is isotropic", law.name());
+}
+
 double CalcMaxBite(const Scene& scene) {
   const int passes_per_turn = scene.tool.kind == ToolKind::kDisc ? scene.tool.teeth : scene.tool.flutes;
   const double passes_per_s = passes_per_turn * scene.tool.rpm / 60;
@@ -104,38 +135,17 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
     FindSlabWarnings(scene, warnings);
     return warnings;
   }
-  FindVoxelWarnings(scene, voxel_mm, warnings);
-  const bool disc = scene.tool.kind == ToolKind::kDisc;
+  const SimulationParams params = MakeSimulationParams(scene);
+  warnings = FindVoxelWarnings(params, voxel_mm);
   if (scene.tool.rpm == 0) {
-    warnings.emplace_back("rpm = 0: a stopped tool cuts nothing");
+    warnings.emplace_back(kStoppedWarning);
   } else {
-    const ForceLawInfo& law = scene.force.info();
-    const double bite_mm = CalcMaxBite(scene);
-    const double to_mm = FindMaxValidBite(scene.force, MakeTool(scene));
-    if (IsNowhereMeasured(law.validity)) {
-      warnings.push_back(
-          fmt::format("{} {}: {}", law.name, law.validity.beyond, DescribeAccuracy(scene.force, MakeTool(scene))));
-    } else if (bite_mm > to_mm) {
-      warnings.push_back(fmt::format("the bite reaches {:.3g} um: {} holds up to about {:.2g} um, {}", 1000 * bite_mm,
-                                     law.name, 1000 * to_mm, law.validity.beyond));
-    } else if (bite_mm < FindMinValidBite(scene.force)) {
-      warnings.push_back(fmt::format("the bite stays at or below {:.3g} um: {} holds from about {:.3g} um, {}",
-                                     1000 * bite_mm, law.name, 1000 * FindMinValidBite(scene.force),
-                                     law.validity.below));
-    }
-    constexpr double kMeasuredRake_deg = -10;
-    constexpr double kRakeTolerance_deg =
-        10;  // rakes of 0 to -10 degrees differ little (docs/validation.md, rake_1987)
-    if (FindCaveat(law).by_width && !scene.force.has_own_table() &&
-        std::abs(scene.tool.rake_deg - kMeasuredRake_deg) > kRakeTolerance_deg) {
-      warnings.push_back(
-          fmt::format("rake_deg = {:g} is not used: the forces of {} were measured at about {:g} degrees",
-                      scene.tool.rake_deg, law.name, kMeasuredRake_deg));
-    }
-    if (scene.material.osteon_direction && (MakeToothForce(scene.force, MakeTool(scene)).reads & kReadsOsteons) == 0) {
-      warnings.push_back(fmt::format("osteon_direction is not used: the law {} is isotropic", law.name));
+    for (const std::string& warning : FindLawWarnings(params, CalcMaxBite(scene))) warnings.push_back(warning);
+    if (scene.material.osteon_direction && (MakeToothForce(scene.force, params.tool).reads & kReadsOsteons) == 0) {
+      warnings.push_back(DescribeUnusedDirection(scene.force));
     }
   }
+  const bool disc = scene.tool.kind == ToolKind::kDisc;
   for (std::size_t i = 0; i < scene.path.strokes.size(); ++i) {
     const SceneStroke& stroke = scene.path.strokes[i];
     const Vec3 travel = stroke.end_mm - stroke.start_mm;
@@ -151,9 +161,8 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
 }
 
 std::vector<std::string> FindToolWarnings(const Scene& scene, double voxel_mm) {
-  std::vector<std::string> warnings;
-  FindVoxelWarnings(scene, voxel_mm, warnings);
-  if (scene.tool.rpm == 0) warnings.emplace_back("rpm = 0: a stopped tool cuts nothing");
+  std::vector<std::string> warnings = FindVoxelWarnings(MakeSimulationParams(scene), voxel_mm);
+  if (scene.tool.rpm == 0) warnings.emplace_back(kStoppedWarning);
   return warnings;
 }
 

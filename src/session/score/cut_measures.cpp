@@ -8,6 +8,12 @@ namespace {
 
 /// Minimum fraction of a cell's volume that must be removed for the place to count as cut.
 constexpr double kCutFraction = 0.02;
+/// Depth from which a place of the line counts as begun.
+constexpr double kLeastDepth_mm = 0.05;
+/// Depth that may lack for a place of the line to count as deep enough; the steps of an exercise permit the same.
+constexpr double kDeepEnough_mm = 0.3;
+/// Fraction of the line by which a stretch may miss the start of the line and yet begin there.
+constexpr double kAtStart = 0.05;
 
 /// The plane of the wanted cut, divided into squares; counts the squares with bone and those that were cut.
 class CutArea {
@@ -64,6 +70,35 @@ double CalcMean(const std::vector<double>& x) {
   double sum = 0;
   for (const double v : x) sum += v;
   return sum / static_cast<double>(x.size());
+}
+
+/// Sets how much of the line was cut at all, and how deep.
+void MeasureBegun(const std::vector<double>& depths, ScoreSheet& sheet) {
+  if (depths.empty()) return;
+  double sum_mm = 0;
+  std::size_t begun = 0;
+  for (const double depth_mm : depths) {
+    if (depth_mm < kLeastDepth_mm) continue;
+    sum_mm += depth_mm;
+    ++begun;
+  }
+  sheet.begun_share = static_cast<double>(begun) / static_cast<double>(depths.size());
+  if (begun > 0) sheet.depth_mm = sum_mm / static_cast<double>(begun);
+}
+
+/// Sets the stretch of the line that is deep enough.
+void MeasureDeep(const WantedCut& cut, const std::vector<double>& depths, ScoreSheet& sheet) {
+  const auto deep = [&](double depth_mm) { return depth_mm >= cut.depth_mm - kDeepEnough_mm; };
+  const auto first = std::find_if(depths.begin(), depths.end(), deep);
+  if (first == depths.end()) return;
+  const auto last = std::find_if(depths.rbegin(), depths.rend(), deep).base();
+  const auto places = static_cast<double>(depths.size());
+  DeepStretch stretch{.share = static_cast<double>(last - first) / places,
+                      .from_start = static_cast<double>(first - depths.begin()) < kAtStart * places};
+  for (auto depth = first; depth != last; ++depth) {
+    stretch.shallow_mm += std::max(cut.depth_mm - *depth, 0.0) / static_cast<double>(last - first);
+  }
+  sheet.deep = stretch;
 }
 
 void MeasureDepthErrors(const WantedCut& cut, std::span<const CutColumn> columns, const std::vector<double>& depths,
@@ -177,7 +212,10 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
     beside_sum += cell.mm3 * std::abs(stw.z);
     farthest_mm = std::max(farthest_mm, std::abs(stw.z));
     if (cell.mm3 > kCutFraction * cell_mm3 && std::abs(stw.z) <= beside_mm) area.Mark(stw);
-    if (cut->CalcDistance(cell.p_W) > cut->margin_mm) outside_mm3 += cell.mm3;
+    if (cut->CalcDistance(cell.p_W) <= cut->margin_mm) continue;
+    outside_mm3 += cell.mm3;
+    if (std::abs(stw.z) > beside_mm) continue;
+    (stw.y > cut->depth_mm ? sheet.below_mm3 : sheet.beyond_mm3) += cell.mm3;
   }
   SetValue(sheet, "outside_mm3", outside_mm3);
   if (removed_mm3 > 0) {
@@ -209,7 +247,10 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
   // Depth errors are measured only if the goal is a depth, that is, if the bone is not to be cut through.
   if (sheet.kind == ExerciseKind::kBicortical || sheet.kind == ExerciseKind::kOsteotomy) return;
   const std::vector<CutColumn> columns = FindColumns(phi, *cut, 0);
-  MeasureDepthErrors(*cut, columns, MeasureDepths(before, after, *cut, columns, cells), sheet);
+  const std::vector<double> depths = MeasureDepths(before, after, *cut, columns, cells);
+  MeasureBegun(depths, sheet);
+  MeasureDeep(*cut, depths, sheet);
+  MeasureDepthErrors(*cut, columns, depths, sheet);
 }
 
 }  // namespace kerf

@@ -46,9 +46,10 @@ std::string FormatFigures(const std::vector<ReviewFigure>& figures) {
   std::string html = "<table>\n";
   for (const ReviewFigure& figure : figures) {
     const std::string goal = FormatGoal(figure);
-    html += fmt::format("<tr><td>{}</td><td class=\"n\">{}</td><td>{}</td><td>{}</td></tr>\n", figure.label,
-                        figure.value ? FormatQuantity(*figure.value) : std::string("-"), MarkOf(figure.level),
-                        goal.empty() ? goal : "goal: " + goal);
+    html +=
+        fmt::format("<tr><td>{}</td><td class=\"n\">{}</td><td>{}</td><td>{}</td><td class=\"i\">{}</td></tr>\n",
+                    figure.label, figure.value ? FormatQuantity(*figure.value) : std::string("-"), MarkOf(figure.level),
+                    goal.empty() ? goal : "goal: " + goal, EscapeHtml(MeaningOf(*figure.info)));
   }
   return html + "</table>\n";
 }
@@ -58,6 +59,7 @@ std::string FormatReviewHtml(const ScoreSheet& sheet) {
   const ExerciseReview review = MakeReview(sheet);
   std::string html = fmt::format("<p><b>{}</b></p>\n", EscapeHtml(FormatMessage(review.headline)));
   if (review.praise) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(*review.praise)));
+  for (const Message& note : review.notes) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(note)));
   if (review.nerve) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(*review.nerve)));
   html += FormatFigures(review.figures);
   if (!sheet.picture) return html;
@@ -115,6 +117,7 @@ ordered_json SheetJson(const ScoreSheet& sheet) {
                          {"weight", row.weight}};
     if (row.points) measure["points"] = *row.points;
     if (row.points) measure["half"] = row.half;
+    if (row.points) measure["goal"] = row.goal;
     json["measures"][row.info->key] = measure;
   }
   json["warnings"] = sheet.warnings;
@@ -164,13 +167,16 @@ std::string FormatSheetHtml(const ScoreSheet& sheet) {
   for (const std::string& warning : sheet.warnings)
     html += fmt::format("<p><b>Note: {}</b></p>\n", EscapeHtml(warning));
   if (sheet.kind) html += FormatReviewHtml(sheet) + "<h2>All measures</h2>\n";
-  html += "<table><tr><th>measure</th><th>value</th><th>unit</th><th>points</th><th>formula</th></tr>\n";
+  html +=
+      "<table><tr><th>measure</th><th>value</th><th>unit</th><th>points</th><th>meaning</th><th>formula</th></tr>\n";
   for (const MeasureRow& row : sheet.rows) {
     if (!row.value && row.weight == 0) continue;
     if (sheet.kind && !IsMeaningful(*row.info, *sheet.kind)) continue;
-    html += fmt::format("<tr{}><td>{}</td><td class=\"n\">{}</td><td>{}</td><td>{}</td><td class=\"i\">{}</td></tr>\n",
-                        row.points ? "" : " class=\"i\"", row.info->name, Value(row), row.info->unit, Points(row),
-                        EscapeHtml(row.info->formula));
+    html += fmt::format(
+        "<tr{}><td>{}</td><td class=\"n\">{}</td><td>{}</td><td>{}</td><td class=\"i\">{}</td>"
+        "<td class=\"i\">{}</td></tr>\n",
+        row.points ? "" : " class=\"i\"", row.info->name, Value(row), row.info->unit, Points(row),
+        EscapeHtml(MeaningOf(*row.info)), EscapeHtml(row.info->formula));
   }
   html +=
       "</table>\n<p class=\"i\">Only measures that publications show to distinguish novices from experts have points; "
@@ -179,10 +185,10 @@ std::string FormatSheetHtml(const ScoreSheet& sheet) {
 }
 
 std::string FormatMeasuresMarkdown() {
-  TextTable table({"key", "measure", "unit", "formula", "evidence"});
+  TextTable table({"key", "measure", "unit", "meaning", "formula", "evidence"});
   for (const MeasureInfo& info : Measures()) {
-    table.Add({fmt::format("`{}`", info.key), info.name, info.unit, EscapeBars(info.formula),
-               info.scored() ? info.evidence : "information only"});
+    table.Add({fmt::format("`{}`", info.key), info.name, info.unit, EscapeBars(MeaningOf(info)),
+               EscapeBars(info.formula), info.scored() ? info.evidence : "information only"});
   }
   return table.FormatMarkdown();
 }

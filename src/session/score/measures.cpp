@@ -31,10 +31,12 @@ constexpr const char* kNone = "";
 constexpr std::array kMeasures{
     MeasureInfo{"cut_share", "fraction of the wanted cut that was made", "",
                 "fraction of the wanted cut's plane in bone where bone was removed within the margin", kProduct, 0},
-    MeasureInfo{"line_share", "fraction of the line that was followed", "",
-                "fraction of the line where the tool was at least half as deep as wanted, within 8 mm of the "
-                "wanted plane; below 0.8 the exercise is not finished",
-                kNone, 0},
+    MeasureInfo{
+        "line_share", "fraction of the line that was cut to half depth", "",
+        "fraction of the line where the tool's rim was at least half as deep as wanted, within 8 mm of the wanted "
+        "plane; a disc of radius R at the depth d is that deep up to about sqrt(R d) ahead of its lowest point; below "
+        "0.8 the exercise is not finished",
+        kNone, 0},
     MeasureInfo{"depth_error_mean_mm", "depth error, mean", "mm",
                 "mean over the line of |depth reached - depth wanted|", kNone, 0},
     MeasureInfo{"depth_error_p95_mm", "depth error, 95th percentile", "mm",
@@ -148,8 +150,8 @@ std::span<const Goal> GoalsOf(ExerciseKind kind) {
   return {};
 }
 
-double CalcPoints(double value, double half) {
-  return std::exp2(-std::abs(value) / half);
+double CalcPoints(double value, double half, double goal) {
+  return std::exp2(-std::max(std::abs(value) - goal, 0.0) / (half - goal));
 }
 
 std::optional<double> ScoreSheet::Get(std::string_view key) const {
@@ -187,7 +189,7 @@ void CalcTotal(ScoreSheet& sheet) {
     if (row.weight == 0) continue;
     weights += row.weight;
     // A measure without a value, such as the plane if there is no cut, gets no points.
-    row.points = row.value ? CalcPoints(*row.value, row.half) : 0;
+    row.points = row.value ? CalcPoints(*row.value, row.half, row.goal) : 0;
     sum += row.weight * *row.points;
   }
   sheet.total.reset();

@@ -22,8 +22,8 @@ struct MeasureInfo {
   const char* unit;      // empty: dimensionless
   const char* formula;   // in words
   const char* evidence;  // publication showing that it distinguishes novices from experts; empty: for information only
-  /// Value at which half of the points remain; the points are 2^(-|value| / half). 0 if the measure is not scored, or
-  /// if the exercise defines it (MeasureRow::half).
+  /// Value at which half of the points remain: CalcPoints(). 0 if the measure is not scored, or if the exercise defines
+  /// it (MeasureRow::half).
   double half = 0;
   bool scored() const { return evidence[0] != '\0'; }
 };
@@ -45,12 +45,26 @@ struct MeasureRow {
   const MeasureInfo* info = nullptr;
   std::optional<double> value;   // none: could not be measured
   double half = 0;               // as in MeasureInfo, for this exercise
+  double goal = 0;               // value up to which no points are lost
   double weight = 0;             // 0: not scored here
   std::optional<double> points;  // 0 to 1, if it is scored and has a value
 };
 
-/// Returns 2^(-|value| / half): 1 at 0, strictly decreasing.
-double CalcPoints(double value, double half);
+/// Returns 1 up to the goal, and beyond it 2^(-(|value| - goal) / (half - goal)), which is 0.5 at `half`.
+double CalcPoints(double value, double half, double goal = 0);
+
+/// The stretch of the line outside of which the cut is not as deep as wanted.
+struct DeepStretch {
+  double share = 0;         // fraction of the line
+  bool from_start = false;  // it begins at the start of the line
+  double shallow_mm = 0;    // mean of what lacks to the wanted depth within the stretch
+};
+
+/// Means of the feed along the line, over a second, in the bone and away from the ends of the line.
+struct FeedAlong {
+  double slowest_mm_per_s = 0;
+  double fastest_mm_per_s = 0;
+};
 
 /// Measures and score of a recording.
 struct ScoreSheet {
@@ -76,8 +90,15 @@ struct ScoreSheet {
   std::vector<std::string> warnings;
   // Not in JSON and CSV; none if there was no exercise or nothing was cut:
   std::optional<CutPicture> picture;
-  std::optional<double> beside_mm;    // mean distance of the removed bone from the wanted plane
-  std::optional<double> farthest_mm;  // its largest distance from that plane
+  std::optional<double> beside_mm;      // mean distance of the removed bone from the wanted plane
+  std::optional<double> farthest_mm;    // its largest distance from that plane
+  double below_mm3 = 0;                 // part of outside_mm3 that lies below the wanted cut, in its plane
+  double beyond_mm3 = 0;                // part of outside_mm3 that lies beyond an end of the wanted cut, in its plane
+  std::optional<double> begun_share;    // fraction of the line where bone was removed, however little
+  std::optional<double> depth_mm;       // mean depth of the cut there
+  std::optional<DeepStretch> deep;      // none: nowhere deep enough
+  std::optional<FeedAlong> feed_along;  // along the line, at depth; none: too short
+  bool turned = false;                  // the spindle turned
 
   /// Throws kerf::Error for an unknown key.
   std::optional<double> Get(std::string_view key) const;

@@ -15,8 +15,8 @@ namespace {
 constexpr double kRow_s = 0.004;
 /// Events of the same kind that are closer in time count as one.
 constexpr double kApart_s = 0.3;
-/// An attempt begins when the tool has moved or turned by this much, or when the spindle has turned for this time: a
-/// session in a window begins with a spindle that is stopped after some ticks.
+/// An attempt begins when the tool has moved or turned by this much, or when the spindle has turned for this time: in
+/// recordings of earlier versions, a session in a window begins with a spindle that is stopped after some ticks.
 constexpr double kBegun_mm = 0.5;
 constexpr double kBegun_rad = 0.02;
 constexpr double kBegun_s = 0.05;
@@ -65,6 +65,10 @@ double CalcSparc(const std::vector<double>& speed) {
 
 /// Minimum fraction of the wanted depth for a place of the line to count as covered.
 constexpr double kCoveredFraction = 0.5;
+/// Time over which the feed along the line is averaged, and the fraction of the line at either end where the saw may
+/// start and stop.
+constexpr double kFeedMean_s = 1;
+constexpr double kLineEnds = 0.1;
 
 bool IsSame(const Pose& a, const Pose& b) {
   return a.p_AB == b.p_AB && a.R_AB == b.R_AB;
@@ -212,6 +216,24 @@ void MotionMeter::MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const 
   if (places > 0) SetValue(sheet, "line_share", static_cast<double>(covered) / places);
 }
 
+/// A saw that is stopped counts too, other than in the mean feed in contact: it cuts nothing.
+void MotionMeter::MeasureFeedAlong(const WantedCut& cut, ScoreSheet& sheet) const {
+  std::size_t from = 0;  // first row of the second that ends with row i
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Vec3 stw = cut.ToCut(rows_[i].X_WT.p_AB);
+    const bool along = stw.x >= kLineEnds * cut.length_mm && stw.x <= (1 - kLineEnds) * cut.length_mm &&
+                       stw.y + cut.radius_mm >= kCoveredFraction * cut.depth_mm;
+    if (!along) from = i + 1;
+    if (!along || rows_[i].time_s - rows_[from].time_s < kFeedMean_s) continue;
+    const double distance_mm = std::abs(stw.x - cut.ToCut(rows_[from].X_WT.p_AB).x);
+    const double feed = distance_mm / (rows_[i].time_s - rows_[from].time_s);
+    ++from;
+    if (!sheet.feed_along) sheet.feed_along = FeedAlong{feed, feed};
+    sheet.feed_along->slowest_mm_per_s = std::min(sheet.feed_along->slowest_mm_per_s, feed);
+    sheet.feed_along->fastest_mm_per_s = std::max(sheet.feed_along->fastest_mm_per_s, feed);
+  }
+}
+
 void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const {
   if (gauge.columns().empty()) return;
   double largest_mm = 0;
@@ -268,11 +290,13 @@ void MotionMeter::MeasureNerve(const Tool& tool, const RegionDistance& nerve, Sc
 void MotionMeter::Finish(const Tool& tool, const DepthGauge* gauge, const RegionDistance* nerve,
                          const std::array<bool, 256>& nerve_regions, ScoreSheet& sheet) const {
   SetValue(sheet, "time_total_s", end_s_ - begun_s_.value_or(0));
+  sheet.turned = std::any_of(rows_.begin(), rows_.end(), [](const Row& r) { return r.turns; });
   SetValue(sheet, "time_active_s", contact_s_);
   SetValue(sheet, "strokes", strokes_);
   MeasureForces(sheet);
   MeasureMotion(sheet);
   if (gauge != nullptr) MeasureLine(*gauge, sheet);
+  if (gauge != nullptr) MeasureFeedAlong(gauge->cut(), sheet);
   if (gauge != nullptr) MeasurePlunge(*gauge, sheet);
   if (nerve == nullptr || nerve->empty()) return;
   MeasureNerve(tool, *nerve, sheet);

@@ -50,6 +50,7 @@ class MotionMeter {
   void MeasureForces(ScoreSheet& sheet) const;
   void MeasureMotion(ScoreSheet& sheet) const;
   void MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const;
+  void MeasureFeedAlong(const WantedCut& cut, ScoreSheet& sheet) const;
   void MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const;
   void MeasureNerve(const Tool& tool, const RegionDistance& nerve, ScoreSheet& sheet) const;
 

@@ -1,155 +1,36 @@
 #include "session/score/review.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string_view>
+#include <utility>
+
+#include "session/score/faults.h"
 
 namespace kerf {
 namespace {
 
 /// Loss of points below which a fault is not worth a sentence.
 constexpr double kSmallLoss = 3;
-/// Fraction of its points above which a measure is praised.
-constexpr double kPraised = 0.8;
-/// Fractions of the points from which a figure counts as good, and as fair.
-constexpr double kGoodPoints = 0.7;
-constexpr double kFairPoints = 0.4;
-/// Fraction of the wanted cut from which it counts as good, and as fair.
-constexpr double kGoodShare = 0.9;
-constexpr double kFairShare = 0.6;
+/// Multiple of the wanted feed rate from which it is the reason for a cut that is too shallow.
+constexpr double kTooFast = 1.5;
+/// Removed volume of the nerve canal below which it was only touched.
+constexpr double kTouched_mm3 = 0.05;
 /// Fraction of the line from which an attempt is graded, and from which following it is praised.
 constexpr double kFinishedShare = 0.8;
 constexpr double kWholeLine = 0.95;
-/// Distance from the nerve canal that is good, and that is fair.
-constexpr double kNerveGood_mm = 2;
-constexpr double kNerveFair_mm = 1;
-/// Relative deviation from the wanted feed rate that is good, and that is fair.
-constexpr double kFeedGood = 0.25;
-constexpr double kFeedFair = 0.5;
-/// Mean depth error from which a cut that is not too deep counts as too shallow.
-constexpr double kShallow_mm = 0.15;
 /// Smallest tremor that is shown with two decimals.
 constexpr double kTrembles_mm = 0.005;
-/// Fraction of the removed bone from which on an attempt is one beside the wanted cut.
-constexpr double kMostlyBeside = 0.5;
-/// A fitted plane is not that of the cut if it has more than this angle to the wanted one, or lies further away than
-/// all removed bone by more than this.
-constexpr double kMaxFitted_deg = 45;
-constexpr double kBeyondCut_mm = 1;
-
-struct Label {
-  std::string_view key;
-  const char* text;
-};
-constexpr std::array kLabels{
-    Label{"cut_share", MarkMessage("Wanted cut made")},
-    Label{"line_share", MarkMessage("Line followed")},
-    Label{"depth_error_mean_mm", MarkMessage("Depth error, mean")},
-    Label{"depth_error_p95_mm", MarkMessage("Depth error, 95 %")},
-    Label{"depth_error_worst_mm", MarkMessage("Depth error, largest")},
-    Label{"too_deep_mm", MarkMessage("Too deep by")},
-    Label{"plunge_max_mm", MarkMessage("Plunge, largest")},
-    Label{"plunge_mean_mm", MarkMessage("Plunge, mean")},
-    Label{"plunges", MarkMessage("Plunges")},
-    Label{"plane_offset_mm", MarkMessage("Beside the plan")},
-    Label{"plane_roll_deg", MarkMessage("Lean to the side")},
-    Label{"plane_yaw_deg", MarkMessage("Turn from the line")},
-    Label{"plane_angle_deg", MarkMessage("Angle to the plan")},
-    Label{"outside_mm3", MarkMessage("Removed outside")},
-    Label{"removed_mm3", MarkMessage("Removed in total")},
-    Label{"planned_mm3", MarkMessage("Planned volume")},
-    Label{"under_mm3", MarkMessage("Left uncut")},
-    Label{"dice", MarkMessage("Overlap (Dice)")},
-    Label{"kerf_width_mm", MarkMessage("Width of the cut")},
-    Label{"force_mean_N", MarkMessage("Force, mean")},
-    Label{"force_peak_N", MarkMessage("Force, peak")},
-    Label{"force_rms_N", MarkMessage("Force, RMS")},
-    Label{"force_over_s", MarkMessage("Above force limit")},
-    Label{"feed_mean_mm_per_s", MarkMessage("Feed, mean")},
-    Label{"feed_cv", MarkMessage("Unevenness of feed")},
-    Label{"sparc", MarkMessage("Smoothness (SPARC)")},
-    Label{"jitter_mm", MarkMessage("Trembling")},
-    Label{"time_total_s", MarkMessage("Time")},
-    Label{"time_active_s", MarkMessage("Time in contact")},
-    Label{"path_length_mm", MarkMessage("Path of the saw")},
-    Label{"strokes", MarkMessage("Strokes")},
-    Label{"nerve_distance_mm", MarkMessage("Distance to the nerve")},
-    Label{"near_miss_s", MarkMessage("Time near the nerve")},
-    Label{"breaches", MarkMessage("Cuts into the nerve")},
-    Label{"breach_mm3", MarkMessage("Nerve canal removed")},
-};
-
-constexpr std::array kGrooveFigures{"plane_offset_mm", "plane_angle_deg", "too_deep_mm", "cut_share", "time_total_s"};
-constexpr std::array kStopFigures{"too_deep_mm", "depth_error_mean_mm", "plane_offset_mm", "plane_angle_deg",
-                                  "cut_share"};
-constexpr std::array kThroughFigures{"plunge_max_mm", "plane_offset_mm", "plane_angle_deg", "cut_share",
-                                     "time_total_s"};
-constexpr std::array kCanalFigures{"nerve_distance_mm", "breach_mm3", "too_deep_mm", "plane_offset_mm", "cut_share"};
-constexpr std::array kLineFigures{"plane_offset_mm", "plane_angle_deg", "jitter_mm", "feed_mean_mm_per_s", "cut_share"};
-constexpr std::array kOsteotomyFigures{"plane_offset_mm", "plane_angle_deg", "cut_share", "outside_mm3",
-                                       "time_total_s"};
-
-bool IsThrough(ExerciseKind kind) {
-  return kind == ExerciseKind::kBicortical || kind == ExerciseKind::kOsteotomy;
-}
-
-const MeasureRow& RowOf(const ScoreSheet& sheet, std::string_view key) {
-  return *std::find_if(sheet.rows.begin(), sheet.rows.end(), [&](const MeasureRow& r) { return r.info->key == key; });
-}
-
-double Get(const ScoreSheet& sheet, std::string_view key) {
-  return sheet.Get(key).value_or(0);
-}
+/// Mean lack of depth on the deep stretch up to which the cut stopped early rather than being too shallow.
+constexpr double kDeep_mm = 0.15;
 
 Quantity Show(const ScoreSheet& sheet, std::string_view key) {
   const MeasureInfo& info = FindMeasure(key);
-  return ShowMeasure(info, std::abs(Get(sheet, key)));
-}
-
-bool IsBeside(const ScoreSheet& sheet) {
-  return std::abs(Get(sheet, "plane_offset_mm")) > sheet.exercise.margin_mm;
-}
-
-/// Returns true if most of the removed bone lies beside the wanted cut, further from its plane than the margin.
-bool IsMostlyBeside(const ScoreSheet& sheet) {
-  return sheet.beside_mm && *sheet.beside_mm > sheet.exercise.margin_mm &&
-         Get(sheet, "outside_mm3") >= kMostlyBeside * Get(sheet, "removed_mm3");
-}
-
-/// Returns false if the plane that was fitted to the removed bone cannot be that of the cut. Several cuts side by side
-/// have no common plane.
-bool IsPlaneSensible(const ScoreSheet& sheet) {
-  return Get(sheet, "plane_angle_deg") <= kMaxFitted_deg &&
-         (!sheet.farthest_mm || std::abs(Get(sheet, "plane_offset_mm")) <= *sheet.farthest_mm + kBeyondCut_mm);
-}
-
-bool IsOfPlane(std::string_view key) {
-  return key.substr(0, 6) == "plane_";
-}
-
-/// Returns true if the cut stays above the wanted depth rather than below it.
-bool IsShallow(const ScoreSheet& sheet) {
-  return Get(sheet, "depth_error_mean_mm") > kShallow_mm &&
-         Get(sheet, "depth_error_worst_mm") > Get(sheet, "too_deep_mm") + kShallow_mm;
-}
-
-/// Returns the fault that a lost point of a measure means.
-Fault FaultOf(std::string_view key, bool beside, bool shallow) {
-  if (key == "plane_offset_mm") return Fault::kBeside;
-  if (key == "plane_angle_deg") return Fault::kTilted;
-  if (key == "too_deep_mm") return Fault::kTooDeep;
-  if (key == "plunge_max_mm") return Fault::kPlunge;
-  if (key == "outside_mm3") return beside ? Fault::kBeside : Fault::kOutside;
-  if (key == "near_miss_s" || key == "breaches" || key == "breach_mm3") return Fault::kNerve;
-  if (key == "jitter_mm") return Fault::kTrembling;
-  if (key == "path_length_mm") return Fault::kLongPath;
-  if (key == "time_total_s") return Fault::kSlow;
-  return beside ? Fault::kBeside : shallow ? Fault::kTooShallow : Fault::kMissing;
+  return ShowMeasure(info, std::abs(GetOrZero(sheet, key)));
 }
 
 Message DescribeTilt(const ScoreSheet& sheet) {
-  const bool leans = std::abs(Get(sheet, "plane_roll_deg")) >= std::abs(Get(sheet, "plane_yaw_deg"));
+  const bool leans = std::abs(GetOrZero(sheet, "plane_roll_deg")) >= std::abs(GetOrZero(sheet, "plane_yaw_deg"));
   if (leans) {
     return {
         "Your cut leans {} to the side. Check before you go into the bone that the blade stands in the wanted plane.",
@@ -162,7 +43,7 @@ Message DescribeTilt(const ScoreSheet& sheet) {
 
 Message DescribeNerve(const ScoreSheet& sheet) {
   const Quantity depth{sheet.exercise.depth_mm, 1, "mm"};
-  if (Get(sheet, "breach_mm3") > 0 || Get(sheet, "breaches") > 0) {
+  if (GetOrZero(sheet, "breach_mm3") > 0 || GetOrZero(sheet, "breaches") > 0) {
     return {MarkMessage("You cut into the nerve canal and removed {0} of it. Stop at a depth of {1}."),
             {Show(sheet, "breach_mm3"), depth}};
   }
@@ -202,6 +83,50 @@ Message DescribeBeside(const ScoreSheet& sheet) {
   }
 }
 
+/// Describes a cut that is deep enough, but not along the whole line; none: it is another one.
+std::optional<Message> DescribeStopped(const ScoreSheet& sheet) {
+  if (!sheet.deep || sheet.deep->share >= kWholeLine || sheet.deep->shallow_mm > kDeep_mm) return {};
+  const Quantity share{100 * sheet.deep->share, 0, "%"};
+  if (sheet.deep->from_start) {
+    return Message{
+        MarkMessage("You stopped at {} of the line. Your depth is right there: go on to the end of the line."),
+        {share}};
+  }
+  return Message{
+      MarkMessage("You have cut only {} of the line. Your depth is right there: cut from one end of the line "
+                  "to the other."),
+      {share}};
+}
+
+Message DescribeMeanFeed(const ScoreSheet& sheet) {
+  return {MarkMessage("Your feed was {0} on average, and {1} are wanted. The feed costs no points."),
+          {Show(sheet, "feed_mean_mm_per_s"), Quantity{sheet.exercise.feed_mm_per_s, 1, "mm/s"}}};
+}
+
+/// Describes a feed that missed the goal of the exercise clearly; none: it did not.
+std::optional<Message> DescribeFeed(const ScoreSheet& sheet) {
+  if (sheet.kind != ExerciseKind::kFollowLine) return {};
+  const double wanted = sheet.exercise.feed_mm_per_s;
+  if (sheet.feed_along && (sheet.feed_along->fastest_mm_per_s > (1 + kFeedFair) * wanted ||
+                           sheet.feed_along->slowest_mm_per_s < (1 - kFeedFair) * wanted)) {
+    const Quantity fastest{sheet.feed_along->fastest_mm_per_s, 1, "mm/s"};
+    const Quantity slowest{sheet.feed_along->slowest_mm_per_s, 1, "mm/s"};
+    if (sheet.feed_along->fastest_mm_per_s > kTooFast * sheet.feed_along->slowest_mm_per_s) {
+      return Message{
+          MarkMessage("Your feed was uneven: at most {0} and at least {1} along the line, and a constant {2} "
+                      "is wanted. The feed costs no points."),
+          {fastest, slowest, Quantity{wanted, 1, "mm/s"}}};
+    }
+    return Message{
+        MarkMessage("Your feed was between {0} and {1} along the line, and a constant {2} is wanted. The feed "
+                    "costs no points."),
+        {slowest, fastest, Quantity{wanted, 1, "mm/s"}}};
+  }
+  const std::optional<double> mean = sheet.Get("feed_mean_mm_per_s");
+  if (!mean || std::abs(*mean / wanted - 1) <= kFeedFair) return {};
+  return DescribeMeanFeed(sheet);
+}
+
 /// Returns a sentence that says how to avoid the fault.
 Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
   const Quantity depth{sheet.exercise.depth_mm, 1, "mm"};
@@ -222,6 +147,7 @@ Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
       return {MarkMessage("You cut {0} too deep. Slow down before you reach the depth of {1}."),
               {Show(sheet, "too_deep_mm"), depth}};
     case Fault::kTooShallow:
+      if (const std::optional<Message> stopped = DescribeStopped(sheet)) return *stopped;
       return {
           MarkMessage(
               "Your cut is {0} too shallow on average. Go on until the depth of {1} is reached along the whole line."),
@@ -234,7 +160,14 @@ Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
       return {
           MarkMessage(
               "You removed {} beside the wanted cut. Move the blade only in its own plane while it is in the bone."),
-          {Show(sheet, "outside_mm3")}};
+          {ShowMeasure(FindMeasure("outside_mm3"), CalcBeside_mm3(sheet))}};
+    case Fault::kBeyondEnd:
+      if (*sheet.kind == ExerciseKind::kOsteotomy) {
+        return {MarkMessage("You removed {} beyond the edges of the planned cut. Stop where the planned cut ends."),
+                {ShowMeasure(FindMeasure("outside_mm3"), sheet.beyond_mm3)}};
+      }
+      return {MarkMessage("You removed {} beyond the ends of the line. Stop where the line ends."),
+              {ShowMeasure(FindMeasure("outside_mm3"), sheet.beyond_mm3)}};
     case Fault::kNerve:
       return DescribeNerve(sheet);
     case Fault::kTrembling:
@@ -243,13 +176,14 @@ Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
     case Fault::kLongPath:
       return {MarkMessage("The saw moved {0}, and {1} are enough. Approach the line directly and follow it once."),
               {Show(sheet, "path_length_mm"),
-               ShowMeasure(FindMeasure("path_length_mm"), 0.5 * RowOf(sheet, "path_length_mm").half)}};
+               ShowMeasure(FindMeasure("path_length_mm"), RowOf(sheet, "path_length_mm").goal)}};
     case Fault::kSlow:
-      return {MarkMessage("You took {0}, and an unhurried cut takes {1}. Go on as soon as the spindle turns, and cut "
-                          "without stopping."),
-              {Show(sheet, "time_total_s"),
-               ShowMeasure(FindMeasure("time_total_s"), 0.5 * RowOf(sheet, "time_total_s").half)}};
+      return {
+          MarkMessage("You took {0}, and an unhurried cut takes {1}. Go on as soon as the spindle turns, and cut "
+                      "without stopping."),
+          {Show(sheet, "time_total_s"), ShowMeasure(FindMeasure("time_total_s"), RowOf(sheet, "time_total_s").goal)}};
     case Fault::kMissing:
+      if (const std::optional<Message> stopped = DescribeStopped(sheet)) return *stopped;
       break;
   }
   if (IsThrough(*sheet.kind)) {
@@ -287,11 +221,21 @@ Message DescribeGood(const ScoreSheet& sheet, std::string_view key) {
   return {MarkMessage("You worked without haste and without delay: it took {}."), {value}};
 }
 
-std::optional<Message> FindPraise(const ScoreSheet& sheet) {
+/// Returns what is praised: neither a measure that cost points nor one of the fault in the headline.
+std::optional<Message> FindPraise(const ScoreSheet& sheet, const ExerciseReview& review, std::optional<Fault> named) {
   const bool shallow = IsShallow(sheet);
+  const auto costs = [&](const MeasureRow& row) {
+    for (const auto* list : {&review.figures, &review.rest}) {
+      for (const ReviewFigure& figure : *list) {
+        if (figure.info == row.info) return figure.lost_points > 0;
+      }
+    }
+    return false;
+  };
   const MeasureRow* best = nullptr;
   for (const MeasureRow& row : sheet.rows) {
-    if (row.weight == 0 || !row.value || row.points.value_or(0) < kPraised) continue;
+    if (row.weight == 0 || !row.value || costs(row)) continue;
+    if (named && FaultOf(row.info->key, IsBeside(sheet), shallow) == *named) continue;
     if (shallow && std::string_view(row.info->key) == "too_deep_mm") continue;  // it is not deep enough
     if (IsOfPlane(row.info->key) && !IsPlaneSensible(sheet)) continue;
     // Keys and simulated hands do not tremble.
@@ -299,39 +243,82 @@ std::optional<Message> FindPraise(const ScoreSheet& sheet) {
     if (best == nullptr || row.weight * *row.points > best->weight * *best->points) best = &row;
   }
   if (best != nullptr) return DescribeGood(sheet, best->info->key);
-  if (Get(sheet, "line_share") >= kWholeLine) return Message{MarkMessage("You have followed the whole line."), {}};
+  // The disc reaches half of the depth ahead of its lowest point, so that line_share alone does not tell.
+  if (named != Fault::kMissing && std::min(GetOrZero(sheet, "line_share"), GetOrZero(sheet, "cut_share")) >= kWholeLine)
+    return Message{MarkMessage("You have followed the whole line."), {}};
   return {};
+}
+
+/// Describes an attempt along the line that did not reach half of the wanted depth.
+Message DescribeNotDeep(const ScoreSheet& sheet) {
+  const Quantity reached{sheet.depth_mm.value_or(0), 1, "mm"};
+  const Quantity wanted{sheet.exercise.depth_mm, 1, "mm"};
+  const double feed_mm_per_s = GetOrZero(sheet, "feed_mean_mm_per_s");
+  if (feed_mm_per_s > kTooFast * sheet.exercise.feed_mm_per_s) {
+    return {
+        MarkMessage("Your cut is too shallow to be scored: it is {0} deep on average, and {1} are wanted. You were "
+                    "too fast, at {2}; {3} are wanted. Go to the depth first, and then move slowly along the line."),
+        {reached, wanted, Quantity{feed_mm_per_s, 1, "mm/s"}, Quantity{sheet.exercise.feed_mm_per_s, 1, "mm/s"}}};
+  }
+  return {MarkMessage("Your cut is too shallow to be scored: it is {0} deep on average, and {1} are wanted. Go to the "
+                      "depth first, and keep pressing down while you move along the line."),
+          {reached, wanted}};
 }
 
 /// Returns the headline of an attempt without a total.
 Message DescribeUngraded(const ScoreSheet& sheet) {
   if (!sheet.kind) return {MarkMessage("This recording is not an exercise, so it has no score."), {}};
-  if (sheet.Get("removed_mm3") && Get(sheet, "removed_mm3") <= 0) {
+  if (sheet.Get("removed_mm3") && GetOrZero(sheet, "removed_mm3") <= 0) {
+    if (sheet.turned) return {MarkMessage("Nothing was cut. Lower the turning blade into the bone on the line."), {}};
     return {MarkMessage("Nothing was cut. Switch the spindle on and lower the blade into the bone on the line."), {}};
   }
   if (sheet.state == RecordingState::kWhole && sheet.incomplete.size() == 1 &&
-      Get(sheet, "line_share") < kFinishedShare) {
+      GetOrZero(sheet, "line_share") < kFinishedShare) {
     if (IsMostlyBeside(sheet)) return DescribeMostlyBeside(sheet);
     if (*sheet.kind == ExerciseKind::kOsteotomy) {
       return {MarkMessage("You have made {} of the planned cut. There is a score if you go on until the bone is cut "
                           "through."),
               {Show(sheet, "cut_share")}};
     }
+    if (sheet.begun_share.value_or(0) >= kFinishedShare) return DescribeNotDeep(sheet);
     return {
-        MarkMessage("You have made {0} of the wanted cut and followed {1} of the line; a score needs at least {2} of "
-                    "the line. Cut along the whole line."),
+        MarkMessage("You have made {0} of the wanted cut. {1} of the line is at least half as deep as wanted; a score "
+                    "needs {2}. Cut along the whole line."),
         {Show(sheet, "cut_share"), Show(sheet, "line_share"), Quantity{100 * kFinishedShare, 0, "%"}}};
   }
   return {MarkMessage("This attempt is not graded: {}."), {sheet.incomplete.empty() ? "" : sheet.incomplete.front()}};
+}
+
+/// Returns what else the student should know about the attempt.
+std::vector<Message> FindNotes(const ScoreSheet& sheet) {
+  std::vector<Message> notes;
+  if (!sheet.kind) return notes;
+  const double limit_s = sheet.exercise.time_limit_s;
+  if (limit_s > 0 && GetOrZero(sheet, "time_total_s") >= limit_s) {
+    notes.push_back({MarkMessage("The time was up: the attempt ended after {}."), {Quantity{limit_s, 0, "s"}}});
+  }
+  if (!sheet.total && IsMeaningful(FindMeasure("too_deep_mm"), *sheet.kind) &&
+      GetOrZero(sheet, "too_deep_mm") > sheet.exercise.margin_mm) {
+    notes.push_back(DescribeFault(sheet, Fault::kTooDeep));
+  }
+  const double wanted = sheet.exercise.feed_mm_per_s;
+  const std::optional<double> feed = sheet.Get("feed_mean_mm_per_s");
+  if (!sheet.total) return notes;
+  // The mean does not show that a feed is uneven.
+  if (std::optional<Message> uneven = DescribeFeed(sheet)) {
+    notes.push_back(std::move(*uneven));
+  } else if (*sheet.kind == ExerciseKind::kFollowLine && feed && std::abs(*feed / wanted - 1) > kFeedGood) {
+    notes.push_back(DescribeMeanFeed(sheet));
+  }
+  return notes;
 }
 
 /// Returns what happened to a nerve canal that is not spared, because the planned plane crosses it.
 std::optional<Message> DescribeCrossedNerve(const ScoreSheet& sheet) {
   if (!sheet.kind || SparesNerve(*sheet.kind) || !IsMeaningful(FindMeasure("nerve_distance_mm"), *sheet.kind))
     return {};
-  if (Get(sheet, "breach_mm3") > 0 || Get(sheet, "breaches") > 0) {
-    const Quantity removed = Show(sheet, "breach_mm3");
-    if (FormatQuantity(removed) == FormatQuantity({0, removed.digits, removed.unit})) {
+  if (GetOrZero(sheet, "breach_mm3") > 0 || GetOrZero(sheet, "breaches") > 0) {
+    if (GetOrZero(sheet, "breach_mm3") < kTouched_mm3) {
       return Message{
           MarkMessage("The running blade touched the nerve canal. The planned plane crosses the canal, so this "
                       "costs no points."),
@@ -350,236 +337,31 @@ std::optional<Message> DescribeCrossedNerve(const ScoreSheet& sheet) {
       {ShowMeasure(FindMeasure("nerve_distance_mm"), std::max(*distance_mm, 0.0))}};
 }
 
-ReviewLevel LevelOf(bool good, bool fair) {
-  return good ? ReviewLevel::kGood : fair ? ReviewLevel::kWarn : ReviewLevel::kBad;
-}
-
-void SetGoal(ReviewFigure& figure, GoalRelation relation, double value) {
-  figure.relation = relation;
-  figure.goal = ShowMeasure(*figure.info, value);
-  if (figure.goal->value == std::round(figure.goal->value)) figure.goal->digits = 0;
-}
-
-ReviewFigure MakeFigure(const ScoreSheet& sheet, const MeasureRow& row) {
-  ReviewFigure figure;
-  figure.info = row.info;
-  figure.label = LabelOf(*row.info);
-  const std::string_view key = row.info->key;
-  const bool has_sign =
-      key == "plane_roll_deg" || key == "plane_yaw_deg" || key == "sparc" || key == "nerve_distance_mm";
-  if (row.value) figure.value = ShowMeasure(*row.info, has_sign ? *row.value : std::abs(*row.value));
-  if (!sheet.kind) return figure;
-  if (key == "cut_share") {
-    SetGoal(figure, GoalRelation::kEqual, 1);
-    const double share = row.value.value_or(0);
-    figure.level = LevelOf(share >= kGoodShare, share >= kFairShare);
-  } else if (key == "nerve_distance_mm" && *sheet.kind == ExerciseKind::kBesideCanal) {
-    SetGoal(figure, GoalRelation::kAtLeast, kNerveGood_mm);
-    if (row.value) figure.level = LevelOf(*row.value >= kNerveGood_mm, *row.value >= kNerveFair_mm);
-  } else if (key == "feed_mean_mm_per_s" && *sheet.kind == ExerciseKind::kFollowLine) {
-    const double wanted = sheet.exercise.feed_mm_per_s;
-    SetGoal(figure, GoalRelation::kEqual, wanted);
-    const double error = std::abs(row.value.value_or(0) / wanted - 1);
-    figure.level = LevelOf(error <= kFeedGood, error <= kFeedFair);
-  } else if (key == "depth_error_mean_mm") {
-    SetGoal(figure, GoalRelation::kEqual, 0);
-    const double error_mm = std::abs(row.value.value_or(0));
-    figure.level = LevelOf(error_mm <= 0.5 * sheet.exercise.margin_mm, error_mm <= sheet.exercise.margin_mm);
-  } else if (row.weight > 0) {
-    if (key == "time_total_s" || key == "path_length_mm") {
-      SetGoal(figure, GoalRelation::kAtMost, 0.5 * row.half);
-    } else {
-      SetGoal(figure, GoalRelation::kEqual, 0);
-    }
-    const double points = row.value ? CalcPoints(*row.value, row.half) : 0;
-    // Time and path cost points from the beginning, so that twice the goal is half of the points.
-    const bool in_goal = figure.relation == GoalRelation::kAtMost && row.value && *row.value <= 0.5 * row.half;
-    figure.level = LevelOf(points >= kGoodPoints || in_goal, points >= kFairPoints);
-  }
-  if (IsOfPlane(key) && !IsPlaneSensible(sheet)) figure.value.reset();
-  if (!sheet.total) return figure;
-  double weights = 0;
-  double mean = 0;  // of the points
-  for (const MeasureRow& r : sheet.rows) weights += r.weight;
-  for (const MeasureRow& r : sheet.rows) mean += r.weight * r.points.value_or(0) / weights;
-  if (row.weight > 0) figure.lost = 100 * row.weight * (1 - row.points.value_or(0)) / weights;
-  // As in FindLosses(): total = 100 x cut_share x mean.
-  if (key == "cut_share") figure.lost = 100 * (1 - row.value.value_or(0)) * mean;
-  return figure;
-}
-
-/// Rounds the lost points so that they add up to those that the rounded total lacks: down, and then up where the most
-/// was left over. A figure that costs points is not good.
-void RoundLosses(double total, ExerciseReview& review) {
-  std::vector<ReviewFigure*> losing;
-  int left = 100 - static_cast<int>(std::lround(total));
-  for (auto* list : {&review.figures, &review.rest}) {
-    for (ReviewFigure& figure : *list) {
-      if (!figure.lost || !(*figure.lost > 0)) continue;
-      figure.lost_points = static_cast<int>(*figure.lost);
-      left -= figure.lost_points;
-      losing.push_back(&figure);
-    }
-  }
-  std::stable_sort(losing.begin(), losing.end(), [](const ReviewFigure* a, const ReviewFigure* b) {
-    return *a->lost - a->lost_points > *b->lost - b->lost_points;
-  });
-  for (ReviewFigure* figure : losing) {
-    if (left-- > 0) ++figure->lost_points;
-    if (figure->lost_points == 0) continue;
-    // What cost points differs visibly from the goal.
-    if (figure->value && figure->goal && figure->relation == GoalRelation::kEqual) {
-      const Quantity goal{figure->goal->value, figure->value->digits, figure->goal->unit};
-      if (FormatQuantity(*figure->value) == FormatQuantity(goal)) ++figure->value->digits;
-    }
-    if (figure->level != ReviewLevel::kGood) continue;
-    // Time and path cost points from the beginning, also within their goal.
-    figure->level = figure->relation == GoalRelation::kAtMost ? ReviewLevel::kPlain : ReviewLevel::kWarn;
-  }
-}
-
-bool Contains(const std::vector<const char*>& keys, std::string_view key) {
-  return std::any_of(keys.begin(), keys.end(), [&](const char* k) { return key == k; });
-}
-
-/// Returns the keys of the figures to show first. Those that make no sense for the attempt are left out; those that
-/// cost points stay.
-std::vector<const char*> ChooseFigures(const ScoreSheet& sheet) {
-  if (!sheet.kind) return {};
-  const std::span<const char* const> all = KeyFiguresOf(*sheet.kind);
-  if (sheet.total) return {all.begin(), all.end()};
-  std::vector<const char*> keys;
-  if (IsMostlyBeside(sheet)) keys.push_back("outside_mm3");
-  for (const char* key : all) {
-    const bool makes_sense = sheet.Get(key) && (!IsOfPlane(key) || IsPlaneSensible(sheet));
-    if (makes_sense && !Contains(keys, key) && keys.size() < kReviewFigures) keys.push_back(key);
-  }
-  return keys;
-}
-
-/// Returns true if the measure says something about this attempt.
-bool SaysSomething(const ScoreSheet& sheet, const MeasureRow& row) {
-  const std::string_view key = row.info->key;
-  if (sheet.total && row.weight > 0) return true;
-  if (!row.value || (sheet.kind && !IsMeaningful(*row.info, *sheet.kind))) return false;
-  if (IsOfPlane(key) && !IsPlaneSensible(sheet)) return false;
-  // The line was followed with the saw beside it.
-  return key != "line_share" || !sheet.kind || !IsMostlyBeside(sheet);
-}
-
 }  // namespace
-
-std::span<const char* const> KeyFiguresOf(ExerciseKind kind) {
-  switch (kind) {
-    case ExerciseKind::kGroove:
-      return kGrooveFigures;
-    case ExerciseKind::kStopBeforeFar:
-      return kStopFigures;
-    case ExerciseKind::kBicortical:
-      return kThroughFigures;
-    case ExerciseKind::kBesideCanal:
-      return kCanalFigures;
-    case ExerciseKind::kFollowLine:
-      return kLineFigures;
-    case ExerciseKind::kOsteotomy:
-      return kOsteotomyFigures;
-  }
-  return {};
-}
-
-bool IsMeaningful(const MeasureInfo& info, ExerciseKind kind) {
-  const std::string_view key = info.key;
-  const auto begins = [&](std::string_view with) { return key.substr(0, with.size()) == with; };
-  // The goal is a depth, or the far side of the bone.
-  if (begins("depth_error") || begins("too_deep")) return !IsThrough(kind);
-  if (begins("plunge")) return IsThrough(kind) || kind == ExerciseKind::kStopBeforeFar;
-  // The other bones have no canal.
-  if (begins("nerve") || begins("breach")) return SparesNerve(kind) || kind == ExerciseKind::kOsteotomy;
-  if (begins("near_miss")) return SparesNerve(kind);
-  return true;
-}
-
-bool SparesNerve(ExerciseKind kind) {
-  return kind == ExerciseKind::kBesideCanal;
-}
-
-const char* LabelOf(const MeasureInfo& info) {
-  const auto at = std::find_if(kLabels.begin(), kLabels.end(), [&](const Label& l) { return l.key == info.key; });
-  return at == kLabels.end() ? info.name : at->text;
-}
-
-Quantity ShowMeasure(const MeasureInfo& info, double value) {
-  const std::string_view key = info.key;
-  const std::string_view unit = info.unit;
-  if (key == "cut_share" || key == "line_share") return {100 * value, 0, "%"};
-  if (key == "plunges" || key == "strokes" || key == "breaches") return {value, 0, ""};
-  if (key == "jitter_mm") return {value, 2, "mm"};
-  if (key == "path_length_mm") return {value, 0, "mm"};
-  if (unit == "mm3") return {value, std::abs(value) < 10 ? 1 : 0, "mm³"};
-  if (unit == "degrees") return {value, 1, "°"};
-  if (unit == "s") return {value, std::abs(value) < 10 ? 1 : 0, "s"};
-  if (unit.empty()) return {value, 2, ""};
-  return {value, 1, info.unit};
-}
-
-std::string FormatGoal(const ReviewFigure& figure, std::string_view point) {
-  if (!figure.goal) return {};
-  const char* relation = figure.relation == GoalRelation::kAtMost    ? "≤ "
-                         : figure.relation == GoalRelation::kAtLeast ? "≥ "
-                                                                     : "";
-  return relation + FormatQuantity(*figure.goal, point);
-}
-
-std::vector<FaultLoss> FindLosses(const ScoreSheet& sheet) {
-  std::vector<FaultLoss> losses;
-  if (!sheet.total || !sheet.kind) return losses;
-  const bool beside = IsBeside(sheet);
-  const bool shallow = IsShallow(sheet);
-  const auto add = [&](Fault fault, double lost) {
-    if (!(lost > 0)) return;
-    const auto at = std::find_if(losses.begin(), losses.end(), [&](const FaultLoss& l) { return l.fault == fault; });
-    if (at == losses.end()) {
-      losses.push_back({fault, lost});
-    } else {
-      at->lost += lost;
-    }
-  };
-  double weights = 0;
-  double mean = 0;
-  for (const MeasureRow& row : sheet.rows) weights += row.weight;
-  for (const MeasureRow& row : sheet.rows) {
-    if (row.weight == 0) continue;
-    const double points = row.points.value_or(0);
-    mean += row.weight * points / weights;
-    add(FaultOf(row.info->key, beside, shallow), 100 * row.weight * (1 - points) / weights);
-  }
-  // total = 100 x cut_share x mean, so that this and the losses above add up to 100 - total.
-  add(FaultOf("cut_share", beside, shallow), 100 * (1 - Get(sheet, "cut_share")) * mean);
-  std::stable_sort(losses.begin(), losses.end(),
-                   [](const FaultLoss& a, const FaultLoss& b) { return a.lost > b.lost; });
-  return losses;
-}
 
 ExerciseReview MakeReview(const ScoreSheet& sheet) {
   ExerciseReview review;
+  std::optional<Fault> named;
   if (!sheet.total) {
     review.headline = DescribeUngraded(sheet);
   } else {
     const std::vector<FaultLoss> losses = FindLosses(sheet);
-    review.headline = losses.empty() || losses.front().lost < kSmallLoss
-                          ? Message{MarkMessage("An excellent cut: no single fault cost more than {} of 100 points."),
-                                    {Quantity{kSmallLoss, 0, ""}}}
-                          : DescribeFault(sheet, losses.front().fault);
-    review.praise = FindPraise(sheet);
+    if (!losses.empty() && losses.front().lost >= kSmallLoss) named = losses.front().fault;
+    // A feed that missed its goal costs no points, but a cut with it is not excellent.
+    const std::optional<Message> feed = DescribeFeed(sheet);
+    review.headline = named ? DescribeFault(sheet, *named)
+                      : feed
+                          ? *feed
+                          : Message{MarkMessage("An excellent cut: no single fault cost more than {} of 100 points."),
+                                    {Quantity{kSmallLoss, 0, ""}}};
   }
+  review.notes = FindNotes(sheet);
+  std::erase(review.notes, review.headline);
   review.nerve = DescribeCrossedNerve(sheet);
-  const std::vector<const char*> keys = ChooseFigures(sheet);
-  for (const char* key : keys) review.figures.push_back(MakeFigure(sheet, RowOf(sheet, key)));
-  for (const MeasureRow& row : sheet.rows) {
-    if (!SaysSomething(sheet, row) || Contains(keys, row.info->key)) continue;
-    review.rest.push_back(MakeFigure(sheet, row));
-  }
-  if (sheet.total) RoundLosses(*sheet.total, review);
+  ReviewFigures figures = MakeFigures(sheet);
+  review.figures = std::move(figures.first);
+  review.rest = std::move(figures.rest);
+  if (sheet.total) review.praise = FindPraise(sheet, review, named);
   return review;
 }
 

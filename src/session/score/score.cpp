@@ -21,7 +21,8 @@
 namespace kerf {
 namespace {
 
-/// Time and path length added to the minimum that an exercise takes; at twice the sum, half of the points remain.
+/// Time and path length added to the minimum that an exercise takes. The sum costs no points; at twice the sum, half of
+/// the points remain.
 constexpr double kExtra_s = 5;
 constexpr double kExtra_mm = 20;
 
@@ -105,14 +106,15 @@ double CalcShortPath_mm(const WantedCut& cut) {
   return cut.length_mm + 2 * cut.depth_mm + kExtra_mm;
 }
 
-/// Sets the values of time and path length at which half of the points are lost.
+/// Sets the goals of time and path length, and the values at which half of the points are lost.
 void SetHalfValues(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& sheet) {
   const double path_mm = CalcShortPath_mm(cut);
   const double time_s = CalcUnhurriedTime_s(cut, exercise);
   for (MeasureRow& row : sheet.rows) {
     const std::string_view key = row.info->key;
-    if (key == "time_total_s") row.half = 2 * time_s;
-    if (key == "path_length_mm") row.half = 2 * path_mm;
+    if (key == "time_total_s") row.goal = time_s;
+    if (key == "path_length_mm") row.goal = path_mm;
+    if (row.goal > 0) row.half = 2 * row.goal;
   }
 }
 
@@ -134,10 +136,10 @@ std::vector<std::string> FindIncomplete(const RecordingReader& recording, const 
   if (!sheet.kind) return found;
   const double fraction = sheet.Get("line_share").value_or(0);
   if (fraction < kFinished) {
-    found.push_back(
-        fmt::format("{}: the tool has followed {:.0f} % of the line; at least {:.0f} % are required",
-                    sheet.state == RecordingState::kWhole ? "the exercise is not finished" : "in the readable part",
-                    100 * fraction, 100 * kFinished));
+    found.push_back(fmt::format(
+        "{}: the tool was at least half as deep as wanted along {:.0f} % of the line; {:.0f} % are required",
+        sheet.state == RecordingState::kWhole ? "the exercise is not finished" : "in the readable part", 100 * fraction,
+        100 * kFinished));
   }
   return found;
 }

@@ -10,8 +10,10 @@
 #include <utility>
 
 #include "bone/grid/piece_finder.h"
+#include "bone/grid/removed.h"
 #include "bone/grid/set_leaf.h"
 #include "kerf/surface.h"
+#include "session/marks/injury_finder.h"
 
 namespace kerf {
 namespace {
@@ -54,8 +56,9 @@ struct CutWatch::State {
   std::condition_variable idle;
   std::map<LeafIndex, LeafValues> leaves;
   std::vector<PlannedPlane> planes;
-  bool planes_changed = false;
-  bool hurry = false;  // a caller waits for the analysis
+  std::vector<Mark> marks;
+  bool plan_changed = false;  // the planes or the marks
+  bool hurry = false;         // a caller waits for the analysis
   bool stop = false;
   bool working = true;
   std::optional<PlanesReport> report;
@@ -66,13 +69,17 @@ struct CutWatch::State {
   // Used only by the thread.
   Bone now;
 
-  void Analyse(PieceFinder& finder, const std::map<LeafIndex, LeafValues>& changed,
-               const std::vector<PlannedPlane>& wanted) {
+  void Analyse(PieceFinder& finder, InjuryFinder& injury_finder, const std::map<LeafIndex, LeafValues>& changed,
+               const std::vector<PlannedPlane>& wanted, const std::vector<Mark>& marked) {
     const auto start = WatchClock::now();
+    std::vector<LeafIndex> indices;
     for (const auto& [index, values] : changed) {
       SetLeaf(now, index, values);
       finder.Change(index, values);
+      indices.push_back(index);
     }
+    injury_finder.Change(now, indices);
+    injury_finder.SetMarks(marked);
     std::vector<FreedPiece> separated;
     const FoundPieces& found = finder.Find();
     // A piece comes free rarely, so it may be split off for its exact volume.
@@ -88,6 +95,7 @@ struct CutWatch::State {
     for (const PlannedPlane& plane : wanted) {
       next.planes.push_back({.name = plane.name, .state = CalcCutState(*before, now, plane)});
     }
+    next.injuries = injury_finder.Find(now);
     const std::lock_guard lock(mutex);
     report = std::move(next);
     freed.insert(freed.end(), separated.begin(), separated.end());
@@ -99,20 +107,23 @@ struct CutWatch::State {
   void Run() {
     const auto start = WatchClock::now();
     PieceFinder finder(now, options.min_piece_mm3);
+    InjuryFinder injury_finder(before);
+    injury_finder.Change(now, FindChangedLeaves(*before, now));
     std::unique_lock lock(mutex);
     costs.start_s = SecondsSince(start);
     const auto period = std::chrono::duration<double>(options.period_s);
     while (true) {
-      wake.wait(lock, [&] { return stop || !leaves.empty() || planes_changed; });
+      wake.wait(lock, [&] { return stop || !leaves.empty() || plan_changed; });
       if (stop) return;
       std::map<LeafIndex, LeafValues> changed;
       changed.swap(leaves);
-      planes_changed = false;
+      plan_changed = false;
       const std::vector<PlannedPlane> wanted = planes;
+      const std::vector<Mark> marked = marks;
       lock.unlock();
-      Analyse(finder, changed, wanted);
+      Analyse(finder, injury_finder, changed, wanted, marked);
       lock.lock();
-      if (leaves.empty() && !planes_changed) {
+      if (leaves.empty() && !plan_changed) {
         working = false;
         hurry = false;
         idle.notify_all();
@@ -124,7 +135,7 @@ struct CutWatch::State {
 
 CutWatch::CutWatch(std::shared_ptr<const Bone> before, Bone now, const CutWatchOptions& options)
     : state_(std::make_unique<State>(std::move(before), std::move(now), options)) {
-  state_->planes_changed = true;  // a first report, with the number of pieces
+  state_->plan_changed = true;  // a first report, with the number of pieces
   state_->thread = std::thread([state = state_.get()] { state->Run(); });
 }
 
@@ -150,7 +161,18 @@ void CutWatch::SetPlanes(std::vector<PlannedPlane> planes) {
   {
     const std::lock_guard lock(state_->mutex);
     state_->planes = std::move(planes);
-    state_->planes_changed = true;
+    state_->plan_changed = true;
+    state_->working = true;
+  }
+  state_->wake.notify_one();
+}
+
+void CutWatch::SetMarks(std::vector<Mark> marks) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    if (state_->marks == marks) return;
+    state_->marks = std::move(marks);
+    state_->plan_changed = true;
     state_->working = true;
   }
   state_->wake.notify_one();

@@ -9,18 +9,20 @@
 #include <string>
 #include <vector>
 
+#include "session/marks/structures.h"
 #include "session/plan/cut_state.h"
 
 namespace kerf {
 
-/// State of the planned planes at one moment.
+/// State of the bone at one moment: its planned planes, pieces and injured structures.
 struct PlanesReport {
   struct Row {
     std::string name;  // of the plane
     CutState state;
   };
-  std::vector<Row> planes;      // in the order of the plan
-  std::size_t piece_count = 0;  // pieces of the bone, of CutWatchOptions::min_piece_mm3 or more
+  std::vector<Row> planes;                  // in the order of the plan
+  std::size_t piece_count = 0;              // pieces of the bone, of CutWatchOptions::min_piece_mm3 or more
+  std::vector<StructureResult> injuries{};  // canals, teeth and marks that are cut: see InjuryFinder
 };
 
 /// A piece that has separated from the rest of the bone.
@@ -36,6 +38,8 @@ struct CutWatchOptions {
   double min_piece_mm3 = 1;  // smaller pieces are dust, which is not reported
 };
 
+/// Injuries are those between `before` and now, also of cuts from before the watch began.
+///
 /// Keeps its own copy of the level set, to which the changed leaves are applied. All functions may be called by any
 /// thread; none waits for the analysis. A lock is held only while a leaf or a result is copied. The analysis runs at
 /// most once per period, and only if the bone or the planes have changed.
@@ -57,6 +61,8 @@ class CutWatch {
   void Offer(const std::array<int, 3>& index, std::span<const float, 512> values);
   /// Sets the planes of the next report.
   void SetPlanes(std::vector<PlannedPlane> planes);
+  /// Sets the user's marks, whose injuries are reported.
+  void SetMarks(std::vector<Mark> marks);
   /// Returns the latest report unless it has already been fetched.
   std::optional<PlanesReport> Fetch();
   /// Returns the pieces that have come free since the last call, in the order of their separation.

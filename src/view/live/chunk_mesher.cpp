@@ -159,10 +159,12 @@ class Mesher {
       vertex.cut = changed && Trilinear(before, vertex.within) < -cut_depth_;
     }
     // The walls of a kerf may be less than two cells apart, so the gradient there is that of one cell. Next to the
-    // kerf, the gradient is that of the original surface.
+    // kerf, the gradient is that of the original surface. Beyond the last cells, which only skirts reach, there are no
+    // samples for the wide gradient.
+    const bool last = std::max({x, y, z}) == m_ - 1;
     const std::array<float, 3> g =
-        changed ? Gradient(v, vertex.within)
-                : WideGradient(block_.uncut.empty() ? block_.phi : block_.uncut, x, y, z, vertex.within);
+        changed || last ? Gradient(v, vertex.within)
+                        : WideGradient(block_.uncut.empty() ? block_.phi : block_.uncut, x, y, z, vertex.within);
     const float length = std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
     if (length > 0) vertex.normal = {g[0] / length, g[1] / length, g[2] / length};
     surface_.vertices.push_back(vertex);

@@ -49,6 +49,14 @@ struct PointOverlay {
   bool operator==(const PointOverlay&) const = default;
 };
 
+/// Distance (two points) or angle (three points, the second is the corner), with its label.
+struct MeasureOverlay {
+  std::vector<Vec3> points_W;
+  std::string label;
+
+  bool operator==(const MeasureOverlay&) const = default;
+};
+
 /// What a handle of a plane does; each has a shape of its own.
 enum class HandleKind : std::uint8_t { kMove, kTilt, kSize };  // disc with a cross, ring, square
 

@@ -28,7 +28,6 @@ constexpr Rgb8 kGhostColour{0, 114, 178};
 constexpr Rgb8 kStopColour{160, 90, 0};
 constexpr Rgb8 kReachedColour{190, 40, 20};
 constexpr Rgb8 kGuideColour{0, 130, 95};
-constexpr Rgb8 kMeasureColour{120, 40, 110};
 constexpr Rgb8 kHandpieceColour{206, 212, 219};
 constexpr Rgb8 kGuardColour{150, 160, 172};
 
@@ -81,7 +80,7 @@ struct SceneActors::State {
   std::vector<PlaneLineOverlay> plane_lines;
   std::vector<MarkOverlay> marks;
   std::vector<AlarmOverlay> alarms;
-  Actors plane_actors, stop_actors, guide_actors, measure_actors, mark_actors;
+  Actors plane_actors, stop_actors, guide_actors, mark_actors;
   std::vector<PieceShape> pieces;
   struct PieceActor {
     std::shared_ptr<const TriangleMesh> mesh;
@@ -374,14 +373,7 @@ void SceneActors::SetGuides(const std::vector<GuideOverlay>& guides) {
 }
 
 void SceneActors::SetMeasures(const std::vector<MeasureOverlay>& measures) {
-  State& s = *state_;
-  if (!s.Renew(s.measures, measures)) return;
-  s.Remove(s.over, s.measure_actors);
-  std::vector<std::vector<Vec3>> lines;
-  for (const MeasureOverlay& measure : measures) {
-    if (measure.points_W.size() > 1) lines.push_back(measure.points_W);
-  }
-  if (!lines.empty()) s.Add(s.over, s.measure_actors, MakeLineActor(lines, kMeasureColour, 2.5 * s.scale));
+  state_->Renew(state_->measures, measures);
 }
 
 void SceneActors::SetPieces(const std::vector<PieceShape>& pieces) {
@@ -468,6 +460,7 @@ XrayList SceneActors::MakeXrayList(double surface_mm, Theme theme) const {
   AddBridges(s.bridges, list);
   AddPlaneLines(s.plane_lines, surface_mm, list);
   AddMarkLines(s.marks, list);
+  AddMeasures(s.measures, list);
   if (s.tool) {
     if (const auto* disc = std::get_if<DiscSaw>(&*s.tool)) AddRim(s.X_WT, *disc, theme, list);
   }
@@ -532,20 +525,24 @@ Box3 SceneActors::CalcBounds() const {
 std::vector<SceneLabel> SceneActors::MakeLabels(const ViewCamera& camera) const {
   const State& s = *state_;
   std::vector<SceneLabel> labels;
-  const auto add = [&](const std::string& text, const Vec3& p_W, const Rgb8& colour) {
+  const auto add = [&](const std::string& text, const Vec3& p_W, const Rgb8& colour, bool matters = false) {
     const auto at = camera.Project(p_W);
-    if (!text.empty() && at) labels.push_back({text, at->x, at->y, colour});
+    if (!text.empty() && at) labels.push_back({text, at->x, at->y, colour, matters});
   };
   // The most important first: they get the best places.
-  for (const AlarmOverlay& alarm : s.alarms) {
-    if (alarm.level != AlarmLevel::kNone) add(alarm.label, alarm.p_W, AlarmColour(alarm.level));
+  for (const AlarmLevel level : {AlarmLevel::kDanger, AlarmLevel::kWarning, AlarmLevel::kNotice}) {
+    for (const AlarmOverlay& alarm : s.alarms) {
+      if (alarm.level == level) add(alarm.label, alarm.p_W, AlarmColour(level), level != AlarmLevel::kNotice);
+    }
   }
   if (s.force) {
     const double N = glm::length(s.force->f_W_N);
-    add(s.force->label.empty() ? fmt::format("{:.1f} N on your hand", N) : s.force->label, s.force_tail_W,
-        kForceColour);
+    add(s.force->label.empty() ? fmt::format("{:.1f} N on your hand", N) : s.force->label, s.force_tail_W, kForceColour,
+        true);
   }
-  for (const BridgeOverlay& bridge : s.bridges) add(bridge.label, bridge.centre_W, kBridgeColour);
+  for (const BridgeOverlay& bridge : s.bridges) {
+    add(bridge.label, bridge.centre_W, kBridgeColour, &bridge == &s.bridges.front());
+  }
   for (const PointOverlay& point : s.points) add(point.label, point.p_W, PointColour(point.kind));
   for (const MarkOverlay& mark : s.marks) {
     if (!mark.points_W.empty()) add(mark.label, mark.points_W.front(), mark.colour);

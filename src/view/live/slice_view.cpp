@@ -24,6 +24,7 @@ constexpr Rgb8 kToolLine{80, 200, 255};
 constexpr Rgb8 kNerveLine{70, 150, 255};
 constexpr Rgb8 kToothLine{235, 235, 225};
 constexpr Rgb8 kCursorLine{120, 255, 140};
+constexpr Rgb8 kPointLine{255, 130, 210};
 
 // Grey values of a bone without CT numbers.
 std::uint8_t GreyOf(Tissue tissue) {
@@ -274,6 +275,23 @@ void AddPlaneLine(const SliceFrame& frame, const PlaneOverlay& plane, std::vecto
       {SliceLineKind::kPlane, ToPixels(frame, met), plane.colour, plane.selected ? 3.0 : 2.0, false, plane.name});
 }
 
+void AddPoint(const SliceFrame& frame, const PointOverlay& point, std::vector<SliceLine>& lines) {
+  constexpr int kSides = 24;
+  constexpr double kRadius_px = 5;
+  const OverlayPoint c = frame.PixelOf(point.p_W);
+  SliceLine line{.kind = SliceLineKind::kPoint,
+                 .points = {},
+                 .colour = kPointLine,
+                 .width_points = 2,
+                 .dashed = std::abs(frame.DistanceOf(point.p_W)) > 1,
+                 .name = point.label};
+  for (int i = 0; i <= kSides; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kSides;
+    line.points.push_back({c.column + kRadius_px * std::cos(angle), c.row + kRadius_px * std::sin(angle)});
+  }
+  lines.push_back(std::move(line));
+}
+
 void AddCursor(const SliceFrame& frame, const Vec3& p_W, std::vector<SliceLine>& lines) {
   constexpr double kGap = 5;
   constexpr double kArm = 14;
@@ -466,6 +484,7 @@ std::vector<SliceLine> CalcSliceLines(const SliceFrame& frame, const SliceScene&
     }
   }
   for (const PlaneOverlay& plane : scene.planes) AddPlaneLine(frame, plane, lines);
+  for (const PointOverlay& point : scene.points) AddPoint(frame, point, lines);
   if (scene.tool) AddToolLine(frame, *scene.tool, scene.X_WT, lines);
   if (scene.cursor_W) AddCursor(frame, *scene.cursor_W, lines);
   return lines;

@@ -60,7 +60,7 @@ struct SliceFrame {
 /// Throws Error if a value of the spec is out of range.
 SliceFrame CalcSliceFrame(const SliceSpec& spec);
 
-enum class SliceLineKind : std::uint8_t { kBone, kNerve, kTooth, kMark, kPlane, kTool, kCursor };
+enum class SliceLineKind : std::uint8_t { kBone, kNerve, kTooth, kMark, kPoint, kPlane, kTool, kCursor };
 
 /// Line in a slice, in pixel positions of its image.
 struct SliceLine {
@@ -69,7 +69,7 @@ struct SliceLine {
   Rgb8 colour{255, 200, 40};
   double width_points = 1.5;
   bool dashed = false;
-  std::string name;  // of a plane or a mark
+  std::string name;  // of a plane, a mark or a point
 };
 
 struct SliceImage {
@@ -92,9 +92,10 @@ struct SliceScene {
   Pose X_WT;
   std::vector<PlaneOverlay> planes;
   std::vector<MarkOverlay> marks;
-  std::optional<Vec3> cursor_W;  // a cross, dashed if it lies more than a millimetre away from the plane
+  std::vector<PointOverlay> points;  // circles, dashed if they lie more than a millimetre away from the plane
+  std::optional<Vec3> cursor_W;      // a cross, dashed if it lies more than a millimetre away from the plane
 };
-/// Computes the lines in which planes, tool and marks meet a slice, and the cursor. Takes about 0.1 ms.
+/// Computes the lines in which planes, tool and marks meet a slice, the points and the cursor. Takes about 0.1 ms.
 std::vector<SliceLine> CalcSliceLines(const SliceFrame& frame, const SliceScene& scene);
 
 /// Draws lines into an image. `scale`: pixels per point.

@@ -352,6 +352,10 @@ std::vector<SceneRing> Viewport::ListRings() const {
   }
   return rings;
 }
+std::optional<ScreenPoint> Viewport::FindCut() const {
+  const std::optional<Vec3>& contact_W = state_->actors.contact();
+  return contact_W ? state_->camera.Project(*contact_W) : std::nullopt;
+}
 ScreenBox Viewport::CalcToolBox() const {
   return state_->actors.CalcToolBox(state_->camera);
 }
@@ -371,6 +375,7 @@ void Viewport::SetAreas(const ScreenBox& scene, const ScreenBox& cube) {
   state_->Renew(state_->cube_box, cube);
 }
 std::vector<SceneLabel> Viewport::ListLabels() const {
+  state_->actors.SetForce(state_->force, state_->camera);  // not that of the last picture
   return state_->actors.MakeLabels(state_->camera);
 }
 
@@ -411,6 +416,14 @@ void Viewport::FitAll() {
   s.camera.SetSize(width, height);
   s.camera.set_height_mm(mm_per_pixel * height);
   s.camera.Pan(free.left + 0.5 * free.width - 0.5 * width, free.top + 0.5 * free.height - 0.5 * height);
+}
+
+void Viewport::FitPlace(const Vec3& p_W, double width_mm, double height_mm, const ScreenBox& area) {
+  if (area.empty()) return;
+  ViewCamera& camera = state_->camera;
+  camera.set_target_W(p_W);
+  camera.set_height_mm(std::max(width_mm / area.width, height_mm / area.height) * camera.height());
+  camera.Pan(area.left + 0.5 * area.width - 0.5 * camera.width(), area.top + 0.5 * area.height - 0.5 * camera.height());
 }
 
 namespace {

@@ -41,14 +41,6 @@ struct GuideOverlay {
   bool operator==(const GuideOverlay&) const = default;
 };
 
-/// Distance (two points) or angle (three points, the second is the corner), with its label.
-struct MeasureOverlay {
-  std::vector<Vec3> points_W;
-  std::string label;
-
-  bool operator==(const MeasureOverlay&) const = default;
-};
-
 /// Separated piece, drawn as an object of its own. Its mesh stays where the piece was cut; `X_WP` moves it.
 struct PieceShape {
   int id = 0;
@@ -75,6 +67,7 @@ struct SceneLabel {
   double x = 0;  // position of the labelled spot, pixels
   double y = 0;
   Rgb8 colour{40, 44, 52};
+  bool matters = false;  // during a cut: an alarm, the force, or the largest part of a plane that still holds
 };
 
 /// Ring of an alarm in the picture.
@@ -183,8 +176,11 @@ class Viewport {
   /// Sets the area of the window that panels leave free for the bone, and that of the orientation cube (empty: not
   /// shown).
   void SetAreas(const ScreenBox& scene, const ScreenBox& cube);
-  /// Returns the labels of everything shown, at their places in pixels, for the owner of the panels to draw.
+  /// Returns the labels of everything shown, the most important first, at their places in pixels, for the owner of the
+  /// panels to draw.
   std::vector<SceneLabel> ListLabels() const;
+  /// Returns the place of SetContact() in pixels; unset: the tool does not cut.
+  std::optional<ScreenPoint> FindCut() const;
   /// Returns the rings of alarms, at their places in pixels.
   std::vector<SceneRing> ListRings() const;
   /// Returns the area of the tool on the screen, pixels, which labels should avoid; empty if there is no tool.
@@ -198,6 +194,9 @@ class Viewport {
   const ViewCamera& camera() const;
   /// Fits the whole bone and the pieces into the area between the panels.
   void FitAll();
+  /// Shows a place in the middle of an area of the picture, pixels, so that this width and height around it fit into
+  /// the area. Keeps the direction of the view.
+  void FitPlace(const Vec3& p_W, double width_mm, double height_mm, const ScreenBox& area);
   /// Returns the index of the point, or of the plane's handle, that is nearest to a pixel on the screen and at most a
   /// radius away; of two at the same place, the later one.
   std::optional<int> PickPoint(const ScreenPoint& at, double radius_px) const;

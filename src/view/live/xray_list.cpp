@@ -35,7 +35,7 @@ Rgb8 PointColour(PointKind kind) {
     case PointKind::kMeasure:
       break;
   }
-  return {120, 40, 110};
+  return kMeasureColour;
 }
 
 void AddBridges(const std::vector<BridgeOverlay>& bridges, XrayList& list) {
@@ -96,6 +96,19 @@ void AddPlaneLines(const std::vector<PlaneLineOverlay>& lines, double surface_mm
     for (const std::vector<Vec3>& line : plane.lines_W) {
       if (line.size() < 2) continue;
       AddCasedLine(line, plane.selected ? 3.6 : 2.4, {plane.colour, 1, 0.3, true}, surface_mm, kXrayWhite, list);
+    }
+  }
+}
+
+void AddMeasures(const std::vector<MeasureOverlay>& measures, XrayList& list) {
+  for (const MeasureOverlay& measure : measures) {
+    if (measure.points_W.size() > 1) {
+      // The casing, too, is visible through bone: the ends lie on it, and the line mostly within.
+      list.lines.push_back({measure.points_W, 6, {kXrayWhite, 0.9, 0.5, false}, 0});
+      list.lines.push_back({measure.points_W, 3.2, {kMeasureColour, 1, 0.8, true}, 0});
+    }
+    for (const Vec3& p_W : measure.points_W) {
+      AddSymbol(p_W, XrayShape::kSquare, kPointSize_points - 2, kMeasureColour, list);
     }
   }
 }

@@ -58,11 +58,13 @@ void AddBridges(const std::vector<BridgeOverlay>& bridges, XrayList& list);
 void AddPoints(const std::vector<PointOverlay>& points, XrayList& list);
 void AddPlaneHandles(const std::vector<PlaneHandleOverlay>& handles, XrayList& list);
 void AddPlaneLines(const std::vector<PlaneLineOverlay>& lines, double surface_mm, XrayList& list);
+void AddMeasures(const std::vector<MeasureOverlay>& measures, XrayList& list);
 void AddMarkLines(const std::vector<MarkOverlay>& marks, XrayList& list);
 /// Adds the outline of a disc: a circle of its radius in the tool's plane z = 0.
 void AddRim(const Pose& X_WT, const DiscSaw& saw, Theme theme, XrayList& list);
 
 Rgb8 PointColour(PointKind kind);
+inline constexpr Rgb8 kMeasureColour{120, 40, 110};
 inline constexpr Rgb8 kBridgeColour{170, 30, 90};
 inline constexpr double kPointSize_points = 11;   // diameter of a point that is not selected
 inline constexpr double kHandleSize_points = 15;  // of a handle that is not hot

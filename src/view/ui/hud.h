@@ -17,7 +17,10 @@ struct HudValues {
   std::optional<double> rpm;             // of the spindle
   std::optional<double> force_N;         // on the hand
   std::optional<double> nerve_mm;        // distance from blade to nerve canal; 0 or less: the canal is cut
+  bool nerve_is_crossed = false;         // the canal is to be cut, so that a small distance is no alarm
   bool nerve_is_marked = true;           // false: the bone has neither a canal nor a mark of one
+  std::string nerve_injury = {};         // "injured", "severed"; empty: none
+  std::string teeth_injury = {};         // the same of teeth and roots
   std::optional<double> plan_angle_deg;  // angle between the blade and the plane of the plan
   std::optional<double> plan_offset_mm;  // distance of the blade from that plane
   bool has_plan = true;                  // false: these two are left out
@@ -55,7 +58,8 @@ struct HudStatus {
 
 struct HudPiece {
   std::string name;
-  std::string detail;  // volume; or overlap with, or gap to, the selected piece
+  std::string detail;   // volume
+  std::string contact;  // gap to, or overlap with, another piece, on a second line; empty: none
   Rgb8 colour = kBoneColour;
   bool selected = false;
   bool hidden = false;
@@ -116,6 +120,7 @@ struct HudState {
   std::optional<HudMenu> menu;
   std::optional<HudProgress> progress;
   std::optional<HudBanner> banner;
+  std::vector<std::string> injuries;  // a line for each injured structure; shown, with a border, as long as it is one
 };
 
 }  // namespace kerf

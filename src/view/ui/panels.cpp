@@ -88,7 +88,8 @@ UiAreas CalcUiAreas(const Ui& ui, bool left, bool right) {
     areas.left = {0, top, left_width, middle};
     from = left_width;
   }
-  if (right && width >= 2.2 * full_left_width + 1.3 * right_width && middle > 60 * s) {
+  const double left_share = left ? 2.2 : 1.2;  // of the left column and the scene
+  if (right && width >= left_share * full_left_width + 1.3 * right_width && middle > 60 * s) {
     areas.right = {width - right_width, top, right_width, middle};
     to = width - right_width;
   }
@@ -131,7 +132,9 @@ void ValuesSection(Ui& ui, const HudState& state) {
     return value ? ShowNumber(*value, decimals) : std::string("\u2013");
   };
   HudLevel nerve = HudLevel::kPlain;
-  if (v.nerve_mm && *v.nerve_mm < kNerveWarn_mm) nerve = *v.nerve_mm <= 0 ? HudLevel::kBad : HudLevel::kWarn;
+  if (v.nerve_mm && *v.nerve_mm < kNerveWarn_mm && !v.nerve_is_crossed) {
+    nerve = *v.nerve_mm <= 0 ? HudLevel::kBad : HudLevel::kWarn;
+  }
   const bool nerve_is_cut = v.nerve_mm && *v.nerve_mm < 0;
   struct Row {
     const char* name;
@@ -150,6 +153,8 @@ void ValuesSection(Ui& ui, const HudState& state) {
                           : number(v.nerve_mm, 1),
        v.nerve_is_marked && !nerve_is_cut ? "mm" : "", nerve},
   };
+  if (!v.nerve_injury.empty()) rows.push_back({Tr("Nerve"), v.nerve_injury, "", HudLevel::kBad});
+  if (!v.teeth_injury.empty()) rows.push_back({Tr("Teeth"), v.teeth_injury, "", HudLevel::kBad});
   if (v.has_plan) {
     const bool known = v.plan_offset_mm.has_value();
     rows.push_back({Tr("Angle to the plan"), known ? number(v.plan_angle_deg, 1) : Tr("no plan"), known ? "°" : "",
@@ -172,7 +177,12 @@ void ValuesSection(Ui& ui, const HudState& state) {
     const float value_width = ImGui::CalcTextSize(row.value.c_str()).x;
     ImGui::PopFont();
     const float value_at = left + width - (row.unit[0] == '\0' ? 0 : unit) - value_width;
-    FittedText(ui, row.name, value_at - left - (marked ? 26 * ui.scale() : 6 * ui.scale()));
+    // Large text in a narrow column: in small letters rather than cut.
+    const float name_width = value_at - left - (marked ? 26 * ui.scale() : 6 * ui.scale());
+    const bool fits = ImGui::CalcTextSize(row.name).x <= name_width;
+    if (!fits) ImGui::PushFont(ui.small());
+    FittedText(ui, row.name, name_width);
+    if (!fits) ImGui::PopFont();
     if (marked) {
       ImGui::SameLine();
       LevelMark(ui, row.level);
@@ -227,7 +237,13 @@ std::optional<int> PiecesSection(Ui& ui, const HudState& state) {
   for (std::size_t i = 0; i < state.pieces.size(); ++i) {
     const HudPiece& piece = state.pieces[i];
     ImGui::PushID(static_cast<int>(i));
-    if (ImGui::Selectable("##piece", piece.selected, ImGuiSelectableFlags_AllowItemOverlap)) {
+    const float top = ImGui::GetCursorPosY();
+    const bool two_lines = !piece.contact.empty() && !piece.hidden;
+    ImGui::PushFont(ui.small());
+    const float second = two_lines ? ImGui::GetTextLineHeightWithSpacing() : 0;
+    ImGui::PopFont();
+    if (ImGui::Selectable("##piece", piece.selected, ImGuiSelectableFlags_AllowItemOverlap,
+                          {0, ImGui::GetTextLineHeight() + second})) {
       clicked = static_cast<int>(i);
     }
     ui.Note(fmt::format("piece {}", i));
@@ -241,34 +257,88 @@ std::optional<int> PiecesSection(Ui& ui, const HudState& state) {
     FittedText(ui, ShowName(piece.name), width - detail_width - from - 2 * ui.scale());
     ImGui::SameLine(width + ImGui::GetStyle().WindowPadding.x - detail_width);
     ImGui::TextDisabled("%s", detail.c_str());
+    if (two_lines) {
+      ImGui::SetCursorPos({from, top + ImGui::GetTextLineHeight()});
+      ImGui::PushFont(ui.small());
+      ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().faint));
+      FittedText(ui, piece.contact, width - from);
+      ImGui::PopStyleColor();
+      ImGui::PopFont();
+      ImGui::SetCursorPosY(top + ImGui::GetTextLineHeight() + second + ImGui::GetStyle().ItemSpacing.y);
+    }
     ImGui::PopID();
   }
   return clicked;
 }
 
+namespace {
+
+struct BannerSize {
+  float width = 0;  // too small for a banner: below 120 points
+  float text_width = 0;
+  float height = 0;
+  bool compact = false;  // in small letters, without its sign
+  bool answers = true;   // with the keys
+};
+
+/// Largest share of the scene's height that a banner takes if it can be compact.
+constexpr float kBannerShare = 0.38F;
+
+/// Sets the height for the width of the text.
+void CalcBannerHeight(const Ui& ui, const HudBanner& banner, BannerSize& size) {
+  const float s = ui.scale();
+  ImGui::PushFont(size.compact ? ui.small() : ui.bold());
+  size.height = 20 * s + ImGui::CalcTextSize(banner.text.c_str(), nullptr, false, size.text_width).y;
+  if (!size.compact) ImGui::PopFont();
+  if (!banner.answers.empty() && size.answers) {
+    size.height += ImGui::GetStyle().ItemSpacing.y +
+                   ImGui::CalcTextSize(banner.answers.c_str(), nullptr, false, size.text_width).y;
+  }
+  if (size.compact) ImGui::PopFont();
+}
+
+BannerSize CalcBannerSize(const Ui& ui, const HudBanner& banner, const UiBox& scene) {
+  const float s = ui.scale();
+  BannerSize size;
+  size.width = std::min(static_cast<float>(scene.width) - 16 * s, 640 * s);
+  size.text_width = size.width - 56 * s;
+  CalcBannerHeight(ui, banner, size);
+  // In a small scene it must not cover what it speaks of.
+  const float most = kBannerShare * static_cast<float>(scene.height);
+  if (size.height > most) {
+    size.compact = true;
+    size.text_width = size.width - 28 * s;
+    CalcBannerHeight(ui, banner, size);
+  }
+  if (size.height > most) {
+    size.answers = false;
+    CalcBannerHeight(ui, banner, size);
+  }
+  return size;
+}
+
+}  // namespace
+
+double CalcBannerBottom(const Ui& ui, const HudBanner& banner, const UiBox& scene) {
+  return scene.top + static_cast<double>(8 * ui.scale() + CalcBannerSize(ui, banner, scene).height);
+}
+
 void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene) {
   const float s = ui.scale();
   const bool warning = banner.kind == HudBanner::Kind::kWarning;
-  const float width = std::min(static_cast<float>(scene.width) - 16 * s, 640 * s);
+  const auto [width, text_width, height, compact, answers] = CalcBannerSize(ui, banner, scene);
   if (width < 120 * s) return;
-  const float text_width = width - 56 * s;
-  ImGui::PushFont(ui.bold());
-  const float text_height = ImGui::CalcTextSize(banner.text.c_str(), nullptr, false, text_width).y;
-  ImGui::PopFont();
-  const float answers_height =
-      banner.answers.empty()
-          ? 0
-          : ImGui::GetStyle().ItemSpacing.y + ImGui::CalcTextSize(banner.answers.c_str(), nullptr, false, text_width).y;
   const UiColours& c = ui.colours();
   BeginOverlay("banner", static_cast<float>(scene.left + 0.5 * (scene.width - static_cast<double>(width))),
-               static_cast<float>(scene.top) + 8 * s, width, text_height + answers_height + 20 * s,
-               ToImVec4(c.panel, 0.97));
+               static_cast<float>(scene.top) + 8 * s, width, height, ToImVec4(c.panel, 0.97));
   const ImVec2 at = ImGui::GetWindowPos();
   ImDrawList& list = *ImGui::GetWindowDrawList();
   list.AddRectFilled(at, {at.x + 6 * s, at.y + ImGui::GetWindowHeight()},
                      ToImU32(warning ? LevelColour(HudLevel::kWarn) : c.accent));
   const ImVec2 sign{at.x + 26 * s, at.y + 0.5F * ImGui::GetWindowHeight()};
-  if (warning) {
+  if (compact) {
+    // The bar at its left edge has the colour.
+  } else if (warning) {
     DrawLevelMark(list, HudLevel::kWarn, sign, 20 * s);
   } else {
     list.AddCircleFilled(sign, 10 * s, ToImU32(c.accent));
@@ -276,16 +346,46 @@ void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene) {
     const ImVec2 size = ImGui::CalcTextSize(letter);
     list.AddText({sign.x - 0.5F * size.x, sign.y - 0.5F * size.y}, ToImU32(c.panel), letter);
   }
-  ImGui::SetCursorPos({46 * s, 10 * s});
+  const float text_left = compact ? 18 * s : 46 * s;
+  ImGui::SetCursorPos({text_left, 10 * s});
   ImGui::BeginGroup();
-  ImGui::PushTextWrapPos(46 * s + text_width);
-  ImGui::PushFont(ui.bold());
+  ImGui::PushTextWrapPos(text_left + text_width);
+  ImGui::PushFont(compact ? ui.small() : ui.bold());
   ImGui::TextUnformatted(banner.text.c_str());
-  ImGui::PopFont();
-  if (!banner.answers.empty()) ImGui::TextUnformatted(banner.answers.c_str());
+  if (!compact) ImGui::PopFont();
+  if (!banner.answers.empty() && answers) ImGui::TextUnformatted(banner.answers.c_str());
+  if (compact) ImGui::PopFont();
   ImGui::PopTextWrapPos();
   ImGui::EndGroup();
+  ui.Note("banner");
   ImGui::End();
+}
+
+void DrawInjuries(Ui& ui, const std::vector<std::string>& injuries, const UiBox& scene) {
+  const float s = ui.scale();
+  const float width = std::min(static_cast<float>(scene.width) - 16 * s, 640 * s);
+  if (injuries.empty() || width < 120 * s) return;
+  const float text_width = width - 56 * s;
+  ImGui::PushFont(ui.bold());
+  float height = 12 * s - ImGui::GetStyle().ItemSpacing.y;
+  for (const std::string& line : injuries) {
+    height += ImGui::CalcTextSize(line.c_str(), nullptr, false, text_width).y + ImGui::GetStyle().ItemSpacing.y;
+  }
+  BeginOverlay("injuries", static_cast<float>(scene.left + 0.5 * (scene.width - static_cast<double>(width))),
+               static_cast<float>(scene.top) + 8 * s, width, height, ToImVec4(ui.colours().panel, 0.97));
+  const ImVec2 at = ImGui::GetWindowPos();
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  list.AddRectFilled(at, {at.x + 6 * s, at.y + height}, ToImU32(LevelColour(HudLevel::kBad)));
+  DrawLevelMark(list, HudLevel::kBad, {at.x + 26 * s, at.y + 0.5F * height}, 20 * s);
+  ImGui::SetCursorPos({46 * s, 6 * s});
+  ImGui::BeginGroup();
+  ImGui::PushTextWrapPos(46 * s + text_width);
+  for (const std::string& line : injuries) ImGui::TextUnformatted(line.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::EndGroup();
+  ui.Note("injuries");
+  ImGui::End();
+  ImGui::PopFont();
 }
 
 void DrawMessage(Ui& ui, const std::string& message, const std::string& staying, const UiBox& scene,

@@ -33,8 +33,13 @@ void LegendSection(Ui& ui, const HudState& state);
 /// Returns the row that was clicked.
 std::optional<int> PiecesSection(Ui& ui, const HudState& state);
 
+/// What was injured, at the top of the area.
+void DrawInjuries(Ui& ui, const std::vector<std::string>& injuries, const UiBox& scene);
+
 /// Banner at the top of the scene: a notice, a warning, or what the user is asked to do.
 void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene);
+/// Returns its lower edge.
+double CalcBannerBottom(const Ui& ui, const HudBanner& banner, const UiBox& scene);
 /// Message at the bottom of the scene. `staying`: shown above it while its cause lasts, with a mark; optional. `below`:
 /// a box that both are drawn above; empty: none.
 void DrawMessage(Ui& ui, const std::string& message, const std::string& staying, const UiBox& scene,

@@ -15,6 +15,10 @@
 namespace kerf {
 namespace {
 
+// Around the place of the cut, only a few labels are drawn.
+constexpr double kCutRadius_points = 190;
+constexpr std::size_t kMaxAtCut = 3;
+
 bool OverlapsAny(const UiBox& box, const std::vector<UiBox>& others) {
   return std::any_of(others.begin(), others.end(), [&](const UiBox& other) { return Overlap(other, box); });
 }
@@ -59,8 +63,17 @@ void DrawRing(ImDrawList& list, const UiRing& ring, double scale) {
   }
 }
 
-/// Draws the border within the area: dashed for a warning, closed with hatching for danger.
-void DrawBorder(ImDrawList& list, HudLevel level, const UiBox& area, double scale) {
+/// Draws the border within the area: dashed for a warning, closed with hatching for danger, and closed and thin for an
+/// injury.
+void DrawBorder(ImDrawList& list, HudLevel level, bool injured, const UiBox& area, double scale) {
+  if (injured && level != HudLevel::kBad) {
+    const float thick = static_cast<float>(BorderThickness(HudLevel::kWarn) * scale);
+    const float half = 0.5F * thick;
+    list.AddRect({static_cast<float>(area.left) + half, static_cast<float>(area.top) + half},
+                 {static_cast<float>(area.right()) - half, static_cast<float>(area.bottom()) - half},
+                 ToImU32(LevelColour(HudLevel::kBad)), 0, 0, thick);
+    return;
+  }
   const double thick = BorderThickness(level) * scale;
   if (!(thick > 0) || area.width < 4 * thick || area.height < 4 * thick) return;
   const ImU32 colour = ToImU32(LevelColour(level));
@@ -117,6 +130,18 @@ ScaleBar CalcScaleBar(double mm_per_point, double max_points) {
   return {mm, mm / mm_per_point};
 }
 
+std::vector<UiLabel> ThinOutLabels(const std::vector<UiLabel>& labels, const UiSpot& cut, double radius_px,
+                                   std::size_t count) {
+  std::vector<UiLabel> kept;
+  std::size_t near = 0;
+  for (const UiLabel& label : labels) {
+    const bool is_near = std::hypot(label.x - cut.x, label.y - cut.y) < radius_px;
+    if (!is_near || near < count) kept.push_back(label);
+    near += is_near ? 1 : 0;
+  }
+  return kept;
+}
+
 std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::vector<UiSize>& sizes,
                                const std::vector<UiBox>& panels, const std::vector<UiBox>& soft, const UiBox& area,
                                double scale) {
@@ -155,7 +180,7 @@ std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::ve
       return std::nullopt;
     };
     std::optional<UiBox> box = find(true);
-    if (!box && !soft.empty()) box = find(false);
+    if (!box && !soft.empty() && !label.yields) box = find(false);
     if (!box) continue;
     places[i] = *box;
     taken.push_back(*box);
@@ -181,8 +206,14 @@ void DrawPictureMarks(Ui& ui, const PictureMarks& marks, const UiBox& scene) {
     const double r = RingRadius(ring.level) * s;
     soft.push_back({ring.x - r, ring.y - r, 2 * r, 2 * r});
   }
-  DrawBorder(list, marks.alarm, scene, s);
-  std::vector<UiBox> taken = ui.PanelBoxes();
+  DrawBorder(list, marks.alarm, marks.injured, scene, s);
+  std::vector<UiBox> taken = marks.avoids_panels ? ui.PanelBoxes() : std::vector<UiBox>();
+  std::vector<UiLabel> labels = marks.labels;
+  if (marks.cut) {
+    const double r = 30 * s;
+    soft.push_back({marks.cut->x - r, marks.cut->y - r, 2 * r, 2 * r});
+    labels = ThinOutLabels(labels, *marks.cut, kCutRadius_points * s, kMaxAtCut);
+  }
   if (scene.width > 220 * s && marks.mm_per_pixel > 0) {
     const ScaleBar bar = CalcScaleBar(marks.mm_per_pixel, 190 * s);
     const UiBox box{scene.left + 14 * s, scene.bottom() - 50 * s, std::max(bar.points + 16 * s, 70 * s), 34 * s};
@@ -198,14 +229,14 @@ void DrawPictureMarks(Ui& ui, const PictureMarks& marks, const UiBox& scene) {
   }
   ImGui::PushFont(ui.bold());
   std::vector<UiSize> sizes;
-  for (const UiLabel& label : marks.labels) {
+  for (const UiLabel& label : labels) {
     const ImVec2 size = ImGui::CalcTextSize(label.text.c_str());
     sizes.push_back({static_cast<double>(size.x) + 14 * s, static_cast<double>(size.y) + 4 * s});
   }
-  const std::vector<UiBox> places = PlaceLabels(marks.labels, sizes, taken, soft, scene, s);
+  const std::vector<UiBox> places = PlaceLabels(labels, sizes, taken, soft, scene, s);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const UiBox& box = places[i];
-    const UiLabel& label = marks.labels[i];
+    const UiLabel& label = labels[i];
     if (box.empty()) continue;
     // A line leads to the spot of a label that lies apart from it.
     const double x = std::clamp(label.x, box.left, box.right());
@@ -218,8 +249,8 @@ void DrawPictureMarks(Ui& ui, const PictureMarks& marks, const UiBox& scene) {
     const UiBox& box = places[i];
     if (box.empty()) continue;
     list.AddRectFilled(At(box.left, box.top), At(box.right(), box.bottom()), ToImU32(c.panel, 0.88));
-    list.AddRectFilled(At(box.left, box.top), At(box.left + 3 * s, box.bottom()), ToImU32(marks.labels[i].colour));
-    list.AddText(At(box.left + 8 * s, box.top + 2 * s), ToImU32(c.text), marks.labels[i].text.c_str());
+    list.AddRectFilled(At(box.left, box.top), At(box.left + 3 * s, box.bottom()), ToImU32(labels[i].colour));
+    list.AddText(At(box.left + 8 * s, box.top + 2 * s), ToImU32(c.text), labels[i].text.c_str());
   }
   ImGui::PopFont();
 }

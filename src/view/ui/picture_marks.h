@@ -1,6 +1,7 @@
 // Flat marks over the picture, below the panels: labels, rings and the border of an alarm, the scale bar.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,14 +24,24 @@ struct UiLabel {
   double x = 0;
   double y = 0;
   Rgb8 colour{40, 44, 52};  // of the bar at its left edge and the line to its spot
+  bool yields = false;      // left out rather than drawn over what labels avoid
 };
+/// A place in the picture, pixels.
+struct UiSpot {
+  double x = 0;
+  double y = 0;
+};
+/// Returns the labels without those that would cover a cut: of the labels whose spots are nearer to it than
+/// `radius_px`, only the first `count` are kept.
+std::vector<UiLabel> ThinOutLabels(const std::vector<UiLabel>& labels, const UiSpot& cut, double radius_px,
+                                   std::size_t count);
 struct UiSize {
   double width = 0;
   double height = 0;
 };
 /// Finds a place near its spot for each label, in order, so that labels overlap neither each other nor `panels` and lie
-/// within the area. If possible, they also avoid `soft`, such as the saw. `sizes`: of the labels. `scale`: pixels per
-/// point. The box of a label without a place is empty.
+/// within the area. If possible, they also avoid `soft`, such as the saw; labels that yield always do. `sizes`: of the
+/// labels. `scale`: pixels per point. The box of a label without a place is empty.
 std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::vector<UiSize>& sizes,
                                const std::vector<UiBox>& panels, const std::vector<UiBox>& soft, const UiBox& area,
                                double scale);
@@ -50,7 +61,10 @@ struct PictureMarks {
   std::vector<UiLabel> labels;
   std::vector<UiRing> rings;
   HudLevel alarm = HudLevel::kPlain;  // of the border
+  bool injured = false;               // something was cut that must not be: a border even without an alarm
   UiBox tool;                         // labels avoid it if possible
+  std::optional<UiSpot> cut;          // where the tool cuts: few labels are drawn around it
+  bool avoids_panels = true;          // false for a picture without panels
   double mm_per_pixel = 0;            // for the scale bar; 0: none
 };
 /// Draws the marks. A level is readable without colour: rings and border differ in size and pattern.

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <mutex>
 #include <string_view>
 
 #include "base/files/installed.h"
@@ -23,6 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr char kDomain[] = "kerf";
 
+std::mutex g_mutex;  // protects the language and the look-up in its catalogue
 std::string g_language = "en";
 
 std::string UserFolder() {
@@ -78,6 +80,7 @@ std::string FromEnvironment() {
 }  // namespace
 
 std::vector<Language> ListLanguages() {
+  const std::lock_guard lock(g_mutex);
   std::vector<Language> languages{{"en", "English"}};
   const std::string current = g_language;
   for (const std::string& folder : CatalogueFolders()) {
@@ -99,7 +102,19 @@ std::vector<Language> ListLanguages() {
 
 void SetLanguage(const std::string& code) {
   static const std::string from_environment = FromEnvironment();
+  const std::lock_guard lock(g_mutex);
   Use(code.empty() ? from_environment : code);
+}
+
+std::string TranslateInto(const std::string& code, const char* text) {
+  if (text[0] == '\0') return text;
+  const std::lock_guard lock(g_mutex);
+  if (code == g_language) return dgettext(kDomain, text);
+  const std::string current = g_language;
+  Use(code);
+  std::string translated = dgettext(kDomain, text);
+  Use(current);
+  return translated;
 }
 
 const std::string& CurrentLanguage() {
@@ -108,7 +123,9 @@ const std::string& CurrentLanguage() {
 
 const char* Tr(const char* text) {
   // The translation of an empty text would be the header of the catalogue.
-  return text[0] == '\0' ? text : dgettext(kDomain, text);
+  if (text[0] == '\0') return text;
+  const std::lock_guard lock(g_mutex);
+  return dgettext(kDomain, text);
 }
 
 std::string ShowNumber(double value, int decimals) {
@@ -134,9 +151,9 @@ std::optional<double> ParseNumber(std::string text) {
 }
 
 std::string ShowDistance(double distance_mm) {
-  const std::string depth = ShowNumber(-distance_mm, 1);
-  if (distance_mm < 0 && depth != ShowNumber(0, 1)) return fmt::format(fmt::runtime(Tr("cut by {} mm")), depth);
-  return fmt::format("{} mm", ShowNumber(distance_mm, 1));
+  const std::string shown = ShowNumber(distance_mm, 1);
+  if (distance_mm < 0 && shown != ShowNumber(0, 1)) return Tr("blade in it");
+  return fmt::format("{} mm", shown);
 }
 
 std::string ShowName(const std::string& name) {

@@ -18,7 +18,7 @@ struct Language {
 /// which is beside the program or in share/locale of its installation.
 std::vector<Language> ListLanguages();
 /// Sets the language of Tr(). Empty: that of the environment (LANGUAGE, LC_ALL, LC_MESSAGES, LANG); a language without
-/// catalogue gives English. Not safe while another thread calls Tr().
+/// catalogue gives English. Tr() and this are called by the window's thread only.
 void SetLanguage(const std::string& code);
 /// Returns the code of the current language.
 const std::string& CurrentLanguage();
@@ -26,6 +26,8 @@ const std::string& CurrentLanguage();
 /// Returns the translation of a text, which must be a literal, so that tools/translations finds it, or come from data
 /// that tools/translations lists. An empty text stays empty. The result is valid until the end of the program.
 const char* Tr(const char* text);
+/// Returns the translation of a text into the language with this code. May be called by any thread.
+std::string TranslateInto(const std::string& code, const char* text);
 /// Marks a text that is translated later by Tr().
 constexpr const char* Msg(const char* text) {
   return text;
@@ -35,7 +37,7 @@ constexpr const char* Msg(const char* text) {
 std::string ShowNumber(double value, int decimals);
 /// Reads a number as a user types it, with "." or "," before the decimals. None if the text is anything else.
 std::optional<double> ParseNumber(std::string text);
-/// Formats the distance to a structure with its unit; a negative one says how deep the structure is cut.
+/// Formats the distance to a structure with its unit; a negative one says that the blade is in it.
 std::string ShowDistance(double distance_mm);
 /// Translates a name that the program has made, such as "plane 2 mirrored" or "nerve". Other names stay as they are.
 std::string ShowName(const std::string& name);

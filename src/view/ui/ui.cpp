@@ -17,7 +17,8 @@ namespace kerf {
 namespace {
 
 constexpr char kFontFolder[] = "/usr/share/fonts/truetype/dejavu/";
-constexpr double kNormal = 15;  // size of text, points
+constexpr float kDoubleClick_s = 0.3f;  // between the clicks of a double click
+constexpr double kNormal = 15;          // size of text, points
 constexpr double kSmall = 13;
 constexpr double kTitle = 20;
 
@@ -237,6 +238,12 @@ void Ui::Take(const WindowEvent& event) {
 
 namespace {
 
+/// Returns whether the panels act on the key. The others only write, and their letters come as text.
+bool Acts(const WindowEvent& event) {
+  const bool letter = event.key >= Key::kA && event.key <= Key::kZ;
+  return ToImGuiKey(event.key) != ImGuiKey_COUNT && (!letter || event.control);
+}
+
 /// Passes an event to Dear ImGui.
 void Feed(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
@@ -247,11 +254,11 @@ void Feed(const WindowEvent& event) {
   const auto at = [&] { io.MousePos = {static_cast<float>(event.x), static_cast<float>(event.y)}; };
   switch (event.kind) {
     case Kind::kKeyDown:
-    case Kind::kKeyUp: {
-      const ImGuiKey key = ToImGuiKey(event.key);
-      if (key != ImGuiKey_COUNT) io.KeysDown[key] = event.kind == Kind::kKeyDown;
+      if (Acts(event)) io.KeysDown[ToImGuiKey(event.key)] = true;
       break;
-    }
+    case Kind::kKeyUp:
+      if (const ImGuiKey key = ToImGuiKey(event.key); key != ImGuiKey_COUNT) io.KeysDown[key] = false;
+      break;
     case Kind::kText:
       io.AddInputCharacter(event.character);
       break;
@@ -288,7 +295,10 @@ void Ui::BeginFrame(double dt_s) {
   }
   ImGuiIO& io = ImGui::GetIO();
   io.DisplaySize = {static_cast<float>(width_px_), static_cast<float>(height_px_)};
-  io.DeltaTime = static_cast<float>(std::clamp(dt_s, 1e-4, 0.5));
+  const float last_s = std::exchange(io.DeltaTime, static_cast<float>(std::clamp(dt_s, 1e-4, 0.5)));
+  // A slow window takes one press or release a frame, so that a double click lasts two of its frames. One long frame
+  // after a short one is a window that had nothing to draw.
+  io.MouseDoubleClickTime = std::max(kDoubleClick_s, 2.5f * std::min(io.DeltaTime, last_s));
   // A text field that never appears must not hold back the keys for ever.
   if (expects_text_ && (io.WantTextInput || ++expected_frames_ > 10)) {
     expects_text_ = false;
@@ -296,16 +306,24 @@ void Ui::BeginFrame(double dt_s) {
   }
   std::set<int> changed;  // keys, and buttons as negative numbers
   bool pressed = false;
+  bool acted = false;
+  bool wrote = false;
   while (!queue_.empty()) {
     const WindowEvent& event = queue_.front();
     const bool key = event.kind == Kind::kKeyDown || event.kind == Kind::kKeyUp;
     const bool button = event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp;
-    if (expects_text_ && (key || event.kind == Kind::kText)) break;
+    const bool text = event.kind == Kind::kText;
+    if (expects_text_ && (event.kind == Kind::kKeyDown || text)) break;  // a release is of a key that acted before
     // After a press, the mouse stays in its place until the next frame.
     if (pressed && (button || event.kind == Kind::kMouseMove)) break;
+    // In a frame, Dear ImGui takes the mouse first, then the text, then one key.
+    if ((wrote && button) || (acted && (key || text))) break;
+    const bool acts = key && Acts(event) && !event.repeat;
     const int id = key ? static_cast<int>(event.key) : -1 - static_cast<int>(event.button);
-    if ((key || button) && !event.repeat && !changed.insert(id).second) break;
+    if ((acts || button) && !changed.insert(id).second) break;
     pressed = pressed || button;
+    acted = acted || (acts && event.kind == Kind::kKeyDown);
+    wrote = wrote || text;
     Feed(event);
     queue_.pop_front();
   }

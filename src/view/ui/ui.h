@@ -63,8 +63,9 @@ class Ui {
   void set_text_size(double text_size);
   double text_size() const { return text_size_; }
 
-  /// Queues an event for the panels. At most one change of each key and button is processed per frame, so that a click
-  /// within one frame is not lost.
+  /// Queues an event for the panels. A frame takes at most one change of each button and one key on which the panels
+  /// act, so that a click or key within one frame is not lost, and any number of letters, so that a slow window writes
+  /// as fast as one types.
   void Take(const WindowEvent& event);
   /// Returns true if events still wait for the next frame.
   bool has_waiting_events() const { return !queue_.empty(); }

@@ -184,7 +184,11 @@ void Gauge(Ui& ui, const HudGauge& gauge) {
   list.AddRectFilled(corner, Add(corner, width, height), ToImU32(LevelColour(gauge.level), 0.22));
   DrawLevelMark(list, gauge.level, Add(corner, 14 * s, 0.5F * height), 17 * s);
   ImGui::SetCursorScreenPos(Add(corner, 30 * s, 5 * s));
+  // Large text in a narrow column: in small letters rather than cut.
   ImGui::PushFont(ui.bold());
+  const bool fits = ImGui::CalcTextSize(gauge.word.c_str()).x <= width - 34 * s;
+  ImGui::PopFont();
+  ImGui::PushFont(fits ? ui.bold() : ui.small());
   FittedText(ui, gauge.word, width - 34 * s);
   ImGui::PopFont();
   ImGui::SetCursorScreenPos(Add(corner, 0, height + 3 * s));
@@ -218,7 +222,11 @@ void ForcePlot(Ui& ui, const std::vector<PlotPoint>& force, double now_s) {
   for (int i = 0; i <= 2; ++i) {
     const float y = to.y - 0.5F * static_cast<float>(i) * height;
     list.AddLine({from.x, y}, {to.x, y}, ToImU32(c.edge));
-    const std::string number = fmt::format("{:g}", 0.5 * i * top_N);
+    const double value_N = 0.5 * i * top_N;
+    int decimals = 0;
+    for (double scaled = value_N; decimals < 3 && std::abs(scaled - std::round(scaled)) > 1e-6; scaled *= 10)
+      ++decimals;
+    const std::string number = ShowNumber(value_N, decimals);
     list.AddText({from.x - 5 * s - ImGui::CalcTextSize(number.c_str()).x, y - 0.5F * line_height}, ToImU32(c.faint),
                  number.c_str());
   }
@@ -257,14 +265,19 @@ void ForcePlot(Ui& ui, const std::vector<PlotPoint>& force, double now_s) {
   ImGui::PopFont();
 }
 
+float CalcIndicatorWidth(const Ui& ui, const std::string& name, const std::string& key) {
+  const float s = ui.scale();
+  const float key_width = key.empty() ? 0 : 8 * s + ImGui::CalcTextSize(key.c_str()).x;
+  return 28 * s + ImGui::CalcTextSize(name.c_str()).x + key_width;
+}
+
 bool Indicator(Ui& ui, const char* id, const std::string& name, bool on, const std::string& key,
                const std::string& tip) {
   const float s = ui.scale();
   const UiColours& c = ui.colours();
-  const float key_width = key.empty() ? 0 : 8 * s + ImGui::CalcTextSize(key.c_str()).x;
   const float name_width = ImGui::CalcTextSize(name.c_str()).x;
   const float height = ImGui::GetFrameHeight();
-  const ImVec2 size{28 * s + name_width + key_width, height};
+  const ImVec2 size{CalcIndicatorWidth(ui, name, key), height};
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const bool clicked = ImGui::InvisibleButton(id, size);
   ImDrawList& list = *ImGui::GetWindowDrawList();

@@ -46,6 +46,8 @@ double CalcAxisTop(double max);
 /// was clicked.
 bool Indicator(Ui& ui, const char* id, const std::string& name, bool on, const std::string& key,
                const std::string& tip);
+/// Returns its width, pixels.
+float CalcIndicatorWidth(const Ui& ui, const std::string& name, const std::string& key);
 
 /// Begins a dialog above the middle of the window, in pixels, at most as large as the window. ImGui::End() must follow.
 void BeginDialog(Ui& ui, const char* name, float width, float height);

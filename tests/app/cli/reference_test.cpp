@@ -168,6 +168,12 @@ TEST_F(Reference, BashCompletesCommandsOptionsAndChoices) {
   // After an option that takes a file, the completions are files and not options.
   EXPECT_THAT(complete("kerf run -o ''"), HasSubstr("kerf.bash"));
   EXPECT_THAT(complete("kerf run -o ''"), Not(HasSubstr("--")));
+  // Where a command, a shell or a number is expected, no files are offered.
+  EXPECT_THAT(complete("kerf run ker"), HasSubstr("kerf.bash"));
+  EXPECT_EQ(complete("kerf ker"), "\n");
+  EXPECT_EQ(complete("kerf completion ker"), "\n");
+  EXPECT_EQ(complete("kerf run --seed ''"), "\n");
+  EXPECT_EQ(complete("kerf help reh"), "rehearse\n");
 }
 
 TEST_F(Reference, ZshAndFishAcceptTheirScripts) {
@@ -184,6 +190,7 @@ TEST_F(Reference, ZshAndFishAcceptTheirScripts) {
   if (Has("fish")) {
     EXPECT_THAT(Shell("fish -c 'source kerf.fish; complete -C \"kerf stab\"'").out, testing::StartsWith("stability"));
     EXPECT_THAT(Shell("fish -c 'source kerf.fish; complete -C \"kerf run --out\"'").out, HasSubstr("--output"));
+    EXPECT_EQ(Shell("fish -c 'source kerf.fish; complete -C \"kerf help reh\"'").out.substr(0, 8), "rehearse");
   }
 }
 

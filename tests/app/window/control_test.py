@@ -39,7 +39,7 @@ def start(display, kerf, scene=SCENE):
 
 
 def end(w, kerf, folder):
-    w.key("ctrl+q")
+    w.quit()
     code, out = w.wait_end()
     assert code == 0, out
     done = subprocess.run([kerf, "replay", "out/session.kerf", "--verify"], cwd=folder, capture_output=True, text=True)
@@ -89,12 +89,20 @@ def check_stays(w, what, seconds=2, relax_mm=RELAX_MM, wedged=False):
     assert not w.state["holds"], (what, w.state)
 
 
+def move_beside(w, by_mm):
+    x = w.state["saw_mm"][0]
+    w._xdotool("keydown", "Right")
+    w.wait_state(f"{by_mm} mm beside", lambda s: s["saw_mm"][0] > x + by_mm)
+    w._xdotool("keyup", "Right")
+
+
 def test_release(display, kerf):
     w, folder = start(display, kerf)
     centre = (640, 360)
     depth = lambda s: 11 - s["saw_mm"][2]
     for lock in (False, True):
         if lock:
+            move_beside(w, 2)  # into whole bone: in the first kerf the saw would coast
             w.key("l")
         spindle(w, True)
         begin_drag(w, centre, (0, 250))
@@ -226,6 +234,51 @@ def test_held(display, kerf):
     end(w, kerf, folder)
 
 
+def test_guide(display, kerf):
+    """The saw turns into a plane although the guide is switched on meanwhile, and the guide follows the selected plane."""
+    second = "\n".join(("[[plan.plane]]", 'name = "second"', "point_mm = [-5.0, 0.0, -5.0]", "normal = [1.0, 0.0, 0.0]",
+                        "margin_mm = 0.5", "[[path.stroke]]"))
+    scene = SCENE.replace("[[path.stroke]]", second).replace("[0.0, 0.0, 13.0]", "[9.0, 0.0, 13.0]")
+    scene = scene.replace("[0.0, 0.0, 12.0]", "[9.0, 0.0, 12.0]")
+    w, folder = start(display, kerf, scene)
+
+    def beside(x_mm):
+        return lambda s: abs(s["saw_mm"][0] - x_mm) <= 0.3
+
+    w.wait_state("beside the plane", beside(9))
+    after = w.mark()
+    w.choose("Plan", "plan.align")
+    w.key("g")
+    w.wait_event("running", after=after)
+    w.wait_state("in the plane, with the guide", lambda s: s["guided"] and beside(0)(s))
+
+    # The other plane is selected, with the saw clear of the bone.
+    after = w.mark()
+    w.choose("Plan", "plan.next")
+    w.wait_event("running", after=after)
+    w.wait_message("The guide now follows second", after=after)
+    w.choose("Plan", "plan.align")
+    w.wait_state("in the second plane", beside(-5))
+    assert w.state["guided"] and w.state["plane"] == 1, w.state
+
+    # With the saw in the bone, the guide stays, and follows when the saw is clear of it.
+    w.key("l")
+    cut_to(w, 1.5)
+    spindle(w, False)
+    removed = w.state["removed_mm3"]
+    after = w.mark()
+    w.choose("Plan", "plan.next")
+    w.wait_message("The saw is in the bone", after=after)
+    assert w.wait_still("plane", still_s=1) == 0 and w.state["removed_mm3"] == removed, w.state
+    assert not any(e["event"] == "running" for e in w.events[after:]), w.events[after:]
+    w.key("r")
+    w.wait_event("running", after=after)
+    w.wait_message("The guide now follows cut", after=after)
+    w.choose("Plan", "plan.align")
+    w.wait_state("in the first plane", beside(0))
+    end(w, kerf, folder)
+
+
 def main():
     kerf = sys.argv[1]
     skip_without_display_programs()
@@ -233,6 +286,7 @@ def main():
         test_release(display, kerf)
         test_undo(display, kerf)
         test_held(display, kerf)
+        test_guide(display, kerf)
     print("released, undone and retracted")
 
 

@@ -87,7 +87,7 @@ def rehearse(kerf, emulate, picture):
             shutil.copy(folder / w.wait_event("picture")["file"], picture)
         w.wait_message("is connected again")
         # The hand confirms with a button of the device and continues to cut.
-        w.wait_state("the bar is cut", lambda s: s["removed_mm3"] > 5, seconds=90)
+        w.wait_state("the bar is cut", lambda s: s["removed_mm3"] > 5)
         # Undo restores the bone around the blade, which the hand still holds there; redo removes it again.
         w.key("ctrl+z")
         w.wait_event("answer", what="Undone", failure="")
@@ -104,7 +104,8 @@ def rehearse(kerf, emulate, picture):
         w.wait_state("help", lambda s: s["help"])
         w.key("space")
         w.wait_state("the spindle is off", lambda s: not s["spindle"])
-        w.key("Escape", "ctrl+q")
+        w.key("Escape")
+        w.quit()
         code, text = w.wait_end()
         assert code == 0, text
     check_end(kerf, folder)
@@ -121,7 +122,7 @@ def lose_display(kerf, emulate):
                     "--device", "falcon", "--falcon-firmware", "firmware.bin", "-o", "out"], folder, title="kerf rehearse")
         w.wait_event("running")
         w.key("space")
-        w.wait_state("the saw cuts", lambda s: s["removed_mm3"] > 1, seconds=90)
+        w.wait_state("the saw cuts", lambda s: s["removed_mm3"] > 1)
         display.server.kill()
         code, text = w.wait_end()
         assert code != 0, (code, text)
@@ -146,9 +147,9 @@ def practise(kerf, emulate):
         w.key("space")
         w.wait_state("the loop's spindle turns", lambda s: s["rpm"] > 0)
         (folder / "turns").touch()
-        w.wait_state("along the line and out", lambda s: s["saw_mm"][0] > 7.5 and s["saw_mm"][2] > 12, seconds=90)
+        w.wait_state("along the line and out", lambda s: s["saw_mm"][0] > 7.5 and s["saw_mm"][2] > 12)
         w.key("space", "Return")
-        score = w.wait_event("score", seconds=120)
+        score = w.wait_event("score")
         measures = {name: m["value"] for name, m in score["sheet"]["measures"].items()}
         assert measures["too_deep_mm"] == 0 and measures["cut_share"] > 0.3, measures
         # The tolerance is one voxel, 0.2 mm.

@@ -10,6 +10,7 @@ import tempfile
 import time
 
 PROGRAMS = ("Xvfb", "xdotool")
+PATIENCE_S = 300  # a wait that lasts longer fails; the slowest one seen was 60 s, on a machine with 10 other programs
 
 
 def skip_without_display_programs():
@@ -88,7 +89,7 @@ class Window:
         self.all_items = []  # each state of items
         self.items = {}  # name -> left, top, width, height of buttons, menus and rows that are shown
         self.id = None
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + PATIENCE_S
         while self.id is None:
             self._check(deadline, "no window appeared")
             # Only a visible window can receive the focus.
@@ -141,7 +142,15 @@ class Window:
         self._xdotool("keyup", name)
 
     def type(self, text):
-        self._xdotool("type", "--delay", "20", text)
+        """Types a text. GLFW drops a key that is pressed twice at one time of the display, and a busy display gives all
+        keys that wait the same time: each key is sent once by a connection, whose end waits for the display."""
+        part = ""
+        for letter in text:
+            if letter.lower() in part.lower() or (letter in "-_" and set(part) & set("-_")):
+                self._xdotool("type", "--delay", "20", part)
+                part = ""
+            part += letter
+        self._xdotool("type", "--delay", "20", part)
 
     def move(self, x, y):
         self._xdotool("mousemove", "--window", self.id, int(x), int(y))
@@ -151,7 +160,7 @@ class Window:
         time.sleep(0.05)
         self._xdotool("click", button)
 
-    def click_item(self, name, button=1, seconds=30):
+    def click_item(self, name, button=1, seconds=PATIENCE_S):
         """Clicks a button, an entry of a menu or a row, once it is shown."""
         deadline = time.monotonic() + seconds
         while True:
@@ -165,7 +174,7 @@ class Window:
 
     def choose(self, menu, action):
         """Chooses an entry of the menu bar. A menu that is still open would be closed by the click."""
-        deadline = time.monotonic() + 30
+        deadline = time.monotonic() + PATIENCE_S
         while True:
             self.read()
             if not any(name.startswith("entry ") for name in self.items):
@@ -200,7 +209,7 @@ class Window:
         subprocess.run([sys.executable, "-c", ASK_TO_CLOSE, self.id], env=self.env, check=True)
 
     # ---- responses
-    def wait_event(self, name, seconds=60, after=0, **wanted):
+    def wait_event(self, name, seconds=PATIENCE_S, after=0, **wanted):
         deadline = time.monotonic() + seconds
         while True:
             self.read()
@@ -210,7 +219,7 @@ class Window:
             self._check(deadline, f"no event {name} {wanted}") if not self._over() else self._fail(name)
             time.sleep(0.05)
 
-    def wait_message(self, part, seconds=60, after=0):
+    def wait_message(self, part, seconds=PATIENCE_S, after=0):
         """Waits for a message to the user after the mark `after`; a message is shown for about a second, or until the next one."""
         deadline = time.monotonic() + seconds
         while True:
@@ -221,16 +230,31 @@ class Window:
             self._check(deadline, f"no message: {part}")
             time.sleep(0.05)
 
-    def wait_state(self, what, test, seconds=60):
+    def wait_state(self, what, test, seconds=PATIENCE_S):
+        """Waits until the state passes a test. A state that lacks what the test reads, because it belongs to another mode,
+        does not pass."""
         deadline = time.monotonic() + seconds
         while True:
             self.read()
-            if self.state and test(self.state):
-                return self.state
+            try:
+                if self.state and test(self.state):
+                    return self.state
+            except (KeyError, IndexError):
+                pass
             self._check(deadline, f"not reached: {what}")
             time.sleep(0.05)
 
-    def wait_still(self, name, still_s=1, seconds=30):
+    def wait_items(self, what, test, seconds=PATIENCE_S):
+        """Waits until the buttons, menus and rows that are shown pass a test."""
+        deadline = time.monotonic() + seconds
+        while True:
+            self.read()
+            if test(self.items):
+                return
+            self._check(deadline, f"not reached: {what}; shown: {sorted(self.items)}")
+            time.sleep(0.05)
+
+    def wait_still(self, name, still_s=1, seconds=PATIENCE_S):
         """Returns the state's value `name` once it has not changed for `still_s`."""
         deadline = time.monotonic() + seconds
         value, since = None, time.monotonic()
@@ -263,7 +287,17 @@ class Window:
         self.key("F12")
         return pathlib.Path(self.wait_event("picture", after=after)["file"])
 
-    def wait_end(self, seconds=120):
+    def quit(self, how="key"):
+        """Ends the program without saving, by the keyboard or by the window's frame. It asks if there is work to save."""
+        self.close() if how == "close" else self.key("ctrl+q")
+        while not self._over():
+            self.read()
+            if "answer 3" in self.items:
+                self.click_item("answer 2")
+                break
+            time.sleep(0.05)
+
+    def wait_end(self, seconds=PATIENCE_S):
         code = self.process.wait(timeout=seconds)
         self.read()
         self.out.seek(0)

@@ -56,7 +56,9 @@ struct Exported {
     after.set_value(MakeBar(cut));
     order.after = after.get_future();
     order.pieces_json = arranged.FormatJson();
-    order.measures = {{.name = "distance 1", .unit = "mm", .value = 20.4, .points_W_mm = {{0, 0, 0}, {20.4, 0, 0}}}};
+    // 8 mm apart where they were cut off; the second one was moved by 3 mm.
+    order.measurements = {{{"piece 1", {-3, 0, 0}}, {"piece 2", {5, 0, 0}}},
+                          {{"piece 2", {5, 0, 0}}, {"piece 2", {5, 1, 0}}, {"piece 2", {6, 1, 0}}}};
     RunExport(order);
     measures = test::ReadBytes(folder.file("measures.csv"));
     report = test::ReadBytes(folder.file("report.html"));
@@ -101,6 +103,12 @@ TEST(ExportOrder, WritesPiecesWhereTheyWereArranged) {
   EXPECT_EQ(exported.transforms["pieces"][0]["transform"][3], 0);
   EXPECT_EQ(exported.transforms["pieces"][1]["transform"][3], 3);
   EXPECT_THAT(exported.measures, HasSubstr("distance 1"));
+  const auto row = [&](const std::string& name) {
+    const std::size_t at = exported.measures.find(name);
+    return at == std::string::npos ? "" : exported.measures.substr(at, exported.measures.find('\n', at) - at);
+  };
+  EXPECT_THAT(row("distance 1"), HasSubstr("11")) << exported.measures;
+  EXPECT_THAT(row("angle 2"), HasSubstr("90")) << exported.measures;
 }
 
 TEST(ExportOrder, OmitsMeasurementsOfPiecesThatAreOneAgain) {

@@ -106,6 +106,8 @@ def main():
         w._xdotool("keydown", "Down")
         w.wait_state("cutting again", lambda s: s["removed_mm3"] > removed + 1)
         w.close()
+        w.wait_state("it asks whether the cut is saved", lambda s: s["dialog"] and not s["spindle"])
+        w.click_item("answer 2")
         code, out = w.wait_end()
         assert code == 0, (code, out)
         check_recording(kerf, folder)

@@ -125,6 +125,26 @@ TEST(OpenInput, ShowsABoneAndKeepsIt) {
   EXPECT_EQ(opened.scene.bone.file, folder.file("a.vdb"));
 }
 
+TEST(OpenInput, TheCaseOfAnExtensionDoesNotMatter) {
+  const test::Folder folder;
+  const Bone bone = test::MakeSphere({10, 20, 30}, 8, 0.4);
+  WriteBone(bone, folder.file("a.vdb"));
+  Project project;
+  project.scene = MakeSceneAround(folder.file("a.vdb"), bone);
+  project.bone_file = folder.file("a.vdb");
+  WriteProject(folder.file("a.kerf-project"), project);
+  test::WriteBytes(folder.file("a.toml"), ResolvedToml(project.scene));
+  for (const std::string name : {"a.vdb", "a.toml", "a.kerf-project"}) {
+    std::string upper = "A";
+    for (const char c : name.substr(1)) upper += static_cast<char>(std::toupper(c));
+    std::filesystem::copy_file(folder.file(name), folder.file(upper));
+    EXPECT_NO_THROW(CheckInput(folder.file(upper))) << upper;
+    const OpenedInput opened =
+        OpenInput(folder.file(upper), {.bone_file = "", .project_folder = folder.file(upper + "_out")}, Quiet());
+    EXPECT_EQ(opened.bone->CalcHash(), bone.CalcHash()) << upper;
+  }
+}
+
 /// Returns the CT numbers of a test: different at each point.
 double TestHu(const Vec3& p_W) {
   return 500 + 40 * p_W.x - 25 * p_W.y + 10 * p_W.z;

@@ -66,10 +66,8 @@ def start(display, kerf, folder, *arguments):
 
 def end(w, how):
     """Closes the window or ends the program; it must end in time and with exit code 0."""
-    if how == "close":
-        w.close()
-    elif how == "key":
-        w.key("ctrl+q")
+    if how in ("close", "key"):
+        w.quit(how)
     else:
         w.process.send_signal(signal.SIGTERM)
     code, out = w.wait_end(LIMIT_S)
@@ -127,6 +125,7 @@ def cancel_and_open(display, kerf):
     w.wait_event("first_picture")
     w.key("Escape")
     w.wait_event("cancelled")
+    w.wait_items("what to do now", lambda items: "banner" in items)
     after = w.mark()
     open_file(w, "damaged.vdb")
     w.wait_message("damaged.vdb", after=after)
@@ -142,26 +141,23 @@ def cancel_and_open(display, kerf):
     w._xdotool("keyup", "Down")
     # Another input while a session runs: its recording is kept, the plan is not.
     after = w.mark()
-    open_file(w, "block.vdb")
+    w.key("ctrl+o")
+    w.wait_state("it asks for a file", lambda s: s["dialog"])
+    w.type("block.vdb")
+    w.key("Return")
+    w.click_item("answer 2")  # the cut is not saved
     w.wait_event("ended", after=after)
     w.wait_event("running", after=after)
     w.wait_state("no plan", lambda s: s["planes"] == 0 and s["removed_mm3"] == 0)
-    # Another one is cancelled by a third.
+    # Another one, whose bone takes minutes, is cancelled by a third. Meanwhile the block is still there.
     after = w.mark()
     open_file(w, "fine.toml")
     w.wait_event("opening", after=after)
-    w.wait_event("bone", after=after, final=False)
+    w.wait_items("the bone is made", lambda items: "progress Opening fine.toml" in items)
     time.sleep(1)  # it is now in a step that cannot end at once
-    w.wait_state("the bone is made", lambda s: "progress Loading" in w.items)
-    seen = len(w.all_items)
+    w.wait_state("the block is still open", lambda s: s["running"] and s["opening"])
     open_file(w, "bar.toml")
     w.wait_event("running", after=after)
-    # The frame after the choice shows that the file will be opened, although the bone before is still being made.
-    shown = w.all_items[seen:]
-    last = max(i for i, items in enumerate(shown) if "dialog.ok" in items)
-    assert "progress Loading" in shown[last], "the bone was made while the file was chosen"
-    next_frame = shown[last + 1]
-    assert "progress Opening bar.toml" in next_frame, sorted(next_frame)
     w.wait_state("the plan of the scene", lambda s: s["planes"] == 1)
     out = end(w, "key")
     recordings = json.loads(out[out.index("{"):])["recordings"]
@@ -169,6 +165,73 @@ def cancel_and_open(display, kerf):
     for recording in recordings:
         verify(kerf, folder, recording)
     assert names(folder / "out") == ["session-2.kerf", "session-3.kerf", "session.kerf"], names(folder / "out")
+    shutil.rmtree(folder)
+
+
+def keep_the_case(display, kerf):
+    """A file that cannot be opened, and an opening that is cancelled, leave the case before as it was, with its cut."""
+    folder = workspace()
+    (folder / "bar.toml").write_text(SCENE)
+    (folder / "text.vdb").write_text("this is no volume")
+    (folder / "damaged.kerf-project").write_text("this is no project")
+    (folder / "empty").mkdir()
+    write_big_ct(folder / "big.nrrd")
+    (folder / "fine.toml").write_text(FINE_MANDIBLE)
+    w = start(display, kerf, folder, "bar.toml", "--json")
+    w.wait_event("running")
+    w.wait_state("the plan of the scene", lambda s: s["planes"] == 1)
+    w.key("v", "l", "space")
+    w.wait_state("the spindle turns", lambda s: s["spindle"])
+    w._xdotool("keydown", "Down")
+    w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2)
+    w._xdotool("keyup", "Down")
+    w.key("space")
+    w.wait_state("the spindle rests", lambda s: not s["spindle"] and s["rpm"] == 0)
+    removed = w.wait_still("removed_mm3")
+
+    def open_without_saving(name):
+        after = w.mark()
+        w.key("ctrl+o")
+        w.wait_state("it asks for a file", lambda s: s["dialog"])
+        w.type(name)
+        w.key("Return")
+        w.click_item("answer 2")  # the cut is not saved
+        w.wait_event("opening", after=after)
+        return after
+
+    for name in ("text.vdb", "empty", "damaged.kerf-project"):
+        after = open_without_saving(name)
+        failed = w.wait_event("not_opened", after=after)
+        assert name in failed["failure"], failed
+        w.wait_state("a dialog says so", lambda s: s["dialog"] and not s["opening"])
+        w.key("Return")
+        w.wait_state("the dialog is closed", lambda s: not s["dialog"])
+        assert w.state["running"] and w.state["planes"] == 1 and w.state["removed_mm3"] == removed, w.state
+        assert w.state["unsaved"], w.state
+    for name in ("big.nrrd", "fine.toml"):
+        after = open_without_saving(name)
+        w.wait_items("it is being opened", lambda items: f"progress Opening {name}" in items)
+        time.sleep(1)
+        w.key("2")  # another saw would begin another session
+        w.wait_message("Another file is being opened", after=after)
+        w.key("Escape")
+        w.wait_event("cancelled", after=after)
+        w.wait_state("it is not opened", lambda s: not s["opening"])
+        assert w.state["running"] and w.state["planes"] == 1 and w.state["removed_mm3"] == removed, w.state
+    assert sum(e["event"] == "ended" for e in w.events) == 0, "one session from beginning to end"
+    # The case goes on: it is cut, and what was cut is not lost without a question.
+    w.key("space")
+    w.wait_state("the spindle turns", lambda s: s["spindle"])
+    w._xdotool("keydown", "Down")
+    w.wait_state("more bone is removed", lambda s: s["removed_mm3"] > removed + 1)
+    w._xdotool("keyup", "Down")
+    w.key("ctrl+q")
+    w.wait_state("the cut is not saved", lambda s: s["dialog"])
+    w.click_item("answer 2")
+    code, out = w.wait_end(LIMIT_S)
+    assert code == 0, (code, out)
+    assert json.loads(out[out.index("{"):])["recordings"] == ["out/session.kerf"], out
+    verify(kerf, folder, "out/session.kerf")
     shutil.rmtree(folder)
 
 
@@ -245,6 +308,16 @@ def list_files(display, kerf):
     (folder / "sub").mkdir()
     w = start(display, kerf, folder, "bar.toml")
     w.wait_event("running")
+    # After a wrong name, the line takes keys again, and what is typed replaces the name.
+    w.key("ctrl+o")
+    w.wait_state("it asks for a file", lambda s: s["dialog"])
+    w.type("none.toml")
+    w.key("Return")
+    time.sleep(2)
+    after = w.mark()
+    w.type("bar.toml")
+    w.key("Return")
+    w.wait_event("running", after=after)
     w.key("ctrl+o")
     w.wait_state("it asks for a file", lambda s: s["dialog"])
     w.click_item("dialog.all")
@@ -261,6 +334,46 @@ def list_files(display, kerf):
         w._check(deadline, "other files are listed")
         time.sleep(0.05)
     assert {"file bar.toml", "file CT.NRRD", "folder sub"} <= set(w.items), w.items
+    # A double click on the folder above goes up by one folder: the first click enters it.
+    (folder / "sub/inner").mkdir()
+    for name in ("sub", "inner"):
+        w.wait_items("the folder is listed", lambda items: f"folder {name}" in items)
+        while f"folder {name}" in w.items:
+            w.click_item(f"folder {name}")  # directly after the last one, it is taken for a double click's second one
+            time.sleep(1)
+            w.read()
+    time.sleep(4)  # what follows is a new click, however slow the window is
+    left, top, width, height = w.items["folder .."]
+    w.move(left + width / 2, top + height / 2)
+    w._xdotool("click", "--repeat", 2, "--delay", 60, 1)
+    w.wait_items("the folder above", lambda items: "folder inner" in items)
+    time.sleep(0.5)
+    w.read()
+    assert "folder inner" in w.items and "folder sub" not in w.items, w.items
+    # The list of recent files opens one from anywhere.
+    after = w.mark()
+    w.click_item("dialog.recent")
+    w.wait_items("the recent files", lambda items: "recent 1" in items)
+    w.click_item("recent 1")
+    w.wait_event("running", after=after)
+    # A folder is made while a place to save is chosen.
+    w.key("ctrl+s")
+    w.click_item("dialog.new_folder")
+    w.type("cases")
+    w.click_item("dialog.make_folder")
+    deadline = time.monotonic() + 20
+    while not (folder / "cases").exists():
+        w._check(deadline, "the folder is not made")
+        time.sleep(0.05)
+    w.click_item("dialog.ok")
+    saved = w.wait_event("project")
+    assert saved["file"] == str(folder / "cases/bar.kerf-project"), saved
+    # The next start looks there.
+    end(w, "close")
+    shutil.rmtree(folder / "out")
+    w = start(display, kerf, folder)
+    w.key("ctrl+o")
+    w.wait_items("the folder of the project", lambda items: "file bar.kerf-project" in items)
     w.key("Escape")
     end(w, "close")
     shutil.rmtree(folder)
@@ -349,7 +462,7 @@ def main():
     kerf = sys.argv[1]
     skip_without_display_programs()
     with Display() as display:
-        for check in (unreadable_inputs, end_while_loading, end_while_importing, cancel_and_open, keep_the_view, draw_only_changes,
+        for check in (unreadable_inputs, end_while_loading, end_while_importing, cancel_and_open, keep_the_case, keep_the_view, draw_only_changes,
                       list_files, change_the_saw, bone_cannot_be_saved):
             if len(sys.argv) > 2 and check.__name__ not in sys.argv[2:]:
                 continue

@@ -147,28 +147,33 @@ def main():
         w.choose("Plan", "plan.undo")
         w.wait_state("undone", lambda s: s["plane_mm"][0] == before)
 
-        # Tab takes the number and goes to the next field, Shift+Tab back. The letters after it are for the next field. The
-        # angles stay relative to the plane to which they were relative before, also beyond 45 degrees.
-        angles = [0, 0]
+        # Tab takes the number and goes to the next field, Shift+Tab back. The letters after it are for the next field. Each
+        # field turns the plane about one of its own axes and is 0 again, and no angle is refused.
+        angles = [0, 90, 90]  # to the sagittal, the coronal and the axial plane
         w.wait_state("the plane is perpendicular to x", lambda s: s["plane_deg"][0] == angles)
-        w.click_item("plane.pitch")
-        w._xdotool("type", "--delay", "0", "60\t5")
+        turned = [90, 60, 30]
+        w.click_item("plane.turn_width")
+        w._xdotool("type", "--delay", "0", "90\t30")
         w.key("Tab")  # GLFW takes a key that is pressed twice in the same millisecond for a duplicate
-        w.wait_state("both angles", lambda s: s["plane_deg"][0] == [60, 5])
+        w.wait_state("both turns", lambda s: s["plane_deg"][0] == turned)
         w.key("shift+Tab", "shift+Tab")
-        w.type("10")
+        w.type("340")
         w.key("Return")
-        w.wait_state("the first angle again", lambda s: s["plane_deg"][0] == [10, 5])
+        w.wait_state("another turn", lambda s: s["plane_deg"][0] not in (angles, turned))
+        last = w.state["plane_deg"][0]
         # Escape discards what was typed.
-        w.click_item("plane.pitch")
+        w.click_item("plane.turn_width")
         w.type("30")
         w.key("Escape")
-        w.click_item("plane.roll")
-        w.type("0")
+        # A turn about the normal leaves the plane where it is.
+        w.click_item("plane.turn_normal")
+        w.type("15")
         w.key("Return")
-        w.wait_state("the roll", lambda s: s["plane_deg"][0] == [10, 0])
         time.sleep(0.5)  # the field gives the keys back in one of the next frames
-        for expected in ([10, 5], [60, 5], [60, 0], angles):
+        assert w.wait_still("plane_deg", still_s=0.5)[0] == last, w.state
+        w.click_item("plane.coronal")
+        w.wait_state("it is coronal", lambda s: s["plane_deg"][0] == [90, 0, 90])
+        for expected in (last, last, turned, [90, 90, 0], angles):
             w.key("shift+Z")
             w.wait_state("undone", lambda s: s["plane_deg"][0] == expected)
         w.wait_state("where it was", lambda s: s["plane_mm"][0] == before)
@@ -178,6 +183,27 @@ def main():
         w.scroll(left + width / 2, top + height / 2, 3)
         w.wait_state("the first slice is scrolled", lambda s: s["slices_mm"] == [1.5, 0, 0])
         assert w.items["slice 1"] == [left, top, width, height], w.items["slice 1"]
+
+        # While a structure is marked, a click in a slice sets a point. A double click only enlarges the slice, and what
+        # the user is asked stays visible above it.
+        w.choose("Plan", "mark.nerve")
+        w.wait_state("points are asked for", lambda s: s["placed"] == 0)
+        w.click_item("slice 1")
+        w.wait_state("a point", lambda s: s["placed"] == 1)
+        time.sleep(1)  # longer than between the clicks of a double click
+        for enlarged in (True, False):
+            left, top, width, height = w.items["slice 2"]
+            w.move(left + 0.6 * width, top + 0.4 * height)
+            w._xdotool("click", "--repeat", 2, "--delay", 60, 1)
+            w.wait_state("enlarged or not", lambda s: s["slice_enlarged"] == enlarged)
+            assert w.wait_still("placed", still_s=0.5) == 1
+            if enlarged:
+                w.wait_items("a larger slice", lambda items: items["slice 2"][2] > 1.5 * width)
+                banner = w.items["banner"]
+                assert banner[1] + banner[3] < w.items["slice 2"][1], w.items
+                picture("enlarged_slice")
+        w.key("Escape")
+        w.wait_state("nothing is asked for", lambda s: s["placed"] == -1)
 
         # The other plane is removed, mirrored ones have a name of their own.
         w.choose("Plan", "plan.mirror")
@@ -256,7 +282,7 @@ def main():
         w.key("ctrl+s")
         w.wait_state("it asks where", lambda s: s["dialog"])
         w.key("Return")
-        project = pathlib.Path(w.wait_event("project", seconds=120)["file"])
+        project = pathlib.Path(w.wait_event("project")["file"])
 
         # Settings: dark, larger text, German.
         w.key("F10")
@@ -285,8 +311,21 @@ def main():
         assert code == 0, out
 
         # The settings and the project are there at the next start. The saved plan has one plane.
-        w = Window(display, options.kerf, ["rehearse", str(project), "-o", "again"], folder, title="kerf rehearse")
-        w.wait_event("running", seconds=120)
+        # In a small window with large text, a menu has the buttons for which there is no room, and a message says why there
+        # are no slices; without the side panel, there is room for them.
+        settings.write_text(json.dumps({**json.loads(settings.read_text()), "text_size": 1.5}))
+        w = Window(display, options.kerf, ["rehearse", str(project), "-o", "again", "--size", "1024x768"], folder,
+                   title="kerf rehearse")
+        w.wait_event("running")
+        w.wait_message("Für die Schichten ist kein Platz")
+        w.click_item("button more")
+        w.wait_items("the last button", lambda items: "button help.keys" in items)
+        picture("small")
+        w.key("Escape")
+        assert "slice 1" not in w.items, w.items
+        w.key("F4")
+        w.click_item("slice 1")
+        w.key("F4")
         w.wait_state("the plan and the mark", lambda s: s["planes"] == 1 and s["marks"] == 1 and s["tour"] == 0)
         w.wait_state("what was cut", lambda s: s["plane_cut"] and 0.1 < s["plane_cut"][0] < 0.9, 60)
         w.key("ctrl+q")

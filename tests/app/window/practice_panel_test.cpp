@@ -1,8 +1,10 @@
 // Tests the panels of `kerf practise`: no text is cut off, also in a language with longer texts, and clicks and keys
 // choose what they say.
 #include "app/window/practice_panel.h"
+#include "app/window/dialogs.h"
 #include "app/window/exercise_list.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -78,6 +80,7 @@ std::map<std::string, std::string> MakeLongTexts() {
                            "Colour of the blade",
                            "Depth gauge and advice",
                            "Try again",
+                           "Try level {} again",
                            "Go on with level {}",
                            "Watch beside the expert",
                            "Other exercises",
@@ -110,13 +113,13 @@ Attempt MakeGraded(const std::string& exercise, int level, double total) {
   return attempt;
 }
 
-ExerciseList MakeList(const char* student) {
+ExerciseList MakeList(const char* student, const char* recommended = "groove") {
   std::vector<Attempt> attempts;
   for (const double total : {40.0, 55.0, 64.0}) attempts.push_back(MakeGraded("groove", 1, total));
   for (const double total : {90.0, 60.0, 31.0}) attempts.push_back(MakeGraded("bicortical", 3, total));
   for (const double total : {50.0, 50.0, 50.0}) attempts.push_back(MakeGraded("osteotomy", 5, total));
   std::vector<ExerciseRow> rows = ListProgress(attempts);
-  NextStep next = Recommend(attempts, "groove", 1);
+  NextStep next = Recommend(attempts, recommended, 1, 50.0);
   return ExerciseList(std::move(rows), student, std::move(next));
 }
 
@@ -184,7 +187,8 @@ class PracticePanel : public testing::Test {
                             .verified = true,
                             .stored = "The attempt is not saved, because no user is named.",
                             .asks_name = true,
-                            .expert_ready = true});
+                            .expert_ready = true,
+                            .waits_s = std::nullopt});
   }
   void ExpectNothingCut(const char* what) {
     for (const std::string& text : ui_.cut_texts()) ADD_FAILURE() << what << ": does not fit: " << text;
@@ -210,8 +214,9 @@ class PracticePanel : public testing::Test {
       EXPECT_LE(ui_.noted().at(button).bottom(), 720 - 32) << button;
     }
     double time_s = 1;
-    for (int i = 0; i < 2; ++i) Frame([&] { DrawReplay(ui_, pair_, 2, time_s, {0, 59, 1280, 629}); });
+    for (int i = 0; i < 2; ++i) Frame([&] { DrawReplay(ui_, pair_, 2, 78, time_s, {0, 59, 1280, 629}); });
     ExpectNothingCut("replay");
+    EXPECT_LE(ui_.noted().at("practise.result").bottom(), 59 + 629 - 52);
     for (int i = 0; i < 2; ++i) {
       Frame([&] {
         ASSERT_TRUE(BeginPanel(ui_, "left", CalcUiAreas(ui_, true, true).left, true));
@@ -265,9 +270,21 @@ TEST_F(PracticePanel, SmallWindowWithLargeTextIsUsable) {
   ExerciseList list = MakeList("Ann");
   for (int i = 0; i < 3; ++i) Frame([&] { list.Draw(ui_); });
   for (const Exercise& exercise : ListExercises()) expect_whole(exercise.title);
+  // The list begins with the recommended row, whole, and each row has its scores.
+  list = MakeList("Ann", "osteotomy");
+  Frame([] {});
+  for (int i = 0; i < 3; ++i) Frame([&] { list.Draw(ui_); });
+  EXPECT_LE(ui_.noted().at("exercise osteotomy").bottom(), 480 - 32 * 1.5);
   // A text in a column as wide as a letter is cut to nothing, so the columns have some width.
   EXPECT_GT(ui_.noted().at("exercise groove").width, 400);
   expect_button("practise.recommended");
+  // So it does if the text becomes larger while the list is open.
+  list = MakeList("Ann", "osteotomy");
+  ui_.set_text_size(1);
+  for (int i = 0; i < 3; ++i) Frame([&] { list.Draw(ui_); });
+  ui_.set_text_size(1.5);
+  for (int i = 0; i < 4; ++i) Frame([&] { list.Draw(ui_); });
+  EXPECT_LE(ui_.noted().at("exercise osteotomy").bottom(), 480 - 32 * 1.5);
   list.Take(KeyDown(Key::kEnter));
   for (int i = 0; i < 3; ++i) Frame([&] { list.Draw(ui_); });
   expect_button("practise.start");
@@ -275,9 +292,43 @@ TEST_F(PracticePanel, SmallWindowWithLargeTextIsUsable) {
   for (int i = 0; i < 3; ++i) Frame([&] { Result(next_); });
   for (const char* button : {"practise.step", "practise.again", "practise.watch", "practise.list"})
     expect_button(button);
+  expect_button("practise.reason");
+  EXPECT_LE(ui_.noted().at("practise.reason").bottom(), ui_.noted().at("practise.step").top) << "above the buttons";
   for (const ReviewFigure& figure : review_.figures) {
     expect_whole(figure.label);
     if (figure.value) expect_whole(FormatQuantity(*figure.value));
+  }
+}
+
+// The replay leaves at least half of a small scene to the saws. Its buttons can always be clicked.
+TEST_F(PracticePanel, ReplayCoversAtMostHalfOfASmallScene) {
+  SetLanguage("en");
+  for (const double text_size : {1.0, 1.5}) {
+    for (const auto& [width, height] : {std::pair{640, 480}, {800, 600}, {1024, 768}}) {
+      ui_.SetSize(width, height, 1);
+      ui_.set_text_size(text_size);
+      UiBox scene;
+      UiBox panel;
+      double time_s = 1;
+      for (int i = 0; i < 3; ++i) {
+        Frame([&] {
+          scene = CalcUiAreas(ui_, false, false).scene;
+          panel = CalcReplayBox(ui_, pair_, 78, scene);
+          DrawReplay(ui_, pair_, 2, 78, time_s, scene);
+        });
+      }
+      const std::string what = fmt::format("{} x {}, text {}", width, height, text_size);
+      ASSERT_FALSE(panel.empty()) << what;
+      EXPECT_LE(panel.height, 0.5 * scene.height) << what;
+      EXPECT_GE(panel.top, scene.top) << what;
+      EXPECT_LE(panel.bottom(), scene.bottom()) << what;
+      for (const std::string& text : ui_.cut_texts()) ADD_FAILURE() << what << ": does not fit: " << text;
+      for (const char* button : {"practise.restart", "practise.result"}) {
+        ASSERT_TRUE(ui_.noted().contains(button)) << what;
+        EXPECT_LE(ui_.noted().at(button).bottom(), panel.bottom()) << what << ": " << button;
+        EXPECT_LE(ui_.noted().at(button).right(), panel.right()) << what << ": " << button;
+      }
+    }
   }
 }
 
@@ -288,6 +339,65 @@ TEST_F(PracticePanel, ResultOffersTheNextLevelFirstOnlyIfItIsRecommended) {
   for (int i = 0; i < 2; ++i) Frame([&] { Result(next_); });
   EXPECT_FALSE(ui_.noted().contains("practise.next"));
   EXPECT_TRUE(ui_.noted().contains("practise.again"));
+}
+
+// Wherever the last result was left, the headline of the next one is seen.
+TEST_F(PracticePanel, NewResultBeginsAtItsTop) {
+  ui_.SetSize(1280, 480, 1);
+  const auto draw = [&] { Result(next_); };
+  for (int i = 0; i < 3; ++i) Frame(draw);
+  const double top = ui_.noted().at("practise.headline").top;
+  WindowEvent event;
+  event.x = 640;
+  event.y = 240;
+  event.kind = WindowEvent::Kind::kMouseMove;
+  ui_.Take(event);
+  Frame(draw);
+  event.kind = WindowEvent::Kind::kScroll;
+  event.amount = -5;
+  ui_.Take(event);
+  for (int i = 0; i < 3; ++i) Frame(draw);
+  ASSERT_LT(ui_.noted().at("practise.headline").top, top - 50);
+  Frame([] {});  // the next attempt
+  for (int i = 0; i < 3; ++i) Frame(draw);
+  EXPECT_EQ(ui_.noted().at("practise.headline").top, top);
+}
+
+// The pointer over the name of a figure shows what it says.
+TEST_F(PracticePanel, EveryFigureHasATooltip) {
+  ui_.SetSize(1280, 1400, 1);
+  const auto draw = [&] { Result(next_); };
+  for (int i = 0; i < 2; ++i) Frame(draw);
+  Click("practise.more", draw);
+  const auto send = [&](WindowEvent::Kind kind, double x, double y, double amount) {
+    WindowEvent event;
+    event.kind = kind;
+    event.x = x;
+    event.y = y;
+    event.amount = amount;
+    ui_.Take(event);
+    for (int i = 0; i < 2; ++i) Frame(draw);
+    return ui_.CalcFrameHash();
+  };
+  std::size_t figures = 0;
+  for (const auto* list : {&review_.figures, &review_.rest}) {
+    for (const ReviewFigure& figure : *list) {
+      const std::string item = fmt::format("figure {}", figure.info->key);
+      ASSERT_TRUE(ui_.noted().contains(item)) << item;
+      // Rows further down are scrolled into view.
+      const double bottom = ui_.noted().at("practise.step").top - 40;
+      for (int i = 0; i < 40 && ui_.noted().at(item).bottom() > bottom; ++i) {
+        send(WindowEvent::Kind::kMouseMove, 640, 700, 0);
+        send(WindowEvent::Kind::kScroll, 640, 700, -1);
+      }
+      const UiBox box = ui_.noted().at(item);
+      ASSERT_LE(box.bottom(), bottom) << item;
+      const std::uint64_t without = send(WindowEvent::Kind::kMouseMove, 1, 1, 0);
+      EXPECT_NE(send(WindowEvent::Kind::kMouseMove, box.left + 3, box.top + 0.5 * box.height, 0), without) << item;
+      ++figures;
+    }
+  }
+  EXPECT_GT(figures, 20U);
 }
 
 TEST_F(PracticePanel, ClicksInTheResultAreReported) {
@@ -308,6 +418,28 @@ TEST_F(PracticePanel, ClicksInTheResultAreReported) {
   }
 }
 
+TEST_F(PracticePanel, TextThatIsRefusedKeepsItsDialogOpen) {
+  Dialogs dialogs;
+  std::optional<std::string> given;
+  bool refuses = true;
+  dialogs.AskText(ui_, "Your name:", "Ann", [&](const std::optional<std::string>& text) { given = text; });
+  dialogs.CheckText([&](const std::string& text) { return refuses ? text + " cannot be stored." : std::string(); });
+  const auto draw = [&] {
+    dialogs.Draw(ui_);
+    dialogs.RunDecided();
+  };
+  for (int i = 0; i < 2; ++i) Frame(draw);
+  EXPECT_FALSE(ui_.noted().contains("dialog.fault"));
+  Click("dialog.ok", draw);
+  EXPECT_TRUE(dialogs.is_open());
+  EXPECT_FALSE(given);
+  EXPECT_TRUE(ui_.noted().contains("dialog.fault"));
+  refuses = false;
+  Click("dialog.ok", draw);
+  EXPECT_FALSE(dialogs.is_open());
+  EXPECT_EQ(given, "Ann");
+}
+
 TEST_F(PracticePanel, KeysAndMouseChooseAnExerciseAndALevel) {
   using Choice = ExerciseList::Choice;
   ExerciseList list = MakeList("");
@@ -320,7 +452,7 @@ TEST_F(PracticePanel, KeysAndMouseChooseAnExerciseAndALevel) {
   EXPECT_EQ(list.exercise(), ListExercises().back().id);
   EXPECT_EQ(list.Take(KeyDown(Key::k4)), Choice::kNone);  // opens its levels
   EXPECT_EQ(list.exercise(), ListExercises()[3].id);
-  EXPECT_EQ(list.level(), 3);  // recommended
+  EXPECT_EQ(list.level(), 4);  // recommended: level 3 was passed with 90 points
   EXPECT_EQ(list.Take(KeyDown(Key::k2)), Choice::kStart);
   EXPECT_EQ(list.level(), 2);
   list.Take(KeyDown(Key::kEscape));
@@ -350,7 +482,7 @@ TEST_F(PracticePanel, ClickInTheDepthPlotChoosesTheTime) {
   }
   pair_.student = track;
   double time_s = 0;
-  const auto draw = [&] { DrawReplay(ui_, pair_, 2, time_s, {0, 59, 1280, 629}); };
+  const auto draw = [&] { DrawReplay(ui_, pair_, 2, 78, time_s, {0, 59, 1280, 629}); };
   for (int i = 0; i < 2; ++i) Frame(draw);
   Click("practise.plot", draw);
   EXPECT_NEAR(time_s, 0.5 * pair_.duration_s(), 0.02 * pair_.duration_s());  // a pixel or two of 300

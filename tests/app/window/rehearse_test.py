@@ -167,9 +167,9 @@ def main():
 
         # Pieces are picked, moved along an axis, rotated and measured.
         w.key("p")
-        pieces = w.wait_event("pieces", seconds=120)
+        pieces = w.wait_event("pieces")
         assert pieces["count"] == 2, pieces
-        w.wait_event("contact", seconds=60)
+        w.wait_event("contact")
         w.key("a")  # along left - right only
         w.key("Tab")
         for _ in range(6):
@@ -235,7 +235,9 @@ def main():
         w.wait_event("answer", after=after, what="Redone", failure="")
         w.wait_state("the plane is cut", lambda s: s["plane_cut"][0] == 1)
         w.key("F9")
-        taken = w.wait_event("taken_away", seconds=120)
+        w.wait_state("it asks for the folder", lambda s: s["entry"])
+        w.key("Return")
+        taken = w.wait_event("taken_away")
         assert "failure" not in taken, taken
         w.wait_state("it asks whether to open the folder", lambda s: s["dialog"])
         w.key("Escape")
@@ -247,7 +249,7 @@ def main():
             sessions = w.mark()
             # The second key is pressed while the session restarts; it is for the next one.
             w._xdotool("key", "--delay", "0", "g", "space")
-            w.wait_event("running", after=sessions, seconds=120)
+            w.wait_event("running", after=sessions)
             w.wait_state("the guide and the spindle", lambda s: s["guided"] == guided and s["spindle"])
             assert w.wait_event("spindle", after=sessions, on=True), w.events
             w.key("space")
@@ -256,7 +258,7 @@ def main():
         # Another saw continues with the same bone.
         sessions = w.mark()
         w.key("2")
-        w.wait_event("running", after=sessions, seconds=120)
+        w.wait_event("running", after=sessions)
         w.wait_state("the fine disc", lambda s: s["saw"] == "fine disc 16 mm")
         picture("another saw")
         # Pieces were moved, and an export is not a project.

@@ -4,9 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
 
 namespace kerf {
 namespace {
+
+using Kind = WindowEvent::Kind;
 
 // In the front view, x is right, z is up, and y points into the picture. A pixel is 0.2 mm.
 const ViewBasis kFront{.right_W = {1, 0, 0}, .up_W = {0, 0, 1}, .forward_W = {0, 1, 0}, .mm_per_pixel = 0.2};
@@ -123,6 +127,32 @@ TEST(SawControls, SetPoseIsWantedUntilTheUserInterferes) {
   controls.Take(KeyEvent(Key::kDown), kFront);
   controls.Take(KeyEvent(Key::kDown, false), kFront);
   EXPECT_FALSE(controls.holds());
+}
+
+TEST(SawControls, SetPoseIsReachedFromAnyDistance) {
+  SawControls controls(Pose{});
+  // Further than the lead, in position and angle: 60 mm and 90 degrees.
+  const Pose X_far{glm::angleAxis(0.5 * std::numbers::pi, Vec3(0, 1, 0)), {0, 0, 60}};
+  controls.Set(X_far);
+  Pose X_WT;
+  for (int i = 0; i < 20; ++i) {
+    controls.Advance(0.01, kFront, X_WT);
+    EXPECT_LE(glm::distance(controls.wanted().p_AB, X_WT.p_AB), SawControls::kLead_mm + 1e-9);
+    X_WT = controls.wanted();
+    if (i != 2) continue;
+    // Another session continues on the way, although a key is held.
+    controls.Take(KeyEvent(Key::kDown), kFront);
+    controls.Continue(X_WT);
+    EXPECT_TRUE(controls.holds());
+  }
+  EXPECT_NEAR(glm::distance(X_WT.p_AB, X_far.p_AB), 0, 1e-9);
+  EXPECT_NEAR(std::abs(glm::dot(X_WT.R_AB, X_far.R_AB)), 1, 1e-9);
+  // Without a pose that was set, the saw is let go of.
+  controls.Take(KeyEvent(Key::kDown), kFront);
+  controls.Advance(0.01, kFront, X_WT);
+  controls.Continue(X_WT);
+  EXPECT_FALSE(controls.holds());
+  EXPECT_EQ(controls.wanted().p_AB, X_WT.p_AB);
 }
 
 // In air, presses that are too short to overcome the handle's friction add up.

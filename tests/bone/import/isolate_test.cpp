@@ -18,6 +18,7 @@ using test::Ball;
 using test::Folder;
 using test::MessageOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Two balls of 10 and 13 mm radius, next to each other along a skew line, that overlap in a neck of about 4 mm radius.
 const Vec3 kSmall(-9, -3, 4);
@@ -96,6 +97,12 @@ TEST(Isolate, OtherBoneIsRefusedWithAListOfWhatWasFound) {
   EXPECT_THAT(message, HasSubstr("'kerf picture INPUT --axes -o ct.png'"));
   EXPECT_THAT(message, HasSubstr("1. 13.4 cm3, centre ("));
   EXPECT_THAT(message, HasSubstr("--keep x,y,z"));
+  EXPECT_THAT(message, Not(HasSubstr("points alone")));
+  // One kind of point is not enough, whatever the shape may be.
+  options.check_shape = false;
+  options.keep_W = Steered().keep_W;
+  EXPECT_THAT(MessageOf([&] { Isolate(TouchingBalls(), options, {}); }),
+              HasSubstr("; --keep points alone only correct a piece that is found without them: give both"));
   options = Steered();
   options.check_shape = true;
   EXPECT_THAT(MessageOf([&] { Isolate(TouchingBalls(), options, {}); }),
@@ -218,6 +225,25 @@ TEST(Isolate, AutomaticIsolationSeparatesTheArchFromAWeaklyJoinedBlock) {
   EXPECT_GT(isolation.marker_hu, 500);
   // The arch's own volume, plus at most the dim bridges: 2 x 6 x 6 x 6 mm.
   EXPECT_NEAR(isolation.iso_volume_mm3, static_cast<double>(alone) * 8, 600);
+}
+
+// Its surface would be open, and the inside of the bone would have no end.
+TEST(Isolate, DimBoneThatGoesOnBesideTheArchIsRefused) {
+  const auto arch = Horseshoe(56, 56, false, false);
+  Volume ct = test::MakeCt({62, 70, 46}, {2, 2, 2}, {-61, -54, -14}, glm::dmat3(1), arch);
+  const auto alone = static_cast<double>(std::count_if(ct.hu.begin(), ct.hu.end(), [](auto hu) { return hu >= 300; }));
+  for (std::size_t v = 0; v < ct.hu.size(); ++v) {
+    const Vec3 p = ct.WorldFromVoxel(
+        {static_cast<double>(v % 62), static_cast<double>(v / 62 % 70), static_cast<double>(v / (62 * 70))});
+    if (std::abs(p.x) < 48 && p.y > 25 && p.y < 75 && std::abs(p.z - 5) < 4 && ct.hu[v] < 400) ct.hu[v] = 400;
+  }
+  IsolateOptions options;
+  options.check_shape = false;
+  EXPECT_THAT(MessageOf([&] { Isolate(ct, options, {}); }),
+              HasSubstr("the bone goes on for more than 10 mm beside the part that was recognised"));
+  for (double x = -44; x <= 44; x += 8) options.drop_W.emplace_back(x, 42, 5);
+  EXPECT_GT(Isolate(ct, options, {}).iso_volume_mm3,
+            0.9 * alone * 8);  // mm3 of a voxel; drop points also take their surroundings
 }
 
 }  // namespace

@@ -96,7 +96,7 @@ TEST(Force, UnknownLawAndAnotherLawsParameterAreNamed) {
             "there is no force law \"herz_chip\"; available: hertz_chip, hertz_constant_bite, edge_plus_chip, "
             "two_component, tabulated");
   EXPECT_EQ(test::MessageOf([] { ForceLaw("hertz_chip").Set("edge_N_per_mm", 1); }),
-            "the force law hertz_chip has no parameter edge_N_per_mm");
+            "the force law hertz_chip has no parameter edge_N_per_mm; it has contact_radius_mm");
 }
 
 TEST(Saw, PitchMatchesThePaper) {

@@ -58,6 +58,8 @@ struct Session {
     taken.title = kNasty;
     taken.plan = &plan;
     taken.assessment = &assessment;
+    taken.cut_states = {{.before_mm2 = 200, .left_mm2 = 66, .bridges = {Bridge{}}},
+                        {.before_mm2 = 100, .left_mm2 = 100, .bridges = {Bridge{}}}};
     taken.pieces = &pieces;
     taken.figures = {{"duration", "s", 12.5}};
     taken.measures = {{.name = "ramus, height \"x\"", .unit = "mm", .value = 41.25, .points_W_mm = {}},
@@ -283,6 +285,45 @@ sys.exit(1 if check.bad else 0)
   EXPECT_THAT(html, HasSubstr("no kerf found near it"));
   EXPECT_THAT(html, Not(HasSubstr("-0.00")));
   EXPECT_THAT(html, HasSubstr("1 of 2 planned planes cut, 0 within the margin."));
+  EXPECT_THAT(html, HasSubstr(" is cut by 67 % of its area and still holds by 66.0 mm\u00b2."));
+}
+
+// Texts, names that the program has made, and numbers are those of the language; what the user has typed and the other
+// files are the same in all languages.
+TEST(Report, IsInTheLanguageOfTheWindow) {
+  Session session;
+  ExportInput& input = session.taken;
+  const std::string csv = FormatMeasuresCsv(input);
+  const std::string english = FormatReportHtml(input);
+  input.language.code = "xx";
+  input.language.point = ",";
+  int texts = 0;
+  input.language.translate = [&texts](const char* text) {
+    ++texts;
+    EXPECT_STRNE(text, "");
+    std::string reversed(text);
+    return "<" + reversed + ">";
+  };
+  input.circumstances = {{"saw", "fine disc"}};
+  const std::string page = FormatReportHtml(input);
+  EXPECT_GT(texts, 40);
+  EXPECT_THAT(page, HasSubstr("<html lang=\"xx\">"));
+  EXPECT_THAT(page, HasSubstr("<h2>&lt;Bone&gt;</h2>"));
+  EXPECT_THAT(page, HasSubstr("&lt;saw&gt;</th><td>fine disc</td>"));
+  EXPECT_THAT(page, HasSubstr("+0,25"));
+  EXPECT_THAT(page, Not(HasSubstr("+0.25")));
+  EXPECT_THAT(page, HasSubstr("66,0 mm²"));
+  EXPECT_THAT(page, HasSubstr(EscapeHtml("Left " + kNasty))) << "a name that the user has chosen";
+  EXPECT_EQ(FormatMeasuresCsv(input), csv);
+  input.language = {};
+  input.circumstances.clear();
+  EXPECT_EQ(FormatReportHtml(input), english);
+  EXPECT_EQ(input.language.ShowName("plane 2"), "plane 2");
+  input.language.translate = [](const char* text) { return std::string(text) == "plane" ? "Ebene" : text; };
+  EXPECT_EQ(input.language.ShowName("plane 2"), "Ebene 2");
+  EXPECT_EQ(input.language.ShowName("plane"), "Ebene");
+  EXPECT_EQ(input.language.ShowName("plane two"), "plane two");
+  EXPECT_EQ(input.language.ShowName("airplane 2"), "airplane 2");
 }
 
 TEST(Report, EmptyReportIsAValidPage) {

@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@
 #include "kerf/recording.h"
 #include "kerf/run.h"
 #include "kerf/surface.h"
+#include "kerf/tick_warnings.h"
 #include "kerf/version.h"
 #include "support/folder.h"
 #include "support/message_of.h"
@@ -170,6 +172,8 @@ TEST(SceneFile, ValuesAreSetWithTheErrorsOfTheProgram) {
   EXPECT_EQ(std::get<DiscSaw>(scene.With("tool", "diameter_mm", "12").tool()).diameter_mm, 12);
   EXPECT_THAT(MessageOf([&] { scene.With("tool", "thickness_mm", "-1"); }), HasSubstr("block.toml:"));
   EXPECT_THAT(MessageOf([&] { scene.With("tool", "thicknes_mm", "1"); }), HasSubstr("thickness_mm"));
+  EXPECT_EQ(MessageOf([&] { scene.With("tool", "shape", "disc"); }),
+            "the value of tool.shape is not valid TOML: disc (a text needs quotes)");
   EXPECT_EQ(SceneFile::Parse(scene.Resolve()).Resolve(), scene.Resolve());
 }
 
@@ -192,6 +196,27 @@ TEST(Runs, TickByTickOrAtOnceGiveTheSameBits) {
   double sum_mm3 = 0;
   for (const double mm3 : run.removed_mm3_by_region) sum_mm3 += mm3;
   EXPECT_EQ(sum_mm3, run.removed_mm3);
+}
+
+TEST(TickWarnings, OfTicksOnesOwnAreThoseOfTheRun) {
+  // 20 mm/s are too fast for the law, and 0.25 mm are too thin for the voxels.
+  const SceneFile scene = SceneFile::Parse(kScene).With("tool", "thickness_mm", "0.25");
+  const std::vector<PathStep> steps = scene.ListPathSteps();
+  const Bone bone = scene.MakeBone();
+  Simulation simulation(bone, scene.MakeSimulationParams(), steps.front().X_WT);
+  TickWarnings warnings(scene.MakeSimulationParams(), bone, steps.front().X_WT, simulation.ListChannels());
+  EXPECT_THAT(warnings.Find(0), ::testing::ElementsAre(HasSubstr("1.25 voxels thick")));
+  std::vector<double> channels(simulation.ListChannels().size());
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    const TickInput in{.X_WT = steps[i].X_WT, .dt_s = steps[i].dt_s, .rpm = scene.rpm()};
+    const TickOutput out = simulation.Tick(in);
+    simulation.ReadChannels(channels);
+    warnings.Add(in, out, channels);
+  }
+  double removed_mm3 = 0;
+  for (const double mm3 : simulation.CalcRemovedByRegion()) removed_mm3 += mm3;
+  EXPECT_THAT(warnings.Find(removed_mm3), ::testing::Contains(HasSubstr("the bite reaches 6.67 um")));
+  EXPECT_EQ(warnings.Find(removed_mm3), RunAlongPath(scene).warnings);
 }
 
 TEST(Runs, AreCancelledByTheirProgress) {
@@ -381,6 +406,176 @@ TEST(OwnForceLaw, ThatBreaksARuleIsRefused) {
   EXPECT_THAT(MessageOf([&] { ForceLaw("test_bad"); }), HasSubstr("test_bad"));
 }
 
+/// Law and effect that keep the rules until they are set to break one.
+struct LateFault {
+  int calls_until = std::numeric_limits<int>::max();  // of the law
+  double force_N = std::numeric_limits<double>::quiet_NaN();
+  enum { kGives, kThrows, kThrowsNumber } does = kGives;
+
+  double Break() const {
+    if (does == kThrows) throw std::runtime_error("the table ends here");
+    if (does == kThrowsNumber) throw 3;
+    return force_N;
+  }
+};
+LateFault late;
+
+SceneFile MakeLateScene() {
+  late = {};
+  static const bool registered [[maybe_unused]] = [] {
+    ForceLawInfo info = MakeLawInfo("test_late", nullptr);
+    info.make = [](const LawValues&, const Tooth&, const std::shared_ptr<const ForceTable>&) {
+      ToothForce force;
+      force.thrust = [](const ToothForce&, double bite_mm, const ToothCut& cut) {
+        if (cut.E_MPa <= 0) return 0.0;
+        return --late.calls_until < 0 ? late.Break() : 1000 * bite_mm;
+      };
+      return force;
+    };
+    RegisterForceLaw(info);
+    return true;
+  }();
+  return SceneFile::Parse(kScene).With("force", "law", "\"test_late\"");
+}
+
+/// The faults that a law can have in a tick, with what is said about them.
+std::vector<std::pair<LateFault, std::string>> ListLateFaults() {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  return {{{.calls_until = 0}, "test_late gives a thrust of nan N at a bite of "},
+          {{.calls_until = 0, .force_N = kInfinite}, "test_late gives a thrust of inf N at a bite of "},
+          {{.calls_until = 0, .force_N = -2}, "test_late gives a thrust of -2 N at a bite of "},
+          {{.calls_until = 0, .does = LateFault::kThrows}, "test_late threw an exception: the table ends here"},
+          {{.calls_until = 0, .does = LateFault::kThrowsNumber}, "test_late threw an exception"}};
+}
+
+TEST(OwnForceLaw, ThatBreaksARuleInATickOnAPathLeavesTheStateBeforeTheTick) {
+  const SceneFile scene = MakeLateScene();
+  const std::vector<PathStep> steps = scene.ListPathSteps();
+  Simulation simulation(scene.MakeBone(), scene.MakeSimulationParams(), steps.front().X_WT);
+  Simulation undisturbed(scene.MakeBone(), scene.MakeSimulationParams(), steps.front().X_WT);
+  const auto faults = ListLateFaults();
+  std::size_t seen = 0, calls = 0;
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    const TickInput in{.X_WT = steps[i].X_WT, .dt_s = steps[i].dt_s, .rpm = scene.rpm()};
+    ++calls;
+    if (i > 400 && i % 20 == 0 && seen < faults.size()) {
+      const std::uint64_t before = simulation.UpdateBone().CalcHash();
+      late = faults[seen].first;
+      const std::string message = MessageOf([&] { simulation.Tick(in); });
+      late = {};
+      EXPECT_THAT(message, HasSubstr("tick " + std::to_string(calls) + ": the force law " + faults[seen].second));
+      EXPECT_EQ(simulation.UpdateBone().CalcHash(), before);
+      ++seen;
+      ++calls;
+    }
+    const TickOutput out = simulation.Tick(in), other = undisturbed.Tick(in);
+    ASSERT_EQ(out.f_T_W_N, other.f_T_W_N) << i;
+    ASSERT_EQ(out.removed_mm3, other.removed_mm3) << i;
+  }
+  EXPECT_EQ(seen, faults.size());
+  EXPECT_EQ(simulation.UpdateBone().CalcHash(), undisturbed.UpdateBone().CalcHash());
+}
+
+TEST(OwnForceLaw, ThatBreaksARuleInATickInAHandLeavesTheToolWhereItWas) {
+  const SceneFile scene = MakeLateScene();
+  const Quat upright = glm::angleAxis(glm::radians(-90.0), Vec3(1, 0, 0));
+  for (const auto& [fault, words] : ListLateFaults()) {
+    CoupledSimulation simulation(scene.MakeBone(), scene.MakeCoupledParams(), {upright, {0, 0, 6}});
+    const auto handle = [&](int tick) { return CoupledInput{.X_WH = {upright, {0, 0, 6 - 0.01 * tick}}}; };
+    Pose X_WT;
+    for (int i = 1; i <= 300; ++i) X_WT = simulation.Tick(handle(i)).X_WT;
+    const std::uint64_t before = simulation.UpdateBone().CalcHash();
+    late = fault;
+    EXPECT_THAT(MessageOf([&] { simulation.Tick(handle(301)); }), HasSubstr("tick 301: the force law " + words));
+    late = {};
+    EXPECT_EQ(simulation.UpdateBone().CalcHash(), before);
+    // It stands where it was, and can go on.
+    const CoupledOutput out = simulation.Tick(handle(301));
+    EXPECT_LT(glm::length(out.X_WT.p_AB - X_WT.p_AB), 0.1);  // a tick moves the handle by 0.01 mm
+    EXPECT_GT(out.thrust_sum_N, 0);
+    EXPECT_TRUE(std::isfinite(glm::length(out.f_H_W_N)));
+  }
+}
+
+TEST(OwnForceLaw, ThatBreaksARuleInATickEndsEachRunWithAnError) {
+  const SceneFile scene = MakeLateScene();
+  HandRunOptions virtual_time, real_time;
+  virtual_time.seconds = 2;
+  real_time.seconds = 60;
+  real_time.real_time = true;
+  for (auto [fault, words] : ListLateFaults()) {
+    fault.calls_until = 2000;
+    late = fault;
+    EXPECT_THAT(MessageOf([&] { RunAlongPath(scene); }), HasSubstr(": the force law " + words));
+    late = fault;
+    EXPECT_THAT(MessageOf([&] { RunInHand(scene, virtual_time); }), HasSubstr(": the force law " + words));
+    if (fault.does == LateFault::kGives && !std::isnan(fault.force_N)) continue;  // real time takes long enough
+    late = fault;
+    EXPECT_THAT(MessageOf([&] { RunInHand(scene, real_time); }), HasSubstr(": the force law " + words));
+  }
+  late = {};
+}
+
+/// Keeps the rules for 100 ticks.
+class LateEffect final : public OwnEffect {
+ public:
+  explicit LateEffect(double does) : does_(does) {}
+  void Begin(EffectBegin& begin) override {
+    if (++ticks_ <= 100) return;
+    if (does_ == 1) begin.rpm = std::numeric_limits<double>::quiet_NaN();
+    if (does_ == 2) throw std::runtime_error("no speed");
+  }
+  void Solved(const OwnEffectStep&) override {
+    if (ticks_ > 100 && does_ == 3) throw std::runtime_error("no teeth");
+  }
+  void End(OwnEffectEnd& end) override {
+    if (ticks_ <= 100) return;
+    if (does_ == 4) end.f_extra_W_N.y = std::numeric_limits<double>::infinity();
+    if (does_ == 5) throw 5;
+  }
+
+ private:
+  double does_;
+  int ticks_ = 0;
+};
+
+TEST(OwnEffect, ThatBreaksARuleInATickEndsEachRunWithAnError) {
+  EffectInfo info{.name = "test_late_effect",
+                  .summary = "a test",
+                  .source = "a test",
+                  .reads = "teeth",
+                  .writes = "force",
+                  .state = "none",
+                  .sleeps = "never"};
+  info.hooks = kEffectBegin | kEffectSolved | kEffectEnd | kEffectPush;
+  info.parameters = {{"does", 0.0, 0, 5, "what it does"}};
+  info.make_own = [](std::span<const EffectValue> values, const OwnEffectSetup&) {
+    return std::unique_ptr<OwnEffect>(new LateEffect(std::get<double>(values[0])));
+  };
+  RegisterEffect(info);
+  const std::vector<std::string> words{"sets a speed of nan rpm", "threw an exception: no speed",
+                                       "threw an exception: no teeth", "pushes the hand with a force of (0, inf, 0) N",
+                                       "threw an exception"};
+  HandRunOptions in_hand;
+  in_hand.seconds = 2;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    // Begin() and End() are called in each tick, Solved() only while bone is near.
+    const std::string tick = i == 2 ? "" : "tick 101: ";
+    const std::string expected = tick + "the effect test_late_effect " + words[i];
+    const SceneFile scene = SceneFile::Parse(kScene).With("effects.test_late_effect", "does", std::to_string(i + 1));
+    EXPECT_THAT(MessageOf([&] { RunAlongPath(scene); }), HasSubstr(expected));
+    EXPECT_THAT(MessageOf([&] { RunInHand(scene, in_hand); }), HasSubstr(expected));
+    const Pose start = scene.ListPathSteps().front().X_WT;
+    CoupledSimulation simulation(scene.MakeBone(), scene.MakeCoupledParams(), start);
+    EXPECT_THAT(MessageOf([&] {
+                  for (int k = 0; k < 2000; ++k) {
+                    simulation.Tick({.X_WH = {start.R_AB, start.p_AB + Vec3(0.01 * k, 0, 0)}});
+                  }
+                }),
+                HasSubstr(expected));
+  }
+}
+
 /// Reports what it is given, halves the speed of the spindle, and pushes the hand.
 class TestEffect final : public OwnEffect {
  public:
@@ -448,6 +643,14 @@ TEST(OwnEffect, SeesTheTeethSetsTheSpeedAndPushesTheHand) {
   std::array<double, 3> values{};
   simulation.ReadChannels(values);
   EXPECT_EQ(values[1], 3750);
+
+  // Without kEffectPush it does not.
+  info.name = "test_without_push";
+  info.hooks = kEffectBegin | kEffectSolved | kEffectEnd;
+  RegisterEffect(info);
+  const SceneFile without = SceneFile::Parse(kScene).With("effects.test_without_push", "push_N", "2");
+  CoupledSimulation unpushed(without.MakeBone(), without.MakeCoupledParams(), {{1, 0, 0, 0}, {0, 0, 60}});
+  EXPECT_EQ(unpushed.Tick({.X_WH = {{1, 0, 0, 0}, {0, 0, 60}}}).f_H_W_N, Vec3(0));
 
   info.name = "test_other";
   info.hooks = kEffectEngage;

@@ -9,37 +9,16 @@
 
 #include "bone/grid/build.h"
 #include "bone/material/region_table.h"
+#include "jaw.h"
 
 namespace kerf {
 namespace {
 
-constexpr double kVoxel_mm = 0.2;
+using test::kVoxel_mm;
+using test::MakeJaw;
+
 // Half an edge of a voxel of either grid, along a diagonal.
 constexpr double kPlaceError_mm = kVoxel_mm * std::numbers::sqrt3;
-
-/// A block of 40 x 20 x 16 mm, z from -16 to 0. Canals of radius 1.2 mm run along x at z = -10, except in the middle,
-/// and three teeth of 4 x 4 mm stand in it, down to z = -6: one on the patient's right (x < 0), two on the left. With
-/// `slot_mm`, it is without a slot of 0.4 mm at x = slot_x_mm that is slot_mm deep.
-Bone MakeJaw(double slot_x_mm = 0, double slot_mm = 0) {
-  SolidField solid;
-  solid.value = [=](const Vec3& p) {
-    const Vec3 out = glm::abs(p - Vec3(0, 0, -8)) - Vec3(20, 10, 8);
-    const double block = std::max({out.x, out.y, out.z});
-    return slot_mm > 0 ? std::max(block, -std::max(std::abs(p.x - slot_x_mm) - 0.2, -slot_mm - p.z)) : block;
-  };
-  solid.classify = ClassifyByDistance(solid.value);
-  solid.region = [](const Vec3& p) {
-    if (std::hypot(p.y, p.z + 10) < 1.2 && std::abs(p.x) > 2) return 34;
-    for (const double x : {-8.0, 5.0, 12.0}) {
-      if (std::abs(p.x - x) < 2 && std::abs(p.y) < 2 && p.z > -6) return 33;
-    }
-    return 32;
-  };
-  BuildOptions options;
-  options.voxel_mm = kVoxel_mm;
-  options.region_voxel_mm = kVoxel_mm;
-  return MakeBone(solid, Box3{Vec3(-21.5, -11.5, -17.5), Vec3(21.5, 11.5, 1.5)}, options, DefaultMandibleTable());
-}
 
 const StructureResult& Find(const StructureAssessment& all, const std::string& name) {
   for (const StructureResult& s : all.structures) {
@@ -92,6 +71,34 @@ TEST(Structures, LoseTheVolumeOfTheKerf) {
   EXPECT_TRUE(canal.is_cut);
   EXPECT_NEAR(canal.removed_mm3, 0.4 * std::numbers::pi * 1.44, 0.4 * 0.5 * kVoxel_mm * 2 * std::numbers::pi * 1.2);
   EXPECT_TRUE(out.structures[0].is_cut && out.structures[1].is_cut && !out.structures[2].is_cut);
+}
+
+TEST(Structures, AreSeveredIfTheirWholeCrossSectionIsCut) {
+  const Bone before = MakeJaw();
+  // The canal reaches from z = -8.8 to -11.2; the tube of the mark from -12.5 to -13.5.
+  const std::vector<Mark> marks{
+      {.name = "nerve", .kind = MarkKind::kNerve, .radius_mm = 0.5, .points_W = {{-15, 0, -13}, {15, 0, -13}}}};
+  const auto assess = [&](double slot_mm) { return AssessStructures(before, MakeJaw(8.5, slot_mm), marks); };
+  constexpr const char* left_canal = "canal of the nerve, patient's left";
+  // The last row of voxels has its centres up to a voxel before the far side, and must be bone there.
+  for (const double slot_mm : {9.0, 10.0, 11.2 - 2 * kVoxel_mm}) {
+    const StructureAssessment out = assess(slot_mm);
+    EXPECT_TRUE(Find(out, left_canal).is_cut) << slot_mm;
+    EXPECT_FALSE(Find(out, left_canal).is_severed) << slot_mm;
+    EXPECT_FALSE(Find(out, "nerve").is_cut) << slot_mm;
+  }
+  StructureAssessment out = assess(11.2 + kVoxel_mm);
+  EXPECT_TRUE(Find(out, left_canal).is_severed);
+  EXPECT_FALSE(Find(out, "canal of the nerve, patient's right").is_severed);
+  EXPECT_FALSE(Find(assess(13), "nerve").is_severed);
+  out = assess(13.5 + kVoxel_mm);
+  EXPECT_TRUE(Find(out, "nerve").is_severed);
+  // A slot along a tube takes one side of it over its whole length, but not its cross-section.
+  out = AssessStructures(
+      before, MakeJaw(8.5, 8),
+      {{.name = "beside", .kind = MarkKind::kNerve, .radius_mm = 0.5, .points_W = {{8.9, -8, -6}, {8.9, 8, -6}}}});
+  EXPECT_TRUE(Find(out, "beside").is_cut);
+  EXPECT_FALSE(Find(out, "beside").is_severed);
 }
 
 TEST(Structures, IncludeMarks) {

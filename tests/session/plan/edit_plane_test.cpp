@@ -85,69 +85,86 @@ TEST(TiltPlane, RotatesAboutItsAxesByTheAngle) {
   }
 }
 
-TEST(PlaneFields, RoundTrip) {
+TEST(TurnPlane, TurnsAboutOneAxisAndBack) {
   plan_test::Draw draw(14);
   for (int i = 0; i < 300; ++i) {
     const PlannedPlane plane = AnyPlane(draw);
-    const PlaneFields fields = CalcPlaneFields(plane);
-    // The nearest of the patient's planes is at most acos(1 / sqrt(3)) away, so that no tangent exceeds sqrt(2)...
-    EXPECT_LE(std::abs(fields.pitch_deg), 45 + 1e-9);
-    EXPECT_LE(std::abs(fields.roll_deg), 45 + 1e-9);
-    const PlannedPlane again = SetPlaneFields(plane, fields);
-    EXPECT_NEAR(Distance(again.plane.normal_W, plane.plane.normal_W), 0, kRounding);
-    EXPECT_EQ(again.plane.p_W, plane.plane.p_W);
-    EXPECT_NEAR(Distance(CalcPlaneAxes(again).up_W, CalcPlaneAxes(plane).up_W), 0, 1e-7);
-    // From another plane, also one with the opposite normal, the same fields give the same plane.
-    PlannedPlane other = AnyPlane(draw);
-    if (i % 3 == 0) other.plane.normal_W = -plane.plane.normal_W;
-    other = SetPlaneFields(other, fields);
-    EXPECT_NEAR(Distance(other.plane.normal_W, plane.plane.normal_W), 0, kRounding);
-    EXPECT_NEAR(glm::dot(CalcPlaneAxes(other).up_W, other.plane.normal_W), 0, kRounding);
-    for (int r = 0; r < 3; ++r) {
-      const PlaneFields seen = CalcPlaneFields(plane, static_cast<PatientPlane>(r));
-      if (std::max(std::abs(seen.pitch_deg), std::abs(seen.roll_deg)) > 88) continue;
-      EXPECT_NEAR(Distance(SetPlaneFields(other, seen).plane.normal_W, plane.plane.normal_W), 0, 1e-10);
+    const PlaneAxes axes = CalcPlaneAxes(plane);
+    const double angle_deg = draw.In(-360, 360);
+    for (const PlaneAxis axis : {PlaneAxis::kAcross, PlaneAxis::kUp, PlaneAxis::kNormal}) {
+      const PlannedPlane turned = TurnPlane(plane, axis, angle_deg);
+      const PlaneAxes now = CalcPlaneAxes(turned);
+      const auto own = [axis](const PlaneAxes& a) {
+        return axis == PlaneAxis::kAcross ? a.across_W : axis == PlaneAxis::kUp ? a.up_W : a.normal_W;
+      };
+      EXPECT_NEAR(Distance(own(now), own(axes)), 0, kRounding);
+      EXPECT_EQ(turned.plane.p_W, plane.plane.p_W);
+      EXPECT_EQ(turned.width_mm, plane.width_mm);
+      // The others have turned by the angle.
+      const double cosine = std::cos(angle_deg / kDegreesPerRad);
+      if (axis != PlaneAxis::kNormal) {
+        EXPECT_NEAR(glm::dot(now.normal_W, axes.normal_W), cosine, kRounding);
+      }
+      if (axis != PlaneAxis::kUp) {
+        EXPECT_NEAR(glm::dot(now.up_W, axes.up_W), cosine, kRounding);
+      }
+      const PlaneAxes back = CalcPlaneAxes(TurnPlane(turned, axis, -angle_deg));
+      EXPECT_NEAR(Distance(back.normal_W, axes.normal_W), 0, kRounding);
+      EXPECT_NEAR(Distance(back.up_W, axes.up_W), 0, kRounding);
     }
   }
 }
 
-TEST(PlaneFields, KeepTheirReferenceWhileThePlaneIsEdited) {
-  PlannedPlane plane{.name = "p", .plane = {{20, -70, 35}, {0, 0, 1}}};
-  plane.reference = ChooseReference(plane);
-  EXPECT_EQ(plane.reference, PatientPlane::kAxial);
-  PlaneFields fields = CalcPlaneFields(plane);
-  fields.pitch_deg = 60;
-  plane = SetPlaneFields(plane, fields);
-  // The sagittal plane is nearer now: 30 degrees.
-  const auto expect_60 = [&](const PlannedPlane& p, double sign) {
-    const PlaneFields seen = CalcPlaneFields(p);
-    EXPECT_EQ(seen.reference, PatientPlane::kAxial);
-    EXPECT_NEAR(seen.pitch_deg, sign * 60, 1e-9);  // degrees; rounding only
-    EXPECT_NEAR(seen.roll_deg, 0, 1e-9);
-  };
-  expect_60(plane, 1);
-  expect_60(MovePlane(plane, {3, -2, 1}), 1);
-  expect_60(MirrorPlane({}, plane, 0), -1);
-  // A plane that is perpendicular to its reference has no angles to it: another reference is chosen.
-  plane.plane.normal_W = {1, 0, 0};
-  EXPECT_EQ(CalcPlaneFields(plane).reference, PatientPlane::kSagittal);
+TEST(PatientAngles, AreThoseBetweenThePlanes) {
+  plan_test::Draw draw(15);
+  for (int i = 0; i < 300; ++i) {
+    // In the way of its creation, a plane may have any height direction and either normal.
+    PlannedPlane plane = AnyPlane(draw);
+    const PatientAngles angles = CalcPatientAngles(plane);
+    const Vec3& n = plane.plane.normal_W;
+    EXPECT_NEAR(std::cos(angles.sagittal_deg / kDegreesPerRad), std::abs(n.x), kRounding);
+    EXPECT_NEAR(std::cos(angles.coronal_deg / kDegreesPerRad), std::abs(n.y), kRounding);
+    EXPECT_NEAR(std::cos(angles.axial_deg / kDegreesPerRad), std::abs(n.z), kRounding);
+    plane.up_W = draw.Direction();
+    plane.plane.normal_W = -n;
+    const PatientAngles same = CalcPatientAngles(plane);
+    EXPECT_EQ(same.sagittal_deg, angles.sagittal_deg);
+    EXPECT_EQ(same.coronal_deg, angles.coronal_deg);
+    EXPECT_EQ(same.axial_deg, angles.axial_deg);
+  }
 }
 
-TEST(PlaneFields, AreThePatientsAngles) {
-  PlannedPlane plane{.name = "p", .plane = {{1, 2, 3}, {1, 0, 0}}};
-  EXPECT_EQ(CalcPlaneFields(plane).reference, PatientPlane::kSagittal);
-  // Pitch turns the normal from the left towards the back, roll towards the head.
-  const double t = std::tan(20 / kDegreesPerRad);
-  const PlannedPlane pitched = SetPlaneFields(plane, {.p_W_mm = {1, 2, 3}, .pitch_deg = 20});
-  EXPECT_NEAR(Distance(pitched.plane.normal_W, glm::normalize(Vec3(1, t, 0))), 0, kRounding);
-  const PlannedPlane rolled = SetPlaneFields(plane, {.p_W_mm = {1, 2, 3}, .roll_deg = 20});
-  EXPECT_NEAR(Distance(rolled.plane.normal_W, glm::normalize(Vec3(1, 0, t))), 0, kRounding);
-  plane.plane.normal_W = {0, 0, -1};
-  EXPECT_EQ(CalcPlaneFields(plane).reference, PatientPlane::kAxial);
-  EXPECT_TRUE(CalcPlaneFields(plane).reversed);
-  EXPECT_THAT(MessageOf([&] { SetPlaneFields(plane, {.pitch_deg = 89.5}); }),
-              HasSubstr("pitch_deg = 89.5 is above 89"));
-  EXPECT_THAT(MessageOf([&] { SetPlaneFields(plane, {.p_W_mm = {0, 2e6, 0}}); }), HasSubstr("point_mm"));
+TEST(PatientAngles, FollowATurnThroughAllAngles) {
+  // An axial plane that is turned about its width, which lies across the patient, becomes coronal and goes on.
+  const PlannedPlane axial = AlignPlane({.name = "p", .plane = {{20, -70, 35}, {0, 0.1, 0.9}}}, PatientPlane::kAxial);
+  for (double turn_deg = -180; turn_deg <= 180; turn_deg += 7.5) {
+    const PatientAngles angles = CalcPatientAngles(TurnPlane(axial, PlaneAxis::kAcross, turn_deg));
+    const double to_axial_deg = std::min(std::abs(turn_deg), 180 - std::abs(turn_deg));
+    EXPECT_NEAR(angles.axial_deg, to_axial_deg, 1e-9) << turn_deg;  // degrees; rounding only
+    EXPECT_NEAR(angles.coronal_deg, 90 - to_axial_deg, 1e-9) << turn_deg;
+    EXPECT_NEAR(angles.sagittal_deg, 90, 1e-9) << turn_deg;
+  }
+}
+
+TEST(AlignPlane, IsParallelToThePatientsPlane) {
+  plan_test::Draw draw(16);
+  for (int i = 0; i < 100; ++i) {
+    const PlannedPlane plane = AnyPlane(draw);
+    for (int r = 0; r < 3; ++r) {
+      const PlannedPlane aligned = AlignPlane(plane, static_cast<PatientPlane>(r));
+      const Vec3& n = aligned.plane.normal_W;
+      EXPECT_EQ(std::abs(n[r]), 1);
+      EXPECT_EQ(glm::length(n), 1);
+      EXPECT_GE(glm::dot(n, plane.plane.normal_W), 0);
+      EXPECT_EQ(glm::dot(n, aligned.up_W), 0);
+      EXPECT_EQ(aligned.plane.p_W, plane.plane.p_W);
+      EXPECT_EQ(aligned.height_mm, plane.height_mm);
+      // A plane that is parallel already keeps its rectangle.
+      const PlannedPlane again = AlignPlane(aligned, static_cast<PatientPlane>(r));
+      EXPECT_EQ(again.plane.normal_W, n);
+      EXPECT_EQ(again.up_W, aligned.up_W);
+    }
+  }
 }
 
 TEST(MirrorPlane, IsAReflection) {

@@ -225,7 +225,7 @@ TEST(Guide, CombinesPlaneAndStop) {
     EffectChoice guide = MakeGuide(&plane, &stop);
     CheckEffects({guide});
     EXPECT_EQ(guide.info().find_fault(guide.values()), "");
-    EXPECT_EQ(guide.GetNumber("tolerance_mm"), 0.7);
+    EXPECT_EQ(guide.GetNumber("tolerance_mm"), kGuidePlay_mm) << "the margin of 0.7 mm is not a play of the saw";
     const auto vector = [&](const char* key) {
       return std::get<Vec3>(guide.values()[guide.info().FindParameter(key)]);
     };
@@ -237,6 +237,18 @@ TEST(Guide, CombinesPlaneAndStop) {
       CheckEffects({one});
       EXPECT_EQ(one.info().find_fault(one.values()), "");
     }
+    // The guide belongs to its plane, whichever way that faces, and to no other one.
+    PlannedPlane other = plane;
+    EXPECT_TRUE(IsGuideOf(guide, plane) && IsGuideOf(MakeGuide(&plane, nullptr), plane));
+    other.plane.normal_W = -plane.plane.normal_W;
+    EXPECT_TRUE(IsGuideOf(guide, other));
+    other.plane.p_W = plane.plane.p_W + 0.02 * plane.plane.normal_W;
+    EXPECT_FALSE(IsGuideOf(guide, other));
+    other.plane = {plane.plane.p_W, glm::normalize(plane.plane.normal_W + 0.002 * in_plane)};
+    EXPECT_FALSE(IsGuideOf(MakeGuide(&plane, nullptr), other));
+    PlannedPlane narrow = plane;
+    narrow.margin_mm = 0.05;
+    EXPECT_EQ(MakeGuide(&narrow, &stop).GetNumber("tolerance_mm"), 0.05);
     const DepthStop across{.name = "s", .p_W_mm = {}, .direction_W = plane.plane.normal_W, .depth_mm = 6};
     EXPECT_THAT(MessageOf([&] { MakeGuide(&plane, &across); }), HasSubstr("90 degrees out of plane 'p'"));
   }

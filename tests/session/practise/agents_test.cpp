@@ -161,7 +161,7 @@ TEST_F(Agents, TruncatedRecordingIsMeasuredButNotGraded) {
     if (part.Get("line_share").value() < 0.8) {
       one_is_short_of_the_line = true;
       ASSERT_EQ(part.incomplete.size(), 2U);
-      EXPECT_THAT(part.incomplete[1], testing::StartsWith("in the readable part: the tool has followed "));
+      EXPECT_THAT(part.incomplete[1], testing::StartsWith("in the readable part: the tool was at least "));
     }
     EXPECT_TRUE(part.Get("time_total_s")) << fraction;
     const auto json = nlohmann::json::parse(FormatSheetJson(part));

@@ -9,6 +9,7 @@
 
 #include "base/files/files.h"
 #include "kerf/error.h"
+#include "kerf/models.h"
 #include "session/scene/path.h"
 #include "session/scene/warnings.h"
 #include "test_paths.h"
@@ -50,6 +51,31 @@ TEST(Exercises, PathsAreTheWantedCuts) {
     EXPECT_NEAR(std::abs(glm::dot(n, cut.across_W)), 1, 1e-5) << exercise.id;
     EXPECT_TRUE(FindToolWarnings(scene, 0.2).empty()) << exercise.id;
   }
+}
+
+// What the exercise's text says about its plane.
+TEST(Exercises, PlaneOfTheOsteotomyCrossesAMolarAndTheNerveCanal) {
+  const Scene scene = MakeExerciseScene("osteotomy", 1);
+  MandibleParams params = scene.bone.mandible;
+  params.voxel_mm = 1;  // the crossed part of the molar is 10 mm high
+  const Bone bone = MakeMandible(params);
+  const WantedCut cut = MakeWantedCut(scene.exercise, MakeTool(scene));
+  int tooth = 0;
+  int canal = 0;
+  for (double s_mm = 0; s_mm <= cut.length_mm; s_mm += 0.25) {
+    for (double depth_mm = -5; depth_mm <= cut.depth_mm; depth_mm += 0.25) {
+      const Vec3 p_W = cut.ToWorld({s_mm, depth_mm, 0});
+      if (bone.SignedDistance(p_W) >= 0) continue;
+      const int region = bone.RegionAt(p_W);
+      if (region == 0) continue;
+      const Tissue tissue = bone.materials().At(region).tissue;
+      tooth += tissue == Tissue::kTooth ? 1 : 0;
+      canal += tissue == Tissue::kCanal ? 1 : 0;
+    }
+  }
+  EXPECT_GT(tooth, 50) << "of 0.06 mm² each";
+  EXPECT_GT(canal, 20) << "of 0.06 mm² each";
+  EXPECT_NE(FindExercise("osteotomy").goal.find("It crosses a molar and the nerve canal"), std::string::npos);
 }
 
 TEST(MakeLevel, RemovesOneAidPerLevel) {

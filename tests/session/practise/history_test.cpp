@@ -435,5 +435,38 @@ TEST_F(HistoryTest, IsWrittenAsTableJsonCsvAndPage) {
   EXPECT_THAT(FormatHistory(attempts), HasSubstr("groove"));
 }
 
+TEST(TrimStudentName, RemovesSpacesAtBothEndsOnly) {
+  EXPECT_EQ(TrimStudentName("  ann mller "), "ann mller");
+  EXPECT_EQ(TrimStudentName("Ben"), "Ben");
+  EXPECT_EQ(TrimStudentName("   "), "");
+  EXPECT_EQ(TrimStudentName(""), "");
+  EXPECT_NO_THROW(CheckStudentName(TrimStudentName(" Bea ")));
+}
+
+TEST(ListStudents, NamesEachStudentOnceTheLatestFirst) {
+  std::vector<Attempt> attempts(5);
+  const char* names[] = {"Ann", "Bo", "Ann", "?", "Cy"};
+  for (std::size_t i = 0; i < attempts.size(); ++i) attempts[i].student = names[i];
+  attempts[3].damaged = true;
+  EXPECT_EQ(ListStudents(attempts), (std::vector<std::string>{"Cy", "Ann", "Bo"}));
+  EXPECT_TRUE(ListStudents({}).empty());
+}
+
+TEST(FindSameStudent, NamesThatDifferOnlyInCapitalsAreTheSame) {
+  std::vector<Attempt> attempts(3);
+  attempts[0].student = "Mia Lee";
+  attempts[1].student = "J\u00d6RG";
+  attempts[2].student = "mia l\u00e8e";
+  EXPECT_EQ(FindSameStudent(attempts, "mia lee"), "Mia Lee");
+  EXPECT_EQ(FindSameStudent(attempts, "Mia Lee"), "Mia Lee");
+  EXPECT_EQ(FindSameStudent(attempts, "J\u00f6rg"), "J\u00d6RG");
+  EXPECT_EQ(FindSameStudent(attempts, "Mia Le"), "Mia Le");
+  EXPECT_EQ(FindSameStudent({}, "Jo"), "Jo");
+  // Two that exist already stay two.
+  attempts[2].student = "mia lee";
+  EXPECT_EQ(FindSameStudent(attempts, "mia lee"), "mia lee");
+  EXPECT_EQ(FindSameStudent(attempts, "Mia Lee"), "Mia Lee");
+}
+
 }  // namespace
 }  // namespace kerf

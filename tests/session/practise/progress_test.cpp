@@ -66,47 +66,118 @@ TEST(FindTrend, OfTheReversedAttemptsIsTheOpposite) {
   }
 }
 
+/// Recommends the step after the last attempt of `history`.
+NextStep RecommendAfter(const std::vector<Attempt>& history) {
+  const Attempt& last = history.back();
+  return Recommend(history, last.exercise, last.level, last.total);
+}
+
 TEST(Recommend, LowScoreIsFollowedByTheSameLevel) {
   for (const double total : {0.0, 12.0, 45.0, 69.9}) {
-    const NextStep step = Recommend(MakeTries("groove", 2, {total}), "groove", 2);
+    const NextStep step = RecommendAfter(MakeTries("groove", 2, {total}));
     EXPECT_EQ(step.kind, Kind::kRepeat) << total;
     EXPECT_EQ(step.level, 2);
     EXPECT_EQ(step.exercise, "groove");
   }
-  // Neither is an attempt without a score a reason to go on, even after a good one.
-  const NextStep step = Recommend(MakeTries("groove", 1, {90, std::nullopt}), "groove", 1);
-  EXPECT_EQ(step.kind, Kind::kRepeat);
+  EXPECT_EQ(RecommendAfter(MakeTries("groove", 1, {std::nullopt})).kind, Kind::kRepeat);
+}
+
+TEST(Recommend, BestScoresOfAllAttemptsCount) {
+  std::vector<Attempt> history = MakeTries("groove", 1, {93});
+  history.push_back(MakeTry("groove", 2, 88));
+  // Repeating a level that is passed, with a good score, does not lead back.
+  std::vector<Attempt> more = history;
+  more.push_back(MakeTry("groove", 1, 97));
+  const NextStep good = RecommendAfter(more);
+  EXPECT_EQ(good.kind, Kind::kNextLevel);
+  EXPECT_EQ(good.level, 3);
+  EXPECT_EQ(FindNextStep(more), good);
+  // After another exercise, that one goes on.
+  history.push_back(MakeTry("osteotomy", 1, 96));
+  EXPECT_EQ(RecommendAfter(history).kind, Kind::kNextLevel);
+  EXPECT_EQ(RecommendAfter(history).exercise, "osteotomy");
+  EXPECT_EQ(RecommendAfter(history).level, 2);
+  // When all of its levels are passed, what was left out comes first.
+  history.push_back(MakeTry("osteotomy", 5, 96));
+  const NextStep step = RecommendAfter(history);
+  EXPECT_EQ(step.kind, Kind::kNextExercise);
+  EXPECT_EQ(step.exercise, "groove");
+  EXPECT_EQ(step.level, 3);
+  EXPECT_EQ(FormatMessage(step.reason),
+            "Level 5 is passed with 96 of 100 points: go on with the exercise \"Groove of 2 mm\", level 3.");
+}
+
+// What was done before, here or at other levels, is not what the step after this attempt speaks of.
+TEST(Recommend, SpeaksOfTheAttemptJustMade) {
+  std::vector<Attempt> history = MakeTries("groove", 1, {95});
+  for (const Attempt& a : MakeTries("groove", 2, {20, 12})) history.push_back(a);
+  struct Case {
+    std::optional<double> total;
+    Kind kind;
+    int level;
+    const char* reason;
+  };
+  const Case cases[] = {
+      {std::nullopt, Kind::kRepeat, 1, "Your last attempt at level 1 was not graded: try it again."},
+      {42.0, Kind::kRepeat, 1, "42 of 100 points: try level 1 again; 70 points are enough."},
+      {72.0, Kind::kNextLevel, 2,
+       "Level 1 is passed with 72 of 100 points: go on with level 2, which has 2 fewer aids."},
+  };
+  for (const Case& c : cases) {
+    std::vector<Attempt> more = history;
+    more.push_back(MakeTry("groove", 1, c.total));
+    const NextStep step = RecommendAfter(more);
+    EXPECT_EQ(step.kind, c.kind);
+    EXPECT_EQ(step.exercise, "groove");
+    EXPECT_EQ(step.level, c.level);
+    EXPECT_EQ(FormatMessage(step.reason), c.reason);
+  }
+  // An attempt in which nothing was cut is not in the history.
+  const NextStep nothing = Recommend({}, "groove", 4, {});
+  EXPECT_EQ(nothing.kind, Kind::kRepeat);
+  EXPECT_EQ(nothing.level, 4);
+  EXPECT_EQ(FormatMessage(nothing.reason), "Your last attempt at level 4 was not graded: try it again.");
+}
+
+TEST(Recommend, NamesTheTrueNumberOfAids) {
+  // Level 2 has neither the steps nor the depth stop of level 1.
+  EXPECT_EQ(FormatMessage(RecommendAfter(MakeTries("groove", 1, {90})).reason),
+            "Level 1 is passed with 90 of 100 points: go on with level 2, which has 2 fewer aids.");
+  EXPECT_EQ(FormatMessage(RecommendAfter(MakeTries("groove", 2, {90})).reason),
+            "Level 2 is passed with 90 of 100 points: go on with level 3, which has one aid fewer.");
 }
 
 TEST(Recommend, GoodScoreIsFollowedByTheNextLevelThenTheNextExercise) {
-  EXPECT_EQ(Recommend(MakeTries("groove", 1, {10, 70}), "groove", 1).level, 2);
-  EXPECT_EQ(Recommend(MakeTries("groove", 1, {10, 70}), "groove", 1).kind, Kind::kNextLevel);
-  const NextStep next = Recommend(MakeTries("groove", 5, {88}), "groove", 5);
+  EXPECT_EQ(RecommendAfter(MakeTries("groove", 1, {10, 70})).level, 2);
+  EXPECT_EQ(RecommendAfter(MakeTries("groove", 1, {10, 70})).kind, Kind::kNextLevel);
+  const NextStep next = RecommendAfter(MakeTries("groove", 5, {88}));
   EXPECT_EQ(next.kind, Kind::kNextExercise);
   EXPECT_EQ(next.exercise, ListExercises()[1].id);
   EXPECT_EQ(next.level, 1);
-  const std::string last = ListExercises().back().id;
-  EXPECT_EQ(Recommend(MakeTries(last, 5, {88}), last, 5).kind, Kind::kFinished);
+  std::vector<Attempt> all;
+  for (const Exercise& e : ListExercises()) all.push_back(MakeTry(e.id, 5, 88));
+  EXPECT_EQ(RecommendAfter(all).kind, Kind::kFinished);
 }
 
 TEST(Recommend, TwoPoorScoresLeadBackOneLevel) {
-  EXPECT_EQ(Recommend(MakeTries("groove", 3, {5}), "groove", 3).kind, Kind::kRepeat);
-  const NextStep back = Recommend(MakeTries("groove", 3, {5, 20}), "groove", 3);
+  EXPECT_EQ(RecommendAfter(MakeTries("groove", 3, {5})).kind, Kind::kRepeat);
+  const NextStep back = RecommendAfter(MakeTries("groove", 3, {5, 20}));
   EXPECT_EQ(back.kind, Kind::kPreviousLevel);
   EXPECT_EQ(back.level, 2);
-  EXPECT_EQ(Recommend(MakeTries("groove", 1, {5, 20}), "groove", 1).kind, Kind::kRepeat);
+  EXPECT_EQ(RecommendAfter(MakeTries("groove", 1, {5, 20})).kind, Kind::kRepeat);
 }
 
 TEST(Recommend, CountsOnlyAttemptsAtThatLevelAndNoDamagedRows) {
-  std::vector<Attempt> history = MakeTries("groove", 2, {95});
-  EXPECT_EQ(Recommend(history, "groove", 1).kind, Kind::kFirst);
-  EXPECT_EQ(Recommend(history, "follow_line", 2).kind, Kind::kFirst);
+  std::vector<Attempt> history = MakeTries("groove", 3, {5});
+  for (const Attempt& a : MakeTries("groove", 2, {3})) history.push_back(a);
+  EXPECT_EQ(RecommendAfter(history).kind, Kind::kRepeat);
   history.push_back(MakeTry("groove", 2, 3));
-  history.back().damaged = true;
-  EXPECT_EQ(Recommend(history, "groove", 2).kind, Kind::kNextLevel);
-  EXPECT_THROW(Recommend(history, "dancing", 1), Error);
-  EXPECT_THROW(Recommend(history, "groove", 0), Error);
-  EXPECT_THROW(Recommend(history, "groove", kLevels + 1), Error);
+  EXPECT_EQ(RecommendAfter(history).kind, Kind::kPreviousLevel);
+  history[1].damaged = true;
+  EXPECT_EQ(RecommendAfter(history).kind, Kind::kRepeat);
+  EXPECT_THROW(Recommend(history, "dancing", 1, 50), Error);
+  EXPECT_THROW(Recommend(history, "groove", 0, 50), Error);
+  EXPECT_THROW(Recommend(history, "groove", kLevels + 1, 50), Error);
 }
 
 TEST(ListProgress, ShowsBestScoresTrendAndNextStep) {
@@ -123,32 +194,31 @@ TEST(ListProgress, ShowsBestScoresTrendAndNextStep) {
   EXPECT_EQ(rows[0].last, 65);
   EXPECT_EQ(rows[0].level, 2);
   EXPECT_EQ(rows[0].trend, Trend::kRising);
-  EXPECT_EQ(rows[0].next, Recommend(history, "groove", 2));
+  EXPECT_EQ(rows[0].next, Recommend(history, "groove", 2, 65));
   EXPECT_EQ(rows[1].attempts, 0U);
   EXPECT_EQ(rows[1].trend, Trend::kUnknown);
   EXPECT_EQ(rows[0].totals, (std::vector<double>{30, 50, 65}));
-  EXPECT_EQ(FindNextStep(history, rows), rows[0].next);
+  EXPECT_EQ(FindNextStep(history), rows[0].next);
 }
 
 NextStep NextAfter(const std::vector<Attempt>& history) {
-  return FindNextStep(history, ListProgress(history));
+  return FindNextStep(history);
 }
 
-// The list of exercises names the same next step as the result of the last attempt.
-TEST(ListProgress, NextStepIsThatAfterTheLastAttempt) {
+TEST(ListProgress, NextStepIsTheFirstLevelThatIsNotPassed) {
   EXPECT_EQ(NextAfter({}).exercise, "groove");
-  std::vector<Attempt> history = MakeTries("groove", 2, {40});
+  EXPECT_EQ(NextAfter({}).level, 1);
+  std::vector<Attempt> history = MakeTries("groove", 2, {80});
   history.push_back(MakeTry("osteotomy", 1, 93));
-  EXPECT_EQ(NextAfter(history), Recommend(history, "osteotomy", 1));
-  EXPECT_EQ(NextAfter(history).level, 2);
-  history.push_back(MakeTry("osteotomy", 1, std::nullopt));
+  EXPECT_EQ(NextAfter(history).exercise, "groove");
+  EXPECT_EQ(NextAfter(history).level, 3);
+  history.push_back(MakeTry("groove", 3, std::nullopt));
   EXPECT_EQ(NextAfter(history).kind, Kind::kRepeat);
-  EXPECT_EQ(NextAfter(history).exercise, "osteotomy");
   // Damaged rows and attempts at other scenes are left out.
-  history.push_back(MakeTry("groove", 1, 20));
+  history.push_back(MakeTry("groove", 5, 90));
   history.back().damaged = true;
-  history.push_back(MakeTry("some scene", 1, 100));
-  EXPECT_EQ(NextAfter(history).exercise, "osteotomy");
+  history.push_back(MakeTry("some scene", 5, 100));
+  EXPECT_EQ(NextAfter(history).level, 3);
 }
 
 TEST(ListProgress, NextStepFollowsTheOrderOfDifficulty) {

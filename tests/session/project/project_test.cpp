@@ -63,7 +63,10 @@ struct Case {
     project.cut_bone_file = folder.file("now.vdb");
     project.marks = {{.name = "nerve", .radius_mm = 1.5, .points_W = {{0, 0, 0}, {1, 2, 3}}}};
     project.recordings = {folder.file("session.kerf"), folder.file("older/session.kerf")};
-    project.pieces_json = "{\"pieces\": []}\n";
+    project.pieces_json = R"({"pieces": [{"name": "piece 1"}, {"name": "piece 2"}]})";
+    // A third cannot be written with finitely many digits.
+    project.measurements = {{{"piece 1", {1.0 / 3, -2, 0.1}}, {"piece 2", {4, 5, 6}}},
+                            {{"piece 2", {0, 0, 0}}, {"piece 2", {1, 0, 0}}, {"piece 1", {0, 1, 0}}}};
     project.views = {{.name = "from the left", .target_W_mm = {1, 2, 3}, .toward_eye_W = {1, 0, 0}, .height_mm = 80}};
     project.settings = {{"theme", "dark"}, {"language", "de"}};
     project.sessions = {{.saw = "-"},
@@ -98,6 +101,7 @@ TEST(Project, ReadsBackTheSame) {
   EXPECT_EQ(ReadBytes(read.recordings[1]), "another recording");
   EXPECT_EQ(read.marks, c.project.marks);
   EXPECT_EQ(read.pieces_json, c.project.pieces_json);
+  EXPECT_EQ(read.measurements, c.project.measurements);
   EXPECT_EQ(read.views, c.project.views);
   EXPECT_EQ(read.settings, c.project.settings);
   EXPECT_EQ(read.sessions, c.project.sessions);
@@ -117,6 +121,7 @@ TEST(Project, ReadsBackTheSame) {
   const Project again = ReadProject(c.folder.file("again.kerf-project"), c.folder.file("again"));
   EXPECT_EQ(ReadBone(again.bone_file).CalcHash(), c.bone_hash);
   EXPECT_EQ(again.marks, read.marks);
+  EXPECT_EQ(again.measurements, read.measurements);
   EXPECT_TRUE(IsProjectPath(c.file));
   EXPECT_FALSE(IsProjectPath("case.kerf"));
 }
@@ -159,6 +164,9 @@ TEST(Project, AFailedWriteKeepsTheOldFile) {
   c.project.marks.push_back({.name = ""});
   EXPECT_THAT(MessageOf([&] { WriteProject(c.file, c.project); }), HasSubstr("a mark has no name"));
   c.project.marks.clear();
+  c.project.measurements.push_back({{"piece 3", {}}, {"piece 1", {}}});
+  EXPECT_THAT(MessageOf([&] { WriteProject(c.file, c.project); }), HasSubstr("names 'piece 3', which is not a piece"));
+  c.project.measurements.clear();
   EXPECT_THAT(MessageOf([&] { WriteProject(c.folder.file("none/p.kerf-project"), c.project); }), HasSubstr("none"));
   EXPECT_EQ(ReadBytes(c.file), before);
 }
@@ -270,6 +278,62 @@ TEST(Project, ASceneOutsideTheProjectIsRefused) {
   const std::string file =
       MakeZip(folder, {{"manifest.json", MakeManifest(MakeEntry("scene.toml", scene))}, {"scene.toml", scene}});
   EXPECT_THAT(MessageOf([&] { ReadProject(file, folder.file("out")); }), HasSubstr("names a file outside the project"));
+}
+
+TEST(Project, AForgedMeasurementIsRefused) {
+  const Folder folder;
+  const std::string scene = MakeSceneText("model = \"block\"\n");
+  const auto read = [&](const std::string& pieces, const std::string& measurements) {
+    std::vector<std::pair<std::string, std::string>> members{{"scene.toml", scene},
+                                                             {"measurements.json", measurements}};
+    if (!pieces.empty()) members.emplace_back("pieces.json", pieces);
+    std::string entries;
+    for (const auto& [name, text] : members) entries += (entries.empty() ? "" : ",") + MakeEntry(name, text);
+    members.emplace_back("manifest.json", MakeManifest(entries, "", "2"));
+    return MessageOf([&] { ReadProject(MakeZip(folder, members), folder.file("out")); });
+  };
+  const std::string one = FormatMeasuredPoints({{{"piece 1", {0, 0, 0}}, {"piece 1", {1, 0, 0}}}});
+  EXPECT_EQ(read(R"({"pieces": [{"name": "piece 1"}]})", one), "");
+  for (const char* pieces :
+       {"", "[]", R"({"pieces": 1})", R"({"pieces": [1, {}, {"name": 1}]})", R"({"pieces": [{"name": "piece 2"}]})"}) {
+    EXPECT_THAT(read(pieces, one), HasSubstr("made.zip: a measurement names 'piece 1', which is not a piece"))
+        << pieces;
+  }
+  EXPECT_THAT(read(R"({"pieces": )", one), HasSubstr("made.zip: pieces.json"));
+  EXPECT_THAT(read("", "{}"), HasSubstr("made.zip: measurements.json: the measurements are not a list"));
+}
+
+TEST(ProjectMeasurements, RefuseFaults) {
+  const auto parse = [](const std::string& text) { return MessageOf([&] { ParseMeasuredPoints(text, "p"); }); };
+  EXPECT_EQ(parse("[]"), "");
+  EXPECT_THAT(parse("{}"), HasSubstr("p: the measurements are not a list"));
+  for (const char* entry : {"1", "{}", R"({"points": {}})"}) {
+    EXPECT_THAT(parse(fmt::format("[{}]", entry)), HasSubstr("p: a measurement has no list 'points'")) << entry;
+  }
+  const auto parse_point = [&](const std::string& point) { return parse(R"([{"points": [)" + point + "]}]"); };
+  EXPECT_EQ(parse_point(R"({"piece": "a", "position_mm": [1, -2.5, 1e3]})"), "");
+  for (const char* point : {"1", "{}", R"({"piece": 1, "position_mm": [1, 2, 3]})"}) {
+    EXPECT_THAT(parse_point(point), HasSubstr("p: a point of a measurement does not name its piece")) << point;
+  }
+  for (const char* position : {"null", "1", "[1, 2]", "[1, 2, 3, 4]", "[1, 2, \"3\"]", "[1, 2, 1e9]"}) {
+    EXPECT_THAT(parse_point(fmt::format(R"({{"piece": "a", "position_mm": {}}})", position)),
+                HasSubstr("p: 'position_mm' of a measurement is not a list of three valid numbers"))
+        << position;
+  }
+}
+
+TEST(ProjectMeasurements, AreDistancesAndAngles) {
+  const auto check = [](const std::vector<MeasuredPoints>& measurements) {
+    return MessageOf([&] { CheckMeasuredPoints(measurements, R"({"pieces": [{"name": "a"}]})", "p"); });
+  };
+  for (const std::size_t points : {0, 1, 2, 3, 4}) {
+    const std::string message = check({MeasuredPoints(points, {"a", {1, 2, 3}})});
+    const bool valid = points == 2 || points == 3;
+    EXPECT_EQ(message, valid ? "" : "p: a measurement has neither 2 points (a distance) nor 3 (an angle)") << points;
+  }
+  const MeasuredPoints distance(2, {"a", {}});
+  EXPECT_EQ(check(std::vector<MeasuredPoints>(1000, distance)), "");
+  EXPECT_EQ(check(std::vector<MeasuredPoints>(1001, distance)), "p: a project has at most 1000 measurements");
 }
 
 TEST(ProjectViews, RefuseFaults) {

@@ -5,10 +5,13 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "base/core/cancelled.h"
 #include "base/files/files.h"
@@ -19,6 +22,8 @@
 #include "loop/record/recording.h"
 #include "session/run/hand_motion.h"
 #include "session/run/loop_session.h"
+#include "session/run/make_bone.h"
+#include "session/run/overall_progress.h"
 #include "session/run/session_recorder.h"
 #include "support/block_scene.h"
 #include "support/far_apart.h"
@@ -546,6 +551,57 @@ TEST_F(LoopReport, SessionThatContinuesInMemoryEqualsOneThatReadsTheFile) {
   ASSERT_TRUE(again.replayed);
   EXPECT_FALSE(again.replayed->divergence);
   EXPECT_EQ(again.bone_hash, a.bone_hash);
+}
+
+// The bone is that of the same run until then, and the recording replays.
+TEST_F(LoopReport, ExceptionInsideTheLoopLeavesTheBone) {
+  const Scene scene = ParseScene(kLoopScene, "s.toml");
+  LoopOptions options = Virtual(3);
+  options.output.keep_last = true;
+  fs::create_directories(folder_);
+  options.output.record = folder_ + "/failed.kerf";
+  options.watchers.take_tick = [](const LoopTick& tick, std::span<const double>) {
+    if (tick.time_s > 2) throw Error("the window is gone");
+  };
+  EXPECT_THROW(RunLoop(scene, options, {}), Error);
+  options.output.keep_on_failure = true;
+  options.output.record = folder_ + "/kept.kerf";
+  const LoopSummary s = RunLoop(scene, options, {});
+  EXPECT_EQ(s.failure, "the window is gone");
+  const Bone whole = MakeSceneBone(scene, {});
+  EXPECT_LT(s.after.CalcVolume(), whole.CalcVolume() - 1);
+  EXPECT_NE(s.after.CalcHash(), whole.CalcHash());
+  ASSERT_TRUE(s.recorded);
+  EXPECT_EQ(s.recorded->failure, "");
+  RecordingReader recording(options.output.record);
+  EXPECT_TRUE(recording.damage().whole_s > 1.9) << recording.damage().whole_s;
+}
+
+TEST_F(LoopReport, ContinuedSessionNamesTheStageThatRepeatsItsRecording) {
+  fs::create_directories(folder_);
+  LoopOptions first = Virtual(1);
+  first.output.record = folder_ + "/first.kerf";
+  RunLoop(ParseScene(kLoopScene, "s.toml"), first, {});
+  RecordingReader recording(first.output.record);
+  const RecordedScene recorded = OpenRecordedScene(recording, "");
+  LoopOptions options = Virtual(1);
+  options.replay.recording = &recording;
+  options.replay.until_s = recording.duration_s();
+  options.replay.continues = true;
+  std::vector<std::string> expected;  // with their share of the progress
+  for (const ExpectedStage& stage : ListLoopStages(recorded.scene, options, false)) expected.push_back(stage.name);
+
+  std::vector<std::string> stages;
+  std::map<std::string, double> last;
+  RunLoop(recorded.scene, options, [&](const std::string& stage, double fraction) {
+    if (stages.empty() || stages.back() != stage) stages.push_back(stage);
+    last[stage] = fraction;
+  });
+  EXPECT_THAT(stages, testing::ElementsAre("making the bone", "preparing the session", "repeating the recording",
+                                           "cutting", "separating the pieces"));
+  EXPECT_THAT(stages, testing::IsSupersetOf(expected));
+  EXPECT_EQ(last["repeating the recording"], 1);
+  EXPECT_EQ(last["cutting"], 1);
 }
 
 TEST_F(LoopReport, CancelledWhileTheBoneIsMadeLeavesNoRecording) {

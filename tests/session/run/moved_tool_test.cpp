@@ -185,6 +185,41 @@ TEST_F(MovedTool, UndoAndRedoBringTheSawBackToItsPoseThen) {
   }
 }
 
+// With the guide on, the saw was turned into the plane after the start, and cuts there. The undo to the start does not
+// turn it back: it keeps its attitude and stands above the bone, in the plane.
+TEST_F(MovedTool, UndoKeepsTheAttitudeInTheGuidesPlane) {
+  const auto make = [](bool guided) {
+    return ParseScene(test::kBarToml + test::StrokeToml({0, 0, 8}, {0, 0, 7}, 3, {0, 1, 0}) +
+                          "[hand]\nmodel = \"H4\"\n[device]\nprofile = \"omega_6\"\n" +
+                          (guided ? "[effects.guide]\npoint_mm = [0.0, 0.0, 0.0]\nnormal = [1.0, 0.0, 0.0]\n"
+                                    "depth_direction = [0.0, 0.0, -1.0]\ntolerance_mm = 0.1\n"
+                                  : ""),
+                      "/tmp/s.toml");
+  };
+  const auto turn_and_cut = [](double time_s) -> std::optional<HandAim> {
+    if (time_s < 0.1) return std::nullopt;
+    const double down = std::clamp((time_s - 0.5) / 0.4, 0.0, 1.0);
+    return HandAim{{kDiscAlongX, {0, 0, 8 - 10 * down}}, time_s < 1.4};
+  };
+  for (const bool guided : {true, false}) {
+    const Scene scene = make(guided);
+    const LoopSummary s = Run(scene, 2.5, turn_and_cut, {"1.5:rpm=0", "1.7:undo=start"});
+    ASSERT_EQ(s.undo->restores, 1u);
+    ASSERT_GT(SumRemoved(0, 1.5), 0.5);
+    const Pose& X_end = ticks_.back().coupled.X_WT;
+    const double along = std::abs(X_end.Vector({0, 0, 1}).x);
+    EXPECT_TRUE(IsClear(PhiSampler(s.after), MakeTool(scene), X_end, 0));
+    EXPECT_EQ(SumRemoved(1.5, 2.5), 0);
+    if (guided) {
+      EXPECT_GT(along, std::cos(0.05));  // 0.1 mm at the rim of 6 mm, and the guide gives way a little
+      EXPECT_NEAR(X_end.p_AB.x, 0, 0.2);
+      EXPECT_LT(X_end.p_AB.z, 7.5);  // above the bar by the voxels of the margin, and half a millimetre of a step
+    } else {
+      EXPECT_LT(along, 0.1);  // as it was at the start
+    }
+  }
+}
+
 // The saw was in its own kerf when the checkpoint was made, and it returns there.
 TEST_F(MovedTool, ReturnsIntoItsKerf) {
   const LoopSummary s = Run(MakeScene(), 2.5,

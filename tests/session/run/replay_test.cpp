@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "base/files/files.h"
 #include "bone/material/region_table.h"
@@ -163,6 +164,7 @@ class UndoesAllAndEnds final : public SessionController {
   void Begin(const LoopInitialState& /*beginning*/) override {}
   void TakeLeaf(const LeafMessage& /*leaf*/) override {}
   std::optional<LoopAction> NextAction() override {
+    if (std::exchange(is_first_, false)) return std::nullopt;  // the loop has not started yet
     const auto now = std::chrono::steady_clock::now();
     if (!began_) began_ = now;  // the loop's own clock started earlier
     if (asked_ || std::chrono::duration<double>(now - *began_).count() < at_s_) return std::nullopt;
@@ -177,6 +179,7 @@ class UndoesAllAndEnds final : public SessionController {
 
  private:
   double at_s_;
+  bool is_first_ = true;
   std::optional<std::chrono::steady_clock::time_point> began_;
   bool asked_ = false;
   std::atomic<bool> done_{false};
@@ -202,6 +205,39 @@ TEST_F(Replays, UndoAndRedoAreRepeated) {
     ExpectSame(name, s.counts.ticks);
     RecordingReader recording(Path(name));
     EXPECT_EQ(recording.events().size(), 5u);
+  }
+}
+
+/// Begins with the spindle off, as a window does, and ends after some ticks.
+class BeginsWithTheSpindleOff final : public SessionController {
+ public:
+  void Begin(const LoopInitialState& /*beginning*/) override {}
+  void TakeLeaf(const LeafMessage& /*leaf*/) override {}
+  std::optional<LoopAction> NextAction() override {
+    if (std::exchange(asked_, true)) return std::nullopt;
+    return LoopAction{.at_s = 0, .kind = LoopAction::Kind::kSpindle, .rpm = 0, .name = "0"};
+  }
+  void Done(const LoopAction& /*action*/, const std::string& failure) override { EXPECT_EQ(failure, ""); }
+
+ private:
+  bool asked_ = false;
+};
+
+TEST_F(Replays, TheFirstActionsOfAPeerApplyToTheFirstTick) {
+  for (const bool live : {false, true}) {
+    LoopOptions options = Record(live ? "live.kerf" : "virtual.kerf", live ? 300 : 0.1, live);
+    BeginsWithTheSpindleOff peer;
+    std::atomic<bool> stop{false};
+    options.watchers.peer = &peer;
+    options.stop = &stop;
+    int ticks = 0, turning = 0;
+    options.watchers.take_tick = [&](const LoopTick& tick, std::span<const double> /*channels*/) {
+      turning += tick.in.rpm != 0 ? 1 : 0;
+      stop = ++ticks >= 50;
+    };
+    RunLoop(MakeScene(test::kThroughBarToml), options, {});
+    EXPECT_GE(ticks, 50);
+    EXPECT_EQ(turning, 0);
   }
 }
 

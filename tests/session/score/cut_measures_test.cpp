@@ -142,7 +142,32 @@ TEST(MeasureCut, DepthIsMeasuredToAFifthOfAMillimetre) {
       EXPECT_NEAR(sheet.Get(key).value(), std::abs(deeper_mm), kOffset_mm) << key;
     }
     EXPECT_NEAR(sheet.Get("too_deep_mm").value(), std::max(deeper_mm, 0.0), kOffset_mm);
+    // The whole line is cut, as deep as it was made; what lies outside lies below the wanted cut.
+    EXPECT_EQ(sheet.begun_share, 1);
+    EXPECT_NEAR(sheet.depth_mm.value(), 3 + deeper_mm, kOffset_mm);
+    if (deeper_mm < 0) {
+      EXPECT_EQ(sheet.below_mm3, 0);
+    }
+    EXPECT_LE(sheet.below_mm3 + sheet.beyond_mm3, sheet.Get("outside_mm3").value() + 1e-9);
+    if (deeper_mm > 1) {
+      EXPECT_GT(sheet.below_mm3, 0.8 * sheet.Get("outside_mm3").value());
+    }
   }
+}
+
+// A cut exactly made up to a part of the line is deep enough there and stops.
+TEST(MeasureCut, DeepStretchEndsWhereTheCutStopped) {
+  std::mt19937 random(14);
+  const Case c = RandomCase(random, 3);
+  WantedCut made = c.wanted;
+  made.length_mm = 0.5 * c.wanted.length_mm;
+  const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, made), c.wanted);
+  // The rim of the disc is 0.3 mm above its lowest point at this distance from it.
+  const double chord_mm = std::sqrt(0.3 * (2 * c.wanted.radius_mm - 0.3));
+  ASSERT_TRUE(sheet.deep);
+  EXPECT_NEAR(sheet.deep->share, 0.5 + chord_mm / c.wanted.length_mm, 1 / c.wanted.length_mm);
+  EXPECT_TRUE(sheet.deep->from_start);
+  EXPECT_LT(sheet.deep->shallow_mm, 0.15);
 }
 
 TEST(MeasureCut, VolumeOutsideTheMarginIsCounted) {
@@ -154,6 +179,7 @@ TEST(MeasureCut, VolumeOutsideTheMarginIsCounted) {
   const ScoreSheet sheet = Measure(before, after, c.wanted);
   EXPECT_NEAR(sheet.Get("removed_mm3").value(), before.CalcVolume() - after.CalcVolume(), 1e-6);
   EXPECT_NEAR(sheet.Get("outside_mm3").value(), sheet.Get("removed_mm3").value(), 1e-9);
+  EXPECT_EQ(sheet.below_mm3 + sheet.beyond_mm3, 0);
   EXPECT_EQ(sheet.Get("cut_share").value(), 0);
   EXPECT_NEAR(sheet.Get("under_mm3").value(), sheet.Get("planned_mm3").value(), 1e-9);
   // The kerf lies evenly on both sides of its plane. The centre of a cell that is cut in part is up to a diagonal away.

@@ -89,6 +89,13 @@ TEST(Points, AreHalvedAtTheHalfValue) {
   EXPECT_DOUBLE_EQ(CalcPoints(-6, 3), 0.25);
 }
 
+TEST(Points, AreNotLostWithinTheGoal) {
+  EXPECT_DOUBLE_EQ(CalcPoints(0, 10, 5), 1);
+  EXPECT_DOUBLE_EQ(CalcPoints(5, 10, 5), 1);
+  EXPECT_DOUBLE_EQ(CalcPoints(10, 10, 5), 0.5);
+  EXPECT_DOUBLE_EQ(CalcPoints(15, 10, 5), 0.25);
+}
+
 TEST(Sheet, IsWrittenAsTableJsonCsvAndPage) {
   ScoreSheet sheet = Perfect(ExerciseKind::kBesideCanal);
   sheet.title = "<b>Cut & go</b>";

@@ -107,6 +107,94 @@ TEST(MotionMeter, StrokesAreContactsSeparatedInTime) {
   EXPECT_EQ(sheet.Get("strokes").value(), 3);
 }
 
+/// Returns the gauge of a line of 40 mm, to be cut 2 mm deep into a block.
+DepthGauge MakeLineGauge(const DiscSaw& saw) {
+  BlockParams block;
+  block.size_mm = {60, 10, 8};
+  block.voxel_mm = 0.25;
+  block.layers = {{8, 24}};
+  const Bone bone = MakeBlock(block, DefaultMandibleTable());
+  SceneExercise exercise;
+  exercise.start_mm = {-20, 0, 0};
+  exercise.end_mm = {20, 0, 0};
+  exercise.depth_mm = 2;
+  return DepthGauge(bone, MakeWantedCut(exercise, saw));
+}
+
+/// A disc of radius R whose lowest point is at the depth d is at least d/2 deep over a length of sqrt(R d - d^2/4) to
+/// both sides. The line counts as cut that far beyond the place where the disc stopped.
+TEST(MotionMeter, LineAtHalfDepthReachesAheadOfTheDiscByItsChord) {
+  DiscSaw saw;
+  saw.diameter_mm = 24;
+  const DepthGauge gauge = MakeLineGauge(saw);
+  const auto line_share = [&](double stop_mm, double depth_mm) {
+    MotionMeter meter(0);
+    for (int i = 1; i <= 1000; ++i) {
+      MotionTick tick;
+      tick.time_s = 4 * i * kTick_s;
+      tick.dt_s = 4 * kTick_s;
+      tick.contact = true;
+      tick.X_WT = gauge.cut().CalcToolPose(stop_mm * i / 1000.0, depth_mm);
+      meter.Take(tick);
+    }
+    ScoreSheet sheet = MakeSheet({});
+    meter.Finish(saw, &gauge, nullptr, {}, sheet);
+    return sheet.Get("line_share").value();
+  };
+  const double chord_mm = std::sqrt(12.0 * 2 - 1);  // 4.8 mm
+  // Columns are 0.25 mm apart, and the rim has a point every 0.6 mm.
+  const double tolerance = 0.6 / 40;
+  EXPECT_NEAR(line_share(20, 2), (20 + chord_mm) / 40, tolerance);
+  EXPECT_EQ(line_share(40, 2), 1);
+  EXPECT_EQ(line_share(36, 2), 1);  // 4 mm before the end
+  EXPECT_LT(line_share(34, 2), 1);
+  EXPECT_EQ(line_share(40, 0.9), 0);  // less than half as deep
+}
+
+// A stop of 4 s in the middle of a line that is otherwise followed at 5 mm/s.
+TEST(MotionMeter, FeedAlongTheLineCountsStops) {
+  const DiscSaw saw;
+  const DepthGauge gauge = MakeLineGauge(saw);
+  const auto measure = [&](double pause_s, double depth_mm) {
+    MotionMeter meter(0);
+    for (int i = 1; i <= 3000; ++i) {
+      MotionTick tick;
+      tick.time_s = 0.004 * i;
+      tick.dt_s = 0.004;
+      const double s_mm = 5 * (std::min(tick.time_s, 4.0) + std::max(tick.time_s - 4 - pause_s, 0.0));
+      tick.X_WT = gauge.cut().CalcToolPose(std::min(s_mm, 40.0), depth_mm);
+      meter.Take(tick);
+    }
+    ScoreSheet sheet = MakeSheet({});
+    meter.Finish(saw, &gauge, nullptr, {}, sheet);
+    return sheet.feed_along;
+  };
+  const std::optional<FeedAlong> even = measure(0, 2);
+  ASSERT_TRUE(even);
+  EXPECT_NEAR(even->slowest_mm_per_s, 5, 1e-6);  // rounding
+  EXPECT_NEAR(even->fastest_mm_per_s, 5, 1e-6);
+  const std::optional<FeedAlong> uneven = measure(4, 2);
+  ASSERT_TRUE(uneven);
+  EXPECT_NEAR(uneven->slowest_mm_per_s, 0, 1e-6);
+  EXPECT_NEAR(uneven->fastest_mm_per_s, 5, 1e-6);
+  EXPECT_FALSE(measure(4, 0.9));  // less than half as deep
+}
+
+/// One movement whose speed is that of a smooth reach has a SPARC of about -1.8; a pause in the middle adds to it.
+TEST(MotionMeter, SmoothnessOfOneEvenMovementIsKnown) {
+  const auto sparc = [](int movements) {
+    const ScoreSheet sheet = MeasureMotion(2.0 * movements, 0, [](MotionTick& tick) {
+      const double whole = std::floor(tick.time_s / 2);
+      const double u = std::min(tick.time_s - 2 * whole, 1.0);  // moves for 1 s, rests for 1 s
+      tick.X_WT.p_AB = 20 * (whole + u * u * u * (10 - 15 * u + 6 * u * u)) * Vec3(1, 0, 0);
+    });
+    return sheet.Get("sparc").value();
+  };
+  EXPECT_NEAR(sparc(1), -1.8, 0.1);
+  EXPECT_LT(sparc(2), sparc(1) - 0.3);
+  EXPECT_LT(sparc(4), sparc(2) - 0.3);
+}
+
 /// The tool goes through the far side of a block 8 mm high by 2 mm and by 1 mm, and by 0.04 mm in between.
 TEST(MotionMeter, PlungesAreCountedAndMeasured) {
   BlockParams block;

@@ -10,6 +10,8 @@
 #include <set>
 #include <string>
 
+#include "session/score/faults.h"
+
 namespace kerf {
 namespace {
 
@@ -29,8 +31,11 @@ ScoreSheet PerfectSheet(ExerciseKind kind) {
   for (MeasureRow& row : sheet.rows) {
     row.value = 0;
     if (row.half == 0) row.half = 10;
+    const std::string_view key = row.info->key;
+    if (key == "time_total_s" || key == "path_length_mm") row.goal = 5;
   }
   for (const char* key : {"cut_share", "line_share"}) SetValue(sheet, key, 1);
+  SetValue(sheet, "feed_mean_mm_per_s", sheet.exercise.feed_mm_per_s);
   SetValue(sheet, "removed_mm3", 12);
   SetValue(sheet, "nerve_distance_mm", 2.6);
   CalcTotal(sheet);
@@ -106,6 +111,53 @@ TEST(Review, MissingBoneIsTooShallowWhereTheLineWasFollowed) {
   EXPECT_THAT(FormatMessage(*MakeReview(sheet).praise), testing::Not(HasSubstr("depth")));
 }
 
+TEST(Review, CutThatStopsEarlyAtTheRightDepthIsNotTooShallow) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);
+  SetValue(sheet, "cut_share", 0.8);
+  SetValue(sheet, "depth_error_mean_mm", 0.3);
+  SetValue(sheet, "depth_error_worst_mm", 1.5);
+  sheet.deep = DeepStretch{.share = 0.72, .from_start = true, .shallow_mm = 0.04};
+  EXPECT_EQ(Headline(sheet),
+            "You stopped at 72 % of the line. Your depth is right there: go on to the end of the line.");
+  sheet.deep->from_start = false;
+  EXPECT_THAT(Headline(sheet), HasSubstr("You have cut only 72 % of the line."));
+  sheet.deep->shallow_mm = 0.25;
+  EXPECT_THAT(Headline(sheet), HasSubstr("0.3 mm too shallow"));
+  sheet.deep = DeepStretch{.share = 1, .from_start = true, .shallow_mm = 0.1};
+  EXPECT_THAT(Headline(sheet), HasSubstr("0.3 mm too shallow"));
+}
+
+TEST(Review, CutWithAFeedThatMissesTheGoalIsNotExcellent) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kFollowLine);
+  sheet.exercise.feed_mm_per_s = 3;
+  SetValue(sheet, "feed_mean_mm_per_s", 1);
+  sheet.feed_along = FeedAlong{0, 6.2};
+  CalcTotal(sheet);
+  const double total = *sheet.total;
+  EXPECT_EQ(Headline(sheet),
+            "Your feed was uneven: at most 6.2 mm/s and at least 0.0 mm/s along the line, and a constant 3.0 mm/s is "
+            "wanted. The feed costs no points.");
+  EXPECT_TRUE(MakeReview(sheet).notes.empty());  // the mean feed says nothing then
+  EXPECT_EQ(*sheet.total, total);
+  SetValue(sheet, "feed_mean_mm_per_s", 5.1);
+  sheet.feed_along = FeedAlong{4.8, 5.3};
+  EXPECT_THAT(Headline(sheet), HasSubstr("Your feed was between 4.8 mm/s and 5.3 mm/s along the line"));
+  SetValue(sheet, "feed_mean_mm_per_s", 3.1);
+  sheet.feed_along = FeedAlong{2.7, 3.4};
+  EXPECT_THAT(Headline(sheet), HasSubstr("An excellent cut"));
+  // What costs points is said first; the feed is then a note.
+  sheet.feed_along = FeedAlong{0.4, 6.2};
+  SetValue(sheet, "plane_offset_mm", 0.9);
+  EXPECT_THAT(Headline(sheet), HasSubstr("0.9 mm beside the line"));
+  CalcTotal(sheet);
+  ASSERT_EQ(MakeReview(sheet).notes.size(), 1U);
+  EXPECT_THAT(FormatMessage(MakeReview(sheet).notes[0]), HasSubstr("Your feed was uneven"));
+  // In the other exercises the feed is not a goal.
+  ScoreSheet groove = PerfectSheet(ExerciseKind::kGroove);
+  groove.feed_along = FeedAlong{0, 9};
+  EXPECT_THAT(Headline(groove), HasSubstr("An excellent cut"));
+}
+
 TEST(Review, LossesAddUpToWhatTheTotalLacks) {
   for (const ExerciseKind kind : kReviewed) {
     ScoreSheet sheet = PerfectSheet(kind);
@@ -139,7 +191,7 @@ TEST(Review, SaysWhyAnAttemptHasNoScore) {
   SetValue(sheet, "cut_share", 0.28);
   EXPECT_EQ(
       Headline(sheet),
-      "You have made 28 % of the wanted cut and followed 45 % of the line; a score needs at least 80 % of the line. "
+      "You have made 28 % of the wanted cut. 45 % of the line is at least half as deep as wanted; a score needs 80 %. "
       "Cut along the whole line.");
   // What could not be measured is left out, and so is its cross.
   SetValue(sheet, "plane_offset_mm", std::nullopt);
@@ -209,7 +261,7 @@ TEST(Review, AttemptBesideTheLineSaysSoAndShowsNoFiguresWithoutSense) {
   // An unfinished cut in the right place is not beside the line.
   sheet.beside_mm = 0.1;
   sheet.incomplete = {"the exercise is not finished"};
-  EXPECT_THAT(Headline(sheet), HasSubstr("followed 73 % of the line"));
+  EXPECT_THAT(Headline(sheet), HasSubstr("73 % of the line is at least half as deep"));
 }
 
 TEST(Review, OsteotomyNamesTheNerveThatThePlaneCrosses) {
@@ -262,12 +314,18 @@ TEST(Review, LostPointsOfAllFiguresAddUpToTheRoundedTotal) {
 }
 
 TEST(Review, HandThatDoesNotTrembleIsNotPraisedForIt) {
-  ScoreSheet sheet = PerfectSheet(ExerciseKind::kFollowLine);  // whose weights are the same
-  for (const char* key : {"plane_offset_mm", "plane_angle_deg", "outside_mm3"}) SetValue(sheet, key, 10);
-  SetValue(sheet, "jitter_mm", 0.01);
+  // The weight of the trembling is small here, so that it costs no points.
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kOsteotomy);
+  for (const char* key : {"plane_offset_mm", "plane_angle_deg", "outside_mm3", "path_length_mm", "time_total_s"}) {
+    SetValue(sheet, key, 10);
+  }
+  SetValue(sheet, "jitter_mm", 0.006);
   CalcTotal(sheet);
   EXPECT_THAT(FormatMessage(MakeReview(sheet).praise.value()), HasSubstr("trembled by only 0.01 mm"));
   SetValue(sheet, "jitter_mm", 0.001);
+  CalcTotal(sheet);
+  EXPECT_THAT(FormatMessage(MakeReview(sheet).praise.value()), testing::Not(HasSubstr("trembled")));
+  SetValue(sheet, "jitter_mm", 0.05);
   CalcTotal(sheet);
   EXPECT_THAT(FormatMessage(MakeReview(sheet).praise.value()), testing::Not(HasSubstr("trembled")));
 }
@@ -296,6 +354,158 @@ TEST(Review, FiguresAreThoseOfTheExercise) {
   }
 }
 
+// A disc that stays in its plane and goes through the bone: nothing lies beside the line.
+TEST(Review, BoneRemovedBelowTheCutCountsForTheDepth) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kFollowLine);
+  SetValue(sheet, "too_deep_mm", 12);
+  SetValue(sheet, "outside_mm3", 96);
+  SetValue(sheet, "removed_mm3", 110);
+  sheet.below_mm3 = 90;
+  sheet.beyond_mm3 = 6;
+  EXPECT_EQ(Headline(sheet), "You cut 12.0 mm too deep. Slow down before you reach the depth of 2.0 mm.");
+  CalcTotal(sheet);
+  double sum = 0;
+  for (const FaultLoss& loss : FindLosses(sheet)) {
+    EXPECT_NE(loss.fault, Fault::kOutside);
+    sum += loss.lost;
+  }
+  EXPECT_NEAR(sum, 100 - sheet.total.value(), 1e-9);
+  // What lies below is not beside either, wherever the mean of the removed bone lies.
+  sheet.beside_mm = 1;
+  sheet.incomplete = {"the exercise is not finished"};
+  SetValue(sheet, "line_share", 0.4);
+  EXPECT_THAT(Headline(sheet), testing::Not(HasSubstr("beside")));
+  CalcTotal(sheet);
+  ASSERT_FALSE(MakeReview(sheet).notes.empty());
+  EXPECT_THAT(FormatMessage(MakeReview(sheet).notes[0]), HasSubstr("12.0 mm too deep"));
+  ScoreSheet beyond = PerfectSheet(ExerciseKind::kFollowLine);
+  SetValue(beyond, "outside_mm3", 20);
+  beyond.beyond_mm3 = 20;
+  EXPECT_THAT(Headline(beyond), HasSubstr("20 mm³ beyond the ends of the line"));
+}
+
+TEST(Review, UngradedCutAlongTheWholeLineIsTooShallowOrTooFast) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kFollowLine);
+  sheet.incomplete = {"the exercise is not finished"};
+  sheet.exercise.feed_mm_per_s = 3;
+  SetValue(sheet, "line_share", 0.63);
+  sheet.begun_share = 1;
+  sheet.depth_mm = 0.7;
+  SetValue(sheet, "feed_mean_mm_per_s", 2.8);
+  EXPECT_EQ(
+      Headline(sheet),
+      "Your cut is too shallow to be scored: it is 0.7 mm deep on average, and 2.0 mm are wanted. Go to the depth "
+      "first, and keep pressing down while you move along the line.");
+  SetValue(sheet, "feed_mean_mm_per_s", 9.2);
+  EXPECT_THAT(Headline(sheet), HasSubstr("You were too fast, at 9.2 mm/s; 3.0 mm/s are wanted."));
+  sheet.begun_share = 0.7;
+  EXPECT_THAT(Headline(sheet), HasSubstr("Cut along the whole line."));
+}
+
+TEST(Review, PraiseIsNeitherTheHeadlineNorWhatCostPoints) {
+  for (const ExerciseKind kind : kReviewed) {
+    for (const Goal& goal : GoalsOf(kind)) {
+      for (const double value : {0.03, 0.2, 1.0}) {
+        ScoreSheet sheet = PerfectSheet(kind);
+        SetValue(sheet, goal.key, value);
+        CalcTotal(sheet);
+        const ExerciseReview review = MakeReview(sheet);
+        for (const auto* list : {&review.figures, &review.rest}) {
+          for (const ReviewFigure& figure : *list) {
+            if (figure.lost_points == 0 || !review.praise) continue;
+            EXPECT_STREQ(figure.info->key, goal.key);
+            // The same measure, perfect, would have been praised in these words.
+            EXPECT_THAT(FormatMessage(*review.praise), testing::Not(HasSubstr(FormatQuantity(*figure.value))));
+          }
+        }
+      }
+    }
+  }
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);
+  SetValue(sheet, "too_deep_mm", 0.2);
+  EXPECT_THAT(Headline(sheet), HasSubstr("0.2 mm too deep"));
+  CalcTotal(sheet);
+  EXPECT_THAT(FormatMessage(MakeReview(sheet).praise.value()), testing::Not(HasSubstr("depth")));
+}
+
+// A disc is half as deep as wanted ahead of its lowest point, so that line_share alone does not tell.
+TEST(Review, WholeLineIsPraisedOnlyIfTheCutIsMade) {
+  const auto praise = [](double cut_share) {
+    ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);
+    for (const MeasureRow& row : std::vector(sheet.rows)) {
+      if (row.weight > 0) SetValue(sheet, row.info->key, row.goal + row.half);  // everything costs points
+    }
+    SetValue(sheet, "cut_share", cut_share);
+    CalcTotal(sheet);
+    const ExerciseReview review = MakeReview(sheet);
+    return review.praise ? FormatMessage(*review.praise) : "";
+  };
+  EXPECT_EQ(praise(1), "You have followed the whole line.");
+  EXPECT_EQ(praise(0.9), "");
+}
+
+TEST(Review, MarksFollowThePointsThatAreShown) {
+  for (const ExerciseKind kind : kReviewed) {
+    for (const double step : {0.003, 0.02, 0.1, 0.3, 0.9, 2.0}) {
+      ScoreSheet sheet = PerfectSheet(kind);
+      double value = 0;
+      for (const Goal& goal : GoalsOf(kind)) SetValue(sheet, goal.key, value += step);
+      SetValue(sheet, "cut_share", 1 - 0.3 * step);
+      CalcTotal(sheet);
+      const ExerciseReview review = MakeReview(sheet);
+      for (const auto* list : {&review.figures, &review.rest}) {
+        for (const ReviewFigure& figure : *list) {
+          if (!figure.scored) {
+            EXPECT_EQ(figure.lost_points, 0) << figure.info->key;
+            continue;
+          }
+          EXPECT_EQ(figure.level == ReviewLevel::kGood, figure.lost_points == 0) << figure.info->key;
+          EXPECT_NE(figure.level, ReviewLevel::kPlain) << figure.info->key;
+          // A goal that is met costs nothing.
+          if (figure.relation == GoalRelation::kAtMost && figure.value->value <= figure.goal->value) {
+            EXPECT_EQ(figure.lost_points, 0) << figure.info->key;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Review, FeedThatIsNotScoredIsNamedInANote) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kFollowLine);
+  sheet.exercise.feed_mm_per_s = 3;
+  SetValue(sheet, "feed_mean_mm_per_s", 0.7);
+  CalcTotal(sheet);
+  const ExerciseReview review = MakeReview(sheet);
+  EXPECT_TRUE(review.notes.empty());  // the headline says it
+  EXPECT_EQ(FormatMessage(review.headline),
+            "Your feed was 0.7 mm/s on average, and 3.0 mm/s are wanted. The feed costs no points.");
+  ASSERT_STREQ(review.figures[3].info->key, "feed_mean_mm_per_s");
+  EXPECT_EQ(FormatGoal(review.figures[3]), "3 mm/s ± 25 %");
+  EXPECT_FALSE(review.figures[3].scored);
+  SetValue(sheet, "feed_mean_mm_per_s", 2.0);
+  ASSERT_EQ(MakeReview(sheet).notes.size(), 1U);
+  EXPECT_EQ(FormatMessage(MakeReview(sheet).notes[0]),
+            "Your feed was 2.0 mm/s on average, and 3.0 mm/s are wanted. The feed costs no points.");
+  SetValue(sheet, "feed_mean_mm_per_s", 2.5);
+  EXPECT_TRUE(MakeReview(sheet).notes.empty());
+}
+
+TEST(Review, SaysThatTheTimeWasUpAndNotToSwitchOnWhatWasOn) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);
+  sheet.incomplete = {"the exercise is not finished"};
+  sheet.exercise.time_limit_s = 120;
+  SetValue(sheet, "removed_mm3", 0);
+  SetValue(sheet, "time_total_s", 119);
+  EXPECT_THAT(Headline(sheet), HasSubstr("Switch the spindle on"));
+  EXPECT_TRUE(MakeReview(sheet).notes.empty());
+  sheet.turned = true;
+  SetValue(sheet, "time_total_s", 120.02);
+  EXPECT_EQ(Headline(sheet), "Nothing was cut. Lower the turning blade into the bone on the line.");
+  ASSERT_EQ(MakeReview(sheet).notes.size(), 1U);
+  EXPECT_EQ(FormatMessage(MakeReview(sheet).notes[0]), "The time was up: the attempt ended after 120 s.");
+}
+
 TEST(Review, LabelsAreShortAndUnique) {
   std::set<std::string> labels;
   for (const MeasureInfo& info : Measures()) {
@@ -304,6 +514,41 @@ TEST(Review, LabelsAreShortAndUnique) {
     EXPECT_TRUE(labels.insert(label).second) << label;
     EXPECT_NE(label, info.name) << "no short label: " << info.key;
   }
+}
+
+// A student who has never heard of a spectrum can read what each figure says.
+TEST(Review, EveryMeasureHasAPlainMeaning) {
+  std::set<std::string> meanings;
+  for (const MeasureInfo& info : Measures()) {
+    const std::string meaning = MeaningOf(info);
+    EXPECT_NE(meaning, info.formula) << "no meaning: " << info.key;
+    EXPECT_TRUE(meanings.insert(meaning).second) << meaning;
+    EXPECT_TRUE(meaning.ends_with('.')) << meaning;
+    for (const char* term : {"spectrum", "deviation", "percentile", "median", "normal", "amplitude", "RMS", "|", "_"}) {
+      EXPECT_EQ(meaning.find(term), std::string::npos) << info.key << " uses \"" << term << '"';
+    }
+  }
+  const std::string page = FormatSheetHtml(PerfectSheet(ExerciseKind::kGroove));
+  for (const char* key : {"sparc", "feed_cv", "dice", "too_deep_mm"}) {
+    EXPECT_NE(page.find(MeaningOf(FindMeasure(key))), std::string::npos) << key;
+  }
+}
+
+// A planned cut through the canal has a sentence about it; a negative distance beside it would only puzzle.
+TEST(Review, NegativeDistanceToTheNerveIsShownOnlyWhereTheNerveIsSpared) {
+  const auto shows = [](ExerciseKind kind, double distance_mm) {
+    ScoreSheet sheet = PerfectSheet(kind);
+    SetValue(sheet, "nerve_distance_mm", distance_mm);
+    const ExerciseReview review = MakeReview(sheet);
+    bool found = false;
+    for (const auto* list : {&review.figures, &review.rest}) {
+      for (const ReviewFigure& figure : *list) found = found || figure.info == &FindMeasure("nerve_distance_mm");
+    }
+    return found;
+  };
+  EXPECT_TRUE(shows(ExerciseKind::kBesideCanal, -1.2));
+  EXPECT_FALSE(shows(ExerciseKind::kOsteotomy, -1.2));
+  EXPECT_TRUE(shows(ExerciseKind::kOsteotomy, 1.2));
 }
 
 TEST(Review, LevelsFollowThePoints) {
@@ -329,6 +574,14 @@ TEST(Quantity, HasTypographicUnitsAndTheLocalesPoint) {
   EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("outside_mm3"), 2.26)), "2.3 mm³");
   EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("plane_angle_deg"), 5.24)), "5.2°");
   EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("cut_share"), 0.834)), "83 %");
+  // What is not perfect does not read so.
+  EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("cut_share"), 0.998)), "99 %");
+  EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("cut_share"), 1)), "100 %");
+  EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("under_mm3"), 0.03)), "0.03 mm³");
+  EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("under_mm3"), 0.002)), "0.01 mm³");
+  EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("under_mm3"), 0)), "0.0 mm³");
+  EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("plane_offset_mm"), -0.04)), "-0.04 mm");
+  EXPECT_EQ(FormatQuantity(ShowMeasure(FindMeasure("dice"), 0.9985)), "0.99");
   EXPECT_EQ(FormatQuantity({-0.04, 1, "mm"}), "0.0 mm");
   EXPECT_EQ(FormatQuantity({3.14, 1, "mm"}, ","), "3,1 mm");
 }

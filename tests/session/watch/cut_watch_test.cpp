@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "bone/grid/grids.h"
 #include "bone/grid/set_leaf.h"
@@ -104,6 +105,40 @@ TEST(CutWatch, ReportsThePieceAgainAfterAnUndo) {
   EXPECT_EQ(watch.Fetch()->piece_count, 1u);
   bar.OfferAll(watch, bar.now);
   EXPECT_EQ(watch.TakeFreed().size(), 1u);
+}
+
+TEST(CutWatch, ReportsInjuriesUntilTheyAreUndone) {
+  Bar bar;
+  const std::vector<Mark> marks{
+      {.name = "nerve", .kind = MarkKind::kNerve, .radius_mm = 0.5, .points_W = {{-6, 0, 0}, {6, 0, 0}}}};
+  CutWatch watch(bar.before, bar.now, {.period_s = 1e-3});
+  watch.SetMarks(marks);
+  watch.WaitIdle();
+  EXPECT_TRUE(watch.Fetch().value().injuries.empty());
+  bar.CutDownTo(0);
+  bar.OfferAll(watch, bar.now);
+  std::vector<StructureResult> injuries = watch.Fetch().value().injuries;
+  ASSERT_EQ(injuries.size(), 1u);
+  EXPECT_EQ(injuries[0].name, "nerve");
+  EXPECT_FALSE(injuries[0].is_severed);
+  // Half of a tube of 0.5 mm radius over 0.4 mm; a cell at its border belongs to it or not as a whole.
+  EXPECT_NEAR(injuries[0].removed_mm3, 0.4 * 0.5 * std::numbers::pi * 0.25, 0.4 * 0.5 * kVoxel * std::numbers::pi);
+  bar.CutDownTo(-2);
+  bar.OfferAll(watch, bar.now);
+  injuries = watch.Fetch().value().injuries;
+  ASSERT_EQ(injuries.size(), 1u);
+  EXPECT_TRUE(injuries[0].is_severed);
+  {
+    // A watch that begins with a bone that was cut before, as in a project that is opened.
+    CutWatch later(bar.before, bar.now, {.period_s = 1e-3});
+    later.SetMarks(marks);
+    later.WaitIdle();
+    injuries = later.Fetch().value().injuries;
+    ASSERT_EQ(injuries.size(), 1u);
+    EXPECT_TRUE(injuries[0].is_severed);
+  }
+  bar.OfferAll(watch, *bar.before);
+  EXPECT_TRUE(watch.Fetch().value().injuries.empty());
 }
 
 TEST(CutWatch, DoesNotReportDust) {

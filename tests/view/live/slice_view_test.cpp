@@ -227,6 +227,24 @@ TEST(SliceView, PlanesMarksAndCursorMeetTheSliceWhereTheyShould) {
   EXPECT_TRUE(CalcSliceLines(frame, scene).back().dashed);
 }
 
+TEST(SliceView, PointsAreCirclesInAllSlices) {
+  const SliceFrame frame = CalcSliceFrame(MakeSpec(SliceKind::kAxial, {0, 0, -5}));
+  SliceScene scene;
+  scene.points = {{.p_W = {3, 2, -5}, .label = "1"}, {.p_W = {-4, 1, -9}, .label = "2"}};
+  const auto lines = CalcSliceLines(frame, scene);
+  ASSERT_EQ(lines.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(lines[i].kind, SliceLineKind::kPoint);
+    EXPECT_EQ(lines[i].name, scene.points[i].label);
+    const OverlayPoint middle = frame.PixelOf(scene.points[i].p_W);
+    for (const OverlayPoint& p : lines[i].points) {
+      EXPECT_NEAR(std::hypot(p.column - middle.column, p.row - middle.row), 5, 1e-9);
+    }
+  }
+  EXPECT_FALSE(lines[0].dashed);
+  EXPECT_TRUE(lines[1].dashed) << "it lies 4 mm away from the plane";
+}
+
 TEST(SliceView, MeshIsCutIntoClosedLines) {
   const auto cube = test::MakeCube({1, 2, 3}, 4);
   const Pose X_WS{glm::angleAxis(0.3, glm::normalize(Vec3{0.2, 1, 0.1})), {1, 2, 3.3}};

@@ -96,6 +96,45 @@ TEST_F(OnePlate, PlateCoversItsAreaWithoutGaps) {
   EXPECT_GT(view.stats().surface_bytes, 10000u);
 }
 
+// The panels show the force of this frame; its label must not be that of the last picture.
+TEST_F(OnePlate, LabelsAreThoseOfTheLatestState) {
+  view.SetForce(ForceArrow{.p_W = {0, 0, 1}, .f_W_N = {0, 0, 2}, .label = "2.0 N"});
+  ASSERT_EQ(view.ListLabels().size(), 1u);
+  EXPECT_EQ(view.ListLabels()[0].text, "2.0 N");
+  Draw();
+  view.SetForce(ForceArrow{.p_W = {0, 0, 1}, .f_W_N = {0, 0, 7}, .label = "7.0 N"});
+  view.SetAlarms({{{1, 2, 3}, AlarmLevel::kNotice, "nerve"}, {{3, 2, 1}, AlarmLevel::kDanger, "tooth"}});
+  view.SetPlanes({{.name = "plane 1"}});
+  const std::vector<SceneLabel> labels = view.ListLabels();
+  ASSERT_EQ(labels.size(), 4u);
+  const auto expect = [&](std::size_t i, const char* text, bool matters) {
+    EXPECT_EQ(labels[i].text, text);
+    EXPECT_EQ(labels[i].matters, matters) << text;
+  };
+  expect(0, "tooth", true);  // the greatest danger first
+  expect(1, "nerve", false);
+  expect(2, "7.0 N", true);
+  expect(3, "plane 1", false);
+  view.SetForce(std::nullopt);
+  EXPECT_EQ(view.ListLabels().size(), 3u);
+}
+
+// A line of 3.2 points with a casing of 6 points.
+TEST_F(OnePlate, MeasuringLineIsThickerThanAHair) {
+  for (const double scale : {1.0, 2.0}) {
+    view.Resize(kWidth, kHeight, scale);
+    view.SetMeasures({});
+    const Image without = Draw();
+    view.SetMeasures({{{{-5, 0, 1}, {5, 0, 1}}, "10.0 mm"}});
+    const Image with = Draw();
+    int rows = 0;
+    for (int row = 0; row < with.height; ++row) {
+      rows += with.At(kWidth / 2, row) == without.At(kWidth / 2, row) ? 0 : 1;
+    }
+    EXPECT_NEAR(rows, 6 * scale, 1.5) << scale;
+  }
+}
+
 TEST_F(OnePlate, KnowsWhetherThePictureHasChanged) {
   EXPECT_TRUE(view.has_changed()) << "nothing was drawn yet";
   view.SetTool(DiscSaw{});

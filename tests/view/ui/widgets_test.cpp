@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "view/ui/panels.h"
 #include "view/ui/picture_marks.h"
@@ -49,6 +51,42 @@ TEST(Widgets, FittedTextIsTheTextOrItsBeginningWithAnEllipsis) {
     EXPECT_EQ(text.rfind(beginning, 0), 0u) << shown;
   }
   ui.EndFrame();
+}
+
+/// Returns whether the second of two clicks is a double click. All events are there at once, and each frame takes one.
+bool ClicksTwice(const std::vector<double>& frames_s, int between) {
+  Ui ui;
+  ui.SetSize(800, 600, 1);
+  bool twice = false;
+  std::size_t frame = 0;
+  const auto draw = [&] {
+    ui.BeginFrame(frames_s[std::min(frame++, frames_s.size() - 1)]);
+    twice = twice || ImGui::IsMouseDoubleClicked(0);
+    ui.EndFrame();
+  };
+  const auto send = [&](WindowEvent::Kind kind) {
+    WindowEvent event;
+    event.kind = kind;
+    event.x = event.y = 100;
+    ui.Take(event);
+  };
+  send(WindowEvent::Kind::kMouseMove);
+  draw();
+  for (int click = 0; click < 2; ++click) {
+    send(WindowEvent::Kind::kMouseDown);
+    draw();
+    send(WindowEvent::Kind::kMouseUp);
+    draw();
+    for (int i = 0; click == 0 && i < between; ++i) draw();
+  }
+  return twice;
+}
+
+TEST(Widgets, DoubleClickDoesNotDependOnTheTimeOfAFrame) {
+  for (const double frame_s : {0.01, 0.05, 0.14, 0.2, 0.3, 0.45}) EXPECT_TRUE(ClicksTwice({frame_s}, 0)) << frame_s;
+  // Single clicks: 0.4 s and more of quick frames between them, or a window that drew nothing for 0.5 s.
+  EXPECT_FALSE(ClicksTwice({0.02}, 20));
+  EXPECT_FALSE(ClicksTwice({0.02, 0.02, 0.02, 0.02, 0.02, 0.5, 0.02}, 2));
 }
 
 /// A panel with two fields for numbers, controlled by keys.
@@ -174,6 +212,20 @@ TEST(Labels, AvoidTheSawIfThereIsSpace) {
   EXPECT_FALSE(Overlap(PlaceLabels(labels, {{150, 20}}, {}, {saw}, area, 1)[0], saw));
   // If the saw covers the whole window, the label is shown all the same.
   EXPECT_FALSE(PlaceLabels(labels, {{150, 20}}, {}, {area}, area, 1)[0].empty());
+  // A label that yields is left out instead.
+  const std::vector<UiLabel> yielding{{.text = "plane 1", .x = 660, .y = 360, .yields = true}};
+  EXPECT_FALSE(PlaceLabels(yielding, {{150, 20}}, {}, {saw}, area, 1)[0].empty());
+  EXPECT_TRUE(PlaceLabels(yielding, {{150, 20}}, {}, {area}, area, 1)[0].empty());
+}
+
+TEST(Labels, FewAreKeptAroundACut) {
+  std::vector<UiLabel> labels;
+  for (int i = 0; i < 8; ++i) labels.push_back({.text = std::to_string(i), .x = 600.0 + 10 * i, .y = 300});
+  labels.push_back({.text = "far", .x = 1000, .y = 300});
+  const std::vector<UiLabel> kept = ThinOutLabels(labels, {600, 300}, 200, 3);
+  ASSERT_EQ(kept.size(), 4u);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(kept[i].text, std::to_string(i));
+  EXPECT_EQ(kept[3].text, "far");
 }
 
 // The level must be readable without colour.
@@ -199,12 +251,12 @@ TEST(Translate, NumbersAreReadWithEitherSeparator) {
   for (const char* text : {"", " ", "-", "1.2.3", "2 mm", "inf", "nan"}) EXPECT_FALSE(ParseNumber(text)) << text;
 }
 
-TEST(Translate, DistanceOfACutStructureIsItsDepth) {
+TEST(Translate, DistanceOfAStructureWithTheBladeInIt) {
   SetLanguage("en");
   EXPECT_EQ(ShowDistance(1.24), "1.2 mm");
   EXPECT_EQ(ShowDistance(0), "0.0 mm");
   EXPECT_EQ(ShowDistance(-0.04), "0.0 mm");  // as shown, it is not cut
-  EXPECT_EQ(ShowDistance(-0.7), "cut by 0.7 mm");
+  EXPECT_EQ(ShowDistance(-0.7), "blade in it");
 }
 
 TEST(Translate, OnlyNamesOfTheProgramAreTranslated) {

@@ -3,6 +3,7 @@
 
 #include "base/core/not_built.h"
 #include "bone/import/dicom.h"
+#include "bone/import/image_file.h"
 #include "bone/import/label_image.h"
 
 namespace kerf {
@@ -27,6 +28,12 @@ std::vector<DicomSeries> ListDicomSeries(const std::string&) {
   Fail();
 }
 const DicomSeries& ChooseSeries(const std::vector<DicomSeries>&, const std::string&, const std::string&) {
+  Fail();
+}
+LayeredImage ReadLayeredImage(const std::string&, const std::string&) {
+  Fail();
+}
+std::string FindLabelObjection(std::span<const std::int16_t>, bool, std::size_t) {
   Fail();
 }
 Volume ReadLabelImage(const std::string&) {

@@ -1,0 +1,304 @@
+// Opening and closing the case of a rehearsal.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <utility>
+
+#include "app/window/rehearsal.h"
+#include "kerf/error.h"
+#include "session/project/project.h"
+#include "view/ui/translate.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::chrono::milliseconds kEnd{300};  // time that other threads get to end when the window is closed
+
+}  // namespace
+
+void Rehearsal::BeginOpening(const std::string& input) {
+  const int session = viewer_->sessions() + 1;
+  const std::string& folder = options_.viewer.folder;
+  loader_.Begin(
+      input,
+      {.bone_file = fmt::format("{}/bone{}.vdb", folder, session == 1 ? "" : fmt::format("-{}", session)),
+       .voxel_mm = options_.voxel_mm,
+       .project_folder = fmt::format("{}/project{}", folder, inputs_ == 0 ? "" : fmt::format("-{}", inputs_ + 1)),
+       .make_bone = keeps_case_},
+      !keeps_case_);
+}
+
+void Rehearsal::Open(const std::string& path) {
+  if (IsCurvesPath(path)) {
+    if (viewer_->is_running() && !change_.is_pending()) return editor_.marks.Read(path);
+    return viewer_->dialogs().Ask(Tr("Curves of 3D Slicer become marks on a bone. Open the bone first."),
+                                  {{Tr("OK"), nullptr}});
+  }
+  try {
+    CheckInput(path);  // a wrong file must not end the session
+  } catch (const Error& e) {
+    return viewer_->dialogs().Ask(e.what(), {{Tr("OK"), nullptr}});
+  }
+  if (ended_work_ && !ended_work_->saved) {
+    return viewer_->dialogs().Ask(DescribeUnsaved(),
+                                  {{Tr("Save the project as"), [this] { AskProjectFile(false); }},
+                                   {Tr("Open without saving"), [this, path] { OpenNow(path, true); }},
+                                   {Tr("Stay"), nullptr}});
+  }
+  if (!save_orders_.empty()) {
+    return viewer_->dialogs().Ask(Tr("The project is still being saved. Open the other file after that."),
+                                  {{Tr("OK"), nullptr}});
+  }
+  const std::string changes = DescribeChanges();
+  if (changes.empty()) return OpenNow(path, false);
+  viewer_->SetSpindle(false);
+  viewer_->controls().Release();
+  viewer_->dialogs().Ask(fmt::format("{} {}", changes, Tr("Save the project before you open something else?")),
+                         {{Tr("Save"),
+                           [this, path] {
+                             to_open_once_saved_ = path;
+                             SaveProject(false);
+                           }},
+                          {Tr("Open without saving"), [this, path] { OpenNow(path, true); }},
+                          {Tr("Stay"), nullptr}});
+}
+
+void Rehearsal::OpenNow(const std::string& path, bool accepts_loss) {
+  if (is_opening()) {
+    loader_.Cancel();
+    opened_.reset();
+  } else if (is_loading()) {
+    Cancel();
+  }
+  to_open_ = path;
+  accepts_loss_ = accepts_loss;
+  viewer_->SetSpindle(false);
+  viewer_->controls().Release();
+}
+
+void Rehearsal::Cancel() {
+  if (is_opening()) {
+    loader_.Cancel();
+    opened_.reset();
+    if (!has_case()) return Reset();
+    viewer_->Say(Tr("Opening was cancelled. The case before it is still open."));
+  } else if (is_loading()) {
+    viewer_->End();  // Cancelled() follows
+  }
+}
+
+bool Rehearsal::is_loading() const {
+  const LiveSession* session = viewer_->session();
+  return is_opening() || (session != nullptr && session->stage() == LiveStage::kLoading && is_new_bone_);
+}
+
+/// Empties the window and forgets everything that belongs to the bone.
+void Rehearsal::Reset() {
+  if (in_pieces_) LeavePieces();
+  begins_in_pieces_ = false;
+  pieces_.Reset();
+  menu_.reset();
+  change_.Drop();
+  to_save_.reset();
+  checkpoints_.clear();
+  editor_.document.Load({}, {});
+  editor_.gestures.Reset();
+  editor_.marks.Reset();
+  unsaved_cut_ = {};
+  to_open_once_saved_.reset();
+  cut_.reset();
+  choice_ = {};
+  ended_work_.reset();
+  save_orders_.clear();
+  before_.reset();
+  original_.reset();
+  earlier_recordings_.clear();
+  earlier_bones_.clear();
+  sessions_.clear();
+  distances_.Reset();
+  viewer_->Clear();
+}
+
+void Rehearsal::FollowOpening() {
+  ShowOpeningFault();
+  const bool ready = viewer_->session() == nullptr || viewer_->is_running();
+  if (to_open_ && ready && !change_.is_pending() && !change_.is_making() && !viewer_->quitting()) {
+    const std::string input = *std::exchange(to_open_, std::nullopt);
+    keeps_case_ = has_case();
+    if (!keeps_case_) Reset();
+    is_command_line_ = false;
+    BeginOpening(input);
+  }
+  try {
+    if (std::optional<OpenedInput> opened = loader_.Take()) opened_ = std::move(opened);
+  } catch (const Error& e) {
+    if (is_command_line_) throw;
+    return FailToOpen(e.what());
+  }
+  if (!opened_ || viewer_->quitting()) return;
+  if (has_case() && !AskBeforeCaseEnds()) return;
+  if (viewer_->session() != nullptr) return viewer_->End();
+  OpenedInput opened = *std::exchange(opened_, std::nullopt);
+  if (keeps_case_) Reset();
+  BeginCase(std::move(opened));
+}
+
+/// Returns true if the case that is open may end now. The user may have worked on it while the next one was opened.
+bool Rehearsal::AskBeforeCaseEnds() {
+  if (viewer_->dialogs().is_open() || writer_.is_saving() || !save_orders_.empty()) return false;
+  if (accepts_loss_) return true;
+  const bool lost_work = ended_work_ && !ended_work_->saved;
+  const std::string loss = lost_work ? DescribeUnsaved() : DescribeChanges();
+  if (loss.empty()) return true;
+  viewer_->SetSpindle(false);
+  viewer_->controls().Release();
+  viewer_->dialogs().Ask(
+      lost_work ? loss : fmt::format("{} {}", loss, Tr("Save the project before you open something else?")),
+      {{Tr("Save"), [this] { SaveProject(false); }},
+       {Tr("Open without saving"), [this] { accepts_loss_ = true; }},
+       {Tr("Stay"), [this] { opened_.reset(); }}});
+  return false;
+}
+
+/// A change of saw or guide would begin another session. Returns true, with a message, if an input is being opened.
+bool Rehearsal::RefuseWhileOpening() {
+  if (!to_open_ && !is_opening()) return false;
+  viewer_->Say(Tr("Another file is being opened. Wait for it, or cancel it with Escape."));
+  return true;
+}
+
+void Rehearsal::FailToOpen(const std::string& sentence) {
+  viewer_->trace().Write("not_opened", {{"failure", sentence}});
+  if (!has_case()) {
+    Reset();
+    return viewer_->Say(sentence);
+  }
+  opening_fault_ = sentence;
+  ShowOpeningFault();
+}
+
+void Rehearsal::ShowOpeningFault() {
+  if (opening_fault_.empty() || viewer_->dialogs().is_open()) return;
+  viewer_->controls().Release();
+  viewer_->SetSpindle(false);
+  viewer_->dialogs().Ask(
+      fmt::format("{}\n\n{}", std::exchange(opening_fault_, {}), Tr("The case that was open is still open.")),
+      {{Tr("OK"), nullptr}});
+}
+
+void Rehearsal::BeginCase(OpenedInput opened) {
+  if (!loader_.input().empty()) {
+    AddRecent(viewer_->settings(), loader_.input());
+    viewer_->KeepSettings();
+  }
+  scene_ = std::move(opened.scene);
+  scene_file_ = opened.scene_file;
+  original_ = opened.original;
+  viewer_->set_original(original_);
+  scene_files_ = std::move(opened.scene_files);
+  choice_.guided = FindGuide(scene_) != scene_.effects.end();
+  project_file_ = opened.project ? std::filesystem::absolute(loader_.input()).string() : "";
+  views_ = opened.project ? opened.project->views : std::vector<ProjectView>();
+  pieces_json_ = opened.project ? opened.project->pieces_json : "";
+  measurements_ = opened.project ? opened.project->measurements : std::vector<MeasuredPoints>();
+  earlier_recordings_ = opened.project ? opened.project->recordings : std::vector<std::string>();
+  if (opened.project) earlier_bones_ = opened.project->bones;
+  sessions_ = opened.project ? ListSessions(*opened.project) : std::vector<ProjectSession>();
+  if (opened.project) TakeSettings(opened.project->settings);
+  editor_.document.Load(scene_.plan, opened.project ? opened.project->marks : std::vector<Mark>());
+  if (const auto guide = FindGuide(scene_); guide != scene_.effects.end()) {
+    const std::vector<PlannedPlane>& planes = editor_.document.plan().planes;
+    const auto guided =
+        std::find_if(planes.begin(), planes.end(), [&](const PlannedPlane& plane) { return IsGuideOf(*guide, plane); });
+    if (guided != planes.end()) editor_.document.set_plane_index(static_cast<std::size_t>(guided - planes.begin()));
+  }
+  if (!given_planes_.empty()) editor_.document.Add(std::exchange(given_planes_, {}));
+  editor_.document.set_unsaved(false);
+  if (opened.bone && !opened.bone_is_saved) to_save_ = ToSave{opened.bone, scene_.bone.file};
+  shows_import_ = !opened.warnings.empty();
+  is_new_bone_ = true;
+  ++inputs_;
+  first_recording_ = result_.recordings.size();
+  Restart(std::move(opened.bone), opened.bone_was_shown);
+}
+
+void Rehearsal::Cancelled() {
+  result_.recordings.pop_back();
+  if (is_new_bone_) --inputs_;
+  if (!viewer_->quitting()) Reset();
+}
+
+bool Rehearsal::TakeFailure(const std::string& sentence, LoopSummary* summary) {
+  if (summary != nullptr) {
+    sessions_.push_back(MakeSession());
+    KeepWork(fmt::format(fmt::runtime(Tr("The session has ended by a failure: {}")), sentence), sentence, scene_,
+             std::make_shared<const Bone>(std::move(summary->after)));
+    return true;
+  }
+  if (to_save_ && change_.is_pending()) {
+    result_.recordings.pop_back();
+    std::shared_ptr<const Bone> bone = std::exchange(to_save_, std::nullopt)->bone;
+    KeepWork(fmt::format(fmt::runtime(Tr("The session could not be continued: {}")), sentence), sentence, scene_,
+             std::move(bone));
+    return true;
+  }
+  if (is_command_line_ || !is_new_bone_) return false;
+  result_.recordings.pop_back();
+  --inputs_;
+  Reset();
+  viewer_->Say(sentence);
+  return true;
+}
+
+// ---- closing
+
+std::string Rehearsal::DescribeChanges() const {
+  if (!viewer_->is_running() && !ended_work_) return {};
+  const bool plan = editor_.document.is_unsaved() || pieces_.is_unsaved();
+  if (!unsaved_cut_.is_unsaved()) {
+    return plan ? Tr("The plan, the marks, the pieces or the measurements have changed since they were last saved.")
+                : "";
+  }
+  if (project_file_.empty()) return Tr("The cut in the bone is not saved in a project.");
+  return plan ? Tr("The bone was cut since the project was last saved, and the plan, the marks or the pieces have "
+                   "changed.")
+              : Tr("The bone was cut since the project was last saved.");
+}
+
+std::string Rehearsal::DescribeUnsaved() const {
+  if (ended_work_ && !ended_work_->saved) {
+    return Tr(
+        "The session has ended, and the project was not saved after that: the bone as it is now, the plan, the "
+        "marks and the pieces would be lost. Save the project?");
+  }
+  if (!save_orders_.empty()) return Tr("The project is still to be saved. Save it before you quit?");
+  const std::string changes = DescribeChanges();
+  return changes.empty() ? "" : fmt::format("{} {}", changes, Tr("Save the project before you quit?"));
+}
+
+/// Ends what other threads still do: a file that is being written is completed, and loading is cancelled.
+void Rehearsal::EndWork() {
+  loader_.Cancel();
+  while (writer_.is_saving() || !save_orders_.empty()) {
+    if (const std::string why = writer_.FinishSaving(); !why.empty()) {
+      result_.failures.push_back(fmt::format("the project was not saved: {}", why));
+    }
+    if (save_orders_.empty()) continue;
+    if (!has_work()) {
+      result_.failures.push_back(
+          fmt::format("{}: was not saved, because the session had ended", save_orders_.front().file));
+      save_orders_.clear();
+    }
+    FollowSaving();
+  }
+  writer_.FinishExport();
+  result_.take_away = writer_.take_away();
+  for (std::string& sentence : saver_.Finish()) result_.warnings.push_back(std::move(sentence));
+  const auto until = std::chrono::steady_clock::now() + kEnd;
+  result_.left_work = viewer_->left_work() || !distances_.WaitUntil(until) || !loader_.WaitUntil(until) ||
+                      !editor_.marks.WaitUntil(until);
+}
+
+}  // namespace kerf

@@ -1,0 +1,123 @@
+#include "bone/import/import_steps.h"
+
+#include <fmt/format.h>
+
+#include "bone/import/hu_check.h"
+#include "bone/material/region_table.h"
+#include "kerf/error.h"
+#include "kerf/surface.h"
+#include "kerf/version.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kDust_mm3 = 1;
+
+void Measure(const Bone& bone, ImportReport& report) {
+  report.solid_mm3 = bone.CalcVolume();
+  report.box = bone.CalcBounds();
+  report.active_voxels = bone.CountActiveVoxels();
+  report.memory_bytes = bone.CalcMemoryBytes();
+  report.region_mm3 = bone.CalcRegionVolumes();
+}
+
+std::string Points(const std::vector<Vec3>& points) {
+  std::string text;
+  for (const Vec3& p : points) text += fmt::format("{}{:.2f},{:.2f},{:.2f}", text.empty() ? "" : " ", p.x, p.y, p.z);
+  return text;
+}
+
+void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& report) {
+  bone.set_note("made_by", fmt::format("kerf import {} ({})", VersionString(), CommitString()));
+  bone.set_note("import_input", report.kind);
+  bone.set_note("import_input_hash", fmt::format("{:016x}", report.input_hash));
+  bone.set_note("import_table", options.materials ? options.materials_name : "built in");
+  bone.set_note("import_regions", report.mandible ? "atlas of the mandible" : "one cortical region");
+  if (!options.frame.empty()) bone.set_note("import_frame", fmt::format("{}, as stated by --frame", options.frame));
+  std::string warnings;
+  for (const std::string& w : report.warnings) warnings += (warnings.empty() ? "" : ". ") + w;
+  if (!warnings.empty()) bone.set_note("import_warnings", warnings);
+  if (report.mask.used) {
+    const BoneMask& mask = *options.isolate.mask;
+    bone.set_note("import_mask", mask.how);
+    bone.set_note("import_mask_hash", fmt::format("{:016x}", CalcHash(mask.tissue)));
+    if (report.kind != "mask") {
+      bone.set_note("import_mask_override",
+                    fmt::format("reach {:.4g} mm; {:.1f} mm3 added, {:.1f} mm3 cut off", report.mask.reach_mm,
+                                report.mask.added_mm3, report.mask.cut_off_mm3));
+    }
+  }
+  if (report.kind == "mask") {
+    bone.set_note("import_shell_mm", fmt::format("{}", options.mesh_shell_mm));
+    return;
+  }
+  if (report.kind == "surface") {
+    bone.set_note("import_shell_mm", fmt::format("{}", options.mesh_shell_mm));
+    bone.set_note("import_units", options.mesh_units.empty() ? "mm" : options.mesh_units);
+    bone.set_note("import_shells", report.surface.how);
+    return;
+  }
+  if (!report.series_uid.empty()) bone.set_note("import_series_uid", report.series_uid);
+  bone.set_note("import_ct_voxels", fmt::format("{} {} {}", report.size[0], report.size[1], report.size[2]));
+  bone.set_note("import_ct_spacing_mm",
+                fmt::format("{} {} {}", report.spacing_mm.x, report.spacing_mm.y, report.spacing_mm.z));
+  bone.set_note("import_iso_HU", fmt::format("{}", options.isolate.iso_hu));
+  if (options.fill) {
+    bone.set_note("import_voids_filled", fmt::format("{} of {:.1f} mm3", report.voids.count, report.voids.mm3));
+  }
+  bone.set_note("import_isolation", report.isolation);
+  if (!options.isolate.keep_W.empty()) bone.set_note("import_keep_mm", Points(options.isolate.keep_W));
+  if (!options.isolate.drop_W.empty()) bone.set_note("import_drop_mm", Points(options.isolate.drop_W));
+  if (const SurfaceError& e = report.surface_error; e.points > 0) {
+    bone.set_note("import_surface_error_mm",
+                  fmt::format("{:.2f} expected (rms): offset {:+.2f}, scatter {:.2f}; half height {:.0f} HU",
+                              e.CalcExpected(), e.offset_mm, e.scatter_mm, e.half_height_hu));
+  }
+  bone.set_note("import_filled_mm3", fmt::format("{:.1f}", report.filled_mm3));
+  bone.set_note("import_tissue_thresholds",
+                fmt::format("cortical {} HU or nearer than {} mm to the surface; tooth {} HU, body {} HU within {} mm",
+                            options.tissue.cortical_hu, options.tissue.shell_mm, options.tissue.tooth_hu,
+                            options.tissue.tooth_body_hu, options.tissue.tooth_reach_mm));
+}
+
+}  // namespace
+
+std::function<void(double)> Part(const std::function<void(double)>& progress, double from, double to) {
+  if (!progress) return {};
+  return [progress, from, to](double fraction) { progress(from + (to - from) * fraction); };
+}
+
+MaterialTable ChooseTable(const ImportOptions& options, bool use_atlas) {
+  const bool has_canal = options.isolate.mask && ContainsTissue(*options.isolate.mask, MaskTissue::kCanal);
+  if (!options.materials) {
+    MaterialTable table = use_atlas ? DefaultMandibleTable() : MakePlainTable();
+    if (has_canal && !table.Contains(kCanalRegion)) table.Add(DefaultMandibleTable().At(kCanalRegion));
+    return table;
+  }
+  if (has_canal && !options.materials->Contains(kCanalRegion)) {
+    throw Error(fmt::format("{}: the table lacks region {}, the nerve's canal, which the mask contains",
+                            options.materials_name.empty() ? "the region table" : options.materials_name,
+                            kCanalRegion));
+  }
+  CheckTable(*options.materials, use_atlas,
+             options.materials_name.empty() ? "the region table" : options.materials_name);
+  return *options.materials;
+}
+
+void DropDust(Bone& bone, bool one_piece, ImportReport& report) {
+  Pieces split = SplitPieces(bone, one_piece ? kDust_mm3 : 0);
+  report.pieces = split.pieces.size();
+  if (!one_piece || split.pieces.empty() || (split.pieces.size() == 1 && split.dust_count == 0)) return;
+  report.dropped_pieces += split.dust_count + split.pieces.size() - 1;
+  report.dropped_mm3 += split.dust_mm3;
+  for (std::size_t n = 1; n < split.pieces.size(); ++n) report.dropped_mm3 += split.pieces[n].CalcVolume();
+  bone = std::move(split.pieces.front());
+  report.pieces = 1;
+}
+
+void Finish(const ImportOptions& options, Bone& bone, ImportReport& report) {
+  Measure(bone, report);
+  AddNotes(bone, options, report);
+}
+
+}  // namespace kerf

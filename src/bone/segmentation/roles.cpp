@@ -1,0 +1,287 @@
+#include "bone/segmentation/roles.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <utility>
+
+#include "base/core/number_text.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+namespace {
+
+constexpr std::pair<const char*, SegmentRole> kRoleNames[] = {
+    {"mandible", SegmentRole::kMandible}, {"tooth", SegmentRole::kTooth},   {"canal", SegmentRole::kCanal},
+    {"metal", SegmentRole::kMetal},       {"lesion", SegmentRole::kLesion}, {"other", SegmentRole::kOtherBone},
+    {"ignored", SegmentRole::kIgnored}};
+
+std::string ListSegments(const Segmentation& segmentation) {
+  std::string list;
+  for (const Segment& segment : segmentation.segments) list += "\n  " + Describe(segment);
+  return list;
+}
+
+// Parses the right side of "2=mandible": a role, or a role with a tooth's number, a jaw or a side.
+SegmentMeaning ParseMeaning(const std::string& text, const std::string& assignment) {
+  for (const auto& [name, role] : kRoleNames) {
+    if (text == name) return {.role = role};
+  }
+  if (text.compare(0, 5, "tooth") == 0) {
+    const std::optional<SegmentMeaning> tooth = FindMeaning("tooth " + text.substr(5));
+    if (tooth && tooth->fdi != 0) return *tooth;
+  }
+  if (text == "lower-teeth") return {.role = SegmentRole::kTooth, .fdi = 0, .jaw = JawPart::kLower};
+  if (text == "upper-teeth") return {.role = SegmentRole::kTooth, .fdi = 0, .jaw = JawPart::kUpper};
+  if (text == "left-canal") return {.role = SegmentRole::kCanal, .fdi = 0, .jaw = {}, .side = JawSide::kLeft};
+  if (text == "right-canal") return {.role = SegmentRole::kCanal, .fdi = 0, .jaw = {}, .side = JawSide::kRight};
+  throw Error(
+      fmt::format("--label {}: '{}' is no role; the roles are mandible, tooth, tooth36 (any number of ISO 3950), "
+                  "lower-teeth, upper-teeth, canal, left-canal, right-canal, metal, lesion, other and ignored",
+                  assignment, text));
+}
+
+// Returns the segments that the left side of an assignment means: those with this name or, if none has it, this label.
+std::vector<std::size_t> FindSegments(const Segmentation& segmentation, const std::string& text,
+                                      const std::string& assignment) {
+  std::vector<std::size_t> found;
+  const auto& all = segmentation.segments;
+  for (std::size_t n = 0; n < all.size(); ++n) {
+    if (!text.empty() && all[n].name == text) found.push_back(n);
+  }
+  for (std::size_t n = 0; found.empty() && n < all.size(); ++n) {
+    if (fmt::format("{}", all[n].label) == text) found.push_back(n);
+  }
+  if (found.empty()) {
+    throw Error(fmt::format("--label {}: the segmentation has no segment '{}'; it has:{}", assignment, text,
+                            ListSegments(segmentation)));
+  }
+  if (found.size() > 1) {
+    throw Error(
+        fmt::format("--label {}: {} segments are called '{}'; give their names or labels in the program that "
+                    "made the segmentation",
+                    assignment, found.size(), text));
+  }
+  return found;
+}
+
+const LabelPreset& FindPreset(const std::string& name) {
+  std::string names;
+  for (const LabelPreset& preset : ListLabelPresets()) {
+    if (preset.name == name) return preset;
+    names += (names.empty() ? "" : ", ") + preset.name;
+  }
+  throw Error(fmt::format("--labels {}: there is no such preset; the presets are {}", name, names));
+}
+
+const PresetLabel* FindLabel(const LabelPreset& preset, int label) {
+  const auto found = std::find_if(preset.labels.begin(), preset.labels.end(),
+                                  [label](const PresetLabel& l) { return l.label == label; });
+  return found == preset.labels.end() ? nullptr : &*found;
+}
+
+// Returns a sentence about the preset that shares the most labels with the file, with the mandible that it would give.
+std::string SuggestPreset(const Segmentation& segmentation) {
+  const LabelPreset* best = nullptr;
+  double best_score = 0;
+  std::string best_mandible;
+  for (const LabelPreset& preset : ListLabelPresets()) {
+    std::size_t shared = 0;
+    std::string mandible;
+    for (const Segment& segment : segmentation.segments) {
+      const PresetLabel* label = FindLabel(preset, segment.label);
+      if (label == nullptr) continue;
+      ++shared;
+      const std::optional<SegmentMeaning> meaning = FindMeaning(label->name);
+      if (meaning && meaning->role == SegmentRole::kMandible) mandible = Describe(segment);
+    }
+    const std::size_t either = preset.labels.size() + segmentation.segments.size() - shared;
+    const double score = static_cast<double>(shared) / static_cast<double>(either);
+    if (mandible.empty() || score <= best_score) continue;
+    best = &preset;
+    best_score = score;
+    best_mandible = mandible;
+  }
+  if (best == nullptr) return "No preset of --labels fits.";
+  return fmt::format(
+      "The nearest preset is --labels {}, in which {} is the mandible; use it only if the file is from {}.", best->name,
+      best_mandible, best->source);
+}
+
+// Returns the meaning by the name and the code; they must agree.
+std::optional<SegmentMeaning> FindNamedMeaning(const Segment& segment, const std::string& path) {
+  const std::optional<SegmentMeaning> named = FindMeaning(segment.name);
+  const std::optional<SegmentMeaning> coded = FindCodedMeaning(segment);
+  if (!named || !coded) return named ? named : coded;
+  if (named->role != coded->role) {
+    throw Error(fmt::format("{}: the segment {} is {} by its name, but {} by its code; state which with --label", path,
+                            Describe(segment), ToString(named->role), ToString(coded->role)));
+  }
+  return coded->fdi != 0 ? coded : named;
+}
+
+void CheckMandible(const Segmentation& segmentation, const std::vector<bool>& assigned,
+                   const std::vector<SegmentMeaning>& meanings) {
+  std::vector<std::size_t> mandibles;
+  bool all_assigned = true;
+  for (std::size_t n = 0; n < meanings.size(); ++n) {
+    if (meanings[n].role != SegmentRole::kMandible) continue;
+    mandibles.push_back(n);
+    all_assigned = all_assigned && assigned[n];
+  }
+  if (mandibles.empty()) {
+    throw Error(
+        fmt::format("{}: no segment is the mandible; state which with --label NAME=mandible. The segments are:{}",
+                    segmentation.path, ListSegments(segmentation)));
+  }
+  if (mandibles.size() > 1 && !all_assigned) {
+    throw Error(fmt::format(
+        "{}: the segments {} and {} both claim to be the mandible; state which with --label, such as "
+        "--label '{}=ignored'",
+        segmentation.path, Describe(segmentation.segments[mandibles[0]]), Describe(segmentation.segments[mandibles[1]]),
+        segmentation.segments[mandibles[1]].name.empty() ? fmt::format("{}", segmentation.segments[mandibles[1]].label)
+                                                         : segmentation.segments[mandibles[1]].name));
+  }
+  std::size_t voxels = 0;
+  for (const std::size_t n : mandibles) voxels += segmentation.segments[n].voxels;
+  if (voxels == 0) {
+    throw Error(fmt::format("{}: the mandible, {}, has no voxels", segmentation.path,
+                            Describe(segmentation.segments[mandibles[0]])));
+  }
+}
+
+MaskTissue TissueOf(const SegmentMeaning& meaning) {
+  switch (meaning.role) {
+    case SegmentRole::kMandible:
+      return MaskTissue::kBone;
+    case SegmentRole::kCanal:
+      return MaskTissue::kCanal;
+    case SegmentRole::kTooth:
+      if (meaning.jaw == JawPart::kUpper) return MaskTissue::kOther;
+      return meaning.jaw == JawPart::kLower ? MaskTissue::kTooth : MaskTissue::kUndecidedTooth;
+    case SegmentRole::kMetal:
+    case SegmentRole::kLesion:
+      return MaskTissue::kUndecided;
+    case SegmentRole::kOtherBone:
+      return MaskTissue::kOther;
+    case SegmentRole::kIgnored:
+      break;
+  }
+  return MaskTissue::kBackground;
+}
+
+// Returns the tissue of a voxel that is in two segments of different layers.
+MaskTissue Join(MaskTissue a, MaskTissue b) {
+  if (a == b || b == MaskTissue::kBackground) return a;
+  if (a == MaskTissue::kBackground) return b;
+  if (a == MaskTissue::kOther || b == MaskTissue::kOther) {
+    const MaskTissue rest = a == MaskTissue::kOther ? b : a;
+    if (IsTooth(rest)) return MaskTissue::kUndecidedTooth;
+    return MaskTissue::kUndecided;
+  }
+  // Finer structures lie in the bone.
+  for (const MaskTissue fine : {MaskTissue::kCanal, MaskTissue::kTooth}) {
+    if (a == fine || b == fine) return fine;
+  }
+  if (IsTooth(a) || IsTooth(b)) return IsWanted(a) || IsWanted(b) ? MaskTissue::kTooth : MaskTissue::kUndecidedTooth;
+  return IsWanted(a) || IsWanted(b) ? MaskTissue::kBone : MaskTissue::kUndecided;
+}
+
+}  // namespace
+
+const char* ToString(SegmentRole role) {
+  for (const auto& [name, named] : kRoleNames) {
+    if (named == role) return name;
+  }
+  return "ignored";
+}
+
+SegmentationRoles FindRoles(const Segmentation& segmentation, const LabelOptions& options) {
+  const std::vector<Segment>& segments = segmentation.segments;
+  SegmentationRoles roles;
+  roles.meanings.assign(segments.size(), {});
+  std::vector<bool> assigned(segments.size(), false), known(segments.size(), false);
+  for (const std::string& assignment : options.assignments) {
+    const std::size_t equals = assignment.rfind('=');
+    if (equals == std::string::npos) {
+      throw Error(fmt::format("--label {}: should be LABEL=ROLE or NAME=ROLE, such as 2=mandible", assignment));
+    }
+    const SegmentMeaning meaning = ParseMeaning(assignment.substr(equals + 1), assignment);
+    for (const std::size_t n : FindSegments(segmentation, assignment.substr(0, equals), assignment)) {
+      roles.meanings[n] = meaning;
+      assigned[n] = known[n] = true;
+    }
+  }
+  const LabelPreset* preset = options.preset.empty() ? nullptr : &FindPreset(options.preset);
+  if (preset == nullptr && !segmentation.named && options.assignments.empty()) {
+    throw Error(
+        fmt::format("{}: the file does not say what its labels are. They are:{}\n{} Otherwise state what each "
+                    "label is, such as --label 2=mandible",
+                    segmentation.path, ListSegments(segmentation), SuggestPreset(segmentation)));
+  }
+  std::string unknown;
+  for (std::size_t n = 0; n < segments.size(); ++n) {
+    if (assigned[n]) continue;
+    std::optional<SegmentMeaning> meaning;
+    if (preset != nullptr) {
+      if (const PresetLabel* label = FindLabel(*preset, segments[n].label)) meaning = FindMeaning(label->name);
+    } else if (segmentation.named) {
+      meaning = FindNamedMeaning(segments[n], segmentation.path);
+    }
+    if (meaning) {
+      roles.meanings[n] = *meaning;
+    } else {
+      unknown += (unknown.empty() ? "" : ", ") + Describe(segments[n]);
+    }
+  }
+  CheckMandible(segmentation, assigned, roles.meanings);
+  if (!unknown.empty()) roles.warnings.push_back(fmt::format("segments of unknown meaning were ignored: {}", unknown));
+  for (const SegmentRole role : {SegmentRole::kMetal, SegmentRole::kLesion}) {
+    double mm3 = 0;
+    for (std::size_t n = 0; n < segments.size(); ++n)
+      mm3 += roles.meanings[n].role == role ? segments[n].volume_mm3 : 0;
+    if (mm3 == 0) continue;
+    roles.warnings.push_back(
+        role == SegmentRole::kMetal
+            ? fmt::format("the segmentation has {} of metal; kerf has no material for it: where the CT joins it to the "
+                          "bone it is imported, and cut, as bone",
+                          FormatVolume(mm3))
+            : fmt::format("the segmentation has a lesion of {}; kerf does not keep it as a structure",
+                          FormatVolume(mm3)));
+  }
+  return roles;
+}
+
+BoneMask MakeBoneMask(const Segmentation& segmentation, const SegmentationRoles& roles) {
+  BoneMask mask;
+  mask.tissue = segmentation.lattice;
+  mask.tissue.warnings = segmentation.warnings;
+  mask.tissue.hu.assign(mask.tissue.count(), 0);
+  for (std::size_t layer = 0; layer < segmentation.layers.size(); ++layer) {
+    std::vector<MaskTissue> tissues(32768, MaskTissue::kBackground);
+    for (std::size_t n = 0; n < segmentation.segments.size(); ++n) {
+      const Segment& segment = segmentation.segments[n];
+      if (segment.layer != static_cast<int>(layer)) continue;
+      tissues[static_cast<std::size_t>(segment.label)] = TissueOf(roles.meanings[n]);
+    }
+    const std::vector<std::int16_t>& labels = segmentation.layers[layer];
+    for (std::size_t v = 0; v < labels.size(); ++v) {
+      const MaskTissue tissue = tissues[static_cast<std::size_t>(labels[v])];
+      if (tissue == MaskTissue::kBackground) continue;
+      mask.tissue.hu[v] = static_cast<std::int16_t>(Join(mask.At(v), tissue));
+    }
+  }
+  std::string names;
+  for (std::size_t n = 0; n < segmentation.segments.size(); ++n) {
+    if (!IsWanted(TissueOf(roles.meanings[n]))) continue;
+    const Segment& segment = segmentation.segments[n];
+    names += (names.empty() ? "" : ", ") +
+             (segment.name.empty() ? fmt::format("label {}", segment.label) : fmt::format("'{}'", segment.name));
+  }
+  mask.how = fmt::format("mask: {}", names);
+  return mask;
+}
+
+}  // namespace kerf

@@ -1,0 +1,71 @@
+// What the segments of a segmentation are: the mandible, teeth, the nerve's canal, other bone.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bone/import/mask.h"
+#include "bone/segmentation/segmentation.h"
+
+namespace kerf {
+
+enum class SegmentRole { kMandible, kTooth, kCanal, kMetal, kLesion, kOtherBone, kIgnored };
+
+/// Returns the name of a role as the option --label takes it, such as "mandible".
+const char* ToString(SegmentRole role);
+
+enum class JawSide { kUnknown, kLeft, kRight };
+enum class JawPart { kUnknown, kLower, kUpper };
+
+struct SegmentMeaning {
+  SegmentRole role = SegmentRole::kIgnored;
+  int fdi = 0;                       // of a tooth: its number after ISO 3950; 0: unknown
+  JawPart jaw = JawPart::kUnknown;   // of a tooth
+  JawSide side = JawSide::kUnknown;  // of a canal
+  bool operator==(const SegmentMeaning&) const = default;
+};
+
+/// Returns the meaning of a segment's name in English or German, as 3D Slicer, DentalSegmentator, TotalSegmentator and
+/// their users write them; nullopt if it is not known.
+std::optional<SegmentMeaning> FindMeaning(const std::string& name);
+
+/// Returns the meaning of a segment's SNOMED CT codes; nullopt if they are not known.
+std::optional<SegmentMeaning> FindCodedMeaning(const Segment& segment);
+
+struct PresetLabel {
+  int label;
+  std::string name;  // as the source names it
+};
+
+/// Labels of a program or a set of data whose files do not name them.
+struct LabelPreset {
+  std::string name;
+  std::string source;
+  std::vector<PresetLabel> labels;
+};
+
+const std::vector<LabelPreset>& ListLabelPresets();
+
+struct LabelOptions {
+  std::string preset;                    // of ListLabelPresets(); empty: none
+  std::vector<std::string> assignments;  // "2=mandible", "Bone=mandible", "3=tooth36", "4=canal", ...
+};
+
+struct SegmentationRoles {
+  std::vector<SegmentMeaning> meanings;  // of each segment
+  std::vector<std::string> warnings;     // one sentence each
+};
+
+/// Finds what the segments are: by the assignments, then by the preset, then by names and codes. Throws kerf::Error if
+/// an option is invalid, if no segment or more than one is the mandible, if a name contradicts its code, or if nothing
+/// says what the labels are; the message then lists the labels, their volumes and the preset that fits best.
+SegmentationRoles FindRoles(const Segmentation& segmentation, const LabelOptions& options);
+
+/// Makes the mask of the mandible. The lower teeth and the canals belong to it; upper teeth and other bone do not;
+/// metal, lesions, teeth of an unknown jaw, and voxels in both the mandible and other bone are left to the CT.
+BoneMask MakeBoneMask(const Segmentation& segmentation, const SegmentationRoles& roles);
+
+}  // namespace kerf

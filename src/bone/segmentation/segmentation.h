@@ -1,0 +1,50 @@
+// Segmentations: named or numbered sets of voxels, as 3D Slicer and segmentation programs write them.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "bone/import/volume.h"
+
+namespace kerf {
+
+struct Segment {
+  std::string name;                    // empty in a label map without names
+  std::string category;                // SNOMED CT code of its category; empty: none
+  std::vector<std::string> codes;      // SNOMED CT codes of its type and its region
+  std::vector<std::string> modifiers;  // SNOMED CT codes of the modifiers of both, such as left
+  int label = 0;                       // its value in the voxels of its layer, 1 or more
+  int layer = 0;
+  std::size_t voxels = 0;
+  double volume_mm3 = 0;
+};
+
+/// Segments of different layers may overlap.
+struct Segmentation {
+  std::string path;
+  Volume lattice;                                 // without values
+  std::vector<std::vector<std::int16_t>> layers;  // labels of all voxels, 0 for none
+  std::vector<Segment> segments;                  // in the order of the file, or by label
+  std::vector<std::string> warnings;              // one sentence each
+  bool named = false;                             // true if the file names its segments
+};
+
+/// Segments of a file.
+inline constexpr std::size_t kMaxSegments = 256;
+
+/// Reads a segmentation (.seg.nrrd) or a label map (.nrrd .nhdr .nii .nii.gz .mha .mhd). `frame` as in ReadImageFile().
+/// Throws kerf::Error with one sentence if the file cannot be read or contradicts itself, if its values are not labels,
+/// or if it has more than kMaxSegments segments.
+Segmentation ReadSegmentation(const std::string& path, const std::string& frame = "");
+
+/// Returns "'mandible' (label 2, 45.30 cm3)" or "label 2 (45.30 cm3)".
+std::string Describe(const Segment& segment);
+
+/// Parses the segments in the lines "key:=value" of the header of a .seg.nrrd with `layers` layers. Throws kerf::Error,
+/// with `path` in the message, for a fault.
+std::vector<Segment> ParseSegments(const std::map<std::string, std::string>& keys, std::size_t layers,
+                                   const std::string& path);
+
+}  // namespace kerf

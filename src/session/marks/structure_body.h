@@ -1,0 +1,54 @@
+// The voxels of a structure in the bone, and whether they still connect its two ends after a cut.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "bone/grid/removed.h"
+#include "kerf/bone.h"
+#include "session/marks/mark_tube.h"
+#include "session/marks/region_parts.h"
+
+namespace kerf {
+
+/// The largest connected part of a structure's voxels of phi's grid that are bone before the cut. Voxels are connected
+/// if they share a face, as in the pieces of a bone. The ends of the structure are the places of this part that are
+/// furthest from each other, measured through it.
+class StructureBody {
+ public:
+  /// A part of the bone's regions.
+  StructureBody(const Bone& before, const RegionParts& parts, int part);
+  StructureBody(const Bone& before, const MarkTube& tube);
+
+  /// Returns true if no path through bone connects the structure's ends any more: it is cut over its whole
+  /// cross-section. False if it has no voxels, or more than kMaxVoxels in its box.
+  bool IsSevered(const Bone& after) const;
+  static constexpr std::size_t kMaxVoxels = 100'000'000;
+
+ private:
+  using Index = std::array<int, 3>;
+  /// Voxels in the order in which they are reached, and in how many steps.
+  struct Reached {
+    std::vector<std::size_t> voxels;
+    std::vector<int> steps;
+  };
+  bool Allocate(const Box3& box_W);
+  void Set(const PhiSampler& before, const Index& voxel);
+  void FindEnds();
+  Vec3 PointOf(std::size_t i) const;
+  /// Visits the voxels that can be reached from `from` and are not `seen` yet. `enter`: returns true for voxels that
+  /// may be visited.
+  template <typename Enter>
+  Reached Flood(std::vector<std::size_t> from, std::vector<std::uint8_t>& seen, Enter&& enter) const;
+
+  double h_;
+  Index lower_{0, 0, 0};              // voxel at index 0
+  Index size_{0, 0, 0};               // with a margin of one voxel that is never set
+  std::vector<std::uint8_t> inside_;  // 1: in the structure; z fastest
+  std::vector<std::size_t> first_end_;
+  std::vector<std::uint8_t> second_end_;  // 1: at the other end
+};
+
+}  // namespace kerf

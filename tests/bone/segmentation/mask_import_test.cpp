@@ -1,0 +1,319 @@
+// Import of a bone that a segmentation selects.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <numbers>
+
+#include "base/files/markups.h"
+#include "bone/import/image_file.h"
+#include "bone/import/import.h"
+#include "bone/import/patient_frame.h"
+#include "bone/material/region_table.h"
+#include "bone/segmentation/roles.h"
+#include "kerf/surface.h"
+#include "label_files.h"
+#include "support/message_of.h"
+#include "test_paths.h"
+
+namespace kerf {
+namespace {
+
+using test::Ball;
+using test::Folder;
+using test::MessageOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// The balls of the tests of Isolate(): radii of 10 and 13 mm, joined by a neck of about 4 mm radius.
+const Vec3 kWanted(-9, -3, 4);
+const Vec3 kBesides = kWanted + 21.4 * glm::normalize(Vec3(2, 1, -0.5));
+constexpr double kBall_mm3 = 4.0 / 3.0 * std::numbers::pi * 1000;
+
+Volume TwoBalls() {
+  const auto a = Ball(kWanted, 10);
+  const auto b = Ball(kBesides, 13);
+  return test::MakeCt(
+      {70, 56, 48}, {1, 1, 1}, {-28, -22, -22}, glm::dmat3(1), [=](const Vec3& p) { return std::min(a(p), b(p)); },
+      900);
+}
+
+// Labels of DentalSegmentator, 2 for the wanted ball and 1 for the other, on a lattice; `leak_mm` beyond the balls.
+Volume BallLabels(const Volume& lattice, double leak_mm = 0, bool label_other = true) {
+  return test::MakeLabels(lattice, [=](const Vec3& p) {
+    const double a = Ball(kWanted, 10 + leak_mm)(p), b = Ball(kBesides, 13 + leak_mm)(p);
+    if (a < 0 && a <= b) return 2;
+    return b < 0 && label_other ? 1 : 0;
+  });
+}
+
+ImportOptions WithMask(const std::string& path) {
+  const Segmentation segmentation = ReadSegmentation(path);
+  ImportOptions options;
+  options.voxel_mm = 0.4;
+  options.isolate.iso_hu = 450;
+  options.isolate.mask = std::make_shared<const BoneMask>(
+      MakeBoneMask(segmentation, FindRoles(segmentation, {.preset = "dentalsegmentator", .assignments = {}})));
+  return options;
+}
+
+// The largest distance of the surface of `bone` from that of `reference`, mm; points for which `skip` is true are not
+// measured.
+double CalcLargestDistance(const Bone& bone, const Bone& reference, const std::function<bool(const Vec3&)>& skip = {}) {
+  double largest = 0;
+  for (const Vec3& p : ExtractSurface(bone).points) {
+    if (!skip || !skip(p)) largest = std::max(largest, std::abs(reference.SignedDistance(p)));
+  }
+  return largest;
+}
+
+TEST(MaskImport, SeparatesTouchingBallsWithoutAnyPoint) {
+  const Folder folder;
+  test::WriteNrrd(TwoBalls(), folder.file("ct.nrrd"));
+  test::WriteNrrd(BallLabels(TwoBalls()), folder.file("mask.nrrd"));
+  const ImportResult result = Import(folder.file("ct.nrrd"), WithMask(folder.file("mask.nrrd")));
+  EXPECT_EQ(result.report.pieces, 1u);
+  // As for points: the overlap is a lens of 28 mm3, and the border is known to a voxel, over 50 mm2 of neck; the border
+  // of the level set lies up to a third of a voxel farther inside.
+  EXPECT_NEAR(result.report.solid_mm3, kBall_mm3, 100);
+  EXPECT_EQ(result.report.mask.reach_mm, 2);
+  EXPECT_EQ(result.report.mask.added_mm3, 0);
+  EXPECT_LT(result.report.mask.cut_off_mm3, 10);  // the other ball is a segment, but for voxels on its surface
+  EXPECT_FALSE(result.report.mandible);           // its shape is reported, not required
+  const Vec3 toward = glm::normalize(kBesides - kWanted);
+  double farthest = 0, error = 0;
+  for (const Vec3& p : ExtractSurface(result.bone).points) {
+    const double r = glm::length(p - kWanted);
+    farthest = std::max(farthest, r);
+    if (glm::dot(p - kWanted, toward) < 6) error = std::max(error, std::abs(r - 10));
+  }
+  EXPECT_LT(farthest, 11.5);
+  // Away from the neck the surface is the CT's own: that of a spline through voxels of 1 mm, and not the mask's steps,
+  // which are up to 0.87 mm.
+  EXPECT_LT(error, 0.15);
+  EXPECT_NE(result.bone.notes().at("import_mask").find("label 2"), std::string::npos);
+}
+
+TEST(MaskImport, GivesTheSameBoneInAnyDirectionAndFormat) {
+  const Folder folder;
+  test::WriteNrrd(TwoBalls(), folder.file("ct.nrrd"));
+  const Volume labels = BallLabels(TwoBalls());
+  test::WriteNrrd(labels, folder.file("a.nrrd"));
+  const Bone expected = Import(folder.file("ct.nrrd"), WithMask(folder.file("a.nrrd"))).bone;
+  test::WriteNifti(labels, folder.file("ras.nii"));
+  test::WriteMeta(labels, folder.file("lps.mha"));
+  // Reversed axes, one of them alone (left-handed), and axes in another order.
+  const auto store = [&](const glm::dmat3& axes, const std::array<int, 3>& size, const Vec3& origin) {
+    Volume lattice;
+    lattice.size = size;
+    lattice.axes_W = axes;
+    lattice.origin_W = origin;
+    return BallLabels(lattice);
+  };
+  test::WriteNrrd(store({{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}, {70, 56, 48}, {41, 33, -22}), folder.file("flipped.nrrd"));
+  test::WriteNrrd(store({{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {70, 56, 48}, {41, -22, -22}), folder.file("left.nrrd"));
+  test::WriteNrrd(store({{0, 0, 1}, {1, 0, 0}, {0, 1, 0}}, {48, 70, 56}, {-28, -22, -22}), folder.file("turned.nrrd"));
+  std::string ras = test::NrrdHeader(labels);
+  ras.replace(ras.find("left-posterior-superior"), 23, "right-anterior-superior");
+  const auto negate = [&ras](const std::string& from, const std::string& to) {
+    ras.replace(ras.find(from), from.size(), to);
+  };
+  negate("(1,0,0) (0,1,0)", "(-1,0,0) (0,-1,0)");
+  negate("(-28,-22,-22)", "(28,22,-22)");
+  test::WriteBytes(folder.file("ras.nrrd"), ras + "\n" + test::Bytes(labels.hu));
+  for (const char* file : {"ras.nii", "lps.mha", "flipped.nrrd", "left.nrrd", "turned.nrrd", "ras.nrrd"}) {
+    const Bone bone = Import(folder.file("ct.nrrd"), WithMask(folder.file(file))).bone;
+    EXPECT_EQ(CalcLargestDistance(bone, expected), CalcLargestDistance(expected, expected)) << file;
+  }
+  // On an oblique lattice other voxels lie in the ball, so that the markers differ, but not the surface.
+  const double c = std::cos(0.5), s = std::sin(0.5);
+  test::WriteNrrd(store({{c, s, 0}, {-s, c, 0}, {0, 0, 1}}, {90, 90, 60}, {-10, -60, -25}),
+                  folder.file("oblique.nrrd"));
+  const Bone oblique = Import(folder.file("ct.nrrd"), WithMask(folder.file("oblique.nrrd"))).bone;
+  EXPECT_LT(CalcLargestDistance(oblique, expected), 0.1);  // a tenth of a voxel of the CT
+}
+
+TEST(MaskImport, CoarseAndLeakingMasksGiveTheSameSurface) {
+  const Folder folder;
+  test::WriteNrrd(TwoBalls(), folder.file("ct.nrrd"));
+  test::WriteNrrd(BallLabels(TwoBalls()), folder.file("exact.nrrd"));
+  const Bone expected = Import(folder.file("ct.nrrd"), WithMask(folder.file("exact.nrrd"))).bone;
+  Volume coarse;
+  coarse.size = {24, 19, 17};
+  coarse.spacing_mm = Vec3(3);
+  coarse.origin_W = {-27.3, -21.1, -22.6};
+  test::WriteNrrd(BallLabels(coarse), folder.file("coarse.nrrd"));
+  test::WriteNrrd(BallLabels(TwoBalls(), 1), folder.file("leaking.nrrd"));
+  test::WriteNrrd(BallLabels(TwoBalls(), -1), folder.file("small.nrrd"));
+  test::WriteNrrd(BallLabels(TwoBalls(), 0, false), folder.file("alone.nrrd"));
+  const Vec3 toward = glm::normalize(kBesides - kWanted);
+  const auto is_neck = [&toward](const Vec3& p) { return glm::dot(p - kWanted, toward) > 7; };
+  for (const char* file : {"coarse.nrrd", "leaking.nrrd", "small.nrrd", "alone.nrrd"}) {
+    const ImportResult result = Import(folder.file("ct.nrrd"), WithMask(folder.file(file)));
+    // The surface is the same within a tenth of a voxel of the CT. At the neck the CT decides between other markers; a
+    // voxel that changes sides moves the border there, which is smoothed over 1.2 mm, by up to a quarter of a voxel.
+    EXPECT_LT(CalcLargestDistance(result.bone, expected, is_neck), 0.1) << file;
+    EXPECT_LT(CalcLargestDistance(result.bone, expected), 0.25) << file;
+    EXPECT_EQ(result.report.mask.added_mm3, 0) << file;
+  }
+}
+
+TEST(MaskImport, ReportsWhatTheMaskAddsAndCutsOff) {
+  const Folder folder;
+  // A ball of bone with a gap in it that opens to the outside, so that it is no cavity, joined to a rod that no segment
+  // contains.
+  const auto ball = Ball({0, 0, 0}, 12);
+  const auto rod = [](const Vec3& p) { return std::max({std::hypot(p.y, p.z) - 3, p.x - 28, -p.x}); };
+  const auto gap = [](const Vec3& p) { return std::max(std::abs(p.x) - 3.0, -p.z - 6); };
+  const Volume ct = test::MakeCt(
+      {66, 40, 40}, {1, 1, 1}, {-30, -20, -20}, glm::dmat3(1),
+      [=](const Vec3& p) { return std::min(std::max(ball(p), -gap(p)), std::max(rod(p), 3 - p.x)); }, 900);
+  test::WriteNrrd(ct, folder.file("ct.nrrd"));
+  test::WriteNrrd(test::MakeLabels(ct, [&](const Vec3& p) { return ball(p) < 0 ? 2 : 0; }), folder.file("mask.nrrd"));
+  ImportOptions options = WithMask(folder.file("mask.nrrd"));
+  options.isolate.mask_reach_mm = 2;
+  const ImportReport report = Import(folder.file("ct.nrrd"), options).report;
+  // The rod is 28 mm long and begins 2 mm outside the mask at 14 mm, but the CT is cut 12 mm beyond the mask, at x
+  // = 24. Its section of 28.3 mm2 has 29 voxels; the end is known to a voxel.
+  EXPECT_NEAR(report.mask.cut_off_mm3, 29 * 10, 2 * 29);
+  EXPECT_THAT(report.warnings,
+              Contains(HasSubstr("were cut off; if they belong to the wanted bone, correct the mask")));
+  // By Pappus and by slices: within 10 mm of the middle, the gap has 6 mm x the area of the disc above z = -6; a margin
+  // of a voxel on all sides is 6 mm x 60 mm of circumference, and the fill of cavities takes part of the gap.
+  EXPECT_GT(report.mask.added_mm3, 0);
+  EXPECT_LT(report.mask.added_mm3, 6 * std::numbers::pi * 100);
+  EXPECT_THAT(report.warnings, Contains(HasSubstr("are bone, although the CT shows none there")));
+}
+
+TEST(MaskImport, TeethAndCanalGetTheirRegions) {
+  const Folder folder;
+  const Volume ct =
+      test::MakeCt({40, 40, 40}, {1, 1, 1}, {-19.5, -19.5, -19.5}, glm::dmat3(1), Ball({0, 0, 0}, 15), 900);
+  test::WriteNrrd(ct, folder.file("ct.nrrd"));
+  const auto tooth = Ball({0, 0, 8}, 5);
+  const auto canal = [](const Vec3& p) { return std::hypot(p.y, p.z + 5) - 2; };
+  const Volume labels = test::MakeLabels(ct, [&](const Vec3& p) {
+    if (Ball({0, 0, 0}, 15)(p) >= 0) return 0;
+    return tooth(p) < 0 ? 4 : canal(p) < 0 ? 5 : 2;
+  });
+  test::WriteNrrd(labels, folder.file("mask.nrrd"));
+  const ImportResult result = Import(folder.file("ct.nrrd"), WithMask(folder.file("mask.nrrd")));
+  EXPECT_NEAR(result.report.solid_mm3, 4.0 / 3 * std::numbers::pi * 3375, 150);
+  // The tooth is a ball of 524 mm3; it is smoothed over half a voxel, which moves a surface of this radius by 0.1 mm.
+  EXPECT_NEAR(result.report.region_mm3.at(kToothRegion), 524, 60);
+  // The canal is a tube of 12.6 mm2 and 28.3 mm; its border is known to half a voxel.
+  EXPECT_NEAR(result.report.region_mm3.at(kCanalRegion), 12.6 * 28.3, 70);
+  EXPECT_EQ(result.bone.materials().At(kCanalRegion).tissue, Tissue::kCanal);
+}
+
+TEST(MaskImport, RefusesMasksOfAnotherScan) {
+  const Folder folder;
+  test::WriteNrrd(TwoBalls(), folder.file("ct.nrrd"));
+  Volume labels = BallLabels(TwoBalls());
+  labels.origin_W += Vec3(100, 0, 0);
+  test::WriteNrrd(labels, folder.file("mask.nrrd"));
+  EXPECT_THAT(
+      MessageOf([&] { Import(folder.file("ct.nrrd"), WithMask(folder.file("mask.nrrd"))); }),
+      HasSubstr("100 % of the wanted bone of the mask lies outside the scan; the mask belongs to another scan"));
+  labels.origin_W -= Vec3(100, 0, 18);
+  test::WriteNrrd(labels, folder.file("mask.nrrd"));
+  EXPECT_THAT(MessageOf([&] { Import(folder.file("ct.nrrd"), WithMask(folder.file("mask.nrrd"))); }),
+              HasSubstr("% of the wanted bone of the mask lies in bone above 450 HU"));
+}
+
+TEST(MaskImport, WithoutACtTheBoneIsThatOfTheLabels) {
+  const Folder folder;
+  // An oblique lattice whose axes are stored backwards.
+  Volume lattice;
+  lattice.size = {120, 120, 100};
+  lattice.spacing_mm = {0.4, 0.4, 0.5};
+  const double c = std::cos(0.4), s = std::sin(0.4);
+  lattice.axes_W = {{-c, -s, 0}, {s, -c, 0}, {0, 0, 1}};
+  lattice.origin_W = kWanted - lattice.axes_W * (0.5 * lattice.spacing_mm * Vec3(120, 120, 100));
+  test::WriteNrrd(BallLabels(lattice), folder.file("mask.nrrd"));
+  const ImportResult result = Import("", WithMask(folder.file("mask.nrrd")));
+  EXPECT_EQ(result.report.kind, "mask");
+  // The staircase is smoothed over a voxel; the volume of the labels is that of the ball within half a percent.
+  EXPECT_NEAR(result.report.solid_mm3, result.report.mask.wanted_mm3, 0.02 * kBall_mm3);
+  EXPECT_NEAR(result.report.solid_mm3, kBall_mm3, 0.02 * kBall_mm3);
+  EXPECT_LT(glm::length(result.report.box.centre() - kWanted), 0.5);
+  EXPECT_THAT(result.report.warnings, Contains(HasSubstr("made without a CT")));
+  // The cortex is as thick as the option says, 2 mm, within one voxel of 0.4 mm, since its depth is counted from
+  // voxels.
+  EXPECT_NEAR(std::cbrt(result.report.region_mm3.at(kCancellousRegion) * 3 / (4 * std::numbers::pi)), 8, 0.4);
+  ImportOptions keep = WithMask(folder.file("mask.nrrd"));
+  keep.keep_hu = true;
+  EXPECT_THAT(MessageOf([&] { Import("", keep); }), HasSubstr("has no CT numbers to keep"));
+}
+
+const std::string kPhantomFolder = std::string(KERF_TEST_DATA) + "/phantom_siemens/dicom";
+const std::string kFemaleFile =
+    std::string(KERF_TEST_DATA) + "/visible_human_female/vhf_head_hu_int16_250x250x234.nrrd";
+
+// Returns the bone of an isolation as labels on its lattice: 2 for it, 1 for other bone.
+Volume LabelsOf(const Isolation& isolation, double iso_hu) {
+  Volume labels = isolation.ct;
+  for (std::size_t v = 0; v < labels.hu.size(); ++v)
+    labels.hu[v] = static_cast<std::int16_t>(isolation.bone[v] != 0 ? 2 : isolation.ct.hu[v] >= iso_hu ? 1 : 0);
+  return labels;
+}
+
+TEST(MaskImportPhantom, IsSeparatedWithoutAnyPoint) {
+  if (!std::filesystem::exists(kPhantomFolder)) GTEST_SKIP() << "not found: " << kPhantomFolder;
+  ImportOptions points;
+  points.voxel_mm = 0.5;
+  points.isolate.keep_W = ReadMarkups(std::string(KERF_SOURCE_DIR) + "/scenes/phantom_keep.mrk.json");
+  points.isolate.drop_W = ReadMarkups(std::string(KERF_SOURCE_DIR) + "/scenes/phantom_drop.mrk.json");
+  ImportReport read;
+  const Volume ct = StoreAlongPatient(ReadCt(kPhantomFolder, points, read));
+  const Isolation isolation = Isolate(ct, points.isolate, {});
+  // The mask knows the mandible only, on a lattice of 2 mm with other axes, as a program that segments at that
+  // resolution would write it.
+  const Volume fine = LabelsOf(isolation, 300);
+  Volume lattice;
+  lattice.spacing_mm = Vec3(2);
+  lattice.axes_W = {{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
+  lattice.origin_W = fine.WorldFromVoxel({fine.size[0] - 1.0, fine.size[1] - 1.0, 0}) + Vec3(0.4, -0.3, 0.7);
+  for (std::size_t a = 0; a < 3; ++a)
+    lattice.size[a] = static_cast<int>(fine.size[a] * fine.spacing_mm[static_cast<int>(a)] / 2);
+  const Volume labels = test::MakeLabels(lattice, [&fine](const Vec3& p_W) {
+    const Vec3 p_V = glm::round(fine.VoxelFromWorld(p_W));
+    const std::array<int, 3> at = {static_cast<int>(p_V.x), static_cast<int>(p_V.y), static_cast<int>(p_V.z)};
+    return fine.Contains(at) && fine.hu[fine.Index(at[0], at[1], at[2])] == 2 ? 2 : 0;
+  });
+  const Folder folder;
+  test::WriteNrrd(labels, folder.file("mask.nrrd"));
+  ImportOptions options = WithMask(folder.file("mask.nrrd"));
+  options.voxel_mm = 0.5;
+  options.isolate.iso_hu = 300;
+  const ImportResult result = Import(kPhantomFolder, options);
+  const ImportResult expected = Import(kPhantomFolder, points);
+  EXPECT_TRUE(result.report.mandible) << result.report.shape_objection;
+  EXPECT_EQ(result.report.pieces, 1u);
+  EXPECT_NEAR(result.report.solid_mm3 / expected.report.solid_mm3, 1, 0.03);
+  double top = 0;
+  for (const Vec3& p : ExtractSurface(result.bone).points) {
+    if (std::abs(p.x) < 30) top = std::max(top, p.z);
+  }
+  EXPECT_LT(top, 382);  // no part of the upper teeth, as in the test with points
+}
+
+TEST(MaskImportVisibleHuman, ItsOwnResultAsAMaskGivesTheSameBone) {
+  if (!std::filesystem::exists(kFemaleFile)) GTEST_SKIP() << "not found: " << kFemaleFile;
+  ImportOptions automatic;
+  automatic.voxel_mm = 0.5;
+  const Volume ct = StoreAlongPatient(ReadImageFile(kFemaleFile));
+  const Folder folder;
+  test::WriteNrrd(LabelsOf(Isolate(ct, automatic.isolate, {}), 300), folder.file("mask.nrrd"));
+  ImportOptions options = WithMask(folder.file("mask.nrrd"));
+  options.voxel_mm = 0.5;
+  options.isolate.iso_hu = 300;
+  const ImportResult by_mask = Import(kFemaleFile, options);
+  const ImportResult by_itself = Import(kFemaleFile, automatic);
+  EXPECT_TRUE(by_mask.report.mandible);
+  EXPECT_LT(CalcLargestDistance(by_mask.bone, by_itself.bone), 0.5);  // half a voxel of the CT
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,192 @@
+// The meaning of names, codes and presets, and the mask made of them.
+#include "bone/segmentation/roles.h"
+
+#include <gmock/gmock.h>
+
+#include <set>
+
+#include "label_files.h"
+#include "support/message_of.h"
+
+namespace kerf {
+namespace {
+
+using test::MessageOf;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using enum SegmentRole;
+
+Segmentation MakeSegmentation(const std::vector<std::pair<int, std::string>>& labels) {
+  Segmentation segmentation;
+  segmentation.path = "a.nrrd";
+  segmentation.lattice.size = {static_cast<int>(labels.size()), 1, 1};
+  segmentation.layers.emplace_back();
+  for (const auto& [label, name] : labels) {
+    Segment segment;
+    segment.name = name;
+    segment.label = label;
+    segment.voxels = 1;
+    segment.volume_mm3 = 1000 * label;
+    segmentation.named |= !name.empty();
+    segmentation.segments.push_back(segment);
+    segmentation.layers[0].push_back(static_cast<std::int16_t>(label));
+  }
+  return segmentation;
+}
+
+TEST(SegmentNames, AreUnderstoodAsSlicerAndItsExtensionsWriteThem) {
+  const std::vector<std::pair<const char*, SegmentMeaning>> cases = {
+      {"Mandible", {kMandible}},
+      {"mandible", {kMandible}},
+      {"lower_jawbone", {kMandible}},
+      {"Lower jaw", {kMandible}},
+      {"Unterkiefer", {kMandible}},
+      {"MAND", {kMandible}},
+      {"Maxilla / Upper Skull", {kOtherBone}},
+      {"Upper skull", {kOtherBone}},
+      {"upper_jawbone", {kOtherBone}},
+      {"Sch\xc3\xa4"
+       "del",
+       {kOtherBone}},
+      {"Upper Teeth", {kTooth, 0, JawPart::kUpper}},
+      {"teeth_lower", {kTooth, 0, JawPart::kLower}},
+      {"Unterkieferz\xc3\xa4hne", {kTooth, 0, JawPart::kLower}},
+      {"lower_left_first_molar_fdi36", {kTooth, 36, JawPart::kLower}},
+      {"Lower right third molar", {kTooth, 48, JawPart::kLower}},
+      {"upper_left_canine_pulp_fdi123", {kTooth, 23, JawPart::kUpper}},
+      {"Zahn 11", {kTooth, 11, JawPart::kUpper}},
+      {"tooth_85", {kTooth, 85, JawPart::kLower}},
+      {"tooth", {kTooth}},
+      {"Tooth 19", {kTooth}},  // no number of ISO 3950
+      {"Mandibular canal", {kCanal}},
+      {"left_inferior_alveolar_canal", {kCanal, 0, {}, JawSide::kLeft}},
+      {"Nervus alveolaris inferior rechts", {kCanal, 0, {}, JawSide::kRight}},
+      {"right_mandibular_incisive_canal_fdi104", {kCanal, 0, {}, JawSide::kRight}},
+      {"Canal R", {kCanal, 0, {}, JawSide::kRight}},
+      {"implant", {kMetal}},
+      {"Reconstruction plate", {kMetal}},
+      {"Tumor", {kLesion}},
+      {"left_maxillary_sinus", {kIgnored}},
+      {"pharynx", {kIgnored}},
+  };
+  for (const auto& [name, expected] : cases) {
+    const std::optional<SegmentMeaning> found = FindMeaning(name);
+    ASSERT_TRUE(found) << name;
+    EXPECT_EQ(*found, expected) << name << ": " << ToString(found->role) << " " << found->fdi;
+  }
+  for (const char* name : {"", "Segment_1", "facial nerve", "optic canal", "liver"})
+    EXPECT_FALSE(FindMeaning(name)) << name;
+}
+
+TEST(SegmentNames, CodesGiveTheRoleAndMustAgreeWithTheName) {
+  Segmentation segmentation = MakeSegmentation({{1, "Segment_1"}, {2, "Segment_2"}});
+  segmentation.segments[0].codes = {"91609006"};
+  segmentation.segments[1].codes = {"866006002"};
+  const SegmentationRoles roles = FindRoles(segmentation, {});
+  EXPECT_EQ(roles.meanings[0], SegmentMeaning{kMandible});
+  EXPECT_EQ(roles.meanings[1], (SegmentMeaning{kTooth, 36, JawPart::kLower}));
+  segmentation.segments[0].name = "Maxilla";
+  EXPECT_THAT(MessageOf([&] { FindRoles(segmentation, {}); }),
+              HasSubstr("'Maxilla' (label 1, 1.00 cm3) is other by its name, but mandible by its code"));
+}
+
+TEST(LabelPresets, EachHasOneMandibleAndOnlyKnownNames) {
+  for (const LabelPreset& preset : ListLabelPresets()) {
+    int mandibles = 0;
+    std::set<int> labels;
+    for (const PresetLabel& label : preset.labels) {
+      const std::optional<SegmentMeaning> meaning = FindMeaning(label.name);
+      ASSERT_TRUE(meaning) << preset.name << ": " << label.name;
+      mandibles += meaning->role == kMandible ? 1 : 0;
+      EXPECT_TRUE(labels.insert(label.label).second) << preset.name << ": " << label.label;
+    }
+    EXPECT_EQ(mandibles, 1) << preset.name;
+  }
+}
+
+TEST(LabelPresets, GiveTheLabelsOfTheirSources) {
+  const auto meaning = [](const char* preset, int label) {
+    const Segmentation map = MakeSegmentation({{label, ""}, {1, ""}, {2, ""}});
+    return FindRoles(map, {.preset = preset, .assignments = {}}).meanings[0];
+  };
+  EXPECT_EQ(meaning("dentalsegmentator", 5), SegmentMeaning{kCanal});
+  EXPECT_EQ(meaning("dentalsegmentator", 3), (SegmentMeaning{kTooth, 0, JawPart::kUpper}));
+  EXPECT_EQ(meaning("totalsegmentator", 3), SegmentMeaning{kOtherBone});
+  EXPECT_EQ(meaning("totalsegmentator-teeth", 3), (SegmentMeaning{kCanal, 0, {}, JawSide::kLeft}));
+  EXPECT_EQ(meaning("totalsegmentator-teeth", 32), (SegmentMeaning{kTooth, 36, JawPart::kLower}));
+  EXPECT_EQ(meaning("totalsegmentator-teeth", 45), SegmentMeaning{kCanal});
+  EXPECT_EQ(meaning("totalsegmentator-teeth", 77), (SegmentMeaning{kTooth, 48, JawPart::kLower}));
+  EXPECT_EQ(meaning("toothfairy2", 4), (SegmentMeaning{kCanal, 0, {}, JawSide::kRight}));
+  EXPECT_EQ(meaning("toothfairy2", 10), SegmentMeaning{kMetal});
+  EXPECT_EQ(meaning("toothfairy2", 48), (SegmentMeaning{kTooth, 48, JawPart::kLower}));
+  EXPECT_EQ(meaning("amasss", 4), SegmentMeaning{kOtherBone});
+  EXPECT_EQ(meaning("nv-segment-ct", 4), SegmentMeaning{kTooth});
+  EXPECT_EQ(meaning("nv-segment-ct", 6), SegmentMeaning{kLesion});
+  EXPECT_THAT(MessageOf([&] { meaning("slicer", 1); }),
+              HasSubstr("there is no such preset; the presets are dentalsegm"));
+}
+
+TEST(LabelRoles, ABareLabelMapIsRefusedWithItsLabelsAndTheNearestPreset) {
+  const Segmentation map = MakeSegmentation({{1, ""}, {2, ""}, {3, ""}, {4, ""}, {5, ""}});
+  EXPECT_THAT(MessageOf([&] { FindRoles(map, {}); }),
+              AllOf(HasSubstr("a.nrrd: the file does not say what its labels are. They are:\n  label 1 (1.00 cm3)\n"),
+                    HasSubstr("label 5 (5.00 cm3)\nThe nearest preset is --labels dentalsegmentator, in which label 2 "
+                              "(2.00 cm3) is the mandible"),
+                    HasSubstr("--label 2=mandible")));
+  EXPECT_THAT(MessageOf([] { FindRoles(MakeSegmentation({{90, ""}}), {}); }), HasSubstr("No preset of --labels fits."));
+}
+
+TEST(LabelRoles, AssignmentsNameLabelsOrSegments) {
+  const Segmentation map = MakeSegmentation({{1, ""}, {2, ""}, {7, ""}});
+  const SegmentationRoles roles = FindRoles(map, {.preset = "", .assignments = {"2=mandible", "7=tooth36"}});
+  EXPECT_EQ(roles.meanings[0], SegmentMeaning{kIgnored});
+  EXPECT_EQ(roles.meanings[1], SegmentMeaning{kMandible});
+  EXPECT_EQ(roles.meanings[2], (SegmentMeaning{kTooth, 36, JawPart::kLower}));
+  EXPECT_THAT(roles.warnings, ElementsAre(HasSubstr("unknown meaning were ignored: label 1 (1.00 cm3)")));
+
+  const Segmentation named = MakeSegmentation({{1, "Bone"}, {2, "Mandible"}});
+  EXPECT_EQ(FindRoles(named, {.preset = "", .assignments = {"Bone=other"}}).meanings[0], SegmentMeaning{kOtherBone});
+  const auto message = [&](const char* assignment) {
+    return MessageOf([&] { FindRoles(named, {.preset = "", .assignments = {assignment}}); });
+  };
+  EXPECT_THAT(message("Jaw=mandible"), HasSubstr("has no segment 'Jaw'; it has:\n  'Bone' (label 1, 1.00 cm3)"));
+  EXPECT_THAT(message("Bone=jaw"), HasSubstr("'jaw' is no role; the roles are mandible, "));
+  EXPECT_THAT(message("Bone"), HasSubstr("should be LABEL=ROLE or NAME=ROLE"));
+}
+
+TEST(LabelRoles, TheMandibleMustBeOneSegment) {
+  const Segmentation two = MakeSegmentation({{1, "Mandible"}, {2, "Unterkiefer"}});
+  EXPECT_THAT(
+      MessageOf([&] { FindRoles(two, {}); }),
+      HasSubstr("the segments 'Mandible' (label 1, 1.00 cm3) and 'Unterkiefer' (label 2, 2.00 cm3) both claim to "
+                "be the mandible; state which with --label, such as --label 'Unterkiefer=ignored'"));
+  EXPECT_EQ(FindRoles(two, {.preset = "", .assignments = {"Unterkiefer=ignored"}}).meanings[0].role, kMandible);
+  // Stated explicitly, two segments together are the mandible.
+  const LabelOptions both{.preset = "", .assignments = {"1=mandible", "2=mandible"}};
+  EXPECT_EQ(FindRoles(two, both).meanings[1].role, kMandible);
+  EXPECT_THAT(MessageOf([] {
+                FindRoles(MakeSegmentation({{1, "Maxilla"}}), {});
+              }),
+              HasSubstr("no segment is the mandible; state which"));
+  Segmentation empty = MakeSegmentation({{1, "Mandible"}});
+  empty.segments[0].voxels = 0;
+  EXPECT_THAT(MessageOf([&] { FindRoles(empty, {}); }), HasSubstr("has no voxels"));
+}
+
+TEST(LabelRoles, OverlapsKeepFineStructuresAndLeaveContradictionsToTheCt) {
+  Segmentation map =
+      MakeSegmentation({{1, "mandible"}, {2, "mandible canal"}, {3, "tooth 36"}, {4, "skull"}, {5, "implant"}});
+  map.lattice.size = {5, 1, 1};
+  map.layers = {{1, 1, 1, 1, 1}, {2, 3, 4, 5, 0}};
+  for (std::size_t n = 1; n < 5; ++n) map.segments[n].layer = 1;
+  const BoneMask mask = MakeBoneMask(map, FindRoles(map, {}));
+  EXPECT_EQ(mask.At(0), MaskTissue::kCanal);
+  EXPECT_EQ(mask.At(1), MaskTissue::kTooth);
+  EXPECT_EQ(mask.At(2), MaskTissue::kUndecided);
+  EXPECT_EQ(mask.At(3), MaskTissue::kBone);
+  EXPECT_EQ(mask.At(4), MaskTissue::kBone);
+}
+
+}  // namespace
+}  // namespace kerf

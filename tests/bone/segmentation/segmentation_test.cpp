@@ -1,0 +1,173 @@
+// Reading of segmentations: names, codes, layers, and what is refused.
+#include "bone/segmentation/segmentation.h"
+
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+
+#include "label_files.h"
+#include "support/message_of.h"
+
+namespace kerf {
+namespace {
+
+using test::Folder;
+using test::HeaderSegment;
+using test::MessageOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+// A small oblique lattice whose axes are left-handed.
+Volume SmallLattice() {
+  Volume lattice;
+  lattice.size = {4, 3, 5};
+  lattice.spacing_mm = {0.5, 0.4, 0.75};
+  lattice.origin_W = {-12, 31, 7};
+  lattice.axes_W = glm::dmat3{{0.8, 0.6, 0}, {0, 0, 1}, {-0.6, 0.8, 0}};
+  if (glm::determinant(lattice.axes_W) > 0) lattice.axes_W[0] *= -1.0;
+  return lattice;
+}
+
+std::vector<std::int16_t> Cycle(std::size_t count, int different) {
+  std::vector<std::int16_t> labels;
+  for (std::size_t v = 0; v < count; ++v)
+    labels.push_back(static_cast<std::int16_t>(v % static_cast<std::size_t>(different)));
+  return labels;
+}
+
+TEST(Segmentation, ReadsNamesCodesAndVolumes) {
+  const Folder folder;
+  Volume map = SmallLattice();
+  map.hu = Cycle(map.count(), 4);  // 15 voxels of each label
+  const std::string path = folder.file("a.seg.nrrd");
+  test::WriteSeg(map, {{"Jaw", "2", "0", test::TagsOf("91609006", "Mandible")}, {"Upper", "1", "0", ""}}, path);
+  const Segmentation read = ReadSegmentation(path);
+  EXPECT_TRUE(read.named);
+  ASSERT_EQ(read.segments.size(), 2u);
+  EXPECT_EQ(read.segments[0].name, "Jaw");
+  EXPECT_EQ(read.segments[0].label, 2);
+  EXPECT_EQ(read.segments[0].category, "123037004");
+  EXPECT_THAT(read.segments[0].codes, ElementsAre("91609006"));
+  EXPECT_EQ(read.segments[0].voxels, 15u);
+  EXPECT_NEAR(read.segments[0].volume_mm3, 15 * 0.5 * 0.4 * 0.75, 1e-9);
+  EXPECT_EQ(read.layers.front(), map.hu);
+  for (const Vec3& p_V : {Vec3(0, 0, 0), Vec3(3, 0, 0), Vec3(0, 2, 0), Vec3(0, 0, 4)})
+    EXPECT_LT(glm::length(read.lattice.WorldFromVoxel(p_V) - map.WorldFromVoxel(p_V)), 1e-9);
+  EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("1 label that no segment has, such as 3")));
+}
+
+TEST(Segmentation, ReadsOverlappingLayersWhoseAxisIsTheFirst) {
+  const Folder folder;
+  const Volume lattice = SmallLattice();
+  const std::vector<std::vector<std::int16_t>> layers = {Cycle(lattice.count(), 2), Cycle(lattice.count(), 3)};
+  const std::string path = folder.file("a.seg.nrrd");
+  test::WriteBytes(path, test::SegHeader(lattice, {{"a", "1", "0", ""}, {"b", "1", "1", ""}, {"c", "2", "1", ""}}, 2) +
+                             test::LayerBytes(layers));
+  const Segmentation read = ReadSegmentation(path);
+  EXPECT_EQ(read.layers, layers);
+  EXPECT_EQ(read.lattice.size, lattice.size);
+  EXPECT_EQ(read.segments[0].voxels, 30u);
+  EXPECT_EQ(read.segments[1].voxels, 20u);
+  EXPECT_EQ(read.segments[2].voxels, 20u);
+  // Files of older versions of 3D Slicer have one layer for each segment and give neither label nor layer.
+  test::WriteBytes(path, test::SegHeader(lattice, {{"a", "", "", ""}, {"b", "", "", ""}}, 2) +
+                             test::LayerBytes({layers[0], layers[0]}));
+  EXPECT_EQ(ReadSegmentation(path).segments[1].layer, 1);
+  EXPECT_EQ(ReadSegmentation(path).segments[1].voxels, 30u);
+}
+
+TEST(Segmentation, ReadsBareLabelMaps) {
+  const Folder folder;
+  Volume map = SmallLattice();
+  map.hu = Cycle(map.count(), 4);
+  test::WriteNrrd(map, folder.file("a.nrrd"));
+  test::WriteNifti(map, folder.file("a.nii"));
+  test::WriteMeta(map, folder.file("a.mha"));
+  for (const char* file : {"a.nrrd", "a.nii", "a.mha"}) {
+    const Segmentation read = ReadSegmentation(folder.file(file));
+    EXPECT_FALSE(read.named);
+    ASSERT_EQ(read.segments.size(), 3u) << file;
+    EXPECT_EQ(Describe(read.segments[2]), "label 3 (2.25 mm3)");
+    EXPECT_LT(glm::length(read.lattice.WorldFromVoxel({3, 2, 4}) - map.WorldFromVoxel({3, 2, 4})), 1e-5) << file;
+  }
+}
+
+TEST(Segmentation, RefusesFaultsWithOneSentence) {
+  const Folder folder;
+  const Volume lattice = SmallLattice();
+  const std::string path = folder.file("a.seg.nrrd");
+  const auto message = [&](const std::vector<HeaderSegment>& segments, std::size_t layers) {
+    const std::vector<std::vector<std::int16_t>> values(layers, Cycle(lattice.count(), 2));
+    test::WriteBytes(path, test::SegHeader(lattice, segments, layers) + test::LayerBytes(values));
+    const std::string said = MessageOf([&] { ReadSegmentation(path); });
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+    return said;
+  };
+  EXPECT_THAT(message({{"a", "0", "0", ""}}, 1), HasSubstr("the label of the segment 'a' is '0'"));
+  EXPECT_THAT(message({{"a", "70000", "0", ""}}, 1), HasSubstr("from 1 to 32767"));
+  EXPECT_THAT(message({{"a", "one", "0", ""}}, 1), HasSubstr("the label of the segment 'a' is 'one'"));
+  EXPECT_THAT(message({{"a", "1", "1", ""}}, 1),
+              HasSubstr("the layer of the segment 'a' is '1', but the file has 1 layer"));
+  EXPECT_THAT(message({{"a", "1", "0", ""}, {"b", "1", "0", ""}}, 1),
+              HasSubstr("two segments have the label 1 in layer 0"));
+  EXPECT_THAT(message({{"a", "", "", ""}, {"b", "", "", ""}}, 1),
+              HasSubstr("does not give the label of the segment 'a'"));
+  EXPECT_THAT(message(std::vector<HeaderSegment>(257, {"a", "1", "0", ""}), 1),
+              HasSubstr("257 segments; kerf reads up to 256"));
+  EXPECT_THAT(message({}, 2), HasSubstr("the file has 2 layers but does not name its segments"));
+  EXPECT_THAT(message({{"a", "1", "0", ""}}, 257), HasSubstr("257 layers; kerf reads up to 256"));
+
+  test::WriteBytes(path,
+                   test::SegHeader(lattice, {{"a", "1", "0", ""}}, 2) + test::LayerBytes({Cycle(lattice.count(), 2)}));
+  EXPECT_THAT(MessageOf([&] { ReadSegmentation(path); }), HasSubstr("the file contains 60 bytes"));
+
+  Volume ct = lattice;
+  ct.hu = Cycle(ct.count(), 60);
+  ct.hu[5] = -1000;
+  test::WriteNrrd(ct, folder.file("ct.nrrd"));
+  EXPECT_THAT(MessageOf([&] { ReadSegmentation(folder.file("ct.nrrd")); }),
+              HasSubstr("the file is not a segmentation: it has negative values, down to -1000"));
+  ct.hu.assign(ct.count(), 0);
+  test::WriteNrrd(ct, folder.file("ct.nrrd"));
+  EXPECT_THAT(MessageOf([&] { ReadSegmentation(folder.file("ct.nrrd")); }), HasSubstr("the label map is empty"));
+  EXPECT_THAT(MessageOf([] { ReadSegmentation("a.stl"); }), HasSubstr("a.stl: unknown file type"));
+}
+
+// Runs a Python program with nibabel, an independent reader and writer of NIfTI.
+bool RunNibabel(const std::string& program, const Folder& folder) {
+  test::WriteBytes(folder.file("p.py"), program);
+  return std::system(fmt::format("cd '{}' && /usr/bin/python3 p.py >/dev/null 2>&1", folder.path()).c_str()) == 0;
+}
+
+TEST(Segmentation, AgreesWithNibabel) {
+  if (std::system("/usr/bin/python3 -c 'import nibabel' >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "python3-nibabel is not installed";
+  const Folder folder;
+  Volume map = SmallLattice();
+  map.hu = Cycle(map.count(), 4);
+  test::WriteNifti(map, folder.file("a.nii"));
+  // It reads the labels, turns the axes to its canonical order, and writes them compressed, as a different type.
+  ASSERT_TRUE(
+      RunNibabel("import nibabel, numpy\n"
+                 "image = nibabel.as_closest_canonical(nibabel.load('a.nii'))\n"
+                 "labels = numpy.asarray(image.dataobj).astype(numpy.uint8)\n"
+                 "nibabel.save(nibabel.Nifti1Image(labels, image.affine), 'b.nii.gz')\n",
+                 folder));
+  const Segmentation read = ReadSegmentation(folder.file("b.nii.gz"));
+  ASSERT_EQ(read.segments.size(), 3u);
+  for (int k = 0; k < map.size[2]; ++k) {
+    for (int j = 0; j < map.size[1]; ++j) {
+      for (int i = 0; i < map.size[0]; ++i) {
+        const Vec3 p_V = read.lattice.VoxelFromWorld(map.WorldFromVoxel({i, j, k}));
+        const Vec3 at = glm::round(p_V);
+        EXPECT_LT(glm::length(p_V - at), 1e-4);  // NIfTI has single precision
+        EXPECT_EQ(
+            read.layers[0][read.lattice.Index(static_cast<int>(at.x), static_cast<int>(at.y), static_cast<int>(at.z))],
+            map.hu[map.Index(i, j, k)]);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kerf

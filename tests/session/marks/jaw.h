@@ -1,0 +1,39 @@
+// A block with canals and teeth, for tests.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+
+#include "bone/grid/build.h"
+#include "bone/material/region_table.h"
+
+namespace kerf::test {
+
+inline constexpr double kVoxel_mm = 0.2;
+
+/// A block of 40 x 20 x 16 mm, z from -16 to 0. Canals of radius 1.2 mm run along x at z = -10, except in the middle,
+/// and three teeth of 4 x 4 mm stand in it, down to z = -6: one on the patient's right (x < 0), two on the left. With
+/// `slot_mm`, it is without a slot of 0.4 mm at x = slot_x_mm that is slot_mm deep.
+inline Bone MakeJaw(double slot_x_mm = 0, double slot_mm = 0) {
+  SolidField solid;
+  solid.value = [=](const Vec3& p) {
+    const Vec3 out = glm::abs(p - Vec3(0, 0, -8)) - Vec3(20, 10, 8);
+    const double block = std::max({out.x, out.y, out.z});
+    return slot_mm > 0 ? std::max(block, -std::max(std::abs(p.x - slot_x_mm) - 0.2, -slot_mm - p.z)) : block;
+  };
+  solid.classify = ClassifyByDistance(solid.value);
+  solid.region = [](const Vec3& p) {
+    if (std::hypot(p.y, p.z + 10) < 1.2 && std::abs(p.x) > 2) return 34;
+    for (const double x : {-8.0, 5.0, 12.0}) {
+      if (std::abs(p.x - x) < 2 && std::abs(p.y) < 2 && p.z > -6) return 33;
+    }
+    return 32;
+  };
+  BuildOptions options;
+  options.voxel_mm = kVoxel_mm;
+  options.region_voxel_mm = kVoxel_mm;
+  return MakeBone(solid, Box3{Vec3(-21.5, -11.5, -17.5), Vec3(21.5, 11.5, 1.5)}, options, DefaultMandibleTable());
+}
+
+}  // namespace kerf::test
