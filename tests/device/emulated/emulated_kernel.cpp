@@ -399,9 +399,7 @@ void EmulatedKernel::Attach(Socket& socket) {
         fmt::format("{}P: {}\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_interface\nL: driver=../../../../bus/usb/drivers/{}\n",
                     text, interface, socket.options.driver);
   }
-  if (umockdev_testbed_add_from_string(umockdev_->testbed, text.c_str(), &error) == FALSE) {
-    throw Error(fmt::format("umockdev refuses a device: {}", error->message));
-  }
+  // The file that appears must be answered at once: umockdev ends a program that opens it before its socket listens.
   const std::string node = fmt::format("/dev/bus/usb/001/{:03}", socket.address);
   UMockdevIoctlBase* handler = umockdev_ioctl_base_new();
   umockdev_->handlers.push_back(handler);
@@ -409,6 +407,9 @@ void EmulatedKernel::Attach(Socket& socket) {
   g_signal_connect(handler, "client-vanished", G_CALLBACK(Socket::Forget), &socket);
   if (umockdev_testbed_attach_ioctl(umockdev_->testbed, node.c_str(), handler, &error) == FALSE) {
     throw Error(fmt::format("umockdev can't emulate {}: {}", node, error->message));
+  }
+  if (umockdev_testbed_add_from_string(umockdev_->testbed, text.c_str(), &error) == FALSE) {
+    throw Error(fmt::format("umockdev refuses a device: {}", error->message));
   }
   if (socket.options.no_permission) {
     chmod((umockdev_->Root() + node).c_str(), 0);
