@@ -35,12 +35,18 @@ RunTape::RunTape(const RunSession& session, const Scene& scene, RecordedKind kin
                     ReadSceneFiles(scene, session.scene_file));
 }
 
+RunTape::~RunTape() {
+  if (recorder_) recorder_->Finish("an early end", std::nullopt);
+}
+
 void RunTape::Finish(std::optional<std::uint64_t> bone_hash) {
   if (!recorder_) return;
   recorder_->Finish("the path's end", bone_hash);
-  if (recorder_->failure().empty()) return;
-  if (recording_failure_ == nullptr) throw Error(recorder_->failure());
-  *recording_failure_ = recorder_->failure();
+  const std::string failure = recorder_->failure();
+  recorder_.reset();
+  if (failure.empty()) return;
+  if (recording_failure_ == nullptr) throw Error(failure);
+  *recording_failure_ = failure;
 }
 
 }  // namespace kerf

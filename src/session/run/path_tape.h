@@ -55,6 +55,10 @@ class RunTape {
  public:
   /// Throws kerf::Error if the recording cannot be created, or if the bone is not the recorded one.
   RunTape(const RunSession& session, const Scene& scene, RecordedKind kind, const Bone& bone);
+  /// Without Finish(), the run has ended early: the recording keeps all its ticks, but has no hash of the bone.
+  ~RunTape();
+  RunTape(const RunTape&) = delete;
+  RunTape& operator=(const RunTape&) = delete;
   PathTape tape() { return {recorder_ ? &*recorder_ : nullptr, replay_}; }
   /// Completes the recording. Call before the results are written, so that they do not use its disk space.
   void Finish(std::optional<std::uint64_t> bone_hash);

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
@@ -498,6 +499,7 @@ TEST(OwnForceLaw, ThatBreaksARuleInATickInAHandLeavesTheToolWhereItWas) {
 }
 
 TEST(OwnForceLaw, ThatBreaksARuleInATickEndsEachRunWithAnError) {
+  const test::Folder folder;
   const SceneFile scene = MakeLateScene();
   HandRunOptions virtual_time, real_time;
   virtual_time.seconds = 2;
@@ -506,7 +508,14 @@ TEST(OwnForceLaw, ThatBreaksARuleInATickEndsEachRunWithAnError) {
   for (auto [fault, words] : ListLateFaults()) {
     fault.calls_until = 2000;
     late = fault;
-    EXPECT_THAT(MessageOf([&] { RunAlongPath(scene); }), HasSubstr(": the force law " + words));
+    std::filesystem::remove(folder.file("late.kerf"));
+    const std::string message =
+        MessageOf([&] { RunAlongPath(scene, {.record = folder.file("late.kerf"), .progress = {}}); });
+    EXPECT_THAT(message, HasSubstr(": the force law " + words));
+    // The recording keeps every tick before it, and that the tool was set down at the start of the path.
+    const Recording recording(folder.file("late.kerf"));
+    EXPECT_EQ(recording.damage(), "");
+    EXPECT_THAT(message, HasSubstr("tick " + std::to_string(recording.ticks()) + ":"));
     late = fault;
     EXPECT_THAT(MessageOf([&] { RunInHand(scene, virtual_time); }), HasSubstr(": the force law " + words));
     if (fault.does == LateFault::kGives && !std::isnan(fault.force_N)) continue;  // real time takes long enough
