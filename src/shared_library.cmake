@@ -1,7 +1,7 @@
 # The library for other programs, kerf::kerf: one shared library with what the headers of include/kerf declare.
 file(GLOB kerf_public_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/include/kerf/*.h)
 # The folders that implement public headers, completely. What else they need is linked as needed.
-set(kerf_public_folders core material grid vdb models import tool force paper effects path_sim slab_sim hand_sim undo library)
+set(kerf_public_folders core material grid vdb models segmentation tool force paper effects path_sim slab_sim hand_sim undo library)
 add_library(kerf_shared SHARED ${kerf_public_headers} ${PROJECT_SOURCE_DIR}/packaging/exports.map)
 set_target_properties(kerf_shared PROPERTIES OUTPUT_NAME kerf EXPORT_NAME kerf LINKER_LANGUAGE CXX VERSION ${PROJECT_VERSION}
                       SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}

@@ -1,4 +1,4 @@
-// A bone from a CT or from a closed surface.
+// A bone from a CT, from a segmentation, or from a closed surface.
 #pragma once
 
 #include <functional>
@@ -24,6 +24,11 @@ struct ImportSettings {
   std::vector<Vec3> drop_W;  // automatically
   bool fill = true;          // cavities become bone; of a surface: hollows stay hollow if they are marked as such
   bool keep_hu = false;      // keep the CT numbers in the bone, for materials of the kind "ct"
+  // Of a segmentation; `kerf import --mask`. With an empty `path` it alone makes the bone.
+  std::string mask;                     // .seg.nrrd, or a label map (.nrrd .nhdr .nii .nii.gz .mha .mhd); empty: none
+  std::string mask_labels;              // the program that wrote a label map without names, such as "dentalsegmentator"
+  std::vector<std::string> mask_label;  // what one label or segment is, such as "2=mandible"
+  double mask_reach_mm = 0;  // distance from the border of the mask beyond which it overrides the CT; 0: automatic
   // For a surface.
   std::string mesh_units;    // mm, cm, m, in, um; empty: mm, if the size is that of a bone
   double mesh_shell_mm = 2;  // thickness of the cortex, 0 to 10
@@ -41,8 +46,8 @@ struct ImportedBone {
 };
 
 /// Imports a bone. `path`: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a closed surface (.stl .obj
-/// .ply). The bone's coordinates are the patient's (LPS, mm), or those of the surface. Throws kerf::Error with one
-/// sentence if the input cannot be converted to a bone, or if the import is cancelled.
+/// .ply); empty: the mask alone. The bone's coordinates are the patient's (LPS, mm), or those of the surface. Throws
+/// kerf::Error with one sentence if the input cannot be converted to a bone, or if the import is cancelled.
 ImportedBone ImportBone(const std::string& path, const ImportSettings& settings = {});
 
 }  // namespace kerf

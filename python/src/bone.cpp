@@ -9,6 +9,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "arrays.h"
 #include "bindings.h"
@@ -70,8 +71,28 @@ SharedBone MakeMandibleBone(const std::optional<MaterialTable>& materials, const
                        [&](Watch& watch) { return MakeMandible(params, OrDefault(materials), ThrowToEnd(watch)); }));
 }
 
-/// `arguments`: members of ImportSettings.
-py::tuple ImportFile(const std::filesystem::path& path, const std::optional<MaterialTable>& materials,
+std::string ToFileName(const py::handle& value, const char* name) {
+  try {
+    return value.cast<std::filesystem::path>().string();
+  } catch (const py::cast_error&) {
+    throw Error(std::string(name) + " must be the name of a file");
+  }
+}
+
+/// `value`: dict from a label's number or a segment's name to what it is. Returns texts such as "2=mandible".
+std::vector<std::string> ToAssignments(const py::handle& value, const char* name) {
+  if (!py::isinstance<py::dict>(value)) {
+    throw Error(std::string(name) + " must be a dict such as {2: 'mandible', 'Bone 3': 'canal'}");
+  }
+  std::vector<std::string> assignments;
+  for (const auto& [label, role] : value.cast<py::dict>()) {
+    assignments.push_back(ToUtf8(py::str(label)) + "=" + ToUtf8(py::str(role)));
+  }
+  return assignments;
+}
+
+/// `path`: nullopt for a mask alone. `arguments`: members of ImportSettings.
+py::tuple ImportFile(const std::optional<std::filesystem::path>& path, const std::optional<MaterialTable>& materials,
                      const py::object& progress, const py::kwargs& arguments) {
   ImportSettings settings;
   settings.materials = materials;
@@ -85,16 +106,21 @@ py::tuple ImportFile(const std::filesystem::path& path, const std::optional<Mate
   set("isolate", settings.isolate, "");
   set("fill", settings.fill, "");
   set("keep_hu", settings.keep_hu, "");
+  set("mask_labels", settings.mask_labels, TextLimit{100}, "");
+  set("mask_reach_mm", settings.mask_reach_mm, any, "");
   set("mesh_units", settings.mesh_units, TextLimit{10}, "");
   set("mesh_shell_mm", settings.mesh_shell_mm, any, "");
   for (const auto& [key, points] : {std::pair("keep", &settings.keep_W), std::pair("drop", &settings.drop_W)}) {
     set.AddKnown(key);
     if (rest.contains(key)) *points = ToPoints(rest.attr("pop")(key), key);
   }
+  for (const char* key : {"mask", "mask_label"}) set.AddKnown(key);
+  if (rest.contains("mask")) settings.mask = ToFileName(rest.attr("pop")("mask"), "mask");
+  if (rest.contains("mask_label")) settings.mask_label = ToAssignments(rest.attr("pop")("mask_label"), "mask_label");
   set.CheckRest("from_file");
   ImportedBone imported = RunLong(progress, "import", [&](Watch& watch) {
     settings.progress = [&](double fraction) { return watch(fraction); };
-    return ImportBone(path.string(), settings);
+    return ImportBone(path ? path->string() : "", settings);
   });
   py::dict report;
   report["mandible"] = imported.mandible;
@@ -406,13 +432,16 @@ rest; [] is region 24. voxel_mm: 0.02 to 4. top_mm: middle of the top face. rota
                   "mm in all.")
       .def_static("mandible", &MakeMandibleBone, materials, progress, mandible.c_str())
       .def_static("from_file", &ImportFile, py::arg("path"), materials, progress,
-                  R"(Imports a CT or a closed surface; returns (bone, report).
+                  R"(Imports a CT, a segmentation or a closed surface; returns (bone, report).
 
-path: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a surface (.stl .obj .ply). report: dict with
+path: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a surface (.stl .obj .ply); None: the mask alone. report: dict with
 'mandible' (bool), 'surface_error_mm' (rms, 0 if unknown) and 'warnings' (list of texts).
 
 Options, each by name: voxel_mm = 0.1 (0.05 to 2). Of a CT: series (UID or its end), frame ('LPS' or 'RAS'), iso_hu = 300,
 isolate = True (separate the mandible), keep, drop (points (n, 3) in wanted and unwanted bone), fill = True, keep_hu = False.
+Of a segmentation, as the options --mask, --labels, --label and --mask-reach of kerf import: mask (.seg.nrrd or a label map),
+mask_labels (the program that wrote a label map without names, such as 'dentalsegmentator'), mask_label (dict such as
+{2: 'mandible'}), mask_reach_mm = 0 (distance from its border beyond which it overrides the CT; 0: automatic).
 Of a surface: mesh_units ('mm', 'cm', 'm', 'in', 'um'), mesh_shell_mm = 2 (thickness of the cortex).)")
       .def_static("from_labels", &MakeLabelBone, py::arg("labels"), py::arg("regions"), py::arg("voxel_mm") = 0.2,
                   py::arg("spacing_mm") = py::make_tuple(1, 1, 1), py::arg("pose") = py::make_tuple(0, 0, 0), materials,

@@ -109,6 +109,30 @@ class Bones(unittest.TestCase):
             self.assertAlmostEqual(bone.volume_mm3(), 432, delta=2 * 96 * 0.5 * 0.2**2)
             self.assertFalse(report["mandible"])
 
+    def test_mask_selects_a_bone_of_a_ct(self):
+        z, y, x = np.mgrid[-12:13, -12:13, -30:31]
+        wanted, other = (x + 12)**2 + y**2 + z**2 < 100, (x - 12)**2 + y**2 + z**2 < 100
+        header = ("NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: 61 25 25\n"
+                  "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (-30,-12,-12)\nendian: little\nencoding: raw\n\n")
+        with tempfile.TemporaryDirectory() as folder:
+            ct, mask = pathlib.Path(folder) / "ct.nrrd", pathlib.Path(folder) / "mask.nrrd"
+            ct.write_bytes(header.encode() + np.where(wanted | other, 900, -1000).astype("<i2").tobytes())
+            mask.write_bytes(header.encode() + np.where(wanted, 2, np.where(other, 1, 0)).astype("<i2").tobytes())
+            bone, _ = kerf.Bone.from_file(ct, voxel_mm=0.5, mask=mask, mask_labels="dentalsegmentator")
+            # A ball of 10 mm, whose surface lies within half a voxel of the CT.
+            self.assertAlmostEqual(bone.volume_mm3(), 4 / 3 * math.pi * 1000, delta=4 * math.pi * 100 * 0.5)
+            self.assertLess(bone.bounds_mm()[1][0], 0)
+            same, _ = kerf.Bone.from_file(ct, voxel_mm=0.5, mask=str(mask), mask_label={2: "mandible", 1: "other"})
+            self.assertEqual(same.hash(), bone.hash())
+            alone, report = kerf.Bone.from_file(None, voxel_mm=0.5, mask=mask, mask_labels="dentalsegmentator")
+            self.assertLess(alone.bounds_mm()[1][0], 0)
+            self.assertTrue(any("without a CT" in warning for warning in report["warnings"]))
+            for wrong, words in (({"mask": 3}, "mask must be the name of a file"), ({"mask": mask}, "does not say what its labels are"),
+                                 ({"mask": mask, "mask_label": ["2=mandible"]}, "mask_label must be a dict"),
+                                 ({"mask_reach_mm": 2}, "apply to a mask only")):
+                with self.assertRaisesRegex(kerf.Error, words):
+                    kerf.Bone.from_file(ct, **wrong)
+
     def test_materials_are_made_and_replaced(self):
         table = kerf.Materials([kerf.Region(24, "hard", "cortical", 15000, 0.3), kerf.Region(32, "soft", "cancellous", 500, 0.3)])
         bone = small_block().with_materials(table)
@@ -726,7 +750,7 @@ class BadInput(unittest.TestCase):
             (lambda: kerf.run_in_hand(kerf.Scene(), record=""), "name of a file"),
             (lambda: bone.phi(np.zeros((1, 3), dtype=complex)), "real numbers"),
             (lambda: kerf.Materials([]), "at least one Region"),
-            (lambda: kerf.Bone.from_file("/nowhere", unit="mm"), "^from_file has no parameter 'unit'; .*keep, drop$"),
+            (lambda: kerf.Bone.from_file("/nowhere", unit="mm"), "^from_file has no parameter 'unit'; .*keep, drop, mask, mask_label$"),
             (lambda: kerf.Bone.read(""), "name of a file"),
             (lambda: kerf.run(kerf.Scene(), progress="yes"), "progress must be"),
             (lambda: kerf.pose("here"), "not an array of numbers"),

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/cli/commands.h"
@@ -22,6 +23,7 @@
 #include "bone/import/dicom.h"
 #include "bone/import/import.h"
 #include "bone/material/region_table.h"
+#include "bone/segmentation/mask_file.h"
 #include "bone/segmentation/roles.h"
 #include "bone/segmentation/segmentation.h"
 #include "bone/vdb/bonefile.h"
@@ -295,21 +297,6 @@ void CheckOptionsApply(const CLI::App& command, const std::string& input) {
   }
 }
 
-/// Reads the mask. Its own frame is that of its header, even if `--frame` states that of the CT.
-void ReadMask(ImportArguments& options) {
-  const Segmentation segmentation = ReadSegmentation(options.mask, options.input.empty() ? options.import.frame : "");
-  SegmentationRoles roles = FindRoles(segmentation, options.labels);
-  BoneMask mask = MakeBoneMask(segmentation, roles);
-  std::vector<std::string>& warnings = mask.tissue.warnings;
-  if (!options.input.empty()) {
-    for (std::string& warning : warnings) warning = fmt::format("{}: {}", options.mask, warning);
-  }
-  warnings.insert(warnings.end(), roles.warnings.begin(), roles.warnings.end());
-  options.segments = segmentation.segments;
-  options.meanings = std::move(roles.meanings);
-  options.import.isolate.mask = std::make_shared<const BoneMask>(std::move(mask));
-}
-
 void Run(ImportArguments& options) {
   if (options.list) {
     List(options);
@@ -341,7 +328,14 @@ void Run(ImportArguments& options) {
     import.materials = ParseRegionTable(ReadTextFile(options.materials), options.materials);
     import.materials_name = std::filesystem::path(options.materials).filename().string();
   }
-  if (!options.mask.empty()) ReadMask(options);
+  if (!options.mask.empty()) {
+    // `--frame` states the frame of the CT if there is one; the mask's own is then that of its header.
+    const bool has_ct = !options.input.empty();
+    MaskFile file = ReadMaskFile(options.mask, has_ct ? "" : import.frame, options.labels, has_ct);
+    import.isolate.mask = std::move(file.mask);
+    options.segments = std::move(file.segments);
+    options.meanings = std::move(file.meanings);
+  }
   ImportResult result;
   double write_s = 0;
   {

@@ -16,7 +16,7 @@ struct AlarmSound {
 constexpr std::array<AlarmSound, kAlarmKinds> kAlarms{{{880, 3}, {1175, 3}, {587, 0.5}}};
 
 constexpr double kAlarmLevel = 0.22;  // of each alarm; three of them and the saw stay below 1
-constexpr double kSawLevel = 0.12;
+constexpr double kSawLevel = 0.18;
 constexpr double kQuietSaw = 0.35;  // loudness of an idle saw, as a fraction of kSawLevel
 constexpr double kFullLoad_N = 8;
 constexpr double kCyclesPerTurn = 2;  // of the tone

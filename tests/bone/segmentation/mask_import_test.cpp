@@ -11,6 +11,7 @@
 #include "bone/import/patient_frame.h"
 #include "bone/material/region_table.h"
 #include "bone/segmentation/roles.h"
+#include "kerf/import.h"
 #include "kerf/surface.h"
 #include "label_files.h"
 #include "support/message_of.h"
@@ -245,6 +246,35 @@ TEST(MaskImport, WithoutACtTheBoneIsThatOfTheLabels) {
   ImportOptions keep = WithMask(folder.file("mask.nrrd"));
   keep.keep_hu = true;
   EXPECT_THAT(MessageOf([&] { Import("", keep); }), HasSubstr("has no CT numbers to keep"));
+}
+
+TEST(MaskImport, TheLibraryGivesTheBoneOfTheProgram) {
+  const Folder folder;
+  const std::string ct = folder.file("ct.nrrd"), mask = folder.file("mask.nrrd");
+  test::WriteNrrd(TwoBalls(), ct);
+  test::WriteNrrd(BallLabels(TwoBalls()), mask);
+  ImportSettings settings;
+  settings.voxel_mm = 0.4;
+  settings.iso_hu = 450;
+  settings.mask = mask;
+  settings.mask_labels = "dentalsegmentator";
+  const ImportedBone imported = ImportBone(ct, settings);
+  EXPECT_EQ(imported.bone.CalcHash(), Import(ct, WithMask(mask)).bone.CalcHash());
+  EXPECT_EQ(ImportBone("", settings).bone.CalcHash(), Import("", WithMask(mask)).bone.CalcHash());
+  settings.mask_labels = "";
+  settings.mask_label = {"2=mandible", "1=other"};
+  EXPECT_EQ(ImportBone(ct, settings).bone.CalcHash(), imported.bone.CalcHash());
+
+  const auto refusal = [](const std::string& path, const ImportSettings& wrong) {
+    return MessageOf([&] { ImportBone(path, wrong); });
+  };
+  EXPECT_THAT(refusal("bone.stl", settings), HasSubstr("bone.stl: a mask applies to a CT only"));
+  settings.isolate = false;
+  EXPECT_THAT(refusal(ct, settings), HasSubstr("the mask selects one"));
+  settings = {};
+  EXPECT_THAT(refusal("", settings), HasSubstr("neither a CT, a surface nor a mask is given"));
+  settings.mask_reach_mm = 2;
+  EXPECT_THAT(refusal(ct, settings), HasSubstr("apply to a mask only"));
 }
 
 const std::string kPhantomFolder = std::string(KERF_TEST_DATA) + "/phantom_siemens/dicom";
