@@ -107,7 +107,7 @@ void ActionList::DrawEntries(Ui& ui, const char* menu) {
     const std::string keys = ShowShortcut(action.shortcut);
     const std::string label = fmt::format("{}##{}", Tr(action.label), action.id);
     if (ImGui::MenuItem(label.c_str(), keys.empty() ? nullptr : keys.c_str(), action.on && action.on(),
-                        action.is_enabled())) {
+                        CanBeChosen(action))) {
       chosen_.push_back(i);
     }
     ui.Note(fmt::format("entry {}", action.id));
@@ -156,7 +156,7 @@ void ActionList::DrawToolbar(Ui& ui) {
     first = false;
     const bool on = action.on && action.on();
     if (on) ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_Header));
-    ImGui::BeginDisabled(!action.is_enabled());
+    ImGui::BeginDisabled(!CanBeChosen(action));
     if (ImGui::Button(fmt::format("{}##{}", label, action.id).c_str())) chosen_.push_back(i);
     ImGui::EndDisabled();
     if (on) ImGui::PopStyleColor();
@@ -174,7 +174,7 @@ void ActionList::DrawToolbar(Ui& ui) {
   for (std::size_t k = fit; k < shown.size(); ++k) {
     const Action& action = actions_[shown[k]];
     if (ImGui::MenuItem(fmt::format("{}##{}", Tr(action.button), action.id).c_str(),
-                        ShowShortcut(action.shortcut).c_str(), action.on && action.on(), action.is_enabled())) {
+                        ShowShortcut(action.shortcut).c_str(), action.on && action.on(), CanBeChosen(action))) {
       chosen_.push_back(shown[k]);
     }
     ui.Note(fmt::format("button {}", action.id));
@@ -228,7 +228,7 @@ float ActionList::DrawIndicators(Ui& ui, float reserved) {
   for (std::size_t k = fit; k < shown.size(); ++k) {
     const Action& action = actions_[shown[k].action];
     if (ImGui::MenuItem(fmt::format("{}##{}", Tr(action.indicator), action.id).c_str(),
-                        ShowShortcut(action.shortcut).c_str(), shown[k].on, action.is_enabled())) {
+                        ShowShortcut(action.shortcut).c_str(), shown[k].on, CanBeChosen(action))) {
       chosen_.push_back(shown[k].action);
     }
     ui.Note(fmt::format("indicator {}", action.id));
@@ -239,7 +239,11 @@ float ActionList::DrawIndicators(Ui& ui, float reserved) {
 
 void ActionList::RunChosen() {
   for (const std::size_t i : std::exchange(chosen_, {})) {
-    if (actions_[i].is_enabled()) actions_[i].run();
+    if (actions_[i].is_enabled()) {
+      actions_[i].run();
+    } else if (waits_) {
+      chosen_.push_back(i);
+    }
   }
 }
 

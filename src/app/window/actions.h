@@ -61,13 +61,18 @@ class ActionList {
   /// `reserved`: width at the right that is left free; indicators that do not fit are in a menu at the end. Returns the
   /// right edge of what was drawn.
   float DrawIndicators(Ui& ui, float reserved);
+  /// Set while actions are only disabled for a short time: they can be chosen, and run once they are enabled.
+  void set_waits(bool waits) { waits_ = waits; }
   /// Runs what was chosen in a menu, in the toolbar or by an indicator in this frame. Called after the frame, because
   /// an action may show another panel.
   void RunChosen();
 
  private:
+  bool CanBeChosen(const Action& action) const { return waits_ || action.is_enabled(); }
+
   std::vector<Action> actions_;
   std::vector<std::size_t> chosen_;
+  bool waits_ = false;
 };
 
 }  // namespace kerf

@@ -42,6 +42,8 @@ class Activity {
   virtual void TakeSlicePoint(const Vec3& /*p_W*/) {}
   /// Takes back the last one.
   virtual void TakeBackSlicePoint() {}
+  /// Returns the point of these through which all slices go meanwhile, instead of following the saw; none: no point.
+  virtual std::optional<Vec3> slice_point() const { return {}; }
   /// Returns false if the activity has no use for slices.
   virtual bool has_slices() const { return false; }
   /// Returns true while the activity draws something else in the place of the slices.
@@ -57,7 +59,7 @@ class Activity {
   virtual void OpenContextMenu(const ScreenPoint& /*at*/) {}
   /// Opens a file or folder that was dropped into the window.
   virtual void Open(const std::string& path) = 0;
-  /// Returns true between two sessions on the same bone, which takes less than a second.
+  /// Returns true between two sessions on the same bone, which can take seconds. Clicks and keys wait until then.
   virtual bool is_restarting() const { return false; }
   /// Returns true if Escape ends something of the activity.
   virtual bool takes_escape() const { return false; }
@@ -84,6 +86,8 @@ class Activity {
   /// Called when the session failed. `summary`: of what was done before, with the bone; null if it could not begin or
   /// its bone is lost. Returns true if the window stays open.
   virtual bool TakeFailure(const std::string& /*sentence*/, LoopSummary* /*summary*/) { return false; }
+  /// Returns why a requested action, such as undo, was not possible, in the language of the window.
+  virtual std::string ExplainFailure(const LiveSession::Answer& answer) const { return TrMade(answer.failure); }
   /// Adds the activity's state to the trace.
   virtual void Describe(nlohmann::json& state) const = 0;
   /// Returns true if the saw may be moved and switched now.

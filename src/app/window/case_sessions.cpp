@@ -40,13 +40,11 @@ std::vector<ProjectSession> ListSessions(const Project& project) {
 }
 
 JoinedSessions JoinSessions(const std::vector<ProjectSession>& sessions) {
-  JoinedSessions joined{.saws = "", .duration_s = 0, .largest_force_N = 0, .forces_sN = {}};
+  JoinedSessions joined{.saws = {}, .duration_s = 0, .largest_force_N = 0, .forces_sN = {}};
   std::set<std::string> saws;
   double begin_s = 0;
   for (const ProjectSession& session : sessions) {
-    if (session.saw != "-" && saws.insert(session.saw).second) {
-      joined.saws += (joined.saws.empty() ? "" : ", ") + session.saw;
-    }
+    if (session.saw != "-" && saws.insert(session.saw).second) joined.saws.push_back(session.saw);
     for (const auto& [time_s, force_N] : session.forces_sN) joined.forces_sN.emplace_back(begin_s + time_s, force_N);
     begin_s += session.duration_s.value_or(0);
     if (!session.duration_s) joined.duration_s.reset();

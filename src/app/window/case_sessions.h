@@ -22,7 +22,7 @@ std::vector<ProjectSession> ListSessions(const Project& project);
 
 /// All sessions of a case as one.
 struct JoinedSessions {
-  std::string saws;                                  // that were used, separated by commas
+  std::vector<std::string> saws;                     // that were used, each once
   std::optional<double> duration_s;                  // none if that of a session is not known; likewise the next
   std::optional<double> largest_force_N;             // on the hand
   std::vector<std::pair<double, double>> forces_sN;  // of the known sessions, one after the other

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <set>
 #include <utility>
@@ -46,10 +47,23 @@ void AddStartBones(const std::map<std::uint64_t, std::string>& known,
   }
 }
 
+// Reasons that the system gives, for the translation.
+[[maybe_unused]] constexpr std::array kReasons{Msg("Permission denied"), Msg("No space left on device"),
+                                               Msg("Read-only file system"), Msg("No such file or directory"),
+                                               Msg("Not a directory")};
+
+/// Returns an error's text in the language of the window, as a sentence.
+std::string ExplainFault(const std::string& what) {
+  const std::string text = TrMade(what);
+  return text.empty() || text.back() == '.' ? text : text + ".";
+}
+
 }  // namespace
 
-void CaseWriter::Export(CaseContent content, const std::string& folder, bool obj) {
+void CaseWriter::Export(CaseContent content, const std::string& folder, bool obj, std::function<void()> again) {
   if (is_exporting()) return;
+  folder_ = folder;
+  export_again_ = std::move(again);
   viewer_.SetSpindle(false);
   ExportOrder order;
   order.folder = folder;
@@ -62,16 +76,17 @@ void CaseWriter::Export(CaseContent content, const std::string& folder, bool obj
   order.marks = document_.marks();
   order.before = content.before;
   try {
-    order.pictures.emplace_back(Msg("As seen in the window"), viewer_.GrabScene());
+    order.pictures.emplace_back(Msg("The bone, seen from the direction of the window"), viewer_.GrabScene());
   } catch (const Error& e) {
     return viewer_.Say(e.what());
   }
   order.pieces_json = pieces_.FormatArrangement();
   order.measurements = pieces_.measurements();
   order.after = std::move(content.after);
-  order.language.code = CurrentLanguage();
-  order.language.translate = [code = CurrentLanguage()](const char* text) { return TranslateInto(code, text); };
-  if (const std::string point = Tr("decimal separator"); point.size() == 1) order.language.point = point;
+  order.language = {
+      .code = CurrentLanguage(),
+      .translate = [code = CurrentLanguage()](const std::string& text) { return TranslateInto(code, text); },
+      .point = DecimalPointOf(CurrentLanguage())};
   *progress_ = 0;
   order.progress = [progress = progress_](double fraction) { *progress = fraction; };
   viewer_.Say(Tr("Exporting pieces, planes and report"));
@@ -90,7 +105,14 @@ void CaseWriter::FinishExport() {
                            {Tr("Return to the bone"), nullptr}});
     viewer_.trace().Write("taken_away", {{"folder", take_away_}});
   } catch (const std::exception& e) {  // the session has ended in the meantime and returns no bone
-    viewer_.Say(fmt::format(fmt::runtime(Tr("Nothing was exported: {}")), e.what()));
+    viewer_.dialogs().Ask(
+        fmt::format(
+            "{}\n\n{}\n\n{}",
+            fmt::format(fmt::runtime(Tr("The results could not be written into the folder {}.")), folder_),
+            ExplainFault(e.what()),
+            Tr("Nothing is lost: bone, plan and pieces are kept in the window. Choose a folder on another disk, "
+               "or one that you may write to.")),
+        {{Tr("Choose another folder"), export_again_}, {Tr("Return to the bone"), nullptr}});
     viewer_.trace().Write("taken_away", {{"failure", e.what()}});
   }
 }
@@ -166,7 +188,7 @@ std::string CaseWriter::FinishSaving() {
     if (order.quits) viewer_.Quit();
     return {};
   } catch (const std::exception& e) {
-    viewer_.Say(fmt::format(fmt::runtime(Tr("The project was not saved: {}")), e.what()));
+    viewer_.Say(fmt::format(fmt::runtime(Tr("The project was not saved: {}")), ExplainFault(e.what())));
     viewer_.trace().Write("project", {{"failure", e.what()}});
     document_.set_unsaved(document_.is_unsaved() || plan_was_unsaved_);
     pieces_.set_unsaved(pieces_.is_unsaved() || pieces_were_unsaved_);

@@ -45,8 +45,8 @@ class CaseWriter {
       : viewer_(viewer), document_(document), pieces_(pieces), cut_(cut) {}
 
   /// Exports pieces, planes and a report into a folder, unless an export is in progress. `obj`: pieces as OBJ,
-  /// otherwise STL.
-  void Export(CaseContent content, const std::string& folder, bool obj);
+  /// otherwise STL. `again`: called if it fails and the user wants to choose another folder.
+  void Export(CaseContent content, const std::string& folder, bool obj, std::function<void()> again);
   bool is_exporting() const { return exporting_.valid(); }
   /// Returns the progress of the export, 0 to 1.
   double export_progress() const { return *progress_; }
@@ -73,6 +73,8 @@ class CaseWriter {
   UnsavedCut& cut_;
   std::future<std::string> exporting_;
   std::shared_ptr<std::atomic<double>> progress_ = std::make_shared<std::atomic<double>>(0);  // of the export
+  std::string folder_;                                                                        // of the latest export
+  std::function<void()> export_again_;
   std::string take_away_;
   std::future<void> saving_;  // of the project
   SaveOrder order_;           // that is being carried out

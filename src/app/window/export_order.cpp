@@ -52,6 +52,7 @@ std::vector<ExportMeasure> MakeMeasures(const PieceSet& pieces, const std::vecto
 /// Adds what the bone's notes say about the CT that it was made of.
 void AddCt(const ExportOrder& order, std::vector<ExportFact>& facts) {
   const auto note = [&order](const char* key) { return GetNote(*order.before, key); };
+  const ReportLanguage& t = order.language;
   if (!IsFromCt(*order.before)) return;
   std::string voxels = note("import_ct_voxels");
   std::string spacing = note("import_ct_spacing_mm");
@@ -59,13 +60,14 @@ void AddCt(const ExportOrder& order, std::vector<ExportFact>& facts) {
     for (std::size_t at = 0; (at = text->find(' ', at)) != std::string::npos; at += 3) text->replace(at, 1, " x ");
   }
   const std::string series = note("import_series_uid");
-  facts.push_back({"CT", fmt::format("{}; {} voxels of {} mm", order.scene.TitleOrName(), voxels, spacing)});
+  facts.push_back({"CT", fmt::format("{}; {}", order.scene.TitleOrName(),
+                                     t.Tr(fmt::format(fmt::runtime(Msg("{} voxels of {} mm")), voxels, spacing)))});
   if (!series.empty()) facts.push_back({Msg("DICOM series"), series});
   if (const std::string error = note("import_surface_error_mm"); !error.empty()) {
-    facts.push_back({Msg("error of the surface"), error + " (mm)"});
+    facts.push_back({Msg("error of the surface, mm"), t.Tr(error)});
   }
-  if (const std::string text = DescribeImport(*order.before); !text.empty())
-    facts.push_back({Msg("notes of the import"), text});
+  const std::string notes = DescribeImport(*order.before, [&t](const std::string& text) { return t.Tr(text); });
+  if (!notes.empty()) facts.push_back({Msg("notes of the import"), notes});
 }
 
 }  // namespace
@@ -125,22 +127,27 @@ std::string RunExport(ExportOrder& order) {
   const auto show = [&t](const std::optional<double>& value, int decimals, const char* unit) {
     return value ? t.Show(*value, decimals) + unit : t.Tr("- (not known for the sessions before)");
   };
+  std::string saws;
+  for (const std::string& saw : joined.saws) saws += (saws.empty() ? "" : "; ") + t.ShowSaw(saw);
+  const std::string bone = IsFromCt(*order.before)                        ? t.Tr("made from the CT")
+                           : order.scene.bone.source == BoneSource::kFile ? t.Tr("from a file")
+                                                                          : t.Tr("a model of kerf");
   const std::vector<ExportFact> rest{
-      {Msg("bone"), order.scene.bone.source == BoneSource::kFile ? order.scene.bone.file : t.Tr("a model of kerf")},
-      {Msg("saw"), joined.saws.empty() ? "-" : joined.saws},
+      {Msg("bone"), bone, order.scene.bone.source == BoneSource::kFile ? order.scene.bone.file : ""},
+      {Msg("saw"), saws.empty() ? "-" : saws},
       {Msg("spindle"), fmt::format("{:.0f} {}", order.scene.tool.rpm, t.Tr("rpm"))},
-      {Msg("force law"), order.scene.force.name()},
+      {Msg("force law"), t.Tr(order.scene.force.info().summary), order.scene.force.name()},
       {Msg("duration"), show(joined.duration_s, 0, " s")},
       {Msg("largest force on the hand"), show(joined.largest_force_N, 2, " N")}};
   taken.circumstances.insert(taken.circumstances.end(), rest.begin(), rest.end());
   taken.provenance.push_back({Msg("scene"), order.scene.name});
-  taken.provenance.push_back({Msg("tool"), DescribeTool(order.scene.tool)});
+  taken.provenance.push_back({Msg("tool"), t.Tr(DescribeTool(order.scene.tool))});
   for (const std::string& recording : order.recordings) {
     taken.provenance.push_back({Msg("recording"), std::filesystem::path(recording).filename().string()});
   }
   taken.provenance.push_back({Msg("bone before, hash"), fmt::format("{:016x}", order.before->CalcHash())});
   taken.provenance.push_back({Msg("bone after, hash"), fmt::format("{:016x}", after.CalcHash())});
-  taken.provenance.push_back({Msg("voxel"), fmt::format("{:g} mm", after.voxel_mm())});
+  taken.provenance.push_back({Msg("voxel"), t.Show(after.voxel_mm(), 3) + " mm"});
   taken.provenance.push_back({Msg("report by"), fmt::format("kerf {} ({})", VersionString(), CommitString())});
   // This many triangles are enough for a printed model; at 0.1 mm voxels, a whole piece without a limit would take 135
   // MB.

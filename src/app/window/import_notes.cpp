@@ -1,5 +1,6 @@
 #include "app/window/import_notes.h"
 
+#include <algorithm>
 #include <cctype>
 
 namespace kerf {
@@ -14,15 +15,17 @@ bool IsFromCt(const Bone& bone) {
   return input == "DICOM" || input == "image";
 }
 
-std::string DescribeImport(const Bone& bone) {
-  std::string text = GetNote(bone, "import_warnings");  // sentences without capitals, separated by ". "
-  if (text.empty()) return text;
-  bool begins = true;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (begins) text[i] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[i])));
-    begins = i > 0 && text[i] == ' ' && text[i - 1] == '.';
+std::string DescribeImport(const Bone& bone, const std::function<std::string(const std::string&)>& translate) {
+  const std::string notes = GetNote(bone, "import_warnings");  // sentences without capitals, separated by ". "
+  std::string text;
+  for (std::size_t at = 0; at < notes.size();) {
+    const std::size_t end = std::min(notes.find(". ", at), notes.size());
+    std::string sentence = translate(notes.substr(at, end - at));
+    if (!sentence.empty()) sentence[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence[0])));
+    text += (text.empty() ? "" : " ") + sentence + ".";
+    at = end + 2;
   }
-  return text + ".";
+  return text;
 }
 
 }  // namespace kerf

@@ -1,6 +1,7 @@
 // What a bone's notes say about its import.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "kerf/bone.h"
@@ -11,7 +12,8 @@ namespace kerf {
 bool IsFromCt(const Bone& bone);
 /// Returns a note; empty if there is none.
 std::string GetNote(const Bone& bone, const std::string& key);
-/// Returns the assumptions and possible faults of the import as sentences; empty if there are none.
-std::string DescribeImport(const Bone& bone);
+/// Returns the assumptions and possible faults of the import as sentences; empty if there are none. `translate`
+/// receives each sentence, without its capital and its full stop.
+std::string DescribeImport(const Bone& bone, const std::function<std::string(const std::string&)>& translate);
 
 }  // namespace kerf

@@ -129,7 +129,9 @@ void LiveSession::TakeLeaf(const LeafMessage& leaf) {
 
 void LiveSession::TakeTick(const LoopTick& tick, std::span<const double> channels) {
   const CoupledOutput& out = tick.coupled;
+  const bool stroke_ends = stroke_.Take(tick);
   const std::lock_guard lock(mutex_);
+  if (stroke_ends) asked_.push_back({.kind = LoopAction::Kind::kCheckpoint, .name = ""});
   static_cast<LoopTick&>(figures_) = tick;
   figures_.removed_mm3 += out.removed_mm3;
   figures_.missed += tick.in.skipped;
@@ -172,9 +174,10 @@ std::optional<LoopAction> LiveSession::NextAction() {
   return action;
 }
 
-void LiveSession::Done(const LoopAction& action, const std::string& failure) {
+void LiveSession::Done(const LoopAction& action, const std::string& failure, std::optional<double> restored_mm3) {
+  if (action.kind == LoopAction::Kind::kCheckpoint && action.name.empty()) return;  // of a stroke
   const std::lock_guard lock(mutex_);
-  answers_.push_back({action, failure});
+  answers_.push_back({action, failure, restored_mm3});
 }
 
 WorkProgress LiveSession::progress() const {

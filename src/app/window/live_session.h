@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "app/window/progress_meter.h"
+#include "app/window/stroke_watch.h"
 #include "loop/haptics/mouse_hand.h"
 #include "session/held_device/hold_tool.h"
 #include "session/run/run_loop.h"
@@ -85,7 +86,8 @@ class LiveSession final : private SessionController {
   /// Result of a requested action. TakeAnswers() returns those since the last call.
   struct Answer {
     LoopAction action;
-    std::string failure;  // error message; empty on success
+    std::string failure;                 // error message; empty on success
+    std::optional<double> restored_mm3;  // see SessionController::Done()
   };
   std::vector<Answer> TakeAnswers();
   /// Returns the instructions for the user about the device since the last call.
@@ -121,7 +123,7 @@ class LiveSession final : private SessionController {
   void Begin(const LoopInitialState& beginning) override;
   void TakeLeaf(const LeafMessage& leaf) override;
   std::optional<LoopAction> NextAction() override;
-  void Done(const LoopAction& action, const std::string& failure) override;
+  void Done(const LoopAction& action, const std::string& failure, std::optional<double> restored_mm3) override;
   void TakeTick(const LoopTick& tick, std::span<const double> channels);
   void Run();
   void Report(const std::string& stage, double fraction);
@@ -139,6 +141,7 @@ class LiveSession final : private SessionController {
   std::optional<std::size_t> guide_channel_;  // of the guide's force; used only by the session's thread
   Vec3 guide_normal_W_{0, 0, 1};              // set before kRunning
   std::vector<int> teeth_;                    // regions; used only by the session's thread
+  StrokeWatch stroke_;                        // used only by the session's thread
 
   mutable std::mutex mutex_;  // protects everything below
   ProgressMeter progress_;

@@ -53,6 +53,7 @@ void PlanActions::Add(ActionList& actions, const std::function<bool()>& idle) {
   actions.Add({.id = "plan.align",
                .menu = Msg("Plan"),
                .label = Msg("Turn the saw into the plane"),
+               .shortcut = {.key = Key::kG, .shift = true},
                .run = [this] { Align(); },
                .enabled = planned});
   actions.Add(

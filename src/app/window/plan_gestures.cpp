@@ -109,6 +109,12 @@ std::vector<Vec3> PlanGestures::ListPoints() const {
   return {};
 }
 
+std::optional<Vec3> PlanGestures::latest_point_W() const {
+  if (!placing_ || placing_->points_W.empty()) return std::nullopt;
+  const bool drags = drag_ && drag_->what == Drag::What::kPlacedPoint && drag_->index < placing_->points_W.size();
+  return drags ? placing_->points_W[drag_->index] : placing_->points_W.back();
+}
+
 bool PlanGestures::TakePress(const ScreenPoint& at) {
   const double radius_px = kPickRadius * viewer_.options().scale;
   if (const std::optional<int> point = viewer_.view().PickPoint(at, radius_px)) {

@@ -19,6 +19,8 @@ class PlanGestures {
   void Place(Placing what, MarkKind kind = MarkKind::kNerve);
   /// Returns true while points are clicked.
   bool is_placing() const { return placing_.has_value(); }
+  /// Returns the point that was clicked last, or is being dragged; none if none is being placed.
+  std::optional<Vec3> latest_point_W() const;
   /// Asks for the depth of a new depth stop at a point of the bone.
   void AskDepth(const Vec3& p_W);
   /// Ends what is in progress.

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace kerf {
 namespace {
 
 constexpr double kMinElapsed_s = 1;
 constexpr double kMinEstimatedFraction = 0.02;
+constexpr double kFollow_s = 5;  // time in which the estimate follows a change of the rate
 
 }  // namespace
 
@@ -22,19 +24,25 @@ void ProgressMeter::Set(const std::string& stage, double fraction, double now_s)
     stage_ = stage;
     fraction_ = shown_ = fraction;
     began_s_ = set_s_ = now_s;
+    left_s_.reset();
     return;
   }
   if (fraction <= fraction_) return;
   shown_ = std::max(Get(now_s).fraction, fraction);
   fraction_ = fraction;
-  set_s_ = now_s;
+  const double since_s = now_s - std::exchange(set_s_, now_s);
+  const double elapsed_s = now_s - began_s_;
+  if (elapsed_s < kMinElapsed_s || fraction_ < kMinEstimatedFraction) return;
+  const double now_left_s = elapsed_s * (1 - fraction_) / fraction_;
+  const double expected_s = left_s_ ? std::max(0.0, *left_s_ - since_s) : now_left_s;
+  const double share = fraction_ == 1 ? 1 : 1 - std::exp(-since_s / kFollow_s);
+  left_s_ = expected_s + share * (now_left_s - expected_s);
 }
 
 WorkProgress ProgressMeter::Get(double now_s) const {
   WorkProgress progress{.stage = stage_, .fraction = shown_, .seconds_left = {}};
-  const double elapsed_s = set_s_ - began_s_;
-  if (elapsed_s < kMinElapsed_s || fraction_ < kMinEstimatedFraction) return progress;
-  const double left_s = elapsed_s * (1 - fraction_) / fraction_;
+  if (!left_s_) return progress;
+  const double left_s = *left_s_;
   // Without reports, the work is expected to go on at the same rate at first. It then seems to slow down, so that
   // neither the fraction nor the time that is left claims an end that was not reported.
   const double rest = left_s > 0 ? std::exp(-std::max(0.0, now_s - set_s_) / left_s) : 1;

@@ -20,16 +20,18 @@ class ProgressMeter {
   /// Call when progress is reported. A fraction below an earlier one of the
   /// same stage is ignored.
   void Set(const std::string& stage, double fraction, double now_s);
-  /// The estimate becomes available after 1 s and a fiftieth of the stage. Between reports, the fraction goes on at the
+  /// The estimate becomes available after 1 s and a fiftieth of the stage, and follows the reports within seconds, so
+  /// that it does not jump where a part of the work is slower. Between reports, the fraction goes on at the
   /// rate until then, ever slower; it never goes back, and without a report it does not reach the end.
   WorkProgress Get(double now_s) const;
 
  private:
   std::string stage_;
-  double fraction_ = 0;  // as reported
-  double shown_ = 0;     // at the last increase, at least as large
-  double began_s_ = 0;   // the stage
-  double set_s_ = 0;     // the last increase of the fraction
+  double fraction_ = 0;           // as reported
+  double shown_ = 0;              // at the last increase, at least as large
+  double began_s_ = 0;            // the stage
+  double set_s_ = 0;              // the last increase of the fraction
+  std::optional<double> left_s_;  // estimated at that time
 };
 
 }  // namespace kerf

@@ -205,10 +205,11 @@ void Rehearsal::UseGuide(bool on) {
       const PlaneDeviation off =
           CalcDeviation(*planned, MakeTool(viewer_->session()->scene()), viewer_->figures().coupled.X_WT);
       if (std::abs(off.offset_mm) > planned->margin_mm) {
-        message =
-            fmt::format(fmt::runtime(Tr("The saw is {} mm beside the planned plane, and the guide pulls it there: "
-                                        "take it clear of the bone and turn it into the plane first")),
-                        ShowNumber(std::abs(off.offset_mm), 1));
+        message = fmt::format(
+            fmt::runtime(Tr("The saw is {0} mm beside the planned plane, and the guide pulls it there: take "
+                            "it clear of the bone with {1}, then turn it into the plane with {2}")),
+            ShowNumber(std::abs(off.offset_mm), 1), ShowShortcut(viewer_->actions().Find("saw.retract")->shortcut),
+            ShowShortcut(viewer_->actions().Find("plan.align")->shortcut));
       }
       if (choice_.guided) {
         message = fmt::format(
@@ -292,6 +293,14 @@ void Rehearsal::Undo() {
   // The latest change is undone, whether of the plan or of the bone.
   if (editor_.document.is_latest_change()) return viewer_->actions().Find("plan.undo")->run();
   GoBack("");
+}
+
+std::string Rehearsal::ExplainFailure(const LiveSession::Answer& answer) const {
+  const std::string why = Activity::ExplainFailure(answer);
+  if (answer.action.kind != LoopAction::Kind::kUndo || sessions_.empty()) return why;
+  return fmt::format(
+      "{}. {}", why,
+      Tr("Undo goes back to the last change of the saw or the guide, or to the opening of the project."));
 }
 
 // ---- the plan
@@ -381,9 +390,10 @@ void Rehearsal::Fill(HudState& hud) {
   if (to_open_ || opened_) {
     // The work in progress ends first, which can take seconds.
     const std::string name = ShowFileName(to_open_ ? *to_open_ : loader_.input());
-    hud.progress = HudProgress{.title = fmt::format(fmt::runtime(Tr("Opening {}")), name),
-                               .stage = Tr("ending what is in progress"),
-                               .fraction = {}};
+    hud.progress =
+        HudProgress{.title = name.empty() ? Tr("Opening") : fmt::format(fmt::runtime(Tr("Opening {}")), name),
+                    .stage = Tr("ending what is in progress"),
+                    .fraction = {}};
   } else if (loader_.is_opening()) {
     const WorkProgress now = loader_.progress();
     const std::string name = ShowFileName(loader_.input());
@@ -394,7 +404,7 @@ void Rehearsal::Fill(HudState& hud) {
                     .left_s = now.seconds_left,
                     .can_cancel = true};
   } else if (change_.is_pending()) {
-    hud.progress.reset();  // it takes less than a second
+    hud.progress = HudProgress{.title = Tr("Preparing the saw"), .stage = Tr("clicks and keys wait until then")};
   } else if (writer_.is_exporting()) {
     hud.progress = HudProgress{.title = Tr("Exporting"),
                                .stage = Tr("pieces, planes, pictures and report"),
@@ -432,7 +442,7 @@ void Rehearsal::DrawWindows(Ui& ui) {
 }
 
 void Rehearsal::OpenContextMenu(const ScreenPoint& at) {
-  if (viewer_->is_running() && !in_pieces_) editor_.actions.OpenContextMenu(at);
+  if ((viewer_->is_running() || change_.is_pending()) && !in_pieces_) editor_.actions.OpenContextMenu(at);
 }
 
 void Rehearsal::AddAlarms(std::vector<AlarmOverlay>& alarms) {
@@ -449,6 +459,10 @@ void Rehearsal::TakeSlicePoint(const Vec3& p_W) {
 
 void Rehearsal::TakeBackSlicePoint() {
   editor_.gestures.TakeBackPoint();
+}
+
+std::optional<Vec3> Rehearsal::slice_point() const {
+  return wants_slice_points() ? editor_.gestures.latest_point_W() : std::nullopt;
 }
 
 void Rehearsal::FillSlices(SliceScene& scene) const {

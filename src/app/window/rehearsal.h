@@ -70,6 +70,7 @@ class Rehearsal final : public Activity {
   bool wants_slice_points() const override;
   void TakeSlicePoint(const Vec3& p_W) override;
   void TakeBackSlicePoint() override;
+  std::optional<Vec3> slice_point() const override;
   bool has_slices() const override { return true; }
   bool covers_slices() const override { return loader_.ct() != nullptr; }
   void AddAlarms(std::vector<AlarmOverlay>& alarms) override;
@@ -86,6 +87,7 @@ class Rehearsal final : public Activity {
   void Ended(LoopSummary summary) override;
   void Cancelled() override;
   bool TakeFailure(const std::string& sentence, LoopSummary* summary) override;
+  std::string ExplainFailure(const LiveSession::Answer& answer) const override;
   void Describe(nlohmann::json& state) const override;
   bool cuts() const override;
 
@@ -166,6 +168,7 @@ class Rehearsal final : public Activity {
   bool keeps_case_ = false;                        // while an input is opened: a case was open at the beginning
   bool accepts_loss_ = false;                      // likewise: of what is not saved in that case
   std::string opening_fault_;                      // to be shown once no other dialog is open
+  std::optional<std::string> interrupted_;         // input that was loading when another one was opened
   std::optional<std::string> to_open_once_saved_;  // chosen while something was not saved
   bool is_command_line_ = true;                    // the input is that of the options
   Scene scene_;

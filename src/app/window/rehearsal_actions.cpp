@@ -155,7 +155,7 @@ void Rehearsal::AddActions(ActionList& actions) {
                .label = Msg("Notes on the import"),
                .tip = Msg("Assumptions that were made when the CT was read, and its expected accuracy"),
                .run = [this] { ShowImportNotes(); },
-               .enabled = [running, this] { return running() && !DescribeImport(*before_).empty(); }});
+               .enabled = [running, this] { return running() && !GetNote(*before_, "import_warnings").empty(); }});
 }
 
 void Rehearsal::AskOpen() {
@@ -215,18 +215,20 @@ std::vector<HudKeyGroup> Rehearsal::help() const {
 }
 
 std::vector<TourStep> Rehearsal::tour() const {
-  return {{Tr("Look around"), Tr("Drag with the right mouse button to turn the bone, turn the wheel to zoom. "
-                                 "V shows the next side, T makes the bone translucent.")},
-          {Tr("Open your own CT"), Tr("File > Open reads a folder with a DICOM series, a CT file, a surface or a bone. "
-                                      "You can also drop it into this window.")},
-          {Tr("Plan a cut"), Tr("Plan > Plane through three points: click three points on the bone. G then guides the "
-                                "saw along the plane.")},
-          {Tr("Cut"),
-           Tr("Space starts the saw. Drag with the left mouse button to move it, with Shift into the picture, "
-              "with Ctrl to turn it. Release the button, and the saw stays where it is; Space stops the spindle.")},
-          {Tr("Undo"), Tr("Ctrl+Z takes back a cut. R returns the saw to its start while the spindle is off.")},
-          {Tr("Pieces and results"), Tr("P splits the bone where it is cut through, and lets you move and measure the "
-                                        "pieces. F9 exports pieces, planes and a report.")}};
+  return {
+      {Tr("Look around"), Tr("Drag with the right mouse button to turn the bone, turn the wheel to zoom. "
+                             "V shows the next side, T makes the bone translucent.")},
+      {Tr("Open your own CT"), Tr("File > Open reads a folder with a DICOM series, a CT file, a surface or a bone. "
+                                  "You can also drop it into this window.")},
+      {Tr("Plan a cut"), Tr("Plan > Plane through three points: click three points on the bone. G then guides the "
+                            "saw along the plane.")},
+      {Tr("Cut"),
+       Tr("Space starts the saw. Drag with the left mouse button to move it, with Shift into the picture, "
+          "with Ctrl to turn it. Release the button, and the saw stays where it is; Space stops the spindle.")},
+      {Tr("Undo"),
+       Tr("Ctrl+Z takes back the last stroke of the saw. R brings the saw back into view while the spindle is off.")},
+      {Tr("Pieces and results"), Tr("P splits the bone where it is cut through, and lets you move and measure the "
+                                    "pieces. F9 exports pieces, planes and a report.")}};
 }
 
 }  // namespace kerf

@@ -110,7 +110,7 @@ void Rehearsal::TakeSettings(const std::map<std::string, std::string>& settings)
 }
 
 void Rehearsal::ShowImportNotes() {
-  viewer_->dialogs().Ask(fmt::format("{}\n\n{}\n\n{}", Tr("Notes on the import"), DescribeImport(*before_),
+  viewer_->dialogs().Ask(fmt::format("{}\n\n{}\n\n{}", Tr("Notes on the import"), DescribeImport(*before_, TrMade),
                                      Tr("Help > Notes on the import shows this again; it is in the report too.")),
                          {{Tr("OK"), nullptr}});
 }
@@ -140,7 +140,7 @@ void Rehearsal::Export() {
 void Rehearsal::ExportInto(const std::string& folder) {
   // The session may have ended while the dialog was open.
   if (!has_work()) return viewer_->Say(Tr("There is no session to export"));
-  writer_.Export(MakeContent(project_file_), folder, options_.obj);
+  writer_.Export(MakeContent(project_file_), folder, options_.obj, [this] { Export(); });
 }
 
 void Rehearsal::SaveProject(bool quits) {

@@ -66,11 +66,12 @@ void Rehearsal::Open(const std::string& path) {
 }
 
 void Rehearsal::OpenNow(const std::string& path, bool accepts_loss) {
+  if (is_loading() && !has_case() && !interrupted_) interrupted_ = loader_.input();
   if (is_opening()) {
     loader_.Cancel();
     opened_.reset();
   } else if (is_loading()) {
-    Cancel();
+    viewer_->End();  // Cancelled() follows
   }
   to_open_ = path;
   accepts_loss_ = accepts_loss;
@@ -79,6 +80,7 @@ void Rehearsal::OpenNow(const std::string& path, bool accepts_loss) {
 }
 
 void Rehearsal::Cancel() {
+  interrupted_.reset();
   if (is_opening()) {
     loader_.Cancel();
     opened_.reset();
@@ -173,9 +175,10 @@ void Rehearsal::FailToOpen(const std::string& sentence) {
   viewer_->trace().Write("not_opened", {{"failure", sentence}});
   if (!has_case()) {
     Reset();
-    return viewer_->Say(sentence);
+    if (!interrupted_) return viewer_->Say(TrMade(sentence));
+    to_open_ = std::exchange(interrupted_, std::nullopt);  // what was loading before is loaded again
   }
-  opening_fault_ = sentence;
+  opening_fault_ = TrMade(sentence);
   ShowOpeningFault();
 }
 
@@ -183,12 +186,14 @@ void Rehearsal::ShowOpeningFault() {
   if (opening_fault_.empty() || viewer_->dialogs().is_open()) return;
   viewer_->controls().Release();
   viewer_->SetSpindle(false);
-  viewer_->dialogs().Ask(
-      fmt::format("{}\n\n{}", std::exchange(opening_fault_, {}), Tr("The case that was open is still open.")),
-      {{Tr("OK"), nullptr}});
+  viewer_->dialogs().Ask(fmt::format("{}\n\n{}", std::exchange(opening_fault_, {}),
+                                     has_case() ? Tr("The case that was open is still open.")
+                                                : Tr("What was loading before is loaded again.")),
+                         {{Tr("OK"), nullptr}});
 }
 
 void Rehearsal::BeginCase(OpenedInput opened) {
+  interrupted_.reset();
   if (!loader_.input().empty()) {
     AddRecent(viewer_->settings(), loader_.input());
     viewer_->KeepSettings();

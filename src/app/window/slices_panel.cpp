@@ -57,7 +57,14 @@ void SlicesPanel::Reset(const Box3& bounds_W) {
   cursor_W_.reset();
 }
 
-void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, const Vec3& focus_W, bool renew) {
+void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, const Vec3& focus_W,
+                         const std::optional<Vec3>& point_W, bool renew) {
+  if (point_W && point_W_ != point_W) {
+    for (SliceView& view : views_) {
+      if (view.spec.kind != SliceKind::kBlade) view.spec.offset_mm = 0;
+    }
+  }
+  point_W_ = point_W;
   for (std::size_t i = 0; i < views_.size(); ++i) {
     SliceView& view = views_[i];
     SliceSpec& spec = view.spec;
@@ -68,7 +75,7 @@ void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, con
     if (spec.kind == SliceKind::kBlade) {
       spec.centre_W = contents.X_WT.p_AB;
     } else {
-      spec.centre_W = cursor_W_.value_or(focus_W);
+      spec.centre_W = point_W.value_or(cursor_W_.value_or(focus_W));
     }
     if (!renew && view.requested && *view.requested == spec) continue;
     surface.RequestSlice(static_cast<int>(i), spec);

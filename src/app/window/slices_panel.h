@@ -23,9 +23,10 @@ class SlicesPanel {
   /// Centres the slices in a new bone. The grey levels stay.
   void Reset(const Box3& bounds_W);
   /// Requests slices that have changed, and takes those that are finished. `contents`: what is drawn in them;
-  /// `focus_W`: point through which the slices go unless there is a cursor; `renew`: the bone has changed since the
-  /// last call.
-  void Update(SurfaceWorker& surface, const SliceScene& contents, const Vec3& focus_W, bool renew);
+  /// `focus_W`: point through which the slices go unless there is a cursor; `point_W`: point through which they go in
+  /// any case; `renew`: the bone has changed since the last call.
+  void Update(SurfaceWorker& surface, const SliceScene& contents, const Vec3& focus_W,
+              const std::optional<Vec3>& point_W, bool renew);
   /// Draws the column, and the enlarged slice over the scene.
   void Draw(Ui& ui, const UiBox& column, const UiBox& scene, const SliceScene& contents, const SlicePoints& points);
   bool is_enlarged() const { return enlarged_.has_value(); }
@@ -53,6 +54,7 @@ class SlicesPanel {
   float side_px_ = 200;  // of a slice in the column
   float large_side_px_ = 600;
   std::optional<Vec3> cursor_W_;
+  std::optional<Vec3> point_W_;  // of the latest Update()
   CtWindow window_;
   bool took_point_ = false;  // with the latest click
   bool has_wheel_ = false;   // a slice in the column is under the mouse

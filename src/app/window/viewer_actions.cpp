@@ -1,6 +1,7 @@
 // Keys and menus that rehearsing and practising share.
 #include <fmt/format.h>
 
+#include "app/window/seen_pose.h"
 #include "app/window/viewer_app.h"
 
 namespace kerf {
@@ -39,9 +40,10 @@ void ViewerApp::AddActions() {
        .indicator = Msg("Plane lock")});
   actions_.Add({.id = "saw.retract",
                 .menu = Msg("Saw"),
-                .label = Msg("Return the saw to its start"),
+                .label = Msg("Bring the saw back into view"),
                 .shortcut = {Key::kR},
-                .tip = Msg("With the spindle off, the saw leaves the bone and returns to where it began"),
+                .tip = Msg("With the spindle off, the saw leaves the bone and returns to where it began or, if that is "
+                           "not seen, in front of the bone"),
                 .run = [this] { Retract(); },
                 .enabled = [this] { return steers() && !activity_->is_restarting(); },
                 .button = Msg("Retract")});
@@ -211,14 +213,20 @@ void ViewerApp::AskToQuit() {
 
 void ViewerApp::Retract() {
   if (spindle_on()) {
-    Say(Tr("The saw returns to its start only with the spindle off; turn it off first"));
-  } else if (device_ && device_->holds()) {
-    controls_->Set({X_start_.R_AB, figures_.coupled.X_WT.p_AB});
-    Say(Tr("The saw has its initial orientation; the handle sets its position"));
-  } else {
-    LetGo();
-    session_->Ask({.kind = LoopAction::Kind::kRetract, .name = ""});
+    return Say(Tr("The saw returns only with the spindle off; turn it off first (Space)"));
   }
+  if (device_ && device_->holds()) {
+    controls_->Set({X_home_->R_AB, figures_.coupled.X_WT.p_AB});
+    return Say(Tr("The saw has its initial orientation; the handle sets its position"));
+  }
+  controls_->Release();
+  LoopAction retract{.kind = LoopAction::Kind::kRetract, .name = ""};
+  if (const std::shared_ptr<const Bone> bone = bone_at_start()) {
+    const ScreenBox area{areas_.scene.left, areas_.scene.top, areas_.scene.width, areas_.scene.height};
+    retract.X_to = FindSeenPose(view_->camera(), area, PhiSampler(*bone), bone->CalcBounds(),
+                                MakeTool(session_->scene()), *X_home_);
+  }
+  session_->Ask(std::move(retract));
 }
 
 }  // namespace kerf

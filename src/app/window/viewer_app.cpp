@@ -92,12 +92,10 @@ void ViewerApp::Quit() {
 
 void ViewerApp::Update(double dt_s) {
   FollowSession();
-  RunWaitingKeys();
+  RunWaiting();
   if (device_ && session_ && began_) FollowDevice(dt_s);
   if (is_running() && began_) {
-    if (!steers()) LetGo();
-    if (returning_ && (spindle_on() || glm::length(figures_.coupled.X_WT.p_AB - X_start_.p_AB) < 0.5)) LetGo();
-    if (returning_) controls_->Set(X_start_);
+    if (!steers()) controls_->Release();
     controls_->Advance(dt_s, MakeBasis(), figures_.coupled.X_WT, touches());
     session_->SetTarget(controls_->wanted(), controls_->holds());
   }

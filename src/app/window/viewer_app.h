@@ -154,7 +154,8 @@ class ViewerApp {
   void KeepSettings();
   /// Ends the tour if it is still at its first step, whose place the user has left.
   void LeaveTour();
-  /// Returns the picture without panels, but with labels and a scale bar, as PNG bytes. Call it between two frames.
+  /// Returns a picture of the whole bone from the current direction, as PNG bytes: bright and in the middle, without
+  /// panels, but with labels and a scale bar. Call it between two frames.
   std::string GrabScene();
 
  private:
@@ -162,18 +163,19 @@ class ViewerApp {
   void Take(const WindowEvent& event);
   void AddActions();
   void AddLastActions();
-  void RunWaitingKeys();
+  bool WaitsForSession(const WindowEvent& event) const;
+  void RunWaiting();
   void RunPanelKeys();
   void LookNext(int by);
   void ToggleHelp();
   void TakeInScene(const WindowEvent& event);
   void AskToQuit();
   void Retract();
-  void LetGo();
   void LoseFocus(const char* why);
   void Update(double dt_s);
   void FollowSession();
   void FollowRunning();
+  void ShowAnswer(const LiveSession::Answer& answer);
   void TakeForces();
   void TakeBone();
   void FollowBone();
@@ -222,9 +224,7 @@ class ViewerApp {
   std::vector<Vec3> handpiece_T_;    // points on its surface
   std::optional<Pose> X_handpiece_;  // pose at which it was last compared with the bone
   double shown_removed_mm3_ = 0;     // volume that has become dust in the picture
-  Pose X_start_;                     // pose of the saw at the start
-  bool start_is_clear_ = true;       // the start is outside the bone
-  bool returning_ = false;           // the saw is returning to that pose
+  std::optional<Pose> X_home_;       // pose of the saw at the start of the first session with this bone
   std::vector<PlotPoint> forces_;
   std::string recording_;
   std::function<void(const LoopTick&)> take_tick_;  // of the next session
@@ -240,7 +240,7 @@ class ViewerApp {
   int panel_frames_ = 0;                   // frames until the panels have noticed a click or Tab
   unsigned int left_field_ = 0;            // field that had the input when Tab was pressed; 0: after a click
   std::vector<WindowEvent> panel_keys_;    // pressed meanwhile, for a text field; and the mouse after them
-  std::vector<WindowEvent> waiting_keys_;  // pressed while a session restarted, for actions of the next one
+  std::vector<WindowEvent> waiting_;       // keys and clicks while a session restarted, for the next one
 
   bool quitting_ = false;
   double quitting_since_s_ = 0;
@@ -259,6 +259,7 @@ class ViewerApp {
   std::uint64_t lined_changes_ = 0;
   double lined_s_ = 0;
   UiAreas areas_;
+  HudState values_before_;         // what the left column showed before a session restarted
   std::optional<int> picked_row_;  // row of the activity's list that was clicked in this frame
   std::vector<Language> languages_;
   enum class MouseOwner { kNone, kPanels, kScene };

@@ -147,16 +147,28 @@ void ViewerApp::Take(const WindowEvent& event) {
   TakeInScene(event);
 }
 
+/// Returns true for what only a running session can take: the keys of its actions, and the left mouse button.
+bool ViewerApp::WaitsForSession(const WindowEvent& event) const {
+  using Kind = WindowEvent::Kind;
+  if (!activity_->is_restarting()) return false;
+  if (event.kind == Kind::kKeyDown) return !event.repeat && actions_.IsDisabled(event);
+  if (event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp) return event.button == MouseButton::kLeft;
+  // A drag goes on if its button is still held.
+  const bool drags = !waiting_.empty() && std::any_of(waiting_.begin(), waiting_.end(),
+                                                      [](const WindowEvent& e) { return e.kind == Kind::kMouseDown; });
+  return event.kind == Kind::kMouseMove && drags && mouse_owner_ == MouseOwner::kScene;
+}
+
 void ViewerApp::TakeInScene(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
+  if (WaitsForSession(event)) {
+    waiting_.push_back(event);
+    return;
+  }
   if (activity_->Take(event)) return;
   if (event.kind == Kind::kKeyDown) {
     if (event.key == Key::kEnter && device_ && device_->waits()) {
       if (!event.repeat) device_->Agree();
-      return;
-    }
-    if (activity_->is_restarting() && !event.repeat && actions_.IsDisabled(event)) {
-      waiting_keys_.push_back(event);
       return;
     }
     if (actions_.Take(event)) return;
@@ -168,10 +180,7 @@ void ViewerApp::TakeInScene(const WindowEvent& event) {
   if (event.kind == Kind::kMouseUp && event.button == MouseButton::kRight && !moved_since_press_) {
     activity_->OpenContextMenu({event.x, event.y});
   }
-  if (steers() && controls_->Take(event, MakeBasis())) {
-    returning_ = false;
-    return;
-  }
+  if (steers() && controls_->Take(event, MakeBasis())) return;
   camera_mouse_.Take(event, view_->camera());
 }
 
@@ -186,21 +195,16 @@ void ViewerApp::RunPanelKeys() {
   for (const WindowEvent& event : std::exchange(panel_keys_, {})) Take(event);
 }
 
-/// Handles the keys that were pressed while the session restarted. One of them may restart it again.
-void ViewerApp::RunWaitingKeys() {
+/// Handles the keys and clicks that came while the session restarted. One of them may restart it again.
+void ViewerApp::RunWaiting() {
   if (!is_running() || !began_ || activity_->is_restarting()) return;
-  for (const WindowEvent& event : std::exchange(waiting_keys_, {})) TakeInScene(event);
-}
-
-void ViewerApp::LetGo() {
-  controls_->Release();
-  returning_ = false;
+  for (const WindowEvent& event : std::exchange(waiting_, {})) TakeInScene(event);
 }
 
 void ViewerApp::LoseFocus(const char* why) {
-  LetGo();
+  controls_->Release();
   camera_mouse_.Release();
-  waiting_keys_.clear();
+  waiting_.clear();
   panel_keys_.clear();
   mouse_owner_ = MouseOwner::kNone;
   if (!spindle_on()) return;

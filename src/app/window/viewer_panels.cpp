@@ -16,7 +16,8 @@ namespace kerf {
 
 HudState ViewerApp::MakeHud() {
   HudState hud;
-  hud.show_values = session_ != nullptr && began_;
+  const bool restarts = activity_->is_restarting();
+  hud.show_values = (session_ != nullptr && began_) || restarts;
   hud.show_plot = hud.show_values;
   hud.values.feed_mm_per_s = figures_.feed_mm_per_s;
   hud.values.rpm = figures_.in.rpm;
@@ -49,6 +50,12 @@ HudState ViewerApp::MakeHud() {
                                .fraction = now->fraction};
   }
   activity_->Fill(hud);
+  // The column keeps its layout, so that a click does not meet something else.
+  HudState& from = restarts ? values_before_ : hud;
+  HudState& to = restarts ? hud : values_before_;
+  to.values = from.values;
+  to.gauge = from.gauge;
+  to.injuries = from.injuries;
   if (device_ && is_running() && !options_.scripted) {
     if (std::optional<HudBanner> banner = device_->MakeBanner()) hud.banner = std::move(banner);
   }
@@ -113,6 +120,7 @@ void ViewerApp::DrawUi(const HudState& hud) {
   marks.injured = !hud.injuries.empty();
   DrawPictureMarks(ui_, marks, areas_.scene);
 
+  actions_.set_waits(activity_->is_restarting());
   if (ImGui::BeginMainMenuBar()) {
     actions_.DrawMenus(ui_);
     ImGui::EndMainMenuBar();

@@ -123,7 +123,7 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
       focus_W += CalcReach(tool) * *in_plane_W;
     }
   }
-  slices_.Update(*bone_.surface(), MakeSliceScene(), focus_W, renew);
+  slices_.Update(*bone_.surface(), MakeSliceScene(), focus_W, activity_->slice_point(), renew);
 }
 
 /// Returns true if the handpiece, which the simulation does not know, reaches into the bone with which the case began.
@@ -217,6 +217,12 @@ void ViewerApp::TakePictures() {
 }
 
 std::string ViewerApp::GrabScene() {
+  const ViewCamera camera = view_->camera();
+  const Theme theme = view_->theme();
+  view_->set_theme(Theme::kLight);
+  ui_.set_theme(Theme::kLight);
+  view_->SetAreas({0, 0, ui_.width(), ui_.height()}, {});
+  view_->FitAll();
   // A frame of the panels that has labels and scale bar only.
   ui_.BeginFrame(1.0 / 60);
   PictureMarks marks = MakePictureMarks();
@@ -226,9 +232,13 @@ std::string ViewerApp::GrabScene() {
   window_.BeginFrame();
   view_->Render();
   redraws_ = true;
+  const Image image = view_->Grab();
+  view_->set_theme(theme);
+  ui_.set_theme(theme);
+  view_->camera() = camera;  // the next frame sets the areas again
   const TemporaryFolder folder("kerf_scene");
   const std::string path = folder.path() + "/picture.png";
-  WritePng(view_->Grab(), path);
+  WritePng(image, path);
   return ReadTextFile(path);
 }
 

@@ -8,7 +8,6 @@
 #include "bone/grid/ct_modulus.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
-#include "session/run/clear_pose.h"
 #include "session/run/make_bone.h"
 #include "view/picture/handpiece.h"
 
@@ -39,7 +38,8 @@ void ViewerApp::Clear() {
   forces_.clear();
   fitted_ = fit_again_ = view_changed_ = false;
   shown_place_.reset();
-  waiting_keys_.clear();
+  X_home_.reset();
+  waiting_.clear();
   view_->ClearTool();
   view_->SetGhost(std::nullopt);
   view_->SetForce(std::nullopt);
@@ -199,12 +199,8 @@ void ViewerApp::FollowRunning() {
     began_ = true;
     if (!goes_on_) controls_->Release();
     controls_->Continue(figures_.coupled.X_WT);  // a motion that was asked for, such as into a plane, goes on
-    X_start_ = figures_.coupled.X_WT;
-    returning_ = false;
+    if (!X_home_ || !goes_on_) X_home_ = figures_.coupled.X_WT;
     const Tool tool = MakeTool(session_->scene());
-    const std::shared_ptr<const Bone> bone = bone_at_start();
-    // A session may begin with the saw in the bone; then there is no start to return to.
-    start_is_clear_ = !bone || IsClear(PhiSampler(*bone), tool, X_start_, 0);
     view_->SetTool(tool);
     handpiece_T_ = SampleHandpiece(tool, 4);
     X_handpiece_.reset();
@@ -212,22 +208,27 @@ void ViewerApp::FollowRunning() {
     trace_.Write("running");
   }
   TakeForces();
-  for (const LiveSession::Answer& answer : session_->TakeAnswers()) {
-    if (answer.action.kind == LoopAction::Kind::kSpindle) continue;
-    const char* what = answer.action.kind == LoopAction::Kind::kUndo      ? Msg("Undone")
-                       : answer.action.kind == LoopAction::Kind::kRedo    ? Msg("Redone")
-                       : answer.action.kind == LoopAction::Kind::kRetract ? Msg("Retracted")
-                                                                          : Msg("Checkpoint");
-    const std::string name = answer.action.name.empty() ? "" : fmt::format(": {}", answer.action.name);
-    Say(answer.failure.empty() ? Tr(what) + name : answer.failure);
-    trace_.Write("answer", {{"what", what}, {"name", answer.action.name}, {"failure", answer.failure}});
-    if (answer.action.kind == LoopAction::Kind::kCheckpoint || !answer.failure.empty()) continue;
-    figures_ = session_->figures();
-    if (answer.action.kind == LoopAction::Kind::kRetract && start_is_clear_) {
-      controls_->Set(X_start_);
-      returning_ = true;
-    }
+  for (const LiveSession::Answer& answer : session_->TakeAnswers()) ShowAnswer(answer);
+}
+
+void ViewerApp::ShowAnswer(const LiveSession::Answer& answer) {
+  using Kind = LoopAction::Kind;
+  const Kind kind = answer.action.kind;
+  if (kind == Kind::kSpindle) return;
+  const char* what = kind == Kind::kUndo      ? Msg("Undone")
+                     : kind == Kind::kRedo    ? Msg("Redone")
+                     : kind == Kind::kRetract ? Msg("Retracted")
+                                              : Msg("Checkpoint");
+  trace_.Write("answer", {{"what", what}, {"name", answer.action.name}, {"failure", answer.failure}});
+  if (!answer.failure.empty()) return Say(activity_->ExplainFailure(answer));
+  std::string text = answer.action.name.empty() ? Tr(what) : fmt::format("{}: {}", Tr(what), answer.action.name);
+  if (answer.restored_mm3 && (kind == Kind::kUndo || kind == Kind::kRedo)) {
+    text += " \u2013 " +
+            fmt::format(fmt::runtime(kind == Kind::kUndo ? Tr("{} are bone again") : Tr("{} are cut out again")),
+                        ShowVolume(*answer.restored_mm3));
   }
+  Say(text);
+  if (kind != Kind::kCheckpoint) figures_ = session_->figures();
 }
 
 void ViewerApp::FollowDevice(double dt_s) {

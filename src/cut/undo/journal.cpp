@@ -109,7 +109,7 @@ void UndoJournal::MarkLost() {
   of->lost = true;
   of->leaves = {};
   const auto first = of.base() - 1;
-  dropped_ = first->name;
+  dropped_ = true;
   redo_.clear();
   records_.erase(records_.begin(), first);
 }
@@ -119,14 +119,14 @@ void UndoJournal::DropOldest() {
   const auto max_bytes = static_cast<std::size_t>(1e6 * params_.max_MB);
   while (CalcMemoryBytes() > max_bytes) {
     if (records_.size() > 1) {
-      dropped_ = records_.front().name;
+      dropped_ = true;
       records_.erase(records_.begin());
     } else if (!redo_.empty()) {
       redo_.erase(redo_.begin());
     } else if (!records_.back().lost) {
       records_.back().lost = true;
       records_.back().leaves = {};
-      dropped_ = records_.back().name;
+      dropped_ = true;
     } else {
       records_.back().leaves = {};
       break;
@@ -146,9 +146,9 @@ std::uint32_t UndoJournal::Find(std::string_view name) const {
   const auto found =
       std::find_if(records_.rbegin(), records_.rend(), [&](const Record& r) { return !r.lost && r.name == name; });
   if (found != records_.rend()) return found->number;
-  throw Error(
-      fmt::format("there is no checkpoint '{}' to go back to{}", name,
-                  records_.back().lost ? "" : fmt::format("; the earliest is '{}'", checkpoints().front().name)));
+  const bool has_earliest = !records_.back().lost && !checkpoints().front().name.empty();
+  throw Error(fmt::format("there is no checkpoint '{}' to go back to{}", name,
+                          has_earliest ? fmt::format("; the earliest is '{}'", checkpoints().front().name) : ""));
 }
 
 std::uint32_t UndoJournal::FindOneBack() const {
@@ -156,9 +156,8 @@ std::uint32_t UndoJournal::FindOneBack() const {
   if (!last.lost && !last.leaves.empty()) return last.number;
   if (!last.lost && records_.size() > 1 && !records_[records_.size() - 2].lost)
     return records_[records_.size() - 2].number;
-  throw Error(dropped_.empty() ? "there is nothing to undo"
-                               : fmt::format("there is nothing left to undo: undo can go back to '{}' at the earliest",
-                                             last.lost ? "the next checkpoint" : last.name));
+  if (dropped_) throw Error("there is nothing left to undo: earlier cuts are no longer kept");
+  throw Error("there is nothing to undo");
 }
 
 /// Returns the index of the record with that number. Throws Error if there is none, or it was lost.
@@ -172,11 +171,12 @@ std::size_t UndoJournal::At(std::uint32_t number) const {
         "more has been cut since the last checkpoint than undo can keep; undo is possible again from the next "
         "checkpoint on");
   }
-  if (dropped_.empty() || number > kept.front().number) {
+  if (!dropped_ || number > kept.front().number) {
     throw Error(fmt::format("there is no checkpoint {} to go back to", number));
   }
-  throw Error(
-      fmt::format("that checkpoint is no longer kept: undo can go back to '{}' at the earliest", kept.front().name));
+  const auto named = std::find_if(kept.begin(), kept.end(), [](const UndoCheckpoint& c) { return !c.name.empty(); });
+  if (named == kept.end()) throw Error("that checkpoint is no longer kept");
+  throw Error(fmt::format("that checkpoint is no longer kept: undo can go back to '{}' at the earliest", named->name));
 }
 
 UndoJob& UndoJournal::Begin(bool redo) {

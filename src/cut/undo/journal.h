@@ -49,8 +49,8 @@ class UndoJournal {
   /// Error if a parameter is out of range.
   explicit UndoJournal(LeafHistory& history, const UndoParams& params = {});
 
-  /// Names the next checkpoint and returns its number, which must then be passed to CoupledSimulation::Checkpoint().
-  /// The checkpoint is listed after its entry in the history has been read.
+  /// Names the next checkpoint (the name may be empty) and returns its number, which must then be passed to
+  /// CoupledSimulation::Checkpoint(). The checkpoint is listed after its entry in the history has been read.
   std::uint32_t Name(std::string name);
   /// Reads new entries of the history; must be called before its ring is full. Does nothing while a job is in progress.
   void Drain();
@@ -116,7 +116,7 @@ class UndoJournal {
   std::uint32_t lost_seen_ = 0;
   std::vector<std::pair<std::uint32_t, std::string>> named_;  // named, not yet read from the history
   std::vector<Record> records_;                               // oldest first
-  std::string dropped_;                                       // name of the last dropped checkpoint; empty: none
+  bool dropped_ = false;                                      // checkpoints were dropped
   std::vector<RedoState> redo_;                               // the last element is the next to redo
   std::unique_ptr<UndoJob> job_;
   std::size_t used_in_block_ = 0;

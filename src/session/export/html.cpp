@@ -18,8 +18,7 @@ std::string Base64(std::string_view bytes) {
   return out;
 }
 
-std::string Table(const std::vector<std::string>& headers, const std::vector<std::vector<std::string>>& rows,
-                  bool text) {
+std::string Table(const std::vector<std::string>& headers, const TableRows& rows, bool text) {
   std::string out = text ? "<table class=\"text\">\n<thead><tr>" : "<table>\n<thead><tr>";
   for (const std::string& header : headers) out += fmt::format("<th scope=\"col\">{}</th>", EscapeHtml(header));
   out += "</tr></thead>\n<tbody>\n";
@@ -27,7 +26,11 @@ std::string Table(const std::vector<std::string>& headers, const std::vector<std
     out += "<tr>";
     for (std::size_t i = 0; i < row.size(); ++i) {
       const std::string_view tag = i == 0 ? "th scope=\"row\"" : "td";
-      out += fmt::format("<{}>{}</{}>", tag, EscapeHtml(row[i]), i == 0 ? "th" : "td");
+      out += fmt::format("<{}>{}", tag, EscapeHtml(row[i].text));
+      if (!row[i].technical.empty()) {
+        out += fmt::format("<span class=\"technical\">{}</span>", EscapeHtml(row[i].technical));
+      }
+      out += i == 0 ? "</th>" : "</td>";
     }
     out += "</tr>\n";
   }
@@ -51,11 +54,20 @@ std::string ReportLanguage::ShowName(const std::string& name) const {
                         name.find_first_not_of("0123456789", space + 1) == std::string::npos;
   const std::string base = numbered ? name.substr(0, space) : name;
   const std::string ending = numbered ? name.substr(space) : std::string();
-  for (const std::string_view word :
-       {"plane", "stop", "piece", "nerve", "canal", "tooth", "root", "other", "distance", "angle"}) {
-    if (base == word) return Tr(base) + ending;
+  const std::pair<std::string_view, std::string> words[] = {
+      {"plane", Tr("plane")},       {"stop", Tr("stop")},   {"piece", Tr("piece")}, {"nerve", Tr("nerve")},
+      {"canal", Tr("canal")},       {"tooth", Tr("tooth")}, {"root", Tr("root")},   {"other", Tr("other")},
+      {"distance", Tr("distance")}, {"angle", Tr("angle")}};
+  for (const auto& [word, shown] : words) {
+    if (base == word) return shown + ending;
   }
   return name;
+}
+
+std::string ReportLanguage::ShowSaw(const std::string& saw) const {
+  const std::size_t colon = saw.find(": ");
+  if (colon == std::string::npos) return Tr(saw);
+  return fmt::format("{}: {}", Tr(saw.substr(0, colon)), Tr(saw.substr(colon + 2)));
 }
 
 std::string ReportLanguage::Show(double value, int decimals) const {

@@ -8,6 +8,7 @@
 #include "session/export/contacts.h"
 #include "session/export/curve_svg.h"
 #include "session/export/html.h"
+#include "session/plan/edit_plane.h"
 
 namespace kerf::export_detail {
 namespace {
@@ -25,6 +26,7 @@ th[scope=row], thead th:first-child, .text td, .text th { text-align: left; }
 th[scope=row] { font-weight: 600; }
 thead th { border-bottom: 2px solid #555; font-weight: 600; }
 .text td { overflow-wrap: anywhere; }
+.technical { font-size: .8rem; color: #555; margin-left: .6em; }
 figure { margin: 1rem 0; }
 figure img { max-width: 100%; border: 1px solid #bbb; }
 figcaption { font-size: .9rem; color: #444; }
@@ -99,7 +101,7 @@ std::string Summarise(const ExportInput& input) {
 }
 
 std::string FormatPlanes(const ReportLanguage& t, const Assessment& a, const std::vector<CutState>& states) {
-  std::vector<std::vector<std::string>> rows;
+  TableRows rows;
   for (std::size_t i = 0; i < a.planes.size(); ++i) {
     const PlaneResult& p = a.planes[i];
     const std::string name = t.ShowName(p.planned.name);
@@ -125,8 +127,25 @@ std::string FormatPlanes(const ReportLanguage& t, const Assessment& a, const std
                    "lean with depth; pitch: rotation about the direction of depth."));
 }
 
+std::string FormatAngles(const ReportLanguage& t, const Assessment& a) {
+  TableRows rows;
+  for (const PlaneResult& p : a.planes) {
+    const PatientAngles angles = CalcPatientAngles(p.planned);
+    const Vec3& p_W = p.planned.plane.p_W;
+    rows.push_back({t.ShowName(p.planned.name), t.Show(angles.sagittal_deg, 1), t.Show(angles.coronal_deg, 1),
+                    t.Show(angles.axial_deg, 1), t.Show(p_W.x, 1), t.Show(p_W.y, 1), t.Show(p_W.z, 1)});
+  }
+  return Heading(t.Tr("Planned planes in the patient")) +
+         Scrolling(Table({t.Tr("plane"), t.Tr("to sagittal, °"), t.Tr("to coronal, °"), t.Tr("to axial, °"),
+                          t.Tr("left, mm"), t.Tr("back, mm"), t.Tr("up, mm")},
+                         rows)) +
+         Note(t.Tr(
+             "Angles between the planned plane and the patient's planes. Left, back, up: the plane's middle in the "
+             "patient's frame."));
+}
+
 std::string FormatStops(const ReportLanguage& t, const Assessment& a) {
-  std::vector<std::vector<std::string>> rows;
+  TableRows rows;
   for (const StopResult& s : a.stops) {
     rows.push_back({t.ShowName(s.planned.name), t.Show(s.planned.depth_mm, 2),
                     s.depth_mm ? t.Show(*s.depth_mm, 2) : t.Tr("not reached"),
@@ -164,8 +183,16 @@ std::string ShowPlace(const ReportLanguage& t, const Vec3& p_W) {
                      show(p_W.z, t.Tr("up"), t.Tr("down")));
 }
 
+/// The terms are those of the window.
+std::string DescribeResult(const ReportLanguage& t, const StructureResult& s) {
+  const bool nerve = s.kind == MarkKind::kNerve || s.kind == MarkKind::kCanal;
+  if (s.is_severed) return nerve ? t.Tr("severed") : t.Tr("cut through");
+  if (s.is_cut) return nerve ? t.Tr("injured") : t.Tr("cut");
+  return t.Tr("spared");
+}
+
 std::string FormatStructures(const ReportLanguage& t, const StructureAssessment& a) {
-  std::vector<std::vector<std::string>> rows;
+  TableRows rows;
   const auto add_unknown = [&](const std::string& name) {
     rows.push_back({name, t.Tr("not marked"), t.Tr("unknown"), t.Tr("unknown"), t.Tr("unknown")});
   };
@@ -180,34 +207,32 @@ std::string FormatStructures(const ReportLanguage& t, const StructureAssessment&
               : s.part == ToothPart::kCrown ? Fill(t.Tr("crown: {}"), ShowPlace(t, s.p_W))
                                             : ShowPlace(t, s.p_W);
     }
-    rows.push_back({name,
-                    s.is_severed ? t.Tr("CUT THROUGH")
-                    : s.is_cut   ? t.Tr("CUT")
-                                 : t.Tr("spared"),
-                    s.distance_mm ? t.Show(*s.distance_mm, 1) : t.Tr("no cut"), t.Show(s.removed_mm3, 1), place});
+    rows.push_back({name, DescribeResult(t, s), s.distance_mm ? t.Show(*s.distance_mm, 1) : t.Tr("no cut"),
+                    t.Show(s.removed_mm3, 1), place});
   }
   return Heading(t.Tr("Nerves, teeth and roots")) +
          Scrolling(Table({t.Tr("structure"), t.Tr("result"), t.Tr("least distance, mm"), t.Tr("removed, mm³"),
                           t.Tr("place nearest to the cut")},
                          rows, true)) +
          Note(
-             t.Tr("Distance: between the removed bone and the structure, accurate to about a voxel. Cut through: what "
-                  "is left of the structure no longer connects its two ends. Place: in the patient's frame, mm from "
+             t.Tr("Distance: between the removed bone and the structure, accurate to about a voxel. Severed, cut "
+                  "through: what is left of the structure no longer connects its two ends. Place: in the patient's "
+                  "frame, mm from "
                   "its origin. Structures that are neither regions of the bone nor marked by the user are not known to "
                   "this report."));
 }
 
 std::string FormatBone(const ReportLanguage& t, const Assessment& a) {
-  std::vector<std::vector<std::string>> rows{{t.Tr("before"), t.Show(a.before_mm3, 1)},
-                                             {t.Tr("after"), t.Show(a.after_mm3, 1)},
-                                             {t.Tr("removed"), t.Show(a.removed_mm3, 2)}};
+  TableRows rows{{t.Tr("before"), t.Show(a.before_mm3, 1)},
+                 {t.Tr("after"), t.Show(a.after_mm3, 1)},
+                 {t.Tr("removed"), t.Show(a.removed_mm3, 2)}};
   if (a.outside_mm3) rows.push_back({t.Tr("removed outside the margins"), t.Show(*a.outside_mm3, 2)});
   if (a.too_deep_mm3) rows.push_back({t.Tr("removed deeper than the stops"), t.Show(*a.too_deep_mm3, 2)});
   return Heading(t.Tr("Bone")) + Table({"", t.Tr("volume, mm³")}, rows);
 }
 
 std::string FormatPieces(const ReportLanguage& t, const PieceSet& set, const Prepared& prepared) {
-  std::vector<std::vector<std::string>> rows;
+  TableRows rows;
   for (const int i : prepared.pieces) {
     const Piece& piece = set.piece(i);
     const Vec3 displacement = set.CalcCentroid(i) - piece.centroid_P;
@@ -242,25 +267,27 @@ std::string FormatPieces(const ReportLanguage& t, const PieceSet& set, const Pre
 }
 
 std::string FormatSessionTable(const ReportLanguage& t, const std::vector<ExportSession>& sessions) {
-  std::vector<std::vector<std::string>> rows;
+  TableRows rows;
   const auto show = [&t](const std::optional<double>& value, int decimals) {
     return value ? t.Show(*value, decimals) : std::string("-");
   };
   for (const ExportSession& session : sessions) {
-    rows.push_back({fmt::format("{}", rows.size() + 1), session.saw, show(session.duration_s, 0),
+    rows.push_back({fmt::format("{}", rows.size() + 1), t.ShowSaw(session.saw), show(session.duration_s, 0),
                     show(session.largest_force_N, 2), show(session.removed_mm3, 1)});
   }
   return Heading(t.Tr("Sessions")) +
-         Table({t.Tr("session"), t.Tr("saw"), t.Tr("duration, s"), t.Tr("largest force, N"), t.Tr("removed, mm³")},
+         Table({t.Tr("session"), t.Tr("saw"), t.Tr("duration, s"), t.Tr("largest force, N"), t.Tr("sawed, mm³")},
                rows) +
-         Note(t.Tr("A new session begins with each change of the saw or the guide, and when a project is opened. "
-                   "Removed: by the saw in this session, also if it was undone later."));
+         Note(
+             t.Tr("A new session begins with each change of the saw or the guide, and when a project is opened. Sawed: "
+                  "counted while the saw cuts, also what was undone later. The removed volume above is measured on the "
+                  "bone at the end, so the sum differs from it, by a few per cent even without undo."));
 }
 
 /// Returns a table of names, which are translated, and values.
 std::string FormatFacts(const ReportLanguage& t, const std::vector<ExportFact>& facts) {
-  std::vector<std::vector<std::string>> rows;
-  for (const ExportFact& fact : facts) rows.push_back({t.Tr(fact.name), fact.value});
+  TableRows rows;
+  for (const ExportFact& fact : facts) rows.push_back({{t.Tr(fact.name)}, {fact.value, fact.technical}});
   return Table({t.Tr("what"), t.Tr("value")}, rows, true);
 }
 
@@ -280,20 +307,22 @@ std::string FormatReportHtml(const ExportInput& input, const Prepared& prepared)
   if (!input.circumstances.empty()) out += FormatFacts(t, input.circumstances);
   if (input.structures != nullptr) out += FormatStructures(t, *input.structures);
   if (input.assessment != nullptr) {
-    if (!input.assessment->planes.empty()) out += FormatPlanes(t, *input.assessment, input.cut_states);
+    if (!input.assessment->planes.empty()) {
+      out += FormatPlanes(t, *input.assessment, input.cut_states) + FormatAngles(t, *input.assessment);
+    }
     if (!input.assessment->stops.empty()) out += FormatStops(t, *input.assessment);
     out += FormatBone(t, *input.assessment);
   }
   if (input.pieces != nullptr && input.pieces->size() > 0) out += FormatPieces(t, *input.pieces, prepared);
   if (!input.measures.empty()) {
-    std::vector<std::vector<std::string>> rows;
+    TableRows rows;
     for (const ExportMeasure& m : input.measures)
       rows.push_back({t.ShowName(m.name), t.Show(m.value, 2), m.unit == "deg" ? "\u00b0" : m.unit});
     out += Heading(t.Tr("Measured")) + Table({t.Tr("what"), t.Tr("value"), t.Tr("unit")}, rows);
   }
   if (input.sessions.size() > 1) out += FormatSessionTable(t, input.sessions);
   if (!input.figures.empty()) {
-    std::vector<std::vector<std::string>> rows;
+    TableRows rows;
     for (const ExportFigure& f : input.figures) {
       std::string value = fmt::format("{:.4g}", f.value);
       if (const std::size_t dot = value.find('.'); dot != std::string::npos) value.replace(dot, 1, t.point);

@@ -20,6 +20,7 @@ namespace kerf {
 struct ExportFact {
   std::string name;
   std::string value;
+  std::string technical{};  // its name for programs, shown small beside it; optional
 };
 /// A value of the session, such as the mean force or the time.
 struct ExportFigure {
@@ -67,11 +68,14 @@ struct ExportRecording {
 /// Language of the report. Without a translation it is English. The other files are the same in all languages.
 struct ReportLanguage {
   std::string code = "en";
-  std::function<std::string(const char*)> translate{};  // called by the thread that writes the report
-  std::string point = ".";                              // decimal separator
+  /// Translates a text, also one that was made with values in it. Called by the thread that writes the report.
+  std::function<std::string(const std::string&)> translate{};
+  std::string point = ".";  // decimal separator
 
   /// Returns the translation of a text. tools/translations finds the literals in its calls.
-  std::string Tr(const std::string& text) const { return translate && !text.empty() ? translate(text.c_str()) : text; }
+  std::string Tr(const std::string& text) const { return translate && !text.empty() ? translate(text) : text; }
+  /// Translates the description of a saw: its name, if it has one, and its sizes.
+  std::string ShowSaw(const std::string& saw) const;
   /// Translates a name that the program has made, such as "plane 2". Other names stay as they are.
   std::string ShowName(const std::string& name) const;
   /// Returns "-" if `value` is not finite, otherwise the value with `decimals` decimals. Never returns "-0.00".

@@ -15,7 +15,7 @@ void LoopActions::Poll() {
     longest_ms_ = std::max(longest_ms_, took.count());
   }
   if (!current_ || !undo_->is_idle()) return;
-  if (peer_ != nullptr && !current_is_planned_) peer_->Done(*current_, "");
+  if (peer_ != nullptr && !current_is_planned_) peer_->Done(*current_, "", undo_->restored_mm3());
   current_.reset();
 }
 
@@ -41,14 +41,14 @@ void LoopActions::Act(double now_s, std::vector<std::string>& warnings) {
     while (peer_ != nullptr && (undo_ == nullptr || undo_->is_idle()) && (requested = peer_->NextAction())) {
       current_is_planned_ = false;
       Do(*requested);
-      if (!current_) peer_->Done(*requested, "");
+      if (!current_) peer_->Done(*requested, "", {});
     }
   } catch (const Error& e) {
     const bool from_peer = current_ && !current_is_planned_;
     const LoopAction failed = current_.value_or(LoopAction{});
     current_.reset();
     if (from_peer) {
-      peer_->Done(failed, e.what());
+      peer_->Done(failed, e.what(), {});
     } else {
       warnings.push_back(fmt::format("at {:.3f} s: {}", now_s, e.what()));
     }

@@ -34,14 +34,19 @@ class LoopMover final : public ToolMover {
 
   bool can_move() const override { return can_move_; }
   Pose X_WT() const override { return X_WT_; }
-  std::optional<std::vector<Pose>> FindPoses(const std::optional<Pose>& X_wanted) override;
-  /// Returns the number of leaves received by FindPoses() so far.
+  std::optional<std::vector<Pose>> FindReturn(const Pose& X_wanted) override;
+  std::optional<std::vector<Pose>> FindRetraction(const std::optional<Pose>& X_to) override;
+  double removed_mm3() const override { return removed_mm3_; }
+  /// Returns the number of leaves received by these so far.
   std::size_t leaves_received() const { return leaves_received_; }
 
  private:
   std::vector<Pose> FindWayOut(const PhiSampler& phi, const Pose& X_WT) const;
   Pose FindNearestWayOut(const PhiSampler& phi, const Pose& X_WT) const;
   bool LeavesGuide(const Pose& X_wanted, const Pose& X_now) const;
+  std::vector<Pose> FindWayInAir(const PhiSampler& phi, const Pose& X_from, const Pose& X_to) const;
+  /// Receives the changes of the bone; returns false while some are missing.
+  bool UpdateBone();
 
   Tool tool_;
   Pose X_WT_;
@@ -51,6 +56,7 @@ class LoopMover final : public ToolMover {
   BoneMirror* mirror_ = nullptr;
   std::optional<GuidedPlane> guide_;
   ToolTrail trail_;
+  double removed_mm3_ = 0;
   std::size_t leaves_received_ = 0;
 };
 

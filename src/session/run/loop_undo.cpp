@@ -48,23 +48,41 @@ LoopAction ParseLoopAction(const std::string& text) {
 
 LoopUndo::LoopUndo(CoupledSimulation& simulation, double max_MB, ToolMover* mover)
     : mover_(mover), journal_(KeepHistory(simulation), UndoParams{.max_MB = max_MB}) {
-  if (mover_ != nullptr) X_at_[0] = mover_->X_WT();
+  if (mover_ != nullptr) at_[0] = MakeState();
 }
 
 /// Prepares an undo or redo, and the motion of the tool that follows it.
 UndoJob* LoopUndo::Prepare(const LoopAction& action) {
   const bool redo = action.kind == LoopAction::Kind::kRedo;
   journal_.Drain();
-  if (!journal_.CanRedo()) X_undone_.clear();
+  if (!journal_.CanRedo()) undone_.clear();
   UndoJob* job = redo ? journal_.PrepareRedo()
                       : journal_.PrepareUndo(action.name.empty() ? journal_.FindOneBack() : journal_.Find(action.name));
-  if (!can_move()) return job;
-  X_before_ = mover_->X_WT();
-  X_wanted_ = X_before_;
-  if (redo && !X_undone_.empty()) X_wanted_ = X_undone_.back();
-  if (const auto at = X_at_.find(job->number); !redo && at != X_at_.end()) X_wanted_ = at->second;
-  carry_ = std::make_unique<CarryJob>();
+  goal_.reset();
+  if (mover_ == nullptr) return job;
+  before_ = MakeState();
+  if (redo && !undone_.empty()) goal_ = undone_.back();
+  if (const auto at = at_.find(job->number); !redo && at != at_.end()) goal_ = at->second;
+  retracting_.reset();
+  if (can_move()) carry_ = std::make_unique<CarryJob>();
   return job;
+}
+
+void LoopUndo::FinishRestore(bool redo) {
+  ++restores_;
+  pending_.reset();
+  if (mover_ == nullptr) return;
+  restored_mm3_.reset();
+  if (goal_) {
+    const double put_back_mm3 = before_.removed_mm3 - goal_->removed_mm3;
+    put_back_mm3_ += put_back_mm3;
+    restored_mm3_ = std::abs(put_back_mm3);
+  }
+  if (!redo) {
+    undone_.push_back(before_);
+  } else if (!undone_.empty()) {
+    undone_.pop_back();
+  }
 }
 
 void LoopUndo::Send(UndoJob& job) {
@@ -78,13 +96,13 @@ bool LoopUndo::Do(const LoopAction& action, const RecordRequest& record_request)
     record_request("checkpoint", action.name, number);
     if (!exchange_.RequestCheckpoint(number)) throw Error("more actions were requested than the loop can queue");
     pending_checkpoint_ = number;
-    if (mover_ != nullptr) X_at_[number] = mover_->X_WT();
+    if (mover_ != nullptr) at_[number] = MakeState();
     return true;
   }
   if (action.kind == LoopAction::Kind::kRetract) {
     if (!can_move()) throw Error("the saw can't be retracted, because its path or the device determines where it is");
     record_request("retract", action.name, 0);
-    X_wanted_.reset();
+    retracting_ = action;
     carry_ = std::make_unique<CarryJob>();
     if (!exchange_.Send(*carry_)) throw Error("more actions were requested than the loop can queue");
     return true;
@@ -102,7 +120,8 @@ void LoopUndo::PollCarry() {
   if (state == CarryJob::State::kDone) {
     carry_.reset();
   } else if (state == CarryJob::State::kHeld) {
-    std::optional<std::vector<Pose>> poses = mover_->FindPoses(X_wanted_);
+    std::optional<std::vector<Pose>> poses =
+        retracting_ ? mover_->FindRetraction(retracting_->X_to) : mover_->FindReturn(goal_.value_or(before_).X_WT);
     if (!poses) return;
     carry_->poses = std::move(*poses);
     carry_->state.store(CarryJob::State::kReady, std::memory_order_release);
@@ -116,10 +135,7 @@ bool LoopUndo::Poll() {
     const std::string why = WhyRefused(state);
     const bool redo = job->redo;
     if (journal_.Finish()) {
-      if (redo && !X_undone_.empty()) X_undone_.pop_back();
-      if (!redo && mover_ != nullptr) X_undone_.push_back(X_before_);
-      ++restores_;
-      pending_.reset();
+      FinishRestore(redo);
       journal_.Drain();
       return true;
     }
@@ -148,7 +164,7 @@ void LoopUndo::Repeat(const RecordedStep& step, const std::vector<RecordedEvent>
     }
     const std::uint32_t number = journal_.Name(name);
     pending_checkpoint_ = number;
-    if (mover_ != nullptr) X_at_[number] = mover_->X_WT();
+    if (mover_ != nullptr) at_[number] = MakeState();
     if (number != step.checkpoint || !exchange_.RequestCheckpoint(number)) {
       throw Error(fmt::format("the recording's checkpoint {} can't be repeated", step.checkpoint));
     }

@@ -20,12 +20,13 @@ inline constexpr Range kSessionTimeRange_s{0, 1e9};
 
 /// An action at a given time of a loop.
 struct LoopAction {
-  // kRetract: take the tool out of the bone; only if the program can move the hand, as with a mouse.
+  // kRetract: take the tool out of the bone, and to X_to; only if the program can move the hand, as with a mouse.
   enum class Kind { kCheckpoint, kUndo, kRedo, kSpindle, kRetract };
   double at_s = 0;
   Kind kind = Kind::kCheckpoint;
   double rpm = 0;    // kSpindle
   std::string name;  // name of the checkpoint, or with kSpindle the speed as text; empty with kUndo: one step back
+  std::optional<Pose> X_to = std::nullopt;  // kRetract: where the tool is taken; none: only out of the bone
 };
 /// Parses "2.5:checkpoint=before the cut", "6:undo", "6:undo=before the cut", "7:redo" or "8:rpm=0". Throws kerf::Error
 /// for any other text.
@@ -44,10 +45,15 @@ class ToolMover {
   virtual bool can_move() const = 0;
   /// Returns the tool's last known pose.
   virtual Pose X_WT() const = 0;
-  /// Returns the poses, one per tick, through which a tool that the loop holds still is moved: to `X_wanted` or, if it
-  /// would be in bone there, to a pose nearby that is clear of the bone; without `X_wanted`, out of the bone. Returns
-  /// nothing while not all changes of the bone have been received from the loop.
-  virtual std::optional<std::vector<Pose>> FindPoses(const std::optional<Pose>& X_wanted) = 0;
+  /// These return the poses, one per tick, through which a tool that the loop holds still is moved. They return nothing
+  /// while not all changes of the bone have been received from the loop. A pose at which the tool would be in bone
+  /// stands for one nearby that is clear of it.
+  /// After undo and redo: to `X_wanted`, at once.
+  virtual std::optional<std::vector<Pose>> FindReturn(const Pose& X_wanted) = 0;
+  /// Out of the bone, and from there to `X_to`, if it is given.
+  virtual std::optional<std::vector<Pose>> FindRetraction(const std::optional<Pose>& X_to) = 0;
+  /// Returns the volume that the tool has removed so far, without regard to undo.
+  virtual double removed_mm3() const = 0;
 };
 
 /// Requests checkpoints, undo and redo, and retracts the tool. Undo and redo bring the tool back to its pose at the
@@ -78,9 +84,18 @@ class LoopUndo {
 
   /// Returns the number of completed restores. The caller measures their duration.
   std::size_t restores() const { return restores_; }
+  /// Returns the volume that the last restore has put back, or taken away again (redo); none if it is not known.
+  std::optional<double> restored_mm3() const { return restored_mm3_; }
 
  private:
+  /// Where the tool was in a state of the bone, and what had been cut out of it.
+  struct State {
+    Pose X_WT;
+    double removed_mm3 = 0;
+  };
   bool can_move() const { return mover_ != nullptr && mover_->can_move(); }
+  State MakeState() const { return {mover_->X_WT(), mover_->removed_mm3() - put_back_mm3_}; }
+  void FinishRestore(bool redo);
   UndoJob* Prepare(const LoopAction& action);
   void Send(UndoJob& job);
   void PollCarry();
@@ -91,11 +106,14 @@ class LoopUndo {
   std::optional<LoopAction> pending_;     // action of the job in progress
   std::uint32_t pending_checkpoint_ = 0;  // checkpoint that is not made yet; 0: none
   std::size_t restores_ = 0;
-  std::map<std::uint32_t, Pose> X_at_;  // pose of the tool at each checkpoint, by its number
-  std::vector<Pose> X_undone_;          // pose of the tool at each undo that can be redone
-  Pose X_before_;                       // pose of the tool before the restore in progress
-  std::unique_ptr<CarryJob> carry_;     // motion in progress
-  std::optional<Pose> X_wanted_;        // its end; none: out of the bone
+  std::map<std::uint32_t, State> at_;     // at each checkpoint, by its number; with a mover only
+  std::vector<State> undone_;             // at each undo that can be redone; with a mover only
+  State before_;                          // before the restore in progress
+  std::optional<State> goal_;             // after it; none: unknown
+  double put_back_mm3_ = 0;               // by all restores
+  std::optional<double> restored_mm3_;    // by the last one
+  std::unique_ptr<CarryJob> carry_;       // motion in progress
+  std::optional<LoopAction> retracting_;  // it is a retraction; none: it follows a restore
 };
 
 }  // namespace kerf

@@ -35,8 +35,9 @@ class SessionController {
   /// Returns the next action to carry out now, one at a time; LoopAction::at_s is ignored. Returns none if there is no
   /// action.
   virtual std::optional<LoopAction> NextAction() = 0;
-  /// Called when the requested undo, redo or checkpoint is done, or has failed for the reason in `failure`.
-  virtual void Done(const LoopAction& action, const std::string& failure) = 0;
+  /// Called when the requested action is done, or has failed for the reason in `failure`. `restored_mm3`: the volume
+  /// that an undo has put back, or a redo has taken away again; none if it is not known.
+  virtual void Done(const LoopAction& action, const std::string& failure, std::optional<double> restored_mm3) = 0;
 };
 
 }  // namespace kerf

@@ -33,16 +33,43 @@ std::string ShowDuration(double seconds) {
                 : fmt::format(fmt::runtime(Tr("{}:{:02} min left")), s / 60, s % 60);
 }
 
-/// Begins a window that cannot be moved or clicked, of the given width and height.
-void BeginOverlay(const char* name, float x, float y, float width, float height, const ImVec4& ground) {
+/// Begins a window that cannot be moved or, unless `takes_clicks`, clicked, of the given width and height.
+void BeginOverlay(const char* name, float x, float y, float width, float height, const ImVec4& ground,
+                  bool takes_clicks = false) {
   ImGui::SetNextWindowPos({x, y});
   ImGui::SetNextWindowSize({width, height});
   ImGui::PushStyleColor(ImGuiCol_WindowBg, ground);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 4);
   ImGui::Begin(name, nullptr,
-               kFixed | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoFocusOnAppearing);
+               kFixed | ImGuiWindowFlags_NoScrollbar | (takes_clicks ? 0 : ImGuiWindowFlags_NoInputs) |
+                   ImGuiWindowFlags_NoFocusOnAppearing);
   ImGui::PopStyleVar();
   ImGui::PopStyleColor();
+}
+
+/// Largest share of the scene's height that a banner takes: of a question, and of others, before they have one line.
+constexpr float kQuestionShare = 0.38F;
+constexpr float kBannerShare = 0.16F;
+
+/// Lets a click on the current overlay show it in full, or in one line again. `text`: all of it.
+void LetUnfold(Ui& ui, bool folded, const std::string& text) {
+  if (!ImGui::IsWindowHovered()) return;
+  if (ImGui::IsMouseClicked(0)) ui.set_shows_long_banners(folded);
+  if (folded && ui.tooltips()) {
+    ImGui::BeginTooltip();
+    ImGui::PushTextWrapPos(440 * ui.scale());
+    ImGui::TextUnformatted(text.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::EndTooltip();
+  }
+}
+
+/// Draws a text in one line with a sign at its end that says that there is more.
+void FoldedLine(const std::string& text, float width) {
+  const float sign = ImGui::CalcTextSize("  [+]").x;
+  ImGui::TextUnformatted(FitText(text, width - sign).c_str());
+  ImGui::SameLine(0, 0);
+  ImGui::TextDisabled("  [+]");
 }
 
 void DialogTitle(Ui& ui, const std::string& title) {
@@ -279,10 +306,9 @@ struct BannerSize {
   float height = 0;
   bool compact = false;  // in small letters, without its sign
   bool answers = true;   // with the keys
+  bool folded = false;   // one line
+  bool is_long = false;  // could be folded
 };
-
-/// Largest share of the scene's height that a banner takes if it can be compact.
-constexpr float kBannerShare = 0.38F;
 
 /// Sets the height for the width of the text.
 void CalcBannerHeight(const Ui& ui, const HudBanner& banner, BannerSize& size) {
@@ -304,15 +330,21 @@ BannerSize CalcBannerSize(const Ui& ui, const HudBanner& banner, const UiBox& sc
   size.text_width = size.width - 56 * s;
   CalcBannerHeight(ui, banner, size);
   // In a small scene it must not cover what it speaks of.
-  const float most = kBannerShare * static_cast<float>(scene.height);
+  const bool question = banner.kind == HudBanner::Kind::kQuestion;
+  const float most = (question ? kQuestionShare : kBannerShare) * static_cast<float>(scene.height);
   if (size.height > most) {
     size.compact = true;
     size.text_width = size.width - 28 * s;
     CalcBannerHeight(ui, banner, size);
   }
-  if (size.height > most) {
+  if (size.height > most && question) {
     size.answers = false;
     CalcBannerHeight(ui, banner, size);
+  }
+  if (size.height > most && !question) {
+    size.is_long = true;
+    size.folded = !ui.shows_long_banners();
+    if (size.folded) size.height = 12 * s + ui.small()->FontSize;
   }
   return size;
 }
@@ -326,11 +358,11 @@ double CalcBannerBottom(const Ui& ui, const HudBanner& banner, const UiBox& scen
 void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene) {
   const float s = ui.scale();
   const bool warning = banner.kind == HudBanner::Kind::kWarning;
-  const auto [width, text_width, height, compact, answers] = CalcBannerSize(ui, banner, scene);
+  const auto [width, text_width, height, compact, answers, folded, is_long] = CalcBannerSize(ui, banner, scene);
   if (width < 120 * s) return;
   const UiColours& c = ui.colours();
   BeginOverlay("banner", static_cast<float>(scene.left + 0.5 * (scene.width - static_cast<double>(width))),
-               static_cast<float>(scene.top) + 8 * s, width, height, ToImVec4(c.panel, 0.97));
+               static_cast<float>(scene.top) + 8 * s, width, height, ToImVec4(c.panel, 0.97), is_long);
   const ImVec2 at = ImGui::GetWindowPos();
   ImDrawList& list = *ImGui::GetWindowDrawList();
   list.AddRectFilled(at, {at.x + 6 * s, at.y + ImGui::GetWindowHeight()},
@@ -347,17 +379,23 @@ void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene) {
     list.AddText({sign.x - 0.5F * size.x, sign.y - 0.5F * size.y}, ToImU32(c.panel), letter);
   }
   const float text_left = compact ? 18 * s : 46 * s;
-  ImGui::SetCursorPos({text_left, 10 * s});
+  ImGui::SetCursorPos({text_left, (folded ? 6 : 10) * s});
   ImGui::BeginGroup();
-  ImGui::PushTextWrapPos(text_left + text_width);
   ImGui::PushFont(compact ? ui.small() : ui.bold());
-  ImGui::TextUnformatted(banner.text.c_str());
-  if (!compact) ImGui::PopFont();
-  if (!banner.answers.empty() && answers) ImGui::TextUnformatted(banner.answers.c_str());
-  if (compact) ImGui::PopFont();
-  ImGui::PopTextWrapPos();
+  if (folded) {
+    FoldedLine(banner.text, text_width);
+    ImGui::PopFont();
+  } else {
+    ImGui::PushTextWrapPos(text_left + text_width);
+    ImGui::TextUnformatted(banner.text.c_str());
+    if (!compact) ImGui::PopFont();
+    if (!banner.answers.empty() && answers) ImGui::TextUnformatted(banner.answers.c_str());
+    if (compact) ImGui::PopFont();
+    ImGui::PopTextWrapPos();
+  }
   ImGui::EndGroup();
   ui.Note("banner");
+  if (is_long) LetUnfold(ui, folded, banner.text + (banner.answers.empty() ? "" : "\n" + banner.answers));
   ImGui::End();
 }
 
@@ -366,24 +404,31 @@ void DrawInjuries(Ui& ui, const std::vector<std::string>& injuries, const UiBox&
   const float width = std::min(static_cast<float>(scene.width) - 16 * s, 640 * s);
   if (injuries.empty() || width < 120 * s) return;
   const float text_width = width - 56 * s;
+  std::string all;
+  for (const std::string& line : injuries) all += (all.empty() ? "" : "\n") + line;
   ImGui::PushFont(ui.bold());
-  float height = 12 * s - ImGui::GetStyle().ItemSpacing.y;
-  for (const std::string& line : injuries) {
-    height += ImGui::CalcTextSize(line.c_str(), nullptr, false, text_width).y + ImGui::GetStyle().ItemSpacing.y;
-  }
+  float height = 12 * s + ImGui::CalcTextSize(all.c_str(), nullptr, false, text_width).y;
+  const bool is_long = height > kBannerShare * static_cast<float>(scene.height);
+  const bool folded = is_long && !ui.shows_long_banners();
+  if (folded) height = 12 * s + ImGui::GetTextLineHeight();
   BeginOverlay("injuries", static_cast<float>(scene.left + 0.5 * (scene.width - static_cast<double>(width))),
-               static_cast<float>(scene.top) + 8 * s, width, height, ToImVec4(ui.colours().panel, 0.97));
+               static_cast<float>(scene.top) + 8 * s, width, height, ToImVec4(ui.colours().panel, 0.97), is_long);
   const ImVec2 at = ImGui::GetWindowPos();
   ImDrawList& list = *ImGui::GetWindowDrawList();
   list.AddRectFilled(at, {at.x + 6 * s, at.y + height}, ToImU32(LevelColour(HudLevel::kBad)));
-  DrawLevelMark(list, HudLevel::kBad, {at.x + 26 * s, at.y + 0.5F * height}, 20 * s);
+  DrawLevelMark(list, HudLevel::kBad, {at.x + 26 * s, at.y + 0.5F * height}, (folded ? 14 : 20) * s);
   ImGui::SetCursorPos({46 * s, 6 * s});
   ImGui::BeginGroup();
-  ImGui::PushTextWrapPos(46 * s + text_width);
-  for (const std::string& line : injuries) ImGui::TextUnformatted(line.c_str());
-  ImGui::PopTextWrapPos();
+  if (folded) {
+    FoldedLine(injuries.front(), text_width);
+  } else {
+    ImGui::PushTextWrapPos(46 * s + text_width);
+    ImGui::TextUnformatted(all.c_str());
+    ImGui::PopTextWrapPos();
+  }
   ImGui::EndGroup();
   ui.Note("injuries");
+  if (is_long) LetUnfold(ui, folded, all);
   ImGui::End();
   ImGui::PopFont();
 }

@@ -1,22 +1,21 @@
 #include "view/ui/translate.h"
 
 #include <fmt/format.h>
-#include <libintl.h>
 
 #include <algorithm>
+#include <atomic>
 #include <charconv>
-#include <clocale>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <string_view>
 
 #include "base/files/installed.h"
-
-// Counts changes of the language, so that gettext discards what it has looked up (GNU gettext manual, "Changing the
-// language at run time").
-extern "C" int _nl_msg_cat_cntr;  // NOLINT(bugprone-reserved-identifier)
+#include "kerf/error.h"
+#include "view/ui/catalogue.h"
 
 namespace kerf {
 namespace {
@@ -24,8 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 constexpr char kDomain[] = "kerf";
 
-std::mutex g_mutex;  // protects the language and the look-up in its catalogue
-std::string g_language = "en";
+std::string g_language = "en";                     // used by the window's thread only
+std::atomic<const Catalogue*> g_current{nullptr};  // of that language; null: English
 
 std::string UserFolder() {
   const char* data = std::getenv("XDG_DATA_HOME");
@@ -54,16 +53,20 @@ std::string FolderOf(const std::string& code) {
   return {};
 }
 
-void Use(const std::string& code) {
-  // Messages of a locale "C" are never translated; "C.UTF-8" exists everywhere.
-  std::setlocale(LC_MESSAGES, "C.UTF-8");
-  setenv("LANGUAGE", code.c_str(), 1);
+/// Returns the catalogue of a language, which stays until the end of the program; null if there is none, or if it can't
+/// be read.
+const Catalogue* FindCatalogue(const std::string& code) {
+  static std::mutex mutex;  // protects the next one
+  static std::map<std::string, std::unique_ptr<const Catalogue>> catalogues;
+  const std::lock_guard lock(mutex);
+  if (const auto found = catalogues.find(code); found != catalogues.end()) return found->second.get();
   const std::string folder = FolderOf(code);
-  // A folder without catalogues gives English.
-  bindtextdomain(kDomain, folder.empty() ? "/" : folder.c_str());
-  bind_textdomain_codeset(kDomain, "UTF-8");
-  ++_nl_msg_cat_cntr;
-  g_language = folder.empty() ? "en" : code;
+  if (folder.empty()) return nullptr;
+  try {
+    return (catalogues[code] = std::make_unique<const Catalogue>(CatalogueOf(folder, code))).get();
+  } catch (const Error&) {
+    return catalogues[code].get();
+  }
 }
 
 /// Returns the language that the environment asks for.
@@ -80,9 +83,7 @@ std::string FromEnvironment() {
 }  // namespace
 
 std::vector<Language> ListLanguages() {
-  const std::lock_guard lock(g_mutex);
   std::vector<Language> languages{{"en", "English"}};
-  const std::string current = g_language;
   for (const std::string& folder : CatalogueFolders()) {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(folder, error)) {
@@ -90,31 +91,22 @@ std::vector<Language> ListLanguages() {
       const bool known =
           std::any_of(languages.begin(), languages.end(), [&](const Language& l) { return l.code == code; });
       if (known || !fs::exists(CatalogueOf(folder, code), error)) continue;
-      Use(code);
+      const Catalogue* const catalogue = FindCatalogue(code);
+      if (catalogue == nullptr) continue;
       // TRANSLATORS: the name of your language in your language
-      const std::string name = dgettext(kDomain, "English");
-      languages.push_back({code, name == "English" ? code : name});
+      const char* const name = catalogue->Find(Msg("English"));
+      languages.push_back({code, name == nullptr ? code : name});
     }
   }
-  Use(current);
   return languages;
 }
 
 void SetLanguage(const std::string& code) {
   static const std::string from_environment = FromEnvironment();
-  const std::lock_guard lock(g_mutex);
-  Use(code.empty() ? from_environment : code);
-}
-
-std::string TranslateInto(const std::string& code, const char* text) {
-  if (text[0] == '\0') return text;
-  const std::lock_guard lock(g_mutex);
-  if (code == g_language) return dgettext(kDomain, text);
-  const std::string current = g_language;
-  Use(code);
-  std::string translated = dgettext(kDomain, text);
-  Use(current);
-  return translated;
+  const std::string& wanted = code.empty() ? from_environment : code;
+  const Catalogue* const catalogue = FindCatalogue(wanted);
+  g_language = catalogue == nullptr ? "en" : wanted;
+  g_current = catalogue;
 }
 
 const std::string& CurrentLanguage() {
@@ -122,10 +114,24 @@ const std::string& CurrentLanguage() {
 }
 
 const char* Tr(const char* text) {
-  // The translation of an empty text would be the header of the catalogue.
-  if (text[0] == '\0') return text;
-  const std::lock_guard lock(g_mutex);
-  return dgettext(kDomain, text);
+  const Catalogue* const catalogue = g_current;
+  const char* const found = catalogue == nullptr ? nullptr : catalogue->Find(text);
+  return found == nullptr ? text : found;
+}
+
+std::string TrMade(const std::string& text) {
+  const Catalogue* const catalogue = g_current;
+  return catalogue == nullptr ? text : catalogue->Translate(text);
+}
+
+std::string TranslateInto(const std::string& code, const std::string& text) {
+  const Catalogue* const catalogue = FindCatalogue(code);
+  return catalogue == nullptr ? text : catalogue->Translate(text);
+}
+
+std::string DecimalPointOf(const std::string& code) {
+  const Catalogue* const catalogue = FindCatalogue(code);
+  return catalogue == nullptr ? "." : std::string(catalogue->point());
 }
 
 std::string ShowNumber(double value, int decimals) {

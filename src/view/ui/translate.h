@@ -1,4 +1,4 @@
-// Translation of the texts of the window, with GNU gettext.
+// Translation of the texts of the window, with catalogues of GNU gettext.
 #pragma once
 
 #include <optional>
@@ -18,16 +18,21 @@ struct Language {
 /// which is beside the program or in share/locale of its installation.
 std::vector<Language> ListLanguages();
 /// Sets the language of Tr(). Empty: that of the environment (LANGUAGE, LC_ALL, LC_MESSAGES, LANG); a language without
-/// catalogue gives English. Tr() and this are called by the window's thread only.
+/// catalogue gives English. Called by the window's thread only.
 void SetLanguage(const std::string& code);
-/// Returns the code of the current language.
+/// Returns the code of the current language. Called by the window's thread only.
 const std::string& CurrentLanguage();
 
 /// Returns the translation of a text, which must be a literal, so that tools/translations finds it, or come from data
 /// that tools/translations lists. An empty text stays empty. The result is valid until the end of the program.
 const char* Tr(const char* text);
-/// Returns the translation of a text into the language with this code. May be called by any thread.
-std::string TranslateInto(const std::string& code, const char* text);
+/// Translates a text that was made below the window and may contain values, such as an error: see
+/// Catalogue::Translate(). May be called by any thread.
+std::string TrMade(const std::string& text);
+/// The same into the language with this code, whatever the language of the window is.
+std::string TranslateInto(const std::string& code, const std::string& text);
+/// Returns the decimal separator of that language.
+std::string DecimalPointOf(const std::string& code);
 /// Marks a text that is translated later by Tr().
 constexpr const char* Msg(const char* text) {
   return text;

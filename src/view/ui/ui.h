@@ -96,6 +96,11 @@ class Ui {
   /// Closes menus, and takes the input away from a text field.
   void ClosePopups() { closes_popups_ = true; }
 
+  /// Whether banners that would cover much of the picture are shown in full; otherwise they have one line. A click on
+  /// one of them changes it.
+  bool shows_long_banners() const { return shows_long_banners_; }
+  void set_shows_long_banners(bool shows) { shows_long_banners_ = shows; }
+
   void BeginFrame(double dt_s);
   void EndFrame();
   /// Returns a hash of what the last frame draws, to find out whether it differs from another one.
@@ -135,6 +140,7 @@ class Ui {
   Theme theme_ = Theme::kLight;
   bool fonts_stale_ = true;
   bool tooltips_ = true;
+  bool shows_long_banners_ = false;
   bool in_frame_ = false;
   bool expects_text_ = false;
   bool closes_popups_ = false;

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <imgui.h>
 
+#include <vector>
+
 #include "view/ui/panels.h"
 
 namespace kerf {
@@ -28,6 +30,64 @@ TEST(ActionList, ListsAllKeysWhileNothingCanBeDone) {
   EXPECT_EQ(all[1].keys[0].meaning, "Cut");
   runs = true;
   EXPECT_EQ(actions.ListKeys(false).size(), 2u);
+}
+
+// A click while the saw is being changed is carried out afterwards; one while something can't be done at all is not.
+TEST(ActionList, RunsWhatWasChosenWhileItWaited) {
+  ActionList actions;
+  bool enabled = false;
+  int runs = 0;
+  actions.Add({.id = "spin",
+               .menu = "Saw",
+               .label = "Spin",
+               .run = [&] { ++runs; },
+               .enabled = [&] { return enabled; },
+               .button = "Spin"});
+  Ui ui;
+  ui.SetSize(400, 300, 1);
+  const auto frames = [&](int count, const std::vector<WindowEvent>& events = {}) {
+    for (const WindowEvent& event : events) ui.Take(event);
+    for (int i = 0; i < count; ++i) {
+      ui.BeginFrame(0.02);
+      ASSERT_TRUE(BeginPanel(ui, "toolbar", {0, 0, 400, 36}, false));
+      actions.DrawToolbar(ui);
+      ImGui::End();
+      ui.EndFrame();
+      actions.RunChosen();
+    }
+  };
+  const auto click = [&] {
+    const UiBox at = ui.noted().at("button spin");
+    WindowEvent event;
+    event.x = at.left + 0.5 * at.width;
+    event.y = at.top + 0.5 * at.height;
+    event.kind = WindowEvent::Kind::kMouseMove;
+    std::vector<WindowEvent> events{event};
+    event.kind = WindowEvent::Kind::kMouseDown;
+    events.push_back(event);
+    event.kind = WindowEvent::Kind::kMouseUp;
+    events.push_back(event);
+    frames(6, events);
+  };
+  frames(3);
+  click();
+  EXPECT_EQ(runs, 0);
+  actions.set_waits(true);
+  click();
+  EXPECT_EQ(runs, 0);
+  actions.set_waits(false);
+  enabled = true;
+  frames(3);
+  EXPECT_EQ(runs, 1);
+  // What can't be done after the wait either is dropped.
+  enabled = false;
+  actions.set_waits(true);
+  click();
+  actions.set_waits(false);
+  frames(2);
+  enabled = true;
+  frames(2);
+  EXPECT_EQ(runs, 1);
 }
 
 // Buttons that do not fit are replaced by an ellipsis, and indicators leave the room that is reserved.

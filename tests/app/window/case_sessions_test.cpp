@@ -24,7 +24,7 @@ TEST(MakeProjectSession, KeepsTheLargestForceOfALongSession) {
 TEST(JoinSessions, AddsTimesAndTakesTheLargestForce) {
   const JoinedSessions joined = JoinSessions(
       {{"disc", 10, 2, 1.5, {{0, 0.5}, {4, 1.5}}}, {"burr", 20, 3, 0.5, {{1, 0.5}}}, {"disc", 5, 0, 0, {}}});
-  EXPECT_EQ(joined.saws, "disc, burr");
+  EXPECT_EQ(joined.saws, (std::vector<std::string>{"disc", "burr"}));
   EXPECT_EQ(joined.duration_s, 35);
   EXPECT_EQ(joined.largest_force_N, 1.5);
   const std::vector<std::pair<double, double>> curve{{0, 0.5}, {4, 1.5}, {11, 0.5}};
@@ -39,7 +39,7 @@ TEST(JoinSessions, DoNotClaimWhatIsNotKnown) {
   ASSERT_EQ(sessions.size(), 2u);
   sessions.push_back({"disc", 10, 0, 0, {{0, 0}}});
   const JoinedSessions joined = JoinSessions(sessions);
-  EXPECT_EQ(joined.saws, "disc");
+  EXPECT_EQ(joined.saws, std::vector<std::string>{"disc"});
   EXPECT_FALSE(joined.duration_s);
   EXPECT_FALSE(joined.largest_force_N);
   project.sessions = {sessions[2], sessions[2]};

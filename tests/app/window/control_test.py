@@ -160,13 +160,20 @@ def test_undo(display, kerf):
     removed = w.state["removed_mm3"]
     assert removed > 5
 
-    # Undo with the saw deep in the bone and the spindle on, and the key to move it still held: the saw is where it was at
-    # the start, clear of the bone by 2 mm, and does not cut on any way through air.
+    # Undo with the saw deep in the bone and the spindle on, and the key to move it still held: the last stroke is undone,
+    # so the saw is where the one before ended. Without that one it is at the start, clear of the bone by 2 mm, and does
+    # not cut on any way through air.
     w._xdotool("keydown", "Down")
+    w.wait_state("another stroke", lambda s: s["removed_mm3"] > removed + 2)
     after = w.mark()
     w.key("ctrl+z")
     answered(w, "Undone", after)
     w._xdotool("keyup", "Down")
+    w.wait_state("back at the end of the first stroke", is_at(w, deep))
+    w.wait_message("are bone again", after=after)
+    after = w.mark()
+    w.key("ctrl+z")
+    answered(w, "Undone", after)
     w.wait_state("back at the start", is_at(w, begin))
     assert not w.state["spindle"]
     removed = w.state["removed_mm3"]
@@ -211,6 +218,37 @@ def test_undo(display, kerf):
     w.key("r")
     answered(w, "Retracted", after)
     assert w.wait_state("out", lambda s: s["saw_mm"][2] > 11)["removed_mm3"] == removed
+    end(w, kerf, folder)
+
+
+def test_seen(display, kerf):
+    """A saw that was dragged out of the picture comes back into it, and clicks while it is changed are not lost."""
+    w, folder = start(display, kerf)
+    w.key("v")  # the blade is seen from its side
+
+    def is_seen(s):
+        left, top, width, height = s["scene_px"]
+        x, y = s["saw_px"][0] + s["saw_px"][2] / 2, s["saw_px"][1] + s["saw_px"][3] / 2
+        return left < x < left + width and top < y < top + height
+
+    assert is_seen(w.state), w.state
+    for _ in range(3):
+        w.drag((640, 360), (1240, 40), steps=30)
+        w.wait_still("saw_mm", still_s=0.5)
+    assert not is_seen(w.state), w.state
+    after = w.mark()
+    w.key("Tab")
+    # While the saw is changed, the panel stays, and the toolbar takes clicks.
+    w.click_item("button saw.spindle")
+    w.wait_event("running", after=after)
+    w.wait_state("the spindle, as was clicked", lambda s: s["spindle"])
+    w.key("space")
+    w.wait_state("off", lambda s: not s["spindle"])
+    after = w.mark()
+    w.key("r")
+    answered(w, "Retracted", after)
+    w.wait_state("seen again", is_seen)
+    assert w.state["removed_mm3"] == 0, w.state
     end(w, kerf, folder)
 
 
@@ -285,6 +323,7 @@ def main():
     with Display() as display:
         test_release(display, kerf)
         test_undo(display, kerf)
+        test_seen(display, kerf)
         test_held(display, kerf)
         test_guide(display, kerf)
     print("released, undone and retracted")

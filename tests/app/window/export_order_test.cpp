@@ -7,6 +7,7 @@
 
 #include "support/folder.h"
 #include "support/solids.h"
+#include "view/ui/translate.h"
 
 namespace kerf {
 namespace {
@@ -32,7 +33,8 @@ Bone MakeBar(bool cut) {
 /// Exports a bar whose smaller piece was moved by 3 mm while it was cut, and returns the written files' texts.
 struct Exported {
   explicit Exported(bool cut,
-                    const std::vector<ProjectSession>& sessions = {{"fine disc", 61, 3, 1.5, {{0, 0}, {9, 1.5}}}}) {
+                    const std::vector<ProjectSession>& sessions = {{"fine disc", 61, 3, 1.5, {{0, 0}, {9, 1.5}}}},
+                    const std::string& language = "", const std::string& notes = "the first. the second") {
     PieceSet arranged(MakeBar(true), 1);
     arranged.Move(1, {3, 0, 0});
     ExportOrder order;
@@ -43,7 +45,8 @@ struct Exported {
     before.set_note("import_ct_voxels", "250 250 160");
     before.set_note("import_ct_spacing_mm", "1 1 0.5");
     before.set_note("import_series_uid", "1.2.840");
-    before.set_note("import_warnings", "the first. the second");
+    before.set_note("import_warnings", notes);
+    before.set_note("import_surface_error_mm", "0.31 expected (rms): offset +0.05, scatter 0.20; half height 640 HU");
     order.before = std::make_shared<const Bone>(std::move(before));
     order.title = "Left jaw";
     order.scene.title = "scan of May";
@@ -59,6 +62,11 @@ struct Exported {
     // 8 mm apart where they were cut off; the second one was moved by 3 mm.
     order.measurements = {{{"piece 1", {-3, 0, 0}}, {"piece 2", {5, 0, 0}}},
                           {{"piece 2", {5, 0, 0}}, {"piece 2", {5, 1, 0}}, {"piece 2", {6, 1, 0}}}};
+    if (!language.empty()) {
+      order.language = {.code = language,
+                        .translate = [language](const std::string& text) { return TranslateInto(language, text); },
+                        .point = DecimalPointOf(language)};
+    }
     RunExport(order);
     measures = test::ReadBytes(folder.file("measures.csv"));
     report = test::ReadBytes(folder.file("report.html"));
@@ -85,10 +93,29 @@ TEST(ExportOrder, ReportNamesTheCaseAndItsCt) {
   EXPECT_EQ(exported.progress, 1);
 }
 
+// Also what other parts of kerf have written into the bone's file and the project is in the language of the window.
+TEST(ExportOrder, GermanReportIsGerman) {
+  const ProjectSession session{"fine disc 16 mm: disc 16 x 0.2 mm, 40 teeth", 61, 3, 1.5, {{0, 0}, {9, 1.5}}};
+  const Exported exported(
+      true, {session}, "de",
+      "the segmentation gives 2 separate pieces of bone. 12.5 % of the wanted bone of the mask lies "
+      "outside the scan");
+  const std::string& report = exported.report;
+  EXPECT_THAT(report, HasSubstr(MakeRow("CT", "scan of May; 250 x 250 x 160 Voxel von 1 x 1 x 0,5 mm")));
+  EXPECT_THAT(report, HasSubstr(MakeRow("Hinweise zum Import",
+                                        "Die Segmentierung ergibt 2 getrennte Knochenteile. 12,5 % des gewünschten "
+                                        "Knochens der Maske liegen außerhalb der Aufnahme.")));
+  EXPECT_THAT(report, HasSubstr("0,31 erwartet (RMS): Versatz +0,05, Streuung 0,20; halbe Höhe 640 HU"));
+  EXPECT_THAT(report, HasSubstr("feine Scheibe 16 mm: Scheibe 16 x 0,2 mm, 40 Zähne"));
+  EXPECT_THAT(report, HasSubstr("Abstand 1"));
+  EXPECT_THAT(report, HasSubstr("wächst mit der Schnitttiefe"));
+  EXPECT_THAT(exported.measures, HasSubstr("distance 1")) << "files for programs are the same in all languages";
+}
+
 TEST(ExportOrder, ReportCoversAllSessionsOfTheCase) {
   const ProjectSession now{"fine disc", 61, 3, 1.5, {{0, 0}, {9, 1.5}}};
   const Exported exported(true, {{"ball burr", 30, 2, 2.25, {{1, 2.25}}}, now});
-  EXPECT_THAT(exported.report, HasSubstr(MakeRow("saw", "ball burr, fine disc")));
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("saw", "ball burr; fine disc")));
   EXPECT_THAT(exported.report, HasSubstr(MakeRow("duration", "91 s")));
   EXPECT_THAT(exported.report, HasSubstr(MakeRow("largest force on the hand", "2.25 N")));
   // Files of earlier versions say nothing about their sessions, and nothing was cut since: this is not 0 N.

@@ -149,7 +149,7 @@ TEST(ExportInput, ReportNamesStructuresAndCircumstances) {
   input.circumstances = {{"saw", "disc 22 x 0.25 mm"}};
   const std::string page = FormatReportHtml(input);
   EXPECT_THAT(page, HasSubstr("1 structure was cut."));
-  EXPECT_THAT(page, HasSubstr("<th scope=\"row\">tooth 3 from the middle, patient's right</th><td>CUT</td><td>0.0</td>"
+  EXPECT_THAT(page, HasSubstr("<th scope=\"row\">tooth 3 from the middle, patient's right</th><td>cut</td><td>0.0</td>"
                               "<td>4.2</td><td>root: 20.0 mm right, 3.0 mm back, 4.0 mm up</td>"));
   EXPECT_THAT(page, HasSubstr("patient's left</th><td>spared</td><td>1.8</td>"));
   EXPECT_THAT(page, HasSubstr(EscapeHtml(kNasty) + " (marked nerve)</th><td>spared</td><td>no cut</td>"));
@@ -298,11 +298,10 @@ TEST(Report, IsInTheLanguageOfTheWindow) {
   input.language.code = "xx";
   input.language.point = ",";
   int texts = 0;
-  input.language.translate = [&texts](const char* text) {
+  input.language.translate = [&texts](const std::string& text) {
     ++texts;
-    EXPECT_STRNE(text, "");
-    std::string reversed(text);
-    return "<" + reversed + ">";
+    EXPECT_NE(text, "");
+    return "<" + text + ">";
   };
   input.circumstances = {{"saw", "fine disc"}};
   const std::string page = FormatReportHtml(input);
@@ -319,11 +318,36 @@ TEST(Report, IsInTheLanguageOfTheWindow) {
   input.circumstances.clear();
   EXPECT_EQ(FormatReportHtml(input), english);
   EXPECT_EQ(input.language.ShowName("plane 2"), "plane 2");
-  input.language.translate = [](const char* text) { return std::string(text) == "plane" ? "Ebene" : text; };
+  input.language.translate = [](const std::string& text) { return text == "plane" ? "Ebene" : text; };
   EXPECT_EQ(input.language.ShowName("plane 2"), "Ebene 2");
   EXPECT_EQ(input.language.ShowName("plane"), "Ebene");
   EXPECT_EQ(input.language.ShowName("plane two"), "plane two");
   EXPECT_EQ(input.language.ShowName("airplane 2"), "airplane 2");
+  // A saw has a name of its own or none.
+  input.language.translate = [](const std::string& text) { return "<" + text + ">"; };
+  EXPECT_EQ(input.language.ShowSaw("fine disc: disc 16 x 0.2 mm"), "<fine disc>: <disc 16 x 0.2 mm>");
+  EXPECT_EQ(input.language.ShowSaw("disc 16 x 0.2 mm"), "<disc 16 x 0.2 mm>");
+}
+
+// Terms are those of the window, planes are described in the patient, and names for programs are shown small.
+TEST(Report, UsesPlainWords) {
+  Session session;
+  ExportInput& input = session.taken;
+  PlannedPlane& tilted = session.assessment.planes[0].planned;
+  tilted.plane.normal_W = glm::normalize(Vec3{1, 0, 1});
+  tilted.plane.p_W = {12.5, -3, 4};
+  StructureAssessment structures;
+  StructureResult nerve;
+  nerve.kind = MarkKind::kCanal;
+  nerve.is_cut = nerve.is_severed = true;
+  structures.structures = {nerve};
+  input.structures = &structures;
+  input.circumstances = {{"force law", "grows with the bite", "hertz_chip"}};
+  const std::string html = FormatReportHtml(input);
+  EXPECT_THAT(html, HasSubstr("<td>severed</td>"));
+  EXPECT_THAT(html, Not(HasSubstr("CUT")));
+  EXPECT_THAT(html, HasSubstr("<td>45.0</td><td>90.0</td><td>45.0</td><td>12.5</td><td>-3.0</td><td>4.0</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>grows with the bite<span class=\"technical\">hertz_chip</span></td>"));
 }
 
 TEST(Report, EmptyReportIsAValidPage) {

@@ -68,7 +68,10 @@ class MovedTool : public ::testing::Test {
     options.output.record = path;
     options.output.scene_file = "/tmp/s.toml";
     options.output.keep_bones = true;
-    for (const std::string& action : actions) options.undo.actions.push_back(MakeAction(action));
+    for (const std::string& action : actions) {
+      options.undo.actions.push_back(MakeAction(action));
+      options.undo.actions.back().X_to = X_to_;
+    }
     options.driver.make_hand = [&](SimulatedDevice& device, const LoopSetup&, const Vec3& p_TC_mm, double) {
       DeviceSample sample;
       device.Read(sample);
@@ -100,6 +103,7 @@ class MovedTool : public ::testing::Test {
   }
 
   test::Folder own_;
+  std::optional<Pose> X_to_;  // of retracting
   int runs_ = 0;
   std::vector<LoopTick> ticks_;
 };
@@ -248,6 +252,82 @@ TEST_F(MovedTool, RetractsAlongTheWayItCame) {
     EXPECT_LT(glm::distance(p, ticks_[i - 1].coupled.X_WT.p_AB), 0.1) << i;
     EXPECT_LT(glm::length(ticks_[i].force.f_H_W_N), 0.1) << i;
   }
+}
+
+// From the bone the saw goes on to the wanted place, and jumps if bone is in the way there.
+TEST_F(MovedTool, RetractsToAPlace) {
+  const Scene scene = MakeScene();
+  for (const Vec3& to : {Vec3{3, 5, 14}, Vec3{0, 0, -30}}) {
+    X_to_ = {kDiscAlongX, to};
+    const LoopSummary s = Run(scene, 4, DragDown(0.7), {"0.9:rpm=0", "1:retract"});
+    const PhiSampler after(s.after);
+    EXPECT_LT(glm::distance(ticks_.back().coupled.X_WT.p_AB, to), 0.1);
+    EXPECT_EQ(SumRemoved(0.99, 4), 0);
+    for (std::size_t i = 1000; i < ticks_.size(); ++i) {
+      const bool in_bone = !IsClear(after, MakeTool(scene), ticks_[i].coupled.X_WT, -0.3);
+      ASSERT_FALSE(in_bone) << to.z << ": " << i;
+    }
+  }
+  // A place in bone stands for one beside it.
+  X_to_ = {kDiscAlongX, {0, 0, 1}};
+  const LoopSummary s = Run(scene, 4, DragDown(0.7), {"0.9:rpm=0", "1:retract"});
+  EXPECT_TRUE(IsClear(PhiSampler(s.after), MakeTool(scene), ticks_.back().coupled.X_WT, 0));
+  X_to_.reset();
+}
+
+// Each checkpoint without a name, such as the window makes after each stroke, is one step of undo, and undo and redo
+// say how much bone they have restored.
+TEST_F(MovedTool, UndoesStrokesOneByOneAndSaysTheirVolumes) {
+  struct Peer final : SessionController {
+    void Begin(const LoopInitialState& /*initial*/) override {}
+    void TakeLeaf(const LeafMessage& /*leaf*/) override {}
+    std::optional<LoopAction> NextAction() override {
+      using Kind = LoopAction::Kind;
+      if (next < actions.size() && *time_s >= actions[next].first) {
+        const Kind kind = actions[next++].second;
+        return LoopAction{.kind = kind, .name = ""};
+      }
+      return std::nullopt;
+    }
+    void Done(const LoopAction& action, const std::string& failure, std::optional<double> restored_mm3) override {
+      EXPECT_EQ(failure, "");
+      if (action.kind != LoopAction::Kind::kCheckpoint) restored.push_back(restored_mm3.value_or(-1));
+    }
+    const double* time_s = nullptr;
+    std::vector<std::pair<double, LoopAction::Kind>> actions;
+    std::size_t next = 0;
+    std::vector<double> restored;
+  };
+  using Kind = LoopAction::Kind;
+  Peer peer;
+  double time_s = 0;
+  peer.time_s = &time_s;
+  peer.actions = {
+      {1.2, Kind::kCheckpoint}, {2.5, Kind::kCheckpoint}, {2.8, Kind::kUndo}, {3.2, Kind::kUndo}, {3.6, Kind::kRedo}};
+  LoopOptions options;
+  options.virtual_time = true;
+  options.seconds = 4;
+  options.watchers.peer = &peer;
+  double first_mm3 = 0, second_mm3 = 0;
+  options.watchers.take_tick = [&](const LoopTick& tick, std::span<const double>) {
+    time_s = tick.time_s;
+    (time_s < 1.2 ? first_mm3 : second_mm3) += tick.coupled.removed_mm3;
+  };
+  options.driver.make_hand = [&](SimulatedDevice& device, const LoopSetup&, const Vec3& p_TC_mm, double) {
+    DeviceSample sample;
+    device.Read(sample);
+    return std::make_unique<ScriptedMouse>(device, sample.X_WH, p_TC_mm, [](double at_s) -> std::optional<HandAim> {
+      if (at_s < 1.3) return DragDown(0.5)(at_s);
+      return HandAim{{kDiscAlongX, {0, 0, -6}}, at_s < 2.2};
+    });
+  };
+  RunLoop(MakeScene(), options, {});
+  ASSERT_EQ(peer.restored.size(), 3u);
+  ASSERT_GT(first_mm3, 0.5);
+  ASSERT_GT(second_mm3, 0.5);
+  EXPECT_NEAR(peer.restored[0], second_mm3, 0.02 * second_mm3);
+  EXPECT_NEAR(peer.restored[1], first_mm3, 0.02 * first_mm3);
+  EXPECT_NEAR(peer.restored[2], first_mm3, 0.02 * first_mm3) << "redone";
 }
 
 // A saw that was placed inside a bone has no way back. It is lifted out in the blade's plane.

@@ -171,7 +171,7 @@ class UndoesAllAndEnds final : public SessionController {
     asked_ = true;
     return ParseLoopAction("0:undo=start");
   }
-  void Done(const LoopAction& /*action*/, const std::string& failure) override {
+  void Done(const LoopAction& /*action*/, const std::string& failure, std::optional<double>) override {
     EXPECT_EQ(failure, "");
     done_ = true;
   }
@@ -217,7 +217,9 @@ class BeginsWithTheSpindleOff final : public SessionController {
     if (std::exchange(asked_, true)) return std::nullopt;
     return LoopAction{.at_s = 0, .kind = LoopAction::Kind::kSpindle, .rpm = 0, .name = "0"};
   }
-  void Done(const LoopAction& /*action*/, const std::string& failure) override { EXPECT_EQ(failure, ""); }
+  void Done(const LoopAction& /*action*/, const std::string& failure, std::optional<double>) override {
+    EXPECT_EQ(failure, "");
+  }
 
  private:
   bool asked_ = false;

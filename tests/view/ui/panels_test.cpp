@@ -115,6 +115,47 @@ TEST(UiPanels, BannerMessageAndProgressStayInTheScene) {
   }
 }
 
+// A banner that would cover much of the picture has one line until it is clicked.
+TEST(UiPanels, LongBannersHaveOneLineUntilTheyAreClicked) {
+  Ui ui;
+  ui.SetSize(1024, 768, 1);
+  ui.set_text_size(1.5);
+  HudState hud = test::MakeFullHud();
+  hud.banner =
+      HudBanner{HudBanner::Kind::kWarning,
+                "The session has ended. What was done can still be saved and exported, in another place if the "
+                "one before is gone or full. The bone as it is now, the plan, the marks and the pieces are kept until "
+                "the window is closed. If the folder of the session is full or gone, the recording ends here; what was "
+                "recorded before can be replayed, and the bone can be cut again in a new session.",
+                "Ctrl+Shift+S: save the project as   F9: export   Ctrl+O: open"};
+  const std::vector<std::string> injuries{
+      "Nerve, patient's left: severed. 4.2 mm³ removed at 25.1 mm left, 3.2 mm back.",
+      "Tooth 4 from the middle, patient's left: cut. 3.1 mm³ removed at 20 mm left."};
+  const auto draw = [&] {
+    const UiAreas areas = DrawAll(ui, hud);
+    for (int i = 0; i < 2; ++i) {
+      ui.BeginFrame(0.02);
+      DrawBanner(ui, *hud.banner, areas.scene);
+      UiBox below = areas.scene;
+      below.top = CalcBannerBottom(ui, *hud.banner, areas.scene);
+      DrawInjuries(ui, injuries, below);
+      ui.EndFrame();
+    }
+    return areas;
+  };
+  const auto share = [](const char* name, const UiAreas& areas) {
+    return static_cast<double>(ImGui::FindWindowByName(name)->Size.y) / areas.scene.height;
+  };
+  const UiAreas areas = draw();
+  EXPECT_LT(share("banner", areas), 0.16);
+  EXPECT_LT(share("injuries", areas), 0.16);
+  ui.set_shows_long_banners(true);
+  draw();
+  EXPECT_GT(share("banner", areas), 0.16) << "the whole text";
+  ui.set_shows_long_banners(false);
+  ui.set_text_size(1);
+}
+
 TEST(UiPanels, NothingIsCutOffAtTheNormalSize) {
   Ui ui;
   ui.SetSize(1280, 720, 1);
