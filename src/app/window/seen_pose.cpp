@@ -9,7 +9,6 @@ namespace kerf {
 namespace {
 
 constexpr double kStep_mm = 1;
-constexpr double kBorder = 0.35;  // of the area, beside the tool in a picture that is smaller than the tool
 
 /// Way from a point to the eye.
 struct WayToEye {
@@ -28,10 +27,10 @@ bool IsSeen(const ViewCamera& camera, const ScreenBox& area, const PhiSampler& b
             double reach_mm, const Vec3& p_W) {
   const std::optional<ScreenPoint> at = camera.Project(p_W);
   if (!at) return false;
-  const double reach_px = reach_mm / camera.WorldPerPixel(p_W);
+  // At least a good part of the tool is in the area.
+  const double beyond_px = 0.5 * reach_mm / camera.WorldPerPixel(p_W);
   const auto lies_within = [&](double x, double from, double size) {
-    const double border = std::min(reach_px, kBorder * size);
-    return x >= from + border && x <= from + size - border;
+    return x >= from - beyond_px && x <= from + size + beyond_px;
   };
   if (!lies_within(at->x, area.left, area.width) || !lies_within(at->y, area.top, area.height)) return false;
   const WayToEye way = FindWayToEye(camera, bounds_W, p_W);

@@ -40,7 +40,7 @@ TEST_F(SeenPose, IsInFrontOfTheBoneInTheMiddleOfTheAreaOtherwise) {
   for (const bool parallel : {true, false}) {
     camera_.set_parallel(parallel);
     // Far to the side, above the area, under a panel, behind the bone, and behind the eye.
-    for (const Vec3& home : {Vec3{200, 0, 0}, Vec3{0, 0, 80}, Vec3{-25, -25, 0}, Vec3{0, 25, 0}, Vec3{0, -3000, 60}}) {
+    for (const Vec3& home : {Vec3{200, 0, 0}, Vec3{0, 0, 80}, Vec3{-38, -25, 0}, Vec3{0, 25, 0}, Vec3{0, -3000, 60}}) {
       const Pose X = Find(home);
       const auto at = camera_.Project(X.p_AB);
       ASSERT_TRUE(at);
