@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <utility>
 
 #include "app/window/viewer_app.h"
@@ -220,7 +221,11 @@ void ViewerApp::ShowAnswer(const LiveSession::Answer& answer) {
                      : kind == Kind::kRetract ? Msg("Retracted")
                                               : Msg("Checkpoint");
   trace_.Write("answer", {{"what", what}, {"name", answer.action.name}, {"failure", answer.failure}});
-  if (!answer.failure.empty()) return Say(activity_->ExplainFailure(answer));
+  if (!answer.failure.empty()) {
+    std::string why = activity_->ExplainFailure(answer);
+    if (!why.empty()) why[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(why[0])));
+    return Say(why);
+  }
   std::string text = answer.action.name.empty() ? Tr(what) : fmt::format("{}: {}", Tr(what), answer.action.name);
   if (answer.restored_mm3 && (kind == Kind::kUndo || kind == Kind::kRedo)) {
     text += " \u2013 " +
