@@ -13,9 +13,9 @@
 #include <mutex>
 #include <string_view>
 
+#include "base/files/catalogue.h"
 #include "base/files/installed.h"
 #include "kerf/error.h"
-#include "view/ui/catalogue.h"
 
 namespace kerf {
 namespace {

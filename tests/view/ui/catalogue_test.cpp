@@ -1,4 +1,4 @@
-#include "view/ui/catalogue.h"
+#include "base/files/catalogue.h"
 
 #include <gtest/gtest.h>
 
