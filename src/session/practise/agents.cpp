@@ -28,6 +28,8 @@ constexpr double kMinSpeedFraction = 0.12;
 /// Time after which the agent stops waiting at the end of a step.
 constexpr double kMaxWait_s = 25;
 constexpr double kArrival_mm = 0.1;
+/// Largest distance from the end of the line at which it begins to slow down.
+constexpr double kLineLookahead_mm = 0.5;
 constexpr double kMaxCorrection_mm = 6;
 /// Number of sine components of the tremor per axis.
 constexpr std::size_t kTones = 3;
@@ -165,10 +167,11 @@ class Agent final : public HandDriver {
     if (length_mm < 1e-9) return Next();
     const Vec3 u = motion / length_mm;
     const double left_mm = glm::dot(to - seen, u);
-    // Near the goal the agent slows down and reduces its force.
+    // Near the goal the agent slows down and reduces its force. It does so late at the end of the line: where the feed
+    // falls, less force lifts the tool against the coupling's spring, so that it sinks.
     double fraction = 1;
-    if (step.cuts && params_.lookahead_mm > 0)
-      fraction = std::clamp(left_mm / params_.lookahead_mm, kMinSpeedFraction, 1.0);
+    const double lookahead_mm = u.y > 0.5 ? params_.lookahead_mm : std::min(params_.lookahead_mm, kLineLookahead_mm);
+    if (step.cuts && lookahead_mm > 0) fraction = std::clamp(left_mm / lookahead_mm, kMinSpeedFraction, 1.0);
     const double speed_mm_per_s = step.cuts ? feed_mm_per_s_ * fraction : kFree_mm_per_s;
     const double stiffness_N_per_mm = std::max(device_.hand().stiffness_N_per_mm, 0.05);
     const double lead_mm = std::max(fraction, 0.3) * params_.push_N / stiffness_N_per_mm;
@@ -264,6 +267,7 @@ AgentParams MakeAgentParams(std::string_view name, std::uint64_t seed) {
     p.roll_deg = 0.6;
     p.yaw_deg = 0.5;
     p.deeper_mm = 0.05;
+    p.correction_Hz = 4;
   } else {
     throw Error(
         fmt::format("there is no agent \"{}\"; the agents are {}", name.substr(0, 60), fmt::join(kNames, ", ")));
