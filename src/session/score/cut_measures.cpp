@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+
+#include "session/score/cut_area.h"
+
 namespace kerf {
 namespace {
 
@@ -14,57 +17,6 @@ constexpr double kLeastDepth_mm = 0.05;
 constexpr double kDeepEnough_mm = 0.3;
 /// Fraction of the line by which a stretch may miss the start of the line and yet begin there.
 constexpr double kAtStart = 0.05;
-
-/// The plane of the wanted cut, divided into squares; counts the squares with bone and those that were cut.
-class CutArea {
- public:
-  CutArea(const PhiSampler& before, const WantedCut& cut)
-      : cut_(cut),
-        edge_mm_(std::max(1.5 * before.voxel_mm(), 0.2)),
-        s0_mm_(-cut.radius_mm),
-        t0_mm_(-kAbove_mm),
-        columns_(static_cast<int>((cut.length_mm + 2 * cut.radius_mm) / edge_mm_) + 1),
-        rows_(static_cast<int>((cut.depth_mm + kAbove_mm) / edge_mm_) + 1),
-        state_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), kNothing) {
-    for (int i = 0; i < columns_; ++i) {
-      for (int k = 0; k < rows_; ++k) {
-        const Vec3 p_W = cut.ToWorld({s0_mm_ + (i + 0.5) * edge_mm_, t0_mm_ + (k + 0.5) * edge_mm_, 0});
-        if (cut.CalcDistance(p_W) >= 0 || before.Calc(p_W) >= 0) continue;
-        state_[Index(i, k)] = kBone;
-        middle_W_ += p_W;
-        ++bone_;
-      }
-    }
-  }
-
-  void Mark(const Vec3& stw) {
-    const int i = static_cast<int>(std::floor((stw.x - s0_mm_) / edge_mm_));
-    const int k = static_cast<int>(std::floor((stw.y - t0_mm_) / edge_mm_));
-    if (i < 0 || k < 0 || i >= columns_ || k >= rows_) return;
-    char& state = state_[Index(i, k)];
-    if (state == kBone) ++cut_count_;
-    if (state == kBone) state = kCut;
-  }
-
-  bool empty() const { return bone_ == 0; }
-  double CalcArea() const { return bone_ * edge_mm_ * edge_mm_; }
-  double CalcCutArea() const { return cut_count_ * edge_mm_ * edge_mm_; }
-  double CalcCutFraction() const { return bone_ == 0 ? 0 : static_cast<double>(cut_count_) / bone_; }
-  Vec3 middle_W() const { return bone_ == 0 ? cut_.start_W : middle_W_ / static_cast<double>(bone_); }
-
- private:
-  static constexpr char kNothing = 0, kBone = 1, kCut = 2;
-  std::size_t Index(int i, int k) const {
-    return static_cast<std::size_t>(i) * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(k);
-  }
-  const WantedCut& cut_;
-  double edge_mm_, s0_mm_, t0_mm_;
-  int columns_, rows_;
-  std::vector<char> state_;
-  Vec3 middle_W_{0};
-  int bone_ = 0;
-  int cut_count_ = 0;
-};
 
 double CalcMean(const std::vector<double>& x) {
   double sum = 0;
@@ -201,8 +153,7 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
 
   if (removed_mm3 > 0) sheet.picture = MakeCutPicture(before, after, *cut, cells);
   const PhiSampler phi(before);
-  CutArea area(phi, *cut);
-  const double cell_mm3 = before.voxel_mm() * before.voxel_mm() * before.voxel_mm();
+  const CutArea area = CalcCutArea(before, after, *cut);
   const double beside_mm = cut->margin_mm + 0.5 * cut->thickness_mm;
   double outside_mm3 = 0;
   double beside_sum = 0;
@@ -211,7 +162,6 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
     const Vec3 stw = cut->ToCut(cell.p_W);
     beside_sum += cell.mm3 * std::abs(stw.z);
     farthest_mm = std::max(farthest_mm, std::abs(stw.z));
-    if (cell.mm3 > kCutFraction * cell_mm3 && std::abs(stw.z) <= beside_mm) area.Mark(stw);
     if (cut->CalcDistance(cell.p_W) <= cut->margin_mm) continue;
     outside_mm3 += cell.mm3;
     if (std::abs(stw.z) > beside_mm) continue;
@@ -222,23 +172,23 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
     sheet.beside_mm = beside_sum / removed_mm3;
     sheet.farthest_mm = farthest_mm;
   }
-  if (area.empty()) {
+  if (!(area.bone_mm2 > 0)) {
     sheet.warnings.emplace_back("the wanted cut does not intersect the bone");
     return;
   }
-  const double planned_mm3 = area.CalcArea() * cut->thickness_mm;
-  const double fraction = area.CalcCutFraction();
+  const double planned_mm3 = area.bone_mm2 * cut->thickness_mm;
+  const double fraction = area.share();
   SetValue(sheet, "cut_share", fraction);
   SetValue(sheet, "planned_mm3", planned_mm3);
   SetValue(sheet, "under_mm3", (1 - fraction) * planned_mm3);
   SetValue(sheet, "dice", 2 * fraction * planned_mm3 / (planned_mm3 + removed_mm3));
-  if (area.CalcCutArea() > 0) SetValue(sheet, "kerf_width_mm", (removed_mm3 - outside_mm3) / area.CalcCutArea());
+  if (area.cut_mm2 > 0) SetValue(sheet, "kerf_width_mm", (removed_mm3 - outside_mm3) / area.cut_mm2);
   for (MeasureRow& row : sheet.rows) {
     // Half of the points are lost at a quarter of the volume of the wanted cut.
     if (std::string_view(row.info->key) == "outside_mm3") row.half = std::max(0.25 * planned_mm3, 1e-3);
   }
   if (const std::optional<MidPlane> fitted = FitMidPlane(before, after, cells)) {
-    const PlaneError error = CalcPlaneError(fitted->plane, *cut, area.middle_W());
+    const PlaneError error = CalcPlaneError(fitted->plane, *cut, area.middle_W);
     SetValue(sheet, "plane_offset_mm", error.offset_mm);
     SetValue(sheet, "plane_roll_deg", error.roll_deg);
     SetValue(sheet, "plane_yaw_deg", error.yaw_deg);

@@ -62,6 +62,7 @@ Fault FaultOf(std::string_view key, bool beside, bool shallow) {
   if (key == "jitter_mm") return Fault::kTrembling;
   if (key == "path_length_mm") return Fault::kLongPath;
   if (key == "time_total_s") return Fault::kSlow;
+  if (key == "feed_error") return Fault::kFeed;
   return beside ? Fault::kBeside : shallow ? Fault::kTooShallow : Fault::kMissing;
 }
 

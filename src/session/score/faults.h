@@ -41,6 +41,7 @@ enum class Fault {
   kTrembling,
   kLongPath,
   kSlow,
+  kFeed,  // not the wanted one
 };
 /// Returns the fault that a lost point of a measure means.
 Fault FaultOf(std::string_view key, bool beside, bool shallow);

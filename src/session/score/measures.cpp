@@ -26,6 +26,8 @@ constexpr const char* kStructures =
     "drilling near, exposing and injuring critical structures (Sewell 2008); experts more cautious near them (Ioannou "
     "2017)";
 constexpr const char* kJitter = "jitter and smoothness of the motion distinguish residents from experts (microscope)";
+constexpr const char* kFeed =
+    "the goal of the exercise follow_line itself; no study shows that it distinguishes the groups";
 constexpr const char* kNone = "";
 
 constexpr std::array kMeasures{
@@ -79,6 +81,11 @@ constexpr std::array kMeasures{
     MeasureInfo{"feed_mean_mm_per_s", "feed in contact, mean", "mm/s",
                 "mean speed of the tool's centre, smoothed over 0.2 s, in contact", kNone, 0},
     MeasureInfo{"feed_cv", "unevenness of the feed", "", "standard deviation of that speed / its mean", kNone, 0},
+    MeasureInfo{
+        "feed_error", "deviation from the wanted feed", "",
+        "mean over time of |feed - wanted feed| / wanted feed, with means of the feed along the line over 0.5 s, "
+        "where the tool is at least half as deep as wanted and not in the first or last tenth of the line",
+        kFeed, 0.5},
     MeasureInfo{"sparc", "smoothness of the motion (SPARC)", "",
                 "- arc length of the speed's amplitude spectrum, 0 to 20 Hz, both relative to their maxima "
                 "(Balasubramanian 2012)",
@@ -109,9 +116,9 @@ constexpr std::array kThrough{Goal{"plunge_max_mm", 3}, Goal{"plane_offset_mm", 
 constexpr std::array kCanal{Goal{"near_miss_s", 2}, Goal{"breaches", 1},         Goal{"breach_mm3", 2},
                             Goal{"too_deep_mm", 2}, Goal{"plane_offset_mm", 1},  Goal{"plane_angle_deg", 1},
                             Goal{"jitter_mm", 1},   Goal{"path_length_mm", 0.5}, Goal{"time_total_s", 0.5}};
-constexpr std::array kLine{Goal{"plane_offset_mm", 2}, Goal{"plane_angle_deg", 2}, Goal{"outside_mm3", 2},
-                           Goal{"jitter_mm", 2},       Goal{"too_deep_mm", 1},     Goal{"path_length_mm", 0.5},
-                           Goal{"time_total_s", 0.5}};
+constexpr std::array kLine{Goal{"feed_error", 5},       Goal{"plane_offset_mm", 2}, Goal{"plane_angle_deg", 2},
+                           Goal{"outside_mm3", 2},      Goal{"jitter_mm", 2},       Goal{"too_deep_mm", 1},
+                           Goal{"path_length_mm", 0.5}, Goal{"time_total_s", 0.5}};
 constexpr std::array kOsteotomy{Goal{"plane_offset_mm", 3}, Goal{"plane_angle_deg", 3},  Goal{"outside_mm3", 1},
                                 Goal{"jitter_mm", 0.5},     Goal{"path_length_mm", 0.5}, Goal{"time_total_s", 0.5}};
 

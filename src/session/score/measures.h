@@ -60,7 +60,10 @@ struct DeepStretch {
   double shallow_mm = 0;    // mean of what lacks to the wanted depth within the stretch
 };
 
-/// Means of the feed along the line, over a second, in the bone and away from the ends of the line.
+/// Deviation of the feed, as a fraction of the wanted one, up to which no points are lost.
+inline constexpr double kFeedGood = 0.25;
+
+/// Smallest and largest mean of the feed along the line: FeedMeter.
 struct FeedAlong {
   double slowest_mm_per_s = 0;
   double fastest_mm_per_s = 0;

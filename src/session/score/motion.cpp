@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "base/core/spectrum.h"
+#include "session/score/feed_meter.h"
 
 namespace kerf {
 namespace {
@@ -65,10 +66,6 @@ double CalcSparc(const std::vector<double>& speed) {
 
 /// Minimum fraction of the wanted depth for a place of the line to count as covered.
 constexpr double kCoveredFraction = 0.5;
-/// Time over which the feed along the line is averaged, and the fraction of the line at either end where the saw may
-/// start and stop.
-constexpr double kFeedMean_s = 1;
-constexpr double kLineEnds = 0.1;
 
 bool IsSame(const Pose& a, const Pose& b) {
   return a.p_AB == b.p_AB && a.R_AB == b.R_AB;
@@ -218,20 +215,19 @@ void MotionMeter::MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const 
 
 /// A saw that is stopped counts too, other than in the mean feed in contact: it cuts nothing.
 void MotionMeter::MeasureFeedAlong(const WantedCut& cut, ScoreSheet& sheet) const {
-  std::size_t from = 0;  // first row of the second that ends with row i
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    const Vec3 stw = cut.ToCut(rows_[i].X_WT.p_AB);
-    const bool along = stw.x >= kLineEnds * cut.length_mm && stw.x <= (1 - kLineEnds) * cut.length_mm &&
-                       stw.y + cut.radius_mm >= kCoveredFraction * cut.depth_mm;
-    if (!along) from = i + 1;
-    if (!along || rows_[i].time_s - rows_[from].time_s < kFeedMean_s) continue;
-    const double distance_mm = std::abs(stw.x - cut.ToCut(rows_[from].X_WT.p_AB).x);
-    const double feed = distance_mm / (rows_[i].time_s - rows_[from].time_s);
-    ++from;
-    if (!sheet.feed_along) sheet.feed_along = FeedAlong{feed, feed};
-    sheet.feed_along->slowest_mm_per_s = std::min(sheet.feed_along->slowest_mm_per_s, feed);
-    sheet.feed_along->fastest_mm_per_s = std::max(sheet.feed_along->fastest_mm_per_s, feed);
+  FeedMeter meter(cut);
+  double error_sum = 0;
+  std::size_t count = 0;
+  for (const Row& row : rows_) {
+    const std::optional<double> feed = meter.Take(row.time_s, row.X_WT);
+    if (!feed) continue;
+    error_sum += std::abs(*feed / sheet.exercise.feed_mm_per_s - 1);
+    ++count;
+    if (!sheet.feed_along) sheet.feed_along = FeedAlong{*feed, *feed};
+    sheet.feed_along->slowest_mm_per_s = std::min(sheet.feed_along->slowest_mm_per_s, *feed);
+    sheet.feed_along->fastest_mm_per_s = std::max(sheet.feed_along->fastest_mm_per_s, *feed);
   }
+  if (count > 0) SetValue(sheet, "feed_error", error_sum / static_cast<double>(count));
 }
 
 void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const {

@@ -14,6 +14,8 @@ namespace {
 constexpr double kSmallLoss = 3;
 /// Multiple of the wanted feed rate from which it is the reason for a cut that is too shallow.
 constexpr double kTooFast = 1.5;
+/// Multiple of the slowest feed along the line from which the fastest one makes it uneven.
+constexpr double kUneven = 1.5;
 /// Removed volume of the nerve canal below which it was only touched.
 constexpr double kTouched_mm3 = 0.05;
 /// Fraction of the line from which an attempt is graded, and from which following it is praised.
@@ -89,42 +91,36 @@ std::optional<Message> DescribeStopped(const ScoreSheet& sheet) {
   const Quantity share{100 * sheet.deep->share, 0, "%"};
   if (sheet.deep->from_start) {
     return Message{
-        MarkMessage("You stopped at {} of the line. Your depth is right there: go on to the end of the line."),
-        {share}};
+        MarkMessage(
+            "You stopped at {0} of the line, and {1} of the wanted cut is made. Your depth is right there: go on "
+            "to the end of the line."),
+        {share, Show(sheet, "cut_share")}};
   }
   return Message{
-      MarkMessage("You have cut only {} of the line. Your depth is right there: cut from one end of the line "
-                  "to the other."),
-      {share}};
+      MarkMessage("Only {0} of the line is as deep as wanted, and {1} of the wanted cut is made. Your depth is right "
+                  "there: cut from one end of the line to the other."),
+      {share, Show(sheet, "cut_share")}};
 }
 
-Message DescribeMeanFeed(const ScoreSheet& sheet) {
-  return {MarkMessage("Your feed was {0} on average, and {1} are wanted. The feed costs no points."),
-          {Show(sheet, "feed_mean_mm_per_s"), Quantity{sheet.exercise.feed_mm_per_s, 1, "mm/s"}}};
-}
-
-/// Describes a feed that missed the goal of the exercise clearly; none: it did not.
-std::optional<Message> DescribeFeed(const ScoreSheet& sheet) {
-  if (sheet.kind != ExerciseKind::kFollowLine) return {};
-  const double wanted = sheet.exercise.feed_mm_per_s;
-  if (sheet.feed_along && (sheet.feed_along->fastest_mm_per_s > (1 + kFeedFair) * wanted ||
-                           sheet.feed_along->slowest_mm_per_s < (1 - kFeedFair) * wanted)) {
-    const Quantity fastest{sheet.feed_along->fastest_mm_per_s, 1, "mm/s"};
-    const Quantity slowest{sheet.feed_along->slowest_mm_per_s, 1, "mm/s"};
-    if (sheet.feed_along->fastest_mm_per_s > kTooFast * sheet.feed_along->slowest_mm_per_s) {
-      return Message{
-          MarkMessage("Your feed was uneven: at most {0} and at least {1} along the line, and a constant {2} "
-                      "is wanted. The feed costs no points."),
-          {fastest, slowest, Quantity{wanted, 1, "mm/s"}}};
-    }
-    return Message{
-        MarkMessage("Your feed was between {0} and {1} along the line, and a constant {2} is wanted. The feed "
-                    "costs no points."),
-        {slowest, fastest, Quantity{wanted, 1, "mm/s"}}};
+Message DescribeFeed(const ScoreSheet& sheet) {
+  const Quantity wanted{sheet.exercise.feed_mm_per_s, 1, "mm/s"};
+  if (!sheet.feed_along) {
+    return {
+        MarkMessage("Your feed could not be measured; {} are wanted. Go down to the depth at one end of the line, and "
+                    "then move along it."),
+        {wanted}};
   }
-  const std::optional<double> mean = sheet.Get("feed_mean_mm_per_s");
-  if (!mean || std::abs(*mean / wanted - 1) <= kFeedFair) return {};
-  return DescribeMeanFeed(sheet);
+  const Quantity fastest{sheet.feed_along->fastest_mm_per_s, 1, "mm/s"};
+  const Quantity slowest{sheet.feed_along->slowest_mm_per_s, 1, "mm/s"};
+  if (fastest.value > kUneven * slowest.value) {
+    return {
+        MarkMessage("Your feed was uneven: at most {0} and at least {1} along the line, and a constant {2} is wanted."),
+        {fastest, slowest, wanted}};
+  }
+  return {fastest.value > wanted.value
+              ? MarkMessage("Your feed was {0} to {1} along the line, and {2} are wanted: move more slowly.")
+              : MarkMessage("Your feed was {0} to {1} along the line, and {2} are wanted: move faster."),
+          {slowest, fastest, wanted}};
 }
 
 /// Returns a sentence that says how to avoid the fault.
@@ -182,6 +178,8 @@ Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
           MarkMessage("You took {0}, and an unhurried cut takes {1}. Go on as soon as the spindle turns, and cut "
                       "without stopping."),
           {Show(sheet, "time_total_s"), ShowMeasure(FindMeasure("time_total_s"), RowOf(sheet, "time_total_s").goal)}};
+    case Fault::kFeed:
+      return DescribeFeed(sheet);
     case Fault::kMissing:
       if (const std::optional<Message> stopped = DescribeStopped(sheet)) return *stopped;
       break;
@@ -217,6 +215,7 @@ Message DescribeGood(const ScoreSheet& sheet, std::string_view key) {
             {ShowMeasure(FindMeasure("nerve_distance_mm"), *distance)}};
   }
   if (key == "jitter_mm") return {MarkMessage("You held the saw steadily: it trembled by only {}."), {value}};
+  if (key == "feed_error") return {MarkMessage("Your feed was right, within {} on average."), {value}};
   if (key == "path_length_mm") return {MarkMessage("You moved the saw directly: its path was {}."), {value}};
   return {MarkMessage("You worked without haste and without delay: it took {}."), {value}};
 }
@@ -265,6 +264,25 @@ Message DescribeNotDeep(const ScoreSheet& sheet) {
           {reached, wanted}};
 }
 
+/// Returns true if an attempt is not graded only because too little of the line was cut.
+bool IsUnfinished(const ScoreSheet& sheet) {
+  return sheet.kind && sheet.state == RecordingState::kWhole && sheet.incomplete.size() == 1 &&
+         GetOrZero(sheet, "line_share") < kFinishedShare;
+}
+
+/// Returns why an unfinished attempt has no score.
+std::optional<Message> DescribeNoScore(const ScoreSheet& sheet) {
+  if (!IsUnfinished(sheet) || !(GetOrZero(sheet, "removed_mm3") > 0)) return {};
+  return Message{
+      *sheet.kind == ExerciseKind::kOsteotomy
+          ? MarkMessage(
+                "There is no score, because the blade reached half of the planned depth along {0} of the plane's "
+                "width; {1} are needed.")
+          : MarkMessage("There is no score, because the blade reached half of the wanted depth along {0} of the line; "
+                        "{1} are needed."),
+      {Show(sheet, "line_share"), Quantity{100 * kFinishedShare, 0, "%"}}};
+}
+
 /// Returns the headline of an attempt without a total.
 Message DescribeUngraded(const ScoreSheet& sheet) {
   if (!sheet.kind) return {MarkMessage("This recording is not an exercise, so it has no score."), {}};
@@ -272,8 +290,7 @@ Message DescribeUngraded(const ScoreSheet& sheet) {
     if (sheet.turned) return {MarkMessage("Nothing was cut. Lower the turning blade into the bone on the line."), {}};
     return {MarkMessage("Nothing was cut. Switch the spindle on and lower the blade into the bone on the line."), {}};
   }
-  if (sheet.state == RecordingState::kWhole && sheet.incomplete.size() == 1 &&
-      GetOrZero(sheet, "line_share") < kFinishedShare) {
+  if (IsUnfinished(sheet)) {
     if (IsMostlyBeside(sheet)) return DescribeMostlyBeside(sheet);
     if (*sheet.kind == ExerciseKind::kOsteotomy) {
       return {MarkMessage("You have made {} of the planned cut. There is a score if you go on until the bone is cut "
@@ -281,10 +298,8 @@ Message DescribeUngraded(const ScoreSheet& sheet) {
               {Show(sheet, "cut_share")}};
     }
     if (sheet.begun_share.value_or(0) >= kFinishedShare) return DescribeNotDeep(sheet);
-    return {
-        MarkMessage("You have made {0} of the wanted cut. {1} of the line is at least half as deep as wanted; a score "
-                    "needs {2}. Cut along the whole line."),
-        {Show(sheet, "cut_share"), Show(sheet, "line_share"), Quantity{100 * kFinishedShare, 0, "%"}}};
+    return {MarkMessage("You have made {} of the wanted cut. Cut along the whole line, to the full depth."),
+            {Show(sheet, "cut_share")}};
   }
   return {MarkMessage("This attempt is not graded: {}."), {sheet.incomplete.empty() ? "" : sheet.incomplete.front()}};
 }
@@ -301,15 +316,7 @@ std::vector<Message> FindNotes(const ScoreSheet& sheet) {
       GetOrZero(sheet, "too_deep_mm") > sheet.exercise.margin_mm) {
     notes.push_back(DescribeFault(sheet, Fault::kTooDeep));
   }
-  const double wanted = sheet.exercise.feed_mm_per_s;
-  const std::optional<double> feed = sheet.Get("feed_mean_mm_per_s");
-  if (!sheet.total) return notes;
-  // The mean does not show that a feed is uneven.
-  if (std::optional<Message> uneven = DescribeFeed(sheet)) {
-    notes.push_back(std::move(*uneven));
-  } else if (*sheet.kind == ExerciseKind::kFollowLine && feed && std::abs(*feed / wanted - 1) > kFeedGood) {
-    notes.push_back(DescribeMeanFeed(sheet));
-  }
+  if (std::optional<Message> why = DescribeNoScore(sheet)) notes.push_back(std::move(*why));
   return notes;
 }
 
@@ -347,13 +354,9 @@ ExerciseReview MakeReview(const ScoreSheet& sheet) {
   } else {
     const std::vector<FaultLoss> losses = FindLosses(sheet);
     if (!losses.empty() && losses.front().lost >= kSmallLoss) named = losses.front().fault;
-    // A feed that missed its goal costs no points, but a cut with it is not excellent.
-    const std::optional<Message> feed = DescribeFeed(sheet);
     review.headline = named ? DescribeFault(sheet, *named)
-                      : feed
-                          ? *feed
-                          : Message{MarkMessage("An excellent cut: no single fault cost more than {} of 100 points."),
-                                    {Quantity{kSmallLoss, 0, ""}}};
+                            : Message{MarkMessage("An excellent cut: no single fault cost more than {} of 100 points."),
+                                      {Quantity{kSmallLoss, 0, ""}}};
   }
   review.notes = FindNotes(sheet);
   std::erase(review.notes, review.headline);

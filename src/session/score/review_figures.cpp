@@ -79,6 +79,10 @@ constexpr std::array kLabels{
     Label{"feed_cv", MarkMessage("Unevenness of feed"),
           MarkMessage("How much the speed of the saw varied while it touched bone: 0 is a constant speed, and at 1 it "
                       "varied by as much as its average. Pauses make it larger.")},
+    Label{
+        "feed_error", MarkMessage("Feed differs by"),
+        MarkMessage("How much the speed of the saw along the line differed from the wanted one, on average. A saw that "
+                    "stands still differs by 100 %.")},
     Label{"sparc", MarkMessage("Smoothness (SPARC)"),
           MarkMessage("How smoothly the saw moved: the closer to 0, the smoother. One even movement has about -1.8; "
                       "each pause and jerk adds to it, so compare only attempts at the same exercise.")},
@@ -110,7 +114,7 @@ constexpr std::array kStopFigures{"too_deep_mm", "depth_error_mean_mm", "plane_o
 constexpr std::array kThroughFigures{"plunge_max_mm", "plane_offset_mm", "plane_angle_deg", "cut_share",
                                      "time_total_s"};
 constexpr std::array kCanalFigures{"nerve_distance_mm", "breach_mm3", "too_deep_mm", "plane_offset_mm", "cut_share"};
-constexpr std::array kLineFigures{"plane_offset_mm", "plane_angle_deg", "jitter_mm", "feed_mean_mm_per_s", "cut_share"};
+constexpr std::array kLineFigures{"feed_error", "plane_offset_mm", "plane_angle_deg", "too_deep_mm", "cut_share"};
 constexpr std::array kOsteotomyFigures{"plane_offset_mm", "plane_angle_deg", "cut_share", "outside_mm3",
                                        "time_total_s"};
 
@@ -120,7 +124,7 @@ std::optional<double> PerfectOf(const MeasureInfo& info) {
   if (key == "cut_share" || key == "line_share") return 100;
   if (key == "dice") return 1;
   if (key == "under_mm3" || key.substr(0, 11) == "depth_error") return 0;
-  const bool with_goal = key == "time_total_s" || key == "path_length_mm";
+  const bool with_goal = key == "time_total_s" || key == "path_length_mm" || key == "feed_error";
   return info.scored() && !with_goal ? std::optional(0.0) : std::nullopt;
 }
 
@@ -142,7 +146,7 @@ Quantity KeepFromPerfect(Quantity shown, double perfect) {
 Quantity ShowRounded(const MeasureInfo& info, double value) {
   const std::string_view key = info.key;
   const std::string_view unit = info.unit;
-  if (key == "cut_share" || key == "line_share") return {100 * value, 0, "%"};
+  if (key == "cut_share" || key == "line_share" || key == "feed_error") return {100 * value, 0, "%"};
   if (key == "plunges" || key == "strokes" || key == "breaches") return {value, 0, ""};
   if (key == "jitter_mm") return {value, 2, "mm"};
   if (key == "path_length_mm") return {value, 0, "mm"};
@@ -190,12 +194,6 @@ ReviewFigure MakeFigure(const ScoreSheet& sheet, const MeasureRow& row) {
   } else if (key == "nerve_distance_mm" && *sheet.kind == ExerciseKind::kBesideCanal) {
     SetGoal(figure, GoalRelation::kAtLeast, kNerveGood_mm);
     if (row.value) figure.level = LevelOf(*row.value >= kNerveGood_mm, *row.value >= kNerveFair_mm);
-  } else if (key == "feed_mean_mm_per_s" && *sheet.kind == ExerciseKind::kFollowLine) {
-    const double wanted = sheet.exercise.feed_mm_per_s;
-    SetGoal(figure, GoalRelation::kEqual, wanted);
-    figure.goal_range = fmt::format("\u00b1 {:.0f} %", 100 * kFeedGood);
-    const double error = std::abs(row.value.value_or(0) / wanted - 1);
-    figure.level = LevelOf(error <= kFeedGood, error <= kFeedFair);
   } else if (key == "depth_error_mean_mm") {
     const double good_mm = 0.5 * sheet.exercise.margin_mm;
     SetGoal(figure, GoalRelation::kAtMost, good_mm);
@@ -321,6 +319,7 @@ bool IsMeaningful(const MeasureInfo& info, ExerciseKind kind) {
   // The other bones have no canal.
   if (begins("nerve") || begins("breach")) return SparesNerve(kind) || kind == ExerciseKind::kOsteotomy;
   if (begins("near_miss")) return SparesNerve(kind);
+  if (begins("feed_error")) return kind == ExerciseKind::kFollowLine;
   return true;
 }
 
@@ -349,8 +348,7 @@ std::string FormatGoal(const ReviewFigure& figure, std::string_view point) {
   const char* relation = figure.relation == GoalRelation::kAtMost    ? "≤ "
                          : figure.relation == GoalRelation::kAtLeast ? "≥ "
                                                                      : "";
-  const std::string range = figure.goal_range.empty() ? "" : " " + figure.goal_range;
-  return relation + FormatQuantity(*figure.goal, point) + range;
+  return relation + FormatQuantity(*figure.goal, point);
 }
 
 const MeasureRow& RowOf(const ScoreSheet& sheet, std::string_view key) {

@@ -33,7 +33,6 @@ struct ReviewFigure {
   GoalRelation relation = GoalRelation::kNone;
   std::optional<Quantity> goal;  // none: for information only
   ReviewLevel level = ReviewLevel::kPlain;
-  std::string goal_range;      // added to the goal: the range around it that is good; empty: none
   bool scored = false;         // can cost points; other figures are marked by their goals
   std::optional<double> lost;  // points of 100 that it cost; none: not scored
   int lost_points = 0;         // the same as a whole number; those of all figures add up to 100 - total, rounded
@@ -41,10 +40,6 @@ struct ReviewFigure {
 
 /// Distance from the nerve canal that is good.
 inline constexpr double kNerveGood_mm = 2;
-/// Relative deviation from the wanted feed rate that is good.
-inline constexpr double kFeedGood = 0.25;
-/// Relative deviation from it that is fair.
-inline constexpr double kFeedFair = 0.5;
 
 struct ReviewFigures {
   std::vector<ReviewFigure> first;  // at most kReviewFigures

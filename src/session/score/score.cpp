@@ -106,7 +106,7 @@ double CalcShortPath_mm(const WantedCut& cut) {
   return cut.length_mm + 2 * cut.depth_mm + kExtra_mm;
 }
 
-/// Sets the goals of time and path length, and the values at which half of the points are lost.
+/// Sets the goals of time, path length and feed, and the values at which half of the points are lost.
 void SetHalfValues(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& sheet) {
   const double path_mm = CalcShortPath_mm(cut);
   const double time_s = CalcUnhurriedTime_s(cut, exercise);
@@ -114,6 +114,7 @@ void SetHalfValues(const WantedCut& cut, const SceneExercise& exercise, ScoreShe
     const std::string_view key = row.info->key;
     if (key == "time_total_s") row.goal = time_s;
     if (key == "path_length_mm") row.goal = path_mm;
+    if (key == "feed_error") row.goal = kFeedGood;
     if (row.goal > 0) row.half = 2 * row.goal;
   }
 }

@@ -155,6 +155,7 @@ TEST(MotionMeter, LineAtHalfDepthReachesAheadOfTheDiscByItsChord) {
 TEST(MotionMeter, FeedAlongTheLineCountsStops) {
   const DiscSaw saw;
   const DepthGauge gauge = MakeLineGauge(saw);
+  double error = -1;
   const auto measure = [&](double pause_s, double depth_mm) {
     MotionMeter meter(0);
     for (int i = 1; i <= 3000; ++i) {
@@ -166,10 +167,13 @@ TEST(MotionMeter, FeedAlongTheLineCountsStops) {
       meter.Take(tick);
     }
     ScoreSheet sheet = MakeSheet({});
+    sheet.exercise.feed_mm_per_s = 4;
     meter.Finish(saw, &gauge, nullptr, {}, sheet);
+    error = sheet.Get("feed_error").value_or(-1);
     return sheet.feed_along;
   };
   const std::optional<FeedAlong> even = measure(0, 2);
+  EXPECT_NEAR(error, 0.25, 1e-6);  // 5 rather than 4 mm/s
   ASSERT_TRUE(even);
   EXPECT_NEAR(even->slowest_mm_per_s, 5, 1e-6);  // rounding
   EXPECT_NEAR(even->fastest_mm_per_s, 5, 1e-6);
@@ -177,6 +181,9 @@ TEST(MotionMeter, FeedAlongTheLineCountsStops) {
   ASSERT_TRUE(uneven);
   EXPECT_NEAR(uneven->slowest_mm_per_s, 0, 1e-6);
   EXPECT_NEAR(uneven->fastest_mm_per_s, 5, 1e-6);
+  // The tool is between 4 and 36 mm for 6.4 s, and its first mean ends after 0.5 s. Then 4 s, at an error of 1, are
+  // added, of which half a second before and after is half as wrong.
+  EXPECT_NEAR(error, (5.9 * 0.25 + 4 * 1) / 9.9, 0.02);
   EXPECT_FALSE(measure(4, 0.9));  // less than half as deep
 }
 
