@@ -5,12 +5,15 @@
 #include <glm/geometric.hpp>
 
 #include "kerf/describe.h"
+#include "session/score/measures.h"
 
 namespace kerf {
 namespace {
 
 /// A blade further beside the wanted plane than this multiple of the margin is a reason to stop.
 constexpr double kFarBeside = 2;
+/// Deviation from the wanted feed that is due, as a fraction of it: the score permits as much.
+constexpr double kFeedLimit = kFeedGood;
 /// Fraction of a planned cut from which it counts as begun.
 constexpr double kSomeDone = 0.01;
 
@@ -23,8 +26,17 @@ std::size_t IndexOf(CoachTopic topic) {
   return static_cast<std::size_t>(topic);
 }
 
+/// Returns true if the blade is beside the line where it is about to be lowered into the bone.
+bool Hovers(const CoachInput& input) {
+  return input.depth && input.depth->depth_mm <= 0 && input.depth->depth_mm >= -kCoachHover_mm;
+}
+
+bool IsDeep(DepthZone zone) {
+  return zone == DepthZone::kDeep || zone == DepthZone::kTooDeep;
+}
+
 /// Returns how far each topic's value is, as a multiple of its limit; above 1 it is due.
-std::array<double, kCoachTopics> CalcExcess(const WantedCut& cut, const CoachInput& input) {
+std::array<double, kCoachTopics> CalcExcess(const WantedCut& cut, const CoachInput& input, DepthZone zone) {
   std::array<double, kCoachTopics> excess{};
   if (input.nerve_mm) {
     const bool spares = !IsPlanned(input.kind);
@@ -33,14 +45,20 @@ std::array<double, kCoachTopics> CalcExcess(const WantedCut& cut, const CoachInp
     excess[IndexOf(spares ? CoachTopic::kNearNerve : CoachTopic::kCrossesNerve)] =
         kCoachNerve_mm / std::max(*input.nerve_mm, 1e-6);
   }
+  excess[IndexOf(CoachTopic::kTooDeep)] = IsDeep(zone) ? 2 : 0;
   // Far beside the line there is no depth.
   const bool in_bone = input.touches && (!input.depth || input.depth->depth_mm > 0);
-  if (!in_bone) return excess;
+  if (!in_bone && !Hovers(input)) return excess;
   const ToolDeviation deviation = CalcDeviation(cut, input.X_WT);
-  if (input.depth) excess[IndexOf(CoachTopic::kTooDeep)] = std::max(-input.depth->to_goal_mm, 0.0) / kCoachTooDeep_mm;
-  excess[IndexOf(CoachTopic::kBeyondEnd)] = deviation.beyond_mm / cut.margin_mm;
   excess[IndexOf(CoachTopic::kBesideLine)] = std::abs(deviation.beside_mm) / cut.margin_mm;
+  if (!in_bone) return excess;
+  excess[IndexOf(CoachTopic::kBeyondEnd)] = deviation.beyond_mm / cut.margin_mm;
   excess[IndexOf(CoachTopic::kTilted)] = deviation.tilt_deg / kCoachTilt_deg;
+  if (!input.feed_mm_per_s || !(input.wanted_feed_mm_per_s > 0)) return excess;
+  const double deviates = (*input.feed_mm_per_s / input.wanted_feed_mm_per_s - 1) / kFeedLimit;
+  excess[IndexOf(CoachTopic::kTooFast)] = deviates;
+  // A blade that is not deep enough yet may take its time.
+  if (zone == DepthZone::kReached) excess[IndexOf(CoachTopic::kTooSlow)] = -deviates;
   return excess;
 }
 
@@ -49,25 +67,29 @@ std::optional<Message> DescribeWayBack(const std::optional<PictureDirections>& p
   if (!picture) return {};
   const double right = glm::dot(deviation_W, picture->right_W);
   const double up = glm::dot(deviation_W, picture->up_W);
-  const double near = glm::dot(deviation_W, glm::cross(picture->right_W, picture->up_W));
+  const double near = glm::dot(deviation_W, glm::cross(picture->right_W, picture->up_W));  // towards the eye
   if (std::abs(right) >= std::max(std::abs(up), std::abs(near))) {
-    return Message{right > 0 ? MarkMessage("It is too far to the right: go left (Left key).")
-                             : MarkMessage("It is too far to the left: go right (Right key)."),
+    return Message{right > 0 ? MarkMessage("The blade is too far to the right: move it left (Left key).")
+                             : MarkMessage("The blade is too far to the left: move it right (Right key)."),
                    {}};
   }
   if (std::abs(up) >= std::abs(near)) {
-    return Message{
-        up > 0 ? MarkMessage("It is too high: go down (Down key).") : MarkMessage("It is too low: go up (Up key)."),
-        {}};
+    return Message{up > 0 ? MarkMessage("The blade is too high: move it down (Down key).")
+                          : MarkMessage("The blade is too low: move it up (Up key)."),
+                   {}};
   }
-  return Message{near > 0 ? MarkMessage("It is too close to you: move it away from you (Page Up key).")
-                          : MarkMessage("It is too far from you: bring it towards you (Page Down key)."),
+  return Message{near > 0 ? MarkMessage("The blade is too close to you: move it away from you (Page Up key).")
+                          : MarkMessage("The blade is too far from you: move it towards you (Page Down key)."),
                  {}};
 }
 
-/// Returns the depth of the wanted cut in a column, down to the far side of the bone.
-double CalcWantedDepth_mm(const DepthGauge& gauge, const CutColumn& column) {
-  return std::min(gauge.cut().depth_mm, column.far_mm - column.near_mm);
+/// Adds the way back from a deviation. `across`: it is across the blade's plane, in which a lock may hold the saw.
+CoachLine WithWay(const CoachInput& input, CoachLine line, const Vec3& deviation_W, bool across) {
+  line.way_back = DescribeWayBack(input.picture, deviation_W);
+  if (line.way_back && across && input.plane_lock) {
+    line.way_back = Message{MarkMessage("The plane lock keeps it there: switch the lock off (L)."), {}};
+  }
+  return line;
 }
 
 }  // namespace
@@ -92,7 +114,8 @@ ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT) {
 
 CoachState UpdateCoach(const CoachState& state, const WantedCut& cut, const CoachInput& input) {
   CoachState next = state;
-  const std::array<double, kCoachTopics> excess = CalcExcess(cut, input);
+  next.zone = input.depth ? FindDepthZone(*input.depth, state.zone) : DepthZone::kAbove;
+  const std::array<double, kCoachTopics> excess = CalcExcess(cut, input, next.zone);
   std::optional<CoachTopic> first;
   for (std::size_t i = 0; i < kCoachTopics; ++i) {
     next.on[i] = excess[i] > (state.on[i] ? kCoachRelease : 1);
@@ -113,10 +136,6 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
   const auto line = [&](bool urgent, Message message) {
     return CoachLine{*state.shown, urgent, std::move(message), {}};
   };
-  const auto with_way = [&](CoachLine made, const Vec3& deviation_W) {
-    made.way_back = DescribeWayBack(input.picture, deviation_W);
-    return made;
-  };
   switch (*state.shown) {
     case CoachTopic::kInNerve:
       return line(true, {MarkMessage("Stop: the blade is in the nerve canal. Lift it out."), {}});
@@ -127,21 +146,44 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
       return line(true, {MarkMessage("Too deep by {}: lift the blade."),
                          {Quantity{std::max(input.depth ? -input.depth->to_goal_mm : 0.0, 0.0), 1, "mm"}}});
     case CoachTopic::kBeyondEnd:
-      return with_way(
-          line(false, {IsPlanned(input.kind) ? MarkMessage("You are {} beyond the edge of the planned cut.")
-                                             : MarkMessage("The line ends here: you are {} beyond its end."),
-                       {Quantity{deviation.beyond_mm, 1, "mm"}}}),
-          deviation.before_start ? -cut.along_W : cut.along_W);
-    case CoachTopic::kBesideLine:
-      return with_way(
-          line(std::abs(deviation.beside_mm) > kFarBeside * cut.margin_mm,
-               {IsPlanned(input.kind) ? MarkMessage("You leave the planned plane: the blade is {} beside it.")
-                                      : MarkMessage("You leave the line: the blade is {} beside it."),
-                {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}}),
-          deviation.beside_mm > 0 ? cut.across_W : -cut.across_W);
+      return WithWay(input,
+                     line(false, {IsPlanned(input.kind) ? MarkMessage("You are {} beyond the edge of the planned cut.")
+                                                        : MarkMessage("The line ends here: you are {} beyond its end."),
+                                  {Quantity{deviation.beyond_mm, 1, "mm"}}}),
+                     deviation.before_start ? -cut.along_W : cut.along_W, false);
+    case CoachTopic::kBesideLine: {
+      const Quantity beside{std::abs(deviation.beside_mm), 1, "mm"};
+      const bool planned = IsPlanned(input.kind);
+      const Vec3 away_W = deviation.beside_mm > 0 ? cut.across_W : -cut.across_W;
+      if (!input.touches) {
+        return WithWay(input,
+                       {*state.shown,
+                        false,
+                        {planned ? MarkMessage("The blade is {} beside the planned plane.")
+                                 : MarkMessage("The blade is {} beside the line."),
+                         {beside}},
+                        {}},
+                       away_W, true);
+      }
+      return WithWay(input,
+                     {*state.shown,
+                      beside.value > kFarBeside * cut.margin_mm,
+                      {planned ? MarkMessage("You leave the planned plane: the blade is {} beside it.")
+                               : MarkMessage("You leave the line: the blade is {} beside it."),
+                       {beside}},
+                      {}},
+                     away_W, true);
+    }
     case CoachTopic::kTilted:
       return line(false, {MarkMessage("The blade is tilted by {}: turn it into the wanted plane."),
                           {Quantity{deviation.tilt_deg, 0, "°"}}});
+    case CoachTopic::kTooFast:
+    case CoachTopic::kTooSlow:
+      return line(
+          false,
+          {*state.shown == CoachTopic::kTooFast ? MarkMessage("Slower: your feed is {0}, and {1} are wanted.")
+                                                : MarkMessage("Faster: your feed is {0}, and {1} are wanted."),
+           {Quantity{input.feed_mm_per_s.value_or(0), 1, "mm/s"}, Quantity{input.wanted_feed_mm_per_s, 1, "mm/s"}}});
     case CoachTopic::kCrossesNerve:
       if (input.nerve_mm.value_or(0) <= 0) {
         return line(false, {MarkMessage("The blade is in the nerve canal, which the planned plane crosses."), {}});
@@ -159,17 +201,16 @@ double CalcDistanceFromCut(const WantedCut& cut, const Pose& X_WT) {
   return glm::distance(p, nearest);
 }
 
-ExerciseStep FindStep(const WantedCut& cut, const CoachInput& input, bool spindle_on, double line_done) {
-  if (line_done >= kStepLineDone) return ExerciseStep::kFinish;
+ExerciseStep FindStep(const WantedCut& cut, const CoachInput& input, DepthZone zone, bool spindle_on, double done) {
+  if (done >= kStepLineDone) return ExerciseStep::kFinish;
   if (CalcDistanceFromCut(cut, input.X_WT) > kStepFar_mm) return ExerciseStep::kReturn;
   if (!spindle_on) return ExerciseStep::kSwitchOn;
-  if (!input.depth || input.depth->depth_mm <= 0) return ExerciseStep::kLower;
-  return input.depth->to_goal_mm > kStepDepth_mm ? ExerciseStep::kDeepen : ExerciseStep::kFollow;
+  if (zone == DepthZone::kAbove) return ExerciseStep::kLower;
+  return zone == DepthZone::kFar || zone == DepthZone::kNear ? ExerciseStep::kDeepen : ExerciseStep::kFollow;
 }
 
-Message DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input, bool spindle_on,
-                     double line_done, double cut_done) {
-  const Quantity percent{100 * cut_done, 0, "%"};
+Message DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input, bool spindle_on, double done) {
+  const Quantity percent{100 * done, 0, "%"};
   const bool planned = IsPlanned(input.kind);
   switch (step) {
     case ExerciseStep::kReturn:
@@ -180,7 +221,7 @@ Message DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& 
     case ExerciseStep::kSwitchOn:
       return {MarkMessage("Switch the spindle on."), {}};
     case ExerciseStep::kLower:
-      if (planned && cut_done >= kSomeDone) {
+      if (planned && done >= kSomeDone) {
         return {MarkMessage("Lower the blade into the bone again where the planned plane is not cut yet. {} of it is "
                             "cut."),
                 {percent}};
@@ -203,7 +244,7 @@ Message DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& 
       }
       return {MarkMessage("Deep enough: move along the line to its other end, and keep pressing down (Down key). {} of "
                           "it is done."),
-              {Quantity{100 * line_done, 0, "%"}}};
+              {percent}};
     case ExerciseStep::kFinish:
       break;
   }
@@ -211,29 +252,48 @@ Message DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& 
   return {MarkMessage("The whole line is cut: lift the blade out and finish the exercise."), {}};
 }
 
-DepthZone FindDepthZone(const DepthReading& reading) {
-  if (reading.depth_mm < 0) return DepthZone::kAbove;
-  if (reading.to_goal_mm < -kZoneNear_mm) return DepthZone::kTooDeep;
-  if (reading.to_goal_mm < -kZoneReached_mm) return DepthZone::kDeep;
-  if (reading.to_goal_mm < kZoneReached_mm) return DepthZone::kReached;
-  return reading.to_goal_mm < kZoneNear_mm ? DepthZone::kNear : DepthZone::kFar;
+double CalcZoneNear_mm(double goal_mm) {
+  return std::clamp(0.25 * goal_mm, 0.5, 1.0);
 }
 
-const char* DescribeZone(DepthZone zone, bool rests) {
-  switch (zone) {
+DepthZone FindDepthZone(const DepthReading& reading, DepthZone before) {
+  if (reading.depth_mm <= 0) return DepthZone::kAbove;
+  if (reading.to_goal_mm < -kZoneBad_mm) return DepthZone::kTooDeep;
+  if (reading.to_goal_mm < -kZoneReached_mm * (IsDeep(before) ? kCoachRelease : 1)) return DepthZone::kDeep;
+  if (reading.to_goal_mm <= kZoneReached_mm) return DepthZone::kReached;
+  const double near_mm = CalcZoneNear_mm(reading.depth_mm + reading.to_goal_mm);
+  return reading.to_goal_mm < near_mm ? DepthZone::kNear : DepthZone::kFar;
+}
+
+DepthAdvice MakeDepthAdvice(const CoachState& state, bool rests) {
+  DepthAdvice advice{.zone = state.zone};
+  // A line stays for a while; until then, the gauge says the same.
+  if (state.shown == CoachTopic::kTooDeep && !IsDeep(advice.zone)) advice.zone = DepthZone::kDeep;
+  if (state.shown == CoachTopic::kInNerve || state.shown == CoachTopic::kNearNerve) {
+    advice.stop = true;
+    advice.text = state.shown == CoachTopic::kInNerve ? MarkMessage("stop: in the nerve canal")
+                                                      : MarkMessage("no deeper: nerve canal");
+    return advice;
+  }
+  switch (advice.zone) {
     case DepthZone::kAbove:
-      return MarkMessage("above the bone");
+      advice.text = MarkMessage("above the bone");
+      break;
     case DepthZone::kFar:
-      return MarkMessage("continue");
+      advice.text = MarkMessage("continue");
+      break;
     case DepthZone::kNear:
-      return rests ? MarkMessage("nearly deep enough") : MarkMessage("slow down");
+      advice.text = rests ? MarkMessage("nearly deep enough") : MarkMessage("slow down");
+      break;
     case DepthZone::kReached:
-      return MarkMessage("stop: deep enough");
+      advice.text = MarkMessage("deep enough");
+      break;
     case DepthZone::kDeep:
     case DepthZone::kTooDeep:
+      advice.text = MarkMessage("too deep");
       break;
   }
-  return MarkMessage("too deep");
+  return advice;
 }
 
 double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm) {
@@ -243,22 +303,10 @@ double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_
   for (std::size_t i = 0; i < columns.size() && i < deepest_mm.size(); ++i) {
     if (columns[i].s_mm < 0 || columns[i].s_mm > gauge.cut().length_mm) continue;
     ++places;
-    if (deepest_mm[i] >= CalcWantedDepth_mm(gauge, columns[i]) - kStepDepth_mm) ++done;
+    const double wanted_mm = std::min(gauge.cut().depth_mm, columns[i].far_mm - columns[i].near_mm);
+    if (deepest_mm[i] >= wanted_mm - kStepDepth_mm) ++done;
   }
   return places == 0 ? 0 : static_cast<double>(done) / places;
-}
-
-double CalcCutDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm) {
-  const std::vector<CutColumn>& columns = gauge.columns();
-  double wanted_mm = 0;
-  double done_mm = 0;
-  for (std::size_t i = 0; i < columns.size() && i < deepest_mm.size(); ++i) {
-    if (columns[i].s_mm < 0 || columns[i].s_mm > gauge.cut().length_mm) continue;
-    const double depth_mm = std::max(CalcWantedDepth_mm(gauge, columns[i]), 0.0);
-    wanted_mm += depth_mm;
-    done_mm += std::clamp(deepest_mm[i], 0.0, depth_mm);
-  }
-  return wanted_mm > 0 ? done_mm / wanted_mm : 0;
 }
 
 }  // namespace kerf

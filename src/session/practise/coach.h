@@ -14,8 +14,29 @@
 namespace kerf {
 
 /// What there is to say, the most urgent first.
-enum class CoachTopic { kInNerve, kNearNerve, kTooDeep, kBesideLine, kBeyondEnd, kTilted, kCrossesNerve };
-inline constexpr std::size_t kCoachTopics = 7;
+enum class CoachTopic {
+  kInNerve,
+  kNearNerve,
+  kTooDeep,
+  kBesideLine,
+  kBeyondEnd,
+  kTilted,
+  kTooFast,
+  kTooSlow,
+  kCrossesNerve
+};
+inline constexpr std::size_t kCoachTopics = 9;
+
+/// Where the blade is relative to the wanted depth.
+enum class DepthZone { kAbove, kFar, kNear, kReached, kDeep, kTooDeep };
+/// Distance around the goal within which the depth is good, and beyond it from which the cut is bad.
+inline constexpr double kZoneReached_mm = 0.3;
+inline constexpr double kZoneBad_mm = 1.0;
+/// Returns the distance before a goal from which the student should slow down: a quarter of the depth, 0.5 to 1 mm.
+double CalcZoneNear_mm(double goal_mm);
+/// Returns the zone of a depth. `before`: the zone so far; a blade that was too deep is so until it is kCoachRelease of
+/// the limit deep, so that the zone does not flicker.
+DepthZone FindDepthZone(const DepthReading& reading, DepthZone before = DepthZone::kAbove);
 
 /// Directions of the picture in which the student sees the cut, unit length.
 struct PictureDirections {
@@ -31,13 +52,17 @@ struct CoachInput {
   std::optional<double> nerve_mm;            // distance to the nerve canal; none: unknown, or no canal
   bool touches = false;                      // the tool touches bone
   std::optional<PictureDirections> picture;  // to say the way back in; none: it is not said
+  bool plane_lock = false;                   // the saw moves only in the plane of its blade
+  std::optional<double> feed_mm_per_s;       // along the line, of FeedMeter; none: it does not follow the line
+  double wanted_feed_mm_per_s = 0;           // 0: any
 };
 
 /// Which topics are current. Initially none.
 struct CoachState {
   std::array<bool, kCoachTopics> on{};
-  std::optional<CoachTopic> shown;  // the line that is shown
+  std::optional<CoachTopic> shown{};  // the line that is shown
   double shown_since_s = 0;
+  DepthZone zone = DepthZone::kAbove;  // of the blade's depth; kAbove also beside the wanted cut
 
   bool operator==(const CoachState&) const = default;
 };
@@ -48,8 +73,9 @@ inline constexpr double kCoachRelease = 0.7;
 inline constexpr double kCoachHold_s = 0.6;
 /// Limits. The limit beside the line is the exercise's margin.
 inline constexpr double kCoachNerve_mm = 2;
-inline constexpr double kCoachTooDeep_mm = 0.3;
 inline constexpr double kCoachTilt_deg = 6;
+/// Height above the surface up to which a blade beside the line is said to be so: it is about to be lowered.
+inline constexpr double kCoachHover_mm = 4;
 
 struct CoachLine {
   CoachTopic topic = CoachTopic::kInNerve;
@@ -86,26 +112,22 @@ inline constexpr double kStepFar_mm = 30;
 /// Returns the distance of the tool's centre from the places that it takes in the wanted cut and above it, up to where
 /// it leaves the bone.
 double CalcDistanceFromCut(const WantedCut& cut, const Pose& X_WT);
-/// Returns the step that comes next. `line_done`: CalcLineDone().
-ExerciseStep FindStep(const WantedCut& cut, const CoachInput& input, bool spindle_on, double line_done);
-/// Returns the instruction for a step that FindStep() returned. `cut_done`: CalcCutDone().
-Message DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input, bool spindle_on,
-                     double line_done, double cut_done);
+/// Returns the step that comes next. `done`: fraction of what is to be cut: CalcLineDone(), or of a planned plane
+/// CutArea::share(). `zone`: CoachState::zone.
+ExerciseStep FindStep(const WantedCut& cut, const CoachInput& input, DepthZone zone, bool spindle_on, double done);
+/// Returns the instruction for a step that FindStep() returned.
+Message DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input, bool spindle_on, double done);
 /// Returns the fraction of the line along which the tool has reached the wanted depth, or the far side of the bone, to
 /// within kStepDepth_mm. `deepest_mm`: from DepthGauge::TakeDepths().
 double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm);
-/// Returns the fraction of the wanted cut's area, down to the wanted depth or the far side of the bone, that the tool
-/// has reached. `deepest_mm`: as above.
-double CalcCutDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm);
 
-/// Where the blade is relative to the wanted depth.
-enum class DepthZone { kAbove, kFar, kNear, kReached, kDeep, kTooDeep };
-/// Distance before the goal from which the student should slow down, and beyond it from which the cut is bad; distance
-/// around it within which it is good.
-inline constexpr double kZoneNear_mm = 1.0;
-inline constexpr double kZoneReached_mm = 0.3;
-DepthZone FindDepthZone(const DepthReading& reading);
-/// Returns what to do in this zone, in English. `rests`: the saw does not move, so that it cannot slow down.
-const char* DescribeZone(DepthZone zone, bool rests);
+/// What the gauge says about the depth. It agrees with the line that MakeCoachLine() returns for the same state.
+struct DepthAdvice {
+  DepthZone zone = DepthZone::kAbove;
+  bool stop = false;      // whatever the depth, the blade must not go deeper
+  const char* text = "";  // in English
+};
+/// `rests`: the saw does not move, so that it cannot slow down.
+DepthAdvice MakeDepthAdvice(const CoachState& state, bool rests);
 
 }  // namespace kerf

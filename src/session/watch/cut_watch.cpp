@@ -57,7 +57,8 @@ struct CutWatch::State {
   std::map<LeafIndex, LeafValues> leaves;
   std::vector<PlannedPlane> planes;
   std::vector<Mark> marks;
-  bool plan_changed = false;  // the planes or the marks
+  std::function<double(const Bone&, const Bone&)> measure;
+  bool plan_changed = false;  // the planes, the marks or the measure
   bool hurry = false;         // a caller waits for the analysis
   bool stop = false;
   bool working = true;
@@ -70,7 +71,8 @@ struct CutWatch::State {
   Bone now;
 
   void Analyse(PieceFinder& finder, InjuryFinder& injury_finder, const std::map<LeafIndex, LeafValues>& changed,
-               const std::vector<PlannedPlane>& wanted, const std::vector<Mark>& marked) {
+               const std::vector<PlannedPlane>& wanted, const std::vector<Mark>& marked,
+               const std::function<double(const Bone&, const Bone&)>& measured) {
     const auto start = WatchClock::now();
     std::vector<LeafIndex> indices;
     for (const auto& [index, values] : changed) {
@@ -96,6 +98,7 @@ struct CutWatch::State {
       next.planes.push_back({.name = plane.name, .state = CalcCutState(*before, now, plane)});
     }
     next.injuries = injury_finder.Find(now);
+    if (measured) next.measured = measured(*before, now);
     const std::lock_guard lock(mutex);
     report = std::move(next);
     freed.insert(freed.end(), separated.begin(), separated.end());
@@ -120,8 +123,9 @@ struct CutWatch::State {
       plan_changed = false;
       const std::vector<PlannedPlane> wanted = planes;
       const std::vector<Mark> marked = marks;
+      const auto measured = measure;
       lock.unlock();
-      Analyse(finder, injury_finder, changed, wanted, marked);
+      Analyse(finder, injury_finder, changed, wanted, marked, measured);
       lock.lock();
       if (leaves.empty() && !plan_changed) {
         working = false;
@@ -161,6 +165,16 @@ void CutWatch::SetPlanes(std::vector<PlannedPlane> planes) {
   {
     const std::lock_guard lock(state_->mutex);
     state_->planes = std::move(planes);
+    state_->plan_changed = true;
+    state_->working = true;
+  }
+  state_->wake.notify_one();
+}
+
+void CutWatch::SetMeasure(std::function<double(const Bone& before, const Bone& now)> measure) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->measure = std::move(measure);
     state_->plan_changed = true;
     state_->working = true;
   }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -23,6 +24,7 @@ struct PlanesReport {
   std::vector<Row> planes;                  // in the order of the plan
   std::size_t piece_count = 0;              // pieces of the bone, of CutWatchOptions::min_piece_mm3 or more
   std::vector<StructureResult> injuries{};  // canals, teeth and marks that are cut: see InjuryFinder
+  std::optional<double> measured{};         // result of CutWatch::SetMeasure(); none: not set
 };
 
 /// A piece that has separated from the rest of the bone.
@@ -61,6 +63,8 @@ class CutWatch {
   void Offer(const std::array<int, 3>& index, std::span<const float, 512> values);
   /// Sets the planes of the next report.
   void SetPlanes(std::vector<PlannedPlane> planes);
+  /// Sets what else is computed for each report, in the thread, from the bones before and now.
+  void SetMeasure(std::function<double(const Bone& before, const Bone& now)> measure);
   /// Sets the user's marks, whose injuries are reported.
   void SetMarks(std::vector<Mark> marks);
   /// Returns the latest report unless it has already been fetched.

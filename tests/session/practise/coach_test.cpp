@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <random>
+#include <set>
+#include <string>
 
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
@@ -35,6 +37,11 @@ CoachInput Place(const WantedCut& cut, double s_mm, double depth_mm, double besi
   input.depth = DepthReading{depth_mm, cut.depth_mm - depth_mm};
   input.touches = true;
   return input;
+}
+
+/// Returns the step at the pose of `input`, in a state that begins there.
+ExerciseStep StepOf(const WantedCut& cut, const CoachInput& input, bool spindle_on, double done) {
+  return FindStep(cut, input, UpdateCoach({}, cut, input).zone, spindle_on, done);
 }
 
 std::optional<CoachTopic> TopicOf(const WantedCut& cut, const CoachInput& input) {
@@ -68,12 +75,51 @@ TEST(Coach, SaysNothingWithinTheLimits) {
   const WantedCut cut = MakeCut();
   EXPECT_FALSE(TopicOf(cut, Place(cut, 0, 1)));
   EXPECT_FALSE(TopicOf(cut, Place(cut, 16, 2.2, 0.45, 0.09)));
-  // In the air, the position does not matter yet.
-  CoachInput air = Place(cut, -5, -3, 4, 0.5);
-  EXPECT_FALSE(TopicOf(cut, air));
-  air = Place(cut, -5, 1, 4);
+  // High in the air, the position does not matter yet, and just above the bone only that beside the line does.
+  CoachInput air = Place(cut, -5, -kCoachHover_mm - 1, 4, 0.5);
   air.touches = false;
   EXPECT_FALSE(TopicOf(cut, air));
+  air = Place(cut, -5, -1, 0, 0.5);
+  air.touches = false;
+  EXPECT_FALSE(TopicOf(cut, air));
+}
+
+// A blade that will be lowered beside the line can still be moved.
+TEST(Coach, SaysThatABladeAboveTheBoneIsBesideTheLine) {
+  const WantedCut cut = MakeCut();
+  const auto say = [&](double beside_mm, bool lock) {
+    CoachInput input = Place(cut, 8, -1.5, beside_mm);
+    input.touches = false;
+    input.picture = PictureDirections{cut.across_W, -cut.into_W};
+    input.plane_lock = lock;
+    const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, input), cut, input);
+    return line ? FormatMessage(line->message) + " " + FormatMessage(line->way_back.value()) : "";
+  };
+  EXPECT_EQ(say(0.4, false), "");
+  EXPECT_EQ(say(1.4, false),
+            "The blade is 1.4 mm beside the line. The blade is too far to the right: move it left (Left key).");
+  EXPECT_EQ(say(1.4, true),
+            "The blade is 1.4 mm beside the line. The plane lock keeps it there: switch the lock off (L).");
+}
+
+TEST(Coach, SaysThatTheFeedIsTooFastOrTooSlow) {
+  const WantedCut cut = MakeCut();
+  const auto say = [&](double feed_mm_per_s, double depth_mm = 2, double wanted = 3) {
+    CoachInput input = Place(cut, 8, depth_mm);
+    input.feed_mm_per_s = feed_mm_per_s;
+    input.wanted_feed_mm_per_s = wanted;
+    const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, input), cut, input);
+    return line ? FormatMessage(line->message) : "";
+  };
+  EXPECT_EQ(say(3), "");
+  EXPECT_EQ(say(3 * 1.24), "");
+  EXPECT_EQ(say(10), "Slower: your feed is 10.0 mm/s, and 3.0 mm/s are wanted.");
+  EXPECT_EQ(say(3 * 0.76), "");
+  EXPECT_EQ(say(1), "Faster: your feed is 1.0 mm/s, and 3.0 mm/s are wanted.");
+  // A blade that is still being lowered may be slow; one that is fast stays above the depth.
+  EXPECT_EQ(say(1, 1.2), "");
+  EXPECT_EQ(say(10, 1.2), "Slower: your feed is 10.0 mm/s, and 3.0 mm/s are wanted.");
+  EXPECT_EQ(say(10, 2, 0), "");  // any feed is right
 }
 
 TEST(Coach, NamesEachFaultBeyondItsLimit) {
@@ -161,7 +207,7 @@ TEST(Coach, OsteotomyHasAPlaneThatCrossesTheNerve) {
   planned.kind = ExerciseKind::kOsteotomy;
   for (const ExerciseStep step : {ExerciseStep::kReturn, ExerciseStep::kSwitchOn, ExerciseStep::kLower,
                                   ExerciseStep::kDeepen, ExerciseStep::kFollow, ExerciseStep::kFinish}) {
-    const std::string text = FormatMessage(DescribeStep(step, cut, planned, true, 0.5, 0.5));
+    const std::string text = FormatMessage(DescribeStep(step, cut, planned, true, 0.5));
     EXPECT_EQ(text.find("line"), std::string::npos) << text;
   }
 }
@@ -174,22 +220,22 @@ TEST(Coach, SaysTheWayBackAsTheStudentSeesIt) {
     const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, input), cut, input);
     return line && line->way_back ? FormatMessage(*line->way_back) : "";
   };
-  const std::string left = "It is too far to the right: go left (Left key).";
-  const std::string right = "It is too far to the left: go right (Right key).";
+  const std::string left = "The blade is too far to the right: move it left (Left key).";
+  const std::string right = "The blade is too far to the left: move it right (Right key).";
   const Vec3 up = -cut.into_W;
   const CoachInput beside = Place(cut, 8, 1, 0.8);
   const CoachInput other_side = Place(cut, 8, 1, -0.8);
   EXPECT_EQ(say(beside, {cut.across_W, up}), left);
   EXPECT_EQ(say(beside, {-cut.across_W, up}), right);
   EXPECT_EQ(say(other_side, {cut.across_W, up}), right);
-  EXPECT_EQ(say(beside, {cut.along_W, cut.across_W}), "It is too high: go down (Down key).");
-  EXPECT_EQ(say(beside, {cut.along_W, -cut.across_W}), "It is too low: go up (Up key).");
+  EXPECT_EQ(say(beside, {cut.along_W, cut.across_W}), "The blade is too high: move it down (Down key).");
+  EXPECT_EQ(say(beside, {cut.along_W, -cut.across_W}), "The blade is too low: move it up (Up key).");
   // The picture's right, its up, and the direction towards the eye are a right-handed frame.
   const bool eye_at_across = glm::dot(glm::cross(cut.along_W, up), cut.across_W) > 0;
   EXPECT_EQ(say(beside, {eye_at_across ? cut.along_W : -cut.along_W, up}),
-            "It is too close to you: move it away from you (Page Up key).");
+            "The blade is too close to you: move it away from you (Page Up key).");
   EXPECT_EQ(say(beside, {eye_at_across ? -cut.along_W : cut.along_W, up}),
-            "It is too far from you: bring it towards you (Page Down key).");
+            "The blade is too far from you: move it towards you (Page Down key).");
   // A view between the axes: the larger component counts.
   const Vec3 oblique = glm::normalize(2.0 * cut.across_W + cut.along_W);
   EXPECT_EQ(say(beside, {oblique, up}), left);
@@ -203,35 +249,16 @@ TEST(Coach, SaysTheWayBackAsTheStudentSeesIt) {
   EXPECT_FALSE(line->way_back);
 }
 
-// A block of 20 mm, cut over a line of 16 mm to a depth of 2 mm.
-TEST(CalcCutDone, IsTheShareOfTheWantedArea) {
-  const WantedCut cut = MakeCut();
-  BlockParams params;
-  params.size_mm = {40, 20, 20};
-  params.voxel_mm = 0.5;
-  const DepthGauge gauge(MakeBlock(params, DefaultMandibleTable()), cut);
-  std::vector<double> deepest_mm(gauge.columns().size(), -kAbove_mm);
-  EXPECT_EQ(CalcCutDone(gauge, deepest_mm), 0);
-  EXPECT_EQ(CalcCutDone(gauge, {}), 0);
-  std::fill(deepest_mm.begin(), deepest_mm.end(), 0.5);
-  EXPECT_NEAR(CalcCutDone(gauge, deepest_mm), 0.25, 1e-9);
-  std::fill(deepest_mm.begin(), deepest_mm.end(), 3);  // deeper than wanted: not more than all of it
-  EXPECT_NEAR(CalcCutDone(gauge, deepest_mm), 1, 1e-9);
-  // One half of the line at full depth: a half, to within a column of 0.5 mm of 16 mm.
-  for (std::size_t i = 0; i < deepest_mm.size(); ++i) deepest_mm[i] = gauge.columns()[i].s_mm < 8 ? 2 : 0;
-  EXPECT_NEAR(CalcCutDone(gauge, deepest_mm), 0.5, 0.5 / 16);
-}
-
 // A planned cut has no line, so its progress is that of the plane.
 TEST(ExerciseSteps, OsteotomySaysHowMuchOfThePlaneIsCut) {
   const WantedCut cut = MakeCut();
   CoachInput planned = Place(cut, 8, 1);
   planned.kind = ExerciseKind::kOsteotomy;
   for (const ExerciseStep step : {ExerciseStep::kLower, ExerciseStep::kDeepen, ExerciseStep::kFollow}) {
-    const std::string text = FormatMessage(DescribeStep(step, cut, planned, true, 0.1, 0.37));
+    const std::string text = FormatMessage(DescribeStep(step, cut, planned, true, 0.37));
     EXPECT_NE(text.find("37 % of it is cut."), std::string::npos) << text;
   }
-  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kLower, cut, planned, true, 0, 0)),
+  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kLower, cut, planned, true, 0)),
             "Lower the blade into the bone in the planned plane.");
 }
 
@@ -273,14 +300,14 @@ TEST(Coach, MoreUrgentLineReplacesAnotherAtOnce) {
 TEST(ExerciseSteps, LeadFromTheSpindleToTheEnd) {
   const WantedCut cut = MakeCut();
   const CoachInput above = Place(cut, 0, -3);
-  EXPECT_EQ(FindStep(cut, above, false, 0), ExerciseStep::kSwitchOn);
-  EXPECT_EQ(FindStep(cut, above, true, 0), ExerciseStep::kLower);
-  EXPECT_EQ(FindStep(cut, Place(cut, 0, 1), true, 0), ExerciseStep::kDeepen);
-  EXPECT_EQ(FindStep(cut, Place(cut, 0, 1.8), true, 0.1), ExerciseStep::kFollow);
-  EXPECT_EQ(FindStep(cut, Place(cut, 16, 2), true, 1), ExerciseStep::kFinish);
-  EXPECT_EQ(FindStep(cut, above, false, 1), ExerciseStep::kFinish);
+  EXPECT_EQ(StepOf(cut, above, false, 0), ExerciseStep::kSwitchOn);
+  EXPECT_EQ(StepOf(cut, above, true, 0), ExerciseStep::kLower);
+  EXPECT_EQ(StepOf(cut, Place(cut, 0, 1), true, 0), ExerciseStep::kDeepen);
+  EXPECT_EQ(StepOf(cut, Place(cut, 0, 1.8), true, 0.1), ExerciseStep::kFollow);
+  EXPECT_EQ(StepOf(cut, Place(cut, 16, 2), true, 1), ExerciseStep::kFinish);
+  EXPECT_EQ(StepOf(cut, above, false, 1), ExerciseStep::kFinish);
   EXPECT_EQ(
-      FormatMessage(DescribeStep(ExerciseStep::kFollow, cut, above, true, 0.42, 0.3)),
+      FormatMessage(DescribeStep(ExerciseStep::kFollow, cut, above, true, 0.42)),
       "Deep enough: move along the line to its other end, and keep pressing down (Down key). 42 % of it is done.");
 }
 
@@ -289,7 +316,7 @@ TEST(ExerciseSteps, BothStepsInTheBoneSayToKeepPressingDown) {
   const WantedCut cut = MakeCut();
   const CoachInput input = Place(cut, 4, 1.6);
   for (const ExerciseStep step : {ExerciseStep::kDeepen, ExerciseStep::kFollow}) {
-    const std::string text = FormatMessage(DescribeStep(step, cut, input, true, 0.4, 0.3));
+    const std::string text = FormatMessage(DescribeStep(step, cut, input, true, 0.4));
     EXPECT_NE(text.find("(Down key)"), std::string::npos) << text;
   }
 }
@@ -305,14 +332,14 @@ TEST(ExerciseSteps, LostSawIsLedBack) {
   CoachInput lost = Place(cut, 0, -kStepFar_mm - 1);
   lost.depth.reset();
   lost.touches = false;
-  EXPECT_EQ(FindStep(cut, Place(cut, 0, -kStepFar_mm + 1), true, 0), ExerciseStep::kLower);
-  EXPECT_EQ(FindStep(cut, lost, true, 0), ExerciseStep::kReturn);
-  EXPECT_EQ(FindStep(cut, lost, false, 0), ExerciseStep::kReturn);
-  EXPECT_EQ(FindStep(cut, lost, true, 1), ExerciseStep::kFinish);
-  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kReturn, cut, lost, true, 0, 0)),
+  EXPECT_EQ(StepOf(cut, Place(cut, 0, -kStepFar_mm + 1), true, 0), ExerciseStep::kLower);
+  EXPECT_EQ(StepOf(cut, lost, true, 0), ExerciseStep::kReturn);
+  EXPECT_EQ(StepOf(cut, lost, false, 0), ExerciseStep::kReturn);
+  EXPECT_EQ(StepOf(cut, lost, true, 1), ExerciseStep::kFinish);
+  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kReturn, cut, lost, true, 0)),
             "The saw is 31 mm away from the cut. Switch the spindle off (Space) and press R: the saw returns to its "
             "start.");
-  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kReturn, cut, lost, false, 0, 0)),
+  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kReturn, cut, lost, false, 0)),
             "The saw is 31 mm away from the cut. Press R: the saw returns to its start.");
 }
 
@@ -323,30 +350,66 @@ TEST(ExerciseSteps, SawIsNotLostAtTheStartOfAnExercise) {
     CoachInput input;
     input.kind = scene.exercise.kind;
     input.X_WT = MakePath(scene).CalcPose(0, 0);
-    EXPECT_EQ(FindStep(cut, input, false, 0), ExerciseStep::kSwitchOn) << exercise.id;
+    EXPECT_EQ(StepOf(cut, input, false, 0), ExerciseStep::kSwitchOn) << exercise.id;
   }
 }
 
-TEST(DepthZone, ChangesAtItsLimitsAndSaysWhatToDo) {
+TEST(DepthZone, ChangesAtItsLimits) {
   struct ZoneCase {
     double to_goal_mm;
     DepthZone zone;
-    const char* moving;
-    const char* resting;
   };
-  // The goal is a depth of 2 mm.
-  for (const ZoneCase& c : {ZoneCase{2.1, DepthZone::kAbove, "above the bone", "above the bone"},
-                            {1.1, DepthZone::kFar, "continue", "continue"},
-                            {0.9, DepthZone::kNear, "slow down", "nearly deep enough"},
-                            {0.2, DepthZone::kReached, "stop: deep enough", "stop: deep enough"},
-                            {-0.2, DepthZone::kReached, "stop: deep enough", "stop: deep enough"},
-                            {-0.4, DepthZone::kDeep, "too deep", "too deep"},
-                            {-1.1, DepthZone::kTooDeep, "too deep", "too deep"}}) {
-    const DepthZone zone = FindDepthZone({.depth_mm = 2 - c.to_goal_mm, .to_goal_mm = c.to_goal_mm});
-    EXPECT_EQ(zone, c.zone) << c.to_goal_mm;
-    EXPECT_STREQ(DescribeZone(zone, false), c.moving);
-    EXPECT_STREQ(DescribeZone(zone, true), c.resting);
+  // The goal is a depth of 2 mm, so that a quarter of it is 0.5 mm.
+  for (const ZoneCase& c : {ZoneCase{2.1, DepthZone::kAbove},
+                            {0.55, DepthZone::kFar},
+                            {0.45, DepthZone::kNear},
+                            {0.2, DepthZone::kReached},
+                            {-0.2, DepthZone::kReached},
+                            {-0.4, DepthZone::kDeep},
+                            {-1.1, DepthZone::kTooDeep}}) {
+    EXPECT_EQ(FindDepthZone({.depth_mm = 2 - c.to_goal_mm, .to_goal_mm = c.to_goal_mm}), c.zone) << c.to_goal_mm;
   }
+  EXPECT_EQ(CalcZoneNear_mm(1), 0.5);
+  EXPECT_EQ(CalcZoneNear_mm(3), 0.75);
+  EXPECT_EQ(CalcZoneNear_mm(11), 1);
+}
+
+// The student sees both at once: the gauge's word, and the line or, without one, the step.
+TEST(DepthAdvice, AgreesWithTheCoachAtEveryDepth) {
+  const WantedCut cut = MakeCut();
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-1, 1);
+  std::set<std::string> words;
+  for (const double nerve_mm : {9.0, 1.5, -0.2}) {
+    CoachState state;
+    double time_s = 0;
+    // Down from the air to far below the goal and up again, with a trembling hand.
+    for (int i = -400; i <= 400; ++i) {
+      const double depth_mm = 4 - 0.02 * std::abs(i) + 0.05 * any(random);
+      CoachInput input = Place(cut, 8, depth_mm, 0, 0, time_s += 0.02);
+      input.touches = depth_mm > 0;
+      input.nerve_mm = nerve_mm;
+      state = UpdateCoach(state, cut, input);
+      const DepthAdvice advice = MakeDepthAdvice(state, false);
+      const std::optional<CoachLine> line = MakeCoachLine(state, cut, input);
+      const std::string word = advice.text;
+      words.insert(word);
+      const std::string where = word + " at " + std::to_string(depth_mm);
+      EXPECT_EQ(word == "too deep", line && line->topic == CoachTopic::kTooDeep) << where;
+      EXPECT_EQ(word == "no deeper: nerve canal", line && line->topic == CoachTopic::kNearNerve) << where;
+      EXPECT_EQ(word == "stop: in the nerve canal", line && line->topic == CoachTopic::kInNerve) << where;
+      EXPECT_EQ(advice.stop, line && line->topic <= CoachTopic::kNearNerve) << where;
+      if (line) continue;
+      const ExerciseStep step = FindStep(cut, input, state.zone, true, 0.4);
+      const ExerciseStep expected = word == "above the bone" ? ExerciseStep::kLower
+                                    : word == "deep enough"  ? ExerciseStep::kFollow
+                                                             : ExerciseStep::kDeepen;
+      EXPECT_EQ(step, expected) << where;
+    }
+  }
+  EXPECT_EQ(words, (std::set<std::string>{"above the bone", "continue", "slow down", "deep enough", "too deep",
+                                          "no deeper: nerve canal", "stop: in the nerve canal"}));
+  EXPECT_STREQ(MakeDepthAdvice({.zone = DepthZone::kNear}, true).text, "nearly deep enough");
 }
 
 TEST(Coach, LinesAreCompleteSentences) {
