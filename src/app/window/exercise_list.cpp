@@ -270,7 +270,7 @@ ExerciseList::Choice ExerciseList::DrawLevels(Ui& ui) {
   const float s = ui.scale();
   Choice choice = Choice::kNone;
   const ExerciseRow& row = rows_[row_];
-  BeginLargeDialog(ui, "levels", 640, 270);
+  BeginLargeDialog(ui, "levels", 720, 290);
   const std::string start = fmt::format(fmt::runtime(Tr("Start level {}")), level_);
   const float rows = ImGui::GetContentRegionAvail().x < kNarrow * s ? 2 : 1;  // of buttons
   ImGui::BeginChild("body", {0, -rows * ImGui::GetFrameHeightWithSpacing() - 4 * s});
@@ -300,7 +300,7 @@ ExerciseList::Choice ExerciseList::DrawLevels(Ui& ui) {
                  fmt::format(fmt::runtime(level == recommended ? Tr("Level {} (recommended)") : Tr("Level {}")), level),
                  ImGui::GetContentRegionAvail().x);
       ImGui::TableNextColumn();
-      FittedText(ui, DescribeLevel(level), ImGui::GetContentRegionAvail().x);
+      WrappedText(DescribeLevel(level));
       ImGui::TableNextColumn();
       ImGui::TextUnformatted(ShowBest(row.best[static_cast<std::size_t>(level - 1)]).c_str());
       ImGui::PopID();

@@ -21,6 +21,19 @@ namespace {
 constexpr int kTicksInMoment = 20;  // one point of the curve per 20 ms at 1 kHz
 constexpr double kFeedOver_s = 0.1;
 
+constexpr const char* kCoarseStage = Msg("making a coarse bone");
+constexpr const char* kLoading = "loading";  // all its stages as one, for the estimate
+
+/// Returns the stages of loading. A coarse bone has so few voxels that it takes a fraction of the time.
+OverallProgress MakeLoadingProgress(const Scene& scene, bool coarse) {
+  std::vector<ExpectedStage> stages;
+  for (const ExpectedStage& stage : ListLoopStages(scene, {}, false)) {
+    if (coarse && stages.empty()) stages.push_back({kCoarseStage, 0.1 * stage.seconds});
+    if (stage.name != "cutting") stages.push_back(stage);
+  }
+  return OverallProgress(std::move(stages));
+}
+
 bool MovesSaw(const LoopAction& action) {
   using Kind = LoopAction::Kind;
   return action.kind == Kind::kUndo || action.kind == Kind::kRedo || action.kind == Kind::kRetract;
@@ -29,10 +42,13 @@ bool MovesSaw(const LoopAction& action) {
 }  // namespace
 
 LiveSession::LiveSession(Scene scene, LiveOptions options)
-    : scene_(std::move(scene)), options_(std::move(options)), rpm_(options_.scripted ? scene_.tool.rpm : 0) {
+    : scene_(std::move(scene)),
+      options_(std::move(options)),
+      rpm_(options_.scripted ? scene_.tool.rpm : 0),
+      loading_(MakeLoadingProgress(scene_, options_.prepare != nullptr)) {
   asked_.push_back({.at_s = 0, .kind = LoopAction::Kind::kSpindle, .rpm = rpm_, .name = ""});
   if (options_.device != nullptr) SetDevice(scene_, *options_.device);
-  progress_.Set("making the bone", 0, ProgressMeter::Now_s());
+  Report(options_.prepare ? kCoarseStage : "making the bone", 0);
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -73,7 +89,7 @@ void LiveSession::Run() {
     };
   }
   try {
-    if (options_.prepare) options_.prepare([this](double fraction) { Report("making a coarse bone", fraction); });
+    if (options_.prepare) options_.prepare([this](double fraction) { Report(kCoarseStage, fraction); });
     LoopSummary summary =
         RunLoop(scene_, loop, [this](const std::string& stage, double fraction) { Report(stage, fraction); });
     if (!summary.failure.empty()) failure_ = summary.failure;
@@ -96,7 +112,12 @@ void LiveSession::Run() {
 void LiveSession::Report(const std::string& stage, double fraction) {
   if (stop_.load() && stage_.load() == LiveStage::kLoading) throw Cancelled();
   const std::lock_guard lock(mutex_);
-  progress_.Set(stage, fraction, ProgressMeter::Now_s());
+  working_on_ = stage;
+  if (stage_.load() == LiveStage::kLoading) {
+    progress_.Set(kLoading, loading_.Advance(stage, fraction), ProgressMeter::Now_s());
+  } else {
+    progress_.Set(stage, fraction, ProgressMeter::Now_s());
+  }
   if (stop_.load() && stage_.load() == LiveStage::kRunning) stage_.store(LiveStage::kEnding);
 }
 
@@ -182,7 +203,9 @@ void LiveSession::Done(const LoopAction& action, const std::string& failure, std
 
 WorkProgress LiveSession::progress() const {
   const std::lock_guard lock(mutex_);
-  return progress_.Get(ProgressMeter::Now_s());
+  WorkProgress progress = progress_.Get(ProgressMeter::Now_s());
+  progress.stage = working_on_;
+  return progress;
 }
 
 LiveFigures LiveSession::figures() const {

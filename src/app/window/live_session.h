@@ -18,6 +18,7 @@
 #include "app/window/stroke_watch.h"
 #include "loop/haptics/mouse_hand.h"
 #include "session/held_device/hold_tool.h"
+#include "session/run/overall_progress.h"
 #include "session/run/run_loop.h"
 
 namespace kerf {
@@ -144,7 +145,9 @@ class LiveSession final : private SessionController {
   StrokeWatch stroke_;                        // used only by the session's thread
 
   mutable std::mutex mutex_;  // protects everything below
+  OverallProgress loading_;
   ProgressMeter progress_;
+  std::string working_on_;
   LiveFigures figures_;
   struct Place {
     double time_s;

@@ -59,6 +59,7 @@ bool IsSameModel(const SceneBone& a, const SceneBone& b) {
 
 Practice::Practice(const PracticeOptions& options) : options_(options) {
   options_.viewer.ghost = false;  // the handle's picture would hide the blade's colour
+  options_.viewer.watch = true;
   if (!options_.exercise.empty()) FindExercise(options_.exercise);
   const std::string student = std::exchange(options_.student, "");
   if (!student.empty()) {
@@ -181,6 +182,7 @@ void Practice::Start(const std::string& id, int level) {
   review_.reset();
   pair_.reset();
   coach_ = {};
+  report_.reset();
   scored_ = true;
   state_ = State::kCutting;
   meter_ = std::make_shared<SessionMeter>(scene_);
@@ -193,12 +195,15 @@ void Practice::Start(const std::string& id, int level) {
   viewer_->view().SetGuides({});
   viewer_->view().SetPlanes({});
   const bool same = kept_bone_ && IsSameModel(kept_source_, scene_.bone);
-  if (!same) {
+  if (same) {
+    viewer_->ShowUncut();
+    viewer_->controls().Release();
+  } else {
     kept_bone_.reset();
     viewer_->bone().Clear();
   }
   viewer_->trace().Write("exercise", {{"id", id}, {"level", level}, {"bone_is_kept", same}});
-  viewer_->Begin(scene_, exercise_->file, false, kept_bone_);
+  viewer_->Begin(scene_, exercise_->file, same, kept_bone_);
   recordings_.push_back(viewer_->recording());
 }
 
@@ -226,7 +231,9 @@ void Practice::Leave() {
 
 std::string Practice::DescribeUnsaved() const {
   const bool unfinished = state_ == State::kCutting && viewer_->is_running() && viewer_->figures().removed_mm3 > 0;
-  return unfinished ? Tr("The attempt is not finished. If you quit, it is not scored and not saved.") : "";
+  return unfinished
+             ? Tr("The attempt is not finished, and its time runs on. If you quit, it is not scored and not saved.")
+             : "";
 }
 
 std::string Practice::save_label() const {
@@ -283,7 +290,8 @@ void Practice::Fill(HudState& hud) {
   }
   if (state_ == State::kReplaying) {
     const std::optional<DepthReading> reading = gauge_->Calc(pair_->student.Calc(replay_s_).X_WT);
-    hud.gauge = MakeGauge(reading);
+    const CoachState depth{.zone = reading ? FindDepthZone(*reading) : DepthZone::kAbove};
+    hud.gauge = MakeGauge(reading, MakeDepthAdvice(depth, false));
     hud.banner = HudBanner{
         .kind = HudBanner::Kind::kNotice,
         .text = fmt::format(fmt::runtime(Tr("Your saw is orange, the expert's is blue: {:.0f} s of {:.0f} s")),

@@ -18,9 +18,11 @@
 #include "session/practise/progress.h"
 #include "session/practise/replay_pair.h"
 #include "session/score/columns.h"
+#include "session/score/feed_meter.h"
 #include "session/score/region_distance.h"
 #include "session/score/review.h"
 #include "session/score/score.h"
+#include "session/watch/cut_watch.h"
 
 namespace kerf {
 
@@ -81,7 +83,6 @@ class Practice final : public Activity {
   void DrawSections(Ui& ui) override;
   void DrawWindows(Ui& ui) override;
   std::vector<TourStep> tour() const override;
-  bool begins_with_tour() const override { return options_.exercise.empty(); }  // it would cover the exercise's card
   std::string DescribeUnsaved() const override;
   std::string save_label() const override;
   void Save() override { Finish(true); }
@@ -109,7 +110,9 @@ class Practice final : public Activity {
   std::optional<DepthReading> Read() const;
   CoachInput MakeCoachInput() const;
   double CalcElapsed_s() const;
-  HudGauge MakeGauge(const std::optional<DepthReading>& reading) const;
+  double CalcDone() const;  // fraction of what is to be cut
+  DepthAdvice MakeAdvice() const;
+  HudGauge MakeGauge(const std::optional<DepthReading>& reading, const DepthAdvice& advice) const;
 
   PracticeOptions options_;
   std::optional<History> history_;
@@ -140,6 +143,9 @@ class Practice final : public Activity {
   std::function<std::string()> stored_;
   NextStep next_;  // kResult: recommended
   CoachState coach_;
+  std::optional<FeedMeter> feed_;
+  std::optional<double> feed_mm_per_s_;    // of feed_, at the last frame
+  std::optional<PlanesReport> report_;     // of the bone as it is cut; none: not yet
   std::vector<double> deepest_mm_;         // by column of the gauge
   std::shared_ptr<const Bone> kept_bone_;  // of the last session, uncut; null: none
   SceneBone kept_source_;                  // that it was made of

@@ -73,16 +73,23 @@ void Practice::AddActions(ActionList& actions) {
 }
 
 std::vector<TourStep> Practice::tour() const {
-  return {{Tr("Choose an exercise"),
-           Tr("Click the blue button to begin with the recommended exercise. Each level has fewer aids than the one "
-              "before. The numbers are your best scores.")},
-          {Tr("Cut"),
-           Tr("Space switches the spindle on and off. Move the saw with the arrow keys, or by dragging with the left "
-              "mouse button. The card at the top says the next step, and the left column shows the depth. The clock "
-              "starts when you move the saw or switch the spindle on.")},
-          {Tr("See how you did"),
-           Tr("Enter finishes the exercise. The first sentence of the result says what to do better. W shows your saw "
-              "beside that of the expert, and A tries again. F1 shows all keys, and this tour is in the menu Help.")}};
+  std::vector<TourStep> steps;
+  if (options_.exercise.empty()) {
+    steps.push_back(
+        {Tr("Choose an exercise"),
+         Tr("Click the blue button to begin with the recommended exercise. Each level has fewer aids than the one "
+            "before. The numbers are your best scores.")});
+  }
+  steps.push_back(
+      {Tr("Cut"),
+       Tr("Space switches the spindle on and off. Move the saw with the arrow keys, or by dragging with the left "
+          "mouse button. The card at the top says the next step, and the left column shows the depth. The clock "
+          "starts when you move the saw or switch the spindle on.")});
+  steps.push_back(
+      {Tr("See how you did"),
+       Tr("Enter finishes the exercise. The first sentence of the result says what to do better. W shows your saw "
+          "beside that of the expert, and A tries again. F1 shows all keys, and this tour is in the menu Help.")});
+  return steps;
 }
 
 }  // namespace kerf

@@ -9,9 +9,11 @@
 #include <string>
 #include <utility>
 
+#include "app/window/injury_texts.h"
 #include "app/window/nerve_alarm.h"
 #include "app/window/practice.h"
 #include "app/window/practice_widgets.h"
+#include "session/score/cut_area.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
@@ -19,16 +21,17 @@ namespace {
 
 /// Feed below which the saw rests, so that it is not asked to slow down.
 constexpr double kRest_mm_per_s = 0.1;
-/// Size of what is shown of an exercise, as a multiple of the tool's radius.
-constexpr double kViewRadii = 3.2;
+/// Width of the planned plane around the wanted cut.
+constexpr double kPlaneRim_mm = 10;
 /// Height that is left to the exercise's card, points, and its largest share of the scene.
 constexpr double kCard = 110;
 constexpr double kMaxCardShare = 0.38;
 /// Time before the end of an attempt from which on the student is warned of it.
 constexpr double kWarnTime_s = 10;
 
-HudLevel LevelOf(DepthZone zone) {
-  switch (zone) {
+HudLevel LevelOf(const DepthAdvice& advice) {
+  if (advice.stop) return HudLevel::kBad;
+  switch (advice.zone) {
     case DepthZone::kTooDeep:
       return HudLevel::kBad;
     case DepthZone::kDeep:
@@ -64,6 +67,15 @@ void Practice::Began() {
   gauge_ = std::make_unique<DepthGauge>(*bone, MakeWantedCut(scene_.exercise, MakeTool(scene_)));
   deepest_mm_.assign(gauge_->columns().size(), -kAbove_mm);
   touched_at_.reset();
+  feed_.emplace(gauge_->cut());
+  if (const auto watch = viewer_->cut_watch()) {
+    watch->Fetch();  // the last one of the attempt before
+    watch->SetMeasure(nullptr);
+    if (IsPlanned()) {
+      watch->SetMeasure(
+          [cut = gauge_->cut()](const Bone& before, const Bone& now) { return CalcCutArea(before, now, cut).share(); });
+    }
+  }
   making_nerve_ =
       std::async(std::launch::async, [bone] { return std::make_unique<RegionDistance>(*bone, Tissue::kCanal); });
   ShowGoal();
@@ -90,11 +102,15 @@ void Practice::Began() {
 /// Shows the wanted cut and the saw above it where neither the panels nor the card of the exercise cover them.
 void Practice::ShowCutAndSaw() {
   const WantedCut& cut = gauge_->cut();
-  const double size_mm = kViewRadii * cut.radius_mm + cut.length_mm;
-  viewer_->ShowPlace({.p_W = cut.ToWorld({0.5 * cut.length_mm, 0, 0}) - 0.25 * cut.radius_mm * cut.into_W,
-                      .width_mm = size_mm,
-                      .height_mm = size_mm,
-                      .free = [this](const UiBox& scene) {
+  const double rim_mm = IsPlanned() ? kPlaneRim_mm : 0;
+  const double side_mm = std::max(cut.radius_mm, rim_mm);
+  // In the replay, the upper half of the saw need not be seen.
+  const double above_mm = (state_ == State::kReplaying ? 1 : 2) * cut.radius_mm;
+  std::vector<Vec3> corners_W;
+  for (const double s_mm : {-side_mm, cut.length_mm + side_mm}) {
+    for (const double t_mm : {-above_mm, cut.depth_mm + rim_mm}) corners_W.push_back(cut.ToWorld({s_mm, t_mm, 0}));
+  }
+  viewer_->ShowPlace({.points_W = std::move(corners_W), .free = [this](const UiBox& scene) {
                         UiBox free = scene;
                         const double card =
                             std::min(kCard * static_cast<double>(viewer_->ui().scale()), kMaxCardShare * scene.height);
@@ -120,8 +136,8 @@ void Practice::ShowGoal() {
   viewer_->view().SetPlanes({{.name = Tr("plan"),
                               .p_W = cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}),
                               .normal_W = cut.across_W,
-                              .width_mm = cut.length_mm + 20,
-                              .height_mm = cut.depth_mm + 20,
+                              .width_mm = cut.length_mm + 2 * kPlaneRim_mm,
+                              .height_mm = cut.depth_mm + 2 * kPlaneRim_mm,
                               .up_W = -cut.into_W}});
 }
 
@@ -150,11 +166,13 @@ void Practice::UpdateCutting() {
   if (scene_.exercise.sound) {
     viewer_->sound().SetAlarm(AlarmKind::kDepth, in_bone ? std::optional(reading->to_goal_mm) : std::nullopt);
   }
-  if (scene_.exercise.colour) {
-    viewer_->view().SetToolColour(in_bone ? ColourOf(LevelOf(FindDepthZone(*reading))) : kSteelColour);
+  feed_mm_per_s_ = feed_->Take(viewer_->figures().time_s, viewer_->figures().coupled.X_WT);
+  if (const auto watch = viewer_->cut_watch()) {
+    if (std::optional<PlanesReport> report = watch->Fetch()) report_ = std::move(report);
   }
   const CoachInput input = MakeCoachInput();
   coach_ = UpdateCoach(coach_, gauge_->cut(), input);
+  if (scene_.exercise.colour) viewer_->view().SetToolColour(ColourOf(LevelOf(MakeAdvice())));
   // The saw has also been between the places of two frames.
   constexpr double kStep_mm = 0.1;
   if (input.touches) {
@@ -191,6 +209,9 @@ CoachInput Practice::MakeCoachInput() const {
   }
   const ViewBasis basis = viewer_->MakeBasis();
   input.picture = PictureDirections{.right_W = basis.right_W, .up_W = basis.up_W};
+  input.plane_lock = viewer_->controls().in_blade_plane();
+  input.feed_mm_per_s = feed_mm_per_s_;
+  if (scene_.exercise.kind == ExerciseKind::kFollowLine) input.wanted_feed_mm_per_s = scene_.exercise.feed_mm_per_s;
   input.touches = figures.coupled.engaged_teeth > 0 || glm::length(figures.coupled.f_face_W_N) > 0;
   return input;
 }
@@ -203,32 +224,41 @@ std::optional<CoachLine> Practice::MakeCoach() const {
 
 std::optional<Message> Practice::MakeStep() const {
   if (state_ != State::kCutting || !viewer_->is_running() || !gauge_) return {};
-  const double done = CalcLineDone(*gauge_, deepest_mm_);
+  const double done = CalcDone();
   const CoachInput input = MakeCoachInput();
-  const ExerciseStep step = FindStep(gauge_->cut(), input, viewer_->spindle_on(), done);
+  const ExerciseStep step = FindStep(gauge_->cut(), input, coach_.zone, viewer_->spindle_on(), done);
   const bool at_each_level = step == ExerciseStep::kReturn || (step == ExerciseStep::kFinish && scene_.exercise.gauge);
   if (scene_.exercise.level > 1 && !at_each_level) return {};
-  return DescribeStep(step, gauge_->cut(), input, viewer_->spindle_on(), done, CalcCutDone(*gauge_, deepest_mm_));
+  return DescribeStep(step, gauge_->cut(), input, viewer_->spindle_on(), done);
 }
 
 std::vector<Aid> Practice::MakeAids() const {
   return ListAids(scene_.exercise, viewer_->controls().in_blade_plane(), viewer_->view().translucent());
 }
 
-HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading) const {
+double Practice::CalcDone() const {
+  if (!IsPlanned()) return CalcLineDone(*gauge_, deepest_mm_);
+  return report_ ? report_->measured.value_or(0) : 0;
+}
+
+DepthAdvice Practice::MakeAdvice() const {
+  return MakeDepthAdvice(coach_, viewer_->figures().feed_mm_per_s < kRest_mm_per_s);
+}
+
+HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading, const DepthAdvice& advice) const {
   HudGauge gauge;
   gauge.title = Tr("Depth");
-  gauge.upper = scene_.exercise.depth_mm + 1.8 * kZoneNear_mm;
+  gauge.upper = scene_.exercise.depth_mm + 1.8 * kZoneBad_mm;
   gauge.good = kZoneReached_mm;
-  gauge.warn = kZoneNear_mm;
+  gauge.warn = CalcZoneNear_mm(scene_.exercise.depth_mm);
+  gauge.bad = kZoneBad_mm;
   gauge.goal = scene_.exercise.depth_mm;
   if (!reading) return gauge;
   gauge.value = reading->depth_mm;
-  const DepthZone zone = FindDepthZone(*reading);
-  gauge.level = LevelOf(zone);
-  gauge.word = Tr(DescribeZone(zone, viewer_->figures().feed_mm_per_s < kRest_mm_per_s));
+  gauge.level = LevelOf(advice);
+  gauge.word = Tr(advice.text);
   // A planned cut is done when the bone is cut through, wherever the blade is.
-  if (IsPlanned() && CalcLineDone(*gauge_, deepest_mm_) >= kStepLineDone) {
+  if (IsPlanned() && CalcDone() >= kStepLineDone) {
     gauge.level = HudLevel::kGood;
     gauge.word = Tr("cut through");
     gauge.goal.reset();
@@ -240,7 +270,7 @@ void Practice::FillCutting(HudState& hud) {
   const std::optional<DepthReading> reading = Read();
   // Without the gauge the depth is not shown either.
   if (scene_.exercise.gauge) {
-    hud.gauge = MakeGauge(reading);
+    hud.gauge = MakeGauge(reading, MakeAdvice());
     if (reading) hud.values.depth_mm = reading->depth_mm;
     const ToolDeviation deviation = CalcDeviation(gauge_->cut(), viewer_->figures().coupled.X_WT);
     hud.values.plan_angle_deg = deviation.tilt_deg;
@@ -253,10 +283,13 @@ void Practice::FillCutting(HudState& hud) {
     hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), viewer_->figures().coupled.X_WT);
     hud.values.nerve_is_crossed = IsPlanned();
   }
+  // A canal that the planned plane crosses is injured by a perfect cut, too.
+  if (report_) ShowInjuries(report_->injuries, hud);
+  if (IsPlanned()) hud.injuries.clear();
   const double goal_s = CalcUnhurriedTime_s(gauge_->cut(), scene_.exercise);
-  begun_ = begun_ || viewer_->spindle_on();
+  if (viewer_->spindle_on() && !std::exchange(begun_, true)) viewer_->LeaveTour();
   const std::string keys = Tr("Space: spindle   Arrows or left drag: move   Enter: finish");
-  const bool made = CalcLineDone(*gauge_, deepest_mm_) >= kStepLineDone;
+  const bool made = CalcDone() >= kStepLineDone;
   if (!begun_) {
     hud.banner = HudBanner{
         .kind = HudBanner::Kind::kNotice,
@@ -289,8 +322,8 @@ void Practice::FillCutting(HudState& hud) {
                                    ShowNumber(limit_s, 0), ShowNumber(goal_s, 0));
   }
   if (IsPlanned() && scene_.exercise.gauge) {
-    const std::string done = fmt::format(fmt::runtime(Tr("{} % of the planned plane cut")),
-                                         ShowNumber(100 * CalcCutDone(*gauge_, deepest_mm_), 0));
+    const std::string done =
+        fmt::format(fmt::runtime(Tr("{} % of the planned plane cut")), ShowNumber(100 * CalcDone(), 0));
     hud.status.right = hud.status.right.empty() ? done : fmt::format("{}   |   {}", done, hud.status.right);
   }
 }

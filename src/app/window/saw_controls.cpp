@@ -142,8 +142,15 @@ void SawControls::Advance(double dt_s, const ViewBasis& view, const Pose& X_WT, 
     move += m.move;
     turn += m.turn;
   }
-  const double pace = dt_s * (fast_ ? kFast : 1);
-  if (glm::length(move) > 0) Move(pace * feed_mm_per_s_ * InWorld(glm::normalize(move), view));
+  // In the bone, a fast saw would slip rather than cut.
+  const double pace = dt_s * (fast_ && !touches ? kFast : 1);
+  if (glm::length(move) > 0) {
+    const Vec3 direction_W = InWorld(glm::normalize(move), view);
+    // What holds the saw back has let the wanted pose run ahead of it. The way back begins at the saw.
+    const double ahead_mm = glm::dot(X_WT.p_AB - X_wanted_.p_AB, direction_W);
+    if (touches && ahead_mm > 0) Move(ahead_mm * direction_W);
+    Move(pace * feed_mm_per_s_ * direction_W);
+  }
   if (glm::length(turn) > 0) Turn(pace * kTurnByKey_rad_per_s * InWorld(glm::normalize(turn), view));
 
   // If the bone holds the saw back, the wanted pose waits for it.

@@ -26,6 +26,7 @@ bool ShownBone::Take() {
   std::optional<Made> made;
   {
     const std::lock_guard lock(mutex_);
+    if (made_ && surface_ && !made_->surface->first_done()) return false;
     made.swap(made_);
   }
   if (!made) return false;

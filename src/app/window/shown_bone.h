@@ -27,7 +27,8 @@ class ShownBone {
   std::shared_ptr<const Bone> at_start() const;
 
   // ---- called by the window's thread
-  /// Begins to draw the bone that was given to Show(). Returns false if there is none.
+  /// Begins to draw the bone that was given to Show(). Returns false if there is none, or if the one that is drawn now
+  /// stays until the picture of the next one is ready.
   bool Take();
   /// Draws what has changed since the last frame. `uploads`: receives the durations of updating the surface.
   void Update(LogHistogram& uploads);

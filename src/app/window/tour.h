@@ -22,6 +22,10 @@ class Tour {
     steps_ = std::move(steps);
     step_ = 0;
   }
+  /// Replaces the texts by the same steps in another language.
+  void SetSteps(std::vector<TourStep> steps) {
+    if (is_open() && steps.size() == steps_.size()) steps_ = std::move(steps);
+  }
   void End() { step_ = steps_.size(); }
   bool is_open() const { return step_ < steps_.size(); }
   /// Number of the current step, from 1; 0: closed.

@@ -151,7 +151,10 @@ void ViewerApp::Draw() {
   DrawUi(MakeHud());
   ui_.EndFrame();
   const auto box = [](const UiBox& b) { return ScreenBox{b.left, b.top, b.width, b.height}; };
-  view_->SetAreas(box(areas_.scene), box(areas_.cube));
+  // The cube gives way to the tool.
+  const ScreenBox tool = is_running() && activity_->cuts() ? view_->CalcToolBox() : ScreenBox{};
+  const bool covers = Overlap(areas_.cube, {tool.left, tool.top, tool.width, tool.height});
+  view_->SetAreas(box(areas_.scene), covers ? ScreenBox{} : box(areas_.cube));
   FollowPlace();
   const std::uint64_t hash = ui_.CalcFrameHash();
   if (std::exchange(redraws_, false) || view_->has_changed()) frames_to_draw_ = 2;

@@ -139,15 +139,16 @@ class ViewerApp {
   void set_original(std::shared_ptr<const Bone> bone) { original_ = std::move(bone); }
   /// Returns the bone before all cuts, also those of sessions before; null before the first session.
   std::shared_ptr<const Bone> uncut_bone() const { return original_ ? original_ : bone_.at_start(); }
-  /// Shows a place in the part of the scene that `free` returns for the area between the panels, and does so again when
-  /// that part changes, until the user turns, shifts or zooms the view.
+  /// Shows points, and the tool while it cuts, in the part of the scene that `free` returns for the area between the
+  /// panels. Does so again when that part changes or the tool leaves it, until the user turns, shifts or zooms the
+  /// view.
   struct ShownPlace {
-    Vec3 p_W{0};
-    double width_mm = 0;
-    double height_mm = 0;
+    std::vector<Vec3> points_W;
     std::function<UiBox(const UiBox& scene)> free;
   };
   void ShowPlace(ShownPlace place);
+  /// Shows the bone uncut again, as at the start, for another session on the same bone.
+  void ShowUncut();
   /// Keeps the camera as it is when a bone is shown that was not yet complete.
   void KeepView() { view_changed_ = true; }
   WindowSettings& settings() { return settings_; }

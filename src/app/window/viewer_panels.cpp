@@ -174,6 +174,7 @@ void ViewerApp::DrawUi(const HudState& hud) {
   if (settings_shown_ && DrawSettings(ui_, areas_.scene, languages_, settings_, settings_shown_)) {
     ApplySettings();
     KeepSettings();
+    tour_.SetSteps(activity_->tour());
     trace_.Write("settings", {{"text_size", settings_.text_size},
                               {"language", CurrentLanguage()},
                               {"theme", settings_.theme == Theme::kDark ? "dark" : "light"},

@@ -11,6 +11,8 @@
 #include "app/window/viewer_app.h"
 #include "base/files/files.h"
 #include "base/files/temporary.h"
+#include "bone/grid/removed.h"
+#include "bone/grid/set_leaf.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -77,12 +79,36 @@ void ViewerApp::ShowPlace(ShownPlace place) {
 void ViewerApp::FollowPlace() {
   if (!shown_place_) return;
   const UiBox free = shown_place_->free(areas_.scene);
+  if (free.empty()) return;
   const bool same = free.left == shown_in_.left && free.top == shown_in_.top && free.width == shown_in_.width &&
                     free.height == shown_in_.height;
-  if (same || free.empty()) return;
+  std::vector<Vec3> points_W = shown_place_->points_W;
+  bool left = false;
+  if (is_running() && began_ && activity_->cuts()) {
+    const ScreenBox tool = view_->CalcToolBox();
+    left = tool.left < free.left || tool.left + tool.width > free.right() || tool.top < free.top ||
+           tool.top + tool.height > free.bottom();
+    const double reach_mm = CalcReach(MakeTool(session_->scene()));
+    for (const Vec3& p_T : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{-1, 0, 0}, Vec3{0, -1, 0}}) {
+      // The corners of the square around a disc.
+      points_W.push_back(figures_.coupled.X_WT.Point(reach_mm * (p_T + Vec3{-p_T.y, p_T.x, 0})));
+    }
+  }
+  if (same && !left) return;
   shown_in_ = free;
-  view_->FitPlace(shown_place_->p_W, shown_place_->width_mm, shown_place_->height_mm,
-                  {free.left, free.top, free.width, free.height});
+  view_->FitPoints(points_W, {free.left, free.top, free.width, free.height});
+}
+
+void ViewerApp::ShowUncut() {
+  const std::shared_ptr<const Bone> start = bone_at_start();
+  if (!start || !bone_.surface()) return;
+  const std::shared_ptr<CutWatch> watch = cut_watch();
+  for (const std::array<int, 3>& index : FindChangedLeaves(bone_.surface()->CopyBone(), *start)) {
+    LeafMessage leaf{.index = index};
+    GetLeaf(*start, index, leaf.values);
+    bone_.surface()->Offer(leaf);
+    if (watch) watch->Offer(index, leaf.values);
+  }
 }
 
 void ViewerApp::UpdateToolInPicture(double dt_s) {

@@ -181,6 +181,9 @@ void ViewerApp::FollowSession() {
                            {"tick_p50_us", summary.tick.p50_us},
                            {"tick_p99_us", summary.tick.p99_us}});
     // The activity may have begun a new session; otherwise the ended one is removed.
+    view_->SetForce(std::nullopt);
+    view_->SetContact(std::nullopt);
+    view_->SetGhost(std::nullopt);
     const LiveSession* over = session_.get();
     activity_->Ended(std::move(summary));
     if (session_.get() == over) session_.reset();

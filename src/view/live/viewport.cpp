@@ -402,28 +402,25 @@ void Viewport::FitAll() {
                         (i & 2) != 0 ? s.bounds_W.upper.y : s.bounds_W.lower.y,
                         (i & 4) != 0 ? s.bounds_W.upper.z : s.bounds_W.lower.z);
   }
-  // Fits the view into a window of the size of the free area, then shifts it to that area's position.
-  const ScreenBox& free = s.free;
-  if (free.empty()) {
+  if (s.free.empty()) {
     s.camera.Fit(points);
-    return;
+  } else {
+    FitPoints(points, s.free);
   }
-  const int width = s.camera.width();
-  const int height = s.camera.height();
-  s.camera.SetSize(std::max(1, static_cast<int>(free.width)), std::max(1, static_cast<int>(free.height)));
-  s.camera.Fit(points, 0.04);
-  const double mm_per_pixel = s.camera.height_mm() / s.camera.height();
-  s.camera.SetSize(width, height);
-  s.camera.set_height_mm(mm_per_pixel * height);
-  s.camera.Pan(free.left + 0.5 * free.width - 0.5 * width, free.top + 0.5 * free.height - 0.5 * height);
 }
 
-void Viewport::FitPlace(const Vec3& p_W, double width_mm, double height_mm, const ScreenBox& area) {
+void Viewport::FitPoints(const std::vector<Vec3>& points_W, const ScreenBox& area) {
   if (area.empty()) return;
+  // Fits the view into a window of the size of the area, then shifts it to the area's position.
   ViewCamera& camera = state_->camera;
-  camera.set_target_W(p_W);
-  camera.set_height_mm(std::max(width_mm / area.width, height_mm / area.height) * camera.height());
-  camera.Pan(area.left + 0.5 * area.width - 0.5 * camera.width(), area.top + 0.5 * area.height - 0.5 * camera.height());
+  const int width = camera.width();
+  const int height = camera.height();
+  camera.SetSize(std::max(1, static_cast<int>(area.width)), std::max(1, static_cast<int>(area.height)));
+  camera.Fit(points_W, 0.04);
+  const double mm_per_pixel = camera.height_mm() / camera.height();
+  camera.SetSize(width, height);
+  camera.set_height_mm(mm_per_pixel * height);
+  camera.Pan(area.left + 0.5 * area.width - 0.5 * width, area.top + 0.5 * area.height - 0.5 * height);
 }
 
 namespace {

@@ -194,9 +194,8 @@ class Viewport {
   const ViewCamera& camera() const;
   /// Fits the whole bone and the pieces into the area between the panels.
   void FitAll();
-  /// Shows a place in the middle of an area of the picture, pixels, so that this width and height around it fit into
-  /// the area. Keeps the direction of the view.
-  void FitPlace(const Vec3& p_W, double width_mm, double height_mm, const ScreenBox& area);
+  /// Fits points into an area of the picture, pixels. Keeps the direction of the view.
+  void FitPoints(const std::vector<Vec3>& points_W, const ScreenBox& area);
   /// Returns the index of the point, or of the plane's handle, that is nearest to a pixel on the screen and at most a
   /// radius away; of two at the same place, the later one.
   std::optional<int> PickPoint(const ScreenPoint& at, double radius_px) const;

@@ -42,7 +42,8 @@ struct HudGauge {
   std::optional<double> value;
   std::optional<double> goal;  // marked on the bar
   double good = 0.3;           // tolerance around the goal that counts as good
-  double warn = 1;             // tolerance for a warning; more than this beyond the goal is bad
+  double warn = 1;             // before the goal: tolerance for a warning
+  double bad = 1;              // beyond the goal: tolerance for a warning; more is bad
   HudLevel level = HudLevel::kPlain;
   std::string word;  // "go on", "slow down", "stop", "too deep"
 };

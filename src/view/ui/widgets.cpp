@@ -158,8 +158,8 @@ void Gauge(Ui& ui, const HudGauge& gauge) {
     };
     zone(*gauge.goal - gauge.warn, *gauge.goal - gauge.good, HudLevel::kWarn, 0.45);
     zone(*gauge.goal - gauge.good, *gauge.goal + gauge.good, HudLevel::kGood, 0.5);
-    zone(*gauge.goal + gauge.good, *gauge.goal + gauge.warn, HudLevel::kWarn, 0.45);
-    zone(*gauge.goal + gauge.warn, gauge.upper, HudLevel::kBad, 0.45);
+    zone(*gauge.goal + gauge.good, *gauge.goal + gauge.bad, HudLevel::kWarn, 0.45);
+    zone(*gauge.goal + gauge.bad, gauge.upper, HudLevel::kBad, 0.45);
     list.AddRectFilled({at(*gauge.goal) - s, from.y - 4 * s}, {at(*gauge.goal) + s, to.y + 4 * s}, ToImU32(c.text));
   }
   if (gauge.value) {

@@ -181,7 +181,7 @@ def main():
         named = ["practise", "-o", "out2", "--exercise", "groove"]
         w = Window(display, options.kerf, named, folder, dict(data, XDG_CONFIG_HOME=str(settings.parents[1])), title="kerf practise")
         w.wait_event("running")
-        w.wait_state("no tour", lambda s: s["mode"] == "cutting" and s["tour"] == 0)
+        w.wait_state("the tour, without the step about the list", lambda s: s["mode"] == "cutting" and s["tour"] == 1)
         # The clock waits for the user.
         time.sleep(1)
         w.read()
@@ -194,7 +194,7 @@ def main():
         second = ["practise", "-o", "out2", "--size", f"{size[0]}x{size[1]}", "--scale", str(options.scale)]
         w = Window(display, options.kerf, second, folder, dict(data, XDG_CONFIG_HOME=str(settings.parents[1])), title="kerf practise")
         w.wait_state("the list of exercises", lambda s: s["mode"] == "choosing")
-        # The tour begins by itself unless an exercise was named, has three steps, and is in the menu of help.
+        # The tour begins by itself, has three steps, and is in the menu of help.
         w.wait_state("the tour", lambda s: s["tour"] == 1)
         time.sleep(0.5)
         for step in (1, 2, 3):

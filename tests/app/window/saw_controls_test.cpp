@@ -49,6 +49,38 @@ TEST(SawControls, HeldKeyMovesAtTheFeedRateAtAnyFrameRate) {
   }
 }
 
+// What holds the saw lets the wanted pose run ahead of it; the other key lifts it at once, not after the way back.
+TEST(SawControls, OppositeKeyBeginsAtTheSawThatIsHeld) {
+  SawControls controls(Pose{});
+  controls.set_feed_mm_per_s(4);
+  controls.Take(KeyEvent(Key::kDown), kFront);
+  for (int i = 0; i < 200; ++i) controls.Advance(0.01, kFront, Pose{});
+  EXPECT_NEAR(controls.wanted().p_AB.z, -8, 1e-9);
+  controls.Take(KeyEvent(Key::kUp), kFront);
+  controls.Take(KeyEvent(Key::kDown, false), kFront);
+  controls.Advance(0.01, kFront, Pose{});
+  EXPECT_NEAR(controls.wanted().p_AB.z, 0.04, 1e-9);
+  // Across the pressure, it stays.
+  controls.Release();
+  controls.Continue(Pose{});
+  controls.Take(KeyEvent(Key::kDown), kFront);
+  for (int i = 0; i < 100; ++i) controls.Advance(0.01, kFront, Pose{});
+  controls.Take(KeyEvent(Key::kRight), kFront);
+  controls.Take(KeyEvent(Key::kDown, false), kFront);
+  controls.Advance(0.01, kFront, Pose{});
+  EXPECT_NEAR(controls.wanted().p_AB.z, -4, 1e-9);
+}
+
+TEST(SawControls, ShiftIsFastInTheAirOnly) {
+  for (const bool touches : {false, true}) {
+    SawControls controls(Pose{});
+    controls.set_feed_mm_per_s(1);
+    controls.Take(KeyEvent(Key::kDown, true, true), kFront);
+    for (int i = 0; i < 100; ++i) controls.Advance(0.01, kFront, controls.wanted(), touches);
+    EXPECT_NEAR(controls.wanted().p_AB.z, touches ? -1 : -6, 1e-9);
+  }
+}
+
 TEST(SawControls, MouseDragsTheSawByItsMotion) {
   SawControls controls(Pose{});
   EXPECT_FALSE(controls.Take(MouseEvent(Kind::kMouseMove, 5, 5), kFront));  // no button is pressed
