@@ -272,7 +272,8 @@ ExerciseList::Choice ExerciseList::DrawLevels(Ui& ui) {
   const ExerciseRow& row = rows_[row_];
   BeginLargeDialog(ui, "levels", 720, 290);
   const std::string start = fmt::format(fmt::runtime(Tr("Start level {}")), level_);
-  const float rows = ImGui::GetContentRegionAvail().x < kNarrow * s ? 2 : 1;  // of buttons
+  const bool narrow = ImGui::GetContentRegionAvail().x < kNarrow * s;
+  const float rows = narrow ? 2 : 1;  // of buttons
   ImGui::BeginChild("body", {0, -rows * ImGui::GetFrameHeightWithSpacing() - 4 * s});
   ImGui::PushFont(ui.title());
   WrappedText(Tr(row.title.c_str()));
@@ -282,15 +283,21 @@ ExerciseList::Choice ExerciseList::DrawLevels(Ui& ui) {
   const int recommended = FindRecommendedLevel(row);
   if (ImGui::BeginTable("levels", 4, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_BordersInnerH)) {
     ImGui::TableSetupColumn("##number", 0, 20 * s);
-    ImGui::TableSetupColumn(Tr("Level"), 0,
-                            WidthFor({fmt::format(fmt::runtime(Tr("Level {} (recommended)")), kLevels)}, 180 * s));
+    ImGui::TableSetupColumn(
+        Tr("Level"), 0,
+        WidthFor({fmt::format(fmt::runtime(Tr("Level {} (recommended)")), kLevels)}, narrow ? 0 : 180 * s));
     ImGui::TableSetupColumn(Tr("Aids"), ImGuiTableColumnFlags_WidthStretch);
     ImGui::TableSetupColumn(Tr("Best"), 0, 60 * s);
     ImGui::TableHeadersRow();
     for (int level = 1; level <= kLevels; ++level) {
       ImGui::PushID(level);
-      ImGui::TableNextColumn();
-      if (ImGui::Selectable(fmt::format("{}", level).c_str(), level == level_, ImGuiSelectableFlags_SpanAllColumns)) {
+      ImGui::TableNextRow();
+      ImGui::TableSetColumnIndex(2);
+      const float height =
+          ImGui::CalcTextSize(DescribeLevel(level), nullptr, false, ImGui::GetContentRegionAvail().x).y;
+      ImGui::TableSetColumnIndex(0);
+      if (ImGui::Selectable(fmt::format("{}", level).c_str(), level == level_, ImGuiSelectableFlags_SpanAllColumns,
+                            {0, height})) {
         level_ = level;
         choice = Choice::kStart;
       }

@@ -23,8 +23,9 @@ namespace {
 constexpr double kRest_mm_per_s = 0.1;
 /// Width of the planned plane around the wanted cut.
 constexpr double kPlaneRim_mm = 10;
-/// Height that is left to the exercise's card, points, and its largest share of the scene.
+/// Height that is left to the exercise's card and to that of the replay, points, and its largest share of the scene.
 constexpr double kCard = 110;
+constexpr double kReplayCard = 66;
 constexpr double kMaxCardShare = 0.38;
 /// Time before the end of an attempt from which on the student is warned of it.
 constexpr double kWarnTime_s = 10;
@@ -112,8 +113,9 @@ void Practice::ShowCutAndSaw() {
   }
   viewer_->ShowPlace({.points_W = std::move(corners_W), .free = [this](const UiBox& scene) {
                         UiBox free = scene;
+                        const double points = state_ == State::kReplaying ? kReplayCard : kCard;
                         const double card =
-                            std::min(kCard * static_cast<double>(viewer_->ui().scale()), kMaxCardShare * scene.height);
+                            std::min(points * static_cast<double>(viewer_->ui().scale()), kMaxCardShare * scene.height);
                         free.top += card;
                         free.height -= card;
                         if (state_ != State::kReplaying || replay_box_.empty()) return free;

@@ -184,6 +184,10 @@ Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
       if (const std::optional<Message> stopped = DescribeStopped(sheet)) return *stopped;
       break;
   }
+  if (*sheet.kind == ExerciseKind::kOsteotomy) {
+    return {MarkMessage("You have cut {} of the planned plane. Go on until the bone is cut through."),
+            {Show(sheet, "cut_share")}};
+  }
   if (IsThrough(*sheet.kind)) {
     return {
         MarkMessage("You have cut {} of the wanted plane. Go on until the bone is cut through along the whole line."),

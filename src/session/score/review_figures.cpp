@@ -82,7 +82,7 @@ constexpr std::array kLabels{
     Label{
         "feed_error", MarkMessage("Feed differs by"),
         MarkMessage("How much the speed of the saw along the line differed from the wanted one, on average. A saw that "
-                    "stands still differs by 100 %.")},
+                    "is stopped differs by 100 %.")},
     Label{"sparc", MarkMessage("Smoothness (SPARC)"),
           MarkMessage("How smoothly the saw moved: the closer to 0, the smoother. One even movement has about -1.8; "
                       "each pause and jerk adds to it, so compare only attempts at the same exercise.")},
