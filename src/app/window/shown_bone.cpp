@@ -22,11 +22,11 @@ std::shared_ptr<const Bone> ShownBone::at_start() const {
   return at_start_;
 }
 
-bool ShownBone::Take() {
+bool ShownBone::Take(bool at_once) {
   std::optional<Made> made;
   {
     const std::lock_guard lock(mutex_);
-    if (made_ && surface_ && !made_->surface->first_done()) return false;
+    if (made_ && surface_ && !at_once && !made_->surface->first_done()) return false;
     made.swap(made_);
   }
   if (!made) return false;

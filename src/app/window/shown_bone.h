@@ -28,8 +28,8 @@ class ShownBone {
 
   // ---- called by the window's thread
   /// Begins to draw the bone that was given to Show(). Returns false if there is none, or if the one that is drawn now
-  /// stays until the picture of the next one is ready.
-  bool Take();
+  /// stays until the picture of the next one is ready. `at_once`: it does not stay.
+  bool Take(bool at_once = false);
   /// Draws what has changed since the last frame. `uploads`: receives the durations of updating the surface.
   void Update(LogHistogram& uploads);
   /// Removes the bone from the picture.

@@ -178,7 +178,7 @@ class ViewerApp {
   void FollowRunning();
   void ShowAnswer(const LiveSession::Answer& answer);
   void TakeForces();
-  void TakeBone();
+  void TakeBone(bool at_once = false);
   void FollowBone();
   void FollowDevice(double dt_s);
   void FollowSaw(double dt_s);

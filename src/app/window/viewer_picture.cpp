@@ -33,8 +33,8 @@ bool NeedOtherViews(const Box3& a, const Box3& b) {
 }  // namespace
 
 /// Draws the bone that another thread has made.
-void ViewerApp::TakeBone() {
-  if (!bone_.Take()) return;
+void ViewerApp::TakeBone(bool at_once) {
+  if (!bone_.Take(at_once)) return;
   // A view that the user has chosen is kept, unless it belongs to another bone: the whole head of a CT is shown until
   // its mandible is ready.
   const Box3 bounds_W = bone_.surface()->bounds_W();

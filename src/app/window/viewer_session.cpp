@@ -54,7 +54,7 @@ void ViewerApp::Clear() {
 
 void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool same_bone,
                       std::shared_ptr<const Bone> bone) {
-  TakeBone();
+  TakeBone(true);  // the session goes on with the bone that is shown last
   const bool goes_on = same_bone && bone_.surface() != nullptr;
   goes_on_ = goes_on;
   session_.reset();
