@@ -179,11 +179,15 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
                           {Quantity{deviation.tilt_deg, 0, "°"}}});
     case CoachTopic::kTooFast:
     case CoachTopic::kTooSlow:
-      return line(
-          false,
-          {*state.shown == CoachTopic::kTooFast ? MarkMessage("Slower: your feed is {0}, and {1} are wanted.")
-                                                : MarkMessage("Faster: your feed is {0}, and {1} are wanted."),
-           {Quantity{input.feed_mm_per_s.value_or(0), 1, "mm/s"}, Quantity{input.wanted_feed_mm_per_s, 1, "mm/s"}}});
+      // A line that stays for a while must not be wrong meanwhile.
+      if (!input.feed_mm_per_s ||
+          (*input.feed_mm_per_s > input.wanted_feed_mm_per_s) != (*state.shown == CoachTopic::kTooFast)) {
+        return {};
+      }
+      return line(false,
+                  {*state.shown == CoachTopic::kTooFast ? MarkMessage("Slower: your feed is {0}, and {1} are wanted.")
+                                                        : MarkMessage("Faster: your feed is {0}, and {1} are wanted."),
+                   {Quantity{*input.feed_mm_per_s, 1, "mm/s"}, Quantity{input.wanted_feed_mm_per_s, 1, "mm/s"}}});
     case CoachTopic::kCrossesNerve:
       if (input.nerve_mm.value_or(0) <= 0) {
         return line(false, {MarkMessage("The blade is in the nerve canal, which the planned plane crosses."), {}});

@@ -19,11 +19,10 @@ std::optional<double> FeedMeter::Take(double time_s, const Pose& X_WT) {
     return {};
   }
   places_.push_back({time_s, stw.x});
-  if (time_s - places_.front().time_s < kFeedMean_s) return {};
-  const Place from = places_.front();
-  places_.pop_front();
-  // After a pause without poses, the mean is over the last kFeedMean_s again.
-  while (places_.size() > 1 && time_s - places_.front().time_s > kFeedMean_s) places_.pop_front();
+  // The last place that is old enough stays, so that a pause between poses leaves no gap.
+  while (places_.size() > 1 && time_s - places_[1].time_s >= kFeedMean_s) places_.pop_front();
+  const Place& from = places_.front();
+  if (time_s - from.time_s < kFeedMean_s) return {};
   return std::abs(stw.x - from.s_mm) / (time_s - from.time_s);
 }
 

@@ -120,6 +120,15 @@ TEST(Coach, SaysThatTheFeedIsTooFastOrTooSlow) {
   EXPECT_EQ(say(1, 1.2), "");
   EXPECT_EQ(say(10, 1.2), "Slower: your feed is 10.0 mm/s, and 3.0 mm/s are wanted.");
   EXPECT_EQ(say(10, 2, 0), "");  // any feed is right
+  // While the line stays, a feed that has become slow or is unknown is not said to be too fast.
+  CoachInput input = Place(cut, 8, 2);
+  input.wanted_feed_mm_per_s = 3;
+  input.feed_mm_per_s = 10;
+  const CoachState state = UpdateCoach({}, cut, input);
+  for (const std::optional<double> feed : {std::optional(1.0), std::optional<double>()}) {
+    input.feed_mm_per_s = feed;
+    EXPECT_FALSE(MakeCoachLine(UpdateCoach(state, cut, input), cut, input));
+  }
 }
 
 TEST(Coach, NamesEachFaultBeyondItsLimit) {
