@@ -181,9 +181,9 @@ TEST(MotionMeter, FeedAlongTheLineCountsStops) {
   ASSERT_TRUE(uneven);
   EXPECT_NEAR(uneven->slowest_mm_per_s, 0, 1e-6);
   EXPECT_NEAR(uneven->fastest_mm_per_s, 5, 1e-6);
-  // The tool is between 4 and 36 mm for 6.4 s, and its first mean ends after 0.5 s. Then 4 s, at an error of 1, are
-  // added, of which half a second before and after is half as wrong.
-  EXPECT_NEAR(error, (5.9 * 0.25 + 4 * 1) / 9.9, 0.02);
+  // The tool moves between 4 and 36 mm for 6.4 s, of which the first mean takes 0.5 s, and is stopped for 4 s. The mean
+  // falls from 5 mm/s to 0 and rises again in 0.5 s each, with a mean error of 0.425.
+  EXPECT_NEAR(error, (5.4 * 0.25 + 2 * 0.5 * 0.425 + 3.5 * 1) / 9.9, 1e-3);
   EXPECT_FALSE(measure(4, 0.9));  // less than half as deep
 }
 
