@@ -16,11 +16,13 @@
 #include "base/files/folder_lock.h"
 #include "cut/force/measured.h"
 #include "kerf/error.h"
+#include "session/link/slicer_link.h"
 #include "session/run/expected_files.h"
 #include "session/run/loop_undo.h"
 #include "session/run/run_loop.h"
 #include "session/run/session_recorder.h"
 #include "session/scene/scene.h"
+#include "view/picture/picture.h"
 
 namespace kerf::cli {
 namespace {
@@ -37,6 +39,8 @@ struct LoopArguments {
   bool records = false;
   DeviceOption device;
   LoopOptions loop;
+  bool links = false;
+  IgtlServerOptions link;
   bool json = false;
   bool full = false;
 };
@@ -106,6 +110,12 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
                s.simulated_s > 0 ? 60e-6 * static_cast<double>(s.recorded->bytes) / s.simulated_s : 0);
   }
   fmt::print("  state     bone {:016x}, force {:016x}\n", s.bone_hash, s.force_hash);
+}
+
+void SayCounts(const IgtlCounts& c) {
+  Say("OpenIGTLink: {} peers, {} messages sent, {} frames skipped, {} messages received", c.peers, c.sent, c.skipped,
+      c.received);
+  if (!c.refused.empty()) SayWarning("OpenIGTLink: a peer was disconnected: {}", c.refused);
 }
 
 /// Reads the scene from its file, or from the recording that is to be continued.
@@ -205,6 +215,15 @@ void Run(LoopArguments& options) {
   options.loop.output.keep_bones = !options.folder.empty();
   options.loop.output.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
   options.loop.output.folder = options.folder;
+  std::optional<SlicerLink> link;
+  if (options.links) {
+    link.emplace(options.link, scene.TitleOrName(), MakeToolMesh(MakeTool(scene)));
+    Say("OpenIGTLink: listening on {}, port {}", options.link.address, link->port());
+    options.loop.watchers.peer = &*link;
+    options.loop.watchers.take_tick = [&link](const LoopTick& tick, std::span<const double> channels) {
+      link->TakeTick(tick, channels);
+    };
+  }
   LoopSummary summary;
   {
     RunBar bar(ListLoopStages(scene, options.loop, !options.folder.empty()));
@@ -215,6 +234,7 @@ void Run(LoopArguments& options) {
       if (now == "cutting") bar.SetNote(*note);
     };
     summary = RunLoop(scene, options.loop, show);
+    if (link) link->End("the session has ended");
     try {
       if (!options.folder.empty())
         WriteLoopReport(scene, summary, options.folder, show, options.full ? 0 : kSurfaceErrorMm);
@@ -224,6 +244,7 @@ void Run(LoopArguments& options) {
       throw;
     }
   }
+  if (link) SayCounts(link->counts());
   for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
   if (options.json) {
     fmt::print("{}", FormatLoopJson(scene, summary));
@@ -283,6 +304,19 @@ void AddLoopCommand(CLI::App& app) {
       "--virtual", options->loop.virtual_time,
       "Run in virtual time and without threads, as fast as possible: the results are bit-identical each time");
   AddNumber(*command, "--burn-us", options->loop, "burn_us");
+  CLI::Option* igtl =
+      command
+          ->add_flag("--igtl", options->links,
+                     "Show the session live in 3D Slicer or another program, by OpenIGTLink (docs/slicer.md)")
+          ->excludes(without_clock);
+  AddNumber(*command, "--igtl-port", options->link, "port")->capture_default_str()->needs(igtl);
+  AddNumber(*command, "--igtl-rate", options->link, "rate_hz")->capture_default_str()->needs(igtl);
+  command
+      ->add_option("--igtl-address", options->link.address,
+                   "Numeric address of the interface on which it listens. Messages are neither encrypted nor signed: "
+                   "with another address than that of this machine, anyone who can reach it can connect")
+      ->capture_default_str()
+      ->needs(igtl);
   command
       ->add_flag("--costs", options->loop.costs.costs,
                  "Time each effect too, and show the cost of a tick: live after the progress bar, and as a table")

@@ -49,7 +49,7 @@ bool IsInBone(const Bone& bone, const Tool& tool, const Pose& X_WT) {
 
 /// Returns true if undo is possible; a history of the bone is kept only then.
 bool NeedsUndo(const LoopOptions& options) {
-  if (options.watchers.peer != nullptr) return true;
+  if (options.watchers.peer != nullptr && options.watchers.peer->needs_undo()) return true;
   const auto uses_history = [](const LoopAction& a) { return a.kind != LoopAction::Kind::kSpindle; };
   if (std::any_of(options.undo.actions.begin(), options.undo.actions.end(), uses_history)) return true;
   if (options.replay.recording == nullptr) return false;

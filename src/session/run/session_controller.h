@@ -28,6 +28,8 @@ class SessionController {
   SessionController& operator=(const SessionController&) = delete;
   virtual ~SessionController() = default;
 
+  /// If false, checkpoints, undo and redo are not prepared for it.
+  virtual bool needs_undo() const { return true; }
   /// Called after the bone is made and before anything moves.
   virtual void Begin(const LoopInitialState& initial) = 0;
   /// Called with a leaf of the bone in its current state.

@@ -1,0 +1,77 @@
+// Server of OpenIGTLink: sends what changes to every peer that is connected, and takes what they send.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kerf/describe.h"
+#include "session/link/igtl_message.h"
+
+namespace kerf {
+
+inline constexpr Range kIgtlPortRange{0, 65535};
+
+struct IgtlServerOptions {
+  std::string address = "127.0.0.1";  // numeric; of the interface on which it listens
+  int port = 18944;                   // the port that is registered for OpenIGTLink; 0: a free one
+  double rate_hz = 30;                // at which frames are sent
+};
+template <typename V>
+void Describe(IgtlServerOptions& p, V&& visit) {
+  visit("port", p.port, kIgtlPortRange, "TCP port on which OpenIGTLink peers connect; 0: a free one");
+  visit("rate_hz", p.rate_hz, Range{1, 60}, "rate at which the tool's pose and the forces are sent");
+}
+
+struct IgtlCounts {
+  std::uint64_t peers = 0;     // connected so far
+  std::uint64_t sent = 0;      // messages to all peers
+  std::uint64_t skipped = 0;   // frames that a peer did not get, because it had not taken the last one
+  std::uint64_t received = 0;  // valid messages
+  std::string refused{};       // why a peer was disconnected last, one sentence; empty: never
+};
+
+/// Has a thread of its own, in which it calls the functions below. Nothing waits for a peer: one that does not read
+/// misses frames, and is disconnected after kPatience_s without progress; it then costs at most the messages that are
+/// on their way to it.
+class IgtlServer {
+ public:
+  static constexpr int kMaxPeers = 4;
+  static constexpr std::size_t kMaxBodyBytes = 1 << 20;  // of a received message
+  static constexpr double kPatience_s = 10;
+  static constexpr int kMessagesPerFrame = 200;  // received from a peer; further ones wait
+
+  struct Calls {
+    /// Returns the messages of a frame; null for none. Called at the rate, while a peer is connected.
+    std::function<std::shared_ptr<const std::string>()> frame;
+    /// Returns what a new peer gets first.
+    std::function<std::vector<std::shared_ptr<const std::string>>()> welcome;
+    /// Takes a message of a peer. Throws kerf::Error to disconnect it.
+    std::function<void(const IgtlHeader&, std::span<const std::uint8_t> content)> take;
+  };
+
+  /// Throws kerf::Error if it cannot listen there.
+  IgtlServer(const IgtlServerOptions& options, Calls calls);
+  /// Disconnects all peers.
+  ~IgtlServer();
+  IgtlServer(const IgtlServer&) = delete;
+  IgtlServer& operator=(const IgtlServer&) = delete;
+
+  int port() const;  // on which it listens
+  /// Sends messages that replace earlier ones with the same `slot`, if a peer has not got those yet.
+  void Send(int slot, std::shared_ptr<const std::string> messages);
+  /// Waits until all peers have got everything that was sent, at most for this time.
+  void WaitUntilSent(std::chrono::milliseconds max_wait);
+  IgtlCounts counts() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace kerf

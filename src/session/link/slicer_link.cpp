@@ -1,0 +1,158 @@
+#include "session/link/slicer_link.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "bone/grid/set_leaf.h"
+#include "kerf/surface.h"
+#include "kerf/version.h"
+#include "loop/haptics/loop_body.h"
+#include "session/run/effect_record.h"
+
+namespace kerf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kBoneSlot = 0;
+constexpr int kStatusSlot = 1;
+constexpr int kNamesSlot = 2;
+constexpr std::chrono::milliseconds kBetweenBones{500};
+/// Pause after a surface was made, as a multiple of the time that it took: the loop shares the processor.
+constexpr int kRest = 3;
+constexpr double kAdaptivity = 0.1;
+constexpr std::chrono::seconds kLastWait{2};
+
+IgtlStamp Stamp(const char* device) {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return {device, std::chrono::duration<double>(now).count()};
+}
+
+std::shared_ptr<const std::string> Share(std::string messages) {
+  return std::make_shared<const std::string>(std::move(messages));
+}
+
+}  // namespace
+
+SlicerLink::SlicerLink(const IgtlServerOptions& options, std::string title, TriangleMesh tool_T)
+    : tool_T_(std::move(tool_T)), state_(fmt::format("kerf {}: {}", VersionString(), title)) {
+  server_ = std::make_unique<IgtlServer>(
+      options, IgtlServer::Calls{.frame = [this] { return MakeFrame(); },
+                                 .welcome = [this] { return MakeWelcome(); },
+                                 .take = [this](const IgtlHeader& header, auto) { TakeMessage(header); }});
+}
+
+SlicerLink::~SlicerLink() {
+  server_.reset();
+  {
+    const std::lock_guard lock(mutex_);
+    end_ = true;
+  }
+  changed_.notify_all();
+  if (meshing_.joinable()) meshing_.join();
+}
+
+void SlicerLink::Begin(const LoopInitialState& initial) {
+  {
+    const std::lock_guard lock(mutex_);
+    first_bone_ = initial.bone;
+    names_ = "time_s\ncut_mm3";
+    for (const EffectFigure& figure : EffectRecord(initial.effects).figures) {
+      names_ += fmt::format("\n{}.{}", figure.effect, figure.name);
+    }
+    moment_ = Moment{.X_WT = initial.X_WT, .f_H_W_N = Vec3(0), .numbers = {0, 0}};
+    server_->Send(kNamesSlot, Share(MakeIgtlText(Stamp("kerf_names"), names_)));
+  }
+  meshing_ = std::thread([this] { MeshInTurn(); });
+}
+
+void SlicerLink::TakeLeaf(const LeafMessage& leaf) {
+  const std::lock_guard lock(mutex_);
+  leaves_[leaf.index] = leaf.values;
+}
+
+void SlicerLink::TakeTick(const LoopTick& tick, std::span<const double> channels) {
+  const std::lock_guard lock(mutex_);
+  cut_mm3_ += tick.coupled.removed_mm3;
+  if (!moment_) moment_.emplace();
+  moment_->X_WT = tick.coupled.X_WT;
+  moment_->f_H_W_N = tick.coupled.f_H_W_N;
+  moment_->numbers.assign({tick.time_s, cut_mm3_});
+  moment_->numbers.insert(moment_->numbers.end(), channels.begin(), channels.end());
+}
+
+void SlicerLink::End(const std::string& sentence) {
+  {
+    std::unique_lock lock(mutex_);
+    state_ = sentence;
+    hurries_ = true;
+    changed_.notify_all();
+    changed_.wait_for(lock, kLastWait, [this] { return leaves_.empty() && !meshes_; });
+  }
+  server_->Send(kStatusSlot, MakeStatus());
+  server_->WaitUntilSent(kLastWait);
+}
+
+SlicerLink::Bytes SlicerLink::MakeFrame() {
+  std::optional<Moment> moment;
+  {
+    const std::lock_guard lock(mutex_);
+    moment = std::exchange(moment_, std::nullopt);
+  }
+  if (!moment) return nullptr;
+  return Share(MakeIgtlTransform(Stamp("kerf_tool"), moment->X_WT) +
+               MakeIgtlForce(Stamp("kerf_force"), moment->f_H_W_N) +
+               MakeIgtlNumbers(Stamp("kerf_numbers"), moment->numbers));
+}
+
+SlicerLink::Bytes SlicerLink::MakeStatus() {
+  const std::lock_guard lock(mutex_);
+  return Share(MakeIgtlStatus(Stamp("kerf"), false, state_));
+}
+
+std::vector<SlicerLink::Bytes> SlicerLink::MakeWelcome() {
+  std::vector<Bytes> welcome{MakeStatus(), Share(MakeIgtlSurface(Stamp("kerf_tool_shape"), tool_T_))};
+  const std::lock_guard lock(mutex_);
+  if (!names_.empty()) welcome.push_back(Share(MakeIgtlText(Stamp("kerf_names"), names_)));
+  if (bone_bytes_) welcome.push_back(bone_bytes_);
+  return welcome;
+}
+
+void SlicerLink::TakeMessage(const IgtlHeader& header) {
+  // Other messages are not understood.
+  if (header.type == "GET_STATUS") server_->Send(kStatusSlot, MakeStatus());
+}
+
+/// Makes the surface of the bone after changes, in a thread of its own.
+void SlicerLink::MeshInTurn() {
+  std::optional<Bone> bone;
+  Clock::time_point next = Clock::now();
+  std::unique_lock lock(mutex_);
+  while (!end_) {
+    if (!hurries_ && changed_.wait_until(lock, next, [this] { return end_ || hurries_; })) continue;
+    if (hurries_ && leaves_.empty() && !first_bone_) {
+      changed_.wait(lock, [this] { return end_ || !leaves_.empty(); });
+      continue;
+    }
+    next = Clock::now() + kBetweenBones;
+    if (!first_bone_ && leaves_.empty()) continue;
+    const auto leaves = std::exchange(leaves_, {});
+    if (first_bone_) bone = std::exchange(first_bone_, std::nullopt);
+    meshes_ = true;
+    lock.unlock();
+    const Clock::time_point began = Clock::now();
+    for (const auto& [index, values] : leaves) SetLeaf(*bone, index, values);
+    const Bytes bytes = Share(MakeIgtlSurface(Stamp("kerf_bone"), ExtractSurface(*bone, kAdaptivity)));
+    next = Clock::now() + std::max<Clock::duration>(kBetweenBones, kRest * (Clock::now() - began));
+    lock.lock();
+    bone_bytes_ = bytes;
+    server_->Send(kBoneSlot, bytes);
+    meshes_ = false;
+    changed_.notify_all();
+  }
+}
+
+}  // namespace kerf

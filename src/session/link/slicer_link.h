@@ -1,0 +1,79 @@
+// Live link of a session to 3D Slicer or any other program that speaks OpenIGTLink (docs/slicer.md): the tool, the
+// force and the bone as it is being cut.
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "kerf/bone.h"
+#include "session/link/igtl_server.h"
+#include "session/run/session_controller.h"
+
+namespace kerf {
+
+/// Sends, all in RAS as 3D Slicer has it, at the server's rate: the pose of the tool (TRANSFORM "kerf_tool"), the force
+/// on the hand (SENSOR "kerf_force", N), time in s, volume that was cut in mm^3 (also if that was undone) and the
+/// effects' channels (NDARRAY "kerf_numbers"). Once per peer: the shape of the tool (POLYDATA "kerf_tool_shape") and
+/// the names of those numbers (STRING "kerf_names"). After each change, at most twice per second: the bone (POLYDATA
+/// "kerf_bone"). STATUS "kerf" says what happens, and answers GET_STATUS.
+///
+/// All member functions are called in the thread that steps the session, never in the loop's.
+class SlicerLink final : public SessionController {
+ public:
+  /// `title`: of the scene. `tool_T`: shape of the tool, tool frame. Throws kerf::Error if it cannot listen.
+  SlicerLink(const IgtlServerOptions& options, std::string title, TriangleMesh tool_T);
+  ~SlicerLink() override;
+
+  void Begin(const LoopInitialState& initial) override;
+  void TakeLeaf(const LeafMessage& leaf) override;
+  std::optional<LoopAction> NextAction() override { return {}; }
+  void Done(const LoopAction&, const std::string&) override {}
+  bool needs_undo() const override { return false; }
+  void TakeTick(const LoopTick& tick, std::span<const double> channels);
+
+  /// Sends the last state of the bone and a sentence, and waits until the peers have them, at most 2 s.
+  void End(const std::string& sentence);
+
+  int port() const { return server_->port(); }
+  IgtlCounts counts() const { return server_->counts(); }
+
+ private:
+  using Bytes = std::shared_ptr<const std::string>;
+  Bytes MakeFrame();
+  std::vector<Bytes> MakeWelcome();
+  Bytes MakeStatus();
+  void TakeMessage(const IgtlHeader& header);
+  void MeshInTurn();
+
+  const TriangleMesh tool_T_;
+
+  std::mutex mutex_;  // protects everything up to the thread
+  std::condition_variable changed_;
+  struct Moment {
+    Pose X_WT;
+    Vec3 f_H_W_N{0};
+    std::vector<double> numbers;  // as in kerf_numbers
+  };
+  std::optional<Moment> moment_;  // none: already sent, or nothing has moved yet
+  std::string names_;             // of the numbers, one per line; empty before Begin()
+  double cut_mm3_ = 0;
+  std::optional<Bone> first_bone_;                               // until the thread takes it
+  std::map<std::array<int, 3>, std::array<float, 512>> leaves_;  // changed since then, by index
+  Bytes bone_bytes_;                                             // null: there is none yet
+  std::string state_;                                            // sentence for STATUS
+  bool meshes_ = false;                                          // the thread is at work
+  bool hurries_ = false;                                         // the session has ended: no pauses
+  bool end_ = false;
+
+  std::thread meshing_;
+  std::unique_ptr<IgtlServer> server_;  // ends first: it calls the functions above
+};
+
+}  // namespace kerf

@@ -1,0 +1,34 @@
+#include <cmath>
+#include <vector>
+
+#include "session/link/igtl_message.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+/// As it is, and with the length and the checksum of what follows the header.
+KERF_FUZZ_TARGET(igtl_message) {
+  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  if (bytes.size() < IgtlHeader::kBytes) return;
+  Accepts([&] {
+    IgtlHeader header = ReadIgtlHeader(std::span<const std::uint8_t, IgtlHeader::kBytes>(data, IgtlHeader::kBytes));
+    const std::span<const std::uint8_t> body(data + IgtlHeader::kBytes, bytes.size() - IgtlHeader::kBytes);
+    header.body_bytes = body.size();
+    header.crc = CalcIgtlCrc(body);
+    const Pose X = ReadIgtlTransform(CheckIgtlBody(header, body));
+    if (!IsValid(X)) Finding("a pose that is not valid");
+    // What was read is what is sent again, to the accuracy of float.
+    const std::string again = MakeIgtlTransform({header.device, header.time_s}, X);
+    const auto* sent = reinterpret_cast<const std::uint8_t*>(again.data()) + IgtlHeader::kBytes;
+    const Pose X_again = ReadIgtlTransform({sent, again.size() - IgtlHeader::kBytes});
+    const double size_mm = 1 + glm::length(X.p_AB);
+    if (!(glm::length(X_again.p_AB - X.p_AB) <= 1e-6 * size_mm)) Finding("a pose that changes when it is sent");
+  });
+  Accepts([&] {
+    const IgtlHeader header =
+        ReadIgtlHeader(std::span<const std::uint8_t, IgtlHeader::kBytes>(data, IgtlHeader::kBytes));
+    CheckIgtlBody(header, {data + IgtlHeader::kBytes, bytes.size() - IgtlHeader::kBytes});
+  });
+}
+
+}  // namespace kerf::fuzz
