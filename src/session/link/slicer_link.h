@@ -34,7 +34,7 @@ class SlicerLink final : public SessionController {
   void Begin(const LoopInitialState& initial) override;
   void TakeLeaf(const LeafMessage& leaf) override;
   std::optional<LoopAction> NextAction() override { return {}; }
-  void Done(const LoopAction&, const std::string&) override {}
+  void Done(const LoopAction&, const std::string&, std::optional<double>) override {}
   bool needs_undo() const override { return false; }
   void TakeTick(const LoopTick& tick, std::span<const double> channels);
 
