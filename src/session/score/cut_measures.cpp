@@ -38,6 +38,21 @@ void MeasureBegun(const std::vector<double>& depths, ScoreSheet& sheet) {
   if (begun > 0) sheet.depth_mm = sum_mm / static_cast<double>(begun);
 }
 
+/// Returns whether the cut beyond the end of a deep stretch is more than what a tool leaves that stopped there.
+bool GoesOn(const WantedCut& cut, const std::vector<double>& depths, std::size_t end) {
+  constexpr double kMore_mm = 0.3, kPart = 0.1;
+  const double step_mm = cut.length_mm / static_cast<double>(depths.size());
+  // The tool reaches the least sufficient depth this far ahead of its deepest point.
+  const double ahead_mm = std::sqrt(2 * cut.radius_mm * kDeepEnough_mm);
+  std::size_t more = 0;
+  for (std::size_t i = end; i < depths.size(); ++i) {
+    const double x_mm = std::min(cut.radius_mm, ahead_mm + static_cast<double>(i - end) * step_mm);
+    const double left_mm = cut.depth_mm - cut.radius_mm + std::sqrt(cut.radius_mm * cut.radius_mm - x_mm * x_mm);
+    more += depths[i] > std::max(left_mm, 0.0) + kMore_mm ? 1 : 0;
+  }
+  return static_cast<double>(more) > kPart * static_cast<double>(depths.size());
+}
+
 /// Sets the stretch of the line that is deep enough.
 void MeasureDeep(const WantedCut& cut, const std::vector<double>& depths, ScoreSheet& sheet) {
   const auto deep = [&](double depth_mm) { return depth_mm >= cut.depth_mm - kDeepEnough_mm; };
@@ -50,6 +65,7 @@ void MeasureDeep(const WantedCut& cut, const std::vector<double>& depths, ScoreS
   for (auto depth = first; depth != last; ++depth) {
     stretch.shallow_mm += std::max(cut.depth_mm - *depth, 0.0) / static_cast<double>(last - first);
   }
+  stretch.goes_on = GoesOn(cut, depths, static_cast<std::size_t>(last - depths.begin()));
   sheet.deep = stretch;
 }
 

@@ -58,6 +58,7 @@ struct DeepStretch {
   double share = 0;         // fraction of the line
   bool from_start = false;  // it begins at the start of the line
   double shallow_mm = 0;    // mean of what lacks to the wanted depth within the stretch
+  bool goes_on = false;     // the tool also cut beyond it, less deeply
 };
 
 /// Deviation of the feed, as a fraction of the wanted one, up to which no points are lost.

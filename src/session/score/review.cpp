@@ -89,7 +89,7 @@ Message DescribeBeside(const ScoreSheet& sheet) {
 std::optional<Message> DescribeStopped(const ScoreSheet& sheet) {
   if (!sheet.deep || sheet.deep->share >= kWholeLine || sheet.deep->shallow_mm > kDeep_mm) return {};
   const Quantity share{100 * sheet.deep->share, 0, "%"};
-  if (sheet.deep->from_start) {
+  if (sheet.deep->from_start && !sheet.deep->goes_on) {
     return Message{
         MarkMessage(
             "You stopped at {0} of the line, and {1} of the wanted cut is made. Your depth is right there: go on "

@@ -56,9 +56,13 @@ Case RandomCase(std::mt19937& random, double depth_mm) {
 }
 
 /// Returns the block after an exact `cut`.
-Bone CutExactly(const BlockParams& block, const WantedCut& cut) {
+Bone CutExactly(const BlockParams& block, const std::vector<WantedCut>& cuts) {
   SolidField solid;
-  solid.value = [&](const Vec3& p_W) { return std::max(CalcBlockDistance(block, p_W), -cut.CalcDistance(p_W)); };
+  solid.value = [&](const Vec3& p_W) {
+    double distance_mm = CalcBlockDistance(block, p_W);
+    for (const WantedCut& cut : cuts) distance_mm = std::max(distance_mm, -cut.CalcDistance(p_W));
+    return distance_mm;
+  };
   solid.classify = ClassifyByDistance(solid.value);
   solid.region = [](const Vec3&) { return 24; };
   Box3 box;
@@ -98,7 +102,7 @@ TEST(MeasureCut, PerfectCutHasNoErrorInAnyOrientation) {
   for (int i = 0; i < 20; ++i) {
     const Case c = RandomCase(random, 3);
     const ScoreSheet sheet =
-        Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, c.wanted), c.wanted);
+        Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, {c.wanted}), c.wanted);
     EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), 0, kOffset_mm);
     EXPECT_LT(sheet.Get("plane_angle_deg").value(), kAngle_deg);
     EXPECT_LT(sheet.Get("depth_error_worst_mm").value(), kOffset_mm);
@@ -120,7 +124,7 @@ TEST(MeasureCut, MisplacedCutsAreMeasuredToAFifthOfAMillimetreAndFourTenthsOfADe
     const double roll_deg = 8 * any(random);
     const double yaw_deg = 8 * any(random);
     const WantedCut made = Misplace(c.wanted, offset_mm, roll_deg, yaw_deg, 0);
-    const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, made), c.wanted);
+    const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, {made}), c.wanted);
     const PlaneError truth = CalcPlaneError(made.plane(), c.wanted, c.wanted.ToWorld({3, 0.5 * c.wanted.depth_mm, 0}));
     // The middle of the bone in the wanted cut differs slightly from the point of rotation.
     EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), offset_mm, kOffset_mm);
@@ -137,7 +141,7 @@ TEST(MeasureCut, DepthIsMeasuredToAFifthOfAMillimetre) {
   for (const double deeper_mm : {-1.5, -0.6, 0.4, 1.0, 2.0}) {
     const Case c = RandomCase(random, 3);
     const WantedCut made = Misplace(c.wanted, 0.3, 0, 0, deeper_mm);
-    const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, made), c.wanted);
+    const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, {made}), c.wanted);
     for (const char* key : {"depth_error_mean_mm", "depth_error_p95_mm", "depth_error_worst_mm"}) {
       EXPECT_NEAR(sheet.Get(key).value(), std::abs(deeper_mm), kOffset_mm) << key;
     }
@@ -161,13 +165,28 @@ TEST(MeasureCut, DeepStretchEndsWhereTheCutStopped) {
   const Case c = RandomCase(random, 3);
   WantedCut made = c.wanted;
   made.length_mm = 0.5 * c.wanted.length_mm;
-  const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, made), c.wanted);
+  const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, {made}), c.wanted);
   // The rim of the disc is 0.3 mm above its lowest point at this distance from it.
   const double chord_mm = std::sqrt(0.3 * (2 * c.wanted.radius_mm - 0.3));
   ASSERT_TRUE(sheet.deep);
   EXPECT_NEAR(sheet.deep->share, 0.5 + chord_mm / c.wanted.length_mm, 1 / c.wanted.length_mm);
   EXPECT_TRUE(sheet.deep->from_start);
   EXPECT_LT(sheet.deep->shallow_mm, 0.15);
+  EXPECT_FALSE(sheet.deep->goes_on);
+
+  // If a cut that stopped soon goes on to the end of the line at two thirds of the depth, it did not stop. The arc that
+  // the disc left is 0.3 mm less deep than that over the last quarter of the line.
+  made.length_mm = 0.15 * c.wanted.length_mm;
+  WantedCut shallow = c.wanted;
+  shallow.depth_mm = 2;
+  const auto measure = [&](const std::vector<WantedCut>& cuts) {
+    return Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, cuts), c.wanted);
+  };
+  EXPECT_FALSE(measure({made}).deep->goes_on);
+  const ScoreSheet on = measure({made, shallow});
+  ASSERT_TRUE(on.deep);
+  EXPECT_NEAR(on.deep->share, 0.15 + chord_mm / c.wanted.length_mm, 1 / c.wanted.length_mm);
+  EXPECT_TRUE(on.deep->goes_on);
 }
 
 TEST(MeasureCut, VolumeOutsideTheMarginIsCounted) {
@@ -175,7 +194,7 @@ TEST(MeasureCut, VolumeOutsideTheMarginIsCounted) {
   Case c = RandomCase(random, 3);
   c.wanted.margin_mm = 0.5;
   const Bone before = MakeBlock(c.block, DefaultMandibleTable());
-  const Bone after = CutExactly(c.block, Misplace(c.wanted, 3, 0, 0, 0));
+  const Bone after = CutExactly(c.block, {Misplace(c.wanted, 3, 0, 0, 0)});
   const ScoreSheet sheet = Measure(before, after, c.wanted);
   EXPECT_NEAR(sheet.Get("removed_mm3").value(), before.CalcVolume() - after.CalcVolume(), 1e-6);
   EXPECT_NEAR(sheet.Get("outside_mm3").value(), sheet.Get("removed_mm3").value(), 1e-9);

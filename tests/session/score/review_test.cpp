@@ -122,6 +122,10 @@ TEST(Review, CutThatStopsEarlyAtTheRightDepthIsNotTooShallow) {
       Headline(sheet),
       "You stopped at 72 % of the line, and 80 % of the wanted cut is made. Your depth is right there: go on to the "
       "end of the line.");
+  const DeepStretch stopped = *sheet.deep;
+  sheet.deep->goes_on = true;  // but less deeply
+  EXPECT_THAT(Headline(sheet), HasSubstr("Only 72 % of the line is as deep as wanted"));
+  sheet.deep = stopped;
   sheet.deep->from_start = false;
   EXPECT_THAT(Headline(sheet),
               HasSubstr("Only 72 % of the line is as deep as wanted, and 80 % of the wanted cut is made."));
