@@ -12,10 +12,17 @@
 
 namespace kerf {
 
-enum class Tissue { kCortical, kCancellous, kTooth, kCanal, kOther };
-inline constexpr int kTissueCount = 5;
+/// No bone saw removes metal.
+enum class Tissue { kCortical, kCancellous, kTooth, kCanal, kOther, kMetal, kLesion };
+inline constexpr int kTissueCount = 5;  // of the first ones, which force laws distinguish: see CutTissue()
+/// Returns the tissue as a force law sees it: a lesion, for which no law has forces of its own, is kOther. Metal is not
+/// cut; it is kOther too.
+constexpr Tissue CutTissue(Tissue tissue) {
+  return static_cast<int>(tissue) < kTissueCount ? tissue : Tissue::kOther;
+}
 const char* ToString(Tissue tissue);
-/// Valid names: "cortical", "cancellous", "tooth", "canal" and "other". Returns nullopt for any other name.
+/// Valid names: "cortical", "cancellous", "tooth", "canal", "other", "metal" and "lesion". Returns nullopt for any
+/// other name.
 std::optional<Tissue> TissueFromString(const std::string& name);
 
 /// Ids of regions. 0 means "no bone" in the region grid.

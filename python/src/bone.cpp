@@ -298,7 +298,7 @@ py::tuple GetRegionState(const Region& r) {
 Region MakeRegionOfState(const py::tuple& state) {
   return OfState("Region", [&] {
     const int tissue = py::cast<int>(state[2]);
-    if (tissue < 0 || tissue >= kTissueCount || py::len(state) != 9) throw py::cast_error();
+    if (tissue < 0 || tissue > static_cast<int>(Tissue::kLesion) || py::len(state) != 9) throw py::cast_error();
     Region region{.id = py::cast<int>(state[0]),
                   .name = py::cast<std::string>(state[1]),
                   .tissue = static_cast<Tissue>(tissue),

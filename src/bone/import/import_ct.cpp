@@ -147,14 +147,18 @@ void WarnAboutSurfaceError(double iso_hu, ImportReport& report) {
       e.half_height_hu, report.spacing_mm.x, report.spacing_mm.y, report.spacing_mm.z, e.scatter_mm));
 }
 
-// Fills, as cavities, what lies inside the mask by more than the reach and is no bone in the CT. Returns the volume.
+// Fills, as cavities, lesions and what lies inside the mask by more than the reach, where the CT shows no bone. Returns
+// the volume, without that of lesions.
 double AddByMask(const Isolation& isolation, const std::vector<std::uint8_t>& solid, double iso_hu,
                  std::vector<std::uint8_t>& cavities) {
+  const std::vector<float>& lesion = isolation.mask->samples.lesion;
   std::size_t added = 0;
   for (std::size_t v = 0; v < cavities.size(); ++v) {
-    if (isolation.mask->certain[v] == 0 || solid[v] != 0) continue;
+    if (solid[v] != 0) continue;
+    const bool certain = isolation.mask->certain[v] != 0;
+    if (!certain && (lesion.empty() || lesion[v] < 0.5F)) continue;
     cavities[v] = 1;
-    added += isolation.ct.hu[v] < iso_hu ? 1 : 0;
+    added += certain && isolation.ct.hu[v] < iso_hu ? 1 : 0;
   }
   return static_cast<double>(added) * isolation.ct.CalcVoxelVolume();
 }

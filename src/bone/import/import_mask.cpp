@@ -45,6 +45,19 @@ Pose CalcPose(const Volume& lattice) {
   return {glm::normalize(glm::quat_cast(axes)), lattice.origin_W};
 }
 
+// Adds the metal and the lesions that touch the wanted bone.
+void AddJoined(const BoneMask& mask, std::vector<std::uint8_t>& solid) {
+  const Components parts = FindComponents(
+      mask.tissue, [&](std::size_t v) { return solid[v] != 0 || IsMetal(mask.At(v)) || IsLesion(mask.At(v)); });
+  std::vector<bool> wanted(parts.list.size(), false);
+  for (std::size_t v = 0; v < solid.size(); ++v) {
+    if (solid[v] != 0) wanted[static_cast<std::size_t>(parts.labels[v] - 1)] = true;
+  }
+  for (std::size_t v = 0; v < solid.size(); ++v) {
+    if (parts.labels[v] > 0 && wanted[static_cast<std::size_t>(parts.labels[v] - 1)]) solid[v] = 1;
+  }
+}
+
 }  // namespace
 
 ImportResult ImportMask(const ImportOptions& options) {
@@ -70,6 +83,7 @@ ImportResult ImportMask(const ImportOptions& options) {
   mask.tissue = CropMask(whole, solid);
   for (std::int16_t& tissue : mask.tissue.hu) tissue = std::max(tissue, std::int16_t{0});  // beyond the mask
   solid = find_wanted();
+  AddJoined(mask, solid);
   const Volume& lattice = mask.tissue;
   const Pose X_WL = CalcPose(lattice);
   const Vec3 first_V = whole.VoxelFromWorld(lattice.origin_W);

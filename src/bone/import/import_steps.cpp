@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <tuple>
+
+#include "base/core/number_text.h"
 #include "bone/import/hu_check.h"
 #include "bone/material/region_table.h"
+#include "bone/material/segment_regions.h"
 #include "kerf/error.h"
 #include "kerf/surface.h"
 #include "kerf/version.h"
@@ -80,6 +84,23 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
                             options.tissue.tooth_body_hu, options.tissue.tooth_reach_mm));
 }
 
+// Warns if much of the mask's metal or lesion is not in the bone.
+void WarnAboutLoss(const BoneMask& mask, ImportReport& report) {
+  constexpr double kNotable = 0.2;  // fraction of the structure; its surface is that of the CT
+  for (const auto& [is, region, what] :
+       {std::tuple{&IsMetal, kMetalRegion, "metal"}, {&IsLesion, kLesionRegion, "lesion"}}) {
+    const double mm3 = static_cast<double>(CountTissue(mask, is)) * mask.tissue.CalcVoxelVolume();
+    const auto kept = report.region_mm3.find(region);
+    const double kept_mm3 = kept == report.region_mm3.end() ? 0 : kept->second;
+    if (kept_mm3 >= (1 - kNotable) * mm3) continue;
+    report.warnings.push_back(
+        fmt::format("the mask has {} of {}, of which {} are in the bone; the rest is not joined "
+                    "to it{}",
+                    FormatVolume(mm3), what, FormatVolume(kept_mm3),
+                    region == kMetalRegion ? ", or is not as bright as bone in the CT" : ""));
+  }
+}
+
 }  // namespace
 
 std::function<void(double)> Part(const std::function<void(double)>& progress, double from, double to) {
@@ -88,20 +109,26 @@ std::function<void(double)> Part(const std::function<void(double)>& progress, do
 }
 
 MaterialTable ChooseTable(const ImportOptions& options, bool use_atlas) {
-  const bool has_canal = options.isolate.mask && ContainsTissue(*options.isolate.mask, MaskTissue::kCanal);
-  if (!options.materials) {
-    MaterialTable table = use_atlas ? DefaultMandibleTable() : MakePlainTable();
+  const bool has_canal = options.isolate.mask && CountTissue(*options.isolate.mask, IsCanal) > 0;
+  const std::string name = options.materials_name.empty() ? "the region table" : options.materials_name;
+  MaterialTable table;
+  if (options.materials) {
+    table = *options.materials;
+    if (has_canal && !table.Contains(kCanalRegion)) {
+      throw Error(
+          fmt::format("{}: the table lacks region {}, the nerve's canal, which the mask contains", name, kCanalRegion));
+    }
+    CheckTable(table, use_atlas, name);
+  } else {
+    table = use_atlas ? DefaultMandibleTable() : MakePlainTable();
     if (has_canal && !table.Contains(kCanalRegion)) table.Add(DefaultMandibleTable().At(kCanalRegion));
-    return table;
   }
-  if (has_canal && !options.materials->Contains(kCanalRegion)) {
-    throw Error(fmt::format("{}: the table lacks region {}, the nerve's canal, which the mask contains",
-                            options.materials_name.empty() ? "the region table" : options.materials_name,
-                            kCanalRegion));
-  }
-  CheckTable(*options.materials, use_atlas,
-             options.materials_name.empty() ? "the region table" : options.materials_name);
-  return *options.materials;
+  if (!options.isolate.mask) return table;
+  const BoneMask& mask = *options.isolate.mask;
+  for (const int fdi : ListTeeth(mask)) AddTooth(fdi, name, table);
+  if (CountTissue(mask, IsMetal) > 0) AddMetal(name, table);
+  if (CountTissue(mask, IsLesion) > 0) AddLesion(name, table);
+  return table;
 }
 
 void DropDust(Bone& bone, bool one_piece, ImportReport& report) {
@@ -117,6 +144,7 @@ void DropDust(Bone& bone, bool one_piece, ImportReport& report) {
 
 void Finish(const ImportOptions& options, Bone& bone, ImportReport& report) {
   Measure(bone, report);
+  if (options.isolate.mask) WarnAboutLoss(*options.isolate.mask, report);
   AddNotes(bone, options, report);
 }
 

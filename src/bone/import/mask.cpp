@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <set>
 
 namespace kerf {
 
@@ -10,13 +12,25 @@ namespace {
 
 constexpr double kLeastReach_mm = 1.5;
 constexpr double kReach_vox = 2;
-constexpr std::size_t kTissues = 7;  // of MaskTissue
+constexpr std::size_t kTissues = 11;  // of MaskTissue
+
+struct Fractions {
+  std::array<double, kTissues> of{};  // by tissue
+  int tooth = 0;                      // number of the tooth with the largest fraction; 0: none has a number
+
+  double Sum(bool (*is)(MaskTissue)) const {
+    double sum = 0;
+    for (std::size_t t = 0; t < kTissues; ++t) sum += is(static_cast<MaskTissue>(t)) ? of[t] : 0;
+    return sum;
+  }
+};
 
 // Returns the fraction of each tissue at a point, in voxels of the mask.
-std::array<double, kTissues> CalcFractions(const BoneMask& mask, const Vec3& p_V) {
-  std::array<double, kTissues> fractions{};
+Fractions CalcFractions(const BoneMask& mask, const Vec3& p_V) {
+  Fractions fractions;
   const Vec3 first = glm::floor(p_V);
   const Vec3 f = p_V - first;
+  std::map<int, double> teeth;
   for (int corner = 0; corner < 8; ++corner) {
     std::array<int, 3> at{};
     double weight = 1;
@@ -26,16 +40,33 @@ std::array<double, kTissues> CalcFractions(const BoneMask& mask, const Vec3& p_V
       weight *= upper != 0 ? f[a] : 1 - f[a];
     }
     if (weight == 0 || !mask.tissue.Contains(at)) continue;
-    fractions[static_cast<std::size_t>(mask.tissue.hu[mask.tissue.Index(at[0], at[1], at[2])])] += weight;
+    const std::size_t v = mask.tissue.Index(at[0], at[1], at[2]);
+    fractions.of[static_cast<std::size_t>(mask.At(v))] += weight;
+    if (mask.ToothAt(v) != 0) teeth[mask.ToothAt(v)] += weight;
+  }
+  double largest = 0;
+  for (const auto& [number, weight] : teeth) {
+    if (weight <= largest) continue;
+    largest = weight;
+    fractions.tooth = number;
   }
   return fractions;
 }
 
 }  // namespace
 
-bool ContainsTissue(const BoneMask& mask, MaskTissue tissue) {
-  const auto value = static_cast<std::int16_t>(tissue);
-  return std::find(mask.tissue.hu.begin(), mask.tissue.hu.end(), value) != mask.tissue.hu.end();
+std::size_t CountTissue(const BoneMask& mask, bool (*is)(MaskTissue)) {
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < mask.tissue.hu.size(); ++v) count += is(mask.At(v)) ? 1 : 0;
+  return count;
+}
+
+std::vector<int> ListTeeth(const BoneMask& mask) {
+  std::set<int> teeth;
+  for (std::size_t v = 0; v < mask.tissue.hu.size(); ++v) {
+    if (mask.ToothAt(v) != 0) teeth.insert(mask.ToothAt(v));
+  }
+  return {teeth.begin(), teeth.end()};
 }
 
 double CalcDefaultReach(const BoneMask& mask) {
@@ -48,9 +79,14 @@ MaskSamples SampleMask(const BoneMask& mask, const Volume& lattice) {
   samples.wanted.assign(lattice.count(), 0);
   samples.undecided = samples.wanted;
   samples.other = samples.wanted;
-  if (ContainsTissue(mask, MaskTissue::kTooth) || ContainsTissue(mask, MaskTissue::kUndecidedTooth))
-    samples.tooth.assign(lattice.count(), 0);
-  if (ContainsTissue(mask, MaskTissue::kCanal)) samples.canal.assign(lattice.count(), 0);
+  const auto prepare = [&](std::vector<float>& values, bool (*is)(MaskTissue)) {
+    if (CountTissue(mask, is) > 0) values.assign(lattice.count(), 0);
+  };
+  prepare(samples.tooth, IsTooth);
+  prepare(samples.canal, IsCanal);
+  prepare(samples.metal, IsMetal);
+  prepare(samples.lesion, IsLesion);
+  if (!ListTeeth(mask).empty()) samples.number.assign(lattice.count(), 0);
   const glm::dmat3 from_world = glm::inverse(mask.tissue.axes_W);
   for (std::size_t v = 0, k = 0; k < static_cast<std::size_t>(lattice.size[2]); ++k) {
     for (int j = 0; j < lattice.size[1]; ++j) {
@@ -60,20 +96,19 @@ MaskSamples SampleMask(const BoneMask& mask, const Volume& lattice) {
         bool beyond = false;
         for (int a = 0; a < 3; ++a) beyond |= !(p_V[a] > -1 && p_V[a] < mask.tissue.size[static_cast<std::size_t>(a)]);
         if (beyond) continue;
-        const std::array<double, kTissues> fractions = CalcFractions(mask, p_V);
-        double wanted = 0, undecided = 0, tooth = 0;
-        for (std::size_t t = 0; t < kTissues; ++t) {
-          const auto tissue = static_cast<MaskTissue>(t);
-          if (IsWanted(tissue)) wanted += fractions[t];
-          if (IsUndecided(tissue)) undecided += fractions[t];
-          if (IsTooth(tissue)) tooth += fractions[t];
-        }
+        const Fractions fractions = CalcFractions(mask, p_V);
+        const double wanted = fractions.Sum(IsWanted), undecided = fractions.Sum(IsUndecided);
         samples.wanted[v] = wanted >= 0.5 ? 1 : 0;
         samples.undecided[v] = wanted < 0.5 && wanted + undecided >= 0.5 ? 1 : 0;
-        samples.other[v] = fractions[static_cast<std::size_t>(MaskTissue::kOther)] >= 0.5 ? 1 : 0;
-        if (!samples.tooth.empty()) samples.tooth[v] = static_cast<float>(tooth);
-        if (!samples.canal.empty())
-          samples.canal[v] = static_cast<float>(fractions[static_cast<std::size_t>(MaskTissue::kCanal)]);
+        samples.other[v] = fractions.of[static_cast<std::size_t>(MaskTissue::kOther)] >= 0.5 ? 1 : 0;
+        if (!samples.number.empty()) samples.number[v] = static_cast<std::uint8_t>(fractions.tooth);
+        const auto set = [&](std::vector<float>& values, bool (*is)(MaskTissue)) {
+          if (!values.empty()) values[v] = static_cast<float>(fractions.Sum(is));
+        };
+        set(samples.tooth, IsTooth);
+        set(samples.canal, IsCanal);
+        set(samples.metal, IsMetal);
+        set(samples.lesion, IsLesion);
       }
     }
   }

@@ -8,6 +8,7 @@
 #include "bone/import/components.h"
 #include "bone/import/depth.h"
 #include "bone/material/region_table.h"
+#include "bone/material/segment_regions.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -37,6 +38,14 @@ void ForFaceNeighbours(const Volume& lattice, const Stride& stride, std::size_t 
   }
 }
 
+// Returns the bone that is not metal, which is as bright as enamel.
+std::vector<std::uint8_t> WithoutMetal(std::vector<std::uint8_t> bone, const std::vector<float>& metal) {
+  for (std::size_t v = 0; v < metal.size(); ++v) {
+    if (metal[v] >= 0.5F) bone[v] = 0;
+  }
+  return bone;
+}
+
 }  // namespace
 
 TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid,
@@ -46,12 +55,20 @@ TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& sol
   for (int a = 0; a < 3; ++a) {
     for (int b = 0; b < 3; ++b) voxel_from_world_[b][a] = glm::inverse(lattice.axes_W)[b][a] / lattice.spacing_mm[a];
   }
+  const auto take = [&](const std::vector<float> MaskSamples::*fractions) {
+    return mask == nullptr || (mask->*fractions).empty()
+               ? nullptr
+               : std::make_unique<SplineField>(lattice.size, mask->*fractions, true);
+  };
   if (mask != nullptr && !mask->tooth.empty()) {
     TakeTeeth(mask->tooth, solid);
+    number_ = mask->number;
   } else if (!lattice_.hu.empty()) {
-    FindTeeth(bone);
+    FindTeeth(mask == nullptr ? bone : WithoutMetal(bone, mask->metal));
   }
-  if (mask != nullptr && !mask->canal.empty()) canal_ = std::make_unique<SplineField>(lattice.size, mask->canal, true);
+  canal_ = take(&MaskSamples::canal);
+  metal_ = take(&MaskSamples::metal);
+  lesion_ = take(&MaskSamples::lesion);
   MeasureDepth(solid);
   if (use_atlas) {
     std::vector<Vec3> points_W;
@@ -151,10 +168,31 @@ void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
   tooth_ = std::make_unique<SplineField>(lattice_.size, std::move(fraction), false);
 }
 
+/// Returns the region of the numbered tooth that has the most of the voxels around a point, weighted by their nearness.
+int TissueMap::FindToothRegion(const Vec3& p_V) const {
+  if (number_.empty()) return kToothRegion;
+  const Vec3 first = glm::floor(p_V);
+  std::array<double, 256> weights{};
+  int best = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 at = first + Vec3(corner & 1, corner >> 1 & 1, corner >> 2);
+    const std::array<int, 3> ijk{static_cast<int>(at.x), static_cast<int>(at.y), static_cast<int>(at.z)};
+    if (!lattice_.Contains(ijk)) continue;
+    const std::uint8_t number = number_[lattice_.Index(ijk[0], ijk[1], ijk[2])];
+    if (number == 0) continue;
+    const Vec3 weight = Vec3(1) - glm::abs(at - p_V);
+    weights[number] += weight.x * weight.y * weight.z;
+    if (best == 0 || weights[number] > weights[static_cast<std::size_t>(best)]) best = number;
+  }
+  return best == 0 ? kToothRegion : ToothRegion(best);
+}
+
 int TissueMap::RegionAt(const Vec3& p_W) const {
   const Vec3 p_V = voxel_from_world_ * (p_W - lattice_.origin_W);
-  if (tooth_ && tooth_->At(p_V) > 0.5) return kToothRegion;
+  if (metal_ && metal_->At(p_V) > 0.5) return kMetalRegion;
+  if (tooth_ && tooth_->At(p_V) > 0.5) return FindToothRegion(p_V);
   if (canal_ && canal_->At(p_V) > 0.5) return kCanalRegion;
+  if (lesion_ && lesion_->At(p_V) > 0.5) return kLesionRegion;
   const bool shell = depth_mm_->At(p_V) < options_.shell_mm;
   if (!shell && (hu_ == nullptr || hu_->At(p_V) < options_.cortical_hu)) return kCancellousRegion;
   return atlas_ ? atlas_->RegionAt(p_W) : kPlainCortexRegion;

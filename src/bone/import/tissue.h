@@ -33,7 +33,8 @@ class TissueMap {
   /// `lattice`: the crop of the CT; its hu may be empty for an imported surface, and then only depth is used. `solid`:
   /// bone and filled cavities. `bone`: bone by HU. `hu`: the CT as a smooth field, or null. `use_atlas`: if true, the
   /// cortex is divided into the atlas's 31 regions, otherwise all cortex is kPlainCortexRegion. `mask`: on the same
-  /// lattice, or null; if it has teeth, they replace those found by their HU, and its canal becomes kCanalRegion.
+  /// lattice, or null; if it has teeth, they replace those found by their HU, and its numbered teeth, canal, metal and
+  /// lesion get regions of their own (bone/material/segment_regions.h).
   /// Throws kerf::Error if the atlas cannot be fitted to the bone.
   TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid, const std::vector<std::uint8_t>& bone,
             const SplineField* hu, bool use_atlas, const TissueOptions& options, const MaskSamples* mask = nullptr);
@@ -46,6 +47,7 @@ class TissueMap {
   void FindTeeth(const std::vector<std::uint8_t>& bone);
   void TakeTeeth(const std::vector<float>& tooth, const std::vector<std::uint8_t>& bone);
   void MeasureDepth(const std::vector<std::uint8_t>& solid);
+  int FindToothRegion(const Vec3& p_V) const;
 
   Volume lattice_;  // without its hu after construction
   glm::dmat3 voxel_from_world_{1};
@@ -53,8 +55,11 @@ class TissueMap {
   const SplineField* hu_;
   std::vector<std::uint8_t> tooth_voxels_;
   std::unique_ptr<SplineField> depth_mm_;
-  std::unique_ptr<SplineField> tooth_;  // null if there are no teeth
-  std::unique_ptr<SplineField> canal_;  // null if no canal is known
+  std::unique_ptr<SplineField> tooth_;   // null if there are no teeth
+  std::vector<std::uint8_t> number_;     // of the tooth at each voxel; empty if none has a number
+  std::unique_ptr<SplineField> canal_;   // null if no canal is known
+  std::unique_ptr<SplineField> metal_;   // null if no metal is known
+  std::unique_ptr<SplineField> lesion_;  // null if no lesion is known
   std::unique_ptr<MandibleAtlas> atlas_;
   double tooth_mm3_ = 0;
 };

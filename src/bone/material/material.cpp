@@ -37,13 +37,18 @@ const char* ToString(Tissue tissue) {
     case Tissue::kCanal:
       return "canal";
     case Tissue::kOther:
-      return "other";
+      break;
+    case Tissue::kMetal:
+      return "metal";
+    case Tissue::kLesion:
+      return "lesion";
   }
   return "other";
 }
 
 std::optional<Tissue> TissueFromString(const std::string& name) {
-  for (const Tissue tissue : {Tissue::kCortical, Tissue::kCancellous, Tissue::kTooth, Tissue::kCanal, Tissue::kOther}) {
+  for (const Tissue tissue : {Tissue::kCortical, Tissue::kCancellous, Tissue::kTooth, Tissue::kCanal, Tissue::kOther,
+                              Tissue::kMetal, Tissue::kLesion}) {
     if (name == ToString(tissue)) return tissue;
   }
   return std::nullopt;

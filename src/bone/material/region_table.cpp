@@ -54,7 +54,7 @@ Region ParseRegionRow(const std::vector<std::string>& fields, const CsvPlace& pl
   if (region.name.empty()) place.Fail("name is empty");
   const std::optional<Tissue> tissue = TissueFromString(field(kRegionTissue));
   if (!tissue) {
-    place.Fail(fmt::format("tissue = {} is not one of cortical, cancellous, tooth, canal, other",
+    place.Fail(fmt::format("tissue = {} is not one of cortical, cancellous, tooth, canal, other, metal, lesion",
                            Quote(field(kRegionTissue))));
   }
   region.tissue = *tissue;

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bone/material/segment_regions.h"
 #include "bone/segmentation/roles.h"
 
 namespace kerf {
@@ -47,11 +48,6 @@ Words SplitWords(const std::string& name) {
 bool HasOne(const Words& words, std::initializer_list<const char*> list) {
   return std::any_of(list.begin(), list.end(),
                      [&words](const char* w) { return std::find(words.begin(), words.end(), w) != words.end(); });
-}
-
-bool IsToothNumber(int fdi) {
-  const int quadrant = fdi / 10, n = fdi % 10;
-  return (quadrant >= 1 && quadrant <= 4 && n >= 1 && n <= 8) || (quadrant >= 5 && quadrant <= 8 && n >= 1 && n <= 5);
 }
 
 JawPart JawOf(int fdi) {
@@ -137,7 +133,7 @@ bool IsCanal(const Words& words) {
   if (HasOne(words, {"mandibularkanal", "unterkieferkanal", "nervkanal", "nervenkanal", "ian", "iac", "ianc"}))
     return true;
   if (!HasOne(words, {"canal", "canals", "canalis", "kanal", "nerve", "nerves", "nerv", "nervus"})) return false;
-  if (words.size() == 1) return true;
+  if (words.size() == 1 || (HasOne(words, {"canal"}) && HasOne(words, {"nerve"}))) return true;
   if (words.size() == 2 && FindSide(words) != JawSide::kUnknown) return true;
   return HasOne(words, {"mandibular", "mandible", "mandibularis", "mandibulae", "alveolar", "alveolaris", "incisive",
                         "lingual", "unterkiefer"}) &&

@@ -162,8 +162,9 @@ MaskTissue TissueOf(const SegmentMeaning& meaning) {
       if (meaning.jaw == JawPart::kUpper) return MaskTissue::kOther;
       return meaning.jaw == JawPart::kLower ? MaskTissue::kTooth : MaskTissue::kUndecidedTooth;
     case SegmentRole::kMetal:
+      return MaskTissue::kMetal;
     case SegmentRole::kLesion:
-      return MaskTissue::kUndecided;
+      return MaskTissue::kLesion;
     case SegmentRole::kOtherBone:
       return MaskTissue::kOther;
     case SegmentRole::kIgnored:
@@ -182,11 +183,20 @@ MaskTissue Join(MaskTissue a, MaskTissue b) {
     return MaskTissue::kUndecided;
   }
   // Finer structures lie in the bone.
+  const bool wanted = IsWanted(a) || IsWanted(b);
+  if (IsMetal(a) || IsMetal(b)) return wanted ? MaskTissue::kBoneMetal : MaskTissue::kMetal;
   for (const MaskTissue fine : {MaskTissue::kCanal, MaskTissue::kTooth}) {
     if (a == fine || b == fine) return fine;
   }
-  if (IsTooth(a) || IsTooth(b)) return IsWanted(a) || IsWanted(b) ? MaskTissue::kTooth : MaskTissue::kUndecidedTooth;
-  return IsWanted(a) || IsWanted(b) ? MaskTissue::kBone : MaskTissue::kUndecided;
+  if (IsTooth(a) || IsTooth(b)) return wanted ? MaskTissue::kTooth : MaskTissue::kUndecidedTooth;
+  if (IsLesion(a) || IsLesion(b)) return wanted ? MaskTissue::kBoneLesion : MaskTissue::kLesion;
+  return wanted ? MaskTissue::kBone : MaskTissue::kUndecided;
+}
+
+// The same for values of BoneMask::Pack(). A tooth keeps its number.
+std::int16_t JoinPacked(std::int16_t a, std::int16_t b) {
+  const MaskTissue joined = Join(static_cast<MaskTissue>(a % 16), static_cast<MaskTissue>(b % 16));
+  return BoneMask::Pack(joined, !IsTooth(joined) ? 0 : a / 16 != 0 ? a / 16 : b / 16);
 }
 
 }  // namespace
@@ -238,19 +248,6 @@ SegmentationRoles FindRoles(const Segmentation& segmentation, const LabelOptions
   }
   CheckMandible(segmentation, assigned, roles.meanings);
   if (!unknown.empty()) roles.warnings.push_back(fmt::format("segments of unknown meaning were ignored: {}", unknown));
-  for (const SegmentRole role : {SegmentRole::kMetal, SegmentRole::kLesion}) {
-    double mm3 = 0;
-    for (std::size_t n = 0; n < segments.size(); ++n)
-      mm3 += roles.meanings[n].role == role ? segments[n].volume_mm3 : 0;
-    if (mm3 == 0) continue;
-    roles.warnings.push_back(
-        role == SegmentRole::kMetal
-            ? fmt::format("the segmentation has {} of metal; kerf has no material for it: where the CT joins it to the "
-                          "bone it is imported, and cut, as bone",
-                          FormatVolume(mm3))
-            : fmt::format("the segmentation has a lesion of {}; kerf does not keep it as a structure",
-                          FormatVolume(mm3)));
-  }
   return roles;
 }
 
@@ -260,17 +257,18 @@ BoneMask MakeBoneMask(const Segmentation& segmentation, const SegmentationRoles&
   mask.tissue.warnings = segmentation.warnings;
   mask.tissue.hu.assign(mask.tissue.count(), 0);
   for (std::size_t layer = 0; layer < segmentation.layers.size(); ++layer) {
-    std::vector<MaskTissue> tissues(32768, MaskTissue::kBackground);
+    std::vector<std::int16_t> tissues(32768, BoneMask::Pack(MaskTissue::kBackground, 0));
     for (std::size_t n = 0; n < segmentation.segments.size(); ++n) {
       const Segment& segment = segmentation.segments[n];
       if (segment.layer != static_cast<int>(layer)) continue;
-      tissues[static_cast<std::size_t>(segment.label)] = TissueOf(roles.meanings[n]);
+      const MaskTissue tissue = TissueOf(roles.meanings[n]);
+      tissues[static_cast<std::size_t>(segment.label)] =
+          BoneMask::Pack(tissue, IsTooth(tissue) ? roles.meanings[n].fdi : 0);
     }
     const std::vector<std::int16_t>& labels = segmentation.layers[layer];
     for (std::size_t v = 0; v < labels.size(); ++v) {
-      const MaskTissue tissue = tissues[static_cast<std::size_t>(labels[v])];
-      if (tissue == MaskTissue::kBackground) continue;
-      mask.tissue.hu[v] = static_cast<std::int16_t>(Join(mask.At(v), tissue));
+      const std::int16_t tissue = tissues[static_cast<std::size_t>(labels[v])];
+      if (tissue != 0) mask.tissue.hu[v] = mask.tissue.hu[v] == 0 ? tissue : JoinPacked(mask.tissue.hu[v], tissue);
     }
   }
   std::string names;

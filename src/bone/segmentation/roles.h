@@ -65,7 +65,8 @@ struct SegmentationRoles {
 SegmentationRoles FindRoles(const Segmentation& segmentation, const LabelOptions& options);
 
 /// Makes the mask of the mandible. The lower teeth and the canals belong to it; upper teeth and other bone do not;
-/// metal, lesions, teeth of an unknown jaw, and voxels in both the mandible and other bone are left to the CT.
+/// whether metal, lesions, teeth of an unknown jaw, and voxels in both the mandible and other bone belong to it is left
+/// to the CT. Teeth keep their numbers.
 BoneMask MakeBoneMask(const Segmentation& segmentation, const SegmentationRoles& roles);
 
 }  // namespace kerf

@@ -22,7 +22,7 @@ MaterialLookup::MaterialLookup(const Bone& bone, const Tool& tool)
   for (const auto& [id, region] : bone.materials().regions()) {
     E_MPa_[id] = region.E_MPa;
     nu_[id] = region.nu;
-    tissue_[id] = static_cast<std::uint8_t>(region.tissue);
+    tissue_[id] = static_cast<std::uint8_t>(CutTissue(region.tissue));
     E_star_MPa_[id] = CalcReducedModulus(tool_E_MPa_, tool_nu_, region.E_MPa, region.nu);
   }
 }

@@ -127,7 +127,7 @@ void RegisterForceLaw(ForceLawInfo info) {
 
 ToothCut MakeToothCut(double E_MPa, double E_star_MPa, Tissue tissue, double speed_mm_per_s) {
   ToothCut cut{.E_star_MPa = E_star_MPa, .E_MPa = E_MPa, .speed_mm_per_s = speed_mm_per_s};
-  cut.tissue[static_cast<std::size_t>(tissue)] = 1;
+  cut.tissue[static_cast<std::size_t>(CutTissue(tissue))] = 1;
   return cut;
 }
 
@@ -191,7 +191,7 @@ bool LacksTissue(const ForceLaw& law) {
 void CheckTissues(const ForceLaw& law, const MaterialTable& materials) {
   if (law.table() == nullptr) return;
   for (const auto& [id, region] : materials.regions()) {
-    if (law.table()->Has(region.tissue)) continue;
+    if (region.tissue == Tissue::kMetal || law.table()->Has(CutTissue(region.tissue))) continue;
     throw Error(fmt::format("the table of the force law {} has no rows for {} (region {})", law.name(),
                             ToString(region.tissue), id));
   }

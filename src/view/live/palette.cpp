@@ -7,11 +7,11 @@
 namespace kerf {
 namespace {
 
-constexpr std::array<Tissue, 5> kTissues{Tissue::kCortical, Tissue::kCancellous, Tissue::kTooth, Tissue::kCanal,
-                                         Tissue::kOther};
+constexpr std::array kTissues{Tissue::kCortical, Tissue::kCancellous, Tissue::kTooth, Tissue::kCanal,
+                              Tissue::kMetal,    Tissue::kLesion,     Tissue::kOther};
 
 Rgb8 UncutColour(Tissue tissue) {
-  return tissue == Tissue::kTooth ? TissueColour(tissue) : kBoneColour;
+  return tissue == Tissue::kTooth || tissue == Tissue::kMetal ? TissueColour(tissue) : kBoneColour;
 }
 
 }  // namespace

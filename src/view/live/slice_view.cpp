@@ -37,6 +37,10 @@ std::uint8_t GreyOf(Tissue tissue) {
       return 128;
     case Tissue::kCanal:
       return 62;
+    case Tissue::kMetal:
+      return 255;
+    case Tissue::kLesion:
+      return 90;
     case Tissue::kOther:
       break;
   }

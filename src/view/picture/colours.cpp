@@ -51,6 +51,10 @@ Rgb8 TissueColour(Tissue tissue) {
       return {250, 250, 246};
     case Tissue::kCanal:
       return {0, 114, 178};
+    case Tissue::kMetal:
+      return {126, 140, 158};
+    case Tissue::kLesion:
+      return {170, 60, 110};
     case Tissue::kOther:
       break;
   }

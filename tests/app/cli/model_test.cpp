@@ -55,7 +55,7 @@ TEST_F(ModelCommand, BadInputIsReportedInOneSentence) {
       {"model block -o b.vdb --layer 2:77", 1,
        "kerf: block: layer 1 has region 77, which is not in the region table\n"},
       {"model block -o b.vdb --materials t.csv", 1,
-       "kerf: t.csv:2: tissue = \"bone\" is not one of cortical, cancellous, tooth, canal, other\n"},
+       "kerf: t.csv:2: tissue = \"bone\" is not one of cortical, cancellous, tooth, canal, other, metal, lesion\n"},
       {"model mandible -o m.vdb --ramus-width 99", 2, "--ramus-width: 99 is above 38; valid range 24 to 38 mm"},
       // Decimal, not octal.
       {"model mandible -o m.vdb --teeth 08", 1, "kerf: mandible: teeth = 8 is not 0, 14 or 16\n"},

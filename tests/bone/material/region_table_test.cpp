@@ -70,7 +70,7 @@ TEST(RegionTable, EveryBadRowIsNamedWithFileAndLine) {
        "t.csv:2: id = \"99999999999999999999\" is not a whole number from 1 to 255"},
       {kHeader + "1,,cortical,19,0.3,yes,s\n", "t.csv:2: name is empty"},
       {kHeader + "1,a,bone,19,0.3,yes,s\n",
-       "t.csv:2: tissue = \"bone\" is not one of cortical, cancellous, tooth, canal, other"},
+       "t.csv:2: tissue = \"bone\" is not one of cortical, cancellous, tooth, canal, other, metal, lesion"},
       {kHeader + "1,a,cortical,stiff,0.3,yes,s\n", "t.csv:2: E_GPa = \"stiff\" is not a number"},
       {kHeader + "1,a,cortical,19 GPa,0.3,yes,s\n", "t.csv:2: E_GPa = \"19 GPa\" is not a number"},
       {kHeader + "1,a,cortical,nan,0.3,yes,s\n", "t.csv:2: E_GPa = \"nan\" is not a number"},

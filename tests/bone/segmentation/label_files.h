@@ -18,7 +18,7 @@ struct HeaderSegment {
   std::string name;
   std::string label;
   std::string layer = "0";
-  std::string tags;
+  std::string tags{};
 };
 
 inline std::string TagsOf(const std::string& type, const std::string& meaning) {

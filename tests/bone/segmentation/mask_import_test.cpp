@@ -10,6 +10,7 @@
 #include "bone/import/import.h"
 #include "bone/import/patient_frame.h"
 #include "bone/material/region_table.h"
+#include "bone/material/segment_regions.h"
 #include "bone/segmentation/roles.h"
 #include "kerf/import.h"
 #include "kerf/surface.h"
@@ -206,6 +207,86 @@ TEST(MaskImport, TeethAndCanalGetTheirRegions) {
   // The canal is a tube of 12.6 mm2 and 28.3 mm; its border is known to half a voxel.
   EXPECT_NEAR(result.report.region_mm3.at(kCanalRegion), 12.6 * 28.3, 70);
   EXPECT_EQ(result.bone.materials().At(kCanalRegion).tissue, Tissue::kCanal);
+}
+
+// A ball of 15 mm with two teeth that touch, a tube of metal in it, and a lesion that is soft in the CT and reaches
+// beyond the bone.
+class NamedStructures : public ::testing::Test {
+ protected:
+  static double Tooth36(const Vec3& p) { return std::max(Ball({0, 0, 8}, 5)(p), -p.x); }
+  static double Tooth37(const Vec3& p) { return std::max(Ball({0, 0, 8}, 5)(p), p.x); }
+  static double Metal(const Vec3& p) { return std::max(std::hypot(p.y, p.z + 5) - 2, std::abs(p.x) - 8); }
+  static double Lesion(const Vec3& p) { return Ball({0, -13, 0}, 4)(p); }
+
+  void SetUp() override {
+    const auto bone = [](const Vec3& p) { return std::max(Ball({0, 0, 0}, 15)(p), -Lesion(p)); };
+    const Volume ct = test::MakeCt({44, 44, 44}, {1, 1, 1}, {-21.5, -21.5, -21.5}, glm::dmat3(1), bone, 900);
+    test::WriteNrrd(ct, folder_.file("ct.nrrd"));
+    test::WriteSeg(test::MakeLabels(ct,
+                                    [](const Vec3& p) {
+                                      if (Lesion(p) < 0) return 5;
+                                      if (Ball({0, 0, 0}, 15)(p) >= 0) return 0;
+                                      return Tooth36(p) < 0 ? 2 : Tooth37(p) < 0 ? 3 : Metal(p) < 0 ? 4 : 1;
+                                    }),
+                   {{"mandible", "1"}, {"tooth 36", "2"}, {"Tooth_37", "3"}, {"implant", "4"}, {"lesion", "5"}},
+                   folder_.file("mask.seg.nrrd"));
+  }
+  ImportOptions MakeOptions() const {
+    const Segmentation segmentation = ReadSegmentation(folder_.file("mask.seg.nrrd"));
+    ImportOptions options;
+    options.voxel_mm = 0.4;
+    options.isolate.iso_hu = 450;
+    options.isolate.mask = std::make_shared<const BoneMask>(MakeBoneMask(segmentation, FindRoles(segmentation, {})));
+    return options;
+  }
+  void ExpectRegions(const ImportResult& result) const {
+    const auto& mm3 = result.report.region_mm3;
+    // The surfaces of these regions are known to about a tenth of a voxel of 1 mm.
+    EXPECT_NEAR(mm3.at(ToothRegion(36)), 262, 40);
+    EXPECT_NEAR(mm3.at(ToothRegion(37)), 262, 40);
+    EXPECT_FALSE(mm3.contains(kToothRegion));
+    EXPECT_NEAR(mm3.at(kMetalRegion), 4 * std::numbers::pi * 16, 40);
+    EXPECT_NEAR(mm3.at(kLesionRegion), 4.0 / 3 * std::numbers::pi * 64, 40);
+    EXPECT_EQ(result.bone.RegionAt({0.6, 0, 8}), ToothRegion(36));
+    EXPECT_EQ(result.bone.RegionAt({-0.6, 0, 8}), ToothRegion(37));
+    const MaterialTable& table = result.bone.materials();
+    EXPECT_EQ(table.At(ToothRegion(36)).name, "tooth 36");
+    EXPECT_EQ(table.At(ToothRegion(36)).E_MPa, table.At(kToothRegion).E_MPa);
+    EXPECT_EQ(table.At(kMetalRegion).tissue, Tissue::kMetal);
+    EXPECT_EQ(table.At(kLesionRegion).tissue, Tissue::kLesion);
+    EXPECT_THAT(result.report.warnings, Not(Contains(HasSubstr("of which"))));
+  }
+  const Folder folder_;
+};
+
+TEST_F(NamedStructures, BecomeRegionsOfTheirOwn) {
+  ExpectRegions(Import(folder_.file("ct.nrrd"), MakeOptions()));
+}
+
+TEST_F(NamedStructures, BecomeRegionsWithoutACtToo) {
+  ExpectRegions(Import("", MakeOptions()));
+}
+
+TEST_F(NamedStructures, DoNotTakeRegionsThatATableNeedsForOthers) {
+  ImportOptions options = MakeOptions();
+  options.materials = DefaultMandibleTable();
+  options.materials->Add(
+      {.id = kMetalRegion, .name = "mine", .tissue = Tissue::kOther, .E_MPa = 1, .nu = 0.3, .source = "test"});
+  options.materials_name = "t.csv";
+  EXPECT_EQ(MessageOf([&] { Import(folder_.file("ct.nrrd"), options); }),
+            "t.csv: region 35 is 'mine', but an import with this mask needs it for 'metal'");
+}
+
+TEST_F(NamedStructures, ThatAreNotInTheBoneAreReported) {
+  // Metal as bright as soft tissue, outside of the bone.
+  const Volume ct = ReadImageFile(folder_.file("ct.nrrd"));
+  test::WriteSeg(test::MakeLabels(ct,
+                                  [](const Vec3& p) {
+                                    return Ball({0, 0, 0}, 15)(p) < 0 ? 1 : Ball({0, 0, 19}, 3)(p) < 0 ? 2 : 0;
+                                  }),
+                 {{"mandible", "1"}, {"plate", "2"}}, folder_.file("mask.seg.nrrd"));
+  EXPECT_THAT(Import(folder_.file("ct.nrrd"), MakeOptions()).report.warnings,
+              Contains(HasSubstr("of metal, of which 0 mm3 are in the bone")));
 }
 
 TEST(MaskImport, RefusesMasksOfAnotherScan) {

@@ -175,17 +175,22 @@ TEST(LabelRoles, TheMandibleMustBeOneSegment) {
 }
 
 TEST(LabelRoles, OverlapsKeepFineStructuresAndLeaveContradictionsToTheCt) {
-  Segmentation map =
-      MakeSegmentation({{1, "mandible"}, {2, "mandible canal"}, {3, "tooth 36"}, {4, "skull"}, {5, "implant"}});
-  map.lattice.size = {5, 1, 1};
-  map.layers = {{1, 1, 1, 1, 1}, {2, 3, 4, 5, 0}};
-  for (std::size_t n = 1; n < 5; ++n) map.segments[n].layer = 1;
+  Segmentation map = MakeSegmentation(
+      {{1, "mandible"}, {2, "mandible canal"}, {3, "tooth 36"}, {4, "skull"}, {5, "implant"}, {6, "cyst"}});
+  map.lattice.size = {7, 1, 1};
+  map.layers = {{1, 1, 1, 1, 1, 1, 0}, {2, 3, 4, 5, 0, 6, 6}};
+  for (std::size_t n = 1; n < 6; ++n) map.segments[n].layer = 1;
   const BoneMask mask = MakeBoneMask(map, FindRoles(map, {}));
   EXPECT_EQ(mask.At(0), MaskTissue::kCanal);
   EXPECT_EQ(mask.At(1), MaskTissue::kTooth);
   EXPECT_EQ(mask.At(2), MaskTissue::kUndecided);
-  EXPECT_EQ(mask.At(3), MaskTissue::kBone);
+  EXPECT_EQ(mask.At(3), MaskTissue::kBoneMetal);
   EXPECT_EQ(mask.At(4), MaskTissue::kBone);
+  EXPECT_EQ(mask.At(5), MaskTissue::kBoneLesion);
+  EXPECT_EQ(mask.At(6), MaskTissue::kLesion);
+  EXPECT_EQ(mask.ToothAt(1), 36);
+  EXPECT_EQ(mask.ToothAt(0), 0);
+  EXPECT_EQ(ListTeeth(mask), std::vector<int>{36});
 }
 
 }  // namespace
