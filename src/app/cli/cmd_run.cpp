@@ -11,6 +11,7 @@
 #include "app/cli/run_uncertain.h"
 #include "base/files/files.h"
 #include "base/files/folder_lock.h"
+#include "bone/material/segment_regions.h"
 #include "cut/force/measured.h"
 #include "session/run/run_scene.h"
 #include "session/run/run_slab_scene.h"
@@ -41,6 +42,11 @@ void PrintSurfaces(const Pieces& pieces, double error_mm) {
                           : "at full resolution");
 }
 
+/// Returns the name of a tooth with a number, otherwise the tissue.
+std::string NameTissue(const Region& region) {
+  return FindToothNumber(region) != 0 ? region.name : ToString(region.tissue);
+}
+
 void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& folder) {
   fmt::print("{}\n", scene.TitleOrName());
   fmt::print("  bone      {:.2f} cm3 at {:g} mm voxels, {:.0f} MB\n", s.volume_before_mm3 / 1000, s.voxel_mm,
@@ -49,7 +55,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   fmt::print("  removed   {:.2f} mm3", s.removed_mm3);
   std::map<std::string, double> by_tissue;
   for (const auto& [id, mm3] : s.removed_mm3_by_region) {
-    by_tissue[s.materials.Contains(id) ? ToString(s.materials.At(id).tissue) : "no material"] += mm3;
+    by_tissue[s.materials.Contains(id) ? NameTissue(s.materials.At(id)) : "no material"] += mm3;
   }
   for (auto it = by_tissue.begin(); it != by_tissue.end(); ++it) {
     fmt::print("{}{:.2f} {}", it == by_tissue.begin() ? " (" : ", ", it->second, it->first);

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
-#include <variant>
 
 #include "view/ui/imgui_colours.h"
 #include "view/ui/panels.h"
@@ -13,19 +11,6 @@
 #include "view/ui/widgets.h"
 
 namespace kerf {
-
-std::string Translate(const Message& message) {
-  Message translated = message;
-  for (auto& value : translated.values) {
-    if (auto* text = std::get_if<std::string>(&value)) *text = std::string(Tr(text->c_str()));
-  }
-  return FormatMessage(translated, Tr(message.text), PointOfLanguage());
-}
-
-std::string PointOfLanguage() {
-  const std::string point = Tr("decimal separator");
-  return point.size() == 1 ? point : ".";
-}
 
 HudLevel HudLevelOf(ReviewLevel level) {
   return level == ReviewLevel::kGood   ? HudLevel::kGood

@@ -6,7 +6,6 @@
 #include <initializer_list>
 #include <string>
 
-#include "session/score/message.h"
 #include "session/score/review.h"
 #include "view/ui/hud.h"
 #include "view/ui/ui.h"
@@ -18,10 +17,6 @@ inline constexpr ImGuiWindowFlags kPracticeDialog = ImGuiWindowFlags_NoTitleBar 
                                                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoScrollbar |
                                                     ImGuiWindowFlags_NoScrollWithMouse | ImGuiWindowFlags_NoNav;
 
-/// Returns the message in the current language.
-std::string Translate(const Message& message);
-/// Returns the decimal separator of the language.
-std::string PointOfLanguage();
 HudLevel HudLevelOf(ReviewLevel level);
 
 /// Begins a dialog in the middle of the window, at most as large as the space between the bars. The size is in points.

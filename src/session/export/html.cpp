@@ -55,9 +55,9 @@ std::string ReportLanguage::ShowName(const std::string& name) const {
   const std::string base = numbered ? name.substr(0, space) : name;
   const std::string ending = numbered ? name.substr(space) : std::string();
   const std::pair<std::string_view, std::string> words[] = {
-      {"plane", Tr("plane")},       {"stop", Tr("stop")},   {"piece", Tr("piece")}, {"nerve", Tr("nerve")},
-      {"canal", Tr("canal")},       {"tooth", Tr("tooth")}, {"root", Tr("root")},   {"other", Tr("other")},
-      {"distance", Tr("distance")}, {"angle", Tr("angle")}};
+      {"plane", Tr("plane")},   {"stop", Tr("stop")},         {"piece", Tr("piece")}, {"nerve", Tr("nerve")},
+      {"canal", Tr("canal")},   {"tooth", Tr("tooth")},       {"root", Tr("root")},   {"other", Tr("other")},
+      {"lesion", Tr("lesion")}, {"distance", Tr("distance")}, {"angle", Tr("angle")}};
   for (const auto& [word, shown] : words) {
     if (base == word) return shown + ending;
   }
@@ -74,6 +74,11 @@ std::string ReportLanguage::Show(double value, int decimals) const {
   std::string text = export_detail::Show(value, decimals);
   if (const std::size_t dot = text.find('.'); dot != std::string::npos) text.replace(dot, 1, point);
   return text;
+}
+
+std::string ReportLanguage::Show(const Message& message) const {
+  return FormatMessage(
+      message, [this](const std::string& text) { return ShowName(Tr(text)); }, point);
 }
 
 }  // namespace kerf

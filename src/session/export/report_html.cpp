@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/files/html_text.h"
 #include "bone/pieces/measure.h"
@@ -155,34 +154,6 @@ std::string FormatStops(const ReportLanguage& t, const Assessment& a) {
          Table({t.Tr("stop"), t.Tr("planned, mm"), t.Tr("reached, mm"), t.Tr("difference, mm")}, rows);
 }
 
-/// As MakeStructureName(), in the language of the report.
-std::string NameStructure(const ReportLanguage& t, const StructureResult& structure) {
-  if (!structure.name.empty()) return t.ShowName(structure.name);
-  const bool tooth = structure.kind == MarkKind::kTooth;
-  switch (structure.side) {
-    case BodySide::kLeft:
-      return tooth ? Fill(t.Tr("tooth {} from the middle, patient's left"), structure.number)
-                   : t.Tr("canal of the nerve, patient's left");
-    case BodySide::kRight:
-      return tooth ? Fill(t.Tr("tooth {} from the middle, patient's right"), structure.number)
-                   : t.Tr("canal of the nerve, patient's right");
-    case BodySide::kBoth:
-      break;
-  }
-  return tooth ? t.Tr("row of touching teeth, on both sides") : t.Tr("canal of the nerve, on both sides");
-}
-
-/// As DescribePlace(), in the language of the report.
-std::string ShowPlace(const ReportLanguage& t, const Vec3& p_W) {
-  const auto show = [&t](double x, const std::string& positive, const std::string& negative) {
-    const double rounded = std::round(10 * x) / 10;
-    const std::string length = t.Show(std::abs(rounded), 1) + " mm";
-    return rounded == 0 ? length : length + " " + (rounded > 0 ? positive : negative);
-  };
-  return fmt::format("{}, {}, {}", show(p_W.x, t.Tr("left"), t.Tr("right")), show(p_W.y, t.Tr("back"), t.Tr("front")),
-                     show(p_W.z, t.Tr("up"), t.Tr("down")));
-}
-
 /// The terms are those of the window.
 std::string DescribeResult(const ReportLanguage& t, const StructureResult& s) {
   const bool nerve = s.kind == MarkKind::kNerve || s.kind == MarkKind::kCanal;
@@ -199,13 +170,13 @@ std::string FormatStructures(const ReportLanguage& t, const StructureAssessment&
   if (!a.canal_known) add_unknown(t.Tr("nerve and its canal"));
   if (!a.teeth_known) add_unknown(t.Tr("teeth and roots"));
   for (const StructureResult& s : a.structures) {
-    std::string name = NameStructure(t, s);
+    std::string name = t.Show(NameStructure(s));
     if (s.is_mark) name = Fill(t.Tr("{0} (marked {1})"), name, t.ShowName(std::string(ToString(s.kind))));
     std::string place = t.Tr("no bone was removed");
     if (s.distance_mm) {
-      place = s.part == ToothPart::kRoot    ? Fill(t.Tr("root: {}"), ShowPlace(t, s.p_W))
-              : s.part == ToothPart::kCrown ? Fill(t.Tr("crown: {}"), ShowPlace(t, s.p_W))
-                                            : ShowPlace(t, s.p_W);
+      place = t.Show(DescribePlace(s.p_W));
+      if (s.part == ToothPart::kRoot) place = Fill(t.Tr("root: {}"), place);
+      if (s.part == ToothPart::kCrown) place = Fill(t.Tr("crown: {}"), place);
     }
     rows.push_back({name, DescribeResult(t, s), s.distance_mm ? t.Show(*s.distance_mm, 1) : t.Tr("no cut"),
                     t.Show(s.removed_mm3, 1), place});
@@ -214,12 +185,12 @@ std::string FormatStructures(const ReportLanguage& t, const StructureAssessment&
          Scrolling(Table({t.Tr("structure"), t.Tr("result"), t.Tr("least distance, mm"), t.Tr("removed, mm³"),
                           t.Tr("place nearest to the cut")},
                          rows, true)) +
-         Note(
-             t.Tr("Distance: between the removed bone and the structure, accurate to about a voxel. Severed, cut "
-                  "through: what is left of the structure no longer connects its two ends. Place: in the patient's "
-                  "frame, mm from "
-                  "its origin. Structures that are neither regions of the bone nor marked by the user are not known to "
-                  "this report."));
+         Note(t.Tr("Distance: between the removed bone and the structure, accurate to about a voxel. Severed, cut "
+                   "through: what is left of the structure no longer connects its two ends. Place: in the patient's "
+                   "frame, mm from "
+                   "its origin. The least distance from a lesion is the resection margin. Structures that are neither "
+                   "regions of the bone nor marked by the user are not known to "
+                   "this report."));
 }
 
 std::string FormatBone(const ReportLanguage& t, const Assessment& a) {

@@ -62,7 +62,7 @@ std::string FormatMeasuresCsv(const ExportInput& input, const Prepared& prepared
   if (input.structures != nullptr) {
     for (const StructureResult& structure : input.structures->structures) {
       if (!structure.distance_mm) continue;
-      const std::string name = MakeStructureName(structure);
+      const std::string name = FormatMessage(NameStructure(structure));
       add(name, "least distance from the cut", "mm", *structure.distance_mm);
       add(name, "removed", "mm3", structure.removed_mm3);
     }

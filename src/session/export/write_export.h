@@ -80,6 +80,8 @@ struct ReportLanguage {
   std::string ShowName(const std::string& name) const;
   /// Returns "-" if `value` is not finite, otherwise the value with `decimals` decimals. Never returns "-0.00".
   std::string Show(double value, int decimals) const;
+  /// Returns the message in this language. Its texts may be names, as for ShowName().
+  std::string Show(const Message& message) const;
 };
 
 /// Data to export; missing items are left out. The pointers must remain valid during the call.

@@ -9,7 +9,7 @@ namespace kerf {
 
 InjuryFinder::InjuryFinder(std::shared_ptr<const Bone> before)
     : before_(std::move(before)), mid_x_mm_(before_->empty() ? 0.0 : before_->CalcBounds().centre().x) {
-  for (const Tissue tissue : {Tissue::kCanal, Tissue::kTooth}) {
+  for (const Tissue tissue : {Tissue::kCanal, Tissue::kTooth, Tissue::kLesion}) {
     Tissues all{.parts = RegionParts(*before_, tissue, mid_x_mm_),
                 .regions = FindRegionsOf(*before_, tissue),
                 .structures = {}};

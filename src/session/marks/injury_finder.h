@@ -31,8 +31,8 @@ class InjuryFinder {
   void SetMarks(const std::vector<Mark>& marks);
   /// Call after leaves have changed, with all of them. `now`: the bone after that.
   void Change(const Bone& now, const std::vector<Leaf>& leaves);
-  /// Returns the structures that are cut, in this order: canals, teeth, marks. The distance is 0, and the part of a
-  /// tooth is not determined.
+  /// Returns the structures that are cut, in this order: canals, teeth, lesions, marks. The distance is 0, and the part
+  /// of a tooth is not determined.
   std::vector<StructureResult> Find(const Bone& now);
 
  private:

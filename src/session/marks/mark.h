@@ -14,9 +14,9 @@
 
 namespace kerf {
 
-enum class MarkKind : std::uint8_t { kNerve, kCanal, kTooth, kRoot, kOther };
+enum class MarkKind : std::uint8_t { kNerve, kCanal, kTooth, kRoot, kOther, kLesion };
 /// Words of files, in the order of MarkKind.
-inline constexpr std::array<std::string_view, 5> kMarkKindWords{"nerve", "canal", "tooth", "root", "other"};
+inline constexpr std::array<std::string_view, 6> kMarkKindWords{"nerve", "canal", "tooth", "root", "other", "lesion"};
 std::string_view ToString(MarkKind kind);
 std::optional<MarkKind> MarkKindFromString(std::string_view word);
 

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "bone/material/segment_regions.h"
 #include "cut/effects/structure_voxels.h"
 
 namespace kerf {
@@ -52,6 +53,17 @@ void NumberTeeth(std::vector<StructureResult>& teeth, const std::vector<PartSum>
   }
 }
 
+/// Returns the regions of teeth with numbers, by number, and takes them out of `regions`.
+std::map<int, int> TakeNumbered(const Bone& bone, std::array<bool, 256>& regions) {
+  std::map<int, int> numbered;
+  for (const auto& [id, region] : bone.materials().regions()) {
+    const int fdi = FindToothNumber(region);
+    if (fdi == 0 || !regions[static_cast<std::size_t>(id)] || !numbered.emplace(fdi, id).second) continue;
+    regions[static_cast<std::size_t>(id)] = false;
+  }
+  return numbered;
+}
+
 }  // namespace
 
 int FindPartOf(const RemovedCell& cell, const Bone& before, const RegionParts& parts,
@@ -85,8 +97,42 @@ BodySide CalcSide(double size, double left) {
 }
 
 RegionParts::RegionParts(const Bone& bone, Tissue tissue, double mid_x_mm) : h_(bone.region_voxel_mm()) {
+  std::array<bool, 256> unnumbered = FindRegionsOf(bone, tissue);
+  const std::map<int, int> numbered = TakeNumbered(bone, unnumbered);
+  AddRuns(bone, unnumbered, 0);
+  int count = 0;
+  if (tissue == Tissue::kTooth) {
+    if (!runs_.empty()) count = DivideTeeth();
+  } else if (tissue == Tissue::kCanal) {
+    count = 2;  // 0 on the patient's right, 1 on the left
+    for (Run& run : runs_) run.part = run.x * h_ > mid_x_mm ? 1 : 0;
+  } else {
+    count = 1;
+  }
+  std::vector<int> fdi(static_cast<std::size_t>(count), 0);
+  for (const auto& [number, region] : numbered) {
+    std::array<bool, 256> regions{};
+    regions[static_cast<std::size_t>(region)] = true;
+    AddRuns(bone, regions, count++);
+    fdi.push_back(number);
+  }
+  if (runs_.empty()) return;
+  const std::vector<PartSum> sums = SumParts(*this, count, mid_x_mm);
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    structures_.push_back({.kind = tissue == Tissue::kTooth   ? MarkKind::kTooth
+                                   : tissue == Tissue::kCanal ? MarkKind::kCanal
+                                                              : MarkKind::kLesion,
+                           .side = CalcSide(sums[i].mm3, sums[i].left_mm3),
+                           .fdi = fdi[i],
+                           .size_mm3 = sums[i].mm3});
+  }
+  if (tissue == Tissue::kTooth) NumberTeeth(structures_, sums, mid_x_mm);
+}
+
+/// Adds the voxels of the regions to a part.
+void RegionParts::AddRuns(const Bone& bone, const std::array<bool, 256>& regions, int part) {
   StructureVoxels voxels(h_);
-  voxels.AddRegions(bone, FindRegionsOf(bone, tissue));
+  voxels.AddRegions(bone, regions);
   voxels.Finish();
   const auto index = [this](double x) { return static_cast<int>(std::floor(x / h_ + 0.5)); };
   for (const Box3& box : voxels.MakeBoxes()) {
@@ -95,23 +141,9 @@ RegionParts::RegionParts(const Bone& bone, Tissue tissue, double mid_x_mm) : h_(
     runs_.push_back({.x = index(middle.x),
                      .y = index(middle.y),
                      .z0 = index(box.lower.z + 0.5 * h_),
-                     .z1 = index(box.upper.z - 0.5 * h_)});
+                     .z1 = index(box.upper.z - 0.5 * h_),
+                     .part = part});
   }
-  if (runs_.empty()) return;
-  const bool tooth = tissue == Tissue::kTooth;
-  int count = 2;  // canals: 0 on the patient's right, 1 on the left
-  if (tooth) {
-    count = DivideTeeth();
-  } else {
-    for (Run& run : runs_) run.part = run.x * h_ > mid_x_mm ? 1 : 0;
-  }
-  const std::vector<PartSum> sums = SumParts(*this, count, mid_x_mm);
-  for (const PartSum& sum : sums) {
-    structures_.push_back({.kind = tooth ? MarkKind::kTooth : MarkKind::kCanal,
-                           .side = CalcSide(sum.mm3, sum.left_mm3),
-                           .size_mm3 = sum.mm3});
-  }
-  if (tooth) NumberTeeth(structures_, sums, mid_x_mm);
 }
 
 int RegionParts::FindPart(const Vec3& p_W) const {

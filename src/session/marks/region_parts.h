@@ -1,4 +1,4 @@
-// Canals and teeth of a bone's regions, each as a part of the region grid.
+// Canals, teeth and lesions of a bone's regions, each as a part of the region grid.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 namespace kerf {
 
 /// Voxels of the region grid as runs along z, divided into parts: canals by the patient's middle, teeth where they do
-/// not touch. See AssessStructures().
+/// not touch or have numbers. See AssessStructures().
 class RegionParts {
  public:
   struct Run {
@@ -25,7 +25,7 @@ class RegionParts {
     int part = 0;
   };
 
-  /// `tissue`: kTooth or kCanal.
+  /// `tissue`: kTooth, kCanal or kLesion.
   RegionParts(const Bone& bone, Tissue tissue, double mid_x_mm);
 
   const std::vector<Run>& runs() const { return runs_; }
@@ -37,6 +37,7 @@ class RegionParts {
   const std::vector<StructureResult>& structures() const { return structures_; }
 
  private:
+  void AddRuns(const Bone& bone, const std::array<bool, 256>& regions, int part);
   int LabelConnected();
   int DivideTeeth();
 

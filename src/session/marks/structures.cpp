@@ -1,7 +1,5 @@
 #include "session/marks/structures.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -178,6 +176,7 @@ StructureAssessment AssessStructures(const Bone& before, const Bone& after, cons
   const std::size_t canals = out.structures.size();
   AddRegionStructures(before, after, removed, cut, Tissue::kTooth, mid, out.structures);
   out.teeth_known = out.structures.size() > canals;
+  AddRegionStructures(before, after, removed, cut, Tissue::kLesion, mid, out.structures);
   for (const Mark& mark : marks) {
     if (mark.points_W.empty()) continue;
     out.structures.push_back(AssessMark(mark, before, after, removed, mid));
@@ -192,30 +191,36 @@ StructureAssessment AssessStructures(const Bone& before, const Bone& after, cons
   return out;
 }
 
-std::string MakeStructureName(const StructureResult& structure) {
-  if (!structure.name.empty()) return structure.name;
+Message NameStructure(const StructureResult& structure) {
+  if (!structure.name.empty()) return {"{}", {structure.name}};
+  if (structure.kind == MarkKind::kLesion) return {MarkMessage("lesion"), {}};
+  if (structure.fdi != 0) return {MarkMessage("tooth {}"), {Quantity{static_cast<double>(structure.fdi), 0}}};
   const bool tooth = structure.kind == MarkKind::kTooth;
+  const Quantity number{static_cast<double>(structure.number), 0};
   switch (structure.side) {
     case BodySide::kLeft:
-      return tooth ? fmt::format("tooth {} from the middle, patient's left", structure.number)
-                   : "canal of the nerve, patient's left";
+      if (tooth) return {MarkMessage("tooth {} from the middle, patient's left"), {number}};
+      return {MarkMessage("canal of the nerve, patient's left"), {}};
     case BodySide::kRight:
-      return tooth ? fmt::format("tooth {} from the middle, patient's right", structure.number)
-                   : "canal of the nerve, patient's right";
+      if (tooth) return {MarkMessage("tooth {} from the middle, patient's right"), {number}};
+      return {MarkMessage("canal of the nerve, patient's right"), {}};
     case BodySide::kBoth:
       break;
   }
-  return tooth ? "row of touching teeth, on both sides" : "canal of the nerve, on both sides";
+  return {
+      tooth ? MarkMessage("row of touching teeth, on both sides") : MarkMessage("canal of the nerve, on both sides"),
+      {}};
 }
 
-std::string DescribePlace(const Vec3& p_W) {
+Message DescribePlace(const Vec3& p_W) {
+  const auto length = [](double x) { return Quantity{std::abs(x), 1, "mm"}; };
   const auto word = [](double x, const char* positive, const char* negative) {
-    const double rounded = std::round(10 * x) / 10;
-    return rounded == 0 ? std::string("0.0 mm")
-                        : fmt::format("{:.1f} mm {}", std::abs(rounded), rounded > 0 ? positive : negative);
+    return std::string(x < 0 ? negative : positive);
   };
-  return fmt::format("{}, {}, {}", word(p_W.x, "left", "right"), word(p_W.y, "back", "front"),
-                     word(p_W.z, "up", "down"));
+  return {"{} {}, {} {}, {} {}",
+          {length(p_W.x), word(p_W.x, MarkMessage("left"), MarkMessage("right")), length(p_W.y),
+           word(p_W.y, MarkMessage("back"), MarkMessage("front")), length(p_W.z),
+           word(p_W.z, MarkMessage("up"), MarkMessage("down"))}};
 }
 
 }  // namespace kerf

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/core/message.h"
 #include "kerf/bone.h"
 #include "session/marks/mark.h"
 
@@ -16,10 +17,11 @@ enum class ToothPart : std::uint8_t { kNone, kCrown, kRoot };
 
 /// A structure and the cut.
 struct StructureResult {
-  std::string name{};  // of a mark; otherwise empty: MakeStructureName()
+  std::string name{};  // of a mark; otherwise empty: NameStructure()
   MarkKind kind = MarkKind::kOther;
   BodySide side = BodySide::kBoth;
   int number = 0;        // of a tooth of the bone: counted on its side from the patient's middle, from 1; otherwise 0
+  int fdi = 0;           // number of a tooth after ISO 3950, if its region has one; otherwise 0
   bool is_mark = false;  // marked by the user; otherwise a part of the bone's regions
   bool is_cut = false;
   bool is_severed = false;  // cut over its whole cross-section, so that its two ends are no longer connected
@@ -44,11 +46,12 @@ struct StructureAssessment {
 
 /// Finds what the cut from `before` to `after` did to each structure.
 ///
-/// Structures of the bone are the parts of its canal and tooth regions. Canals are divided at the patient's middle
-/// plane x = mid_x_mm (without it, the middle of the bone's bounds). Each connected part of the tooth regions is a
-/// tooth; parts smaller than 5 mm^3 belong to the nearest tooth. Teeth that touch count as one. The side of a structure
-/// is that of its centre; a structure with more than a fifth of its volume on the other side is on both sides. The
-/// place on a tooth is a root if there is bone of another region within 1.5 mm of it, otherwise a crown.
+/// Structures of the bone are the parts of its canal, tooth and lesion regions. Canals are divided at the patient's
+/// middle plane x = mid_x_mm (without it, the middle of the bone's bounds). Each region with the number of a tooth is a
+/// tooth (bone/material/segment_regions.h), and so is each connected part of the other tooth regions; parts smaller
+/// than 5 mm^3 belong to the nearest tooth, and those that touch count as one. The lesions are one structure. The side
+/// of a structure is that of its centre; a structure with more than a fifth of its volume on the other side is on both
+/// sides. The place on a tooth is a root if there is bone of another region within 1.5 mm of it, otherwise a crown.
 ///
 /// A structure is cut if more than kMinInjury_vox was removed in it, and severed if what is left of it in the bone no
 /// longer connects its two ends (see StructureBody). Distances are measured from the removed cells of phi's grid to the
@@ -58,11 +61,10 @@ struct StructureAssessment {
 StructureAssessment AssessStructures(const Bone& before, const Bone& after, const std::vector<Mark>& marks,
                                      std::optional<double> mid_x_mm = {});
 
-/// Returns the name of a mark, or a description such as "canal of the nerve, patient's left" or "tooth 3 from the
-/// middle, patient's right".
-std::string MakeStructureName(const StructureResult& structure);
-/// Returns a place in words: "25.1 mm left, 3.2 mm back, 8.9 mm down", from the world's origin. Zeros have no
-/// direction.
-std::string DescribePlace(const Vec3& p_W);
+/// Returns the name of a mark, or a description such as "canal of the nerve, patient's left", "tooth 36" or "tooth 3
+/// from the middle, patient's right".
+Message NameStructure(const StructureResult& structure);
+/// Returns a place in words: "25.1 mm left, 3.2 mm back, 8.9 mm down", from the world's origin.
+Message DescribePlace(const Vec3& p_W);
 
 }  // namespace kerf

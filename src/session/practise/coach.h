@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
+#include "base/core/message.h"
 #include "kerf/geometry.h"
 #include "session/scene/exercise.h"
 #include "session/score/columns.h"
-#include "session/score/message.h"
 
 namespace kerf {
 

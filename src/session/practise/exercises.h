@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/core/message.h"
 #include "session/scene/scene.h"
-#include "session/score/message.h"
 
 namespace kerf {
 

@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
+#include "base/core/message.h"
 #include "session/practise/exercises.h"
 #include "session/practise/history.h"
-#include "session/score/message.h"
 
 namespace kerf {
 

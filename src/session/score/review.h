@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "base/core/message.h"
 #include "session/score/measures.h"
-#include "session/score/message.h"
 #include "session/score/review_figures.h"
 
 namespace kerf {

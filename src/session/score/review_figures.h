@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/core/message.h"
 #include "session/score/measures.h"
-#include "session/score/message.h"
 
 namespace kerf {
 

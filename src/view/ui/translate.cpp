@@ -138,9 +138,7 @@ std::string ShowNumber(double value, int decimals) {
   if (!std::isfinite(value)) return "\u2013";
   std::string text = fmt::format("{:.{}f}", value, decimals);
   if (text.find_first_not_of("-0.") == std::string::npos && text.front() == '-') text.erase(0, 1);
-  // TRANSLATORS: the decimal separator, "." or ","
-  const char* separator = Tr("decimal separator");
-  if (const auto dot = text.find('.'); dot != std::string::npos && separator[1] == '\0') text[dot] = separator[0];
+  if (const auto dot = text.find('.'); dot != std::string::npos) text[dot] = PointOfLanguage()[0];
   return text;
 }
 
@@ -174,11 +172,22 @@ std::string ShowName(const std::string& name) {
     const std::string of = ShowName(base.substr(0, base.size() - kMirrored.size()));
     return fmt::format(fmt::runtime(Tr("{} mirrored")), of) + ending;
   }
-  for (const char* word :
-       {Msg("plane"), Msg("stop"), Msg("piece"), Msg("nerve"), Msg("canal"), Msg("tooth"), Msg("root"), Msg("other")}) {
+  for (const char* word : {Msg("plane"), Msg("stop"), Msg("piece"), Msg("nerve"), Msg("canal"), Msg("tooth"),
+                           Msg("root"), Msg("other"), Msg("lesion")}) {
     if (base == word) return Tr(word) + ending;
   }
   return name;
+}
+
+std::string Translate(const Message& message) {
+  return FormatMessage(
+      message, [](const std::string& text) { return ShowName(Tr(text.c_str())); }, PointOfLanguage());
+}
+
+std::string PointOfLanguage() {
+  // TRANSLATORS: the decimal separator, "." or ","
+  const std::string point = Tr("decimal separator");
+  return point.size() == 1 ? point : ".";
 }
 
 std::string ShowVolume(double volume_mm3) {

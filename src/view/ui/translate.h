@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "base/core/message.h"
+
 namespace kerf {
 
 /// Language of the window: its code ("en", "de") and its own name ("Deutsch").
@@ -46,6 +48,10 @@ std::optional<double> ParseNumber(std::string text);
 std::string ShowDistance(double distance_mm);
 /// Translates a name that the program has made, such as "plane 2 mirrored" or "nerve". Other names stay as they are.
 std::string ShowName(const std::string& name);
+/// Returns the message in the current language. Its texts may be names, as for ShowName().
+std::string Translate(const Message& message);
+/// Returns the decimal separator of the language.
+std::string PointOfLanguage();
 /// Formats a volume with its unit: in cm³, or in mm³ if it is less than 0.1 cm³.
 std::string ShowVolume(double volume_mm3);
 

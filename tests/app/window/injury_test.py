@@ -81,7 +81,7 @@ def main():
 
         # The nerve too, and then the project is saved.
         cut_to(w, 4.6)
-        nerves = ["Nerve, patient's right: ", "Nerve, patient's left: "]
+        nerves = ["Canal of the nerve, patient's right: ", "Canal of the nerve, patient's left: "]
         wait_injuries(w, "nerve and tooth", [*nerves, tooth])
         picture(w, "nerve")
         after = w.mark()

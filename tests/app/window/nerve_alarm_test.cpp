@@ -39,7 +39,7 @@ TEST(Injuries, AreNamedWithVolumeAndPlace) {
                         .removed_mm3 = 4.23,
                         .p_W = {25.14, -3.2, -8.93}};
   EXPECT_EQ(DescribeInjury(nerve),
-            "Nerve, patient's left: injured. 4.2 mm³ removed at 25.1 mm left, 3.2 mm front, 8.9 mm down.");
+            "Canal of the nerve, patient's left: injured. 4.2 mm³ removed at 25.1 mm left, 3.2 mm front, 8.9 mm down.");
   nerve.is_severed = true;
   const StructureResult tooth{.kind = MarkKind::kTooth,
                               .side = BodySide::kRight,
@@ -50,10 +50,15 @@ TEST(Injuries, AreNamedWithVolumeAndPlace) {
   EXPECT_EQ(DescribeInjury(tooth),
             "Tooth 3 from the middle, patient's right: cut. Less than 0.1 mm³ removed at 8.0 mm right, 2.0 mm back, "
             "1.0 mm up.");
+  StructureResult numbered = tooth;
+  numbered.fdi = 43;
+  EXPECT_EQ(DescribeInjury(numbered).substr(0, 14), "Tooth 43: cut.");
+  const StructureResult lesion{.kind = MarkKind::kLesion, .is_cut = true, .removed_mm3 = 2};
+  EXPECT_EQ(DescribeInjury(lesion).substr(0, 12), "Lesion: cut.");
   HudState hud;
   ShowInjuries({tooth, nerve}, hud);
   ASSERT_EQ(hud.injuries.size(), 2u);
-  EXPECT_EQ(hud.injuries[1].substr(0, 31), "Nerve, patient's left: severed.");
+  EXPECT_EQ(hud.injuries[1].substr(0, 44), "Canal of the nerve, patient's left: severed.");
   EXPECT_EQ(hud.values.nerve_injury, "severed");
   EXPECT_EQ(hud.values.teeth_injury, "cut");
   // With many, the rest is counted.

@@ -23,10 +23,11 @@ struct Followed {
     finder.Change(next, FindChangedLeaves(now, next));
     now = next;
     std::vector<std::string> names;
-    for (const StructureResult& s : finder.Find(now)) names.push_back(MakeStructureName(s));
+    for (const StructureResult& s : finder.Find(now)) names.push_back(FormatMessage(NameStructure(s)));
     return names;
   }
-  std::shared_ptr<const Bone> before = std::make_shared<const Bone>(MakeJaw());
+  explicit Followed(const Bone& bone = MakeJaw()) : before(std::make_shared<const Bone>(bone)) {}
+  std::shared_ptr<const Bone> before;
   Bone now = *before;
   InjuryFinder finder{before};
 };
@@ -48,6 +49,14 @@ TEST(InjuryFinder, FindsTheFirstRemovalFromATooth) {
   EXPECT_FALSE(tooth.is_severed);
   // A cut beside the tooth, but in the same leaves, is none.
   EXPECT_THAT(jaw.Become(MakeJaw(7.4, 4)), IsEmpty());
+}
+
+TEST(InjuryFinder, NamesTheTeethAndTheLesionOfASegmentation) {
+  Followed jaw{test::MakeSegmentedJaw()};
+  EXPECT_THAT(jaw.Become(test::MakeSegmentedJaw(7, 4)), ElementsAre("tooth 36"));
+  EXPECT_THAT(jaw.Become(test::MakeSegmentedJaw(7.9, 4)), ElementsAre("tooth 36", "tooth 37"));
+  EXPECT_THAT(jaw.Become(test::MakeSegmentedJaw(-8, 12)),
+              ElementsAre("tooth 1 from the middle, patient's right", "lesion"));
 }
 
 TEST(InjuryFinder, ForgetsWhatIsUndone) {
@@ -76,7 +85,7 @@ TEST(InjuryFinder, AgreesWithTheReport) {
   const StructureAssessment report = AssessStructures(*jaw.before, jaw.now, marks);
   for (const StructureResult& injury : jaw.finder.Find(jaw.now)) {
     const auto same = std::find_if(report.structures.begin(), report.structures.end(), [&](const StructureResult& s) {
-      return MakeStructureName(s) == MakeStructureName(injury);
+      return FormatMessage(NameStructure(s)) == FormatMessage(NameStructure(injury));
     });
     ASSERT_NE(same, report.structures.end());
     EXPECT_TRUE(same->is_cut);

@@ -22,7 +22,7 @@ constexpr double kPlaceError_mm = kVoxel_mm * std::numbers::sqrt3;
 
 const StructureResult& Find(const StructureAssessment& all, const std::string& name) {
   for (const StructureResult& s : all.structures) {
-    if (MakeStructureName(s) == name) return s;
+    if (FormatMessage(NameStructure(s)) == name) return s;
   }
   ADD_FAILURE() << "no structure " << name;
   static const StructureResult kNone;
@@ -101,6 +101,31 @@ TEST(Structures, AreSeveredIfTheirWholeCrossSectionIsCut) {
   EXPECT_FALSE(Find(out, "beside").is_severed);
 }
 
+TEST(Structures, OfASegmentationKeepTheirNames) {
+  // The slot at x = 7 is in tooth 36, 0.8 mm beside tooth 37, which touches it.
+  const StructureAssessment out = AssessStructures(test::MakeSegmentedJaw(), test::MakeSegmentedJaw(7, 4), {});
+  std::vector<std::string> names;
+  for (const StructureResult& s : out.structures) names.push_back(FormatMessage(NameStructure(s)));
+  EXPECT_THAT(names,
+              ::testing::ElementsAre("tooth 36", "tooth 37", "lesion", "tooth 1 from the middle, patient's right"));
+  const StructureResult& cut = Find(out, "tooth 36");
+  EXPECT_TRUE(cut.is_cut);
+  EXPECT_NEAR(cut.removed_mm3, 0.4 * 4 * 4, 0.4 * 0.5 * kVoxel_mm * (4 + 4 + 4));
+  const StructureResult& beside = Find(out, "tooth 37");
+  EXPECT_FALSE(beside.is_cut);
+  EXPECT_NEAR(beside.distance_mm.value(), 0.8, kPlaceError_mm);
+  EXPECT_NEAR(beside.size_mm3, 4 * 4 * 6, 0.5 * kVoxel_mm * (2 * 16 + 4 * 24));
+  EXPECT_FALSE(Find(out, "tooth 1 from the middle, patient's right").is_cut);
+  // From the slot's edge at (6.8, 0, -4) to the ball of 2 mm at (-8, 0, -10).
+  const StructureResult& lesion = Find(out, "lesion");
+  EXPECT_FALSE(lesion.is_cut);
+  EXPECT_NEAR(lesion.distance_mm.value(), std::hypot(14.8, 6) - 2, kPlaceError_mm);
+  // A lesion that is cut has no margin.
+  const StructureAssessment through = AssessStructures(test::MakeSegmentedJaw(), test::MakeSegmentedJaw(-8, 9), {});
+  EXPECT_TRUE(Find(through, "lesion").is_cut);
+  EXPECT_EQ(Find(through, "lesion").distance_mm, 0);
+}
+
 TEST(Structures, IncludeMarks) {
   const Bone before = MakeJaw();
   const Bone after = MakeJaw(8.5, 8);
@@ -144,8 +169,8 @@ TEST(Structures, SayWhatIsNotKnown) {
 }
 
 TEST(Structures, DescribePlaces) {
-  EXPECT_EQ(DescribePlace({25.14, -3.2, -8.93}), "25.1 mm left, 3.2 mm front, 8.9 mm down");
-  EXPECT_EQ(DescribePlace({-0.04, 0, 1}), "0.0 mm, 0.0 mm, 1.0 mm up");
+  EXPECT_EQ(FormatMessage(DescribePlace({25.14, -3.2, -8.93})), "25.1 mm left, 3.2 mm front, 8.9 mm down");
+  EXPECT_EQ(FormatMessage(DescribePlace({-25.14, 3.2, 8.93})), "25.1 mm right, 3.2 mm back, 8.9 mm up");
 }
 
 }  // namespace

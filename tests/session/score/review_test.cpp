@@ -589,12 +589,5 @@ TEST(Quantity, HasTypographicUnitsAndTheLocalesPoint) {
   EXPECT_EQ(FormatQuantity({3.14, 1, "mm"}, ","), "3,1 mm");
 }
 
-TEST(Message, TranslationMayChangeTheOrderButNotThePlaceholders) {
-  const Message message{"You cut {0} too deep at {1}.", {Quantity{1.25, 2, "mm"}, std::string("the end")}};
-  EXPECT_EQ(FormatMessage(message), "You cut 1.25 mm too deep at the end.");
-  EXPECT_EQ(FormatMessage(message, "An {1}: {0}", ","), "An the end: 1,25 mm");
-  EXPECT_EQ(FormatMessage(message, "broken {7}", ","), "You cut 1,25 mm too deep at the end.");
-}
-
 }  // namespace
 }  // namespace kerf

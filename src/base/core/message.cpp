@@ -1,4 +1,4 @@
-#include "session/score/message.h"
+#include "base/core/message.h"
 
 #include <fmt/args.h>
 #include <fmt/format.h>
@@ -21,17 +21,19 @@ bool Message::operator==(const Message& other) const {
 }
 
 std::string FormatMessage(const Message& message) {
-  return FormatMessage(message, message.text, ".");
+  return FormatMessage(
+      message, [](const std::string& text) { return text; }, ".");
 }
 
-std::string FormatMessage(const Message& message, const std::string& translated, std::string_view point) {
+std::string FormatMessage(const Message& message, const std::function<std::string(const std::string&)>& translate,
+                          std::string_view point) {
   fmt::dynamic_format_arg_store<fmt::format_context> values;
   for (const auto& value : message.values) {
     const Quantity* quantity = std::get_if<Quantity>(&value);
-    values.push_back(quantity != nullptr ? FormatQuantity(*quantity, point) : std::get<std::string>(value));
+    values.push_back(quantity != nullptr ? FormatQuantity(*quantity, point) : translate(std::get<std::string>(value)));
   }
   try {
-    return fmt::vformat(translated, values);
+    return fmt::vformat(translate(message.text), values);
   } catch (const fmt::format_error&) {
     return fmt::vformat(message.text, values);
   }

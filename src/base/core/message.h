@@ -1,6 +1,7 @@
 // Sentences for the user as data, so that they can be translated as a whole and numbers written as the locale demands.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -36,8 +37,10 @@ struct Message {
 
 /// Returns the message in English.
 std::string FormatMessage(const Message& message);
-/// Returns the message in the words of `translated`, a translation of its text with the same placeholders, in any order
-/// if they are numbered. If the placeholders do not fit the values, the English text is used.
-std::string FormatMessage(const Message& message, const std::string& translated, std::string_view point);
+/// Returns the message in another language. `translate` is called for its text and for values that are texts. The
+/// translation of the text has the same placeholders, in any order if they are numbered; if they do not fit the values,
+/// the English text is used. `point`: the decimal separator.
+std::string FormatMessage(const Message& message, const std::function<std::string(const std::string&)>& translate,
+                          std::string_view point);
 
 }  // namespace kerf
