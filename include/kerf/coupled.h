@@ -65,6 +65,7 @@ enum CoupledStatus : std::uint32_t {
   kCoupledSpindleStopped = 1u << 6,    // the spindle is stopped: the edge does not cut and acts as a solid contact
   kCoupledBlending = 1u << 7,          // transition between two fidelities
   kCoupledNoTime = 1u << 8,            // dt below 1e-6 s: nothing is done, the last forces are repeated
+  kCoupledTouchesMetal = 1u << 9,      // the turning edge rests on metal, which it does not cut
 };
 
 /// Output of a tick. Vectors are in the world frame. Forces on the tool are means over the tick.

@@ -68,6 +68,7 @@ enum TickStatus : std::uint32_t {
   kTickSubstepsLimited = 1u << 2,  // the motion needs more than the maximum number of substeps: the steps along the
                                    // path are coarser
   kTickNoTime = 1u << 3,           // dt below kMinTick_s: nothing is done, the last force is repeated
+  kTickTouchesMetal = 1u << 4,     // the path leads through metal, which is not cut and gives no force
 };
 
 /// What the teeth did in a tick of a tool on a path or of a coupled tool. Forces are means over the tick.

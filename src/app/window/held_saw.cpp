@@ -42,6 +42,7 @@ std::optional<HeldReason> DiagnoseHeldSaw(const HeldSawInput& in) {
     return PushesMostlyAlong(pressed_W, in.guide_normal_W) ? HeldReason::kGuidePlane : HeldReason::kGuideDepth;
   }
   if ((out.status & kCoupledLeavesUsedUp) != 0) return HeldReason::kNoMemory;
+  if ((out.status & kCoupledTouchesMetal) != 0) return HeldReason::kMetal;
   if (std::holds_alternative<DiscSaw>(in.tool)) {
     const Vec3 spindle = in.X_WT.Vector({0, 0, 1});
     // A rotation about the spindle is free; one about any other axis presses the flats against the walls.
@@ -70,6 +71,8 @@ const char* DescribeHeldReason(HeldReason reason) {
       return Msg("The saw already presses with its greatest force: press less and let it cut.");
     case HeldReason::kFedTooFast:
       return Msg("You feed the saw faster than it can cut: press less and let it cut.");
+    case HeldReason::kMetal:
+      return Msg("Metal holds the saw: a bone saw does not cut implants and plates. Take it back and cut beside them.");
     case HeldReason::kNoMemory:
       return Msg("The saw waits for memory: hold it still for a moment.");
     case HeldReason::kNotCut:

@@ -18,6 +18,7 @@ enum class HeldReason : std::uint8_t {
   kSpindleOff,  // bone is in the way of a blade that does not turn
   kForceLimit,  // it presses with the largest force of the coupling
   kFedTooFast,  // the teeth cut, but not as fast as the hand moves
+  kMetal,       // the edge rests on metal, which it does not cut
   kNoMemory,    // the simulation prepares memory for more cut bone
   kNotCut,      // bone is in the way of a part of the tool that does not cut, such as the middle of the blade
 };

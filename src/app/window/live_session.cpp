@@ -159,6 +159,7 @@ void LiveSession::TakeTick(const LoopTick& tick, std::span<const double> channel
   if (std::any_of(teeth_.begin(), teeth_.end(), [&](int region) { return out.HasCut(region); })) {
     figures_.tooth_cut_s = tick.time_s;
   }
+  if ((out.status & kCoupledTouchesMetal) != 0) figures_.metal_touch_s = tick.time_s;
   figures_.channels.assign(channels.begin(), channels.end());
   if (guide_channel_ && *guide_channel_ < channels.size()) figures_.guide_force_N = channels[*guide_channel_];
 

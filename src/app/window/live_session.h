@@ -31,6 +31,7 @@ struct LiveFigures : LoopTick {
   std::uint64_t missed = 0;             // number of missed deadlines
   std::vector<double> channels;         // channels of the effects
   std::optional<double> guide_force_N;  // force of the guide on the tool; none: no guide
+  std::optional<double> metal_touch_s;  // time of the last tick in which the turning saw rested on metal; none: never
   std::optional<double> tooth_cut_s;    // time of the last tick in which the saw cut a tooth of the bone; none: never
   /// Where the tool was, and what had been removed, in the tick in which the hand let go of it or was moved without
   /// holding it.

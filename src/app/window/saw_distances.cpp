@@ -109,8 +109,12 @@ void SawDistances::AddAlarms(std::vector<AlarmOverlay>& alarms) const {
                       .label = fmt::format("{}: {}", ShowName(tube.name()), ShowDistance(nearest.distance_mm))});
   }
   if (!viewer_.spindle_on() || !viewer_.touches()) return;
+  const LiveFigures& figures = viewer_.figures();
+  if (figures.metal_touch_s && figures.time_s < *figures.metal_touch_s + kToothCut_s) {
+    alarms.push_back(
+        {.p_W = X_WT.p_AB, .level = AlarmLevel::kDanger, .label = Tr("the saw is on metal, which it does not cut")});
+  }
   if (const InnerSurfaces* inner = viewer_.bone().inner()) {
-    const LiveFigures& figures = viewer_.figures();
     const bool cuts = figures.tooth_cut_s && figures.time_s < *figures.tooth_cut_s + kToothCut_s;
     if (std::optional<AlarmOverlay> tooth = MakeToothAlarm(inner->teeth_W, cuts, tool, X_WT)) {
       alarms.push_back(std::move(*tooth));

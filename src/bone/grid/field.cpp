@@ -159,6 +159,10 @@ struct BoneField::State {
         inside(phi.BlockOf(-band)),
         marks(phi.table.size(), 0),
         by_modulus(grids.by_modulus) {
+    for (const auto& [id, known] : grids.materials.regions()) {
+      if (known.tissue != Tissue::kMetal) continue;
+      metal[static_cast<std::size_t>(id)] = has_metal = true;
+    }
     if (grids.modulus) {
       modulus_h = grids.modulus->voxelSize()[0];
       const GridOrigin modulus_origin(p_WF_mm, modulus_h);
@@ -192,6 +196,8 @@ struct BoneField::State {
   const float* inside;
   std::vector<std::uint8_t> marks;  // one per leaf
   std::array<bool, 256> by_modulus;
+  std::array<bool, 256> metal{};
+  bool has_metal = false;
   std::size_t own_leaves = 0;
   std::vector<std::unique_ptr<FloatLeaf>> spare;  // filled with the inside value
   std::vector<LeafIndex> changed;
@@ -228,6 +234,12 @@ double BoneField::region_voxel_mm() const {
 }
 bool BoneField::by_modulus(int region) const {
   return state_->by_modulus[static_cast<std::size_t>(region)];
+}
+bool BoneField::is_metal(int region) const {
+  return state_->metal[static_cast<std::size_t>(region)];
+}
+bool BoneField::has_metal() const {
+  return state_->has_metal;
 }
 LeafIndex BoneField::lowest() const {
   return state_->table().lowest();

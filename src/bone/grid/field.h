@@ -71,6 +71,9 @@ class BoneField {
   double ModulusAt(const Vec3& p_F) const;
   /// Returns whether the E of a region (id 0 to 255) comes from the CT wherever the CT gives a value.
   bool by_modulus(int region) const;
+  /// Returns whether a region (id 0 to 255) is metal, and whether the bone's table has a region of metal.
+  bool is_metal(int region) const;
+  bool has_metal() const;
 
   // ---- writing: tick-safe
   /// Returns the leaf's own values for writing and marks it as changed. Returns null if the leaf is outside, or if it

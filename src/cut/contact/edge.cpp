@@ -25,6 +25,7 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
       look_ahead_mm_(kLookAheadVoxels * field.voxel_mm()),
       material_ahead_mm_(kMaterialAheadVoxels * field.voxel_mm()),
       region_step_mm_(bone.region_voxel_mm()),
+      has_metal_(field.has_metal()),
       reach_mm_(shape.reach_mm + look_ahead_mm_),
       ring_radius_mm_(shape.edge_is_ring ? glm::length(shape.edge.front().p_T) : 0),
       ring_step_rad_(shape.edge_is_ring ? 2 * std::numbers::pi / static_cast<double>(shape.edge.size()) : 0),
@@ -63,6 +64,7 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   problem.arc_rad = jumps ? stride_ * ring_step_rad_ : 0;
   contacts_.clear();
   found_.clear();
+  met_metal_ = false;
   travelled_mm_ += std::max(CalcTravel(X_looked_, probe.X_WT(), reach_mm_), 1e-9);  // > 0: bone may have been removed
   X_looked_ = probe.X_WT();
   const std::size_t stride = static_cast<std::size_t>(stride_);
@@ -84,6 +86,11 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
     CuttingPoint& point = problem.cutting.emplace_back();
     const int region = FindMaterial(probe, i, problem.law.reads, point.cut);
     if (region == 0) {
+      problem.cutting.pop_back();
+      continue;
+    }
+    if (has_metal_ && IsAtMetal(probe, points_[i])) {
+      met_metal_ = true;
       problem.cutting.pop_back();
       continue;
     }
@@ -195,12 +202,33 @@ int Edge::FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothC
 }
 
 void Edge::FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem) {
+  FindSolidsIf(probe, reach_mm, stiffness_N_per_mm, problem, [](const Point&) { return true; });
+}
+
+void Edge::FindMetal(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem) {
+  FindSolidsIf(probe, reach_mm, stiffness_N_per_mm, problem,
+               [&](const Point& point) { return IsAtMetal(probe, point); });
+}
+
+/// Returns whether there is metal at a point or less than a voxel in front of it. Where metal ends, phi and the regions
+/// disagree by up to a voxel.
+bool Edge::IsAtMetal(const Probe& probe, const Point& point) const {
+  for (const double ahead_vox : {kMaterialAheadVoxels, 0.5, 1.0}) {
+    const Vec3 p_T = point.p_T + ahead_vox * field_.voxel_mm() * point.e_T;
+    if (field_.is_metal(field_.RegionAt(probe.World(p_T)))) return true;
+  }
+  return false;
+}
+
+template <typename Admits>
+void Edge::FindSolidsIf(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem,
+                        Admits&& admits) {
   problem.solids.clear();
   found_.clear();
   for (std::size_t i = 0; i < points_.size(); i += static_cast<std::size_t>(stride_)) {
     const Point& point = points_[i];
     const double distance = probe.Distance(point.p_T);
-    if (distance > reach_mm) {
+    if (distance > reach_mm || !admits(point)) {
       penetration_.set_known_mm(static_cast<int>(i), 0);
       continue;
     }

@@ -42,12 +42,19 @@ class Edge {
   /// look-ahead, 0 where the look-ahead just reaches the surface, and linear between. Each point of the edge gets its
   /// part of the engagement in the two adjacent intervals. Within an interval the distance is taken as linear; an
   /// interval is halved where the engagement changes most.
+  ///
+  /// Teeth do not cut metal: points in front of it are left out.
   void FindTeeth(const Probe& probe, StepProblem& problem);
+  /// Returns true if FindTeeth() has left out a point in front of metal.
+  bool met_metal() const { return met_metal_; }
   const std::vector<Contact>& contacts() const { return contacts_; }
 
   /// Fills problem.solids with the points of a stopped edge. `reach_mm`: upper bound on a point's motion in this step.
   /// Tick-safe.
   void FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem);
+  /// The same for the points of a turning edge that are at metal. Call after FindTeeth(), and only if the bone has
+  /// metal. Tick-safe.
+  void FindMetal(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem);
   /// Number of elements of problem.solids that are points of the edge; they come first.
   std::size_t found_count() const { return found_.size(); }
   int found_point(std::size_t solid) const { return found_[solid].point; }
@@ -90,6 +97,10 @@ class Edge {
                 int halvings, double& fraction_a, double& fraction_b) const;
   /// Returns the region; 0 if there is no material.
   int FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothCut& cut) const;
+  template <typename Admits>
+  void FindSolidsIf(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem,
+                    Admits&& admits);
+  bool IsAtMetal(const Probe& probe, const Point& point) const;
   OsteonShares CalcOsteonShares(const Probe& probe, std::size_t i) const;
 
   const BoneField& field_;
@@ -99,6 +110,7 @@ class Edge {
   double look_ahead_mm_;
   double material_ahead_mm_;
   double region_step_mm_;  // additional look-ahead where the coarse region grid has no material
+  bool has_metal_;
   double reach_mm_;        // largest distance of a look-ahead point from the tool's origin
   double ring_radius_mm_;  // radius of the ring; 0: the edge is not a ring
   double ring_step_rad_;   // angle between neighbouring points of a ring
@@ -112,6 +124,7 @@ class Edge {
   std::vector<double> fraction_;      // engaged part of the two intervals next to each point, as a number of intervals
   std::vector<double> after_;         // part of fraction_ that lies in the interval to the next point
   std::vector<Contact> contacts_;
+  bool met_metal_ = false;
   PenetrationLimiter penetration_;
   struct Found {
     int point;

@@ -146,6 +146,9 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s, Tic
     effects.Release();
   } else if (turning) {
     edge.FindTeeth(probe, problem);
+    if (field.has_metal()) {
+      edge.FindMetal(probe, (kStepVoxels + kAxialFraction) * h, bone_fraction * CalcSolidStiffness(shape), problem);
+    }
   } else {
     edge.FindSolids(probe, (kStepVoxels + kAxialFraction) * h, bone_fraction * CalcSolidStiffness(shape), problem);
   }
@@ -254,6 +257,9 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     const double speed = Dot(p.row, u);
     const double force = p.stiffness_N_per_mm * std::max(0.0, p.depth_mm + problem.tau_s * speed);
     if (i < first_of_effects) f_face_T -= force * Vec3(p.row[0], p.row[1], p.row[2]);
+    if (i < edge.found_count() && force > 0 && (out.status & kCoupledSpindleStopped) == 0) {
+      out.status |= kCoupledTouchesMetal;
+    }
     sums.given_mJ -= time_s * force * speed;
   }
   const double creep2 = problem.creep_mm_per_s * problem.creep_mm_per_s;

@@ -300,6 +300,7 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
     const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
     const EdgeLoad load = CallOwn("force law", s.params.law.name(), [&] {
       EdgeLoad step = s.CalcLoad(X_a, v_T, passes_per_s);
+      if (s.edge.met_metal()) out.status |= kTickTouchesMetal;
       if (const double sum_N = step.sums.thrust_N + step.sums.cutting_N; !(sum_N >= 0 && std::isfinite(sum_N))) {
         ThrowBadSum(s.problem, {v_T.x, v_T.y, v_T.z, 0, 0, 0}, sum_N, s.params.law.name());
       }

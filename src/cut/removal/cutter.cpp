@@ -7,6 +7,7 @@
 #include "bone/grid/piece_removal.h"
 #include "cut/removal/edge_leaves.h"
 #include "cut/removal/ledger.h"
+#include "cut/removal/metal_voxels.h"
 #include "cut/removal/sweep.h"
 #include "cut/tool/shape.h"
 
@@ -55,10 +56,12 @@ struct Cutter::State {
         whole_voxels(the_whole_voxels),
         precision_bits(the_precision_bits),
         leaves(field, MakeEdgeZone(zone, h)),
-        ledger(field, old_leaves) {}
+        ledger(field, old_leaves),
+        metal(field) {}
 
   void CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only, Result& result);
   void CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result);
+  void KeepMetal(const MetalVoxels::Leaf& in_metal, const float* old, float* now, CarveLoss& loss) const;
   bool FlanksMoved(const Pose& X) const;
   void CountInMm3(Result& result) const { result.removed_mm3 *= h * h * h; }
 
@@ -69,6 +72,7 @@ struct Cutter::State {
   int precision_bits;
   EdgeLeaves leaves;
   Ledger ledger;
+  MetalVoxels metal;
   std::optional<Pose> X_last;    // end of the last cut, if it was complete
   std::optional<Pose> X_flanks;  // pose of the last visit of the whole cutting zone
   Effort effort;
@@ -148,7 +152,8 @@ void Cutter::Refill() {
   state_->ledger.Account();
 }
 std::size_t Cutter::CalcMemoryBytes() const {
-  return sizeof(State) + state_->leaves.CalcMemoryBytes() + state_->ledger.CalcMemoryBytes();
+  return sizeof(State) + state_->leaves.CalcMemoryBytes() + state_->ledger.CalcMemoryBytes() +
+         state_->metal.CalcMemoryBytes();
 }
 const Cutter::Effort& Cutter::effort() const {
   return state_->effort;
@@ -212,6 +217,18 @@ void Cutter::State::CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pos
   list.ForEachNear(sweep.MakeCull(list.origin_W()), [&](const LeafIndex& leaf) { CutLeaf(sweep, leaf, result); });
 }
 
+/// Restores the values in metal, and counts what is lost without them.
+void Cutter::State::KeepMetal(const MetalVoxels::Leaf& in_metal, const float* old, float* now, CarveLoss& loss) const {
+  loss.voxels = loss.changed = 0;
+  const auto occupancy = [this](float phi) { return std::clamp(0.5 - static_cast<double>(phi) / h, 0.0, 1.0); };
+  for (std::size_t i = 0; i < in_metal.size(); ++i) {
+    if (in_metal[i]) now[i] = old[i];
+    if (now[i] == old[i]) continue;
+    ++loss.changed;
+    loss.voxels += occupancy(old[i]) - occupancy(now[i]);
+  }
+}
+
 void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result) {
   const BoneField::LeafKind kind = field.kind(leaf);
   if (kind == BoneField::LeafKind::kOutside) return;
@@ -221,7 +238,8 @@ void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& r
   ++effort.leaves;
   const bool is_pure = kind == BoneField::LeafKind::kInside;
   const bool is_noted = ledger.IsNoted(leaf);
-  const bool in_place = is_noted && !field.NeedsOldValues(leaf);
+  const MetalVoxels::Leaf* in_metal = metal.Find(leaf);
+  const bool in_place = is_noted && !field.NeedsOldValues(leaf) && in_metal == nullptr;
   float* own = field.OwnValues(leaf);
   CarveLoss loss;
   if (in_place) {
@@ -230,6 +248,7 @@ void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& r
     // Carve a copy, so that the old values can be recorded if any value changes.
     std::copy_n(field.Read(leaf), BoneField::kLeafVoxels, values.begin());
     loss = CarveLeaf(sweep.step, corner_T, values.data());
+    if (in_metal != nullptr && loss.changed > 0) KeepMetal(*in_metal, field.Read(leaf), values.data(), loss);
     if (loss.changed > 0 && !is_noted) {
       if ((is_pure && field.spare_leaves() == 0) || (!is_pure && !ledger.HasRoom())) {
         result.out_of_leaves = true;

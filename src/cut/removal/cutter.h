@@ -19,7 +19,8 @@ enum class CutWith {
 };
 
 /// Removes the sweep of the tool with sub-voxel precision: phi <- max(phi, -distance to the swept space). The rule is
-/// independent of order and idempotent, bit for bit. It is computed in float relative to each leaf's corner, with an
+/// independent of order and idempotent, bit for bit. Metal is not removed: phi stays as it is at voxels whose region is
+/// metal. It is computed in float relative to each leaf's corner, with an
 /// error in phi of about 4e-7 of the tool's radius.
 ///
 /// The work is proportional to the newly swept shell: only leaves near the edge where it moves outwards are visited,

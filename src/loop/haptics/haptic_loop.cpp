@@ -36,7 +36,7 @@ double BurnFraction(Fidelity fidelity) {
 constexpr int kCatchUpLeaves = 64;  // number of leaves sent per tick while restored bone waits in the queue
 
 /// Status bits that can also be set if the tick did everything as requested.
-constexpr std::uint32_t kHarmless = kCoupledAsleep | kCoupledSpindleStopped | kCoupledBlending;
+constexpr std::uint32_t kHarmless = kCoupledAsleep | kCoupledSpindleStopped | kCoupledBlending | kCoupledTouchesMetal;
 
 }  // namespace
 

@@ -86,6 +86,7 @@ struct TickWarnings::State {
   double rate_hz = 1000;
   double hand_J = 0, spindle_J = 0, numerical_J = 0;
   std::optional<double> leaves_used_up_s;
+  std::optional<double> metal_touched_s;
 };
 
 TickWarnings::TickWarnings(const SimulationParams& params, const Bone& bone, const Pose& X_WT_start,
@@ -102,6 +103,7 @@ TickWarnings& TickWarnings::operator=(TickWarnings&&) noexcept = default;
 void TickWarnings::Add(const TickInput& in, const TickOutput& out, std::span<const double> channels) {
   State& s = *state_;
   if (out.status != kTickOk) ++s.findings.ticks_with_status;
+  if ((out.status & kTickTouchesMetal) != 0) ++s.findings.ticks_at_metal;
   if ((out.status & (kTickBadPose | kTickNoTime)) != 0) return;
   const double speed_mm_per_s = glm::length(in.X_WT.p_AB - s.p_WT_mm) / in.dt_s;
   s.p_WT_mm = in.X_WT.p_AB;
@@ -120,6 +122,7 @@ void TickWarnings::Add(const CoupledInput& in, const CoupledOutput& out, std::sp
   s.spindle_J += 1e-3 * out.spindle_mJ;
   s.numerical_J += 1e-3 * out.numerical_mJ;
   if ((out.status & kCoupledLeavesUsedUp) != 0 && !s.leaves_used_up_s) s.leaves_used_up_s = s.sums.simulated_s;
+  if ((out.status & kCoupledTouchesMetal) != 0 && !s.metal_touched_s) s.metal_touched_s = s.sums.simulated_s;
 }
 
 void TickWarnings::SetDown(const Pose& X_WT) {
@@ -145,6 +148,7 @@ std::vector<std::string> TickWarnings::Find(double removed_mm3) const {
     summary.spindle_J = s.spindle_J;
     summary.numerical_J = s.numerical_J;
     summary.leaves_used_up_s = s.leaves_used_up_s;
+    summary.metal_touched_s = s.metal_touched_s;
     AddLoopWarnings(summary, *s.spare_leaves);
     Append(std::move(summary.warnings), warnings);
     Append(s.FindEnergy(removed_mm3), warnings);

@@ -74,6 +74,7 @@ void LoopRecorder::Take(const LoopTick& s, std::span<const double> channels) {
   summary_.numerical_J += 1e-3 * out.numerical_mJ;
   summary_.removed_by_occupancy_mm3 += out.removed_mm3;
   if ((out.status & kCoupledLeavesUsedUp) != 0 && !summary_.leaves_used_up_s) summary_.leaves_used_up_s = s.time_s;
+  if ((out.status & kCoupledTouchesMetal) != 0 && !summary_.metal_touched_s) summary_.metal_touched_s = s.time_s;
   X_WT_ = out.X_WT;
   NoteMoments(s);
   removed_mm3_ += out.removed_mm3;

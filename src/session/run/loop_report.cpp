@@ -240,6 +240,10 @@ void AddLoopWarnings(LoopSummary& s, int spare_leaves) {
         "by uncut bone; start again from bone.vdb, or use larger voxels",
         spare_leaves, *s.leaves_used_up_s));
   }
+  if (s.metal_touched_s) {
+    s.warnings.push_back(fmt::format(
+        "the turning tool touched metal, first after {:.1f} s; a bone saw does not cut metal", *s.metal_touched_s));
+  }
   if (s.starts_in_bone) {
     s.warnings.emplace_back("the tool was set down inside the bone; the bone inside it was removed at once");
   }

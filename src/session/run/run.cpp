@@ -204,7 +204,7 @@ const Columns<ForceRow>& ForceColumns() {
         {"removed_total_mm3", "{:.9g}", kRemoved, &Row::total_mm3},
         {"status", "{}",
          "sum of these bits: 1 invalid pose (nothing done), 2 spindle stopped, 4 number of substeps limited, 8 time "
-         "step too short (nothing done)",
+         "step too short (nothing done), 16 the path leads through metal (left, and without force)",
          [](const Row& r) { return r.tick.out.status; }}}});
   return kColumns;
 }

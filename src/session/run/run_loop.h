@@ -103,6 +103,7 @@ struct LoopSummary {
   std::optional<CuttingEnergy> cutting;    // none if ticks were undone or came from a recording
   bool touched = false;                    // the tool touched bone at least once
   std::optional<double> leaves_used_up_s;  // time at which the last spare leaf was used
+  std::optional<double> metal_touched_s;   // time at which the turning edge first touched metal
   bool starts_in_bone = false;             // the tool was placed inside the bone
   std::vector<PieceSummary> pieces;
   std::size_t dust_count = 0;

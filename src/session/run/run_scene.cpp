@@ -128,6 +128,7 @@ void SummarizeTicks(const Scene& scene, const Path& path, const RunResult& resul
   for (std::size_t i = 0; i < result.ticks.size(); ++i) {
     const TickRecord& t = result.ticks[i];
     summary.ticks_with_status += t.out.status != kTickOk ? 1 : 0;
+    summary.ticks_at_metal += (t.out.status & kTickTouchesMetal) != 0 ? 1 : 0;
     summary.touched = summary.touched || t.touched;
     const bool set_down =
         i == 0 || (t.segment != result.ticks[i - 1].segment && path.segments()[t.segment].retract_before);

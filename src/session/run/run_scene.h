@@ -57,6 +57,7 @@ struct RunSummary {
   bool touched = false;         // a tooth was engaged at least once
   std::size_t ticks = 0;
   std::size_t ticks_with_status = 0;  // ticks with any bit of TickOutput::status set
+  std::size_t ticks_at_metal = 0;     // of these, ticks with kTickTouchesMetal
   double simulated_s = 0;
   double ticks_wall_s = 0;
   Percentiles times;

@@ -44,9 +44,14 @@ std::vector<std::string> FindTickWarnings(const TickFindings& ticks) {
   if (ticks.starts_in_bone) {
     warnings.emplace_back("the saw was set down inside the bone; the bone inside the disc was removed at once");
   }
-  if (ticks.ticks_with_status > 0) {
+  if (ticks.ticks_at_metal > 0) {
+    warnings.push_back(fmt::format(
+        "the path leads through metal in {} ticks; a bone saw does not cut metal: it is left, and gives no force",
+        ticks.ticks_at_metal));
+  }
+  if (ticks.ticks_with_status > ticks.ticks_at_metal) {
     warnings.push_back(fmt::format("{} ticks report that something was not done as requested; see the status column",
-                                   ticks.ticks_with_status));
+                                   ticks.ticks_with_status - ticks.ticks_at_metal));
   }
   return warnings;
 }
@@ -54,7 +59,8 @@ std::vector<std::string> FindTickWarnings(const TickFindings& ticks) {
 std::vector<std::string> FindRunWarnings(const Scene& scene, const RunSummary& summary) {
   std::vector<std::string> warnings = FindWarnings(scene, summary.voxel_mm);
   Append(summary.material.warnings, warnings);
-  Append(FindTickWarnings({summary.touched, summary.starts_in_bone, summary.ticks_with_status}), warnings);
+  Append(FindTickWarnings({summary.touched, summary.starts_in_bone, summary.ticks_with_status, summary.ticks_at_metal}),
+         warnings);
   Append(FindEnergyWarnings(scene, summary.cutting), warnings);
   Append(FindEffectWarnings(scene.effects, summary.effects), warnings);
   return warnings;

@@ -22,6 +22,7 @@ struct TickFindings {
   bool touched = false;         // the tool touched bone
   bool starts_in_bone = false;  // it was set down inside the bone
   std::size_t ticks_with_status = 0;
+  std::size_t ticks_at_metal = 0;
 };
 
 /// These return the warnings, one sentence each.

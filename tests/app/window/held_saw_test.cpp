@@ -42,6 +42,8 @@ TEST(HeldSaw, FindsTheCause) {
   EXPECT_EQ(DiagnoseHeldSaw(in), HeldReason::kForceLimit);
   in.coupled.status = kCoupledLeavesUsedUp;
   EXPECT_EQ(DiagnoseHeldSaw(in), HeldReason::kNoMemory);
+  in.coupled.status = kCoupledTouchesMetal;
+  EXPECT_EQ(DiagnoseHeldSaw(in), HeldReason::kMetal);
 
   in = MakeHeldInput();
   in.spindle_on = false;
