@@ -1,21 +1,25 @@
-// kerf export: writes a bone's surface as a triangle mesh with the wanted number of triangles.
+// kerf export: writes a bone's surface as a triangle mesh with the wanted number of triangles, or a segmentation.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/cli/commands.h"
 #include "app/cli/numbers.h"
+#include "base/core/number_text.h"
 #include "base/files/files.h"
 #include "bone/mesh/decimate.h"
 #include "bone/mesh/meshfile.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "kerf/surface.h"
+#include "session/export/segments.h"
 #include "view/picture/colours.h"
 
 namespace kerf::cli {
@@ -27,6 +31,9 @@ struct ExportArguments {
   std::size_t triangles = 0;  // 0: all
   std::string colour;
   bool pieces = false;
+  std::string segmentation;
+  std::string before;
+  double segment_voxel_mm = 0;  // 0: that of the bone's regions
   double min_piece_mm3 = 1;
   bool json = false;
 };
@@ -79,7 +86,29 @@ double CalcVolumeChangePercent(const Exported& exported) {
   return 100 * (exported.volume_mm3 / exported.full_volume_mm3 - 1);
 }
 
-void PrintJson(const ExportArguments& options, const std::vector<Exported>& all, const Pieces& pieces) {
+SegmentationWriting ExportSegmentation(const Bone& bone, const ExportArguments& options) {
+  const double voxel_mm = options.segment_voxel_mm > 0 ? options.segment_voxel_mm : bone.region_voxel_mm();
+  if (options.before.empty()) return WriteSegments(bone, nullptr, voxel_mm, options.segmentation);
+  const Bone before = ReadBone(options.before);
+  return WriteSegments(bone, &before, voxel_mm, options.segmentation);
+}
+
+double CalcVolume(const SegmentationWriting& written, const WrittenSegment& segment) {
+  return static_cast<double>(segment.voxels) * std::pow(written.voxel_mm, 3);
+}
+
+nlohmann::ordered_json MakeJson(const std::string& path, const SegmentationWriting& written) {
+  nlohmann::ordered_json json{{"file", path}, {"voxel_mm", written.voxel_mm}};
+  json["segments"] = nlohmann::ordered_json::array();
+  for (const WrittenSegment& s : written.segments) {
+    json["segments"].push_back(
+        {{"name", s.name}, {"label", s.label}, {"layer", s.layer}, {"volume_mm3", CalcVolume(written, s)}});
+  }
+  return json;
+}
+
+void PrintJson(const ExportArguments& options, const std::vector<Exported>& all, const Pieces& pieces,
+               const std::optional<SegmentationWriting>& segmentation) {
   nlohmann::ordered_json json;
   json["bone"] = options.file;
   json["surfaces"] = nlohmann::ordered_json::array();
@@ -95,11 +124,13 @@ void PrintJson(const ExportArguments& options, const std::vector<Exported>& all,
          {"largest_deviation_mm", one.deviation_mm},
          {"largest_deviation_is_lower_bound", one.deviation_mm >= one.deviation_limit_mm * 0.999}});
   }
+  if (segmentation) json["segmentation"] = MakeJson(options.segmentation, *segmentation);
   if (options.pieces) json["left_out"] = {{"pieces", pieces.dust_count}, {"volume_mm3", pieces.dust_mm3}};
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
-void Print(const ExportArguments& options, const std::vector<Exported>& all, const Pieces& pieces) {
+void Print(const ExportArguments& options, const std::vector<Exported>& all, const Pieces& pieces,
+           const std::optional<SegmentationWriting>& segmentation) {
   for (const Exported& one : all) {
     fmt::print("{}: {} triangles, {:.2f} cm3, {}\n", one.file, one.triangles, one.volume_mm3 / 1000,
                one.open_edges == 0 ? std::string("closed") : fmt::format("not closed ({} open edges)", one.open_edges));
@@ -114,10 +145,30 @@ void Print(const ExportArguments& options, const std::vector<Exported>& all, con
                pieces.dust_count == 1 ? "1 piece" : fmt::format("{} pieces", pieces.dust_count), options.min_piece_mm3,
                pieces.dust_mm3);
   }
+  if (!segmentation) return;
+  fmt::print("{}: {}, voxels of {:.4g} mm\n", options.segmentation,
+             FormatCount(segmentation->segments.size(), "segment", "segments"), segmentation->voxel_mm);
+  for (const WrittenSegment& s : segmentation->segments) {
+    fmt::print("  {}: {}\n", s.name, FormatVolume(CalcVolume(*segmentation, s)));
+  }
+}
+
+/// Throws kerf::Error for options that do not fit together.
+void Check(const ExportArguments& options) {
+  if (options.output.empty() && options.segmentation.empty()) throw Error("state --output or --seg");
+  if (!options.segmentation.empty() && !options.segmentation.ends_with(".seg.nrrd")) {
+    throw Error(fmt::format("{}: the name of a segmentation ends in .seg.nrrd", options.segmentation));
+  }
+  if (options.segmentation.empty() && (!options.before.empty() || options.segment_voxel_mm > 0)) {
+    throw Error("--before and --seg-voxel need --seg");
+  }
+  const bool surface_options = options.pieces || options.triangles > 0 || !options.colour.empty();
+  if (options.output.empty() && surface_options) throw Error("--pieces, --triangles and --colour need --output");
+  CheckInputsNotOverwritten({options.file, options.before}, {options.output, options.segmentation});
 }
 
 void Run(const ExportArguments& options) {
-  CheckInputsNotOverwritten({options.file}, {options.output});
+  Check(options);
   const Bone bone = ReadBone(options.file);
   std::vector<Exported> all;
   Pieces pieces;
@@ -133,25 +184,26 @@ void Run(const ExportArguments& options) {
     for (std::size_t i = 0; i < pieces.pieces.size(); ++i) {
       all.push_back(ExportSurface(pieces.pieces[i], options, NumberedPath(options.output, i + 1)));
     }
-  } else {
+  } else if (!options.output.empty()) {
     all.push_back(ExportSurface(bone, options, options.output));
   }
+  std::optional<SegmentationWriting> segmentation;
+  if (!options.segmentation.empty()) segmentation = ExportSegmentation(bone, options);
   if (options.json)
-    PrintJson(options, all, pieces);
+    PrintJson(options, all, pieces, segmentation);
   else
-    Print(options, all, pieces);
+    Print(options, all, pieces, segmentation);
 }
 
 }  // namespace
 
 void AddExportCommand(CLI::App& app) {
   const auto options = std::make_shared<ExportArguments>();
-  CLI::App* command = app.add_subcommand("export", "Write a bone's surface as a triangle mesh (STL, OBJ or PLY)");
+  CLI::App* command =
+      app.add_subcommand("export", "Write a bone's surface as a triangle mesh (STL, OBJ or PLY), or a segmentation");
   command->add_option("BONE", options->file, "Bone file (.vdb)")->required();
-  command
-      ->add_option("-o,--output", options->output,
-                   "Mesh file to write; its extension (.stl, .obj, .ply) selects the format")
-      ->required();
+  command->add_option("-o,--output", options->output,
+                      "Mesh file to write; its extension (.stl, .obj, .ply) selects the format");
   AddNumberOption(*command, "--triangles", options->triangles, "triangles", kTrianglesRange,
                   "approximate maximum number of triangles; the shape and the volume are kept; default: no reduction");
   command
@@ -164,6 +216,13 @@ void AddExportCommand(CLI::App& app) {
       ->add_option("--min-piece", options->min_piece_mm3,
                    "With --pieces: volume below which pieces are omitted, mm3, 0 or more")
       ->check(CLI::NonNegativeNumber.description(""));
+  command->add_option("--seg", options->segmentation,
+                      "Segmentation to write for 3D Slicer (.seg.nrrd): the bone, its pieces, and its canals, teeth, "
+                      "lesions and metal");
+  command->add_option("--before", options->before,
+                      "With --seg: the bone before the cut (.vdb); what was removed becomes a segment");
+  AddNumberOption(*command, "--seg-voxel", options->segment_voxel_mm, "seg_voxel_mm", kSegmentVoxelRange_mm,
+                  "With --seg: voxel size; default: that of the bone's regions");
   command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });
 }
