@@ -340,7 +340,8 @@ Region MakeRegion(int id, const Text& name, const Text& tissue, double E_MPa, do
                   bool estimate) {
   const std::optional<Tissue> known = TissueFromString(tissue.utf8);
   if (!known) {
-    throw Error("tissue must be 'cortical', 'cancellous', 'tooth', 'canal' or 'other', not '" + tissue.utf8 + "'");
+    throw Error("tissue must be 'cortical', 'cancellous', 'tooth', 'canal', 'other', 'metal' or 'lesion', not '" +
+                tissue.utf8 + "'");
   }
   Region region{.id = id,
                 .name = name.utf8,
@@ -359,8 +360,9 @@ void BindMaterials(py::module_& m) {
   region_class.def(py::pickle(&GetRegionState, &MakeRegionOfState))
       .def(py::init(&MakeRegion), py::arg("id"), py::arg("name"), py::arg("tissue"), py::arg("E_MPa"), py::arg("nu"),
            py::arg("source") = "given in Python", py::arg("estimate") = true,
-           "id: 1 to 255. tissue: 'cortical', 'cancellous', 'tooth', 'canal' or 'other'. E_MPa: Young's modulus. nu: "
-           "Poisson's ratio. source: source of the constants. estimate: they are assumed, not measured.")
+           "id: 1 to 255. tissue: 'cortical', 'cancellous', 'tooth', 'canal', 'other', 'metal' or 'lesion'. E_MPa: "
+           "Young's modulus. nu: Poisson's ratio. source: source of the constants. estimate: they are assumed, not "
+           "measured.")
       .def_readonly("id", &Region::id)
       .def_readonly("name", &Region::name)
       .def_property_readonly("tissue", [](const Region& r) { return ToString(r.tissue); })

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <utility>
 
 #include "bone/grid/build.h"
 #include "bone/import/import_steps.h"
@@ -17,13 +18,14 @@
 namespace kerf {
 namespace {
 
-// Returns the part of the mask with wanted bone, with a margin of one voxel.
-Volume CropMask(const Volume& mask, const std::vector<std::uint8_t>& wanted) {
+// Returns the part of the mask with wanted bone, metal and lesions, with a margin of one voxel.
+Volume CropMask(const BoneMask& of, const std::vector<std::uint8_t>& wanted) {
+  const Volume& mask = of.tissue;
   std::array<int, 3> lower = mask.size, upper = {0, 0, 0};
   for (std::size_t v = 0, k = 0; k < static_cast<std::size_t>(mask.size[2]); ++k) {
     for (int j = 0; j < mask.size[1]; ++j) {
       for (int i = 0; i < mask.size[0]; ++i, ++v) {
-        if (wanted[v] == 0) continue;
+        if (wanted[v] == 0 && !IsMetal(of.At(v)) && !IsLesion(of.At(v))) continue;
         const std::array<int, 3> at = {i, j, static_cast<int>(k)};
         for (std::size_t a = 0; a < 3; ++a) {
           lower[a] = std::min(lower[a], at[a] - 1);
@@ -79,8 +81,8 @@ ImportResult ImportMask(const ImportOptions& options) {
   };
   std::vector<std::uint8_t> solid = find_wanted();
   if (std::find(solid.begin(), solid.end(), 1) == solid.end()) throw Error("the mask contains no wanted bone");
-  const Volume whole = std::move(mask.tissue);
-  mask.tissue = CropMask(whole, solid);
+  Volume cropped = CropMask(mask, solid);
+  const Volume whole = std::exchange(mask.tissue, std::move(cropped));
   for (std::int16_t& tissue : mask.tissue.hu) tissue = std::max(tissue, std::int16_t{0});  // beyond the mask
   solid = find_wanted();
   AddJoined(mask, solid);

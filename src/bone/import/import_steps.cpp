@@ -97,7 +97,7 @@ void WarnAboutLoss(const BoneMask& mask, ImportReport& report) {
         fmt::format("the mask has {} of {}, of which {} are in the bone; the rest is not joined "
                     "to it{}",
                     FormatVolume(mm3), what, FormatVolume(kept_mm3),
-                    region == kMetalRegion ? ", or is not as bright as bone in the CT" : ""));
+                    region == kMetalRegion && report.kind != "mask" ? ", or is not as bright as bone in the CT" : ""));
   }
 }
 
