@@ -388,9 +388,10 @@ void AddImportCommand(CLI::App& app) {
                 "Point list of 3D Slicer (.mrk.json) in unwanted bone; may be repeated")
       ->allow_extra_args(false)
       ->group(which);
-  c->add_option("--mask", o->mask,
-                "Segmentation that says which bone is the mandible (.seg.nrrd), or label map (.nrrd .nhdr .nii .nii.gz "
-                ".mha .mhd); without INPUT, the bone is made from it alone")
+  c->add_option(
+       "--mask", o->mask,
+       "Segmentation that says which bone is the mandible (.seg.nrrd or DICOM), or label map (.nrrd .nhdr .nii "
+       ".nii.gz .mha .mhd); without INPUT, the bone is made from it alone")
       ->group(which);
   std::vector<std::string> presets;
   for (const LabelPreset& preset : ListLabelPresets()) presets.push_back(preset.name);

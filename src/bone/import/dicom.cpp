@@ -18,6 +18,7 @@
 #include "base/files/child.h"
 #include "base/files/extension.h"
 #include "bone/import/dicom_header.h"
+#include "bone/import/dicom_segments.h"
 #include "bone/import/itk_read.h"
 #include "bone/import/limits.h"
 #include "bone/import/series_bytes.h"
@@ -34,13 +35,6 @@ constexpr ChildLimits kListing{std::uint64_t{512} << 20, 120};
 constexpr ChildLimits kReadingSlices{std::uint64_t{3} << 30, 120};
 
 constexpr const char* kCtImageStorage = "1.2.840.10008.5.1.4.1.1.2";
-
-bool IsDicom(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::array<char, 132> head{};
-  in.read(head.data(), head.size());
-  return in.gcount() == static_cast<std::streamsize>(head.size()) && std::string(&head[128], 4) == "DICM";
-}
 
 bool ClaimsToBeDicom(const fs::path& path) {
   const std::string extension = LowerExtension(path.string());
@@ -341,7 +335,7 @@ std::vector<DicomSeries> ListInChild(const std::string& folder, ChildReport& rep
 
   std::map<std::string, DicomSeries> by_uid;
   for (const fs::path& path : paths) {
-    if (IsDicom(path)) {
+    if (IsDicomFile(path)) {
       report.SetName(path.string());
       AddFile(path, by_uid);
       report.SetProgress(0);  // shows that the process is alive

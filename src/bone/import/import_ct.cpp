@@ -105,6 +105,11 @@ Volume ReadHu(const std::string& path, const ImportOptions& options, ImportRepor
   if (options.isolate.mask) {
     const std::vector<std::string>& of_mask = options.isolate.mask->tissue.warnings;
     report.warnings.insert(report.warnings.end(), of_mask.begin(), of_mask.end());
+    const std::string& segmented = options.isolate.mask->series_uid;
+    if (!segmented.empty() && !report.series_uid.empty() && segmented != report.series_uid) {
+      report.warnings.push_back(
+          fmt::format("the mask refers to the series {}, not to this CT's, {}", segmented, report.series_uid));
+    }
   }
   report.size = ct.size;
   report.spacing_mm = ct.spacing_mm;

@@ -44,8 +44,9 @@ constexpr bool IsLesion(MaskTissue tissue) {
 }
 
 struct BoneMask {
-  Volume tissue;    // its values are those of Pack()
-  std::string how;  // what it was made from, in words
+  Volume tissue;             // its values are those of Pack()
+  std::string how;           // what it was made from, in words
+  std::string series_uid{};  // of the CT that was segmented; empty: unknown
 
   /// `fdi`: number of a tooth after ISO 3950; 0: unknown, or no tooth.
   static std::int16_t Pack(MaskTissue tissue, int fdi) {

@@ -2,10 +2,13 @@
 
 #include <utility>
 
+#include "bone/import/dicom_segments.h"
+#include "bone/segmentation/dicom_segmentation.h"
+
 namespace kerf {
 
 MaskFile ReadMaskFile(const std::string& path, const std::string& frame, const LabelOptions& labels, bool has_ct) {
-  Segmentation segmentation = ReadSegmentation(path, frame);
+  Segmentation segmentation = IsDicomFile(path) ? ReadDicomSegmentation(path) : ReadSegmentation(path, frame);
   SegmentationRoles roles = FindRoles(segmentation, labels);
   BoneMask mask = MakeBoneMask(segmentation, roles);
   std::vector<std::string>& warnings = mask.tissue.warnings;

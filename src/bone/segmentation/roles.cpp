@@ -279,6 +279,7 @@ BoneMask MakeBoneMask(const Segmentation& segmentation, const SegmentationRoles&
              (segment.name.empty() ? fmt::format("label {}", segment.label) : fmt::format("'{}'", segment.name));
   }
   mask.how = fmt::format("mask: {}", names);
+  mask.series_uid = segmentation.series_uid;
   return mask;
 }
 

@@ -3,6 +3,7 @@
 
 #include "base/core/not_built.h"
 #include "bone/import/dicom.h"
+#include "bone/import/dicom_segments.h"
 #include "bone/import/image_file.h"
 #include "bone/import/label_image.h"
 
@@ -28,6 +29,12 @@ std::vector<DicomSeries> ListDicomSeries(const std::string&) {
   Fail();
 }
 const DicomSeries& ChooseSeries(const std::vector<DicomSeries>&, const std::string&, const std::string&) {
+  Fail();
+}
+bool IsDicomFile(const std::string&) {
+  Fail();
+}
+DicomSegments ReadDicomSegments(const std::string&) {
   Fail();
 }
 LayeredImage ReadLayeredImage(const std::string&, const std::string&) {
