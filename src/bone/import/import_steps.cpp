@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <tuple>
-
 #include "base/core/number_text.h"
 #include "bone/import/hu_check.h"
 #include "bone/material/region_table.h"
@@ -87,17 +85,24 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
 // Warns if much of the mask's metal or lesion is not in the bone.
 void WarnAboutLoss(const BoneMask& mask, ImportReport& report) {
   constexpr double kNotable = 0.2;  // fraction of the structure; its surface is that of the CT
-  for (const auto& [is, region, what] :
-       {std::tuple{&IsMetal, kMetalRegion, "metal"}, {&IsLesion, kLesionRegion, "lesion"}}) {
-    const double mm3 = static_cast<double>(CountTissue(mask, is)) * mask.tissue.CalcVoxelVolume();
-    const auto kept = report.region_mm3.find(region);
-    const double kept_mm3 = kept == report.region_mm3.end() ? 0 : kept->second;
-    if (kept_mm3 >= (1 - kNotable) * mm3) continue;
+  const auto in_mask = [&](bool (*is)(MaskTissue)) {
+    return static_cast<double>(CountTissue(mask, is)) * mask.tissue.CalcVoxelVolume();
+  };
+  const auto in_bone = [&](int region) {
+    const auto found = report.region_mm3.find(region);
+    return found == report.region_mm3.end() ? 0 : found->second;
+  };
+  const double metal_mm3 = in_mask(IsMetal), kept_metal_mm3 = in_bone(kMetalRegion);
+  if (kept_metal_mm3 < (1 - kNotable) * metal_mm3) {
     report.warnings.push_back(
-        fmt::format("the mask has {} of {}, of which {} are in the bone; the rest is not joined "
-                    "to it{}",
-                    FormatVolume(mm3), what, FormatVolume(kept_mm3),
-                    region == kMetalRegion && report.kind != "mask" ? ", or is not as bright as bone in the CT" : ""));
+        fmt::format("the mask has {} of metal, of which {} are in the bone; the rest is not joined to it",
+                    FormatVolume(metal_mm3), FormatVolume(kept_metal_mm3)));
+  }
+  const double lesion_mm3 = in_mask(IsLesion), kept_lesion_mm3 = in_bone(kLesionRegion);
+  if (kept_lesion_mm3 < (1 - kNotable) * lesion_mm3) {
+    report.warnings.push_back(
+        fmt::format("the mask has a lesion of {}, of which {} are in the bone; the rest is not joined to it",
+                    FormatVolume(lesion_mm3), FormatVolume(kept_lesion_mm3)));
   }
 }
 

@@ -17,8 +17,9 @@ struct MaskFile {
   std::vector<SegmentMeaning> meanings;  // of each segment
 };
 
-/// Reads a segmentation, also of DICOM, as a mask, which holds the warnings. `frame`: of the file's coordinates, such as
-/// "RAS"; empty: that of its header, as always for DICOM. `has_ct`: the mask is used with a CT; its warnings then name the file. Throws kerf::Error.
+/// Reads a segmentation, also of DICOM, as a mask, which holds the warnings. `frame`: of the file's coordinates, such
+/// as "RAS"; empty: that of its header, as always for DICOM. `has_ct`: the mask is used with a CT; its warnings then
+/// name the file. Throws kerf::Error.
 MaskFile ReadMaskFile(const std::string& path, const std::string& frame, const LabelOptions& labels, bool has_ct);
 
 }  // namespace kerf

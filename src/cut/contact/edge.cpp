@@ -89,11 +89,6 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
       problem.cutting.pop_back();
       continue;
     }
-    if (has_metal_ && IsAtMetal(probe, points_[i])) {
-      met_metal_ = true;
-      problem.cutting.pop_back();
-      continue;
-    }
     point.row = points_[i].row;
     point.teeth = fraction_[i] * points_[i].teeth * stride_;
     point.along = points_[i].along;
@@ -102,6 +97,22 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
     if ((problem.law.reads & kReadsOsteons) != 0) point.cut.osteon = CalcOsteonShares(probe, i);
     contacts_.push_back({region, static_cast<int>(i)});
   }
+  if (has_metal_) DropPointsAtMetal(probe, problem);
+}
+
+/// Takes the points in front of metal out of the problem.
+void Edge::DropPointsAtMetal(const Probe& probe, StepProblem& problem) {
+  std::size_t kept = 0;
+  for (std::size_t n = 0; n < contacts_.size(); ++n) {
+    if (IsAtMetal(probe, points_[static_cast<std::size_t>(contacts_[n].point)])) {
+      met_metal_ = true;
+      continue;
+    }
+    contacts_[kept] = contacts_[n];
+    problem.cutting[kept++] = problem.cutting[n];
+  }
+  contacts_.resize(kept);
+  problem.cutting.resize(kept);
 }
 
 /// Adds the engaged part of the interval between neighbours a and b to both ends.

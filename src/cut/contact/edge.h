@@ -101,6 +101,7 @@ class Edge {
   void FindSolidsIf(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem,
                     Admits&& admits);
   bool IsAtMetal(const Probe& probe, const Point& point) const;
+  void DropPointsAtMetal(const Probe& probe, StepProblem& problem);
   OsteonShares CalcOsteonShares(const Probe& probe, std::size_t i) const;
 
   const BoneField& field_;

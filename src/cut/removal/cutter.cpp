@@ -57,7 +57,8 @@ struct Cutter::State {
         precision_bits(the_precision_bits),
         leaves(field, MakeEdgeZone(zone, h)),
         ledger(field, old_leaves),
-        metal(field) {}
+        metal(field),
+        has_metal(field.has_metal()) {}
 
   void CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only, Result& result);
   void CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result);
@@ -73,6 +74,7 @@ struct Cutter::State {
   EdgeLeaves leaves;
   Ledger ledger;
   MetalVoxels metal;
+  const bool has_metal;
   std::optional<Pose> X_last;    // end of the last cut, if it was complete
   std::optional<Pose> X_flanks;  // pose of the last visit of the whole cutting zone
   Effort effort;
@@ -238,8 +240,8 @@ void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& r
   ++effort.leaves;
   const bool is_pure = kind == BoneField::LeafKind::kInside;
   const bool is_noted = ledger.IsNoted(leaf);
-  const MetalVoxels::Leaf* in_metal = metal.Find(leaf);
-  const bool in_place = is_noted && !field.NeedsOldValues(leaf) && in_metal == nullptr;
+  const MetalVoxels::Leaf* const in_metal = has_metal ? metal.Find(leaf) : nullptr;
+  const bool in_place = is_noted && in_metal == nullptr && !field.NeedsOldValues(leaf);
   float* own = field.OwnValues(leaf);
   CarveLoss loss;
   if (in_place) {
