@@ -67,7 +67,7 @@ def main():
 
         # A little of the tooth is cut: about 0.2 mm of its depth.
         cut_to(w, 1.2)
-        tooth = "A tooth in the row of touching teeth: cut"
+        tooth = "Row of touching teeth, on both sides: cut"
         wait_injuries(w, "the tooth", [tooth])
         picture(w, "tooth")
         # The saw leaves it, and it is still named.
