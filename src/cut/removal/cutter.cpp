@@ -57,10 +57,10 @@ struct Cutter::State {
         precision_bits(the_precision_bits),
         leaves(field, MakeEdgeZone(zone, h)),
         ledger(field, old_leaves),
-        metal(field),
-        has_metal(field.has_metal()) {}
+        metal(field) {}
 
   void CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only, Result& result);
+  template <bool kHasMetal>
   void CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result);
   void KeepMetal(const MetalVoxels::Leaf& in_metal, const float* old, float* now, CarveLoss& loss) const;
   bool FlanksMoved(const Pose& X) const;
@@ -74,7 +74,6 @@ struct Cutter::State {
   EdgeLeaves leaves;
   Ledger ledger;
   MetalVoxels metal;
-  const bool has_metal;
   std::optional<Pose> X_last;    // end of the last cut, if it was complete
   std::optional<Pose> X_flanks;  // pose of the last visit of the whole cutting zone
   Effort effort;
@@ -216,7 +215,12 @@ void Cutter::State::CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pos
   effort.is_new_list |= leaves.Update(X_to, sweep.length_mm, !new_only && cuts.depth_mm == kAll);
   LeafList& list = leaves.list();
   effort.listed_leaves += static_cast<int>(list.size());
-  list.ForEachNear(sweep.MakeCull(list.origin_W()), [&](const LeafIndex& leaf) { CutLeaf(sweep, leaf, result); });
+  const LeafCull cull = sweep.MakeCull(list.origin_W());
+  if (field.has_metal()) {
+    list.ForEachNear(cull, [&](const LeafIndex& leaf) { CutLeaf<true>(sweep, leaf, result); });
+  } else {
+    list.ForEachNear(cull, [&](const LeafIndex& leaf) { CutLeaf<false>(sweep, leaf, result); });
+  }
 }
 
 /// Restores the values in metal, and counts what is lost without them.
@@ -231,6 +235,7 @@ void Cutter::State::KeepMetal(const MetalVoxels::Leaf& in_metal, const float* ol
   }
 }
 
+template <bool kHasMetal>
 void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result) {
   const BoneField::LeafKind kind = field.kind(leaf);
   if (kind == BoneField::LeafKind::kOutside) return;
@@ -240,7 +245,7 @@ void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& r
   ++effort.leaves;
   const bool is_pure = kind == BoneField::LeafKind::kInside;
   const bool is_noted = ledger.IsNoted(leaf);
-  const MetalVoxels::Leaf* const in_metal = has_metal ? metal.Find(leaf) : nullptr;
+  const MetalVoxels::Leaf* const in_metal = kHasMetal ? metal.Find(leaf) : nullptr;
   const bool in_place = is_noted && in_metal == nullptr && !field.NeedsOldValues(leaf);
   float* own = field.OwnValues(leaf);
   CarveLoss loss;
