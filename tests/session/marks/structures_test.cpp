@@ -107,7 +107,7 @@ TEST(Structures, OfASegmentationKeepTheirNames) {
   std::vector<std::string> names;
   for (const StructureResult& s : out.structures) names.push_back(FormatMessage(NameStructure(s)));
   EXPECT_THAT(names,
-              ::testing::ElementsAre("tooth 36", "tooth 37", "lesion", "tooth 1 from the middle, patient's right"));
+              ::testing::ElementsAre("tooth 36", "tooth 37", "tooth 1 from the middle, patient's right", "lesion"));
   const StructureResult& cut = Find(out, "tooth 36");
   EXPECT_TRUE(cut.is_cut);
   EXPECT_NEAR(cut.removed_mm3, 0.4 * 4 * 4, 0.4 * 0.5 * kVoxel_mm * (4 + 4 + 4));
