@@ -141,7 +141,7 @@ TEST(IgtlServer, DropsPeersThatDoNotKeepTheProtocol) {
   }
   // One that goes in the middle of a message.
   { Client(counting.server.port()).Send(good.substr(0, 70)); }
-  // Nobody else is disturbed.
+  // Other peers are not disturbed.
   Client last(counting.server.port());
   last.Send(good);
   EXPECT_TRUE(WaitFor([&] { return counting.server.counts().received == 1; }));
