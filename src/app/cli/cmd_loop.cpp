@@ -113,7 +113,7 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
 }
 
 void SayCounts(const IgtlCounts& c) {
-  Say("OpenIGTLink: {} peers, {} messages sent, {} frames skipped, {} messages received", c.peers, c.sent, c.skipped,
+  Say("OpenIGTLink: peers {}, messages sent {}, frames skipped {}, messages received {}", c.peers, c.sent, c.skipped,
       c.received);
   if (!c.refused.empty()) SayWarning("OpenIGTLink: a peer was disconnected: {}", c.refused);
 }
@@ -316,6 +316,7 @@ void AddLoopCommand(CLI::App& app) {
                    "Numeric address of the interface on which it listens. Messages are neither encrypted nor signed: "
                    "with another address than that of this machine, anyone who can reach it can connect")
       ->capture_default_str()
+      ->check(CLI::ValidIPV4)
       ->needs(igtl);
   command
       ->add_flag("--costs", options->loop.costs.costs,

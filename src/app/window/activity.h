@@ -75,6 +75,12 @@ class Activity {
   virtual std::vector<TourStep> tour() const { return {}; }
   /// Returns whether the tour is shown at the first start.
   virtual bool begins_with_tour() const { return true; }
+  /// Returns true if a saw that is retracted returns to its start, wherever the user looks from.
+  virtual bool returns_to_start() const { return false; }
+  /// Returns what is said while a depth stop that cannot be switched off holds the saw.
+  virtual std::string DescribeDepthStop() const {
+    return Tr("The depth stop holds the saw: this is the wanted depth. Go on along the cut.");
+  }
   /// Returns the mouse's and the held keys' functions that are not actions, for the help.
   virtual std::vector<HudKeyGroup> help() const { return {}; }
   /// Called when the bone is ready, in the window's thread.

@@ -162,7 +162,7 @@ void Practice::UseName(const std::string& entered) {
 
 void Practice::Start(const std::string& id, int level) {
   checks_.End();
-  viewer_->LeaveTour();
+  if (list_) viewer_->GoOnInTour();  // its first step is about the list
   list_.reset();
   exercise_ = &FindExercise(id);
   scene_ = MakeExerciseScene(id, level);

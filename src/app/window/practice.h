@@ -83,6 +83,8 @@ class Practice final : public Activity {
   void DrawSections(Ui& ui) override;
   void DrawWindows(Ui& ui) override;
   std::vector<TourStep> tour() const override;
+  bool returns_to_start() const override { return true; }
+  std::string DescribeDepthStop() const override;
   std::string DescribeUnsaved() const override;
   std::string save_label() const override;
   void Save() override { Finish(true); }

@@ -177,6 +177,7 @@ void Practice::UpdateCutting() {
   if (scene_.exercise.colour) viewer_->view().SetToolColour(ColourOf(LevelOf(MakeAdvice())));
   // The saw has also been between the places of two frames.
   constexpr double kStep_mm = 0.1;
+  constexpr double kReach_mm = 0.75;  // along the line from the lowest point
   if (input.touches) {
     const Pose from = touched_at_.value_or(input.X_WT);
     const double steps = std::clamp(std::ceil(glm::distance(from.p_AB, input.X_WT.p_AB) / kStep_mm), 1.0, 100.0);
@@ -184,7 +185,7 @@ void Practice::UpdateCutting() {
       const double f = i / steps;
       gauge_->TakeDepths(
           {glm::normalize(glm::slerp(from.R_AB, input.X_WT.R_AB, f)), glm::mix(from.p_AB, input.X_WT.p_AB, f)},
-          deepest_mm_);
+          gauge_->cut().margin_mm, kReach_mm, deepest_mm_);
     }
   }
   touched_at_ = input.touches ? std::optional(input.X_WT) : std::nullopt;
@@ -236,6 +237,13 @@ std::optional<Message> Practice::MakeStep() const {
 
 std::vector<Aid> Practice::MakeAids() const {
   return ListAids(scene_.exercise, viewer_->controls().in_blade_plane(), viewer_->view().translucent());
+}
+
+std::string Practice::DescribeDepthStop() const {
+  if (gauge_ && CalcDone() >= kStepLineDone) {
+    return Tr("The depth stop holds the saw, and the wanted cut is made: lift the blade out.");
+  }
+  return Activity::DescribeDepthStop();
 }
 
 double Practice::CalcDone() const {

@@ -6,7 +6,8 @@
 namespace kerf {
 
 /// A stroke begins with the first bone that is removed. It ends when the saw has been clear of the bone for some ticks,
-/// or when the hand has let go of it and it has come to rest.
+/// or when the hand takes it again after it had let go of it for as long. What a saw cuts meanwhile, as it comes to
+/// rest, belongs to the stroke.
 class StrokeWatch {
  public:
   static constexpr int kEnd_ticks = 200;
@@ -18,19 +19,19 @@ class StrokeWatch {
       return false;
     }
     const CoupledOutput& out = tick.coupled;
+    const bool is_taken_again = tick.held && ticks_let_go_ >= kEnd_ticks;
+    ticks_let_go_ = tick.held ? 0 : ticks_let_go_ + 1;
     const bool cuts = out.removed_mm3 > 0;
-    has_cut_ = has_cut_ || cuts;
-    ticks_without_cut_ = cuts ? 0 : ticks_without_cut_ + 1;
     const bool touches = cuts || out.f_cut_W_N != Vec3{0} || out.f_face_W_N != Vec3{0};
     ticks_in_air_ = touches ? 0 : ticks_in_air_ + 1;
-    if (!has_cut_ || (tick.held ? ticks_in_air_ : ticks_without_cut_) < kEnd_ticks) return false;
-    *this = {};
-    return true;
+    const bool ends = has_cut_ && (is_taken_again || ticks_in_air_ >= kEnd_ticks);
+    has_cut_ = cuts || (has_cut_ && !ends);
+    return ends;
   }
 
  private:
   bool has_cut_ = false;
-  int ticks_without_cut_ = 0;
+  int ticks_let_go_ = 0;
   int ticks_in_air_ = 0;
 };
 

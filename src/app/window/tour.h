@@ -26,6 +26,7 @@ class Tour {
   void SetSteps(std::vector<TourStep> steps) {
     if (is_open() && steps.size() == steps_.size()) steps_ = std::move(steps);
   }
+  void GoOn() { ++step_; }
   void End() { step_ = steps_.size(); }
   bool is_open() const { return step_ < steps_.size(); }
   /// Number of the current step, from 1; 0: closed.

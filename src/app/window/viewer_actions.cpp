@@ -221,7 +221,9 @@ void ViewerApp::Retract() {
   }
   controls_->Release();
   LoopAction retract{.kind = LoopAction::Kind::kRetract, .name = ""};
-  if (const std::shared_ptr<const Bone> bone = bone_at_start()) {
+  if (activity_->returns_to_start()) {
+    retract.X_to = X_home_;
+  } else if (const std::shared_ptr<const Bone> bone = bone_at_start()) {
     const ScreenBox area{areas_.scene.left, areas_.scene.top, areas_.scene.width, areas_.scene.height};
     retract.X_to = FindSeenPose(view_->camera(), area, PhiSampler(*bone), bone->CalcBounds(),
                                 MakeTool(session_->scene()), *X_home_);

@@ -75,8 +75,12 @@ void ViewerApp::KeepSettings() {
   }
 }
 
+void ViewerApp::GoOnInTour() {
+  if (tour_.step() == 1) tour_.GoOn();
+}
+
 void ViewerApp::LeaveTour() {
-  if (tour_.step() != 1) return;
+  if (!tour_.is_open()) return;
   tour_.End();
   settings_.tour_shown = true;
   KeepSettings();

@@ -153,8 +153,9 @@ class ViewerApp {
   void KeepView() { view_changed_ = true; }
   WindowSettings& settings() { return settings_; }
   void KeepSettings();
-  /// Ends the tour if it is still at its first step, whose place the user has left.
-  void LeaveTour();
+  /// Shows the second step of the tour if it is at its first one, whose place the user has left.
+  void GoOnInTour();
+  void LeaveTour();  // ends it
   /// Returns a picture of the whole bone from the current direction, as PNG bytes: bright and in the middle, without
   /// panels, but with labels and a scale bar. Call it between two frames.
   std::string GrabScene();

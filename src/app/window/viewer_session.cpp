@@ -272,7 +272,7 @@ std::string ViewerApp::held_reason() const {
   if (!held_saw_.reason()) return "";
   // The depth stop of an exercise cannot be switched off.
   if (*held_saw_.reason() == HeldReason::kGuideDepth && actions_.Find("plan.guide") == nullptr) {
-    return Tr("The depth stop holds the saw: this is the wanted depth. Go on along the cut.");
+    return activity_->DescribeDepthStop();
   }
   return Tr(DescribeHeldReason(*held_saw_.reason()));
 }

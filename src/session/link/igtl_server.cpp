@@ -29,6 +29,8 @@ using Clock = std::chrono::steady_clock;
 using Bytes = std::shared_ptr<const std::string>;
 
 constexpr int kFrameSlot = -1;
+constexpr int kAnswerSlot = -2;
+constexpr int kWelcomeSlot = -3;  // and below
 
 std::size_t CountMessages(const std::string& messages) {
   std::size_t count = 0;
@@ -129,8 +131,9 @@ struct IgtlServer::State::Peer : std::enable_shared_from_this<Peer> {
       if (e) return self->state.Drop(self, "");
       self->Try([&] {
         const std::span<const std::uint8_t> content = CheckIgtlBody(self->header, self->body);
-        self->state.calls.take(self->header, content);
+        const Bytes answer = self->state.calls.take(self->header, content);
         self->state.Count([](IgtlCounts& c) { ++c.received; });
+        if (answer != nullptr) self->Queue(kAnswerSlot, answer);
         self->ReadHeader();
       });
     });
@@ -181,7 +184,7 @@ void IgtlServer::State::Accept() {
       const auto peer = std::make_shared<Peer>(*this, std::move(socket));
       peers.push_back(peer);
       Count([](IgtlCounts& c) { ++c.peers; });
-      int slot = kFrameSlot - 1;
+      int slot = kWelcomeSlot;
       for (const Bytes& messages : calls.welcome()) peer->Queue(slot--, messages);
       peer->ReadHeader();
     } else if (!error) {

@@ -51,8 +51,9 @@ class IgtlServer {
     std::function<std::shared_ptr<const std::string>()> frame;
     /// Returns what a new peer gets first.
     std::function<std::vector<std::shared_ptr<const std::string>>()> welcome;
-    /// Takes a message of a peer. Throws kerf::Error to disconnect it.
-    std::function<void(const IgtlHeader&, std::span<const std::uint8_t> content)> take;
+    /// Takes a message of a peer and returns the answer; null: none. An answer that the peer has not got yet is
+    /// replaced by the next one. Throws kerf::Error to disconnect it.
+    std::function<std::shared_ptr<const std::string>(const IgtlHeader&, std::span<const std::uint8_t> content)> take;
   };
 
   /// Throws kerf::Error if it cannot listen there.

@@ -42,7 +42,7 @@ SlicerLink::SlicerLink(const IgtlServerOptions& options, std::string title, Tria
   server_ = std::make_unique<IgtlServer>(
       options, IgtlServer::Calls{.frame = [this] { return MakeFrame(); },
                                  .welcome = [this] { return MakeWelcome(); },
-                                 .take = [this](const IgtlHeader& header, auto) { TakeMessage(header); }});
+                                 .take = [this](const IgtlHeader& header, auto) { return Answer(header); }});
 }
 
 SlicerLink::~SlicerLink() {
@@ -121,9 +121,9 @@ std::vector<SlicerLink::Bytes> SlicerLink::MakeWelcome() {
   return welcome;
 }
 
-void SlicerLink::TakeMessage(const IgtlHeader& header) {
+SlicerLink::Bytes SlicerLink::Answer(const IgtlHeader& header) {
   // Other messages are not understood.
-  if (header.type == "GET_STATUS") server_->Send(kStatusSlot, MakeStatus());
+  return header.type == "GET_STATUS" ? MakeStatus() : nullptr;
 }
 
 /// Makes the surface of the bone after changes, in a thread of its own.

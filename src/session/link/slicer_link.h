@@ -49,7 +49,7 @@ class SlicerLink final : public SessionController {
   Bytes MakeFrame();
   std::vector<Bytes> MakeWelcome();
   Bytes MakeStatus();
-  void TakeMessage(const IgtlHeader& header);
+  Bytes Answer(const IgtlHeader& header);
   void MeshInTurn();
 
   const TriangleMesh tool_T_;

@@ -110,6 +110,20 @@ void DepthGauge::TakeDepths(const Pose& X_WT, std::vector<double>& deepest_mm) c
   });
 }
 
+void DepthGauge::TakeDepths(const Pose& X_WT, double beside_mm, double along_mm,
+                            std::vector<double>& deepest_mm) const {
+  std::optional<Vec3> lowest;
+  VisitRim(X_WT, [&](const CutColumn&, const Vec3& p) {
+    if (!lowest || p.y > lowest->y) lowest = p;
+  });
+  if (!lowest || std::abs(lowest->z) > beside_mm) return;
+  VisitRim(X_WT, [&](const CutColumn& column, const Vec3& p) {
+    if (std::abs(p.x - lowest->x) > along_mm) return;
+    double& deepest = deepest_mm[static_cast<std::size_t>(&column - columns_.data())];
+    deepest = std::max(deepest, p.y - column.near_mm);
+  });
+}
+
 double CalcBladeDepth(const PhiSampler& before, const Tool& tool, const Pose& X_WT) {
   const double radius_mm = CalcTooth(tool).tool_radius_mm;
   const double step_mm = std::max(0.5 * before.voxel_mm(), radius_mm / 100);

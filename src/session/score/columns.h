@@ -46,6 +46,9 @@ class DepthGauge {
   /// Updates the maximum depth of the tool below the surface for each of columns(). `deepest_mm`: in and out, one value
   /// per column.
   void TakeDepths(const Pose& X_WT, std::vector<double>& deepest_mm) const;
+  /// Does the same only where the tool is at most `beside_mm` beside the wanted cut, and for columns at most `along_mm`
+  /// from its lowest point: those that it has reached, and not those into which its rim reaches ahead.
+  void TakeDepths(const Pose& X_WT, double beside_mm, double along_mm, std::vector<double>& deepest_mm) const;
   const WantedCut& cut() const { return cut_; }
   const std::vector<CutColumn>& columns() const { return columns_; }
 

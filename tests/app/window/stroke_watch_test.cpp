@@ -32,13 +32,17 @@ TEST(StrokeWatch, EndsOnceWhenTheSawIsClearOfTheBone) {
   EXPECT_EQ(CountEnds(watch, 2000, Does::kNothing), 1);
 }
 
-TEST(StrokeWatch, EndsWhenTheHandHasLetGoAndTheSawRests) {
+TEST(StrokeWatch, EndsWhenTheHandTakesTheSawAgain) {
   StrokeWatch watch;
   EXPECT_EQ(CountEnds(watch, 500, Does::kCuts), 0);
-  EXPECT_EQ(CountEnds(watch, 50, Does::kCuts, false), 0) << "it still cuts";
-  EXPECT_EQ(CountEnds(watch, 2000, Does::kTouches, false), 1);
+  EXPECT_EQ(CountEnds(watch, 50, Does::kTouches, false), 0) << "as between two keys";
   EXPECT_EQ(CountEnds(watch, 500, Does::kCuts), 0);
-  EXPECT_EQ(CountEnds(watch, 2000, Does::kNothing, false), 1);
+  EXPECT_EQ(CountEnds(watch, 500, Does::kTouches, false), 0);
+  EXPECT_EQ(CountEnds(watch, 1, Does::kCuts, false), 0) << "the blade creeps on";
+  EXPECT_EQ(CountEnds(watch, 2000, Does::kTouches, false), 0);
+  EXPECT_EQ(CountEnds(watch, 2000, Does::kTouches), 1) << "what it cut meanwhile belongs to the stroke";
+  EXPECT_EQ(CountEnds(watch, 500, Does::kCuts), 0);
+  EXPECT_EQ(CountEnds(watch, 2000, Does::kNothing, false), 1) << "clear of the bone, as after it was taken out";
 }
 
 // The step that is undone is none: a checkpoint after it would make redo impossible.

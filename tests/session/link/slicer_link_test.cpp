@@ -105,6 +105,7 @@ struct Counting {
                            .take =
                                [this](const IgtlHeader& header, std::span<const std::uint8_t> content) {
                                  if (header.type == "TRANSFORM") last = ReadIgtlTransform(content);
+                                 return std::shared_ptr<const std::string>();
                                }}) {}
   int frames = 0;  // only used in the server's thread
   Pose last;       // the same
@@ -217,6 +218,12 @@ TEST(SlicerLink, ShowsTheToolTheForceAndTheBoneAsItIsAtTheEnd) {
       late.Send({static_cast<const char*>(ask->GetPackPointer()), static_cast<std::size_t>(ask->GetPackSize())}));
   ASSERT_TRUE(late.ReceiveUntil("POLYDATA kerf_bone"));
   while (late.counts[status] < 2) ASSERT_TRUE(late.Receive());
+  // The other peer gets no answer.
+  const int others = client.counts[status];
+  link.End("again");
+  ASSERT_TRUE(client.ReceiveUntil(status));
+  EXPECT_EQ(client.counts[status], others + 1);
+  EXPECT_STREQ(client.Get<igtl::StatusMessage>(status)->GetStatusString(), "again");
   igtl::Matrix4x4 m;
   client.Get<igtl::TransformMessage>("TRANSFORM kerf_tool")->GetMatrix(m);
   EXPECT_GT(m[2][3], 0);

@@ -463,6 +463,20 @@ TEST(ExerciseSteps, FractionOfTheLineIsThatOfTheWay) {
     EXPECT_NEAR(CalcLineDone(gauge, deepest_mm), (s_mm + chord_mm) / cut.length_mm,
                 0.0524 * cut.radius_mm / cut.length_mm);
   }
+
+  // While cutting, only what the lowest point has reached counts, to 0.75 mm and a point of the rim, and only on the
+  // line.
+  std::fill(deepest_mm.begin(), deepest_mm.end(), -5);
+  for (double s = 0; s <= 8; s += 0.1) {
+    Pose beside = cut.CalcToolPose(s, cut.depth_mm);
+    beside.p_AB += 1.5 * cut.margin_mm * cut.across_W;
+    gauge.TakeDepths(beside, cut.margin_mm, 0.75, deepest_mm);
+  }
+  EXPECT_EQ(CalcLineDone(gauge, deepest_mm), 0);
+  for (double s = 0; s <= 8; s += 0.1) {
+    gauge.TakeDepths(cut.CalcToolPose(s, cut.depth_mm), cut.margin_mm, 0.75, deepest_mm);
+  }
+  EXPECT_NEAR(CalcLineDone(gauge, deepest_mm), 8.75 / cut.length_mm, 0.0524 * cut.radius_mm / cut.length_mm);
 }
 
 }  // namespace
