@@ -11,7 +11,9 @@
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
+#include <string_view>
 
 #include "base/files/child.h"
 #include "bone/import/dicom_header.h"
@@ -26,6 +28,7 @@ using Sequence = gdcm::SmartPointer<gdcm::SequenceOfItems>;
 
 constexpr ChildLimits kReading{std::uint64_t{5} << 30, 120};
 constexpr std::uint64_t kMaxBytes = std::uint64_t{2} << 30;
+constexpr std::size_t kMaxHeaderBytes = std::size_t{256} << 20;
 constexpr const char* kSegmentationStorage = "1.2.840.10008.5.1.4.1.1.66.4";
 constexpr double kHalf = 0.5;  // of the range of a fraction
 
@@ -85,7 +88,10 @@ class Reading {
     if (type != "BINARY" && type != "FRACTIONAL") {
       throw Error(fmt::format("{}: a segmentation of type '{}', which kerf doesn't read", path_, type));
     }
-    json["fraction"] = type == "FRACTIONAL" ? std::max(1, Short(data_, 0x0062, 0x000e)) : 0;
+    json["fraction"] = type == "FRACTIONAL" ? Short(data_, 0x0062, 0x000e) : 0;
+    if (type == "FRACTIONAL" && json["fraction"] == 0) {
+      throw Error(fmt::format("{}: the segmentation's maximum fractional value is missing or 0", path_));
+    }
     json["bits"] = Short(data_, 0x0028, 0x0100);
     json["size"] = {Short(data_, 0x0028, 0x0011), Short(data_, 0x0028, 0x0010)};
     for (const gdcm::DataSet* series : List(data_, 0x0008, 0x1115)) json["series"] = Text(*series, 0x0020, 0x000e);
@@ -93,6 +99,11 @@ class Reading {
     for (const gdcm::DataSet* segment : List(data_, 0x0062, 0x0002)) json["segments"].push_back(ReadSegment(*segment));
     ReadShared(json);
     ReadFrames(json);
+    const std::vector<double> stated = Numbers(data_, 0x0028, 0x0008);
+    if (!stated.empty() && stated[0] != static_cast<double>(json["frames"].size())) {
+      throw Error(fmt::format("{}: the segmentation states {} frames, but describes {}", path_, stated[0],
+                              json["frames"].size()));
+    }
     return json;
   }
 
@@ -166,6 +177,23 @@ class Reading {
   std::vector<Sequence> kept_;  // owners of the items
 };
 
+// Returns how many of the `length` bytes that the element of the pixels states are in the file. The reader fills the
+// rest with zeros if the file is cut off there.
+std::size_t CountBytesInFile(const std::string& path, std::size_t length, bool implicit) {
+  const std::size_t size = std::filesystem::file_size(path);
+  std::string head(std::min(size, kMaxHeaderBytes), '\0');
+  std::ifstream(path, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
+  const std::size_t length_at = implicit ? 4 : 8;
+  for (std::size_t at = 0; (at = head.find(std::string_view("\xe0\x7f\x10\0", 4), at)) != std::string::npos; ++at) {
+    const std::size_t from = at + length_at + 4;
+    if (from > head.size()) break;
+    std::size_t stated = 0;
+    for (std::size_t i = 4; i-- > 0;) stated = 256 * stated + static_cast<unsigned char>(head[at + length_at + i]);
+    if (stated + stated % 2 == length + length % 2) return std::min(length, size - from);
+  }
+  return std::min(length, size);
+}
+
 // Reads the header, and copies the bytes of the pixels. For a child process.
 Json ReadInChild(const std::string& path, const SharedMemory& pixels) {
   gdcm::Reader reader;
@@ -190,7 +218,8 @@ Json ReadInChild(const std::string& path, const SharedMemory& pixels) {
       file.GetDataSet().FindDataElement(tag) ? file.GetDataSet().GetDataElement(tag).GetByteValue() : nullptr;
   const std::size_t length = bytes == nullptr ? 0 : std::min<std::size_t>(bytes->GetLength(), pixels.size());
   if (length > 0) std::memcpy(pixels.data(), bytes->GetPointer(), length);
-  json["bytes"] = length;
+  json["bytes"] = CountBytesInFile(path, bytes == nullptr ? std::size_t{0} : std::size_t{bytes->GetLength()},
+                                   syntax == gdcm::TransferSyntax::ImplicitVRLittleEndian);
   return json;
 }
 
@@ -222,23 +251,53 @@ void TakeLattice(const Json& json, const std::string& path, DicomSegments& read)
 }
 
 void TakeFrames(const Json& json, const std::string& path, DicomSegments& read) {
+  std::set<int> numbers;
   for (const Json& item : json.at("segments")) {
     DicomSegment& segment = read.segments.emplace_back();
     segment.number = item.at("number").get<int>();
     segment.label = item.at("label").get<std::string>();
     item.at("codes").get_to(segment.codes);
     item.at("modifiers").get_to(segment.modifiers);
+    if (segment.number < 1 || segment.number > 32767) {
+      throw Error(fmt::format("{}: the segment '{}' has the number {}, which is not from 1 to 32767", path,
+                              segment.label, segment.number));
+    }
+    if (!numbers.insert(segment.number).second) {
+      throw Error(fmt::format("{}: more than one segment has the number {}", path, segment.number));
+    }
     if (!item.at("category").empty()) segment.category = item.at("category").at(0).get<std::string>();
   }
   for (const Json& item : json.at("frames")) {
     const std::vector<double> position = item.at("position").get<std::vector<double>>();
     const int number = item.at("segment").get<int>();
-    const bool known = std::any_of(read.segments.begin(), read.segments.end(),
-                                   [number](const DicomSegment& s) { return s.number == number; });
-    if (position.size() != 3 || !IsInWorld(ToVec3(position)) || !known) {
-      throw Error(fmt::format("{}: a frame of the segmentation has no position or no segment", path));
+    const std::size_t nth = read.frames.size() + 1;
+    if (position.size() != 3 || !IsInWorld(ToVec3(position))) {
+      throw Error(fmt::format("{}: frame {} of the segmentation has no valid position", path, nth));
+    }
+    if (numbers.count(number) == 0) {
+      throw Error(
+          fmt::format("{}: frame {} belongs to segment {}, which the file does not describe", path, nth, number));
     }
     read.frames.push_back({number, ToVec3(position)});
+  }
+}
+
+// Throws kerf::Error unless `bytes` bytes are enough for the pixels of all frames, with `bits` bits each.
+void CheckPixels(const DicomSegments& read, std::uint64_t bytes, int bits, bool binary, const std::string& path) {
+  if (bits != (binary ? 1 : 8)) {
+    throw Error(fmt::format("{}: the segmentation's pixels have {} bits; kerf reads {}", path, bits,
+                            binary ? "binary segmentations with 1 bit" : "fractional segmentations with 8 bits"));
+  }
+  const std::uint64_t pixels = std::uint64_t{read.frames.size()} * static_cast<std::uint64_t>(read.size[0]) *
+                               static_cast<std::uint64_t>(read.size[1]);
+  if (pixels == 0) throw Error(fmt::format("{}: the segmentation has no pixels", path));
+  if (pixels > kMaxVoxels) throw Error(fmt::format("{}: the segmentation has more than 2^31 pixels", path));
+  const std::uint64_t needed = binary ? (pixels + 7) / 8 : pixels;
+  if (bytes < needed) {
+    throw Error(
+        fmt::format("{}: the file is cut off or damaged: its {} frames of {} x {} pixels need {} bytes, but it "
+                    "has {}",
+                    path, read.frames.size(), read.size[0], read.size[1], needed, bytes));
   }
 }
 
@@ -269,15 +328,9 @@ DicomSegments ReadDicomSegments(const std::string& path) {
   TakeFrames(json, path, read);
   read.series_uid = json.value("series", "");
   const int bits = json.at("bits").get<int>(), fraction = json.at("fraction").get<int>();
-  const std::uint64_t pixels = std::uint64_t{read.frames.size()} * static_cast<std::uint64_t>(read.size[0]) *
-                               static_cast<std::uint64_t>(read.size[1]);
-  const bool supported = bits == (fraction == 0 ? 1 : 8);
-  if (pixels == 0 || pixels > kMaxVoxels || !supported ||
-      json.at("bytes").get<std::uint64_t>() < (bits == 1 ? (pixels + 7) / 8 : pixels)) {
-    throw Error(
-        fmt::format("{}: the segmentation's pixels are missing, too few or too many, or have {} bits", path, bits));
-  }
-  read.pixels.resize(pixels);
+  CheckPixels(read, json.at("bytes").get<std::uint64_t>(), bits, fraction == 0, path);
+  read.pixels.resize(read.frames.size() * static_cast<std::size_t>(read.size[0]) *
+                     static_cast<std::size_t>(read.size[1]));
   const auto* raw = reinterpret_cast<const unsigned char*>(bytes.data());
   for (std::size_t i = 0; i < read.pixels.size(); ++i) {
     read.pixels[i] = bits == 1 ? raw[i / 8] >> (i % 8) & 1 : raw[i] >= kHalf * fraction ? 1 : 0;

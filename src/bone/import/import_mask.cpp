@@ -91,7 +91,8 @@ ImportResult ImportMask(const ImportOptions& options) {
   const Vec3 first_V = whole.VoxelFromWorld(lattice.origin_W);
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    report.cut_by_scan |= first_V[axis] < -0.5 || first_V[axis] + lattice.size[a] > whole.size[a] + 0.5;
+    const bool at_edge = first_V[axis] < -0.5 || first_V[axis] + lattice.size[a] > whole.size[a] + 0.5;
+    report.cut_by_scan |= at_edge && !options.isolate.mask->cropped;
   }
   report.mask.used = true;
   report.mask.wanted_mm3 = static_cast<double>(std::count(solid.begin(), solid.end(), 1)) * lattice.CalcVoxelVolume();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <set>
+#include <utility>
 
 #include "bone/import/dicom_segments.h"
 #include "bone/import/limits.h"
@@ -51,6 +52,7 @@ Slices FindSlices(const DicomSegments& read, const std::string& path) {
   }
   if (!(slices.spacing_mm > 0))
     throw Error(fmt::format("{}: the segmentation has one slice of unknown thickness", path));
+  std::set<std::pair<int, int>> taken;
   for (const double height_mm : heights_mm) {
     const double place = (height_mm - sorted.front()) / slices.spacing_mm;
     if (std::abs(place - std::round(place)) > kUneven) {
@@ -59,6 +61,10 @@ Slices FindSlices(const DicomSegments& read, const std::string& path) {
     if (place > 1e5) throw Error(fmt::format("{}: the slices of the segmentation are too far apart", path));
     slices.of_frame.push_back(static_cast<int>(std::lround(place)));
     slices.count = std::max(slices.count, slices.of_frame.back() + 1);
+    const int segment = read.frames[slices.of_frame.size() - 1].segment;
+    if (!taken.insert({segment, slices.of_frame.back()}).second) {
+      throw Error(fmt::format("{}: two frames of segment {} have the same position", path, segment));
+    }
   }
   return slices;
 }
@@ -123,12 +129,8 @@ Segmentation ReadDicomSegmentation(const std::string& path) {
   segmentation.lattice = MakeLattice(read, slices, path);
   segmentation.named = true;
   segmentation.series_uid = read.series_uid;
-  std::set<int> numbers;
+  segmentation.cropped = true;
   for (const DicomSegment& described : read.segments) {
-    if (described.number < 1 || described.number > 32767 || !numbers.insert(described.number).second) {
-      throw Error(fmt::format("{}: the segment '{}' has the number {}, which is not from 1 to 32767 or not unique",
-                              path, described.label, described.number));
-    }
     Segment segment;
     segment.name = described.label.empty() ? fmt::format("Segment {}", described.number) : described.label;
     segment.category = described.category;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/core/number_text.h"
+#include "bone/segmentation/role_warnings.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -41,6 +42,15 @@ SegmentMeaning ParseMeaning(const std::string& text, const std::string& assignme
       fmt::format("--label {}: '{}' is no role; the roles are mandible, tooth, tooth36 (any number of ISO 3950), "
                   "lower-teeth, upper-teeth, canal, left-canal, right-canal, metal, lesion, other and ignored",
                   assignment, text));
+}
+
+// Splits "2=mandible" at its last equals sign, and parses the right side.
+std::pair<std::string, SegmentMeaning> ParseAssignment(const std::string& assignment) {
+  const std::size_t equals = assignment.rfind('=');
+  if (equals == std::string::npos) {
+    throw Error(fmt::format("--label {}: should be LABEL=ROLE or NAME=ROLE, such as 2=mandible", assignment));
+  }
+  return {assignment.substr(0, equals), ParseMeaning(assignment.substr(equals + 1), assignment)};
 }
 
 // Returns the segments that the left side of an assignment means: those with this name or, if none has it, this label.
@@ -201,6 +211,10 @@ std::int16_t JoinPacked(std::int16_t a, std::int16_t b) {
 
 }  // namespace
 
+void CheckAssignment(const std::string& assignment) {
+  ParseAssignment(assignment);
+}
+
 const char* ToString(SegmentRole role) {
   for (const auto& [name, named] : kRoleNames) {
     if (named == role) return name;
@@ -214,12 +228,12 @@ SegmentationRoles FindRoles(const Segmentation& segmentation, const LabelOptions
   roles.meanings.assign(segments.size(), {});
   std::vector<bool> assigned(segments.size(), false), known(segments.size(), false);
   for (const std::string& assignment : options.assignments) {
-    const std::size_t equals = assignment.rfind('=');
-    if (equals == std::string::npos) {
-      throw Error(fmt::format("--label {}: should be LABEL=ROLE or NAME=ROLE, such as 2=mandible", assignment));
-    }
-    const SegmentMeaning meaning = ParseMeaning(assignment.substr(equals + 1), assignment);
-    for (const std::size_t n : FindSegments(segmentation, assignment.substr(0, equals), assignment)) {
+    const auto [which, meaning] = ParseAssignment(assignment);
+    for (const std::size_t n : FindSegments(segmentation, which, assignment)) {
+      if (assigned[n] && roles.meanings[n] != meaning) {
+        throw Error(fmt::format("--label {}: contradicts another --label for the same segment, {}", assignment,
+                                Describe(segments[n])));
+      }
       roles.meanings[n] = meaning;
       assigned[n] = known[n] = true;
     }
@@ -248,6 +262,7 @@ SegmentationRoles FindRoles(const Segmentation& segmentation, const LabelOptions
   }
   CheckMandible(segmentation, assigned, roles.meanings);
   if (!unknown.empty()) roles.warnings.push_back(fmt::format("segments of unknown meaning were ignored: {}", unknown));
+  AddRoleWarnings(segmentation, roles, preset == nullptr ? std::vector<bool>(segments.size(), true) : assigned);
   return roles;
 }
 
@@ -280,6 +295,7 @@ BoneMask MakeBoneMask(const Segmentation& segmentation, const SegmentationRoles&
   }
   mask.how = fmt::format("mask: {}", names);
   mask.series_uid = segmentation.series_uid;
+  mask.cropped = segmentation.cropped;
   return mask;
 }
 

@@ -32,6 +32,9 @@ struct SegmentMeaning {
 /// their users write them; nullopt if it is not known.
 std::optional<SegmentMeaning> FindMeaning(const std::string& name);
 
+/// Throws kerf::Error unless the text is an assignment as in LabelOptions.
+void CheckAssignment(const std::string& assignment);
+
 /// Returns the meaning of a segment's SNOMED CT codes; nullopt if they are not known.
 std::optional<SegmentMeaning> FindCodedMeaning(const Segment& segment);
 

@@ -29,6 +29,7 @@ struct Segmentation {
   std::vector<Segment> segments;                  // in the order of the file, or by label
   std::vector<std::string> warnings;              // one sentence each
   bool named = false;                             // true if the file names its segments
+  bool cropped = false;                           // true if the file lacks slices without a segment
   std::string series_uid;  // of the CT that was segmented, if the file is DICOM and states it; otherwise empty
 };
 

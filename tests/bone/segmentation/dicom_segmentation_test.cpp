@@ -43,12 +43,12 @@ d.is_little_endian, d.is_implicit_VR = True, how == 'implicit'
 d.SOPClassUID, d.SOPInstanceUID, d.Modality = meta.MediaStorageSOPClassUID, '1.2.3', 'SEG'
 d.Rows, d.Columns, d.SamplesPerPixel, d.PhotometricInterpretation = 4, 5, 1, 'MONOCHROME2'
 d.PixelRepresentation = 0
-d.SegmentationType = 'FRACTIONAL' if how == 'fraction' else 'BINARY'
+d.SegmentationType = 'FRACTIONAL' if how in ('fraction', 'zero') else 'BINARY'
 d.ReferencedSeriesSequence = Sequence([item(SeriesInstanceUID='1.2.840.1')])
 d.SegmentSequence = Sequence([
     item(SegmentNumber=n, SegmentLabel=label, SegmentedPropertyCategoryCodeSequence=code('123037004', 'Anatomical Structure'),
          SegmentedPropertyTypeCodeSequence=code(value, label))
-    for n, label, value in ((1, 'Jaw', '91609006'), (2, 'Other', '70925003'), (7, 'T', '866006002'))])
+    for n, label, value in ((1, 'Jaw', '91609006'), (1 if how == 'same' else 9 if how == 'orphan' else 2, 'Other', '70925003'), (7, 'T', '866006002'))])
 c, s = 0.8, 0.6
 d.SharedFunctionalGroupsSequence = Sequence([item(
     PixelMeasuresSequence=Sequence([item(PixelSpacing=[0.5, 0.4], SliceThickness=2)]),
@@ -56,7 +56,7 @@ d.SharedFunctionalGroupsSequence = Sequence([item(
 planes, frames = [], []
 for n, slices in ((1, (0, 1, 2)), (2, (2, 0, 1)), (7, (2,))):
     for k in slices:
-        gap = 1.7 if how == 'uneven' and k == 2 else 1.5
+        gap = 1.7 if how == 'uneven' and k == 2 else 0 if how == 'twice' and n == 1 and k == 1 else 1.5
         frames.append(item(
             SegmentIdentificationSequence=Sequence([item(ReferencedSegmentNumber=n)]),
             PlanePositionSequence=Sequence([item(ImagePositionPatient=[-10, 20, 30 + gap * k])])))
@@ -69,10 +69,11 @@ for n, slices in ((1, (0, 1, 2)), (2, (2, 0, 1)), (7, (2,))):
             plane[3, 4] = 1
         planes.append(plane)
 d.PerFrameFunctionalGroupsSequence = Sequence(frames)
-d.NumberOfFrames = len(frames)
+d.NumberOfFrames = len(frames) - (how == 'count')
 bits = numpy.concatenate([p.ravel() for p in planes])
-if how == 'fraction':
-    d.BitsAllocated, d.BitsStored, d.HighBit, d.MaximumFractionalValue = 8, 8, 7, 200
+if how in ('fraction', 'zero'):
+    d.BitsAllocated, d.BitsStored, d.HighBit = 8, 8, 7
+    d.MaximumFractionalValue = 200 if how == 'fraction' else 0
     data = (bits * 100).astype(numpy.uint8).tobytes()
 else:
     d.BitsAllocated, d.BitsStored, d.HighBit = 1, 1, 0
@@ -126,7 +127,17 @@ TEST_F(DicomSegmentation, GivesNamesCodesPlacesAndLayers) {
 
 TEST_F(DicomSegmentation, RefusesFaultsWithOneSentence) {
   EXPECT_THAT(MessageOf([&] { ReadDicomSegmentation(Write("uneven")); }), HasSubstr("are not evenly spaced"));
-  EXPECT_THAT(MessageOf([&] { ReadDicomSegmentation(Write("short")); }), HasSubstr("too few or too many"));
+  EXPECT_THAT(MessageOf([&] { ReadDicomSegmentation(Write("short")); }),
+              HasSubstr("its 7 frames of 5 x 4 pixels need 18 bytes, but it has 6"));
+  EXPECT_THAT(MessageOf([&] { ReadDicomSegmentation(Write("twice")); }),
+              HasSubstr("two frames of segment 1 have the same position"));
+  EXPECT_THAT(MessageOf([&] { ReadDicomSegmentation(Write("count")); }), HasSubstr("states 6 frames, but describes 7"));
+  EXPECT_THAT(MessageOf([&] { ReadDicomSegmentation(Write("zero")); }),
+              HasSubstr("maximum fractional value is missing or 0"));
+  EXPECT_THAT(MessageOf([&] { ReadDicomSegmentation(Write("same")); }),
+              HasSubstr("more than one segment has the number 1"));
+  EXPECT_THAT(MessageOf([&] { ReadDicomSegmentation(Write("orphan")); }),
+              HasSubstr("frame 4 belongs to segment 2, which the file does not describe"));
   EXPECT_THAT(MessageOf([&] { ReadDicomSegmentation(Write("ct")); }),
               HasSubstr("a DICOM file, but not a segmentation"));
   const std::string path = Write("binary");
@@ -136,6 +147,13 @@ TEST_F(DicomSegmentation, RefusesFaultsWithOneSentence) {
     const std::string said = MessageOf([&] { ReadDicomSegmentation(path); });
     EXPECT_FALSE(said.empty()) << length;
     EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+  }
+  for (const char* how : {"binary", "implicit", "fraction"}) {
+    const std::string all = test::ReadBytes(Write(how));
+    for (std::size_t cut = 1; cut < 18; ++cut) {
+      test::WriteBytes(path, all.substr(0, all.size() - cut));
+      EXPECT_NE(MessageOf([&] { ReadDicomSegmentation(path); }), "") << how << " without " << cut << " bytes";
+    }
   }
 }
 

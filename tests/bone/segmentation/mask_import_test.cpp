@@ -324,6 +324,16 @@ TEST(MaskImport, WithoutACtTheBoneIsThatOfTheLabels) {
   // The cortex is as thick as the option says, 2 mm, within one voxel of 0.4 mm, since its depth is counted from
   // voxels.
   EXPECT_NEAR(std::cbrt(result.report.region_mm3.at(kCancellousRegion) * 3 / (4 * std::numbers::pi)), 8, 0.4);
+  EXPECT_FALSE(result.report.cut_by_scan);
+  // Half of the ball: cut off by the edge of the scan, unless the file lacks slices without a segment.
+  lattice.size[2] = 50;
+  test::WriteNrrd(BallLabels(lattice), folder.file("half.nrrd"));
+  ImportOptions half = WithMask(folder.file("half.nrrd"));
+  EXPECT_TRUE(Import("", half).report.cut_by_scan);
+  BoneMask cropped = *half.isolate.mask;
+  cropped.cropped = true;
+  half.isolate.mask = std::make_shared<const BoneMask>(std::move(cropped));
+  EXPECT_FALSE(Import("", half).report.cut_by_scan);
   ImportOptions keep = WithMask(folder.file("mask.nrrd"));
   keep.keep_hu = true;
   EXPECT_THAT(MessageOf([&] { Import("", keep); }), HasSubstr("has no CT numbers to keep"));

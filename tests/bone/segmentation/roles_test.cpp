@@ -155,6 +155,34 @@ TEST(LabelRoles, AssignmentsNameLabelsOrSegments) {
   EXPECT_THAT(message("Bone"), HasSubstr("should be LABEL=ROLE or NAME=ROLE"));
 }
 
+TEST(LabelRoles, ContradictionsAreRefusedOrNamed) {
+  const Segmentation map = MakeSegmentation({{1, ""}, {2, ""}});
+  EXPECT_THAT(MessageOf([&] {
+                FindRoles(map, {.preset = "", .assignments = {"1=mandible", "2=canal", "2=metal"}});
+              }),
+              HasSubstr("--label 2=metal: contradicts another --label for the same segment, label 2 (2.00 cm3)"));
+  EXPECT_EQ(MessageOf([&] {
+              FindRoles(map, {.preset = "", .assignments = {"1=mandible", "2=canal", "2=canal"}});
+            }),
+            "");
+  EXPECT_THAT(MessageOf([] { CheckAssignment("1=foo"); }), HasSubstr("'foo' is no role"));
+  EXPECT_EQ(MessageOf([] { CheckAssignment("a=b=tooth36"); }), "");
+
+  Segmentation named = MakeSegmentation({{1, "Mandible"},
+                                         {2, "tooth 36"},
+                                         {3, "lower left first molar"},
+                                         {4, "tooth pulp 36"},
+                                         {5, "tooth 99"},
+                                         {6, "tooth 1 from the middle"},
+                                         {7, "canal"}});
+  named.segments[6].voxels = 0;
+  EXPECT_THAT(FindRoles(named, {}).warnings,
+              ElementsAre(HasSubstr("'tooth 36' (label 2, 2.00 cm3) and 'lower left first molar' (label 3, 3.00 cm3) "
+                                    "are both tooth 36"),
+                          HasSubstr("'tooth 99' (label 5, 5.00 cm3) is a tooth, but its number is not of ISO 3950"),
+                          HasSubstr("segments without voxels: 'canal' (label 7")));
+}
+
 TEST(LabelRoles, TheMandibleMustBeOneSegment) {
   const Segmentation two = MakeSegmentation({{1, "Mandible"}, {2, "Unterkiefer"}});
   EXPECT_THAT(
