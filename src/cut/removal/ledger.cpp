@@ -81,6 +81,26 @@ const std::array<double, 256>& Ledger::Account() {
   return removed_mm3_;
 }
 
+int Ledger::FindLostRegion(const LeafIndex& owner, const std::array<int, 3>& cell, const CellBlock& old,
+                           const CellBlock& now) const {
+  const double h = field_.voxel_mm();
+  const auto region_at = [&](const Vec3& p_F) { return std::clamp(field_.RegionAt(p_F), 0, 255); };
+  const int at_centre =
+      region_at(h * (Vec3(8 * owner.x + cell[0], 8 * owner.y + cell[1], 8 * owner.z + cell[2]) + 0.5));
+  if (!field_.is_metal(at_centre)) return at_centre;
+  constexpr int kEdge = CellBlock::kEdge;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int x = cell[0] + (corner >> 2 & 1), y = cell[1] + (corner >> 1 & 1), z = cell[2] + (corner & 1);
+    const int i = (x * kEdge + y) * kEdge + z;
+    if (old.data()[i] == now.data()[i]) continue;
+    // The same place as in MetalVoxels, bit for bit.
+    const Vec3 lowest_F = h * (8.0 * Vec3(owner.x + x / 8, owner.y + y / 8, owner.z + z / 8));
+    const int region = region_at(lowest_F + h * Vec3(x % 8, y % 8, z % 8));
+    if (!field_.is_metal(region)) return region;
+  }
+  return at_centre;
+}
+
 void Ledger::AddLoss(const LeafIndex& owner, const CellBlock& old, const CellBlock& now) {
   // A cell's volume changes only if the surface passes through it before or after and one of its corners has changed.
   // In that case at least one corner was inside, one is now outside, and one has changed; or, where bone was restored,
@@ -109,8 +129,8 @@ void Ledger::AddLoss(const LeafIndex& owner, const CellBlock& old, const CellBlo
         const unsigned flag = flags[static_cast<std::size_t>(cell)];
         if ((flag & 7U) != 7U && (flag & 28U) != 28U) continue;
         const double fraction = CalcCellFraction(old.Corners(x, y, z)) - CalcCellFraction(now.Corners(x, y, z));
-        const Vec3 centre = h * (Vec3(8 * owner.x + x, 8 * owner.y + y, 8 * owner.z + z) + 0.5);
-        removed_mm3_[static_cast<std::size_t>(std::clamp(field_.RegionAt(centre), 0, 255))] += fraction * h * h * h;
+        const int region = FindLostRegion(owner, {x, y, z}, old, now);
+        removed_mm3_[static_cast<std::size_t>(region)] += fraction * h * h * h;
       }
     }
   }

@@ -41,6 +41,10 @@ class Ledger {
   };
 
   std::size_t Place(const LeafIndex& leaf) const;
+  /// Returns the region of the bone that a changed cell has lost: the one at its centre or, because metal is not
+  /// removed, beside metal that of a voxel that has changed. `cell`: its lowest corner, in voxels from the owner's.
+  int FindLostRegion(const LeafIndex& owner, const std::array<int, 3>& cell, const CellBlock& old,
+                     const CellBlock& now) const;
   void AddLoss(const LeafIndex& owner, const CellBlock& old, const CellBlock& now);
 
   const BoneField& field_;

@@ -71,6 +71,8 @@ TEST(Metal, StaysAndTheRestIsCutAsIfItWereBone) {
     }
     EXPECT_GT(kept, 100);
     EXPECT_NEAR(sum_mm3, lost_vox * std::pow(kVoxel_mm, 3), 1e-3 * sum_mm3);
+    EXPECT_EQ(metal_cutter.CalcRemovedByRegion()[kMetal], 0) << "lost bone beside metal is no metal";
+    EXPECT_GT(metal_cutter.CalcRemovedByRegion()[kBone], 0);
     // Repeated, the same motion removes nothing more.
     EXPECT_EQ(test::CutAll(metal_cutter, steps), 0);
   }
