@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
@@ -26,6 +27,7 @@ constexpr Colour kMetal{126, 140, 158};
 constexpr std::array<Colour, 6> kPieces{Colour{230, 159, 0}, {86, 180, 233},  {0, 158, 115},
                                         {240, 228, 66},      {204, 121, 167}, {153, 153, 153}};
 constexpr std::size_t kMaxLabels = 250;  // of a layer
+constexpr double kMaxOutside = 1e-3;     // of the bone's volume, outside the bone before the cut
 
 /// Structures of a bone's regions, and their labels.
 class Structures {
@@ -87,12 +89,38 @@ void PlaceLattice(const Box3& box_W, double voxel_mm, SegmentationWriting& writi
   }
 }
 
+/// Returns the fraction of the bone's volume that is outside another bone, at a million points of its box.
+double CalcFractionOutside(const Bone& bone, const Bone& other) {
+  constexpr int kPoints = 1'000'000;
+  // Multiples of this vector, without whole parts, fill a cube evenly along every plane (R sequence of Roberts, 2018).
+  constexpr Vec3 kEven{0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
+  const Box3 box_W = bone.CalcBounds();
+  // Surfaces of one bone at different voxel sizes differ a little.
+  const double slack_mm = bone.voxel_mm() == other.voxel_mm() ? 0 : 0.5 * std::max(bone.voxel_mm(), other.voxel_mm());
+  const PhiSampler bone_phi(bone), other_phi(other);
+  std::size_t inside = 0, outside = 0;
+  for (int i = 1; i <= kPoints; ++i) {
+    const Vec3 p_W = box_W.lower + box_W.size() * glm::fract(static_cast<double>(i) * kEven);
+    if (bone_phi.Calc(p_W) >= 0) continue;
+    ++inside;
+    outside += other_phi.Calc(p_W) > slack_mm ? 1 : 0;
+  }
+  return inside == 0 ? 0 : static_cast<double>(outside) / static_cast<double>(inside);
+}
+
 }  // namespace
 
 SegmentationWriting WriteSegments(const Bone& bone, const Bone* before, double voxel_mm, const std::string& path) {
   CheckRange("voxel_mm", voxel_mm, kSegmentVoxelRange_mm);
   const Bone& whole = before != nullptr ? *before : bone;
   if (whole.empty()) throw Error("there is no bone to write as a segmentation");
+  if (before != nullptr && !bone.empty()) {
+    if (const double outside = CalcFractionOutside(bone, *before); outside > kMaxOutside) {
+      throw Error(fmt::format(
+          "{:.1f} % of the bone is outside the bone before the cut; they are swapped, or of different bones",
+          100 * outside));
+    }
+  }
   Pieces split = SplitPieces(bone, kMinSegment_mm3);
   if (before == nullptr && split.pieces.size() == 1) split.pieces.clear();
   if (split.pieces.size() >= kMaxLabels) {

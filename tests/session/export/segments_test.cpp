@@ -97,6 +97,12 @@ TEST_F(Segments, OfABoneWithoutACutAreTheBoneAndItsStructures) {
             "there is no bone to write as a segmentation");
 }
 
+TEST_F(Segments, OfACutNeedTheBoneBeforeIt) {
+  const Bone before = MakeSegmentedJaw(), after = MakeSegmentedJaw(6, 17);
+  EXPECT_THAT(test::MessageOf([&] { WriteSegments(before, &after, 0.4, path_); }),
+              HasSubstr("1.0 % of the bone is outside the bone before the cut; they are swapped"));
+}
+
 // Runs a command in the folder; returns whether it succeeded.
 bool RunIn(const std::string& command, const Folder& folder) {
   return std::system(fmt::format("cd '{}' && {}", folder.path(), command).c_str()) == 0;
