@@ -153,17 +153,19 @@ void Print(const ExportArguments& options, const std::vector<Exported>& all, con
   }
 }
 
-/// Throws kerf::Error for options that do not fit together.
+/// Throws CLI::ParseError for options that do not fit together.
 void Check(const ExportArguments& options) {
-  if (options.output.empty() && options.segmentation.empty()) throw Error("state --output or --seg");
+  if (options.output.empty() && options.segmentation.empty()) throw CLI::RequiredError("--output or --seg");
   if (!options.segmentation.empty() && !options.segmentation.ends_with(".seg.nrrd")) {
-    throw Error(fmt::format("{}: the name of a segmentation ends in .seg.nrrd", options.segmentation));
+    throw CLI::ValidationError("--seg", fmt::format("'{}' must end in .seg.nrrd", options.segmentation));
   }
   if (options.segmentation.empty() && (!options.before.empty() || options.segment_voxel_mm > 0)) {
-    throw Error("--before and --seg-voxel need --seg");
+    throw CLI::ValidationError("--before and --seg-voxel need --seg");
   }
   const bool surface_options = options.pieces || options.triangles > 0 || !options.colour.empty();
-  if (options.output.empty() && surface_options) throw Error("--pieces, --triangles and --colour need --output");
+  if (options.output.empty() && surface_options) {
+    throw CLI::ValidationError("--pieces, --triangles and --colour need --output");
+  }
   CheckInputsNotOverwritten({options.file, options.before}, {options.output, options.segmentation});
 }
 

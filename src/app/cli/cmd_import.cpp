@@ -261,12 +261,22 @@ void Warn(const ImportArguments& options, const ImportReport& r) {
 }
 
 /// Rejects options that have no effect on this kind of input.
-void CheckOptionsApply(const CLI::App& command, const std::string& input) {
+void CheckOptionsApply(const CLI::App& command, const ImportArguments& options) {
+  const std::string& input = options.input;
   if (command.count("--mask") == 0) {
     for (const char* option : {"--labels", "--label", "--mask-reach"}) {
       if (command.count(option) > 0) throw CLI::ValidationError(option, "applies to a mask only; name one with --mask");
     }
     if (input.empty()) throw CLI::RequiredError("INPUT");
+  } else if (options.mask.empty()) {
+    throw CLI::ValidationError("--mask", "names no file");
+  }
+  for (const std::string& assignment : options.labels.assignments) {
+    try {
+      CheckAssignment(assignment);
+    } catch (const Error& e) {
+      throw CLI::ValidationError(e.what());
+    }
   }
   if (input.empty()) {
     for (const char* option :
@@ -435,7 +445,7 @@ void AddImportCommand(CLI::App& app) {
                              ->group(surface);
   AddNumber(*c, "--hu-voxel", o->import, "hu_voxel_mm")->needs(keep_hu)->group(surface);
   c->callback([o, c] {
-    CheckOptionsApply(*c, o->input);
+    CheckOptionsApply(*c, *o);
     o->teeth_asked = c->count("--tooth-hu") + c->count("--tooth-body-hu") + c->count("--tooth-reach") > 0;
     Run(*o);
   });
