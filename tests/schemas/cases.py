@@ -286,6 +286,7 @@ GROUPS = {
         Case("info bar/bone.vdb --json", "info"),
         Case("export bar/bone.vdb -o bone.stl --pieces --triangles 500 --min-piece 3 --json", "export"),
         Case("export bar/bone.vdb -o whole.stl --json", "export"),
+        Case("export bar/bone.vdb --seg whole.seg.nrrd --json", "export"),
         Case("model block -o block.vdb --voxel 0.5 --size 6,5,6 --json", "model"),
         Case("model plate -o plate.vdb --voxel 1 --json", "model"),
         Case("model mandible -o mandible.vdb --voxel 1 --json", "model"),
