@@ -230,7 +230,7 @@ Vec3 ToVec3(const std::vector<double>& numbers, std::size_t from = 0) {
 // Takes size, spacing and orientation. Throws kerf::Error if one is missing or not finite.
 void TakeLattice(const Json& json, const std::string& path, DicomSegments& read) {
   const auto numbers = [&](const char* key, std::size_t count) {
-    const std::vector<double> found = json.value(key, std::vector<double>());
+    std::vector<double> found = json.value(key, std::vector<double>());
     const bool finite = std::all_of(found.begin(), found.end(), [](double v) { return std::abs(v) < 1e6; });
     if (found.size() != count || !finite) throw Error(fmt::format("{}: the segmentation lacks its {}", path, key));
     return found;

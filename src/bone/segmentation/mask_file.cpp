@@ -13,7 +13,7 @@ MaskFile ReadMaskFile(const std::string& path, const std::string& frame, const L
   BoneMask mask = MakeBoneMask(segmentation, roles);
   std::vector<std::string>& warnings = mask.tissue.warnings;
   if (has_ct) {
-    for (std::string& warning : warnings) warning = path + ": " + warning;
+    for (std::string& warning : warnings) warning.insert(0, path + ": ");
   }
   warnings.insert(warnings.end(), roles.warnings.begin(), roles.warnings.end());
   return {.mask = std::make_shared<const BoneMask>(std::move(mask)),

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <initializer_list>
 #include <utility>
 
 #include "base/core/heap_guard.h"
@@ -178,9 +179,10 @@ ToothForce MakeToothForce(const ForceLaw& law, const Tool& tool) {
 }
 
 bool IsOwnLaw(const ForceLaw& law) {
-#define KERF_IS_LAW(function) || &law.info() == &function()
-  return !(false KERF_FORCE_LAWS(KERF_IS_LAW));
-#undef KERF_IS_LAW
+#define KERF_LAW_ADDRESS(function) &function(),
+  const std::initializer_list<const ForceLawInfo*> of_kerf{KERF_FORCE_LAWS(KERF_LAW_ADDRESS)};
+#undef KERF_LAW_ADDRESS
+  return std::find(of_kerf.begin(), of_kerf.end(), &law.info()) == of_kerf.end();
 }
 
 bool LacksTissue(const ForceLaw& law) {

@@ -63,7 +63,7 @@ void SlicerLink::Begin(const LoopInitialState& initial) {
     for (const EffectFigure& figure : EffectRecord(initial.effects).figures) {
       names_ += fmt::format("\n{}.{}", figure.effect, figure.name);
     }
-    moment_ = Moment{.X_WT = initial.X_WT, .f_H_W_N = Vec3(0), .numbers = {0, 0}};
+    moment_ = LinkMoment{.X_WT = initial.X_WT, .f_H_W_N = Vec3(0), .numbers = {0, 0}};
     server_->Send(kNamesSlot, Share(MakeIgtlText(Stamp("kerf_names"), names_)));
   }
   meshing_ = std::thread([this] { MeshInTurn(); });
@@ -97,7 +97,7 @@ void SlicerLink::End(const std::string& sentence) {
 }
 
 SlicerLink::Bytes SlicerLink::MakeFrame() {
-  std::optional<Moment> moment;
+  std::optional<LinkMoment> moment;
   {
     const std::lock_guard lock(mutex_);
     moment = std::exchange(moment_, std::nullopt);

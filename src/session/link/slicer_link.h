@@ -18,6 +18,13 @@
 
 namespace kerf {
 
+/// What a frame shows.
+struct LinkMoment {
+  Pose X_WT;
+  Vec3 f_H_W_N{0};
+  std::vector<double> numbers;  // as in kerf_numbers
+};
+
 /// Sends, all in RAS as 3D Slicer has it, at the server's rate: the pose of the tool (TRANSFORM "kerf_tool"), the force
 /// on the hand (SENSOR "kerf_force", N), time in s, volume that was cut in mm^3 (also if that was undone) and the
 /// effects' channels (NDARRAY "kerf_numbers"). Once per peer: the shape of the tool (POLYDATA "kerf_tool_shape") and
@@ -56,13 +63,8 @@ class SlicerLink final : public SessionController {
 
   std::mutex mutex_;  // protects everything up to the thread
   std::condition_variable changed_;
-  struct Moment {
-    Pose X_WT;
-    Vec3 f_H_W_N{0};
-    std::vector<double> numbers;  // as in kerf_numbers
-  };
-  std::optional<Moment> moment_;  // none: already sent, or nothing has moved yet
-  std::string names_;             // of the numbers, one per line; empty before Begin()
+  std::optional<LinkMoment> moment_;  // none: already sent, or nothing has moved yet
+  std::string names_;                 // of the numbers, one per line; empty before Begin()
   double cut_mm3_ = 0;
   std::optional<Bone> first_bone_;                               // until the thread takes it
   std::map<std::array<int, 3>, std::array<float, 512>> leaves_;  // changed since then, by index

@@ -141,7 +141,9 @@ TEST(IgtlMessages, ForcesNumbersTextsAndStatusAreThoseOfTheLibrary) {
   const auto numbers = Unpack<igtl::NDArrayMessage>(MakeIgtlNumbers({"kerf_numbers", 0}, values));
   EXPECT_EQ(numbers->GetType(), igtl::NDArrayMessage::TYPE_FLOAT64);
   ASSERT_EQ(numbers->GetArray()->GetRawArraySize(), sizeof(values));
-  EXPECT_EQ(std::memcmp(numbers->GetArray()->GetRawArray(), values.data(), sizeof(values)), 0);
+  std::array<double, 3> unpacked{};
+  std::memcpy(unpacked.data(), numbers->GetArray()->GetRawArray(), sizeof(unpacked));
+  EXPECT_EQ(unpacked, values);
 
   const auto text = Unpack<igtl::StringMessage>(MakeIgtlText({"kerf_names", 0}, "mm\u00b3"));
   EXPECT_STREQ(text->GetString(), "mm\u00b3");
