@@ -296,7 +296,7 @@ void Rehearsal::Undo() {
 }
 
 std::string Rehearsal::ExplainFailure(const LiveSession::Answer& answer) const {
-  const std::string why = Activity::ExplainFailure(answer);
+  std::string why = Activity::ExplainFailure(answer);
   if (answer.action.kind != LoopAction::Kind::kUndo || sessions_.empty()) return why;
   return fmt::format(
       "{}. {}", why,
