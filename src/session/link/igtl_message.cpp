@@ -77,9 +77,11 @@ std::string MakeMessage(const char* type, const IgtlStamp& stamp, const Writer& 
   message.Add(std::uint16_t{1});
   message.AddText(type, kTypeBytes);
   message.AddText(stamp.device, kDeviceBytes);
-  const double whole_s = std::floor(stamp.time_s);
+  // Seconds and their binary fraction; 2^32 s, to which a double rounds the largest stamps, becomes the largest stamp.
+  constexpr double kLargest = std::numeric_limits<std::uint32_t>::max();
+  const double whole_s = std::clamp(std::floor(stamp.time_s), 0.0, kLargest);
   message.Add(static_cast<std::uint32_t>(whole_s));
-  message.Add(static_cast<std::uint32_t>((stamp.time_s - whole_s) * 0x1p32));
+  message.Add(static_cast<std::uint32_t>(std::clamp((stamp.time_s - whole_s) * 0x1p32, 0.0, kLargest)));
   message.Add(static_cast<std::uint64_t>(body.bytes().size()));
   message.Add(CalcIgtlCrc(AsBytes(body.bytes())));
   message.AddBytes(body.bytes());

@@ -17,6 +17,7 @@
 #include <cstring>
 #include <glm/gtc/quaternion.hpp>
 #include <limits>
+#include <utility>
 
 #include "support/message_of.h"
 
@@ -82,6 +83,16 @@ TEST(IgtlMessages, TransformsAreThoseOfTheLibraryInRas) {
   EXPECT_DOUBLE_EQ(header.time_s, 1.5);
   const Pose read = ReadIgtlTransform(CheckIgtlBody(header, BytesOf(bytes, IgtlHeader::kBytes)));
   EXPECT_LT(glm::length(read.Point(p_T) - p_W), 5e-5);
+}
+
+TEST(IgtlMessages, TimesOutsideTheStampAreItsLimits) {
+  for (const auto& [time_s, expected_s] : {std::pair{0x1p32, 0xFFFFFFFFU}, {1e300, 0xFFFFFFFFU}, {-1.0, 0U}}) {
+    const std::string bytes = MakeIgtlTransform({"kerf_tool", time_s}, kPose);
+    unsigned int s = 1, fraction = 0;
+    Unpack<igtl::TransformMessage>(bytes)->GetTimeStamp(&s, &fraction);
+    EXPECT_EQ(s, expected_s);
+    EXPECT_EQ(fraction, expected_s) << "of 2^32";
+  }
 }
 
 /// Appends a number in network order.
