@@ -14,6 +14,7 @@
 #include "app/cli/numbers.h"
 #include "base/core/number_text.h"
 #include "base/files/files.h"
+#include "bone/import/dicom_study.h"
 #include "bone/mesh/decimate.h"
 #include "bone/mesh/meshfile.h"
 #include "bone/vdb/bonefile.h"
@@ -33,6 +34,8 @@ struct ExportArguments {
   bool pieces = false;
   std::string segmentation;
   std::string before;
+  std::string ct;
+  std::string series;
   double segment_voxel_mm = 0;  // 0: that of the bone's regions
   double min_piece_mm3 = 1;
   bool json = false;
@@ -88,9 +91,16 @@ double CalcVolumeChangePercent(const Exported& exported) {
 
 SegmentationWriting ExportSegmentation(const Bone& bone, const ExportArguments& options) {
   const double voxel_mm = options.segment_voxel_mm > 0 ? options.segment_voxel_mm : bone.region_voxel_mm();
-  if (options.before.empty()) return WriteSegments(bone, nullptr, voxel_mm, options.segmentation);
-  const Bone before = ReadBone(options.before);
-  return WriteSegments(bone, &before, voxel_mm, options.segmentation);
+  std::optional<DicomStudy> study;
+  if (!options.ct.empty()) {
+    const std::vector<DicomSeries> all = ListDicomSeries(options.ct);
+    const DicomSeries& series = ChooseSeries(all, options.series, options.ct);
+    CheckContains(series, bone.CalcBounds(), options.ct);
+    study = ReadDicomStudy(series);
+  }
+  const Bone before = options.before.empty() ? Bone() : ReadBone(options.before);
+  return WriteSegments(bone, options.before.empty() ? nullptr : &before, voxel_mm, options.segmentation,
+                       study ? &*study : nullptr);
 }
 
 double CalcVolume(const SegmentationWriting& written, const WrittenSegment& segment) {
@@ -156,9 +166,15 @@ void Print(const ExportArguments& options, const std::vector<Exported>& all, con
 /// Throws CLI::ParseError for options that do not fit together.
 void Check(const ExportArguments& options) {
   if (options.output.empty() && options.segmentation.empty()) throw CLI::RequiredError("--output or --seg");
-  if (!options.segmentation.empty() && !options.segmentation.ends_with(".seg.nrrd")) {
-    throw CLI::ValidationError("--seg", fmt::format("'{}' must end in .seg.nrrd", options.segmentation));
+  const bool is_dicom = options.segmentation.ends_with(".dcm");
+  if (!options.segmentation.empty() && !is_dicom && !options.segmentation.ends_with(".seg.nrrd")) {
+    throw CLI::ValidationError("--seg", fmt::format("'{}' must end in .seg.nrrd or .dcm", options.segmentation));
   }
+  if (is_dicom && options.ct.empty()) {
+    throw CLI::ValidationError("--seg", "a DICOM segmentation refers to the CT; name its folder with --ct");
+  }
+  if (!is_dicom && !options.ct.empty()) throw CLI::ValidationError("--ct needs --seg FILE.dcm");
+  if (options.ct.empty() && !options.series.empty()) throw CLI::ValidationError("--series needs --ct");
   if (options.segmentation.empty() && (!options.before.empty() || options.segment_voxel_mm > 0)) {
     throw CLI::ValidationError("--before and --seg-voxel need --seg");
   }
@@ -219,10 +235,14 @@ void AddExportCommand(CLI::App& app) {
                    "With --pieces: volume below which pieces are omitted, mm3, 0 or more")
       ->check(CLI::NonNegativeNumber.description(""));
   command->add_option("--seg", options->segmentation,
-                      "Segmentation to write for 3D Slicer (.seg.nrrd): the bone, its pieces, and its canals, teeth, "
-                      "lesions and metal");
+                      "Segmentation to write for 3D Slicer (.seg.nrrd) or as DICOM (.dcm, with --ct): the bone, its "
+                      "pieces, and its canals, teeth, lesions and metal");
   command->add_option("--before", options->before,
                       "With --seg: the bone before the cut (.vdb); what was removed becomes a segment");
+  command->add_option("--ct", options->ct,
+                      "With --seg FILE.dcm: the DICOM folder of the CT that the bone was made from; patient and study "
+                      "are copied from it");
+  command->add_option("--series", options->series, "With --ct: UID of the CT series, or its end");
   AddNumberOption(*command, "--seg-voxel", options->segment_voxel_mm, "seg_voxel_mm", kSegmentVoxelRange_mm,
                   "With --seg: voxel size; default: that of the bone's regions");
   command->add_flag("--json", options->json, "Print as JSON");

@@ -1,5 +1,7 @@
 #include "base/core/printable.h"
 
+#include <algorithm>
+
 namespace kerf {
 
 FirstCharacter FindFirstCharacter(std::string_view text) {
@@ -32,6 +34,20 @@ std::string Printable(std::string_view text) {
     text.remove_prefix(first.bytes);
   }
   return printable;
+}
+
+std::size_t CountCharacters(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
+}
+
+std::string FirstCharacters(std::string_view text, std::size_t count) {
+  std::size_t end = 0;
+  for (std::size_t seen = 0; end < text.size(); ++end) {
+    const bool begins = (static_cast<unsigned char>(text[end]) & 0xc0) != 0x80;
+    if (begins && seen++ == count) break;
+  }
+  return std::string(text.substr(0, end));
 }
 
 }  // namespace kerf

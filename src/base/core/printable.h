@@ -1,4 +1,4 @@
-// Safe display of text from files in a terminal.
+// Safe display of text from files in a terminal, and its length in characters.
 #pragma once
 
 #include <cstddef>
@@ -20,5 +20,11 @@ FirstCharacter FindFirstCharacter(std::string_view text);
 /// Returns `text` with '?' in place of each character that is not printable, so that a terminal cannot interpret it as
 /// a command.
 std::string Printable(std::string_view text);
+
+/// Returns the number of characters of UTF-8 text.
+std::size_t CountCharacters(std::string_view text);
+
+/// Returns the first characters of UTF-8 text.
+std::string FirstCharacters(std::string_view text, std::size_t count);
 
 }  // namespace kerf

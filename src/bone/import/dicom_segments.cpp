@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <gdcmReader.h>
-#include <gdcmSequenceOfItems.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,70 +11,24 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 #include <string_view>
 
 #include "base/files/child.h"
+#include "bone/import/dicom_elements.h"
 #include "bone/import/dicom_header.h"
 #include "bone/import/limits.h"
+#include "bone/import/unpack.h"
 #include "kerf/error.h"
 
 namespace kerf {
 namespace {
 
 using Json = nlohmann::json;
-using Sequence = gdcm::SmartPointer<gdcm::SequenceOfItems>;
 
 constexpr ChildLimits kReading{std::uint64_t{5} << 30, 120};
 constexpr std::uint64_t kMaxBytes = std::uint64_t{2} << 30;
 constexpr std::size_t kMaxHeaderBytes = std::size_t{256} << 20;
-constexpr const char* kSegmentationStorage = "1.2.840.10008.5.1.4.1.1.66.4";
 constexpr double kHalf = 0.5;  // of the range of a fraction
-
-std::string Text(const gdcm::DataSet& data, std::uint16_t group, std::uint16_t element) {
-  const gdcm::Tag tag(group, element);
-  if (!data.FindDataElement(tag)) return "";
-  const gdcm::ByteValue* bytes = data.GetDataElement(tag).GetByteValue();
-  if (bytes == nullptr || bytes->GetPointer() == nullptr) return "";
-  std::string text(bytes->GetPointer(), bytes->GetLength());
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
-  return text;
-}
-
-std::vector<double> Numbers(const gdcm::DataSet& data, std::uint16_t group, std::uint16_t element) {
-  std::string text = Text(data, group, element);
-  std::replace(text.begin(), text.end(), '\\', ' ');
-  std::istringstream in(text);
-  std::vector<double> numbers;
-  for (double v = 0; in >> v;) numbers.push_back(v);
-  return numbers;
-}
-
-// Returns a number of two bytes, little-endian; 0 if it is missing.
-int Short(const gdcm::DataSet& data, std::uint16_t group, std::uint16_t element) {
-  const gdcm::Tag tag(group, element);
-  if (!data.FindDataElement(tag)) return 0;
-  const gdcm::ByteValue* bytes = data.GetDataElement(tag).GetByteValue();
-  if (bytes == nullptr || bytes->GetLength() < 2) return 0;
-  const char* const two = bytes->GetPointer();
-  if (two == nullptr) return 0;
-  return static_cast<unsigned char>(two[0]) + 256 * static_cast<unsigned char>(two[1]);
-}
-
-// Returns the items of a sequence; none if it is missing.
-std::vector<const gdcm::DataSet*> Items(const gdcm::DataSet& data, std::uint16_t group, std::uint16_t element,
-                                        std::vector<Sequence>& kept) {
-  const gdcm::Tag tag(group, element);
-  if (!data.FindDataElement(tag)) return {};
-  const Sequence sequence = data.GetDataElement(tag).GetValueAsSQ();
-  if (!sequence) return {};
-  kept.push_back(sequence);
-  std::vector<const gdcm::DataSet*> items;
-  for (std::size_t i = 1; i <= sequence->GetNumberOfItems(); ++i) {
-    items.push_back(&sequence->GetItem(i).GetNestedDataSet());
-  }
-  return items;
-}
 
 // Reads one data set and the sequences in it.
 class Reading {
@@ -84,22 +37,22 @@ class Reading {
 
   Json Read() {
     Json json;
-    const std::string type = Text(data_, 0x0062, 0x0001);
+    const std::string type = ReadText(data_, 0x0062, 0x0001);
     if (type != "BINARY" && type != "FRACTIONAL") {
       throw Error(fmt::format("{}: a segmentation of type '{}', which kerf doesn't read", path_, type));
     }
-    json["fraction"] = type == "FRACTIONAL" ? Short(data_, 0x0062, 0x000e) : 0;
+    json["fraction"] = type == "FRACTIONAL" ? ReadShort(data_, 0x0062, 0x000e) : 0;
     if (type == "FRACTIONAL" && json["fraction"] == 0) {
       throw Error(fmt::format("{}: the segmentation's maximum fractional value is missing or 0", path_));
     }
-    json["bits"] = Short(data_, 0x0028, 0x0100);
-    json["size"] = {Short(data_, 0x0028, 0x0011), Short(data_, 0x0028, 0x0010)};
-    for (const gdcm::DataSet* series : List(data_, 0x0008, 0x1115)) json["series"] = Text(*series, 0x0020, 0x000e);
+    json["bits"] = ReadShort(data_, 0x0028, 0x0100);
+    json["size"] = {ReadShort(data_, 0x0028, 0x0011), ReadShort(data_, 0x0028, 0x0010)};
+    for (const gdcm::DataSet* series : List(data_, 0x0008, 0x1115)) json["series"] = ReadText(*series, 0x0020, 0x000e);
     json["segments"] = Json::array();
     for (const gdcm::DataSet* segment : List(data_, 0x0062, 0x0002)) json["segments"].push_back(ReadSegment(*segment));
     ReadShared(json);
     ReadFrames(json);
-    const std::vector<double> stated = Numbers(data_, 0x0028, 0x0008);
+    const std::vector<double> stated = ReadNumbers(data_, 0x0028, 0x0008);
     if (!stated.empty() && stated[0] != static_cast<double>(json["frames"].size())) {
       throw Error(fmt::format("{}: the segmentation states {} frames, but describes {}", path_, stated[0],
                               json["frames"].size()));
@@ -109,12 +62,12 @@ class Reading {
 
  private:
   std::vector<const gdcm::DataSet*> List(const gdcm::DataSet& data, std::uint16_t group, std::uint16_t element) {
-    return Items(data, group, element, kept_);
+    return ReadItems(data, group, element, kept_);
   }
   Json Codes(const gdcm::DataSet& data, std::uint16_t element) {
     Json codes = Json::array();
     for (const gdcm::DataSet* code : List(data, 0x0062, element)) {
-      if (Text(*code, 0x0008, 0x0102) == "SCT") codes.push_back(Text(*code, 0x0008, 0x0100));
+      if (ReadText(*code, 0x0008, 0x0102) == "SCT") codes.push_back(ReadText(*code, 0x0008, 0x0100));
     }
     return codes;
   }
@@ -123,8 +76,8 @@ class Reading {
     for (const gdcm::DataSet* type : List(segment, 0x0062, 0x000f)) {
       for (const Json& modifier : Codes(*type, 0x0011)) modifiers.push_back(modifier);
     }
-    return {{"number", Short(segment, 0x0062, 0x0004)},
-            {"label", Text(segment, 0x0062, 0x0005)},
+    return {{"number", ReadShort(segment, 0x0062, 0x0004)},
+            {"label", ReadText(segment, 0x0062, 0x0005)},
             {"category", Codes(segment, 0x0003)},
             {"codes", Codes(segment, 0x000f)},
             {"modifiers", modifiers}};
@@ -132,12 +85,12 @@ class Reading {
   // Takes measures and orientation from a group that has them.
   void TakeGeometry(const gdcm::DataSet& group, Json& json) {
     for (const gdcm::DataSet* measures : List(group, 0x0028, 0x9110)) {
-      Take("spacing", Numbers(*measures, 0x0028, 0x0030), json);
-      const std::vector<double> between = Numbers(*measures, 0x0018, 0x0088);
-      Take("slice", between.empty() ? Numbers(*measures, 0x0018, 0x0050) : between, json);
+      Take("spacing", ReadNumbers(*measures, 0x0028, 0x0030), json);
+      const std::vector<double> between = ReadNumbers(*measures, 0x0018, 0x0088);
+      Take("slice", between.empty() ? ReadNumbers(*measures, 0x0018, 0x0050) : between, json);
     }
     for (const gdcm::DataSet* plane : List(group, 0x0020, 0x9116)) {
-      Take("orientation", Numbers(*plane, 0x0020, 0x0037), json);
+      Take("orientation", ReadNumbers(*plane, 0x0020, 0x0037), json);
     }
   }
   void Take(const char* key, const std::vector<double>& numbers, Json& json) const {
@@ -156,7 +109,7 @@ class Reading {
   void ReadShared(Json& json) {
     for (const gdcm::DataSet* shared : List(data_, 0x5200, 0x9229)) {
       TakeGeometry(*shared, json);
-      for (const gdcm::DataSet* id : List(*shared, 0x0062, 0x000a)) shared_segment_ = Short(*id, 0x0062, 0x000b);
+      for (const gdcm::DataSet* id : List(*shared, 0x0062, 0x000a)) shared_segment_ = ReadShort(*id, 0x0062, 0x000b);
     }
   }
   void ReadFrames(Json& json) {
@@ -164,9 +117,9 @@ class Reading {
     for (const gdcm::DataSet* frame : List(data_, 0x5200, 0x9230)) {
       TakeGeometry(*frame, json);
       int segment = shared_segment_;
-      for (const gdcm::DataSet* id : List(*frame, 0x0062, 0x000a)) segment = Short(*id, 0x0062, 0x000b);
+      for (const gdcm::DataSet* id : List(*frame, 0x0062, 0x000a)) segment = ReadShort(*id, 0x0062, 0x000b);
       std::vector<double> position;
-      for (const gdcm::DataSet* plane : List(*frame, 0x0020, 0x9113)) position = Numbers(*plane, 0x0020, 0x0032);
+      for (const gdcm::DataSet* plane : List(*frame, 0x0020, 0x9113)) position = ReadNumbers(*plane, 0x0020, 0x0032);
       json["frames"].push_back({{"segment", segment}, {"position", position}});
     }
   }
@@ -174,7 +127,7 @@ class Reading {
   const gdcm::DataSet& data_;
   std::string path_;
   int shared_segment_ = 0;
-  std::vector<Sequence> kept_;  // owners of the items
+  std::vector<DicomSequence> kept_;  // owners of the items
 };
 
 // Returns how many of the `length` bytes that the element of the pixels states are in the file. The reader fills the
@@ -200,7 +153,7 @@ Json ReadInChild(const std::string& path, const SharedMemory& pixels) {
   reader.SetFileName(path.c_str());
   if (!reader.Read()) throw Error(fmt::format("{}: the DICOM file can't be read; it is damaged or cut off", path));
   const gdcm::File& file = reader.GetFile();
-  if (Text(file.GetHeader(), 0x0002, 0x0002) != kSegmentationStorage) {
+  if (ReadText(file.GetHeader(), 0x0002, 0x0002) != kSegmentationStorage) {
     throw Error(fmt::format("{}: a DICOM file, but not a segmentation", path));
   }
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
@@ -304,7 +257,7 @@ void CheckPixels(const DicomSegments& read, std::uint64_t bytes, int bits, bool 
 }  // namespace
 
 bool IsDicomFile(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
+  std::ifstream in = OpenImageFile(path);
   std::array<char, 132> head{};
   in.read(head.data(), head.size());
   return in.gcount() == static_cast<std::streamsize>(head.size()) && std::string(&head[128], 4) == "DICM";

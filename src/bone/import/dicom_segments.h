@@ -10,6 +10,9 @@
 
 namespace kerf {
 
+/// Class of a segmentation.
+inline constexpr const char* kSegmentationStorage = "1.2.840.10008.5.1.4.1.1.66.4";
+
 /// A segment as its file describes it.
 struct DicomSegment {
   int number = 0;  // 1 to 65535
@@ -37,7 +40,7 @@ struct DicomSegments {
   std::vector<std::uint8_t> pixels;  // of all frames, row by row: 1 in the segment
 };
 
-/// Returns true for a file with the prefix of DICOM.
+/// Returns true for a file with the prefix of DICOM. Throws kerf::Error as OpenImageFile() does.
 bool IsDicomFile(const std::string& path);
 
 /// Reads a segmentation with the type BINARY or FRACTIONAL, whose voxels count from half of their range on. Throws

@@ -108,7 +108,7 @@ ImportResult ImportMask(const ImportOptions& options) {
   report.shape_objection = Describe(likeness, lattice.frame);
   TissueOptions tissue_options = options.tissue;
   tissue_options.shell_mm = options.mesh_shell_mm;
-  const MaskSamples samples = SampleMask(mask, lattice);
+  const MaskSamples samples = SampleMask(mask, lattice, CalcDefaultReach(mask));
   Volume without_hu = lattice;
   without_hu.hu.clear();
   const TissueMap tissue(without_hu, solid, solid, nullptr, report.mandible, tissue_options, &samples);

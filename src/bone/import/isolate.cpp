@@ -232,7 +232,7 @@ std::vector<std::uint8_t> MarkMask(const Volume& ct, const IsolateOptions& optio
   }
   result.ct = CropAround(ct, lower, upper, use.reach_mm + kMargin_mm);
   const Volume& crop = result.ct;
-  use.samples = SampleMask(mask, crop);
+  use.samples = SampleMask(mask, crop, use.reach_mm);
   std::size_t wanted = 0, in_bone = 0, undecided = 0;
   for (std::size_t v = 0; v < crop.count(); ++v) {
     wanted += use.samples.wanted[v];

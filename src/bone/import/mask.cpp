@@ -74,8 +74,9 @@ double CalcDefaultReach(const BoneMask& mask) {
   return std::max(kLeastReach_mm, kReach_vox * std::max({h.x, h.y, h.z}));
 }
 
-MaskSamples SampleMask(const BoneMask& mask, const Volume& lattice) {
+MaskSamples SampleMask(const BoneMask& mask, const Volume& lattice, double reach_mm) {
   MaskSamples samples;
+  samples.reach_mm = reach_mm;
   samples.wanted.assign(lattice.count(), 0);
   samples.undecided = samples.wanted;
   samples.other = samples.wanted;

@@ -78,8 +78,9 @@ struct MaskSamples {
   std::vector<float> metal;             // fraction of metal; empty if the mask has none
   std::vector<float> lesion;            // fraction of a lesion; empty if the mask has none
   std::vector<std::uint8_t> number;     // number of the tooth with the largest fraction; empty if none has a number
+  double reach_mm = 0;                  // from the border of the mask; beyond it the mask overrides the CT
 };
 
-MaskSamples SampleMask(const BoneMask& mask, const Volume& lattice);
+MaskSamples SampleMask(const BoneMask& mask, const Volume& lattice, double reach_mm);
 
 }  // namespace kerf

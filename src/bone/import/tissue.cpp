@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <utility>
 
 #include "bone/import/components.h"
 #include "bone/import/depth.h"
@@ -24,6 +27,7 @@ struct Stride {
   std::array<std::size_t, 3> of;
   explicit Stride(const Volume& v)
       : of{1, static_cast<std::size_t>(v.size[0]), static_cast<std::size_t>(v.size[0]) * v.size[1]} {}
+  Vec3 Split(std::size_t v) const { return {v % of[1], v % of[2] / of[1], v / of[2]}; }
 };
 
 // Calls visit(neighbour, axis) for the up to six voxels that share a face with v.
@@ -36,6 +40,45 @@ void ForFaceNeighbours(const Volume& lattice, const Stride& stride, std::size_t 
     if (at[a] > 0) visit(v - stride.of[a], a);
     if (at[a] + 1 < lattice.size[a]) visit(v + stride.of[a], a);
   }
+}
+
+// Continues teeth, metal and lesions into voxels of no segment, within reach: each gets those of the nearest voxel of a
+// segment. The surface of a CT may lie outside the segments; otherwise it would have a skin of bone there.
+MaskSamples SpreadOutward(const MaskSamples& mask, const Volume& lattice) {
+  MaskSamples spread = mask;
+  const auto count = mask.wanted.size();
+  const Stride stride(lattice);
+  constexpr auto kNoSegment = std::numeric_limits<std::uint32_t>::max();  // more than the voxels that kerf reads
+  std::vector<std::uint32_t> nearest(count, kNoSegment);
+  std::vector<std::size_t> front;
+  for (std::size_t v = 0; v < count; ++v) {
+    if (mask.wanted[v] == 0 && mask.undecided[v] == 0 && mask.other[v] == 0) continue;
+    nearest[v] = static_cast<std::uint32_t>(v);
+    front.push_back(v);
+  }
+  const auto distance_mm = [&](std::size_t a, std::size_t b) {
+    return glm::length(lattice.spacing_mm * (stride.Split(a) - stride.Split(b)));
+  };
+  while (!front.empty()) {
+    std::vector<std::size_t> next;
+    for (const std::size_t v : front) {
+      ForFaceNeighbours(lattice, stride, v, [&](std::size_t w, int) {
+        const double new_mm = distance_mm(nearest[v], w);
+        if (new_mm > mask.reach_mm || (nearest[w] != kNoSegment && distance_mm(nearest[w], w) <= new_mm)) return;
+        nearest[w] = nearest[v];
+        next.push_back(w);
+      });
+    }
+    front = std::move(next);
+  }
+  for (std::size_t v = 0; v < count; ++v) {
+    if (nearest[v] == kNoSegment) continue;
+    for (const auto fractions : {&MaskSamples::tooth, &MaskSamples::metal, &MaskSamples::lesion}) {
+      if (!(mask.*fractions).empty()) (spread.*fractions)[v] = (mask.*fractions)[nearest[v]];
+    }
+    if (!mask.number.empty()) spread.number[v] = mask.number[nearest[v]];
+  }
+  return spread;
 }
 
 // Returns the bone that is not metal, which is as bright as enamel.
@@ -55,16 +98,15 @@ TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& sol
   for (int a = 0; a < 3; ++a) {
     for (int b = 0; b < 3; ++b) voxel_from_world_[b][a] = glm::inverse(lattice.axes_W)[b][a] / lattice.spacing_mm[a];
   }
+  const MaskSamples named = mask == nullptr ? MaskSamples() : SpreadOutward(*mask, lattice);
   const auto take = [&](const std::vector<float> MaskSamples::*fractions) {
-    return mask == nullptr || (mask->*fractions).empty()
-               ? nullptr
-               : std::make_unique<SplineField>(lattice.size, mask->*fractions, true);
+    return (named.*fractions).empty() ? nullptr : std::make_unique<SplineField>(lattice.size, named.*fractions, true);
   };
-  if (mask != nullptr && !mask->tooth.empty()) {
-    TakeTeeth(mask->tooth, solid);
-    number_ = mask->number;
+  if (!named.tooth.empty()) {
+    TakeTeeth(named.tooth, solid);
+    number_ = named.number;
   } else if (!lattice_.hu.empty()) {
-    FindTeeth(mask == nullptr ? bone : WithoutMetal(bone, mask->metal));
+    FindTeeth(WithoutMetal(bone, named.metal));
   }
   canal_ = take(&MaskSamples::canal);
   metal_ = take(&MaskSamples::metal);

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "base/core/printable.h"
 #include "bone/import/dicom_segments.h"
 #include "bone/import/limits.h"
 #include "kerf/error.h"
@@ -132,7 +133,8 @@ Segmentation ReadDicomSegmentation(const std::string& path) {
   segmentation.cropped = true;
   for (const DicomSegment& described : read.segments) {
     Segment segment;
-    segment.name = described.label.empty() ? fmt::format("Segment {}", described.number) : described.label;
+    segment.name = described.label.empty() ? fmt::format("Segment {}", described.number)
+                                           : FirstCharacters(described.label, kMaxSegmentName);
     segment.category = described.category;
     segment.codes = described.codes;
     segment.modifiers = described.modifiers;

@@ -1,4 +1,6 @@
 // The meaning of names and SNOMED CT codes of segments.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -210,6 +212,27 @@ std::optional<SegmentMeaning> FindCodedMeaning(const Segment& segment) {
     if (const auto role = kRoles.find(code); role != kRoles.end()) return SegmentMeaning{.role = role->second};
   }
   return std::nullopt;
+}
+
+SegmentCodes FindCodes(const std::optional<SegmentMeaning>& meaning) {
+  const DicomCode anatomy{"123037004", "SCT", "Anatomical Structure"};
+  switch (meaning ? meaning->role : SegmentRole::kOtherBone) {
+    case SegmentRole::kMandible:
+      return {anatomy, {"91609006", "SCT", "Mandible"}};
+    case SegmentRole::kTooth:
+      for (const auto& [code, fdi] : ToothCodes()) {
+        if (fdi == meaning->fdi) return {anatomy, {code, "SCT", fmt::format("Tooth {} of ISO 3950", fdi)}};
+      }
+      return {anatomy, {"38199008", "SCT", "Tooth"}};
+    case SegmentRole::kCanal:
+      return {anatomy, {"canal", "99KERF", "Canal of the nerve"}};
+    case SegmentRole::kMetal:
+      return {{"260787004", "SCT", "Physical object"}, {"40388003", "SCT", "Implant"}};
+    case SegmentRole::kLesion:
+      return {{"49755003", "SCT", "Morphologically Abnormal Structure"}, {"52988006", "SCT", "Lesion"}};
+    default:
+      return {anatomy, {"272673000", "SCT", "Bone"}};
+  }
 }
 
 }  // namespace kerf

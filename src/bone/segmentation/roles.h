@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bone/import/mask.h"
+#include "bone/import/write_dicom_segments.h"
 #include "bone/segmentation/segmentation.h"
 
 namespace kerf {
@@ -37,6 +38,13 @@ void CheckAssignment(const std::string& assignment);
 
 /// Returns the meaning of a segment's SNOMED CT codes; nullopt if they are not known.
 std::optional<SegmentMeaning> FindCodedMeaning(const Segment& segment);
+
+struct SegmentCodes {
+  DicomCode category, type;
+};
+/// Returns the codes of a segment: of a meaning those that FindCodedMeaning() understands, except that the canal has a
+/// code of kerf's own, since no standard one is known to kerf; without a meaning those of some bone.
+SegmentCodes FindCodes(const std::optional<SegmentMeaning>& meaning);
 
 struct PresetLabel {
   int label;

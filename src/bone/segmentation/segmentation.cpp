@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/core/number_text.h"
+#include "base/core/printable.h"
 #include "bone/import/image_file.h"
 #include "bone/import/image_header.h"
 #include "bone/import/label_image.h"
@@ -122,7 +123,7 @@ std::vector<Segment> ParseSegments(const std::map<std::string, std::string>& key
   std::set<std::pair<int, int>> places;
   for (const auto& [number, fields] : all) {
     Segment segment;
-    segment.name = fields.name.empty() ? fields.id : fields.name;
+    segment.name = FirstCharacters(fields.name.empty() ? fields.id : fields.name, kMaxSegmentName);
     if (segment.name.empty()) segment.name = fmt::format("Segment {}", number);
     // Files of 3D Slicer before version 4.11 have one layer with the value 1 for each segment.
     const bool is_old = fields.label.empty() && fields.layer.empty();

@@ -11,7 +11,7 @@
 namespace kerf {
 
 struct Segment {
-  std::string name;                    // empty in a label map without names
+  std::string name;                    // up to 64 characters; empty in a label map without names
   std::string category;                // SNOMED CT code of its category; empty: none
   std::vector<std::string> codes;      // SNOMED CT codes of its type and its region
   std::vector<std::string> modifiers;  // SNOMED CT codes of the modifiers of both, such as left
@@ -35,6 +35,9 @@ struct Segmentation {
 
 /// Segments of a file.
 inline constexpr std::size_t kMaxSegments = 256;
+
+/// Characters of a segment's name; more are left out. DICOM allows as many.
+inline constexpr std::size_t kMaxSegmentName = 64;
 
 /// Reads a segmentation (.seg.nrrd) or a label map (.nrrd .nhdr .nii .nii.gz .mha .mhd). `frame` as in ReadImageFile().
 /// Throws kerf::Error with one sentence if the file cannot be read or contradicts itself, if its values are not labels,

@@ -92,12 +92,11 @@ std::string FormatHeader(const SegmentationWriting& w, const std::vector<Extent>
          "labelmap\nSegmentation_ReferenceImageExtentOffset:=0 0 0\n\n";
 }
 
-}  // namespace
-
-void WriteSegmentation(SegmentationWriting& w, const std::string& path) {
-  CheckWritable(path);
+/// Fills the slices one by one and counts the voxels of the segments. Calls visit(labels, k, segments), with the index
+/// of the segment or -1 for each entry of `labels`.
+template <typename Visit>
+void ForEachSlice(SegmentationWriting& w, Visit&& visit) {
   const auto layers = static_cast<std::size_t>(w.layers);
-  std::vector<Extent> extents(w.segments.size());
   std::vector<std::array<int, 256>> segment_of(layers);  // by label; -1: none
   for (auto& of_layer : segment_of) of_layer.fill(-1);
   for (std::size_t n = 0; n < w.segments.size(); ++n) {
@@ -105,26 +104,73 @@ void WriteSegmentation(SegmentationWriting& w, const std::string& path) {
     segment_of[static_cast<std::size_t>(w.segments[n].layer)][static_cast<std::size_t>(w.segments[n].label)] =
         static_cast<int>(n);
   }
-  Packer packer;
   std::vector<std::uint8_t> labels;
+  std::vector<int> segments;
   for (int k = 0; k < w.size[2]; ++k) {
     labels.assign(layers * static_cast<std::size_t>(w.size[0]) * static_cast<std::size_t>(w.size[1]), 0);
+    segments.resize(labels.size());
     w.fill(k, labels);
     for (std::size_t i = 0; i < labels.size(); ++i) {
-      const int n = segment_of[i % layers][labels[i]];
-      if (n < 0) continue;
-      const auto at = static_cast<int>(i / layers);
-      extents[static_cast<std::size_t>(n)].Include({at % w.size[0], at / w.size[0], k});
-      ++w.segments[static_cast<std::size_t>(n)].voxels;
+      segments[i] = segment_of[i % layers][labels[i]];
+      if (segments[i] >= 0) ++w.segments[static_cast<std::size_t>(segments[i])].voxels;
+    }
+    visit(labels, k, segments);
+  }
+}
+
+}  // namespace
+
+void WriteSegmentation(SegmentationWriting& w, const std::string& path) {
+  CheckWritable(path);
+  std::vector<Extent> extents(w.segments.size());
+  Packer packer;
+  ForEachSlice(w, [&](std::vector<std::uint8_t>& labels, int k, const std::vector<int>& segments) {
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      if (segments[i] < 0) continue;
+      const int at = static_cast<int>(i) / w.layers;
+      extents[static_cast<std::size_t>(segments[i])].Include({at % w.size[0], at / w.size[0], k});
     }
     packer.Add(labels, k + 1 == w.size[2]);
-  }
+  });
   for (std::size_t n = w.segments.size(); n-- > 0;) {
     if (w.segments[n].voxels > 0) continue;
     w.segments.erase(w.segments.begin() + static_cast<std::ptrdiff_t>(n));
     extents.erase(extents.begin() + static_cast<std::ptrdiff_t>(n));
   }
   WriteTextFile(path, FormatHeader(w, extents) + packer.packed());
+}
+
+void WriteDicomSegmentation(SegmentationWriting& w, const DicomStudy& study, const std::string& path) {
+  CheckWritable(path);
+  DicomWriting written;
+  written.size = {w.size[0], w.size[1]};
+  written.voxel_mm = w.voxel_mm;
+  const std::size_t pixels = static_cast<std::size_t>(w.size[0]) * static_cast<std::size_t>(w.size[1]);
+  ForEachSlice(w, [&](const std::vector<std::uint8_t>&, int k, const std::vector<int>& segments) {
+    std::vector<int> frame_of(w.segments.size(), -1);
+    for (const int n : segments) {
+      if (n < 0 || frame_of[static_cast<std::size_t>(n)] >= 0) continue;
+      frame_of[static_cast<std::size_t>(n)] = static_cast<int>(written.frames.size());
+      written.frames.push_back({n, w.origin_W + Vec3(0, 0, k * w.voxel_mm)});
+    }
+    written.pixels.resize((written.frames.size() * pixels + 7) / 8, 0);
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      if (segments[i] < 0) continue;
+      const auto frame = static_cast<std::size_t>(frame_of[static_cast<std::size_t>(segments[i])]);
+      const std::size_t bit = frame * pixels + i / static_cast<std::size_t>(w.layers);
+      written.pixels[bit / 8] = static_cast<std::uint8_t>(written.pixels[bit / 8] | 1U << bit % 8);
+    }
+  });
+  std::vector<int> numbers;  // of the segments in the file, from 1
+  for (const WrittenSegment& segment : w.segments) {
+    numbers.push_back(static_cast<int>(written.segments.size()) + 1);
+    if (segment.voxels == 0) continue;
+    const SegmentCodes codes = FindCodes(segment.meaning);
+    written.segments.push_back({segment.name, codes.category, codes.type, segment.colour});
+  }
+  for (DicomSegmentFrame& frame : written.frames) frame.segment = numbers[static_cast<std::size_t>(frame.segment)];
+  std::erase_if(w.segments, [](const WrittenSegment& segment) { return segment.voxels == 0; });
+  WriteDicomSegments(written, study, path);
 }
 
 }  // namespace kerf

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
+#include <tuple>
 #include <vector>
 
 #include "bone/grid/removed.h"
@@ -35,20 +36,22 @@ class Structures {
   Structures(const Bone& bone, int layer, std::vector<WrittenSegment>& segments) : bone_(bone) {
     const double mid_x_mm = bone.CalcBounds().centre().x;
     std::size_t label = 0;
-    const auto add = [&](const std::string& name, const Colour& colour) {
+    const auto add = [&](const std::string& name, const Colour& colour, const SegmentMeaning& meaning) {
       if (++label > kMaxLabels) throw Error(fmt::format("the bone has more than {} structures", kMaxLabels));
-      segments.push_back({.name = name, .colour = colour, .layer = layer, .label = static_cast<int>(label)});
+      segments.push_back(
+          {.name = name, .colour = colour, .layer = layer, .label = static_cast<int>(label), .meaning = meaning});
     };
-    for (const auto& [tissue, colour] :
-         {std::pair{Tissue::kCanal, kCanal}, {Tissue::kTooth, kTooth}, {Tissue::kLesion, kLesion}}) {
+    for (const auto& [tissue, colour, role] : {std::tuple{Tissue::kCanal, kCanal, SegmentRole::kCanal},
+                                               {Tissue::kTooth, kTooth, SegmentRole::kTooth},
+                                               {Tissue::kLesion, kLesion, SegmentRole::kLesion}}) {
       tissues_.push_back(
           {FindRegionsOf(bone, tissue), RegionParts(bone, tissue, mid_x_mm), static_cast<int>(label) + 1});
       for (const StructureResult& part : tissues_.back().parts.structures()) {
-        add(FormatMessage(NameStructure(part)), colour);
+        add(FormatMessage(NameStructure(part)), colour, {.role = role, .fdi = part.fdi});
       }
     }
     metal_ = FindRegionsOf(bone, Tissue::kMetal);
-    add("metal", kMetal);
+    add("metal", kMetal, {.role = SegmentRole::kMetal});
     metal_label_ = static_cast<int>(label);
   }
 
@@ -110,7 +113,8 @@ double CalcFractionOutside(const Bone& bone, const Bone& other) {
 
 }  // namespace
 
-SegmentationWriting WriteSegments(const Bone& bone, const Bone* before, double voxel_mm, const std::string& path) {
+SegmentationWriting WriteSegments(const Bone& bone, const Bone* before, double voxel_mm, const std::string& path,
+                                  const DicomStudy* study) {
   CheckRange("voxel_mm", voxel_mm, kSegmentVoxelRange_mm);
   const Bone& whole = before != nullptr ? *before : bone;
   if (whole.empty()) throw Error("there is no bone to write as a segmentation");
@@ -131,8 +135,10 @@ SegmentationWriting WriteSegments(const Bone& bone, const Bone* before, double v
   SegmentationWriting writing;
   writing.layers = kLayers;
   PlaceLattice(whole.CalcBounds(), voxel_mm, writing);
-  writing.segments.push_back(
-      {.name = before != nullptr ? "bone before the cut" : "bone", .colour = kBone, .layer = kWhole});
+  writing.segments.push_back({.name = before != nullptr ? "bone before the cut" : "bone",
+                              .colour = kBone,
+                              .layer = kWhole,
+                              .meaning = SegmentMeaning{.role = SegmentRole::kMandible}});
   for (std::size_t i = 0; i < split.pieces.size(); ++i) {
     writing.segments.push_back({.name = fmt::format("piece {}", i + 1),
                                 .colour = kPieces[i % kPieces.size()],
@@ -165,7 +171,11 @@ SegmentationWriting WriteSegments(const Bone& bone, const Bone* before, double v
       }
     }
   };
-  WriteSegmentation(writing, path);
+  if (study == nullptr) {
+    WriteSegmentation(writing, path);
+  } else {
+    WriteDicomSegmentation(writing, *study, path);
+  }
   writing.fill = nullptr;
   return writing;
 }

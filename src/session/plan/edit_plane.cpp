@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "base/core/printable.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -19,22 +20,6 @@ PlannedPlane Rotated(PlannedPlane plane, const PlaneAxes& axes, const Quat& R) {
   plane.plane.normal_W = glm::normalize(R * axes.normal_W);
   plane.up_W = glm::normalize(R * axes.up_W);
   return plane;
-}
-
-/// Returns the number of characters of UTF-8 text.
-std::size_t CountCharacters(const std::string& text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
-}
-
-/// Returns the first characters of UTF-8 text.
-std::string FirstCharacters(const std::string& text, std::size_t count) {
-  std::size_t end = 0;
-  for (std::size_t seen = 0; end < text.size(); ++end) {
-    const bool begins = (static_cast<unsigned char>(text[end]) & 0xc0) != 0x80;
-    if (begins && seen++ == count) break;
-  }
-  return text.substr(0, end);
 }
 
 bool IsTaken(const Plan& plan, const std::string& name) {

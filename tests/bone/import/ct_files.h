@@ -180,7 +180,7 @@ inline std::string DicomSlice(const Volume& ct, int k, const SliceSpec& spec) {
                      element(0x20, 0xe, "UI", spec.series_uid) + element(0x20, 0x13, "IS", std::to_string(k + 1)) +
                      element(0x20, 0x32, "DS", text(ct.WorldFromVoxel({0, 0, k}))) +
                      element(0x20, 0x37, "DS", text(ct.axes_W[0]) + "\\" + text(ct.axes_W[1])) +
-                     element(0x28, 2, "US", whole(spec.samples)) +
+                     element(0x20, 0x52, "UI", "1.2.4") + element(0x28, 2, "US", whole(spec.samples)) +
                      element(0x28, 4, "CS", spec.samples == 1 ? spec.photometric : "RGB");
   if (spec.samples != 1) data += element(0x28, 6, "US", whole(0));
   data += element(0x28, 0x10, "US", whole(ct.size[1])) + element(0x28, 0x11, "US", whole(ct.size[0])) +

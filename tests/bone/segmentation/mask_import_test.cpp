@@ -289,6 +289,34 @@ TEST_F(NamedStructures, ThatAreNotInTheBoneAreReported) {
               Contains(HasSubstr("of metal, of which 0 mm3 are in the bone")));
 }
 
+TEST(MaskImport, MetalAndTeethHaveNoSkinOfBoneWhereTheCtIsLarger) {
+  // A ball of 12 mm whose labels end at 11 mm: metal above z = 4, a tooth below z = -4, bone between.
+  const Folder folder;
+  const Volume ct = test::MakeCt({40, 40, 40}, {0.8, 0.8, 0.8}, Vec3(-15.6), glm::dmat3(1), Ball({0, 0, 0}, 12), 900);
+  test::WriteNrrd(ct, folder.file("ct.nrrd"));
+  test::WriteSeg(test::MakeLabels(ct,
+                                  [](const Vec3& p) {
+                                    if (Ball({0, 0, 0}, 11)(p) >= 0) return 0;
+                                    return p.z > 4 ? 2 : p.z < -4 ? 3 : 1;
+                                  }),
+                 {{"mandible", "1"}, {"implant", "2"}, {"tooth 36", "3"}}, folder.file("mask.seg.nrrd"));
+  const Segmentation segmentation = ReadSegmentation(folder.file("mask.seg.nrrd"));
+  ImportOptions options;
+  options.voxel_mm = 0.4;
+  options.isolate.iso_hu = 450;
+  options.isolate.mask = std::make_shared<const BoneMask>(MakeBoneMask(segmentation, FindRoles(segmentation, {})));
+  const Bone bone = Import(folder.file("ct.nrrd"), options).bone;
+  for (const Vec3& p : ExtractSurface(bone).points) {
+    const Vec3 below = p - 0.3 * glm::normalize(p);
+    // The border of the labels, continued along the radius, is at 4.4 mm; it is known to a voxel of 0.8 mm on both
+    // sides.
+    if (std::abs(p.z) < 6) continue;
+    EXPECT_EQ(bone.RegionAt(below), p.z > 0 ? kMetalRegion : ToothRegion(36)) << p.x << ' ' << p.y << ' ' << p.z;
+  }
+  // A cap of 8 mm of the ball; its plane is known to half a voxel, 0.4 mm of 402 mm2.
+  EXPECT_NEAR(bone.CalcRegionVolumes().at(kMetalRegion), std::numbers::pi * 64 * (3 * 12 - 8) / 3, 160);
+}
+
 TEST(MaskImport, RefusesMasksOfAnotherScan) {
   const Folder folder;
   test::WriteNrrd(TwoBalls(), folder.file("ct.nrrd"));

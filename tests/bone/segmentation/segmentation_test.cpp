@@ -92,6 +92,16 @@ TEST(Segmentation, ReadsBareLabelMaps) {
   }
 }
 
+TEST(Segmentation, LeavesOutTheEndOfLongNames) {
+  const Folder folder;
+  Volume map = SmallLattice();
+  map.hu = Cycle(map.count(), 2);
+  std::string name;
+  for (int i = 0; i < 70; ++i) name += "\u00e4";
+  test::WriteSeg(map, {{name, "1"}}, folder.file("a.seg.nrrd"));
+  EXPECT_EQ(ReadSegmentation(folder.file("a.seg.nrrd")).segments[0].name, name.substr(0, 2 * kMaxSegmentName));
+}
+
 TEST(Segmentation, RefusesFaultsWithOneSentence) {
   const Folder folder;
   const Volume lattice = SmallLattice();

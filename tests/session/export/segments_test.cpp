@@ -6,8 +6,12 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <numbers>
+#include <sstream>
 
+#include "bone/import/ct_files.h"
+#include "bone/segmentation/dicom_segmentation.h"
 #include "bone/segmentation/roles.h"
 #include "bone/segmentation/segmentation.h"
 #include "session/marks/jaw.h"
@@ -127,6 +131,114 @@ TEST_F(Segments, AreReadAlikeByTeem) {
     const std::string header = test::ReadBytes(folder_.file("a.txt"));
     EXPECT_THAT(header, HasSubstr("space: left-posterior-superior"));
     EXPECT_THAT(header, HasSubstr("space directions: (0.2"));
+  }
+}
+
+// Reads a DICOM segmentation with pydicom. Prints the identifiers, then for each segment its name, type, number of
+// voxels and the sum of their coordinates, mm.
+constexpr const char* kReadDicom = R"(
+import numpy
+import pydicom
+
+d = pydicom.dcmread('cut.dcm')
+print(d.SOPClassUID, d.Modality, d.PatientName, d.StudyInstanceUID, d.FrameOfReferenceUID)
+series = d.ReferencedSeriesSequence[0]
+print(series.SeriesInstanceUID, len(series.ReferencedInstanceSequence))
+shared = d.SharedFunctionalGroupsSequence[0]
+mm = [float(v) for v in shared.PixelMeasuresSequence[0].PixelSpacing]
+assert [float(v) for v in shared.PlaneOrientationSequence[0].ImageOrientationPatient] == [1, 0, 0, 0, 1, 0]
+shape = (int(d.NumberOfFrames), d.Rows, d.Columns)
+pixels = numpy.unpackbits(numpy.frombuffer(d.PixelData, numpy.uint8), bitorder='little')[:numpy.prod(shape)].reshape(shape)
+for segment in d.SegmentSequence:
+    count, total = 0, numpy.zeros(3)
+    for frame, of in zip(pixels, d.PerFrameFunctionalGroupsSequence):
+        if of.SegmentIdentificationSequence[0].ReferencedSegmentNumber != segment.SegmentNumber:
+            continue
+        rows, columns = numpy.nonzero(frame)
+        origin = numpy.array([float(v) for v in of.PlanePositionSequence[0].ImagePositionPatient])
+        count += len(rows)
+        total += len(rows) * origin + numpy.array([columns.sum() * mm[1], rows.sum() * mm[0], 0])
+    print(segment.SegmentLabel, segment.SegmentedPropertyTypeCodeSequence[0].CodeValue, count,
+          *('%.2f' % v for v in total + 0.0), sep=';')
+)";
+
+class DicomSegments : public Segments {
+ protected:
+  // A CT around the jaw, of which the slices have the identifiers 1.2.3.4.5.1 and on.
+  DicomStudy MakeStudy() const {
+    const std::string folder = folder_.file("ct");
+    std::filesystem::create_directory(folder);
+    test::WriteDicom(test::MakeCt(
+                         {15, 9, 9}, {4, 4, 4}, {-28, -16, -26}, glm::dmat3(1),
+                         [](const Vec3& p) { return glm::length(p) - 8; }, 900),
+                     folder);
+    const std::vector<DicomSeries> all = ListDicomSeries(folder);
+    const DicomSeries& series = ChooseSeries(all, "", folder);
+    CheckContains(series, MakeSegmentedJaw().CalcBounds(), folder);
+    EXPECT_EQ(test::MessageOf([&] {
+                CheckContains(series, {Vec3(-200), Vec3(-190)}, "ct");
+              }),
+              "ct: the bone is not inside this CT");
+    return ReadDicomStudy(series);
+  }
+};
+
+TEST_F(DicomSegments, AreThoseOfTheOtherFormat) {
+  Write();
+  const DicomStudy study = MakeStudy();
+  EXPECT_EQ(study.instance_uids.size(), 9u);
+  const Bone before = MakeSegmentedJaw(), after = MakeSegmentedJaw(6, 17);
+  WriteSegments(after, &before, kVoxel_mm, folder_.file("cut.dcm"), &study);
+  const Segmentation dicom = ReadDicomSegmentation(folder_.file("cut.dcm"));
+  EXPECT_EQ(dicom.series_uid, study.series_uid);
+  ASSERT_EQ(dicom.segments.size(), read_.segments.size());
+  for (std::size_t i = 0; i < read_.segments.size(); ++i) {
+    EXPECT_EQ(dicom.segments[i].name, read_.segments[i].name);
+    EXPECT_EQ(dicom.segments[i].voxels, read_.segments[i].voxels);
+  }
+  // kerf imports the bone from it: codes and names agree.
+  const SegmentationRoles roles = FindRoles(dicom, {});
+  EXPECT_EQ(roles.meanings[0].role, SegmentRole::kMandible);
+  EXPECT_EQ(FindCodedMeaning(Find(dicom, "tooth 36"))->fdi, 36);
+  EXPECT_EQ(FindCodedMeaning(Find(dicom, "lesion"))->role, SegmentRole::kLesion);
+  EXPECT_EQ(FindCodedMeaning(Find(dicom, "metal"))->role, SegmentRole::kMetal);
+}
+
+TEST_F(DicomSegments, AreReadAlikeByPydicom) {
+  if (std::system("/usr/bin/python3 -c 'import numpy, pydicom' >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "python3-pydicom is not installed";
+  Write();
+  const DicomStudy study = MakeStudy();
+  const Bone before = MakeSegmentedJaw(), after = MakeSegmentedJaw(6, 17);
+  WriteSegments(after, &before, kVoxel_mm, folder_.file("cut.dcm"), &study);
+  test::WriteBytes(folder_.file("r.py"), kReadDicom);
+  ASSERT_TRUE(RunIn("/usr/bin/python3 r.py >out 2>&1", folder_)) << test::ReadBytes(folder_.file("out"));
+  std::istringstream lines(test::ReadBytes(folder_.file("out")));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "1.2.840.10008.5.1.4.1.1.66.4 SEG SECRET^NAME 1.2.3 1.2.4");
+  std::getline(lines, line);
+  EXPECT_EQ(line, "1.2.3.4.5 9");
+  for (const Segment& segment : read_.segments) {
+    Vec3 sum_W{0};
+    const auto& labels = read_.layers[static_cast<std::size_t>(segment.layer)];
+    for (std::size_t v = 0; v < labels.size(); ++v) {
+      if (labels[v] != segment.label) continue;
+      const auto width = static_cast<std::size_t>(read_.lattice.size[0]);
+      const auto height = static_cast<std::size_t>(read_.lattice.size[1]);
+      sum_W += read_.lattice.WorldFromVoxel({v % width, v / width % height, v / width / height});
+    }
+    ASSERT_TRUE(std::getline(lines, line)) << segment.name;
+    std::vector<std::string> fields;
+    std::istringstream in(line);
+    for (std::string field; std::getline(in, field, ';');) fields.push_back(field);
+    ASSERT_EQ(fields.size(), 6u) << line;
+    EXPECT_EQ(fields[0], segment.name);
+    EXPECT_EQ(fields[2], std::to_string(segment.voxels));
+    // The text of a position has 10 digits, so that the error of a sum is below its last printed digit.
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(std::stod(fields[static_cast<std::size_t>(axis) + 3]), sum_W[axis], 0.02) << line;
+    }
   }
 }
 

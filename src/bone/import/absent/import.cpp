@@ -6,6 +6,7 @@
 #include "bone/import/dicom_segments.h"
 #include "bone/import/image_file.h"
 #include "bone/import/label_image.h"
+#include "bone/import/write_dicom_segments.h"
 
 namespace kerf {
 namespace {
@@ -25,13 +26,22 @@ ImportResult Import(const std::string&, const ImportOptions&) {
 Volume ReadCt(const std::string&, const ImportOptions&, ImportReport&) {
   Fail();
 }
-std::vector<DicomSeries> ListDicomSeries(const std::string&) {
+std::vector<DicomSeries> ListDicomSeries(const std::string&, const std::function<void(double)>&) {
   Fail();
 }
 const DicomSeries& ChooseSeries(const std::vector<DicomSeries>&, const std::string&, const std::string&) {
   Fail();
 }
 bool IsDicomFile(const std::string&) {
+  Fail();
+}
+void CheckContains(const DicomSeries&, const Box3&, const std::string&) {
+  Fail();
+}
+DicomStudy ReadDicomStudy(const DicomSeries&) {
+  Fail();
+}
+void WriteDicomSegments(const DicomWriting&, const DicomStudy&, const std::string&) {
   Fail();
 }
 DicomSegments ReadDicomSegments(const std::string&) {
