@@ -13,6 +13,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/frame_option.h"
+#include "app/cli/mask_options.h"
 #include "app/cli/message.h"
 #include "app/cli/numbers.h"
 #include "app/cli/progress.h"
@@ -45,8 +46,7 @@ struct ImportArguments {
   bool teeth_asked = false;  // requested by a tooth option
   std::vector<std::string> keep, drop, keep_markups, drop_markups;
   std::string materials;
-  std::string mask;
-  LabelOptions labels;
+  MaskArguments mask;
   ImportOptions import;
   // Of the mask.
   std::vector<Segment> segments;
@@ -133,7 +133,7 @@ Json MaskJson(const ImportArguments& options, const MaskReport& mask) {
     if (meaning.role == SegmentRole::kCanal) json["side"] = ToString(meaning.side);
     segments.push_back(std::move(json));
   }
-  return {{"file", options.mask},        {"reach_mm", mask.reach_mm},       {"wanted_mm3", mask.wanted_mm3},
+  return {{"file", options.mask.file},   {"reach_mm", mask.reach_mm},       {"wanted_mm3", mask.wanted_mm3},
           {"added_mm3", mask.added_mm3}, {"cut_off_mm3", mask.cut_off_mm3}, {"segments", segments}};
 }
 
@@ -263,21 +263,8 @@ void Warn(const ImportArguments& options, const ImportReport& r) {
 /// Rejects options that have no effect on this kind of input.
 void CheckOptionsApply(const CLI::App& command, const ImportArguments& options) {
   const std::string& input = options.input;
-  if (command.count("--mask") == 0) {
-    for (const char* option : {"--labels", "--label", "--mask-reach"}) {
-      if (command.count(option) > 0) throw CLI::ValidationError(option, "applies to a mask only; name one with --mask");
-    }
-    if (input.empty()) throw CLI::RequiredError("INPUT");
-  } else if (options.mask.empty()) {
-    throw CLI::ValidationError("--mask", "names no file");
-  }
-  for (const std::string& assignment : options.labels.assignments) {
-    try {
-      CheckAssignment(assignment);
-    } catch (const Error& e) {
-      throw CLI::ValidationError(e.what());
-    }
-  }
+  CheckMaskOptions(command, options.mask);
+  if (input.empty() && command.count("--mask") == 0) throw CLI::RequiredError("INPUT");
   if (input.empty()) {
     for (const char* option :
          {"--list", "--series", "--keep", "--drop", "--keep-markups", "--drop-markups", "--no-isolate", "--any-shape",
@@ -317,7 +304,7 @@ void Run(ImportArguments& options) {
     throw CLI::ValidationError("-o", fmt::format("'{}' must end in .vdb", options.output));
   }
   CheckWritable(options.output);
-  std::vector<std::string> inputs{options.input, options.materials, options.mask};
+  std::vector<std::string> inputs{options.input, options.materials, options.mask.file};
   for (const auto* markups : {&options.keep_markups, &options.drop_markups}) {
     inputs.insert(inputs.end(), markups->begin(), markups->end());
   }
@@ -338,10 +325,10 @@ void Run(ImportArguments& options) {
     import.materials = ParseRegionTable(ReadTextFile(options.materials), options.materials);
     import.materials_name = std::filesystem::path(options.materials).filename().string();
   }
-  if (!options.mask.empty()) {
+  if (!options.mask.file.empty()) {
     // `--frame` states the frame of the CT if there is one; the mask's own is then that of its header.
     const bool has_ct = !options.input.empty();
-    MaskFile file = ReadMaskFile(options.mask, has_ct ? "" : import.frame, options.labels, has_ct);
+    MaskFile file = ReadMaskFile(options.mask.file, has_ct ? "" : import.frame, options.mask.labels, has_ct);
     import.isolate.mask = std::move(file.mask);
     options.segments = std::move(file.segments);
     options.meanings = std::move(file.meanings);
@@ -398,21 +385,7 @@ void AddImportCommand(CLI::App& app) {
                 "Point list of 3D Slicer (.mrk.json) in unwanted bone; may be repeated")
       ->allow_extra_args(false)
       ->group(which);
-  c->add_option(
-       "--mask", o->mask,
-       "Segmentation that says which bone is the mandible (.seg.nrrd or DICOM), or label map (.nrrd .nhdr .nii "
-       ".nii.gz .mha .mhd); without INPUT, the bone is made from it alone")
-      ->group(which);
-  std::vector<std::string> presets;
-  for (const LabelPreset& preset : ListLabelPresets()) presets.push_back(preset.name);
-  c->add_option("--labels", o->labels.preset, "Program or data from which a mask without names comes")
-      ->check(CLI::IsMember(presets))
-      ->group(which);
-  c->add_option("--label", o->labels.assignments,
-                "What one segment of the mask is, such as 2=mandible or 'Bone 3=canal'; may be repeated")
-      ->allow_extra_args(false)
-      ->group(which);
-  AddNumber(*c, "--mask-reach", o->import, "mask_reach_mm")->group(which);
+  AddMaskOptions(*c, o->mask, o->import, "without INPUT, the bone is made from it alone", which);
   c->add_flag("--no-isolate", o->no_isolate,
               "Import all bone, in pieces of at least 1 cm3, without isolating the mandible")
       ->group(which);

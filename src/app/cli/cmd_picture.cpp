@@ -11,9 +11,11 @@
 #include "app/cli/commands.h"
 #include "app/cli/ct_sheet.h"
 #include "app/cli/frame_option.h"
+#include "app/cli/mask_options.h"
 #include "app/cli/numbers.h"
 #include "base/files/files.h"
 #include "bone/import/image_header.h"
+#include "bone/segmentation/mask_file.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "kerf/surface.h"
@@ -32,6 +34,7 @@ struct PictureArguments {
   bool dark = false;
   bool axes = false;
   CtSheetOptions ct;
+  MaskArguments mask;
 };
 
 bool ParseSize(const std::string& text, int& width, int& height) {
@@ -64,6 +67,9 @@ void DrawCt(const PictureArguments& options) {
   sheet.output = options.output;
   sheet.title = options.title;
   if (!options.size.empty()) ParseSize(options.size, sheet.width, sheet.height);
+  if (!options.mask.file.empty()) {
+    sheet.import.isolate.mask = ReadMaskFile(options.mask.file, "", options.mask.labels, true).mask;
+  }
   DrawCtSheet(sheet);
 }
 
@@ -98,11 +104,12 @@ void Run(const CLI::App& command, const PictureArguments& options) {
   for (const char* name : {"--view", "--colour", "--dark"}) {
     if (ct && command.count(name) > 0) throw CLI::ValidationError(name, "applies to bones; a CT is drawn in slices");
   }
-  for (const char* name : {"--slice", "--keep", "--drop", "--iso", "--series", "--frame"}) {
+  for (const char* name : {"--slice", "--keep", "--drop", "--iso", "--series", "--frame", "--mask"}) {
     if (!ct && command.count(name) > 0) throw CLI::ValidationError(name, "applies to CTs, but the input is a bone");
   }
+  CheckMaskOptions(command, options.mask);
   CheckWritable(options.output);
-  CheckInputsNotOverwritten({options.file}, {options.output});
+  CheckInputsNotOverwritten({options.file, options.mask.file}, {options.output});
   ct ? DrawCt(options) : DrawBone(options);
 }
 
@@ -158,6 +165,7 @@ void AddPictureCommand(CLI::App& app) {
                    "UID of the DICOM series, or the end of the UID; default: the only CT series")
       ->group(ct);
   AddFrameOption(*command, o->ct.import.frame)->group(ct);
+  AddMaskOptions(*command, o->mask, o->ct.import, "what it selects, adds and cuts off is tinted", ct);
   command->callback([o, command] { Run(*command, *o); });
 }
 

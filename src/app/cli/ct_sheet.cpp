@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -13,6 +14,8 @@
 #include "app/cli/numbers.h"
 #include "base/core/number_text.h"
 #include "bone/import/ct_view.h"
+#include "bone/import/mask_overlay.h"
+#include "bone/import/patient_frame.h"
 #include "view/picture/mm_grid.h"
 #include "view/picture/panel_sheet.h"
 
@@ -116,6 +119,34 @@ std::vector<SheetPoint> ReadPoints(const CtSheetOptions& options) {
   return points;
 }
 
+constexpr Rgb8 kAddedColour{204, 80, 200};
+constexpr Rgb8 kCutOffColour{230, 40, 30};
+constexpr Rgb8 kOutline{120, 200, 255};
+
+// Tints what a mask selects, adds and cuts off, and draws its outline in the slices along an axis.
+std::function<std::optional<Rgb8>(const Vec3&)> MakeTint(const MaskOverlay& overlay, CtAxis axis, double pixel_mm) {
+  return [&overlay, axis, pixel_mm](const Vec3& p_W) -> std::optional<Rgb8> {
+    const bool is_in_mask = overlay.IsInMask(p_W);
+    for (int a = 0; a < 3; ++a) {
+      if (a == static_cast<int>(axis)) continue;
+      Vec3 beside_W = p_W;
+      beside_W[a] += pixel_mm;
+      if (overlay.IsInMask(beside_W) != is_in_mask) return kOutline;
+    }
+    switch (overlay.At(p_W)) {
+      case MaskOverlay::What::kKept:
+        return kKeepColour;
+      case MaskOverlay::What::kAdded:
+        return kAddedColour;
+      case MaskOverlay::What::kCutOff:
+        return kCutOffColour;
+      case MaskOverlay::What::kNothing:
+        break;
+    }
+    return std::nullopt;
+  };
+}
+
 }  // namespace
 
 void DrawCtSheet(const CtSheetOptions& options) {
@@ -126,7 +157,9 @@ void DrawCtSheet(const CtSheetOptions& options) {
                                                      ShowRange(kSheetSideRange, "pixels")));
   }
   ImportReport report;
-  const Volume ct = ReadCt(options.input, options.import, report);
+  const Volume ct = StoreAlongPatient(ReadCt(options.input, options.import, report));
+  const std::optional<MaskOverlay> overlay =
+      options.import.isolate.mask ? std::optional<MaskOverlay>(std::in_place, ct, options.import) : std::nullopt;
   CtViewOptions draw;
   draw.iso_hu = options.import.isolate.iso_hu;
   draw.box_W = FindBoneBox(ct, draw.iso_hu, options.input);
@@ -141,6 +174,13 @@ void DrawCtSheet(const CtSheetOptions& options) {
       "Patient coordinates (LPS) in mm: a point is x,y,z. Tinted: bone, {:.0f} HU and more. CT of {} x {} x {} "
       "voxels of {:.3g} x {:.3g} x {:.3g} mm.",
       draw.iso_hu, ct.size[0], ct.size[1], ct.size[2], ct.spacing_mm.x, ct.spacing_mm.y, ct.spacing_mm.z);
+  if (overlay) {
+    sheet.caption = fmt::format(
+        "Blue line: mask. Green: kept bone. Farther than {:.3g} mm from that line the mask overrides the CT: magenta, "
+        "{} "
+        "added; red, {} cut off.",
+        overlay->reach_mm(), FormatVolume(overlay->added_mm3()), FormatVolume(overlay->cut_off_mm3()));
+  }
   // First draw two views of the surface, which show the height of each structure. The slices are drawn in orange.
   const bool whole = options.slices.empty();
   for (const auto& [axis, title] :
@@ -154,6 +194,7 @@ void DrawCtSheet(const CtSheetOptions& options) {
   for (const Slice& slice : slices) {
     constexpr std::array kFrom{"from the left", "from the front", "from the feet"};
     const auto a = static_cast<std::size_t>(slice.axis);
+    if (overlay) draw.tint = MakeTint(*overlay, slice.axis, draw.pixel_mm);
     Panel panel = MakePanel(fmt::format("{} = {:g} mm, {}", "xyz"[a], slice.at_mm, kFrom[a]), slice.axis,
                             DrawCtSlice(ct, slice.axis, slice.at_mm, draw));
     // A point within 2 mm counts as being in the slice; that is half of the distance from the point to the bone that

@@ -16,7 +16,7 @@ struct CtSheetOptions {
   int height = 1800;
   std::vector<std::string> slices;      // "z=373.5"; empty: through the points or, without any, spread over the bone
   std::vector<std::string> keep, drop;  // points x,y,z to mark
-  ImportOptions import;                 // only the series and the iso value are used
+  ImportOptions import;                 // only the series, the frame, the iso value and the mask are used
 };
 
 void DrawCtSheet(const CtSheetOptions& options);

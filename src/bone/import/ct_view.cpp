@@ -119,8 +119,11 @@ CtView DrawCtSlice(const Volume& ct, CtAxis axis, double at_mm, const CtViewOpti
   const Scan scan(ct);
   Canvas canvas(axis, options);
   canvas.Fill([&](Vec3 p_W) {
+    constexpr double kTint = 0.65;
     p_W[static_cast<int>(axis)] = at_mm;
-    return ColourOf(scan.HuAt(p_W), options.iso_hu);
+    const Rgb8 colour = ColourOf(scan.HuAt(p_W), options.iso_hu);
+    const std::optional<Rgb8> tint = options.tint ? options.tint(p_W) : std::nullopt;
+    return tint ? Mix(colour, *tint, kTint) : colour;
   });
   return std::move(canvas.view);
 }

@@ -2,6 +2,8 @@
 // be read off.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,9 +29,10 @@ struct CtView {
 
 /// Part of the patient that is shown, and its appearance.
 struct CtViewOptions {
-  Box3 box_W;             // must not be empty
-  double pixel_mm = 0.5;  // approximate edge of a pixel: the box is divided evenly
-  double iso_hu = 300;    // voxels above this are bone, and are tinted
+  Box3 box_W;                                                  // must not be empty
+  double pixel_mm = 0.5;                                       // approximate edge of a pixel: the box is divided evenly
+  double iso_hu = 300;                                         // voxels above this are bone, and are tinted
+  std::function<std::optional<Rgb8>(const Vec3& p_W)> tint{};  // of a slice, in place of that of bone; optional
 };
 
 /// Draws the plane at `at_mm` on the axis.

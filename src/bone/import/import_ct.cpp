@@ -18,6 +18,7 @@
 #include "bone/import/image_file.h"
 #include "bone/import/image_header.h"
 #include "bone/import/import_steps.h"
+#include "bone/import/mask_overlay.h"
 #include "bone/import/patient_frame.h"
 #include "bone/import/preview.h"
 #include "kerf/error.h"
@@ -152,20 +153,18 @@ void WarnAboutSurfaceError(double iso_hu, ImportReport& report) {
       e.half_height_hu, report.spacing_mm.x, report.spacing_mm.y, report.spacing_mm.z, e.scatter_mm));
 }
 
-// Fills, as cavities, lesions and what lies inside the mask by more than the reach, where the CT shows no bone. Returns
-// the volume, without that of lesions.
-double AddByMask(const Isolation& isolation, const std::vector<std::uint8_t>& solid, double iso_hu,
-                 std::vector<std::uint8_t>& cavities) {
+double CalcVolume(const std::vector<std::uint8_t>& voxels, const Volume& lattice) {
+  return static_cast<double>(std::count(voxels.begin(), voxels.end(), 1)) * lattice.CalcVoxelVolume();
+}
+
+// Fills, as cavities, lesions and what lies inside the mask by more than the reach, where the CT shows no bone.
+void AddByMask(const Isolation& isolation, const std::vector<std::uint8_t>& solid,
+               std::vector<std::uint8_t>& cavities) {
   const std::vector<float>& lesion = isolation.mask->samples.lesion;
-  std::size_t added = 0;
   for (std::size_t v = 0; v < cavities.size(); ++v) {
-    if (solid[v] != 0) continue;
-    const bool certain = isolation.mask->certain[v] != 0;
-    if (!certain && (lesion.empty() || lesion[v] < 0.5F)) continue;
-    cavities[v] = 1;
-    added += certain && isolation.ct.hu[v] < iso_hu ? 1 : 0;
+    const bool is_lesion = !lesion.empty() && lesion[v] >= 0.5F;
+    if (solid[v] == 0 && (isolation.mask->certain[v] != 0 || is_lesion)) cavities[v] = 1;
   }
-  return static_cast<double>(added) * isolation.ct.CalcVoxelVolume();
 }
 
 void WarnAboutMask(const Isolation& isolation, ImportReport& report) {
@@ -239,9 +238,10 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
                    .reach_mm = isolation.mask->reach_mm,
                    .wanted_mm3 = isolation.mask->wanted_mm3,
                    .added_mm3 = 0,
-                   .cut_off_mm3 = isolation.mask->cut_off_mm3};
+                   .cut_off_mm3 = CalcVolume(isolation.mask->cut_off, isolation.ct)};
     if (options.fill) {
-      report.mask.added_mm3 = AddByMask(isolation, solid_voxels, options.isolate.iso_hu, cavities);
+      report.mask.added_mm3 = CalcVolume(FindAdded(isolation, solid_voxels, options.isolate.iso_hu), isolation.ct);
+      AddByMask(isolation, solid_voxels, cavities);
       for (std::size_t v = 0; v < cavities.size(); ++v) solid_voxels[v] |= cavities[v];
     }
     WarnAboutMask(isolation, report);

@@ -271,19 +271,19 @@ std::vector<std::uint8_t> MarkMask(const Volume& ct, const IsolateOptions& optio
   return markers;
 }
 
-// Returns the volume of the bone that is joined to the wanted bone, that a mask marked as unwanted because it lies
-// outside, and that is in no segment of other bone.
-double CalcCutOff(const Isolation& result, double iso_hu, const std::vector<std::uint8_t>& markers) {
+// Returns 1 for the bone that is joined to the wanted bone, that a mask marked as unwanted because it lies outside, and
+// that is in no segment of other bone.
+std::vector<std::uint8_t> FindCutOff(const Isolation& result, double iso_hu, const std::vector<std::uint8_t>& markers) {
   const Volume& ct = result.ct;
   const Components all = FindComponents(ct, [&](std::size_t v) { return ct.hu[v] >= iso_hu; });
   const auto kept =
       static_cast<std::size_t>(std::find(result.bone.begin(), result.bone.end(), 1) - result.bone.begin());
-  std::size_t voxels = 0;
+  std::vector<std::uint8_t> cut_off(ct.count(), 0);
   for (std::size_t v = 0; v < ct.count(); ++v) {
     if (markers[v] != kDrop || all.labels[v] != all.labels[kept]) continue;
-    voxels += result.bone[v] == 0 && result.mask->samples.other[v] == 0 ? 1 : 0;
+    cut_off[v] = result.bone[v] == 0 && result.mask->samples.other[v] == 0 ? 1 : 0;
   }
-  return static_cast<double>(voxels) * ct.CalcVoxelVolume();
+  return cut_off;
 }
 
 // Assigns soft tissue close to bone to the nearest bone, wanted or not.
@@ -554,7 +554,7 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
     result.dropped_mm3 += wanted.list[n].volume_mm3;
   }
   result.contact_mm2 = CalcContact(result.ct, result.bone, unwanted);
-  if (result.mask) result.mask->cut_off_mm3 = CalcCutOff(result, iso, markers);
+  if (result.mask) result.mask->cut_off = FindCutOff(result, iso, markers);
   AddRim(result, unwanted);
   count_iso(result);
   result.cut_by_scan = TouchesEdge(ct, result);

@@ -28,11 +28,11 @@ struct IsolateOptions {
 /// How a mask selected the bone.
 struct MaskUse {
   double reach_mm = 0;
-  double wanted_mm3 = 0;    // of the mask, on the CT's lattice
-  double outside_scan = 0;  // fraction of the mask that lies outside the scan
-  double in_bone = 0;       // fraction of the mask in the scan that is bone by its HU
-  double cut_off_mm3 = 0;   // bone joined to the wanted bone, farther than reach_mm outside the mask and in no
-                            // segment of other bone, up to 10 mm beyond the reach
+  double wanted_mm3 = 0;              // of the mask, on the CT's lattice
+  double outside_scan = 0;            // fraction of the mask that lies outside the scan
+  double in_bone = 0;                 // fraction of the mask in the scan that is bone by its HU
+  std::vector<std::uint8_t> cut_off;  // 1 for bone joined to the wanted bone, farther than reach_mm outside the mask
+                                      // and in no segment of other bone, up to 10 mm beyond the reach
   std::vector<std::uint8_t> certain;  // 1 farther than reach_mm inside the mask
   MaskSamples samples;
 };

@@ -24,16 +24,20 @@ class PictureCommand : public test::ProgramTest {
   }
   // Writes a ball of bone of 12 mm radius about (5, -20, 30), in voxels of 1 mm, surrounded by air.
   void WriteBall() const {
+    WriteImage("ball.mha", 1200, -1000);
+    WriteImage("mask.mha", 1, 0);
+  }
+  void WriteImage(const char* name, std::int16_t inside, std::int16_t outside) const {
     std::vector<std::int16_t> hu;
     for (int k = 0; k < 40; ++k) {
       for (int j = 0; j < 40; ++j) {
         for (int i = 0; i < 40; ++i) {
           const double d = std::hypot(i - 20, j - 20, k - 20);
-          hu.push_back(static_cast<std::int16_t>(d < 12 ? 1200 : -1000));
+          hu.push_back(d < 12 ? inside : outside);
         }
       }
     }
-    std::ofstream file(folder_ / "ball.mha", std::ios::binary);
+    std::ofstream file(folder_ / name, std::ios::binary);
     file << "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nDimSize = 40 40 40\n"
             "Offset = -15 -40 10\nElementSpacing = 1 1 1\nElementType = MET_SHORT\nElementDataFile = LOCAL\n";
     file.write(reinterpret_cast<const char*>(hu.data()), static_cast<std::streamsize>(2 * hu.size()));
@@ -49,6 +53,19 @@ class PictureCommand : public test::ProgramTest {
     return {number(16), number(20)};
   }
 };
+
+TEST_F(PictureCommand, AMaskIsDrawnOnItsCt) {
+  const ProgramResult result =
+      Kerf("picture ball.mha --mask mask.mha --label 1=mandible --slice z=30 -o mask.png --size 900x700");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(SizeOf("mask.png"), std::pair(900, 700));
+  ASSERT_EQ(Kerf("picture ball.mha --slice z=30 -o plain.png --size 900x700").code, 0);
+  EXPECT_NE(test::Slurp(folder_ / "mask.png"), test::Slurp(folder_ / "plain.png"));
+  const ProgramResult bare = Kerf("picture ball.mha --label 1=mandible -o mask.png");
+  EXPECT_EQ(bare.code, 2);
+  EXPECT_THAT(bare.err, HasSubstr("applies to a mask only"));
+  EXPECT_EQ(Kerf("picture ball.mha --mask mask.mha --label 1=mandible -o mask.mha").code, 1);
+}
 
 TEST_F(PictureCommand, ACtIsDrawnWithoutABone) {
   const ProgramResult result = Kerf("picture ball.mha --axes -o ct.png --size 900x700");

@@ -8,6 +8,7 @@
 #include "base/files/markups.h"
 #include "bone/import/image_file.h"
 #include "bone/import/import.h"
+#include "bone/import/mask_overlay.h"
 #include "bone/import/patient_frame.h"
 #include "bone/material/region_table.h"
 #include "bone/material/segment_regions.h"
@@ -186,6 +187,17 @@ TEST(MaskImport, ReportsWhatTheMaskAddsAndCutsOff) {
   EXPECT_GT(report.mask.added_mm3, 0);
   EXPECT_LT(report.mask.added_mm3, 6 * std::numbers::pi * 100);
   EXPECT_THAT(report.warnings, Contains(HasSubstr("are bone, although the CT shows none there")));
+  // The picture shows the same.
+  using What = MaskOverlay::What;
+  const MaskOverlay overlay(ReadImageFile(folder.file("ct.nrrd")), options);
+  EXPECT_EQ(overlay.added_mm3(), report.mask.added_mm3);
+  EXPECT_EQ(overlay.cut_off_mm3(), report.mask.cut_off_mm3);
+  EXPECT_EQ(overlay.At({18, 0, 0}), What::kCutOff);
+  EXPECT_EQ(overlay.At({-7, 0, 0}), What::kKept);
+  EXPECT_EQ(overlay.At({0, 0, 8}), What::kAdded);
+  EXPECT_EQ(overlay.At({0, 15, 0}), What::kNothing);
+  EXPECT_EQ(overlay.At({500, 0, 0}), What::kNothing);
+  EXPECT_TRUE(overlay.IsInMask({0, 0, 8}) && !overlay.IsInMask({18, 0, 0}));
 }
 
 TEST(MaskImport, TeethAndCanalGetTheirRegions) {

@@ -83,7 +83,8 @@ TEST_F(Segments, HoldTheBoneItsPiecesTheCutAndTheStructures) {
   EXPECT_TRUE(IsIn("tooth 36", {6, 0, -3})) << "structures are those before the cut";
   EXPECT_TRUE(IsIn("metal", {18, 5, -5}));
   EXPECT_FALSE(IsIn("bone before the cut", {0, 0, 0.4}));
-  // kerf's own import understands the names of the structures.
+  // kerf's own import understands the codes and the names.
+  EXPECT_EQ(FindRoles(read_, {}).meanings[0].role, SegmentRole::kMandible);
   EXPECT_EQ(FindMeaning("tooth 36")->fdi, 36);
   EXPECT_EQ(FindMeaning("canal of the nerve, patient's left")->side, JawSide::kLeft);
   EXPECT_EQ(FindMeaning("metal")->role, SegmentRole::kMetal);
