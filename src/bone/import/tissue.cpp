@@ -50,11 +50,16 @@ MaskSamples SpreadOutward(const MaskSamples& mask, const Volume& lattice) {
   const Stride stride(lattice);
   constexpr auto kNoSegment = std::numeric_limits<std::uint32_t>::max();  // more than the voxels that kerf reads
   std::vector<std::uint32_t> nearest(count, kNoSegment);
+  for (std::size_t v = 0; v < count; ++v) {
+    const bool is_in_segment = mask.wanted[v] != 0 || mask.undecided[v] != 0 || mask.other[v] != 0;
+    if (is_in_segment) nearest[v] = static_cast<std::uint32_t>(v);
+  }
   std::vector<std::size_t> front;
   for (std::size_t v = 0; v < count; ++v) {
-    if (mask.wanted[v] == 0 && mask.undecided[v] == 0 && mask.other[v] == 0) continue;
-    nearest[v] = static_cast<std::uint32_t>(v);
-    front.push_back(v);
+    bool at_border = false;
+    if (nearest[v] == kNoSegment) continue;
+    ForFaceNeighbours(lattice, stride, v, [&](std::size_t w, int) { at_border |= nearest[w] == kNoSegment; });
+    if (at_border) front.push_back(v);
   }
   const auto distance_mm = [&](std::size_t a, std::size_t b) {
     return glm::length(lattice.spacing_mm * (stride.Split(a) - stride.Split(b)));
@@ -72,7 +77,7 @@ MaskSamples SpreadOutward(const MaskSamples& mask, const Volume& lattice) {
     front = std::move(next);
   }
   for (std::size_t v = 0; v < count; ++v) {
-    if (nearest[v] == kNoSegment) continue;
+    if (nearest[v] == kNoSegment || nearest[v] == v) continue;
     for (const auto fractions : {&MaskSamples::tooth, &MaskSamples::metal, &MaskSamples::lesion}) {
       if (!(mask.*fractions).empty()) (spread.*fractions)[v] = (mask.*fractions)[nearest[v]];
     }
@@ -104,7 +109,7 @@ TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& sol
   };
   if (!named.tooth.empty()) {
     TakeTeeth(named.tooth, solid);
-    number_ = named.number;
+    number_ = std::move(named.number);
   } else if (!lattice_.hu.empty()) {
     FindTeeth(WithoutMetal(bone, named.metal));
   }

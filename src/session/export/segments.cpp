@@ -81,11 +81,12 @@ class Structures {
   int metal_label_ = 0;
 };
 
-/// Sets lattice and layers for a bone with this box, with a margin of a voxel.
+/// Sets the lattice for a bone with this box. The faces of its voxels, not their centres, are at multiples of their
+/// size, where the faces of models and of labels lie: volumes then have no bias.
 void PlaceLattice(const Box3& box_W, double voxel_mm, SegmentationWriting& writing) {
   writing.voxel_mm = voxel_mm;
-  const Vec3 lower = glm::floor(box_W.lower / voxel_mm) - 1.0;
-  const Vec3 upper = glm::ceil(box_W.upper / voxel_mm) + 1.0;
+  const Vec3 lower = glm::floor(box_W.lower / voxel_mm) - 0.5;
+  const Vec3 upper = glm::ceil(box_W.upper / voxel_mm) + 0.5;
   writing.origin_W = voxel_mm * lower;
   for (int a = 0; a < 3; ++a) {
     writing.size[static_cast<std::size_t>(a)] = static_cast<int>(std::lround(upper[a] - lower[a])) + 1;
