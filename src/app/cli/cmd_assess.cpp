@@ -43,6 +43,8 @@ struct AssessArguments {
   std::string bone_file;
   std::string pieces;
   std::string folder;
+  std::string markups;
+  std::string table;
   std::optional<double> margin_mm;
   std::optional<double> blade_mm;
   AssessOptions assess;
@@ -137,7 +139,7 @@ void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& sub
 
 /// Reads the bones from files, or the bone before the cut from the scene.
 void TakeBones(const AssessArguments& options, StageBars& bars, Subject& subject) {
-  const bool markups = EndsWith(options.file, ".mrk.json");
+  const bool markups = IsPlanesPath(options.file);
   if (options.after.empty()) {
     throw CLI::RequiredError("--after");
   }
@@ -219,6 +221,7 @@ void PrintForPeople(const Subject& subject, const Assessment& a, const PieceSet*
 }
 
 void Run(const AssessArguments& options) {
+  CheckInputsNotOverwritten({options.file, options.plan}, {options.markups, options.table});
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) lock.emplace(options.folder);
   Subject subject = TakeSubject(options);
@@ -248,6 +251,17 @@ void Run(const AssessArguments& options) {
     WriteExport(taken, options.folder, {.obj = options.obj, .triangles = options.triangles},
                 [&](double fraction) { bars.Show("writing", fraction); });
   }
+  if (!options.markups.empty()) {
+    std::vector<PlaneMarkup> planes = MakeMarkups(subject.plan);
+    for (PlaneMarkup& plane : MakeCutMarkups(assessment)) planes.push_back(std::move(plane));
+    WritePlaneMarkups(options.markups, planes);
+  }
+  if (!options.table.empty()) {
+    ExportInput measured;
+    measured.plan = &subject.plan;
+    measured.assessment = &assessment;
+    WriteTextFile(options.table, FormatMeasuresCsv(measured));
+  }
   if (options.json) {
     fmt::print("{}", FormatAssessmentJson(assessment, subject.recording));
   } else {
@@ -265,16 +279,29 @@ void AddAssessCommand(CLI::App& app) {
                                          "Compare the cut with its plan, and write a report (docs/planning.md). Exit "
                                          "code 3: the recording is damaged or cut short");
   command
-      ->add_option("FILE", options->file,
-                   "Recording (.kerf), scene with a [plan] (.toml), or planes of 3D Slicer (.mrk.json)")
+      ->add_option(
+          "FILE", options->file,
+          "Recording (.kerf), scene with a [plan] (.toml), or planes of 3D Slicer (.mrk.json, a folder of these, "
+          "or a scene .mrml)")
       ->required();
   command->add_option("--before", options->before, "Bone before the cut (.vdb); default: the scene's");
   command->add_option("--after", options->after, "Bone after the cut (.vdb)");
-  command->add_option("--plan", options->plan, "Planes of 3D Slicer (.mrk.json), instead of the scene's plan");
+  command->add_option("--plan", options->plan, "Planes of 3D Slicer, as for FILE, instead of the scene's plan");
   command->add_option("--bone", options->bone_file, "Bone file of the recording, if it was moved (.vdb)");
   command->add_option("--pieces", options->pieces, "Positions of the pieces: an earlier pieces.json");
   command->add_option("-o,--output", options->folder,
                       "Folder for pieces, planes, measures and report.html; created if missing");
+  const auto ending = [](const char* wanted) {
+    return [wanted](const std::string& file) {
+      return EndsWith(file, wanted) ? std::string() : fmt::format("the name must end in {}", wanted);
+    };
+  };
+  command
+      ->add_option("--markups", options->markups,
+                   "File for the planned planes and those that were cut (\"NAME, as cut\"), for 3D Slicer (.mrk.json)")
+      ->check(ending(".mrk.json"));
+  command->add_option("--table", options->table, "File for the measures as a table, also for 3D Slicer (.csv)")
+      ->check(ending(".csv"));
   AddNumberOption(*command, "--margin", options->margin_mm, "margin_mm", FindRange<PlannedPlane>("margin_mm"),
                   "margin of all planes, instead of the plan's");
   AddNumberOption(*command, "--blade", options->blade_mm, "blade_mm", Range{0.02, 100},

@@ -120,33 +120,6 @@ std::optional<Vec3> FindMatrixNormal(const Json& plane, bool lps, const std::str
   return Normalized(normal, "baseToNode", path);
 }
 
-/// Returns the plane through three points, or the least-squares plane of more.
-CutPlane FitPlane(const std::vector<Vec3>& points, const std::string& path) {
-  if (points.size() < 3) {
-    throw Error(fmt::format("{}: contains {} placed point{}; a plane needs three", path, points.size(),
-                            points.size() == 1 ? "" : "s"));
-  }
-  Vec3 mean(0);
-  for (const Vec3& p : points) mean += p / static_cast<double>(points.size());
-  std::array<std::array<double, 3>, 3> scatter{};
-  for (const Vec3& p : points) {
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) scatter[i][j] += (p[i] - mean[i]) * (p[j] - mean[j]);
-    }
-  }
-  const SymmetricEigen eigen = CalcSymmetricEigen(scatter);
-  std::array<std::size_t, 3> order{0, 1, 2};
-  std::sort(order.begin(), order.end(),
-            [&eigen](std::size_t i, std::size_t j) { return eigen.values[i] < eigen.values[j]; });
-  // Compares the smaller spread within the plane with the larger.
-  if (!(eigen.values[order[1]] > 1e-6 * eigen.values[order[2]])) {
-    throw Error(fmt::format("{}: its points lie on a line, so they do not define a plane", path));
-  }
-  const Vec3 normal = glm::normalize(eigen.vectors[order[0]]);
-  const double turn = glm::dot(normal, glm::cross(points[1] - points[0], points[2] - points[0]));
-  return {mean, turn < 0 ? -normal : normal};
-}
-
 CutPlane ReadPlane(const Json& plane, const std::string& path) {
   const double flip = CalcFlip(plane, path);
   const auto to_lps = [flip](const Vec3& v) { return Vec3(flip * v.x, flip * v.y, v.z); };
@@ -173,6 +146,32 @@ CutPlane ReadPlane(const Json& plane, const std::string& path) {
 }
 
 }  // namespace
+
+CutPlane FitPlane(const std::vector<Vec3>& points, const std::string& what) {
+  if (points.size() < 3) {
+    throw Error(fmt::format("{}: contains {} placed point{}; a plane needs three", what, points.size(),
+                            points.size() == 1 ? "" : "s"));
+  }
+  Vec3 mean(0);
+  for (const Vec3& p : points) mean += p / static_cast<double>(points.size());
+  std::array<std::array<double, 3>, 3> scatter{};
+  for (const Vec3& p : points) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) scatter[i][j] += (p[i] - mean[i]) * (p[j] - mean[j]);
+    }
+  }
+  const SymmetricEigen eigen = CalcSymmetricEigen(scatter);
+  std::array<std::size_t, 3> order{0, 1, 2};
+  std::sort(order.begin(), order.end(),
+            [&eigen](std::size_t i, std::size_t j) { return eigen.values[i] < eigen.values[j]; });
+  // Compares the smaller spread within the plane with the larger.
+  if (!(eigen.values[order[1]] > 1e-6 * eigen.values[order[2]])) {
+    throw Error(fmt::format("{}: its points lie on a line, so they do not define a plane", what));
+  }
+  const Vec3 normal = glm::normalize(eigen.vectors[order[0]]);
+  const double turn = glm::dot(normal, glm::cross(points[1] - points[0], points[2] - points[0]));
+  return {mean, turn < 0 ? -normal : normal};
+}
 
 std::vector<Vec3> ParseMarkups(const std::string& text, const std::string& path) {
   std::vector<Vec3> points;
@@ -258,18 +257,23 @@ std::vector<TubeMarkup> ParseTubeMarkups(const std::string& text, const std::str
   return curves;
 }
 
-std::vector<PlaneMarkup> ParsePlaneMarkupList(const std::string& text, const std::string& path) {
+std::vector<PlaneMarkup> ParsePlanes(const std::string& text, const std::string& path) {
   std::vector<PlaneMarkup> planes;
-  std::vector<Vec3> points;
   for (const Json& markup : ParseMarkupList(text, path)) {
-    if (markup.value("type", Json()) != "Plane") {
-      AddPoints(markup, path, points);
-      continue;
-    }
+    if (markup.value("type", Json()) != "Plane") continue;
     const Json name = markup.value("name", Json());
     planes.push_back({.name = name.is_string() ? name.get<std::string>() : "", .plane = ReadPlane(markup, path)});
   }
-  if (planes.empty()) planes.push_back({.name = "", .plane = FitPlane(points, path)});
+  return planes;
+}
+
+std::vector<PlaneMarkup> ParsePlaneMarkupList(const std::string& text, const std::string& path) {
+  std::vector<PlaneMarkup> planes = ParsePlanes(text, path);
+  if (planes.empty()) {
+    std::vector<Vec3> points;
+    for (const Json& markup : ParseMarkupList(text, path)) AddPoints(markup, path, points);
+    planes.push_back({.name = "", .plane = FitPlane(points, path)});
+  }
   std::set<std::string> taken;
   for (std::size_t i = 0; i < planes.size(); ++i) {
     const std::string given = planes[i].name.empty() ? fmt::format("plane {}", i + 1) : planes[i].name;

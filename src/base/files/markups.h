@@ -32,6 +32,11 @@ std::vector<Markup> ReadCurveMarkups(const std::string& path);
 /// the file contains several Planes, fewer than three points, points on a line, or a Plane with contradictory entries.
 CutPlane ReadPlaneMarkups(const std::string& path);
 
+/// Returns the plane through three points, or the least-squares plane of more, at their mean; seen from the side to
+/// which the normal points, the first three are in counter-clockwise order. Throws kerf::Error, beginning with `what`,
+/// for fewer than three points and for points on a line.
+CutPlane FitPlane(const std::vector<Vec3>& points, const std::string& what);
+
 /// 3D Slicer plane with its name.
 struct PlaneMarkup {
   std::string name;
@@ -42,6 +47,10 @@ struct PlaneMarkup {
 /// the plane through the points of the file. A plane without a name is called "plane 1" and so on; a repeated name gets
 /// a number. Throws kerf::Error as ReadPlaneMarkups() does, but accepts several planes.
 std::vector<PlaneMarkup> ReadPlaneMarkupList(const std::string& path);
+
+/// Parses only the markups of type Plane of a .mrk.json file; there may be none. A name may be empty: 3D Slicer itself
+/// names a plane by the name of its file. Throws kerf::Error.
+std::vector<PlaneMarkup> ParsePlanes(const std::string& text, const std::string& path);
 
 /// Writes planes in the format of 3D Slicer 5: point and normal, `size_mm` wide in both directions, all in one file.
 /// Reading them back gives the same values to within one rounding. Writes through a temporary file. Throws kerf::Error.

@@ -84,14 +84,6 @@ PlannedPlane PlacePlane(const std::string& name, const Pose& X_WT) {
   return {.name = name, .plane = {X_WT.p_AB, glm::normalize(X_WT.Vector({0, 0, 1}))}, .margin_mm = 1};
 }
 
-std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path) {
-  std::vector<PlannedPlane> planes;
-  for (const PlaneMarkup& markup : ReadPlaneMarkupList(path)) {
-    planes.push_back({.name = markup.name, .plane = markup.plane, .margin_mm = 1});
-  }
-  return planes;
-}
-
 std::vector<PlaneMarkup> MakeMarkups(const Plan& plan) {
   std::vector<PlaneMarkup> markups;
   for (const PlannedPlane& p : plan.planes) markups.push_back({.name = p.name, .plane = p.plane});

@@ -95,8 +95,13 @@ std::string MakeStopName(const Plan& plan);
 PlannedPlane PlacePlane(const std::string& name, const Vec3& a_W, const Vec3& b_W, const Vec3& c_W);
 /// Returns the disc's plane at the pose.
 PlannedPlane PlacePlane(const std::string& name, const Pose& X_WT);
-/// Reads all planes of a .mrk.json file of 3D Slicer, with their names. Throws kerf::Error like ReadPlaneMarkupList().
+/// Reads all planes that 3D Slicer has saved in a .mrk.json file (see ReadPlaneMarkupList()), in all such files of a
+/// folder, in the order of their names, or in those that a scene (.mrml) refers to. In a folder and a scene, only
+/// markups of type Plane count, and BoneReconstructionPlanner's planes of a fibula are skipped ("FibulaPlane0_A"). A
+/// plane without a name gets that of its file, and a repeated name a number. Throws kerf::Error, also if there is none.
 std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path);
+/// Returns true if the path is one of these, by its name or as a folder.
+bool IsPlanesPath(const std::string& path);
 /// Returns markups for WritePlaneMarkups().
 std::vector<PlaneMarkup> MakeMarkups(const Plan& plan);
 

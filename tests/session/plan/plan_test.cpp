@@ -1,12 +1,15 @@
 #include "session/plan/plan.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <random>
 
+#include "base/files/files.h"
 #include "kerf/error.h"
 #include "support/folder.h"
 
@@ -183,6 +186,55 @@ TEST(Plan, IsWrittenForSlicerAndReadBack) {
     WritePlaneMarkups(one, {MakeMarkups(plan)[i]});
     EXPECT_NEAR(glm::length(ReadPlaneMarkups(one).normal_W - plan.planes[i].plane.normal_W), 0, 1e-12);
   }
+}
+
+/// Text of a plane as 3D Slicer itself saves it: without a name.
+std::string MakePlaneFile(const char* coordinates, const std::string& centre, const char* more = "") {
+  return fmt::format(
+      R"({{"markups": [{{"type": "Plane", "coordinateSystem": "{}", "center": [{}], "normal": [0, 1, 0]{}}}]}})",
+      coordinates, centre, more);
+}
+
+TEST(Plan, IsReadFromAFolderOrASceneOfSlicerWithTheNamesOfItsFiles) {
+  const test::Folder folder;
+  const auto write = [&folder](const std::string& name, const std::string& text) {
+    WriteTextFile(folder.file(name), text);
+  };
+  std::filesystem::create_directories(folder.file("Data"));
+  write("Data/mandible plane 2.mrk.json", MakePlaneFile("RAS", "4, 5, 6"));
+  write("Data/mandible plane 1.mrk.json", MakePlaneFile("LPS", "1, 2, 3"));
+  write("Data/named.mrk.json", MakePlaneFile("LPS", "7, 8, 9", R"(, "name": "mandible plane 1")"));
+  write("Data/FibulaPlane0_A.mrk.json", MakePlaneFile("LPS", "0, 0, -900"));
+  write("Data/points.mrk.json", R"({"markups": [{"type": "Fiducial", "controlPoints": []}]})");
+  write("Data/other.json", "no markups");
+  const std::vector<PlannedPlane> planes = ReadPlannedPlanes(folder.file("Data"));
+  ASSERT_EQ(planes.size(), 3u);
+  EXPECT_EQ(planes[0].name, "mandible plane 1");
+  EXPECT_EQ(planes[0].plane.p_W, Vec3(1, 2, 3));
+  EXPECT_EQ(planes[0].plane.normal_W, Vec3(0, 1, 0));
+  EXPECT_EQ(planes[1].name, "mandible plane 2");
+  EXPECT_EQ(planes[1].plane.p_W, Vec3(-4, -5, 6));
+  EXPECT_EQ(planes[1].plane.normal_W, Vec3(0, -1, 0));
+  EXPECT_EQ(planes[2].name, "mandible plane 1 2");
+
+  write("case.mrml", R"(<MRML version="Slicer5">
+    <MarkupsPlaneStorage id="a" fileName="Data/mandible%20plane%202.mrk.json" useCompression="1"></MarkupsPlaneStorage>
+    <MarkupsPlaneStorage id="b" fileName="Data/FibulaPlane0_A.mrk.json"></MarkupsPlaneStorage>
+    <ModelStorage id="c" fileName="Data/mandible.vtk"></ModelStorage></MRML>)");
+  const std::vector<PlannedPlane> of_scene = ReadPlannedPlanes(folder.file("case.mrml"));
+  ASSERT_EQ(of_scene.size(), 1u);
+  EXPECT_EQ(of_scene[0].name, "mandible plane 2");
+  // A file that is named itself is read whatever it is called.
+  EXPECT_EQ(ReadPlannedPlanes(folder.file("Data/FibulaPlane0_A.mrk.json"))[0].name, "FibulaPlane0_A");
+
+  std::filesystem::create_directories(folder.file("empty"));
+  EXPECT_THAT(MessageOf([&] { ReadPlannedPlanes(folder.file("empty")); }), HasSubstr("contains no plane"));
+  EXPECT_THAT(MessageOf([&] { ReadPlannedPlanes(folder.file("Data/points.mrk.json")); }),
+              HasSubstr("a plane needs three"));
+  write("no.mrml", "text");
+  EXPECT_THAT(MessageOf([&] { ReadPlannedPlanes(folder.file("no.mrml")); }), HasSubstr("not a scene"));
+  write("lost.mrml", R"(<MRML><MarkupsPlaneStorage fileName="Data/lost.mrk.json"/></MRML>)");
+  EXPECT_THAT(MessageOf([&] { ReadPlannedPlanes(folder.file("lost.mrml")); }), HasSubstr("lost.mrk.json"));
 }
 
 TEST(Plan, UnnamedPlanesAreNumbered) {

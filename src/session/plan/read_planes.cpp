@@ -1,0 +1,108 @@
+// Reads planes of 3D Slicer: from a file, from all files of a folder, or from those of a saved scene.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cstddef>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+
+#include "base/files/files.h"
+#include "base/files/markups.h"
+#include "kerf/error.h"
+#include "session/plan/edit_plane.h"
+#include "session/plan/plan.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kMarkups = ".mrk.json";
+constexpr std::string_view kScene = ".mrml";
+constexpr std::string_view kOtherBone = "FibulaPlane";
+constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20;
+
+/// Returns the text with the escapes of a URL and of XML replaced, in which a scene writes file names.
+std::string Unescape(std::string text) {
+  for (std::size_t at = 0; (at = text.find('%', at)) != std::string::npos; ++at) {
+    unsigned int code = 0;
+    const char* digits = text.data() + at + 1;
+    if (at + 2 >= text.size() || std::from_chars(digits, digits + 2, code, 16).ptr != digits + 2) continue;
+    text.replace(at, 3, 1, static_cast<char>(code));
+  }
+  constexpr std::pair<std::string_view, std::string_view> kEntities[] = {
+      {"&quot;", "\""}, {"&apos;", "'"}, {"&lt;", "<"}, {"&gt;", ">"}, {"&amp;", "&"}};
+  for (const auto& [entity, letter] : kEntities) {
+    for (std::size_t at = 0; (at = text.find(entity, at)) != std::string::npos; at += letter.size()) {
+      text.replace(at, entity.size(), letter);
+    }
+  }
+  return text;
+}
+
+/// Returns the markups files that a scene refers to, in its order.
+std::vector<std::string> ListSceneFiles(const std::string& path) {
+  const std::string text = ReadTextFile(path, kMaxFileBytes);
+  if (text.find("<MRML") == std::string::npos) throw Error(fmt::format("{}: is not a scene of 3D Slicer", path));
+  constexpr std::string_view kKey = "fileName=\"";
+  std::vector<std::string> files;
+  for (std::size_t at = 0; (at = text.find(kKey, at)) != std::string::npos;) {
+    at += kKey.size();
+    const std::string name = Unescape(text.substr(at, text.find('"', at) - at));
+    if (name.ends_with(kMarkups)) files.push_back((fs::path(path).parent_path() / name).string());
+  }
+  return files;
+}
+
+std::vector<std::string> ListFolderFiles(const std::string& path) {
+  std::vector<std::string> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(path, error), end; !error && entry != end; entry.increment(error)) {
+    if (entry->path().string().ends_with(kMarkups)) files.push_back(entry->path().string());
+  }
+  if (error) throw Error(fmt::format("{}: cannot be read: {}", path, error.message()));
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Returns the name of a plane without one: that of its file.
+std::string MakeName(const std::string& file) {
+  const std::string name = fs::path(file).filename().string();
+  return name.substr(0, name.size() - std::min(name.size(), kMarkups.size()));
+}
+
+}  // namespace
+
+bool IsPlanesPath(const std::string& path) {
+  return path.ends_with(kMarkups) || path.ends_with(kScene) || fs::is_directory(path);
+}
+
+std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path) {
+  const bool in_folder = fs::is_directory(path);
+  const bool one_file = !in_folder && !path.ends_with(kScene);
+  const std::vector<std::string> files = one_file    ? std::vector{path}
+                                         : in_folder ? ListFolderFiles(path)
+                                                     : ListSceneFiles(path);
+  Plan plan;
+  for (const std::string& file : files) {
+    const std::string text = ReadTextFile(file, kMaxFileBytes);
+    std::vector<PlaneMarkup> markups = ParsePlanes(text, file);
+    if (markups.empty() && one_file) markups = ParsePlaneMarkupList(text, file);  // a plane through points
+    for (PlaneMarkup& markup : markups) {
+      if (markup.name.empty()) markup.name = MakeName(file);
+      if (!one_file && markup.name.starts_with(kOtherBone)) continue;
+      if (plan.planes.size() >= kMaxPlanned) throw Error(fmt::format("{}: has more than {} planes", path, kMaxPlanned));
+      plan.planes.push_back({.name = MakeUniquePlaneName(plan, markup.name), .plane = markup.plane, .margin_mm = 1});
+    }
+  }
+  if (plan.planes.empty()) {
+    throw Error(
+        fmt::format("{}: contains no plane of 3D Slicer (a markup of type Plane in a file {})", path, kMarkups));
+  }
+  return plan.planes;
+}
+
+}  // namespace kerf
