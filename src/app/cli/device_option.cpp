@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -36,6 +37,10 @@ constexpr std::size_t kMaxPathBytes = std::size_t{1} << 28;
 
 bool IsPlayed(const std::string& device) {
   return device == kNone || device.starts_with(kScript) || device.starts_with(kRecording);
+}
+
+bool IsTracked(const std::string& device) {
+  return device == kTrackedToolName;
 }
 
 std::string FileOf(const std::string& device, std::string_view what) {
@@ -105,6 +110,19 @@ void CheckOptionMatchesDevice(std::string_view kind, const char* name, bool give
   throw CLI::ValidationError(name, fmt::format("is for the device \"{}\", not for \"{}\"", kind, chosen));
 }
 
+/// Returns the name of the kind that the option names. Throws CLI::ValidationError.
+std::string FindKind(const DeviceOption& option) {
+  try {
+    return FindKnownDevice(option.device).name;
+  } catch (const Error& e) {
+    throw CLI::ValidationError(option.called, option.called == kDeviceOption
+                                                  ? fmt::format("{}; 'kerf loop' also accepts \"none\", "
+                                                                "\"script:FILE\" and \"recording:FILE\"",
+                                                                e.what())
+                                                  : e.what());
+  }
+}
+
 }  // namespace
 
 void AddDriverOptions(CLI::App& command, DeviceOption& option) {
@@ -130,7 +148,9 @@ void AddDriverOptions(CLI::App& command, DeviceOption& option) {
 }
 
 CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool played) {
-  std::string what = "Haptic device to use instead of a simulated one ('kerf devices' lists the connected ones)";
+  std::string what =
+      "Haptic device to use instead of a simulated one ('kerf devices' lists the connected ones); or \"igtl\": a "
+      "tracked tool, whose pose a peer of --igtl sends, without force";
   if (played) {
     what +=
         "; or \"none\": the handle does not move; \"script:FILE\": it follows a table of poses, like [path] file; "
@@ -178,15 +198,16 @@ void CheckDeviceOption(const DeviceOption& option) {
     if (IsFirmwareOptionGiven(option)) throw CLI::ValidationError("--falcon-firmware", "requires --device falcon");
     return;
   }
-  std::string kind;
-  try {
-    kind = FindKnownDevice(option.device).name;
-  } catch (const Error& e) {
-    throw CLI::ValidationError(
-        option.called,
-        option.called == kDeviceOption
-            ? fmt::format("{}; 'kerf loop' also accepts \"none\", \"script:FILE\" and \"recording:FILE\"", e.what())
-            : e.what());
+  std::string kind = kTrackedToolName;
+  if (IsTracked(option.device)) {
+    if (option.tracked_tool == nullptr) throw CLI::ValidationError(option.called, "\"igtl\" requires --igtl");
+    if (option.left_handed || !option.profile.empty()) {
+      throw CLI::ValidationError(option.called,
+                                 "\"igtl\" gives no force back and has no sides; --profile and "
+                                 "--left-handed do not apply");
+    }
+  } else {
+    kind = FindKind(option);
   }
   CheckOptionMatchesDevice("falcon", "--falcon-firmware", IsFirmwareOptionGiven(option), kind);
   CheckOptionMatchesDevice("wooden", "--wooden", !option.wooden.empty(), kind);
@@ -205,6 +226,15 @@ std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceS
   }
   HandleSignalsOfDevices();
   DeviceServoOptions servo_options = servo;
+  if (IsTracked(option.device)) {
+    servo_options.servo = MakeTrackedToolParams();
+    servo_options.R_WD = Quat(1, 0, 0, 0);
+    servo_options.reported_orientation = false;
+    servo_options.max_sample_age_s = servo_options.servo.silent_s;
+    servo_options.restart_after_s = std::numeric_limits<double>::infinity();
+    const auto make = [tool = option.tracked_tool] { return std::make_unique<TrackedToolDriver>(tool); };
+    return std::make_shared<DeviceServo>("tracked tool", make, servo_options, nullptr);
+  }
   servo_options.own_figures = !option.wooden.empty();
   const auto bus = std::make_shared<LibusbBus>();
   StageBars bars;

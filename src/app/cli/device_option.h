@@ -11,6 +11,7 @@
 #include "device/drivers/device_servo.h"
 #include "loop/haptics/loop_device.h"
 #include "session/held_device/hold_tool.h"
+#include "session/link/tracked_tool.h"
 #include "session/scene/scene.h"
 
 namespace kerf::cli {
@@ -27,6 +28,7 @@ struct DeviceOption {
   std::optional<double> motion_scale;
   bool left_handed = false;
   std::string profile;
+  std::shared_ptr<TrackedTool> tracked_tool;  // of the link, for the device "igtl"; null: there is no link
 };
 
 template <typename V>

@@ -25,7 +25,7 @@ HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pos
 
   const Quat R_WD = glm::normalize(glm::quat_cast(glm::dmat3(view.right_W, view.up_W, -view.forward_W)));
   if (holds()) {
-    servo_->SetOrientation(R_WD);
+    if (servo_->options().reported_orientation) servo_->SetOrientation(R_WD);
     // Keys and mouse only turn the saw.
     servo_->SetToolOrientation(controls.wanted().R_AB);
     controls.Set({controls.wanted().R_AB, X_WT.p_AB});
@@ -50,7 +50,8 @@ HudKeyGroup HandDevice::MakeHelp() const {
     help.keys.push_back({Tr("cap"), Tr("moves and turns the saw")});
     return help;
   }
-  help.keys.push_back({Tr("handle"), Tr("moves the saw; keys, mouse turn it")});
+  const bool turns = servo_->traits().senses_orientation;
+  help.keys.push_back({Tr("handle"), turns ? Tr("moves and turns the saw") : Tr("moves the saw; keys, mouse turn it")});
   const std::string clutch = servo_->clutch_button();
   if (!clutch.empty()) {
     help.keys.push_back(
@@ -60,7 +61,7 @@ HudKeyGroup HandDevice::MakeHelp() const {
   if (!spindle.empty()) {
     help.keys.push_back({fmt::format(fmt::runtime(Tr("{} button")), spindle), Tr("spindle on/off")});
   }
-  help.keys.push_back({Tr("Enter"), Tr("restore the force after a loss")});
+  if (servo_->traits().makes_force) help.keys.push_back({Tr("Enter"), Tr("restore the force after a loss")});
   return help;
 }
 
@@ -71,8 +72,10 @@ std::optional<HudBanner> HandDevice::MakeBanner() const {
     case ServoState::kEngaged:
       return std::nullopt;
     case ServoState::kHoming:
-      banner.text = fmt::format(fmt::runtime(Tr("{}: {}. There is no force until then")), servo_->name(),
-                                DescribeHoming(servo_->traits()));
+      banner.text = servo_->traits().makes_force
+                        ? fmt::format(fmt::runtime(Tr("{}: {}. There is no force until then")), servo_->name(),
+                                      DescribeHoming(servo_->traits()))
+                        : fmt::format("{}: {}", servo_->name(), DescribeHoming(servo_->traits()));
       break;
     case ServoState::kWaiting:
       banner.text =

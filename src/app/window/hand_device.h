@@ -19,14 +19,14 @@ struct HandDeviceFrame {
   bool switches_spindle = false;  // the spindle button was pressed
 };
 
-/// Used only by the window's thread. A device with force holds the saw, and keys and mouse turn the saw. A device
-/// without force moves the saw as keys and mouse do.
+/// Used only by the window's thread. A device that reports positions holds the saw, and keys and mouse turn the saw
+/// unless it reports orientations too. A device that reports deflections moves the saw as keys and mouse do.
 class HandDevice {
  public:
   explicit HandDevice(std::shared_ptr<DeviceServo> servo) : servo_(std::move(servo)) {}
 
   DeviceServo& servo() { return *servo_; }
-  bool holds() const { return servo_->traits().makes_force; }
+  bool holds() const { return servo_->traits().holds_tool(); }
   /// Returns true if the user must confirm that the force may return.
   bool waits() const { return servo_->state() == ServoState::kWaiting; }
   void Agree() { servo_->Agree(); }

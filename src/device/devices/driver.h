@@ -34,6 +34,9 @@ struct DriverTraits {
   double rate_hz = 1000;             // maximum rate of rounds
   int timeout_ms = 10;               // maximum duration of a round; after that, the round counts as unanswered
   std::vector<std::string> buttons;  // names, starting with bit 0
+
+  /// True if the tool follows the handle; false if it moves at a speed.
+  bool holds_tool() const { return motion == DriverMotion::kPosition; }
 };
 
 /// Limits of a driver that reaches its device through a port of a program.

@@ -137,7 +137,7 @@ void DeviceServo::SayState(ServoState before, ServoState now) {
       break;
     case ServoState::kEngaged:
       if (!traits_.makes_force) {
-        Say("now moves the tool");
+        Say(before == ServoState::kSilent ? "moves the tool again" : "now moves the tool");
       } else if (before == ServoState::kSilent) {
         Say("answers again; the force returns slowly");
       } else if (again) {
@@ -146,7 +146,10 @@ void DeviceServo::SayState(ServoState before, ServoState now) {
       break;
     case ServoState::kSilent:
       if (std::exchange(jumps_, round_->counts().jumps) != round_->counts().jumps) {
-        Say("reported an implausible jump: no force for a moment, and the tool stays where it was");
+        Say(fmt::format("reported an implausible jump: {}the tool stays where it was",
+                        traits_.makes_force ? "no force for a moment, and " : ""));
+      } else if (!traits_.makes_force) {
+        Say("does not answer: the tool is stopped");
       } else {
         Say("does not answer: no force. If this persists, check its power and its cable");
       }
@@ -167,7 +170,7 @@ void DeviceServo::RemindOfHoming(ServoState state, std::int64_t now_ns) {
   if (homing_since_ns_ < 0) homing_since_ns_ = now_ns + kRemindFirst_ns;
   if (now_ns < homing_since_ns_) return;
   homing_since_ns_ = now_ns + kRemindAgain_ns;
-  Say(fmt::format("{}; there is no force until then", DescribeHoming(traits_)));
+  Say(fmt::format("{}{}", DescribeHoming(traits_), traits_.makes_force ? "; there is no force until then" : ""));
 }
 
 bool DeviceServo::ReleaseAll(int timeout_ms, bool for_good) noexcept {

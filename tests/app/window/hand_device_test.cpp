@@ -20,7 +20,9 @@ class HandDeviceTest : public testing::Test {
  protected:
   void Open(const std::function<void(ReportedDevice::State&)>& prepare = {}) {
     if (prepare) reported->With(prepare);
-    servo = std::make_shared<DeviceServo>("reported", test::OpenReported(reported), PatientOptions(),
+    DeviceServoOptions options = PatientOptions();
+    options.reported_orientation = true;  // as in the window
+    servo = std::make_shared<DeviceServo>("reported", test::OpenReported(reported), options,
                                           [](const std::string&, double) { return true; });
     hand.emplace(servo);
     servo->SetTool(X_WT, {});
