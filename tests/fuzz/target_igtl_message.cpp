@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "session/link/igtl_message.h"
+#include "session/link/plan_request.h"
 #include "target.h"
 
 namespace kerf::fuzz {
@@ -15,7 +16,21 @@ KERF_FUZZ_TARGET(igtl_message) {
     const std::span<const std::uint8_t> body(data + IgtlHeader::kBytes, bytes.size() - IgtlHeader::kBytes);
     header.body_bytes = body.size();
     header.crc = CalcIgtlCrc(body);
-    const Pose X = ReadIgtlTransform(CheckIgtlBody(header, body));
+    const std::span<const std::uint8_t> content = CheckIgtlBody(header, body);
+    if (header.type == "POINT") {
+      constexpr Box3 kBone_W{Vec3(-50), Vec3(50)};
+      const PlanRequest request = ReadPlanRequest(header, content, kBone_W);
+      for (const Vec3& p_W : request.points_W) {
+        if (!(glm::length(p_W) < 1200)) Finding("a point that is not near the bone");
+      }
+      Plan plan;
+      std::vector<Mark> marks;
+      Apply(request, plan, marks);
+      CheckPlan(plan);
+      CheckMarks(marks);
+      return;
+    }
+    const Pose X = ReadIgtlTransform(content);
     if (!IsValid(X)) Finding("a pose that is not valid");
     // What was read is what is sent again, to the accuracy of float.
     const std::string again = MakeIgtlTransform({header.device, header.time_s}, X);

@@ -8,6 +8,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/device_option.h"
+#include "app/cli/link_option.h"
 #include "app/cli/message.h"
 #include "app/cli/numbers.h"
 #include "app/cli/progress.h"
@@ -16,7 +17,6 @@
 #include "base/files/folder_lock.h"
 #include "cut/force/measured.h"
 #include "kerf/error.h"
-#include "session/link/slicer_link.h"
 #include "session/run/expected_files.h"
 #include "session/run/loop_undo.h"
 #include "session/run/run_loop.h"
@@ -39,8 +39,7 @@ struct LoopArguments {
   bool records = false;
   DeviceOption device;
   LoopOptions loop;
-  bool links = false;
-  IgtlServerOptions link;
+  LinkOption link;
   bool json = false;
   bool full = false;
 };
@@ -112,12 +111,6 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
   fmt::print("  state     bone {:016x}, force {:016x}\n", s.bone_hash, s.force_hash);
 }
 
-void SayCounts(const IgtlCounts& c) {
-  Say("OpenIGTLink: peers {}, messages sent {}, frames skipped {}, messages received {}", c.peers, c.sent, c.skipped,
-      c.received);
-  if (!c.refused.empty()) SayWarning("OpenIGTLink: a peer was disconnected: {}", c.refused);
-}
-
 /// Reads the scene from its file, or from the recording that is to be continued.
 Scene OpenScene(LoopArguments& options, std::optional<RecordingReader>& recording, RecordedScene& recorded) {
   if (options.from.empty()) {
@@ -158,7 +151,7 @@ std::shared_ptr<DeviceServo> TakeDevice(LoopArguments& options, Scene& scene) {
   if (options.loop.driver.device.is_set()) return nullptr;
   if (options.loop.virtual_time) throw CLI::ValidationError("--virtual", "can't be used with a real device");
   std::shared_ptr<DeviceServo> servo = OpenServo(options.device, scene, options.loop.stop);
-  if (servo->traits().makes_force) {
+  if (servo->traits().holds_tool()) {
     options.loop.driver.device =
         MakeLoopDevice(*servo, options.loop.stop, [](const std::string& message) { Say("{}", message); });
     return servo;
@@ -211,15 +204,15 @@ void Run(LoopArguments& options) {
   const auto note = std::make_shared<std::string>();
   options.loop.costs.live = [note](const std::string& line) { *note = line; };
   options.loop.stop = &CatchInterrupt();
+  const std::shared_ptr<SlicerLink> link = OpenLink(options.link);
+  if (link) options.device.tracked_tool = link->tracked_tool();
   const std::shared_ptr<DeviceServo> servo = TakeDevice(options, scene);
   options.loop.output.keep_bones = !options.folder.empty();
   options.loop.output.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
   options.loop.output.folder = options.folder;
-  std::optional<SlicerLink> link;
-  if (options.links) {
-    link.emplace(options.link, scene.TitleOrName(), MakeToolMesh(MakeTool(scene)));
-    Say("OpenIGTLink: listening on {}, port {}", options.link.address, link->port());
-    options.loop.watchers.peer = &*link;
+  if (link) {
+    link->Show(scene.TitleOrName(), MakeToolMesh(MakeTool(scene)));
+    options.loop.watchers.peer = link.get();
     options.loop.watchers.take_tick = [&link](const LoopTick& tick, std::span<const double> channels) {
       link->TakeTick(tick, channels);
     };
@@ -244,7 +237,7 @@ void Run(LoopArguments& options) {
       throw;
     }
   }
-  if (link) SayCounts(link->counts());
+  if (link) SayLinkCounts(*link);
   for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
   if (options.json) {
     fmt::print("{}", FormatLoopJson(scene, summary));
@@ -304,20 +297,7 @@ void AddLoopCommand(CLI::App& app) {
       "--virtual", options->loop.virtual_time,
       "Run in virtual time and without threads, as fast as possible: the results are bit-identical each time");
   AddNumber(*command, "--burn-us", options->loop, "burn_us");
-  CLI::Option* igtl =
-      command
-          ->add_flag("--igtl", options->links,
-                     "Show the session live in 3D Slicer or another program, by OpenIGTLink (docs/slicer.md)")
-          ->excludes(without_clock);
-  AddNumber(*command, "--igtl-port", options->link, "port")->capture_default_str()->needs(igtl);
-  AddNumber(*command, "--igtl-rate", options->link, "rate_hz")->capture_default_str()->needs(igtl);
-  command
-      ->add_option("--igtl-address", options->link.address,
-                   "Numeric address of the interface on which it listens. Messages are neither encrypted nor signed: "
-                   "with another address than that of this machine, anyone who can reach it can connect")
-      ->capture_default_str()
-      ->check(CLI::ValidIPV4)
-      ->needs(igtl);
+  AddLinkOption(*command, options->link)->excludes(without_clock);
   command
       ->add_flag("--costs", options->loop.costs.costs,
                  "Time each effect too, and show the cost of a tick: live after the progress bar, and as a table")

@@ -10,6 +10,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
+#include "app/cli/link_option.h"
 #include "app/cli/message.h"
 #include "app/cli/numbers.h"
 #include "app/cli/signals.h"
@@ -26,6 +27,7 @@ namespace {
 struct RehearseArguments {
   std::string input;
   WindowOptions window;
+  LinkOption link;
   std::vector<std::string> plans;
   std::string saws;
   double voxel_mm = 0.2;
@@ -45,10 +47,13 @@ void Print(const RehearsalResult& result, const std::string& folder, bool json) 
   if (!result.take_away.empty()) fmt::print("exported   {}\n", result.take_away);
 }
 
-void Run(const RehearseArguments& options) {
+void Run(RehearseArguments& options) {
+  const std::shared_ptr<SlicerLink> link = OpenLink(options.link);
+  if (link) options.window.device.tracked_tool = link->tracked_tool();
   RehearsalOptions rehearsal;
   rehearsal.viewer = MakeViewerOptions(options.window, "kerf rehearse", "rehearsal");
   rehearsal.viewer.scripted = options.watch;
+  rehearsal.viewer.link = link;
   rehearsal.input = options.input;
   rehearsal.obj = options.obj;
   rehearsal.voxel_mm = options.voxel_mm;
@@ -60,6 +65,10 @@ void Run(const RehearseArguments& options) {
   Rehearsal viewer(rehearsal);
   const ExitsAtOnce at_once;
   const RehearsalResult result = viewer.Run();
+  if (link) {
+    link->End("the rehearsal has ended");
+    SayLinkCounts(*link);
+  }
   for (const std::string& warning : result.warnings) SayWarning("{}", warning);
   Print(result, rehearsal.viewer.folder, options.json);
   const std::string failure = fmt::format("{}", fmt::join(result.failures, "\n"));
@@ -80,7 +89,9 @@ void AddRehearseCommand(CLI::App& app) {
   command->add_option("INPUT", options->input,
                       "Scene (.toml), bone (.vdb), folder with a DICOM series, or any file that 'kerf import' reads; "
                       "default: the generic mandible");
-  command->add_option("--plan", options->plans, "Planes to cut along, from 3D Slicer (.mrk.json); may be repeated");
+  command->add_option(
+      "--plan", options->plans,
+      "Planes to cut along, from 3D Slicer (.mrk.json, a folder of these, or a scene .mrml); may be repeated");
   command->add_option("--saws", options->saws, "Table of saws to choose from, with the columns of volumes/saws.csv");
   AddNumberOption(*command, "--voxel", options->voxel_mm, "voxel_mm", FindRange<ImportOptions>("voxel_mm"),
                   "voxel size of an imported bone")
@@ -91,6 +102,7 @@ void AddRehearseCommand(CLI::App& app) {
   command->add_flag("--obj", options->obj, "Write pieces as OBJ instead of STL");
   AddWindowOptions(*command, options->window);
   watch->excludes("--device");
+  AddLinkOption(*command, options->link);
   command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });
 }

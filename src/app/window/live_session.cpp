@@ -74,6 +74,7 @@ void LiveSession::Run() {
   loop.watchers.peer = this;
   loop.watchers.take_tick = [this](const LoopTick& tick, std::span<const double> channels) {
     if (options_.tick) options_.tick(tick);
+    if (options_.link != nullptr) options_.link->TakeTick(tick, channels);
     TakeTick(tick, channels);
   };
   if (options_.device != nullptr && !options_.scripted) {
@@ -134,6 +135,7 @@ void LiveSession::Begin(const LoopInitialState& beginning) {
     guide_normal_W_ = glm::normalize(guide->params().normal_W);
   }
   if (options_.begin) options_.begin(beginning.bone, beginning.effects);
+  if (options_.link != nullptr) options_.link->Begin(beginning);
   target_.Publish({beginning.X_WT, false});
   {
     const std::lock_guard lock(mutex_);
@@ -144,6 +146,7 @@ void LiveSession::Begin(const LoopInitialState& beginning) {
 
 void LiveSession::TakeLeaf(const LeafMessage& leaf) {
   if (options_.leaf) options_.leaf(leaf);
+  if (options_.link != nullptr) options_.link->TakeLeaf(leaf);
   const std::lock_guard lock(mutex_);
   ++figures_.changes;
 }

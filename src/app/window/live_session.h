@@ -18,6 +18,7 @@
 #include "app/window/stroke_watch.h"
 #include "loop/haptics/mouse_hand.h"
 #include "session/held_device/hold_tool.h"
+#include "session/link/slicer_link.h"
 #include "session/run/overall_progress.h"
 #include "session/run/run_loop.h"
 
@@ -55,6 +56,7 @@ struct LiveOptions {
   std::string scene_file;         // scene file named in the recording
   bool scripted = false;          // the scene's hand follows its path, spindle on; otherwise the mouse moves the saw
   DeviceServo* device = nullptr;  // holds the saw in place of the mouse; null: none
+  SlicerLink* link = nullptr;     // shows the session elsewhere; null: none
   double seconds = kMaxLoop_s;
   std::function<void(const LoopTick&)> tick;     // each tick in order, called in the session's thread; optional
   std::shared_ptr<const Bone> bone;              // of the scene, which is then neither read nor made; optional

@@ -65,6 +65,7 @@ bool PlanDocument::is_latest_change() const {
 
 void PlanDocument::Changed() {
   unsaved_ = true;
+  ++changes_;
   changes_at_edit_ = viewer_.figures().changes;
   plane_ = std::min(plane_, plan().planes.empty() ? 0 : plan().planes.size() - 1);
   if (mark_ && *mark_ >= marks().size()) mark_.reset();

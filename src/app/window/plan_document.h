@@ -55,6 +55,8 @@ class PlanDocument {
 
   /// Returns true if the plan was changed after the bone was last changed, and the change can be undone.
   bool is_latest_change() const;
+  /// Counts the changes, undo and redo included.
+  std::uint64_t changes() const { return changes_; }
   bool is_unsaved() const { return unsaved_; }
   void set_unsaved(bool unsaved) { unsaved_ = unsaved; }
   void Describe(nlohmann::json& state) const;
@@ -68,6 +70,7 @@ class PlanDocument {
   std::size_t plane_ = 0;
   std::optional<std::size_t> mark_;
   std::uint64_t changes_at_edit_ = 0;  // changes of the bone at the last change of the plan
+  std::uint64_t changes_ = 0;
   bool unsaved_ = false;
 };
 

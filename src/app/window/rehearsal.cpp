@@ -70,6 +70,7 @@ void Rehearsal::Began() {
   to_save_.reset();
   if (first) {
     distances_.SetBone(before_);
+    plan_link_.Begin(before_->CalcBounds());
     const bool lacks_ct = !project_file_.empty() && IsFromCt(*before_) && !before_->has_hu();
     viewer_->Say(lacks_ct ? Tr("This project does not contain the CT, so the slices show the bone's tissues.")
                           : Tr("Space starts the saw; drag with the left button to move it; F1 for help"));
@@ -356,7 +357,7 @@ bool Rehearsal::Take(const WindowEvent& event) {
 
 // ---- frames
 
-void Rehearsal::Update(double /*dt_s*/) {
+void Rehearsal::Update(double dt_s) {
   FollowChange();
   FollowOpening();
   distances_.Update();
@@ -369,6 +370,7 @@ void Rehearsal::Update(double /*dt_s*/) {
     if (DescribeChanges().empty()) OpenNow(input, false);
   }
   if (viewer_->is_running() && !viewer_->dialogs().is_open()) editor_.marks.Update();
+  plan_link_.Update(dt_s);
   FollowCut();
   FollowGuide();
   if (in_pieces_) {

@@ -17,6 +17,7 @@
 #include "app/window/menu.h"
 #include "app/window/pieces_mode.h"
 #include "app/window/plan_editor.h"
+#include "app/window/plan_link.h"
 #include "app/window/saw_distances.h"
 #include "app/window/scene_change.h"
 #include "app/window/unsaved_cut.h"
@@ -157,6 +158,7 @@ class Rehearsal final : public Activity {
   std::unique_ptr<ViewerApp> viewer_;
   PlanEditor editor_{*viewer_};
   PiecesMode pieces_{*viewer_};
+  PlanLink plan_link_{*viewer_, editor_.document};
   SawDistances distances_{*viewer_, editor_.document};
   UnsavedCut unsaved_cut_;
   CaseWriter writer_{*viewer_, editor_.document, pieces_, unsaved_cut_};

@@ -120,6 +120,7 @@ void Rehearsal::Reset() {
   earlier_bones_.clear();
   sessions_.clear();
   distances_.Reset();
+  plan_link_.End();
   viewer_->Clear();
 }
 

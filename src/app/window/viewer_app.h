@@ -54,6 +54,7 @@ struct ViewerOptions {
   bool ghost = true;      // shows the handle of a coupled simulation
   const std::atomic<bool>* interrupt = nullptr;  // ends the program if set; optional
   std::shared_ptr<DeviceServo> device;           // device that holds or moves the saw; null: only mouse and keys
+  std::shared_ptr<SlicerLink> link;              // shows the session elsewhere; null: none
 };
 
 /// Durations of drawing frames and of updating the surface.

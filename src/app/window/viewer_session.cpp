@@ -79,6 +79,8 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   live.tick = std::exchange(take_tick_, nullptr);
   live.scripted = options_.scripted;
   if (device_ && device_->holds()) live.device = &device_->servo();
+  if (options_.link) options_.link->Show(scene.TitleOrName(), MakeToolMesh(MakeTool(scene)));
+  live.link = options_.link.get();
   live.begin = [this, goes_on, original = original_, with_hu = bone && bone->has_hu() ? bone : nullptr,
                 file = scene.bone.source == BoneSource::kFile && !bone ? scene.bone.file : ""](
                    const Bone& made, const EffectPlan&) mutable {

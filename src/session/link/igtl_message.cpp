@@ -238,4 +238,22 @@ Pose ReadIgtlTransform(std::span<const std::uint8_t> content) {
   return {glm::normalize(glm::quat_cast(R)), p};
 }
 
+std::vector<Vec3> ReadIgtlPoints(std::span<const std::uint8_t> content) {
+  constexpr std::size_t kPointBytes = 136;
+  constexpr std::size_t kPlace = 100;  // after name, group and colour
+  if (content.empty() || content.size() % kPointBytes != 0) {
+    throw Error(fmt::format("a POINT message has {} bytes, not a multiple of {}", content.size(), kPointBytes));
+  }
+  std::vector<Vec3> points;
+  points.reserve(content.size() / kPointBytes);
+  for (std::size_t at = kPlace; at < content.size(); at += kPointBytes) {
+    const Vec3 p(ReadFloat(content, at), ReadFloat(content, at + 4), ReadFloat(content, at + 8));
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
+      throw Error("a POINT message has a number that is not finite");
+    }
+    points.push_back(Turn(p));
+  }
+  return points;
+}
+
 }  // namespace kerf

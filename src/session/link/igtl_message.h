@@ -57,5 +57,7 @@ std::span<const std::uint8_t> CheckIgtlBody(const IgtlHeader& header, std::span<
 /// Reads the content of a TRANSFORM. The axes must be orthogonal, of unit length and right-handed to within 1e-3; they
 /// are made so exactly.
 Pose ReadIgtlTransform(std::span<const std::uint8_t> content);
+/// Reads the places of the points of a POINT message; their names, colours and owners are skipped.
+std::vector<Vec3> ReadIgtlPoints(std::span<const std::uint8_t> content);
 
 }  // namespace kerf

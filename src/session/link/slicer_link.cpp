@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <glm/geometric.hpp>
 #include <utility>
 
 #include "bone/grid/set_leaf.h"
+#include "kerf/error.h"
 #include "kerf/surface.h"
 #include "kerf/version.h"
 #include "loop/haptics/loop_body.h"
@@ -20,6 +22,10 @@ using Clock = std::chrono::steady_clock;
 constexpr int kBoneSlot = 0;
 constexpr int kStatusSlot = 1;
 constexpr int kNamesSlot = 2;
+constexpr int kToolSlot = 3;
+constexpr int kRefusalSlot = 4;
+constexpr std::chrono::seconds kBetweenRefusals{1};  // of the same sentence
+constexpr const char* kHandName = "kerf_hand";
 constexpr std::chrono::milliseconds kBetweenBones{500};
 /// Pause after a surface was made, as a multiple of the time that it took: the loop shares the processor.
 constexpr int kRest = 3;
@@ -35,38 +41,72 @@ std::shared_ptr<const std::string> Share(std::string messages) {
   return std::make_shared<const std::string>(std::move(messages));
 }
 
+/// Returns a line "NAME VALUE" for the force and for each number. `names`: of the numbers, one per line.
+std::string DescribeMoment(const LinkMoment& moment, const std::string& names) {
+  std::string text = fmt::format("force_N {:.3f}", glm::length(moment.f_H_W_N));
+  std::size_t from = 0;
+  for (const double number : moment.numbers) {
+    if (from >= names.size()) break;
+    const std::size_t end = std::min(names.find('\n', from), names.size());
+    text += fmt::format("\n{} {:.3f}", names.substr(from, end - from), number);
+    from = end + 1;
+  }
+  return text;
+}
+
 }  // namespace
 
-SlicerLink::SlicerLink(const IgtlServerOptions& options, std::string title, TriangleMesh tool_T)
-    : tool_T_(std::move(tool_T)), state_(fmt::format("kerf {}: {}", VersionString(), title)) {
-  server_ = std::make_unique<IgtlServer>(
-      options, IgtlServer::Calls{.frame = [this] { return MakeFrame(); },
-                                 .welcome = [this] { return MakeWelcome(); },
-                                 .take = [this](const IgtlHeader& header, auto) { return Answer(header); }});
+SlicerLink::SlicerLink(const IgtlServerOptions& options)
+    : state_(fmt::format("kerf {}: no session yet", VersionString())) {
+  meshing_ = std::thread([this] { MeshInTurn(); });
+  try {
+    server_ = std::make_unique<IgtlServer>(
+        options,
+        IgtlServer::Calls{.frame = [this] { return MakeFrame(); },
+                          .welcome = [this] { return MakeWelcome(); },
+                          .take = [this](const IgtlHeader& header, auto content) { return Answer(header, content); }});
+  } catch (...) {
+    EndMeshing();
+    throw;
+  }
 }
 
 SlicerLink::~SlicerLink() {
   server_.reset();
+  EndMeshing();
+}
+
+void SlicerLink::EndMeshing() {
   {
     const std::lock_guard lock(mutex_);
     end_ = true;
   }
   changed_.notify_all();
-  if (meshing_.joinable()) meshing_.join();
+  meshing_.join();
+}
+
+void SlicerLink::Show(const std::string& title, TriangleMesh tool_T) {
+  const Bytes tool = Share(MakeIgtlSurface(Stamp("kerf_tool_shape"), tool_T));
+  {
+    const std::lock_guard lock(mutex_);
+    state_ = fmt::format("kerf {}: {}", VersionString(), title);
+    tool_bytes_ = tool;
+  }
+  server_->Send(kToolSlot, tool);
+  server_->Send(kStatusSlot, MakeStatus());
 }
 
 void SlicerLink::Begin(const LoopInitialState& initial) {
-  {
-    const std::lock_guard lock(mutex_);
-    first_bone_ = initial.bone;
-    names_ = "time_s\ncut_mm3";
-    for (const EffectFigure& figure : EffectRecord(initial.effects).figures) {
-      names_ += fmt::format("\n{}.{}", figure.effect, figure.name);
-    }
-    moment_ = LinkMoment{.X_WT = initial.X_WT, .f_H_W_N = Vec3(0), .numbers = {0, 0}};
-    server_->Send(kNamesSlot, Share(MakeIgtlText(Stamp("kerf_names"), names_)));
+  const std::lock_guard lock(mutex_);
+  first_bone_ = initial.bone;
+  leaves_.clear();
+  cut_mm3_ = 0;
+  names_ = "time_s\ncut_mm3";
+  for (const EffectFigure& figure : EffectRecord(initial.effects).figures) {
+    names_ += fmt::format("\n{}.{}", figure.effect, figure.name);
   }
-  meshing_ = std::thread([this] { MeshInTurn(); });
+  moment_ = LinkMoment{.X_WT = initial.X_WT, .f_H_W_N = Vec3(0), .numbers = {0, 0}};
+  server_->Send(kNamesSlot, Share(MakeIgtlText(Stamp("kerf_names"), names_)));
 }
 
 void SlicerLink::TakeLeaf(const LeafMessage& leaf) {
@@ -98,14 +138,17 @@ void SlicerLink::End(const std::string& sentence) {
 
 SlicerLink::Bytes SlicerLink::MakeFrame() {
   std::optional<LinkMoment> moment;
+  std::string names;
   {
     const std::lock_guard lock(mutex_);
     moment = std::exchange(moment_, std::nullopt);
+    names = names_;
   }
   if (!moment) return nullptr;
   return Share(MakeIgtlTransform(Stamp("kerf_tool"), moment->X_WT) +
                MakeIgtlForce(Stamp("kerf_force"), moment->f_H_W_N) +
-               MakeIgtlNumbers(Stamp("kerf_numbers"), moment->numbers));
+               MakeIgtlNumbers(Stamp("kerf_numbers"), moment->numbers) +
+               MakeIgtlText(Stamp("kerf_values"), DescribeMoment(*moment, names)));
 }
 
 SlicerLink::Bytes SlicerLink::MakeStatus() {
@@ -114,16 +157,40 @@ SlicerLink::Bytes SlicerLink::MakeStatus() {
 }
 
 std::vector<SlicerLink::Bytes> SlicerLink::MakeWelcome() {
-  std::vector<Bytes> welcome{MakeStatus(), Share(MakeIgtlSurface(Stamp("kerf_tool_shape"), tool_T_))};
+  std::vector<Bytes> welcome{MakeStatus()};
   const std::lock_guard lock(mutex_);
+  if (tool_bytes_) welcome.push_back(tool_bytes_);
   if (!names_.empty()) welcome.push_back(Share(MakeIgtlText(Stamp("kerf_names"), names_)));
   if (bone_bytes_) welcome.push_back(bone_bytes_);
   return welcome;
 }
 
-SlicerLink::Bytes SlicerLink::Answer(const IgtlHeader& header) {
-  // Other messages are not understood.
-  return header.type == "GET_STATUS" ? MakeStatus() : nullptr;
+SlicerLink::Bytes SlicerLink::Answer(const IgtlHeader& header, std::span<const std::uint8_t> content) {
+  if (header.type == "GET_STATUS") return MakeStatus();
+  try {
+    if (header.type == "TRANSFORM" && header.device == kHandName) {
+      tracked_tool_->Take(content);
+    } else if (header.type == "TRANSFORM" || header.type == "POINT") {
+      plan_.Take(header, content);
+    }
+  } catch (const Error& e) {
+    return MakeRefusal(e.what());
+  }
+  return nullptr;  // other messages are not understood
+}
+
+/// Returns null if the sentence was sent within the last second.
+SlicerLink::Bytes SlicerLink::MakeRefusal(const std::string& sentence) {
+  const std::lock_guard lock(mutex_);
+  const Clock::time_point now = Clock::now();
+  if (sentence == refusal_ && now - refused_at_ < kBetweenRefusals) return nullptr;
+  refusal_ = sentence;
+  refused_at_ = now;
+  return Share(MakeIgtlStatus(Stamp("kerf"), true, sentence));
+}
+
+void SlicerLink::Refuse(const std::string& sentence) {
+  if (const Bytes refusal = MakeRefusal(sentence)) server_->Send(kRefusalSlot, refusal);
 }
 
 /// Makes the surface of the bone after changes, in a thread of its own.

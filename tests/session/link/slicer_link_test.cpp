@@ -27,6 +27,7 @@ namespace {
 
 using test::MessageOf;
 using testing::HasSubstr;
+using testing::MatchesRegex;
 
 constexpr std::chrono::seconds kPatience{60};  // what is waited for takes a fraction of a second
 
@@ -176,7 +177,8 @@ TEST(IgtlServer, RefusesWhatItCannotDo) {
 TEST(SlicerLink, ShowsTheToolTheForceAndTheBoneAsItIsAtTheEnd) {
   const Scene scene = ParseScene(test::kBarToml + test::kThroughBarToml, "s.toml");
   TriangleMesh tool{{{1, 2, 3}, {4, 5, 6}, {7, 8, 10}}, {{0, 1, 2}}};
-  SlicerLink link(AnyPort(), "a bar", tool);
+  SlicerLink link(AnyPort());
+  link.Show("a bar", tool);
   Client client(link.port());
   LoopOptions options;
   options.seconds = 3;
@@ -198,6 +200,8 @@ TEST(SlicerLink, ShowsTheToolTheForceAndTheBoneAsItIsAtTheEnd) {
   EXPECT_EQ(client.counts["POLYDATA kerf_tool_shape"], 1);
   EXPECT_THAT(client.bodies["STRING kerf_names"], HasSubstr("time_s\ncut_mm3"));
   EXPECT_GE(client.counts["SENSOR kerf_force"], 1);
+  EXPECT_THAT(client.bodies["STRING kerf_values"],
+              MatchesRegex(R"(.*force_N [0-9.]+\ntime_s 3\.000\ncut_mm3 [0-9.]+.*)"));
   // The bone that was sent last is that of the session's end.
   const TriangleMesh surface = ExtractSurface(summary.after, 0.1);
   const auto bone = client.Get<igtl::PolyDataMessage>("POLYDATA kerf_bone");

@@ -1,0 +1,173 @@
+#!/usr/bin/env python3
+"""Tests `kerf rehearse --igtl` in the real window, with a peer that reads and writes the protocol's bytes itself: what it gets, planes
+and points that it sends, their undo, what is refused, and a tracked tool.
+
+    link_test.py KERF [--pictures FOLDER]
+
+--pictures: keeps the test's pictures. Exit code 77: the test was skipped; it prints the reason."""
+
+import argparse
+import pathlib
+import re
+import shutil
+import struct
+import sys
+import threading
+import time
+
+from drive import PATIENCE_S, Display, Window, skip_without_display_programs, workspace
+from rehearse_test import SCENE
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "session/link"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "tools/slicer/KerfLink"))
+import peer  # noqa: E402
+from KerfLinkLib import messages  # noqa: E402
+
+AXIAL, CORONAL = (0, 0, 1), (0, 1, 0)  # normals
+
+
+class Peer:
+    """Reads everything in a thread of its own."""
+
+    def __init__(self, window):
+        self.socket = peer.connect(self._port_of(window))
+        self.last = {}
+        threading.Thread(target=self._read, daemon=True).start()
+
+    @staticmethod
+    def _port_of(window):
+        deadline = time.monotonic() + PATIENCE_S
+        while not (found := re.search(r"listening on 127\.0\.0\.1, port (\d+)", (window.folder / "out.txt").read_text())):
+            assert time.monotonic() < deadline, "kerf does not say its port"
+            time.sleep(0.05)
+        return int(found.group(1))
+
+    def _read(self):
+        try:
+            while (message := peer.receive(self.socket)) is not None:
+                kind, name, body = message
+                self.last[f"{kind} {name}"] = body
+        except OSError:
+            pass
+
+    def wait(self, what, test=lambda body: True):
+        deadline = time.monotonic() + PATIENCE_S
+        while what not in self.last or not test(self.last[what]):
+            assert time.monotonic() < deadline, (what, sorted(self.last), self.last.get("STATUS kerf"))
+            time.sleep(0.02)
+        return self.last[what]
+
+    def send_pose(self, name, place_ras, normal_ras=AXIAL):
+        """Sends the matrix that the module of 3D Slicer makes, or a place that it refuses to send."""
+        rows = messages.plane_matrix([p if p == p else 0 for p in place_ras], normal_ras)
+        columns = [row[j] for j in range(3) for row in rows[:3]]
+        self.socket.sendall(peer.message("TRANSFORM", name, struct.pack(">12f", *columns, *place_ras)))
+
+    def send_points(self, name, points_ras):
+        body = b"".join(struct.pack(">64s32s4B4f20s", b"point", b"", 255, 0, 0, 255, *p, 1.0, b"") for p in points_ras)
+        self.socket.sendall(peer.message("POINT", name, body))
+
+
+def edit_plan(kerf, folder, display, keep):
+    w = Window(display, kerf, ["rehearse", "bar.toml", "-o", "out", "--igtl", "--igtl-port", "0"], folder, title="kerf rehearse")
+    w.wait_event("first_picture")
+    w.wait_event("running")
+    slicer = Peer(w)
+    for what in ("TRANSFORM kerf_tool", "POLYDATA kerf_tool_shape", "POLYDATA kerf_bone", "SENSOR kerf_force", "STRING kerf_names"):
+        slicer.wait(what)
+    volume = peer.volume_of(slicer.last["POLYDATA kerf_bone"])
+    assert abs(volume - 3000) < 30, volume
+
+    # A plane that is dragged in Slicer: 40 poses in a second move it in kerf, and one undo takes them all back.
+    before = w.wait_state("the plane of the scene", lambda s: s["planes"] == 1)["plane_mm"]
+    for i in range(41):
+        slicer.send_pose("cut", (0.1 * i, -0.05 * i, -5), CORONAL)
+        time.sleep(0.025)
+    w.wait_state("the moved plane", lambda s: s["plane_mm"] == [[-4, 2, -5]] and s["plane_deg"][0][1] == 0)
+    w.wait_message("3D Slicer has changed the plan; Shift+Z undoes that.")
+    keep(w)
+    w.key("shift+z")
+    w.wait_state("the plane where it was", lambda s: s["plane_mm"] == before and s["plane_deg"][0][0] == 0)
+
+    # Other names add a plane only with the prefix; points become a plane or the nerve.
+    slicer.send_pose("tracker", (0, 0, 0))
+    slicer.wait("STATUS kerf", lambda body: b"the plan has no plane 'tracker'" in body)
+    slicer.send_pose("cut", (0, 2000, 0))
+    slicer.wait("STATUS kerf", lambda body: b"away from the bone" in body)
+    slicer.send_pose("cut", (float("nan"), 0, 0))
+    slicer.wait("STATUS kerf", lambda body: b"not finite" in body)
+    slicer.send_pose("kerf_plan/left", (7, 0, -5))
+    w.wait_state("a plane more", lambda s: s["planes"] == 2 and s["plane_mm"][1] == [-7, 0, -5])
+    slicer.send_points("kerf_plan/left", [(3, -4, -8), (3, 4, -8), (3, 0, -1)])
+    w.wait_state("the plane through points", lambda s: s["plane_mm"][1] == [-3, 0, -5.67] and s["plane_deg"][1][0] == 0)
+    slicer.send_points("nerve", [(-12, 0, -7), (0, 1, -7), (12, 0, -7)])
+    w.wait_state("the nerve", lambda s: s["marks"] == 1)
+    keep(w)
+
+    # Another saw begins another session; the link goes on, with its shape.
+    shape = slicer.last["POLYDATA kerf_tool_shape"]
+    w.key("2")
+    w.wait_state("another saw", lambda s: s["saw"] != "" and s["running"])
+    slicer.wait("POLYDATA kerf_tool_shape", lambda body: body != shape)
+    w.quit()
+    code, out = w.wait_end()
+    assert code == 0, out
+    slicer.wait("STATUS kerf", lambda body: b"the rehearsal has ended" in body)
+
+
+def hold_saw(kerf, folder, display, keep):
+    w = Window(display, kerf, ["rehearse", "bar.toml", "-o", "tracked", "--igtl", "--igtl-port", "0", "--device", "igtl"], folder,
+               title="kerf rehearse")
+    w.wait_message("waits for TRANSFORM messages named kerf_hand")
+    hand = Peer(w)
+    hand.send_pose("kerf_hand", (500, 0, 0))
+    w.wait_event("running")
+    w.wait_event("first_picture")
+    start = w.wait_still("saw_mm")
+
+    def send(places):
+        for p in places:
+            hand.send_pose("kerf_hand", p)
+            time.sleep(0.01)
+
+    # The saw moves as the hand does, from where it was: 8 mm to the right of the patient, 6 mm up.
+    path = [(500 + 0.04 * i, 0, 0.03 * i) for i in range(201)]
+    send([path[0]] * 30 + path + [path[-1]] * 100)
+    near = [start[0] - 8, start[1], start[2] + 6]
+    w.wait_state("the saw beside", lambda s: max(abs(a - b) for a, b in zip(s["saw_mm"], near)) <= 0.2)
+    keep(w)
+    # It stops when the poses stop, and does not follow a leap.
+    w.wait_message("tracked tool: does not answer: the tool is stopped")
+    far = (600, 0, 0)
+    send([path[-1]] * 40 + [far] * 40)
+    w.wait_message("reported an implausible jump: the tool stays where it was")
+    w.wait_state("the saw as before", lambda s: max(abs(a - b) for a, b in zip(s["saw_mm"], near)) <= 0.2)
+    w.quit()
+    code, out = w.wait_end()
+    assert code == 0, out
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("kerf")
+    parser.add_argument("--pictures")
+    options = parser.parse_args()
+    skip_without_display_programs()
+    folder = workspace()
+    (folder / "bar.toml").write_text(SCENE)
+    pictures = []
+
+    def keep(window):
+        pictures.append(folder / window.picture())
+
+    with Display(1480, 920) as display:
+        edit_plan(options.kerf, folder, display, keep)
+        hold_saw(options.kerf, folder, display, keep)
+    if options.pictures:
+        for i, file in enumerate(pictures):
+            shutil.copy(file, pathlib.Path(options.pictures) / f"link-{i}.png")
+    shutil.rmtree(folder)
+
+
+if __name__ == "__main__":
+    main()
