@@ -112,7 +112,7 @@ LoopDevice MakeLoopDevice(DeviceServo& servo, const std::atomic<bool>* stop,
       for (const std::string& message : servo.TakeMessages()) say(message);
       const ServoState state = servo.state();
       if (state == ServoState::kEngaged) return servo;
-      if (state == ServoState::kWaiting) {
+      if (state == ServoState::kWaiting && servo.traits().makes_force) {
         if (!std::exchange(reported, true)) {
           say(fmt::format("{}: hold the handle still in the middle, or press a button on it, to take the tool",
                           servo.name()));

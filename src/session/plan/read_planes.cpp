@@ -77,11 +77,13 @@ std::string MakeName(const std::string& file) {
 }  // namespace
 
 bool IsPlanesPath(const std::string& path) {
-  return path.ends_with(kMarkups) || path.ends_with(kScene) || fs::is_directory(path);
+  std::error_code none;
+  return path.ends_with(kMarkups) || path.ends_with(kScene) || fs::is_directory(path, none);
 }
 
 std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path) {
-  const bool in_folder = fs::is_directory(path);
+  std::error_code none;
+  const bool in_folder = fs::is_directory(path, none);
   const bool one_file = !in_folder && !path.ends_with(kScene);
   const std::vector<std::string> files = one_file    ? std::vector{path}
                                          : in_folder ? ListFolderFiles(path)

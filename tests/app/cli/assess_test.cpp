@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "support/block_scene.h"
@@ -82,6 +83,29 @@ TEST_F(AssessCommand, AssessesARecording) {
   EXPECT_THAT(html, HasSubstr("Force on the hand"));
   EXPECT_THAT(html, HasSubstr("a.kerf"));
   EXPECT_FALSE(Exists("out/overview.png"));
+}
+
+TEST_F(AssessCommand, WritesPlanesAndATableForSlicerAndReadsAFolderOfPlanes) {
+  RunScene();
+  std::filesystem::create_directory(folder_ / "planes");
+  const ProgramResult result =
+      Kerf("assess s.toml --after run/bone.vdb --markups planes/cut.mrk.json --table cut.csv --json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  ExpectCut(nlohmann::json::parse(result.out));
+  EXPECT_THAT(Slurp(folder_ / "cut.csv"), HasSubstr("subject,measure,unit,value\nmiddle,offset,mm,0."));
+  const ProgramResult again = Kerf("assess s.toml --plan planes --after run/bone.vdb --json");
+  ASSERT_EQ(again.code, 0) << again.err;
+  const auto planes = nlohmann::json::parse(again.out)["planes"];
+  ASSERT_EQ(planes.size(), 2U);
+  EXPECT_EQ(planes[0]["name"], "middle");
+  EXPECT_EQ(planes[0]["offset_mm"], nlohmann::json::parse(result.out)["planes"][0]["offset_mm"]);
+  EXPECT_EQ(planes[1]["name"], "middle, as cut");
+  EXPECT_NEAR(planes[1]["offset_mm"].get<double>(), 0, 1e-6);
+  EXPECT_EQ(Kerf("assess s.toml --after run/bone.vdb --markups cut.json").code, 2);
+  const ProgramResult over =
+      Kerf("assess s.toml --plan planes/cut.mrk.json --after run/bone.vdb --markups planes/cut.mrk.json");
+  EXPECT_EQ(over.code, 1);
+  EXPECT_THAT(over.err, HasSubstr("cut.mrk.json"));
 }
 
 TEST_F(AssessCommand, AppliesPositionsOfMovedPieces) {

@@ -120,6 +120,7 @@ TEST_F(LoopDevices, RefusesInputThatCannotBePlayed) {
   ExpectFailure(2, "loop s.toml --virtual --device none --motion-scale 2", "apply to a real device only");
   ExpectFailure(2, "loop s.toml --virtual --device none --left-handed", "apply to a real device only");
   ExpectFailure(2, "loop s.toml --virtual --device none --bridge 127.0.0.1", "apply to a real device only");
+  ExpectFailure(2, "loop s.toml --device igtl", "\"igtl\" requires --igtl");
   ExpectFailure(2, "loop s.toml --motion-scale 2", "--motion-scale requires --device");
   ExpectFailure(2, "loop s.toml --bridge 127.0.0.1", "--bridge requires --device");
   ExpectFailure(2, "loop s.toml --wooden w.toml", "--wooden requires --device");

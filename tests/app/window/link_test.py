@@ -130,18 +130,25 @@ def hold_saw(kerf, folder, display, keep):
             hand.send_pose("kerf_hand", p)
             time.sleep(0.01)
 
-    # The saw moves as the hand does, from where it was: 8 mm to the right of the patient, 6 mm up.
-    path = [(500 + 0.04 * i, 0, 0.03 * i) for i in range(201)]
-    send([path[0]] * 30 + path + [path[-1]] * 100)
-    near = [start[0] - 8, start[1], start[2] + 6]
-    w.wait_state("the saw beside", lambda s: max(abs(a - b) for a, b in zip(s["saw_mm"], near)) <= 0.2)
+    # The saw moves as the hand does, from where it was: 8 mm to the right of the patient, 6 mm up. Motion that a busy machine misses
+    # is repeated.
+    send([(500, 0, 0)] * 30)
+    place = (500, 0, 0)
+    for _ in range(20_000):
+        w.read()
+        if w.state["saw_mm"][0] <= start[0] - 8:
+            break
+        place = (place[0] + 0.04, 0, place[2] + 0.03)
+        send([place])
     keep(w)
     # It stops when the poses stop, and does not follow a leap.
     w.wait_message("tracked tool: does not answer: the tool is stopped")
-    far = (600, 0, 0)
-    send([path[-1]] * 40 + [far] * 40)
+    there = w.wait_still("saw_mm")
+    assert abs(there[1] - start[1]) <= 0.1 and abs((there[2] - start[2]) - 0.75 * (start[0] - there[0])) <= 0.2, (start, there)
+    assert start[0] - there[0] >= 8, (start, there)
+    send([place] * 40 + [(5000, 0, 0)] * 40)
     w.wait_message("reported an implausible jump: the tool stays where it was")
-    w.wait_state("the saw as before", lambda s: max(abs(a - b) for a, b in zip(s["saw_mm"], near)) <= 0.2)
+    assert max(abs(a - b) for a, b in zip(w.wait_still("saw_mm"), there)) <= 0.2, (w.state["saw_mm"], there)
     w.quit()
     code, out = w.wait_end()
     assert code == 0, out

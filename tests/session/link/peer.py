@@ -3,17 +3,21 @@
 
     peer.py KERF
 
-A second peer sends garbage and a third one leaves in the middle of a message. Exit code 1 with a reason if something is wrong.
+A second peer sends garbage and a third one leaves in the middle of a message. Then a peer is the tracked tool that holds the saw.
+Exit code 1 with a reason if something is wrong.
 """
 
 import json
 import pathlib
 import re
+import signal
 import socket
 import struct
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 
 SCENE = """[bone]
 model = "block"
@@ -92,16 +96,72 @@ def connect(port):
     return socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
 
 
+def start(kerf, folder, *arguments):
+    """Starts `kerf loop` and returns the program and its port."""
+    (pathlib.Path(folder) / "bar.toml").write_text(SCENE, encoding="utf-8")
+    program = subprocess.Popen([kerf, "loop", "bar.toml", "--igtl", "--igtl-port", "0", "--json", *arguments], cwd=folder,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    said = program.stderr.readline()
+    port = int(re.search(r"listening on 127\.0\.0\.1, port (\d+)", said).group(1))
+    return program, port
+
+
+def pose(*place_ras):
+    return message("TRANSFORM", "kerf_hand", struct.pack(">12f", 1, 0, 0, 0, 1, 0, 0, 0, 1, *place_ras))
+
+
+def drain(peer):
+    """Receives until the end, so that the program can send."""
+    try:
+        while peer.recv(1 << 16):
+            pass
+    except OSError:
+        pass
+
+
+def hold_saw(kerf):
+    """1000 poses of a tracked tool, a pause, a leap of 5 m, and a number that is not finite."""
+    with tempfile.TemporaryDirectory() as folder:
+        program, port = start(kerf, folder, "--seconds", "600", "--device", "igtl")
+        peer = connect(port)
+        threading.Thread(target=drain, args=[peer], daemon=True).start()
+
+        def send(poses):
+            for p in poses:
+                peer.sendall(p)
+                time.sleep(0.003)
+
+        send(pose(300 + 0.002 * i, 0, 0) for i in range(1000))
+        time.sleep(0.5)
+        send([pose(302, 0, 0)] * 50 + [pose(5302, 0, 0)] * 50)
+        send([pose(float("nan"), 0, 0)])
+        time.sleep(0.5)
+        program.send_signal(signal.SIGINT)
+        out, err = program.communicate(timeout=PATIENCE_S)
+    assert program.returncode == 0, err
+    assert "tracked tool: waits for TRANSFORM messages named kerf_hand" in err or "tracked tool: now moves the tool" in err, err
+    assert "does not answer: the tool is stopped" in err and "implausible jump" in err, err
+    figures = json.loads(out)["served"]
+    assert figures["silences"] >= 3 and figures["leaps"] >= 1 and figures["with_a_bad_one"] == 1, figures
+    assert figures["largest_sent_N"] == 0, figures
+
+
 def main():
     kerf = pathlib.Path(sys.argv[1]).resolve()
+    hold_saw(kerf)
     with tempfile.TemporaryDirectory() as folder:
-        (pathlib.Path(folder) / "bar.toml").write_text(SCENE, encoding="utf-8")
-        program = subprocess.Popen([kerf, "loop", "bar.toml", "--igtl", "--igtl-port", "0", "--seconds", "3", "--json"], cwd=folder,
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        said = program.stderr.readline()
-        port = int(re.search(r"listening on 127\.0\.0\.1, port (\d+)", said).group(1))
+        program, port = start(kerf, folder, "--seconds", "3")
         peer = connect(port)
         identity = struct.pack(">12f", 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0)
+        got, last = {}, {}
+
+        def note(kind, name, body):
+            got[f"{kind} {name}"] = got.get(f"{kind} {name}", 0) + 1
+            last[f"{kind} {name}"] = body
+
+        peer.sendall(message("TRANSFORM", "kerf_plan/left", identity))
+        while b"the plan of this session cannot be changed" not in last.get("STATUS kerf", b""):
+            note(*receive(peer))
         for _ in range(1000):
             peer.sendall(message("TRANSFORM", "tool", identity))
         peer.sendall(message("GET_STATUS", "", b""))
@@ -110,11 +170,8 @@ def main():
         leaving = connect(port)
         leaving.sendall(message("TRANSFORM", "tool", identity)[:70])
         leaving.close()
-        got, last = {}, {}
         while (next_message := receive(peer)) is not None:
-            kind, name, body = next_message
-            got[f"{kind} {name}"] = got.get(f"{kind} {name}", 0) + 1
-            last[f"{kind} {name}"] = body
+            note(*next_message)
         garbage.close()
         out, err = program.communicate(timeout=PATIENCE_S)
     assert program.returncode == 0, err
@@ -123,7 +180,7 @@ def main():
         assert got.get(what, 0) >= 1, (what, got)
     assert got["POLYDATA kerf_tool_shape"] == 1 and b"time_s\ncut_mm3" in last["STRING kerf_names"], got
     assert b"the session has ended" in last["STATUS kerf"], last["STATUS kerf"]
-    assert re.search(r"messages received 100[12]\b", err), err  # GET_STATUS is one, and perhaps that of the peer that left
+    assert re.search(r"messages received 100[23]\b", err), err  # with one for the plan, GET_STATUS, and perhaps that of the peer that left
     assert "a peer was disconnected: a message has the protocol version" in err, err
     # The surface of the bone at the end encloses its volume; flat parts are merged, by up to a tenth of a voxel of 0.2 mm on 118 mm2.
     after = result["volume_after_mm3"] if "volume_after_mm3" in result else result["bone"]["after_mm3"]

@@ -27,7 +27,6 @@ namespace {
 
 using test::MessageOf;
 using testing::HasSubstr;
-using testing::MatchesRegex;
 
 constexpr std::chrono::seconds kPatience{60};  // what is waited for takes a fraction of a second
 
@@ -200,8 +199,8 @@ TEST(SlicerLink, ShowsTheToolTheForceAndTheBoneAsItIsAtTheEnd) {
   EXPECT_EQ(client.counts["POLYDATA kerf_tool_shape"], 1);
   EXPECT_THAT(client.bodies["STRING kerf_names"], HasSubstr("time_s\ncut_mm3"));
   EXPECT_GE(client.counts["SENSOR kerf_force"], 1);
-  EXPECT_THAT(client.bodies["STRING kerf_values"],
-              MatchesRegex(R"(.*force_N [0-9.]+\ntime_s 3\.000\ncut_mm3 [0-9.]+.*)"));
+  EXPECT_THAT(client.bodies["STRING kerf_values"], HasSubstr("force_N "));
+  EXPECT_THAT(client.bodies["STRING kerf_values"], HasSubstr("\ntime_s 3.000\ncut_mm3 "));
   // The bone that was sent last is that of the session's end.
   const TriangleMesh surface = ExtractSurface(summary.after, 0.1);
   const auto bone = client.Get<igtl::PolyDataMessage>("POLYDATA kerf_bone");

@@ -55,7 +55,7 @@ TEST(TrackedTool, FollowsAThousandPosesAndIsStaleAfterAFifthOfASecond) {
   EXPECT_EQ(tracked.Pass(185), ServoState::kEngaged);
   EXPECT_EQ(tracked.Pass(20), ServoState::kSilent);
   EXPECT_EQ(tracked.rounds.counts().jumps, 0U);
-  // It holds the saw again from where it is then: each engagement couples it anew.
+  // It holds the saw again from where it is then: each engagement couples it again.
   tracked.Send(MakePose(5));
   tracked.Pass(10);
   tracked.Send(MakePose(6));

@@ -205,7 +205,8 @@ TEST(Plan, IsReadFromAFolderOrASceneOfSlicerWithTheNamesOfItsFiles) {
   write("Data/mandible plane 1.mrk.json", MakePlaneFile("LPS", "1, 2, 3"));
   write("Data/named.mrk.json", MakePlaneFile("LPS", "7, 8, 9", R"(, "name": "mandible plane 1")"));
   write("Data/FibulaPlane0_A.mrk.json", MakePlaneFile("LPS", "0, 0, -900"));
-  write("Data/points.mrk.json", R"({"markups": [{"type": "Fiducial", "controlPoints": []}]})");
+  write("Data/points.mrk.json",
+        R"({"markups": [{"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": []}]})");
   write("Data/other.json", "no markups");
   const std::vector<PlannedPlane> planes = ReadPlannedPlanes(folder.file("Data"));
   ASSERT_EQ(planes.size(), 3u);
