@@ -22,8 +22,8 @@ void TrackedTool::Take(std::span<const std::uint8_t> content) {
 
 RoundEnd TrackedTool::Fetch(Pose& X_WH) noexcept {
   const std::lock_guard lock(mutex_);
-  const bool bad = std::exchange(bad_, false);
-  if (!std::exchange(fresh_, false)) return bad ? RoundEnd::kBadAnswer : RoundEnd::kNoAnswer;
+  if (std::exchange(bad_, false)) return RoundEnd::kBadAnswer;  // a valid pose waits for the next round
+  if (!std::exchange(fresh_, false)) return RoundEnd::kNoAnswer;
   X_WH = X_WH_;
   return RoundEnd::kSample;
 }
