@@ -42,8 +42,12 @@ class Activity {
   virtual void TakeSlicePoint(const Vec3& /*p_W*/) {}
   /// Takes back the last one.
   virtual void TakeBackSlicePoint() {}
+  /// Moves a point that FillSlices() has listed. `first`: with the first motion of a drag.
+  virtual void MoveSlicePoint(std::size_t /*i*/, const Vec3& /*p_W*/, bool /*first*/) {}
   /// Returns the point of these through which all slices go meanwhile, instead of following the saw; none: no point.
   virtual std::optional<Vec3> slice_point() const { return {}; }
+  /// Returns the point that the slices follow instead of the saw, unless the user chooses another one; none: the saw.
+  virtual std::optional<Vec3> slice_focus() const { return {}; }
   /// Returns false if the activity has no use for slices.
   virtual bool has_slices() const { return false; }
   /// Returns true while the activity draws something else in the place of the slices.

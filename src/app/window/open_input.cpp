@@ -177,9 +177,14 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   ImportOptions settings;
   settings.voxel_mm = options.voxel_mm;
   settings.keep_hu = !IsSurfacePath(input);
+  settings.isolate.keep_W = options.keep_W;
+  settings.isolate.drop_W = options.drop_W;
   const char* stage = settings.keep_hu ? "importing the CT" : "importing the surface";
   settings.progress = [&](double fraction) { watcher.progress(stage, fraction); };
-  settings.take_ct = watcher.ct;
+  settings.take_ct = [&](std::shared_ptr<const Volume> ct) {
+    opened.ct = ct;
+    if (watcher.ct) watcher.ct(std::move(ct));
+  };
   settings.take_preview = [&show](Bone bone) { show(std::make_shared<const Bone>(std::move(bone)), false); };
   ImportResult imported = Import(input, settings);
   for (const std::string& warning : imported.report.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);

@@ -24,6 +24,7 @@ struct OpenedInput {
   std::map<std::string, std::string> scene_files{};  // of a project: contents of the scene's files, by path
   std::vector<std::string> warnings;                 // of the import, one sentence each
   std::shared_ptr<const Bone> original;              // of a project: the bone before its cuts; otherwise null
+  std::shared_ptr<const Volume> ct;                  // of an imported bone: its CT; otherwise null
 };
 
 struct OpenOptions {
@@ -31,6 +32,8 @@ struct OpenOptions {
   double voxel_mm = 0.2;       // of an imported bone
   std::string project_folder;  // receives the files of a project
   bool make_bone = false;      // makes the bone of a scene that describes one, too
+  std::vector<Vec3> keep_W{};  // of a CT: points in the wanted bone and, if it touches other bone, in that
+  std::vector<Vec3> drop_W{};
 };
 
 /// What observes the opening. All functions are called in the opening thread; all but `progress` are optional.
@@ -52,8 +55,8 @@ void CheckInput(const std::string& input);
 
 /// Opens an input. `input`: empty (the generic mandible), a scene (.toml), a project
 /// (.kerf-project), a bone (.vdb), a DICOM folder, or any other input of `kerf import`. If it is not a scene, a scene
-/// is made with the paper's saw over the left side of the bone. Writes no file. Throws Error, or Cancelled if
-/// `watcher.progress` does.
+/// is made with the paper's saw over the left side of the bone. Writes no file. Throws Error (NotIsolated if the points
+/// of the options, or others, are needed), or Cancelled if `watcher.progress` does.
 OpenedInput OpenInput(const std::string& input, const OpenOptions& options, const OpenWatcher& watcher);
 
 /// Makes a scene with the bone file and the saw above the bone's left side without touching it: above the thickest part

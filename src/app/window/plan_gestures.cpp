@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "app/window/mark_place.h"
 #include "kerf/error.h"
 #include "view/ui/translate.h"
 
@@ -73,8 +74,37 @@ bool PlanGestures::TakePoint(const Vec3& p_W) {
     AskDepth(p_W);
   } else if (placing_->what == Placing::kPlane && placing_->points_W.size() == 3) {
     FinishPlacing();
+  } else if (placing_->what == Placing::kMark) {
+    SayPlace(placing_->kind, placing_->points_W.size(), p_W);
   }
   return true;
+}
+
+/// Says so if a point of a mark lies where such a structure can hardly be.
+void PlanGestures::SayPlace(MarkKind kind, std::size_t number, const Vec3& p_W) {
+  const std::shared_ptr<const Bone> bone = viewer_.bone_at_start();
+  if (!bone) return;
+  const MarkPlace place = FindMarkPlace(*bone, viewer_.bone().ct(), kind, p_W);
+  if (place == MarkPlace::kUsual) return;
+  viewer_.Warn(place == MarkPlace::kInAir
+                   ? fmt::format(fmt::runtime(Tr("Point {} lies in air.")), number)
+                   : fmt::format(fmt::runtime(Tr("Point {} lies more than {} mm from the bone.")), number,
+                                 ShowNumber(kMarkFar_mm, 0)));
+}
+
+void PlanGestures::MoveListed(std::size_t i, const Vec3& p_W, bool first) {
+  if (i >= ListPoints().size()) return;
+  if (placing_) {
+    placing_->points_W[i] = p_W;
+    return;
+  }
+  try {
+    PlanContent next = document_.now();
+    MovePoint(next.marks[*document_.mark_index()], i, p_W);
+    first ? document_.Change(std::move(next), Tr("point moved")) : document_.Amend(std::move(next));
+  } catch (const Error& e) {
+    viewer_.Say(e.what());
+  }
 }
 
 void PlanGestures::TakeBackPoint() {
@@ -163,7 +193,7 @@ void PlanGestures::TakeMotion(const ScreenPoint& at) {
       const std::optional<Vec3> on_bone_W = PickBone(at);
       const auto spot = camera.Project(before_W);
       const Vec3 moved_W = spot ? before_W + camera.WorldMotion(at.x - spot->x, at.y - spot->y, before_W) : before_W;
-      MovePoint(next.marks[*document_.mark_index()], drag.index, on_bone_W.value_or(moved_W));
+      return MoveListed(drag.index, on_bone_W.value_or(moved_W), first);
     } else {
       const auto sight = [&](const ScreenPoint& p) {
         const Ray ray = viewer_.view().camera().CalcRay(p);
@@ -172,7 +202,7 @@ void PlanGestures::TakeMotion(const ScreenPoint& at) {
       next.plan.planes[document_.plane_index()] = DragHandle(drag.plane, drag.handle, sight(drag.from), sight(at));
     }
     if (first) {
-      document_.Change(std::move(next), drag.what == Drag::What::kHandle ? Tr("plane moved") : Tr("point moved"));
+      document_.Change(std::move(next), Tr("plane moved"));
     } else {
       document_.Amend(std::move(next));
     }
@@ -313,6 +343,8 @@ void PlanGestures::Describe(nlohmann::json& state) const {
   const PlaneHandle* const hovered = FindHovered();
   state["handle"] = hovered != nullptr ? static_cast<int>(hovered - handles_.data()) : -1;
   state["placed"] = placing_ ? static_cast<int>(placing_->points_W.size()) : -1;
+  state["placed_mm"] = nlohmann::json::array();
+  for (const Vec3& p : ListPoints()) state["placed_mm"].push_back({p.x, p.y, p.z});
   state["handles"] = nlohmann::json::array();
   for (const PlaneHandle& handle : handles_) {
     const auto at = viewer_.view().camera().Project(handle.p_W);

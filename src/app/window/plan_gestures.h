@@ -29,6 +29,8 @@ class PlanGestures {
   bool Take(const WindowEvent& event);
   /// Takes a point that was clicked on the bone or in a slice. Returns true if a point was asked for.
   bool TakePoint(const Vec3& p_W);
+  /// Moves a point of ListPointOverlays(). `first`: with the first motion of a drag, which is one step of undo.
+  void MoveListed(std::size_t i, const Vec3& p_W, bool first);
   /// Takes back the last point, unless it was the last one that was asked for.
   void TakeBackPoint();
   /// Returns the points that can be dragged, as they are shown.
@@ -61,6 +63,7 @@ class PlanGestures {
   };
 
   void FinishPlacing();
+  void SayPlace(MarkKind kind, std::size_t number, const Vec3& p_W);
   bool TakePress(const ScreenPoint& at);
   void TakeMotion(const ScreenPoint& at);
   /// Points that can be picked: those being placed, or those of the selected mark.

@@ -49,7 +49,7 @@ RehearsalResult Rehearsal::Run() {
 }
 
 bool Rehearsal::cuts() const {
-  return !in_pieces_ && !editor_.gestures.is_placing() && !menu_;
+  return !in_pieces_ && !editor_.gestures.is_placing() && !menu_ && !asks_for_points();
 }
 
 // ---- sessions
@@ -75,7 +75,8 @@ void Rehearsal::Began() {
     viewer_->Say(lacks_ct ? Tr("This project does not contain the CT, so the slices show the bone's tissues.")
                           : Tr("Space starts the saw; drag with the left button to move it; F1 for help"));
   } else if (change_.is_pending()) {
-    viewer_->Say(change_.Finish());
+    const std::string done = change_.Finish();
+    warns_after_change_ ? viewer_->Warn(done) : viewer_->Say(done);
   }
   if (const auto watch = viewer_->cut_watch()) {
     watch->SetPlanes(editor_.document.plan().planes);
@@ -107,6 +108,7 @@ void Rehearsal::Began() {
 void Rehearsal::ContinueWith(const std::string& what, std::function<void(Scene&)> change) {
   if (!viewer_->is_running() || change_.is_pending()) return;
   former_choice_ = choice_;
+  warns_after_change_ = false;
   change_.Request(what, std::move(change));
   viewer_->SetSpindle(false);
   viewer_->End();
@@ -198,6 +200,7 @@ void Rehearsal::UseGuide(bool on) {
   try {
     const std::optional<EffectChoice> guide = on ? std::optional(MakeGuide(planned, stop)) : std::nullopt;
     std::string message = Tr("The guide is off");
+    bool is_warning = false;
     if (guide && planned == nullptr) {
       message = Tr("The guide keeps the saw above the depth stop");
     } else if (guide) {
@@ -205,7 +208,8 @@ void Rehearsal::UseGuide(bool on) {
                             ShowNumber(std::min(planned->margin_mm, kGuidePlay_mm), 2));
       const PlaneDeviation off =
           CalcDeviation(*planned, MakeTool(viewer_->session()->scene()), viewer_->figures().coupled.X_WT);
-      if (std::abs(off.offset_mm) > planned->margin_mm) {
+      is_warning = std::abs(off.offset_mm) > planned->margin_mm;
+      if (is_warning) {
         message = fmt::format(
             fmt::runtime(Tr("The saw is {0} mm beside the planned plane, and the guide pulls it there: take "
                             "it clear of the bone with {1}, then turn it into the plane with {2}")),
@@ -221,6 +225,7 @@ void Rehearsal::UseGuide(bool on) {
       if (const auto old = FindGuide(scene); old != scene.effects.end()) scene.effects.erase(old);
       if (guide) scene.effects.push_back(*guide);
     });
+    warns_after_change_ = is_warning;
     choice_.guided = guide.has_value();
   } catch (const Error& e) {
     viewer_->Say(e.what());
@@ -246,7 +251,7 @@ void Rehearsal::FollowGuide() {
   if (chosen) guide_waits_ = true;
   if (chosen) said_guide_waits_ = false;
   if (begins && !guide_waits_) {
-    viewer_->Say(
+    viewer_->Warn(
         fmt::format(fmt::runtime(Tr("The guide still holds the saw in another plane. Press G twice to guide it "
                                     "along {}.")),
                     ShowName(planned->name)));
@@ -277,14 +282,22 @@ void Rehearsal::RequestCheckpoint() {
 }
 
 void Rehearsal::GoBack(const std::string& name) {
-  if (!viewer_->is_running()) return;
+  if (!viewer_->is_running() || RefuseWhileRetracting()) return;
   // A spinning saw would cut the restored bone.
   viewer_->SetSpindle(false);
   viewer_->session()->Ask({.kind = LoopAction::Kind::kUndo, .name = name});
 }
 
+/// Undo and redo bring the saw to where it was, and would take back the way that it is being brought. Returns true,
+/// with a message, meanwhile.
+bool Rehearsal::RefuseWhileRetracting() {
+  if (!viewer_->is_retracting()) return false;
+  viewer_->Say(Tr("The saw is being brought back; press the key again after that."));
+  return true;
+}
+
 void Rehearsal::GoForward() {
-  if (!viewer_->is_running()) return;
+  if (!viewer_->is_running() || RefuseWhileRetracting()) return;
   viewer_->SetSpindle(false);
   viewer_->session()->Ask({.kind = LoopAction::Kind::kRedo, .name = ""});
 }
@@ -314,6 +327,14 @@ void Rehearsal::FollowCut() {
     viewer_->Say(fmt::format(fmt::runtime(Tr("A piece of {} came free.")), ShowVolume(piece.volume_mm3)));
     viewer_->trace().Write("came_free", {{"mm3", piece.volume_mm3}});
   }
+}
+
+/// Lets the slices go through a plane that was selected or changed, until the saw is moved or cuts.
+void Rehearsal::FollowPlane() {
+  const PlannedPlane* plane = editor_.document.plane();
+  const std::optional<Vec3> middle_W = plane != nullptr ? std::optional(plane->plane.p_W) : std::nullopt;
+  if (std::exchange(plane_in_slices_W_, middle_W) != middle_W) plane_focus_W_ = middle_W;
+  if (viewer_->spindle_on() || viewer_->controls().holds()) plane_focus_W_.reset();
 }
 
 // ---- pieces
@@ -349,6 +370,10 @@ bool Rehearsal::Take(const WindowEvent& event) {
   }
   const bool escape = event.kind == Kind::kKeyDown && event.key == Key::kEscape && !event.control;
   if (escape && is_loading()) return Cancel(), true;
+  if (asks_for_points() && event.kind == Kind::kKeyDown && event.key == Key::kEnter) return SeparateJaws(), true;
+  if (asks_for_points() && event.kind == Kind::kKeyDown && event.key == Key::kBackspace) {
+    return separation_->TakeBack(), true;
+  }
   if (!in_pieces_) return viewer_->is_running() && editor_.gestures.Take(event);
   if (pieces_.Take(event)) return true;
   if (escape) return LeavePieces(), true;
@@ -372,6 +397,7 @@ void Rehearsal::Update(double dt_s) {
   if (viewer_->is_running() && !viewer_->dialogs().is_open()) editor_.marks.Update();
   plan_link_.Update(dt_s);
   FollowCut();
+  FollowPlane();
   FollowGuide();
   if (in_pieces_) {
     pieces_.Update();
@@ -417,7 +443,7 @@ void Rehearsal::Fill(HudState& hud) {
     hud.progress = HudProgress{.title = Tr("Importing marks"), .stage = Tr("reading the label map")};
   } else if (hud.progress && is_loading()) {
     hud.progress->can_cancel = true;
-  } else if (viewer_->session() == nullptr) {
+  } else if (viewer_->session() == nullptr && !separation_) {
     hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
                            .text = Tr("No bone is open."),
                            .answers = Tr("Ctrl+O: open a bone, a CT, a scene or a project, or drop it here")};
@@ -437,6 +463,16 @@ void Rehearsal::DrawSections(Ui& ui) {
 }
 
 void Rehearsal::DrawWindows(Ui& ui) {
+  if (asks_for_points()) {
+    switch (separation_->Draw(ui, viewer_->areas().scene, viewer_->areas().right, preview_)) {
+      case JawSeparation::Answer::kSeparate:
+        return SeparateJaws();
+      case JawSeparation::Answer::kCancel:
+        return Cancel();
+      case JawSeparation::Answer::kNone:
+        return;
+    }
+  }
   if (loader_.is_opening()) preview_.Draw(ui, viewer_->areas().right, loader_.ct());
   if (in_pieces_) return;
   editor_.gestures.DrawHint(ui);
@@ -457,6 +493,10 @@ bool Rehearsal::wants_slice_points() const {
 
 void Rehearsal::TakeSlicePoint(const Vec3& p_W) {
   editor_.gestures.TakePoint(p_W);
+}
+
+void Rehearsal::MoveSlicePoint(std::size_t i, const Vec3& p_W, bool first) {
+  editor_.gestures.MoveListed(i, p_W, first);
 }
 
 void Rehearsal::TakeBackSlicePoint() {
@@ -493,6 +533,7 @@ void Rehearsal::Describe(nlohmann::json& state) const {
   editor_.gestures.Describe(state);
   state["unsaved"] = !DescribeUnsaved().empty();
   state["opening"] = is_opening();
+  if (separation_) separation_->Describe(state);
   state["work_kept"] = ended_work_.has_value();
   state["guided"] = choice_.guided;
   state["plane_cut"] = nlohmann::json::array();

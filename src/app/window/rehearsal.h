@@ -14,6 +14,7 @@
 #include "app/window/case_writer.h"
 #include "app/window/ct_preview.h"
 #include "app/window/input_loader.h"
+#include "app/window/jaw_separation.h"
 #include "app/window/menu.h"
 #include "app/window/pieces_mode.h"
 #include "app/window/plan_editor.h"
@@ -22,6 +23,7 @@
 #include "app/window/scene_change.h"
 #include "app/window/unsaved_cut.h"
 #include "app/window/viewer_app.h"
+#include "bone/import/isolate.h"
 #include "session/plan/plan.h"
 
 namespace kerf {
@@ -71,9 +73,11 @@ class Rehearsal final : public Activity {
   bool wants_slice_points() const override;
   void TakeSlicePoint(const Vec3& p_W) override;
   void TakeBackSlicePoint() override;
+  void MoveSlicePoint(std::size_t i, const Vec3& p_W, bool first) override;
   std::optional<Vec3> slice_point() const override;
+  std::optional<Vec3> slice_focus() const override { return plane_focus_W_; }
   bool has_slices() const override { return true; }
-  bool covers_slices() const override { return loader_.ct() != nullptr; }
+  bool covers_slices() const override { return loader_.ct() != nullptr || asks_for_points(); }
   void AddAlarms(std::vector<AlarmOverlay>& alarms) override;
   void FillSlices(SliceScene& scene) const override;
   bool is_restarting() const override { return change_.is_pending(); }
@@ -101,7 +105,10 @@ class Rehearsal final : public Activity {
   void BeginCase(OpenedInput opened);
   /// Returns true if a case is open, which an input that is being opened will replace.
   bool has_case() const { return ended_work_ || viewer_->is_running() || change_.is_pending(); }
-  bool is_opening() const { return loader_.is_opening() || opened_.has_value(); }
+  bool is_opening() const { return loader_.is_opening() || opened_.has_value() || separation_.has_value(); }
+  bool asks_for_points() const { return separation_ && separation_->asks(); }
+  void AskForPoints(const std::shared_ptr<const Volume>& ct, const NotIsolated& e);
+  void SeparateJaws();
   void FailToOpen(const std::string& sentence);
   void ShowOpeningFault();
   bool AskBeforeCaseEnds();
@@ -132,10 +139,12 @@ class Rehearsal final : public Activity {
   void ShowCheckpoints();
   void GoBack(const std::string& name);
   void GoForward();
+  bool RefuseWhileRetracting();
   void Undo();
 
   void ShowPlanMenu();
   void FollowCut();
+  void FollowPlane();
   void EnterPieces();
   void LeavePieces();
   /// Returns true if there is something to save and to export.
@@ -164,6 +173,7 @@ class Rehearsal final : public Activity {
   CaseWriter writer_{*viewer_, editor_.document, pieces_, unsaved_cut_};
   InputLoader loader_{*viewer_};
   CtPreview preview_;
+  std::optional<JawSeparation> separation_;  // from the first question for points until the CT is open
   RehearsalResult result_;
   std::optional<std::string> to_open_;             // in the next frame in which that is possible
   std::optional<OpenedInput> opened_;              // while the case before it ends
@@ -225,7 +235,10 @@ class Rehearsal final : public Activity {
   std::string selected_plane_;                          // its name in the last frame
   bool guide_waits_ = false;  // it moves to the selected plane once the saw is clear of the bone
   bool said_guide_waits_ = false;
-  std::optional<PlanesReport> cut_;  // latest state of the planned planes
+  bool warns_after_change_ = false;        // the message of the pending change is a warning
+  std::optional<Vec3> plane_in_slices_W_;  // middle of the selected plane in the last frame
+  std::optional<Vec3> plane_focus_W_;      // the slices go through it until the saw is moved
+  std::optional<PlanesReport> cut_;        // latest state of the planned planes
   bool in_pieces_ = false;
   bool begins_in_pieces_ = false;  // as the project was saved, until its session begins
 };

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "app/window/ct_source.h"
 #include "app/window/rehearsal.h"
 #include "kerf/error.h"
 #include "session/project/project.h"
@@ -26,7 +27,9 @@ void Rehearsal::BeginOpening(const std::string& input) {
       {.bone_file = fmt::format("{}/bone{}.vdb", folder, session == 1 ? "" : fmt::format("-{}", session)),
        .voxel_mm = options_.voxel_mm,
        .project_folder = fmt::format("{}/project{}", folder, inputs_ == 0 ? "" : fmt::format("-{}", inputs_ + 1)),
-       .make_bone = keeps_case_},
+       .make_bone = keeps_case_,
+       .keep_W = separation_ ? separation_->keep_W() : std::vector<Vec3>(),
+       .drop_W = separation_ ? separation_->drop_W() : std::vector<Vec3>()},
       !keeps_case_);
 }
 
@@ -70,6 +73,7 @@ void Rehearsal::OpenNow(const std::string& path, bool accepts_loss) {
   if (is_opening()) {
     loader_.Cancel();
     opened_.reset();
+    separation_.reset();
   } else if (is_loading()) {
     viewer_->End();  // Cancelled() follows
   }
@@ -84,6 +88,10 @@ void Rehearsal::Cancel() {
   if (is_opening()) {
     loader_.Cancel();
     opened_.reset();
+    if (separation_ && !separation_->asks()) return separation_->Ask("");  // the points are kept
+    const bool asked = separation_.has_value();
+    separation_.reset();
+    if (!has_case() && asked) to_open_ = "";  // the built-in bone
     if (!has_case()) return Reset();
     viewer_->Say(Tr("Opening was cancelled. The case before it is still open."));
   } else if (is_loading()) {
@@ -134,8 +142,11 @@ void Rehearsal::FollowOpening() {
     is_command_line_ = false;
     BeginOpening(input);
   }
+  const std::shared_ptr<const Volume> ct = loader_.ct();
   try {
     if (std::optional<OpenedInput> opened = loader_.Take()) opened_ = std::move(opened);
+  } catch (const NotIsolated& e) {
+    return AskForPoints(ct, e);
   } catch (const Error& e) {
     if (is_command_line_) throw;
     return FailToOpen(e.what());
@@ -146,6 +157,29 @@ void Rehearsal::FollowOpening() {
   OpenedInput opened = *std::exchange(opened_, std::nullopt);
   if (keeps_case_) Reset();
   BeginCase(std::move(opened));
+}
+
+/// Asks for points with which the mandible is separated from bone that it touches.
+void Rehearsal::AskForPoints(const std::shared_ptr<const Volume>& ct, const NotIsolated& e) {
+  constexpr double kRim_mm = 15;  // around the bone
+  constexpr double kTeeth = 0.2;  // where they are, from front to back
+  viewer_->trace().Write("asks_for_points", {{"why", e.why()}});
+  is_command_line_ = false;  // from now on, the window stays
+  viewer_->controls().Release();
+  viewer_->SetSpindle(false);
+  if (!separation_) {
+    separation_.emplace(ct);
+    preview_.Follow(ct);
+    preview_.set_box(e.largest_W().Grown(kRim_mm));
+    Vec3 shown_W = e.largest_W().centre();
+    shown_W.y += (kTeeth - 0.5) * e.largest_W().size().y;
+    preview_.Show(shown_W);
+  }
+  separation_->Ask(TrMade(e.why()));
+}
+
+void Rehearsal::SeparateJaws() {
+  if (separation_->Separate()) BeginOpening(loader_.input());
 }
 
 /// Returns true if the case that is open may end now. The user may have worked on it while the next one was opened.
@@ -174,6 +208,7 @@ bool Rehearsal::RefuseWhileOpening() {
 
 void Rehearsal::FailToOpen(const std::string& sentence) {
   viewer_->trace().Write("not_opened", {{"failure", sentence}});
+  separation_.reset();
   if (!has_case()) {
     Reset();
     if (!interrupted_) return viewer_->Say(TrMade(sentence));
@@ -195,6 +230,7 @@ void Rehearsal::ShowOpeningFault() {
 
 void Rehearsal::BeginCase(OpenedInput opened) {
   interrupted_.reset();
+  separation_.reset();
   if (!loader_.input().empty()) {
     AddRecent(viewer_->settings(), loader_.input());
     viewer_->KeepSettings();
@@ -227,6 +263,7 @@ void Rehearsal::BeginCase(OpenedInput opened) {
   is_new_bone_ = true;
   ++inputs_;
   first_recording_ = result_.recordings.size();
+  viewer_->bone().set_ct(MakeCtSource(std::move(opened.ct)));
   Restart(std::move(opened.bone), opened.bone_was_shown);
 }
 

@@ -12,6 +12,7 @@ std::shared_ptr<SurfaceWorker> ShownBone::Show(std::shared_ptr<const Bone> bone,
   Made made{
       .surface = surface, .bone = final ? bone : nullptr, .materials = bone->materials(), .voxel_mm = bone->voxel_mm()};
   const std::lock_guard lock(mutex_);
+  surface->SetCt(ct_);
   made_ = std::move(made);
   if (final) at_start_ = std::move(bone);
   return surface;
@@ -20,6 +21,18 @@ std::shared_ptr<SurfaceWorker> ShownBone::Show(std::shared_ptr<const Bone> bone,
 std::shared_ptr<const Bone> ShownBone::at_start() const {
   const std::lock_guard lock(mutex_);
   return at_start_;
+}
+
+void ShownBone::set_ct(CtSource ct) {
+  const std::lock_guard lock(mutex_);
+  ct_ = std::move(ct);
+  if (made_) made_->surface->SetCt(ct_);
+  if (surface_) surface_->SetCt(ct_);
+}
+
+CtSource ShownBone::ct() const {
+  const std::lock_guard lock(mutex_);
+  return ct_;
 }
 
 bool ShownBone::Take(bool at_once) {
@@ -61,6 +74,7 @@ void ShownBone::Clear() {
     const std::lock_guard lock(mutex_);
     made_.reset();
     at_start_.reset();
+    ct_ = nullptr;
   }
   if (making_inner_.valid()) unused_inner_.push_back(std::move(making_inner_));
   surface_.reset();

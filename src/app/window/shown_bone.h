@@ -25,6 +25,9 @@ class ShownBone {
   std::shared_ptr<SurfaceWorker> Show(std::shared_ptr<const Bone> bone, bool final, const Bone* before = nullptr);
   /// Returns the bone at the start of the first session; null before that.
   std::shared_ptr<const Bone> at_start() const;
+  /// Sets the whole CT of the bone, which slices show; empty: none. Clear() removes it.
+  void set_ct(CtSource ct);
+  CtSource ct() const;
 
   // ---- called by the window's thread
   /// Begins to draw the bone that was given to Show(). Returns false if there is none, or if the one that is drawn now
@@ -49,7 +52,8 @@ class ShownBone {
 
   Viewport& view_;
   Trace& trace_;
-  mutable std::mutex mutex_;  // protects the next two
+  mutable std::mutex mutex_;  // protects the next three
+  CtSource ct_;
   std::optional<Made> made_;
   std::shared_ptr<const Bone> at_start_;
   std::shared_ptr<SurfaceWorker> surface_;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "view/ui/imgui_colours.h"
@@ -17,6 +18,38 @@ namespace {
 constexpr std::array kKinds{SliceKind::kAxial, SliceKind::kCoronal, SliceKind::kSagittal, SliceKind::kBlade};
 constexpr double kScroll_mm = 0.5;    // per notch of the wheel
 constexpr double kWindowDrag_HU = 4;  // per point of a right drag
+
+/// Returns the slice and its position as shown, for example "axial at 35.1 mm".
+std::string DescribeSlice(const SliceSpec& spec) {
+  if (spec.kind == SliceKind::kBlade) {
+    if (spec.offset_mm == 0) return NameOf(spec.kind);
+    return fmt::format(fmt::runtime(Tr("{} mm beside the blade")), ShowNumber(spec.offset_mm, 1));
+  }
+  const int axis = spec.kind == SliceKind::kSagittal ? 0 : spec.kind == SliceKind::kCoronal ? 1 : 2;
+  return fmt::format(fmt::runtime(Tr("{} at {} mm")), NameOf(spec.kind),
+                     ShowNumber(spec.centre_W[axis] + spec.offset_mm, 1));
+}
+
+/// Returns the point whose circle is under the mouse; those in the slice come first.
+std::optional<std::size_t> FindPointAt(const SliceFrame& frame, const SliceScene& contents, const OverlayPoint& under,
+                                       double pixels_per_point) {
+  constexpr double kInSlice_mm = 1;  // as they are drawn
+  std::optional<std::size_t> found;
+  double best = 1e9;
+  for (std::size_t k = 0; k < contents.points.size(); ++k) {
+    const OverlayPoint at = frame.PixelOf(contents.points[k].p_W);
+    const bool in_slice = std::abs(frame.DistanceOf(contents.points[k].p_W)) <= kInSlice_mm;
+    const double away = std::hypot(at.column - under.column, at.row - under.row) / pixels_per_point;
+    if (away > (in_slice ? 9 : 6)) continue;
+    const double rank = away + (in_slice ? 0 : 100);
+    if (rank >= best) continue;
+    best = rank;
+    found = k;
+  }
+  return found;
+}
+
+}  // namespace
 
 const char* NameOf(SliceKind kind) {
   switch (kind) {
@@ -32,19 +65,6 @@ const char* NameOf(SliceKind kind) {
   return Tr("in the blade's plane");
 }
 
-/// Returns the slice and its position as shown, for example "axial at 35.1 mm".
-std::string DescribeSlice(const SliceSpec& spec) {
-  if (spec.kind == SliceKind::kBlade) {
-    if (spec.offset_mm == 0) return NameOf(spec.kind);
-    return fmt::format(fmt::runtime(Tr("{} mm beside the blade")), ShowNumber(spec.offset_mm, 1));
-  }
-  const int axis = spec.kind == SliceKind::kSagittal ? 0 : spec.kind == SliceKind::kCoronal ? 1 : 2;
-  return fmt::format(fmt::runtime(Tr("{} at {} mm")), NameOf(spec.kind),
-                     ShowNumber(spec.centre_W[axis] + spec.offset_mm, 1));
-}
-
-}  // namespace
-
 void SlicesPanel::Reset(const Box3& bounds_W) {
   const Vec3 size = bounds_W.size();
   for (std::size_t i = 0; i < views_.size(); ++i) {
@@ -59,9 +79,9 @@ void SlicesPanel::Reset(const Box3& bounds_W) {
 
 void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, const Vec3& focus_W,
                          const std::optional<Vec3>& point_W, bool renew) {
-  if (point_W && point_W_ != point_W) {
+  if (point_W_ != point_W && !std::exchange(keeps_offsets_, false) && point_W) {
     for (SliceView& view : views_) {
-      if (view.spec.kind != SliceKind::kBlade) view.spec.offset_mm = 0;
+      if (view.spec.kind != SliceKind::kBlade && !view.still_W) view.spec.offset_mm = 0;
     }
   }
   point_W_ = point_W;
@@ -75,7 +95,8 @@ void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, con
     if (spec.kind == SliceKind::kBlade) {
       spec.centre_W = contents.X_WT.p_AB;
     } else {
-      spec.centre_W = point_W.value_or(cursor_W_.value_or(focus_W));
+      if (!point_W && !cursor_W_ && enlarged_ != i) view.still_W.reset();
+      spec.centre_W = view.still_W.value_or(point_W.value_or(cursor_W_.value_or(focus_W)));
     }
     if (!renew && view.requested && *view.requested == spec) continue;
     surface.RequestSlice(static_cast<int>(i), spec);
@@ -85,6 +106,69 @@ void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, con
     SliceView& view = views_[static_cast<std::size_t>(i)];
     view.image = std::move(image);
     ++view.version;
+  }
+}
+
+SlicesPanel::BeforeClick SlicesPanel::NoteBeforeClick() const {
+  BeforeClick before{cursor_W_, {}};
+  for (std::size_t i = 0; i < views_.size(); ++i) before.views[i] = {views_[i].spec.offset_mm, views_[i].still_W};
+  return before;
+}
+
+void SlicesPanel::GoBackTo(const BeforeClick& before) {
+  cursor_W_ = before.cursor_W;
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    std::tie(views_[i].spec.offset_mm, views_[i].still_W) = before.views[i];
+  }
+  keeps_offsets_ = true;
+}
+
+/// Keeps a slice as it is while the others follow the point or the cursor that was set in it.
+void SlicesPanel::HoldOnly(std::size_t i) {
+  const Vec3 middle_W = views_[i].spec.centre_W;
+  for (SliceView& view : views_) view.still_W.reset();
+  if (views_[i].spec.kind != SliceKind::kBlade) views_[i].still_W = middle_W;
+}
+
+/// Sets, moves and takes back points, sets the cursor, and enlarges. `under`: pixel of the slice under the mouse.
+void SlicesPanel::TakeMouse(std::size_t i, const OverlayPoint& under, double pixels_per_point, bool large,
+                            const SliceScene& contents, const SlicePoints& points) {
+  SliceView& view = views_[i];
+  const SliceFrame& frame = view.image->frame;
+  const ImGuiIO& io = ImGui::GetIO();
+  if (drag_) {
+    if (!ImGui::IsMouseDown(0) || drag_->point >= contents.points.size()) return drag_.reset();
+    if (io.MouseDelta.x == 0 && io.MouseDelta.y == 0) return;
+    // Along the slice, at the distance from it that the point has.
+    const double away_mm = frame.DistanceOf(contents.points[drag_->point].p_W);
+    points.move(drag_->point, frame.PointOf(under) + away_mm * frame.X_WS.Vector({0, 0, 1}),
+                !std::exchange(drag_->moved, true));
+    return;
+  }
+  if (ImGui::IsMouseDoubleClicked(0)) {
+    // Its first click was not meant as a point, and what it changed is taken back.
+    if (std::exchange(took_point_, false)) points.take_back();
+    GoBackTo(before_click_);
+    enlarged_ = enlarged_ == i ? std::nullopt : std::optional(i);
+    if (enlarged_ && (point_W_ || cursor_W_) && view.spec.kind != SliceKind::kBlade) view.still_W = view.spec.centre_W;
+    return;
+  }
+  if (!ImGui::IsMouseClicked(0)) return;
+  before_click_ = NoteBeforeClick();
+  took_point_ = false;
+  if (const std::optional<std::size_t> point = FindPointAt(frame, contents, under, pixels_per_point)) {
+    drag_ = Drag{.view = i, .large = large, .point = *point};
+    HoldOnly(i);
+  } else if (points.wanted) {
+    took_point_ = true;
+    HoldOnly(i);
+    points.take(frame.PointOf(under));
+  } else if (view.spec.kind != SliceKind::kBlade) {
+    HoldOnly(i);
+    cursor_W_ = frame.PointOf(under);
+    for (SliceView& other : views_) {
+      if (!other.still_W) other.spec.offset_mm = 0;
+    }
   }
 }
 
@@ -150,29 +234,18 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   letter(image.up_letter, at.x + 0.5F * side, at.y + 2 * s);
   list.PopClipRect();
 
+  const OverlayPoint under{static_cast<double>(io.MousePos.x - at.x) / zoom,
+                           static_cast<double>(io.MousePos.y - at.y) / zoom};
+  const bool large = side == large_side_px_ && enlarged_ == i;
+  const bool drags = drag_ && drag_->view == i && drag_->large == large;
+  if (hovered || drags) TakeMouse(i, under, static_cast<double>(s) / zoom, large, contents, points);
   if (hovered) {
-    const OverlayPoint under{static_cast<double>(io.MousePos.x - at.x) / zoom,
-                             static_cast<double>(io.MousePos.y - at.y) / zoom};
     if (io.MouseWheel != 0) {
       if (io.KeyCtrl) {
         view.spec.width_mm =
             std::clamp(view.spec.width_mm * std::pow(0.85, static_cast<double>(io.MouseWheel)), 5.0, 500.0);
       } else {
         view.spec.offset_mm += kScroll_mm * static_cast<double>(io.MouseWheel);
-      }
-    }
-    if (ImGui::IsMouseDoubleClicked(0)) {
-      // Its first click was not meant as a point.
-      if (std::exchange(took_point_, false)) points.take_back();
-      enlarged_ = enlarged_ == i ? std::nullopt : std::optional(i);
-    } else if (ImGui::IsMouseClicked(0)) {
-      const Vec3 p_W = image.frame.PointOf(under);
-      took_point_ = points.wanted;
-      if (points.wanted) {
-        points.take(p_W);
-      } else if (view.spec.kind != SliceKind::kBlade) {
-        cursor_W_ = p_W;
-        for (SliceView& other : views_) other.spec.offset_mm = 0;
       }
     }
     if (ImGui::IsMouseDragging(1, 0)) {
@@ -191,8 +264,9 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   };
   float used = 0;
   if (image.has_ct) {
-    used =
-        note(fmt::format("{} / {} HU", ShowNumber(window_.level_HU, 0), ShowNumber(window_.width_HU, 0)), at.x + 4 * s);
+    used = note(fmt::format(fmt::runtime(Tr("level {} / width {} HU")), ShowNumber(window_.level_HU, 0),
+                            ShowNumber(window_.width_HU, 0)),
+                at.x + 4 * s);
   }
   const std::string width = fmt::format(fmt::runtime(Tr("{} mm wide")), ShowNumber(view.spec.width_mm, 0));
   const float width_px = ImGui::CalcTextSize(width.c_str()).x;
@@ -200,8 +274,8 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   ImGui::PopFont();
   const char* const does =
       points.wanted
-          ? Tr("wheel: scroll   Ctrl + wheel: zoom   click: set a point   right drag: grey levels   double click: "
-               "enlarge")
+          ? Tr("wheel: scroll   Ctrl + wheel: zoom   click: set a point   drag a point to move it   right drag: grey "
+               "levels   double click: enlarge")
           : Tr("wheel: scroll   Ctrl + wheel: zoom   click: cursor   right drag: grey levels   double click: enlarge");
   TooltipBeside(ui, enlarged_ ? "" : does);
   ImGui::PopID();
@@ -218,7 +292,10 @@ void SlicesPanel::Draw(Ui& ui, const UiBox& column, const UiBox& scene, const Sl
     side_px_ = std::max(60.0F, std::min(width, height));
     for (std::size_t i = 0; i < views_.size(); ++i) DrawOne(ui, i, side_px_, contents, points);
     if (cursor_W_) {
-      if (ImGui::SmallButton(Tr("Follow the saw again"))) cursor_W_.reset();
+      if (ImGui::SmallButton(Tr("Follow the saw again"))) {
+        cursor_W_.reset();
+        for (SliceView& view : views_) view.still_W.reset();
+      }
       ui.Note("slices.follow");
     }
     ScrollColumn(has_wheel_);
@@ -244,32 +321,6 @@ void ScrollColumn(bool wheel_is_used) {
   const ImGuiIO& io = ImGui::GetIO();
   if (wheel_is_used || io.MouseWheel == 0 || io.KeyCtrl || !ImGui::IsWindowHovered()) return;
   ImGui::SetScrollY(ImGui::GetScrollY() - kLines * ImGui::GetFontSize() * io.MouseWheel);
-}
-
-double DrawCtView(Ui& ui, std::size_t i, const std::pair<Image, std::uint64_t>& image, double lower_mm, double upper_mm,
-                  double at_mm, bool& uses_wheel) {
-  constexpr double kWheel_mm = 1;
-  const float width = ImGui::GetContentRegionAvail().x;
-  ImGui::PushID(static_cast<int>(i));
-  constexpr std::array kNames{SliceKind::kAxial, SliceKind::kCoronal, SliceKind::kSagittal};
-  // The number is not in the slider, whose knob would hide it.
-  FittedText(ui, fmt::format(fmt::runtime(Tr("{} at {} mm")), NameOf(kNames[i]), ShowNumber(at_mm, 0)), width);
-  if (image.first.width > 0) {
-    const float height = width * static_cast<float>(image.first.height) / static_cast<float>(image.first.width);
-    ImGui::Image(ui.Texture(fmt::format("ct {}", i), image.first, image.second), {width, height});
-    ui.Note(fmt::format("ct {}", i + 1));
-    if (ImGui::IsItemHovered()) {
-      uses_wheel = true;
-      at_mm += kWheel_mm * static_cast<double>(ImGui::GetIO().MouseWheel);
-    }
-  }
-  ImGui::SetNextItemWidth(width);
-  auto value = static_cast<float>(at_mm);
-  if (ImGui::SliderFloat("##at", &value, static_cast<float>(lower_mm), static_cast<float>(upper_mm), "")) {
-    at_mm = static_cast<double>(value);
-  }
-  ImGui::PopID();
-  return std::clamp(at_mm, lower_mm, upper_mm);
 }
 
 }  // namespace kerf

@@ -16,6 +16,8 @@ struct SlicePoints {
   bool wanted = false;  // otherwise a click sets the cursor, through which all slices go
   std::function<void(const Vec3&)> take;
   std::function<void()> take_back;  // the last one, which was the first click of a double click
+  /// Moves a point of SliceScene::points. `first`: of a drag.
+  std::function<void(std::size_t i, const Vec3& p_W, bool first)> move;
 };
 
 class SlicesPanel {
@@ -24,7 +26,8 @@ class SlicesPanel {
   void Reset(const Box3& bounds_W);
   /// Requests slices that have changed, and takes those that are finished. `contents`: what is drawn in them;
   /// `focus_W`: point through which the slices go unless there is a cursor; `point_W`: point through which they go in
-  /// any case; `renew`: the bone has changed since the last call.
+  /// any case; `renew`: the bone has changed since the last call. The slice in which a point or the cursor was set by a
+  /// click stays as it is, and only the others follow.
   void Update(SurfaceWorker& surface, const SliceScene& contents, const Vec3& focus_W,
               const std::optional<Vec3>& point_W, bool renew);
   /// Draws the column, and the enlarged slice over the scene.
@@ -35,6 +38,8 @@ class SlicesPanel {
   bool has_slices() const { return views_[0].image.has_value(); }
   /// Offset of a slice from its middle, for tests.
   double offset_mm(std::size_t view) const { return views_[view].spec.offset_mm; }
+  /// Middle of a slice before its offset, for tests.
+  const Vec3& middle_W(std::size_t view) const { return views_[view].spec.centre_W; }
   const CtWindow& window() const { return window_; }
   static constexpr Range kWindowRange_HU{50, 100'000};  // of its width
   /// Sets the grey levels. The width must be in the range.
@@ -46,8 +51,26 @@ class SlicesPanel {
     std::optional<SliceSpec> requested;
     std::optional<SliceImage> image;
     std::uint64_t version = 0;
+    std::optional<Vec3> still_W;  // middle of a slice that stays as it is
+  };
+  /// Point that is being dragged.
+  struct Drag {
+    std::size_t view;
+    bool large;
+    std::size_t point;
+    bool moved = false;
+  };
+  /// What a click changes, so that a double click can take it back.
+  struct BeforeClick {
+    std::optional<Vec3> cursor_W;
+    std::array<std::pair<double, std::optional<Vec3>>, 4> views;  // offset and middle
   };
   void DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& contents, const SlicePoints& points);
+  void TakeMouse(std::size_t i, const OverlayPoint& under, double pixels_per_point, bool large,
+                 const SliceScene& contents, const SlicePoints& points);
+  void HoldOnly(std::size_t i);
+  BeforeClick NoteBeforeClick() const;
+  void GoBackTo(const BeforeClick& before);
 
   std::array<SliceView, 4> views_;
   std::optional<std::size_t> enlarged_;
@@ -57,17 +80,17 @@ class SlicesPanel {
   std::optional<Vec3> point_W_;  // of the latest Update()
   CtWindow window_;
   bool took_point_ = false;  // with the latest click
-  bool has_wheel_ = false;   // a slice in the column is under the mouse
+  BeforeClick before_click_;
+  bool keeps_offsets_ = false;  // at the next change of the point
+  std::optional<Drag> drag_;
+  bool has_wheel_ = false;  // a slice in the column is under the mouse
 };
 
 /// Scrolls the current panel, which was begun without scrolling by the mouse, by the wheel, unless a slice under the
 /// mouse uses it.
 void ScrollColumn(bool wheel_is_used);
 
-/// Draws a slice of a CT into the current panel. `image` and its version; `at_mm`: its position between `lower_mm` and
-/// `upper_mm`. Returns the position that the user wants, by wheel or slider. Sets `uses_wheel` if the mouse is over the
-/// slice.
-double DrawCtView(Ui& ui, std::size_t i, const std::pair<Image, std::uint64_t>& image, double lower_mm, double upper_mm,
-                  double at_mm, bool& uses_wheel);
+/// Returns the kind's name for the user.
+const char* NameOf(SliceKind kind);
 
 }  // namespace kerf

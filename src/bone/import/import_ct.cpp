@@ -133,12 +133,16 @@ void KeepHu(const Volume& ct, const ImportOptions& options, Bone& bone, ImportRe
 }
 // Calls Isolate(). Adds the assumptions made about the file to its error messages, because they may be the reason.
 Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const ImportReport& report) {
+  const auto add_warnings = [&report](std::string message) {
+    for (const std::string& warning : report.warnings) message += "\nwarning: " + warning;
+    return message;
+  };
   try {
     return Isolate(ct, options.isolate, CtProgress(options, CtPart::kIsolate));
+  } catch (const NotIsolated& e) {
+    throw NotIsolated(add_warnings(e.what()), e.why(), e.largest_W());
   } catch (const Error& e) {
-    std::string message = e.what();
-    for (const std::string& warning : report.warnings) message += "\nwarning: " + warning;
-    throw Error(message);
+    throw Error(add_warnings(e.what()));
   }
 }
 

@@ -57,22 +57,29 @@ std::string ListComponents(const Components& all, double smallest_mm3) {
   return text;
 }
 
-// Throws kerf::Error with a list of all bone and an explanation of how to select part of it.
-[[noreturn]] void Refuse(const std::string& why, const Components& at_iso, double iso_hu) {
-  throw Error(fmt::format(
-      "{}.\nBone above {:.0f} HU, by connected pieces (patient coordinates LPS, mm):{}\nSelect it with points in "
-      "the bone: --keep x,y,z in the mandible and --drop x,y,z in bone that touches it (upper teeth, skull), each "
-      "as often as needed, or --keep-markups and --drop-markups with point lists from 3D Slicer. Read the "
-      "coordinates off the slices that 'kerf picture INPUT --axes -o ct.png' draws; --no-isolate imports all bone",
-      why, iso_hu, ListComponents(at_iso, 500)));
+// Throws NotIsolated with a list of all bone and an explanation of how to select part of it. `advice`: added to the
+// reason for a terminal.
+[[noreturn]] void Refuse(const std::string& why, const Components& at_iso, double iso_hu,
+                         const std::string& advice = "") {
+  throw NotIsolated(
+      fmt::format("{}{}.\nBone above {:.0f} HU, by connected pieces (patient coordinates LPS, mm):{}\nSelect it with "
+                  "points in the bone: --keep x,y,z in the mandible and --drop x,y,z in bone that touches it (upper "
+                  "teeth, skull), each as often as needed, or --keep-markups and --drop-markups with point lists from "
+                  "3D Slicer. Read the coordinates off the slices that 'kerf picture INPUT --axes -o ct.png' draws; "
+                  "--no-isolate imports all bone",
+                  why, advice, iso_hu, ListComponents(at_iso, 500)),
+      why, at_iso.list.front().box_W);
 }
 
-// Returns the bone voxel nearest to a point. Throws kerf::Error if there is none nearby.
-std::array<int, 3> Snap(const Volume& ct, double iso_hu, const Vec3& p_W, const char* option) {
+std::array<int, 3> RoundToVoxel(const Volume& ct, const Vec3& p_W) {
   const Vec3 p_V = ct.VoxelFromWorld(p_W);
-  const std::array<int, 3> at = {static_cast<int>(std::lround(p_V.x)), static_cast<int>(std::lround(p_V.y)),
-                                 static_cast<int>(std::lround(p_V.z))};
-  if (!ct.Contains(at)) throw Error(fmt::format("--{} {}: the point lies outside the scan", option, Text(p_W)));
+  return {static_cast<int>(std::lround(p_V.x)), static_cast<int>(std::lround(p_V.y)),
+          static_cast<int>(std::lround(p_V.z))};
+}
+
+// Returns the bone voxel nearest to a point of the scan; none if there is none nearby.
+std::optional<std::array<int, 3>> FindBoneNear(const Volume& ct, double iso_hu, const Vec3& p_W) {
+  const std::array<int, 3> at = RoundToVoxel(ct, p_W);
   std::optional<std::array<int, 3>> best;
   double best_mm = kSnap_mm;
   std::array<int, 3> reach{};
@@ -89,6 +96,15 @@ std::array<int, 3> Snap(const Volume& ct, double iso_hu, const Vec3& p_W, const 
       }
     }
   }
+  return best;
+}
+
+// Returns the bone voxel nearest to a point. Throws kerf::Error if there is none nearby.
+std::array<int, 3> Snap(const Volume& ct, double iso_hu, const Vec3& p_W, const char* option) {
+  if (!ct.Contains(RoundToVoxel(ct, p_W))) {
+    throw Error(fmt::format("--{} {}: the point lies outside the scan", option, Text(p_W)));
+  }
+  const std::optional<std::array<int, 3>> best = FindBoneNear(ct, iso_hu, p_W);
   if (!best) {
     throw Error(fmt::format("--{} {}: the point is not in bone; nothing above {:.0f} HU is within {:.0f} mm of it",
                             option, Text(p_W), iso_hu, kSnap_mm));
@@ -456,15 +472,15 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
     const std::optional<Candidate> candidate = FindCandidate(ct, options, progress, rotation_hint);
     if (!candidate) {
       const bool some_points = !options.keep_W.empty() || !options.drop_W.empty();
-      Refuse(fmt::format(
-                 "the mandible can't be distinguished from the other bone: no piece between {:.0f} and {:.0f} HU "
-                 "has the size and shape of one; it is joined to something else, incomplete, or not in the scan{}{}",
-                 iso, iso + kThresholdSteps * kThresholdStep_HU, rotation_hint,
-                 some_points ? fmt::format("; {} points alone only correct a piece that is found without them: give "
-                                           "both --keep and --drop points",
-                                           options.keep_W.empty() ? "--drop" : "--keep")
-                             : ""),
-             at_iso, iso);
+      Refuse(
+          fmt::format("the mandible can't be distinguished from the other bone: no piece between {:.0f} and {:.0f} HU "
+                      "has the size and shape of one; it is joined to something else, incomplete, or not in the scan{}",
+                      iso, iso + kThresholdSteps * kThresholdStep_HU, rotation_hint),
+          at_iso, iso,
+          some_points ? fmt::format("; {} points alone only correct a piece that is found without them: give "
+                                    "both --keep and --drop points",
+                                    options.keep_W.empty() ? "--drop" : "--keep")
+                      : "");
     }
     const Component& piece = candidate->pieces.list[candidate->label - 1];
     result.marker_hu = candidate->threshold_hu;
@@ -526,10 +542,9 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
   const Component& piece = wanted.list[label - 1];
   const MandibleLikeness likeness = CheckMandibleLikeness(result.ct, wanted.labels, label, piece);
   if (options.check_shape && !options.mask && !likeness.is_mandible) {
-    Refuse(fmt::format("the isolated bone ({}) does not look like a mandible: {}; add points, or use --any-shape to "
-                       "write it anyway",
-                       Describe(piece), Describe(likeness, ct.frame)),
-           at_iso, iso);
+    Refuse(fmt::format("the isolated bone ({}) does not look like a mandible: {}", Describe(piece),
+                       Describe(likeness, ct.frame)),
+           at_iso, iso, "; add points, or use --any-shape to write it anyway");
   }
   result.mandible = likeness.is_mandible;
   result.shape_objection = Describe(likeness, ct.frame);
@@ -543,10 +558,9 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
   }
   if (ReachesEdgeOfCrop(result.ct, result.bone)) {
     Refuse(
-        fmt::format("the bone goes on for more than {0:.0f} mm beside the part that was recognised; mark what does not "
-                    "belong to it with --drop, less than {0:.0f} mm from that part",
-                    kMargin_mm),
-        at_iso, iso);
+        fmt::format("the bone goes on for more than {:.0f} mm beside the part that was recognised", kMargin_mm), at_iso,
+        iso,
+        fmt::format("; mark what does not belong to it with --drop, less than {:.0f} mm from that part", kMargin_mm));
   }
   for (std::size_t n = 0; n < wanted.list.size(); ++n) {
     if (n + 1 == static_cast<std::size_t>(label)) continue;
@@ -559,6 +573,10 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
   count_iso(result);
   result.cut_by_scan = TouchesEdge(ct, result);
   return result;
+}
+
+bool IsNearBone(const Volume& ct, double iso_hu, const Vec3& p_W) {
+  return FindBoneNear(ct, iso_hu, p_W).has_value();
 }
 
 }  // namespace kerf

@@ -6,13 +6,30 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bone/import/components.h"
 #include "bone/import/mask.h"
 #include "bone/import/volume.h"
+#include "kerf/error.h"
 
 namespace kerf {
+
+/// The wanted bone could not be distinguished from other bone. Points in both, or other points, can help.
+class NotIsolated : public Error {
+ public:
+  /// `what`: for a terminal, with options of kerf import. `why`: the reason alone, in words. `largest_W`: box around
+  /// the largest piece of bone, LPS, mm.
+  NotIsolated(const std::string& what, std::string why, const Box3& largest_W)
+      : Error(what), why_(std::move(why)), largest_W_(largest_W) {}
+  const std::string& why() const { return why_; }
+  const Box3& largest_W() const { return largest_W_; }
+
+ private:
+  std::string why_;
+  Box3 largest_W_;
+};
 
 struct IsolateOptions {
   double iso_hu = 300;                   // voxels above this are bone
@@ -60,8 +77,11 @@ struct Isolation {
 /// mandible. This component and all other large ones become markers, and a marker-controlled watershed grows them back
 /// to `iso_hu`. If both keep and drop points are given, these are the markers. With a mask, the bone farther inside it
 /// than the reach is marked as wanted and the bone farther outside it as unwanted. Throws kerf::Error if the mandible
-/// cannot be distinguished from other bone; the message lists the components found (volumes, centres) and explains how
-/// to select one. `progress`, which is optional, is called with values from 0 to 1.
+/// cannot be distinguished from other bone (NotIsolated); the message lists the components found (volumes, centres) and
+/// explains how to select one. `progress`, which is optional, is called with values from 0 to 1.
 Isolation Isolate(const Volume& ct, const IsolateOptions& options, const std::function<void(double)>& progress);
+
+/// Returns whether there is bone above `iso_hu` near the point, so that it can be in `keep_W` or `drop_W`.
+bool IsNearBone(const Volume& ct, double iso_hu, const Vec3& p_W);
 
 }  // namespace kerf

@@ -390,12 +390,12 @@ SliceFrame CalcSliceFrame(const SliceSpec& spec) {
   return frame;
 }
 
-SliceImage CalcSlice(const Bone& bone, const SliceSpec& spec, const InnerSurfaces* inner) {
+SliceImage CalcSlice(const Bone& bone, const SliceSpec& spec, const InnerSurfaces* inner, const CtSource* ct) {
   SliceImage slice;
   slice.spec = spec;
   slice.frame = CalcSliceFrame(spec);
   const SliceFrame& frame = slice.frame;
-  slice.has_ct = bone.has_hu();
+  slice.has_ct = ct != nullptr || bone.has_hu();
   slice.right_letter = SideOf(frame.X_WS.Vector({1, 0, 0}));
   slice.left_letter = SideOf(frame.X_WS.Vector({-1, 0, 0}));
   slice.up_letter = SideOf(frame.X_WS.Vector({0, 1, 0}));
@@ -423,13 +423,21 @@ SliceImage CalcSlice(const Bone& bone, const SliceSpec& spec, const InnerSurface
       slice.image.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
                          static_cast<std::size_t>(column)] = {g, g, g};
     };
+    const auto to_level = [&](double hu) {
+      return to_grey(255 * ((hu - spec.window.level_HU) / spec.window.width_HU + 0.5));
+    };
+    if (ct != nullptr) {
+      for (int row = range.begin(); row < range.end(); ++row) {
+        for (int column = 0; column < width; ++column) put(column, row, to_level((*ct)(pixel_centre(column, row))));
+      }
+      return;
+    }
     if (slice.has_ct) {
       auto hu = grids.hu->getConstAccessor();
       const double hu_mm = grids.hu->voxelSize()[0];
       for (int row = range.begin(); row < range.end(); ++row) {
         for (int column = 0; column < width; ++column) {
-          const double value = SampleTrilinear(hu, pixel_centre(column, row) / hu_mm);
-          put(column, row, to_grey(255 * ((value - spec.window.level_HU) / spec.window.width_HU + 0.5)));
+          put(column, row, to_level(SampleTrilinear(hu, pixel_centre(column, row) / hu_mm)));
         }
       }
       return;

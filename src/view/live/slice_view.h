@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -82,9 +83,14 @@ struct SliceImage {
   std::string left_letter, right_letter, up_letter, down_letter;
 };
 
-/// Computes a slice of the bone's current state. `inner`: nerve canal and teeth, or null. Uses several threads if the
-/// caller runs in a TBB arena that has them. Throws Error if a value of the spec is out of range.
-SliceImage CalcSlice(const Bone& bone, const SliceSpec& spec, const InnerSurfaces* inner = nullptr);
+/// CT number at a point of the world, mm; may be called by several threads at once.
+using CtSource = std::function<double(const Vec3& p_W)>;
+
+/// Computes a slice of the bone's current state. `inner`: nerve canal and teeth, or null. `ct`: the whole CT of the
+/// bone; null: the CT numbers that the bone has itself, near it. Uses several threads if the caller runs in a TBB arena
+/// that has them. Throws Error if a value of the spec is out of range.
+SliceImage CalcSlice(const Bone& bone, const SliceSpec& spec, const InnerSurfaces* inner = nullptr,
+                     const CtSource* ct = nullptr);
 
 /// What is drawn in a slice besides the bone.
 struct SliceScene {

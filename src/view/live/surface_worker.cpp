@@ -79,6 +79,7 @@ struct SurfaceWorker::State {
   std::map<int, SliceSpec> slice_jobs;
   std::map<int, SliceImage> slice_images;
   std::shared_ptr<const InnerSurfaces> inner;
+  CtSource ct;
   std::optional<std::vector<PlaneOverlay>> plane_job;
   std::optional<std::vector<PlaneLineOverlay>> plane_lines;
   bool stop = false;
@@ -142,9 +143,11 @@ struct SurfaceWorker::State {
     std::optional<std::pair<int, SliceSpec>> wanted;
     std::optional<std::vector<PlaneOverlay>> planes;
     std::shared_ptr<const InnerSurfaces> surfaces;
+    CtSource whole_ct;
     {
       const std::lock_guard lock(mutex);
       surfaces = inner;
+      whole_ct = ct;
       if (!slice_jobs.empty()) {
         // The view after the one that was served last, so that no view waits for ever.
         auto at = slice_jobs.upper_bound(last_view);
@@ -173,7 +176,8 @@ struct SurfaceWorker::State {
       SliceImage made;
       {
         const std::shared_lock lock(bone_mutex);
-        arena.execute([&] { made = CalcSlice(chunks.bone(), wanted->second, surfaces.get()); });
+        arena.execute(
+            [&] { made = CalcSlice(chunks.bone(), wanted->second, surfaces.get(), whole_ct ? &whole_ct : nullptr); });
       }
       const std::lock_guard lock(mutex);
       slice_images.insert_or_assign(wanted->first, std::move(made));
@@ -308,6 +312,11 @@ void SurfaceWorker::WaitFirst() {
 void SurfaceWorker::SetInnerSurfaces(std::shared_ptr<const InnerSurfaces> inner) {
   const std::lock_guard lock(state_->mutex);
   state_->inner = std::move(inner);
+}
+
+void SurfaceWorker::SetCt(CtSource ct) {
+  const std::lock_guard lock(state_->mutex);
+  state_->ct = std::move(ct);
 }
 
 void SurfaceWorker::RequestSlice(int view, const SliceSpec& spec) {

@@ -50,6 +50,8 @@ class SurfaceWorker {
 
   /// Sets the nerve canal and the teeth, whose outlines are added to slices from now on.
   void SetInnerSurfaces(std::shared_ptr<const InnerSurfaces> inner);
+  /// Sets the whole CT, which slices show from now on; an empty function: only the bone's own CT numbers.
+  void SetCt(CtSource ct);
   /// Requests a slice for one of several views; replaces the view's waiting request. Slices are computed between
   /// chunks. A bone without CT numbers is shown by its tissues. Throws Error if a value of the spec is out of range.
   void RequestSlice(int view, const SliceSpec& spec);
