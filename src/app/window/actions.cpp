@@ -193,7 +193,8 @@ float ActionList::DrawIndicators(Ui& ui, float reserved) {
     const Action& action = actions_[i];
     if (action.indicator[0] == '\0' || !action.is_relevant()) continue;
     const bool on = action.on && action.on();
-    shown.push_back({i, fmt::format("{}: {}", Tr(action.indicator), on ? Tr("on") : Tr("off")), on});
+    const char* const state = action.state ? action.state() : nullptr;
+    shown.push_back({i, fmt::format("{}: {}", Tr(action.indicator), state ? state : on ? Tr("on") : Tr("off")), on});
   }
   const float gap = ImGui::GetStyle().ItemSpacing.x;
   const float room = ImGui::GetWindowWidth() - reserved - ImGui::GetCursorPosX();

@@ -23,19 +23,20 @@ std::string ShowShortcut(const Shortcut& shortcut);
 
 /// Texts are literals in English, marked with Mark(), and translated when they are shown.
 struct Action {
-  std::string id;                            // "saw.spindle"; for tests
-  const char* menu = "";                     // menu that contains it; empty: none
-  const char* label = "";                    // in the menu and in the help
-  Shortcut shortcut{};                       // optional
-  const char* tip = "";                      // explanation, shown as a tooltip
-  std::function<void()> run;                 // in the window's thread
-  std::function<bool()> enabled = nullptr;   // null: always
-  std::function<bool()> on = nullptr;        // state of a mode; null: not a mode
-  std::function<bool()> relevant = nullptr;  // if false, button and indicator are not shown; null: always
-  const char* button = "";                   // label of its button in the toolbar; empty: none
-  const char* indicator = "";                // name of its indicator in the status line; empty: none
-  bool repeats = false;                      // also while the key is held
-  bool begins_group = false;                 // a line separates it from the previous entry of the menu
+  std::string id;                                // "saw.spindle"; for tests
+  const char* menu = "";                         // menu that contains it; empty: none
+  const char* label = "";                        // in the menu and in the help
+  Shortcut shortcut{};                           // optional
+  const char* tip = "";                          // explanation, shown as a tooltip
+  std::function<void()> run;                     // in the window's thread
+  std::function<bool()> enabled = nullptr;       // null: always
+  std::function<bool()> on = nullptr;            // state of a mode; null: not a mode
+  std::function<bool()> relevant = nullptr;      // if false, button and indicator are not shown; null: always
+  const char* button = "";                       // label of its button in the toolbar; empty: none
+  const char* indicator = "";                    // name of its indicator in the status line; empty: none
+  std::function<const char*()> state = nullptr;  // what the indicator says instead of on or off, unless it is null
+  bool repeats = false;                          // also while the key is held
+  bool begins_group = false;                     // a line separates it from the previous entry of the menu
 
   bool is_enabled() const { return !enabled || enabled(); }
   bool is_relevant() const { return !relevant || relevant(); }
@@ -63,6 +64,8 @@ class ActionList {
   float DrawIndicators(Ui& ui, float reserved);
   /// Set while actions are only disabled for a short time: they can be chosen, and run once they are enabled.
   void set_waits(bool waits) { waits_ = waits; }
+  /// Forgets what was chosen and still waits.
+  void ForgetChosen() { chosen_.clear(); }
   /// Runs what was chosen in a menu, in the toolbar or by an indicator in this frame. Called after the frame, because
   /// an action may show another panel.
   void RunChosen();

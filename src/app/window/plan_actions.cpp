@@ -167,7 +167,7 @@ void PlanActions::Align() {
   if (glm::dot(normal, spindle) < 0) normal = -normal;
   X.R_AB = glm::normalize(RotationBetween(spindle, normal) * X.R_AB);
   X.p_AB -= glm::dot(X.p_AB - planned->plane.p_W, normal) * normal;
-  viewer_.controls().Set(X);
+  viewer_.TurnSaw(X);
   viewer_.Say(
       fmt::format(fmt::runtime(Tr("The saw is turning into {}; keep it clear of the bone")), ShowName(planned->name)));
 }

@@ -134,7 +134,7 @@ void Rehearsal::AddActions(ActionList& actions) {
                .shortcut = {Key::kG},
                .tip = Msg("Holds the saw in the planned plane and above the depth stop"),
                .run = [this] { ToggleGuide(); },
-               .enabled = cutting,
+               .enabled = [this, cutting] { return cutting() && !viewer_->is_turning(); },
                .on = [this] { return choice_.guided; },
                .indicator = Msg("Guide")});
   editor_.actions.Add(actions, [cutting, this] { return cutting() || (viewer_->is_running() && menu_.has_value()); });

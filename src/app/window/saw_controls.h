@@ -45,6 +45,8 @@ class SawControls {
   void Continue(const Pose& X_WT);
 
   const Pose& wanted() const { return X_wanted_; }
+  /// True from Set() until the user moves the saw or lets go of it.
+  bool has_goal() const { return X_set_.has_value(); }
   /// False if the user has let go of the saw, so that nothing may pull it.
   bool holds() const { return X_set_ || dragging_ || !held_.empty(); }
   double feed_mm_per_s() const { return feed_mm_per_s_; }

@@ -1,6 +1,8 @@
 // Keys and menus that rehearsing and practising share.
 #include <fmt/format.h>
 
+#include <limits>
+
 #include "app/window/seen_pose.h"
 #include "app/window/viewer_app.h"
 
@@ -18,8 +20,16 @@ void ViewerApp::AddActions() {
                 .label = Msg("Start or stop the spindle"),
                 .shortcut = {Key::kSpace},
                 .tip = Msg("A turning saw cuts what it touches; a stopped saw only pushes"),
-                .run = [this] { SetSpindle(!spindle_on()); },
-                .enabled = [this] { return activity_->cuts() && is_running() && !activity_->is_restarting(); },
+                .run =
+                    [this] {
+                      if (retracting_) return Say(Tr("The saw is being brought back; start the spindle after that."));
+                      SetSpindle(!spindle_on());
+                    },
+                .enabled =
+                    [this] {
+                      return activity_->cuts() && is_running() && !activity_->is_restarting() &&
+                             (spindle_on() || !is_turning());
+                    },
                 .on = [this] { return spindle_on(); },
                 .button = Msg("Spindle"),
                 .indicator = Msg("Spindle")});
@@ -40,7 +50,7 @@ void ViewerApp::AddActions() {
        .indicator = Msg("Plane lock")});
   actions_.Add({.id = "saw.retract",
                 .menu = Msg("Saw"),
-                .label = Msg("Bring the saw back into view"),
+                .label = Msg("Retract: bring the saw back into view"),
                 .shortcut = {Key::kR},
                 .tip = Msg("With the spindle off, the saw leaves the bone and returns to where it began or, if that is "
                            "not seen, in front of the bone"),
@@ -76,10 +86,13 @@ void ViewerApp::AddActions() {
                       sound_.SetMuted(!sound_.muted());
                       settings_.mute = sound_.muted();
                       KeepSettings();
-                      Say(sound_.muted() ? Tr("The sound is off.") : Tr("The sound is on."));
+                      Say(!sound_.has_sound() ? Tr("No sound can be played, because no audio device was found.")
+                          : sound_.muted()    ? Tr("The sound is off.")
+                                              : Tr("The sound is on."));
                     },
-                .on = [this] { return !sound_.muted(); },
+                .on = [this] { return sound_.has_sound() && !sound_.muted(); },
                 .indicator = Msg("Sound"),
+                .state = [this] { return sound_.has_sound() ? nullptr : Tr("not available"); },
                 .begins_group = true});
   actions_.Add({.id = "sound.quieter",
                 .menu = Msg("Saw"),
@@ -219,6 +232,7 @@ void ViewerApp::Retract() {
     controls_->Set({X_home_->R_AB, figures_.coupled.X_WT.p_AB});
     return Say(Tr("The saw has its initial orientation; the handle sets its position"));
   }
+  if (retracting_) return;
   controls_->Release();
   LoopAction retract{.kind = LoopAction::Kind::kRetract, .name = ""};
   if (activity_->returns_to_start()) {
@@ -229,6 +243,9 @@ void ViewerApp::Retract() {
                                 MakeTool(session_->scene()), *X_home_);
   }
   session_->Ask(std::move(retract));
+  retracting_ = true;
+  Say(Tr("Bringing the saw back..."));
+  said_until_s_ = std::numeric_limits<double>::infinity();  // until the answer
 }
 
 }  // namespace kerf

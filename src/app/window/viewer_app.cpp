@@ -19,6 +19,7 @@ constexpr double kFrame_s = 1.0 / 60;
 constexpr double kStillFrame_s = 1.0 / 20;  // between frames while nothing changes
 constexpr double kSettled_s = 0.3;          // time without a change after which nothing is expected to change soon
 constexpr double kMessage_s = 6;
+constexpr double kWarning_s = 10;
 constexpr double kLeave_s = 0.5;  // time that loading gets to end by itself when the window is closed
 
 double SecondsSince(std::chrono::steady_clock::time_point then) {
@@ -104,6 +105,7 @@ void ViewerApp::Update(double dt_s) {
     session_->SetTarget(controls_->wanted(), controls_->holds());
   }
   FollowSaw(dt_s);
+  FollowTurn(dt_s);
   activity_->Update(dt_s);
   UpdateToolInPicture(dt_s);
   if (trace_) trace_.WriteState(MakeState());
@@ -112,28 +114,35 @@ void ViewerApp::Update(double dt_s) {
 nlohmann::json ViewerApp::MakeState() const {
   const Vec3& p = figures_.coupled.X_WT.p_AB;
   const auto tenth = [](double v) { return std::round(10 * v) / 10; };
-  nlohmann::json state{{"running", is_running()},
-                       {"spindle", spindle_on()},
-                       {"rpm", figures_.in.rpm},
-                       {"removed_mm3", tenth(figures_.removed_mm3)},
-                       {"force_N", tenth(glm::length(figures_.coupled.f_H_W_N))},
-                       {"saw_mm", {tenth(p.x), tenth(p.y), tenth(p.z)}},
-                       {"holds", controls_->holds()},
-                       {"held", held_reason()},
-                       {"help", help_},
-                       {"settings", settings_shown_},
-                       {"entry", dialogs_.asks_text()},
-                       {"dialog", dialogs_.is_open()},
-                       {"tour", tour_.step()},
-                       {"slices_mm", {slices_.offset_mm(0), slices_.offset_mm(1), slices_.offset_mm(2)}},
-                       {"slice_enlarged", slices_.is_enlarged()},
-                       {"ct_window_HU", {slices_.window().level_HU, slices_.window().width_HU}},
-                       {"has_ct", bone_.surface() && bone_.surface()->has_hu()},
-                       {"colours", LegendTitle(view_->colour_by())},
-                       {"message", now_s_ < said_until_s_ ? said_ : ""},
-                       {"translucent", view_->translucent()},
-                       {"view_mm", tenth(view_->camera().height_mm())},
-                       {"chunks_left", bone_.surface() ? bone_.surface()->counts().first_left : 1}};
+  const auto list = [tenth](const Vec3& v) { return nlohmann::json{tenth(v.x), tenth(v.y), tenth(v.z)}; };
+  nlohmann::json state{
+      {"running", is_running()},
+      {"spindle", spindle_on()},
+      {"rpm", figures_.in.rpm},
+      {"removed_mm3", tenth(figures_.removed_mm3)},
+      {"force_N", tenth(glm::length(figures_.coupled.f_H_W_N))},
+      {"saw_mm", {tenth(p.x), tenth(p.y), tenth(p.z)}},
+      {"holds", controls_->holds()},
+      {"held", held_reason()},
+      {"help", help_},
+      {"settings", settings_shown_},
+      {"entry", dialogs_.asks_text()},
+      {"dialog", dialogs_.is_open()},
+      {"tour", tour_.step()},
+      {"slices_mm", {slices_.offset_mm(0), slices_.offset_mm(1), slices_.offset_mm(2)}},
+      {"slice_middles_mm", {list(slices_.middle_W(0)), list(slices_.middle_W(1)), list(slices_.middle_W(2))}},
+      {"slice_enlarged", slices_.is_enlarged()},
+      {"ct_window_HU", {slices_.window().level_HU, slices_.window().width_HU}},
+      {"has_ct", bone_.surface() && bone_.surface()->has_hu()},
+      {"colours", LegendTitle(view_->colour_by())},
+      {"message", now_s_ < said_until_s_ ? said_ : ""},
+      {"warning", now_s_ < warned_until_s_ ? warned_ : ""},
+      {"saw_outside", IsSawOutside()},
+      {"turning", is_turning()},
+      {"retracting", retracting_},
+      {"translucent", view_->translucent()},
+      {"view_mm", tenth(view_->camera().height_mm())},
+      {"chunks_left", bone_.surface() ? bone_.surface()->counts().first_left : 1}};
   const ScreenBox tool = view_->CalcToolBox();
   state["saw_px"] = {std::round(tool.left), std::round(tool.top), std::round(tool.width), std::round(tool.height)};
   state["scene_px"] = {areas_.scene.left, areas_.scene.top, areas_.scene.width, areas_.scene.height};
@@ -249,6 +258,13 @@ void ViewerApp::Say(const std::string& message) {
   said_ = message;
   said_until_s_ = now_s_ + kMessage_s;
   trace_.Write("message", {{"text", message}});
+}
+
+void ViewerApp::Warn(const std::string& warning) {
+  warned_ = warning;
+  warned_until_s_ = now_s_ + kWarning_s;
+  said_until_s_ = 0;
+  trace_.Write("message", {{"text", warning}});
 }
 
 void ViewerApp::AskText(const std::string& question, const std::string& initial,

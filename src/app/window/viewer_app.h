@@ -19,6 +19,7 @@
 #include "app/window/held_saw.h"
 #include "app/window/live_session.h"
 #include "app/window/saw_controls.h"
+#include "app/window/saw_turn.h"
 #include "app/window/settings.h"
 #include "app/window/shown_bone.h"
 #include "app/window/slices_panel.h"
@@ -97,6 +98,12 @@ class ViewerApp {
   LiveSession* session() { return session_.get(); }
   bool steers() const;   // mouse and keys control the saw
   bool touches() const;  // a force acts on the saw
+  /// Turns the saw to a pose, as the hand would. Until it is there, or cannot get there, the spindle does not start and
+  /// the keys and buttons of disabled actions wait.
+  void TurnSaw(const Pose& X_WT);
+  bool is_turning() const { return turn_.is_turning(); }
+  /// Returns true while the saw is brought back into view.
+  bool is_retracting() const { return retracting_; }
   /// Returns why the saw does not follow the hand and what to do about it; empty if it follows.
   std::string held_reason() const;
   Beeper& sound() { return sound_; }
@@ -129,6 +136,8 @@ class ViewerApp {
   const ViewerOptions& options() const { return options_; }
   /// Shows a message at the bottom for some seconds.
   void Say(const std::string& message);
+  /// The same for a warning, which Say() does not replace.
+  void Warn(const std::string& warning);
   /// Asks for a line of text. `done` receives it, or nullopt if the input was cancelled.
   void AskText(const std::string& question, const std::string& initial,
                std::function<void(std::optional<std::string>)> done);
@@ -174,6 +183,10 @@ class ViewerApp {
   void TakeInScene(const WindowEvent& event);
   void AskToQuit();
   void Retract();
+  void FollowTurn(double dt_s);
+  bool waits() const { return activity_->is_restarting() || is_turning(); }
+  bool IsSawOutside() const;
+  std::string DescribeStaying() const;
   void LoseFocus(const char* why);
   void Update(double dt_s);
   void FollowSession();
@@ -212,8 +225,9 @@ class ViewerApp {
   Activity* activity_ = nullptr;
 
   Beeper sound_;
-  bool said_no_sound_ = false;
   HeldSawWatch held_saw_;
+  SawTurn turn_;
+  bool retracting_ = false;
   std::optional<HandDevice> device_;
   std::unique_ptr<LiveSession> session_;
   std::shared_ptr<const Bone> original_;
@@ -277,7 +291,8 @@ class ViewerApp {
   std::size_t view_index_ = 0;
   std::string said_;
   double said_until_s_ = 0;
-  std::string staying_;  // message that stays while its cause lasts
+  std::string warned_;
+  double warned_until_s_ = 0;
   double now_s_ = 0;
   double frame_s_ = 1.0 / 60;
   bool ignores_text_ = false;     // the character of a key that has just opened a text field

@@ -150,8 +150,9 @@ void ViewerApp::Take(const WindowEvent& event) {
 /// Returns true for what only a running session can take: the keys of its actions, and the left mouse button.
 bool ViewerApp::WaitsForSession(const WindowEvent& event) const {
   using Kind = WindowEvent::Kind;
-  if (!activity_->is_restarting()) return false;
+  if (!waits()) return false;
   if (event.kind == Kind::kKeyDown) return !event.repeat && actions_.IsDisabled(event);
+  if (!activity_->is_restarting()) return false;  // the mouse may interrupt a turn
   if (event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp) return event.button == MouseButton::kLeft;
   // A drag goes on if its button is still held.
   const bool drags = !waiting_.empty() && std::any_of(waiting_.begin(), waiting_.end(),
@@ -163,6 +164,7 @@ void ViewerApp::TakeInScene(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
   if (WaitsForSession(event)) {
     waiting_.push_back(event);
+    if (is_turning()) Say(Tr("The saw turns into the plane first; what you asked for follows."));
     return;
   }
   if (activity_->Take(event)) return;
@@ -197,7 +199,7 @@ void ViewerApp::RunPanelKeys() {
 
 /// Handles the keys and clicks that came while the session restarted. One of them may restart it again.
 void ViewerApp::RunWaiting() {
-  if (!is_running() || !began_ || activity_->is_restarting()) return;
+  if (!is_running() || !began_ || waits()) return;
   for (const WindowEvent& event : std::exchange(waiting_, {})) TakeInScene(event);
 }
 

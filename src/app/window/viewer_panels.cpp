@@ -34,6 +34,7 @@ HudState ViewerApp::MakeHud() {
   hud.status.spindle_on = spindle_on();
   if (session_) hud.status.saw = DescribeTool(session_->scene().tool);
   if (now_s_ < said_until_s_) hud.status.message = said_;
+  if (now_s_ < warned_until_s_) hud.status.warning = warned_;
   if (is_running()) hud.status.recording_s = figures_.time_s;
   // Some deadlines are missed on every machine, without harm; a noticeable fraction is reported.
   const double missed =
@@ -93,6 +94,9 @@ PictureMarks ViewerApp::MakePictureMarks() const {
   }
   const ScreenBox tool = view_->CalcToolBox();
   marks.tool = {tool.left, tool.top, tool.width, tool.height};
+  if (const auto at = IsSawOutside() ? view_->camera().Project(figures_.coupled.X_WT.p_AB) : std::nullopt) {
+    marks.beyond = UiSpot{at->x, at->y};
+  }
   marks.mm_per_pixel = view_->camera().WorldPerPixel(view_->camera().target_W());
   return marks;
 }
@@ -120,7 +124,7 @@ void ViewerApp::DrawUi(const HudState& hud) {
   marks.injured = !hud.injuries.empty();
   DrawPictureMarks(ui_, marks, areas_.scene);
 
-  actions_.set_waits(activity_->is_restarting());
+  actions_.set_waits(waits());
   if (ImGui::BeginMainMenuBar()) {
     actions_.DrawMenus(ui_);
     ImGui::EndMainMenuBar();
@@ -145,10 +149,12 @@ void ViewerApp::DrawUi(const HudState& hud) {
       enlarged.height -= top - enlarged.top;
       enlarged.top = top;
     }
-    slices_.Draw(ui_, areas_.right, enlarged, MakeSliceScene(),
-                 {.wanted = activity_->wants_slice_points(),
-                  .take = [this](const Vec3& p_W) { activity_->TakeSlicePoint(p_W); },
-                  .take_back = [this] { activity_->TakeBackSlicePoint(); }});
+    slices_.Draw(
+        ui_, areas_.right, enlarged, MakeSliceScene(),
+        {.wanted = activity_->wants_slice_points(),
+         .take = [this](const Vec3& p_W) { activity_->TakeSlicePoint(p_W); },
+         .take_back = [this] { activity_->TakeBackSlicePoint(); },
+         .move = [this](std::size_t i, const Vec3& p_W, bool first) { activity_->MoveSlicePoint(i, p_W, first); }});
   }
   if (BeginPanel(ui_, "status", areas_.status, false)) {
     // What the activity shows here, such as the clock of an exercise, is always visible; so is the recording's time.
@@ -164,8 +170,8 @@ void ViewerApp::DrawUi(const HudState& hud) {
     below.height = areas_.scene.bottom() - below.top;
   }
   DrawInjuries(ui_, hud.injuries, below);
-  DrawMessage(ui_, hud.status.message, staying_, areas_.scene,
-              hud.progress ? CalcProgressBox(ui_, areas_.scene) : UiBox{});
+  DrawMessages(ui_, {hud.status.message, hud.status.warning, DescribeStaying()}, areas_.scene,
+               hud.progress ? CalcProgressBox(ui_, areas_.scene) : UiBox{});
   if (hud.progress && DrawProgressBox(ui_, *hud.progress, areas_.scene)) activity_->Cancel();
   if (hud.menu) {
     if (const std::optional<int> row = DrawMenuDialog(ui_, *hud.menu)) picked_row_ = row;

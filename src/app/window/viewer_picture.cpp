@@ -149,7 +149,8 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
       focus_W += CalcReach(tool) * *in_plane_W;
     }
   }
-  slices_.Update(*bone_.surface(), MakeSliceScene(), focus_W, activity_->slice_point(), renew);
+  slices_.Update(*bone_.surface(), MakeSliceScene(), activity_->slice_focus().value_or(focus_W),
+                 activity_->slice_point(), renew);
 }
 
 /// Returns true if the handpiece, which the simulation does not know, reaches into the bone with which the case began.

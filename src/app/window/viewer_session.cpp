@@ -58,7 +58,7 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   const bool goes_on = same_bone && bone_.surface() != nullptr;
   goes_on_ = goes_on;
   session_.reset();
-  began_ = false;
+  began_ = retracting_ = false;
   ++sessions_;
   recording_ = fmt::format("{}/session{}.kerf", options_.folder, sessions_ == 1 ? "" : fmt::format("-{}", sessions_));
   leaf_receiver_ = goes_on ? bone_.surface() : nullptr;
@@ -137,8 +137,6 @@ void ViewerApp::SetSpindle(bool on) {
   if (!is_running() || on == spindle_on()) return;
   session_->SetSpindle(on ? session_->scene().tool.rpm : 0);
   trace_.Write("spindle", {{"on", on}});
-  if (!on || sound_.has_sound() || std::exchange(said_no_sound_, true)) return;
-  Say(Tr("No sound can be played, because no audio device was found."));
 }
 
 void ViewerApp::FollowSession() {
@@ -221,6 +219,7 @@ void ViewerApp::ShowAnswer(const LiveSession::Answer& answer) {
   using Kind = LoopAction::Kind;
   const Kind kind = answer.action.kind;
   if (kind == Kind::kSpindle) return;
+  if (kind == Kind::kRetract) retracting_ = false;
   const char* what = kind == Kind::kUndo      ? Msg("Undone")
                      : kind == Kind::kRedo    ? Msg("Redone")
                      : kind == Kind::kRetract ? Msg("Retracted")
@@ -266,8 +265,44 @@ void ViewerApp::FollowSaw(double dt_s) {
   const std::optional<HeldReason> before = held_saw_.reason();
   held_saw_.Update(dt_s, in);
   if (held_saw_.reason() == before) return;
-  staying_ = held_reason();
-  trace_.Write("held", {{"reason", staying_}});
+  trace_.Write("held", {{"reason", held_reason()}});
+}
+
+void ViewerApp::TurnSaw(const Pose& X_WT) {
+  controls_->Set(X_WT);
+  turn_.Begin(X_WT, CalcReach(MakeTool(session_->scene())));
+}
+
+/// Ends a turn of the saw. What waited for it follows, unless the turn failed.
+void ViewerApp::FollowTurn(double dt_s) {
+  if (!is_running() || !began_ || activity_->is_restarting()) return;
+  const SawTurn::State state = turn_.Update(dt_s, figures_.coupled.X_WT, controls_->has_goal());
+  if (state != SawTurn::State::kStuck && state != SawTurn::State::kInterrupted) return;
+  waiting_.clear();
+  actions_.ForgetChosen();
+  if (state == SawTurn::State::kInterrupted) return;
+  controls_->Release();
+  Warn(
+      Tr("The saw cannot turn into the plane, because bone is in its way. Bring it clear of the bone, then turn it "
+         "again."));
+}
+
+bool ViewerApp::IsSawOutside() const {
+  if (!began_ || !steers() || areas_.scene.empty()) return false;
+  const ScreenBox tool = view_->CalcToolBox();
+  const UiBox box{tool.left, tool.top, tool.width, tool.height};
+  return box.empty() || !Overlap(box, areas_.scene);
+}
+
+/// Returns the message that stays while its cause lasts; empty: none.
+std::string ViewerApp::DescribeStaying() const {
+  if (std::string held = held_reason(); !held.empty()) return held;
+  if (retracting_ || slices_.is_enlarged() || !IsSawOutside()) return {};
+  const std::string key = ShowShortcut(actions_.Find("saw.retract")->shortcut);
+  return spindle_on()
+             ? fmt::format(fmt::runtime(Tr("The saw is outside the picture: stop the spindle, then {} brings it back")),
+                           key)
+             : fmt::format(fmt::runtime(Tr("The saw is outside the picture: {} brings it back")), key);
 }
 
 std::string ViewerApp::held_reason() const {

@@ -53,6 +53,7 @@ struct HudStatus {
   std::string saw;   // its name
   std::string mode;  // "Rehearse", an exercise's title, ...
   std::string message;
+  std::string warning{};  // stays beside later messages
   std::optional<double> recording_s;
   std::string right;  // at the right end: "F1 help", missed ticks, ...
 };

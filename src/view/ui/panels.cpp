@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "view/ui/imgui_colours.h"
+#include "view/ui/picture_marks.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
@@ -433,10 +434,10 @@ void DrawInjuries(Ui& ui, const std::vector<std::string>& injuries, const UiBox&
   ImGui::PopFont();
 }
 
-void DrawMessage(Ui& ui, const std::string& message, const std::string& staying, const UiBox& scene,
-                 const UiBox& below) {
+void DrawMessages(Ui& ui, const HudMessages& messages, const UiBox& scene, const UiBox& below) {
   const float s = ui.scale();
-  float bottom = below.empty() ? static_cast<float>(scene.bottom()) - 10 * s : static_cast<float>(below.top) - 8 * s;
+  float bottom = static_cast<float>(below.empty() ? scene.bottom() - kScaleBarRoom * static_cast<double>(s)
+                                                  : below.top - 8 * static_cast<double>(s));
   const auto draw = [&](const char* name, const std::string& text, HudLevel level) {
     if (text.empty()) return;
     // Beside the cube, if there is room for one.
@@ -460,16 +461,17 @@ void DrawMessage(Ui& ui, const std::string& message, const std::string& staying,
     ImGui::End();
     bottom -= 6 * s;
   };
-  draw("message", message, HudLevel::kPlain);
-  draw("staying message", staying, HudLevel::kWarn);
+  draw("message", messages.message, HudLevel::kPlain);
+  draw("warning", messages.warning, HudLevel::kWarn);
+  draw("staying message", messages.staying, HudLevel::kWarn);
 }
 
 UiBox CalcProgressBox(const Ui& ui, const UiBox& scene) {
   const double s = ui.scale();
   const double width = std::min(330 * s, scene.width - 16 * s);
   const double height = 92 * s;
-  if (width < 120 * s || scene.height < height + 20 * s) return {};
-  return {scene.left + 8 * s, scene.bottom() - height - 8 * s, width, height};
+  if (width < 120 * s || scene.height < height + (kScaleBarRoom + 12) * s) return {};
+  return {scene.left + 8 * s, scene.bottom() - height - kScaleBarRoom * s, width, height};
 }
 
 bool DrawProgressBox(Ui& ui, const HudProgress& progress, const UiBox& scene) {

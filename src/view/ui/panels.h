@@ -40,10 +40,14 @@ void DrawInjuries(Ui& ui, const std::vector<std::string>& injuries, const UiBox&
 void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene);
 /// Returns its lower edge.
 double CalcBannerBottom(const Ui& ui, const HudBanner& banner, const UiBox& scene);
-/// Message at the bottom of the scene. `staying`: shown above it while its cause lasts, with a mark; optional. `below`:
-/// a box that both are drawn above; empty: none.
-void DrawMessage(Ui& ui, const std::string& message, const std::string& staying, const UiBox& scene,
-                 const UiBox& below);
+/// Messages at the bottom of the scene, above the scale bar; those that are not empty are shown.
+struct HudMessages {
+  std::string message;
+  std::string warning;  // with a mark
+  std::string staying;  // the same, while its cause lasts
+};
+/// `below`: a box that they are drawn above; empty: none.
+void DrawMessages(Ui& ui, const HudMessages& messages, const UiBox& scene, const UiBox& below);
 /// Returns the place of DrawProgressBox(); empty: the scene is too small for it.
 UiBox CalcProgressBox(const Ui& ui, const UiBox& scene);
 /// Small box in the scene's lower left corner: what is in progress, how far, and the time left. Returns true if Cancel

@@ -188,6 +188,17 @@ std::vector<UiBox> PlaceLabels(const std::vector<UiLabel>& labels, const std::ve
   return places;
 }
 
+UiArrow FindBorderArrow(const UiBox& box, const UiSpot& beyond, double inset) {
+  const double x = box.left + 0.5 * box.width, y = box.top + 0.5 * box.height;
+  const double dx = beyond.x - x, dy = beyond.y - y;
+  const double length = std::max(std::hypot(dx, dy), 1e-9);
+  // The border is met first along the direction that needs the smaller part of the way.
+  const double half_width = std::max(0.5 * box.width - inset, 0.0),
+               half_height = std::max(0.5 * box.height - inset, 0.0);
+  const double part = std::min(half_width / std::max(std::abs(dx), 1e-9), half_height / std::max(std::abs(dy), 1e-9));
+  return {{x + part * dx, y + part * dy}, dx / length, dy / length};
+}
+
 double RingRadius(HudLevel level) {
   return level == HudLevel::kBad ? 36 : level == HudLevel::kWarn ? 26 : 18;
 }
@@ -195,6 +206,22 @@ double RingRadius(HudLevel level) {
 double BorderThickness(HudLevel level) {
   return level == HudLevel::kBad ? 12 : level == HudLevel::kWarn ? 5 : 0;
 }
+
+namespace {
+
+void DrawArrow(ImDrawList& list, const UiArrow& arrow, double s) {
+  const auto at = [&](double along, double across) {
+    return At(arrow.tip.x + s * (along * arrow.dx - across * arrow.dy),
+              arrow.tip.y + s * (along * arrow.dy + across * arrow.dx));
+  };
+  for (const auto& [grow, colour] :
+       {std::pair{3.0, ToImU32({255, 255, 255}, 0.9)}, std::pair{0.0, ToImU32(LevelColour(HudLevel::kWarn))}}) {
+    list.AddTriangleFilled(at(2 * grow, 0), at(-26 - grow, 17 + 1.5 * grow), at(-26 - grow, -17 - 1.5 * grow), colour);
+  }
+  list.AddTriangle(at(0, 0), at(-26, 17), at(-26, -17), ToImU32({60, 42, 0}), static_cast<float>(1.5 * s));
+}
+
+}  // namespace
 
 void DrawPictureMarks(Ui& ui, const PictureMarks& marks, const UiBox& scene) {
   const double s = ui.scale();
@@ -207,6 +234,7 @@ void DrawPictureMarks(Ui& ui, const PictureMarks& marks, const UiBox& scene) {
     soft.push_back({ring.x - r, ring.y - r, 2 * r, 2 * r});
   }
   DrawBorder(list, marks.alarm, marks.injured, scene, s);
+  if (marks.beyond) DrawArrow(list, FindBorderArrow(scene, *marks.beyond, 14 * s), s);
   std::vector<UiBox> taken = marks.avoids_panels ? ui.PanelBoxes() : std::vector<UiBox>();
   std::vector<UiLabel> labels = marks.labels;
   if (marks.cut) {

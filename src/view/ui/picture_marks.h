@@ -57,6 +57,17 @@ double RingRadius(HudLevel level);
 /// Thickness of the border around the picture, points; grows with the level. 0: no border.
 double BorderThickness(HudLevel level);
 
+/// Arrow at the border of a box.
+struct UiArrow {
+  UiSpot tip;
+  double dx = 0, dy = 0;  // its direction, of length 1
+};
+/// Returns the arrow, `inset` within the box, that points from its middle to a spot outside.
+UiArrow FindBorderArrow(const UiBox& box, const UiSpot& beyond, double inset);
+
+/// Height that the scale bar takes at the bottom of the scene, points.
+inline constexpr double kScaleBarRoom = 58;
+
 struct PictureMarks {
   std::vector<UiLabel> labels;
   std::vector<UiRing> rings;
@@ -66,6 +77,7 @@ struct PictureMarks {
   std::optional<UiSpot> cut;          // where the tool cuts: few labels are drawn around it
   bool avoids_panels = true;          // false for a picture without panels
   double mm_per_pixel = 0;            // for the scale bar; 0: none
+  std::optional<UiSpot> beyond;       // of a tool outside the scene: an arrow at the border points to it
 };
 /// Draws the marks. A level is readable without colour: rings and border differ in size and pattern.
 void DrawPictureMarks(Ui& ui, const PictureMarks& marks, const UiBox& scene);

@@ -36,8 +36,8 @@ UiAreas DrawAll(Ui& ui, const HudState& hud) {
     if (BeginPanel(ui, "toolbar", areas.toolbar, false)) ImGui::End();
     if (BeginPanel(ui, "status", areas.status, false)) ImGui::End();
     if (hud.banner) DrawBanner(ui, *hud.banner, areas.scene);
-    DrawMessage(ui, hud.status.message, "The blade binds", areas.scene,
-                hud.progress ? CalcProgressBox(ui, areas.scene) : UiBox{});
+    DrawMessages(ui, {hud.status.message, "The saw is beside the plane", "The blade binds"}, areas.scene,
+                 hud.progress ? CalcProgressBox(ui, areas.scene) : UiBox{});
     if (hud.progress) DrawProgressBox(ui, *hud.progress, areas.scene);
     ui.EndFrame();
   }
