@@ -85,10 +85,10 @@ bool ActionList::Take(const WindowEvent& event) {
   return known;
 }
 
-std::vector<HudKeyGroup> ActionList::ListKeys(bool all) const {
+std::vector<HudKeyGroup> ActionList::ListKeys() const {
   std::vector<HudKeyGroup> groups;
   for (const Action& action : actions_) {
-    if (action.shortcut.key == Key::kNone || action.menu[0] == '\0' || (!all && !action.is_enabled())) continue;
+    if (action.shortcut.key == Key::kNone || action.menu[0] == '\0') continue;
     const std::string title = Tr(action.menu);
     auto group = std::find_if(groups.begin(), groups.end(), [&](const HudKeyGroup& g) { return g.title == title; });
     if (group == groups.end()) group = groups.insert(groups.end(), HudKeyGroup{title, {}});

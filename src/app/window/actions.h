@@ -51,8 +51,8 @@ class ActionList {
   /// Returns true if the key belongs to actions, none of which is enabled now.
   bool IsDisabled(const WindowEvent& event) const;
   const Action* Find(const std::string& id) const;
-  /// Returns the keys by menu, for the help. `all`: also of actions that are not enabled now.
-  std::vector<HudKeyGroup> ListKeys(bool all) const;
+  /// Returns the keys by menu, for the help; also of actions that are not enabled now.
+  std::vector<HudKeyGroup> ListKeys() const;
 
   /// Adds the menus to the current menu bar.
   void DrawMenus(Ui& ui);

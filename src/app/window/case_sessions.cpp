@@ -16,7 +16,10 @@ ProjectSession MakeProjectSession(const std::string& saw, const LiveFigures& fig
                          .duration_s = figures.time_s,
                          .removed_mm3 = std::max(0.0, figures.removed_mm3),
                          .largest_force_N = 0,
-                         .forces_sN = {}};
+                         .forces_sN = {},
+                         .turning_force_N = figures.turning_force_N,
+                         .stopped_force_N = figures.stopped_force_N,
+                         .in_bone_s = figures.in_bone_s};
   const std::size_t parts = std::min(kCurvePoints, forces.size());
   for (std::size_t i = 0; i < parts; ++i) {
     const auto first = forces.begin() + static_cast<std::ptrdiff_t>(i * forces.size() / parts);
@@ -40,17 +43,24 @@ std::vector<ProjectSession> ListSessions(const Project& project) {
 }
 
 JoinedSessions JoinSessions(const std::vector<ProjectSession>& sessions) {
-  JoinedSessions joined{.saws = {}, .duration_s = 0, .largest_force_N = 0, .forces_sN = {}};
+  JoinedSessions joined{
+      .saws = {}, .duration_s = 0, .in_bone_s = 0, .turning_force_N = 0, .stopped_force_N = 0, .forces_sN = {}};
   std::set<std::string> saws;
   double begin_s = 0;
   for (const ProjectSession& session : sessions) {
     if (session.saw != "-" && saws.insert(session.saw).second) joined.saws.push_back(session.saw);
     for (const auto& [time_s, force_N] : session.forces_sN) joined.forces_sN.emplace_back(begin_s + time_s, force_N);
     begin_s += session.duration_s.value_or(0);
-    if (!session.duration_s) joined.duration_s.reset();
-    if (!session.largest_force_N) joined.largest_force_N.reset();
-    if (joined.duration_s) *joined.duration_s += *session.duration_s;
-    if (joined.largest_force_N) *joined.largest_force_N = std::max(*joined.largest_force_N, *session.largest_force_N);
+    // What is not known of a session is not known of all.
+    const auto join = [](std::optional<double>& all, const std::optional<double>& one, const auto& with) {
+      all = all && one ? std::optional(with(*all, *one)) : std::nullopt;
+    };
+    const auto add = [](double x, double y) { return x + y; };
+    const auto larger = [](double x, double y) { return std::max(x, y); };
+    join(joined.duration_s, session.duration_s, add);
+    join(joined.in_bone_s, session.in_bone_s, add);
+    join(joined.turning_force_N, session.turning_force_N, larger);
+    join(joined.stopped_force_N, session.stopped_force_N, larger);
   }
   return joined;
 }

@@ -24,7 +24,9 @@ std::vector<ProjectSession> ListSessions(const Project& project);
 struct JoinedSessions {
   std::vector<std::string> saws;                     // that were used, each once
   std::optional<double> duration_s;                  // none if that of a session is not known; likewise the next
-  std::optional<double> largest_force_N;             // on the hand
+  std::optional<double> in_bone_s;                   // with the saw in bone
+  std::optional<double> turning_force_N;             // largest on the hand while the spindle turned
+  std::optional<double> stopped_force_N;             // and while it did not
   std::vector<std::pair<double, double>> forces_sN;  // of the known sessions, one after the other
 };
 JoinedSessions JoinSessions(const std::vector<ProjectSession>& sessions);

@@ -58,11 +58,20 @@ std::string ExplainFault(const std::string& what) {
   return text.empty() || text.back() == '.' ? text : text + ".";
 }
 
+/// The same for a folder that could not be made or written into. Some file systems, such as /proc, say that something
+/// does not exist where nothing can be made.
+std::string ExplainFolderFault(const std::string& folder, const std::string& what) {
+  std::error_code error;
+  const fs::path parent = fs::path(folder).parent_path();
+  if (fs::exists(folder, error) || !fs::is_directory(parent, error)) return ExplainFault(what);
+  return fmt::format(fmt::runtime(Tr("No folder can be made in {}: nothing may be written there.")), parent.string());
+}
+
 }  // namespace
 
 void CaseWriter::Export(CaseContent content, const std::string& folder, bool obj, std::function<void()> again) {
   if (is_exporting()) return;
-  folder_ = folder;
+  folder_ = fs::absolute(folder).string();
   export_again_ = std::move(again);
   viewer_.SetSpindle(false);
   ExportOrder order;
@@ -70,16 +79,13 @@ void CaseWriter::Export(CaseContent content, const std::string& folder, bool obj
   order.obj = obj;
   order.scene = std::move(content.scene);
   order.title = content.title;
+  order.input = content.input;
   order.recordings = content.recordings;
   order.sessions = content.sessions;
   order.plan = document_.plan();
   order.marks = document_.marks();
   order.before = content.before;
-  try {
-    order.pictures.emplace_back(Msg("The bone, seen from the direction of the window"), viewer_.GrabScene());
-  } catch (const Error& e) {
-    return viewer_.Say(e.what());
-  }
+  order.pictures = std::move(content.pictures);
   order.pieces_json = pieces_.FormatArrangement();
   order.measurements = pieces_.measurements();
   order.after = std::move(content.after);
@@ -98,8 +104,8 @@ void CaseWriter::FinishExport() {
   if (!is_exporting()) return;
   try {
     take_away_ = exporting_.get();
-    viewer_.Say(fmt::format(fmt::runtime(Tr("Exported: {}")), take_away_));
-    viewer_.dialogs().Ask(fmt::format(fmt::runtime(Tr("Pieces, planes and the report are in {}")), take_away_),
+    viewer_.Say(fmt::format(fmt::runtime(Tr("Exported: {}")), folder_));
+    viewer_.dialogs().Ask(fmt::format(fmt::runtime(Tr("Pieces, planes and the report are in {}")), folder_),
                           {{Tr("Open the folder"), [this] { OpenInDesktop(take_away_); }},
                            {Tr("Open the report"), [this] { OpenInDesktop(take_away_ + "/report.html"); }},
                            {Tr("Return to the bone"), nullptr}});
@@ -109,7 +115,7 @@ void CaseWriter::FinishExport() {
         fmt::format(
             "{}\n\n{}\n\n{}",
             fmt::format(fmt::runtime(Tr("The results could not be written into the folder {}.")), folder_),
-            ExplainFault(e.what()),
+            ExplainFolderFault(folder_, e.what()),
             Tr("Nothing is lost: bone, plan and pieces are kept in the window. Choose a folder on another disk, "
                "or one that you may write to.")),
         {{Tr("Choose another folder"), export_again_}, {Tr("Return to the bone"), nullptr}});

@@ -20,6 +20,7 @@ namespace kerf {
 /// What is written besides the plan, the marks, the pieces with their measurements and the state of the window.
 struct CaseContent {
   std::string title;
+  std::string input;  // file or folder of the bone or its CT, as the user gave it; empty: there is none
   Scene scene;
   std::map<std::string, std::string> scene_files;  // contents of the scene's files that may be gone, by path
   std::shared_ptr<const Bone> before;              // before the cuts
@@ -29,6 +30,7 @@ struct CaseContent {
   std::map<std::uint64_t, std::string> bones;      // of earlier sessions, by hash: files
   std::map<std::string, std::shared_ptr<const Bone>> unsaved_bones;  // by the file that recordings name
   std::map<std::string, std::string> settings;                       // of the window, for the project
+  std::vector<std::pair<std::string, std::string>> pictures{};       // for the report: caption and PNG bytes
 };
 
 /// Where a project is saved, and what follows.

@@ -61,7 +61,7 @@ void Dialogs::ChooseFile(Ui& ui, const std::string& title, const std::string& fo
   extensions_ = std::move(extensions);
   max_text_ = kMaxPath;
   save_ = save;
-  allows_folder_ = all_files_ = false;
+  allows_folder_ = all_files_ = chooses_folder_ = false;
   new_folder_.clear();
   recent_.clear();
   std::error_code error;
@@ -132,7 +132,7 @@ void Dialogs::DecideFile() {
     fault_ = fmt::format(fmt::runtime(Tr("{}: there is no such folder")), path.parent_path().string());
     return;
   }
-  if (save_ && fs::is_directory(path, error)) {
+  if (save_ && !chooses_folder_ && fs::is_directory(path, error)) {
     folder_ = fs::canonical(path, error).string();
     text_.clear();
     return ListFolder();
@@ -260,10 +260,10 @@ void Dialogs::Draw(Ui& ui) {
     return;
   }
   BeginDialog(ui, "choose file", 640 * s, 460 * s);
+  ImGui::PushTextWrapPos(0);
   ImGui::PushFont(ui.bold());
   ImGui::TextUnformatted(question_.c_str());
   ImGui::PopFont();
-  ImGui::PushTextWrapPos(0);
   ImGui::TextUnformatted(folder_.c_str());
   ImGui::PopTextWrapPos();
   bool done = false;
@@ -294,7 +294,7 @@ void Dialogs::Draw(Ui& ui) {
     if (ImGui::Selectable((name + "/").c_str()) && one_click) enter = name;
     ui.Note(fmt::format("folder {}", name));
   }
-  for (const std::string& name : files_) {
+  for (const std::string& name : chooses_folder_ ? std::vector<std::string>() : files_) {
     if (ImGui::Selectable(name.c_str(), name == text_, ImGuiSelectableFlags_AllowDoubleClick)) {
       done = ImGui::IsMouseDoubleClicked(0) && name == text_;
       text_ = name;
@@ -323,11 +323,11 @@ void Dialogs::Draw(Ui& ui) {
     ui.Note("dialog.all");
   }
   done = line("##name") || done;
-  done = ImGui::Button(save_ ? Tr("Save") : Tr("Open")) || done;
+  done = ImGui::Button(chooses_folder_ ? Tr("Export") : save_ ? Tr("Save") : Tr("Open")) || done;
   ui.Note("dialog.ok");
   if (allows_folder_) {
     ImGui::SameLine();
-    if (ImGui::Button(Tr("Open this folder"))) {
+    if (ImGui::Button(chooses_folder_ ? Tr("Export into the folder shown") : Tr("Open this folder"))) {
       text_ = folder_;
       done = true;
     }

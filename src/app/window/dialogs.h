@@ -35,6 +35,8 @@ class Dialogs {
                   bool save, const std::string& name, std::function<void(const std::string&)> done);
   /// Adds a button that chooses the shown folder itself, to the dialog that is open.
   void AllowFolder() { allows_folder_ = true; }
+  /// The dialog that is open, which saves, asks for a folder: a new one in the folder shown, or one that exists.
+  void ChooseFolder() { chooses_folder_ = allows_folder_ = true; }
   /// Adds a list of recent files and folders to the dialog that is open.
   void OfferRecent(std::vector<std::string> paths) { recent_ = std::move(paths); }
 
@@ -70,6 +72,7 @@ class Dialogs {
   std::vector<std::string> extensions_;
   bool save_ = false;
   bool allows_folder_ = false;
+  bool chooses_folder_ = false;
   bool all_files_ = false;    // lists files of all extensions
   std::size_t left_out_ = 0;  // files that are not listed
   std::string folder_;

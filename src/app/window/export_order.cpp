@@ -49,6 +49,14 @@ std::vector<ExportMeasure> MakeMeasures(const PieceSet& pieces, const std::vecto
   return measures;
 }
 
+/// A value of all sessions together; none if it is not known of one of them.
+struct SessionRow {
+  const char* name;
+  const char* unit;
+  int decimals;
+  std::optional<double> value;
+};
+
 /// Adds what the bone's notes say about the CT that it was made of.
 void AddCt(const ExportOrder& order, std::vector<ExportFact>& facts) {
   const auto note = [&order](const char* key) { return GetNote(*order.before, key); };
@@ -60,8 +68,10 @@ void AddCt(const ExportOrder& order, std::vector<ExportFact>& facts) {
     for (std::size_t at = 0; (at = text->find(' ', at)) != std::string::npos; at += 3) text->replace(at, 1, " x ");
   }
   const std::string series = note("import_series_uid");
-  facts.push_back({"CT", fmt::format("{}; {}", order.scene.TitleOrName(),
+  const std::string date = note("import_study_date");
+  facts.push_back({"CT", fmt::format("{}; {}", order.input.empty() ? order.scene.TitleOrName() : order.input,
                                      t.Tr(fmt::format(fmt::runtime(Msg("{} voxels of {} mm")), voxels, spacing)))});
+  if (!date.empty()) facts.push_back({Msg("date of the study"), date});
   if (!series.empty()) facts.push_back({Msg("DICOM series"), series});
   if (const std::string error = note("import_surface_error_mm"); !error.empty()) {
     facts.push_back({Msg("error of the surface, mm"), t.Tr(error)});
@@ -99,9 +109,12 @@ std::string RunExport(ExportOrder& order) {
                               .png = order.pictures[i].second});
   }
   const JoinedSessions joined = JoinSessions(order.sessions);
-  if (joined.duration_s && joined.largest_force_N) {
-    taken.figures = {{Msg("duration"), "s", *joined.duration_s},
-                     {Msg("largest force on the hand"), "N", *joined.largest_force_N}};
+  const SessionRow rows[] = {{Msg("time with the saw in bone"), "s", 0, joined.in_bone_s},
+                             {Msg("time of the session"), "s", 0, joined.duration_s},
+                             {Msg("largest force on the hand, spindle turning"), "N", 2, joined.turning_force_N},
+                             {Msg("largest force on the hand, spindle stopped"), "N", 2, joined.stopped_force_N}};
+  for (const SessionRow& row : rows) {
+    if (row.value) taken.figures.push_back({row.name, row.unit, *row.value});
   }
   if (joined.forces_sN.size() > 1) {
     taken.curves.push_back({.title = Msg("Force on the hand"),
@@ -112,7 +125,9 @@ std::string RunExport(ExportOrder& order) {
   for (const ProjectSession& session : order.sessions) {
     taken.sessions.push_back({.saw = session.saw,
                               .duration_s = session.duration_s,
-                              .largest_force_N = session.largest_force_N,
+                              .in_bone_s = session.in_bone_s,
+                              .turning_force_N = session.turning_force_N,
+                              .stopped_force_N = session.stopped_force_N,
                               .removed_mm3 = session.removed_mm3});
   }
   const StructureAssessment structures = AssessStructures(*order.before, after, order.marks);
@@ -124,21 +139,19 @@ std::string RunExport(ExportOrder& order) {
       {Msg("case"), order.title}};
   AddCt(order, taken.circumstances);
   const ReportLanguage& t = order.language;
-  const auto show = [&t](const std::optional<double>& value, int decimals, const char* unit) {
-    return value ? t.Show(*value, decimals) + unit : t.Tr("- (not known for the sessions before)");
-  };
   std::string saws;
   for (const std::string& saw : joined.saws) saws += (saws.empty() ? "" : "; ") + t.ShowSaw(saw);
   const std::string bone = IsFromCt(*order.before)                        ? t.Tr("made from the CT")
                            : order.scene.bone.source == BoneSource::kFile ? t.Tr("from a file")
                                                                           : t.Tr("a model of kerf");
-  const std::vector<ExportFact> rest{
-      {Msg("bone"), bone, order.scene.bone.source == BoneSource::kFile ? order.scene.bone.file : ""},
-      {Msg("saw"), saws.empty() ? "-" : saws},
-      {Msg("spindle"), fmt::format("{:.0f} {}", order.scene.tool.rpm, t.Tr("rpm"))},
-      {Msg("force law"), t.Tr(order.scene.force.info().summary), order.scene.force.name()},
-      {Msg("duration"), show(joined.duration_s, 0, " s")},
-      {Msg("largest force on the hand"), show(joined.largest_force_N, 2, " N")}};
+  std::vector<ExportFact> rest{{Msg("bone"), bone, order.input},
+                               {Msg("saw"), saws.empty() ? "-" : saws},
+                               {Msg("spindle"), fmt::format("{:.0f} {}", order.scene.tool.rpm, t.Tr("rpm"))},
+                               {Msg("force law"), t.Tr(order.scene.force.info().summary), order.scene.force.name()}};
+  for (const SessionRow& row : rows) {
+    rest.push_back({row.name, row.value ? fmt::format("{} {}", t.Show(*row.value, row.decimals), row.unit)
+                                        : t.Tr("- (not known for the sessions before)")});
+  }
   taken.circumstances.insert(taken.circumstances.end(), rest.begin(), rest.end());
   taken.provenance.push_back({Msg("scene"), order.scene.name});
   taken.provenance.push_back({Msg("tool"), t.Tr(DescribeTool(order.scene.tool))});

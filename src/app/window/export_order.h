@@ -22,6 +22,7 @@ struct ExportOrder {
   std::string folder;  // created if missing
   bool obj = false;    // pieces as OBJ, otherwise STL
   std::string title;   // name of the case
+  std::string input;   // file or folder of the bone or its CT, as the user gave it; empty: there is none
   Scene scene;
   std::vector<std::string> recordings;
   std::vector<ProjectSession> sessions;  // in order; not empty

@@ -1,12 +1,22 @@
 #include "app/window/input_loader.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "app/window/is_ready.h"
 #include "base/core/cancelled.h"
+#include "view/ui/translate.h"
 
 namespace kerf {
+namespace {
+
+// Faults of files that users meet often, for the translation.
+[[maybe_unused]] constexpr std::array kFaults{Msg("{}: not an NRRD file despite its name"),
+                                              Msg("{}: there is no such file or folder"),
+                                              Msg("{}: no such file or folder")};
+
+}  // namespace
 
 InputLoader::~InputLoader() {
   Cancel();

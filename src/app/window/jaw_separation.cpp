@@ -4,6 +4,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <optional>
 
@@ -18,6 +19,14 @@ namespace {
 // Distinguishable with any colour vision, and by shape.
 constexpr Rgb8 kKeepColour{90, 200, 255};
 constexpr Rgb8 kDropColour{255, 170, 40};
+
+// Reasons of NotIsolated, for the translation.
+[[maybe_unused]] constexpr std::array kWhys{
+    Msg("the mandible can't be distinguished from the other bone: no piece between {} and {} HU has the size and shape "
+        "of one; it is joined to something else, incomplete, or not in the scan"),
+    Msg("the isolated bone ({}) does not look like a mandible: {}"),
+    Msg("the bone goes on for more than {} mm beside the part that was recognised"),
+    Msg("the keep points lie in separate pieces of bone: {} is not joined to the others")};
 
 }  // namespace
 

@@ -156,6 +156,9 @@ void LiveSession::TakeTick(const LoopTick& tick, std::span<const double> channel
   const bool stroke_ends = stroke_.Take(tick);
   const std::lock_guard lock(mutex_);
   if (stroke_ends) asked_.push_back({.kind = LoopAction::Kind::kCheckpoint, .name = ""});
+  if (Touches(out)) figures_.in_bone_s += std::max(0.0, tick.time_s - figures_.time_s);
+  double& largest_N = tick.in.rpm > 0 ? figures_.turning_force_N : figures_.stopped_force_N;
+  largest_N = std::max(largest_N, glm::length(out.f_H_W_N));
   static_cast<LoopTick&>(figures_) = tick;
   figures_.removed_mm3 += out.removed_mm3;
   figures_.missed += tick.in.skipped;

@@ -28,6 +28,9 @@ namespace kerf {
 struct LiveFigures : LoopTick {
   std::uint64_t changes = 0;            // leaves of the bone changed so far, by cuts, undo and redo
   double removed_mm3 = 0;               // total so far
+  double in_bone_s = 0;                 // time in which the saw touched the bone
+  double turning_force_N = 0;           // largest force on the hand while the spindle turned
+  double stopped_force_N = 0;           // the same while it did not
   double feed_mm_per_s = 0;             // speed of the tool's centre, mean of the last tenth of a second
   std::uint64_t missed = 0;             // number of missed deadlines
   std::vector<double> channels;         // channels of the effects

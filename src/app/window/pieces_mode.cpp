@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/window/is_ready.h"
+#include "app/window/moved_marks.h"
 #include "bone/pieces/measure.h"
 #include "kerf/error.h"
 #include "view/ui/translate.h"
@@ -18,7 +19,8 @@ namespace {
 // A software renderer needs 0.2 us per triangle: the drawn surface is coarser than the measured one.
 constexpr std::size_t kMaxTriangles = 200'000;
 
-constexpr double kMaxGap_mm = 20;  // larger gaps are not searched for
+constexpr double kMaxGap_mm = 20;        // larger gaps are not searched for
+constexpr double kLeastOverlap_mm3 = 1;  // that the user is warned of
 
 bool IsSame(const PieceState& a, const PieceState& b) {
   return a.deleted == b.deleted && a.X_WP.p_AB == b.X_WP.p_AB && a.X_WP.R_AB == b.X_WP.R_AB;
@@ -27,7 +29,7 @@ bool IsSame(const PieceState& a, const PieceState& b) {
 /// Returns how two pieces lie to each other, for the user.
 std::string DescribeContact(const PieceContact& contact) {
   if (contact.overlap_mm3 > 0) {
-    return fmt::format(fmt::runtime(Tr("overlap {} mm³")), ShowNumber(contact.overlap_mm3, 1));
+    return fmt::format(fmt::runtime(Tr("overlap {}")), ShowVolume(contact.overlap_mm3));
   }
   return contact.gap ? fmt::format(fmt::runtime(Tr("gap {} mm")), ShowNumber(contact.gap->gap_mm, 2))
                      : std::string(Tr("apart"));
@@ -66,8 +68,7 @@ void PiecesMode::Enter() {
   viewer_.view().SetForce(std::nullopt);
   const std::uint64_t changes = viewer_.session()->figures().changes;
   if (is_up_to_date()) {
-    viewer_.view().set_bone_hidden(true);
-    Show();
+    ShowInPicture();
     return;
   }
   session_ = viewer_.sessions();
@@ -124,10 +125,19 @@ void PiecesMode::Leave() {
   dragging_ = false;
   describes_ = false;
   menu_.reset();
+  HideInPicture();
+  if (LiveSession* session = viewer_.session()) viewer_.view().SetTool(MakeTool(session->scene()));
+}
+
+void PiecesMode::ShowInPicture() {
+  viewer_.view().set_bone_hidden(true);
+  Show();
+}
+
+void PiecesMode::HideInPicture() {
   viewer_.view().SetPieces({});
   viewer_.view().SetMeasures({});
   viewer_.view().set_bone_hidden(false);
-  if (LiveSession* session = viewer_.session()) viewer_.view().SetTool(MakeTool(session->scene()));
 }
 
 void PiecesMode::Reset() {
@@ -234,6 +244,12 @@ void PiecesMode::Show() {
   ShowMeasures();
 }
 
+void PiecesMode::MoveMarks(std::vector<MarkOverlay> marks) {
+  MovedMarks moved = is_ready() ? kerf::MoveMarks(*pieces_, marks) : MovedMarks{std::move(marks), false};
+  marks_left_out_ = moved.left_out;
+  viewer_.view().SetMarks(moved.marks);
+}
+
 void PiecesMode::Changed() {
   contacts_.reset();
   stale_ = true;
@@ -258,15 +274,25 @@ void PiecesMode::SelectNext(int by) {
   Changed();
 }
 
+std::string PiecesMode::DescribeMotion(int i) const {
+  const double moved_mm = glm::length(pieces_->CalcCentroid(i) - pieces_->piece(i).centroid_P);
+  const double turned_deg = CalcRotationAngle(pieces_->state(i).X_WP);
+  if (moved_mm <= 0.005 && turned_deg <= 0.05) return {};
+  return fmt::format(fmt::runtime(Tr("moved {} mm, turned {}°")), ShowNumber(moved_mm, 1), ShowNumber(turned_deg, 1));
+}
+
+double PiecesMode::CalcOverlap(int i) const {
+  double largest_mm3 = 0;
+  for (const PieceContact& contact : latest_contacts_.with[static_cast<std::size_t>(i)]) {
+    largest_mm3 = std::max(largest_mm3, contact.overlap_mm3);
+  }
+  return largest_mm3;
+}
+
 std::string PiecesMode::DescribePiece(int i) const {
   const Piece& piece = pieces_->piece(i);
   std::string words = fmt::format("{}: {}", ShowName(piece.name), ShowVolume(piece.volume_mm3));
-  const double moved_mm = glm::length(pieces_->CalcCentroid(i) - piece.centroid_P);
-  const double turned_deg = CalcRotationAngle(pieces_->state(i).X_WP);
-  if (moved_mm > 0.005 || turned_deg > 0.05) {
-    words +=
-        fmt::format(fmt::runtime(Tr(", moved {} mm, turned {}°")), ShowNumber(moved_mm, 1), ShowNumber(turned_deg, 1));
-  }
+  if (const std::string moved = DescribeMotion(i); !moved.empty()) words += ", " + moved;
   if (!contacts_) return words;
   for (const PieceContact& contact : contacts_->with[static_cast<std::size_t>(i)]) {
     words += fmt::format(fmt::runtime(Tr(", {} with {}")), DescribeContact(contact),
@@ -298,6 +324,7 @@ void PiecesMode::Fill(HudState& hud) {
     return;
   }
   if (!pieces_) return;
+  bool overlap = false;
   for (int i = 0; i < pieces_->size(); ++i) {
     const PieceState& state = pieces_->state(i);
     if (state.deleted) continue;
@@ -306,6 +333,9 @@ void PiecesMode::Fill(HudState& hud) {
     row.detail = ShowVolume(pieces_->piece(i).volume_mm3);
     row.contact = DescribeNearest(i);
     row.tip = DescribePiece(i);
+    row.moved = DescribeMotion(i);
+    row.overlaps = contacts_ && CalcOverlap(i) > kLeastOverlap_mm3;
+    overlap = overlap || row.overlaps;
     row.colour = PieceColour(i);
     row.selected = i == selected_;
     row.hidden = state.hidden;
@@ -323,6 +353,16 @@ void PiecesMode::Fill(HudState& hud) {
     hud.banner = HudBanner{.kind = HudBanner::Kind::kQuestion,
                            .text = DescribeLast(),
                            .answers = Tr("D: measure again   Esc: end measuring")};
+  }
+  if (!hud.banner && overlap) {
+    hud.banner = HudBanner{.kind = HudBanner::Kind::kWarning,
+                           .text = Tr("Pieces overlap: bone cannot be in one place twice."),
+                           .answers = Tr("Ctrl+Z: undo the motion")};
+  } else if (!hud.banner && marks_left_out_) {
+    hud.banner =
+        HudBanner{.kind = HudBanner::Kind::kNotice,
+                  .text = Tr("Parts of marks outside the bone are hidden: they belong to no piece that moves."),
+                  .answers = ""};
   }
   if (menu_) hud.menu = menu_->Show();
 }

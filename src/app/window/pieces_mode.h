@@ -29,6 +29,12 @@ class PiecesMode {
   }
   void Enter();
   void Leave();
+  /// Shows the pieces instead of the bone, and the other way round, as Enter() and Leave() do.
+  void ShowInPicture();
+  void HideInPicture();
+  /// Moves marks that are shown with the pieces in which they lie. What lies in no piece is hidden once a piece has
+  /// moved.
+  void MoveMarks(std::vector<MarkOverlay> marks);
   void Undo();
   void Redo();
   void AskCheckpoint();
@@ -76,6 +82,10 @@ class PiecesMode {
   void Changed();  // called after each step, because the contacts must be recomputed
   /// Returns volume, motion and contacts of a piece as a sentence for the user.
   std::string DescribePiece(int i) const;
+  /// Returns how far a piece was moved and turned; empty: it was not.
+  std::string DescribeMotion(int i) const;
+  /// Returns its largest overlap with another piece, mm3.
+  double CalcOverlap(int i) const;
   /// Returns how a piece lies to its nearest neighbour, for a row of the list; empty: there is only one piece.
   std::string DescribeNearest(int i) const;
   void Show();
@@ -121,6 +131,7 @@ class PiecesMode {
   bool stale_ = false;        // contacts must be recomputed
   bool describes_ = false;    // the user has picked or moved the selected piece: a message describes it once
   std::optional<Menu> menu_;
+  bool marks_left_out_ = false;  // parts of marks are hidden
 };
 
 }  // namespace kerf

@@ -166,7 +166,11 @@ bool PlanGestures::TakePress(const ScreenPoint& at) {
     }
     return TakePoint(*p_W);
   }
-  if (viewer_.spindle_on()) return false;
+  // A saw that is in the bone is moved, rather than what lies under it.
+  const ScreenBox saw = viewer_.view().CalcToolBox();
+  const bool on_saw =
+      at.x >= saw.left && at.x <= saw.left + saw.width && at.y >= saw.top && at.y <= saw.top + saw.height;
+  if (viewer_.spindle_on() || (on_saw && viewer_.touches())) return false;
   const std::optional<int> handle = viewer_.view().PickHandle(at);
   if (!handle || document_.plane() == nullptr || static_cast<std::size_t>(*handle) >= handles_.size()) return false;
   Drag drag;

@@ -24,8 +24,7 @@ Rgb8 MarkColour(MarkKind kind) {
                                                                : kOtherColour;
 }
 
-void ShowPlan(ViewerApp& viewer, const PlanDocument& document, const PlanesReport* report) {
-  Viewport& view = viewer.view();
+std::vector<PlaneOverlay> ListPlanes(const PlanDocument& document) {
   std::vector<PlaneOverlay> planes;
   for (std::size_t i = 0; i < document.plan().planes.size(); ++i) {
     const PlannedPlane& p = document.plan().planes[i];
@@ -37,6 +36,25 @@ void ShowPlan(ViewerApp& viewer, const PlanDocument& document, const PlanesRepor
                       .up_W = CalcPlaneAxes(p).up_W,
                       .selected = i == document.plane_index()});
   }
+  return planes;
+}
+
+std::vector<MarkOverlay> ListMarks(const PlanDocument& document) {
+  const std::vector<MarkTube>& tubes = document.mark_tubes();
+  std::vector<MarkOverlay> marks;
+  for (std::size_t i = 0; i < tubes.size(); ++i) {
+    marks.push_back({.points_W = tubes[i].curve_W(),
+                     .radius_mm = tubes[i].radius_mm(),
+                     .colour = MarkColour(tubes[i].kind()),
+                     .label = ShowName(tubes[i].name()),
+                     .selected = document.mark_index() == i});
+  }
+  return marks;
+}
+
+void ShowPlan(ViewerApp& viewer, const PlanDocument& document, const PlanesReport* report) {
+  Viewport& view = viewer.view();
+  const std::vector<PlaneOverlay> planes = ListPlanes(document);
   view.SetPlanes(planes);
   viewer.RequestPlaneLines(planes);
   std::vector<DepthStopOverlay> stops;
@@ -47,16 +65,7 @@ void ShowPlan(ViewerApp& viewer, const PlanDocument& document, const PlanesRepor
   }
   view.SetDepthStops(stops);
 
-  const std::vector<MarkTube>& tubes = document.mark_tubes();
-  std::vector<MarkOverlay> marks;
-  for (std::size_t i = 0; i < tubes.size(); ++i) {
-    marks.push_back({.points_W = tubes[i].curve_W(),
-                     .radius_mm = tubes[i].radius_mm(),
-                     .colour = MarkColour(tubes[i].kind()),
-                     .label = ShowName(tubes[i].name()),
-                     .selected = document.mark_index() == i});
-  }
-  view.SetMarks(marks);
+  view.SetMarks(ListMarks(document));
 
   std::vector<BridgeOverlay> bridges;
   if (report != nullptr) {
@@ -79,6 +88,13 @@ void ShowPlan(ViewerApp& viewer, const PlanDocument& document, const PlanesRepor
     }
   }
   view.SetBridges(bridges);
+}
+
+void HidePlan(ViewerApp& viewer) {
+  HidePlanOnBone(viewer);
+  viewer.view().SetPlanes({});
+  viewer.view().SetDepthStops({});
+  viewer.view().SetMarks({});
 }
 
 void HidePlanOnBone(ViewerApp& viewer) {

@@ -10,6 +10,12 @@ Rgb8 MarkColour(MarkKind kind);
 
 /// `report`: of the cuts made so far; null if there is none.
 void ShowPlan(ViewerApp& viewer, const PlanDocument& document, const PlanesReport* report);
+/// Returns the planes as they are drawn.
+std::vector<PlaneOverlay> ListPlanes(const PlanDocument& document);
+/// Returns the marks as they are drawn on the uncut bone.
+std::vector<MarkOverlay> ListMarks(const PlanDocument& document);
+/// Removes plan and marks from the picture.
+void HidePlan(ViewerApp& viewer);
 /// Hides the bridges and the planes' lines on the bone, for example while pieces are shown.
 void HidePlanOnBone(ViewerApp& viewer);
 

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kMinElapsed_s = 1;
 constexpr double kMinEstimatedFraction = 0.02;
+constexpr double kRise = 0.1;    // largest rise of the estimate, s per s
 constexpr double kFollow_s = 5;  // time in which the estimate follows a change of the rate
 
 }  // namespace
@@ -36,7 +37,8 @@ void ProgressMeter::Set(const std::string& stage, double fraction, double now_s)
   const double now_left_s = elapsed_s * (1 - fraction_) / fraction_;
   const double expected_s = left_s_ ? std::max(0.0, *left_s_ - since_s) : now_left_s;
   const double share = fraction_ == 1 ? 1 : 1 - std::exp(-since_s / kFollow_s);
-  left_s_ = expected_s + share * (now_left_s - expected_s);
+  // It may stop for a while, but hardly rises.
+  left_s_ = std::min(expected_s + share * (now_left_s - expected_s), expected_s + (1 + kRise) * since_s);
 }
 
 WorkProgress ProgressMeter::Get(double now_s) const {

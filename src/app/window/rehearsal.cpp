@@ -87,7 +87,6 @@ void Rehearsal::Began() {
     selected_plane_ = planned != nullptr ? planned->name : "";
     guides_other_plane_ = guide_waits_ = said_guide_waits_ = false;
   }
-  if (first && std::exchange(shows_import_, false)) ShowImportNotes();
   if (first && !views_.empty()) {
     const ProjectView& view = views_.front();
     ViewCamera& camera = viewer_->view().camera();
@@ -396,11 +395,19 @@ void Rehearsal::Update(double dt_s) {
   }
   if (viewer_->is_running() && !viewer_->dialogs().is_open()) editor_.marks.Update();
   plan_link_.Update(dt_s);
+  // Not over the tour.
+  if (shows_import_ && viewer_->is_running() && !is_new_bone_ && !viewer_->dialogs().is_open() &&
+      !viewer_->is_in_tour()) {
+    shows_import_ = false;
+    ShowImportNotes();
+  }
   FollowCut();
   FollowPlane();
   FollowGuide();
   if (in_pieces_) {
     pieces_.Update();
+    pieces_.MoveMarks(ListMarks(editor_.document));
+    viewer_->view().SetPlanes(ListPlanes(editor_.document));  // the language of their names may have changed
     editor_.gestures.Hide();
     HidePlanOnBone(*viewer_);
   } else if (viewer_->is_running()) {

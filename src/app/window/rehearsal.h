@@ -156,6 +156,7 @@ class Rehearsal final : public Activity {
   void ShowImportNotes();
   void Export();
   void ExportInto(const std::string& folder);
+  std::vector<std::pair<std::string, std::string>> GrabPictures();
   /// `quits`: the program ends once the project is saved. Asks for its place if it has none.
   void SaveProject(bool quits);
   /// Saves it now, or when it is saved again if it is being saved.
@@ -183,6 +184,7 @@ class Rehearsal final : public Activity {
   std::optional<std::string> interrupted_;         // input that was loading when another one was opened
   std::optional<std::string> to_open_once_saved_;  // chosen while something was not saved
   bool is_command_line_ = true;                    // the input is that of the options
+  std::string input_;                              // file or folder of the case's bone or CT, as the user gave it
   Scene scene_;
   std::string scene_file_;
   std::map<std::string, std::string> scene_files_;  // contents of the scene's files in the output folder, by path

@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "app/window/import_notes.h"
+#include "app/window/plan_picture.h"
 #include "app/window/rehearsal.h"
+#include "kerf/error.h"
 #include "session/project/project.h"
 #include "view/ui/translate.h"
 
@@ -17,6 +19,7 @@ namespace {
 
 // Names of settings in a project.
 constexpr const char* kSawSetting = "saw";
+constexpr const char* kInputSetting = "input";  // file or folder of the bone or its CT
 constexpr const char* kColoursSetting = "colours";
 constexpr const char* kLevelSetting = "ct_level_HU";
 constexpr const char* kWidthSetting = "ct_width_HU";
@@ -47,6 +50,7 @@ ProjectSession Rehearsal::MakeSession() const {
 CaseContent Rehearsal::MakeContent(const std::string& project_file) {
   CaseContent content{
       .title = project_file.empty() ? scene_.TitleOrName() : std::filesystem::path(project_file).stem().string(),
+      .input = input_,
       .scene = ended_work_ ? ended_work_->scene : viewer_->session()->scene(),
       .scene_files = scene_files_,
       .before = before_,
@@ -66,6 +70,7 @@ CaseContent Rehearsal::MakeContent(const std::string& project_file) {
                             result_.recordings.begin() + static_cast<std::ptrdiff_t>(first_recording_),
                             result_.recordings.end());
   content.settings[kSawSetting] = choice_.saw_name;
+  if (!input_.empty()) content.settings[kInputSetting] = input_;
   for (const auto& [colours, name] : kColourNames) {
     if (colours == viewer_->view().colour_by()) content.settings[kColoursSetting] = name;
   }
@@ -88,6 +93,7 @@ void Rehearsal::TakeSettings(const std::map<std::string, std::string>& settings)
     const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
     return failed == std::errc() && end == text.data() + text.size() && range.Contains(value) ? value : otherwise;
   };
+  input_ = get(kInputSetting);
   // Earlier versions did not name the saw.
   const bool names_saw = settings.count(kSawSetting) != 0;
   choice_.saw_name = get(kSawSetting);
@@ -110,7 +116,9 @@ void Rehearsal::TakeSettings(const std::map<std::string, std::string>& settings)
 }
 
 void Rehearsal::ShowImportNotes() {
-  viewer_->dialogs().Ask(fmt::format("{}\n\n{}\n\n{}", Tr("Notes on the import"), DescribeImport(*before_, TrMade),
+  viewer_->dialogs().Ask(fmt::format("{}\n\n{}\n\n{}\n\n{}", Tr("Notes on the import"),
+                                     Tr("You can go on. The notes say how exact the bone is, and what was assumed:"),
+                                     DescribeImport(*before_, TrMade),
                                      Tr("Help > Notes on the import shows this again; it is in the report too.")),
                          {{Tr("OK"), nullptr}});
 }
@@ -131,16 +139,48 @@ void Rehearsal::Export() {
   for (int n = 2; std::filesystem::exists(proposed, error); ++n) proposed = fmt::format("{}-{}", first, n);
   viewer_->controls().Release();
   viewer_->SetSpindle(false);
-  viewer_->AskText(Tr("Folder for pieces, planes and report (it is made if it does not exist):"), proposed.string(),
-                   [this](const std::optional<std::string>& folder) {
-                     if (folder && !folder->empty()) ExportInto(*folder);
-                   });
+  proposed = std::filesystem::absolute(proposed).lexically_normal();
+  viewer_->dialogs().ChooseFile(
+      viewer_->ui(), Tr("Folder for pieces, planes and report (it is made if it does not exist):"),
+      proposed.parent_path().string(), {}, true, proposed.filename().string(),
+      [this](const std::string& folder) { ExportInto(std::filesystem::path(folder).lexically_normal().string()); });
+  viewer_->dialogs().ChooseFolder();
 }
 
 void Rehearsal::ExportInto(const std::string& folder) {
   // The session may have ended while the dialog was open.
   if (!has_work()) return viewer_->Say(Tr("There is no session to export"));
-  writer_.Export(MakeContent(project_file_), folder, options_.obj, [this] { Export(); });
+  CaseContent content = MakeContent(project_file_);
+  try {
+    content.pictures = GrabPictures();
+  } catch (const Error& e) {
+    return viewer_->Say(e.what());
+  }
+  writer_.Export(std::move(content), folder, options_.obj, [this] { Export(); });
+}
+
+/// Returns pictures for the report, with their captions: the cut in its place, and the pieces, if there are several.
+std::vector<std::pair<std::string, std::string>> Rehearsal::GrabPictures() {
+  std::vector<Vec3> cuts_W;
+  for (const PlannedPlane& planned : editor_.document.plan().planes) cuts_W.push_back(planned.plane.p_W);
+  std::vector<std::pair<std::string, std::string>> pictures;
+  pieces_.HideInPicture();
+  editor_.gestures.Hide();
+  ShowPlan(*viewer_, editor_.document, cut_ ? &*cut_ : nullptr);
+  pictures.emplace_back(Msg("The bone with the plan and the marks, its pieces where they were cut off"),
+                        viewer_->GrabScene(cuts_W));
+  if (pieces_.is_up_to_date() && pieces_.pieces()->size() > 1) {
+    HidePlan(*viewer_);
+    pieces_.ShowInPicture();
+    std::vector<Vec3> faces_W;
+    for (int i = 0; i < pieces_.pieces()->size(); ++i) {
+      for (const Vec3& p_P : cuts_W) faces_W.push_back(pieces_.pieces()->state(i).X_WP.Point(p_P));
+    }
+    pictures.emplace_back(Msg("The pieces, where they were moved"), viewer_->GrabScene(faces_W));
+  }
+  in_pieces_ ? pieces_.ShowInPicture() : pieces_.HideInPicture();
+  ShowPlan(*viewer_, editor_.document, cut_ ? &*cut_ : nullptr);
+  return pictures;
 }
 
 void Rehearsal::SaveProject(bool quits) {
@@ -159,6 +199,7 @@ void Rehearsal::SaveProjectIn(const std::string& file, bool quits) {
   save_orders_.push_back({.file = file, .quits = quits, .saved = [this, file] {
                             project_file_ = file;
                             AddRecent(viewer_->settings(), file);
+                            viewer_->settings().save_folder = std::filesystem::absolute(file).parent_path().string();
                             viewer_->KeepSettings();
                             if (ended_work_) ended_work_->saved = true;
                           }});
@@ -191,8 +232,8 @@ void Rehearsal::AskProjectFile(bool quits) {
           : std::filesystem::path(project_file_);
   viewer_->dialogs().ChooseFile(
       viewer_->ui(), Tr("Save the project as"),
-      shown.has_parent_path() ? shown.parent_path().string() : FindRecentFolder(viewer_->settings()),
-      {kProjectExtension}, true, shown.filename().string(), [this, quits](const std::string& path) {
+      shown.has_parent_path() ? shown.parent_path().string() : FindSaveFolder(viewer_->settings()), {kProjectExtension},
+      true, shown.filename().string(), [this, quits](const std::string& path) {
         const std::string file = IsProjectPath(path) ? path : path + kProjectExtension;
         if (std::filesystem::is_directory(file)) {
           return viewer_->dialogs().Ask(fmt::format(fmt::runtime(Tr("{} is a folder. Choose another name.")), file),

@@ -42,7 +42,7 @@ void Rehearsal::Open(const std::string& path) {
   try {
     CheckInput(path);  // a wrong file must not end the session
   } catch (const Error& e) {
-    return viewer_->dialogs().Ask(e.what(), {{Tr("OK"), nullptr}});
+    return viewer_->dialogs().Ask(TrMade(e.what()), {{Tr("OK"), nullptr}});
   }
   if (ended_work_ && !ended_work_->saved) {
     return viewer_->dialogs().Ask(DescribeUnsaved(),
@@ -248,6 +248,7 @@ void Rehearsal::BeginCase(OpenedInput opened) {
   earlier_recordings_ = opened.project ? opened.project->recordings : std::vector<std::string>();
   if (opened.project) earlier_bones_ = opened.project->bones;
   sessions_ = opened.project ? ListSessions(*opened.project) : std::vector<ProjectSession>();
+  input_ = opened.project || !opened.scene_file.empty() ? "" : loader_.input();
   if (opened.project) TakeSettings(opened.project->settings);
   editor_.document.Load(scene_.plan, opened.project ? opened.project->marks : std::vector<Mark>());
   if (const auto guide = FindGuide(scene_); guide != scene_.effects.end()) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "base/files/files.h"
@@ -14,14 +15,48 @@ namespace kerf {
 
 namespace fs = std::filesystem;
 
-std::string FindSettingsFile() {
-  const auto get = [](const char* name) {
-    const char* value = std::getenv(name);
-    return std::string(value == nullptr ? "" : value);
-  };
-  if (const std::string folder = get("XDG_CONFIG_HOME"); !folder.empty()) return folder + "/kerf/window.json";
-  if (const std::string home = get("HOME"); !home.empty()) return home + "/.config/kerf/window.json";
+namespace {
+
+std::string GetEnvironment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+/// Returns the folder of the user's settings; empty if it is not known.
+std::string FindConfigFolder() {
+  if (std::string folder = GetEnvironment("XDG_CONFIG_HOME"); !folder.empty()) return folder;
+  const std::string home = GetEnvironment("HOME");
+  return home.empty() ? "" : home + "/.config";
+}
+
+/// Returns the folder of the user's documents as the desktop has set it; empty if it has not.
+std::string FindDocuments() {
+  std::ifstream in(FindConfigFolder() + "/user-dirs.dirs");
+  constexpr std::string_view kKey = "XDG_DOCUMENTS_DIR=\"";
+  constexpr std::string_view kHome = "$HOME";
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with(kKey) || line.back() != '"') continue;
+    std::string folder = line.substr(kKey.size(), line.size() - kKey.size() - 1);
+    if (folder.starts_with(kHome)) folder.replace(0, kHome.size(), GetEnvironment("HOME"));
+    return folder;
+  }
   return {};
+}
+
+}  // namespace
+
+std::string FindSettingsFile() {
+  const std::string folder = FindConfigFolder();
+  return folder.empty() ? "" : folder + "/kerf/window.json";
+}
+
+std::string FindSaveFolder(const WindowSettings& settings) {
+  const std::string home = GetEnvironment("HOME");
+  std::error_code error;
+  for (const std::string& folder : {settings.save_folder, FindDocuments(), home + "/Documents", home}) {
+    if (!folder.empty() && fs::is_directory(folder, error)) return folder;
+  }
+  return ".";
 }
 
 WindowSettings ReadSettings(const std::string& path) {
@@ -36,6 +71,7 @@ WindowSettings ReadSettings(const std::string& path) {
     settings.mute = json.value("mute", settings.mute);
     settings.tour_shown = json.value("tour_shown", settings.tour_shown);
     settings.student = json.value("student", settings.student);
+    settings.save_folder = json.value("save_folder", settings.save_folder);
     settings.recent = json.value("recent", settings.recent);
     if (settings.recent.size() > kMaxRecent) settings.recent.resize(kMaxRecent);
   } catch (const nlohmann::json::exception&) {
@@ -53,6 +89,7 @@ void WriteSettings(const WindowSettings& settings, const std::string& path) {
                             {"mute", settings.mute},
                             {"tour_shown", settings.tour_shown},
                             {"student", settings.student},
+                            {"save_folder", settings.save_folder},
                             {"recent", settings.recent}};
   std::error_code error;
   fs::create_directories(fs::path(path).parent_path(), error);

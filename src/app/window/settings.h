@@ -16,6 +16,7 @@ struct WindowSettings {
   bool mute = false;
   bool tour_shown = false;          // the tour was finished or skipped
   std::string student;              // who practised last; empty: no name was entered
+  std::string save_folder;          // of the project that was saved last; empty: none
   std::vector<std::string> recent;  // files and folders that were opened, latest first; at most kMaxRecent
 };
 inline constexpr std::size_t kMaxRecent = 8;
@@ -28,6 +29,9 @@ WindowSettings ReadSettings(const std::string& path);
 void WriteSettings(const WindowSettings& settings, const std::string& path);
 /// Puts a file first in the list of recent ones.
 void AddRecent(WindowSettings& settings, const std::string& path);
+/// Returns the folder in which a new project is probably saved: the one used last, the user's documents, or the user's
+/// home; "." if there is none. It is not that of a CT, where nothing may be written.
+std::string FindSaveFolder(const WindowSettings& settings);
 /// Returns the folder of the latest recent file, where the next one is probably looked for; "." if there is none.
 std::string FindRecentFolder(const WindowSettings& settings);
 

@@ -5,6 +5,7 @@
 
 #include "app/window/seen_pose.h"
 #include "app/window/viewer_app.h"
+#include "kerf/version.h"
 
 namespace kerf {
 
@@ -201,6 +202,12 @@ void ViewerApp::AddLastActions() {
                     tour_.Start(activity_->tour());
                   }});
   }
+  actions_.Add({.id = "help.about", .menu = Msg("Help"), .label = Msg("About kerf"), .run = [this] {
+                  dialogs_.Ask(
+                      fmt::format("kerf {}\n\n{}\n\n{}", VersionString(),
+                                  Tr("For research and teaching; not a medical device."), Tr("Licence: Apache-2.0")),
+                      {{Tr("OK"), nullptr}});
+                }});
   actions_.Add({.id = "file.quit",
                 .menu = Msg("File"),
                 .label = Msg("Quit"),

@@ -166,9 +166,11 @@ class ViewerApp {
   /// Shows the second step of the tour if it is at its first one, whose place the user has left.
   void GoOnInTour();
   void LeaveTour();  // ends it
+  bool is_in_tour() const { return tour_.is_open(); }
   /// Returns a picture of the whole bone from the current direction, as PNG bytes: bright and in the middle, without
-  /// panels, but with labels and a scale bar. Call it between two frames.
-  std::string GrabScene();
+  /// panels, but with labels and a scale bar. Labels keep clear of the places `clear_W`, if possible. Call it between
+  /// two frames.
+  std::string GrabScene(const std::vector<Vec3>& clear_W);
 
  private:
   void ApplySettings();

@@ -80,8 +80,7 @@ std::vector<HudKeyGroup> ViewerApp::ListHelp() const {
                    {Tr("right click"), Tr("menu for this place")}}});
   if (device_ && !options_.scripted) help.push_back(device_->MakeHelp());
   for (HudKeyGroup& group : activity_->help()) help.push_back(std::move(group));
-  // While a bone is made, the user has time to read what will be possible.
-  for (HudKeyGroup& group : actions_.ListKeys(!is_running())) help.push_back(std::move(group));
+  for (HudKeyGroup& group : actions_.ListKeys()) help.push_back(std::move(group));
   return help;
 }
 

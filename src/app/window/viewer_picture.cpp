@@ -243,7 +243,7 @@ void ViewerApp::TakePictures() {
   }
 }
 
-std::string ViewerApp::GrabScene() {
+std::string ViewerApp::GrabScene(const std::vector<Vec3>& clear_W) {
   const ViewCamera camera = view_->camera();
   const Theme theme = view_->theme();
   view_->set_theme(Theme::kLight);
@@ -254,6 +254,12 @@ std::string ViewerApp::GrabScene() {
   ui_.BeginFrame(1.0 / 60);
   PictureMarks marks = MakePictureMarks();
   marks.avoids_panels = false;
+  constexpr double kClear_mm = 12;  // around a place
+  for (const Vec3& p_W : clear_W) {
+    const std::optional<ScreenPoint> at = view_->camera().Project(p_W);
+    const double r = kClear_mm / std::max(marks.mm_per_pixel, 1e-9);
+    if (at) marks.kept_clear.push_back({at->x - r, at->y - r, 2 * r, 2 * r});
+  }
   DrawPictureMarks(ui_, marks, {0, 0, ui_.width(), ui_.height()});
   ui_.EndFrame();
   window_.BeginFrame();

@@ -12,6 +12,11 @@ std::string FormatVolume(double mm3) {
   return mm3 < 999.5 ? fmt::format("{:.3g} mm3", mm3) : fmt::format("{:.2f} cm3", mm3 / 1000);
 }
 
+ShownVolume ChooseVolumeUnit(double mm3) {
+  if (mm3 < 999.95) return {mm3, 1, "mm³"};
+  return {1e-3 * mm3, 2, "cm³"};
+}
+
 std::string ShowThree(double value) {
   if (!std::isfinite(value)) return "not a number";
   if (value == 0) return "0";

@@ -55,6 +55,12 @@ std::string Text(gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t 
   return text;
 }
 
+// Returns YYYY-MM-DD for YYYYMMDD; empty for anything else.
+std::string Date(const std::string& text) {
+  if (text.size() != 8 || text.find_first_not_of("0123456789") != std::string::npos) return "";
+  return fmt::format("{}-{}-{}", text.substr(0, 4), text.substr(4, 2), text.substr(6));
+}
+
 int GetInteger(gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t element, int otherwise) {
   const std::vector<double> numbers = Numbers(Text(filter, group, element));
   return numbers.empty() ? otherwise : static_cast<int>(std::clamp(numbers[0], 0.0, 1e6));
@@ -123,6 +129,7 @@ void AddFile(const fs::path& path, std::map<std::string, DicomSeries>& all) {
     series.uid = uid;
     series.description = Text(filter, 0x0008, 0x103e);
     series.modality = Text(filter, 0x0008, 0x0060);
+    series.study_date = Date(Text(filter, 0x0008, 0x0020));
   }
   series.slices.push_back(std::move(slice));
 }

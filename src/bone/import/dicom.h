@@ -29,6 +29,7 @@ struct DicomSlice {
 
 struct DicomSeries {
   std::string uid, description, modality;
+  std::string study_date;          // YYYY-MM-DD; empty: not given
   std::vector<DicomSlice> slices;  // sorted by position along the normal if all have one, otherwise by file name
   double gap_mm = 0;               // median distance between neighbours along the normal; 0 if unknown
 };

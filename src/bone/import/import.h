@@ -74,6 +74,7 @@ struct MaskReport {
 struct ImportReport {
   std::string kind;  // "DICOM", "image", "surface" or "mask"
   std::string series_uid;
+  std::string study_date;            // of DICOM, YYYY-MM-DD; empty: not given
   std::array<int, 3> size{0, 0, 0};  // of the CT, voxels
   Vec3 spacing_mm{0};
   std::uint64_t input_hash = 0;

@@ -80,6 +80,7 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
     const DicomSeries& series = ChooseSeries(all, options.series, path);
     report.kind = "DICOM";
     report.series_uid = series.uid;
+    report.study_date = series.study_date;
     Volume ct = ReadDicomSeries(series, CtProgress(options, CtPart::kRead));
     if (!options.frame.empty()) ReinterpretFrame(options.frame, ct);
     return ct;

@@ -60,6 +60,7 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
     return;
   }
   if (!report.series_uid.empty()) bone.set_note("import_series_uid", report.series_uid);
+  if (!report.study_date.empty()) bone.set_note("import_study_date", report.study_date);
   bone.set_note("import_ct_voxels", fmt::format("{} {} {}", report.size[0], report.size[1], report.size[2]));
   bone.set_note("import_ct_spacing_mm",
                 fmt::format("{} {} {}", report.spacing_mm.x, report.spacing_mm.y, report.spacing_mm.z));

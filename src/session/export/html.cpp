@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "base/core/number_text.h"
 #include "base/files/html_text.h"
 #include "session/export/write_export.h"
 
@@ -74,6 +75,11 @@ std::string ReportLanguage::Show(double value, int decimals) const {
   std::string text = export_detail::Show(value, decimals);
   if (const std::size_t dot = text.find('.'); dot != std::string::npos) text.replace(dot, 1, point);
   return text;
+}
+
+std::string ReportLanguage::ShowVolume(double mm3) const {
+  const ShownVolume shown = ChooseVolumeUnit(mm3);
+  return fmt::format("{} {}", Show(shown.value, shown.decimals), shown.unit);
 }
 
 std::string ReportLanguage::Show(const Message& message) const {

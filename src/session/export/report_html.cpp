@@ -52,6 +52,14 @@ std::string Note(const std::string& text) {
   return "<p class=\"note\">" + EscapeHtml(text) + "</p>\n";
 }
 
+/// Says from where places are measured.
+std::string DescribeOrigin(const ReportLanguage& t) {
+  return t.Tr(
+      "Places are distances towards the patient's left or right, front or back, and up or down, from the origin "
+      "of the coordinates of the CT, which the scanner has set; without a CT, from that of the bone's model or "
+      "file.");
+}
+
 std::string Heading(const std::string& text) {
   return "<h2>" + EscapeHtml(text) + "</h2>\n";
 }
@@ -80,7 +88,7 @@ std::string Summarise(const ExportInput& input) {
                  t.ShowName(a.planes[i].planned.name), t.Show(100 * state.fraction(), 0), t.Show(state.left_mm2, 1)));
       }
     }
-    add(Fill(t.Tr("{} mm³ of bone removed."), t.Show(a.removed_mm3, 1)));
+    add(Fill(t.Tr("{} of bone removed."), t.ShowVolume(a.removed_mm3)));
   }
   if (input.structures != nullptr) {
     const auto& all = input.structures->structures;
@@ -132,15 +140,13 @@ std::string FormatAngles(const ReportLanguage& t, const Assessment& a) {
     const PatientAngles angles = CalcPatientAngles(p.planned);
     const Vec3& p_W = p.planned.plane.p_W;
     rows.push_back({t.ShowName(p.planned.name), t.Show(angles.sagittal_deg, 1), t.Show(angles.coronal_deg, 1),
-                    t.Show(angles.axial_deg, 1), t.Show(p_W.x, 1), t.Show(p_W.y, 1), t.Show(p_W.z, 1)});
+                    t.Show(angles.axial_deg, 1), t.Show(DescribePlace(p_W))});
   }
   return Heading(t.Tr("Planned planes in the patient")) +
          Scrolling(Table({t.Tr("plane"), t.Tr("to sagittal, °"), t.Tr("to coronal, °"), t.Tr("to axial, °"),
-                          t.Tr("left, mm"), t.Tr("back, mm"), t.Tr("up, mm")},
+                          t.Tr("middle of the plane")},
                          rows)) +
-         Note(t.Tr(
-             "Angles between the planned plane and the patient's planes. Left, back, up: the plane's middle in the "
-             "patient's frame."));
+         Note(t.Tr("Angles between the planned plane and the patient's planes.") + " " + DescribeOrigin(t));
 }
 
 std::string FormatStops(const ReportLanguage& t, const Assessment& a) {
@@ -186,20 +192,19 @@ std::string FormatStructures(const ReportLanguage& t, const StructureAssessment&
                           t.Tr("place nearest to the cut")},
                          rows, true)) +
          Note(t.Tr("Distance: between the removed bone and the structure, accurate to about a voxel. Severed, cut "
-                   "through: what is left of the structure no longer connects its two ends. Place: in the patient's "
-                   "frame, mm from "
-                   "its origin. The least distance from a lesion is the resection margin. Structures that are neither "
-                   "regions of the bone nor marked by the user are not known to "
-                   "this report."));
+                   "through: what is left of the structure no longer connects its two ends. The least distance from a "
+                   "lesion is the resection margin. Structures that are neither "
+                   "regions of the bone nor marked by the user are not known to this report.") +
+              " " + DescribeOrigin(t));
 }
 
 std::string FormatBone(const ReportLanguage& t, const Assessment& a) {
-  TableRows rows{{t.Tr("before"), t.Show(a.before_mm3, 1)},
-                 {t.Tr("after"), t.Show(a.after_mm3, 1)},
-                 {t.Tr("removed"), t.Show(a.removed_mm3, 2)}};
-  if (a.outside_mm3) rows.push_back({t.Tr("removed outside the margins"), t.Show(*a.outside_mm3, 2)});
-  if (a.too_deep_mm3) rows.push_back({t.Tr("removed deeper than the stops"), t.Show(*a.too_deep_mm3, 2)});
-  return Heading(t.Tr("Bone")) + Table({"", t.Tr("volume, mm³")}, rows);
+  TableRows rows{{t.Tr("before"), t.ShowVolume(a.before_mm3)},
+                 {t.Tr("after"), t.ShowVolume(a.after_mm3)},
+                 {t.Tr("removed"), t.ShowVolume(a.removed_mm3)}};
+  if (a.outside_mm3) rows.push_back({t.Tr("removed outside the margins"), t.ShowVolume(*a.outside_mm3)});
+  if (a.too_deep_mm3) rows.push_back({t.Tr("removed deeper than the stops"), t.ShowVolume(*a.too_deep_mm3)});
+  return Heading(t.Tr("Bone")) + Table({"", t.Tr("volume")}, rows);
 }
 
 std::string FormatPieces(const ReportLanguage& t, const PieceSet& set, const Prepared& prepared) {
@@ -207,30 +212,31 @@ std::string FormatPieces(const ReportLanguage& t, const PieceSet& set, const Pre
   for (const int i : prepared.pieces) {
     const Piece& piece = set.piece(i);
     const Vec3 displacement = set.CalcCentroid(i) - piece.centroid_P;
-    rows.push_back({t.ShowName(piece.name), t.Show(piece.volume_mm3, 1), t.Show(glm::length(displacement), 2),
-                    Signed(t, displacement.x, 2), Signed(t, displacement.y, 2), Signed(t, displacement.z, 2),
+    const double moved_mm = glm::length(displacement);
+    rows.push_back({t.ShowName(piece.name), t.ShowVolume(piece.volume_mm3), t.Show(moved_mm, 2),
+                    moved_mm < 0.05 ? std::string("-") : t.Show(DescribePlace(displacement)),
                     t.Show(CalcRotationAngle(set.state(i).X_WP), 2),
                     set.state(i).hidden ? t.Tr("hidden") : t.Tr("shown")});
   }
-  std::string out = Heading(t.Tr("Pieces")) +
-                    Scrolling(Table({t.Tr("piece"), t.Tr("volume, mm³"), t.Tr("moved, mm"), t.Tr("left, mm"),
-                                     t.Tr("back, mm"), t.Tr("up, mm"), t.Tr("turned, °"), ""},
-                                    rows)) +
-                    Note(t.Tr("Moved: displacement of the piece's centre since it was cut off, towards the patient's "
-                              "left, back and head."));
+  std::string out =
+      Heading(t.Tr("Pieces")) +
+      Scrolling(Table({t.Tr("piece"), t.Tr("volume"), t.Tr("moved, mm"), t.Tr("moved towards"), t.Tr("turned, °"), ""},
+                      rows)) +
+      Note(t.Tr("Moved: displacement of the piece's centre since it was cut off. Left, right, front and "
+                "back are the patient's."));
   if (prepared.pairs.empty()) return out;
   rows.clear();
   for (const PairRow& pair : prepared.pairs) {
     const auto show = [&](double Facing::*part, int decimals) {
       return pair.facing ? t.Show((*pair.facing).*part, decimals) : std::string("-");
     };
-    rows.push_back({t.ShowName(pair.a), t.ShowName(pair.b), t.Show(pair.overlap_mm3, 2),
+    rows.push_back({t.ShowName(pair.a), t.ShowName(pair.b), t.ShowVolume(pair.overlap_mm3),
                     pair.gap_mm ? t.Show(*pair.gap_mm, 2) : t.Tr("far"), show(&Facing::area_mm2, 1),
                     show(&Facing::mean_mm, 2), show(&Facing::p95_mm, 2), show(&Facing::contact_mm2, 1)});
   }
   return out +
-         Scrolling(Table({t.Tr("piece"), t.Tr("and"), t.Tr("overlap, mm³"), t.Tr("smallest gap, mm"),
-                          t.Tr("facing, mm²"), t.Tr("mean gap, mm"), t.Tr("95 % within, mm"), t.Tr("contact, mm²")},
+         Scrolling(Table({t.Tr("piece"), t.Tr("and"), t.Tr("overlap"), t.Tr("smallest gap, mm"), t.Tr("facing, mm²"),
+                          t.Tr("mean gap, mm"), t.Tr("95 % within, mm"), t.Tr("contact, mm²")},
                          rows)) +
          Note(
              t.Tr("Facing: surface of the first piece with the second within 3 mm in front of it; contact: closer than "
@@ -243,12 +249,14 @@ std::string FormatSessionTable(const ReportLanguage& t, const std::vector<Export
     return value ? t.Show(*value, decimals) : std::string("-");
   };
   for (const ExportSession& session : sessions) {
-    rows.push_back({fmt::format("{}", rows.size() + 1), t.ShowSaw(session.saw), show(session.duration_s, 0),
-                    show(session.largest_force_N, 2), show(session.removed_mm3, 1)});
+    rows.push_back({fmt::format("{}", rows.size() + 1), t.ShowSaw(session.saw), show(session.in_bone_s, 0),
+                    show(session.duration_s, 0), show(session.turning_force_N, 2), show(session.stopped_force_N, 2),
+                    show(session.removed_mm3, 1)});
   }
   return Heading(t.Tr("Sessions")) +
-         Table({t.Tr("session"), t.Tr("saw"), t.Tr("duration, s"), t.Tr("largest force, N"), t.Tr("sawed, mm³")},
-               rows) +
+         Scrolling(Table({t.Tr("session"), t.Tr("saw"), t.Tr("in bone, s"), t.Tr("in all, s"),
+                          t.Tr("largest force, spindle turning, N"), t.Tr("spindle stopped, N"), t.Tr("sawed, mm³")},
+                         rows)) +
          Note(
              t.Tr("A new session begins with each change of the saw or the guide, and when a project is opened. Sawed: "
                   "counted while the saw cuts, also what was undone later. The removed volume above is measured on the "
@@ -272,6 +280,7 @@ std::string FormatReportHtml(const ExportInput& input, const Prepared& prepared)
   out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   out += fmt::format("<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n", EscapeHtml(title), kStyle);
   out += fmt::format("<h1>{}</h1>\n<p class=\"sum\">{}</p>\n", EscapeHtml(title), EscapeHtml(Summarise(input)));
+  out += Note(t.Tr("For research and teaching; not a medical device."));
   for (const std::string& warning : input.recording.warnings) {
     out += fmt::format("<p><b>{}</b></p>\n", EscapeHtml(Fill(t.Tr("Warning about the recording: {}"), warning)));
   }

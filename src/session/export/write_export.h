@@ -53,7 +53,9 @@ struct ExportCurve {
 struct ExportSession {
   std::string saw;
   std::optional<double> duration_s{};
-  std::optional<double> largest_force_N{};
+  std::optional<double> in_bone_s{};        // time with the saw in bone
+  std::optional<double> turning_force_N{};  // largest force on the hand while the spindle turned
+  std::optional<double> stopped_force_N{};  // and while it did not
   std::optional<double> removed_mm3{};
 };
 
@@ -80,6 +82,8 @@ struct ReportLanguage {
   std::string ShowName(const std::string& name) const;
   /// Returns "-" if `value` is not finite, otherwise the value with `decimals` decimals. Never returns "-0.00".
   std::string Show(double value, int decimals) const;
+  /// Returns a volume with its unit, as the window shows it.
+  std::string ShowVolume(double mm3) const;
   /// Returns the message in this language. Its texts may be names, as for ShowName().
   std::string Show(const Message& message) const;
 };

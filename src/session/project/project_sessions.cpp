@@ -54,6 +54,9 @@ std::string FormatSessions(const std::vector<ProjectSession>& sessions) {
     if (session.duration_s) entry["duration_s"] = *session.duration_s;
     if (session.removed_mm3) entry["removed_mm3"] = *session.removed_mm3;
     if (session.largest_force_N) entry["largest_force_N"] = *session.largest_force_N;
+    if (session.turning_force_N) entry["turning_force_N"] = *session.turning_force_N;
+    if (session.stopped_force_N) entry["stopped_force_N"] = *session.stopped_force_N;
+    if (session.in_bone_s) entry["in_bone_s"] = *session.in_bone_s;
     if (!session.recorded) entry["recorded"] = false;
     if (!session.forces_sN.empty()) entry["forces_s_N"] = session.forces_sN;
     json.push_back(std::move(entry));
@@ -79,7 +82,10 @@ std::vector<ProjectSession> ParseSessions(const std::string& text, const std::st
                         .removed_mm3 = NumberOf(entry, "removed_mm3", path),
                         .largest_force_N = NumberOf(entry, "largest_force_N", path),
                         .forces_sN = ForcesOf(entry, path),
-                        .recorded = recorded.get<bool>()});
+                        .recorded = recorded.get<bool>(),
+                        .turning_force_N = NumberOf(entry, "turning_force_N", path),
+                        .stopped_force_N = NumberOf(entry, "stopped_force_N", path),
+                        .in_bone_s = NumberOf(entry, "in_bone_s", path)});
     points += sessions.back().forces_sN.size();
     if (points > project_detail::kMaxForces) {
       throw Error(fmt::format("{}: the sessions have more than {} forces", path, project_detail::kMaxForces));

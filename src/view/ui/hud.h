@@ -61,11 +61,13 @@ struct HudStatus {
 struct HudPiece {
   std::string name;
   std::string detail;   // volume
-  std::string contact;  // gap to, or overlap with, another piece, on a second line; empty: none
+  std::string contact;  // gap to, or overlap with, another piece, on a line of its own; empty: none
   Rgb8 colour = kBoneColour;
   bool selected = false;
   bool hidden = false;
-  std::string tip{};  // its volume and position in full
+  std::string tip{};      // its volume and position in full
+  bool overlaps = false;  // it overlaps another piece: `contact` has the mark of a warning
+  std::string moved{};    // how far, on a line of its own; empty: it was not moved
 };
 
 struct HudKey {

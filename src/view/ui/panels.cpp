@@ -266,12 +266,23 @@ std::optional<int> PiecesSection(Ui& ui, const HudState& state) {
     const HudPiece& piece = state.pieces[i];
     ImGui::PushID(static_cast<int>(i));
     const float top = ImGui::GetCursorPosY();
-    const bool two_lines = !piece.contact.empty() && !piece.hidden;
+    std::vector<std::string> lines;
+    if (!piece.hidden) {
+      for (const std::string& line : {piece.contact, piece.moved}) {
+        if (!line.empty()) lines.push_back(line);
+      }
+    }
+    // A text that is too long goes on in the next line.
+    const float inset = ImGui::GetStyle().WindowPadding.x + ImGui::GetTextLineHeight() + 8 * ui.scale();
     ImGui::PushFont(ui.small());
-    const float second = two_lines ? ImGui::GetTextLineHeightWithSpacing() : 0;
+    const float mark = piece.overlaps ? ImGui::GetTextLineHeight() + 4 * ui.scale() : 0;
+    float below = 0;
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      below += ImGui::CalcTextSize(lines[k].c_str(), nullptr, false, width - inset - (k == 0 ? mark : 0)).y;
+    }
     ImGui::PopFont();
     if (ImGui::Selectable("##piece", piece.selected, ImGuiSelectableFlags_AllowItemOverlap,
-                          {0, ImGui::GetTextLineHeight() + second})) {
+                          {0, ImGui::GetTextLineHeight() + below})) {
       clicked = static_cast<int>(i);
     }
     ui.Note(fmt::format("piece {}", i));
@@ -285,15 +296,28 @@ std::optional<int> PiecesSection(Ui& ui, const HudState& state) {
     FittedText(ui, ShowName(piece.name), width - detail_width - from - 2 * ui.scale());
     ImGui::SameLine(width + ImGui::GetStyle().WindowPadding.x - detail_width);
     ImGui::TextDisabled("%s", detail.c_str());
-    if (two_lines) {
-      ImGui::SetCursorPos({from, top + ImGui::GetTextLineHeight()});
-      ImGui::PushFont(ui.small());
-      ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().faint));
-      FittedText(ui, piece.contact, width - from);
+    float y = top + ImGui::GetTextLineHeight();
+    ImGui::PushFont(ui.small());
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      const bool warns = k == 0 && piece.overlaps;
+      const float left = inset + (warns ? mark : 0);
+      ImGui::SetCursorPos({inset, y});
+      if (warns) {
+        const ImVec2 corner = ImGui::GetCursorScreenPos();
+        const float side = ImGui::GetTextLineHeight();
+        DrawLevelMark(*ImGui::GetWindowDrawList(), HudLevel::kWarn, {corner.x + 0.5F * side, corner.y + 0.5F * side},
+                      side);
+        ImGui::SetCursorPosX(left);
+      }
+      ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(warns ? ui.colours().text : ui.colours().faint));
+      ImGui::PushTextWrapPos(left + width - inset - (warns ? mark : 0));
+      ImGui::TextUnformatted(lines[k].c_str());
+      ImGui::PopTextWrapPos();
       ImGui::PopStyleColor();
-      ImGui::PopFont();
-      ImGui::SetCursorPosY(top + ImGui::GetTextLineHeight() + second + ImGui::GetStyle().ItemSpacing.y);
+      y += ImGui::CalcTextSize(lines[k].c_str(), nullptr, false, width - left).y;
     }
+    ImGui::PopFont();
+    if (!lines.empty()) ImGui::SetCursorPosY(y + ImGui::GetStyle().ItemSpacing.y);
     ImGui::PopID();
   }
   return clicked;

@@ -227,7 +227,8 @@ void DrawPictureMarks(Ui& ui, const PictureMarks& marks, const UiBox& scene) {
   const double s = ui.scale();
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const UiColours& c = ui.colours();
-  std::vector<UiBox> soft{marks.tool};
+  std::vector<UiBox> soft = marks.kept_clear;
+  soft.push_back(marks.tool);
   for (const UiRing& ring : marks.rings) {
     DrawRing(list, ring, s);
     const double r = RingRadius(ring.level) * s;

@@ -74,6 +74,7 @@ struct PictureMarks {
   HudLevel alarm = HudLevel::kPlain;  // of the border
   bool injured = false;               // something was cut that must not be: a border even without an alarm
   UiBox tool;                         // labels avoid it if possible
+  std::vector<UiBox> kept_clear{};    // and these
   std::optional<UiSpot> cut;          // where the tool cuts: few labels are drawn around it
   bool avoids_panels = true;          // false for a picture without panels
   double mm_per_pixel = 0;            // for the scale bar; 0: none

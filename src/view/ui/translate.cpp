@@ -13,6 +13,7 @@
 #include <mutex>
 #include <string_view>
 
+#include "base/core/number_text.h"
 #include "base/files/catalogue.h"
 #include "base/files/installed.h"
 #include "kerf/error.h"
@@ -191,9 +192,8 @@ std::string PointOfLanguage() {
 }
 
 std::string ShowVolume(double volume_mm3) {
-  constexpr double kSmall_mm3 = 100;
-  return volume_mm3 < kSmall_mm3 ? fmt::format("{} mm³", ShowNumber(volume_mm3, 1))
-                                 : fmt::format("{} cm³", ShowNumber(1e-3 * volume_mm3, 2));
+  const ShownVolume shown = ChooseVolumeUnit(volume_mm3);
+  return fmt::format("{} {}", ShowNumber(shown.value, shown.decimals), shown.unit);
 }
 
 }  // namespace kerf

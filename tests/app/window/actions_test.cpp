@@ -11,25 +11,21 @@
 namespace kerf {
 namespace {
 
-TEST(ActionList, ListsAllKeysWhileNothingCanBeDone) {
+TEST(ActionList, ListsTheKeysOfAllActionsAlsoOfThoseThatCannotBeChosenNow) {
   ActionList actions;
-  bool runs = false;
   actions.Add({.id = "open", .menu = "File", .label = "Open", .shortcut = {Key::kO, true}, .run = [] {}});
   actions.Add({.id = "cut",
                .menu = "Saw",
                .label = "Cut",
                .shortcut = {Key::kSpace},
                .run = [] {},
-               .enabled = [&] { return runs; }});
+               .enabled = [] { return false; }});
   actions.Add({.id = "no key", .menu = "Saw", .label = "Without a key", .run = [] {}});
-  EXPECT_EQ(actions.ListKeys(false).size(), 1u);
-  const std::vector<HudKeyGroup> all = actions.ListKeys(true);
+  const std::vector<HudKeyGroup> all = actions.ListKeys();
   ASSERT_EQ(all.size(), 2u);
   EXPECT_EQ(all[1].title, "Saw");
   ASSERT_EQ(all[1].keys.size(), 1u);
   EXPECT_EQ(all[1].keys[0].meaning, "Cut");
-  runs = true;
-  EXPECT_EQ(actions.ListKeys(false).size(), 2u);
 }
 
 // A click while the saw is being changed is carried out afterwards; one while something can't be done at all is not.

@@ -22,11 +22,14 @@ TEST(MakeProjectSession, KeepsTheLargestForceOfALongSession) {
 }
 
 TEST(JoinSessions, AddsTimesAndTakesTheLargestForce) {
-  const JoinedSessions joined = JoinSessions(
-      {{"disc", 10, 2, 1.5, {{0, 0.5}, {4, 1.5}}}, {"burr", 20, 3, 0.5, {{1, 0.5}}}, {"disc", 5, 0, 0, {}}});
+  const JoinedSessions joined = JoinSessions({{"disc", 10, 2, 1.5, {{0, 0.5}, {4, 1.5}}, true, 1.25, 1.5, 4},
+                                              {"burr", 20, 3, 0.5, {{1, 0.5}}, true, 0.5, 0.25, 6},
+                                              {"disc", 5, 0, 0, {}, true, 0, 0, 0}});
   EXPECT_EQ(joined.saws, (std::vector<std::string>{"disc", "burr"}));
   EXPECT_EQ(joined.duration_s, 35);
-  EXPECT_EQ(joined.largest_force_N, 1.5);
+  EXPECT_EQ(joined.in_bone_s, 10);
+  EXPECT_EQ(joined.turning_force_N, 1.25);
+  EXPECT_EQ(joined.stopped_force_N, 1.5);
   const std::vector<std::pair<double, double>> curve{{0, 0.5}, {4, 1.5}, {11, 0.5}};
   EXPECT_EQ(joined.forces_sN, curve);
 }
@@ -41,7 +44,8 @@ TEST(JoinSessions, DoNotClaimWhatIsNotKnown) {
   const JoinedSessions joined = JoinSessions(sessions);
   EXPECT_EQ(joined.saws, std::vector<std::string>{"disc"});
   EXPECT_FALSE(joined.duration_s);
-  EXPECT_FALSE(joined.largest_force_N);
+  EXPECT_FALSE(joined.turning_force_N);
+  EXPECT_FALSE(joined.in_bone_s);
   project.sessions = {sessions[2], sessions[2]};
   EXPECT_EQ(ListSessions(project), project.sessions);
 }

@@ -78,7 +78,7 @@ class Window:
             settings = self.folder / "config/kerf/window.json"
             settings.parent.mkdir(parents=True, exist_ok=True)
             if not settings.exists():
-                settings.write_text('{"tour_shown": true, "language": "en"}')
+                settings.write_text(json.dumps({"tour_shown": True, "language": "en", "save_folder": str(self.folder)}))
             self.env["XDG_CONFIG_HOME"] = str(self.folder / "config")
         self.out = open(self.folder / "out.txt", "w+")
         self.process = subprocess.Popen([kerf, *arguments, "--log", str(self.log)], cwd=self.folder, env=self.env,

@@ -57,6 +57,7 @@ struct Exported {
     };
     std::promise<Bone> after;
     after.set_value(MakeBar(cut));
+    order.input = "/scans/may";
     order.after = after.get_future();
     order.pieces_json = arranged.FormatJson();
     // 8 mm apart where they were cut off; the second one was moved by 3 mm.
@@ -87,7 +88,7 @@ std::string MakeRow(const std::string& name, const std::string& value) {
 TEST(ExportOrder, ReportNamesTheCaseAndItsCt) {
   const Exported exported(true);
   EXPECT_THAT(exported.report, HasSubstr("<h1>Left jaw</h1>"));
-  EXPECT_THAT(exported.report, HasSubstr(MakeRow("CT", "scan of May; 250 x 250 x 160 voxels of 1 x 1 x 0.5 mm")));
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("CT", "/scans/may; 250 x 250 x 160 voxels of 1 x 1 x 0.5 mm")));
   EXPECT_THAT(exported.report, HasSubstr(MakeRow("DICOM series", "1.2.840")));
   EXPECT_THAT(exported.report, HasSubstr(MakeRow("notes of the import", "The first. The second.")));
   EXPECT_EQ(exported.progress, 1);
@@ -101,7 +102,7 @@ TEST(ExportOrder, GermanReportIsGerman) {
       "the segmentation gives 2 separate pieces of bone. 12.5 % of the wanted bone of the mask lies "
       "outside the scan");
   const std::string& report = exported.report;
-  EXPECT_THAT(report, HasSubstr(MakeRow("CT", "scan of May; 250 x 250 x 160 Voxel von 1 x 1 x 0,5 mm")));
+  EXPECT_THAT(report, HasSubstr(MakeRow("CT", "/scans/may; 250 x 250 x 160 Voxel von 1 x 1 x 0,5 mm")));
   EXPECT_THAT(report, HasSubstr(MakeRow("Hinweise zum Import",
                                         "Die Segmentierung ergibt 2 getrennte Knochenteile. 12,5 % des gewünschten "
                                         "Knochens der Maske liegen außerhalb der Aufnahme.")));
@@ -113,14 +114,18 @@ TEST(ExportOrder, GermanReportIsGerman) {
 }
 
 TEST(ExportOrder, ReportCoversAllSessionsOfTheCase) {
-  const ProjectSession now{"fine disc", 61, 3, 1.5, {{0, 0}, {9, 1.5}}};
-  const Exported exported(true, {{"ball burr", 30, 2, 2.25, {{1, 2.25}}}, now});
+  const ProjectSession now{"fine disc", 61, 3, 1.5, {{0, 0}, {9, 1.5}}, true, 1.5, 0.5, 9};
+  const Exported exported(true, {{"ball burr", 30, 2, 2.25, {{1, 2.25}}, true, 0.75, 2.25, 4}, now});
   EXPECT_THAT(exported.report, HasSubstr(MakeRow("saw", "ball burr; fine disc")));
-  EXPECT_THAT(exported.report, HasSubstr(MakeRow("duration", "91 s")));
-  EXPECT_THAT(exported.report, HasSubstr(MakeRow("largest force on the hand", "2.25 N")));
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("time with the saw in bone", "13 s")));
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("time of the session", "91 s")));
+  // A stopped saw that is pulled out of its kerf can need more force than the cut.
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("largest force on the hand, spindle turning", "1.50 N")));
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("largest force on the hand, spindle stopped", "2.25 N")));
   // Files of earlier versions say nothing about their sessions, and nothing was cut since: this is not 0 N.
   const Exported unknown(true, {{"-", {}, {}, {}, {}}, {"fine disc", 5, 0, 0, {{0, 0}, {5, 0}}}});
-  EXPECT_THAT(unknown.report, HasSubstr(MakeRow("largest force on the hand", "- (not known for the sessions before)")));
+  EXPECT_THAT(unknown.report, HasSubstr(MakeRow("largest force on the hand, spindle turning",
+                                                "- (not known for the sessions before)")));
   EXPECT_THAT(unknown.measures, Not(HasSubstr("largest force")));
 }
 

@@ -121,7 +121,9 @@ TEST(ExportInput, WritesAllFiles) {
 
 TEST(ExportInput, ReportListsTheSessionsOfACase) {
   ExportInput input;
-  input.sessions = {{.saw = "-"}, {.saw = "fine disc", .duration_s = 61, .largest_force_N = 1.5, .removed_mm3 = 3.25}};
+  input.sessions = {
+      {.saw = "-"},
+      {.saw = "fine disc", .duration_s = 61, .in_bone_s = 12, .turning_force_N = 1.5, .removed_mm3 = 3.25}};
   const std::string html = FormatReportHtml(input);
   EXPECT_THAT(html, HasSubstr("<h2>Sessions</h2>"));
   EXPECT_THAT(html, HasSubstr("<td>fine disc</td><td>61</td><td>1.50</td><td>3.2"));

@@ -17,6 +17,22 @@
 namespace kerf {
 namespace {
 
+TEST(Widgets, ArrowAtTheBorderPointsToASpotOutside) {
+  const UiBox box{100, 50, 800, 400};  // its middle is at 500, 250
+  const UiArrow right = FindBorderArrow(box, {2000, 250}, 10);
+  EXPECT_DOUBLE_EQ(right.tip.x, 890);
+  EXPECT_DOUBLE_EQ(right.tip.y, 250);
+  EXPECT_DOUBLE_EQ(right.dx, 1);
+  const UiArrow down = FindBorderArrow(box, {500, 5000}, 10);
+  EXPECT_DOUBLE_EQ(down.tip.x, 500);
+  EXPECT_DOUBLE_EQ(down.tip.y, 440);
+  EXPECT_DOUBLE_EQ(down.dy, 1);
+  // Towards a corner beyond, the nearer border is met first.
+  const UiArrow slanted = FindBorderArrow(box, {-500, -750}, 10);
+  EXPECT_DOUBLE_EQ(slanted.tip.x, 310);
+  EXPECT_DOUBLE_EQ(slanted.tip.y, 60);
+}
+
 TEST(Widgets, ScaleBarHasARoundLengthThatFits) {
   for (double mm_per_point = 0.001; mm_per_point < 5; mm_per_point *= 1.37) {
     const ScaleBar bar = CalcScaleBar(mm_per_point, 200);
