@@ -126,8 +126,8 @@ TEST(ExportInput, ReportListsTheSessionsOfACase) {
       {.saw = "fine disc", .duration_s = 61, .in_bone_s = 12, .turning_force_N = 1.5, .removed_mm3 = 3.25}};
   const std::string html = FormatReportHtml(input);
   EXPECT_THAT(html, HasSubstr("<h2>Sessions</h2>"));
-  EXPECT_THAT(html, HasSubstr("<td>fine disc</td><td>61</td><td>1.50</td><td>3.2"));
-  EXPECT_THAT(html, HasSubstr("<td>-</td><td>-</td><td>-</td><td>-</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>fine disc</td><td>12</td><td>61</td><td>1.50</td><td>-</td><td>3.2"));
+  EXPECT_THAT(html, HasSubstr("<td>-</td><td>-</td><td>-</td><td>-</td><td>-</td><td>-</td>"));
   input.sessions.pop_back();
   EXPECT_THAT(FormatReportHtml(input), Not(HasSubstr("<h2>Sessions</h2>")));
 }
@@ -348,7 +348,7 @@ TEST(Report, UsesPlainWords) {
   const std::string html = FormatReportHtml(input);
   EXPECT_THAT(html, HasSubstr("<td>severed</td>"));
   EXPECT_THAT(html, Not(HasSubstr("CUT")));
-  EXPECT_THAT(html, HasSubstr("<td>45.0</td><td>90.0</td><td>45.0</td><td>12.5</td><td>-3.0</td><td>4.0</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>45.0</td><td>90.0</td><td>45.0</td><td>12.5 mm left, 3.0 mm front, 4.0 mm up</td>"));
   EXPECT_THAT(html, HasSubstr("<td>grows with the bite<span class=\"technical\">hertz_chip</span></td>"));
 }
 
