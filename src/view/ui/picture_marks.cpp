@@ -210,15 +210,18 @@ double BorderThickness(HudLevel level) {
 namespace {
 
 void DrawArrow(ImDrawList& list, const UiArrow& arrow, double s) {
+  constexpr double kLength = 46, kHalf = 12;  // points; so slender that its tip is evident
   const auto at = [&](double along, double across) {
     return At(arrow.tip.x + s * (along * arrow.dx - across * arrow.dy),
               arrow.tip.y + s * (along * arrow.dy + across * arrow.dx));
   };
   for (const auto& [grow, colour] :
        {std::pair{3.0, ToImU32({255, 255, 255}, 0.9)}, std::pair{0.0, ToImU32(LevelColour(HudLevel::kWarn))}}) {
-    list.AddTriangleFilled(at(2 * grow, 0), at(-26 - grow, 17 + 1.5 * grow), at(-26 - grow, -17 - 1.5 * grow), colour);
+    list.AddTriangleFilled(at(3 * grow, 0), at(-kLength - grow, kHalf + 1.5 * grow),
+                           at(-kLength - grow, -kHalf - 1.5 * grow), colour);
   }
-  list.AddTriangle(at(0, 0), at(-26, 17), at(-26, -17), ToImU32({60, 42, 0}), static_cast<float>(1.5 * s));
+  list.AddTriangle(at(0, 0), at(-kLength, kHalf), at(-kLength, -kHalf), ToImU32({60, 42, 0}),
+                   static_cast<float>(1.5 * s));
 }
 
 }  // namespace
