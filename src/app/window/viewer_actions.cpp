@@ -87,9 +87,11 @@ void ViewerApp::AddActions() {
                       sound_.SetMuted(!sound_.muted());
                       settings_.mute = sound_.muted();
                       KeepSettings();
-                      Say(!sound_.has_sound() ? Tr("No sound can be played, because no audio device was found.")
-                          : sound_.muted()    ? Tr("The sound is off.")
-                                              : Tr("The sound is on."));
+                      std::string text = sound_.muted() ? Tr("The sound is off.") : Tr("The sound is on.");
+                      if (!sound_.has_sound()) {
+                        text += fmt::format(" {}", Tr("No sound can be played, because no audio device was found."));
+                      }
+                      Say(text);
                     },
                 .on = [this] { return sound_.has_sound() && !sound_.muted(); },
                 .indicator = Msg("Sound"),
