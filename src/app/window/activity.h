@@ -6,6 +6,7 @@
 
 #include "app/window/actions.h"
 #include "app/window/live_session.h"
+#include "app/window/saw_controls.h"
 #include "app/window/tour.h"
 #include "view/live/camera.h"
 #include "view/live/overlays.h"
@@ -75,6 +76,10 @@ class Activity {
   virtual std::string save_label() const { return Tr("Save"); }
   /// Cancels what is in progress.
   virtual void Cancel() {}
+  /// Called when the language may have changed, for names in the picture.
+  virtual void Relabel() {}
+  /// Returns points of the picture between which nothing flat is drawn.
+  virtual std::vector<Vec3> kept_clear_W() const { return {}; }
   /// Returns the steps of the first-run tour.
   virtual std::vector<TourStep> tour() const { return {}; }
   /// Returns whether the tour is shown at the first start.
@@ -85,6 +90,10 @@ class Activity {
   virtual std::string DescribeDepthStop() const {
     return Tr("The depth stop holds the saw: this is the wanted depth. Go on along the cut.");
   }
+  /// Returns the directions in which keys and mouse move the saw. `picture`: those of the picture.
+  virtual ViewBasis MakeKeyBasis(const ViewBasis& picture) const { return picture; }
+  /// Returns how keys and mouse move the saw, for the help.
+  virtual HudKeyGroup saw_help() const;
   /// Returns the mouse's and the held keys' functions that are not actions, for the help.
   virtual std::vector<HudKeyGroup> help() const { return {}; }
   /// Called when the bone is ready, in the window's thread.

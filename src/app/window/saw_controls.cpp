@@ -39,7 +39,36 @@ Vec3 InWorld(const Vec3& v, const ViewBasis& view) {
   return v.x * view.right_W + v.y * view.up_W + v.z * view.forward_W;
 }
 
+/// Returns v_W, shortened to a length by limiting its largest components in the view's directions: a saw that is
+/// pressed in one direction with the greatest force still moves in another one.
+Vec3 LimitLength(const Vec3& v_W, const ViewBasis& view, double length) {
+  if (glm::length(v_W) <= length) return v_W;
+  std::array<double, 3> v{glm::dot(v_W, view.right_W), glm::dot(v_W, view.up_W), glm::dot(v_W, view.forward_W)};
+  std::array<std::size_t, 3> order{0, 1, 2};
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return std::abs(v[a]) < std::abs(v[b]); });
+  double left = length * length;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double limit = std::sqrt(left / static_cast<double>(3 - i));
+    double& component = v[order[i]];
+    component = std::clamp(component, -limit, limit);
+    left -= component * component;
+  }
+  return InWorld({v[0], v[1], v[2]}, view);
+}
+
 }  // namespace
+
+ViewBasis AlignWithCut(const ViewBasis& view, const Vec3& along_W, const Vec3& into_W) {
+  ViewBasis aligned = view;
+  aligned.up_W = -into_W;
+  const Vec3 across_W = glm::cross(into_W, along_W);
+  const double along = glm::dot(along_W, view.right_W);
+  const double across = glm::dot(across_W, view.right_W);
+  aligned.right_W =
+      std::abs(along) >= std::abs(across) ? (along < 0 ? -along_W : along_W) : (across < 0 ? -across_W : across_W);
+  aligned.forward_W = glm::cross(aligned.up_W, aligned.right_W);
+  return aligned;
+}
 
 bool SawControls::Take(const WindowEvent& event, const ViewBasis& view) {
   using Kind = WindowEvent::Kind;
@@ -103,21 +132,24 @@ void SawControls::Continue(const Pose& X_WT) {
   X_set_ = X_set;
 }
 
+Vec3 SawControls::LockNormal() const {
+  return lock_plane_ ? lock_plane_->normal_W : X_wanted_.Vector({0, 0, 1});
+}
+
 void SawControls::Move(const Vec3& by_W) {
   Vec3 by = by_W;
   if (in_blade_plane_) {
-    const Vec3 spindle = X_wanted_.Vector({0, 0, 1});
-    by -= glm::dot(by, spindle) * spindle;
+    const Vec3 normal_W = LockNormal();
+    const double across = glm::dot(by, normal_W);
+    const double to_plane = lock_plane_ ? glm::dot(lock_plane_->p_W - X_wanted_.p_AB, normal_W) : 0;
+    by += (std::clamp(across, std::min(to_plane, 0.0), std::max(to_plane, 0.0)) - across) * normal_W;
   }
   X_wanted_.p_AB += by;
 }
 
 void SawControls::Turn(const Vec3& by_W_rad) {
   Vec3 by = by_W_rad;
-  if (in_blade_plane_) {
-    const Vec3 spindle = X_wanted_.Vector({0, 0, 1});
-    by = glm::dot(by, spindle) * spindle;
-  }
+  if (in_blade_plane_) by = glm::dot(by, LockNormal()) * LockNormal();
   const double angle = glm::length(by);
   if (angle < 1e-12) return;
   X_wanted_.R_AB = glm::normalize(glm::angleAxis(angle, by / angle) * X_wanted_.R_AB);
@@ -144,8 +176,9 @@ void SawControls::Advance(double dt_s, const ViewBasis& view, const Pose& X_WT, 
   }
   // In the bone, a fast saw would slip rather than cut.
   const double pace = dt_s * (fast_ && !touches ? kFast : 1);
-  if (glm::length(move) > 0) {
-    const Vec3 direction_W = InWorld(glm::normalize(move), view);
+  for (const Vec3& axis : {Vec3{move.x, 0, 0}, Vec3{0, move.y, 0}, Vec3{0, 0, move.z}}) {
+    if (axis == Vec3{0}) continue;
+    const Vec3 direction_W = InWorld(axis, view);
     // What holds the saw back has let the wanted pose run ahead of it. The way back begins at the saw.
     const double ahead_mm = glm::dot(X_WT.p_AB - X_wanted_.p_AB, direction_W);
     if (touches && ahead_mm > 0) Move(ahead_mm * direction_W);
@@ -154,9 +187,7 @@ void SawControls::Advance(double dt_s, const ViewBasis& view, const Pose& X_WT, 
   if (glm::length(turn) > 0) Turn(pace * kTurnByKey_rad_per_s * InWorld(glm::normalize(turn), view));
 
   // If the bone holds the saw back, the wanted pose waits for it.
-  const Vec3 lead = X_wanted_.p_AB - X_WT.p_AB;
-  const double distance = glm::length(lead);
-  if (distance > kLead_mm) X_wanted_.p_AB = X_WT.p_AB + kLead_mm / distance * lead;
+  X_wanted_.p_AB = X_WT.p_AB + LimitLength(X_wanted_.p_AB - X_WT.p_AB, view, kLead_mm);
   Quat R = X_wanted_.R_AB;
   if (glm::dot(R, X_WT.R_AB) < 0) R = -R;
   const double angle = 2 * std::acos(std::clamp(glm::dot(R, X_WT.R_AB), -1.0, 1.0));

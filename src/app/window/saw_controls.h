@@ -10,7 +10,7 @@
 
 namespace kerf {
 
-/// Directions of the picture in the world, unit length, and its scale at the saw.
+/// Directions of the picture in the world, unit length and right-handed, and its scale at the saw.
 struct ViewBasis {
   Vec3 right_W{1, 0, 0};
   Vec3 up_W{0, 0, 1};
@@ -18,9 +18,15 @@ struct ViewBasis {
   double mm_per_pixel = 0.1;
 };
 
+/// Returns the directions in which keys and mouse move the saw along the axes of a cut rather than those of the
+/// picture: up is exactly against `into_W`, and right is the direction along or across the cut that is closest to the
+/// picture's. `along_W`: perpendicular to `into_W`; both have unit length.
+ViewBasis AlignWithCut(const ViewBasis& view, const Vec3& along_W, const Vec3& into_W);
+
 /// Arrow and page keys move the saw, and W, A, S, D, Q and E turn it. The mouse drags it in the picture's plane, with
 /// Shift into the picture, and with Control turns it. When the last key or button is released, the user has let go, and
-/// the wanted pose is where the saw is.
+/// the wanted pose is where the saw is. Each key moves the saw at the same speed, also together with others and while
+/// another one presses it against something.
 class SawControls {
  public:
   /// Maximum distance of the wanted pose from the saw, equal to the reach of the mouse's hand.
@@ -56,9 +62,13 @@ class SawControls {
   /// Restricts motion to the blade's plane and rotation to the spindle axis, which keeps a straight cut straight.
   bool in_blade_plane() const { return in_blade_plane_; }
   void set_in_blade_plane(bool on) { in_blade_plane_ = on; }
+  /// Replaces the blade's plane by this one for the restriction; none: the blade's. From beside the plane, the saw can
+  /// be moved towards it, but not away from it or beyond it.
+  void set_lock_plane(const std::optional<CutPlane>& plane) { lock_plane_ = plane; }
 
  private:
   void Move(const Vec3& by_W);
+  Vec3 LockNormal() const;
   void Turn(const Vec3& by_W_rad);
   void FollowSaw(const Pose& X_WT, bool touches);
 
@@ -71,6 +81,7 @@ class SawControls {
   bool fast_ = false;
   double feed_mm_per_s_ = 4;
   bool in_blade_plane_ = false;
+  std::optional<CutPlane> lock_plane_;
 };
 
 }  // namespace kerf

@@ -101,7 +101,7 @@ void ViewerApp::Update(double dt_s) {
   if (device_ && session_ && began_) FollowDevice(dt_s);
   if (is_running() && began_) {
     if (!steers()) controls_->Release();
-    controls_->Advance(dt_s, MakeBasis(), figures_.coupled.X_WT, touches());
+    controls_->Advance(dt_s, MakeKeyBasis(), figures_.coupled.X_WT, touches());
     session_->SetTarget(controls_->wanted(), controls_->holds());
   }
   FollowSaw(dt_s);

@@ -182,7 +182,7 @@ void ViewerApp::TakeInScene(const WindowEvent& event) {
   if (event.kind == Kind::kMouseUp && event.button == MouseButton::kRight && !moved_since_press_) {
     activity_->OpenContextMenu({event.x, event.y});
   }
-  if (steers() && controls_->Take(event, MakeBasis())) return;
+  if (steers() && controls_->Take(event, MakeKeyBasis())) return;
   camera_mouse_.Take(event, view_->camera());
 }
 

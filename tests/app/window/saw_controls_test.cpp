@@ -202,6 +202,58 @@ TEST(SawControls, ShortPressesAddUpInAir) {
   EXPECT_EQ(controls.wanted().p_AB.x, 0);
 }
 
+// From any side, the arrow Down leads into the bone, and the other keys move along and across the cut.
+TEST(AlignWithCut, KeysFollowTheAxesOfTheCut) {
+  const Vec3 along{1, 0, 0}, into{0, 0, -1};
+  // Seen from above at an angle, so that the picture's down has a component towards the viewer.
+  for (const double around : {0.0, 0.4, 1.2, 2.0, 3.1, 4.4, 5.5}) {
+    const Quat turn = glm::angleAxis(around, Vec3(0, 0, 1)) * glm::angleAxis(-0.6, Vec3(1, 0, 0));
+    const ViewBasis view{turn * kFront.right_W, turn * kFront.up_W, turn * kFront.forward_W, 0.2};
+    const ViewBasis keys = AlignWithCut(view, along, into);
+    EXPECT_EQ(keys.up_W, -into);
+    EXPECT_GT(glm::dot(keys.right_W, view.right_W), std::cos(std::numbers::pi / 4) - 1e-9) << around;
+    EXPECT_GT(glm::dot(keys.forward_W, view.forward_W), 0.5) << around;
+    EXPECT_NEAR(std::max(std::abs(keys.right_W.x), std::abs(keys.right_W.y)), 1, 1e-9);
+    for (const bool lock : {false, true}) {
+      SawControls controls(Pose{});
+      controls.set_in_blade_plane(lock);
+      controls.set_lock_plane(CutPlane{.p_W = {0, 0, 0}, .normal_W = {0, 1, 0}});
+      controls.Take(KeyEvent(Key::kDown), keys);
+      for (int i = 0; i < 100; ++i) controls.Advance(0.01, keys, controls.wanted());
+      EXPECT_NEAR(glm::length(controls.wanted().p_AB - controls.feed_mm_per_s() * into), 0, 1e-9) << around;
+    }
+  }
+}
+
+TEST(SawControls, LockLeadsToItsPlaneAndHoldsTheSawThere) {
+  SawControls controls(Pose{Quat{1, 0, 0, 0}, {0, 2, 0}});
+  controls.set_in_blade_plane(true);
+  controls.set_lock_plane(CutPlane{.p_W = {0, 0, 0}, .normal_W = {0, 1, 0}});
+  const auto hold = [&](Key key) {
+    controls.Take(KeyEvent(key), kFront);
+    for (int i = 0; i < 100; ++i) controls.Advance(0.01, kFront, controls.wanted(), false);
+    controls.Take(KeyEvent(key, false), kFront);
+    return controls.wanted().p_AB.y;
+  };
+  EXPECT_EQ(hold(Key::kPageUp), 2);            // not further away
+  EXPECT_NEAR(hold(Key::kPageDown), 0, 1e-9);  // 4 mm: to the plane, and no further
+  EXPECT_NEAR(hold(Key::kPageDown), 0, 1e-9);
+  EXPECT_NEAR(hold(Key::kPageUp), 0, 1e-9);
+}
+
+// A saw that is pressed with the greatest force still moves along at the speed of the keys.
+TEST(SawControls, PressureInOneDirectionLeavesTheOtherOneItsLead) {
+  SawControls controls(Pose{});
+  controls.set_feed_mm_per_s(3);
+  controls.Take(KeyEvent(Key::kDown), kFront);
+  for (int i = 0; i < 1000; ++i) controls.Advance(0.01, kFront, Pose{});
+  EXPECT_NEAR(controls.wanted().p_AB.z, -SawControls::kLead_mm, 1e-9);
+  controls.Take(KeyEvent(Key::kRight), kFront);
+  for (int i = 0; i < 100; ++i) controls.Advance(0.01, kFront, Pose{});
+  EXPECT_NEAR(controls.wanted().p_AB.x, 3, 1e-9);
+  EXPECT_NEAR(glm::length(controls.wanted().p_AB), SawControls::kLead_mm, 1e-9);
+}
+
 TEST(SawControls, IgnoresLettersWithControl) {
   SawControls controls(Pose{});
   WindowEvent undo = KeyEvent(Key::kQ);
