@@ -62,34 +62,66 @@ std::array<double, kCoachTopics> CalcExcess(const WantedCut& cut, const CoachInp
   return excess;
 }
 
-/// Returns how to move the tool in the picture, against a deviation in a direction.
-std::optional<Message> DescribeWayBack(const std::optional<PictureDirections>& picture, const Vec3& deviation_W) {
-  if (!picture) return {};
-  const double right = glm::dot(deviation_W, picture->right_W);
-  const double up = glm::dot(deviation_W, picture->up_W);
-  const double near = glm::dot(deviation_W, glm::cross(picture->right_W, picture->up_W));  // towards the eye
+/// Returns how to move the tool, against a deviation in a direction.
+std::optional<Message> DescribeWay(const std::optional<KeyDirections>& keys, const Vec3& deviation_W) {
+  if (!keys) return {};
+  const double right = glm::dot(deviation_W, keys->right_W);
+  const double up = glm::dot(deviation_W, keys->up_W);
+  const double near = glm::dot(deviation_W, glm::cross(keys->right_W, keys->up_W));  // towards the eye
   if (std::abs(right) >= std::max(std::abs(up), std::abs(near))) {
-    return Message{right > 0 ? MarkMessage("The blade is too far to the right: move it left (Left key).")
-                             : MarkMessage("The blade is too far to the left: move it right (Right key)."),
-                   {}};
+    return Message{right > 0 ? MarkMessage("Left key: to the left.") : MarkMessage("Right key: to the right."), {}};
   }
   if (std::abs(up) >= std::abs(near)) {
-    return Message{up > 0 ? MarkMessage("The blade is too high: move it down (Down key).")
-                          : MarkMessage("The blade is too low: move it up (Up key)."),
-                   {}};
+    return Message{up > 0 ? MarkMessage("Down key: down.") : MarkMessage("Up key: up."), {}};
   }
-  return Message{near > 0 ? MarkMessage("The blade is too close to you: move it away from you (Page Up key).")
-                          : MarkMessage("The blade is too far from you: move it towards you (Page Down key)."),
+  return Message{near > 0 ? MarkMessage("Page Up key: away from you.") : MarkMessage("Page Down key: towards you."),
                  {}};
 }
 
-/// Adds the way back from a deviation. `across`: it is across the blade's plane, in which a lock may hold the saw.
-CoachLine WithWay(const CoachInput& input, CoachLine line, const Vec3& deviation_W, bool across) {
-  line.way_back = DescribeWayBack(input.picture, deviation_W);
-  if (line.way_back && across && input.plane_lock) {
-    line.way_back = Message{MarkMessage("The plane lock keeps it there: switch the lock off (L)."), {}};
+/// Returns what changes a feed that is too slow or too fast. The keys move the saw at a speed that can be set.
+std::optional<Message> DescribeFeedChange(const CoachInput& input) {
+  constexpr double kSame = 0.02;  // fraction by which speeds may differ
+  const double wanted = input.wanted_feed_mm_per_s;
+  if (input.feed_mm_per_s > wanted) {
+    if (input.key_feed_mm_per_s <= (1 + kSame) * wanted) return {};
+    return Message{MarkMessage("Keys move the saw at {}: press [."), {Quantity{input.key_feed_mm_per_s, 1, "mm/s"}}};
   }
-  return line;
+  if (input.key_feed_mm_per_s < (1 - kSame) * wanted) {
+    return Message{MarkMessage("Keys move the saw at {}: press ]."), {Quantity{input.key_feed_mm_per_s, 1, "mm/s"}}};
+  }
+  if (input.force_N >= kPressed_N) {
+    return Message{MarkMessage("Press less: {} slow the blade."), {Quantity{input.force_N, 0, "N"}}};
+  }
+  return Message{MarkMessage("Keep the key pressed that moves the saw along the line."), {}};
+}
+
+/// Where the tool is outside of what lies in and above the wanted cut; none: it is not.
+struct Outside {
+  Message message;
+  Vec3 away_W{0};  // direction from the cut
+};
+std::optional<Outside> FindOutside(const WantedCut& cut, const CoachInput& input, DepthZone zone) {
+  const ToolDeviation deviation = CalcDeviation(cut, input.X_WT);
+  const bool planned = IsPlanned(input.kind);
+  if (std::abs(deviation.beside_mm) > cut.margin_mm) {
+    return Outside{{planned ? MarkMessage("The blade is {} beside the planned plane.")
+                            : MarkMessage("The blade is {} beside the line."),
+                    {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}},
+                   deviation.beside_mm > 0 ? cut.across_W : -cut.across_W};
+  }
+  // In the bone, the advice speaks of the ends and of the depth.
+  if (zone != DepthZone::kAbove) return {};
+  if (deviation.beyond_mm > cut.margin_mm) {
+    return Outside{{planned ? MarkMessage("The blade is {} beyond the edge of the planned cut.")
+                            : MarkMessage("The blade is {} beyond the end of the line."),
+                    {Quantity{deviation.beyond_mm, 1, "mm"}}},
+                   deviation.before_start ? -cut.along_W : cut.along_W};
+  }
+  if (deviation.below_mm > cut.margin_mm) {
+    return Outside{{MarkMessage("The blade is {} below the wanted cut."), {Quantity{deviation.below_mm, 1, "mm"}}},
+                   cut.into_W};
+  }
+  return {};
 }
 
 }  // namespace
@@ -109,6 +141,7 @@ ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT) {
   deviation.beside_mm = p.z;
   deviation.beyond_mm = std::max({-p.x, p.x - cut.length_mm, 0.0});
   deviation.before_start = p.x < 0;
+  deviation.below_mm = std::max(p.y - cut.depth_mm, 0.0);
   return deviation;
 }
 
@@ -133,8 +166,8 @@ CoachState UpdateCoach(const CoachState& state, const WantedCut& cut, const Coac
 std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut& cut, const CoachInput& input) {
   if (!state.shown) return {};
   const ToolDeviation deviation = CalcDeviation(cut, input.X_WT);
-  const auto line = [&](bool urgent, Message message) {
-    return CoachLine{*state.shown, urgent, std::move(message), {}};
+  const auto line = [&](bool urgent, Message message, std::optional<Message> way = {}) {
+    return CoachLine{*state.shown, urgent, std::move(message), std::move(way)};
   };
   switch (*state.shown) {
     case CoachTopic::kInNerve:
@@ -143,36 +176,35 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
       return line(true, {MarkMessage("The nerve canal is {} away: do not go deeper."),
                          {Quantity{std::max(input.nerve_mm.value_or(0), 0.0), 1, "mm"}}});
     case CoachTopic::kTooDeep:
+      if (input.depth && input.depth->bone_mm) {
+        return line(true, {MarkMessage("Cut through: the bone is {} thick here. Lift the blade."),
+                           {Quantity{*input.depth->bone_mm, 1, "mm"}}});
+      }
       return line(true, {MarkMessage("Too deep by {}: lift the blade."),
                          {Quantity{std::max(input.depth ? -input.depth->to_goal_mm : 0.0, 0.0), 1, "mm"}}});
     case CoachTopic::kBeyondEnd:
-      return WithWay(input,
-                     line(false, {IsPlanned(input.kind) ? MarkMessage("You are {} beyond the edge of the planned cut.")
-                                                        : MarkMessage("The line ends here: you are {} beyond its end."),
-                                  {Quantity{deviation.beyond_mm, 1, "mm"}}}),
-                     deviation.before_start ? -cut.along_W : cut.along_W, false);
+      return line(false,
+                  {IsPlanned(input.kind) ? MarkMessage("You are {} beyond the edge of the planned cut.")
+                                         : MarkMessage("The line ends here: you are {} beyond its end."),
+                   {Quantity{deviation.beyond_mm, 1, "mm"}}},
+                  DescribeWay(input.keys, deviation.before_start ? -cut.along_W : cut.along_W));
     case CoachTopic::kBesideLine: {
       const Quantity beside{std::abs(deviation.beside_mm), 1, "mm"};
       const bool planned = IsPlanned(input.kind);
-      const Vec3 away_W = deviation.beside_mm > 0 ? cut.across_W : -cut.across_W;
+      const std::optional<Message> way =
+          DescribeWay(input.keys, deviation.beside_mm > 0 ? cut.across_W : -cut.across_W);
       if (!input.touches) {
-        return WithWay(input,
-                       {*state.shown,
-                        false,
-                        {planned ? MarkMessage("The blade is {} beside the planned plane.")
-                                 : MarkMessage("The blade is {} beside the line."),
-                         {beside}},
-                        {}},
-                       away_W, true);
+        return line(false,
+                    {planned ? MarkMessage("The blade is {} beside the planned plane.")
+                             : MarkMessage("The blade is {} beside the line."),
+                     {beside}},
+                    way);
       }
-      return WithWay(input,
-                     {*state.shown,
-                      beside.value > kFarBeside * cut.margin_mm,
-                      {planned ? MarkMessage("You leave the planned plane: the blade is {} beside it.")
-                               : MarkMessage("You leave the line: the blade is {} beside it."),
-                       {beside}},
-                      {}},
-                     away_W, true);
+      return line(beside.value > kFarBeside * cut.margin_mm,
+                  {planned ? MarkMessage("You leave the planned plane: the blade is {} beside it.")
+                           : MarkMessage("You leave the line: the blade is {} beside it."),
+                   {beside}},
+                  way);
     }
     case CoachTopic::kTilted:
       return line(false, {MarkMessage("The blade is tilted by {}: turn it into the wanted plane."),
@@ -187,7 +219,8 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
       return line(false,
                   {*state.shown == CoachTopic::kTooFast ? MarkMessage("Slower: your feed is {0}, and {1} are wanted.")
                                                         : MarkMessage("Faster: your feed is {0}, and {1} are wanted."),
-                   {Quantity{*input.feed_mm_per_s, 1, "mm/s"}, Quantity{input.wanted_feed_mm_per_s, 1, "mm/s"}}});
+                   {Quantity{*input.feed_mm_per_s, 1, "mm/s"}, Quantity{input.wanted_feed_mm_per_s, 1, "mm/s"}}},
+                  DescribeFeedChange(input));
     case CoachTopic::kCrossesNerve:
       if (input.nerve_mm.value_or(0) <= 0) {
         return line(false, {MarkMessage("The blade is in the nerve canal, which the planned plane crosses."), {}});
@@ -208,52 +241,59 @@ double CalcDistanceFromCut(const WantedCut& cut, const Pose& X_WT) {
 ExerciseStep FindStep(const WantedCut& cut, const CoachInput& input, DepthZone zone, bool spindle_on, double done) {
   if (done >= kStepLineDone) return ExerciseStep::kFinish;
   if (CalcDistanceFromCut(cut, input.X_WT) > kStepFar_mm) return ExerciseStep::kReturn;
+  if (FindOutside(cut, input, zone)) return ExerciseStep::kBeside;
   if (!spindle_on) return ExerciseStep::kSwitchOn;
   if (zone == DepthZone::kAbove) return ExerciseStep::kLower;
   return zone == DepthZone::kFar || zone == DepthZone::kNear ? ExerciseStep::kDeepen : ExerciseStep::kFollow;
 }
 
-Message DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input, bool spindle_on, double done) {
+StepLine DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input, bool spindle_on, double done) {
   const Quantity percent{100 * done, 0, "%"};
   const bool planned = IsPlanned(input.kind);
   switch (step) {
     case ExerciseStep::kReturn:
-      return {spindle_on ? MarkMessage("The saw is {} away from the cut. Switch the spindle off (Space) and press R: "
-                                       "the saw returns to its start.")
-                         : MarkMessage("The saw is {} away from the cut. Press R: the saw returns to its start."),
-              {Quantity{CalcDistanceFromCut(cut, input.X_WT), 0, "mm"}}};
+      return {{spindle_on ? MarkMessage("The saw is {} away from the cut. Switch the spindle off (Space) and press R: "
+                                        "the saw returns to its start.")
+                          : MarkMessage("The saw is {} away from the cut. Press R: the saw returns to its start."),
+               {Quantity{CalcDistanceFromCut(cut, input.X_WT), 0, "mm"}}}};
+    case ExerciseStep::kBeside:
+      if (const std::optional<Outside> outside = FindOutside(cut, input, DepthZone::kAbove)) {
+        return {outside->message, DescribeWay(input.keys, outside->away_W)};
+      }
+      break;
     case ExerciseStep::kSwitchOn:
-      return {MarkMessage("Switch the spindle on."), {}};
+      return {{MarkMessage("Switch the spindle on."), {}}};
     case ExerciseStep::kLower:
       if (planned && done >= kSomeDone) {
-        return {MarkMessage("Lower the blade into the bone again where the planned plane is not cut yet. {} of it is "
-                            "cut."),
-                {percent}};
+        return {
+            {MarkMessage("Lower the blade into the bone again where the planned plane is not cut yet (Down key). {} "
+                         "of it is cut."),
+             {percent}}};
       }
-      if (planned) return {MarkMessage("Lower the blade into the bone in the planned plane."), {}};
-      return {MarkMessage("Lower the blade into the bone at one end of the line."), {}};
+      if (planned) return {{MarkMessage("Lower the blade into the bone in the planned plane (Down key)."), {}}};
+      return {{MarkMessage("Lower the blade into the bone at one end of the line (Down key)."), {}}};
     case ExerciseStep::kDeepen:
       if (planned) {
-        return {MarkMessage("Go on slowly in the planned plane until the bone is cut through. {} of it is cut."),
-                {percent}};
+        return {{MarkMessage("Go on slowly in the planned plane until the bone is cut through. {} of it is cut."),
+                 {percent}}};
       }
-      return {MarkMessage("Go on slowly to the depth of {}. Press down (Down key) while you move along the line, too: "
-                          "otherwise the blade climbs."),
-              {Quantity{cut.depth_mm, 1, "mm"}}};
+      return {{MarkMessage("Go on slowly to the depth of {}. Press down (Down key) while you move along the line, too: "
+                           "otherwise the blade climbs."),
+               {Quantity{cut.depth_mm, 1, "mm"}}}};
     case ExerciseStep::kFollow:
       if (planned) {
-        return {MarkMessage("Deep enough here: go on in the planned plane to its other edge, and keep pressing down "
-                            "(Down key). {} of it is cut."),
-                {percent}};
+        return {{MarkMessage("Deep enough here: go on in the planned plane to its other edge, and keep pressing down "
+                             "(Down key). {} of it is cut."),
+                 {percent}}};
       }
-      return {MarkMessage("Deep enough: move along the line to its other end, and keep pressing down (Down key). {} of "
-                          "it is done."),
-              {percent}};
+      return {{MarkMessage("Deep enough: move along the line to its other end, and keep pressing down (Down key). {} "
+                           "of it is done."),
+               {percent}}};
     case ExerciseStep::kFinish:
       break;
   }
-  if (planned) return {MarkMessage("The planned cut is made: lift the blade out and finish the exercise."), {}};
-  return {MarkMessage("The whole line is cut: lift the blade out and finish the exercise."), {}};
+  if (planned) return {{MarkMessage("The planned cut is made: lift the blade out and finish the exercise."), {}}};
+  return {{MarkMessage("The whole line is cut: lift the blade out and finish the exercise."), {}}};
 }
 
 double CalcZoneNear_mm(double goal_mm) {

@@ -38,8 +38,8 @@ double CalcZoneNear_mm(double goal_mm);
 /// the limit deep, so that the zone does not flicker.
 DepthZone FindDepthZone(const DepthReading& reading, DepthZone before = DepthZone::kAbove);
 
-/// Directions of the picture in which the student sees the cut, unit length.
-struct PictureDirections {
+/// Directions in which the arrow keys move the saw, as the student sees them, unit length.
+struct KeyDirections {
   Vec3 right_W{1, 0, 0};
   Vec3 up_W{0, 0, 1};
 };
@@ -48,13 +48,14 @@ struct CoachInput {
   ExerciseKind kind = ExerciseKind::kGroove;
   double time_s = 0;
   Pose X_WT;
-  std::optional<DepthReading> depth;         // none: the tool is beside the wanted cut
-  std::optional<double> nerve_mm;            // distance to the nerve canal; none: unknown, or no canal
-  bool touches = false;                      // the tool touches bone
-  std::optional<PictureDirections> picture;  // to say the way back in; none: it is not said
-  bool plane_lock = false;                   // the saw moves only in the plane of its blade
-  std::optional<double> feed_mm_per_s;       // along the line, of FeedMeter; none: it does not follow the line
-  double wanted_feed_mm_per_s = 0;           // 0: any
+  std::optional<DepthReading> depth;    // none: the tool is beside the wanted cut
+  std::optional<double> nerve_mm;       // distance to the nerve canal; none: unknown, or no canal
+  bool touches = false;                 // the tool touches bone
+  std::optional<KeyDirections> keys;    // to say the way back in; none: it is not said
+  std::optional<double> feed_mm_per_s;  // along the line, of FeedMeter; none: it does not follow the line
+  double wanted_feed_mm_per_s = 0;      // 0: any
+  double key_feed_mm_per_s = 0;         // with which keys move the saw
+  double force_N = 0;                   // on the hand
 };
 
 /// Which topics are current. Initially none.
@@ -81,7 +82,8 @@ struct CoachLine {
   CoachTopic topic = CoachTopic::kInNerve;
   bool urgent = false;  // stop, rather than correct
   Message message;
-  std::optional<Message> way_back;  // from beside the wanted cut, as the student sees it
+  std::optional<Message>
+      way;  // what to do: the way to the wanted cut, as the student sees it, or what changes the feed
 
   bool operator==(const CoachLine&) const = default;
 };
@@ -91,6 +93,7 @@ struct ToolDeviation {
   double beside_mm = 0;       // of the tool's lowest point from the wanted plane, along WantedCut::across_W
   double beyond_mm = 0;       // of the lowest point beyond an end of the line; 0 between the ends
   bool before_start = false;  // beyond_mm is that at the line's start
+  double below_mm = 0;        // of the lowest point below the wanted depth, as if the line were on a plane; 0 above it
   double tilt_deg = 0;        // between the blade's plane and the wanted one; 0 for a ball
 };
 ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT);
@@ -101,7 +104,13 @@ CoachState UpdateCoach(const CoachState& state, const WantedCut& cut, const Coac
 std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut& cut, const CoachInput& input);
 
 /// Steps of an exercise, for a student who does it for the first time.
-enum class ExerciseStep { kReturn, kSwitchOn, kLower, kDeepen, kFollow, kFinish };
+enum class ExerciseStep { kReturn, kBeside, kSwitchOn, kLower, kDeepen, kFollow, kFinish };
+
+/// An instruction for a step.
+struct StepLine {
+  Message message;
+  std::optional<Message> way = {};  // to the wanted cut, as the student sees it
+};
 
 /// Fraction of the line from which it counts as done, and distance from the wanted depth that counts as reached.
 inline constexpr double kStepLineDone = 0.95;
@@ -116,7 +125,7 @@ double CalcDistanceFromCut(const WantedCut& cut, const Pose& X_WT);
 /// CutArea::share(). `zone`: CoachState::zone.
 ExerciseStep FindStep(const WantedCut& cut, const CoachInput& input, DepthZone zone, bool spindle_on, double done);
 /// Returns the instruction for a step that FindStep() returned.
-Message DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input, bool spindle_on, double done);
+StepLine DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input, bool spindle_on, double done);
 /// Returns the fraction of the line along which the tool has reached the wanted depth, or the far side of the bone, to
 /// within kStepDepth_mm. `deepest_mm`: from DepthGauge::TakeDepths().
 double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm);

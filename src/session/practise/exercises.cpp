@@ -34,8 +34,8 @@ Message DescribeGoal(const SceneExercise& e) {
       return {MarkMessage("Follow the line of {0}, {1} deep, at a constant {2}."),
               {length, depth, Quantity{e.feed_mm_per_s, 0, "mm/s"}}};
     case ExerciseKind::kOsteotomy:
-      return {MarkMessage("Cut through the bone in the planned plane. It crosses a molar and the nerve canal; this is "
-                          "not scored."),
+      return {MarkMessage("Cut through the bone in the planned plane. The plane crosses a molar and the nerve canal: "
+                          "cutting these costs no points."),
               {}};
   }
   return {};

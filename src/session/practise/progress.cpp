@@ -185,16 +185,18 @@ NextStep FindNextStep(std::span<const Attempt> history) {
 }
 
 std::vector<Aid> ListAids(const SceneExercise& exercise, bool in_plane, bool translucent) {
-  return {{MarkMessage("Steps"), MarkMessage("The next step of the exercise is said."), exercise.level == 1},
-          {MarkMessage("Depth stop"), MarkMessage("The saw is held at the depth of the goal."), exercise.depth_stop},
-          {MarkMessage("Tone"), MarkMessage("A tone tells how far the goal is."), exercise.sound},
-          {MarkMessage("Colour of the blade"),
-           MarkMessage("The blade is green at the goal, and orange or red when it is too deep."), exercise.colour},
-          {MarkMessage("Depth gauge and advice"), MarkMessage("The depth is shown, and what to do about it."),
-           exercise.gauge},
-          {MarkMessage("Plane lock"), MarkMessage("The saw moves only in the plane of its blade."), in_plane},
-          {MarkMessage("Translucent bone"), MarkMessage("The nerve canal and the roots can be seen through the bone."),
-           translucent}};
+  return {
+      {MarkMessage("Steps"), MarkMessage("The next step of the exercise is said."), exercise.level == 1},
+      {MarkMessage("Depth stop"), MarkMessage("The saw is held at the depth of the goal."), exercise.depth_stop},
+      {MarkMessage("Tone"), MarkMessage("A tone tells how far the goal is."), exercise.sound},
+      {MarkMessage("Colour of the blade"),
+       MarkMessage("The blade is green at the goal, and orange or red when it is too deep."), exercise.colour},
+      {MarkMessage("Depth gauge and advice"), MarkMessage("The depth is shown, and what to do about it."),
+       exercise.gauge},
+      {MarkMessage("Plane lock"),
+       MarkMessage("The saw stays in the wanted plane; from beside it, it moves only towards the plane."), in_plane},
+      {MarkMessage("Translucent bone"), MarkMessage("The nerve canal and the roots can be seen through the bone."),
+       translucent}};
 }
 
 }  // namespace kerf

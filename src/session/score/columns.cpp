@@ -91,9 +91,12 @@ void DepthGauge::VisitRim(const Pose& X_WT, Visit&& visit) const {
 std::optional<DepthReading> DepthGauge::Calc(const Pose& X_WT) const {
   std::optional<DepthReading> reading;
   VisitRim(X_WT, [&](const CutColumn& column, const Vec3& p) {
-    const double depth_mm = p.y - column.near_mm;
     const double beyond_mm = p.y - column.far_mm;
-    if (!reading) reading = {depth_mm, cut_.depth_mm - depth_mm};
+    const double bone_mm = column.far_mm - column.near_mm;
+    const bool through = beyond_mm >= 0 && bone_mm > cut_.depth_mm;
+    const double depth_mm = through ? bone_mm : p.y - column.near_mm;
+    if (!reading) reading = {depth_mm, cut_.depth_mm - depth_mm, {}};
+    if (through && depth_mm >= reading->depth_mm) reading->bone_mm = bone_mm;
     reading->depth_mm = std::max(reading->depth_mm, depth_mm);
     reading->to_goal_mm = std::min(reading->to_goal_mm, cut_.depth_mm - depth_mm);
     // Beyond the ends of the line the bone may end anywhere, for example at a rounded border.

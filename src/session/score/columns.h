@@ -30,11 +30,13 @@ double CalcColumnStep(double voxel_mm, const WantedCut& cut);
 /// the line is extended at both ends.
 std::vector<CutColumn> FindColumns(const PhiSampler& before, const WantedCut& cut, double beyond_mm);
 
-/// Depth of the tool in the wanted cut.
+/// Depth of the tool in the wanted cut. Where the bone is thicker than the wanted depth, it is at most the thickness of
+/// the bone: there is nothing to cut below.
 struct DepthReading {
-  double depth_mm = 0;            // of the tool's lowest point below the original surface; negative: above it
-  double to_goal_mm = 0;          // remaining distance to the wanted depth at that point
-  double beyond_mm = -kBelow_mm;  // distance beyond the far side, within the line's length; negative: before it
+  double depth_mm = 0;                 // of the tool's lowest point below the original surface; negative: above it
+  double to_goal_mm = 0;               // remaining distance to the wanted depth at that point
+  std::optional<double> bone_mm = {};  // thickness of the bone if a cut that should not go through it does
+  double beyond_mm = -kBelow_mm;       // distance beyond the far side, within the line's length; negative: before it
 };
 
 /// Depth gauge for display while cutting. A call takes 10 us.

@@ -214,6 +214,10 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
   if (sheet.kind == ExerciseKind::kBicortical || sheet.kind == ExerciseKind::kOsteotomy) return;
   const std::vector<CutColumn> columns = FindColumns(phi, *cut, 0);
   const std::vector<double> depths = MeasureDepths(before, after, *cut, columns, cells);
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    const double bone_mm = columns[i].far_mm - columns[i].near_mm;
+    if (bone_mm > cut->depth_mm + cut->margin_mm && depths[i] > bone_mm - before.voxel_mm()) sheet.through_mm = bone_mm;
+  }
   MeasureBegun(depths, sheet);
   MeasureDeep(*cut, depths, sheet);
   MeasureDepthErrors(*cut, columns, depths, sheet);

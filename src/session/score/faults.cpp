@@ -14,6 +14,8 @@ constexpr double kMostlyBeside = 0.5;
 /// all removed bone by more than this.
 constexpr double kMaxFitted_deg = 45;
 constexpr double kBeyondCut_mm = 1;
+/// Mean depth of an attempt without a score from which on its plane is shown.
+constexpr double kLeastPlane_mm = 1;
 
 }  // namespace
 
@@ -39,6 +41,8 @@ bool IsMostlyBeside(const ScoreSheet& sheet) {
 }
 
 bool IsPlaneSensible(const ScoreSheet& sheet) {
+  // A scratch has a place, but not a plane whose angle is known.
+  if (!sheet.total && sheet.depth_mm && *sheet.depth_mm < kLeastPlane_mm) return false;
   return GetOrZero(sheet, "plane_angle_deg") <= kMaxFitted_deg &&
          (!sheet.farthest_mm || std::abs(GetOrZero(sheet, "plane_offset_mm")) <= *sheet.farthest_mm + kBeyondCut_mm);
 }

@@ -78,9 +78,14 @@ constexpr std::array kMeasures{
     MeasureInfo{"force_peak_N", "force on the hand, peak", "N", "largest |force|", kNone, 0},
     MeasureInfo{"force_rms_N", "force on the hand, root mean square", "N", "over the time in contact", kNone, 0},
     MeasureInfo{"force_over_s", "time above the force limit", "s", "time with |force| > force_limit_N", kNone, 0},
-    MeasureInfo{"feed_mean_mm_per_s", "feed in contact, mean", "mm/s",
-                "mean speed of the tool's centre, smoothed over 0.2 s, in contact", kNone, 0},
-    MeasureInfo{"feed_cv", "unevenness of the feed", "", "standard deviation of that speed / its mean", kNone, 0},
+    MeasureInfo{
+        "feed_mean_mm_per_s", "feed, mean", "mm/s",
+        "mean of the feed along the line, as for feed_error; without an exercise, and if the line was not followed "
+        "at depth, mean speed of the tool's centre, smoothed over 0.2 s, in contact",
+        kNone, 0},
+    MeasureInfo{"feed_cv", "unevenness of the speed", "",
+                "standard deviation of the speed of the tool's centre, smoothed over 0.2 s, in contact / its mean",
+                kNone, 0},
     MeasureInfo{
         "feed_error", "deviation from the wanted feed", "",
         "mean over time of |feed - wanted feed| / wanted feed, with means of the feed along the line over 0.5 s, "

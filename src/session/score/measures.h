@@ -63,11 +63,18 @@ struct DeepStretch {
 
 /// Deviation of the feed, as a fraction of the wanted one, up to which no points are lost.
 inline constexpr double kFeedGood = 0.25;
+/// Force on the hand from which pressing is the reason for a feed that is too slow.
+inline constexpr double kPressed_N = 4;
 
-/// Smallest and largest mean of the feed along the line: FeedMeter.
+/// The feed along the line: FeedMeter.
 struct FeedAlong {
   double slowest_mm_per_s = 0;
   double fastest_mm_per_s = 0;
+  double mean_mm_per_s = 0;
+  double slow_share = 0;    // fraction of the time in which it was too slow
+  double fast_share = 0;    // and too fast
+  double rest_share = 0;    // and in which the tool rested
+  double slow_force_N = 0;  // mean force on the hand while the tool was too slow, but did not rest
 };
 
 /// Measures and score of a recording.
@@ -100,6 +107,7 @@ struct ScoreSheet {
   double beyond_mm3 = 0;                // part of outside_mm3 that lies beyond an end of the wanted cut, in its plane
   std::optional<double> begun_share;    // fraction of the line where bone was removed, however little
   std::optional<double> depth_mm;       // mean depth of the cut there
+  std::optional<double> through_mm;     // thickness of the bone where it was cut through, but should not be
   std::optional<DeepStretch> deep;      // none: nowhere deep enough
   std::optional<FeedAlong> feed_along;  // along the line, at depth; none: too short
   bool turned = false;                  // the spindle turned

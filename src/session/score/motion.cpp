@@ -29,6 +29,8 @@ constexpr double kJitter_s = 0.1;
 /// A pass beyond the far side begins at this distance beyond it and ends at half that distance.
 constexpr double kPass_mm = 0.1;
 constexpr double kNear_mm = 2;
+/// Feed along the line below which the tool rests.
+constexpr double kRest_mm_per_s = 0.1;
 /// The distance to the nerve is computed once per this number of rows.
 constexpr std::size_t kNerveRows = 5;
 /// SPARC: frequency limit, and fraction of the largest amplitude below which the spectrum ends.
@@ -121,7 +123,7 @@ void MotionMeter::Take(const MotionTick& tick) {
     if (tick.time_s - cuts_[id].last_s > kApart_s) ++cuts_[id].count;
     cuts_[id].last_s = tick.time_s;
   }
-  row_ = {tick.time_s, tick.X_WT, tick.contact || (any_ && row_.contact), tick.turns};
+  row_ = {tick.time_s, tick.X_WT, tick.contact || (any_ && row_.contact), tick.turns, tick.force_N};
   any_ = true;
   if (tick.time_s + 1e-9 < next_s_) return;
   rows_.push_back(row_);
@@ -216,18 +218,33 @@ void MotionMeter::MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const 
 /// A saw that is stopped counts too, other than in the mean feed in contact: it cuts nothing.
 void MotionMeter::MeasureFeedAlong(const WantedCut& cut, ScoreSheet& sheet) const {
   FeedMeter meter(cut);
+  FeedAlong along{.slowest_mm_per_s = 1e300};
   double error_sum = 0;
-  std::size_t count = 0;
+  double count = 0, slow = 0, fast = 0, rests = 0;  // of rows
   for (const Row& row : rows_) {
     const std::optional<double> feed = meter.Take(row.time_s, row.X_WT);
     if (!feed) continue;
-    error_sum += std::abs(*feed / sheet.exercise.feed_mm_per_s - 1);
+    const double error = *feed / sheet.exercise.feed_mm_per_s - 1;
+    error_sum += std::abs(error);
     ++count;
-    if (!sheet.feed_along) sheet.feed_along = FeedAlong{*feed, *feed};
-    sheet.feed_along->slowest_mm_per_s = std::min(sheet.feed_along->slowest_mm_per_s, *feed);
-    sheet.feed_along->fastest_mm_per_s = std::max(sheet.feed_along->fastest_mm_per_s, *feed);
+    along.slowest_mm_per_s = std::min(along.slowest_mm_per_s, *feed);
+    along.fastest_mm_per_s = std::max(along.fastest_mm_per_s, *feed);
+    along.mean_mm_per_s += *feed;
+    if (error > kFeedGood) ++fast;
+    if (error >= -kFeedGood) continue;
+    ++slow;
+    if (*feed < kRest_mm_per_s) ++rests;
+    if (*feed >= kRest_mm_per_s) along.slow_force_N += row.force_N;
   }
-  if (count > 0) SetValue(sheet, "feed_error", error_sum / static_cast<double>(count));
+  if (count == 0) return;
+  along.mean_mm_per_s /= count;
+  along.slow_share = slow / count;
+  along.fast_share = fast / count;
+  along.rest_share = rests / count;
+  if (slow > rests) along.slow_force_N /= slow - rests;
+  sheet.feed_along = along;
+  SetValue(sheet, "feed_error", error_sum / count);
+  SetValue(sheet, "feed_mean_mm_per_s", along.mean_mm_per_s);
 }
 
 void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const {

@@ -45,6 +45,7 @@ class MotionMeter {
     Pose X_WT;
     bool contact;
     bool turns;
+    double force_N;
   };
   void FindBeginning(const MotionTick& tick);
   void MeasureForces(ScoreSheet& sheet) const;

@@ -16,6 +16,8 @@ constexpr double kSmallLoss = 3;
 constexpr double kTooFast = 1.5;
 /// Multiple of the slowest feed along the line from which the fastest one makes it uneven.
 constexpr double kUneven = 1.5;
+/// Fraction of the time along the line from which resting is the reason for a feed that is too slow.
+constexpr double kRestsMuch = 0.15;
 /// Removed volume of the nerve canal below which it was only touched.
 constexpr double kTouched_mm3 = 0.05;
 /// Fraction of the line from which an attempt is graded, and from which following it is praised.
@@ -110,6 +112,32 @@ Message DescribeFeed(const ScoreSheet& sheet) {
                     "then move along it."),
         {wanted}};
   }
+  const FeedAlong& along = *sheet.feed_along;
+  const Quantity mean{along.mean_mm_per_s, 1, "mm/s"};
+  // The saw was too slow or too fast for most of the time in which its feed was not right.
+  if (along.slow_share > along.fast_share && along.mean_mm_per_s < (1 - kFeedGood) * wanted.value) {
+    if (along.rest_share >= kRestsMuch) {
+      return {
+          MarkMessage("Your feed was too slow: {0} on average, and {1} are wanted. The saw rested for {2} of the time "
+                      "along the line: keep moving it."),
+          {mean, wanted, Quantity{100 * along.rest_share, 0, "%"}}};
+    }
+    if (along.slow_force_N >= kPressed_N) {
+      return {
+          MarkMessage("Your feed was too slow: {0} on average, and {1} are wanted. You pressed with {2}: press less."),
+          {mean, wanted, Quantity{along.slow_force_N, 0, "N"}}};
+    }
+    return {
+        MarkMessage("Your feed was too slow: {0} on average, and {1} are wanted. Move the saw faster: ] makes the keys "
+                    "faster."),
+        {mean, wanted}};
+  }
+  if (along.fast_share > along.slow_share && along.mean_mm_per_s > (1 + kFeedGood) * wanted.value) {
+    return {
+        MarkMessage("Your feed was too fast: {0} on average, and {1} are wanted. Move the saw more slowly: [ makes the "
+                    "keys slower."),
+        {mean, wanted}};
+  }
   const Quantity fastest{sheet.feed_along->fastest_mm_per_s, 1, "mm/s"};
   const Quantity slowest{sheet.feed_along->slowest_mm_per_s, 1, "mm/s"};
   if (fastest.value > kUneven * slowest.value) {
@@ -140,6 +168,12 @@ Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
           MarkMessage("The direction of your cut could not be measured. Cut along the whole line, to the full depth."),
           {}};
     case Fault::kTooDeep:
+      if (sheet.through_mm) {
+        return {
+            MarkMessage("You cut right through the bone, which is {0} thick here: {1} too deep. Slow down before you "
+                        "reach the depth of {2}."),
+            {Quantity{*sheet.through_mm, 1, "mm"}, Show(sheet, "too_deep_mm"), depth}};
+      }
       return {MarkMessage("You cut {0} too deep. Slow down before you reach the depth of {1}."),
               {Show(sheet, "too_deep_mm"), depth}};
     case Fault::kTooShallow:
@@ -206,7 +240,9 @@ Message DescribeGood(const ScoreSheet& sheet, std::string_view key) {
     return {MarkMessage("You stopped in time: the blade did not leave the far side."), {}};
   if (key == "outside_mm3" && none)
     return {MarkMessage("You spared the bone beside the cut: nothing was removed there."), {}};
+  if (key == "plane_offset_mm" && none) return {MarkMessage("Its place is exact: it lies in the wanted plane."), {}};
   if (key == "plane_offset_mm") return {MarkMessage("Its place is right: only {} from the wanted plane."), {value}};
+  if (key == "plane_angle_deg" && none) return {MarkMessage("Its direction is exact."), {}};
   if (key == "plane_angle_deg") return {MarkMessage("Its direction is right, within {}."), {value}};
   if (key == "too_deep_mm") return {MarkMessage("Its depth is right: nowhere more than {} too deep."), {value}};
   if (key == "plunge_max_mm") return {MarkMessage("You stopped in time: at most {} beyond the far side."), {value}};
@@ -297,9 +333,10 @@ Message DescribeUngraded(const ScoreSheet& sheet) {
   if (IsUnfinished(sheet)) {
     if (IsMostlyBeside(sheet)) return DescribeMostlyBeside(sheet);
     if (*sheet.kind == ExerciseKind::kOsteotomy) {
-      return {MarkMessage("You have made {} of the planned cut. There is a score if you go on until the bone is cut "
-                          "through."),
-              {Show(sheet, "cut_share")}};
+      return {
+          MarkMessage("You have made {} of the planned cut. For a score, cut until the bone is cut through before you "
+                      "finish."),
+          {Show(sheet, "cut_share")}};
     }
     if (sheet.begun_share.value_or(0) >= kFinishedShare) return DescribeNotDeep(sheet);
     return {MarkMessage("You have made {} of the wanted cut. Cut along the whole line, to the full depth."),
@@ -316,7 +353,7 @@ std::vector<Message> FindNotes(const ScoreSheet& sheet) {
   if (limit_s > 0 && GetOrZero(sheet, "time_total_s") >= limit_s) {
     notes.push_back({MarkMessage("The time was up: the attempt ended after {}."), {Quantity{limit_s, 0, "s"}}});
   }
-  if (!sheet.total && IsMeaningful(FindMeasure("too_deep_mm"), *sheet.kind) &&
+  if ((!sheet.total || sheet.through_mm) && IsMeaningful(FindMeasure("too_deep_mm"), *sheet.kind) &&
       GetOrZero(sheet, "too_deep_mm") > sheet.exercise.margin_mm) {
     notes.push_back(DescribeFault(sheet, Fault::kTooDeep));
   }

@@ -75,7 +75,8 @@ constexpr std::array kLabels{
     Label{"force_over_s", MarkMessage("Above force limit"),
           MarkMessage("How long the force on your hand was above the limit of the exercise.")},
     Label{"feed_mean_mm_per_s", MarkMessage("Feed, mean"),
-          MarkMessage("How fast the saw moved while it touched bone, on average.")},
+          MarkMessage("How fast the saw moved along the line at depth, on average; if it did not do so, how fast it "
+                      "moved while it touched bone.")},
     Label{"feed_cv", MarkMessage("Unevenness of feed"),
           MarkMessage("How much the speed of the saw varied while it touched bone: 0 is a constant speed, and at 1 it "
                       "varied by as much as its average. Pauses make it larger.")},
@@ -246,9 +247,11 @@ void RoundLosses(const ScoreSheet& sheet, double total, ReviewFigures& figures) 
   for (auto* list : {&figures.first, &figures.rest}) {
     for (ReviewFigure& figure : *list) {
       if (!figure.scored) continue;
-      figure.level = ScoredLevel(figure.lost_points > 0, PointsOf(RowOf(sheet, figure.info->key)));
+      const MeasureRow& row = RowOf(sheet, figure.info->key);
+      const bool exceeds = figure.relation == GoalRelation::kAtMost && std::abs(row.value.value_or(0)) > row.goal;
+      figure.level = ScoredLevel(figure.lost_points > 0 || exceeds, PointsOf(row));
       // What exceeds its goal reads so.
-      if (figure.lost_points == 0 || figure.relation != GoalRelation::kAtMost || !figure.value) continue;
+      if (!exceeds || !figure.value) continue;
       while (figure.value->digits < 2 &&
              FormatQuantity(*figure.value) ==
                  FormatQuantity({figure.goal->value, figure.value->digits, figure.goal->unit})) {

@@ -87,19 +87,15 @@ TEST(Coach, SaysNothingWithinTheLimits) {
 // A blade that will be lowered beside the line can still be moved.
 TEST(Coach, SaysThatABladeAboveTheBoneIsBesideTheLine) {
   const WantedCut cut = MakeCut();
-  const auto say = [&](double beside_mm, bool lock) {
+  const auto say = [&](double beside_mm) {
     CoachInput input = Place(cut, 8, -1.5, beside_mm);
     input.touches = false;
-    input.picture = PictureDirections{cut.across_W, -cut.into_W};
-    input.plane_lock = lock;
+    input.keys = KeyDirections{cut.across_W, -cut.into_W};
     const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, input), cut, input);
-    return line ? FormatMessage(line->message) + " " + FormatMessage(line->way_back.value()) : "";
+    return line ? FormatMessage(line->message) + " " + FormatMessage(line->way.value()) : "";
   };
-  EXPECT_EQ(say(0.4, false), "");
-  EXPECT_EQ(say(1.4, false),
-            "The blade is 1.4 mm beside the line. The blade is too far to the right: move it left (Left key).");
-  EXPECT_EQ(say(1.4, true),
-            "The blade is 1.4 mm beside the line. The plane lock keeps it there: switch the lock off (L).");
+  EXPECT_EQ(say(0.4), "");
+  EXPECT_EQ(say(1.4), "The blade is 1.4 mm beside the line. Left key: to the left.");
 }
 
 TEST(Coach, SaysThatTheFeedIsTooFastOrTooSlow) {
@@ -129,6 +125,25 @@ TEST(Coach, SaysThatTheFeedIsTooFastOrTooSlow) {
     input.feed_mm_per_s = feed;
     EXPECT_FALSE(MakeCoachLine(UpdateCoach(state, cut, input), cut, input));
   }
+}
+
+// A feed that is wrong has a cause: the speed of the keys, the force, or a key that is not pressed.
+TEST(Coach, NamesTheKeyThatChangesTheFeed) {
+  const WantedCut cut = MakeCut();
+  const auto say = [&](double feed_mm_per_s, double key_feed_mm_per_s, double force_N) {
+    CoachInput input = Place(cut, 8, 2);
+    input.feed_mm_per_s = feed_mm_per_s;
+    input.wanted_feed_mm_per_s = 3;
+    input.key_feed_mm_per_s = key_feed_mm_per_s;
+    input.force_N = force_N;
+    const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, input), cut, input);
+    return line && line->way ? FormatMessage(*line->way) : "";
+  };
+  EXPECT_EQ(say(5, 5, 2), "Keys move the saw at 5.0 mm/s: press [.");
+  EXPECT_EQ(say(5, 3, 2), "");  // with the mouse
+  EXPECT_EQ(say(1.5, 1.5, 8.2), "Keys move the saw at 1.5 mm/s: press ].");
+  EXPECT_EQ(say(1.5, 3, 8.2), "Press less: 8 N slow the blade.");
+  EXPECT_EQ(say(1.5, 3, 2), "Keep the key pressed that moves the saw along the line.");
 }
 
 TEST(Coach, NamesEachFaultBeyondItsLimit) {
@@ -169,6 +184,16 @@ TEST(Coach, LineHasTheFigure) {
   EXPECT_EQ(FormatMessage(line->message), "You leave the line: the blade is 0.8 mm beside it.");
   EXPECT_FALSE(line->urgent);
   EXPECT_FALSE(MakeCoachLine({}, cut, input));
+}
+
+TEST(Coach, SaysThatTheBoneIsCutThrough) {
+  const WantedCut cut = MakeCut();
+  CoachInput input = Place(cut, 8, 18);
+  input.depth = DepthReading{13.5, 2 - 13.5, 13.5};
+  const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, input), cut, input);
+  ASSERT_TRUE(line);
+  EXPECT_TRUE(line->urgent);
+  EXPECT_EQ(FormatMessage(line->message), "Cut through: the bone is 13.5 mm thick here. Lift the blade.");
 }
 
 TEST(Coach, FarBesideTheLineIsUrgent) {
@@ -214,9 +239,10 @@ TEST(Coach, OsteotomyHasAPlaneThatCrossesTheNerve) {
   }
   CoachInput planned = Place(cut, 8, 1);
   planned.kind = ExerciseKind::kOsteotomy;
-  for (const ExerciseStep step : {ExerciseStep::kReturn, ExerciseStep::kSwitchOn, ExerciseStep::kLower,
-                                  ExerciseStep::kDeepen, ExerciseStep::kFollow, ExerciseStep::kFinish}) {
-    const std::string text = FormatMessage(DescribeStep(step, cut, planned, true, 0.5));
+  for (const ExerciseStep step :
+       {ExerciseStep::kReturn, ExerciseStep::kSwitchOn, ExerciseStep::kLower, ExerciseStep::kDeepen,
+        ExerciseStep::kFollow, ExerciseStep::kFinish, ExerciseStep::kBeside}) {
+    const std::string text = FormatMessage(DescribeStep(step, cut, planned, true, 0.5).message);
     EXPECT_EQ(text.find("line"), std::string::npos) << text;
   }
 }
@@ -224,27 +250,25 @@ TEST(Coach, OsteotomyHasAPlaneThatCrossesTheNerve) {
 // The deviation is known in the world; the student sees it in a picture, and the keys move the saw in the picture.
 TEST(Coach, SaysTheWayBackAsTheStudentSeesIt) {
   const WantedCut cut = MakeCut();
-  const auto say = [&](CoachInput input, const PictureDirections& picture) -> std::string {
-    input.picture = picture;
+  const auto say = [&](CoachInput input, const KeyDirections& picture) -> std::string {
+    input.keys = picture;
     const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, input), cut, input);
-    return line && line->way_back ? FormatMessage(*line->way_back) : "";
+    return line && line->way ? FormatMessage(*line->way) : "";
   };
-  const std::string left = "The blade is too far to the right: move it left (Left key).";
-  const std::string right = "The blade is too far to the left: move it right (Right key).";
+  const std::string left = "Left key: to the left.";
+  const std::string right = "Right key: to the right.";
   const Vec3 up = -cut.into_W;
   const CoachInput beside = Place(cut, 8, 1, 0.8);
   const CoachInput other_side = Place(cut, 8, 1, -0.8);
   EXPECT_EQ(say(beside, {cut.across_W, up}), left);
   EXPECT_EQ(say(beside, {-cut.across_W, up}), right);
   EXPECT_EQ(say(other_side, {cut.across_W, up}), right);
-  EXPECT_EQ(say(beside, {cut.along_W, cut.across_W}), "The blade is too high: move it down (Down key).");
-  EXPECT_EQ(say(beside, {cut.along_W, -cut.across_W}), "The blade is too low: move it up (Up key).");
+  EXPECT_EQ(say(beside, {cut.along_W, cut.across_W}), "Down key: down.");
+  EXPECT_EQ(say(beside, {cut.along_W, -cut.across_W}), "Up key: up.");
   // The picture's right, its up, and the direction towards the eye are a right-handed frame.
   const bool eye_at_across = glm::dot(glm::cross(cut.along_W, up), cut.across_W) > 0;
-  EXPECT_EQ(say(beside, {eye_at_across ? cut.along_W : -cut.along_W, up}),
-            "The blade is too close to you: move it away from you (Page Up key).");
-  EXPECT_EQ(say(beside, {eye_at_across ? -cut.along_W : cut.along_W, up}),
-            "The blade is too far from you: move it towards you (Page Down key).");
+  EXPECT_EQ(say(beside, {eye_at_across ? cut.along_W : -cut.along_W, up}), "Page Up key: away from you.");
+  EXPECT_EQ(say(beside, {eye_at_across ? -cut.along_W : cut.along_W, up}), "Page Down key: towards you.");
   // A view between the axes: the larger component counts.
   const Vec3 oblique = glm::normalize(2.0 * cut.across_W + cut.along_W);
   EXPECT_EQ(say(beside, {oblique, up}), left);
@@ -255,7 +279,7 @@ TEST(Coach, SaysTheWayBackAsTheStudentSeesIt) {
   EXPECT_EQ(say(Place(cut, 8, 2.5), {cut.along_W, up}), "");
   const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, beside), cut, beside);
   ASSERT_TRUE(line);
-  EXPECT_FALSE(line->way_back);
+  EXPECT_FALSE(line->way);
 }
 
 // A planned cut has no line, so its progress is that of the plane.
@@ -264,11 +288,11 @@ TEST(ExerciseSteps, OsteotomySaysHowMuchOfThePlaneIsCut) {
   CoachInput planned = Place(cut, 8, 1);
   planned.kind = ExerciseKind::kOsteotomy;
   for (const ExerciseStep step : {ExerciseStep::kLower, ExerciseStep::kDeepen, ExerciseStep::kFollow}) {
-    const std::string text = FormatMessage(DescribeStep(step, cut, planned, true, 0.37));
+    const std::string text = FormatMessage(DescribeStep(step, cut, planned, true, 0.37).message);
     EXPECT_NE(text.find("37 % of it is cut."), std::string::npos) << text;
   }
-  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kLower, cut, planned, true, 0)),
-            "Lower the blade into the bone in the planned plane.");
+  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kLower, cut, planned, true, 0).message),
+            "Lower the blade into the bone in the planned plane (Down key).");
 }
 
 TEST(Coach, DoesNotFlickerAtTheLimit) {
@@ -316,7 +340,7 @@ TEST(ExerciseSteps, LeadFromTheSpindleToTheEnd) {
   EXPECT_EQ(StepOf(cut, Place(cut, 16, 2), true, 1), ExerciseStep::kFinish);
   EXPECT_EQ(StepOf(cut, above, false, 1), ExerciseStep::kFinish);
   EXPECT_EQ(
-      FormatMessage(DescribeStep(ExerciseStep::kFollow, cut, above, true, 0.42)),
+      FormatMessage(DescribeStep(ExerciseStep::kFollow, cut, above, true, 0.42).message),
       "Deep enough: move along the line to its other end, and keep pressing down (Down key). 42 % of it is done.");
 }
 
@@ -325,9 +349,38 @@ TEST(ExerciseSteps, BothStepsInTheBoneSayToKeepPressingDown) {
   const WantedCut cut = MakeCut();
   const CoachInput input = Place(cut, 4, 1.6);
   for (const ExerciseStep step : {ExerciseStep::kDeepen, ExerciseStep::kFollow}) {
-    const std::string text = FormatMessage(DescribeStep(step, cut, input, true, 0.4));
+    const std::string text = FormatMessage(DescribeStep(step, cut, input, true, 0.4).message);
     EXPECT_NE(text.find("(Down key)"), std::string::npos) << text;
   }
+}
+
+// Beside, beyond or below the cut, lowering the blade is wrong: the way to the cut comes first.
+TEST(ExerciseSteps, OutsideTheCutTheWayToItComesFirst) {
+  const WantedCut cut = MakeCut();
+  const auto say = [&](CoachInput input, ExerciseKind kind = ExerciseKind::kGroove) {
+    input.kind = kind;
+    input.depth.reset();
+    input.touches = false;
+    input.keys = KeyDirections{cut.along_W, -cut.into_W};
+    std::string all;
+    for (const bool spindle_on : {true, false}) {
+      const ExerciseStep step = StepOf(cut, input, spindle_on, 0.3);
+      if (step != ExerciseStep::kBeside) return std::string("another step");
+      const StepLine line = DescribeStep(step, cut, input, spindle_on, 0.3);
+      all = FormatMessage(line.message) + " " + FormatMessage(line.way.value());
+    }
+    return all;
+  };
+  const Vec3 near_W = glm::cross(cut.along_W, -cut.into_W);
+  const double near = glm::dot(near_W, cut.across_W);
+  EXPECT_EQ(say(Place(cut, 8, -6, 9.3 * near)), "The blade is 9.3 mm beside the line. Page Up key: away from you.");
+  EXPECT_EQ(say(Place(cut, 8, 6, -9.3 * near), ExerciseKind::kOsteotomy),
+            "The blade is 9.3 mm beside the planned plane. Page Down key: towards you.");
+  EXPECT_EQ(say(Place(cut, 20, -6)), "The blade is 4.0 mm beyond the end of the line. Left key: to the left.");
+  EXPECT_EQ(say(Place(cut, -3, 1), ExerciseKind::kOsteotomy),
+            "The blade is 3.0 mm beyond the edge of the planned cut. Right key: to the right.");
+  EXPECT_EQ(say(Place(cut, 8, 9)), "The blade is 7.0 mm below the wanted cut. Up key: up.");
+  EXPECT_EQ(say(Place(cut, 8, -6, 0.4)), "another step");
 }
 
 TEST(ExerciseSteps, LostSawIsLedBack) {
@@ -345,10 +398,10 @@ TEST(ExerciseSteps, LostSawIsLedBack) {
   EXPECT_EQ(StepOf(cut, lost, true, 0), ExerciseStep::kReturn);
   EXPECT_EQ(StepOf(cut, lost, false, 0), ExerciseStep::kReturn);
   EXPECT_EQ(StepOf(cut, lost, true, 1), ExerciseStep::kFinish);
-  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kReturn, cut, lost, true, 0)),
+  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kReturn, cut, lost, true, 0).message),
             "The saw is 31 mm away from the cut. Switch the spindle off (Space) and press R: the saw returns to its "
             "start.");
-  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kReturn, cut, lost, false, 0)),
+  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kReturn, cut, lost, false, 0).message),
             "The saw is 31 mm away from the cut. Press R: the saw returns to its start.");
 }
 

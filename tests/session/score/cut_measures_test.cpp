@@ -257,8 +257,11 @@ TEST(DepthGauge, MeasuresToSurfaceFarSideAndGoal) {
     const std::optional<DepthReading> reading = gauge.Calc(c.wanted.CalcToolPose(2, t_mm));
     ASSERT_TRUE(reading);
     // The tolerance covers the face of the block in voxels of 0.25 mm and the spacing of the rim's 120 points.
-    EXPECT_NEAR(reading->depth_mm, t_mm, 0.05);
-    EXPECT_NEAR(reading->to_goal_mm, 3 - t_mm, 0.05);
+    // The block is 8 mm thick: a cut through it is no deeper, as in the score.
+    EXPECT_NEAR(reading->depth_mm, std::min(t_mm, 8.0), 0.05);
+    EXPECT_NEAR(reading->to_goal_mm, 3 - std::min(t_mm, 8.0), 0.05);
+    EXPECT_EQ(reading->bone_mm.has_value(), t_mm > 8);
+    EXPECT_NEAR(reading->bone_mm.value_or(8), 8, 0.05);
     EXPECT_NEAR(reading->beyond_mm, t_mm - 8, 0.05);
   }
   const Bone bone = MakeBlock(c.block, DefaultMandibleTable());

@@ -181,6 +181,9 @@ TEST(MotionMeter, FeedAlongTheLineCountsStops) {
   ASSERT_TRUE(uneven);
   EXPECT_NEAR(uneven->slowest_mm_per_s, 0, 1e-6);
   EXPECT_NEAR(uneven->fastest_mm_per_s, 5, 1e-6);
+  // Of 9.9 s, it rests for 3.5 s and is 2 s between.
+  EXPECT_NEAR(uneven->mean_mm_per_s, (5.4 * 5 + 2 * 0.5 * 2.5) / 9.9, 2e-2);
+  EXPECT_NEAR(uneven->rest_share, 3.5 / 9.9, 5e-3);
   // The tool moves between 4 and 36 mm for 6.4 s, of which the first mean takes 0.5 s, and is stopped for 4 s. The mean
   // falls from 5 mm/s to 0 and rises again in 0.5 s each, with a mean error of 0.425.
   EXPECT_NEAR(error, (5.4 * 0.25 + 2 * 0.5 * 0.425 + 3.5 * 1) / 9.9, 1e-3);

@@ -140,14 +140,14 @@ TEST(Review, FeedThatMissesTheGoalOfItsExerciseCostsPoints) {
   EXPECT_THAT(Headline(sheet), HasSubstr("An excellent cut"));
   sheet.exercise.feed_mm_per_s = 3;
   SetValue(sheet, "feed_error", 0.7);
-  sheet.feed_along = FeedAlong{0, 6.2};
+  sheet.feed_along = FeedAlong{0, 6.2, 3.1};
   EXPECT_EQ(Headline(sheet),
             "Your feed was uneven: at most 6.2 mm/s and at least 0.0 mm/s along the line, and a constant 3.0 mm/s is "
             "wanted.");
-  sheet.feed_along = FeedAlong{4.8, 5.3};
+  sheet.feed_along = FeedAlong{4.8, 5.3, 3.7};
   EXPECT_EQ(Headline(sheet),
             "Your feed was 4.8 mm/s to 5.3 mm/s along the line, and 3.0 mm/s are wanted: move more slowly.");
-  sheet.feed_along = FeedAlong{1.2, 1.4};
+  sheet.feed_along = FeedAlong{1.2, 1.4, 2.4};
   EXPECT_EQ(Headline(sheet),
             "Your feed was 1.2 mm/s to 1.4 mm/s along the line, and 3.0 mm/s are wanted: move faster.");
   CalcTotal(sheet);
@@ -234,7 +234,7 @@ TEST(Review, UnfinishedOsteotomySaysHowMuchIsCutAndNamesNoLine) {
   SetValue(sheet, "line_share", 0);
   SetValue(sheet, "cut_share", 0.28);
   EXPECT_EQ(Headline(sheet),
-            "You have made 28 % of the planned cut. There is a score if you go on until the bone is cut through.");
+            "You have made 28 % of the planned cut. For a score, cut until the bone is cut through before you finish.");
   for (const Message& note : MakeReview(sheet).notes) {
     EXPECT_THAT(FormatMessage(note), testing::Not(HasSubstr("line"))) << FormatMessage(note);
   }
@@ -425,6 +425,72 @@ TEST(Review, UngradedCutAlongTheWholeLineIsTooShallowOrTooFast) {
   EXPECT_THAT(Headline(sheet), HasSubstr("Cut along the whole line"));
 }
 
+// The mean beside the wanted feed, and the reason.
+TEST(Review, FeedThatIsTooSlowHasAReason) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kFollowLine);
+  sheet.exercise.feed_mm_per_s = 3;
+  SetValue(sheet, "feed_error", 0.7);
+  const auto say = [&](const FeedAlong& along) {
+    sheet.feed_along = along;
+    return Headline(sheet);
+  };
+  const FeedAlong slow{.slowest_mm_per_s = 0, .fastest_mm_per_s = 2.4, .mean_mm_per_s = 1.6, .slow_share = 0.9};
+  FeedAlong pressed = slow;
+  pressed.slow_force_N = 8.2;
+  FeedAlong rested = pressed;
+  rested.rest_share = 0.3;
+  FeedAlong fast{.slowest_mm_per_s = 3, .fastest_mm_per_s = 9, .mean_mm_per_s = 7, .fast_share = 0.9};
+  EXPECT_EQ(
+      say(slow),
+      "Your feed was too slow: 1.6 mm/s on average, and 3.0 mm/s are wanted. Move the saw faster: ] makes the keys "
+      "faster.");
+  EXPECT_EQ(say(pressed),
+            "Your feed was too slow: 1.6 mm/s on average, and 3.0 mm/s are wanted. You pressed with 8 N: press less.");
+  EXPECT_EQ(say(rested),
+            "Your feed was too slow: 1.6 mm/s on average, and 3.0 mm/s are wanted. The saw rested for 30 % of the time "
+            "along the line: keep moving it.");
+  EXPECT_EQ(
+      say(fast),
+      "Your feed was too fast: 7.0 mm/s on average, and 3.0 mm/s are wanted. Move the saw more slowly: [ makes the "
+      "keys slower.");
+}
+
+TEST(Review, CutRightThroughTheBoneSaysSo) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);
+  SetValue(sheet, "too_deep_mm", 11.5);
+  sheet.through_mm = 13.5;
+  EXPECT_EQ(
+      Headline(sheet),
+      "You cut right through the bone, which is 13.5 mm thick here: 11.5 mm too deep. Slow down before you reach the "
+      "depth of 2.0 mm.");
+  // It is said once, also if something else cost more.
+  CalcTotal(sheet);
+  EXPECT_TRUE(MakeReview(sheet).notes.empty());
+  SetValue(sheet, "cut_share", 0.2);
+  CalcTotal(sheet);
+  ASSERT_EQ(MakeReview(sheet).notes.size(), 1u);
+  EXPECT_THAT(FormatMessage(MakeReview(sheet).notes[0]), HasSubstr("right through the bone"));
+}
+
+TEST(Review, ExactPlaceIsNotOnlySomeMillimetresAway) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kOsteotomy);
+  SetValue(sheet, "cut_share", 0.8);
+  CalcTotal(sheet);
+  EXPECT_EQ(FormatMessage(MakeReview(sheet).praise.value()), "Its place is exact: it lies in the wanted plane.");
+}
+
+TEST(Review, ScratchHasNoAngle) {
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kGroove);
+  SetValue(sheet, "plane_angle_deg", 9.3);
+  EXPECT_TRUE(IsPlaneSensible(sheet));
+  sheet.incomplete = {"the exercise is not finished"};
+  CalcTotal(sheet);
+  sheet.depth_mm = 0.7;
+  EXPECT_FALSE(IsPlaneSensible(sheet));
+  sheet.depth_mm = 1.8;
+  EXPECT_TRUE(IsPlaneSensible(sheet));
+}
+
 TEST(Review, PraiseIsNeitherTheHeadlineNorWhatCostPoints) {
   for (const ExerciseKind kind : kReviewed) {
     for (const Goal& goal : GoalsOf(kind)) {
@@ -482,7 +548,9 @@ TEST(Review, MarksFollowThePointsThatAreShown) {
             EXPECT_EQ(figure.lost_points, 0) << figure.info->key;
             continue;
           }
-          EXPECT_EQ(figure.level == ReviewLevel::kGood, figure.lost_points == 0) << figure.info->key;
+          const double size = std::abs(sheet.Get(figure.info->key).value());
+          const bool exceeds = figure.relation == GoalRelation::kAtMost && size > RowOf(sheet, figure.info->key).goal;
+          EXPECT_EQ(figure.level == ReviewLevel::kGood, figure.lost_points == 0 && !exceeds) << figure.info->key;
           EXPECT_NE(figure.level, ReviewLevel::kPlain) << figure.info->key;
           // A goal that is met costs nothing.
           if (figure.relation == GoalRelation::kAtMost && figure.value->value <= figure.goal->value) {
