@@ -80,6 +80,7 @@ ToolTrack ToolTrack::Trim() const {
   }
   const double start_s = trimmed.points_.front().time_s;
   for (TrackPoint& p : trimmed.points_) p.time_s -= start_s;
+  trimmed.begins_s_ = begins_s_ + start_s;
   return trimmed;
 }
 

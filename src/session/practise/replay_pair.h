@@ -36,6 +36,8 @@ class ToolTrack {
   /// Returns the point at a time, interpolated; before the first and after the last point, that point. Must not be
   /// empty.
   TrackPoint Calc(double time_s) const;
+  /// Returns the time of the untrimmed track at which this one begins.
+  double begins_s() const { return begins_s_; }
   /// Returns the track from shortly before the first contact until shortly after the last one, with times from 0; the
   /// whole track if there was no contact.
   ToolTrack Trim() const;
@@ -43,6 +45,7 @@ class ToolTrack {
  private:
   std::vector<TrackPoint> points_;
   bool contact_ = false;
+  double begins_s_ = 0;
 };
 
 /// Depth of a tool over time.

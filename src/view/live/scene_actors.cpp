@@ -312,7 +312,7 @@ void SceneActors::SetGhost(const std::optional<Pose>& X_WH) {
   if (X_WH) SetPose(*s.ghost, *X_WH);
 }
 
-void SceneActors::SetForce(const std::optional<ForceArrow>& force, const ViewCamera& camera) {
+void SceneActors::SetForce(const std::optional<ForceArrow>& force, const ViewCamera& camera, const ScreenBox& area) {
   State& s = *state_;
   s.force = force;
   if (s.arrow != nullptr) s.over.RemoveActor(s.arrow);
@@ -325,7 +325,7 @@ void SceneActors::SetForce(const std::optional<ForceArrow>& force, const ViewCam
   const double N = glm::length(force->f_W_N);
   const Vec3 back_W = -force->f_W_N / N;
   const double wanted = std::clamp(kArrow_mm_per_N * N, 26 * mm_per_point, kMaxArrow_mm);
-  const double length = CalcArrowLength(camera, force->p_W, back_W, wanted);
+  const double length = CalcArrowLength(camera, force->p_W, back_W, wanted, area);
   s.force_tail_W = force->p_W + length * back_W;
   const double shaft = std::min(2.6 * mm_per_point, 0.06 * length);
   s.arrow = MakeMeshActor(MakeArrowMesh(s.force_tail_W, force->p_W, shaft), kForceColour, 1, Finish::kMatt);
@@ -564,13 +564,20 @@ std::vector<SceneLabel> SceneActors::MakeLabels(const ViewCamera& camera) const 
   return labels;
 }
 
-double CalcArrowLength(const ViewCamera& camera, const Vec3& tip_W, const Vec3& back_W, double wanted_mm) {
+double CalcArrowLength(const ViewCamera& camera, const Vec3& tip_W, const Vec3& back_W, double wanted_mm,
+                       const ScreenBox& area) {
   const double most_px = std::min(camera.width(), camera.height()) / 3.0;
   const auto tip = camera.Project(tip_W);
   if (!tip) return wanted_mm;
+  const auto is_in_area = [&](const ScreenPoint& p) {
+    constexpr double kRim_px = 12;
+    return area.empty() || (p.x >= area.left + kRim_px && p.x <= area.left + area.width - kRim_px &&
+                            p.y >= area.top + kRim_px && p.y <= area.top + area.height - kRim_px);
+  };
+  const bool tip_is_in_area = is_in_area(*tip);
   const auto fits = [&](double length_mm) {
     const auto tail = camera.Project(tip_W + length_mm * back_W);
-    return tail && std::hypot(tail->x - tip->x, tail->y - tip->y) <= most_px;
+    return tail && std::hypot(tail->x - tip->x, tail->y - tip->y) <= most_px && (!tip_is_in_area || is_in_area(*tail));
   };
   if (fits(wanted_mm)) return wanted_mm;
   // An arrow to the eye appears longer the longer it is, so the longest that fits is found by bisection.

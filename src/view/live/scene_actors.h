@@ -41,7 +41,8 @@ class SceneActors {
   /// Draws the tool after everything else in the scene, so that its translucent parts show what is behind them.
   void MoveToolLast();
   /// `camera`: makes the arrow equally thick at every zoom, and at most a third of the view long.
-  void SetForce(const std::optional<ForceArrow>& force, const ViewCamera& camera);
+  /// `area`: where the arrow is seen, pixels; empty: in the whole view.
+  void SetForce(const std::optional<ForceArrow>& force, const ViewCamera& camera, const ScreenBox& area);
   void SetPlanes(const std::vector<PlaneOverlay>& planes);
   void SetDepthStops(const std::vector<DepthStopOverlay>& stops);
   void SetGuides(const std::vector<GuideOverlay>& guides);
@@ -77,7 +78,9 @@ class SceneActors {
 inline constexpr double kArrow_mm_per_N = 8;
 inline constexpr double kMaxArrow_mm = 60;
 /// Returns the length of an arrow with its tip at `tip_W` and its tail in the unit direction `back_W` from there:
-/// `wanted_mm`, or less, so that it spans at most a third of the view's smaller side on the screen.
-double CalcArrowLength(const ViewCamera& camera, const Vec3& tip_W, const Vec3& back_W, double wanted_mm);
+/// `wanted_mm`, or less, so that it spans at most a third of the view's smaller side on the screen, and its tail lies
+/// in `area` if its tip does (pixels; empty: anywhere).
+double CalcArrowLength(const ViewCamera& camera, const Vec3& tip_W, const Vec3& back_W, double wanted_mm,
+                       const ScreenBox& area = {});
 
 }  // namespace kerf

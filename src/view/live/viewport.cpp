@@ -375,7 +375,7 @@ void Viewport::SetAreas(const ScreenBox& scene, const ScreenBox& cube) {
   state_->Renew(state_->cube_box, cube);
 }
 std::vector<SceneLabel> Viewport::ListLabels() const {
-  state_->actors.SetForce(state_->force, state_->camera);  // not that of the last picture
+  state_->actors.SetForce(state_->force, state_->camera, state_->free);  // not that of the last picture
   return state_->actors.MakeLabels(state_->camera);
 }
 
@@ -478,7 +478,7 @@ void Viewport::Render() {
     s.scene->SetUseFXAA(*s.smooth_edges);
   }
   s.bone->SetPixel(s.camera.WorldPerPixel(s.camera.target_W()), s.scale, s.voxel_mm);
-  s.actors.SetForce(s.force, s.camera);
+  s.actors.SetForce(s.force, s.camera, s.free);
   s.SetCameras();
   s.actors.MoveToolLast();
   if (const std::optional<Vec3>& contact = s.actors.contact()) {

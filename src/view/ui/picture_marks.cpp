@@ -115,6 +115,17 @@ void DrawBorder(ImDrawList& list, HudLevel level, bool injured, const UiBox& are
   }
 }
 
+void DrawScaleBar(ImDrawList& list, const ScaleBar& bar, const UiBox& box, const UiColours& c, double s) {
+  list.AddRectFilled(At(box.left, box.top), At(box.right(), box.bottom()), ToImU32(c.panel, 0.8), 3);
+  const double x = box.left + 8 * s;
+  const double y = box.bottom() - 9 * s;
+  const ImU32 ink = ToImU32(c.text);
+  list.AddRectFilled(At(x, y), At(x + bar.points, y + 3 * s), ink);
+  list.AddRectFilled(At(x, y - 5 * s), At(x + 2 * s, y + 3 * s), ink);
+  list.AddRectFilled(At(x + bar.points - 2 * s, y - 5 * s), At(x + bar.points, y + 3 * s), ink);
+  list.AddText(At(x, box.top + 3 * s), ink, fmt::format("{:g} mm", bar.mm).c_str());
+}
+
 }  // namespace
 
 ScaleBar CalcScaleBar(double mm_per_point, double max_points) {
@@ -128,6 +139,19 @@ ScaleBar CalcScaleBar(double mm_per_point, double max_points) {
     }
   }
   return {mm, mm / mm_per_point};
+}
+
+std::optional<UiBox> PlaceScaleBar(const UiSize& size, const UiBox& scene, const std::vector<UiBox>& others,
+                                   double scale) {
+  const double step = 12 * scale;
+  for (double bottom = scene.bottom() - 16 * scale; bottom - size.height > scene.top + 0.5 * scene.height;
+       bottom -= step) {
+    for (const double left : {scene.left + 14 * scale, scene.right() - 120 * scale - size.width}) {
+      const UiBox box{left, bottom - size.height, size.width, size.height};
+      if (left >= scene.left && !OverlapsAny(box, others)) return box;
+    }
+  }
+  return std::nullopt;
 }
 
 std::vector<UiLabel> ThinOutLabels(const std::vector<UiLabel>& labels, const UiSpot& cut, double radius_px,
@@ -248,16 +272,11 @@ void DrawPictureMarks(Ui& ui, const PictureMarks& marks, const UiBox& scene) {
   }
   if (scene.width > 220 * s && marks.mm_per_pixel > 0) {
     const ScaleBar bar = CalcScaleBar(marks.mm_per_pixel, 190 * s);
-    const UiBox box{scene.left + 14 * s, scene.bottom() - 50 * s, std::max(bar.points + 16 * s, 70 * s), 34 * s};
-    list.AddRectFilled(At(box.left, box.top), At(box.right(), box.bottom()), ToImU32(c.panel, 0.8), 3);
-    const double x = box.left + 8 * s;
-    const double y = box.bottom() - 9 * s;
-    const ImU32 ink = ToImU32(c.text);
-    list.AddRectFilled(At(x, y), At(x + bar.points, y + 3 * s), ink);
-    list.AddRectFilled(At(x, y - 5 * s), At(x + 2 * s, y + 3 * s), ink);
-    list.AddRectFilled(At(x + bar.points - 2 * s, y - 5 * s), At(x + bar.points, y + 3 * s), ink);
-    list.AddText(At(x, box.top + 3 * s), ink, fmt::format("{:g} mm", bar.mm).c_str());
-    taken.push_back(box);
+    std::vector<UiBox> others = taken;
+    if (!marks.keep_clear.empty()) others.push_back(marks.keep_clear);
+    const auto box = PlaceScaleBar({std::max(bar.points + 16 * s, 70 * s), 34 * s}, scene, others, s);
+    if (box) DrawScaleBar(list, bar, *box, c, s);
+    if (box) taken.push_back(*box);
   }
   ImGui::PushFont(ui.bold());
   std::vector<UiSize> sizes;

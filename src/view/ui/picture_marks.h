@@ -79,7 +79,12 @@ struct PictureMarks {
   bool avoids_panels = true;          // false for a picture without panels
   double mm_per_pixel = 0;            // for the scale bar; 0: none
   std::optional<UiSpot> beyond;       // of a tool outside the scene: an arrow at the border points to it
+  UiBox keep_clear = {};              // the scale bar does not cover this
 };
+/// Returns where a box of this size lies over none of the others, near the lower left corner of the scene or, higher
+/// up, near its right edge; none: nowhere in its lower half.
+std::optional<UiBox> PlaceScaleBar(const UiSize& size, const UiBox& scene, const std::vector<UiBox>& others,
+                                   double scale);
 /// Draws the marks. A level is readable without colour: rings and border differ in size and pattern.
 void DrawPictureMarks(Ui& ui, const PictureMarks& marks, const UiBox& scene);
 

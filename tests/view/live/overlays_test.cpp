@@ -70,6 +70,23 @@ TEST(ForceArrowLength, NeverSpansMoreThanAThirdOfTheView) {
   }
 }
 
+TEST(ForceArrowLength, TailStaysInTheArea) {
+  ViewCamera camera;
+  camera.SetSize(1280, 720);
+  camera.set_height_mm(60);
+  camera.Look({0, 1, 0}, {0, 0, 1});
+  const ScreenBox area{262, 59, 1018, 629};
+  const Vec3 tip = camera.Unproject({700, 620}, camera.target_W());
+  const double length = CalcArrowLength(camera, tip, {0, 0, -1}, 60, area);
+  const auto tail = camera.Project(tip + length * Vec3{0, 0, -1});
+  ASSERT_TRUE(tail);
+  EXPECT_LE(tail->y, area.top + area.height);
+  EXPECT_GT(tail->y, 660);
+  // A tip outside of the area does not shorten it to nothing.
+  const Vec3 outside = camera.Unproject({100, 300}, camera.target_W());
+  EXPECT_GT(CalcArrowLength(camera, outside, {0, 0, -1}, 60, area), 1);
+}
+
 TEST(Tube, IsClosedAndHasTheVolumeOfAPrism) {
   // A straight tube with 20 corners: the area of a regular polygon times its length.
   const TriangleMesh straight = MakeTubeMesh({{1, 2, 3}, {1, 2, 3}, {4, 2, 3}, {11, 2, 3}}, 2);

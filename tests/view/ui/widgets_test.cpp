@@ -44,6 +44,24 @@ TEST(Widgets, ScaleBarHasARoundLengthThatFits) {
   }
 }
 
+TEST(Widgets, ScaleBarLiesOverNeitherPanelNorLine) {
+  const UiBox scene{262, 59, 1018, 629};
+  const UiSize size{180, 34};
+  const auto place = [&](const std::vector<UiBox>& others) { return PlaceScaleBar(size, scene, others, 1); };
+  const std::optional<UiBox> alone = place({});
+  ASSERT_TRUE(alone);
+  EXPECT_EQ(alone->left, scene.left + 14);
+  // Beside a panel at the lower left, and above a line near the whole bottom.
+  const UiBox panel{270, 400, 430, 280}, line{250, 630, 1100, 40};
+  const std::optional<UiBox> beside = place({panel});
+  ASSERT_TRUE(beside);
+  EXPECT_GE(beside->left, panel.right());
+  const std::optional<UiBox> above = place({line});
+  ASSERT_TRUE(above);
+  EXPECT_LE(above->bottom(), line.top);
+  EXPECT_FALSE(place({scene}));
+}
+
 TEST(Widgets, AxisOfTheForcePlotIsRoundAndContainsTheMaximum) {
   for (double force_N = 0.01; force_N < 1e5; force_N *= 1.3) {
     const double top_N = CalcAxisTop(force_N);
