@@ -43,6 +43,19 @@ const char* DescribeLevel(int level) {
   return Tr(kAids[static_cast<std::size_t>(level - 1)]);
 }
 
+/// Returns the rule of the trend.
+std::string DescribeTrend(const ExerciseRow& row) {
+  std::string totals;
+  const std::size_t first = row.totals.size() - std::min(row.totals.size(), kMaxTrendAttempts);
+  for (std::size_t i = first; i < row.totals.size(); ++i) {
+    totals += (totals.empty() ? "" : ", ") + ShowNumber(row.totals[i], 0);
+  }
+  return fmt::format(
+      fmt::runtime(Tr("Points of the last attempts at level {}: {}. The trend is that of the straight line "
+                      "through them, from {} points of change on.")),
+      row.level, totals, ShowNumber(kTrendPoints, 0));
+}
+
 std::string ShowBest(const std::optional<double>& best) {
   return best ? ShowNumber(*best, 0) : "\u2013";
 }
@@ -207,10 +220,12 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
       const float height = ImGui::GetTextLineHeightWithSpacing() + goal_height;
       ImGui::TableSetColumnIndex(0);
       const bool selected = i == row_;
-      if (ImGui::Selectable("##row", selected,
-                            ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_AllowItemOverlap, {0, height})) {
-        OpenLevels(i);
-      }
+      // The pointer is not a second selection.
+      ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ToImVec4(ui.colours().selected, selected ? 1 : 0.35));
+      const bool clicked = ImGui::Selectable(
+          "##row", selected, ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_AllowItemOverlap, {0, height});
+      ImGui::PopStyleColor();
+      if (clicked) OpenLevels(i);
       ui.Note(fmt::format("exercise {}", row.id));
       if (selected && std::exchange(scrolls_, false) && !IsWholeItemVisible()) ImGui::SetScrollHereY();
       ImGui::SetCursorPosY(top_y);
@@ -246,14 +261,16 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
         // The levels have their scores.
       } else if (row.trend != Trend::kUnknown) {
         FittedText(ui, NameOf(row.trend), ImGui::GetContentRegionAvail().x);
+        Tooltip(ui, DescribeTrend(row));
       } else if (row.totals.size() >= 2) {
         FittedText(ui,
                    fmt::format("{} \u2192 {}", ShowNumber(row.totals[row.totals.size() - 2], 0),
                                ShowNumber(row.totals.back(), 0)),
                    ImGui::GetContentRegionAvail().x);
       } else if (row.attempts > 0) {
-        ImGui::TextDisabled(
-            "%s", row.attempts == 1 ? Tr("1 tried") : fmt::format(fmt::runtime(Tr("{} tried")), row.attempts).c_str());
+        ImGui::TextDisabled("%s", row.attempts == 1
+                                      ? Tr("1 attempt")
+                                      : fmt::format(fmt::runtime(Tr("{} attempts")), row.attempts).c_str());
       }
       ImGui::PopID();
     }

@@ -23,6 +23,8 @@ namespace {
 constexpr double kStopStiffness_N_per_mm = 200;
 /// Force above which the stop gives way, far above what a hand exerts.
 constexpr double kStopForce_N = 100;
+/// Step of the arrow keys in a replay.
+constexpr double kSeek_s = 0.5;
 
 /// Returns the values of parameters that have a Describe(), in its order.
 template <typename Params>
@@ -187,10 +189,13 @@ void Practice::Start(const std::string& id, int level) {
   state_ = State::kCutting;
   meter_ = std::make_shared<SessionMeter>(scene_);
   track_ = std::make_shared<ToolTrack>();
-  viewer_->set_take_tick([meter = meter_, track = track_](const LoopTick& tick) {
+  film_ = std::make_shared<CutFilm>();
+  viewer_->set_take_tick([meter = meter_, track = track_, film = film_](const LoopTick& tick) {
     meter->Take(tick);
     track->Take(tick);
+    film->set_time_s(tick.time_s);
   });
+  viewer_->set_take_leaf([film = film_](const LeafMessage& leaf) { film->Take(leaf); });
   // What belongs to another exercise is not shown while the bone of this one is made.
   viewer_->view().SetGuides({});
   viewer_->view().SetPlanes({});
@@ -262,6 +267,11 @@ void Practice::Open(const std::string& /*path*/) {
 }
 
 bool Practice::Take(const WindowEvent& event) {
+  const bool seeks = event.key == Key::kLeft || event.key == Key::kRight;
+  if (state_ == State::kReplaying && event.kind == WindowEvent::Kind::kKeyDown && seeks) {
+    SeekReplay(replay_s_ + (event.key == Key::kLeft ? -kSeek_s : kSeek_s));
+    return true;
+  }
   const bool function_key = event.key >= Key::kF1 && event.key <= Key::kF12;
   if (!list_ || event.kind != WindowEvent::Kind::kKeyDown || event.control || function_key) return false;
   TakeChoice(list_->Take(event));
@@ -282,6 +292,13 @@ void Practice::Fill(HudState& hud) {
   hud.status.mode = exercise_ != nullptr && state_ != State::kChoosing
                         ? fmt::format(fmt::runtime(Tr("{}, level {}")), Tr(exercise_->title.c_str()), options_.level)
                         : Tr("Practise");
+  if (exercise_ != nullptr && state_ != State::kChoosing) {
+    hud.status.short_mode =
+        fmt::format(fmt::runtime(Tr("exercise {}, level {}")), exercise_->difficulty, options_.level);
+    hud.status.short_saw = fmt::format(
+        fmt::runtime(scene_.tool.kind == ToolKind::kBall ? Tr("ball burr {} mm") : Tr("disc {} mm")),
+        ShowNumber(scene_.tool.diameter_mm, scene_.tool.diameter_mm == std::round(scene_.tool.diameter_mm) ? 0 : 1));
+  }
   if (state_ == State::kCutting && viewer_->is_running()) FillCutting(hud);
   if (state_ == State::kScoring) {
     const std::lock_guard lock(mutex_);
@@ -292,16 +309,17 @@ void Practice::Fill(HudState& hud) {
     const std::optional<DepthReading> reading = gauge_->Calc(pair_->student.Calc(replay_s_).X_WT);
     const CoachState depth{.zone = reading ? FindDepthZone(*reading) : DepthZone::kAbove};
     hud.gauge = MakeGauge(reading, MakeDepthAdvice(depth, false));
-    hud.banner = HudBanner{
-        .kind = HudBanner::Kind::kNotice,
-        .text = fmt::format(fmt::runtime(Tr("Your saw is orange, the expert's is blue: {:.0f} s of {:.0f} s")),
-                            replay_s_, pair_->duration_s()),
-        .answers = Tr("Enter: from the beginning   Esc: back to the result")};
+    hud.banner =
+        HudBanner{.kind = HudBanner::Kind::kNotice,
+                  .text = Tr("Orange: your saw and your cut. Blue: the expert's saw."),
+                  .answers = Tr("Space: pause   Left, Right: back, forward   Enter: from the beginning   Esc: result")};
   }
 }
 
 void Practice::DrawSections(Ui& ui) {
-  if (state_ == State::kCutting && viewer_->is_running()) DrawAids(ui, MakeAids());
+  if (state_ != State::kCutting || !viewer_->is_running()) return;
+  if (IsPlanned() && report_) DrawCrossed(ui, report_->injuries);
+  DrawAids(ui, MakeAids());
 }
 
 void Practice::DrawWindows(Ui& ui) {
@@ -314,11 +332,18 @@ void Practice::DrawWindows(Ui& ui) {
   const UiBox scene = CalcUiAreas(ui, false, false).scene;
   const double counted_s = sheet_->Get("time_total_s").value_or(0);
   replay_box_ = CalcReplayBox(ui, *pair_, counted_s, scene);
-  switch (DrawReplay(ui, *pair_, scene_.exercise.depth_mm, counted_s, replay_s_, scene)) {
+  double chosen_s = replay_s_;
+  const ReplayChoice choice =
+      DrawReplay(ui, *pair_, scene_.exercise.depth_mm, counted_s, replay_runs_, chosen_s, scene);
+  if (chosen_s != replay_s_) clicked_ = [this, chosen_s] { SeekReplay(chosen_s); };
+  switch (choice) {
     case ReplayChoice::kNone:
       break;
     case ReplayChoice::kRestart:
-      clicked_ = [this] { replay_s_ = 0; };
+      clicked_ = [this] { RestartReplay(); };
+      break;
+    case ReplayChoice::kPause:
+      clicked_ = [this] { PauseReplay(); };
       break;
     case ReplayChoice::kBack:
       clicked_ = [this] { EndReplay(); };
@@ -342,10 +367,17 @@ void Practice::Describe(nlohmann::json& state) const {
   if (state_ == State::kCutting && viewer_->is_running()) state["elapsed_s"] = std::round(10 * CalcElapsed_s()) / 10;
   if (const std::optional<CoachLine> line = MakeCoach()) {
     state["coach"] = FormatMessage(line->message);
-    if (line->way_back) state["way_back"] = FormatMessage(*line->way_back);
+    if (line->way) state["way"] = FormatMessage(*line->way);
   }
-  if (const std::optional<Message> step = MakeStep()) state["step"] = FormatMessage(*step);
-  if (state_ == State::kReplaying) state["replay_s"] = replay_s_;
+  if (const std::optional<StepLine> step = MakeStep()) {
+    state["step"] = FormatMessage(step->message);
+    if (step->way) state["step_way"] = FormatMessage(*step->way);
+  }
+  if (feed_mm_per_s_) state["feed_mm_per_s"] = std::round(100 * *feed_mm_per_s_) / 100;
+  if (state_ == State::kReplaying) {
+    state["replay_s"] = replay_s_;
+    state["replay_runs"] = replay_runs_;
+  }
 }
 
 }  // namespace kerf

@@ -22,6 +22,7 @@
 #include "session/score/region_distance.h"
 #include "session/score/review.h"
 #include "session/score/score.h"
+#include "session/watch/cut_film.h"
 #include "session/watch/cut_watch.h"
 
 namespace kerf {
@@ -58,20 +59,24 @@ class Practice final : public Activity {
   std::optional<bool> verified() const { return checks_.verified(); }
   /// kCutting: the advice to show now, and the aids of the level with those that the user switches.
   std::optional<CoachLine> MakeCoach() const;
-  std::optional<Message> MakeStep() const;  // the next step on the first level; on all, the way back to the cut
+  std::optional<StepLine> MakeStep() const;  // the next step on the first level; on all, the way back to the cut
   std::vector<Aid> MakeAids() const;
   /// kReplaying: both tracks and the time that is shown.
   const std::optional<ReplayPair>& pair() const { return pair_; }
   double replay_s() const { return replay_s_; }
+  bool replay_runs() const { return replay_runs_; }
 
   // ---- what buttons do, as the keys
   void Choose();
   void Start(const std::string& id, int level);
-  void Finish(bool scored);  // kCutting
-  void Leave();              // kCutting; asks first if something was cut
-  void DoNextStep();         // kResult
-  void Replay();             // kResult; begins as soon as the expert's attempt is available
-  void EndReplay();          // kReplaying
+  void Finish(bool scored);        // kCutting
+  void Leave();                    // kCutting; asks first if something was cut
+  void DoNextStep();               // kResult
+  void Replay();                   // kResult; begins as soon as the expert's attempt is available
+  void EndReplay();                // kReplaying
+  void RestartReplay();            // kReplaying
+  void PauseReplay();              // kReplaying: or goes on; at the end, from the beginning
+  void SeekReplay(double time_s);  // kReplaying; pauses
 
  private:
   void AddActions(ActionList& actions) override;
@@ -84,6 +89,10 @@ class Practice final : public Activity {
   void DrawWindows(Ui& ui) override;
   std::vector<TourStep> tour() const override;
   bool returns_to_start() const override { return true; }
+  ViewBasis MakeKeyBasis(const ViewBasis& picture) const override;
+  HudKeyGroup saw_help() const override;
+  void Relabel() override;
+  std::vector<Vec3> kept_clear_W() const override;
   std::string DescribeDepthStop() const override;
   std::string DescribeUnsaved() const override;
   std::string save_label() const override;
@@ -105,6 +114,7 @@ class Practice final : public Activity {
   void TakeChecks();
   void UpdateCutting();
   void UpdateReplay(double dt_s);
+  void ShowBoneAt(double time_s);
   void FillCutting(HudState& hud);
   void ShowCutAndSaw();
   void ShowGoal();
@@ -160,6 +170,8 @@ class Practice final : public Activity {
   bool was_translucent_ = false;  // kReplaying: the bone, before
   std::optional<ReplayPair> pair_;
   double replay_s_ = 0;
+  bool replay_runs_ = false;
+  std::shared_ptr<CutFilm> film_;  // of this session; used by its threads until it ends
 };
 
 }  // namespace kerf

@@ -48,7 +48,13 @@ void Practice::AddActions(ActionList& actions) {
                .menu = Msg("Exercise"),
                .label = Msg("Watch from the beginning"),
                .shortcut = {Key::kEnter},
-               .run = [this] { replay_s_ = 0; },
+               .run = [this] { RestartReplay(); },
+               .enabled = [this] { return state_ == State::kReplaying; }});
+  actions.Add({.id = "exercise.pause_replay",
+               .menu = Msg("Exercise"),
+               .label = Msg("Pause, or go on"),
+               .shortcut = {Key::kSpace},
+               .run = [this] { PauseReplay(); },
                .enabled = [this] { return state_ == State::kReplaying; }});
   actions.Add({.id = "exercise.end_replay",
                .menu = Msg("Exercise"),

@@ -94,7 +94,10 @@ void Practice::Began() {
   if (IsPlanned()) from_W += glm::dot(outward_W, cut.along_W) < 0 ? -cut.along_W : cut.along_W;
   camera.Look(from_W - 0.6 * cut.into_W, -cut.into_W);
   ShowCutAndSaw();
-  viewer_->controls().set_in_blade_plane(true);
+  SawControls& controls = viewer_->controls();
+  controls.set_in_blade_plane(true);
+  controls.set_lock_plane(cut.plane());
+  controls.set_feed_mm_per_s(scene_.exercise.feed_mm_per_s);
   begun_ = false;
   kept_bone_ = bone;
   kept_source_ = scene_.bone;
@@ -141,6 +144,31 @@ void Practice::ShowGoal() {
                               .width_mm = cut.length_mm + 2 * kPlaneRim_mm,
                               .height_mm = cut.depth_mm + 2 * kPlaneRim_mm,
                               .up_W = -cut.into_W}});
+}
+
+ViewBasis Practice::MakeKeyBasis(const ViewBasis& picture) const {
+  return gauge_ ? AlignWithCut(picture, gauge_->cut().along_W, gauge_->cut().into_W) : picture;
+}
+
+HudKeyGroup Practice::saw_help() const {
+  return {Tr("Moving the saw along the exercise's directions"),
+          {{Tr("Down, Up"), Tr("into the bone, out of the bone")},
+           {Tr("Left, Right"), Tr("to the left, to the right")},
+           {Tr("PgUp, PgDn"), Tr("away from you, towards you")},
+           {Tr("Shift + key"), Tr("fast, in the air only")},
+           {Tr("left drag"), Tr("as the arrow keys; with Shift as PgUp and PgDn")},
+           {Tr("Ctrl + left drag"), Tr("turn")},
+           {"W S  A D  Q E", Tr("tilt, swing, roll")}}};
+}
+
+void Practice::Relabel() {
+  if (state_ == State::kCutting && gauge_) ShowGoal();
+}
+
+std::vector<Vec3> Practice::kept_clear_W() const {
+  if (!gauge_ || (state_ != State::kCutting && state_ != State::kReplaying)) return {};
+  const WantedCut& cut = gauge_->cut();
+  return {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})};
 }
 
 bool Practice::IsPlanned() const {
@@ -210,10 +238,11 @@ CoachInput Practice::MakeCoachInput() const {
   if (is_near && nerve_ && !nerve_->empty() && viewer_->spindle_on()) {
     input.nerve_mm = nerve_->Calc(MakeTool(scene_), input.X_WT);
   }
-  const ViewBasis basis = viewer_->MakeBasis();
-  input.picture = PictureDirections{.right_W = basis.right_W, .up_W = basis.up_W};
-  input.plane_lock = viewer_->controls().in_blade_plane();
+  const ViewBasis keys = viewer_->MakeKeyBasis();
+  input.keys = KeyDirections{.right_W = keys.right_W, .up_W = keys.up_W};
   input.feed_mm_per_s = feed_mm_per_s_;
+  input.key_feed_mm_per_s = viewer_->controls().feed_mm_per_s();
+  input.force_N = glm::length(figures.coupled.f_H_W_N);
   if (scene_.exercise.kind == ExerciseKind::kFollowLine) input.wanted_feed_mm_per_s = scene_.exercise.feed_mm_per_s;
   input.touches = figures.coupled.engaged_teeth > 0 || glm::length(figures.coupled.f_face_W_N) > 0;
   return input;
@@ -225,12 +254,13 @@ std::optional<CoachLine> Practice::MakeCoach() const {
   return MakeCoachLine(coach_, gauge_->cut(), MakeCoachInput());
 }
 
-std::optional<Message> Practice::MakeStep() const {
+std::optional<StepLine> Practice::MakeStep() const {
   if (state_ != State::kCutting || !viewer_->is_running() || !gauge_) return {};
   const double done = CalcDone();
   const CoachInput input = MakeCoachInput();
   const ExerciseStep step = FindStep(gauge_->cut(), input, coach_.zone, viewer_->spindle_on(), done);
-  const bool at_each_level = step == ExerciseStep::kReturn || (step == ExerciseStep::kFinish && scene_.exercise.gauge);
+  const bool with_gauge = step == ExerciseStep::kFinish || step == ExerciseStep::kBeside;
+  const bool at_each_level = step == ExerciseStep::kReturn || (with_gauge && scene_.exercise.gauge);
   if (scene_.exercise.level > 1 && !at_each_level) return {};
   return DescribeStep(step, gauge_->cut(), input, viewer_->spindle_on(), done);
 }
@@ -266,7 +296,7 @@ HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading, const D
   if (!reading) return gauge;
   gauge.value = reading->depth_mm;
   gauge.level = LevelOf(advice);
-  gauge.word = Tr(advice.text);
+  gauge.word = reading->bone_mm ? Tr("cut through") : Tr(advice.text);
   // A planned cut is done when the bone is cut through, wherever the blade is.
   if (IsPlanned() && CalcDone() >= kStepLineDone) {
     gauge.level = HudLevel::kGood;
@@ -285,6 +315,14 @@ void Practice::FillCutting(HudState& hud) {
     const ToolDeviation deviation = CalcDeviation(gauge_->cut(), viewer_->figures().coupled.X_WT);
     hud.values.plan_angle_deg = deviation.tilt_deg;
     hud.values.plan_offset_mm = std::abs(deviation.beside_mm);
+    hud.values.plan_is_of_saw = true;
+  }
+  // The same number as in the advice and in the score.
+  hud.values.feed_mm_per_s = feed_mm_per_s_;
+  hud.values.feed_is_along = true;
+  if (scene_.exercise.kind == ExerciseKind::kFollowLine) {
+    hud.values.key_feed_mm_per_s = viewer_->controls().feed_mm_per_s();
+    if (scene_.exercise.gauge) hud.values.wanted_feed_mm_per_s = scene_.exercise.feed_mm_per_s;
   }
   hud.force_note.clear();  // a comparison of force laws says nothing to a student
   hud.values.has_plan = scene_.exercise.gauge;
@@ -293,9 +331,8 @@ void Practice::FillCutting(HudState& hud) {
     hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), viewer_->figures().coupled.X_WT);
     hud.values.nerve_is_crossed = IsPlanned();
   }
-  // A canal that the planned plane crosses is injured by a perfect cut, too.
-  if (report_) ShowInjuries(report_->injuries, hud);
-  if (IsPlanned()) hud.injuries.clear();
+  // What the planned plane crosses is injured by a perfect cut, too.
+  if (report_ && !IsPlanned()) ShowInjuries(report_->injuries, hud);
   const double goal_s = CalcUnhurriedTime_s(gauge_->cut(), scene_.exercise);
   if (viewer_->spindle_on() && !std::exchange(begun_, true)) viewer_->LeaveTour();
   const std::string keys = Tr("Space: spindle   Arrows or left drag: move   Enter: finish");
@@ -313,10 +350,12 @@ void Practice::FillCutting(HudState& hud) {
     }
   } else if (const std::optional<CoachLine> line = MakeCoach(); line && (line->urgent || !made)) {
     hud.banner = HudBanner{.kind = line->urgent ? HudBanner::Kind::kWarning : HudBanner::Kind::kNotice,
-                           .text = Translate(line->message) + (line->way_back ? " " + Translate(*line->way_back) : ""),
+                           .text = Translate(line->message) + (line->way ? " " + Translate(*line->way) : ""),
                            .answers = made ? keys : ""};
-  } else if (const std::optional<Message> step = MakeStep()) {
-    hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice, .text = Translate(*step), .answers = keys};
+  } else if (const std::optional<StepLine> step = MakeStep()) {
+    hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
+                           .text = Translate(step->message) + (step->way ? " " + Translate(*step->way) : ""),
+                           .answers = keys};
   }
   const double limit_s = scene_.exercise.time_limit_s;
   const double left_s = limit_s - CalcElapsed_s();
@@ -330,11 +369,14 @@ void Practice::FillCutting(HudState& hud) {
   if (limit_s > 0) {
     hud.status.right = fmt::format(fmt::runtime(Tr("time {0} of {1} s, goal {2} s")), ShowNumber(CalcElapsed_s(), 0),
                                    ShowNumber(limit_s, 0), ShowNumber(goal_s, 0));
+    hud.status.short_right =
+        fmt::format(fmt::runtime(Tr("{0} of {1} s")), ShowNumber(CalcElapsed_s(), 0), ShowNumber(limit_s, 0));
   }
   if (IsPlanned() && scene_.exercise.gauge) {
     const std::string done =
         fmt::format(fmt::runtime(Tr("{} % of the planned plane cut")), ShowNumber(100 * CalcDone(), 0));
     hud.status.right = hud.status.right.empty() ? done : fmt::format("{}   |   {}", done, hud.status.right);
+    hud.status.short_right = fmt::format("{} %   {}", ShowNumber(100 * CalcDone(), 0), hud.status.short_right);
   }
 }
 

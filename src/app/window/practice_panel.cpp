@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/window/cut_panel.h"
+#include "app/window/injury_texts.h"
 #include "app/window/practice_widgets.h"
 #include "session/practise/exercises.h"
 #include "view/ui/imgui_colours.h"
@@ -65,6 +66,8 @@ void DrawFigures(Ui& ui, const char* id, const std::vector<ReviewFigure>& figure
     ImGui::TableNextColumn();
     if (figure.lost_points > 0) {
       ImGui::TextUnformatted(fmt::format("{}", figure.lost_points).c_str());
+    } else if (figure.scored && figure.lost.value_or(0) > 0 && figure.level != ReviewLevel::kGood) {
+      ImGui::TextUnformatted("< 1");
     } else if (figure.goal && !figure.scored) {
       FittedText(ui, Tr("not scored"), ImGui::GetContentRegionAvail().x);
     }
@@ -96,6 +99,14 @@ std::vector<FigureSum> SumLosses(const ExerciseReview& review) {
 }  // namespace
 
 // ---- while cutting
+
+void DrawCrossed(Ui& ui, const std::vector<StructureResult>& injuries) {
+  if (injuries.empty() || !BeginSection(ui, Tr("Crossed by the plan, not scored"))) return;
+  for (const StructureResult& injury : injuries) {
+    SmallText(ui, DescribeInjury(injury));
+  }
+  ImGui::Spacing();
+}
 
 void DrawAids(Ui& ui, const std::vector<Aid>& aids) {
   if (!BeginSection(ui, Tr("Aids"))) return;
@@ -201,7 +212,7 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
   ui.Note("practise.headline");
   if (contents.review.praise) MarkedText(ui, HudLevel::kGood, Translate(*contents.review.praise));
   for (const Message& note : contents.review.notes) MarkedText(ui, HudLevel::kWarn, Translate(note));
-  if (contents.review.nerve) MarkedText(ui, HudLevel::kWarn, Translate(*contents.review.nerve));
+  if (contents.review.nerve) MarkedText(ui, HudLevel::kPlain, Translate(*contents.review.nerve));
   ImGui::PushFont(ui.bold());
   WrappedText(contents.sheet.total
                   ? fmt::format(fmt::runtime(Tr("{}, level {}: {} of 100 points")), contents.title, contents.level,
@@ -215,7 +226,7 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
   if (contents.sheet.total) {
     SmallText(ui,
               Tr("Tick: costs no points. Triangle: costs points. Cross: costs more than half of the figure's points. "
-                 "Figures that are not scored are marked by their goals."));
+                 "The mark of a figure that is not scored only says whether its goal was met."));
   }
   if (!contents.review.rest.empty()) {
     const bool open = BeginSection(ui, Tr("More figures"), false);
@@ -261,15 +272,18 @@ struct ReplayLayout {
   UiBox box;
   bool full = true;       // with a title and an explanation
   float plot_height = 0;  // 0: without the plot
-  std::string counted;    // the explanation
+  bool slider = true;
+  bool names_keys = true;  // the buttons name their keys
+  std::string counted;     // the explanation
 };
 
 /// Returns the explanation of what is shown: the replay leaves out what came before and after the cut.
 std::string DescribeCounted(const ReplayPair& pair, double counted_s) {
   return fmt::format(
       fmt::runtime(Tr("Your attempt took {0} s: time counts from the first movement of the saw, or the start of the "
-                      "spindle, to the end. The {1} s from just before to just after the cut are shown.")),
-      ShowNumber(counted_s, 0), ShowNumber(pair.student.duration_s(), 0));
+                      "spindle, to the end. Only the time from just before to just after the cut is shown: yours took "
+                      "{1} s, the expert's {2} s.")),
+      ShowNumber(counted_s, 0), ShowNumber(pair.student.duration_s(), 0), ShowNumber(pair.expert.duration_s(), 0));
 }
 
 ReplayLayout LayOutReplay(const Ui& ui, const ReplayPair& pair, double counted_s, const UiBox& scene) {
@@ -279,28 +293,34 @@ ReplayLayout LayOutReplay(const Ui& ui, const ReplayPair& pair, double counted_s
   const auto scene_height = static_cast<float>(scene.height);
   ReplayLayout layout;
   layout.counted = DescribeCounted(pair, counted_s);
-  const float width = std::min(430 * s, static_cast<float>(scene.width) - 16 * s);
-  // Buttons that do not fit side by side need another line.
-  const std::string labels =
-      fmt::format("{} ({}){} ({})", Tr("From the beginning"), Tr("Enter"), Tr("Back to the result"), Tr("Esc"));
+  const float width = std::min(520 * s, static_cast<float>(scene.width) - 16 * s);
+  // Without the names of their keys if they do not fit side by side; what then does not fit needs another line.
   const ImGuiStyle& style = ImGui::GetStyle();
-  const float buttons_width = ImGui::CalcTextSize(labels.c_str()).x + 4 * style.FramePadding.x + style.ItemSpacing.x +
-                              2 * style.WindowPadding.x;
-  const float buttons = (buttons_width > width ? 2 : 1) * ImGui::GetFrameHeightWithSpacing();
+  const auto fits = [&](const std::string& labels) {
+    return ImGui::CalcTextSize(labels.c_str()).x + 6 * style.FramePadding.x + 2 * style.ItemSpacing.x +
+               2 * style.WindowPadding.x <=
+           width;
+  };
+  const std::string labels = fmt::format("{}{}{}", Tr("From the beginning"), Tr("Go on"), Tr("Back to the result"));
+  layout.names_keys = fits(fmt::format("{} ({}) ({}) ({})", labels, Tr("Enter"), Tr("Space"), Tr("Esc")));
+  const float buttons = (fits(labels) ? 1 : 2) * ImGui::GetFrameHeightWithSpacing();
+  const float slider = ImGui::GetFrameHeightWithSpacing();
   ImGui::PushFont(ui.small());
   const float counted_height = ImGui::CalcTextSize(layout.counted.c_str(), nullptr, false, width - 16 * s).y + 4 * s;
   ImGui::PopFont();
   float above_edge = 52 * s;  // room for messages at the bottom
   layout.plot_height = kPlot * s;
-  float height = 206 * s + counted_height + buttons;
+  float height = 190 * s + slider + counted_height + buttons;
   // It covers at most half of the scene, in which the saws are seen.
   if (height > 0.5F * scene_height) {
     layout.full = false;
     above_edge = 8 * s;
     const float least = 2 * style.WindowPadding.y + ImGui::GetTextLineHeightWithSpacing() + buttons;
-    layout.plot_height = std::min(kPlot * s, 0.4F * scene_height - least);
+    layout.plot_height = std::min(kPlot * s, 0.44F * scene_height - least);
+    // The time is chosen in the plot or, without it, with the slider.
     if (layout.plot_height < kLeastPlot * s) layout.plot_height = 0;
-    height = least + (layout.plot_height > 0 ? layout.plot_height + 2 * style.ItemSpacing.y : 0);
+    layout.slider = layout.plot_height == 0;
+    height = least + (layout.slider ? slider : layout.plot_height + 2 * style.ItemSpacing.y);
   }
   if (width < 200 * s || scene_height < height + above_edge + 8 * s) return layout;
   layout.box = {scene.left + static_cast<double>(8 * s), scene.bottom() - static_cast<double>(height + above_edge),
@@ -314,7 +334,7 @@ UiBox CalcReplayBox(const Ui& ui, const ReplayPair& pair, double counted_s, cons
   return LayOutReplay(ui, pair, counted_s, scene).box;
 }
 
-ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double counted_s, double& time_s,
+ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double counted_s, bool runs, double& time_s,
                         const UiBox& scene) {
   const float s = ui.scale();
   ReplayChoice choice = ReplayChoice::kNone;
@@ -346,10 +366,6 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double c
   const double duration_s = std::max(1e-6, pair.duration_s());
   const std::string now =
       fmt::format(fmt::runtime(Tr("{} s of {} s")), ShowNumber(time_s, 0), ShowNumber(duration_s, 0));
-  if (!layout.full && layout.plot_height == 0) {
-    ImGui::SameLine(0, 18 * s);
-    FittedText(ui, now, ImGui::GetContentRegionAvail().x);
-  }
   if (layout.plot_height > 0) {
     double deepest_mm = 1.15 * goal_mm;
     for (const auto* depths : {&pair.student_depth, &pair.expert_depth}) {
@@ -358,7 +374,8 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double c
     const double top_mm = -0.15 * deepest_mm;
     const float line = ImGui::GetTextLineHeight();
     const ImVec2 corner = ImGui::GetCursorScreenPos();
-    const float axis = ImGui::CalcTextSize("00.0").x + 6 * s;
+    const std::string goal = FormatQuantity({goal_mm, 1, "mm"}, PointOfLanguage());
+    const float axis = ImGui::CalcTextSize(goal.c_str()).x + 6 * s;
     const ImVec2 from{corner.x + axis, corner.y + 2 * s};
     const ImVec2 to{corner.x + ImGui::GetContentRegionAvail().x, corner.y + layout.plot_height};
     const auto x_of = [&](double t) {
@@ -375,8 +392,8 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double c
       list.AddText({from.x - 6 * s - ImGui::CalcTextSize(text.c_str()).x, y_of(depth) - 0.5F * line},
                    ToImU32(ui.colours().text), text.c_str());
     };
-    level(0, Stroke::kSolid, "0");
-    level(goal_mm, Stroke::kDashed, ShowNumber(goal_mm, 1));
+    level(0, Stroke::kSolid, y_of(goal_mm) - y_of(0) >= line ? "0" : "");  // not over the other one
+    level(goal_mm, Stroke::kDashed, goal);
     const auto curve = [&](const std::vector<DepthPoint>& depths, Stroke stroke, const Rgb8& colour) {
       std::vector<ImVec2> points;
       double last_s = 0;
@@ -403,11 +420,21 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double c
       const double share = static_cast<double>((ImGui::GetIO().MousePos.x - from.x) / (to.x - from.x));
       time_s = duration_s * std::clamp(share, 0.0, 1.0);
     }
-    Tooltip(ui, Tr("Click or drag to choose the time. The dashed grey line is the wanted depth."));
-    if (layout.full) {
-      ImGui::SetCursorScreenPos({from.x, to.y + 3 * s});
-      ImGui::TextUnformatted(now.c_str());
+    if (!layout.slider) {
+      const ImVec2 size = ImGui::CalcTextSize(now.c_str());
+      list.AddText({to.x - size.x - 4 * s, to.y - size.y - 2 * s}, ToImU32(ui.colours().text), now.c_str());
     }
+    Tooltip(ui, Tr("Click or drag to choose the time. The dashed grey line is the wanted depth."));
+    ImGui::SetCursorScreenPos({corner.x, to.y + ImGui::GetStyle().ItemSpacing.y});
+  }
+  if (layout.slider) {
+    ImGui::SetNextItemWidth(-1);
+    auto slider_s = static_cast<float>(time_s);
+    if (ImGui::SliderFloat("##time", &slider_s, 0, static_cast<float>(duration_s), now.c_str(),
+                           ImGuiSliderFlags_NoInput)) {
+      time_s = static_cast<double>(slider_s);
+    }
+    ui.Note("practise.time");
   }
   if (layout.full) {
     SmallText(ui, layout.counted);
@@ -415,8 +442,12 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double c
   }
   ImGui::Spacing();
   ButtonRow buttons(ui);
-  if (buttons.Add("practise.restart", Tr("From the beginning"), Tr("Enter"))) choice = ReplayChoice::kRestart;
-  if (buttons.Add("practise.result", Tr("Back to the result"), Tr("Esc"))) choice = ReplayChoice::kBack;
+  const auto add = [&](const char* note, const char* text, const char* key, ReplayChoice what) {
+    if (buttons.Add(note, text, layout.names_keys ? key : "")) choice = what;
+  };
+  add("practise.restart", Tr("From the beginning"), Tr("Enter"), ReplayChoice::kRestart);
+  add("practise.pause", runs ? Tr("Pause") : Tr("Go on"), Tr("Space"), ReplayChoice::kPause);
+  add("practise.result", Tr("Back to the result"), Tr("Esc"), ReplayChoice::kBack);
   ImGui::End();
   return choice;
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "session/marks/structures.h"
 #include "session/practise/progress.h"
 #include "session/practise/replay_pair.h"
 #include "session/score/review.h"
@@ -12,7 +13,8 @@
 
 namespace kerf {
 
-/// Section of the left column: the aids that are on.
+/// Sections of the left column: what a planned plane crosses and has been cut, and the aids that are on.
+void DrawCrossed(Ui& ui, const std::vector<StructureResult>& injuries);
 void DrawAids(Ui& ui, const std::vector<Aid>& aids);
 
 struct ResultContents {
@@ -36,11 +38,11 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents);
 /// lower one, in a very low scene without the plot. Empty: there is no room for it.
 UiBox CalcReplayBox(const Ui& ui, const ReplayPair& pair, double counted_s, const UiBox& scene);
 
-enum class ReplayChoice { kNone, kRestart, kBack };
+enum class ReplayChoice { kNone, kRestart, kPause, kBack };
 /// Small window at the lower left of the scene: depth over time of both attempts. `goal_mm`: the wanted depth.
-/// `counted_s`: the attempt's time in the result, of which the replay shows a part. `time_s`: the time that is shown;
-/// changed by a click or a drag in the plot.
-ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double counted_s, double& time_s,
+/// `counted_s`: the attempt's time in the result, of which the replay shows a part. `runs`: the time goes on.
+/// `time_s`: the time that is shown; changed by the slider, and by a click or a drag in the plot.
+ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double counted_s, bool runs, double& time_s,
                         const UiBox& scene);
 
 }  // namespace kerf

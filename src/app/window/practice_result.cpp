@@ -2,6 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
 #include <utility>
 
 #include "app/window/cut_panel.h"
@@ -20,6 +23,22 @@ constexpr double kReplaySpeed = 1;
 /// Returns the path of the score sheet next to a recording.
 std::string PageOf(const std::string& recording) {
   return recording.substr(0, recording.rfind('.')) + ".html";
+}
+
+/// Returns the outline of a tool: that of a disc with its spindle's cross, or of a ball in the plane of the cut.
+std::vector<std::vector<Vec3>> MakeOutline(const Pose& X_WT, const WantedCut& cut) {
+  constexpr int kPoints = 72;
+  const Vec3 x_W = cut.is_disc ? X_WT.Vector({1, 0, 0}) : cut.along_W;
+  const Vec3 y_W = cut.is_disc ? X_WT.Vector({0, 1, 0}) : cut.into_W;
+  std::vector<Vec3> circle_W;
+  for (int i = 0; i <= kPoints; ++i) {
+    const double turn = 2 * std::numbers::pi * i / kPoints;
+    circle_W.push_back(X_WT.p_AB + cut.radius_mm * (std::cos(turn) * x_W + std::sin(turn) * y_W));
+  }
+  const double arm_mm = 0.15 * cut.radius_mm;
+  return {std::move(circle_W),
+          {X_WT.p_AB - arm_mm * x_W, X_WT.p_AB + arm_mm * x_W},
+          {X_WT.p_AB - arm_mm * y_W, X_WT.p_AB + arm_mm * y_W}};
 }
 
 }  // namespace
@@ -163,7 +182,6 @@ void Practice::Replay() {
   was_translucent_ = viewer_->view().translucent();
   viewer_->view().set_translucent(true);
   pair_ = MakeReplayPair(*track_, *checks_.expert(), *gauge_);
-  replay_s_ = 0;
   state_ = State::kReplaying;
   const WantedCut& cut = gauge_->cut();
   replay_box_ = {};
@@ -171,25 +189,53 @@ void Practice::Replay() {
   viewer_->view().SetTool(MakeTool(scene_));
   viewer_->view().SetToolColour(kMadeColour);
   viewer_->view().SetGuides({{.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})}}});
-  viewer_->view().SetPlaneLines({{.lines_W = {pair_->student_line_W}, .colour = kMadeColour},
-                                 {.lines_W = {pair_->expert_line_W}, .colour = kWantedColour}});
+  RestartReplay();
+}
+
+void Practice::RestartReplay() {
+  replay_s_ = 0;
+  replay_runs_ = true;
   UpdateReplay(0);
+}
+
+void Practice::PauseReplay() {
+  if (replay_s_ >= pair_->duration_s()) return RestartReplay();
+  replay_runs_ = !replay_runs_;
+}
+
+void Practice::SeekReplay(double time_s) {
+  replay_s_ = std::clamp(time_s, 0.0, pair_->duration_s());
+  replay_runs_ = false;
 }
 
 void Practice::EndReplay() {
   viewer_->view().set_translucent(was_translucent_);
   viewer_->view().ClearTool();
-  viewer_->view().SetGhost({});
   viewer_->view().SetPlaneLines({});
+  ShowBoneAt(std::numeric_limits<double>::infinity());
   ShowGoal();
   state_ = State::kResult;
 }
 
 void Practice::UpdateReplay(double dt_s) {
-  replay_s_ = std::min(replay_s_ + kReplaySpeed * dt_s, pair_->duration_s());
+  if (replay_runs_) replay_s_ = std::min(replay_s_ + kReplaySpeed * dt_s, pair_->duration_s());
   const TrackPoint student = pair_->student.Calc(replay_s_);
   viewer_->view().SetToolPose(student.X_WT, student.rpm, 0);
-  viewer_->view().SetGhost(pair_->expert.Calc(replay_s_).X_WT);
+  // Only the outline of the expert's saw: two discs over each other could not be distinguished.
+  viewer_->view().SetPlaneLines({{.lines_W = {pair_->student_line_W}, .colour = kMadeColour},
+                                 {.lines_W = {pair_->expert_line_W}, .colour = kWantedColour},
+                                 {.lines_W = MakeOutline(pair_->expert.Calc(replay_s_).X_WT, gauge_->cut()),
+                                  .colour = kWantedColour,
+                                  .selected = true}});
+  ShowBoneAt(pair_->student.begins_s() + replay_s_);
+}
+
+/// Shows the bone as it was at a time of the session.
+void Practice::ShowBoneAt(double time_s) {
+  if (!viewer_->bone().surface()) return;
+  for (const LeafMessage& leaf : film_->Seek(time_s, *viewer_->bone_at_start())) {
+    viewer_->bone().surface()->Offer(leaf);
+  }
 }
 
 }  // namespace kerf

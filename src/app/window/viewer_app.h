@@ -89,6 +89,8 @@ class ViewerApp {
              std::shared_ptr<const Bone> bone = nullptr);
   /// Sets a function that the next session calls with each tick, in the session's thread.
   void set_take_tick(std::function<void(const LoopTick&)> take) { take_tick_ = std::move(take); }
+  /// The same for each leaf of the bone that has changed, in another thread of the session.
+  void set_take_leaf(std::function<void(const LeafMessage&)> take) { take_leaf_ = std::move(take); }
   /// Ends the session; Activity::Ended() follows, or Cancelled() if its bone was not ready yet.
   void End();
   /// Removes the bone and everything else from the picture. Call it only without a session.
@@ -132,6 +134,8 @@ class ViewerApp {
   SlicesPanel& slices() { return slices_; }
   const std::vector<PlaneOverlay>& lined_planes() const { return lined_planes_; }
   ViewBasis MakeBasis() const;
+  /// Returns the directions in which keys and mouse move the saw.
+  ViewBasis MakeKeyBasis() const { return activity_->MakeKeyBasis(MakeBasis()); }
   Trace& trace() { return trace_; }
   const ViewerOptions& options() const { return options_; }
   /// Shows a message at the bottom for some seconds.
@@ -209,6 +213,8 @@ class ViewerApp {
   std::vector<HudKeyGroup> ListHelp() const;
   void DrawUi(const HudState& hud);
   PictureMarks MakePictureMarks() const;
+  UiBox CalcBox(const std::vector<Vec3>& points_W) const;
+  static std::vector<std::string> ListStatusTexts(const HudStatus& status);
   void DrawStatusTexts(const HudStatus& status, float left);
   SliceScene MakeSliceScene() const;
   nlohmann::json MakeState() const;
@@ -246,7 +252,8 @@ class ViewerApp {
   std::optional<Pose> X_home_;       // pose of the saw at the start of the first session with this bone
   std::vector<PlotPoint> forces_;
   std::string recording_;
-  std::function<void(const LoopTick&)> take_tick_;  // of the next session
+  std::function<void(const LeafMessage&)> take_leaf_;  // of the next session
+  std::function<void(const LoopTick&)> take_tick_;     // of the next session
   int sessions_ = 0;
   bool goes_on_ = false;  // this session continues with the bone of the one before
   bool began_ = false;    // Activity::Began() of this session was called

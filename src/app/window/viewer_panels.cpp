@@ -63,16 +63,18 @@ HudState ViewerApp::MakeHud() {
   return hud;
 }
 
+HudKeyGroup Activity::saw_help() const {
+  return {Tr("Moving the saw"),
+          {{Tr("left drag"), Tr("move across the picture")},
+           {Tr("Shift + left drag"), Tr("move into the picture")},
+           {Tr("Ctrl + left drag"), Tr("turn")},
+           {Tr("arrows, PgUp PgDn"), Tr("the same with keys; with Shift fast")},
+           {"W S  A D  Q E", Tr("tilt, swing, roll")}}};
+}
+
 std::vector<HudKeyGroup> ViewerApp::ListHelp() const {
   std::vector<HudKeyGroup> help;
-  if (activity_->cuts()) {
-    help.push_back({Tr("Moving the saw"),
-                    {{Tr("left drag"), Tr("move across the picture")},
-                     {Tr("Shift + left drag"), Tr("move into the picture")},
-                     {Tr("Ctrl + left drag"), Tr("turn")},
-                     {Tr("arrows, PgUp PgDn"), Tr("the same with keys; with Shift fast")},
-                     {"W S  A D  Q E", Tr("tilt, swing, roll")}}});
-  }
+  if (activity_->cuts()) help.push_back(activity_->saw_help());
   help.push_back({Tr("Turning the view"),
                   {{Tr("right drag"), Tr("turn")},
                    {Tr("middle drag"), Tr("shift (or Shift + right drag)")},
@@ -82,6 +84,21 @@ std::vector<HudKeyGroup> ViewerApp::ListHelp() const {
   for (HudKeyGroup& group : activity_->help()) help.push_back(std::move(group));
   for (HudKeyGroup& group : actions_.ListKeys()) help.push_back(std::move(group));
   return help;
+}
+
+/// Returns the area of points on the screen; empty without any.
+UiBox ViewerApp::CalcBox(const std::vector<Vec3>& points_W) const {
+  double left = 1e9, top = 1e9, right = -1e9, bottom = -1e9;
+  for (const Vec3& p_W : points_W) {
+    const std::optional<ScreenPoint> at = view_->camera().Project(p_W);
+    if (!at) continue;
+    left = std::min(left, at->x);
+    right = std::max(right, at->x);
+    top = std::min(top, at->y);
+    bottom = std::max(bottom, at->y);
+  }
+  const double rim = 8 * ui_.scale();
+  return left > right ? UiBox{} : UiBox{left - rim, top - rim, right - left + 2 * rim, bottom - top + 2 * rim};
 }
 
 /// Returns labels and scale bar. During a cut, labels that do not matter give way to it.
@@ -97,6 +114,7 @@ PictureMarks ViewerApp::MakePictureMarks() const {
     marks.beyond = UiSpot{at->x, at->y};
   }
   marks.mm_per_pixel = view_->camera().WorldPerPixel(view_->camera().target_W());
+  marks.keep_clear = CalcBox(activity_->kept_clear_W());
   return marks;
 }
 
@@ -156,8 +174,8 @@ void ViewerApp::DrawUi(const HudState& hud) {
          .move = [this](std::size_t i, const Vec3& p_W, bool first) { activity_->MoveSlicePoint(i, p_W, first); }});
   }
   if (BeginPanel(ui_, "status", areas_.status, false)) {
-    // What the activity shows here, such as the clock of an exercise, is always visible; so is the recording's time.
-    const std::string least = hud.status.right.empty() ? "00:00" : hud.status.right + "   |   00:00";
+    // What the activity shows here, such as the clock of an exercise, is always visible, if necessary in short.
+    const std::string least = ListStatusTexts(hud.status).back();
     const float from = actions_.DrawIndicators(ui_, ImGui::CalcTextSize(least.c_str()).x + 24 * ui_.scale());
     DrawStatusTexts(hud.status, from);
     ImGui::End();
@@ -180,6 +198,7 @@ void ViewerApp::DrawUi(const HudState& hud) {
     ApplySettings();
     KeepSettings();
     tour_.SetSteps(activity_->tour());
+    activity_->Relabel();
     trace_.Write("settings", {{"text_size", settings_.text_size},
                               {"language", CurrentLanguage()},
                               {"theme", settings_.theme == Theme::kDark ? "dark" : "light"},
@@ -198,8 +217,8 @@ void ViewerApp::DrawUi(const HudState& hud) {
   if (was_open && !dialogs_.is_open()) ui_.DropText();  // the next key is not meant for its field
 }
 
-/// `left`: right edge of what stands before.
-void ViewerApp::DrawStatusTexts(const HudStatus& status, float left) {
+/// Returns the texts of the status from the longest to the shortest.
+std::vector<std::string> ViewerApp::ListStatusTexts(const HudStatus& status) {
   std::string recording, time;
   if (status.recording_s) {
     const long seconds = std::lround(std::max(0.0, *status.recording_s));
@@ -213,21 +232,33 @@ void ViewerApp::DrawStatusTexts(const HudStatus& status, float left) {
     }
     return text;
   };
-  const std::string text = join({status.right, status.mode, status.saw, recording});
+  std::vector<std::string> texts{join({status.right, status.mode, status.saw, recording})};
+  if (!status.short_mode.empty()) {
+    texts.push_back(join({status.right, status.mode, status.short_saw}));
+    texts.push_back(join({status.right, status.short_mode, status.short_saw}));
+    texts.push_back(join({status.short_right, status.short_mode, status.short_saw}));
+  } else {
+    texts.push_back(join({status.right, status.mode, recording}));
+    texts.push_back(join({status.right, recording}));
+    texts.push_back(join({status.right, time}));
+  }
+  return texts;
+}
+
+/// `left`: right edge of what stands before.
+void ViewerApp::DrawStatusTexts(const HudStatus& status, float left) {
+  const std::vector<std::string> texts = ListStatusTexts(status);
   const float from = left + 12 * ui_.scale();
   const float room = ImGui::GetWindowWidth() - from - 10 * ui_.scale();
   if (room < ImGui::CalcTextSize("00:00").x) return;
-  // What does not fit is in the tooltip: first the saw, then the mode, then the recording.
-  std::string shown = text;
-  for (const std::string& shorter : {join({status.right, status.mode, recording}), join({status.right, recording}),
-                                     join({status.right, time}), status.right}) {
-    if (ImGui::CalcTextSize(shown.c_str()).x > room && !shorter.empty()) shown = shorter;
-  }
-  shown = FitText(shown, room);
+  // What does not fit is in the tooltip.
+  const auto fits = [room](const std::string& text) { return ImGui::CalcTextSize(text.c_str()).x <= room; };
+  const auto first = std::find_if(texts.begin(), texts.end(), fits);
+  const std::string shown = FitText(first == texts.end() ? texts.back() : *first, room);
   ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(shown.c_str()).x - 10 * ui_.scale());
   ImGui::AlignTextToFramePadding();
   ImGui::TextDisabled("%s", shown.c_str());
-  if (shown != text) Tooltip(ui_, text);
+  if (shown != texts.front()) Tooltip(ui_, texts.front());
 }
 
 }  // namespace kerf

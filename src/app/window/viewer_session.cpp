@@ -72,7 +72,8 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   LiveOptions live;
   live.record = recording_;
   live.scene_file = scene_file;
-  live.leaf = [this](const LeafMessage& leaf) {
+  live.leaf = [this, take = std::exchange(take_leaf_, nullptr)](const LeafMessage& leaf) {
+    if (take) take(leaf);
     if (leaf_receiver_) leaf_receiver_->Offer(leaf);
     if (leaf_watch_) leaf_watch_->Offer(leaf.index, leaf.values);
   };

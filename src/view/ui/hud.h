@@ -24,6 +24,10 @@ struct HudValues {
   std::optional<double> plan_angle_deg;  // angle between the blade and the plane of the plan
   std::optional<double> plan_offset_mm;  // distance of the blade from that plane
   bool has_plan = true;                  // false: these two are left out
+  bool plan_is_of_saw = false;           // these two are named as those of the saw now, not of the cut
+  bool feed_is_along = false;            // the feed is that along the wanted line
+  std::optional<double> wanted_feed_mm_per_s = {};
+  std::optional<double> key_feed_mm_per_s = {};  // with which keys move the saw
 };
 
 struct PlotPoint {
@@ -52,6 +56,10 @@ struct HudStatus {
   bool spindle_on = false;
   std::string saw;   // its name
   std::string mode;  // "Rehearse", an exercise's title, ...
+  // The same in short, for a narrow window; empty: the full text is left out there.
+  std::string short_saw = {};
+  std::string short_mode = {};
+  std::string short_right = {};
   std::string message;
   std::string warning{};  // stays beside later messages
   std::optional<double> recording_s;

@@ -73,6 +73,21 @@ void FoldedLine(const std::string& text, float width) {
   ImGui::TextDisabled("  [+]");
 }
 
+/// Draws a text in two lines, the second of them with that sign.
+void FoldedLines(const std::string& text, float width) {
+  const char* end = text.c_str() + text.size();
+  const char* second = ImGui::GetFont()->CalcWordWrapPositionA(1, text.c_str(), end, width);
+  if (second < end) {
+    ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 0});
+    ImGui::TextUnformatted(text.c_str(), second);
+    ImGui::PopStyleVar();
+    while (second < end && *second == ' ') ++second;
+  } else {
+    second = text.c_str();
+  }
+  FoldedLine(second, width);
+}
+
 void DialogTitle(Ui& ui, const std::string& title) {
   ImGui::PushFont(ui.title());
   FittedText(ui, title, ImGui::GetContentRegionAvail().x);
@@ -172,7 +187,7 @@ void ValuesSection(Ui& ui, const HudState& state) {
   };
   std::vector<Row> rows = {
       {Tr("Depth"), number(v.depth_mm, 2), "mm"},
-      {Tr("Feed rate"), number(v.feed_mm_per_s, 1), "mm/s"},
+      {v.feed_is_along ? Tr("Feed along the line") : Tr("Feed rate"), number(v.feed_mm_per_s, 1), "mm/s"},
       {Tr("Spindle"), number(v.rpm, 0), Tr("rpm")},
       {Tr("Force on your hand"), number(v.force_N, 2), "N"},
       {Tr("To the nerve"),
@@ -181,14 +196,18 @@ void ValuesSection(Ui& ui, const HudState& state) {
                           : number(v.nerve_mm, 1),
        v.nerve_is_marked && !nerve_is_cut ? "mm" : "", nerve},
   };
+  if (v.key_feed_mm_per_s)
+    rows.insert(rows.begin() + 2, {Tr("Speed of the keys"), number(v.key_feed_mm_per_s, 1), "mm/s"});
+  if (v.wanted_feed_mm_per_s)
+    rows.insert(rows.begin() + 2, {Tr("Feed wanted"), number(v.wanted_feed_mm_per_s, 1), "mm/s"});
   if (!v.nerve_injury.empty()) rows.push_back({Tr("Nerve"), v.nerve_injury, "", HudLevel::kBad});
   if (!v.teeth_injury.empty()) rows.push_back({Tr("Teeth"), v.teeth_injury, "", HudLevel::kBad});
   if (v.has_plan) {
     const bool known = v.plan_offset_mm.has_value();
-    rows.push_back({Tr("Angle to the plan"), known ? number(v.plan_angle_deg, 1) : Tr("no plan"), known ? "°" : "",
-                    HudLevel::kPlain});
-    rows.push_back({Tr("Beside the plan"), known ? number(v.plan_offset_mm, 2) : Tr("no plan"), known ? "mm" : "",
-                    HudLevel::kPlain});
+    rows.push_back({v.plan_is_of_saw ? Tr("Angle of the saw now") : Tr("Angle to the plan"),
+                    known ? number(v.plan_angle_deg, 1) : Tr("no plan"), known ? "°" : "", HudLevel::kPlain});
+    rows.push_back({v.plan_is_of_saw ? Tr("Saw beside the plan now") : Tr("Beside the plan"),
+                    known ? number(v.plan_offset_mm, 2) : Tr("no plan"), known ? "mm" : "", HudLevel::kPlain});
   }
   const float width = ImGui::GetContentRegionAvail().x;
   const float left = ImGui::GetCursorPosX();
@@ -331,7 +350,7 @@ struct BannerSize {
   float height = 0;
   bool compact = false;  // in small letters, without its sign
   bool answers = true;   // with the keys
-  bool folded = false;   // one line
+  bool folded = false;   // two lines
   bool is_long = false;  // could be folded
 };
 
@@ -369,7 +388,12 @@ BannerSize CalcBannerSize(const Ui& ui, const HudBanner& banner, const UiBox& sc
   if (size.height > most && !question) {
     size.is_long = true;
     size.folded = !ui.shows_long_banners();
-    if (size.folded) size.height = 12 * s + ui.small()->FontSize;
+    if (size.folded) {
+      ImGui::PushFont(ui.small());
+      size.height = 12 * s + std::min(2 * ImGui::GetFontSize(),
+                                      ImGui::CalcTextSize(banner.text.c_str(), nullptr, false, size.text_width).y);
+      ImGui::PopFont();
+    }
   }
   return size;
 }
@@ -408,7 +432,7 @@ void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene) {
   ImGui::BeginGroup();
   ImGui::PushFont(compact ? ui.small() : ui.bold());
   if (folded) {
-    FoldedLine(banner.text, text_width);
+    FoldedLines(banner.text, text_width);
     ImGui::PopFont();
   } else {
     ImGui::PushTextWrapPos(text_left + text_width);

@@ -214,7 +214,7 @@ class PracticePanel : public testing::Test {
       EXPECT_LE(ui_.noted().at(button).bottom(), 720 - 32) << button;
     }
     double time_s = 1;
-    for (int i = 0; i < 2; ++i) Frame([&] { DrawReplay(ui_, pair_, 2, 78, time_s, {0, 59, 1280, 629}); });
+    for (int i = 0; i < 2; ++i) Frame([&] { DrawReplay(ui_, pair_, 2, 78, true, time_s, {0, 59, 1280, 629}); });
     ExpectNothingCut("replay");
     EXPECT_LE(ui_.noted().at("practise.result").bottom(), 59 + 629 - 52);
     for (int i = 0; i < 2; ++i) {
@@ -314,7 +314,7 @@ TEST_F(PracticePanel, ReplayCoversAtMostHalfOfASmallScene) {
         Frame([&] {
           scene = CalcUiAreas(ui_, false, false).scene;
           panel = CalcReplayBox(ui_, pair_, 78, scene);
-          DrawReplay(ui_, pair_, 2, 78, time_s, scene);
+          DrawReplay(ui_, pair_, 2, 78, true, time_s, scene);
         });
       }
       const std::string what = fmt::format("{} x {}, text {}", width, height, text_size);
@@ -482,7 +482,7 @@ TEST_F(PracticePanel, ClickInTheDepthPlotChoosesTheTime) {
   }
   pair_.student = track;
   double time_s = 0;
-  const auto draw = [&] { DrawReplay(ui_, pair_, 2, 78, time_s, {0, 59, 1280, 629}); };
+  const auto draw = [&] { DrawReplay(ui_, pair_, 2, 78, true, time_s, {0, 59, 1280, 629}); };
   for (int i = 0; i < 2; ++i) Frame(draw);
   Click("practise.plot", draw);
   EXPECT_NEAR(time_s, 0.5 * pair_.duration_s(), 0.02 * pair_.duration_s());  // a pixel or two of 300

@@ -49,7 +49,6 @@ def main():
         # The saw moves down to the depth at which the stop of level 1 holds it, along the line of 16 mm, and up and
         # out.
         w.wait_state("the first step is said", lambda s: "spindle" in s.get("step", ""))
-        w.key("bracketleft", "bracketleft")
         # The clock does not run while the student reads.
         time.sleep(2)
         w.read()
@@ -101,6 +100,14 @@ def main():
         w.wait_state("the replay", lambda s: s["mode"] == "replaying", 300)
         w.wait_state("goes on", lambda s: s.get("replay_s", 0) > 2)
         picture("beside the expert")
+        # Space pauses it, and the arrows step; both are not for the saw.
+        w.key("space")
+        w.wait_state("paused", lambda s: not s["replay_runs"])
+        paused = w.state["replay_s"]
+        w.key("Right", "Right")
+        w.wait_state("a second later", lambda s: abs(s["replay_s"] - paused - 1) < 1e-6)
+        w.key("space")
+        w.wait_state("goes on", lambda s: s["replay_runs"] and s["replay_s"] > paused + 1.2)
         # A click in the plot chooses the time; Enter begins again.
         plot = w.items["practise.plot"]
         w.click(plot[0] + 0.75 * plot[2], plot[1] + 0.5 * plot[3])
@@ -122,6 +129,28 @@ def main():
         after = w.mark()
         w.wait_event("running", after=after)
         w.wait_state("level 3", lambda s: s["level"] == 3 and s["mode"] == "cutting")
+        # The lock holds the saw in the wanted plane, and Down leads straight into the bone without it, too. Beside the line
+        # the way back is said, and the lock permits only this way.
+        start = w.state["saw_mm"]
+        w.hold("Next", 0.5)
+        w.read()
+        assert w.state["saw_mm"] == start, ("the lock holds", w.state)
+        w.key("l")
+        w.hold("Next", 1)
+        w.wait_state("the way is said", lambda s: "beside the line" in s.get("step", "") and "Page Up key" in s.get("step_way", ""))
+        aside = w.state["saw_mm"]
+        w.hold("Down", 0.5)
+        w.read()
+        assert w.state["saw_mm"][:2] == aside[:2] and w.state["saw_mm"][2] < aside[2], (aside, w.state)
+        w.key("l")
+        w.hold("Next", 0.5)
+        w.read()
+        assert w.state["saw_mm"][1] == aside[1], ("not further away", w.state)
+        w._xdotool("keydown", "Prior")
+        w.wait_state("back in the plane", lambda s: abs(s["saw_mm"][1] - start[1]) < 0.15)
+        w._xdotool("keyup", "Prior")
+        w.key("r")
+        w.wait_state("back at the start", lambda s: max(abs(a - b) for a, b in zip(s["saw_mm"], start)) < 0.01)
         # A saw that is far from the cut, and perhaps out of the picture, is led back on every level.
         home = w.state["saw_mm"]
         w._xdotool("keydown", "shift", "keydown", "Up")
@@ -135,7 +164,7 @@ def main():
         w.key("l", "space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         beside = w.state["saw_mm"][1]
-        # Towards the viewer. Down leads further away from the line, because the picture is seen from above.
+        # Towards the viewer. Down leads straight into the bone, also without the lock.
         w._xdotool("keydown", "Next")
         w.wait_state("beside the line", lambda s: abs(s["saw_mm"][1] - beside) > 1.2)
         w._xdotool("keyup", "Next", "keydown", "Down")
