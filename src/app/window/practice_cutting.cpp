@@ -317,9 +317,9 @@ void Practice::FillCutting(HudState& hud) {
     hud.values.plan_offset_mm = std::abs(deviation.beside_mm);
     hud.values.plan_is_of_saw = true;
   }
-  // The same number as in the advice and in the score.
-  hud.values.feed_mm_per_s = feed_mm_per_s_;
-  hud.values.feed_is_along = true;
+  // The same number as in the advice and in the score. A planned cut has no line to follow.
+  if (!IsPlanned()) hud.values.feed_mm_per_s = feed_mm_per_s_;
+  hud.values.feed_is_along = !IsPlanned();
   if (scene_.exercise.kind == ExerciseKind::kFollowLine) {
     hud.values.key_feed_mm_per_s = viewer_->controls().feed_mm_per_s();
     if (scene_.exercise.gauge) hud.values.wanted_feed_mm_per_s = scene_.exercise.feed_mm_per_s;

@@ -101,7 +101,8 @@ std::vector<FigureSum> SumLosses(const ExerciseReview& review) {
 // ---- while cutting
 
 void DrawCrossed(Ui& ui, const std::vector<StructureResult>& injuries) {
-  if (injuries.empty() || !BeginSection(ui, Tr("Crossed by the plan, not scored"))) return;
+  if (injuries.empty() || !BeginSection(ui, Tr("Crossed by the plan"))) return;
+  SmallText(ui, Tr("Not scored:"));
   for (const StructureResult& injury : injuries) {
     SmallText(ui, DescribeInjury(injury));
   }

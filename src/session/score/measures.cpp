@@ -80,8 +80,8 @@ constexpr std::array kMeasures{
     MeasureInfo{"force_over_s", "time above the force limit", "s", "time with |force| > force_limit_N", kNone, 0},
     MeasureInfo{
         "feed_mean_mm_per_s", "feed, mean", "mm/s",
-        "mean of the feed along the line, as for feed_error; without an exercise, and if the line was not followed "
-        "at depth, mean speed of the tool's centre, smoothed over 0.2 s, in contact",
+        "mean of the feed along the line, as for feed_error; without an exercise, in an osteotomy, and if the line was "
+        "not followed at depth, mean speed of the tool's centre, smoothed over 0.2 s, in contact",
         kNone, 0},
     MeasureInfo{"feed_cv", "unevenness of the speed", "",
                 "standard deviation of the speed of the tool's centre, smoothed over 0.2 s, in contact / its mean",

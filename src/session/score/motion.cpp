@@ -244,7 +244,8 @@ void MotionMeter::MeasureFeedAlong(const WantedCut& cut, ScoreSheet& sheet) cons
   if (slow > rests) along.slow_force_N /= slow - rests;
   sheet.feed_along = along;
   SetValue(sheet, "feed_error", error_sum / count);
-  SetValue(sheet, "feed_mean_mm_per_s", along.mean_mm_per_s);
+  // A planned cut has no line to follow.
+  if (sheet.kind != ExerciseKind::kOsteotomy) SetValue(sheet, "feed_mean_mm_per_s", along.mean_mm_per_s);
 }
 
 void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const {

@@ -131,6 +131,7 @@ def main():
         w.wait_state("level 3", lambda s: s["level"] == 3 and s["mode"] == "cutting")
         # The lock holds the saw in the wanted plane, and Down leads straight into the bone without it, too. Beside the line
         # the way back is said, and the lock permits only this way.
+        w.wait_state("a saw that does not move", lambda s: s["time_s"] > 0.3 and s["saw_mm"] != [0, 0, 0])
         start = w.state["saw_mm"]
         w.hold("Next", 0.5)
         w.read()
@@ -138,6 +139,9 @@ def main():
         w.key("l")
         w.hold("Next", 1)
         w.wait_state("the way is said", lambda s: "beside the line" in s.get("step", "") and "Page Up key" in s.get("step_way", ""))
+        w.wait_state("the saw rests", lambda s: not s["holds"])
+        time.sleep(1)  # a hand in air completes a short motion
+        w.read()
         aside = w.state["saw_mm"]
         w.hold("Down", 0.5)
         w.read()
