@@ -145,13 +145,15 @@ def main():
         aside = w.state["saw_mm"]
         w.hold("Down", 0.5)
         w.read()
-        assert w.state["saw_mm"][:2] == aside[:2] and w.state["saw_mm"][2] < aside[2], (aside, w.state)
+        moved = [b - a for a, b in zip(aside, w.state["saw_mm"])]
+        # The handle's friction may leave the last tenths of the motion before to this one.
+        assert abs(moved[0]) < 0.35 and abs(moved[1]) < 0.35 and moved[2] < -0.35, (aside, w.state)
         w.key("l")
         w.hold("Next", 0.5)
         w.read()
-        assert w.state["saw_mm"][1] == aside[1], ("not further away", w.state)
+        assert abs(w.state["saw_mm"][1] - aside[1]) < 0.35, ("not further away", w.state)
         w._xdotool("keydown", "Prior")
-        w.wait_state("back in the plane", lambda s: abs(s["saw_mm"][1] - start[1]) < 0.15)
+        w.wait_state("back in the plane", lambda s: abs(s["saw_mm"][1] - start[1]) < 0.35)
         w._xdotool("keyup", "Prior")
         w.key("r")
         w.wait_state("back at the start", lambda s: max(abs(a - b) for a, b in zip(s["saw_mm"], start)) < 0.01)
