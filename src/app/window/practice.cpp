@@ -195,7 +195,7 @@ void Practice::Start(const std::string& id, int level) {
     track->Take(tick);
     film->set_time_s(tick.time_s);
   });
-  viewer_->set_take_leaf([film = film_](const LeafMessage& leaf) { film->Take(leaf); });
+  viewer_->set_take_leaf([film = film_](const LeafMessage& leaf) { film->Take(leaf.index, leaf.values); });
   // What belongs to another exercise is not shown while the bone of this one is made.
   viewer_->view().SetGuides({});
   viewer_->view().SetPlanes({});

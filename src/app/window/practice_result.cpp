@@ -233,8 +233,8 @@ void Practice::UpdateReplay(double dt_s) {
 /// Shows the bone as it was at a time of the session.
 void Practice::ShowBoneAt(double time_s) {
   if (!viewer_->bone().surface()) return;
-  for (const LeafMessage& leaf : film_->Seek(time_s, *viewer_->bone_at_start())) {
-    viewer_->bone().surface()->Offer(leaf);
+  for (const FilmLeaf& leaf : film_->Seek(time_s, *viewer_->bone_at_start())) {
+    viewer_->bone().surface()->Offer({.index = leaf.index, .values = leaf.values});
   }
 }
 

@@ -6,10 +6,10 @@
 #include <cstddef>
 #include <map>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "kerf/bone.h"
-#include "loop/haptics/leaf_stream.h"
 
 namespace kerf {
 
@@ -18,16 +18,22 @@ inline constexpr double kFilmStep_s = 0.1;
 /// Maximum number of states: 80 MB. From then on, only the last state of a leaf is renewed.
 inline constexpr std::size_t kMaxFilmStates = 40'000;
 
+/// A leaf of a bone at one time, as in src/bone/grid/set_leaf.h.
+struct FilmLeaf {
+  std::array<int, 3> index{};
+  std::array<float, 512> values{};
+};
+
 /// Keeps the changed leaves of a bone. Thread-safe.
 class CutFilm {
  public:
   /// Sets the time of the leaves that are taken from now on; it must not decrease.
   void set_time_s(double time_s) { time_s_.store(time_s, std::memory_order_relaxed); }
   /// Takes a leaf that has changed.
-  void Take(const LeafMessage& leaf);
+  void Take(const std::array<int, 3>& index, std::span<const float, 512> values);
   /// Returns the leaves that must be replaced to show the bone at a time, if it is shown as at the last call or, before
   /// the first call, as it was last. `before`: the bone at the start.
-  std::vector<LeafMessage> Seek(double time_s, const Bone& before);
+  std::vector<FilmLeaf> Seek(double time_s, const Bone& before);
 
  private:
   struct State {

@@ -10,15 +10,15 @@
 namespace kerf {
 namespace {
 
-LeafMessage MakeLeaf(const std::array<int, 3>& index, float value) {
-  LeafMessage leaf{.index = index};
-  leaf.values.fill(value);
-  return leaf;
+void Take(CutFilm& film, const std::array<int, 3>& index, float value) {
+  std::array<float, 512> values{};
+  values.fill(value);
+  film.Take(index, values);
 }
 
 /// Returns the first value of the leaf in the answer; none: the leaf does not change.
-std::optional<float> ValueOf(const std::vector<LeafMessage>& leaves, const std::array<int, 3>& index) {
-  for (const LeafMessage& leaf : leaves) {
+std::optional<float> ValueOf(const std::vector<FilmLeaf>& leaves, const std::array<int, 3>& index) {
+  for (const FilmLeaf& leaf : leaves) {
     if (leaf.index == index) return leaf.values[0];
   }
   return {};
@@ -27,20 +27,20 @@ std::optional<float> ValueOf(const std::vector<LeafMessage>& leaves, const std::
 TEST(CutFilm, ShowsEachLeafAsItWasLastAtATime) {
   const Bone before = MakeBlock({}, DefaultMandibleTable());
   const std::array<int, 3> a{0, 0, 0}, b{8, 0, 0};
-  LeafMessage uncut{.index = a};
+  FilmLeaf uncut{.index = a};
   GetLeaf(before, a, uncut.values);
   CutFilm film;
   film.set_time_s(1);
-  film.Take(MakeLeaf(a, 11));
+  Take(film, a, 11);
   film.set_time_s(1.05);  // soon after it: the same state
-  film.Take(MakeLeaf(a, 12));
+  Take(film, a, 12);
   film.set_time_s(2);
-  film.Take(MakeLeaf(b, 21));
+  Take(film, b, 21);
   film.set_time_s(3);
-  film.Take(MakeLeaf(a, 13));
+  Take(film, a, 13);
   // It is shown as it was last, so that nothing is to be replaced at the end.
   EXPECT_TRUE(film.Seek(9, before).empty());
-  std::vector<LeafMessage> leaves = film.Seek(2.5, before);
+  std::vector<FilmLeaf> leaves = film.Seek(2.5, before);
   EXPECT_EQ(leaves.size(), 1u);
   EXPECT_EQ(ValueOf(leaves, a), 12);
   leaves = film.Seek(0.5, before);
