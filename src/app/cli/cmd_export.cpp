@@ -12,6 +12,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/numbers.h"
+#include "app/cli/progress.h"
 #include "base/core/number_text.h"
 #include "base/files/files.h"
 #include "bone/import/dicom_study.h"
@@ -94,13 +95,18 @@ SegmentationWriting ExportSegmentation(const Bone& bone, const ExportArguments& 
   std::optional<DicomStudy> study;
   if (!options.ct.empty()) {
     const std::vector<DicomSeries> all = ListDicomSeries(options.ct);
+    for (const DicomSeries& any : all) {
+      for (const DicomSlice& slice : any.slices) CheckInputsNotOverwritten({slice.path}, {options.segmentation});
+    }
     const DicomSeries& series = ChooseSeries(all, options.series, options.ct);
+    CheckSeries(series);
     CheckContains(series, bone.CalcBounds(), options.ct);
     study = ReadDicomStudy(series);
   }
   const Bone before = options.before.empty() ? Bone() : ReadBone(options.before);
+  ProgressBar bar("writing segments");
   return WriteSegments(bone, options.before.empty() ? nullptr : &before, voxel_mm, options.segmentation,
-                       study ? &*study : nullptr);
+                       study ? &*study : nullptr, [&bar](double fraction) { bar.Show(fraction); });
 }
 
 double CalcVolume(const SegmentationWriting& written, const WrittenSegment& segment) {

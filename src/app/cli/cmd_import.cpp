@@ -116,6 +116,18 @@ const char* ToString(JawPart jaw) {
   return jaw == JawPart::kLower ? "lower" : jaw == JawPart::kUpper ? "upper" : "unknown";
 }
 
+/// Returns what a segment is taken for, such as "tooth 36" or "canal, left".
+std::string Describe(const SegmentMeaning& meaning) {
+  std::string text = kerf::ToString(meaning.role);
+  if (meaning.role == SegmentRole::kOtherBone) text += " bone";
+  if (meaning.fdi != 0) text += fmt::format(" {}", meaning.fdi);
+  if (meaning.role == SegmentRole::kTooth && meaning.fdi == 0) text += fmt::format(", {} jaw", ToString(meaning.jaw));
+  if (meaning.role == SegmentRole::kCanal && meaning.side != JawSide::kUnknown) {
+    text += fmt::format(", {}", ToString(meaning.side));
+  }
+  return text;
+}
+
 /// Returns the mask and how it was used as JSON; null without a mask.
 Json MaskJson(const ImportArguments& options, const MaskReport& mask) {
   if (!mask.used) return nullptr;
@@ -207,6 +219,10 @@ void PrintText(const ImportArguments& options, const ImportReport& r, const Bone
     fmt::print("read       {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm\n", r.size[0], r.size[1], r.size[2],
                r.spacing_mm.x, r.spacing_mm.y, r.spacing_mm.z);
     fmt::print("isolation  {}; {:.0f} mm2 of contact with other bone\n", r.isolation, r.contact_mm2);
+  }
+  for (std::size_t n = 0; n < options.segments.size(); ++n) {
+    fmt::print("{:<10} {}: {}\n", n == 0 ? "segments" : "", kerf::Describe(options.segments[n]),
+               Describe(options.meanings[n]));
   }
   fmt::print("volume     {}", FormatVolume(r.solid_mm3));
   if (r.kind != "surface" && r.kind != "mask") {

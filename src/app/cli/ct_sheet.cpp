@@ -176,9 +176,8 @@ void DrawCtSheet(const CtSheetOptions& options) {
       draw.iso_hu, ct.size[0], ct.size[1], ct.size[2], ct.spacing_mm.x, ct.spacing_mm.y, ct.spacing_mm.z);
   if (overlay) {
     sheet.caption = fmt::format(
-        "Blue line: mask. Green: kept bone. Farther than {:.3g} mm from that line the mask overrides the CT: magenta, "
-        "{} "
-        "added; red, {} cut off.",
+        "Blue line: mask. Green: kept bone. Tan: other bone. Farther than {:.3g} mm from the line the mask overrides "
+        "the CT: magenta, {} added; red, {} cut off (within 10 mm more).",
         overlay->reach_mm(), FormatVolume(overlay->added_mm3()), FormatVolume(overlay->cut_off_mm3()));
   }
   // First draw two views of the surface, which show the height of each structure. The slices are drawn in orange.

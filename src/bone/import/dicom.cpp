@@ -175,68 +175,6 @@ std::string DescribeStray(const std::vector<const DicomSeries*>& found) {
                      fs::path(last.slices.front().path).filename().string());
 }
 
-// Throws kerf::Error if, for any reason, the files with one series UID do not form one CT volume.
-void CheckSeries(const DicomSeries& series) {
-  const auto fail = [&series](const std::string& what) { throw Error(fmt::format("series {}: {}", series.uid, what)); };
-  if (series.modality != "CT") {
-    fail(fmt::format("the modality is {}, not CT; kerf needs Hounsfield units",
-                     series.modality.empty() ? "not given" : series.modality));
-  }
-  const DicomSlice& first = series.slices.front();
-  for (const DicomSlice& s : series.slices) {
-    const std::string file = fs::path(s.path).filename().string();
-    if (s.samples != 1) fail(fmt::format("{} is a colour image ({} samples per pixel), not CT", file, s.samples));
-    if (s.frames > 1) fail(fmt::format("{} contains {} frames; kerf reads CT with one slice per file", file, s.frames));
-    if (s.inverted) {
-      fail(
-          fmt::format("{} is stored for inverted display (MONOCHROME1), which kerf does not read; convert the series "
-                      "to MONOCHROME2",
-                      file));
-    }
-    if (!s.has_geometry) fail(fmt::format("{} has no valid position, orientation or pixel spacing", file));
-    if (s.size != first.size) {
-      fail(fmt::format("{} has {} x {} pixels where others have {} x {}; the series is a mixture", file, s.size[0],
-                       s.size[1], first.size[0], first.size[1]));
-    }
-    if (glm::length(s.row_W - first.row_W) > 1e-3 || glm::length(s.column_W - first.column_W) > 1e-3) {
-      fail(fmt::format(
-          "{} has a different orientation from the others; the series is a mixture (a localizer among the slices?)",
-          file));
-    }
-    if (std::abs(s.pixel_mm[0] - first.pixel_mm[0]) > 1e-4 || std::abs(s.pixel_mm[1] - first.pixel_mm[1]) > 1e-4) {
-      fail(fmt::format("{} has a different pixel spacing from the others; the series is a mixture", file));
-    }
-  }
-  if (series.slices.size() < 3)
-    fail(fmt::format("{} not a volume; kerf needs at least 3",
-                     FormatCount(series.slices.size(), "slice is", "slices are")));
-  const Vec3 normal = Normal(first);
-  const double gap = series.gap_mm;
-  for (std::size_t i = 1; i < series.slices.size(); ++i) {
-    const DicomSlice& a = series.slices[i - 1];
-    const DicomSlice& b = series.slices[i];
-    const double z = glm::dot(normal, a.origin_W);
-    const double step = glm::dot(normal, b.origin_W) - z;
-    const std::string files =
-        fmt::format("{} and {}", fs::path(a.path).filename().string(), fs::path(b.path).filename().string());
-    if (step < 1e-3) {
-      fail(fmt::format("{} lie at the same place ({:.2f} mm along the normal); the series has duplicate slices", files,
-                       z));
-    }
-    // Scanners round positions to about 0.01 mm.
-    if (std::abs(step - gap) <= std::max(0.02 * gap, 0.02)) continue;
-    const double multiple = step / gap;
-    if (multiple > 1.5 && std::abs(multiple - std::round(multiple)) < 0.1) {
-      fail(fmt::format("{} missing between {} (at {:.2f} and {:.2f} mm; slices elsewhere are {:.2f} mm apart)",
-                       FormatCount(static_cast<std::size_t>(std::lround(multiple) - 1), "slice is", "slices are"),
-                       files, z, z + step, gap));
-    }
-    fail(fmt::format(
-        "the slices are unequally spaced: {:.2f} mm between {}, {:.2f} mm elsewhere; resample the scan evenly", step,
-        files, gap));
-  }
-}
-
 std::uint64_t CalcPixelBytes(const DicomSlice& slice) {
   return static_cast<std::uint64_t>(slice.size[0]) * slice.size[1] * ((slice.bits + 7) / 8);
 }
@@ -329,7 +267,10 @@ Overflow ReadSlice(const DicomSlice& s, std::size_t pixels, std::vector<std::int
 std::vector<DicomSeries> ListInChild(const std::string& folder, ChildReport& report) {
   const QuietItk quiet;
   std::error_code failed;
-  if (!fs::is_directory(folder, failed)) throw Error(fmt::format("{}: no such folder", folder));
+  if (!fs::is_directory(folder, failed)) {
+    throw Error(fmt::format("{}: {}", folder,
+                            fs::exists(folder, failed) ? "is not a folder of DICOM files" : "no such folder"));
+  }
   std::vector<fs::path> paths;
   for (auto it = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied, failed);
        it != fs::recursive_directory_iterator(); it.increment(failed)) {
@@ -393,6 +334,67 @@ const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::
   if (found.empty()) throw Error(fmt::format("{}: no CT among the series: {}", folder, list));
   throw Error(fmt::format("{}: the folder contains {} CT series; choose one with --series UID: {}{}", folder,
                           found.size(), list, DescribeStray(found)));
+}
+
+void CheckSeries(const DicomSeries& series) {
+  const auto fail = [&series](const std::string& what) { throw Error(fmt::format("series {}: {}", series.uid, what)); };
+  if (series.modality != "CT") {
+    fail(fmt::format("the modality is {}, not CT; kerf needs Hounsfield units",
+                     series.modality.empty() ? "not given" : series.modality));
+  }
+  const DicomSlice& first = series.slices.front();
+  for (const DicomSlice& s : series.slices) {
+    const std::string file = fs::path(s.path).filename().string();
+    if (s.samples != 1) fail(fmt::format("{} is a colour image ({} samples per pixel), not CT", file, s.samples));
+    if (s.frames > 1) fail(fmt::format("{} contains {} frames; kerf reads CT with one slice per file", file, s.frames));
+    if (s.inverted) {
+      fail(
+          fmt::format("{} is stored for inverted display (MONOCHROME1), which kerf does not read; convert the series "
+                      "to MONOCHROME2",
+                      file));
+    }
+    if (!s.has_geometry) fail(fmt::format("{} has no valid position, orientation or pixel spacing", file));
+    if (s.size != first.size) {
+      fail(fmt::format("{} has {} x {} pixels where others have {} x {}; the series is a mixture", file, s.size[0],
+                       s.size[1], first.size[0], first.size[1]));
+    }
+    if (glm::length(s.row_W - first.row_W) > 1e-3 || glm::length(s.column_W - first.column_W) > 1e-3) {
+      fail(fmt::format(
+          "{} has a different orientation from the others; the series is a mixture (a localizer among the slices?)",
+          file));
+    }
+    if (std::abs(s.pixel_mm[0] - first.pixel_mm[0]) > 1e-4 || std::abs(s.pixel_mm[1] - first.pixel_mm[1]) > 1e-4) {
+      fail(fmt::format("{} has a different pixel spacing from the others; the series is a mixture", file));
+    }
+  }
+  if (series.slices.size() < 3)
+    fail(fmt::format("{} not a volume; kerf needs at least 3",
+                     FormatCount(series.slices.size(), "slice is", "slices are")));
+  const Vec3 normal = Normal(first);
+  const double gap = series.gap_mm;
+  for (std::size_t i = 1; i < series.slices.size(); ++i) {
+    const DicomSlice& a = series.slices[i - 1];
+    const DicomSlice& b = series.slices[i];
+    const double z = glm::dot(normal, a.origin_W);
+    const double step = glm::dot(normal, b.origin_W) - z;
+    const std::string files =
+        fmt::format("{} and {}", fs::path(a.path).filename().string(), fs::path(b.path).filename().string());
+    if (step < 1e-3) {
+      fail(fmt::format("{} lie at the same place ({:.2f} mm along the normal); the series has duplicate slices", files,
+                       z));
+    }
+    // Scanners round positions to about 0.01 mm.
+    if (std::abs(step - gap) <= std::max(0.02 * gap, 0.02)) continue;
+    const double multiple = step / gap;
+    if (multiple > 1.5 && std::abs(multiple - std::round(multiple)) < 0.1) {
+      fail(fmt::format("{} missing between {} (at {:.2f} and {:.2f} mm; slices elsewhere are {:.2f} mm apart)",
+                       FormatCount(static_cast<std::size_t>(std::lround(multiple) - 1), "slice is", "slices are"),
+                       files, z, z + step, gap));
+    }
+    fail(fmt::format(
+        "the slices are unequally spaced: {:.2f} mm between {}, {:.2f} mm elsewhere; resample the scan evenly", step,
+        files, gap));
+  }
 }
 
 Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress) {

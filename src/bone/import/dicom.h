@@ -43,6 +43,9 @@ std::vector<DicomSeries> ListDicomSeries(const std::string& folder, const std::f
 /// series. Throws kerf::Error if there is no such series, or more than one.
 const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid, const std::string& folder);
 
+/// Throws kerf::Error unless the series is a complete CT, as far as its headers tell: see ReadDicomSeries().
+void CheckSeries(const DicomSeries& series);
+
 /// Reads the pixels. `progress`, which is optional, is called with values from 0 to 1. Throws kerf::Error unless the
 /// series is a complete CT: for another modality, colour, unequal or missing slices, several slices at one position,
 /// slices of different shape, a transfer syntax that GDCM cannot unpack, or a truncated file.

@@ -24,17 +24,25 @@ struct ElementTag {
   std::uint16_t group, element;
   bool operator==(const ElementTag&) const = default;
 };
+constexpr ElementTag kPatientName{0x0010, 0x0010}, kPatientId{0x0010, 0x0020};
 constexpr ElementTag kStudyUid{0x0020, 0x000d}, kFrameOfReference{0x0020, 0x0052};
-constexpr std::array kKept{
-    ElementTag{0x0008, 0x0005},                              // character set of the texts
-    ElementTag{0x0008, 0x0020},                              // date and time of the study
-    ElementTag{0x0008, 0x0030}, ElementTag{0x0008, 0x0050},  // accession number
-    ElementTag{0x0008, 0x0090},                              // referring physician
-    ElementTag{0x0010, 0x0010},                              // patient: name, identifier, date of birth, sex
-    ElementTag{0x0010, 0x0020}, ElementTag{0x0010, 0x0030}, ElementTag{0x0010, 0x0040}, kStudyUid,
-    ElementTag{0x0020, 0x0010},                              // identifier of the study
-    kFrameOfReference,          ElementTag{0x0020, 0x1040},  // its anatomical reference
-};
+// Also kept: the character set of the texts; date, time, accession number, physician and identifier of the study; the
+// patient's date of birth and sex; the anatomical reference of the frame.
+constexpr std::array kKept{ElementTag{0x0008, 0x0005},
+                           ElementTag{0x0008, 0x0020},
+                           ElementTag{0x0008, 0x0030},
+                           ElementTag{0x0008, 0x0050},
+                           ElementTag{0x0008, 0x0090},
+                           kPatientName,
+                           kPatientId,
+                           ElementTag{0x0010, 0x0030},
+                           ElementTag{0x0010, 0x0040},
+                           kStudyUid,
+                           ElementTag{0x0020, 0x0010},
+                           kFrameOfReference,
+                           ElementTag{0x0020, 0x1040}};
+// They are the same in all slices.
+constexpr std::array kIdentifying{kPatientName, kPatientId, kStudyUid, kFrameOfReference};
 
 // For a child process.
 Json ReadInChild(const DicomSeries& series, ChildReport& report) {
@@ -51,6 +59,13 @@ Json ReadInChild(const DicomSeries& series, ChildReport& report) {
     if (json["instances"].empty()) {
       json["class"] = ReadText(data, 0x0008, 0x0016);
       for (const ElementTag& tag : kKept) json["elements"].push_back(ReadText(data, tag.group, tag.element));
+    }
+    for (std::size_t i = 0; i < kKept.size(); ++i) {
+      const bool identifies = std::find(kIdentifying.begin(), kIdentifying.end(), kKept[i]) != kIdentifying.end();
+      if (identifies && json["elements"][i] != ReadText(data, kKept[i].group, kKept[i].element)) {
+        throw Error(fmt::format(
+            "{}: names another patient, study or frame of reference than the first slice of its series", slice.path));
+      }
     }
     json["instances"].push_back(ReadText(data, 0x0008, 0x0018));
     report.SetProgress(static_cast<double>(json["instances"].size()) / static_cast<double>(series.slices.size()));

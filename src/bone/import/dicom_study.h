@@ -26,7 +26,7 @@ struct DicomStudy {
 void CheckContains(const DicomSeries& series, const Box3& box_W, const std::string& name);
 
 /// Reads them from the headers of the slices, including the patient's name. Throws kerf::Error if a slice cannot be
-/// read, or if the series does not identify its patient's frame of reference.
+/// read, if the slices name different patients, studies or frames of reference, or if they do not name them.
 DicomStudy ReadDicomStudy(const DicomSeries& series);
 
 }  // namespace kerf

@@ -186,10 +186,16 @@ void WarnAboutMask(const Isolation& isolation, ImportReport& report) {
                     FormatVolume(mask.added_mm3), mask.reach_mm));
   }
   if (mask.cut_off_mm3 > kNotable * report.iso_mm3) {
+    const std::vector<std::uint8_t>& other = isolation.mask->samples.other;
+    const bool has_other = std::find(other.begin(), other.end(), 1) != other.end();
     report.warnings.push_back(fmt::format(
         "the mask overrides the CT: {} of bone that are joined to the wanted bone, lie more than {:.4g} mm outside the "
-        "mask and are in no other segment were cut off; if they belong to the wanted bone, correct the mask",
-        FormatVolume(mask.cut_off_mm3), mask.reach_mm));
+        "mask and are in no other segment were cut off; {}",
+        FormatVolume(mask.cut_off_mm3), mask.reach_mm,
+        has_other
+            ? "if they belong to the wanted bone, correct the mask"
+            : "the mask has no segment of other bone, so that these include the skull if it touches; look at them "
+              "with 'kerf picture CT --mask FILE'"));
   }
 }
 

@@ -115,7 +115,7 @@ double CalcFractionOutside(const Bone& bone, const Bone& other) {
 }  // namespace
 
 SegmentationWriting WriteSegments(const Bone& bone, const Bone* before, double voxel_mm, const std::string& path,
-                                  const DicomStudy* study) {
+                                  const DicomStudy* study, const std::function<void(double)>& progress) {
   CheckRange("voxel_mm", voxel_mm, kSegmentVoxelRange_mm);
   const Bone& whole = before != nullptr ? *before : bone;
   if (whole.empty()) throw Error("there is no bone to write as a segmentation");
@@ -156,6 +156,7 @@ SegmentationWriting WriteSegments(const Bone& bone, const Bone* before, double v
   pieces.reserve(split.pieces.size());
   for (const Bone& piece : split.pieces) pieces.emplace_back(piece);
   writing.fill = [&](int k, std::span<std::uint8_t> labels) {
+    if (progress) progress(static_cast<double>(k) / writing.size[2]);
     for (std::size_t i = 0; i < labels.size() / kLayers; ++i) {
       const auto width = static_cast<std::size_t>(writing.size[0]);
       const Vec3 p_W = writing.origin_W + voxel_mm * Vec3(i % width, i / width, k);

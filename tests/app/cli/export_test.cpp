@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bone/import/ct_files.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -56,6 +57,28 @@ TEST_F(Export, EachPieceIsWrittenToASeparateFile) {
   EXPECT_FALSE(Exists("part-2.ply"));
   ExpectRefusal(Kerf("export block.vdb --pieces --min-piece 1000 -o part.ply"),
                 "block.vdb: has no piece of at least 1000 mm3; lower --min-piece");
+}
+
+TEST_F(Export, DicomSegmentationsReferToTheirCtAndNeverReplaceIt) {
+  std::filesystem::create_directory(folder_ / "ct");
+  const Volume ct = test::MakeCt(
+      {12, 10, 8}, {2, 2, 2}, {-11, -9, -7}, glm::dmat3(1), [](const Vec3& p) { return glm::length(p) - 5; }, 900);
+  test::WriteDicom(ct, (folder_ / "ct").string());
+  const ProgramResult written = Kerf("export block.vdb --seg cut.dcm --ct ct");
+  EXPECT_EQ(written.code, 0) << written.err;
+  EXPECT_TRUE(Exists("cut.dcm"));
+  const std::filesystem::path slice = *std::filesystem::directory_iterator(folder_ / "ct");
+  const std::string before = test::Slurp(slice);
+  const ProgramResult over = Kerf("export block.vdb --ct ct --seg ct/" + slice.filename().string());
+  EXPECT_EQ(over.code, 1);
+  EXPECT_THAT(over.err, HasSubstr("is an input and would be overwritten"));
+  EXPECT_EQ(test::Slurp(slice), before);
+  EXPECT_THAT(Kerf("export block.vdb --seg cut.dcm --ct block.vdb").err, HasSubstr("is not a folder of DICOM files"));
+  EXPECT_EQ(Kerf("export block.vdb --seg cut.dcm").code, 2);
+  test::SliceSpec spec;
+  spec.modality = "MR";
+  test::WriteDicom(ct, (folder_ / "ct").string(), spec);
+  EXPECT_THAT(Kerf("export block.vdb --seg cut.dcm --ct ct").err, HasSubstr("the modality is MR, not CT"));
 }
 
 TEST_F(Export, PictureHasTheRequestedSize) {

@@ -204,6 +204,22 @@ TEST_F(DicomSegments, AreThoseOfTheOtherFormat) {
   EXPECT_EQ(FindCodedMeaning(Find(dicom, "metal"))->role, SegmentRole::kMetal);
 }
 
+TEST_F(DicomSegments, NeedOnePatientInAllSlices) {
+  MakeStudy();
+  const std::string folder = folder_.file("ct");
+  const std::string path = std::filesystem::directory_iterator(folder)->path();
+  const std::string slice = test::ReadBytes(path);
+  const auto refusal = [&](const std::string& from, const std::string& to) {
+    std::string changed = slice;
+    changed.replace(changed.find(from), from.size(), to);
+    test::WriteBytes(path, changed);
+    return test::MessageOf([&] { ReadDicomStudy(ListDicomSeries(folder).front()); });
+  };
+  EXPECT_THAT(refusal("SECRET^NAME", "OTHERS^NAME"), HasSubstr("names another patient, study or frame of reference"));
+  EXPECT_THAT(refusal("UI\x6" + std::string(1, '\0') + "1.2.4", "UI\x6" + std::string(1, '\0') + "1.2.5"),
+              HasSubstr("names another patient, study or frame of reference"));
+}
+
 TEST_F(DicomSegments, AreReadAlikeByPydicom) {
   if (std::system("/usr/bin/python3 -c 'import numpy, pydicom' >/dev/null 2>&1") != 0)
     GTEST_SKIP() << "python3-pydicom is not installed";

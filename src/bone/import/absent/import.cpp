@@ -35,6 +35,9 @@ const DicomSeries& ChooseSeries(const std::vector<DicomSeries>&, const std::stri
 bool IsDicomFile(const std::string&) {
   Fail();
 }
+void CheckSeries(const DicomSeries&) {
+  Fail();
+}
 void CheckContains(const DicomSeries&, const Box3&, const std::string&) {
   Fail();
 }
