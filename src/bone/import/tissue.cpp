@@ -103,9 +103,14 @@ TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& sol
   for (int a = 0; a < 3; ++a) {
     for (int b = 0; b < 3; ++b) voxel_from_world_[b][a] = glm::inverse(lattice.axes_W)[b][a] / lattice.spacing_mm[a];
   }
-  const MaskSamples named = mask == nullptr ? MaskSamples() : SpreadOutward(*mask, lattice);
-  const auto take = [&](const std::vector<float> MaskSamples::*fractions) {
-    return (named.*fractions).empty() ? nullptr : std::make_unique<SplineField>(lattice.size, named.*fractions, true);
+  MaskSamples named;
+  if (mask != nullptr) {
+    const bool spreads = !mask->tooth.empty() || !mask->metal.empty() || !mask->lesion.empty();
+    named = spreads ? SpreadOutward(*mask, lattice) : *mask;
+  }
+  const auto take = [&](std::vector<float> MaskSamples::*fractions) {
+    if ((named.*fractions).empty()) return std::unique_ptr<SplineField>();
+    return std::make_unique<SplineField>(lattice.size, std::move(named.*fractions), true);
   };
   if (!named.tooth.empty()) {
     TakeTeeth(named.tooth, solid);

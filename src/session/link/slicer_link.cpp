@@ -85,7 +85,7 @@ void SlicerLink::EndMeshing() {
   meshing_.join();
 }
 
-void SlicerLink::Show(const std::string& title, TriangleMesh tool_T) {
+void SlicerLink::Show(const std::string& title, const TriangleMesh& tool_T) {
   const Bytes tool = Share(MakeIgtlSurface(Stamp("kerf_tool_shape"), tool_T));
   {
     const std::lock_guard lock(mutex_);

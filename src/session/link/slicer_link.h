@@ -48,7 +48,7 @@ class SlicerLink final : public SessionController {
   ~SlicerLink() override;
 
   /// Shows another session, which begins after this: the title of its scene and the shape of its tool, tool frame.
-  void Show(const std::string& title, TriangleMesh tool_T);
+  void Show(const std::string& title, const TriangleMesh& tool_T);
   PlanInbox& plan() { return plan_; }
   const std::shared_ptr<TrackedTool>& tracked_tool() const { return tracked_tool_; }
   /// Sends a STATUS of failure to all peers, unless it is the same as within the last second.

@@ -109,7 +109,7 @@ TEST(Segmentation, RefusesFaultsWithOneSentence) {
   const auto message = [&](const std::vector<HeaderSegment>& segments, std::size_t layers) {
     const std::vector<std::vector<std::int16_t>> values(layers, Cycle(lattice.count(), 2));
     test::WriteBytes(path, test::SegHeader(lattice, segments, layers) + test::LayerBytes(values));
-    const std::string said = MessageOf([&] { ReadSegmentation(path); });
+    std::string said = MessageOf([&] { ReadSegmentation(path); });
     EXPECT_EQ(said.find('\n'), std::string::npos) << said;
     return said;
   };
