@@ -180,8 +180,7 @@ TEST(MaskImport, ReportsWhatTheMaskAddsAndCutsOff) {
   // The rod is 28 mm long and begins 2 mm outside the mask at 14 mm, but the CT is cut 12 mm beyond the mask, at x
   // = 24. Its section of 28.3 mm2 has 29 voxels; the end is known to a voxel.
   EXPECT_NEAR(report.mask.cut_off_mm3, 29 * 10, 2 * 29);
-  EXPECT_THAT(report.warnings,
-              Contains(HasSubstr("were cut off; if they belong to the wanted bone, correct the mask")));
+  EXPECT_THAT(report.warnings, Contains(HasSubstr("were cut off; the mask has no segment of other bone")));
   // By Pappus and by slices: within 10 mm of the middle, the gap has 6 mm x the area of the disc above z = -6; a margin
   // of a voxel on all sides is 6 mm x 60 mm of circumference, and the fill of cavities takes part of the gap.
   EXPECT_GT(report.mask.added_mm3, 0);
