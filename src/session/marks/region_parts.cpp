@@ -5,6 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <numbers>
 
 #include "bone/material/segment_regions.h"
 #include "cut/effects/structure_voxels.h"
@@ -20,6 +21,14 @@ struct PartSum {
   double mm3 = 0;
   double left_mm3 = 0;  // on the patient's left
   Vec3 centre{0};
+  Box3 box{};
+  Box3 turned{};  // by 45 degrees about z
+
+  /// Returns true if the part is more than one tooth.
+  bool IsRow(double voxel_mm) const {
+    const double width_mm = voxel_mm + std::max({box.size().x, box.size().y, turned.size().x, turned.size().y});
+    return mm3 > kMaxTooth_mm3 || width_mm > kMaxTooth_mm;
+  }
 };
 
 std::vector<PartSum> SumParts(const RegionParts& parts, int count, double mid_x_mm) {
@@ -30,6 +39,9 @@ std::vector<PartSum> SumParts(const RegionParts& parts, int count, double mid_x_
     const double mm3 = h * h * h * (run.z1 - run.z0 + 1);
     sum.mm3 += mm3;
     if (run.x * h > mid_x_mm) sum.left_mm3 += mm3;
+    const Vec3 p = parts.PointOf(run, run.z0);
+    sum.box.Include(p);
+    sum.turned.Include(std::numbers::sqrt2 / 2 * Vec3(p.x + p.y, p.x - p.y, 0));
     sum.centre += mm3 * 0.5 * (parts.PointOf(run, run.z0) + parts.PointOf(run, run.z1));
   }
   for (PartSum& sum : sums) {
@@ -38,10 +50,13 @@ std::vector<PartSum> SumParts(const RegionParts& parts, int count, double mid_x_
   return sums;
 }
 
-/// Numbers the teeth of each side from the patient's middle, by the angle about the middle of the dental arch's back.
+/// Numbers the teeth of each side from the patient's middle, by the angle about the middle of the dental arch's back,
+/// up to a row whose teeth cannot be counted.
 void NumberTeeth(std::vector<StructureResult>& teeth, const std::vector<PartSum>& sums, double mid_x_mm) {
   double back_mm = -std::numeric_limits<double>::infinity();
   for (const PartSum& sum : sums) back_mm = std::max(back_mm, sum.centre.y);
+  // A part in the middle may hide teeth of either side.
+  if (std::ranges::any_of(teeth, [](const auto& t) { return t.fdi == 0 && t.side == BodySide::kBoth; })) return;
   for (const BodySide side : {BodySide::kLeft, BodySide::kRight}) {
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; i < teeth.size(); ++i) {
@@ -49,7 +64,9 @@ void NumberTeeth(std::vector<StructureResult>& teeth, const std::vector<PartSum>
       order.emplace_back(std::atan2(std::abs(sums[i].centre.x - mid_x_mm), back_mm - sums[i].centre.y + 1), i);
     }
     std::sort(order.begin(), order.end());
-    for (std::size_t k = 0; k < order.size(); ++k) teeth[order[k].second].number = static_cast<int>(k) + 1;
+    for (std::size_t k = 0; k < order.size() && !teeth[order[k].second].is_row; ++k) {
+      teeth[order[k].second].number = static_cast<int>(k) + 1;
+    }
   }
 }
 
@@ -123,6 +140,7 @@ RegionParts::RegionParts(const Bone& bone, Tissue tissue, double mid_x_mm) : h_(
                                    : tissue == Tissue::kCanal ? MarkKind::kCanal
                                                               : MarkKind::kLesion,
                            .side = CalcSide(sums[i].mm3, sums[i].left_mm3),
+                           .is_row = tissue == Tissue::kTooth && fdi[i] == 0 && sums[i].IsRow(h_),
                            .fdi = fdi[i],
                            .size_mm3 = sums[i].mm3});
   }

@@ -136,6 +136,25 @@ StructureResult AssessMark(const Mark& mark, const Bone& before, const Bone& aft
   return result;
 }
 
+/// Returns the name of a tooth or row without a number of its own.
+Message NameTooth(const StructureResult& tooth) {
+  const bool left = tooth.side == BodySide::kLeft;
+  if (tooth.side == BodySide::kBoth) return {MarkMessage("row of touching teeth, on both sides"), {}};
+  if (tooth.is_row) {
+    return {left ? MarkMessage("row of touching teeth, patient's left")
+                 : MarkMessage("row of touching teeth, patient's right"),
+            {}};
+  }
+  if (tooth.number == 0) {
+    return {
+        left ? MarkMessage("tooth behind a row, patient's left") : MarkMessage("tooth behind a row, patient's right"),
+        {}};
+  }
+  return {left ? MarkMessage("tooth {} from the middle, patient's left")
+               : MarkMessage("tooth {} from the middle, patient's right"),
+          {Quantity{static_cast<double>(tooth.number), 0}}};
+}
+
 }  // namespace
 
 StructureResult DescribeMark(const Mark& mark, const MarkTube& tube, double mid_x_mm) {
@@ -195,21 +214,16 @@ Message NameStructure(const StructureResult& structure) {
   if (!structure.name.empty()) return {"{}", {structure.name}};
   if (structure.kind == MarkKind::kLesion) return {MarkMessage("lesion"), {}};
   if (structure.fdi != 0) return {MarkMessage("tooth {}"), {Quantity{static_cast<double>(structure.fdi), 0}}};
-  const bool tooth = structure.kind == MarkKind::kTooth;
-  const Quantity number{static_cast<double>(structure.number), 0};
+  if (structure.kind == MarkKind::kTooth) return NameTooth(structure);
   switch (structure.side) {
     case BodySide::kLeft:
-      if (tooth) return {MarkMessage("tooth {} from the middle, patient's left"), {number}};
       return {MarkMessage("canal of the nerve, patient's left"), {}};
     case BodySide::kRight:
-      if (tooth) return {MarkMessage("tooth {} from the middle, patient's right"), {number}};
       return {MarkMessage("canal of the nerve, patient's right"), {}};
     case BodySide::kBoth:
       break;
   }
-  return {
-      tooth ? MarkMessage("row of touching teeth, on both sides") : MarkMessage("canal of the nerve, on both sides"),
-      {}};
+  return {MarkMessage("canal of the nerve, on both sides"), {}};
 }
 
 Message DescribePlace(const Vec3& p_W) {

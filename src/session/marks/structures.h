@@ -20,7 +20,8 @@ struct StructureResult {
   std::string name{};  // of a mark; otherwise empty: NameStructure()
   MarkKind kind = MarkKind::kOther;
   BodySide side = BodySide::kBoth;
-  int number = 0;        // of a tooth of the bone: counted on its side from the patient's middle, from 1; otherwise 0
+  bool is_row = false;   // touching teeth without numbers, which are one part of the bone's regions
+  int number = 0;        // of a tooth of the bone: counted on its side from the patient's middle, from 1; 0: not known
   int fdi = 0;           // number of a tooth after ISO 3950, if its region has one; otherwise 0
   bool is_mark = false;  // marked by the user; otherwise a part of the bone's regions
   bool is_cut = false;
@@ -38,6 +39,10 @@ struct StructureResult {
 /// within the error of the structure's border.
 inline constexpr double kMinInjury_vox = 1;
 
+/// Largest volume and horizontal extent of a single tooth: those of a large molar.
+inline constexpr double kMaxTooth_mm3 = 1500;
+inline constexpr double kMaxTooth_mm = 14;
+
 struct StructureAssessment {
   std::vector<StructureResult> structures;  // cut ones first, then by distance
   bool canal_known = false;                 // the bone has a canal region, or there is a mark of a nerve or a canal
@@ -49,8 +54,9 @@ struct StructureAssessment {
 /// Structures of the bone are the parts of its canal, tooth and lesion regions. Canals are divided at the patient's
 /// middle plane x = mid_x_mm (without it, the middle of the bone's bounds). Each region with the number of a tooth is a
 /// tooth (bone/material/segment_regions.h), and so is each connected part of the other tooth regions; parts smaller
-/// than 5 mm^3 belong to the nearest tooth, and those that touch count as one. The lesions are one structure. The side
-/// of a structure is that of its centre; a structure with more than a fifth of its volume on the other side is on both
+/// than 5 mm^3 belong to the nearest tooth, and those that touch are one row: a part of more than kMaxTooth_mm3, or
+/// longer than kMaxTooth_mm across. Teeth behind a row cannot be counted. The lesions are one structure. The side of a
+/// structure is that of its centre; a structure with more than a fifth of its volume on the other side is on both
 /// sides. The place on a tooth is a root if there is bone of another region within 1.5 mm of it, otherwise a crown.
 ///
 /// A structure is cut if more than kMinInjury_vox was removed in it, and severed if what is left of it in the bone no
@@ -61,8 +67,8 @@ struct StructureAssessment {
 StructureAssessment AssessStructures(const Bone& before, const Bone& after, const std::vector<Mark>& marks,
                                      std::optional<double> mid_x_mm = {});
 
-/// Returns the name of a mark, or a description such as "canal of the nerve, patient's left", "tooth 36" or "tooth 3
-/// from the middle, patient's right".
+/// Returns the name of a mark, or a description such as "canal of the nerve, patient's left", "tooth 36", "tooth 3
+/// from the middle, patient's right" or "row of touching teeth, patient's left".
 Message NameStructure(const StructureResult& structure);
 /// Returns a place in words: "25.1 mm left, 3.2 mm back, 8.9 mm down", from the world's origin.
 Message DescribePlace(const Vec3& p_W);

@@ -64,4 +64,13 @@ inline Bone MakeSegmentedJaw(double slot_x_mm = 0, double slot_mm = 0) {
   return MakeBlock(slot_x_mm, slot_mm, region, table);
 }
 
+/// The block with teeth that touch from x = 2 to 17 as one region, one tooth behind them, and one on the other side.
+inline Bone MakeJawWithRow(double slot_x_mm = 0, double slot_mm = 0) {
+  const auto region = [](const Vec3& p) {
+    const bool tooth = (p.x > 2 && p.x < 17) || p.x > 18 || std::abs(p.x + 8) < 2;
+    return tooth && std::abs(p.y) < 2 && p.z > -6 ? 33 : 32;
+  };
+  return MakeBlock(slot_x_mm, slot_mm, region, DefaultMandibleTable());
+}
+
 }  // namespace kerf::test

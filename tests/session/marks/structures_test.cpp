@@ -126,6 +126,17 @@ TEST(Structures, OfASegmentationKeepTheirNames) {
   EXPECT_EQ(Find(through, "lesion").distance_mm, 0);
 }
 
+// A tooth of a row has no number, and the row hides how many teeth are before the next one.
+TEST(Structures, TeethThatTouchAreARowWithoutANumber) {
+  const StructureAssessment out = AssessStructures(test::MakeJawWithRow(), test::MakeJawWithRow(10, 4), {});
+  std::vector<std::string> names;
+  for (const StructureResult& s : out.structures) names.push_back(FormatMessage(NameStructure(s)));
+  EXPECT_THAT(names,
+              ::testing::ElementsAre("row of touching teeth, patient's left", "tooth behind a row, patient's left",
+                                     "tooth 1 from the middle, patient's right"));
+  EXPECT_TRUE(out.structures.front().is_cut);
+}
+
 TEST(Structures, IncludeMarks) {
   const Bone before = MakeJaw();
   const Bone after = MakeJaw(8.5, 8);
