@@ -309,10 +309,12 @@ void Practice::Fill(HudState& hud) {
     const std::optional<DepthReading> reading = gauge_->Calc(pair_->student.Calc(replay_s_).X_WT);
     const CoachState depth{.zone = reading ? FindDepthZone(*reading) : DepthZone::kAbove};
     hud.gauge = MakeGauge(reading, MakeDepthAdvice(depth, false));
-    hud.banner =
-        HudBanner{.kind = HudBanner::Kind::kNotice,
-                  .text = Tr("Orange: your saw and your cut. Blue: the expert's saw."),
-                  .answers = Tr("Space: pause   Left, Right: back, forward   Enter: from the beginning   Esc: result")};
+    hud.banner = HudBanner{
+        .kind = HudBanner::Kind::kNotice,
+        .text = Tr("Orange: your saw and your cut. Blue: the expert's saw."),
+        .answers = replay_runs_
+                       ? Tr("Space: pause   Left, Right: back, forward   Enter: from the beginning   Esc: result")
+                       : Tr("Space: go on   Left, Right: back, forward   Enter: from the beginning   Esc: result")};
   }
 }
 

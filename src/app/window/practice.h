@@ -60,6 +60,7 @@ class Practice final : public Activity {
   /// kCutting: the advice to show now, and the aids of the level with those that the user switches.
   std::optional<CoachLine> MakeCoach() const;
   std::optional<StepLine> MakeStep() const;  // the next step on the first level; on all, the way back to the cut
+  std::string DescribeSpindleOff() const;
   std::vector<Aid> MakeAids() const;
   /// kReplaying: both tracks and the time that is shown.
   const std::optional<ReplayPair>& pair() const { return pair_; }

@@ -32,6 +32,7 @@ constexpr double kWarnTime_s = 10;
 
 HudLevel LevelOf(const DepthAdvice& advice) {
   if (advice.stop) return HudLevel::kBad;
+  if (advice.beside) return HudLevel::kWarn;
   switch (advice.zone) {
     case DepthZone::kTooDeep:
       return HudLevel::kBad;
@@ -59,6 +60,10 @@ Rgb8 ColourOf(HudLevel level) {
     default:
       return kSteelColour;
   }
+}
+
+std::string DescribeWithWay(const Message& message, const std::optional<Message>& way) {
+  return Translate(message) + (way ? " " + Translate(*way) : "");
 }
 
 }  // namespace
@@ -265,12 +270,24 @@ std::optional<StepLine> Practice::MakeStep() const {
   return DescribeStep(step, gauge_->cut(), input, viewer_->spindle_on(), done);
 }
 
+/// Returns the beginning of a text for a saw that touches bone or leaves the wanted cut with the spindle off; otherwise
+/// nothing.
+std::string Practice::DescribeSpindleOff() const {
+  if (viewer_->spindle_on() || !scene_.exercise.gauge || CalcDone() >= kWholeCut) return "";
+  const CoachInput input = MakeCoachInput();
+  const ExerciseStep step = FindStep(gauge_->cut(), input, coach_.zone, false, CalcDone());
+  if (step != ExerciseStep::kBeside && !input.touches && !coach_.shown) return "";
+  // The step says so itself.
+  const bool is_said = !coach_.shown && step == ExerciseStep::kSwitchOn && MakeStep();
+  return is_said ? "" : std::string(Tr("The spindle is off: Space.")) + " ";
+}
+
 std::vector<Aid> Practice::MakeAids() const {
   return ListAids(scene_.exercise, viewer_->controls().in_blade_plane(), viewer_->view().translucent());
 }
 
 std::string Practice::DescribeDepthStop() const {
-  if (gauge_ && CalcDone() >= kStepLineDone) {
+  if (gauge_ && CalcDone() >= kWholeCut) {
     return Tr("The depth stop holds the saw, and the wanted cut is made: lift the blade out.");
   }
   return Activity::DescribeDepthStop();
@@ -298,7 +315,7 @@ HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading, const D
   gauge.level = LevelOf(advice);
   gauge.word = reading->bone_mm ? Tr("cut through") : Tr(advice.text);
   // A planned cut is done when the bone is cut through, wherever the blade is.
-  if (IsPlanned() && CalcDone() >= kStepLineDone) {
+  if (IsPlanned() && CalcDone() >= kWholeCut) {
     gauge.level = HudLevel::kGood;
     gauge.word = Tr("cut through");
     gauge.goal.reset();
@@ -336,8 +353,11 @@ void Practice::FillCutting(HudState& hud) {
   const double goal_s = CalcUnhurriedTime_s(gauge_->cut(), scene_.exercise);
   if (viewer_->spindle_on() && !std::exchange(begun_, true)) viewer_->LeaveTour();
   const std::string keys = Tr("Space: spindle   Arrows or left drag: move   Enter: finish");
-  const bool made = CalcDone() >= kStepLineDone;
-  if (!begun_) {
+  const bool made = CalcDone() >= kWholeCut;
+  const std::optional<CoachLine> line = MakeCoach();
+  const std::optional<StepLine> step = MakeStep();
+  const std::string off = DescribeSpindleOff();
+  if (!begun_ && off.empty()) {
     hud.banner = HudBanner{
         .kind = HudBanner::Kind::kNotice,
         .text = fmt::format(fmt::runtime(Tr("{0} An unhurried cut takes {1} s; the clock starts when you move the saw "
@@ -348,13 +368,13 @@ void Practice::FillCutting(HudState& hud) {
       hud.banner->text +=
           std::string(" ") + Tr("This level has no depth stop: the blade goes as deep as you press it.");
     }
-  } else if (const std::optional<CoachLine> line = MakeCoach(); line && (line->urgent || !made)) {
+  } else if (line && (line->urgent || !made)) {
     hud.banner = HudBanner{.kind = line->urgent ? HudBanner::Kind::kWarning : HudBanner::Kind::kNotice,
-                           .text = Translate(line->message) + (line->way ? " " + Translate(*line->way) : ""),
+                           .text = off + DescribeWithWay(line->message, line->way),
                            .answers = made ? keys : ""};
-  } else if (const std::optional<StepLine> step = MakeStep()) {
+  } else if (step || !off.empty()) {
     hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
-                           .text = Translate(step->message) + (step->way ? " " + Translate(*step->way) : ""),
+                           .text = off + (step ? DescribeWithWay(step->message, step->way) : ""),
                            .answers = keys};
   }
   const double limit_s = scene_.exercise.time_limit_s;
@@ -376,7 +396,8 @@ void Practice::FillCutting(HudState& hud) {
     const std::string done =
         fmt::format(fmt::runtime(Tr("{} % of the planned plane cut")), ShowNumber(100 * CalcDone(), 0));
     hud.status.right = hud.status.right.empty() ? done : fmt::format("{}   |   {}", done, hud.status.right);
-    hud.status.short_right = fmt::format("{} %   {}", ShowNumber(100 * CalcDone(), 0), hud.status.short_right);
+    hud.status.short_right = fmt::format(
+        "{}   {}", fmt::format(fmt::runtime(Tr("{} % cut")), ShowNumber(100 * CalcDone(), 0)), hud.status.short_right);
   }
 }
 

@@ -367,6 +367,9 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double c
   const double duration_s = std::max(1e-6, pair.duration_s());
   const std::string now =
       fmt::format(fmt::runtime(Tr("{} s of {} s")), ShowNumber(time_s, 0), ShowNumber(duration_s, 0));
+  // The slider's handle is as far from its ends; it stands below the plot's line.
+  const float handle = 2 + 0.5F * ImGui::GetStyle().GrabMinSize;
+  float axis = 0;
   if (layout.plot_height > 0) {
     double deepest_mm = 1.15 * goal_mm;
     for (const auto* depths : {&pair.student_depth, &pair.expert_depth}) {
@@ -376,9 +379,9 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double c
     const float line = ImGui::GetTextLineHeight();
     const ImVec2 corner = ImGui::GetCursorScreenPos();
     const std::string goal = FormatQuantity({goal_mm, 1, "mm"}, PointOfLanguage());
-    const float axis = ImGui::CalcTextSize(goal.c_str()).x + 6 * s;
+    axis = ImGui::CalcTextSize(goal.c_str()).x + 6 * s;
     const ImVec2 from{corner.x + axis, corner.y + 2 * s};
-    const ImVec2 to{corner.x + ImGui::GetContentRegionAvail().x, corner.y + layout.plot_height};
+    const ImVec2 to{corner.x + ImGui::GetContentRegionAvail().x - handle, corner.y + layout.plot_height};
     const auto x_of = [&](double t) {
       return from.x + (to.x - from.x) * static_cast<float>(std::clamp(t / duration_s, 0.0, 1.0));
     };
@@ -429,7 +432,8 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double c
     ImGui::SetCursorScreenPos({corner.x, to.y + ImGui::GetStyle().ItemSpacing.y});
   }
   if (layout.slider) {
-    ImGui::SetNextItemWidth(-1);
+    if (axis > 0) ImGui::SetCursorPosX(ImGui::GetCursorPosX() + axis - handle);
+    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
     auto slider_s = static_cast<float>(time_s);
     if (ImGui::SliderFloat("##time", &slider_s, 0, static_cast<float>(duration_s), now.c_str(),
                            ImGuiSliderFlags_NoInput)) {

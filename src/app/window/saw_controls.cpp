@@ -78,7 +78,7 @@ bool SawControls::Take(const WindowEvent& event, const ViewBasis& view) {
   switch (event.kind) {
     case Kind::kKeyDown:
       if (!is_motion(event.key) || event.control || event.alt) return false;
-      held_.insert(event.key);
+      if (held_.insert(event.key).second) held_by_lock_ = IsHeldByLock(event.key, view);
       fast_ = event.shift;
       return true;
     case Kind::kKeyUp:
@@ -136,15 +136,27 @@ Vec3 SawControls::LockNormal() const {
   return lock_plane_ ? lock_plane_->normal_W : X_wanted_.Vector({0, 0, 1});
 }
 
+/// Returns what the restriction permits of a motion.
+Vec3 SawControls::LimitToLock(const Vec3& by_W) const {
+  if (!in_blade_plane_) return by_W;
+  const Vec3 normal_W = LockNormal();
+  const double across = glm::dot(by_W, normal_W);
+  const double to_plane = lock_plane_ ? glm::dot(lock_plane_->p_W - X_wanted_.p_AB, normal_W) : 0;
+  return by_W + (std::clamp(across, std::min(to_plane, 0.0), std::max(to_plane, 0.0)) - across) * normal_W;
+}
+
+bool SawControls::IsHeldByLock(Key key, const ViewBasis& view) const {
+  constexpr double kNone = 1e-6;  // of a motion of 1 mm or 1 rad
+  if (!in_blade_plane_) return false;
+  return std::any_of(Motions().begin(), Motions().end(), [&](const KeyMotion& m) {
+    if (m.key != key) return false;
+    return glm::length(m.move) > 0 ? glm::length(LimitToLock(InWorld(m.move, view))) < kNone
+                                   : std::abs(glm::dot(InWorld(m.turn, view), LockNormal())) < kNone;
+  });
+}
+
 void SawControls::Move(const Vec3& by_W) {
-  Vec3 by = by_W;
-  if (in_blade_plane_) {
-    const Vec3 normal_W = LockNormal();
-    const double across = glm::dot(by, normal_W);
-    const double to_plane = lock_plane_ ? glm::dot(lock_plane_->p_W - X_wanted_.p_AB, normal_W) : 0;
-    by += (std::clamp(across, std::min(to_plane, 0.0), std::max(to_plane, 0.0)) - across) * normal_W;
-  }
-  X_wanted_.p_AB += by;
+  X_wanted_.p_AB += LimitToLock(by_W);
 }
 
 void SawControls::Turn(const Vec3& by_W_rad) {

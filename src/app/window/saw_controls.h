@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "kerf/describe.h"
 #include "kerf/geometry.h"
@@ -65,9 +66,14 @@ class SawControls {
   /// Replaces the blade's plane by this one for the restriction; none: the blade's. From beside the plane, the saw can
   /// be moved towards it, but not away from it or beyond it.
   void set_lock_plane(const std::optional<CutPlane>& plane) { lock_plane_ = plane; }
+  bool has_lock_plane() const { return lock_plane_.has_value(); }
+  /// Returns true once after a key was pressed whose motion the restriction does not permit.
+  bool TakeHeldByLock() { return std::exchange(held_by_lock_, false); }
 
  private:
+  bool IsHeldByLock(Key key, const ViewBasis& view) const;
   void Move(const Vec3& by_W);
+  Vec3 LimitToLock(const Vec3& by_W) const;
   Vec3 LockNormal() const;
   void Turn(const Vec3& by_W_rad);
   void FollowSaw(const Pose& X_WT, bool touches);
@@ -82,6 +88,7 @@ class SawControls {
   double feed_mm_per_s_ = 4;
   bool in_blade_plane_ = false;
   std::optional<CutPlane> lock_plane_;
+  bool held_by_lock_ = false;
 };
 
 }  // namespace kerf

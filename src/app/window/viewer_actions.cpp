@@ -43,8 +43,10 @@ void ViewerApp::AddActions() {
        .run =
            [this] {
              controls_->set_in_blade_plane(!controls_->in_blade_plane());
-             Say(controls_->in_blade_plane() ? Tr("The saw moves in the blade's plane only")
-                                             : Tr("The saw moves freely"));
+             Say(!controls_->in_blade_plane()  ? Tr("The saw moves freely")
+                 : controls_->has_lock_plane() ? Tr("The saw stays in the exercise's plane; from beside it, it moves "
+                                                    "only towards it")
+                                               : Tr("The saw moves in the blade's plane only"));
            },
        .enabled = cuts,
        .on = [this] { return controls_->in_blade_plane(); },

@@ -101,6 +101,7 @@ void ViewerApp::Update(double dt_s) {
   if (device_ && session_ && began_) FollowDevice(dt_s);
   if (is_running() && began_) {
     if (!steers()) controls_->Release();
+    if (controls_->TakeHeldByLock()) Say(Tr("The plane lock holds the saw. L: lock off"));
     controls_->Advance(dt_s, MakeKeyBasis(), figures_.coupled.X_WT, touches());
     session_->SetTarget(controls_->wanted(), controls_->holds());
   }

@@ -90,7 +90,7 @@ std::optional<Message> DescribeFeedChange(const CoachInput& input) {
     return Message{MarkMessage("Keys move the saw at {}: press ]."), {Quantity{input.key_feed_mm_per_s, 1, "mm/s"}}};
   }
   if (input.force_N >= kPressed_N) {
-    return Message{MarkMessage("Press less: {} slow the blade."), {Quantity{input.force_N, 0, "N"}}};
+    return Message{MarkMessage("Press less: {} slow the blade. Or ]: faster keys."), {Quantity{input.force_N, 0, "N"}}};
   }
   return Message{MarkMessage("Keep the key pressed that moves the saw along the line."), {}};
 }
@@ -169,19 +169,24 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
   const auto line = [&](bool urgent, Message message, std::optional<Message> way = {}) {
     return CoachLine{*state.shown, urgent, std::move(message), std::move(way)};
   };
+  const std::optional<Message> lift = DescribeWay(input.keys, cut.into_W);
   switch (*state.shown) {
     case CoachTopic::kInNerve:
-      return line(true, {MarkMessage("Stop: the blade is in the nerve canal. Lift it out."), {}});
+      return line(true, {MarkMessage("Stop: the blade is in the nerve canal. Lift it out."), {}}, lift);
     case CoachTopic::kNearNerve:
       return line(true, {MarkMessage("The nerve canal is {} away: do not go deeper."),
                          {Quantity{std::max(input.nerve_mm.value_or(0), 0.0), 1, "mm"}}});
     case CoachTopic::kTooDeep:
       if (input.depth && input.depth->bone_mm) {
-        return line(true, {MarkMessage("Cut through: the bone is {} thick here. Lift the blade."),
-                           {Quantity{*input.depth->bone_mm, 1, "mm"}}});
+        return line(true,
+                    {MarkMessage("Cut through: the bone is {} thick here. Lift the blade."),
+                     {Quantity{*input.depth->bone_mm, 1, "mm"}}},
+                    lift);
       }
-      return line(true, {MarkMessage("Too deep by {}: lift the blade."),
-                         {Quantity{std::max(input.depth ? -input.depth->to_goal_mm : 0.0, 0.0), 1, "mm"}}});
+      return line(true,
+                  {MarkMessage("Too deep by {}: lift the blade."),
+                   {Quantity{std::max(input.depth ? -input.depth->to_goal_mm : 0.0, 0.0), 1, "mm"}}},
+                  lift);
     case CoachTopic::kBeyondEnd:
       return line(false,
                   {IsPlanned(input.kind) ? MarkMessage("You are {} beyond the edge of the planned cut.")
@@ -239,7 +244,7 @@ double CalcDistanceFromCut(const WantedCut& cut, const Pose& X_WT) {
 }
 
 ExerciseStep FindStep(const WantedCut& cut, const CoachInput& input, DepthZone zone, bool spindle_on, double done) {
-  if (done >= kStepLineDone) return ExerciseStep::kFinish;
+  if (done >= kWholeCut) return ExerciseStep::kFinish;
   if (CalcDistanceFromCut(cut, input.X_WT) > kStepFar_mm) return ExerciseStep::kReturn;
   if (FindOutside(cut, input, zone)) return ExerciseStep::kBeside;
   if (!spindle_on) return ExerciseStep::kSwitchOn;
@@ -262,7 +267,7 @@ StepLine DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput&
       }
       break;
     case ExerciseStep::kSwitchOn:
-      return {{MarkMessage("Switch the spindle on."), {}}};
+      return {{MarkMessage("The spindle is off: Space."), {}}};
     case ExerciseStep::kLower:
       if (planned && done >= kSomeDone) {
         return {
@@ -280,15 +285,21 @@ StepLine DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput&
       return {{MarkMessage("Go on slowly to the depth of {}. Press down (Down key) while you move along the line, too: "
                            "otherwise the blade climbs."),
                {Quantity{cut.depth_mm, 1, "mm"}}}};
-    case ExerciseStep::kFollow:
+    case ExerciseStep::kFollow: {
+      const bool press = input.depth && input.depth->to_goal_mm > kStepPress_mm;
       if (planned) {
-        return {{MarkMessage("Deep enough here: go on in the planned plane to its other edge, and keep pressing down "
-                             "(Down key). {} of it is cut."),
+        return {{press
+                     ? MarkMessage("Deep enough here: go on in the planned plane to its other edge, and press down "
+                                   "(Down key). {} of it is cut.")
+                     : MarkMessage("Deep enough here: go on in the planned plane to its other edge. {} of it is cut."),
                  {percent}}};
       }
-      return {{MarkMessage("Deep enough: move along the line to its other end, and keep pressing down (Down key). {} "
-                           "of it is done."),
+      return {{press
+                   ? MarkMessage("Deep enough: move along the line to its other end, and press down (Down key). {} of "
+                                 "it is done.")
+                   : MarkMessage("Deep enough: move along the line to its other end. {} of it is done."),
                {percent}}};
+    }
     case ExerciseStep::kFinish:
       break;
   }
@@ -317,6 +328,12 @@ DepthAdvice MakeDepthAdvice(const CoachState& state, bool rests) {
     advice.stop = true;
     advice.text = state.shown == CoachTopic::kInNerve ? MarkMessage("stop: in the nerve canal")
                                                       : MarkMessage("no deeper: nerve canal");
+    return advice;
+  }
+  advice.beside =
+      state.on[IndexOf(CoachTopic::kBesideLine)] && advice.zone != DepthZone::kAbove && !IsDeep(advice.zone);
+  if (advice.beside) {
+    advice.text = MarkMessage("beside the wanted cut");
     return advice;
   }
   switch (advice.zone) {

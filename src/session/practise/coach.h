@@ -112,9 +112,9 @@ struct StepLine {
   std::optional<Message> way = {};  // to the wanted cut, as the student sees it
 };
 
-/// Fraction of the line from which it counts as done, and distance from the wanted depth that counts as reached.
-inline constexpr double kStepLineDone = 0.95;
+/// Distance from the wanted depth that counts as reached, and from which the blade must be pressed down further.
 inline constexpr double kStepDepth_mm = 0.3;
+inline constexpr double kStepPress_mm = 0.15;
 /// Distance from the wanted cut from which the saw is lost: it may be out of the picture.
 inline constexpr double kStepFar_mm = 30;
 
@@ -134,6 +134,7 @@ double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_
 struct DepthAdvice {
   DepthZone zone = DepthZone::kAbove;
   bool stop = false;      // whatever the depth, the blade must not go deeper
+  bool beside = false;    // the depth is not that of the wanted cut
   const char* text = "";  // in English
 };
 /// `rests`: the saw does not move, so that it cannot slow down.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "session/score/measures.h"
+
 namespace kerf {
 namespace {
 
@@ -13,10 +15,17 @@ Quantity Points(double total) {
 /// Best totals of the levels of an exercise.
 using BestTotals = std::array<std::optional<double>, kLevels>;
 
+/// Returns true if an attempt does not pass its level, whatever its total: the bone is to be cut through, and is not.
+bool IsNotThrough(const Attempt& attempt, const Exercise& exercise) {
+  return exercise.id == "osteotomy" && attempt.Get("cut_share").value_or(1) < kWholeCut;
+}
+
+/// Returns the best totals of the attempts that can pass their levels.
 BestTotals FindBest(std::span<const Attempt> history, const Exercise& exercise) {
   BestTotals best;
   for (const Attempt& a : history) {
     if (!a.graded() || a.exercise != exercise.id || a.level < 1 || a.level > kLevels) continue;
+    if (IsNotThrough(a, exercise)) continue;
     std::optional<double>& total = best[static_cast<std::size_t>(a.level - 1)];
     total = std::max(total.value_or(0), *a.total);
   }
@@ -82,6 +91,10 @@ NextStep RepeatLevel(std::span<const Attempt> history, const Exercise& exercise,
             {MarkMessage("Two attempts below {0} of 100 points: practise level {1} again, which has more aids."),
              {Points(kPoorTotal), Points(level - 1)}}};
   }
+  if (IsNotThrough(last, exercise)) {
+    return {
+        again, exercise.id, level, {MarkMessage("The bone is not cut through: try level {0} again."), {Points(level)}}};
+  }
   return {again,
           exercise.id,
           level,
@@ -134,7 +147,9 @@ NextStep Recommend(std::span<const Attempt> history, std::string_view exercise_i
   CheckRange("level", level, FindRange<SceneExercise>("level"));
   // An attempt in which nothing was cut is not in the history.
   if (!total) return RepeatUngraded(exercise, level);
-  if (*total < kGoodTotal) return RepeatLevel(history, exercise, level);
+  const bool is_last = !history.empty() && history.back().exercise == exercise.id && history.back().level == level;
+  if (*total < kGoodTotal || (is_last && IsNotThrough(history.back(), exercise)))
+    return RepeatLevel(history, exercise, level);
   const BestTotals best = FindBest(history, exercise);
   const int passed = std::max(FindPassed(best), level);
   if (passed < kLevels) {

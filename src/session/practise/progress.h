@@ -58,9 +58,10 @@ struct NextStep {
 /// Recommends the next step after an attempt at an exercise and level. `total`: its score; none: it has none. Below
 /// kGoodTotal, the same level, or after two attempts below kPoorTotal in a row the previous one. From kGoodTotal on,
 /// the first level of the exercise that is not passed, or if there is none, that of FindNextStep(). A level is passed
-/// if the best total of all attempts at it, or at a higher level of the exercise, is at least kGoodTotal. `history`:
-/// attempts of one student in the order of submission, with this one as the last, unless nothing was cut; damaged rows
-/// are ignored. Throws kerf::Error for an unknown exercise or a level out of range.
+/// if the best total of all attempts at it, or at a higher level of the exercise, is at least kGoodTotal; of an
+/// osteotomy, that of all attempts that cut the bone through. `history`: attempts of one student in the order of
+/// submission, with this one as the last, unless nothing was cut; damaged rows are ignored. Throws kerf::Error for an
+/// unknown exercise or a level out of range.
 NextStep Recommend(std::span<const Attempt> history, std::string_view exercise, int level, std::optional<double> total);
 
 /// Row of the list of exercises.

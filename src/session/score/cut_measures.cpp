@@ -4,6 +4,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "session/marks/region_parts.h"
+#include "session/marks/structure_body.h"
 #include "session/score/cut_area.h"
 
 namespace kerf {
@@ -87,6 +89,14 @@ void MeasureDepthErrors(const WantedCut& cut, std::span<const CutColumn> columns
   SetValue(sheet, "too_deep_mm", too_deep_mm);
 }
 
+bool IsCanalSevered(const Bone& before, const Bone& after) {
+  const RegionParts parts(before, Tissue::kCanal, before.CalcBounds().centre().x);
+  for (std::size_t i = 0; i < parts.structures().size(); ++i) {
+    if (StructureBody(before, parts, static_cast<int>(i)).IsSevered(after)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 PlaneError CalcPlaneError(const CutPlane& fitted, const WantedCut& cut, const Vec3& p_W) {
@@ -165,6 +175,7 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
   }
   SetValue(sheet, "removed_mm3", removed_mm3);
   if (std::find(canal.begin(), canal.end(), true) != canal.end()) SetValue(sheet, "breach_mm3", breach_mm3);
+  sheet.canal_severed = breach_mm3 > 0 && IsCanalSevered(before, after);
   if (!cut) return;
 
   if (removed_mm3 > 0) sheet.picture = MakeCutPicture(before, after, *cut, cells);

@@ -61,6 +61,10 @@ struct DeepStretch {
   bool goes_on = false;     // the tool also cut beyond it, less deeply
 };
 
+/// Fraction of the wanted cut from which it counts as whole, while it is made and in the review. What lacks then costs
+/// less than any fault that the review names.
+inline constexpr double kWholeCut = 0.98;
+
 /// Deviation of the feed, as a fraction of the wanted one, up to which no points are lost.
 inline constexpr double kFeedGood = 0.25;
 /// Force on the hand from which pressing is the reason for a feed that is too slow.
@@ -111,6 +115,7 @@ struct ScoreSheet {
   std::optional<DeepStretch> deep;      // none: nowhere deep enough
   std::optional<FeedAlong> feed_along;  // along the line, at depth; none: too short
   bool turned = false;                  // the spindle turned
+  bool canal_severed = false;           // a nerve canal was cut over its whole cross-section
 
   /// Throws kerf::Error for an unknown key.
   std::optional<double> Get(std::string_view key) const;

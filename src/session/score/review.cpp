@@ -20,9 +20,10 @@ constexpr double kUneven = 1.5;
 constexpr double kRestsMuch = 0.15;
 /// Removed volume of the nerve canal below which it was only touched.
 constexpr double kTouched_mm3 = 0.05;
-/// Fraction of the line from which an attempt is graded, and from which following it is praised.
+/// Fraction of the line from which an attempt is graded.
 constexpr double kFinishedShare = 0.8;
-constexpr double kWholeLine = 0.95;
+/// Total that is shown as 100 points.
+constexpr double kAllPoints = 99.5;
 /// Smallest tremor that is shown with two decimals.
 constexpr double kTrembles_mm = 0.005;
 /// Mean lack of depth on the deep stretch up to which the cut stopped early rather than being too shallow.
@@ -89,7 +90,7 @@ Message DescribeBeside(const ScoreSheet& sheet) {
 
 /// Describes a cut that is deep enough, but not along the whole line; none: it is another one.
 std::optional<Message> DescribeStopped(const ScoreSheet& sheet) {
-  if (!sheet.deep || sheet.deep->share >= kWholeLine || sheet.deep->shallow_mm > kDeep_mm) return {};
+  if (!sheet.deep || sheet.deep->share >= kWholeCut || sheet.deep->shallow_mm > kDeep_mm) return {};
   const Quantity share{100 * sheet.deep->share, 0, "%"};
   if (sheet.deep->from_start && !sheet.deep->goes_on) {
     return Message{
@@ -283,7 +284,7 @@ std::optional<Message> FindPraise(const ScoreSheet& sheet, const ExerciseReview&
   }
   if (best != nullptr) return DescribeGood(sheet, best->info->key);
   // The disc reaches half of the depth ahead of its lowest point, so that line_share alone does not tell.
-  if (named != Fault::kMissing && std::min(GetOrZero(sheet, "line_share"), GetOrZero(sheet, "cut_share")) >= kWholeLine)
+  if (named != Fault::kMissing && std::min(GetOrZero(sheet, "line_share"), GetOrZero(sheet, "cut_share")) >= kWholeCut)
     return Message{MarkMessage("You have followed the whole line."), {}};
   return {};
 }
@@ -373,8 +374,13 @@ std::optional<Message> DescribeCrossedNerve(const ScoreSheet& sheet) {
           {}};
     }
     return Message{
-        MarkMessage("The nerve canal was cut, and {} of it were removed. The planned plane crosses the canal, "
-                    "so this costs no points."),
+        sheet.canal_severed
+            ? MarkMessage(
+                  "The nerve canal was severed, and {} of it were removed. The planned plane crosses the canal, "
+                  "so this costs no points.")
+            : MarkMessage(
+                  "The nerve canal was injured, and {} of it were removed. The planned plane crosses the canal, "
+                  "so this costs no points."),
         {Show(sheet, "breach_mm3")}};
   }
   const std::optional<double> distance_mm = sheet.Get("nerve_distance_mm");
@@ -395,9 +401,11 @@ ExerciseReview MakeReview(const ScoreSheet& sheet) {
   } else {
     const std::vector<FaultLoss> losses = FindLosses(sheet);
     if (!losses.empty() && losses.front().lost >= kSmallLoss) named = losses.front().fault;
-    review.headline = named ? DescribeFault(sheet, *named)
-                            : Message{MarkMessage("An excellent cut: no single fault cost more than {} of 100 points."),
-                                      {Quantity{kSmallLoss, 0, ""}}};
+    review.headline = named                        ? DescribeFault(sheet, *named)
+                      : *sheet.total >= kAllPoints ? Message{MarkMessage("An excellent cut: no points were lost."), {}}
+                                                   : Message{MarkMessage("An excellent cut: no single fault cost more "
+                                                                         "than {} of 100 points."),
+                                                             {Quantity{kSmallLoss, 0, ""}}};
   }
   review.notes = FindNotes(sheet);
   std::erase(review.notes, review.headline);

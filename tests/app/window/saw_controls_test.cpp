@@ -241,6 +241,25 @@ TEST(SawControls, LockLeadsToItsPlaneAndHoldsTheSawThere) {
   EXPECT_NEAR(hold(Key::kPageUp), 0, 1e-9);
 }
 
+TEST(SawControls, LockSaysOnceThatItHoldsAKey) {
+  SawControls controls(Pose{Quat{1, 0, 0, 0}, {0, 2, 0}});
+  controls.set_lock_plane(CutPlane{.p_W = {0, 0, 0}, .normal_W = {0, 1, 0}});
+  const auto press = [&](Key key) {
+    controls.Take(KeyEvent(key), kFront);
+    controls.Take(KeyEvent(key), kFront);  // the keyboard repeats it
+    const bool held = controls.TakeHeldByLock();
+    EXPECT_FALSE(controls.TakeHeldByLock());
+    controls.Take(KeyEvent(key, false), kFront);
+    return held;
+  };
+  EXPECT_FALSE(press(Key::kPageUp)) << "free";
+  controls.set_in_blade_plane(true);
+  EXPECT_TRUE(press(Key::kPageUp)) << "away from the plane";
+  EXPECT_FALSE(press(Key::kPageDown)) << "towards it";
+  EXPECT_FALSE(press(Key::kDown));
+  EXPECT_TRUE(press(Key::kW)) << "tilt";
+}
+
 // A saw that is pressed with the greatest force still moves along at the speed of the keys.
 TEST(SawControls, PressureInOneDirectionLeavesTheOtherOneItsLead) {
   SawControls controls(Pose{});

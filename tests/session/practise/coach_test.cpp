@@ -142,7 +142,7 @@ TEST(Coach, NamesTheKeyThatChangesTheFeed) {
   EXPECT_EQ(say(5, 5, 2), "Keys move the saw at 5.0 mm/s: press [.");
   EXPECT_EQ(say(5, 3, 2), "");  // with the mouse
   EXPECT_EQ(say(1.5, 1.5, 8.2), "Keys move the saw at 1.5 mm/s: press ].");
-  EXPECT_EQ(say(1.5, 3, 8.2), "Press less: 8 N slow the blade.");
+  EXPECT_EQ(say(1.5, 3, 8.2), "Press less: 8 N slow the blade. Or ]: faster keys.");
   EXPECT_EQ(say(1.5, 3, 2), "Keep the key pressed that moves the saw along the line.");
 }
 
@@ -275,8 +275,9 @@ TEST(Coach, SaysTheWayBackAsTheStudentSeesIt) {
   // Beyond the ends.
   EXPECT_EQ(say(Place(cut, 16.8, 1), {cut.along_W, up}), left);
   EXPECT_EQ(say(Place(cut, -0.8, 1), {cut.along_W, up}), right);
+  EXPECT_EQ(say(Place(cut, 8, 2.5), {cut.along_W, up}), "Up key: up.");
   // Other advice has no way back, and without a picture there is none.
-  EXPECT_EQ(say(Place(cut, 8, 2.5), {cut.along_W, up}), "");
+  EXPECT_EQ(say(Place(cut, 8, 1, 0, 0.2), {cut.along_W, up}), "");
   const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, beside), cut, beside);
   ASSERT_TRUE(line);
   EXPECT_FALSE(line->way);
@@ -339,9 +340,14 @@ TEST(ExerciseSteps, LeadFromTheSpindleToTheEnd) {
   EXPECT_EQ(StepOf(cut, Place(cut, 0, 1.8), true, 0.1), ExerciseStep::kFollow);
   EXPECT_EQ(StepOf(cut, Place(cut, 16, 2), true, 1), ExerciseStep::kFinish);
   EXPECT_EQ(StepOf(cut, above, false, 1), ExerciseStep::kFinish);
-  EXPECT_EQ(
-      FormatMessage(DescribeStep(ExerciseStep::kFollow, cut, above, true, 0.42).message),
-      "Deep enough: move along the line to its other end, and keep pressing down (Down key). 42 % of it is done.");
+  EXPECT_EQ(StepOf(cut, Place(cut, 15, 2), true, 0.97), ExerciseStep::kFollow);  // the review would name what lacks
+  // It is pressed down only where it is not quite deep enough.
+  const auto follow = [&](double depth_mm) {
+    return FormatMessage(DescribeStep(ExerciseStep::kFollow, cut, Place(cut, 4, depth_mm), true, 0.42).message);
+  };
+  EXPECT_EQ(follow(2), "Deep enough: move along the line to its other end. 42 % of it is done.");
+  EXPECT_EQ(follow(1.8),
+            "Deep enough: move along the line to its other end, and press down (Down key). 42 % of it is done.");
 }
 
 // The blade climbs if it is moved along without being pressed down; the card says how to avoid it.
@@ -472,6 +478,18 @@ TEST(DepthAdvice, AgreesWithTheCoachAtEveryDepth) {
   EXPECT_EQ(words, (std::set<std::string>{"above the bone", "continue", "slow down", "deep enough", "too deep",
                                           "no deeper: nerve canal", "stop: in the nerve canal"}));
   EXPECT_STREQ(MakeDepthAdvice({.zone = DepthZone::kNear}, true).text, "nearly deep enough");
+}
+
+// A depth beside the line is not that of the wanted cut.
+TEST(DepthAdvice, IsNotGoodBesideTheLine) {
+  const WantedCut cut = MakeCut();
+  const auto advice = [&](double depth_mm, double beside_mm) {
+    return MakeDepthAdvice(UpdateCoach({}, cut, Place(cut, 8, depth_mm, beside_mm)), false);
+  };
+  EXPECT_FALSE(advice(2, 0).beside);
+  EXPECT_TRUE(advice(2, 3.6).beside);
+  EXPECT_STREQ(advice(2, 3.6).text, "beside the wanted cut");
+  EXPECT_STREQ(advice(2.5, 3.6).text, "too deep");
 }
 
 TEST(Coach, LinesAreCompleteSentences) {

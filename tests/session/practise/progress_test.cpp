@@ -232,6 +232,19 @@ TEST(ListProgress, NextStepFollowsTheOrderOfDifficulty) {
   EXPECT_EQ(NextAfter(all).kind, Kind::kFinished);
 }
 
+// A bone that still holds together is not cut through, however good the rest is.
+TEST(Recommend, OsteotomyThatIsNotThroughIsNotPassed) {
+  const auto after = [](const char* cut_share) {
+    std::vector<Attempt> history = MakeTries("osteotomy", 1, {79});
+    history.back().measures_json = std::string(R"({"measures": {"cut_share": {"value": )") + cut_share + "}}}";
+    EXPECT_TRUE(history.back().Get("cut_share"));
+    return Recommend(history, "osteotomy", 1, 79);
+  };
+  EXPECT_EQ(after("0.85").kind, Kind::kRepeat);
+  EXPECT_EQ(FormatMessage(after("0.85").reason), "The bone is not cut through: try level 1 again.");
+  EXPECT_EQ(after("0.99").kind, Kind::kNextLevel);
+}
+
 TEST(ListAids, EachLevelHasOneLess) {
   int last = 1 << 20;
   for (int level = 1; level <= kLevels; ++level) {

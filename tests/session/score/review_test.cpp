@@ -191,7 +191,7 @@ TEST(Review, LossesAddUpToWhatTheTotalLacks) {
 
 TEST(Review, ExcellentCutHasNoFault) {
   for (const ExerciseKind kind : kReviewed) {
-    EXPECT_THAT(Headline(PerfectSheet(kind)), HasSubstr("An excellent cut"));
+    EXPECT_EQ(Headline(PerfectSheet(kind)), "An excellent cut: no points were lost.");
     EXPECT_TRUE(MakeReview(PerfectSheet(kind)).praise);
   }
 }
@@ -301,8 +301,10 @@ TEST(Review, OsteotomyNamesTheNerveThatThePlaneCrosses) {
   EXPECT_EQ(sheet.total.value(), total);
   EXPECT_EQ(
       FormatMessage(*MakeReview(sheet).nerve),
-      "The nerve canal was cut, and 3.3 mm³ of it were removed. The planned plane crosses the canal, so this costs "
+      "The nerve canal was injured, and 3.3 mm³ of it were removed. The planned plane crosses the canal, so this costs "
       "no points.");
+  sheet.canal_severed = true;
+  EXPECT_THAT(FormatMessage(*MakeReview(sheet).nerve), HasSubstr("The nerve canal was severed"));
   SetValue(sheet, "breach_mm3", 0.01);
   EXPECT_THAT(FormatMessage(*MakeReview(sheet).nerve), HasSubstr("touched the nerve canal"));
   for (const ExerciseKind kind : kReviewed) {
