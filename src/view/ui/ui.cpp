@@ -17,7 +17,7 @@ namespace kerf {
 namespace {
 
 constexpr char kFontFolder[] = "/usr/share/fonts/truetype/dejavu/";
-constexpr float kDoubleClick_s = 0.4f;  // between the clicks of a double click
+constexpr float kDoubleClick_s = 0.3f;  // between the clicks of a double click
 constexpr double kNormal = 15;          // size of text, points
 constexpr double kSmall = 13;
 constexpr double kTitle = 20;
