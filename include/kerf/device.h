@@ -58,6 +58,9 @@ class Device {
   virtual bool Read(DeviceSample& sample) noexcept = 0;
   /// Sets the force and the torque on the hand.
   virtual bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept = 0;
+  /// Passes the pose of the tool after a tick. Only a device that is coupled to the tool again needs it: the tool may
+  /// be behind the handle that pulls it.
+  virtual void TakeToolPose(const Pose& /*X_WT*/) noexcept {}
 };
 
 }  // namespace kerf

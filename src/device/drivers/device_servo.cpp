@@ -173,6 +173,16 @@ void DeviceServo::RemindOfHoming(ServoState state, std::int64_t now_ns) {
   Say(fmt::format("{}{}", DescribeHoming(traits_), traits_.makes_force ? "; there is no force until then" : ""));
 }
 
+/// Reports poses that are not valid, from a device without force: a program that sends them is at fault and can be
+/// corrected. For other devices such an answer is noise on the line, which the counts show.
+void DeviceServo::SayBadAnswers(std::int64_t now_ns) {
+  const std::uint64_t bad_answers = round_->counts().bad_answers;
+  if (std::exchange(bad_answers_, bad_answers) == bad_answers || now_ns < next_bad_answer_ns_) return;
+  if (traits_.makes_force || traits_.motion != DriverMotion::kPosition) return;
+  next_bad_answer_ns_ = now_ns + kRemindAgain_ns;
+  Say("sent a pose that is not valid: it is not used");
+}
+
 bool DeviceServo::ReleaseAll(int timeout_ms, bool for_good) noexcept {
   const std::uint32_t before = releases_done.load();
   const int all = servos.load();
@@ -381,6 +391,7 @@ void DeviceServo::RunRounds(std::uint32_t& releases_seen) {
       SayState(before, state);
     }
     RemindOfHoming(state, now_ns);
+    SayBadAnswers(now_ns);
     before = state;
     if (state == ServoState::kClosed) {
       if (must_restart) driver_->Stop();
@@ -393,6 +404,7 @@ void DeviceServo::RunRounds(std::uint32_t& releases_seen) {
 
 void DeviceServo::SetTool(const Pose& X_WT, const ToolCoupling& tool) {
   X_WT_ = X_WT;
+  X_WT_actual_.reset();
   tool_ = tool;
   workspace_ = Workspace(MakeWorkspace(options_, traits_, tool.p_TC_mm));
   engagements_ = 0;  // couples the handle to the tool again
@@ -427,6 +439,15 @@ void DeviceServo::TurnTool() {
   X_WT_ = X_WT;
 }
 
+/// Moves the requested pose to that of the tool, in the time in which the clutch removes the force. Afterwards it
+/// stands: a tool that is driven by its own teeth must not run away.
+void DeviceServo::EndPull() {
+  if (!X_WT_actual_ || fraction_ <= 0) return;
+  const double part = std::min(1.0, dt_s_ / (fraction_ * kClutchOut_s));
+  X_WT_.p_AB = glm::mix(X_WT_.p_AB, X_WT_actual_->p_AB, part);
+  X_WT_.R_AB = glm::normalize(glm::slerp(X_WT_.R_AB, X_WT_actual_->R_AB, part));
+}
+
 void DeviceServo::Elapse(double dt_s) noexcept {
   dt_s_ = std::clamp(dt_s, 0.0, 0.1);
   const bool on = held_ && !clutched_;
@@ -443,14 +464,19 @@ bool DeviceServo::Read(DeviceSample& sample) noexcept {
     sample.buttons = SwapButtons(sample.buttons, right_bit_, left_bit_);
   }
   if (!has_orientation_) has_orientation_ = orientation_.Update();
-  if (!has_orientation_ || newest.state != ServoState::kEngaged || Now_s() - newest.at_s > options_.max_sample_age_s) {
+  const bool is_current = newest.state == ServoState::kEngaged && Now_s() - newest.at_s <= options_.max_sample_age_s;
+  // Coupled again before this thread saw that it was not held: that motion is not one of the hand either.
+  const bool is_another = held_ && newest.engagements != engagements_;
+  if (!has_orientation_ || !is_current || is_another) {
     held_ = false;
     fraction_ = 0;
     return false;
   }
-  const bool clutched = IsClutched(newest.sample.buttons);
-  if (!held_ || newest.engagements != engagements_ || (clutched_ && !clutched)) {
+  // A clutch that was pressed for a moment only is released when the pull has ended.
+  const bool clutched = IsClutched(newest.sample.buttons) || (held_ && clutched_ && fraction_ > 0);
+  if (!held_ || (clutched_ && !clutched)) {
     orientation_.Update();
+    if (!held_ && X_WT_actual_) X_WT_ = *X_WT_actual_;
     workspace_.Anchor(X_DH_, X_WT_, orientation_.front());
     engagements_ = newest.engagements;
   }
@@ -459,6 +485,8 @@ bool DeviceServo::Read(DeviceSample& sample) noexcept {
   if (!clutched) {
     X_WT_ = workspace_.CalcToolPose(X_DH_);
     TurnTool();
+  } else {
+    EndPull();
   }
   sample.X_WH = X_WT_;
   return true;

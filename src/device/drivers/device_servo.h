@@ -60,12 +60,15 @@ struct ToolCoupling {
   double stiffness_N_per_mm = 0;
 };
 
-/// Thread safety: Elapse, Read, Write and ReadDeflection are for the loop's thread; everything else is for one other
-/// thread, unless stated otherwise.
+/// Thread safety: Elapse, Read, Write, TakeToolPose and ReadDeflection are for the loop's thread; everything else is
+/// for one other thread, unless stated otherwise.
 ///
 /// While the button named "clutch" (otherwise "centre", otherwise the first) is pressed, the handle is detached from
-/// the tool: the tool stops and the force goes to zero. On release, the handle is coupled to the tool at its new
-/// position, and the force returns slowly.
+/// the tool: the force goes to zero, and meanwhile the pull on a tool that is behind the handle. On release, the handle
+/// is coupled to the tool at its new position, and the force returns slowly.
+///
+/// Whenever the handle is coupled to the tool again, it requests the pose that the tool then has (TakeToolPose()), so
+/// that nothing pulls the tool until the handle moves.
 class DeviceServo final : public Device {
  public:
   /// Opens the device. Throws kerf::Error if that fails: DeviceNotThere, or the reason.
@@ -114,11 +117,14 @@ class DeviceServo final : public Device {
 
   // ---- loop thread
   void Elapse(double dt_s) noexcept override;
-  /// Returns false while the handle does not hold the tool; meanwhile, the tool is stopped. Afterwards it continues
-  /// from where it stopped, regardless of the handle's position.
+  /// Returns false while the handle does not hold the tool, and in at least one tick before it is coupled again;
+  /// meanwhile, the tool is stopped. Afterwards it continues from where it stopped, regardless of the handle's
+  /// position.
   bool Read(DeviceSample& sample) noexcept override;
   bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override;
-  /// Replaces the three functions above for a device without force (DriverMotion::kDeflection). Returns zero while the
+  /// Without it, the tool is assumed to be where the handle requested it last.
+  void TakeToolPose(const Pose& X_WT) noexcept override { X_WT_actual_ = X_WT; }
+  /// Replaces the functions above for a device without force (DriverMotion::kDeflection). Returns zero while the
   /// device is absent.
   std::array<double, 6> ReadDeflection() noexcept;
 
@@ -153,6 +159,8 @@ class DeviceServo final : public Device {
   void Say(std::string message);
   void SayState(ServoState before, ServoState now);
   void TurnTool();
+  void EndPull();
+  void SayBadAnswers(std::int64_t now_ns);
   static std::size_t Index(int bit) { return static_cast<std::size_t>(bit); }
   bool IsClutched(std::uint32_t buttons) const { return clutch_bit_ >= 0 && (buttons >> clutch_bit_ & 1u) != 0; }
 
@@ -178,11 +186,13 @@ class DeviceServo final : public Device {
   std::optional<ServoRound> round_;  // used by the thread, as is jumps_
   std::uint64_t jumps_ = 0;          // jumps already reported
   std::int64_t homing_since_ns_ = -1;
-  std::string reported_failure_;  // last reported failure to open the device again
-  int refusals_ = 0;              // number of consecutive failures to open the device
-  std::uint64_t samples_ = 0;     // number of samples at the last check
-  std::uint64_t unanswered_ = 0;  // rounds since the last sample
-  std::int64_t heard_ns_ = 0;     // time of the last sample
+  std::uint64_t bad_answers_ = 0;        // bad answers so far
+  std::int64_t next_bad_answer_ns_ = 0;  // earliest time of the next report
+  std::string reported_failure_;         // last reported failure to open the device again
+  int refusals_ = 0;                     // number of consecutive failures to open the device
+  std::uint64_t samples_ = 0;            // number of samples at the last check
+  std::uint64_t unanswered_ = 0;         // rounds since the last sample
+  std::int64_t heard_ns_ = 0;            // time of the last sample
   LogHistogram round_times_;
   std::mutex reading_;        // protects reading for_others_
   mutable std::mutex mutex_;  // protects messages_ and counts_; the thread does not wait for it while it outputs force
@@ -192,7 +202,8 @@ class DeviceServo final : public Device {
   // Used by the loop's thread.
   Workspace workspace_;
   ToolCoupling tool_;
-  Pose X_WT_;
+  Pose X_WT_;                        // requested by the handle
+  std::optional<Pose> X_WT_actual_;  // of the tool; none: not known yet
   bool has_orientation_ = true;
   std::uint32_t engagements_ = 0;  // engagement for which the workspace is anchored
   bool clutched_ = false;

@@ -57,6 +57,12 @@ bool GuardedDevice::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept
   return ok;
 }
 
+void GuardedDevice::TakeToolPose(const Pose& X_WT) noexcept {
+  if (!TryEnter()) return;  // the next tick has a newer one
+  device_.TakeToolPose(X_WT);
+  Leave();
+}
+
 bool GuardedDevice::Trip() noexcept {
   if (!TryEnter()) return false;
   tripped_.store(true);

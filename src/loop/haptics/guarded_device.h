@@ -20,7 +20,7 @@ struct ForceCounts {
   std::uint64_t bad_poses = 0;   // number of samples with an invalid pose
 };
 
-/// Device that the watchdog can set to zero force. The loop calls Elapse(), Read() and Write(); the watchdog calls
+/// Device that the watchdog can set to zero force. The loop calls the functions of a Device; the watchdog calls
 /// Trip(). After Trip() the device has zero force, and every Write() writes zero until the loop has called
 /// TakeTripped() and started its ramp.
 class GuardedDevice final : public Device {
@@ -32,6 +32,7 @@ class GuardedDevice final : public Device {
   void Elapse(double dt_s) noexcept override;
   bool Read(DeviceSample& sample) noexcept override;
   bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override;
+  void TakeToolPose(const Pose& X_WT) noexcept override;
   /// Returns true if the device was tripped since the last call.
   bool TakeTripped() noexcept;
   /// Sets the force to zero; every later Write() writes zero. May be called by any thread. Waits for the other thread,

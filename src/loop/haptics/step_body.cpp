@@ -71,6 +71,7 @@ bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& tick) {
     tick.coupled.X_WT = *X_WT_;  // the tool is stopped
   }
   X_WT_ = tick.coupled.X_WT;
+  if (step_.has_pose()) device_.TakeToolPose(*X_WT_);
   touches_ = Touches(tick.coupled);
   turns_ = in.rpm != 0;
   failed_s_ = (tick.faults & (kHapticReadFailed | kHapticWriteFailed)) != 0 ? failed_s_ + dt_s : 0;

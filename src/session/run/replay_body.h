@@ -45,6 +45,9 @@ class ReplayDevice final : public Device {
   }
   bool Read(DeviceSample& sample) noexcept override;
   bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override;
+  void TakeToolPose(const Pose& X_WT) noexcept override {
+    if (device_ != nullptr) device_->TakeToolPose(X_WT);
+  }
 
  private:
   DeviceProfile profile_;

@@ -146,6 +146,8 @@ def hold_saw(kerf, folder, display, keep):
     there = w.wait_still("saw_mm")
     assert abs(there[1] - start[1]) <= 0.1 and abs((there[2] - start[2]) - 0.75 * (start[0] - there[0])) <= 0.2, (start, there)
     assert start[0] - there[0] >= 8, (start, there)
+    send([(float("nan"), 0, 0)] * 3)
+    w.wait_message("tracked tool: sent a pose that is not valid: it is not used")
     send([place] * 40 + [(5000, 0, 0)] * 40)
     w.wait_message("reported an implausible jump: the tool stays where it was")
     assert max(abs(a - b) for a, b in zip(w.wait_still("saw_mm"), there)) <= 0.2, (w.state["saw_mm"], there)
