@@ -5,10 +5,15 @@
 #include <cctype>
 #include <charconv>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
+#include "base/core/printable.h"
 #include "base/files/files.h"
 #include "base/files/markups.h"
 #include "kerf/error.h"
@@ -25,20 +30,56 @@ constexpr std::string_view kScene = ".mrml";
 constexpr std::string_view kOtherBone = "FibulaPlane";
 constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20;
 
-/// Returns the text with the escapes of a URL and of XML replaced, in which a scene writes file names.
+void AppendUtf8(char32_t code, std::string& text) {
+  const auto add = [&text](char32_t byte) { text += static_cast<char>(static_cast<unsigned char>(byte)); };
+  if (code < 0x80) return add(code);
+  const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;  // bytes after the first
+  constexpr char32_t kFirst[] = {0, 0xC0, 0xE0, 0xF0};
+  add(kFirst[more] | code >> (6 * more));
+  for (int i = more - 1; i >= 0; --i) add(0x80 | (code >> (6 * i) & 0x3F));
+}
+
+/// Returns the character that a reference of XML stands for, given the text between '&' and ';'.
+std::optional<char32_t> FindReferenced(std::string_view reference) {
+  constexpr std::pair<std::string_view, char32_t> kNames[] = {
+      {"quot", '"'}, {"apos", '\''}, {"lt", '<'}, {"gt", '>'}, {"amp", '&'}};
+  for (const auto& [name, letter] : kNames) {
+    if (reference == name) return letter;
+  }
+  if (!reference.starts_with('#')) return {};
+  const bool hexadecimal = reference.starts_with("#x");
+  const std::string_view digits = reference.substr(hexadecimal ? 2 : 1);
+  std::uint32_t code = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), code, hexadecimal ? 16 : 10);
+  const bool is_character = code > 0 && code < 0x110000 && (code < 0xD800 || code > 0xDFFF);
+  if (error != std::errc() || end != digits.data() + digits.size() || !is_character) return {};
+  return static_cast<char32_t>(code);
+}
+
+/// Returns the value of an attribute of XML with its references replaced.
+std::string ReplaceReferences(std::string_view text) {
+  std::string replaced;
+  while (!text.empty()) {
+    const std::size_t end = text.front() == '&' ? text.find(';') : std::string_view::npos;
+    const auto code = end == std::string_view::npos ? std::nullopt : FindReferenced(text.substr(1, end - 1));
+    if (code) {
+      AppendUtf8(*code, replaced);
+      text.remove_prefix(end + 1);
+    } else {
+      replaced += text.front();
+      text.remove_prefix(1);
+    }
+  }
+  return replaced;
+}
+
+/// Returns the text with the escapes of a URL replaced, in which a scene writes file names.
 std::string Unescape(std::string text) {
   for (std::size_t at = 0; (at = text.find('%', at)) != std::string::npos; ++at) {
     unsigned int code = 0;
     const char* digits = text.data() + at + 1;
     if (at + 2 >= text.size() || std::from_chars(digits, digits + 2, code, 16).ptr != digits + 2) continue;
     text.replace(at, 3, 1, static_cast<char>(code));
-  }
-  constexpr std::pair<std::string_view, std::string_view> kEntities[] = {
-      {"&quot;", "\""}, {"&apos;", "'"}, {"&lt;", "<"}, {"&gt;", ">"}, {"&amp;", "&"}};
-  for (const auto& [entity, letter] : kEntities) {
-    for (std::size_t at = 0; (at = text.find(entity, at)) != std::string::npos; at += letter.size()) {
-      text.replace(at, entity.size(), letter);
-    }
   }
   return text;
 }
@@ -51,7 +92,7 @@ std::vector<std::string> ListSceneFiles(const std::string& path) {
   std::vector<std::string> files;
   for (std::size_t at = 0; (at = text.find(kKey, at)) != std::string::npos;) {
     at += kKey.size();
-    const std::string name = Unescape(text.substr(at, text.find('"', at) - at));
+    const std::string name = Unescape(ReplaceReferences(std::string_view(text).substr(at, text.find('"', at) - at)));
     if (name.ends_with(kMarkups)) files.push_back((fs::path(path).parent_path() / name).string());
   }
   return files;
@@ -68,10 +109,10 @@ std::vector<std::string> ListFolderFiles(const std::string& path) {
   return files;
 }
 
-/// Returns the name of a plane without one: that of its file.
+/// Returns the name of a plane without one: that of its file, with '?' for what is no text.
 std::string MakeName(const std::string& file) {
   const std::string name = fs::path(file).filename().string();
-  return name.substr(0, name.size() - std::min(name.size(), kMarkups.size()));
+  return Printable(name.substr(0, name.size() - std::min(name.size(), kMarkups.size())));
 }
 
 }  // namespace

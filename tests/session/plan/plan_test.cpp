@@ -225,6 +225,19 @@ TEST(Plan, IsReadFromAFolderOrASceneOfSlicerWithTheNamesOfItsFiles) {
   const std::vector<PlannedPlane> of_scene = ReadPlannedPlanes(folder.file("case.mrml"));
   ASSERT_EQ(of_scene.size(), 1u);
   EXPECT_EQ(of_scene[0].name, "mandible plane 2");
+  // References of XML in the name are replaced once, and then the escapes of a URL.
+  write("Data/\u00f6 & &amp; 5%.mrk.json", MakePlaneFile("LPS", "1, 2, 3"));
+  write("odd.mrml", R"(<MRML><MarkupsPlaneStorage
+    fileName="D&#97;ta/&#xF6;%20&amp;%20&amp;amp;%205&#37;25.mrk.json"/></MRML>)");
+  EXPECT_EQ(ReadPlannedPlanes(folder.file("odd.mrml"))[0].name, "\u00f6 & &amp; 5%");
+  for (const char* odd : {"&#0;", "&#xD800;", "&#x110000;", "&#;", "&#x;", "&#1x;", "&none;", "&"}) {  // stay
+    const std::string name = fmt::format("a{}b.mrk.json", odd);
+    write(name, MakePlaneFile("LPS", "1, 2, 3"));
+    write("odd.mrml", fmt::format(R"(<MRML><MarkupsPlaneStorage fileName="{}"/></MRML>)", name));
+    EXPECT_EQ(ReadPlannedPlanes(folder.file("odd.mrml"))[0].name, fmt::format("a{}b", odd));
+  }
+  write("not UTF-8 \xff.mrk.json", MakePlaneFile("LPS", "1, 2, 3"));
+  EXPECT_EQ(ReadPlannedPlanes(folder.file("not UTF-8 \xff.mrk.json"))[0].name, "not UTF-8 ?");
   // A file that is named itself is read whatever it is called.
   EXPECT_EQ(ReadPlannedPlanes(folder.file("Data/FibulaPlane0_A.mrk.json"))[0].name, "FibulaPlane0_A");
 
