@@ -241,7 +241,8 @@ Pose ReadIgtlTransform(std::span<const std::uint8_t> content) {
 std::vector<Vec3> ReadIgtlPoints(std::span<const std::uint8_t> content) {
   constexpr std::size_t kPointBytes = 136;
   constexpr std::size_t kPlace = 100;  // after name, group and colour
-  if (content.empty() || content.size() % kPointBytes != 0) {
+  if (content.empty()) throw Error("a POINT message contains no points");
+  if (content.size() % kPointBytes != 0) {
     throw Error(fmt::format("a POINT message has {} bytes, not a multiple of {}", content.size(), kPointBytes));
   }
   std::vector<Vec3> points;

@@ -70,6 +70,7 @@ struct IgtlServer::State {
   asio::steady_timer timer;
   Clock::duration period;
   std::vector<std::shared_ptr<Peer>> peers;
+  PeerNumber last_number = 0;
   bool ending = false;
   std::mutex mutex;  // protects `counts`
   IgtlCounts counts;
@@ -79,7 +80,8 @@ struct IgtlServer::State {
 
 /// A connection. Its functions are called in the server's thread. Each operation on the socket keeps the object alive.
 struct IgtlServer::State::Peer : std::enable_shared_from_this<Peer> {
-  Peer(State& the_state, tcp::socket the_socket) : state(the_state), socket(std::move(the_socket)) {}
+  Peer(State& the_state, PeerNumber the_number, tcp::socket the_socket)
+      : state(the_state), number(the_number), socket(std::move(the_socket)) {}
 
   /// Queues messages, in the place of those with the same slot.
   void Queue(int slot, const Bytes& messages) {
@@ -131,7 +133,7 @@ struct IgtlServer::State::Peer : std::enable_shared_from_this<Peer> {
       if (e) return self->state.Drop(self, "");
       self->Try([&] {
         const std::span<const std::uint8_t> content = CheckIgtlBody(self->header, self->body);
-        const Bytes answer = self->state.calls.take(self->header, content);
+        const Bytes answer = self->state.calls.take(self->number, self->header, content);
         self->state.Count([](IgtlCounts& c) { ++c.received; });
         if (answer != nullptr) self->Queue(kAnswerSlot, answer);
         self->ReadHeader();
@@ -148,6 +150,7 @@ struct IgtlServer::State::Peer : std::enable_shared_from_this<Peer> {
   }
 
   State& state;
+  const PeerNumber number;
   tcp::socket socket;
   std::deque<std::pair<int, Bytes>> waiting;  // by slot
   Bytes writing;                              // null: nothing is being sent
@@ -181,7 +184,7 @@ void IgtlServer::State::Accept() {
     if (!error && peers.size() < kMaxPeers) {
       error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
-      const auto peer = std::make_shared<Peer>(*this, std::move(socket));
+      const auto peer = std::make_shared<Peer>(*this, ++last_number, std::move(socket));
       peers.push_back(peer);
       Count([](IgtlCounts& c) { ++c.peers; });
       int slot = kWelcomeSlot;
@@ -227,6 +230,7 @@ void IgtlServer::State::Drop(const std::shared_ptr<Peer>& peer, const std::strin
   const auto at = std::find(peers.begin(), peers.end(), peer);
   if (at == peers.end()) return;  // a second operation of it has ended
   peers.erase(at);
+  if (calls.gone) calls.gone(peer->number);
   if (!reason.empty()) Count([&](IgtlCounts& c) { c.refused = reason; });
   error_code ignored;
   peer->socket.close(ignored);

@@ -46,6 +46,8 @@ class IgtlServer {
   static constexpr double kPatience_s = 10;
   static constexpr int kMessagesPerFrame = 200;  // received from a peer; further ones wait
 
+  using PeerNumber = std::uint64_t;  // from 1 on, in the order in which they connected
+
   struct Calls {
     /// Returns the messages of a frame; null for none. Called at the rate, while a peer is connected.
     std::function<std::shared_ptr<const std::string>()> frame;
@@ -53,7 +55,11 @@ class IgtlServer {
     std::function<std::vector<std::shared_ptr<const std::string>>()> welcome;
     /// Takes a message of a peer and returns the answer; null: none. An answer that the peer has not got yet is
     /// replaced by the next one. Throws kerf::Error to disconnect it.
-    std::function<std::shared_ptr<const std::string>(const IgtlHeader&, std::span<const std::uint8_t> content)> take;
+    std::function<std::shared_ptr<const std::string>(PeerNumber, const IgtlHeader&,
+                                                     std::span<const std::uint8_t> content)>
+        take;
+    /// A peer is disconnected. Optional.
+    std::function<void(PeerNumber)> gone{};
   };
 
   /// Throws kerf::Error if it cannot listen there.

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
+#include "base/core/printable.h"
 #include "base/files/markups.h"
 #include "kerf/error.h"
 
@@ -13,6 +14,7 @@ namespace kerf {
 namespace {
 
 constexpr double kReach_mm = 1000;
+constexpr double kSamePoint_mm = 0.01;
 constexpr std::size_t kNameBytes = 20;  // of a message
 
 void CheckNear(const Vec3& p_W, const Box3& bone_W, const std::string& name) {
@@ -33,6 +35,13 @@ Item* Find(std::vector<Item>& items, const std::string& name, bool cut_off) {
   return std::count_if(items.begin(), items.end(), begins) == 1 ? &*first : nullptr;
 }
 
+void CheckNerve(const Mark& nerve) {
+  const std::vector<Vec3>& points_W = nerve.points_W;
+  const auto is_elsewhere = [&](const Vec3& p_W) { return glm::length(p_W - points_W.front()) > kSamePoint_mm; };
+  if (std::any_of(points_W.begin(), points_W.end(), is_elsewhere)) return;
+  throw Error(fmt::format("the nerve '{}' needs at least two points at different places", nerve.name));
+}
+
 void MovePlane(const PlanRequest& request, Plan& plan, bool cut_off) {
   PlannedPlane* plane = Find(plan.planes, request.name, cut_off);
   const bool is_new = plane == nullptr;
@@ -41,6 +50,9 @@ void MovePlane(const PlanRequest& request, Plan& plan, bool cut_off) {
                             request.name));
   }
   if (is_new) {
+    if (Printable(request.name) != request.name) {
+      throw Error(fmt::format("the name of the new plane '{}' is no text in UTF-8", Printable(request.name)));
+    }
     plan.planes.push_back({.name = request.name});
     plane = &plan.planes.back();
   }
@@ -83,10 +95,12 @@ void Apply(const PlanRequest& request, Plan& plan, std::vector<Mark>& marks) {
   Plan next_plan = plan;
   std::vector<Mark> next_marks = marks;
   Mark* mark = request.X_WP ? nullptr : Find(next_marks, request.name, cut_off);
+  if (mark == nullptr && !request.X_WP && request.name == kNerveName) {
+    mark = &next_marks.emplace_back(Mark{.name = request.name, .kind = MarkKind::kNerve});
+  }
   if (mark != nullptr) {
     mark->points_W = request.points_W;
-  } else if (!request.X_WP && request.name == kNerveName) {
-    next_marks.push_back({.name = request.name, .kind = MarkKind::kNerve, .points_W = request.points_W});
+    if (mark->kind == MarkKind::kNerve) CheckNerve(*mark);
   } else {
     MovePlane(request, next_plan, cut_off);
   }
@@ -112,10 +126,13 @@ void PlanInbox::Take(const IgtlHeader& header, std::span<const std::uint8_t> con
   if (!bone_W_) throw Error("the plan of this session cannot be changed now; 'kerf rehearse' with a bone accepts that");
   PlanRequest request = ReadPlanRequest(header, content, *bone_W_);
   const std::string key = fmt::format("{} {}", header.type, header.device);
-  if (!waiting_.contains(key) && waiting_.size() >= kMaxPlanned) {
-    throw Error(fmt::format("more than {} changes of the plan wait", kMaxPlanned));
+  const auto same = std::find_if(waiting_.begin(), waiting_.end(), [&](const auto& w) { return w.first == key; });
+  if (same != waiting_.end()) {
+    same->second = std::move(request);
+    return;
   }
-  waiting_.insert_or_assign(key, std::move(request));
+  if (waiting_.size() >= kMaxPlanned) throw Error(fmt::format("more than {} changes of the plan wait", kMaxPlanned));
+  waiting_.emplace_back(key, std::move(request));
 }
 
 std::vector<PlanRequest> PlanInbox::Fetch() {

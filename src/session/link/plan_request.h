@@ -3,11 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kerf/geometry.h"
@@ -34,8 +34,9 @@ inline constexpr std::string_view kNerveName = "nerve";
 PlanRequest ReadPlanRequest(const IgtlHeader& header, std::span<const std::uint8_t> content, const Box3& bone_W);
 
 /// Carries out a request. A pose moves the plane of that name. Points become those of the mark of that name; if there
-/// is none, the plane of that name goes through them, with its normal on the same side as before. Throws kerf::Error
-/// with one sentence, and changes nothing, if there is no such plane or the result is not valid.
+/// is none, the plane of that name goes through them, with its normal on the same side as before. A nerve needs two
+/// points at different places. Throws kerf::Error with one sentence, and changes nothing, if there is no such plane or
+/// the result is not valid.
 void Apply(const PlanRequest& request, Plan& plan, std::vector<Mark>& marks);
 
 /// Requests that wait for the owner of the plan. All functions may be called in any thread.
@@ -48,13 +49,13 @@ class PlanInbox {
   /// Keeps the request of a message; it replaces an earlier one of the same type and name that still waits. Throws
   /// kerf::Error as ReadPlanRequest() does, if it is closed, and if more than kMaxPlanned requests would wait.
   void Take(const IgtlHeader& header, std::span<const std::uint8_t> content);
-  /// Returns what waits.
+  /// Returns what waits, in the order in which the first message of each type and name arrived.
   std::vector<PlanRequest> Fetch();
 
  private:
   std::mutex mutex_;
   std::optional<Box3> bone_W_;
-  std::map<std::string, PlanRequest> waiting_;  // by type and name
+  std::vector<std::pair<std::string, PlanRequest>> waiting_;  // type and name; in the order in which they arrived
 };
 
 }  // namespace kerf

@@ -61,10 +61,11 @@ SlicerLink::SlicerLink(const IgtlServerOptions& options)
   meshing_ = std::thread([this] { MeshInTurn(); });
   try {
     server_ = std::make_unique<IgtlServer>(
-        options,
-        IgtlServer::Calls{.frame = [this] { return MakeFrame(); },
-                          .welcome = [this] { return MakeWelcome(); },
-                          .take = [this](const IgtlHeader& header, auto content) { return Answer(header, content); }});
+        options, IgtlServer::Calls{.frame = [this] { return MakeFrame(); },
+                                   .welcome = [this] { return MakeWelcome(); },
+                                   .take = [this](auto peer, const IgtlHeader& header,
+                                                  auto content) { return Answer(peer, header, content); },
+                                   .gone = [this](auto peer) { hand_ = hand_ == peer ? 0 : hand_; }});
   } catch (...) {
     EndMeshing();
     throw;
@@ -165,11 +166,20 @@ std::vector<SlicerLink::Bytes> SlicerLink::MakeWelcome() {
   return welcome;
 }
 
-SlicerLink::Bytes SlicerLink::Answer(const IgtlHeader& header, std::span<const std::uint8_t> content) {
+void SlicerLink::TakeHand(IgtlServer::PeerNumber peer, std::span<const std::uint8_t> content) {
+  if (hand_ != 0 && hand_ != peer) {
+    throw Error(fmt::format("another peer already sends {}; it is followed until it disconnects", kHandName));
+  }
+  tracked_tool_->Take(content);
+  hand_ = peer;
+}
+
+SlicerLink::Bytes SlicerLink::Answer(IgtlServer::PeerNumber peer, const IgtlHeader& header,
+                                     std::span<const std::uint8_t> content) {
   if (header.type == "GET_STATUS") return MakeStatus();
   try {
     if (header.type == "TRANSFORM" && header.device == kHandName) {
-      tracked_tool_->Take(content);
+      TakeHand(peer, content);
     } else if (header.type == "TRANSFORM" || header.type == "POINT") {
       plan_.Take(header, content);
     }

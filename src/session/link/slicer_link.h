@@ -36,8 +36,8 @@ struct LinkMoment {
 /// each change, at most twice per second: the bone (POLYDATA "kerf_bone"). STATUS "kerf" says what happens, and answers
 /// GET_STATUS.
 ///
-/// Takes TRANSFORM "kerf_hand" for tracked_tool(), and all other TRANSFORM and POINT messages for plan(). What is
-/// refused is answered with a STATUS of one sentence, at most once per second.
+/// Takes TRANSFORM "kerf_hand" for tracked_tool(), from one peer until it is gone, and all other TRANSFORM and POINT
+/// messages for plan(). What is refused is answered with a STATUS of one sentence, at most once per second.
 ///
 /// The link shows one session after another. A SessionController's functions and TakeTick() are called in the thread
 /// that steps the session, never in the loop's; all others in one other thread.
@@ -72,13 +72,15 @@ class SlicerLink final : public SessionController {
   Bytes MakeFrame();
   std::vector<Bytes> MakeWelcome();
   Bytes MakeStatus();
-  Bytes Answer(const IgtlHeader& header, std::span<const std::uint8_t> content);
+  Bytes Answer(IgtlServer::PeerNumber peer, const IgtlHeader& header, std::span<const std::uint8_t> content);
+  void TakeHand(IgtlServer::PeerNumber peer, std::span<const std::uint8_t> content);
   Bytes MakeRefusal(const std::string& sentence);
   void MeshInTurn();
   void EndMeshing();
 
   PlanInbox plan_;
   const std::shared_ptr<TrackedTool> tracked_tool_ = std::make_shared<TrackedTool>();
+  IgtlServer::PeerNumber hand_ = 0;  // peer whose tracked tool is followed; 0: none. Used in the server's thread
 
   std::mutex mutex_;  // protects everything up to the thread
   std::condition_variable changed_;

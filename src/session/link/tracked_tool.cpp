@@ -1,5 +1,7 @@
 #include "session/link/tracked_tool.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "kerf/error.h"
@@ -10,6 +12,9 @@ namespace kerf {
 void TrackedTool::Take(std::span<const std::uint8_t> content) {
   try {
     const Pose X_WH = ReadIgtlTransform(content);
+    if (!IsInWorld(X_WH.p_AB)) {
+      throw Error(fmt::format("a tracked tool is more than {:g} m away from the origin", 1e-3 * kWorldReach_mm));
+    }
     const std::lock_guard lock(mutex_);
     X_WH_ = X_WH;
     fresh_ = true;

@@ -18,8 +18,8 @@ inline constexpr const char* kTrackedToolName = "igtl";
 /// Newest pose that a peer has sent. All functions may be called in any thread.
 class TrackedTool {
  public:
-  /// Takes the content of a TRANSFORM. Throws kerf::Error as ReadIgtlTransform() does; the driver then has a bad
-  /// answer.
+  /// Takes the content of a TRANSFORM. Throws kerf::Error as ReadIgtlTransform() does, and for a place outside of the
+  /// world; the driver then has a bad answer.
   void Take(std::span<const std::uint8_t> content);
   /// Returns what has arrived since the last call: its result, and the newest pose if that is kSample.
   RoundEnd Fetch(Pose& X_WH) noexcept;

@@ -122,10 +122,13 @@ TEST(PlanRequest, PointsGiveThePlaneThroughThemOrTheNerve) {
   EXPECT_EQ(content.marks[0].kind, MarkKind::kNerve);
   ExpectNear(content.marks[0].points_W[1], {-4, -5, 6});
   content.marks[0].radius_mm = 2;
-  content.Take(MakePoints("nerve", {{7, 8, 9}}));
+  content.Take(MakePoints("nerve", {{7, 8, 9}, {7, 8, 9}, {7, 8, 11}}));
   ASSERT_EQ(content.marks.size(), 1U);
-  EXPECT_EQ(content.marks[0].points_W.size(), 1U);
+  EXPECT_EQ(content.marks[0].points_W.size(), 3U);
   EXPECT_EQ(content.marks[0].radius_mm, 2);
+  content.marks[0].kind = MarkKind::kLesion;
+  content.Take(MakePoints("nerve", {{7, 8, 9}}));  // a ball
+  EXPECT_EQ(content.marks[0].points_W.size(), 1U);
 }
 
 TEST(PlanRequest, RefusesWhatIsNotPossibleAndChangesNothing) {
@@ -143,6 +146,13 @@ TEST(PlanRequest, RefusesWhatIsNotPossibleAndChangesNothing) {
   Message cut_off = MakePoints("nerve", {{0, 0, 0}});
   cut_off.content.pop_back();
   EXPECT_THAT(refusal(cut_off), HasSubstr("has 135 bytes"));
+  EXPECT_EQ(refusal(MakePoints("nerve", {})), "a POINT message contains no points");
+  for (const std::size_t count : {1U, 5U}) {
+    EXPECT_EQ(refusal(MakePoints("nerve", std::vector<Vec3>(count, Vec3(1, 2, 3)))),
+              "the nerve 'nerve' needs at least two points at different places");
+  }
+  EXPECT_THAT(refusal(MakePlane("kerf_plan/a\xff", {0, 0, 0}, {1, 0, 0}, {0, 0, 1})), HasSubstr("'a?' is no text"));
+  EXPECT_EQ(content.plan.planes.size(), 2U);
   EXPECT_EQ(content.plan.planes[0].plane.p_W, Vec3(1, 2, 3));
   EXPECT_TRUE(content.marks.empty());
 }
@@ -159,11 +169,15 @@ TEST(PlanInbox, KeepsTheNewestOfEachNameWithinItsLimit) {
   send(MakePoints("left", {{0, 0, 0}}));
   const std::vector<PlanRequest> waiting = inbox.Fetch();
   ASSERT_EQ(waiting.size(), 2U);
-  EXPECT_EQ(waiting[1].X_WP->p_AB.z, 999);
+  EXPECT_EQ(waiting[0].X_WP->p_AB.z, 999);
   EXPECT_TRUE(inbox.Fetch().empty());
   for (std::size_t i = 0; i < kMaxPlanned; ++i) send(at(std::to_string(i), 0));
-  send(at("7", 1));
+  send(at("7", 1));  // keeps its place
   EXPECT_THAT(MessageOf([&] { send(at("one more", 1)); }), HasSubstr("more than 100 changes"));
+  const std::vector<PlanRequest> in_order = inbox.Fetch();
+  ASSERT_EQ(in_order.size(), kMaxPlanned);
+  for (std::size_t i = 0; i < kMaxPlanned; ++i) EXPECT_EQ(in_order[i].name, std::to_string(i));
+  send(at("left", 1));
   inbox.Close();
   EXPECT_TRUE(inbox.Fetch().empty());
   EXPECT_THAT(MessageOf([&] { send(at("left", 1)); }), HasSubstr("cannot be changed"));

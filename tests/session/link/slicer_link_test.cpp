@@ -96,17 +96,18 @@ IgtlServerOptions AnyPort() {
 /// A server whose frames are counters.
 struct Counting {
   explicit Counting(std::size_t padding = 0)
-      : server(AnyPort(), {.frame =
-                               [this, padding] {
-                                 return std::make_shared<const std::string>(
-                                     MakeIgtlText({"frame", static_cast<double>(++frames)}, std::string(padding, 'x')));
-                               },
-                           .welcome = [] { return std::vector<std::shared_ptr<const std::string>>(); },
-                           .take =
-                               [this](const IgtlHeader& header, std::span<const std::uint8_t> content) {
-                                 if (header.type == "TRANSFORM") last = ReadIgtlTransform(content);
-                                 return std::shared_ptr<const std::string>();
-                               }}) {}
+      : server(AnyPort(),
+               {.frame =
+                    [this, padding] {
+                      return std::make_shared<const std::string>(
+                          MakeIgtlText({"frame", static_cast<double>(++frames)}, std::string(padding, 'x')));
+                    },
+                .welcome = [] { return std::vector<std::shared_ptr<const std::string>>(); },
+                .take =
+                    [this](IgtlServer::PeerNumber, const IgtlHeader& header, std::span<const std::uint8_t> content) {
+                      if (header.type == "TRANSFORM") last = ReadIgtlTransform(content);
+                      return std::shared_ptr<const std::string>();
+                    }}) {}
   int frames = 0;  // only used in the server's thread
   Pose last;       // the same
   IgtlServer server;
@@ -171,6 +172,38 @@ TEST(IgtlServer, RefusesWhatItCannotDo) {
   for (int i = 0; i <= IgtlServer::kMaxPeers; ++i) clients.push_back(std::make_unique<Client>(counting.server.port()));
   EXPECT_FALSE(clients.back()->Receive());
   EXPECT_TRUE(clients.front()->Receive());
+}
+
+TEST(SlicerLink, FollowsTheFirstTrackedToolUntilItsPeerIsGone) {
+  SlicerLink link(AnyPort());
+  const auto send = [](Client& client, double z_mm) {
+    ASSERT_TRUE(client.Send(MakeIgtlTransform({"kerf_hand", 0}, {{1, 0, 0, 0}, {0, 0, z_mm}})));
+  };
+  Pose X_WH;
+  const auto await = [&] { return WaitFor([&] { return link.tracked_tool()->Fetch(X_WH) == RoundEnd::kSample; }); };
+  const std::string status = "STATUS kerf";
+  const auto await_refusal = [&](Client& client) {
+    do {
+      ASSERT_TRUE(client.ReceiveUntil(status));
+    } while (client.Get<igtl::StatusMessage>(status)->GetStatusString() !=
+             std::string("another peer already sends kerf_hand; it is followed until it disconnects"));
+  };
+  auto first = std::make_unique<Client>(link.port());
+  Client second(link.port());
+  send(*first, 1);
+  ASSERT_TRUE(await());
+  send(second, 2);
+  await_refusal(second);
+  EXPECT_EQ(link.tracked_tool()->Fetch(X_WH), RoundEnd::kNoAnswer);
+  send(*first, 3);
+  ASSERT_TRUE(await());
+  EXPECT_EQ(X_WH.p_AB.z, 3);
+  first.reset();
+  ASSERT_TRUE(WaitFor([&] {
+    send(second, 4);
+    return link.tracked_tool()->Fetch(X_WH) == RoundEnd::kSample;
+  }));
+  EXPECT_EQ(X_WH.p_AB.z, 4);
 }
 
 TEST(SlicerLink, ShowsTheToolTheForceAndTheBoneAsItIsAtTheEnd) {

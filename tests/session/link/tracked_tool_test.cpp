@@ -77,6 +77,12 @@ TEST(TrackedTool, RefusesNumbersThatAreNotFiniteAndALeapLetsGoOfTheSaw) {
   EXPECT_EQ(tracked.rounds.counts().bad_answers, 1U);
   EXPECT_LT(glm::length(tracked.rounds.sample().sample.X_DH.p_AB - MakePose(9).p_AB), 1e-4);
   EXPECT_EQ(tracked.rounds.state(), ServoState::kEngaged);
+  Pose outside = MakePose(9);
+  outside.p_AB.x = 1e30;
+  EXPECT_THROW(tracked.Send(outside), Error);
+  tracked.Pass(1);
+  EXPECT_EQ(tracked.rounds.counts().bad_answers, 2U);
+  EXPECT_EQ(tracked.rounds.state(), ServoState::kEngaged);
   // 20 ms after the last pose, the limit is 3 mm and 1 m/s: 23 mm.
   tracked.Send(MakePose(9));
   tracked.Pass(20);
