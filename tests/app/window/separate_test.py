@@ -77,7 +77,9 @@ def separate(w, after):
     w.wait_state("removed", lambda s: s["separation"]["keep"] == 1)
     w.wait_items("the list is shorter", lambda items: "separate.remove keep 2" not in items)
     w.click_item("separate.drop")
+    coronal = w.items["ct.large"]
     w.click_item("ct.large 3")
+    w.wait_items("the sagittal slice, which is narrower", lambda items: items["ct.large"] != coronal)
     time.sleep(0.5)
     click_sagittal(w, 30, 70)
     w.wait_state("a point in the block", lambda s: s["separation"]["drop"] == 1)
