@@ -73,6 +73,7 @@ class Window:
         self.log.unlink(missing_ok=True)
         self.env = dict(os.environ, DISPLAY=display.name, **(environment or {}))
         self.env.setdefault("LP_NUM_THREADS", "2")
+        self.env["HOME"] = str(self.folder)  # a project that has no folder yet is saved there
         # Settings of its own, as after the tour.
         if "XDG_CONFIG_HOME" not in (environment or {}):
             settings = self.folder / "config/kerf/window.json"
