@@ -180,9 +180,8 @@ void Dialogs::Take(Ui& ui, const WindowEvent& event) {
 void Dialogs::Draw(Ui& ui) {
   if (kind_ == Kind::kNone) return;
   const float s = ui.scale();
-  const bool fresh = std::exchange(fresh_, false);
   const auto line = [&](const char* id) {
-    if (fresh) ImGui::SetKeyboardFocusHere();
+    if (fresh_) ImGui::SetKeyboardFocusHere();
     ImGui::SetNextItemWidth(-1);
     const bool entered =
         ImGui::InputText(id, &text_, ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
@@ -192,6 +191,12 @@ void Dialogs::Draw(Ui& ui) {
       text_.resize(end);
     }
     ui.Note("dialog.text");
+    // A window that appears in the same frame would take the input back.
+    if (ImGui::IsItemActive()) {
+      fresh_ = false;
+    } else if (fresh_) {
+      ui.ExpectText();
+    }
     return entered;
   };
   if (kind_ == Kind::kText) {

@@ -60,7 +60,7 @@ class Dialogs {
   void MakeFolder();
 
   Kind kind_ = Kind::kNone;
-  bool fresh_ = false;  // not drawn yet
+  bool fresh_ = false;  // its line of text has not had the input yet
   std::string question_;
   std::string text_;
   std::size_t max_text_ = 0;

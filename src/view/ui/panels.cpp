@@ -148,7 +148,8 @@ bool BeginPanel(Ui& /*ui*/, const char* name, const UiBox& area, bool scrolls, b
   if (area.empty()) return false;
   ImGui::SetNextWindowPos(TopLeft(area));
   ImGui::SetNextWindowSize(SizeOf(area));
-  ImGuiWindowFlags flags = kFixed & ~ImGuiWindowFlags_NoNavInputs;  // Tab goes from one field to the next
+  // Tab goes from one field to the next. A panel that appears must not take the input away from a dialog.
+  ImGuiWindowFlags flags = (kFixed & ~ImGuiWindowFlags_NoNavInputs) | ImGuiWindowFlags_NoFocusOnAppearing;
   if (!scrolls) flags |= ImGuiWindowFlags_NoScrollbar;
   if (!scrolls || !by_wheel) flags |= ImGuiWindowFlags_NoScrollWithMouse;
   ImGui::Begin(name, nullptr, flags);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "support/folder.h"
+#include "view/ui/panels.h"
 
 namespace kerf {
 namespace {
@@ -92,6 +93,33 @@ TEST_F(DialogsTest, WhatIsTypedBehindAFileThatIsNotThereReplacesIt) {
   Type("none.toml\nbar.toml\n");
   Draw();
   EXPECT_EQ(fs::path(chosen).filename(), "bar.toml");
+}
+
+// A panel appears in one of the frames from the one before the dialog to some with the text half typed: as where a
+// session begins to run, whose panels appear then.
+TEST_F(DialogsTest, APanelThatAppearsLeavesTheInputToTheDialog) {
+  const auto frame = [&](const char* panel) {
+    ui_.BeginFrame(0.02);
+    if (panel != nullptr && BeginPanel(ui_, panel, {0, 0, 200, 300}, false)) EndPanel();
+    dialogs_.Draw(ui_);
+    ui_.EndFrame();
+    dialogs_.RunDecided();
+  };
+  for (int appears = 0; appears < 20; ++appears) {
+    std::optional<std::string> given;
+    const std::string name = "panel " + std::to_string(appears);
+    for (int i = 0; i < 24; ++i) {
+      if (i == 1) dialogs_.AskText(ui_, "Name?", "", [&](const auto& text) { given = text; });
+      if (i == 2) Type("one ");
+      if (i == 10) Type("two");
+      if (i == 14) Type("\n");
+      frame(i >= appears ? name.c_str() : nullptr);
+    }
+    EXPECT_EQ(given, "one two") << "appears in frame " << appears;
+    Send(Kind::kKeyDown, Key::kEscape);
+    dialogs_.RunDecided();
+    frame(nullptr);
+  }
 }
 
 TEST_F(DialogsTest, DoubleClickOnAFolderEntersOne) {
