@@ -67,7 +67,7 @@ def begin_drag(w, at, by, modifier=None):
 def check_stays(w, what, seconds=2, relax_mm=RELAX_MM, wedged=False):
     """Checks that the saw neither moves nor cuts after it was let go. `wedged`: it turns in a kerf that it does not fit
     into, so that friction drives it, and the hand holds it against that."""
-    w.wait_state("let go", lambda s: not s["holds"] and "released" in s, 10)
+    w.wait_state("let go", lambda s: not s["holds"] and "released" in s)
     released = dict(w.state["released"])
 
     def changes(before):
@@ -130,7 +130,7 @@ def test_release(display, kerf):
         check_stays(w, "rotation released", relax_mm=11, wedged=True)
         # Without the spindle, nothing drives it, and all of the force is let go.
         spindle(w, False)
-        w.wait_state("no force", lambda s: s["force_N"] <= FORCE_N, 10)
+        w.wait_state("no force", lambda s: s["force_N"] <= FORCE_N)
         w.key("r")
         w.wait_state("out of the bone", lambda s: s["saw_mm"][2] > 12.5)
     end(w, kerf, folder)
@@ -139,7 +139,7 @@ def test_release(display, kerf):
 def cut_to(w, depth_mm):
     spindle(w, True)
     w._xdotool("keydown", "Down")
-    w.wait_state(f"{depth_mm} mm deep", lambda s: 11 - s["saw_mm"][2] > depth_mm, 90)
+    w.wait_state(f"{depth_mm} mm deep", lambda s: 11 - s["saw_mm"][2] > depth_mm)
     w._xdotool("keyup", "Down")
     return w.wait_still("saw_mm", still_s=0.5)
 
@@ -258,14 +258,14 @@ def test_held(display, kerf):
     w, folder = start(display, kerf)
     cut_to(w, 4)
     begin_drag(w, (640, 360), (120, 0))  # across the blade
-    w.wait_state("it binds", lambda s: "binds sideways" in s["held"], 20)
+    w.wait_state("it binds", lambda s: "binds sideways" in s["held"])
     w._xdotool("mouseup", 1)
-    w.wait_state("let go", lambda s: s["held"] == "", 10)
+    w.wait_state("let go", lambda s: s["held"] == "")
     spindle(w, False)
     begin_drag(w, (640, 360), (0, 150))
-    w.wait_state("the spindle is off", lambda s: "spindle is off" in s["held"], 20)
+    w.wait_state("the spindle is off", lambda s: "spindle is off" in s["held"])
     w._xdotool("mouseup", 1)
-    w.wait_state("let go", lambda s: s["held"] == "", 10)
+    w.wait_state("let go", lambda s: s["held"] == "")
     w.key("u")
     w.wait_message("The sound is off.")
     w.key("minus")

@@ -213,7 +213,7 @@ def practise_in_small_windows(kerf, keep):
             w.key("space")
             w.wait_state("the spindle turns", lambda s: s["spindle"])
             w._xdotool("keydown", "Down")
-            w.wait_state("in the bone", lambda s: s.get("depth_mm", -1) > 1, 120)
+            w.wait_state("in the bone", lambda s: s.get("depth_mm", -1) > 1)
             w._xdotool("keyup", "Down")
             state = w.wait_state("the picture is fitted to the scene", lambda s: s["scene_px"][0] > 0)
             inside(state["saw_px"], state["scene_px"], "saw in the scene")
@@ -221,14 +221,14 @@ def practise_in_small_windows(kerf, keep):
             assert state["saw_px"][1] + state["saw_px"][3] > top + banner_height, ("the blade's rim is seen", state, w.items)
             keep(f"cut_{name}", folder / w.picture())
             w.key("Return")
-            w.wait_event("score", seconds=300)
+            w.wait_event("score")
             w.wait_items("what comes next", lambda items: "practise.reason" in items)
             for item in ("practise.reason", "practise.step", "practise.watch"):
                 left, top, item_width, item_height = w.items[item]
                 assert 0 <= left and left + item_width <= width and top + item_height <= height, (item, w.items[item])
             keep(f"result_{name}", folder / w.picture())
             w.click_item("practise.watch")
-            w.wait_state("the replay", lambda s: s["mode"] == "replaying", 600)
+            w.wait_state("the replay", lambda s: s["mode"] == "replaying")
             w.wait_items("its buttons", lambda items: "practise.restart" in items)
             state = w.wait_state("it goes on", lambda s: s.get("replay_s", 0) > 0.5)
             panel_top = w.items.get("practise.plot", w.items["practise.restart"])[1]

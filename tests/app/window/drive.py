@@ -10,6 +10,7 @@ import tempfile
 import time
 
 PROGRAMS = ("Xvfb", "xdotool")
+NEXT_CLICK_S = 1.5  # after this time, a click is not the second one of a double click, however slow the window is
 PATIENCE_S = 300  # a wait that lasts longer fails; the slowest one seen was 60 s, on a machine with 10 other programs
 
 

@@ -18,7 +18,6 @@ LAYERS = ((1, 24), (1, 33), (2, 32), (1, 34), (5, 32))
 BAR = SCENE[:SCENE.index("[[bone.block.layer]]")] + "".join(
     f"[[bone.block.layer]]\nthickness_mm = {thickness}.0\nregion = {region}\n" for thickness, region in LAYERS
 ) + SCENE[SCENE.index("[tool]"):]
-ANALYSIS_S = 120  # the bone is analysed every half second in another thread, on a busy machine less often
 
 
 def cut_to(w, depth_mm):
@@ -26,7 +25,7 @@ def cut_to(w, depth_mm):
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"] and s["rpm"] != 0)
     w._xdotool("keydown", "Down")
-    w.wait_state(f"{depth_mm} mm deep", lambda s: 11 - s["saw_mm"][2] > depth_mm, 90)
+    w.wait_state(f"{depth_mm} mm deep", lambda s: 11 - s["saw_mm"][2] > depth_mm)
     w._xdotool("keyup", "Down")
     w.key("space")
     w.wait_state("the spindle stands", lambda s: not s["spindle"])
@@ -39,7 +38,7 @@ def wait_injuries(w, what, names):
         injuries = state["injuries"]
         return len(injuries) == len(names) and all(text.startswith(name) for text, name in zip(injuries, names))
 
-    w.wait_state(what, same, ANALYSIS_S)
+    w.wait_state(what, same)
     # They are shown as long as there are any.
     w.wait_items("the sign", lambda items: ("injuries" in items) == bool(names))
 

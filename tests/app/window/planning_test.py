@@ -12,7 +12,7 @@ import pathlib
 import shutil
 import time
 
-from drive import Display, Window, skip_without_display_programs, workspace
+from drive import NEXT_CLICK_S, Display, Window, skip_without_display_programs, workspace
 from rehearse_test import SCENE
 
 CENTRE = (785, 375)  # middle of the bone between the panels, pixels
@@ -190,7 +190,7 @@ def main():
         w.wait_state("points are asked for", lambda s: s["placed"] == 0)
         w.click_item("slice 1")
         w.wait_state("a point", lambda s: s["placed"] == 1)
-        time.sleep(1)  # longer than between the clicks of a double click
+        time.sleep(NEXT_CLICK_S)
         for enlarged in (True, False):
             left, top, width, height = w.items["slice 2"]
             w.move(left + 0.6 * width, top + 0.4 * height)
@@ -271,10 +271,10 @@ def main():
         w.key("l", "space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w._xdotool("keydown", "Down")
-        w.wait_state("half through", lambda s: s["saw_mm"][2] < 8, 90)
+        w.wait_state("half through", lambda s: s["saw_mm"][2] < 8)
         w._xdotool("keyup", "Down")
         w.key("space")
-        w.wait_state("partly cut", lambda s: s["plane_cut"] and 0.1 < s["plane_cut"][0] < 0.9, 60)
+        w.wait_state("partly cut", lambda s: s["plane_cut"] and 0.1 < s["plane_cut"][0] < 0.9)
         time.sleep(0.5)
         picture("bridges")
 
@@ -327,7 +327,7 @@ def main():
         w.click_item("slice 1")
         w.key("F4")
         w.wait_state("the plan and the mark", lambda s: s["planes"] == 1 and s["marks"] == 1 and s["tour"] == 0)
-        w.wait_state("what was cut", lambda s: s["plane_cut"] and 0.1 < s["plane_cut"][0] < 0.9, 60)
+        w.wait_state("what was cut", lambda s: s["plane_cut"] and 0.1 < s["plane_cut"][0] < 0.9)
         w.key("ctrl+q")
         code, out = w.wait_end()
         assert code == 0, out

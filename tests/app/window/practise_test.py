@@ -58,23 +58,23 @@ def main():
         w.wait_state("the next step is said", lambda s: "Lower the blade" in s.get("step", ""))
         start = w.state["saw_mm"][0]
         w._xdotool("keydown", "Down")
-        w.wait_state("deep enough", lambda s: s.get("to_goal_mm", 9) < 0.15, 60)
+        w.wait_state("deep enough", lambda s: s.get("to_goal_mm", 9) < 0.15)
         picture("goal")
         # A stop of 200 N/mm gives way by 0.03 mm at 6 N.
-        w.wait_state("pressed against the stop", lambda s: s["force_N"] > 6, 60)
-        w.wait_state("it says so", lambda s: "depth stop holds the saw" in s["held"], 60)
+        w.wait_state("pressed against the stop", lambda s: s["force_N"] > 6)
+        w.wait_state("it says so", lambda s: "depth stop holds the saw" in s["held"])
         # It is pressed down all along: a hand that lets go in between, if only for a frame, holds the saw without force,
         # and the teeth then lift it.
         w._xdotool("keydown", "Right")
-        w.wait_state("along the line", lambda s: abs(s["saw_mm"][0] - start) > 8, 60)
+        w.wait_state("along the line", lambda s: abs(s["saw_mm"][0] - start) > 8)
         picture("along")
-        w.wait_state("to its end", lambda s: abs(s["saw_mm"][0] - start) > 15.6, 60)
+        w.wait_state("to its end", lambda s: abs(s["saw_mm"][0] - start) > 15.6)
         w._xdotool("keyup", "Right", "keyup", "Down")
         w.wait_state("the last step is said", lambda s: "whole line is cut" in s.get("step", ""))
         deepest = w.state["depth_mm"]
         assert deepest < 2.06, ("the stop holds", w.state)
         w._xdotool("keydown", "shift", "keydown", "Up")
-        w.wait_state("out", lambda s: s.get("depth_mm", 1) < 0 or "depth_mm" not in s, 60)
+        w.wait_state("out", lambda s: s.get("depth_mm", 1) < 0 or "depth_mm" not in s)
         w._xdotool("keyup", "Up", "keyup", "shift")
         w.key("space", "Return")
         score = w.wait_event("score")
@@ -97,7 +97,7 @@ def main():
 
         # The replay beside the expert begins when the expert's attempt has been computed; it can be left.
         w.click_item("practise.watch")
-        w.wait_state("the replay", lambda s: s["mode"] == "replaying", 300)
+        w.wait_state("the replay", lambda s: s["mode"] == "replaying")
         w.wait_state("goes on", lambda s: s.get("replay_s", 0) > 2)
         picture("beside the expert")
         # Space pauses it, and the arrows step; both are not for the saw.
@@ -117,7 +117,7 @@ def main():
         w.click_item("practise.result")
         w.wait_state("back to the result", lambda s: s["mode"] == "result")
         # A replay of the recording gives the sheet that was computed while the exercise was done.
-        assert w.wait_event("verified", seconds=300)["same"]
+        assert w.wait_event("verified")["same"]
 
         # A cut beside the line is noticed while it is made; an unfinished one has no score, and the same level follows.
         after = w.mark()

@@ -53,7 +53,7 @@ def cut(w):
     w.key("v", "l", "space")
     w.wait_state("the spindle turns", lambda s: s["spindle"])
     w._xdotool("keydown", "Down")
-    w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2, 60)
+    w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2)
     w._xdotool("keyup", "Down")
     w.key("space")
     return w.wait_still("removed_mm3", still_s=0.5)

@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import time
 
-from drive import Display, Window, skip_without_display_programs, workspace
+from drive import PATIENCE_S, Display, Window, skip_without_display_programs, workspace
 
 # A bar lies across the patient and is cut in two by a stroke of some seconds; the disc is above its middle.
 SCENE = """title = "Bar of cortical and cancellous bone"
@@ -95,9 +95,9 @@ def main():
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w._xdotool("keydown", "Down")
-        w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2, 60)
-        w.wait_state("the bone resists", lambda s: s["force_N"] > 0.1, 60)
-        w.wait_state("half through", lambda s: s["saw_mm"][2] < 9.5, 60)
+        w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2)
+        w.wait_state("the bone resists", lambda s: s["force_N"] > 0.1)
+        w.wait_state("half through", lambda s: s["saw_mm"][2] < 9.5)
         w._xdotool("keyup", "Down")
         removed = w.wait_still("removed_mm3", still_s=0.5)
         # The kerf is about a fifth as deep as the bar.
@@ -112,7 +112,7 @@ def main():
         # Moves out of the cut, then undoes and redoes. The spindle stops by itself, so that the restored bone is not
         # cut at once.
         w._xdotool("keydown", "Up")
-        w.wait_state("out of the bone", lambda s: s["saw_mm"][2] > 12, 60)
+        w.wait_state("out of the bone", lambda s: s["saw_mm"][2] > 12)
         w._xdotool("keyup", "Up")
         w.key("ctrl+z")
         w.wait_event("answer", what="Undone", failure="")
@@ -132,7 +132,7 @@ def main():
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w._xdotool("keydown", "Down")
-        w.wait_state("through", lambda s: s["saw_mm"][2] < -0.8, 90)
+        w.wait_state("through", lambda s: s["saw_mm"][2] < -0.8)
         w._xdotool("keyup", "Down")
         # Half of the bar without half of the kerf, 14.7 x 10 x 10 mm; half a voxel at each face is uncertain.
         freed = w.wait_event("came_free")
@@ -140,7 +140,7 @@ def main():
         w.wait_state("the plane is cut", lambda s: s["plane_cut"] == [1])
         w.key("space")
         w._xdotool("keydown", "shift", "keydown", "Up")  # with Shift: fast
-        w.wait_state("out again", lambda s: s["saw_mm"][2] > 13, 90)
+        w.wait_state("out again", lambda s: s["saw_mm"][2] > 13)
         w._xdotool("keyup", "Up", "keyup", "shift")
         assert w.state["removed_mm3"] > removed
         assert sum(e["event"] == "came_free" for e in w.events) == 1, "the piece is announced once"
@@ -182,7 +182,7 @@ def main():
             w.read()
             return any(235 < e["overlap_mm3"] < 252 or 3.45 < (e["gap_mm"] or 0) < 3.7
                        for e in w.events if e["event"] == "contact")
-        deadline = time.monotonic() + 30
+        deadline = time.monotonic() + PATIENCE_S
         while not as_moved():
             w._check(deadline, "neither the overlap nor the gap of a piece moved by 3 mm")
             time.sleep(0.1)

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 
-from drive import Display, Window, skip_without_display_programs, workspace
+from drive import NEXT_CLICK_S, Display, Window, skip_without_display_programs, workspace
 
 SIZE, SPACING_MM, ORIGIN_MM = (62, 50, 46), 2, (-61, -54, -14)
 LOWER = [o - SPACING_MM / 2 for o in ORIGIN_MM]  # edges of the scan
@@ -67,10 +67,10 @@ def separate(w, after):
     click_coronal(w, -60, -13)  # air
     w.wait_state("refused", lambda s: s["separation"]["refusal"] and s["separation"]["keep"] == 0)
     assert w.state["separation"]["asks"]
-    time.sleep(0.5)  # longer than between the clicks of a double click
+    time.sleep(NEXT_CLICK_S)
     click_coronal(w, 17.3, 1)
     w.wait_state("a point in the mandible", lambda s: s["separation"]["keep"] == 1 and not s["separation"]["refusal"])
-    time.sleep(0.5)
+    time.sleep(NEXT_CLICK_S)
     click_coronal(w, -17.3, 1)
     w.wait_state("another one", lambda s: s["separation"]["keep"] == 2)
     w.click_item("separate.remove keep 2")
@@ -80,7 +80,7 @@ def separate(w, after):
     coronal = w.items["ct.large"]
     w.click_item("ct.large 3")
     w.wait_items("the sagittal slice, which is narrower", lambda items: items["ct.large"] != coronal)
-    time.sleep(0.5)
+    time.sleep(NEXT_CLICK_S)
     click_sagittal(w, 30, 70)
     w.wait_state("a point in the block", lambda s: s["separation"]["drop"] == 1)
     assert w.state["separation"]["keep"] == 1
