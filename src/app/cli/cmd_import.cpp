@@ -265,8 +265,7 @@ void PrintText(const ImportArguments& options, const ImportReport& r, const Bone
 void Warn(const ImportArguments& options, const ImportReport& r) {
   for (const std::string& warning : r.warnings) Say("{}", warning);
   if (r.kind != "surface" && r.kind != "mask" && r.tooth_mm3 == 0 && (r.mandible || options.teeth_asked)) {
-    Say("no teeth were found: no part of the bone is as bright as enamel, {:.0f} HU or more; if the CT shows teeth, "
-        "lower --tooth-hu",
+    Say("if the CT shows teeth, lower --tooth-hu: no part of the bone has {:.0f} HU or more",
         options.import.tissue.tooth_hu);
   }
   if (r.cut_by_scan) Say("the bone reaches the edge of the scan and is cut off there");

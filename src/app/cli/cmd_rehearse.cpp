@@ -38,13 +38,17 @@ struct RehearseArguments {
 
 void Print(const RehearsalResult& result, const std::string& folder, bool json) {
   if (json) {
-    fmt::print(
-        "{}\n",
-        nlohmann::json{{"folder", folder}, {"recordings", result.recordings}, {"take_away", result.take_away}}.dump(2));
+    fmt::print("{}\n", nlohmann::json{{"folder", folder},
+                                      {"recordings", result.recordings},
+                                      {"take_away", result.take_away},
+                                      {"exports", result.exports},
+                                      {"project", result.project}}
+                           .dump(2));
     return;
   }
   for (const std::string& recording : result.recordings) fmt::print("recording  {}\n", recording);
-  if (!result.take_away.empty()) fmt::print("exported   {}\n", result.take_away);
+  for (const std::string& folder_of_export : result.exports) fmt::print("exported   {}\n", folder_of_export);
+  if (!result.project.empty()) fmt::print("project    {}\n", result.project);
 }
 
 void Run(RehearseArguments& options) {

@@ -53,6 +53,8 @@ class Activity {
   virtual bool has_slices() const { return false; }
   /// Returns true while the activity draws something else in the place of the slices.
   virtual bool covers_slices() const { return false; }
+  /// Returns true while the activity draws something else over the scene.
+  virtual bool covers_scene() const { return false; }
   /// Adds alarms: places that the saw should not come near to.
   virtual void AddAlarms(std::vector<AlarmOverlay>& /*alarms*/) {}
   /// Adds what else is drawn in slices.

@@ -104,6 +104,7 @@ void CaseWriter::FinishExport() {
   if (!is_exporting()) return;
   try {
     take_away_ = exporting_.get();
+    if (std::find(exports_.begin(), exports_.end(), folder_) == exports_.end()) exports_.push_back(folder_);
     viewer_.Say(fmt::format(fmt::runtime(Tr("Exported: {}")), folder_));
     viewer_.dialogs().Ask(fmt::format(fmt::runtime(Tr("Pieces, planes and the report are in {}")), folder_),
                           {{Tr("Open the folder"), [this] { OpenInDesktop(take_away_); }},
@@ -188,7 +189,7 @@ std::string CaseWriter::FinishSaving() {
   const SaveOrder order = order_;
   try {
     saving_.get();
-    viewer_.Say(fmt::format(fmt::runtime(Tr("Project: {}")), order.file));
+    viewer_.Say(fmt::format(fmt::runtime(Tr("Saved: {}")), order.file));
     viewer_.trace().Write("project", {{"file", order.file}});
     if (order.saved) order.saved();
     if (order.quits) viewer_.Quit();

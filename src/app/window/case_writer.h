@@ -54,6 +54,8 @@ class CaseWriter {
   double export_progress() const { return *progress_; }
   /// Returns the folder of the last export; empty if there is none.
   const std::string& take_away() const { return take_away_; }
+  /// Returns the folders of all exports, in order.
+  const std::vector<std::string>& exports() const { return exports_; }
   /// Saves the project. Call it only if none is being saved.
   void Save(CaseContent content, SaveOrder order);
   bool is_saving() const { return saving_.valid(); }
@@ -78,6 +80,7 @@ class CaseWriter {
   std::string folder_;                                                                        // of the latest export
   std::function<void()> export_again_;
   std::string take_away_;
+  std::vector<std::string> exports_;
   std::future<void> saving_;  // of the project
   SaveOrder order_;           // that is being carried out
   bool plan_was_unsaved_ = false;

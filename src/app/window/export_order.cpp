@@ -109,10 +109,11 @@ std::string RunExport(ExportOrder& order) {
                               .png = order.pictures[i].second});
   }
   const JoinedSessions joined = JoinSessions(order.sessions);
-  const SessionRow rows[] = {{Msg("time with the saw in bone"), "s", 0, joined.in_bone_s},
-                             {Msg("time of the session"), "s", 0, joined.duration_s},
-                             {Msg("largest force on the hand, spindle turning"), "N", 2, joined.turning_force_N},
-                             {Msg("largest force on the hand, spindle stopped"), "N", 2, joined.stopped_force_N}};
+  const SessionRow rows[] = {
+      {Msg("time with the saw in bone"), "s", 0, joined.in_bone_s},
+      {Msg("time of the session"), "s", 0, joined.duration_s},
+      {Msg("largest force on the hand in bone, spindle turning"), "N", 2, joined.turning_force_N},
+      {Msg("largest force on the hand in bone, spindle stopped"), "N", 2, joined.stopped_force_N}};
   for (const SessionRow& row : rows) {
     if (row.value) taken.figures.push_back({row.name, row.unit, *row.value});
   }
@@ -153,7 +154,8 @@ std::string RunExport(ExportOrder& order) {
                                         : t.Tr("- (not known for the sessions before)")});
   }
   taken.circumstances.insert(taken.circumstances.end(), rest.begin(), rest.end());
-  taken.provenance.push_back({Msg("scene"), order.scene.name});
+  const bool is_made = order.scene.name == "rehearsal";  // by the window, around a bone
+  taken.provenance.push_back({Msg("scene"), is_made ? t.Tr(Msg("made for the case")) : order.scene.name});
   taken.provenance.push_back({Msg("tool"), t.Tr(DescribeTool(order.scene.tool))});
   for (const std::string& recording : order.recordings) {
     taken.provenance.push_back({Msg("recording"), std::filesystem::path(recording).filename().string()});

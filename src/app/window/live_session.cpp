@@ -156,9 +156,7 @@ void LiveSession::TakeTick(const LoopTick& tick, std::span<const double> channel
   const bool stroke_ends = stroke_.Take(tick);
   const std::lock_guard lock(mutex_);
   if (stroke_ends) asked_.push_back({.kind = LoopAction::Kind::kCheckpoint, .name = ""});
-  if (Touches(out)) figures_.in_bone_s += std::max(0.0, tick.time_s - figures_.time_s);
-  double& largest_N = tick.in.rpm > 0 ? figures_.turning_force_N : figures_.stopped_force_N;
-  largest_N = std::max(largest_N, glm::length(out.f_H_W_N));
+  figures_.ContactSums::Take(tick, figures_.time_s);
   static_cast<LoopTick&>(figures_) = tick;
   figures_.removed_mm3 += out.removed_mm3;
   figures_.missed += tick.in.skipped;
@@ -220,8 +218,10 @@ LiveFigures LiveSession::figures() const {
   return figures_;
 }
 
-LiveSession::ForceNote LiveSession::MakeForceNote(double bite_mm) const {
+LiveSession::ForceNote LiveSession::MakeForceNote(const LiveFigures& figures) const {
   constexpr double kNoBite_mm = 1e-6;
+  constexpr double kTouch_s = 0.3;  // a saw that touched bone within this time still does
+  const double bite_mm = figures.coupled.mean_bite_mm;
   constexpr double kAgrees = 1.25;  // studies differ by more
   const bool cuts = bite_mm >= kNoBite_mm;
   const Tool tool = MakeTool(scene_);
@@ -229,7 +229,10 @@ LiveSession::ForceNote LiveSession::MakeForceNote(double bite_mm) const {
   note.details = fmt::format("{}: {}; now {}", scene_.force.name(), DescribeAccuracy(scene_.force, tool),
                              cuts ? DescribeBite(scene_.force, bite_mm) : "no tooth cuts");
   const auto [from_mm, to_mm] = FindDataBites(scene_.force);
-  if (cuts && bite_mm < from_mm) {
+  const bool touches = figures.bone_touch_s && figures.time_s < *figures.bone_touch_s + kTouch_s;
+  if (figures.guide_force_N.value_or(0) > 0 && !touches) {
+    note.text = Tr("The saw touches no bone: the force is the pull of the guide.");
+  } else if (cuts && bite_mm < from_mm) {
     note.text = Tr("The chips are thinner than in published tests on bone: the force is an estimate.");
   } else if (cuts && bite_mm > to_mm) {
     note.text = Tr("The chips are thicker than in published tests on bone: the force is an estimate.");

@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/window/contact_sums.h"
 #include "app/window/progress_meter.h"
 #include "app/window/stroke_watch.h"
 #include "loop/haptics/mouse_hand.h"
@@ -25,12 +26,9 @@
 namespace kerf {
 
 /// The latest tick, and sums over all ticks, for drawing.
-struct LiveFigures : LoopTick {
+struct LiveFigures : LoopTick, ContactSums {
   std::uint64_t changes = 0;            // leaves of the bone changed so far, by cuts, undo and redo
   double removed_mm3 = 0;               // total so far
-  double in_bone_s = 0;                 // time in which the saw touched the bone
-  double turning_force_N = 0;           // largest force on the hand while the spindle turned
-  double stopped_force_N = 0;           // the same while it did not
   double feed_mm_per_s = 0;             // speed of the tool's centre, mean of the last tenth of a second
   std::uint64_t missed = 0;             // number of missed deadlines
   std::vector<double> channels;         // channels of the effects
@@ -112,12 +110,12 @@ class LiveSession final : private SessionController {
   const Scene& scene() const { return scene_; }
   /// Returns the normal of the guide's plane, unit length; meaningless without a guide.
   const Vec3& guide_normal_W() const { return guide_normal_W_; }
-  /// Returns a note on the agreement of the force law with measurements, at a bite; 0: no tooth is engaged.
+  /// Returns a note on the force: on the agreement of its law with measurements, or that it is not from bone.
   struct ForceNote {
     std::string text;     // a sentence in plain words, in the window's language
     std::string details;  // law, factors and bite
   };
-  ForceNote MakeForceNote(double bite_mm) const;
+  ForceNote MakeForceNote(const LiveFigures& figures) const;
 
   /// Requests the end of the loop, or of loading; stage() reports when it has ended.
   void Stop() { stop_.store(true); }

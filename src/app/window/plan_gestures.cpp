@@ -54,7 +54,7 @@ HandleKind ToHandleKind(PlaneHandleKind kind) {
 void PlanGestures::Place(Placing what, MarkKind kind) {
   viewer_.controls().Release();
   viewer_.SetSpindle(false);
-  placing_ = Placement{what, kind, {}};
+  placing_ = Placement{what, kind, {}, viewer_.slices().is_enlarged()};
   document_.set_mark_index({});
 }
 
@@ -113,6 +113,7 @@ void PlanGestures::TakeBackPoint() {
 
 void PlanGestures::FinishPlacing() {
   const Placement placed = *std::exchange(placing_, std::nullopt);
+  if (!placed.was_enlarged) viewer_.slices().Shrink();  // a slice that was enlarged for the points hides the scene
   try {
     if (placed.what == Placing::kPlane && placed.points_W.size() >= 3) {
       const std::vector<Vec3>& p_W = placed.points_W;

@@ -51,6 +51,7 @@ class PlanGestures {
     Placing what = Placing::kPlane;
     MarkKind kind = MarkKind::kNerve;
     std::vector<Vec3> points_W;
+    bool was_enlarged = false;  // a slice was already enlarged when placing began
   };
   struct Drag {
     enum class What { kHandle, kPlacedPoint, kMarkPoint };

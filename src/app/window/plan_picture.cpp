@@ -43,11 +43,13 @@ std::vector<MarkOverlay> ListMarks(const PlanDocument& document) {
   const std::vector<MarkTube>& tubes = document.mark_tubes();
   std::vector<MarkOverlay> marks;
   for (std::size_t i = 0; i < tubes.size(); ++i) {
+    const bool is_nerve = tubes[i].kind() == MarkKind::kNerve || tubes[i].kind() == MarkKind::kCanal;
     marks.push_back({.points_W = tubes[i].curve_W(),
                      .radius_mm = tubes[i].radius_mm(),
                      .colour = MarkColour(tubes[i].kind()),
                      .label = ShowName(tubes[i].name()),
-                     .selected = document.mark_index() == i});
+                     .selected = document.mark_index() == i,
+                     .shows_through = is_nerve});
   }
   return marks;
 }

@@ -72,8 +72,12 @@ void Rehearsal::Began() {
     distances_.SetBone(before_);
     plan_link_.Begin(before_->CalcBounds());
     const bool lacks_ct = !project_file_.empty() && IsFromCt(*before_) && !before_->has_hu();
-    viewer_->Say(lacks_ct ? Tr("This project does not contain the CT, so the slices show the bone's tissues.")
-                          : Tr("Space starts the saw; drag with the left button to move it; F1 for help"));
+    if (lacks_ct) {
+      viewer_->Warn(Tr("This project does not contain the CT, so the slices show the bone's tissues."));
+    } else if (!project_file_.empty() && IsFromCt(*before_)) {
+      viewer_->Warn(Tr("This project contains the CT only near the bone: the rest of the slices is black."));
+    }
+    if (!begins_in_pieces_) viewer_->Say(Tr("Space starts the saw; drag with the left button to move it; F1 for help"));
   } else if (change_.is_pending()) {
     const std::string done = change_.Finish();
     warns_after_change_ ? viewer_->Warn(done) : viewer_->Say(done);
@@ -438,6 +442,11 @@ void Rehearsal::Fill(HudState& hud) {
                     .fraction = now.fraction,
                     .left_s = now.seconds_left,
                     .can_cancel = true};
+    if (has_case()) {
+      hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
+                             .text = Tr("This is still the case before."),
+                             .answers = Tr("The one that is being opened replaces it once it is ready.")};
+    }
   } else if (change_.is_pending()) {
     hud.progress = HudProgress{.title = Tr("Preparing the saw"), .stage = Tr("clicks and keys wait until then")};
   } else if (writer_.is_exporting()) {

@@ -41,6 +41,8 @@ struct RehearsalOptions {
 struct RehearsalResult {
   std::vector<std::string> recordings;
   std::string take_away;              // folder of the exported files; empty: nothing was exported
+  std::vector<std::string> exports;   // folders of all exports, in order
+  std::string project;                // file in which the project was last saved; empty: it was not
   std::vector<std::string> warnings;  // one sentence for each bone that could not be saved
   std::vector<std::string> failures;  // why sessions ended by themselves, and a project was not saved; a sentence each
   /// True if a step of loading that cannot be interrupted is still running. The destructor of Rehearsal waits for it;
@@ -78,6 +80,7 @@ class Rehearsal final : public Activity {
   std::optional<Vec3> slice_focus() const override { return plane_focus_W_; }
   bool has_slices() const override { return true; }
   bool covers_slices() const override { return loader_.ct() != nullptr || asks_for_points(); }
+  bool covers_scene() const override { return asks_for_points(); }
   void AddAlarms(std::vector<AlarmOverlay>& alarms) override;
   void FillSlices(SliceScene& scene) const override;
   bool is_restarting() const override { return change_.is_pending(); }

@@ -155,7 +155,7 @@ void Rehearsal::AddActions(ActionList& actions) {
                .label = Msg("Notes on the import"),
                .tip = Msg("Assumptions that were made when the CT was read, and its expected accuracy"),
                .run = [this] { ShowImportNotes(); },
-               .enabled = [running, this] { return running() && !GetNote(*before_, "import_warnings").empty(); }});
+               .enabled = [running, this] { return running() && !GetNote(*before_, "import_input").empty(); }});
 }
 
 void Rehearsal::AskOpen() {

@@ -116,11 +116,16 @@ void Rehearsal::TakeSettings(const std::map<std::string, std::string>& settings)
 }
 
 void Rehearsal::ShowImportNotes() {
-  viewer_->dialogs().Ask(fmt::format("{}\n\n{}\n\n{}\n\n{}", Tr("Notes on the import"),
-                                     Tr("You can go on. The notes say how exact the bone is, and what was assumed:"),
-                                     DescribeImport(*before_, TrMade),
-                                     Tr("Help > Notes on the import shows this again; it is in the report too.")),
-                         {{Tr("OK"), nullptr}});
+  std::string notes = DescribeImport(*before_, TrMade);
+  if (notes.empty()) notes = Tr("Nothing unusual was found.");
+  if (const std::string error = GetNote(*before_, "import_surface_error_mm"); !error.empty()) {
+    notes += fmt::format("\n\n{}: {}", Tr("error of the surface, mm"), TrMade(error));
+  }
+  viewer_->dialogs().Ask(
+      fmt::format("{}\n\n{}\n\n{}\n\n{}", Tr("Notes on the import"),
+                  Tr("You can go on. The notes say how exact the bone is, and what was assumed:"), notes,
+                  Tr("Help > Notes on the import shows this again; it is in the report too.")),
+      {{Tr("OK"), nullptr}});
 }
 
 void Rehearsal::Export() {
@@ -197,7 +202,7 @@ void Rehearsal::SaveProjectIn(const std::string& file, bool quits) {
   // The session may have ended while the dialog was open.
   if (!has_work() && !change_.is_pending()) return viewer_->Say(Tr("There is no session to save"));
   save_orders_.push_back({.file = file, .quits = quits, .saved = [this, file] {
-                            project_file_ = file;
+                            project_file_ = result_.project = file;
                             AddRecent(viewer_->settings(), file);
                             viewer_->settings().save_folder = std::filesystem::absolute(file).parent_path().string();
                             viewer_->KeepSettings();

@@ -339,6 +339,7 @@ void Rehearsal::EndWork() {
   }
   writer_.FinishExport();
   result_.take_away = writer_.take_away();
+  result_.exports = writer_.exports();
   for (std::string& sentence : saver_.Finish()) result_.warnings.push_back(std::move(sentence));
   const auto until = std::chrono::steady_clock::now() + kEnd;
   result_.left_work = viewer_->left_work() || !distances_.WaitUntil(until) || !loader_.WaitUntil(until) ||

@@ -18,6 +18,14 @@ namespace {
 constexpr double kToothCut_s = 0.5;  // a saw that has cut a tooth within this time still cuts it
 constexpr double kOtherCut_mm = 6;   // a cut further beside a plane than this is not meant for it
 
+/// Returns the side of the patient to which a direction mostly points.
+const char* NameSide(const Vec3& direction_W) {
+  const Vec3 size = glm::abs(direction_W);
+  if (size.x >= size.y && size.x >= size.z) return direction_W.x > 0 ? Tr("left") : Tr("right");
+  if (size.y >= size.z) return direction_W.y > 0 ? Tr("back") : Tr("front");
+  return direction_W.z > 0 ? Tr("up") : Tr("down");
+}
+
 }  // namespace
 
 void SawDistances::SetBone(const std::shared_ptr<const Bone>& before) {
@@ -47,7 +55,8 @@ void SawDistances::Fill(HudState& hud) const {
   if (sampler_) hud.values.depth_mm = CalcBladeDepth(*sampler_, tool, X_WT);
   if (const PlannedPlane* planned = document_.plane()) {
     const PlaneDeviation off = CalcDeviation(*planned, tool, X_WT);
-    hud.values.plan_offset_mm = off.offset_mm;
+    hud.values.plan_offset_mm = std::abs(off.offset_mm);
+    if (std::abs(off.offset_mm) >= 0.005) hud.values.plan_side = NameSide(off.offset_mm * planned->plane.normal_W);
     hud.values.plan_angle_deg = off.angle_deg;
   }
   if (!document_.plan().stops.empty()) {

@@ -1,6 +1,7 @@
 // Divides cutting into strokes, each of which is one step of undo.
 #pragma once
 
+#include "app/window/contact_sums.h"
 #include "loop/haptics/loop_body.h"
 
 namespace kerf {
@@ -22,8 +23,7 @@ class StrokeWatch {
     const bool is_taken_again = tick.held && ticks_let_go_ >= kEnd_ticks;
     ticks_let_go_ = tick.held ? 0 : ticks_let_go_ + 1;
     const bool cuts = out.removed_mm3 > 0;
-    const bool touches = cuts || out.f_cut_W_N != Vec3{0} || out.f_face_W_N != Vec3{0};
-    ticks_in_air_ = touches ? 0 : ticks_in_air_ + 1;
+    ticks_in_air_ = TouchesBone(out) ? 0 : ticks_in_air_ + 1;
     const bool ends = has_cut_ && (is_taken_again || ticks_in_air_ >= kEnd_ticks);
     has_cut_ = cuts || (has_cut_ && !ends);
     return ends;

@@ -246,10 +246,11 @@ class ViewerApp {
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
   CutPlace cut_place_;
-  std::vector<Vec3> handpiece_T_;    // points on its surface
-  std::optional<Pose> X_handpiece_;  // pose at which it was last compared with the bone
-  double shown_removed_mm3_ = 0;     // volume that has become dust in the picture
-  std::optional<Pose> X_home_;       // pose of the saw at the start of the first session with this bone
+  std::vector<Vec3> handpiece_T_;     // points on its surface
+  std::optional<Pose> X_handpiece_;   // pose at which it was last compared with the bone
+  bool warned_of_handpiece_ = false;  // of this bone: that the handpiece is in it
+  double shown_removed_mm3_ = 0;      // volume that has become dust in the picture
+  std::optional<Pose> X_home_;        // pose of the saw at the start of the first session with this bone
   std::vector<PlotPoint> forces_;
   std::string recording_;
   std::function<void(const LeafMessage&)> take_leaf_;  // of the next session

@@ -24,7 +24,7 @@ HudState ViewerApp::MakeHud() {
   hud.values.force_N = glm::length(figures_.coupled.f_H_W_N);
   hud.now_s = figures_.time_s;
   if (session_) {
-    LiveSession::ForceNote note = session_->MakeForceNote(figures_.coupled.mean_bite_mm);
+    LiveSession::ForceNote note = session_->MakeForceNote(figures_);
     hud.force_note = std::move(note.text);
     hud.force_details = std::move(note.details);
   }
@@ -51,6 +51,14 @@ HudState ViewerApp::MakeHud() {
                                .fraction = now->fraction};
   }
   activity_->Fill(hud);
+  if (activity_->covers_scene()) {
+    // What is known of the bone behind does not belong to what is asked.
+    hud.show_values = hud.show_plot = false;
+    hud.pieces.clear();
+    hud.injuries.clear();
+    hud.banner.reset();
+    return hud;
+  }
   // The column keeps its layout, so that a click does not meet something else.
   HudState& from = restarts ? values_before_ : hud;
   HudState& to = restarts ? hud : values_before_;
@@ -129,6 +137,7 @@ void ViewerApp::DrawUi(const HudState& hud) {
   slices_lack_room_ = lack_room;
   // Until the user turns the view, the whole bone is shown.
   if (before.scene.width != areas_.scene.width && !view_changed_) fit_again_ = bone_.surface() != nullptr;
+  const bool is_covered = activity_->covers_scene();
   // Labels first: they are drawn in the background.
   PictureMarks marks = MakePictureMarks();
   for (const SceneRing& ring : view_->ListRings()) {
@@ -187,8 +196,10 @@ void ViewerApp::DrawUi(const HudState& hud) {
     below.height = areas_.scene.bottom() - below.top;
   }
   DrawInjuries(ui_, hud.injuries, below);
-  DrawMessages(ui_, {hud.status.message, hud.status.warning, DescribeStaying()}, areas_.scene,
-               hud.progress ? CalcProgressBox(ui_, areas_.scene) : UiBox{});
+  if (!is_covered) {
+    DrawMessages(ui_, {hud.status.message, hud.status.warning, DescribeStaying()}, areas_.scene,
+                 hud.progress ? CalcProgressBox(ui_, areas_.scene) : UiBox{});
+  }
   if (hud.progress && DrawProgressBox(ui_, *hud.progress, areas_.scene)) activity_->Cancel();
   if (hud.menu) {
     if (const std::optional<int> row = DrawMenuDialog(ui_, *hud.menu)) picked_row_ = row;

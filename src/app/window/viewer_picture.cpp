@@ -118,7 +118,12 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
   view_->SetToolPose(X_WT, figures_.in.rpm, spin_rad_);
   if (!X_handpiece_ || X_handpiece_->p_AB != X_WT.p_AB || X_handpiece_->R_AB != X_WT.R_AB) {
     X_handpiece_ = X_WT;
-    view_->SetHandpieceInBone(IsHandpieceInBone(X_WT));
+    const bool in_bone = IsHandpieceInBone(X_WT);
+    view_->SetHandpieceInBone(in_bone);
+    if (in_bone && options_.watch && spindle_on() && TouchesBone(figures_.coupled) &&
+        !std::exchange(warned_of_handpiece_, true)) {
+      Warn(Tr("The handpiece is inside the bone. Here it meets no resistance; in theatre it has no room there."));
+    }
   }
   const Tool tool = MakeTool(session_->scene());
   UpdateCutInPicture(tool, dt_s);

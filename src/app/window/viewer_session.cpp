@@ -209,6 +209,7 @@ void ViewerApp::FollowRunning() {
     view_->SetTool(tool);
     handpiece_T_ = SampleHandpiece(tool, 4);
     X_handpiece_.reset();
+    if (!goes_on_) warned_of_handpiece_ = false;
     activity_->Began();
     trace_.Write("running");
   }

@@ -269,6 +269,12 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   const TissueMap tissue(isolation.ct, solid_voxels, isolation.bone, &solid.hu(), report.mandible, options.tissue,
                          isolation.mask ? &isolation.mask->samples : nullptr);
   report.tooth_mm3 = tissue.tooth_mm3();
+  if (report.mandible && report.tooth_mm3 == 0) {
+    report.warnings.push_back(fmt::format(
+        "no teeth were found: no part of the bone is as bright as enamel, {:.0f} HU or more; teeth that the CT "
+        "shows are treated as bone",
+        options.tissue.tooth_hu));
+  }
   stages.Done("tissues");
   EndPart(options, CtPart::kTissues);
 

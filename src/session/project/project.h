@@ -34,7 +34,7 @@ struct ProjectSession {
   std::optional<double> largest_force_N{};             // on the hand
   std::vector<std::pair<double, double>> forces_sN{};  // force on the hand, N, by time since the session's beginning, s
   bool recorded = true;                                // false: its recording is lost
-  std::optional<double> turning_force_N{};             // the same while the spindle turned
+  std::optional<double> turning_force_N{};             // while the saw touched bone and the spindle turned
   std::optional<double> stopped_force_N{};             // and while it did not
   std::optional<double> in_bone_s{};                   // time in which the saw touched the bone
 

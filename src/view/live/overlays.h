@@ -85,6 +85,7 @@ struct MarkOverlay {
   Rgb8 colour{0, 114, 178};
   std::string label = {};  // optional; beside its first point
   bool selected = false;
+  bool shows_through = false;  // its line is drawn also where bone hides it, as that of a selected one is
 
   bool operator==(const MarkOverlay&) const = default;
 };

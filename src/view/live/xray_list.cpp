@@ -115,7 +115,7 @@ void AddMeasures(const std::vector<MeasureOverlay>& measures, XrayList& list) {
 
 void AddMarkLines(const std::vector<MarkOverlay>& marks, XrayList& list) {
   for (const MarkOverlay& mark : marks) {
-    if (!mark.selected || mark.points_W.size() < 2) continue;
+    if ((!mark.selected && !mark.shows_through) || mark.points_W.size() < 2) continue;
     list.lines.push_back({mark.points_W, 2.4, {mark.colour, 0, 0.75, true}, 0});
   }
 }

@@ -23,6 +23,7 @@ struct HudValues {
   std::string teeth_injury = {};         // the same of teeth and roots
   std::optional<double> plan_angle_deg;  // angle between the blade and the plane of the plan
   std::optional<double> plan_offset_mm;  // distance of the blade from that plane
+  std::string plan_side = {};            // of that plane on which the blade is: "left"; empty: not named
   bool has_plan = true;                  // false: these two are left out
   bool plan_is_of_saw = false;           // these two are named as those of the saw now, not of the cut
   bool feed_is_along = false;            // the feed is that along the wanted line

@@ -208,7 +208,10 @@ void ValuesSection(Ui& ui, const HudState& state) {
     rows.push_back({v.plan_is_of_saw ? Tr("Angle of the saw now") : Tr("Angle to the plan"),
                     known ? number(v.plan_angle_deg, 1) : Tr("no plan"), known ? "°" : "", HudLevel::kPlain});
     rows.push_back({v.plan_is_of_saw ? Tr("Saw beside the plan now") : Tr("Beside the plan"),
-                    known ? number(v.plan_offset_mm, 2) : Tr("no plan"), known ? "mm" : "", HudLevel::kPlain});
+                    !known                ? Tr("no plan")
+                    : v.plan_side.empty() ? number(v.plan_offset_mm, 2)
+                                          : fmt::format("{} mm {}", number(v.plan_offset_mm, 2), v.plan_side),
+                    known && v.plan_side.empty() ? "mm" : "", HudLevel::kPlain});
   }
   const float width = ImGui::GetContentRegionAvail().x;
   const float left = ImGui::GetCursorPosX();
@@ -479,8 +482,17 @@ void DrawInjuries(Ui& ui, const std::vector<std::string>& injuries, const UiBox&
   ImGui::EndGroup();
   ui.Note("injuries");
   if (is_long) LetUnfold(ui, folded, all);
+  const bool hovered = ImGui::IsMouseHoveringRect(at, {at.x + width, at.y + height}, false);
   ImGui::End();
   ImGui::PopFont();
+  if (is_long || !hovered || !ui.tooltips()) return;
+  ImGui::BeginTooltip();
+  ImGui::PushTextWrapPos(440 * s);
+  ImGui::TextUnformatted(Tr(
+      "Places are measured from the origin of the CT's coordinates, which the scanner has set; without a CT, from that "
+      "of the bone's model or file."));
+  ImGui::PopTextWrapPos();
+  ImGui::EndTooltip();
 }
 
 void DrawMessages(Ui& ui, const HudMessages& messages, const UiBox& scene, const UiBox& below) {

@@ -120,11 +120,11 @@ TEST(ExportOrder, ReportCoversAllSessionsOfTheCase) {
   EXPECT_THAT(exported.report, HasSubstr(MakeRow("time with the saw in bone", "13 s")));
   EXPECT_THAT(exported.report, HasSubstr(MakeRow("time of the session", "91 s")));
   // A stopped saw that is pulled out of its kerf can need more force than the cut.
-  EXPECT_THAT(exported.report, HasSubstr(MakeRow("largest force on the hand, spindle turning", "1.50 N")));
-  EXPECT_THAT(exported.report, HasSubstr(MakeRow("largest force on the hand, spindle stopped", "2.25 N")));
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("largest force on the hand in bone, spindle turning", "1.50 N")));
+  EXPECT_THAT(exported.report, HasSubstr(MakeRow("largest force on the hand in bone, spindle stopped", "2.25 N")));
   // Files of earlier versions say nothing about their sessions, and nothing was cut since: this is not 0 N.
   const Exported unknown(true, {{"-", {}, {}, {}, {}}, {"fine disc", 5, 0, 0, {{0, 0}, {5, 0}}}});
-  EXPECT_THAT(unknown.report, HasSubstr(MakeRow("largest force on the hand, spindle turning",
+  EXPECT_THAT(unknown.report, HasSubstr(MakeRow("largest force on the hand in bone, spindle turning",
                                                 "- (not known for the sessions before)")));
   EXPECT_THAT(unknown.measures, Not(HasSubstr("largest force")));
 }

@@ -220,8 +220,13 @@ def main():
         for i, x in enumerate((-250, -150, 150, 250)):
             w.click(CENTRE[0] + x, CENTRE[1] + 100)
             w.wait_state("a point", lambda s: s["placed"] == i + 1)
+        # A slice that is enlarged for it does not hide the scene afterwards.
+        left, top, width, height = w.items["slice 2"]
+        w.move(left + 0.6 * width, top + 0.4 * height)
+        w._xdotool("click", "--repeat", 2, "--delay", 60, 1)
+        w.wait_state("enlarged", lambda s: s["slice_enlarged"] and s["placed"] == 4)
         w.key("Return")
-        w.wait_state("a mark", lambda s: s["marks"] == 1)
+        w.wait_state("a mark", lambda s: s["marks"] == 1 and not s["slice_enlarged"])
         picture("mark")
 
         # Marks come from a file of 3D Slicer and from a mask; each file is one step of undo.

@@ -141,7 +141,7 @@ def reopen_with_ct(kerf):
         assert f" case {project.stem} " in report, report
         assert (project.parent / f"{project.stem}-export/report.html").exists(), "it is beside the project"
         turning = max(s["turning_force_N"] for s in sessions)
-        assert f"largest force on the hand, spindle turning {turning:.2f} N" in report, report
+        assert f"largest force on the hand in bone, spindle turning {turning:.2f} N" in report, report
         assert "80 x 40 x 40 voxels of 0.5 x 0.5 x 0.5 mm" in report, report
         assert "coarse disc 22 mm: disc 22 x" in report, report
         # Saved again, it has the sessions of both windows.

@@ -144,6 +144,8 @@ def main():
             w.key("Return")
             w.wait_event("asks_for_points", after=after)
             assert w.state["running"]
+            w.wait_items("nothing of the case before is shown",
+                         lambda items: "ct.large" in items and "section Values" not in items)
             if cancels:
                 w.click_item("separate.cancel")
                 w.wait_message("The case before it is still open", after=after)
