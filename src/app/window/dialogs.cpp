@@ -35,7 +35,7 @@ void Dialogs::AskText(Ui& ui, const std::string& question, const std::string& in
   text_done_ = std::move(done);
   text_check_ = nullptr;
   offered_.clear();
-  ui.ExpectText();
+  ui.ExpectText(true);
 }
 
 void Dialogs::OfferTexts(const std::string& title, std::vector<std::string> texts) {
@@ -70,7 +70,7 @@ void Dialogs::ChooseFile(Ui& ui, const std::string& title, const std::string& fo
   text_ = name;
   file_done_ = std::move(done);
   ListFolder();
-  ui.ExpectText();
+  ui.ExpectText(true);
 }
 
 void Dialogs::Close() {
@@ -87,7 +87,7 @@ void Dialogs::Decide(std::function<void()> what) {
 void Dialogs::TakeLineAgain(Ui& ui) {
   fresh_ = true;
   ui.DropText();
-  ui.ExpectText();
+  ui.ExpectText(false);  // the second click of a double click must not come late
 }
 
 void Dialogs::DecideText() {
@@ -192,11 +192,7 @@ void Dialogs::Draw(Ui& ui) {
     }
     ui.Note("dialog.text");
     // A window that appears in the same frame would take the input back.
-    if (ImGui::IsItemActive()) {
-      fresh_ = false;
-    } else if (fresh_) {
-      ui.ExpectText();
-    }
+    if (ImGui::IsItemActive()) fresh_ = false;
     return entered;
   };
   if (kind_ == Kind::kText) {

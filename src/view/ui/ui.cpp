@@ -313,7 +313,9 @@ void Ui::BeginFrame(double dt_s) {
     const bool key = event.kind == Kind::kKeyDown || event.kind == Kind::kKeyUp;
     const bool button = event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp;
     const bool text = event.kind == Kind::kText;
-    if (expects_text_ && (event.kind == Kind::kKeyDown || text)) break;  // a release is of a key that acted before
+    // A release is of a key or button that acted before.
+    if (expects_text_ && (event.kind == Kind::kKeyDown || text)) break;
+    if (expects_text_ && clicks_wait_ && event.kind == Kind::kMouseDown) break;
     // After a press, the mouse stays in its place until the next frame.
     if (pressed && (button || event.kind == Kind::kMouseMove)) break;
     // In a frame, Dear ImGui takes the mouse first, then the text, then one key.

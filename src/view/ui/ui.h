@@ -69,8 +69,12 @@ class Ui {
   void Take(const WindowEvent& event);
   /// Returns true if events still wait for the next frame.
   bool has_waiting_events() const { return !queue_.empty(); }
-  /// Announces a text field in the next frame: keys and letters wait until it has the input.
-  void ExpectText() { expects_text_ = true; }
+  /// Announces a text field in the next frame: keys and letters wait until it has the input. `clicks_wait`: clicks
+  /// wait too; one that comes in the frame in which the field takes the input would be lost.
+  void ExpectText(bool clicks_wait) {
+    expects_text_ = true;
+    clicks_wait_ = clicks_wait;
+  }
   /// Shows no tooltips, for example while a dialog is open.
   void set_tooltips(bool shown) { tooltips_ = shown; }
   bool tooltips() const { return tooltips_; }
@@ -143,6 +147,7 @@ class Ui {
   bool shows_long_banners_ = false;
   bool in_frame_ = false;
   bool expects_text_ = false;
+  bool clicks_wait_ = false;  // for the text field too
   bool closes_popups_ = false;
   bool discards_text_ = false;
   TypedText typed_;

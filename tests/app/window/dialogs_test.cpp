@@ -122,6 +122,26 @@ TEST_F(DialogsTest, APanelThatAppearsLeavesTheInputToTheDialog) {
   }
 }
 
+// The dialog gives its line of text the input in its first frames, which must not take a click away.
+TEST_F(DialogsTest, AClickInTheFirstFramesOfADialogIsNotLost) {
+  const test::Folder folder;
+  std::ofstream(folder.file("notes.txt")) << "x";
+  for (int clicked = 1; clicked < 10; ++clicked) {
+    dialogs_.ChooseFile(ui_, "Open", folder.path(), {".toml"}, false, "", [](const auto&) {});
+    for (int i = 0; i < clicked; ++i) {
+      ui_.BeginFrame(0.1);
+      dialogs_.Draw(ui_);
+      ui_.EndFrame();
+    }
+    EXPECT_FALSE(ui_.noted().contains("file notes.txt"));
+    Click(ui_.noted().at("dialog.all"));
+    Draw(0.1);
+    EXPECT_TRUE(ui_.noted().contains("file notes.txt")) << "clicked after frame " << clicked;
+    Send(Kind::kKeyDown, Key::kEscape);
+    Draw(0.1);
+  }
+}
+
 TEST_F(DialogsTest, DoubleClickOnAFolderEntersOne) {
   const test::Folder folder;
   fs::create_directories(folder.file("a/b/c"));

@@ -204,7 +204,7 @@ TEST(Ui, KeysWaitForTheTextFieldThatIsExpected) {
   Ui ui;
   ui.SetSize(800, 600, 1);
   std::string text = "old";
-  ui.ExpectText();
+  ui.ExpectText(true);
   WindowEvent event;
   event.kind = WindowEvent::Kind::kText;
   for (const char32_t c : U"n\u00e4") {
