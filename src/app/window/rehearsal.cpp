@@ -71,12 +71,7 @@ void Rehearsal::Began() {
   if (first) {
     distances_.SetBone(before_);
     plan_link_.Begin(before_->CalcBounds());
-    const bool lacks_ct = !project_file_.empty() && IsFromCt(*before_) && !before_->has_hu();
-    if (lacks_ct) {
-      viewer_->Warn(Tr("This project does not contain the CT, so the slices show the bone's tissues."));
-    } else if (!project_file_.empty() && IsFromCt(*before_)) {
-      viewer_->Warn(Tr("This project contains the CT only near the bone: the rest of the slices is black."));
-    }
+    if (!project_file_.empty() && IsFromCt(*before_)) ReadCtAgain();
     if (!begins_in_pieces_) viewer_->Say(Tr("Space starts the saw; drag with the left button to move it; F1 for help"));
   } else if (change_.is_pending()) {
     const std::string done = change_.Finish();
@@ -388,6 +383,7 @@ bool Rehearsal::Take(const WindowEvent& event) {
 void Rehearsal::Update(double dt_s) {
   FollowChange();
   FollowOpening();
+  FollowCtReader();
   distances_.Update();
   writer_.Update();
   FollowSaving();

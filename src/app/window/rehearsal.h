@@ -13,6 +13,7 @@
 #include "app/window/case_sessions.h"
 #include "app/window/case_writer.h"
 #include "app/window/ct_preview.h"
+#include "app/window/ct_reader.h"
 #include "app/window/input_loader.h"
 #include "app/window/jaw_separation.h"
 #include "app/window/menu.h"
@@ -132,6 +133,8 @@ class Rehearsal final : public Activity {
   void Restart(std::shared_ptr<const Bone> bone, bool same_bone);
   void BeginOpening(const std::string& input);
   void FollowOpening();
+  void ReadCtAgain();
+  void FollowCtReader();
   void FollowChange();
   void FollowSaving();
   void KeepWork(const std::string& message, const std::string& failure, Scene scene, std::shared_ptr<const Bone> bone);
@@ -177,6 +180,7 @@ class Rehearsal final : public Activity {
   CaseWriter writer_{*viewer_, editor_.document, pieces_, unsaved_cut_};
   InputLoader loader_{*viewer_};
   CtPreview preview_;
+  CtReader ct_reader_;                       // of a project's CT
   std::optional<JawSeparation> separation_;  // from the first question for points until the CT is open
   RehearsalResult result_;
   std::optional<std::string> to_open_;             // in the next frame in which that is possible

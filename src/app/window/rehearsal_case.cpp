@@ -70,7 +70,7 @@ CaseContent Rehearsal::MakeContent(const std::string& project_file) {
                             result_.recordings.begin() + static_cast<std::ptrdiff_t>(first_recording_),
                             result_.recordings.end());
   content.settings[kSawSetting] = choice_.saw_name;
-  if (!input_.empty()) content.settings[kInputSetting] = input_;
+  if (!input_.empty()) content.settings[kInputSetting] = std::filesystem::absolute(input_).string();
   for (const auto& [colours, name] : kColourNames) {
     if (colours == viewer_->view().colour_by()) content.settings[kColoursSetting] = name;
   }

@@ -8,6 +8,7 @@
 
 #include "app/window/ct_source.h"
 #include "app/window/rehearsal.h"
+#include "base/files/extension.h"
 #include "kerf/error.h"
 #include "session/project/project.h"
 #include "view/ui/translate.h"
@@ -128,6 +129,7 @@ void Rehearsal::Reset() {
   earlier_bones_.clear();
   sessions_.clear();
   distances_.Reset();
+  ct_reader_.Cancel();
   plan_link_.End();
   viewer_->Clear();
 }
@@ -264,8 +266,25 @@ void Rehearsal::BeginCase(OpenedInput opened) {
   is_new_bone_ = true;
   ++inputs_;
   first_recording_ = result_.recordings.size();
-  viewer_->bone().set_ct(MakeCtSource(std::move(opened.ct)));
+  viewer_->ShowCt(MakeCtSource(std::move(opened.ct)));
   Restart(std::move(opened.bone), opened.bone_was_shown);
+}
+
+/// Begins to read the CT of a project's bone, of which the project itself has only what is near the bone, or nothing.
+void Rehearsal::ReadCtAgain() {
+  if (!input_.empty() && LowerExtension(input_) != ".vdb") return ct_reader_.Begin(before_, input_);
+  viewer_->Warn(before_->has_hu()
+                    ? Tr("This project contains the CT only near the bone: the rest of the slices is black.")
+                    : Tr("This project does not contain the CT, so the slices show the bone's tissues."));
+}
+
+/// Lets the slices show the CT that was read again, or says why it was not.
+void Rehearsal::FollowCtReader() {
+  const std::optional<CtReader::Result> result = ct_reader_.Take();
+  if (!result) return;
+  viewer_->trace().Write("ct_again", {{"failure", result->why_not}});
+  if (!result->ct) return viewer_->Warn(TrMade(result->why_not));
+  viewer_->ShowCt(MakeCtSource(result->ct));
 }
 
 void Rehearsal::Cancelled() {
@@ -325,6 +344,7 @@ std::string Rehearsal::DescribeUnsaved() const {
 /// Ends what other threads still do: a file that is being written is completed, and loading is cancelled.
 void Rehearsal::EndWork() {
   loader_.Cancel();
+  ct_reader_.Cancel();
   while (writer_.is_saving() || !save_orders_.empty()) {
     if (const std::string why = writer_.FinishSaving(); !why.empty()) {
       result_.failures.push_back(fmt::format("the project was not saved: {}", why));
@@ -343,7 +363,7 @@ void Rehearsal::EndWork() {
   for (std::string& sentence : saver_.Finish()) result_.warnings.push_back(std::move(sentence));
   const auto until = std::chrono::steady_clock::now() + kEnd;
   result_.left_work = viewer_->left_work() || !distances_.WaitUntil(until) || !loader_.WaitUntil(until) ||
-                      !editor_.marks.WaitUntil(until);
+                      !ct_reader_.WaitUntil(until) || !editor_.marks.WaitUntil(until);
 }
 
 }  // namespace kerf

@@ -139,6 +139,7 @@ nlohmann::json ViewerApp::MakeState() const {
       {"message", now_s_ < said_until_s_ ? said_ : ""},
       {"warning", now_s_ < warned_until_s_ ? warned_ : ""},
       {"saw_outside", IsSawOutside()},
+      {"hub_in_bone", holder_.hub_in_bone()},
       {"turning", is_turning()},
       {"retracting", retracting_},
       {"translucent", view_->translucent()},

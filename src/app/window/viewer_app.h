@@ -17,6 +17,7 @@
 #include "app/window/gl_window.h"
 #include "app/window/hand_device.h"
 #include "app/window/held_saw.h"
+#include "app/window/holder_watch.h"
 #include "app/window/live_session.h"
 #include "app/window/saw_controls.h"
 #include "app/window/saw_turn.h"
@@ -149,6 +150,8 @@ class ViewerApp {
   Ui& ui() { return ui_; }
   ActionList& actions() { return actions_; }
   const UiAreas& areas() const { return areas_; }
+  /// Sets the whole CT of the bone, which the slices show; an empty function: none.
+  void ShowCt(CtSource ct);
   /// Sets the bone with which the cuts of the next session are compared; null: its bone at the start.
   void set_original(std::shared_ptr<const Bone> bone) { original_ = std::move(bone); }
   /// Returns the bone before all cuts, also those of sessions before; null before the first session.
@@ -193,6 +196,7 @@ class ViewerApp {
   bool waits() const { return activity_->is_restarting() || is_turning(); }
   bool IsSawOutside() const;
   std::string DescribeStaying() const;
+  std::string DescribeHolder() const;
   void LoseFocus(const char* why);
   void Update(double dt_s);
   void FollowSession();
@@ -205,7 +209,6 @@ class ViewerApp {
   void FollowSaw(double dt_s);
   void FollowPlace();
   void UpdateToolInPicture(double dt_s);
-  bool IsHandpieceInBone(const Pose& X_WT) const;
   void UpdateCutInPicture(const Tool& tool, double dt_s);  // contact, dust, alarms, lines of planes
   void Draw();
   void TakePictures();
@@ -246,11 +249,10 @@ class ViewerApp {
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
   CutPlace cut_place_;
-  std::vector<Vec3> handpiece_T_;     // points on its surface
-  std::optional<Pose> X_handpiece_;   // pose at which it was last compared with the bone
-  bool warned_of_handpiece_ = false;  // of this bone: that the handpiece is in it
-  double shown_removed_mm3_ = 0;      // volume that has become dust in the picture
-  std::optional<Pose> X_home_;        // pose of the saw at the start of the first session with this bone
+  HolderWatch holder_;            // compared with the bone with which the session began
+  std::optional<Pose> X_holder_;  // pose at which it was last compared
+  double shown_removed_mm3_ = 0;  // volume that has become dust in the picture
+  std::optional<Pose> X_home_;    // pose of the saw at the start of the first session with this bone
   std::vector<PlotPoint> forces_;
   std::string recording_;
   std::function<void(const LeafMessage&)> take_leaf_;  // of the next session
@@ -280,7 +282,7 @@ class ViewerApp {
   bool slices_lack_room_ = false;
   bool slices_shown_ = true;
   SlicesPanel slices_;
-  std::uint64_t sliced_changes_ = 0;  // number of changes to the bone when slices and lines were last requested
+  std::optional<std::uint64_t> sliced_changes_;  // changes to the bone when slices were last requested; none: not yet
   double sliced_s_ = 0;
   std::vector<PlaneOverlay> lined_planes_;
   std::uint64_t lined_changes_ = 0;

@@ -116,14 +116,12 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
   spin_rad_ = std::fmod(spin_rad_ + figures_.in.rpm / 60 * 2 * std::numbers::pi * dt_s, 2 * std::numbers::pi);
   const Pose& X_WT = figures_.coupled.X_WT;
   view_->SetToolPose(X_WT, figures_.in.rpm, spin_rad_);
-  if (!X_handpiece_ || X_handpiece_->p_AB != X_WT.p_AB || X_handpiece_->R_AB != X_WT.R_AB) {
-    X_handpiece_ = X_WT;
-    const bool in_bone = IsHandpieceInBone(X_WT);
-    view_->SetHandpieceInBone(in_bone);
-    if (in_bone && options_.watch && spindle_on() && TouchesBone(figures_.coupled) &&
-        !std::exchange(warned_of_handpiece_, true)) {
-      Warn(Tr("The handpiece is inside the bone. Here it meets no resistance; in theatre it has no room there."));
-    }
+  if (!X_holder_ || X_holder_->p_AB != X_WT.p_AB || X_holder_->R_AB != X_WT.R_AB) {
+    X_holder_ = X_WT;
+    const bool hub_was_in_bone = holder_.hub_in_bone();
+    if (const std::shared_ptr<const Bone> bone = bone_at_start()) holder_.Update(*bone, X_WT);
+    view_->SetHandpieceInBone(holder_.handpiece_in_bone());
+    if (holder_.hub_in_bone() != hub_was_in_bone) trace_.Write("hub", {{"in_bone", holder_.hub_in_bone()}});
   }
   const Tool tool = MakeTool(session_->scene());
   UpdateCutInPicture(tool, dt_s);
@@ -158,13 +156,9 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
                  activity_->slice_point(), renew);
 }
 
-/// Returns true if the handpiece, which the simulation does not know, reaches into the bone with which the case began.
-bool ViewerApp::IsHandpieceInBone(const Pose& X_WT) const {
-  const std::shared_ptr<const Bone> bone = bone_at_start();
-  if (!bone) return false;
-  const double within_mm = -0.5 * bone->band_mm();
-  return std::any_of(handpiece_T_.begin(), handpiece_T_.end(),
-                     [&](const Vec3& p_T) { return bone->SignedDistance(X_WT.Point(p_T)) < within_mm; });
+void ViewerApp::ShowCt(CtSource ct) {
+  bone_.set_ct(std::move(ct));
+  sliced_changes_.reset();  // all slices are made anew
 }
 
 void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {

@@ -5,12 +5,12 @@
 #include <cctype>
 #include <utility>
 
+#include "app/window/contact_sums.h"
 #include "app/window/viewer_app.h"
 #include "bone/grid/ct_modulus.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
-#include "view/picture/handpiece.h"
 
 namespace kerf {
 namespace {
@@ -207,9 +207,8 @@ void ViewerApp::FollowRunning() {
     if (!X_home_ || !goes_on_) X_home_ = figures_.coupled.X_WT;
     const Tool tool = MakeTool(session_->scene());
     view_->SetTool(tool);
-    handpiece_T_ = SampleHandpiece(tool, 4);
-    X_handpiece_.reset();
-    if (!goes_on_) warned_of_handpiece_ = false;
+    holder_.SetTool(tool);
+    X_holder_.reset();
     activity_->Began();
     trace_.Write("running");
   }
@@ -299,12 +298,28 @@ bool ViewerApp::IsSawOutside() const {
 /// Returns the message that stays while its cause lasts; empty: none.
 std::string ViewerApp::DescribeStaying() const {
   if (std::string held = held_reason(); !held.empty()) return held;
-  if (retracting_ || slices_.is_enlarged() || !IsSawOutside()) return {};
+  if (retracting_) return {};
+  if (std::string holder = DescribeHolder(); !holder.empty()) return holder;
+  if (slices_.is_enlarged() || !IsSawOutside()) return {};
   const std::string key = ShowShortcut(actions_.Find("saw.retract")->shortcut);
   return spindle_on()
              ? fmt::format(fmt::runtime(Tr("The saw is outside the picture: stop the spindle, then {} brings it back")),
                            key)
              : fmt::format(fmt::runtime(Tr("The saw is outside the picture: {} brings it back")), key);
+}
+
+/// Returns that what holds the blade is inside the bone while the saw is used; empty if it is not.
+std::string ViewerApp::DescribeHolder() const {
+  if (!options_.watch || !is_running() || !began_ || !activity_->cuts()) return {};
+  if (holder_.hub_in_bone()) {
+    return Tr(
+        "The hub of the blade is inside the bone. Here it meets no resistance; in theatre it stops the blade: cut the "
+        "rest from another side.");
+  }
+  if (holder_.handpiece_in_bone() && TouchesBone(figures_.coupled)) {
+    return Tr("The handpiece is inside the bone. Here it meets no resistance; in theatre it has no room there.");
+  }
+  return {};
 }
 
 std::string ViewerApp::held_reason() const {

@@ -57,17 +57,25 @@ std::vector<Vec3> MakeToothedCircle(const DiscSaw& saw) {
   return outline;
 }
 
+// A flange on each side of a disc.
+struct Hub {
+  double radius;
+  double outer_z;  // of its outer face
+};
+
+Hub CalcHub(const DiscSaw& saw) {
+  return {0.22 * saw.radius_mm(), 0.5 * saw.thickness_mm + std::max(0.04 * saw.radius_mm(), saw.thickness_mm)};
+}
+
 TriangleMesh MakeDiscMesh(const DiscSaw& saw) {
   TriangleMesh mesh;
   const double half = 0.5 * saw.thickness_mm;
   AddPrism(MakeToothedCircle(saw), -half, half, mesh);
-  // A flange on both sides and the end of the spindle on the side of the handle.
-  const double radius = saw.radius_mm();
-  const double flange = 0.22 * radius;
-  const double flange_height = std::max(0.04 * radius, saw.thickness_mm);
-  AddPrism(MakeCircle(flange, 64), -half - flange_height, -half, mesh);
-  AddPrism(MakeCircle(flange, 64), half, half + flange_height, mesh);
-  AddPrism(MakeCircle(0.6 * flange, 64), half + flange_height, half + flange_height + 1.1 * radius, mesh);
+  // The hub, and the end of the spindle on the side of the handle.
+  const auto [flange, outer] = CalcHub(saw);
+  AddPrism(MakeCircle(flange, 64), -outer, -half, mesh);
+  AddPrism(MakeCircle(flange, 64), half, outer, mesh);
+  AddPrism(MakeCircle(0.6 * flange, 64), outer, outer + 1.1 * saw.radius_mm(), mesh);
   return mesh;
 }
 
@@ -121,6 +129,18 @@ TriangleMesh MakeToolMesh(const Tool& tool) {
   Validate(tool);
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) return MakeDiscMesh(*disc);
   return MakeBallMesh(std::get<BallBurr>(tool));
+}
+
+std::vector<Vec3> SampleHub(const Tool& tool) {
+  Validate(tool);
+  const auto* disc = std::get_if<DiscSaw>(&tool);
+  if (disc == nullptr) return {};
+  const Hub hub = CalcHub(*disc);
+  std::vector<Vec3> points;
+  for (const Vec3& p : MakeCircle(hub.radius, 64)) {
+    for (const double z : {-hub.outer_z, hub.outer_z}) points.emplace_back(p.x, p.y, z);
+  }
+  return points;
 }
 
 }  // namespace kerf
