@@ -54,6 +54,17 @@ disc_normal = [0.438, 0.899, 0]
 
 }  // namespace
 
+std::string NameCaseOf(const std::string& input) {
+  constexpr std::array kCommon{"dicom", "dcm", "ct", "image", "images", "img", "series", "study", "data", "export"};
+  fs::path path = fs::absolute(input).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  std::string name = path.filename().string();
+  std::string lower = name;
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  const bool common = std::find(kCommon.begin(), kCommon.end(), lower) != kCommon.end();
+  return common && path.parent_path().has_filename() ? path.parent_path().filename().string() : name;
+}
+
 Scene MakeSceneAround(const std::string& bone_file, const Bone& bone) {
   Scene scene = ParseScene(kDefaultScene, "rehearsal.toml");
   scene.title = fs::path(bone_file).stem().string();
@@ -195,8 +206,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   opened.bone_was_shown = true;
   watcher.progress("placing the saw", 0);
   opened.scene = MakeSceneAround(options.bone_file, *opened.bone);
-  const fs::path path = fs::absolute(input).lexically_normal();
-  opened.scene.title = (path.has_filename() ? path : path.parent_path()).filename().string();
+  opened.scene.title = NameCaseOf(input);
   return opened;
 }
 

@@ -46,6 +46,10 @@ struct OpenWatcher {
   std::function<void(std::shared_ptr<const Volume>)> ct;
 };
 
+/// Returns the name of a case that is imported from a file or folder: that of the file or folder or, if many folders
+/// are called so, such as "dicom", that of the folder above it, which usually names the patient.
+std::string NameCaseOf(const std::string& input);
+
 /// Returns the extensions of files that can be opened, with the dot, in lower case.
 std::vector<std::string> ListInputExtensions();
 

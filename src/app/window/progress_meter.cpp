@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kMinElapsed_s = 1;
 constexpr double kMinEstimatedFraction = 0.02;
-constexpr double kRise = 0.1;    // largest rise of the estimate, s per s
-constexpr double kFollow_s = 5;  // time in which the estimate follows a change of the rate
+constexpr double kReport = 0.001;  // reports that increase the fraction by less are not kept
+constexpr double kFollow_s = 5;    // time in which the estimate follows a change of the rate
 
 }  // namespace
 
@@ -26,19 +26,23 @@ void ProgressMeter::Set(const std::string& stage, double fraction, double now_s)
     fraction_ = shown_ = fraction;
     began_s_ = set_s_ = now_s;
     left_s_.reset();
+    reports_ = {{now_s, fraction}};
     return;
   }
   if (fraction <= fraction_) return;
   shown_ = std::max(Get(now_s).fraction, fraction);
   fraction_ = fraction;
   const double since_s = now_s - std::exchange(set_s_, now_s);
+  if (fraction_ >= reports_.back().fraction + kReport) reports_.push_back({now_s, fraction_});
   const double elapsed_s = now_s - began_s_;
   if (elapsed_s < kMinElapsed_s || fraction_ < kMinEstimatedFraction) return;
-  const double now_left_s = elapsed_s * (1 - fraction_) / fraction_;
+  // The rate of the latest half of the time: an earlier part of the work may have been faster.
+  while (reports_.size() > 1 && reports_[1].at_s <= now_s - 0.5 * elapsed_s) reports_.pop_front();
+  const Report& from = reports_.front();
+  const double now_left_s = (now_s - from.at_s) * (1 - fraction_) / (fraction_ - from.fraction);
   const double expected_s = left_s_ ? std::max(0.0, *left_s_ - since_s) : now_left_s;
   const double share = fraction_ == 1 ? 1 : 1 - std::exp(-since_s / kFollow_s);
-  // It may stop for a while, but hardly rises.
-  left_s_ = std::min(expected_s + share * (now_left_s - expected_s), expected_s + (1 + kRise) * since_s);
+  left_s_ = expected_s + share * (now_left_s - expected_s);
 }
 
 WorkProgress ProgressMeter::Get(double now_s) const {

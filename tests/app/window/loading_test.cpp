@@ -46,12 +46,12 @@ TEST(ProgressMeter, EstimatesTheTimeThatIsLeft) {
   meter.Set("making", 0.1, 13);  // never goes back
   EXPECT_EQ(meter.Get(12).fraction, 0.25);
   // A report of less than what is shown does not move it back either. The time left, of which 2 s were expected,
-  // follows the rate of the report, by which it would be 6 s.
+  // follows the rate since the report before, by which it would be 8 s: a quarter in 4 s.
   const double shown = meter.Get(16).fraction;
   EXPECT_GT(shown, 0.5);
   meter.Set("making", 0.5, 16);
   EXPECT_EQ(meter.Get(16).fraction, shown);
-  EXPECT_NEAR(*meter.Get(16).seconds_left, 2 + (6 - 2) * (1 - std::exp(-4.0 / 5)), 1e-12);
+  EXPECT_NEAR(*meter.Get(16).seconds_left, 2 + (8 - 2) * (1 - std::exp(-4.0 / 5)), 1e-12);
   meter.Set("making", 1.5, 18);
   EXPECT_EQ(meter.Get(18).fraction, 1);
   EXPECT_EQ(meter.Get(18).seconds_left, 0);
@@ -63,6 +63,23 @@ TEST(ProgressMeter, EstimatesTheTimeThatIsLeft) {
   meter.Set("reading", 0, 30);
   meter.Set("reading", 0.01, 40);
   EXPECT_FALSE(meter.Get(40).seconds_left);
+}
+
+// A first part that is much faster than the rest makes the estimate too small. It must not stay so.
+TEST(ProgressMeter, CorrectsAnEstimateThatWasTooSmall) {
+  ProgressMeter meter;
+  meter.Set("importing", 0, 0);
+  meter.Set("importing", 0.25, 1);  // a quarter in 1 s, and the rest in 75 s
+  EXPECT_EQ(meter.Get(1).seconds_left, 3);
+  for (int s = 2; s <= 76; ++s) {
+    meter.Set("importing", 0.25 + 0.01 * (s - 1), s);
+    const double left_s = *meter.Get(s).seconds_left;
+    const double truly_s = 76 - s;
+    EXPECT_LE(left_s, truly_s + 0.5) << s;
+    if (s < 20) continue;
+    EXPECT_GE(left_s, 0.95 * truly_s) << s;
+  }
+  EXPECT_EQ(meter.Get(76).seconds_left, 0);
 }
 
 TEST(BoneSaver, WritesWholeFilesInTheBackground) {
@@ -124,6 +141,14 @@ TEST(OpenInput, ShowsABoneAndKeepsIt) {
   EXPECT_TRUE(opened.bone_is_saved);
   EXPECT_EQ(opened.bone->CalcHash(), bone.CalcHash());
   EXPECT_EQ(opened.scene.bone.file, folder.file("a.vdb"));
+}
+
+TEST(OpenInput, NamesACaseByThePatientsFolder) {
+  EXPECT_EQ(NameCaseOf("/cts/miller/dicom"), "miller");
+  EXPECT_EQ(NameCaseOf("/cts/miller/DICOM/"), "miller");
+  EXPECT_EQ(NameCaseOf("/cts/miller"), "miller");
+  EXPECT_EQ(NameCaseOf("/cts/miller.nrrd"), "miller.nrrd");
+  EXPECT_EQ(NameCaseOf("/dicom"), "dicom");
 }
 
 TEST(OpenInput, TheCaseOfAnExtensionDoesNotMatter) {
