@@ -55,6 +55,8 @@ class Activity {
   virtual bool covers_slices() const { return false; }
   /// Returns true while the activity draws something else over the scene.
   virtual bool covers_scene() const { return false; }
+  /// Returns the area at the bottom of the scene above which messages are shown; empty: there is none.
+  virtual UiBox bottom_box() const { return {}; }
   /// Adds alarms: places that the saw should not come near to.
   virtual void AddAlarms(std::vector<AlarmOverlay>& /*alarms*/) {}
   /// Adds what else is drawn in slices.

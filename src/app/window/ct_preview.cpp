@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/window/slices_panel.h"
+#include "session/marks/structures.h"
 #include "view/ui/imgui_colours.h"
 #include "view/ui/translate.h"
 #include "view/ui/widgets.h"
@@ -156,8 +157,8 @@ void CtPreview::Draw(Ui& ui, const UiBox& area, const std::shared_ptr<const Volu
     const float width = ImGui::GetContentRegionAvail().x;
     ImGui::PushID(static_cast<int>(i));
     // The number is not in the slider, whose knob would hide it.
-    FittedText(ui, fmt::format(fmt::runtime(Tr("{} at {} mm")), NameOf(kCtKinds[i]), ShowNumber(slice.at_mm, 0)),
-               width);
+    FittedText(ui, DescribeSliceAt(kCtKinds[i], CtAxisOf(i), slice.at_mm), width);
+    Tooltip(ui, Tr(ExplainPlaces()));
     const float height = width * CalcShape(i);
     if (DrawSlice(ui, i, width, height, marks)) large_ = i;
     ui.Note(fmt::format("ct {}", i + 1));
@@ -179,7 +180,8 @@ std::optional<Vec3> CtPreview::DrawLarge(Ui& ui, float width, float height, cons
   }
   ImGui::SameLine();
   ImGui::AlignTextToFramePadding();
-  ImGui::TextUnformatted(fmt::format("{} mm", ShowNumber(slices_[large_].at_mm, 0)).c_str());
+  ImGui::TextUnformatted(Translate(DescribePlaceAlong(CtAxisOf(large_), slices_[large_].at_mm)).c_str());
+  Tooltip(ui, Tr(ExplainPlaces()));
   const float rows = 2 * ImGui::GetFrameHeightWithSpacing();
   const float shape = CalcShape(large_);
   const float wide = std::max(1.0F, std::min(width, (height - rows) / shape));

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "bone/import/isolate.h"
+#include "session/marks/structures.h"
 #include "view/ui/imgui_colours.h"
 #include "view/ui/translate.h"
 #include "view/ui/widgets.h"
@@ -107,8 +108,8 @@ void JawSeparation::DrawList(Ui& ui, bool keep, CtPreview& slices) {
     const std::string text =
         fmt::format("{}: {}, {}, {} mm", i + 1, ShowNumber(p.x, 0), ShowNumber(p.y, 0), ShowNumber(p.z, 0));
     if (ImGui::Selectable(text.c_str())) slices.Show(p);
-    Tooltip(ui,
-            Tr("Click to show this point in the slices. Coordinates of the patient: to the left, to the back, up."));
+    Tooltip(ui, fmt::format("{}\n{}. {}", Tr("Click to show this point in the slices."), Translate(DescribePlace(p)),
+                            Tr(ExplainPlaces())));
     ImGui::PopID();
   }
   if (removed) Remove(keep, *removed);

@@ -10,6 +10,7 @@
 
 #include "app/window/plan_picture.h"
 #include "kerf/error.h"
+#include "session/marks/structures.h"
 #include "view/ui/panels.h"
 #include "view/ui/translate.h"
 #include "view/ui/widgets.h"
@@ -90,6 +91,7 @@ void PlanPanel::DrawFields(Ui& ui) {
   };
   // x to the patient's left, y to the back, z to the head.
   row(Tr("Middle: left, back, up (mm)"));
+  Tooltip(ui, Tr(ExplainPlaces()));
   Vec3& p_W = p.plane.p_W;
   number("##x", p_W.x, 2, "plane.x");
   ImGui::SameLine();

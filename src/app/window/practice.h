@@ -94,6 +94,7 @@ class Practice final : public Activity {
   HudKeyGroup saw_help() const override;
   void Relabel() override;
   std::vector<Vec3> kept_clear_W() const override;
+  UiBox bottom_box() const override { return state_ == State::kReplaying ? replay_box_ : UiBox{}; }
   std::string DescribeDepthStop() const override;
   std::string DescribeUnsaved() const override;
   std::string save_label() const override;

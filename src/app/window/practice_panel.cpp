@@ -228,6 +228,7 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
     SmallText(ui,
               Tr("Tick: costs no points. Triangle: costs points. Cross: costs more than half of the figure's points. "
                  "The mark of a figure that is not scored only says whether its goal was met."));
+    SmallText(ui, Tr("Depth and place have no tolerance: any deviation costs points, the more the greater it is."));
   }
   if (!contents.review.rest.empty()) {
     const bool open = BeginSection(ui, Tr("More figures"), false);
@@ -271,9 +272,8 @@ namespace {
 /// Layout of the replay's window.
 struct ReplayLayout {
   UiBox box;
-  bool full = true;       // with a title and an explanation
-  float plot_height = 0;  // 0: without the plot
-  bool slider = true;
+  bool full = true;        // with a title and an explanation
+  float plot_height = 0;   // 0: without the plot
   bool names_keys = true;  // the buttons name their keys
   std::string counted;     // the explanation
 };
@@ -316,12 +316,10 @@ ReplayLayout LayOutReplay(const Ui& ui, const ReplayPair& pair, double counted_s
   if (height > 0.5F * scene_height) {
     layout.full = false;
     above_edge = 8 * s;
-    const float least = 2 * style.WindowPadding.y + ImGui::GetTextLineHeightWithSpacing() + buttons;
+    const float least = 2 * style.WindowPadding.y + ImGui::GetTextLineHeightWithSpacing() + slider + buttons;
     layout.plot_height = std::min(kPlot * s, 0.44F * scene_height - least);
-    // The time is chosen in the plot or, without it, with the slider.
     if (layout.plot_height < kLeastPlot * s) layout.plot_height = 0;
-    layout.slider = layout.plot_height == 0;
-    height = least + (layout.slider ? slider : layout.plot_height + 2 * style.ItemSpacing.y);
+    height = least + (layout.plot_height > 0 ? layout.plot_height + 2 * style.ItemSpacing.y : 0);
   }
   if (width < 200 * s || scene_height < height + above_edge + 8 * s) return layout;
   layout.box = {scene.left + static_cast<double>(8 * s), scene.bottom() - static_cast<double>(height + above_edge),
@@ -424,23 +422,17 @@ ReplayChoice DrawReplay(Ui& ui, const ReplayPair& pair, double goal_mm, double c
       const double share = static_cast<double>((ImGui::GetIO().MousePos.x - from.x) / (to.x - from.x));
       time_s = duration_s * std::clamp(share, 0.0, 1.0);
     }
-    if (!layout.slider) {
-      const ImVec2 size = ImGui::CalcTextSize(now.c_str());
-      list.AddText({to.x - size.x - 4 * s, to.y - size.y - 2 * s}, ToImU32(ui.colours().text), now.c_str());
-    }
     Tooltip(ui, Tr("Click or drag to choose the time. The dashed grey line is the wanted depth."));
     ImGui::SetCursorScreenPos({corner.x, to.y + ImGui::GetStyle().ItemSpacing.y});
   }
-  if (layout.slider) {
-    if (axis > 0) ImGui::SetCursorPosX(ImGui::GetCursorPosX() + axis - handle);
-    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
-    auto slider_s = static_cast<float>(time_s);
-    if (ImGui::SliderFloat("##time", &slider_s, 0, static_cast<float>(duration_s), now.c_str(),
-                           ImGuiSliderFlags_NoInput)) {
-      time_s = static_cast<double>(slider_s);
-    }
-    ui.Note("practise.time");
+  if (axis > 0) ImGui::SetCursorPosX(ImGui::GetCursorPosX() + axis - handle);
+  ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
+  auto slider_s = static_cast<float>(time_s);
+  if (ImGui::SliderFloat("##time", &slider_s, 0, static_cast<float>(duration_s), now.c_str(),
+                         ImGuiSliderFlags_NoInput)) {
+    time_s = static_cast<double>(slider_s);
   }
+  ui.Note("practise.time");
   if (layout.full) {
     SmallText(ui, layout.counted);
     ui.Note("practise.counted");

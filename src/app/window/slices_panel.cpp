@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "session/marks/structures.h"
 #include "view/ui/imgui_colours.h"
 #include "view/ui/translate.h"
 #include "view/ui/widgets.h"
@@ -19,15 +20,14 @@ constexpr std::array kKinds{SliceKind::kAxial, SliceKind::kCoronal, SliceKind::k
 constexpr double kScroll_mm = 0.5;    // per notch of the wheel
 constexpr double kWindowDrag_HU = 4;  // per point of a right drag
 
-/// Returns the slice and its position as shown, for example "axial at 35.1 mm".
+/// Returns the slice and its position as shown, for example "axial, 35.1 mm up".
 std::string DescribeSlice(const SliceSpec& spec) {
   if (spec.kind == SliceKind::kBlade) {
     if (spec.offset_mm == 0) return NameOf(spec.kind);
     return fmt::format(fmt::runtime(Tr("{} mm beside the blade")), ShowNumber(spec.offset_mm, 1));
   }
   const int axis = spec.kind == SliceKind::kSagittal ? 0 : spec.kind == SliceKind::kCoronal ? 1 : 2;
-  return fmt::format(fmt::runtime(Tr("{} at {} mm")), NameOf(spec.kind),
-                     ShowNumber(spec.centre_W[axis] + spec.offset_mm, 1));
+  return DescribeSliceAt(spec.kind, axis, spec.centre_W[axis] + spec.offset_mm);
 }
 
 /// Returns the point whose circle is under the mouse; those in the slice come first.
@@ -50,6 +50,16 @@ std::optional<std::size_t> FindPointAt(const SliceFrame& frame, const SliceScene
 }
 
 }  // namespace
+
+std::string DescribeSliceAt(SliceKind kind, int axis, double at_mm) {
+  return fmt::format("{}, {}", NameOf(kind), Translate(DescribePlaceAlong(axis, at_mm)));
+}
+
+std::optional<double> CalcSliceBar(double width_mm, double side_px, float scale) {
+  const double bar_px = kSliceBar_mm * side_px / width_mm;
+  if (bar_px < 8 * static_cast<double>(scale) || bar_px > 0.6 * side_px) return std::nullopt;
+  return bar_px;
+}
 
 const char* NameOf(SliceKind kind) {
   switch (kind) {
@@ -178,6 +188,7 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   ImGui::PushID(static_cast<int>(i));
   ImGui::PushFont(ui.small());
   FittedText(ui, DescribeSlice(view.spec), side);
+  Tooltip(ui, Tr(ExplainPlaces()));
   ImGui::PopFont();
   if (!view.image) {
     ImGui::Dummy({side, side});
@@ -271,6 +282,20 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   const std::string width = fmt::format(fmt::runtime(Tr("{} mm wide")), ShowNumber(view.spec.width_mm, 0));
   const float width_px = ImGui::CalcTextSize(width.c_str()).x;
   if (used + width_px + 16 * s < side) note(width, at.x + side - width_px - 4 * s);
+  if (const std::optional<double> bar_px = CalcSliceBar(view.spec.width_mm, static_cast<double>(side), s)) {
+    // At the right, above the notes.
+    const float right = at.x + side - 6 * s;
+    const float left = right - static_cast<float>(*bar_px);
+    const float y = at.y + side - 24 * s;
+    const std::string label = fmt::format("{} mm", ShowNumber(kSliceBar_mm, 0));
+    const ImVec2 size = ImGui::CalcTextSize(label.c_str());
+    const float text_left = std::min(0.5F * (left + right - size.x), right - size.x);
+    list.AddRectFilled({std::min(left, text_left) - 3 * s, y - size.y - 4 * s}, {right + 3 * s, y + 4 * s},
+                       IM_COL32(0, 0, 0, 170));
+    list.AddLine({left, y}, {right, y}, IM_COL32_WHITE, 2 * s);
+    for (const float x : {left, right}) list.AddLine({x, y - 3 * s}, {x, y + 3 * s}, IM_COL32_WHITE, s);
+    list.AddText({text_left, y - size.y - 3 * s}, IM_COL32_WHITE, label.c_str());
+  }
   ImGui::PopFont();
   const char* const does =
       points.wanted

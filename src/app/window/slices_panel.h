@@ -90,6 +90,14 @@ class SlicesPanel {
 /// mouse uses it.
 void ScrollColumn(bool wheel_is_used);
 
+/// Returns the kind and the place of a slice perpendicular to an axis (0 to 2), such as "axial, 35.1 mm up".
+std::string DescribeSliceAt(SliceKind kind, int axis, double at_mm);
+
+/// Returns the length of the scale bar, of kSliceBar_mm, in a slice of this width; none if it is too short to be seen
+/// or longer than 0.6 of the slice. `scale`: pixels per point.
+inline constexpr double kSliceBar_mm = 10;
+std::optional<double> CalcSliceBar(double width_mm, double side_px, float scale);
+
 /// Returns the kind's name for the user.
 const char* NameOf(SliceKind kind);
 

@@ -198,7 +198,7 @@ void ViewerApp::DrawUi(const HudState& hud) {
   DrawInjuries(ui_, hud.injuries, below);
   if (!is_covered) {
     DrawMessages(ui_, {hud.status.message, hud.status.warning, DescribeStaying()}, areas_.scene,
-                 hud.progress ? CalcProgressBox(ui_, areas_.scene) : UiBox{});
+                 hud.progress ? CalcProgressBox(ui_, areas_.scene) : activity_->bottom_box());
   }
   if (hud.progress && DrawProgressBox(ui_, *hud.progress, areas_.scene)) activity_->Cancel();
   if (hud.menu) {

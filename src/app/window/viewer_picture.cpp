@@ -158,7 +158,7 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
 
 void ViewerApp::ShowCt(CtSource ct) {
   bone_.set_ct(std::move(ct));
-  sliced_changes_.reset();  // all slices are made anew
+  sliced_changes_.reset();  // all slices are computed again
 }
 
 void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {

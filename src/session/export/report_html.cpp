@@ -54,10 +54,7 @@ std::string Note(const std::string& text) {
 
 /// Says from where places are measured.
 std::string DescribeOrigin(const ReportLanguage& t) {
-  return t.Tr(
-      "Places are distances towards the patient's left or right, front or back, and up or down, from the origin "
-      "of the coordinates of the CT, which the scanner has set; without a CT, from that of the bone's model or "
-      "file.");
+  return t.Tr(ExplainPlaces());
 }
 
 std::string Heading(const std::string& text) {
@@ -126,12 +123,12 @@ std::string FormatPlanes(const ReportLanguage& t, const Assessment& a, const std
   }
   return Heading(t.Tr("Planes: planned against achieved")) +
          Scrolling(Table({t.Tr("plane"), t.Tr("cut, %"), t.Tr("still holds, mm²"), t.Tr("margin, mm"),
-                          t.Tr("offset, mm"), t.Tr("furthest, mm"), t.Tr("angle, °"), t.Tr("pitch, °"), t.Tr("roll, °"),
-                          t.Tr("kerf, mm"), t.Tr("within margin")},
+                          t.Tr("offset, mm"), t.Tr("largest distance, mm"), t.Tr("angle, °"), t.Tr("turn, °"),
+                          t.Tr("lean, °"), t.Tr("kerf, mm"), t.Tr("within margin")},
                          rows)) +
          Note(t.Tr("Cut: part of the plane's area in the bone. Offset: distance of the kerf's middle from the planned "
-                   "plane, positive on the side of its normal. Furthest: largest distance of the kerf's corners. Roll: "
-                   "lean with depth; pitch: rotation about the direction of depth."));
+                   "plane, positive on the side of its normal. Largest distance: of the "
+                   "kerf's corners. Turn: about the direction of depth (pitch). Lean: with depth (roll)."));
 }
 
 std::string FormatAngles(const ReportLanguage& t, const Assessment& a) {

@@ -226,15 +226,27 @@ Message NameStructure(const StructureResult& structure) {
   return {MarkMessage("canal of the nerve, on both sides"), {}};
 }
 
+Message DescribePlaceAlong(int axis, double at_mm) {
+  static constexpr std::array<std::array<const char*, 2>, 3> kSides{{{MarkMessage("left"), MarkMessage("right")},
+                                                                     {MarkMessage("back"), MarkMessage("front")},
+                                                                     {MarkMessage("up"), MarkMessage("down")}}};
+  const auto& sides = kSides.at(static_cast<std::size_t>(axis));
+  return {"{} {}", {Quantity{std::abs(at_mm), 1, "mm"}, std::string(sides[at_mm < 0 ? 1 : 0])}};
+}
+
 Message DescribePlace(const Vec3& p_W) {
-  const auto length = [](double x) { return Quantity{std::abs(x), 1, "mm"}; };
-  const auto word = [](double x, const char* positive, const char* negative) {
-    return std::string(x < 0 ? negative : positive);
-  };
-  return {"{} {}, {} {}, {} {}",
-          {length(p_W.x), word(p_W.x, MarkMessage("left"), MarkMessage("right")), length(p_W.y),
-           word(p_W.y, MarkMessage("back"), MarkMessage("front")), length(p_W.z),
-           word(p_W.z, MarkMessage("up"), MarkMessage("down"))}};
+  Message place{"{} {}, {} {}, {} {}", {}};
+  for (int axis = 0; axis < 3; ++axis) {
+    for (auto& part : DescribePlaceAlong(axis, p_W[axis]).values) place.values.push_back(std::move(part));
+  }
+  return place;
+}
+
+const char* ExplainPlaces() {
+  return MarkMessage(
+      "Places are distances towards the patient's left or right, front or back, and up or down, from the origin "
+      "of the coordinates of the CT, which the scanner has set; without a CT, from that of the bone's model or "
+      "file.");
 }
 
 }  // namespace kerf

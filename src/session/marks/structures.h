@@ -72,5 +72,9 @@ StructureAssessment AssessStructures(const Bone& before, const Bone& after, cons
 Message NameStructure(const StructureResult& structure);
 /// Returns a place in words: "25.1 mm left, 3.2 mm back, 8.9 mm down", from the world's origin.
 Message DescribePlace(const Vec3& p_W);
+/// Returns one part of a place in words, along the axis 0 to 2: "25.1 mm left".
+Message DescribePlaceAlong(int axis, double at_mm);
+/// Returns what the places are measured from, a sentence to be translated.
+const char* ExplainPlaces();
 
 }  // namespace kerf

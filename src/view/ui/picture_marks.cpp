@@ -273,7 +273,9 @@ void DrawPictureMarks(Ui& ui, const PictureMarks& marks, const UiBox& scene) {
   if (scene.width > 220 * s && marks.mm_per_pixel > 0) {
     const ScaleBar bar = CalcScaleBar(marks.mm_per_pixel, 190 * s);
     std::vector<UiBox> others = taken;
-    if (!marks.keep_clear.empty()) others.push_back(marks.keep_clear);
+    for (const UiBox& box : {marks.keep_clear, marks.tool}) {
+      if (!box.empty()) others.push_back(box);
+    }
     const auto box = PlaceScaleBar({std::max(bar.points + 16 * s, 70 * s), 34 * s}, scene, others, s);
     if (box) DrawScaleBar(list, bar, *box, c, s);
     if (box) taken.push_back(*box);

@@ -323,7 +323,7 @@ TEST_F(PracticePanel, ReplayCoversAtMostHalfOfASmallScene) {
       EXPECT_GE(panel.top, scene.top) << what;
       EXPECT_LE(panel.bottom(), scene.bottom()) << what;
       for (const std::string& text : ui_.cut_texts()) ADD_FAILURE() << what << ": does not fit: " << text;
-      for (const char* button : {"practise.restart", "practise.result"}) {
+      for (const char* button : {"practise.time", "practise.restart", "practise.result"}) {
         ASSERT_TRUE(ui_.noted().contains(button)) << what;
         EXPECT_LE(ui_.noted().at(button).bottom(), panel.bottom()) << what << ": " << button;
         EXPECT_LE(ui_.noted().at(button).right(), panel.right()) << what << ": " << button;
