@@ -197,6 +197,8 @@ class ViewerApp {
   bool IsSawOutside() const;
   std::string DescribeStaying() const;
   std::string DescribeHolder() const;
+  /// Returns true if this warning is shown.
+  bool is_warning(const std::string& text) const { return now_s_ < warned_until_s_ && warned_ == text; }
   void LoseFocus(const char* why);
   void Update(double dt_s);
   void FollowSession();
@@ -250,6 +252,7 @@ class ViewerApp {
   LiveFigures figures_;
   CutPlace cut_place_;
   HolderWatch holder_;            // compared with the bone with which the session began
+  bool holds_in_bone_ = false;    // DescribeHolder() was not empty then
   std::optional<Pose> X_holder_;  // pose at which it was last compared
   double shown_removed_mm3_ = 0;  // volume that has become dust in the picture
   std::optional<Pose> X_home_;    // pose of the saw at the start of the first session with this bone

@@ -122,6 +122,10 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
     if (const std::shared_ptr<const Bone> bone = bone_at_start()) holder_.Update(*bone, X_WT);
     view_->SetHandpieceInBone(holder_.handpiece_in_bone());
     if (holder_.hub_in_bone() != hub_was_in_bone) trace_.Write("hub", {{"in_bone", holder_.hub_in_bone()}});
+    // It stays long enough to be read, also if the saw is soon through.
+    const std::string holder = DescribeHolder();
+    const bool begins = !std::exchange(holds_in_bone_, !holder.empty()) && holds_in_bone_;
+    if (begins && !is_warning(holder)) Warn(holder);
   }
   const Tool tool = MakeTool(session_->scene());
   UpdateCutInPicture(tool, dt_s);

@@ -299,7 +299,7 @@ bool ViewerApp::IsSawOutside() const {
 std::string ViewerApp::DescribeStaying() const {
   if (std::string held = held_reason(); !held.empty()) return held;
   if (retracting_) return {};
-  if (std::string holder = DescribeHolder(); !holder.empty()) return holder;
+  if (std::string holder = DescribeHolder(); !holder.empty() && !is_warning(holder)) return holder;
   if (slices_.is_enlarged() || !IsSawOutside()) return {};
   const std::string key = ShowShortcut(actions_.Find("saw.retract")->shortcut);
   return spindle_on()
