@@ -15,7 +15,7 @@ inline bool TouchesBone(const CoupledOutput& out) {
 
 /// The force on the hand counts only while the saw touches bone: a guide pulls a saw in the air, too.
 struct ContactSums {
-  double in_bone_s = 0;                // time in which the saw touched bone
+  double in_bone_s = 0;                // time in which the saw touched bone, turning or held by the hand
   double turning_force_N = 0;          // largest force on the hand meanwhile, while the spindle turned
   double stopped_force_N = 0;          // the same while it did not
   std::optional<double> bone_touch_s;  // time of the last tick in which it touched bone; none: never
@@ -23,7 +23,8 @@ struct ContactSums {
   /// `since_s`: time of the tick before.
   void Take(const LoopTick& tick, double since_s) {
     if (!TouchesBone(tick.coupled)) return;
-    in_bone_s += std::max(0.0, tick.time_s - since_s);
+    // A stopped saw that was let go of rests in its kerf.
+    if (tick.held || tick.in.rpm != 0) in_bone_s += std::max(0.0, tick.time_s - since_s);
     bone_touch_s = tick.time_s;
     double& largest_N = tick.in.rpm > 0 ? turning_force_N : stopped_force_N;
     largest_N = std::max(largest_N, glm::length(tick.coupled.f_H_W_N));

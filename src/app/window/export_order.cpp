@@ -118,7 +118,7 @@ std::string RunExport(ExportOrder& order) {
     if (row.value) taken.figures.push_back({row.name, row.unit, *row.value});
   }
   if (joined.forces_sN.size() > 1) {
-    taken.curves.push_back({.title = Msg("Force on the hand"),
+    taken.curves.push_back({.title = Msg("Force on the hand, in bone and in air (pull of a guide)"),
                             .x_label = Msg("time, s"),
                             .y_label = Msg("force, N"),
                             .points = joined.forces_sN});

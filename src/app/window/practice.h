@@ -105,6 +105,7 @@ class Practice final : public Activity {
   void Describe(nlohmann::json& state) const override;
   void AddAlarms(std::vector<AlarmOverlay>& alarms) override;
   bool cuts() const override { return state_ == State::kCutting; }
+  bool watches_holder() const override { return false; }  // the exercise prescribes the poses
 
   void TakeChoice(ExerciseList::Choice choice);
   void DrawResultDialog(Ui& ui);

@@ -228,7 +228,9 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
     SmallText(ui,
               Tr("Tick: costs no points. Triangle: costs points. Cross: costs more than half of the figure's points. "
                  "The mark of a figure that is not scored only says whether its goal was met."));
-    SmallText(ui, Tr("Depth and place have no tolerance: any deviation costs points, the more the greater it is."));
+    SmallText(ui,
+              Tr("Depth and place have no tolerance: the greater a deviation, the more points it costs; the smallest "
+                 "ones cost less than one point."));
   }
   if (!contents.review.rest.empty()) {
     const bool open = BeginSection(ui, Tr("More figures"), false);

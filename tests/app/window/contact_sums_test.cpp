@@ -36,5 +36,17 @@ TEST(ContactSums, TimeAndForceOfASawThatTouchesBone) {
   EXPECT_EQ(sums.bone_touch_s, 2.25);
 }
 
+TEST(ContactSums, AStoppedSawThatRestsInItsKerfTakesNoTime) {
+  ContactSums sums;
+  for (const bool held : {true, false}) {
+    for (const double rpm : {0.0, 20000.0}) {
+      LoopTick tick = MakeTick(1, rpm, 3, 2);
+      tick.held = held;
+      sums.Take(tick, 0);
+    }
+  }
+  EXPECT_DOUBLE_EQ(sums.in_bone_s, 3);
+}
+
 }  // namespace
 }  // namespace kerf
