@@ -163,6 +163,7 @@ class Rehearsal final : public Activity {
   void Export();
   void ExportInto(const std::string& folder);
   std::vector<std::pair<std::string, std::string>> GrabPictures();
+  std::string chosen_project() const;
   /// `quits`: the program ends once the project is saved. Asks for its place if it has none.
   void SaveProject(bool quits);
   /// Saves it now, or when it is saved again if it is being saved.

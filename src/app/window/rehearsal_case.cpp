@@ -131,9 +131,9 @@ void Rehearsal::ShowImportNotes() {
 void Rehearsal::Export() {
   if (!has_work() || writer_.is_exporting()) return;
   const std::string name = fmt::format("take-away{}", inputs_ == 1 ? "" : fmt::format("-{}", inputs_));
-  const std::filesystem::path project = project_file_;
+  const std::filesystem::path project = chosen_project();
   std::filesystem::path proposed = std::filesystem::path(options_.viewer.folder) / name;
-  if (!project_file_.empty()) {
+  if (!project.empty()) {
     proposed = project.parent_path() / (project.stem().string() + "-export");  // where the user looks for it
   } else if (ended_work_) {
     proposed = std::filesystem::current_path() / name;  // the usual folder may be gone or full
@@ -188,12 +188,15 @@ std::vector<std::pair<std::string, std::string>> Rehearsal::GrabPictures() {
   return pictures;
 }
 
+/// Returns the file in which the project was saved or, while it is being saved under another name, will be; empty:
+/// none.
+std::string Rehearsal::chosen_project() const {
+  return !save_orders_.empty() ? save_orders_.back().file : writer_.is_saving() ? writer_.file() : project_file_;
+}
+
 void Rehearsal::SaveProject(bool quits) {
   if (!has_work()) return;
-  // While it is being saved under a new name, that name is meant.
-  const std::string file = !save_orders_.empty() ? save_orders_.back().file
-                           : writer_.is_saving() ? writer_.file()
-                                                 : project_file_;
+  const std::string file = chosen_project();
   if (file.empty()) return AskProjectFile(quits);
   SaveProjectIn(file, quits);
 }
