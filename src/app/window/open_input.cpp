@@ -14,6 +14,7 @@
 #include "base/files/files.h"
 #include "bone/grid/ct_modulus.h"
 #include "bone/import/import.h"
+#include "bone/segmentation/mask_file.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
@@ -51,6 +52,18 @@ end_mm = [25.2, 32.3, 15]
 feed_mm_per_s = 3
 disc_normal = [0.438, 0.899, 0]
 )";
+
+/// Returns the name of the file without its folder, in lower case.
+std::string LowerName(const std::string& path) {
+  std::string name = fs::path(path).filename().string();
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  return name;
+}
+
+/// Returns whether the file is a segmentation, of which a bone is made without a CT.
+bool IsSegmentation(const std::string& path) {
+  return LowerName(path).ends_with(".seg.nrrd");
+}
 
 }  // namespace
 
@@ -110,8 +123,7 @@ std::vector<std::string> ListInputExtensions() {
 void CheckInput(const std::string& input) {
   if (!fs::exists(input)) throw Error(fmt::format("{}: there is no such file or folder", input));
   if (fs::is_directory(input) || IsProjectPath(input)) return;
-  std::string name = fs::path(input).filename().string();
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string name = LowerName(input);
   if (LowerExtension(input) == ".toml") {
     ReadScene(input);
     return;
@@ -191,13 +203,19 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   settings.isolate.keep_W = options.keep_W;
   settings.isolate.drop_W = options.drop_W;
   const char* stage = settings.keep_hu ? "importing the CT" : "importing the surface";
+  const bool is_mask = IsSegmentation(input);
+  if (is_mask) {
+    stage = "importing the segmentation";
+    settings.keep_hu = false;
+    settings.isolate.mask = ReadMaskFile(input, "", {}, false).mask;
+  }
   settings.progress = [&](double fraction) { watcher.progress(stage, fraction); };
   settings.take_ct = [&](std::shared_ptr<const Volume> ct) {
     opened.ct = ct;
     if (watcher.ct) watcher.ct(std::move(ct));
   };
   settings.take_preview = [&show](Bone bone) { show(std::make_shared<const Bone>(std::move(bone)), false); };
-  ImportResult imported = Import(input, settings);
+  ImportResult imported = Import(is_mask ? "" : input, settings);
   for (const std::string& warning : imported.report.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
   opened.warnings = imported.report.warnings;
   opened.bone = std::make_shared<const Bone>(std::move(imported.bone));

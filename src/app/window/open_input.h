@@ -58,7 +58,8 @@ std::vector<std::string> ListInputExtensions();
 void CheckInput(const std::string& input);
 
 /// Opens an input. `input`: empty (the generic mandible), a scene (.toml), a project
-/// (.kerf-project), a bone (.vdb), a DICOM folder, or any other input of `kerf import`. If it is not a scene, a scene
+/// (.kerf-project), a bone (.vdb), a DICOM folder, a segmentation (.seg.nrrd; the bone is made without a CT), or any
+/// other input of `kerf import`. If it is not a scene, a scene
 /// is made with the paper's saw over the left side of the bone. Writes no file. Throws Error (NotIsolated if the points
 /// of the options, or others, are needed), or Cancelled if `watcher.progress` does.
 OpenedInput OpenInput(const std::string& input, const OpenOptions& options, const OpenWatcher& watcher);

@@ -11,6 +11,7 @@
 #include "app/window/injury_texts.h"
 #include "app/window/plan_picture.h"
 #include "kerf/error.h"
+#include "session/link/slicer_link.h"
 #include "session/project/project.h"
 #include "view/ui/translate.h"
 
@@ -43,7 +44,10 @@ Rehearsal::Rehearsal(const RehearsalOptions& options)
 
 RehearsalResult Rehearsal::Run() {
   BeginOpening(options_.input);
+  const std::shared_ptr<SlicerLink>& link = options_.viewer.link;
+  if (link) link->bone().Open();
   viewer_->Run(*this);
+  if (link) link->bone().Close();
   EndWork();
   return result_;
 }
@@ -395,6 +399,7 @@ void Rehearsal::Update(double dt_s) {
   }
   if (viewer_->is_running() && !viewer_->dialogs().is_open()) editor_.marks.Update();
   plan_link_.Update(dt_s);
+  FollowSentBone();
   // Not over the tour.
   if (shows_import_ && viewer_->is_running() && !is_new_bone_ && !viewer_->dialogs().is_open() &&
       !viewer_->is_in_tour()) {

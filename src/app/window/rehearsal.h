@@ -135,6 +135,7 @@ class Rehearsal final : public Activity {
   void FollowOpening();
   void ReadCtAgain();
   void FollowCtReader();
+  void FollowSentBone();
   void FollowChange();
   void FollowSaving();
   void KeepWork(const std::string& message, const std::string& failure, Scene scene, std::shared_ptr<const Bone> bone);
@@ -190,6 +191,8 @@ class Rehearsal final : public Activity {
   bool accepts_loss_ = false;                      // likewise: of what is not saved in that case
   std::string opening_fault_;                      // to be shown once no other dialog is open
   std::optional<std::string> interrupted_;         // input that was loading when another one was opened
+  std::string sent_bone_;                          // file of the bone that a peer of the link has sent last
+  int sent_bones_ = 0;                             // so far
   std::optional<std::string> to_open_once_saved_;  // chosen while something was not saved
   bool is_command_line_ = true;                    // the input is that of the options
   std::string input_;                              // file or folder of the case's bone or CT, as the user gave it

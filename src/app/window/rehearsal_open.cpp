@@ -10,6 +10,7 @@
 #include "app/window/rehearsal.h"
 #include "base/files/extension.h"
 #include "kerf/error.h"
+#include "session/link/slicer_link.h"
 #include "session/project/project.h"
 #include "view/ui/translate.h"
 
@@ -161,6 +162,24 @@ void Rehearsal::FollowOpening() {
   BeginCase(std::move(opened));
 }
 
+/// Opens a bone that a peer of the link has sent, once nothing else is being opened or asked.
+void Rehearsal::FollowSentBone() {
+  const std::shared_ptr<SlicerLink>& link = options_.viewer.link;
+  const bool busy = is_loading() || to_open_ || to_open_once_saved_ || change_.is_pending() || change_.is_making() ||
+                    viewer_->dialogs().is_open() || viewer_->quitting();
+  if (!link || busy) return;
+  const std::optional<SentBone> bone = link->bone().Fetch();
+  if (!bone) return;
+  try {
+    sent_bone_ = WriteSentBone(*bone, fmt::format("{}/{}-{}", options_.viewer.folder, kBoneName, ++sent_bones_));
+  } catch (const Error& e) {
+    link->Refuse(e.what());
+    return viewer_->Warn(TrMade(e.what()));
+  }
+  viewer_->Say(Tr("3D Slicer has sent a bone."));
+  Open(sent_bone_);
+}
+
 /// Asks for points with which the mandible is separated from bone that it touches.
 void Rehearsal::AskForPoints(const std::shared_ptr<const Volume>& ct, const NotIsolated& e) {
   constexpr double kRim_mm = 15;  // around the bone
@@ -210,6 +229,7 @@ bool Rehearsal::RefuseWhileOpening() {
 
 void Rehearsal::FailToOpen(const std::string& sentence) {
   viewer_->trace().Write("not_opened", {{"failure", sentence}});
+  if (!sent_bone_.empty() && loader_.input() == sent_bone_) options_.viewer.link->Refuse(sentence);
   separation_.reset();
   if (!has_case()) {
     Reset();

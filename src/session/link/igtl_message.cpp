@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "kerf/error.h"
+#include "session/link/igtl_bytes.h"
 
 namespace kerf {
 namespace {
@@ -54,18 +55,6 @@ std::span<const std::uint8_t> AsBytes(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-/// Reads values in network order. The caller checks the length.
-template <std::unsigned_integral T>
-T Read(std::span<const std::uint8_t> bytes, std::size_t at) {
-  T value = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i) value = static_cast<T>(value << 8 | bytes[at + i]);
-  return value;
-}
-
-double ReadFloat(std::span<const std::uint8_t> bytes, std::size_t at) {
-  return static_cast<double>(std::bit_cast<float>(Read<std::uint32_t>(bytes, at)));
-}
-
 std::string ReadText(std::span<const std::uint8_t> bytes, std::size_t at, std::size_t length) {
   const auto* begin = reinterpret_cast<const char*>(bytes.data()) + at;
   return {begin, std::find(begin, begin + length, '\0')};
@@ -88,18 +77,13 @@ std::string MakeMessage(const char* type, const IgtlStamp& stamp, const Writer& 
   return message.bytes();
 }
 
-/// The rotation between LPS and RAS, in both directions.
-Vec3 Turn(const Vec3& v) {
-  return {-v.x, -v.y, v.z};
-}
-
 }  // namespace
 
 std::string MakeIgtlTransform(const IgtlStamp& stamp, const Pose& X_WB) {
   const glm::dmat3 R = glm::mat3_cast(X_WB.R_AB);
   Writer body;
-  for (int axis = 0; axis < 3; ++axis) body.AddPoint((axis < 2 ? -1.0 : 1.0) * Turn(R[axis]));
-  body.AddPoint(Turn(X_WB.p_AB));
+  for (int axis = 0; axis < 3; ++axis) body.AddPoint((axis < 2 ? -1.0 : 1.0) * TurnRas(R[axis]));
+  body.AddPoint(TurnRas(X_WB.p_AB));
   return MakeMessage("TRANSFORM", stamp, body);
 }
 
@@ -108,7 +92,7 @@ std::string MakeIgtlForce(const IgtlStamp& stamp, const Vec3& f_W_N) {
   body.Add(std::uint8_t{3});
   body.Add(std::uint8_t{0});
   body.Add(kNewton);
-  const Vec3 f_N = Turn(f_W_N);
+  const Vec3 f_N = TurnRas(f_W_N);
   for (int axis = 0; axis < 3; ++axis) body.AddDouble(f_N[axis]);
   return MakeMessage("SENSOR", stamp, body);
 }
@@ -151,7 +135,7 @@ std::string MakeIgtlSurface(const IgtlStamp& stamp, const TriangleMesh& mesh_W) 
   for (const std::uint32_t number : {points, 0u, 0u, 0u, 0u, triangles, kTriangleBytes * triangles, 0u, 0u, 0u}) {
     body.Add(number);
   }
-  for (const Vec3& p : mesh_W.points) body.AddPoint(Turn(p));
+  for (const Vec3& p : mesh_W.points) body.AddPoint(TurnRas(p));
   for (const auto& triangle : mesh_W.triangles) {
     body.Add(std::uint32_t{3});
     for (const std::uint32_t corner : triangle) body.Add(corner);
@@ -178,7 +162,7 @@ std::uint64_t CalcIgtlCrc(std::span<const std::uint8_t> body) {
 
 IgtlHeader ReadIgtlHeader(std::span<const std::uint8_t, IgtlHeader::kBytes> bytes) {
   IgtlHeader header;
-  header.version = Read<std::uint16_t>(bytes, 0);
+  header.version = ReadBig<std::uint16_t>(bytes, 0);
   if (header.version < 1 || header.version > 3) {
     throw Error(fmt::format("a message has the protocol version {}, not 1 to 3", header.version));
   }
@@ -188,9 +172,9 @@ IgtlHeader ReadIgtlHeader(std::span<const std::uint8_t, IgtlHeader::kBytes> byte
   if (header.type.empty() || !std::all_of(header.type.begin(), header.type.end(), is_plain)) {
     throw Error("a message has no readable type");
   }
-  header.time_s = Read<std::uint32_t>(bytes, 34) + 0x1p-32 * Read<std::uint32_t>(bytes, 38);
-  header.body_bytes = Read<std::uint64_t>(bytes, 42);
-  header.crc = Read<std::uint64_t>(bytes, 50);
+  header.time_s = ReadBig<std::uint32_t>(bytes, 34) + 0x1p-32 * ReadBig<std::uint32_t>(bytes, 38);
+  header.body_bytes = ReadBig<std::uint64_t>(bytes, 42);
+  header.crc = ReadBig<std::uint64_t>(bytes, 50);
   return header;
 }
 
@@ -201,9 +185,9 @@ std::span<const std::uint8_t> CheckIgtlBody(const IgtlHeader& header, std::span<
   if (header.version == 1) return body;
   // Protocol 2: bytes of this header, of the metadata's header and of the metadata; number of the message.
   constexpr std::size_t kLeast = 12;
-  const std::size_t first = body.size() < kLeast ? 0 : Read<std::uint16_t>(body, 0);
+  const std::size_t first = body.size() < kLeast ? 0 : ReadBig<std::uint16_t>(body, 0);
   const std::uint64_t last =
-      body.size() < kLeast ? 0 : std::uint64_t{Read<std::uint16_t>(body, 2)} + Read<std::uint32_t>(body, 4);
+      body.size() < kLeast ? 0 : std::uint64_t{ReadBig<std::uint16_t>(body, 2)} + ReadBig<std::uint32_t>(body, 4);
   if (first < kLeast || first > body.size() || last > body.size() - first) {
     throw Error(fmt::format("the additional header of a {} message is invalid", header.type));
   }
@@ -220,13 +204,13 @@ Pose ReadIgtlTransform(std::span<const std::uint8_t> content) {
   for (int column = 0; column < 4; ++column) {
     Vec3 v;
     for (int axis = 0; axis < 3; ++axis) {
-      v[axis] = ReadFloat(content, 4 * static_cast<std::size_t>(3 * column + axis));
+      v[axis] = ReadBigFloat(content, 4 * static_cast<std::size_t>(3 * column + axis));
       if (!std::isfinite(v[axis])) throw Error("a TRANSFORM message has a number that is not finite");
     }
     if (column < 3) {
-      R[column] = (column < 2 ? -1.0 : 1.0) * Turn(v);
+      R[column] = (column < 2 ? -1.0 : 1.0) * TurnRas(v);
     } else {
-      p = Turn(v);
+      p = TurnRas(v);
     }
   }
   const glm::dmat3 RtR = glm::transpose(R) * R;
@@ -248,11 +232,11 @@ std::vector<Vec3> ReadIgtlPoints(std::span<const std::uint8_t> content) {
   std::vector<Vec3> points;
   points.reserve(content.size() / kPointBytes);
   for (std::size_t at = kPlace; at < content.size(); at += kPointBytes) {
-    const Vec3 p(ReadFloat(content, at), ReadFloat(content, at + 4), ReadFloat(content, at + 8));
+    const Vec3 p(ReadBigFloat(content, at), ReadBigFloat(content, at + 4), ReadBigFloat(content, at + 8));
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
       throw Error("a POINT message has a number that is not finite");
     }
-    points.push_back(Turn(p));
+    points.push_back(TurnRas(p));
   }
   return points;
 }

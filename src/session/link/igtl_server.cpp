@@ -119,25 +119,51 @@ struct IgtlServer::State::Peer : std::enable_shared_from_this<Peer> {
       if (e) return self->state.Drop(self, "");
       self->Try([&] {
         self->header = ReadIgtlHeader(self->head);
-        if (self->header.body_bytes > kMaxBodyBytes) {
-          throw Error(fmt::format("a {} message has {} bytes; the limit is {}", self->header.type,
-                                  self->header.body_bytes, kMaxBodyBytes));
-        }
-        self->body.resize(static_cast<std::size_t>(self->header.body_bytes));
+        self->skips = !self->Admits();
+        self->body.clear();
+        self->left = self->header.body_bytes;
         self->ReadBody();
       });
     });
   }
+  /// Returns whether the body may be read. Throws kerf::Error if the peer is to be disconnected.
+  bool Admits() {
+    const Calls& calls = state.calls;
+    try {
+      const std::size_t max = calls.max_bytes ? calls.max_bytes(header) : kMaxBodyBytes;
+      if (header.body_bytes <= max) return true;
+      throw Error(fmt::format("a {} message has {} bytes; the limit is {}", header.type, header.body_bytes, max));
+    } catch (const Error& e) {
+      if (!calls.refuse || header.body_bytes > kMaxSkippedBytes) throw;
+      if (const Bytes answer = calls.refuse(e.what())) Queue(kAnswerSlot, answer);
+    }
+    return false;
+  }
+  /// Reads the body in pieces: it takes memory only as it arrives.
   void ReadBody() {
-    asio::async_read(socket, asio::buffer(body), [self = shared_from_this()](const error_code& e, std::size_t) {
-      if (e) return self->state.Drop(self, "");
-      self->Try([&] {
-        const std::span<const std::uint8_t> content = CheckIgtlBody(self->header, self->body);
-        const Bytes answer = self->state.calls.take(self->number, self->header, content);
-        self->state.Count([](IgtlCounts& c) { ++c.received; });
-        if (answer != nullptr) self->Queue(kAnswerSlot, answer);
-        self->ReadHeader();
-      });
+    constexpr std::uint64_t kPieceBytes = kMaxBodyBytes;
+    const std::uint64_t piece = std::min(left, kPieceBytes);
+    left -= piece;
+    if (skips) body.clear();
+    const std::size_t from = body.size();
+    body.resize(from + static_cast<std::size_t>(piece));
+    asio::async_read(socket, asio::buffer(body.data() + from, body.size() - from),
+                     [self = shared_from_this()](const error_code& e, std::size_t) {
+                       if (e) return self->state.Drop(self, "");
+                       if (self->left > 0) return self->ReadBody();
+                       self->TakeBody();
+                     });
+  }
+  void TakeBody() {
+    Try([&] {
+      if (!skips) {
+        const std::span<const std::uint8_t> content = CheckIgtlBody(header, body);
+        const Bytes answer = state.calls.take(number, header, content);
+        state.Count([](IgtlCounts& c) { ++c.received; });
+        if (answer != nullptr) Queue(kAnswerSlot, answer);
+      }
+      if (body.capacity() > kMaxBodyBytes) body = {};
+      ReadHeader();
     });
   }
   template <typename Act>
@@ -160,6 +186,8 @@ struct IgtlServer::State::Peer : std::enable_shared_from_this<Peer> {
   std::array<std::uint8_t, IgtlHeader::kBytes> head{};
   IgtlHeader header;
   std::vector<std::uint8_t> body;
+  std::uint64_t left = 0;  // bytes of the body that are still to be read
+  bool skips = false;      // the body is refused
 };
 
 void IgtlServer::State::Listen(const IgtlServerOptions& options) {

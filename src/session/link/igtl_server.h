@@ -42,7 +42,8 @@ struct IgtlCounts {
 class IgtlServer {
  public:
   static constexpr int kMaxPeers = 4;
-  static constexpr std::size_t kMaxBodyBytes = 1 << 20;  // of a received message
+  static constexpr std::size_t kMaxBodyBytes = 1 << 20;  // of a received message, unless Calls::max_bytes allows more
+  static constexpr std::uint64_t kMaxSkippedBytes = std::uint64_t{1} << 32;  // of a refused message
   static constexpr double kPatience_s = 10;
   static constexpr int kMessagesPerFrame = 200;  // received from a peer; further ones wait
 
@@ -58,6 +59,12 @@ class IgtlServer {
     std::function<std::shared_ptr<const std::string>(PeerNumber, const IgtlHeader&,
                                                      std::span<const std::uint8_t> content)>
         take;
+    /// Returns the number of bytes that the body of a message with this header may have. Throws kerf::Error to refuse
+    /// it before its body is read. Optional.
+    std::function<std::size_t(const IgtlHeader&)> max_bytes{};
+    /// Returns the answer to a message that is refused, with the reason; null: none. Its body is then skipped. Without
+    /// this function, or if the body has more than kMaxSkippedBytes, the peer is disconnected.
+    std::function<std::shared_ptr<const std::string>(const std::string& reason)> refuse{};
     /// A peer is disconnected. Optional.
     std::function<void(PeerNumber)> gone{};
   };

@@ -65,7 +65,9 @@ SlicerLink::SlicerLink(const IgtlServerOptions& options)
                                    .welcome = [this] { return MakeWelcome(); },
                                    .take = [this](auto peer, const IgtlHeader& header,
                                                   auto content) { return Answer(peer, header, content); },
-                                   .gone = [this](auto peer) { hand_ = hand_ == peer ? 0 : hand_; }});
+                                   .max_bytes = [this](const IgtlHeader& header) { return MaxBytes(header); },
+                                   .refuse = [this](const std::string& why) { return MakeRefusal(why); },
+                                   .gone = [this](auto peer) { hand_.Leave(peer); }});
   } catch (...) {
     EndMeshing();
     throw;
@@ -167,11 +169,17 @@ std::vector<SlicerLink::Bytes> SlicerLink::MakeWelcome() {
 }
 
 void SlicerLink::TakeHand(IgtlServer::PeerNumber peer, std::span<const std::uint8_t> content) {
-  if (hand_ != 0 && hand_ != peer) {
-    throw Error(fmt::format("another peer already sends {}; it is followed until it disconnects", kHandName));
+  if (!hand_.Accepts(peer, Clock::now())) {
+    throw Error(fmt::format("another peer already sends {}; it is followed until it is silent for {:g} s", kHandName,
+                            std::chrono::duration<double>(ToolHolder::kSilent).count()));
   }
   tracked_tool_->Take(content);
-  hand_ = peer;
+}
+
+std::size_t SlicerLink::MaxBytes(const IgtlHeader& header) const {
+  if (!IsBoneMessage(header)) return IgtlServer::kMaxBodyBytes;
+  bone_.Check();
+  return kMaxBoneBytes;
 }
 
 SlicerLink::Bytes SlicerLink::Answer(IgtlServer::PeerNumber peer, const IgtlHeader& header,
@@ -180,6 +188,8 @@ SlicerLink::Bytes SlicerLink::Answer(IgtlServer::PeerNumber peer, const IgtlHead
   try {
     if (header.type == "TRANSFORM" && header.device == kHandName) {
       TakeHand(peer, content);
+    } else if (IsBoneMessage(header)) {
+      bone_.Take(header, content);
     } else if (header.type == "TRANSFORM" || header.type == "POINT") {
       plan_.Take(header, content);
     }

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "kerf/bone.h"
+#include "session/link/bone_inbox.h"
 #include "session/link/igtl_server.h"
 #include "session/link/plan_request.h"
 #include "session/link/tracked_tool.h"
@@ -36,8 +37,9 @@ struct LinkMoment {
 /// each change, at most twice per second: the bone (POLYDATA "kerf_bone"). STATUS "kerf" says what happens, and answers
 /// GET_STATUS.
 ///
-/// Takes TRANSFORM "kerf_hand" for tracked_tool(), from one peer until it is gone, and all other TRANSFORM and POINT
-/// messages for plan(). What is refused is answered with a STATUS of one sentence, at most once per second.
+/// Takes IMAGE and POLYDATA "kerf_bone" for bone(), TRANSFORM "kerf_hand" for tracked_tool(), from one peer until it is
+/// gone or silent, and all other TRANSFORM and POINT messages for plan(). What is refused is answered
+/// with a STATUS of one sentence, at most once per second.
 ///
 /// The link shows one session after another. A SessionController's functions and TakeTick() are called in the thread
 /// that steps the session, never in the loop's; all others in one other thread.
@@ -50,6 +52,7 @@ class SlicerLink final : public SessionController {
   /// Shows another session, which begins after this: the title of its scene and the shape of its tool, tool frame.
   void Show(const std::string& title, const TriangleMesh& tool_T);
   PlanInbox& plan() { return plan_; }
+  BoneInbox& bone() { return bone_; }
   const std::shared_ptr<TrackedTool>& tracked_tool() const { return tracked_tool_; }
   /// Sends a STATUS of failure to all peers, unless it is the same as within the last second.
   void Refuse(const std::string& sentence);
@@ -74,13 +77,15 @@ class SlicerLink final : public SessionController {
   Bytes MakeStatus();
   Bytes Answer(IgtlServer::PeerNumber peer, const IgtlHeader& header, std::span<const std::uint8_t> content);
   void TakeHand(IgtlServer::PeerNumber peer, std::span<const std::uint8_t> content);
+  std::size_t MaxBytes(const IgtlHeader& header) const;
   Bytes MakeRefusal(const std::string& sentence);
   void MeshInTurn();
   void EndMeshing();
 
   PlanInbox plan_;
+  BoneInbox bone_;
   const std::shared_ptr<TrackedTool> tracked_tool_ = std::make_shared<TrackedTool>();
-  IgtlServer::PeerNumber hand_ = 0;  // peer whose tracked tool is followed; 0: none. Used in the server's thread
+  ToolHolder hand_;  // used in the server's thread
 
   std::mutex mutex_;  // protects everything up to the thread
   std::condition_variable changed_;

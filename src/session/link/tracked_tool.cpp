@@ -33,6 +33,17 @@ RoundEnd TrackedTool::Fetch(Pose& X_WH) noexcept {
   return RoundEnd::kSample;
 }
 
+bool ToolHolder::Accepts(std::uint64_t peer, Clock::time_point now) {
+  if (peer_ != 0 && peer_ != peer && now - at_ < kSilent) return false;
+  peer_ = peer;
+  at_ = now;
+  return true;
+}
+
+void ToolHolder::Leave(std::uint64_t peer) {
+  if (peer_ == peer) peer_ = 0;
+}
+
 TrackedToolDriver::TrackedToolDriver(std::shared_ptr<TrackedTool> tool) : tool_(std::move(tool)) {
   profile_.name = kTrackedToolName;
   profile_.peak_force_N = 0;

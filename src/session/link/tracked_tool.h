@@ -1,6 +1,7 @@
 // A tracked tool as a device: a peer sends its pose, and it holds the saw without giving a force back.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -29,6 +30,22 @@ class TrackedTool {
   Pose X_WH_;
   bool fresh_ = false;
   bool bad_ = false;
+};
+
+/// Which of several peers holds the tracked tool: the first one, until it is gone or silent. Used in one thread.
+class ToolHolder {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// Longer than the time after which the saw stops, so that the saw is coupled again, where it is, to another tool.
+  static constexpr std::chrono::milliseconds kSilent{500};
+
+  /// Returns whether the pose that a peer (1 or more) sends now is used.
+  bool Accepts(std::uint64_t peer, Clock::time_point now);
+  void Leave(std::uint64_t peer);
+
+ private:
+  std::uint64_t peer_ = 0;  // 0: none
+  Clock::time_point at_;    // of its last pose
 };
 
 /// Frame D is the world frame: the saw moves and turns as the tool does. It is coupled where it is when the poses

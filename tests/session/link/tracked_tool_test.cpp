@@ -105,5 +105,23 @@ TEST(TrackedTool, GivesNoForce) {
   EXPECT_EQ(tracked.driver.profile().peak_force_N, 0);
 }
 
+TEST(ToolHolder, IsTheFirstPeerUntilItIsGoneOrSilent) {
+  ToolHolder holder;
+  using std::chrono::milliseconds;
+  const auto at = [](int ms) { return ToolHolder::Clock::time_point(milliseconds(1'000'000 + ms)); };
+  EXPECT_TRUE(holder.Accepts(1, at(0)));
+  EXPECT_FALSE(holder.Accepts(2, at(10)));
+  EXPECT_TRUE(holder.Accepts(1, at(400)));
+  EXPECT_FALSE(holder.Accepts(2, at(899)));  // 499 ms after the last pose of the first one
+  EXPECT_TRUE(holder.Accepts(2, at(900)));
+  EXPECT_FALSE(holder.Accepts(1, at(901)));
+  holder.Leave(1);  // does not hold it
+  EXPECT_FALSE(holder.Accepts(1, at(902)));
+  holder.Leave(2);
+  EXPECT_TRUE(holder.Accepts(1, at(903)));
+  // The saw has stopped before another tool is followed, so that it is not pulled there.
+  EXPECT_GT(std::chrono::duration<double>(ToolHolder::kSilent).count(), 2 * MakeTrackedToolParams().silent_s);
+}
+
 }  // namespace
 }  // namespace kerf
