@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Tests `kerf rehearse --igtl` in the real window, with a peer that reads and writes the protocol's bytes itself: what it gets, planes
-and points that it sends, their undo, what is refused, and a tracked tool.
+and points that it sends, their undo, a bone, what is refused, and a tracked tool.
 
     link_test.py KERF [--pictures FOLDER]
 
@@ -115,6 +115,51 @@ def edit_plan(kerf, folder, display, keep):
     slicer.wait("STATUS kerf", lambda body: b"the rehearsal has ended" in body)
 
 
+def send_bone(kerf, folder, display, keep):
+    """A bone in place of the one that is cut: asked first, opened, refused."""
+    w = Window(display, kerf, ["rehearse", "bar.toml", "-o", "sent", "--igtl", "--igtl-port", "0"], folder, title="kerf rehearse")
+    w.wait_event("first_picture")
+    w.wait_event("running")
+    slicer = Peer(w)
+    assert abs(peer.volume_of(slicer.wait("POLYDATA kerf_bone")) - 3000) < 30
+
+    # 20 x 12 x 8 mm, with an edge of background; the first axis points to the left, as Slicer stores it.
+    def block(x, y, z, size):
+        return int(all(1 <= i <= n for i, n in zip((x, y, z), size)))
+
+    size = (20, 12, 8)
+    labels = [[[block(x, y, z, size) for x in range(22)] for y in range(14)] for z in range(10)]
+    steps = [(-1, 0, 0), (0, -1, 0), (0, 0, 1)]
+    slicer.send_pose("cut", (1, 0, -5), CORONAL)  # something that is not saved
+    w.wait_state("the moved plane", lambda s: s["plane_deg"][0][1] == 0)
+    slicer.socket.sendall(peer.bone_message(labels, steps, (5, 0, 40)))
+    w.wait_message("3D Slicer has sent a bone.")
+    keep(w)
+    w.click_item("answer 3")  # stay
+    w.wait_state("the same case", lambda s: s["planes"] == 1 and s["running"])
+    time.sleep(2.1)  # between two bones
+    bar = slicer.last["POLYDATA kerf_bone"]
+    slicer.socket.sendall(peer.bone_message(labels, steps, (5, 0, 40)))
+    w.click_item("answer 2")  # open without saving
+    body = slicer.wait("POLYDATA kerf_bone", lambda body: body != bar)
+    # The edges of a label map are rounded.
+    assert abs(peer.volume_of(body) - 20 * 12 * 8) < 60, peer.volume_of(body)
+    points = [struct.unpack_from(">3f", body, 40 + 12 * i) for i in range(struct.unpack_from(">I", body)[0])]
+    middle = [(min(p[a] for p in points) + max(p[a] for p in points)) / 2 for a in range(3)]
+    assert max(abs(a - b) for a, b in zip(middle, (5, 0, 40))) < 0.1, middle
+    w.wait_state("a case without a plan", lambda s: s["planes"] == 0 and s["running"])
+    keep(w)
+    # What is no bone is refused to the peer, and the case goes on.
+    time.sleep(2.1)
+    labels[5][5][5] = 2
+    slicer.socket.sendall(peer.bone_message(labels, steps, (5, 0, 40)))
+    slicer.wait("STATUS kerf", lambda body: b"several labels" in body)
+    w.quit()
+    code, out = w.wait_end()
+    assert code == 0, out
+    assert (folder / "sent" / "kerf_bone-2.seg.nrrd").exists()
+
+
 def hold_saw(kerf, folder, display, keep):
     w = Window(display, kerf, ["rehearse", "bar.toml", "-o", "tracked", "--igtl", "--igtl-port", "0", "--device", "igtl"], folder,
                title="kerf rehearse")
@@ -171,6 +216,7 @@ def main():
 
     with Display(1480, 920) as display:
         edit_plan(options.kerf, folder, display, keep)
+        send_bone(options.kerf, folder, display, keep)
         hold_saw(options.kerf, folder, display, keep)
     if options.pictures:
         for i, file in enumerate(pictures):

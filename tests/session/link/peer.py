@@ -110,6 +110,13 @@ def pose(*place_ras):
     return message("TRANSFORM", "kerf_hand", struct.pack(">12f", 1, 0, 0, 0, 1, 0, 0, 0, 1, *place_ras))
 
 
+def bone_message(labels, steps_ras, centre_ras, name="kerf_bone"):
+    """A label map: nested lists of the values of slices, rows and voxels, steps between voxels, and the middle, in RAS, mm."""
+    size = len(labels[0][0]), len(labels[0]), len(labels)
+    head = struct.pack(">H4B3H9f3f6H", 1, 1, 3, 2, 1, *size, *(x for step in steps_ras for x in step), *centre_ras, 0, 0, 0, *size)
+    return message("IMAGE", name, head + bytes(value for part in labels for row in part for value in row))
+
+
 def drain(peer):
     """Receives until the end, so that the program can send."""
     try:
@@ -161,6 +168,9 @@ def main():
 
         peer.sendall(message("TRANSFORM", "kerf_plan/left", identity))
         while b"the plan of this session cannot be changed" not in last.get("STATUS kerf", b""):
+            note(*receive(peer))
+        peer.sendall(bone_message([[[0, 1]]], [(1, 0, 0), (0, 1, 0), (0, 0, 1)], (0, 0, 0)))
+        while b"the bone of this session is fixed" not in last.get("STATUS kerf", b""):
             note(*receive(peer))
         for _ in range(1000):
             peer.sendall(message("TRANSFORM", "tool", identity))

@@ -1,6 +1,7 @@
-"""Module of 3D Slicer: shows a cut that is rehearsed in kerf, and sends planes and points to it while they are edited."""
+"""Module of 3D Slicer: shows a cut that is rehearsed in kerf, and sends planes and points to it while they are edited, and the bone."""
 
 import ctk
+import numpy
 import qt
 import slicer
 import vtk
@@ -23,7 +24,8 @@ class KerfLink(ScriptedLoadableModule):
         self.parent.dependencies = ["OpenIGTLinkIF", "Markups"]
         self.parent.contributors = ["The authors of kerf"]
         self.parent.helpText = ("Start kerf with <code>kerf rehearse BONE --igtl</code>, then connect. The saw and the bone appear as they "
-                                "are in kerf. Tick a plane, and it moves in kerf while you move it here.")
+                                "are in kerf. Tick a plane, and it moves in kerf while you move it here. <i>Send the bone</i> puts a "
+                                "segmentation in the place of kerf's bone.")
         self.parent.acknowledgementText = ""
 
 
@@ -38,6 +40,7 @@ class KerfLinkWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
         self.logic = KerfLinkLogic()
         self._addConnection()
         self._addPlan()
+        self._addBone()
         self.layout.addStretch(1)
         self.timer = qt.QTimer()
         self.timer.setInterval(200)
@@ -95,6 +98,20 @@ class KerfLinkWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
         form.addRow("Planes:", self.markupsList)
         form.addRow("Nerve:", self.nerveSelector)
 
+    def _addBone(self):
+        form = self._addSection("Bone")
+        self.boneSelector = slicer.qMRMLNodeComboBox()
+        self.boneSelector.nodeTypes = ["vtkMRMLSegmentationNode", "vtkMRMLLabelMapVolumeNode"]
+        self.boneSelector.noneEnabled = True
+        self.boneSelector.addEnabled = self.boneSelector.removeEnabled = False
+        self.boneSelector.setMRMLScene(slicer.mrmlScene)
+        self.boneSelector.toolTip = "Of a segmentation, the visible segments together are the bone"
+        self.boneButton = qt.QPushButton("Send the bone")
+        self.boneButton.toolTip = "kerf takes it in place of its own bone, and asks first if that has been cut"
+        self.boneButton.connect("clicked()", lambda: self.logic.sendBone(self.boneSelector.currentNode()))
+        form.addRow("Segmentation:", self.boneSelector)
+        form.addRow(self.boneButton)
+
     def onConnect(self):
         if self.logic.connector is None:
             self.logic.connectToKerf(self.hostEdit.text, self.portBox.value)
@@ -127,6 +144,7 @@ class KerfLinkWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
 
     def refresh(self):
         self.connectButton.text = "Connect" if self.logic.connector is None else "Disconnect"
+        self.boneButton.enabled = self.logic.connector is not None and self.boneSelector.currentNode() is not None
         self.stateLabel.text = self.logic.state()
         self.valuesLabel.text = self.logic.values()
         self.logic.showTool()
@@ -141,6 +159,7 @@ class KerfLinkLogic(ScriptedLoadableModuleLogic, VTKObservationMixin):
         self.connector = None
         self._sent = {}  # ID of a markups node -> the node that is sent for it
         self._due = set()  # IDs of changed markups nodes
+        self._bone = None  # label map that was sent last
         self._timer = qt.QTimer()
         self._timer.setSingleShot(True)
         self._timer.setInterval(SEND_EVERY_MS)
@@ -218,6 +237,31 @@ class KerfLinkLogic(ScriptedLoadableModuleLogic, VTKObservationMixin):
         self.addObserver(markups, slicer.vtkMRMLMarkupsNode.PointModifiedEvent, self._onModified)
         self._onModified(markups)
 
+    # ---- bone
+    def sendBone(self, source):
+        """Sends a label map, or the visible segments of a segmentation, as the bone."""
+        if source is None or self.connector is None:
+            return
+        if self._bone is not None:
+            slicer.mrmlScene.RemoveNode(self._bone)
+        self._bone = self._makeBone(source)
+        self._bone.SetHideFromEditors(True)
+        self._bone.SetSaveWithScene(False)
+        self.connector.RegisterOutgoingMRMLNode(self._bone)
+        self.connector.PushNode(self._bone)
+
+    @staticmethod
+    def _makeBone(source):
+        if source.IsA("vtkMRMLSegmentationNode"):
+            labels = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLabelMapVolumeNode", BONE)
+            slicer.modules.segmentations.logic().ExportVisibleSegmentsToLabelmapNode(source, labels)
+        else:
+            labels = slicer.modules.volumes.logic().CloneVolume(source, BONE)
+        voxels = slicer.util.arrayFromVolume(labels)
+        voxels[voxels != 0] = 1  # kerf takes one label
+        slicer.util.arrayFromVolumeModified(labels)
+        return labels
+
     def _onModified(self, caller, event=None):
         self._due.add(caller.GetID())
         if not self._timer.isActive():
@@ -263,6 +307,8 @@ class KerfLinkTest(ScriptedLoadableModuleTest):
         self.test_planeIsCopied()
         self.setUp()
         self.test_nerveIsCopied()
+        self.setUp()
+        self.test_boneHasOneLabel()
 
     def test_planeIsCopied(self):
         plane = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLMarkupsPlaneNode", "left")
@@ -294,3 +340,12 @@ class KerfLinkTest(ScriptedLoadableModuleTest):
         logic.sendNerve(None)
         logic.disconnectFromKerf()
         self.delayDisplay("The nerve is copied")
+
+    def test_boneHasOneLabel(self):
+        labels = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLabelMapVolumeNode", "teeth and bone")
+        slicer.util.updateVolumeFromArray(labels, numpy.array([[[0, 1, 2], [0, 0, 5]]], dtype=numpy.uint8))
+        bone = KerfLinkLogic._makeBone(labels)
+        self.assertEqual(slicer.util.arrayFromVolume(bone).tolist(), [[[0, 1, 1], [0, 0, 1]]])
+        self.assertEqual(slicer.util.arrayFromVolume(labels).max(), 5)
+        self.assertEqual(bone.GetName(), "kerf_bone")
+        self.delayDisplay("The bone has one label")
