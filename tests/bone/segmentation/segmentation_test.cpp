@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <cstdlib>
+#include <filesystem>
 
 #include "label_files.h"
 #include "support/message_of.h"
@@ -54,6 +55,19 @@ TEST(Segmentation, ReadsNamesCodesAndVolumes) {
   for (const Vec3& p_V : {Vec3(0, 0, 0), Vec3(3, 0, 0), Vec3(0, 2, 0), Vec3(0, 0, 4)})
     EXPECT_LT(glm::length(read.lattice.WorldFromVoxel(p_V) - map.WorldFromVoxel(p_V)), 1e-9);
   EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("1 label that no segment has, such as 3")));
+}
+
+// A file of a megabyte can unpack to that; this one is sparse.
+TEST(Segmentation, RefusesMoreThanALabelMapHoldsBeforeItReadsTheVoxels) {
+  const Folder folder;
+  const std::string path = folder.file("a.nrrd");
+  test::WriteBytes(path,
+                   "NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\n"
+                   "sizes: 1024 1024 1025\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n"
+                   "encoding: raw\n\n");
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) + (std::uintmax_t{1024} << 20) + (1 << 20));
+  EXPECT_THAT(MessageOf([&] { ReadSegmentation(path); }),
+              HasSubstr("has 1074790400 values, which take 3.0 GiB of memory; kerf reads up to 3 GiB"));
 }
 
 TEST(Segmentation, ReadsOverlappingLayersWhoseAxisIsTheFirst) {
