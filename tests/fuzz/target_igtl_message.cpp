@@ -1,6 +1,7 @@
 #include <cmath>
 #include <vector>
 
+#include "session/link/igtl_bone.h"
 #include "session/link/igtl_message.h"
 #include "session/link/plan_request.h"
 #include "target.h"
@@ -17,6 +18,21 @@ KERF_FUZZ_TARGET(igtl_message) {
     header.body_bytes = body.size();
     header.crc = CalcIgtlCrc(body);
     const std::span<const std::uint8_t> content = CheckIgtlBody(header, body);
+    if (header.type == "IMAGE") {
+      const Volume volume = ReadIgtlLabelMap(content);
+      if (volume.hu.size() != volume.count()) Finding("a label map without its voxels");
+      CheckLattice(volume, "fuzz");
+      return;
+    }
+    if (header.type == "POLYDATA") {
+      const TriangleMesh mesh = ReadIgtlSurface(content);
+      for (const auto& triangle : mesh.triangles) {
+        for (const std::uint32_t corner : triangle) {
+          if (corner >= mesh.points.size()) Finding("a corner that is no point");
+        }
+      }
+      return;
+    }
     if (header.type == "POINT") {
       constexpr Box3 kBone_W{Vec3(-50), Vec3(50)};
       const PlanRequest request = ReadPlanRequest(header, content, kBone_W);
