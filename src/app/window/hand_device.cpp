@@ -12,7 +12,7 @@ namespace kerf {
 
 HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pose& X_WT, SawControls& controls) {
   HandDeviceFrame frame;
-  frame.messages = servo_->TakeMessages();
+  for (const std::string& message : servo_->TakeMessages()) frame.messages.push_back(TrReport(message));
   if (!frame.messages.empty()) reported_ = frame.messages.back();
   const ServoSample sample = servo_->TakeSample();
   engagements_ = sample.engagements;
@@ -74,8 +74,8 @@ std::optional<HudBanner> HandDevice::MakeBanner() const {
     case ServoState::kHoming:
       banner.text = servo_->traits().makes_force
                         ? fmt::format(fmt::runtime(Tr("{}: {}. There is no force until then")), servo_->name(),
-                                      DescribeHoming(servo_->traits()))
-                        : fmt::format("{}: {}", servo_->name(), DescribeHoming(servo_->traits()));
+                                      TrMade(DescribeHoming(servo_->traits())))
+                        : fmt::format("{}: {}", servo_->name(), TrMade(DescribeHoming(servo_->traits())));
       break;
     case ServoState::kWaiting:
       banner.text =
@@ -84,7 +84,7 @@ std::optional<HudBanner> HandDevice::MakeBanner() const {
               : fmt::format(fmt::runtime(Tr("{}: hold the handle still in the middle to control the saw")),
                             servo_->name());
       if (HasReportedZero(servo_->traits())) {
-        banner.text = fmt::format("{}: {}", servo_->name(), servo_->traits().homing);
+        banner.text = fmt::format("{}: {}", servo_->name(), TrMade(servo_->traits().homing));
       }
       banner.answers = servo_->traits().buttons.empty() ? Tr("Enter") : Tr("Enter, or a button of the device");
       break;

@@ -244,7 +244,7 @@ void ViewerApp::ShowAnswer(const LiveSession::Answer& answer) {
 void ViewerApp::FollowDevice(double dt_s) {
   const HandDeviceFrame frame = device_->Update(dt_s, MakeBasis(), figures_.coupled.X_WT, *controls_);
   for (const std::string& message : frame.messages) Say(message);
-  for (const std::string& note : session_->TakeNotes()) Say(note);
+  for (const std::string& note : session_->TakeNotes()) Say(TrReport(note));
   if (frame.switches_spindle && steers()) SetSpindle(!spindle_on());
 }
 

@@ -75,6 +75,8 @@ WorkspaceParams MakeWorkspace(const DeviceServoOptions& options, const DriverTra
 
 }  // namespace
 
+constexpr const char* kNoForceYet = "there is no force until then";
+
 std::string DescribeHoming(const DriverTraits& traits) {
   return traits.homing.empty() ? "switch its motors on, and home it if its own program asks you to" : traits.homing;
 }
@@ -131,8 +133,9 @@ void DeviceServo::SayState(ServoState before, ServoState now) {
     case ServoState::kWaiting:
       if (HasReportedZero(traits_)) Say(traits_.homing);
       if (again && traits_.makes_force) {
-        Say(fmt::format("is connected again; {}agree here to enable the force again",
-                        traits_.buttons.empty() ? "" : "press a button on it, or "));
+        Say(traits_.buttons.empty()
+                ? "is connected again; agree here to enable the force again"
+                : "is connected again; press a button on it, or agree here to enable the force again");
       }
       break;
     case ServoState::kEngaged:
@@ -146,8 +149,8 @@ void DeviceServo::SayState(ServoState before, ServoState now) {
       break;
     case ServoState::kSilent:
       if (std::exchange(jumps_, round_->counts().jumps) != round_->counts().jumps) {
-        Say(fmt::format("reported an implausible jump: {}the tool stays where it was",
-                        traits_.makes_force ? "no force for a moment, and " : ""));
+        Say(traits_.makes_force ? "reported an implausible jump: no force for a moment, and the tool stays where it was"
+                                : "reported an implausible jump: the tool stays where it was");
       } else if (!traits_.makes_force) {
         Say("does not answer: the tool is stopped");
       } else {
@@ -170,7 +173,9 @@ void DeviceServo::RemindOfHoming(ServoState state, std::int64_t now_ns) {
   if (homing_since_ns_ < 0) homing_since_ns_ = now_ns + kRemindFirst_ns;
   if (now_ns < homing_since_ns_) return;
   homing_since_ns_ = now_ns + kRemindAgain_ns;
-  Say(fmt::format("{}{}", DescribeHoming(traits_), traits_.makes_force ? "; there is no force until then" : ""));
+  std::string how = DescribeHoming(traits_);
+  if (traits_.makes_force) how.append("; ").append(kNoForceYet);
+  Say(std::move(how));
 }
 
 /// Reports poses that are not valid, from a device without force: a program that sends them is at fault and can be

@@ -125,6 +125,20 @@ std::string TrMade(const std::string& text) {
   return catalogue == nullptr ? text : catalogue->Translate(text);
 }
 
+std::string TrReport(const std::string& report) {
+  constexpr std::string_view kAfterName = ": ", kBetween = "; ";
+  const std::size_t colon = report.find(kAfterName);
+  if (colon == std::string::npos) return TrMade(report);
+  const std::size_t from = colon + kAfterName.size();
+  const std::string what = report.substr(from);
+  std::string translated = TrMade(what);
+  const std::size_t end = what.rfind(kBetween);
+  if (translated == what && end != std::string::npos) {
+    translated = TrMade(what.substr(0, end)) + std::string(kBetween) + TrMade(what.substr(end + kBetween.size()));
+  }
+  return report.substr(0, from) + translated;
+}
+
 std::string TranslateInto(const std::string& code, const std::string& text) {
   const Catalogue* const catalogue = FindCatalogue(code);
   return catalogue == nullptr ? text : catalogue->Translate(text);

@@ -31,7 +31,9 @@ const char* Tr(const char* text);
 /// Translates a text that was made below the window and may contain values, such as an error: see
 /// Catalogue::Translate(). May be called by any thread.
 std::string TrMade(const std::string& text);
-/// The same into the language with this code, whatever the language of the window is.
+/// Does the same for a report of a device, "NAME: WHAT" or "NAME: WHAT; WHAT". The name stays.
+std::string TrReport(const std::string& report);
+/// Does what TrMade() does, into the language with this code, whatever the language of the window is.
 std::string TranslateInto(const std::string& code, const std::string& text);
 /// Returns the decimal separator of that language.
 std::string DecimalPointOf(const std::string& code);
