@@ -37,9 +37,9 @@ Quantity Show(const ScoreSheet& sheet, std::string_view key) {
 Message DescribeTilt(const ScoreSheet& sheet) {
   const bool leans = std::abs(GetOrZero(sheet, "plane_roll_deg")) >= std::abs(GetOrZero(sheet, "plane_yaw_deg"));
   if (leans) {
-    return {
-        "Your cut leans {} to the side. Check before you go into the bone that the blade stands in the wanted plane.",
-        {Show(sheet, "plane_roll_deg")}};
+    return {MarkMessage("Your cut leans {} to the side. Check before you go into the bone that the blade stands in the "
+                        "wanted plane."),
+            {Show(sheet, "plane_roll_deg")}};
   }
   return {MarkMessage(
               "Your cut is turned {} away from the line. Align the blade with the line before you go into the bone."),
@@ -267,7 +267,7 @@ std::optional<Message> FindPraise(const ScoreSheet& sheet, const ExerciseReview&
   const auto costs = [&](const MeasureRow& row) {
     for (const auto* list : {&review.figures, &review.rest}) {
       for (const ReviewFigure& figure : *list) {
-        if (figure.info == row.info) return figure.lost_points > 0;
+        if (figure.info == row.info) return figure.lost_points > 0 || figure.level != ReviewLevel::kGood;
       }
     }
     return false;
