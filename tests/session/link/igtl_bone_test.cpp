@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <limits>
@@ -19,6 +18,7 @@
 #include "kerf/models.h"
 #include "kerf/surface.h"
 #include "session/link/bone_inbox.h"
+#include "support/folder.h"
 #include "support/message_of.h"
 
 namespace kerf {
@@ -96,12 +96,9 @@ std::span<const std::uint8_t> ContentOf(const std::string& message) {
 
 class SentBones : public testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   /// Does what `kerf rehearse` does with a bone.
   Bone ImportSent(const SentBone& sent) {
-    const std::string path = WriteSentBone(sent, folder_ + "/kerf_bone");
+    const std::string path = WriteSentBone(sent, folder_.file("kerf_bone"));
     ImportOptions options;
     options.voxel_mm = 0.2;
     if (IsSurfacePath(path)) return Import(path, options).bone;
@@ -110,7 +107,7 @@ class SentBones : public testing::Test {
   }
   Bone ImportMessage(const std::string& message) { return ImportSent(ReadIgtlLabelMap(ContentOf(message))); }
 
-  std::string folder_ = testing::TempDir() + "sent_bone";
+  const test::Folder folder_;
 };
 
 /// Largest difference between the distances to two bones near their surface, mm. `b` is `a` moved by X_WB.
