@@ -25,7 +25,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr ChildLimits kReading{std::uint64_t{5} << 30, 120};
+// Memory of the child: GDCM allocates what a length states, also if the file is shorter.
+constexpr std::uint64_t kMaxMemory = std::uint64_t{5} << 30;
+constexpr std::uint64_t kLeastMemory = std::uint64_t{512} << 20;
+constexpr std::uint64_t kMemoryPerByte = 64;  // of the file: elements of a few bytes take a hundred
+constexpr double kSilent_s = 120;
 constexpr std::uint64_t kMaxBytes = std::uint64_t{2} << 30;
 constexpr std::size_t kMaxHeaderBytes = std::size_t{256} << 20;
 constexpr double kHalf = 0.5;  // of the range of a fraction
@@ -274,7 +278,8 @@ DicomSegments ReadDicomSegments(const std::string& path) {
     Json::to_cbor(ReadInChild(path, bytes), cbor);
     return cbor;
   };
-  const std::string packed = RunInChild(path, kReading, read_in_child, {});
+  const ChildLimits limits{std::min(kMaxMemory, kLeastMemory + kMemoryPerByte * file_bytes), kSilent_s};
+  const std::string packed = RunInChild(path, limits, read_in_child, {});
   DicomSegments read;
   const Json json = Json::from_cbor(packed);
   TakeLattice(json, path, read);
