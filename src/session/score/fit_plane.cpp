@@ -4,8 +4,11 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "session/plan/moments.h"
 #include "session/score/cut_measures.h"
@@ -25,6 +28,12 @@ constexpr double kNarrow = 0.75;
 constexpr std::size_t kMinPlaces = 12;
 constexpr double kMinExtent = 0.8;
 constexpr int kRefinements = 2;
+/// Removed bone is in parts if they are apart by more than two cubes of this size; cubes that lost less than kLeast_mm3
+/// do not connect them. A part whose centre is further from
+/// the plane of the largest one than kStray_mm is a stray cut.
+constexpr double kCube_mm = 1;
+constexpr double kLeast_mm3 = 0.01;
+constexpr double kStray_mm = 2;
 
 using Matrix = std::array<std::array<double, 3>, 3>;
 
@@ -141,15 +150,95 @@ std::optional<CutPlane> Refine(const PhiSampler& before, const PhiSampler& after
   return CutPlane{plane.p_W + fit[0] * n, glm::normalize(n - fit[1] * eu - fit[2] * ev)};
 }
 
-}  // namespace
+using Cube = std::array<int, 3>;
 
-std::optional<MidPlane> FitMidPlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells) {
+Cube CubeOf(const Vec3& p_W) {
+  Cube cube{};
+  for (int a = 0; a < 3; ++a) cube[static_cast<std::size_t>(a)] = static_cast<int>(std::floor(p_W[a] / kCube_mm));
+  return cube;
+}
+
+/// Returns the number of the part to which each cube belongs, without cubes that lost less than kLeast_mm3.
+std::map<Cube, std::size_t> FindParts(std::span<const RemovedCell> cells) {
+  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  std::map<Cube, double> lost_mm3;
+  for (const RemovedCell& cell : cells) lost_mm3[CubeOf(cell.p_W)] += cell.mm3;
+  std::map<Cube, std::size_t> parts;
+  for (const auto& [cube, mm3] : lost_mm3) {
+    if (mm3 >= kLeast_mm3) parts.emplace(cube, kNone);
+  }
+  std::size_t count = 0;
+  for (auto& [start, number] : parts) {
+    if (number != kNone) continue;
+    number = count++;
+    for (std::vector<Cube> open{start}; !open.empty();) {
+      const Cube at = open.back();
+      open.pop_back();
+      for (int i = 0; i < 27; ++i) {
+        const auto near = parts.find({at[0] + i % 3 - 1, at[1] + i / 3 % 3 - 1, at[2] + i / 9 - 1});
+        if (near == parts.end() || near->second != kNone) continue;
+        near->second = number;
+        open.push_back(near->first);
+      }
+    }
+  }
+  return parts;
+}
+
+std::optional<MomentFit> FitRemoved(std::span<const RemovedCell> cells) {
   std::vector<WeightedPoint> removed;
   for (const RemovedCell& cell : cells) {
     if (cell.mm3 > 0) removed.push_back({cell.p_W, cell.mm3});
   }
   const std::optional<MomentFit> fit = FitMoments(removed, 1);
-  if (!fit || fit->breadth < kFlat * fit->thickness) return {};
+  return fit && fit->breadth >= kFlat * fit->thickness ? fit : std::nullopt;
+}
+
+/// Returns the cells without those of stray cuts, which are not in the plane of the others.
+std::vector<RemovedCell> LeaveOutStrayCuts(std::span<const RemovedCell> cells) {
+  const std::map<Cube, std::size_t> parts = FindParts(cells);
+  const auto part_of = [&](const RemovedCell& cell) {
+    const auto found = parts.find(CubeOf(cell.p_W));
+    return found == parts.end() ? std::optional<std::size_t>() : found->second;
+  };
+  std::vector<double> mm3;
+  std::vector<Vec3> moment;
+  for (const RemovedCell& cell : cells) {
+    const std::optional<std::size_t> part = part_of(cell);
+    if (!part || !(cell.mm3 > 0)) continue;
+    if (mm3.size() <= *part) {
+      mm3.resize(*part + 1);
+      moment.resize(*part + 1, Vec3(0));
+    }
+    mm3[*part] += cell.mm3;
+    moment[*part] += cell.mm3 * cell.p_W;
+  }
+  std::vector<RemovedCell> kept(cells.begin(), cells.end());
+  if (mm3.size() < 2) return kept;
+  const auto largest = static_cast<std::size_t>(std::max_element(mm3.begin(), mm3.end()) - mm3.begin());
+  std::vector<RemovedCell> main;
+  std::copy_if(cells.begin(), cells.end(), std::back_inserter(main),
+               [&](const RemovedCell& cell) { return part_of(cell) == largest; });
+  const std::optional<MomentFit> fit = FitRemoved(main);
+  if (!fit) return kept;
+  std::vector<bool> is_stray(mm3.size());
+  for (std::size_t i = 0; i < mm3.size(); ++i) {
+    is_stray[i] = i != largest && std::abs(glm::dot(moment[i] / mm3[i] - fit->p, fit->normal)) > kStray_mm;
+  }
+  if (std::find(is_stray.begin(), is_stray.end(), true) == is_stray.end()) return kept;
+  std::erase_if(kept, [&](const RemovedCell& cell) {
+    const std::optional<std::size_t> part = part_of(cell);
+    return !part || is_stray[*part];
+  });
+  return kept;
+}
+
+}  // namespace
+
+std::optional<MidPlane> FitMidPlane(const Bone& before, const Bone& after, std::span<const RemovedCell> removed) {
+  const std::vector<RemovedCell> cells = LeaveOutStrayCuts(removed);
+  const std::optional<MomentFit> fit = FitRemoved(cells);
+  if (!fit) return {};
   MidPlane fitted{.plane = {fit->p, fit->normal}, .extent_mm = fit->breadth, .thickness_mm = fit->thickness};
   const PhiSampler phi_before(before);
   const PhiSampler phi_after(after);

@@ -235,6 +235,25 @@ TEST(MeasureCut, SimulatedCutMatchesTheExactCut) {
   }
 }
 
+TEST(CutMeasures, AStrayCutBesideThePlaneDoesNotTiltIt) {
+  std::mt19937 random(20);
+  for (int i = 0; i < 8; ++i) {
+    const Case c = RandomCase(random, 3);
+    // A third as long, and 3.5 mm beside.
+    SceneExercise exercise;
+    exercise.start_mm = c.block.X_WB.Point({1, 3.5, 0});
+    exercise.end_mm = c.block.X_WB.Point({3, 3.5, 0});
+    exercise.into = c.block.X_WB.Vector({0, 0, -1});
+    exercise.depth_mm = 2;
+    const WantedCut stray = MakeWantedCut(exercise, Saw());
+    const Bone before = CutExactly(c.block, {});
+    const ScoreSheet sheet = Measure(before, CutExactly(c.block, {c.wanted, stray}), c.wanted);
+    EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), 0, kOffset_mm);
+    EXPECT_LT(sheet.Get("plane_angle_deg").value(), kAngle_deg);
+    EXPECT_GT(sheet.Get("outside_mm3").value(), 0.9 * 2 * 2 * 0.5);  // it is still counted there
+  }
+}
+
 TEST(FitMiddlePlane, ReturnsNoneForALumpOrNoRemoval) {
   BlockParams params;
   params.size_mm = {5, 5, 5};
