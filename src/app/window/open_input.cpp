@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -13,6 +12,7 @@
 #include "base/files/extension.h"
 #include "base/files/files.h"
 #include "bone/grid/ct_modulus.h"
+#include "bone/import/image_fields.h"
 #include "bone/import/import.h"
 #include "bone/segmentation/mask_file.h"
 #include "bone/vdb/bonefile.h"
@@ -53,16 +53,9 @@ feed_mm_per_s = 3
 disc_normal = [0.438, 0.899, 0]
 )";
 
-/// Returns the name of the file without its folder, in lower case.
-std::string LowerName(const std::string& path) {
-  std::string name = fs::path(path).filename().string();
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-  return name;
-}
-
 /// Returns whether the file is a segmentation, of which a bone is made without a CT.
 bool IsSegmentation(const std::string& path) {
-  return LowerName(path).ends_with(".seg.nrrd");
+  return Lower(path).ends_with(".seg.nrrd");
 }
 
 }  // namespace
@@ -72,9 +65,7 @@ std::string NameCaseOf(const std::string& input) {
   fs::path path = fs::absolute(input).lexically_normal();
   if (!path.has_filename()) path = path.parent_path();
   std::string name = path.filename().string();
-  std::string lower = name;
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  const bool common = std::find(kCommon.begin(), kCommon.end(), lower) != kCommon.end();
+  const bool common = std::find(kCommon.begin(), kCommon.end(), Lower(name)) != kCommon.end();
   return common && path.parent_path().has_filename() ? path.parent_path().filename().string() : name;
 }
 
@@ -123,7 +114,7 @@ std::vector<std::string> ListInputExtensions() {
 void CheckInput(const std::string& input) {
   if (!fs::exists(input)) throw Error(fmt::format("{}: there is no such file or folder", input));
   if (fs::is_directory(input) || IsProjectPath(input)) return;
-  const std::string name = LowerName(input);
+  const std::string name = Lower(fs::path(input).filename().string());
   if (LowerExtension(input) == ".toml") {
     ReadScene(input);
     return;

@@ -6,13 +6,13 @@
 #include <cctype>
 #include <map>
 
+#include "bone/import/image_fields.h"
+
 namespace kerf {
 namespace {
 
 bool IsPulp(const std::string& name) {
-  std::string lower = name;
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string lower = Lower(name);
   return lower.find("pulp") != std::string::npos || lower.find("root") != std::string::npos;
 }
 
