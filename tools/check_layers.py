@@ -15,7 +15,7 @@ import sys
 import tempfile
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
-TYPE = re.compile(r"^(?:class|struct|enum class|enum|union) (\w+)\b(?!::)[^;\n]*$", re.MULTILINE)
+TYPE = re.compile(r"^(?:class|struct|enum class|enum|union) (\w+)\b(?!::|<)[^;\n]*$", re.MULTILINE)  # no specialisations
 CONSTANT = re.compile(r"^(?:static |inline )*(?:constexpr|const) [^=({;\n]*?\b(k[A-Z]\w*)\b(?:\[\w*\])?\s*[={(;]", re.MULTILINE)
 COMMANDS = re.compile(r"\b(kerf_folder|target_link_libraries)\(([^()]*)\)")
 LINKS = re.compile(r"^\s*kerf_folder\((\w+)(?:\s+DEPENDS((?:\s+[a-z_]+)+))?", re.MULTILINE)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <numbers>
+#include <string>
 #include <variant>
 
 #include "kerf/describe.h"
@@ -51,14 +52,14 @@ struct BallBurr {
 };
 
 /// Shapes; [tool] of a scene has the same keys.
-template <typename Disc, typename V>
-void DescribeDisc(Disc& p, V&& visit) {
+template <typename V>
+void DescribeShape(DiscSaw& p, V&& visit) {
   visit("diameter_mm", p.diameter_mm, Range{1, 200}, "diameter of the disc over the teeth");
   visit("thickness_mm", p.thickness_mm, Range{0.02, 10}, "thickness of the disc: the width of the kerf");
   visit("teeth", p.teeth, Range{1, 1000}, "number of teeth, evenly spaced on the rim");
 }
-template <typename Ball, typename V>
-void DescribeBall(Ball& p, V&& visit) {
+template <typename V>
+void DescribeShape(BallBurr& p, V&& visit) {
   visit("diameter_mm", p.diameter_mm, Range{0.5, 50}, "diameter of the ball");
   visit("flutes", p.flutes, Range{1, 100}, "number of cutting edges, each from pole to pole");
   visit("tooth_width_mm", p.tooth_width_mm, Range{0.01, 50},
@@ -82,26 +83,43 @@ void DescribeSteel(const char* E_key, double& E, double E_per_GPa, double& nu, V
 }
 template <typename V>
 void Describe(DiscSaw& p, V&& visit) {
-  DescribeDisc(p, visit);
+  DescribeShape(p, visit);
   DescribeEdge(p, visit);
   DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
 }
 template <typename V>
 void Describe(BallBurr& p, V&& visit) {
-  DescribeBall(p, visit);
+  DescribeShape(p, visit);
   DescribeEdge(p, visit);
   DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
 }
 
-/// Any tool.
+/// Any tool. A kind of tool is a struct of parameters here and the parts that kerf needs of it in its own file of
+/// src/cut/tool (tool_kind.h).
 using Tool = std::variant<DiscSaw, BallBurr>;
 
-void Validate(const Tool& tool);            // throws kerf::Error naming the first value out of range
+/// Form of a tool. Kinds of the same form share contact, guides and measures.
+enum class ToolForm {
+  kBlade,  // flat, in the x-y plane of T: its edge cuts; its two flats do not, and the walls of the kerf hold them
+  kBall,   // a sphere about the origin of T, whose whole surface cuts
+};
+ToolForm GetForm(const Tool& tool);
+inline bool IsBlade(const Tool& tool) {
+  return GetForm(tool) == ToolForm::kBlade;
+}
+
+void Validate(const Tool& tool);                    // throws kerf::Error naming the first value out of range
+std::string DescribeTool(const Tool& tool);         // such as "disc 22 x 0.25 mm, 24 teeth"
+std::string DescribeToolBriefly(const Tool& tool);  // such as "22 mm disc with 24 teeth"
 double CalcReach(const Tool& tool);         // radius of the smallest ball around the origin of T that contains the
                                             // tool, mm
-double CalcThickness(const Tool& tool);     // of a disc, mm; 0 for a ball
+double CalcRadius(const Tool& tool);        // largest distance of the edge from the spindle axis, mm
+double CalcThickness(const Tool& tool);     // of a blade, mm; 0 for a ball
+double CalcCutWidth(const Tool& tool);      // of the groove that the tool cuts: a blade's thickness, a ball's diameter
+int CountPassesPerTurn(const Tool& tool);   // teeth that pass a point of the edge in a turn of the spindle
 double CalcModulus(const Tool& tool);       // E, MPa
 double CalcPoissonRatio(const Tool& tool);  // nu
+double CalcRake(const Tool& tool);          // of a tooth, degrees
 Vec3 CalcGrip(const Tool& tool);            // p_TG, mm
 
 /// Dimensions of a tooth that the force laws need.

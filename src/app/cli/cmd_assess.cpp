@@ -118,7 +118,7 @@ void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& sub
         {.name = "wanted depth", .p_W_mm = cut.start_W, .direction_W = cut.into_W, .depth_mm = cut.depth_mm}};
   }
   subject.of_patient = IsOfPatient(recorded.scene);
-  subject.blade_mm = CalcBladeWidth(MakeTool(recorded.scene));
+  subject.blade_mm = CalcCutWidth(MakeTool(recorded.scene));
   subject.before = std::move(summary.before);
   subject.after = std::move(summary.after);
   if (summary.fragments) {
@@ -156,7 +156,7 @@ void TakeBones(const AssessArguments& options, StageBars& bars, Subject& subject
     subject.title = TitleOf(scene);
     subject.plan = scene.plan;
     subject.of_patient = IsOfPatient(scene);
-    subject.blade_mm = CalcBladeWidth(MakeTool(scene));
+    subject.blade_mm = CalcCutWidth(MakeTool(scene));
     subject.before = options.before.empty() ? MakeSceneBone(scene, show) : ReadBone(options.before);
   }
   show(0.5);

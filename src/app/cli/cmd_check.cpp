@@ -78,15 +78,13 @@ void Run(const CheckArguments& options) {
     json["title"] = scene.title;
     json["bone"] = {{"summary", checked.bone}, {"voxel_mm", checked.voxel_mm}};
     json["material"] = MaterialJson(scene, checked.material);
-    json["tool"] = {{"shape", kToolKindWords[static_cast<std::size_t>(scene.tool.kind)]},
-                    {"diameter_mm", scene.tool.diameter_mm}};
-    if (scene.tool.kind == ToolKind::kDisc) {
-      json["tool"]["thickness_mm"] = scene.tool.thickness_mm;
-      json["tool"]["teeth"] = scene.tool.teeth;
-    } else {
-      json["tool"]["flutes"] = scene.tool.flutes;
-      json["tool"]["tooth_width_mm"] = scene.tool.tooth_width_mm;
-    }
+    Tool tool = scene.tool.shape;
+    json["tool"]["shape"] = GetShape(tool);
+    std::visit(
+        [&](auto& shape) {
+          DescribeShape(shape, [&](const char* key, auto value, Range, const char*) { json["tool"][key] = value; });
+        },
+        tool);
     json["tool"]["rpm"] = scene.tool.rpm;
     json["path"] = {{"segments", path.segments().size()},
                     {"length_mm", path.length_mm()},
@@ -132,7 +130,7 @@ void Run(const CheckArguments& options) {
   fmt::print("{}: valid{}{}\n", options.file, scene.title.empty() ? "" : ": ", scene.title);
   fmt::print("  bone   {}\n", checked.bone);
   fmt::print("  moduli {}\n", DescribeMaterial(scene, checked.material));
-  fmt::print("  tool   {}, {} rpm\n", DescribeTool(scene.tool), scene.tool.rpm);
+  fmt::print("  tool   {}, {} rpm\n", DescribeTool(scene.tool.shape), scene.tool.rpm);
   const std::size_t parts = path.segments().size();
   fmt::print("  path   {} {}, {:.1f} mm in {:.2f} s, {} ticks at {} Hz\n", parts,
              scene.path.strokes.empty() ? "segment"

@@ -91,8 +91,8 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
 void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::string& folder) {
   fmt::print("{}\n", scene.TitleOrName());
   const Vec3& d = scene.slab.direction;
-  fmt::print("  slice     {:g} mm thick, {:.2f} mm long along [{:g}, {:g}, {:g}]; law {}\n", scene.tool.thickness_mm,
-             s.profile.end_mm, d.x, d.y, d.z, ToString(scene.slab.params.reading));
+  fmt::print("  slice     {:g} mm thick, {:.2f} mm long along [{:g}, {:g}, {:g}]; law {}\n",
+             CalcThickness(scene.tool.shape), s.profile.end_mm, d.x, d.y, d.z, ToString(scene.slab.params.reading));
   fmt::print("  material  {}\n", DescribeMaterial(scene, s.material));
   fmt::print("  cut       {:.2f} mm deep{}\n", std::min(s.end.deepest_mm, s.profile.end_mm),
              s.free_at_s ? fmt::format("; the slice came free at {:.2f} s", *s.free_at_s) : std::string());

@@ -88,7 +88,7 @@ std::string RunExport(ExportOrder& order) {
   };
   const Bone after = order.after.get();
   report(kBoneReady);
-  const Assessment assessment = AssessCut(order.plan, *order.before, after, CalcBladeWidth(MakeTool(order.scene)));
+  const Assessment assessment = AssessCut(order.plan, *order.before, after, CalcCutWidth(MakeTool(order.scene)));
   report(kAssessed);
   PieceSet pieces(after, 1.0);
   const bool arranged = Arrange(pieces, order.pieces_json);
@@ -156,7 +156,7 @@ std::string RunExport(ExportOrder& order) {
   taken.circumstances.insert(taken.circumstances.end(), rest.begin(), rest.end());
   const bool is_made = order.scene.name == "rehearsal";  // by the window, around a bone
   taken.provenance.push_back({Msg("scene"), is_made ? t.Tr(Msg("made for the case")) : order.scene.name});
-  taken.provenance.push_back({Msg("tool"), t.Tr(DescribeTool(order.scene.tool))});
+  taken.provenance.push_back({Msg("tool"), t.Tr(DescribeTool(order.scene.tool.shape))});
   for (const std::string& recording : order.recordings) {
     taken.provenance.push_back({Msg("recording"), std::filesystem::path(recording).filename().string()});
   }

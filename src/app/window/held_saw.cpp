@@ -43,7 +43,7 @@ std::optional<HeldReason> DiagnoseHeldSaw(const HeldSawInput& in) {
   }
   if ((out.status & kCoupledLeavesUsedUp) != 0) return HeldReason::kNoMemory;
   if ((out.status & kCoupledTouchesMetal) != 0) return HeldReason::kMetal;
-  if (std::holds_alternative<DiscSaw>(in.tool)) {
+  if (IsBlade(in.tool)) {
     const Vec3 spindle = in.X_WT.Vector({0, 0, 1});
     // A rotation about the spindle is free; one about any other axis presses the flats against the walls.
     const Vec3 wanted_spindle = in.X_wanted.Vector({0, 0, 1});

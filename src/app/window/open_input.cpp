@@ -94,7 +94,7 @@ Scene MakeSceneAround(const std::string& bone_file, const Bone& bone) {
     above = {above.x, y, *top_mm};
   }
   SceneStroke& stroke = scene.path.strokes.front();
-  const double reach_mm = 0.5 * scene.tool.diameter_mm;
+  const double reach_mm = CalcRadius(scene.tool.shape);
   stroke.start_mm = above + Vec3{0, 0, reach_mm + 3};
   // A higher structure, such as a ramus, may be next to this point.
   const Vec3 spindle = glm::normalize(stroke.disc_normal);

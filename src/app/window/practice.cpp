@@ -295,9 +295,10 @@ void Practice::Fill(HudState& hud) {
   if (exercise_ != nullptr && state_ != State::kChoosing) {
     hud.status.short_mode =
         fmt::format(fmt::runtime(Tr("exercise {}, level {}")), exercise_->difficulty, options_.level);
-    hud.status.short_saw = fmt::format(
-        fmt::runtime(scene_.tool.kind == ToolKind::kBall ? Tr("ball burr {} mm") : Tr("disc {} mm")),
-        ShowNumber(scene_.tool.diameter_mm, scene_.tool.diameter_mm == std::round(scene_.tool.diameter_mm) ? 0 : 1));
+    const double diameter_mm = 2 * CalcRadius(scene_.tool.shape);
+    hud.status.short_saw =
+        fmt::format(fmt::runtime(IsBlade(scene_.tool.shape) ? Tr("disc {} mm") : Tr("ball burr {} mm")),
+                    ShowNumber(diameter_mm, diameter_mm == std::round(diameter_mm) ? 0 : 1));
   }
   if (state_ == State::kCutting && viewer_->is_running()) FillCutting(hud);
   if (state_ == State::kScoring) {

@@ -28,8 +28,8 @@ std::string PageOf(const std::string& recording) {
 /// Returns the outline of a tool: that of a disc with its spindle's cross, or of a ball in the plane of the cut.
 std::vector<std::vector<Vec3>> MakeOutline(const Pose& X_WT, const WantedCut& cut) {
   constexpr int kPoints = 72;
-  const Vec3 x_W = cut.is_disc ? X_WT.Vector({1, 0, 0}) : cut.along_W;
-  const Vec3 y_W = cut.is_disc ? X_WT.Vector({0, 1, 0}) : cut.into_W;
+  const Vec3 x_W = cut.is_blade ? X_WT.Vector({1, 0, 0}) : cut.along_W;
+  const Vec3 y_W = cut.is_blade ? X_WT.Vector({0, 1, 0}) : cut.into_W;
   std::vector<Vec3> circle_W;
   for (int i = 0; i <= kPoints; ++i) {
     const double turn = 2 * std::numbers::pi * i / kPoints;

@@ -59,8 +59,8 @@ bool Rehearsal::cuts() const {
 // ---- sessions
 
 void Rehearsal::Restart(std::shared_ptr<const Bone> bone, bool same_bone) {
-  session_saw_ = choice_.saw_name.empty() ? DescribeTool(scene_.tool)
-                                          : fmt::format("{}: {}", choice_.saw_name, DescribeTool(scene_.tool));
+  session_saw_ = choice_.saw_name.empty() ? DescribeTool(scene_.tool.shape)
+                                          : fmt::format("{}: {}", choice_.saw_name, DescribeTool(scene_.tool.shape));
   result_.recordings.push_back("");
   viewer_->Begin(scene_, scene_file_, same_bone, std::move(bone));
   result_.recordings.back() = viewer_->recording();

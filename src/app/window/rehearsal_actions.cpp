@@ -100,7 +100,7 @@ void Rehearsal::AddActions(ActionList& actions) {
                .enabled = either});
   // ---- saws
   for (const Saw& saw : options_.saws) {
-    saw_tips_.push_back(fmt::format("{}, {:.0f} rpm; {}", DescribeTool(saw.tool), saw.tool.rpm, saw.source));
+    saw_tips_.push_back(fmt::format("{}, {:.0f} rpm; {}", DescribeTool(saw.tool.shape), saw.tool.rpm, saw.source));
   }
   for (std::size_t i = 0; i < options_.saws.size(); ++i) {
     Action saw{.id = fmt::format("saw.{}", i + 1),

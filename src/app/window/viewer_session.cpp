@@ -104,7 +104,7 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
     };
   }
   live.bone = std::move(bone);
-  trace_.Write("session", {{"recording", recording_}, {"tool", DescribeTool(scene.tool)}});
+  trace_.Write("session", {{"recording", recording_}, {"tool", DescribeTool(scene.tool.shape)}});
   session_ = std::make_unique<LiveSession>(scene, std::move(live));
 }
 

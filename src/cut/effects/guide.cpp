@@ -50,20 +50,21 @@ const GuideParams& Checked(const GuideParams& params) {
 
 GuideEffect::GuideEffect(const GuideParams& params, const EffectSetup& setup)
     : params_(Checked(params)),
+      tool_(setup.tool),
       p_F_mm_(params.point_W_mm - setup.p_WF_mm),
       n_W_(glm::normalize(params.normal_W)),
       p_TC_(setup.p_TC_mm),
       yield_mm_(params.max_force_N / params.stiffness_N_per_mm),
-      radius_mm_(CalcTooth(setup.tool).tool_radius_mm),
+      radius_mm_(CalcRadius(tool_)),
       near_mm_(std::max(kNear_mm, kNearVoxels * setup.field.voxel_mm())),
       depth_W_(glm::normalize(params.depth_direction_W)),
-      is_disc_(std::holds_alternative<DiscSaw>(setup.tool)) {
+      is_blade_(IsBlade(tool_)) {
   const auto add = [&](const Vec3& n_W, const Vec3& p_T, bool deepest, double min_mm, double stiffness) {
     walls_.push_back({n_W, p_T, deepest, min_mm, stiffness, min_mm});
   };
-  const int points = is_disc_ ? kRimPoints : 1;
+  const int points = is_blade_ ? kRimPoints : 1;
   for (int i = 0; i < points; ++i) {
-    const Vec3 p_T = is_disc_ ? radius_mm_ * Vec3(i % 2 == 0 ? 1 - i : 0, i % 2 == 1 ? 2 - i : 0, 0) : Vec3(0);
+    const Vec3 p_T = is_blade_ ? radius_mm_ * Vec3(i % 2 == 0 ? 1 - i : 0, i % 2 == 1 ? 2 - i : 0, 0) : Vec3(0);
     for (const double side : {-1.0, 1.0}) {
       add(side * n_W_, p_T, false, params.tolerance_mm, params.stiffness_N_per_mm / points);
     }
@@ -80,10 +81,7 @@ GuideEffect::GuideEffect(const GuideParams& params, const EffectSetup& setup)
 /// Returns the point that the wall limits, tool frame.
 Vec3 GuideEffect::FindPoint(const Wall& wall, const Pose& X_FT) const {
   if (!wall.deepest) return wall.p_T;
-  Vec3 n_T = X_FT.InverseVector(wall.n_W);
-  if (is_disc_) n_T.z = 0;
-  const double length = glm::length(n_T);
-  return length > 1e-9 ? radius_mm_ / length * n_T : Vec3(0);
+  return FindDeepest(tool_, X_FT.InverseVector(wall.n_W));
 }
 
 /// Returns the position of the wall's point along the wall's normal, from the plan's point, mm.
@@ -157,11 +155,11 @@ void GuideEffect::Report(std::span<double> channels) const {
     if (std::abs(glm::dot(wall.n_W, n_W_)) > 0.5) deviation_mm = std::max(deviation_mm, CalcPosition(wall, at_));
   }
   Vec3 n_T = at_.InverseVector(depth_W_);
-  if (is_disc_) n_T.z = 0;
-  const double length = is_disc_ ? glm::length(n_T) : 1;
+  if (is_blade_) n_T.z = 0;
+  const double length = is_blade_ ? glm::length(n_T) : 1;
   channels[0] = deviation_mm > kRounding_mm ? deviation_mm : 0;
   channels[1] =
-      is_disc_ ? kDegreesPerRad * std::acos(std::min(1.0, std::abs(glm::dot(at_.Vector({0, 0, 1}), n_W_)))) : 0;
+      is_blade_ ? kDegreesPerRad * std::acos(std::min(1.0, std::abs(glm::dot(at_.Vector({0, 0, 1}), n_W_)))) : 0;
   channels[2] = glm::dot(depth_W_, p_mm) + radius_mm_ * length;
   channels[kForceChannel] = force_N_;
 }

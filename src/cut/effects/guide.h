@@ -78,6 +78,7 @@ class GuideEffect final : public Effect {
   void Follow(const Pose& X_FT);
 
   GuideParams params_;
+  Tool tool_;
   Vec3 p_F_mm_;
   Vec3 n_W_;
   Vec3 p_TC_;
@@ -85,7 +86,7 @@ class GuideEffect final : public Effect {
   double radius_mm_;
   double near_mm_;
   Vec3 depth_W_;
-  bool is_disc_;
+  bool is_blade_;
   bool fresh_ = true;
   std::vector<Wall> walls_;
   double force_N_ = 0;  // in the last tick

@@ -1,4 +1,4 @@
-// kerf_friction: Coulomb friction of the disc's flats on the walls of the kerf, and of a stopped edge on bone.
+// kerf_friction: Coulomb friction of a blade's flats on the walls of the kerf, and of a stopped edge on bone.
 //
 //   |f| <= mu N, against the slip, which is the sum of the tool's motion and the spindle's rotation. The contact
 //   sticks below the creep speed of the step (StepProblem::creep_mm_per_s). A disc that is tilted in its kerf binds:
@@ -25,13 +25,9 @@ constexpr int kSectors = 8;
 constexpr int kPatches = 48;
 constexpr int kRings = kPatches / 2 / kSectors;
 
-/// Returns the force that bends a disc's rim aside by half its thickness, N. Plate bending about a flange gives a
-/// stiffness of about 0.45 E t^3 / R^2, an estimate with an error of some tens of percent.
+/// Returns the force that bends a blade's rim aside by half its thickness, N.
 double CalcBendingForce(const Tool& tool) {
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  if (!disc) return 0;
-  const double t = disc->thickness_mm;
-  return 0.45 * disc->E_MPa * t * t * t / (disc->radius_mm() * disc->radius_mm()) * 0.5 * t;
+  return CalcSideStiffness(tool) * 0.5 * CalcThickness(tool);
 }
 
 double FlatDepth(const FlatPoint& p, const StepProblem& problem, const Twist& u) {

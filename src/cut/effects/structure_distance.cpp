@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-constexpr int kDiscRings = 7;      // rings of patches on a disc
+constexpr int kBladeRings = 7;     // rings of patches on a blade
 constexpr int kTurns = 12;         // alternations between tool and boxes
 constexpr double kSettled = 1e-4;  // minimum relative decrease of the distance per alternation
 
@@ -18,24 +18,25 @@ constexpr double kSettled = 1e-4;  // minimum relative decrease of the distance 
 
 StructureDistance::StructureDistance(const std::vector<Box3>& boxes_F, const Tool& tool)
     : tree_(boxes_F),
-      is_disc_(std::holds_alternative<DiscSaw>(tool)),
-      radius_mm_(CalcTooth(tool).tool_radius_mm),
-      half_mm_(is_disc_ ? 0.5 * std::get<DiscSaw>(tool).thickness_mm : 0),
+      tool_(tool),
+      is_blade_(IsBlade(tool)),
+      radius_mm_(CalcRadius(tool)),
+      half_mm_(0.5 * CalcThickness(tool)),
       reach_mm_(CalcReach(tool)) {
   MakePatches();
   bound_mm_.resize(patches_.size(), 0);
   looked_at_mm_.resize(patches_.size(), -1e9);
 }
 
-/// Makes the patches. A disc has one in the middle and rings around it; a ball is a single patch.
+/// Makes the patches. A blade has one in the middle and rings around it; a ball is a single patch.
 void StructureDistance::MakePatches() {
-  if (!is_disc_) {
+  if (!is_blade_) {
     patches_.push_back({Vec3(0), radius_mm_});
     return;
   }
-  const double width = radius_mm_ / (kDiscRings + 0.5);
+  const double width = radius_mm_ / (kBladeRings + 0.5);
   patches_.push_back({Vec3(0), 0.5 * width});
-  for (int ring = 1; ring <= kDiscRings; ++ring) {
+  for (int ring = 1; ring <= kBladeRings; ++ring) {
     const double at = ring * width;
     const int count = 6 * ring;
     // Distance of the furthest corner of a piece of the ring from its middle.
@@ -51,16 +52,6 @@ void StructureDistance::MakePatches() {
   }
 }
 
-Vec3 StructureDistance::NearestOfTool(const Vec3& p_T) const {
-  if (!is_disc_) {
-    const double length = glm::length(p_T);
-    return length > radius_mm_ ? radius_mm_ / length * p_T : p_T;
-  }
-  const double rho = std::hypot(p_T.x, p_T.y);
-  const double in = rho > radius_mm_ ? radius_mm_ / rho : 1;
-  return {in * p_T.x, in * p_T.y, std::clamp(p_T.z, -half_mm_, half_mm_)};
-}
-
 /// Returns the distance of the patch's centre from the boxes, or the limit of the search if that is less. Lowers `best`
 /// if it finds a smaller distance.
 double StructureDistance::QueryPatch(const Pose& X_FT, const Patch& patch, Nearest& best) {
@@ -71,7 +62,7 @@ double StructureDistance::QueryPatch(const Pose& X_FT, const Patch& patch, Neare
   Vec3 q_F = found.p_W;
   double last_mm = 1e300;
   for (int turn = 0; turn < kTurns; ++turn) {
-    const Vec3 p_F = X_FT.Point(NearestOfTool(X_FT.InversePoint(q_F)));
+    const Vec3 p_F = X_FT.Point(FindNearestOfTool(tool_, X_FT.InversePoint(q_F)));
     const double distance_mm = glm::length(p_F - q_F);
     if (distance_mm < best.distance_mm) best = {distance_mm, q_F};
     // No point of this patch can lead to a smaller distance than the known one.
@@ -112,7 +103,7 @@ StructureDistance::Nearest StructureDistance::Find(const Pose& X_FT, double limi
     bound_mm_[i] = QueryPatch(X_FT, patches_[i], best);
     looked_at_mm_[i] = travelled_mm_;
   };
-  if (!is_disc_) {
+  if (!is_blade_) {
     // The distance of a ball is the distance of its centre minus its radius.
     ++queries_;
     const BoxTree::Nearest found = tree_.FindNearest(X_FT.p_AB, limit_mm + radius_mm_);

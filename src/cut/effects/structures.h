@@ -43,19 +43,19 @@ class StructureDistance {
   std::size_t CalcMemoryBytes() const;
 
  private:
-  /// Part of the disc's middle plane, with half of the thickness on each side.
+  /// Part of a blade's middle plane, with half of the thickness on each side.
   struct Patch {
     Vec3 p_T;
     double radius_mm;
   };
   void MakePatches();
   double Reach(const Patch& patch) const { return std::hypot(patch.radius_mm, half_mm_); }
-  Vec3 NearestOfTool(const Vec3& p_T) const;
   double QueryPatch(const Pose& X_FT, const Patch& patch, Nearest& best);
   void SearchPatch(const Pose& X_FT, const Patch& patch, Nearest& best);
 
   BoxTree tree_;
-  bool is_disc_;
+  Tool tool_;
+  bool is_blade_;
   double radius_mm_, half_mm_, reach_mm_;
   std::vector<Patch> patches_;
   std::vector<double> bound_mm_;      // distance of each patch's centre from the boxes

@@ -41,12 +41,6 @@ std::string ShowFactor(double factor) {
   return factor >= 0.1 ? fmt::format("{:.2g} times", factor) : fmt::format("1/{:.3g} of", 1 / factor);
 }
 
-std::string DescribeBlade(const Tool& tool) {
-  const auto* saw = std::get_if<DiscSaw>(&tool);
-  if (saw == nullptr) return fmt::format("{:g} mm ball", std::get<BallBurr>(tool).diameter_mm);
-  return fmt::format("{:g} mm disc with {} teeth", saw->diameter_mm, saw->teeth);
-}
-
 }  // namespace
 
 const LawCaveat& FindCaveat(const ForceLawInfo& law) {
@@ -77,7 +71,7 @@ std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool) {
   return fmt::format(
       "thrust{} {} that measured at a bite of 2.5 um, {} that at 10 um ({}); nothing was measured below 2 um",
       by_width ? " for each mm of tooth width:" : "", at(0), at(1),
-      !by_width    ? DescribeBlade(tool)
+      !by_width    ? DescribeToolBriefly(tool)
       : is_default ? "to which it is fitted by default; studies differ by a factor of 2 to 3"
                    : "with the scene's own values; studies differ by a factor of 2 to 3");
 }

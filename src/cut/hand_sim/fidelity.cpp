@@ -32,7 +32,7 @@ void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutpu
   }
   edge.set_stride(stride);
   faces.set_stride(stride);
-  const bool may = fidelity == Fidelity::kSlab && is_disc && in.rpm != 0;
+  const bool may = fidelity == Fidelity::kSlab && slab.applies() && in.rpm != 0;
   if (may && !slab.active() && teeth > kMinTeeth && glm::length(f_cut_T) > kMinThrust_N) {
     slab.Begin(X_WT, f_cut_T, teeth, u);
   }

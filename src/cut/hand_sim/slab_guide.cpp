@@ -19,8 +19,9 @@ double CalcLaw(const DiscSaw& saw, double depth_mm, PaperReading reading) {
 
 }  // namespace
 
-SlabGuide::SlabGuide(const DiscSaw& saw, const Vec3& p_TC_mm, PaperReading reading)
-    : saw_(saw), p_TC_(p_TC_mm), reading_(reading) {}
+SlabGuide::SlabGuide(const Tool& tool, const Vec3& p_TC_mm, PaperReading reading) : p_TC_(p_TC_mm), reading_(reading) {
+  if (const auto* disc = std::get_if<DiscSaw>(&tool)) saw_ = *disc;
+}
 
 void SlabGuide::Begin(const Pose& X_WT, const Vec3& f_cut_T_N, double teeth, const Twist& u) {
   active_ = true;
@@ -32,9 +33,9 @@ void SlabGuide::Begin(const Pose& X_WT, const Vec3& f_cut_T_N, double teeth, con
   direction_W_ = X_WT.Vector(-in_plane / start_force_N_);
   rated_mm_per_s_ = std::max(kMinRated_mm_per_s, kMaxFeed * Dot(MakeRow(-in_plane / start_force_N_, -p_TC_), u));
   // Depth of an arc that has this number of teeth and is symmetric about the direction.
-  const double half_angle = std::min(0.5 * teeth * saw_.pitch_mm() / saw_.radius_mm(), 3.14);
-  start_depth_mm_ = saw_.radius_mm() * (1 - std::cos(half_angle));
-  start_law_ = CalcLaw(saw_, start_depth_mm_, reading_);
+  const double half_angle = std::min(0.5 * teeth * saw_->pitch_mm() / saw_->radius_mm(), 3.14);
+  start_depth_mm_ = saw_->radius_mm() * (1 - std::cos(half_angle));
+  start_law_ = CalcLaw(*saw_, start_depth_mm_, reading_);
 }
 
 double SlabGuide::CalcDepth(const Pose& X_WT) const {
@@ -43,13 +44,13 @@ double SlabGuide::CalcDepth(const Pose& X_WT) const {
 
 double SlabGuide::CalcResistance(double depth_mm) const {
   if (!(depth_mm > 0)) return 0;
-  return start_law_ > 0 ? start_force_N_ * CalcLaw(saw_, depth_mm, reading_) / start_law_ : start_force_N_;
+  return start_law_ > 0 ? start_force_N_ * CalcLaw(*saw_, depth_mm, reading_) / start_law_ : start_force_N_;
 }
 
 Vec3 SlabGuide::Point(int i) const {
   constexpr double kHalf = 0.5, kRoot = 0.8660254037844386;
   const Vec3 directions[kPoints] = {{1, 0, 0}, {-kHalf, kRoot, 0}, {-kHalf, -kRoot, 0}};
-  return 0.5 * saw_.radius_mm() * directions[i];
+  return 0.5 * saw_->radius_mm() * directions[i];
 }
 
 /// Returns the offset of point i of the tool from the guide's plane, along the plane's normal, mm.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "cut/contact/step.h"
@@ -19,8 +20,10 @@ namespace kerf {
 /// any speed.
 class SlabGuide {
  public:
-  SlabGuide(const DiscSaw& saw, const Vec3& p_TC_mm, PaperReading reading);
+  SlabGuide(const Tool& tool, const Vec3& p_TC_mm, PaperReading reading);
 
+  /// Returns true if the law exists for the tool: it is a disc.
+  bool applies() const { return saw_.has_value(); }
   bool active() const { return active_; }
   static constexpr double kMaxFeed = 2;
   static constexpr double kMinRated_mm_per_s = 5;
@@ -55,7 +58,7 @@ class SlabGuide {
   Vec3 Point(int i) const;
   double CalcOffset(const Pose& X_WT, int i) const;
 
-  DiscSaw saw_;
+  std::optional<DiscSaw> saw_;
   Vec3 p_TC_;
   PaperReading reading_;
   bool active_ = false;

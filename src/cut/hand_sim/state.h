@@ -36,9 +36,10 @@ struct CoupledSimulation::State {
         params(the_params),
         field(bone, params.spare_leaves),
         h(bone.voxel_mm()),
-        is_disc(std::holds_alternative<DiscSaw>(params.tool)),
-        shape(MakeToolShape(params.tool, params.rim_samples_per_pitch, kFaceSpacing_mm,
-                            Faces::CalcRimMargin(CalcReach(params.tool), h), Faces::CalcStoppedMargin(h))),
+        is_blade(IsBlade(params.tool)),
+        shape(
+            MakeToolShape(params.tool, {params.rim_samples_per_pitch, kFaceSpacing_mm,
+                                        Faces::CalcRimMargin(CalcReach(params.tool), h), Faces::CalcStoppedMargin(h)})),
         coupling(params.coupling),
         edge(field, bone, params.tool, shape, params.coupling.p_TC_mm),
         faces(field, shape, params.tool, params.coupling.p_TC_mm),
@@ -47,7 +48,7 @@ struct CoupledSimulation::State {
         paced(cutter, params.tool, shape.reach_mm, h, params.carve_interval_ticks),
         clearance(field, params.tool),
         problem(MakeStepProblem(MakeToothForce(params.law, params.tool))),
-        slab(is_disc ? std::get<DiscSaw>(params.tool) : DiscSaw{}, params.coupling.p_TC_mm, params.slab_reading),
+        slab(params.tool, params.coupling.p_TC_mm, params.slab_reading),
         effects(params.effects,
                 {bone, field, params.tool, shape, edge, problem.law, &faces, params.coupling.p_TC_mm, field.p_WF_mm()}),
         solver(edge.size() + faces.size() + effects.capacity().solids + effects.capacity().frictions + 8),
@@ -114,7 +115,7 @@ struct CoupledSimulation::State {
   ComparedParams params;
   BoneField field;
   double h;
-  bool is_disc;
+  bool is_blade;
   ToolShape shape;
   Coupling coupling;
   Edge edge;

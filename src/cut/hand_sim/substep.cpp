@@ -107,7 +107,7 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s, Tic
   } else {
     edge.FindSolids(probe, (kStepVoxels + kAxialFraction) * h, bone_fraction * CalcSolidStiffness(shape), problem);
   }
-  if (is_disc && reads_bone) {
+  if (is_blade && reads_bone) {
     faces.Find(probe, axial_mm, turning, problem);
   }
   first_guide = problem.solids.size();
@@ -152,7 +152,7 @@ double CoupledSimulation::State::CalcStepFraction(const Twist& motion, double ti
   // much.
   const double bent = 0.5 * glm::length(w) * glm::length(glm::cross(w, coupling.p_TC_mm())) * time_s * time_s;
   double steps = glm::length(w) * time_s / kLargestTurn_rad;
-  if (is_disc) {
+  if (is_blade) {
     const double across = std::hypot(v.x, v.y) * time_s;
     const double along = (std::abs(v.z) + std::hypot(w.x, w.y) * shape.reach_mm) * time_s;
     steps = std::max({steps, CountSteps(across, bent, kStepVoxels * h),

@@ -36,7 +36,7 @@ struct Simulation::State {
   State(Bone the_bone, const SimulationParams& the_params, const Pose& X_WT_start)
       : bone(std::move(the_bone)),
         params(the_params),
-        shape(MakeToolShape(params.tool, params.rim_samples_per_pitch, kNoFaces_mm, 0, 0)),
+        shape(MakeToolShape(params.tool, {params.rim_samples_per_pitch, kNoFaces_mm, 0, 0})),
         field(bone, kSpareLeaves),
         edge(field, bone, params.tool, shape, Vec3(0)),
         problem(MakeStepProblem(MakeToothForce(params.law, params.tool))),

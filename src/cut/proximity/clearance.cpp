@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "cut/proximity/box_tree.h"
-#include "cut/proximity/cover.h"
 #include "cut/proximity/leaf_boxes.h"
+#include "cut/tool/shape.h"
 
 namespace kerf {
 namespace {
@@ -40,17 +40,15 @@ struct Answer {
 
 /// Three kinds of query find the clearance of the tool, in the order of their cost:
 /// - the tool as one ball;
-/// - for a disc, one large ball without bone that encloses the disc and whose centre lies on the side away from the
-///   nearest bone: this is sufficient where all bone lies on one side, for any tilt of the disc;
-/// - the plates that cover the disc, one by one.
+/// - for a blade, one large ball without bone that encloses the blade and whose centre lies on the side away from the
+///   nearest bone: this is sufficient where all bone lies on one side, for any tilt of the blade;
+/// - the plates that cover the blade, one by one.
 /// The clearance of each plate is stored as `until`: the tool's travel at which it is used up.
 struct Clearance::State {
   State(const BoneField& field, const Tool& tool)
-      : tree(MakeLeafBoxes(field)), plates(MakeCover(tool)), reach_mm(CalcReach(tool)) {
-    if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
-      radius_mm = disc->radius_mm();
-      half_thickness_mm = 0.5 * disc->thickness_mm;
-    }
+      : tree(MakeLeafBoxes(field)), plates(MakeToolCover(tool)), reach_mm(CalcReach(tool)) {
+    radius_mm = CalcRadius(tool);
+    half_thickness_mm = 0.5 * CalcThickness(tool);
     until.resize(std::max<std::size_t>(1, plates.size()));
     plate_distance.resize(plates.size());
     Forget();
@@ -118,7 +116,7 @@ struct Clearance::State {
       return IsRaised(ball.mm, margin_mm);
     }
     if (plates.empty()) return bound() > margin_mm;
-    if (behind.CalcMax(travel, 2) > wanted_mm) {  // the centre of this ball moves, and the disc moves relative to it
+    if (behind.CalcMax(travel, 2) > wanted_mm) {  // the centre of this ball moves, and the blade moves relative to it
       QueryBehind();
       return IsRaised(behind.mm, margin_mm);
     }
@@ -160,7 +158,7 @@ struct Clearance::State {
   BoxTree tree;
   std::vector<CoverPlate> plates;  // disc only; empty for a ball
   double reach_mm;
-  double radius_mm = 0;  // disc only
+  double radius_mm = 0;
   double half_thickness_mm = 0;
   std::vector<double> until;
   std::vector<Answer> plate_distance;  // distance of each plate's centre from bone

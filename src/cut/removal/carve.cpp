@@ -8,8 +8,11 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <utility>
+#include <variant>
 
 #include "kerf/error.h"
+#include "kerf/tool.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cut/removal/carve.cpp"
@@ -17,180 +20,12 @@
 // foreach_target.h must come first.
 #include <hwy/highway.h>
 
+#include "cut/tool/sweeps-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace kerf {
 namespace HWY_NAMESPACE {
 namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-using Floats = hn::CappedTag<float, 16>;  // two neighbouring rows of a leaf, or a part of them
-using V = hn::Vec<Floats>;
-using M = hn::Mask<Floats>;
-constexpr Floats kFloats;
-constexpr int kRow = 8;
-constexpr float kHalfRow = 3.5f;  // distance from the middle of a row to its ends, in voxels
-
-HWY_INLINE V Splat(float value) {
-  return hn::Set(kFloats, value);
-}
-HWY_INLINE V Square(V a) {
-  return hn::Mul(a, a);
-}
-HWY_INLINE V Length(V x, V y) {
-  return hn::Sqrt(hn::Add(Square(x), Square(y)));
-}
-
-/// Sweep of a disc that moves in its own plane: a stadium with the disc's thickness.
-class Disc {
- public:
-  explicit Disc(const CarveStep& s)
-      : radius_(Splat(s.radius)),
-        half_thickness_(Splat(s.half_thickness)),
-        edge_depth_(Splat(-s.edge_depth)),
-        back_x_(Splat(s.back[0])),
-        back_y_(Splat(s.back[1])),
-        length_(Splat(s.length)),
-        far_(Splat(-2 * s.band)),
-        row_x_(Splat(kHalfRow * s.grid[2][0])),
-        row_y_(Splat(kHalfRow * s.grid[2][1])),
-        new_only_(s.new_only) {
-    row_z_ = Splat(std::abs(kHalfRow * s.grid[2][2]));
-    row_xy_ = Splat(s.row_mm);
-    half_radius_ = Splat(0.5f * s.radius);
-    bend_ = Splat(s.bend_mm);
-    const float reach = s.band + s.rounding;
-    reach2_ = Splat(reach * reach);
-    slack_ = Splat(s.length + s.flank_slack + s.rounding);
-    behind_ = Splat(s.behind_mm);
-  }
-
-  /// Returns a mask of the rows with a voxel that the step may change, computed from the middles of the rows.
-  HWY_INLINE M MayChange(V x, V y, V z) const {
-    const V zero = hn::Zero(kFloats);
-    const V along = hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_));
-    const V t = hn::Min(hn::Max(along, zero), length_);
-    const V qx = hn::Sub(x, hn::Mul(t, back_x_));
-    const V qy = hn::Sub(y, hn::Mul(t, back_y_));
-    const V axis_distance = Length(qx, qy);
-    const V radial = hn::Sub(axis_distance, radius_);
-    // Half of the row's extent along the outward direction.
-    const V extent = hn::Div(hn::Abs(hn::Add(hn::Mul(qx, row_x_), hn::Mul(qy, row_y_))),
-                             hn::Max(axis_distance, hn::Mul(half_radius_, Splat(1e-3f))));
-    // Lower bound on the row's distance: the distance is convex, so it lies above its tangent.
-    const V axial = hn::Sub(hn::Max(hn::Sub(hn::Abs(z), row_z_), zero), half_thickness_);
-    const V out_r = hn::Max(hn::Sub(radial, extent), zero);
-    const V out_a = hn::Max(axial, zero);
-    M may = hn::Le(hn::Add(Square(out_r), Square(out_a)), reach2_);
-    // Upper bound on the radial distance in the row.
-    const V bent = hn::Min(hn::Add(extent, bend_), row_xy_);
-    const V outermost = hn::Add(radial, hn::IfThenElse(hn::Ge(axis_distance, half_radius_), bent, row_xy_));
-    may = hn::And(may, hn::Ge(outermost, edge_depth_));
-    if (new_only_) {
-      // Where the flats are nearer than the rim, the distance to the flats applies, and it has not changed.
-      const V inner = hn::Sub(hn::Min(axial, zero), slack_);
-      may = hn::And(may, hn::And(hn::Ge(outermost, inner), hn::Le(along, behind_)));
-    }
-    return may;
-  }
-
-  /// Returns -distance; outside of the zone in which the disc cuts, a value beyond the band.
-  HWY_INLINE V Depth(V x, V y, V z) const {
-    const V zero = hn::Zero(kFloats);
-    const V t = hn::Min(hn::Max(hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_)), zero), length_);
-    const V radial = hn::Sub(Length(hn::Sub(x, hn::Mul(t, back_x_)), hn::Sub(y, hn::Mul(t, back_y_))), radius_);
-    const V axial = hn::Sub(hn::Abs(z), half_thickness_);
-    const V inside = hn::Min(hn::Max(radial, axial), zero);
-    const V outside = Length(hn::Max(radial, zero), hn::Max(axial, zero));
-    return hn::IfThenElse(hn::Ge(radial, edge_depth_), hn::Neg(hn::Add(inside, outside)), far_);
-  }
-
- private:
-  V radius_;
-  V half_thickness_;
-  V edge_depth_;  // negative, as a radial distance
-  V back_x_;
-  V back_y_;
-  V length_;
-  V far_;
-  V row_x_;
-  V row_y_;
-  V row_z_;
-  V row_xy_;
-  V half_radius_;
-  V bend_;
-  V reach2_;
-  V slack_;
-  V behind_;
-  bool new_only_;
-};
-
-/// Sweep of a ball: a capsule.
-class Ball {
- public:
-  explicit Ball(const CarveStep& s)
-      : radius_(Splat(s.radius)),
-        back_x_(Splat(s.back[0])),
-        back_y_(Splat(s.back[1])),
-        back_z_(Splat(s.back[2])),
-        length_(Splat(s.length)),
-        row_x_(Splat(kHalfRow * s.grid[2][0])),
-        row_y_(Splat(kHalfRow * s.grid[2][1])),
-        row_z_(Splat(kHalfRow * s.grid[2][2])),
-        row_(Splat(kHalfRow * s.voxel)),
-        outer_(Splat(s.band + s.rounding)),
-        // Deeper than the band there is only air, as there was after the previous step.
-        inner_(Splat(-(s.band + s.length + s.rounding))),
-        least_(Splat(1e-3f * s.radius)),
-        new_only_(s.new_only) {
-    behind_ = Splat(s.behind_mm);
-  }
-
-  HWY_INLINE M MayChange(V x, V y, V z) const {
-    const V along = Along(x, y, z);
-    const V t = hn::Min(hn::Max(along, hn::Zero(kFloats)), length_);
-    const V qx = hn::Sub(x, hn::Mul(t, back_x_));
-    const V qy = hn::Sub(y, hn::Mul(t, back_y_));
-    const V qz = hn::Sub(z, hn::Mul(t, back_z_));
-    const V axis_distance = hn::Sqrt(hn::Add(hn::Add(Square(qx), Square(qy)), Square(qz)));
-    const V distance = hn::Sub(axis_distance, radius_);
-    const V extent = hn::Div(hn::Abs(hn::Add(hn::Add(hn::Mul(qx, row_x_), hn::Mul(qy, row_y_)), hn::Mul(qz, row_z_))),
-                             hn::Max(axis_distance, least_));
-    M may = hn::Le(hn::Sub(distance, extent), outer_);
-    if (new_only_) {
-      may = hn::And(may, hn::And(hn::Ge(hn::Add(distance, row_), inner_), hn::Le(along, behind_)));
-    }
-    return may;
-  }
-
-  HWY_INLINE V Depth(V x, V y, V z) const {
-    const V t = hn::Min(hn::Max(Along(x, y, z), hn::Zero(kFloats)), length_);
-    const V qx = hn::Sub(x, hn::Mul(t, back_x_));
-    const V qy = hn::Sub(y, hn::Mul(t, back_y_));
-    const V qz = hn::Sub(z, hn::Mul(t, back_z_));
-    return hn::Sub(radius_, hn::Sqrt(hn::Add(hn::Add(Square(qx), Square(qy)), Square(qz))));
-  }
-
- private:
-  HWY_INLINE V Along(V x, V y, V z) const {
-    return hn::Add(hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_)), hn::Mul(z, back_z_));
-  }
-
-  V radius_;
-  V back_x_;
-  V back_y_;
-  V back_z_;
-  V length_;
-  V row_x_;
-  V row_y_;
-  V row_z_;
-  V row_;
-  V outer_;
-  V inner_;
-  V least_;
-  V behind_;
-  bool new_only_;
-};
 
 /// Returns the occupancy, clamp(1/2 - phi/h, 0, 1).
 HWY_INLINE V Fraction(V phi, V per_voxel) {
@@ -323,11 +158,18 @@ void Cull(const LeafCull& c, const float* x, const float* y, const float* z, int
   }
 }
 
-CarveLoss CarveDisc(const CarveStep& step, const std::array<float, 3>& corner, float* values) {
-  return Carve<Disc>(step, corner, values);
+template <std::size_t... kKinds>
+CarveLoss CarveAny(const CarveStep& step, const std::array<float, 3>& corner, float* values,
+                   std::index_sequence<kKinds...>) {
+  CarveLoss loss;
+  (void)((step.kind == kKinds &&
+          (loss = Carve<typename SweepOf<std::variant_alternative_t<kKinds, Tool>>::Type>(step, corner, values),
+           true)) ||
+         ...);
+  return loss;
 }
-CarveLoss CarveBall(const CarveStep& step, const std::array<float, 3>& corner, float* values) {
-  return Carve<Ball>(step, corner, values);
+CarveLoss CarveAll(const CarveStep& step, const std::array<float, 3>& corner, float* values) {
+  return CarveAny(step, corner, values, std::make_index_sequence<std::variant_size_v<Tool>>());
 }
 void CullLeaves(const LeafCull& cull, const float* x, const float* y, const float* z, int count, std::uint64_t* near) {
   Cull(cull, x, y, z, count, near);
@@ -342,8 +184,7 @@ HWY_AFTER_NAMESPACE();
 namespace kerf {
 namespace {
 
-HWY_EXPORT(CarveDisc);
-HWY_EXPORT(CarveBall);
+HWY_EXPORT(CarveAll);
 HWY_EXPORT(CullLeaves);
 
 std::string NameOf(std::int64_t target) {
@@ -380,8 +221,7 @@ void CarveStep::Prepare() {
 }
 
 CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, float* values) {
-  if (step.ball) return HWY_DYNAMIC_DISPATCH(CarveBall)(step, corner_T, values);
-  return HWY_DYNAMIC_DISPATCH(CarveDisc)(step, corner_T, values);
+  return HWY_DYNAMIC_DISPATCH(CarveAll)(step, corner_T, values);
 }
 
 void FindLeaves(const LeafCull& cull, const LeafMiddles& middles, int count, std::uint64_t* near) {

@@ -8,32 +8,9 @@
 #include <string_view>
 #include <vector>
 
-namespace kerf {
+#include "cut/tool/carve_step.h"
 
-/// One step of the tool, in mm, in the tool frame at the end of the step. The tool comes from `back` * `length`.
-struct CarveStep {
-  bool ball = false;          // otherwise a disc, whose `back` has no z component
-  bool whole_voxels = false;  // write phi in steps of a voxel
-  int precision_bits = 24;    // bits of phi's significand that are kept, 4 to 24 (all bits of a float)
-  bool new_only = false;      // skip what the previous step, which ended at this one's start, has carved as deeply
-  float radius = 0;
-  float half_thickness = 0;  // disc only
-  float edge_depth = 0;      // disc only: depth inside the rim to which it cuts
-  float back[3] = {0, 0, 0};
-  float length = 0;
-  float flank_slack = 0;  // new_only: bound on the distance of the flats from where they last cut
-  float band = 0;
-  float voxel = 0;
-  float rounding = 0;       // error bound of the float arithmetic
-  float grid[3][3] = {{}};  // [i]: step to the next voxel along axis i of the bone's grid
-  /// Computes the members below, which are the same for all leaves.
-  void Prepare();
-  alignas(64) float across[3][8] = {{}};  // [i]: from a leaf's first row to the next ones along y, tool axis i
-  alignas(64) float along[3][16] = {{}};  // from a row's first voxel to the others, for two rows
-  float row_mm = 0;                       // disc only: half of a row's length, projected to the disc's plane
-  float bend_mm = 0;                      // bound on the distance of a row's end from the tangent at its middle
-  float behind_mm = 0;                    // bound along `back` for the middles of rows that reach in front of the start
-};
+namespace kerf {
 
 /// Result of CarveLeaf().
 struct CarveLoss {

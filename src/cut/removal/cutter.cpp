@@ -25,22 +25,21 @@ EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
   EdgeZone zone;
   zone.band_mm = field.band_mm();
   zone.depth_mm = kAll;
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
-    zone.radius_mm = disc->radius_mm();
-    zone.half_thickness_mm = 0.5 * CalcKerfWidth(*disc, field.voxel_mm());
+  zone.kind = tool.index();
+  zone.form = GetForm(tool);
+  zone.radius_mm = CalcRadius(tool);
+  if (zone.is_blade()) {
+    zone.half_thickness_mm = 0.5 * CalcKerfWidth(CalcThickness(tool), field.voxel_mm());
     if (with == CutWith::kEdge) zone.depth_mm = CalcToothSide(zone.radius_mm, field.voxel_mm());
-  } else {
-    zone.ball = true;
-    zone.radius_mm = std::get<BallBurr>(tool).radius_mm();
   }
   return zone;
 }
 
-/// Returns the part of the zone that a step of a ball, or of a disc in its plane, can change. Further inside, the flats
-/// are nearer than the rim, or there is only air.
+/// Returns the part of the zone that a step of a ball, or of a blade in its plane, can change. Further inside, the
+/// flats are nearer than the rim, or there is only air.
 EdgeZone MakeEdgeZone(const EdgeZone& zone, double voxel_mm) {
   EdgeZone edge = zone;
-  const double depth_mm = zone.ball ? zone.band_mm : zone.half_thickness_mm + 0.5 * voxel_mm;
+  const double depth_mm = zone.is_blade() ? zone.half_thickness_mm + 0.5 * voxel_mm : zone.band_mm;
   if (zone.depth_mm == kAll) edge.depth_mm = depth_mm;
   return edge;
 }
@@ -80,8 +79,8 @@ struct Cutter::State {
   std::array<float, BoneField::kLeafVoxels> values;
 };
 
-double CalcKerfWidth(const DiscSaw& disc, double voxel_mm) {
-  return std::max(disc.thickness_mm, kMinKerfVoxels * voxel_mm);
+double CalcKerfWidth(double thickness_mm, double voxel_mm) {
+  return std::max(thickness_mm, kMinKerfVoxels * voxel_mm);
 }
 
 Cutter::Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels, int old_leaves, int precision_bits)
@@ -162,7 +161,7 @@ const Cutter::Effort& Cutter::effort() const {
 
 /// Returns true if any point of the flats has moved along the spindle by more than the tolerance.
 bool Cutter::State::FlanksMoved(const Pose& X) const {
-  if (zone.ball) return false;
+  if (!zone.is_blade()) return false;
   const Vec3 normal = X.Vector({0, 0, 1});
   const double along = std::abs(glm::dot(normal, X.p_AB - X_flanks->p_AB));
   const double tilt = glm::length(glm::cross(normal, X_flanks->Vector({0, 0, 1})));
@@ -175,7 +174,7 @@ Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to) {
   Result result;
   Pose X_a = X_from;
   Pose X_b = X_to;
-  if (s.zone.ball) X_a.R_AB = X_b.R_AB = Quat(1, 0, 0, 0);  // a ball's rotation has no effect
+  if (s.zone.form == ToolForm::kBall) X_a.R_AB = X_b.R_AB = Quat(1, 0, 0, 0);  // a ball's rotation has no effect
   // A cut that continues the last one visits only the newly swept part.
   const bool goes_on = s.X_last && s.X_last->p_AB == X_a.p_AB && s.X_last->R_AB == X_a.R_AB;
   const bool new_only = goes_on && !s.FlanksMoved(X_b);

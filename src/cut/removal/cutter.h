@@ -12,8 +12,8 @@ namespace kerf {
 
 /// Part of the tool that removes bone.
 enum class CutWith {
-  kWholeTool,  // for a tool that follows a prescribed path: a disc's flats cut too
-  /// For a tool coupled to a handle. Of a disc, only the rim cuts, to the depth CalcToothSide(); contact handles the
+  kWholeTool,  // for a tool that follows a prescribed path: a blade's flats cut too
+  /// For a tool coupled to a handle. Of a blade, only the edge cuts, to the depth CalcToothSide(); contact handles the
   /// flats. Of a ball, the whole surface cuts.
   kEdge,
 };
@@ -24,7 +24,7 @@ enum class CutWith {
 /// error in phi of about 4e-7 of the tool's radius.
 ///
 /// The work is proportional to the newly swept shell: only leaves near the edge where it moves outwards are visited,
-/// and in those only the rows of voxels that the step can change. While a disc moves in its own plane its flats change
+/// and in those only the rows of voxels that the step can change. While a blade moves in its own plane its flats change
 /// nothing. After it has moved along its spindle or tilted by more than kFlankTolerance voxels at the rim since the
 /// last full visit, all of the cutting zone is visited. The result is bit-identical at every vector width
 /// (removal/carve.h).
@@ -103,15 +103,15 @@ class Cutter {
   std::unique_ptr<State> state_;
 };
 
-/// Returns the width of the kerf that a disc leaves, mm: its thickness, but at least slightly more than a voxel. A
+/// Returns the width of the kerf that a blade leaves, mm: its thickness, but at least slightly more than a voxel. A
 /// level set cannot represent a narrower kerf: between two layers of voxel centres it would vanish, the bone would
-/// never come apart, and on its way back the disc would touch bone that it has cut. Tick-safe.
-double CalcKerfWidth(const DiscSaw& disc, double voxel_mm);
+/// never come apart, and on its way back the blade would touch bone that it has cut. Tick-safe.
+double CalcKerfWidth(double thickness_mm, double voxel_mm);
 
 /// Returns the number of steps into which the motion from a to b must be divided, a whole number >= 1. In one step the
-/// edge moves outwards by at most half a voxel, and no part of a disc moves along the spindle by more than a quarter of
-/// the disc's thickness or of a voxel, whichever is less. Therefore no bone is skipped, and each layer affects the
-/// force. Tick-safe.
+/// edge moves outwards by at most half a voxel, and no part of a blade moves along the spindle by more than a quarter
+/// of its thickness or of a voxel, whichever is less. Therefore no bone is skipped, and each layer affects the force.
+/// Tick-safe.
 double CountSubsteps(const Pose& a, const Pose& b, const Tool& tool, double voxel_mm);
 
 /// Returns a pose on the way from a to b, t from 0 to 1. The origin moves on a straight line, the orientation at

@@ -7,11 +7,10 @@
 namespace kerf {
 namespace {
 
-constexpr double kMaxLead = 0.25;  // maximum lead of the tool over its cut, in voxels or thicknesses of a thinner disc
+constexpr double kMaxLead = 0.25;  // maximum lead of the tool over its cut, in voxels or thicknesses of a thinner blade
 
 double CalcMaxLead(const Tool& tool, double voxel_mm) {
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  return kMaxLead * (disc ? std::min(disc->thickness_mm, voxel_mm) : voxel_mm);
+  return kMaxLead * (IsBlade(tool) ? std::min(CalcThickness(tool), voxel_mm) : voxel_mm);
 }
 
 }  // namespace

@@ -8,15 +8,14 @@ namespace kerf {
 double CountSubsteps(const Pose& a, const Pose& b, const Tool& tool, double voxel_mm) {
   const double move = glm::length(b.p_AB - a.p_AB);
   const double across = std::max(1.0, std::ceil(move / (0.5 * voxel_mm)));
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  if (!disc) return across;
+  if (!IsBlade(tool)) return across;
   const Vec3 normal_a = a.Vector({0, 0, 1});
   const Vec3 normal_b = b.Vector({0, 0, 1});
   const double tilt = std::acos(std::clamp(glm::dot(normal_a, normal_b), -1.0, 1.0));
   const Vec3 motion = b.p_AB - a.p_AB;
   const double along = std::max(std::abs(glm::dot(motion, normal_a)), std::abs(glm::dot(motion, normal_b))) +
-                       tilt * (disc->radius_mm() + move);
-  return std::max(across, std::ceil(along / (0.25 * std::min(disc->thickness_mm, voxel_mm))));
+                       tilt * (CalcRadius(tool) + move);
+  return std::max(across, std::ceil(along / (0.25 * std::min(CalcThickness(tool), voxel_mm))));
 }
 
 Pose Interpolate(const Pose& a, const Pose& b, double t) {

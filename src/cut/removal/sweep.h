@@ -8,16 +8,20 @@
 #include "bone/grid/leaf_table.h"
 #include "cut/removal/carve.h"
 #include "kerf/geometry.h"
+#include "kerf/tool.h"
 
 namespace kerf {
 
 /// Shape of the tool, and the zone about its edge in which it changes phi; mm.
 struct EdgeZone {
-  bool ball = false;  // otherwise a disc
-  double radius_mm = 0;
-  double half_thickness_mm = 0;  // disc only
+  std::size_t kind = 0;  // of the tool: index of the alternative of Tool
+  ToolForm form = ToolForm::kBlade;
+  double radius_mm = 0;          // about the spindle axis
+  double half_thickness_mm = 0;  // blade only
   double band_mm = 0;            // extent of the zone outside the tool
   double depth_mm = 0;           // extent inside the edge; infinite if all of the tool cuts
+
+  bool is_blade() const { return form == ToolForm::kBlade; }
 };
 
 /// Returns a bound on the error of float arithmetic near the tool, with some margin, mm.
@@ -69,8 +73,8 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
   cull.half_leaf2 = static_cast<float>(3 * 3.5 * 3.5 * voxel_mm * voxel_mm);
   cull.behind = 1e9f;
   const double out_mm = zone.band_mm + slack_mm + CalcRounding(zone, voxel_mm);
-  cull.axial = zone.ball ? 1e9f : static_cast<float>(zone.half_thickness_mm + out_mm + grid.Extent({0, 0, 1}));
-  cull.axial_counts = zone.ball ? 1.0f : 0.0f;
+  cull.axial = zone.is_blade() ? static_cast<float>(zone.half_thickness_mm + out_mm + grid.Extent({0, 0, 1})) : 1e9f;
+  cull.axial_counts = zone.is_blade() ? 0.0f : 1.0f;
   cull.inner =
       static_cast<float>(std::max(zone.radius_mm - zone.depth_mm - slack_mm - CalcRounding(zone, voxel_mm), -1e6));
   cull.outer = static_cast<float>(zone.radius_mm + out_mm);
@@ -78,8 +82,8 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
   return cull;
 }
 
-/// Sweep from X_from to X_to with the orientation of X_to. For a disc, the component of the motion along its spindle is
-/// ignored; the caller keeps it small by using substeps.
+/// Sweep from X_from to X_to with the orientation of X_to. For a blade, the component of the motion along its spindle
+/// is ignored; the caller keeps it small by using substeps.
 struct Sweep {
   Sweep(const EdgeZone& the_zone, const Pose& X_from, const Pose& the_X_to, double the_voxel_mm,
         double the_flank_slack_mm, bool new_only, bool whole_voxels, int precision_bits)
@@ -89,11 +93,11 @@ struct Sweep {
         flank_slack_mm(the_flank_slack_mm),
         grid(X_to, voxel_mm) {
     Vec3 back_T = X_to.InverseVector(X_from.p_AB - X_to.p_AB);
-    if (!zone.ball) back_T.z = 0;
+    if (zone.is_blade()) back_T.z = 0;
     length_mm = glm::length(back_T);
     back = length_mm > 0 ? back_T / length_mm : Vec3(0);
 
-    step.ball = zone.ball;
+    step.kind = zone.kind;
     step.whole_voxels = whole_voxels;
     step.precision_bits = precision_bits;
     step.new_only = new_only;
@@ -118,7 +122,7 @@ struct Sweep {
     if (step.new_only) {
       // Further inside, the previous step has carved as deeply: the flats are nearer than the rim, or there is only
       // air.
-      const double in_mm = zone.ball ? zone.band_mm : zone.half_thickness_mm + flank_slack_mm;
+      const double in_mm = zone.is_blade() ? zone.half_thickness_mm + flank_slack_mm : zone.band_mm;
       swept.depth_mm = std::min(zone.depth_mm, in_mm + length_mm);
     }
     LeafCull cull = MakeLeafCull(swept, X_to, grid, voxel_mm, origin_W, length_mm);

@@ -1,8 +1,10 @@
-// Shape of a tool as sample points: the edge, which cuts, and the faces, which only touch. Contact uses these points
-// and so does not depend on the kind of tool. Only the sweep (src/cut/removal) has a separate formula for each kind.
+// Shape of a tool: sample points of the edge, which cuts, and of the faces, which only touch; its body; its cover. None
+// of the callers depends on the kind of tool (tool_kind.h).
 #pragma once
 
 #include <algorithm>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "kerf/tool.h"
@@ -44,20 +46,49 @@ inline double CalcToothSide(double radius_mm, double voxel_mm) {
   return std::max(std::min(kToothSide_mm, kMaxToothSide * radius_mm), kToothSideVoxels * voxel_mm);
 }
 
-/// Samples the shape of a tool.
-///
-/// `samples_per_pitch`: samples of the edge per tooth pitch, 1 to 256.
-/// `face_spacing_mm`: spacing of the points on the flats, > 0. It is halved along the radius and doubled along all
-/// rings but the outermost.
-/// `rim_margin_mm`: distance of the outermost ring from the rim, >= 0.
-/// `stopped_margin_mm`: distance from the rim of the ring that is in contact only while the spindle is stopped, at most
-/// `rim_margin_mm`.
-ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm,
-                        double stopped_margin_mm);
+/// Words for the shapes of the tools in scenes ("disc"), in the order of the alternatives of Tool.
+const std::vector<std::string_view>& GetToolShapes();
+/// What the words mean: "disc: a saw that cuts with its rim; ...".
+const std::string& DescribeToolShapes();
+std::string_view GetShape(const Tool& tool);
+/// Returns the tools of all shapes with their default values, in the same order.
+const std::vector<Tool>& GetDefaultTools();
 
-/// Returns the distance of a point from the tool's body, tool frame, mm; 0 inside. The body is a flat cylinder or a
-/// ball, which are convex, so that the distance is a convex function of the point. Tick-safe.
-double CalcToolDistance(const Tool& tool, const Vec3& p_T);
+/// How finely a shape is sampled.
+struct ShapeSampling {
+  int samples_per_pitch = 16;    // samples of the edge per tooth pitch, 1 to 256
+  double face_spacing_mm = 1;    // spacing of the points on the flats, > 0; halved along the radius and doubled along
+                                 // all rings but the outermost
+  double rim_margin_mm = 0;      // distance of the outermost ring from the rim, >= 0
+  double stopped_margin_mm = 0;  // distance from the rim of the ring that is in contact only while the spindle is
+                                 // stopped, at most rim_margin_mm
+};
+ToolShape MakeToolShape(const Tool& tool, const ShapeSampling& sampling);
+
+/// Round plate perpendicular to the spindle axis that covers a part of a tool. Tool frame.
+struct CoverPlate {
+  Vec3 centre_T{0};
+  double radius_mm = 0;
+  double half_thickness_mm = 0;
+};
+/// Returns plates that cover all of a tool; none if the ball of radius CalcReach() is as good. Allocates.
+std::vector<CoverPlate> MakeToolCover(const Tool& tool);
+
+/// Returns the force at the rim of a blade per displacement of the rim out of its plane, N/mm; 0: rigid.
+double CalcSideStiffness(const Tool& tool);
+
+/// Returns the point of the tool's body nearest to a point, tool frame; the point itself inside. The body is convex.
+/// The following are tick-safe, too.
+Vec3 FindNearestOfTool(const Tool& tool, const Vec3& p_T);
+/// Returns the distance of a point from the surface of the tool's body, tool frame, mm; negative inside.
+double CalcSignedToolDistance(const Tool& tool, const Vec3& p_T);
+/// Returns the distance of a point from the tool's body, mm; 0 inside: a convex function of the point.
+inline double CalcToolDistance(const Tool& tool, const Vec3& p_T) {
+  return std::max(CalcSignedToolDistance(tool, p_T), 0.0);
+}
+/// Returns the point of the edge that lies furthest along a direction of any length, tool frame; the origin if the edge
+/// lies across the direction.
+Vec3 FindDeepest(const Tool& tool, const Vec3& n_T);
 
 /// Returns an upper bound on the distance that any point of a ball of radius `reach_mm` about the tool's origin moves
 /// between two poses, mm. Tick-safe.

@@ -1,9 +1,9 @@
 #include "kerf/tool.h"
 
-#include <cmath>
-#include <numbers>
+#include "cut/tool/kinds.h"
 
 namespace kerf {
+
 void DiscSaw::Validate() const {
   CheckParameters(*this);
 }
@@ -15,29 +15,55 @@ void BallBurr::Validate() const {
 void Validate(const Tool& tool) {
   std::visit([](const auto& t) { t.Validate(); }, tool);
 }
-double CalcReach(const Tool& tool) {
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) return std::hypot(disc->radius_mm(), 0.5 * disc->thickness_mm);
-  return std::get<BallBurr>(tool).radius_mm();
+
+ToolForm GetForm(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto&) { return kind.kForm; });
 }
+
+std::string DescribeTool(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto& t) { return kind.Name(t); });
+}
+
+std::string DescribeToolBriefly(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto& t) { return kind.ShortName(t); });
+}
+
+double CalcReach(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto& t) { return kind.CalcReach(t); });
+}
+
+double CalcRadius(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto& t) { return kind.CalcRadius(t); });
+}
+
 double CalcThickness(const Tool& tool) {
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  return disc ? disc->thickness_mm : 0;
+  return IsBlade(tool) ? CalcCutWidth(tool) : 0;
+}
+
+double CalcCutWidth(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto& t) { return kind.CalcCutWidth(t); });
+}
+
+int CountPassesPerTurn(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto& t) { return kind.CountPassesPerTurn(t); });
+}
+
+Tooth CalcTooth(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto& t) { return kind.CalcTooth(t); });
 }
 
 double CalcModulus(const Tool& tool) {
   return std::visit([](const auto& t) { return t.E_MPa; }, tool);
 }
+
 double CalcPoissonRatio(const Tool& tool) {
   return std::visit([](const auto& t) { return t.nu; }, tool);
 }
-Tooth CalcTooth(const Tool& tool) {
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
-    return {disc->radius_mm(), disc->pitch_mm(), disc->thickness_mm, disc->rake_deg, 1e-3 * disc->edge_radius_um};
-  }
-  const auto& ball = std::get<BallBurr>(tool);
-  return {ball.radius_mm(), 2 * std::numbers::pi * ball.radius_mm() / ball.flutes, ball.tooth_width_mm, ball.rake_deg,
-          1e-3 * ball.edge_radius_um};
+
+double CalcRake(const Tool& tool) {
+  return std::visit([](const auto& t) { return t.rake_deg; }, tool);
 }
+
 Vec3 CalcGrip(const Tool& tool) {
   return std::visit([](const auto& t) { return t.p_TG_mm; }, tool);
 }

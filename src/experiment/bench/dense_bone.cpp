@@ -70,9 +70,9 @@ void DenseBone::Cut(const Tool& tool, const Pose& X_from, const Pose& X_to) {
   // A voxel further from the tool than the band's half-width does not change, since |phi| never exceeds this
   // half-width.
   box = box.Grown(reach + band_mm_);
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
+  if (IsBlade(tool)) {
     Cut(box, [&](const Vec3& p_W) {
-      return CalcDiscSweepDistance(p_W, X_from, X_to, disc->radius_mm(), CalcKerfWidth(*disc, voxel_mm_));
+      return CalcDiscSweepDistance(p_W, X_from, X_to, CalcRadius(tool), CalcKerfWidth(CalcThickness(tool), voxel_mm_));
     });
   } else {
     Cut(box, [&](const Vec3& p_W) { return CalcBallSweepDistance(p_W, X_from.p_AB, X_to.p_AB, reach); });

@@ -31,8 +31,9 @@ CouplingParams MakeStiffCoupling() {
 /// Returns the area, mm^2, of that part of the tool's cross-section perpendicular to the feed that lies below a plane.
 /// The tool's centre is `height_mm` above the plane.
 double CalcSection(const Tool& tool, double height_mm) {
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
-    return disc->thickness_mm * std::clamp(disc->radius_mm() - height_mm, 0.0, 2 * disc->radius_mm());
+  if (IsBlade(tool)) {
+    const double radius_mm = CalcRadius(tool);
+    return CalcThickness(tool) * std::clamp(radius_mm - height_mm, 0.0, 2 * radius_mm);
   }
   const double r = CalcReach(tool);
   const double h = std::clamp(height_mm, -r, r);

@@ -21,23 +21,20 @@ constexpr int kVdbLeafEdge = 8;
 
 /// Calculates the distance to the tool in single precision; p is in the tool frame.
 struct ToolDistance {
-  explicit ToolDistance(const Tool& tool) : radius(static_cast<float>(CalcReach(tool))) {
-    if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
-      is_disc = true;
-      radius = static_cast<float>(disc->radius_mm());
-      half_thickness = static_cast<float>(0.5 * disc->thickness_mm);
-    }
-  }
+  explicit ToolDistance(const Tool& tool)
+      : is_blade(IsBlade(tool)),
+        radius(static_cast<float>(CalcRadius(tool))),
+        half_thickness(static_cast<float>(0.5 * CalcThickness(tool))) {}
   float operator()(const glm::vec3& p) const {
-    if (!is_disc) return std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z) - radius;
+    if (!is_blade) return std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z) - radius;
     const float radial = std::sqrt(p.x * p.x + p.y * p.y) - radius;
     const float axial = std::abs(p.z) - half_thickness;
     if (radial > 0 && axial > 0) return std::sqrt(radial * radial + axial * axial);
     return std::max(radial, axial);
   }
-  bool is_disc = false;
+  bool is_blade;
   float radius;
-  float half_thickness = 0;
+  float half_thickness;
 };
 
 FloatGrid::Ptr MakeToolGrid(const Tool& tool, const Pose& X_WT, double voxel_mm) {

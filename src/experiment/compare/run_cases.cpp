@@ -44,7 +44,7 @@ CaseRun RunVoxelCase(const CompareCase& what, const Scene& scene, const Bone& bo
   const Path path = MakePath(scene);
   SimulationParams params = MakeSimulationParams(scene);
   params.law = what.law;
-  const double radius_mm = 0.5 * scene.tool.diameter_mm;
+  const double radius_mm = CalcRadius(scene.tool.shape);
   const double rate_hz = scene.simulation.rate_hz;
   const RunResult run = RunPath(bone, params, path, rate_hz, scene.tool.rpm, progress);
   const Vec3 d = glm::normalize(scene.slab.direction);

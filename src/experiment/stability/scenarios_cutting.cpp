@@ -68,8 +68,8 @@ ScenarioResult Sideways(const StabilitySubject& subject, const Scenario& scenari
   // difference is allowed.
   run.AtMost("noise above 20 Hz", "mN", 1000 * CalcNoise(run.forces_N(start), run.T()), std::max(20.0, 35 * push_N));
   // Voxels much larger than the disc's thickness cannot represent a kerf.
-  const auto* disc = std::get_if<DiscSaw>(&subject.setup.coupled.tool);
-  if (disc && subject.bone.voxel_mm() <= 4 * disc->thickness_mm) {
+  const Tool& tool = subject.setup.coupled.tool;
+  if (IsBlade(tool) && subject.bone.voxel_mm() <= 4 * CalcThickness(tool)) {
     run.AtMost("motion of the disc out of its plane", "mm", wander_mm, 0.1 + 0.5 * subject.bone.voxel_mm());
   }
   run.AddEnergy();

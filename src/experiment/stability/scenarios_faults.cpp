@@ -49,11 +49,10 @@ ScenarioResult Jump(const StabilitySubject& subject, const Scenario& scenario, d
   if (rpm == 0) run.AtMost("distance of the tool from the handle afterwards", "mm", off_mm, 0.2);
   // The bound is the volume of the sweep, enlarged by half a voxel on all sides.
   const double half_mm = 0.5 * subject.bone.voxel_mm();
-  const auto* disc = std::get_if<DiscSaw>(&tool);
   const double R = CalcReach(tool) + half_mm;
-  const double thick_mm = disc ? disc->thickness_mm + 2 * half_mm : 0;
-  const double swept_mm3 = disc ? thick_mm * (std::numbers::pi * R * R + 2 * R * travel_mm)
-                                : std::numbers::pi * R * R * (4 * R / 3 + travel_mm);
+  const double thick_mm = CalcThickness(tool) + 2 * half_mm;
+  const double swept_mm3 = IsBlade(tool) ? thick_mm * (std::numbers::pi * R * R + 2 * R * travel_mm)
+                                         : std::numbers::pi * R * R * (4 * R / 3 + travel_mm);
   run.AtMost("bone removed during the jump", "mm3", removed_mm3, rpm == 0 ? 0 : swept_mm3);
   return run.Finish();
 }

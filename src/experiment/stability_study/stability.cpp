@@ -193,7 +193,7 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
   StabilityStudy study;
   study.scene = scene.name;
   study.title = scene.title;
-  study.tool = DescribeTool(scene.tool);
+  study.tool = DescribeTool(scene.tool.shape);
   study.rate_hz = scene.loop.rate_hz;
   study.rpm = scene.tool.rpm;
   study.quick = options.quick;

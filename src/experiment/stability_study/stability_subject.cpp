@@ -29,12 +29,11 @@ constexpr double kShortest_s = 1e-7;
 std::vector<Vec3> CoverTool(const Tool& tool, double spacing_mm) {
   const double pitch_mm = CalcTooth(tool).pitch_mm;
   const int samples = std::clamp(static_cast<int>(std::ceil(pitch_mm / spacing_mm)), 1, 64);
-  const ToolShape shape = MakeToolShape(tool, samples, spacing_mm, 0, 0);
+  const ToolShape shape = MakeToolShape(tool, {samples, spacing_mm, 0, 0});
   std::vector<Vec3> points;
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  // The rim of a disc is covered in layers from one flat to the other, since bone may be thinner than the disc.
-  const double thickness_mm = disc ? disc->thickness_mm : 0;
-  const int layers = disc ? std::max(2, static_cast<int>(std::ceil(thickness_mm / spacing_mm)) + 1) : 1;
+  // The rim of a blade is covered in layers from one flat to the other, since bone may be thinner than the blade.
+  const double thickness_mm = CalcThickness(tool);
+  const int layers = IsBlade(tool) ? std::max(2, static_cast<int>(std::ceil(thickness_mm / spacing_mm)) + 1) : 1;
   for (const EdgePoint& point : shape.edge) {
     for (int i = 0; i < layers; ++i) {
       const double z_mm = layers > 1 ? thickness_mm * (static_cast<double>(i) / (layers - 1) - 0.5) : 0;
@@ -81,7 +80,7 @@ FirstTouch StepBack(const Scene& scene, const Tool& tool, const Feeler& feeler, 
                             scene.name, time_s));
   }
   const Vec3 spindle_W = X_WT_touch.Vector({0, 0, 1});
-  if (std::holds_alternative<DiscSaw>(tool) && std::abs(glm::dot(spindle_W, *into)) > kSideways) {
+  if (IsBlade(tool) && std::abs(glm::dot(spindle_W, *into)) > kSideways) {
     throw Error(
         fmt::format("{}: the disc touches the bone with its flat, at {:.3f} s of the path, where no tooth cuts; "
                     "begin with a stroke in the disc's plane",

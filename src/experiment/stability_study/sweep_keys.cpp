@@ -84,8 +84,7 @@ Scene WithDefaults(const Scene& scene) {
   plain.material = {};
   plain.material.kind = scene.material.kind;
   plain.tool = {};
-  plain.tool.kind = scene.tool.kind;
-  if (scene.tool.kind == ToolKind::kBall) plain.tool.diameter_mm = BallBurr{}.diameter_mm;
+  plain.tool.shape = GetDefaultTools()[scene.tool.shape.index()];
   if (!plain.path.strokes.empty()) plain.path.strokes.front() = {};
   plain.force = ForceLaw(scene.force.name());
   plain.simulation = {};

@@ -21,11 +21,6 @@ void Append(std::vector<std::string> more, std::vector<std::string>& warnings) {
   warnings.insert(warnings.end(), more.begin(), more.end());
 }
 
-int CountPasses(const Tool& tool) {
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  return disc != nullptr ? disc->teeth : std::get<BallBurr>(tool).flutes;
-}
-
 EffectRecord MakeRecord(const std::vector<std::string>& channels) {
   EffectRecord record;
   for (const std::string& channel : channels) {
@@ -42,7 +37,7 @@ struct TickWarnings::State {
         const std::vector<std::string>& channels)
       : params(the_params),
         voxel_mm(bone.voxel_mm()),
-        passes_per_turn(CountPasses(params.tool)),
+        passes_per_turn(CountPassesPerTurn(params.tool)),
         knows_direction(bone.materials().osteon_direction().has_value()),
         p_WT_mm(X_WT_start.p_AB),
         effects(MakeRecord(channels)) {}

@@ -89,11 +89,6 @@ std::optional<double> FindCrossing(const Bone& bone, const Vec3& from, const Vec
 
 }  // namespace
 
-double CalcBladeWidth(const Tool& tool) {
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  return disc ? disc->thickness_mm : std::get<BallBurr>(tool).diameter_mm;
-}
-
 Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, double blade_mm,
                      const AssessOptions& options) {
   CheckPlan(plan);

@@ -48,12 +48,10 @@ void Describe(AssessOptions& p, V&& visit) {
   visit("reach_mm", p.reach_mm, Range{0.1, 100}, "largest distance from a plane at which its kerf is searched for");
 }
 
-/// Compares the bone before and after the cut with the plan. `blade_mm`: thickness of the blade, or diameter of a ball.
+/// Compares the bone before and after the cut with the plan. `blade_mm`: CalcCutWidth() of the tool.
 /// Throws kerf::Error for an invalid plan or for bones with different voxel sizes.
 Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, double blade_mm,
                      const AssessOptions& options = {});
-/// Returns the thickness of a disc or the diameter of a ball.
-double CalcBladeWidth(const Tool& tool);
 
 /// Returns the fitted planes, each named "NAME, as cut", for WritePlaneMarkups().
 std::vector<PlaneMarkup> MakeCutMarkups(const Assessment& assessment);

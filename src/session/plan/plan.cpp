@@ -43,10 +43,6 @@ bool IsUnit(const Vec3& v) {
   return std::abs(glm::length(v) - 1) <= kUnitTolerance;
 }
 
-double RadiusOf(const Tool& tool) {
-  return std::visit([](const auto& t) { return t.radius_mm(); }, tool);
-}
-
 }  // namespace
 
 void CheckPlan(const Plan& plan) {
@@ -106,12 +102,12 @@ PlaneDeviation CalcDeviation(const PlannedPlane& planned, const Tool& tool, cons
   const CutPlane& plane = planned.plane;
   PlaneDeviation out;
   out.p_W_mm = X_WT.p_AB;
-  if (std::holds_alternative<DiscSaw>(tool)) {
+  if (IsBlade(tool)) {
     const Vec3 z = X_WT.Vector({0, 0, 1});
     const Vec3 to_point = plane.p_W - X_WT.p_AB;
     const Vec3 across = to_point - glm::dot(to_point, z) * z;
     const double distance_mm = glm::length(across);
-    const double R = RadiusOf(tool);
+    const double R = CalcRadius(tool);
     out.p_W_mm = X_WT.p_AB + (distance_mm > R ? R / distance_mm : 1.0) * across;
     Vec3 depth = distance_mm > 1e-9 ? across : X_WT.Vector({1, 0, 0});
     // If the blade is perpendicular to the planned plane, any depth direction in the plane is valid.
@@ -132,11 +128,11 @@ PlaneDeviation CalcDeviation(const PlannedPlane& planned, const Tool& tool, cons
 
 StopDeviation CalcDeviation(const DepthStop& stop, const Tool& tool, const Pose& X_WT) {
   double fraction = 1;
-  if (std::holds_alternative<DiscSaw>(tool)) {
+  if (IsBlade(tool)) {
     const double along = glm::dot(X_WT.Vector({0, 0, 1}), stop.direction_W);
     fraction = std::sqrt(std::max(0.0, 1 - along * along));
   }
-  const double depth_mm = glm::dot(stop.direction_W, X_WT.p_AB - stop.p_W_mm) + fraction * RadiusOf(tool);
+  const double depth_mm = glm::dot(stop.direction_W, X_WT.p_AB - stop.p_W_mm) + fraction * CalcRadius(tool);
   return {.depth_mm = depth_mm, .left_mm = stop.depth_mm - depth_mm};
 }
 

@@ -130,7 +130,7 @@ ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT) {
   ToolDeviation deviation;
   const Vec3 z_W = X_WT.R_AB * Vec3(0, 0, 1);
   Vec3 lowest_W = X_WT.p_AB + cut.radius_mm * cut.into_W;
-  if (cut.is_disc) {
+  if (cut.is_blade) {
     // The point of the rim that is furthest in the direction into the bone.
     const Vec3 down = cut.into_W - glm::dot(cut.into_W, z_W) * z_W;
     if (glm::length(down) > 1e-6) lowest_W = X_WT.p_AB + cut.radius_mm * glm::normalize(down);

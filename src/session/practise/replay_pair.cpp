@@ -20,7 +20,7 @@ std::vector<Vec3> MakeLine(const ToolTrack& track, const WantedCut& cut) {
   for (const TrackPoint& p : track.points()) {
     if (!p.contact) continue;
     Vec3 down = cut.into_W;
-    if (cut.is_disc) {
+    if (cut.is_blade) {
       const Vec3 z_W = p.X_WT.R_AB * Vec3(0, 0, 1);
       down -= glm::dot(down, z_W) * z_W;
       if (!(glm::length(down) > 1e-6)) continue;

@@ -78,7 +78,7 @@ Pose FindNearestClearPose(const PhiSampler& phi, const Tool& tool, const Pose& X
     }
     return std::nullopt;
   };
-  if (std::holds_alternative<DiscSaw>(tool)) {
+  if (IsBlade(tool)) {
     if (const std::optional<Pose> X = find()) return *X;
   }
   for (int x = -1; x <= 1; ++x) {

@@ -42,7 +42,6 @@ CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects,
 
 CuttingEnergy CalcCuttingEnergy(const SimulationParams& params, const EffectRecord& effects, const CuttingSums& sums) {
   CuttingEnergy energy;
-  const auto* disc = std::get_if<DiscSaw>(&params.tool);
   const bool by_law = params.law.info().has_cutting;
   if (const std::optional<double> power_W = FindMeanPower(effects)) {
     energy.from = CuttingForceFrom::kEffect;
@@ -53,8 +52,8 @@ CuttingEnergy CalcCuttingEnergy(const SimulationParams& params, const EffectReco
     energy.work_J = sums.cutting_J;
   } else {
     energy.ratio = kThrustPerCuttingForce;
-    if (disc != nullptr) {
-      const double rim_mm = std::numbers::pi * disc->diameter_mm;
+    if (IsBlade(params.tool)) {  // all teeth have the speed of the rim
+      const double rim_mm = std::numbers::pi * 2 * CalcRadius(params.tool);
       energy.work_J = 1e-3 * sums.thrust_turns_N / *energy.ratio * rim_mm;
     }
   }
@@ -62,8 +61,7 @@ CuttingEnergy CalcCuttingEnergy(const SimulationParams& params, const EffectReco
   // If bone was removed only because the tool was placed inside it, no work was done.
   const bool cuts = *energy.work_J > 0 || sums.cutting_turns > 0;
   if (cuts && sums.removed_mm3 > kNegligible_mm3) energy.specific_J_per_mm3 = *energy.work_J / sums.removed_mm3;
-  const int per_turn = disc != nullptr ? disc->teeth : std::get<BallBurr>(params.tool).flutes;
-  const double passes = per_turn * sums.cutting_turns;
+  const double passes = CountPassesPerTurn(params.tool) * sums.cutting_turns;
   if (passes > 0) energy.pass_mJ = 1e3 * *energy.work_J / passes;
   return energy;
 }

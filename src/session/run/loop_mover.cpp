@@ -56,9 +56,9 @@ Pose LoopMover::FindNearestWayOut(const PhiSampler& phi, const Pose& X_WT) const
   return FindNearestClearPose(phi, tool_, X_WT, bounds_W.centre(), kFree_vox * phi.voxel_mm(), max_mm);
 }
 
-/// Returns true if a disc is in the guide's plane now, but would not be at the wanted pose.
+/// Returns true if a blade is in the guide's plane now, but would not be at the wanted pose.
 bool LoopMover::LeavesGuide(const Pose& X_wanted, const Pose& X_now) const {
-  if (!guide_ || !std::holds_alternative<DiscSaw>(tool_)) return false;
+  if (!guide_ || !IsBlade(tool_)) return false;
   const double limit_mm = guide_->tolerance_mm + kGivesWay_mm;
   return CalcDistance(*guide_, CalcReach(tool_), X_wanted) > limit_mm &&
          CalcDistance(*guide_, CalcReach(tool_), X_now) <= limit_mm;

@@ -208,7 +208,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   before.tools.push_back({tool, first.X_WT, 1});
   before.camera = overview;
   before.caption = fmt::format("{:.1f} cm3 of bone; {}, at first contact", run.before.CalcVolume() / 1000,
-                               DescribeTool(run.scene.tool));
+                               DescribeTool(run.scene.tool.shape));
   write(before, "before.png");
   before = {};
 

@@ -205,7 +205,7 @@ std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
         {{"top_mm", layer.top_mm}, {"region", layer.region}, {"E_GPa", layer.E_MPa / 1000}, {"nu", layer.nu}});
   }
   json["slab"] = {{"law", ToString(scene.slab.params.reading)},
-                  {"thickness_mm", scene.tool.thickness_mm},
+                  {"thickness_mm", CalcThickness(scene.tool.shape)},
                   {"entry_mm", s.profile.entry_mm},
                   {"length_mm", s.profile.end_mm},
                   {"deepest_mm", s.end.deepest_mm},

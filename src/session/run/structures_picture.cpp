@@ -26,18 +26,6 @@ constexpr std::size_t kMaxHistoryPoints = 1200;
 constexpr int kPictureRows = 720, kPlotRows = 440;
 constexpr double kMinArrow_mm = 0.5;
 
-/// Returns the tool's point closest to a point in the tool frame.
-Vec3 FindNearestPointOnTool(const Tool& tool, const Vec3& p_T) {
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
-    const double rho = std::hypot(p_T.x, p_T.y);
-    const double shrink = rho > disc->radius_mm() ? disc->radius_mm() / rho : 1;
-    const double half_mm = 0.5 * disc->thickness_mm;
-    return {shrink * p_T.x, shrink * p_T.y, std::clamp(p_T.z, -half_mm, half_mm)};
-  }
-  const double length = glm::length(p_T), reach_mm = CalcReach(tool);
-  return length > reach_mm ? reach_mm / length * p_T : p_T;
-}
-
 Image RenderScene(const StructuresTrack& track, const Bone& bone, const Tool& tool, bool patient,
                   const std::string& name) {
   const StructuresTrack::Closest& closest = track.closest().value();
@@ -61,7 +49,7 @@ Image RenderScene(const StructuresTrack& track, const Bone& bone, const Tool& to
   Vec3 p_structure_W(0), p_tool_W(0);
   double smallest = 1e300;
   for (const Vec3& p : track.surface_W().points) {
-    const Vec3 q = closest.X_WT.Point(FindNearestPointOnTool(tool, closest.X_WT.InversePoint(p)));
+    const Vec3 q = closest.X_WT.Point(FindNearestOfTool(tool, closest.X_WT.InversePoint(p)));
     if (glm::length(p - q) >= smallest) continue;
     smallest = glm::length(p - q);
     p_structure_W = p;

@@ -25,9 +25,9 @@ WantedCut MakeWantedCut(const SceneExercise& exercise, const Tool& tool) {
   cut.length_mm = glm::distance(exercise.start_mm, exercise.end_mm);
   cut.depth_mm = exercise.depth_mm;
   cut.margin_mm = exercise.margin_mm;
-  cut.radius_mm = CalcTooth(tool).tool_radius_mm;
-  cut.is_disc = std::holds_alternative<DiscSaw>(tool);
-  cut.thickness_mm = cut.is_disc ? std::get<DiscSaw>(tool).thickness_mm : 2 * cut.radius_mm;
+  cut.radius_mm = CalcRadius(tool);
+  cut.is_blade = IsBlade(tool);
+  cut.thickness_mm = CalcCutWidth(tool);
   return cut;
 }
 
@@ -41,7 +41,7 @@ double WantedCut::CalcDistance(const Vec3& p_W) const {
   const double s = p.x - std::clamp(p.x, 0.0, length_mm);
   // The tool has also passed through everything above the path of its centre.
   const double t = std::max(p.y - (depth_mm - radius_mm), 0.0);
-  if (!is_disc) return std::sqrt(s * s + t * t + p.z * p.z) - radius_mm;
+  if (!is_blade) return std::sqrt(s * s + t * t + p.z * p.z) - radius_mm;
   const double in_plane = std::hypot(s, t) - radius_mm;
   const double across = std::abs(p.z) - 0.5 * thickness_mm;
   if (in_plane <= 0 || across <= 0) return std::max(in_plane, across);

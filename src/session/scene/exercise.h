@@ -76,8 +76,8 @@ struct WantedCut {
   double depth_mm = 0;
   double margin_mm = 0;
   double radius_mm = 0;     // of the tool
-  double thickness_mm = 0;  // of the kerf: the disc's thickness, or a ball's diameter
-  bool is_disc = true;
+  double thickness_mm = 0;  // of the kerf: a blade's thickness, or a ball's diameter
+  bool is_blade = true;
 
   CutPlane plane() const { return {start_W, across_W}; }
   /// Returns {s, t, w} of a world point.

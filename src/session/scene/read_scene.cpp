@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include "base/core/printable.h"
 #include "base/files/files.h"
@@ -234,18 +235,16 @@ void ReadTool(TableReader& root, SceneTool& tool, Faults& faults) {
   TableReader reader(*table, "[tool]", faults);
   Describe(tool, reader);
   const TomlNode* word = table->Find("shape");
-  if (word != nullptr && word->text != kToolKindWords[static_cast<std::size_t>(tool.kind)]) return;  // unknown shape
-  // A key of the other shape would have no effect, so it is rejected.
+  const std::string_view shape = GetShape(tool.shape);
+  if (word != nullptr && word->text != shape) return;  // unknown shape
+  // A key of another shape would have no effect, so it is rejected.
+  std::set<std::string> refused;
   const auto refuse = [&](const char* key, const auto&...) {
-    if (!reader.Has(key) || reader.Known(key)) return;
-    reader.Fault(key, fmt::format("{} is not used: shape is \"{}\"; remove it", key,
-                                  kToolKindWords[static_cast<std::size_t>(tool.kind)]));
+    if (!reader.Has(key) || reader.Known(key) || !refused.insert(key).second) return;
+    reader.Fault(key, fmt::format("{} is not used: shape is \"{}\"; remove it", key, shape));
   };
-  SceneTool other;
-  if (tool.kind == ToolKind::kDisc) {
-    DescribeBall(other, refuse);
-  } else {
-    DescribeDisc(other, refuse);
+  for (Tool other : GetDefaultTools()) {
+    std::visit([&](auto& of_other) { DescribeShape(of_other, refuse); }, other);
   }
   reader.Finish();
 }
@@ -415,8 +414,10 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadGivenSection(root, "hand", scene.hand, faults);
   ReadGivenSection(root, "loop", scene.loop, faults);
   ReadExercise(root, scene.exercise, scene.tool, faults);
-  if (scene.tool.kind != ToolKind::kDisc && (scene.simulation.mode == SceneMode::kSlab || scene.slab.given)) {
-    root.Fault(scene.slab.given ? "slab" : "simulation", "slab mode requires a disc, but [tool] shape is \"ball\"");
+  if (!std::holds_alternative<DiscSaw>(scene.tool.shape) &&
+      (scene.simulation.mode == SceneMode::kSlab || scene.slab.given)) {
+    root.Fault(scene.slab.given ? "slab" : "simulation",
+               fmt::format("slab mode requires a disc, but [tool] shape is \"{}\"", GetShape(scene.tool.shape)));
   }
   root.Finish();
   faults.ThrowIfAny();
@@ -442,26 +443,15 @@ Scene ReadScene(const std::string& file) {
 }
 
 Tool MakeTool(const Scene& scene) {
-  const SceneTool& tool = scene.tool;
-  if (tool.kind == ToolKind::kBall) {
-    return BallBurr{tool.diameter_mm,  tool.flutes, tool.tooth_width_mm, tool.rake_deg, tool.edge_radius_um,
-                    1000 * tool.E_GPa, tool.nu,     tool.grip_mm};
-  }
-  return DiscSaw{tool.diameter_mm,    tool.thickness_mm, tool.teeth, tool.rake_deg,
-                 tool.edge_radius_um, 1000 * tool.E_GPa, tool.nu,    tool.grip_mm};
-}
-
-std::string DescribeTool(const SceneTool& tool) {
-  return tool.kind == ToolKind::kBall
-             ? fmt::format("ball burr {:g} mm, {} flutes", tool.diameter_mm, tool.flutes)
-             : fmt::format("disc {:g} x {:g} mm, {} teeth", tool.diameter_mm, tool.thickness_mm, tool.teeth);
+  Tool tool = scene.tool.shape;
+  std::visit([&](auto& t) { t.E_MPa = 1000 * scene.tool.E_GPa; }, tool);
+  return tool;
 }
 
 DiscSaw MakeDiscSaw(const Scene& scene) {
-  if (scene.tool.kind != ToolKind::kDisc) {
-    throw Error(fmt::format("{}: this requires a disc, but [tool] shape is \"ball\"", scene.name));
-  }
-  return std::get<DiscSaw>(MakeTool(scene));
+  const Tool tool = MakeTool(scene);
+  if (const auto* disc = std::get_if<DiscSaw>(&tool)) return *disc;
+  throw Error(fmt::format("{}: this requires a disc, but [tool] shape is \"{}\"", scene.name, GetShape(tool)));
 }
 
 SimulationParams MakeSimulationParams(const Scene& scene) {
@@ -526,7 +516,7 @@ CutPlane MakeSlabPlane(const Scene& scene) {
                       "slab mode has one slice, in the disc's plane where the path starts",
                       what, off_mm, std::asin(std::min(1.0, sine)) * kDegreesPerRad));
     }
-    if (beside_mm > 0.5 * scene.tool.diameter_mm) {
+    if (beside_mm > CalcRadius(scene.tool.shape)) {
       throw Error(
           fmt::format("at {} the disc is {:.1f} mm beside the line along which the slice slides, more than its radius; "
                       "slab mode has one slice, in front of the disc where the path starts",

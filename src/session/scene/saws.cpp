@@ -1,8 +1,11 @@
 #include "session/scene/saws.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "base/core/csv.h"
 #include "kerf/describe.h"
@@ -18,6 +21,7 @@ constexpr std::size_t kLongestName = 30;
 
 const std::vector<std::string> kSawColumns{"name",  "shape",  "diameter_mm", "thickness_mm",
                                            "teeth", "flutes", "rpm",         "source"};
+constexpr std::size_t kRpmColumn = 6;
 
 double ParseWithin(const std::string& text, std::size_t column, Range range, const CsvPlace& place) {
   const double value = ParseCsvNumber(text, 0, kSawColumns[column].c_str(), place);
@@ -27,15 +31,24 @@ double ParseWithin(const std::string& text, std::size_t column, Range range, con
   return value;
 }
 
-int ParseCount(const std::string& text, std::size_t column, Range range, const CsvPlace& place) {
-  const double value = ParseWithin(text, column, range, place);
-  if (value != std::floor(value)) place.Fail(fmt::format("{} = {} is not an integer", kSawColumns[column], value));
-  return static_cast<int>(value);
-}
-
-void ExpectNone(const std::string& text, std::size_t column, const char* shape, const CsvPlace& place) {
-  if (text != "none") {
-    place.Fail(fmt::format("a {} has no {}; write none, not {}", shape, kSawColumns[column], Quote(text)));
+/// Reads the columns that the shape has; the others must be "none".
+template <typename Shape>
+void ParseShape(const std::vector<std::string>& fields, const CsvPlace& place, Shape& shape) {
+  for (std::size_t column = 2; column < kRpmColumn; ++column) {
+    bool has = false;
+    DescribeShape(shape, [&](const char* key, auto& value, Range range, const char*) {
+      if (key != kSawColumns[column]) return;
+      has = true;
+      const double number = ParseWithin(fields[column], column, range, place);
+      if (std::is_integral_v<std::remove_reference_t<decltype(value)>> && number != std::floor(number)) {
+        place.Fail(fmt::format("{} = {} is not an integer", kSawColumns[column], number));
+      }
+      value = static_cast<std::remove_reference_t<decltype(value)>>(number);
+    });
+    if (!has && fields[column] != "none") {
+      place.Fail(
+          fmt::format("a {} has no {}; write none, not {}", fields[1], kSawColumns[column], Quote(fields[column])));
+    }
   }
 }
 
@@ -45,21 +58,14 @@ Saw ParseSaw(const std::vector<std::string>& fields, const CsvPlace& place) {
   if (saw.name.empty() || saw.name.size() > kLongestName) {
     place.Fail(fmt::format("name = {} must have 1 to {} characters", Quote(saw.name), kLongestName));
   }
-  if (fields[1] == "disc") {
-    saw.tool.diameter_mm = ParseWithin(fields[2], 2, FindRange<DiscSaw>(kSawColumns[2]), place);
-    saw.tool.thickness_mm = ParseWithin(fields[3], 3, FindRange<DiscSaw>(kSawColumns[3]), place);
-    saw.tool.teeth = ParseCount(fields[4], 4, FindRange<DiscSaw>(kSawColumns[4]), place);
-    ExpectNone(fields[5], 5, "disc", place);
-  } else if (fields[1] == "ball") {
-    saw.tool.kind = ToolKind::kBall;
-    saw.tool.diameter_mm = ParseWithin(fields[2], 2, FindRange<BallBurr>(kSawColumns[2]), place);
-    ExpectNone(fields[3], 3, "ball", place);
-    ExpectNone(fields[4], 4, "ball", place);
-    saw.tool.flutes = ParseCount(fields[5], 5, FindRange<BallBurr>(kSawColumns[5]), place);
-  } else {
-    place.Fail(fmt::format("shape = {} must be disc or ball", Quote(fields[1])));
+  const std::vector<Tool>& tools = GetDefaultTools();
+  const auto tool = std::find_if(tools.begin(), tools.end(), [&](const Tool& t) { return GetShape(t) == fields[1]; });
+  if (tool == tools.end()) {
+    place.Fail(fmt::format("shape = {} must be {}", Quote(fields[1]), fmt::join(GetToolShapes(), " or ")));
   }
-  saw.tool.rpm = ParseWithin(fields[6], 6, Range{kMinRpm, kSpindleRange_rpm.upper}, place);
+  saw.tool.shape = *tool;
+  std::visit([&](auto& shape) { ParseShape(fields, place, shape); }, saw.tool.shape);
+  saw.tool.rpm = ParseWithin(fields[kRpmColumn], kRpmColumn, Range{kMinRpm, kSpindleRange_rpm.upper}, place);
   saw.source = fields[7];
   if (saw.source.empty()) place.Fail("source is empty; give the source of the dimensions");
   return saw;
@@ -87,10 +93,10 @@ const std::vector<Saw>& BuiltInSaws() {
 }
 
 void UseSaw(Scene& scene, const Saw& saw) {
-  const Vec3 grip_mm = scene.tool.grip_mm;
+  const Vec3 p_TG_mm = CalcGrip(scene.tool.shape);
   scene.tool = saw.tool;
-  scene.tool.grip_mm = grip_mm;
-  if (saw.tool.kind == ToolKind::kBall) scene.slab = {};
+  std::visit([&](auto& shape) { shape.p_TG_mm = p_TG_mm; }, scene.tool.shape);
+  if (!std::holds_alternative<DiscSaw>(saw.tool.shape)) scene.slab = {};
 }
 
 }  // namespace kerf

@@ -20,7 +20,7 @@ std::vector<Saw> ParseSaws(const std::string& text, const std::string& file);
 /// Returns the saws that are built into kerf.
 const std::vector<Saw>& BuiltInSaws();
 
-/// Replaces the scene's tool with this saw, but keeps the grip. For a ball, removes [slab], which requires a disc.
+/// Replaces the scene's tool with this saw, but keeps the grip. For any tool but a disc, removes [slab].
 void UseSaw(Scene& scene, const Saw& saw);
 
 }  // namespace kerf

@@ -49,21 +49,10 @@ struct SceneMaterial {
   std::optional<Vec3> osteon_direction;
 };
 
-enum class ToolKind { kDisc, kBall };
-
 struct SceneTool {
-  ToolKind kind = ToolKind::kDisc;
-  double diameter_mm = 22;     // of the disc; 6 by default for a ball
-  double thickness_mm = 0.25;  // this and the next: kDisc
-  int teeth = 24;
-  int flutes = 8;  // this and the next: kBall
-  double tooth_width_mm = 0.5;
-  double rake_deg = DiscSaw{}.rake_deg;
-  double edge_radius_um = DiscSaw{}.edge_radius_um;
+  Tool shape = DiscSaw{};  // all keys but the next two, with the library's names; MakeTool() sets its E
   double rpm = 7500;
   double E_GPa = 205;
-  double nu = 0.28;
-  Vec3 grip_mm{0, 0, 80};  // in the tool frame
 };
 
 /// A straight stroke of the disc's centre at constant feed rate; the disc rotates only about its spindle.
@@ -160,8 +149,6 @@ std::string DefaultSceneToml();
 
 /// The following functions convert the scene's values to the library's units.
 Tool MakeTool(const Scene& scene);
-/// Returns a description: "disc 22 x 0.25 mm, 24 teeth", "ball burr 6 mm, 8 flutes".
-std::string DescribeTool(const SceneTool& tool);
 /// Returns the disc, for functions that require one. Throws kerf::Error for another tool.
 DiscSaw MakeDiscSaw(const Scene& scene);
 SimulationParams MakeSimulationParams(const Scene& scene);

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "cut/tool/shape.h"
 #include "kerf/describe.h"
 #include "session/scene/scene.h"
 
@@ -59,28 +60,21 @@ void DescribeCt(SceneMaterial& p, V&& visit) {
   p.ct_all = where == "all";
 }
 
-/// Values of `shape` in [tool], in the order of ToolKind.
-inline constexpr std::array<std::string_view, 2> kToolKindWords{"disc", "ball"};
-
 template <typename V>
 void Describe(SceneTool& p, V&& visit) {
-  std::string shape(kToolKindWords[static_cast<std::size_t>(p.kind)]);
-  visit("shape", shape, Choices{{kToolKindWords.begin(), kToolKindWords.end()}},
-        "disc: a saw that cuts with its rim; ball: a burr that cuts with its whole surface");
-  for (std::size_t i = 0; i < kToolKindWords.size(); ++i) {
-    const auto kind = static_cast<ToolKind>(i);
-    if (shape != kToolKindWords[i] || kind == p.kind) continue;
-    p.kind = kind;
-    p.diameter_mm = kind == ToolKind::kBall ? BallBurr{}.diameter_mm : DiscSaw{}.diameter_mm;
+  std::string word(GetShape(p.shape));
+  visit("shape", word, Choices{GetToolShapes()}, DescribeToolShapes().c_str());
+  for (const Tool& other : GetDefaultTools()) {
+    if (word == GetShape(other) && other.index() != p.shape.index()) p.shape = other;
   }
-  if (p.kind == ToolKind::kDisc) {
-    DescribeDisc(p, visit);
-  } else {
-    DescribeBall(p, visit);
-  }
-  DescribeEdge(p, visit);
-  visit("rpm", p.rpm, kSpindleRange_rpm, "speed of the spindle; 0: stopped, does not cut");
-  DescribeSteel("E_GPa", p.E_GPa, 1, p.nu, p.grip_mm, visit);
+  std::visit(
+      [&](auto& tool) {
+        DescribeShape(tool, visit);
+        DescribeEdge(tool, visit);
+        visit("rpm", p.rpm, kSpindleRange_rpm, "speed of the spindle; 0: stopped, does not cut");
+        DescribeSteel("E_GPa", p.E_GPa, 1, tool.nu, tool.p_TG_mm, visit);
+      },
+      p.shape);
 }
 
 template <typename V>

@@ -110,7 +110,7 @@ std::vector<std::string> FindLawWarnings(const SimulationParams& params, double 
   }
   constexpr double kMeasuredRake_deg = -10;
   constexpr double kRakeTolerance_deg = 10;  // rakes of 0 to -10 degrees differ little (docs/validation.md, rake_1987)
-  const double rake_deg = std::visit([](const auto& tool) { return tool.rake_deg; }, params.tool);
+  const double rake_deg = CalcRake(params.tool);
   if (FindCaveat(law).by_width && !params.law.has_own_table() &&
       std::abs(rake_deg - kMeasuredRake_deg) > kRakeTolerance_deg) {
     warnings.push_back(fmt::format("rake_deg = {:g} is not used: the forces of {} were measured at about {:g} degrees",
@@ -124,8 +124,7 @@ std::string DescribeUnusedDirection(const ForceLaw& law) {
 }
 
 double CalcMaxBite(const Scene& scene) {
-  const int passes_per_turn = scene.tool.kind == ToolKind::kDisc ? scene.tool.teeth : scene.tool.flutes;
-  const double passes_per_s = passes_per_turn * scene.tool.rpm / 60;
+  const double passes_per_s = CountPassesPerTurn(MakeTool(scene)) * scene.tool.rpm / 60;
   return passes_per_s > 0 ? MakePath(scene).CalcMaxSpeed() / passes_per_s : std::numeric_limits<double>::infinity();
 }
 
@@ -145,12 +144,12 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
       warnings.push_back(DescribeUnusedDirection(scene.force));
     }
   }
-  const bool disc = scene.tool.kind == ToolKind::kDisc;
+  const bool blade = IsBlade(MakeTool(scene));
   for (std::size_t i = 0; i < scene.path.strokes.size(); ++i) {
     const SceneStroke& stroke = scene.path.strokes[i];
     const Vec3 travel = stroke.end_mm - stroke.start_mm;
     const Vec3 nhat = glm::normalize(stroke.disc_normal);
-    if (disc && glm::length(travel) > 0 && std::abs(glm::dot(travel, nhat)) > 0.05 * glm::length(travel)) {
+    if (blade && glm::length(travel) > 0 && std::abs(glm::dot(travel, nhat)) > 0.05 * glm::length(travel)) {
       warnings.push_back(
           fmt::format("stroke {} moves {:.3g} degrees out of the disc's plane: the flanks remove bone, but only the "
                       "teeth exert a force",

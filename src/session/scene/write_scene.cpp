@@ -308,11 +308,13 @@ std::string DefaultSceneToml() {
   from_ct.ct_law_file = "laws.csv";
   from_ct.ct_calibration = "0:0.1 1000:1.2";
   WriteMaterial(ct, from_ct);
-  TomlWriter ball;
-  SceneTool burr;
-  burr.kind = ToolKind::kBall;
-  burr.diameter_mm = BallBurr{}.diameter_mm;
-  WriteSection(ball, "tool", burr);
+  TomlWriter tools;
+  for (const Tool& tool : GetDefaultTools()) {
+    SceneTool other;
+    if (tool.index() == other.shape.index()) continue;
+    other.shape = tool;
+    WriteSection(tools, "tool", other);
+  }
   TomlWriter poses;
   ScenePath from_csv;
   from_csv.file = "path.csv";
@@ -322,7 +324,7 @@ std::string DefaultSceneToml() {
   text += "\n# Alternatives to the [material] above:\n#\n";
   text += CommentedOut(uniform.text() + "\n" + ct.text());
   text += "\n# Alternatives to the [tool] above (without [slab], which is for a disc):\n#\n";
-  text += CommentedOut(ball.text());
+  text += CommentedOut(tools.text());
   text += "\n# Alternatives to the strokes above:\n#\n";
   text += CommentedOut(poses.text());
   TomlWriter laws;

@@ -82,7 +82,7 @@ void DepthGauge::VisitRim(const Pose& X_WT, Visit&& visit) const {
     const double turn = 2 * std::numbers::pi * i / kRimPoints;
     const double c = cut_.radius_mm * std::cos(turn);
     const double s = cut_.radius_mm * std::sin(turn);
-    const Vec3 p = cut_.is_disc ? cut_.ToCut(X_WT.Point({c, s, 0})) : centre + Vec3(c, s, 0);
+    const Vec3 p = cut_.is_blade ? cut_.ToCut(X_WT.Point({c, s, 0})) : centre + Vec3(c, s, 0);
     if (std::abs(p.z) > kBeside_mm) continue;
     if (const CutColumn* column = Find(p.x); column != nullptr) visit(*column, p);
   }
@@ -128,7 +128,7 @@ void DepthGauge::TakeDepths(const Pose& X_WT, double beside_mm, double along_mm,
 }
 
 double CalcBladeDepth(const PhiSampler& before, const Tool& tool, const Pose& X_WT) {
-  const double radius_mm = CalcTooth(tool).tool_radius_mm;
+  const double radius_mm = CalcRadius(tool);
   const double step_mm = std::max(0.5 * before.voxel_mm(), radius_mm / 100);
   double deepest_mm = 0;
   for (int i = 0; i < kRimPoints; ++i) {

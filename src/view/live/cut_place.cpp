@@ -6,21 +6,12 @@
 
 namespace kerf {
 
-namespace {
-
-double RadiusOf(const Tool& tool) {
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  return disc != nullptr ? disc->radius_mm() : std::get<BallBurr>(tool).radius_mm();
-}
-
-}  // namespace
-
 std::optional<Vec3> EstimateContact(const Tool& tool, const Pose& X_WT, const Vec3& f_T_W_N) {
   constexpr double kLeast_N = 0.02;
   Vec3 f_T = X_WT.InverseVector(f_T_W_N);
-  if (std::holds_alternative<DiscSaw>(tool)) f_T.z = 0;
+  if (IsBlade(tool)) f_T.z = 0;
   if (!(glm::length(f_T) > kLeast_N)) return std::nullopt;
-  return X_WT.Point(-RadiusOf(tool) * glm::normalize(f_T));
+  return X_WT.Point(-CalcRadius(tool) * glm::normalize(f_T));
 }
 
 void CutPlace::Update(const Tool& tool, const Pose& X_WT, const Vec3& f_T_W_N, double dt_s) {
@@ -30,7 +21,7 @@ void CutPlace::Update(const Tool& tool, const Pose& X_WT, const Vec3& f_T_W_N, d
     const double kept = p_T_ ? std::exp(-std::max(0.0, dt_s) / kSmoothing_s) : 0;
     // The mean is brought back to the surface of the tool.
     const Vec3 mean = kept * p_T_.value_or(p_T) + (1 - kept) * p_T;
-    p_T_ = RadiusOf(tool) * CalcDirection(mean).value_or(glm::normalize(p_T));
+    p_T_ = CalcRadius(tool) * CalcDirection(mean).value_or(glm::normalize(p_T));
     since_s_ = 0;
   } else {
     since_s_ += std::max(0.0, dt_s);

@@ -474,10 +474,10 @@ ScreenBox SceneActors::CalcToolBox(const ViewCamera& camera) const {
   if (!s.tool) return {};
   const double radius = CalcReach(*s.tool);
   Box3 box;
-  const bool disc = std::holds_alternative<DiscSaw>(*s.tool);
+  const bool blade = IsBlade(*s.tool);
   for (const Vec3& normal : {Vec3{0, 0, 1}, Vec3{1, 0, 0}, Vec3{0, 1, 0}}) {
     for (const Vec3& p_T : MakeCircle(Vec3{0}, normal, radius, 16)) {
-      if (disc && normal.z == 0) continue;
+      if (blade && normal.z == 0) continue;
       if (const auto at = camera.Project(s.X_WT.Point(p_T))) box.Include({at->x, at->y, 0});
     }
   }

@@ -61,10 +61,10 @@ struct Proportions {
 
 Proportions CalcProportions(const Tool& tool) {
   const double radius = CalcReach(tool);
-  const bool disc = std::holds_alternative<DiscSaw>(tool);
+  const bool blade = IsBlade(tool);
   Proportions p{};
-  p.start_mm = disc ? 0.45 * radius : 1.6 * radius;
-  p.neck_mm = disc ? 0.17 * radius : 0.55 * radius;
+  p.start_mm = blade ? 0.45 * radius : 1.6 * radius;
+  p.neck_mm = blade ? 0.17 * radius : 0.55 * radius;
   p.collar_mm = p.start_mm + std::clamp(2 * radius, 10.0, 24.0);
   const Vec3 grip = CalcGrip(tool);
   // The axis from the collar through the grip, unless the grip lies beside or before the collar.

@@ -39,7 +39,7 @@ struct Exported {
     arranged.Move(1, {3, 0, 0});
     ExportOrder order;
     order.folder = folder.path();
-    order.scene.tool.thickness_mm = 0.5;
+    order.scene.tool.shape = DiscSaw{.thickness_mm = 0.5};
     Bone before = MakeBar(false);
     before.set_note("import_input", "DICOM");
     before.set_note("import_ct_voxels", "250 250 160");

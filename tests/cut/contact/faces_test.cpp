@@ -27,7 +27,7 @@ TEST(Faces, DiscFitsItsOwnKerfWithTheExpectedPlay) {
         X = X_next;
       }
       const ToolShape shape =
-          MakeToolShape(kSaw, 8, 1.4, Faces::CalcRimMargin(kSaw.radius_mm(), h), Faces::CalcStoppedMargin(h));
+          MakeToolShape(kSaw, {8, 1.4, Faces::CalcRimMargin(kSaw.radius_mm(), h), Faces::CalcStoppedMargin(h)});
       Faces faces(field, shape, kSaw, Vec3(0));
       StepProblem problem;
       problem.tau_s = 0.001;
@@ -36,7 +36,7 @@ TEST(Faces, DiscFitsItsOwnKerfWithTheExpectedPlay) {
       // The play is 0.2 % of a voxel plus half of the amount by which the kerf is wider than the disc. The corner of
       // the kerf's floor reduces the former by up to half. Near the wall's free edge there is less bone; the gap there
       // is not compared.
-      const double play_mm = 0.002 * h + 0.5 * (CalcKerfWidth(kSaw, h) - kSaw.thickness_mm);
+      const double play_mm = 0.002 * h + 0.5 * (CalcKerfWidth(kSaw.thickness_mm, h) - kSaw.thickness_mm);
       int deep = 0;
       for (const FlatPoint& p : problem.flats) {
         EXPECT_LT(p.depth_mm, 0) << h << " " << p.x << " " << p.y;
@@ -54,7 +54,7 @@ TEST(Faces, FlatsWithinReachAreFoundBeforeContact) {
   Bone bone = test::MakeBox(Pose{}, {30, 30, 4}, 0.2);
   BoneField field(bone, 100);
   const ToolShape shape =
-      MakeToolShape(kSaw, 8, 1.4, Faces::CalcRimMargin(kSaw.radius_mm(), 0.2), Faces::CalcStoppedMargin(0.2));
+      MakeToolShape(kSaw, {8, 1.4, Faces::CalcRimMargin(kSaw.radius_mm(), 0.2), Faces::CalcStoppedMargin(0.2)});
   Faces faces(field, shape, kSaw, Vec3(0));
   // The disc is lowered flat onto a face in small steps; pairs that were far apart must be tested again in time.
   for (double height = 3; height > 0.01; height -= 0.013) {

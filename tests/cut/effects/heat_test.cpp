@@ -29,7 +29,7 @@ class HeatedCut {
       : feed_(feed_mm_per_s),
         bone_(test::MakeBox(Pose{}, {8, 5, 6}, 0.2)),
         field_(bone_),
-        shape_(MakeToolShape(tool_, 8, 1e3, 0, 0)),
+        shape_(MakeToolShape(tool_, {8, 1e3, 0, 0})),
         edge_(field_, bone_, tool_, shape_, Vec3(0)),
         cutter_(field_, tool_, CutWith::kWholeTool),
         heat(params, {bone_, field_, tool_, shape_, edge_, problem_.law, nullptr, Vec3(0), field_.p_WF_mm()}) {

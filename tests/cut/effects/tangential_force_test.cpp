@@ -130,7 +130,7 @@ struct Parts {
         law(MakeToothForce(the_law, the_tool)),
         bone(test::MakeBox(Pose{}, {4, 4, 4}, 0.5)),
         field(bone, 8),
-        shape(MakeToolShape(tool, 8, 1.4, 0.5, 0.1)),
+        shape(MakeToolShape(tool, {8, 1.4, 0.5, 0.1})),
         edge(field, bone, tool, shape, p_TC_mm),
         faces(field, shape, tool, p_TC_mm),
         effect(1.6, {bone, field, tool, shape, edge, law, &faces, p_TC_mm, Vec3(0)}) {}

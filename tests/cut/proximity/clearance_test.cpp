@@ -11,8 +11,8 @@
 #include <random>
 
 #include "base/core/heap_guard.h"
-#include "cut/proximity/cover.h"
 #include "cut/proximity/leaf_boxes.h"
+#include "cut/tool/shape.h"
 #include "support/solids.h"
 
 namespace kerf {
@@ -65,7 +65,7 @@ TEST(Cover, PlatesCoverTheWholeDisc) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(0, 1);
   for (const DiscSaw& disc : {DiscSaw{}, DiscSaw{.diameter_mm = 5, .thickness_mm = 2}, DiscSaw{.diameter_mm = 150}}) {
-    const std::vector<CoverPlate> plates = MakeCover(disc);
+    const std::vector<CoverPlate> plates = MakeToolCover(disc);
     EXPECT_EQ(plates.size(), 37u);
     for (int i = 0; i < 20000; ++i) {
       const double r = disc.radius_mm() * (i % 4 ? std::sqrt(unit(random)) : 1.0);

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "kerf/error.h"
 #include "support/message_of.h"
@@ -21,7 +22,7 @@ double SumTeeth(const ToolShape& shape) {
 TEST(ToolShape, DiscHasItsTeethEvenlyOnItsRim) {
   const DiscSaw disc;
   for (const int samples : {1, 3, 8, 256}) {
-    const ToolShape shape = MakeToolShape(disc, samples, 1, 0.15, 0.1);
+    const ToolShape shape = MakeToolShape(disc, {samples, 1, 0.15, 0.1});
     EXPECT_TRUE(shape.edge_is_ring);
     EXPECT_EQ(shape.passes_per_turn, 24);
     EXPECT_NEAR(SumTeeth(shape), 24, 1e-9);  // rounding error of the sum
@@ -41,7 +42,7 @@ TEST(ToolShape, DiscHasItsTeethEvenlyOnItsRim) {
 TEST(ToolShape, FacesOfTheDiscLieOnBothFlatsWithinTheMarginAndTheRequestedSpacing) {
   const DiscSaw disc;
   const double spacing = 0.9;
-  const ToolShape shape = MakeToolShape(disc, 8, spacing, 0.3, 0.3);
+  const ToolShape shape = MakeToolShape(disc, {8, spacing, 0.3, 0.3});
   double outermost = 0;
   int above = 0;
   for (const FacePoint& p : shape.faces) {
@@ -62,7 +63,7 @@ TEST(ToolShape, FacesOfTheDiscLieOnBothFlatsWithinTheMarginAndTheRequestedSpacin
 }
 
 TEST(ToolShape, FacesInTheCuttingRimAreForAStoppedSpindle) {
-  const ToolShape shape = MakeToolShape(DiscSaw{}, 8, 0.9, 0.3, 0.15);
+  const ToolShape shape = MakeToolShape(DiscSaw{}, {8, 0.9, 0.3, 0.15});
   int stopped = 0;
   for (const FacePoint& p : shape.faces) {
     EXPECT_EQ(p.while_stopped, std::hypot(p.p_T.x, p.p_T.y) > 10.7 + 1e-9);
@@ -77,7 +78,7 @@ TEST(ToolShape, BallHasFlutesTimesTheirLengthOfEdge) {
   ball.flutes = 10;
   ball.tooth_width_mm = 0.25;
   for (const int samples : {4, 8, 16, 64}) {
-    const ToolShape shape = MakeToolShape(ball, samples, 1, 0, 0);
+    const ToolShape shape = MakeToolShape(ball, {samples, 1, 0, 0});
     EXPECT_NEAR(SumTeeth(shape), 10 * std::numbers::pi * 3 / 0.25, 1e-6);
     EXPECT_TRUE(shape.faces.empty());
     for (const EdgePoint& p : shape.edge) EXPECT_NEAR(glm::length(p.p_T - 3.0 * p.e_T), 0, 1e-12);
@@ -91,13 +92,75 @@ TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
   const double exact = 2 * ball.flutes * ball.radius_mm() / (std::numbers::pi * ball.tooth_width_mm);
   double error[2];
   for (int i = 0; i < 2; ++i) {
-    const ToolShape shape = MakeToolShape(ball, i == 0 ? 16 : 64, 1, 0, 0);
+    const ToolShape shape = MakeToolShape(ball, {i == 0 ? 16 : 64, 1, 0, 0});
     double sum = 0;
     for (const EdgePoint& p : shape.edge) sum += p.teeth * std::max(0.0, p.e_T.x);
     error[i] = std::abs(sum / exact - 1);
   }
   EXPECT_LT(error[0], 0.005);         // midpoint rule, 16 x 32 points
   EXPECT_LT(error[1], error[0] / 8);  // exact second order would give 1/16
+}
+
+// Properties that hold for every kind of tool, whatever its shape.
+
+TEST(ToolKinds, NearestPointLiesOnTheBodyAtTheDistance) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> at(-1.5, 1.5);
+  for (const Tool& tool : GetDefaultTools()) {
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 p_T = CalcReach(tool) * Vec3(at(random), at(random), at(random));
+      const double distance_mm = CalcSignedToolDistance(tool, p_T);
+      const Vec3 nearest_T = FindNearestOfTool(tool, p_T);
+      EXPECT_NEAR(CalcToolDistance(tool, nearest_T), 0, 1e-12) << GetShape(tool);
+      EXPECT_NEAR(glm::length(p_T - nearest_T), std::max(0.0, distance_mm), 1e-12) << GetShape(tool);
+      EXPECT_EQ(CalcToolDistance(tool, p_T), std::max(0.0, distance_mm));
+    }
+  }
+}
+
+TEST(ToolKinds, DeepestPointIsTheFurthestOfTheEdge) {
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> at(-1, 1);
+  for (const Tool& tool : GetDefaultTools()) {
+    const ToolShape shape = MakeToolShape(tool, {64, 1, 0, 0});
+    for (int i = 0; i < 50; ++i) {
+      const Vec3 n_T = glm::normalize(Vec3(at(random), at(random), at(random)));
+      double furthest_mm = -1e9;
+      for (const EdgePoint& p : shape.edge) furthest_mm = std::max(furthest_mm, glm::dot(n_T, p.p_T));
+      const double deepest_mm = glm::dot(n_T, FindDeepest(tool, n_T));
+      EXPECT_GE(deepest_mm, furthest_mm - 1e-12) << GetShape(tool);
+      // The samples of a ball with 64 x 128 points are up to 1.8 degrees off: 1 - cos(1.8 deg) = 0.0005.
+      EXPECT_LE(deepest_mm, furthest_mm + 0.0005 * CalcRadius(tool)) << GetShape(tool);
+    }
+    EXPECT_EQ(FindDeepest(tool, Vec3(0)), Vec3(0));
+  }
+}
+
+TEST(ToolKinds, MeasuresAgreeWithTheShape) {
+  for (const Tool& tool : GetDefaultTools()) {
+    const ToolShape shape = MakeToolShape(tool, {16, 1, 0, 0});
+    double radius_mm = 0, reach_mm = 0;
+    for (const EdgePoint& p : shape.edge) {
+      radius_mm = std::max(radius_mm, std::hypot(p.p_T.x, p.p_T.y));
+      reach_mm = std::max(reach_mm, glm::length(p.p_T));
+      EXPECT_NEAR(CalcSignedToolDistance(tool, p.p_T), 0, 1e-12) << GetShape(tool);
+    }
+    EXPECT_NEAR(radius_mm, CalcRadius(tool), 0.01 * CalcRadius(tool));  // a ball has no sample on its equator
+    EXPECT_LE(reach_mm, CalcReach(tool) + 1e-12);
+    EXPECT_EQ(shape.passes_per_turn, CountPassesPerTurn(tool));
+    EXPECT_EQ(shape.reach_mm, CalcReach(tool));
+    EXPECT_EQ(IsBlade(tool), !shape.faces.empty()) << GetShape(tool);
+    EXPECT_EQ(CalcThickness(tool), IsBlade(tool) ? CalcCutWidth(tool) : 0);
+    for (const FacePoint& p : shape.faces) EXPECT_NEAR(std::abs(p.p_T.z), 0.5 * CalcThickness(tool), 1e-12);
+  }
+}
+
+TEST(ToolKinds, ShapesHaveTheirWords) {
+  EXPECT_EQ(GetToolShapes(), (std::vector<std::string_view>{"disc", "ball"}));
+  EXPECT_EQ(DescribeToolShapes(), "disc: a saw that cuts with its rim; ball: a burr that cuts with its whole surface");
+  for (std::size_t i = 0; i < GetDefaultTools().size(); ++i) EXPECT_EQ(GetDefaultTools()[i].index(), i);
+  EXPECT_EQ(DescribeTool(DiscSaw{}), "disc 22 x 0.25 mm, 24 teeth");
+  EXPECT_EQ(DescribeTool(BallBurr{}), "ball burr 6 mm, 8 flutes");
 }
 
 TEST(Tool, ValuesOutOfRangeAreNamed) {

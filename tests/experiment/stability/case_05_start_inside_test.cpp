@@ -141,7 +141,7 @@ TEST(HardCase05, BuriedToolIsHeldByTheSurroundingBone) {
         SCOPED_TRACE(testing::Message() << h << " " << askew << " " << rpm);
         const Pose X = Inside(23.5, askew);
         // A kerf is at least as wide as a voxel (docs/physics.md): a turning disc has this much room in it.
-        const double play_mm = rpm == 0 ? 0 : CalcKerfWidth(kSaw, h) - kSaw.thickness_mm;
+        const double play_mm = rpm == 0 ? 0 : CalcKerfWidth(kSaw.thickness_mm, h) - kSaw.thickness_mm;
         WatchedTool tool(bone, MakeParams(), X);
         for (int axis = 0; axis < 3; ++axis) {
           for (const double side : {1.0, -1.0}) {

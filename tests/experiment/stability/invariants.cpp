@@ -107,7 +107,7 @@ void Invariants::CheckBounds(const CoupledInput& in, const CoupledOutput& out) {
 void Invariants::CheckAir(const CoupledInput& in, const CoupledOutput& out) {
   const bool lags = (out.status & kLagging) != 0;
   const bool asleep = (out.status & kCoupledAsleep) != 0;
-  // Bone closer than 1.5 voxels counts as near (docs/tick.md). The tick finds this with the plates of MakeCover(),
+  // Bone closer than 1.5 voxels counts as near (docs/tick.md). The tick finds this with the plates of MakeToolCover(),
   // which extend to 1.07 times the disc's radius. That matters only in slab mode, where the guide holds a disc near
   // bone.
   const double cover_mm = out.fidelity == Fidelity::kSlab ? 0.08 * CalcReach(params_.tool) : 0;

@@ -205,7 +205,7 @@ TEST_F(Agents, TruncatedRecordingIsMeasuredButNotGraded) {
 TEST_F(Agents, AnExerciseThatIsNotFinishedIsNotGraded) {
   MakeFolder(folder_);
   Scene scene = test::MakeSmallExercise("groove");
-  scene.tool.diameter_mm = 8;  // so small that it does not cover the whole line at once
+  std::get<DiscSaw>(scene.tool.shape).diameter_mm = 8;  // so small that it does not cover the whole line at once
   scene.exercise.start_mm = {-6, 0, 0};
   scene.exercise.end_mm = {6, 0, 0};
   scene.path.strokes[0].start_mm = {-6, 0, 5};

@@ -28,8 +28,7 @@ inline Scene MakeSmallExercise(std::string_view id) {
   e.depth_mm = 2;
   e.feed_mm_per_s = 4;
   scene.loop.rate_hz = 250;  // a quarter of the usual ticks
-  scene.tool.diameter_mm = 14;
-  scene.tool.thickness_mm = 0.5;
+  scene.tool.shape = DiscSaw{.diameter_mm = 14, .thickness_mm = 0.5};
   switch (e.kind) {
     case ExerciseKind::kStopBeforeFar:
       e.depth_mm = 4;
@@ -55,8 +54,8 @@ inline Scene MakeSmallExercise(std::string_view id) {
       break;
   }
   SceneStroke stroke;
-  stroke.start_mm = e.start_mm + Vec3(0, 0, 0.5 * scene.tool.diameter_mm + 1);
-  stroke.end_mm = e.start_mm + Vec3(0, 0, 0.5 * scene.tool.diameter_mm);
+  stroke.start_mm = e.start_mm + Vec3(0, 0, CalcRadius(scene.tool.shape) + 1);
+  stroke.end_mm = e.start_mm + Vec3(0, 0, CalcRadius(scene.tool.shape));
   stroke.disc_normal = {0, 1, 0};
   scene.path.strokes = {stroke};
   return scene;

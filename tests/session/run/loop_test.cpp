@@ -215,7 +215,7 @@ TEST(RunLoop, WarnsAboutUnusualSettings) {
   scene.tool.rpm = 0;
   EXPECT_THAT(warnings(scene), Contains("rpm = 0: a stopped tool cuts nothing"));
   scene = OneStroke("H3");
-  scene.tool.thickness_mm = 0.1;
+  std::get<DiscSaw>(scene.tool.shape).thickness_mm = 0.1;
   EXPECT_THAT(warnings(scene), Contains(HasSubstr("thinner than a voxel")));
   scene = OneStroke("H3");
   scene.coupling.at = CouplingPoint::kGrip;

@@ -263,8 +263,8 @@ class LibraryTester {
 
 TEST(SceneRange, LibraryAcceptsTheSameTools) {
   Scene scene;
-  for (const ToolKind kind : {ToolKind::kDisc, ToolKind::kBall}) {
-    scene.tool.kind = kind;
+  for (const Tool& tool : GetDefaultTools()) {
+    scene.tool.shape = tool;
     LibraryTester tester({"rpm"}, [&] { Validate(MakeTool(scene)); });
     Describe(scene.tool, tester);
     EXPECT_EQ(tester.tried(), 10);

@@ -140,7 +140,7 @@ Scene RandomScene(std::mt19937& random) {
   scene.slab.given = random() % 2 == 0;
   Describe(scene.slab, randomize);
   if (!scene.slab.params.segments_move) scene.slab.hold = SlabBody::kSlice;
-  if (scene.tool.kind == ToolKind::kBall) {  // slab mode requires a disc
+  if (!std::holds_alternative<DiscSaw>(scene.tool.shape)) {  // slab mode requires a disc
     scene.slab.given = false;
     scene.simulation.mode = SceneMode::kVoxel;
   }

@@ -28,23 +28,21 @@ TEST(Saws, EveryBuiltInSawIsValidInAScene) {
     UseSaw(scene, saw);
     const Scene again = ParseScene(ResolvedToml(scene), "again.toml");
     EXPECT_NO_THROW(Validate(MakeTool(again))) << saw.name;
-    EXPECT_EQ(DescribeTool(again.tool), DescribeTool(saw.tool));
+    EXPECT_EQ(DescribeTool(again.tool.shape), DescribeTool(saw.tool.shape));
     EXPECT_EQ(again.tool.rpm, saw.tool.rpm);
   }
   // The first is the scene's own default.
-  EXPECT_EQ(DescribeTool(BuiltInSaws().front().tool), DescribeTool(SceneTool{}));
+  EXPECT_EQ(DescribeTool(BuiltInSaws().front().tool.shape), DescribeTool(DiscSaw{}));
 }
 
 TEST(Saws, UserDefinedTableIsRead) {
   const std::vector<Saw> saws = ParseSaws(
       kSawsHeader + "a,disc,20,0.3,18,none,5000,mine\n\"b, long\",ball,4,none,none,6,9000,mine\n", "saws.csv");
   ASSERT_EQ(saws.size(), 2u);
-  EXPECT_EQ(saws[0].tool.kind, ToolKind::kDisc);
-  EXPECT_EQ(saws[0].tool.teeth, 18);
+  EXPECT_EQ(std::get<DiscSaw>(saws[0].tool.shape).teeth, 18);
   EXPECT_EQ(saws[1].name, "b, long");
-  EXPECT_EQ(saws[1].tool.kind, ToolKind::kBall);
-  EXPECT_EQ(saws[1].tool.flutes, 6);
-  EXPECT_EQ(saws[1].tool.diameter_mm, 4);
+  EXPECT_EQ(std::get<BallBurr>(saws[1].tool.shape).flutes, 6);
+  EXPECT_EQ(std::get<BallBurr>(saws[1].tool.shape).diameter_mm, 4);
 }
 
 TEST(Saws, EachFaultIsReportedWithItsLine) {

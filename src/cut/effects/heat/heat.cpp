@@ -17,11 +17,6 @@ namespace {
 
 constexpr double kWetMargin_mm = 1;  // extent of the coolant around the tool
 
-double CalcHalfLength(const Tool& tool) {
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  return disc ? 0.5 * disc->thickness_mm : std::get<BallBurr>(tool).radius_mm();
-}
-
 }  // namespace
 
 HeatEffect::HeatEffect(const HeatParams& params, const EffectSetup& setup)
@@ -29,10 +24,9 @@ HeatEffect::HeatEffect(const HeatParams& params, const EffectSetup& setup)
       grid_(params.grid, setup.field),
       p_WF_mm_(setup.p_WF_mm),
       wet_radius_mm_(CalcReach(setup.tool) + kWetMargin_mm),
-      wet_half_mm_(CalcHalfLength(setup.tool) + kWetMargin_mm),
-      wall_mm_(std::holds_alternative<DiscSaw>(setup.tool)
-                   ? 0.5 * std::max(std::get<DiscSaw>(setup.tool).thickness_mm, setup.field.voxel_mm()) +
-                         0.5 * params.grid.spacing_mm
+      wet_half_mm_(0.5 * CalcCutWidth(setup.tool) + kWetMargin_mm),
+      wall_mm_(IsBlade(setup.tool)
+                   ? 0.5 * std::max(CalcThickness(setup.tool), setup.field.voxel_mm()) + 0.5 * params.grid.spacing_mm
                    : 0),
       gathered_(setup.edge.size()) {}
 

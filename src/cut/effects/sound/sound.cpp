@@ -19,7 +19,7 @@ namespace kerf {
 SoundEffect::SoundEffect(const SoundParams& params, const EffectSetup& setup)
     : params_(params),
       teeth_(static_cast<int>(std::lround(setup.shape.passes_per_turn))),
-      radius_mm_(CalcTooth(setup.tool).tool_radius_mm),
+      radius_mm_(CalcRadius(setup.tool)),
       cutting_(dynamic_cast<const TangentialForceEffect*>(setup.plan->Find("tangential_force"))) {}
 
 void SoundEffect::End(EffectEnd& end) {

@@ -1,0 +1,5 @@
+// The kinds of tools, one line each.
+#pragma once
+
+#include "cut/tool/ball_burr.h"
+#include "cut/tool/disc_saw.h"
