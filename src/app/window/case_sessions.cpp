@@ -11,7 +11,7 @@ constexpr std::size_t kCurvePoints = 1000;
 }  // namespace
 
 ProjectSession MakeProjectSession(const std::string& saw, const LiveFigures& figures,
-                                  const std::vector<PlotPoint>& forces) {
+                                  const std::vector<PlotPoint>& forces, const HolderPlaces& holder) {
   ProjectSession session{.saw = saw,
                          .duration_s = figures.time_s,
                          .removed_mm3 = std::max(0.0, figures.removed_mm3),
@@ -19,7 +19,9 @@ ProjectSession MakeProjectSession(const std::string& saw, const LiveFigures& fig
                          .forces_sN = {},
                          .turning_force_N = figures.turning_force_N,
                          .stopped_force_N = figures.stopped_force_N,
-                         .in_bone_s = figures.in_bone_s};
+                         .in_bone_s = figures.in_bone_s,
+                         .hub_in_bone_W = holder.hub_W,
+                         .handpiece_in_bone_W = holder.handpiece_W};
   const std::size_t parts = std::min(kCurvePoints, forces.size());
   for (std::size_t i = 0; i < parts; ++i) {
     const auto first = forces.begin() + static_cast<std::ptrdiff_t>(i * forces.size() / parts);
@@ -43,8 +45,13 @@ std::vector<ProjectSession> ListSessions(const Project& project) {
 }
 
 JoinedSessions JoinSessions(const std::vector<ProjectSession>& sessions) {
-  JoinedSessions joined{
-      .saws = {}, .duration_s = 0, .in_bone_s = 0, .turning_force_N = 0, .stopped_force_N = 0, .forces_sN = {}};
+  JoinedSessions joined{.saws = {},
+                        .duration_s = 0,
+                        .in_bone_s = 0,
+                        .turning_force_N = 0,
+                        .stopped_force_N = 0,
+                        .forces_sN = {},
+                        .holder = {}};
   std::set<std::string> saws;
   double begin_s = 0;
   for (const ProjectSession& session : sessions) {
@@ -61,6 +68,8 @@ JoinedSessions JoinSessions(const std::vector<ProjectSession>& sessions) {
     join(joined.in_bone_s, session.in_bone_s, add);
     join(joined.turning_force_N, session.turning_force_N, larger);
     join(joined.stopped_force_N, session.stopped_force_N, larger);
+    if (!joined.holder.hub_W) joined.holder.hub_W = session.hub_in_bone_W;
+    if (!joined.holder.handpiece_W) joined.holder.handpiece_W = session.handpiece_in_bone_W;
   }
   return joined;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/window/holder_watch.h"
 #include "app/window/live_session.h"
 #include "session/project/project.h"
 #include "view/ui/hud.h"
@@ -14,7 +15,7 @@ namespace kerf {
 
 /// Returns the figures of a session. The force curve is thinned to the maxima of at most 1000 equal parts.
 ProjectSession MakeProjectSession(const std::string& saw, const LiveFigures& figures,
-                                  const std::vector<PlotPoint>& forces);
+                                  const std::vector<PlotPoint>& forces, const HolderPlaces& holder = {});
 
 /// Returns the sessions of a project. Sessions that have a recording but no figures, in files of earlier versions, are
 /// listed without figures.
@@ -28,6 +29,7 @@ struct JoinedSessions {
   std::optional<double> turning_force_N;             // largest on the hand while the spindle turned
   std::optional<double> stopped_force_N;             // and while it did not
   std::vector<std::pair<double, double>> forces_sN;  // of the known sessions, one after the other
+  HolderPlaces holder;                               // the first of all
 };
 JoinedSessions JoinSessions(const std::vector<ProjectSession>& sessions);
 

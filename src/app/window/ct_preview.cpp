@@ -62,7 +62,7 @@ void CtPreview::set_box(const Box3& box_W) {
 
 void CtPreview::Update(std::size_t i) {
   Slice& slice = slices_[i];
-  slice.view = SliceVolume(*volume_, kCtAxes[i], slice.at_mm, {});
+  slice.view = SliceVolume(*volume_, kCtAxes[i], slice.at_mm, greys_);
   slice.image = Image{slice.view.columns, slice.view.rows, slice.view.pixels};
   ++slice.version;
 }
@@ -125,6 +125,10 @@ std::optional<Vec3> CtPreview::DrawSlice(Ui& ui, std::size_t i, float width, flo
     slice.at_mm = std::clamp(slice.at_mm + kCtWheel_mm * static_cast<double>(io.MouseWheel), scan_W_.lower[axis],
                              scan_W_.upper[axis]);
     Update(i);
+  }
+  if (const ImVec2 by = io.MouseDelta; ImGui::IsMouseDragging(1, 0) && (by.x != 0 || by.y != 0)) {
+    DragGreys(by.x / ui.scale(), by.y / ui.scale(), greys_.level_HU, greys_.width_HU);
+    for (std::size_t k = 0; k < slices_.size(); ++k) Update(k);
   }
   if (!ImGui::IsMouseClicked(0)) return std::nullopt;
   Vec3 p_W(slice.at_mm);

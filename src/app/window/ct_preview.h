@@ -35,6 +35,8 @@ class CtPreview {
   void Follow(const std::shared_ptr<const Volume>& volume);
   /// Lets all slices go through a point.
   void Show(const Vec3& p_W);
+  /// Sets the grey levels of slices that are drawn from now on.
+  void set_greys(const CtGreys& greys) { greys_ = greys; }
   /// Shows only this part of the scan, LPS, mm.
   void set_box(const Box3& box_W);
 
@@ -57,6 +59,7 @@ class CtPreview {
   void DrawPosition(Ui& ui, std::size_t i, float width);
 
   std::array<Slice, 3> slices_;  // axial, coronal, sagittal
+  CtGreys greys_;                // of all slices
   Box3 scan_W_;                  // box of the scan
   Box3 box_W_;                   // part of it that is shown
   std::shared_ptr<const Volume> volume_;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <filesystem>
 
@@ -12,6 +13,7 @@
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "session/plan/assess.h"
+#include "view/live/piece_mesh.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
@@ -44,9 +46,21 @@ std::vector<ExportMeasure> MakeMeasures(const PieceSet& pieces, const std::vecto
     measures.push_back({.name = fmt::format("{} {}", distance ? "distance" : "angle", measures.size() + 1),
                         .unit = distance ? "mm" : "deg",
                         .value = now->value,
-                        .points_W_mm = now->points_W});
+                        .points_W_mm = now->points_W,
+                        .pieces = {}});
+    for (const PiecePoint& point : points) measures.back().pieces.push_back(point.piece);
   }
   return measures;
+}
+
+/// Words for the colours of pieces, in the order of PieceColour().
+constexpr std::array kColourWords{Msg("sand"),       Msg("light blue"), Msg("grey"),
+                                  Msg("pale green"), Msg("dark blue"),  Msg("brown")};
+static_assert(kColourWords.size() == kPieceColours);
+
+/// Returns true for a session in which nothing was done, such as that of a saw that was exchanged at once.
+bool IsEmpty(const ProjectSession& session) {
+  return session.duration_s && *session.duration_s < 0.5 && session.removed_mm3.value_or(0) <= 0;
 }
 
 /// A value of all sessions together; none if it is not known of one of them.
@@ -73,10 +87,11 @@ void AddCt(const ExportOrder& order, std::vector<ExportFact>& facts) {
                                      t.Tr(fmt::format(fmt::runtime(Msg("{} voxels of {} mm")), voxels, spacing)))});
   if (!date.empty()) facts.push_back({Msg("date of the study"), date});
   if (!series.empty()) facts.push_back({Msg("DICOM series"), series});
-  if (const std::string error = note("import_surface_error_mm"); !error.empty()) {
-    facts.push_back({Msg("error of the surface, mm"), t.Tr(error)});
+  const auto translate = [&t](const std::string& text) { return t.Tr(text); };
+  if (const std::string error = DescribeSurfaceError(*order.before, translate); !error.empty()) {
+    facts.push_back({Msg("error of the surface"), error, note(kSurfaceErrorNote)});
   }
-  const std::string notes = DescribeImport(*order.before, [&t](const std::string& text) { return t.Tr(text); });
+  const std::string notes = DescribeImport(*order.before, translate);
   if (!notes.empty()) facts.push_back({Msg("notes of the import"), notes});
 }
 
@@ -102,13 +117,19 @@ std::string RunExport(ExportOrder& order) {
     taken.cut_states.push_back(CalcCutState(*order.before, after, plane));
   }
   taken.pieces = &pieces;
+  for (int i = 0; i < pieces.size() && order.pictures.size() > 1; ++i) {
+    taken.piece_colours.push_back(kColourWords[static_cast<std::size_t>(i) % kColourWords.size()]);
+  }
   if (arranged) taken.measures = MakeMeasures(pieces, order.measurements);  // otherwise they belong to other pieces
   for (std::size_t i = 0; i < order.pictures.size(); ++i) {
     taken.pictures.push_back({.name = fmt::format("picture_{}", i + 1),
                               .caption = order.pictures[i].first,
                               .png = order.pictures[i].second});
   }
+  if (order.sessions.size() > 1) std::erase_if(order.sessions, IsEmpty);
   const JoinedSessions joined = JoinSessions(order.sessions);
+  taken.hub_in_bone_W = joined.holder.hub_W;
+  taken.handpiece_in_bone_W = joined.holder.handpiece_W;
   const SessionRow rows[] = {
       {Msg("time with the saw in bone"), "s", 0, joined.in_bone_s},
       {Msg("time of the session"), "s", 0, joined.duration_s},

@@ -105,11 +105,11 @@ void JawSeparation::DrawList(Ui& ui, bool keep, CtPreview& slices) {
     ui.Note(fmt::format("separate.remove {} {}", keep ? "keep" : "drop", i + 1));
     ImGui::SameLine();
     const Vec3& p = points[i];
-    const std::string text =
-        fmt::format("{}: {}, {}, {} mm", i + 1, ShowNumber(p.x, 0), ShowNumber(p.y, 0), ShowNumber(p.z, 0));
+    const std::string place = Translate(DescribePlace(p));
+    const std::string text = FitText(fmt::format("{}: {}", i + 1, place),
+                                     ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
     if (ImGui::Selectable(text.c_str())) slices.Show(p);
-    Tooltip(ui, fmt::format("{}\n{}. {}", Tr("Click to show this point in the slices."), Translate(DescribePlace(p)),
-                            Tr(ExplainPlaces())));
+    Tooltip(ui, fmt::format("{}\n{}. {}", Tr("Click to show this point in the slices."), place, Tr(ExplainPlaces())));
     ImGui::PopID();
   }
   if (removed) Remove(keep, *removed);
@@ -122,15 +122,16 @@ JawSeparation::Answer JawSeparation::Draw(Ui& ui, const UiBox& scene, const UiBo
   if (!BeginPanel(ui, "separation", scene, true)) return Answer::kNone;
   const float s = ui.scale();
   Answer answer = Answer::kNone;
-  const float width = std::min(270 * s, 0.42F * ImGui::GetContentRegionAvail().x);
+  const float width = std::min(330 * s, 0.42F * ImGui::GetContentRegionAvail().x);
   ImGui::BeginChild("points", {width, 0});
   ImGui::PushTextWrapPos(0);
   ImGui::PushFont(ui.bold());
   ImGui::TextUnformatted(Tr("The mandible could not be separated from other bone"));
   ImGui::PopFont();
-  ImGui::TextUnformatted(
-      Tr("Click a few points in the mandible, also in its teeth, and a few in the bone that touches it, such as the "
-         "upper teeth. Turn the wheel over a slice to scroll. Then press Separate."));
+  ImGui::TextUnformatted(Tr(
+      "Click a few points in the mandible, also in its teeth, and a few in the bone that touches it, such as the "
+      "upper teeth. Turn the wheel over a slice to scroll; drag with the right button to change its grey levels. Then "
+      "press Separate."));
   ImGui::PopTextWrapPos();
   ImGui::Spacing();
   DrawList(ui, true, slices);

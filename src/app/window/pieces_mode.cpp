@@ -245,7 +245,8 @@ void PiecesMode::Show() {
 }
 
 void PiecesMode::MoveMarks(std::vector<MarkOverlay> marks) {
-  MovedMarks moved = is_ready() ? kerf::MoveMarks(*pieces_, marks) : MovedMarks{std::move(marks), false};
+  MovedMarks moved =
+      pieces_ && !splitting_.valid() ? kerf::MoveMarks(*pieces_, marks) : MovedMarks{std::move(marks), false};
   marks_left_out_ = moved.left_out;
   viewer_.view().SetMarks(moved.marks);
 }

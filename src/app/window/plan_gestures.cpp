@@ -168,10 +168,7 @@ bool PlanGestures::TakePress(const ScreenPoint& at) {
     return TakePoint(*p_W);
   }
   // A saw that is in the bone is moved, rather than what lies under it.
-  const ScreenBox saw = viewer_.view().CalcToolBox();
-  const bool on_saw =
-      at.x >= saw.left && at.x <= saw.left + saw.width && at.y >= saw.top && at.y <= saw.top + saw.height;
-  if (viewer_.spindle_on() || (on_saw && viewer_.touches())) return false;
+  if (viewer_.spindle_on() || (viewer_.touches() && viewer_.view().IsOnTool(at))) return false;
   const std::optional<int> handle = viewer_.view().PickHandle(at);
   if (!handle || document_.plane() == nullptr || static_cast<std::size_t>(*handle) >= handles_.size()) return false;
   Drag drag;
@@ -316,7 +313,10 @@ const PlaneHandle* PlanGestures::FindHovered() const {
 
 void PlanGestures::DrawHint(const Ui& ui) const {
   const PlaneHandle* const hovered = FindHovered();
-  if (hovered != nullptr && ui.tooltips()) ImGui::SetTooltip("%s", DescribeHandle(hovered->kind));
+  if (hovered == nullptr || !ui.tooltips()) return;
+  const bool on_saw = viewer_.view().IsOnTool(*mouse_);
+  ImGui::SetTooltip("%s%s%s", DescribeHandle(hovered->kind), on_saw ? "\n" : "",
+                    on_saw ? Tr("Beside the handle, drag the blade to move the saw.") : "");
 }
 
 void PlanGestures::Hide() {

@@ -12,8 +12,9 @@
 namespace kerf {
 namespace {
 
-constexpr Rgb8 kNerveColour{0, 114, 178};
-constexpr Rgb8 kToothColour{204, 121, 167};
+// Distinguishable from the blue planes, and from each other, with any colour vision.
+constexpr Rgb8 kNerveColour{170, 55, 125};
+constexpr Rgb8 kToothColour{220, 140, 0};
 constexpr Rgb8 kOtherColour{0, 130, 95};
 
 }  // namespace

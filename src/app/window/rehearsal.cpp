@@ -424,6 +424,10 @@ void Rehearsal::Update(double dt_s) {
 void Rehearsal::Fill(HudState& hud) {
   hud.status.mode = in_pieces_ ? Tr("Pieces") : Tr("Rehearse");
   if (!choice_.saw_name.empty()) hud.status.saw = Tr(choice_.saw_name.c_str());
+  // Each change of the saw or the guide begins another session, which the user need not know.
+  for (const ProjectSession& session : sessions_) {
+    if (hud.status.recording_s) *hud.status.recording_s += session.duration_s.value_or(0);
+  }
   distances_.Fill(hud);
   if (cut_) ShowInjuries(cut_->injuries, hud);
   distances_.SoundAlarms();
@@ -531,7 +535,12 @@ void Rehearsal::FillSlices(SliceScene& scene) const {
                            .colour = {255, 130, 210},  // light: it is drawn on grey
                            .label = tube.name()});
   }
-  if (!in_pieces_) scene.points = editor_.gestures.ListPointOverlays();
+  if (in_pieces_) {
+    scene.tool.reset();
+    scene.note = Tr("The slices show the bone before pieces were moved.");
+  } else {
+    scene.points = editor_.gestures.ListPointOverlays();
+  }
   scene.planes = viewer_->lined_planes();
 }
 

@@ -43,7 +43,7 @@ bool Rehearsal::IsUsed(std::size_t number) const {
 }
 
 ProjectSession Rehearsal::MakeSession() const {
-  return MakeProjectSession(session_saw_, viewer_->figures(), viewer_->forces());
+  return MakeProjectSession(session_saw_, viewer_->figures(), viewer_->forces(), viewer_->holder_places());
 }
 
 /// `project_file`: where the project is saved; it names the case. Empty: the case has no project.
@@ -118,8 +118,8 @@ void Rehearsal::TakeSettings(const std::map<std::string, std::string>& settings)
 void Rehearsal::ShowImportNotes() {
   std::string notes = DescribeImport(*before_, TrMade);
   if (notes.empty()) notes = Tr("Nothing unusual was found.");
-  if (const std::string error = GetNote(*before_, "import_surface_error_mm"); !error.empty()) {
-    notes += fmt::format("\n\n{}: {}", Tr("error of the surface, mm"), TrMade(error));
+  if (const std::string error = DescribeSurfaceError(*before_, TrMade); !error.empty()) {
+    notes += fmt::format("\n\n{}: {}.", Tr("Error of the surface"), error);
   }
   viewer_->dialogs().Ask(
       fmt::format("{}\n\n{}\n\n{}\n\n{}", Tr("Notes on the import"),
@@ -175,13 +175,16 @@ std::vector<std::pair<std::string, std::string>> Rehearsal::GrabPictures() {
   pictures.emplace_back(Msg("The bone with the plan and the marks, its pieces where they were cut off"),
                         viewer_->GrabScene(cuts_W));
   if (pieces_.is_up_to_date() && pieces_.pieces()->size() > 1) {
-    HidePlan(*viewer_);
+    HidePlanOnBone(*viewer_);
+    pieces_.MoveMarks(ListMarks(editor_.document));
     pieces_.ShowInPicture();
     std::vector<Vec3> faces_W;
     for (int i = 0; i < pieces_.pieces()->size(); ++i) {
       for (const Vec3& p_P : cuts_W) faces_W.push_back(pieces_.pieces()->state(i).X_WP.Point(p_P));
     }
-    pictures.emplace_back(Msg("The pieces, where they were moved"), viewer_->GrabScene(faces_W));
+    pictures.emplace_back(
+        Msg("The pieces, where they were moved, with the planned planes, and the marks moved with them"),
+        viewer_->GrabScene(faces_W));
   }
   in_pieces_ ? pieces_.ShowInPicture() : pieces_.HideInPicture();
   ShowPlan(*viewer_, editor_.document, cut_ ? &*cut_ : nullptr);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/window/ct_source.h"
+#include "app/window/plan_picture.h"
 #include "app/window/rehearsal.h"
 #include "base/files/extension.h"
 #include "kerf/error.h"
@@ -132,6 +133,8 @@ void Rehearsal::Reset() {
   distances_.Reset();
   ct_reader_.Cancel();
   plan_link_.End();
+  HidePlan(*viewer_);
+  editor_.gestures.Hide();
   viewer_->Clear();
 }
 
@@ -190,6 +193,8 @@ void Rehearsal::AskForPoints(const std::shared_ptr<const Volume>& ct, const NotI
   viewer_->SetSpindle(false);
   if (!separation_) {
     separation_.emplace(ct);
+    const CtWindow& window = viewer_->slices().window();
+    preview_.set_greys({window.level_HU, window.width_HU});
     preview_.Follow(ct);
     preview_.set_box(e.largest_W().Grown(kRim_mm));
     Vec3 shown_W = e.largest_W().centre();

@@ -55,6 +55,11 @@ std::string DescribeSliceAt(SliceKind kind, int axis, double at_mm) {
   return fmt::format("{}, {}", NameOf(kind), Translate(DescribePlaceAlong(axis, at_mm)));
 }
 
+void DragGreys(float right, float down, double& level_HU, double& width_HU) {
+  level_HU -= kWindowDrag_HU * static_cast<double>(down);
+  width_HU = SlicesPanel::kWindowRange_HU.Clamp(width_HU + kWindowDrag_HU * static_cast<double>(right));
+}
+
 std::optional<double> CalcSliceBar(double width_mm, double side_px, float scale) {
   const double bar_px = kSliceBar_mm * side_px / width_mm;
   if (bar_px < 8 * static_cast<double>(scale) || bar_px > 0.6 * side_px) return std::nullopt;
@@ -89,9 +94,13 @@ void SlicesPanel::Reset(const Box3& bounds_W) {
 
 void SlicesPanel::Update(SurfaceWorker& surface, const SliceScene& contents, const Vec3& focus_W,
                          const std::optional<Vec3>& point_W, bool renew) {
-  if (point_W_ != point_W && !std::exchange(keeps_offsets_, false) && point_W) {
-    for (SliceView& view : views_) {
-      if (view.spec.kind != SliceKind::kBlade && !view.still_W) view.spec.offset_mm = 0;
+  if (!contents.tool && enlarged_ && views_[*enlarged_].spec.kind == SliceKind::kBlade) Shrink();
+  if (point_W_ != point_W && !std::exchange(keeps_offsets_, false)) {
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      SliceView& view = views_[i];
+      if (view.spec.kind == SliceKind::kBlade) continue;
+      // Without a point, all go back to the saw, except one that stays enlarged.
+      if (point_W ? !view.still_W : enlarged_ != i) view.spec.offset_mm = 0;
     }
   }
   point_W_ = point_W;
@@ -187,8 +196,19 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
   const float s = ui.scale();
   ImGui::PushID(static_cast<int>(i));
   ImGui::PushFont(ui.small());
-  FittedText(ui, DescribeSlice(view.spec), side);
+  const char* const back = Tr("reset");
+  const bool scrolled = view.spec.offset_mm != 0;
+  const float back_px = scrolled ? ImGui::CalcTextSize(back).x + 12 * s : 0;
+  FittedText(ui, DescribeSlice(view.spec), side - back_px);
   Tooltip(ui, Tr(ExplainPlaces()));
+  if (scrolled) {
+    ImGui::SameLine();
+    ImGui::SetCursorPosX(ImGui::GetCursorStartPos().x + side - back_px + 6 * s);
+    if (ImGui::SmallButton(back)) view.spec.offset_mm = 0;
+    ui.Note(fmt::format("slice {} back", i + 1));
+    Tooltip(ui, fmt::format(fmt::runtime(Tr("The wheel has moved this slice by {} mm. This brings it back.")),
+                            ShowNumber(std::abs(view.spec.offset_mm), 1)));
+  }
   ImGui::PopFont();
   if (!view.image) {
     ImGui::Dummy({side, side});
@@ -260,9 +280,7 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
       }
     }
     if (ImGui::IsMouseDragging(1, 0)) {
-      window_.level_HU -= kWindowDrag_HU * static_cast<double>(io.MouseDelta.y / s);
-      window_.width_HU =
-          kWindowRange_HU.Clamp(window_.width_HU + kWindowDrag_HU * static_cast<double>(io.MouseDelta.x / s));
+      DragGreys(io.MouseDelta.x / s, io.MouseDelta.y / s, window_.level_HU, window_.width_HU);
     }
   }
   ImGui::PushFont(ui.small());
@@ -274,6 +292,15 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
     return size.x;
   };
   float used = 0;
+  if (scrolled && view.spec.kind != SliceKind::kBlade) {
+    const std::string text =
+        fmt::format(fmt::runtime(Tr("scrolled by {} mm")), ShowNumber(std::abs(view.spec.offset_mm), 1));
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+    const ImVec2 from{at.x + 4 * s, at.y + 4 * s};
+    list.AddRectFilled({from.x - 3 * s, from.y - s}, {from.x + size.x + 3 * s, from.y + size.y + s},
+                       IM_COL32(0, 0, 0, 170));
+    list.AddText(from, IM_COL32_WHITE, text.c_str());
+  }
   if (image.has_ct) {
     used = note(fmt::format(fmt::runtime(Tr("level {} / width {} HU")), ShowNumber(window_.level_HU, 0),
                             ShowNumber(window_.width_HU, 0)),
@@ -315,7 +342,10 @@ void SlicesPanel::Draw(Ui& ui, const UiBox& column, const UiBox& scene, const Sl
     // Three slices fit; the one in the blade's plane is below them.
     const float height = static_cast<float>(column.height) / 3 - 26 * s;
     side_px_ = std::max(60.0F, std::min(width, height));
-    for (std::size_t i = 0; i < views_.size(); ++i) DrawOne(ui, i, side_px_, contents, points);
+    if (!contents.note.empty()) ImGui::TextWrapped("%s", contents.note.c_str());
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      if (contents.tool || views_[i].spec.kind != SliceKind::kBlade) DrawOne(ui, i, side_px_, contents, points);
+    }
     if (cursor_W_) {
       if (ImGui::SmallButton(Tr("Follow the saw again"))) {
         cursor_W_.reset();

@@ -93,6 +93,9 @@ void ScrollColumn(bool wheel_is_used);
 /// Returns the kind and the place of a slice perpendicular to an axis (0 to 2), such as "axial, 35.1 mm up".
 std::string DescribeSliceAt(SliceKind kind, int axis, double at_mm);
 
+/// Changes the grey levels by a drag, in points.
+void DragGreys(float right, float down, double& level_HU, double& width_HU);
+
 /// Returns the length of the scale bar, of kSliceBar_mm, in a slice of this width; none if it is too short to be seen
 /// or longer than 0.6 of the slice. `scale`: pixels per point.
 inline constexpr double kSliceBar_mm = 10;

@@ -112,6 +112,8 @@ class ViewerApp {
   Beeper& sound() { return sound_; }
   bool is_running() const { return session_ && session_->stage() == LiveStage::kRunning; }
   const LiveFigures& figures() const { return figures_; }
+  /// Returns where what holds the blade was inside the bone during the cuts of the last session.
+  const HolderPlaces& holder_places() const { return holder_.places(); }
   const std::string& recording() const { return recording_; }
   int sessions() const { return sessions_; }
   void SetSpindle(bool on);

@@ -116,6 +116,10 @@ PictureMarks ViewerApp::MakePictureMarks() const {
   for (const SceneLabel& label : view_->ListLabels()) {
     marks.labels.push_back({label.text, label.x, label.y, label.colour, marks.cut && !label.matters});
   }
+  for (const ScreenPoint& at : view_->ListMeasuredPoints()) {
+    const double r = 9 * ui_.scale();
+    marks.kept_clear.push_back({at.x - r, at.y - r, 2 * r, 2 * r});
+  }
   const ScreenBox tool = view_->CalcToolBox();
   marks.tool = {tool.left, tool.top, tool.width, tool.height};
   if (const auto at = IsSawOutside() ? view_->camera().Project(figures_.coupled.X_WT.p_AB) : std::nullopt) {

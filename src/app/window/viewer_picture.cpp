@@ -51,12 +51,12 @@ void ViewerApp::TakeBone(bool at_once) {
 
 void ViewerApp::FollowBone() {
   TakeBone();
-  // The view was fitted to the bone's box; fit it again now that the surface is available.
-  if (fit_again_ && !view_changed_ && bone_.surface()->first_done()) {
-    fit_again_ = false;
-    view_->FitAll();
-  }
+  // The view was fitted to the bone's box; fit it again once all of the surface is shown.
+  const bool complete = fit_again_ && !view_changed_ && bone_.surface()->first_done();
   bone_.Update(times_.upload);
+  if (!complete) return;
+  fit_again_ = false;
+  view_->FitAll();
 }
 
 void ViewerApp::LookNext(int by) {
@@ -127,6 +127,7 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
     const bool begins = !std::exchange(holds_in_bone_, !holder.empty()) && holds_in_bone_;
     if (begins && !is_warning(holder)) Warn(holder);
   }
+  if (options_.watch && spindle_on() && TouchesBone(figures_.coupled)) holder_.NoteCut();
   const Tool tool = MakeTool(session_->scene());
   UpdateCutInPicture(tool, dt_s);
   const bool leads =
@@ -251,7 +252,11 @@ std::string ViewerApp::GrabScene(const std::vector<Vec3>& clear_W) {
   const Theme theme = view_->theme();
   view_->set_theme(Theme::kLight);
   ui_.set_theme(Theme::kLight);
-  view_->SetAreas({0, 0, ui_.width(), ui_.height()}, {});
+  // The cube with the patient's sides is at the lower right.
+  const double cube = 96 * ui_.scale();
+  const double rim = 8 * ui_.scale();
+  const ScreenBox cube_box{ui_.width() - cube - rim, ui_.height() - cube - rim, cube, cube};
+  view_->SetAreas({0, 0, ui_.width(), ui_.height()}, cube_box);
   view_->FitAll();
   // A frame of the panels that has labels and scale bar only.
   ui_.BeginFrame(1.0 / 60);
@@ -263,6 +268,7 @@ std::string ViewerApp::GrabScene(const std::vector<Vec3>& clear_W) {
     const double r = kClear_mm / std::max(marks.mm_per_pixel, 1e-9);
     if (at) marks.kept_clear.push_back({at->x - r, at->y - r, 2 * r, 2 * r});
   }
+  marks.kept_clear.push_back({cube_box.left, cube_box.top, cube, cube});
   DrawPictureMarks(ui_, marks, {0, 0, ui_.width(), ui_.height()});
   ui_.EndFrame();
   window_.BeginFrame();

@@ -104,6 +104,21 @@ std::string Summarise(const ExportInput& input) {
   return out;
 }
 
+/// Returns what was inside the bone although it has no room there in theatre, one paragraph each.
+std::string FormatHolder(const ExportInput& input) {
+  const ReportLanguage& t = input.language;
+  std::string out;
+  const auto add = [&](const std::optional<Vec3>& p_W, const std::string& sentence) {
+    if (!p_W) return;
+    out += fmt::format("<p><b>{}</b></p>\n", EscapeHtml(Fill(sentence, t.Show(DescribePlace(*p_W)))));
+  };
+  add(input.hub_in_bone_W, t.Tr("To check: during the cut, the hub of the blade was inside the bone (first at {}). In "
+                                "theatre it stops the blade: cut the rest from another side."));
+  add(input.handpiece_in_bone_W, t.Tr("To check: during the cut, the handpiece was inside the bone (first at {}). In "
+                                      "theatre it has no room there."));
+  return out;
+}
+
 std::string FormatPlanes(const ReportLanguage& t, const Assessment& a, const std::vector<CutState>& states) {
   TableRows rows;
   for (std::size_t i = 0; i < a.planes.size(); ++i) {
@@ -122,13 +137,16 @@ std::string FormatPlanes(const ReportLanguage& t, const Assessment& a, const std
                     p.within_margin ? t.Tr("yes") : t.Tr("no")});
   }
   return Heading(t.Tr("Planes: planned against achieved")) +
-         Scrolling(Table({t.Tr("plane"), t.Tr("cut, %"), t.Tr("still holds, mm²"), t.Tr("margin, mm"),
-                          t.Tr("offset, mm"), t.Tr("largest distance, mm"), t.Tr("angle, °"), t.Tr("turn, °"),
-                          t.Tr("lean, °"), t.Tr("kerf, mm"), t.Tr("within margin")},
-                         rows)) +
+         Scrolling(
+             Table({t.Tr("plane"), t.Tr("cut, %"), t.Tr("still holds, mm²"), t.Tr("margin, mm"), t.Tr("offset, mm"),
+                    t.Tr("largest distance, mm"), t.Tr("angle, °"), t.Tr("turned on the surface, °"),
+                    t.Tr("leaning with depth, °"), t.Tr("kerf, mm"), t.Tr("within margin")},
+                   rows)) +
          Note(t.Tr("Cut: part of the plane's area in the bone. Offset: distance of the kerf's middle from the planned "
                    "plane, positive on the side of its normal. Largest distance: of the "
-                   "kerf's corners. Turn: about the direction of depth (pitch). Lean: with depth (roll)."));
+                   "kerf's corners. Turned on the surface: the line of the cut is turned there (pitch). Leaning with "
+                   "depth: the deeper the cut, the further it departs from the plane (roll). Margin: the distance that "
+                   "is still good; it can be changed with each plane."));
 }
 
 std::string FormatAngles(const ReportLanguage& t, const Assessment& a) {
@@ -204,23 +222,25 @@ std::string FormatBone(const ReportLanguage& t, const Assessment& a) {
   return Heading(t.Tr("Bone")) + Table({"", t.Tr("volume")}, rows);
 }
 
-std::string FormatPieces(const ReportLanguage& t, const PieceSet& set, const Prepared& prepared) {
+std::string FormatPieces(const ReportLanguage& t, const PieceSet& set, const std::vector<std::string>& colours,
+                         const Prepared& prepared) {
   TableRows rows;
   for (const int i : prepared.pieces) {
+    const auto number = static_cast<std::size_t>(i);
     const Piece& piece = set.piece(i);
     const Vec3 displacement = set.CalcCentroid(i) - piece.centroid_P;
     const double moved_mm = glm::length(displacement);
-    rows.push_back({t.ShowName(piece.name), t.ShowVolume(piece.volume_mm3), t.Show(moved_mm, 2),
-                    moved_mm < 0.05 ? std::string("-") : t.Show(DescribePlace(displacement)),
-                    t.Show(CalcRotationAngle(set.state(i).X_WP), 2),
-                    set.state(i).hidden ? t.Tr("hidden") : t.Tr("shown")});
+    rows.push_back(
+        {t.ShowName(piece.name), number < colours.size() ? t.Tr(colours[number]) : "-", t.ShowVolume(piece.volume_mm3),
+         t.Show(moved_mm, 2), moved_mm < 0.05 ? std::string("-") : t.Show(DescribePlace(displacement)),
+         t.Show(CalcRotationAngle(set.state(i).X_WP), 2), set.state(i).hidden ? t.Tr("hidden") : t.Tr("shown")});
   }
-  std::string out =
-      Heading(t.Tr("Pieces")) +
-      Scrolling(Table({t.Tr("piece"), t.Tr("volume"), t.Tr("moved, mm"), t.Tr("moved towards"), t.Tr("turned, °"), ""},
-                      rows)) +
-      Note(t.Tr("Moved: displacement of the piece's centre since it was cut off. Left, right, front and "
-                "back are the patient's."));
+  std::string out = Heading(t.Tr("Pieces")) +
+                    Scrolling(Table({t.Tr("piece"), t.Tr("colour in the pictures"), t.Tr("volume"), t.Tr("moved, mm"),
+                                     t.Tr("moved towards"), t.Tr("turned, °"), ""},
+                                    rows)) +
+                    Note(t.Tr("Moved: displacement of the piece's centre since it was cut off. Left, right, front and "
+                              "back are the patient's."));
   if (prepared.pairs.empty()) return out;
   rows.clear();
   for (const PairRow& pair : prepared.pairs) {
@@ -232,12 +252,12 @@ std::string FormatPieces(const ReportLanguage& t, const PieceSet& set, const Pre
                     show(&Facing::mean_mm, 2), show(&Facing::p95_mm, 2), show(&Facing::contact_mm2, 1)});
   }
   return out +
-         Scrolling(Table({t.Tr("piece"), t.Tr("and"), t.Tr("overlap"), t.Tr("smallest gap, mm"), t.Tr("facing, mm²"),
-                          t.Tr("mean gap, mm"), t.Tr("95 % within, mm"), t.Tr("contact, mm²")},
-                         rows)) +
-         Note(
-             t.Tr("Facing: surface of the first piece with the second within 3 mm in front of it; contact: closer than "
-                  "0.2 mm."));
+         Scrolling(
+             Table({t.Tr("piece"), t.Tr("and"), t.Tr("overlap"), t.Tr("smallest gap, mm"), t.Tr("near the other, mm²"),
+                    t.Tr("mean gap, mm"), t.Tr("95 % within, mm"), t.Tr("contact, mm²")},
+                   rows)) +
+         Note(t.Tr("Near the other: surface of the first piece that has the second one within 3 mm in front of it, and "
+                   "its gaps; contact: closer than 0.2 mm."));
 }
 
 std::string FormatSessionTable(const ReportLanguage& t, const std::vector<ExportSession>& sessions) {
@@ -262,6 +282,35 @@ std::string FormatSessionTable(const ReportLanguage& t, const std::vector<Export
              "bone at the end, so the sum differs from it, by a few per cent even without undo."));
 }
 
+/// Returns the values that the circumstances do not have.
+std::string FormatFigures(const ExportInput& input) {
+  const ReportLanguage& t = input.language;
+  TableRows rows;
+  for (const ExportFigure& f : input.figures) {
+    const auto has_name = [&f](const ExportFact& fact) { return fact.name == f.name; };
+    if (std::any_of(input.circumstances.begin(), input.circumstances.end(), has_name)) continue;
+    std::string value = fmt::format("{:.4g}", f.value);
+    if (const std::size_t dot = value.find('.'); dot != std::string::npos) value.replace(dot, 1, t.point);
+    rows.push_back({t.Tr(f.name), value, f.unit});
+  }
+  if (rows.empty()) return "";
+  return Heading(t.Tr("Session")) + Table({t.Tr("what"), t.Tr("value"), t.Tr("unit")}, rows);
+}
+
+std::string FormatMeasures(const ReportLanguage& t, const std::vector<ExportMeasure>& measures) {
+  TableRows rows;
+  for (const ExportMeasure& m : measures) {
+    std::string pieces;
+    for (const std::string& piece : m.pieces) {
+      pieces += (pieces.empty() ? "" : " \u2013 ") + t.ShowName(piece);
+    }
+    rows.push_back(
+        {t.ShowName(m.name), pieces.empty() ? "-" : pieces, t.Show(m.value, 2), m.unit == "deg" ? "\u00b0" : m.unit});
+  }
+  return Heading(t.Tr("Measured")) +
+         Table({t.Tr("what"), t.Tr("between points on"), t.Tr("value"), t.Tr("unit")}, rows);
+}
+
 /// Returns a table of names, which are translated, and values.
 std::string FormatFacts(const ReportLanguage& t, const std::vector<ExportFact>& facts) {
   TableRows rows;
@@ -279,6 +328,7 @@ std::string FormatReportHtml(const ExportInput& input, const Prepared& prepared)
   out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   out += fmt::format("<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n", EscapeHtml(title), kStyle);
   out += fmt::format("<h1>{}</h1>\n<p class=\"sum\">{}</p>\n", EscapeHtml(title), EscapeHtml(Summarise(input)));
+  out += FormatHolder(input);
   out += Note(t.Tr("For research and teaching; not a medical device."));
   for (const std::string& warning : input.recording.warnings) {
     out += fmt::format("<p><b>{}</b></p>\n", EscapeHtml(Fill(t.Tr("Warning about the recording: {}"), warning)));
@@ -292,23 +342,11 @@ std::string FormatReportHtml(const ExportInput& input, const Prepared& prepared)
     if (!input.assessment->stops.empty()) out += FormatStops(t, *input.assessment);
     out += FormatBone(t, *input.assessment);
   }
-  if (input.pieces != nullptr && input.pieces->size() > 0) out += FormatPieces(t, *input.pieces, prepared);
-  if (!input.measures.empty()) {
-    TableRows rows;
-    for (const ExportMeasure& m : input.measures)
-      rows.push_back({t.ShowName(m.name), t.Show(m.value, 2), m.unit == "deg" ? "\u00b0" : m.unit});
-    out += Heading(t.Tr("Measured")) + Table({t.Tr("what"), t.Tr("value"), t.Tr("unit")}, rows);
-  }
+  if (input.pieces != nullptr && input.pieces->size() > 0)
+    out += FormatPieces(t, *input.pieces, input.piece_colours, prepared);
+  if (!input.measures.empty()) out += FormatMeasures(t, input.measures);
   if (input.sessions.size() > 1) out += FormatSessionTable(t, input.sessions);
-  if (!input.figures.empty()) {
-    TableRows rows;
-    for (const ExportFigure& f : input.figures) {
-      std::string value = fmt::format("{:.4g}", f.value);
-      if (const std::size_t dot = value.find('.'); dot != std::string::npos) value.replace(dot, 1, t.point);
-      rows.push_back({t.Tr(f.name), value, f.unit});
-    }
-    out += Heading(t.Tr("Session")) + Table({t.Tr("what"), t.Tr("value"), t.Tr("unit")}, rows);
-  }
+  out += FormatFigures(input);
   for (const ExportCurve& curve : input.curves) {
     out += Heading(t.Tr(curve.title)) + fmt::format("<figure>\n{}</figure>\n", FormatCurveSvg(curve, t));
   }

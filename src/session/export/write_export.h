@@ -33,7 +33,8 @@ struct ExportMeasure {
   std::string name;
   std::string unit;  // "mm" or "deg"
   double value = 0;
-  std::vector<Vec3> points_W_mm;  // two for a distance, three for an angle (the vertex is the second); optional
+  std::vector<Vec3> points_W_mm;      // two for a distance, three for an angle (the vertex is the second); optional
+  std::vector<std::string> pieces{};  // names of the pieces on which the points lie, in order; optional
 };
 /// A picture: the bytes of a PNG file.
 struct ExportPicture {
@@ -95,10 +96,13 @@ struct ExportInput {
   const Assessment* assessment = nullptr;
   std::vector<CutState> cut_states{};  // of the assessment's planes, in its order; empty: unknown
   const PieceSet* pieces = nullptr;
+  std::vector<std::string> piece_colours{};  // in the pictures, in words, of each piece; empty: unknown
   const StructureAssessment* structures = nullptr;
-  std::vector<ExportFact> circumstances{};  // date, case, saw, force law: below the title of the report
-  std::vector<ExportSession> sessions{};    // in order; listed if there are several
-  std::vector<ExportFigure> figures;
+  std::optional<Vec3> hub_in_bone_W{};        // where the blade's hub was in the bone during a cut; none: not known of
+  std::optional<Vec3> handpiece_in_bone_W{};  // the same for the handpiece
+  std::vector<ExportFact> circumstances{};    // date, case, saw, force law: below the title of the report
+  std::vector<ExportSession> sessions{};      // in order; listed if there are several
+  std::vector<ExportFigure> figures;          // listed unless the circumstances have a value of the same name
   std::vector<ExportMeasure> measures;
   std::vector<ExportPicture> pictures;
   std::vector<ExportCurve> curves;

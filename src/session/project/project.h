@@ -37,6 +37,8 @@ struct ProjectSession {
   std::optional<double> turning_force_N{};             // while the saw touched bone and the spindle turned
   std::optional<double> stopped_force_N{};             // and while it did not
   std::optional<double> in_bone_s{};                   // time in which the saw touched the bone
+  std::optional<Vec3> hub_in_bone_W{};        // where the blade's hub was in the bone during a cut; none: never
+  std::optional<Vec3> handpiece_in_bone_W{};  // the same for the handpiece
 
   bool operator==(const ProjectSession&) const = default;
 };

@@ -29,6 +29,22 @@ std::optional<double> NumberOf(const Json& session, const char* key, const std::
   return found->get<double>();
 }
 
+/// Returns the place of a key, mm, and nothing if the session does not have it.
+std::optional<Vec3> PlaceOf(const Json& session, const char* key, const std::string& path) {
+  constexpr Range kPlace_mm{-1e5, 1e5};
+  const auto found = session.find(key);
+  if (found == session.end()) return std::nullopt;
+  Vec3 p_W{0};
+  bool valid = found->is_array() && found->size() == 3;
+  for (int i = 0; valid && i < 3; ++i) {
+    const Json& part = (*found)[static_cast<std::size_t>(i)];
+    valid = part.is_number() && kPlace_mm.Contains(part.get<double>());
+    if (valid) p_W[i] = part.get<double>();
+  }
+  if (!valid) throw Error(fmt::format("{}: '{}' of a session is not a valid place", path, key));
+  return p_W;
+}
+
 std::vector<std::pair<double, double>> ForcesOf(const Json& session, const std::string& path) {
   std::vector<std::pair<double, double>> forces_sN;
   const Json list = session.value("forces_s_N", Json::array());
@@ -57,6 +73,11 @@ std::string FormatSessions(const std::vector<ProjectSession>& sessions) {
     if (session.turning_force_N) entry["turning_force_N"] = *session.turning_force_N;
     if (session.stopped_force_N) entry["stopped_force_N"] = *session.stopped_force_N;
     if (session.in_bone_s) entry["in_bone_s"] = *session.in_bone_s;
+    const auto add_place = [&entry](const char* key, const std::optional<Vec3>& p_W) {
+      if (p_W) entry[key] = {p_W->x, p_W->y, p_W->z};
+    };
+    add_place("hub_in_bone_mm", session.hub_in_bone_W);
+    add_place("handpiece_in_bone_mm", session.handpiece_in_bone_W);
     if (!session.recorded) entry["recorded"] = false;
     if (!session.forces_sN.empty()) entry["forces_s_N"] = session.forces_sN;
     json.push_back(std::move(entry));
@@ -85,7 +106,9 @@ std::vector<ProjectSession> ParseSessions(const std::string& text, const std::st
                         .recorded = recorded.get<bool>(),
                         .turning_force_N = NumberOf(entry, "turning_force_N", path),
                         .stopped_force_N = NumberOf(entry, "stopped_force_N", path),
-                        .in_bone_s = NumberOf(entry, "in_bone_s", path)});
+                        .in_bone_s = NumberOf(entry, "in_bone_s", path),
+                        .hub_in_bone_W = PlaceOf(entry, "hub_in_bone_mm", path),
+                        .handpiece_in_bone_W = PlaceOf(entry, "handpiece_in_bone_mm", path)});
     points += sessions.back().forces_sN.size();
     if (points > project_detail::kMaxForces) {
       throw Error(fmt::format("{}: the sessions have more than {} forces", path, project_detail::kMaxForces));

@@ -485,6 +485,30 @@ ScreenBox SceneActors::CalcToolBox(const ViewCamera& camera) const {
   return {box.lower.x, box.lower.y, box.size().x, box.size().y};
 }
 
+bool SceneActors::IsOnTool(const ViewCamera& camera, const ScreenPoint& at) const {
+  const State& s = *state_;
+  if (!s.tool) return false;
+  const bool disc = std::holds_alternative<DiscSaw>(*s.tool);
+  const Vec3 normal_W = disc ? s.X_WT.Vector({0, 0, 1}) : camera.forward_W();
+  bool inside = false;
+  std::optional<ScreenPoint> last;
+  for (const Vec3& p_W : MakeCircle(s.X_WT.p_AB, normal_W, CalcReach(*s.tool), 48)) {
+    const auto p = camera.Project(p_W);
+    if (!p) return false;
+    // Counts the edges that a line from the pixel to the right crosses.
+    if (last && (last->y > at.y) != (p->y > at.y)) {
+      const double x = last->x + (at.y - last->y) / (p->y - last->y) * (p->x - last->x);
+      if (x > at.x) inside = !inside;
+    }
+    last = *p;
+  }
+  return inside;
+}
+
+const std::vector<MeasureOverlay>& SceneActors::measures() const {
+  return state_->measures;
+}
+
 Box3 SceneActors::CalcBounds() const {
   const State& s = *state_;
   Box3 box;

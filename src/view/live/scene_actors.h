@@ -69,6 +69,9 @@ class SceneActors {
   std::vector<SceneLabel> MakeLabels(const ViewCamera& camera) const;
   /// Returns the area of the tool on the screen, pixels, which labels avoid if possible; empty if there is no tool.
   ScreenBox CalcToolBox(const ViewCamera& camera) const;
+  /// Returns true if a pixel lies within the outline of the tool's disc or ball.
+  bool IsOnTool(const ViewCamera& camera, const ScreenPoint& at) const;
+  const std::vector<MeasureOverlay>& measures() const;
 
  private:
   struct State;

@@ -94,8 +94,9 @@ SliceImage CalcSlice(const Bone& bone, const SliceSpec& spec, const InnerSurface
 
 /// What is drawn in a slice besides the bone.
 struct SliceScene {
-  std::optional<Tool> tool;
+  std::optional<Tool> tool;  // none: there is no slice in its plane either
   Pose X_WT;
+  std::string note{};  // about the slices, shown above them
   std::vector<PlaneOverlay> planes;
   std::vector<MarkOverlay> marks;
   std::vector<PointOverlay> points;  // circles, dashed if they lie more than a millimetre away from the plane

@@ -360,6 +360,20 @@ ScreenBox Viewport::CalcToolBox() const {
   return state_->actors.CalcToolBox(state_->camera);
 }
 
+std::vector<ScreenPoint> Viewport::ListMeasuredPoints() const {
+  std::vector<ScreenPoint> points;
+  for (const MeasureOverlay& measure : state_->actors.measures()) {
+    for (const Vec3& p_W : measure.points_W) {
+      if (const auto at = state_->camera.Project(p_W)) points.push_back(*at);
+    }
+  }
+  return points;
+}
+
+bool Viewport::IsOnTool(const ScreenPoint& at) const {
+  return state_->actors.IsOnTool(state_->camera, at);
+}
+
 // ---- panels
 
 void Viewport::SetPanels(vtkProp& panels) {
@@ -449,7 +463,8 @@ std::optional<int> Viewport::PickPoint(const ScreenPoint& at, double radius_px) 
 }
 
 std::optional<int> Viewport::PickHandle(const ScreenPoint& at) const {
-  return PickNearest(state_->actors.plane_handles(), state_->camera, at, kHandleSize_points * state_->scale);
+  const double symbol_px = 0.5 * kHandleSize_points * state_->scale;  // its radius
+  return PickNearest(state_->actors.plane_handles(), state_->camera, at, IsOnTool(at) ? symbol_px : 2 * symbol_px);
 }
 
 // ---- drawing

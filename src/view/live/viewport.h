@@ -183,8 +183,12 @@ class Viewport {
   std::optional<ScreenPoint> FindCut() const;
   /// Returns the rings of alarms, at their places in pixels.
   std::vector<SceneRing> ListRings() const;
+  /// Returns the points of distances and angles on the screen, pixels, which labels should avoid.
+  std::vector<ScreenPoint> ListMeasuredPoints() const;
   /// Returns the area of the tool on the screen, pixels, which labels should avoid; empty if there is no tool.
   ScreenBox CalcToolBox() const;
+  /// Returns true if a pixel lies within the outline of the tool's disc or ball.
+  bool IsOnTool(const ScreenPoint& at) const;
   /// Sets the brightness of the background; light by default.
   void set_theme(Theme theme);
   Theme theme() const;
@@ -199,6 +203,7 @@ class Viewport {
   /// Returns the index of the point, or of the plane's handle, that is nearest to a pixel on the screen and at most a
   /// radius away; of two at the same place, the later one.
   std::optional<int> PickPoint(const ScreenPoint& at, double radius_px) const;
+  /// On the tool, which a handle may lie in front of, only the symbol itself counts: beside it, the tool is meant.
   std::optional<int> PickHandle(const ScreenPoint& at) const;
 
   /// Returns true if something has changed since the last Render(): the camera or anything in the picture except the

@@ -34,6 +34,17 @@ TEST(JoinSessions, AddsTimesAndTakesTheLargestForce) {
   EXPECT_EQ(joined.forces_sN, curve);
 }
 
+TEST(JoinSessions, KeepsTheFirstPlaceOfTheHolderInTheBone) {
+  HolderPlaces places;
+  places.hub_W = Vec3{1, 2, 3};
+  const ProjectSession second = MakeProjectSession("disc", {}, {}, places);
+  places.hub_W = Vec3{7, 8, 9};
+  places.handpiece_W = Vec3{4, 5, 6};
+  const JoinedSessions joined = JoinSessions({{"disc"}, second, MakeProjectSession("disc", {}, {}, places)});
+  EXPECT_EQ(joined.holder.hub_W, Vec3(1, 2, 3));
+  EXPECT_EQ(joined.holder.handpiece_W, Vec3(4, 5, 6));
+}
+
 TEST(JoinSessions, DoNotClaimWhatIsNotKnown) {
   // Files of earlier versions have recordings, but no figures.
   Project project;

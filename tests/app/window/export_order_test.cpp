@@ -106,7 +106,7 @@ TEST(ExportOrder, GermanReportIsGerman) {
   EXPECT_THAT(report, HasSubstr(MakeRow("Hinweise zum Import",
                                         "Die Segmentierung ergibt 2 getrennte Knochenteile. 12,5 % des gewünschten "
                                         "Knochens der Maske liegen außerhalb der Aufnahme.")));
-  EXPECT_THAT(report, HasSubstr("0,31 erwartet (RMS): Versatz +0,05, Streuung 0,20; halbe Höhe 640 HU"));
+  EXPECT_THAT(report, HasSubstr("etwa 0,31 mm: Sie liegt im Mittel 0,05 mm zu weit außen und schwankt um 0,20 mm"));
   EXPECT_THAT(report, HasSubstr("feine Scheibe 16 mm: Scheibe 16 x 0,2 mm, 40 Zähne"));
   EXPECT_THAT(report, HasSubstr("Abstand 1"));
   EXPECT_THAT(report, HasSubstr("wächst mit der Schnitttiefe"));
@@ -122,6 +122,9 @@ TEST(ExportOrder, ReportCoversAllSessionsOfTheCase) {
   // A stopped saw that is pulled out of its kerf can need more force than the cut.
   EXPECT_THAT(exported.report, HasSubstr(MakeRow("largest force on the hand in bone, spindle turning", "1.50 N")));
   EXPECT_THAT(exported.report, HasSubstr(MakeRow("largest force on the hand in bone, spindle stopped", "2.25 N")));
+  // A session in which nothing was done is left out.
+  const Exported exchanged(true, {{"saw that was exchanged", 0.2, 0, 0.25}, now});
+  EXPECT_THAT(exchanged.report, Not(HasSubstr("saw that was exchanged")));
   // Files of earlier versions say nothing about their sessions, and nothing was cut since: this is not 0 N.
   const Exported unknown(true, {{"-", {}, {}, {}, {}}, {"fine disc", 5, 0, 0, {{0, 0}, {5, 0}}}});
   EXPECT_THAT(unknown.report, HasSubstr(MakeRow("largest force on the hand in bone, spindle turning",

@@ -56,6 +56,29 @@ TEST(HolderWatch, TheHandpieceIsInTheBoneBesideTheBlade) {
   EXPECT_FALSE(watch.hub_in_bone());
 }
 
+TEST(HolderWatch, KeepsWhereTheHubFirstWasInTheBoneDuringACut) {
+  const Bone block = MakeBlockAroundOrigin();
+  const DiscSaw saw{.diameter_mm = 30, .thickness_mm = 0.5};
+  HolderWatch watch;
+  watch.SetTool(saw);
+  watch.Update(block, AtDepth(20, 0));
+  EXPECT_FALSE(watch.places().hub_W) << "the saw did not cut there";
+  watch.Update(block, AtDepth(5, 0));
+  watch.NoteCut();
+  EXPECT_FALSE(watch.places().hub_W) << "the hub was not in the bone";
+  watch.Update(block, AtDepth(15, 4));
+  watch.NoteCut();
+  ASSERT_TRUE(watch.places().hub_W);
+  const Vec3 first_W = *watch.places().hub_W;
+  EXPECT_LT(block.SignedDistance(first_W), 0);
+  EXPECT_LT(glm::length(first_W - Vec3{4, 0, kBlockHalf_mm}), 5) << "within the hub";
+  watch.Update(block, AtDepth(20, -4));
+  watch.NoteCut();
+  EXPECT_EQ(watch.places().hub_W, first_W);
+  watch.SetTool(saw);  // of another session
+  EXPECT_FALSE(watch.places().hub_W);
+}
+
 TEST(HolderWatch, ABurrHasNoHub) {
   const Bone block = MakeBlockAroundOrigin();
   HolderWatch watch;

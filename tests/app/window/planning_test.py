@@ -225,8 +225,18 @@ def main():
         w.move(left + 0.6 * width, top + 0.4 * height)
         w._xdotool("click", "--repeat", 2, "--delay", 60, 1)
         w.wait_state("enlarged", lambda s: s["slice_enlarged"] and s["placed"] == 4)
+        w.scroll(*CENTRE, 3)
+        w.wait_state("scrolled", lambda s: s["slices_mm"][1] == 1.5)
         w.key("Return")
         w.wait_state("a mark", lambda s: s["marks"] == 1 and not s["slice_enlarged"])
+        # The slices go through the saw again; one that is scrolled after that has a button that brings it back.
+        w.wait_state("no slice is scrolled", lambda s: s["slices_mm"] == [0, 0, 0])
+        left, top, width, height = w.items["slice 2"]
+        w.scroll(left + width / 2, top + height / 2, 3)
+        w.wait_state("scrolled", lambda s: s["slices_mm"] == [0, 1.5, 0])
+        picture("scrolled")
+        w.click_item("slice 2 back")
+        w.wait_state("back", lambda s: s["slices_mm"] == [0, 0, 0])
         picture("mark")
 
         # Marks come from a file of 3D Slicer and from a mask; each file is one step of undo.

@@ -132,6 +132,36 @@ TEST(ExportInput, ReportListsTheSessionsOfACase) {
   EXPECT_THAT(FormatReportHtml(input), Not(HasSubstr("<h2>Sessions</h2>")));
 }
 
+TEST(ExportInput, ReportSaysThatTheHolderWasInTheBone) {
+  ExportInput input;
+  EXPECT_THAT(FormatReportHtml(input), Not(HasSubstr("To check")));
+  input.hub_in_bone_W = Vec3{12.5, -30, 4};
+  const std::string html = FormatReportHtml(input);
+  EXPECT_THAT(html,
+              HasSubstr("the hub of the blade was inside the bone (first at 12.5 mm left, 30.0 mm front, 4.0 mm"));
+  EXPECT_THAT(html, Not(HasSubstr("handpiece")));
+  input.handpiece_in_bone_W = Vec3{-2, 3, -4};
+  EXPECT_THAT(FormatReportHtml(input), HasSubstr("the handpiece was inside the bone (first at 2.0 mm right"));
+}
+
+TEST(ExportInput, ReportStatesAValueOnce) {
+  ExportInput input;
+  input.figures = {{"duration", "s", 12.5}, {"work", "J", 3}};
+  input.circumstances = {{"duration", "12 s"}};
+  std::string html = FormatReportHtml(input);
+  EXPECT_THAT(html, Not(HasSubstr("12.5")));
+  EXPECT_THAT(html, HasSubstr("<th scope=\"row\">work</th><td>3</td>"));
+  input.figures.pop_back();
+  EXPECT_THAT(FormatReportHtml(input), Not(HasSubstr("<h2>Session</h2>")));
+}
+
+TEST(ExportInput, ReportSaysBetweenWhatADistanceIs) {
+  ExportInput input;
+  input.measures = {
+      {.name = "distance 1", .unit = "mm", .value = 12, .points_W_mm = {}, .pieces = {"piece 1", "piece 2"}}};
+  EXPECT_THAT(FormatReportHtml(input), HasSubstr("<td>piece 1 \u2013 piece 2</td><td>12.00</td><td>mm</td>"));
+}
+
 TEST(ExportInput, ReportNamesStructuresAndCircumstances) {
   StructureAssessment structures;
   structures.canal_known = true;

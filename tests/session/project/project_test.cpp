@@ -126,6 +126,12 @@ TEST(Project, ReadsBackTheSame) {
   EXPECT_FALSE(IsProjectPath("case.kerf"));
 }
 
+TEST(Project, SessionsKeepWhereTheHolderWasInTheBone) {
+  const std::vector<ProjectSession> sessions{
+      {.saw = "disc", .hub_in_bone_W = Vec3{1, -2.5, 3}, .handpiece_in_bone_W = Vec3{4, 5, 6}}, {.saw = "burr"}};
+  EXPECT_EQ(ParseSessions(FormatSessions(sessions), "p"), sessions);
+}
+
 TEST(Project, InvalidSessionsAreRefused) {
   const auto parse = [](const std::string& text) { return MessageOf([&] { ParseSessions(text, "p"); }); };
   EXPECT_EQ(parse("[]"), "");
@@ -134,6 +140,8 @@ TEST(Project, InvalidSessionsAreRefused) {
   EXPECT_THAT(parse(R"([{"duration_s": 1}])"), HasSubstr("a session does not name its saw"));
   EXPECT_THAT(parse(R"([{"saw": "disc", "duration_s": -1}])"), HasSubstr("'duration_s' of a session is not a valid"));
   EXPECT_THAT(parse(R"([{"saw": "disc", "largest_force_N": "much"}])"), HasSubstr("'largest_force_N'"));
+  EXPECT_THAT(parse(R"([{"saw": "disc", "hub_in_bone_mm": [1, 2]}])"), HasSubstr("'hub_in_bone_mm'"));
+  EXPECT_THAT(parse(R"([{"saw": "disc", "handpiece_in_bone_mm": 5}])"), HasSubstr("'handpiece_in_bone_mm'"));
   for (const char* forces : {"5", "[1]", "[[1]]", "[[1, 2, 3]]", "[[2, 1], [1, 1]]", "[[1, -1]]"}) {
     EXPECT_THAT(parse(fmt::format(R"([{{"saw": "disc", "forces_s_N": {}}}])", forces)), HasSubstr("'forces_s_N'"))
         << forces;

@@ -419,6 +419,22 @@ TEST_F(OnePlate, HiddenPointsAreWeakerButVisible) {
   EXPECT_EQ(Compare(Draw(), plain).count, 0);
 }
 
+TEST_F(OnePlate, OnTheBladeOnlyTheSymbolOfAHandleIsFound) {
+  view.SetTool(DiscSaw{});
+  view.SetToolPose({{1, 0, 0, 0}, {0, 0, 5}}, 0, 0);
+  const ScreenPoint at = *view.camera().Project({0, 0, 5});
+  const ScreenPoint rim = *view.camera().Project({DiscSaw{}.diameter_mm / 2, 0, 5});
+  EXPECT_TRUE(view.IsOnTool(at));
+  EXPECT_TRUE(view.IsOnTool({rim.x + 0.1 * (at.x - rim.x), rim.y + 0.1 * (at.y - rim.y)}));
+  EXPECT_FALSE(view.IsOnTool({rim.x - 0.1 * (at.x - rim.x), rim.y - 0.1 * (at.y - rim.y)}));
+  view.SetPlaneHandles({{{0, 0, 5}, HandleKind::kMove, false}});
+  EXPECT_EQ(view.PickHandle({at.x + 6, at.y}), std::optional<int>(0));
+  EXPECT_FALSE(view.PickHandle({at.x + 12, at.y})) << "the blade is meant";
+  view.ClearTool();
+  EXPECT_FALSE(view.IsOnTool(at));
+  EXPECT_EQ(view.PickHandle({at.x + 12, at.y}), std::optional<int>(0));
+}
+
 TEST_F(OnePlate, PointsAndHandlesAreFoundWhereTheyAreDrawn) {
   const Vec3 a{-5, 2, 0};
   const Vec3 b{5, -2, -6};
