@@ -321,7 +321,7 @@ void Practice::Fill(HudState& hud) {
 
 void Practice::DrawSections(Ui& ui) {
   if (state_ != State::kCutting || !viewer_->is_running()) return;
-  if (IsPlanned() && report_) DrawCrossed(ui, report_->injuries);
+  if (IsPlanned() && report_) DrawCrossed(ui, *report_);
   DrawAids(ui, MakeAids());
 }
 

@@ -77,7 +77,9 @@ void Practice::Began() {
   if (const auto watch = viewer_->cut_watch()) {
     watch->Fetch();  // the last one of the attempt before
     watch->SetMeasure(nullptr);
+    watch->SetWanted(nullptr);
     if (IsPlanned()) {
+      watch->SetWanted([cut = gauge_->cut()](const Vec3& p_W) { return cut.IsNear(p_W); });
       watch->SetMeasure(
           [cut = gauge_->cut()](const Bone& before, const Bone& now) { return CalcCutArea(before, now, cut).share(); });
     }

@@ -66,8 +66,6 @@ void DrawFigures(Ui& ui, const char* id, const std::vector<ReviewFigure>& figure
     ImGui::TableNextColumn();
     if (figure.lost_points > 0) {
       ImGui::TextUnformatted(fmt::format("{}", figure.lost_points).c_str());
-    } else if (figure.scored && figure.lost.value_or(0) > 0 && figure.level != ReviewLevel::kGood) {
-      ImGui::TextUnformatted("< 1");
     } else if (figure.goal && !figure.scored) {
       FittedText(ui, Tr("not scored"), ImGui::GetContentRegionAvail().x);
     }
@@ -100,13 +98,15 @@ std::vector<FigureSum> SumLosses(const ExerciseReview& review) {
 
 // ---- while cutting
 
-void DrawCrossed(Ui& ui, const std::vector<StructureResult>& injuries) {
-  if (injuries.empty() || !BeginSection(ui, Tr("Crossed by the plan"))) return;
-  SmallText(ui, Tr("Not scored:"));
-  for (const StructureResult& injury : injuries) {
-    SmallText(ui, DescribeInjury(injury));
-  }
-  ImGui::Spacing();
+void DrawCrossed(Ui& ui, const PlanesReport& report) {
+  const auto draw = [&](const char* title, const char* note, const std::vector<StructureResult>& injuries) {
+    if (injuries.empty() || !BeginSection(ui, title)) return;
+    if (*note != '\0') SmallText(ui, note);
+    for (const StructureResult& injury : injuries) SmallText(ui, DescribeInjury(injury));
+    ImGui::Spacing();
+  };
+  draw(Tr("Injured outside the plan"), "", report.beside);
+  draw(Tr("Crossed by the plan"), Tr("Not scored:"), report.injuries);
 }
 
 void DrawAids(Ui& ui, const std::vector<Aid>& aids) {
@@ -228,9 +228,9 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
     SmallText(ui,
               Tr("Tick: costs no points. Triangle: costs points. Cross: costs more than half of the figure's points. "
                  "The mark of a figure that is not scored only says whether its goal was met."));
-    SmallText(ui,
-              Tr("Depth and place have no tolerance: the greater a deviation, the more points it costs; the smallest "
-                 "ones cost less than one point."));
+    SmallText(
+        ui, Tr("Depth and place have no tolerance: the greater a deviation, the more points it costs. Points are whole "
+               "numbers, so that the smallest deviations may cost none."));
   }
   if (!contents.review.rest.empty()) {
     const bool open = BeginSection(ui, Tr("More figures"), false);

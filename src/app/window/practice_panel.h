@@ -9,12 +9,14 @@
 #include "session/practise/progress.h"
 #include "session/practise/replay_pair.h"
 #include "session/score/review.h"
+#include "session/watch/cut_watch.h"
 #include "view/ui/ui.h"
 
 namespace kerf {
 
-/// Sections of the left column: what a planned plane crosses and has been cut, and the aids that are on.
-void DrawCrossed(Ui& ui, const std::vector<StructureResult>& injuries);
+/// Sections of the left column: what a planned plane crosses and has been cut, what was injured outside the wanted cut,
+/// and the aids that are on.
+void DrawCrossed(Ui& ui, const PlanesReport& report);
 void DrawAids(Ui& ui, const std::vector<Aid>& aids);
 
 struct ResultContents {

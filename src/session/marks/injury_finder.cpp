@@ -115,4 +115,38 @@ std::vector<StructureResult> InjuryFinder::Find(const Bone& now) {
   return found;
 }
 
+StructureResult InjuryFinder::SumAt(const Structure& structure,
+                                    const std::function<bool(const RemovedCell& cell)>& counts) const {
+  RemovedSum sum;
+  for (const auto& [leaf, part] : structure.sums) {
+    for (const RemovedCell& cell : removed_.at(leaf)) {
+      if (cell.mm3 > 0 && counts(cell)) sum.Add(cell);
+    }
+  }
+  StructureResult result = structure.description;
+  sum.Fill(before_->voxel_mm(), result);
+  return result;
+}
+
+std::vector<StructureResult> InjuryFinder::FindAt(const std::function<bool(const Vec3& p_W)>& counts) const {
+  std::vector<StructureResult> found;
+  const auto take = [&](const Structure& structure, const auto& contains) {
+    if (!structure.description.is_cut) return;
+    StructureResult result =
+        SumAt(structure, [&](const RemovedCell& cell) { return contains(cell) && counts(cell.p_W); });
+    if (result.is_cut) found.push_back(std::move(result));
+  };
+  for (const Tissues& tissue : tissues_) {
+    for (std::size_t i = 0; i < tissue.structures.size(); ++i) {
+      take(tissue.structures[i], [&](const RemovedCell& cell) {
+        return FindPartOf(cell, *before_, tissue.parts, tissue.regions) == static_cast<int>(i);
+      });
+    }
+  }
+  for (const MarkedStructure& marked : marks_) {
+    take(marked.structure, [&](const RemovedCell& cell) { return marked.tube.Find(cell.p_W).distance_mm <= 0; });
+  }
+  return found;
+}
+
 }  // namespace kerf

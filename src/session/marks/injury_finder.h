@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -34,6 +35,8 @@ class InjuryFinder {
   /// Returns the structures that are cut, in this order: canals, teeth, lesions, marks. The distance is 0, and the part
   /// of a tooth is not determined.
   std::vector<StructureResult> Find(const Bone& now);
+  /// Returns what was removed at the places for which `counts` is true, in the same order. Call after Find().
+  std::vector<StructureResult> FindAt(const std::function<bool(const Vec3& p_W)>& counts) const;
 
  private:
   struct Structure {
@@ -52,6 +55,7 @@ class InjuryFinder {
     MarkTube tube;
     Structure structure;
   };
+  StructureResult SumAt(const Structure& structure, const std::function<bool(const RemovedCell& cell)>& counts) const;
   void UpdateMark(const Leaf& leaf, const std::vector<RemovedCell>& cells, MarkedStructure& marked) const;
   static void SetSum(const Leaf& leaf, const RemovedSum& sum, Structure& structure);
 

@@ -92,6 +92,8 @@ struct WantedCut {
   /// Returns the signed distance, mm, from the region that a tool removes if it makes exactly the wanted cut: its sweep
   /// along the line at full depth, and everything above that. Negative inside.
   double CalcDistance(const Vec3& p_W) const;
+  /// Returns true within that region and its margin, where removed bone is not an error.
+  bool IsNear(const Vec3& p_W) const { return CalcDistance(p_W) <= margin_mm; }
 };
 
 /// Throws kerf::Error if the line has no length or the direction into the bone is parallel to it.

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <memory>
 
+#include "session/marks/injury_finder.h"
 #include "session/marks/region_parts.h"
 #include "session/marks/structure_body.h"
 #include "session/score/cut_area.h"
@@ -95,6 +97,22 @@ bool IsCanalSevered(const Bone& before, const Bone& after) {
     if (StructureBody(before, parts, static_cast<int>(i)).IsSevered(after)) return true;
   }
   return false;
+}
+
+/// Returns the structures that were injured further than the margin from the wanted cut.
+std::vector<OutsideInjury> FindOutsideInjuries(const Bone& before, const Bone& after, const WantedCut& cut) {
+  InjuryFinder finder(std::shared_ptr<const Bone>(std::shared_ptr<const Bone>(), &before));
+  finder.Change(after, FindChangedLeaves(before, after));
+  finder.Find(after);
+  std::vector<OutsideInjury> injured;
+  for (StructureResult& structure : finder.FindAt([&](const Vec3& p_W) { return !cut.IsNear(p_W); })) {
+    const double away_mm = std::max(cut.CalcDistance(structure.p_W), cut.margin_mm);
+    injured.push_back({.structure = std::move(structure), .away_mm = away_mm});
+  }
+  std::stable_sort(injured.begin(), injured.end(), [](const OutsideInjury& a, const OutsideInjury& b) {
+    return a.structure.removed_mm3 > b.structure.removed_mm3;
+  });
+  return injured;
 }
 
 }  // namespace
@@ -189,12 +207,13 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
     const Vec3 stw = cut->ToCut(cell.p_W);
     beside_sum += cell.mm3 * std::abs(stw.z);
     farthest_mm = std::max(farthest_mm, std::abs(stw.z));
-    if (cut->CalcDistance(cell.p_W) <= cut->margin_mm) continue;
+    if (cut->IsNear(cell.p_W)) continue;
     outside_mm3 += cell.mm3;
     if (std::abs(stw.z) > beside_mm) continue;
     (stw.y > cut->depth_mm ? sheet.below_mm3 : sheet.beyond_mm3) += cell.mm3;
   }
   SetValue(sheet, "outside_mm3", outside_mm3);
+  if (outside_mm3 > 0) sheet.injured = FindOutsideInjuries(before, after, *cut);
   if (removed_mm3 > 0) {
     sheet.beside_mm = beside_sum / removed_mm3;
     sheet.farthest_mm = farthest_mm;
@@ -208,6 +227,7 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
   SetValue(sheet, "cut_share", fraction);
   SetValue(sheet, "planned_mm3", planned_mm3);
   SetValue(sheet, "under_mm3", (1 - fraction) * planned_mm3);
+  SetValue(sheet, "margin_mm3", removed_mm3 - outside_mm3 - fraction * planned_mm3);
   SetValue(sheet, "dice", 2 * fraction * planned_mm3 / (planned_mm3 + removed_mm3));
   if (area.cut_mm2 > 0) SetValue(sheet, "kerf_width_mm", (removed_mm3 - outside_mm3) / area.cut_mm2);
   for (MeasureRow& row : sheet.rows) {

@@ -69,6 +69,8 @@ constexpr std::array kMeasures{
     MeasureInfo{"removed_mm3", "removed in total", "mm3", "volume before - volume after", kNone, 0},
     MeasureInfo{"planned_mm3", "bone in the wanted cut", "mm3", "its area in bone x the kerf's width", kNone, 0},
     MeasureInfo{"under_mm3", "bone left in the wanted cut", "mm3", "(1 - cut_share) x planned_mm3", kNone, 0},
+    MeasureInfo{"margin_mm3", "removed within the margin around the wanted cut", "mm3",
+                "removed_mm3 - outside_mm3 - (planned_mm3 - under_mm3)", kNone, 0},
     MeasureInfo{"dice", "overlap of wanted and removed (Dice)", "",
                 "2 cut_share planned_mm3 / (planned_mm3 + removed_mm3)", kNone, 0},
     MeasureInfo{"kerf_width_mm", "width of the cut", "mm",

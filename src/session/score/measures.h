@@ -11,6 +11,7 @@
 #include "base/table/table.h"
 #include "loop/record/damage.h"
 #include "loop/record/seal.h"
+#include "session/marks/structures.h"
 #include "session/scene/exercise.h"
 #include "session/score/cut_picture.h"
 
@@ -81,6 +82,13 @@ struct FeedAlong {
   double slow_force_N = 0;  // mean force on the hand while the tool was too slow, but did not rest
 };
 
+/// A tooth, canal or lesion that was injured outside the wanted cut and its margin. Costs no points of its own: what
+/// was removed there is part of outside_mm3.
+struct OutsideInjury {
+  StructureResult structure;  // only what was removed there
+  double away_mm = 0;         // distance of its centre from the wanted cut
+};
+
 /// Measures and score of a recording.
 struct ScoreSheet {
   std::string recording;  // file name
@@ -115,6 +123,7 @@ struct ScoreSheet {
   std::optional<DeepStretch> deep;      // none: nowhere deep enough
   std::optional<FeedAlong> feed_along;  // along the line, at depth; none: too short
   bool turned = false;                  // the spindle turned
+  std::vector<OutsideInjury> injured;   // the largest first
   bool canal_severed = false;           // a nerve canal was cut over its whole cross-section
 
   /// Throws kerf::Error for an unknown key.

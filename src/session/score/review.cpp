@@ -20,6 +20,8 @@ constexpr double kUneven = 1.5;
 constexpr double kRestsMuch = 0.15;
 /// Removed volume of the nerve canal below which it was only touched.
 constexpr double kTouched_mm3 = 0.05;
+/// Loss of points from which a fault is named before an injury outside the wanted cut.
+constexpr double kWorseThanInjury = 10;
 /// Fraction of the line from which an attempt is graded.
 constexpr double kFinishedShare = 0.8;
 /// Total that is shown as 100 points.
@@ -143,13 +145,17 @@ Message DescribeFeed(const ScoreSheet& sheet) {
   const Quantity slowest{sheet.feed_along->slowest_mm_per_s, 1, "mm/s"};
   if (fastest.value > kUneven * slowest.value) {
     return {
-        MarkMessage("Your feed was uneven: at most {0} and at least {1} along the line, and a constant {2} is wanted."),
+        MarkMessage("Your feed was uneven: at most {0} and at least {1} along the line, and a constant {2} is wanted. "
+                    "Hold the key along the line without pauses; [ and ] change its speed."),
         {fastest, slowest, wanted}};
   }
-  return {fastest.value > wanted.value
-              ? MarkMessage("Your feed was {0} to {1} along the line, and {2} are wanted: move more slowly.")
-              : MarkMessage("Your feed was {0} to {1} along the line, and {2} are wanted: move faster."),
-          {slowest, fastest, wanted}};
+  return {
+      fastest.value > wanted.value
+          ? MarkMessage("Your feed was {0} to {1} along the line, and {2} are wanted. Move more slowly: [ makes the "
+                        "keys slower.")
+          : MarkMessage("Your feed was {0} to {1} along the line, and {2} are wanted. Move faster: ] makes the keys "
+                        "faster."),
+      {slowest, fastest, wanted}};
 }
 
 /// Returns a sentence that says how to avoid the fault.
@@ -391,23 +397,47 @@ std::optional<Message> DescribeCrossedNerve(const ScoreSheet& sheet) {
       {ShowMeasure(FindMeasure("nerve_distance_mm"), std::max(*distance_mm, 0.0))}};
 }
 
+/// Returns a sentence for each structure that was injured outside the wanted cut. A nerve that must be spared is
+/// scored, and named as a fault.
+std::vector<Message> DescribeInjuries(const ScoreSheet& sheet) {
+  std::vector<Message> lines;
+  for (const auto& [structure, away_mm] : sheet.injured) {
+    const bool is_canal = structure.kind == MarkKind::kNerve || structure.kind == MarkKind::kCanal;
+    if (!sheet.kind || (is_canal && SparesNerve(*sheet.kind))) continue;
+    lines.push_back(
+        {MarkMessage("You also injured a structure outside the wanted cut: {0}. {1} of it were removed, {2} "
+                     "from the wanted cut."),
+         {FormatMessage(NameStructure(structure)), ShowMeasure(FindMeasure("outside_mm3"), structure.removed_mm3),
+          Quantity{away_mm, 1, "mm"}}});
+  }
+  return lines;
+}
+
 }  // namespace
 
 ExerciseReview MakeReview(const ScoreSheet& sheet) {
   ExerciseReview review;
   std::optional<Fault> named;
+  double named_loss = kWorseThanInjury;  // without a score, the reason for that is named first
   if (!sheet.total) {
     review.headline = DescribeUngraded(sheet);
   } else {
     const std::vector<FaultLoss> losses = FindLosses(sheet);
-    if (!losses.empty() && losses.front().lost >= kSmallLoss) named = losses.front().fault;
+    named_loss = losses.empty() ? 0 : losses.front().lost;
+    if (named_loss >= kSmallLoss) named = losses.front().fault;
     review.headline = named                        ? DescribeFault(sheet, *named)
                       : *sheet.total >= kAllPoints ? Message{MarkMessage("An excellent cut: no points were lost."), {}}
                                                    : Message{MarkMessage("An excellent cut: no single fault cost more "
                                                                          "than {} of 100 points."),
                                                              {Quantity{kSmallLoss, 0, ""}}};
   }
-  review.notes = FindNotes(sheet);
+  review.notes = DescribeInjuries(sheet);
+  const bool injury_is_worst = !review.notes.empty() && named_loss < kWorseThanInjury;
+  for (Message& note : FindNotes(sheet)) review.notes.push_back(std::move(note));
+  if (injury_is_worst) {
+    std::swap(review.headline, review.notes.front());
+    if (!named) review.notes.erase(review.notes.begin());  // the cut was not excellent
+  }
   std::erase(review.notes, review.headline);
   review.nerve = DescribeCrossedNerve(sheet);
   ReviewFigures figures = MakeFigures(sheet);

@@ -60,6 +60,10 @@ constexpr std::array kLabels{
     Label{"removed_mm3", MarkMessage("Removed in total"), MarkMessage("All the bone that you removed.")},
     Label{"planned_mm3", MarkMessage("Planned volume"), MarkMessage("The bone that a perfect cut removes.")},
     Label{"under_mm3", MarkMessage("Left uncut"), MarkMessage("Bone in the wanted cut that was not removed.")},
+    Label{"margin_mm3", MarkMessage("Within the margin"),
+          MarkMessage("Bone that was removed beside the wanted cut, but no further from it than the permitted margin. "
+                      "What you removed in total is the planned volume without what was left uncut, and this, and what "
+                      "was removed outside.")},
     Label{"dice", MarkMessage("Overlap (Dice)"),
           MarkMessage(
               "How well your cut and the wanted cut agree: 1 if they are the same, 0 if they have nothing in common.")},
@@ -248,9 +252,9 @@ void RoundLosses(const ScoreSheet& sheet, double total, ReviewFigures& figures) 
     for (ReviewFigure& figure : *list) {
       if (!figure.scored) continue;
       const MeasureRow& row = RowOf(sheet, figure.info->key);
-      const bool exceeds = figure.relation == GoalRelation::kAtMost && std::abs(row.value.value_or(0)) > row.goal;
-      figure.level = ScoredLevel(figure.lost_points > 0 || exceeds, PointsOf(row));
+      figure.level = ScoredLevel(figure.lost_points > 0, PointsOf(row));
       // What exceeds its goal reads so.
+      const bool exceeds = figure.relation == GoalRelation::kAtMost && std::abs(row.value.value_or(0)) > row.goal;
       if (!exceeds || !figure.value) continue;
       while (figure.value->digits < 2 &&
              FormatQuantity(*figure.value) ==

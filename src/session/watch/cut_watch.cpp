@@ -58,6 +58,7 @@ struct CutWatch::State {
   std::vector<PlannedPlane> planes;
   std::vector<Mark> marks;
   std::function<double(const Bone&, const Bone&)> measure;
+  std::function<bool(const Vec3&)> is_wanted;
   bool plan_changed = false;  // the planes, the marks or the measure
   bool hurry = false;         // a caller waits for the analysis
   bool stop = false;
@@ -72,7 +73,8 @@ struct CutWatch::State {
 
   void Analyse(PieceFinder& finder, InjuryFinder& injury_finder, const std::map<LeafIndex, LeafValues>& changed,
                const std::vector<PlannedPlane>& wanted, const std::vector<Mark>& marked,
-               const std::function<double(const Bone&, const Bone&)>& measured) {
+               const std::function<double(const Bone&, const Bone&)>& measured,
+               const std::function<bool(const Vec3&)>& wants) {
     const auto start = WatchClock::now();
     std::vector<LeafIndex> indices;
     for (const auto& [index, values] : changed) {
@@ -98,6 +100,10 @@ struct CutWatch::State {
       next.planes.push_back({.name = plane.name, .state = CalcCutState(*before, now, plane)});
     }
     next.injuries = injury_finder.Find(now);
+    if (wants) {
+      next.injuries = injury_finder.FindAt(wants);
+      next.beside = injury_finder.FindAt([&](const Vec3& p_W) { return !wants(p_W); });
+    }
     if (measured) next.measured = measured(*before, now);
     const std::lock_guard lock(mutex);
     report = std::move(next);
@@ -124,8 +130,9 @@ struct CutWatch::State {
       const std::vector<PlannedPlane> wanted = planes;
       const std::vector<Mark> marked = marks;
       const auto measured = measure;
+      const auto wants = is_wanted;
       lock.unlock();
-      Analyse(finder, injury_finder, changed, wanted, marked, measured);
+      Analyse(finder, injury_finder, changed, wanted, marked, measured, wants);
       lock.lock();
       if (leaves.empty() && !plan_changed) {
         working = false;
@@ -175,6 +182,16 @@ void CutWatch::SetMeasure(std::function<double(const Bone& before, const Bone& n
   {
     const std::lock_guard lock(state_->mutex);
     state_->measure = std::move(measure);
+    state_->plan_changed = true;
+    state_->working = true;
+  }
+  state_->wake.notify_one();
+}
+
+void CutWatch::SetWanted(std::function<bool(const Vec3& p_W)> is_wanted) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->is_wanted = std::move(is_wanted);
     state_->plan_changed = true;
     state_->working = true;
   }

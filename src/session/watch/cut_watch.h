@@ -24,6 +24,7 @@ struct PlanesReport {
   std::vector<Row> planes;                  // in the order of the plan
   std::size_t piece_count = 0;              // pieces of the bone, of CutWatchOptions::min_piece_mm3 or more
   std::vector<StructureResult> injuries{};  // canals, teeth and marks that are cut: see InjuryFinder
+  std::vector<StructureResult> beside{};    // what was removed of these outside the wanted cut: CutWatch::SetWanted()
   std::optional<double> measured{};         // result of CutWatch::SetMeasure(); none: not set
 };
 
@@ -65,6 +66,9 @@ class CutWatch {
   void SetPlanes(std::vector<PlannedPlane> planes);
   /// Sets what else is computed for each report, in the thread, from the bones before and now.
   void SetMeasure(std::function<double(const Bone& before, const Bone& now)> measure);
+  /// Sets which places are in the wanted cut. Then, injuries are only what was removed there, and PlanesReport::beside
+  /// is the rest. Null: there is no wanted cut.
+  void SetWanted(std::function<bool(const Vec3& p_W)> is_wanted);
   /// Sets the user's marks, whose injuries are reported.
   void SetMarks(std::vector<Mark> marks);
   /// Returns the latest report unless it has already been fetched.

@@ -196,7 +196,12 @@ std::string ShowName(const std::string& name) {
 
 std::string Translate(const Message& message) {
   return FormatMessage(
-      message, [](const std::string& text) { return ShowName(Tr(text.c_str())); }, PointOfLanguage());
+      message,
+      [](const std::string& text) {
+        const std::string shown = ShowName(Tr(text.c_str()));
+        return shown == text ? TrMade(text) : shown;  // such as "tooth 2 from the middle, patient's left"
+      },
+      PointOfLanguage());
 }
 
 std::string PointOfLanguage() {

@@ -51,6 +51,20 @@ TEST(InjuryFinder, FindsTheFirstRemovalFromATooth) {
   EXPECT_THAT(jaw.Become(MakeJaw(7.4, 4)), IsEmpty());
 }
 
+TEST(InjuryFinder, SeparatesWhatWasRemovedAtOtherPlaces) {
+  Followed jaw;
+  jaw.Become(MakeJaw(5, 4));
+  const auto front = [](const Vec3& p_W) { return p_W.y < 0; };
+  const auto back = [&](const Vec3& p_W) { return !front(p_W); };
+  const StructureResult tooth = jaw.finder.Find(jaw.now).at(0);
+  const StructureResult in_front = jaw.finder.FindAt(front).at(0);
+  const StructureResult behind = jaw.finder.FindAt(back).at(0);
+  EXPECT_NEAR(in_front.removed_mm3 + behind.removed_mm3, tooth.removed_mm3, 1e-9);
+  EXPECT_NEAR(in_front.p_W.y, -1, kVoxel_mm);
+  EXPECT_NEAR(behind.p_W.y, 1, kVoxel_mm);
+  EXPECT_THAT(jaw.finder.FindAt([](const Vec3& p_W) { return p_W.x > 6; }), IsEmpty());
+}
+
 TEST(InjuryFinder, NamesTheTeethAndTheLesionOfASegmentation) {
   Followed jaw{test::MakeSegmentedJaw()};
   EXPECT_THAT(jaw.Become(test::MakeSegmentedJaw(7, 4)), ElementsAre("tooth 36"));

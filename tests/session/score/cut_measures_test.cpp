@@ -11,6 +11,7 @@
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
 #include "kerf/simulation.h"
+#include "session/marks/jaw.h"
 
 namespace kerf {
 namespace {
@@ -251,7 +252,29 @@ TEST(CutMeasures, AStrayCutBesideThePlaneDoesNotTiltIt) {
     EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), 0, kOffset_mm);
     EXPECT_LT(sheet.Get("plane_angle_deg").value(), kAngle_deg);
     EXPECT_GT(sheet.Get("outside_mm3").value(), 0.9 * 2 * 2 * 0.5);  // it is still counted there
+    EXPECT_NEAR(sheet.Get("planned_mm3").value() - sheet.Get("under_mm3").value() + sheet.Get("margin_mm3").value() +
+                    sheet.Get("outside_mm3").value(),
+                sheet.Get("removed_mm3").value(), 1e-9);
+    EXPECT_TRUE(sheet.injured.empty());  // the block has no teeth
   }
+}
+
+TEST(CutMeasures, ToothCutBesideTheWantedCutIsNamed) {
+  const Bone before = test::MakeJaw();
+  const Bone after = test::MakeJaw(5, 4);  // a slot through a tooth at x = 5
+  const auto injured = [&](double x_mm) {
+    SceneExercise exercise;
+    exercise.start_mm = {x_mm, -9, 0};
+    exercise.end_mm = {x_mm, 9, 0};
+    exercise.depth_mm = 5;
+    return Measure(before, after, MakeWantedCut(exercise, DiscSaw{.diameter_mm = 22, .thickness_mm = 0.4})).injured;
+  };
+  EXPECT_TRUE(injured(5).empty());  // the wanted cut goes through the tooth
+  const std::vector<OutsideInjury> beside = injured(9);
+  ASSERT_EQ(beside.size(), 1U);
+  EXPECT_EQ(beside[0].structure.kind, MarkKind::kTooth);
+  EXPECT_NEAR(beside[0].away_mm, 4 - 0.2, 0.1);
+  EXPECT_NEAR(beside[0].structure.removed_mm3, 0.4 * 4 * 4, 0.1 * 0.4 * 4 * 4);
 }
 
 TEST(FitMiddlePlane, ReturnsNoneForALumpOrNoRemoval) {
