@@ -89,9 +89,9 @@ void DrawCutView(Ui& ui, const CutView& view, const std::string& title, double s
   };
   list.PushClipRect(corner, end, true);
   for (const PictureLine& line : view.bone) draw(line, Stroke::kSolid, kBoneLine, 1.5F);
-  draw(view.line, Stroke::kSolid, kInk, kLineWidth);
   for (const PictureLine& line : view.made) draw(line, Stroke::kSolid, kMadeColour, 2);
   for (const PictureLine& line : view.wanted) draw(line, Stroke::kDashed, kWantedColour, 2);
+  draw(view.line, Stroke::kSolid, kInk, kLineWidth);
   const auto bar = static_cast<float>(scale * scale_bar_mm);
   const float y = end.y - 9 * s;
   const float left = corner.x + 8 * s;
