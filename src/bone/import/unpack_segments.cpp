@@ -1,0 +1,117 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "bone/import/limits.h"
+#include "bone/import/packed_segments.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kHalf = 0.5;  // of the range of a fraction
+
+Vec3 ToVec3(const std::vector<double>& numbers, std::size_t from = 0) {
+  return {numbers[from], numbers[from + 1], numbers[from + 2]};
+}
+
+// Takes size, spacing and orientation. Throws kerf::Error if one is missing or not finite.
+void TakeLattice(const Json& json, const std::string& path, DicomSegments& read) {
+  const auto numbers = [&](const char* key, std::size_t count) {
+    std::vector<double> found = json.value(key, std::vector<double>());
+    const bool finite = std::all_of(found.begin(), found.end(), [](double v) { return std::abs(v) < 1e6; });
+    if (found.size() != count || !finite) throw Error(fmt::format("{}: the segmentation lacks its {}", path, key));
+    return found;
+  };
+  json.at("size").get_to(read.size);
+  const std::vector<double> spacing = numbers("spacing", 2);
+  read.pixel_mm = {spacing[1], spacing[0]};  // the distance between rows comes first
+  if (json.contains("slice")) read.slice_mm = numbers("slice", 1)[0];
+  const std::vector<double> orientation = numbers("orientation", 6);
+  read.row_W = ToVec3(orientation);
+  read.column_W = ToVec3(orientation, 3);
+  if (std::abs(glm::length(read.row_W) - 1) > 1e-2 || std::abs(glm::length(read.column_W) - 1) > 1e-2 ||
+      std::abs(glm::dot(read.row_W, read.column_W)) > 1e-2) {
+    throw Error(fmt::format("{}: the segmentation's rows and columns are not at right angles", path));
+  }
+  read.row_W = glm::normalize(read.row_W);
+  read.column_W = glm::normalize(read.column_W);
+}
+
+void TakeFrames(const Json& json, const std::string& path, DicomSegments& read) {
+  std::set<int> numbers;
+  for (const Json& item : json.at("segments")) {
+    DicomSegment& segment = read.segments.emplace_back();
+    segment.number = item.at("number").get<int>();
+    segment.label = item.at("label").get<std::string>();
+    item.at("codes").get_to(segment.codes);
+    item.at("modifiers").get_to(segment.modifiers);
+    if (segment.number < 1 || segment.number > 32767) {
+      throw Error(fmt::format("{}: the segment '{}' has the number {}, which is not from 1 to 32767", path,
+                              segment.label, segment.number));
+    }
+    if (!numbers.insert(segment.number).second) {
+      throw Error(fmt::format("{}: more than one segment has the number {}", path, segment.number));
+    }
+    if (!item.at("category").empty()) segment.category = item.at("category").at(0).get<std::string>();
+  }
+  for (const Json& item : json.at("frames")) {
+    const std::vector<double> position = item.at("position").get<std::vector<double>>();
+    const int number = item.at("segment").get<int>();
+    const std::size_t nth = read.frames.size() + 1;
+    if (position.size() != 3 || !IsInWorld(ToVec3(position))) {
+      throw Error(fmt::format("{}: frame {} of the segmentation has no valid position", path, nth));
+    }
+    if (numbers.count(number) == 0) {
+      throw Error(
+          fmt::format("{}: frame {} belongs to segment {}, which the file does not describe", path, nth, number));
+    }
+    read.frames.push_back({number, ToVec3(position)});
+  }
+}
+
+// Throws kerf::Error unless `bytes` bytes are enough for the pixels of all frames, with `bits` bits each.
+void CheckPixels(const DicomSegments& read, std::uint64_t bytes, int bits, bool binary, const std::string& path) {
+  if (bits != (binary ? 1 : 8)) {
+    throw Error(fmt::format("{}: the segmentation's pixels have {} bits; kerf reads {}", path, bits,
+                            binary ? "binary segmentations with 1 bit" : "fractional segmentations with 8 bits"));
+  }
+  const std::uint64_t pixels = std::uint64_t{read.frames.size()} * static_cast<std::uint64_t>(read.size[0]) *
+                               static_cast<std::uint64_t>(read.size[1]);
+  if (pixels == 0) throw Error(fmt::format("{}: the segmentation has no pixels", path));
+  if (pixels > kMaxVoxels) throw Error(fmt::format("{}: the segmentation has more than 2^31 pixels", path));
+  const std::uint64_t needed = binary ? (pixels + 7) / 8 : pixels;
+  if (bytes < needed) {
+    throw Error(
+        fmt::format("{}: the file is cut off or damaged: its {} frames of {} x {} pixels need {} bytes, but it "
+                    "has {}",
+                    path, read.frames.size(), read.size[0], read.size[1], needed, bytes));
+  }
+}
+
+}  // namespace
+
+DicomSegments UnpackSegments(const std::string& packed, std::span<const char> pixels, const std::string& path) {
+  DicomSegments read;
+  const Json json = Json::from_cbor(packed);
+  TakeLattice(json, path, read);
+  TakeFrames(json, path, read);
+  read.series_uid = json.value("series", "");
+  const int bits = json.at("bits").get<int>(), fraction = json.at("fraction").get<int>();
+  CheckPixels(read, json.at("bytes").get<std::uint64_t>(), bits, fraction == 0, path);
+  read.pixels.resize(read.frames.size() * static_cast<std::size_t>(read.size[0]) *
+                     static_cast<std::size_t>(read.size[1]));
+  const auto* raw = reinterpret_cast<const unsigned char*>(pixels.data());
+  for (std::size_t i = 0; i < read.pixels.size(); ++i) {
+    read.pixels[i] = bits == 1 ? raw[i / 8] >> (i % 8) & 1 : raw[i] >= kHalf * fraction ? 1 : 0;
+  }
+  return read;
+}
+
+}  // namespace kerf
