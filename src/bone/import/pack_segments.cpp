@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "base/core/printable.h"
 #include "bone/import/dicom_elements.h"
 #include "bone/import/dicom_segments.h"
 #include "bone/import/packed_segments.h"
@@ -30,7 +31,7 @@ class Reading {
     Json json;
     const std::string type = ReadText(data_, 0x0062, 0x0001);
     if (type != "BINARY" && type != "FRACTIONAL") {
-      throw Error(fmt::format("{}: a segmentation of type '{}', which kerf doesn't read", path_, type));
+      throw Error(fmt::format("{}: a segmentation of type '{}', which kerf doesn't read", path_, Printable(type)));
     }
     json["fraction"] = type == "FRACTIONAL" ? ReadShort(data_, 0x0062, 0x000e) : 0;
     if (type == "FRACTIONAL" && json["fraction"] == 0) {
@@ -68,7 +69,7 @@ class Reading {
       for (const Json& modifier : Codes(*type, 0x0011)) modifiers.push_back(modifier);
     }
     return {{"number", ReadShort(segment, 0x0062, 0x0004)},
-            {"label", ReadText(segment, 0x0062, 0x0005)},
+            {"label", Printable(ReadText(segment, 0x0062, 0x0005))},
             {"category", Codes(segment, 0x0003)},
             {"codes", Codes(segment, 0x000f)},
             {"modifiers", modifiers}};
@@ -165,9 +166,7 @@ std::string PackSegments(const std::string& path, std::span<char> pixels) {
   if (length > 0) std::memcpy(pixels.data(), bytes->GetPointer(), length);
   json["bytes"] = CountBytesInFile(path, bytes == nullptr ? std::size_t{0} : std::size_t{bytes->GetLength()},
                                    syntax == gdcm::TransferSyntax::ImplicitVRLittleEndian);
-  std::string packed;
-  Json::to_cbor(json, packed);
-  return packed;
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace kerf

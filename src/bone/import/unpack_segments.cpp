@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <stdexcept>
 
 #include "bone/import/limits.h"
 #include "bone/import/packed_segments.h"
@@ -16,6 +17,17 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr double kHalf = 0.5;  // of the range of a fraction
+constexpr std::uint64_t kMaxShort = 65535;
+
+// The child process may have returned anything, if a damaged file changed what the library does. Throws
+// std::out_of_range for anything but a whole number from 0 to `max`.
+std::uint64_t TakeCount(const Json& json, std::uint64_t max) {
+  if (!json.is_number_unsigned() || json.get<std::uint64_t>() > max) throw std::out_of_range("a number");
+  return json.get<std::uint64_t>();
+}
+int TakeShort(const Json& json) {
+  return static_cast<int>(TakeCount(json, kMaxShort));
+}
 
 Vec3 ToVec3(const std::vector<double>& numbers, std::size_t from = 0) {
   return {numbers[from], numbers[from + 1], numbers[from + 2]};
@@ -29,7 +41,7 @@ void TakeLattice(const Json& json, const std::string& path, DicomSegments& read)
     if (found.size() != count || !finite) throw Error(fmt::format("{}: the segmentation lacks its {}", path, key));
     return found;
   };
-  json.at("size").get_to(read.size);
+  read.size = {TakeShort(json.at("size").at(0)), TakeShort(json.at("size").at(1))};
   const std::vector<double> spacing = numbers("spacing", 2);
   read.pixel_mm = {spacing[1], spacing[0]};  // the distance between rows comes first
   if (json.contains("slice")) read.slice_mm = numbers("slice", 1)[0];
@@ -48,7 +60,7 @@ void TakeFrames(const Json& json, const std::string& path, DicomSegments& read) 
   std::set<int> numbers;
   for (const Json& item : json.at("segments")) {
     DicomSegment& segment = read.segments.emplace_back();
-    segment.number = item.at("number").get<int>();
+    segment.number = TakeShort(item.at("number"));
     segment.label = item.at("label").get<std::string>();
     item.at("codes").get_to(segment.codes);
     item.at("modifiers").get_to(segment.modifiers);
@@ -63,7 +75,7 @@ void TakeFrames(const Json& json, const std::string& path, DicomSegments& read) 
   }
   for (const Json& item : json.at("frames")) {
     const std::vector<double> position = item.at("position").get<std::vector<double>>();
-    const int number = item.at("segment").get<int>();
+    const int number = TakeShort(item.at("segment"));
     const std::size_t nth = read.frames.size() + 1;
     if (position.size() != 3 || !IsInWorld(ToVec3(position))) {
       throw Error(fmt::format("{}: frame {} of the segmentation has no valid position", path, nth));
@@ -95,16 +107,14 @@ void CheckPixels(const DicomSegments& read, std::uint64_t bytes, int bits, bool 
   }
 }
 
-}  // namespace
-
-DicomSegments UnpackSegments(const std::string& packed, std::span<const char> pixels, const std::string& path) {
+DicomSegments Unpack(const Json& json, std::span<const char> pixels, const std::string& path) {
   DicomSegments read;
-  const Json json = Json::from_cbor(packed);
   TakeLattice(json, path, read);
   TakeFrames(json, path, read);
   read.series_uid = json.value("series", "");
-  const int bits = json.at("bits").get<int>(), fraction = json.at("fraction").get<int>();
-  CheckPixels(read, json.at("bytes").get<std::uint64_t>(), bits, fraction == 0, path);
+  const int bits = TakeShort(json.at("bits")), fraction = TakeShort(json.at("fraction"));
+  const std::uint64_t bytes = TakeCount(json.at("bytes"), pixels.size());
+  CheckPixels(read, bytes, bits, fraction == 0, path);
   read.pixels.resize(read.frames.size() * static_cast<std::size_t>(read.size[0]) *
                      static_cast<std::size_t>(read.size[1]));
   const auto* raw = reinterpret_cast<const unsigned char*>(pixels.data());
@@ -112,6 +122,21 @@ DicomSegments UnpackSegments(const std::string& packed, std::span<const char> pi
     read.pixels[i] = bits == 1 ? raw[i / 8] >> (i % 8) & 1 : raw[i] >= kHalf * fraction ? 1 : 0;
   }
   return read;
+}
+
+}  // namespace
+
+DicomSegments UnpackSegments(const std::string& packed, std::span<const char> pixels, const std::string& path) {
+  const auto refuse = [&path] {
+    return Error(fmt::format("{}: the file is damaged: the library that reads it returned no segmentation", path));
+  };
+  try {
+    return Unpack(Json::parse(packed), pixels, path);
+  } catch (const Json::exception&) {
+    throw refuse();
+  } catch (const std::out_of_range&) {
+    throw refuse();
+  }
 }
 
 }  // namespace kerf
