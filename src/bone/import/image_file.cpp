@@ -147,21 +147,8 @@ LayeredImage ReadNrrdOrMeta(const std::string& path, const std::string& frame, I
   return image;
 }
 
-/// Throws kerf::Error if a label map would take more than kMaxLabelBytes: a few megabytes of a file can unpack to that.
-void CheckLabelBytes(const ImageLayout& layout, const std::string& path) {
-  double values = 1;
-  for (const double size : layout.sizes) values *= size;
-  const double bytes = values * (layout.bytes_per_voxel + sizeof(std::int16_t) * layout.components);
-  if (bytes <= kMaxLabelBytes) return;
-  throw Error(
-      fmt::format("{}: the label map has {:.0f} values, which take {:.1f} GiB of memory; kerf reads up to {:g} "
-                  "GiB; crop it to the bone, or resample it",
-                  path, values * layout.components, bytes / (1 << 30), kMaxLabelBytes / (1 << 30)));
-}
-
 LayeredImage ReadLayers(const std::string& path, const std::string& frame, std::size_t max_layers) {
-  ImageCheck check = CheckImageHeader(path);
-  if (max_layers > 1) CheckLabelBytes(check.layout, path);
+  ImageCheck check = CheckImageHeader(path, max_layers > 1 ? ImageContent::kLabels : ImageContent::kCt);
   LayeredImage image;
   if (HasNiftiExtension(path)) {
     image.lattice = ReadNifti(path, frame);

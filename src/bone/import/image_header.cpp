@@ -254,12 +254,30 @@ ImageLayout ParseNifti(const std::string& path) {
   return layout;
 }
 
-// Returns the number of bytes of voxels that the file holds; for text and unknown packings, an upper bound.
-double CountBytes(const ImageLayout& layout, double file_bytes, double needed, const std::string& path) {
+// Returns an upper bound of the number of bytes of voxels that the file holds; exact for raw voxels.
+double BoundBytes(const ImageLayout& layout, double file_bytes) {
   const double available = file_bytes - static_cast<double>(layout.offset);
-  if (layout.packing == VoxelPacking::kRaw) return available;
-  const double bound = available * kMaxUnpackRatio;
-  if (layout.packing != VoxelPacking::kGzip || bound < layout.lead + needed) return bound;
+  return layout.packing == VoxelPacking::kRaw ? available : available * kMaxUnpackRatio;
+}
+
+// Throws kerf::Error if reading the image would take more memory than its content and its file justify: a few
+// megabytes can unpack to gigabytes.
+void CheckMemory(const ImageLayout& layout, double voxels, double file_bytes, ImageContent content,
+                 const std::string& path) {
+  const bool labels = content == ImageContent::kLabels;
+  if (!labels && layout.packing != VoxelPacking::kGzip) return;
+  const double bytes = voxels * (layout.bytes_per_voxel + sizeof(std::int16_t) * layout.components);
+  const double limit = labels ? kMaxUnpackedBytes : std::max(kMaxUnpackedBytes, kMaxMemoryRatio * file_bytes);
+  if (bytes <= limit) return;
+  throw Error(
+      fmt::format("{}: the {} has {:.0f} values, which take {:.1f} GiB of memory; kerf reads up to {:.3g} GiB{}; {}",
+                  path, labels ? "label map" : "compressed image", voxels * layout.components, bytes / (1 << 30),
+                  limit / (1 << 30), labels ? "" : " from a compressed file of this size",
+                  labels ? "crop it to the bone, or resample it" : "crop it to the bone, or save it uncompressed"));
+}
+
+// Returns the number of bytes of voxels that a gzip or zlib stream holds.
+double CountUnpacked(const ImageLayout& layout, double needed, const std::string& path) {
   // Twice the stated bytes are enough to detect that the header gives too few slices.
   const Unpacked unpacked = Unpack(layout.data_file, layout.offset, layout.lead + 2 * needed);
   const double voxels = std::max(unpacked.bytes - layout.lead, 0.0);
@@ -311,7 +329,7 @@ std::pair<double, std::string> CountVoxels(const ImageLayout& layout, const std:
 
 }  // namespace
 
-ImageCheck CheckImageHeader(const std::string& path) {
+ImageCheck CheckImageHeader(const std::string& path, ImageContent content) {
   const std::string lower = Lower(path);
   const std::string head = ReadHead(path);
   ImageCheck check;
@@ -331,7 +349,11 @@ ImageCheck CheckImageHeader(const std::string& path) {
                             layout.bytes_per_voxel, kMaxVoxelBytes));
   }
   const double needed = voxels * layout.bytes_per_voxel;
-  const double available = CountBytes(layout, file_bytes, needed, path);
+  double available = BoundBytes(layout, file_bytes);
+  if (available >= layout.lead + needed) {
+    CheckMemory(layout, voxels, file_bytes, content, path);
+    if (layout.packing == VoxelPacking::kGzip) available = CountUnpacked(layout, needed, path);
+  }
   if (available < needed) {
     throw Error(
         fmt::format("{}: the header states {} voxels ({:.0f} bytes), but the file contains {:.0f} bytes of them; "

@@ -27,6 +27,8 @@ struct ImageLayout {
   bool swapped = false;      // stored in the other byte order
 };
 
+enum class ImageContent { kCt, kLabels };
+
 struct ImageCheck {
   ImageLayout layout;
   std::vector<std::string> warnings;  // one sentence each, e.g. for more slices than the header gives
@@ -34,8 +36,9 @@ struct ImageCheck {
 
 /// Checks the NRRD, NIfTI or MetaImage file at `path`, chosen by its extension: .nrrd .nhdr .nii .nii.gz .mha .mhd.
 /// Throws kerf::Error with one sentence if it cannot hold the voxels that its header states, has more than
-/// kMaxVoxels, or is not such a file. Allocates no voxels.
-ImageCheck CheckImageHeader(const std::string& path);
+/// kMaxVoxels, would take more memory than its content is allowed to (kMaxUnpackedBytes), or is not such a file.
+/// Allocates no voxels.
+ImageCheck CheckImageHeader(const std::string& path, ImageContent content = ImageContent::kCt);
 
 /// Reads the voxels of a checked file, unpacked and in this machine's byte order; text becomes VoxelType::kDouble in
 /// `layout`. Throws kerf::Error if there are fewer than `count`.

@@ -21,9 +21,12 @@ inline constexpr double kMaxUnpackRatio = 1032;
 inline constexpr std::size_t kMaxImageHeaderBytes = std::size_t{1} << 18;
 /// Layers of a segmentation: sets of labels on one lattice.
 inline constexpr std::size_t kMaxLabelLayers = 256;
-/// Bytes of memory that a label map takes while it is read: its values as the file has them, and two bytes for each. A
-/// segmentation of a CT of 512 x 512 x 2000 voxels has up to 2.1e9.
-inline constexpr double kMaxLabelBytes = double{3} * (1 << 30);
+/// Bytes of memory that a label map or a compressed CT takes while it is read: its values as the file has them, and two
+/// bytes for each. A CT of 512 x 512 x 2000 voxels, or a segmentation of it, has up to 2.1e9.
+inline constexpr double kMaxUnpackedBytes = double{3} * (1 << 30);
+/// Bytes of that memory per byte of the file of a compressed CT that takes more than kMaxUnpackedBytes. CTs are
+/// compressed to a half or a third, and then take 4 to 6 times their file.
+inline constexpr double kMaxMemoryRatio = 32;
 /// Bytes of one of the lines of text before the voxels that an NRRD header may tell the reader to skip.
 inline constexpr std::int64_t kMaxSkippedLine = std::int64_t{1} << 20;
 /// Nesting depth of sequences and items in a DICOM file, counted separately; GDCM needs a stack frame for each.

@@ -2,8 +2,11 @@
 // allocating the memory.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <iostream>
+#include <map>
 
 #include "bone/import/dicom.h"
 #include "bone/import/image_file.h"
@@ -60,6 +63,34 @@ std::string DeepLie() {
   return slice.insert(slice.find(std::string("\x08\x00\x60\x00", 4)), lie);
 }
 
+std::string Gzip(const std::string& bytes) {
+  const test::Folder folder;
+  test::WriteBytes(folder.file("a"), bytes);
+  EXPECT_EQ(std::system(("gzip -n '" + folder.file("a") + "'").c_str()), 0);
+  return test::ReadBytes(folder.file("a.gz"));
+}
+
+/// Returns a stream of two megabytes that unpacks to 2^31 zeros.
+std::string PackedZeros() {
+  const std::string one = Gzip(std::string(std::size_t{1} << 20, '\0'));
+  std::string all;
+  for (int n = 0; n < 2048; ++n) all += one;
+  return all;
+}
+
+/// Returns the headers of compressed images of `size` voxels of 16 bits, by their files' names.
+std::map<std::string, std::string> PackedHeaders(const std::array<int, 3>& size) {
+  Volume ct;
+  ct.size = size;
+  std::string nrrd = test::NrrdHeader(ct);
+  nrrd.replace(nrrd.find("raw"), 3, "gzip");
+  const std::string meta = fmt::format(
+      "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = True\n"
+      "ElementSpacing = 1 1 1\nDimSize = {} {} {}\nElementType = MET_SHORT\nElementDataFile = LOCAL\n",
+      size[0], size[1], size[2]);
+  return {{"a.nii.gz", Gzip(test::NiftiHeader(ct))}, {"a.nrrd", nrrd + "\n"}, {"a.mha", meta}};
+}
+
 std::vector<Lie> MakeLies() {
   SliceSpec packed;
   packed.transfer_syntax = "1.2.840.10008.1.2.5";  // RLE
@@ -101,9 +132,35 @@ std::string Read(const Lie& lie, const test::Folder& folder) {
       "accepted");
 }
 
+/// Reads compressed images whose voxels are 2^31 zeros. Returns what is wrong.
+std::string ReadPackedZeros() {
+  const std::string zeros = PackedZeros();
+  for (const auto& [name, header] : PackedHeaders({1024, 1024, 1024})) {
+    const test::Folder folder;
+    const std::string said = Read({name, {header + zeros}, ""}, folder);
+    if (said.find("the compressed image has 1073741824 values, which take 4.0 GiB of memory") == std::string::npos)
+      return name + ": " + said;
+  }
+  for (const auto& [name, header] : PackedHeaders({16, 16, 16})) {
+    const test::Folder folder;
+    test::WriteBytes(folder.file(name), header + zeros);
+    const Volume read = ReadImageFile(folder.file(name));
+    if (read.hu.size() != 4096) return fmt::format("{}: {} voxels", name, read.hu.size());
+    const bool warned = std::any_of(read.warnings.begin(), read.warnings.end(), [](const std::string& warning) {
+      return warning.find("at least 16 slices more; they were left out") != std::string::npos;
+    });
+    if (!warned) return name + ": no warning";
+  }
+  return "";
+}
+
 [[noreturn]] void ReadAllLies() {
   test::UseOneCore();
   test::LimitMemory(std::uint64_t{256} << 20);
+  if (const std::string wrong = ReadPackedZeros(); !wrong.empty()) {
+    std::cerr << wrong << "\n";
+    std::_Exit(1);
+  }
   for (const Lie& lie : MakeLies()) {
     const test::Folder folder;
     const std::string said = Read(lie, folder);
