@@ -163,7 +163,8 @@ class DamagedSegmentations : public DamagedInputs {
   std::string whole_;
 };
 
-/// Returns 'r' if the input is read, 'n' if it is refused with one sentence, otherwise '?'. For a child process.
+/// Returns 'r' if the input is read, 'n' if it is refused with one sentence, otherwise '?': the input must be read
+/// again as the program does, which makes a sentence of a library's exception. For a child process.
 char ReadOne(const DamagedInputs& all, int n) {
   try {
     all.Read(n);
@@ -192,11 +193,15 @@ int ReadInOneChild(const DamagedInputs& all, int first, int last, Counts& counts
     };
     const std::string outcomes = RunInChild("damaged", {std::uint64_t{256} << 20, 120}, read_all, {});
     EXPECT_EQ(outcomes.size(), static_cast<std::size_t>(last - first));
-    const std::size_t wrong = outcomes.find('?');
-    EXPECT_EQ(wrong, std::string::npos) << "no sentence for " << all.path(first + static_cast<int>(wrong));
-    const auto read = static_cast<int>(std::count(outcomes.begin(), outcomes.end(), 'r'));
-    counts.read += read;
-    counts.refused += last - first - read;
+    if (outcomes.size() != static_cast<std::size_t>(last - first)) return last;
+    for (int n = first; n < last; ++n) {
+      const char outcome = outcomes[static_cast<std::size_t>(n - first)];
+      if (outcome == '?') {
+        Try([&] { all.Read(n); }, counts);
+      } else {
+        ++(outcome == 'r' ? counts.read : counts.refused);
+      }
+    }
     return last;
   } catch (const Error& e) {
     const int ended_at = all.Find(e.what());
