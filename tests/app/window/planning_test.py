@@ -231,7 +231,7 @@ def main():
         w.wait_state("a mark", lambda s: s["marks"] == 1 and not s["slice_enlarged"])
         # The slices go through the saw again; one that is scrolled after that has a button that brings it back.
         w.wait_state("no slice is scrolled", lambda s: s["slices_mm"] == [0, 0, 0])
-        left, top, width, height = w.items["slice 2"]
+        w.wait_items("the slice is small again", lambda items: items["slice 2"] == [left, top, width, height])
         w.scroll(left + width / 2, top + height / 2, 3)
         w.wait_state("scrolled", lambda s: s["slices_mm"] == [0, 1.5, 0])
         picture("scrolled")
