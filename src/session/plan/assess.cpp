@@ -9,8 +9,9 @@
 namespace kerf {
 namespace {
 
-constexpr double kInPlane = 0.35;     // sine of the maximum angle between a stop's direction and its plane
-constexpr double kStopReach_mm = 10;  // maximum distance of a stop's point from its plane
+constexpr double kInPlane = 0.35;      // sine of the maximum angle between a stop's direction and its plane
+constexpr double kStopReach_mm = 10;   // maximum distance of a stop's point from its plane
+constexpr double kRounding_mm = 1e-6;  // the bone's distances are floats, which have steps of 1e-7 mm at 1 mm
 
 double OffPlane(const CutPlane& plane, const Vec3& p) {
   return glm::dot(plane.normal_W, p - plane.p_W);
@@ -68,7 +69,7 @@ PlaneResult AssessPlane(const Plan& plan, std::size_t i, const Bone& before, con
     if (FindPlaneOf(plan, stop) == static_cast<int>(i)) depth_W = stop.direction_W;
   }
   result.angles = CalcPlaneAngles(planned.normal_W, cut.normal_W, depth_W);
-  result.within_margin = std::abs(result.furthest_mm) <= result.planned.margin_mm;
+  result.within_margin = std::abs(result.furthest_mm) <= result.planned.margin_mm + kRounding_mm;
   return result;
 }
 

@@ -18,7 +18,8 @@ namespace {
 
 constexpr char kFontFolder[] = "/usr/share/fonts/truetype/dejavu/";
 constexpr float kDoubleClick_s = 0.3f;  // between the clicks of a double click
-constexpr double kNormal = 15;          // size of text, points
+constexpr float kAnyTime_s = 1e6f;
+constexpr double kNormal = 15;  // size of text, points
 constexpr double kSmall = 13;
 constexpr double kTitle = 20;
 
@@ -233,6 +234,11 @@ void Ui::LoadFonts() {
 // ---- input
 
 void Ui::Take(const WindowEvent& event) {
+  if (event.kind == WindowEvent::Kind::kMouseDown && event.button == MouseButton::kLeft) {
+    // Frames that go on without events are short, so that these presses are close in time, however slow the window is.
+    presses_follow_.push_back(frame_ - press_frame_ <= 1);
+    press_frame_ = frame_;
+  }
   queue_.push_back(event);
 }
 
@@ -293,6 +299,7 @@ void Ui::BeginFrame(double dt_s) {
     LoadFonts();
     ApplyTheme();
   }
+  ++frame_;
   ImGuiIO& io = ImGui::GetIO();
   io.DisplaySize = {static_cast<float>(width_px_), static_cast<float>(height_px_)};
   const float last_s = std::exchange(io.DeltaTime, static_cast<float>(std::clamp(dt_s, 1e-4, 0.5)));
@@ -326,6 +333,10 @@ void Ui::BeginFrame(double dt_s) {
     pressed = pressed || button;
     acted = acted || (acts && event.kind == Kind::kKeyDown);
     wrote = wrote || text;
+    if (event.kind == Kind::kMouseDown && event.button == MouseButton::kLeft) {
+      if (presses_follow_.front()) io.MouseDoubleClickTime = kAnyTime_s;
+      presses_follow_.pop_front();
+    }
     Feed(event);
     queue_.pop_front();
   }

@@ -157,6 +157,9 @@ class Ui {
   ImFont* small_ = nullptr;
   ImFont* title_ = nullptr;
   std::deque<WindowEvent> queue_;
+  std::int64_t frame_ = 0;           // number of the last frame
+  std::int64_t press_frame_ = -2;    // before which the last press of the left button came
+  std::deque<bool> presses_follow_;  // for each press in the queue: it came at most one frame after the one before
   std::map<std::string, UiBox> noted_;
   std::uint64_t textures_hash_ = 0;  // of the versions of this frame's textures
   std::vector<std::string> cut_texts_;

@@ -123,6 +123,32 @@ TEST(Widgets, DoubleClickDoesNotDependOnTheTimeOfAFrame) {
   EXPECT_FALSE(ClicksTwice({0.02, 0.02, 0.02, 0.02, 0.02, 0.5, 0.02}, 2));
 }
 
+// A busy machine draws frames of any length between the events of a double click.
+TEST(Widgets, ClicksThatArriveTogetherAreADoubleClickWhateverTheFrames) {
+  for (const std::vector<double>& frames_s :
+       {std::vector<double>{0.02, 0.02, 0.5, 0.03, 0.03}, std::vector<double>{0.4, 0.03, 0.03, 0.5, 0.03}}) {
+    Ui ui;
+    ui.SetSize(800, 600, 1);
+    ui.BeginFrame(0.02);
+    ui.EndFrame();
+    WindowEvent event;
+    event.x = event.y = 100;
+    for (const WindowEvent::Kind kind :
+         {WindowEvent::Kind::kMouseMove, WindowEvent::Kind::kMouseDown, WindowEvent::Kind::kMouseUp,
+          WindowEvent::Kind::kMouseDown, WindowEvent::Kind::kMouseUp}) {
+      event.kind = kind;
+      ui.Take(event);
+    }
+    bool twice = false;
+    for (const double frame_s : frames_s) {
+      ui.BeginFrame(frame_s);
+      twice = twice || ImGui::IsMouseDoubleClicked(0);
+      ui.EndFrame();
+    }
+    EXPECT_TRUE(twice);
+  }
+}
+
 /// A panel with two fields for numbers, controlled by keys.
 class NumberFields : public ::testing::Test {
  protected:
