@@ -6,10 +6,12 @@
 #include "bone/import/dicom_segments.h"
 #include "target.h"
 
+// NOLINTBEGIN(bugprone-reserved-identifier): the names are the sanitizers'.
 // The address sanitizer's interface; absent in a build without it.
 extern "C" void __asan_set_error_report_callback(void (*)(const char*)) __attribute__((weak));
 // Replaces a function of the undefined-behaviour sanitizer that is called at each report.
 extern "C" void __ubsan_on_report(void);
+// NOLINTEND(bugprone-reserved-identifier)
 
 namespace kerf::fuzz {
 namespace {
@@ -54,6 +56,6 @@ KERF_FUZZ_TARGET(dicom_segments) {
 
 }  // namespace kerf::fuzz
 
-extern "C" void __ubsan_on_report(void) {
+extern "C" void __ubsan_on_report(void) {  // NOLINT(bugprone-reserved-identifier)
   if (kerf::fuzz::in_child) std::strncpy(kerf::fuzz::Report(), "undefined behaviour", kerf::fuzz::kReportBytes - 1);
 }

@@ -1,5 +1,6 @@
 // Scans whose headers declare more data than the files contain are refused with a one-sentence message, without
 // allocating the memory.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -139,7 +140,7 @@ std::string ReadPackedZeros() {
     const test::Folder folder;
     const std::string said = Read({name, {header + zeros}, ""}, folder);
     if (said.find("the compressed image has 1073741824 values, which take 4.0 GiB of memory") == std::string::npos)
-      return name + ": " + said;
+      return fmt::format("{}: {}", name, said);
   }
   for (const auto& [name, header] : PackedHeaders({16, 16, 16})) {
     const test::Folder folder;
