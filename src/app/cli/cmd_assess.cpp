@@ -77,6 +77,14 @@ std::string TitleOf(const Scene& scene) {
   return scene.TitleOrName();
 }
 
+/// Reads planned planes, with a warning about those that are skipped.
+std::vector<PlannedPlane> ReadPlanes(const std::string& path) {
+  std::vector<std::string> skipped;
+  std::vector<PlannedPlane> planes = ReadPlannedPlanes(path, &skipped);
+  for (const std::string& name : skipped) SayWarning("{}: '{}' was cut, not planned, and is skipped", path, name);
+  return planes;
+}
+
 /// Replays a recording of a loop and takes the bones and the plan from it.
 void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& subject) {
   RecordingReader recording(options.file);
@@ -147,7 +155,7 @@ void TakeBones(const AssessArguments& options, StageBars& bars, Subject& subject
   const auto show = [&](double fraction) { bars.Show("reading the bones", fraction); };
   if (markups) {
     if (options.before.empty()) throw CLI::RequiredError("--before");
-    subject.plan.planes = ReadPlannedPlanes(options.file);
+    subject.plan.planes = ReadPlanes(options.file);
     const std::string file_name = std::filesystem::path(options.file).filename().string();
     subject.title = file_name.substr(0, file_name.find('.'));
     subject.before = ReadBone(options.before);
@@ -180,7 +188,7 @@ Subject TakeSubject(const AssessArguments& options) {
   }
   if (!options.plan.empty()) {
     subject.plan = Plan{};
-    subject.plan.planes = ReadPlannedPlanes(options.plan);
+    subject.plan.planes = ReadPlanes(options.plan);
     subject.provenance.push_back({"plan", std::filesystem::path(options.plan).filename().string()});
   }
   if (options.margin_mm) {
@@ -222,6 +230,9 @@ void PrintForPeople(const Subject& subject, const Assessment& a, const PieceSet*
 
 void Run(const AssessArguments& options) {
   CheckInputsNotOverwritten({options.file, options.plan}, {options.markups, options.table});
+  for (const std::string& file : {options.markups, options.table}) {
+    if (!file.empty()) CheckWritable(file);
+  }
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) lock.emplace(options.folder);
   Subject subject = TakeSubject(options);
@@ -255,6 +266,7 @@ void Run(const AssessArguments& options) {
     std::vector<PlaneMarkup> planes = MakeMarkups(subject.plan);
     for (PlaneMarkup& plane : MakeCutMarkups(assessment)) planes.push_back(std::move(plane));
     WritePlaneMarkups(options.markups, planes);
+    if (planes.empty()) SayWarning("{}: contains no planes, because nothing was planned", options.markups);
   }
   if (!options.table.empty()) {
     ExportInput measured;
@@ -281,8 +293,8 @@ void AddAssessCommand(CLI::App& app) {
   command
       ->add_option(
           "FILE", options->file,
-          "Recording (.kerf), scene with a [plan] (.toml), or planes of 3D Slicer (.mrk.json, a folder of these, "
-          "or a scene .mrml)")
+          "Recording of 'kerf loop', 'rehearse' or 'practise' (.kerf), scene with a [plan] (.toml), or planes of 3D "
+          "Slicer (.mrk.json, a folder of these, or a scene .mrml)")
       ->required();
   command->add_option("--before", options->before, "Bone before the cut (.vdb); default: the scene's");
   command->add_option("--after", options->after, "Bone after the cut (.vdb)");

@@ -1,7 +1,10 @@
 #include "app/cli/link_option.h"
 
+#include <fmt/ranges.h>
+
 #include "app/cli/message.h"
 #include "app/cli/numbers.h"
+#include "base/core/number_text.h"
 
 namespace kerf::cli {
 
@@ -30,9 +33,11 @@ std::shared_ptr<SlicerLink> OpenLink(const LinkOption& option) {
 
 void SayLinkCounts(const SlicerLink& link) {
   const IgtlCounts c = link.counts();
-  Say("OpenIGTLink: peers {}, messages sent {}, frames skipped {}, messages received {}", c.peers, c.sent, c.skipped,
-      c.received);
-  if (!c.refused.empty()) SayWarning("OpenIGTLink: a peer was disconnected: {}", c.refused);
+  Say("OpenIGTLink: peers {}, messages sent {}, frames skipped {}, messages received {}, of these refused {}", c.peers,
+      c.sent, c.skipped, c.received, link.refusals());
+  if (c.disconnected == 0) return;
+  SayWarning("OpenIGTLink: {} disconnected: {}", FormatCount(c.disconnected, "peer was", "peers were"),
+             fmt::join(c.reasons, "; "));
 }
 
 }  // namespace kerf::cli

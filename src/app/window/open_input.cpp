@@ -190,6 +190,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   }
   ImportOptions settings;
   settings.voxel_mm = options.voxel_mm;
+  settings.mesh_units = options.mesh_units;
   settings.keep_hu = !IsSurfacePath(input);
   settings.isolate.keep_W = options.keep_W;
   settings.isolate.drop_W = options.drop_W;

@@ -30,6 +30,7 @@ struct OpenedInput {
 struct OpenOptions {
   std::string bone_file;       // file for an imported bone
   double voxel_mm = 0.2;       // of an imported bone
+  std::string mesh_units{};    // of a surface's coordinates; empty: mm, if the size is that of a bone
   std::string project_folder;  // receives the files of a project
   bool make_bone = false;      // makes the bone of a scene that describes one, too
   std::vector<Vec3> keep_W{};  // of a CT: points in the wanted bone and, if it touches other bone, in that

@@ -119,6 +119,9 @@ class Rehearsal final : public Activity {
   bool RefuseWhileOpening();
   /// Returns what is not saved, as a sentence; empty: nothing.
   std::string DescribeChanges() const;
+  std::string AskToSaveBefore(const std::string& path) const;
+  /// Returns whether the file is the bone that a peer of the link has sent.
+  bool is_sent(const std::string& path) const { return !sent_bone_.empty() && path == sent_bone_; }
   void SetMenu(Menu menu);
   /// Returns the guide along the plan; the end of the scene's effects if it has none.
   static std::vector<EffectChoice>::const_iterator FindGuide(const Scene& scene);

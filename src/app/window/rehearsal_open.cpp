@@ -29,6 +29,7 @@ void Rehearsal::BeginOpening(const std::string& input) {
       input,
       {.bone_file = fmt::format("{}/bone{}.vdb", folder, session == 1 ? "" : fmt::format("-{}", session)),
        .voxel_mm = options_.voxel_mm,
+       .mesh_units = is_sent(input) ? kSentUnits : "",
        .project_folder = fmt::format("{}/project{}", folder, inputs_ == 0 ? "" : fmt::format("-{}", inputs_ + 1)),
        .make_bone = keeps_case_,
        .keep_W = separation_ ? separation_->keep_W() : std::vector<Vec3>(),
@@ -61,7 +62,7 @@ void Rehearsal::Open(const std::string& path) {
   if (changes.empty()) return OpenNow(path, false);
   viewer_->SetSpindle(false);
   viewer_->controls().Release();
-  viewer_->dialogs().Ask(fmt::format("{} {}", changes, Tr("Save the project before you open something else?")),
+  viewer_->dialogs().Ask(fmt::format("{} {}", changes, AskToSaveBefore(path)),
                          {{Tr("Save"),
                            [this, path] {
                              to_open_once_saved_ = path;
@@ -208,6 +209,12 @@ void Rehearsal::SeparateJaws() {
   if (separation_->Separate()) BeginOpening(loader_.input());
 }
 
+/// Returns the question whether to save the open case before another one is opened.
+std::string Rehearsal::AskToSaveBefore(const std::string& path) const {
+  return is_sent(path) ? Tr("Save the project before the bone that 3D Slicer has sent is opened?")
+                       : Tr("Save the project before you open something else?");
+}
+
 /// Returns true if the case that is open may end now. The user may have worked on it while the next one was opened.
 bool Rehearsal::AskBeforeCaseEnds() {
   if (viewer_->dialogs().is_open() || writer_.is_saving() || !save_orders_.empty()) return false;
@@ -217,11 +224,10 @@ bool Rehearsal::AskBeforeCaseEnds() {
   if (loss.empty()) return true;
   viewer_->SetSpindle(false);
   viewer_->controls().Release();
-  viewer_->dialogs().Ask(
-      lost_work ? loss : fmt::format("{} {}", loss, Tr("Save the project before you open something else?")),
-      {{Tr("Save"), [this] { SaveProject(false); }},
-       {Tr("Open without saving"), [this] { accepts_loss_ = true; }},
-       {Tr("Stay"), [this] { opened_.reset(); }}});
+  viewer_->dialogs().Ask(lost_work ? loss : fmt::format("{} {}", loss, AskToSaveBefore(loader_.input())),
+                         {{Tr("Save"), [this] { SaveProject(false); }},
+                          {Tr("Open without saving"), [this] { accepts_loss_ = true; }},
+                          {Tr("Stay"), [this] { opened_.reset(); }}});
   return false;
 }
 
@@ -234,7 +240,7 @@ bool Rehearsal::RefuseWhileOpening() {
 
 void Rehearsal::FailToOpen(const std::string& sentence) {
   viewer_->trace().Write("not_opened", {{"failure", sentence}});
-  if (!sent_bone_.empty() && loader_.input() == sent_bone_) options_.viewer.link->Refuse(sentence);
+  if (is_sent(loader_.input())) options_.viewer.link->Refuse(sentence);
   separation_.reset();
   if (!has_case()) {
     Reset();

@@ -86,7 +86,27 @@ std::size_t RemoveDuplicateTriangles(TriangleMesh& mesh) {
   return std::erase_if(mesh.triangles, [&](const Triangle&) { return gone[n++]; });
 }
 
+/// Returns whether all points lie in one plane.
+bool IsFlat(const TriangleMesh& mesh) {
+  constexpr double kFlat = 1e-6;  // of the size
+  Box3 box;
+  for (const Vec3& p : mesh.points) box.Include(p);
+  Vec3 largest(0);  // normal of the triangle with the largest area, of twice that length
+  Vec3 corner(0);
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3& a = mesh.points[t[0]];
+    const Vec3 normal = glm::cross(mesh.points[t[1]] - a, mesh.points[t[2]] - a);
+    if (glm::length(normal) > glm::length(largest)) largest = normal, corner = a;
+  }
+  if (!(glm::length(largest) > 0)) return true;
+  const Vec3 normal = glm::normalize(largest);
+  const double tolerance = kFlat * glm::length(box.size());
+  return std::all_of(mesh.points.begin(), mesh.points.end(),
+                     [&](const Vec3& p) { return std::abs(glm::dot(p - corner, normal)) <= tolerance; });
+}
+
 [[noreturn]] void RefuseOpen(const TriangleMesh& mesh, const EdgeCounts& edges, const std::string& path) {
+  if (IsFlat(mesh)) throw Error(fmt::format("{}: the surface is flat, so it encloses no volume", path));
   TriangleMesh wide = mesh;
   if (Weld(wide, kWideGap_mm) > 0 && CountEdges(wide).open == 0) {
     throw Error(fmt::format(

@@ -17,7 +17,7 @@ std::ifstream OpenImageFile(const std::string& path) {
   std::error_code unknown;
   const std::filesystem::file_status status = std::filesystem::status(path, unknown);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    throw Error(fmt::format("{}: is not a regular file", path));
+    CheckIsRegularFile(path);  // throws
   }
   return std::ifstream(path, std::ios::binary);
 }

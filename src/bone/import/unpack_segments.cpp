@@ -43,6 +43,12 @@ void TakeLattice(const Json& json, const std::string& path, DicomSegments& read)
   };
   read.size = {TakeShort(json.at("size").at(0)), TakeShort(json.at("size").at(1))};
   const std::vector<double> spacing = numbers("spacing", 2);
+  if (!(spacing[0] > 0 && spacing[1] > 0)) {
+    throw Error(
+        fmt::format("{}: the distances between the segmentation's pixels are {:g} and {:g} mm; they must be "
+                    "larger than 0",
+                    path, spacing[0], spacing[1]));
+  }
   read.pixel_mm = {spacing[1], spacing[0]};  // the distance between rows comes first
   if (json.contains("slice")) read.slice_mm = numbers("slice", 1)[0];
   const std::vector<double> orientation = numbers("orientation", 6);

@@ -1,14 +1,24 @@
 #include "bone/segmentation/mask_file.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
+#include "base/files/extension.h"
+#include "base/files/files.h"
 #include "bone/import/dicom_segments.h"
 #include "bone/segmentation/dicom_segmentation.h"
+#include "kerf/error.h"
 
 namespace kerf {
 
 MaskFile ReadMaskFile(const std::string& path, const std::string& frame, const LabelOptions& labels, bool has_ct) {
-  Segmentation segmentation = IsDicomFile(path) ? ReadDicomSegmentation(path) : ReadSegmentation(path, frame);
+  CheckIsRegularFile(path);
+  const bool is_dicom = IsDicomFile(path);
+  if (!is_dicom && LowerExtension(path) == ".dcm") {
+    throw Error(fmt::format("{}: not a DICOM file despite its name", path));
+  }
+  Segmentation segmentation = is_dicom ? ReadDicomSegmentation(path) : ReadSegmentation(path, frame);
   SegmentationRoles roles = FindRoles(segmentation, labels);
   BoneMask mask = MakeBoneMask(segmentation, roles);
   std::vector<std::string>& warnings = mask.tissue.warnings;

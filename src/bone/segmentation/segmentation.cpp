@@ -162,8 +162,8 @@ std::string Describe(const Segment& segment) {
 Segmentation ReadSegmentation(const std::string& path, const std::string& frame) {
   if (!HasImageExtension(path)) {
     throw Error(
-        fmt::format("{}: unknown file type; a segmentation is a .seg.nrrd, or a label map .nrrd .nhdr .nii "
-                    ".nii.gz .mha .mhd",
+        fmt::format("{}: unknown file type; a segmentation is a DICOM segmentation, a .seg.nrrd, or a label map .nrrd "
+                    ".nhdr .nii .nii.gz .mha .mhd",
                     path));
   }
   LayeredImage image = ReadLayeredImage(path, frame);

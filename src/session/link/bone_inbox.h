@@ -21,6 +21,9 @@ bool IsBoneMessage(const IgtlHeader& header);
 /// A label map with the values 0 and 1, or a surface.
 using SentBone = std::variant<Volume, TriangleMesh>;
 
+/// Unit of the coordinates in messages.
+inline constexpr const char* kSentUnits = "mm";
+
 /// Writes the bone as a file of which `kerf import` makes a bone: a segmentation (.seg.nrrd, used as --mask without a
 /// CT) or a surface (.ply). `path`: without its extension. Returns the path of the file. Throws kerf::Error.
 std::string WriteSentBone(const SentBone& bone, const std::string& path);

@@ -23,7 +23,7 @@ constexpr const char* kSurface = "the surface kerf_bone";
 /// Bytes of an IMAGE before its voxels: where its fields begin.
 constexpr std::size_t kComponentsAt = 2, kScalarAt = 3, kEndianAt = 4, kFrameAt = 5, kSizeAt = 6, kStepsAt = 12,
                       kCentreAt = 48, kPartAt = 60, kImageBytes = 72;
-constexpr std::uint8_t kLittle = 2;
+constexpr std::uint8_t kBig = 1, kLittle = 2;
 constexpr std::uint8_t kRas = 1, kLps = 2;
 
 /// Returns the bytes of a whole number of that type of IMAGE.
@@ -146,6 +146,8 @@ Volume ReadIgtlLabelMap(std::span<const std::uint8_t> content) {
     throw Error(fmt::format("{} has {} values per voxel; a label map has one", kImage, content[kComponentsAt]));
   }
   const std::size_t scalar_bytes = CountScalarBytes(content[kScalarAt]);
+  const std::uint8_t endian = content[kEndianAt];
+  if (endian != kBig && endian != kLittle) throw Error(fmt::format("{} has the unknown byte order {}", kImage, endian));
   Volume volume;
   volume.size = ReadSize(content, kSizeAt);
   const std::size_t count = volume.count();
@@ -161,21 +163,23 @@ Volume ReadIgtlLabelMap(std::span<const std::uint8_t> content) {
                             count * scalar_bytes));
   }
   Place(content, volume);
-  volume.hu = ReadLabels(content.subspan(kImageBytes), scalar_bytes, content[kEndianAt] == kLittle);
+  volume.hu = ReadLabels(content.subspan(kImageBytes), scalar_bytes, endian == kLittle);
   return volume;
 }
 
 TriangleMesh ReadIgtlSurface(std::span<const std::uint8_t> content) {
   constexpr std::size_t kHeadBytes = 40;
   constexpr std::size_t kPointBytes = 12;
+  constexpr std::size_t kAttributeBytes = 6;  // at least
   if (content.size() < kHeadBytes) throw Error(fmt::format("{} is cut off", kSurface));
-  // Number of points; then number and bytes of vertices, lines, polygons and strips.
+  // Number of points; number and bytes of vertices, lines, polygons and strips; number of attributes.
   const auto number = [&](std::size_t i) { return ReadBig<std::uint32_t>(content, 4 * i); };
   std::uint64_t bytes = kHeadBytes + std::uint64_t{kPointBytes} * number(0);
   const auto take = [&](std::uint64_t more) { return std::exchange(bytes, bytes + more); };
   take(number(2));
   take(number(4));
   const std::uint64_t polygons_at = take(number(6)), strips_at = take(number(8));
+  take(std::uint64_t{kAttributeBytes} * number(9));
   if (bytes > content.size()) throw Error(fmt::format("{} is cut off", kSurface));
   if (number(0) > 3 * kMaxBoneTriangles) throw Error(fmt::format("{} has {} points; simplify it", kSurface, number(0)));
   TriangleMesh mesh;

@@ -180,7 +180,7 @@ IgtlHeader ReadIgtlHeader(std::span<const std::uint8_t, IgtlHeader::kBytes> byte
 
 std::span<const std::uint8_t> CheckIgtlBody(const IgtlHeader& header, std::span<const std::uint8_t> body) {
   if (body.size() != header.body_bytes || CalcIgtlCrc(body) != header.crc) {
-    throw Error(fmt::format("the checksum of a {} message is wrong", header.type));
+    throw Error(fmt::format("the checksum of a message of type {} is wrong", header.type));
   }
   if (header.version == 1) return body;
   // Protocol 2: bytes of this header, of the metadata's header and of the metadata; number of the message.
@@ -189,7 +189,7 @@ std::span<const std::uint8_t> CheckIgtlBody(const IgtlHeader& header, std::span<
   const std::uint64_t last =
       body.size() < kLeast ? 0 : std::uint64_t{ReadBig<std::uint16_t>(body, 2)} + ReadBig<std::uint32_t>(body, 4);
   if (first < kLeast || first > body.size() || last > body.size() - first) {
-    throw Error(fmt::format("the additional header of a {} message is invalid", header.type));
+    throw Error(fmt::format("the additional header of a message of type {} is invalid", header.type));
   }
   return body.subspan(first, body.size() - first - static_cast<std::size_t>(last));
 }

@@ -63,6 +63,13 @@ struct IgtlServer::State {
     const std::lock_guard lock(mutex);
     change(counts);
   }
+  void CountDisconnected(const std::string& reason) {
+    Count([&](IgtlCounts& c) {
+      ++c.disconnected;
+      const bool is_new = std::find(c.reasons.begin(), c.reasons.end(), reason) == c.reasons.end();
+      if (is_new && c.reasons.size() < kMaxReasons) c.reasons.push_back(reason);
+    });
+  }
 
   Calls calls;
   asio::io_context context;
@@ -132,7 +139,8 @@ struct IgtlServer::State::Peer : std::enable_shared_from_this<Peer> {
     try {
       const std::size_t max = calls.max_bytes ? calls.max_bytes(header) : kMaxBodyBytes;
       if (header.body_bytes <= max) return true;
-      throw Error(fmt::format("a {} message has {} bytes; the limit is {}", header.type, header.body_bytes, max));
+      throw Error(
+          fmt::format("a message of type {} has {} bytes; the limit is {}", header.type, header.body_bytes, max));
     } catch (const Error& e) {
       if (!calls.refuse || header.body_bytes > kMaxSkippedBytes) throw;
       if (const Bytes answer = calls.refuse(e.what())) Queue(kAnswerSlot, answer);
@@ -156,12 +164,9 @@ struct IgtlServer::State::Peer : std::enable_shared_from_this<Peer> {
   }
   void TakeBody() {
     Try([&] {
-      if (!skips) {
-        const std::span<const std::uint8_t> content = CheckIgtlBody(header, body);
-        const Bytes answer = state.calls.take(number, header, content);
-        state.Count([](IgtlCounts& c) { ++c.received; });
-        if (answer != nullptr) Queue(kAnswerSlot, answer);
-      }
+      const Bytes answer = skips ? nullptr : state.calls.take(number, header, CheckIgtlBody(header, body));
+      state.Count([](IgtlCounts& c) { ++c.received; });
+      if (answer != nullptr) Queue(kAnswerSlot, answer);
       if (body.capacity() > kMaxBodyBytes) body = {};
       ReadHeader();
     });
@@ -219,7 +224,7 @@ void IgtlServer::State::Accept() {
       for (const Bytes& messages : calls.welcome()) peer->Queue(slot--, messages);
       peer->ReadHeader();
     } else if (!error) {
-      Count([](IgtlCounts& c) { c.refused = fmt::format("more than {} peers wanted to connect", kMaxPeers); });
+      CountDisconnected(fmt::format("more than {} peers wanted to connect", kMaxPeers));
     }
     Accept();
   });
@@ -259,7 +264,7 @@ void IgtlServer::State::Drop(const std::shared_ptr<Peer>& peer, const std::strin
   if (at == peers.end()) return;  // a second operation of it has ended
   peers.erase(at);
   if (calls.gone) calls.gone(peer->number);
-  if (!reason.empty()) Count([&](IgtlCounts& c) { c.refused = reason; });
+  if (!reason.empty()) CountDisconnected(reason);
   error_code ignored;
   peer->socket.close(ignored);
 }

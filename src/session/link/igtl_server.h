@@ -29,11 +29,12 @@ void Describe(IgtlServerOptions& p, V&& visit) {
 }
 
 struct IgtlCounts {
-  std::uint64_t peers = 0;     // connected so far
-  std::uint64_t sent = 0;      // messages to all peers
-  std::uint64_t skipped = 0;   // frames that a peer did not get, because it had not taken the last one
-  std::uint64_t received = 0;  // valid messages
-  std::string refused{};       // why a peer was disconnected last, one sentence; empty: never
+  std::uint64_t peers = 0;             // connected so far
+  std::uint64_t sent = 0;              // messages to all peers
+  std::uint64_t skipped = 0;           // frames that a peer did not get, because it had not taken the last one
+  std::uint64_t received = 0;          // valid messages, and those that were refused before their body was read
+  std::uint64_t disconnected = 0;      // peers that were disconnected or not admitted for a reason
+  std::vector<std::string> reasons{};  // of these, one sentence each, without repetition; at most kMaxReasons
 };
 
 /// Has a thread of its own, in which it calls the functions below. Nothing waits for a peer: one that does not read
@@ -42,6 +43,7 @@ struct IgtlCounts {
 class IgtlServer {
  public:
   static constexpr int kMaxPeers = 4;
+  static constexpr std::size_t kMaxReasons = 8;
   static constexpr std::size_t kMaxBodyBytes = 1 << 20;  // of a received message, unless Calls::max_bytes allows more
   static constexpr std::uint64_t kMaxSkippedBytes = std::uint64_t{1} << 32;  // of a refused message
   static constexpr double kPatience_s = 10;

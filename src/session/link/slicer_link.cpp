@@ -203,10 +203,16 @@ SlicerLink::Bytes SlicerLink::Answer(IgtlServer::PeerNumber peer, const IgtlHead
 SlicerLink::Bytes SlicerLink::MakeRefusal(const std::string& sentence) {
   const std::lock_guard lock(mutex_);
   const Clock::time_point now = Clock::now();
+  ++refusals_;
   if (sentence == refusal_ && now - refused_at_ < kBetweenRefusals) return nullptr;
   refusal_ = sentence;
   refused_at_ = now;
   return Share(MakeIgtlStatus(Stamp("kerf"), true, sentence));
+}
+
+std::uint64_t SlicerLink::refusals() const {
+  const std::lock_guard lock(mutex_);
+  return refusals_;
 }
 
 void SlicerLink::Refuse(const std::string& sentence) {

@@ -69,6 +69,7 @@ class SlicerLink final : public SessionController {
 
   int port() const { return server_->port(); }
   IgtlCounts counts() const { return server_->counts(); }
+  std::uint64_t refusals() const;  // messages that were refused
 
  private:
   using Bytes = std::shared_ptr<const std::string>;
@@ -87,7 +88,7 @@ class SlicerLink final : public SessionController {
   const std::shared_ptr<TrackedTool> tracked_tool_ = std::make_shared<TrackedTool>();
   ToolHolder hand_;  // used in the server's thread
 
-  std::mutex mutex_;  // protects everything up to the thread
+  mutable std::mutex mutex_;  // protects everything up to the thread
   std::condition_variable changed_;
   std::optional<LinkMoment> moment_;  // none: already sent, or nothing has moved yet
   std::string names_;                 // of the numbers, one per line; empty before Begin()
@@ -101,6 +102,7 @@ class SlicerLink final : public SessionController {
   bool hurries_ = false;                                         // the session has ended: no pauses
   bool end_ = false;
   std::string refusal_;  // last one
+  std::uint64_t refusals_ = 0;
   std::chrono::steady_clock::time_point refused_at_;
 
   std::thread meshing_;

@@ -156,7 +156,7 @@ std::vector<PlaneMarkup> MakeCutMarkups(const Assessment& assessment) {
   std::vector<PlaneMarkup> markups;
   for (const PlaneResult& result : assessment.planes) {
     if (!result.cut) continue;
-    markups.push_back({.name = result.planned.name + ", as cut", .plane = {result.cut->p_W_mm, result.cut->normal_W}});
+    markups.push_back({.name = result.planned.name + kAsCut, .plane = {result.cut->p_W_mm, result.cut->normal_W}});
   }
   return markups;
 }

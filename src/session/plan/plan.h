@@ -95,11 +95,15 @@ std::string MakeStopName(const Plan& plan);
 PlannedPlane PlacePlane(const std::string& name, const Vec3& a_W, const Vec3& b_W, const Vec3& c_W);
 /// Returns the disc's plane at the pose.
 PlannedPlane PlacePlane(const std::string& name, const Pose& X_WT);
+/// End of the name of a plane as it was cut; before it stands the name of the planned plane.
+inline constexpr const char* kAsCut = ", as cut";
 /// Reads all planes that 3D Slicer has saved in a .mrk.json file (see ReadPlaneMarkupList()), in all such files of a
 /// folder, in the order of their names, or in those that a scene (.mrml) refers to. In a folder and a scene, only
 /// markups of type Plane count, and BoneReconstructionPlanner's planes of a fibula are skipped ("FibulaPlane0_A"). A
-/// plane without a name gets that of its file, and a repeated name a number. Throws kerf::Error, also if there is none.
-std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path);
+/// plane without a name gets that of its file, and a repeated name a number. Planes as they were cut, which 'kerf
+/// assess' writes, are skipped if there is another plane; `skipped` receives their names. Throws kerf::Error, also if
+/// there is none.
+std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path, std::vector<std::string>* skipped = nullptr);
 /// Returns true if the path is one of these, by its name or as a folder.
 bool IsPlanesPath(const std::string& path);
 /// Returns markups for WritePlaneMarkups().

@@ -122,14 +122,14 @@ bool IsPlanesPath(const std::string& path) {
   return path.ends_with(kMarkups) || path.ends_with(kScene) || fs::is_directory(path, none);
 }
 
-std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path) {
+std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path, std::vector<std::string>* skipped) {
   std::error_code none;
   const bool in_folder = fs::is_directory(path, none);
   const bool one_file = !in_folder && !path.ends_with(kScene);
   const std::vector<std::string> files = one_file    ? std::vector{path}
                                          : in_folder ? ListFolderFiles(path)
                                                      : ListSceneFiles(path);
-  Plan plan;
+  std::vector<PlaneMarkup> planned, as_cut;
   for (const std::string& file : files) {
     const std::string text = ReadTextFile(file, kMaxFileBytes);
     std::vector<PlaneMarkup> markups = ParsePlanes(text, file);
@@ -137,9 +137,17 @@ std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path) {
     for (PlaneMarkup& markup : markups) {
       if (markup.name.empty()) markup.name = MakeName(file);
       if (!one_file && markup.name.starts_with(kOtherBone)) continue;
-      if (plan.planes.size() >= kMaxPlanned) throw Error(fmt::format("{}: has more than {} planes", path, kMaxPlanned));
-      plan.planes.push_back({.name = MakeUniquePlaneName(plan, markup.name), .plane = markup.plane, .margin_mm = 1});
+      (markup.name.ends_with(kAsCut) ? as_cut : planned).push_back(std::move(markup));
     }
+  }
+  if (planned.empty()) planned.swap(as_cut);
+  if (planned.size() > kMaxPlanned) throw Error(fmt::format("{}: has more than {} planes", path, kMaxPlanned));
+  Plan plan;
+  for (const PlaneMarkup& markup : planned) {
+    plan.planes.push_back({.name = MakeUniquePlaneName(plan, markup.name), .plane = markup.plane, .margin_mm = 1});
+  }
+  for (const PlaneMarkup& markup : as_cut) {
+    if (skipped != nullptr) skipped->push_back(markup.name);
   }
   if (plan.planes.empty()) {
     throw Error(

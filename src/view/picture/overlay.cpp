@@ -19,6 +19,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <numbers>
+#include <utility>
 
 namespace kerf {
 namespace {
@@ -84,6 +85,22 @@ Overlay::Size Overlay::MeasureText(const std::string& text, const TextStyle& sty
   vtkTextRenderer::GetInstance()->GetBoundingBox(property, text, box, kDpi);
   return {static_cast<double>(box[1] - box[0] + 1) / supersampling_,
           static_cast<double>(box[3] - box[2] + 1) / supersampling_};
+}
+
+std::string Overlay::Wrap(const std::string& text, double width, const TextStyle& style) const {
+  std::string wrapped;
+  std::string line;
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t end = std::min(text.find_first_of(" \n", from), text.size());
+    const std::string word = text.substr(from, end - from);
+    const std::string longer = line.empty() ? word : line + ' ' + word;
+    const bool fits = line.empty() || MeasureText(longer, style).width <= width;
+    if (!fits) wrapped += line + '\n';
+    line = fits ? longer : word;
+    if (end < text.size() && text[end] == '\n') wrapped += std::exchange(line, {}) + '\n';
+    from = end + 1;
+  }
+  return wrapped + line;
 }
 
 void Overlay::AddText(const std::string& text, double column, double row, const TextStyle& style) {

@@ -42,6 +42,8 @@ class Overlay {
     double height;
   };
   Size MeasureText(const std::string& text, const TextStyle& style) const;
+  /// Returns the text with line breaks in place of spaces, so that no line is wider than `width` unless a word is.
+  std::string Wrap(const std::string& text, double width, const TextStyle& style) const;
   /// `row`: top of the text.
   void AddText(const std::string& text, double column, double row, const TextStyle& style);
   void AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity = 1);

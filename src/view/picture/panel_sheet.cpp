@@ -191,8 +191,10 @@ Image RenderSheet(const SheetSpec& spec, std::vector<PanelPlace>* places) {
   const int caption = static_cast<int>(std::lround(18 * unit));
   const double edge = 20 * unit;
   overlay.AddText(spec.title, edge, edge, {title, kInk, true});
-  overlay.AddText(spec.caption, edge, edge + 1.5 * title, {caption, kSoftInk});
-  const auto lines = spec.caption.empty() ? 0 : 1 + std::count(spec.caption.begin(), spec.caption.end(), '\n');
+  const TextStyle caption_style{caption, kSoftInk};
+  const std::string caption_text = overlay.Wrap(spec.caption, spec.width - 2 * edge, caption_style);
+  overlay.AddText(caption_text, edge, edge + 1.5 * title, caption_style);
+  const auto lines = caption_text.empty() ? 0 : 1 + std::count(caption_text.begin(), caption_text.end(), '\n');
   const double top = edge + 1.5 * title + 1.25 * static_cast<double>(lines) * caption;
   const Arrangement arrangement = Arrange(spec, top);
   for (std::size_t i = 0; i < spec.panels.size(); ++i) {

@@ -96,12 +96,17 @@ TEST_F(AssessCommand, WritesPlanesAndATableForSlicerAndReadsAFolderOfPlanes) {
   const ProgramResult again = Kerf("assess s.toml --plan planes --after run/bone.vdb --json");
   ASSERT_EQ(again.code, 0) << again.err;
   const auto planes = nlohmann::json::parse(again.out)["planes"];
-  ASSERT_EQ(planes.size(), 2U);
+  ASSERT_EQ(planes.size(), 1U);  // what was cut is not planned
+  EXPECT_THAT(again.err, HasSubstr("'middle, as cut' was cut, not planned, and is skipped"));
   EXPECT_EQ(planes[0]["name"], "middle");
   EXPECT_EQ(planes[0]["offset_mm"], nlohmann::json::parse(result.out)["planes"][0]["offset_mm"]);
-  EXPECT_EQ(planes[1]["name"], "middle, as cut");
-  EXPECT_NEAR(planes[1]["offset_mm"].get<double>(), 0, 1e-6);
   EXPECT_EQ(Kerf("assess s.toml --after run/bone.vdb --markups cut.json").code, 2);
+  // Both files are checked before one is written.
+  const ProgramResult no_table =
+      Kerf("assess s.toml --after run/bone.vdb --markups alone.mrk.json --table missing/cut.csv");
+  EXPECT_EQ(no_table.code, 1);
+  EXPECT_THAT(no_table.err, HasSubstr("missing/cut.csv: can't be written"));
+  EXPECT_FALSE(Exists("alone.mrk.json"));
   const ProgramResult over =
       Kerf("assess s.toml --plan planes/cut.mrk.json --after run/bone.vdb --markups planes/cut.mrk.json");
   EXPECT_EQ(over.code, 1);

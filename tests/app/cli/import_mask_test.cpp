@@ -87,6 +87,19 @@ TEST_F(ImportMask, InvalidUseIsExplained) {
   EXPECT_THAT(usage("--mask bare.nrrd --label 1=foo"), HasSubstr("'foo' is no role"));
   EXPECT_THAT(usage("--mask bare.nrrd --label metal"), HasSubstr("should be LABEL=ROLE"));
   EXPECT_THAT(usage("ct.stl --mask bare.nrrd"), HasSubstr("--mask: applies to a CT only"));
+  const auto refusal = [&](const std::string& mask) {
+    const ProgramResult result = Kerf(fmt::format("import ct.nrrd --mask {} -o a.vdb", mask));
+    EXPECT_EQ(result.code, 1) << mask;
+    return result.err;
+  };
+  Write("empty.dcm", "");
+  Write("text.dcm", std::string(500, 'x'));
+  Write("text.doc", "x");
+  EXPECT_THAT(refusal("none.dcm"), HasSubstr("none.dcm: there is no such file"));
+  EXPECT_THAT(refusal("."), HasSubstr("is a folder, not a file"));
+  EXPECT_THAT(refusal("empty.dcm"), HasSubstr("empty.dcm: not a DICOM file despite its name"));
+  EXPECT_THAT(refusal("text.dcm"), HasSubstr("text.dcm: not a DICOM file despite its name"));
+  EXPECT_THAT(refusal("text.doc"), HasSubstr("a segmentation is a DICOM segmentation, a .seg.nrrd"));
 }
 
 }  // namespace

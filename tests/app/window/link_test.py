@@ -149,6 +149,13 @@ def send_bone(kerf, folder, display, keep):
     assert max(abs(a - b) for a, b in zip(middle, (5, 0, 40))) < 0.1, middle
     w.wait_state("a case without a plan", lambda s: s["planes"] == 0 and s["running"])
     keep(w)
+    # A surface is in mm, however small: a cube of 6 mm. It waits until the notes on the bone before are closed.
+    w.click_item("answer 1")
+    time.sleep(2.1)  # between two bones
+    corners = [(6 * (i & 1), 6 * (i >> 1 & 1), 6 * (i >> 2)) for i in range(8)]
+    sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    slicer.socket.sendall(peer.surface_message(corners, [t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))]))
+    slicer.wait("POLYDATA kerf_bone", lambda body: abs(peer.volume_of(body) - 216) < 10)
     # What is no bone is refused to the peer, and the case goes on.
     time.sleep(2.1)
     labels[5][5][5] = 2
@@ -157,7 +164,7 @@ def send_bone(kerf, folder, display, keep):
     w.quit()
     code, out = w.wait_end()
     assert code == 0, out
-    assert (folder / "sent" / "kerf_bone-2.seg.nrrd").exists()
+    assert (folder / "sent" / "kerf_bone-2.seg.nrrd").exists() and (folder / "sent" / "kerf_bone-3.ply").exists()
 
 
 def hold_saw(kerf, folder, display, keep):

@@ -193,6 +193,10 @@ TEST(FaultySurface, FaultsThatCannotBeRepairedAreNamed) {
   EXPECT_THAT(MessageOf([&] { ImportVolume(hole, Coarse()); }),
               HasSubstr("a.stl: the surface is not closed: 3 of its edges belong to one triangle only, which is the "
                         "rim of a hole or of a gap wider than 0.01 mm; close the holes in a mesh program"));
+  TriangleMesh flat = Boxes({{30, false}});
+  for (Vec3& p : flat.points) p.z = 0.5 * p.x;
+  EXPECT_THAT(MessageOf([&] { ImportVolume(flat, Coarse()); }),
+              HasSubstr("a.stl: the surface is flat, so it encloses no volume"));
   TriangleMesh touching;
   AddBox(touching, 30, false);
   AddBox(touching, 30, false, {30, 30, 0});

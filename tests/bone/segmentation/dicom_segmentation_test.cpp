@@ -51,7 +51,7 @@ d.SegmentSequence = Sequence([
     for n, label, value in ((1, 'Jaw', '91609006'), (1 if how == 'same' else 9 if how == 'orphan' else 2, 'Other', '70925003'), (7, 'T', '866006002'))])
 c, s = 0.8, 0.6
 d.SharedFunctionalGroupsSequence = Sequence([item(
-    PixelMeasuresSequence=Sequence([item(PixelSpacing=[0.5, 0.4], SliceThickness=2)]),
+    PixelMeasuresSequence=Sequence([item(PixelSpacing=[-0.5 if how == 'negative' else 0.5, 0.4], SliceThickness=2)]),
     PlaneOrientationSequence=Sequence([item(ImageOrientationPatient=[c, s, 0, -s, c, 0])]))])
 planes, frames = [], []
 for n, slices in ((1, (0, 1, 2)), (2, (2, 0, 1)), (7, (2,))):
@@ -140,6 +140,8 @@ TEST_F(DicomSegmentation, RefusesFaultsWithOneSentence) {
               HasSubstr("frame 4 belongs to segment 2, which the file does not describe"));
   EXPECT_THAT(MessageOf([&] { ReadDicomSegmentation(Write("ct")); }),
               HasSubstr("a DICOM file, but not a segmentation"));
+  EXPECT_THAT(MessageOf([&] { ReadDicomSegmentation(Write("negative")); }),
+              HasSubstr("distances between the segmentation's pixels are -0.5 and 0.4 mm"));
   const std::string path = Write("binary");
   const std::string bytes = test::ReadBytes(path);
   for (std::size_t length = 140; length + 1 < bytes.size(); length += 97) {

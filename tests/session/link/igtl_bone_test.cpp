@@ -101,6 +101,7 @@ class SentBones : public testing::Test {
     const std::string path = WriteSentBone(sent, folder_.file("kerf_bone"));
     ImportOptions options;
     options.voxel_mm = 0.2;
+    options.mesh_units = IsSurfacePath(path) ? kSentUnits : "";
     if (IsSurfacePath(path)) return Import(path, options).bone;
     options.isolate.mask = ReadMaskFile(path, "", {}, false).mask;
     return Import("", options).bone;
@@ -178,6 +179,7 @@ TEST_F(SentBones, AreRefusedWithASentence) {
   EXPECT_THAT(with(2, {3}), HasSubstr("3 values per voxel"));
   EXPECT_THAT(with(3, {10}), HasSubstr("values with decimals"));
   EXPECT_THAT(with(3, {9}), HasSubstr("unknown type 9"));
+  EXPECT_THAT(with(4, {9}), HasSubstr("unknown byte order 9"));
   EXPECT_THAT(with(5, {7}), HasSubstr("neither in RAS nor in LPS"));
   EXPECT_THAT(with(6, {0xFF, 0xFF, 0xFF, 0xFF, 0, 1}), HasSubstr("65535 x 65535 x 1 voxels"));
   EXPECT_THAT(with(6, {0, 0}), HasSubstr("0 x 15 x 11 voxels"));
@@ -223,6 +225,11 @@ TEST_F(SentBones, MayBeClosedSurfaces) {
     EXPECT_EQ(sent.triangles, surface.triangles);
     EXPECT_NEAR(ImportSent(sent).CalcVolume(), 20 * 16 * 12, 40);
   }
+  // One of 4 mm is as small as it says.
+  block.size_mm = {4, 3, 2};
+  block.voxel_mm = 0.1;
+  const TriangleMesh small = ReadIgtlSurface(ContentOf(PackSurface(ExtractSurface(MakeBlock(block), 0), false)));
+  EXPECT_NEAR(ImportSent(small).CalcVolume(), 4 * 3 * 2, 1);
   // A strip of four points is two triangles that face the same way; a polygon of four is, too.
   const TriangleMesh quad{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {}};
   std::string message = PackSurface(quad, true);
@@ -251,6 +258,7 @@ TEST_F(SentBones, SurfacesAreRefusedWithASentence) {
   EXPECT_THAT(with(0, 0xFF), HasSubstr("cut off"));        // 4e9 points
   EXPECT_THAT(with(24, 0xFF), HasSubstr("cut off"));       // 4e9 bytes of polygons
   EXPECT_THAT(with(27, 0), HasSubstr("no polygons"));      // none
+  EXPECT_THAT(with(36, 0x3B), HasSubstr("cut off"));       // 1e9 attributes
   EXPECT_THAT(with(40 + 36, 0xFF), HasSubstr("cut off"));  // a polygon of 4e9 corners
   EXPECT_THAT(with(40 + 36 + 7, 9), HasSubstr("refers to point 9, but has 3 points"));
   std::vector<std::uint8_t> infinite = good;

@@ -198,7 +198,7 @@ TEST(IgtlMessages, InvalidOnesAreRefusedWithOneSentence) {
   for (std::size_t at = IgtlHeader::kBytes; at < good.size(); ++at) {  // each byte counts
     bad = good;
     bad[at] = static_cast<char>(bad[at] ^ 0x10);
-    ASSERT_THAT(read(bad), HasSubstr("checksum of a TRANSFORM message is wrong")) << at;
+    ASSERT_THAT(read(bad), HasSubstr("checksum of a message of type TRANSFORM is wrong")) << at;
   }
   // A rotation that is none, with a right checksum.
   igtl::TransformMessage::Pointer message = igtl::TransformMessage::New();

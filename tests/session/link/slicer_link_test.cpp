@@ -123,7 +123,7 @@ TEST(IgtlServer, ExchangesAThousandMessagesEachWay) {
     counting.server.Send(i, std::make_shared<const std::string>(MakeIgtlText({"many", 0}, std::to_string(i))));
   while (client.counts["STRING many"] < 1000) ASSERT_TRUE(client.Receive());
   EXPECT_THAT(client.bodies["STRING many"], HasSubstr("999"));
-  EXPECT_EQ(counting.server.counts().refused, "");
+  EXPECT_EQ(counting.server.counts().disconnected, 0U);
 }
 
 TEST(IgtlServer, DropsPeersThatDoNotKeepTheProtocol) {
@@ -139,8 +139,17 @@ TEST(IgtlServer, DropsPeersThatDoNotKeepTheProtocol) {
     client.Send(bytes);
     while (client.Receive()) {
     }
-    EXPECT_THAT(counting.server.counts().refused, HasSubstr(reason));
+    EXPECT_THAT(counting.server.counts().reasons.back(), HasSubstr(reason));
   }
+  EXPECT_EQ(counting.server.counts().reasons.size(), 3U);
+  for (int i = 0; i < 2; ++i) {
+    Client again(counting.server.port());
+    again.Send(wrong);
+    while (again.Receive()) {
+    }
+  }
+  EXPECT_EQ(counting.server.counts().disconnected, 5U);
+  EXPECT_EQ(counting.server.counts().reasons.size(), 3U);  // each once
   // One that goes in the middle of a message.
   { Client(counting.server.port()).Send(good.substr(0, 70)); }
   // Other peers are not disturbed.
@@ -217,10 +226,12 @@ TEST(SlicerLink, RefusesABoneWithoutReadingItAndStaysConnected) {
   std::string large = text.substr(0, IgtlHeader::kBytes) + std::string(3 << 20, 'x');
   large.replace(42, 8, std::string("\0\0\0\0\0\x30\0\0", 8));
   ASSERT_TRUE(client.Send(large));
-  await("a STRING message has 3145728 bytes; the limit is 1048576");
+  await("a message of type STRING has 3145728 bytes; the limit is 1048576");
   ASSERT_TRUE(client.Send(MakeIgtlTransform({"plane", 0}, {})));
   await("the plan of this session cannot be changed now");
-  EXPECT_EQ(link.counts().refused, "");
+  EXPECT_EQ(link.counts().disconnected, 0U);
+  EXPECT_EQ(link.counts().received, 4U);
+  EXPECT_EQ(link.refusals(), 3U);
 }
 
 TEST(SlicerLink, ShowsTheToolTheForceAndTheBoneAsItIsAtTheEnd) {

@@ -264,7 +264,8 @@ TEST(Project, HostileArchivesAreRefused) {
   EXPECT_THAT(read({{"manifest.json", MakeManifest(entry, "\"recordings/a.kerf\"")}, {"scene.toml", scene}}),
               HasSubstr("the recording 'recordings/a.kerf' is missing"));
   // A bomb: 50 MB of zeros.
-  const std::string zeros(50'000'000, '\0');
+  std::string zeros;
+  zeros.resize(50'000'000);
   EXPECT_THAT(read({{"manifest.json", MakeManifest(entry + "," + MakeEntry("bone.vdb", zeros))},
                     {"scene.toml", scene},
                     {"bone.vdb", zeros}}),

@@ -97,6 +97,26 @@ TEST(PanelSheet, APixelLiesAtItsCoordinates) {
   }
 }
 
+// All of the caption is in the picture: nothing touches its right edge, and the panels begin below the last line.
+TEST(PanelSheet, WrapsALongCaption) {
+  SheetSpec spec;
+  spec.width = 600;
+  spec.height = 500;
+  spec.panels.push_back(MakeDottedPanel(-60, 60, 440, 340, 31, 373));
+  std::vector<PanelPlace> one_line, wrapped;
+  spec.caption = "caption";
+  RenderSheet(spec, &one_line);
+  for (int i = 0; i < 30; ++i) spec.caption += " caption";
+  const Image image = RenderSheet(spec, &wrapped);
+  EXPECT_GT(wrapped[0].top, one_line[0].top + 20);
+  for (int row = 0; row < image.height; ++row) {
+    for (int column = image.width - 4; column < image.width; ++column) {
+      const Rgb8& pixel = image.At(column, row);
+      ASSERT_GT(std::min({pixel[0], pixel[1], pixel[2]}), 250) << column << ' ' << row;
+    }
+  }
+}
+
 TEST(PanelSheet, AMarkLiesAtItsCoordinates) {
   SheetSpec spec;
   spec.width = spec.height = 600;
