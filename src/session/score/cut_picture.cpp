@@ -21,6 +21,8 @@ constexpr double kFurthest_mm = 25;
 /// Spacing of the samples of the bone's outline.
 constexpr double kBoneStep_mm = 0.4;
 constexpr double kBoneAbove_mm = 15;
+/// Space around the shown part in which the bone's outline is made.
+constexpr double kBoneAround_mm = 15;
 constexpr Rgb8 kWantedColour{0, 114, 178};
 constexpr Rgb8 kMadeColour{213, 94, 0};
 constexpr Rgb8 kBoneLineColour{140, 140, 140};
@@ -158,15 +160,18 @@ constexpr Projection kSideView{1, -1, 2};
 
 using Solid = std::function<double(const Vec3& stw)>;  // negative inside
 
-/// Returns the outlines of the projection of a solid that lies in a box.
+/// Returns the outlines of the projection of a solid in a box. `is_part`: the solid goes on outside of the box, whose
+/// border is then no outline.
 std::vector<PictureLine> ProjectBox(const Projection& view, const Solid& solid, const Interval& s, const Interval& y,
-                                    const Interval& z, double step_mm) {
+                                    const Interval& z, double step_mm, bool is_part = false) {
   Field field(s, y, step_mm);
   const int steps = std::max(static_cast<int>(std::ceil((z.upper - z.lower) / step_mm)), 1);
-  for (int k = 1; k + 1 < field.rows(); ++k) {
-    for (int i = 1; i + 1 < field.columns(); ++i) {
+  const int rim = is_part ? 0 : 1;
+  for (int k = rim; k + rim < field.rows(); ++k) {
+    for (int i = rim; i + rim < field.columns(); ++i) {
       double lowest = field.At(i, k);
-      for (int n = 0; n <= steps; ++n) {
+      // A point so far inside has no outline beside it.
+      for (int n = 0; n <= steps && lowest > -step_mm; ++n) {
         const double at = z.lower + (z.upper - z.lower) * n / steps;
         lowest = std::min(lowest, solid(view.Point(field.x(i), field.y(k), at)));
       }
@@ -236,6 +241,20 @@ void SetExtent(CutView& view) {
   view.right_mm = std::min(x.upper, wanted_x.upper + kFurthest_mm) + kAround_mm;
   view.bottom_mm = std::max(y.lower, wanted_y.lower - kFurthest_mm) - kAround_mm;
   view.top_mm = std::min(y.upper, wanted_y.upper + kFurthest_mm) + kAround_mm;
+}
+
+/// Sets the outlines of the bone in what lies around the shown part, too, because a panel may be wider or higher than
+/// it. An end of the bone that is near is shown.
+void AddBone(const Projection& projection, const Solid& bone, const Interval& z, double step_mm, CutView& view) {
+  const Interval x{view.left_mm - kBoneAround_mm, view.right_mm + kBoneAround_mm};
+  const Interval y{view.bottom_mm - kBoneAround_mm,
+                   std::min(view.top_mm + kBoneAround_mm, projection.through == 2 ? kBoneAbove_mm : 1e9)};
+  view.bone = ProjectBox(projection, bone, x, y, z, step_mm, true);
+  Interval ends, unused;
+  IncludeLines(view.bone, ends, unused);
+  if (ends.empty()) return;
+  if (ends.lower > x.lower + step_mm) view.left_mm = std::min(view.left_mm, ends.lower - 1);
+  if (ends.upper < x.upper - step_mm) view.right_mm = std::max(view.right_mm, ends.upper + 1);
 }
 
 /// Returns 1, 2 or 5 times a power of ten, at most a third of the length.
@@ -340,17 +359,14 @@ CutPicture MakeCutPicture(const Bone& before, const Bone& after, const WantedCut
   above.made = ProjectCells(kAboveView, without_skin(removed), places, h_mm);
   SetExtent(above);
   const Solid bone = [&](const Vec3& stw) { return phi_before.Calc(cut.ToWorld(stw)); };
-  above.bone =
-      ProjectBox(kAboveView, bone, {above.left_mm - 1, above.right_mm + 1}, {above.bottom_mm - 1, above.top_mm + 1},
-                 {-kAbove_mm, cut.depth_mm + kAbove_mm}, kBoneStep_mm);
+  AddBone(kAboveView, bone, {-kAbove_mm, cut.depth_mm + kAbove_mm}, kBoneStep_mm, above);
 
   CutView& side = picture.side;
   side.line = {{0, 0}, {cut.length_mm, 0}};
   side.wanted = ProjectBox(kSideView, wanted, s, {-t.upper, -t.lower}, {-half_mm, half_mm}, 0.5 * h_mm);
   side.made = ProjectCells(kSideView, removed, places, h_mm);
   SetExtent(side);
-  const Interval side_y{side.bottom_mm - 1, std::min(side.top_mm + 1, kBoneAbove_mm)};
-  side.bone = ProjectBox(kSideView, bone, {side.left_mm - 1, side.right_mm + 1}, side_y, {0, 0}, 0.5 * kBoneStep_mm);
+  AddBone(kSideView, bone, {0, 0}, 0.5 * kBoneStep_mm, side);
   picture.scale_bar_mm = CalcScaleBar(std::min(above.right_mm - above.left_mm, side.right_mm - side.left_mm));
   return picture;
 }

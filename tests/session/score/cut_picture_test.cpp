@@ -165,17 +165,32 @@ TEST(CutPicture, TurnedGrooveHasTheAngleOfTheTurn) {
   EXPECT_NEAR((n * sxy - sx * sy) / (n * sxx - sx * sx), -std::tan(0.1), 0.005);
 }
 
-TEST(CutPicture, SectionOfTheBoneIsItsSurface) {
+// No line of it is the border of what was searched, and the bone's ends, which are near, are shown.
+TEST(CutPicture, OutlineOfTheBoneIsItsSurface) {
   const Scenario scenario = MakeScenario();
   const CutPicture picture = MakePictureOf(scenario, scenario.wanted);
-  ASSERT_FALSE(picture.side.bone.empty());
-  for (const PictureLine& line : picture.side.bone) {
-    for (const PicturePoint& p : line) {
-      if (p.x_mm < picture.side.left_mm || p.x_mm > picture.side.right_mm) continue;
-      if (p.y_mm < picture.side.bottom_mm + 0.5) continue;  // the lower end of what was searched
-      EXPECT_NEAR(p.y_mm, 0, kWall_mm);
+  const auto check = [](const CutView& view, double bottom_mm, double top_mm) {
+    ASSERT_FALSE(view.bone.empty());
+    for (const PictureLine& line : view.bone) {
+      for (const PicturePoint& p : line) {
+        const double distance = std::max(std::abs(p.x_mm) - 15, std::max(bottom_mm - p.y_mm, p.y_mm - top_mm));
+        EXPECT_NEAR(distance, 0, kEdge_mm) << p.x_mm << ", " << p.y_mm;
+      }
     }
-  }
+    EXPECT_LT(view.left_mm, -15);
+    EXPECT_GT(view.right_mm, 15);
+  };
+  // The line begins at x = -3 of the block.
+  const auto shifted = [](CutView view) {
+    for (PictureLine& line : view.bone) {
+      for (PicturePoint& p : line) p.x_mm -= 3;
+    }
+    view.left_mm -= 3;
+    view.right_mm -= 3;
+    return view;
+  };
+  check(shifted(picture.above), -8, 8);
+  check(shifted(picture.side), -8, 0);
 }
 
 TEST(CutPicture, WithoutACutOnlyTheWantedOneIsDrawn) {
