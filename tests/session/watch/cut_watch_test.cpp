@@ -145,6 +145,39 @@ TEST(CutWatch, ReportsInjuriesUntilTheyAreUndone) {
   EXPECT_TRUE(watch.Fetch().value().injuries.empty());
 }
 
+TEST(CutWatch, SeparatesWhatWasRemovedOutsideTheWantedCut) {
+  Bar bar;
+  CutWatch watch(bar.before, bar.now, {.period_s = 1e-3});
+  watch.SetMarks({{.name = "nerve", .kind = MarkKind::kNerve, .radius_mm = 0.5, .points_W = {{-6, 0, 0}, {6, 0, 0}}}});
+  // Two equal kerfs of 0.4 mm through the nerve, at x = 4 and at x = -2.
+  for (const double x : {4.0, -2.0}) {
+    plan_test::Subtract(bar.now, [x](const Vec3& p) { return std::abs(p.x - x) - 0.2; });
+  }
+  bar.OfferAll(watch, bar.now);
+  const PlanesReport all = watch.Fetch().value();
+  ASSERT_EQ(all.injuries.size(), 1u);
+  EXPECT_TRUE(all.beside.empty());
+
+  watch.SetWanted([](const Vec3& p_W) { return p_W.x > 1; });
+  watch.WaitIdle();
+  const PlanesReport split = watch.Fetch().value();
+  ASSERT_EQ(split.injuries.size(), 1u);
+  ASSERT_EQ(split.beside.size(), 1u);
+  EXPECT_EQ(split.beside[0].name, "nerve");
+  const double whole_mm3 = all.injuries[0].removed_mm3;
+  EXPECT_NEAR(split.injuries[0].removed_mm3 + split.beside[0].removed_mm3, whole_mm3, 1e-6 * whole_mm3);
+  EXPECT_NEAR(split.injuries[0].removed_mm3, split.beside[0].removed_mm3, 0.01 * whole_mm3);
+  EXPECT_NEAR(split.injuries[0].p_W.x, 4, kVoxel);
+  EXPECT_NEAR(split.beside[0].p_W.x, -2, kVoxel);
+
+  watch.SetWanted(nullptr);
+  watch.WaitIdle();
+  const PlanesReport again = watch.Fetch().value();
+  ASSERT_EQ(again.injuries.size(), 1u);
+  EXPECT_EQ(again.injuries[0].removed_mm3, whole_mm3);
+  EXPECT_TRUE(again.beside.empty());
+}
+
 TEST(CutWatch, DoesNotReportDust) {
   Bar bar;
   CutWatch watch(bar.before, bar.now, {.period_s = 1e-3, .min_piece_mm3 = 400});  // more than 3.8 x 10 x 8 mm
