@@ -78,6 +78,16 @@ std::optional<Message> DescribeWay(const std::optional<KeyDirections>& keys, con
                  {}};
 }
 
+/// Returns which keys move the tool along a direction and back.
+std::optional<Message> DescribeKeysAlong(const std::optional<KeyDirections>& keys, const Vec3& along_W) {
+  if (!keys) return {};
+  const double right = std::abs(glm::dot(along_W, keys->right_W));
+  const double up = std::abs(glm::dot(along_W, keys->up_W));
+  const double near = std::abs(glm::dot(along_W, glm::cross(keys->right_W, keys->up_W)));
+  if (right >= std::max(up, near)) return Message{MarkMessage("Left or Right key."), {}};
+  return Message{up >= near ? MarkMessage("Up or Down key.") : MarkMessage("Page Up or Page Down key."), {}};
+}
+
 /// Returns what changes a feed that is too slow or too fast. The keys move the saw at a speed that can be set.
 std::optional<Message> DescribeFeedChange(const CoachInput& input) {
   constexpr double kSame = 0.02;  // fraction by which speeds may differ
@@ -212,7 +222,7 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
                   way);
     }
     case CoachTopic::kTilted:
-      return line(false, {MarkMessage("The blade is tilted by {}: turn it into the wanted plane."),
+      return line(false, {MarkMessage("The blade is tilted by {}: turn it into the wanted plane (W S, A D, Q E)."),
                           {Quantity{deviation.tilt_deg, 0, "°"}}});
     case CoachTopic::kTooFast:
     case CoachTopic::kTooSlow:
@@ -279,32 +289,37 @@ StepLine DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput&
       return {{MarkMessage("Lower the blade into the bone at one end of the line (Down key)."), {}}};
     case ExerciseStep::kDeepen:
       if (planned) {
-        return {{MarkMessage("Go on slowly in the planned plane until the bone is cut through. {} of it is cut."),
+        return {{MarkMessage(
+                     "Go on slowly in the planned plane until the bone is cut through (Down key). {} of it is cut."),
                  {percent}}};
       }
       return {{MarkMessage("Go on slowly to the depth of {}. Press down (Down key) while you move along the line, too: "
                            "otherwise the blade climbs."),
                {Quantity{cut.depth_mm, 1, "mm"}}}};
     case ExerciseStep::kFollow: {
+      const std::optional<Message> way = DescribeKeysAlong(input.keys, cut.along_W);
       const bool press = input.depth && input.depth->to_goal_mm > kStepPress_mm;
       if (planned) {
-        return {{press
-                     ? MarkMessage("Deep enough here: go on in the planned plane to its other edge, and press down "
-                                   "(Down key). {} of it is cut.")
-                     : MarkMessage("Deep enough here: go on in the planned plane to its other edge. {} of it is cut."),
-                 {percent}}};
+        return {
+            {press ? MarkMessage("Deep enough here: go on in the planned plane to its other edge, and press down "
+                                 "(Down key). {} of it is cut.")
+                   : MarkMessage("Deep enough here: go on in the planned plane to its other edge. {} of it is cut."),
+             {percent}},
+            way};
       }
-      return {{press
-                   ? MarkMessage("Deep enough: move along the line to its other end, and press down (Down key). {} of "
-                                 "it is done.")
-                   : MarkMessage("Deep enough: move along the line to its other end. {} of it is done."),
-               {percent}}};
+      return {
+          {press ? MarkMessage("Deep enough: move along the line to its other end, and press down (Down key). {} of "
+                               "it is done.")
+                 : MarkMessage("Deep enough: move along the line to its other end. {} of it is done."),
+           {percent}},
+          way};
     }
     case ExerciseStep::kFinish:
       break;
   }
-  if (planned) return {{MarkMessage("The planned cut is made: lift the blade out and finish the exercise."), {}}};
-  return {{MarkMessage("The whole line is cut: lift the blade out and finish the exercise."), {}}};
+  if (planned)
+    return {{MarkMessage("The planned cut is made: lift the blade out (Up key) and finish the exercise (Enter)."), {}}};
+  return {{MarkMessage("The whole line is cut: lift the blade out (Up key) and finish the exercise (Enter)."), {}}};
 }
 
 double CalcZoneNear_mm(double goal_mm) {

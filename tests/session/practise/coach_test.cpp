@@ -350,6 +350,23 @@ TEST(ExerciseSteps, LeadFromTheSpindleToTheEnd) {
             "Deep enough: move along the line to its other end, and press down (Down key). 42 % of it is done.");
 }
 
+TEST(Coach, StepsThatAskForAMovementNameItsKey) {
+  const WantedCut cut = MakeCut();
+  const auto way = [&](const std::optional<KeyDirections>& keys) {
+    CoachInput input = Place(cut, 4, 2);
+    input.keys = keys;
+    const std::optional<Message> told = DescribeStep(ExerciseStep::kFollow, cut, input, true, 0.4).way;
+    return told ? FormatMessage(*told) : "";
+  };
+  EXPECT_EQ(way(KeyDirections{.right_W = cut.along_W, .up_W = -cut.into_W}), "Left or Right key.");
+  EXPECT_EQ(way(KeyDirections{.right_W = -cut.along_W, .up_W = -cut.into_W}), "Left or Right key.");
+  EXPECT_EQ(way(KeyDirections{.right_W = cut.across_W, .up_W = cut.along_W}), "Up or Down key.");
+  EXPECT_EQ(way(KeyDirections{.right_W = cut.across_W, .up_W = -cut.into_W}), "Page Up or Page Down key.");
+  EXPECT_EQ(way({}), "");
+  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kFinish, cut, Place(cut, 4, 2), true, 1).message),
+            "The whole line is cut: lift the blade out (Up key) and finish the exercise (Enter).");
+}
+
 // The blade climbs if it is moved along without being pressed down; the card says how to avoid it.
 TEST(ExerciseSteps, BothStepsInTheBoneSayToKeepPressingDown) {
   const WantedCut cut = MakeCut();
@@ -501,11 +518,12 @@ TEST(Coach, LinesAreCompleteSentences) {
   };
   CoachInput input = Place(cut, -2, 2.9, 0.75, 0.2);
   input.nerve_mm = 1.5;
-  for (const LineCase& c : {LineCase{CoachTopic::kInNerve, true, "Stop: the blade is in the nerve canal. Lift it out."},
-                            {CoachTopic::kNearNerve, true, "The nerve canal is 1.5 mm away: do not go deeper."},
-                            {CoachTopic::kTooDeep, true, "Too deep by 0.9 mm: lift the blade."},
-                            {CoachTopic::kTilted, false, "The blade is tilted by 11°: turn it into the wanted plane."},
-                            {CoachTopic::kBesideLine, false, "You leave the line: the blade is 0.8 mm beside it."}}) {
+  for (const LineCase& c :
+       {LineCase{CoachTopic::kInNerve, true, "Stop: the blade is in the nerve canal. Lift it out."},
+        {CoachTopic::kNearNerve, true, "The nerve canal is 1.5 mm away: do not go deeper."},
+        {CoachTopic::kTooDeep, true, "Too deep by 0.9 mm: lift the blade."},
+        {CoachTopic::kTilted, false, "The blade is tilted by 11°: turn it into the wanted plane (W S, A D, Q E)."},
+        {CoachTopic::kBesideLine, false, "You leave the line: the blade is 0.8 mm beside it."}}) {
     CoachState state;
     state.shown = c.topic;
     const std::optional<CoachLine> line = MakeCoachLine(state, cut, input);
