@@ -200,16 +200,12 @@ void Dialogs::Draw(Ui& ui) {
     const float row = ImGui::GetTextLineHeightWithSpacing();
     const float list = row * (static_cast<float>(std::min(offered_.size(), kOfferedRows)) + 0.5F);
     // The dialog is 12 points wider than its texts at either side.
-    const float fault = fault_.empty() ? 0 : ImGui::CalcTextSize(fault_.c_str(), nullptr, false, 436 * s).y + 6 * s;
+    const float fault = fault_.empty() ? 0 : CalcWrappedHeight(fault_, 436 * s) + 6 * s;
     BeginDialog(ui, "ask text", 460 * s, 128 * s + fault + (offered_.empty() ? 0 : list + row));
-    ImGui::PushTextWrapPos(0);
-    ImGui::TextUnformatted(question_.c_str());
-    ImGui::PopTextWrapPos();
+    WrappedText(question_);
     bool done = line("##text");
     if (!fault_.empty()) {
-      ImGui::PushTextWrapPos(0);
-      ImGui::TextUnformatted(fault_.c_str());
-      ImGui::PopTextWrapPos();
+      WrappedText(fault_);
       ui.Note("dialog.fault");
     }
     ImGui::Spacing();
@@ -244,11 +240,9 @@ void Dialogs::Draw(Ui& ui) {
   }
   if (kind_ == Kind::kQuestion) {
     const float wrap = 480 * s;
-    const float height = ImGui::CalcTextSize(question_.c_str(), nullptr, false, wrap).y;
+    const float height = CalcWrappedHeight(question_, wrap);
     BeginDialog(ui, "ask", 520 * s, height + 76 * s);
-    ImGui::PushTextWrapPos(0);
-    ImGui::TextUnformatted(question_.c_str());
-    ImGui::PopTextWrapPos();
+    WrappedText(question_);
     ImGui::Spacing();
     std::optional<std::size_t> given;
     for (std::size_t i = 0; i < answers_.size(); ++i) {
@@ -261,18 +255,15 @@ void Dialogs::Draw(Ui& ui) {
     return;
   }
   BeginDialog(ui, "choose file", 640 * s, 460 * s);
-  ImGui::PushTextWrapPos(0);
   ImGui::PushFont(ui.bold());
-  ImGui::TextUnformatted(question_.c_str());
+  WrappedText(question_);
   ImGui::PopFont();
-  ImGui::TextUnformatted(folder_.c_str());
-  ImGui::PopTextWrapPos();
+  WrappedText(folder_);
   bool done = false;
   const bool filters = !save_ && !extensions_.empty();
   const float fault_height =
       fault_.empty() ? 0
-                     : ImGui::CalcTextSize(fault_.c_str(), nullptr, false, ImGui::GetContentRegionAvail().x).y +
-                           ImGui::GetStyle().ItemSpacing.y;
+                     : CalcWrappedHeight(fault_, ImGui::GetContentRegionAvail().x) + ImGui::GetStyle().ItemSpacing.y;
   ImGui::BeginChild("files", {0, -(filters || save_ ? 106 : 78) * s - fault_height}, true);
   std::optional<std::string> enter;
   if (!recent_.empty()) {
@@ -304,9 +295,7 @@ void Dialogs::Draw(Ui& ui) {
   }
   ImGui::EndChild();
   if (!fault_.empty()) {
-    ImGui::PushTextWrapPos(0);
-    ImGui::TextUnformatted(fault_.c_str());
-    ImGui::PopTextWrapPos();
+    WrappedText(fault_);
   }
   if (save_) {
     ImGui::SetNextItemWidth(260 * s);

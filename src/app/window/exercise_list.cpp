@@ -181,7 +181,7 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
       narrow ? Tr("Choose an exercise to see its levels.   Ctrl+Q: quit")
              : Tr("Numbers: the best score of a level.   Up, Down, Enter: choose an exercise   Ctrl+Q: quit");
   ImGui::PushFont(ui.small());
-  const float footer = ImGui::CalcTextSize(keys.c_str(), nullptr, false, ImGui::GetContentRegionAvail().x).y + 10 * s;
+  const float footer = CalcWrappedHeight(keys, ImGui::GetContentRegionAvail().x) + 10 * s;
   ImGui::PopFont();
   // In a narrow window the scores stand below the goal, and a click on an exercise shows its levels; in a low one
   // everything scrolls.
@@ -204,6 +204,7 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
           WidthFor({Tr("Trend"), NameOf(Trend::kRising), NameOf(Trend::kSteady), NameOf(Trend::kFalling)}, 80 * s));
     }
     ImGui::TableHeadersRow();
+    ui.Note("exercise headings");
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const ExerciseRow& row = rows_[i];
       ImGui::PushID(static_cast<int>(i));
@@ -215,7 +216,7 @@ ExerciseList::Choice ExerciseList::DrawExercises(Ui& ui) {
       const float room = ImGui::GetContentRegionAvail().x;
       const std::string goal = narrow ? Translate(row.goal) + "\n" + ListBest(row) : Translate(row.goal);
       ImGui::PushFont(ui.small());
-      const float goal_height = ImGui::CalcTextSize(goal.c_str(), nullptr, false, room).y;
+      const float goal_height = CalcWrappedHeight(goal, room);
       ImGui::PopFont();
       const float height = ImGui::GetTextLineHeightWithSpacing() + goal_height;
       ImGui::TableSetColumnIndex(0);
@@ -310,8 +311,7 @@ ExerciseList::Choice ExerciseList::DrawLevels(Ui& ui) {
       ImGui::PushID(level);
       ImGui::TableNextRow();
       ImGui::TableSetColumnIndex(2);
-      const float height =
-          ImGui::CalcTextSize(DescribeLevel(level), nullptr, false, ImGui::GetContentRegionAvail().x).y;
+      const float height = CalcWrappedHeight(DescribeLevel(level), ImGui::GetContentRegionAvail().x);
       ImGui::TableSetColumnIndex(0);
       if (ImGui::Selectable(fmt::format("{}", level).c_str(), level == level_, ImGuiSelectableFlags_SpanAllColumns,
                             {0, height})) {

@@ -124,15 +124,13 @@ JawSeparation::Answer JawSeparation::Draw(Ui& ui, const UiBox& scene, const UiBo
   Answer answer = Answer::kNone;
   const float width = std::min(330 * s, 0.42F * ImGui::GetContentRegionAvail().x);
   ImGui::BeginChild("points", {width, 0});
-  ImGui::PushTextWrapPos(0);
   ImGui::PushFont(ui.bold());
-  ImGui::TextUnformatted(Tr("The mandible could not be separated from other bone"));
+  WrappedText(Tr("The mandible could not be separated from other bone"));
   ImGui::PopFont();
-  ImGui::TextUnformatted(Tr(
+  WrappedText(Tr(
       "Click a few points in the mandible, also in its teeth, and a few in the bone that touches it, such as the "
       "upper teeth. Turn the wheel over a slice to scroll; drag with the right button to change its grey levels. Then "
       "press Separate."));
-  ImGui::PopTextWrapPos();
   ImGui::Spacing();
   DrawList(ui, true, slices);
   ImGui::Spacing();

@@ -197,13 +197,16 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
     if (low) ImGui::PopFont();
   };
   if (low) ImGui::PushFont(ui.small());
-  const float reason_height = ImGui::CalcTextSize(reason.c_str(), nullptr, false, ImGui::GetContentRegionAvail().x).y +
-                              ImGui::GetStyle().ItemSpacing.y;
+  const float reason_height =
+      CalcWrappedHeight(reason, ImGui::GetContentRegionAvail().x) + ImGui::GetStyle().ItemSpacing.y;
   if (low) ImGui::PopFont();
   const float bottom = buttons_height + reason_height + 12 * s;
   // A result begins at its top, wherever the last one was left.
   const bool appears = ImGui::IsWindowAppearing();
-  ImGui::BeginChild("body", {0, -bottom});
+  // Clear of the scroll bar.
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {6 * s, 0});
+  ImGui::BeginChild("body", {0, -bottom}, false, ImGuiWindowFlags_AlwaysUseWindowPadding);
+  ImGui::PopStyleVar();
   if (appears) ImGui::SetScrollY(0);
   ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().accent));
   ImGui::PushFont(ui.title());
@@ -309,7 +312,7 @@ ReplayLayout LayOutReplay(const Ui& ui, const ReplayPair& pair, double counted_s
   const float buttons = (fits(labels) ? 1 : 2) * ImGui::GetFrameHeightWithSpacing();
   const float slider = ImGui::GetFrameHeightWithSpacing();
   ImGui::PushFont(ui.small());
-  const float counted_height = ImGui::CalcTextSize(layout.counted.c_str(), nullptr, false, width - 16 * s).y + 4 * s;
+  const float counted_height = CalcWrappedHeight(layout.counted, width - 16 * s) + 4 * s;
   ImGui::PopFont();
   float above_edge = 52 * s;  // room for messages at the bottom
   layout.plot_height = kPlot * s;

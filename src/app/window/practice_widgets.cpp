@@ -34,12 +34,6 @@ void BeginLargeDialog(Ui& ui, const char* name, float width, float height) {
   ImGui::PopStyleVar(2);
 }
 
-void WrappedText(const std::string& text) {
-  ImGui::PushTextWrapPos(0);
-  ImGui::TextUnformatted(text.c_str());
-  ImGui::PopTextWrapPos();
-}
-
 void SmallText(Ui& ui, const std::string& text) {
   ImGui::PushFont(ui.small());
   ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().faint));

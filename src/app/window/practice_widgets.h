@@ -9,6 +9,7 @@
 #include "session/score/review.h"
 #include "view/ui/hud.h"
 #include "view/ui/ui.h"
+#include "view/ui/widgets.h"
 
 namespace kerf {
 
@@ -21,7 +22,6 @@ HudLevel HudLevelOf(ReviewLevel level);
 
 /// Begins a dialog in the middle of the window, at most as large as the space between the bars. The size is in points.
 void BeginLargeDialog(Ui& ui, const char* name, float width, float height);
-void WrappedText(const std::string& text);
 void SmallText(Ui& ui, const std::string& text);
 void MarkedText(Ui& ui, HudLevel level, const std::string& text);
 /// Returns the width of a column of a table in which all texts fit, at least `least` pixels.

@@ -58,9 +58,7 @@ void LetUnfold(Ui& ui, bool folded, const std::string& text) {
   if (ImGui::IsMouseClicked(0)) ui.set_shows_long_banners(folded);
   if (folded && ui.tooltips()) {
     ImGui::BeginTooltip();
-    ImGui::PushTextWrapPos(440 * ui.scale());
-    ImGui::TextUnformatted(text.c_str());
-    ImGui::PopTextWrapPos();
+    WrappedText(text, 440 * ui.scale());
     ImGui::EndTooltip();
   }
 }
@@ -75,17 +73,12 @@ void FoldedLine(const std::string& text, float width) {
 
 /// Draws a text in two lines, the second of them with that sign.
 void FoldedLines(const std::string& text, float width) {
-  const char* end = text.c_str() + text.size();
-  const char* second = ImGui::GetFont()->CalcWordWrapPositionA(1, text.c_str(), end, width);
-  if (second < end) {
-    ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 0});
-    ImGui::TextUnformatted(text.c_str(), second);
-    ImGui::PopStyleVar();
-    while (second < end && *second == ' ') ++second;
-  } else {
-    second = text.c_str();
-  }
-  FoldedLine(second, width);
+  const std::size_t end = BreakLines(text, width).find('\n');
+  if (end == std::string::npos) return FoldedLine(text, width);
+  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 0});
+  ImGui::TextUnformatted(text.c_str(), text.c_str() + end);
+  ImGui::PopStyleVar();
+  FoldedLine(text.substr(end + 1), width);
 }
 
 void DialogTitle(Ui& ui, const std::string& title) {
@@ -99,9 +92,7 @@ void DialogFooter(Ui& ui, const std::string& footer) {
   ImGui::Separator();
   ImGui::PushFont(ui.small());
   ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().faint));
-  ImGui::PushTextWrapPos(0);
-  ImGui::TextUnformatted(footer.c_str());
-  ImGui::PopTextWrapPos();
+  WrappedText(footer);
   ImGui::PopStyleColor();
   ImGui::PopFont();
 }
@@ -207,7 +198,7 @@ void ValuesSection(Ui& ui, const HudState& state) {
     const bool known = v.plan_offset_mm.has_value();
     rows.push_back({v.plan_is_of_saw ? Tr("Angle of the saw now") : Tr("Angle to the plan"),
                     known ? number(v.plan_angle_deg, 1) : Tr("no plan"), known ? "°" : "", HudLevel::kPlain});
-    rows.push_back({v.plan_is_of_saw ? Tr("Saw beside the plan now") : Tr("Beside the plan"),
+    rows.push_back({v.plan_is_of_saw ? Tr("Beside the plan now") : Tr("Beside the plan"),
                     !known                ? Tr("no plan")
                     : v.plan_side.empty() ? number(v.plan_offset_mm, 2)
                                           : fmt::format("{} mm {}", number(v.plan_offset_mm, 2), v.plan_side),
@@ -259,10 +250,8 @@ void ForceSection(Ui& ui, const HudState& state) {
   if (state.force_note.empty()) return;
   ImGui::PushFont(ui.small());
   ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(ui.colours().faint));
-  ImGui::PushTextWrapPos(0);
-  ImGui::TextUnformatted(state.force_note.c_str());
+  WrappedText(state.force_note);
   ui.Note("force note");
-  ImGui::PopTextWrapPos();
   ImGui::PopStyleColor();
   ImGui::PopFont();
   Tooltip(ui, state.force_details);
@@ -275,9 +264,7 @@ void LegendSection(Ui& ui, const HudState& state) {
   for (const LegendEntry& entry : state.legend) {
     Swatch(ui, entry.colour);
     ImGui::SameLine();
-    ImGui::PushTextWrapPos(0);
-    ImGui::TextUnformatted(Tr(entry.text.c_str()));
-    ImGui::PopTextWrapPos();
+    WrappedText(Tr(entry.text.c_str()));
   }
 }
 
@@ -301,7 +288,7 @@ std::optional<int> PiecesSection(Ui& ui, const HudState& state) {
     const float mark = piece.overlaps ? ImGui::GetTextLineHeight() + 4 * ui.scale() : 0;
     float below = 0;
     for (std::size_t k = 0; k < lines.size(); ++k) {
-      below += ImGui::CalcTextSize(lines[k].c_str(), nullptr, false, width - inset - (k == 0 ? mark : 0)).y;
+      below += CalcWrappedHeight(lines[k], width - inset - (k == 0 ? mark : 0));
     }
     ImGui::PopFont();
     if (ImGui::Selectable("##piece", piece.selected, ImGuiSelectableFlags_AllowItemOverlap,
@@ -333,11 +320,9 @@ std::optional<int> PiecesSection(Ui& ui, const HudState& state) {
         ImGui::SetCursorPosX(left);
       }
       ImGui::PushStyleColor(ImGuiCol_Text, ToImVec4(warns ? ui.colours().text : ui.colours().faint));
-      ImGui::PushTextWrapPos(left + width - inset - (warns ? mark : 0));
-      ImGui::TextUnformatted(lines[k].c_str());
-      ImGui::PopTextWrapPos();
+      WrappedText(lines[k], width - left);
       ImGui::PopStyleColor();
-      y += ImGui::CalcTextSize(lines[k].c_str(), nullptr, false, width - left).y;
+      y += CalcWrappedHeight(lines[k], width - left);
     }
     ImGui::PopFont();
     if (!lines.empty()) ImGui::SetCursorPosY(y + ImGui::GetStyle().ItemSpacing.y);
@@ -362,11 +347,10 @@ struct BannerSize {
 void CalcBannerHeight(const Ui& ui, const HudBanner& banner, BannerSize& size) {
   const float s = ui.scale();
   ImGui::PushFont(size.compact ? ui.small() : ui.bold());
-  size.height = 20 * s + ImGui::CalcTextSize(banner.text.c_str(), nullptr, false, size.text_width).y;
+  size.height = 20 * s + CalcWrappedHeight(banner.text, size.text_width);
   if (!size.compact) ImGui::PopFont();
   if (!banner.answers.empty() && size.answers) {
-    size.height += ImGui::GetStyle().ItemSpacing.y +
-                   ImGui::CalcTextSize(banner.answers.c_str(), nullptr, false, size.text_width).y;
+    size.height += ImGui::GetStyle().ItemSpacing.y + CalcWrappedHeight(banner.answers, size.text_width);
   }
   if (size.compact) ImGui::PopFont();
 }
@@ -394,8 +378,7 @@ BannerSize CalcBannerSize(const Ui& ui, const HudBanner& banner, const UiBox& sc
     size.folded = !ui.shows_long_banners();
     if (size.folded) {
       ImGui::PushFont(ui.small());
-      size.height = 12 * s + std::min(2 * ImGui::GetFontSize(),
-                                      ImGui::CalcTextSize(banner.text.c_str(), nullptr, false, size.text_width).y);
+      size.height = 12 * s + std::min(2 * ImGui::GetFontSize(), CalcWrappedHeight(banner.text, size.text_width));
       ImGui::PopFont();
     }
   }
@@ -439,12 +422,10 @@ void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene) {
     FoldedLines(banner.text, text_width);
     ImGui::PopFont();
   } else {
-    ImGui::PushTextWrapPos(text_left + text_width);
-    ImGui::TextUnformatted(banner.text.c_str());
+    WrappedText(banner.text, text_width);
     if (!compact) ImGui::PopFont();
-    if (!banner.answers.empty() && answers) ImGui::TextUnformatted(banner.answers.c_str());
+    if (!banner.answers.empty() && answers) WrappedText(banner.answers, text_width);
     if (compact) ImGui::PopFont();
-    ImGui::PopTextWrapPos();
   }
   ImGui::EndGroup();
   ui.Note("banner");
@@ -460,7 +441,7 @@ void DrawInjuries(Ui& ui, const std::vector<std::string>& injuries, const UiBox&
   std::string all;
   for (const std::string& line : injuries) all += (all.empty() ? "" : "\n") + line;
   ImGui::PushFont(ui.bold());
-  float height = 12 * s + ImGui::CalcTextSize(all.c_str(), nullptr, false, text_width).y;
+  float height = 12 * s + CalcWrappedHeight(all, text_width);
   const bool is_long = height > kBannerShare * static_cast<float>(scene.height);
   const bool folded = is_long && !ui.shows_long_banners();
   if (folded) height = 12 * s + ImGui::GetTextLineHeight();
@@ -475,9 +456,7 @@ void DrawInjuries(Ui& ui, const std::vector<std::string>& injuries, const UiBox&
   if (folded) {
     FoldedLine(injuries.front(), text_width);
   } else {
-    ImGui::PushTextWrapPos(46 * s + text_width);
-    ImGui::TextUnformatted(all.c_str());
-    ImGui::PopTextWrapPos();
+    WrappedText(all, text_width);
   }
   ImGui::EndGroup();
   ui.Note("injuries");
@@ -487,44 +466,47 @@ void DrawInjuries(Ui& ui, const std::vector<std::string>& injuries, const UiBox&
   ImGui::PopFont();
   if (is_long || !hovered || !ui.tooltips()) return;
   ImGui::BeginTooltip();
-  ImGui::PushTextWrapPos(440 * s);
-  ImGui::TextUnformatted(Tr(
-      "Places are measured from the origin of the CT's coordinates, which the scanner has set; without a CT, from that "
-      "of the bone's model or file."));
-  ImGui::PopTextWrapPos();
+  WrappedText(
+      Tr("Places are measured from the origin of the CT's coordinates, which the scanner has set; without a CT, "
+         "from that of the bone's model or file."),
+      440 * s);
   ImGui::EndTooltip();
 }
 
-void DrawMessages(Ui& ui, const HudMessages& messages, const UiBox& scene, const UiBox& below) {
+void DrawMessages(Ui& ui, const HudMessages& messages, const UiBox& scene, const UiBox& below, const UiBox& tool,
+                  double top) {
   const float s = ui.scale();
   float bottom = static_cast<float>(below.empty() ? scene.bottom() - kScaleBarRoom * static_cast<double>(s)
                                                   : below.top - 8 * static_cast<double>(s));
-  const auto draw = [&](const char* name, const std::string& text, HudLevel level) {
+  const auto draw = [&](const char* name, const std::string& text, HudLevel level, bool stays = false) {
     if (text.empty()) return;
     // Beside the cube, if there is room for one.
     const float max_width =
         static_cast<float>(scene.width) - (scene.width > 400 * static_cast<double>(s) ? 260 : 60) * s;
     if (max_width < 80 * s) return;
-    const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, max_width);
+    const ImVec2 size = ImGui::CalcTextSize(BreakLines(text, max_width).c_str(), nullptr, false, max_width + 1);
     const float left = level == HudLevel::kPlain ? 12 * s : 34 * s;
     const float height = size.y + 14 * s;
+    const float width = size.x + left + 14 * s;
+    const auto x = static_cast<float>(scene.left + 0.5 * (scene.width - static_cast<double>(size.x + left)));
     bottom -= height;
-    BeginOverlay(name, static_cast<float>(scene.left + 0.5 * (scene.width - static_cast<double>(size.x + left))),
-                 bottom, size.x + left + 14 * s, height, ToImVec4(ui.colours().panel, 0.96));
+    const bool at_top = stays && Overlap(tool, {x, bottom, width, height});
+    const float y = at_top ? static_cast<float>(top) + 8 * s : bottom;
+    if (at_top) bottom += height + 6 * s;
+    BeginOverlay(name, x, y, width, height, ToImVec4(ui.colours().panel, 0.96));
     const ImVec2 at = ImGui::GetWindowPos();
     if (level != HudLevel::kPlain) {
       DrawLevelMark(*ImGui::GetWindowDrawList(), level, {at.x + 18 * s, at.y + 0.5F * height}, 16 * s);
     }
     ImGui::SetCursorPos({left, 7 * s});
-    ImGui::PushTextWrapPos(left + max_width);
-    ImGui::TextUnformatted(text.c_str());
-    ImGui::PopTextWrapPos();
+    WrappedText(text, max_width);
+    ui.Note(name);
     ImGui::End();
     bottom -= 6 * s;
   };
   draw("message", messages.message, HudLevel::kPlain);
   draw("warning", messages.warning, HudLevel::kWarn);
-  draw("staying message", messages.staying, HudLevel::kWarn);
+  draw("staying message", messages.staying, HudLevel::kWarn, true);
 }
 
 UiBox CalcProgressBox(const Ui& ui, const UiBox& scene) {
@@ -654,9 +636,7 @@ void DrawHelpDialog(Ui& ui, const std::vector<HudKeyGroup>& groups) {
       ImGui::PushFont(ui.small());
       FittedText(ui, key.keys, key_width);
       ImGui::SameLine(key_width);
-      ImGui::PushTextWrapPos(x + width);
-      ImGui::TextUnformatted(key.meaning.c_str());
-      ImGui::PopTextWrapPos();
+      WrappedText(key.meaning, x + width - ImGui::GetCursorPosX());
       ImGui::PopFont();
     }
     ImGui::EndGroup();

@@ -46,8 +46,10 @@ struct HudMessages {
   std::string warning;  // with a mark
   std::string staying;  // the same, while its cause lasts
 };
-/// `below`: a box that they are drawn above; empty: none.
-void DrawMessages(Ui& ui, const HudMessages& messages, const UiBox& scene, const UiBox& below);
+/// `below`: a box that they are drawn above; empty: none. The staying message is drawn below `top` instead of over
+/// `tool`.
+void DrawMessages(Ui& ui, const HudMessages& messages, const UiBox& scene, const UiBox& below, const UiBox& tool = {},
+                  double top = 0);
 /// Returns the place of DrawProgressBox(); empty: the scene is too small for it.
 UiBox CalcProgressBox(const Ui& ui, const UiBox& scene);
 /// Small box in the scene's lower left corner: what is in progress, how far, and the time left. Returns true if Cancel

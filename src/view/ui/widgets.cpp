@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "view/ui/imgui_colours.h"
@@ -95,12 +96,64 @@ void FittedText(Ui& ui, const std::string& text, float width) {
   Tooltip(ui, text);
 }
 
+namespace {
+
+/// Returns true if a space between two words must not end a line: a number and its unit.
+bool IsUnitAfterNumber(std::string_view number, std::string_view unit) {
+  if (number.empty() || number.back() < '0' || number.back() > '9') return false;
+  for (const std::string_view known : {"mm", "cm", "s", "ms", "min", "h", "N", "%", "\u00b0", "rpm", "U/min", "HU",
+                                       "Hz", "kHz", "kB", "MB", "GB", "MPa", "GPa"}) {
+    if (!unit.starts_with(known)) continue;
+    const char next = unit.size() > known.size() ? unit[known.size()] : ' ';
+    if (!((next >= 'a' && next <= 'z') || (next >= 'A' && next <= 'Z'))) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string BreakLines(const std::string& text, float width) {
+  std::string broken = text;
+  const char* const all = broken.c_str();
+  std::size_t line = 0;                   // its beginning
+  std::size_t space = std::string::npos;  // the last one at which the line may end
+  std::size_t before = 0;                 // beginning of the word before the current one
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t end = std::min(text.find_first_of(" \n", from), text.size());
+    const std::string_view word = std::string_view(text).substr(from, end - from);
+    const bool begins = from == line;
+    if (!begins && !IsUnitAfterNumber(std::string_view(text).substr(before, from - 1 - before), word)) space = from - 1;
+    if (!word.empty() && space != std::string::npos && ImGui::CalcTextSize(all + line, all + end).x > width) {
+      broken[space] = '\n';
+      line = space + 1;
+      space = std::string::npos;
+    }
+    if (end < text.size() && text[end] == '\n') {
+      line = end + 1;
+      space = std::string::npos;
+    }
+    before = from;
+    from = end + 1;
+  }
+  return broken;
+}
+
+void WrappedText(const std::string& text, float width) {
+  if (width <= 0) width = ImGui::GetContentRegionAvail().x;
+  // A word that is longer than a line is broken within.
+  ImGui::PushTextWrapPos(ImGui::GetCursorPosX() + width + 1);
+  ImGui::TextUnformatted(BreakLines(text, width).c_str());
+  ImGui::PopTextWrapPos();
+}
+
+float CalcWrappedHeight(const std::string& text, float width) {
+  return ImGui::CalcTextSize(BreakLines(text, width).c_str(), nullptr, false, width + 1).y;
+}
+
 void Tooltip(Ui& ui, const std::string& text) {
   if (text.empty() || !ui.tooltips() || !ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
   ImGui::BeginTooltip();
-  ImGui::PushTextWrapPos(360 * ui.scale());
-  ImGui::TextUnformatted(text.c_str());
-  ImGui::PopTextWrapPos();
+  WrappedText(text, 360 * ui.scale());
   ImGui::EndTooltip();
 }
 

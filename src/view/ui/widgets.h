@@ -25,6 +25,13 @@ void LevelMark(Ui& ui, HudLevel level);
 void FittedText(Ui& ui, const std::string& text, float width);
 /// Returns the text's beginning that fits into `width` pixels of the current font, with an ellipsis if it is cut.
 std::string FitText(const std::string& text, float width);
+/// Returns the text with line breaks, so that it is at most `width` pixels wide in the current font. A line ends at a
+/// space, but never between a number and its unit; a longer word stays as it is.
+std::string BreakLines(const std::string& text, float width);
+/// Adds a text in as many lines as it needs. `width`: pixels; 0: up to the right edge.
+void WrappedText(const std::string& text, float width = 0);
+/// Returns the height of the text in the current font with that width.
+float CalcWrappedHeight(const std::string& text, float width);
 /// Shows a tooltip, wrapped, if the last item is hovered; nothing for an empty text.
 void Tooltip(Ui& ui, const std::string& text);
 /// The same, beside the last item, to its left, so that it does not hide what it explains.

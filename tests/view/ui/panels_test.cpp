@@ -44,6 +44,23 @@ UiAreas DrawAll(Ui& ui, const HudState& hud) {
   return areas;
 }
 
+TEST(Messages, StayingMessageGivesWayToTheTool) {
+  Ui ui;
+  ui.SetSize(1280, 720, 1);
+  const UiBox scene{262, 59, 1018, 629}, tool{450, 180, 380, 430}, far{450, 180, 380, 100};
+  const auto place = [&](const UiBox& avoided) {
+    ui.BeginFrame(0.02);
+    DrawMessages(ui, {"", "", "The depth stop holds the saw"}, scene, {}, avoided, 120);
+    const UiBox at = ui.noted().at("staying message");
+    ui.EndFrame();
+    return at;
+  };
+  EXPECT_GT(place(far).top, tool.bottom() - 40);
+  EXPECT_TRUE(Overlap(place(far), tool));
+  EXPECT_LT(place(tool).bottom(), 180);
+  EXPECT_GE(place(tool).top, 120);
+}
+
 TEST(UiAreas, NeverOverlapOrLeaveTheWindow) {
   Ui ui;
   for (const WindowSize& size : kSizes) {

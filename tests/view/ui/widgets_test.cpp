@@ -70,6 +70,34 @@ TEST(Widgets, AxisOfTheForcePlotIsRoundAndContainsTheMaximum) {
   }
 }
 
+TEST(Widgets, LinesEndBetweenWordsButNotBeforeAUnit) {
+  Ui ui;
+  ui.SetSize(800, 600, 1);
+  ui.BeginFrame(0.02);
+  const std::vector<std::string> kept{"3.0 mm/s", "11,5 mm", "100 %", "25 s", "13 mm\u00b3", "7500 rpm"};
+  std::string text;
+  for (const std::string& quantity : kept) text += "a constant feed, " + quantity + ", is wanted; 2 minutes. ";
+  text += "a_word_that_is_wider_than_the_line\nlast line";
+  for (float width = 60; width < 500; width += 1) {
+    const std::string broken = BreakLines(text, width);
+    ASSERT_EQ(broken.size(), text.size());
+    for (const std::string& quantity : kept) EXPECT_NE(broken.find(quantity), std::string::npos) << broken;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+      EXPECT_TRUE(broken[i] == text[i] || (text[i] == ' ' && broken[i] == '\n'));
+    }
+    for (std::size_t from = 0; from < broken.size();) {
+      const std::size_t end = std::min(broken.find('\n', from), broken.size());
+      const std::string line = broken.substr(from, end - from);
+      const bool one_word = line.find_first_of(" ") == std::string::npos;
+      const bool quantity = std::count(line.begin(), line.end(), ' ') <= 1;
+      EXPECT_TRUE(one_word || quantity || ImGui::CalcTextSize(line.c_str()).x <= width + 1) << line;
+      from = end + 1;
+    }
+  }
+  EXPECT_EQ(BreakLines("of 2 minutes", ImGui::CalcTextSize("of 2 m").x), "of 2\nminutes");
+  ui.EndFrame();
+}
+
 TEST(Widgets, FittedTextIsTheTextOrItsBeginningWithAnEllipsis) {
   Ui ui;
   ui.SetSize(800, 600, 1);
