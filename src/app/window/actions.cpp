@@ -51,6 +51,10 @@ std::string ShowShortcut(const Shortcut& shortcut) {
                      shortcut.shift ? fmt::format("{}+", Tr("Shift")) : "", KeyName(shortcut.key));
 }
 
+std::string ShowKeyGroup(const char* menu, const char* when) {
+  return when[0] == '\0' ? Tr(menu) : fmt::format("{}: {}", Tr(menu), Tr(when));
+}
+
 void ActionList::Add(Action action) {
   actions_.push_back(std::move(action));
 }
@@ -89,7 +93,7 @@ std::vector<HudKeyGroup> ActionList::ListKeys() const {
   std::vector<HudKeyGroup> groups;
   for (const Action& action : actions_) {
     if (action.shortcut.key == Key::kNone || action.menu[0] == '\0') continue;
-    const std::string title = Tr(action.menu);
+    const std::string title = ShowKeyGroup(action.menu, action.when);
     auto group = std::find_if(groups.begin(), groups.end(), [&](const HudKeyGroup& g) { return g.title == title; });
     if (group == groups.end()) group = groups.insert(groups.end(), HudKeyGroup{title, {}});
     group->keys.push_back({ShowShortcut(action.shortcut), Tr(action.label)});

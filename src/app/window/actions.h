@@ -28,6 +28,7 @@ struct Action {
   const char* label = "";                        // in the menu and in the help
   Shortcut shortcut{};                           // optional
   const char* tip = "";                          // explanation, shown as a tooltip
+  const char* when = "";                         // state of the activity, for the help; empty: any
   std::function<void()> run;                     // in the window's thread
   std::function<bool()> enabled = nullptr;       // null: always
   std::function<bool()> on = nullptr;            // state of a mode; null: not a mode
@@ -41,6 +42,9 @@ struct Action {
   bool is_enabled() const { return !enabled || enabled(); }
   bool is_relevant() const { return !relevant || relevant(); }
 };
+
+/// Returns the title of a menu's keys in the help.
+std::string ShowKeyGroup(const char* menu, const char* when);
 
 /// List of actions. A key may belong to several actions of which at most one is enabled at a time.
 class ActionList {

@@ -90,6 +90,10 @@ class Activity {
   virtual bool begins_with_tour() const { return true; }
   /// Returns true if a saw that is retracted returns to its start, wherever the user looks from.
   virtual bool returns_to_start() const { return false; }
+  /// Returns false if there is no saw to move or to switch on, whose buttons and modes are then not shown.
+  virtual bool has_saw() const { return true; }
+  /// Returns true if the force is shown above the activity's own sections.
+  virtual bool shows_force_first() const { return false; }
   /// Returns what is said while a depth stop that cannot be switched off holds the saw.
   virtual std::string DescribeDepthStop() const {
     return Tr("The depth stop holds the saw: this is the wanted depth. Go on along the cut.");

@@ -164,7 +164,7 @@ void Practice::UseName(const std::string& entered) {
 
 void Practice::Start(const std::string& id, int level) {
   checks_.End();
-  if (list_) viewer_->GoOnInTour();  // its first step is about the list
+  viewer_->EndTourStep("choose");
   list_.reset();
   exercise_ = &FindExercise(id);
   scene_ = MakeExerciseScene(id, level);
@@ -312,7 +312,7 @@ void Practice::Fill(HudState& hud) {
     hud.gauge = MakeGauge(reading, MakeDepthAdvice(depth, false));
     hud.banner = HudBanner{
         .kind = HudBanner::Kind::kNotice,
-        .text = Tr("Orange: your saw and your cut. Blue: the expert's saw."),
+        .text = Tr("Orange: your saw and its path. Blue: those of the expert."),
         .answers = replay_runs_
                        ? Tr("Space: pause   Left, Right: back, forward   Enter: from the beginning   Esc: result")
                        : Tr("Space: go on   Left, Right: back, forward   Enter: from the beginning   Esc: result")};

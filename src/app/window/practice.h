@@ -90,6 +90,9 @@ class Practice final : public Activity {
   void DrawWindows(Ui& ui) override;
   std::vector<TourStep> tour() const override;
   bool returns_to_start() const override { return true; }
+  bool has_saw() const override { return state_ != State::kReplaying; }
+  bool shows_force_first() const override { return true; }
+  std::vector<HudKeyGroup> help() const override;
   ViewBasis MakeKeyBasis(const ViewBasis& picture) const override;
   HudKeyGroup saw_help() const override;
   void Relabel() override;
@@ -121,6 +124,7 @@ class Practice final : public Activity {
   void FillCutting(HudState& hud);
   void ShowCutAndSaw();
   void ShowGoal();
+  std::string DescribePlan() const;
   bool IsPlanned() const;  // the wanted cut is a planned plane through the bone rather than a line on it
   std::optional<DepthReading> Read() const;
   CoachInput MakeCoachInput() const;
@@ -161,6 +165,7 @@ class Practice final : public Activity {
   std::optional<FeedMeter> feed_;
   std::optional<double> feed_mm_per_s_;    // of feed_, at the last frame
   std::optional<PlanesReport> report_;     // of the bone as it is cut; none: not yet
+  std::string plan_label_;                 // beside the planned plane
   std::vector<double> deepest_mm_;         // by column of the gauge
   std::shared_ptr<const Bone> kept_bone_;  // of the last session, uncut; null: none
   SceneBone kept_source_;                  // that it was made of

@@ -3,12 +3,21 @@
 #include "view/ui/translate.h"
 
 namespace kerf {
+namespace {
+
+// When keys of the exercises have their meaning.
+constexpr const char* kCuttingKeys = Msg("while cutting");
+constexpr const char* kResultKeys = Msg("at the result");
+constexpr const char* kReplayKeys = Msg("in the replay");
+
+}  // namespace
 
 void Practice::AddActions(ActionList& actions) {
   actions.Add({.id = "exercise.finish",
                .menu = Msg("Exercise"),
                .label = Msg("Finish and see the score"),
                .shortcut = {Key::kEnter},
+               .when = kCuttingKeys,
                .run = [this] { Finish(true); },
                .enabled = [this] { return state_ == State::kCutting && viewer_->is_running(); },
                .relevant = [this] { return state_ == State::kCutting; },
@@ -17,13 +26,16 @@ void Practice::AddActions(ActionList& actions) {
                .menu = Msg("Exercise"),
                .label = Msg("Leave without a score"),
                .shortcut = {Key::kEscape},
+               .when = kCuttingKeys,
                .run = [this] { Leave(); },
                .enabled = [this] { return state_ == State::kCutting && viewer_->is_running(); }});
+  const auto replays = [this] { return state_ == State::kReplaying; };
   const auto at_result = [this] { return state_ == State::kResult; };
   actions.Add({.id = "exercise.step",
                .menu = Msg("Exercise"),
                .label = Msg("Recommended next step"),
                .shortcut = {Key::kEnter},
+               .when = kResultKeys,
                .run = [this] { DoNextStep(); },
                .enabled = at_result,
                .relevant = at_result,
@@ -32,6 +44,7 @@ void Practice::AddActions(ActionList& actions) {
                .menu = Msg("Exercise"),
                .label = Msg("Try again"),
                .shortcut = {Key::kA},
+               .when = kResultKeys,
                .run = [this] { Start(exercise_->id, options_.level); },
                .enabled = at_result,
                .relevant = at_result,
@@ -40,6 +53,7 @@ void Practice::AddActions(ActionList& actions) {
                .menu = Msg("Exercise"),
                .label = Msg("Watch the attempt beside the expert's"),
                .shortcut = {Key::kW},
+               .when = kResultKeys,
                .run = [this] { Replay(); },
                .enabled = at_result,
                .relevant = at_result,
@@ -48,34 +62,47 @@ void Practice::AddActions(ActionList& actions) {
                .menu = Msg("Exercise"),
                .label = Msg("Watch from the beginning"),
                .shortcut = {Key::kEnter},
+               .when = kReplayKeys,
                .run = [this] { RestartReplay(); },
-               .enabled = [this] { return state_ == State::kReplaying; }});
+               .enabled = replays});
   actions.Add({.id = "exercise.pause_replay",
                .menu = Msg("Exercise"),
                .label = Msg("Pause, or go on"),
                .shortcut = {Key::kSpace},
+               .when = kReplayKeys,
                .run = [this] { PauseReplay(); },
-               .enabled = [this] { return state_ == State::kReplaying; }});
+               .enabled = replays,
+               .on = [this] { return replay_runs_; },
+               .relevant = replays,
+               .indicator = Msg("Replay"),
+               .state = [this] { return replay_runs_ ? Tr("running") : Tr("paused"); }});
   actions.Add({.id = "exercise.end_replay",
                .menu = Msg("Exercise"),
                .label = Msg("Return to the result"),
                .shortcut = {Key::kEscape},
+               .when = kReplayKeys,
                .run = [this] { EndReplay(); },
-               .enabled = [this] { return state_ == State::kReplaying; },
-               .relevant = [this] { return state_ == State::kReplaying; },
+               .enabled = replays,
+               .relevant = replays,
                .button = Msg("Back to the result")});
   actions.Add({.id = "exercise.next",
                .menu = Msg("Exercise"),
                .label = Msg("Next level"),
                .shortcut = {Key::kN},
+               .when = kResultKeys,
                .run = [this] { Start(exercise_->id, options_.level + 1); },
                .enabled = [this] { return state_ == State::kResult && options_.level < kLevels; }});
   actions.Add({.id = "exercise.list",
                .menu = Msg("Exercise"),
                .label = Msg("Other exercises"),
                .shortcut = {Key::kEscape},
+               .when = kResultKeys,
                .run = [this] { Choose(); },
                .enabled = [this] { return state_ == State::kResult; }});
+}
+
+std::vector<HudKeyGroup> Practice::help() const {
+  return {{ShowKeyGroup("Exercise", kReplayKeys), {{Tr("Left, Right"), Tr("back, forward by 0.5 s")}}}};
 }
 
 std::vector<TourStep> Practice::tour() const {
@@ -84,17 +111,20 @@ std::vector<TourStep> Practice::tour() const {
     steps.push_back(
         {Tr("Choose an exercise"),
          Tr("Click the blue button to begin with the recommended exercise. Each level has fewer aids than the one "
-            "before. The numbers are your best scores.")});
+            "before. The numbers are your best scores."),
+         "choose"});
   }
   steps.push_back(
       {Tr("Cut"),
        Tr("Space switches the spindle on and off. Move the saw with the arrow keys, or by dragging with the left "
           "mouse button. The card at the top says the next step, and the left column shows the depth. The clock "
-          "starts when you move the saw or switch the spindle on.")});
+          "starts when you move the saw or switch the spindle on."),
+       "cut"});
   steps.push_back(
       {Tr("See how you did"),
        Tr("Enter finishes the exercise. The first sentence of the result says what to do better. W shows your saw "
-          "beside that of the expert, and A tries again. F1 shows all keys, and this tour is in the menu Help.")});
+          "beside that of the expert, and A tries again. F1 shows all keys, and this tour is in the menu Help."),
+       "result"});
   return steps;
 }
 

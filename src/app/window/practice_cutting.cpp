@@ -115,8 +115,7 @@ void Practice::ShowCutAndSaw() {
   const WantedCut& cut = gauge_->cut();
   const double rim_mm = IsPlanned() ? kPlaneRim_mm : 0;
   const double side_mm = std::max(cut.radius_mm, rim_mm);
-  // In the replay, the upper half of the saw need not be seen.
-  const double above_mm = (state_ == State::kReplaying ? 1 : 2) * cut.radius_mm;
+  const double above_mm = 2 * cut.radius_mm;
   std::vector<Vec3> corners_W;
   for (const double s_mm : {-side_mm, cut.length_mm + side_mm}) {
     for (const double t_mm : {-above_mm, cut.depth_mm + rim_mm}) corners_W.push_back(cut.ToWorld({s_mm, t_mm, 0}));
@@ -145,12 +144,22 @@ void Practice::ShowGoal() {
   line.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})};
   viewer_->view().SetGuides({line});
   if (!IsPlanned()) return viewer_->view().SetPlanes({});
-  viewer_->view().SetPlanes({{.name = Tr("plan"),
+  plan_label_ = DescribePlan();
+  viewer_->view().SetPlanes({{.name = plan_label_,
                               .p_W = cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}),
                               .normal_W = cut.across_W,
                               .width_mm = cut.length_mm + 2 * kPlaneRim_mm,
                               .height_mm = cut.depth_mm + 2 * kPlaneRim_mm,
                               .up_W = -cut.into_W}});
+}
+
+/// Returns the text beside the planned plane, with the depth if the exercise shows it.
+std::string Practice::DescribePlan() const {
+  const std::optional<DepthReading> reading =
+      state_ == State::kCutting && scene_.exercise.gauge ? Read() : std::nullopt;
+  if (!reading || reading->depth_mm <= 0) return Tr("plan");
+  return fmt::format(fmt::runtime(Tr("plan: {0} of {1} mm deep")), ShowNumber(reading->depth_mm, 1),
+                     ShowNumber(scene_.exercise.depth_mm, 0));
 }
 
 ViewBasis Practice::MakeKeyBasis(const ViewBasis& picture) const {
@@ -175,7 +184,9 @@ void Practice::Relabel() {
 std::vector<Vec3> Practice::kept_clear_W() const {
   if (!gauge_ || (state_ != State::kCutting && state_ != State::kReplaying)) return {};
   const WantedCut& cut = gauge_->cut();
-  return {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})};
+  std::vector<Vec3> points_W{cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})};
+  if (IsPlanned()) points_W.push_back(cut.ToWorld({0.5 * cut.length_mm, cut.depth_mm, 0}));
+  return points_W;
 }
 
 bool Practice::IsPlanned() const {
@@ -200,6 +211,7 @@ void Practice::UpdateCutting() {
   }
   const std::optional<DepthReading> reading = Read();
   const bool in_bone = reading && reading->depth_mm > 0;
+  if (IsPlanned() && DescribePlan() != plan_label_) ShowGoal();
   if (scene_.exercise.sound) {
     viewer_->sound().SetAlarm(AlarmKind::kDepth, in_bone ? std::optional(reading->to_goal_mm) : std::nullopt);
   }
@@ -290,7 +302,7 @@ std::vector<Aid> Practice::MakeAids() const {
 
 std::string Practice::DescribeDepthStop() const {
   if (gauge_ && CalcDone() >= kWholeCut) {
-    return Tr("The depth stop holds the saw, and the wanted cut is made: lift the blade out.");
+    return Tr("The depth stop holds the saw, and the wanted cut is made: lift the blade out (Up key).");
   }
   return Activity::DescribeDepthStop();
 }
@@ -353,7 +365,8 @@ void Practice::FillCutting(HudState& hud) {
   // What the planned plane crosses is injured by a perfect cut, too.
   if (report_ && !IsPlanned()) ShowInjuries(report_->injuries, hud);
   const double goal_s = CalcUnhurriedTime_s(gauge_->cut(), scene_.exercise);
-  if (viewer_->spindle_on() && !std::exchange(begun_, true)) viewer_->LeaveTour();
+  begun_ = begun_ || viewer_->spindle_on();
+  if (viewer_->figures().removed_mm3 > 0) viewer_->EndTourStep("cut");
   const std::string keys = Tr("Space: spindle   Arrows or left drag: move   Enter: finish");
   const bool made = CalcDone() >= kWholeCut;
   const std::optional<CoachLine> line = MakeCoach();

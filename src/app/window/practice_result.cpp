@@ -75,6 +75,7 @@ void Practice::TakeSheet() {
   SaveAttempt();
   next_ = Recommend(attempts_, exercise_->id, options_.level, sheet_->total);
   state_ = State::kResult;
+  viewer_->EndTourStep("result");
   nlohmann::json figures = nlohmann::json::array();
   for (const ReviewFigure& figure : review_->figures) figures.push_back(figure.info->key);
   viewer_->trace().Write("score", {{"total", sheet_->total ? nlohmann::json(*sheet_->total) : nullptr},
@@ -177,18 +178,17 @@ void Practice::Replay() {
     if (!std::exchange(wants_replay_, true)) waits_s_ = 0;
     return viewer_->Say(Tr("The expert's attempt is being computed; the replay begins as soon as it is ready"));
   }
-  wants_replay_ = false;
+  if (std::exchange(wants_replay_, false)) viewer_->Say("");  // that it is awaited
   // The saws are also seen behind bone.
   was_translucent_ = viewer_->view().translucent();
   viewer_->view().set_translucent(true);
   pair_ = MakeReplayPair(*track_, *checks_.expert(), *gauge_);
   state_ = State::kReplaying;
-  const WantedCut& cut = gauge_->cut();
   replay_box_ = {};
   ShowCutAndSaw();
   viewer_->view().SetTool(MakeTool(scene_));
   viewer_->view().SetToolColour(kMadeColour);
-  viewer_->view().SetGuides({{.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})}}});
+  ShowGoal();
   RestartReplay();
 }
 

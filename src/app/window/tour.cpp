@@ -4,12 +4,13 @@
 #include <imgui_internal.h>
 
 #include <algorithm>
-#include <array>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "view/ui/imgui_colours.h"
 #include "view/ui/translate.h"
+#include "view/ui/widgets.h"
 
 namespace kerf {
 
@@ -19,34 +20,39 @@ bool Tour::Take(const WindowEvent& event) {
   return true;
 }
 
-namespace {
-
-/// Returns the first corner of the scene, beginning at the upper right, in which the card covers no button and no card
-/// of an exercise; the upper right if there is none.
-UiBox FindPlace(const Ui& ui, const UiBox& scene, const ImVec2& size) {
-  const double gap = 10 * ui.scale();
-  const double right = scene.right() - static_cast<double>(size.x) - gap;
-  const double bottom = scene.bottom() - static_cast<double>(size.y) - gap;
-  const std::array<ImVec2, 4> corners{
-      ImVec2(static_cast<float>(right), static_cast<float>(scene.top + gap)),
-      ImVec2(static_cast<float>(right), static_cast<float>(bottom)),
-      ImVec2(static_cast<float>(scene.left + gap), static_cast<float>(bottom)),
-      ImVec2(static_cast<float>(scene.left + gap), static_cast<float>(scene.top + gap))};
-  const auto place = [&](const ImVec2& at) { return UiBox{at.x, at.y, size.x, size.y}; };
-  for (const ImVec2& corner : corners) {
-    const UiBox box = place(corner);
-    const bool covers = std::any_of(ui.noted().begin(), ui.noted().end(), [&](const auto& item) {
-      const std::string& name = item.first;
-      return (name.starts_with("practise.") || name == "banner") && Overlap(box, item.second);
-    });
-    if (!covers) return box;
+UiBox PlaceTour(const UiSize& size, const UiBox& scene, const UiBox& cube, const std::vector<UiBox>& others,
+                double scale) {
+  constexpr double kCardRoom = 130;  // points; the card of an exercise and a message are at the top
+  const double gap = 10 * scale;
+  const double left = scene.left + gap;
+  const double right = scene.right() - size.width - gap;
+  const double top = scene.top + gap;
+  const double bottom = scene.bottom() - size.height - gap;
+  const double below_card = scene.top + kCardRoom * scale;
+  const double beside_cube = cube.empty() ? right : cube.left - size.width - gap;
+  std::optional<UiBox> best;
+  double least = 0;
+  for (const UiSpot& corner : {UiSpot{right, top},
+                               {right, bottom},
+                               {beside_cube, bottom},
+                               {left, bottom},
+                               {left, top},
+                               {right, below_card},
+                               {left, below_card}}) {
+    const UiBox box{corner.x, corner.y, size.width, size.height};
+    double covered = 0;
+    for (const UiBox& other : others) {
+      covered += std::max(0.0, std::min(box.right(), other.right()) - std::max(box.left, other.left)) *
+                 std::max(0.0, std::min(box.bottom(), other.bottom()) - std::max(box.top, other.top));
+    }
+    if (best && covered >= least) continue;
+    best = box;
+    least = covered;
   }
-  return place(corners.front());
+  return *best;
 }
 
-}  // namespace
-
-void Tour::Draw(Ui& ui, const UiBox& scene, bool in_front) {
+void Tour::Draw(Ui& ui, const UiBox& scene, const UiBox& cube, std::vector<UiBox> others, bool in_front) {
   const float s = ui.scale();
   const float width = std::min(380 * s, static_cast<float>(scene.width) - 20 * s);
   if (width < 150 * s) return;
@@ -54,9 +60,14 @@ void Tour::Draw(Ui& ui, const UiBox& scene, bool in_front) {
   // The buttons are at the same place in all steps, so that they can be clicked repeatedly.
   float text_height = 0;
   for (const TourStep& any : steps_) {
-    text_height = std::max(text_height, ImGui::CalcTextSize(any.text.c_str(), nullptr, false, width - 28 * s).y);
+    text_height = std::max(text_height, CalcWrappedHeight(any.text, width - 28 * s));
   }
-  const UiBox box = FindPlace(ui, scene, {width, text_height + 96 * s});
+  others.push_back(cube);
+  for (const auto& [name, place] : ui.noted()) {
+    const bool matters = name.starts_with("practise.") || name.starts_with("exercise ") || name == "banner";
+    if (matters) others.push_back(place);
+  }
+  const UiBox box = PlaceTour({width, text_height + 96 * s}, scene, cube, others, s);
   ImGui::SetNextWindowPos({static_cast<float>(box.left), static_cast<float>(box.top)});
   ImGui::SetNextWindowSize({width, text_height + 96 * s});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {14 * s, 12 * s});
@@ -71,9 +82,7 @@ void Tour::Draw(Ui& ui, const UiBox& scene, bool in_front) {
   ImGui::PushFont(ui.bold());
   ImGui::TextUnformatted(fmt::format("{} / {}   {}", step_ + 1, steps_.size(), step.title).c_str());
   ImGui::PopFont();
-  ImGui::PushTextWrapPos(0);
-  ImGui::TextUnformatted(step.text.c_str());
-  ImGui::PopTextWrapPos();
+  WrappedText(step.text);
   ImGui::SetCursorPosY(ImGui::GetWindowHeight() - ImGui::GetFrameHeight() - 12 * s);
   const bool last = step_ + 1 == steps_.size();
   if (ImGui::Button(last ? Tr("Done") : Tr("Next"))) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "view/ui/event.h"
+#include "view/ui/picture_marks.h"
 #include "view/ui/ui.h"
 
 namespace kerf {
@@ -12,7 +13,13 @@ namespace kerf {
 struct TourStep {
   std::string title;
   std::string text;
+  std::string action = {};  // name of what ends the step, for Tour::EndStep(); empty: only its button
 };
+
+/// Returns the place of a box in a corner of the scene, also below a card at its top or beside the cube: the first
+/// place in which it covers none of `others`, or that in which it covers the least of them.
+UiBox PlaceTour(const UiSize& size, const UiBox& scene, const UiBox& cube, const std::vector<UiBox>& others,
+                double scale);
 
 /// A box in a corner of the scene, in front of the list of exercises. It does not block the window, so that each step
 /// can be tried at once, and covers no button.
@@ -26,15 +33,18 @@ class Tour {
   void SetSteps(std::vector<TourStep> steps) {
     if (is_open() && steps.size() == steps_.size()) steps_ = std::move(steps);
   }
-  void GoOn() { ++step_; }
-  void End() { step_ = steps_.size(); }
+  /// Goes on if the current step is the one that this action ends.
+  void EndStep(const std::string& action) {
+    if (is_open() && steps_[step_].action == action) ++step_;
+  }
   bool is_open() const { return step_ < steps_.size(); }
   /// Number of the current step, from 1; 0: closed.
   int step() const { return is_open() ? static_cast<int>(step_) + 1 : 0; }
   /// Escape skips the tour. Returns true if the event was for the tour.
   bool Take(const WindowEvent& event);
+  /// `others`: what it should not cover in the scene, besides what a list or a card of an exercise contains.
   /// `in_front`: before all other panels; false if a dialog asks something.
-  void Draw(Ui& ui, const UiBox& scene, bool in_front);
+  void Draw(Ui& ui, const UiBox& scene, const UiBox& cube, std::vector<UiBox> others, bool in_front);
 
  private:
   std::vector<TourStep> steps_;

@@ -11,6 +11,7 @@ namespace kerf {
 
 void ViewerApp::AddActions() {
   const auto cuts = [this] { return activity_->cuts(); };
+  const auto has_saw = [this] { return activity_->has_saw(); };
   const auto feed = [this](double factor) {
     controls_->set_feed_mm_per_s(factor * controls_->feed_mm_per_s());
     Say(fmt::format(fmt::runtime(Tr("Keys move the saw at {} mm/s")), ShowNumber(controls_->feed_mm_per_s(), 1)));
@@ -32,6 +33,7 @@ void ViewerApp::AddActions() {
                              (spindle_on() || !is_turning());
                     },
                 .on = [this] { return spindle_on(); },
+                .relevant = has_saw,
                 .button = Msg("Spindle"),
                 .indicator = Msg("Spindle")});
   actions_.Add(
@@ -50,6 +52,7 @@ void ViewerApp::AddActions() {
            },
        .enabled = cuts,
        .on = [this] { return controls_->in_blade_plane(); },
+       .relevant = has_saw,
        .indicator = Msg("Plane lock")});
   actions_.Add({.id = "saw.retract",
                 .menu = Msg("Saw"),
@@ -59,6 +62,7 @@ void ViewerApp::AddActions() {
                            "not seen, in front of the bone"),
                 .run = [this] { Retract(); },
                 .enabled = [this] { return steers() && !activity_->is_restarting(); },
+                .relevant = has_saw,
                 .button = Msg("Retract")});
   actions_.Add({.id = "saw.slower",
                 .menu = Msg("Saw"),
@@ -114,7 +118,7 @@ void ViewerApp::AddActions() {
   // ---- view
   actions_.Add({.id = "view.next",
                 .menu = Msg("View"),
-                .label = Msg("Next view: front, left, right, top"),
+                .label = Msg("Next view: front, left, right, top, back, bottom, three-quarter"),
                 .shortcut = {Key::kV},
                 .run = [this] { LookNext(1); },
                 .button = Msg("View")});

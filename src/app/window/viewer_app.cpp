@@ -76,13 +76,15 @@ void ViewerApp::KeepSettings() {
   }
 }
 
-void ViewerApp::GoOnInTour() {
-  if (tour_.step() == 1) tour_.GoOn();
+void ViewerApp::EndTourStep(const std::string& action) {
+  if (!tour_.is_open()) return;
+  tour_.EndStep(action);
+  NoteTour();
 }
 
-void ViewerApp::LeaveTour() {
-  if (!tour_.is_open()) return;
-  tour_.End();
+/// Notes in the settings that the tour was shown, once it has ended.
+void ViewerApp::NoteTour() {
+  if (tour_.is_open() || settings_.tour_shown) return;
   settings_.tour_shown = true;
   KeepSettings();
 }

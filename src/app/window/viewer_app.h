@@ -172,9 +172,8 @@ class ViewerApp {
   void KeepView() { view_changed_ = true; }
   WindowSettings& settings() { return settings_; }
   void KeepSettings();
-  /// Shows the second step of the tour if it is at its first one, whose place the user has left.
-  void GoOnInTour();
-  void LeaveTour();  // ends it
+  /// Says what the user has done, which ends a step of the tour: TourStep::action.
+  void EndTourStep(const std::string& action);
   bool is_in_tour() const { return tour_.is_open(); }
   /// Returns a picture of the whole bone from the current direction, as PNG bytes: bright and in the middle, without
   /// panels, but with labels and a scale bar. Labels keep clear of the places `clear_W`, if possible. Call it between
@@ -193,6 +192,7 @@ class ViewerApp {
   void ToggleHelp();
   void TakeInScene(const WindowEvent& event);
   void AskToQuit();
+  void NoteTour();
   void Retract();
   void FollowTurn(double dt_s);
   bool waits() const { return activity_->is_restarting() || is_turning(); }
@@ -306,6 +306,7 @@ class ViewerApp {
   int pictures_asked_ = 0;  // to be taken once the window has been drawn
   int drawn_frames_ = 0;    // since the start of the program, up to kFirstFrames
   std::size_t view_index_ = 0;
+  std::string seen_from_;  // message of the last view that was chosen
   std::string said_;
   double said_until_s_ = 0;
   std::string warned_;

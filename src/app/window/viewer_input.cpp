@@ -179,6 +179,8 @@ void ViewerApp::TakeInScene(const WindowEvent& event) {
       event.kind == Kind::kScroll || (event.kind == Kind::kMouseDown && event.button != MouseButton::kLeft);
   view_changed_ = view_changed_ || turns;
   if (turns) shown_place_.reset();
+  // A view that the user turns is no longer the one that was chosen.
+  if (event.kind == Kind::kMouseDown && event.button == MouseButton::kRight && said_ == seen_from_) said_until_s_ = 0;
   if (event.kind == Kind::kMouseUp && event.button == MouseButton::kRight && !moved_since_press_) {
     activity_->OpenContextMenu({event.x, event.y});
   }

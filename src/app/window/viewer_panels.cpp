@@ -89,8 +89,17 @@ std::vector<HudKeyGroup> ViewerApp::ListHelp() const {
                    {Tr("wheel"), Tr("zoom")},
                    {Tr("right click"), Tr("menu for this place")}}});
   if (device_ && !options_.scripted) help.push_back(device_->MakeHelp());
-  for (HudKeyGroup& group : activity_->help()) help.push_back(std::move(group));
-  for (HudKeyGroup& group : actions_.ListKeys()) help.push_back(std::move(group));
+  std::vector<HudKeyGroup> of_actions = actions_.ListKeys();
+  for (HudKeyGroup& group : activity_->help()) {
+    const auto same = std::find_if(of_actions.begin(), of_actions.end(),
+                                   [&](const HudKeyGroup& g) { return g.title == group.title; });
+    if (same == of_actions.end()) {
+      help.push_back(std::move(group));
+    } else {
+      same->keys.insert(same->keys.end(), group.keys.begin(), group.keys.end());
+    }
+  }
+  help.insert(help.end(), of_actions.begin(), of_actions.end());
   return help;
 }
 
@@ -167,8 +176,9 @@ void ViewerApp::DrawUi(const HudState& hud) {
     GaugeSection(ui_, hud);
     ValuesSection(ui_, hud);
     if (const std::optional<int> row = PiecesSection(ui_, hud)) activity_->PickPieceRow(*row);
+    if (activity_->shows_force_first()) ForceSection(ui_, hud);
     activity_->DrawSections(ui_);
-    ForceSection(ui_, hud);
+    if (!activity_->shows_force_first()) ForceSection(ui_, hud);
     LegendSection(ui_, hud);
     ImGui::End();
   }
@@ -202,7 +212,8 @@ void ViewerApp::DrawUi(const HudState& hud) {
   DrawInjuries(ui_, hud.injuries, below);
   if (!is_covered) {
     DrawMessages(ui_, {hud.status.message, hud.status.warning, DescribeStaying()}, areas_.scene,
-                 hud.progress ? CalcProgressBox(ui_, areas_.scene) : activity_->bottom_box());
+                 hud.progress ? CalcProgressBox(ui_, areas_.scene) : activity_->bottom_box(),
+                 hud.injuries.empty() ? marks.tool : UiBox{}, below.top);
   }
   if (hud.progress && DrawProgressBox(ui_, *hud.progress, areas_.scene)) activity_->Cancel();
   if (hud.menu) {
@@ -220,11 +231,9 @@ void ViewerApp::DrawUi(const HudState& hud) {
                               {"mute", settings_.mute}});
   }
   if (tour_.is_open()) {
-    tour_.Draw(ui_, areas_.scene, !dialogs_.is_open() && !help_ && !settings_shown_ && !ui_.is_popup_open());
-    if (!tour_.is_open() && !settings_.tour_shown) {
-      settings_.tour_shown = true;
-      KeepSettings();
-    }
+    tour_.Draw(ui_, areas_.scene, areas_.cube, {marks.keep_clear},
+               !dialogs_.is_open() && !help_ && !settings_shown_ && !ui_.is_popup_open());
+    NoteTour();
   }
   if (help_) DrawHelpDialog(ui_, ListHelp());
   const bool was_open = dialogs_.is_open();

@@ -66,7 +66,8 @@ void ViewerApp::LookNext(int by) {
   view_->FitAll();
   shown_place_.reset();
   view_changed_ = true;
-  Say(fmt::format(fmt::runtime(Tr("Seen from: {}")), Tr(ToString(kViews[view_index_]))));
+  seen_from_ = fmt::format(fmt::runtime(Tr("Seen from: {}")), Tr(ToString(kViews[view_index_])));
+  Say(seen_from_);
 }
 
 void ViewerApp::ShowPlace(ShownPlace place) {

@@ -28,6 +28,19 @@ TEST(ActionList, ListsTheKeysOfAllActionsAlsoOfThoseThatCannotBeChosenNow) {
   EXPECT_EQ(all[1].keys[0].meaning, "Cut");
 }
 
+TEST(ActionList, ListsTheKeysOfEachStateApart) {
+  ActionList actions;
+  for (const char* when : {"while cutting", "at the result"}) {
+    actions.Add(
+        {.id = when, .menu = "Exercise", .label = "Go on", .shortcut = {Key::kEnter}, .when = when, .run = [] {}});
+  }
+  const std::vector<HudKeyGroup> all = actions.ListKeys();
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[0].title, "Exercise: while cutting");
+  EXPECT_EQ(all[1].title, "Exercise: at the result");
+  EXPECT_EQ(all[0].keys.size(), 1u);
+}
+
 // A click while the saw is being changed is carried out afterwards; one while something can't be done at all is not.
 TEST(ActionList, RunsWhatWasChosenWhileItWaited) {
   ActionList actions;

@@ -249,6 +249,11 @@ def main():
         w.click_item("exercise groove 3")
         w.wait_state("its second step", lambda s: s["tour"] == 2 and s["mode"] == "cutting")
         w.wait_event("running")
+        # The spindle alone does not end the step about cutting.
+        w.key("space")
+        w.wait_state("the spindle", lambda s: s["spindle"])
+        w.key("space")
+        w.wait_state("still its second step", lambda s: not s["spindle"] and s["tour"] == 2)
         w.key("Escape")
         w.wait_state("no tour", lambda s: s["tour"] == 0 and s["mode"] == "cutting")
         w.key("Escape")

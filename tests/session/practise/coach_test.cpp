@@ -355,8 +355,8 @@ TEST(Coach, StepsThatAskForAMovementNameItsKey) {
   const auto way = [&](const std::optional<KeyDirections>& keys) {
     CoachInput input = Place(cut, 4, 2);
     input.keys = keys;
-    const std::optional<Message> told = DescribeStep(ExerciseStep::kFollow, cut, input, true, 0.4).way;
-    return told ? FormatMessage(*told) : "";
+    const std::optional<Message> shown = DescribeStep(ExerciseStep::kFollow, cut, input, true, 0.4).way;
+    return shown ? FormatMessage(*shown) : "";
   };
   EXPECT_EQ(way(KeyDirections{.right_W = cut.along_W, .up_W = -cut.into_W}), "Left or Right key.");
   EXPECT_EQ(way(KeyDirections{.right_W = -cut.along_W, .up_W = -cut.into_W}), "Left or Right key.");

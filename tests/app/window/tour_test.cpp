@@ -1,0 +1,48 @@
+// Tests where the tour lies, and what ends its steps.
+#include "app/window/tour.h"
+
+#include <gtest/gtest.h>
+
+namespace kerf {
+namespace {
+
+TEST(Tour, StepEndsByItsOwnActionOnly) {
+  Tour tour;
+  tour.Start({{"Choose", "", "choose"}, {"Cut", "", "cut"}, {"Result", "", "result"}});
+  tour.EndStep("cut");
+  EXPECT_EQ(tour.step(), 1);
+  tour.EndStep("choose");
+  EXPECT_EQ(tour.step(), 2);
+  tour.EndStep("choose");
+  EXPECT_EQ(tour.step(), 2);
+  tour.EndStep("cut");
+  EXPECT_EQ(tour.step(), 3);
+  tour.EndStep("result");
+  EXPECT_FALSE(tour.is_open());
+  tour.EndStep("result");
+  EXPECT_EQ(tour.step(), 0);
+}
+
+TEST(Tour, CoversNeitherListNorLineNorCube) {
+  const UiSize size{380, 170};
+  const auto inside = [](const UiBox& box, const UiBox& scene) {
+    return box.left >= scene.left && box.top >= scene.top && box.right() <= scene.right() &&
+           box.bottom() <= scene.bottom();
+  };
+  const auto check = [&](const UiBox& scene, const UiBox& cube, std::vector<UiBox> others) {
+    others.push_back(cube);
+    const UiBox box = PlaceTour(size, scene, cube, others, 1);
+    EXPECT_TRUE(inside(box, scene));
+    for (const UiBox& other : others) EXPECT_FALSE(Overlap(box, other)) << other.left << ", " << other.top;
+  };
+  // At 1280 x 720, the list of exercises: its buttons, headings and rows.
+  check({0, 59, 1280, 629}, {1176, 584, 96, 96}, {{138, 160, 373, 23}, {1060, 212, 80, 22}, {138, 234, 1004, 260}});
+  // An exercise: its card and its line.
+  check({262, 59, 1018, 629}, {1176, 584, 96, 96}, {{451, 67, 640, 85}, {625, 580, 640, 16}});
+  // Without a free place it covers the least: here the left is covered less than the right.
+  const UiBox scene{0, 0, 400, 400}, most{0, 0, 400, 380};
+  EXPECT_EQ(PlaceTour(size, scene, {}, {most}, 1).bottom(), 390);
+}
+
+}  // namespace
+}  // namespace kerf
