@@ -20,8 +20,8 @@ bool Tour::Take(const WindowEvent& event) {
   return true;
 }
 
-UiBox PlaceTour(const UiSize& size, const UiBox& scene, const UiBox& cube, const std::vector<UiBox>& others,
-                double scale) {
+UiBox PlaceTour(const UiSize& size, const UiBox& scene, const UiBox& cube, const std::vector<UiBox>& buttons,
+                const std::vector<UiBox>& others, double scale) {
   constexpr double kCardRoom = 130;  // points; the card of an exercise and a message are at the top
   const double gap = 10 * scale;
   const double left = scene.left + gap;
@@ -41,10 +41,12 @@ UiBox PlaceTour(const UiSize& size, const UiBox& scene, const UiBox& cube, const
                                {left, below_card}}) {
     const UiBox box{corner.x, corner.y, size.width, size.height};
     double covered = 0;
-    for (const UiBox& other : others) {
-      covered += std::max(0.0, std::min(box.right(), other.right()) - std::max(box.left, other.left)) *
+    const auto add = [&](const UiBox& other, double weight) {
+      covered += weight * std::max(0.0, std::min(box.right(), other.right()) - std::max(box.left, other.left)) *
                  std::max(0.0, std::min(box.bottom(), other.bottom()) - std::max(box.top, other.top));
-    }
+    };
+    for (const UiBox& button : buttons) add(button, 1e3);
+    for (const UiBox& other : others) add(other, 1);
     if (best && covered >= least) continue;
     best = box;
     least = covered;
@@ -63,11 +65,12 @@ void Tour::Draw(Ui& ui, const UiBox& scene, const UiBox& cube, std::vector<UiBox
     text_height = std::max(text_height, CalcWrappedHeight(any.text, width - 28 * s));
   }
   others.push_back(cube);
+  std::vector<UiBox> buttons;
   for (const auto& [name, place] : ui.noted()) {
-    const bool matters = name.starts_with("practise.") || name.starts_with("exercise ") || name == "banner";
-    if (matters) others.push_back(place);
+    if (name.starts_with("practise.") || name == "banner") buttons.push_back(place);
+    if (name.starts_with("exercise ")) others.push_back(place);
   }
-  const UiBox box = PlaceTour({width, text_height + 96 * s}, scene, cube, others, s);
+  const UiBox box = PlaceTour({width, text_height + 96 * s}, scene, cube, buttons, others, s);
   ImGui::SetNextWindowPos({static_cast<float>(box.left), static_cast<float>(box.top)});
   ImGui::SetNextWindowSize({width, text_height + 96 * s});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {14 * s, 12 * s});

@@ -17,9 +17,9 @@ struct TourStep {
 };
 
 /// Returns the place of a box in a corner of the scene, also below a card at its top or beside the cube: the first
-/// place in which it covers none of `others`, or that in which it covers the least of them.
-UiBox PlaceTour(const UiSize& size, const UiBox& scene, const UiBox& cube, const std::vector<UiBox>& others,
-                double scale);
+/// place in which it covers none of `buttons` and `others`, or that in which it covers the least, of the buttons first.
+UiBox PlaceTour(const UiSize& size, const UiBox& scene, const UiBox& cube, const std::vector<UiBox>& buttons,
+                const std::vector<UiBox>& others, double scale);
 
 /// A box in a corner of the scene, in front of the list of exercises. It does not block the window, so that each step
 /// can be tried at once, and covers no button.
