@@ -40,6 +40,7 @@ UiBox PlaceTour(const UiSize& size, const UiBox& scene, const UiBox& cube, const
                                {right, below_card},
                                {left, below_card}}) {
     const UiBox box{corner.x, corner.y, size.width, size.height};
+    if (best && (box.left < scene.left || box.bottom() > scene.bottom())) continue;
     double covered = 0;
     const auto add = [&](const UiBox& other, double weight) {
       covered += weight * std::max(0.0, std::min(box.right(), other.right()) - std::max(box.left, other.left)) *

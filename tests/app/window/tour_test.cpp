@@ -42,6 +42,10 @@ TEST(Tour, CoversNeitherListNorLineNorCube) {
   // Without a free place, it covers rows rather than a button.
   const UiBox scene{0, 0, 400, 400}, rows{0, 150, 400, 250}, button{0, 0, 200, 40};
   EXPECT_FALSE(Overlap(PlaceTour(size, scene, {}, {button}, {rows}, 1), button));
+  // It does not leave a small scene to cover less.
+  const UiBox small{300, 0, 400, 200}, cube{620, 120, 80, 80};
+  EXPECT_TRUE(inside(PlaceTour(size, small, cube, {}, {small}, 1), small));
+  EXPECT_TRUE(inside(PlaceTour(size, small, cube, {{400, 0, 300, 120}}, {cube}, 1), small));
 }
 
 }  // namespace
