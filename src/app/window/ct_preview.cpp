@@ -36,7 +36,7 @@ void DrawCtMark(ImDrawList& list, const CtMark& mark, const ImVec2& at, bool nea
     list.AddCircle(at, r + s, casing, 0, 3 * s);
     near ? list.AddCircleFilled(at, r, colour) : list.AddCircle(at, r, colour, 0, 1.5F * s);
   }
-  if (near) list.AddText({at.x + r + 3 * s, at.y - 0.5F * ImGui::GetFontSize()}, colour, mark.label.c_str());
+  if (near) AddCasedText(list, {at.x + r + 3 * s, at.y}, colour, mark.label);
 }
 
 }  // namespace
@@ -109,14 +109,17 @@ std::optional<Vec3> CtPreview::DrawSlice(Ui& ui, std::size_t i, float width, flo
                std::abs(mark.p_W[axis] - slice.at_mm) < kCtNear_mm, ui.scale());
   }
   // The patient's sides.
-  const auto letter = [&](const char* text, float x) {
+  const auto letter = [&](const char* text, float x, float y) {
     const ImVec2 size = ImGui::CalcTextSize(text);
-    const ImVec2 corner{at.x + x - 0.5F * size.x, at.y + 0.5F * (height - size.y)};
+    const ImVec2 corner{at.x + x - 0.5F * size.x, at.y + y - 0.5F * size.y};
     list.AddRectFilled({corner.x - 3, corner.y}, {corner.x + size.x + 3, corner.y + size.y}, IM_COL32(0, 0, 0, 140));
     list.AddText(corner, IM_COL32_WHITE, text);
   };
-  letter(axis == 0 ? "A" : "R", 10 * ui.scale());
-  letter(axis == 0 ? "P" : "L", width - 10 * ui.scale());
+  const float rim = 10 * ui.scale();
+  letter(axis == 0 ? "A" : "R", rim, 0.5F * height);
+  letter(axis == 0 ? "P" : "L", width - rim, 0.5F * height);
+  letter(axis == 2 ? "A" : "S", 0.5F * width, rim);
+  letter(axis == 2 ? "P" : "I", 0.5F * width, height - rim);
   list.PopClipRect();
   if (!hovered) return std::nullopt;
   uses_wheel_ = true;

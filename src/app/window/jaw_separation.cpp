@@ -29,6 +29,21 @@ constexpr Rgb8 kDropColour{255, 170, 40};
     Msg("the bone goes on for more than {} mm beside the part that was recognised"),
     Msg("the keep points lie in separate pieces of bone: {} is not joined to the others")};
 
+/// Draws the symbol of a kind of points in a line of this height, and stays in the line.
+void DrawSymbol(const Ui& ui, bool keep, float height) {
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const ImVec2 middle{at.x + 0.5F * height, at.y + 0.5F * height};
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  const float r = 5 * ui.scale();
+  if (keep) {
+    list.AddCircleFilled(middle, r, ToImU32(kKeepColour));
+  } else {
+    list.AddRectFilled({middle.x - r, middle.y - r}, {middle.x + r, middle.y + r}, ToImU32(kDropColour));
+  }
+  ImGui::Dummy({height, height});
+  ImGui::SameLine();
+}
+
 }  // namespace
 
 void JawSeparation::Ask(const std::string& why) {
@@ -79,25 +94,17 @@ std::vector<CtMark> JawSeparation::ListMarks() const {
   return marks;
 }
 
-void JawSeparation::DrawList(Ui& ui, bool keep, CtPreview& slices) {
-  const float s = ui.scale();
+void JawSeparation::DrawChoice(Ui& ui, bool keep) {
   ImGui::PushID(keep ? "keep" : "drop");
-  const float side = ImGui::GetFrameHeight();
-  const ImVec2 at = ImGui::GetCursorScreenPos();
-  const ImVec2 middle{at.x + 0.5F * side, at.y + 0.5F * side};
-  ImDrawList& list = *ImGui::GetWindowDrawList();
-  const float r = 5 * s;
-  if (keep) {
-    list.AddCircleFilled(middle, r, ToImU32(kKeepColour));
-  } else {
-    list.AddRectFilled({middle.x - r, middle.y - r}, {middle.x + r, middle.y + r}, ToImU32(kDropColour));
-  }
-  ImGui::Dummy({side, side});
-  ImGui::SameLine();
+  DrawSymbol(ui, keep, ImGui::GetFrameHeight());
   if (ImGui::RadioButton(keep ? Tr("in the mandible") : Tr("in the upper jaw or skull"), keeps_ == keep)) keeps_ = keep;
   ui.Note(keep ? "separate.keep" : "separate.drop");
+  ImGui::PopID();
+}
+
+void JawSeparation::DrawList(Ui& ui, bool keep, CtPreview& slices) {
+  ImGui::PushID(keep ? "keep points" : "drop points");
   const std::vector<Vec3>& points = keep ? keep_W_ : drop_W_;
-  if (points.empty()) ImGui::TextDisabled("%s", Tr("no point yet"));
   std::optional<std::size_t> removed;
   for (std::size_t i = 0; i < points.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
@@ -106,9 +113,15 @@ void JawSeparation::DrawList(Ui& ui, bool keep, CtPreview& slices) {
     ImGui::SameLine();
     const Vec3& p = points[i];
     const std::string place = Translate(DescribePlace(p));
-    const std::string text = FitText(fmt::format("{}: {}", i + 1, place),
-                                     ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
-    if (ImGui::Selectable(text.c_str())) slices.Show(p);
+    // The points of the two lists differ in colour and shape, as in the slices.
+    DrawSymbol(ui, keep, ImGui::GetTextLineHeight());
+    const std::string text = fmt::format("{}: {}", i + 1, place);
+    const float width = ImGui::GetContentRegionAvail().x;
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, width);
+    if (ImGui::Selectable("##point", false, 0, {width, size.y})) slices.Show(p);
+    ImGui::GetWindowDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, ImGui::GetColorU32(ImGuiCol_Text),
+                                        text.c_str(), nullptr, width);
     Tooltip(ui, fmt::format("{}\n{}. {}", Tr("Click to show this point in the slices."), place, Tr(ExplainPlaces())));
     ImGui::PopID();
   }
@@ -132,9 +145,8 @@ JawSeparation::Answer JawSeparation::Draw(Ui& ui, const UiBox& scene, const UiBo
       "upper teeth. Turn the wheel over a slice to scroll; drag with the right button to change its grey levels. Then "
       "press Separate."));
   ImGui::Spacing();
-  DrawList(ui, true, slices);
-  ImGui::Spacing();
-  DrawList(ui, false, slices);
+  DrawChoice(ui, true);
+  DrawChoice(ui, false);
   ImGui::Spacing();
   ImGui::BeginDisabled(!can_separate());
   if (ImGui::Button(Tr("Separate"))) answer = Answer::kSeparate;
@@ -155,6 +167,10 @@ JawSeparation::Answer JawSeparation::Draw(Ui& ui, const UiBox& scene, const UiBo
   ImGui::Spacing();
   ImGui::TextDisabled("%s", why_.c_str());
   ImGui::PopTextWrapPos();
+  // Below everything that is clicked meanwhile, because they grow.
+  ImGui::Spacing();
+  DrawList(ui, true, slices);
+  DrawList(ui, false, slices);
   ImGui::EndChild();
   ImGui::SameLine();
   ImGui::BeginGroup();

@@ -43,6 +43,7 @@ class JawSeparation {
 
  private:
   std::vector<CtMark> ListMarks() const;
+  void DrawChoice(Ui& ui, bool keep);
   void DrawList(Ui& ui, bool keep, CtPreview& slices);
 
   std::shared_ptr<const Volume> ct_;

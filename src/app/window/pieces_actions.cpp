@@ -15,8 +15,8 @@ constexpr std::array<const char*, 3> kAxes{Msg("left - right"), Msg("front - bac
 
 }  // namespace
 
-void PiecesMode::AddActions(ActionList& actions) {
-  const auto ready = [this] { return is_ready() && !menu_; };
+void PiecesMode::AddActions(ActionList& actions, const std::function<bool()>& shown) {
+  const auto ready = [this, shown] { return is_ready() && !menu_ && shown(); };
   const auto any = [this, ready] { return ready() && selected_ >= 0 && !pieces_->state(selected_).deleted; };
   const auto ask = [this](Asking what) {
     EndMeasuring();

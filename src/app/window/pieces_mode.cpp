@@ -129,9 +129,9 @@ void PiecesMode::Leave() {
   if (LiveSession* session = viewer_.session()) viewer_.view().SetTool(MakeTool(session->scene()));
 }
 
-void PiecesMode::ShowInPicture() {
+void PiecesMode::ShowInPicture(bool with_selection) {
   viewer_.view().set_bone_hidden(true);
-  Show();
+  Show(with_selection);
 }
 
 void PiecesMode::HideInPicture() {
@@ -223,7 +223,7 @@ std::optional<Vec3> PiecesMode::axis() const {
   return axis;
 }
 
-void PiecesMode::Show() {
+void PiecesMode::Show(bool with_selection) {
   if (!pieces_) return;
   std::vector<PieceShape> shapes;
   for (int i = 0; i < pieces_->size(); ++i) {
@@ -236,7 +236,7 @@ void PiecesMode::Show() {
     shape.point_colours = std::shared_ptr<const std::vector<Rgb8>>(mesh, &mesh->colours);
     shape.X_WP = state.X_WP;
     shape.colour = PieceColour(i);
-    shape.selected = i == selected_;
+    shape.selected = with_selection && i == selected_;
     shape.hidden = state.hidden;
     shapes.push_back(std::move(shape));
   }

@@ -20,7 +20,8 @@ class PiecesMode {
   explicit PiecesMode(ViewerApp& viewer) : viewer_(viewer) {}
 
   /// Splits the current bone into its pieces. If nothing was cut since the last time, they keep their positions.
-  void AddActions(ActionList& actions);
+  /// `shown`: returns false while something else is shown in front of the pieces.
+  void AddActions(ActionList& actions, const std::function<bool()>& shown);
   /// Sets positions of pieces from a project, and the measurements between them. They are used when the pieces are
   /// first made.
   void set_earlier(std::string json, std::vector<MeasuredPoints> measurements) {
@@ -30,7 +31,8 @@ class PiecesMode {
   void Enter();
   void Leave();
   /// Shows the pieces instead of the bone, and the other way round, as Enter() and Leave() do.
-  void ShowInPicture();
+  /// `with_selection`: frames the piece that is selected.
+  void ShowInPicture(bool with_selection = true);
   void HideInPicture();
   /// Moves marks that are shown with the pieces in which they lie. What lies in no piece is hidden once a piece has
   /// moved.
@@ -88,7 +90,7 @@ class PiecesMode {
   double CalcOverlap(int i) const;
   /// Returns how a piece lies to its nearest neighbour, for a row of the list; empty: there is only one piece.
   std::string DescribeNearest(int i) const;
-  void Show();
+  void Show(bool with_selection = true);
   std::optional<Vec3> axis() const;
 
   /// Contacts of each piece with the others, by piece, and the states of the pieces for which they were computed.

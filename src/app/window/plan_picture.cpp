@@ -7,25 +7,25 @@
 #include <utility>
 
 #include "session/plan/edit_plane.h"
+#include "view/picture/colours.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
 namespace {
 
 // Distinguishable from the blue planes, and from each other, with any colour vision.
-constexpr Rgb8 kNerveColour{170, 55, 125};
 constexpr Rgb8 kToothColour{220, 140, 0};
 constexpr Rgb8 kOtherColour{0, 130, 95};
 
 }  // namespace
 
 Rgb8 MarkColour(MarkKind kind) {
-  return kind == MarkKind::kNerve || kind == MarkKind::kCanal  ? kNerveColour
+  return kind == MarkKind::kNerve || kind == MarkKind::kCanal  ? TissueColour(Tissue::kCanal)
          : kind == MarkKind::kTooth || kind == MarkKind::kRoot ? kToothColour
                                                                : kOtherColour;
 }
 
-std::vector<PlaneOverlay> ListPlanes(const PlanDocument& document) {
+std::vector<PlaneOverlay> ListPlanes(const PlanDocument& document, bool faint) {
   std::vector<PlaneOverlay> planes;
   for (std::size_t i = 0; i < document.plan().planes.size(); ++i) {
     const PlannedPlane& p = document.plan().planes[i];
@@ -35,7 +35,8 @@ std::vector<PlaneOverlay> ListPlanes(const PlanDocument& document) {
                       .width_mm = p.width_mm,
                       .height_mm = p.height_mm,
                       .up_W = CalcPlaneAxes(p).up_W,
-                      .selected = i == document.plane_index()});
+                      .selected = i == document.plane_index(),
+                      .faint = faint});
   }
   return planes;
 }

@@ -10,8 +10,8 @@ Rgb8 MarkColour(MarkKind kind);
 
 /// `report`: of the cuts made so far; null if there is none.
 void ShowPlan(ViewerApp& viewer, const PlanDocument& document, const PlanesReport* report);
-/// Returns the planes as they are drawn.
-std::vector<PlaneOverlay> ListPlanes(const PlanDocument& document);
+/// Returns the planes as they are drawn. `faint`: for pieces, whose cut faces keep their colours.
+std::vector<PlaneOverlay> ListPlanes(const PlanDocument& document, bool faint = false);
 /// Returns the marks as they are drawn on the uncut bone.
 std::vector<MarkOverlay> ListMarks(const PlanDocument& document);
 /// Removes plan and marks from the picture.

@@ -326,7 +326,7 @@ void Rehearsal::FollowCut() {
   if (!watch) return;
   if (std::optional<PlanesReport> report = watch->Fetch()) cut_ = std::move(report);
   for (const FreedPiece& piece : watch->TakeFreed()) {
-    viewer_->Say(fmt::format(fmt::runtime(Tr("A piece of {} came free.")), ShowVolume(piece.volume_mm3)));
+    viewer_->SayAlso(fmt::format(fmt::runtime(Tr("A piece of {} came free.")), ShowVolume(piece.volume_mm3)));
     viewer_->trace().Write("came_free", {{"mm3", piece.volume_mm3}});
   }
 }
@@ -376,6 +376,7 @@ bool Rehearsal::Take(const WindowEvent& event) {
   if (asks_for_points() && event.kind == Kind::kKeyDown && event.key == Key::kBackspace) {
     return separation_->TakeBack(), true;
   }
+  if (asks_for_points()) return false;
   if (!in_pieces_) return viewer_->is_running() && editor_.gestures.Take(event);
   if (pieces_.Take(event)) return true;
   if (escape) return LeavePieces(), true;
@@ -412,7 +413,7 @@ void Rehearsal::Update(double dt_s) {
   if (in_pieces_) {
     pieces_.Update();
     pieces_.MoveMarks(ListMarks(editor_.document));
-    viewer_->view().SetPlanes(ListPlanes(editor_.document));  // the language of their names may have changed
+    viewer_->view().SetPlanes(ListPlanes(editor_.document, true));  // the language of their names may have changed
     editor_.gestures.Hide();
     HidePlanOnBone(*viewer_);
   } else if (viewer_->is_running()) {
@@ -427,6 +428,11 @@ void Rehearsal::Fill(HudState& hud) {
   // Each change of the saw or the guide begins another session, which the user need not know.
   for (const ProjectSession& session : sessions_) {
     if (hud.status.recording_s) *hud.status.recording_s += session.duration_s.value_or(0);
+  }
+  if (asks_for_points()) {
+    hud.status.mode = fmt::format(fmt::runtime(Tr("Opening {}")), ShowFileName(loader_.input()));
+    hud.status.saw.clear();
+    hud.status.recording_s.reset();
   }
   distances_.Fill(hud);
   if (cut_) ShowInjuries(cut_->injuries, hud);

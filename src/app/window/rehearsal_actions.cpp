@@ -22,7 +22,10 @@ namespace {
 void Rehearsal::AddActions(ActionList& actions) {
   const auto running = [this] { return viewer_->is_running() && !change_.is_pending(); };
   const auto cutting = [this, running] { return running() && cuts(); };
-  const auto in_pieces = [this] { return in_pieces_ && pieces_.is_ready(); };
+  // Points are asked for about another case, in front of the open one.
+  const auto shown = [this] { return !asks_for_points(); };
+  const auto in_pieces = [this, shown] { return in_pieces_ && pieces_.is_ready() && shown(); };
+  const auto work_shown = [this, shown] { return has_work() && shown(); };
   const auto either = [cutting, in_pieces] { return cutting() || in_pieces(); };
   // ---- file
   actions.Add(
@@ -49,21 +52,21 @@ void Rehearsal::AddActions(ActionList& actions) {
        .shortcut = {.key = Key::kS, .control = true},
        .tip = Msg("One file with bone, plan, marks, recordings, pieces and views; asks for its place the first time"),
        .run = [this] { SaveProject(false); },
-       .enabled = [this] { return has_work(); },
+       .enabled = work_shown,
        .button = Msg("Save")});
   actions.Add({.id = "file.save_as",
                .menu = Msg("File"),
                .label = Msg("Save the project as"),
                .shortcut = {.key = Key::kS, .control = true, .shift = true},
                .run = [this] { AskProjectFile(false); },
-               .enabled = [this] { return has_work(); }});
+               .enabled = work_shown});
   actions.Add({.id = "file.export",
                .menu = Msg("File"),
                .label = Msg("Export pieces, planes and report"),
                .shortcut = {Key::kF9},
                .tip = Msg("Writes the pieces as surfaces, the planned and achieved planes, and a report"),
                .run = [this] { Export(); },
-               .enabled = [this] { return has_work() && !writer_.is_exporting(); },
+               .enabled = [this, work_shown] { return work_shown() && !writer_.is_exporting(); },
                .button = Msg("Export")});
   // ---- edit
   actions.Add({.id = "edit.undo",
@@ -145,10 +148,10 @@ void Rehearsal::AddActions(ActionList& actions) {
                .shortcut = {Key::kP},
                .tip = Msg("Splits the bone where it is cut through; pieces can be moved, hidden and measured"),
                .run = [this] { in_pieces_ ? LeavePieces() : EnterPieces(); },
-               .enabled = [this, cutting] { return cutting() || in_pieces_; },
-               .on = [this] { return in_pieces_; },
+               .enabled = [this, cutting, shown] { return cutting() || (in_pieces_ && shown()); },
+               .on = [this, shown] { return in_pieces_ && shown(); },
                .button = Msg("Pieces")});
-  pieces_.AddActions(actions);
+  pieces_.AddActions(actions, shown);
   // ---- help
   actions.Add({.id = "help.import",
                .menu = Msg("Help"),

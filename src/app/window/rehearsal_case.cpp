@@ -177,7 +177,8 @@ std::vector<std::pair<std::string, std::string>> Rehearsal::GrabPictures() {
   if (pieces_.is_up_to_date() && pieces_.pieces()->size() > 1) {
     HidePlanOnBone(*viewer_);
     pieces_.MoveMarks(ListMarks(editor_.document));
-    pieces_.ShowInPicture();
+    viewer_->view().SetPlanes(ListPlanes(editor_.document, true));
+    pieces_.ShowInPicture(false);
     std::vector<Vec3> faces_W;
     for (int i = 0; i < pieces_.pieces()->size(); ++i) {
       for (const Vec3& p_P : cuts_W) faces_W.push_back(pieces_.pieces()->state(i).X_WP.Point(p_P));

@@ -251,9 +251,8 @@ void SlicesPanel::DrawOne(Ui& ui, std::size_t i, float side, const SliceScene& c
     if (line.kind != SliceLineKind::kPoint) continue;
     // The number of a point is on its right.
     const OverlayPoint& p = line.points.front();
-    list.AddText({at.x + static_cast<float>(zoom * p.column) + 2 * s,
-                  at.y + static_cast<float>(zoom * p.row) - 0.5F * ImGui::GetFontSize()},
-                 ToImU32(line.colour), line.name.c_str());
+    AddCasedText(list, {at.x + static_cast<float>(zoom * p.column) + 2 * s, at.y + static_cast<float>(zoom * p.row)},
+                 ToImU32(line.colour), line.name);
   }
   const auto letter = [&](const std::string& text, float x, float y) {
     const ImVec2 size = ImGui::CalcTextSize(text.c_str());

@@ -264,6 +264,12 @@ void ViewerApp::Say(const std::string& message) {
   trace_.Write("message", {{"text", message}});
 }
 
+void ViewerApp::SayAlso(const std::string& message) {
+  constexpr double kJustNow_s = 1;
+  const bool just_now = said_until_s_ > now_s_ + kMessage_s - kJustNow_s && said_until_s_ <= now_s_ + kMessage_s;
+  Say(just_now ? fmt::format("{}\n{}", said_, message) : message);
+}
+
 void ViewerApp::Warn(const std::string& warning) {
   warned_ = warning;
   warned_until_s_ = now_s_ + kWarning_s;

@@ -143,6 +143,8 @@ class ViewerApp {
   const ViewerOptions& options() const { return options_; }
   /// Shows a message at the bottom for some seconds.
   void Say(const std::string& message);
+  /// The same, but below a message that was shown within the last second, which the user could not yet read.
+  void SayAlso(const std::string& message);
   /// The same for a warning, which Say() does not replace.
   void Warn(const std::string& warning);
   /// Asks for a line of text. `done` receives it, or nullopt if the input was cancelled.
@@ -195,6 +197,7 @@ class ViewerApp {
   void NoteTour();
   void Retract();
   void FollowTurn(double dt_s);
+  std::string ForgetWaiting();
   bool waits() const { return activity_->is_restarting() || is_turning(); }
   bool IsSawOutside() const;
   std::string DescribeStaying() const;

@@ -199,8 +199,9 @@ void ViewerApp::DrawUi(const HudState& hud) {
   if (BeginPanel(ui_, "status", areas_.status, false)) {
     // What the activity shows here, such as the clock of an exercise, is always visible, if necessary in short.
     const std::string least = ListStatusTexts(hud.status).back();
-    const float from = actions_.DrawIndicators(ui_, ImGui::CalcTextSize(least.c_str()).x + 24 * ui_.scale());
-    DrawStatusTexts(hud.status, from);
+    const float reserved = ImGui::CalcTextSize(least.c_str()).x + 24 * ui_.scale();
+    // Those of the case before do not belong to what covers it.
+    DrawStatusTexts(hud.status, activity_->covers_scene() ? 0 : actions_.DrawIndicators(ui_, reserved));
     ImGui::End();
   }
   if (hud.banner) DrawBanner(ui_, *hud.banner, areas_.scene);
@@ -209,7 +210,8 @@ void ViewerApp::DrawUi(const HudState& hud) {
     below.top = CalcBannerBottom(ui_, *hud.banner, areas_.scene);
     below.height = areas_.scene.bottom() - below.top;
   }
-  DrawInjuries(ui_, hud.injuries, below);
+  // While the user is asked to click a place, only the question covers the picture; its red frame stays.
+  if (!hud.banner || hud.banner->kind != HudBanner::Kind::kQuestion) DrawInjuries(ui_, hud.injuries, below);
   if (!is_covered) {
     DrawMessages(ui_, {hud.status.message, hud.status.warning, DescribeStaying()}, areas_.scene,
                  hud.progress ? CalcProgressBox(ui_, areas_.scene) : activity_->bottom_box(),

@@ -22,6 +22,7 @@ struct PlaneOverlay {
   Vec3 up_W{0, 0, 1};  // direction of the height; its part perpendicular to the normal is used
   Rgb8 colour{0, 114, 178};
   bool selected = false;
+  bool faint = false;  // hardly tints what is behind it, such as the colours of cut faces
 
   bool operator==(const PlaneOverlay&) const = default;
 };

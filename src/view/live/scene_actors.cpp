@@ -342,7 +342,11 @@ void SceneActors::SetPlanes(const std::vector<PlaneOverlay>& planes) {
     s.Add(s.scene, s.plane_actors,
           MakeLineActor({Closed(corners)}, plane.colour, (plane.selected ? 4.0 : 2.0) * s.scale));
     s.Add(s.scene, s.plane_actors,
-          MakeMeshActor(MakePolygon(corners), plane.colour, plane.selected ? 0.34 : 0.22, Finish::kFlat));
+          MakeMeshActor(MakePolygon(corners), plane.colour,
+                        plane.faint      ? 0.05
+                        : plane.selected ? 0.34
+                                         : 0.22,
+                        Finish::kFlat));
   }
 }
 

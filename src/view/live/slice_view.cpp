@@ -21,10 +21,12 @@ namespace {
 
 constexpr Rgb8 kBoneLine{255, 200, 40};
 constexpr Rgb8 kToolLine{80, 200, 255};
-constexpr Rgb8 kNerveLine{70, 150, 255};
+constexpr Rgb8 kNerveLine{255, 130, 210};
 constexpr Rgb8 kToothLine{235, 235, 225};
 constexpr Rgb8 kCursorLine{120, 255, 140};
-constexpr Rgb8 kPointLine{255, 130, 210};
+// As in 3D, but lighter, because they are drawn on grey.
+constexpr Rgb8 kPlanPointLine{90, 180, 255};
+constexpr Rgb8 kMarkPointLine{255, 130, 210};
 
 // Grey values of a bone without CT numbers.
 std::uint8_t GreyOf(Tissue tissue) {
@@ -285,7 +287,7 @@ void AddPoint(const SliceFrame& frame, const PointOverlay& point, std::vector<Sl
   const OverlayPoint c = frame.PixelOf(point.p_W);
   SliceLine line{.kind = SliceLineKind::kPoint,
                  .points = {},
-                 .colour = kPointLine,
+                 .colour = point.kind == PointKind::kPlan ? kPlanPointLine : kMarkPointLine,
                  .width_points = 2,
                  .dashed = std::abs(frame.DistanceOf(point.p_W)) > 1,
                  .name = point.label};

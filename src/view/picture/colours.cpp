@@ -50,11 +50,11 @@ Rgb8 TissueColour(Tissue tissue) {
     case Tissue::kTooth:
       return {250, 250, 246};
     case Tissue::kCanal:
-      return {0, 114, 178};
+      return {150, 40, 110};
     case Tissue::kMetal:
       return {126, 140, 158};
     case Tissue::kLesion:
-      return {170, 60, 110};
+      return {0, 130, 95};
     case Tissue::kOther:
       break;
   }

@@ -577,8 +577,15 @@ std::optional<int> DrawMenuDialog(Ui& ui, const HudMenu& menu) {
     ImGui::BeginDisabled(!row.enabled);
     const float left = ImGui::GetCursorPosX();
     const float available = ImGui::GetContentRegionAvail().x;
+    // Only the row that Enter chooses is filled; the mouse outlines its own.
+    if (!selected) ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ImVec4{0, 0, 0, 0});
     if (ImGui::Selectable("##row", selected, ImGuiSelectableFlags_AllowItemOverlap, {0, row_height - 5 * s})) {
       clicked = static_cast<int>(i);
+    }
+    if (!selected) ImGui::PopStyleColor();
+    if (!selected && ImGui::IsItemHovered()) {
+      ImGui::GetWindowDrawList()->AddRect(ImGui::GetItemRectMin(), ImGui::GetItemRectMax(),
+                                          ToImU32(ui.colours().faint));
     }
     ui.Note(fmt::format("menu {}", i + 1));
     if (selected) ImGui::SetScrollHereY();

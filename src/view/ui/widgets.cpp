@@ -88,6 +88,15 @@ std::string FitText(const std::string& text, float width) {
   return text.substr(0, end) + kEllipsis;
 }
 
+void AddCasedText(ImDrawList& list, const ImVec2& left, unsigned int colour, const std::string& text) {
+  const ImVec2 at{left.x, left.y - 0.5F * ImGui::GetFontSize()};
+  const float by = std::max(1.0F, 0.08F * ImGui::GetFontSize());
+  for (const ImVec2& away : {ImVec2{-by, 0}, ImVec2{by, 0}, ImVec2{0, -by}, ImVec2{0, by}}) {
+    list.AddText({at.x + away.x, at.y + away.y}, IM_COL32(0, 0, 0, 220), text.c_str());
+  }
+  list.AddText(at, colour, text.c_str());
+}
+
 void FittedText(Ui& ui, const std::string& text, float width) {
   const std::string shown = FitText(text, width);
   ImGui::TextUnformatted(shown.c_str());

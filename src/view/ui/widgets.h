@@ -21,6 +21,8 @@ void DrawLevelMark(ImDrawList& list, HudLevel level, const ImVec2& centre, float
 /// Adds a level's mark as an item of the height of a line.
 void LevelMark(Ui& ui, HudLevel level);
 
+/// Draws text with a dark outline, which is legible on any ground. `left`: the middle of its left edge.
+void AddCasedText(ImDrawList& list, const ImVec2& left, unsigned int colour, const std::string& text);
 /// Adds text that ends with an ellipsis if it does not fit into `width` pixels; the full text is its tooltip.
 void FittedText(Ui& ui, const std::string& text, float width);
 /// Returns the text's beginning that fits into `width` pixels of the current font, with an ellipsis if it is cut.

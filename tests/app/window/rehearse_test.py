@@ -117,8 +117,10 @@ def main():
         w.key("ctrl+z")
         w.wait_event("answer", what="Undone", failure="")
         w.wait_state("the spindle is off", lambda s: not s["spindle"])
+        sawed = w.state["removed_mm3"]
         w.key("ctrl+y")
         w.wait_event("answer", what="Redone", failure="")
+        assert w.wait_still("removed_mm3", still_s=0.5) == sawed, "redo saws nothing"
 
         # Makes a named checkpoint.
         w.key("c")

@@ -68,11 +68,14 @@ def separate(w, after):
     w.wait_state("refused", lambda s: s["separation"]["refusal"] and s["separation"]["keep"] == 0)
     assert w.state["separation"]["asks"]
     time.sleep(NEXT_CLICK_S)
+    choice = w.items["separate.drop"]
     click_coronal(w, 17.3, 1)
     w.wait_state("a point in the mandible", lambda s: s["separation"]["keep"] == 1 and not s["separation"]["refusal"])
     time.sleep(NEXT_CLICK_S)
     click_coronal(w, -17.3, 1)
     w.wait_state("another one", lambda s: s["separation"]["keep"] == 2)
+    w.wait_items("two rows", lambda items: "separate.remove keep 2" in items)
+    assert w.items["separate.drop"] == choice, "the list grows below the choice"
     w.click_item("separate.remove keep 2")
     w.wait_state("removed", lambda s: s["separation"]["keep"] == 1)
     w.wait_items("the list is shorter", lambda items: "separate.remove keep 2" not in items)
@@ -145,7 +148,9 @@ def main():
             w.wait_event("asks_for_points", after=after)
             assert w.state["running"]
             w.wait_items("nothing of the case before is shown",
-                         lambda items: "ct.large" in items and "section Values" not in items)
+                         lambda items: "ct.large" in items and "section Values" not in items
+                         and "indicator plan.guide" not in items)
+            w.key("p", "c", "ctrl+s")  # of the case before, and not for this question
             if cancels:
                 w.click_item("separate.cancel")
                 w.wait_message("The case before it is still open", after=after)
