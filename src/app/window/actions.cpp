@@ -89,6 +89,12 @@ bool ActionList::Take(const WindowEvent& event) {
   return known;
 }
 
+std::vector<std::string> ActionList::ForgetChosen() {
+  std::vector<std::string> names;
+  for (const std::size_t i : std::exchange(chosen_, {})) names.emplace_back(Tr(actions_[i].label));
+  return names;
+}
+
 std::vector<HudKeyGroup> ActionList::ListKeys() const {
   std::vector<HudKeyGroup> groups;
   for (const Action& action : actions_) {

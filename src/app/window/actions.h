@@ -68,8 +68,8 @@ class ActionList {
   float DrawIndicators(Ui& ui, float reserved);
   /// Set while actions are only disabled for a short time: they can be chosen, and run once they are enabled.
   void set_waits(bool waits) { waits_ = waits; }
-  /// Forgets what was chosen and still waits.
-  void ForgetChosen() { chosen_.clear(); }
+  /// Forgets what was chosen and still waits. Returns its names, for the user.
+  std::vector<std::string> ForgetChosen();
   /// Runs what was chosen in a menu, in the toolbar or by an indicator in this frame. Called after the frame, because
   /// an action may show another panel.
   void RunChosen();

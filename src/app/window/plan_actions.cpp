@@ -5,11 +5,16 @@
 
 #include <utility>
 
+#include "app/window/saw_turn.h"
 #include "kerf/error.h"
+#include "session/run/clear_pose.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
 namespace {
+
+constexpr double kClear_mm = 0.2;  // from the bone, for a saw that is turned
+constexpr double kMaxLift_mm = 30;
 
 /// Returns the smallest rotation from one unit vector to another, less than half a turn.
 Quat RotationBetween(const Vec3& from, const Vec3& to) {
@@ -167,9 +172,26 @@ void PlanActions::Align() {
   if (glm::dot(normal, spindle) < 0) normal = -normal;
   X.R_AB = glm::normalize(RotationBetween(spindle, normal) * X.R_AB);
   X.p_AB -= glm::dot(X.p_AB - planned->plane.p_W, normal) * normal;
-  viewer_.TurnSaw(X);
+  const Tool tool = MakeTool(viewer_.session()->scene());
+  if (SawTurn::CalcBeside(viewer_.figures().coupled.X_WT, X, CalcReach(tool)) < SawTurn::kThere_mm) {
+    return viewer_.Say(fmt::format(fmt::runtime(Tr("The saw lies in {} already")), ShowName(planned->name)));
+  }
+  const Pose X_clear = FindClear(X, tool);
+  // The saw leaves the bone before it turns.
+  Pose X_lifted = viewer_.figures().coupled.X_WT;
+  X_lifted.p_AB += X_clear.p_AB - X.p_AB;
+  viewer_.TurnSaw(X_clear, X_clear.p_AB == X.p_AB ? std::nullopt : std::optional(X_lifted));
   viewer_.Say(
       fmt::format(fmt::runtime(Tr("The saw is turning into {}; keep it clear of the bone")), ShowName(planned->name)));
+}
+
+/// Returns the pose, or the nearest one in the same plane at which the tool is clear of the uncut bone.
+Pose PlanActions::FindClear(const Pose& X_WT, const Tool& tool) const {
+  const std::shared_ptr<const Bone> bone = viewer_.uncut_bone();
+  if (!bone) return X_WT;
+  const PhiSampler phi(*bone);
+  if (IsClear(phi, tool, X_WT, 0)) return X_WT;
+  return FindNearestClearPose(phi, tool, X_WT, bone->CalcBounds().centre(), kClear_mm, kMaxLift_mm);
 }
 
 void PlanActions::OpenContextMenu(const ScreenPoint& at) {

@@ -103,7 +103,8 @@ class ViewerApp {
   bool touches() const;  // a force acts on the saw
   /// Turns the saw to a pose, as the hand would. Until it is there, or cannot get there, the spindle does not start and
   /// the keys and buttons of disabled actions wait.
-  void TurnSaw(const Pose& X_WT);
+  /// `X_via`: where the saw goes first.
+  void TurnSaw(const Pose& X_WT, const std::optional<Pose>& X_via = std::nullopt);
   bool is_turning() const { return turn_.is_turning(); }
   /// Returns true while the saw is brought back into view.
   bool is_retracting() const { return retracting_; }
@@ -245,6 +246,7 @@ class ViewerApp {
   Beeper sound_;
   HeldSawWatch held_saw_;
   SawTurn turn_;
+  std::optional<Pose> X_turn_next_;  // goal after the one of turn_
   bool retracting_ = false;
   std::optional<HandDevice> device_;
   std::unique_ptr<LiveSession> session_;

@@ -1,5 +1,6 @@
 // The session: its beginning, what is followed while it runs, and its end.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -269,23 +270,42 @@ void ViewerApp::FollowSaw(double dt_s) {
   trace_.Write("held", {{"reason", held_reason()}});
 }
 
-void ViewerApp::TurnSaw(const Pose& X_WT) {
-  controls_->Set(X_WT);
-  turn_.Begin(X_WT, CalcReach(MakeTool(session_->scene())));
+void ViewerApp::TurnSaw(const Pose& X_WT, const std::optional<Pose>& X_via) {
+  const Pose& X_first = X_via ? *X_via : X_WT;
+  X_turn_next_ = X_via ? std::optional(X_WT) : std::nullopt;
+  controls_->Set(X_first);
+  turn_.Begin(X_first, CalcReach(MakeTool(session_->scene())));
 }
 
 /// Ends a turn of the saw. What waited for it follows, unless the turn failed.
 void ViewerApp::FollowTurn(double dt_s) {
+  using State = SawTurn::State;
   if (!is_running() || !began_ || activity_->is_restarting()) return;
-  const SawTurn::State state = turn_.Update(dt_s, figures_.coupled.X_WT, controls_->has_goal());
-  if (state != SawTurn::State::kStuck && state != SawTurn::State::kInterrupted) return;
-  waiting_.clear();
-  actions_.ForgetChosen();
-  if (state == SawTurn::State::kInterrupted) return;
-  controls_->Release();
-  Warn(
+  const State state = turn_.Update(dt_s, figures_.coupled.X_WT, controls_->has_goal());
+  if (state == State::kNone || state == State::kTurning) return;
+  if (state == State::kDone && X_turn_next_) return TurnSaw(Pose(*X_turn_next_));
+  // Nothing may pull the saw through bone on which it rests once the spindle turns.
+  if (state == State::kStuck || (state == State::kDone && touches())) controls_->Release();
+  if (state == State::kDone) return;
+  const std::string dropped = ForgetWaiting();
+  if (state == State::kInterrupted) return dropped.empty() ? void() : Say(dropped);
+  const std::string stuck =
       Tr("The saw cannot turn into the plane, because bone is in its way. Bring it clear of the bone, then turn it "
-         "again."));
+         "again.");
+  Warn(dropped.empty() ? stuck : fmt::format("{} {}", stuck, dropped));
+}
+
+/// Forgets the keys and clicks that wait, and returns a sentence on them; empty: none waited.
+std::string ViewerApp::ForgetWaiting() {
+  std::vector<std::string> names = actions_.ForgetChosen();
+  for (const WindowEvent& event : std::exchange(waiting_, {})) {
+    if (event.kind == WindowEvent::Kind::kKeyDown) {
+      names.push_back(ShowShortcut({event.key, event.control, event.shift}));
+    }
+  }
+  if (names.empty()) return {};
+  return fmt::format(fmt::runtime(Tr("What you asked for meanwhile was not done: {}.")),
+                     fmt::format("{}", fmt::join(names, ", ")));
 }
 
 bool ViewerApp::IsSawOutside() const {

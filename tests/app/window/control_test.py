@@ -318,6 +318,25 @@ def test_guide(display, kerf):
     end(w, kerf, folder)
 
 
+def test_turn(display, kerf):
+    """A saw beside the bone turns into a plane that it could not reach at its height; one in the plane stays."""
+    # The rim of the disc is 1 mm below the bar's top, beside its end; the plane is in the bar.
+    scene = SCENE.replace("[0.0, 0.0, 13.0]", "[16.0, 0.0, 10.0]").replace("[0.0, 0.0, 12.0]", "[16.0, 0.0, 9.0]")
+    w, folder = start(display, kerf, scene)
+    w.wait_state("beside the bar", lambda s: s["saw_mm"][2] < 10.5)
+    after = w.mark()
+    w.key("shift+g", "space")
+    w.wait_state("in the plane, clear of the bar, turning",
+                 lambda s: abs(s["saw_mm"][0]) <= 0.3 and s["saw_mm"][2] > 11 and s["spindle"])
+    assert w.state["removed_mm3"] == 0, w.state
+    spindle(w, False)
+    at = w.state["saw_mm"]
+    w.key("shift+g")
+    w.wait_message("The saw lies in cut already", after=after)
+    assert w.state["saw_mm"] == at, w.state
+    end(w, kerf, folder)
+
+
 def main():
     kerf = sys.argv[1]
     skip_without_display_programs()
@@ -327,6 +346,7 @@ def main():
         test_seen(display, kerf)
         test_held(display, kerf)
         test_guide(display, kerf)
+        test_turn(display, kerf)
     print("released, undone and retracted")
 
 
