@@ -115,13 +115,11 @@ void JawSeparation::DrawList(Ui& ui, bool keep, CtPreview& slices) {
     const std::string place = Translate(DescribePlace(p));
     // The points of the two lists differ in colour and shape, as in the slices.
     DrawSymbol(ui, keep, ImGui::GetTextLineHeight());
-    const std::string text = fmt::format("{}: {}", i + 1, place);
     const float width = ImGui::GetContentRegionAvail().x;
+    const std::string text = BreakLines(fmt::format("{}: {}", i + 1, place), width);
     const ImVec2 at = ImGui::GetCursorScreenPos();
-    const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, width);
-    if (ImGui::Selectable("##point", false, 0, {width, size.y})) slices.Show(p);
-    ImGui::GetWindowDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, ImGui::GetColorU32(ImGuiCol_Text),
-                                        text.c_str(), nullptr, width);
+    if (ImGui::Selectable("##point", false, 0, {width, ImGui::CalcTextSize(text.c_str()).y})) slices.Show(p);
+    ImGui::GetWindowDrawList()->AddText(at, ImGui::GetColorU32(ImGuiCol_Text), text.c_str());
     Tooltip(ui, fmt::format("{}\n{}. {}", Tr("Click to show this point in the slices."), place, Tr(ExplainPlaces())));
     ImGui::PopID();
   }

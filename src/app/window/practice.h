@@ -90,7 +90,7 @@ class Practice final : public Activity {
   void DrawWindows(Ui& ui) override;
   std::vector<TourStep> tour() const override;
   bool returns_to_start() const override { return true; }
-  bool has_saw() const override { return state_ != State::kReplaying; }
+  bool has_saw() const override { return state_ == State::kCutting; }
   bool shows_force_first() const override { return true; }
   std::vector<HudKeyGroup> help() const override;
   ViewBasis MakeKeyBasis(const ViewBasis& picture) const override;

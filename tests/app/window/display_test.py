@@ -91,8 +91,10 @@ def draw_at_twice_the_density(kerf, keep):
             w.wait_event("running")
             w.wait_event("first_picture")
             w.wait_state("no message", lambda s: s["message"] == "")
-            if scale == 2:
-                w.wait_items("the same items", lambda shown: set(shown) == set(items[1]))
+            if scale == 1:
+                w.wait_still_items()  # what shows that the bone is being made has gone
+            else:
+                w.wait_items(f"the items {sorted(items[1])}", lambda shown: set(shown) == set(items[1]))
             items[scale] = w.items
             file = folder / w.picture()
             with open(file, "rb") as picture:

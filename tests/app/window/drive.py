@@ -256,6 +256,15 @@ class Window:
             self._check(deadline, f"not reached: {what}; shown: {sorted(self.items)}")
             time.sleep(0.05)
 
+    def wait_still_items(self, still_s=2):
+        """Waits until the buttons, menus and rows that are shown have been the same for `still_s`."""
+        shown, since = None, time.monotonic()
+        while time.monotonic() - since < still_s:
+            self.read()
+            if set(self.items) != shown:
+                shown, since = set(self.items), time.monotonic()
+            time.sleep(0.05)
+
     def wait_still(self, name, still_s=1, seconds=PATIENCE_S):
         """Returns the state's value `name` once it has not changed for `still_s`."""
         deadline = time.monotonic() + seconds
