@@ -27,6 +27,7 @@
 #include "session/run/make_bone.h"
 #include "session/run/run_loop.h"
 #include "session/run/run_pictures.h"
+#include "session/run/run_scene.h"
 #include "session/run/session_recorder.h"
 #include "session/scene/schema.h"
 
@@ -81,7 +82,7 @@ std::string TitleOf(const Scene& scene) {
 std::vector<PlannedPlane> ReadPlanes(const std::string& path) {
   std::vector<std::string> skipped;
   std::vector<PlannedPlane> planes = ReadPlannedPlanes(path, &skipped);
-  for (const std::string& name : skipped) SayWarning("{}: '{}' was cut, not planned, and is skipped", path, name);
+  for (const std::string& plane : skipped) SayWarning("{} was cut, not planned, and is skipped", plane);
   return planes;
 }
 
@@ -228,8 +229,45 @@ void PrintForPeople(const Subject& subject, const Assessment& a, const PieceSet*
   if (pieces != nullptr) fmt::print("  pieces            {}\n", pieces->size());
 }
 
+/// Throws kerf::Error if the bone has grown.
+void CheckRemoved(const Assessment& assessment) {
+  constexpr double kSlack = 1e-4;  // of the volume: pieces that are joined again meet within rounding
+  if (assessment.removed_mm3 >= -kSlack * assessment.before_mm3) return;
+  throw Error(
+      fmt::format("the bone after the cut is {:.2f} mm3 larger than the bone before it; they are swapped, or of "
+                  "different bones",
+                  -assessment.removed_mm3));
+}
+
+/// Returns the files that are read, apart from those of a recording; some may be "".
+std::vector<std::string> ListInputs(const AssessArguments& options) {
+  std::vector<std::string> inputs{options.file,  options.plan,      options.before,
+                                  options.after, options.bone_file, options.pieces};
+  const auto add = [&inputs](const std::vector<std::string>& files) {
+    inputs.insert(inputs.end(), files.begin(), files.end());
+  };
+  for (const std::string& path : {options.file, options.plan}) {
+    if (IsPlanesPath(path)) add(ListPlaneFiles(path));
+  }
+  if (!EndsWith(options.file, ".kerf") && !IsPlanesPath(options.file)) {
+    add(kerf::ListInputs(ReadScene(options.file), options.file));
+  }
+  return inputs;
+}
+
+/// Throws kerf::Error if the output folder is a folder of planned planes, in which planned.mrk.json would be read
+/// again.
+void CheckFolder(const AssessArguments& options) {
+  std::error_code none;
+  for (const std::string& path : {options.file, options.plan}) {
+    if (options.folder.empty() || !std::filesystem::equivalent(path, options.folder, none)) continue;
+    throw Error(fmt::format("{}: the planned planes are read from this folder; choose another output", options.folder));
+  }
+}
+
 void Run(const AssessArguments& options) {
-  CheckInputsNotOverwritten({options.file, options.plan}, {options.markups, options.table});
+  CheckInputsNotOverwritten(ListInputs(options), {options.markups, options.table});
+  CheckFolder(options);
   for (const std::string& file : {options.markups, options.table}) {
     if (!file.empty()) CheckWritable(file);
   }
@@ -238,6 +276,7 @@ void Run(const AssessArguments& options) {
   Subject subject = TakeSubject(options);
   const Assessment assessment =
       AssessCut(subject.plan, subject.before, subject.after, subject.blade_mm, options.assess);
+  CheckRemoved(assessment);
   std::optional<PieceSet> pieces;
   if (!options.folder.empty() || !options.pieces.empty()) {
     pieces.emplace(subject.after, options.smallest_mm3);

@@ -104,9 +104,16 @@ SegmentationWriting ExportSegmentation(const Bone& bone, const ExportArguments& 
     study = ReadDicomStudy(series);
   }
   const Bone before = options.before.empty() ? Bone() : ReadBone(options.before);
-  ProgressBar bar("writing segments");
-  return WriteSegments(bone, options.before.empty() ? nullptr : &before, voxel_mm, options.segmentation,
-                       study ? &*study : nullptr, [&bar](double fraction) { bar.Show(fraction); });
+  SegmentationWriting written;
+  {
+    ProgressBar bar("writing segments");
+    written = WriteSegments(bone, options.before.empty() ? nullptr : &before, voxel_mm, options.segmentation,
+                            study ? &*study : nullptr, [&bar](double fraction) { bar.Show(fraction); });
+  }
+  for (const std::string& name : written.without_voxels) {
+    SayWarning("{}: '{}' has no voxel of {:g} mm and is left out", options.segmentation, name, voxel_mm);
+  }
+  return written;
 }
 
 double CalcVolume(const SegmentationWriting& written, const WrittenSegment& segment) {

@@ -100,6 +100,9 @@ void DrawBone(const PictureArguments& options) {
 }
 
 void Run(const CLI::App& command, const PictureArguments& options) {
+  if (options.file.ends_with(".seg.nrrd") || options.file.ends_with(".dcm")) {
+    throw Error(fmt::format("{}: give the folder or file of the CT, and a segmentation with --mask", options.file));
+  }
   const bool ct = IsCt(options.file);
   for (const char* name : {"--view", "--colour", "--dark"}) {
     if (ct && command.count(name) > 0) throw CLI::ValidationError(name, "applies to bones; a CT is drawn in slices");

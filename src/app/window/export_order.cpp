@@ -149,8 +149,7 @@ std::string RunExport(ExportOrder& order) {
                               .duration_s = session.duration_s,
                               .in_bone_s = session.in_bone_s,
                               .turning_force_N = session.turning_force_N,
-                              .stopped_force_N = session.stopped_force_N,
-                              .removed_mm3 = session.removed_mm3});
+                              .stopped_force_N = session.stopped_force_N});
   }
   const StructureAssessment structures = AssessStructures(*order.before, after, order.marks);
   taken.structures = &structures;

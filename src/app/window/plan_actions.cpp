@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kClear_mm = 0.2;  // from the bone, for a saw that is turned
 constexpr double kMaxLift_mm = 30;
+constexpr double kMaxWay_mm = 80;
 
 /// Returns the smallest rotation from one unit vector to another, less than half a turn.
 Quat RotationBetween(const Vec3& from, const Vec3& to) {
@@ -176,22 +177,29 @@ void PlanActions::Align() {
   if (SawTurn::CalcBeside(viewer_.figures().coupled.X_WT, X, CalcReach(tool)) < SawTurn::kThere_mm) {
     return viewer_.Say(fmt::format(fmt::runtime(Tr("The saw lies in {} already")), ShowName(planned->name)));
   }
-  const Pose X_clear = FindClear(X, tool);
-  // The saw leaves the bone before it turns.
-  Pose X_lifted = viewer_.figures().coupled.X_WT;
-  X_lifted.p_AB += X_clear.p_AB - X.p_AB;
-  viewer_.TurnSaw(X_clear, X_clear.p_AB == X.p_AB ? std::nullopt : std::optional(X_lifted));
-  viewer_.Say(
-      fmt::format(fmt::runtime(Tr("The saw is turning into {}; keep it clear of the bone")), ShowName(planned->name)));
+  // A spindle that turns would saw its way into the plane.
+  const bool stops = viewer_.spindle_on();
+  if (stops) viewer_.SetSpindle(false);
+  viewer_.TurnSaw(FindWay(X, tool));
+  viewer_.Say(fmt::format(
+      "{}{}", stops ? fmt::format("{} ", Tr("The spindle is stopped.")) : "",
+      fmt::format(fmt::runtime(Tr("The saw is turning into {}; keep it clear of the bone")), ShowName(planned->name))));
 }
 
-/// Returns the pose, or the nearest one in the same plane at which the tool is clear of the uncut bone.
-Pose PlanActions::FindClear(const Pose& X_WT, const Tool& tool) const {
+/// Returns the corners of a way to the pose, or to the nearest one in the same plane at which the tool is clear of the
+/// uncut bone.
+std::vector<Pose> PlanActions::FindWay(const Pose& X_WT, const Tool& tool) const {
   const std::shared_ptr<const Bone> bone = viewer_.uncut_bone();
-  if (!bone) return X_WT;
+  if (!bone) return {X_WT};
   const PhiSampler phi(*bone);
-  if (IsClear(phi, tool, X_WT, 0)) return X_WT;
-  return FindNearestClearPose(phi, tool, X_WT, bone->CalcBounds().centre(), kClear_mm, kMaxLift_mm);
+  const Vec3 middle_W = bone->CalcBounds().centre();
+  const Pose X_clear =
+      IsClear(phi, tool, X_WT, 0) ? X_WT : FindNearestClearPose(phi, tool, X_WT, middle_W, kClear_mm, kMaxLift_mm);
+  const Pose& X_now = viewer_.figures().coupled.X_WT;
+  if (std::vector<Pose> way = FindClearWay(phi, tool, X_now, X_clear, middle_W, 0, kMaxWay_mm); !way.empty())
+    return way;
+  // In the bone, or between its parts: the saw is lifted as far as its goal is.
+  return {{X_now.R_AB, X_now.p_AB + X_clear.p_AB - X_WT.p_AB}, X_clear};
 }
 
 void PlanActions::OpenContextMenu(const ScreenPoint& at) {

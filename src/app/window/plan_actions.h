@@ -24,7 +24,7 @@ class PlanActions {
 
  private:
   void Align();
-  Pose FindClear(const Pose& X_WT, const Tool& tool) const;
+  std::vector<Pose> FindWay(const Pose& X_WT, const Tool& tool) const;
   void AskFile();
   void Write();
 

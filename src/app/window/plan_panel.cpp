@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -40,9 +41,10 @@ void PlanPanel::DrawPlane(Ui& ui, std::size_t i, const PlanesReport* report) {
   ui.Note(fmt::format("plane {}", i + 1));
   ImGui::SameLine(ImGui::GetStyle().WindowPadding.x);
   const PlanesReport::Row* row = FindRow(report, p.name);
-  const std::string state = row != nullptr && row->state.fraction() > 0
-                                ? fmt::format(fmt::runtime(Tr("{} % cut")), ShowNumber(100 * row->state.fraction(), 0))
-                                : NameOf(p.state);
+  const std::string state =
+      row != nullptr && row->state.fraction() > 0
+          ? fmt::format(fmt::runtime(Tr("{} % cut")), ShowNumber(std::floor(100 * row->state.fraction() + 1e-6), 0))
+          : NameOf(p.state);
   const float width = ImGui::GetContentRegionAvail().x;
   const float state_width = ImGui::CalcTextSize(state.c_str()).x;
   FittedText(ui, fmt::format("{}. {}", i + 1, ShowName(p.name)), width - state_width - 8 * ui.scale());

@@ -201,7 +201,8 @@ void Rehearsal::UseGuide(bool on) {
   const DepthStop* stop = stops.empty() ? nullptr : &stops.front();
   try {
     const std::optional<EffectChoice> guide = on ? std::optional(MakeGuide(planned, stop)) : std::nullopt;
-    std::string message = Tr("The guide is off");
+    std::string message =
+        viewer_->spindle_on() ? Tr("The guide is off, and the spindle is stopped") : Tr("The guide is off");
     bool is_warning = false;
     if (guide && planned == nullptr) {
       message = Tr("The guide keeps the saw above the depth stop");
@@ -430,7 +431,7 @@ void Rehearsal::Fill(HudState& hud) {
     if (hud.status.recording_s) *hud.status.recording_s += session.duration_s.value_or(0);
   }
   if (asks_for_points()) {
-    hud.status.mode = fmt::format(fmt::runtime(Tr("Opening {}")), ShowFileName(loader_.input()));
+    hud.status.mode = fmt::format(fmt::runtime(Tr("Opening {}")), NameCaseOf(loader_.input()));
     hud.status.saw.clear();
     hud.status.recording_s.reset();
   }
@@ -500,7 +501,8 @@ void Rehearsal::DrawWindows(Ui& ui) {
         return;
     }
   }
-  if (loader_.is_opening()) preview_.Draw(ui, viewer_->areas().right, loader_.ct());
+  // The slices of another case would belong to nothing else that is shown.
+  if (loader_.is_opening() && !has_case()) preview_.Draw(ui, viewer_->areas().right, loader_.ct());
   if (in_pieces_) return;
   editor_.gestures.DrawHint(ui);
   editor_.actions.DrawContextMenu(ui);

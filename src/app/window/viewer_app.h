@@ -101,10 +101,9 @@ class ViewerApp {
   LiveSession* session() { return session_.get(); }
   bool steers() const;   // mouse and keys control the saw
   bool touches() const;  // a force acts on the saw
-  /// Turns the saw to a pose, as the hand would. Until it is there, or cannot get there, the spindle does not start and
-  /// the keys and buttons of disabled actions wait.
-  /// `X_via`: where the saw goes first.
-  void TurnSaw(const Pose& X_WT, const std::optional<Pose>& X_via = std::nullopt);
+  /// Turns the saw to the last pose of a way, as the hand would. Until it is there, or cannot get there, the spindle
+  /// does not start and the keys and buttons of disabled actions wait. `way`: corners of the way to it; not empty.
+  void TurnSaw(std::vector<Pose> way);
   bool is_turning() const { return turn_.is_turning(); }
   /// Returns true while the saw is brought back into view.
   bool is_retracting() const { return retracting_; }
@@ -198,6 +197,7 @@ class ViewerApp {
   void NoteTour();
   void Retract();
   void FollowTurn(double dt_s);
+  void TurnOn();
   std::string ForgetWaiting();
   bool waits() const { return activity_->is_restarting() || is_turning(); }
   bool IsSawOutside() const;
@@ -246,7 +246,7 @@ class ViewerApp {
   Beeper sound_;
   HeldSawWatch held_saw_;
   SawTurn turn_;
-  std::optional<Pose> X_turn_next_;  // goal after the one of turn_
+  std::vector<Pose> turn_way_;  // corners after the goal of turn_, the next one last
   bool retracting_ = false;
   std::optional<HandDevice> device_;
   std::unique_ptr<LiveSession> session_;

@@ -270,11 +270,17 @@ void ViewerApp::FollowSaw(double dt_s) {
   trace_.Write("held", {{"reason", held_reason()}});
 }
 
-void ViewerApp::TurnSaw(const Pose& X_WT, const std::optional<Pose>& X_via) {
-  const Pose& X_first = X_via ? *X_via : X_WT;
-  X_turn_next_ = X_via ? std::optional(X_WT) : std::nullopt;
-  controls_->Set(X_first);
-  turn_.Begin(X_first, CalcReach(MakeTool(session_->scene())));
+void ViewerApp::TurnSaw(std::vector<Pose> way) {
+  turn_way_.assign(way.rbegin(), way.rend());
+  TurnOn();
+}
+
+/// Begins the next part of the way.
+void ViewerApp::TurnOn() {
+  const Pose X_goal = turn_way_.back();
+  turn_way_.pop_back();
+  controls_->Set(X_goal);
+  turn_.Begin(X_goal, CalcReach(MakeTool(session_->scene())));
 }
 
 /// Ends a turn of the saw. What waited for it follows, unless the turn failed.
@@ -283,7 +289,7 @@ void ViewerApp::FollowTurn(double dt_s) {
   if (!is_running() || !began_ || activity_->is_restarting()) return;
   const State state = turn_.Update(dt_s, figures_.coupled.X_WT, controls_->has_goal());
   if (state == State::kNone || state == State::kTurning) return;
-  if (state == State::kDone && X_turn_next_) return TurnSaw(Pose(*X_turn_next_));
+  if (state == State::kDone && !turn_way_.empty()) return TurnOn();
   // Nothing may pull the saw through bone on which it rests once the spindle turns.
   if (state == State::kStuck || (state == State::kDone && touches())) controls_->Release();
   if (state == State::kDone) return;

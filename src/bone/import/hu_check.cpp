@@ -64,10 +64,8 @@ std::string CheckHu(const Volume& ct, double iso_hu, const std::string& name) {
     std::string what = fmt::format("this is a label map, not a CT: its voxels have {} different values from {} to {}",
                                    different, *lowest, *highest);
     if (iso_hu > *lowest && iso_hu <= *highest) return what;
-    throw Error(fmt::format(
-        "{}: {}; import the CT that was segmented, or the label's closed surface (from 3D Slicer's Segmentations, "
-        "Export to files) as .stl",
-        name, what));
+    throw Error(
+        fmt::format("{}: {}; import it with --mask, with the CT that was segmented or without one", name, what));
   }
   if (LacksOffset(histogram, *lowest)) {
     std::string what = fmt::format(

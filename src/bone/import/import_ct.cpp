@@ -87,6 +87,12 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
     return ct;
   }
   if (!fs::exists(path, failed)) throw Error(fmt::format("{}: no such file or folder", path));
+  if (path.ends_with(".seg.nrrd") || IsDicomFile(path)) {
+    throw Error(fmt::format("{}: {}", path,
+                            path.ends_with(".nrrd")
+                                ? "a segmentation, not a CT; import it with --mask"
+                                : "a single DICOM file; give the folder of the CT, or a segmentation with --mask"));
+  }
   if (!HasImageExtension(path)) {
     throw Error(
         fmt::format("{}: unknown file type; kerf imports a folder of DICOM files, .nrrd .nhdr .nii .nii.gz .mha "

@@ -194,6 +194,10 @@ std::optional<SegmentMeaning> FindMeaning(const std::string& name) {
                      "crowns",  "bridge",   "bridges", "metal",   "filling", "fillings", "implantat",
                      "platte",  "schraube", "krone",   "bruecke", "metall",  "fuellung"}))
     return is(SegmentRole::kMetal);
+  // "not the mandible", a part that is cut out of it, or its marrow is not the mandible.
+  if (HasOne(words, {"not", "non", "no", "without", "minus", "resection", "resected", "resektat", "resektion", "ohne",
+                     "marrow", "mark", "knochenmark"}))
+    return std::nullopt;
   if (IsMandible(words)) return is(SegmentRole::kMandible);
   return std::nullopt;
 }

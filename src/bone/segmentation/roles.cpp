@@ -147,12 +147,14 @@ void CheckMandible(const Segmentation& segmentation, const std::vector<bool>& as
                     segmentation.path, ListSegments(segmentation)));
   }
   if (mandibles.size() > 1 && !all_assigned) {
+    // The one to ignore is not one that the user has called so.
+    const auto last = std::find_if(mandibles.rbegin(), mandibles.rend(), [&](std::size_t n) { return !assigned[n]; });
+    const Segment& other = segmentation.segments[*last];
     throw Error(fmt::format(
         "{}: the segments {} and {} both claim to be the mandible; state which with --label, such as "
         "--label '{}=ignored'",
         segmentation.path, Describe(segmentation.segments[mandibles[0]]), Describe(segmentation.segments[mandibles[1]]),
-        segmentation.segments[mandibles[1]].name.empty() ? fmt::format("{}", segmentation.segments[mandibles[1]].label)
-                                                         : segmentation.segments[mandibles[1]].name));
+        other.name.empty() ? fmt::format("{}", other.label) : other.name));
   }
   std::size_t voxels = 0;
   for (const std::size_t n : mandibles) voxels += segmentation.segments[n].voxels;

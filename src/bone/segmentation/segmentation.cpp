@@ -123,7 +123,7 @@ std::vector<Segment> ParseSegments(const std::map<std::string, std::string>& key
   std::set<std::pair<int, int>> places;
   for (const auto& [number, fields] : all) {
     Segment segment;
-    segment.name = FirstCharacters(fields.name.empty() ? fields.id : fields.name, kMaxSegmentName);
+    segment.name = Printable(FirstCharacters(fields.name.empty() ? fields.id : fields.name, kMaxSegmentName));
     if (segment.name.empty()) segment.name = fmt::format("Segment {}", number);
     // Files of 3D Slicer before version 4.11 have one layer with the value 1 for each segment.
     const bool is_old = fields.label.empty() && fields.layer.empty();

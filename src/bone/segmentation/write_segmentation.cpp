@@ -144,6 +144,7 @@ void WriteSegmentation(SegmentationWriting& w, const std::string& path) {
   });
   for (std::size_t n = w.segments.size(); n-- > 0;) {
     if (w.segments[n].voxels > 0) continue;
+    w.without_voxels.push_back(w.segments[n].name);
     w.segments.erase(w.segments.begin() + static_cast<std::ptrdiff_t>(n));
     extents.erase(extents.begin() + static_cast<std::ptrdiff_t>(n));
   }
@@ -179,7 +180,10 @@ void WriteDicomSegmentation(SegmentationWriting& w, const DicomStudy& study, con
     written.segments.push_back({segment.name, codes.category, codes.type, segment.colour});
   }
   for (DicomSegmentFrame& frame : written.frames) frame.segment = numbers[static_cast<std::size_t>(frame.segment)];
-  std::erase_if(w.segments, [](const WrittenSegment& segment) { return segment.voxels == 0; });
+  std::erase_if(w.segments, [&w](const WrittenSegment& segment) {
+    if (segment.voxels == 0) w.without_voxels.push_back(segment.name);
+    return segment.voxels == 0;
+  });
   WriteDicomSegments(written, study, path);
 }
 

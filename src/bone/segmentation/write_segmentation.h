@@ -32,12 +32,13 @@ struct SegmentationWriting {
   Vec3 origin_W{0};  // centre of voxel (0, 0, 0)
   int layers = 1;
   std::vector<WrittenSegment> segments;
+  std::vector<std::string> without_voxels{};  // names of segments that were left out
   /// Sets the labels of slice k, which are 0 before: x fastest of the voxels, and the layers of one voxel side by side.
   std::function<void(int k, std::span<std::uint8_t> labels)> fill;
 };
 
-/// Writes a .seg.nrrd through a temporary file. Segments without voxels are left out, and are removed from
-/// `writing.segments`. Throws kerf::Error if the file cannot be written.
+/// Writes a .seg.nrrd through a temporary file. Segments without voxels are left out, and are moved from
+/// `writing.segments` to `without_voxels`. Throws kerf::Error if the file cannot be written.
 void WriteSegmentation(SegmentationWriting& writing, const std::string& path);
 
 /// Does the same as a DICOM segmentation of the CT that `study` describes, in its patient's frame of reference.

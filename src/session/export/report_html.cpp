@@ -267,22 +267,14 @@ std::string FormatSessionTable(const ReportLanguage& t, const std::vector<Export
   };
   for (const ExportSession& session : sessions) {
     rows.push_back({fmt::format("{}", rows.size() + 1), t.ShowSaw(session.saw), show(session.in_bone_s, 0),
-                    show(session.duration_s, 0), show(session.turning_force_N, 2), show(session.stopped_force_N, 2),
-                    show(session.removed_mm3, 1)});
+                    show(session.duration_s, 0), show(session.turning_force_N, 2), show(session.stopped_force_N, 2)});
   }
   return Heading(t.Tr("Sessions")) +
          Scrolling(Table({t.Tr("session"), t.Tr("saw"), t.Tr("in bone, s"), t.Tr("in all, s"),
-                          t.Tr("largest force in bone, spindle turning, N"), t.Tr("spindle stopped, N"),
-                          t.Tr("counted while sawing, mm³")},
+                          t.Tr("largest force in bone, spindle turning, N"), t.Tr("spindle stopped, N")},
                          rows)) +
-         Note(t.Tr(
-             "A new session begins with each change of the saw or the guide, and when a project is opened. In bone: "
-             "while the saw touches bone; the force then includes the pull of a guide. Counted while sawing: the sum "
-             "over "
-             "the voxels that the saw cut, also what was undone later; redo adds nothing. The removed volume above is "
-             "measured on the surface of the bone at the end. Even without undo, the count is larger: by a few per "
-             "cent if "
-             "the blade is two voxels thick, by up to 50 % if it is one or less."));
+         Note(t.Tr("A new session begins with each change of the saw or the guide, and when a project is opened. In "
+                   "bone: while the saw touches bone; the force then includes the pull of a guide."));
 }
 
 /// Returns the values that the circumstances do not have.

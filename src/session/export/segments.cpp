@@ -147,7 +147,9 @@ SegmentationWriting WriteSegments(const Bone& bone, const Bone* before, double v
                                 .label = static_cast<int>(i) + 1});
   }
   const auto removed_label = static_cast<std::uint8_t>(split.pieces.size() + 1);
-  writing.segments.push_back({.name = "removed", .colour = kRemoved, .layer = kParts, .label = removed_label});
+  if (before != nullptr) {
+    writing.segments.push_back({.name = "removed", .colour = kRemoved, .layer = kParts, .label = removed_label});
+  }
   const Structures structures(whole, kStructures, writing.segments);
 
   const PhiSampler whole_phi(whole);

@@ -57,7 +57,6 @@ struct ExportSession {
   std::optional<double> in_bone_s{};        // time with the saw in bone
   std::optional<double> turning_force_N{};  // largest force on the hand while the spindle turned
   std::optional<double> stopped_force_N{};  // and while it did not
-  std::optional<double> removed_mm3{};
 };
 
 /// The recording of the session.

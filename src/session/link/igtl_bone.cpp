@@ -181,6 +181,9 @@ TriangleMesh ReadIgtlSurface(std::span<const std::uint8_t> content) {
   const std::uint64_t polygons_at = take(number(6)), strips_at = take(number(8));
   take(std::uint64_t{kAttributeBytes} * number(9));
   if (bytes > content.size()) throw Error(fmt::format("{} is cut off", kSurface));
+  if (number(9) == 0 && bytes < content.size()) {
+    throw Error(fmt::format("{} has {} bytes too many", kSurface, content.size() - bytes));
+  }
   if (number(0) > 3 * kMaxBoneTriangles) throw Error(fmt::format("{} has {} points; simplify it", kSurface, number(0)));
   TriangleMesh mesh;
   mesh.points.reserve(number(0));

@@ -74,7 +74,8 @@ PlanRequest ReadPlanRequest(const IgtlHeader& header, std::span<const std::uint8
     request.name.erase(0, kPlanPrefix.size());
     request.adds = true;
   }
-  if (request.name.empty()) throw Error(fmt::format("a message of type {} does not name a plane", header.type));
+  if (request.name.find_first_not_of(' ') == std::string::npos)
+    throw Error(fmt::format("a message of type {} does not name a plane", header.type));
   if (header.type == "TRANSFORM") {
     request.X_WP = ReadIgtlTransform(content);
     CheckNear(request.X_WP->p_AB, bone_W, request.name);

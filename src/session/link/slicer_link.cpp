@@ -190,6 +190,7 @@ SlicerLink::Bytes SlicerLink::Answer(IgtlServer::PeerNumber peer, const IgtlHead
       TakeHand(peer, content);
     } else if (IsBoneMessage(header)) {
       bone_.Take(header, content);
+      return Share(MakeIgtlStatus(Stamp("kerf"), false, "the bone was received; it is opened once nothing is asked"));
     } else if (header.type == "TRANSFORM" || header.type == "POINT") {
       plan_.Take(header, content);
     }

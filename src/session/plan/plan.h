@@ -101,10 +101,12 @@ inline constexpr const char* kAsCut = ", as cut";
 /// folder, in the order of their names, or in those that a scene (.mrml) refers to. In a folder and a scene, only
 /// markups of type Plane count, and BoneReconstructionPlanner's planes of a fibula are skipped ("FibulaPlane0_A"). A
 /// plane without a name gets that of its file, and a repeated name a number. Planes as they were cut, which 'kerf
-/// assess' writes, are skipped if there is another plane; `skipped` receives their names. Throws kerf::Error, also if
-/// there is none.
+/// assess' writes, are skipped if there is another plane; `skipped` receives their files and names. Throws kerf::Error,
+/// also if there is none.
 std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path, std::vector<std::string>* skipped = nullptr);
-/// Returns true if the path is one of these, by its name or as a folder.
+/// Returns the files that ReadPlannedPlanes() reads. Throws kerf::Error.
+std::vector<std::string> ListPlaneFiles(const std::string& path);
+/// Returns true if the path is one of these, or a bundle (.mrb), which kerf does not read, by its name or as a folder.
 bool IsPlanesPath(const std::string& path);
 /// Returns markups for WritePlaneMarkups().
 std::vector<PlaneMarkup> MakeMarkups(const Plan& plan);

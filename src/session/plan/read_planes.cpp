@@ -27,6 +27,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kMarkups = ".mrk.json";
 constexpr std::string_view kScene = ".mrml";
+constexpr std::string_view kBundle = ".mrb";
 constexpr std::string_view kOtherBone = "FibulaPlane";
 constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20;
 
@@ -88,12 +89,16 @@ std::string Unescape(std::string text) {
 std::vector<std::string> ListSceneFiles(const std::string& path) {
   const std::string text = ReadTextFile(path, kMaxFileBytes);
   if (text.find("<MRML") == std::string::npos) throw Error(fmt::format("{}: is not a scene of 3D Slicer", path));
+  if (text.find("</MRML>") == std::string::npos) throw Error(fmt::format("{}: is cut off: </MRML> is missing", path));
   constexpr std::string_view kKey = "fileName=\"";
   std::vector<std::string> files;
   for (std::size_t at = 0; (at = text.find(kKey, at)) != std::string::npos;) {
     at += kKey.size();
     const std::string name = Unescape(ReplaceReferences(std::string_view(text).substr(at, text.find('"', at) - at)));
-    if (name.ends_with(kMarkups)) files.push_back((fs::path(path).parent_path() / name).string());
+    if (!name.ends_with(kMarkups)) continue;
+    std::string file = (fs::path(path).parent_path() / name).string();
+    // A view that is saved in the scene refers to them again.
+    if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(std::move(file));
   }
   return files;
 }
@@ -119,17 +124,24 @@ std::string MakeName(const std::string& file) {
 
 bool IsPlanesPath(const std::string& path) {
   std::error_code none;
-  return path.ends_with(kMarkups) || path.ends_with(kScene) || fs::is_directory(path, none);
+  return path.ends_with(kMarkups) || path.ends_with(kScene) || path.ends_with(kBundle) || fs::is_directory(path, none);
+}
+
+std::vector<std::string> ListPlaneFiles(const std::string& path) {
+  std::error_code none;
+  if (fs::is_directory(path, none)) return ListFolderFiles(path);
+  if (path.ends_with(kScene)) return ListSceneFiles(path);
+  if (path.ends_with(kBundle)) {
+    throw Error(fmt::format("{}: is a bundle of 3D Slicer; unpack it, and give the scene (.mrml) in it", path));
+  }
+  return {path};
 }
 
 std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path, std::vector<std::string>* skipped) {
-  std::error_code none;
-  const bool in_folder = fs::is_directory(path, none);
-  const bool one_file = !in_folder && !path.ends_with(kScene);
-  const std::vector<std::string> files = one_file    ? std::vector{path}
-                                         : in_folder ? ListFolderFiles(path)
-                                                     : ListSceneFiles(path);
+  const std::vector<std::string> files = ListPlaneFiles(path);
+  const bool one_file = files == std::vector{path};
   std::vector<PlaneMarkup> planned, as_cut;
+  std::vector<std::string> of_skipped;
   for (const std::string& file : files) {
     const std::string text = ReadTextFile(file, kMaxFileBytes);
     std::vector<PlaneMarkup> markups = ParsePlanes(text, file);
@@ -137,6 +149,9 @@ std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path, std::vector
     for (PlaneMarkup& markup : markups) {
       if (markup.name.empty()) markup.name = MakeName(file);
       if (!one_file && markup.name.starts_with(kOtherBone)) continue;
+      markup.name = Printable(markup.name);
+      if (skipped != nullptr && markup.name.ends_with(kAsCut))
+        of_skipped.push_back(fmt::format("{}: '{}'", file, markup.name));
       (markup.name.ends_with(kAsCut) ? as_cut : planned).push_back(std::move(markup));
     }
   }
@@ -146,9 +161,7 @@ std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path, std::vector
   for (const PlaneMarkup& markup : planned) {
     plan.planes.push_back({.name = MakeUniquePlaneName(plan, markup.name), .plane = markup.plane, .margin_mm = 1});
   }
-  for (const PlaneMarkup& markup : as_cut) {
-    if (skipped != nullptr) skipped->push_back(markup.name);
-  }
+  if (skipped != nullptr && !as_cut.empty()) *skipped = std::move(of_skipped);
   if (plan.planes.empty()) {
     throw Error(
         fmt::format("{}: contains no plane of 3D Slicer (a markup of type Plane in a file {})", path, kMarkups));

@@ -94,6 +94,31 @@ Pose FindNearestClearPose(const PhiSampler& phi, const Tool& tool, const Pose& X
   return {X_WT.R_AB, X_WT.p_AB + max_mm * (length > 1e-6 ? away / length : Vec3{0, 0, 1})};
 }
 
+std::vector<Pose> FindClearWay(const PhiSampler& phi, const Tool& tool, const Pose& X_from, const Pose& X_to,
+                               const Vec3& p_inside_W, double margin_mm, double max_mm) {
+  constexpr double kLook_mm = 3;
+  constexpr double kLift_mm = 10;
+  const auto is_clear = [&](const std::vector<Pose>& corners) {
+    const std::vector<Pose> way = DivideIntoTicks(corners, kLook_mm, 1, CalcReach(tool));
+    return std::all_of(way.begin(), way.end(), [&](const Pose& X) { return IsClear(phi, tool, X, margin_mm); });
+  };
+  if (!IsClear(phi, tool, X_from, margin_mm)) return {};
+  if (is_clear({X_from, X_to})) return {X_to};
+  std::vector<Vec3> directions{{0, 0, 1}, {0, -1, 0}};
+  for (const Pose& X : {X_from, X_to}) {
+    const Vec3 out = X.p_AB - p_inside_W;
+    if (glm::length(out) > 1e-6) directions.push_back(glm::normalize(out));
+  }
+  for (double lift_mm = kLift_mm; lift_mm <= max_mm; lift_mm += kLift_mm) {
+    for (const Vec3& direction : directions) {
+      const Pose X_up{X_from.R_AB, X_from.p_AB + lift_mm * direction};
+      const Pose X_over{X_to.R_AB, X_to.p_AB + lift_mm * direction};
+      if (is_clear({X_from, X_up, X_over, X_to})) return {X_up, X_over, X_to};
+    }
+  }
+  return {};
+}
+
 void ToolTrail::Take(const Pose& X_WT) {
   if (!poses_.empty()) {
     if (IsNear(poses_.back(), X_WT, kStep_mm, kStep_rad)) return;

@@ -19,6 +19,12 @@ bool IsClear(const PhiSampler& phi, const Tool& tool, const Pose& X_WT, double m
 Pose FindNearestClearPose(const PhiSampler& phi, const Tool& tool, const Pose& X_WT, const Vec3& p_inside_W,
                           double margin_mm, double max_mm);
 
+/// Returns the corners of a way between two poses that are clear of the bone by `margin_mm`, on which the tool stays
+/// clear of it: the end alone or, if bone is in the way, two poses at most `max_mm` away from the bone and the end.
+/// Looks every 3 mm. Empty if none was found. `p_inside_W`: a point in the middle of the bone.
+std::vector<Pose> FindClearWay(const PhiSampler& phi, const Tool& tool, const Pose& X_from, const Pose& X_to,
+                               const Vec3& p_inside_W, double margin_mm, double max_mm);
+
 /// Poses of a tool, in order, with a distance of at least `kStep_mm` or `kStep_rad` between neighbours. Keeps the
 /// latest poses only, and only those since the tool was last moved without a path.
 class ToolTrail {

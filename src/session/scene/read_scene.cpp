@@ -425,6 +425,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadForceTableFile(force_file, scene.force);
   ReadEffectFiles(scene.effects, document, file);
   ReadPlanFiles(plan_files, scene.plan);
+  for (const PlanFile& plan_file : plan_files) scene.plan_files.push_back(plan_file.file);
   if (!scene.path.file.empty()) {
     const TomlNode* at = document.Find("path")->Find("file");
     std::string rows;

@@ -125,8 +125,9 @@ struct Scene {
   SceneSimulation simulation;
   SceneSlab slab;
   SceneOutput output;
-  EffectChoices effects;  // effects that the file names, in its order
-  Plan plan;              // planned cuts, including planes read from other files
+  EffectChoices effects;                // effects that the file names, in its order
+  Plan plan;                            // planned cuts, including planes read from other files
+  std::vector<std::string> plan_files;  // of these planes, absolute paths
   SceneCoupling coupling;
   SceneDevice device;
   SceneHand hand;

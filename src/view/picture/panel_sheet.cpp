@@ -190,12 +190,16 @@ Image RenderSheet(const SheetSpec& spec, std::vector<PanelPlace>* places) {
   const int title = static_cast<int>(std::lround(26 * unit));
   const int caption = static_cast<int>(std::lround(18 * unit));
   const double edge = 20 * unit;
-  overlay.AddText(spec.title, edge, edge, {title, kInk, true});
+  const TextStyle title_style{title, kInk, true};
+  const std::string title_text = overlay.Wrap(spec.title, spec.width - 2 * edge, title_style);
+  overlay.AddText(title_text, edge, edge, title_style);
+  const double below =
+      edge + (1.5 + 1.25 * static_cast<double>(std::count(title_text.begin(), title_text.end(), '\n'))) * title;
   const TextStyle caption_style{caption, kSoftInk};
   const std::string caption_text = overlay.Wrap(spec.caption, spec.width - 2 * edge, caption_style);
-  overlay.AddText(caption_text, edge, edge + 1.5 * title, caption_style);
+  overlay.AddText(caption_text, edge, below, caption_style);
   const auto lines = caption_text.empty() ? 0 : 1 + std::count(caption_text.begin(), caption_text.end(), '\n');
-  const double top = edge + 1.5 * title + 1.25 * static_cast<double>(lines) * caption;
+  const double top = below + 1.25 * static_cast<double>(lines) * caption;
   const Arrangement arrangement = Arrange(spec, top);
   for (std::size_t i = 0; i < spec.panels.size(); ++i) {
     const int column = static_cast<int>(i) % arrangement.columns;

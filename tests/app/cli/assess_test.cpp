@@ -111,6 +111,24 @@ TEST_F(AssessCommand, WritesPlanesAndATableForSlicerAndReadsAFolderOfPlanes) {
       Kerf("assess s.toml --plan planes/cut.mrk.json --after run/bone.vdb --markups planes/cut.mrk.json");
   EXPECT_EQ(over.code, 1);
   EXPECT_THAT(over.err, HasSubstr("cut.mrk.json"));
+  // What is read from a folder, a scene or by the scene's file is an input, too.
+  const std::string plane = Slurp(folder_ / "planes/cut.mrk.json");
+  Write("case.mrml", "<MRML><S fileName=\"planes/cut.mrk.json\"/></MRML>");
+  Write("plan.toml", Slurp(folder_ / "s.toml") + "[[plan.plane]]\nname = \"file\"\nfile = \"one.mrk.json\"\n");
+  Write("one.mrk.json", Slurp(folder_ / "planes/cut.mrk.json"));
+  for (const char* inputs :
+       {"s.toml --plan planes --markups planes/cut.mrk.json", "s.toml --plan case.mrml --markups planes/cut.mrk.json",
+        "s.toml --plan planes -o planes", "s.toml --table run/forces.csv --pieces run/forces.csv"}) {
+    const ProgramResult refused = Kerf(fmt::format("assess {} --after run/bone.vdb", inputs));
+    EXPECT_EQ(refused.code, 1) << inputs;
+    EXPECT_THAT(refused.err,
+                AnyOf(HasSubstr("is an input and would be overwritten"), HasSubstr("choose another output")));
+  }
+  EXPECT_EQ(Slurp(folder_ / "planes/cut.mrk.json"), plane);
+  ASSERT_EQ(Kerf("model block -o whole.vdb --size 12,4,3 --voxel 0.2").code, 0);
+  const ProgramResult swapped = Kerf("assess planes --before run/bone.vdb --after whole.vdb");
+  EXPECT_EQ(swapped.code, 1);
+  EXPECT_THAT(swapped.err, HasSubstr("they are swapped, or of different bones"));
 }
 
 TEST_F(AssessCommand, AppliesPositionsOfMovedPieces) {

@@ -99,6 +99,14 @@ TEST_F(ImportMask, InvalidUseIsExplained) {
   EXPECT_THAT(refusal("."), HasSubstr("is a folder, not a file"));
   EXPECT_THAT(refusal("empty.dcm"), HasSubstr("empty.dcm: not a DICOM file despite its name"));
   EXPECT_THAT(refusal("text.dcm"), HasSubstr("text.dcm: not a DICOM file despite its name"));
+  const auto input = [&](const std::string& arguments) {
+    const ProgramResult result = Kerf(arguments);
+    EXPECT_EQ(result.code, 1) << arguments;
+    EXPECT_THAT(result.err, HasSubstr("--mask")) << arguments;
+  };
+  input("import named.seg.nrrd -o a.vdb");
+  input("import bare.nrrd -o a.vdb");
+  input("picture named.seg.nrrd -o a.png");
   EXPECT_THAT(refusal("text.doc"), HasSubstr("a segmentation is a DICOM segmentation, a .seg.nrrd"));
 }
 

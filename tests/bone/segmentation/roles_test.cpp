@@ -75,7 +75,8 @@ TEST(SegmentNames, AreUnderstoodAsSlicerAndItsExtensionsWriteThem) {
     ASSERT_TRUE(found) << name;
     EXPECT_EQ(*found, expected) << name << ": " << ToString(found->role) << " " << found->fdi;
   }
-  for (const char* name : {"", "Segment_1", "facial nerve", "optic canal", "liver"})
+  for (const char* name : {"", "Segment_1", "facial nerve", "optic canal", "liver", "not the mandible", "non-mandible",
+                           "Mandible planned resection", "Resektat Unterkiefer", "Mandible marrow"})
     EXPECT_FALSE(FindMeaning(name)) << name;
 }
 
@@ -189,6 +190,8 @@ TEST(LabelRoles, TheMandibleMustBeOneSegment) {
       MessageOf([&] { FindRoles(two, {}); }),
       HasSubstr("the segments 'Mandible' (label 1, 1.00 cm3) and 'Unterkiefer' (label 2, 2.00 cm3) both claim to "
                 "be the mandible; state which with --label, such as --label 'Unterkiefer=ignored'"));
+  EXPECT_THAT(MessageOf([&] { FindRoles(two, {.preset = "", .assignments = {"Unterkiefer=mandible"}}); }),
+              HasSubstr("such as --label 'Mandible=ignored'"));
   EXPECT_EQ(FindRoles(two, {.preset = "", .assignments = {"Unterkiefer=ignored"}}).meanings[0].role, kMandible);
   // Stated explicitly, two segments together are the mandible.
   const LabelOptions both{.preset = "", .assignments = {"1=mandible", "2=mandible"}};

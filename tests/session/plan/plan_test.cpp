@@ -247,6 +247,12 @@ TEST(Plan, IsReadFromAFolderOrASceneOfSlicerWithTheNamesOfItsFiles) {
               HasSubstr("a plane needs three"));
   write("no.mrml", "text");
   EXPECT_THAT(MessageOf([&] { ReadPlannedPlanes(folder.file("no.mrml")); }), HasSubstr("not a scene"));
+  write("cut.mrml", R"(<MRML><MarkupsPlaneStorage fileName="Data/mandible%20plane%202.mrk.json"/>)");
+  EXPECT_THAT(MessageOf([&] { ReadPlannedPlanes(folder.file("cut.mrml")); }), HasSubstr("is cut off"));
+  write("view.mrml", R"(<MRML><A fileName="Data/mandible%20plane%202.mrk.json"/>
+    <SceneView><A fileName="Data/mandible%20plane%202.mrk.json"/></SceneView></MRML>)");
+  EXPECT_EQ(ReadPlannedPlanes(folder.file("view.mrml")).size(), 1u);
+  EXPECT_THAT(MessageOf([&] { ReadPlannedPlanes(folder.file("case.mrb")); }), HasSubstr("is a bundle of 3D Slicer"));
   write("lost.mrml", R"(<MRML><MarkupsPlaneStorage fileName="Data/lost.mrk.json"/></MRML>)");
   EXPECT_THAT(MessageOf([&] { ReadPlannedPlanes(folder.file("lost.mrml")); }), HasSubstr("lost.mrk.json"));
 }

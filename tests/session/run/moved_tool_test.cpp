@@ -1,7 +1,9 @@
 // Tests of a hand that lets go of the tool, and of a tool that is moved out of the bone: by undo, redo and retracting.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
+#include <glm/gtc/quaternion.hpp>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +18,7 @@
 #include "session/run/run_loop.h"
 #include "support/block_scene.h"
 #include "support/folder.h"
+#include "support/solids.h"
 
 namespace kerf {
 namespace {
@@ -425,6 +428,30 @@ TEST(DivideIntoTicks, MovesAtTheSpeed) {
   EXPECT_EQ(poses.back().p_AB, corners.back().p_AB);
   EXPECT_NEAR(std::abs(glm::dot(poses.back().R_AB, corners.back().R_AB)), 1, 1e-12);
   EXPECT_TRUE(DivideIntoTicks({}, 10, 0.001, 6).empty());
+}
+
+TEST(ClearWay, LeadsAroundTheBone) {
+  const Bone bone = test::MakeSphere({0, 0, 0}, 10, 0.5);
+  const PhiSampler phi(bone);
+  const Tool tool = DiscSaw{};
+  const Pose X_left{{1, 0, 0, 0}, {25, 0, 0}};
+  const Pose X_right{glm::angleAxis(1.2, Vec3(0, 1, 0)), {-25, 3, 2}};
+  const auto find = [&](const Pose& from, const Pose& to) {
+    return FindClearWay(phi, tool, from, to, {0, 0, 0}, 0, 60);
+  };
+  EXPECT_EQ(find(X_left, {X_left.R_AB, {25, 10, 0}}).size(), 1u);  // nothing is in the way
+  std::vector<Pose> way = find(X_left, X_right);
+  ASSERT_EQ(way.size(), 3u);
+  EXPECT_EQ(way.back().p_AB, X_right.p_AB);
+  EXPECT_EQ(way.back().R_AB, X_right.R_AB);
+  way.insert(way.begin(), X_left);
+  for (const Pose& X : DivideIntoTicks(way, 0.5, 1, CalcReach(tool))) {
+    EXPECT_TRUE(IsClear(phi, tool, X, -0.5)) << X.p_AB.x << ' ' << X.p_AB.z;
+  }
+  // The direct way is blocked.
+  const std::vector<Pose> direct = DivideIntoTicks({X_left, X_right}, 0.5, 1, CalcReach(tool));
+  EXPECT_FALSE(std::all_of(direct.begin(), direct.end(), [&](const Pose& X) { return IsClear(phi, tool, X, 0); }));
+  EXPECT_TRUE(find({{1, 0, 0, 0}, {15, 0, 0}}, X_right).empty());  // begins in the bone
 }
 
 }  // namespace
