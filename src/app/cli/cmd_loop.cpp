@@ -16,6 +16,7 @@
 #include "base/files/files.h"
 #include "base/files/folder_lock.h"
 #include "cut/force/measured.h"
+#include "cut/tool/looks.h"
 #include "kerf/error.h"
 #include "session/run/expected_files.h"
 #include "session/run/loop_undo.h"
@@ -211,7 +212,7 @@ void Run(LoopArguments& options) {
   options.loop.output.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
   options.loop.output.folder = options.folder;
   if (link) {
-    link->Show(scene.TitleOrName(), MakeToolMesh(MakeTool(scene)));
+    link->Show(scene.TitleOrName(), MakeToolLooks(MakeTool(scene)).whole);
     options.loop.watchers.peer = link.get();
     options.loop.watchers.take_tick = [&link](const LoopTick& tick, std::span<const double> channels) {
       link->TakeTick(tick, channels);

@@ -2,14 +2,14 @@
 
 #include <algorithm>
 
+#include "cut/tool/looks.h"
 #include "view/picture/handpiece.h"
-#include "view/picture/picture.h"
 
 namespace kerf {
 
 void HolderWatch::SetTool(const Tool& tool) {
   constexpr double kStep_mm = 4;
-  hub_ = {.points_T = SampleHub(tool)};
+  hub_ = {.points_T = MakeToolLooks(tool).hub};
   handpiece_ = {.points_T = SampleHandpiece(tool, kStep_mm)};
   places_ = {};
 }

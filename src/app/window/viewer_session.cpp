@@ -10,6 +10,7 @@
 #include "app/window/viewer_app.h"
 #include "bone/grid/ct_modulus.h"
 #include "bone/vdb/bonefile.h"
+#include "cut/tool/looks.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 
@@ -81,7 +82,7 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   live.tick = std::exchange(take_tick_, nullptr);
   live.scripted = options_.scripted;
   if (device_ && device_->holds()) live.device = &device_->servo();
-  if (options_.link) options_.link->Show(scene.TitleOrName(), MakeToolMesh(MakeTool(scene)));
+  if (options_.link) options_.link->Show(scene.TitleOrName(), MakeToolLooks(MakeTool(scene)).whole);
   live.link = options_.link.get();
   live.begin = [this, goes_on, original = original_, with_hu = bone && bone->has_hu() ? bone : nullptr,
                 file = scene.bone.source == BoneSource::kFile && !bone ? scene.bone.file : ""](

@@ -27,6 +27,9 @@ struct ToolKind<BallBurr> {
   static ToolShape MakeShape(const BallBurr& ball, const ShapeSampling& sampling);
   /// None: a ball needs no cover.
   static std::vector<CoverPlate> MakeCover(const BallBurr&) { return {}; }
+  static ToolLooks MakeLooks(const BallBurr& ball);
+  static std::vector<Vec3> MakeSection(const BallBurr& ball, const Pose& X_ST, double least_mm);
+  static std::vector<Vec3> SampleSurface(const BallBurr& ball, double step_mm);
 };
 
 }  // namespace kerf

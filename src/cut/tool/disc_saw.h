@@ -26,6 +26,9 @@ struct ToolKind<DiscSaw> {
   /// One plate in the middle, and 6, 12 and 18 in rings around it, each with a radius of less than a quarter of the
   /// disc's.
   static std::vector<CoverPlate> MakeCover(const DiscSaw& disc);
+  static ToolLooks MakeLooks(const DiscSaw& disc);
+  static std::vector<Vec3> MakeSection(const DiscSaw& disc, const Pose& X_ST, double least_mm);
+  static std::vector<Vec3> SampleSurface(const DiscSaw& disc, double step_mm);
 };
 
 }  // namespace kerf

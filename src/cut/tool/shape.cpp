@@ -59,6 +59,19 @@ std::vector<CoverPlate> MakeToolCover(const Tool& tool) {
   return CallKind(tool, [](auto kind, const auto& t) { return kind.MakeCover(t); });
 }
 
+std::vector<Vec3> SampleToolSurface(const Tool& tool, double step_mm) {
+  return CallKind(tool, [&](auto kind, const auto& t) { return kind.SampleSurface(t, step_mm); });
+}
+
+ToolLooks MakeToolLooks(const Tool& tool) {
+  Validate(tool);
+  return CallKind(tool, [](auto kind, const auto& t) { return kind.MakeLooks(t); });
+}
+
+std::vector<Vec3> MakeToolSection(const Tool& tool, const Pose& X_ST, double least_mm) {
+  return CallKind(tool, [&](auto kind, const auto& t) { return kind.MakeSection(t, X_ST, least_mm); });
+}
+
 double CalcSideStiffness(const Tool& tool) {
   return CallKind(tool, [](auto kind, const auto& t) { return kind.CalcSideStiffness(t); });
 }

@@ -74,6 +74,10 @@ struct CoverPlate {
 /// Returns plates that cover all of a tool; none if the ball of radius CalcReach() is as good. Allocates.
 std::vector<CoverPlate> MakeToolCover(const Tool& tool);
 
+/// Returns points all over a tool's surface and, of a blade, its middle plane, about `step_mm` apart, the outermost
+/// first. Tool frame. Allocates.
+std::vector<Vec3> SampleToolSurface(const Tool& tool, double step_mm);
+
 /// Returns the force at the rim of a blade per displacement of the rim out of its plane, N/mm; 0: rigid.
 double CalcSideStiffness(const Tool& tool);
 

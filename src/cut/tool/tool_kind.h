@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "cut/tool/looks.h"
 #include "cut/tool/shape.h"
 #include "kerf/tool.h"
 
@@ -27,11 +28,13 @@ namespace kerf {
 /// FindDeepest(): point of the edge that lies furthest along a direction of any length; the origin if no point does.
 /// MakeShape(): as MakeToolShape(), without reach_mm.
 /// MakeCover(): as MakeToolCover().
+/// MakeLooks(), MakeSection(): as MakeToolLooks() and MakeToolSection().
+/// SampleSurface(): as SampleToolSurface().
 template <typename T>
 struct ToolKind;
 
 template <typename T>
-concept IsToolKind = requires(const T& tool, const Vec3& p_T, const ShapeSampling& sampling) {
+concept IsToolKind = requires(const T& tool, const Vec3& p_T, const Pose& X_ST, const ShapeSampling& sampling) {
   { ToolKind<T>::kShape } -> std::convertible_to<std::string_view>;
   { ToolKind<T>::kSummary } -> std::convertible_to<std::string_view>;
   { ToolKind<T>::kForm } -> std::convertible_to<ToolForm>;
@@ -48,6 +51,9 @@ concept IsToolKind = requires(const T& tool, const Vec3& p_T, const ShapeSamplin
   { ToolKind<T>::FindDeepest(tool, p_T) } -> std::same_as<Vec3>;
   { ToolKind<T>::MakeShape(tool, sampling) } -> std::same_as<ToolShape>;
   { ToolKind<T>::MakeCover(tool) } -> std::same_as<std::vector<CoverPlate>>;
+  { ToolKind<T>::MakeLooks(tool) } -> std::same_as<ToolLooks>;
+  { ToolKind<T>::MakeSection(tool, X_ST, 1.0) } -> std::same_as<std::vector<Vec3>>;
+  { ToolKind<T>::SampleSurface(tool, 1.0) } -> std::same_as<std::vector<Vec3>>;
 };
 
 /// Returns call(ToolKind<T>(), t) for the tool's alternative `t` of type T.

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "cut/tool/shape.h"
 #include "experiment/stability/measures.h"
 #include "kerf/error.h"
 
@@ -27,22 +28,7 @@ constexpr double kOnLine = 0.5;  // maximum distance from the line of the feed, 
 
 std::vector<Vec3> SampleEdge(const Tool& tool) {
   std::vector<Vec3> points;
-  const double radius = CalcReach(tool);
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
-    constexpr int kAround = 180;
-    for (int i = 0; i < kAround; ++i) {
-      const double angle = 2 * std::numbers::pi * i / kAround;
-      points.push_back(disc->radius_mm() * Vec3(std::cos(angle), std::sin(angle), 0));
-    }
-    return points;
-  }
-  constexpr int kOver = 400;  // a spiral from pole to pole
-  for (int i = 0; i < kOver; ++i) {
-    const double z = 1 - (2 * i + 1.0) / kOver;
-    const double across = std::sqrt(1 - z * z);
-    const double angle = 2.399963229728653 * i;
-    points.push_back(radius * Vec3(across * std::cos(angle), across * std::sin(angle), z));
-  }
+  for (const EdgePoint& point : MakeToolShape(tool, {}).edge) points.push_back(point.p_T);
   return points;
 }
 

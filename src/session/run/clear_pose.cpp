@@ -19,47 +19,30 @@ bool IsNear(const Pose& a, const Pose& b, double mm, double rad) {
   return glm::distance(a.p_AB, b.p_AB) < mm && CalcTravel({a.R_AB, Vec3{0}}, {b.R_AB, Vec3{0}}, 1) < rad;
 }
 
-/// Calls `test` with points of the surface in the tool's frame, the outermost first, until it returns false.
-template <typename Test>
-bool TestPoints(const Tool& tool, double step_mm, const Test& test) {
-  if (const auto* ball = std::get_if<BallBurr>(&tool)) {
-    const int rings = std::max(3, static_cast<int>(std::ceil(std::numbers::pi * ball->radius_mm() / step_mm)));
-    for (int i = 0; i <= rings; ++i) {
-      const double polar = std::numbers::pi * i / rings;
-      const double radius = ball->radius_mm() * std::sin(polar);
-      const int count = std::max(1, static_cast<int>(std::ceil(2 * std::numbers::pi * radius / step_mm)));
-      for (int k = 0; k < count; ++k) {
-        const double angle = 2 * std::numbers::pi * k / count;
-        if (!test({radius * std::cos(angle), radius * std::sin(angle), ball->radius_mm() * std::cos(polar)})) {
-          return false;
-        }
-      }
-    }
-    return true;
+/// Points of a tool's surface that are looked up in the bone.
+class ClearTest {
+ public:
+  ClearTest(const PhiSampler& phi, const Tool& tool, double margin_mm)
+      : phi_(phi),
+        points_T_(SampleToolSurface(tool, std::max(phi.voxel_mm(), CalcReach(tool) / 60))),
+        margin_mm_(margin_mm) {}
+  bool IsClear(const Pose& X_WT) const {
+    // The middle of a ball too: the bone may be smaller than the distance between the points.
+    if (phi_.Calc(X_WT.p_AB) < margin_mm_) return false;
+    return std::all_of(points_T_.begin(), points_T_.end(),
+                       [&](const Vec3& p_T) { return phi_.Calc(X_WT.Point(p_T)) >= margin_mm_; });
   }
-  const auto& disc = std::get<DiscSaw>(tool);
-  const double half = 0.5 * disc.thickness_mm;
-  const int rings = static_cast<int>(std::ceil(disc.radius_mm() / step_mm));
-  for (int i = rings; i >= 0; --i) {
-    const double radius = disc.radius_mm() * i / rings;
-    const int count = std::max(1, static_cast<int>(std::ceil(2 * std::numbers::pi * radius / step_mm)));
-    for (int k = 0; k < count; ++k) {
-      const double angle = 2 * std::numbers::pi * k / count;
-      for (const double z : {0.0, half, -half}) {
-        if (!test({radius * std::cos(angle), radius * std::sin(angle), z})) return false;
-      }
-    }
-  }
-  return true;
-}
+
+ private:
+  const PhiSampler& phi_;
+  std::vector<Vec3> points_T_;
+  double margin_mm_;
+};
 
 }  // namespace
 
 bool IsClear(const PhiSampler& phi, const Tool& tool, const Pose& X_WT, double margin_mm) {
-  // The middle of a ball too: the bone may be smaller than the distance between the points.
-  if (phi.Calc(X_WT.p_AB) < margin_mm) return false;
-  const double step_mm = std::max(phi.voxel_mm(), CalcReach(tool) / 60);
-  return TestPoints(tool, step_mm, [&](const Vec3& p_T) { return phi.Calc(X_WT.Point(p_T)) >= margin_mm; });
+  return ClearTest(phi, tool, margin_mm).IsClear(X_WT);
 }
 
 Pose FindNearestClearPose(const PhiSampler& phi, const Tool& tool, const Pose& X_WT, const Vec3& p_inside_W,
@@ -69,11 +52,12 @@ Pose FindNearestClearPose(const PhiSampler& phi, const Tool& tool, const Pose& X
     const double angle = 2 * std::numbers::pi * k / kDirections;
     directions.push_back(X_WT.Vector({std::cos(angle), std::sin(angle), 0}));
   }
+  const ClearTest test(phi, tool, margin_mm);
   const auto find = [&]() -> std::optional<Pose> {
     for (double distance_mm = 0; distance_mm <= max_mm; distance_mm += kLiftStep_mm) {
       for (const Vec3& direction : directions) {
         const Pose X{X_WT.R_AB, X_WT.p_AB + distance_mm * direction};
-        if (IsClear(phi, tool, X, margin_mm)) return X;
+        if (test.IsClear(X)) return X;
       }
     }
     return std::nullopt;
@@ -130,8 +114,8 @@ void ToolTrail::Take(const Pose& X_WT) {
 
 std::vector<Pose> ToolTrail::FindWayBack(const PhiSampler& phi, const Tool& tool, const Pose& X_WT,
                                          double margin_mm) const {
-  const auto clear =
-      std::find_if(poses_.rbegin(), poses_.rend(), [&](const Pose& X) { return IsClear(phi, tool, X, margin_mm); });
+  const ClearTest test(phi, tool, margin_mm);
+  const auto clear = std::find_if(poses_.rbegin(), poses_.rend(), [&](const Pose& X) { return test.IsClear(X); });
   if (clear == poses_.rend()) return {};
   const std::size_t end = poses_.size() - 1 - static_cast<std::size_t>(clear - poses_.rbegin());
   std::vector<Pose> way{X_WT};

@@ -13,6 +13,7 @@
 #include <map>
 #include <utility>
 
+#include "cut/tool/looks.h"
 #include "view/live/overlay_colours.h"
 #include "view/live/palette.h"
 #include "view/live/scene_shapes.h"
@@ -58,6 +59,7 @@ struct SceneActors::State {
   Box3 inner_box;
   bool inner_shown = false;
   std::optional<Tool> tool;
+  std::vector<Vec3> outline_T;  // of the tool
   Pose X_WT;
   double rpm = 0;
   double angle_rad = 0;
@@ -102,10 +104,7 @@ struct SceneActors::State {
     return true;
   }
   /// Whether teeth pass too fast to be seen separately; they are drawn blurred.
-  bool Whirls() const {
-    const auto* disc = tool ? std::get_if<DiscSaw>(&*tool) : nullptr;
-    return disc != nullptr && std::abs(rpm) * disc->teeth / 60 > 15;
-  }
+  bool Whirls() const { return turning != nullptr && std::abs(rpm) * CountPassesPerTurn(*tool) / 60 > 15; }
   void Remove(vtkRenderer& from, Actors& actors) {
     for (const auto& actor : actors) from.RemoveActor(actor);
     actors.clear();
@@ -179,18 +178,25 @@ void SceneActors::SetTool(const Tool& tool) {
   ClearTool();
   State& s = *state_;
   s.tool = tool;
-  s.toothed = MakeMeshActor(MakeToolMesh(tool), kSteelColour, 1, Finish::kMetal);
-  s.ghost = MakeMeshActor(MakeToolMesh(tool), kGhostColour, 0.3, Finish::kMatt);
+  const ToolLooks looks = MakeToolLooks(tool);
+  s.outline_T = looks.outline;
+  s.toothed = MakeMeshActor(looks.whole, kSteelColour, 1, Finish::kMetal);
+  s.ghost = MakeMeshActor(looks.whole, kGhostColour, 0.3, Finish::kMatt);
   s.ghost->SetVisibility(false);
   s.ghost->GetProperty()->BackfaceCullingOn();
   s.scene.AddActor(s.toothed);
   s.over.AddActor(s.ghost);
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
-    s.turning = MakeMeshActor(MakeTurningMesh(*disc), kSteelColour, 1, Finish::kMetal);
-    s.blur = MakeBlurActor(*disc);
-    s.guard = MakeMeshActor(MakeGuardMesh(*disc), kGuardColour, 1, Finish::kMetal);
-    for (const auto& actor : {s.turning, s.blur, s.guard}) s.scene.AddActor(actor);
-    for (const auto& actor : {s.toothed, s.turning, s.blur, s.guard}) AddSightHole(*actor);
+  if (looks.blur) {
+    s.turning = MakeMeshActor(looks.turning, kSteelColour, 1, Finish::kMetal);
+    s.blur = MakeBlurActor(*looks.blur);
+    for (const auto& actor : {s.toothed, s.turning, s.blur}) AddSightHole(*actor);
+  }
+  if (!looks.guard.triangles.empty()) {
+    s.guard = MakeMeshActor(looks.guard, kGuardColour, 1, Finish::kMetal);
+    AddSightHole(*s.guard);
+  }
+  for (const auto& actor : {s.turning, s.blur, s.guard}) {
+    if (actor != nullptr) s.scene.AddActor(actor);
   }
   s.handpiece = MakeMeshActor(MakeHandpieceMesh(tool), kHandpieceColour, 1, Finish::kMatt);
   AddSightHole(*s.handpiece);
@@ -465,9 +471,7 @@ XrayList SceneActors::MakeXrayList(double surface_mm, Theme theme) const {
   AddPlaneLines(s.plane_lines, surface_mm, list);
   AddMarkLines(s.marks, list);
   AddMeasures(s.measures, list);
-  if (s.tool) {
-    if (const auto* disc = std::get_if<DiscSaw>(&*s.tool)) AddRim(s.X_WT, *disc, theme, list);
-  }
+  if (s.tool) AddToolOutline(s.outline_T, s.X_WT, CalcThickness(*s.tool), theme, list);
   AddPoints(s.points, list);
   AddPlaneHandles(s.handles, list);
   return list;
@@ -492,8 +496,7 @@ ScreenBox SceneActors::CalcToolBox(const ViewCamera& camera) const {
 bool SceneActors::IsOnTool(const ViewCamera& camera, const ScreenPoint& at) const {
   const State& s = *state_;
   if (!s.tool) return false;
-  const bool disc = std::holds_alternative<DiscSaw>(*s.tool);
-  const Vec3 normal_W = disc ? s.X_WT.Vector({0, 0, 1}) : camera.forward_W();
+  const Vec3 normal_W = IsBlade(*s.tool) ? s.X_WT.Vector({0, 0, 1}) : camera.forward_W();
   bool inside = false;
   std::optional<ScreenPoint> last;
   for (const Vec3& p_W : MakeCircle(s.X_WT.p_AB, normal_W, CalcReach(*s.tool), 48)) {

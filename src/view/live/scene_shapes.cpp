@@ -103,17 +103,16 @@ vtkSmartPointer<vtkActor> MakeLineActor(const std::vector<std::vector<Vec3>>& li
   return actor;
 }
 
-vtkSmartPointer<vtkActor> MakeBlurActor(const DiscSaw& saw) {
+vtkSmartPointer<vtkActor> MakeBlurActor(const ToolBlur& blur) {
   constexpr int kSectors = 120;
   constexpr double kAlpha[3] = {225, 150, 60};
-  const double radii[3] = {saw.radius_mm() - CalcGulletDepth(saw), saw.radius_mm() - 0.5 * CalcGulletDepth(saw),
-                           saw.radius_mm()};
+  const double radii[3] = {blur.from_mm, 0.5 * (blur.from_mm + blur.to_mm), blur.to_mm};
   const vtkNew<vtkPoints> points;
   const vtkNew<vtkCellArray> cells;
   const vtkNew<vtkUnsignedCharArray> colours;
   colours->SetNumberOfComponents(4);
   for (int side = 0; side < 2; ++side) {
-    const double z = (side == 0 ? -0.5 : 0.5) * saw.thickness_mm;
+    const double z = (side == 0 ? -1 : 1) * blur.half_thickness_mm;
     const vtkIdType first = points->GetNumberOfPoints();
     for (int ring = 0; ring < 3; ++ring) {
       for (int i = 0; i < kSectors; ++i) {
@@ -142,16 +141,6 @@ vtkSmartPointer<vtkActor> MakeBlurActor(const DiscSaw& saw) {
   actor->ForceOpaqueOn();
   actor->GetProperty()->LightingOff();
   return actor;
-}
-
-TriangleMesh MakeTurningMesh(const DiscSaw& saw) {
-  TriangleMesh mesh = MakeToolMesh(saw);
-  const double round = saw.radius_mm() - CalcGulletDepth(saw);
-  for (Vec3& p : mesh.points) {
-    const double r = std::hypot(p.x, p.y);
-    if (r > round) p = {p.x * round / r, p.y * round / r, p.z};
-  }
-  return mesh;
 }
 
 std::vector<Vec3> MakeRectangle(const Vec3& middle, const Vec3& normal, const Vec3& up, double width, double height) {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "bone/mesh/meshfile.h"
+#include "cut/tool/looks.h"
 #include "kerf/geometry.h"
-#include "kerf/tool.h"
 
 namespace kerf {
 
@@ -28,9 +28,7 @@ vtkSmartPointer<vtkActor> MakeLineActor(const std::vector<std::vector<Vec3>>& li
                                         double width_px);
 /// Makes the motion blur of turning teeth: a ring between the gullets and the tips, which becomes less opaque outwards;
 /// in the tool's frame.
-vtkSmartPointer<vtkActor> MakeBlurActor(const DiscSaw& saw);
-/// Makes a disc without teeth, with the radius up to which the blade is solid at every angle.
-TriangleMesh MakeTurningMesh(const DiscSaw& saw);
+vtkSmartPointer<vtkActor> MakeBlurActor(const ToolBlur& blur);
 
 /// Returns the corners of a rectangle in order.
 std::vector<Vec3> MakeRectangle(const Vec3& middle, const Vec3& normal, const Vec3& up, double width, double height);

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "bone/grid/grids.h"
+#include "cut/tool/looks.h"
 #include "kerf/error.h"
 #include "view/live/scene_shapes.h"
 
@@ -195,67 +196,11 @@ std::vector<OverlayPoint> ToPixels(const SliceFrame& frame, const std::vector<Ve
   return points;
 }
 
-// Outline of the disc's cross-section with the plane z = 0 of frame S. `R`: radius, `t`: thickness. In frame S; empty
-// if they do not meet.
-std::vector<Vec3> SliceDisc(const Pose& X_ST, double R, double t) {
-  const Vec3 axis = X_ST.Vector({0, 0, 1});  // of the disc
-  const Vec3& middle = X_ST.p_AB;
-  const double tilt = std::hypot(axis.x, axis.y);  // 0: the disc is parallel to the slice
-  std::vector<Vec3> outline;
-  if (tilt < 1e-4) {
-    if (std::abs(middle.z) > 0.5 * t) return {};
-    for (int i = 0; i <= 96; ++i) {
-      const double a = 2 * std::numbers::pi * i / 96;
-      outline.emplace_back(middle.x + R * std::cos(a), middle.y + R * std::sin(a), 0);
-    }
-    return outline;
-  }
-  // Along `across` in the slice, the height above the disc's plane changes fastest; along `level`, not at all.
-  const Vec3 across = Vec3{axis.x, axis.y, 0} / tilt;
-  const Vec3 level{-across.y, across.x, 0};
-  // Distance in the disc from its diameter along `level`, of the slice's point at v across.
-  const auto beside = [&](double v) { return v * axis.z + middle.z * tilt; };
-  double from = (middle.z * axis.z - 0.5 * t) / tilt;
-  double to = (middle.z * axis.z + 0.5 * t) / tilt;
-  // The part of this range within the disc's radius.
-  if (std::abs(axis.z) > 1e-9) {
-    const double a = (-R - middle.z * tilt) / axis.z;
-    const double b = (R - middle.z * tilt) / axis.z;
-    from = std::max(from, std::min(a, b));
-    to = std::min(to, std::max(a, b));
-  } else if (std::abs(middle.z * tilt) > R) {
-    return {};
-  }
-  if (!(from < to)) return {};
-  constexpr int kSteps = 48;
-  const auto at = [&](int i, double side) {
-    // Denser towards the ends, where the width changes fastest.
-    const double v = from + (to - from) * (0.5 - 0.5 * std::cos(std::numbers::pi * i / kSteps));
-    const double w = beside(v);
-    const double u = side * std::sqrt(std::max(0.0, R * R - w * w));
-    return Vec3{middle.x, middle.y, 0} + v * across + u * level;
-  };
-  for (int i = 0; i <= kSteps; ++i) outline.push_back(at(i, 1));
-  for (int i = kSteps; i >= 0; --i) outline.push_back(at(i, -1));
-  outline.push_back(outline.front());
-  return outline;
-}
-
 void AddToolLine(const SliceFrame& frame, const Tool& tool, const Pose& X_WT, std::vector<SliceLine>& lines) {
   const Pose X_SW = frame.X_WS.Inverse();
   const Pose X_ST{X_SW.R_AB * X_WT.R_AB, X_SW.Point(X_WT.p_AB)};
-  std::vector<Vec3> outline_S;
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
-    // At least as thick as a pixel, so that a thin blade is always found.
-    outline_S = SliceDisc(X_ST, disc->radius_mm(), std::max(disc->thickness_mm, frame.mm_per_pixel));
-  } else {
-    const double R = std::get<BallBurr>(tool).radius_mm();
-    const double d = X_ST.p_AB.z;
-    if (std::abs(d) < R) {
-      outline_S = MakeCircle({X_ST.p_AB.x, X_ST.p_AB.y, 0}, {0, 0, 1}, std::sqrt(R * R - d * d), 64);
-      outline_S.push_back(outline_S.front());
-    }
-  }
+  // At least as thick as a pixel, so that a thin blade is always found.
+  const std::vector<Vec3> outline_S = MakeToolSection(tool, X_ST, frame.mm_per_pixel);
   if (outline_S.empty()) return;
   SliceLine line{SliceLineKind::kTool, {}, kToolLine, 1.5, false, ""};
   for (const Vec3& p : outline_S) line.points.push_back(frame.PixelOf(frame.X_WS.Point(p)));

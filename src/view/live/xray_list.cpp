@@ -120,15 +120,13 @@ void AddMarkLines(const std::vector<MarkOverlay>& marks, XrayList& list) {
   }
 }
 
-void AddRim(const Pose& X_WT, const DiscSaw& saw, Theme theme, XrayList& list) {
-  constexpr int kCorners = 128;
-  const double radius_mm = saw.radius_mm();
-  const double nearer = saw.thickness_mm + 0.4;  // in front of the disc itself, however it is seen
+void AddToolOutline(const std::vector<Vec3>& outline_T, const Pose& X_WT, double thickness_mm, Theme theme,
+                    XrayList& list) {
+  if (outline_T.empty()) return;
+  const double nearer = thickness_mm + 0.4;  // in front of the blade itself, however it is seen
   std::vector<Vec3> rim;
-  for (int i = 0; i <= kCorners; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kCorners;
-    rim.push_back(X_WT.Point({radius_mm * std::cos(angle), radius_mm * std::sin(angle), 0}));
-  }
+  for (const Vec3& p_T : outline_T) rim.push_back(X_WT.Point(p_T));
+  rim.push_back(rim.front());
   // Where bone hides it, it lies over bone, which is light in both themes.
   const Rgb8 seen = theme == Theme::kDark ? Rgb8{200, 208, 218} : kInk;
   list.lines.push_back({rim, 1.6, {seen, 0.55, 0, false}, nearer});

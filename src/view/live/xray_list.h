@@ -60,8 +60,9 @@ void AddPlaneHandles(const std::vector<PlaneHandleOverlay>& handles, XrayList& l
 void AddPlaneLines(const std::vector<PlaneLineOverlay>& lines, double surface_mm, XrayList& list);
 void AddMeasures(const std::vector<MeasureOverlay>& measures, XrayList& list);
 void AddMarkLines(const std::vector<MarkOverlay>& marks, XrayList& list);
-/// Adds the outline of a disc: a circle of its radius in the tool's plane z = 0.
-void AddRim(const Pose& X_WT, const DiscSaw& saw, Theme theme, XrayList& list);
+/// Adds the closed outline of a blade of that thickness; no outline: nothing.
+void AddToolOutline(const std::vector<Vec3>& outline_T, const Pose& X_WT, double thickness_mm, Theme theme,
+                    XrayList& list);
 
 Rgb8 PointColour(PointKind kind);
 inline constexpr Rgb8 kMeasureColour{120, 40, 110};

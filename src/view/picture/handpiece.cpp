@@ -117,46 +117,6 @@ std::vector<Vec3> SampleHandpiece(const Tool& tool, double step_mm) {
   return points;
 }
 
-TriangleMesh MakeGuardMesh(const DiscSaw& saw) {
-  saw.Validate();
-  constexpr std::uint32_t kSteps = 36;
-  constexpr double kHalfSpan_rad = 55 * std::numbers::pi / 180;
-  const double radius = saw.radius_mm();
-  const double above = 0.5 * saw.thickness_mm + 0.03 * radius + 0.2;
-  const double plate = 0.05 * radius + 0.3;
-  const double wall = 0.06 * radius;
-  // Cross-section (distance from the axis, height), counter-clockwise: a plate above the disc, and a wall around its
-  // rim that reaches to the other side.
-  const std::array<glm::dvec2, 6> outline{{{0.3 * radius, above},
-                                           {1.05 * radius, above},
-                                           {1.05 * radius, -above},
-                                           {1.05 * radius + wall, -above},
-                                           {1.05 * radius + wall, above + plate},
-                                           {0.3 * radius, above + plate}}};
-  constexpr auto kCorners = static_cast<std::uint32_t>(std::tuple_size_v<decltype(outline)>);
-  TriangleMesh mesh;
-  for (std::uint32_t i = 0; i <= kSteps; ++i) {
-    const double a = kHalfSpan_rad * (2.0 * i / kSteps - 1);
-    for (const glm::dvec2& c : outline) mesh.points.emplace_back(c.x * std::cos(a), c.x * std::sin(a), c.y);
-  }
-  for (std::uint32_t i = 0; i < kSteps; ++i) {
-    for (std::uint32_t j = 0; j < kCorners; ++j) {
-      const std::uint32_t a = i * kCorners + j;
-      const std::uint32_t b = i * kCorners + (j + 1) % kCorners;
-      mesh.triangles.push_back({a, b + kCorners, b});
-      mesh.triangles.push_back({a, a + kCorners, b + kCorners});
-    }
-  }
-  // The ends: an L-shape, as two quadrangles that share the edge between corners 1 and 4.
-  constexpr std::array<std::array<std::uint32_t, 3>, 4> kEnd{{{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}}};
-  const std::uint32_t last = kSteps * kCorners;
-  for (const auto& [a, b, c] : kEnd) {
-    mesh.triangles.push_back({a, b, c});
-    mesh.triangles.push_back({last + a, last + c, last + b});
-  }
-  return mesh;
-}
-
 double CalcHandpieceReach(const Tool& tool) {
   const Proportions p = CalcProportions(tool);
   return std::max(1.2 * CalcReach(tool), glm::length(p.end_T) + 10);

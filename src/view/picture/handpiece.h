@@ -17,10 +17,6 @@ TriangleMesh MakeHandpieceMesh(const Tool& tool);
 /// axis.
 std::vector<Vec3> SampleHandpiece(const Tool& tool, double step_mm);
 
-/// Makes the guard of a disc as one closed surface in the tool's frame: a cover over the rim, which spans 110 degrees
-/// about the x axis and is turned about z to the side away from the cut.
-TriangleMesh MakeGuardMesh(const DiscSaw& saw);
-
 /// Returns a radius about the origin of the tool's frame that contains the handpiece, mm.
 double CalcHandpieceReach(const Tool& tool);
 

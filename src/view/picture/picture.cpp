@@ -21,6 +21,7 @@
 #include <numbers>
 #include <optional>
 
+#include "cut/tool/looks.h"
 #include "kerf/error.h"
 #include "view/picture/axes.h"
 #include "view/picture/layout.h"
@@ -249,7 +250,7 @@ Image RenderPicture(const PictureSpec& spec) {
   };
   for (const Shape& shape : spec.shapes) add(shape);
   for (const ToolInPicture& at : spec.tools) {
-    Shape shape{MakeToolMesh(at.tool), kSteelColour, {}, at.opacity, true};
+    Shape shape{MakeToolLooks(at.tool).whole, kSteelColour, {}, at.opacity, true};
     for (Vec3& p : shape.mesh_W.points) p = at.X_WT.Point(p);
     add(shape);
   }

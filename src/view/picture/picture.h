@@ -100,13 +100,4 @@ extern const bool kPicturesBuilt;
 /// Writes RenderPicture() as a PNG.
 void WritePicture(const PictureSpec& spec, const std::string& path);
 
-/// Makes closed surfaces of the tool in its own frame: for a disc, the toothed disc between z = +-`thickness_mm`/2 and
-/// the end of the spindle.
-TriangleMesh MakeToolMesh(const Tool& tool);
-/// Returns points around the outer faces of the hub that clamps a disc, in the tool's frame; none for a ball. Throws
-/// Error for an invalid tool.
-std::vector<Vec3> SampleHub(const Tool& tool);
-/// Returns the depth of the gullets between its teeth.
-double CalcGulletDepth(const DiscSaw& saw);
-
 }  // namespace kerf

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "base/core/vectors.h"
+#include "cut/tool/looks.h"
 #include "kerf/error.h"
 #include "view/picture/layout.h"
 #include "view/picture/picture.h"
@@ -57,7 +58,7 @@ void IncludeEverything(const PictureSpec& spec, Span& span) {
   }
   if (!spec.fit_to_tool) return;
   for (const ToolInPicture& at : spec.tools) {
-    for (const Vec3& p_T : MakeToolMesh(at.tool).points) span.Include(at.X_WT.Point(p_T));
+    for (const Vec3& p_T : MakeToolLooks(at.tool).whole.points) span.Include(at.X_WT.Point(p_T));
   }
   for (const Arrow& arrow : spec.arrows) {
     span.Include(arrow.tail_W);

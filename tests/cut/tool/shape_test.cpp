@@ -4,9 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <map>
 #include <numbers>
 #include <random>
 
+#include "cut/tool/looks.h"
 #include "kerf/error.h"
 #include "support/message_of.h"
 
@@ -152,6 +156,58 @@ TEST(ToolKinds, MeasuresAgreeWithTheShape) {
     EXPECT_EQ(IsBlade(tool), !shape.faces.empty()) << GetShape(tool);
     EXPECT_EQ(CalcThickness(tool), IsBlade(tool) ? CalcCutWidth(tool) : 0);
     for (const FacePoint& p : shape.faces) EXPECT_NEAR(std::abs(p.p_T.z), 0.5 * CalcThickness(tool), 1e-12);
+  }
+}
+
+TEST(ToolKinds, LooksAreClosedAndSamplesCoverTheBody) {
+  for (const Tool& tool : GetDefaultTools()) {
+    const ToolLooks looks = MakeToolLooks(tool);
+    for (const TriangleMesh* mesh : {&looks.whole, &looks.turning, &looks.guard}) {
+      std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;  // +1 in one direction, -1 in the other
+      for (const auto& t : mesh->triangles) {
+        for (std::size_t i = 0; i < 3; ++i) {
+          const std::uint32_t a = t[i], b = t[(i + 1) % 3];
+          edges[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+        }
+      }
+      for (const auto& [edge, sum] : edges) ASSERT_EQ(sum, 0) << GetShape(tool);
+    }
+    EXPECT_FALSE(looks.whole.triangles.empty());
+    for (const Vec3& p_T : looks.outline) EXPECT_NEAR(CalcSignedToolDistance(tool, p_T), 0, 1e-9);
+    // Each point of the surface lies within a step of a sample, and no sample lies outside.
+    constexpr double kStep_mm = 0.5;
+    const std::vector<Vec3> samples = SampleToolSurface(tool, kStep_mm);
+    for (const Vec3& p_T : samples) ASSERT_LT(CalcSignedToolDistance(tool, p_T), 1e-9);
+    EXPECT_NEAR(glm::length(samples.front()), CalcRadius(tool), 1e-9);
+    for (const EdgePoint& point : MakeToolShape(tool, {}).edge) {
+      double nearest_mm = 1e9;
+      for (const Vec3& p_T : samples) nearest_mm = std::min(nearest_mm, glm::distance(p_T, point.p_T));
+      EXPECT_LT(nearest_mm, kStep_mm) << GetShape(tool);
+    }
+  }
+}
+
+TEST(ToolKinds, SectionLiesInThePlaneAndOnTheSurface) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> number(-1, 1);
+  for (const Tool& tool : GetDefaultTools()) {
+    int met = 0;
+    for (int n = 0; n < 200; ++n) {
+      const double reach_mm = CalcReach(tool);
+      const Vec3 axis = glm::normalize(Vec3(number(random), number(random), number(random)));
+      const Pose X_ST{glm::angleAxis(3 * number(random), axis),
+                      1.2 * reach_mm * Vec3(number(random), number(random), number(random))};
+      const std::vector<Vec3> outline = MakeToolSection(tool, X_ST, 0);
+      if (outline.empty()) continue;
+      ++met;
+      EXPECT_LT(glm::distance(outline.front(), outline.back()), 1e-9);
+      const Pose X_TS = X_ST.Inverse();
+      for (const Vec3& p_S : outline) {
+        EXPECT_NEAR(p_S.z, 0, 1e-9);
+        EXPECT_NEAR(CalcSignedToolDistance(tool, X_TS.Point(p_S)), 0, 1e-6 * reach_mm) << GetShape(tool) << n;
+      }
+    }
+    EXPECT_GT(met, 50);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include "cut/tool/looks.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -77,7 +78,7 @@ TEST(Guard, CoversTheRimOnOneSideOnly) {
   for (const double diameter : {8.0, 22.0, 70.0}) {
     DiscSaw saw;
     saw.diameter_mm = diameter;
-    const TriangleMesh mesh = MakeGuardMesh(saw);
+    const TriangleMesh mesh = MakeToolLooks(saw).guard;
     EXPECT_EQ(CountOpenEdges(mesh), 0u);
     EXPECT_GT(CalcEnclosedVolume(mesh), 0);
     for (const Vec3& p : mesh.points) {
@@ -89,7 +90,7 @@ TEST(Guard, CoversTheRimOnOneSideOnly) {
   }
   DiscSaw invalid;
   invalid.diameter_mm = -1;
-  EXPECT_THROW(MakeGuardMesh(invalid), Error);
+  EXPECT_THROW(MakeToolLooks(invalid), Error);
   EXPECT_THROW(MakeHandpieceMesh(invalid), Error);
 }
 

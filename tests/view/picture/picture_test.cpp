@@ -15,6 +15,7 @@
 #include <numbers>
 #include <set>
 
+#include "cut/tool/looks.h"
 #include "kerf/error.h"
 #include "support/folder.h"
 
@@ -319,7 +320,7 @@ TEST(SawMesh, IsClosedAndHasItsDiameterThicknessAndTeeth) {
   saw.diameter_mm = 30;
   saw.thickness_mm = 0.6;
   saw.teeth = 36;
-  const TriangleMesh mesh = MakeToolMesh(saw);
+  const TriangleMesh mesh = MakeToolLooks(saw).whole;
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
   EXPECT_GT(CalcEnclosedVolume(mesh), 0.6 * std::numbers::pi * 15 * 15 * 0.8);
   std::set<long> tips;
@@ -339,7 +340,7 @@ TEST(SawMesh, IsClosedAndHasItsDiameterThicknessAndTeeth) {
 TEST(BallMesh, IsClosedAndHasItsDiameterAndAsManyEdgesAsFlutes) {
   BallBurr ball;
   ball.flutes = 6;
-  const TriangleMesh mesh = MakeToolMesh(ball);
+  const TriangleMesh mesh = MakeToolLooks(ball).whole;
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
   // The grooves reduce the radius by less than an eighth. The shank's end lies beyond the ball.
   const double sphere = 4.0 / 3.0 * std::numbers::pi * 27;
