@@ -102,6 +102,7 @@ void Practice::Choose() {
   NextStep next = FindNextStep(attempts_);
   viewer_->trace().Write("recommended", {{"exercise", next.exercise}, {"level", next.level}});
   list_.emplace(std::move(rows), options_.student, std::move(next));
+  viewer_->RestartTour();
 }
 
 void Practice::TakeChoice(ExerciseList::Choice choice) {

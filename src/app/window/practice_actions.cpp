@@ -1,5 +1,10 @@
-// Entries of the menu of exercises.
+// Entries of the menu of exercises, keys and tour.
+#include <fmt/format.h>
+
+#include <utility>
+
 #include "app/window/practice.h"
+#include "session/practise/exercises.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
@@ -9,6 +14,7 @@ namespace {
 constexpr const char* kCuttingKeys = Msg("while cutting");
 constexpr const char* kResultKeys = Msg("at the result");
 constexpr const char* kReplayKeys = Msg("in the replay");
+constexpr const char* kListKeys = Msg("in the list");
 
 }  // namespace
 
@@ -102,17 +108,30 @@ void Practice::AddActions(ActionList& actions) {
 }
 
 std::vector<HudKeyGroup> Practice::help() const {
-  return {{ShowKeyGroup("Exercise", kReplayKeys), {{Tr("Left, Right"), Tr("back, forward by 0.5 s")}}}};
+  std::vector<HudKeyGroup> groups{
+      {ShowKeyGroup("Exercise", kReplayKeys), {{Tr("Left, Right"), Tr("back, forward by 0.5 s")}}}};
+  if (cuts()) return groups;
+  HudKeyGroup saw = saw_help();
+  saw.title = ShowKeyGroup(Msg("Moving the saw"), kCuttingKeys);
+  groups.push_back(std::move(saw));
+  groups.push_back({ShowKeyGroup("Exercise", kListKeys),
+                    {{Tr("Up, Down"), Tr("another exercise or level")},
+                     {Tr("Enter"), Tr("show its levels, or begin a level")},
+                     {fmt::format("1\u2013{}", ListExercises().size()), Tr("exercise or level with this number")},
+                     {"N", Tr("another student")}}});
+  return groups;
 }
 
 std::vector<TourStep> Practice::tour() const {
   std::vector<TourStep> steps;
-  if (options_.exercise.empty()) {
+  if (state_ == State::kChoosing) {
     steps.push_back(
-        {Tr("Choose an exercise"),
-         Tr("Click the blue button to begin with the recommended exercise. Each level has fewer aids than the one "
-            "before. The numbers are your best scores."),
-         "choose"});
+        {.title = Tr("Choose an exercise"),
+         .text = Tr("Click the blue button to begin with the recommended exercise. Or choose one with Up and Down, and "
+                    "press Enter twice. Each level has fewer aids than the one before. The numbers are your best "
+                    "scores."),
+         .action = "choose",
+         .has_button = false});
   }
   steps.push_back(
       {Tr("Cut"),

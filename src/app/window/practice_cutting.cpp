@@ -153,11 +153,14 @@ void Practice::ShowGoal() {
                               .up_W = -cut.into_W}});
 }
 
-/// Returns the text beside the planned plane, with the depth if the exercise shows it.
+/// Returns the text beside the planned plane, with the depth if the exercise shows it and the saw is in the plane.
 std::string Practice::DescribePlan() const {
   const std::optional<DepthReading> reading =
       state_ == State::kCutting && scene_.exercise.gauge ? Read() : std::nullopt;
   if (!reading || reading->depth_mm <= 0) return Tr("plan");
+  // Beside the plan, the depth is that of another cut.
+  const ToolDeviation deviation = CalcDeviation(gauge_->cut(), viewer_->figures().coupled.X_WT);
+  if (std::abs(deviation.beside_mm) > gauge_->cut().margin_mm) return Tr("plan");
   return fmt::format(fmt::runtime(Tr("plan: {0} of {1} mm deep")), ShowNumber(reading->depth_mm, 1),
                      ShowNumber(scene_.exercise.depth_mm, 0));
 }

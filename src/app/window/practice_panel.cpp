@@ -216,6 +216,7 @@ ResultChoice DrawResult(Ui& ui, const ResultContents& contents) {
   ui.Note("practise.headline");
   if (contents.review.praise) MarkedText(ui, HudLevel::kGood, Translate(*contents.review.praise));
   for (const Message& note : contents.review.notes) MarkedText(ui, HudLevel::kWarn, Translate(note));
+  for (const Message& line : contents.review.crossed) MarkedText(ui, HudLevel::kPlain, Translate(line));
   if (contents.review.nerve) MarkedText(ui, HudLevel::kPlain, Translate(*contents.review.nerve));
   ImGui::PushFont(ui.bold());
   WrappedText(contents.sheet.total

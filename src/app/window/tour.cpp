@@ -89,12 +89,12 @@ void Tour::Draw(Ui& ui, const UiBox& scene, const UiBox& cube, std::vector<UiBox
   WrappedText(step.text);
   ImGui::SetCursorPosY(ImGui::GetWindowHeight() - ImGui::GetFrameHeight() - 12 * s);
   const bool last = step_ + 1 == steps_.size();
-  if (ImGui::Button(last ? Tr("Done") : Tr("Next"))) {
-    ++step_;
-  }
-  ui.Note("tour.next");
-  if (!last && is_open()) {
+  if (step.has_button) {
+    if (ImGui::Button(last ? Tr("Done") : Tr("Next"))) ++step_;
+    ui.Note("tour.next");
     ImGui::SameLine();
+  }
+  if (!last && is_open()) {
     if (ImGui::Button(Tr("Skip the tour"))) step_ = steps_.size();
     ui.Note("tour.skip");
   }

@@ -1,6 +1,8 @@
 // Tour of the window for users who see it for the first time: some steps that can be skipped.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,7 @@ struct TourStep {
   std::string title;
   std::string text;
   std::string action = {};  // name of what ends the step, for Tour::EndStep(); empty: only its button
+  bool has_button = true;   // false: only the action leads to the next step
 };
 
 /// Returns the place of a box in a corner of the scene, also below a card at its top or beside the cube: the first
@@ -29,9 +32,10 @@ class Tour {
     steps_ = std::move(steps);
     step_ = 0;
   }
-  /// Replaces the texts by the same steps in another language.
-  void SetSteps(std::vector<TourStep> steps) {
-    if (is_open() && steps.size() == steps_.size()) steps_ = std::move(steps);
+  /// Replaces the texts by the same steps in another language. The first ones may be missing, if they are over.
+  void SetSteps(const std::vector<TourStep>& steps) {
+    const auto count = static_cast<std::ptrdiff_t>(std::min(steps.size(), steps_.size()));
+    std::copy(steps.end() - count, steps.end(), steps_.end() - count);
   }
   /// Goes on if the current step is the one that this action ends.
   void EndStep(const std::string& action) {

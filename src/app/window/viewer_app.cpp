@@ -82,6 +82,10 @@ void ViewerApp::EndTourStep(const std::string& action) {
   NoteTour();
 }
 
+void ViewerApp::RestartTour() {
+  if (tour_.is_open()) tour_.Start(activity_->tour());
+}
+
 /// Notes in the settings that the tour was shown, once it has ended.
 void ViewerApp::NoteTour() {
   if (tour_.is_open() || settings_.tour_shown) return;

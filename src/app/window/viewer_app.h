@@ -176,6 +176,8 @@ class ViewerApp {
   void KeepSettings();
   /// Says what the user has done, which ends a step of the tour: TourStep::action.
   void EndTourStep(const std::string& action);
+  /// Begins an open tour again, with the steps of the activity's present state.
+  void RestartTour();
   bool is_in_tour() const { return tour_.is_open(); }
   /// Returns a picture of the whole bone from the current direction, as PNG bytes: bright and in the middle, without
   /// panels, but with labels and a scale bar. Labels keep clear of the places `clear_W`, if possible. Call it between

@@ -78,6 +78,16 @@ std::optional<Message> DescribeWay(const std::optional<KeyDirections>& keys, con
                  {}};
 }
 
+/// Returns how to move a tool that is beside the wanted cut to it. In the bone it cannot move sideways.
+std::optional<Message> DescribeWayToCut(const CoachInput& input, const WantedCut& cut, double beside_mm) {
+  const std::optional<Message> way = DescribeWay(input.keys, beside_mm > 0 ? cut.across_W : -cut.across_W);
+  const bool in_bone = input.touches || (input.depth && input.depth->depth_mm > 0);
+  const std::optional<Message> lift = DescribeWay(input.keys, cut.into_W);
+  if (!in_bone || !way || !lift) return way;
+  return Message{MarkMessage("Lift the blade out first. {0} Then move it over. {1}"),
+                 {FormatMessage(*lift), FormatMessage(*way)}};
+}
+
 /// Returns which keys move the tool along a direction and back.
 std::optional<Message> DescribeKeysAlong(const std::optional<KeyDirections>& keys, const Vec3& along_W) {
   if (!keys) return {};
@@ -94,13 +104,16 @@ std::optional<Message> DescribeFeedChange(const CoachInput& input) {
   const double wanted = input.wanted_feed_mm_per_s;
   if (input.feed_mm_per_s > wanted) {
     if (input.key_feed_mm_per_s <= (1 + kSame) * wanted) return {};
-    return Message{MarkMessage("Keys move the saw at {}: press [."), {Quantity{input.key_feed_mm_per_s, 1, "mm/s"}}};
+    return Message{MarkMessage("Keys move the saw at {}: press the [ key."),
+                   {Quantity{input.key_feed_mm_per_s, 1, "mm/s"}}};
   }
   if (input.key_feed_mm_per_s < (1 - kSame) * wanted) {
-    return Message{MarkMessage("Keys move the saw at {}: press ]."), {Quantity{input.key_feed_mm_per_s, 1, "mm/s"}}};
+    return Message{MarkMessage("Keys move the saw at {}: press the ] key."),
+                   {Quantity{input.key_feed_mm_per_s, 1, "mm/s"}}};
   }
   if (input.force_N >= kPressed_N) {
-    return Message{MarkMessage("Press less: {} slow the blade. Or ]: faster keys."), {Quantity{input.force_N, 0, "N"}}};
+    return Message{MarkMessage("Press less: {} slow the blade. Or press the ] key."),
+                   {Quantity{input.force_N, 0, "N"}}};
   }
   return Message{MarkMessage("Keep the key pressed that moves the saw along the line."), {}};
 }
@@ -108,7 +121,7 @@ std::optional<Message> DescribeFeedChange(const CoachInput& input) {
 /// Where the tool is outside of what lies in and above the wanted cut; none: it is not.
 struct Outside {
   Message message;
-  Vec3 away_W{0};  // direction from the cut
+  std::optional<Message> way;  // back to the cut
 };
 std::optional<Outside> FindOutside(const WantedCut& cut, const CoachInput& input, DepthZone zone) {
   const ToolDeviation deviation = CalcDeviation(cut, input.X_WT);
@@ -117,7 +130,7 @@ std::optional<Outside> FindOutside(const WantedCut& cut, const CoachInput& input
     return Outside{{planned ? MarkMessage("The blade is {} beside the planned plane.")
                             : MarkMessage("The blade is {} beside the line."),
                     {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}},
-                   deviation.beside_mm > 0 ? cut.across_W : -cut.across_W};
+                   DescribeWayToCut(input, cut, deviation.beside_mm)};
   }
   // In the bone, the advice speaks of the ends and of the depth.
   if (zone != DepthZone::kAbove) return {};
@@ -125,11 +138,11 @@ std::optional<Outside> FindOutside(const WantedCut& cut, const CoachInput& input
     return Outside{{planned ? MarkMessage("The blade is {} beyond the edge of the planned cut.")
                             : MarkMessage("The blade is {} beyond the end of the line."),
                     {Quantity{deviation.beyond_mm, 1, "mm"}}},
-                   deviation.before_start ? -cut.along_W : cut.along_W};
+                   DescribeWay(input.keys, deviation.before_start ? -cut.along_W : cut.along_W)};
   }
   if (deviation.below_mm > cut.margin_mm) {
     return Outside{{MarkMessage("The blade is {} below the wanted cut."), {Quantity{deviation.below_mm, 1, "mm"}}},
-                   cut.into_W};
+                   DescribeWay(input.keys, cut.into_W)};
   }
   return {};
 }
@@ -206,8 +219,7 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
     case CoachTopic::kBesideLine: {
       const Quantity beside{std::abs(deviation.beside_mm), 1, "mm"};
       const bool planned = IsPlanned(input.kind);
-      const std::optional<Message> way =
-          DescribeWay(input.keys, deviation.beside_mm > 0 ? cut.across_W : -cut.across_W);
+      const std::optional<Message> way = DescribeWayToCut(input, cut, deviation.beside_mm);
       if (!input.touches) {
         return line(false,
                     {planned ? MarkMessage("The blade is {} beside the planned plane.")
@@ -273,7 +285,7 @@ StepLine DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput&
                {Quantity{CalcDistanceFromCut(cut, input.X_WT), 0, "mm"}}}};
     case ExerciseStep::kBeside:
       if (const std::optional<Outside> outside = FindOutside(cut, input, DepthZone::kAbove)) {
-        return {outside->message, DescribeWay(input.keys, outside->away_W)};
+        return {outside->message, outside->way};
       }
       break;
     case ExerciseStep::kSwitchOn:

@@ -99,12 +99,13 @@ bool IsCanalSevered(const Bone& before, const Bone& after) {
   return false;
 }
 
-/// Returns the structures that were injured further than the margin from the wanted cut.
-std::vector<OutsideInjury> FindOutsideInjuries(const Bone& before, const Bone& after, const WantedCut& cut) {
+/// Finds the structures that were injured further than the margin from the wanted cut and, for a planned cut, within
+/// it.
+void FindInjuries(const Bone& before, const Bone& after, const WantedCut& cut, ScoreSheet& sheet) {
   InjuryFinder finder(std::shared_ptr<const Bone>(std::shared_ptr<const Bone>(), &before));
   finder.Change(after, FindChangedLeaves(before, after));
   finder.Find(after);
-  std::vector<OutsideInjury> injured;
+  std::vector<OutsideInjury>& injured = sheet.injured;
   for (StructureResult& structure : finder.FindAt([&](const Vec3& p_W) { return !cut.IsNear(p_W); })) {
     const double away_mm = std::max(cut.CalcDistance(structure.p_W), cut.margin_mm);
     injured.push_back({.structure = std::move(structure), .away_mm = away_mm});
@@ -112,7 +113,9 @@ std::vector<OutsideInjury> FindOutsideInjuries(const Bone& before, const Bone& a
   std::stable_sort(injured.begin(), injured.end(), [](const OutsideInjury& a, const OutsideInjury& b) {
     return a.structure.removed_mm3 > b.structure.removed_mm3;
   });
-  return injured;
+  if (sheet.kind == ExerciseKind::kOsteotomy) {
+    sheet.crossed = finder.FindAt([&](const Vec3& p_W) { return cut.IsNear(p_W); });
+  }
 }
 
 }  // namespace
@@ -213,7 +216,9 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
     (stw.y > cut->depth_mm ? sheet.below_mm3 : sheet.beyond_mm3) += cell.mm3;
   }
   SetValue(sheet, "outside_mm3", outside_mm3);
-  if (outside_mm3 > 0) sheet.injured = FindOutsideInjuries(before, after, *cut);
+  if (outside_mm3 > 0 || (sheet.kind == ExerciseKind::kOsteotomy && removed_mm3 > 0)) {
+    FindInjuries(before, after, *cut, sheet);
+  }
   if (removed_mm3 > 0) {
     sheet.beside_mm = beside_sum / removed_mm3;
     sheet.farthest_mm = farthest_mm;

@@ -60,6 +60,7 @@ std::string FormatReviewHtml(const ScoreSheet& sheet) {
   std::string html = fmt::format("<p><b>{}</b></p>\n", EscapeHtml(FormatMessage(review.headline)));
   if (review.praise) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(*review.praise)));
   for (const Message& note : review.notes) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(note)));
+  for (const Message& line : review.crossed) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(line)));
   if (review.nerve) html += fmt::format("<p>{}</p>\n", EscapeHtml(FormatMessage(*review.nerve)));
   html += FormatFigures(review.figures);
   if (!sheet.picture) return html;

@@ -124,7 +124,9 @@ struct ScoreSheet {
   std::optional<FeedAlong> feed_along;  // along the line, at depth; none: too short
   bool turned = false;                  // the spindle turned
   std::vector<OutsideInjury> injured;   // the largest first
-  bool canal_severed = false;           // a nerve canal was cut over its whole cross-section
+  // What a planned cut that crosses structures removed of them within its margin.
+  std::vector<StructureResult> crossed;
+  bool canal_severed = false;  // a nerve canal was cut over its whole cross-section
 
   /// Throws kerf::Error for an unknown key.
   std::optional<double> Get(std::string_view key) const;

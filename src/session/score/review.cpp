@@ -16,6 +16,9 @@ constexpr double kSmallLoss = 3;
 constexpr double kTooFast = 1.5;
 /// Multiple of the slowest feed along the line from which the fastest one makes it uneven.
 constexpr double kUneven = 1.5;
+/// Fraction of the time along the line from which a saw that was too slow, and also too fast, was uneven. A fast saw
+/// needs little time for much of the line.
+constexpr double kOftenWrong = 0.1;
 /// Fraction of the time along the line from which resting is the reason for a feed that is too slow.
 constexpr double kRestsMuch = 0.15;
 /// Removed volume of the nerve canal below which it was only touched.
@@ -117,6 +120,13 @@ Message DescribeFeed(const ScoreSheet& sheet) {
   }
   const FeedAlong& along = *sheet.feed_along;
   const Quantity mean{along.mean_mm_per_s, 1, "mm/s"};
+  const Quantity fastest{along.fastest_mm_per_s, 1, "mm/s"};
+  const Quantity slowest{along.slowest_mm_per_s, 1, "mm/s"};
+  const Message uneven{
+      MarkMessage("Your feed was uneven: at most {0} and at least {1} along the line, and a constant {2} is wanted. "
+                  "Hold the key along the line without pauses; the [ and ] keys change its speed."),
+      {fastest, slowest, wanted}};
+  if (std::min(along.slow_share, along.fast_share) >= kOftenWrong) return uneven;
   // The saw was too slow or too fast for most of the time in which its feed was not right.
   if (along.slow_share > along.fast_share && along.mean_mm_per_s < (1 - kFeedGood) * wanted.value) {
     if (along.rest_share >= kRestsMuch) {
@@ -130,31 +140,22 @@ Message DescribeFeed(const ScoreSheet& sheet) {
           MarkMessage("Your feed was too slow: {0} on average, and {1} are wanted. You pressed with {2}: press less."),
           {mean, wanted, Quantity{along.slow_force_N, 0, "N"}}};
     }
-    return {
-        MarkMessage("Your feed was too slow: {0} on average, and {1} are wanted. Move the saw faster: ] makes the keys "
-                    "faster."),
-        {mean, wanted}};
+    return {MarkMessage("Your feed was too slow: {0} on average, and {1} are wanted. Move the saw faster: press the ] "
+                        "key."),
+            {mean, wanted}};
   }
   if (along.fast_share > along.slow_share && along.mean_mm_per_s > (1 + kFeedGood) * wanted.value) {
     return {
-        MarkMessage("Your feed was too fast: {0} on average, and {1} are wanted. Move the saw more slowly: [ makes the "
-                    "keys slower."),
+        MarkMessage("Your feed was too fast: {0} on average, and {1} are wanted. Move the saw more slowly: press the [ "
+                    "key."),
         {mean, wanted}};
   }
-  const Quantity fastest{sheet.feed_along->fastest_mm_per_s, 1, "mm/s"};
-  const Quantity slowest{sheet.feed_along->slowest_mm_per_s, 1, "mm/s"};
-  if (fastest.value > kUneven * slowest.value) {
-    return {
-        MarkMessage("Your feed was uneven: at most {0} and at least {1} along the line, and a constant {2} is wanted. "
-                    "Hold the key along the line without pauses; [ and ] change its speed."),
-        {fastest, slowest, wanted}};
-  }
+  if (fastest.value > kUneven * slowest.value) return uneven;
   return {
       fastest.value > wanted.value
-          ? MarkMessage("Your feed was {0} to {1} along the line, and {2} are wanted. Move more slowly: [ makes the "
-                        "keys slower.")
-          : MarkMessage("Your feed was {0} to {1} along the line, and {2} are wanted. Move faster: ] makes the keys "
-                        "faster."),
+          ? MarkMessage("Your feed was {0} to {1} along the line, and {2} are wanted. Move more slowly: press the [ "
+                        "key.")
+          : MarkMessage("Your feed was {0} to {1} along the line, and {2} are wanted. Move faster: press the ] key."),
       {slowest, fastest, wanted}};
 }
 
@@ -242,16 +243,19 @@ Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
 Message DescribeGood(const ScoreSheet& sheet, std::string_view key) {
   const Quantity value = Show(sheet, key);
   const bool none = FormatQuantity(value) == FormatQuantity({0, value.digits, value.unit});
-  if (key == "too_deep_mm" && none) return {MarkMessage("Its depth is perfect: nowhere too deep."), {}};
+  if (key == "too_deep_mm" && none) return {MarkMessage("The depth of your cut is perfect: nowhere too deep."), {}};
   if (key == "plunge_max_mm" && none)
     return {MarkMessage("You stopped in time: the blade did not leave the far side."), {}};
   if (key == "outside_mm3" && none)
     return {MarkMessage("You spared the bone beside the cut: nothing was removed there."), {}};
-  if (key == "plane_offset_mm" && none) return {MarkMessage("Its place is exact: it lies in the wanted plane."), {}};
-  if (key == "plane_offset_mm") return {MarkMessage("Its place is right: only {} from the wanted plane."), {value}};
-  if (key == "plane_angle_deg" && none) return {MarkMessage("Its direction is exact."), {}};
-  if (key == "plane_angle_deg") return {MarkMessage("Its direction is right, within {}."), {value}};
-  if (key == "too_deep_mm") return {MarkMessage("Its depth is right: nowhere more than {} too deep."), {value}};
+  if (key == "plane_offset_mm" && none)
+    return {MarkMessage("The place of your cut is exact: it lies in the wanted plane."), {}};
+  if (key == "plane_offset_mm")
+    return {MarkMessage("The place of your cut is right: only {} from the wanted plane."), {value}};
+  if (key == "plane_angle_deg" && none) return {MarkMessage("The direction of your cut is exact."), {}};
+  if (key == "plane_angle_deg") return {MarkMessage("The direction of your cut is right, within {}."), {value}};
+  if (key == "too_deep_mm")
+    return {MarkMessage("The depth of your cut is right: nowhere more than {} too deep."), {value}};
   if (key == "plunge_max_mm") return {MarkMessage("You stopped in time: at most {} beyond the far side."), {value}};
   if (key == "outside_mm3")
     return {MarkMessage("You spared the bone beside the cut: only {} was removed there."), {value}};
@@ -368,12 +372,21 @@ std::vector<Message> FindNotes(const ScoreSheet& sheet) {
   return notes;
 }
 
+bool IsCanal(const StructureResult& structure) {
+  return structure.kind == MarkKind::kNerve || structure.kind == MarkKind::kCanal;
+}
+
 /// Returns what happened to a nerve canal that is not spared, because the planned plane crosses it.
 std::optional<Message> DescribeCrossedNerve(const ScoreSheet& sheet) {
   if (!sheet.kind || SparesNerve(*sheet.kind) || !IsMeaningful(FindMeasure("nerve_distance_mm"), *sheet.kind))
     return {};
-  if (GetOrZero(sheet, "breach_mm3") > 0 || GetOrZero(sheet, "breaches") > 0) {
-    if (GetOrZero(sheet, "breach_mm3") < kTouched_mm3) {
+  // What was removed outside the plan is named as an injury.
+  double breach_mm3 = GetOrZero(sheet, "breach_mm3");
+  for (const OutsideInjury& injury : sheet.injured) {
+    if (IsCanal(injury.structure)) breach_mm3 -= injury.structure.removed_mm3;
+  }
+  if (breach_mm3 > 0 || GetOrZero(sheet, "breaches") > 0) {
+    if (breach_mm3 < kTouched_mm3) {
       return Message{
           MarkMessage("The running blade touched the nerve canal. The planned plane crosses the canal, so this "
                       "costs no points."),
@@ -387,7 +400,7 @@ std::optional<Message> DescribeCrossedNerve(const ScoreSheet& sheet) {
             : MarkMessage(
                   "The nerve canal was injured, and {} of it were removed. The planned plane crosses the canal, "
                   "so this costs no points."),
-        {Show(sheet, "breach_mm3")}};
+        {ShowMeasure(FindMeasure("breach_mm3"), breach_mm3)}};
   }
   const std::optional<double> distance_mm = sheet.Get("nerve_distance_mm");
   if (!distance_mm) return {};
@@ -402,13 +415,26 @@ std::optional<Message> DescribeCrossedNerve(const ScoreSheet& sheet) {
 std::vector<Message> DescribeInjuries(const ScoreSheet& sheet) {
   std::vector<Message> lines;
   for (const auto& [structure, away_mm] : sheet.injured) {
-    const bool is_canal = structure.kind == MarkKind::kNerve || structure.kind == MarkKind::kCanal;
-    if (!sheet.kind || (is_canal && SparesNerve(*sheet.kind))) continue;
+    if (!sheet.kind || (IsCanal(structure) && SparesNerve(*sheet.kind))) continue;
     lines.push_back(
-        {MarkMessage("You also injured a structure outside the wanted cut: {0}. {1} of it were removed, {2} "
-                     "from the wanted cut."),
+        {*sheet.kind == ExerciseKind::kOsteotomy
+             ? MarkMessage("You injured a structure outside the plan: {0}. {1} of it were removed, {2} from the plan.")
+             : MarkMessage("You injured a structure outside the wanted cut: {0}. {1} of it were removed, {2} from the "
+                           "wanted cut."),
          {FormatMessage(NameStructure(structure)), ShowMeasure(FindMeasure("outside_mm3"), structure.removed_mm3),
           Quantity{away_mm, 1, "mm"}}});
+  }
+  return lines;
+}
+
+/// Returns a sentence for each structure other than the nerve canal that was cut as planned.
+std::vector<Message> DescribeCrossed(const ScoreSheet& sheet) {
+  std::vector<Message> lines;
+  for (const StructureResult& structure : sheet.crossed) {
+    if (IsCanal(structure)) continue;
+    lines.push_back(
+        {MarkMessage("Crossed by the plan: {0}. {1} of it were removed, which costs no points."),
+         {FormatMessage(NameStructure(structure)), ShowMeasure(FindMeasure("outside_mm3"), structure.removed_mm3)}});
   }
   return lines;
 }
@@ -440,6 +466,7 @@ ExerciseReview MakeReview(const ScoreSheet& sheet) {
   }
   std::erase(review.notes, review.headline);
   review.nerve = DescribeCrossedNerve(sheet);
+  review.crossed = DescribeCrossed(sheet);
   ReviewFigures figures = MakeFigures(sheet);
   review.figures = std::move(figures.first);
   review.rest = std::move(figures.rest);

@@ -103,6 +103,8 @@ struct CutWatch::State {
     if (wants) {
       next.injuries = injury_finder.FindAt(wants);
       next.beside = injury_finder.FindAt([&](const Vec3& p_W) { return !wants(p_W); });
+      // Whether this part of the cut alone goes through a structure is not known.
+      for (StructureResult& structure : next.beside) structure.is_severed = false;
     }
     if (measured) next.measured = measured(*before, now);
     const std::lock_guard lock(mutex);

@@ -24,7 +24,8 @@ struct PlanesReport {
   std::vector<Row> planes;                  // in the order of the plan
   std::size_t piece_count = 0;              // pieces of the bone, of CutWatchOptions::min_piece_mm3 or more
   std::vector<StructureResult> injuries{};  // canals, teeth and marks that are cut: see InjuryFinder
-  std::vector<StructureResult> beside{};    // what was removed of these outside the wanted cut: CutWatch::SetWanted()
+  std::vector<StructureResult> beside{};    // what was removed of these outside the wanted cut: CutWatch::SetWanted();
+                                            // never severed
   std::optional<double> measured{};         // result of CutWatch::SetMeasure(); none: not set
 };
 

@@ -23,6 +23,16 @@ TEST(Tour, StepEndsByItsOwnActionOnly) {
   EXPECT_EQ(tour.step(), 0);
 }
 
+TEST(Tour, ChangesItsLanguageAfterTheFirstStep) {
+  Tour tour;
+  tour.Start({{"Choose", "", "choose"}, {"Cut", "", "cut"}});
+  tour.EndStep("choose");
+  tour.SetSteps({{"S\u00e4gen", "", "saw"}});  // the activity no longer has the first step
+  EXPECT_EQ(tour.step(), 2);
+  tour.EndStep("saw");
+  EXPECT_FALSE(tour.is_open());
+}
+
 TEST(Tour, CoversNeitherListNorLineNorCube) {
   const UiSize size{380, 170};
   const auto inside = [](const UiBox& box, const UiBox& scene) {

@@ -139,10 +139,10 @@ TEST(Coach, NamesTheKeyThatChangesTheFeed) {
     const std::optional<CoachLine> line = MakeCoachLine(UpdateCoach({}, cut, input), cut, input);
     return line && line->way ? FormatMessage(*line->way) : "";
   };
-  EXPECT_EQ(say(5, 5, 2), "Keys move the saw at 5.0 mm/s: press [.");
+  EXPECT_EQ(say(5, 5, 2), "Keys move the saw at 5.0 mm/s: press the [ key.");
   EXPECT_EQ(say(5, 3, 2), "");  // with the mouse
-  EXPECT_EQ(say(1.5, 1.5, 8.2), "Keys move the saw at 1.5 mm/s: press ].");
-  EXPECT_EQ(say(1.5, 3, 8.2), "Press less: 8 N slow the blade. Or ]: faster keys.");
+  EXPECT_EQ(say(1.5, 1.5, 8.2), "Keys move the saw at 1.5 mm/s: press the ] key.");
+  EXPECT_EQ(say(1.5, 3, 8.2), "Press less: 8 N slow the blade. Or press the ] key.");
   EXPECT_EQ(say(1.5, 3, 2), "Keep the key pressed that moves the saw along the line.");
 }
 
@@ -258,8 +258,9 @@ TEST(Coach, SaysTheWayBackAsTheStudentSeesIt) {
   const std::string left = "Left key: to the left.";
   const std::string right = "Right key: to the right.";
   const Vec3 up = -cut.into_W;
-  const CoachInput beside = Place(cut, 8, 1, 0.8);
-  const CoachInput other_side = Place(cut, 8, 1, -0.8);
+  CoachInput beside = Place(cut, 8, -0.5, 0.8);
+  CoachInput other_side = Place(cut, 8, -0.5, -0.8);
+  beside.touches = other_side.touches = false;
   EXPECT_EQ(say(beside, {cut.across_W, up}), left);
   EXPECT_EQ(say(beside, {-cut.across_W, up}), right);
   EXPECT_EQ(say(other_side, {cut.across_W, up}), right);
@@ -272,6 +273,9 @@ TEST(Coach, SaysTheWayBackAsTheStudentSeesIt) {
   // A view between the axes: the larger component counts.
   const Vec3 oblique = glm::normalize(2.0 * cut.across_W + cut.along_W);
   EXPECT_EQ(say(beside, {oblique, up}), left);
+  // In the bone, the blade comes out before it moves sideways.
+  EXPECT_EQ(say(Place(cut, 8, 1, 0.8), {cut.across_W, up}),
+            "Lift the blade out first. Up key: up. Then move it over. Left key: to the left.");
   // Beyond the ends.
   EXPECT_EQ(say(Place(cut, 16.8, 1), {cut.along_W, up}), left);
   EXPECT_EQ(say(Place(cut, -0.8, 1), {cut.along_W, up}), right);

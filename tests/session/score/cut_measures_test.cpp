@@ -92,8 +92,9 @@ WantedCut Misplace(const WantedCut& wanted, double offset_mm, double roll_deg, d
   return cut;
 }
 
-ScoreSheet Measure(const Bone& before, const Bone& after, const WantedCut& wanted) {
-  ScoreSheet sheet = MakeSheet(ExerciseKind::kGroove);
+ScoreSheet Measure(const Bone& before, const Bone& after, const WantedCut& wanted,
+                   ExerciseKind kind = ExerciseKind::kGroove) {
+  ScoreSheet sheet = MakeSheet(kind);
   MeasureCut(before, after, wanted, sheet);
   return sheet;
 }
@@ -262,19 +263,25 @@ TEST(CutMeasures, AStrayCutBesideThePlaneDoesNotTiltIt) {
 TEST(CutMeasures, ToothCutBesideTheWantedCutIsNamed) {
   const Bone before = test::MakeJaw();
   const Bone after = test::MakeJaw(5, 4);  // a slot through a tooth at x = 5
-  const auto injured = [&](double x_mm) {
+  const auto measure = [&](double x_mm, ExerciseKind kind = ExerciseKind::kGroove) {
     SceneExercise exercise;
     exercise.start_mm = {x_mm, -9, 0};
     exercise.end_mm = {x_mm, 9, 0};
     exercise.depth_mm = 5;
-    return Measure(before, after, MakeWantedCut(exercise, DiscSaw{.diameter_mm = 22, .thickness_mm = 0.4})).injured;
+    return Measure(before, after, MakeWantedCut(exercise, DiscSaw{.diameter_mm = 22, .thickness_mm = 0.4}), kind);
   };
-  EXPECT_TRUE(injured(5).empty());  // the wanted cut goes through the tooth
-  const std::vector<OutsideInjury> beside = injured(9);
+  EXPECT_TRUE(measure(5).injured.empty());  // the wanted cut goes through the tooth
+  const std::vector<OutsideInjury> beside = measure(9).injured;
   ASSERT_EQ(beside.size(), 1U);
   EXPECT_EQ(beside[0].structure.kind, MarkKind::kTooth);
   EXPECT_NEAR(beside[0].away_mm, 4 - 0.2, 0.1);
   EXPECT_NEAR(beside[0].structure.removed_mm3, 0.4 * 4 * 4, 0.1 * 0.4 * 4 * 4);
+  EXPECT_TRUE(measure(9).crossed.empty());
+  // What a planned cut crosses is no injury.
+  const ScoreSheet planned = measure(5, ExerciseKind::kOsteotomy);
+  EXPECT_TRUE(planned.injured.empty());
+  ASSERT_EQ(planned.crossed.size(), 1U);
+  EXPECT_NEAR(planned.crossed[0].removed_mm3, beside[0].structure.removed_mm3, 1e-6);
 }
 
 TEST(FitMiddlePlane, ReturnsNoneForALumpOrNoRemoval) {

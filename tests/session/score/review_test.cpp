@@ -64,7 +64,7 @@ TEST(Review, GrooveBesideTheLineIsTheFirstThingSaid) {
   EXPECT_EQ(FormatMessage(review.headline),
             "Your groove lies 3.1 mm beside the line. Set the blade on the line before you go into the bone.");
   ASSERT_TRUE(review.praise);
-  EXPECT_EQ(FormatMessage(*review.praise), "Its depth is perfect: nowhere too deep.");
+  EXPECT_EQ(FormatMessage(*review.praise), "The depth of your cut is perfect: nowhere too deep.");
 }
 
 TEST(Review, HeadlineNamesTheFaultThatCostsMost) {
@@ -103,8 +103,9 @@ TEST(Review, HeadlineNamesTheFaultThatCostsMost) {
 
 TEST(Review, NamesAToothThatWasInjuredOutsideTheWantedCut) {
   const std::string tooth =
-      "You also injured a structure outside the wanted cut: tooth 2 from the middle, patient's left. 13 mm³ of it were "
-      "removed, 9.6 mm from the wanted cut.";
+      "You injured a structure outside the plan: tooth 2 from the middle, patient's left. 13 mm³ of it were removed, "
+      "9.6 "
+      "mm from the plan.";
   ScoreSheet sheet = PerfectSheet(ExerciseKind::kOsteotomy);
   sheet.injured = {{.structure = {.kind = MarkKind::kTooth, .side = BodySide::kLeft, .number = 2, .removed_mm3 = 13},
                     .away_mm = 9.6}};
@@ -115,6 +116,27 @@ TEST(Review, NamesAToothThatWasInjuredOutsideTheWantedCut) {
   EXPECT_THAT(Headline(sheet), HasSubstr("72 % of the planned plane"));
   ASSERT_EQ(MakeReview(sheet).notes.size(), 1U);
   EXPECT_EQ(FormatMessage(MakeReview(sheet).notes.front()), tooth);
+}
+
+TEST(Review, NamesWhatThePlanCrossedApartFromWhatWasInjuredOutside) {
+  const StructureResult tooth{.kind = MarkKind::kTooth, .side = BodySide::kLeft, .is_row = true};
+  const StructureResult canal{.kind = MarkKind::kCanal, .side = BodySide::kLeft};
+  ScoreSheet sheet = PerfectSheet(ExerciseKind::kOsteotomy);
+  const auto with = [](StructureResult structure, double removed_mm3) {
+    structure.removed_mm3 = removed_mm3;
+    return structure;
+  };
+  sheet.crossed = {with(canal, 1.5), with(tooth, 10.4)};
+  sheet.injured = {{.structure = with(tooth, 2.7), .away_mm = 6}, {.structure = with(canal, 1), .away_mm = 2}};
+  SetValue(sheet, "breach_mm3", 2.5);
+  const ExerciseReview review = MakeReview(sheet);
+  EXPECT_THAT(FormatMessage(review.headline),
+              HasSubstr("outside the plan: row of touching teeth, patient's left. 2.7"));
+  ASSERT_EQ(review.crossed.size(), 1U);
+  EXPECT_EQ(
+      FormatMessage(review.crossed[0]),
+      "Crossed by the plan: row of touching teeth, patient's left. 10 mm³ of it were removed, which costs no points.");
+  EXPECT_THAT(FormatMessage(review.nerve.value()), HasSubstr("1.5 mm³ of it were removed"));
 }
 
 TEST(Review, MissingBoneIsTooShallowWhereTheLineWasFollowed) {
@@ -159,15 +181,15 @@ TEST(Review, FeedThatMissesTheGoalOfItsExerciseCostsPoints) {
   sheet.feed_along = FeedAlong{0, 6.2, 3.1};
   EXPECT_EQ(Headline(sheet),
             "Your feed was uneven: at most 6.2 mm/s and at least 0.0 mm/s along the line, and a constant 3.0 mm/s is "
-            "wanted. Hold the key along the line without pauses; [ and ] change its speed.");
+            "wanted. Hold the key along the line without pauses; the [ and ] keys change its speed.");
   sheet.feed_along = FeedAlong{4.8, 5.3, 3.7};
-  EXPECT_EQ(Headline(sheet),
-            "Your feed was 4.8 mm/s to 5.3 mm/s along the line, and 3.0 mm/s are wanted. Move more slowly: [ makes the "
-            "keys slower.");
+  EXPECT_EQ(
+      Headline(sheet),
+      "Your feed was 4.8 mm/s to 5.3 mm/s along the line, and 3.0 mm/s are wanted. Move more slowly: press the [ key.");
   sheet.feed_along = FeedAlong{1.2, 1.4, 2.4};
-  EXPECT_EQ(Headline(sheet),
-            "Your feed was 1.2 mm/s to 1.4 mm/s along the line, and 3.0 mm/s are wanted. Move faster: ] makes the keys "
-            "faster.");
+  EXPECT_EQ(
+      Headline(sheet),
+      "Your feed was 1.2 mm/s to 1.4 mm/s along the line, and 3.0 mm/s are wanted. Move faster: press the ] key.");
   CalcTotal(sheet);
   const ExerciseReview review = MakeReview(sheet);
   ASSERT_STREQ(review.figures[0].info->key, "feed_error");
@@ -462,17 +484,23 @@ TEST(Review, FeedThatIsTooSlowHasAReason) {
   FeedAlong fast{.slowest_mm_per_s = 3, .fastest_mm_per_s = 9, .mean_mm_per_s = 7, .fast_share = 0.9};
   EXPECT_EQ(
       say(slow),
-      "Your feed was too slow: 1.6 mm/s on average, and 3.0 mm/s are wanted. Move the saw faster: ] makes the keys "
-      "faster.");
+      "Your feed was too slow: 1.6 mm/s on average, and 3.0 mm/s are wanted. Move the saw faster: press the ] key.");
   EXPECT_EQ(say(pressed),
             "Your feed was too slow: 1.6 mm/s on average, and 3.0 mm/s are wanted. You pressed with 8 N: press less.");
   EXPECT_EQ(say(rested),
             "Your feed was too slow: 1.6 mm/s on average, and 3.0 mm/s are wanted. The saw rested for 30 % of the time "
             "along the line: keep moving it.");
-  EXPECT_EQ(
-      say(fast),
-      "Your feed was too fast: 7.0 mm/s on average, and 3.0 mm/s are wanted. Move the saw more slowly: [ makes the "
-      "keys slower.");
+  // Too fast on much of the line, which takes little time, and too slow elsewhere: its mean says nothing.
+  FeedAlong uneven = rested;
+  uneven.fastest_mm_per_s = 9;
+  uneven.slow_share = 0.7;
+  uneven.fast_share = 0.2;
+  EXPECT_EQ(say(uneven),
+            "Your feed was uneven: at most 9.0 mm/s and at least 0.0 mm/s along the line, and a constant 3.0 mm/s is "
+            "wanted. Hold the key along the line without pauses; the [ and ] keys change its speed.");
+  EXPECT_EQ(say(fast),
+            "Your feed was too fast: 7.0 mm/s on average, and 3.0 mm/s are wanted. Move the saw more slowly: press the "
+            "[ key.");
 }
 
 TEST(Review, CutRightThroughTheBoneSaysSo) {
@@ -496,7 +524,8 @@ TEST(Review, ExactPlaceIsNotOnlySomeMillimetresAway) {
   ScoreSheet sheet = PerfectSheet(ExerciseKind::kOsteotomy);
   SetValue(sheet, "cut_share", 0.8);
   CalcTotal(sheet);
-  EXPECT_EQ(FormatMessage(MakeReview(sheet).praise.value()), "Its place is exact: it lies in the wanted plane.");
+  EXPECT_EQ(FormatMessage(MakeReview(sheet).praise.value()),
+            "The place of your cut is exact: it lies in the wanted plane.");
 }
 
 TEST(Review, ScratchHasNoAngle) {

@@ -164,6 +164,8 @@ TEST(CutWatch, SeparatesWhatWasRemovedOutsideTheWantedCut) {
   ASSERT_EQ(split.injuries.size(), 1u);
   ASSERT_EQ(split.beside.size(), 1u);
   EXPECT_EQ(split.beside[0].name, "nerve");
+  EXPECT_TRUE(split.injuries[0].is_severed);
+  EXPECT_FALSE(split.beside[0].is_severed);  // also if the kerf that was wanted went through it
   const double whole_mm3 = all.injuries[0].removed_mm3;
   EXPECT_NEAR(split.injuries[0].removed_mm3 + split.beside[0].removed_mm3, whole_mm3, 1e-6 * whole_mm3);
   EXPECT_NEAR(split.injuries[0].removed_mm3, split.beside[0].removed_mm3, 0.01 * whole_mm3);
