@@ -175,7 +175,8 @@ def main():
         w._xdotool("keydown", "Next")
         w.wait_state("beside the line", lambda s: abs(s["saw_mm"][1] - beside) > 1.2)
         w._xdotool("keyup", "Next", "keydown", "Down")
-        w.wait_state("in the bone, which is noticed", lambda s: "You leave the line" in s.get("coach", ""))
+        w.wait_state("in the bone, which is noticed", lambda s: "You leave the line" in s.get("coach", "") and s["removed_mm3"] > 0)
+        assert w.state["way"].startswith("Lift the blade out first. Up key: up. Then move it over. Page"), w.state["way"]
         w._xdotool("keyup", "Down")
         picture("beside the line")
         # Leaving an attempt in which something was cut asks first; Escape goes on.
