@@ -255,10 +255,12 @@ TEST_F(SentBones, SurfacesAreRefusedWithASentence) {
     changed[at] = byte;
     return refusal(changed);
   };
-  EXPECT_THAT(with(0, 0xFF), HasSubstr("cut off"));    // 4e9 points
-  EXPECT_THAT(with(24, 0xFF), HasSubstr("cut off"));   // 4e9 bytes of polygons
-  EXPECT_THAT(with(27, 0), HasSubstr("no polygons"));  // none
-  EXPECT_THAT(with(36, 0x3B), HasSubstr("cut off"));   // 1e9 attributes
+  EXPECT_THAT(with(0, 0xFF), HasSubstr("cut off"));   // 4e9 points
+  EXPECT_THAT(with(24, 0xFF), HasSubstr("cut off"));  // 4e9 bytes of polygons
+  std::vector<std::uint8_t> points(good.begin(), good.begin() + 40 + 36);
+  points[27] = 0;
+  EXPECT_THAT(refusal(points), HasSubstr("no polygons"));
+  EXPECT_THAT(with(36, 0x3B), HasSubstr("cut off"));  // 1e9 attributes
   std::vector<std::uint8_t> longer = good;
   longer.resize(good.size() + 36);
   EXPECT_THAT(refusal(longer), HasSubstr("36 bytes too many"));
