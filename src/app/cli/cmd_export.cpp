@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/cli/commands.h"
+#include "app/cli/message.h"
 #include "app/cli/numbers.h"
 #include "app/cli/progress.h"
 #include "base/core/number_text.h"

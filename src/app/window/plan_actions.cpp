@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include <algorithm>
+#include <glm/geometric.hpp>
 #include <utility>
 
 #include "app/window/saw_turn.h"
@@ -193,8 +195,14 @@ std::vector<Pose> PlanActions::FindWay(const Pose& X_WT, const Tool& tool) const
   if (!bone) return {X_WT};
   const PhiSampler phi(*bone);
   const Vec3 middle_W = bone->CalcBounds().centre();
-  const Pose X_clear =
-      IsClear(phi, tool, X_WT, 0) ? X_WT : FindNearestClearPose(phi, tool, X_WT, middle_W, kClear_mm, kMaxLift_mm);
+  Pose X_clear = X_WT;
+  if (!IsClear(phi, tool, X_WT, 0)) {
+    X_clear = FindNearestClearPose(phi, tool, X_WT, middle_W, kClear_mm, kMaxLift_mm);
+    // A saw that comes to rest beside its goal is still clear.
+    const Vec3 out = X_clear.p_AB - X_WT.p_AB;
+    const Pose X_further{X_clear.R_AB, X_clear.p_AB + SawTurn::kThere_mm / std::max(glm::length(out), 1e-9) * out};
+    if (IsClear(phi, tool, X_further, 0)) X_clear = X_further;
+  }
   const Pose& X_now = viewer_.figures().coupled.X_WT;
   if (std::vector<Pose> way = FindClearWay(phi, tool, X_now, X_clear, middle_W, 0, kMaxWay_mm); !way.empty())
     return way;

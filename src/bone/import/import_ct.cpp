@@ -13,6 +13,7 @@
 #include "bone/grid/build_times.h"
 #include "bone/import/ct_solid.h"
 #include "bone/import/dicom.h"
+#include "bone/import/dicom_segments.h"
 #include "bone/import/hu_check.h"
 #include "bone/import/hu_sampler.h"
 #include "bone/import/image_file.h"

@@ -80,7 +80,7 @@ std::optional<Message> DescribeWay(const std::optional<KeyDirections>& keys, con
 
 /// Returns how to move a tool that is beside the wanted cut to it. In the bone it cannot move sideways.
 std::optional<Message> DescribeWayToCut(const CoachInput& input, const WantedCut& cut, double beside_mm) {
-  const std::optional<Message> way = DescribeWay(input.keys, beside_mm > 0 ? cut.across_W : -cut.across_W);
+  std::optional<Message> way = DescribeWay(input.keys, beside_mm > 0 ? cut.across_W : -cut.across_W);
   const bool in_bone = input.touches || (input.depth && input.depth->depth_mm > 0);
   const std::optional<Message> lift = DescribeWay(input.keys, cut.into_W);
   if (!in_bone || !way || !lift) return way;

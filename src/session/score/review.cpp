@@ -122,7 +122,7 @@ Message DescribeFeed(const ScoreSheet& sheet) {
   const Quantity mean{along.mean_mm_per_s, 1, "mm/s"};
   const Quantity fastest{along.fastest_mm_per_s, 1, "mm/s"};
   const Quantity slowest{along.slowest_mm_per_s, 1, "mm/s"};
-  const Message uneven{
+  Message uneven{
       MarkMessage("Your feed was uneven: at most {0} and at least {1} along the line, and a constant {2} is wanted. "
                   "Hold the key along the line without pauses; the [ and ] keys change its speed."),
       {fastest, slowest, wanted}};

@@ -93,11 +93,13 @@ std::string Overlay::Wrap(const std::string& text, double width, const TextStyle
   for (std::size_t from = 0; from <= text.size();) {
     const std::size_t end = std::min(text.find_first_of(" \n", from), text.size());
     const std::string word = text.substr(from, end - from);
-    const std::string longer = line.empty() ? word : line + ' ' + word;
+    std::string longer = line;
+    if (!line.empty()) longer += ' ';
+    longer += word;
     const bool fits = line.empty() || MeasureText(longer, style).width <= width;
-    if (!fits) wrapped += line + '\n';
+    if (!fits) wrapped.append(line).append(1, '\n');
     line = fits ? longer : word;
-    if (end < text.size() && text[end] == '\n') wrapped += std::exchange(line, {}) + '\n';
+    if (end < text.size() && text[end] == '\n') wrapped.append(std::exchange(line, {})).append(1, '\n');
     from = end + 1;
   }
   return wrapped + line;

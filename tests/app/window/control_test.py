@@ -336,6 +336,17 @@ def test_turn(display, kerf):
     assert w.state["saw_mm"] == at, w.state
     end(w, kerf, folder)
 
+    # A turning saw is stopped first: it cuts nothing on its way.
+    w, folder = start(display, kerf, scene)
+    w.wait_state("beside the bar", lambda s: s["saw_mm"][2] < 10.5)
+    spindle(w, True)
+    after = w.mark()
+    w.key("shift+g")
+    w.wait_message("The spindle is stopped. The saw is turning into cut", after=after)
+    w.wait_state("in the plane, clear of the bar", lambda s: abs(s["saw_mm"][0]) <= 0.3 and s["saw_mm"][2] > 11 and not s["turning"])
+    assert w.state["removed_mm3"] == 0 and not w.state["spindle"], w.state
+    end(w, kerf, folder)
+
 
 def main():
     kerf = sys.argv[1]

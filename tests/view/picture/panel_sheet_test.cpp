@@ -20,10 +20,13 @@ Panel MakeDottedPanel(double left_mm, double right_mm, double top_mm, double bot
   panel.left_mm = left_mm, panel.right_mm = right_mm, panel.top_mm = top_mm, panel.bottom_mm = bottom_mm;
   const int width = static_cast<int>(std::abs(right_mm - left_mm));
   const int height = static_cast<int>(std::abs(bottom_mm - top_mm));
-  panel.image = {width, height, std::vector<Rgb8>(static_cast<std::size_t>(width * height), Rgb8{0, 0, 0})};
+  panel.image = {width, height,
+                 std::vector<Rgb8>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), Rgb8{0, 0, 0})};
   const int column = static_cast<int>(std::abs(across - left_mm));
   const int row = static_cast<int>(std::abs(down - top_mm));
-  panel.image.pixels[static_cast<std::size_t>(row * width + column)] = {255, 0, 0};
+  panel.image
+      .pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column)] = {
+      255, 0, 0};
   return panel;
 }
 

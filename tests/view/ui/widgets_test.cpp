@@ -88,7 +88,7 @@ TEST(Widgets, LinesEndBetweenWordsButNotBeforeAUnit) {
     for (std::size_t from = 0; from < broken.size();) {
       const std::size_t end = std::min(broken.find('\n', from), broken.size());
       const std::string line = broken.substr(from, end - from);
-      const bool one_word = line.find_first_of(" ") == std::string::npos;
+      const bool one_word = line.find_first_of(' ') == std::string::npos;
       const bool quantity = std::count(line.begin(), line.end(), ' ') <= 1;
       EXPECT_TRUE(one_word || quantity || ImGui::CalcTextSize(line.c_str()).x <= width + 1) << line;
       from = end + 1;
