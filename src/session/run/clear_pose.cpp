@@ -82,11 +82,12 @@ std::vector<Pose> FindClearWay(const PhiSampler& phi, const Tool& tool, const Po
                                const Vec3& p_inside_W, double margin_mm, double max_mm) {
   constexpr double kLook_mm = 3;
   constexpr double kLift_mm = 10;
+  const ClearTest test(phi, tool, margin_mm);
   const auto is_clear = [&](const std::vector<Pose>& corners) {
     const std::vector<Pose> way = DivideIntoTicks(corners, kLook_mm, 1, CalcReach(tool));
-    return std::all_of(way.begin(), way.end(), [&](const Pose& X) { return IsClear(phi, tool, X, margin_mm); });
+    return std::all_of(way.begin(), way.end(), [&](const Pose& X) { return test.IsClear(X); });
   };
-  if (!IsClear(phi, tool, X_from, margin_mm)) return {};
+  if (!test.IsClear(X_from)) return {};
   if (is_clear({X_from, X_to})) return {X_to};
   std::vector<Vec3> directions{{0, 0, 1}, {0, -1, 0}};
   for (const Pose& X : {X_from, X_to}) {
