@@ -1,4 +1,4 @@
-// The tools: a thin toothed disc on a spindle, and a ball burr.
+// The tools: a thin toothed disc on a spindle, a ball burr, a fissure bur.
 #pragma once
 
 #include <numbers>
@@ -51,6 +51,28 @@ struct BallBurr {
   void Validate() const;
 };
 
+/// Fissure bur, or Lindemann bur: a cylinder or cone with cutting edges (flutes) along its side and across its end,
+/// both of which cut. Tool frame T: origin at the tip, z along the spindle axis, towards the handpiece. Flutes are
+/// modelled as those of a ball burr. The shank above the head is not modelled.
+struct FissureBur {
+  double diameter_mm = 1.6;  // ISO 016
+  double length_mm = 8;
+  double taper_deg = 0;
+  double point_angle_deg = 180;
+  int flutes = 6;
+  double tooth_width_mm = 0.5;
+  double rake_deg = -10;      // as for a disc
+  double edge_radius_um = 8;  // as for a disc
+  double E_MPa = 205000;      // steel
+  double nu = 0.28;
+  Vec3 p_TG_mm{0, 0, 80};
+
+  double radius_mm() const { return 0.5 * diameter_mm; }
+  /// Throws kerf::Error naming the first value out of range, or if the head is so long that its taper ends above the
+  /// tip.
+  void Validate() const;
+};
+
 /// Shapes; [tool] of a scene has the same keys.
 template <typename V>
 void DescribeShape(DiscSaw& p, V&& visit) {
@@ -62,6 +84,17 @@ template <typename V>
 void DescribeShape(BallBurr& p, V&& visit) {
   visit("diameter_mm", p.diameter_mm, Range{0.5, 50}, "diameter of the ball");
   visit("flutes", p.flutes, Range{1, 100}, "number of cutting edges, each from pole to pole");
+  visit("tooth_width_mm", p.tooth_width_mm, Range{0.01, 50},
+        "length of a flute's edge that counts as one tooth in the force law; an assumption");
+}
+template <typename V>
+void DescribeShape(FissureBur& p, V&& visit) {
+  visit("diameter_mm", p.diameter_mm, Range{0.3, 20}, "diameter of the head, at its widest");
+  visit("length_mm", p.length_mm, Range{0.5, 60}, "length of the head that cuts, with its tip");
+  visit("taper_deg", p.taper_deg, Range{0, 20},
+        "angle between the side and the axis; the head narrows towards the tip");
+  visit("point_angle_deg", p.point_angle_deg, Range{60, 180}, "full angle of the tip; 180: the end is flat");
+  visit("flutes", p.flutes, Range{1, 100}, "number of cutting edges, each along the side and across the end");
   visit("tooth_width_mm", p.tooth_width_mm, Range{0.01, 50},
         "length of a flute's edge that counts as one tooth in the force law; an assumption");
 }
@@ -88,6 +121,12 @@ void Describe(DiscSaw& p, V&& visit) {
   DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
 }
 template <typename V>
+void Describe(FissureBur& p, V&& visit) {
+  DescribeShape(p, visit);
+  DescribeEdge(p, visit);
+  DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
+}
+template <typename V>
 void Describe(BallBurr& p, V&& visit) {
   DescribeShape(p, visit);
   DescribeEdge(p, visit);
@@ -96,12 +135,13 @@ void Describe(BallBurr& p, V&& visit) {
 
 /// Any tool. A kind of tool is a struct of parameters here and the parts that kerf needs of it in its own file of
 /// src/cut/tool (tool_kind.h).
-using Tool = std::variant<DiscSaw, BallBurr>;
+using Tool = std::variant<DiscSaw, BallBurr, FissureBur>;
 
 /// Form of a tool. Kinds of the same form share contact, guides and measures.
 enum class ToolForm {
   kBlade,  // flat, in the x-y plane of T: its edge cuts; its two flats do not, and the walls of the kerf hold them
   kBall,   // a sphere about the origin of T, whose whole surface cuts
+  kRound,  // a convex solid of revolution about the z axis of T with its tip at the origin; its whole surface cuts
 };
 ToolForm GetForm(const Tool& tool);
 inline bool IsBlade(const Tool& tool) {
@@ -114,8 +154,8 @@ std::string DescribeToolBriefly(const Tool& tool);  // such as "22 mm disc with 
 double CalcReach(const Tool& tool);         // radius of the smallest ball around the origin of T that contains the
                                             // tool, mm
 double CalcRadius(const Tool& tool);        // largest distance of the edge from the spindle axis, mm
-double CalcThickness(const Tool& tool);     // of a blade, mm; 0 for a ball
-double CalcCutWidth(const Tool& tool);      // of the groove that the tool cuts: a blade's thickness, a ball's diameter
+double CalcThickness(const Tool& tool);     // of a blade, mm; 0 for any other tool
+double CalcCutWidth(const Tool& tool);      // of the groove that the tool cuts: a blade's thickness, another's diameter
 int CountPassesPerTurn(const Tool& tool);   // teeth that pass a point of the edge in a turn of the spindle
 double CalcModulus(const Tool& tool);       // E, MPa
 double CalcPoissonRatio(const Tool& tool);  // nu
@@ -125,7 +165,7 @@ Vec3 CalcGrip(const Tool& tool);            // p_TG, mm
 /// Dimensions of a tooth that the force laws need.
 struct Tooth {
   double tool_radius_mm;  // radius of the sphere in the paper's Hertz contact; half the tool's diameter
-  double pitch_mm;        // along the edge of the disc; between flutes at the equator of the ball
+  double pitch_mm;        // along the edge of the disc; between flutes where the others are widest
   double width_mm;        // of the cutting edge
   double rake_deg;
   double edge_radius_mm;

@@ -58,13 +58,16 @@ GuideEffect::GuideEffect(const GuideParams& params, const EffectSetup& setup)
       radius_mm_(CalcRadius(tool_)),
       near_mm_(std::max(kNear_mm, kNearVoxels * setup.field.voxel_mm())),
       depth_W_(glm::normalize(params.depth_direction_W)),
-      is_blade_(IsBlade(tool_)) {
+      is_blade_(IsBlade(tool_)),
+      top_mm_(CalcRoundSolid(tool_).value_or(RoundSolid{}).top_z_mm) {
   const auto add = [&](const Vec3& n_W, const Vec3& p_T, bool deepest, double min_mm, double stiffness) {
     walls_.push_back({n_W, p_T, deepest, min_mm, stiffness, min_mm});
   };
-  const int points = is_blade_ ? kRimPoints : 1;
+  // Points of the rim, of a ball its centre, of a solid of revolution the ends of its axis.
+  const int points = is_blade_ ? kRimPoints : top_mm_ > 0 ? 2 : 1;
   for (int i = 0; i < points; ++i) {
-    const Vec3 p_T = is_blade_ ? radius_mm_ * Vec3(i % 2 == 0 ? 1 - i : 0, i % 2 == 1 ? 2 - i : 0, 0) : Vec3(0);
+    const Vec3 p_T =
+        is_blade_ ? radius_mm_ * Vec3(i % 2 == 0 ? 1 - i : 0, i % 2 == 1 ? 2 - i : 0, 0) : Vec3(0, 0, i * top_mm_);
     for (const double side : {-1.0, 1.0}) {
       add(side * n_W_, p_T, false, params.tolerance_mm, params.stiffness_N_per_mm / points);
     }
@@ -109,7 +112,7 @@ bool GuideEffect::Holds(const EffectFlight& flight) {
   Follow(flight.X_FT_from);
   // During the motion the tool's points deviate from straight lines by at most the sagitta of the rotation.
   const double cos_half = std::min(1.0, std::abs(glm::dot(flight.X_FT_from.R_AB, flight.X_FT_to.R_AB)));
-  const double bent_mm = radius_mm_ * (1 - std::max(0.0, 2 * cos_half * cos_half - 1));
+  const double bent_mm = std::max(radius_mm_, top_mm_) * (1 - std::max(0.0, 2 * cos_half * cos_half - 1));
   return std::min(CalcGap(flight.X_FT_from), CalcGap(flight.X_FT_to)) < near_mm_ + bent_mm;
 }
 
@@ -160,7 +163,7 @@ void GuideEffect::Report(std::span<double> channels) const {
   channels[0] = deviation_mm > kRounding_mm ? deviation_mm : 0;
   channels[1] =
       is_blade_ ? kDegreesPerRad * std::acos(std::min(1.0, std::abs(glm::dot(at_.Vector({0, 0, 1}), n_W_)))) : 0;
-  channels[2] = glm::dot(depth_W_, p_mm) + radius_mm_ * length;
+  channels[2] = glm::dot(depth_W_, p_mm) + (top_mm_ > 0 ? glm::dot(n_T, FindDeepest(tool_, n_T)) : radius_mm_ * length);
   channels[kForceChannel] = force_N_;
 }
 
@@ -177,8 +180,9 @@ const EffectInfo& Guide() {
       .sleeps = "while every wall is further away than a millimetre and four voxels",
       .hooks = kEffectHolds | kEffectEngage | kEffectSolved | kEffectEnd,
       .parameters = ListEffectParameters<GuideParams>(),
-      .channels = {{"deviation_mm", "largest distance of a point of the rim from the plane"},
-                   {"tilt_deg", "tilt of the disc relative to the plane"},
+      .channels = {{"deviation_mm",
+                    "largest distance of a point of the rim, or of the axis of another tool, from the plane"},
+                   {"tilt_deg", "tilt of a blade relative to the plane"},
                    {"depth_mm", "depth of the tool's deepest point below point_mm"},
                    {"force_N", "force of the guide on the tool"}},
       .find_fault =

@@ -87,6 +87,7 @@ class GuideEffect final : public Effect {
   double near_mm_;
   Vec3 depth_W_;
   bool is_blade_;
+  double top_mm_;  // height of a solid of revolution; 0: another tool
   bool fresh_ = true;
   std::vector<Wall> walls_;
   double force_N_ = 0;  // in the last tick

@@ -19,7 +19,7 @@ constexpr double kSettled = 1e-4;  // minimum relative decrease of the distance 
 StructureDistance::StructureDistance(const std::vector<Box3>& boxes_F, const Tool& tool)
     : tree_(boxes_F),
       tool_(tool),
-      is_blade_(IsBlade(tool)),
+      form_(GetForm(tool)),
       radius_mm_(CalcRadius(tool)),
       half_mm_(0.5 * CalcThickness(tool)),
       reach_mm_(CalcReach(tool)) {
@@ -28,10 +28,20 @@ StructureDistance::StructureDistance(const std::vector<Box3>& boxes_F, const Too
   looked_at_mm_.resize(patches_.size(), -1e9);
 }
 
-/// Makes the patches. A blade has one in the middle and rings around it; a ball is a single patch.
+/// Makes the patches. A blade has one in the middle and rings around it; a ball is a single patch; a solid of
+/// revolution has slices along its axis.
 void StructureDistance::MakePatches() {
-  if (!is_blade_) {
+  if (form_ == ToolForm::kBall) {
     patches_.push_back({Vec3(0), radius_mm_});
+    return;
+  }
+  if (form_ == ToolForm::kRound) {
+    const double top_mm = CalcRoundSolid(tool_)->top_z_mm;
+    const int slices = std::max(1, static_cast<int>(std::ceil(top_mm / radius_mm_)));
+    const double half_mm = 0.5 * top_mm / slices;
+    for (int i = 0; i < slices; ++i) {
+      patches_.push_back({{0, 0, (2 * i + 1) * half_mm}, std::hypot(radius_mm_, half_mm)});
+    }
     return;
   }
   const double width = radius_mm_ / (kBladeRings + 0.5);
@@ -79,6 +89,8 @@ double StructureDistance::QueryPatch(const Pose& X_FT, const Patch& patch, Neare
 
 /// Searches a patch that its bound does not exclude for a distance below `best`.
 void StructureDistance::SearchPatch(const Pose& X_FT, const Patch& patch, Nearest& best) {
+  // A slice of a solid of revolution is as small as the tool is thin: its own query is enough.
+  if (form_ == ToolForm::kRound) return;
   const double enough_mm = std::max(kMin_mm, kTolerance * best.distance_mm);
   for (int i = 0; i < 4 && queries_ < max_queries_ && best.distance_mm > 0; ++i) {
     const double half = 0.5 * patch.radius_mm;
@@ -103,7 +115,7 @@ StructureDistance::Nearest StructureDistance::Find(const Pose& X_FT, double limi
     bound_mm_[i] = QueryPatch(X_FT, patches_[i], best);
     looked_at_mm_[i] = travelled_mm_;
   };
-  if (!is_blade_) {
+  if (form_ == ToolForm::kBall) {
     // The distance of a ball is the distance of its centre minus its radius.
     ++queries_;
     const BoxTree::Nearest found = tree_.FindNearest(X_FT.p_AB, limit_mm + radius_mm_);

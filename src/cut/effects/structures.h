@@ -43,7 +43,7 @@ class StructureDistance {
   std::size_t CalcMemoryBytes() const;
 
  private:
-  /// Part of a blade's middle plane, with half of the thickness on each side.
+  /// Part of a blade's middle plane, with half of the thickness on each side; or ball about a part of another tool.
   struct Patch {
     Vec3 p_T;
     double radius_mm;
@@ -55,7 +55,7 @@ class StructureDistance {
 
   BoxTree tree_;
   Tool tool_;
-  bool is_blade_;
+  ToolForm form_;
   double radius_mm_, half_mm_, reach_mm_;
   std::vector<Patch> patches_;
   std::vector<double> bound_mm_;      // distance of each patch's centre from the boxes

@@ -37,6 +37,7 @@ struct CoupledSimulation::State {
         field(bone, params.spare_leaves),
         h(bone.voxel_mm()),
         is_blade(IsBlade(params.tool)),
+        is_round(GetForm(params.tool) == ToolForm::kRound),
         shape(
             MakeToolShape(params.tool, {params.rim_samples_per_pitch, kFaceSpacing_mm,
                                         Faces::CalcRimMargin(CalcReach(params.tool), h), Faces::CalcStoppedMargin(h)})),
@@ -116,6 +117,7 @@ struct CoupledSimulation::State {
   BoneField field;
   double h;
   bool is_blade;
+  bool is_round;
   ToolShape shape;
   Coupling coupling;
   Edge edge;

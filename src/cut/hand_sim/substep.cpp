@@ -158,7 +158,10 @@ double CoupledSimulation::State::CalcStepFraction(const Twist& motion, double ti
     steps = std::max({steps, CountSteps(across, bent, kStepVoxels * h),
                       CountSteps(along, bent, kAxialFraction * std::min(h, CalcThickness(params.tool)))});
   } else {
-    steps = std::max(steps, CountSteps(glm::length(v) * time_s, bent, kStepVoxels * h));
+    // The rotation of a ball changes nothing.
+    const double turned = is_round ? std::hypot(w.x, w.y) * shape.reach_mm * time_s : 0;
+    steps = std::max(steps, CountSteps(glm::length(v) * time_s + turned, bent, kStepVoxels * h));
+    if (is_round) steps = std::max(steps, CountSteps(turned, bent, kAxialFraction * h));
   }
   return steps > 1 ? 1 / steps : 1;
 }

@@ -40,15 +40,18 @@ struct Answer {
 
 /// Three kinds of query find the clearance of the tool, in the order of their cost:
 /// - the tool as one ball;
-/// - for a blade, one large ball without bone that encloses the blade and whose centre lies on the side away from the
-///   nearest bone: this is sufficient where all bone lies on one side, for any tilt of the blade;
-/// - the plates that cover the blade, one by one.
+/// - for a tool with a cover, one large ball without bone that encloses the tool and whose centre lies on the side away
+/// from the
+///   nearest bone: this is sufficient where all bone lies on one side, for any tilt of a blade;
+/// - the plates that cover the tool, one by one.
 /// The clearance of each plate is stored as `until`: the tool's travel at which it is used up.
 struct Clearance::State {
   State(const BoneField& field, const Tool& tool)
       : tree(MakeLeafBoxes(field)), plates(MakeToolCover(tool)), reach_mm(CalcReach(tool)) {
     radius_mm = CalcRadius(tool);
-    half_thickness_mm = 0.5 * CalcThickness(tool);
+    for (const CoverPlate& plate : plates) {
+      half_thickness_mm = std::max(half_thickness_mm, std::abs(plate.centre_T.z) + plate.half_thickness_mm);
+    }
     until.resize(std::max<std::size_t>(1, plates.size()));
     plate_distance.resize(plates.size());
     Forget();
@@ -156,10 +159,10 @@ struct Clearance::State {
   }
 
   BoxTree tree;
-  std::vector<CoverPlate> plates;  // disc only; empty for a ball
+  std::vector<CoverPlate> plates;  // empty for a ball
   double reach_mm;
   double radius_mm = 0;
-  double half_thickness_mm = 0;
+  double half_thickness_mm = 0;  // largest distance of the tool from the plane z = 0
   std::vector<double> until;
   std::vector<Answer> plate_distance;  // distance of each plate's centre from bone
   std::size_t lowest = 0;

@@ -23,12 +23,16 @@ constexpr double kMinKerfVoxels = 1.005;
 /// Returns the zone in which the tool cuts.
 EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
   EdgeZone zone;
-  zone.band_mm = field.band_mm();
+  zone.band_mm = zone.outside_mm = field.band_mm();
   zone.depth_mm = kAll;
   zone.kind = tool.index();
   zone.form = GetForm(tool);
   zone.radius_mm = CalcRadius(tool);
-  if (zone.is_blade()) {
+  zone.solid = CalcRoundSolid(tool);
+  if (zone.solid) {
+    zone.half_thickness_mm = zone.centre_z_mm = 0.5 * zone.solid->top_z_mm;
+    zone.outside_mm *= zone.solid->CalcCornerFactor();
+  } else if (zone.is_blade()) {
     zone.half_thickness_mm = 0.5 * CalcKerfWidth(CalcThickness(tool), field.voxel_mm());
     if (with == CutWith::kEdge) zone.depth_mm = CalcToothSide(zone.radius_mm, field.voxel_mm());
   }
@@ -36,11 +40,11 @@ EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
 }
 
 /// Returns the part of the zone that a step of a ball, or of a blade in its plane, can change. Further inside, the
-/// flats are nearer than the rim, or there is only air.
+/// flats are nearer than the rim, or there is only air. The ends of a solid of revolution change all of it.
 EdgeZone MakeEdgeZone(const EdgeZone& zone, double voxel_mm) {
   EdgeZone edge = zone;
   const double depth_mm = zone.is_blade() ? zone.half_thickness_mm + 0.5 * voxel_mm : zone.band_mm;
-  if (zone.depth_mm == kAll) edge.depth_mm = depth_mm;
+  if (zone.depth_mm == kAll && !zone.solid) edge.depth_mm = depth_mm;
   return edge;
 }
 
@@ -55,14 +59,23 @@ struct Cutter::State {
         whole_voxels(the_whole_voxels),
         precision_bits(the_precision_bits),
         leaves(field, MakeEdgeZone(zone, h)),
+        max_piece_mm(0.25 * leaves.slack_mm()),
         ledger(field, old_leaves),
-        metal(field) {}
+        metal(field) {
+    // The sweep of an edge of a solid of revolution is exact up to length^2 / (8 radius), with a radius of at least a
+    // quarter of the edge's where it matters.
+    if (zone.solid) {
+      max_piece_mm = std::min(max_piece_mm, std::sqrt(2 * zone.solid->corner_radius_mm * kFlankTolerance * h));
+    }
+  }
 
-  void CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only, Result& result);
+  void CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only, double flank_slack_mm,
+                Result& result);
   template <bool kHasMetal>
   void CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result);
   void KeepMetal(const MetalVoxels::Leaf& in_metal, const float* old, float* now, CarveLoss& loss) const;
   bool FlanksMoved(const Pose& X) const;
+  double CalcFlankSlack(const Pose& X_a, const Pose& X_b) const;
   void CountInMm3(Result& result) const { result.removed_mm3 *= h * h * h; }
 
   BoneField& field;
@@ -71,6 +84,7 @@ struct Cutter::State {
   bool whole_voxels;
   int precision_bits;
   EdgeLeaves leaves;
+  double max_piece_mm;  // longest part of a step
   Ledger ledger;
   MetalVoxels metal;
   std::optional<Pose> X_last;    // end of the last cut, if it was complete
@@ -168,24 +182,30 @@ bool Cutter::State::FlanksMoved(const Pose& X) const {
   return along + tilt * zone.radius_mm > kFlankTolerance * h;
 }
 
+/// Returns a bound on how far the tool's sides are from where they last cut, apart from the motion of the sweep.
+double Cutter::State::CalcFlankSlack(const Pose& X_a, const Pose& X_b) const {
+  if (!zone.solid) return kFlankTolerance * h;
+  return glm::length(X_a.Vector({0, 0, 1}) - X_b.Vector({0, 0, 1})) * (zone.CalcReach() + zone.outside_mm);
+}
+
 Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to) {
   State& s = *state_;
   s.effort = {};
   Result result;
-  Pose X_a = X_from;
-  Pose X_b = X_to;
+  Pose X_a = s.zone.Centre(X_from);
+  Pose X_b = s.zone.Centre(X_to);
   if (s.zone.form == ToolForm::kBall) X_a.R_AB = X_b.R_AB = Quat(1, 0, 0, 0);  // a ball's rotation has no effect
   // A cut that continues the last one visits only the newly swept part.
   const bool goes_on = s.X_last && s.X_last->p_AB == X_a.p_AB && s.X_last->R_AB == X_a.R_AB;
   const bool new_only = goes_on && !s.FlanksMoved(X_b);
   const double distance_mm = glm::length(X_b.p_AB - X_a.p_AB);
-  if (!new_only || distance_mm > 0) {
-    // A caller that uses CountSubsteps() always gets one piece.
-    const double pieces = std::max(1.0, std::ceil(distance_mm / (0.25 * s.leaves.slack_mm())));
+  if (!new_only || distance_mm > 0 || (s.zone.solid && s.CalcFlankSlack(X_a, X_b) > 0)) {
+    // A caller that uses CountSubsteps() gets one piece, but for a thin bur on coarse voxels.
+    const double pieces = std::max(1.0, std::ceil(distance_mm / s.max_piece_mm));
     for (double i = 1; i <= pieces; ++i) {
       Pose X = X_b;
       if (i < pieces) X.p_AB = X_a.p_AB + (X_b.p_AB - X_a.p_AB) * (1 / (pieces - i + 1));
-      s.CutPiece(s.zone, X_a, X, new_only && i == 1, result);
+      s.CutPiece(s.zone, X_a, X, new_only && (i == 1 || s.zone.solid), s.CalcFlankSlack(X_a, X), result);
       X_a = X;
     }
   }
@@ -202,15 +222,16 @@ Cutter::Result Cutter::CutAround(const Pose& X) {
   Result result;
   EdgeZone whole = s.zone;
   whole.depth_mm = kAll;
-  s.CutPiece(whole, X, X, false, result);
+  const Pose X_Z = whole.Centre(X);
+  s.CutPiece(whole, X_Z, X_Z, false, 0, result);
   Lift();
   s.CountInMm3(result);
   return result;
 }
 
 void Cutter::State::CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only,
-                             Result& result) {
-  const Sweep sweep(cuts, X_from, X_to, h, kFlankTolerance * h, new_only, whole_voxels, precision_bits);
+                             double flank_slack_mm, Result& result) {
+  const Sweep sweep(cuts, X_from, X_to, h, flank_slack_mm, new_only, whole_voxels, precision_bits);
   effort.is_new_list |= leaves.Update(X_to, sweep.length_mm, !new_only && cuts.depth_mm == kAll);
   LeafList& list = leaves.list();
   effort.listed_leaves += static_cast<int>(list.size());

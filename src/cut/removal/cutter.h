@@ -110,7 +110,8 @@ double CalcKerfWidth(double thickness_mm, double voxel_mm);
 
 /// Returns the number of steps into which the motion from a to b must be divided, a whole number >= 1. In one step the
 /// edge moves outwards by at most half a voxel, and no part of a blade moves along the spindle by more than a quarter
-/// of its thickness or of a voxel, whichever is less. Therefore no bone is skipped, and each layer affects the force.
+/// of its thickness or of a voxel, whichever is less. A rotation moves no part of a solid of revolution by more than a
+/// quarter of a voxel. Therefore no bone is skipped, and each layer affects the force.
 /// Tick-safe.
 double CountSubsteps(const Pose& a, const Pose& b, const Tool& tool, double voxel_mm);
 

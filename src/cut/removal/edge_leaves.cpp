@@ -19,7 +19,7 @@ constexpr double kMinSlack_mm = 1;           // minimum slack; a tool at 5 mm/s 
 std::size_t BoundLeaves(const EdgeZone& zone, double out_mm, double leaf_mm) {
   const double grown_mm = out_mm + 2 * std::sqrt(3.0) * leaf_mm;
   const double radius_mm = zone.radius_mm + grown_mm;
-  const double volume_mm3 = zone.is_blade()
+  const double volume_mm3 = zone.is_cylinder()
                                 ? std::numbers::pi * radius_mm * radius_mm * 2 * (zone.half_thickness_mm + grown_mm)
                                 : 4 * std::numbers::pi / 3 * radius_mm * radius_mm * radius_mm;
   return static_cast<std::size_t>(volume_mm3 / (leaf_mm * leaf_mm * leaf_mm)) + 1;
@@ -77,7 +77,7 @@ EdgeLeaves::EdgeLeaves(const BoneField& field, const EdgeZone& zone)
                              static_cast<std::size_t>(highest.y - lowest.y + 1) *
                              static_cast<std::size_t>(highest.z - lowest.z + 1);
   for (Search* search : {&now_, &next_}) {
-    search->list.Reserve(std::min(BoundLeaves(zone, zone.band_mm + slack_mm_, 8 * field.voxel_mm()), in_box));
+    search->list.Reserve(std::min(BoundLeaves(zone, zone.outside_mm + slack_mm_, 8 * field.voxel_mm()), in_box));
   }
 }
 
@@ -85,9 +85,9 @@ EdgeLeaves::EdgeLeaves(const BoneField& field, const EdgeZone& zone)
 bool EdgeLeaves::Covers(const Search& search, const Pose& X_WT, double length_mm, bool inner, double fraction) const {
   if (!search.begun || (inner && !search.inner)) return false;
   double moved_mm = glm::length(X_WT.p_AB - search.X_WT.p_AB);
-  if (zone_.is_blade()) {
+  if (zone_.is_cylinder()) {
     const double turned = glm::length(X_WT.Vector({0, 0, 1}) - search.X_WT.Vector({0, 0, 1}));
-    moved_mm += turned * (zone_.radius_mm + zone_.half_thickness_mm + zone_.band_mm);
+    moved_mm += turned * (zone_.radius_mm + zone_.half_thickness_mm + zone_.outside_mm);
   }
   return moved_mm + 2 * length_mm + 0.5 * field_.voxel_mm() <= fraction * slack_mm_;
 }
@@ -112,10 +112,10 @@ void EdgeLeaves::Begin(const Pose& X_WT, bool inner, Search& search) const {
   search.inner_requested = false;
   search.X_WT = X_WT;
   search.list.Clear(X_WT.p_AB);
-  // The axis along which the tool is thinnest. For each position on the other two axes, the near leaves form a
-  // range along it.
+  // The axis along which a blade is thinnest, or which is nearest to the spindle's. For each position on the other two
+  // axes, the near leaves form a range along it.
   search.thin = 2;
-  if (zone_.is_blade()) {
+  if (zone_.is_cylinder()) {
     const Vec3 n = glm::abs(X_WT.Vector({0, 0, 1}));
     search.thin = n.x > n.y && n.x > n.z ? 0 : (n.y > n.z ? 1 : 2);
   }
@@ -125,10 +125,10 @@ void EdgeLeaves::Begin(const Pose& X_WT, bool inner, Search& search) const {
 /// Returns the range of leaves along one of the grid's axes that the tool may reach.
 std::pair<int, int> EdgeLeaves::Stretch(const Search& search, int axis) const {
   const Vec3 normal = search.X_WT.Vector({0, 0, 1});
-  const double out_mm = zone_.band_mm + slack_mm_;
-  const double flat = zone_.is_blade() ? std::sqrt(std::max(0.0, 1 - normal[axis] * normal[axis])) : 1.0;
+  const double out_mm = zone_.outside_mm + slack_mm_;
+  const double flat = zone_.is_cylinder() ? std::sqrt(std::max(0.0, 1 - normal[axis] * normal[axis])) : 1.0;
   const double reach_mm =
-      zone_.radius_mm * flat + out_mm + (zone_.is_blade() ? zone_.half_thickness_mm * std::abs(normal[axis]) : 0);
+      zone_.radius_mm * flat + out_mm + (zone_.is_cylinder() ? zone_.half_thickness_mm * std::abs(normal[axis]) : 0);
   return Clip(axis, search.X_WT.p_AB[axis], reach_mm);
 }
 
@@ -161,21 +161,21 @@ bool EdgeLeaves::Advance(Search& search, int rows) const {
 void EdgeLeaves::AddRow(Search& search, int i) const {
   const double h = field_.voxel_mm();
   const double leaf_mm = 8 * h;
-  const double out_mm = zone_.band_mm + slack_mm_;
+  const double out_mm = zone_.outside_mm + slack_mm_;
   const Vec3& centre = search.X_WT.p_AB;
   const Vec3 normal = search.X_WT.Vector({0, 0, 1});
   const int thin = search.thin;
   const int a = (thin + 1) % 3;
   const int b = (thin + 2) % 3;
   const auto [first_j, last_j] = Stretch(search, b);
-  const double aslant = zone_.is_blade() ? std::sqrt(std::max(0.0, 1 - normal[thin] * normal[thin])) : 0;
+  const double aslant = zone_.is_cylinder() ? std::sqrt(std::max(0.0, 1 - normal[thin] * normal[thin])) : 0;
   for (int j = first_j; j <= last_j; ++j) {
     double middle_mm = centre[thin];
     double half_mm = zone_.radius_mm + out_mm;
     const double off_a_mm = (i + 0.5) * leaf_mm - centre[a];
     const double off_b_mm = (j + 0.5) * leaf_mm - centre[b];
     const double off2 = off_a_mm * off_a_mm + off_b_mm * off_b_mm;
-    if (!zone_.is_blade()) {
+    if (!zone_.is_cylinder()) {
       const double r_mm = zone_.radius_mm + out_mm + leaf_mm;  // a leaf's column is nearer by at most a leaf
       if (off2 > r_mm * r_mm) continue;
       half_mm = std::min(half_mm, std::sqrt(r_mm * r_mm - off2));

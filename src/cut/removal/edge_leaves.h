@@ -79,7 +79,7 @@ class EdgeLeaves {
     bool inner = false;
     bool inner_requested = false;  // requested since the search began
     Pose X_WT;                     // pose for which the list is made
-    int thin = 2;                  // axis along which the tool is thinnest
+    int thin = 2;                  // axis along which the tool is searched
     int row = 0;                   // next row to search
     LeafList list;
   };

@@ -8,10 +8,15 @@ namespace kerf {
 double CountSubsteps(const Pose& a, const Pose& b, const Tool& tool, double voxel_mm) {
   const double move = glm::length(b.p_AB - a.p_AB);
   const double across = std::max(1.0, std::ceil(move / (0.5 * voxel_mm)));
-  if (!IsBlade(tool)) return across;
+  const ToolForm form = GetForm(tool);
+  if (form == ToolForm::kBall) return across;
   const Vec3 normal_a = a.Vector({0, 0, 1});
   const Vec3 normal_b = b.Vector({0, 0, 1});
   const double tilt = std::acos(std::clamp(glm::dot(normal_a, normal_b), -1.0, 1.0));
+  if (form == ToolForm::kRound) {
+    const double turn = tilt * CalcReach(tool);
+    return std::max(std::ceil((move + turn) / (0.5 * voxel_mm)), std::max(1.0, std::ceil(turn / (0.25 * voxel_mm))));
+  }
   const Vec3 motion = b.p_AB - a.p_AB;
   const double along = std::max(std::abs(glm::dot(motion, normal_a)), std::abs(glm::dot(motion, normal_b))) +
                        tilt * (CalcRadius(tool) + move);

@@ -4,29 +4,42 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
 
 #include "bone/grid/leaf_table.h"
 #include "cut/removal/carve.h"
+#include "cut/tool/round_solid.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
 
 namespace kerf {
 
-/// Shape of the tool, and the zone about its edge in which it changes phi; mm.
+/// Shape of the tool, and the zone about its edge in which it changes phi; mm. Its frame is that of the tool, moved
+/// along the spindle to the middle of the tool.
 struct EdgeZone {
   std::size_t kind = 0;  // of the tool: index of the alternative of Tool
   ToolForm form = ToolForm::kBlade;
   double radius_mm = 0;          // about the spindle axis
-  double half_thickness_mm = 0;  // blade only
-  double band_mm = 0;            // extent of the zone outside the tool
+  double half_thickness_mm = 0;  // along the spindle; not for a ball
+  double band_mm = 0;            // distance outside the tool to which phi changes
+  double outside_mm = 0;         // extent of the zone outside the tool
   double depth_mm = 0;           // extent inside the edge; infinite if all of the tool cuts
+  double centre_z_mm = 0;        // origin of the zone's frame, tool frame
+  std::optional<RoundSolid> solid;
 
   bool is_blade() const { return form == ToolForm::kBlade; }
+  /// The tool lies in a cylinder about the spindle axis, which the next ones bound.
+  bool is_cylinder() const { return form != ToolForm::kBall; }
+  double CalcReach() const { return is_cylinder() ? radius_mm + half_thickness_mm : radius_mm; }
+  Pose Centre(const Pose& X_WT) const {
+    return centre_z_mm != 0 ? Pose{X_WT.R_AB, X_WT.Point({0, 0, centre_z_mm})} : X_WT;
+  }
 };
 
 /// Returns a bound on the error of float arithmetic near the tool, with some margin, mm.
 inline double CalcRounding(const EdgeZone& zone, double voxel_mm) {
-  return 1e-6 * (zone.radius_mm + 16 * voxel_mm) + 1e-4 * voxel_mm;
+  const double size_mm = zone.solid ? zone.CalcReach() : zone.radius_mm;
+  return 1e-6 * (size_mm + 16 * voxel_mm) + 1e-4 * voxel_mm;
 }
 
 /// Positions of a grid's voxels in the tool frame.
@@ -72,9 +85,9 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
   }
   cull.half_leaf2 = static_cast<float>(3 * 3.5 * 3.5 * voxel_mm * voxel_mm);
   cull.behind = 1e9f;
-  const double out_mm = zone.band_mm + slack_mm + CalcRounding(zone, voxel_mm);
-  cull.axial = zone.is_blade() ? static_cast<float>(zone.half_thickness_mm + out_mm + grid.Extent({0, 0, 1})) : 1e9f;
-  cull.axial_counts = zone.is_blade() ? 0.0f : 1.0f;
+  const double out_mm = zone.outside_mm + slack_mm + CalcRounding(zone, voxel_mm);
+  cull.axial = zone.is_cylinder() ? static_cast<float>(zone.half_thickness_mm + out_mm + grid.Extent({0, 0, 1})) : 1e9f;
+  cull.axial_counts = zone.is_cylinder() ? 0.0f : 1.0f;
   cull.inner =
       static_cast<float>(std::max(zone.radius_mm - zone.depth_mm - slack_mm - CalcRounding(zone, voxel_mm), -1e6));
   cull.outer = static_cast<float>(zone.radius_mm + out_mm);
@@ -82,8 +95,8 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
   return cull;
 }
 
-/// Sweep from X_from to X_to with the orientation of X_to. For a blade, the component of the motion along its spindle
-/// is ignored; the caller keeps it small by using substeps.
+/// Sweep from X_from to X_to, the poses of the zone, with the orientation of X_to. For a blade, the component of the
+/// motion along its spindle is ignored; the caller keeps it small by using substeps.
 struct Sweep {
   Sweep(const EdgeZone& the_zone, const Pose& X_from, const Pose& the_X_to, double the_voxel_mm,
         double the_flank_slack_mm, bool new_only, bool whole_voxels, int precision_bits)
@@ -109,6 +122,7 @@ struct Sweep {
     step.band = static_cast<float>(zone.band_mm);
     step.voxel = static_cast<float>(voxel_mm);
     step.rounding = static_cast<float>(CalcRounding(zone, voxel_mm));
+    if (zone.solid) SetFaces();
     for (int axis = 0; axis < 3; ++axis) {
       step.back[axis] = static_cast<float>(back[axis]);
       for (int i = 0; i < 3; ++i) step.grid[i][axis] = static_cast<float>(grid.step_T(i)[axis]);
@@ -119,18 +133,26 @@ struct Sweep {
   /// Returns the test for leaves that the step may change.
   LeafCull MakeCull(const Vec3& origin_W) const {
     EdgeZone swept = zone;
-    if (step.new_only) {
+    if (step.new_only && !zone.solid) {
       // Further inside, the previous step has carved as deeply: the flats are nearer than the rim, or there is only
       // air.
       const double in_mm = zone.is_blade() ? zone.half_thickness_mm + flank_slack_mm : zone.band_mm;
       swept.depth_mm = std::min(zone.depth_mm, in_mm + length_mm);
     }
     LeafCull cull = MakeLeafCull(swept, X_to, grid, voxel_mm, origin_W, length_mm);
-    if (step.new_only) {
+    if (step.new_only && !zone.solid) {
       for (int axis = 0; axis < 3; ++axis) cull.back[axis] = step.back[axis];
       cull.behind = static_cast<float>(length_mm + grid.Extent(back) + CalcRounding(zone, voxel_mm));
     }
     return cull;
+  }
+
+  void SetFaces() {
+    const auto faces = zone.solid->CalcFaces();
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+      step.faces[i] = {static_cast<float>(faces[i].r), static_cast<float>(faces[i].z),
+                       static_cast<float>(-faces[i].CalcDistance(0, zone.centre_z_mm))};
+    }
   }
 
   EdgeZone zone;

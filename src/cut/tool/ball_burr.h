@@ -18,6 +18,7 @@ struct ToolKind<BallBurr> {
   static int CountPassesPerTurn(const BallBurr& ball) { return ball.flutes; }
   static Tooth CalcTooth(const BallBurr& ball);
   static double CalcSideStiffness(const BallBurr&) { return 0; }
+  static std::optional<RoundSolid> CalcRoundSolid(const BallBurr&) { return {}; }
   static Vec3 FindNearest(const BallBurr& ball, const Vec3& p_T);
   static double CalcSignedDistance(const BallBurr& ball, const Vec3& p_T);
   static Vec3 FindDeepest(const BallBurr& ball, const Vec3& n_T);

@@ -5,8 +5,8 @@
 
 namespace kerf {
 
-/// One step of the tool, in mm, in the tool frame at the end of the step. The tool comes from `back` * `length`. The
-/// `back` of a blade has no z component.
+/// One step of the tool, in mm, in the frame of the EdgeZone at the end of the step. The tool comes from `back` *
+/// `length`. The `back` of a blade has no z component.
 struct CarveStep {
   std::size_t kind = 0;       // of the tool: index of the alternative of Tool
   bool whole_voxels = false;  // write phi in steps of a voxel
@@ -17,8 +17,13 @@ struct CarveStep {
   float edge_depth = 0;      // blade only: depth inside the rim to which it cuts
   float back[3] = {0, 0, 0};
   float length = 0;
-  float flank_slack = 0;  // new_only: bound on the distance of the flats from where they last cut
+  float flank_slack = 0;  // new_only: bound on the distance of a blade's flats from where they last cut; of a solid of
+                          // revolution, on the way of its surface by the rotation since the previous step
   float band = 0;
+  struct Face {
+    float r, z, offset;  // as RoundSolid::Face
+  };
+  Face faces[3] = {};  // of a solid of revolution
   float voxel = 0;
   float rounding = 0;       // error bound of the float arithmetic
   float grid[3][3] = {{}};  // [i]: step to the next voxel along axis i of the bone's grid
@@ -26,7 +31,7 @@ struct CarveStep {
   void Prepare();
   alignas(64) float across[3][8] = {{}};  // [i]: from a leaf's first row to the next ones along y, tool axis i
   alignas(64) float along[3][16] = {{}};  // from a row's first voxel to the others, for two rows
-  float row_mm = 0;                       // blade only: half of a row's length, projected to the blade's plane
+  float row_mm = 0;                       // half of a row's length, projected to the plane across the spindle
   float bend_mm = 0;                      // bound on the distance of a row's end from the tangent at its middle
   float behind_mm = 0;                    // bound along `back` for the middles of rows that reach in front of the start
 };

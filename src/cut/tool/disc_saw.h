@@ -19,6 +19,7 @@ struct ToolKind<DiscSaw> {
   static Tooth CalcTooth(const DiscSaw& disc);
   /// Bending of a plate about a flange, about 0.45 E t^3 / R^2; an estimate with an error of some tens of percent.
   static double CalcSideStiffness(const DiscSaw& disc);
+  static std::optional<RoundSolid> CalcRoundSolid(const DiscSaw&) { return {}; }
   static Vec3 FindNearest(const DiscSaw& disc, const Vec3& p_T);
   static double CalcSignedDistance(const DiscSaw& disc, const Vec3& p_T);
   static Vec3 FindDeepest(const DiscSaw& disc, const Vec3& n_T);

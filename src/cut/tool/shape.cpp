@@ -72,6 +72,10 @@ std::vector<Vec3> MakeToolSection(const Tool& tool, const Pose& X_ST, double lea
   return CallKind(tool, [&](auto kind, const auto& t) { return kind.MakeSection(t, X_ST, least_mm); });
 }
 
+std::optional<RoundSolid> CalcRoundSolid(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto& t) { return kind.CalcRoundSolid(t); });
+}
+
 double CalcSideStiffness(const Tool& tool) {
   return CallKind(tool, [](auto kind, const auto& t) { return kind.CalcSideStiffness(t); });
 }

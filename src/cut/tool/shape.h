@@ -3,10 +3,12 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "cut/tool/round_solid.h"
 #include "kerf/tool.h"
 
 namespace kerf {
@@ -30,10 +32,10 @@ struct ToolShape {
   double reach_mm = 0;         // result of CalcReach()
   double passes_per_turn = 0;  // teeth that pass a point of the edge per turn of the spindle
   /// Disc: one turn of the rim, in the disc's middle plane; neighbours in the list are neighbours on the rim, including
-  /// the last and the first. Ball: the whole surface.
+  /// the last and the first. Any other tool: the whole surface that cuts; the first two are neighbours around the axis.
   std::vector<EdgePoint> edge;
   bool edge_is_ring = false;
-  /// Disc: rings on both flats, from near the spindle to `rim_margin_mm` inside the rim. Ball: empty.
+  /// Disc: rings on both flats, from near the spindle to `rim_margin_mm` inside the rim. Others: empty.
   std::vector<FacePoint> faces;
 };
 
@@ -77,6 +79,9 @@ std::vector<CoverPlate> MakeToolCover(const Tool& tool);
 /// Returns points all over a tool's surface and, of a blade, its middle plane, about `step_mm` apart, the outermost
 /// first. Tool frame. Allocates.
 std::vector<Vec3> SampleToolSurface(const Tool& tool, double step_mm);
+
+/// Returns the body of a tool of the form kRound; none for other forms.
+std::optional<RoundSolid> CalcRoundSolid(const Tool& tool);
 
 /// Returns the force at the rim of a blade per displacement of the rim out of its plane, N/mm; 0: rigid.
 double CalcSideStiffness(const Tool& tool);

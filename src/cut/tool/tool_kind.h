@@ -4,12 +4,14 @@
 #pragma once
 
 #include <concepts>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
 #include "cut/tool/looks.h"
+#include "cut/tool/round_solid.h"
 #include "cut/tool/shape.h"
 #include "kerf/tool.h"
 
@@ -23,6 +25,7 @@ namespace kerf {
 /// Name(), ShortName(): a description with all measures of the shape, and one with the most important.
 /// CalcTooth(): dimensions of a tooth.
 /// CalcSideStiffness(): of a blade, force at the rim per displacement of the rim out of its plane, N/mm; 0: rigid.
+/// CalcRoundSolid(): the body of a tool of the form kRound; none for other forms.
 /// FindNearest(): point of the body nearest to a point; the point itself inside. The body must be convex.
 /// CalcSignedDistance(): distance from the body's surface, mm; negative inside, where it need not be exact.
 /// FindDeepest(): point of the edge that lies furthest along a direction of any length; the origin if no point does.
@@ -46,6 +49,7 @@ concept IsToolKind = requires(const T& tool, const Vec3& p_T, const Pose& X_ST, 
   { ToolKind<T>::CountPassesPerTurn(tool) } -> std::same_as<int>;
   { ToolKind<T>::CalcTooth(tool) } -> std::same_as<Tooth>;
   { ToolKind<T>::CalcSideStiffness(tool) } -> std::same_as<double>;
+  { ToolKind<T>::CalcRoundSolid(tool) } -> std::same_as<std::optional<RoundSolid>>;
   { ToolKind<T>::FindNearest(tool, p_T) } -> std::same_as<Vec3>;
   { ToolKind<T>::CalcSignedDistance(tool, p_T) } -> std::same_as<double>;
   { ToolKind<T>::FindDeepest(tool, p_T) } -> std::same_as<Vec3>;

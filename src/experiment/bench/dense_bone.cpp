@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <glm/geometric.hpp>
+#include <optional>
 
 #include "bone/grid/grids.h"
 #include "cut/removal/cutter.h"
+#include "cut/tool/shape.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -62,6 +64,50 @@ double CalcDiscSweepDistance(const Vec3& p_W, const Pose& X_from, const Pose& X_
   return std::max(radial, axial);
 }
 
+/// The same for a solid of revolution, whose middle moves straight; outside, the largest distance from one of its
+/// faces.
+class RoundSolidSweep {
+ public:
+  RoundSolidSweep(const RoundSolid& solid, const Pose& X_from, const Pose& X_to, double band_mm)
+      : faces_(solid.CalcFaces()), X_to_(X_to) {
+    const Vec3 middle_T(0, 0, 0.5 * solid.top_z_mm);
+    back_T_ = X_to.InverseVector(X_from.Point(middle_T) - X_to.Point(middle_T));
+    enough_mm_ = band_mm + glm::length(back_T_);
+  }
+
+  double CalcDistance(const Vec3& p_W) const {
+    const Vec3 p_T = X_to_.InversePoint(p_W);
+    // Too far away, or too deep, to matter: the way changes the distance by at most its length.
+    const double at_end = CalcAt(p_T, 0);
+    if (at_end > enough_mm_ || at_end < -enough_mm_) return at_end;
+    // The distance is a convex function of the way.
+    double low = 0;
+    double high = 1;
+    for (int i = 0; i < 45; ++i) {
+      const double third = (high - low) / 3;
+      if (CalcAt(p_T, low + third) < CalcAt(p_T, high - third)) {
+        high -= third;
+      } else {
+        low += third;
+      }
+    }
+    return CalcAt(p_T, 0.5 * (low + high));
+  }
+
+ private:
+  double CalcAt(const Vec3& p_T, double t) const {
+    const Vec3 q = p_T - t * back_T_;
+    const double radius = std::sqrt(q.x * q.x + q.y * q.y);
+    return std::max({faces_[0].CalcDistance(radius, q.z), faces_[1].CalcDistance(radius, q.z),
+                     faces_[2].CalcDistance(radius, q.z)});
+  }
+
+  std::array<RoundSolid::Face, 3> faces_;
+  Pose X_to_;
+  Vec3 back_T_;
+  double enough_mm_;
+};
+
 void DenseBone::Cut(const Tool& tool, const Pose& X_from, const Pose& X_to) {
   const double reach = CalcReach(tool);
   Box3 box;
@@ -69,8 +115,12 @@ void DenseBone::Cut(const Tool& tool, const Pose& X_from, const Pose& X_to) {
   box.Include(X_to.p_AB);
   // A voxel further from the tool than the band's half-width does not change, since |phi| never exceeds this
   // half-width.
-  box = box.Grown(reach + band_mm_);
-  if (IsBlade(tool)) {
+  const std::optional<RoundSolid> solid = CalcRoundSolid(tool);
+  box = box.Grown(reach + (solid ? solid->CalcCornerFactor() : 1) * band_mm_);
+  if (solid) {
+    const RoundSolidSweep sweep(*solid, X_from, X_to, band_mm_);
+    Cut(box, [&](const Vec3& p_W) { return sweep.CalcDistance(p_W); });
+  } else if (IsBlade(tool)) {
     Cut(box, [&](const Vec3& p_W) {
       return CalcDiscSweepDistance(p_W, X_from, X_to, CalcRadius(tool), CalcKerfWidth(CalcThickness(tool), voxel_mm_));
     });

@@ -5,8 +5,10 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <utility>
 
+#include "cut/tool/shape.h"
 #include "experiment/bench/cut_case.h"
 #include "experiment/bench/dense_bone.h"
 #include "experiment/bench/vdb_cut.h"
@@ -34,6 +36,15 @@ double CalcSection(const Tool& tool, double height_mm) {
   if (IsBlade(tool)) {
     const double radius_mm = CalcRadius(tool);
     return CalcThickness(tool) * std::clamp(radius_mm - height_mm, 0.0, 2 * radius_mm);
+  }
+  if (const std::optional<RoundSolid> solid = CalcRoundSolid(tool)) {
+    // Twice the area between the axis and the profile, from the tip up to the plane.
+    const double to_mm = std::clamp(-height_mm, 0.0, solid->top_z_mm);
+    const double end_mm = std::min(to_mm, solid->corner_z_mm);
+    const double slope = (solid->top_radius_mm - solid->corner_radius_mm) / (solid->top_z_mm - solid->corner_z_mm);
+    const double end_mm2 = end_mm > 0 ? end_mm * end_mm * solid->corner_radius_mm / solid->corner_z_mm : 0;
+    const double side_mm = std::max(0.0, to_mm - solid->corner_z_mm);
+    return end_mm2 + side_mm * (2 * solid->corner_radius_mm + slope * side_mm);
   }
   const double r = CalcReach(tool);
   const double h = std::clamp(height_mm, -r, r);

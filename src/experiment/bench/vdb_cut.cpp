@@ -5,10 +5,12 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/vec3.hpp>
 
 #include "bone/grid/grids.h"
+#include "cut/tool/shape.h"
 
 namespace kerf {
 namespace {
@@ -22,17 +24,29 @@ constexpr int kVdbLeafEdge = 8;
 /// Calculates the distance to the tool in single precision; p is in the tool frame.
 struct ToolDistance {
   explicit ToolDistance(const Tool& tool)
-      : is_blade(IsBlade(tool)),
+      : form(GetForm(tool)),
         radius(static_cast<float>(CalcRadius(tool))),
-        half_thickness(static_cast<float>(0.5 * CalcThickness(tool))) {}
+        half_thickness(static_cast<float>(0.5 * CalcThickness(tool))) {
+    if (form == ToolForm::kRound) faces = CalcRoundSolid(tool)->CalcFaces();
+  }
   float operator()(const glm::vec3& p) const {
-    if (!is_blade) return std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z) - radius;
-    const float radial = std::sqrt(p.x * p.x + p.y * p.y) - radius;
+    if (form == ToolForm::kBall) return std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z) - radius;
+    const float from_axis = std::sqrt(p.x * p.x + p.y * p.y);
+    if (form == ToolForm::kRound) {
+      float largest = -1e30f;
+      for (const RoundSolid::Face& f : faces) {
+        largest = std::max(largest, static_cast<float>(f.r) * from_axis + static_cast<float>(f.z) * p.z -
+                                        static_cast<float>(f.offset_mm));
+      }
+      return largest;
+    }
+    const float radial = from_axis - radius;
     const float axial = std::abs(p.z) - half_thickness;
     if (radial > 0 && axial > 0) return std::sqrt(radial * radial + axial * axial);
     return std::max(radial, axial);
   }
-  bool is_blade;
+  ToolForm form;
+  std::array<RoundSolid::Face, 3> faces{};
   float radius;
   float half_thickness;
 };

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <variant>
 
+#include "cut/tool/shape.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -127,6 +128,11 @@ PlaneDeviation CalcDeviation(const PlannedPlane& planned, const Tool& tool, cons
 }
 
 StopDeviation CalcDeviation(const DepthStop& stop, const Tool& tool, const Pose& X_WT) {
+  if (GetForm(tool) == ToolForm::kRound) {
+    const Vec3 deepest_W = X_WT.Point(FindDeepest(tool, X_WT.InverseVector(stop.direction_W)));
+    const double depth_mm = glm::dot(stop.direction_W, deepest_W - stop.p_W_mm);
+    return {.depth_mm = depth_mm, .left_mm = stop.depth_mm - depth_mm};
+  }
   double fraction = 1;
   if (IsBlade(tool)) {
     const double along = glm::dot(X_WT.Vector({0, 0, 1}), stop.direction_W);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cut/removal/cutter.h"
+#include "cut/tool/shape.h"
 #include "support/cuts.h"
 #include "support/solids.h"
 
@@ -76,7 +77,8 @@ inline std::vector<Step> DrawSteps(std::mt19937& random, const Tool& tool, Strok
     // The edge is somewhere near the middle of the block.
     const double angle = 2 * std::numbers::pi * uniform(random);
     const Vec3 edge_T = is_disc ? Vec3(std::cos(angle), std::sin(angle), 0) : glm::normalize(DrawVector(random));
-    X.p_AB = DrawVector(random) - X.Vector(CalcReach(tool) * edge_T);
+    const bool is_bur = GetForm(tool) == ToolForm::kRound;
+    X.p_AB = DrawVector(random) - X.Vector(is_bur ? FindDeepest(tool, edge_T) : CalcReach(tool) * edge_T);
     std::vector<Pose> poses = {X};
     Vec3 v_T = glm::normalize(DrawVector(random)) * 0.8 * uniform(random) * voxel_mm;
     for (int i = 0; i < ticks; ++i) {
@@ -94,9 +96,17 @@ inline std::vector<Step> DrawSteps(std::mt19937& random, const Tool& tool, Strok
   return steps;
 }
 
-/// Returns a random disc or ball; discs are from thinner than a voxel to thick.
+/// Returns a random disc, ball or bur; discs are from thinner than a voxel to thick.
 inline Tool DrawTool(std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(0, 1);
+  if (uniform(random) < 0.4) {
+    FissureBur bur;
+    bur.diameter_mm = 0.5 + 3 * uniform(random);
+    bur.length_mm = (1.2 + 4 * uniform(random)) * bur.diameter_mm;
+    bur.taper_deg = uniform(random) < 0.5 ? 0 : 5 * uniform(random);
+    bur.point_angle_deg = uniform(random) < 0.3 ? 180 : 60 + 120 * uniform(random);
+    return bur;
+  }
   if (uniform(random) < 0.4) {
     BallBurr ball;
     ball.diameter_mm = 1 + 5 * uniform(random);

@@ -105,6 +105,27 @@ TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
   EXPECT_LT(error[1], error[0] / 8);  // exact second order would give 1/16
 }
 
+TEST(ToolShape, BurHasFlutesTimesTheLengthOfItsProfile) {
+  FissureBur bur;
+  bur.point_angle_deg = 90;
+  bur.taper_deg = 2;
+  bur.tooth_width_mm = 0.25;
+  const RoundSolid solid = *CalcRoundSolid(bur);
+  // The corner lies on the generatrices of both cones.
+  EXPECT_NEAR(solid.corner_z_mm, solid.corner_radius_mm, 1e-12);
+  EXPECT_NEAR(solid.corner_radius_mm, 0.8 - std::tan(2 * std::numbers::pi / 180) * (8 - solid.corner_z_mm), 1e-12);
+  const double profile_mm = std::hypot(solid.corner_radius_mm, solid.corner_z_mm) +
+                            std::hypot(0.8 - solid.corner_radius_mm, 8 - solid.corner_z_mm);
+  for (const int samples : {4, 16, 64}) {
+    const ToolShape shape = MakeToolShape(bur, {samples, 1, 0, 0});
+    EXPECT_NEAR(SumTeeth(shape), 6 * profile_mm / 0.25, 1e-6);
+    for (const EdgePoint& p : shape.edge) {
+      // The outward direction is the gradient of the distance.
+      EXPECT_NEAR(CalcSignedToolDistance(bur, p.p_T + 1e-3 * p.e_T), 1e-3, 1e-9);
+    }
+  }
+}
+
 // Properties that hold for every kind of tool, whatever its shape.
 
 TEST(ToolKinds, NearestPointLiesOnTheBodyAtTheDistance) {
@@ -133,8 +154,10 @@ TEST(ToolKinds, DeepestPointIsTheFurthestOfTheEdge) {
       for (const EdgePoint& p : shape.edge) furthest_mm = std::max(furthest_mm, glm::dot(n_T, p.p_T));
       const double deepest_mm = glm::dot(n_T, FindDeepest(tool, n_T));
       EXPECT_GE(deepest_mm, furthest_mm - 1e-12) << GetShape(tool);
-      // The samples of a ball with 64 x 128 points are up to 1.8 degrees off: 1 - cos(1.8 deg) = 0.0005.
-      EXPECT_LE(deepest_mm, furthest_mm + 0.0005 * CalcRadius(tool)) << GetShape(tool);
+      // The samples of a ball with 64 x 128 points are up to 1.8 degrees off: 1 - cos(1.8 deg) = 0.0005. The rings of a
+      // bur are at most two 128ths of its circumference apart, and the outermost lies half of that from its edge.
+      const double ring_mm = GetForm(tool) == ToolForm::kRound ? 2 * std::numbers::pi * CalcRadius(tool) / 128 : 0;
+      EXPECT_LE(deepest_mm, furthest_mm + 0.0005 * CalcRadius(tool) + ring_mm) << GetShape(tool);
     }
     EXPECT_EQ(FindDeepest(tool, Vec3(0)), Vec3(0));
   }
@@ -178,7 +201,8 @@ TEST(ToolKinds, LooksAreClosedAndSamplesCoverTheBody) {
     constexpr double kStep_mm = 0.5;
     const std::vector<Vec3> samples = SampleToolSurface(tool, kStep_mm);
     for (const Vec3& p_T : samples) ASSERT_LT(CalcSignedToolDistance(tool, p_T), 1e-9);
-    EXPECT_NEAR(glm::length(samples.front()), CalcRadius(tool), 1e-9);
+    const double outermost_mm = glm::length(samples.front()) + 0.5 * CalcThickness(tool);
+    for (const Vec3& p_T : samples) ASSERT_LE(glm::length(p_T), outermost_mm + 1e-9);
     for (const EdgePoint& point : MakeToolShape(tool, {}).edge) {
       double nearest_mm = 1e9;
       for (const Vec3& p_T : samples) nearest_mm = std::min(nearest_mm, glm::distance(p_T, point.p_T));
@@ -212,11 +236,18 @@ TEST(ToolKinds, SectionLiesInThePlaneAndOnTheSurface) {
 }
 
 TEST(ToolKinds, ShapesHaveTheirWords) {
-  EXPECT_EQ(GetToolShapes(), (std::vector<std::string_view>{"disc", "ball"}));
-  EXPECT_EQ(DescribeToolShapes(), "disc: a saw that cuts with its rim; ball: a burr that cuts with its whole surface");
+  EXPECT_EQ(GetToolShapes(), (std::vector<std::string_view>{"disc", "ball", "bur"}));
+  EXPECT_EQ(DescribeToolShapes(),
+            "disc: a saw that cuts with its rim; ball: a burr that cuts with its whole surface; bur: a fissure or "
+            "Lindemann bur, which cuts with its side and its end");
   for (std::size_t i = 0; i < GetDefaultTools().size(); ++i) EXPECT_EQ(GetDefaultTools()[i].index(), i);
   EXPECT_EQ(DescribeTool(DiscSaw{}), "disc 22 x 0.25 mm, 24 teeth");
   EXPECT_EQ(DescribeTool(BallBurr{}), "ball burr 6 mm, 8 flutes");
+  EXPECT_EQ(DescribeTool(FissureBur{}), "bur 1.6 x 8 mm, 6 flutes");
+  FissureBur lindemann;
+  lindemann.taper_deg = 3;
+  lindemann.point_angle_deg = 90;
+  EXPECT_EQ(DescribeTool(lindemann), "bur 1.6 x 8 mm, 6 flutes, taper 3 degrees, point 90 degrees");
 }
 
 TEST(Tool, ValuesOutOfRangeAreNamed) {
@@ -224,6 +255,17 @@ TEST(Tool, ValuesOutOfRangeAreNamed) {
   ball.flutes = 0;
   EXPECT_EQ(test::MessageOf([&] { Validate(ball); }), "flutes = 0 is below 1; valid range 1 to 100");
   EXPECT_NO_THROW(Validate(Tool(BallBurr{})));
+  FissureBur bur;
+  bur.taper_deg = 10;
+  EXPECT_EQ(test::MessageOf([&] { Validate(bur); }),
+            "taper_deg = 10 is too large for length_mm = 8 and diameter_mm = 1.6: the side would reach the axis above "
+            "the tip");
+  bur = {};
+  bur.point_angle_deg = 60;
+  bur.length_mm = 1.4;
+  EXPECT_EQ(test::MessageOf([&] { Validate(bur); }),
+            "length_mm = 1.4 is too short for point_angle_deg = 60 and diameter_mm = 1.6: the tip alone is 1.39 mm "
+            "long");
 }
 
 }  // namespace

@@ -24,7 +24,8 @@ HeatEffect::HeatEffect(const HeatParams& params, const EffectSetup& setup)
       grid_(params.grid, setup.field),
       p_WF_mm_(setup.p_WF_mm),
       wet_radius_mm_(CalcReach(setup.tool) + kWetMargin_mm),
-      wet_half_mm_(0.5 * CalcCutWidth(setup.tool) + kWetMargin_mm),
+      wet_half_mm_((GetForm(setup.tool) == ToolForm::kRound ? CalcReach(setup.tool) : 0.5 * CalcCutWidth(setup.tool)) +
+                   kWetMargin_mm),
       wall_mm_(IsBlade(setup.tool)
                    ? 0.5 * std::max(CalcThickness(setup.tool), setup.field.voxel_mm()) + 0.5 * params.grid.spacing_mm
                    : 0),
