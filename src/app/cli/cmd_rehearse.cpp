@@ -96,7 +96,8 @@ void AddRehearseCommand(CLI::App& app) {
   command->add_option(
       "--plan", options->plans,
       "Planes to cut along, from 3D Slicer (.mrk.json, a folder of these, or a scene .mrml); may be repeated");
-  command->add_option("--saws", options->saws, "Table of saws to choose from, with the columns of volumes/saws.csv");
+  command->add_option("--saws", options->saws,
+                      "Table of saws to choose from, such as volumes/saws.csv (docs/window.md)");
   AddNumberOption(*command, "--voxel", options->voxel_mm, "voxel_mm", FindRange<ImportOptions>("voxel_mm"),
                   "voxel size of an imported bone")
       ->capture_default_str();

@@ -296,10 +296,8 @@ void Practice::Fill(HudState& hud) {
   if (exercise_ != nullptr && state_ != State::kChoosing) {
     hud.status.short_mode =
         fmt::format(fmt::runtime(Tr("exercise {}, level {}")), exercise_->difficulty, options_.level);
-    const double diameter_mm = 2 * CalcRadius(scene_.tool.shape);
-    hud.status.short_saw =
-        fmt::format(fmt::runtime(IsBlade(scene_.tool.shape) ? Tr("disc {} mm") : Tr("ball burr {} mm")),
-                    ShowNumber(diameter_mm, diameter_mm == std::round(diameter_mm) ? 0 : 1));
+    const std::string saw = TrMade(DescribeTool(scene_.tool.shape));
+    hud.status.short_saw = saw.substr(0, saw.find(", "));  // "disc 22 x 0.25 mm"
   }
   if (state_ == State::kCutting && viewer_->is_running()) FillCutting(hud);
   if (state_ == State::kScoring) {

@@ -1,7 +1,7 @@
 // Keys and menus of a rehearsal.
 #include <fmt/format.h>
 
-#include <array>
+#include <cstddef>
 #include <utility>
 
 #include "app/window/import_notes.h"
@@ -12,10 +12,7 @@
 namespace kerf {
 namespace {
 
-// Names of the saws that are built in, for the translation.
-[[maybe_unused]] constexpr std::array kSawNames{
-    Msg("standard disc 22 mm"), Msg("fine disc 16 mm"), Msg("coarse disc 22 mm"), Msg("deep disc 30 mm"),
-    Msg("small disc 10 mm"),    Msg("ball burr 6 mm"),  Msg("ball burr 3 mm")};
+constexpr std::size_t kSawKeys = 9;  // 1 to 9
 
 }  // namespace
 
@@ -114,7 +111,7 @@ void Rehearsal::AddActions(ActionList& actions) {
                .enabled = cutting,
                .on = [this, i] { return IsUsed(i); },
                .begins_group = i == 0};
-    if (i < 9) saw.shortcut.key = static_cast<Key>('1' + i);
+    if (i < kSawKeys) saw.shortcut.key = static_cast<Key>('1' + i);
     actions.Add(std::move(saw));
   }
   actions.Add({.id = "saw.next",

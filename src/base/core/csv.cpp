@@ -120,6 +120,28 @@ std::string Quote(std::string_view s) {
   return s.size() <= 60 ? fmt::format("\"{}\"", s) : fmt::format("\"{}...\"", s.substr(0, 57));
 }
 
+CsvHeaderLine ReadCsvHeader(std::string_view text) {
+  CsvHeaderLine header;
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte order mark of some spreadsheets
+  while (!text.empty()) {
+    ++header.line;
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = Trim(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.ends_with('\r')) line = Trim(line.substr(0, line.size() - 1));
+    if (line.empty() || line.front() == '#') continue;
+    for (std::size_t from = 0; from <= line.size();) {
+      const std::size_t to = std::min(line.find(',', from), line.size());
+      std::string_view name = Trim(line.substr(from, to - from));
+      if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
+      header.names.emplace_back(name);
+      from = to + 1;
+    }
+    return header;
+  }
+  return header;
+}
+
 void ReadCsv(const std::string& text, const std::string& file, const std::vector<std::string>& columns,
              const std::function<void(const std::vector<std::string>& fields, const CsvPlace& place)>& visit,
              const std::vector<std::string>& optional) {

@@ -20,6 +20,14 @@ std::string_view Trim(std::string_view s);
 /// Returns user input in double quotes, shortened for use in a message.
 std::string Quote(std::string_view s);
 
+/// First line of a table that is neither empty nor a comment.
+struct CsvHeaderLine {
+  std::vector<std::string> names;
+  int line = 0;
+};
+/// Returns the names in the header, without a check: ReadCsv() checks them.
+CsvHeaderLine ReadCsvHeader(std::string_view text);
+
 /// Calls visit(fields, place) for each row below the header, with the fields in the order of `columns`, regardless of
 /// their order in the file. '#' starts a comment line. A field that contains a comma must be in double quotes. `file`
 /// is the file name in messages. The fields of `optional` follow those of `columns`; those of a column that the file

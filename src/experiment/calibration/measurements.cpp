@@ -18,34 +18,6 @@ constexpr Range kTorqueRange_N_mm{0, 1e7};
 constexpr std::size_t kMaxRows = 100000;
 constexpr std::size_t kMaxSpecimenName = 200;
 
-struct Header {
-  std::vector<std::string> names;
-  int line = 0;
-};
-
-/// Returns the names in the first line that is neither empty nor a comment. ReadCsv() checks their syntax.
-Header ReadHeader(std::string_view text) {
-  Header header;
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte order mark of some spreadsheets
-  while (!text.empty()) {
-    ++header.line;
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view line = Trim(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
-    if (line.ends_with('\r')) line = Trim(line.substr(0, line.size() - 1));
-    if (line.empty() || line.front() == '#') continue;
-    for (std::size_t from = 0; from <= line.size();) {
-      const std::size_t to = std::min(line.find(',', from), line.size());
-      std::string_view name = Trim(line.substr(from, to - from));
-      if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
-      header.names.emplace_back(name);
-      from = to + 1;
-    }
-    return header;
-  }
-  return header;
-}
-
 /// Returns the column that the user probably meant, or "". A name without its unit is recognised.
 std::string SuggestColumn(const std::string& name) {
   std::vector<std::string> names;
@@ -56,7 +28,7 @@ std::string SuggestColumn(const std::string& name) {
   return FindNearestName(name, names);
 }
 
-void CheckKnown(const Header& header, const std::string& file) {
+void CheckKnown(const CsvHeaderLine& header, const std::string& file) {
   const auto& columns = MeasurementColumns();
   const CsvPlace place{file, header.line};
   for (const std::string& name : header.names) {
@@ -212,7 +184,7 @@ const std::vector<MeasurementColumn>& MeasurementColumns() {
 }
 
 Measurements ParseMeasurements(const std::string& text, const std::string& file) {
-  const Header header = ReadHeader(text);
+  const CsvHeaderLine header = ReadCsvHeader(text);
   if (header.names.empty()) throw Error(fmt::format("{}: no header; it needs bite_mm, width_mm and a force", file));
   CheckKnown(header, file);
   const std::vector<std::string> columns = SelectKnown(header.names);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <type_traits>
 
 #include "base/core/csv.h"
@@ -16,57 +18,75 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kMaxSaws = 9;  // each is selected with one key
 constexpr std::size_t kLongestName = 30;
 
-const std::vector<std::string> kSawColumns{"name",  "shape",  "diameter_mm", "thickness_mm",
-                                           "teeth", "flutes", "rpm",         "source"};
-constexpr std::size_t kRpmColumn = 6;
+/// Columns that a table must have. The others that it may have are ListKeys().
+const std::vector<std::string> kSawColumns{"name", "shape", "rpm", "source"};
 
-double ParseWithin(const std::string& text, std::size_t column, Range range, const CsvPlace& place) {
-  const double value = ParseCsvNumber(text, 0, kSawColumns[column].c_str(), place);
-  if (const std::string fault = FindRangeFault(value, range, UnitOfKey(kSawColumns[column])); !fault.empty()) {
-    place.Fail(fmt::format("{} = {} {}", kSawColumns[column], value, fault));
+/// Returns the keys of all shapes, each once.
+const std::vector<std::string>& ListKeys() {
+  static const std::vector<std::string> keys = [] {
+    std::vector<std::string> all;
+    const auto add = [&all](const char* key, const auto&...) {
+      if (std::find(all.begin(), all.end(), key) == all.end()) all.emplace_back(key);
+    };
+    for (Tool tool : GetDefaultTools()) {
+      std::visit([&](auto& shape) { DescribeShape(shape, add); }, tool);
+    }
+    return all;
+  }();
+  return keys;
+}
+
+/// Fields of a row by the names of the columns that the table has.
+using SawRow = std::map<std::string, std::string, std::less<>>;
+
+double ParseWithin(const std::string& text, const char* key, Range range, const CsvPlace& place) {
+  const double value = ParseCsvNumber(text, 0, key, place);
+  if (const std::string fault = FindRangeFault(value, range, UnitOfKey(key)); !fault.empty()) {
+    place.Fail(fmt::format("{} = {} {}", key, value, fault));
   }
   return value;
 }
 
-/// Reads the columns that the shape has; the others must be "none".
+/// Takes the keys of the shape out of `row`. What is left of the other shapes' keys must be "none".
 template <typename Shape>
-void ParseShape(const std::vector<std::string>& fields, const CsvPlace& place, Shape& shape) {
-  for (std::size_t column = 2; column < kRpmColumn; ++column) {
-    bool has = false;
-    DescribeShape(shape, [&](const char* key, auto& value, Range range, const char*) {
-      if (key != kSawColumns[column]) return;
-      has = true;
-      const double number = ParseWithin(fields[column], column, range, place);
-      if (std::is_integral_v<std::remove_reference_t<decltype(value)>> && number != std::floor(number)) {
-        place.Fail(fmt::format("{} = {} is not an integer", kSawColumns[column], number));
-      }
-      value = static_cast<std::remove_reference_t<decltype(value)>>(number);
-    });
-    if (!has && fields[column] != "none") {
-      place.Fail(
-          fmt::format("a {} has no {}; write none, not {}", fields[1], kSawColumns[column], Quote(fields[column])));
+void ParseShape(SawRow row, const CsvPlace& place, Shape& shape) {
+  DescribeShape(shape, [&]<typename Value>(const char* key, Value& value, Range range, const char*) {
+    const auto field = row.extract(key);
+    if (field.empty()) return;  // the default
+    const double number = ParseWithin(field.mapped(), key, range, place);
+    if (std::is_integral_v<Value> && number != std::floor(number)) {
+      place.Fail(fmt::format("{} = {} is not an integer", key, number));
     }
+    value = static_cast<Value>(number);
+  });
+  for (const std::string& key : ListKeys()) {
+    const auto field = row.find(key);
+    if (field == row.end() || field->second == "none") continue;
+    place.Fail(fmt::format("a {} has no {}; write none, not {}", row.at("shape"), key, Quote(field->second)));
+  }
+  try {
+    shape.Validate();
+  } catch (const Error& e) {
+    place.Fail(e.what());
   }
 }
 
-Saw ParseSaw(const std::vector<std::string>& fields, const CsvPlace& place) {
-  Saw saw;
-  saw.name = fields[0];
+Saw ParseSaw(const SawRow& row, const CsvPlace& place) {
+  Saw saw{.name = row.at("name"), .tool = {}, .source = row.at("source")};
   if (saw.name.empty() || saw.name.size() > kLongestName) {
     place.Fail(fmt::format("name = {} must have 1 to {} characters", Quote(saw.name), kLongestName));
   }
+  const std::string& word = row.at("shape");
   const std::vector<Tool>& tools = GetDefaultTools();
-  const auto tool = std::find_if(tools.begin(), tools.end(), [&](const Tool& t) { return GetShape(t) == fields[1]; });
+  const auto tool = std::find_if(tools.begin(), tools.end(), [&](const Tool& t) { return GetShape(t) == word; });
   if (tool == tools.end()) {
-    place.Fail(fmt::format("shape = {} must be {}", Quote(fields[1]), fmt::join(GetToolShapes(), " or ")));
+    place.Fail(fmt::format("shape = {} must be {}", Quote(word), fmt::join(GetToolShapes(), " or ")));
   }
   saw.tool.shape = *tool;
-  std::visit([&](auto& shape) { ParseShape(fields, place, shape); }, saw.tool.shape);
-  saw.tool.rpm = ParseWithin(fields[kRpmColumn], kRpmColumn, Range{kMinRpm, kSpindleRange_rpm.upper}, place);
-  saw.source = fields[7];
+  std::visit([&](auto& shape) { ParseShape(row, place, shape); }, saw.tool.shape);
+  saw.tool.rpm = ParseWithin(row.at("rpm"), "rpm", Range{kMinRpm, kSpindleRange_rpm.upper}, place);
   if (saw.source.empty()) place.Fail("source is empty; give the source of the dimensions");
   return saw;
 }
@@ -74,15 +94,23 @@ Saw ParseSaw(const std::vector<std::string>& fields, const CsvPlace& place) {
 }  // namespace
 
 std::vector<Saw> ParseSaws(const std::string& text, const std::string& file) {
+  const std::vector<std::string> given = ReadCsvHeader(text).names;
+  std::vector<std::string> columns = kSawColumns;
+  columns.insert(columns.end(), ListKeys().begin(), ListKeys().end());
   std::vector<Saw> saws;
-  ReadCsv(text, file, kSawColumns, [&saws](const std::vector<std::string>& fields, const CsvPlace& place) {
+  const auto add = [&](const std::vector<std::string>& fields, const CsvPlace& place) {
     if (saws.size() == kMaxSaws) place.Fail(fmt::format("more than {} saws", kMaxSaws));
-    Saw saw = ParseSaw(fields, place);
+    SawRow row;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (std::find(given.begin(), given.end(), columns[i]) != given.end()) row[columns[i]] = fields[i];
+    }
+    Saw saw = ParseSaw(row, place);
     for (const Saw& other : saws) {
       if (other.name == saw.name) place.Fail(fmt::format("saw {} is given twice", Quote(saw.name)));
     }
     saws.push_back(std::move(saw));
-  });
+  };
+  ReadCsv(text, file, kSawColumns, add, ListKeys());
   if (saws.empty()) throw Error(fmt::format("{}: no saw below the header", file));
   return saws;
 }

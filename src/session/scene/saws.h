@@ -1,6 +1,7 @@
 // Table of saws, any of which can replace a scene's tool.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,13 @@ struct Saw {
   std::string source;  // source of its dimensions
 };
 
-/// Reads a table such as volumes/saws.csv; `file` names it in messages. Throws kerf::Error with the place of the first
-/// fault: an unknown column, a value outside the scene's range, a duplicate name, no saw, or more than 9.
+/// Largest number of saws in a table.
+inline constexpr std::size_t kMaxSaws = 40;
+
+/// Reads a table such as volumes/saws.csv; `file` names it in messages. The columns name, shape, rpm and source are
+/// required. Any other one is a key of a shape in [tool], with "none" for a saw whose shape does not have it. A key
+/// without a column has its default. Throws kerf::Error with the place of the first fault: an unknown column, a value
+/// outside the scene's range, a duplicate name, no saw, or more than kMaxSaws.
 std::vector<Saw> ParseSaws(const std::string& text, const std::string& file);
 /// Returns the saws that are built into kerf.
 const std::vector<Saw>& BuiltInSaws();

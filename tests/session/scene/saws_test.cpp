@@ -1,11 +1,16 @@
 // Tests of the table of saws that a window offers.
 #include "session/scene/saws.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
+#include <type_traits>
+#include <variant>
+#include <vector>
 
+#include "cut/tool/shape.h"
 #include "kerf/error.h"
 #include "support/message_of.h"
 
@@ -22,7 +27,7 @@ std::string WhyRefused(const std::string& rows) {
 
 TEST(Saws, EveryBuiltInSawIsValidInAScene) {
   ASSERT_FALSE(BuiltInSaws().empty());
-  EXPECT_LE(BuiltInSaws().size(), 9u);
+  EXPECT_LE(BuiltInSaws().size(), kMaxSaws);
   for (const Saw& saw : BuiltInSaws()) {
     Scene scene = ParseScene(DefaultSceneToml(), "default.toml");
     UseSaw(scene, saw);
@@ -45,6 +50,56 @@ TEST(Saws, UserDefinedTableIsRead) {
   EXPECT_EQ(std::get<BallBurr>(saws[1].tool.shape).diameter_mm, 4);
 }
 
+std::vector<double> ListShape(Tool tool) {
+  std::vector<double> values;
+  const auto add = [&values](const char*, const auto& value, const auto&...) {
+    values.push_back(static_cast<double>(value));
+  };
+  std::visit([&](auto& shape) { DescribeShape(shape, add); }, tool);
+  return values;
+}
+
+TEST(Saws, EveryKeyOfEveryShapeIsAColumn) {
+  for (Tool tool : GetDefaultTools()) {
+    std::string header = "source,rpm,shape,name";
+    std::string row = fmt::format("mine,5000,{},a", GetShape(tool));
+    const auto change = [&](const char* key, auto& value, Range range, const char*) {
+      value = static_cast<std::decay_t<decltype(value)>>((value + range.lower) / 2);
+      header = fmt::format("{},{}", key, header);
+      row = fmt::format("{},{}", value, row);
+    };
+    std::visit([&](auto& shape) { DescribeShape(shape, change); }, tool);
+    EXPECT_EQ(ListShape(ParseSaws(header + "\n" + row + "\n", "saws.csv").front().tool.shape), ListShape(tool)) << row;
+  }
+}
+
+TEST(Saws, KeyWithoutColumnHasItsDefault) {
+  const std::vector<Saw> saws =
+      ParseSaws("teeth,name,shape,rpm,source\n31,a,disc,5000,mine\nnone,b,ball,9000,mine\n", "saws.csv");
+  DiscSaw disc;
+  disc.teeth = 31;
+  EXPECT_EQ(ListShape(saws[0].tool.shape), ListShape(disc));
+  EXPECT_EQ(ListShape(saws[1].tool.shape), ListShape(BallBurr{}));
+}
+
+TEST(Saws, WrongColumnsAreReported) {
+  const auto why = [](const std::string& header) {
+    return test::MessageOf([&] { ParseSaws("# mine\n" + header + "\n", "saws.csv"); });
+  };
+  EXPECT_EQ(why("name,shape,rpm,source,diamter_mm"),
+            "saws.csv:2: unknown column \"diamter_mm\"; did you mean \"diameter_mm\"?");
+  EXPECT_THAT(why("name,shape,rpm,source,colour"), HasSubstr("saws.csv:2: unknown column \"colour\"; the columns are"));
+  EXPECT_THAT(why("name,shape,source"), HasSubstr("saws.csv:2: column \"rpm\" is missing"));
+  EXPECT_THAT(why("name,shape,rpm,source,teeth,teeth"), HasSubstr("column \"teeth\" is given twice"));
+}
+
+TEST(Saws, TableHasAtMost40) {
+  std::string rows;
+  for (std::size_t i = 0; i < kMaxSaws; ++i) rows += fmt::format("saw {},disc,20,0.3,18,none,5000,mine\n", i);
+  EXPECT_EQ(ParseSaws(kSawsHeader + rows, "saws.csv").size(), 40u);
+  EXPECT_EQ(WhyRefused(rows + "one more,disc,20,0.3,18,none,5000,mine\n"), "saws.csv:42: more than 40 saws");
+}
+
 TEST(Saws, EachFaultIsReportedWithItsLine) {
   EXPECT_THAT(WhyRefused("a,disc,0.5,0.3,18,none,5000,x\n"), HasSubstr("saws.csv:2: diameter_mm = 0.5 is below 1"));
   EXPECT_THAT(WhyRefused("a,disc,20,0.3,1.5,none,5000,x\n"), HasSubstr("teeth = 1.5 is not an integer"));
@@ -53,6 +108,9 @@ TEST(Saws, EachFaultIsReportedWithItsLine) {
   EXPECT_THAT(WhyRefused("a,square,6,0.3,none,8,5000,x\n"), HasSubstr("must be disc or ball"));
   EXPECT_THAT(WhyRefused("a,disc,nan,0.3,18,none,5000,x\n"), HasSubstr("diameter_mm"));
   EXPECT_THAT(WhyRefused("a,disc,20,0.3,18,none,5000,\n"), HasSubstr("source is empty"));
+  // An empty field is a mistake, not the default.
+  EXPECT_THAT(WhyRefused("a,disc,20,0.3,,none,5000,x\n"), HasSubstr("teeth = \"\" is not a number"));
+  EXPECT_THAT(WhyRefused("a,disc,20,0.3,18,,5000,x\n"), HasSubstr("a disc has no flutes; write none, not \"\""));
   EXPECT_THAT(WhyRefused("a,disc,20,0.3,18,none,5000,x\na,disc,20,0.3,18,none,5000,x\n"),
               HasSubstr("saws.csv:3: saw \"a\" is given twice"));
   EXPECT_THAT(WhyRefused(""), HasSubstr("no saw below the header"));
