@@ -5,15 +5,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <variant>
+#include <string_view>
 
 #include "cut/force/measured.h"
+#include "cut/tool/shape.h"
 #include "session/scene/path.h"
 
 namespace kerf {
 namespace {
 
-/// For a disc thinner than this many voxels, the level set makes the kerf up to a few percent too narrow.
+/// For a blade thinner than this many voxels, the level set makes the kerf up to a few percent too narrow.
 constexpr double kResolvedVoxels = 2;
 /// Maximum distance between points of the rim. Larger ones cause noise that a hand feels: in a hand-held cut, 33 mN at
 /// 2.9 mm, compared with 1.7 mN at 0.2 mm.
@@ -69,27 +70,29 @@ void FindSlabWarnings(const Scene& scene, std::vector<std::string>& warnings) {
 }  // namespace
 
 std::vector<std::string> FindVoxelWarnings(const SimulationParams& params, double voxel_mm) {
-  const auto* disc = std::get_if<DiscSaw>(&params.tool);
-  if (disc == nullptr) return {};
+  if (!IsBlade(params.tool)) return {};
+  const double pitch_mm = CalcTooth(params.tool).pitch_mm;
+  const double thickness_mm = CalcThickness(params.tool);
+  const std::string_view shape = GetShape(params.tool);
   std::vector<std::string> warnings;
-  if (const double apart_mm = disc->pitch_mm() / params.rim_samples_per_pitch; apart_mm > kMaxApart_mm) {
+  if (const double apart_mm = pitch_mm / params.rim_samples_per_pitch; apart_mm > kMaxApart_mm) {
     warnings.push_back(fmt::format(
         "the rim samples the bone only every {:.3g} mm (teeth = {} times rim_samples_per_pitch = {}): the force "
         "changes in steps; give rim_samples_per_pitch = {}",
-        apart_mm, disc->teeth, params.rim_samples_per_pitch,
-        std::min(256.0, std::ceil(disc->pitch_mm() / kMaxApart_mm))));
+        apart_mm, CountPassesPerTurn(params.tool), params.rim_samples_per_pitch,
+        std::min(256.0, std::ceil(pitch_mm / kMaxApart_mm))));
   }
-  const double voxels = voxel_mm > 0 ? disc->thickness_mm / voxel_mm : kResolvedVoxels;
+  const double voxels = voxel_mm > 0 ? thickness_mm / voxel_mm : kResolvedVoxels;
   if (voxels < 1) {
     warnings.push_back(
-        fmt::format("the disc is thinner than a voxel (thickness_mm = {}, voxels of {} mm): its kerf is one voxel "
+        fmt::format("the {} is thinner than a voxel (thickness_mm = {}, voxels of {} mm): its kerf is one voxel "
                     "wide, and the removed volume is 0.75 to 1 voxels times the area; use voxels of at most {:.3g} mm",
-                    disc->thickness_mm, voxel_mm, disc->thickness_mm / kResolvedVoxels));
+                    shape, thickness_mm, voxel_mm, thickness_mm / kResolvedVoxels));
   } else if (voxels < kResolvedVoxels) {
     warnings.push_back(fmt::format(
-        "the disc is {:.3g} voxels thick (thickness_mm = {}, voxels of {} mm): below {} voxels the kerf is up to a few "
+        "the {} is {:.3g} voxels thick (thickness_mm = {}, voxels of {} mm): below {} voxels the kerf is up to a few "
         "percent too narrow; use voxels of at most {:.3g} mm",
-        voxels, disc->thickness_mm, voxel_mm, kResolvedVoxels, disc->thickness_mm / kResolvedVoxels));
+        shape, voxels, thickness_mm, voxel_mm, kResolvedVoxels, thickness_mm / kResolvedVoxels));
   }
   return warnings;
 }

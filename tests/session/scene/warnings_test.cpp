@@ -64,6 +64,28 @@ TEST(Doubts, FollowTheTableAndTheLaw) {
   EXPECT_THAT(FindWarnings(scene, 0.1), testing::Not(testing::Contains(testing::HasSubstr("holds from"))));
 }
 
+TEST(Doubts, VoxelsAndSamplesOfTheRimFollowTheBlade) {
+  DiscSaw disc;
+  disc.teeth = 20;
+  disc.diameter_mm = 60;  // a pitch of 9.42 mm
+  SimulationParams params;
+  params.tool = disc;
+  params.rim_samples_per_pitch = 4;
+  EXPECT_THAT(
+      FindVoxelWarnings(params, 0.1),
+      testing::ElementsAre("the rim samples the bone only every 2.36 mm (teeth = 20 times rim_samples_per_pitch = 4): "
+                           "the force changes in steps; give rim_samples_per_pitch = 10"));
+  params.rim_samples_per_pitch = 16;
+  EXPECT_THAT(FindVoxelWarnings(params, 0.125), testing::IsEmpty());
+  EXPECT_THAT(FindVoxelWarnings(params, 0.2),
+              testing::ElementsAre(
+                  testing::HasSubstr("the disc is 1.25 voxels thick (thickness_mm = 0.25, voxels of 0.2 mm)")));
+  EXPECT_THAT(FindVoxelWarnings(params, 0.3),
+              testing::ElementsAre(testing::HasSubstr("the disc is thinner than a voxel (thickness_mm = 0.25")));
+  params.tool = BallBurr{};
+  EXPECT_THAT(FindVoxelWarnings(params, 2), testing::IsEmpty());
+}
+
 TEST(Doubts, EveryLawWarnsJustOutsideItsRangeAndNotInside) {
   for (const ForceLawInfo* law : ForceLaws()) {
     if (IsNowhereMeasured(law->validity)) continue;
