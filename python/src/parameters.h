@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -151,6 +152,20 @@ Params ReadParameters(const py::kwargs& arguments, const char* whose, Params par
   setter.CheckRest(whose);
   CheckParameters(params, whose);
   return params;
+}
+
+/// Makes each parameter of a struct a read-only value.
+template <typename Params, typename Class>
+void BindValues(Class& c) {
+  Params plain;
+  Describe(plain, [&c](const char* key, const auto&, const auto&... about) {
+    const auto get = [key](Params params) {
+      ParameterGetter reader;
+      Describe(params, reader);
+      return py::object(reader.values()[key]);
+    };
+    c.def_property_readonly(key, get, std::get<sizeof...(about) - 1>(std::tie(about...)));
+  });
 }
 
 /// Pickles a struct as a dict of its parameters.

@@ -21,6 +21,7 @@
 #include "parameters.h"
 #include "rows.h"
 #include "text.h"
+#include "tools.h"
 #include "turn.h"
 
 namespace kerf::python {
@@ -30,13 +31,6 @@ constexpr std::size_t kTicksBetweenRefills = 1024;  // as in `kerf run`
 constexpr std::size_t kTicksBetweenUpdates = 100;   // of the checkpoints
 
 // ---- parameters
-
-Tool ToTool(const py::object& tool) {
-  if (tool.is_none()) return DiscSaw{};
-  if (py::isinstance<DiscSaw>(tool)) return py::cast<DiscSaw>(tool);
-  if (py::isinstance<BallBurr>(tool)) return py::cast<BallBurr>(tool);
-  throw Error("tool must be a Disc or a Ball");
-}
 
 /// Throws kerf::Error if `value` is not a text.
 std::string ToText(const py::handle& value, const char* what) {
@@ -498,38 +492,7 @@ void BindClock(Class& c) {
           "or a bite that is too large for the force law.");
 }
 
-void BindTools(py::module_& m) {
-  static const std::string disc =
-      "Disc(**parameters): a circular saw. Tool frame: origin at the disc's centre, z along the "
-      "spindle, disc in the x-y plane.\n\nParameters, each by name:\n" +
-      ListParameters<DiscSaw>();
-  static const std::string ball =
-      "Ball(**parameters): a ball burr. Tool frame: origin at the ball's centre, z along the "
-      "spindle.\n\nParameters, each by name:\n" +
-      ListParameters<BallBurr>();
-  py::class_<DiscSaw> disc_class(m, "Disc", disc.c_str());
-  BindPickles<DiscSaw>(disc_class, "Disc");
-  BindCopies(disc_class);
-  disc_class.def(py::init([](const py::kwargs& arguments) { return ReadParameters<DiscSaw>(arguments, "Disc"); }))
-      .def_readonly("diameter_mm", &DiscSaw::diameter_mm)
-      .def_readonly("thickness_mm", &DiscSaw::thickness_mm)
-      .def_readonly("teeth", &DiscSaw::teeth)
-      .def("__repr__", [](const DiscSaw& d) {
-        char text[120];
-        std::snprintf(text, sizeof text, "<kerf.Disc, %g x %g mm, %d teeth>", d.diameter_mm, d.thickness_mm, d.teeth);
-        return std::string(text);
-      });
-  py::class_<BallBurr> ball_class(m, "Ball", ball.c_str());
-  BindPickles<BallBurr>(ball_class, "Ball");
-  BindCopies(ball_class);
-  ball_class.def(py::init([](const py::kwargs& arguments) { return ReadParameters<BallBurr>(arguments, "Ball"); }))
-      .def_readonly("diameter_mm", &BallBurr::diameter_mm)
-      .def_readonly("flutes", &BallBurr::flutes)
-      .def("__repr__", [](const BallBurr& b) {
-        char text[120];
-        std::snprintf(text, sizeof text, "<kerf.Ball, %g mm, %d flutes>", b.diameter_mm, b.flutes);
-        return std::string(text);
-      });
+void BindLists(py::module_& m) {
   m.def(
       "force_laws",
       [] {
@@ -556,6 +519,7 @@ void BindTools(py::module_& m) {
 
 void BindSimulations(py::module_& m) {
   BindTools(m);
+  BindLists(m);
   py::class_<TickOutput> tick(m, "Tick",
                               "Result of a tick. World frame; forces act on the tool and are means over the tick.");
   tick.def_property_readonly(
@@ -602,7 +566,9 @@ void BindSimulations(py::module_& m) {
   const auto bone = py::arg("bone") = py::none();
   static const std::string on_path = R"(A bone and a tool that follows a prescribed path.
 
-bone: is copied. start: pose of the tool. tool: Disc or Ball; None: the default disc. law: name of a force law, with
+bone: is copied. start: pose of the tool. tool: )" +
+                                     ListToolClasses() +
+                                     R"(; None: the default disc. law: name of a force law, with
 law_parameters, a dict. effects: a name, a list of names, or a dict from name to a dict of
 parameters; None: only kerf_friction.
 

@@ -566,6 +566,19 @@ class Copies(unittest.TestCase):
         self.assertEqual((disc.teeth, disc.thickness_mm), (31, 0.3))
         self.assertEqual(pickle.loads(pickle.dumps(kerf.Ball(flutes=9))).flutes, 9)
 
+    def test_tools_show_all_their_parameters(self):
+        self.assertEqual(repr(kerf.Disc(teeth=31, nu=0.3)),
+                         "kerf.Disc(diameter_mm=22.0, thickness_mm=0.25, teeth=31, nu=0.3)")
+        self.assertEqual(kerf.Disc.teeth.__doc__, "number of teeth, evenly spaced on the rim")
+        shape = {"diameter_mm": 9.5, "rake_deg": -5.0, "edge_radius_um": 3.0, "E_MPa": 2e5, "nu": 0.3, "grip_mm": (1, 2, 3)}
+        for tool in (kerf.Disc(**shape, thickness_mm=0.4, teeth=31), kerf.Ball(**shape, flutes=9, tooth_width_mm=0.7)):
+            for same in (pickle.loads(pickle.dumps(tool)), eval(repr(tool))):  # pylint: disable=eval-used
+                self.assertEqual(repr(same), repr(tool))
+            for key, value in shape.items():
+                np.testing.assert_array_equal(getattr(tool, key), value)
+            with self.assertRaises(AttributeError):
+                tool.nu = 0.2
+
     def test_moduli_of_a_ct_are_refused(self):
         with tempfile.TemporaryDirectory() as folder:
             # A CT of a ball of cancellous bone, with a radius of 7 mm.
@@ -641,6 +654,8 @@ except MemoryError:
             lambda: kerf.Simulation.__new__(kerf.Simulation).tick((0, 0, 0)),
             lambda: kerf.Simulation(bone, (0, 0, 9), tool=kerf.Disc.__new__(kerf.Disc)),
             lambda: kerf.Materials.__new__(kerf.Materials)[24],
+            lambda: kerf.Disc.__new__(kerf.Disc).teeth,
+            lambda: repr(kerf.Ball.__new__(kerf.Ball)),
         ]
         for i, call in enumerate(calls):
             with self.subTest(case=i), self.assertRaisesRegex(TypeError, "__init__ was not called"):

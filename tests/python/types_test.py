@@ -9,6 +9,7 @@ import sys
 import tempfile
 import unittest
 
+import kerf
 from kerf import _kerf
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -50,6 +51,15 @@ class Types(unittest.TestCase):
                 self.assertTrue(owner is tree or function.__doc__)
                 checked += 1
         self.assertGreater(checked, 60)
+
+    def test_stub_and_package_have_every_tool(self):
+        stub = {n.name: n for n in ast.parse(STUB.read_text()).body if isinstance(n, ast.ClassDef)}
+        tools = {name: c for name, c in vars(_kerf).items() if isinstance(c, type) and hasattr(c, "grip_mm")}
+        self.assertGreaterEqual(set(tools), {"Disc", "Ball"})
+        for name, tool in tools.items():
+            self.assertIs(getattr(kerf, name), tool)
+            stated = [n.name for n in stub[name].body if isinstance(n, ast.FunctionDef) and not n.name.startswith("__")]
+            self.assertEqual(stated, [n for n, value in vars(tool).items() if isinstance(value, property)], name)
 
     def test_stub_has_what_the_module_has(self):
         with tempfile.NamedTemporaryFile("w", suffix=".txt") as allowed:

@@ -9,6 +9,8 @@ template <>
 struct ToolKind<BallBurr> {
   static constexpr std::string_view kShape = "ball";
   static constexpr std::string_view kSummary = "a burr that cuts with its whole surface";
+  static constexpr std::string_view kClass = "Ball";
+  static constexpr std::string_view kFrame = "origin at the ball's centre, z along the spindle";
   static constexpr ToolForm kForm = ToolForm::kBall;
   static std::string Name(const BallBurr& ball);
   static std::string ShortName(const BallBurr& ball);

@@ -9,6 +9,8 @@ template <>
 struct ToolKind<DiscSaw> {
   static constexpr std::string_view kShape = "disc";
   static constexpr std::string_view kSummary = "a saw that cuts with its rim";
+  static constexpr std::string_view kClass = "Disc";
+  static constexpr std::string_view kFrame = "origin at the disc's centre, z along the spindle, disc in the x-y plane";
   static constexpr ToolForm kForm = ToolForm::kBlade;
   static std::string Name(const DiscSaw& disc);
   static std::string ShortName(const DiscSaw& disc);

@@ -20,6 +20,7 @@ namespace kerf {
 /// Specialised for each alternative of Tool, with the members that IsToolKind lists. Their meanings:
 ///
 /// kShape, kSummary: the word for the kind in scenes, and what it is.
+/// kClass, kFrame: name of its class in Python, and where the tool frame lies.
 /// kForm: the form of the tool.
 /// CalcReach(), CalcRadius(), CalcCutWidth(), CountPassesPerTurn(): as the functions of kerf/tool.h.
 /// Name(), ShortName(): a description with all measures of the shape, and one with the most important.
@@ -40,6 +41,8 @@ template <typename T>
 concept IsToolKind = requires(const T& tool, const Vec3& p_T, const Pose& X_ST, const ShapeSampling& sampling) {
   { ToolKind<T>::kShape } -> std::convertible_to<std::string_view>;
   { ToolKind<T>::kSummary } -> std::convertible_to<std::string_view>;
+  { ToolKind<T>::kClass } -> std::convertible_to<std::string_view>;
+  { ToolKind<T>::kFrame } -> std::convertible_to<std::string_view>;
   { ToolKind<T>::kForm } -> std::convertible_to<ToolForm>;
   { ToolKind<T>::Name(tool) } -> std::same_as<std::string>;
   { ToolKind<T>::ShortName(tool) } -> std::same_as<std::string>;
