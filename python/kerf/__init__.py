@@ -9,15 +9,14 @@ import copyreg as _copyreg
 import typing as _typing
 
 from kerf import _kerf
-from kerf._data import to_frame
-from kerf._kerf import (Ball, Bone, Disc, Error, HandSimulation, HandTick, Materials, Recording, Region, Run, Scene, Simulation,
-                        SlabSimulation, Tick, __version__, commit, effects, force_laws, run, run_in_hand)
-from kerf._poses import line, pose
-from kerf._program import compare, score, stability, study
+from kerf._data import to_frame as to_frame
+from kerf._kerf import *  # also a class for each kind of tool
+from kerf._kerf import __version__ as __version__
+from kerf._poses import line as line, pose as pose
+from kerf._program import compare as compare, score as score, stability as stability, study as study
 
-__all__ = ["Ball", "Bone", "Disc", "Error", "HandSimulation", "HandTick", "Materials", "Recording", "Region", "Run", "Scene",
-           "Simulation", "SlabSimulation", "Tick", "__version__", "commit", "compare", "effects", "force_laws", "line", "pose",
-           "run", "run_in_hand", "score", "stability", "study", "to_frame"]
+__all__ = sorted([*(_name for _name in vars(_kerf) if not _name.startswith("_")), "__version__", "compare", "line", "pose",
+                  "score", "stability", "study", "to_frame"])
 
 
 def _reduce(self: _typing.Any) -> tuple[_typing.Any, ...]:

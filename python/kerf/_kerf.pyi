@@ -122,6 +122,7 @@ class Scene:
     @property
     def rpm(self) -> float: ...
 
+# Tools: written by tools/python_reference.
 class Disc:
     def __copy__(self) -> Disc: ...
     def __deepcopy__(self, memo: dict[int, Any]) -> Disc: ...
@@ -165,6 +166,7 @@ class Ball:
     def grip_mm(self) -> _Floats: ...
 
 _Tool = Union[Disc, Ball]
+# End of the tools.
 
 class Tick:
     @property
