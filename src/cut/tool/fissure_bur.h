@@ -11,6 +11,8 @@ template <>
 struct ToolKind<FissureBur> {
   static constexpr std::string_view kShape = "bur";
   static constexpr std::string_view kSummary = "a fissure or Lindemann bur, which cuts with its side and its end";
+  static constexpr std::string_view kClass = "Bur";
+  static constexpr std::string_view kFrame = "origin at the tip, z along the spindle, towards the handpiece";
   static constexpr ToolForm kForm = ToolForm::kRound;
   static std::string Name(const FissureBur& bur);
   static std::string ShortName(const FissureBur& bur);
