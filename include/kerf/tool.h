@@ -1,4 +1,4 @@
-// The tools: a thin toothed disc on a spindle, a ball burr, a fissure bur.
+// The tools: a thin toothed disc on a spindle, a ball burr, a fissure bur, a twist drill.
 #pragma once
 
 #include <numbers>
@@ -73,6 +73,25 @@ struct FissureBur {
   void Validate() const;
 };
 
+/// Twist drill: a cylinder with two straight cutting edges (lips) on its conical tip. Tool frame T: as for a fissure
+/// bur. A lip is modelled as a row of teeth, as a flute of a ball burr. Not modelled: the chisel edge between the lips,
+/// which adds thrust, the spiral grooves, which carry the chips away, and friction of the side.
+struct TwistDrill {
+  double diameter_mm = 1.5;
+  double length_mm = 20;
+  double point_angle_deg = 118;
+  double tooth_width_mm = 0.5;
+  double rake_deg = -10;      // as for a disc
+  double edge_radius_um = 8;  // as for a disc
+  double E_MPa = 205000;      // steel
+  double nu = 0.28;
+  Vec3 p_TG_mm{0, 0, 120};
+
+  double radius_mm() const { return 0.5 * diameter_mm; }
+  /// Throws kerf::Error naming the first value out of range, or if the tip is as long as the drill.
+  void Validate() const;
+};
+
 /// Shapes; [tool] of a scene has the same keys.
 template <typename V>
 void DescribeShape(DiscSaw& p, V&& visit) {
@@ -97,6 +116,14 @@ void DescribeShape(FissureBur& p, V&& visit) {
   visit("flutes", p.flutes, Range{1, 100}, "number of cutting edges, each along the side and across the end");
   visit("tooth_width_mm", p.tooth_width_mm, Range{0.01, 50},
         "length of a flute's edge that counts as one tooth in the force law; an assumption");
+}
+template <typename V>
+void DescribeShape(TwistDrill& p, V&& visit) {
+  visit("diameter_mm", p.diameter_mm, Range{0.3, 20}, "diameter of the drill: that of the hole");
+  visit("length_mm", p.length_mm, Range{0.5, 100}, "length of the drill's cylinder with its tip");
+  visit("point_angle_deg", p.point_angle_deg, Range{60, 180}, "full angle of the tip");
+  visit("tooth_width_mm", p.tooth_width_mm, Range{0.01, 50},
+        "length of a lip that counts as one tooth in the force law; an assumption");
 }
 /// Shape of a tooth's edge, which all tools have. Only some force laws read the radius; none reads the rake.
 template <typename AnyTool, typename V>
@@ -127,6 +154,12 @@ void Describe(FissureBur& p, V&& visit) {
   DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
 }
 template <typename V>
+void Describe(TwistDrill& p, V&& visit) {
+  DescribeShape(p, visit);
+  DescribeEdge(p, visit);
+  DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
+}
+template <typename V>
 void Describe(BallBurr& p, V&& visit) {
   DescribeShape(p, visit);
   DescribeEdge(p, visit);
@@ -135,13 +168,14 @@ void Describe(BallBurr& p, V&& visit) {
 
 /// Any tool. A kind of tool is a struct of parameters here and the parts that kerf needs of it in its own file of
 /// src/cut/tool (tool_kind.h).
-using Tool = std::variant<DiscSaw, BallBurr, FissureBur>;
+using Tool = std::variant<DiscSaw, BallBurr, FissureBur, TwistDrill>;
 
 /// Form of a tool. Kinds of the same form share contact, guides and measures.
 enum class ToolForm {
   kBlade,  // flat, in the x-y plane of T: its edge cuts; its two flats do not, and the walls of the kerf hold them
   kBall,   // a sphere about the origin of T, whose whole surface cuts
-  kRound,  // a convex solid of revolution about the z axis of T with its tip at the origin; its whole surface cuts
+  kRound,  // a convex solid of revolution about the z axis of T with its tip at the origin: its end cuts, and its side
+           // cuts too, or is held by the wall of the hole
 };
 ToolForm GetForm(const Tool& tool);
 inline bool IsBlade(const Tool& tool) {

@@ -1,4 +1,5 @@
-// Contact of a disc's flats with the walls of its kerf. The flats do not cut, so the walls hold them.
+// Contact of the faces of a tool that do not cut with the walls of what it has cut, which hold them: the flats of a
+// blade in its kerf, the side of a drill in its hole.
 #pragma once
 
 #include <vector>
@@ -11,7 +12,7 @@
 
 namespace kerf {
 
-/// Points on both flats, in pairs, one on each side of the disc.
+/// Points on the faces, in pairs, one on each side of the tool.
 ///
 /// The gap at a point is computed from a sample of the distance field that is taken a little inside the wall: the gap
 /// is the sampled distance plus the sample's offset from the point. The sample is so far from the middle of the kerf,
@@ -20,7 +21,7 @@ namespace kerf {
 /// walls hold the disc but never squeeze it.
 class Faces {
  public:
-  Faces(const BoneField& field, const ToolShape& shape, const Tool& tool, const Vec3& p_TC_mm);
+  Faces(const BoneField& field, const ToolShape& shape, const Vec3& p_TC_mm);
 
   /// Returns the minimum distance of the outermost points from the rim, mm: slightly more than the depth to which the
   /// rim cuts the walls when it moves sideways (CutWith::kEdge). A kerf shallower than that cannot hold the flats.
@@ -31,14 +32,15 @@ class Faces {
   /// grid blurs the kerf's corner.
   static double CalcStoppedMargin(double voxel_mm) { return 1.75 * voxel_mm; }
 
-  /// Fills problem.flats with the points that are within `reach_mm` of bone. Tick-safe.
+  /// Finds the points that are within `reach_mm` of bone. Fills problem.flats with those of a blade; appends others to
+  /// problem.solids, with the stiffness of a flat. Tick-safe.
   void Find(const Probe& probe, double reach_mm, bool turning, StepProblem& problem);
   /// Returns the pair of an element of problem.flats, as filled by the last Find(). The two points of a pair are on
-  /// opposite sides of the disc.
+  /// opposite sides of the blade.
   std::size_t found_pair(std::size_t flat) const { return static_cast<std::size_t>(found_[flat].point / 2); }
   std::size_t pair_count() const { return pairs_.size(); }
-  /// Position of a pair in the disc's plane, tool frame, mm.
-  Vec3 pair_T(std::size_t pair) const { return {pairs_[pair].x, pairs_[pair].y, 0}; }
+  /// Position of a pair midway between its points, tool frame, mm.
+  Vec3 pair_T(std::size_t pair) const { return pairs_[pair].middle_T; }
   /// As for Edge.
   double SetDepths(StepProblem& problem, bool may_rise);
   double Remember(const StepProblem& problem, const Twist& u, double fraction);
@@ -57,11 +59,12 @@ class Faces {
 
  private:
   struct Pair {
-    double x, y;  // tool frame, mm
+    Vec3 middle_T, n_T;  // tool frame, mm; the points are at middle -+ half_mm n
+    double half_mm;
     bool while_stopped;
   };
-  double half_mm_;
-  double slack_mm_;  // clearance added on each side
+  bool are_flats_ = true;  // of a blade
+  double slack_mm_;        // clearance added on each side
   double voxel_mm_;
   double tool_reach_mm_;
   Vec3 p_TC_;
@@ -75,7 +78,8 @@ class Faces {
     int point;
     double depth_mm;
   };
-  std::vector<Found> found_;  // parallel to StepProblem::flats
+  std::vector<Found> found_;  // parallel to StepProblem::flats, or to the solids from first_solid_
+  std::size_t first_solid_ = 0;
 };
 
 }  // namespace kerf

@@ -43,7 +43,7 @@ struct CoupledSimulation::State {
                                         Faces::CalcRimMargin(CalcReach(params.tool), h), Faces::CalcStoppedMargin(h)})),
         coupling(params.coupling),
         edge(field, bone, params.tool, shape, params.coupling.p_TC_mm),
-        faces(field, shape, params.tool, params.coupling.p_TC_mm),
+        faces(field, shape, params.coupling.p_TC_mm),
         cutter(field, params.tool, CutWith::kEdge, params.whole_voxel_removal, CountOldLeaves(field, params),
                params.precision_bits),
         paced(cutter, params.tool, shape.reach_mm, h, params.carve_interval_ticks),
@@ -60,7 +60,7 @@ struct CoupledSimulation::State {
     problem.ramp_mm_per_s = problem.law.jumps ? kCreep_mm_per_s : 0;
     problem.creep_mm_per_s = kCreep_mm_per_s;
     problem.cutting.reserve(edge.size());
-    problem.solids.reserve(edge.size() + effects.capacity().solids + 8);
+    problem.solids.reserve(edge.size() + (is_blade ? 0 : faces.size()) + effects.capacity().solids + 8);
     problem.yields.reserve(1);
     problem.flats.reserve(faces.size());
     problem.frictions.reserve(effects.capacity().frictions + 1);

@@ -90,7 +90,8 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s, Tic
   problem.tau_s = time_s;
   problem.coupling = coupling.MakeStep(X_WT, in);
   const bool turning = in.rpm != 0;
-  const double axial_mm = kAxialFraction * std::min(h, CalcThickness(params.tool));
+  // Largest motion of a face towards the bone in a step.
+  const double reach_mm = is_blade ? kAxialFraction * std::min(h, CalcThickness(params.tool)) : kStepVoxels * h;
   const bool reads_bone = bone_fraction > 0;
   const double stiffness_fraction = bone_fraction * (fidelity == Fidelity::kFull ? 1 : 2);
   problem.cutting_share = bone_fraction;
@@ -107,8 +108,8 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s, Tic
   } else {
     edge.FindSolids(probe, (kStepVoxels + kAxialFraction) * h, bone_fraction * CalcSolidStiffness(shape), problem);
   }
-  if (is_blade && reads_bone) {
-    faces.Find(probe, axial_mm, turning, problem);
+  if (faces.size() > 0 && reads_bone) {
+    faces.Find(probe, reach_mm, turning, problem);
   }
   first_guide = problem.solids.size();
   double drawn_mJ = 0;

@@ -32,6 +32,9 @@ EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
   if (zone.solid) {
     zone.half_thickness_mm = zone.centre_z_mm = 0.5 * zone.solid->top_z_mm;
     zone.outside_mm *= zone.solid->CalcCornerFactor();
+    if (with == CutWith::kEdge && !zone.solid->side_cuts) {
+      zone.ceiling_mm = zone.solid->corner_z_mm + CalcToothSide(zone.radius_mm, field.voxel_mm()) - zone.centre_z_mm;
+    }
   } else if (zone.is_blade()) {
     zone.half_thickness_mm = 0.5 * CalcKerfWidth(CalcThickness(tool), field.voxel_mm());
     if (with == CutWith::kEdge) zone.depth_mm = CalcToothSide(zone.radius_mm, field.voxel_mm());
@@ -222,6 +225,7 @@ Cutter::Result Cutter::CutAround(const Pose& X) {
   Result result;
   EdgeZone whole = s.zone;
   whole.depth_mm = kAll;
+  whole.ceiling_mm = EdgeZone{}.ceiling_mm;
   const Pose X_Z = whole.Centre(X);
   s.CutPiece(whole, X_Z, X_Z, false, 0, result);
   Lift();

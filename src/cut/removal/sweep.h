@@ -26,6 +26,7 @@ struct EdgeZone {
   double depth_mm = 0;           // extent inside the edge; infinite if all of the tool cuts
   double centre_z_mm = 0;        // origin of the zone's frame, tool frame
   std::optional<RoundSolid> solid;
+  double ceiling_mm = 1e6;  // of a solid: height up to which it cuts
 
   bool is_blade() const { return form == ToolForm::kBlade; }
   /// The tool lies in a cylinder about the spindle axis, which the next ones bound.
@@ -148,6 +149,7 @@ struct Sweep {
   }
 
   void SetFaces() {
+    step.ceiling = static_cast<float>(zone.ceiling_mm);
     const auto faces = zone.solid->CalcFaces();
     for (std::size_t i = 0; i < faces.size(); ++i) {
       step.faces[i] = {static_cast<float>(faces[i].r), static_cast<float>(faces[i].z),

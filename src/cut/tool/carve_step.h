@@ -23,7 +23,8 @@ struct CarveStep {
   struct Face {
     float r, z, offset;  // as RoundSolid::Face
   };
-  Face faces[3] = {};  // of a solid of revolution
+  Face faces[3] = {};    // of a solid of revolution
+  float ceiling = 1e9f;  // of a solid of revolution: height up to which it cuts
   float voxel = 0;
   float rounding = 0;       // error bound of the float arithmetic
   float grid[3][3] = {{}};  // [i]: step to the next voxel along axis i of the bone's grid

@@ -4,3 +4,4 @@
 #include "cut/tool/ball_burr.h"
 #include "cut/tool/disc_saw.h"
 #include "cut/tool/fissure_bur.h"
+#include "cut/tool/twist_drill.h"

@@ -83,8 +83,9 @@ Vec3 RoundSolid::FindDeepest(const Vec3& n) const {
   const double across = std::hypot(n.x, n.y);
   const Vec3 e = across > 1e-9 * glm::length(n) ? Vec3(n.x / across, n.y / across, 0) : Vec3(0);
   Vec3 deepest(0);
-  for (const ProfilePoint& corner : GetCorners(*this)) {
-    const Vec3 p = corner.r * e + Vec3(0, 0, corner.z);
+  const auto corners = GetCorners(*this);
+  for (std::size_t i = 1; i < (side_cuts ? corners.size() : 2); ++i) {
+    const Vec3 p = corners[i].r * e + Vec3(0, 0, corners[i].z);
     if (glm::dot(p, n) > glm::dot(deepest, n)) deepest = p;
   }
   return deepest;

@@ -14,6 +14,7 @@ struct RoundSolid {
   double corner_z_mm = 0;       // of the same corner; 0: the end is flat
   double top_radius_mm = 0;     // at least corner_radius_mm
   double top_z_mm = 0;
+  bool side_cuts = true;  // false: only the end has cutting edges
 
   /// Cone, cylinder or plane r * radius + z * height <= offset_mm, with the distance from the z axis as the radius; the
   /// normal (r, z) has unit length, and r >= 0.
@@ -32,7 +33,8 @@ struct RoundSolid {
   double CalcSignedDistance(const Vec3& p) const;
   /// Nearest point of the solid; the point itself inside.
   Vec3 FindNearest(const Vec3& p) const;
-  /// Point of the solid that lies furthest along a direction of any length; one of the axis if all around it do.
+  /// Point of the part that cuts which lies furthest along a direction of any length; one of the axis if all around it
+  /// do.
   Vec3 FindDeepest(const Vec3& n) const;
 };
 

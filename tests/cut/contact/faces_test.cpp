@@ -28,7 +28,7 @@ TEST(Faces, DiscFitsItsOwnKerfWithTheExpectedPlay) {
       }
       const ToolShape shape =
           MakeToolShape(kSaw, {8, 1.4, Faces::CalcRimMargin(kSaw.radius_mm(), h), Faces::CalcStoppedMargin(h)});
-      Faces faces(field, shape, kSaw, Vec3(0));
+      Faces faces(field, shape, Vec3(0));
       StepProblem problem;
       problem.tau_s = 0.001;
       faces.Find(Probe(field, X), 0.025, false, problem);
@@ -55,7 +55,7 @@ TEST(Faces, FlatsWithinReachAreFoundBeforeContact) {
   BoneField field(bone, 100);
   const ToolShape shape =
       MakeToolShape(kSaw, {8, 1.4, Faces::CalcRimMargin(kSaw.radius_mm(), 0.2), Faces::CalcStoppedMargin(0.2)});
-  Faces faces(field, shape, kSaw, Vec3(0));
+  Faces faces(field, shape, Vec3(0));
   // The disc is lowered flat onto a face in small steps; pairs that were far apart must be tested again in time.
   for (double height = 3; height > 0.01; height -= 0.013) {
     Pose X;

@@ -132,7 +132,7 @@ struct Parts {
         field(bone, 8),
         shape(MakeToolShape(tool, {8, 1.4, 0.5, 0.1})),
         edge(field, bone, tool, shape, p_TC_mm),
-        faces(field, shape, tool, p_TC_mm),
+        faces(field, shape, p_TC_mm),
         effect(1.6, {bone, field, tool, shape, edge, law, &faces, p_TC_mm, Vec3(0)}) {}
   Tool tool;
   ToothForce law;

@@ -172,13 +172,22 @@ TEST(ToolKinds, MeasuresAgreeWithTheShape) {
       reach_mm = std::max(reach_mm, glm::length(p.p_T));
       EXPECT_NEAR(CalcSignedToolDistance(tool, p.p_T), 0, 1e-12) << GetShape(tool);
     }
-    EXPECT_NEAR(radius_mm, CalcRadius(tool), 0.01 * CalcRadius(tool));  // a ball has no sample on its equator
+    // A ball has no sample on its equator, and a drill none on the outer end of its lips: those of the default drill
+    // are sampled in six parts.
+    EXPECT_LE(radius_mm, CalcRadius(tool) * (1 + 1e-12));
+    EXPECT_GT(radius_mm, (shape.faces.empty() || IsBlade(tool) ? 0.99 : 0.9) * CalcRadius(tool));
     EXPECT_LE(reach_mm, CalcReach(tool) + 1e-12);
     EXPECT_EQ(shape.passes_per_turn, CountPassesPerTurn(tool));
     EXPECT_EQ(shape.reach_mm, CalcReach(tool));
-    EXPECT_EQ(IsBlade(tool), !shape.faces.empty()) << GetShape(tool);
     EXPECT_EQ(CalcThickness(tool), IsBlade(tool) ? CalcCutWidth(tool) : 0);
-    for (const FacePoint& p : shape.faces) EXPECT_NEAR(std::abs(p.p_T.z), 0.5 * CalcThickness(tool), 1e-12);
+    // The faces are in pairs on opposite sides, with the gradient of the distance as their normal.
+    ASSERT_EQ(shape.faces.size() % 2, 0u);
+    for (std::size_t i = 0; i < shape.faces.size(); ++i) {
+      const FacePoint& p = shape.faces[i];
+      EXPECT_NEAR(CalcSignedToolDistance(tool, p.p_T), 0, 1e-12) << GetShape(tool);
+      EXPECT_NEAR(CalcSignedToolDistance(tool, p.p_T + 0.01 * p.n_T), 0.01, 1e-12) << GetShape(tool);
+      EXPECT_EQ(p.n_T, -shape.faces[i ^ 1].n_T);
+    }
   }
 }
 
@@ -216,7 +225,7 @@ TEST(ToolKinds, SectionLiesInThePlaneAndOnTheSurface) {
   std::uniform_real_distribution<double> number(-1, 1);
   for (const Tool& tool : GetDefaultTools()) {
     int met = 0;
-    for (int n = 0; n < 200; ++n) {
+    for (int n = 0; n < 400; ++n) {  // a drill is thin
       const double reach_mm = CalcReach(tool);
       const Vec3 axis = glm::normalize(Vec3(number(random), number(random), number(random)));
       const Pose X_ST{glm::angleAxis(3 * number(random), axis),
@@ -236,14 +245,17 @@ TEST(ToolKinds, SectionLiesInThePlaneAndOnTheSurface) {
 }
 
 TEST(ToolKinds, ShapesHaveTheirWords) {
-  EXPECT_EQ(GetToolShapes(), (std::vector<std::string_view>{"disc", "ball", "bur"}));
-  EXPECT_EQ(DescribeToolShapes(),
-            "disc: a saw that cuts with its rim; ball: a burr that cuts with its whole surface; bur: a fissure or "
-            "Lindemann bur, which cuts with its side and its end");
+  EXPECT_EQ(GetToolShapes(), (std::vector<std::string_view>{"disc", "ball", "bur", "drill"}));
+  EXPECT_EQ(
+      DescribeToolShapes(),
+      "disc: a saw that cuts with its rim; ball: a burr that cuts with its whole surface; bur: a fissure or "
+      "Lindemann bur, which cuts with its side and its end; drill: a twist drill, which cuts with the two lips of "
+      "its tip");
   for (std::size_t i = 0; i < GetDefaultTools().size(); ++i) EXPECT_EQ(GetDefaultTools()[i].index(), i);
   EXPECT_EQ(DescribeTool(DiscSaw{}), "disc 22 x 0.25 mm, 24 teeth");
   EXPECT_EQ(DescribeTool(BallBurr{}), "ball burr 6 mm, 8 flutes");
   EXPECT_EQ(DescribeTool(FissureBur{}), "bur 1.6 x 8 mm, 6 flutes");
+  EXPECT_EQ(DescribeTool(TwistDrill{}), "drill 1.5 x 20 mm, point 118 degrees");
   FissureBur lindemann;
   lindemann.taper_deg = 3;
   lindemann.point_angle_deg = 90;

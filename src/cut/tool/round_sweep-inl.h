@@ -1,9 +1,9 @@
-// Sweep of a fissure bur over one step. Compiled once for each vector instruction set.
-#if defined(KERF_CUT_TOOL_FISSURE_BUR_SWEEP_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef KERF_CUT_TOOL_FISSURE_BUR_SWEEP_INL_H_
-#undef KERF_CUT_TOOL_FISSURE_BUR_SWEEP_INL_H_
+// Sweep of a tool of the form kRound over one step. Compiled once for each vector instruction set.
+#if defined(KERF_CUT_TOOL_ROUND_SWEEP_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef KERF_CUT_TOOL_ROUND_SWEEP_INL_H_
+#undef KERF_CUT_TOOL_ROUND_SWEEP_INL_H_
 #else
-#define KERF_CUT_TOOL_FISSURE_BUR_SWEEP_INL_H_
+#define KERF_CUT_TOOL_ROUND_SWEEP_INL_H_
 #endif
 
 #include <cmath>
@@ -29,12 +29,15 @@ class RoundSweep {
         back_y_(Splat(s.back[1])),
         back_z_(Splat(s.back[2])),
         length_(Splat(s.length)),
+        ceiling_(Splat(s.ceiling)),
+        far_(Splat(-2 * s.band)),
         new_only_(s.new_only) {
     const float across = std::sqrt(s.back[0] * s.back[0] + s.back[1] * s.back[1]);
     const bool is_across = across > 1e-6f;
     per_across_ = Splat(is_across ? 1 / across : 0);
     const float row_xy = s.row_mm;
     const float row_z = std::abs(kHalfRow * s.grid[2][2]);
+    row_z_ = Splat(row_z);
     for (int i = 0; i < kFaces; ++i) {
       r_[i] = Splat(s.faces[i].r);
       z_[i] = Splat(s.faces[i].z);
@@ -70,8 +73,11 @@ class RoundSweep {
       const V slack = hn::Add(hn::Mul(r_[i], bend), still_);
       advances = hn::Or(advances, hn::Lt(forward, slack));
     }
-    M may = hn::Le(least, outer_);
-    if (new_only_) may = hn::And(may, hn::And(advances, hn::Ge(at_start, inner_)));
+    M may = hn::And(hn::Le(least, outer_), hn::Le(hn::Sub(z_low, row_z_), ceiling_));
+    if (new_only_) {
+      const M is_new = hn::Or(hn::And(advances, hn::Ge(at_start, inner_)), hn::Gt(hn::Add(z_high, row_z_), ceiling_));
+      may = hn::And(may, is_new);
+    }
     return may;
   }
 
@@ -102,7 +108,7 @@ class RoundSweep {
       const V t = Clamp(hn::Mul(hn::Add(e.along, hn::Mul(clear, at_least_[i])), per_across_));
       least = hn::Min(least, LargestAt(x, y, z, t));
     }
-    return hn::Neg(least);
+    return hn::IfThenElse(hn::Le(hn::Min(e.z0, e.z1), ceiling_), hn::Neg(least), far_);
   }
 
  private:
@@ -147,6 +153,9 @@ class RoundSweep {
   V outer_;
   V inner_;
   V row_xy_;
+  V row_z_;
+  V ceiling_;
+  V far_;
   V still_;
   V bend_;  // (row_xy + length) * length
   bool new_only_;
@@ -154,6 +163,10 @@ class RoundSweep {
 
 template <>
 struct SweepOf<FissureBur> {
+  using Type = RoundSweep;
+};
+template <>
+struct SweepOf<TwistDrill> {
   using Type = RoundSweep;
 };
 
