@@ -1,4 +1,4 @@
-// The tools: a thin toothed disc on a spindle, a ball burr, a fissure bur, a twist drill.
+// The tools: a thin toothed disc on a spindle, a ball burr, a fissure bur, a twist drill, a reciprocating blade.
 #pragma once
 
 #include <numbers>
@@ -92,6 +92,30 @@ struct TwistDrill {
   void Validate() const;
 };
 
+/// Blade of a reciprocating saw, which a stroke moves to and fro along its straight toothed edge. Tool frame T: y along
+/// the edge towards the tip, x the feed direction, z across the blade. The origin is at the middle of the edge where
+/// the blade is in the middle of its stroke: the blade reaches from -length_mm / 2 to length_mm / 2 along y, and back
+/// to -width_mm along x. The frame T does not move with the stroke.
+struct ReciprocatingBlade {
+  double length_mm = 30;
+  double width_mm = 6;
+  double taper = 1;
+  double thickness_mm = 0.4;
+  double set_mm = 0.05;
+  double pitch_mm = 1.41;  // 18 teeth an inch
+  double stroke_mm = 3;
+  double rake_deg = -10;      // as for a disc
+  double edge_radius_um = 8;  // as for a disc
+  double E_MPa = 205000;      // steel
+  double nu = 0.28;
+  Vec3 p_TG_mm{0, -100, 0};
+
+  double kerf_mm() const { return thickness_mm + 2 * set_mm; }
+  double teeth() const { return length_mm / pitch_mm; }  // a real number
+  /// Throws kerf::Error naming the first value out of range.
+  void Validate() const;
+};
+
 /// Shapes; [tool] of a scene has the same keys.
 template <typename V>
 void DescribeShape(DiscSaw& p, V&& visit) {
@@ -124,6 +148,16 @@ void DescribeShape(TwistDrill& p, V&& visit) {
   visit("point_angle_deg", p.point_angle_deg, Range{60, 180}, "full angle of the tip");
   visit("tooth_width_mm", p.tooth_width_mm, Range{0.01, 50},
         "length of a lip that counts as one tooth in the force law; an assumption");
+}
+template <typename V>
+void DescribeShape(ReciprocatingBlade& p, V&& visit) {
+  visit("length_mm", p.length_mm, Range{3, 200}, "length of the toothed edge");
+  visit("width_mm", p.width_mm, Range{1, 50}, "distance from the toothed edge to the back, at the handle's end");
+  visit("taper", p.taper, Range{0.1, 1}, "width at the tip as a fraction of width_mm");
+  visit("thickness_mm", p.thickness_mm, Range{0.02, 10}, "thickness of the blade without the set of its teeth");
+  visit("set_mm", p.set_mm, Range{0, 2}, "distance by which the teeth stand out on each side; they widen the kerf");
+  visit("pitch_mm", p.pitch_mm, Range{0.1, 20}, "distance between neighbouring teeth");
+  visit("stroke_mm", p.stroke_mm, Range{0.05, 30}, "way of the blade from one end of the stroke to the other");
 }
 /// Shape of a tooth's edge, which all tools have. Only some force laws read the radius; none reads the rake.
 template <typename AnyTool, typename V>
@@ -165,10 +199,16 @@ void Describe(BallBurr& p, V&& visit) {
   DescribeEdge(p, visit);
   DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
 }
+template <typename V>
+void Describe(ReciprocatingBlade& p, V&& visit) {
+  DescribeShape(p, visit);
+  DescribeEdge(p, visit);
+  DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
+}
 
 /// Any tool. A kind of tool is a struct of parameters here and the parts that kerf needs of it in its own file of
 /// src/cut/tool (tool_kind.h).
-using Tool = std::variant<DiscSaw, BallBurr, FissureBur, TwistDrill>;
+using Tool = std::variant<DiscSaw, BallBurr, FissureBur, TwistDrill, ReciprocatingBlade>;
 
 /// Form of a tool. Kinds of the same form share contact, guides and measures.
 enum class ToolForm {
@@ -182,6 +222,13 @@ inline bool IsBlade(const Tool& tool) {
   return GetForm(tool) == ToolForm::kBlade;
 }
 
+/// How a tool's edge moves in the tool frame.
+enum class DriveMotion {
+  kRotation,  // about z of T
+  kStroke,    // to and fro along y of T; `rpm` is then the number of double strokes a minute
+};
+DriveMotion GetDrive(const Tool& tool);
+
 void Validate(const Tool& tool);                    // throws kerf::Error naming the first value out of range
 std::string DescribeTool(const Tool& tool);         // such as "disc 22 x 0.25 mm, 24 teeth"
 std::string DescribeToolBriefly(const Tool& tool);  // such as "22 mm disc with 24 teeth"
@@ -189,8 +236,10 @@ double CalcReach(const Tool& tool);         // radius of the smallest ball aroun
                                             // tool, mm
 double CalcRadius(const Tool& tool);        // largest distance of the edge from the spindle axis, mm
 double CalcThickness(const Tool& tool);     // of a blade, mm; 0 for any other tool
-double CalcCutWidth(const Tool& tool);      // of the groove that the tool cuts: a blade's thickness, another's diameter
-int CountPassesPerTurn(const Tool& tool);   // teeth that pass a point of the edge in a turn of the spindle
+double CalcStroke(const Tool& tool);        // way of the edge from end to end of its stroke, mm; 0: it turns
+double CalcCutWidth(const Tool& tool);      // of the groove that the tool cuts: a blade's kerf, another's diameter
+int CountPassesPerTurn(const Tool& tool);   // teeth that pass a point of the edge in a turn of the spindle;
+                                            // for a stroke: in a double stroke, rounded
 double CalcModulus(const Tool& tool);       // E, MPa
 double CalcPoissonRatio(const Tool& tool);  // nu
 double CalcRake(const Tool& tool);          // of a tooth, degrees

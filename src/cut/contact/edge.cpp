@@ -28,16 +28,21 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
       has_metal_(field.has_metal()),
       reach_mm_(shape.reach_mm + look_ahead_mm_),
       ring_radius_mm_(shape.edge_is_ring ? glm::length(shape.edge.front().p_T) : 0),
+      is_chain_(shape.edge_is_chain),
       ring_step_rad_(shape.edge_is_ring ? 2 * std::numbers::pi / static_cast<double>(shape.edge.size()) : 0),
-      penetration_(shape.edge.size()) {
-  points_.reserve(shape.edge.size());
+      tooth_points_(shape.edge.size()),
+      penetration_(shape.edge.size() + shape.solids.size()) {
+  points_.reserve(shape.edge.size() + shape.solids.size());
   const double rad_per_pass = 2 * std::numbers::pi / shape.passes_per_turn;
   for (const EdgePoint& p : shape.edge) {
     const Twist along = shape.edge_is_ring ? MakeRow(Vec3(-p.e_T.y, p.e_T.x, 0), p.p_T - p_TC_) : Twist{};
     points_.push_back({p.p_T + look_ahead_mm_ * p.e_T, p.e_T, p.p_T, MakeRow(p.e_T, p.p_T - p_TC_), p.teeth, along,
                        rad_per_pass * std::hypot(p.p_T.x, p.p_T.y)});
   }
-  if (ring_radius_mm_ > 0) spacing_mm_ = 1.01 * glm::length(points_[1].ahead_T - points_[0].ahead_T);
+  for (const FacePoint& p : shape.solids) {
+    points_.push_back({p.p_T, p.n_T, p.p_T, MakeRow(p.n_T, p.p_T - p_TC_), 0, {}, 0, p.while_stopped});
+  }
+  if (is_joined()) spacing_mm_ = 1.01 * glm::length(points_[1].ahead_T - points_[0].ahead_T);
   distance_.resize(points_.size());
   looked_at_mm_.resize(points_.size());
   Forget();
@@ -45,6 +50,13 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
   after_.resize(points_.size());
   contacts_.reserve(points_.size());
   found_.reserve(points_.size());
+}
+
+void Edge::SetDisplacement(double slide_mm) {
+  if (slide_mm == slide_mm_) return;
+  p_TC_.y -= slide_mm - slide_mm_;
+  slide_mm_ = slide_mm;
+  for (Point& point : points_) point.row = MakeRow(point.e_T, point.p_T - p_TC_);
 }
 
 /// Returns a lower bound on the distance of a look-ahead point, from its last sample and the travel since then.
@@ -68,19 +80,19 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   travelled_mm_ += std::max(CalcTravel(X_looked_, probe.X_WT(), reach_mm_), 1e-9);  // > 0: bone may have been removed
   X_looked_ = probe.X_WT();
   const std::size_t stride = static_cast<std::size_t>(stride_);
-  const bool ring = ring_radius_mm_ > 0;
-  for (std::size_t i = 0; i < points_.size(); i += stride) {
+  for (std::size_t i = 0; i < tooth_points_; i += stride) {
     if (CalcBound(i) < 0.5 * spacing_mm_ * stride_) Look(probe, i);
-    fraction_[i] = ring ? 0 : Engagement(CalcBound(i), look_ahead_mm_);
+    fraction_[i] = is_joined() ? 0 : Engagement(CalcBound(i), look_ahead_mm_);
   }
-  if (ring) {
-    for (std::size_t a = 0; a < points_.size(); a += stride) {
+  if (is_joined()) {
+    for (std::size_t a = 0; a < tooth_points_; a += stride) {
+      if (is_chain_ && a + stride >= tooth_points_) break;
       const double before = fraction_[a];
-      FractionInterval(probe, a, a + stride < points_.size() ? a + stride : 0);
+      FractionInterval(probe, a, a + stride < tooth_points_ ? a + stride : 0);
       after_[a] = fraction_[a] - before;
     }
   }
-  for (std::size_t i = 0; i < points_.size(); i += stride) {
+  for (std::size_t i = 0; i < tooth_points_; i += stride) {
     if (!(fraction_[i] > 0)) continue;
     // Filled in place: a point is large, and there are hundreds of them in a tick.
     CuttingPoint& point = problem.cutting.emplace_back();
@@ -93,7 +105,7 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
     point.teeth = fraction_[i] * points_[i].teeth * stride_;
     point.along = points_[i].along;
     if (jumps) point.after_fraction = after_[i] / fraction_[i];
-    point.cut.speed_mm_per_s = problem.passes_per_s * points_[i].mm_per_pass;
+    point.cut.speed_mm_per_s = is_chain_ ? problem.edge_mm_per_s : problem.passes_per_s * points_[i].mm_per_pass;
     if ((problem.law.reads & kReadsOsteons) != 0) point.cut.osteon = CalcOsteonShares(probe, i);
     contacts_.push_back({region, static_cast<int>(i)});
   }
@@ -148,8 +160,9 @@ void Edge::Fraction(const Probe& probe, const Point& a, const Point& b, double t
   // Between two ends in air one sample is enough: the walls of a kerf are equally near along its whole length.
   if (out ? halvings < 1 : changing && halvings < kMaxHalvings) {
     const double t = 0.5 * (t_a + t_b);
-    const Vec3 e = glm::normalize((1 - t) * a.e_T + t * b.e_T);
-    const double d = probe.Distance((ring_radius_mm_ + look_ahead_mm_) * e);
+    const double d =
+        probe.Distance(is_chain_ ? (1 - t) * a.ahead_T + t * b.ahead_T
+                                 : (ring_radius_mm_ + look_ahead_mm_) * glm::normalize((1 - t) * a.e_T + t * b.e_T));
     Fraction(probe, a, b, t_a, d_a, t, d, halvings + 1, fraction_a, fraction_b);
     Fraction(probe, a, b, t, d, t_b, d_b, halvings + 1, fraction_a, fraction_b);
     return;
@@ -190,8 +203,9 @@ void Edge::Fraction(const Probe& probe, const Point& a, const Point& b, double t
 OsteonShares Edge::CalcOsteonShares(const Probe& probe, std::size_t i) const {
   const Point& point = points_[i];
   const double radius_mm = std::hypot(point.p_T.x, point.p_T.y);
-  if (!osteons_W_ || !(radius_mm > 0)) return {};
+  if (!osteons_W_ || (!is_chain_ && !(radius_mm > 0))) return {};
   const Vec3 osteons_T = probe.X_WT().InverseVector(*osteons_W_);
+  if (is_chain_) return {osteons_T.y * osteons_T.y, osteons_T.x * osteons_T.x, osteons_T.z * osteons_T.z};
   const double along = glm::dot(osteons_T, Vec3(-point.p_T.y, point.p_T.x, 0)) / radius_mm;
   const double into = glm::dot(osteons_T, point.e_T);
   return {along * along, into * into, std::max(0.0, 1 - along * along - into * into)};
@@ -203,22 +217,25 @@ int Edge::FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothC
   if (const int region = at(points_[i].ahead_T)) return region;
   // Coarse region voxels can have their centres outside the bone: look further inside.
   if (const int region = at(points_[i].ahead_T + region_step_mm_ * points_[i].e_T)) return region;
-  if (!(ring_radius_mm_ > 0)) return 0;
+  if (!is_joined()) return 0;
   // The point is just outside the bone, but an interval next to it reaches inside: use the material of the deeper
   // neighbour.
   const std::size_t stride = static_cast<std::size_t>(stride_);
-  const std::size_t next = i + stride < points_.size() ? i + stride : 0;
-  const std::size_t last = i > 0 ? i - stride : (points_.size() - 1) / stride * stride;
+  const std::size_t next = i + stride < tooth_points_ ? i + stride : is_chain_ ? i : 0;
+  const std::size_t last = i > 0 ? i - stride : is_chain_ ? i : (tooth_points_ - 1) / stride * stride;
+  if (next == i || last == i) return at(points_[next == i ? last : next].ahead_T);
   return at(points_[distance_[next] < distance_[last] ? next : last].ahead_T);
 }
 
 void Edge::FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem) {
-  FindSolidsIf(probe, reach_mm, stiffness_N_per_mm, problem, [](const Point&) { return true; });
+  FindSolidsIf(probe, reach_mm, stiffness_N_per_mm, problem, [](std::size_t) { return true; });
 }
 
-void Edge::FindMetal(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem) {
-  FindSolidsIf(probe, reach_mm, stiffness_N_per_mm, problem,
-               [&](const Point& point) { return IsAtMetal(probe, point); });
+void Edge::FindSolidsWhileCutting(const Probe& probe, double reach_mm, double stiffness_N_per_mm,
+                                  StepProblem& problem) {
+  FindSolidsIf(probe, reach_mm, stiffness_N_per_mm, problem, [&](std::size_t i) {
+    return i < tooth_points_ ? has_metal_ && IsAtMetal(probe, points_[i]) : !points_[i].while_stopped;
+  });
 }
 
 /// Returns whether there is metal at a point or less than a voxel in front of it. Where metal ends, phi and the regions
@@ -239,14 +256,14 @@ void Edge::FindSolidsIf(const Probe& probe, double reach_mm, double stiffness_N_
   for (std::size_t i = 0; i < points_.size(); i += static_cast<std::size_t>(stride_)) {
     const Point& point = points_[i];
     const double distance = probe.Distance(point.p_T);
-    if (distance > reach_mm || !admits(point)) {
+    if (distance > reach_mm || !admits(i)) {
       penetration_.set_known_mm(static_cast<int>(i), 0);
       continue;
     }
     Vec3 away = probe.Away(point.p_T);
     // Contact with a rim acts across it. Otherwise the points of a rim would catch one by one on a sharp edge of bone,
     // because each finds the side of the edge that it has just passed.
-    if (ring_radius_mm_ > 0) {
+    if (is_joined()) {
       const Vec3 along(-point.e_T.y, point.e_T.x, 0);
       away -= glm::dot(away, along) * along;
     }

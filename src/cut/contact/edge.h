@@ -36,6 +36,10 @@ class Edge {
     int point = 0;  // index in ToolShape::edge
   };
 
+  /// Sets the displacement of an edge with a stroke along y of T. The poses of the probes and the points are from then
+  /// on those of the moved edge; the rows refer to the same coupling point as before. Tick-safe.
+  void SetDisplacement(double slide_mm);
+
   /// Fills problem.cutting. Tick-safe.
   ///
   /// Model: the teeth are treated as continuous along the edge. The engagement of a tooth is 1 where the bone fills the
@@ -52,9 +56,13 @@ class Edge {
   /// Fills problem.solids with the points of a stopped edge. `reach_mm`: upper bound on a point's motion in this step.
   /// Tick-safe.
   void FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem);
-  /// The same for the points of a turning edge that are at metal. Call after FindTeeth(), and only if the bone has
-  /// metal. Tick-safe.
-  void FindMetal(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem);
+  /// The same for the points of a moving edge that are at metal, and for those that have no teeth and are not in the
+  /// zone that the edge cuts (ToolShape::solids). Call after FindTeeth(), if needs_solids(). Tick-safe.
+  void FindSolidsWhileCutting(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem);
+  bool needs_solids() const { return has_metal_ || tooth_points_ < points_.size(); }
+  /// Returns whether an element of problem.solids is a point of the cutting edge.
+  bool is_tooth(std::size_t solid) const { return static_cast<std::size_t>(found_[solid].point) < tooth_points_; }
+  double slide_mm() const { return slide_mm_; }
   /// Number of elements of problem.solids that are points of the edge; they come first.
   std::size_t found_count() const { return found_.size(); }
   int found_point(std::size_t solid) const { return found_[solid].point; }
@@ -87,9 +95,11 @@ class Edge {
     Vec3 p_T;
     Twist row;
     double teeth;
-    Twist along;             // rings only
-    double mm_per_pass = 0;  // way of the point from one tooth to the next
+    Twist along;                 // rings only
+    double mm_per_pass = 0;      // way of the point from one tooth to the next
+    bool while_stopped = false;  // of a point without teeth: in contact only while the drive is stopped
   };
+  bool is_joined() const { return is_chain_ || ring_radius_mm_ > 0; }
   double CalcBound(std::size_t i) const;
   void Look(const Probe& probe, std::size_t i);
   void FractionInterval(const Probe& probe, std::size_t a, std::size_t b);
@@ -107,17 +117,20 @@ class Edge {
   const BoneField& field_;
   MaterialLookup materials_;
   std::optional<Vec3> osteons_W_;  // their direction, if known
-  Vec3 p_TC_;
+  Vec3 p_TC_;                      // relative to the moved edge
+  double slide_mm_ = 0;
   double look_ahead_mm_;
   double material_ahead_mm_;
   double region_step_mm_;  // additional look-ahead where the coarse region grid has no material
   bool has_metal_;
   double reach_mm_;        // largest distance of a look-ahead point from the tool's origin
   double ring_radius_mm_;  // radius of the ring; 0: the edge is not a ring
+  bool is_chain_;          // the points are a straight row
   double ring_step_rad_;   // angle between neighbouring points of a ring
   int stride_ = 1;
-  std::vector<Point> points_;
-  double spacing_mm_ = 0;  // spacing of the look-ahead points of a ring, rounded up
+  std::vector<Point> points_;  // of the edge, then those without teeth
+  std::size_t tooth_points_;   // number of the former
+  double spacing_mm_ = 0;      // spacing of the look-ahead points of a ring or a row, rounded up
   Pose X_looked_;
   double travelled_mm_ = 0;           // sum of the bounds on travel since the last Forget()
   std::vector<double> distance_;      // distance of each look-ahead point when it was last sampled

@@ -32,6 +32,12 @@ class Faces {
   /// grid blurs the kerf's corner.
   static double CalcStoppedMargin(double voxel_mm) { return 1.75 * voxel_mm; }
 
+  /// As Edge::SetDisplacement(). Tick-safe.
+  void SetDisplacement(double slide_mm) {
+    p_TC_.y -= slide_mm - slide_mm_;
+    slide_mm_ = slide_mm;
+  }
+
   /// Finds the points that are within `reach_mm` of bone. Fills problem.flats with those of a blade; appends others to
   /// problem.solids, with the stiffness of a flat. Tick-safe.
   void Find(const Probe& probe, double reach_mm, bool turning, StepProblem& problem);
@@ -67,7 +73,8 @@ class Faces {
   double slack_mm_;        // clearance added on each side
   double voxel_mm_;
   double tool_reach_mm_;
-  Vec3 p_TC_;
+  Vec3 p_TC_;  // relative to the moved blade
+  double slide_mm_ = 0;
   int stride_ = 1;
   std::vector<Pair> pairs_;
   PenetrationLimiter penetration_;

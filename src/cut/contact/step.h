@@ -121,6 +121,8 @@ struct StepProblem {
   StepCoupling coupling;
   ToothForce law{};
   double passes_per_s = 0;
+  double edge_mm_per_s =
+      0;  // mean speed of the teeth of a straight edge; those of a turning edge follow from passes_per_s
   /// Speed over which a law with a nonzero force at zero bite is ramped up to that force, mm/s; 0: no ramp. Without a
   /// ramp the force on a resting tool is not unique. With it, a tool held by such a law creeps at up to this speed.
   double ramp_mm_per_s = 0;

@@ -182,6 +182,7 @@ const EffectInfo& Chips() {
       .writes = "only its channels",
       .state = "where and when each chip in the air was thrown",
       .sleeps = "while nothing is cut and no chip is in the air",
+      .must_turn = true,
       .hooks = kEffectSolved | kEffectEnd,
       .parameters = ListEffectParameters<ChipsParams>(),
       .channels = {{"chips", "chips in the air"},

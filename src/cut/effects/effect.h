@@ -9,6 +9,7 @@
 #include "cut/contact/faces.h"
 #include "cut/contact/probe.h"
 #include "cut/contact/step.h"
+#include "cut/tool/drive.h"
 #include "cut/tool/shape.h"
 #include "kerf/bone.h"
 #include "kerf/effects.h"
@@ -48,9 +49,10 @@ struct EffectStep {
   const Pose& X_FT;
   const Probe& probe;
   const Edge& edge;
-  const Faces* faces = nullptr;  // as in EffectSetup
-  double rpm = 0;                // signed; 0: stopped
-  bool reads_bone = true;        // false: the slab law has taken over, the bone is not read
+  const Faces* faces = nullptr;       // as in EffectSetup
+  double rpm = 0;                     // signed; 0: stopped
+  bool reads_bone = true;             // false: the slab law has taken over, the bone is not read
+  const DriveStep* stroke = nullptr;  // motion of an edge with a stroke, in which points of edge and faces take part
 };
 
 /// Solved step.

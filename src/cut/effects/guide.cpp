@@ -178,6 +178,7 @@ const EffectInfo& Guide() {
       .writes = "force and torque on the tool",
       .state = "positions of up to 11 walls",
       .sleeps = "while every wall is further away than a millimetre and four voxels",
+      .must_turn = true,
       .hooks = kEffectHolds | kEffectEngage | kEffectSolved | kEffectEnd,
       .parameters = ListEffectParameters<GuideParams>(),
       .channels = {{"deviation_mm",

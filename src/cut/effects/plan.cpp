@@ -1,5 +1,7 @@
 #include "cut/effects/plan.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -27,6 +29,10 @@ EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) :
     if (info->tool == EffectTool::kInHand && setup.faces == nullptr) {
       left_out_.push_back(info);
       continue;
+    }
+    if (info->must_turn && GetDrive(setup.tool) != DriveMotion::kRotation) {
+      throw Error(fmt::format("the effect {} is for a tool that turns; it does not apply to a {}", info->name,
+                              DescribeToolBriefly(setup.tool)));
     }
     with_plan.files = choice->files();
     entries_.push_back(Entry{info, MakeEffect(*info, choice->values(), with_plan), channel_count_});
@@ -61,6 +67,7 @@ void EffectPlan::FindTeeth(EffectSolved& solved) {
     const double speed = Dot(point.row, solved.u), along_speed = Dot(point.along, solved.u);
     load.e_T = point.FindOutwards(speed, along_speed);
     load.p_T = place.p_T + std::hypot(place.p_T.x, place.p_T.y) * (load.e_T - place.e_T);
+    load.p_T.y += solved.edge.slide_mm();
     load.teeth = point.teeth;
     load.speed_mm_per_s = std::max(0.0, speed);
     const ToothMean mean = problem.MeanToothForce(point, speed, along_speed);

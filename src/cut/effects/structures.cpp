@@ -197,6 +197,7 @@ const EffectInfo& Structures() {
       .writes = "distance, warning, breach: volume, depth, force; events",
       .state = "the structures' voxels and a hierarchy of their boxes; up to 256 events",
       .sleeps = "until the tool has moved by a hundredth of its distance",
+      .must_turn = true,
       .hooks = kEffectSolved | kEffectEnd,
       .parameters = ListEffectParameters<StructuresParams>(),
       .channels = {{"distance_mm", "distance of the tool from the nearest voxel of a structure, at most 20"},

@@ -200,6 +200,7 @@ const EffectInfo& TangentialForce() {
       .writes = "force and torque on the tool, the teeth's tangential force",
       .state = "force and position of the teeth, by eighths of a turn",
       .sleeps = "while no tooth is engaged",
+      .must_turn = true,
       .hooks = kEffectEngage | kEffectSolved | kEffectEnd,
       .parameters = ListEffectParameters<TangentialForceParams>(),
       .channels = {{"tangential_sum_N", "sum of the teeth's tangential forces, mean over the tick"},

@@ -168,6 +168,7 @@ const EffectInfo& ToothVibration() {
       .writes = "force on the hand, in lines that the tick can represent; all lines for sound",
       .state = "four lines and the spindle's angle",
       .sleeps = "while nothing is cut",
+      .must_turn = true,
       .hooks = kEffectSolved | kEffectEnd | kEffectPush,
       .parameters = ListEffectParameters<ToothVibrationParams>(),
       .channels = {{"force_N", "contribution to the tick's force"},

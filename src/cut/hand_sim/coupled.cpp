@@ -58,7 +58,7 @@ CoupledOutput CoupledSimulation::State::Repeat() const {
 /// in contact with them would hold the tool.
 void CoupledSimulation::State::CutAtStart(CoupledOutput& out) {
   if (!at_start) return;
-  const Cutter::Result cut = cutter.CutAround(X_WT);
+  const Cutter::Result cut = cutter.CutAround(X_WT, {-0.5 * CalcStroke(params.tool), 0.5 * CalcStroke(params.tool)});
   out.removed_mm3 += cut.removed_mm3;
   if (cut.out_of_leaves) out.status |= kCoupledLeavesUsedUp;
   at_start = cut.out_of_leaves;
@@ -77,6 +77,7 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& input, TickObserver* o
   State& s = *state_;
   ++s.ticks;
   const Pose X_WT_before = s.X_WT, X_WH_before = s.X_WH;
+  const double phase_before = s.phase_rad;
   const PacedCutter paced_before = s.paced;
   const bool at_start_before = s.at_start;
   try {
@@ -84,6 +85,7 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& input, TickObserver* o
   } catch (BrokenRule& fault) {
     s.X_WT = X_WT_before;
     s.X_WH = X_WH_before;
+    s.phase_rad = phase_before;
     s.paced = paced_before;
     s.at_start = at_start_before;
     SetDown(s.World(X_WT_before));
@@ -128,6 +130,9 @@ CoupledOutput CoupledSimulation::State::Tick(const CoupledInput& input, TickObse
   if (in.rpm != 0) s.CutAtStart(out);
   s.problem.passes_per_s = s.shape.passes_per_turn * std::abs(in.rpm) / 60;
 
+  s.tick_s = in.dt_s;
+  const double first_rad = s.phase_rad;
+
   State::Sums sums;
   const int max_substeps =
       (s.fidelity == Fidelity::kFull ? s.params.max_substeps : std::max(1, s.params.max_substeps / 4)) +
@@ -146,6 +151,7 @@ CoupledOutput CoupledSimulation::State::Tick(const CoupledInput& input, TickObse
     reached = s.Follow(part, max_substeps, observer, sums, out);
   }
   if (!reached) s.MoveHandle(in.X_WH, sums, out);
+  s.phase_rad = Drive::Advance(first_rad, in.rpm, in.dt_s);
 
   // 6 effects of the whole tick
   const double mean = sums.time_s > 0 ? 1 / sums.time_s : 0;

@@ -20,6 +20,7 @@
 #include "cut/path_sim/teeth_sums.h"
 #include "cut/proximity/clearance.h"
 #include "cut/removal/paced_cutter.h"
+#include "cut/tool/drive.h"
 #include "cut/tool/shape.h"
 #include "kerf/coupled.h"
 
@@ -37,6 +38,7 @@ struct CoupledSimulation::State {
         field(bone, params.spare_leaves),
         h(bone.voxel_mm()),
         is_blade(IsBlade(params.tool)),
+        drive(params.tool),
         is_round(GetForm(params.tool) == ToolForm::kRound),
         shape(
             MakeToolShape(params.tool, {params.rim_samples_per_pitch, kFaceSpacing_mm,
@@ -96,6 +98,9 @@ struct CoupledSimulation::State {
   /// Result of a motion through air.
   enum class Flight { kNear, kUnderWay, kArrived };
   Flight Fly(const CoupledInput& in, CoupledOutput& out);
+  void Stroke(const CoupledInput& in, double time_s);
+  /// Pose of the blade where its stroke has taken it; of a turning tool, that of the tool.
+  Pose EdgePose() const { return drive.strokes() ? Pose{X_WT.R_AB, X_WT.Point({0, edge.slide_mm(), 0})} : X_WT; }
   void Engage(const CoupledInput& in, double time_s, TickObserver* observer);
   void MoveHandle(const Pose& X_to, Sums& sums, CoupledOutput& out);
   bool Follow(const CoupledInput& in, int max_substeps, TickObserver* observer, Sums& sums, CoupledOutput& out);
@@ -117,6 +122,10 @@ struct CoupledSimulation::State {
   BoneField field;
   double h;
   bool is_blade;
+  Drive drive;
+  double phase_rad = 0;  // of a stroke
+  DriveStep stroke;      // of the substep
+  double tick_s = 0;     // duration of this tick
   bool is_round;
   ToolShape shape;
   Coupling coupling;

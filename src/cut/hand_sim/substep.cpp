@@ -25,7 +25,10 @@ double CountSteps(double straight, double bent, double max_length) {
 /// Returns the stiffness of each point of a stopped edge, N/mm. The stiffness of an eighth of a disc's pitch, or of one
 /// part in 512 of a ball, does not depend on the number of points.
 double CalcSolidStiffness(const ToolShape& shape) {
-  const double parts = shape.edge_is_ring ? std::max(64.0, 8 * shape.passes_per_turn) : 512;
+  double parts = 512;
+  if (shape.edge_is_ring) parts = std::max(64.0, 8 * shape.passes_per_turn);
+  if (shape.edge_is_chain)
+    parts = std::max(64.0, 8 * shape.edge.front().teeth * static_cast<double>(shape.edge.size()));
   return kSolidStiffness_N_per_mm * parts / static_cast<double>(shape.edge.size());
 }
 
@@ -83,9 +86,23 @@ double CoupledSimulation::State::CalcSolidsEnergy(std::size_t first, std::size_t
   return energy_mJ;
 }
 
+/// Sets the motion of the blade over the time of a step that begins now. A stopped stroke keeps its place.
+void CoupledSimulation::State::Stroke(const CoupledInput& in, double time_s) {
+  if (in.rpm == 0) {
+    const double slide_mm = drive.CalcDisplacement(phase_rad);
+    stroke = {{slide_mm, slide_mm}, slide_mm};
+  } else {
+    stroke = drive.CalcStep(phase_rad, in.rpm, time_s, tick_s);
+    problem.passes_per_s = stroke.passes_per_s;
+    problem.edge_mm_per_s = stroke.speed_mm_per_s;
+  }
+  edge.SetDisplacement(stroke.middle_mm);
+  faces.SetDisplacement(stroke.middle_mm);
+}
+
 /// Sets up the problem of a step at the tool's pose.
 void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s, TickObserver* observer) {
-  const Probe probe(field, X_WT);
+  const Probe probe(field, EdgePose());
   problem.Clear();
   problem.tau_s = time_s;
   problem.coupling = coupling.MakeStep(X_WT, in);
@@ -102,8 +119,9 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s, Tic
     effects.Release();
   } else if (turning) {
     edge.FindTeeth(probe, problem);
-    if (field.has_metal()) {
-      edge.FindMetal(probe, (kStepVoxels + kAxialFraction) * h, bone_fraction * CalcSolidStiffness(shape), problem);
+    if (edge.needs_solids()) {
+      edge.FindSolidsWhileCutting(probe, (kStepVoxels + kAxialFraction) * h, bone_fraction * CalcSolidStiffness(shape),
+                                  problem);
     }
   } else {
     edge.FindSolids(probe, (kStepVoxels + kAxialFraction) * h, bone_fraction * CalcSolidStiffness(shape), problem);
@@ -125,7 +143,7 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s, Tic
   first_of_effects = problem.solids.size();
   {
     const EffectsStage stage(observer, effects, TickStage::kEngage);
-    effects.Engage({X_WT, probe, edge, &faces, in.rpm, reads_bone}, problem);
+    effects.Engage({X_WT, probe, edge, &faces, in.rpm, reads_bone, drive.strokes() ? &stroke : nullptr}, problem);
   }
   if (problem.empty()) return;
   drawn_mJ += CalcSolidsEnergy(first_of_effects, problem.solids.size(), 0);
@@ -154,7 +172,8 @@ double CoupledSimulation::State::CalcStepFraction(const Twist& motion, double ti
   const double bent = 0.5 * glm::length(w) * glm::length(glm::cross(w, coupling.p_TC_mm())) * time_s * time_s;
   double steps = glm::length(w) * time_s / kLargestTurn_rad;
   if (is_blade) {
-    const double across = std::hypot(v.x, v.y) * time_s;
+    double across = std::hypot(v.x, v.y) * time_s;
+    if (drive.strokes()) across += std::abs(w.z) * shape.reach_mm * time_s;  // such a blade is not round
     const double along = (std::abs(v.z) + std::hypot(w.x, w.y) * shape.reach_mm) * time_s;
     steps = std::max({steps, CountSteps(across, bent, kStepVoxels * h),
                       CountSteps(along, bent, kAxialFraction * std::min(h, CalcThickness(params.tool)))});
@@ -194,6 +213,7 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
 
     // 3 engage: the bone in contact with the tool at its pose
     enter(TickStage::kEngage);
+    if (drive.strokes()) Stroke(in, left_s);
     Engage(in, left_s, observer);
 
     const double before_mJ = CalcBalance(out);
@@ -226,7 +246,12 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
       CutWaiting(out);
       path.Record(X_WT, kStepVoxels * h);
     } else {
-      const Cutter::Result cut = paced.Cut(X_WT, X_next);
+      SlideRange slide;
+      if (drive.strokes()) {
+        slide = drive.CalcStep(phase_rad, in.rpm, time_s, tick_s).range;
+        phase_rad = Drive::Advance(phase_rad, in.rpm, time_s);
+      }
+      const Cutter::Result cut = paced.Cut(X_WT, X_next, slide);
       out.removed_mm3 += cut.removed_mm3;
       if (cut.out_of_leaves) {
         out.status |= kCoupledLeavesUsedUp;

@@ -55,7 +55,7 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     const double speed = Dot(p.row, u);
     const double force = p.stiffness_N_per_mm * std::max(0.0, p.depth_mm + problem.tau_s * speed);
     if (i < first_of_effects) f_face_T -= force * Vec3(p.row[0], p.row[1], p.row[2]);
-    if (i < edge.found_count() && force > 0 && (out.status & kCoupledSpindleStopped) == 0) {
+    if (i < edge.found_count() && edge.is_tooth(i) && force > 0 && (out.status & kCoupledSpindleStopped) == 0) {
       out.status |= kCoupledTouchesMetal;
     }
     sums.given_mJ -= time_s * force * speed;

@@ -13,6 +13,7 @@
 #include "cut/path_sim/internals.h"
 #include "cut/path_sim/teeth_sums.h"
 #include "cut/removal/paced_cutter.h"
+#include "cut/tool/drive.h"
 #include "cut/tool/shape.h"
 #include "kerf/error.h"
 
@@ -23,10 +24,11 @@ constexpr int kMaxSubsteps = 4096;
 constexpr int kSpareLeaves = 4096;
 constexpr double kNoFaces_mm = 1e3;  // large spacing: a tool on a path does not use the points of its flats
 
-/// Load on the tool in its frame's axes. The force acts at the tool's origin, to which the tooth forces point.
+/// Load on the tool in its frame's axes. The force acts at the tool's origin, to which the forces of a turning edge's
+/// teeth point.
 struct EdgeLoad {
   Vec3 f_T_N{0};
-  Vec3 tau_T_Nmm{0};  // about the origin, from effects
+  Vec3 tau_T_Nmm{0};  // about the origin, from effects and from the teeth of a straight edge
   TeethSums sums;     // of the teeth that move outwards
 };
 
@@ -36,6 +38,7 @@ struct Simulation::State {
   State(Bone the_bone, const SimulationParams& the_params, const Pose& X_WT_start)
       : bone(std::move(the_bone)),
         params(the_params),
+        drive(params.tool),
         shape(MakeToolShape(params.tool, {params.rim_samples_per_pitch, kNoFaces_mm, 0, 0})),
         field(bone, kSpareLeaves),
         edge(field, bone, params.tool, shape, Vec3(0)),
@@ -48,7 +51,7 @@ struct Simulation::State {
     problem.cutting.reserve(shape.edge.size());
     problem.solids.reserve(effects.capacity().solids);
     problem.frictions.reserve(effects.capacity().frictions);
-    angle_between_points = glm::length(shape.edge[1].e_T - shape.edge[0].e_T);
+    angle_between_points = std::max(glm::length(shape.edge[1].e_T - shape.edge[0].e_T), 1e-12);
   }
 
   /// Within a tick all poses are in the field's frame F, which replaces W.
@@ -66,11 +69,13 @@ struct Simulation::State {
 
   Bone bone;
   SimulationParams params;
+  Drive drive;
+  double phase_rad = 0;  // of a stroke
   ToolShape shape;
   BoneField field;
   Edge edge;
   StepProblem problem;          // points in contact with bone
-  double angle_between_points;  // between neighbours on the edge, rad
+  double angle_between_points;  // between the directions of neighbours on the edge, rad; above 0
   Cutter cutter;
   PacedCutter paced;
   EffectPlan effects;
@@ -99,7 +104,8 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
   problem.passes_per_s = passes_per_s;
   edge.FindTeeth(Probe(field, X), problem);
   EdgeLoad load;
-  const double feed = glm::length(v_T_mm_per_s - Vec3(0, 0, shape.edge_is_ring ? v_T_mm_per_s.z : 0));
+  const double feed =
+      glm::length(v_T_mm_per_s - Vec3(0, 0, shape.edge_is_ring || shape.edge_is_chain ? v_T_mm_per_s.z : 0));
   if (!(feed > 0)) return load;
   const double inv_change = 1 / (feed * angle_between_points);
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
@@ -113,6 +119,7 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
     const ToothMean mean = problem.MeanToothForce(point, outwards, along);
     const double force = point.teeth * mean.radial_N;
     load.f_T_N -= force * point.FindOutwards(outwards, along);
+    if (shape.edge_is_chain) load.tau_T_Nmm -= force * Vec3(point.row[3], point.row[4], point.row[5]);
     load.sums.thrust_N += force;
     if (problem.law.HasCutting()) {
       const double cutting = point.teeth * problem.MeanCuttingForce(point, outwards, mean);
@@ -231,11 +238,13 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
   State& s = *state_;
   ++s.ticks;
   const Pose X_before = s.X_WT;
+  const double phase_before = s.phase_rad;
   const PacedCutter paced_before = s.paced;
   try {
     return s.Tick(in, observer);
   } catch (BrokenRule& fault) {
     s.X_WT = X_before;
+    s.phase_rad = phase_before;
     s.paced = paced_before;
     s.cutter.Lift();
     fault.SetTick(s.ticks);
@@ -298,8 +307,17 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
     const Pose X_b = i == static_cast<int>(substeps) ? X_to : Interpolate(X_from, X_to, i / substeps);
     enter(TickStage::kEngage);
     const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
+    DriveStep stroke{{}, 0, passes_per_s, 0};
+    Pose X_edge = X_a;
+    if (s.drive.strokes()) {
+      stroke = s.drive.CalcStep(s.phase_rad, begin.rpm, dt_s, in.dt_s);
+      s.phase_rad = Drive::Advance(s.phase_rad, begin.rpm, dt_s);
+      s.problem.edge_mm_per_s = stroke.speed_mm_per_s;
+      s.edge.SetDisplacement(stroke.middle_mm);
+      X_edge.p_AB = X_a.Point({0, stroke.middle_mm, 0});
+    }
     const EdgeLoad load = CallOwn("force law", s.params.law.name(), [&] {
-      EdgeLoad step = s.CalcLoad(X_a, v_T, passes_per_s);
+      EdgeLoad step = s.CalcLoad(X_edge, v_T, stroke.passes_per_s);
       if (s.edge.met_metal()) out.status |= kTickTouchesMetal;
       if (const double sum_N = step.sums.thrust_N + step.sums.cutting_N; !(sum_N >= 0 && std::isfinite(sum_N))) {
         ThrowBadSum(s.problem, {v_T.x, v_T.y, v_T.z, 0, 0, 0}, sum_N, s.params.law.name());
@@ -314,11 +332,11 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
     out.tau_TG_W_Nmm += X_a.Vector(load.tau_T_Nmm + glm::cross(-p_TG_mm, load.f_T_N));
     sums.Add(load.sums);
     enter(TickStage::kRemove);
-    Cutter::Result cut = s.paced.Cut(X_a, X_b);
+    Cutter::Result cut = s.paced.Cut(X_a, X_b, stroke.range);
     out.removed_mm3 += cut.removed_mm3;
     while (cut.out_of_leaves) {
       s.Refill();
-      cut = s.paced.Cut(X_a, X_b);
+      cut = s.paced.Cut(X_a, X_b, stroke.range);
       out.removed_mm3 += cut.removed_mm3;
     }
     X_a = X_b;

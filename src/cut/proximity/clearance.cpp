@@ -49,6 +49,7 @@ struct Clearance::State {
   State(const BoneField& field, const Tool& tool)
       : tree(MakeLeafBoxes(field)), plates(MakeToolCover(tool)), reach_mm(CalcReach(tool)) {
     radius_mm = CalcRadius(tool);
+    if (CalcStroke(tool) > 0) radius_mm = reach_mm;  // the blade is not round
     for (const CoverPlate& plate : plates) {
       half_thickness_mm = std::max(half_thickness_mm, std::abs(plate.centre_T.z) + plate.half_thickness_mm);
     }

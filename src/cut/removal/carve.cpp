@@ -120,6 +120,23 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
   return loss;
 }
 
+/// Returns the leaves that may have a voxel near the sides of a blade's outline.
+HWY_INLINE M NearSides(const LeafCull& c, V x, V y) {
+  V outward = Splat(-1e30f);
+  V edge = outward;
+  for (int i = 0; i < c.sides; ++i) {
+    const CarveStep::Side& side = c.side[i];
+    const V out =
+        hn::Add(hn::Mul(hn::Sub(x, Splat(side.x)), Splat(side.nx)), hn::Mul(hn::Sub(y, Splat(side.y)), Splat(side.ny)));
+    outward = hn::Max(outward, out);
+    if (side.cuts) edge = hn::Max(edge, out);
+  }
+  const V reach = Splat(c.half_diagonal);
+  M may = hn::Le(hn::Sub(outward, reach), Splat(c.side_out));
+  may = hn::And(may, hn::Ge(hn::Add(outward, reach), Splat(-c.side_in)));
+  return hn::And(may, hn::Ge(hn::Add(edge, reach), Splat(-c.side_depth)));
+}
+
 /// Sets a bit in `near` for each leaf that may have a voxel in the zone.
 void Cull(const LeafCull& c, const float* x, const float* y, const float* z, int count, std::uint64_t* near) {
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(kFloats));
@@ -140,6 +157,7 @@ void Cull(const LeafCull& c, const float* x, const float* y, const float* z, int
       V qz = hn::Add(project(c.axes[2], px, py, pz), Splat(c.origin[2]));
       M may = hn::Le(project(c.back, qx, qy, qz), Splat(c.behind));
       may = hn::And(may, hn::Le(hn::Abs(qz), Splat(c.axial)));
+      if (c.sides > 0) may = hn::And(may, NearSides(c, qx, qy));
       qz = hn::Mul(qz, Splat(c.axial_counts));
       const V distance = hn::Max(hn::Sqrt(hn::Add(hn::Add(Square(qx), Square(qy)), Square(qz))), Splat(c.min_distance));
       V extent = hn::Zero(kFloats);

@@ -36,6 +36,12 @@ struct LeafCull {
   float inner;             // at least one voxel must have at least this distance
   float outer;             // at least one voxel must have at most this distance
   float min_distance;      // a small distance, lower bound on a divisor
+  /// Blade with an outline: at least one voxel must lie at most `side_out` outside of all sides, at most `side_in`
+  /// inside of the nearest side, and at most `side_depth` inside of the nearest side that cuts.
+  int sides;
+  CarveStep::Side side[CarveStep::kMaxSides];
+  float side_out, side_in, side_depth;
+  float half_diagonal;  // of the voxels of a leaf
 };
 
 /// Middles of leaves, in float. The arrays are aligned to 64 bytes and readable up to a multiple of 16 elements.

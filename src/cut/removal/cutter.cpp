@@ -1,6 +1,7 @@
 #include "cut/removal/cutter.h"
 
 #include <algorithm>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
 
@@ -36,7 +37,9 @@ EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
       zone.ceiling_mm = zone.solid->corner_z_mm + CalcToothSide(zone.radius_mm, field.voxel_mm()) - zone.centre_z_mm;
     }
   } else if (zone.is_blade()) {
-    zone.half_thickness_mm = 0.5 * CalcKerfWidth(CalcThickness(tool), field.voxel_mm());
+    zone.half_thickness_mm = 0.5 * CalcKerfWidth(CalcCutWidth(tool), field.voxel_mm());
+    zone.outline = MakeToolOutline(tool);
+    if (!zone.outline.empty()) zone.radius_mm = CalcReach(tool);
     if (with == CutWith::kEdge) zone.depth_mm = CalcToothSide(zone.radius_mm, field.voxel_mm());
   }
   return zone;
@@ -44,8 +47,14 @@ EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
 
 /// Returns the part of the zone that a step of a ball, or of a blade in its plane, can change. Further inside, the
 /// flats are nearer than the rim, or there is only air. The ends of a solid of revolution change all of it.
-EdgeZone MakeEdgeZone(const EdgeZone& zone, double voxel_mm) {
+EdgeZone MakeEdgeZone(const EdgeZone& zone, double voxel_mm, double stroke_mm) {
   EdgeZone edge = zone;
+  if (!zone.outline.empty()) {
+    // The edge may be anywhere in its stroke.
+    edge.outline = zone.outline.Slide(-0.5 * stroke_mm, 0.5 * stroke_mm);
+    edge.depth_mm += stroke_mm;
+    return edge;
+  }
   const double depth_mm = zone.is_blade() ? zone.half_thickness_mm + 0.5 * voxel_mm : zone.band_mm;
   if (zone.depth_mm == kAll && !zone.solid) edge.depth_mm = depth_mm;
   return edge;
@@ -61,7 +70,7 @@ struct Cutter::State {
         zone(MakeZone(tool, field, with)),
         whole_voxels(the_whole_voxels),
         precision_bits(the_precision_bits),
-        leaves(field, MakeEdgeZone(zone, h)),
+        leaves(field, MakeEdgeZone(zone, h, CalcStroke(tool))),
         max_piece_mm(0.25 * leaves.slack_mm()),
         ledger(field, old_leaves),
         metal(field) {
@@ -72,8 +81,8 @@ struct Cutter::State {
     }
   }
 
-  void CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only, double flank_slack_mm,
-                Result& result);
+  void CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, const SlideRange& slide, bool new_only,
+                double flank_slack_mm, Result& result);
   template <bool kHasMetal>
   void CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result);
   void KeepMetal(const MetalVoxels::Leaf& in_metal, const float* old, float* now, CarveLoss& loss) const;
@@ -90,7 +99,8 @@ struct Cutter::State {
   double max_piece_mm;  // longest part of a step
   Ledger ledger;
   MetalVoxels metal;
-  std::optional<Pose> X_last;    // end of the last cut, if it was complete
+  std::optional<Pose> X_last;  // end of the last cut, if it was complete
+  SlideRange last_slide;
   std::optional<Pose> X_flanks;  // pose of the last visit of the whole cutting zone
   Effort effort;
   std::array<float, BoneField::kLeafVoxels> values;
@@ -191,7 +201,7 @@ double Cutter::State::CalcFlankSlack(const Pose& X_a, const Pose& X_b) const {
   return glm::length(X_a.Vector({0, 0, 1}) - X_b.Vector({0, 0, 1})) * (zone.CalcReach() + zone.outside_mm);
 }
 
-Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to) {
+Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to, const SlideRange& slide) {
   State& s = *state_;
   s.effort = {};
   Result result;
@@ -199,27 +209,29 @@ Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to) {
   Pose X_b = s.zone.Centre(X_to);
   if (s.zone.form == ToolForm::kBall) X_a.R_AB = X_b.R_AB = Quat(1, 0, 0, 0);  // a ball's rotation has no effect
   // A cut that continues the last one visits only the newly swept part.
-  const bool goes_on = s.X_last && s.X_last->p_AB == X_a.p_AB && s.X_last->R_AB == X_a.R_AB;
+  const bool goes_on = s.X_last && s.X_last->p_AB == X_a.p_AB && s.X_last->R_AB == X_a.R_AB &&
+                       slide.least_mm <= s.last_slide.most_mm && slide.most_mm >= s.last_slide.least_mm;
   const bool new_only = goes_on && !s.FlanksMoved(X_b);
   const double distance_mm = glm::length(X_b.p_AB - X_a.p_AB);
-  if (!new_only || distance_mm > 0 || (s.zone.solid && s.CalcFlankSlack(X_a, X_b) > 0)) {
+  if (!new_only || distance_mm > 0 || (s.zone.solid && s.CalcFlankSlack(X_a, X_b) > 0) || !s.zone.outline.empty()) {
     // A caller that uses CountSubsteps() gets one piece, but for a thin bur on coarse voxels.
     const double pieces = std::max(1.0, std::ceil(distance_mm / s.max_piece_mm));
     for (double i = 1; i <= pieces; ++i) {
       Pose X = X_b;
       if (i < pieces) X.p_AB = X_a.p_AB + (X_b.p_AB - X_a.p_AB) * (1 / (pieces - i + 1));
-      s.CutPiece(s.zone, X_a, X, new_only && (i == 1 || s.zone.solid), s.CalcFlankSlack(X_a, X), result);
+      s.CutPiece(s.zone, X_a, X, slide, new_only && (i == 1 || s.zone.solid), s.CalcFlankSlack(X_a, X), result);
       X_a = X;
     }
   }
   if (!new_only) s.X_flanks = X_b;
   s.X_last = X_b;
+  s.last_slide = slide;
   if (result.out_of_leaves) Lift();
   s.CountInMm3(result);
   return result;
 }
 
-Cutter::Result Cutter::CutAround(const Pose& X) {
+Cutter::Result Cutter::CutAround(const Pose& X, const SlideRange& slide) {
   State& s = *state_;
   s.effort = {};
   Result result;
@@ -227,16 +239,18 @@ Cutter::Result Cutter::CutAround(const Pose& X) {
   whole.depth_mm = kAll;
   whole.ceiling_mm = EdgeZone{}.ceiling_mm;
   const Pose X_Z = whole.Centre(X);
-  s.CutPiece(whole, X_Z, X_Z, false, 0, result);
+  s.CutPiece(whole, X_Z, X_Z, slide, false, 0, result);
   Lift();
   s.CountInMm3(result);
   return result;
 }
 
-void Cutter::State::CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only,
-                             double flank_slack_mm, Result& result) {
-  const Sweep sweep(cuts, X_from, X_to, h, flank_slack_mm, new_only, whole_voxels, precision_bits);
-  effort.is_new_list |= leaves.Update(X_to, sweep.length_mm, !new_only && cuts.depth_mm == kAll);
+void Cutter::State::CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, const SlideRange& slide,
+                             bool new_only, double flank_slack_mm, Result& result) {
+  const Sweep sweep(cuts, X_from, X_to, slide, h, flank_slack_mm, new_only, whole_voxels, precision_bits);
+  effort.is_new_list |=
+      leaves.Update(X_to, cuts.outline.empty() ? sweep.length_mm : glm::length(X_to.p_AB - X_from.p_AB),
+                    !new_only && cuts.depth_mm == kAll);
   LeafList& list = leaves.list();
   effort.listed_leaves += static_cast<int>(list.size());
   const LeafCull cull = sweep.MakeCull(list.origin_W());

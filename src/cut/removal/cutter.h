@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "bone/grid/field.h"
+#include "cut/tool/drive.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
 
@@ -52,11 +53,12 @@ class Cutter {
     /// Bone was left for lack of spare leaves or room for old values. The same cut after Refill() removes it.
     bool out_of_leaves = false;
   };
-  /// Cuts from X_from to X_to. The poses must be as close together as CountSubsteps() requires. Tick-safe.
-  Result Cut(const Pose& X_from, const Pose& X_to);
+  /// Cuts from X_from to X_to. The poses must be as close together as CountSubsteps() requires. `slide`: displacements
+  /// that the edge passes in this time, of a tool with a stroke. Tick-safe.
+  Result Cut(const Pose& X_from, const Pose& X_to, const SlideRange& slide = {});
   /// Removes all bone inside the whole tool at X, also with CutWith::kEdge: for a tool that is set down inside bone.
   /// Visits every leaf that the tool reaches. Tick-safe.
-  Result CutAround(const Pose& X);
+  Result CutAround(const Pose& X, const SlideRange& slide = {});
 
   /// Changes the values of a leaf from `from` to `to`. Bone that was cut in the meantime stays cut
   /// (bone/grid/piece_removal.h). Counts as a loss or gain of bone. Returns false and changes nothing if no leaf is
@@ -109,9 +111,9 @@ class Cutter {
 double CalcKerfWidth(double thickness_mm, double voxel_mm);
 
 /// Returns the number of steps into which the motion from a to b must be divided, a whole number >= 1. In one step the
-/// edge moves outwards by at most half a voxel, and no part of a blade moves along the spindle by more than a quarter
-/// of its thickness or of a voxel, whichever is less. A rotation moves no part of a solid of revolution by more than a
-/// quarter of a voxel. Therefore no bone is skipped, and each layer affects the force.
+/// edge moves outwards by at most half a voxel, not counting its stroke, and no part of a blade moves along the spindle
+/// by more than a quarter of its thickness or of a voxel, whichever is less. A rotation moves no part of a solid of
+/// revolution by more than a quarter of a voxel. Therefore no bone is skipped, and each layer affects the force.
 /// Tick-safe.
 double CountSubsteps(const Pose& a, const Pose& b, const Tool& tool, double voxel_mm);
 

@@ -86,7 +86,9 @@ bool EdgeLeaves::Covers(const Search& search, const Pose& X_WT, double length_mm
   if (!search.begun || (inner && !search.inner)) return false;
   double moved_mm = glm::length(X_WT.p_AB - search.X_WT.p_AB);
   if (zone_.is_cylinder()) {
-    const double turned = glm::length(X_WT.Vector({0, 0, 1}) - search.X_WT.Vector({0, 0, 1}));
+    // A round tool does not move when it turns about its spindle.
+    double turned = glm::length(X_WT.Vector({0, 0, 1}) - search.X_WT.Vector({0, 0, 1}));
+    if (!zone_.outline.empty()) turned += glm::length(X_WT.Vector({1, 0, 0}) - search.X_WT.Vector({1, 0, 0}));
     moved_mm += turned * (zone_.radius_mm + zone_.half_thickness_mm + zone_.outside_mm);
   }
   return moved_mm + 2 * length_mm + 0.5 * field_.voxel_mm() <= fraction * slack_mm_;
@@ -151,10 +153,12 @@ bool EdgeLeaves::Advance(Search& search, int rows) const {
     if (rows-- == 0) return false;
     AddRow(search, search.row);
   }
-  if (search.inner) return true;
+  if (search.inner && zone_.outline.empty()) return true;
   const double h = field_.voxel_mm();
   const Pose& X_WT = search.X_WT;
-  search.list.KeepNear(MakeLeafCull(zone_, X_WT, GridInTool(X_WT, h), h, search.list.origin_W(), slack_mm_));
+  EdgeZone zone = zone_;
+  if (search.inner) zone.depth_mm = std::numeric_limits<double>::infinity();
+  search.list.KeepNear(MakeLeafCull(zone, X_WT, GridInTool(X_WT, h), h, search.list.origin_W(), slack_mm_));
   return true;
 }
 
@@ -189,7 +193,10 @@ void EdgeLeaves::AddRow(Search& search, int i) const {
       const double radial_mm = std::sqrt(off2 + off_thin_mm * off_thin_mm);
       const double reach_mm = (half_mm + leaf_mm) * aslant + leaf_mm;
       if (radial_mm - reach_mm > zone_.radius_mm + out_mm) continue;
-      if (!search.inner && radial_mm + reach_mm < zone_.radius_mm - zone_.depth_mm - slack_mm_) continue;
+      if (!search.inner && zone_.outline.empty() &&
+          radial_mm + reach_mm < zone_.radius_mm - zone_.depth_mm - slack_mm_) {
+        continue;
+      }
     }
     const auto [first_k, last_k] = Clip(thin, middle_mm, half_mm);
     for (int k = first_k; k <= last_k; ++k) {

@@ -18,7 +18,7 @@ class PacedCutter {
     if (waits_) ++ticks_;
   }
   /// Cuts as Cutter::Cut() does, now or later. Bone that could not be cut for lack of leaves stays pending. Tick-safe.
-  Cutter::Result Cut(const Pose& X_from, const Pose& X_to);
+  Cutter::Result Cut(const Pose& X_from, const Pose& X_to, const SlideRange& slide = {});
   /// Performs all pending cuts, up to the current pose X_to of the tool. Tick-safe.
   Cutter::Result Flush(const Pose& X_to);
   bool waits() const { return waits_; }
@@ -31,8 +31,9 @@ class PacedCutter {
   double max_mm_;
   int interval_;
   bool waits_ = false;
-  int ticks_ = 0;  // since the oldest pending cut
-  Pose X_cut_;     // end of the completed removal, while a cut is pending
+  int ticks_ = 0;     // since the oldest pending cut
+  Pose X_cut_;        // end of the completed removal, while a cut is pending
+  SlideRange slide_;  // of the pending cuts
 };
 
 }  // namespace kerf

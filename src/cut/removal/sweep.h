@@ -2,12 +2,15 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <optional>
 
 #include "bone/grid/leaf_table.h"
 #include "cut/removal/carve.h"
+#include "cut/tool/convex_outline.h"
+#include "cut/tool/drive.h"
 #include "cut/tool/round_solid.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
@@ -24,6 +27,7 @@ struct EdgeZone {
   double band_mm = 0;            // distance outside the tool to which phi changes
   double outside_mm = 0;         // extent of the zone outside the tool
   double depth_mm = 0;           // extent inside the edge; infinite if all of the tool cuts
+  ConvexOutline outline;         // of a blade that is not round, in the middle of its stroke; the others have none
   double centre_z_mm = 0;        // origin of the zone's frame, tool frame
   std::optional<RoundSolid> solid;
   double ceiling_mm = 1e6;  // of a solid: height up to which it cuts
@@ -41,6 +45,29 @@ struct EdgeZone {
 inline double CalcRounding(const EdgeZone& zone, double voxel_mm) {
   const double size_mm = zone.solid ? zone.CalcReach() : zone.radius_mm;
   return 1e-6 * (size_mm + 16 * voxel_mm) + 1e-4 * voxel_mm;
+}
+
+/// Returns whether a side of a blade's outline belongs to its edge: the toothed side and the tip, and what they sweep;
+/// not the back and the end at the handle.
+inline bool IsEdge(const ConvexOutline::Side& side) {
+  return side.normal.x > 1e-6 || side.normal.y > 0.5;
+}
+
+/// Writes the sides of an outline, if any. Returns their number.
+inline int WriteSides(const ConvexOutline& outline, bool all_cut, CarveStep::Side* sides) {
+  static_assert(ConvexOutline::kMaxCorners <= CarveStep::kMaxSides);
+  for (int i = 0; i < outline.size(); ++i) {
+    const ConvexOutline::Point& a = outline.corner(i);
+    const ConvexOutline::Point& b = outline.corner(i + 1 < outline.size() ? i + 1 : 0);
+    const ConvexOutline::Side side = outline.side(i);
+    sides[i] = {static_cast<float>(a.x),
+                static_cast<float>(a.y),
+                static_cast<float>(side.normal.x),
+                static_cast<float>(side.normal.y),
+                static_cast<float>(std::hypot(b.x - a.x, b.y - a.y)),
+                all_cut || IsEdge(side)};
+  }
+  return outline.size();
 }
 
 /// Positions of a grid's voxels in the tool frame.
@@ -93,14 +120,22 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
       static_cast<float>(std::max(zone.radius_mm - zone.depth_mm - slack_mm - CalcRounding(zone, voxel_mm), -1e6));
   cull.outer = static_cast<float>(zone.radius_mm + out_mm);
   cull.min_distance = static_cast<float>(1e-3 * voxel_mm);
+  if (zone.outline.empty()) return cull;
+  cull.inner = -1e6f;
+  cull.sides = WriteSides(zone.outline, std::isinf(zone.depth_mm), cull.side);
+  cull.side_out = static_cast<float>(out_mm);
+  cull.side_in = 1e6f;
+  cull.side_depth = static_cast<float>(std::min(zone.depth_mm + slack_mm + CalcRounding(zone, voxel_mm), 1e6));
+  cull.half_diagonal = static_cast<float>(3.5 * std::sqrt(3.0) * voxel_mm);
   return cull;
 }
 
 /// Sweep from X_from to X_to, the poses of the zone, with the orientation of X_to. For a blade, the component of the
-/// motion along its spindle is ignored; the caller keeps it small by using substeps.
+/// motion along its spindle is ignored; the caller keeps it small by using substeps. A blade with an outline sweeps the
+/// hull of its outlines at both poses, each at both ends of `slide`.
 struct Sweep {
-  Sweep(const EdgeZone& the_zone, const Pose& X_from, const Pose& the_X_to, double the_voxel_mm,
-        double the_flank_slack_mm, bool new_only, bool whole_voxels, int precision_bits)
+  Sweep(const EdgeZone& the_zone, const Pose& X_from, const Pose& the_X_to, const SlideRange& slide,
+        double the_voxel_mm, double the_flank_slack_mm, bool new_only, bool whole_voxels, int precision_bits)
       : zone(the_zone),
         X_to(the_X_to),
         voxel_mm(the_voxel_mm),
@@ -110,6 +145,7 @@ struct Sweep {
     if (zone.is_blade()) back_T.z = 0;
     length_mm = glm::length(back_T);
     back = length_mm > 0 ? back_T / length_mm : Vec3(0);
+    if (!zone.outline.empty()) SweepOutline(X_from, slide);
 
     step.kind = zone.kind;
     step.whole_voxels = whole_voxels;
@@ -131,6 +167,24 @@ struct Sweep {
     step.Prepare();
   }
 
+  /// Replaces the outline by the hull that it sweeps, and the length by a bound on the way of its corners.
+  void SweepOutline(const Pose& X_from, const SlideRange& slide) {
+    std::array<ConvexOutline::Point, 4 * ConvexOutline::kMaxCorners> points{};
+    std::size_t count = 0;
+    const ConvexOutline slid = zone.outline.Slide(slide.least_mm, slide.most_mm);
+    double most_mm = 0;
+    for (int i = 0; i < slid.size(); ++i) {
+      const ConvexOutline::Point& to = slid.corner(i);
+      const Vec3 from = X_to.InversePoint(X_from.Point({to.x, to.y, 0}));
+      points[count++] = to;
+      points[count++] = {from.x, from.y};
+      most_mm = std::max(most_mm, std::hypot(from.x - to.x, from.y - to.y));
+    }
+    length_mm = most_mm + slide.size_mm();
+    zone.outline = ConvexOutline::MakeHull({points.data(), count});
+    step.sides = WriteSides(zone.outline, std::isinf(zone.depth_mm), step.side);
+  }
+
   /// Returns the test for leaves that the step may change.
   LeafCull MakeCull(const Vec3& origin_W) const {
     EdgeZone swept = zone;
@@ -139,6 +193,15 @@ struct Sweep {
       // air.
       const double in_mm = zone.is_blade() ? zone.half_thickness_mm + flank_slack_mm : zone.band_mm;
       swept.depth_mm = std::min(zone.depth_mm, in_mm + length_mm);
+    }
+    if (!zone.outline.empty()) {
+      // The outline is that of the whole sweep already.
+      LeafCull cull = MakeLeafCull(zone, X_to, grid, voxel_mm, origin_W, 0);
+      if (step.new_only) {
+        cull.side_in =
+            static_cast<float>(zone.half_thickness_mm + flank_slack_mm + length_mm + CalcRounding(zone, voxel_mm));
+      }
+      return cull;
     }
     LeafCull cull = MakeLeafCull(swept, X_to, grid, voxel_mm, origin_W, length_mm);
     if (step.new_only && !zone.solid) {

@@ -28,6 +28,16 @@ struct CarveStep {
   float voxel = 0;
   float rounding = 0;       // error bound of the float arithmetic
   float grid[3][3] = {{}};  // [i]: step to the next voxel along axis i of the bone's grid
+  /// Blade with an outline: the sides of its sweep, counter-clockwise.
+  struct Side {
+    float x, y;    // corner at its start
+    float nx, ny;  // outward normal
+    float length;
+    bool cuts;  // belongs to the edge
+  };
+  static constexpr int kMaxSides = 16;
+  int sides = 0;
+  Side side[kMaxSides] = {};
   /// Computes the members below, which are the same for all leaves.
   void Prepare();
   alignas(64) float across[3][8] = {{}};  // [i]: from a leaf's first row to the next ones along y, tool axis i

@@ -14,6 +14,7 @@ struct ToolKind<FissureBur> {
   static constexpr std::string_view kClass = "Bur";
   static constexpr std::string_view kFrame = "origin at the tip, z along the spindle, towards the handpiece";
   static constexpr ToolForm kForm = ToolForm::kRound;
+  static constexpr DriveMotion kDrive = DriveMotion::kRotation;
   static std::string Name(const FissureBur& bur);
   static std::string ShortName(const FissureBur& bur);
   static double CalcReach(const FissureBur& bur);

@@ -4,4 +4,5 @@
 #include "cut/tool/ball_burr.h"
 #include "cut/tool/disc_saw.h"
 #include "cut/tool/fissure_bur.h"
+#include "cut/tool/reciprocating_blade.h"
 #include "cut/tool/twist_drill.h"

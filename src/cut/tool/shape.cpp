@@ -59,6 +59,13 @@ std::vector<CoverPlate> MakeToolCover(const Tool& tool) {
   return CallKind(tool, [](auto kind, const auto& t) { return kind.MakeCover(t); });
 }
 
+ConvexOutline MakeToolOutline(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto& t) {
+    if constexpr (requires { kind.MakeOutline(t); }) return kind.MakeOutline(t);
+    return ConvexOutline{};
+  });
+}
+
 std::vector<Vec3> SampleToolSurface(const Tool& tool, double step_mm) {
   return CallKind(tool, [&](auto kind, const auto& t) { return kind.SampleSurface(t, step_mm); });
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "cut/tool/convex_outline.h"
 #include "cut/tool/round_solid.h"
 #include "kerf/tool.h"
 
@@ -24,7 +25,7 @@ struct EdgePoint {
 struct FacePoint {
   Vec3 p_T{0};                 // position, mm
   Vec3 n_T{0};                 // outward normal, unit length
-  bool while_stopped = false;  // in the zone that a turning edge cuts: in contact only while the spindle is stopped
+  bool while_stopped = false;  // in the zone that a moving edge cuts: in contact only while the drive is stopped
 };
 
 /// Sample points of a tool, in the tool frame T, and the quantities that contact needs of its shape.
@@ -35,7 +36,13 @@ struct ToolShape {
   /// the last and the first. Any other tool: the whole surface that cuts; the first two are neighbours around the axis.
   std::vector<EdgePoint> edge;
   bool edge_is_ring = false;
-  /// Disc: rings on both flats, from near the spindle to `rim_margin_mm` inside the rim. Others: empty.
+  /// Reciprocating blade: a straight row of points at equal distances, a multiple of 8 intervals; each point states the
+  /// teeth of one interval.
+  bool edge_is_chain = false;
+  /// Points that bone holds and that have no teeth: of the back of a reciprocating blade, and of its tip while stopped.
+  std::vector<FacePoint> solids;
+  /// Disc: rings on both flats, from near the spindle to `rim_margin_mm` inside the rim. Reciprocating blade: rows on
+  /// both flats. Others: empty.
   std::vector<FacePoint> faces;
 };
 
@@ -75,6 +82,9 @@ struct CoverPlate {
 };
 /// Returns plates that cover all of a tool; none if the ball of radius CalcReach() is as good. Allocates.
 std::vector<CoverPlate> MakeToolCover(const Tool& tool);
+
+/// Returns the convex outline of a blade that is not round, in the middle of its stroke; empty for any other tool.
+ConvexOutline MakeToolOutline(const Tool& tool);
 
 /// Returns points all over a tool's surface and, of a blade, its middle plane, about `step_mm` apart, the outermost
 /// first. Tool frame. Allocates.

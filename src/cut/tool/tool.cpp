@@ -12,6 +12,10 @@ void BallBurr::Validate() const {
   CheckParameters(*this);
 }
 
+void ReciprocatingBlade::Validate() const {
+  CheckParameters(*this);
+}
+
 void Validate(const Tool& tool) {
   std::visit([](const auto& t) { t.Validate(); }, tool);
 }
@@ -37,7 +41,23 @@ double CalcRadius(const Tool& tool) {
 }
 
 double CalcThickness(const Tool& tool) {
-  return IsBlade(tool) ? CalcCutWidth(tool) : 0;
+  return std::visit(
+      [&](const auto& t) {
+        if constexpr (requires { t.thickness_mm; }) return t.thickness_mm;
+        return 0.0;
+      },
+      tool);
+}
+
+DriveMotion GetDrive(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto&) { return kind.kDrive; });
+}
+
+double CalcStroke(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto& t) {
+    if constexpr (kind.kDrive == DriveMotion::kStroke) return kind.CalcStroke(t);
+    return 0.0;
+  });
 }
 
 double CalcCutWidth(const Tool& tool) {

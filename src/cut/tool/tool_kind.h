@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "cut/tool/convex_outline.h"
 #include "cut/tool/looks.h"
 #include "cut/tool/round_solid.h"
 #include "cut/tool/shape.h"
@@ -22,6 +23,8 @@ namespace kerf {
 /// kShape, kSummary: the word for the kind in scenes, and what it is.
 /// kClass, kFrame: name of its class in Python, and where the tool frame lies.
 /// kForm: the form of the tool.
+/// kDrive: how its edge moves. With DriveMotion::kStroke also CalcStroke(), as the function of kerf/tool.h.
+/// MakeOutline(): of a blade that is not round, the convex outline of the blade in the middle of its stroke.
 /// CalcReach(), CalcRadius(), CalcCutWidth(), CountPassesPerTurn(): as the functions of kerf/tool.h.
 /// Name(), ShortName(): a description with all measures of the shape, and one with the most important.
 /// CalcTooth(): dimensions of a tooth.
@@ -38,7 +41,14 @@ template <typename T>
 struct ToolKind;
 
 template <typename T>
-concept IsToolKind = requires(const T& tool, const Vec3& p_T, const Pose& X_ST, const ShapeSampling& sampling) {
+concept HasDrive = ToolKind<T>::kDrive == DriveMotion::kRotation || requires(const T& tool) {
+  { ToolKind<T>::CalcStroke(tool) } -> std::same_as<double>;
+  { ToolKind<T>::MakeOutline(tool) } -> std::same_as<ConvexOutline>;
+};
+
+template <typename T>
+concept IsToolKind = HasDrive<T> &&
+    requires(const T& tool, const Vec3& p_T, const Pose& X_ST, const ShapeSampling& sampling) {
   { ToolKind<T>::kShape } -> std::convertible_to<std::string_view>;
   { ToolKind<T>::kSummary } -> std::convertible_to<std::string_view>;
   { ToolKind<T>::kClass } -> std::convertible_to<std::string_view>;

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "cut/force/measured.h"
+#include "cut/tool/drive.h"
 #include "session/run/cutting_energy.h"
 #include "session/run/effect_record.h"
 #include "session/run/run_loop.h"
@@ -37,7 +38,6 @@ struct TickWarnings::State {
         const std::vector<std::string>& channels)
       : params(the_params),
         voxel_mm(bone.voxel_mm()),
-        passes_per_turn(CountPassesPerTurn(params.tool)),
         knows_direction(bone.materials().osteon_direction().has_value()),
         p_WT_mm(X_WT_start.p_AB),
         effects(MakeRecord(channels)) {}
@@ -66,7 +66,6 @@ struct TickWarnings::State {
   SimulationParams params;
   std::optional<int> spare_leaves;  // of a tool in a hand
   double voxel_mm;
-  int passes_per_turn;
   bool knows_direction;  // of the osteons
   Vec3 p_WT_mm;          // of the tool after the last tick
   bool set_down = true;  // since the last tick
@@ -104,7 +103,7 @@ void TickWarnings::Add(const TickInput& in, const TickOutput& out, std::span<con
   s.p_WT_mm = in.X_WT.p_AB;
   s.Add(in.dt_s, in.rpm, out, channels);
   if (out.engaged_teeth > 0) {
-    s.max_bite_mm = std::max(s.max_bite_mm, speed_mm_per_s / (s.passes_per_turn * std::abs(in.rpm) / 60));
+    s.max_bite_mm = std::max(s.max_bite_mm, speed_mm_per_s / CalcLeastPassRate(s.params.tool, in.rpm));
   }
 }
 

@@ -52,9 +52,11 @@ CuttingEnergy CalcCuttingEnergy(const SimulationParams& params, const EffectReco
     energy.work_J = sums.cutting_J;
   } else {
     energy.ratio = kThrustPerCuttingForce;
-    if (IsBlade(params.tool)) {  // all teeth have the speed of the rim
-      const double rim_mm = std::numbers::pi * 2 * CalcRadius(params.tool);
-      energy.work_J = 1e-3 * sums.thrust_turns_N / *energy.ratio * rim_mm;
+    // All teeth of a blade have the same speed. For a stroke, this is the mean thrust times the mean speed.
+    if (IsBlade(params.tool)) {
+      const double stroke_mm = CalcStroke(params.tool);
+      const double turn_mm = stroke_mm > 0 ? 2 * stroke_mm : std::numbers::pi * 2 * CalcRadius(params.tool);
+      energy.work_J = 1e-3 * sums.thrust_turns_N / *energy.ratio * turn_mm;
     }
   }
   if (!energy.work_J) return energy;

@@ -378,6 +378,20 @@ void RefuseMovedKeys(TableReader& root) {
   root.Fault("coupling", "friction_coefficient of [coupling] is now coefficient of [effects.kerf_friction]");
 }
 
+/// Adds faults for what is only made for tools that turn.
+void RefuseForStroke(TableReader& root, const Scene& scene) {
+  const std::string_view shape = GetShape(scene.tool.shape);
+  for (const char* key : {"exercise", "plan"}) {
+    if (!root.Has(key)) continue;
+    root.Fault(key, fmt::format("[{}] requires a tool that turns, but [tool] shape is \"{}\"", key, shape));
+  }
+  for (const EffectChoice& effect : scene.effects) {
+    if (!effect.info().must_turn) continue;
+    root.Fault("effects",
+               fmt::format("the effect {} is for a tool that turns, but [tool] shape is \"{}\"", effect.name(), shape));
+  }
+}
+
 }  // namespace
 
 Scene ParseScene(const std::string& text, const std::string& file) {
@@ -419,6 +433,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
     root.Fault(scene.slab.given ? "slab" : "simulation",
                fmt::format("slab mode requires a disc, but [tool] shape is \"{}\"", GetShape(scene.tool.shape)));
   }
+  if (GetDrive(scene.tool.shape) != DriveMotion::kRotation) RefuseForStroke(root, scene);
   root.Finish();
   faults.ThrowIfAny();
 

@@ -81,8 +81,12 @@ Saw ParseSaw(const SawRow& row, const CsvPlace& place) {
   const std::string& word = row.at("shape");
   const std::vector<Tool>& tools = GetDefaultTools();
   const auto tool = std::find_if(tools.begin(), tools.end(), [&](const Tool& t) { return GetShape(t) == word; });
-  if (tool == tools.end()) {
-    place.Fail(fmt::format("shape = {} must be {}", Quote(word), fmt::join(GetToolShapes(), " or ")));
+  if (tool == tools.end() || GetDrive(*tool) != DriveMotion::kRotation) {  // the window shows tools that turn
+    std::vector<std::string_view> shapes;
+    for (const Tool& t : tools) {
+      if (GetDrive(t) == DriveMotion::kRotation) shapes.push_back(GetShape(t));
+    }
+    place.Fail(fmt::format("shape = {} must be {}", Quote(word), fmt::join(shapes, " or ")));
   }
   saw.tool.shape = *tool;
   std::visit([&](auto& shape) { ParseShape(row, place, shape); }, saw.tool.shape);

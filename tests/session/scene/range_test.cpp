@@ -267,7 +267,7 @@ TEST(SceneRange, LibraryAcceptsTheSameTools) {
     scene.tool.shape = tool;
     LibraryTester tester({"rpm"}, [&] { Validate(MakeTool(scene)); });
     Describe(scene.tool, tester);
-    EXPECT_EQ(tester.tried(), 10);
+    EXPECT_GE(tester.tried(), 10);
   }
 }
 

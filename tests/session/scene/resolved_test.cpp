@@ -168,6 +168,11 @@ Scene RandomScene(std::mt19937& random) {
   Describe(scene.loop, randomize);
   scene.exercise.given = random() % 2 == 0;
   Describe(scene.exercise, randomize);
+  if (GetDrive(scene.tool.shape) == DriveMotion::kStroke) {  // these require a tool that turns
+    scene.exercise.given = false;
+    scene.plan = {};
+    std::erase_if(scene.effects, [](const EffectChoice& effect) { return effect.info().must_turn; });
+  }
   return scene;
 }
 

@@ -61,6 +61,13 @@ std::vector<double> ListShape(Tool tool) {
 
 TEST(Saws, EveryKeyOfEveryShapeIsAColumn) {
   for (Tool tool : GetDefaultTools()) {
+    if (GetDrive(tool) != DriveMotion::kRotation) {  // not in the table
+      EXPECT_EQ(test::MessageOf([&] {
+                  ParseSaws(fmt::format("source,rpm,shape,name\nmine,5000,{},a\n", GetShape(tool)), "saws.csv");
+                }),
+                fmt::format("saws.csv:2: shape = \"{}\" must be disc or ball or bur or drill", GetShape(tool)));
+      continue;
+    }
     std::string header = "source,rpm,shape,name";
     std::string row = fmt::format("mine,5000,{},a", GetShape(tool));
     const auto change = [&](const char* key, auto& value, Range range, const char*) {

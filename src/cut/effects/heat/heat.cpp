@@ -137,6 +137,7 @@ const EffectInfo& Heat() {
       .writes = "only its channels",
       .state = "temperature, time above 47 C and dose of nodes near the kerf",
       .sleeps = "until the teeth cut, and once no node is 0.1 K warmer than the body",
+      .must_turn = true,
       .needs = {"tangential_force"},
       .hooks = kEffectSolved | kEffectEnd,
       .parameters = ListEffectParameters<HeatParams>(),

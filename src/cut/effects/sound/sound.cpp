@@ -81,6 +81,7 @@ const EffectInfo& Sound() {
       .writes = "nothing in the tick; the file sound.wav of a run",
       .state = "values of the last tick",
       .sleeps = "never: a tick stores three numbers",
+      .must_turn = true,
       .hooks = kEffectEnd,
       .parameters = ListEffectParameters<SoundParams>(),
       .channels =

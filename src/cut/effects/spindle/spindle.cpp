@@ -121,6 +121,7 @@ const EffectInfo& Spindle() {
       .writes = "the spindle speed of the tick",
       .state = "speed of the rotor, load of the last tick",
       .sleeps = "while switched off and at rest",
+      .must_turn = true,
       .needs = {"tangential_force"},
       .hooks = kEffectBegin | kEffectSolved,
       .parameters = ListEffectParameters<SpindleParams>(),

@@ -1,0 +1,116 @@
+#include "cut/tool/drive.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cut/tool/shape.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+double CalcRate(double rpm) {
+  return std::abs(rpm) / 60;
+}
+
+/// Integrates by Gauss's rule with five points in each of several equal parts.
+template <typename Function>
+double Integrate(double from, double to, Function&& f) {
+  constexpr int kParts = 6;
+  constexpr double kNodes[] = {0, 0.5384693101056831, 0.9061798459386640};
+  constexpr double kWeights[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
+  const double half = 0.5 * (to - from) / kParts;
+  double sum = 0;
+  for (int part = 0; part < kParts; ++part) {
+    const double middle = from + (2 * part + 1) * half;
+    sum += kWeights[0] * f(middle);
+    for (int i = 1; i < 3; ++i) sum += kWeights[i] * (f(middle - half * kNodes[i]) + f(middle + half * kNodes[i]));
+  }
+  return sum * half;
+}
+
+}  // namespace
+
+double CalcLeastPassRate(const Tool& tool, double rpm) {
+  const Drive drive(tool);
+  if (!drive.strokes()) return CountPassesPerTurn(tool) * std::abs(rpm) / 60;
+  return 2 * kPi * CalcRate(rpm) / drive.longest_since_passed_rad();
+}
+
+Drive::Drive(const Tool& tool) : amplitude_mm_(0.5 * CalcStroke(tool)), pitch_mm_(CalcTooth(tool).pitch_mm) {
+  if (!strokes()) return;
+  first_pitch_rad_ = std::acos(std::max(-1.0, 1 - pitch_mm_ / amplitude_mm_));
+  per_half_period_ = IntegrateSincePassed(0, kPi);
+}
+
+double Drive::CalcDisplacement(double phase_rad) const {
+  return amplitude_mm_ * std::sin(phase_rad);
+}
+
+SlideRange Drive::CalcRange(double phase_rad, double advance_rad) const {
+  const double end_rad = phase_rad + advance_rad;
+  const double a = CalcDisplacement(phase_rad);
+  const double b = CalcDisplacement(end_rad);
+  const auto passes = [&](double turn_rad) {
+    return turn_rad + 2 * kPi * std::ceil((phase_rad - turn_rad) / (2 * kPi)) <= end_rad;
+  };
+  return {passes(-0.5 * kPi) ? -amplitude_mm_ : std::min(a, b), passes(0.5 * kPi) ? amplitude_mm_ : std::max(a, b)};
+}
+
+double Drive::CalcWay(double phase_rad, double advance_rad) const {
+  const auto way = [&](double rad) {
+    const double half_periods = std::floor((rad + 0.5 * kPi) / kPi);
+    return amplitude_mm_ * (2 * half_periods + 1 - std::cos(rad + 0.5 * kPi - half_periods * kPi));
+  };
+  return way(phase_rad + advance_rad) - way(phase_rad);
+}
+
+/// Integrates the phase since a place was last passed. The limits are phases since a turn, 0 to pi.
+double Drive::IntegrateSincePassed(double from_rad, double to_rad) const {
+  double sum = 0;
+  const double p = first_pitch_rad_;
+  if (from_rad < p) {
+    const double to = std::min(to_rad, p);
+    sum += (to - from_rad) * (to + from_rad);
+  }
+  if (to_rad > p) {
+    // Behind the first pitch the phase of the tooth in front grows as a square root, and is smooth in w.
+    const double pitch = pitch_mm_ / amplitude_mm_;
+    sum += Integrate(std::sqrt(std::max(0.0, from_rad - p)), std::sqrt(to_rad - p), [&](double w) {
+      const double rad = p + w * w;
+      return 2 * w * (rad - std::acos(std::clamp(std::cos(rad) + pitch, -1.0, 1.0)));
+    });
+  }
+  return sum;
+}
+
+double Drive::CalcMeanSincePassed(double phase_rad, double advance_rad) const {
+  const double from = phase_rad + 0.5 * kPi;
+  const double to = from + advance_rad;
+  const double first = std::floor(from / kPi);
+  const double last = std::floor(to / kPi);
+  if (first == last) return IntegrateSincePassed(from - first * kPi, to - first * kPi) / advance_rad;
+  return (IntegrateSincePassed(from - first * kPi, kPi) + (last - first - 1) * per_half_period_ +
+          IntegrateSincePassed(0, to - last * kPi)) /
+         advance_rad;
+}
+
+DriveStep Drive::CalcStep(double phase_rad, double rpm, double time_s, double tick_s) const {
+  const double rate_hz = CalcRate(rpm);
+  const double rad_per_s = 2 * kPi * rate_hz;
+  if (rate_hz * 2 * tick_s > 1) {
+    return {{-amplitude_mm_, amplitude_mm_}, 0, rad_per_s * kPi / per_half_period_,
+            4 * amplitude_mm_ * rate_hz,     0, true};
+  }
+  const double advance_rad = rad_per_s * time_s;
+  return {CalcRange(phase_rad, advance_rad), CalcDisplacement(phase_rad + 0.5 * advance_rad),
+          rad_per_s / CalcMeanSincePassed(phase_rad, advance_rad), CalcWay(phase_rad, advance_rad) / time_s,
+          (CalcDisplacement(phase_rad + advance_rad) - CalcDisplacement(phase_rad)) / time_s};
+}
+
+double Drive::Advance(double phase_rad, double rpm, double time_s) {
+  return std::fmod(phase_rad + 2 * kPi * std::fmod(CalcRate(rpm) * time_s, 1), 2 * kPi);
+}
+
+}  // namespace kerf

@@ -1,0 +1,109 @@
+// Sweep of a blade with a convex outline over one step. Compiled once for each vector instruction set.
+#if defined(KERF_CUT_TOOL_PLANAR_SWEEP_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef KERF_CUT_TOOL_PLANAR_SWEEP_INL_H_
+#undef KERF_CUT_TOOL_PLANAR_SWEEP_INL_H_
+#else
+#define KERF_CUT_TOOL_PLANAR_SWEEP_INL_H_
+#endif
+
+#include <cmath>
+
+#include "cut/tool/carve_step.h"
+#include "cut/tool/vectors-inl.h"
+#include "kerf/tool.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace kerf {
+namespace HWY_NAMESPACE {
+namespace {
+
+/// Sweep of a flat blade that moves in its own plane: a prism over the hull of its outlines (CarveStep::sides).
+class PlanarSweep {
+ public:
+  explicit PlanarSweep(const CarveStep& s)
+      : s_(s),
+        half_thickness_(Splat(s.half_thickness)),
+        edge_depth_(Splat(-s.edge_depth)),
+        far_(Splat(-2 * s.band)),
+        row_z_(Splat(std::abs(kHalfRow * s.grid[2][2]))),
+        row_xy_(Splat(s.row_mm)),
+        reach2_(Splat((s.band + s.rounding) * (s.band + s.rounding))),
+        slack_(Splat(s.flank_slack + s.length + s.rounding)) {}
+
+  /// Returns a mask of the rows with a voxel that the step may change, computed from the middles of the rows.
+  HWY_INLINE M MayChange(V x, V y, V z) const {
+    const V zero = hn::Zero(kFloats);
+    V edge;
+    const V outward = Outward(x, y, edge);
+    const V axial = hn::Sub(hn::Max(hn::Sub(hn::Abs(z), row_z_), zero), half_thickness_);
+    // The distance to the furthest side is a lower bound on the distance outside.
+    const V out_r = hn::Max(hn::Sub(outward, row_xy_), zero);
+    const V out_a = hn::Max(axial, zero);
+    M may = hn::Le(hn::Add(Square(out_r), Square(out_a)), reach2_);
+    may = hn::And(may, hn::Ge(hn::Add(edge, row_xy_), edge_depth_));
+    // Where the flats are nearer than the outline, the distance to the flats applies, and it has not changed.
+    if (s_.new_only) may = hn::And(may, hn::Ge(hn::Add(outward, row_xy_), hn::Sub(hn::Min(axial, zero), slack_)));
+    return may;
+  }
+
+  /// Returns -distance; outside of the zone in which the blade cuts, a value beyond the band.
+  HWY_INLINE V Depth(V x, V y, V z) const {
+    const V zero = hn::Zero(kFloats);
+    V edge;
+    const V outward = Outward(x, y, edge);
+    // Outside: the distance to the nearest of the sides, as segments.
+    V least2 = Splat(1e30f);
+    for (int i = 0; i < s_.sides; ++i) {
+      const CarveStep::Side& side = s_.side[i];
+      const V px = hn::Sub(x, Splat(side.x));
+      const V py = hn::Sub(y, Splat(side.y));
+      const V ahead = hn::Sub(hn::Mul(py, Splat(side.nx)), hn::Mul(px, Splat(side.ny)));
+      const V t = hn::Min(hn::Max(ahead, zero), Splat(side.length));
+      const V qx = hn::Add(px, hn::Mul(t, Splat(side.ny)));
+      const V qy = hn::Sub(py, hn::Mul(t, Splat(side.nx)));
+      least2 = hn::Min(least2, hn::Add(Square(qx), Square(qy)));
+    }
+    const V radial = hn::IfThenElse(hn::Gt(outward, zero), hn::Sqrt(least2), outward);
+    const V axial = hn::Sub(hn::Abs(z), half_thickness_);
+    const V inside = hn::Min(hn::Max(radial, axial), zero);
+    const V outside = Length(hn::Max(radial, zero), hn::Max(axial, zero));
+    return hn::IfThenElse(hn::Ge(edge, edge_depth_), hn::Neg(hn::Add(inside, outside)), far_);
+  }
+
+ private:
+  /// Returns the distance outwards from the furthest of the sides' lines, and sets `edge` to that of the sides that
+  /// cut.
+  HWY_INLINE V Outward(V x, V y, V& edge) const {
+    V outward = Splat(-1e30f);
+    edge = outward;
+    for (int i = 0; i < s_.sides; ++i) {
+      const CarveStep::Side& side = s_.side[i];
+      const V out = hn::Add(hn::Mul(hn::Sub(x, Splat(side.x)), Splat(side.nx)),
+                            hn::Mul(hn::Sub(y, Splat(side.y)), Splat(side.ny)));
+      outward = hn::Max(outward, out);
+      if (side.cuts) edge = hn::Max(edge, out);
+    }
+    return outward;
+  }
+
+  const CarveStep& s_;
+  V half_thickness_;
+  V edge_depth_;  // negative
+  V far_;
+  V row_z_;
+  V row_xy_;
+  V reach2_;
+  V slack_;
+};
+
+template <>
+struct SweepOf<ReciprocatingBlade> {
+  using Type = PlanarSweep;
+};
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kerf
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,192 @@
+// A reciprocating blade in a hand: energy, force in a kerf, stop, back and walls.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "base/core/heap_guard.h"
+#include "cut/hand_sim/hands.h"
+#include "cut/tool/drive.h"
+#include "support/tooth_cut.h"
+
+namespace kerf {
+namespace {
+
+using test::Handle;
+using test::PushingHand;
+
+/// Pose of the blade: middle of the edge at p_W, edge along x, feed along -z, blade in the plane y = 0.
+Pose SawPose(const Vec3& p_W) {
+  return {glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), p_W};
+}
+
+CoupledParams SawParams(const char* law) {
+  CoupledParams params;
+  ReciprocatingBlade blade;
+  blade.length_mm = 20;
+  params.tool = blade;
+  params.law = ForceLaw(law);
+  return params;
+}
+
+/// A hand that drifts smoothly about a pose slightly inside the bone, and sometimes jumps.
+class SawingHand {
+ public:
+  explicit SawingHand(std::mt19937_64& random) : random_(random) {}
+  Pose Next(double dt_s) {
+    std::normal_distribution<double> normal;
+    for (double* v : {&v_.x, &v_.y, &v_.z}) *v += -*v * 5 * dt_s + 60 * std::sqrt(dt_s) * normal(random_);
+    for (double* w : {&w_.x, &w_.y, &w_.z}) *w += -*w * 5 * dt_s + 1.5 * std::sqrt(dt_s) * normal(random_);
+    p_ += v_ * dt_s;
+    p_ -= 8 * dt_s * (p_ - Vec3(0, 0, 1));
+    theta_ += w_ * dt_s;
+    theta_ *= 1 - 2 * dt_s;
+    if (random_() % 400 == 0) p_ += Vec3(normal(random_), normal(random_), normal(random_)) * 10.0;
+    Pose X = SawPose(p_);
+    const double angle = glm::length(theta_);
+    if (angle > 0) X.R_AB = X.R_AB * glm::angleAxis(angle, theta_ / angle);
+    return X;
+  }
+
+ private:
+  std::mt19937_64& random_;
+  Vec3 p_{0, 0, 2.2}, v_{0}, w_{0}, theta_{0};
+};
+
+class EnergyOverSawing : public testing::TestWithParam<int> {};
+
+TEST_P(EnergyOverSawing, IsNeverCreated) {
+  const int seed = GetParam();
+  std::mt19937_64 random(static_cast<std::uint64_t>(seed) * 104729 + 3);
+  const char* laws[] = {"hertz_chip", "hertz_constant_bite", "edge_plus_chip"};
+  CoupledParams params = SawParams(laws[seed % 3]);
+  SetEffect(params.effects, "kerf_friction", "coefficient", seed % 2 == 0 ? 0.5 : 2.0);
+  if (seed % 4 == 1) params.coupling.p_TC_mm = {0, -100, 0};
+  const double rates[] = {0, 500, 15000, 60000};  // the last is above half the tick rate
+  Bone bone = test::MakeBox(Pose{}, {12, 3, 4}, 0.2);
+  SawingHand hand(random);
+  CoupledSimulation simulation(bone, params, hand.Next(0.001));
+  double hand_mJ = 0, spindle_mJ = 0, lost_mJ = 0, max_mJ = 0, stored_mJ = 0;
+  int touched = 0;
+  const HeapUseCounter heap;
+  for (int i = 0; i < 1200; ++i) {
+    const double rpm = rates[(seed + (seed % 3 == 0 ? i / 200 : 0)) % 4];
+    const CoupledInput in = Handle(hand.Next(0.001), rpm, 0.001);
+    const CoupledOutput out = [&] {
+      const HeapGuard guard;
+      return simulation.Tick(in);
+    }();
+    ASSERT_TRUE(IsValid(out.X_WT));
+    ASSERT_LE(glm::length(out.f_H_W_N), params.coupling.max_force_N * (1 + 1e-12));
+    ASSERT_LE(glm::length(out.tau_H_W_Nmm), params.coupling.max_torque_Nmm * (1 + 1e-12));
+    ASSERT_GE(out.cut_mJ, 0);
+    ASSERT_GE(out.friction_mJ, 0);
+    if (rpm == 0) {
+      ASSERT_EQ(out.removed_mm3, 0);
+    }
+    hand_mJ += out.hand_mJ;
+    spindle_mJ += out.spindle_mJ;
+    stored_mJ += out.stored_mJ;
+    lost_mJ += out.cut_mJ + out.friction_mJ + out.numerical_mJ;
+    max_mJ = std::max(max_mJ, std::abs(hand_mJ) + std::abs(spindle_mJ));
+    touched += glm::length(out.f_H_W_N) > 0;
+    // 1e-7 allows for the work of the solver's residual force over the whole motion.
+    ASSERT_GE(stored_mJ, -1e-9);
+    ASSERT_GE(lost_mJ, -1e-7 * (1 + max_mJ)) << i;
+    ASSERT_GE(hand_mJ + spindle_mJ, -1e-7 * (1 + max_mJ)) << i;
+  }
+  EXPECT_EQ(heap.count(), 0);
+  EXPECT_GT(touched, 20);
+}
+INSTANTIATE_TEST_SUITE_P(Random, EnergyOverSawing, testing::Range(0, 24));
+
+TEST(ReciprocatingHand, ForceInAKerfIsThatOfTheLawAtTheFeed) {
+  // A handle at constant speed; after the approach the tool follows at the same mean speed, and the mean force over a
+  // stroke is that of the law at the mean bite, because edge_plus_chip is linear in the bite.
+  constexpr double kFeed_mm_per_s = 2, kStrokesAMinute = 12000;  // a period of five ticks
+  CoupledParams params = SawParams("edge_plus_chip");
+  params.law.Set("edge_N_per_mm", 0.5);
+  params.coupling.stiffness_N_per_mm = 1000;  // so stiff that the feed is the same at all phases
+  const auto& blade = std::get<ReciprocatingBlade>(params.tool);
+  Bone bone = test::MakeBox({}, {6, 3, 5}, 0.1);
+  bone.set_materials(test::OneRegionTable(24, 19300, 0.28));
+  CoupledSimulation simulation(bone, params, SawPose({0, 0, 2.6}));
+  double thrust_N = 0, removed_mm3 = 0, teeth = 0;
+  Pose X_first, X_last;
+  for (int i = 1; i <= 600; ++i) {
+    const CoupledOutput out =
+        simulation.Tick(Handle(SawPose({0, 0, 2.6 - kFeed_mm_per_s * 1e-3 * i}), kStrokesAMinute));
+    if (i == 500) X_first = out.X_WT;
+    if (i <= 500) continue;
+    X_last = out.X_WT;
+    thrust_N += out.thrust_sum_N / 100;
+    teeth += out.engaged_teeth / 100;
+    removed_mm3 += out.removed_mm3;
+  }
+  const double feed_mm = X_first.p_AB.z - X_last.p_AB.z;
+  EXPECT_NEAR(feed_mm, 0.2, 0.005);
+  EXPECT_NEAR(removed_mm3 / (blade.kerf_mm() * 6 * feed_mm), 1, 0.03);
+  const Drive drive(params.tool);
+  const double since_s =
+      drive.CalcMeanSincePassed(0, 2 * std::numbers::pi) / (2 * std::numbers::pi * kStrokesAMinute / 60);
+  const ToothForce law = MakeToothForce(params.law, params.tool);
+  const ToothCut cut = Cortical(CalcReducedModulus(blade.E_MPa, blade.nu, 19300, 0.28));
+  EXPECT_NEAR(teeth / (6 / blade.pitch_mm), 1, 0.03);
+  EXPECT_NEAR(thrust_N / (teeth * law(kFeed_mm_per_s * since_s, cut)), 1, 0.03);
+}
+
+TEST(ReciprocatingHand, WithoutAStrokeItRestsOnTheBone) {
+  Bone bone = test::MakeBox({}, {6, 3, 5}, 0.1);
+  const std::uint64_t hash = bone.CalcHash();
+  CoupledSimulation simulation(bone, SawParams("edge_plus_chip"), SawPose({0, 0, 2.6}));
+  CoupledOutput out;
+  for (int i = 0; i < 300; ++i) {
+    out = simulation.Tick(Handle(SawPose({0, 0, std::max(1.5, 2.6 - 0.01 * i)}), 0));
+  }
+  EXPECT_NEAR(out.X_WT.p_AB.z, 2.5, 0.05);
+  EXPECT_EQ(simulation.UpdateBone().CalcHash(), hash);
+}
+
+TEST(ReciprocatingHand, TheBackDoesNotCut) {
+  // The blade is moved backwards into a block behind it while it saws.
+  Bone bone = test::MakeBox({}, {6, 3, 5}, 0.1);
+  const std::uint64_t hash = bone.CalcHash();
+  // Feed is -z, so the back faces +z: start below the block, with the back under its lower face at -2.5.
+  CoupledSimulation below(bone, SawParams("edge_plus_chip"), SawPose({0, 0, -2.6 - 6}));
+  CoupledOutput out;
+  for (int i = 0; i < 300; ++i) {
+    out = below.Tick(Handle(SawPose({0, 0, std::min(-7.5, -8.6 + 0.01 * i)}), 15000));
+  }
+  EXPECT_NEAR(out.X_WT.p_AB.z, -8.5, 0.05);
+  EXPECT_EQ(below.UpdateBone().CalcHash(), hash);
+}
+
+TEST(ReciprocatingHand, TheWallsOfItsKerfHoldIt) {
+  CoupledParams params = SawParams("edge_plus_chip");
+  params.law.Set("edge_N_per_mm", 0.5);
+  params.coupling.stiffness_N_per_mm = 100;
+  const Bone bone = test::MakeBox({}, {6, 3, 5}, 0.1);
+  CoupledSimulation simulation(bone, params, SawPose({0, 0, 2.6}));
+  for (int i = 1; i <= 1000; ++i) simulation.Tick(Handle(SawPose({0, 0, 2.6 - 0.002 * i}), 15000));
+  CoupledOutput out;
+  for (int i = 1; i <= 500; ++i) {
+    out = simulation.Tick(Handle(SawPose({0, std::min(1.0, 0.01 * i), 0.8}), 15000));
+  }
+  // The set leaves 0.05 mm on each side, and the edge cuts its own width sideways only near the floor.
+  EXPECT_LT(out.X_WT.p_AB.y, 0.15);
+  EXPECT_GT(glm::length(out.f_face_W_N), 1);
+}
+
+TEST(ReciprocatingHand, TheSameCallsGiveTheSameBits) {
+  std::uint64_t hash[2];
+  for (std::uint64_t& one : hash) {
+    std::mt19937_64 random(5);
+    SawingHand hand(random);
+    CoupledSimulation simulation(test::MakeBox({}, {12, 3, 4}, 0.2), SawParams("edge_plus_chip"), hand.Next(0.001));
+    for (int i = 0; i < 800; ++i) simulation.Tick(Handle(hand.Next(0.001), 9000));
+    one = simulation.UpdateBone().CalcHash();
+  }
+  EXPECT_EQ(hash[0], hash[1]);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,206 @@
+// The cutter with a reciprocating blade, compared with brute force in double precision: every step is applied to every
+// voxel of a plain array, with a hull found from all pairs of corners.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "cut/tool/shape.h"
+#include "experiment/bench/dense_bone.h"
+#include "strokes.h"
+#include "support/seeded_check.h"
+
+namespace kerf {
+namespace {
+
+using test::CheckSeeded;
+
+constexpr double kAll = std::numeric_limits<double>::infinity();
+
+struct Flat {
+  double x, y;
+};
+
+struct SlidingStep {
+  Pose X_from, X_to;
+  SlideRange slide;
+};
+
+/// Corners of the blade at both poses and at both ends of the slide, in the frame of the last pose.
+std::vector<Flat> FindCorners(const ReciprocatingBlade& blade, const SlidingStep& step) {
+  const double half_mm = 0.5 * blade.length_mm;
+  std::vector<Flat> corners;
+  for (const Flat& c : {Flat{0, -half_mm}, Flat{0, half_mm}, Flat{-blade.width_mm * blade.taper, half_mm},
+                        Flat{-blade.width_mm, -half_mm}}) {
+    for (const double slide : {step.slide.least_mm, step.slide.most_mm}) {
+      for (const Pose* X : {&step.X_from, &step.X_to}) {
+        const Vec3 p = step.X_to.InversePoint(X->Point({c.x, c.y + slide, 0}));
+        corners.push_back({p.x, p.y});
+      }
+    }
+  }
+  return corners;
+}
+
+/// Side of the hull.
+struct Side {
+  Flat a, b, normal;
+};
+
+std::vector<Side> FindSides(const std::vector<Flat>& corners) {
+  std::vector<Side> sides;
+  for (const Flat& a : corners) {
+    for (const Flat& b : corners) {
+      const double length = std::hypot(b.x - a.x, b.y - a.y);
+      if (length < 1e-9) continue;
+      const Flat n{(b.y - a.y) / length, (a.x - b.x) / length};
+      bool outermost = true;
+      for (const Flat& c : corners) outermost = outermost && (c.x - a.x) * n.x + (c.y - a.y) * n.y < 1e-9;
+      if (outermost) sides.push_back({a, b, n});
+    }
+  }
+  return sides;
+}
+
+/// Distance to the swept prism; far outside where the step does not cut.
+double CalcDistance(const std::vector<Side>& sides, double kerf_mm, double edge_depth_mm, const Vec3& p_T) {
+  double out = -kAll, edge = -kAll, nearest = kAll;
+  for (const Side& s : sides) {
+    const double d = (p_T.x - s.a.x) * s.normal.x + (p_T.y - s.a.y) * s.normal.y;
+    out = std::max(out, d);
+    if (s.normal.x > 1e-6 || s.normal.y > 0.5) edge = std::max(edge, d);
+    const double length = std::hypot(s.b.x - s.a.x, s.b.y - s.a.y);
+    const double t =
+        std::clamp(((p_T.x - s.a.x) * (s.b.x - s.a.x) + (p_T.y - s.a.y) * (s.b.y - s.a.y)) / length, 0.0, length) /
+        length;
+    nearest = std::min(nearest, std::hypot(p_T.x - s.a.x - t * (s.b.x - s.a.x), p_T.y - s.a.y - t * (s.b.y - s.a.y)));
+  }
+  if (edge < -edge_depth_mm) return kAll;
+  const double radial = out > 0 ? nearest : out;
+  const double axial = std::abs(p_T.z) - 0.5 * kerf_mm;
+  return radial > 0 && axial > 0 ? std::hypot(radial, axial) : std::max(radial, axial);
+}
+
+/// Random blade whose edge is near the origin, in short steps with a stroke.
+std::vector<SlidingStep> DrawSteps(std::mt19937& random, const ReciprocatingBlade& blade, bool in_plane,
+                                   double voxel_mm, int ticks) {
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const Drive drive(blade);
+  Pose X;
+  X.R_AB = test::DrawRotation(random);
+  X.p_AB = test::DrawVector(random) - X.Vector({0, blade.length_mm * (uniform(random) - 0.5), 0});
+  double phase = 6 * uniform(random);
+  std::vector<SlidingStep> steps;
+  Vec3 v_T(0);
+  for (int i = 0; i < ticks; ++i) {
+    if (i == 0 || uniform(random) < 0.1) v_T = glm::normalize(test::DrawVector(random)) * 0.8 * voxel_mm;
+    v_T.z *= in_plane ? 0 : 0.1;
+    Pose X_next = X;
+    X_next.p_AB += X.Vector(v_T);
+    const Vec3 axis = in_plane ? Vec3(0, 0, 1) : glm::normalize(test::DrawVector(random));
+    X_next.R_AB = glm::normalize(X.R_AB * glm::angleAxis(0.002 * uniform(random), axis));
+    const double count = CountSubsteps(X, X_next, blade, voxel_mm);
+    Pose X_a = X;
+    for (double k = 1; k <= count; ++k) {
+      const Pose X_b = k == count ? X_next : Interpolate(X, X_next, k / count);
+      const double advance = uniform(random);
+      steps.push_back({X_a, X_b, drive.CalcRange(phase, advance)});
+      phase += advance;
+      X_a = X_b;
+    }
+    X = X_next;
+  }
+  return steps;
+}
+
+ReciprocatingBlade DrawBlade(std::mt19937& random) {
+  std::uniform_real_distribution<double> uniform(0, 1);
+  ReciprocatingBlade blade;
+  blade.length_mm = 4 + 20 * uniform(random);
+  blade.width_mm = 2 + 5 * uniform(random);
+  blade.taper = 0.4 + 0.6 * uniform(random);
+  blade.thickness_mm = 0.1 + uniform(random);
+  blade.set_mm = 0.1 * uniform(random);
+  blade.stroke_mm = 0.5 + 4 * uniform(random);
+  return blade;
+}
+
+struct Match {
+  double phi_mm;       // largest difference
+  double removed_mm3;  // difference of the removed volumes
+};
+
+/// Compares the results, and adds what was removed.
+Match Compare(std::mt19937& random, bool in_plane, CutWith with, double voxel_mm, double& removed_mm3) {
+  const ReciprocatingBlade blade = DrawBlade(random);
+  const Pose X_WB{test::DrawRotation(random), 0.1 * test::DrawVector(random)};
+  Bone bone = test::MakeBox(X_WB, {4, 3, 3.5}, voxel_mm);
+  const Box3 all{X_WB.p_AB - Vec3(4), X_WB.p_AB + Vec3(4)};
+  DenseBone dense(bone, all);
+  const double before_mm3 = dense.CalcOccupancy_mm3();
+  BoneField field(bone, 4096);
+  Cutter cutter(field, blade, with);
+  double sum_mm3 = 0;
+  const double depth_mm = with == CutWith::kEdge ? CalcToothSide(CalcReach(blade), voxel_mm) : kAll;
+  for (const SlidingStep& step : DrawSteps(random, blade, in_plane, voxel_mm, 8)) {
+    sum_mm3 += cutter.Cut(step.X_from, step.X_to, step.slide).removed_mm3;
+    const std::vector<Side> sides = FindSides(FindCorners(blade, step));
+    dense.Cut(all, [&](const Vec3& p_W) {
+      return CalcDistance(sides, CalcKerfWidth(blade.kerf_mm(), voxel_mm), depth_mm, step.X_to.InversePoint(p_W));
+    });
+  }
+  removed_mm3 += sum_mm3;
+  return {dense.Compare(bone).max_phi_mm, std::abs(sum_mm3 - (before_mm3 - dense.CalcOccupancy_mm3()))};
+}
+
+constexpr double kRounding_mm = 2e-5;  // float arithmetic at 20 mm from the origin
+
+TEST(PlanarSweep, MatchesBruteForceToRoundingInThePlane) {
+  double removed_mm3 = 0;
+  EXPECT_TRUE(CheckSeeded(11, 8, [&] {
+    std::mt19937 random(*rc::gen::arbitrary<unsigned>());
+    const Match match = Compare(random, true, CutWith::kWholeTool, *rc::gen::element(0.2, 0.3), removed_mm3);
+    RC_ASSERT(match.phi_mm <= kRounding_mm);
+    RC_ASSERT(match.removed_mm3 < 1e-3);
+  }));
+  EXPECT_GT(removed_mm3, 5);
+}
+
+TEST(PlanarSweep, MatchesBruteForceToTheFlankToleranceWhenItTiltsAndSlides) {
+  double removed_mm3 = 0;
+  EXPECT_TRUE(CheckSeeded(12, 8, [&] {
+    std::mt19937 random(*rc::gen::arbitrary<unsigned>());
+    const double h = *rc::gen::element(0.2, 0.3);
+    RC_ASSERT(Compare(random, false, CutWith::kWholeTool, h, removed_mm3).phi_mm <=
+              Cutter::kFlankTolerance * h + kRounding_mm);
+  }));
+  EXPECT_GT(removed_mm3, 5);
+}
+
+TEST(PlanarSweep, OnlyTheEdgeCutsInAHand) {
+  // Where the zone of the edge ends, a voxel may be on either side of it by rounding: two of them at most.
+  double removed_mm3 = 0;
+  EXPECT_TRUE(CheckSeeded(13, 8, [&] {
+    std::mt19937 random(*rc::gen::arbitrary<unsigned>());
+    RC_ASSERT(Compare(random, true, CutWith::kEdge, *rc::gen::element(0.2, 0.3), removed_mm3).removed_mm3 < 0.02);
+  }));
+  EXPECT_GT(removed_mm3, 1);
+}
+
+TEST(PlanarSweep, SetOfTheTeethWidensTheKerf) {
+  ReciprocatingBlade blade;
+  blade.thickness_mm = 0.4;
+  blade.set_mm = 0.1;
+  Bone bone = test::MakeBox({}, {6, 6, 6}, 0.1);
+  const double before_mm3 = bone.CalcVolume();
+  BoneField field(bone, 4096);
+  Cutter cutter(field, blade, CutWith::kWholeTool);
+  cutter.CutAround({});  // x from -3 to 0, y from -3 to 3
+  field.Settle();
+  EXPECT_NEAR((before_mm3 - bone.CalcVolume()) / (0.6 * 3 * 6), 1, 0.01);
+}
+
+}  // namespace
+}  // namespace kerf
