@@ -1,0 +1,45 @@
+// Scenes with a reciprocating blade: what they refuse, and their warnings.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cut/tool/drive.h"
+#include "scene_text.h"
+#include "session/scene/warnings.h"
+
+namespace kerf {
+namespace {
+
+const std::string kBlade = "[tool]\nshape = \"reciprocating\"\n";
+
+TEST(StrokeScene, RefusesWhatIsForToolsThatTurn) {
+  EXPECT_EQ(test::MessageFor(test::ShortScene() + kBlade), "");
+  EXPECT_THAT(test::MessageFor(test::ShortScene() + kBlade + "[effects.heat]\n"),
+              testing::HasSubstr("the effect heat is for a tool that turns, but [tool] shape is \"reciprocating\""));
+  EXPECT_THAT(test::MessageFor(test::ShortScene() + kBlade + "[slab]\nwidth_mm = 5\n"),
+              testing::HasSubstr("slab mode requires a disc"));
+  EXPECT_EQ(test::MessageFor(test::ShortScene() + kBlade + "[effects.kerf_friction]\n"), "");
+}
+
+TEST(StrokeScene, WarnsAboutAStrokeShorterThanThePitchAndANarrowKerf) {
+  Scene scene = ParseScene(test::ShortScene() + kBlade, "s.toml");
+  const auto has = [&](const char* text, double voxel_mm) {
+    const std::vector<std::string> warnings = FindWarnings(scene, voxel_mm);
+    return std::any_of(warnings.begin(), warnings.end(),
+                       [&](const std::string& w) { return w.find(text) != std::string::npos; });
+  };
+  EXPECT_FALSE(has("the stroke is shorter", 0.1));
+  EXPECT_FALSE(has("the kerf of the blade", 0.1));
+  EXPECT_TRUE(has("the kerf of the blade is 0.5 voxels wide", 1));
+  std::get<ReciprocatingBlade>(scene.tool.shape).stroke_mm = 1;
+  EXPECT_TRUE(has("the stroke is shorter than the pitch (stroke_mm = 1, pitch_mm = 1.41)", 0.1));
+}
+
+TEST(StrokeScene, LargestBiteIsThatOfTheTurnOfTheToothInFront) {
+  // Half a stroke of 3 mm and a pitch of 1.5 mm: the tooth in front turns a quarter of a period after the tooth's turn.
+  const Scene scene =
+      ParseScene(test::ShortScene() + kBlade + "pitch_mm = 1.5\nrpm = 6000\n", "s.toml");  // a period of 10 ms
+  EXPECT_NEAR(CalcMaxBite(scene), 3 * 2 * 0.0025, 1e-12);
+}
+
+}  // namespace
+}  // namespace kerf
