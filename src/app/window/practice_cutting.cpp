@@ -115,7 +115,7 @@ void Practice::ShowCutAndSaw() {
   const WantedCut& cut = gauge_->cut();
   const double rim_mm = IsPlanned() ? kPlaneRim_mm : 0;
   const double side_mm = std::max(cut.radius_mm, rim_mm);
-  const double above_mm = 2 * cut.radius_mm;
+  const double above_mm = 2 * std::max(cut.radius_mm, 0.5 * cut.reach_mm);
   std::vector<Vec3> corners_W;
   for (const double s_mm : {-side_mm, cut.length_mm + side_mm}) {
     for (const double t_mm : {-above_mm, cut.depth_mm + rim_mm}) corners_W.push_back(cut.ToWorld({s_mm, t_mm, 0}));

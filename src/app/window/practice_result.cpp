@@ -2,9 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 #include "app/window/cut_panel.h"
@@ -25,18 +23,17 @@ std::string PageOf(const std::string& recording) {
   return recording.substr(0, recording.rfind('.')) + ".html";
 }
 
-/// Returns the outline of a tool: that of a disc with its spindle's cross, or of a ball in the plane of the cut.
+/// Returns the outline of a tool with a cross at its origin.
 std::vector<std::vector<Vec3>> MakeOutline(const Pose& X_WT, const WantedCut& cut) {
   constexpr int kPoints = 72;
-  const Vec3 x_W = cut.is_blade ? X_WT.Vector({1, 0, 0}) : cut.along_W;
-  const Vec3 y_W = cut.is_blade ? X_WT.Vector({0, 1, 0}) : cut.into_W;
-  std::vector<Vec3> circle_W;
-  for (int i = 0; i <= kPoints; ++i) {
-    const double turn = 2 * std::numbers::pi * i / kPoints;
-    circle_W.push_back(X_WT.p_AB + cut.radius_mm * (std::cos(turn) * x_W + std::sin(turn) * y_W));
-  }
+  const bool blade = cut.form == ToolForm::kBlade;
+  const Vec3 x_W = blade ? X_WT.Vector({1, 0, 0}) : cut.along_W;
+  const Vec3 y_W = blade ? X_WT.Vector({0, 1, 0}) : cut.into_W;
+  std::vector<Vec3> outline_W;
+  for (const Vec3& stw : cut.CalcOutline(X_WT, kPoints)) outline_W.push_back(cut.ToWorld(stw));
+  outline_W.push_back(outline_W.front());
   const double arm_mm = 0.15 * cut.radius_mm;
-  return {std::move(circle_W),
+  return {std::move(outline_W),
           {X_WT.p_AB - arm_mm * x_W, X_WT.p_AB + arm_mm * x_W},
           {X_WT.p_AB - arm_mm * y_W, X_WT.p_AB + arm_mm * y_W}};
 }

@@ -144,13 +144,14 @@ class Agent final : public HandDriver {
   }
 
  private:
-  /// Returns {s, t, w} of the tool's lowest point (t of the rim) if the coupling's point of the handle is at p_WC.
+  /// Returns {s, t, w} of the lowest point of the tool in the cut's direction if the coupling's point of the handle is
+  /// at p_WC.
   Vec3 ToAim(const Vec3& p_WC, const Quat& R_WT) const noexcept {
     const Vec3 p_WT = p_WC - R_WT * p_TC_mm_;
-    return cut_.ToCut(p_WT) + Vec3(0, cut_.radius_mm, 0);
+    return cut_.ToCut(p_WT) + Vec3(0, cut_.below_mm, 0);
   }
   Pose ToPose(const Vec3& aim, const Quat& R_WT) const noexcept {
-    return {R_WT, cut_.ToWorld(aim - Vec3(0, cut_.radius_mm, 0))};
+    return {R_WT, cut_.ToWorld(aim - Vec3(0, cut_.below_mm, 0))};
   }
 
   void FollowStep(const Vec3& now, const Vec3& seen, double dt_s) noexcept {

@@ -151,16 +151,8 @@ std::optional<Outside> FindOutside(const WantedCut& cut, const CoachInput& input
 
 ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT) {
   ToolDeviation deviation;
-  const Vec3 z_W = X_WT.R_AB * Vec3(0, 0, 1);
-  Vec3 lowest_W = X_WT.p_AB + cut.radius_mm * cut.into_W;
-  if (cut.is_blade) {
-    // The point of the rim that is furthest in the direction into the bone.
-    const Vec3 down = cut.into_W - glm::dot(cut.into_W, z_W) * z_W;
-    if (glm::length(down) > 1e-6) lowest_W = X_WT.p_AB + cut.radius_mm * glm::normalize(down);
-    const double cosine = std::min(std::abs(glm::dot(z_W, cut.across_W)), 1.0);
-    deviation.tilt_deg = std::acos(cosine) * kDegreesPerRad;
-  }
-  const Vec3 p = cut.ToCut(lowest_W);
+  deviation.tilt_deg = cut.CalcTilt_deg(X_WT);
+  const Vec3 p = cut.ToCut(cut.FindLowest(X_WT));
   deviation.beside_mm = p.z;
   deviation.beyond_mm = std::max({-p.x, p.x - cut.length_mm, 0.0});
   deviation.before_start = p.x < 0;
@@ -261,7 +253,7 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
 double CalcDistanceFromCut(const WantedCut& cut, const Pose& X_WT) {
   const Vec3 p = cut.ToCut(X_WT.p_AB);
   const Vec3 nearest{std::clamp(p.x, 0.0, cut.length_mm),
-                     std::clamp(p.y, -cut.radius_mm, std::max(cut.depth_mm - cut.radius_mm, -cut.radius_mm)), 0};
+                     std::clamp(p.y, -cut.below_mm, std::max(cut.depth_mm - cut.below_mm, -cut.below_mm)), 0};
   return glm::distance(p, nearest);
 }
 

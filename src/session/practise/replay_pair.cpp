@@ -19,14 +19,7 @@ std::vector<Vec3> MakeLine(const ToolTrack& track, const WantedCut& cut) {
   std::vector<Vec3> line_W;
   for (const TrackPoint& p : track.points()) {
     if (!p.contact) continue;
-    Vec3 down = cut.into_W;
-    if (cut.is_blade) {
-      const Vec3 z_W = p.X_WT.R_AB * Vec3(0, 0, 1);
-      down -= glm::dot(down, z_W) * z_W;
-      if (!(glm::length(down) > 1e-6)) continue;
-      down = glm::normalize(down);
-    }
-    const Vec3 p_W = p.X_WT.p_AB + cut.radius_mm * down;
+    const Vec3 p_W = cut.FindLowest(p.X_WT);
     if (line_W.empty() || glm::distance(line_W.back(), p_W) >= kLineStep_mm) line_W.push_back(p_W);
   }
   return line_W;

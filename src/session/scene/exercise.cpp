@@ -4,10 +4,34 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
+#include <limits>
+#include <numbers>
 
+#include "cut/tool/shape.h"
 #include "kerf/error.h"
 
 namespace kerf {
+namespace {
+
+/// Distance from the region that a solid of revolution passes through on its way down its axis, for a point at a
+/// distance from the axis and at a height above the tip. Above the solid's top, that is a cylinder.
+double CalcDistanceFromPass(const RoundSolid& solid, double radius_mm, double height_mm) {
+  const double outside_mm = solid.CalcSignedDistance({radius_mm, 0, std::min(height_mm, solid.top_z_mm)});
+  if (outside_mm > 0) return outside_mm;
+  const auto faces = solid.CalcFaces();
+  return std::max({faces[0].CalcDistance(radius_mm, height_mm), faces[1].CalcDistance(radius_mm, height_mm),
+                   radius_mm - solid.top_radius_mm});
+}
+
+/// Returns the part of `v` that is perpendicular to the unit vector `axis`, with unit length; none: it has no such
+/// part.
+std::optional<Vec3> CalcAcross(const Vec3& v, const Vec3& axis) {
+  const Vec3 across = v - glm::dot(v, axis) * axis;
+  if (!(glm::length(across) > 1e-6)) return {};
+  return glm::normalize(across);
+}
+
+}  // namespace
 
 WantedCut MakeWantedCut(const SceneExercise& exercise, const Tool& tool) {
   WantedCut cut;
@@ -26,22 +50,93 @@ WantedCut MakeWantedCut(const SceneExercise& exercise, const Tool& tool) {
   cut.depth_mm = exercise.depth_mm;
   cut.margin_mm = exercise.margin_mm;
   cut.radius_mm = CalcRadius(tool);
-  cut.is_blade = IsBlade(tool);
+  cut.form = GetForm(tool);
+  cut.solid = CalcRoundSolid(tool);
+  cut.below_mm = cut.solid ? 0 : cut.radius_mm;
+  cut.reach_mm = CalcReach(tool);
   cut.thickness_mm = CalcCutWidth(tool);
   return cut;
 }
 
 Pose WantedCut::CalcToolPose(double s_mm, double t_mm) const {
-  const glm::dmat3 axes(along_W, glm::cross(across_W, along_W), across_W);
-  return {glm::normalize(glm::quat_cast(axes)), ToWorld({s_mm, t_mm - radius_mm, 0})};
+  const Vec3 z_W = solid ? -into_W : across_W;
+  const glm::dmat3 axes(along_W, glm::cross(z_W, along_W), z_W);
+  return {glm::normalize(glm::quat_cast(axes)), ToWorld({s_mm, t_mm - below_mm, 0})};
+}
+
+Vec3 WantedCut::FindLowest(const Pose& X_WT) const {
+  switch (form) {
+    case ToolForm::kBlade:
+      if (const auto down = CalcAcross(into_W, X_WT.R_AB * Vec3(0, 0, 1))) return X_WT.p_AB + radius_mm * *down;
+      return X_WT.p_AB;
+    case ToolForm::kRound: {
+      const Vec3 into_T = X_WT.InverseVector(into_W);
+      return X_WT.p_AB + glm::dot(into_T, solid->FindDeepest(into_T)) * into_W;
+    }
+    case ToolForm::kBall:
+      break;
+  }
+  return X_WT.p_AB + radius_mm * into_W;
+}
+
+double WantedCut::CalcTilt_deg(const Pose& X_WT) const {
+  if (form == ToolForm::kBall) return 0;
+  const double cosine = std::min(std::abs(glm::dot(X_WT.R_AB * Vec3(0, 0, 1), across_W)), 1.0);
+  return (solid ? std::asin(cosine) : std::acos(cosine)) * kDegreesPerRad;
+}
+
+std::vector<Vec3> WantedCut::CalcOutline(const Pose& X_WT, int points) const {
+  std::vector<Vec3> outline;
+  outline.reserve(static_cast<std::size_t>(2 * points));
+  const Vec3 centre = ToCut(X_WT.p_AB);
+  std::optional<Vec3> last;
+  // Of a solid of revolution, the ends of the axis' circles and the straight lines between them.
+  const double step_mm = 4 * reach_mm / points;
+  for (int i = 0; i < points + (solid ? 1 : 0); ++i) {
+    const double turn = 2 * std::numbers::pi * i / points;
+    const double c = std::cos(turn);
+    const double s = std::sin(turn);
+    if (!solid) {
+      const double x = radius_mm * c;
+      const double y = radius_mm * s;
+      outline.push_back(form == ToolForm::kBlade ? ToCut(X_WT.Point({x, y, 0})) : centre + Vec3(x, y, 0));
+      continue;
+    }
+    const Vec3 p = ToCut(X_WT.Point(solid->FindDeepest(X_WT.InverseVector(c * along_W + s * into_W))));
+    const int between = last ? static_cast<int>(glm::distance(*last, p) / step_mm) : 0;
+    for (int j = 1; j <= between; ++j) outline.push_back(*last + static_cast<double>(j) / (between + 1) * (p - *last));
+    outline.push_back(p);
+    last = p;
+  }
+  return outline;
+}
+
+double WantedCut::CalcReachAlong(double above_mm) const {
+  if (!solid) return std::sqrt(2 * radius_mm * above_mm);
+  double along_mm = solid->top_radius_mm;
+  for (const RoundSolid::Face& face : solid->CalcFaces()) {
+    if (face.r > 0) along_mm = std::min(along_mm, (face.offset_mm - face.z * above_mm) / face.r);
+  }
+  return along_mm;
+}
+
+double WantedCut::CalcFloor(double beyond_mm) const {
+  if (!solid) return depth_mm - radius_mm + std::sqrt(radius_mm * radius_mm - beyond_mm * beyond_mm);
+  if (beyond_mm >= solid->top_radius_mm) return -std::numeric_limits<double>::infinity();
+  double rise_mm = 0;
+  for (const RoundSolid::Face& face : solid->CalcFaces()) {
+    if (face.z < 0) rise_mm = std::max(rise_mm, (face.offset_mm - face.r * beyond_mm) / face.z);
+  }
+  return depth_mm - rise_mm;
 }
 
 double WantedCut::CalcDistance(const Vec3& p_W) const {
   const Vec3 p = ToCut(p_W);
   const double s = p.x - std::clamp(p.x, 0.0, length_mm);
+  if (solid) return CalcDistanceFromPass(*solid, std::hypot(s, p.z), depth_mm - p.y);
   // The tool has also passed through everything above the path of its centre.
   const double t = std::max(p.y - (depth_mm - radius_mm), 0.0);
-  if (!is_blade) return std::sqrt(s * s + t * t + p.z * p.z) - radius_mm;
+  if (form == ToolForm::kBall) return std::sqrt(s * s + t * t + p.z * p.z) - radius_mm;
   const double in_plane = std::hypot(s, t) - radius_mm;
   const double across = std::abs(p.z) - 0.5 * thickness_mm;
   if (in_plane <= 0 || across <= 0) return std::max(in_plane, across);

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "cut/tool/round_solid.h"
 #include "kerf/describe.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
@@ -76,8 +79,11 @@ struct WantedCut {
   double depth_mm = 0;
   double margin_mm = 0;
   double radius_mm = 0;     // of the tool
-  double thickness_mm = 0;  // of the kerf: a blade's thickness, or a ball's diameter
-  bool is_blade = true;
+  double thickness_mm = 0;  // of the kerf: a blade's thickness, or another tool's diameter
+  double reach_mm = 0;      // of the tool about its origin
+  double below_mm = 0;      // depth of the tool's lowest point below its origin, in the pose of the wanted cut
+  ToolForm form = ToolForm::kBlade;
+  std::optional<RoundSolid> solid;  // the body of a tool of the form kRound
 
   CutPlane plane() const { return {start_W, across_W}; }
   /// Returns {s, t, w} of a world point.
@@ -87,8 +93,23 @@ struct WantedCut {
             d.x * across_W.x + d.y * across_W.y + d.z * across_W.z};
   }
   Vec3 ToWorld(const Vec3& stw) const { return start_W + stw.x * along_W + stw.y * into_W + stw.z * across_W; }
-  /// Returns the tool frame where the cut at `s_mm` has the depth `t_mm`: z across the cut, x along it.
+  /// Returns the tool frame where the cut at `s_mm` has the depth `t_mm`: x along the cut, z across it, or out of the
+  /// bone for a solid of revolution.
   Pose CalcToolPose(double s_mm, double t_mm) const;
+  /// Returns the tool's lowest point: the one furthest into the bone. The edge of a flat end changes its lowest point
+  /// with the least tilt, so that of a solid of revolution is returned at the place of its tip.
+  Vec3 FindLowest(const Pose& X_WT) const;
+  /// Returns the angle between a blade, or the axis of a solid of revolution, and the cut's plane; 0 for a ball.
+  double CalcTilt_deg(const Pose& X_WT) const;
+  /// Returns {s, t, w} of points of the tool's outline, in order around it: of a blade's rim, otherwise of the tool as
+  /// seen across the cut.
+  std::vector<Vec3> CalcOutline(const Pose& X_WT, int points) const;
+  /// Returns how far the tool in the wanted cut reaches along the line from its lowest point, at a small height above
+  /// it.
+  double CalcReachAlong(double above_mm) const;
+  /// Returns the depth of the floor that the tool leaves at a distance beyond the place where it stopped, at most its
+  /// radius. Above the surface, it is negative.
+  double CalcFloor(double beyond_mm) const;
   /// Returns the signed distance, mm, from the region that a tool removes if it makes exactly the wanted cut: its sweep
   /// along the line at full depth, and everything above that. Negative inside.
   double CalcDistance(const Vec3& p_W) const;

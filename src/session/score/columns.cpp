@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "cut/tool/shape.h"
+
 namespace kerf {
 namespace {
 
@@ -72,17 +74,12 @@ const CutColumn* DepthGauge::Find(double s_mm) const {
   return i < 0 ? nullptr : &columns_[static_cast<std::size_t>(i)];
 }
 
-/// Calls visit(column, p) for each point p of the tool's rim, in the cut's frame, that is not beside the cut. `column`:
-/// the column at that point.
+/// Calls visit(column, p) for each point p of the tool's outline, in the cut's frame, that is not beside the cut.
+/// `column`: the column at that point.
 template <typename Visit>
-void DepthGauge::VisitRim(const Pose& X_WT, Visit&& visit) const {
-  const Vec3 centre = cut_.ToCut(X_WT.p_AB);
-  if (std::abs(centre.z) > kBeside_mm + cut_.radius_mm) return;
-  for (int i = 0; i < kRimPoints; ++i) {
-    const double turn = 2 * std::numbers::pi * i / kRimPoints;
-    const double c = cut_.radius_mm * std::cos(turn);
-    const double s = cut_.radius_mm * std::sin(turn);
-    const Vec3 p = cut_.is_blade ? cut_.ToCut(X_WT.Point({c, s, 0})) : centre + Vec3(c, s, 0);
+void DepthGauge::VisitOutline(const Pose& X_WT, Visit&& visit) const {
+  if (std::abs(cut_.ToCut(X_WT.p_AB).z) > kBeside_mm + cut_.reach_mm) return;
+  for (const Vec3& p : cut_.CalcOutline(X_WT, kRimPoints)) {
     if (std::abs(p.z) > kBeside_mm) continue;
     if (const CutColumn* column = Find(p.x); column != nullptr) visit(*column, p);
   }
@@ -90,7 +87,7 @@ void DepthGauge::VisitRim(const Pose& X_WT, Visit&& visit) const {
 
 std::optional<DepthReading> DepthGauge::Calc(const Pose& X_WT) const {
   std::optional<DepthReading> reading;
-  VisitRim(X_WT, [&](const CutColumn& column, const Vec3& p) {
+  VisitOutline(X_WT, [&](const CutColumn& column, const Vec3& p) {
     const double beyond_mm = p.y - column.far_mm;
     const double bone_mm = column.far_mm - column.near_mm;
     const bool through = beyond_mm >= 0 && bone_mm > cut_.depth_mm;
@@ -107,7 +104,7 @@ std::optional<DepthReading> DepthGauge::Calc(const Pose& X_WT) const {
 }
 
 void DepthGauge::TakeDepths(const Pose& X_WT, std::vector<double>& deepest_mm) const {
-  VisitRim(X_WT, [&](const CutColumn& column, const Vec3& p) {
+  VisitOutline(X_WT, [&](const CutColumn& column, const Vec3& p) {
     double& deepest = deepest_mm[static_cast<std::size_t>(&column - columns_.data())];
     deepest = std::max(deepest, p.y - column.near_mm);
   });
@@ -116,11 +113,11 @@ void DepthGauge::TakeDepths(const Pose& X_WT, std::vector<double>& deepest_mm) c
 void DepthGauge::TakeDepths(const Pose& X_WT, double beside_mm, double along_mm,
                             std::vector<double>& deepest_mm) const {
   std::optional<Vec3> lowest;
-  VisitRim(X_WT, [&](const CutColumn&, const Vec3& p) {
+  VisitOutline(X_WT, [&](const CutColumn&, const Vec3& p) {
     if (!lowest || p.y > lowest->y) lowest = p;
   });
   if (!lowest || std::abs(lowest->z) > beside_mm) return;
-  VisitRim(X_WT, [&](const CutColumn& column, const Vec3& p) {
+  VisitOutline(X_WT, [&](const CutColumn& column, const Vec3& p) {
     if (std::abs(p.x - lowest->x) > along_mm) return;
     double& deepest = deepest_mm[static_cast<std::size_t>(&column - columns_.data())];
     deepest = std::max(deepest, p.y - column.near_mm);
@@ -129,16 +126,21 @@ void DepthGauge::TakeDepths(const Pose& X_WT, double beside_mm, double along_mm,
 
 double CalcBladeDepth(const PhiSampler& before, const Tool& tool, const Pose& X_WT) {
   const double radius_mm = CalcRadius(tool);
-  const double step_mm = std::max(0.5 * before.voxel_mm(), radius_mm / 100);
+  const std::optional<RoundSolid> solid = CalcRoundSolid(tool);
+  const double length_mm = solid ? solid->top_z_mm : radius_mm;
+  const double step_mm = std::max(0.5 * before.voxel_mm(), length_mm / 100);
   double deepest_mm = 0;
   for (int i = 0; i < kRimPoints; ++i) {
     const double turn = 2 * std::numbers::pi * i / kRimPoints;
     const Vec3 out = std::cos(turn) * Vec3(1, 0, 0) + std::sin(turn) * Vec3(0, 1, 0);
-    const auto phi = [&](double in_mm) { return before.Calc(X_WT.Point((radius_mm - in_mm) * out)); };
+    const auto phi = [&](double in_mm) {
+      const Vec3 p_T = solid ? Vec3(0, 0, in_mm) : (radius_mm - in_mm) * out;
+      return before.Calc(X_WT.Point(p_T));
+    };
     double phi0 = phi(0);
     if (phi0 >= 0) continue;
-    double depth_mm = radius_mm;
-    for (double in_mm = step_mm; in_mm < radius_mm; in_mm += step_mm) {
+    double depth_mm = length_mm;
+    for (double in_mm = step_mm; in_mm < length_mm; in_mm += step_mm) {
       const double phi1 = phi(in_mm);
       if (phi1 >= 0) {
         depth_mm = CalcCrossing(in_mm - step_mm, phi0, in_mm, phi1);

@@ -43,7 +43,7 @@ struct DepthReading {
 class DepthGauge {
  public:
   DepthGauge(const Bone& before, const WantedCut& cut);
-  /// Returns none if the tool is beside the wanted cut. Uses the points of the rim, or of a ball's outline.
+  /// Returns none if the tool is beside the wanted cut. Uses the points of WantedCut::CalcOutline().
   std::optional<DepthReading> Calc(const Pose& X_WT) const;
   /// Updates the maximum depth of the tool below the surface for each of columns(). `deepest_mm`: in and out, one value
   /// per column.
@@ -57,7 +57,7 @@ class DepthGauge {
  private:
   const CutColumn* Find(double s_mm) const;
   template <typename Visit>
-  void VisitRim(const Pose& X_WT, Visit&& visit) const;
+  void VisitOutline(const Pose& X_WT, Visit&& visit) const;
 
   WantedCut cut_;
   double step_mm_ = 0;
@@ -67,7 +67,8 @@ class DepthGauge {
 };
 
 /// Returns the depth of a cut without a plan: the longest distance along a radius of the tool from its rim in the bone
-/// to the original surface; 0 if no part of the rim is in the bone. A call takes 0.3 ms.
+/// to the original surface; 0 if no part of the rim is in the bone. Of a solid of revolution, the distance is along its
+/// axis from its tip. A call takes 0.3 ms.
 double CalcBladeDepth(const PhiSampler& before, const Tool& tool, const Pose& X_WT);
 
 }  // namespace kerf

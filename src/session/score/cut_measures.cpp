@@ -47,12 +47,11 @@ bool GoesOn(const WantedCut& cut, const std::vector<double>& depths, std::size_t
   constexpr double kMore_mm = 0.3, kPart = 0.1;
   const double step_mm = cut.length_mm / static_cast<double>(depths.size());
   // The tool reaches the least sufficient depth this far ahead of its deepest point.
-  const double ahead_mm = std::sqrt(2 * cut.radius_mm * kDeepEnough_mm);
+  const double ahead_mm = cut.CalcReachAlong(kDeepEnough_mm);
   std::size_t more = 0;
   for (std::size_t i = end; i < depths.size(); ++i) {
     const double x_mm = std::min(cut.radius_mm, ahead_mm + static_cast<double>(i - end) * step_mm);
-    const double left_mm = cut.depth_mm - cut.radius_mm + std::sqrt(cut.radius_mm * cut.radius_mm - x_mm * x_mm);
-    more += depths[i] > std::max(left_mm, 0.0) + kMore_mm ? 1 : 0;
+    more += depths[i] > std::max(cut.CalcFloor(x_mm), 0.0) + kMore_mm ? 1 : 0;
   }
   return static_cast<double>(more) > kPart * static_cast<double>(depths.size());
 }
@@ -89,6 +88,28 @@ void MeasureDepthErrors(const WantedCut& cut, std::span<const CutColumn> columns
   SetValue(sheet, "depth_error_p95_mm", errors[p95]);
   SetValue(sheet, "depth_error_worst_mm", errors.back());
   SetValue(sheet, "too_deep_mm", too_deep_mm);
+}
+
+/// Returns the plane across which the removed cells lie least far from it, among those that contain the direction into
+/// the bone: a groove as wide as deep does not show how the tool leaned. None if the cells do not determine it.
+std::optional<CutPlane> FitGroove(const WantedCut& cut, std::span<const RemovedCell> cells) {
+  double sum = 0;
+  Vec3 mean(0);
+  for (const RemovedCell& cell : cells) {
+    sum += cell.mm3;
+    mean += cell.mm3 * cut.ToCut(cell.p_W);
+  }
+  if (!(sum > 0)) return {};
+  mean /= sum;
+  double along = 0;
+  double across = 0;
+  for (const RemovedCell& cell : cells) {
+    const Vec3 d = cut.ToCut(cell.p_W) - mean;
+    along += cell.mm3 * d.x * d.x;
+    across += cell.mm3 * d.x * d.z;
+  }
+  if (!(along > 0)) return {};
+  return CutPlane{cut.ToWorld(mean), glm::normalize(cut.across_W - across / along * cut.along_W)};
 }
 
 bool IsCanalSevered(const Bone& before, const Bone& after) {
@@ -239,8 +260,14 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
     // Half of the points are lost at a quarter of the volume of the wanted cut.
     if (std::string_view(row.info->key) == "outside_mm3") row.half = std::max(0.25 * planned_mm3, 1e-3);
   }
-  if (const std::optional<MidPlane> fitted = FitMidPlane(before, after, cells)) {
-    const PlaneError error = CalcPlaneError(fitted->plane, *cut, area.middle_W);
+  std::optional<CutPlane> fitted;
+  if (cut->solid) {
+    fitted = FitGroove(*cut, cells);
+  } else if (const std::optional<MidPlane> plane = FitMidPlane(before, after, cells)) {
+    fitted = plane->plane;
+  }
+  if (fitted) {
+    const PlaneError error = CalcPlaneError(*fitted, *cut, area.middle_W);
     SetValue(sheet, "plane_offset_mm", error.offset_mm);
     SetValue(sheet, "plane_roll_deg", error.roll_deg);
     SetValue(sheet, "plane_yaw_deg", error.yaw_deg);

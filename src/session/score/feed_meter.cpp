@@ -13,7 +13,7 @@ constexpr double kLineEnds = 0.1;
 std::optional<double> FeedMeter::Take(double time_s, const Pose& X_WT) {
   const Vec3 stw = cut_.ToCut(X_WT.p_AB);
   const bool follows = stw.x >= kLineEnds * cut_.length_mm && stw.x <= (1 - kLineEnds) * cut_.length_mm &&
-                       stw.y + cut_.radius_mm >= kFeedDepthFraction * cut_.depth_mm;
+                       stw.y + cut_.below_mm >= kFeedDepthFraction * cut_.depth_mm;
   if (!follows) {
     places_.clear();
     return {};

@@ -146,6 +146,27 @@ TEST_F(Agents, TotalDecreasesWithReactionTimeAndForceAtBreakthrough) {
   EXPECT_LT(Score(scene, careful).Get("plunge_max_mm").value(), last_plunge);
 }
 
+TEST_F(Agents, BurCutsAGrooveForFullMarks) {
+  Scene scene = test::MakeSmallExercise("groove");
+  scene.tool.shape = FissureBur{.diameter_mm = 2.1, .length_mm = 8};
+  scene.tool.rpm = 30000;
+  scene.exercise.feed_mm_per_s = 1;
+  scene.path.strokes[0].start_mm = scene.exercise.start_mm + Vec3(0, 0, 2);
+  scene.path.strokes[0].end_mm = scene.exercise.start_mm + Vec3(0, 0, 1);
+  scene.path.strokes[0].disc_normal = {0, 0, 1};
+  AgentParams params = Perfect();
+  params.correction_Hz = 4;
+  const ScoreSheet sheet = Score(scene, params);
+  EXPECT_GT(sheet.total.value(), 97) << FormatSheet(sheet);
+  EXPECT_GT(sheet.Get("cut_share").value(), 0.99);
+  // The plane of a groove that is wider than deep is that of its way, not its floor.
+  params.offset_mm = 0.3;
+  params.yaw_deg = -4;
+  const ScoreSheet aslant = Score(scene, params);
+  EXPECT_NEAR(aslant.Get("plane_yaw_deg").value() - sheet.Get("plane_yaw_deg").value(), -4, 1);
+  EXPECT_NEAR(aslant.Get("plane_offset_mm").value() - sheet.Get("plane_offset_mm").value(), 0.3, 0.1);
+}
+
 TEST_F(Agents, SameAgentGivesTheSameScore) {
   const Scene scene = test::MakeSmallExercise("groove");
   const AgentParams params = MakeAgentParams("novice", 4);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <random>
@@ -56,6 +57,107 @@ TEST(WantedCut, ToolOnTheWantedCutReachesExactlyItsDepth) {
     EXPECT_NEAR(cut.CalcDistance(X_WT.p_AB), -0.5 * cut.thickness_mm, 1e-9);
     EXPECT_NEAR(cut.CalcDistance(X_WT.p_AB + 2.0 * cut.across_W), 2 - 0.5 * cut.thickness_mm, 1e-9);
   }
+}
+
+/// Burs with a flat end, with a point, and tapered with a point.
+const FissureBur kFlat{.diameter_mm = 2.1, .length_mm = 8};
+const FissureBur kPointed{.diameter_mm = 2.1, .length_mm = 8, .point_angle_deg = 120};
+const FissureBur kTapered{.diameter_mm = 2.4, .length_mm = 6, .taper_deg = 4, .point_angle_deg = 140};
+
+TEST(WantedCut, BurStandsOnTheWantedFloorAndItsDistanceHasAClosedForm) {
+  std::mt19937 random(5);
+  for (int i = 0; i < 50; ++i) {
+    const WantedCut cut = MakeWantedCut(RandomExercise(random), kFlat);
+    const double s_mm = 0.3 * cut.length_mm;
+    const Pose X_WT = cut.CalcToolPose(s_mm, cut.depth_mm);
+    EXPECT_TRUE(IsValid(X_WT));
+    EXPECT_NEAR(glm::distance(X_WT.Vector({0, 0, 1}), -cut.into_W), 0, 1e-12);
+    EXPECT_NEAR(glm::distance(X_WT.Vector({1, 0, 0}), cut.along_W), 0, 1e-12);
+    EXPECT_NEAR(glm::distance(cut.ToCut(cut.FindLowest(X_WT)), Vec3(s_mm, cut.depth_mm, 0)), 0, 1e-9);
+    const auto distance = [&](double s, double t, double w) { return cut.CalcDistance(cut.ToWorld({s, t, w})); };
+    const double r = kFlat.radius_mm();
+    EXPECT_NEAR(distance(s_mm, cut.depth_mm + 0.7, 0.4), 0.7, 1e-9);                            // below the floor
+    EXPECT_NEAR(distance(s_mm, cut.depth_mm - 0.2, 0), -0.2, 1e-9);                             // in it
+    EXPECT_NEAR(distance(s_mm, cut.depth_mm - 3, 2.5), 2.5 - r, 1e-9);                          // beside it
+    EXPECT_NEAR(distance(s_mm, -40, -2.5), 2.5 - r, 1e-9);                                      // above the bur
+    EXPECT_NEAR(distance(-3, cut.depth_mm - 3, 4), 5 - r, 1e-9);                                // beyond its start
+    EXPECT_NEAR(distance(cut.length_mm + 3, cut.depth_mm + 2, 4), std::hypot(5 - r, 2), 1e-9);  // its end's edge
+  }
+}
+
+TEST(WantedCut, DistanceOfAnyBurIsTheLeastOnItsWay) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (const FissureBur& bur : {kFlat, kPointed, kTapered}) {
+    const WantedCut cut = MakeWantedCut(RandomExercise(random), bur);
+    for (int i = 0; i < 60; ++i) {
+      const Vec3 stw(cut.length_mm * (0.5 + 0.7 * any(random)), -3 + 9 * any(random), 4 * any(random));
+      // The place along the line where the bur is nearest, and each height above the floor.
+      Vec3 p(stw.x - std::clamp(stw.x, 0.0, cut.length_mm), stw.z, 0);
+      double least_mm = 1e300;
+      for (double up_mm = 0; up_mm < 25; up_mm += 0.001) {
+        p.z = cut.depth_mm - stw.y - up_mm;
+        least_mm = std::min(least_mm, cut.solid->CalcSignedDistance(p));
+      }
+      const double distance_mm = cut.CalcDistance(cut.ToWorld(stw));
+      if (least_mm > 0) {
+        EXPECT_NEAR(distance_mm, least_mm, 0.001);
+      } else {
+        EXPECT_LT(distance_mm, 0.001);
+      }
+    }
+  }
+}
+
+TEST(WantedCut, LowestPointOfALeaningBurIsThatOfItsEnd) {
+  std::mt19937 random(7);
+  const WantedCut cut = MakeWantedCut(RandomExercise(random), kFlat);
+  Pose X_WT = cut.CalcToolPose(1, 2);
+  const double lean_rad = 0.2;
+  X_WT.R_AB = glm::angleAxis(lean_rad, cut.along_W) * X_WT.R_AB;
+  const double lower_mm = kFlat.radius_mm() * std::sin(lean_rad);
+  EXPECT_NEAR(glm::distance(cut.ToCut(cut.FindLowest(X_WT)), Vec3(1, 2 + lower_mm, 0)), 0, 1e-9);
+  EXPECT_NEAR(cut.CalcTilt_deg(X_WT), lean_rad * kDegreesPerRad, 1e-9);
+  // Along the line, a bur may lean.
+  X_WT.R_AB = glm::angleAxis(lean_rad, cut.across_W) * cut.CalcToolPose(1, 2).R_AB;
+  EXPECT_NEAR(cut.CalcTilt_deg(X_WT), 0, 1e-9);
+}
+
+TEST(WantedCut, OutlineOfABurIsItsSilhouetteAcrossTheCut) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (const FissureBur& bur : {kFlat, kPointed, kTapered}) {
+    const WantedCut cut = MakeWantedCut(RandomExercise(random), bur);
+    for (int i = 0; i < 20; ++i) {
+      Pose X_WT = cut.CalcToolPose(1, 2);
+      X_WT.R_AB = glm::normalize(Quat(1, any(random), any(random), any(random))) * X_WT.R_AB;
+      const std::vector<Vec3> outline = cut.CalcOutline(X_WT, 120);
+      double deepest_mm = -1e300;
+      for (std::size_t j = 0; j < outline.size(); ++j) {
+        EXPECT_LT(cut.solid->CalcSignedDistance(X_WT.InversePoint(cut.ToWorld(outline[j]))), 1e-9);
+        const Vec3 next = outline[(j + 1) % outline.size()] - outline[j];
+        EXPECT_LT(glm::length(next), 4 * cut.reach_mm / 120 + 1e-9);
+        deepest_mm = std::max(deepest_mm, outline[j].y);
+      }
+      EXPECT_NEAR(deepest_mm, cut.ToCut(cut.FindLowest(X_WT)).y, 1e-9);
+    }
+  }
+}
+
+TEST(WantedCut, FloorThatABurLeavesIsItsProfile) {
+  std::mt19937 random(9);
+  for (const FissureBur& bur : {kPointed, kTapered}) {
+    const WantedCut cut = MakeWantedCut(RandomExercise(random), bur);
+    for (const double above_mm : {0.1, 0.3, 0.4}) {
+      const double along_mm = cut.CalcReachAlong(above_mm);
+      EXPECT_NEAR(cut.solid->CalcSignedDistance({along_mm, 0, above_mm}), 0, 1e-12);
+      EXPECT_NEAR(cut.CalcFloor(along_mm), cut.depth_mm - above_mm, 1e-12);
+    }
+  }
+  const WantedCut flat = MakeWantedCut(RandomExercise(random), kFlat);
+  EXPECT_NEAR(flat.CalcReachAlong(0.3), flat.radius_mm, 1e-12);
+  EXPECT_EQ(flat.CalcFloor(0.99 * flat.radius_mm), flat.depth_mm);
+  EXPECT_LT(flat.CalcFloor(flat.radius_mm), 0);
 }
 
 TEST(WantedCut, RefusesALineWithoutLengthAndADirectionAlongIt) {

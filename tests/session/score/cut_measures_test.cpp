@@ -318,5 +318,29 @@ TEST(DepthGauge, MeasuresToSurfaceFarSideAndGoal) {
   EXPECT_EQ(CalcBladeDepth(PhiSampler(bone), Saw(), c.wanted.CalcToolPose(2, -0.5)), 0);
 }
 
+TEST(DepthGauge, MeasuresTheTipOfABur) {
+  BlockParams block;
+  block.size_mm = {16, 10, 8};
+  block.voxel_mm = 0.25;
+  block.X_WB = {glm::angleAxis(0.4, glm::normalize(Vec3(1, 2, 3))), Vec3(0.3, 0.1, -0.2)};
+  SceneExercise exercise;
+  exercise.start_mm = block.X_WB.Point({-3, 0, 0});
+  exercise.end_mm = block.X_WB.Point({3, 0, 0});
+  exercise.into = block.X_WB.Vector({0, 0, -1});
+  exercise.depth_mm = 3;
+  const FissureBur bur{.diameter_mm = 2.1, .length_mm = 6, .point_angle_deg = 120};
+  const WantedCut wanted = MakeWantedCut(exercise, bur);
+  const Bone bone = MakeBlock(block, DefaultMandibleTable());
+  const DepthGauge gauge(bone, wanted);
+  for (const double t_mm : {-2.0, 1.0, 3.0}) {
+    const Pose X_WT = wanted.CalcToolPose(2, t_mm);
+    const std::optional<DepthReading> reading = gauge.Calc(X_WT);
+    ASSERT_TRUE(reading);
+    EXPECT_NEAR(reading->depth_mm, t_mm, 0.05);
+    EXPECT_NEAR(reading->to_goal_mm, 3 - t_mm, 0.05);
+    EXPECT_NEAR(CalcBladeDepth(PhiSampler(bone), bur, X_WT), std::max(t_mm, 0.0), 0.05);
+  }
+}
+
 }  // namespace
 }  // namespace kerf
