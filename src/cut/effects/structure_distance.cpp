@@ -10,9 +10,15 @@
 namespace kerf {
 namespace {
 
-constexpr int kBladeRings = 7;     // rings of patches on a blade
-constexpr int kTurns = 12;         // alternations between tool and boxes
-constexpr double kSettled = 1e-4;  // minimum relative decrease of the distance per alternation
+constexpr int kBladeRings = 7;                     // rings of patches on a blade
+constexpr int kTurns = 12;                         // alternations between tool and boxes
+constexpr double kSettled = 1e-4;                  // minimum relative decrease of the distance per alternation
+constexpr double kDiagonal = std::numbers::sqrt3;  // half the diagonal of a cube, in half edges
+
+/// Returns corner `i` of a cube about the origin; the first four are the lower ones.
+Vec3 CalcCorner(double half_mm, int i) {
+  return {i % 2 == 0 ? -half_mm : half_mm, i / 2 % 2 == 0 ? -half_mm : half_mm, i < 4 ? -half_mm : half_mm};
+}
 
 }  // namespace
 
@@ -29,18 +35,17 @@ StructureDistance::StructureDistance(const std::vector<Box3>& boxes_F, const Too
 }
 
 /// Makes the patches. A blade has one in the middle and rings around it; a ball is a single patch; a solid of
-/// revolution has slices along its axis.
+/// revolution has layers of four cubes along its axis.
 void StructureDistance::MakePatches() {
   if (form_ == ToolForm::kBall) {
     patches_.push_back({Vec3(0), radius_mm_});
     return;
   }
   if (form_ == ToolForm::kRound) {
-    const double top_mm = CalcRoundSolid(tool_)->top_z_mm;
-    const int slices = std::max(1, static_cast<int>(std::ceil(top_mm / radius_mm_)));
-    const double half_mm = 0.5 * top_mm / slices;
-    for (int i = 0; i < slices; ++i) {
-      patches_.push_back({{0, 0, (2 * i + 1) * half_mm}, std::hypot(radius_mm_, half_mm)});
+    const double half_mm = 0.5 * radius_mm_;
+    const int layers = static_cast<int>(std::ceil(CalcRoundSolid(tool_)->top_z_mm / radius_mm_));
+    for (int i = 0; i < 4 * layers; ++i) {
+      patches_.push_back({CalcCorner(half_mm, i % 4) + Vec3(0, 0, (i / 4 + 1) * radius_mm_), kDiagonal * half_mm});
     }
     return;
   }
@@ -89,14 +94,19 @@ double StructureDistance::QueryPatch(const Pose& X_FT, const Patch& patch, Neare
 
 /// Searches a patch that its bound does not exclude for a distance below `best`.
 void StructureDistance::SearchPatch(const Pose& X_FT, const Patch& patch, Nearest& best) {
-  // A slice of a solid of revolution is as small as the tool is thin: its own query is enough.
-  if (form_ == ToolForm::kRound) return;
   const double enough_mm = std::max(kMin_mm, kTolerance * best.distance_mm);
-  for (int i = 0; i < 4 && queries_ < max_queries_ && best.distance_mm > 0; ++i) {
-    const double half = 0.5 * patch.radius_mm;
-    const Patch part{patch.p_T + Vec3(i % 2 == 0 ? -half : half, i < 2 ? -half : half, 0),
-                     std::sqrt(0.5) * patch.radius_mm};
-    if (std::hypot(part.p_T.x, part.p_T.y) > radius_mm_ + part.radius_mm) continue;
+  const bool is_flat = form_ == ToolForm::kBlade;
+  for (int i = 0; i < (is_flat ? 4 : 8) && queries_ < max_queries_ && best.distance_mm > 0; ++i) {
+    Patch part;
+    if (is_flat) {
+      Vec3 corner = CalcCorner(0.5 * patch.radius_mm, i);
+      corner.z = 0;
+      part = {patch.p_T + corner, std::sqrt(0.5) * patch.radius_mm};
+      if (std::hypot(part.p_T.x, part.p_T.y) > radius_mm_ + part.radius_mm) continue;
+    } else {
+      part = {patch.p_T + CalcCorner(0.5 * patch.radius_mm / kDiagonal, i), 0.5 * patch.radius_mm};
+      if (CalcToolDistance(tool_, part.p_T) > part.radius_mm) continue;
+    }
     const double distance_mm = QueryPatch(X_FT, part, best);
     if (distance_mm - Reach(part) < best.distance_mm - enough_mm && part.radius_mm > enough_mm) {
       SearchPatch(X_FT, part, best);

@@ -119,6 +119,51 @@ TEST(Guide, StopsAtTheDepthAndAtTheSlotsEnds) {
   }
 }
 
+const FissureBur kBur{.diameter_mm = 2.4, .length_mm = 8};
+
+/// The bur points along -y, with its axis turned in the plane and out of it.
+Quat Lean(double in_plane_rad, double out_of_plane_rad) {
+  return glm::angleAxis(in_plane_rad, Vec3(0, 0, 1)) *
+         glm::angleAxis(out_of_plane_rad - 0.5 * std::numbers::pi, Vec3(1, 0, 0));
+}
+
+TEST(Guide, StopsABurAtTheDeepestPointOfItsEnd) {
+  const double k = 100;
+  for (const double lean_rad : {0.0, 0.3, -0.6}) {
+    CoupledParams params = MakeParams({.stiffness_N_per_mm = k, .max_force_N = 1000, .depth_mm = 15});
+    params.tool = kBur;
+    const Quat R = Lean(lean_rad, 0);
+    Guided tool(params, Pose{R, Vec3(0)});
+    const CoupledOutput out = tool.Hold({R, {0, -25, 0}}, 400);
+    // The edge of the flat end is as far below the tip as the axis leans.
+    const double axis_y = out.X_WT.Vector({0, 0, 1}).y;
+    const double deepest_mm = -out.X_WT.p_AB.y + kBur.radius_mm() * std::sqrt(std::max(0.0, 1 - axis_y * axis_y));
+    EXPECT_GT(tool.Channel(3), 5);
+    EXPECT_NEAR(deepest_mm, 15 + tool.Channel(3) / k, 1e-6) << lean_rad;
+    EXPECT_NEAR(tool.Channel(2), deepest_mm, 1e-9) << lean_rad;
+  }
+}
+
+TEST(Guide, HoldsBothEndsOfABursAxisInThePlane) {
+  const double k = 5;
+  CoupledParams params = MakeParams({.stiffness_N_per_mm = k, .max_force_N = 1000});
+  params.tool = kBur;
+  Guided tool(params, Pose{Lean(0, 0), Vec3(0)});
+  for (const Pose& X : {Pose{Lean(0, 0), {0, 0, 3}}, Pose{Lean(0, 0.3), {0, 0, 2}}, Pose{Lean(0, -0.5), Vec3(0)}}) {
+    const CoupledOutput out = tool.Hold(X, 400);
+    const double tip_mm = out.X_WT.p_AB.z;
+    const double top_mm = out.X_WT.Point({0, 0, kBur.length_mm}).z;
+    EXPECT_NEAR(tool.Channel(0), std::max(std::abs(tip_mm), std::abs(top_mm)), 1e-9);
+    // Each end has half of the stiffness, beyond the tolerance.
+    double force_N = 0;
+    for (const double z_mm : {tip_mm, top_mm}) {
+      force_N -= 0.5 * k * std::copysign(std::max(std::abs(z_mm) - 0.5, 0.0), z_mm);
+    }
+    EXPECT_GT(std::abs(force_N), 0.5);
+    EXPECT_NEAR(out.f_H_W_N.z, force_N, 1e-5);
+  }
+}
+
 TEST(Guide, IsNeverCrossedHoweverTheHandJumps) {
   const double k = 50;
   const CoupledParams params = MakeParams({.stiffness_N_per_mm = k, .max_force_N = 1000, .depth_mm = 15});

@@ -12,6 +12,7 @@
 
 #include "cut/effects/plan.h"
 #include "cut/hand_sim/internals.h"
+#include "cut/tool/shape.h"
 #include "kerf/coupled.h"
 #include "kerf/error.h"
 #include "kerf/simulation.h"
@@ -26,22 +27,15 @@ Quat Turned(std::mt19937_64& random) {
   return glm::normalize(Quat(n(random), n(random), n(random), n(random)));
 }
 
-/// Returns the smallest distance between any box and a fine grid of points on the disc's surface; a box's nearest point
-/// is found by clamping.
-double BruteForce(const std::vector<Box3>& boxes, const DiscSaw& saw, const Pose& X) {
-  std::vector<Vec3> points;
-  constexpr double kStep = 0.2;
-  for (double rho = 0; rho <= saw.radius_mm() + 1e-9; rho += kStep) {
-    const int count = std::max(1, static_cast<int>(2 * std::numbers::pi * rho / kStep));
-    for (int i = 0; i < count; ++i) {
-      for (const double z : {-0.5, 0.0, 0.5}) {
-        points.push_back(X.Point({rho * std::cos(2 * std::numbers::pi * i / count),
-                                  rho * std::sin(2 * std::numbers::pi * i / count), z * saw.thickness_mm}));
-      }
-    }
-  }
+/// Returns the smallest distance between any box and a fine grid of points on the tool's surface, or 0 if the centre of
+/// a box is in the tool; a box's nearest point is found by clamping.
+double BruteForce(const std::vector<Box3>& boxes, const Tool& tool, const Pose& X) {
+  std::vector<Vec3> points = SampleToolSurface(tool, 0.2);
+  for (Vec3& p : points) p = X.Point(p);
   double smallest = 1e300;
   for (const Box3& box : boxes) {
+    const Vec3 c_T = X.InversePoint(box.centre());
+    if (FindNearestOfTool(tool, c_T) == c_T) return 0;
     for (const Vec3& p : points) {
       const Vec3 q = glm::clamp(p, box.lower, box.upper);
       smallest = std::min(smallest, glm::length(p - q));
@@ -50,8 +44,10 @@ double BruteForce(const std::vector<Box3>& boxes, const DiscSaw& saw, const Pose
   return smallest;
 }
 
-TEST(StructureDistance, MatchesBruteForceFromAnyPose) {
-  const DiscSaw saw;
+class StructureDistanceOf : public testing::TestWithParam<Tool> {};
+
+TEST_P(StructureDistanceOf, MatchesBruteForceFromAnyPose) {
+  const Tool& saw = GetParam();
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> at(-12, 12);
   double largest = 0;
@@ -80,6 +76,11 @@ TEST(StructureDistance, MatchesBruteForceFromAnyPose) {
   }
   RecordProperty("largest_above_brute_force_um", std::to_string(1000 * largest));
 }
+
+INSTANTIATE_TEST_SUITE_P(Tools, StructureDistanceOf,
+                         testing::Values(Tool(DiscSaw{}), Tool(FissureBur{.diameter_mm = 2.1, .length_mm = 8}),
+                                         Tool(FissureBur{.diameter_mm = 6, .length_mm = 4, .point_angle_deg = 120}),
+                                         Tool(FissureBur{.diameter_mm = 1, .length_mm = 30, .taper_deg = 0.5})));
 
 TEST(StructureDistance, SearchForAMovingToolMatchesAFreshSearch) {
   const DiscSaw saw;
