@@ -10,6 +10,7 @@
 #include <random>
 
 #include "base/files/files.h"
+#include "cut/tool/shape.h"
 #include "kerf/error.h"
 #include "support/folder.h"
 
@@ -140,6 +141,32 @@ TEST(StopDeviation, IsTheSupportOfTheTool) {
     EXPECT_NEAR(CalcDeviation(stop, BallBurr{.diameter_mm = 6}, X).depth_mm,
                 glm::dot(stop.direction_W, X.p_AB - stop.p_W_mm) + 3, 1e-12);
   }
+}
+
+TEST(StopDeviation, OfABurIsThatOfItsDeepestEdge) {
+  Draw draw(6);
+  const FissureBur bur{.diameter_mm = 2.4, .length_mm = 6, .taper_deg = 4, .point_angle_deg = 140};
+  const RoundSolid solid = *CalcRoundSolid(bur);
+  for (int i = 0; i < 50; ++i) {
+    const DepthStop stop{.name = "s", .p_W_mm = draw.Point(), .direction_W = draw.Direction(), .depth_mm = 7};
+    const Pose X = draw.AnyPose();
+    const double cosine = glm::dot(stop.direction_W, X.Vector({0, 0, 1}));
+    const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+    // The tip, the edge of its cone, and the edge of the top.
+    const double deepest = std::max({0.0, solid.corner_z_mm * cosine + solid.corner_radius_mm * sine,
+                                     solid.top_z_mm * cosine + solid.top_radius_mm * sine});
+    const StopDeviation out = CalcDeviation(stop, bur, X);
+    EXPECT_NEAR(out.depth_mm, glm::dot(stop.direction_W, X.p_AB - stop.p_W_mm) + deepest, 1e-9);
+    EXPECT_NEAR(out.left_mm, 7 - out.depth_mm, 1e-12);
+  }
+}
+
+TEST(PlaneDeviation, OfATiltedBurIsMeasuredAtItsTip) {
+  const PlannedPlane plane{.name = "p", .plane = {{0, 0, 1}, {0, 0, 1}}, .margin_mm = 0.5};
+  const PlaneDeviation out = CalcDeviation(plane, FissureBur{}, Pose{glm::angleAxis(0.7, Vec3(1, 0, 0)), {5, 5, 1.4}});
+  EXPECT_NEAR(out.offset_mm, 0.4, 1e-12);
+  EXPECT_TRUE(out.within_margin);
+  EXPECT_FALSE(out.angle_deg);
 }
 
 TEST(PlacePlane, GoesThroughItsThreePoints) {
