@@ -69,7 +69,7 @@ CuttingEnergy CalcCuttingEnergy(const SimulationParams& params, const EffectReco
 }
 
 std::string DescribeCuttingEnergy(const CuttingEnergy& energy) {
-  if (!energy.work_J) return "energy unknown: a ball's teeth differ in speed; add [effects.tangential_force]";
+  if (!energy.work_J) return "energy unknown: the teeth of this tool differ in speed; add [effects.tangential_force]";
   std::string text = fmt::format("{:.3g} J", *energy.work_J);
   if (energy.specific_J_per_mm3) text += fmt::format(", {:.3g} J/mm3", *energy.specific_J_per_mm3);
   if (energy.pass_mJ) text += fmt::format(", {:.3g} mJ per tooth pass", *energy.pass_mJ);

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "cut/tool/looks.h"
+#include "cut/tool/shape.h"
 #include "view/live/overlay_colours.h"
 #include "view/live/palette.h"
 #include "view/live/scene_shapes.h"
@@ -41,6 +42,14 @@ Rgb8 Lighter(const Rgb8& c, double fraction, const Rgb8& to) {
 std::vector<Vec3> Closed(std::vector<Vec3> corners) {
   if (!corners.empty()) corners.push_back(corners.front());
   return corners;
+}
+
+/// Returns the closed line around a tool in the picture: a blade's rim, the silhouette of any other tool.
+std::vector<Vec3> MakeToolOutline(const Tool& tool, const Pose& X_WT, const ViewCamera& camera, int corners) {
+  if (IsBlade(tool)) return Closed(MakeCircle(X_WT.p_AB, X_WT.Vector({0, 0, 1}), CalcReach(tool), corners));
+  std::vector<Vec3> outline = MakeCircle(Vec3(0), camera.forward_W(), 1, corners);
+  for (Vec3& p : outline) p = X_WT.Point(FindDeepest(tool, X_WT.InverseVector(p)));
+  return Closed(std::move(outline));
 }
 
 void Include(const std::vector<Vec3>& points, Box3& box) {
@@ -480,14 +489,9 @@ XrayList SceneActors::MakeXrayList(double surface_mm, Theme theme) const {
 ScreenBox SceneActors::CalcToolBox(const ViewCamera& camera) const {
   const State& s = *state_;
   if (!s.tool) return {};
-  const double radius = CalcReach(*s.tool);
   Box3 box;
-  const bool blade = IsBlade(*s.tool);
-  for (const Vec3& normal : {Vec3{0, 0, 1}, Vec3{1, 0, 0}, Vec3{0, 1, 0}}) {
-    for (const Vec3& p_T : MakeCircle(Vec3{0}, normal, radius, 16)) {
-      if (blade && normal.z == 0) continue;
-      if (const auto at = camera.Project(s.X_WT.Point(p_T))) box.Include({at->x, at->y, 0});
-    }
+  for (const Vec3& p_W : MakeToolOutline(*s.tool, s.X_WT, camera, 16)) {
+    if (const auto at = camera.Project(p_W)) box.Include({at->x, at->y, 0});
   }
   if (box.empty()) return {};
   return {box.lower.x, box.lower.y, box.size().x, box.size().y};
@@ -496,10 +500,9 @@ ScreenBox SceneActors::CalcToolBox(const ViewCamera& camera) const {
 bool SceneActors::IsOnTool(const ViewCamera& camera, const ScreenPoint& at) const {
   const State& s = *state_;
   if (!s.tool) return false;
-  const Vec3 normal_W = IsBlade(*s.tool) ? s.X_WT.Vector({0, 0, 1}) : camera.forward_W();
   bool inside = false;
   std::optional<ScreenPoint> last;
-  for (const Vec3& p_W : MakeCircle(s.X_WT.p_AB, normal_W, CalcReach(*s.tool), 48)) {
+  for (const Vec3& p_W : MakeToolOutline(*s.tool, s.X_WT, camera, 48)) {
     const auto p = camera.Project(p_W);
     if (!p) return false;
     // Counts the edges that a line from the pixel to the right crosses.

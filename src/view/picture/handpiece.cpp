@@ -6,13 +6,19 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <numbers>
+#include <optional>
 #include <vector>
+
+#include "cut/tool/shape.h"
 
 namespace kerf {
 namespace {
 
 constexpr std::uint32_t kAround = 40;
 constexpr double kBehindGrip_mm = 25;
+// Of a solid of revolution, which has a long shank: its visible length and the least radius of the neck that holds it.
+constexpr double kShank_mm = 5;
+constexpr double kLeastNeck_mm = 1.2;
 
 struct Section {
   Vec3 middle{0};
@@ -66,6 +72,11 @@ Proportions CalcProportions(const Tool& tool) {
   p.start_mm = blade ? 0.45 * radius : 1.6 * radius;
   p.neck_mm = blade ? 0.17 * radius : 0.55 * radius;
   p.collar_mm = p.start_mm + std::clamp(2 * radius, 10.0, 24.0);
+  if (const std::optional<RoundSolid> solid = CalcRoundSolid(tool)) {
+    p.start_mm = solid->top_z_mm + kShank_mm;
+    p.neck_mm = std::max(solid->top_radius_mm, kLeastNeck_mm);
+    p.collar_mm = p.start_mm + 10;
+  }
   const Vec3 grip = CalcGrip(tool);
   // The axis from the collar through the grip, unless the grip lies beside or before the collar.
   const Vec3 from{0, 0, p.collar_mm};
