@@ -21,8 +21,8 @@ namespace {
 Pose HoldDisc(const Vec3& p_B) {
   return {glm::angleAxis(-0.5 * std::numbers::pi, Vec3(1, 0, 0)), p_B};
 }
-/// Returns the pose of an upright burr.
-Pose HoldBall(const Vec3& p_B) {
+/// Returns the pose of an upright burr or bur.
+Pose HoldUpright(const Vec3& p_B) {
   return {Quat(1, 0, 0, 0), p_B};
 }
 
@@ -109,7 +109,7 @@ CutCase MakeBallCut(double voxel_mm, double feed_mm_per_s, bool whole) {
   if (whole) cut.X_WB.p_AB = voxel_mm * Vec3(127.5, 127.5, 252.5);
   block.X_WB = cut.X_WB;
   cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
-  cut.X_BT_start = HoldBall({-29, 0, 1});
+  cut.X_BT_start = HoldUpright({-29, 0, 1});
   cut.warm_up_mm = 7;
   cut.measured_mm = feed_mm_per_s < 2 ? 5 : 25;
   if (whole && feed_mm_per_s == 10) {
@@ -119,6 +119,28 @@ CutCase MakeBallCut(double voxel_mm, double feed_mm_per_s, bool whole) {
     cut.dense_offset_B = {0, 0, -2.5};
     cut.dense_edge_mm = 28 * voxel_mm;
   }
+  return cut;
+}
+
+CutCase MakeBurCut(double voxel_mm) {
+  CutCase cut;
+  cut.name = fmt::format("bur-{}", voxel_mm);
+  cut.title = fmt::format("bur 2.1 x 8 mm, point 120 degrees, 4 mm deep, 5 mm/s, {} mm voxels", voxel_mm);
+  cut.tool = FissureBur{.diameter_mm = 2.1, .length_mm = 8, .point_angle_deg = 120};
+  cut.rpm = 30000;
+  cut.X_WB = MakeDiscCut(voxel_mm).X_WB;
+  BlockParams block;
+  block.size_mm = {36, 8, 8};
+  block.X_WB = cut.X_WB;
+  block.voxel_mm = voxel_mm;
+  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  cut.X_BT_start = HoldUpright({-20, 0, -4});
+  cut.warm_up_mm = 6;
+  cut.measured_mm = 26;
+  cut.baseline = BenchBaseline::kOpenVdb;
+  // The cube contains parts of one wall of the groove and of its floor.
+  cut.dense_offset_B = {0, 0.5, 0.4};
+  cut.dense_edge_mm = 28 * voxel_mm;
   return cut;
 }
 

@@ -19,6 +19,8 @@ CutCase MakeThickDiscCut();
 /// Returns the cut with which the other programs were measured: a ball of 3 mm radius, 2 mm deep. If `whole` is true,
 /// it is made in their block of 256^3 voxels, otherwise in a bar of 50 mm x 10 mm x 7 mm.
 CutCase MakeBallCut(double voxel_mm, double feed_mm_per_s, bool whole);
+/// Returns a groove 4 mm deep that an upright bur with a point mills with its side and its end.
+CutCase MakeBurCut(double voxel_mm);
 /// Returns a cut in which the saw moves up through the body of the generic mandible at the first molar. If `whole` is
 /// true, the bone is the whole mandible, otherwise a block cut from it.
 CutCase MakeMandibleCut(bool whole);

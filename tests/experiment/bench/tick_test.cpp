@@ -60,6 +60,12 @@ TEST(BenchTick, DiscsRemoveTheirSweepAndAgreeWithTheDenseReference) {
   ExpectGoodCut(RunCut(MakeThickDiscCut(), FewTicks(300)), 300, 10);
 }
 
+TEST(BenchTick, BurRemovesItsSweepAndAgreesWithTheDenseReference) {
+  const BenchResult r = RunCut(MakeBurCut(0.1), FewTicks(400));
+  ExpectGoodCut(r, 400, 5);
+  EXPECT_NEAR(Figure(r, "removed minus swept"), 0, 1);
+}
+
 TEST(BenchTick, BuriedDiscCutsAtThePrescribedFeed) {
   const BenchResult r = RunCut(MakeBuriedCut(), FewTicks(150));
   ExpectGoodCut(r, 150, 5);
