@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "cut/tool/shape.h"
 #include "experiment/stability/scenario_run.h"
 #include "kerf/error.h"
 #include "loop/haptics/coupling_limits.h"
@@ -46,19 +47,21 @@ Vec3 CalcSideways(const StabilitySubject& subject) {
   throw Error("the direction of the feed is not a unit vector");
 }
 
-/// Returns the direction from the tool's centre to the point of its edge that is deepest in the bone or nearest to it,
-/// unit length.
+/// Returns the direction from a disc's or ball's centre to the point of its edge that is deepest in the bone or nearest
+/// to it; of another tool, the mean outward direction of its edge there. Unit length.
 Vec3 FindContact(const Bone& bone, const Tool& tool, const Pose& X_WT) {
-  double deepest = -std::numeric_limits<double>::infinity();
-  Vec3 contact_W(0);
-  for (const Vec3& p : SampleEdge(tool)) {
-    const double depth = -bone.SignedDistance(X_WT.Point(p));
-    if (depth > deepest) {
-      deepest = depth;
-      contact_W = X_WT.Vector(p);
-    }
+  const std::vector<EdgePoint> edge = MakeToolShape(tool, {}).edge;
+  std::vector<double> depths;
+  for (const EdgePoint& point : edge) depths.push_back(-bone.SignedDistance(X_WT.Point(point.p_T)));
+  const auto deepest = std::max_element(depths.begin(), depths.end());
+  if (GetForm(tool) != ToolForm::kRound) {
+    return glm::normalize(X_WT.Vector(edge[static_cast<std::size_t>(deepest - depths.begin())].p_T));
   }
-  return glm::normalize(contact_W);
+  Vec3 sum_T(0);
+  for (std::size_t i = 0; i < edge.size(); ++i) {
+    if (depths[i] > *deepest - 0.5 * bone.voxel_mm()) sum_T += edge[i].e_T;
+  }
+  return glm::normalize(X_WT.Vector(sum_T));
 }
 
 /// Magnitudes that result from the push, the spring and the handle of a loop.

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <utility>
 
+#include "cut/tool/shape.h"
 #include "device/devices/hand.h"
 #include "experiment/stability/measures.h"
 #include "experiment/stability/scenario_run.h"
@@ -51,8 +53,15 @@ ScenarioResult Jump(const StabilitySubject& subject, const Scenario& scenario, d
   const double half_mm = 0.5 * subject.bone.voxel_mm();
   const double R = CalcReach(tool) + half_mm;
   const double thick_mm = CalcThickness(tool) + 2 * half_mm;
-  const double swept_mm3 = IsBlade(tool) ? thick_mm * (std::numbers::pi * R * R + 2 * R * travel_mm)
-                                         : std::numbers::pi * R * R * (4 * R / 3 + travel_mm);
+  double swept_mm3 = IsBlade(tool) ? thick_mm * (std::numbers::pi * R * R + 2 * R * travel_mm)
+                                   : std::numbers::pi * R * R * (4 * R / 3 + travel_mm);
+  if (const std::optional<RoundSolid> solid = CalcRoundSolid(tool)) {
+    // A cylinder, and at most the area of its diagonal section along the way.
+    const double r = solid->top_radius_mm + half_mm;
+    const double length_mm = solid->top_z_mm + 2 * half_mm;
+    swept_mm3 =
+        std::numbers::pi * r * r * length_mm + std::hypot(2 * r * length_mm, std::numbers::pi * r * r) * travel_mm;
+  }
   run.AtMost("bone removed during the jump", "mm3", removed_mm3, rpm == 0 ? 0 : swept_mm3);
   return run.Finish();
 }
