@@ -29,6 +29,7 @@ RECORDINGS = {
     "loop_overrun": ("loop, overrun: missed ticks, coarser ticks", ["loop", "hand_held_cut.toml", "--seconds", "6", "--virtual", "--burn-us", "1500"]),
     "run_disc": ("run, disc, 21 s", ["run", "slot_in_block.toml", "--no-pictures", "-o", "out"]),
     "run_ball": ("run, ball", ["run", "ball_slot.toml", "--no-pictures", "-o", "out"]),
+    "run_bur": ("run, bur", ["run", "bur_groove.toml", "--no-pictures", "-o", "out"]),
     "run_slab": ("run, slab mode", ["run", "slab_mandible.toml", "--no-pictures", "-o", "out"]),
 }
 HIDDEN = "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F,-AVX,-FMA4,-AVX2_Usable,-FMA_Usable"

@@ -435,6 +435,20 @@ TEST_F(OnePlate, OnTheBladeOnlyTheSymbolOfAHandleIsFound) {
   EXPECT_EQ(view.PickHandle({at.x + 12, at.y}), std::optional<int>(0));
 }
 
+TEST_F(OnePlate, ABurIsFoundOnItsHeadOnly) {
+  const FissureBur bur;
+  view.SetTool(bur);
+  // It lies along x with its tip at x = -2.
+  view.SetToolPose({glm::angleAxis(0.5 * std::numbers::pi, Vec3(0, 1, 0)), {-2, 0, 5}}, 0, 0);
+  const auto is_on = [&](double x, double y) { return view.IsOnTool(*view.camera().Project({x, y, 5})); };
+  EXPECT_TRUE(is_on(2, 0) && is_on(2, 0.8 * bur.radius_mm()) && is_on(-1.8, -0.8 * bur.radius_mm()));
+  EXPECT_FALSE(is_on(2, 1.3 * bur.radius_mm()) || is_on(2, -1.3 * bur.radius_mm()));
+  EXPECT_FALSE(is_on(-2.3, 0) || is_on(bur.length_mm - 1.7, 0));
+  const ScreenBox box = view.CalcToolBox();
+  EXPECT_NEAR(box.width * kMmPerPixel, bur.length_mm, 0.01);
+  EXPECT_NEAR(box.height * kMmPerPixel, bur.diameter_mm, 0.05);
+}
+
 TEST_F(OnePlate, PointsAndHandlesAreFoundWhereTheyAreDrawn) {
   const Vec3 a{-5, 2, 0};
   const Vec3 b{5, -2, -6};

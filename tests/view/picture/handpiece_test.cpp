@@ -6,9 +6,11 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "cut/tool/looks.h"
+#include "cut/tool/shape.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -23,7 +25,8 @@ std::vector<Tool> MakeTools() {
   aslant.p_TG_mm = {30, -20, 70};
   DiscSaw beside;
   beside.p_TG_mm = {60, 0, -10};
-  return {thin, large, aslant, beside, BallBurr{}, BallBurr{.diameter_mm = 1}};
+  return {
+      thin, large, aslant, beside, BallBurr{}, BallBurr{.diameter_mm = 1}, FissureBur{}, FissureBur{.diameter_mm = 6}};
 }
 
 TEST(Handpiece, IsAClosedSolidOnTheSideOfTheSpindle) {
@@ -31,7 +34,14 @@ TEST(Handpiece, IsAClosedSolidOnTheSideOfTheSpindle) {
     const TriangleMesh mesh = MakeHandpieceMesh(tool);
     EXPECT_EQ(CountOpenEdges(mesh), 0u);
     EXPECT_GT(CalcEnclosedVolume(mesh), 100);
-    const double clear = std::holds_alternative<DiscSaw>(tool) ? 0.4 * CalcReach(tool) : 1.4 * CalcReach(tool);
+    double clear = IsBlade(tool) ? 0.4 * CalcReach(tool) : 1.4 * CalcReach(tool);
+    // A bur's neck begins a little above its head.
+    if (const std::optional<RoundSolid> solid = CalcRoundSolid(tool)) {
+      clear = solid->top_z_mm + 4;
+      const auto lowest = std::min_element(mesh.points.begin(), mesh.points.end(),
+                                           [](const Vec3& a, const Vec3& b) { return a.z < b.z; });
+      EXPECT_LT(lowest->z, solid->top_z_mm + 6);
+    }
     for (const Vec3& p : mesh.points) {
       EXPECT_GT(p.z, clear);  // nothing near the cut
       EXPECT_LT(glm::length(p), CalcHandpieceReach(tool));
