@@ -52,6 +52,7 @@ WantedCut MakeWantedCut(const SceneExercise& exercise, const Tool& tool) {
   cut.radius_mm = CalcRadius(tool);
   cut.form = GetForm(tool);
   cut.solid = CalcRoundSolid(tool);
+  if (cut.solid) cut.solid->side_cuts = true;  // of a drill, too, the whole head counts
   cut.below_mm = cut.solid ? 0 : cut.radius_mm;
   cut.reach_mm = CalcReach(tool);
   cut.thickness_mm = CalcCutWidth(tool);

@@ -48,7 +48,12 @@ std::vector<Vec3> Closed(std::vector<Vec3> corners) {
 std::vector<Vec3> MakeToolOutline(const Tool& tool, const Pose& X_WT, const ViewCamera& camera, int corners) {
   if (IsBlade(tool)) return Closed(MakeCircle(X_WT.p_AB, X_WT.Vector({0, 0, 1}), CalcReach(tool), corners));
   std::vector<Vec3> outline = MakeCircle(Vec3(0), camera.forward_W(), 1, corners);
-  for (Vec3& p : outline) p = X_WT.Point(FindDeepest(tool, X_WT.InverseVector(p)));
+  std::optional<RoundSolid> solid = CalcRoundSolid(tool);
+  if (solid) solid->side_cuts = true;  // the head is seen whether its side cuts or not
+  for (Vec3& p : outline) {
+    const Vec3 n_T = X_WT.InverseVector(p);
+    p = X_WT.Point(solid ? solid->FindDeepest(n_T) : FindDeepest(tool, n_T));
+  }
   return Closed(std::move(outline));
 }
 
