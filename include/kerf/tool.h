@@ -57,7 +57,7 @@ struct BallBurr {
 struct FissureBur {
   double diameter_mm = 1.6;  // ISO 016
   double length_mm = 8;
-  double taper_deg = 0;
+  double taper = 1;
   double point_angle_deg = 180;
   int flutes = 6;
   double tooth_width_mm = 0.5;
@@ -68,8 +68,7 @@ struct FissureBur {
   Vec3 p_TG_mm{0, 0, 80};
 
   double radius_mm() const { return 0.5 * diameter_mm; }
-  /// Throws kerf::Error naming the first value out of range, or if the head is so long that its taper ends above the
-  /// tip.
+  /// Throws kerf::Error naming the first value out of range, or if the tip is as long as the head.
   void Validate() const;
 };
 
@@ -134,8 +133,8 @@ template <typename V>
 void DescribeShape(FissureBur& p, V&& visit) {
   visit("diameter_mm", p.diameter_mm, Range{0.3, 20}, "diameter of the head, at its widest");
   visit("length_mm", p.length_mm, Range{0.5, 60}, "length of the head that cuts, with its tip");
-  visit("taper_deg", p.taper_deg, Range{0, 20},
-        "angle between the side and the axis; the head narrows towards the tip");
+  visit("taper", p.taper, Range{0.1, 1},
+        "width of the head above its tip, as a fraction of diameter_mm; 1: a cylinder");
   visit("point_angle_deg", p.point_angle_deg, Range{60, 180}, "full angle of the tip; 180: the end is flat");
   visit("flutes", p.flutes, Range{1, 100}, "number of cutting edges, each along the side and across the end");
   visit("tooth_width_mm", p.tooth_width_mm, Range{0.01, 50},

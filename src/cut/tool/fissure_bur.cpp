@@ -12,24 +12,17 @@
 namespace kerf {
 
 RoundSolid MakeBurSolid(const FissureBur& bur) {
-  return MakeRoundSolid(bur.diameter_mm, bur.length_mm, bur.taper_deg, bur.point_angle_deg);
+  return MakeRoundSolid(bur.diameter_mm, bur.length_mm, bur.taper, bur.point_angle_deg);
 }
 
 void FissureBur::Validate() const {
   CheckParameters(*this);
-  const RoundSolid solid = MakeBurSolid(*this);
-  if (!(solid.corner_radius_mm >= kLeastSide * radius_mm())) {
-    throw Error(
-        fmt::format("taper_deg = {} is too large for length_mm = {} and diameter_mm = {}: the side would reach "
-                    "the axis above the tip",
-                    taper_deg, length_mm, diameter_mm));
-  }
-  CheckHeadLength(solid, point_angle_deg);
+  CheckHeadLength(MakeBurSolid(*this), point_angle_deg);
 }
 
 std::string ToolKind<FissureBur>::Name(const FissureBur& bur) {
   std::string name = fmt::format("bur {:g} x {:g} mm, {} flutes", bur.diameter_mm, bur.length_mm, bur.flutes);
-  if (bur.taper_deg > 0) name += fmt::format(", taper {:g} degrees", bur.taper_deg);
+  if (bur.taper < 1) name += fmt::format(", taper {:g}", bur.taper);
   if (bur.point_angle_deg < 180) name += fmt::format(", point {:g} degrees", bur.point_angle_deg);
   return name;
 }

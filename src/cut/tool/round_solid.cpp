@@ -91,16 +91,13 @@ Vec3 RoundSolid::FindDeepest(const Vec3& n) const {
   return deepest;
 }
 
-RoundSolid MakeRoundSolid(double diameter_mm, double length_mm, double taper_deg, double point_angle_deg) {
+RoundSolid MakeRoundSolid(double diameter_mm, double length_mm, double taper, double point_angle_deg) {
   RoundSolid solid;
   solid.top_radius_mm = 0.5 * diameter_mm;
   solid.top_z_mm = length_mm;
-  // The corner is where the generatrix of the end, from the tip, meets that of the side, from the top.
+  solid.corner_radius_mm = taper * solid.top_radius_mm;
   const double half = 0.5 * point_angle_deg * kRadPerDegree;
-  const double steepness = point_angle_deg < 180 ? std::cos(half) / std::sin(half) : 0;  // of the end: height by radius
-  const double slope = std::tan(taper_deg * kRadPerDegree);  // of the side: radius by height
-  solid.corner_radius_mm = (solid.top_radius_mm - slope * length_mm) / (1 - slope * steepness);
-  solid.corner_z_mm = steepness * solid.corner_radius_mm;
+  if (point_angle_deg < 180) solid.corner_z_mm = solid.corner_radius_mm * std::cos(half) / std::sin(half);
   return solid;
 }
 

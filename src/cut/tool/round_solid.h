@@ -38,7 +38,8 @@ struct RoundSolid {
   Vec3 FindDeepest(const Vec3& n) const;
 };
 
-/// Returns the solid of a head that is `length_mm` long with its tip, and `diameter_mm` wide at the top.
-RoundSolid MakeRoundSolid(double diameter_mm, double length_mm, double taper_deg, double point_angle_deg);
+/// Returns the solid of a head that is `length_mm` long with its tip, `diameter_mm` wide at the top, and `taper` times
+/// as wide above the tip.
+RoundSolid MakeRoundSolid(double diameter_mm, double length_mm, double taper, double point_angle_deg);
 
 }  // namespace kerf

@@ -65,6 +65,7 @@ void AddSide(const RoundSolid& solid, const ShapeSampling& sampling, ToolShape& 
 }  // namespace
 
 void CheckHeadLength(const RoundSolid& solid, double point_angle_deg) {
+  constexpr double kLeastSide = 0.05;  // as a fraction of the length
   const double length_mm = solid.top_z_mm;
   if (length_mm - solid.corner_z_mm >= kLeastSide * length_mm) return;
   throw Error(

@@ -9,8 +9,6 @@
 
 namespace kerf {
 
-/// Least radius at the corner and least length of the side, as fractions of those of the tool.
-inline constexpr double kLeastSide = 0.05;
 /// Throws kerf::Error if the tip leaves no side.
 void CheckHeadLength(const RoundSolid& solid, double point_angle_deg);
 

@@ -12,7 +12,7 @@
 namespace kerf {
 
 RoundSolid MakeDrillSolid(const TwistDrill& drill) {
-  RoundSolid solid = MakeRoundSolid(drill.diameter_mm, drill.length_mm, 0, drill.point_angle_deg);
+  RoundSolid solid = MakeRoundSolid(drill.diameter_mm, drill.length_mm, 1, drill.point_angle_deg);
   solid.side_cuts = false;
   return solid;
 }

@@ -80,7 +80,7 @@ TEST_P(StructureDistanceOf, MatchesBruteForceFromAnyPose) {
 INSTANTIATE_TEST_SUITE_P(Tools, StructureDistanceOf,
                          testing::Values(Tool(DiscSaw{}), Tool(FissureBur{.diameter_mm = 2.1, .length_mm = 8}),
                                          Tool(FissureBur{.diameter_mm = 6, .length_mm = 4, .point_angle_deg = 120}),
-                                         Tool(FissureBur{.diameter_mm = 1, .length_mm = 30, .taper_deg = 0.5})));
+                                         Tool(FissureBur{.diameter_mm = 1, .length_mm = 30, .taper = 0.5})));
 
 TEST(StructureDistance, SearchForAMovingToolMatchesAFreshSearch) {
   const DiscSaw saw;

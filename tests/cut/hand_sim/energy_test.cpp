@@ -48,7 +48,7 @@ Case MakeCase(std::mt19937_64& random, bool turning) {
 /// Tool of a case: hands 0 to 59 have a disc, then burs and drills take turns.
 Tool PickTool(int hand) {
   if (hand < 60) return test::DiscParams().tool;
-  if (hand % 2 == 0) return FissureBur{.diameter_mm = 1.2, .length_mm = 5, .taper_deg = 2, .point_angle_deg = 100};
+  if (hand % 2 == 0) return FissureBur{.diameter_mm = 1.2, .length_mm = 5, .taper = 0.7, .point_angle_deg = 100};
   return TwistDrill{.diameter_mm = 1.1, .length_mm = 8};
 }
 

@@ -54,7 +54,7 @@ std::vector<CutCase> Cases() {
   FissureBur bur;
   bur.diameter_mm = 3;
   bur.length_mm = 5;
-  bur.taper_deg = 3;
+  bur.taper = 0.8;
   bur.point_angle_deg = 120;
   return {{"bur", bur, CutWith::kEdge, false},
           {"bur by whole voxels", bur, CutWith::kWholeTool, true},
@@ -431,7 +431,7 @@ TEST(Cutter, ABurRemovesItsGrooveAndItsHoleInEightPosesWithSecondOrder) {
   flat.diameter_mm = 1.6;
   flat.length_mm = 4;
   FissureBur pointed = flat;
-  pointed.taper_deg = 4;
+  pointed.taper = 0.7;
   pointed.point_angle_deg = 118;
   for (const FissureBur& bur : {flat, pointed}) {
     const BurMeasures exact = MeasureBur(bur);

@@ -103,7 +103,7 @@ inline Tool DrawTool(std::mt19937& random) {
     FissureBur bur;
     bur.diameter_mm = 0.5 + 3 * uniform(random);
     bur.length_mm = (1.2 + 4 * uniform(random)) * bur.diameter_mm;
-    bur.taper_deg = uniform(random) < 0.5 ? 0 : 5 * uniform(random);
+    bur.taper = uniform(random) < 0.5 ? 1 : 0.3 + 0.7 * uniform(random);
     bur.point_angle_deg = uniform(random) < 0.3 ? 180 : 60 + 120 * uniform(random);
     return bur;
   }

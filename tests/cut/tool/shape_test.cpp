@@ -108,12 +108,12 @@ TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
 TEST(ToolShape, BurHasFlutesTimesTheLengthOfItsProfile) {
   FissureBur bur;
   bur.point_angle_deg = 90;
-  bur.taper_deg = 2;
+  bur.taper = 0.7;
   bur.tooth_width_mm = 0.25;
   const RoundSolid solid = *CalcRoundSolid(bur);
-  // The corner lies on the generatrices of both cones.
+  // A point of 90 degrees is as high as its radius.
   EXPECT_NEAR(solid.corner_z_mm, solid.corner_radius_mm, 1e-12);
-  EXPECT_NEAR(solid.corner_radius_mm, 0.8 - std::tan(2 * std::numbers::pi / 180) * (8 - solid.corner_z_mm), 1e-12);
+  EXPECT_NEAR(solid.corner_radius_mm, 0.7 * 0.8, 1e-12);
   const double profile_mm = std::hypot(solid.corner_radius_mm, solid.corner_z_mm) +
                             std::hypot(0.8 - solid.corner_radius_mm, 8 - solid.corner_z_mm);
   for (const int samples : {4, 16, 64}) {
@@ -258,9 +258,9 @@ TEST(ToolKinds, ShapesHaveTheirWords) {
   EXPECT_EQ(DescribeTool(FissureBur{}), "bur 1.6 x 8 mm, 6 flutes");
   EXPECT_EQ(DescribeTool(TwistDrill{}), "drill 1.5 x 20 mm, point 118 degrees");
   FissureBur lindemann;
-  lindemann.taper_deg = 3;
+  lindemann.taper = 0.7;
   lindemann.point_angle_deg = 90;
-  EXPECT_EQ(DescribeTool(lindemann), "bur 1.6 x 8 mm, 6 flutes, taper 3 degrees, point 90 degrees");
+  EXPECT_EQ(DescribeTool(lindemann), "bur 1.6 x 8 mm, 6 flutes, taper 0.7, point 90 degrees");
 }
 
 TEST(Tool, ValuesOutOfRangeAreNamed) {
@@ -269,11 +269,6 @@ TEST(Tool, ValuesOutOfRangeAreNamed) {
   EXPECT_EQ(test::MessageOf([&] { Validate(ball); }), "flutes = 0 is below 1; valid range 1 to 100");
   EXPECT_NO_THROW(Validate(Tool(BallBurr{})));
   FissureBur bur;
-  bur.taper_deg = 10;
-  EXPECT_EQ(test::MessageOf([&] { Validate(bur); }),
-            "taper_deg = 10 is too large for length_mm = 8 and diameter_mm = 1.6: the side would reach the axis above "
-            "the tip");
-  bur = {};
   bur.point_angle_deg = 60;
   bur.length_mm = 1.4;
   EXPECT_EQ(test::MessageOf([&] { Validate(bur); }),

@@ -145,7 +145,7 @@ TEST(StopDeviation, IsTheSupportOfTheTool) {
 
 TEST(StopDeviation, OfABurIsThatOfItsDeepestEdge) {
   Draw draw(6);
-  const FissureBur bur{.diameter_mm = 2.4, .length_mm = 6, .taper_deg = 4, .point_angle_deg = 140};
+  const FissureBur bur{.diameter_mm = 2.4, .length_mm = 6, .taper = 0.7, .point_angle_deg = 140};
   const RoundSolid solid = *CalcRoundSolid(bur);
   for (int i = 0; i < 50; ++i) {
     const DepthStop stop{.name = "s", .p_W_mm = draw.Point(), .direction_W = draw.Direction(), .depth_mm = 7};

@@ -62,7 +62,7 @@ TEST(WantedCut, ToolOnTheWantedCutReachesExactlyItsDepth) {
 /// Burs with a flat end, with a point, and tapered with a point.
 const FissureBur kFlat{.diameter_mm = 2.1, .length_mm = 8};
 const FissureBur kPointed{.diameter_mm = 2.1, .length_mm = 8, .point_angle_deg = 120};
-const FissureBur kTapered{.diameter_mm = 2.4, .length_mm = 6, .taper_deg = 4, .point_angle_deg = 140};
+const FissureBur kTapered{.diameter_mm = 2.4, .length_mm = 6, .taper = 0.7, .point_angle_deg = 140};
 
 TEST(WantedCut, BurStandsOnTheWantedFloorAndItsDistanceHasAClosedForm) {
   std::mt19937 random(5);
