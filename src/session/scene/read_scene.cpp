@@ -434,6 +434,14 @@ Scene ParseScene(const std::string& text, const std::string& file) {
                fmt::format("slab mode requires a disc, but [tool] shape is \"{}\"", GetShape(scene.tool.shape)));
   }
   if (GetDrive(scene.tool.shape) != DriveMotion::kRotation) RefuseForStroke(root, scene);
+  // Values that are in range, but do not fit together. The reader names a value out of range by its key.
+  if (faults.empty()) {
+    try {
+      Validate(scene.tool.shape);
+    } catch (const Error& e) {
+      root.Fault("tool", e.what());
+    }
+  }
   root.Finish();
   faults.ThrowIfAny();
 

@@ -4,14 +4,26 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "cut/tool/shape.h"
+
 namespace kerf {
+namespace {
+
+/// Of a straight edge, the middle; of another tool, the point of the edge furthest against the force.
+Vec3 FindContact(const Tool& tool, const Vec3& f_T) {
+  if (GetDrive(tool) == DriveMotion::kStroke) return Vec3(0);
+  if (GetForm(tool) == ToolForm::kRound) return FindDeepest(tool, -f_T);
+  return -CalcRadius(tool) * glm::normalize(f_T);
+}
+
+}  // namespace
 
 std::optional<Vec3> EstimateContact(const Tool& tool, const Pose& X_WT, const Vec3& f_T_W_N) {
   constexpr double kLeast_N = 0.02;
   Vec3 f_T = X_WT.InverseVector(f_T_W_N);
   if (IsBlade(tool)) f_T.z = 0;
   if (!(glm::length(f_T) > kLeast_N)) return std::nullopt;
-  return X_WT.Point(-CalcRadius(tool) * glm::normalize(f_T));
+  return X_WT.Point(FindContact(tool, f_T));
 }
 
 void CutPlace::Update(const Tool& tool, const Pose& X_WT, const Vec3& f_T_W_N, double dt_s) {
@@ -19,9 +31,10 @@ void CutPlace::Update(const Tool& tool, const Pose& X_WT, const Vec3& f_T_W_N, d
   if (const std::optional<Vec3> now = EstimateContact(tool, X_WT, f_T_W_N)) {
     const Vec3 p_T = X_WT.InversePoint(*now);
     const double kept = p_T_ ? std::exp(-std::max(0.0, dt_s) / kSmoothing_s) : 0;
-    // The mean is brought back to the surface of the tool.
-    const Vec3 mean = kept * p_T_.value_or(p_T) + (1 - kept) * p_T;
-    p_T_ = CalcRadius(tool) * CalcDirection(mean).value_or(glm::normalize(p_T));
+    p_T_ = kept * p_T_.value_or(p_T) + (1 - kept) * p_T;
+    // The mean is brought back to the rim of a disc, or to the surface of a ball. Other tools are slender.
+    const bool is_disc_or_ball = GetForm(tool) != ToolForm::kRound && GetDrive(tool) == DriveMotion::kRotation;
+    if (is_disc_or_ball) p_T_ = CalcRadius(tool) * CalcDirection(*p_T_).value_or(glm::normalize(p_T));
     since_s_ = 0;
   } else {
     since_s_ += std::max(0.0, dt_s);

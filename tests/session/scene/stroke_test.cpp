@@ -20,6 +20,13 @@ TEST(StrokeScene, RefusesWhatIsForToolsThatTurn) {
   EXPECT_EQ(test::MessageFor(test::ShortScene() + kBlade + "[effects.kerf_friction]\n"), "");
 }
 
+TEST(ToolScene, ValuesThatDoNotFitTogetherAreNamedWithTheirPlace) {
+  EXPECT_THAT(
+      test::MessageFor(test::ShortScene() + "[tool]\nshape = \"drill\"\nlength_mm = 0.5\npoint_angle_deg = 60\n"),
+      testing::HasSubstr("length_mm = 0.5 is too short for point_angle_deg = 60 and diameter_mm = 1.5: the tip "
+                         "alone is 1.3 mm long"));
+}
+
 TEST(StrokeScene, WarnsAboutAStrokeShorterThanThePitchAndANarrowKerf) {
   Scene scene = ParseScene(test::ShortScene() + kBlade, "s.toml");
   const auto has = [&](const char* text, double voxel_mm) {

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 namespace kerf {
 namespace {
@@ -19,6 +21,22 @@ TEST(CutPlace, IsOnTheRimOppositeToTheForce) {
   const auto on_ball = EstimateContact(BallBurr{.diameter_mm = 6}, X_WT, X_WT.Vector({0, 0, 5}));
   ASSERT_TRUE(on_ball);
   EXPECT_NEAR(glm::length(*on_ball - X_WT.Point({0, 0, -3})), 0, 1e-12);
+}
+
+TEST(CutPlace, IsAtTheTipOfADrillAndInTheMiddleOfAStraightEdge) {
+  const Pose X_WT{glm::angleAxis(0.4, glm::normalize(Vec3{1, -1, 2})), {3, 4, 5}};
+  // Pushed back along its axis and a little to the side: the end of a lip on the other side.
+  const TwistDrill drill;
+  const double tip_mm = drill.radius_mm() / std::tan(0.5 * drill.point_angle_deg * std::numbers::pi / 180);
+  const auto at = EstimateContact(drill, X_WT, X_WT.Vector({2, 0, 3}));
+  ASSERT_TRUE(at);
+  EXPECT_NEAR(glm::length(*at - X_WT.Point({-drill.radius_mm(), 0, tip_mm})), 0, 1e-12);
+  const auto on_tip = EstimateContact(drill, X_WT, X_WT.Vector({0, 0, 3}));
+  ASSERT_TRUE(on_tip);
+  EXPECT_NEAR(glm::length(*on_tip - X_WT.p_AB), 0, 1e-12);
+  const auto on_blade = EstimateContact(ReciprocatingBlade{}, X_WT, X_WT.Vector({-3, 1, 0}));
+  ASSERT_TRUE(on_blade);
+  EXPECT_EQ(*on_blade, X_WT.p_AB);
 }
 
 TEST(CutPlace, StaysOnTheRimAndIsForgottenAfterAWhile) {
