@@ -51,6 +51,8 @@ UNIFORM = BLOCK + '[material]\nkind = "uniform"\nE_GPa = 10\nnu = 0.3\n'
 # A law whose parameters have intervals; one of them is set.
 LAW = BLOCK + '[force]\nlaw = "edge_plus_chip"\nchip_N_per_mm2 = 400\n'
 BALL = BLOCK.replace("[slab]\ndirection = [0, 0, -1]\n", "") + '[tool]\nshape = "ball"\n'
+BUR = BALL.replace("ball", "bur")
+RECIPROCATING = BALL.replace("ball", "reciprocating")
 
 # A scene whose bone has CT numbers.
 CT = """title = "CT"
@@ -226,7 +228,8 @@ def move_pieces(folder):
 
 
 SCENES = {"block.toml": BLOCK, "bar.toml": BAR, "degrade.toml": DEGRADE, "slab.toml": SLAB, "uniform.toml": UNIFORM,
-          "ball.toml": BALL, "law.toml": LAW, "ct.toml": CT, "plan.toml": PLAN, "stability.toml": STABILITY, "study.toml": STUDY,
+          "ball.toml": BALL, "bur.toml": BUR, "reciprocating.toml": RECIPROCATING,
+          "law.toml": LAW, "ct.toml": CT, "plan.toml": PLAN, "stability.toml": STABILITY, "study.toml": STUDY,
           "through.toml": THROUGH, "forces.csv": FORCES, "torque.csv": TORQUES}
 
 # Each group runs in its own folder, one command after another; two groups run at a time, longest first. If a command needs a
@@ -323,6 +326,8 @@ GROUPS = {
         Case("check block.toml --json", "check"),
         Case("check slab.toml --json", "check"),
         Case("check ball.toml --json", "check"),
+        Case("check bur.toml --json", "check"),
+        Case("check reciprocating.toml --json", "check"),
         Case("check uniform.toml --json", "check"),
         Case("check bar.toml --json", "check"),
         Case("devices --profiles --json", "device_profiles"),
