@@ -59,11 +59,12 @@ ConvexOutline::Side ConvexOutline::side(int i) const {
 
 ConvexOutline ConvexOutline::Slide(double least_mm, double most_mm) const {
   std::array<Point, 2 * kMaxCorners> points{};
+  std::size_t used = 0;
   for (int i = 0; i < count_; ++i) {
-    points[static_cast<std::size_t>(2 * i)] = {corner(i).x, corner(i).y + least_mm};
-    points[static_cast<std::size_t>(2 * i + 1)] = {corner(i).x, corner(i).y + most_mm};
+    points[used++] = {corner(i).x, corner(i).y + least_mm};
+    points[used++] = {corner(i).x, corner(i).y + most_mm};
   }
-  return MakeHull({points.data(), static_cast<std::size_t>(2 * count_)});
+  return MakeHull({points.data(), used});
 }
 
 Point ConvexOutline::FindNearestOnSide(int i, const Point& p) const {

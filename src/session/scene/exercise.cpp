@@ -88,7 +88,7 @@ double WantedCut::CalcTilt_deg(const Pose& X_WT) const {
 
 std::vector<Vec3> WantedCut::CalcOutline(const Pose& X_WT, int points) const {
   std::vector<Vec3> outline;
-  outline.reserve(static_cast<std::size_t>(2 * points));
+  outline.reserve(2 * static_cast<std::size_t>(points));
   const Vec3 centre = ToCut(X_WT.p_AB);
   std::optional<Vec3> last;
   // Of a solid of revolution, the ends of the axis' circles and the straight lines between them.
