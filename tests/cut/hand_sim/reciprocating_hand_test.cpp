@@ -12,7 +12,6 @@ namespace kerf {
 namespace {
 
 using test::Handle;
-using test::PushingHand;
 
 /// Pose of the blade: middle of the edge at p_W, edge along x, feed along -z, blade in the plane y = 0.
 Pose SawPose(const Vec3& p_W) {
