@@ -30,4 +30,8 @@ ToolLooks MakeToolLooks(const Tool& tool);
 /// point is the first one again; empty if they do not meet. `least_mm`: a thinner blade is drawn with this thickness.
 std::vector<Vec3> MakeToolSection(const Tool& tool, const Pose& X_ST, double least_mm);
 
+/// Returns where a tool is thought to touch what lies in a direction, tool frame: the point of the edge that is
+/// furthest along it, or the middle of a straight edge.
+Vec3 FindForemost(const Tool& tool, const Vec3& n_T);
+
 }  // namespace kerf

@@ -99,6 +99,10 @@ Vec3 FindDeepest(const Tool& tool, const Vec3& n_T) {
   return CallKind(tool, [&](auto kind, const auto& t) { return kind.FindDeepest(t, n_T); });
 }
 
+Vec3 FindForemost(const Tool& tool, const Vec3& n_T) {
+  return GetDrive(tool) == DriveMotion::kStroke ? Vec3(0) : FindDeepest(tool, n_T);
+}
+
 double CalcTravel(const Pose& from, const Pose& to, double reach_mm) {
   // Half the chord between two unit quaternions (with signs chosen for the shorter one) is sin(angle / 4).
   const Quat d = glm::dot(from.R_AB, to.R_AB) < 0 ? from.R_AB + to.R_AB : from.R_AB - to.R_AB;

@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "bone/mesh/reduce.h"
+#include "cut/tool/looks.h"
 #include "kerf/surface.h"
 #include "view/picture/colours.h"
 #include "view/picture/picture.h"
@@ -122,10 +123,10 @@ Camera OverviewCamera(const Bone& bone, const Vec3& cut_W) {
 }
 
 /// Returns the foremost point of the tool at a tick.
-Vec3 LeadingPoint(const std::vector<TickRecord>& ticks, std::size_t i, double reach_mm) {
-  const Vec3 feed = ticks[i].X_WT.p_AB - ticks[i > 0 ? i - 1 : i].X_WT.p_AB;
-  const double length = glm::length(feed);
-  return ticks[i].X_WT.p_AB + (length > 0 ? reach_mm / length * feed : Vec3(0));
+Vec3 LeadingPoint(const std::vector<TickRecord>& ticks, std::size_t i, const Tool& tool) {
+  const Pose& X_WT = ticks[i].X_WT;
+  const Vec3 feed_T = X_WT.InverseVector(X_WT.p_AB - ticks[i > 0 ? i - 1 : i].X_WT.p_AB);
+  return X_WT.Point(FindForemost(tool, feed_T));
 }
 
 /// Returns the horizontal direction in the disc's plane, away from the centre of the bone.
@@ -233,8 +234,8 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   cut.legend = after.legend;
   const TickRecord& last = run.ticks[moments.any ? moments.last : 0];
   const Vec3 normal = peak.X_WT.Vector({0, 0, 1});
-  const Vec3 middle = 0.5 * (LeadingPoint(run.ticks, moments.first, CalcReach(tool)) +
-                             LeadingPoint(run.ticks, moments.last, CalcReach(tool)));
+  const Vec3 middle =
+      0.5 * (LeadingPoint(run.ticks, moments.first, tool) + LeadingPoint(run.ticks, moments.last, tool));
   const Vec3 across = glm::dot(normal, overview.toward_eye_W) < 0 ? -normal : normal;
   const Vec3 outward = CalcOutward(run.before, middle, normal);
   const Vec3 toward_eye = outward + 0.55 * across + Vec3(0, 0, 0.35);
@@ -243,7 +244,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   cut.tools.push_back({tool, peak.X_WT, 1});
   const double peak_N = glm::length(peak.out.f_T_W_N);
   if (peak_N > 0) {
-    const Vec3 tail = LeadingPoint(run.ticks, moments.peak, CalcReach(tool));
+    const Vec3 tail = LeadingPoint(run.ticks, moments.peak, tool);
     const Vec3 tip = tail + peak.out.f_T_W_N / peak_N * 8.0;
     cut.arrows.push_back({tail, tip, kForceColour, fmt::format("{:.1f} N", peak_N)});
   }

@@ -4,26 +4,15 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "cut/tool/shape.h"
+#include "cut/tool/looks.h"
 
 namespace kerf {
-namespace {
-
-/// Of a straight edge, the middle; of another tool, the point of the edge furthest against the force.
-Vec3 FindContact(const Tool& tool, const Vec3& f_T) {
-  if (GetDrive(tool) == DriveMotion::kStroke) return Vec3(0);
-  if (GetForm(tool) == ToolForm::kRound) return FindDeepest(tool, -f_T);
-  return -CalcRadius(tool) * glm::normalize(f_T);
-}
-
-}  // namespace
-
 std::optional<Vec3> EstimateContact(const Tool& tool, const Pose& X_WT, const Vec3& f_T_W_N) {
   constexpr double kLeast_N = 0.02;
   Vec3 f_T = X_WT.InverseVector(f_T_W_N);
   if (IsBlade(tool)) f_T.z = 0;
   if (!(glm::length(f_T) > kLeast_N)) return std::nullopt;
-  return X_WT.Point(FindContact(tool, f_T));
+  return X_WT.Point(FindForemost(tool, -f_T));
 }
 
 void CutPlace::Update(const Tool& tool, const Pose& X_WT, const Vec3& f_T_W_N, double dt_s) {

@@ -76,7 +76,9 @@ TEST(Saws, EveryKeyOfEveryShapeIsAColumn) {
       row = fmt::format("{},{}", value, row);
     };
     std::visit([&](auto& shape) { DescribeShape(shape, change); }, tool);
-    EXPECT_EQ(ListShape(ParseSaws(header + "\n" + row + "\n", "saws.csv").front().tool.shape), ListShape(tool)) << row;
+    EXPECT_EQ(ListShape(ParseSaws(fmt::format("{}\n{}\n", header, row), "saws.csv").front().tool.shape),
+              ListShape(tool))
+        << row;
   }
 }
 
