@@ -11,6 +11,7 @@
 #include "session/scene/plan_section.h"
 #include "session/scene/schema.h"
 #include "support/folder.h"
+#include "support/message_of.h"
 
 namespace kerf {
 namespace {
@@ -122,7 +123,9 @@ Scene RandomScene(std::mt19937& random) {
   scene.material.ct_law = random() % 2 == 0 ? "morgan_2003_tibia" : "mandible_matmap";
   if (random() % 2 == 0) scene.material.ct_law_file = "/a/laws.csv";
   if (random() % 2 == 0) scene.material.ct_calibration = "0:0.1 1000:1.2";
-  Describe(scene.tool, randomize);
+  do {  // a bur or drill that is shorter than its own tip is drawn again
+    Describe(scene.tool, randomize);
+  } while (!test::MessageOf([&] { Validate(scene.tool.shape); }).empty());
   scene.path.strokes.resize(1 + random() % 4);
   for (std::size_t i = 0; i < scene.path.strokes.size(); ++i) {
     SceneStroke& stroke = scene.path.strokes[i];
