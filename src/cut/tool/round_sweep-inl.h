@@ -31,10 +31,13 @@ class RoundSweep {
         length_(Splat(s.length)),
         ceiling_(Splat(s.ceiling)),
         far_(Splat(-2 * s.band)),
+        beyond_(Splat(s.band + s.length + s.rounding)),
+        deep_(Splat(-s.band)),
         new_only_(s.new_only) {
     const float across = std::sqrt(s.back[0] * s.back[0] + s.back[1] * s.back[1]);
     const bool is_across = across > 1e-6f;
     per_across_ = Splat(is_across ? 1 / across : 0);
+    way_across_ = Splat(is_across ? across * s.length : 0);
     const float row_xy = s.row_mm;
     const float row_z = std::abs(kHalfRow * s.grid[2][2]);
     row_z_ = Splat(row_z);
@@ -44,11 +47,14 @@ class RoundSweep {
       offset_[i] = Splat(s.faces[i].offset);
       // Where a face's distance is least: w / c, with c the least distance from the axis on the line, at w beyond that.
       const float steep = is_across ? s.faces[i].z * s.back[2] / (across * std::max(s.faces[i].r, 1e-6f)) : 0;
+      turn_[i] = Splat(is_across ? -s.faces[i].r * across : 0);
+      rise_[i] = Splat(-s.faces[i].z * s.back[2]);
       at_least_[i] = Splat(std::abs(steep) < 1 ? steep / std::sqrt(1 - steep * steep) : std::copysign(1e6f, steep));
       extent_[i] = Splat(s.faces[i].r * row_xy + std::abs(s.faces[i].z) * row_z);
     }
     outer_ = Splat(s.band + s.rounding);
     inner_ = Splat(-(s.band + s.flank_slack + s.rounding));
+    reach_ = Splat(s.length + 2 * s.rounding);
     row_xy_ = Splat(row_xy);
     still_ = Splat(s.flank_slack + s.rounding);
     bend_ = Splat((row_xy + s.length) * s.length);
@@ -60,18 +66,18 @@ class RoundSweep {
     const V z_high = hn::Max(e.z0, e.z1);
     V least = Splat(-1e30f);
     V at_start = Splat(-1e30f);  // largest distance in the row where the step starts
-    // Bound on the difference, between the voxels of a row, of the radial parts of the motion.
-    const V clear = hn::Sub(e.r_least, row_xy_);
-    const V bend = hn::IfThenElse(hn::Gt(clear, hn::Add(row_xy_, length_)), hn::Div(bend_, clear), Splat(1e30f));
-    M advances = hn::Lt(Splat(1), hn::Zero(kFloats));
+    // The distance from the axis changes by at most the way. The radial parts of the motion differ between the voxels
+    // of a row by at most bend_ / clear.
+    const V r_least = hn::Max(hn::Mul(Splat(0.5f), hn::Sub(hn::Add(e.r0, e.r1), reach_)), hn::Zero(kFloats));
+    const V clear = hn::Sub(r_least, row_xy_);
+    M advances = hn::Le(clear, hn::Add(row_xy_, length_));
     for (int i = 0; i < kFaces; ++i) {
       const V z_least = hn::Min(hn::Mul(z_[i], z_low), hn::Mul(z_[i], z_high));
-      least = hn::Max(least, hn::Sub(hn::Add(hn::Mul(r_[i], e.r_least), z_least), hn::Add(offset_[i], extent_[i])));
+      least = hn::Max(least, hn::Sub(hn::Add(hn::Mul(r_[i], r_least), z_least), hn::Add(offset_[i], extent_[i])));
       const V d1 = Distance(i, e.r1, e.z1);
       at_start = hn::Max(at_start, hn::Add(d1, extent_[i]));
       const V forward = hn::Sub(Distance(i, e.r0, e.z0), d1);
-      const V slack = hn::Add(hn::Mul(r_[i], bend), still_);
-      advances = hn::Or(advances, hn::Lt(forward, slack));
+      advances = hn::Or(advances, hn::Lt(hn::Mul(hn::Sub(forward, still_), clear), hn::Mul(r_[i], bend_)));
     }
     M may = hn::And(hn::Le(least, outer_), hn::Le(hn::Sub(z_low, row_z_), ceiling_));
     if (new_only_) {
@@ -85,12 +91,52 @@ class RoundSweep {
     const Ends e = FindEnds(x, y, z);
     V a[kFaces];
     V d[kFaces];
-    V least = Splat(-1e30f);
     for (int i = 0; i < kFaces; ++i) {
       a[i] = Distance(i, e.r0, e.z0);
       d[i] = Distance(i, e.r1, e.z1);
-      least = hn::Max(least, hn::Min(a[i], d[i]));
     }
+    const V at_end = hn::Max(hn::Max(a[0], a[1]), a[2]);
+    const V at_start = hn::Max(hn::Max(d[0], d[1]), d[2]);
+    V least = hn::Min(at_end, at_start);
+    // The least value is that of an end if the same face is the largest at both ends and has no minimum in between.
+    // Values that change nothing because they are outside the band may be too large by the length of the step.
+    M is_at_an_end = hn::Or(hn::Ge(least, beyond_), hn::Le(least, deep_));
+    const V along1 = hn::Sub(e.along, way_across_);
+    for (int i = 0; i < kFaces; ++i) {
+      M simple = hn::And(hn::Ge(a[i], at_end), hn::Ge(d[i], at_start));
+      if (i < kFaces - 1) {  // the top is a plane
+        const V slope0 = hn::Add(hn::Mul(turn_[i], e.along), hn::Mul(rise_[i], e.r0));
+        const V slope1 = hn::Add(hn::Mul(turn_[i], along1), hn::Mul(rise_[i], e.r1));
+        simple = hn::And(simple, hn::Or(hn::Ge(slope0, hn::Zero(kFloats)), hn::Le(slope1, hn::Zero(kFloats))));
+      }
+      is_at_an_end = hn::Or(is_at_an_end, simple);
+    }
+    if (!hn::AllTrue(kFloats, is_at_an_end)) least = FindLeast(x, y, z, e, a, d);
+    return hn::IfThenElse(hn::Le(hn::Min(e.z0, e.z1), ceiling_), hn::Neg(least), far_);
+  }
+
+ private:
+  static constexpr int kFaces = 3;
+
+  /// Radius and height of a point relative to the tool at the end (0) and the start (1) of the step, and the point's
+  /// coordinate along the part of the way that is across the axis.
+  struct Ends {
+    V r0, z0, r1, z1, along;
+  };
+  HWY_INLINE Ends FindEnds(V x, V y, V z) const {
+    Ends e;
+    e.r0 = Length(x, y);
+    e.z0 = z;
+    e.r1 = Length(hn::Sub(x, hn::Mul(length_, back_x_)), hn::Sub(y, hn::Mul(length_, back_y_)));
+    e.z1 = hn::Sub(z, hn::Mul(length_, back_z_));
+    e.along = hn::Mul(hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_)), per_across_);
+    return e;
+  }
+  /// Returns the least value over the step of the largest of the faces' distances, which at its end are `a` and at its
+  /// start `d`.
+  HWY_INLINE V FindLeast(V x, V y, V z, const Ends& e, const V (&a)[kFaces], const V (&d)[kFaces]) const {
+    V least = Splat(-1e30f);
+    for (int i = 0; i < kFaces; ++i) least = hn::Max(least, hn::Min(a[i], d[i]));
     for (int i = 0; i < kFaces; ++i) {
       for (int j = i + 1; j < kFaces; ++j) {
         const V rise_i = hn::Sub(d[i], a[i]);
@@ -108,27 +154,7 @@ class RoundSweep {
       const V t = Clamp(hn::Mul(hn::Add(e.along, hn::Mul(clear, at_least_[i])), per_across_));
       least = hn::Min(least, LargestAt(x, y, z, t));
     }
-    return hn::IfThenElse(hn::Le(hn::Min(e.z0, e.z1), ceiling_), hn::Neg(least), far_);
-  }
-
- private:
-  static constexpr int kFaces = 3;
-
-  /// Radius and height of a point relative to the tool at the end (0) and the start (1) of the step, the least radius
-  /// in between, and the point's coordinate along the part of the way that is across the axis.
-  struct Ends {
-    V r0, z0, r1, z1, r_least, along;
-  };
-  HWY_INLINE Ends FindEnds(V x, V y, V z) const {
-    Ends e;
-    e.r0 = Length(x, y);
-    e.z0 = z;
-    e.r1 = Length(hn::Sub(x, hn::Mul(length_, back_x_)), hn::Sub(y, hn::Mul(length_, back_y_)));
-    e.z1 = hn::Sub(z, hn::Mul(length_, back_z_));
-    e.along = hn::Mul(hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_)), per_across_);
-    const V t = Clamp(hn::Mul(e.along, per_across_));
-    e.r_least = Length(hn::Sub(x, hn::Mul(t, back_x_)), hn::Sub(y, hn::Mul(t, back_y_)));
-    return e;
+    return least;
   }
   HWY_INLINE V Clamp(V t) const { return hn::Min(hn::Max(t, hn::Zero(kFloats)), length_); }
   HWY_INLINE V LargestAt(V x, V y, V z, V t) const {
@@ -149,13 +175,19 @@ class RoundSweep {
   V z_[kFaces];
   V offset_[kFaces];
   V at_least_[kFaces];
+  V turn_[kFaces];  // the slope of a face's distance along the step is (turn * along + rise * radius) / radius
+  V rise_[kFaces];
+  V way_across_;
   V extent_[kFaces];  // half of a row's extent across the face, at most
   V outer_;
   V inner_;
+  V reach_;  // length of the step, with the error of rounding
   V row_xy_;
   V row_z_;
   V ceiling_;
   V far_;
+  V beyond_;
+  V deep_;
   V still_;
   V bend_;  // (row_xy + length) * length
   bool new_only_;

@@ -49,6 +49,7 @@ struct CutCase {
   bool by_hand = false;    // soft coupling as with a device, and a trembling hand; otherwise a stiff coupling, with
                            // which the tool follows the path
   bool flat_top = true;    // false: the swept volume has no closed form
+  double section_mm2 = 0;  // of the sweep across the direction, where it is the same all along; 0: as the tool's depth
   BenchBaseline baseline = BenchBaseline::kNone;
   bool dense_all = false;    // whether the whole bone is compared with the dense reference
   Vec3 dense_offset_B{0};    // if not the whole bone, a cube along the grid's axes is compared: offset of its centre

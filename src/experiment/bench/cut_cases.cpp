@@ -21,7 +21,11 @@ namespace {
 Pose HoldDisc(const Vec3& p_B) {
   return {glm::angleAxis(-0.5 * std::numbers::pi, Vec3(1, 0, 0)), p_B};
 }
-/// Returns the pose of an upright burr or bur.
+/// Returns the pose of a blade with its edge along x, which faces down.
+Pose HoldBlade(const Vec3& p_B) {
+  return {glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), p_B};
+}
+/// Returns the pose of an upright burr, bur or drill.
 Pose HoldUpright(const Vec3& p_B) {
   return {Quat(1, 0, 0, 0), p_B};
 }
@@ -141,6 +145,53 @@ CutCase MakeBurCut(double voxel_mm) {
   // The cube contains parts of one wall of the groove and of its floor.
   cut.dense_offset_B = {0, 0.5, 0.4};
   cut.dense_edge_mm = 28 * voxel_mm;
+  return cut;
+}
+
+CutCase MakeDrillCut(double voxel_mm) {
+  CutCase cut;
+  cut.name = fmt::format("drill-{}", voxel_mm);
+  cut.title = fmt::format("drill 2 mm, point 118 degrees, along its axis, 2 mm/s, {} mm voxels", voxel_mm);
+  const TwistDrill drill{.diameter_mm = 2};
+  cut.tool = drill;
+  cut.rpm = 1000;
+  cut.feed_mm_per_s = 2;
+  cut.X_WB = MakeDiscCut(voxel_mm).X_WB;
+  BlockParams block;
+  block.size_mm = {8, 8, 16};
+  block.X_WB = cut.X_WB;
+  block.voxel_mm = voxel_mm;
+  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  cut.X_BT_start = HoldUpright({0, 0, 0.5});
+  cut.direction_B = {0, 0, -1};
+  cut.warm_up_mm = 3;
+  cut.measured_mm = 10;
+  cut.section_mm2 = std::numbers::pi * drill.radius_mm() * drill.radius_mm();
+  cut.baseline = BenchBaseline::kOpenVdb;
+  return cut;
+}
+
+CutCase MakeReciprocatingCut(double voxel_mm) {
+  CutCase cut;
+  cut.name = fmt::format("reciprocating-{}", voxel_mm);
+  const ReciprocatingBlade blade;
+  constexpr double kWidth_mm = 12;
+  cut.title = fmt::format("reciprocating blade {} x {} mm through a bar {} mm wide, 15000 rpm, 5 mm/s, {} mm voxels",
+                          blade.length_mm, blade.width_mm, kWidth_mm, voxel_mm);
+  cut.tool = blade;
+  cut.rpm = 15000;
+  cut.X_WB = MakeDiscCut(voxel_mm).X_WB;
+  BlockParams block;
+  block.size_mm = {kWidth_mm, 4, 40};
+  block.X_WB = cut.X_WB;
+  block.voxel_mm = voxel_mm;
+  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  cut.X_BT_start = HoldBlade({0, 0, 1});
+  cut.direction_B = {0, 0, -1};
+  cut.warm_up_mm = 8;
+  cut.measured_mm = 26;
+  cut.section_mm2 = kWidth_mm * blade.kerf_mm();
+  cut.baseline = BenchBaseline::kOpenVdb;
   return cut;
 }
 

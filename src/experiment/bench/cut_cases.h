@@ -21,6 +21,10 @@ CutCase MakeThickDiscCut();
 CutCase MakeBallCut(double voxel_mm, double feed_mm_per_s, bool whole);
 /// Returns a groove 4 mm deep that an upright bur with a point mills with its side and its end.
 CutCase MakeBurCut(double voxel_mm);
+/// Returns a hole that a twist drill makes along its axis.
+CutCase MakeDrillCut(double voxel_mm);
+/// Returns a slot that a reciprocating blade saws through a bar 12 mm wide, feeding across its edge.
+CutCase MakeReciprocatingCut(double voxel_mm);
 /// Returns a cut in which the saw moves up through the body of the generic mandible at the first molar. If `whole` is
 /// true, the bone is the whole mandible, otherwise a block cut from it.
 CutCase MakeMandibleCut(bool whole);

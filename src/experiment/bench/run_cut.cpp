@@ -135,7 +135,7 @@ void Follow(const CutCase& cut, const CoupledOutput& out, Trace& trace) {
   const Pose& before = trace.X_WT.back();
   const double height = 0.5 * (cut.X_WB.InversePoint(before.p_AB).z + cut.X_WB.InversePoint(out.X_WT.p_AB).z);
   const double advance_mm = glm::dot(cut.X_WB.Vector(cut.direction_B), out.X_WT.p_AB - before.p_AB);
-  trace.swept_mm3 += CalcSection(cut.tool, height) * advance_mm;
+  trace.swept_mm3 += (cut.section_mm2 > 0 ? cut.section_mm2 : CalcSection(cut.tool, height)) * advance_mm;
   trace.occupancy_mm3 += out.removed_mm3;
   trace.force_N += glm::length(out.f_H_W_N);
   trace.substeps += out.substeps;

@@ -69,6 +69,8 @@ const std::vector<Entry>& Entries() {
       BallCut(0.3, 10, false, 0, 0),
       Cut(MakeThickDiscCut(), 0, 300, 0),
       Cut(MakeBurCut(0.1), 0, 0, 50),
+      Cut(MakeDrillCut(0.1), 0, 0, 50),
+      Cut(MakeReciprocatingCut(0.1), 0, 0, 50),
       // These cuts are created only when they run, so that merely listing the names, e.g. for the help, does not take a
       // tenth of a second.
       {"mandible-block", [](const BenchOptions& options) { return RunCut(MakeMandibleCut(false), options); }},

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <glm/vec3.hpp>
+#include <vector>
 
 #include "bone/grid/grids.h"
 #include "cut/tool/shape.h"
@@ -21,16 +22,27 @@ using Leaf = FloatGrid::TreeType::LeafNodeType;
 
 constexpr int kVdbLeafEdge = 8;
 
-/// Calculates the distance to the tool in single precision; p is in the tool frame.
+/// Calculates the distance to the tool in single precision; p is in the tool frame. Of a solid of revolution and of a
+/// blade with an outline it is the largest distance from one of the faces.
 struct ToolDistance {
   explicit ToolDistance(const Tool& tool)
       : form(GetForm(tool)),
         radius(static_cast<float>(CalcRadius(tool))),
-        half_thickness(static_cast<float>(0.5 * CalcThickness(tool))) {
+        half_thickness(static_cast<float>(0.5 * (IsBlade(tool) ? CalcCutWidth(tool) : 0))) {
     if (form == ToolForm::kRound) faces = CalcRoundSolid(tool)->CalcFaces();
+    const ConvexOutline outline = MakeToolOutline(tool);
+    for (int i = 0; i < outline.size(); ++i) sides.push_back(outline.side(i));
   }
   float operator()(const glm::vec3& p) const {
     if (form == ToolForm::kBall) return std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z) - radius;
+    if (!sides.empty()) {
+      float largest = std::abs(p.z) - half_thickness;
+      for (const ConvexOutline::Side& s : sides) {
+        largest = std::max(largest, static_cast<float>(s.normal.x) * p.x + static_cast<float>(s.normal.y) * p.y -
+                                        static_cast<float>(s.offset_mm));
+      }
+      return largest;
+    }
     const float from_axis = std::sqrt(p.x * p.x + p.y * p.y);
     if (form == ToolForm::kRound) {
       float largest = -1e30f;
@@ -47,6 +59,7 @@ struct ToolDistance {
   }
   ToolForm form;
   std::array<RoundSolid::Face, 3> faces{};
+  std::vector<ConvexOutline::Side> sides;
   float radius;
   float half_thickness;
 };
