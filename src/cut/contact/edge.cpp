@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace kerf {
@@ -228,13 +229,22 @@ int Edge::FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothC
 }
 
 void Edge::FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem) {
-  FindSolidsIf(probe, reach_mm, stiffness_N_per_mm, problem, [](std::size_t) { return true; });
+  FindSolidsAt(probe, reach_mm, stiffness_N_per_mm, problem,
+               [&](std::size_t i) { return probe.Distance(points_[i].p_T); });
 }
 
 void Edge::FindSolidsWhileCutting(const Probe& probe, double reach_mm, double stiffness_N_per_mm,
                                   StepProblem& problem) {
-  FindSolidsIf(probe, reach_mm, stiffness_N_per_mm, problem, [&](std::size_t i) {
-    return i < tooth_points_ ? has_metal_ && IsAtMetal(probe, points_[i]) : !points_[i].while_stopped;
+  constexpr double kNotInContact = std::numeric_limits<double>::infinity();
+  FindSolidsAt(probe, reach_mm, stiffness_N_per_mm, problem, [&](std::size_t i) {
+    if (i < tooth_points_) {
+      if (!has_metal_) return kNotInContact;
+      const double distance = probe.Distance(points_[i].p_T);
+      return distance <= reach_mm && IsAtMetal(probe, points_[i]) ? distance : kNotInContact;
+    }
+    if (points_[i].while_stopped || CalcBound(i) > reach_mm) return kNotInContact;
+    Look(probe, i);
+    return distance_[i];
   });
 }
 
@@ -248,15 +258,15 @@ bool Edge::IsAtMetal(const Probe& probe, const Point& point) const {
   return false;
 }
 
-template <typename Admits>
-void Edge::FindSolidsIf(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem,
-                        Admits&& admits) {
+template <typename Distance>
+void Edge::FindSolidsAt(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem,
+                        Distance&& distance_of) {
   problem.solids.clear();
   found_.clear();
   for (std::size_t i = 0; i < points_.size(); i += static_cast<std::size_t>(stride_)) {
     const Point& point = points_[i];
-    const double distance = probe.Distance(point.p_T);
-    if (distance > reach_mm || !admits(i)) {
+    const double distance = distance_of(i);
+    if (distance > reach_mm) {
       penetration_.set_known_mm(static_cast<int>(i), 0);
       continue;
     }

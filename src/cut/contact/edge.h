@@ -107,9 +107,10 @@ class Edge {
                 int halvings, double& fraction_a, double& fraction_b) const;
   /// Returns the region; 0 if there is no material.
   int FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothCut& cut) const;
-  template <typename Admits>
-  void FindSolidsIf(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem,
-                    Admits&& admits);
+  /// Fills problem.solids with the points whose distance from bone, by `distance_of(i)`, is at most reach_mm.
+  template <typename Distance>
+  void FindSolidsAt(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem,
+                    Distance&& distance_of);
   bool IsAtMetal(const Probe& probe, const Point& point) const;
   void DropPointsAtMetal(const Probe& probe, StepProblem& problem);
   OsteonShares CalcOsteonShares(const Probe& probe, std::size_t i) const;

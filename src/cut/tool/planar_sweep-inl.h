@@ -25,6 +25,7 @@ class PlanarSweep {
         half_thickness_(Splat(s.half_thickness)),
         edge_depth_(Splat(-s.edge_depth)),
         far_(Splat(-2 * s.band)),
+        band_(Splat(s.band)),
         row_z_(Splat(std::abs(kHalfRow * s.grid[2][2]))),
         row_xy_(Splat(s.row_mm)),
         reach2_(Splat((s.band + s.rounding) * (s.band + s.rounding))),
@@ -34,7 +35,8 @@ class PlanarSweep {
   HWY_INLINE M MayChange(V x, V y, V z) const {
     const V zero = hn::Zero(kFloats);
     V edge;
-    const V outward = Outward(x, y, edge);
+    V foot_off;
+    const V outward = Outward(x, y, edge, foot_off);
     const V axial = hn::Sub(hn::Max(hn::Sub(hn::Abs(z), row_z_), zero), half_thickness_);
     // The distance to the furthest side is a lower bound on the distance outside.
     const V out_r = hn::Max(hn::Sub(outward, row_xy_), zero);
@@ -50,20 +52,11 @@ class PlanarSweep {
   HWY_INLINE V Depth(V x, V y, V z) const {
     const V zero = hn::Zero(kFloats);
     V edge;
-    const V outward = Outward(x, y, edge);
-    // Outside: the distance to the nearest of the sides, as segments.
-    V least2 = Splat(1e30f);
-    for (int i = 0; i < s_.sides; ++i) {
-      const CarveStep::Side& side = s_.side[i];
-      const V px = hn::Sub(x, Splat(side.x));
-      const V py = hn::Sub(y, Splat(side.y));
-      const V ahead = hn::Sub(hn::Mul(py, Splat(side.nx)), hn::Mul(px, Splat(side.ny)));
-      const V t = hn::Min(hn::Max(ahead, zero), Splat(side.length));
-      const V qx = hn::Add(px, hn::Mul(t, Splat(side.ny)));
-      const V qy = hn::Sub(py, hn::Mul(t, Splat(side.nx)));
-      least2 = hn::Min(least2, hn::Add(Square(qx), Square(qy)));
-    }
-    const V radial = hn::IfThenElse(hn::Gt(outward, zero), hn::Sqrt(least2), outward);
+    V foot_off;
+    V radial = Outward(x, y, edge, foot_off);
+    // The furthest line is also the nearest side, unless the foot on it lies beyond a corner.
+    const M by_line = hn::Or(hn::Le(foot_off, zero), hn::Or(hn::Le(radial, zero), hn::Gt(radial, band_)));
+    if (!hn::AllTrue(kFloats, by_line)) radial = hn::IfThenElse(by_line, radial, ToSides(x, y));
     const V axial = hn::Sub(hn::Abs(z), half_thickness_);
     const V inside = hn::Min(hn::Max(radial, axial), zero);
     const V outside = Length(hn::Max(radial, zero), hn::Max(axial, zero));
@@ -72,24 +65,48 @@ class PlanarSweep {
 
  private:
   /// Returns the distance outwards from the furthest of the sides' lines, and sets `edge` to that of the sides that
-  /// cut.
-  HWY_INLINE V Outward(V x, V y, V& edge) const {
+  /// cut, and `foot_off` to the distance of the foot on that line from its side, negative within.
+  HWY_INLINE V Outward(V x, V y, V& edge, V& foot_off) const {
     V outward = Splat(-1e30f);
     edge = outward;
+    foot_off = outward;
     for (int i = 0; i < s_.sides; ++i) {
       const CarveStep::Side& side = s_.side[i];
-      const V out = hn::Add(hn::Mul(hn::Sub(x, Splat(side.x)), Splat(side.nx)),
-                            hn::Mul(hn::Sub(y, Splat(side.y)), Splat(side.ny)));
+      const V px = hn::Sub(x, Splat(side.x));
+      const V py = hn::Sub(y, Splat(side.y));
+      const V out = hn::Add(hn::Mul(px, Splat(side.nx)), hn::Mul(py, Splat(side.ny)));
+      const V ahead = Ahead(side, px, py);
+      const M further = hn::Gt(out, outward);
+      foot_off = hn::IfThenElse(further, hn::Max(hn::Neg(ahead), hn::Sub(ahead, Splat(side.length))), foot_off);
       outward = hn::Max(outward, out);
       if (side.cuts) edge = hn::Max(edge, out);
     }
     return outward;
+  }
+  /// Returns the coordinate along a side of a point relative to the side's start.
+  static HWY_INLINE V Ahead(const CarveStep::Side& side, V px, V py) {
+    return hn::Sub(hn::Mul(py, Splat(side.nx)), hn::Mul(px, Splat(side.ny)));
+  }
+  /// Returns the distance from the nearest of the sides, as segments.
+  HWY_INLINE V ToSides(V x, V y) const {
+    V least2 = Splat(1e30f);
+    for (int i = 0; i < s_.sides; ++i) {
+      const CarveStep::Side& side = s_.side[i];
+      const V px = hn::Sub(x, Splat(side.x));
+      const V py = hn::Sub(y, Splat(side.y));
+      const V t = hn::Min(hn::Max(Ahead(side, px, py), hn::Zero(kFloats)), Splat(side.length));
+      const V qx = hn::Add(px, hn::Mul(t, Splat(side.ny)));
+      const V qy = hn::Sub(py, hn::Mul(t, Splat(side.nx)));
+      least2 = hn::Min(least2, hn::Add(Square(qx), Square(qy)));
+    }
+    return hn::Sqrt(least2);
   }
 
   const CarveStep& s_;
   V half_thickness_;
   V edge_depth_;  // negative
   V far_;
+  V band_;
   V row_z_;
   V row_xy_;
   V reach2_;
