@@ -72,6 +72,7 @@ std::string FormatTableColumns() {
   add("values.csv", DescribeColumns(ValueColumns(validation)));
   add("trends.csv", DescribeColumns(TrendColumns(validation)));
   add("teeth.csv", DescribeColumns(ToothColumns(validation)));
+  add("blades.csv", DescribeColumns(BladeColumns(validation)));
   add("band.csv", DescribeColumns(BandColumns()));
   add("cases.csv", DescribeColumns(CaseColumns()));
   add("cases_times.csv", DescribeColumns(BucketColumns()));

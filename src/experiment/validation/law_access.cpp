@@ -33,12 +33,12 @@ DiscSaw MakeReferenceDisc(double width_mm) {
   return disc;
 }
 
-ForceLaw TransferLaw(const ForceLaw& law, const DiscSaw& from, const DiscSaw& to) {
+ForceLaw TransferLaw(const ForceLaw& law, const DiscSaw& from, const Tool& to) {
   ForceLaw transferred = law;
   for (const LawParameter& parameter : law.info().parameters) {
     const std::string_view key = parameter.key;
     if (key == "contact_radius_mm" && !(law.Get(key) > 0)) transferred.Set(key, from.radius_mm());
-    if (key == "contact_share_of_pitch") transferred.Set(key, law.Get(key) * from.pitch_mm() / to.pitch_mm());
+    if (key == "contact_share_of_pitch") transferred.Set(key, law.Get(key) * from.pitch_mm() / CalcTooth(to).pitch_mm);
   }
   return transferred;
 }

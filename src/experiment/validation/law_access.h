@@ -44,7 +44,7 @@ std::vector<std::string> LawNames();
 /// the paper, of 22 mm with 24 teeth. Hertz's laws ignore the width and depend on the disc instead.
 DiscSaw MakeReferenceDisc(double width_mm);
 /// Returns `law` with the parameters that make its force on a tooth of `to` that on a tooth of `from`, which must have
-/// equal widths: Hertz's laws depend on radius and pitch of the disc.
-ForceLaw TransferLaw(const ForceLaw& law, const DiscSaw& from, const DiscSaw& to);
+/// equal widths: Hertz's laws depend on radius and pitch of the tool.
+ForceLaw TransferLaw(const ForceLaw& law, const DiscSaw& from, const Tool& to);
 
 }  // namespace kerf

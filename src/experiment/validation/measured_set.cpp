@@ -76,6 +76,14 @@ void ReadTool(TableReader& reader, Faults& faults, MeasuredTool& tool) {
   inner.Finish();
   if (tool.kind == kToolTooth || tool.kind == kToolBladeFeed || tool.kind == kToolBladeForce) inner.Require("width_mm");
   if (tool.kind == kToolBladeForce) inner.Require("teeth");
+  if (inner.Has("pitch_mm") || inner.Has("stroke_mm")) {
+    inner.Require("pitch_mm");
+    inner.Require("stroke_mm");
+    if (tool.kind != kToolTooth && tool.kind != kToolBladeForce) {
+      inner.Fault(inner.Has("pitch_mm") ? "pitch_mm" : "stroke_mm",
+                  fmt::format("a tool of kind \"{}\" is not sawn with a reciprocating blade", tool.kind));
+    }
+  }
   if (tool.kind == kToolDrill) {
     inner.Require("diameter_mm");
     inner.Require("point_deg");

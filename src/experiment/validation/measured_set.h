@@ -51,6 +51,9 @@ struct MeasuredTool {
   double diameter_mm = kNotGiven;  // of a drill
   double point_deg = kNotGiven;    // of a drill: angle between its lips
   double teeth = kNotGiven;        // of a blade: engaged at once
+  double pitch_mm = kNotGiven;     // of a reciprocating blade with which the trends are also sawn
+  double stroke_mm = kNotGiven;
+  bool is_sawn() const { return IsGiven(pitch_mm) && IsGiven(stroke_mm); }
 };
 template <typename V>
 void Describe(MeasuredTool& p, V&& visit) {
@@ -61,6 +64,9 @@ void Describe(MeasuredTool& p, V&& visit) {
   visit("diameter_mm", p.diameter_mm, Range{0.5, 20}, "diameter of a drill");
   visit("point_deg", p.point_deg, Range{60, 180}, "angle between the lips of a drill");
   visit("teeth", p.teeth, Range{1, 1000}, "number of engaged teeth of a blade");
+  visit("pitch_mm", p.pitch_mm, Range{0.1, 20},
+        "distance between the teeth of a reciprocating blade with which the trends are also sawn");
+  visit("stroke_mm", p.stroke_mm, Range{0.05, 30}, "stroke of that blade, from end to end");
 }
 
 /// Quantities, named with their units.

@@ -4,9 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "bone/grid/build.h"
-#include "cut/force/measured.h"
 #include "experiment/validation/law_access.h"
+#include "experiment/validation/rib.h"
 #include "kerf/simulation.h"
 
 namespace kerf {
@@ -14,33 +13,11 @@ namespace {
 
 constexpr double kDisc_mm = 200;
 constexpr double kRibLength_mm = 10;
-constexpr double kMargin_mm = 0.4;  // bone on either side of the tooth
 constexpr double kAir_mm = 0.3;     // distance above the rib at the start
 constexpr double kLead_mm = 1;      // depth at which the feed becomes the nominal one
 constexpr double kSettle_mm = 0.1;  // way before the measurement
 constexpr double kMeasure_mm = 0.5;
 constexpr double kBelow_mm = 1;  // bone below the end of the cut
-/// The disc's plane is at no special position in the grid.
-constexpr double kPlane_mm = 0.037;
-constexpr int kRegion = 24;
-
-/// Makes the rib: x along it, y across the tooth, its edge at z = 0.
-Bone MakeRib(double width_mm, double voxel_mm, double depth_mm) {
-  const Vec3 half(0.5 * kRibLength_mm, 0.5 * width_mm + kMargin_mm, 0.5 * depth_mm);
-  const Vec3 centre(0, kPlane_mm, -half.z);
-  SolidField field;
-  field.value = [=](const Vec3& p) {
-    const Vec3 q = glm::abs(p - centre) - half;
-    return glm::length(glm::max(q, Vec3(0))) + std::min(std::max({q.x, q.y, q.z}), 0.0);
-  };
-  field.classify = ClassifyByDistance(field.value);
-  field.region = [](const Vec3&) { return kRegion; };
-  MaterialTable table;
-  table.Add({kRegion, "bone of the measurements", Tissue::kCortical, kMeasuredE_MPa, kMeasuredPoissonRatio, true,
-             "cut/force/measured.h"});
-  const Box3 box{centre - half, centre + half};
-  return MakeBone(field, box.Grown(6 * voxel_mm), {voxel_mm, voxel_mm, {}}, table);
-}
 
 /// Moves a disc into the rib.
 class Plunge {
@@ -68,7 +45,7 @@ class Plunge {
  private:
   /// Returns the pose with the lowest point of the rim at the height z.
   static Pose PoseAt(double z_mm) {
-    return {glm::angleAxis(-0.5 * std::numbers::pi, Vec3(1, 0, 0)), Vec3(0, kPlane_mm, z_mm + 0.5 * kDisc_mm)};
+    return {glm::angleAxis(-0.5 * std::numbers::pi, Vec3(1, 0, 0)), Vec3(0, kRibPlane_mm, z_mm + 0.5 * kDisc_mm)};
   }
 
   Simulation simulation_;
@@ -91,11 +68,11 @@ ToothRun RunTooth(const ForceLaw& law, double width_mm, double bite_um, double s
   params.rim_samples_per_pitch = 256;  // the pitch is the whole rim
 
   const double bite_mm = bite_um / 1000;
-  const double voxel_mm = std::clamp(width_mm / 6, 0.02, 0.1);
+  const double voxel_mm = CalcRibVoxel(width_mm);
   const double settle_mm = std::max(kSettle_mm, 2 * bite_mm);
   const double depth_mm = kLead_mm + settle_mm + kMeasure_mm + kBelow_mm;
   const double rpm = 60 * speed_mm_per_s / (std::numbers::pi * kDisc_mm);
-  Plunge plunge(MakeRib(width_mm, voxel_mm, depth_mm), params, rpm);
+  Plunge plunge(MakeRib(kRibLength_mm, width_mm, voxel_mm, depth_mm), params, rpm);
   const double step_mm = 0.2 * voxel_mm;
   const auto steps = [&](double way_mm) { return static_cast<int>(std::ceil(way_mm / step_mm)); };
   plunge.Move(kAir_mm + kLead_mm, steps(kAir_mm + kLead_mm), bite_mm);

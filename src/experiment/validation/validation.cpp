@@ -136,6 +136,49 @@ TrendComparison CompareTrend(const Validation& v, std::size_t set_index, std::si
   return c;
 }
 
+/// Returns the quantity of a trend in a cut with a blade.
+double QuantityOf(const BladeRun& run, const BladeCut& cut, std::string_view quantity) {
+  if (quantity == "removal_mm3_per_s") return run.removal_mm3_per_s;
+  return CalcToothQuantity(quantity, {run.thrust_N, run.cutting_N}, cut.width_mm, run.bite_um / 1000);
+}
+
+BladeRun Saw(const ForceLaw& law, const BladeCut& cut, const MeasuredConditions& at) {
+  return IsGiven(at.force_N) ? RunBladeUnderForce(law, cut, at.force_N) : RunBladeAtBite(law, cut, at.bite_um);
+}
+
+/// Saws a trend that could be simulated with a reciprocating blade, if its set gives one. The bone is that of the
+/// measurements: its density is 1.
+void SawTrend(Validation& v, std::size_t index) {
+  const TrendComparison& c = v.trends[index];
+  const MeasuredSet& set = v.sets[c.set];
+  const MeasuredTrend& measured = set.trends[c.row];
+  if (!set.tool.is_sawn() || !c.right || measured.against == "density") return;
+  const ForceLaw& law = v.laws[c.law];
+  MeasuredConditions at = JoinConditions(measured.at, set.conditions);
+  const auto saw = [&](double value) {
+    ConditionOf(at, measured.against) = value;
+    const double speed = IsGiven(at.speed_mm_per_s) ? at.speed_mm_per_s : kDefaultSpeed_mm_per_s;
+    return BladeCut{set.tool.width_mm, set.tool.pitch_mm, set.tool.stroke_mm,
+                    IsGiven(set.tool.teeth) ? set.tool.teeth : 1, speed};
+  };
+  BladeCheck check;
+  check.trend = index;
+  check.cut = saw(c.from);
+  check.from = Saw(law, check.cut, at);
+  const double from = QuantityOf(check.from, check.cut, measured.quantity);
+  check.cut = saw(c.to);
+  check.to = Saw(law, check.cut, at);
+  const double to = QuantityOf(check.to, check.cut, measured.quantity);
+  if (check.from.removal_mm3_per_s > 0) {
+    check.ratio = to / from;
+    check.sign = SignOf(check.ratio, measured.sign);
+  } else {
+    check.sign = "cuts nothing";
+  }
+  check.right = check.sign == measured.sign;
+  v.blades.push_back(check);
+}
+
 LawCounts CountLaw(const Validation& v, std::size_t law) {
   LawCounts counts;
   counts.law = law;
@@ -162,6 +205,7 @@ void CompareSet(Validation& v, std::size_t set, ToothRuns& runs, const std::func
     }
     for (std::size_t row = 0; row < v.sets[set].trends.size(); ++row) {
       v.trends.push_back(CompareTrend(v, set, row, law));
+      SawTrend(v, v.trends.size() - 1);
     }
     const MeasuredSet& s = v.sets[set];
     const bool force_varies = std::any_of(s.trends.begin(), s.trends.end(),

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "experiment/validation/blade_run.h"
 #include "experiment/validation/measured_set.h"
 #include "experiment/validation/rigs.h"
 #include "experiment/validation/tooth_run.h"
@@ -59,6 +60,17 @@ struct ToothCheck {
   ToothRun run;
 };
 
+/// A trend that was sawn with a reciprocating blade.
+struct BladeCheck {
+  std::size_t trend = 0;  // index in Validation::trends
+  BladeCut cut;           // at the end of the trend
+  BladeRun from;
+  BladeRun to;
+  double ratio = kNotGiven;
+  std::string sign;
+  bool right = false;
+};
+
 /// Teeth that the force of a set carries without cutting.
 struct CarriedTeeth {
   std::size_t set = 0;
@@ -86,6 +98,7 @@ struct Validation {
   std::vector<ValueComparison> values;
   std::vector<TrendComparison> trends;
   std::vector<ToothCheck> teeth;
+  std::vector<BladeCheck> blades;
   std::vector<CarriedTeeth> carried;
   std::vector<LawCounts> counts;
 

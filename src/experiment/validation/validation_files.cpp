@@ -164,6 +164,31 @@ Columns<ToothCheck> ToothColumns(const Validation& v) {
           {"law_N", "{:.9g}", "thrust of the law at the nominal bite", [](const C& c) { return c.run.law_N; }}};
 }
 
+Columns<BladeCheck> BladeColumns(const Validation& v) {
+  using C = BladeCheck;
+  return {
+      {"set", "{}", "name of the set", [&v](const C& c) { return v.sets[v.trends[c.trend].set].name; }},
+      {"row", "{}", "number of the trend in its file, counted from 1",
+       [&v](const C& c) { return v.trends[c.trend].row + 1; }},
+      {"law", "{}", "force law", [&v](const C& c) { return v.laws[v.trends[c.trend].law].name(); }},
+      {"teeth", "{:.9g}", "engaged at once", [](const C& c) { return c.cut.teeth; }},
+      {"cycles_per_min", "{:.9g}", "speed of the blade at the end of the trend",
+       [](const C& c) { return c.cut.cycles_per_min(); }},
+      {"bite_from_um", "{:.6g}", "mean bite over the way of the teeth, from the removed volume; from, to",
+       [](const C& c) { return c.from.bite_um; }},
+      {"bite_to_um", "{:.6g}", "mean bite over the way of the teeth, from the removed volume; from, to",
+       [](const C& c) { return c.to.bite_um; }},
+      {"thrust_from_N", "{:.6g}", "mean thrust of an engaged tooth; from, to",
+       [](const C& c) { return c.from.thrust_N; }},
+      {"thrust_to_N", "{:.6g}", "mean thrust of an engaged tooth; from, to", [](const C& c) { return c.to.thrust_N; }},
+      {"rate_from_mm3_per_s", "{:.6g}", "removal rate; from, to", [](const C& c) { return c.from.removal_mm3_per_s; }},
+      {"rate_to_mm3_per_s", "{:.6g}", "removal rate; from, to", [](const C& c) { return c.to.removal_mm3_per_s; }},
+      {"ratio", "{:.9g}", "of the trend's quantity; empty: the blade cut nothing",
+       [](const C& c) { return Finite(c.ratio); }},
+      {"sign", "{}", "as in trends.csv, or `cuts nothing`", [](const C& c) { return c.sign; }},
+      {"right", "{}", "whether the sign is the measured one", [](const C& c) { return TableCell(c.right); }}};
+}
+
 std::string FormatValidationJson(const Validation& v) {
   ordered_json json;
   json["kerf"] = VersionString();
@@ -176,6 +201,7 @@ std::string FormatValidationJson(const Validation& v) {
   json["values"] = RowsJson(ValueColumns(v), v.values);
   json["trends"] = RowsJson(TrendColumns(v), v.trends);
   json["teeth"] = RowsJson(ToothColumns(v), v.teeth);
+  json["blades"] = RowsJson(BladeColumns(v), v.blades);
   json["carried"] = CarriedJson(v);
   return DumpJson(json);
 }
@@ -183,7 +209,7 @@ std::string FormatValidationJson(const Validation& v) {
 std::vector<std::string> WriteValidation(const Validation& v, const std::string& folder) {
   MakeFolder(folder);
   const std::string in = folder + "/";
-  std::vector<std::string> files{"report.md", "values.csv", "trends.csv", "teeth.csv"};
+  std::vector<std::string> files{"report.md", "values.csv", "trends.csv", "teeth.csv", "blades.csv"};
   for (const ValidationFigure& figure : MakeValidationFigures(v)) {
     files.push_back(figure.name + ".png");
     WritePlot(figure.plot, in + files.back());
@@ -191,6 +217,7 @@ std::vector<std::string> WriteValidation(const Validation& v, const std::string&
   WriteTextFile(in + "values.csv", FormatCsv(ValueColumns(v), v.values));
   WriteTextFile(in + "trends.csv", FormatCsv(TrendColumns(v), v.trends));
   WriteTextFile(in + "teeth.csv", FormatCsv(ToothColumns(v), v.teeth));
+  WriteTextFile(in + "blades.csv", FormatCsv(BladeColumns(v), v.blades));
   WriteTextFile(in + "report.md", FormatValidationReport(v));
   files.emplace_back("validate.json");
   WriteTextFile(in + files.back(), FormatValidationJson(v));

@@ -10,10 +10,11 @@
 
 namespace kerf {
 
-/// Columns of values.csv, trends.csv and teeth.csv. Each refers to `v`.
+/// Columns of values.csv, trends.csv, teeth.csv and blades.csv. Each refers to `v`.
 Columns<ValueComparison> ValueColumns(const Validation& v);
 Columns<TrendComparison> TrendColumns(const Validation& v);
 Columns<ToothCheck> ToothColumns(const Validation& v);
+Columns<BladeCheck> BladeColumns(const Validation& v);
 
 struct ValidationFigure {
   std::string name;     // of its file, without extension
@@ -28,9 +29,9 @@ std::vector<ValidationFigure> MakeValidationFigures(const Validation& v);
 std::string FormatValidationReport(const Validation& v);
 std::string FormatValidationJson(const Validation& v);
 
-/// Writes report.md, values.csv, trends.csv, teeth.csv, the figures and validate.json into `folder` (created if
-/// missing). Each file is written completely or not at all, validate.json last. Returns their names. Throws Error if a
-/// file cannot be written.
+/// Writes report.md, values.csv, trends.csv, teeth.csv, blades.csv, the figures and validate.json into `folder`
+/// (created if missing). Each file is written completely or not at all, validate.json last. Returns their names. Throws
+/// Error if a file cannot be written.
 std::vector<std::string> WriteValidation(const Validation& v, const std::string& folder);
 
 }  // namespace kerf

@@ -240,6 +240,38 @@ def check_teeth(check, document, laws):
         check.near(where, "removed_bite_um", printed["removed_bite_um"], printed["bite_um"], BITE_OF_CUT)
 
 
+def mean_thrust(law, tool, bite_mm):
+    """Mean over time of the thrust of a reciprocating tooth, whose bite has this mean over its way."""
+    pitch = 2 * tool["pitch_mm"] / tool["stroke_mm"]
+    first = math.acos(1 - pitch)
+    per_rad = bite_mm * tool["stroke_mm"] / tool["pitch_mm"] / math.pi
+    steps = 2000
+    angles = [math.pi * (i + 0.5) / steps for i in range(steps)]
+    since = [2 * a if a < first else a - math.acos(math.cos(a) + pitch) for a in angles]
+    return sum(law.forces((*DISC, tool["width_mm"]), per_rad * s, 1)[0] for s in since) / steps
+
+
+def check_blades(check, document, sets, laws):
+    check.equal("blades", "number", len(document["blades"]) > 0, True)
+    for printed in document["blades"]:
+        if printed["law"] not in laws:
+            continue
+        tool, trend = sets[printed["set"]]["tool"], sets[printed["set"]]["trend"][printed["row"] - 1]
+        where = f"blade {printed['set']} {printed['row']} {printed['law']}"
+        if tool["kind"] == "tooth":
+            for end in ("from", "to"):
+                bite = trend[end] if trend["against"] == "bite_um" else sets[printed["set"]]["conditions"]["bite_um"]
+                thrust = mean_thrust(laws[printed["law"]], tool, bite / 1000)
+                check.near(where, f"thrust_{end}_N", printed[f"thrust_{end}_N"], thrust, BITE_OF_CUT)
+                check.near(where, f"bite_{end}_um", printed[f"bite_{end}_um"], bite, BITE_OF_CUT)
+        else:
+            ratio = printed["rate_to_mm3_per_s"] / printed["rate_from_mm3_per_s"]
+            check.near(where, "ratio", printed["ratio"], ratio, 1e-4)
+        sign = sign_of(printed["ratio"], 0.1 if trend["sign"] == "constant" else 0.001)
+        check.equal(where, "sign", printed["sign"], sign)
+        check.equal(where, "right", printed["right"], sign == trend["sign"])
+
+
 def check_counts(check, document, sets):
     """Every row of the sets must be in the document, and the counts must be those of the rows."""
     for counts in document["counts"]:
@@ -278,6 +310,7 @@ def main():
     check_values(check, document, sets, laws)
     check_trends(check, document, sets, laws)
     check_teeth(check, document, laws)
+    check_blades(check, document, sets, laws)
     check_counts(check, document, sets)
     if len(sys.argv) > 3:
         page = re.sub(r"\]\((\w+\.png)\)", r"](validation/\1)", report)
