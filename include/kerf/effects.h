@@ -79,7 +79,6 @@ struct EffectInfo {
   const char* state;    // data kept between ticks
   const char* sleeps;   // condition under which it does nothing
   EffectTool tool = EffectTool::kAny;
-  bool must_turn = false;               // not for a tool with a stroke (DriveMotion)
   std::vector<const char*> needs = {};  // names of other effects that it requires
   unsigned hooks = 0;                   // bits of EffectHook
   std::vector<EffectParameter> parameters = {};

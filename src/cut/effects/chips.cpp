@@ -1,7 +1,8 @@
 // chips: the volume that a tick removes flies off as balls of one size.
 //
 //   number = volume removed / volume of a chip; the remainder is kept for the next tick.
-//   velocity = velocity of the rim, w x p, plus a random part of at most `spread` times its magnitude.
+//   velocity = velocity of the rim, w x p, or of the stroke, plus a random part of at most `spread` times its
+//   magnitude.
 //
 // A tick only records position, velocity and time of each throw. All chips have the same lifetime, so they are removed
 // in the order in which they were thrown, and a tick does not move them. Positions are computed on request
@@ -92,6 +93,7 @@ void ChipsEffect::Solved(const EffectSolved& solved) {
   if (!(sum > 0)) places_.clear();
   X_FT_ = solved.X_FT_next;
   rpm_ = solved.rpm;
+  stroke_ = solved.stroke != nullptr ? *solved.stroke : DriveStep{};
   stride_ = solved.edge.stride();
 }
 
@@ -126,6 +128,12 @@ void ChipsEffect::ThrowOne(const Place& place, double delay_s) {
   Vec3 p_T = shape_->edge[static_cast<std::size_t>(place.exit_point)].p_T;
   const double spindle_rad_per_s = 2 * std::numbers::pi / 60 * rpm_;
   Vec3 v_T = spindle_rad_per_s * Vec3(-p_T.y, p_T.x, 0);
+  if (stroke_.speed_mm_per_s > 0) {
+    // Each way is as likely as the part of the step in which the edge moved so.
+    const bool forwards = 2 * Draw() < 1 + stroke_.velocity_mm_per_s / stroke_.speed_mm_per_s;
+    v_T = Vec3(0, forwards ? stroke_.speed_mm_per_s : -stroke_.speed_mm_per_s, 0);
+    p_T.y += stroke_.middle_mm;
+  }
   // A random point in a ball.
   const double z = 2 * Draw() - 1;
   const double phi = 2 * std::numbers::pi * Draw();
@@ -182,7 +190,6 @@ const EffectInfo& Chips() {
       .writes = "only its channels",
       .state = "where and when each chip in the air was thrown",
       .sleeps = "while nothing is cut and no chip is in the air",
-      .must_turn = true,
       .hooks = kEffectSolved | kEffectEnd,
       .parameters = ListEffectParameters<ChipsParams>(),
       .channels = {{"chips", "chips in the air"},

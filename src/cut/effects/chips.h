@@ -120,6 +120,7 @@ class ChipsEffect final : public Effect {
   std::vector<Place> places_;  // of the last substep of this tick that cut
   Pose X_FT_;
   double rpm_ = 0;
+  DriveStep stroke_;  // of that substep; of a turning edge all 0
   int stride_ = 1;
   std::uint64_t random_state_;
   std::uint64_t thrown_ = 0;

@@ -67,6 +67,7 @@ struct EffectSolved {
   double time_s = 0;    // completed time
   double rpm = 0;       // signed
   std::span<ToothLoad> teeth;
+  const DriveStep* stroke = nullptr;  // as in EffectStep
 };
 
 /// End of a tick.

@@ -4,7 +4,8 @@
 //   Points of the disc's rim may be up to `tolerance_mm` off the plane. Beyond that, springs hold them. Each of four
 //   points has a spring of stiffness k / 4, so that the springs also limit the disc's tilt; a ball has one spring of
 //   stiffness k. The depth stop is one such spring at the deepest point of the tool, and an end stop is one at the
-//   tool's centre.
+//   tool's centre. Of a blade with a stroke the four points are the nearest to the corners of its box, in the middle of
+//   the stroke, and the deepest point is that at the end of the stroke: the guide does not move with the stroke.
 //
 // The springs are part of the step's convex problem. They are passive. A tool that is set down off the plan is not
 // pulled towards it, but the wall follows each motion towards the plan, so that the progress is kept. A tool that is
@@ -55,7 +56,9 @@ GuideEffect::GuideEffect(const GuideParams& params, const EffectSetup& setup)
       n_W_(glm::normalize(params.normal_W)),
       p_TC_(setup.p_TC_mm),
       yield_mm_(params.max_force_N / params.stiffness_N_per_mm),
-      radius_mm_(CalcRadius(tool_)),
+      outline_(MakeToolOutline(tool_)),
+      half_stroke_mm_(0.5 * CalcStroke(tool_)),
+      radius_mm_(outline_.empty() ? CalcRadius(tool_) : CalcReach(tool_)),
       near_mm_(std::max(kNear_mm, kNearVoxels * setup.field.voxel_mm())),
       depth_W_(glm::normalize(params.depth_direction_W)),
       is_blade_(IsBlade(tool_)),
@@ -66,8 +69,13 @@ GuideEffect::GuideEffect(const GuideParams& params, const EffectSetup& setup)
   // Points of the rim, of a ball its centre, of a solid of revolution the ends of its axis.
   const int points = is_blade_ ? kRimPoints : top_mm_ > 0 ? 2 : 1;
   for (int i = 0; i < points; ++i) {
-    const Vec3 p_T =
+    Vec3 p_T =
         is_blade_ ? radius_mm_ * Vec3(i % 2 == 0 ? 1 - i : 0, i % 2 == 1 ? 2 - i : 0, 0) : Vec3(0, 0, i * top_mm_);
+    if (!outline_.empty()) {
+      const ConvexOutline::Point corner =
+          outline_.FindNearest({i < 2 ? radius_mm_ : -radius_mm_, i % 2 == 0 ? radius_mm_ : -radius_mm_});
+      p_T = {corner.x, corner.y, 0};
+    }
     for (const double side : {-1.0, 1.0}) {
       add(side * n_W_, p_T, false, params.tolerance_mm, params.stiffness_N_per_mm / points);
     }
@@ -81,10 +89,17 @@ GuideEffect::GuideEffect(const GuideParams& params, const EffectSetup& setup)
   }
 }
 
+/// Returns the point of the edge that lies furthest along a direction at any time of the stroke, tool frame.
+Vec3 GuideEffect::FindDeepestOfTool(const Vec3& n_T) const {
+  Vec3 p_T = FindDeepest(tool_, n_T);
+  if (half_stroke_mm_ > 0 && p_T.y != 0) p_T.y += std::copysign(half_stroke_mm_, n_T.y);
+  return p_T;
+}
+
 /// Returns the point that the wall limits, tool frame.
 Vec3 GuideEffect::FindPoint(const Wall& wall, const Pose& X_FT) const {
   if (!wall.deepest) return wall.p_T;
-  return FindDeepest(tool_, X_FT.InverseVector(wall.n_W));
+  return FindDeepestOfTool(X_FT.InverseVector(wall.n_W));
 }
 
 /// Returns the position of the wall's point along the wall's normal, from the plan's point, mm.
@@ -163,7 +178,8 @@ void GuideEffect::Report(std::span<double> channels) const {
   channels[0] = deviation_mm > kRounding_mm ? deviation_mm : 0;
   channels[1] =
       is_blade_ ? kDegreesPerRad * std::acos(std::min(1.0, std::abs(glm::dot(at_.Vector({0, 0, 1}), n_W_)))) : 0;
-  channels[2] = glm::dot(depth_W_, p_mm) + (top_mm_ > 0 ? glm::dot(n_T, FindDeepest(tool_, n_T)) : radius_mm_ * length);
+  channels[2] = glm::dot(depth_W_, p_mm) +
+                (top_mm_ > 0 || !outline_.empty() ? glm::dot(n_T, FindDeepestOfTool(n_T)) : radius_mm_ * length);
   channels[kForceChannel] = force_N_;
 }
 
@@ -178,7 +194,6 @@ const EffectInfo& Guide() {
       .writes = "force and torque on the tool",
       .state = "positions of up to 11 walls",
       .sleeps = "while every wall is further away than a millimetre and four voxels",
-      .must_turn = true,
       .hooks = kEffectHolds | kEffectEngage | kEffectSolved | kEffectEnd,
       .parameters = ListEffectParameters<GuideParams>(),
       .channels = {{"deviation_mm",

@@ -72,6 +72,7 @@ class GuideEffect final : public Effect {
     bool near = false;      // true if it is in the problem of this step
     std::size_t solid = 0;  // its index in the problem's solids
   };
+  Vec3 FindDeepestOfTool(const Vec3& n_T) const;
   Vec3 FindPoint(const Wall& wall, const Pose& X_FT) const;
   double CalcPosition(const Wall& wall, const Pose& X_FT) const;
   double CalcGap(const Pose& X_FT) const;
@@ -83,6 +84,8 @@ class GuideEffect final : public Effect {
   Vec3 n_W_;
   Vec3 p_TC_;
   double yield_mm_;
+  ConvexOutline outline_;  // of a blade that is not round
+  double half_stroke_mm_;
   double radius_mm_;
   double near_mm_;
   Vec3 depth_W_;

@@ -1,12 +1,9 @@
 #include "cut/effects/plan.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "cut/effects/own_effect.h"
-#include "kerf/error.h"
 
 namespace kerf {
 namespace {
@@ -29,10 +26,6 @@ EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) :
     if (info->tool == EffectTool::kInHand && setup.faces == nullptr) {
       left_out_.push_back(info);
       continue;
-    }
-    if (info->must_turn && GetDrive(setup.tool) != DriveMotion::kRotation) {
-      throw Error(fmt::format("the effect {} is for a tool that turns; it does not apply to a {}", info->name,
-                              DescribeToolBriefly(setup.tool)));
     }
     with_plan.files = choice->files();
     entries_.push_back(Entry{info, MakeEffect(*info, choice->values(), with_plan), channel_count_});

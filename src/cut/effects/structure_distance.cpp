@@ -26,16 +26,17 @@ StructureDistance::StructureDistance(const std::vector<Box3>& boxes_F, const Too
     : tree_(boxes_F),
       tool_(tool),
       form_(GetForm(tool)),
-      radius_mm_(CalcRadius(tool)),
-      half_mm_(0.5 * CalcThickness(tool)),
+      outline_(MakeStrokeOutline(tool)),
+      radius_mm_(outline_.empty() ? CalcRadius(tool) : CalcReach(tool)),
+      half_mm_(form_ == ToolForm::kBlade ? 0.5 * CalcCutWidth(tool) : 0),
       reach_mm_(CalcReach(tool)) {
   MakePatches();
   bound_mm_.resize(patches_.size(), 0);
   looked_at_mm_.resize(patches_.size(), -1e9);
 }
 
-/// Makes the patches. A blade has one in the middle and rings around it; a ball is a single patch; a solid of
-/// revolution has layers of four cubes along its axis.
+/// Makes the patches. A blade has one in the middle and rings around it, without those that it never reaches; a ball is
+/// a single patch; a solid of revolution has layers of four cubes along its axis.
 void StructureDistance::MakePatches() {
   if (form_ == ToolForm::kBall) {
     patches_.push_back({Vec3(0), radius_mm_});
@@ -65,6 +66,17 @@ void StructureDistance::MakePatches() {
       patches_.push_back({{at * std::cos(turn), at * std::sin(turn), 0}, radius});
     }
   }
+  if (outline_.empty()) return;
+  std::erase_if(patches_, [&](const Patch& patch) {
+    return outline_.CalcSignedDistance({patch.p_T.x, patch.p_T.y}) > patch.radius_mm;
+  });
+}
+
+/// Returns the point nearest to a point; the point itself inside.
+Vec3 StructureDistance::FindNearestOfBody(const Vec3& p_T) const {
+  if (outline_.empty()) return FindNearestOfTool(tool_, p_T);
+  const ConvexOutline::Point nearest = outline_.FindNearest({p_T.x, p_T.y});
+  return {nearest.x, nearest.y, std::clamp(p_T.z, -half_mm_, half_mm_)};
 }
 
 /// Returns the distance of the patch's centre from the boxes, or the limit of the search if that is less. Lowers `best`
@@ -77,7 +89,7 @@ double StructureDistance::QueryPatch(const Pose& X_FT, const Patch& patch, Neare
   Vec3 q_F = found.p_W;
   double last_mm = 1e300;
   for (int turn = 0; turn < kTurns; ++turn) {
-    const Vec3 p_F = X_FT.Point(FindNearestOfTool(tool_, X_FT.InversePoint(q_F)));
+    const Vec3 p_F = X_FT.Point(FindNearestOfBody(X_FT.InversePoint(q_F)));
     const double distance_mm = glm::length(p_F - q_F);
     if (distance_mm < best.distance_mm) best = {distance_mm, q_F};
     // No point of this patch can lead to a smaller distance than the known one.
@@ -103,6 +115,7 @@ void StructureDistance::SearchPatch(const Pose& X_FT, const Patch& patch, Neares
       corner.z = 0;
       part = {patch.p_T + corner, std::sqrt(0.5) * patch.radius_mm};
       if (std::hypot(part.p_T.x, part.p_T.y) > radius_mm_ + part.radius_mm) continue;
+      if (!outline_.empty() && outline_.CalcSignedDistance({part.p_T.x, part.p_T.y}) > part.radius_mm) continue;
     } else {
       part = {patch.p_T + CalcCorner(0.5 * patch.radius_mm / kDiagonal, i), 0.5 * patch.radius_mm};
       if (CalcToolDistance(tool_, part.p_T) > part.radius_mm) continue;

@@ -1,11 +1,11 @@
 // structures: the nerve canal and the roots of teeth, given as regions of the bone, a surface, or tubes along curves.
 // The effect computes the distance of the tool from them, and the volume cut from them.
 //
-//   Every structure is converted to voxels of the bone's region grid. The distance is measured from the tool (a disc
-//   of its thickness, or a ball) to the nearest of these voxels. It is computed again when the tool may have come
-//   nearer by a hundredth of the distance, or by 0.01 mm. In between it is reduced by the tool's motion, so that motion
-//   never makes it an overestimate. A search has a bounded number of queries; near a structure it is spread over
-//   several ticks.
+//   Every structure is converted to voxels of the bone's region grid. The distance is measured from the tool (of a
+//   blade with a stroke: from all that it passes in a whole stroke) to the nearest of these voxels. It is computed
+//   again when the tool may have come nearer by a hundredth of the distance, or by 0.01 mm. In between it is reduced by
+//   the tool's motion, so that motion never makes it an overestimate. A search has a bounded number of queries; near a
+//   structure it is spread over several ticks.
 //
 // A breach occurs when a tooth cuts such a voxel. Its volume is the volume that a tick removes, times the fraction of
 // the cut that is due to such teeth, weighted by their number and feed. Its depth is the distance of such a tooth from
@@ -197,7 +197,6 @@ const EffectInfo& Structures() {
       .writes = "distance, warning, breach: volume, depth, force; events",
       .state = "the structures' voxels and a hierarchy of their boxes; up to 256 events",
       .sleeps = "until the tool has moved by a hundredth of its distance",
-      .must_turn = true,
       .hooks = kEffectSolved | kEffectEnd,
       .parameters = ListEffectParameters<StructuresParams>(),
       .channels = {{"distance_mm", "distance of the tool from the nearest voxel of a structure, at most 20"},

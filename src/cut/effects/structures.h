@@ -49,6 +49,7 @@ class StructureDistance {
     double radius_mm;
   };
   void MakePatches();
+  Vec3 FindNearestOfBody(const Vec3& p_T) const;
   double Reach(const Patch& patch) const { return std::hypot(patch.radius_mm, half_mm_); }
   double QueryPatch(const Pose& X_FT, const Patch& patch, Nearest& best);
   void SearchPatch(const Pose& X_FT, const Patch& patch, Nearest& best);
@@ -56,6 +57,7 @@ class StructureDistance {
   BoxTree tree_;
   Tool tool_;
   ToolForm form_;
+  ConvexOutline outline_;  // of a blade with a stroke: all that it passes
   double radius_mm_, half_mm_, reach_mm_;
   std::vector<Patch> patches_;
   std::vector<double> bound_mm_;      // distance of each patch's centre from the boxes

@@ -18,7 +18,8 @@ namespace {
 constexpr double kLag_s = 0.004;
 constexpr double kMin_N = 1e-9;
 constexpr double kStalledSlip_rad_per_s = 100;
-constexpr double kMinArm = 1e-9;  // mm; a tooth on the spindle's axis does not move
+constexpr double kStalledSlip_mm_per_s = 1000;  // of an edge with a stroke
+constexpr double kMinArm = 1e-9;                // mm; a tooth on the spindle's axis does not move
 
 constexpr Range kRatioRange{0.6, 20};
 
@@ -42,6 +43,7 @@ std::size_t FindSector(const Vec3& p_T) {
 TangentialForceEffect::TangentialForceEffect(double ratio, const EffectSetup& setup)
     : by_law_(setup.law.HasCutting()),
       ratio_(by_law_ ? std::clamp(setup.law.least_thrust_per_cutting, kRatioRange.lower, kRatioRange.upper) : ratio),
+      strokes_(GetDrive(setup.tool) != DriveMotion::kRotation),
       p_TC_(setup.p_TC_mm),
       is_coupled_(setup.faces != nullptr) {
   if (is_coupled_) CheckCuttingRatio(setup.law);
@@ -66,55 +68,70 @@ TangentialForceEffect& TangentialForceEffect::In(EffectPlan& plan) {
 
 void TangentialForceEffect::Engage(const EffectStep& step, StepProblem& problem) {
   if (!is_loaded_) return;
-  const double omega = CalcSlipSpeed(step.rpm);
-  if (omega == 0) return;
-  for (const Sector& sector : sectors_) {
-    const double limit_N = fraction_ * sector.force_N;
-    if (!(limit_N > kMin_N)) continue;
-    FrictionPoint& point = problem.frictions.emplace_back();
-    AddTo(point.row_a, 1 / sector.force_N, sector.row);
-    point.slip_a_mm_per_s = omega * sector.arm_Nmm / sector.force_N;
-    point.limit_N = limit_N;
+  const std::array<Way, 2> ways = FindWays(step.rpm, step.stroke);
+  if (ways[0].rad_per_s == 0 && ways[0].mm_per_s == 0) return;
+  for (const Way& way : ways) {
+    for (const Sector& sector : sectors_) {
+      const double limit_N = way.share * fraction_ * sector.force_N;
+      if (!(limit_N > kMin_N)) continue;
+      FrictionPoint& point = problem.frictions.emplace_back();
+      AddTo(point.row_a, 1 / sector.force_N, sector.row);
+      point.slip_a_mm_per_s = way.rad_per_s * sector.arm_Nmm / sector.force_N + way.mm_per_s;
+      point.limit_N = limit_N;
+    }
   }
 }
 
-/// Returns the angular velocity of the teeth, rad/s. With the spindle stopped it has the direction of the motor's
-/// torque and is faster than any hand, so that the force is that of the motor and does not act as friction.
-double TangentialForceEffect::CalcSlipSpeed(double rpm) const {
-  return rpm != 0 ? rpm * std::numbers::pi / 30 : direction_ * kStalledSlip_rad_per_s;
+/// Returns the motions of the teeth. With the spindle stopped it has the direction of the motor's torque and is faster
+/// than any hand, so that the force is that of the motor and does not act as friction.
+std::array<TangentialForceEffect::Way, 2> TangentialForceEffect::FindWays(double rpm, const DriveStep* stroke) const {
+  if (stroke == nullptr) {
+    return {{{1, rpm != 0 ? rpm * std::numbers::pi / 30 : direction_ * kStalledSlip_rad_per_s, 0, 0}, {0, 0, 0, 0}}};
+  }
+  if (rpm == 0) {
+    return {{{1, 0, direction_ * kStalledSlip_mm_per_s, direction_ * lever_mm_}, {0, 0, 0, 0}}};
+  }
+  const double speed = stroke->speed_mm_per_s;
+  const double forwards = speed > 0 ? 0.5 * (1 + stroke->velocity_mm_per_s / speed) : 0.5;
+  return {{{forwards, 0, speed, lever_mm_}, {1 - forwards, 0, -speed, -lever_mm_}}};
 }
 
 void TangentialForceEffect::Solved(const EffectSolved& solved) {
   const bool turns = solved.rpm != 0;
+  if (turns && solved.stroke != nullptr) {
+    lever_mm_ = solved.stroke->speed_mm_per_s / (std::abs(solved.rpm) * std::numbers::pi / 30);
+  }
   for (ToothLoad& tooth : solved.teeth) tooth.tangential_N = by_law_ ? tooth.cutting_N : tooth.thrust_N / ratio_;
   if (is_loaded_) AddUp(solved);
   const bool was_loaded = is_loaded_;
   if (turns) {
     direction_ = solved.rpm > 0 ? 1 : -1;
+    if (solved.stroke != nullptr) direction_ = solved.stroke->velocity_mm_per_s < 0 ? -1 : 1;
     if (!was_loaded && solved.teeth.empty()) return;
-  } else if (motor_Nmm_ != 0) {
+  } else if (motor_Nmm_ != 0 && !strokes_) {
     direction_ = motor_Nmm_ > 0 ? 1 : -1;
   }
 
   // A tool on a prescribed path does not yield to the force, so it needs no lag.
   const double lag = is_coupled_ ? 1 - std::exp(-solved.time_s / kLag_s) : 1;
-  const double fresh = is_coupled_ ? std::min(ratio_ * ratio_ / (1 + ratio_ * ratio_), lag) : 1;
+  const bool lags = !strokes_ || !turns;
+  const double fresh = is_coupled_ ? std::min(ratio_ * ratio_ / (1 + ratio_ * ratio_), lags ? lag : 1) : 1;
   for (Sector& sector : sectors_) {
     sector.force_N *= 1 - fresh;
     sector.arm_Nmm *= 1 - fresh;
     for (double& r : sector.row) r *= 1 - fresh;
   }
   if (turns) {
-    for (const ToothLoad& tooth : solved.teeth) Add(tooth.p_T, fresh * tooth.tangential_N);
+    for (const ToothLoad& tooth : solved.teeth) Add(tooth.p_T, tooth.e_T, fresh * tooth.tangential_N);
   } else {
     const StepProblem& problem = solved.problem;
     const std::size_t stopped_points = std::min(solved.edge.found_count(), problem.solids.size());
     for (std::size_t n = 0; n < stopped_points; ++n) {
       const SolidPoint& solid = problem.solids[n];
       const double depth_mm = solid.depth_mm + problem.tau_s * Dot(solid.row, solved.u);
-      if (!(depth_mm > 0)) continue;
+      if (!(depth_mm > 0) || (strokes_ && !solved.edge.is_tooth(n))) continue;
       Add(solved.edge.point_T(static_cast<std::size_t>(solved.edge.found_point(n))),
-          fresh * solid.stiffness_N_per_mm * depth_mm / ratio_);
+          Vec3(solid.row[0], solid.row[1], solid.row[2]), fresh * solid.stiffness_N_per_mm * depth_mm / ratio_);
     }
   }
   is_loaded_ = false;
@@ -130,7 +147,14 @@ void TangentialForceEffect::Solved(const EffectSolved& solved) {
   fraction_ = was_loaded ? fraction_ + lag * (target - fraction_) : target;
 }
 
-void TangentialForceEffect::Add(const Vec3& p_T, double force_N) {
+void TangentialForceEffect::Add(const Vec3& p_T, const Vec3& e_T, double force_N) {
+  if (strokes_) {
+    const double across = std::hypot(e_T.x, e_T.y);
+    if (!(force_N > 0) || !(across > 0)) return;
+    sectors_[0].force_N += force_N;
+    AddTo(sectors_[0].row, force_N, MakeRow(Vec3(-e_T.y, e_T.x, 0) / across, p_T - p_TC_));
+    return;
+  }
   const double arm_mm = std::hypot(p_T.x, p_T.y);
   if (!(force_N > 0) || !(arm_mm > kMinArm)) return;
   Sector& sector = sectors_[FindSector(p_T)];
@@ -141,26 +165,29 @@ void TangentialForceEffect::Add(const Vec3& p_T, double force_N) {
 
 double TangentialForceEffect::CalcRequiredTorque() const {
   double torque_Nmm = 0;
-  for (const Sector& sector : sectors_) torque_Nmm += sector.arm_Nmm;
+  for (const Sector& sector : sectors_) torque_Nmm += strokes_ ? lever_mm_ * sector.force_N : sector.arm_Nmm;
   return torque_Nmm;
 }
 
 /// Adds the results of the force in the solved step, computed as in CoupledSimulation::State::AddUp().
 void TangentialForceEffect::AddUp(const EffectSolved& solved) {
-  const double omega = CalcSlipSpeed(solved.rpm);
-  if (omega == 0) return;
   const double creep2 = solved.problem.creep_mm_per_s * solved.problem.creep_mm_per_s;
-  for (const Sector& sector : sectors_) {
-    const double force_N = fraction_ * sector.force_N;
-    if (!(force_N > kMin_N)) continue;
-    const double speed = (Dot(sector.row, solved.u) + omega * sector.arm_Nmm) / sector.force_N;
-    const double along =
-        fraction_ * speed / std::sqrt(speed * speed + creep2);  // fraction_ or -fraction_ unless it sticks
-    const double torque_Nmm = along * sector.arm_Nmm;
-    sums_.sum_N += solved.time_s * force_N;
-    sums_.pull_T_N -= solved.time_s * along * Vec3(sector.row[0], sector.row[1], sector.row[2]);
-    sums_.torque_Nmm += solved.time_s * std::copysign(1.0, omega) * torque_Nmm;
-    sums_.power_W += solved.time_s * 1e-3 * torque_Nmm * solved.rpm * std::numbers::pi / 30;
+  const double rpm = strokes_ ? std::abs(solved.rpm) : solved.rpm;  // strokes have no direction of rotation
+  const std::array<Way, 2> ways = FindWays(solved.rpm, solved.stroke);
+  if (ways[0].rad_per_s == 0 && ways[0].mm_per_s == 0) return;
+  for (const Way& way : ways) {
+    for (const Sector& sector : sectors_) {
+      const double force_N = way.share * fraction_ * sector.force_N;
+      if (!(force_N > kMin_N)) continue;
+      const double speed = (Dot(sector.row, solved.u) + way.rad_per_s * sector.arm_Nmm) / sector.force_N + way.mm_per_s;
+      // Equals the share of the force, with the sign of the speed, unless it sticks.
+      const double along = way.share * fraction_ * speed / std::sqrt(speed * speed + creep2);
+      const double torque_Nmm = along * (strokes_ ? way.lever_mm * sector.force_N : sector.arm_Nmm);
+      sums_.sum_N += solved.time_s * force_N;
+      sums_.pull_T_N -= solved.time_s * along * Vec3(sector.row[0], sector.row[1], sector.row[2]);
+      sums_.torque_Nmm += solved.time_s * std::copysign(1.0, strokes_ ? 1 : way.rad_per_s) * torque_Nmm;
+      sums_.power_W += solved.time_s * 1e-3 * torque_Nmm * rpm * std::numbers::pi / 30;
+    }
   }
   acted_ = true;
 }
@@ -200,7 +227,6 @@ const EffectInfo& TangentialForce() {
       .writes = "force and torque on the tool, the teeth's tangential force",
       .state = "force and position of the teeth, by eighths of a turn",
       .sleeps = "while no tooth is engaged",
-      .must_turn = true,
       .hooks = kEffectEngage | kEffectSolved | kEffectEnd,
       .parameters = ListEffectParameters<TangentialForceParams>(),
       .channels = {{"tangential_sum_N", "sum of the teeth's tangential forces, mean over the tick"},

@@ -11,6 +11,12 @@
 //                           negative, and the next teeth cut the rest.
 //   set      order N / 2    Teeth that are bent to alternate sides press sideways alternately.
 //
+// With a stroke, tooth k is at y = s + k pitch, and theta = pi s / pitch takes the place of the spindle's angle, with
+// N = 2: passing has the orders 2 and 4, set has 1, and there is no runout. The lines are then chirps: their frequency
+// is that of theta at the speed of the moment. One enters the tick's force if its frequency and the stroke's rate
+// together (Carson's rule for the bandwidth) are below the same limits, and none does if the period of the stroke is
+// shorter than two ticks.
+//
 // The sums are over the points of the rim that a step has found engaged. Therefore no single tooth is tracked, and no
 // line can alias with the tick: each line has its own frequency, and only lines that the tick can represent enter its
 // force (in full below 0.4 of its rate, none above 0.45). Sample() returns all lines, for output at a higher rate.
@@ -42,9 +48,14 @@ double ToothVibrationEffect::Line::Magnitude() const {
 }
 
 ToothVibrationEffect::ToothVibrationEffect(const ToothVibrationParams& params, const EffectSetup& setup)
-    : params_(params), teeth_(static_cast<int>(std::lround(setup.shape.passes_per_turn))) {
-  lines_[kRunout].order = 1;
-  lines_[kSet].order = teeth_ % 2 == 0 && teeth_ > 2 ? teeth_ / 2 : 0;
+    : params_(params),
+      teeth_(static_cast<int>(std::lround(setup.shape.passes_per_turn))),
+      drive_(setup.tool),
+      amplitude_mm_(0.5 * CalcStroke(setup.tool)),
+      pitch_mm_(CalcTooth(setup.tool).pitch_mm) {
+  if (drive_.strokes()) teeth_ = 2;
+  lines_[kRunout].order = drive_.strokes() ? 0 : 1;
+  lines_[kSet].order = teeth_ % 2 == 0 && (teeth_ > 2 || drive_.strokes()) ? teeth_ / 2 : 0;
   lines_[kPassing].order = teeth_ > 1 ? teeth_ : 0;
   lines_[kPassing2].order = 2 * teeth_;
 }
@@ -59,15 +70,16 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
   if (solved.rpm == 0 || solved.teeth.empty()) return;
   awake_ = true;
   const StepProblem& problem = solved.problem;
-  const double sign = solved.rpm > 0 ? 1 : -1;
+  const bool strokes = drive_.strokes();
+  const double sign = strokes || solved.rpm > 0 ? 1 : -1;
   // Change of the bite due to runout, as an outward speed.
   const double more_mm_per_s = 2e-3 * params_.runout_um * std::sin(std::numbers::pi / teeth_) * problem.passes_per_s;
   for (const ToothLoad& tooth : solved.teeth) {
     if (!(tooth.speed_mm_per_s > 0)) continue;
-    const double alpha = std::atan2(tooth.e_T.y, tooth.e_T.x);
+    const double alpha = strokes ? std::numbers::pi * tooth.p_T.y / pitch_mm_ : std::atan2(tooth.e_T.y, tooth.e_T.x);
     const Vec3 along(-sign * tooth.e_T.y, sign * tooth.e_T.x, 0);
     const Vec3 direction = -tooth.e_T - params_.tangential_share * along;
-    const double change_mm_per_s = std::min(more_mm_per_s, tooth.speed_mm_per_s);
+    const double change_mm_per_s = strokes ? 0 : std::min(more_mm_per_s, tooth.speed_mm_per_s);
     const double faster_mm_per_s = tooth.speed_mm_per_s + change_mm_per_s;
     const double slower_mm_per_s = tooth.speed_mm_per_s - change_mm_per_s;
     const double turning_N =
@@ -104,6 +116,7 @@ void ToothVibrationEffect::End(EffectEnd& end) {
   theta_rad_ = std::remainder(theta_rad_ + 2 * std::numbers::pi * std::fmod(std::abs(turns_per_s) * end.dt_s, 1),
                               2 * std::numbers::pi);
   spindle_Hz_ = std::abs(turns_per_s);
+  if (drive_.strokes()) phase_rad_ = Drive::Advance(phase_rad_, end.rpm, end.dt_s);
   force_N_ = 0;
   if (spindle_Hz_ == 0) Reset();
   if (!awake_) {
@@ -114,6 +127,8 @@ void ToothVibrationEffect::End(EffectEnd& end) {
   const double fresh = 1 - std::exp(-end.dt_s / (1e-3 * params_.smoothing_ms));
   double largest_N = 0;
   Vec3 f_T_N(0);
+  const Angle angle = FindAngle(0);
+  const bool is_mean = drive_.strokes() && spindle_Hz_ * 2 * end.dt_s > 1;
   for (std::size_t n = 0; n < kLines; ++n) {
     Line& line = lines_[n];
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -121,14 +136,16 @@ void ToothVibrationEffect::End(EffectEnd& end) {
       line.amplitude_N[axis] += fresh * (now - line.amplitude_N[axis]);
     }
     largest_N = std::max(largest_N, line.Magnitude());
-    if (line.order == 0) continue;
-    const double fraction = line.order * spindle_Hz_ * end.dt_s;  // relative to the tick's rate
+    if (line.order == 0 || is_mean) continue;
+    // Relative to the tick's rate.
+    const double fraction = line.order * angle.rate_Hz * end.dt_s + angle.modulation_Hz * end.dt_s;
     const double carried = std::clamp((kTickStopBand - fraction) / (kTickStopBand - kTickPassBand), 0.0, 1.0);
     if (carried == 0) continue;
-    const Complex turn = std::polar(carried, line.order * theta_rad_);
+    const Complex turn = std::polar(carried, line.order * angle.theta_rad);
     for (int axis = 0; axis < 3; ++axis)
       f_T_N[axis] += (line.amplitude_N[static_cast<std::size_t>(axis)] * turn).real();
   }
+  f_T_N.y *= angle.way;
   sums_ = {};
   summed_s_ = 0;
   const double force_N = glm::length(f_T_N);
@@ -141,14 +158,27 @@ void ToothVibrationEffect::End(EffectEnd& end) {
 Vec3 ToothVibrationEffect::Sample(double delay_s) const {
   Vec3 f_T_N(0);
   if (!awake_) return f_T_N;
-  const double theta = theta_rad_ + 2 * std::numbers::pi * std::fmod(spindle_Hz_ * delay_s, 1);
+  const Angle angle = FindAngle(delay_s);
   for (const Line& line : lines_) {
     if (line.order == 0) continue;
-    const Complex turn = std::polar(1.0, line.order * theta);
+    const Complex turn = std::polar(1.0, line.order * angle.theta_rad);
     for (int axis = 0; axis < 3; ++axis)
       f_T_N[axis] += (line.amplitude_N[static_cast<std::size_t>(axis)] * turn).real();
   }
+  f_T_N.y *= angle.way;
   return f_T_N;
+}
+
+/// Returns the angle `delay_s` after the end of the tick.
+ToothVibrationEffect::Angle ToothVibrationEffect::FindAngle(double delay_s) const {
+  if (!drive_.strokes()) {
+    return {theta_rad_ + 2 * std::numbers::pi * std::fmod(spindle_Hz_ * delay_s, 1), spindle_Hz_, 0, 1};
+  }
+  const double phase_rad = Drive::Advance(phase_rad_, 60 * spindle_Hz_, delay_s);
+  const double rad_per_mm = std::numbers::pi / pitch_mm_;
+  const double mm_per_rad = amplitude_mm_ * std::cos(phase_rad);  // of the phase
+  return {rad_per_mm * drive_.CalcDisplacement(phase_rad), rad_per_mm * std::abs(mm_per_rad) * spindle_Hz_, spindle_Hz_,
+          mm_per_rad < 0 ? -1.0 : 1.0};
 }
 
 void ToothVibrationEffect::Report(std::span<double> channels) const {
@@ -156,7 +186,7 @@ void ToothVibrationEffect::Report(std::span<double> channels) const {
   channels[1] = lines_[kRunout].Magnitude();
   channels[2] = lines_[kSet].Magnitude();
   channels[3] = lines_[kPassing].Magnitude();
-  channels[4] = teeth_ * spindle_Hz_;
+  channels[4] = (drive_.strokes() ? drive_.passes_per_period() : teeth_) * spindle_Hz_;
 }
 
 const EffectInfo& ToothVibration() {
@@ -168,14 +198,13 @@ const EffectInfo& ToothVibration() {
       .writes = "force on the hand, in lines that the tick can represent; all lines for sound",
       .state = "four lines and the spindle's angle",
       .sleeps = "while nothing is cut",
-      .must_turn = true,
       .hooks = kEffectSolved | kEffectEnd | kEffectPush,
       .parameters = ListEffectParameters<ToothVibrationParams>(),
       .channels = {{"force_N", "contribution to the tick's force"},
                    {"runout_N", "amplitude of the line at the spindle frequency"},
                    {"set_N", "amplitude of the line at half the tooth-passing frequency"},
                    {"passing_N", "amplitude of the line at the tooth-passing frequency"},
-                   {"passing_Hz", "teeth that pass a point per second"}},
+                   {"passing_Hz", "teeth that pass a point per second, mean over a stroke"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         return std::make_unique<ToothVibrationEffect>(ReadEffectParameters<ToothVibrationParams>(values), setup);
       }};

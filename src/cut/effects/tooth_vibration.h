@@ -29,6 +29,9 @@ void Describe(ToothVibrationParams& p, V&& visit) {
 }
 
 /// Adds the vibration of single teeth to the force on the hand, as lines at multiples of the spindle frequency.
+///
+/// The teeth of a stroke pass at changing speed: their lines are multiples of the phase pi s / pitch at the
+/// displacement s, instead of the spindle's angle.
 class ToothVibrationEffect final : public Effect {
  public:
   ToothVibrationEffect(const ToothVibrationParams& params, const EffectSetup& setup);
@@ -39,9 +42,11 @@ class ToothVibrationEffect final : public Effect {
   void Report(std::span<double> channels) const override;
   std::size_t CalcMemoryBytes() const override { return sizeof(*this); }
 
-  /// Spectral line: force on the tool = Re(amplitude e^(i order theta)), with theta the spindle's angle. Tool frame, N.
+  /// Spectral line: force on the tool = Re(amplitude e^(i order theta)), with theta the spindle's angle, or pi s /
+  /// pitch. Tool frame, N. With a stroke, the component along y is for motion along +y; it changes its sign with the
+  /// motion.
   struct Line {
-    int order = 0;  // multiple of the spindle frequency; 0: none
+    int order = 0;  // multiple of theta; 0: none
     std::array<std::complex<double>, 3> amplitude_N{};
     double Magnitude() const;
   };
@@ -53,8 +58,21 @@ class ToothVibrationEffect final : public Effect {
   Vec3 Sample(double delay_s) const;
 
  private:
+  /// Angle of the lines, and its rate.
+  struct Angle {
+    double theta_rad = 0;
+    double rate_Hz = 0;        // of theta
+    double modulation_Hz = 0;  // at which the rate changes
+    double way = 1;            // direction of a stroke: 1 or -1
+  };
+  Angle FindAngle(double delay_s) const;
+
   ToothVibrationParams params_;
-  int teeth_;
+  int teeth_;  // with a stroke 2: orders 1, 2 and 4 of theta
+  Drive drive_;
+  double amplitude_mm_;  // of the stroke
+  double pitch_mm_;
+  double phase_rad_ = 0;  // of the stroke
   std::array<Line, kLines> lines_{};
   std::array<std::array<std::complex<double>, 3>, kLines> sums_{};  // in this tick, weighted by time
   double summed_s_ = 0;

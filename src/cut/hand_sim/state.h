@@ -99,6 +99,7 @@ struct CoupledSimulation::State {
   enum class Flight { kNear, kUnderWay, kArrived };
   Flight Fly(const CoupledInput& in, CoupledOutput& out);
   void Stroke(const CoupledInput& in, double time_s);
+  const DriveStep* StrokeOrNull() const { return drive.strokes() ? &stroke : nullptr; }
   /// Pose of the blade where its stroke has taken it; of a turning tool, that of the tool.
   Pose EdgePose() const { return drive.strokes() ? Pose{X_WT.R_AB, X_WT.Point({0, edge.slide_mm(), 0})} : X_WT; }
   void Engage(const CoupledInput& in, double time_s, TickObserver* observer);

@@ -143,7 +143,7 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s, Tic
   first_of_effects = problem.solids.size();
   {
     const EffectsStage stage(observer, effects, TickStage::kEngage);
-    effects.Engage({X_WT, probe, edge, &faces, in.rpm, reads_bone, drive.strokes() ? &stroke : nullptr}, problem);
+    effects.Engage({X_WT, probe, edge, &faces, in.rpm, reads_bone, StrokeOrNull()}, problem);
   }
   if (problem.empty()) return;
   drawn_mJ += CalcSolidsEnergy(first_of_effects, problem.solids.size(), 0);
@@ -266,7 +266,7 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
     Move(X_next, fraction);
     if (!free && effects.wants_solved()) {
       const EffectsStage stage(observer, effects, TickStage::kRemove);
-      EffectSolved solved{X_from, X_WT, edge, &faces, problem, u, fraction, time_s, in.rpm, {}};
+      EffectSolved solved{X_from, X_WT, edge, &faces, problem, u, fraction, time_s, in.rpm, {}, StrokeOrNull()};
       effects.Solved(solved);
     }
     if (!free) Reserve(before_mJ - CalcBalance(out));

@@ -64,7 +64,8 @@ struct Simulation::State {
   void CutRest(const Pose& X_to);
   // Not inlined, so that its loop compiles to the same code regardless of the rest of the tick (tools/off_is_free).
   [[gnu::noinline]] EdgeLoad CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s);
-  void AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s, EdgeLoad& load);
+  void AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s,
+                  const DriveStep* stroke, EdgeLoad& load);
   TickOutput Tick(const TickInput& in, TickObserver* observer);
 
   Bone bone;
@@ -135,12 +136,12 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
 
 /// Adds the load of the effects for the tool's motion, and passes the motion on to them. Tick-safe.
 void Simulation::State::AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s,
-                                   EdgeLoad& load) {
+                                   const DriveStep* stroke, EdgeLoad& load) {
   problem.tau_s = dt_s;
   problem.solids.clear();
   problem.frictions.clear();
   const Twist u{v_T_mm_per_s.x, v_T_mm_per_s.y, v_T_mm_per_s.z, 0, 0, 0};
-  effects.Engage({X_a, Probe(field, X_a), edge, nullptr, rpm, true}, problem);
+  effects.Engage({X_a, Probe(field, X_a), edge, nullptr, rpm, true, stroke}, problem);
   Twist sum{};
   for (const SolidPoint& p : problem.solids) {
     AddTo(sum, -p.stiffness_N_per_mm * std::max(0.0, p.depth_mm + dt_s * Dot(p.row, u)), p.row);
@@ -155,7 +156,7 @@ void Simulation::State::AddEffects(const Pose& X_a, const Pose& X_b, const Vec3&
   load.f_T_N += Vec3(sum[0], sum[1], sum[2]);
   load.tau_T_Nmm += Vec3(sum[3], sum[4], sum[5]);
   if (!effects.wants_solved()) return;
-  EffectSolved solved{X_a, X_b, edge, nullptr, problem, u, 1, dt_s, rpm, {}};
+  EffectSolved solved{X_a, X_b, edge, nullptr, problem, u, 1, dt_s, rpm, {}, stroke};
   effects.Solved(solved);
 }
 
@@ -324,7 +325,7 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
       }
       if (s.effects.wants_steps()) {
         const EffectsStage stage(observer, s.effects, TickStage::kEngage);
-        s.AddEffects(X_a, X_b, v_T, begin.rpm, dt_s, step);
+        s.AddEffects(X_a, X_b, v_T, begin.rpm, dt_s, s.drive.strokes() ? &stroke : nullptr, step);
       }
       return step;
     });

@@ -42,6 +42,8 @@ class Drive {
 
   /// False for an edge that turns; then no other function may be called.
   bool strokes() const { return amplitude_mm_ > 0; }
+  /// Mean number of teeth that pass a place in a period, a real number.
+  double passes_per_period() const { return 4 * amplitude_mm_ / pitch_mm_; }
 
   double CalcDisplacement(double phase_rad) const;
   /// Returns the least and the largest displacement from a phase on, over `advance_rad` >= 0: exact.

@@ -66,6 +66,12 @@ ConvexOutline MakeToolOutline(const Tool& tool) {
   });
 }
 
+ConvexOutline MakeStrokeOutline(const Tool& tool) {
+  const ConvexOutline outline = MakeToolOutline(tool);
+  const double half_mm = 0.5 * CalcStroke(tool);
+  return outline.empty() ? outline : outline.Slide(-half_mm, half_mm);
+}
+
 std::vector<Vec3> SampleToolSurface(const Tool& tool, double step_mm) {
   return CallKind(tool, [&](auto kind, const auto& t) { return kind.SampleSurface(t, step_mm); });
 }

@@ -85,6 +85,8 @@ std::vector<CoverPlate> MakeToolCover(const Tool& tool);
 
 /// Returns the convex outline of a blade that is not round, in the middle of its stroke; empty for any other tool.
 ConvexOutline MakeToolOutline(const Tool& tool);
+/// Returns the convex outline of all that such a blade passes in a whole stroke; empty for any other tool.
+ConvexOutline MakeStrokeOutline(const Tool& tool);
 
 /// Returns points all over a tool's surface and, of a blade, its middle plane, about `step_mm` apart, the outermost
 /// first. Tool frame. Allocates.

@@ -385,11 +385,6 @@ void RefuseForStroke(TableReader& root, const Scene& scene) {
     if (!root.Has(key)) continue;
     root.Fault(key, fmt::format("[{}] requires a tool that turns, but [tool] shape is \"{}\"", key, shape));
   }
-  for (const EffectChoice& effect : scene.effects) {
-    if (!effect.info().must_turn) continue;
-    root.Fault("effects",
-               fmt::format("the effect {} is for a tool that turns, but [tool] shape is \"{}\"", effect.name(), shape));
-  }
 }
 
 }  // namespace

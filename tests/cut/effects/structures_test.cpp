@@ -28,14 +28,24 @@ Quat Turned(std::mt19937_64& random) {
 }
 
 /// Returns the smallest distance between any box and a fine grid of points on the tool's surface, or 0 if the centre of
-/// a box is in the tool; a box's nearest point is found by clamping.
+/// a box is in the tool; a box's nearest point is found by clamping. A stroke is tried at many displacements.
 double BruteForce(const std::vector<Box3>& boxes, const Tool& tool, const Pose& X) {
-  std::vector<Vec3> points = SampleToolSurface(tool, 0.2);
-  for (Vec3& p : points) p = X.Point(p);
+  const std::vector<Vec3> surface = SampleToolSurface(tool, 0.2);
+  const double stroke_mm = CalcStroke(tool);
+  const int places = 1 + static_cast<int>(std::ceil(stroke_mm / 0.2));
+  std::vector<Vec3> slides;
+  for (int i = 0; i < places; ++i)
+    slides.push_back({0, places > 1 ? stroke_mm * (1.0 * i / (places - 1) - 0.5) : 0, 0});
+  std::vector<Vec3> points;
+  for (const Vec3& slide : slides) {
+    for (const Vec3& p : surface) points.push_back(X.Point(p + slide));
+  }
   double smallest = 1e300;
   for (const Box3& box : boxes) {
     const Vec3 c_T = X.InversePoint(box.centre());
-    if (FindNearestOfTool(tool, c_T) == c_T) return 0;
+    for (const Vec3& slide : slides) {
+      if (FindNearestOfTool(tool, c_T - slide) == c_T - slide) return 0;
+    }
     for (const Vec3& p : points) {
       const Vec3 q = glm::clamp(p, box.lower, box.upper);
       smallest = std::min(smallest, glm::length(p - q));
@@ -80,7 +90,8 @@ TEST_P(StructureDistanceOf, MatchesBruteForceFromAnyPose) {
 INSTANTIATE_TEST_SUITE_P(Tools, StructureDistanceOf,
                          testing::Values(Tool(DiscSaw{}), Tool(FissureBur{.diameter_mm = 2.1, .length_mm = 8}),
                                          Tool(FissureBur{.diameter_mm = 6, .length_mm = 4, .point_angle_deg = 120}),
-                                         Tool(FissureBur{.diameter_mm = 1, .length_mm = 30, .taper = 0.5})));
+                                         Tool(FissureBur{.diameter_mm = 1, .length_mm = 30, .taper = 0.5}),
+                                         Tool(ReciprocatingBlade{.length_mm = 14, .taper = 0.6, .set_mm = 0})));
 
 TEST(StructureDistance, SearchForAMovingToolMatchesAFreshSearch) {
   const DiscSaw saw;

@@ -51,53 +51,6 @@ class SawingHand {
   Vec3 p_{0, 0, 2.2}, v_{0}, w_{0}, theta_{0};
 };
 
-class EnergyOverSawing : public testing::TestWithParam<int> {};
-
-TEST_P(EnergyOverSawing, IsNeverCreated) {
-  const int seed = GetParam();
-  std::mt19937_64 random(static_cast<std::uint64_t>(seed) * 104729 + 3);
-  const char* laws[] = {"hertz_chip", "hertz_constant_bite", "edge_plus_chip"};
-  CoupledParams params = SawParams(laws[seed % 3]);
-  SetEffect(params.effects, "kerf_friction", "coefficient", seed % 2 == 0 ? 0.5 : 2.0);
-  if (seed % 4 == 1) params.coupling.p_TC_mm = {0, -100, 0};
-  const double rates[] = {0, 500, 15000, 60000};  // the last is above half the tick rate
-  Bone bone = test::MakeBox(Pose{}, {12, 3, 4}, 0.2);
-  SawingHand hand(random);
-  CoupledSimulation simulation(bone, params, hand.Next(0.001));
-  double hand_mJ = 0, spindle_mJ = 0, lost_mJ = 0, max_mJ = 0, stored_mJ = 0;
-  int touched = 0;
-  const HeapUseCounter heap;
-  for (int i = 0; i < 1200; ++i) {
-    const double rpm = rates[(seed + (seed % 3 == 0 ? i / 200 : 0)) % 4];
-    const CoupledInput in = Handle(hand.Next(0.001), rpm, 0.001);
-    const CoupledOutput out = [&] {
-      const HeapGuard guard;
-      return simulation.Tick(in);
-    }();
-    ASSERT_TRUE(IsValid(out.X_WT));
-    ASSERT_LE(glm::length(out.f_H_W_N), params.coupling.max_force_N * (1 + 1e-12));
-    ASSERT_LE(glm::length(out.tau_H_W_Nmm), params.coupling.max_torque_Nmm * (1 + 1e-12));
-    ASSERT_GE(out.cut_mJ, 0);
-    ASSERT_GE(out.friction_mJ, 0);
-    if (rpm == 0) {
-      ASSERT_EQ(out.removed_mm3, 0);
-    }
-    hand_mJ += out.hand_mJ;
-    spindle_mJ += out.spindle_mJ;
-    stored_mJ += out.stored_mJ;
-    lost_mJ += out.cut_mJ + out.friction_mJ + out.numerical_mJ;
-    max_mJ = std::max(max_mJ, std::abs(hand_mJ) + std::abs(spindle_mJ));
-    touched += glm::length(out.f_H_W_N) > 0;
-    // 1e-7 allows for the work of the solver's residual force over the whole motion.
-    ASSERT_GE(stored_mJ, -1e-9);
-    ASSERT_GE(lost_mJ, -1e-7 * (1 + max_mJ)) << i;
-    ASSERT_GE(hand_mJ + spindle_mJ, -1e-7 * (1 + max_mJ)) << i;
-  }
-  EXPECT_EQ(heap.count(), 0);
-  EXPECT_GT(touched, 20);
-}
-INSTANTIATE_TEST_SUITE_P(Random, EnergyOverSawing, testing::Range(0, 24));
-
 TEST(ReciprocatingHand, ForceInAKerfIsThatOfTheLawAtTheFeed) {
   // A handle at constant speed; after the approach the tool follows at the same mean speed, and the mean force over a
   // stroke is that of the law at the mean bite, because edge_plus_chip is linear in the bite.

@@ -174,7 +174,6 @@ Scene RandomScene(std::mt19937& random) {
   if (GetDrive(scene.tool.shape) == DriveMotion::kStroke) {  // these require a tool that turns
     scene.exercise.given = false;
     scene.plan = {};
-    std::erase_if(scene.effects, [](const EffectChoice& effect) { return effect.info().must_turn; });
   }
   return scene;
 }

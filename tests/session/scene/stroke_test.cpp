@@ -13,11 +13,9 @@ const std::string kBlade = "[tool]\nshape = \"reciprocating\"\n";
 
 TEST(StrokeScene, RefusesWhatIsForToolsThatTurn) {
   EXPECT_EQ(test::MessageFor(test::ShortScene() + kBlade), "");
-  EXPECT_THAT(test::MessageFor(test::ShortScene() + kBlade + "[effects.heat]\n"),
-              testing::HasSubstr("the effect heat is for a tool that turns, but [tool] shape is \"reciprocating\""));
   EXPECT_THAT(test::MessageFor(test::ShortScene() + kBlade + "[slab]\nwidth_mm = 5\n"),
               testing::HasSubstr("slab mode requires a disc"));
-  EXPECT_EQ(test::MessageFor(test::ShortScene() + kBlade + "[effects.kerf_friction]\n"), "");
+  EXPECT_EQ(test::MessageFor(test::ShortScene() + kBlade + "[effects.tangential_force]\n[effects.heat]\n"), "");
 }
 
 TEST(ToolScene, ValuesThatDoNotFitTogetherAreNamedWithTheirPlace) {

@@ -1,6 +1,6 @@
 // heat: a fraction of the cutting power at each tooth,
 //
-//   P = share (F_t v_rim + F_n v_feed),
+//   P = share (F_t v_rim + F_n v_feed),   v_rim: of a stroke the mean of |ds/dt| over the step
 //
 // enters the bone around the kerf, is conducted there, and is carried off by blood and coolant (heat_grid.h).
 #include "cut/effects/heat/heat.h"
@@ -27,7 +27,7 @@ HeatEffect::HeatEffect(const HeatParams& params, const EffectSetup& setup)
       wet_half_mm_((GetForm(setup.tool) == ToolForm::kRound ? CalcReach(setup.tool) : 0.5 * CalcCutWidth(setup.tool)) +
                    kWetMargin_mm),
       wall_mm_(IsBlade(setup.tool)
-                   ? 0.5 * std::max(CalcThickness(setup.tool), setup.field.voxel_mm()) + 0.5 * params.grid.spacing_mm
+                   ? 0.5 * std::max(CalcCutWidth(setup.tool), setup.field.voxel_mm()) + 0.5 * params.grid.spacing_mm
                    : 0),
       gathered_(setup.edge.size()) {}
 
@@ -36,14 +36,17 @@ void HeatEffect::Solved(const EffectSolved& solved) {
   const double apart_mm = 0.5 * params_.grid.spacing_mm;
   for (std::size_t i = 0; i < solved.teeth.size(); ++i) {
     const ToothLoad& load = solved.teeth[i];
-    const double rim_mm_per_s = spindle_rad_per_s * std::hypot(load.p_T.x, load.p_T.y);
+    const double rim_mm_per_s = solved.stroke != nullptr ? solved.stroke->speed_mm_per_s
+                                                         : spindle_rad_per_s * std::hypot(load.p_T.x, load.p_T.y);
     const double mW = load.tangential_N * rim_mm_per_s + load.thrust_N * load.speed_mm_per_s;
     const double mJ = params_.share_into_bone * mW * solved.time_s;
     if (!(mJ > 0)) continue;
     Gathered& point = gathered_[static_cast<std::size_t>(solved.edge.contacts()[i].point)];
     const Vec3 p_F = solved.X_FT.Point(load.p_T);
-    if (point.mJ > 0 && glm::length(p_F - point.from_F) > apart_mm) Flush(point);
-    if (!(point.mJ > 0)) point.from_F = p_F;
+    // The heat of several strokes is put in at its mean place.
+    const Vec3 rest_F = solved.stroke != nullptr ? p_F - solved.X_FT.Vector({0, solved.edge.slide_mm(), 0}) : p_F;
+    if (point.mJ > 0 && glm::length(rest_F - point.from_F) > apart_mm) Flush(point);
+    if (!(point.mJ > 0)) point.from_F = rest_F;
     point.mJ += mJ;
     point.p_mJ += mJ * p_F;
     point.e_F = solved.X_FT.Vector(load.e_T);
@@ -137,7 +140,6 @@ const EffectInfo& Heat() {
       .writes = "only its channels",
       .state = "temperature, time above 47 C and dose of nodes near the kerf",
       .sleeps = "until the teeth cut, and once no node is 0.1 K warmer than the body",
-      .must_turn = true,
       .needs = {"tangential_force"},
       .hooks = kEffectSolved | kEffectEnd,
       .parameters = ListEffectParameters<HeatParams>(),

@@ -70,7 +70,7 @@ class HeatEffect final : public Effect {
     double mJ = 0;
     Vec3 p_mJ{0};         // position times heat
     Vec3 e_F{0}, n_F{0};  // outward direction, and direction along the spindle
-    Vec3 from_F{0};       // position at the start
+    Vec3 from_F{0};       // position at the start, in the middle of the stroke
   };
   void Flush(Gathered& point);
   void FlushAll();
@@ -79,7 +79,7 @@ class HeatEffect final : public Effect {
   HeatGrid grid_;
   Vec3 p_WF_mm_;
   double wet_radius_mm_, wet_half_mm_;
-  double wall_mm_;                  // distance from a disc's middle plane at which heat enters a wall; 0: a ball
+  double wall_mm_;                  // distance from a blade's middle plane at which heat enters a wall; 0: a ball
   std::vector<Gathered> gathered_;  // by point of the edge
   bool any_gathered_ = false;
 };

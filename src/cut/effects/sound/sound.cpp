@@ -18,9 +18,14 @@
 namespace kerf {
 SoundEffect::SoundEffect(const SoundParams& params, const EffectSetup& setup)
     : params_(params),
-      teeth_(static_cast<int>(std::lround(setup.shape.passes_per_turn))),
+      teeth_(setup.shape.passes_per_turn),
       radius_mm_(CalcRadius(setup.tool)),
-      cutting_(dynamic_cast<const TangentialForceEffect*>(setup.plan->Find("tangential_force"))) {}
+      cutting_(dynamic_cast<const TangentialForceEffect*>(setup.plan->Find("tangential_force"))) {
+  const Drive drive(setup.tool);
+  if (!drive.strokes()) return;
+  teeth_ = drive.passes_per_period();
+  radius_mm_ = CalcStroke(setup.tool) / std::numbers::pi;
+}
 
 void SoundEffect::End(EffectEnd& end) {
   spindle_Hz_ = std::abs(end.rpm) / 60;
@@ -81,7 +86,6 @@ const EffectInfo& Sound() {
       .writes = "nothing in the tick; the file sound.wav of a run",
       .state = "values of the last tick",
       .sleeps = "never: a tick stores three numbers",
-      .must_turn = true,
       .hooks = kEffectEnd,
       .parameters = ListEffectParameters<SoundParams>(),
       .channels =

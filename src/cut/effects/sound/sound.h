@@ -50,12 +50,12 @@ class SoundEffect final : public Effect {
   std::size_t CalcMemoryBytes() const override { return sizeof(*this); }
 
   const ToneParams& tone() const { return params_.tone; }
-  int teeth() const { return teeth_; }
+  double teeth() const { return teeth_; }
 
  private:
   SoundParams params_;
-  int teeth_;
-  double radius_mm_;
+  double teeth_;                          // that pass in a turn or a double stroke
+  double radius_mm_;                      // of the rim; with a stroke of a circle as long as a double stroke
   const TangentialForceEffect* cutting_;  // source of the power; null: it is estimated from the thrust
   double spindle_Hz_ = 0;
   double load_W_ = 0;
@@ -72,13 +72,13 @@ class ToneReader {
   /// Returns true if the plan contains the sound effect.
   bool any() const { return sound_ >= 0; }
   const ToneParams& tone() const { return tone_; }
-  int teeth() const { return teeth_; }
+  double teeth() const { return teeth_; }
   /// `channels`: those of all effects. Tick-safe.
   ToneFrame Read(double dt_s, std::span<const double> channels) const;
 
  private:
   ToneParams tone_;
-  int teeth_ = 0;
+  double teeth_ = 0;
   int sound_ = -1;  // its first channel
   int runout_ = -1, set_ = -1, passing_ = -1;
 };

@@ -28,7 +28,7 @@ double Saturate(double value, double half) {
 
 }  // namespace
 
-Tone::Tone(const ToneParams& params, int teeth)
+Tone::Tone(const ToneParams& params, double teeth)
     : params_(params),
       fine_fraction_(1 - std::exp(-2 * std::numbers::pi * kNoiseTo_Hz / params.rate_Hz)),
       slow_fraction_(1 - std::exp(-2 * std::numbers::pi * kNoiseFrom_Hz / params.rate_Hz)) {

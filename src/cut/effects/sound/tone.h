@@ -36,8 +36,8 @@ struct ToneParams {
 /// that nothing is clipped.
 class Tone {
  public:
-  /// `teeth`: number of teeth that pass per turn.
-  Tone(const ToneParams& params, int teeth);
+  /// `teeth`: number of teeth that pass per turn or double stroke, a real number.
+  Tone(const ToneParams& params, double teeth);
 
   /// Appends the frame's samples, within +-(motor_level + teeth_level + noise_level). Their total number corresponds to
   /// the total time of all frames. Values that are not finite count as 0, and a frame lasts at most 1 s.

@@ -81,9 +81,10 @@ void SpindleEffect::Solved(const EffectSolved& solved) {
   const StepProblem& problem = solved.problem;
   if (solved.rpm == 0) {
     double hold_Nmm = cutting_.CalcRequiredTorque();
+    const Twist spin = solved.stroke != nullptr ? Twist{0, cutting_.lever_mm(), 0, 0, 0, 0} : spin_;
     for (const FrictionPoint& p : problem.frictions) {
       if (p.slip_a_mm_per_s != 0 || p.slip_b_mm_per_s != 0) continue;  // caused by the motor's own torque
-      hold_Nmm += p.limit_N * std::hypot(Dot(p.row_a, spin_), Dot(p.row_b, spin_));
+      hold_Nmm += p.limit_N * std::hypot(Dot(p.row_a, spin), Dot(p.row_b, spin));
     }
     hold_Nmms_ += solved.time_s * hold_Nmm;
     return;
@@ -121,7 +122,6 @@ const EffectInfo& Spindle() {
       .writes = "the spindle speed of the tick",
       .state = "speed of the rotor, load of the last tick",
       .sleeps = "while switched off and at rest",
-      .must_turn = true,
       .needs = {"tangential_force"},
       .hooks = kEffectBegin | kEffectSolved,
       .parameters = ListEffectParameters<SpindleParams>(),

@@ -37,7 +37,7 @@ void Describe(SpindleParams& p, V&& visit) {
 
 /// Sets the speed that a tick uses: the motor's mean speed over the tick, under the load of the previous tick. The load
 /// is the torque that the problem's friction points exert against the rotation: the teeth's tangential force, and the
-/// friction of the flats.
+/// friction of the flats. With a stroke it is the torque on the crank: force times way per angle, mean over the tick.
 ///
 /// While the spindle is stalled, the edge is a solid contact. The spindle is then held by friction and by the torque
 /// that the teeth would need to cut with the current contact forces. It starts again when this torque has fallen to a
