@@ -58,13 +58,6 @@ bool IsSegmentation(const std::string& path) {
   return Lower(path).ends_with(".seg.nrrd");
 }
 
-/// The window shows tools that turn.
-void CheckShown(const Scene& scene, const std::string& input) {
-  if (GetDrive(scene.tool.shape) == DriveMotion::kRotation) return;
-  throw Error(fmt::format("{}: the window does not show a {}; use 'kerf run' or 'kerf loop'", input,
-                          DescribeToolBriefly(scene.tool.shape)));
-}
-
 }  // namespace
 
 std::string NameCaseOf(const std::string& input) {
@@ -123,7 +116,7 @@ void CheckInput(const std::string& input) {
   if (fs::is_directory(input) || IsProjectPath(input)) return;
   const std::string name = Lower(fs::path(input).filename().string());
   if (LowerExtension(input) == ".toml") {
-    CheckShown(ReadScene(input), input);
+    ReadScene(input);
     return;
   }
   if (std::none_of(kTypes.begin(), kTypes.end(), [&](const char* type) { return name.ends_with(type); })) {
@@ -151,7 +144,6 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   if (extension == ".toml") {
     opened.scene = ReadScene(input);
     opened.scene_file = input;
-    CheckShown(opened.scene, input);
     if (opened.scene.simulation.mode == SceneMode::kSlab) {
       throw Error(
           fmt::format("{}: [simulation] mode = \"slab\" can't be used in the window; set mode = \"voxel\"", input));

@@ -116,7 +116,7 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
   if (!session_ || !began_) return;
   spin_rad_ = std::fmod(spin_rad_ + figures_.in.rpm / 60 * 2 * std::numbers::pi * dt_s, 2 * std::numbers::pi);
   const Pose& X_WT = figures_.coupled.X_WT;
-  view_->SetToolPose(X_WT, figures_.in.rpm, spin_rad_);
+  view_->SetToolPose(X_WT, figures_.in.rpm, spin_rad_, figures_.coupled.displacement_mm);
   if (!X_holder_ || X_holder_->p_AB != X_WT.p_AB || X_holder_->R_AB != X_WT.R_AB) {
     X_holder_ = X_WT;
     const bool hub_was_in_bone = holder_.hub_in_bone();
@@ -151,7 +151,7 @@ void ViewerApp::UpdateToolInPicture(double dt_s) {
   Vec3 focus_W = X_WT.p_AB;
   if (cut_place_.p_W()) {
     focus_W = *cut_place_.p_W();
-  } else {
+  } else if (CalcStroke(tool) == 0) {  // the origin of a blade with a stroke is on its edge
     const Vec3 spindle_W = X_WT.Vector({0, 0, 1});
     const Vec3 to_bone_W = bone_.surface()->bounds_W().centre() - X_WT.p_AB;
     if (const auto in_plane_W = CalcDirection(to_bone_W - glm::dot(to_bone_W, spindle_W) * spindle_W)) {
@@ -175,12 +175,19 @@ void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {
     return;
   }
   const Pose& X_WT = figures_.coupled.X_WT;
-  cut_place_.Update(tool, X_WT, figures_.coupled.f_cut_W_N + figures_.coupled.f_face_W_N, dt_s);
+  cut_place_.Update(tool, X_WT, figures_.coupled.f_cut_W_N + figures_.coupled.f_face_W_N, dt_s,
+                    bone_at_start().get());
   view_->SetContact(cut_place_.p_W());
   const double removed_mm3 = figures_.removed_mm3 - std::exchange(shown_removed_mm3_, figures_.removed_mm3);
   if (cut_place_.p_W()) {
-    const Vec3 spin_W = figures_.in.rpm / 60 * 2 * std::numbers::pi * X_WT.Vector({0, 0, 1});
-    view_->AddDust(*cut_place_.p_W(), glm::cross(spin_W, *cut_place_.p_W() - X_WT.p_AB), removed_mm3);
+    const double turns_per_s = figures_.in.rpm / 60;
+    const Vec3 spin_W = turns_per_s * 2 * std::numbers::pi * X_WT.Vector({0, 0, 1});
+    Vec3 v_W = glm::cross(spin_W, *cut_place_.p_W() - X_WT.p_AB);
+    if (const double stroke_mm = CalcStroke(tool); stroke_mm > 0) {
+      const double way = figures_.coupled.displacement_mm < 0 ? -1 : 1;
+      v_W = X_WT.Vector({0, way * 2 * stroke_mm * turns_per_s, 0});
+    }
+    view_->AddDust(*cut_place_.p_W(), v_W, removed_mm3);
   }
   view_->AdvanceDust(dt_s);
   std::vector<AlarmOverlay> alarms;
@@ -209,7 +216,8 @@ SliceScene ViewerApp::MakeSliceScene() const {
   SliceScene scene;
   if (session_ && began_) {
     scene.tool = MakeTool(session_->scene());
-    scene.X_WT = figures_.coupled.X_WT;
+    const CoupledOutput& at = figures_.coupled;
+    scene.X_WT = {at.X_WT.R_AB, at.X_WT.Point({0, at.displacement_mm, 0})};
   }
   activity_->FillSlices(scene);
   return scene;

@@ -171,6 +171,7 @@ CoupledOutput CoupledSimulation::State::Tick(const CoupledInput& input, TickObse
   // 7 publish
   enter(TickStage::kPublish);
   s.Publish(sums, out);
+  if (s.drive.strokes()) out.displacement_mm = s.drive.CalcDisplacement(s.phase_rad);
   if (end.f_extra_W_N != Vec3(0)) out.f_H_W_N += end.f_extra_W_N;
   // If tool and handle coincide, the output is the input's pose, without the rounding of the frame change.
   if (s.X_WT.p_AB == in.X_WH.p_AB && s.X_WT.R_AB == in.X_WH.R_AB) out.X_WT = input.X_WH;

@@ -81,12 +81,8 @@ Saw ParseSaw(const SawRow& row, const CsvPlace& place) {
   const std::string& word = row.at("shape");
   const std::vector<Tool>& tools = GetDefaultTools();
   const auto tool = std::find_if(tools.begin(), tools.end(), [&](const Tool& t) { return GetShape(t) == word; });
-  if (tool == tools.end() || GetDrive(*tool) != DriveMotion::kRotation) {  // the window shows tools that turn
-    std::vector<std::string_view> shapes;
-    for (const Tool& t : tools) {
-      if (GetDrive(t) == DriveMotion::kRotation) shapes.push_back(GetShape(t));
-    }
-    place.Fail(fmt::format("shape = {} must be {}", Quote(word), fmt::join(shapes, " or ")));
+  if (tool == tools.end()) {
+    place.Fail(fmt::format("shape = {} must be {}", Quote(word), fmt::join(GetToolShapes(), " or ")));
   }
   saw.tool.shape = *tool;
   std::visit([&](auto& shape) { ParseShape(row, place, shape); }, saw.tool.shape);
@@ -125,9 +121,12 @@ const std::vector<Saw>& BuiltInSaws() {
 }
 
 void UseSaw(Scene& scene, const Saw& saw) {
-  const Vec3 p_TG_mm = CalcGrip(scene.tool.shape);
+  const Tool before = scene.tool.shape;
   scene.tool = saw.tool;
-  std::visit([&](auto& shape) { shape.p_TG_mm = p_TG_mm; }, scene.tool.shape);
+  // A handpiece with a stroke is held behind the blade, one that turns it above it.
+  if (GetDrive(before) == GetDrive(saw.tool.shape)) {
+    std::visit([&](auto& shape) { shape.p_TG_mm = CalcGrip(before); }, scene.tool.shape);
+  }
   if (!std::holds_alternative<DiscSaw>(saw.tool.shape)) scene.slab = {};
 }
 

@@ -32,6 +32,8 @@ constexpr Rgb8 kReachedColour{190, 40, 20};
 constexpr Rgb8 kGuideColour{0, 130, 95};
 constexpr Rgb8 kHandpieceColour{206, 212, 219};
 constexpr Rgb8 kGuardColour{150, 160, 172};
+constexpr double kSeenStrokes_per_min = 600;  // faster strokes are not seen one by one
+constexpr double kPassedOpacity = 0.25;
 
 Rgb8 Lighter(const Rgb8& c, double fraction, const Rgb8& to) {
   Rgb8 mixed{};
@@ -44,8 +46,18 @@ std::vector<Vec3> Closed(std::vector<Vec3> corners) {
   return corners;
 }
 
-/// Returns the closed line around a tool in the picture: a blade's rim, the silhouette of any other tool.
+/// Returns the corners of the outline of all that a blade passes in a stroke.
+std::vector<Vec3> MakeStrokeCorners(const Tool& tool, const Pose& X_WT) {
+  const ConvexOutline outline = MakeStrokeOutline(tool);
+  std::vector<Vec3> corners;
+  for (int i = 0; i < outline.size(); ++i) corners.push_back(X_WT.Point({outline.corner(i).x, outline.corner(i).y, 0}));
+  return corners;
+}
+
+/// Returns the closed line around a tool in the picture: a disc's rim, all that a blade with a stroke passes, the
+/// silhouette of any other tool.
 std::vector<Vec3> MakeToolOutline(const Tool& tool, const Pose& X_WT, const ViewCamera& camera, int corners) {
+  if (CalcStroke(tool) > 0) return Closed(MakeStrokeCorners(tool, X_WT));
   if (IsBlade(tool)) return Closed(MakeCircle(X_WT.p_AB, X_WT.Vector({0, 0, 1}), CalcReach(tool), corners));
   std::vector<Vec3> outline = MakeCircle(Vec3(0), camera.forward_W(), 1, corners);
   std::optional<RoundSolid> solid = CalcRoundSolid(tool);
@@ -77,7 +89,8 @@ struct SceneActors::State {
   Pose X_WT;
   double rpm = 0;
   double angle_rad = 0;
-  vtkSmartPointer<vtkActor> toothed, turning, blur, ghost, handpiece, guard;
+  double displacement_mm = 0;  // of a stroke
+  vtkSmartPointer<vtkActor> toothed, turning, blur, passed, ghost, handpiece, guard;
   bool handpiece_shown = true;
   bool handpiece_in_bone = false;
   std::optional<Vec3> contact_W;
@@ -130,7 +143,7 @@ struct SceneActors::State {
   }
   std::vector<vtkActor*> ToolActors() const {
     std::vector<vtkActor*> all;
-    for (const auto* actor : {&toothed, &turning, &blur, &guard, &handpiece}) {
+    for (const auto* actor : {&toothed, &turning, &blur, &passed, &guard, &handpiece}) {
       if (*actor != nullptr) all.push_back(*actor);
     }
     return all;
@@ -153,7 +166,10 @@ struct SceneActors::State {
     toothed->SetVisibility(!whirls);
     if (turning != nullptr) turning->SetVisibility(whirls);
     if (blur != nullptr) blur->SetVisibility(whirls);
+    if (passed != nullptr) passed->SetVisibility(std::abs(rpm) > kSeenStrokes_per_min);
   }
+  /// Pose of the blade where its stroke has it.
+  Pose EdgePose() const { return {X_WT.R_AB, X_WT.Point({0, displacement_mm, 0})}; }
 };
 
 SceneActors::SceneActors(vtkRenderer& scene, vtkRenderer& over) : state_(std::make_unique<State>(scene, over)) {}
@@ -209,7 +225,10 @@ void SceneActors::SetTool(const Tool& tool) {
     s.guard = MakeMeshActor(looks.guard, kGuardColour, 1, Finish::kMetal);
     AddSightHole(*s.guard);
   }
-  for (const auto& actor : {s.turning, s.blur, s.guard}) {
+  if (CalcStroke(tool) > 0) {
+    s.passed = MakeMeshActor(MakePolygon(MakeStrokeCorners(tool, {})), kSteelColour, kPassedOpacity, Finish::kFlat);
+  }
+  for (const auto& actor : {s.turning, s.blur, s.passed, s.guard}) {
     if (actor != nullptr) s.scene.AddActor(actor);
   }
   s.handpiece = MakeMeshActor(MakeHandpieceMesh(tool), kHandpieceColour, 1, Finish::kMatt);
@@ -223,7 +242,7 @@ void SceneActors::SetTool(const Tool& tool) {
 void SceneActors::ClearTool() {
   State& s = *state_;
   ++s.changes;
-  for (auto* actor : {&s.toothed, &s.turning, &s.blur, &s.guard, &s.handpiece}) {
+  for (auto* actor : {&s.toothed, &s.turning, &s.blur, &s.passed, &s.guard, &s.handpiece}) {
     if (*actor != nullptr) s.scene.RemoveActor(*actor);
     *actor = nullptr;
   }
@@ -232,6 +251,7 @@ void SceneActors::ClearTool() {
   s.ghost_shown = false;
   s.tool.reset();
   s.contact_W.reset();
+  s.displacement_mm = 0;
 }
 
 void SceneActors::MoveToolLast() {
@@ -299,18 +319,21 @@ void SceneActors::UpdateSightHoles(const ViewCamera& camera, double depth) {
   for (const auto& actor : {s.guard, s.toothed, s.turning, s.blur}) SetSightHole(*actor, hole);
 }
 
-void SceneActors::SetToolPose(const Pose& X_WT, double rpm, double angle_rad) {
+void SceneActors::SetToolPose(const Pose& X_WT, double rpm, double angle_rad, double displacement_mm) {
   State& s = *state_;
   const bool moved = s.X_WT.p_AB != X_WT.p_AB || s.X_WT.R_AB != X_WT.R_AB;
   s.X_WT = X_WT;
   const bool whirled = s.Whirls();
   s.rpm = rpm;
-  const double shown_rad = s.Whirls() ? s.angle_rad : angle_rad;  // a blurred disc looks the same at every angle
-  if (moved || s.Whirls() != whirled || shown_rad != s.angle_rad) ++s.changes;
+  const double shown_rad = s.Whirls() || s.passed != nullptr ? s.angle_rad : angle_rad;  // looks the same at every angle
+  const bool slid = std::exchange(s.displacement_mm, displacement_mm) != displacement_mm;
+  if (moved || slid || s.Whirls() != whirled || shown_rad != s.angle_rad) ++s.changes;
   s.angle_rad = shown_rad;
   s.PlaceHandpiece();
   if (s.toothed == nullptr) return;
-  SetPose(*s.toothed, {X_WT.R_AB * glm::angleAxis(angle_rad, Vec3{0, 0, 1}), X_WT.p_AB});
+  const bool strokes = s.passed != nullptr;
+  SetPose(*s.toothed, strokes ? s.EdgePose() : Pose{X_WT.R_AB * glm::angleAxis(angle_rad, Vec3{0, 0, 1}), X_WT.p_AB});
+  if (strokes) SetPose(*s.passed, X_WT);
   if (s.turning != nullptr) SetPose(*s.turning, X_WT);
   if (s.blur != nullptr) SetPose(*s.blur, X_WT);
   s.ShowTool();
@@ -485,7 +508,7 @@ XrayList SceneActors::MakeXrayList(double surface_mm, Theme theme) const {
   AddPlaneLines(s.plane_lines, surface_mm, list);
   AddMarkLines(s.marks, list);
   AddMeasures(s.measures, list);
-  if (s.tool) AddToolOutline(s.outline_T, s.X_WT, CalcThickness(*s.tool), theme, list);
+  if (s.tool) AddToolOutline(s.outline_T, s.EdgePose(), CalcThickness(*s.tool), theme, list);
   AddPoints(s.points, list);
   AddPlaneHandles(s.handles, list);
   return list;

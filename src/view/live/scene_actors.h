@@ -27,7 +27,9 @@ class SceneActors {
   void ShowInner(bool shown);
   void SetTool(const Tool& tool);
   void ClearTool();
-  void SetToolPose(const Pose& X_WT, double rpm, double angle_rad);
+  /// `displacement_mm`: of a blade with a stroke. If its strokes are too fast to be seen one by one, all that it passes
+  /// is shown too, faintly.
+  void SetToolPose(const Pose& X_WT, double rpm, double angle_rad, double displacement_mm);
   void SetToolColour(const Rgb8& colour);
   void SetGhost(const std::optional<Pose>& X_WH);
   void SetHandpieceShown(bool shown);

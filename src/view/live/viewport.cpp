@@ -260,8 +260,8 @@ void Viewport::ClearTool() {
 void Viewport::SetToolColour(const Rgb8& colour) {
   state_->actors.SetToolColour(colour);
 }
-void Viewport::SetToolPose(const Pose& X_WT, double rpm, double angle_rad) {
-  state_->actors.SetToolPose(X_WT, rpm, angle_rad);
+void Viewport::SetToolPose(const Pose& X_WT, double rpm, double angle_rad, double displacement_mm) {
+  state_->actors.SetToolPose(X_WT, rpm, angle_rad, displacement_mm);
 }
 void Viewport::SetGhost(const std::optional<Pose>& X_WH) {
   state_->actors.SetGhost(X_WH);

@@ -136,7 +136,7 @@ class Viewport {
   void ClearTool();
   /// `angle_rad`: angle by which the tool has turned. Individual teeth are drawn only at speeds at which they can be
   /// seen separately.
-  void SetToolPose(const Pose& X_WT, double rpm, double angle_rad);
+  void SetToolPose(const Pose& X_WT, double rpm, double angle_rad, double displacement_mm = 0);
   /// Sets the colour of the current tool; steel by default.
   void SetToolColour(const Rgb8& colour);
   /// Sets the pose of the handle in a coupled simulation; unset: not shown.

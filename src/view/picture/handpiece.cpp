@@ -58,11 +58,13 @@ TriangleMesh MakeTube(const std::vector<Section>& sections, std::size_t bend, co
   return mesh;
 }
 
+/// In a frame H whose z axis is that of the neck.
 struct Proportions {
+  Pose X_TH;         // that of the tool for a tool that turns; of a blade with a stroke behind it
   double start_mm;   // where the neck begins, along z
   double neck_mm;    // radius of the neck at its start
   double collar_mm;  // where the handle begins, along z
-  Vec3 end_T{0};     // end of the handle
+  Vec3 end_H{0};     // end of the handle
 };
 
 Proportions CalcProportions(const Tool& tool) {
@@ -77,14 +79,24 @@ Proportions CalcProportions(const Tool& tool) {
     p.neck_mm = std::max(solid->top_radius_mm, kLeastNeck_mm);
     p.collar_mm = p.start_mm + 10;
   }
-  const Vec3 grip = CalcGrip(tool);
+  Vec3 grip = CalcGrip(tool);
+  if (const ConvexOutline outline = MakeStrokeOutline(tool); !outline.empty()) {
+    Box3 box;
+    for (int i = 0; i < outline.size(); ++i) box.Include({outline.corner(i).x, outline.corner(i).y, 0});
+    // z of H is -y of T.
+    p.X_TH = {glm::angleAxis(0.5 * std::numbers::pi, Vec3{1, 0, 0}), box.centre()};
+    p.start_mm = 0.5 * box.size().y;
+    p.neck_mm = 0.4 * box.size().x;
+    p.collar_mm = p.start_mm + 12;
+    grip = p.X_TH.InversePoint(grip);
+  }
   // The axis from the collar through the grip, unless the grip lies beside or before the collar.
   const Vec3 from{0, 0, p.collar_mm};
   const Vec3 to_grip = grip - from;
   const bool on_side = to_grip.z > 10 && to_grip.z > 0.4 * glm::length(to_grip);
   const Vec3 axis = on_side ? glm::normalize(to_grip) : Vec3{0, 0, 1};
   const double length = on_side ? std::min(glm::length(to_grip), 150.0) : 60.0;
-  p.end_T = from + (length + kBehindGrip_mm) * axis;
+  p.end_H = from + (length + kBehindGrip_mm) * axis;
   return p;
 }
 
@@ -94,7 +106,7 @@ TriangleMesh MakeHandpieceMesh(const Tool& tool) {
   Validate(tool);
   const Proportions p = CalcProportions(tool);
   const Vec3 from{0, 0, p.collar_mm};
-  const Vec3 along = p.end_T - from;
+  const Vec3 along = p.end_H - from;
   const double handle = std::clamp(0.07 * glm::length(along), 4.0, 6.5);
   const double collar = std::max(0.62 * handle, 1.15 * p.neck_mm);
   const double neck = std::min(1.3 * p.neck_mm, collar);
@@ -109,7 +121,11 @@ TriangleMesh MakeHandpieceMesh(const Tool& tool) {
   constexpr double kProfile[][2] = {{0.06, 0.78}, {0.1, 0.7},   {0.16, 0.82}, {0.3, 0.97}, {0.5, 1.0},
                                     {0.78, 0.94}, {0.94, 0.88}, {0.98, 0.7},  {1.0, 0.42}};
   for (const auto& [fraction, width] : kProfile) sections.push_back({from + fraction * along, width * handle});
-  return MakeTube(sections, bend, glm::normalize(along));
+  TriangleMesh mesh = MakeTube(sections, bend, glm::normalize(along));
+  if (CalcStroke(tool) > 0) {
+    for (Vec3& point : mesh.points) point = p.X_TH.Point(point);
+  }
+  return mesh;
 }
 
 std::vector<Vec3> SampleHandpiece(const Tool& tool, double step_mm) {
@@ -130,7 +146,7 @@ std::vector<Vec3> SampleHandpiece(const Tool& tool, double step_mm) {
 
 double CalcHandpieceReach(const Tool& tool) {
   const Proportions p = CalcProportions(tool);
-  return std::max(1.2 * CalcReach(tool), glm::length(p.end_T) + 10);
+  return std::max(1.2 * CalcReach(tool), glm::length(p.X_TH.Point(p.end_H)) + 10);
 }
 
 }  // namespace kerf

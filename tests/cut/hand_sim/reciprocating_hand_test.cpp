@@ -128,6 +128,17 @@ TEST(ReciprocatingHand, TheWallsOfItsKerfHoldIt) {
   EXPECT_GT(glm::length(out.f_face_W_N), 1);
 }
 
+TEST(ReciprocatingHand, ReportsTheDisplacementOfItsEdge) {
+  CoupledParams params = SawParams("edge_plus_chip");
+  CoupledSimulation simulation(test::MakeBox({}, {6, 3, 5}, 0.2), params, SawPose({0, 0, 2.6}));
+  for (int i = 1; i <= 100; ++i) {  // 1.5 mm sin(2 pi 20 Hz t), in air and in bone
+    const CoupledOutput out = simulation.Tick(Handle(SawPose({0, 0, 2.6 - 0.01 * i}), 1200));
+    EXPECT_NEAR(out.displacement_mm, 1.5 * std::sin(2 * std::numbers::pi * 0.02 * i), 1e-9);
+  }
+  EXPECT_EQ(simulation.Tick(Handle(SawPose({0, 0, 1.6}), 0)).displacement_mm,
+            simulation.Tick(Handle(SawPose({0, 0, 1.6}), 0)).displacement_mm);
+}
+
 TEST(ReciprocatingHand, TheSameCallsGiveTheSameBits) {
   std::uint64_t hash[2];
   for (std::uint64_t& one : hash) {

@@ -61,13 +61,6 @@ std::vector<double> ListShape(Tool tool) {
 
 TEST(Saws, EveryKeyOfEveryShapeIsAColumn) {
   for (Tool tool : GetDefaultTools()) {
-    if (GetDrive(tool) != DriveMotion::kRotation) {  // not in the table
-      EXPECT_EQ(test::MessageOf([&] {
-                  ParseSaws(fmt::format("source,rpm,shape,name\nmine,5000,{},a\n", GetShape(tool)), "saws.csv");
-                }),
-                fmt::format("saws.csv:2: shape = \"{}\" must be disc or ball or bur or drill", GetShape(tool)));
-      continue;
-    }
     std::string header = "source,rpm,shape,name";
     std::string row = fmt::format("mine,5000,{},a", GetShape(tool));
     const auto change = [&](const char* key, auto& value, Range range, const char*) {
@@ -80,6 +73,17 @@ TEST(Saws, EveryKeyOfEveryShapeIsAColumn) {
               ListShape(tool))
         << row;
   }
+}
+
+TEST(Saws, GripIsKeptExceptWhereTheHandpieceIsAnother) {
+  Scene scene = ParseScene(DefaultSceneToml(), "default.toml");
+  std::visit([](auto& shape) { shape.p_TG_mm = {1, 2, 90}; }, scene.tool.shape);
+  UseSaw(scene, {.name = "ball", .tool = {.shape = BallBurr{}}, .source = "mine"});
+  EXPECT_EQ(CalcGrip(scene.tool.shape), Vec3(1, 2, 90));
+  UseSaw(scene, {.name = "blade", .tool = {.shape = ReciprocatingBlade{}}, .source = "mine"});
+  EXPECT_EQ(CalcGrip(scene.tool.shape), ReciprocatingBlade{}.p_TG_mm);
+  UseSaw(scene, {.name = "disc", .tool = {.shape = DiscSaw{}}, .source = "mine"});
+  EXPECT_EQ(CalcGrip(scene.tool.shape), DiscSaw{}.p_TG_mm);
 }
 
 TEST(Saws, KeyWithoutColumnHasItsDefault) {

@@ -6,6 +6,8 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "support/solids.h"
+
 namespace kerf {
 namespace {
 
@@ -37,6 +39,17 @@ TEST(CutPlace, IsAtTheTipOfADrillAndInTheMiddleOfAStraightEdge) {
   const auto on_blade = EstimateContact(ReciprocatingBlade{}, X_WT, X_WT.Vector({-3, 1, 0}));
   ASSERT_TRUE(on_blade);
   EXPECT_EQ(*on_blade, X_WT.p_AB);
+}
+
+TEST(CutPlace, IsInTheMiddleOfThePartOfAStraightEdgeThatIsInBone) {
+  // The edge lies along y from -5 to 25 and is in the bone from -4 to 4.
+  const Bone block = test::MakeBox({}, {8, 8, 8}, 0.4);
+  const Pose X_WT{{1, 0, 0, 0}, {1, 10, 0}};
+  const auto at = EstimateContact(ReciprocatingBlade{}, X_WT, {-3, 0, 0}, &block);
+  ASSERT_TRUE(at);
+  EXPECT_NEAR(glm::length(*at - Vec3(1, 0, 0)), 0, 0.4);
+  EXPECT_EQ(*EstimateContact(ReciprocatingBlade{}, {{1, 0, 0, 0}, {9, 10, 0}}, {-3, 0, 0}, &block), Vec3(9, 10, 0));
+  EXPECT_EQ(EstimateContact(DiscSaw{}, X_WT, {-3, 0, 0}, &block), EstimateContact(DiscSaw{}, X_WT, {-3, 0, 0}));
 }
 
 TEST(CutPlace, StaysOnTheRimAndIsForgottenAfterAWhile) {

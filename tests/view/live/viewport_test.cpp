@@ -250,6 +250,36 @@ TEST_F(OnePlate, DiscIsDrawnAtItsProjection) {
   EXPECT_EQ(Compare(Draw(), without).count, 0);
 }
 
+TEST_F(OnePlate, BladeIsDrawnWhereItsStrokeHasIt) {
+  view.set_bone_hidden(true);
+  const Image without = Draw();
+  const ReciprocatingBlade blade{.length_mm = 12, .width_mm = 4, .stroke_mm = 6};
+  view.SetTool(blade);
+  const Pose X_WT{{1, 0, 0, 0}, {2, 1, 5}};
+  const auto centre = view.camera().Project(X_WT.Point({-2, 0, 0}));
+  ASSERT_TRUE(centre);
+  const auto draw = [&](double rpm, double displacement_mm) {
+    view.SetToolPose(X_WT, rpm, 0, displacement_mm);
+    return Compare(Draw(), without);
+  };
+  const Difference middle = draw(60, 0), ahead = draw(60, 2.5);
+  EXPECT_NEAR(std::abs(ahead.y - middle.y), 2.5 / kMmPerPixel, 1);
+  EXPECT_NEAR(middle.x, ahead.x, 1);
+  // A fast stroke shows all that it passes, at any displacement.
+  for (const double displacement_mm : {-3.0, 0.0, 3.0}) {
+    const Difference passed = draw(15000, displacement_mm);
+    EXPECT_NEAR(passed.count * kMmPerPixel * kMmPerPixel, 18 * 4, 0.1 * 18 * 4);
+    EXPECT_NEAR(passed.x, centre->x, 2);
+    EXPECT_NEAR(passed.y, centre->y, 2);
+  }
+  EXPECT_LT(middle.count * kMmPerPixel * kMmPerPixel, 12 * 4 * 1.1);
+  const ScreenBox box = view.CalcToolBox();
+  EXPECT_NEAR(box.width * kMmPerPixel, 4, 0.01);
+  EXPECT_NEAR(box.height * kMmPerPixel, 18, 0.01);
+  EXPECT_TRUE(view.IsOnTool(*view.camera().Project({1, 9, 5})));
+  EXPECT_FALSE(view.IsOnTool(*view.camera().Project({3, 0, 5})));
+}
+
 TEST_F(OnePlate, CutShowsTheExposedTissues) {
   Leave(Draw(), "plate");
   EXPECT_TRUE(view.legend().empty());

@@ -49,6 +49,20 @@ TEST(Handpiece, IsAClosedSolidOnTheSideOfTheSpindle) {
   }
 }
 
+TEST(Handpiece, IsBehindABladeWithAStroke) {
+  const ReciprocatingBlade blade;
+  const TriangleMesh mesh = MakeHandpieceMesh(blade);
+  EXPECT_EQ(CountOpenEdges(mesh), 0u);
+  EXPECT_GT(CalcEnclosedVolume(mesh), 100);
+  double furthest = 0;
+  for (const Vec3& p : mesh.points) {
+    EXPECT_LT(p.y, -0.5 * (blade.length_mm + blade.stroke_mm) + 1e-9);  // the blade does not move into it
+    EXPECT_LT(glm::length(p), CalcHandpieceReach(blade));
+    furthest = std::min(furthest, p.y);
+  }
+  EXPECT_LT(furthest, blade.p_TG_mm.y);
+}
+
 TEST(Handpiece, LeadsThroughTheGrip) {
   DiscSaw saw;
   saw.p_TG_mm = {30, -20, 70};
