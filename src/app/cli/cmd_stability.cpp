@@ -98,10 +98,6 @@ class Bars {
 
 Scene ReadOptionsScene(const StabilityArguments& options) {
   Scene scene = ReadScene(options.scene);
-  if (GetDrive(scene.tool.shape) != DriveMotion::kRotation) {
-    throw Error(fmt::format("{}: the hard cases are made for tools that turn, not for a {}", options.scene,
-                            DescribeToolBriefly(scene.tool.shape)));
-  }
   if (!options.hand.empty()) scene.hand.model = options.hand;
   if (options.profile.empty()) return scene;
   // Take the profile from the scene's own table if it has one, otherwise from the built-in table.

@@ -101,8 +101,7 @@ void Rehearsal::AddActions(ActionList& actions) {
   // ---- saws
   for (const Saw& saw : options_.saws) {
     const char* unit = CalcStroke(saw.tool.shape) > 0 ? "strokes a minute" : "rpm";
-    saw_tips_.push_back(
-        fmt::format("{}, {:.0f} {}; {}", DescribeTool(saw.tool.shape), saw.tool.rpm, unit, saw.source));
+    saw_tips_.push_back(fmt::format("{}, {:.0f} {}; {}", DescribeTool(saw.tool.shape), saw.tool.rpm, unit, saw.source));
   }
   for (std::size_t i = 0; i < options_.saws.size(); ++i) {
     Action saw{.id = fmt::format("saw.{}", i + 1),

@@ -175,8 +175,7 @@ void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {
     return;
   }
   const Pose& X_WT = figures_.coupled.X_WT;
-  cut_place_.Update(tool, X_WT, figures_.coupled.f_cut_W_N + figures_.coupled.f_face_W_N, dt_s,
-                    bone_at_start().get());
+  cut_place_.Update(tool, X_WT, figures_.coupled.f_cut_W_N + figures_.coupled.f_face_W_N, dt_s, bone_at_start().get());
   view_->SetContact(cut_place_.p_W());
   const double removed_mm3 = figures_.removed_mm3 - std::exchange(shown_removed_mm3_, figures_.removed_mm3);
   if (cut_place_.p_W()) {

@@ -21,7 +21,7 @@ constexpr double kSideways_mm = 1;       // maximum deflection of the coupling o
 constexpr double kFractionOfPeak = 0.3;  // maximum push as a fraction of the peak force of device or coupling
 constexpr double kApproach_mm_per_s = 10;
 constexpr double kTick_s = 0.001;  // of the approach
-constexpr int kMaxTicks = 4000;    // of the approach
+constexpr int kMaxTicks = 40000;   // of the approach
 constexpr double kKick_rad = 1e-5;
 constexpr double kLongestWindow_mm = 100;  // an encoder step so large that no sample leaves the velocity window
 constexpr double kMinFaceCosine = 0.985;  // cosine between feed and contact direction; below it the contact is an edge,
@@ -29,12 +29,21 @@ constexpr double kMinFaceCosine = 0.985;  // cosine between feed and contact dir
 constexpr double kMaxDrift_mm = 0.3;      // a tool that has moved further than this has left its place
 constexpr double kOffBone = 0.1;          // fraction of the push; if the force is lower, the tool is off the bone
 
+/// Returns the width of a blade that is not round, from its edge to its back; of any other tool, its reach. mm.
+double CalcExtent(const Tool& tool) {
+  const ConvexOutline outline = MakeToolOutline(tool);
+  if (outline.empty()) return CalcReach(tool);
+  double extent_mm = 0;
+  for (int i = 0; i < outline.size(); ++i) extent_mm = std::max(extent_mm, -outline.corner(i).x);
+  return extent_mm;
+}
+
 /// Returns the depth at which the tool is held in a state, mm along the feed from the first contact.
 double CalcDepth(const StabilitySubject& subject, HeldState state) {
   const double voxel_mm = subject.bone.voxel_mm();
   if (state == HeldState::kCutting) return std::max(1.0, 2 * voxel_mm);
   // The walls of a kerf hold a rotating disc only at depths of 3.25 voxels or more.
-  return std::max(6 * voxel_mm, 0.5 * CalcReach(subject.setup.coupled.tool));
+  return std::max(6 * voxel_mm, 0.5 * CalcExtent(subject.setup.coupled.tool));
 }
 
 /// Returns a direction perpendicular to the feed, along the spindle if possible.
@@ -50,11 +59,12 @@ Vec3 CalcSideways(const StabilitySubject& subject) {
 /// Returns the direction from a disc's or ball's centre to the point of its edge that is deepest in the bone or nearest
 /// to it; of another tool, the mean outward direction of its edge there. Unit length.
 Vec3 FindContact(const Bone& bone, const Tool& tool, const Pose& X_WT) {
-  const std::vector<EdgePoint> edge = MakeToolShape(tool, {}).edge;
+  const ToolShape shape = MakeToolShape(tool, {});
+  const std::vector<EdgePoint>& edge = shape.edge;
   std::vector<double> depths;
   for (const EdgePoint& point : edge) depths.push_back(-bone.SignedDistance(X_WT.Point(point.p_T)));
   const auto deepest = std::max_element(depths.begin(), depths.end());
-  if (GetForm(tool) != ToolForm::kRound) {
+  if (GetForm(tool) != ToolForm::kRound && !shape.edge_is_chain) {
     return glm::normalize(X_WT.Vector(edge[static_cast<std::size_t>(deepest - depths.begin())].p_T));
   }
   Vec3 sum_T(0);

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "cut/tool/looks.h"
 #include "cut/tool/shape.h"
 #include "experiment/stability/measures.h"
 #include "kerf/error.h"
@@ -52,17 +53,8 @@ Pose BackOff(const StabilitySubject& subject, double max_mm) {
 
 double CalcThickness(const StabilitySubject& subject, double max_mm) {
   // This is the thickness along the path of the edge's leading point.
-  const Tool& tool = subject.setup.coupled.tool;
-  Vec3 front(0);
-  double max_ahead = -std::numeric_limits<double>::infinity();
-  for (const Vec3& p : SampleEdge(tool)) {
-    const Vec3 p_W = subject.X_WT_start.Point(p);
-    const double ahead = glm::dot(p_W - subject.X_WT_start.p_AB, subject.into_W);
-    if (ahead > max_ahead) {
-      max_ahead = ahead;
-      front = p_W;
-    }
-  }
+  const Pose& X_WT = subject.X_WT_start;
+  const Vec3 front = X_WT.Point(FindForemost(subject.setup.coupled.tool, X_WT.InverseVector(subject.into_W)));
   const double step_mm = 0.25 * subject.bone.voxel_mm();
   double inside_mm = 0;
   double depth_mm = 0;
@@ -91,8 +83,8 @@ ScenarioRun::ScenarioRun(const StabilitySubject& subject, const Scenario& scenar
       initial_bone_(std::move(bone)) {
   result_.name = scenario.name;
   result_.what = scenario.what;
-  for (const Vec3& p_T : SampleEdge(subject.setup.coupled.tool)) {
-    if (glm::dot(X_WT.Vector(p_T), subject.into_W) > 0) leading_T_.push_back(p_T);
+  for (const EdgePoint& point : MakeToolShape(subject.setup.coupled.tool, {}).edge) {
+    if (glm::dot(X_WT.Vector(point.e_T), subject.into_W) > 0) leading_T_.push_back(point.p_T);
   }
 }
 

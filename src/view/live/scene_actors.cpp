@@ -325,7 +325,8 @@ void SceneActors::SetToolPose(const Pose& X_WT, double rpm, double angle_rad, do
   s.X_WT = X_WT;
   const bool whirled = s.Whirls();
   s.rpm = rpm;
-  const double shown_rad = s.Whirls() || s.passed != nullptr ? s.angle_rad : angle_rad;  // looks the same at every angle
+  const double shown_rad =
+      s.Whirls() || s.passed != nullptr ? s.angle_rad : angle_rad;  // looks the same at every angle
   const bool slid = std::exchange(s.displacement_mm, displacement_mm) != displacement_mm;
   if (moved || slid || s.Whirls() != whirled || shown_rad != s.angle_rad) ++s.changes;
   s.angle_rad = shown_rad;

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -39,6 +41,23 @@ StabilitySubject MakeDrilledSubject(double point_angle_deg) {
   return subject;
 }
 
+/// Returns the same block with a twist drill on its top.
+StabilitySubject MakeHoleSubject() {
+  StabilitySubject subject = MakeDrilledSubject(120);
+  subject.setup.coupled.tool = TwistDrill{.diameter_mm = 2};
+  subject.rpm = 1000;
+  return subject;
+}
+
+/// Returns the same block with a reciprocating blade above its top, whose edge faces down.
+StabilitySubject MakeSawnSubject() {
+  StabilitySubject subject = MakeListedSubject();
+  subject.setup.coupled.tool = ReciprocatingBlade{};
+  subject.X_WT_start = {glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), Vec3(0, 0, 0.3)};
+  subject.rpm = 15000;
+  return subject;
+}
+
 const Scenario& FindListedScenario(const std::string& name) {
   const auto& all = Scenarios();
   const auto found = std::find_if(all.begin(), all.end(), [&](const Scenario& s) { return s.name == name; });
@@ -58,7 +77,8 @@ std::string Describe(const ScenarioResult& result) {
 TEST(Scenarios, AllHoldOnTheDefaultBlockWithTheDefaultDevice) {
   test::Verdict verdict("holds");
   int run = 0;
-  for (const StabilitySubject& subject : {MakeListedSubject(), MakeMilledSubject()}) {
+  for (const StabilitySubject& subject :
+       {MakeListedSubject(), MakeMilledSubject(), MakeDrilledSubject(120), MakeHoleSubject(), MakeSawnSubject()}) {
     run = 0;
     for (const Scenario& scenario : Scenarios()) {
       const ScenarioResult result = scenario.run(subject, 1);
