@@ -1,6 +1,8 @@
-// The tools: a thin toothed disc on a spindle, a ball burr, a fissure bur, a twist drill, a reciprocating blade.
+// The tools: a thin toothed disc on a spindle, a ball burr, a fissure bur, a twist drill, the blades of reciprocating
+// and oscillating saws, the saw insert of a piezoelectric handpiece.
 #pragma once
 
+#include <cmath>
 #include <numbers>
 #include <string>
 #include <variant>
@@ -14,6 +16,8 @@ namespace kerf {
 inline constexpr double kMaxRpm = 1e6;
 inline constexpr double kMinRpm = 1;  // a slower spindle is stopped
 inline constexpr Range kSpindleRange_rpm{kMinRpm, kMaxRpm / 10, kOrZero};
+/// Largest rate of a drive that vibrates, which a tick accepts for such a tool, and which users may set.
+inline constexpr double kMaxStrokesPerMin = 3e6;
 
 /// Circular saw. Tool frame T: origin at the disc's centre, z along the spindle axis, disc in the x-y plane. The
 /// defaults are the disc for which the paper's tables were computed (docs/physics.md).
@@ -115,6 +119,55 @@ struct ReciprocatingBlade {
   void Validate() const;
 };
 
+/// Blade of an oscillating (sagittal) saw, which swings to and fro about an axis behind the toothed arc at its end.
+/// Tool frame T: x the feed direction, y along the edge, z across the blade. The origin is at the middle of the arc
+/// where the blade is in the middle of its swing; the swing axis is parallel to z through (-radius_mm, 0). Straight
+/// sides lead from the arc to the axis, where the blade ends; the handpiece behind it is not modelled. The frame T does
+/// not swing.
+struct OscillatingBlade {
+  double radius_mm = 25;
+  double width_mm = 9;
+  double taper = 0.6;
+  double thickness_mm = 0.4;
+  double set_mm = 0.05;
+  double pitch_mm = 1;
+  double swing_deg = 5;
+  double rake_deg = -10;      // as for a disc
+  double edge_radius_um = 8;  // as for a disc
+  double E_MPa = 205000;      // steel
+  double nu = 0.28;
+  Vec3 p_TG_mm{-100, 0, 0};
+
+  double kerf_mm() const { return thickness_mm + 2 * set_mm; }
+  double edge_mm() const { return 2 * radius_mm * std::asin(0.5 * width_mm / radius_mm); }  // length of the arc
+  double stroke_mm() const { return swing_deg * (std::numbers::pi / 180) * radius_mm; }     // along the arc
+  double teeth() const { return edge_mm() / pitch_mm; }                                     // a real number
+  /// Throws kerf::Error naming the first value out of range, or if the toothed end is wider than 1.2 radii.
+  void Validate() const;
+};
+
+/// Saw insert of a piezoelectric handpiece, whose straight toothed end vibrates along its teeth. Tool frame T: as for
+/// an oscillating blade, with a straight edge; the insert reaches back to -length_mm along x.
+struct PiezoInsert {
+  double length_mm = 10;
+  double width_mm = 4;
+  double taper = 0.9;
+  double thickness_mm = 0.5;
+  double set_mm = 0;
+  double pitch_mm = 0.8;
+  double stroke_mm = 0.12;
+  double rake_deg = -10;      // as for a disc
+  double edge_radius_um = 8;  // as for a disc
+  double E_MPa = 205000;      // steel
+  double nu = 0.28;
+  Vec3 p_TG_mm{-80, 0, 0};
+
+  double kerf_mm() const { return thickness_mm + 2 * set_mm; }
+  double teeth() const { return width_mm / pitch_mm; }  // a real number
+  /// Throws kerf::Error naming the first value out of range.
+  void Validate() const;
+};
+
 /// Shapes; [tool] of a scene has the same keys.
 template <typename V>
 void DescribeShape(DiscSaw& p, V&& visit) {
@@ -158,6 +211,26 @@ void DescribeShape(ReciprocatingBlade& p, V&& visit) {
   visit("pitch_mm", p.pitch_mm, Range{0.1, 20}, "distance between neighbouring teeth");
   visit("stroke_mm", p.stroke_mm, Range{0.05, 30}, "way of the blade from one end of the stroke to the other");
 }
+template <typename V>
+void DescribeShape(OscillatingBlade& p, V&& visit) {
+  visit("radius_mm", p.radius_mm, Range{3, 100}, "distance from the swing axis to the teeth");
+  visit("width_mm", p.width_mm, Range{1, 60}, "width of the toothed end: the chord of its arc");
+  visit("taper", p.taper, Range{0.1, 1}, "width at the swing axis as a fraction of width_mm");
+  visit("thickness_mm", p.thickness_mm, Range{0.02, 10}, "thickness of the blade without the set of its teeth");
+  visit("set_mm", p.set_mm, Range{0, 2}, "distance by which the teeth stand out on each side; they widen the kerf");
+  visit("pitch_mm", p.pitch_mm, Range{0.1, 20}, "distance between neighbouring teeth along the arc");
+  visit("swing_deg", p.swing_deg, Range{0.1, 20}, "angle of the blade from one end of the swing to the other");
+}
+template <typename V>
+void DescribeShape(PiezoInsert& p, V&& visit) {
+  visit("length_mm", p.length_mm, Range{1, 50}, "distance from the toothed end to the back");
+  visit("width_mm", p.width_mm, Range{0.5, 20}, "width of the toothed end");
+  visit("taper", p.taper, Range{0.1, 1}, "width at the back as a fraction of width_mm");
+  visit("thickness_mm", p.thickness_mm, Range{0.02, 10}, "thickness of the insert without the set of its teeth");
+  visit("set_mm", p.set_mm, Range{0, 2}, "distance by which the teeth stand out on each side; they widen the kerf");
+  visit("pitch_mm", p.pitch_mm, Range{0.1, 20}, "distance between neighbouring teeth");
+  visit("stroke_mm", p.stroke_mm, Range{0.01, 0.5}, "way of the teeth from one end of the vibration to the other");
+}
 /// Shape of a tooth's edge, which all tools have. Only some force laws read the radius; none reads the rake.
 template <typename AnyTool, typename V>
 void DescribeEdge(AnyTool& p, V&& visit) {
@@ -174,32 +247,12 @@ void DescribeSteel(const char* E_key, double& E, double E_per_GPa, double& nu, V
   visit("grip_mm", p_TG_mm, Range{-1000, 1000},
         "point at which the hand grips the tool, tool frame (z: spindle, x: feed); torques are about this point");
 }
-template <typename V>
-void Describe(DiscSaw& p, V&& visit) {
-  DescribeShape(p, visit);
-  DescribeEdge(p, visit);
-  DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
+template <typename AnyTool, typename V>
+requires requires(AnyTool& p) {
+  p.p_TG_mm;
+  p.rake_deg;
 }
-template <typename V>
-void Describe(FissureBur& p, V&& visit) {
-  DescribeShape(p, visit);
-  DescribeEdge(p, visit);
-  DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
-}
-template <typename V>
-void Describe(TwistDrill& p, V&& visit) {
-  DescribeShape(p, visit);
-  DescribeEdge(p, visit);
-  DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
-}
-template <typename V>
-void Describe(BallBurr& p, V&& visit) {
-  DescribeShape(p, visit);
-  DescribeEdge(p, visit);
-  DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
-}
-template <typename V>
-void Describe(ReciprocatingBlade& p, V&& visit) {
+void Describe(AnyTool& p, V&& visit) {
   DescribeShape(p, visit);
   DescribeEdge(p, visit);
   DescribeSteel("E_MPa", p.E_MPa, 1000, p.nu, p.p_TG_mm, visit);
@@ -207,7 +260,7 @@ void Describe(ReciprocatingBlade& p, V&& visit) {
 
 /// Any tool. A kind of tool is a struct of parameters here and the parts that kerf needs of it in its own file of
 /// src/cut/tool (tool_kind.h).
-using Tool = std::variant<DiscSaw, BallBurr, FissureBur, TwistDrill, ReciprocatingBlade>;
+using Tool = std::variant<DiscSaw, BallBurr, FissureBur, TwistDrill, ReciprocatingBlade, OscillatingBlade, PiezoInsert>;
 
 /// Form of a tool. Kinds of the same form share contact, guides and measures.
 enum class ToolForm {
@@ -224,19 +277,23 @@ inline bool IsBlade(const Tool& tool) {
 /// How a tool's edge moves in the tool frame.
 enum class DriveMotion {
   kRotation,  // about z of T
-  kStroke,    // to and fro along y of T; `rpm` is then the number of double strokes a minute
+  kStroke,    // to and fro along itself: along y of T, or about a swing axis behind it (CalcSwingRadius()); `rpm` is
+              // then the number of double strokes or swings a minute
 };
 DriveMotion GetDrive(const Tool& tool);
 
 void Validate(const Tool& tool);                    // throws kerf::Error naming the first value out of range
 std::string DescribeTool(const Tool& tool);         // such as "disc 22 x 0.25 mm, 24 teeth"
 std::string DescribeToolBriefly(const Tool& tool);  // such as "22 mm disc with 24 teeth"
-double CalcReach(const Tool& tool);         // radius of the smallest ball around the origin of T that contains the
-                                            // tool, mm
-double CalcRadius(const Tool& tool);        // largest distance of the edge from the spindle axis, mm
-double CalcThickness(const Tool& tool);     // of a blade, mm; 0 for any other tool
-double CalcStroke(const Tool& tool);        // way of the edge from end to end of its stroke, mm; 0: it turns
-double CalcCutWidth(const Tool& tool);      // of the groove that the tool cuts: a blade's kerf, another's diameter
+double CalcReach(const Tool& tool);      // radius of the smallest ball around the origin of T that contains the
+                                         // tool, mm
+double CalcRadius(const Tool& tool);     // largest distance of the edge from the spindle axis, mm
+double CalcThickness(const Tool& tool);  // of a blade, mm; 0 for any other tool
+double CalcStroke(const Tool& tool);     // way of the edge from end to end of its stroke, mm; 0: it turns
+double CalcCutWidth(const Tool& tool);   // of the groove that the tool cuts: a blade's kerf, another's diameter
+double CalcSwingRadius(
+    const Tool& tool);                  // from the swing axis to the edge, mm; 0: it turns, or its stroke is straight
+Range CalcRateRange(const Tool& tool);  // speeds that users may set as `rpm`
 int CountPassesPerTurn(const Tool& tool);   // teeth that pass a point of the edge in a turn of the spindle;
                                             // for a stroke: in a double stroke, rounded
 double CalcModulus(const Tool& tool);       // E, MPa

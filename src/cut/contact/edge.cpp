@@ -9,6 +9,7 @@ namespace kerf {
 namespace {
 
 constexpr int kMaxHalvings = 4;  // maximum number of halvings of an interval in which the engagement changes
+constexpr double kNotInContact = std::numeric_limits<double>::infinity();  // distance
 constexpr double kChange = 0.1;  // change of engagement above which an interval is halved
 
 /// Returns the fraction of a tooth's look-ahead that is filled with bone.
@@ -18,30 +19,32 @@ double Engagement(double distance_mm, double look_ahead_mm) {
 
 }  // namespace
 
-Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const ToolShape& shape, const Vec3& p_TC_mm)
+Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const ToolShape& shape, const Vec3& p_EC_mm)
     : field_(field),
       materials_(bone, tool),
       osteons_W_(bone.materials().osteon_direction()),
-      p_TC_(p_TC_mm),
+      p_EC_(p_EC_mm),
+      motion_(shape.motion),
       look_ahead_mm_(kLookAheadVoxels * field.voxel_mm()),
       material_ahead_mm_(kMaterialAheadVoxels * field.voxel_mm()),
       region_step_mm_(bone.region_voxel_mm()),
       has_metal_(field.has_metal()),
       reach_mm_(shape.reach_mm + look_ahead_mm_),
-      ring_radius_mm_(shape.edge_is_ring ? glm::length(shape.edge.front().p_T) : 0),
-      is_chain_(shape.edge_is_chain),
-      ring_step_rad_(shape.edge_is_ring ? 2 * std::numbers::pi / static_cast<double>(shape.edge.size()) : 0),
+      ring_radius_mm_(shape.edge_form == EdgeForm::kRing ? glm::length(shape.edge.front().p_T) : 0),
+      is_chain_(shape.edge_form == EdgeForm::kChain),
+      ring_step_rad_(ring_radius_mm_ > 0 ? 2 * std::numbers::pi / static_cast<double>(shape.edge.size()) : 0),
       tooth_points_(shape.edge.size()),
       penetration_(shape.edge.size() + shape.solids.size()) {
   points_.reserve(shape.edge.size() + shape.solids.size());
   const double rad_per_pass = 2 * std::numbers::pi / shape.passes_per_turn;
   for (const EdgePoint& p : shape.edge) {
-    const Twist along = shape.edge_is_ring ? MakeRow(Vec3(-p.e_T.y, p.e_T.x, 0), p.p_T - p_TC_) : Twist{};
-    points_.push_back({p.p_T + look_ahead_mm_ * p.e_T, p.e_T, p.p_T, MakeRow(p.e_T, p.p_T - p_TC_), p.teeth, along,
+    const Twist along = ring_radius_mm_ > 0 ? MakeRow(Vec3(-p.e_T.y, p.e_T.x, 0), p.p_T - p_EC_) : Twist{};
+    points_.push_back({p.p_T + look_ahead_mm_ * p.e_T, p.e_T, p.p_T, MakeRow(p.e_T, p.p_T - p_EC_), p.teeth, along,
                        rad_per_pass * std::hypot(p.p_T.x, p.p_T.y)});
   }
   for (const FacePoint& p : shape.solids) {
-    points_.push_back({p.p_T, p.n_T, p.p_T, MakeRow(p.n_T, p.p_T - p_TC_), 0, {}, 0, p.while_stopped});
+    points_.push_back({p.p_T, p.n_T, p.p_T, MakeRow(p.n_T, p.p_T - p_EC_), 0, {}, 0, p.touching});
+    if (p.touching == Touching::kMoving) held_.push_back(p);
   }
   if (is_joined()) spacing_mm_ = 1.01 * glm::length(points_[1].ahead_T - points_[0].ahead_T);
   distance_.resize(points_.size());
@@ -55,9 +58,15 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
 
 void Edge::SetDisplacement(double slide_mm) {
   if (slide_mm == slide_mm_) return;
-  p_TC_.y -= slide_mm - slide_mm_;
+  p_EC_ = motion_.Move(p_EC_, slide_mm_ - slide_mm);
   slide_mm_ = slide_mm;
-  for (Point& point : points_) point.row = MakeRow(point.e_T, point.p_T - p_TC_);
+  R_TE_ = motion_.CalcTurn(slide_mm);
+  for (std::size_t i = 0; i < held_.size(); ++i) {
+    Point& point = points_[points_.size() - held_.size() + i];
+    point.p_T = point.ahead_T = motion_.Move(held_[i].p_T, -slide_mm);
+    point.e_T = motion_.CalcTurn(-slide_mm) * held_[i].n_T;
+  }
+  for (Point& point : points_) point.row = MakeRow(Turn(point.e_T), Turn(point.p_T - p_EC_));
 }
 
 /// Returns a lower bound on the distance of a look-ahead point, from its last sample and the travel since then.
@@ -206,7 +215,11 @@ OsteonShares Edge::CalcOsteonShares(const Probe& probe, std::size_t i) const {
   const double radius_mm = std::hypot(point.p_T.x, point.p_T.y);
   if (!osteons_W_ || (!is_chain_ && !(radius_mm > 0))) return {};
   const Vec3 osteons_T = probe.X_WT().InverseVector(*osteons_W_);
-  if (is_chain_) return {osteons_T.y * osteons_T.y, osteons_T.x * osteons_T.x, osteons_T.z * osteons_T.z};
+  if (is_chain_) {
+    const double along = glm::dot(osteons_T, Vec3(-point.e_T.y, point.e_T.x, 0));
+    const double into = glm::dot(osteons_T, point.e_T);
+    return {along * along, into * into, osteons_T.z * osteons_T.z};
+  }
   const double along = glm::dot(osteons_T, Vec3(-point.p_T.y, point.p_T.x, 0)) / radius_mm;
   const double into = glm::dot(osteons_T, point.e_T);
   return {along * along, into * into, std::max(0.0, 1 - along * along - into * into)};
@@ -229,20 +242,21 @@ int Edge::FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothC
 }
 
 void Edge::FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem) {
-  FindSolidsAt(probe, reach_mm, stiffness_N_per_mm, problem,
-               [&](std::size_t i) { return probe.Distance(points_[i].p_T); });
+  FindSolidsAt(probe, reach_mm, stiffness_N_per_mm, problem, [&](std::size_t i) {
+    return points_[i].touching == Touching::kMoving ? kNotInContact : probe.Distance(points_[i].p_T);
+  });
 }
 
 void Edge::FindSolidsWhileCutting(const Probe& probe, double reach_mm, double stiffness_N_per_mm,
                                   StepProblem& problem) {
-  constexpr double kNotInContact = std::numeric_limits<double>::infinity();
   FindSolidsAt(probe, reach_mm, stiffness_N_per_mm, problem, [&](std::size_t i) {
     if (i < tooth_points_) {
       if (!has_metal_) return kNotInContact;
       const double distance = probe.Distance(points_[i].p_T);
       return distance <= reach_mm && IsAtMetal(probe, points_[i]) ? distance : kNotInContact;
     }
-    if (points_[i].while_stopped || CalcBound(i) > reach_mm) return kNotInContact;
+    if (points_[i].touching == Touching::kMoving) return probe.Distance(points_[i].p_T);  // has no bound: see held_
+    if (points_[i].touching == Touching::kStopped || CalcBound(i) > reach_mm) return kNotInContact;
     Look(probe, i);
     return distance_[i];
   });
@@ -280,8 +294,7 @@ void Edge::FindSolidsAt(const Probe& probe, double reach_mm, double stiffness_N_
     const double length = glm::length(away);
     // Deep in the bone the gradient vanishes: use the outward direction of the edge instead.
     const Vec3 into = length > 0.1 ? -away / length : point.e_T;
-    const Vec3 r = point.p_T - p_TC_;
-    problem.solids.push_back({MakeRow(into, r), -distance, stiffness_N_per_mm * stride_});
+    problem.solids.push_back({MakeRow(Turn(into), Turn(point.p_T - p_EC_)), -distance, stiffness_N_per_mm * stride_});
     found_.push_back({static_cast<int>(i), -distance});
   }
 }

@@ -36,8 +36,8 @@ class Edge {
     int point = 0;  // index in ToolShape::edge
   };
 
-  /// Sets the displacement of an edge with a stroke along y of T. The poses of the probes and the points are from then
-  /// on those of the moved edge; the rows refer to the same coupling point as before. Tick-safe.
+  /// Sets the displacement of an edge with a stroke. The poses of the probes and the points are from then on those of
+  /// the frame E of the moved edge (EdgeMotion); the rows are of T, for the same coupling point as before. Tick-safe.
   void SetDisplacement(double slide_mm);
 
   /// Fills problem.cutting. Tick-safe.
@@ -63,6 +63,10 @@ class Edge {
   /// Returns whether an element of problem.solids is a point of the cutting edge.
   bool is_tooth(std::size_t solid) const { return static_cast<std::size_t>(found_[solid].point) < tooth_points_; }
   double slide_mm() const { return slide_mm_; }
+  const EdgeMotion& motion() const { return motion_; }
+  /// Returns the tool frame's vector, or point, of one of E.
+  Vec3 Turn(const Vec3& v_E) const { return motion_.is_straight() ? v_E : R_TE_ * v_E; }
+  Vec3 Move(const Vec3& p_E) const { return motion_.Move(p_E, slide_mm_); }
   /// Number of elements of problem.solids that are points of the edge; they come first.
   std::size_t found_count() const { return found_.size(); }
   int found_point(std::size_t solid) const { return found_[solid].point; }
@@ -95,9 +99,9 @@ class Edge {
     Vec3 p_T;
     Twist row;
     double teeth;
-    Twist along;                 // rings only
-    double mm_per_pass = 0;      // way of the point from one tooth to the next
-    bool while_stopped = false;  // of a point without teeth: in contact only while the drive is stopped
+    Twist along;                            // rings only
+    double mm_per_pass = 0;                 // way of the point from one tooth to the next
+    Touching touching = Touching::kAlways;  // of a point without teeth
   };
   bool is_joined() const { return is_chain_ || ring_radius_mm_ > 0; }
   double CalcBound(std::size_t i) const;
@@ -118,15 +122,17 @@ class Edge {
   const BoneField& field_;
   MaterialLookup materials_;
   std::optional<Vec3> osteons_W_;  // their direction, if known
-  Vec3 p_TC_;                      // relative to the moved edge
+  Vec3 p_EC_;
+  EdgeMotion motion_;
   double slide_mm_ = 0;
+  Quat R_TE_{1, 0, 0, 0};
   double look_ahead_mm_;
   double material_ahead_mm_;
   double region_step_mm_;  // additional look-ahead where the coarse region grid has no material
   bool has_metal_;
   double reach_mm_;        // largest distance of a look-ahead point from the tool's origin
   double ring_radius_mm_;  // radius of the ring; 0: the edge is not a ring
-  bool is_chain_;          // the points are a straight row
+  bool is_chain_;          // the points are a row
   double ring_step_rad_;   // angle between neighbouring points of a ring
   int stride_ = 1;
   std::vector<Point> points_;  // of the edge, then those without teeth
@@ -134,6 +140,7 @@ class Edge {
   double spacing_mm_ = 0;      // spacing of the look-ahead points of a ring or a row, rounded up
   Pose X_looked_;
   double travelled_mm_ = 0;           // sum of the bounds on travel since the last Forget()
+  std::vector<FacePoint> held_;       // the last points, with Touching::kMoving, in T
   std::vector<double> distance_;      // distance of each look-ahead point when it was last sampled
   std::vector<double> looked_at_mm_;  // value of travelled_mm_ at that time
   std::vector<double> fraction_;      // engaged part of the two intervals next to each point, as a number of intervals

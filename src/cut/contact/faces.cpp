@@ -15,13 +15,15 @@ Faces::Faces(const BoneField& field, const ToolShape& shape, const Vec3& p_TC_mm
     : slack_mm_(kSlackVoxels * field.voxel_mm()),
       voxel_mm_(field.voxel_mm()),
       tool_reach_mm_(shape.reach_mm),
-      p_TC_(p_TC_mm),
+      p_EC_(p_TC_mm),
+      motion_(shape.motion),
       penetration_(shape.faces.size()) {
   for (std::size_t i = 0; i + 1 < shape.faces.size(); i += 2) {
     const Vec3& low_T = shape.faces[i].p_T;
     const Vec3& high_T = shape.faces[i + 1].p_T;
     const Vec3& n_T = shape.faces[i + 1].n_T;
-    pairs_.push_back({0.5 * (low_T + high_T), n_T, 0.5 * glm::length(high_T - low_T), shape.faces[i].while_stopped});
+    pairs_.push_back({0.5 * (low_T + high_T), n_T, 0.5 * glm::length(high_T - low_T),
+                      shape.faces[i].touching == Touching::kStopped});
     are_flats_ = are_flats_ && n_T == Vec3(0, 0, 1);
   }
   clear_until_mm_.resize(pairs_.size(), -1);
@@ -39,6 +41,7 @@ void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem&
     return voxel_mm_ * (std::abs(n_W.x) + std::abs(n_W.y) + std::abs(n_W.z));
   };
   double cell_mm = calc_cell_mm({0, 0, 1});
+  const Quat R_TE = motion_.CalcTurn(slide_mm_);
   for (std::size_t j = 0; j < pairs_.size(); j += static_cast<std::size_t>(stride_)) {
     const int low = static_cast<int>(2 * j);
     const Pair& pair = pairs_[j];
@@ -78,7 +81,8 @@ void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem&
         continue;
       }
       const double sign = side == 0 ? -1.0 : 1.0;
-      const Vec3 middle = pair.middle_T - p_TC_;
+      const Vec3 from_C = pair.middle_T - p_EC_;
+      const Vec3 middle = motion_.is_straight() ? from_C : R_TE * from_C;
       if (are_flats_) {
         problem.flats.push_back({sign, middle.x, middle.y, depth[side]});
       } else {

@@ -34,7 +34,7 @@ class Faces {
 
   /// As Edge::SetDisplacement(). Tick-safe.
   void SetDisplacement(double slide_mm) {
-    p_TC_.y -= slide_mm - slide_mm_;
+    p_EC_ = motion_.Move(p_EC_, slide_mm_ - slide_mm);
     slide_mm_ = slide_mm;
   }
 
@@ -73,7 +73,8 @@ class Faces {
   double slack_mm_;        // clearance added on each side
   double voxel_mm_;
   double tool_reach_mm_;
-  Vec3 p_TC_;  // relative to the moved blade
+  Vec3 p_EC_;  // E: frame that moves with the blade
+  EdgeMotion motion_;
   double slide_mm_ = 0;
   int stride_ = 1;
   std::vector<Pair> pairs_;

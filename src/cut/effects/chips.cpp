@@ -102,7 +102,7 @@ void ChipsEffect::Solved(const EffectSolved& solved) {
 void ChipsEffect::FindWhereChipsLeave() {
   const std::size_t count = places_.size();
   for (Place& place : places_) place.exit_point = place.point;
-  if (!shape_->edge_is_ring) return;
+  if (shape_->edge_form != EdgeForm::kRing) return;
   const auto size = static_cast<int>(shape_->edge.size());
   // Returns true if place i and the next in the list are neighbours on the rim.
   const auto joined = [&](std::size_t i) {

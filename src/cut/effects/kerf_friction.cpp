@@ -60,14 +60,14 @@ class KerfFrictionEffect final : public Effect {
   void Engage(const EffectStep& step, StepProblem& problem) override {
     if (step.rpm == 0) AddEdge(step, problem);
     if (step.stroke == nullptr) {
-      AddFlats(step.rpm * std::numbers::pi / 30, 0, 0, 1, problem);
+      AddFlats(step, step.rpm * std::numbers::pi / 30, 0, 1, problem);
     } else if (step.stroke->is_mean) {
       // The blade slides both ways in the step, half of the time each.
       for (const double way : {-1.0, 1.0}) {
-        AddFlats(0, way * step.stroke->speed_mm_per_s, step.edge.slide_mm(), 0.5, problem);
+        AddFlats(step, 0, way * step.stroke->speed_mm_per_s, 0.5, problem);
       }
     } else {
-      AddFlats(0, step.stroke->velocity_mm_per_s, step.edge.slide_mm(), 1, problem);
+      AddFlats(step, 0, step.stroke->velocity_mm_per_s, 1, problem);
     }
   }
 
@@ -112,22 +112,24 @@ class KerfFrictionEffect final : public Effect {
       if (!(limit_N > 0)) continue;
       const Twist& row = problem.solids[n].row;
       const Vec3 into(row[0], row[1], row[2]);
-      const Vec3 r = step.edge.point_T(point) + Vec3(0, step.edge.slide_mm(), 0) - p_TC_;
+      const Vec3 r = step.edge.Move(step.edge.point_T(point)) - p_TC_;
       const Vec3 a = glm::normalize(glm::cross(into, std::abs(into.z) < 0.7 ? Vec3(0, 0, 1) : Vec3(1, 0, 0)));
       problem.frictions.push_back({MakeRow(a, r), MakeRow(glm::cross(into, a), r), 0, 0, limit_N});
     }
   }
 
-  /// `slide_mm`: displacement of the patches along y. `share`: fraction of their force.
-  void AddFlats(double spindle_rad_per_s, double slide_mm_per_s, double slide_mm, double share, StepProblem& problem) {
+  /// `edge_mm_per_s`: velocity of a stroke along the edge. `share`: fraction of the patches' force.
+  void AddFlats(const EffectStep& step, double spindle_rad_per_s, double edge_mm_per_s, double share,
+                StepProblem& problem) {
     for (std::size_t n = 0; n < patches_.size(); ++n) {
       const Patch& patch = patches_[n];
       const double limit_N = share * coefficient_ * patch.force_N;
       if (!(limit_N > 0)) continue;
-      const Vec3 p_T(patch.x_N / patch.force_N, patch.y_N / patch.force_N + slide_mm,
-                     n < patches_.size() / 2 ? -half_mm_ : half_mm_);
+      const Vec3 p_T = step.edge.Move(
+          {patch.x_N / patch.force_N, patch.y_N / patch.force_N, n < patches_.size() / 2 ? -half_mm_ : half_mm_});
+      const Vec3 v_T = step.edge.motion().CalcVelocity(p_T, edge_mm_per_s);
       problem.frictions.push_back({MakeRow({1, 0, 0}, p_T - p_TC_), MakeRow({0, 1, 0}, p_T - p_TC_),
-                                   -spindle_rad_per_s * p_T.y, spindle_rad_per_s * p_T.x + slide_mm_per_s, limit_N});
+                                   -spindle_rad_per_s * p_T.y + v_T.x, spindle_rad_per_s * p_T.x + v_T.y, limit_N});
     }
   }
 

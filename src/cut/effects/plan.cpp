@@ -59,8 +59,8 @@ void EffectPlan::FindTeeth(EffectSolved& solved) {
     ToothLoad load;
     const double speed = Dot(point.row, solved.u), along_speed = Dot(point.along, solved.u);
     load.e_T = point.FindOutwards(speed, along_speed);
-    load.p_T = place.p_T + std::hypot(place.p_T.x, place.p_T.y) * (load.e_T - place.e_T);
-    load.p_T.y += solved.edge.slide_mm();
+    load.p_T =
+        solved.edge.Move(place.p_T) + std::hypot(place.p_T.x, place.p_T.y) * (load.e_T - solved.edge.Turn(place.e_T));
     load.teeth = point.teeth;
     load.speed_mm_per_s = std::max(0.0, speed);
     const ToothMean mean = problem.MeanToothForce(point, speed, along_speed);

@@ -39,7 +39,7 @@ CoupledSimulation& CoupledSimulation::operator=(CoupledSimulation&&) noexcept = 
 bool CoupledSimulation::State::Accepts(const CoupledInput& in) const {
   return IsValid(in.X_WH) && IsInWorld(in.X_WH.p_AB) && IsFinite(in.v_H_W_mm_per_s, kMaxSpeed) &&
          IsFinite(in.w_H_W_rad_per_s, kMaxSpeed) && in.dt_s >= 0 && in.dt_s <= kMaxTick_s &&
-         std::abs(in.rpm) <= kMaxRpm;
+         std::abs(in.rpm) <= std::max(kMaxRpm, CalcRateRange(params.tool).upper);
 }
 
 /// Returns the last tick's output, for a tick in which nothing happens.

@@ -101,7 +101,7 @@ struct CoupledSimulation::State {
   void Stroke(const CoupledInput& in, double time_s);
   const DriveStep* StrokeOrNull() const { return drive.strokes() ? &stroke : nullptr; }
   /// Pose of the blade where its stroke has taken it; of a turning tool, that of the tool.
-  Pose EdgePose() const { return drive.strokes() ? Pose{X_WT.R_AB, X_WT.Point({0, edge.slide_mm(), 0})} : X_WT; }
+  Pose EdgePose() const { return drive.strokes() ? shape.motion.Move(X_WT, edge.slide_mm()) : X_WT; }
   void Engage(const CoupledInput& in, double time_s, TickObserver* observer);
   void MoveHandle(const Pose& X_to, Sums& sums, CoupledOutput& out);
   bool Follow(const CoupledInput& in, int max_substeps, TickObserver* observer, Sums& sums, CoupledOutput& out);

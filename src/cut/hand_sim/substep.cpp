@@ -26,9 +26,10 @@ double CountSteps(double straight, double bent, double max_length) {
 /// part in 512 of a ball, does not depend on the number of points.
 double CalcSolidStiffness(const ToolShape& shape) {
   double parts = 512;
-  if (shape.edge_is_ring) parts = std::max(64.0, 8 * shape.passes_per_turn);
-  if (shape.edge_is_chain)
+  if (shape.edge_form == EdgeForm::kRing) parts = std::max(64.0, 8 * shape.passes_per_turn);
+  if (shape.edge_form == EdgeForm::kChain) {
     parts = std::max(64.0, 8 * shape.edge.front().teeth * static_cast<double>(shape.edge.size()));
+  }
   return kSolidStiffness_N_per_mm * parts / static_cast<double>(shape.edge.size());
 }
 

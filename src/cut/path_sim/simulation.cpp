@@ -28,7 +28,7 @@ constexpr double kNoFaces_mm = 1e3;  // large spacing: a tool on a path does not
 /// teeth point.
 struct EdgeLoad {
   Vec3 f_T_N{0};
-  Vec3 tau_T_Nmm{0};  // about the origin, from effects and from the teeth of a straight edge
+  Vec3 tau_T_Nmm{0};  // about the origin, from effects and from the teeth of an edge with a stroke
   TeethSums sums;     // of the teeth that move outwards
 };
 
@@ -106,7 +106,7 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
   edge.FindTeeth(Probe(field, X), problem);
   EdgeLoad load;
   const double feed =
-      glm::length(v_T_mm_per_s - Vec3(0, 0, shape.edge_is_ring || shape.edge_is_chain ? v_T_mm_per_s.z : 0));
+      glm::length(v_T_mm_per_s - Vec3(0, 0, shape.edge_form != EdgeForm::kSurface ? v_T_mm_per_s.z : 0));
   if (!(feed > 0)) return load;
   const double inv_change = 1 / (feed * angle_between_points);
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
@@ -120,7 +120,7 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
     const ToothMean mean = problem.MeanToothForce(point, outwards, along);
     const double force = point.teeth * mean.radial_N;
     load.f_T_N -= force * point.FindOutwards(outwards, along);
-    if (shape.edge_is_chain) load.tau_T_Nmm -= force * Vec3(point.row[3], point.row[4], point.row[5]);
+    if (shape.edge_form == EdgeForm::kChain) load.tau_T_Nmm -= force * Vec3(point.row[3], point.row[4], point.row[5]);
     load.sums.thrust_N += force;
     if (problem.law.HasCutting()) {
       const double cutting = point.teeth * problem.MeanCuttingForce(point, outwards, mean);
@@ -315,7 +315,7 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
       s.phase_rad = Drive::Advance(s.phase_rad, begin.rpm, dt_s);
       s.problem.edge_mm_per_s = stroke.speed_mm_per_s;
       s.edge.SetDisplacement(stroke.middle_mm);
-      X_edge.p_AB = X_a.Point({0, stroke.middle_mm, 0});
+      X_edge = s.shape.motion.Move(X_a, stroke.middle_mm);
     }
     const EdgeLoad load = CallOwn("force law", s.params.law.name(), [&] {
       EdgeLoad step = s.CalcLoad(X_edge, v_T, stroke.passes_per_s);

@@ -38,8 +38,11 @@ EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
     }
   } else if (zone.is_blade()) {
     zone.half_thickness_mm = 0.5 * CalcKerfWidth(CalcCutWidth(tool), field.voxel_mm());
-    zone.outline = MakeToolOutline(tool);
-    if (!zone.outline.empty()) zone.radius_mm = CalcReach(tool);
+    zone.blade = FindPlanarBlade(tool);
+    if (zone.blade) {
+      zone.outline = zone.blade->SweepOutline({});
+      zone.radius_mm = CalcReach(tool);
+    }
     if (with == CutWith::kEdge) zone.depth_mm = CalcToothSide(zone.radius_mm, field.voxel_mm());
   }
   return zone;
@@ -51,7 +54,7 @@ EdgeZone MakeEdgeZone(const EdgeZone& zone, double voxel_mm, double stroke_mm) {
   EdgeZone edge = zone;
   if (!zone.outline.empty()) {
     // The edge may be anywhere in its stroke.
-    edge.outline = zone.outline.Slide(-0.5 * stroke_mm, 0.5 * stroke_mm);
+    edge.outline = zone.blade->SweepOutline({-0.5 * stroke_mm, 0.5 * stroke_mm});
     edge.depth_mm += stroke_mm;
     return edge;
   }

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "bone/grid/field.h"
-#include "cut/tool/drive.h"
+#include "cut/tool/edge_motion.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
 

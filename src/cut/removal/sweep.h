@@ -9,8 +9,7 @@
 
 #include "bone/grid/leaf_table.h"
 #include "cut/removal/carve.h"
-#include "cut/tool/convex_outline.h"
-#include "cut/tool/drive.h"
+#include "cut/tool/planar_blade.h"
 #include "cut/tool/round_solid.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
@@ -22,13 +21,14 @@ namespace kerf {
 struct EdgeZone {
   std::size_t kind = 0;  // of the tool: index of the alternative of Tool
   ToolForm form = ToolForm::kBlade;
-  double radius_mm = 0;          // about the spindle axis
-  double half_thickness_mm = 0;  // along the spindle; not for a ball
-  double band_mm = 0;            // distance outside the tool to which phi changes
-  double outside_mm = 0;         // extent of the zone outside the tool
-  double depth_mm = 0;           // extent inside the edge; infinite if all of the tool cuts
-  ConvexOutline outline;         // of a blade that is not round, in the middle of its stroke; the others have none
-  double centre_z_mm = 0;        // origin of the zone's frame, tool frame
+  double radius_mm = 0;              // about the spindle axis
+  double half_thickness_mm = 0;      // along the spindle; not for a ball
+  double band_mm = 0;                // distance outside the tool to which phi changes
+  double outside_mm = 0;             // extent of the zone outside the tool
+  double depth_mm = 0;               // extent inside the edge; infinite if all of the tool cuts
+  std::optional<PlanarBlade> blade;  // of one that is not round
+  ConvexOutline outline;             // of what that blade sweeps; others have none
+  double centre_z_mm = 0;            // origin of the zone's frame, tool frame
   std::optional<RoundSolid> solid;
   double ceiling_mm = 1e6;  // of a solid: height up to which it cuts
 
@@ -47,12 +47,6 @@ inline double CalcRounding(const EdgeZone& zone, double voxel_mm) {
   return 1e-6 * (size_mm + 16 * voxel_mm) + 1e-4 * voxel_mm;
 }
 
-/// Returns whether a side of a blade's outline belongs to its edge: the toothed side and the tip, and what they sweep;
-/// not the back and the end at the handle.
-inline bool IsEdge(const ConvexOutline::Side& side) {
-  return side.normal.x > 1e-6 || side.normal.y > 0.5;
-}
-
 /// Writes the sides of an outline, if any. Returns their number.
 inline int WriteSides(const ConvexOutline& outline, bool all_cut, CarveStep::Side* sides) {
   static_assert(ConvexOutline::kMaxCorners <= CarveStep::kMaxSides);
@@ -65,7 +59,7 @@ inline int WriteSides(const ConvexOutline& outline, bool all_cut, CarveStep::Sid
                 static_cast<float>(side.normal.x),
                 static_cast<float>(side.normal.y),
                 static_cast<float>(std::hypot(b.x - a.x, b.y - a.y)),
-                all_cut || IsEdge(side)};
+                all_cut || outline.Cuts(side)};
   }
   return outline.size();
 }
@@ -132,7 +126,7 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
 
 /// Sweep from X_from to X_to, the poses of the zone, with the orientation of X_to. For a blade, the component of the
 /// motion along its spindle is ignored; the caller keeps it small by using substeps. A blade with an outline sweeps the
-/// hull of its outlines at both poses, each at both ends of `slide`.
+/// hull of its outlines at both poses, each at all displacements of `slide`.
 struct Sweep {
   Sweep(const EdgeZone& the_zone, const Pose& X_from, const Pose& the_X_to, const SlideRange& slide,
         double the_voxel_mm, double the_flank_slack_mm, bool new_only, bool whole_voxels, int precision_bits)
@@ -169,9 +163,9 @@ struct Sweep {
 
   /// Replaces the outline by the hull that it sweeps, and the length by a bound on the way of its corners.
   void SweepOutline(const Pose& X_from, const SlideRange& slide) {
-    std::array<ConvexOutline::Point, 4 * ConvexOutline::kMaxCorners> points{};
+    std::array<ConvexOutline::Point, 2 * ConvexOutline::kMaxCorners> points{};
     std::size_t count = 0;
-    const ConvexOutline slid = zone.outline.Slide(slide.least_mm, slide.most_mm);
+    const ConvexOutline slid = zone.blade->SweepOutline(slide);
     double most_mm = 0;
     for (int i = 0; i < slid.size(); ++i) {
       const ConvexOutline::Point& to = slid.corner(i);
@@ -181,7 +175,7 @@ struct Sweep {
       most_mm = std::max(most_mm, std::hypot(from.x - to.x, from.y - to.y));
     }
     length_mm = most_mm + slide.size_mm();
-    zone.outline = ConvexOutline::MakeHull({points.data(), count});
+    zone.outline = ConvexOutline::MakeHull({points.data(), count}, slid.cutting());
     step.sides = WriteSides(zone.outline, std::isinf(zone.depth_mm), step.side);
   }
 

@@ -35,7 +35,7 @@ struct CarveStep {
     float length;
     bool cuts;  // belongs to the edge
   };
-  static constexpr int kMaxSides = 16;
+  static constexpr int kMaxSides = 32;
   int sides = 0;
   Side side[kMaxSides] = {};
   /// Computes the members below, which are the same for all leaves.

@@ -17,8 +17,8 @@ double Turn(const Point& a, const Point& b, const Point& c) {
 
 }  // namespace
 
-ConvexOutline ConvexOutline::MakeHull(std::span<const Point> points) {
-  constexpr std::size_t kMaxPoints = 4 * kMaxCorners;
+ConvexOutline ConvexOutline::MakeHull(std::span<const Point> points, const Cutting& cutting) {
+  constexpr std::size_t kMaxPoints = 2 * kMaxCorners;
   assert(points.size() <= kMaxPoints);
   std::array<Point, kMaxPoints> sorted{};
   const auto n = static_cast<int>(points.size());
@@ -43,6 +43,7 @@ ConvexOutline ConvexOutline::MakeHull(std::span<const Point> points) {
   const std::size_t lower = count - 1;
   for (int i = n - 2; i >= 0; --i) add(sorted[static_cast<std::size_t>(i)], lower);
   ConvexOutline hull;
+  hull.cutting_ = cutting;
   assert(count - 1 <= kMaxCorners);
   hull.count_ = static_cast<int>(std::min<std::size_t>(count - 1, kMaxCorners));  // the last corner is the first again
   std::copy_n(chain.begin(), hull.count_, hull.corners_.begin());
@@ -55,16 +56,6 @@ ConvexOutline::Side ConvexOutline::side(int i) const {
   const double length = std::hypot(b.x - a.x, b.y - a.y);
   const Point normal{(b.y - a.y) / length, (a.x - b.x) / length};
   return {normal, normal.x * a.x + normal.y * a.y};
-}
-
-ConvexOutline ConvexOutline::Slide(double least_mm, double most_mm) const {
-  std::array<Point, 2 * kMaxCorners> points{};
-  std::size_t used = 0;
-  for (int i = 0; i < count_; ++i) {
-    points[used++] = {corner(i).x, corner(i).y + least_mm};
-    points[used++] = {corner(i).x, corner(i).y + most_mm};
-  }
-  return MakeHull({points.data(), used});
 }
 
 Point ConvexOutline::FindNearestOnSide(int i, const Point& p) const {

@@ -20,7 +20,7 @@ void AddFaceRing(const DiscSaw& disc, double radius, double spacing_mm, double p
     for (const double side : {-1.0, 1.0}) {
       shape.faces.push_back({{radius * std::cos(angle), radius * std::sin(angle), side * 0.5 * disc.thickness_mm},
                              {0, 0, side},
-                             while_stopped});
+                             while_stopped ? Touching::kStopped : Touching::kAlways});
     }
   }
 }
@@ -93,7 +93,7 @@ Vec3 ToolKind<DiscSaw>::FindDeepest(const DiscSaw& disc, const Vec3& n_T) {
 ToolShape ToolKind<DiscSaw>::MakeShape(const DiscSaw& disc, const ShapeSampling& sampling) {
   ToolShape shape;
   shape.passes_per_turn = disc.teeth;
-  shape.edge_is_ring = true;
+  shape.edge_form = EdgeForm::kRing;
   const int count = std::max(64, disc.teeth * sampling.samples_per_pitch);
   for (int i = 0; i < count; ++i) {
     const double angle = 2 * std::numbers::pi * i / count;

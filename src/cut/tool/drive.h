@@ -1,19 +1,13 @@
-// Motion of a tool's edge by its drive, and the bite of its teeth: of a stroke along y of T. A turning edge needs none
-// of it, because its teeth pass each place at equal times.
+// Motion of a tool's edge by its drive, and the bite of its teeth: of a stroke or swing along the edge. A turning edge
+// needs none of it, because its teeth pass each place at equal times.
 #pragma once
 
 #include <numbers>
 
+#include "cut/tool/edge_motion.h"
 #include "kerf/tool.h"
 
 namespace kerf {
-
-/// Displacements of the edge along y of T, mm.
-struct SlideRange {
-  double least_mm = 0;
-  double most_mm = 0;
-  double size_mm() const { return most_mm - least_mm; }
-};
 
 /// Motion of the edge over a part of a tick.
 struct DriveStep {
@@ -21,7 +15,7 @@ struct DriveStep {
   double middle_mm = 0;     // displacement in the middle of the time
   double passes_per_s = 0;  // 1 / mean time since a place was last passed by a tooth; the bite is speed / passes_per_s
   double speed_mm_per_s = 0;     // mean speed of the teeth along the edge
-  double velocity_mm_per_s = 0;  // mean velocity along y of T, with its sign
+  double velocity_mm_per_s = 0;  // mean velocity along the edge, towards y of T if positive
   bool is_mean = false;          // of whole periods: the edge moves both ways
 };
 

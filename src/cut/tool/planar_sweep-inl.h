@@ -117,6 +117,14 @@ template <>
 struct SweepOf<ReciprocatingBlade> {
   using Type = PlanarSweep;
 };
+template <>
+struct SweepOf<OscillatingBlade> {
+  using Type = PlanarSweep;
+};
+template <>
+struct SweepOf<PiezoInsert> {
+  using Type = PlanarSweep;
+};
 
 }  // namespace
 }  // namespace HWY_NAMESPACE

@@ -46,7 +46,8 @@ void AddSide(const RoundSolid& solid, const ShapeSampling& sampling, ToolShape& 
       const double turn = std::numbers::pi * i / pairs;
       const Vec3 e(std::cos(turn), std::sin(turn), 0);
       for (const double side : {-1.0, 1.0}) {
-        shape.faces.push_back({side * radius * e + Vec3(0, 0, z), side * e, while_stopped});
+        shape.faces.push_back(
+            {side * radius * e + Vec3(0, 0, z), side * e, while_stopped ? Touching::kStopped : Touching::kAlways});
       }
     }
   };

@@ -59,17 +59,16 @@ std::vector<CoverPlate> MakeToolCover(const Tool& tool) {
   return CallKind(tool, [](auto kind, const auto& t) { return kind.MakeCover(t); });
 }
 
-ConvexOutline MakeToolOutline(const Tool& tool) {
-  return CallKind(tool, [](auto kind, const auto& t) {
-    if constexpr (requires { kind.MakeOutline(t); }) return kind.MakeOutline(t);
-    return ConvexOutline{};
+std::optional<PlanarBlade> FindPlanarBlade(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto& t) -> std::optional<PlanarBlade> {
+    if constexpr (requires { kind.Make(t); }) return kind.Make(t);
+    return {};
   });
 }
 
 ConvexOutline MakeStrokeOutline(const Tool& tool) {
-  const ConvexOutline outline = MakeToolOutline(tool);
-  const double half_mm = 0.5 * CalcStroke(tool);
-  return outline.empty() ? outline : outline.Slide(-half_mm, half_mm);
+  const std::optional<PlanarBlade> blade = FindPlanarBlade(tool);
+  return blade ? blade->SweepOutline({-0.5 * blade->stroke_mm, 0.5 * blade->stroke_mm}) : ConvexOutline{};
 }
 
 std::vector<Vec3> SampleToolSurface(const Tool& tool, double step_mm) {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cut/tool/convex_outline.h"
+#include "cut/tool/edge_motion.h"
 #include "cut/tool/round_solid.h"
 #include "kerf/tool.h"
 
@@ -21,28 +21,41 @@ struct EdgePoint {
   double teeth = 0;  // number of teeth that the point represents, a real number
 };
 
+/// When a point of a face may be in contact.
+enum class Touching {
+  kAlways,
+  kStopped,  // in the zone that a moving edge cuts: only while the drive is stopped
+  kMoving,  // only while the drive moves: the point is where the stroke takes it furthest, and does not take part in it
+};
+
 /// Point of a face that does not cut, in the tool frame T.
 struct FacePoint {
-  Vec3 p_T{0};                 // position, mm
-  Vec3 n_T{0};                 // outward normal, unit length
-  bool while_stopped = false;  // in the zone that a moving edge cuts: in contact only while the drive is stopped
+  Vec3 p_T{0};  // position, mm
+  Vec3 n_T{0};  // outward normal, unit length
+  Touching touching = Touching::kAlways;
+};
+
+/// How the points of an edge are joined.
+enum class EdgeForm {
+  kSurface,  // not at all: they are spread over a surface; the first two are neighbours around the axis
+  kRing,     // one turn of a rim, in the disc's middle plane; the last is a neighbour of the first
+  kChain,    // a row at equal distances, of a multiple of 8 intervals; each point states the teeth of one interval
 };
 
 /// Sample points of a tool, in the tool frame T, and the quantities that contact needs of its shape.
 struct ToolShape {
   double reach_mm = 0;         // result of CalcReach()
   double passes_per_turn = 0;  // teeth that pass a point of the edge per turn of the spindle
-  /// Disc: one turn of the rim, in the disc's middle plane; neighbours in the list are neighbours on the rim, including
-  /// the last and the first. Any other tool: the whole surface that cuts; the first two are neighbours around the axis.
+  /// Disc: the rim. Other blades: the row of teeth in the middle of the stroke. Any other tool: the whole surface that
+  /// cuts.
   std::vector<EdgePoint> edge;
-  bool edge_is_ring = false;
-  /// Reciprocating blade: a straight row of points at equal distances, a multiple of 8 intervals; each point states the
-  /// teeth of one interval.
-  bool edge_is_chain = false;
-  /// Points that bone holds and that have no teeth: of the back of a reciprocating blade, and of its tip while stopped.
+  EdgeForm edge_form = EdgeForm::kSurface;
+  EdgeMotion motion;  // of the edge, the solids and the faces by a stroke
+  /// Points that bone holds and that have no teeth: of the back and sides of a blade that is not round, and of its tip
+  /// while stopped. Those that touch while it moves come last.
   std::vector<FacePoint> solids;
-  /// Disc: rings on both flats, from near the spindle to `rim_margin_mm` inside the rim. Reciprocating blade: rows on
-  /// both flats. Others: empty.
+  /// Disc: rings on both flats, from near the spindle to `rim_margin_mm` inside the rim. Other blades: rows on both
+  /// flats. Others: empty.
   std::vector<FacePoint> faces;
 };
 
@@ -82,11 +95,6 @@ struct CoverPlate {
 };
 /// Returns plates that cover all of a tool; none if the ball of radius CalcReach() is as good. Allocates.
 std::vector<CoverPlate> MakeToolCover(const Tool& tool);
-
-/// Returns the convex outline of a blade that is not round, in the middle of its stroke; empty for any other tool.
-ConvexOutline MakeToolOutline(const Tool& tool);
-/// Returns the convex outline of all that such a blade passes in a whole stroke; empty for any other tool.
-ConvexOutline MakeStrokeOutline(const Tool& tool);
 
 /// Returns points all over a tool's surface and, of a blade, its middle plane, about `step_mm` apart, the outermost
 /// first. Tool frame. Allocates.

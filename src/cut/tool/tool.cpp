@@ -60,6 +60,20 @@ double CalcStroke(const Tool& tool) {
   });
 }
 
+double CalcSwingRadius(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto& t) {
+    if constexpr (kind.kDrive == DriveMotion::kStroke) return kind.CalcSwingRadius(t);
+    return 0.0;
+  });
+}
+
+Range CalcRateRange(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto&) {
+    if constexpr (requires { kind.kRates_per_min; }) return kind.kRates_per_min;
+    return kSpindleRange_rpm;
+  });
+}
+
 double CalcCutWidth(const Tool& tool) {
   return CallKind(tool, [](auto kind, const auto& t) { return kind.CalcCutWidth(t); });
 }

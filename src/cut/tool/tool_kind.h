@@ -23,8 +23,9 @@ namespace kerf {
 /// kShape, kSummary: the word for the kind in scenes, and what it is.
 /// kClass, kFrame: name of its class in Python, and where the tool frame lies.
 /// kForm: the form of the tool.
-/// kDrive: how its edge moves. With DriveMotion::kStroke also CalcStroke(), as the function of kerf/tool.h.
-/// MakeOutline(): of a blade that is not round, the convex outline of the blade in the middle of its stroke.
+/// kDrive: how its edge moves. With DriveMotion::kStroke also CalcStroke() and CalcSwingRadius(), as the functions of
+/// kerf/tool.h, and Make(), a PlanarBlade: planar_blade.h gives most of what follows.
+/// kRates_per_min: speeds that users may set as `rpm`, if not those of a spindle.
 /// CalcReach(), CalcRadius(), CalcCutWidth(), CountPassesPerTurn(): as the functions of kerf/tool.h.
 /// Name(), ShortName(): a description with all measures of the shape, and one with the most important.
 /// CalcTooth(): dimensions of a tooth.
@@ -43,7 +44,8 @@ struct ToolKind;
 template <typename T>
 concept HasDrive = ToolKind<T>::kDrive == DriveMotion::kRotation || requires(const T& tool) {
   { ToolKind<T>::CalcStroke(tool) } -> std::same_as<double>;
-  { ToolKind<T>::MakeOutline(tool) } -> std::same_as<ConvexOutline>;
+  { ToolKind<T>::CalcSwingRadius(tool) } -> std::same_as<double>;
+  ToolKind<T>::Make(tool);
 };
 
 template <typename T>

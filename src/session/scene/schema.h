@@ -71,7 +71,7 @@ void Describe(SceneTool& p, V&& visit) {
       [&](auto& tool) {
         DescribeShape(tool, visit);
         DescribeEdge(tool, visit);
-        visit("rpm", p.rpm, kSpindleRange_rpm, "speed of the spindle; 0: stopped, does not cut");
+        visit("rpm", p.rpm, CalcRateRange(tool), "speed of the spindle; 0: stopped, does not cut");
         DescribeSteel("E_GPa", p.E_GPa, 1, tool.nu, tool.p_TG_mm, visit);
       },
       p.shape);

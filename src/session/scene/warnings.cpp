@@ -9,6 +9,7 @@
 
 #include "cut/force/measured.h"
 #include "cut/tool/drive.h"
+#include "cut/tool/planar_blade.h"
 #include "cut/tool/shape.h"
 #include "session/scene/path.h"
 
@@ -69,19 +70,20 @@ void FindSlabWarnings(const Scene& scene, std::vector<std::string>& warnings) {
 }
 
 /// Returns what is wrong with a blade that has a stroke, on voxels of this size.
-std::vector<std::string> FindStrokeWarnings(const ReciprocatingBlade& blade, double voxel_mm) {
+std::vector<std::string> FindStrokeWarnings(const PlanarBlade& blade, double voxel_mm) {
   std::vector<std::string> warnings;
   if (blade.stroke_mm < blade.pitch_mm) {
-    warnings.push_back(fmt::format(
-        "the stroke is shorter than the pitch (stroke_mm = {}, pitch_mm = {}): no tooth passes the places between the "
-        "strokes of two teeth, but the cut is made there too; give a smaller pitch_mm",
-        blade.stroke_mm, blade.pitch_mm));
+    warnings.push_back(
+        fmt::format("the stroke is shorter than the pitch ({:.3g} mm, pitch_mm = {}): no tooth passes the places "
+                    "between the strokes "
+                    "of two teeth, but the cut is made there too",
+                    blade.stroke_mm, blade.pitch_mm));
   }
-  if (const double voxels = blade.kerf_mm() / voxel_mm; voxel_mm > 0 && voxels < kResolvedVoxels) {
+  if (const double voxels = blade.kerf_mm / voxel_mm; voxel_mm > 0 && voxels < kResolvedVoxels) {
     warnings.push_back(fmt::format(
         "the kerf of the blade is {:.3g} voxels wide: below {} voxels it is up to a few percent too narrow, "
         "and below 1 it is a voxel wide; use voxels of at most {:.3g} mm",
-        voxels, kResolvedVoxels, blade.kerf_mm() / kResolvedVoxels));
+        voxels, kResolvedVoxels, blade.kerf_mm / kResolvedVoxels));
   }
   return warnings;
 }
@@ -89,7 +91,7 @@ std::vector<std::string> FindStrokeWarnings(const ReciprocatingBlade& blade, dou
 }  // namespace
 
 std::vector<std::string> FindVoxelWarnings(const SimulationParams& params, double voxel_mm) {
-  if (const auto* blade = std::get_if<ReciprocatingBlade>(&params.tool)) return FindStrokeWarnings(*blade, voxel_mm);
+  if (const auto blade = FindPlanarBlade(params.tool)) return FindStrokeWarnings(*blade, voxel_mm);
   if (!IsBlade(params.tool)) return {};
   const double pitch_mm = CalcTooth(params.tool).pitch_mm;
   const double thickness_mm = CalcThickness(params.tool);

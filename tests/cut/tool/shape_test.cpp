@@ -11,6 +11,7 @@
 #include <random>
 
 #include "cut/tool/looks.h"
+#include "cut/tool/planar_blade.h"
 #include "kerf/error.h"
 #include "support/message_of.h"
 
@@ -27,7 +28,7 @@ TEST(ToolShape, DiscHasItsTeethEvenlyOnItsRim) {
   const DiscSaw disc;
   for (const int samples : {1, 3, 8, 256}) {
     const ToolShape shape = MakeToolShape(disc, {samples, 1, 0.15, 0.1});
-    EXPECT_TRUE(shape.edge_is_ring);
+    EXPECT_EQ(shape.edge_form, EdgeForm::kRing);
     EXPECT_EQ(shape.passes_per_turn, 24);
     EXPECT_NEAR(SumTeeth(shape), 24, 1e-9);  // rounding error of the sum
     Vec3 sum(0);
@@ -70,8 +71,8 @@ TEST(ToolShape, FacesInTheCuttingRimAreForAStoppedSpindle) {
   const ToolShape shape = MakeToolShape(DiscSaw{}, {8, 0.9, 0.3, 0.15});
   int stopped = 0;
   for (const FacePoint& p : shape.faces) {
-    EXPECT_EQ(p.while_stopped, std::hypot(p.p_T.x, p.p_T.y) > 10.7 + 1e-9);
-    stopped += p.while_stopped ? 1 : 0;
+    EXPECT_EQ(p.touching == Touching::kStopped, std::hypot(p.p_T.x, p.p_T.y) > 10.7 + 1e-9);
+    stopped += p.touching == Touching::kStopped ? 1 : 0;
   }
   EXPECT_GT(stopped, 100);  // both sides of a ring of 68 mm, every 0.9 mm
 }
@@ -238,20 +239,79 @@ TEST(ToolKinds, SectionLiesInThePlaneAndOnTheSurface) {
       const Pose X_TS = X_ST.Inverse();
       for (const Vec3& p_S : outline) {
         EXPECT_NEAR(p_S.z, 0, 1e-9);
-        EXPECT_NEAR(CalcSignedToolDistance(tool, X_TS.Point(p_S)), 0, 1e-6 * reach_mm) << GetShape(tool) << n;
+        // An arc is drawn as chords.
+        const double sagitta_mm = CalcSwingRadius(tool) > 0 ? FindPlanarBlade(tool)->CalcSagitta() : 0;
+        EXPECT_NEAR(CalcSignedToolDistance(tool, X_TS.Point(p_S)), 0, 1e-6 * reach_mm + sagitta_mm)
+            << GetShape(tool) << n;
       }
     }
     EXPECT_GT(met, 50);
   }
 }
 
+TEST(ToolKinds, BladesWithAStrokeSweepTheirDisplacements) {
+  // Against points of the blade at many displacements: none lies outside of the hull by more than the arc's sagitta,
+  // and the hull reaches no further than the furthest of them, but for the bulge of the back about the swing axis.
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> number(0, 1);
+  for (const Tool& tool : GetDefaultTools()) {
+    const auto blade = FindPlanarBlade(tool);
+    EXPECT_EQ(blade.has_value(), GetDrive(tool) == DriveMotion::kStroke);
+    if (!blade) continue;
+    EXPECT_LE(blade->CalcSagitta(), 0.01);
+    for (int n = 0; n < 40; ++n) {
+      const double a = blade->stroke_mm * (number(random) - 0.5), b = blade->stroke_mm * (number(random) - 0.5);
+      const SlideRange slide{std::min(a, b), std::max(a, b)};
+      const ConvexOutline swept = blade->SweepOutline(slide);
+      const double rad = 2 * std::numbers::pi * n / 40;
+      double hull_mm = -1e9, furthest_mm = -1e9;
+      for (int i = 0; i < swept.size(); ++i) {
+        hull_mm = std::max(hull_mm, std::cos(rad) * swept.corner(i).x + std::sin(rad) * swept.corner(i).y);
+      }
+      for (int k = 0; k <= 50; ++k) {
+        const double slide_mm = slide.least_mm + slide.size_mm() * k / 50;
+        std::vector<Vec3> points{{blade->back_low.x, blade->back_low.y, 0},
+                                 {blade->back_high.x, blade->back_high.y, 0}};
+        for (int i = 0; i <= 80; ++i) {
+          points.push_back(blade->motion().Move(Vec3(0), blade->edge_mm * (i / 80.0 - 0.5)));
+        }
+        for (const Vec3& p : points) {
+          const Vec3 moved = blade->motion().Move(p, slide_mm);
+          EXPECT_LE(swept.CalcSignedDistance({moved.x, moved.y}), blade->CalcSagitta() + 1e-12) << GetShape(tool);
+          furthest_mm = std::max(furthest_mm, std::cos(rad) * moved.x + std::sin(rad) * moved.y);
+        }
+      }
+      EXPECT_NEAR(hull_mm, furthest_mm, blade->CalcSagitta() + 1e-3) << GetShape(tool);
+    }
+  }
+}
+
+TEST(ToolKinds, ASwingMovesPointsAboutItsAxis) {
+  const EdgeMotion motion(25);
+  const Vec3 p_T(-3, 4, 0.2), axis_T(-25, 0, 0.2);
+  const double rad = 0.03, dt = 1e-6;
+  const Vec3 moved = motion.Move(p_T, 25 * rad);
+  EXPECT_NEAR(glm::distance(moved, axis_T), glm::distance(p_T, axis_T), 1e-12);
+  EXPECT_NEAR(std::atan2(moved.y, moved.x + 25) - std::atan2(4, 22), rad, 1e-12);
+  // The edge's own middle moves by the displacement, and a point's velocity is the derivative of its place.
+  EXPECT_NEAR(motion.Move(Vec3(0), 25 * rad).y, 25 * std::sin(rad), 1e-12);
+  const Vec3 v = (motion.Move(p_T, 25 * rad + 100 * dt) - moved) / dt;
+  EXPECT_NEAR(glm::distance(motion.CalcVelocity(moved, 100), v), 0, 1e-3);
+  // The pose of the edge's frame takes its points to the same places.
+  const Pose X_WT{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 3))), {4, 5, 6}};
+  EXPECT_NEAR(glm::distance(motion.Move(X_WT, 25 * rad).Point(p_T), X_WT.Point(moved)), 0, 1e-12);
+}
+
 TEST(ToolKinds, ShapesHaveTheirWords) {
-  EXPECT_EQ(GetToolShapes(), (std::vector<std::string_view>{"disc", "ball", "bur", "drill", "reciprocating"}));
+  EXPECT_EQ(GetToolShapes(),
+            (std::vector<std::string_view>{"disc", "ball", "bur", "drill", "reciprocating", "oscillating", "piezo"}));
   EXPECT_EQ(
       DescribeToolShapes(),
       "disc: a saw that cuts with its rim; ball: a burr that cuts with its whole surface; bur: a fissure or "
       "Lindemann bur, which cuts with its side and its end; drill: a twist drill, which cuts with the two lips of "
-      "its tip; reciprocating: a blade that a stroke moves along its straight toothed edge");
+      "its tip; reciprocating: a blade that a stroke moves along its straight toothed edge; oscillating: a blade that "
+      "swings about an axis behind the toothed arc at its end; piezo: a small saw insert whose toothed end vibrates "
+      "along its teeth");
   for (std::size_t i = 0; i < GetDefaultTools().size(); ++i) EXPECT_EQ(GetDefaultTools()[i].index(), i);
   EXPECT_EQ(DescribeTool(DiscSaw{}), "disc 22 x 0.25 mm, 24 teeth");
   EXPECT_EQ(DescribeTool(BallBurr{}), "ball burr 6 mm, 8 flutes");
@@ -260,6 +320,8 @@ TEST(ToolKinds, ShapesHaveTheirWords) {
   FissureBur lindemann;
   lindemann.taper = 0.7;
   lindemann.point_angle_deg = 90;
+  EXPECT_EQ(DescribeTool(OscillatingBlade{}), "oscillating blade 25 x 9 x 0.4 mm, teeth 1 mm apart, swing 5 degrees");
+  EXPECT_EQ(DescribeTool(PiezoInsert{}), "piezo insert 10 x 4 x 0.5 mm, teeth 0.8 mm apart, stroke 0.12 mm");
   EXPECT_EQ(DescribeTool(lindemann), "bur 1.6 x 8 mm, 6 flutes, taper 0.7, point 90 degrees");
 }
 
@@ -274,6 +336,10 @@ TEST(Tool, ValuesOutOfRangeAreNamed) {
   EXPECT_EQ(test::MessageOf([&] { Validate(bur); }),
             "length_mm = 1.4 is too short for point_angle_deg = 60 and diameter_mm = 1.6: the tip alone is 1.39 mm "
             "long");
+  OscillatingBlade wide;
+  wide.width_mm = 31;
+  EXPECT_EQ(test::MessageOf([&] { Validate(wide); }),
+            "width_mm = 31 is above 1.2 times radius_mm = 25: the teeth would lie on the sides");
 }
 
 }  // namespace

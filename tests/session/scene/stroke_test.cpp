@@ -36,7 +36,7 @@ TEST(StrokeScene, WarnsAboutAStrokeShorterThanThePitchAndANarrowKerf) {
   EXPECT_FALSE(has("the kerf of the blade", 0.1));
   EXPECT_TRUE(has("the kerf of the blade is 0.5 voxels wide", 1));
   std::get<ReciprocatingBlade>(scene.tool.shape).stroke_mm = 1;
-  EXPECT_TRUE(has("the stroke is shorter than the pitch (stroke_mm = 1, pitch_mm = 1.41)", 0.1));
+  EXPECT_TRUE(has("the stroke is shorter than the pitch (1 mm, pitch_mm = 1.41)", 0.1));
 }
 
 TEST(StrokeScene, LargestBiteIsThatOfTheTurnOfTheToothInFront) {

@@ -1,11 +1,13 @@
-// A reciprocating blade in a hand: energy, force in a kerf, stop, back and walls.
+// Blades with a stroke in a hand: energy, force in a kerf, stop, buried start, sides and walls.
 #include <gtest/gtest.h>
 
 #include <random>
+#include <tuple>
 
 #include "base/core/heap_guard.h"
 #include "cut/hand_sim/hands.h"
 #include "cut/tool/drive.h"
+#include "cut/tool/planar_blade.h"
 #include "support/tooth_cut.h"
 
 namespace kerf {
@@ -18,11 +20,18 @@ Pose SawPose(const Vec3& p_W) {
   return {glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), p_W};
 }
 
-CoupledParams SawParams(const char* law) {
-  CoupledParams params;
+Tool ShortReciprocating() {
   ReciprocatingBlade blade;
   blade.length_mm = 20;
-  params.tool = blade;
+  return blade;
+}
+
+/// One of each kind.
+const Tool kStrokeTools[] = {ShortReciprocating(), OscillatingBlade{}, PiezoInsert{}};
+
+CoupledParams SawParams(const char* law, const Tool& tool = kStrokeTools[0]) {
+  CoupledParams params;
+  params.tool = tool;
   params.law = ForceLaw(law);
   return params;
 }
@@ -86,16 +95,69 @@ TEST(ReciprocatingHand, ForceInAKerfIsThatOfTheLawAtTheFeed) {
   EXPECT_NEAR(thrust_N / (teeth * law(kFeed_mm_per_s * since_s, cut)), 1, 0.03);
 }
 
-TEST(ReciprocatingHand, WithoutAStrokeItRestsOnTheBone) {
-  Bone bone = test::MakeBox({}, {6, 3, 5}, 0.1);
-  const std::uint64_t hash = bone.CalcHash();
-  CoupledSimulation simulation(bone, SawParams("edge_plus_chip"), SawPose({0, 0, 2.6}));
-  CoupledOutput out;
-  for (int i = 0; i < 300; ++i) {
-    out = simulation.Tick(Handle(SawPose({0, 0, std::max(1.5, 2.6 - 0.01 * i)}), 0));
+TEST(StrokeHand, WithoutAStrokeItRestsOnTheBone) {
+  for (const Tool& tool : kStrokeTools) {
+    Bone bone = test::MakeBox({}, {6, 3, 5}, 0.1);
+    const std::uint64_t hash = bone.CalcHash();
+    CoupledSimulation simulation(bone, SawParams("edge_plus_chip", tool), SawPose({0, 0, 2.6}));
+    CoupledOutput out;
+    for (int i = 0; i < 300; ++i) {
+      out = simulation.Tick(Handle(SawPose({0, 0, std::max(1.5, 2.6 - 0.01 * i)}), 0));
+    }
+    EXPECT_NEAR(out.X_WT.p_AB.z, 2.5, 0.05);
+    EXPECT_EQ(simulation.UpdateBone().CalcHash(), hash);
   }
-  EXPECT_NEAR(out.X_WT.p_AB.z, 2.5, 0.05);
-  EXPECT_EQ(simulation.UpdateBone().CalcHash(), hash);
+}
+
+TEST(StrokeHand, AStartInsideBoneClearsAllOfTheStroke) {
+  // The blade is set down inside bone; the first tick removes what it sweeps, and it then moves freely.
+  for (const Tool& tool : kStrokeTools) {
+    const auto blade = *FindPlanarBlade(tool);
+    const Bone bone = test::MakeBox({}, {30, 3, 60}, 0.2);
+    CoupledSimulation simulation(bone, SawParams("edge_plus_chip", tool), SawPose({0, 0, 0}));
+    const CoupledOutput first = simulation.Tick(Handle(SawPose({0, 0, 0}), 9000));
+    const ConvexOutline swept = blade.SweepOutline({-0.5 * blade.stroke_mm, 0.5 * blade.stroke_mm});
+    double area_mm2 = 0;
+    for (int i = 0; i < swept.size(); ++i) {
+      const auto &a = swept.corner(i), &b = swept.corner((i + 1) % swept.size());
+      area_mm2 += 0.5 * (a.x * b.y - b.x * a.y);
+    }
+    EXPECT_NEAR(first.removed_mm3 / (area_mm2 * blade.kerf_mm), 1, 0.03) << DescribeTool(tool);
+    double later_mm3 = 0;
+    for (int i = 0; i < 40; ++i) {
+      const CoupledOutput out = simulation.Tick(Handle(SawPose({0, 0, 0}), 9000));
+      later_mm3 += out.removed_mm3;
+      EXPECT_LT(glm::length(out.f_H_W_N), 1e-9) << DescribeTool(tool) << i;
+    }
+    // What the chords of an arc leave.
+    EXPECT_LE(later_mm3, blade.CalcSagitta() * blade.edge_mm * blade.kerf_mm + 1e-12);
+  }
+}
+
+TEST(StrokeHand, TheSidesOfASwingingBladeDoNotCut) {
+  // Beside a block, more than the zone of the teeth above the top; pushed against the block's end.
+  for (const Tool& tool : {kStrokeTools[1], kStrokeTools[2]}) {
+    const auto blade = *FindPlanarBlade(tool);
+    const double beside_mm = 3 + 0.5 * blade.edge_mm + blade.stroke_mm + 0.5;
+    Bone bone = test::MakeBox({}, {6, 3, 5}, 0.1);
+    const std::uint64_t hash = bone.CalcHash();
+    // The teeth are below the block, the side is beside it.
+    CoupledSimulation simulation(bone, SawParams("edge_plus_chip", tool), SawPose({beside_mm, 0, -4.5}));
+    CoupledOutput out;
+    double force_N = 0, at_mm = 0;
+    for (int i = 0; i < 400; ++i) {
+      out = simulation.Tick(Handle(SawPose({beside_mm - std::min(3.0, 0.01 * i), 0, -4.5}), 14000));
+      if (i >= 300) {
+        force_N += out.f_H_W_N.x / 100;
+        at_mm += out.X_WT.p_AB.x / 100;
+      }
+    }
+    EXPECT_EQ(simulation.UpdateBone().CalcHash(), hash);
+    std::printf("%s: %.3f mm before the handle, %.3f N\n", DescribeToolBriefly(tool).c_str(), at_mm - beside_mm + 3,
+                force_N);
+    EXPECT_GT(at_mm, beside_mm - 2.9);
+    EXPECT_GT(force_N, 0.1);  // the block pushes the hand back
+  }
 }
 
 TEST(ReciprocatingHand, TheBackDoesNotCut) {
@@ -139,16 +201,29 @@ TEST(ReciprocatingHand, ReportsTheDisplacementOfItsEdge) {
             simulation.Tick(Handle(SawPose({0, 0, 1.6}), 0)).displacement_mm);
 }
 
-TEST(ReciprocatingHand, TheSameCallsGiveTheSameBits) {
-  std::uint64_t hash[2];
-  for (std::uint64_t& one : hash) {
-    std::mt19937_64 random(5);
-    SawingHand hand(random);
-    CoupledSimulation simulation(test::MakeBox({}, {12, 3, 4}, 0.2), SawParams("edge_plus_chip"), hand.Next(0.001));
-    for (int i = 0; i < 800; ++i) simulation.Tick(Handle(hand.Next(0.001), 9000));
-    one = simulation.UpdateBone().CalcHash();
+TEST(StrokeHand, TheSameCallsGiveTheSameBits) {
+  for (const Tool& tool : kStrokeTools) {
+    std::uint64_t hash[2];
+    for (std::uint64_t& one : hash) {
+      std::mt19937_64 random(5);
+      SawingHand hand(random);
+      CoupledSimulation simulation(test::MakeBox({}, {12, 3, 4}, 0.2), SawParams("edge_plus_chip", tool),
+                                   hand.Next(0.001));
+      for (int i = 0; i < 800; ++i) simulation.Tick(Handle(hand.Next(0.001), 9000));
+      one = simulation.UpdateBone().CalcHash();
+    }
+    EXPECT_EQ(hash[0], hash[1]);
   }
-  EXPECT_EQ(hash[0], hash[1]);
+}
+
+TEST(StrokeHand, OnlyAVibratingInsertAcceptsItsRate) {
+  const Bone bone = test::MakeBox({}, {6, 3, 5}, 0.2);
+  for (const Tool& tool : kStrokeTools) {
+    CoupledSimulation simulation(bone, SawParams("edge_plus_chip", tool), SawPose({0, 0, 3}));
+    const bool vibrates = std::holds_alternative<PiezoInsert>(tool);
+    EXPECT_EQ((simulation.Tick(Handle(SawPose({0, 0, 3}), 2.16e6)).status & kCoupledBadPose) == 0, vibrates);
+    EXPECT_NE(simulation.Tick(Handle(SawPose({0, 0, 3}), 1.01 * kMaxStrokesPerMin)).status & kCoupledBadPose, 0u);
+  }
 }
 
 }  // namespace

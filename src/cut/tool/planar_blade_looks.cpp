@@ -4,36 +4,48 @@
 #include <cstdint>
 #include <glm/geometric.hpp>
 
-#include "cut/tool/reciprocating_blade.h"
+#include "cut/tool/planar_kind.h"
 
 namespace kerf {
 namespace {
 
-/// Returns the toothed edge from the handle's end to the tip: triangles with tips at x = 0. The last one may be cut
-/// off.
-std::vector<ConvexOutline::Point> MakeTeeth(const ReciprocatingBlade& blade) {
-  const double half_mm = 0.5 * blade.length_mm;
-  const double gullet_mm = std::min(0.45 * blade.pitch_mm, 0.3 * blade.taper * blade.width_mm);
-  std::vector<ConvexOutline::Point> points{{-gullet_mm, -half_mm}};
-  for (double y = -half_mm; y < half_mm; y += blade.pitch_mm) {
+/// Returns the points of the toothed edge from low to high y, and where each lies along the edge, 0 to 1: triangles
+/// with tips on the edge. The last one may be cut off.
+struct FrontPoint {
+  Vec3 p_T;
+  double along;
+};
+std::vector<FrontPoint> MakeTeeth(const PlanarBlade& blade) {
+  const double half_mm = 0.5 * blade.edge_mm;
+  const double gullet_mm = std::min(0.45 * blade.pitch_mm, 0.3 * std::min(-blade.back_low.x, -blade.back_high.x));
+  std::vector<FrontPoint> points;
+  const auto add = [&](double x, double along_mm) {
+    points.push_back({blade.motion().Move({x, 0, 0}, along_mm), (along_mm + half_mm) / blade.edge_mm});
+  };
+  add(-gullet_mm, -half_mm);
+  for (double from_mm = -half_mm; from_mm < half_mm; from_mm += blade.pitch_mm) {
     for (const double part : {0.5, 1.0}) {
-      const double at = std::min(y + part * blade.pitch_mm, half_mm);
-      points.push_back({part == 0.5 ? 0 : -gullet_mm, at});
+      const double at = std::min(from_mm + part * blade.pitch_mm, half_mm);
+      add(part == 0.5 ? 0 : -gullet_mm, at);
       if (at == half_mm) return points;
     }
   }
   return points;
 }
 
-/// Makes a plate between a front and the back of the blade. `front`: points with rising y.
-TriangleMesh MakePlate(const ReciprocatingBlade& blade, const std::vector<ConvexOutline::Point>& front) {
+/// Point of the back opposite to a point of the edge.
+Vec3 FindBack(const PlanarBlade& blade, double along) {
+  return {blade.back_low.x + along * (blade.back_high.x - blade.back_low.x),
+          blade.back_low.y + along * (blade.back_high.y - blade.back_low.y), 0};
+}
+
+/// Makes a plate between a front and the back of the blade.
+TriangleMesh MakePlate(const PlanarBlade& blade, const std::vector<FrontPoint>& front) {
   TriangleMesh mesh;
-  const double half_mm = 0.5 * blade.length_mm;
   for (const double z : {-0.5 * blade.thickness_mm, 0.5 * blade.thickness_mm}) {
-    for (const ConvexOutline::Point& p : front) {
-      const double along = (p.y + half_mm) / blade.length_mm;
-      mesh.points.emplace_back(p.x, p.y, z);
-      mesh.points.emplace_back(-blade.width_mm * (1 + along * (blade.taper - 1)), p.y, z);
+    for (const FrontPoint& p : front) {
+      mesh.points.push_back(p.p_T + Vec3(0, 0, z));
+      mesh.points.push_back(FindBack(blade, p.along) + Vec3(0, 0, z));
     }
   }
   const auto n = static_cast<std::uint32_t>(front.size());
@@ -56,18 +68,17 @@ TriangleMesh MakePlate(const ReciprocatingBlade& blade, const std::vector<Convex
 
 }  // namespace
 
-ToolLooks ToolKind<ReciprocatingBlade>::MakeLooks(const ReciprocatingBlade& blade) {
+ToolLooks MakePlanarLooks(const PlanarBlade& blade) {
   ToolLooks looks;
   looks.whole = MakePlate(blade, MakeTeeth(blade));
-  const ConvexOutline outline = MakeOutline(blade);
+  const ConvexOutline outline = blade.SweepOutline({});
   for (int i = 0; i < outline.size(); ++i) looks.outline.emplace_back(outline.corner(i).x, outline.corner(i).y, 0);
   return looks;
 }
 
-std::vector<Vec3> ToolKind<ReciprocatingBlade>::MakeSection(const ReciprocatingBlade& blade, const Pose& X_ST,
-                                                            double least_mm) {
+std::vector<Vec3> MakePlanarSection(const PlanarBlade& blade, const Pose& X_ST, double least_mm) {
   // A square of the plane is cut by each face of the blade in turn (Sutherland and Hodgman).
-  const double size_mm = 2 * (CalcReach(blade) + glm::length(X_ST.p_AB));
+  const double size_mm = 2 * (CalcPlanarReach(blade) + glm::length(X_ST.p_AB));
   std::vector<Vec3> kept{
       {-size_mm, -size_mm, 0}, {size_mm, -size_mm, 0}, {size_mm, size_mm, 0}, {-size_mm, size_mm, 0}};
   const auto cut = [&](const Vec3& normal_T, double offset_mm) {
@@ -83,7 +94,7 @@ std::vector<Vec3> ToolKind<ReciprocatingBlade>::MakeSection(const ReciprocatingB
     }
     kept = inside;
   };
-  const ConvexOutline outline = MakeOutline(blade);
+  const ConvexOutline outline = blade.SweepOutline({});
   for (int i = 0; i < outline.size(); ++i) {
     const ConvexOutline::Side side = outline.side(i);
     cut({side.normal.x, side.normal.y, 0}, side.offset_mm);
@@ -95,17 +106,18 @@ std::vector<Vec3> ToolKind<ReciprocatingBlade>::MakeSection(const ReciprocatingB
   return kept;
 }
 
-std::vector<Vec3> ToolKind<ReciprocatingBlade>::SampleSurface(const ReciprocatingBlade& blade, double step_mm) {
+std::vector<Vec3> SamplePlanarSurface(const PlanarBlade& blade, double step_mm) {
   std::vector<Vec3> points;
-  const double half_mm = 0.5 * blade.length_mm;
-  const int columns = static_cast<int>(std::ceil(blade.length_mm / step_mm));
-  const int rows = static_cast<int>(std::ceil(blade.width_mm / step_mm));
+  const double ends_mm = std::abs(blade.back_high.y - blade.back_low.y);
+  const int columns = static_cast<int>(std::ceil(std::max(blade.edge_mm, ends_mm) / step_mm));
+  const int rows = static_cast<int>(std::ceil(blade.length_mm() / step_mm));
   for (int i = columns; i >= 0; --i) {
     const double along = static_cast<double>(i) / columns;
-    const double width_mm = blade.width_mm * (1 + along * (blade.taper - 1));
+    const Vec3 front = blade.motion().Move(Vec3(0), blade.edge_mm * (along - 0.5));
+    const Vec3 to_back = FindBack(blade, along) - front;
     for (int k = 0; k <= rows; ++k) {
       for (const double z : {0.0, 0.5, -0.5}) {
-        points.emplace_back(-width_mm * k / rows, along * blade.length_mm - half_mm, z * blade.thickness_mm);
+        points.push_back(front + to_back * (static_cast<double>(k) / rows) + Vec3(0, 0, z * blade.thickness_mm));
       }
     }
   }
