@@ -25,27 +25,36 @@ ConvexOutline ConvexOutline::MakeHull(std::span<const Point> points, const Cutti
   std::copy(points.begin(), points.end(), sorted.begin());
   std::sort(sorted.begin(), sorted.begin() + n,
             [](const Point& a, const Point& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
-  // Andrew's monotone chain: the lower side from left to right, then the upper side back. A corner that stands out by
-  // less than rounding is left out.
-  double size = 0;
-  for (int i = 0; i < n; ++i) {
-    const Point& p = sorted[static_cast<std::size_t>(i)];
-    size = std::max({size, std::abs(p.x), std::abs(p.y)});
-  }
-  const double least = 1e-12 * size * size;
+  // Andrew's monotone chain: the lower side from left to right, then the upper side back. Exact signs, so that no point
+  // is lost where several lie on a line but for rounding.
   std::array<Point, kMaxPoints + 1> chain{};
   std::size_t count = 0;
   const auto add = [&](const Point& p, std::size_t from) {
-    while (count >= from + 2 && Turn(chain[count - 2], chain[count - 1], p) <= least) --count;
+    while (count >= from + 2 && Turn(chain[count - 2], chain[count - 1], p) <= 0) --count;
     chain[count++] = p;
   };
   for (int i = 0; i < n; ++i) add(sorted[static_cast<std::size_t>(i)], 0);
   const std::size_t lower = count - 1;
   for (int i = n - 2; i >= 0; --i) add(sorted[static_cast<std::size_t>(i)], lower);
+  // Corners that stand out by less than rounding are left out. The last one is the first again.
+  double size = 0;
+  for (int i = 0; i < n; ++i) {
+    const Point& p = sorted[static_cast<std::size_t>(i)];
+    size = std::max({size, std::abs(p.x), std::abs(p.y)});
+  }
+  const auto is_near = [&](const Point& p, const Point& q) {
+    return std::hypot(p.x - q.x, p.y - q.y) <= 1e-9 * size;
+  };
+  std::size_t kept = 1;
+  for (std::size_t i = 1; i < count; ++i) {
+    const bool is_last = i + 1 == count;
+    while (kept >= 2 && Turn(chain[kept - 2], chain[kept - 1], chain[i]) <= 1e-12 * size * size) --kept;
+    if (!is_last && !is_near(chain[i], chain[kept - 1]) && !is_near(chain[i], chain[0])) chain[kept++] = chain[i];
+  }
   ConvexOutline hull;
   hull.cutting_ = cutting;
-  assert(count - 1 <= kMaxCorners);
-  hull.count_ = static_cast<int>(std::min<std::size_t>(count - 1, kMaxCorners));  // the last corner is the first again
+  assert(kept <= kMaxCorners);
+  hull.count_ = static_cast<int>(std::min<std::size_t>(kept, kMaxCorners));
   std::copy_n(chain.begin(), hull.count_, hull.corners_.begin());
   return hull;
 }

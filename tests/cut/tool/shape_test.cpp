@@ -286,6 +286,28 @@ TEST(ToolKinds, BladesWithAStrokeSweepTheirDisplacements) {
   }
 }
 
+TEST(ConvexOutline, HullOfPointsOnALineButForRoundingLosesNoCorner) {
+  // A blade that rests at an oblique pose: each corner twice, which differ by rounding in any direction.
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(-1, 1);
+  for (int n = 0; n < 500; ++n) {
+    std::vector<ConvexOutline::Point> points;
+    for (const ConvexOutline::Point& p : {ConvexOutline::Point{0, -2.6}, {0, -2.57}, {0, 2.78}, {0, 2.81},
+                                          {-7.1, -2.4}, {-7.1, -2.3}, {-7.1, 2.5}, {-7.1, 2.6}}) {
+      points.push_back(p);
+      points.push_back({p.x + 4e-16 * std::round(4 * number(random)), p.y + 4e-16 * std::round(4 * number(random))});
+    }
+    const ConvexOutline hull = ConvexOutline::MakeHull(points, {});
+    double area_mm2 = 0;
+    for (int i = 0; i < hull.size(); ++i) {
+      const ConvexOutline::Point &a = hull.corner(i), &b = hull.corner((i + 1) % hull.size());
+      EXPECT_GT(std::hypot(a.x - b.x, a.y - b.y), 0.01);  // a side as short as rounding has no direction
+      area_mm2 += 0.5 * (a.x * b.y - b.x * a.y);
+    }
+    EXPECT_NEAR(area_mm2, 0.5 * 7.1 * (5.41 + 5), 1e-9) << n;
+  }
+}
+
 TEST(ToolKinds, ASwingMovesPointsAboutItsAxis) {
   const EdgeMotion motion(25);
   const Vec3 p_T(-3, 4, 0.2), axis_T(-25, 0, 0.2);
