@@ -102,7 +102,7 @@ struct CoupledOutput : TeethOutput {
   int substeps = 0;
   int iterations = 0;  // maximum over the substeps
   Fidelity fidelity = Fidelity::kFull;
-  double displacement_mm = 0;  // of an edge with a stroke, along y of the tool, at the end of the tick
+  double displacement_mm = 0;  // of an edge with a stroke, along itself, at the end of the tick
 };
 
 /// Simulation of a bone, the tool in it, and the coupling to a handle.

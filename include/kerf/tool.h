@@ -213,8 +213,8 @@ void DescribeShape(ReciprocatingBlade& p, V&& visit) {
 }
 template <typename V>
 void DescribeShape(OscillatingBlade& p, V&& visit) {
-  visit("radius_mm", p.radius_mm, Range{3, 100}, "distance from the swing axis to the teeth");
-  visit("width_mm", p.width_mm, Range{1, 60}, "width of the toothed end: the chord of its arc");
+  visit("radius_mm", p.radius_mm, Range{8, 100}, "distance from the swing axis to the teeth");
+  visit("width_mm", p.width_mm, Range{1, 30}, "width of the toothed end: the chord of its arc");
   visit("taper", p.taper, Range{0.1, 1}, "width at the swing axis as a fraction of width_mm");
   visit("thickness_mm", p.thickness_mm, Range{0.02, 10}, "thickness of the blade without the set of its teeth");
   visit("set_mm", p.set_mm, Range{0, 2}, "distance by which the teeth stand out on each side; they widen the kerf");

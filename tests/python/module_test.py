@@ -718,7 +718,7 @@ class BadInput(unittest.TestCase):
             (lambda: kerf.Simulation(bone, start, law="hertz"), "hertz"),
             (lambda: kerf.Simulation(bone, start, effects=["fog"]), "fog"),
             (lambda: kerf.Simulation(bone, start, effects={"heat": {"colour": 3}}), "colour"),
-            (lambda: kerf.Simulation(bone, start, tool="saw"), "tool must be a Disc, a Ball, a Bur, a Drill or a ReciprocatingBlade"),
+            (lambda: kerf.Simulation(bone, start, tool="saw"), "tool must be a Disc, a Ball, a Bur, a Drill, a ReciprocatingBlade, a OscillatingBlade or a PiezoInsert"),
             (lambda: kerf.Simulation(bone, start, substeps=0), "substeps = 0"),
             (lambda: kerf.Simulation(bone, (0, 0, float("nan"))), "pose"),
             (lambda: kerf.HandSimulation(bone, start, stiffness=3), "stiffness_N_per_mm"),

@@ -53,6 +53,8 @@ LAW = BLOCK + '[force]\nlaw = "edge_plus_chip"\nchip_N_per_mm2 = 400\n'
 BALL = BLOCK.replace("[slab]\ndirection = [0, 0, -1]\n", "") + '[tool]\nshape = "ball"\n'
 BUR = BALL.replace("ball", "bur")
 RECIPROCATING = BALL.replace("ball", "reciprocating")
+OSCILLATING = BALL.replace("ball", "oscillating")
+PIEZO = BALL.replace("ball", "piezo")
 
 # A scene whose bone has CT numbers.
 CT = """title = "CT"
@@ -229,6 +231,7 @@ def move_pieces(folder):
 
 SCENES = {"block.toml": BLOCK, "bar.toml": BAR, "degrade.toml": DEGRADE, "slab.toml": SLAB, "uniform.toml": UNIFORM,
           "ball.toml": BALL, "bur.toml": BUR, "reciprocating.toml": RECIPROCATING,
+          "oscillating.toml": OSCILLATING, "piezo.toml": PIEZO,
           "law.toml": LAW, "ct.toml": CT, "plan.toml": PLAN, "stability.toml": STABILITY, "study.toml": STUDY,
           "through.toml": THROUGH, "forces.csv": FORCES, "torque.csv": TORQUES}
 
@@ -328,6 +331,8 @@ GROUPS = {
         Case("check ball.toml --json", "check"),
         Case("check bur.toml --json", "check"),
         Case("check reciprocating.toml --json", "check"),
+        Case("check oscillating.toml --json", "check"),
+        Case("check piezo.toml --json", "check"),
         Case("check uniform.toml --json", "check"),
         Case("check bar.toml --json", "check"),
         Case("devices --profiles --json", "device_profiles"),

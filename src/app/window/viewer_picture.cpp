@@ -13,6 +13,7 @@
 #include "base/files/temporary.h"
 #include "bone/grid/removed.h"
 #include "bone/grid/set_leaf.h"
+#include "cut/tool/edge_motion.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -216,7 +217,7 @@ SliceScene ViewerApp::MakeSliceScene() const {
   if (session_ && began_) {
     scene.tool = MakeTool(session_->scene());
     const CoupledOutput& at = figures_.coupled;
-    scene.X_WT = {at.X_WT.R_AB, at.X_WT.Point({0, at.displacement_mm, 0})};
+    scene.X_WT = EdgeMotion(CalcSwingRadius(*scene.tool)).Move(at.X_WT, at.displacement_mm);
   }
   activity_->FillSlices(scene);
   return scene;

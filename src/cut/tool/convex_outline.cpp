@@ -42,9 +42,7 @@ ConvexOutline ConvexOutline::MakeHull(std::span<const Point> points, const Cutti
     const Point& p = sorted[static_cast<std::size_t>(i)];
     size = std::max({size, std::abs(p.x), std::abs(p.y)});
   }
-  const auto is_near = [&](const Point& p, const Point& q) {
-    return std::hypot(p.x - q.x, p.y - q.y) <= 1e-9 * size;
-  };
+  const auto is_near = [&](const Point& p, const Point& q) { return std::hypot(p.x - q.x, p.y - q.y) <= 1e-9 * size; };
   std::size_t kept = 1;
   for (std::size_t i = 1; i < count; ++i) {
     const bool is_last = i + 1 == count;

@@ -66,6 +66,11 @@ std::optional<PlanarBlade> FindPlanarBlade(const Tool& tool) {
   });
 }
 
+ConvexOutline MakeToolOutline(const Tool& tool) {
+  const std::optional<PlanarBlade> blade = FindPlanarBlade(tool);
+  return blade ? blade->SweepOutline({}) : ConvexOutline{};
+}
+
 ConvexOutline MakeStrokeOutline(const Tool& tool) {
   const std::optional<PlanarBlade> blade = FindPlanarBlade(tool);
   return blade ? blade->SweepOutline({-0.5 * blade->stroke_mm, 0.5 * blade->stroke_mm}) : ConvexOutline{};

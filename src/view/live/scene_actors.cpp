@@ -13,6 +13,7 @@
 #include <map>
 #include <utility>
 
+#include "cut/tool/edge_motion.h"
 #include "cut/tool/looks.h"
 #include "cut/tool/shape.h"
 #include "view/live/overlay_colours.h"
@@ -169,7 +170,7 @@ struct SceneActors::State {
     if (passed != nullptr) passed->SetVisibility(std::abs(rpm) > kSeenStrokes_per_min);
   }
   /// Pose of the blade where its stroke has it.
-  Pose EdgePose() const { return {X_WT.R_AB, X_WT.Point({0, displacement_mm, 0})}; }
+  Pose EdgePose() const { return EdgeMotion(tool ? CalcSwingRadius(*tool) : 0).Move(X_WT, displacement_mm); }
 };
 
 SceneActors::SceneActors(vtkRenderer& scene, vtkRenderer& over) : state_(std::make_unique<State>(scene, over)) {}

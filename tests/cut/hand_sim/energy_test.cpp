@@ -50,6 +50,7 @@ Case MakeCase(std::mt19937_64& random, bool turning) {
 /// Tool of a case: hands 0 to 59 have a disc, then burs and drills take turns up to 119, then blades with a stroke.
 Tool PickTool(int hand) {
   if (hand < 60) return test::DiscParams().tool;
+  if (hand >= 180) return hand % 2 == 0 ? Tool(OscillatingBlade{}) : Tool(PiezoInsert{});
   if (hand >= 120) return ReciprocatingBlade{.length_mm = 20, .p_TG_mm = {0, -100, 0}};
   if (hand % 2 == 0) return FissureBur{.diameter_mm = 1.2, .length_mm = 5, .taper = 0.7, .point_angle_deg = 100};
   return TwistDrill{.diameter_mm = 1.1, .length_mm = 8};
@@ -107,6 +108,7 @@ TEST_P(EnergyOverHands, IsNeverCreated) {
   const bool turning = GetParam() / (GetParam() < 60 ? 1 : 2) % 2 == 1;
   Case c = MakeCase(random, turning);
   c.params.tool = PickTool(GetParam());
+  if (std::holds_alternative<PiezoInsert>(c.params.tool)) c.rpm = std::abs(28 * c.rpm);  // up to 28 kHz
   const bool all_effects = GetParam() >= 140;
   if (all_effects) AddEffects(random, c.params.effects);
   Bone bone = test::MakeBox(Pose{}, {12, IsBlade(c.params.tool) ? 2.0 : 8.0, 4}, 0.2);
@@ -157,7 +159,7 @@ TEST_P(EnergyOverHands, IsNeverCreated) {
     EXPECT_EQ(simulation.UpdateBone().CalcHash(), hash);
   }
 }
-INSTANTIATE_TEST_SUITE_P(Random, EnergyOverHands, testing::Range(0, 180));
+INSTANTIATE_TEST_SUITE_P(Random, EnergyOverHands, testing::Range(0, 240));
 
 TEST(CoupledSimulation, SameCallsGiveTheSameBits) {
   CoupledOutput last[2];

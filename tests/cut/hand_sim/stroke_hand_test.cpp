@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <random>
-#include <tuple>
 
 #include "base/core/heap_guard.h"
 #include "cut/hand_sim/hands.h"

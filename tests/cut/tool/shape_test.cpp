@@ -292,8 +292,14 @@ TEST(ConvexOutline, HullOfPointsOnALineButForRoundingLosesNoCorner) {
   std::uniform_real_distribution<double> number(-1, 1);
   for (int n = 0; n < 500; ++n) {
     std::vector<ConvexOutline::Point> points;
-    for (const ConvexOutline::Point& p : {ConvexOutline::Point{0, -2.6}, {0, -2.57}, {0, 2.78}, {0, 2.81},
-                                          {-7.1, -2.4}, {-7.1, -2.3}, {-7.1, 2.5}, {-7.1, 2.6}}) {
+    for (const ConvexOutline::Point& p : {ConvexOutline::Point{0, -2.6},
+                                          {0, -2.57},
+                                          {0, 2.78},
+                                          {0, 2.81},
+                                          {-7.1, -2.4},
+                                          {-7.1, -2.3},
+                                          {-7.1, 2.5},
+                                          {-7.1, 2.6}}) {
       points.push_back(p);
       points.push_back({p.x + 4e-16 * std::round(4 * number(random)), p.y + 4e-16 * std::round(4 * number(random))});
     }
@@ -359,9 +365,10 @@ TEST(Tool, ValuesOutOfRangeAreNamed) {
             "length_mm = 1.4 is too short for point_angle_deg = 60 and diameter_mm = 1.6: the tip alone is 1.39 mm "
             "long");
   OscillatingBlade wide;
-  wide.width_mm = 31;
+  wide.radius_mm = 20;
+  wide.width_mm = 25;
   EXPECT_EQ(test::MessageOf([&] { Validate(wide); }),
-            "width_mm = 31 is above 1.2 times radius_mm = 25: the teeth would lie on the sides");
+            "width_mm = 25 is above 1.2 times radius_mm = 20: the teeth would lie on the sides");
 }
 
 }  // namespace
