@@ -19,7 +19,6 @@
 
 #include "cut/effects/effects.h"
 #include "cut/effects/parameters.h"
-#include "cut/tool/planar_blade.h"
 #include "kerf/error.h"
 
 namespace kerf {

@@ -5,7 +5,6 @@
 
 #include "cut/contact/probe.h"
 #include "cut/effects/structures.h"
-#include "cut/tool/planar_blade.h"
 #include "cut/tool/shape.h"
 
 namespace kerf {

@@ -51,9 +51,5 @@ struct PlanarBlade {
 
 /// Returns what a tool is as such a blade; nullopt for a tool that turns. Tick-safe.
 std::optional<PlanarBlade> FindPlanarBlade(const Tool& tool);
-/// Returns the outline of such a blade in the middle of its stroke; empty for any other tool.
-ConvexOutline MakeToolOutline(const Tool& tool);
-/// Returns the outline of all that such a blade passes in a whole stroke; empty for any other tool.
-ConvexOutline MakeStrokeOutline(const Tool& tool);
 
 }  // namespace kerf

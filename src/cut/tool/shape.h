@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "cut/tool/convex_outline.h"
 #include "cut/tool/edge_motion.h"
 #include "cut/tool/round_solid.h"
 #include "kerf/tool.h"
@@ -95,6 +96,11 @@ struct CoverPlate {
 };
 /// Returns plates that cover all of a tool; none if the ball of radius CalcReach() is as good. Allocates.
 std::vector<CoverPlate> MakeToolCover(const Tool& tool);
+
+/// Returns the convex outline of a blade that is not round, in the middle of its stroke; empty for any other tool.
+ConvexOutline MakeToolOutline(const Tool& tool);
+/// Returns the convex outline of all that such a blade passes in a whole stroke; empty for any other tool.
+ConvexOutline MakeStrokeOutline(const Tool& tool);
 
 /// Returns points all over a tool's surface and, of a blade, its middle plane, about `step_mm` apart, the outermost
 /// first. Tool frame. Allocates.

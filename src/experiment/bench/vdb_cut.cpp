@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "bone/grid/grids.h"
-#include "cut/tool/planar_blade.h"
 #include "cut/tool/shape.h"
 
 namespace kerf {

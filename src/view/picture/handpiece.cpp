@@ -9,7 +9,6 @@
 #include <optional>
 #include <vector>
 
-#include "cut/tool/planar_blade.h"
 #include "cut/tool/shape.h"
 
 namespace kerf {
