@@ -32,6 +32,7 @@ HudState ViewerApp::MakeHud() {
                                        [](const PlotPoint& p, double t) { return p.time_s < t; });
   hud.force.assign(recent, forces_.end());
   hud.status.spindle_on = spindle_on();
+  if (session_) hud.values.strokes = CalcStroke(session_->scene().tool.shape) > 0;
   if (session_) hud.status.saw = TrMade(DescribeTool(session_->scene().tool.shape));
   if (now_s_ < said_until_s_) hud.status.message = said_;
   if (now_s_ < warned_until_s_) hud.status.warning = warned_;

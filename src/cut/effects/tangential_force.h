@@ -13,7 +13,8 @@ void CheckCuttingRatio(const ToothForce& law);
 
 /// Model: F_t for each tooth is the law's cutting force or, for a law that states none, thrust / ratio. It acts against
 /// the tooth's motion: on the tool along -sign(rpm) z x p_T / |z x p_T|; for an edge with a stroke along z x e times
-/// its velocity. A step in which the edge moves both ways has a part of the force in either direction.
+/// its velocity. A step in which the edge moves both ways has a part of the force in either direction, and so has any
+/// step of a fast stroke in a hand: the tool has no mass that would keep it from following the teeth.
 ///
 /// In the step, the force acts as dissipation at the combined speed of the rim and the tool. Its magnitude is given: it
 /// follows, with a lag, F_t of the previous steps. The convex problem therefore keeps a

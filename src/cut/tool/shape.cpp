@@ -109,6 +109,13 @@ Vec3 FindDeepest(const Tool& tool, const Vec3& n_T) {
   return CallKind(tool, [&](auto kind, const auto& t) { return kind.FindDeepest(t, n_T); });
 }
 
+double CalcPassedDistance(const Tool& tool, const Vec3& p_T) {
+  const ConvexOutline outline = MakeStrokeOutline(tool);
+  if (outline.empty()) return CalcToolDistance(tool, p_T);
+  return std::hypot(std::max(0.0, outline.CalcSignedDistance({p_T.x, p_T.y})),
+                    std::max(0.0, std::abs(p_T.z) - 0.5 * CalcCutWidth(tool)));
+}
+
 Vec3 FindForemost(const Tool& tool, const Vec3& n_T) {
   return GetDrive(tool) == DriveMotion::kStroke ? Vec3(0) : FindDeepest(tool, n_T);
 }

@@ -121,6 +121,8 @@ double CalcSignedToolDistance(const Tool& tool, const Vec3& p_T);
 inline double CalcToolDistance(const Tool& tool, const Vec3& p_T) {
   return std::max(CalcSignedToolDistance(tool, p_T), 0.0);
 }
+/// The same from all that the tool passes in a whole stroke, with the set of its teeth; of a tool that turns, the same.
+double CalcPassedDistance(const Tool& tool, const Vec3& p_T);
 /// Returns the point of the edge that lies furthest along a direction of any length, tool frame; the origin if the edge
 /// lies across the direction.
 Vec3 FindDeepest(const Tool& tool, const Vec3& n_T);

@@ -19,7 +19,7 @@ constexpr double kSearch_mm = 1e-4;
 Vec3 FindNearestToTool(const Tool& tool, const Vec3& a_T, const Vec3& b_T) {
   constexpr double kGolden = 0.6180339887498949;
   const auto at = [&](double f) { return a_T + f * (b_T - a_T); };
-  const auto distance = [&](double f) { return CalcToolDistance(tool, at(f)); };
+  const auto distance = [&](double f) { return CalcPassedDistance(tool, at(f)); };
   const double length_mm = glm::length(b_T - a_T);
   double low = 0;
   double high = 1;
@@ -58,7 +58,7 @@ MarkTube::Nearest MarkTube::Find(const Tool& tool, const Pose& X_WT) const {
   Nearest best{.distance_mm = kNothing_mm};
   if (empty()) return best;
   const auto take = [&](const Vec3& p_T) {
-    const double distance_mm = CalcToolDistance(tool, p_T) - radius_mm_;
+    const double distance_mm = CalcPassedDistance(tool, p_T) - radius_mm_;
     if (distance_mm < best.distance_mm) best = {.distance_mm = distance_mm, .p_W = X_WT.Point(p_T)};
   };
   Vec3 a_T = X_WT.InversePoint(curve_W_.front());
@@ -66,7 +66,7 @@ MarkTube::Nearest MarkTube::Find(const Tool& tool, const Pose& X_WT) const {
   for (std::size_t i = 1; i < curve_W_.size(); ++i) {
     const Vec3 b_T = X_WT.InversePoint(curve_W_[i]);
     // No point of the segment is nearer than its middle minus half of its length.
-    const double least_mm = CalcToolDistance(tool, 0.5 * (a_T + b_T)) - 0.5 * glm::length(b_T - a_T) - radius_mm_;
+    const double least_mm = CalcPassedDistance(tool, 0.5 * (a_T + b_T)) - 0.5 * glm::length(b_T - a_T) - radius_mm_;
     if (least_mm < best.distance_mm) take(FindNearestToTool(tool, a_T, b_T));
     a_T = b_T;
   }

@@ -128,7 +128,7 @@ PlaneDeviation CalcDeviation(const PlannedPlane& planned, const Tool& tool, cons
 }
 
 StopDeviation CalcDeviation(const DepthStop& stop, const Tool& tool, const Pose& X_WT) {
-  if (GetForm(tool) == ToolForm::kRound) {
+  if (GetForm(tool) == ToolForm::kRound || CalcStroke(tool) > 0) {
     const Vec3 deepest_W = X_WT.Point(FindDeepest(tool, X_WT.InverseVector(stop.direction_W)));
     const double depth_mm = glm::dot(stop.direction_W, deepest_W - stop.p_W_mm);
     return {.depth_mm = depth_mm, .left_mm = stop.depth_mm - depth_mm};

@@ -127,14 +127,17 @@ void DepthGauge::TakeDepths(const Pose& X_WT, double beside_mm, double along_mm,
 double CalcBladeDepth(const PhiSampler& before, const Tool& tool, const Pose& X_WT) {
   const double radius_mm = CalcRadius(tool);
   const std::optional<RoundSolid> solid = CalcRoundSolid(tool);
-  const double length_mm = solid ? solid->top_z_mm : radius_mm;
+  const bool strokes = CalcStroke(tool) > 0;
+  const double length_mm = solid ? solid->top_z_mm : strokes ? CalcReach(tool) : radius_mm;
   const double step_mm = std::max(0.5 * before.voxel_mm(), length_mm / 100);
   double deepest_mm = 0;
   for (int i = 0; i < kRimPoints; ++i) {
     const double turn = 2 * std::numbers::pi * i / kRimPoints;
     const Vec3 out = std::cos(turn) * Vec3(1, 0, 0) + std::sin(turn) * Vec3(0, 1, 0);
     const auto phi = [&](double in_mm) {
-      const Vec3 p_T = solid ? Vec3(0, 0, in_mm) : (radius_mm - in_mm) * out;
+      Vec3 p_T = solid ? Vec3(0, 0, in_mm) : (radius_mm - in_mm) * out;
+      // From a point of a straight edge, against the direction of the feed.
+      if (strokes) p_T = {-in_mm, radius_mm * (2.0 * i / (kRimPoints - 1) - 1), 0};
       return before.Calc(X_WT.Point(p_T));
     };
     double phi0 = phi(0);

@@ -117,7 +117,7 @@ RegionDistance::Nearest RegionDistance::Find(const Tool& tool, const Pose& X_WT)
   order_.clear();
   for (std::size_t i = 0; i < clusters_.size(); ++i) {
     const Cluster& c = clusters_[i];
-    const double min_mm = CalcToolDistance(tool, X_WT.InversePoint(c.centre_W)) - c.radius_mm - c.largest_mm;
+    const double min_mm = CalcPassedDistance(tool, X_WT.InversePoint(c.centre_W)) - c.radius_mm - c.largest_mm;
     order_.emplace_back(min_mm, i);
   }
   std::sort(order_.begin(), order_.end());
@@ -126,7 +126,7 @@ RegionDistance::Nearest RegionDistance::Find(const Tool& tool, const Pose& X_WT)
     if (min_mm >= best.distance_mm) break;
     for (std::size_t k = clusters_[i].begin; k < clusters_[i].end; ++k) {
       const Ball& ball = balls_[k];
-      const double distance_mm = CalcToolDistance(tool, X_WT.InversePoint(ball.p_W)) - ball.radius_mm;
+      const double distance_mm = CalcPassedDistance(tool, X_WT.InversePoint(ball.p_W)) - ball.radius_mm;
       if (distance_mm < best.distance_mm) best = {.distance_mm = distance_mm, .p_W = ball.p_W};
     }
   }

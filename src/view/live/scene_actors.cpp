@@ -91,7 +91,7 @@ struct SceneActors::State {
   double rpm = 0;
   double angle_rad = 0;
   double displacement_mm = 0;  // of a stroke
-  vtkSmartPointer<vtkActor> toothed, turning, blur, passed, ghost, handpiece, guard;
+  vtkSmartPointer<vtkActor> toothed, turning, blur, passed, passed_rim, ghost, handpiece, guard;
   bool handpiece_shown = true;
   bool handpiece_in_bone = false;
   std::optional<Vec3> contact_W;
@@ -144,7 +144,7 @@ struct SceneActors::State {
   }
   std::vector<vtkActor*> ToolActors() const {
     std::vector<vtkActor*> all;
-    for (const auto* actor : {&toothed, &turning, &blur, &passed, &guard, &handpiece}) {
+    for (const auto* actor : {&toothed, &turning, &blur, &passed, &passed_rim, &guard, &handpiece}) {
       if (*actor != nullptr) all.push_back(*actor);
     }
     return all;
@@ -167,7 +167,9 @@ struct SceneActors::State {
     toothed->SetVisibility(!whirls);
     if (turning != nullptr) turning->SetVisibility(whirls);
     if (blur != nullptr) blur->SetVisibility(whirls);
-    if (passed != nullptr) passed->SetVisibility(std::abs(rpm) > kSeenStrokes_per_min);
+    for (const auto& actor : {passed, passed_rim}) {
+      if (actor != nullptr) actor->SetVisibility(std::abs(rpm) > kSeenStrokes_per_min);
+    }
   }
   /// Pose of the blade where its stroke has it.
   Pose EdgePose() const { return EdgeMotion(tool ? CalcSwingRadius(*tool) : 0).Move(X_WT, displacement_mm); }
@@ -227,9 +229,11 @@ void SceneActors::SetTool(const Tool& tool) {
     AddSightHole(*s.guard);
   }
   if (CalcStroke(tool) > 0) {
-    s.passed = MakeMeshActor(MakePolygon(MakeStrokeCorners(tool, {})), kSteelColour, kPassedOpacity, Finish::kFlat);
+    const std::vector<Vec3> corners = MakeStrokeCorners(tool, {});
+    s.passed = MakeMeshActor(MakePolygon(corners), kSteelColour, kPassedOpacity, Finish::kFlat);
+    s.passed_rim = MakeLineActor({Closed(corners)}, kSteelColour, 1.5 * s.scale);
   }
-  for (const auto& actor : {s.turning, s.blur, s.passed, s.guard}) {
+  for (const auto& actor : {s.turning, s.blur, s.passed, s.passed_rim, s.guard}) {
     if (actor != nullptr) s.scene.AddActor(actor);
   }
   s.handpiece = MakeMeshActor(MakeHandpieceMesh(tool), kHandpieceColour, 1, Finish::kMatt);
@@ -243,7 +247,7 @@ void SceneActors::SetTool(const Tool& tool) {
 void SceneActors::ClearTool() {
   State& s = *state_;
   ++s.changes;
-  for (auto* actor : {&s.toothed, &s.turning, &s.blur, &s.passed, &s.guard, &s.handpiece}) {
+  for (auto* actor : {&s.toothed, &s.turning, &s.blur, &s.passed, &s.passed_rim, &s.guard, &s.handpiece}) {
     if (*actor != nullptr) s.scene.RemoveActor(*actor);
     *actor = nullptr;
   }
@@ -335,7 +339,10 @@ void SceneActors::SetToolPose(const Pose& X_WT, double rpm, double angle_rad, do
   if (s.toothed == nullptr) return;
   const bool strokes = s.passed != nullptr;
   SetPose(*s.toothed, strokes ? s.EdgePose() : Pose{X_WT.R_AB * glm::angleAxis(angle_rad, Vec3{0, 0, 1}), X_WT.p_AB});
-  if (strokes) SetPose(*s.passed, X_WT);
+  if (strokes) {
+    SetPose(*s.passed, X_WT);
+    SetPose(*s.passed_rim, X_WT);
+  }
   if (s.turning != nullptr) SetPose(*s.turning, X_WT);
   if (s.blur != nullptr) SetPose(*s.blur, X_WT);
   s.ShowTool();

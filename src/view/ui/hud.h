@@ -14,7 +14,7 @@ namespace kerf {
 struct HudValues {
   std::optional<double> depth_mm;        // depth of the tool's lowest point below the surface where it entered
   std::optional<double> feed_mm_per_s;   // of the tool
-  std::optional<double> rpm;             // of the spindle
+  std::optional<double> rpm;             // of the spindle, or double strokes a minute
   std::optional<double> force_N;         // on the hand
   std::optional<double> nerve_mm;        // distance from blade to nerve canal; 0 or less: the canal is cut
   bool nerve_is_crossed = false;         // the canal is to be cut, so that a small distance is no alarm
@@ -26,6 +26,7 @@ struct HudValues {
   std::string plan_side = {};            // of that plane on which the blade is: "left"; empty: not named
   bool has_plan = true;                  // false: these two are left out
   bool plan_is_of_saw = false;           // these two are named as those of the saw now, not of the cut
+  bool strokes = false;                  // the tool has a stroke
   bool feed_is_along = false;            // the feed is that along the wanted line
   std::optional<double> wanted_feed_mm_per_s = {};
   std::optional<double> key_feed_mm_per_s = {};  // with which keys move the saw

@@ -180,7 +180,7 @@ void ValuesSection(Ui& ui, const HudState& state) {
   std::vector<Row> rows = {
       {Tr("Depth"), number(v.depth_mm, 2), "mm"},
       {v.feed_is_along ? Tr("Feed along the line") : Tr("Feed rate"), number(v.feed_mm_per_s, 1), "mm/s"},
-      {Tr("Spindle"), number(v.rpm, 0), Tr("rpm")},
+      {v.strokes ? Tr("Double strokes") : Tr("Spindle"), number(v.rpm, 0), v.strokes ? Tr("/min") : Tr("rpm")},
       {Tr("Force on your hand"), number(v.force_N, 2), "N"},
       {Tr("To the nerve"),
        !v.nerve_is_marked ? Tr("not marked")

@@ -216,6 +216,56 @@ TEST(StrokeEffects, SpindleSlowsDownByTheClosedFormAtConstantLoad) {
   }
 }
 
+TEST(StrokeEffects, OverloadedStrokeStallsInAHandAndStartsAgainWhenRelieved) {
+  CoupledParams params;
+  params.tool = SawingBlade();
+  params.effects = Tangential();
+  SetEffect(params.effects, "spindle", "stall_torque_Nmm", 12.0);  // 7 N mm above its friction
+  params.coupling.max_force_N = 50;
+  params.coupling.stiffness_N_per_mm = 10;
+  CoupledSimulation simulation(test::MakeBox({}, {kSawnLength, 3, 5}, 0.2), params, SawingPose(2.7));
+  const SpindleEffect& spindle =
+      dynamic_cast<const SpindleEffect&>(*EffectsOf(std::as_const(simulation)).Find("spindle"));
+  const auto press = [&](double force_N, int ticks) {
+    CoupledOutput out;
+    for (int i = 0; i < ticks; ++i) out = simulation.Tick(test::Handle(SawingPose(2.5 - 0.1 * force_N), 6000));
+    return out;
+  };
+  press(-2, 300);  // in the air
+  EXPECT_GT(spindle.rpm(), 2000);
+  EXPECT_EQ(press(30, 500).removed_mm3, 0);
+  EXPECT_TRUE(spindle.stalled());
+  press(1, 500);
+  EXPECT_FALSE(spindle.stalled());
+  EXPECT_GT(spindle.rpm(), 2000);
+}
+
+TEST(StrokeEffects, AHandFollowsASlowStrokeOnly) {
+  CoupledParams params;
+  params.tool = SawingBlade();
+  params.effects = Tangential();
+  for (const double strokes_a_minute : {300.0, 15000.0}) {
+    CoupledSimulation simulation(test::MakeBox({}, {kSawnLength, 3, 5}, 0.2), params, SawingPose(2.7));
+    const auto& figures = TangentialForceEffect::In(EffectsOf(std::as_const(simulation))).figures();
+    double aside_mm = 0, power_W = 0, force_N = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const double z_mm = std::max(-2.5, 2.7 - 0.02 * i);
+      const CoupledOutput out = simulation.Tick(test::Handle(SawingPose(z_mm), strokes_a_minute));
+      if (i < 600) continue;
+      aside_mm = std::max(aside_mm, std::abs(out.X_WT.p_AB.x));
+      power_W += figures.power_W / 400;
+      force_N += figures.sum_N / 400;
+    }
+    EXPECT_GT(force_N, 0.1);
+    if (strokes_a_minute < 1200) {
+      EXPECT_GT(aside_mm, 0.3);
+    } else {
+      EXPECT_LT(aside_mm, 0.01);
+      EXPECT_NEAR(power_W / (1e-3 * force_N * 2 * 3 * 250), 1, 0.1);
+    }
+  }
+}
+
 TEST(StrokeEffects, PassingTeethGiveLinesOfTheDisplacementOverThePitch) {
   // With the same force F on every tooth within w of the middle of the edge, the number of teeth varies with the
   // displacement s. Its Fourier series has the terms 2 F / (pi m) sin(2 pi m w / pitch) cos(2 pi m s / pitch).

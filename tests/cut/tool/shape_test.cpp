@@ -144,6 +144,21 @@ TEST(ToolKinds, NearestPointLiesOnTheBodyAtTheDistance) {
   }
 }
 
+TEST(ToolKinds, PassedDistanceIsTheLeastOfAllDisplacements) {
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> at(-1.5, 1.5);
+  const ReciprocatingBlade blade{.length_mm = 10, .taper = 0.5, .set_mm = 0, .stroke_mm = 4};
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 p_T = CalcReach(blade) * Vec3(at(random), at(random), at(random));
+    double least_mm = 1e300;
+    for (int k = -200; k <= 200; ++k) {
+      least_mm = std::min(least_mm, CalcToolDistance(blade, p_T - Vec3(0, 0.01 * k, 0)));
+    }
+    EXPECT_NEAR(CalcPassedDistance(blade, p_T), least_mm, 1e-3);
+    EXPECT_EQ(CalcPassedDistance(DiscSaw{}, p_T), CalcToolDistance(DiscSaw{}, p_T));
+  }
+}
+
 TEST(ToolKinds, DeepestPointIsTheFurthestOfTheEdge) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> at(-1, 1);
