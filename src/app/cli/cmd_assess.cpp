@@ -119,12 +119,20 @@ void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& sub
   subject.plan = recorded.scene.plan;
   if (subject.plan.empty() && recorded.scene.exercise.given) {
     // An exercise prescribes a cut as a plan does.
-    const WantedCut cut = MakeWantedCut(recorded.scene.exercise, MakeTool(recorded.scene));
-    subject.plan.planes = {{.name = "wanted cut",
-                            .plane = {cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}), cut.across_W},
-                            .margin_mm = cut.margin_mm}};
-    subject.plan.stops = {
-        {.name = "wanted depth", .p_W_mm = cut.start_W, .direction_W = cut.into_W, .depth_mm = cut.depth_mm}};
+    const std::vector<WantedCut> cuts = MakeWantedCuts(recorded.scene.exercise, MakeTool(recorded.scene));
+    for (const WantedCut& cut : cuts) {
+      const std::string number = cuts.size() > 1 ? fmt::format(" {}", &cut - cuts.data() + 1) : "";
+      if (cut.length_mm > 0) {
+        subject.plan.planes.push_back(
+            {.name = "wanted cut" + number,
+             .plane = {cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}), cut.across_W},
+             .margin_mm = cut.margin_mm});
+      }
+      subject.plan.stops.push_back({.name = "wanted depth" + number,
+                                    .p_W_mm = cut.start_W,
+                                    .direction_W = cut.into_W,
+                                    .depth_mm = cut.depth_mm});
+    }
   }
   subject.of_patient = IsOfPatient(recorded.scene);
   subject.blade_mm = CalcCutWidth(MakeTool(recorded.scene));

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/cli/exit_codes.h"
@@ -81,17 +82,23 @@ std::vector<KnownKey> FindKnownKeys(const std::string& file) {
   return known;
 }
 
+/// Returns the scene of a built-in exercise, or of a scene file, and the name of its file.
+std::pair<Scene, std::string> FindExerciseScene(const std::string& exercise, int level) {
+  if (std::filesystem::path(exercise).extension() == ".toml") return {MakeLevel(ReadScene(exercise), level), exercise};
+  return {MakeExerciseScene(exercise, level), FindExercise(exercise).file};
+}
+
 /// Runs an agent. `done` is set to true if the agent finished.
 LoopSummary RunExercise(const std::string& agent, std::uint64_t seed, const std::string& exercise, int level,
                         double seconds, const std::string& record, std::atomic<bool>& done) {
   const AgentParams params = MakeAgentParams(agent, seed);
-  const Scene scene = MakeExerciseScene(exercise, level);
+  const auto [scene, file] = FindExerciseScene(exercise, level);
   LoopOptions loop;
   loop.virtual_time = true;
   loop.seconds = std::min(seconds > 0 ? seconds : CalcAgentTime(params, scene), kMaxLoop_s);
   loop.output.log = LoopLog::kNone;
   loop.output.record = record;
-  loop.output.scene_file = FindExercise(exercise).file;
+  loop.output.scene_file = file;
   loop.stop = &done;
   loop.driver.make_hand = MakeAgent(params, scene, &done);
   if (!record.empty()) CheckNewRecording(record);
@@ -156,7 +163,8 @@ void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
                      "With --report: file of public keys, one per line, each followed by its owner's name");
   command.add_option("--hand-in", options.hand_in, "Score a recording and keep it as an attempt of --student");
   command.add_option("--bone", options.bone_file, "With --hand-in: bone file of the recording, if it was moved (.vdb)");
-  command.add_option("--exercise", options.exercise, "Id of the exercise (see --list)");
+  command.add_option("--exercise", options.exercise,
+                     "Id of the exercise (see --list); with --agent also a scene with [exercise] (.toml)");
   AddNumberOption(command, "--level", options.level, "level", FindRange<SceneExercise>("level"),
                   "level of the exercise, from all aids to none")
       ->capture_default_str();

@@ -367,7 +367,7 @@ void Practice::FillCutting(HudState& hud) {
   }
   // What the planned plane crosses is injured by a perfect cut, too.
   if (report_ && !IsPlanned()) ShowInjuries(report_->injuries, hud);
-  const double goal_s = CalcUnhurriedTime_s(gauge_->cut(), scene_.exercise);
+  const double goal_s = CalcUnhurriedTime_s({gauge_->cut()}, scene_.exercise);
   begun_ = begun_ || viewer_->spindle_on();
   if (viewer_->figures().removed_mm3 > 0) viewer_->EndTourStep("cut");
   const std::string keys = Tr("Space: spindle   Arrows or left drag: move   Enter: finish");

@@ -74,6 +74,7 @@ class Memory {
     kept_ = std::min(kept_ + 1, places_.size());
     dt_s_ = dt_s;
   }
+  void Clear() noexcept { kept_ = 0; }
   Vec3 Get() const noexcept {
     if (kept_ == 0) return Vec3(0);
     const auto back = std::min(static_cast<std::size_t>(delay_s_ / dt_s_), kept_ - 1);
@@ -88,8 +89,9 @@ class Memory {
   std::size_t kept_ = 0;
 };
 
-/// A step of the exercise: the tool's lowest point moves straight to {s, t}.
+/// A step of the exercise: the tool's lowest point moves straight to {s, t} of a cut.
 struct Step {
+  std::size_t cut;
   double s_mm;
   double t_mm;
   bool cuts;
@@ -101,57 +103,71 @@ class Agent final : public HandDriver {
         double felt_stiffness_N_per_mm, std::atomic<bool>* done)
       : device_(device),
         params_(params),
-        cut_(Misplace(MakeWantedCut(scene.exercise, MakeTool(scene)), params.offset_mm, params.roll_deg,
-                      params.yaw_deg)),
+        cuts_(MakeWantedCuts(scene.exercise, MakeTool(scene))),
         feed_mm_per_s_(params.feed_share * scene.exercise.feed_mm_per_s),
         p_TC_mm_(p_TC_mm),
         felt_stiffness_N_per_mm_(felt_stiffness_N_per_mm),
         done_(done),
         tremor_(params.tremor_mm, params.seed),
         memory_(params.delay_s) {
-    const double deep_mm = cut_.depth_mm + params.deeper_mm;
-    steps_.push_back({0, -kClear_mm, false});
-    steps_.push_back({0, deep_mm, true});
-    for (int pass = 0; pass < params.passes; ++pass) {
-      steps_.push_back({pass % 2 == 0 ? cut_.length_mm : 0, deep_mm, true});
+    for (std::size_t i = 0; i < cuts_.size(); ++i) {
+      cuts_[i] = Misplace(cuts_[i], params.offset_mm, params.roll_deg, params.yaw_deg);
+      const double deep_mm = cuts_[i].depth_mm + params.deeper_mm;
+      steps_.push_back({i, 0, -kClear_mm, false});
+      steps_.push_back({i, 0, deep_mm, true});
+      for (int pass = 0; pass < params.passes && cuts_[i].length_mm > 0; ++pass) {
+        steps_.push_back({i, pass % 2 == 0 ? cuts_[i].length_mm : 0, deep_mm, true});
+      }
+      steps_.push_back({i, steps_.back().s_mm, -kClear_mm, false});
     }
-    steps_.push_back({steps_.back().s_mm, -kClear_mm, false});
-    X_cut_ = cut_.CalcToolPose(0, 0);
     DeviceSample sample;
-    X_start_ = device_.Read(sample) ? sample.X_WH : X_cut_;
-    aim_ = from_ = ToAim(X_start_.Point(p_TC_mm_), X_start_.R_AB);
-    device_.SetIntention({.X_WH = X_start_});
+    const Pose X_start = device_.Read(sample) ? sample.X_WH : cuts_.front().CalcToolPose(0, 0);
+    TakeUp(cuts_.front(), X_start.Point(p_TC_mm_), X_start.R_AB);
+    device_.SetIntention({.X_WH = X_start});
   }
 
   void Advance(double dt_s) noexcept override {
     if (!(dt_s > 0)) return;
     time_s_ += dt_s;
     turned_ = std::min(turned_ + dt_s / kTurn_s, 1.0);
-    const Quat R_WT = glm::slerp(X_start_.R_AB, X_cut_.R_AB, turned_);
+    const Quat R_WT = glm::slerp(R_start_, R_cut_, turned_);
     const Vec3 now = ToAim(device_.p_WC_mm(), R_WT);
     // The agent sees the tool, not the handle; the bone displaces the tool from the handle against the coupling's
     // spring.
     memory_.Put(ToAim(device_.p_WC_mm() + device_.force_N() / felt_stiffness_N_per_mm_, R_WT), dt_s);
     const Vec3 seen = memory_.Get();
-    const Vec3 before = aim_ + correction_;
+    Vec3 before = aim_ + correction_;
+    const WantedCut* const cut = cut_;
     if (step_ < steps_.size()) FollowStep(now, seen, dt_s);
+    if (cut_ != cut) before = aim_ + correction_;  // the frame has changed
     const Vec3 wanted = aim_ + correction_;
     Intention intention;
     intention.X_WH = ToPose(wanted, R_WT);
-    intention.v_W_mm_per_s = cut_.ToWorld((wanted - before) / dt_s) - cut_.start_W;
+    intention.v_W_mm_per_s = cut_->ToWorld((wanted - before) / dt_s) - cut_->start_W;
     intention.push_W_N = tremor_.CalcForce(time_s_, device_.profile().mass_kg + device_.hand().mass_kg);
     device_.SetIntention(intention);
   }
 
  private:
+  /// Begins with a cut: turns the tool into its direction, and moves from the present place, of the coupling's point.
+  void TakeUp(const WantedCut& cut, const Vec3& p_WC, const Quat& R_WT) noexcept {
+    cut_ = &cut;
+    R_start_ = R_WT;
+    R_cut_ = cut.CalcToolPose(0, 0).R_AB;
+    turned_ = 0;
+    aim_ = from_ = ToAim(p_WC, R_WT);
+    correction_ = Vec3(0);
+    memory_.Clear();
+  }
+
   /// Returns {s, t, w} of the lowest point of the tool in the cut's direction if the coupling's point of the handle is
   /// at p_WC.
   Vec3 ToAim(const Vec3& p_WC, const Quat& R_WT) const noexcept {
     const Vec3 p_WT = p_WC - R_WT * p_TC_mm_;
-    return cut_.ToCut(p_WT) + Vec3(0, cut_.below_mm, 0);
+    return cut_->ToCut(p_WT) + Vec3(0, cut_->below_mm, 0);
   }
   Pose ToPose(const Vec3& aim, const Quat& R_WT) const noexcept {
-    return {R_WT, cut_.ToWorld(aim - Vec3(0, cut_.below_mm, 0))};
+    return {R_WT, cut_->ToWorld(aim - Vec3(0, cut_->below_mm, 0))};
   }
 
   void FollowStep(const Vec3& now, const Vec3& seen, double dt_s) noexcept {
@@ -202,12 +218,17 @@ class Agent final : public HandDriver {
     if (!stays_in_cut) correction_ = Vec3(0);
     step_s_ = 0;
     pause_s_ = params_.pause_s;
-    if (++step_ >= steps_.size() && done_ != nullptr) done_->store(true);
+    ++step_;
+    if (step_ < steps_.size() && steps_[step_].cut != step.cut) {
+      TakeUp(cuts_[steps_[step_].cut], device_.p_WC_mm(), R_cut_);
+    }
+    if (step_ >= steps_.size() && done_ != nullptr) done_->store(true);
   }
 
   SimulatedDevice& device_;
   AgentParams params_;
-  WantedCut cut_;
+  std::vector<WantedCut> cuts_;
+  const WantedCut* cut_ = nullptr;  // that of the present step
   double feed_mm_per_s_;
   Vec3 p_TC_mm_;
   double felt_stiffness_N_per_mm_;
@@ -216,8 +237,8 @@ class Agent final : public HandDriver {
   Memory memory_;
   std::vector<Step> steps_;
   std::size_t step_ = 0;
-  Pose X_start_;
-  Pose X_cut_;
+  Quat R_start_;
+  Quat R_cut_;
   Vec3 from_{0};  // start of this step
   Vec3 aim_{0};   // {s, t, w}
   Vec3 correction_{0};
@@ -293,7 +314,9 @@ WantedCut Misplace(const WantedCut& wanted, double offset_mm, double roll_deg, d
   WantedCut cut = wanted;
   const Quat turn =
       glm::angleAxis(yaw_deg * kDegree, wanted.into_W) * glm::angleAxis(-roll_deg * kDegree, wanted.along_W);
-  const Vec3 about_W = wanted.ToWorld({0.5 * wanted.length_mm, 0.5 * wanted.depth_mm, 0});
+  // A hole is tilted about its place on the surface.
+  const double middle_mm = wanted.length_mm > 0 ? 0.5 * wanted.depth_mm : 0;
+  const Vec3 about_W = wanted.ToWorld({0.5 * wanted.length_mm, middle_mm, 0});
   cut.start_W = about_W + turn * (wanted.start_W - about_W) + offset_mm * wanted.across_W;
   cut.along_W = turn * wanted.along_W;
   cut.into_W = turn * wanted.into_W;
@@ -302,11 +325,14 @@ WantedCut Misplace(const WantedCut& wanted, double offset_mm, double roll_deg, d
 }
 
 double CalcAgentTime(const AgentParams& params, const Scene& scene) {
-  const WantedCut cut = MakeWantedCut(scene.exercise, MakeTool(scene));
   const double feed_mm_per_s = params.feed_share * scene.exercise.feed_mm_per_s;
-  const double cut_mm = kClear_mm + cut.depth_mm + params.passes * cut.length_mm;
   const double slow_mm = params.lookahead_mm * (params.passes + 1);
-  return 3 * (cut_mm + slow_mm / kMinSpeedFraction) / feed_mm_per_s + (params.passes + 4) * params.pause_s + 30;
+  double time_s = 30;
+  for (const WantedCut& cut : MakeWantedCuts(scene.exercise, MakeTool(scene))) {
+    const double cut_mm = kClear_mm + cut.depth_mm + params.passes * cut.length_mm;
+    time_s += 3 * (cut_mm + slow_mm / kMinSpeedFraction) / feed_mm_per_s + (params.passes + 4) * params.pause_s;
+  }
+  return time_s;
 }
 
 MakeHand MakeAgent(const AgentParams& params, const Scene& scene, std::atomic<bool>* done) {

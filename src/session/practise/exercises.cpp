@@ -37,6 +37,9 @@ Message DescribeGoal(const SceneExercise& e) {
       return {MarkMessage("Cut through the bone in the planned plane. The plane crosses a molar and the nerve canal: "
                           "cutting these costs no points."),
               {}};
+    case ExerciseKind::kDrillHoles:
+      return {MarkMessage("Drill {} holes at their places, through the far side of the bone with minimum plunge."),
+              {Quantity{1 + static_cast<double>(e.further.size()), 0, ""}}};
   }
   return {};
 }

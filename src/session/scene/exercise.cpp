@@ -31,23 +31,40 @@ std::optional<Vec3> CalcAcross(const Vec3& v, const Vec3& axis) {
   return glm::normalize(across);
 }
 
-}  // namespace
-
-WantedCut MakeWantedCut(const SceneExercise& exercise, const Tool& tool) {
-  WantedCut cut;
-  cut.start_W = exercise.start_mm;
-  const std::optional<Vec3> along = CalcDirection(exercise.end_mm - exercise.start_mm);
+/// Sets the directions and the length of a cut along a line.
+void SetLine(const SceneCut& wanted, WantedCut& cut) {
+  const std::optional<Vec3> along = CalcDirection(wanted.end_mm - wanted.start_mm);
   if (!along) throw Error("[exercise] the line has no length: end_mm equals start_mm");
   cut.along_W = *along;
-  const std::optional<Vec3> into = CalcDirection(exercise.into);
+  const std::optional<Vec3> into = CalcDirection(wanted.into);
   const Vec3 aside = into ? *into - glm::dot(*into, cut.along_W) * cut.along_W : Vec3(0);
   if (!(glm::length(aside) > 1e-6)) {
     throw Error("[exercise] into has no component across the line from start_mm to end_mm");
   }
   cut.into_W = glm::normalize(aside);
+  cut.length_mm = glm::distance(wanted.start_mm, wanted.end_mm);
+}
+
+/// Sets the directions of a hole; those across it have no meaning of their own.
+void SetHole(const SceneCut& wanted, WantedCut& cut) {
+  const std::optional<Vec3> into = CalcDirection(wanted.into);
+  if (!into) throw Error("[exercise] into has no direction: its length is 0");
+  cut.into_W = *into;
+  const Vec3 a(std::abs(into->x), std::abs(into->y), std::abs(into->z));
+  const Vec3 least = a.x <= a.y && a.x <= a.z ? Vec3(1, 0, 0) : a.y <= a.z ? Vec3(0, 1, 0) : Vec3(0, 0, 1);
+  cut.along_W = CalcAcross(least, *into).value();
+}
+
+WantedCut MakeCut(const SceneExercise& exercise, const SceneCut& wanted, const Tool& tool) {
+  WantedCut cut;
+  cut.start_W = wanted.start_mm;
+  if (exercise.kind == ExerciseKind::kDrillHoles) {
+    SetHole(wanted, cut);
+  } else {
+    SetLine(wanted, cut);
+  }
   cut.across_W = glm::cross(cut.along_W, cut.into_W);
-  cut.length_mm = glm::distance(exercise.start_mm, exercise.end_mm);
-  cut.depth_mm = exercise.depth_mm;
+  cut.depth_mm = wanted.depth_mm;
   cut.margin_mm = exercise.margin_mm;
   cut.radius_mm = CalcRadius(tool);
   cut.form = GetForm(tool);
@@ -57,6 +74,32 @@ WantedCut MakeWantedCut(const SceneExercise& exercise, const Tool& tool) {
   cut.reach_mm = CalcReach(tool);
   cut.thickness_mm = CalcCutWidth(tool);
   return cut;
+}
+
+}  // namespace
+
+WantedCut MakeWantedCut(const SceneExercise& exercise, const Tool& tool) {
+  return MakeCut(exercise, {exercise.start_mm, exercise.end_mm, exercise.into, exercise.depth_mm}, tool);
+}
+
+std::vector<WantedCut> MakeWantedCuts(const SceneExercise& exercise, const Tool& tool) {
+  std::vector<WantedCut> cuts{MakeWantedCut(exercise, tool)};
+  for (const SceneCut& wanted : exercise.further) cuts.push_back(MakeCut(exercise, wanted, tool));
+  return cuts;
+}
+
+const WantedCut& FindNearestCut(const std::vector<WantedCut>& cuts, const Vec3& p_W) {
+  const WantedCut* nearest = &cuts.front();
+  if (cuts.size() == 1) return *nearest;
+  double least_mm = nearest->CalcDistance(p_W);
+  for (const WantedCut& cut : cuts) {
+    const double distance_mm = cut.CalcDistance(p_W);
+    if (distance_mm < least_mm) {
+      least_mm = distance_mm;
+      nearest = &cut;
+    }
+  }
+  return *nearest;
 }
 
 Pose WantedCut::CalcToolPose(double s_mm, double t_mm) const {

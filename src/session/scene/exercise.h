@@ -14,24 +14,46 @@
 
 namespace kerf {
 
-enum class ExerciseKind { kGroove, kStopBeforeFar, kBicortical, kBesideCanal, kFollowLine, kOsteotomy };
+enum class ExerciseKind { kGroove, kStopBeforeFar, kBicortical, kBesideCanal, kFollowLine, kOsteotomy, kDrillHoles };
 
 /// Levels of difficulty.
 inline constexpr int kLevels = 5;
 
 /// Values of `kind` in [exercise], in the order of ExerciseKind.
-inline constexpr std::array<std::string_view, 6> kExerciseKindWords{"groove",       "stop_before_far", "bicortical",
-                                                                    "beside_canal", "follow_line",     "osteotomy"};
+inline constexpr std::array<std::string_view, 7> kExerciseKindWords{
+    "groove", "stop_before_far", "bicortical", "beside_canal", "follow_line", "osteotomy", "drill_holes"};
+
+/// Largest number of cuts in an exercise.
+inline constexpr std::size_t kMaxExerciseCuts = 16;
+
+/// A further cut or hole of an exercise: [[exercise.cut]].
+struct SceneCut {
+  Vec3 start_mm{0};
+  Vec3 end_mm{10, 0, 0};
+  Vec3 into{0, 0, -1};
+  double depth_mm = 3;
+};
+
+template <typename V>
+void Describe(SceneCut& p, V&& visit) {
+  visit("start_mm", p.start_mm, kCoordinateRange_mm, "start of the wanted cut, on the surface; the place of a hole");
+  visit("end_mm", p.end_mm, kCoordinateRange_mm, "end of the wanted cut, on the surface; a hole has none");
+  visit("into", p.into, kDirectionRange,
+        "direction into the bone, any length but 0; the cut's plane contains it and the line; its component along the "
+        "line is ignored");
+  visit("depth_mm", p.depth_mm, Range{0.05, 200}, "depth of the cut below the surface, along the whole line");
+}
 
 struct SceneExercise {
   bool given = false;  // the file has the section; not a key
   ExerciseKind kind = ExerciseKind::kGroove;
   int level = 1;
-  // The wanted cut follows the line, which lies on the surface, to this depth below the surface.
+  // The first wanted cut follows the line, which lies on the surface, to this depth below the surface.
   Vec3 start_mm{0};
   Vec3 end_mm{10, 0, 0};
   Vec3 into{0, 0, -1};
   double depth_mm = 3;
+  std::vector<SceneCut> further;  // the others, in their order; not a key
   double margin_mm = 0.5;
   double feed_mm_per_s = 2;
   double force_limit_N = 0;
@@ -52,12 +74,12 @@ void Describe(SceneExercise& p, V&& visit) {
     if (kind == kExerciseKindWords[i]) p.kind = static_cast<ExerciseKind>(i);
   }
   visit("level", p.level, Range{1, kLevels}, "level of difficulty: 1 has all aids; each further level removes one");
-  visit("start_mm", p.start_mm, kCoordinateRange_mm, "start of the wanted cut, on the surface");
-  visit("end_mm", p.end_mm, kCoordinateRange_mm, "end of the wanted cut, on the surface");
-  visit("into", p.into, kDirectionRange,
-        "direction into the bone, any length but 0; the cut's plane contains it and the line; its component along the "
-        "line is ignored");
-  visit("depth_mm", p.depth_mm, Range{0.05, 200}, "depth of the cut below the surface, along the whole line");
+  SceneCut first{p.start_mm, p.end_mm, p.into, p.depth_mm};
+  Describe(first, visit);
+  p.start_mm = first.start_mm;
+  p.end_mm = first.end_mm;
+  p.into = first.into;
+  p.depth_mm = first.depth_mm;
   visit("margin_mm", p.margin_mm, Range{0.01, 20},
         "distance beside and below the wanted cut within which removed bone is not an error");
   visit("feed_mm_per_s", p.feed_mm_per_s, Range{0.1, 100}, "wanted feed rate along the line");
@@ -75,7 +97,7 @@ struct WantedCut {
   Vec3 along_W{1, 0, 0};  // unit vectors
   Vec3 into_W{0, 0, -1};
   Vec3 across_W{0, 1, 0};  // normal of the cut's plane
-  double length_mm = 0;
+  double length_mm = 0;    // 0: a hole
   double depth_mm = 0;
   double margin_mm = 0;
   double radius_mm = 0;     // of the tool
@@ -117,7 +139,13 @@ struct WantedCut {
   bool IsNear(const Vec3& p_W) const { return CalcDistance(p_W) <= margin_mm; }
 };
 
-/// Throws kerf::Error if the line has no length or the direction into the bone is parallel to it.
+/// Returns the wanted cut of an exercise with only one, or the first one. Throws kerf::Error if the line has no length
+/// or the direction into the bone is parallel to it.
 WantedCut MakeWantedCut(const SceneExercise& exercise, const Tool& tool);
+/// Returns all wanted cuts, in their order. Throws the same errors.
+std::vector<WantedCut> MakeWantedCuts(const SceneExercise& exercise, const Tool& tool);
+
+/// Returns the cut that a point is nearest to, by its signed distance. `cuts`: at least one.
+const WantedCut& FindNearestCut(const std::vector<WantedCut>& cuts, const Vec3& p_W);
 
 }  // namespace kerf

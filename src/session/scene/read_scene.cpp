@@ -281,10 +281,29 @@ void ReadExercise(TableReader& root, SceneExercise& exercise, const SceneTool& t
   exercise.given = true;
   TableReader reader(*table, "[exercise]", faults);
   Describe(exercise, reader);
+  const bool holes = exercise.kind == ExerciseKind::kDrillHoles;
+  for (const TomlNode* item : reader.Tables("cut", kMaxExerciseCuts - 1)) {
+    TableReader cut_reader(*item, "[[exercise.cut]]", faults);
+    SceneCut cut;
+    cut.depth_mm = exercise.depth_mm;
+    Describe(cut, cut_reader);
+    cut_reader.Require("start_mm");
+    if (!holes) cut_reader.Require("end_mm");
+    cut_reader.Require("into");
+    cut_reader.Finish();
+    exercise.further.push_back(cut);
+  }
+  if (!exercise.further.empty() && !holes && exercise.kind != ExerciseKind::kOsteotomy) {
+    reader.Fault("cut", "several cuts are only for the kinds \"osteotomy\" and \"drill_holes\"");
+  }
+  if (holes && GetForm(tool.shape) != ToolForm::kRound) {
+    reader.Fault("kind", fmt::format("the kind \"drill_holes\" requires a drill or a bur, but [tool] shape is \"{}\"",
+                                     GetShape(tool.shape)));
+  }
   Scene scene;
   scene.tool = tool;
   try {
-    MakeWantedCut(exercise, MakeTool(scene));
+    MakeWantedCuts(exercise, MakeTool(scene));
   } catch (const Error& e) {
     reader.Fault("start_mm", e.what());
   }

@@ -218,6 +218,16 @@ void WritePlan(TomlWriter& write, Plan plan) {
   write.SetTerse(false);
 }
 
+void WriteExercise(TomlWriter& write, const SceneExercise& exercise) {
+  WriteSection(write, "exercise", exercise);
+  write.SetTerse(true);
+  for (SceneCut cut : exercise.further) {
+    write.Header("[[exercise.cut]]", "");
+    Describe(cut, write);
+  }
+  write.SetTerse(false);
+}
+
 std::string WriteScene(const Scene& scene, const std::string& heading) {
   TomlWriter write;
   write.Comment(heading);
@@ -239,7 +249,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   if (scene.device.given) WriteDevice(write, scene.device);
   if (scene.hand.given) WriteSection(write, "hand", scene.hand);
   if (scene.loop.given) WriteSection(write, "loop", scene.loop);
-  if (scene.exercise.given) WriteSection(write, "exercise", scene.exercise);
+  if (scene.exercise.given) WriteExercise(write, scene.exercise);
   return write.text();
 }
 

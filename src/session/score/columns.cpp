@@ -22,6 +22,7 @@ double CalcCrossing(double t0, double phi0, double t1, double phi1) {
 
 double CalcColumnStep(double voxel_mm, const WantedCut& cut) {
   const double max_mm = std::max(voxel_mm, 0.2);
+  if (!(cut.length_mm > 0)) return max_mm;
   return cut.length_mm / std::max(std::ceil(cut.length_mm / max_mm), 1.0);
 }
 

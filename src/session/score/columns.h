@@ -24,7 +24,7 @@ inline constexpr double kBelow_mm = 80;
 inline constexpr double kGap_mm = 5;
 
 /// Returns the distance between columns: the larger of a voxel and 0.2 mm, adjusted so that both ends of the line have
-/// a column.
+/// a column. A hole has one column.
 double CalcColumnStep(double voxel_mm, const WantedCut& cut);
 /// Returns the columns of the bone before the cut; columns without bone are left out. `beyond_mm`: distance by which
 /// the line is extended at both ends.

@@ -1,14 +1,18 @@
 #include "session/score/cut_measures.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <memory>
+#include <numbers>
 
 #include "session/marks/injury_finder.h"
 #include "session/marks/region_parts.h"
 #include "session/marks/structure_body.h"
 #include "session/score/cut_area.h"
+#include "session/score/faults.h"
 
 namespace kerf {
 namespace {
@@ -122,12 +126,14 @@ bool IsCanalSevered(const Bone& before, const Bone& after) {
 
 /// Finds the structures that were injured further than the margin from the wanted cut and, for a planned cut, within
 /// it.
-void FindInjuries(const Bone& before, const Bone& after, const WantedCut& cut, ScoreSheet& sheet) {
+void FindInjuries(const Bone& before, const Bone& after, const std::vector<WantedCut>& cuts, ScoreSheet& sheet) {
   InjuryFinder finder(std::shared_ptr<const Bone>(std::shared_ptr<const Bone>(), &before));
   finder.Change(after, FindChangedLeaves(before, after));
   finder.Find(after);
   std::vector<OutsideInjury>& injured = sheet.injured;
-  for (StructureResult& structure : finder.FindAt([&](const Vec3& p_W) { return !cut.IsNear(p_W); })) {
+  for (StructureResult& structure :
+       finder.FindAt([&](const Vec3& p_W) { return !FindNearestCut(cuts, p_W).IsNear(p_W); })) {
+    const WantedCut& cut = FindNearestCut(cuts, structure.p_W);
     const double away_mm = std::max(cut.CalcDistance(structure.p_W), cut.margin_mm);
     injured.push_back({.structure = std::move(structure), .away_mm = away_mm});
   }
@@ -135,8 +141,73 @@ void FindInjuries(const Bone& before, const Bone& after, const WantedCut& cut, S
     return a.structure.removed_mm3 > b.structure.removed_mm3;
   });
   if (sheet.kind == ExerciseKind::kOsteotomy) {
-    sheet.crossed = finder.FindAt([&](const Vec3& p_W) { return cut.IsNear(p_W); });
+    sheet.crossed = finder.FindAt([&](const Vec3& p_W) { return FindNearestCut(cuts, p_W).IsNear(p_W); });
   }
+}
+
+/// Fraction of a hole's section times its diameter that is its volume.
+constexpr double kHoleFraction = 0.25 * std::numbers::pi;
+
+/// Returns the removed cells of each cut: those that are nearer to it than to the others.
+std::vector<std::vector<RemovedCell>> DivideAmong(const std::vector<WantedCut>& cuts,
+                                                  const std::vector<RemovedCell>& cells) {
+  if (cuts.size() == 1) return {cells};
+  std::vector<std::vector<RemovedCell>> parts(cuts.size());
+  for (const RemovedCell& cell : cells) {
+    parts[static_cast<std::size_t>(&FindNearestCut(cuts, cell.p_W) - cuts.data())].push_back(cell);
+  }
+  return parts;
+}
+
+/// Sets what was removed outside the wanted cuts and their margin, and returns it.
+double MeasureOutside(const std::vector<WantedCut>& cuts, const std::vector<RemovedCell>& cells, double removed_mm3,
+                      ScoreSheet& sheet) {
+  double outside_mm3 = 0;
+  double beside_sum = 0;
+  double farthest_mm = 0;
+  for (const RemovedCell& cell : cells) {
+    const WantedCut& cut = FindNearestCut(cuts, cell.p_W);
+    const Vec3 stw = cut.ToCut(cell.p_W);
+    beside_sum += cell.mm3 * std::abs(stw.z);
+    farthest_mm = std::max(farthest_mm, std::abs(stw.z));
+    if (cut.IsNear(cell.p_W)) continue;
+    outside_mm3 += cell.mm3;
+    if (std::abs(stw.z) > cut.margin_mm + 0.5 * cut.thickness_mm) continue;
+    (stw.y > cut.depth_mm ? sheet.below_mm3 : sheet.beyond_mm3) += cell.mm3;
+  }
+  SetValue(sheet, "outside_mm3", outside_mm3);
+  if (removed_mm3 > 0) {
+    sheet.beside_mm = beside_sum / removed_mm3;
+    sheet.farthest_mm = farthest_mm;
+  }
+  return outside_mm3;
+}
+
+/// Sets the largest offset and the largest angle; none if the plane of a cut is unknown.
+void SetPlaneErrors(const std::vector<std::optional<PlaneError>>& errors, ScoreSheet& sheet) {
+  PlaneError offset, angle;
+  for (const std::optional<PlaneError>& error : errors) {
+    if (!error) return;
+    if (std::abs(error->offset_mm) >= std::abs(offset.offset_mm)) offset = *error;
+    if (error->angle_deg >= angle.angle_deg) angle = *error;
+  }
+  SetValue(sheet, "plane_offset_mm", offset.offset_mm);
+  SetValue(sheet, "plane_roll_deg", angle.roll_deg);
+  SetValue(sheet, "plane_yaw_deg", angle.yaw_deg);
+  SetValue(sheet, "plane_angle_deg", angle.angle_deg);
+}
+
+/// Returns the deviation of the plane that fits what was removed for one cut; none if it has no plane.
+std::optional<PlaneError> FindPlaneError(const Bone& before, const Bone& after, const WantedCut& cut,
+                                         const std::vector<RemovedCell>& cells, const Vec3& middle_W) {
+  std::optional<CutPlane> fitted;
+  if (cut.solid) {
+    fitted = FitGroove(cut, cells);
+  } else if (const std::optional<MidPlane> plane = FitMidPlane(before, after, cells)) {
+    fitted = plane->plane;
+  }
+  if (!fitted) return {};
+  return CalcPlaneError(*fitted, cut, middle_W);
 }
 
 }  // namespace
@@ -206,7 +277,7 @@ std::vector<double> MeasureDepths(const Bone& before, const Bone& after, const W
   return depths;
 }
 
-void MeasureCut(const Bone& before, const Bone& after, const std::optional<WantedCut>& cut, ScoreSheet& sheet) {
+void MeasureCut(const Bone& before, const Bone& after, const std::vector<WantedCut>& cuts, ScoreSheet& sheet) {
   const std::vector<RemovedCell> cells = FindRemoved(before, after);
   const std::array<bool, 256> canal = FindRegionsOf(before, Tissue::kCanal);
   double removed_mm3 = 0;
@@ -218,72 +289,55 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
   SetValue(sheet, "removed_mm3", removed_mm3);
   if (std::find(canal.begin(), canal.end(), true) != canal.end()) SetValue(sheet, "breach_mm3", breach_mm3);
   sheet.canal_severed = breach_mm3 > 0 && IsCanalSevered(before, after);
-  if (!cut) return;
+  if (cuts.empty()) return;
 
-  if (removed_mm3 > 0) sheet.picture = MakeCutPicture(before, after, *cut, cells);
-  const PhiSampler phi(before);
-  const CutArea area = CalcCutArea(before, after, *cut);
-  const double beside_mm = cut->margin_mm + 0.5 * cut->thickness_mm;
-  double outside_mm3 = 0;
-  double beside_sum = 0;
-  double farthest_mm = 0;
-  for (const RemovedCell& cell : cells) {
-    const Vec3 stw = cut->ToCut(cell.p_W);
-    beside_sum += cell.mm3 * std::abs(stw.z);
-    farthest_mm = std::max(farthest_mm, std::abs(stw.z));
-    if (cut->IsNear(cell.p_W)) continue;
-    outside_mm3 += cell.mm3;
-    if (std::abs(stw.z) > beside_mm) continue;
-    (stw.y > cut->depth_mm ? sheet.below_mm3 : sheet.beyond_mm3) += cell.mm3;
-  }
-  SetValue(sheet, "outside_mm3", outside_mm3);
+  if (removed_mm3 > 0 && cuts.size() == 1) sheet.picture = MakeCutPicture(before, after, cuts.front(), cells);
+  const double outside_mm3 = MeasureOutside(cuts, cells, removed_mm3, sheet);
   if (outside_mm3 > 0 || (sheet.kind == ExerciseKind::kOsteotomy && removed_mm3 > 0)) {
-    FindInjuries(before, after, *cut, sheet);
+    FindInjuries(before, after, cuts, sheet);
   }
-  if (removed_mm3 > 0) {
-    sheet.beside_mm = beside_sum / removed_mm3;
-    sheet.farthest_mm = farthest_mm;
+  const bool holes = sheet.kind == ExerciseKind::kDrillHoles;
+  const auto parts = DivideAmong(cuts, cells);
+  double planned_mm3 = 0;
+  double bone_mm2 = 0;
+  double cut_mm2 = 0;
+  std::vector<std::optional<PlaneError>> errors;
+  for (std::size_t i = 0; i < cuts.size(); ++i) {
+    const CutArea area = CalcCutArea(before, after, cuts[i]);
+    if (!(area.bone_mm2 > 0)) {
+      sheet.warnings.push_back(cuts.size() == 1 ? "the wanted cut does not intersect the bone"
+                                                : fmt::format("the wanted cut {} does not intersect the bone", i + 1));
+      return;
+    }
+    planned_mm3 += area.bone_mm2 * cuts[i].thickness_mm * (holes ? kHoleFraction : 1);
+    bone_mm2 += area.bone_mm2;
+    cut_mm2 += area.cut_mm2;
+    errors.push_back(holes ? std::nullopt : FindPlaneError(before, after, cuts[i], parts[i], area.middle_W));
   }
-  if (!(area.bone_mm2 > 0)) {
-    sheet.warnings.emplace_back("the wanted cut does not intersect the bone");
-    return;
-  }
-  const double planned_mm3 = area.bone_mm2 * cut->thickness_mm;
-  const double fraction = area.share();
+  const double fraction = cut_mm2 / bone_mm2;
   SetValue(sheet, "cut_share", fraction);
   SetValue(sheet, "planned_mm3", planned_mm3);
   SetValue(sheet, "under_mm3", (1 - fraction) * planned_mm3);
   SetValue(sheet, "margin_mm3", removed_mm3 - outside_mm3 - fraction * planned_mm3);
   SetValue(sheet, "dice", 2 * fraction * planned_mm3 / (planned_mm3 + removed_mm3));
-  if (area.cut_mm2 > 0) SetValue(sheet, "kerf_width_mm", (removed_mm3 - outside_mm3) / area.cut_mm2);
+  if (cut_mm2 > 0 && !holes) SetValue(sheet, "kerf_width_mm", (removed_mm3 - outside_mm3) / cut_mm2);
   for (MeasureRow& row : sheet.rows) {
     // Half of the points are lost at a quarter of the volume of the wanted cut.
     if (std::string_view(row.info->key) == "outside_mm3") row.half = std::max(0.25 * planned_mm3, 1e-3);
   }
-  std::optional<CutPlane> fitted;
-  if (cut->solid) {
-    fitted = FitGroove(*cut, cells);
-  } else if (const std::optional<MidPlane> plane = FitMidPlane(before, after, cells)) {
-    fitted = plane->plane;
-  }
-  if (fitted) {
-    const PlaneError error = CalcPlaneError(*fitted, *cut, area.middle_W);
-    SetValue(sheet, "plane_offset_mm", error.offset_mm);
-    SetValue(sheet, "plane_roll_deg", error.roll_deg);
-    SetValue(sheet, "plane_yaw_deg", error.yaw_deg);
-    SetValue(sheet, "plane_angle_deg", error.angle_deg);
-  }
+  SetPlaneErrors(errors, sheet);
   // Depth errors are measured only if the goal is a depth, that is, if the bone is not to be cut through.
-  if (sheet.kind == ExerciseKind::kBicortical || sheet.kind == ExerciseKind::kOsteotomy) return;
-  const std::vector<CutColumn> columns = FindColumns(phi, *cut, 0);
-  const std::vector<double> depths = MeasureDepths(before, after, *cut, columns, cells);
+  if (sheet.kind && IsThrough(*sheet.kind)) return;
+  const WantedCut& cut = cuts.front();
+  const std::vector<CutColumn> columns = FindColumns(PhiSampler(before), cut, 0);
+  const std::vector<double> depths = MeasureDepths(before, after, cut, columns, cells);
   for (std::size_t i = 0; i < depths.size(); ++i) {
     const double bone_mm = columns[i].far_mm - columns[i].near_mm;
-    if (bone_mm > cut->depth_mm + cut->margin_mm && depths[i] > bone_mm - before.voxel_mm()) sheet.through_mm = bone_mm;
+    if (bone_mm > cut.depth_mm + cut.margin_mm && depths[i] > bone_mm - before.voxel_mm()) sheet.through_mm = bone_mm;
   }
   MeasureBegun(depths, sheet);
-  MeasureDeep(*cut, depths, sheet);
-  MeasureDepthErrors(*cut, columns, depths, sheet);
+  MeasureDeep(cut, depths, sheet);
+  MeasureDepthErrors(cut, columns, depths, sheet);
 }
 
 }  // namespace kerf

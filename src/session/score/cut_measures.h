@@ -39,7 +39,8 @@ PlaneError CalcPlaneError(const CutPlane& fitted, const WantedCut& cut, const Ve
 std::vector<double> MeasureDepths(const Bone& before, const Bone& after, const WantedCut& cut,
                                   std::span<const CutColumn> columns, std::span<const RemovedCell> cells);
 
-/// Sets the sheet's measures that need no recording: volumes, planes, depths. `cut`: none if nothing was planned.
-void MeasureCut(const Bone& before, const Bone& after, const std::optional<WantedCut>& cut, ScoreSheet& sheet);
+/// Sets the sheet's measures that need no recording: volumes, planes, depths. `cuts`: empty if nothing was planned. Of
+/// several cuts, the sheet has the sums of the volumes, and the largest errors.
+void MeasureCut(const Bone& before, const Bone& after, const std::vector<WantedCut>& cuts, ScoreSheet& sheet);
 
 }  // namespace kerf

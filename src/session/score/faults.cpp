@@ -24,7 +24,7 @@ double GetOrZero(const ScoreSheet& sheet, std::string_view key) {
 }
 
 bool IsThrough(ExerciseKind kind) {
-  return kind == ExerciseKind::kBicortical || kind == ExerciseKind::kOsteotomy;
+  return kind == ExerciseKind::kBicortical || kind == ExerciseKind::kOsteotomy || kind == ExerciseKind::kDrillHoles;
 }
 
 double CalcBeside_mm3(const ScoreSheet& sheet) {
@@ -57,8 +57,8 @@ bool IsShallow(const ScoreSheet& sheet) {
 }
 
 Fault FaultOf(std::string_view key, bool beside, bool shallow) {
-  if (key == "plane_offset_mm") return Fault::kBeside;
-  if (key == "plane_angle_deg") return Fault::kTilted;
+  if (key == "plane_offset_mm" || key == "hole_offset_mm") return Fault::kBeside;
+  if (key == "plane_angle_deg" || key == "hole_angle_deg") return Fault::kTilted;
   if (key == "too_deep_mm") return Fault::kTooDeep;
   if (key == "plunge_max_mm") return Fault::kPlunge;
   if (key == "outside_mm3") return beside ? Fault::kBeside : Fault::kOutside;

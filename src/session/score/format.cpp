@@ -68,6 +68,27 @@ std::string FormatReviewHtml(const ScoreSheet& sheet) {
   return html + FormatCutViewSvg(sheet.picture->side, SideTexts(), kPageView_px);
 }
 
+/// Returns a table of the holes, with a line for each.
+TextTable MakeHoleTable(const ScoreSheet& sheet) {
+  TextTable table({"hole", "depth, mm", "beyond, mm", "offset, mm", "angle, degrees", "through"});
+  for (std::size_t i = 0; i < sheet.holes.size(); ++i) {
+    const std::optional<HoleResult>& hole = sheet.holes[i];
+    const auto show = [&](double HoleResult::*value) { return hole ? Number((*hole).*value) : std::string("-"); };
+    table.Add({fmt::format("{}", i + 1), show(&HoleResult::depth_mm), show(&HoleResult::beyond_mm),
+               show(&HoleResult::offset_mm), show(&HoleResult::angle_deg), hole && hole->through ? "yes" : "no"});
+  }
+  return table;
+}
+
+ordered_json HoleJson(const std::optional<HoleResult>& hole) {
+  if (!hole) return nullptr;
+  return {{"depth_mm", hole->depth_mm},
+          {"beyond_mm", hole->beyond_mm},
+          {"offset_mm", hole->offset_mm},
+          {"angle_deg", hole->angle_deg},
+          {"through", hole->through}};
+}
+
 std::string DescribeExercise(const ScoreSheet& sheet) {
   if (!sheet.kind) return "no exercise: only measures that need no plan";
   return fmt::format("{}, level {}", kExerciseKindWords[static_cast<std::size_t>(*sheet.kind)], sheet.level);
@@ -92,6 +113,7 @@ std::string FormatSheet(const ScoreSheet& sheet) {
     table.Add({row.info->name, Value(row), row.info->unit, Points(row)});
   }
   text += "\n" + table.FormatTerminal("  ");
+  if (!sheet.holes.empty()) text += "\n" + MakeHoleTable(sheet).FormatTerminal("  ");
   if (sheet.total) {
     text += "\n  total = 100 x fraction of the wanted cut x weighted mean of the points; the rest is for information\n";
   }
@@ -121,6 +143,8 @@ ordered_json SheetJson(const ScoreSheet& sheet) {
     if (row.points) measure["goal"] = row.goal;
     json["measures"][row.info->key] = measure;
   }
+  if (!sheet.holes.empty()) json["holes"] = ordered_json::array();
+  for (const std::optional<HoleResult>& hole : sheet.holes) json["holes"].push_back(HoleJson(hole));
   json["warnings"] = sheet.warnings;
   return json;
 }

@@ -28,6 +28,8 @@ constexpr const char* kStructures =
 constexpr const char* kJitter = "jitter and smoothness of the motion distinguish residents from experts (microscope)";
 constexpr const char* kFeed =
     "the goal of the exercise follow_line itself; no study shows that it distinguishes the groups";
+constexpr const char* kHoles =
+    "the goal of the exercise drill_holes itself; no study shows that it distinguishes the groups";
 constexpr const char* kNone = "";
 
 constexpr std::array kMeasures{
@@ -64,6 +66,15 @@ constexpr std::array kMeasures{
                 "angle by which it is turned away from the line", kNone, 0},
     MeasureInfo{"plane_angle_deg", "angle between wanted and fitted plane", "degrees", "between their normals, 0 to 90",
                 kAccuracy, 4},
+    MeasureInfo{"hole_offset_mm", "offset of a hole, largest", "mm",
+                "largest distance of the drill's axis, where it was deepest in a hole, from the wanted axis, at the "
+                "surface",
+                kHoles, 1},
+    MeasureInfo{"hole_angle_deg", "angle of a hole, largest", "degrees",
+                "largest angle between the drill's axis, where it was deepest in a hole, and the wanted axis", kHoles,
+                4},
+    MeasureInfo{"holes_through", "holes through the bone", "",
+                "number of holes in which the drill left the far side over its whole width", kNone, 0},
     MeasureInfo{"outside_mm3", "removed outside the wanted cut and its margin", "mm3",
                 "volume removed further than the margin from the wanted cut", kProduct, 0},
     MeasureInfo{"removed_mm3", "removed in total", "mm3", "volume before - volume after", kNone, 0},
@@ -129,6 +140,9 @@ constexpr std::array kLine{Goal{"feed_error", 5},       Goal{"plane_offset_mm", 
 constexpr std::array kOsteotomy{Goal{"plane_offset_mm", 3}, Goal{"plane_angle_deg", 3},  Goal{"outside_mm3", 1},
                                 Goal{"jitter_mm", 0.5},     Goal{"path_length_mm", 0.5}, Goal{"time_total_s", 0.5}};
 
+constexpr std::array kHoleGoals{Goal{"plunge_max_mm", 3}, Goal{"hole_offset_mm", 2},   Goal{"hole_angle_deg", 2},
+                                Goal{"outside_mm3", 1},   Goal{"path_length_mm", 0.5}, Goal{"time_total_s", 0.5}};
+
 MeasureRow& FindRow(ScoreSheet& sheet, std::string_view key) {
   const MeasureInfo& info = FindMeasure(key);
   return *std::find_if(sheet.rows.begin(), sheet.rows.end(), [&](const MeasureRow& r) { return r.info == &info; });
@@ -160,6 +174,8 @@ std::span<const Goal> GoalsOf(ExerciseKind kind) {
       return kLine;
     case ExerciseKind::kOsteotomy:
       return kOsteotomy;
+    case ExerciseKind::kDrillHoles:
+      return kHoleGoals;
   }
   return {};
 }

@@ -89,6 +89,15 @@ struct OutsideInjury {
   double away_mm = 0;         // distance of its centre from the wanted cut
 };
 
+/// How a hole was drilled, where the drill was deepest in it.
+struct HoleResult {
+  double depth_mm = 0;   // of the drill's tip below the surface, along its own axis
+  double beyond_mm = 0;  // of the tip beyond the far side; negative: before it
+  double offset_mm = 0;  // distance of the drill's axis from the wanted one, at the surface
+  double angle_deg = 0;  // between both axes
+  bool through = false;  // the drill has left the far side over its whole width
+};
+
 /// Measures and score of a recording.
 struct ScoreSheet {
   std::string recording;  // file name
@@ -111,6 +120,8 @@ struct ScoreSheet {
   std::string beginning_digest;  // of the inputs of the first ticks
   RecordingSeal seal;
   std::vector<std::string> warnings;
+  /// Of an exercise in drilling: each hole in the order of the scene; none: it was not begun.
+  std::vector<std::optional<HoleResult>> holes;
   // Not in JSON and CSV; none if there was no exercise or nothing was cut:
   std::optional<CutPicture> picture;
   std::optional<double> beside_mm;      // mean distance of the removed bone from the wanted plane

@@ -29,6 +29,8 @@ constexpr double kJitter_s = 0.1;
 /// A pass beyond the far side begins at this distance beyond it and ends at half that distance.
 constexpr double kPass_mm = 0.1;
 constexpr double kNear_mm = 2;
+/// A drill further than this from the axis of a hole is not in it.
+constexpr double kBesideHole_mm = 8;
 /// Feed along the line below which the tool rests.
 constexpr double kRest_mm_per_s = 0.1;
 /// The distance to the nerve is computed once per this number of rows.
@@ -195,22 +197,24 @@ void MotionMeter::MeasureMotion(ScoreSheet& sheet) const {
   SetValue(sheet, "jitter_mm", *middle);
 }
 
-void MotionMeter::MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const {
-  const std::vector<CutColumn>& columns = gauge.columns();
-  std::vector<double> deepest_mm(columns.size(), -kAbove_mm);
-  std::optional<Pose> last;
-  for (const Row& row : rows_) {
-    if (!row.contact || (last && IsSame(*last, row.X_WT))) continue;
-    last = row.X_WT;
-    gauge.TakeDepths(row.X_WT, deepest_mm);
-  }
+void MotionMeter::MeasureLine(std::span<const DepthGauge> gauges, ScoreSheet& sheet) const {
   int places = 0;
   int covered = 0;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (columns[i].s_mm < 0 || columns[i].s_mm > gauge.cut().length_mm) continue;
-    const double wanted_mm = std::min(gauge.cut().depth_mm, columns[i].far_mm - columns[i].near_mm);
-    ++places;
-    if (deepest_mm[i] >= kCoveredFraction * wanted_mm) ++covered;
+  for (const DepthGauge& gauge : gauges) {
+    const std::vector<CutColumn>& columns = gauge.columns();
+    std::vector<double> deepest_mm(columns.size(), -kAbove_mm);
+    std::optional<Pose> last;
+    for (const Row& row : rows_) {
+      if (!row.contact || (last && IsSame(*last, row.X_WT))) continue;
+      last = row.X_WT;
+      gauge.TakeDepths(row.X_WT, deepest_mm);
+    }
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (columns[i].s_mm < 0 || columns[i].s_mm > gauge.cut().length_mm) continue;
+      const double wanted_mm = std::min(gauge.cut().depth_mm, columns[i].far_mm - columns[i].near_mm);
+      ++places;
+      if (deepest_mm[i] >= kCoveredFraction * wanted_mm) ++covered;
+    }
   }
   if (places > 0) SetValue(sheet, "line_share", static_cast<double>(covered) / places);
 }
@@ -248,8 +252,9 @@ void MotionMeter::MeasureFeedAlong(const WantedCut& cut, ScoreSheet& sheet) cons
   if (sheet.kind != ExerciseKind::kOsteotomy) SetValue(sheet, "feed_mean_mm_per_s", along.mean_mm_per_s);
 }
 
-void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const {
-  if (gauge.columns().empty()) return;
+void MotionMeter::MeasurePlunge(std::span<const DepthGauge> gauges, ScoreSheet& sheet) const {
+  if (std::all_of(gauges.begin(), gauges.end(), [](const DepthGauge& gauge) { return gauge.columns().empty(); }))
+    return;
   double largest_mm = 0;
   double pass_mm = 0;
   double sum_mm = 0;
@@ -265,8 +270,11 @@ void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) cons
   for (const Row& row : rows_) {
     if (!last || !IsSame(*last, row.X_WT)) {
       last = row.X_WT;
-      const std::optional<DepthReading> reading = gauge.Calc(row.X_WT);
-      beyond_mm = reading ? reading->beyond_mm : -1;
+      beyond_mm = -1;
+      for (const DepthGauge& gauge : gauges) {
+        const std::optional<DepthReading> reading = gauge.Calc(row.X_WT);
+        if (reading) beyond_mm = std::max(beyond_mm, reading->beyond_mm);
+      }
     }
     largest_mm = std::max(largest_mm, beyond_mm);
     if (beyond_mm >= kPass_mm) pass_mm = std::max(pass_mm, beyond_mm);
@@ -301,7 +309,29 @@ void MotionMeter::MeasureNerve(const Tool& tool, const RegionDistance& nerve, Sc
   SetValue(sheet, "near_miss_s", near_s);
 }
 
-void MotionMeter::Finish(const Tool& tool, const DepthGauge* gauge, const RegionDistance* nerve,
+std::vector<std::optional<Pose>> MotionMeter::FindDeepest(const std::vector<WantedCut>& holes) const {
+  std::vector<std::optional<Pose>> deepest(holes.size());
+  std::vector<double> deepest_mm(holes.size(), -kAbove_mm);
+  for (const Row& row : rows_) {
+    std::size_t nearest = holes.size();
+    double least_mm = kBesideHole_mm;
+    for (std::size_t i = 0; i < holes.size(); ++i) {
+      const Vec3 tip = holes[i].ToCut(row.X_WT.p_AB);
+      const double distance_mm = std::hypot(tip.x, tip.z);
+      if (distance_mm >= least_mm) continue;
+      least_mm = distance_mm;
+      nearest = i;
+    }
+    if (nearest == holes.size()) continue;
+    const double depth_mm = holes[nearest].ToCut(row.X_WT.p_AB).y;
+    if (depth_mm <= deepest_mm[nearest]) continue;
+    deepest_mm[nearest] = depth_mm;
+    deepest[nearest] = row.X_WT;
+  }
+  return deepest;
+}
+
+void MotionMeter::Finish(const Tool& tool, std::span<const DepthGauge> gauges, const RegionDistance* nerve,
                          const std::array<bool, 256>& nerve_regions, ScoreSheet& sheet) const {
   SetValue(sheet, "time_total_s", end_s_ - begun_s_.value_or(0));
   sheet.turned = std::any_of(rows_.begin(), rows_.end(), [](const Row& r) { return r.turns; });
@@ -309,9 +339,9 @@ void MotionMeter::Finish(const Tool& tool, const DepthGauge* gauge, const Region
   SetValue(sheet, "strokes", strokes_);
   MeasureForces(sheet);
   MeasureMotion(sheet);
-  if (gauge != nullptr) MeasureLine(*gauge, sheet);
-  if (gauge != nullptr) MeasureFeedAlong(gauge->cut(), sheet);
-  if (gauge != nullptr) MeasurePlunge(*gauge, sheet);
+  if (!gauges.empty()) MeasureLine(gauges, sheet);
+  if (gauges.size() == 1) MeasureFeedAlong(gauges.front().cut(), sheet);
+  if (!gauges.empty()) MeasurePlunge(gauges, sheet);
   if (nerve == nullptr || nerve->empty()) return;
   MeasureNerve(tool, *nerve, sheet);
   int breaches = 0;

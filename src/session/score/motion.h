@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "kerf/bone.h"
@@ -31,11 +32,14 @@ class MotionMeter {
   explicit MotionMeter(double force_limit_N) : force_limit_N_(force_limit_N) {}
 
   void Take(const MotionTick& tick);
-  /// Sets the sheet's measures of force, time and motion. `gauge` (optional): for the measures along the line and of
-  /// the plunge. `nerve` (may be null or empty): for the distance to the nerve and the breaches. `nerve_regions`: the
-  /// regions of the nerve.
-  void Finish(const Tool& tool, const DepthGauge* gauge, const RegionDistance* nerve,
+  /// Sets the sheet's measures of force, time and motion. `gauges`: of the wanted cuts, for the measures along the
+  /// line and of the plunge; empty: there are none, or they are holes. `nerve` (may be null or empty): for the distance
+  /// to the nerve and the breaches. `nerve_regions`: the regions of the nerve.
+  void Finish(const Tool& tool, std::span<const DepthGauge> gauges, const RegionDistance* nerve,
               const std::array<bool, 256>& nerve_regions, ScoreSheet& sheet) const;
+  /// Returns the pose in which the tip of a drill was deepest in each hole: that one which it was nearest to; none: it
+  /// never was.
+  std::vector<std::optional<Pose>> FindDeepest(const std::vector<WantedCut>& holes) const;
   /// Time at which the attempt began: the tool moved, or the spindle started to turn; none: not yet.
   const std::optional<double>& begun_s() const { return begun_s_; }
 
@@ -50,9 +54,9 @@ class MotionMeter {
   void FindBeginning(const MotionTick& tick);
   void MeasureForces(ScoreSheet& sheet) const;
   void MeasureMotion(ScoreSheet& sheet) const;
-  void MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const;
+  void MeasureLine(std::span<const DepthGauge> gauges, ScoreSheet& sheet) const;
   void MeasureFeedAlong(const WantedCut& cut, ScoreSheet& sheet) const;
-  void MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const;
+  void MeasurePlunge(std::span<const DepthGauge> gauges, ScoreSheet& sheet) const;
   void MeasureNerve(const Tool& tool, const RegionDistance& nerve, ScoreSheet& sheet) const;
 
   double force_limit_N_;

@@ -159,8 +159,34 @@ Message DescribeFeed(const ScoreSheet& sheet) {
       {slowest, fastest, wanted}};
 }
 
+/// Returns a sentence on a fault in drilling that says how to avoid it; none: the fault is not one of holes.
+std::optional<Message> DescribeHoleFault(const ScoreSheet& sheet, Fault fault) {
+  if (*sheet.kind != ExerciseKind::kDrillHoles) return {};
+  switch (fault) {
+    case Fault::kBeside:
+      return Message{MarkMessage("A hole lies {} beside its place. Set the tip of the drill on the place before you "
+                                 "press."),
+                     {Show(sheet, "hole_offset_mm")}};
+    case Fault::kTilted:
+      return Message{MarkMessage("A hole is tilted by {}. Check the direction of the drill before you press."),
+                     {Show(sheet, "hole_angle_deg")}};
+    case Fault::kPlunge:
+      return Message{
+          MarkMessage("The tip of the drill went {0} beyond the far side of the bone, and {1} are enough. Push less as "
+                      "soon as you feel less resistance."),
+          {Show(sheet, "plunge_max_mm"),
+           ShowMeasure(FindMeasure("plunge_max_mm"), RowOf(sheet, "plunge_max_mm").goal)}};
+    case Fault::kMissing:
+      return Message{MarkMessage("You have drilled {} of the wanted holes. Go on until each is as deep as wanted."),
+                     {Show(sheet, "cut_share")}};
+    default:
+      return {};
+  }
+}
+
 /// Returns a sentence that says how to avoid the fault.
 Message DescribeFault(const ScoreSheet& sheet, Fault fault) {
+  if (std::optional<Message> of_holes = DescribeHoleFault(sheet, fault)) return *std::move(of_holes);
   const Quantity depth{sheet.exercise.depth_mm, 1, "mm"};
   if ((fault == Fault::kBeside || fault == Fault::kTilted) && IsMostlyBeside(sheet) && !IsPlaneSensible(sheet)) {
     return DescribeMostlyBeside(sheet);
@@ -254,6 +280,8 @@ Message DescribeGood(const ScoreSheet& sheet, std::string_view key) {
     return {MarkMessage("The place of your cut is right: only {} from the wanted plane."), {value}};
   if (key == "plane_angle_deg" && none) return {MarkMessage("The direction of your cut is exact."), {}};
   if (key == "plane_angle_deg") return {MarkMessage("The direction of your cut is right, within {}."), {value}};
+  if (key == "hole_offset_mm") return {MarkMessage("Each hole is at its place, within {}."), {value}};
+  if (key == "hole_angle_deg") return {MarkMessage("Each hole has its direction, within {}."), {value}};
   if (key == "too_deep_mm")
     return {MarkMessage("The depth of your cut is right: nowhere more than {} too deep."), {value}};
   if (key == "plunge_max_mm") return {MarkMessage("You stopped in time: at most {} beyond the far side."), {value}};
@@ -323,7 +351,8 @@ bool IsUnfinished(const ScoreSheet& sheet) {
 
 /// Returns why an unfinished attempt has no score.
 std::optional<Message> DescribeNoScore(const ScoreSheet& sheet) {
-  if (!IsUnfinished(sheet) || !(GetOrZero(sheet, "removed_mm3") > 0)) return {};
+  if (!IsUnfinished(sheet) || *sheet.kind == ExerciseKind::kDrillHoles || !(GetOrZero(sheet, "removed_mm3") > 0))
+    return {};
   return Message{
       *sheet.kind == ExerciseKind::kOsteotomy
           ? MarkMessage(
@@ -342,6 +371,7 @@ Message DescribeUngraded(const ScoreSheet& sheet) {
     return {MarkMessage("Nothing was cut. Switch the spindle on and lower the blade into the bone on the line."), {}};
   }
   if (IsUnfinished(sheet)) {
+    if (const auto of_holes = DescribeHoleFault(sheet, Fault::kMissing)) return *of_holes;
     if (IsMostlyBeside(sheet)) return DescribeMostlyBeside(sheet);
     if (*sheet.kind == ExerciseKind::kOsteotomy) {
       return {
@@ -378,8 +408,7 @@ bool IsCanal(const StructureResult& structure) {
 
 /// Returns what happened to a nerve canal that is not spared, because the planned plane crosses it.
 std::optional<Message> DescribeCrossedNerve(const ScoreSheet& sheet) {
-  if (!sheet.kind || SparesNerve(*sheet.kind) || !IsMeaningful(FindMeasure("nerve_distance_mm"), *sheet.kind))
-    return {};
+  if (sheet.kind != ExerciseKind::kOsteotomy) return {};
   // What was removed outside the plan is named as an injury.
   double breach_mm3 = GetOrZero(sheet, "breach_mm3");
   for (const OutsideInjury& injury : sheet.injured) {

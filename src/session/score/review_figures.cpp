@@ -54,6 +54,12 @@ constexpr std::array kLabels{
                       "which direction.")},
     Label{"plane_angle_deg", MarkMessage("Angle to the plan"),
           MarkMessage("The angle between your cut and the wanted plane.")},
+    Label{"hole_offset_mm", MarkMessage("Hole beside its place"),
+          MarkMessage("How far the axis of the worst hole lies from the wanted one, at the surface.")},
+    Label{"hole_angle_deg", MarkMessage("Tilt of a hole"),
+          MarkMessage("The angle between the axis of the worst hole and the wanted one.")},
+    Label{"holes_through", MarkMessage("Holes through the bone"),
+          MarkMessage("How many holes go through the far side over the whole width of the drill.")},
     Label{"outside_mm3", MarkMessage("Removed outside"),
           MarkMessage("Bone that was removed where none should be: beside, below or beyond the ends of the wanted cut, "
                       "further than the permitted margin.")},
@@ -120,6 +126,7 @@ constexpr std::array kThroughFigures{"plunge_max_mm", "plane_offset_mm", "plane_
                                      "time_total_s"};
 constexpr std::array kCanalFigures{"nerve_distance_mm", "breach_mm3", "too_deep_mm", "plane_offset_mm", "cut_share"};
 constexpr std::array kLineFigures{"feed_error", "plane_offset_mm", "plane_angle_deg", "too_deep_mm", "cut_share"};
+constexpr std::array kHoleFigures{"plunge_max_mm", "hole_offset_mm", "hole_angle_deg", "cut_share", "outside_mm3"};
 constexpr std::array kOsteotomyFigures{"plane_offset_mm", "plane_angle_deg", "cut_share", "outside_mm3",
                                        "time_total_s"};
 
@@ -152,7 +159,7 @@ Quantity ShowRounded(const MeasureInfo& info, double value) {
   const std::string_view key = info.key;
   const std::string_view unit = info.unit;
   if (key == "cut_share" || key == "line_share" || key == "feed_error") return {100 * value, 0, "%"};
-  if (key == "plunges" || key == "strokes" || key == "breaches") return {value, 0, ""};
+  if (key == "plunges" || key == "strokes" || key == "breaches" || key == "holes_through") return {value, 0, ""};
   if (key == "jitter_mm") return {value, 2, "mm"};
   if (key == "path_length_mm") return {value, 0, "mm"};
   if (unit == "mm3") return {value, std::abs(value) < 10 ? 1 : 0, "mm³"};
@@ -313,6 +320,8 @@ std::span<const char* const> KeyFiguresOf(ExerciseKind kind) {
       return kLineFigures;
     case ExerciseKind::kOsteotomy:
       return kOsteotomyFigures;
+    case ExerciseKind::kDrillHoles:
+      return kHoleFigures;
   }
   return {};
 }
@@ -320,11 +329,16 @@ std::span<const char* const> KeyFiguresOf(ExerciseKind kind) {
 bool IsMeaningful(const MeasureInfo& info, ExerciseKind kind) {
   const std::string_view key = info.key;
   const auto begins = [&](std::string_view with) { return key.substr(0, with.size()) == with; };
+  const bool holes = kind == ExerciseKind::kDrillHoles;
+  if (begins("hole")) return holes;
+  if (begins("plane") || begins("plunge_mean") || begins("plunges") || begins("line_share")) {
+    if (holes) return false;
+  }
   // The goal is a depth, or the far side of the bone.
   if (begins("depth_error") || begins("too_deep")) return !IsThrough(kind);
   if (begins("plunge")) return IsThrough(kind) || kind == ExerciseKind::kStopBeforeFar;
   // The other bones have no canal.
-  if (begins("nerve") || begins("breach")) return SparesNerve(kind) || kind == ExerciseKind::kOsteotomy;
+  if (begins("nerve") || begins("breach")) return SparesNerve(kind) || holes || kind == ExerciseKind::kOsteotomy;
   if (begins("near_miss")) return SparesNerve(kind);
   if (begins("feed_error")) return kind == ExerciseKind::kFollowLine;
   return true;

@@ -16,6 +16,7 @@
 #include "session/run/run.h"
 #include "session/run/run_loop.h"
 #include "session/score/cut_measures.h"
+#include "session/score/holes.h"
 #include "session/score/motion.h"
 
 namespace kerf {
@@ -101,15 +102,22 @@ ReplayOutcome ReplayRunRecording(RecordingReader& recording, const Scene& scene,
   return outcome;
 }
 
-/// Returns the length of the path that suffices for the cut.
-double CalcShortPath_mm(const WantedCut& cut) {
-  return cut.length_mm + 2 * cut.depth_mm + kExtra_mm;
+/// Returns the length of the path that suffices for the cuts: along each, down and up, and from one to the next.
+double CalcShortPath_mm(const std::vector<WantedCut>& cuts) {
+  double path_mm = kExtra_mm;
+  const WantedCut* last = nullptr;
+  for (const WantedCut& cut : cuts) {
+    path_mm += cut.length_mm + 2 * cut.depth_mm;
+    if (last != nullptr) path_mm += glm::distance(last->ToWorld({last->length_mm, 0, 0}), cut.start_W);
+    last = &cut;
+  }
+  return path_mm;
 }
 
 /// Sets the goals of time, path length and feed, and the values at which half of the points are lost.
-void SetHalfValues(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& sheet) {
-  const double path_mm = CalcShortPath_mm(cut);
-  const double time_s = CalcUnhurriedTime_s(cut, exercise);
+void SetHalfValues(const std::vector<WantedCut>& cuts, const SceneExercise& exercise, ScoreSheet& sheet) {
+  const double path_mm = CalcShortPath_mm(cuts);
+  const double time_s = CalcUnhurriedTime_s(cuts, exercise);
   for (MeasureRow& row : sheet.rows) {
     const std::string_view key = row.info->key;
     if (key == "time_total_s") row.goal = time_s;
@@ -136,7 +144,10 @@ std::vector<std::string> FindIncomplete(const RecordingReader& recording, const 
   }
   if (!sheet.kind) return found;
   const double fraction = sheet.Get("line_share").value_or(0);
-  if (fraction < kFinished) {
+  if (fraction < kFinished && sheet.kind == ExerciseKind::kDrillHoles) {
+    found.push_back(fmt::format("the exercise is not finished: {:.0f} of {} holes are at least half as deep as wanted",
+                                fraction * static_cast<double>(sheet.holes.size()), sheet.holes.size()));
+  } else if (fraction < kFinished) {
     found.push_back(fmt::format(
         "{}: the tool was at least half as deep as wanted along {:.0f} % of the line; {:.0f} % are required",
         sheet.state == RecordingState::kWhole ? "the exercise is not finished" : "in the readable part", 100 * fraction,
@@ -170,18 +181,22 @@ void FinishSheet(const RecordingReader& recording, const Scene& scene, const Mot
                  const Bone& after, const RegionDistance* nerve, const Progress& progress, ScoreSheet& sheet) {
   const Tool tool = MakeTool(scene);
   progress("measuring", 0);
-  std::optional<WantedCut> cut;
-  std::optional<DepthGauge> gauge;
+  const bool holes = scene.exercise.given && scene.exercise.kind == ExerciseKind::kDrillHoles;
+  std::vector<WantedCut> cuts;
+  std::vector<DepthGauge> gauges;
   if (scene.exercise.given) {
-    cut = MakeWantedCut(scene.exercise, tool);
-    gauge.emplace(before, *cut);
-    SetHalfValues(*cut, scene.exercise, sheet);
+    cuts = MakeWantedCuts(scene.exercise, tool);
+    for (const WantedCut& cut : cuts) {
+      if (!holes) gauges.emplace_back(before, cut);
+    }
+    SetHalfValues(cuts, scene.exercise, sheet);
   }
-  MeasureCut(before, after, cut, sheet);
+  MeasureCut(before, after, cuts, sheet);
   progress("measuring", 0.5);
   std::optional<RegionDistance> computed;
   if (nerve == nullptr) nerve = &computed.emplace(before, Tissue::kCanal);
-  meter.Finish(tool, gauge ? &*gauge : nullptr, nerve, FindRegionsOf(before, Tissue::kCanal), sheet);
+  if (holes) MeasureHoles(before, cuts, meter.FindDeepest(cuts), sheet);
+  meter.Finish(tool, gauges, nerve, FindRegionsOf(before, Tissue::kCanal), sheet);
   sheet.incomplete = FindIncomplete(recording, sheet);
   CalcTotal(sheet);
   progress("measuring", 1);
@@ -193,8 +208,8 @@ MotionMeter MakeMeter(const Scene& scene) {
 
 }  // namespace
 
-double CalcUnhurriedTime_s(const WantedCut& cut, const SceneExercise& exercise) {
-  return CalcShortPath_mm(cut) / exercise.feed_mm_per_s + kExtra_s;
+double CalcUnhurriedTime_s(const std::vector<WantedCut>& cuts, const SceneExercise& exercise) {
+  return CalcShortPath_mm(cuts) / exercise.feed_mm_per_s + kExtra_s;
 }
 
 StepsDigests CalcStepsDigests(RecordingReader& recording) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "loop/haptics/loop_body.h"
 #include "loop/record/recording.h"
@@ -38,8 +39,8 @@ StepsDigests CalcStepsDigests(RecordingReader& recording);
 ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& options,
                           const std::function<void(const std::string&, double)>& progress);
 
-/// Returns the time that an unhurried cut takes; twice this time costs half of its points.
-double CalcUnhurriedTime_s(const WantedCut& cut, const SceneExercise& exercise);
+/// Returns the time that an unhurried attempt takes; twice this time costs half of its points.
+double CalcUnhurriedTime_s(const std::vector<WantedCut>& cuts, const SceneExercise& exercise);
 
 /// Measures a coupled session while it runs, so that it can be scored at its end without a replay.
 class SessionMeter {

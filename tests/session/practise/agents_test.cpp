@@ -167,6 +167,50 @@ TEST_F(Agents, BurCutsAGrooveForFullMarks) {
   EXPECT_NEAR(aslant.Get("plane_offset_mm").value() - sheet.Get("plane_offset_mm").value(), 0.3, 0.1);
 }
 
+TEST_F(Agents, DrillsHolesAndEachErrorLowersItsMeasure) {
+  Scene scene = test::MakeSmallExercise("bicortical");
+  scene.tool.shape = TwistDrill{.diameter_mm = 1.5, .length_mm = 12};
+  scene.tool.rpm = 5000;
+  scene.coupling.params.stiffness_N_per_mm = 8;
+  SceneExercise& e = scene.exercise;
+  e.kind = ExerciseKind::kDrillHoles;
+  e.start_mm = {-3, 0, 0};
+  e.further = {{.start_mm = {3, 0, 0}, .into = e.into, .depth_mm = 6}};
+  e.depth_mm = 6;
+  e.margin_mm = 1;
+  e.feed_mm_per_s = 0.8;
+  scene.path.strokes[0].start_mm = {-3, 0, 2};
+  scene.path.strokes[0].end_mm = {-3, 0, 1};
+  scene.path.strokes[0].disc_normal = {0, 0, 1};
+  AgentParams params = Perfect();
+  params.correction_Hz = 4;
+  const ScoreSheet perfect = Score(scene, params);
+  EXPECT_GT(perfect.total.value(), 90) << FormatSheet(perfect);
+  EXPECT_EQ(perfect.Get("holes_through"), 2);
+  EXPECT_LT(perfect.Get("hole_offset_mm").value(), 0.1);
+  EXPECT_LT(perfect.Get("hole_angle_deg").value(), 0.3);
+  struct Case {
+    const char* key;
+    double more;
+    void (*set)(AgentParams&);
+  };
+  for (const Case& c : {Case{"plunge_max_mm", 3, [](AgentParams& p) { p.deeper_mm = 3; }},
+                        Case{"hole_offset_mm", 0.6, [](AgentParams& p) { p.offset_mm = 0.6; }},
+                        Case{"hole_angle_deg", 5, [](AgentParams& p) { p.roll_deg = 5; }}}) {
+    AgentParams faulty = params;
+    c.set(faulty);
+    const ScoreSheet sheet = Score(scene, faulty);
+    EXPECT_NEAR(sheet.Get(c.key).value() - perfect.Get(c.key).value(), c.more, 0.2 * c.more) << c.key;
+    EXPECT_LT(sheet.total.value(), perfect.total.value() - 5) << c.key;
+    for (const Goal& goal : GoalsOf(e.kind)) {
+      // A plunge is also a longer way.
+      if (std::string_view(goal.key) == c.key || std::string_view(goal.key) == "path_length_mm") continue;
+      EXPECT_NEAR(RowOf(sheet, goal.key).points.value(), RowOf(perfect, goal.key).points.value(), 0.1)
+          << c.key << " changes " << goal.key;
+    }
+  }
+}
+
 TEST_F(Agents, SameAgentGivesTheSameScore) {
   const Scene scene = test::MakeSmallExercise("groove");
   const AgentParams params = MakeAgentParams("novice", 4);

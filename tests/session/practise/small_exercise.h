@@ -51,6 +51,7 @@ inline Scene MakeSmallExercise(std::string_view id) {
       break;
     case ExerciseKind::kGroove:
     case ExerciseKind::kFollowLine:
+    case ExerciseKind::kDrillHoles:
       break;
   }
   SceneStroke stroke;

@@ -160,6 +160,31 @@ TEST(WantedCut, FloorThatABurLeavesIsItsProfile) {
   EXPECT_LT(flat.CalcFloor(flat.radius_mm), 0);
 }
 
+TEST(Exercise, FurtherCutsAreReadAndWrittenForTheKindsThatHaveThem) {
+  const auto scene = [](const std::string& tool, const std::string& kind) {
+    return test::ShortScene() + "[tool]\nshape = \"" + tool + "\"\n[exercise]\nkind = \"" + kind +
+           "\"\ndepth_mm = 7\n[[exercise.cut]]\nstart_mm = [0, 5, 0]\nend_mm = [8, 5, 0]\ninto = [0, 0, -2]\n";
+  };
+  const Scene read = ParseScene(scene("drill", "drill_holes"), "s.toml");
+  ASSERT_EQ(read.exercise.further.size(), 1U);
+  const Scene again = ParseScene(ResolvedToml(read), "s.toml");
+  for (const Scene& s : {read, again}) {
+    const std::vector<WantedCut> holes = MakeWantedCuts(s.exercise, MakeTool(s));
+    ASSERT_EQ(holes.size(), 2U);
+    EXPECT_EQ(holes[1].start_W, Vec3(0, 5, 0));
+    EXPECT_EQ(holes[1].depth_mm, 7);  // that of the section
+    EXPECT_EQ(holes[1].length_mm, 0);
+    // A hole has no line, so that its direction is as given.
+    EXPECT_NEAR(glm::distance(holes[1].into_W, Vec3(0, 0, -1)), 0, 1e-12);
+    EXPECT_NEAR(glm::dot(glm::cross(holes[1].along_W, holes[1].into_W), holes[1].across_W), 1, 1e-12);
+    EXPECT_EQ(&FindNearestCut(holes, {0, 4, 0}), &holes[1]);
+    EXPECT_EQ(&FindNearestCut(holes, {0, 1, 0}), &holes[0]);
+  }
+  EXPECT_EQ(MakeWantedCuts(ParseScene(scene("disc", "osteotomy"), "s.toml").exercise, DiscSaw{})[1].length_mm, 8);
+  EXPECT_NE(test::MessageFor(scene("disc", "groove")).find("several cuts are only for"), std::string::npos);
+  EXPECT_NE(test::MessageFor(scene("disc", "drill_holes")).find("requires a drill or a bur"), std::string::npos);
+}
+
 TEST(WantedCut, RefusesALineWithoutLengthAndADirectionAlongIt) {
   SceneExercise exercise;
   exercise.into = {2, 0, 0};

@@ -171,6 +171,9 @@ Scene RandomScene(std::mt19937& random) {
   Describe(scene.loop, randomize);
   scene.exercise.given = random() % 2 == 0;
   Describe(scene.exercise, randomize);
+  if (GetForm(scene.tool.shape) != ToolForm::kRound && scene.exercise.kind == ExerciseKind::kDrillHoles) {
+    scene.exercise.kind = ExerciseKind::kOsteotomy;
+  }
   if (GetDrive(scene.tool.shape) == DriveMotion::kStroke) {  // these require a tool that turns
     scene.exercise.given = false;
     scene.plan = {};

@@ -95,7 +95,7 @@ WantedCut Misplace(const WantedCut& wanted, double offset_mm, double roll_deg, d
 ScoreSheet Measure(const Bone& before, const Bone& after, const WantedCut& wanted,
                    ExerciseKind kind = ExerciseKind::kGroove) {
   ScoreSheet sheet = MakeSheet(kind);
-  MeasureCut(before, after, wanted, sheet);
+  MeasureCut(before, after, {wanted}, sheet);
   return sheet;
 }
 

@@ -30,7 +30,7 @@ ScoreSheet MeasureMotion(double seconds, double limit_N, const Fill& fill) {
     meter.Take(tick);
   }
   ScoreSheet sheet = MakeSheet({});
-  meter.Finish(DiscSaw{}, nullptr, nullptr, {}, sheet);
+  meter.Finish(DiscSaw{}, {}, nullptr, {}, sheet);
   return sheet;
 }
 
@@ -138,7 +138,7 @@ TEST(MotionMeter, LineAtHalfDepthReachesAheadOfTheDiscByItsChord) {
       meter.Take(tick);
     }
     ScoreSheet sheet = MakeSheet({});
-    meter.Finish(saw, &gauge, nullptr, {}, sheet);
+    meter.Finish(saw, {&gauge, 1}, nullptr, {}, sheet);
     return sheet.Get("line_share").value();
   };
   const double chord_mm = std::sqrt(12.0 * 2 - 1);  // 4.8 mm
@@ -168,7 +168,7 @@ TEST(MotionMeter, FeedAlongTheLineCountsStops) {
     }
     ScoreSheet sheet = MakeSheet({});
     sheet.exercise.feed_mm_per_s = 4;
-    meter.Finish(saw, &gauge, nullptr, {}, sheet);
+    meter.Finish(saw, {&gauge, 1}, nullptr, {}, sheet);
     error = sheet.Get("feed_error").value_or(-1);
     return sheet.feed_along;
   };
@@ -231,7 +231,7 @@ TEST(MotionMeter, PlungesAreCountedAndMeasured) {
     meter.Take(tick);
   }
   ScoreSheet sheet = MakeSheet({});
-  meter.Finish(saw, &gauge, &nerve, FindRegionsOf(bone, Tissue::kCanal), sheet);
+  meter.Finish(saw, {&gauge, 1}, &nerve, FindRegionsOf(bone, Tissue::kCanal), sheet);
   // The gauge is accurate to a twentieth of a millimetre.
   EXPECT_NEAR(sheet.Get("plunge_max_mm").value(), 2, 0.05);
   EXPECT_NEAR(sheet.Get("plunge_mean_mm").value(), 1.5, 0.05);
@@ -279,7 +279,7 @@ TEST(MotionMeter, DistanceToTheNerveIsThatOfAllPoses) {
     if (distance_mm < 2 && i > 0) near_s += kEvery * kRow_s;
   }
   ScoreSheet sheet = MakeSheet({});
-  meter.Finish(saw, nullptr, &nerve, {}, sheet);
+  meter.Finish(saw, {}, &nerve, {}, sheet);
   EXPECT_EQ(sheet.Get("nerve_distance_mm").value(), min_mm);
   EXPECT_NEAR(sheet.Get("near_miss_s").value(), near_s, 1e-9);
   EXPECT_GT(near_s, 0.5);
