@@ -128,6 +128,7 @@ void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& sub
              .plane = {cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}), cut.across_W},
              .margin_mm = cut.margin_mm});
       }
+      if (cuts.size() > 1) continue;  // a stop holds for all of the bone below it
       subject.plan.stops.push_back({.name = "wanted depth" + number,
                                     .p_W_mm = cut.start_W,
                                     .direction_W = cut.into_W,
