@@ -354,7 +354,9 @@ std::string DefaultSceneToml() {
   text += CommentedOut(plan.text());
   TomlWriter exercise;
   WriteSection(exercise, "exercise", SceneExercise{});
-  text += "\n# The section that makes a scene an exercise ('kerf practise', docs/practise.md):\n#\n";
+  text +=
+      "\n# The section that makes a scene an exercise ('kerf practise', docs/practise.md); further cuts or holes are\n"
+      "# [[exercise.cut]], with start_mm, end_mm, into and depth_mm:\n#\n";
   text += CommentedOut(exercise.text());
   text += "\n# The effects: a scene simulates those that it names, and no others ('kerf effects'):\n#\n";
   text += CommentedOut(effects.text());

@@ -252,9 +252,8 @@ void MotionMeter::MeasureFeedAlong(const WantedCut& cut, ScoreSheet& sheet) cons
   if (sheet.kind != ExerciseKind::kOsteotomy) SetValue(sheet, "feed_mean_mm_per_s", along.mean_mm_per_s);
 }
 
-void MotionMeter::MeasurePlunge(std::span<const DepthGauge> gauges, ScoreSheet& sheet) const {
-  if (std::all_of(gauges.begin(), gauges.end(), [](const DepthGauge& gauge) { return gauge.columns().empty(); }))
-    return;
+void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const {
+  if (gauge.columns().empty()) return;
   double largest_mm = 0;
   double pass_mm = 0;
   double sum_mm = 0;
@@ -270,11 +269,8 @@ void MotionMeter::MeasurePlunge(std::span<const DepthGauge> gauges, ScoreSheet& 
   for (const Row& row : rows_) {
     if (!last || !IsSame(*last, row.X_WT)) {
       last = row.X_WT;
-      beyond_mm = -1;
-      for (const DepthGauge& gauge : gauges) {
-        const std::optional<DepthReading> reading = gauge.Calc(row.X_WT);
-        if (reading) beyond_mm = std::max(beyond_mm, reading->beyond_mm);
-      }
+      const std::optional<DepthReading> reading = gauge.Calc(row.X_WT);
+      beyond_mm = reading ? reading->beyond_mm : -1;
     }
     largest_mm = std::max(largest_mm, beyond_mm);
     if (beyond_mm >= kPass_mm) pass_mm = std::max(pass_mm, beyond_mm);
@@ -341,7 +337,7 @@ void MotionMeter::Finish(const Tool& tool, std::span<const DepthGauge> gauges, c
   MeasureMotion(sheet);
   if (!gauges.empty()) MeasureLine(gauges, sheet);
   if (gauges.size() == 1) MeasureFeedAlong(gauges.front().cut(), sheet);
-  if (!gauges.empty()) MeasurePlunge(gauges, sheet);
+  if (gauges.size() == 1) MeasurePlunge(gauges.front(), sheet);
   if (nerve == nullptr || nerve->empty()) return;
   MeasureNerve(tool, *nerve, sheet);
   int breaches = 0;

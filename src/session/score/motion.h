@@ -56,7 +56,7 @@ class MotionMeter {
   void MeasureMotion(ScoreSheet& sheet) const;
   void MeasureLine(std::span<const DepthGauge> gauges, ScoreSheet& sheet) const;
   void MeasureFeedAlong(const WantedCut& cut, ScoreSheet& sheet) const;
-  void MeasurePlunge(std::span<const DepthGauge> gauges, ScoreSheet& sheet) const;
+  void MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const;
   void MeasureNerve(const Tool& tool, const RegionDistance& nerve, ScoreSheet& sheet) const;
 
   double force_limit_N_;
