@@ -11,6 +11,7 @@
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
 #include "bone/models/mandible.h"
+#include "cut/tool/shape.h"
 
 namespace kerf {
 namespace {
@@ -171,18 +172,16 @@ CutCase MakeDrillCut(double voxel_mm) {
   return cut;
 }
 
-CutCase MakeReciprocatingCut(double voxel_mm) {
+CutCase MakeSawnCut(const Tool& blade, double rpm, double bar_mm, double voxel_mm) {
   CutCase cut;
-  cut.name = fmt::format("reciprocating-{}", voxel_mm);
-  const ReciprocatingBlade blade;
-  constexpr double kWidth_mm = 12;
-  cut.title = fmt::format("reciprocating blade {} x {} mm through a bar {} mm wide, 15000 rpm, 5 mm/s, {} mm voxels",
-                          blade.length_mm, blade.width_mm, kWidth_mm, voxel_mm);
+  cut.name = fmt::format("{}-{}", GetShape(blade), voxel_mm);
+  cut.title = fmt::format("{} through a bar {:g} mm wide, {:g} strokes a minute, 5 mm/s, {} mm voxels",
+                          DescribeToolBriefly(blade), bar_mm, rpm, voxel_mm);
   cut.tool = blade;
-  cut.rpm = 15000;
+  cut.rpm = rpm;
   cut.X_WB = MakeDiscCut(voxel_mm).X_WB;
   BlockParams block;
-  block.size_mm = {kWidth_mm, 4, 40};
+  block.size_mm = {bar_mm, 4, 40};
   block.X_WB = cut.X_WB;
   block.voxel_mm = voxel_mm;
   cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
@@ -190,7 +189,7 @@ CutCase MakeReciprocatingCut(double voxel_mm) {
   cut.direction_B = {0, 0, -1};
   cut.warm_up_mm = 8;
   cut.measured_mm = 26;
-  cut.section_mm2 = kWidth_mm * blade.kerf_mm();
+  cut.section_mm2 = bar_mm * CalcCutWidth(blade);
   cut.baseline = BenchBaseline::kOpenVdb;
   return cut;
 }

@@ -23,8 +23,9 @@ CutCase MakeBallCut(double voxel_mm, double feed_mm_per_s, bool whole);
 CutCase MakeBurCut(double voxel_mm);
 /// Returns a hole that a twist drill makes along its axis.
 CutCase MakeDrillCut(double voxel_mm);
-/// Returns a slot that a reciprocating blade saws through a bar 12 mm wide, feeding across its edge.
-CutCase MakeReciprocatingCut(double voxel_mm);
+/// Returns a slot that a blade with a stroke saws through a bar, feeding across its edge, which is longer than the bar
+/// is wide. The case has the name of the blade's shape.
+CutCase MakeSawnCut(const Tool& blade, double rpm, double bar_mm, double voxel_mm);
 /// Returns a cut in which the saw moves up through the body of the generic mandible at the first molar. If `whole` is
 /// true, the bone is the whole mandible, otherwise a block cut from it.
 CutCase MakeMandibleCut(bool whole);

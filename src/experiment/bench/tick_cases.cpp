@@ -70,7 +70,9 @@ const std::vector<Entry>& Entries() {
       Cut(MakeThickDiscCut(), 0, 300, 0),
       Cut(MakeBurCut(0.1), 0, 0, 50),
       Cut(MakeDrillCut(0.1), 0, 0, 50),
-      Cut(MakeReciprocatingCut(0.1), 0, 0, 50),
+      Cut(MakeSawnCut(ReciprocatingBlade{}, 15000, 12, 0.1), 0, 0, 50),
+      Cut(MakeSawnCut(OscillatingBlade{}, 15000, 6, 0.1), 0, 0, 50),
+      Cut(MakeSawnCut(PiezoInsert{}, 1.7e6, 3, 0.1), 0, 0, 50),
       // These cuts are created only when they run, so that merely listing the names, e.g. for the help, does not take a
       // tenth of a second.
       {"mandible-block", [](const BenchOptions& options) { return RunCut(MakeMandibleCut(false), options); }},

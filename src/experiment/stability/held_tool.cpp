@@ -64,7 +64,7 @@ Vec3 FindContact(const Bone& bone, const Tool& tool, const Pose& X_WT) {
   std::vector<double> depths;
   for (const EdgePoint& point : edge) depths.push_back(-bone.SignedDistance(X_WT.Point(point.p_T)));
   const auto deepest = std::max_element(depths.begin(), depths.end());
-  if (GetForm(tool) != ToolForm::kRound && !shape.edge_is_chain) {
+  if (GetForm(tool) != ToolForm::kRound && shape.edge_form != EdgeForm::kChain) {
     return glm::normalize(X_WT.Vector(edge[static_cast<std::size_t>(deepest - depths.begin())].p_T));
   }
   Vec3 sum_T(0);

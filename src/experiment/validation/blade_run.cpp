@@ -5,6 +5,9 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
 
 #include "cut/force/measured.h"
 #include "experiment/validation/law_access.h"
@@ -25,7 +28,17 @@ constexpr int kStuckPeriods = 10;
 constexpr double kStuck_mm = 1e-4;      // way in a period below which the blade does not cut
 constexpr double kHandleAhead_mm = 20;  // so far that the coupling is at its limit of force
 
-ReciprocatingBlade MakeBlade(const BladeCut& cut) {
+Tool MakeBlade(const BladeCut& cut) {
+  if (cut.swing_radius_mm > 0) {
+    OscillatingBlade blade;
+    blade.radius_mm = cut.swing_radius_mm;
+    blade.swing_deg = cut.stroke_mm / cut.swing_radius_mm * 180 / std::numbers::pi;
+    blade.thickness_mm = cut.width_mm;
+    blade.set_mm = 0;
+    blade.pitch_mm = cut.pitch_mm;
+    blade.width_mm = cut.teeth * cut.pitch_mm + cut.stroke_mm + 4 * cut.pitch_mm;
+    return blade;
+  }
   ReciprocatingBlade blade;
   blade.thickness_mm = cut.width_mm;
   blade.set_mm = 0;
@@ -98,6 +111,31 @@ BladeRun RunBladeAtBite(const ForceLaw& law, const BladeCut& cut, double bite_um
     simulation.Refill();
   }
   return Summarise(law, cut, sums, tick_s);
+}
+
+BladeRun RunBladeHeat(const ForceLaw& law, const BladeCut& cut, double feed_mm_per_s) {
+  constexpr double kTick_s = 0.001;
+  constexpr double kDepth_mm = 1.5;
+  SimulationParams params = MakeParams(law, cut);
+  params.effects = {EffectChoice("tangential_force"), EffectChoice("heat")};
+  const double body_C = 37;
+  Simulation simulation(MakeCutRib(cut, kDepth_mm + kUncut_mm), params, PoseAt(kAboveRib_mm));
+  const std::vector<std::string> channels = simulation.ListChannels();
+  const auto peak =
+      static_cast<std::size_t>(std::find(channels.begin(), channels.end(), "heat.peak_C") - channels.begin());
+  std::vector<double> values(channels.size());
+  Sums sums;
+  const int ticks = static_cast<int>(std::lround((kAboveRib_mm + kDepth_mm) / (feed_mm_per_s * kTick_s)));
+  for (int i = 1; i <= ticks; ++i) {
+    const double z_mm = kAboveRib_mm - i * feed_mm_per_s * kTick_s;
+    const TickOutput out = simulation.Tick({PoseAt(z_mm), kTick_s, cut.cycles_per_min()});
+    if (z_mm < -kSawnFirst_mm) sums.Add(out, out.f_T_W_N.z);
+    simulation.Refill();
+  }
+  simulation.ReadChannels(values);
+  BladeRun run = Summarise(law, cut, sums, kTick_s);
+  run.rise_K = values[peak] - body_C;
+  return run;
 }
 
 BladeRun RunBladeUnderForce(const ForceLaw& law, const BladeCut& cut, double force_N) {

@@ -67,6 +67,24 @@ void ReadCalibrated(TableReader& reader, Faults& faults, std::vector<std::string
   }
 }
 
+/// Requires all dimensions of the blade with which trends are also sawn, if one is given.
+void RequireBlade(TableReader& inner, const MeasuredTool& tool) {
+  const bool swings = tool.kind == kToolBladeFeed;
+  const std::vector<const char*> needed = swings ? std::vector<const char*>{"pitch_mm", "radius_mm", "swing_deg"}
+                                                 : std::vector<const char*>{"pitch_mm", "stroke_mm"};
+  const char* given = nullptr;
+  for (const char* key : {"pitch_mm", "stroke_mm", "radius_mm", "swing_deg"}) {
+    if (!inner.Has(key)) continue;
+    given = key;
+    const bool fits = tool.kind != kToolDrill && tool.kind != kToolNone &&
+                      std::find(needed.begin(), needed.end(), std::string_view(key)) != needed.end();
+    if (!fits)
+      inner.Fault(key, fmt::format("a tool of kind \"{}\" is not sawn with a blade that has {}", tool.kind, key));
+  }
+  if (given == nullptr) return;
+  for (const char* key : needed) inner.Require(key);
+}
+
 void ReadTool(TableReader& reader, Faults& faults, MeasuredTool& tool) {
   const TomlNode* table = reader.Table("tool");
   if (table == nullptr) return;
@@ -76,14 +94,7 @@ void ReadTool(TableReader& reader, Faults& faults, MeasuredTool& tool) {
   inner.Finish();
   if (tool.kind == kToolTooth || tool.kind == kToolBladeFeed || tool.kind == kToolBladeForce) inner.Require("width_mm");
   if (tool.kind == kToolBladeForce) inner.Require("teeth");
-  if (inner.Has("pitch_mm") || inner.Has("stroke_mm")) {
-    inner.Require("pitch_mm");
-    inner.Require("stroke_mm");
-    if (tool.kind != kToolTooth && tool.kind != kToolBladeForce) {
-      inner.Fault(inner.Has("pitch_mm") ? "pitch_mm" : "stroke_mm",
-                  fmt::format("a tool of kind \"{}\" is not sawn with a reciprocating blade", tool.kind));
-    }
-  }
+  RequireBlade(inner, tool);
   if (tool.kind == kToolDrill) {
     inner.Require("diameter_mm");
     inner.Require("point_deg");

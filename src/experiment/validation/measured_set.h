@@ -51,9 +51,12 @@ struct MeasuredTool {
   double diameter_mm = kNotGiven;  // of a drill
   double point_deg = kNotGiven;    // of a drill: angle between its lips
   double teeth = kNotGiven;        // of a blade: engaged at once
-  double pitch_mm = kNotGiven;     // of a reciprocating blade with which the trends are also sawn
-  double stroke_mm = kNotGiven;
-  bool is_sawn() const { return IsGiven(pitch_mm) && IsGiven(stroke_mm); }
+  double pitch_mm = kNotGiven;     // of a blade with which the trends are also sawn
+  double stroke_mm = kNotGiven;    // of a reciprocating one
+  double radius_mm = kNotGiven;    // of an oscillating one
+  double swing_deg = kNotGiven;
+  bool is_reciprocating() const { return IsGiven(pitch_mm) && IsGiven(stroke_mm); }
+  bool is_oscillating() const { return IsGiven(pitch_mm) && IsGiven(radius_mm) && IsGiven(swing_deg); }
 };
 template <typename V>
 void Describe(MeasuredTool& p, V&& visit) {
@@ -65,8 +68,10 @@ void Describe(MeasuredTool& p, V&& visit) {
   visit("point_deg", p.point_deg, Range{60, 180}, "angle between the lips of a drill");
   visit("teeth", p.teeth, Range{1, 1000}, "number of engaged teeth of a blade");
   visit("pitch_mm", p.pitch_mm, Range{0.1, 20},
-        "distance between the teeth of a reciprocating blade with which the trends are also sawn");
-  visit("stroke_mm", p.stroke_mm, Range{0.05, 30}, "stroke of that blade, from end to end");
+        "distance between the teeth of a blade with which the trends are also sawn");
+  visit("stroke_mm", p.stroke_mm, Range{0.05, 30}, "stroke of that blade, from end to end: a reciprocating one");
+  visit("radius_mm", p.radius_mm, Range{3, 100}, "distance of its teeth from its swing axis: an oscillating one");
+  visit("swing_deg", p.swing_deg, Range{0.1, 20}, "angle between the ends of its swing");
 }
 
 /// Quantities, named with their units.

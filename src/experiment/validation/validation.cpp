@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "kerf/error.h"
 
@@ -139,27 +140,41 @@ TrendComparison CompareTrend(const Validation& v, std::size_t set_index, std::si
 /// Returns the quantity of a trend in a cut with a blade.
 double QuantityOf(const BladeRun& run, const BladeCut& cut, std::string_view quantity) {
   if (quantity == "removal_mm3_per_s") return run.removal_mm3_per_s;
+  if (quantity == "temperature_rise") return run.rise_K;
   return CalcToothQuantity(quantity, {run.thrust_N, run.cutting_N}, cut.width_mm, run.bite_um / 1000);
 }
 
 BladeRun Saw(const ForceLaw& law, const BladeCut& cut, const MeasuredConditions& at) {
+  if (cut.swing_radius_mm > 0) return RunBladeHeat(law, cut, at.feed_mm_per_min / 60);
   return IsGiven(at.force_N) ? RunBladeUnderForce(law, cut, at.force_N) : RunBladeAtBite(law, cut, at.bite_um);
 }
 
-/// Saws a trend that could be simulated with a reciprocating blade, if its set gives one. The bone is that of the
+/// Returns the cut of a set's blade under some conditions.
+BladeCut MakeCut(const MeasuredTool& tool, const MeasuredConditions& at) {
+  constexpr double kEngagedTeeth = 5;  // of an oscillating blade, in a wall of bone
+  if (tool.is_oscillating()) {
+    const double stroke_mm = tool.swing_deg * std::numbers::pi / 180 * tool.radius_mm;
+    return {tool.width_mm, tool.pitch_mm, stroke_mm, kEngagedTeeth, 2 * stroke_mm * at.cycles_per_min / 60,
+            tool.radius_mm};
+  }
+  return {tool.width_mm, tool.pitch_mm, tool.stroke_mm, IsGiven(tool.teeth) ? tool.teeth : 1,
+          IsGiven(at.speed_mm_per_s) ? at.speed_mm_per_s : kDefaultSpeed_mm_per_s};
+}
+
+/// Saws a trend that could be simulated with a blade, if its set gives one. The bone is that of the
 /// measurements: its density is 1.
 void SawTrend(Validation& v, std::size_t index) {
   const TrendComparison& c = v.trends[index];
   const MeasuredSet& set = v.sets[c.set];
   const MeasuredTrend& measured = set.trends[c.row];
-  if (!set.tool.is_sawn() || !c.right || measured.against == "density") return;
+  const bool swings = set.tool.is_oscillating();
+  if (!(swings ? measured.quantity == "temperature_rise" : set.tool.is_reciprocating())) return;
+  if (!c.right || measured.against == "density") return;
   const ForceLaw& law = v.laws[c.law];
   MeasuredConditions at = JoinConditions(measured.at, set.conditions);
   const auto saw = [&](double value) {
     ConditionOf(at, measured.against) = value;
-    const double speed = IsGiven(at.speed_mm_per_s) ? at.speed_mm_per_s : kDefaultSpeed_mm_per_s;
-    return BladeCut{set.tool.width_mm, set.tool.pitch_mm, set.tool.stroke_mm,
-                    IsGiven(set.tool.teeth) ? set.tool.teeth : 1, speed};
+    return MakeCut(set.tool, at);
   };
   BladeCheck check;
   check.trend = index;

@@ -60,7 +60,7 @@ struct ToothCheck {
   ToothRun run;
 };
 
-/// A trend that was sawn with a reciprocating blade.
+/// A trend that was sawn with a reciprocating or oscillating blade.
 struct BladeCheck {
   std::size_t trend = 0;  // index in Validation::trends
   BladeCut cut;           // at the end of the trend

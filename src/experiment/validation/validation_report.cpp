@@ -211,16 +211,21 @@ void AddTeeth(std::string& text, const Validation& v) {
 void AddBlades(std::string& text, const Validation& v) {
   if (v.blades.empty()) return;
   text +=
-      "## The reciprocating blade\n\n"
-      "Where a set gives the pitch and the stroke of a blade, its trends are also sawn in the contact and removal code "
+      "## The blades\n\n"
+      "Where a set gives the pitch and the stroke of a reciprocating blade, its trends are also sawn in the contact "
+      "and removal code "
       "that every tick uses: a reciprocating blade cuts through a rib of bone that is as long as the engaged teeth "
       "need, with 16 ticks in each period. Under a given force, the blade hangs on a coupling that is at its limit of "
       "force; otherwise it has the feed that makes its mean bite the nominal one. The bite of a tooth is zero at the "
       "ends of the stroke and about twice its mean in between, so the mean thrust is not that of the law at the mean "
       "bite. The model takes the bite as the present feed times the time since the last tooth passed. Under a given "
       "force, in which the feed is not steady, the blade therefore drops too far at each end of its stroke: the rate "
-      "rises by 11 % when the number of ticks in a period is doubled. Its change with speed is not affected.\n\n";
-  TextTable table({"set", "law", "trend", "measured", "bite (um)", "thrust of a tooth (N)", "removal (mm3/s)", "sawn"});
+      "rises by 11 % when the number of ticks in a period is doubled. Its change with speed is not affected. Where a "
+      "set gives the pitch, radius and swing of an oscillating blade, its trends of temperature are sawn with it to a "
+      "depth of 1.5 mm, in ticks of 1 ms and with the default parameters of the effect heat (dry), five teeth "
+      "engaged.\n\n";
+  TextTable table(
+      {"set", "law", "trend", "measured", "bite (um)", "thrust of a tooth (N)", "removal (mm3/s)", "rise (K)", "sawn"});
   for (const BladeCheck& b : v.blades) {
     const TrendComparison& c = v.trends[b.trend];
     const MeasuredTrend& m = v.trend_of(c);
@@ -231,6 +236,7 @@ void AddBlades(std::string& text, const Validation& v) {
                            ShowCondition(m.against, c.to)),
                m.sign + (IsGiven(m.ratio) ? ", x " + ShowNumber(m.ratio) : ""), ends(b.from.bite_um, b.to.bite_um),
                ends(b.from.thrust_N, b.to.thrust_N), ends(b.from.removal_mm3_per_s, b.to.removal_mm3_per_s),
+               b.to.rise_K > 0 ? ends(b.from.rise_K, b.to.rise_K) : "-",
                b.right ? "right: " + verdict : "**wrong: " + verdict + "**"});
   }
   text += table.FormatMarkdown() + "\n";

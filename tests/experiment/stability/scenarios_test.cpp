@@ -49,12 +49,12 @@ StabilitySubject MakeHoleSubject() {
   return subject;
 }
 
-/// Returns the same block with a reciprocating blade above its top, whose edge faces down.
-StabilitySubject MakeSawnSubject() {
+/// Returns the same block with a blade with a stroke above its top, whose edge faces down.
+StabilitySubject MakeSawnSubject(const Tool& blade, double rpm) {
   StabilitySubject subject = MakeListedSubject();
-  subject.setup.coupled.tool = ReciprocatingBlade{};
+  subject.setup.coupled.tool = blade;
   subject.X_WT_start = {glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), Vec3(0, 0, 0.3)};
-  subject.rpm = 15000;
+  subject.rpm = rpm;
   return subject;
 }
 
@@ -78,7 +78,9 @@ TEST(Scenarios, AllHoldOnTheDefaultBlockWithTheDefaultDevice) {
   test::Verdict verdict("holds");
   int run = 0;
   for (const StabilitySubject& subject :
-       {MakeListedSubject(), MakeMilledSubject(), MakeDrilledSubject(120), MakeHoleSubject(), MakeSawnSubject()}) {
+       {MakeListedSubject(), MakeMilledSubject(), MakeDrilledSubject(120), MakeHoleSubject(),
+        MakeSawnSubject(ReciprocatingBlade{}, 15000), MakeSawnSubject(OscillatingBlade{}, 15000),
+        MakeSawnSubject(PiezoInsert{}, 1.7e6)}) {
     run = 0;
     for (const Scenario& scenario : Scenarios()) {
       const ScenarioResult result = scenario.run(subject, 1);

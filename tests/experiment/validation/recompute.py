@@ -265,7 +265,8 @@ def check_blades(check, document, sets, laws):
                 check.near(where, f"thrust_{end}_N", printed[f"thrust_{end}_N"], thrust, BITE_OF_CUT)
                 check.near(where, f"bite_{end}_um", printed[f"bite_{end}_um"], bite, BITE_OF_CUT)
         else:
-            ratio = printed["rate_to_mm3_per_s"] / printed["rate_from_mm3_per_s"]
+            of = ("rise_{}_K" if trend["quantity"] == "temperature_rise" else "rate_{}_mm3_per_s").format
+            ratio = printed[of("to")] / printed[of("from")]
             check.near(where, "ratio", printed["ratio"], ratio, 1e-4)
         sign = sign_of(printed["ratio"], 0.1 if trend["sign"] == "constant" else 0.001)
         check.equal(where, "sign", printed["sign"], sign)
