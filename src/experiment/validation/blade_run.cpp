@@ -115,7 +115,7 @@ BladeRun RunBladeAtBite(const ForceLaw& law, const BladeCut& cut, double bite_um
 
 BladeRun RunBladeHeat(const ForceLaw& law, const BladeCut& cut, double feed_mm_per_s) {
   constexpr double kTick_s = 0.001;
-  constexpr double kDepth_mm = 1.5;
+  constexpr double kDepth_mm = 0.8;
   SimulationParams params = MakeParams(law, cut);
   params.effects = {EffectChoice("tangential_force"), EffectChoice("heat")};
   const double body_C = 37;

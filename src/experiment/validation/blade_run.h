@@ -33,7 +33,7 @@ BladeRun RunBladeAtBite(const ForceLaw& law, const BladeCut& cut, double bite_um
 /// Presses the blade with a constant force into the rib, through a coupling at its limit of force. A blade that moves
 /// by less than 0.1 um in a period does not cut.
 BladeRun RunBladeUnderForce(const ForceLaw& law, const BladeCut& cut, double force_N);
-/// Moves the blade at a feed to a depth of 1.5 mm in ticks of 1 ms, with the effect heat.
+/// Moves the blade at a feed to a depth of 0.8 mm in ticks of 1 ms, with the effect heat.
 BladeRun RunBladeHeat(const ForceLaw& law, const BladeCut& cut, double feed_mm_per_s);
 
 }  // namespace kerf

@@ -222,8 +222,8 @@ void AddBlades(std::string& text, const Validation& v) {
       "force, in which the feed is not steady, the blade therefore drops too far at each end of its stroke: the rate "
       "rises by 11 % when the number of ticks in a period is doubled. Its change with speed is not affected. Where a "
       "set gives the pitch, radius and swing of an oscillating blade, its trends of temperature are sawn with it to a "
-      "depth of 1.5 mm, in ticks of 1 ms and with the default parameters of the effect heat (dry), five teeth "
-      "engaged.\n\n";
+      "depth of 0.8 mm, in ticks of 1 ms and with the default parameters of the effect heat (dry), five teeth "
+      "engaged. Boiling water holds the bone at 100 C for a while, a rise of 63 K.\n\n";
   TextTable table(
       {"set", "law", "trend", "measured", "bite (um)", "thrust of a tooth (N)", "removal (mm3/s)", "rise (K)", "sawn"});
   for (const BladeCheck& b : v.blades) {
