@@ -56,6 +56,29 @@ RECIPROCATING = BALL.replace("ball", "reciprocating")
 OSCILLATING = BALL.replace("ball", "oscillating")
 PIEZO = BALL.replace("ball", "piezo")
 
+# A hole through a plate.
+HOLES = """[bone]
+model = "block"
+[bone.block]
+size_x_mm = 8
+size_y_mm = 8
+size_z_mm = 4
+voxel_mm = 0.3
+[tool]
+shape = "drill"
+rpm = 8000
+[device]
+profile = "omega_6"
+[hand]
+model = "H4"
+[exercise]
+kind = "drill_holes"
+start_mm = [0, 0, 0]
+into = [0, 0, -1]
+depth_mm = 4.8
+feed_mm_per_s = 1
+""" + make_stroke([0, 0, 3], [0, 0, 2], 2)
+
 # A scene whose bone has CT numbers.
 CT = """title = "CT"
 [bone]
@@ -232,6 +255,7 @@ def move_pieces(folder):
 SCENES = {"block.toml": BLOCK, "bar.toml": BAR, "degrade.toml": DEGRADE, "slab.toml": SLAB, "uniform.toml": UNIFORM,
           "ball.toml": BALL, "bur.toml": BUR, "reciprocating.toml": RECIPROCATING,
           "oscillating.toml": OSCILLATING, "piezo.toml": PIEZO,
+          "holes.toml": HOLES,
           "law.toml": LAW, "ct.toml": CT, "plan.toml": PLAN, "stability.toml": STABILITY, "study.toml": STUDY,
           "through.toml": THROUGH, "forces.csv": FORCES, "torque.csv": TORQUES}
 
@@ -257,7 +281,9 @@ GROUPS = {
         Case("practise --agent expert --exercise groove --seconds 1 --record b.kerf"),
         Case("score b.kerf --json", "score"),
         Case("practise --hand-in b.kerf --student Bob --json", "score"),
-        Case("practise --history --json", "history")],
+        Case("practise --history --json", "history"),
+        Case("practise --agent expert --exercise holes.toml --record holes.kerf"),
+        Case("score holes.kerf --json", "score")],
     "tune": [
         # The scene's own voxel size of 0.4 mm has an error of 10 %, 0.2 mm of 4 to 5 %: the settings change in any case.
         Case("tune block.toml --budget-us 1000000 --error 8% --ticks 1000 --voxels 0.2 --seconds 0.2 --in-place --json",
