@@ -108,9 +108,16 @@ PlaneDeviation CalcDeviation(const PlannedPlane& planned, const Tool& tool, cons
     const Vec3 to_point = plane.p_W - X_WT.p_AB;
     const Vec3 across = to_point - glm::dot(to_point, z) * z;
     const double distance_mm = glm::length(across);
-    const double R = CalcRadius(tool);
-    out.p_W_mm = X_WT.p_AB + (distance_mm > R ? R / distance_mm : 1.0) * across;
-    Vec3 depth = distance_mm > 1e-9 ? across : X_WT.Vector({1, 0, 0});
+    Vec3 depth = X_WT.Vector({1, 0, 0});
+    if (CalcStroke(tool) > 0) {
+      const Vec3 p_T = X_WT.InversePoint(plane.p_W);
+      const ConvexOutline::Point nearest = MakeToolOutline(tool).FindNearest({p_T.x, p_T.y});
+      out.p_W_mm = X_WT.Point({nearest.x, nearest.y, 0});
+    } else {
+      const double R = CalcRadius(tool);
+      out.p_W_mm = X_WT.p_AB + (distance_mm > R ? R / distance_mm : 1.0) * across;
+      if (distance_mm > 1e-9) depth = across;
+    }
     // If the blade is perpendicular to the planned plane, any depth direction in the plane is valid.
     const auto is_across = [&](const Vec3& v) {
       return !(glm::length(glm::cross(v, plane.normal_W)) > 1e-9 * glm::length(v));

@@ -97,6 +97,11 @@ struct Step {
   bool cuts;
 };
 
+/// Whether the tool moves along the line at depth.
+bool MovesAlong(const WantedCut& cut) {
+  return cut.length_mm > 0 && cut.plunges == 1;
+}
+
 class Agent final : public HandDriver {
  public:
   Agent(SimulatedDevice& device, const AgentParams& params, const Scene& scene, const Vec3& p_TC_mm,
@@ -113,12 +118,15 @@ class Agent final : public HandDriver {
     for (std::size_t i = 0; i < cuts_.size(); ++i) {
       cuts_[i] = Misplace(cuts_[i], params.offset_mm, params.roll_deg, params.yaw_deg);
       const double deep_mm = cuts_[i].depth_mm + params.deeper_mm;
-      steps_.push_back({i, 0, -kClear_mm, false});
-      steps_.push_back({i, 0, deep_mm, true});
-      for (int pass = 0; pass < params.passes && cuts_[i].length_mm > 0; ++pass) {
-        steps_.push_back({i, pass % 2 == 0 ? cuts_[i].length_mm : 0, deep_mm, true});
+      for (int plunge = 0; plunge < cuts_[i].plunges; ++plunge) {
+        const double s_mm = plunge == 0 ? 0 : cuts_[i].length_mm * plunge / (cuts_[i].plunges - 1);
+        steps_.push_back({i, s_mm, -kClear_mm, false});
+        steps_.push_back({i, s_mm, deep_mm, true});
+        for (int pass = 0; pass < params.passes && MovesAlong(cuts_[i]); ++pass) {
+          steps_.push_back({i, pass % 2 == 0 ? cuts_[i].length_mm : 0, deep_mm, true});
+        }
+        steps_.push_back({i, steps_.back().s_mm, -kClear_mm, false});
       }
-      steps_.push_back({i, steps_.back().s_mm, -kClear_mm, false});
     }
     DeviceSample sample;
     const Pose X_start = device_.Read(sample) ? sample.X_WH : cuts_.front().CalcToolPose(0, 0);
@@ -330,7 +338,8 @@ double CalcAgentTime(const AgentParams& params, const Scene& scene) {
   double time_s = 30;
   for (const WantedCut& cut : MakeWantedCuts(scene.exercise, MakeTool(scene))) {
     const double cut_mm = kClear_mm + cut.depth_mm + params.passes * cut.length_mm;
-    time_s += 3 * (cut_mm + slow_mm / kMinSpeedFraction) / feed_mm_per_s + (params.passes + 4) * params.pause_s;
+    time_s += cut.plunges *
+              (3 * (cut_mm + slow_mm / kMinSpeedFraction) / feed_mm_per_s + (params.passes + 4) * params.pause_s);
   }
   return time_s;
 }

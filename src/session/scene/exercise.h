@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "cut/tool/convex_outline.h"
 #include "cut/tool/round_solid.h"
 #include "kerf/describe.h"
 #include "kerf/geometry.h"
@@ -100,12 +101,19 @@ struct WantedCut {
   double length_mm = 0;    // 0: a hole
   double depth_mm = 0;
   double margin_mm = 0;
-  double radius_mm = 0;     // of the tool
-  double thickness_mm = 0;  // of the kerf: a blade's thickness, or another tool's diameter
-  double reach_mm = 0;      // of the tool about its origin
-  double below_mm = 0;      // depth of the tool's lowest point below its origin, in the pose of the wanted cut
+  /// Of the tool; of a blade with a stroke, half of the length of edge and stroke: how far the tool in the wanted cut
+  /// reaches along the line from its middle.
+  double radius_mm = 0;
+  double edge_radius_mm = 0;  // of the edge that makes the floor; 0: straight
+  double thickness_mm = 0;    // of the kerf: a blade's thickness, or another tool's diameter
+  double reach_mm = 0;        // of the tool about its origin
+  double below_mm = 0;        // depth of the tool's lowest point below its origin, in the pose of the wanted cut
   ToolForm form = ToolForm::kBlade;
   std::optional<RoundSolid> solid;  // the body of a tool of the form kRound
+  ConvexOutline outline;            // of all that a blade with a stroke passes; empty for any other tool
+  /// How often the tool goes down along the line, at equal distances: a blade with a stroke has no teeth on its sides.
+  /// 1: it moves along the line at depth.
+  int plunges = 1;
 
   CutPlane plane() const { return {start_W, across_W}; }
   /// Returns {s, t, w} of a world point.
@@ -116,10 +124,11 @@ struct WantedCut {
   }
   Vec3 ToWorld(const Vec3& stw) const { return start_W + stw.x * along_W + stw.y * into_W + stw.z * across_W; }
   /// Returns the tool frame where the cut at `s_mm` has the depth `t_mm`: x along the cut, z across it, or out of the
-  /// bone for a solid of revolution.
+  /// bone for a solid of revolution. Of a blade with a stroke, x points into the bone and y, the edge, along the cut.
   Pose CalcToolPose(double s_mm, double t_mm) const;
-  /// Returns the tool's lowest point: the one furthest into the bone. The edge of a flat end changes its lowest point
-  /// with the least tilt, so that of a solid of revolution is returned at the place of its tip.
+  /// Returns the tool's lowest point: the one furthest into the bone. A flat end or a straight edge changes its lowest
+  /// point with the least tilt, so that of a solid of revolution or a blade with a stroke is returned at the place of
+  /// its tip or its edge's middle.
   Vec3 FindLowest(const Pose& X_WT) const;
   /// Returns the angle between a blade, or the axis of a solid of revolution, and the cut's plane; 0 for a ball.
   double CalcTilt_deg(const Pose& X_WT) const;
@@ -137,6 +146,10 @@ struct WantedCut {
   double CalcDistance(const Vec3& p_W) const;
   /// Returns true within that region and its margin, where removed bone is not an error.
   bool IsNear(const Vec3& p_W) const { return CalcDistance(p_W) <= margin_mm; }
+
+ private:
+  /// The distance in the cut's plane from the part that a blade or a ball passes, at a distance beyond the line's ends.
+  double CalcInPlane(double beyond_mm, double t_mm) const;
 };
 
 /// Returns the wanted cut of an exercise with only one, or the first one. Throws kerf::Error if the line has no length

@@ -300,6 +300,10 @@ void ReadExercise(TableReader& root, SceneExercise& exercise, const SceneTool& t
     reader.Fault("kind", fmt::format("the kind \"drill_holes\" requires a drill or a bur, but [tool] shape is \"{}\"",
                                      GetShape(tool.shape)));
   }
+  if (exercise.kind == ExerciseKind::kFollowLine && GetDrive(tool.shape) != DriveMotion::kRotation) {
+    reader.Fault("kind", fmt::format("the kind \"follow_line\" requires a tool that turns, but [tool] shape is \"{}\"",
+                                     GetShape(tool.shape)));
+  }
   Scene scene;
   scene.tool = tool;
   try {
@@ -397,15 +401,6 @@ void RefuseMovedKeys(TableReader& root) {
   root.Fault("coupling", "friction_coefficient of [coupling] is now coefficient of [effects.kerf_friction]");
 }
 
-/// Adds faults for what is only made for tools that turn.
-void RefuseForStroke(TableReader& root, const Scene& scene) {
-  const std::string_view shape = GetShape(scene.tool.shape);
-  for (const char* key : {"exercise", "plan"}) {
-    if (!root.Has(key)) continue;
-    root.Fault(key, fmt::format("[{}] requires a tool that turns, but [tool] shape is \"{}\"", key, shape));
-  }
-}
-
 }  // namespace
 
 Scene ParseScene(const std::string& text, const std::string& file) {
@@ -447,7 +442,6 @@ Scene ParseScene(const std::string& text, const std::string& file) {
     root.Fault(scene.slab.given ? "slab" : "simulation",
                fmt::format("slab mode requires a disc, but [tool] shape is \"{}\"", GetShape(scene.tool.shape)));
   }
-  if (GetDrive(scene.tool.shape) != DriveMotion::kRotation) RefuseForStroke(root, scene);
   // Values that are in range, but do not fit together. The reader names a value out of range by its key.
   if (faults.empty()) {
     try {

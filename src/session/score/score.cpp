@@ -26,6 +26,8 @@ namespace {
 /// the points remain.
 constexpr double kExtra_s = 5;
 constexpr double kExtra_mm = 20;
+/// Height above the surface to which a tool is lifted between two plunges.
+constexpr double kLift_mm = 3;
 
 using Progress = std::function<void(const std::string&, double)>;
 
@@ -102,12 +104,13 @@ ReplayOutcome ReplayRunRecording(RecordingReader& recording, const Scene& scene,
   return outcome;
 }
 
-/// Returns the length of the path that suffices for the cuts: along each, down and up, and from one to the next.
+/// Returns the length of the path that suffices for the cuts: along each, down and up as often as the tool plunges, and
+/// from one to the next.
 double CalcShortPath_mm(const std::vector<WantedCut>& cuts) {
   double path_mm = kExtra_mm;
   const WantedCut* last = nullptr;
   for (const WantedCut& cut : cuts) {
-    path_mm += cut.length_mm + 2 * cut.depth_mm;
+    path_mm += cut.length_mm + 2 * cut.depth_mm + 2 * (cut.plunges - 1) * (cut.depth_mm + kLift_mm);
     if (last != nullptr) path_mm += glm::distance(last->ToWorld({last->length_mm, 0, 0}), cut.start_W);
     last = &cut;
   }

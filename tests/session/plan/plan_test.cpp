@@ -90,6 +90,25 @@ TEST(PlaneDeviation, NearestPointIsTheNearestOfTheWholeDisc) {
   }
 }
 
+TEST(PlaneDeviation, NearestPointOfABladeWithAStrokeIsOnTheBlade) {
+  Draw draw(6);
+  const PiezoInsert insert;
+  for (int i = 0; i < 100; ++i) {
+    const PlannedPlane plane{.name = "p", .plane = {draw.Point(), draw.Direction()}, .margin_mm = 1};
+    const Pose X_WT = draw.AnyPose();
+    const Vec3 p_T = X_WT.InversePoint(CalcDeviation(plane, insert, X_WT).p_W_mm);
+    EXPECT_NEAR(p_T.z, 0, 1e-9);
+    EXPECT_LT(CalcSignedToolDistance(insert, p_T), 1e-9);
+    const double least_mm = glm::distance(X_WT.Point(p_T), plane.plane.p_W);
+    for (int k = 0; k < 200; ++k) {
+      const double x = draw.In(-insert.length_mm, 0);
+      const double half_mm = 0.5 * insert.width_mm * (1 + (1 - insert.taper) * x / insert.length_mm);
+      const Vec3 p_W = X_WT.Point({x, draw.In(-half_mm, half_mm), 0});
+      EXPECT_GE(glm::distance(p_W, plane.plane.p_W), least_mm - 1e-9);
+    }
+  }
+}
+
 TEST(PlaneDeviation, IsIndependentOfTheSpindlesSign) {
   Draw draw(3);
   const Tool tool = DiscSaw{};

@@ -211,6 +211,34 @@ TEST_F(Agents, DrillsHolesAndEachErrorLowersItsMeasure) {
   }
 }
 
+TEST_F(Agents, BladesWithAStrokePlungeAlongTheLineAndATiltLowersItsMeasure) {
+  Scene scene = test::MakeSmallExercise("groove");
+  scene.tool.rpm = 15000;
+  scene.exercise.feed_mm_per_s = 1;
+  scene.exercise.margin_mm = 1;
+  scene.path.strokes[0].start_mm = scene.exercise.start_mm + Vec3(0, 0, 2);
+  scene.path.strokes[0].end_mm = scene.exercise.start_mm + Vec3(0, 0, 1);
+  AgentParams params = Perfect();
+  params.correction_Hz = 4;
+  for (const Tool& tool : {Tool(OscillatingBlade{}), Tool(PiezoInsert{}), Tool(ReciprocatingBlade{.length_mm = 8})}) {
+    scene.tool.shape = tool;
+    const ScoreSheet perfect = Score(scene, params);
+    EXPECT_GT(perfect.total.value(), 95) << FormatSheet(perfect);
+    EXPECT_GT(perfect.Get("cut_share").value(), 0.97);
+    EXPECT_EQ(perfect.Get("line_share"), 1);
+    AgentParams tilted = params;
+    tilted.roll_deg = 5;
+    const ScoreSheet sheet = Score(scene, tilted);
+    EXPECT_NEAR(sheet.Get("plane_angle_deg").value(), 5, 0.5);
+    EXPECT_LT(sheet.total.value(), perfect.total.value() - 3);
+    for (const Goal& goal : GoalsOf(scene.exercise.kind)) {
+      if (std::string_view(goal.key) == "plane_angle_deg") continue;
+      EXPECT_NEAR(RowOf(sheet, goal.key).points.value(), RowOf(perfect, goal.key).points.value(), 0.5)
+          << "the tilt changes " << goal.key;
+    }
+  }
+}
+
 TEST_F(Agents, SameAgentGivesTheSameScore) {
   const Scene scene = test::MakeSmallExercise("groove");
   const AgentParams params = MakeAgentParams("novice", 4);

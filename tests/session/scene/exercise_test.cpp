@@ -160,6 +160,70 @@ TEST(WantedCut, FloorThatABurLeavesIsItsProfile) {
   EXPECT_LT(flat.CalcFloor(flat.radius_mm), 0);
 }
 
+std::vector<Tool> BladesWithAStroke() {
+  return {OscillatingBlade{}, PiezoInsert{}, ReciprocatingBlade{}};
+}
+
+TEST(WantedCut, BladeWithAStrokePointsIntoTheBoneWithItsEdgeAlongTheLine) {
+  std::mt19937 random(10);
+  for (const Tool& tool : BladesWithAStroke()) {
+    const WantedCut cut = MakeWantedCut(RandomExercise(random), tool);
+    const Pose X_WT = cut.CalcToolPose(2, 3);
+    EXPECT_TRUE(IsValid(X_WT));
+    EXPECT_NEAR(glm::distance(X_WT.Vector({1, 0, 0}), cut.into_W), 0, 1e-12);
+    EXPECT_NEAR(glm::distance(X_WT.Vector({0, 1, 0}), cut.along_W), 0, 1e-12);
+    EXPECT_NEAR(glm::distance(cut.ToCut(cut.FindLowest(X_WT)), Vec3(2, 3, 0)), 0, 1e-9);
+    // The last plunge is at the line's end, and each overlaps the one before.
+    EXPECT_GE((cut.plunges - 1) * 1.5 * cut.radius_mm, cut.length_mm);
+    Pose leaning = X_WT;
+    leaning.R_AB = glm::angleAxis(0.1, cut.along_W) * X_WT.R_AB;
+    EXPECT_NEAR(cut.CalcTilt_deg(leaning), 0.1 * kDegreesPerRad, 1e-9);
+    leaning.R_AB = glm::angleAxis(0.1, cut.across_W) * X_WT.R_AB;
+    EXPECT_NEAR(cut.CalcTilt_deg(leaning), 0, 1e-6);
+    double deepest_mm = -1e300;
+    for (const Vec3& p : cut.CalcOutline(leaning, 120)) deepest_mm = std::max(deepest_mm, p.y);
+    EXPECT_NEAR(deepest_mm, cut.ToCut(cut.FindLowest(leaning)).y, 1e-9);
+  }
+}
+
+TEST(WantedCut, DistanceOfABladeWithAStrokeIsTheLeastOnItsWay) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (const Tool& tool : BladesWithAStroke()) {
+    const WantedCut cut = MakeWantedCut(RandomExercise(random), tool);
+    for (int i = 0; i < 60; ++i) {
+      const Vec3 stw(0.5 * cut.length_mm + (0.5 * cut.length_mm + 1.5 * cut.radius_mm) * any(random),
+                     cut.depth_mm - 1 + 4 * any(random), any(random));
+      const double s = stw.x - std::clamp(stw.x, 0.0, cut.length_mm);
+      double in_plane = 1e300;
+      for (double up_mm = 0; up_mm < 15; up_mm += 0.001) {
+        in_plane = std::min(in_plane, cut.outline.CalcSignedDistance({stw.y - cut.depth_mm + up_mm, s}));
+      }
+      const double across = std::abs(stw.z) - 0.5 * CalcCutWidth(tool);
+      const double least_mm = in_plane > 0 && across > 0 ? std::hypot(in_plane, across) : std::max(in_plane, across);
+      const double distance_mm = cut.CalcDistance(cut.ToWorld(stw));
+      if (least_mm > 0) {
+        EXPECT_NEAR(distance_mm, least_mm, 0.02);  // the outline has chords instead of the arc
+      } else {
+        EXPECT_LT(distance_mm, 0.02);
+      }
+    }
+  }
+}
+
+TEST(WantedCut, FloorOfAPlungeIsTheArcOfTheTeeth) {
+  std::mt19937 random(12);
+  const OscillatingBlade blade;
+  const WantedCut arc = MakeWantedCut(RandomExercise(random), blade);
+  const double along_mm = 3;
+  const double above_mm = blade.radius_mm - std::sqrt(blade.radius_mm * blade.radius_mm - along_mm * along_mm);
+  EXPECT_NEAR(arc.CalcFloor(along_mm), arc.depth_mm - above_mm, 1e-12);
+  EXPECT_NEAR(arc.CalcReachAlong(above_mm), along_mm, 0.02);  // of a parabola
+  const WantedCut straight = MakeWantedCut(RandomExercise(random), PiezoInsert{});
+  EXPECT_EQ(straight.CalcFloor(1), straight.depth_mm);
+  EXPECT_NEAR(straight.CalcReachAlong(0.3), 0.5 * (4 + 0.12), 1e-12);
+}
+
 TEST(Exercise, FurtherCutsAreReadAndWrittenForTheKindsThatHaveThem) {
   const auto scene = [](const std::string& tool, const std::string& kind) {
     return test::ShortScene() + "[tool]\nshape = \"" + tool + "\"\n[exercise]\nkind = \"" + kind +

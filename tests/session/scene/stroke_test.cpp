@@ -18,6 +18,15 @@ TEST(StrokeScene, RefusesWhatIsForToolsThatTurn) {
   EXPECT_EQ(test::MessageFor(test::ShortScene() + kBlade + "[effects.tangential_force]\n[effects.heat]\n"), "");
 }
 
+TEST(StrokeScene, HasExercisesAndPlansButFollowsNoLine) {
+  for (const char* shape : {"reciprocating", "oscillating", "piezo"}) {
+    const std::string scene = test::ShortScene() + "[tool]\nshape = \"" + shape + "\"\n";
+    EXPECT_EQ(test::MessageFor(scene + "[plan]\n[exercise]\nkind = \"osteotomy\"\n"), "");
+    EXPECT_THAT(test::MessageFor(scene + "[exercise]\nkind = \"follow_line\"\n"),
+                testing::HasSubstr("the kind \"follow_line\" requires a tool that turns"));
+  }
+}
+
 TEST(ToolScene, ValuesThatDoNotFitTogetherAreNamedWithTheirPlace) {
   EXPECT_THAT(
       test::MessageFor(test::ShortScene() + "[tool]\nshape = \"drill\"\nlength_mm = 0.5\npoint_angle_deg = 60\n"),
