@@ -5,6 +5,7 @@
 #include <atomic>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "session/practise/agents.h"
 #include "session/score/score.h"
@@ -16,6 +17,7 @@ namespace {
 struct Done {
   ScoreSheet sheet;
   std::size_t pieces = 0;
+  std::vector<double> volumes_mm3;  // of the pieces
 };
 
 class Procedures : public test::ResultFolderTest {
@@ -42,7 +44,9 @@ class Procedures : public test::ResultFolderTest {
     const LoopSummary summary = RunLoop(scene, loop, {});
     EXPECT_TRUE(done) << name;
     RecordingReader recording(loop.output.record);
-    return {meter.Score(recording, summary.before, summary.after), summary.piece_bones.size()};
+    Done made{meter.Score(recording, summary.before, summary.after), summary.piece_bones.size(), {}};
+    for (const Bone& piece : summary.piece_bones) made.volumes_mm3.push_back(piece.CalcVolume());
+    return made;
   }
 };
 
@@ -73,6 +77,14 @@ TEST_F(Procedures, GutterBesideAThirdMolarSparesTheNerve) {
   EXPECT_EQ(made.pieces, 1U);
   EXPECT_GT(made.sheet.Get("nerve_distance_mm").value(), 2);
   EXPECT_LT(made.sheet.Get("too_deep_mm").value(), 1);
+}
+
+TEST_F(Procedures, LowerPartOfTheChinComesFreeInAGenioplasty) {
+  const Done made = Do("genioplasty");
+  EXPECT_GT(made.sheet.total.value(), 80) << FormatSheet(made.sheet);
+  EXPECT_EQ(made.pieces, 2U) << fmt::format("{} mm3", fmt::join(made.volumes_mm3, ", "));
+  EXPECT_GT(made.volumes_mm3.at(1), 1500);
+  EXPECT_GT(made.sheet.Get("nerve_distance_mm").value(), 4);
 }
 
 }  // namespace
