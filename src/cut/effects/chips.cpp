@@ -131,8 +131,8 @@ void ChipsEffect::ThrowOne(const Place& place, double delay_s) {
   if (stroke_.speed_mm_per_s > 0) {
     // Each way is as likely as the part of the step in which the edge moved so.
     const bool forwards = 2 * Draw() < 1 + stroke_.velocity_mm_per_s / stroke_.speed_mm_per_s;
-    v_T = Vec3(0, forwards ? stroke_.speed_mm_per_s : -stroke_.speed_mm_per_s, 0);
-    p_T.y += stroke_.middle_mm;
+    p_T = shape_->motion.Move(p_T, stroke_.middle_mm);
+    v_T = shape_->motion.CalcVelocity(p_T, forwards ? stroke_.speed_mm_per_s : -stroke_.speed_mm_per_s);
   }
   // A random point in a ball.
   const double z = 2 * Draw() - 1;

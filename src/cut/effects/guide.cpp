@@ -19,6 +19,7 @@
 
 #include "cut/effects/effects.h"
 #include "cut/effects/parameters.h"
+#include "cut/tool/along_edge.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -92,8 +93,13 @@ GuideEffect::GuideEffect(const GuideParams& params, const EffectSetup& setup)
 /// Returns the point of the edge that lies furthest along a direction at any time of the stroke, tool frame.
 Vec3 GuideEffect::FindDeepestOfTool(const Vec3& n_T) const {
   Vec3 p_T = FindDeepest(tool_, n_T);
-  if (half_stroke_mm_ > 0 && p_T.y != 0) p_T.y += std::copysign(half_stroke_mm_, n_T.y);
-  return p_T;
+  if (!(half_stroke_mm_ > 0) || p_T == Vec3(0)) return p_T;
+  // An arc may reach its furthest point before the end of the stroke.
+  const EdgeMotion motion(CalcSwingRadius(tool_));
+  const double to_deepest_mm =
+      motion.is_straight() ? std::copysign(half_stroke_mm_, n_T.y)
+                           : CalcAlongEdge(motion, {n_T.x - motion.radius_mm(), n_T.y, 0}) - CalcAlongEdge(motion, p_T);
+  return motion.Move(p_T, std::clamp(to_deepest_mm, -half_stroke_mm_, half_stroke_mm_));
 }
 
 /// Returns the point that the wall limits, tool frame.

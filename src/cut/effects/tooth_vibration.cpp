@@ -29,6 +29,7 @@
 
 #include "cut/effects/effects.h"
 #include "cut/effects/parameters.h"
+#include "cut/tool/along_edge.h"
 
 namespace kerf {
 namespace {
@@ -76,7 +77,8 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
   const double more_mm_per_s = 2e-3 * params_.runout_um * std::sin(std::numbers::pi / teeth_) * problem.passes_per_s;
   for (const ToothLoad& tooth : solved.teeth) {
     if (!(tooth.speed_mm_per_s > 0)) continue;
-    const double alpha = strokes ? std::numbers::pi * tooth.p_T.y / pitch_mm_ : std::atan2(tooth.e_T.y, tooth.e_T.x);
+    const double alpha = strokes ? std::numbers::pi * CalcAlongEdge(solved.edge.motion(), tooth.p_T) / pitch_mm_
+                                 : std::atan2(tooth.e_T.y, tooth.e_T.x);
     const Vec3 along(-sign * tooth.e_T.y, sign * tooth.e_T.x, 0);
     const Vec3 direction = -tooth.e_T - params_.tangential_share * along;
     const double change_mm_per_s = strokes ? 0 : std::min(more_mm_per_s, tooth.speed_mm_per_s);

@@ -86,7 +86,7 @@ Saw ParseSaw(const SawRow& row, const CsvPlace& place) {
   }
   saw.tool.shape = *tool;
   std::visit([&](auto& shape) { ParseShape(row, place, shape); }, saw.tool.shape);
-  saw.tool.rpm = ParseWithin(row.at("rpm"), "rpm", Range{kMinRpm, kSpindleRange_rpm.upper}, place);
+  saw.tool.rpm = ParseWithin(row.at("rpm"), "rpm", Range{kMinRpm, CalcRateRange(saw.tool.shape).upper}, place);
   if (saw.source.empty()) place.Fail("source is empty; give the source of the dimensions");
   return saw;
 }
@@ -123,8 +123,9 @@ const std::vector<Saw>& BuiltInSaws() {
 void UseSaw(Scene& scene, const Saw& saw) {
   const Tool before = scene.tool.shape;
   scene.tool = saw.tool;
-  // A handpiece with a stroke is held behind the blade, one that turns it above it.
-  if (GetDrive(before) == GetDrive(saw.tool.shape)) {
+  // A handpiece that turns its tool is held above it. Where one with a stroke is held depends on the kind of its blade.
+  const Tool& after = saw.tool.shape;
+  if (GetDrive(before) == GetDrive(after) && (CalcStroke(after) == 0 || before.index() == after.index())) {
     std::visit([&](auto& shape) { shape.p_TG_mm = CalcGrip(before); }, scene.tool.shape);
   }
   if (!std::holds_alternative<DiscSaw>(saw.tool.shape)) scene.slab = {};

@@ -26,7 +26,8 @@ std::vector<Saw> ParseSaws(const std::string& text, const std::string& file);
 /// Returns the saws that are built into kerf.
 const std::vector<Saw>& BuiltInSaws();
 
-/// Replaces the scene's tool with this saw, but keeps the grip. For any tool but a disc, removes [slab].
+/// Replaces the scene's tool with this saw. Keeps the grip, unless the handpiece is held at another side of the tool.
+/// For any tool but a disc, removes [slab].
 void UseSaw(Scene& scene, const Saw& saw);
 
 }  // namespace kerf

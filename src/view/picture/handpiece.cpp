@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "cut/tool/planar_blade.h"
 #include "cut/tool/shape.h"
 
 namespace kerf {
@@ -83,10 +84,13 @@ Proportions CalcProportions(const Tool& tool) {
   if (const ConvexOutline outline = MakeStrokeOutline(tool); !outline.empty()) {
     Box3 box;
     for (int i = 0; i < outline.size(); ++i) box.Include({outline.corner(i).x, outline.corner(i).y, 0});
-    // z of H is -y of T.
-    p.X_TH = {glm::angleAxis(0.5 * std::numbers::pi, Vec3{1, 0, 0}), box.centre()};
-    p.start_mm = 0.5 * box.size().y;
-    p.neck_mm = 0.4 * box.size().x;
+    // The handle follows a blade with a tip at its end: z of H is -y of T. Other blades it follows at their back: -x.
+    const bool at_end = FindPlanarBlade(tool)->has_tip;
+    const double quarter_rad = 0.5 * std::numbers::pi;
+    p.X_TH = {at_end ? glm::angleAxis(quarter_rad, Vec3{1, 0, 0}) : glm::angleAxis(-quarter_rad, Vec3{0, 1, 0}),
+              box.centre()};
+    p.start_mm = 0.5 * (at_end ? box.size().y : box.size().x);
+    p.neck_mm = 0.4 * (at_end ? box.size().x : box.size().y);
     p.collar_mm = p.start_mm + 12;
     grip = p.X_TH.InversePoint(grip);
   }

@@ -46,7 +46,7 @@ Pose SawingPose(double z_mm) {
 class SawCut {
  public:
   SawCut(double strokes_a_minute, const EffectChoices& effects, const ForceLaw& law = ForceLaw("edge_plus_chip"),
-         const ReciprocatingBlade& blade = SawingBlade())
+         const Tool& blade = SawingBlade())
       : drive(blade),
         rpm_(strokes_a_minute),
         simulation(MakeBlock(), Params(blade, law, effects), SawingPose(z_)),
@@ -64,6 +64,7 @@ class SawCut {
   void Run(int ticks) {
     for (int i = 0; i < ticks; ++i) Tick();
   }
+  Pose X_WT() const { return SawingPose(z_); }
   const TangentialForceEffect::Figures& figures() const {
     return TangentialForceEffect::In(EffectsOf(simulation)).figures();
   }
@@ -84,7 +85,7 @@ class SawCut {
     bone.set_materials(test::OneRegionTable(24, 19300, 0.28));
     return bone;
   }
-  static SimulationParams Params(const ReciprocatingBlade& blade, const ForceLaw& law, const EffectChoices& effects) {
+  static SimulationParams Params(const Tool& blade, const ForceLaw& law, const EffectChoices& effects) {
     SimulationParams params;
     params.tool = blade;
     params.law = law;
@@ -370,6 +371,55 @@ TEST(StrokeEffects, ChipsFlyAlongTheStroke) {
     EXPECT_NEAR(chips.thrown_mm3() + chips.dropped_mm3() + chips.waiting_mm3(), removed_mm3, 1e-9);
     EXPECT_GT(forwards, 100);
     EXPECT_NEAR(static_cast<double>(forwards) / backwards, 1, 0.25);
+  }
+}
+
+TEST(StrokeEffects, ChipsOfAnArcFlyAlongIt) {
+  EffectChoices effects;
+  SetEffect(effects, "chips", "spread", 0.0);
+  SetEffect(effects, "chips", "drag", 0.0);
+  SetEffect(effects, "chips", "size_mm", 0.05);
+  SetEffect(effects, "chips", "gravity_m_per_s2", Vec3(0));
+  const OscillatingBlade blade;
+  SawCut cut(1200, effects, ForceLaw("edge_plus_chip"), blade);
+  const ChipsEffect& chips = cut.Get<ChipsEffect>("chips");
+  std::size_t seen = 0;
+  for (int i = 0; i < 200; ++i) {
+    cut.Tick();
+    const Vec3 axis_W = cut.X_WT().Point({-blade.radius_mm, 0, 0});
+    for (std::size_t n = seen; n < chips.pool().size(); ++n) {
+      const ChipPool::Chip chip = chips.pool().CalcChip(n);
+      const double speed = cut.step.speed_mm_per_s;
+      Vec3 arm_W = chip.p_F_mm + chips.p_WF_mm() - chip.age_s * chip.v_F_mm_per_s - axis_W;
+      arm_W.y = 0;                                              // the swing axis is parallel to y of W
+      EXPECT_NEAR(glm::length(arm_W), blade.radius_mm, 0.005);  // the blade advances by 0.002 mm in a tick
+      EXPECT_NEAR(glm::length(chip.v_F_mm_per_s), speed, 1e-5 * speed);
+      EXPECT_NEAR(glm::dot(arm_W, chip.v_F_mm_per_s), 0, 1e-3 * speed);
+    }
+    seen = chips.pool().size();
+  }
+  EXPECT_GT(seen, 100u);
+}
+
+TEST(StrokeEffects, GuideMeasuresTheDepthOfAnArcOverItsSwing) {
+  const OscillatingBlade blade;
+  const double reach_rad = std::asin(0.5 * blade.width_mm / blade.radius_mm) + 0.5 * blade.swing_deg * kFullTurn / 360;
+  for (const double tilt_deg : {-20.0, -11.5, 0.0, 6.0, 11.5, 20.0}) {  // the arc ends at 10.4 degrees
+    const double tilt_rad = tilt_deg * kFullTurn / 360;
+    CoupledParams params;
+    params.tool = blade;
+    EffectChoice guide("guide");
+    guide.Set("point_mm", Vec3(0, 0, 40)).Set("normal", Vec3(0, 0, 1));
+    guide.Set("depth_direction", Vec3(std::cos(tilt_rad), std::sin(tilt_rad), 0)).Set("depth_mm", 30.0);
+    params.effects.push_back(guide);
+    const Pose start{{1, 0, 0, 0}, {0, 0, 40}};
+    CoupledSimulation simulation(test::MakeBox({}, {4, 4, 4}, 0.4), params, start);
+    test::PushingHand hand(simulation, start);
+    hand.Push(Vec3(0), 15000);
+    std::vector<double> channels(EffectsOf(simulation).channel_count());
+    EffectsOf(simulation).Report(channels);
+    const double past_rad = std::max(0.0, std::abs(tilt_rad) - reach_rad);
+    EXPECT_NEAR(channels[2], blade.radius_mm * (std::cos(past_rad) - std::cos(tilt_rad)), 1e-6) << tilt_deg;
   }
 }
 

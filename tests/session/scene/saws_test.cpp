@@ -82,6 +82,8 @@ TEST(Saws, GripIsKeptExceptWhereTheHandpieceIsAnother) {
   EXPECT_EQ(CalcGrip(scene.tool.shape), Vec3(1, 2, 90));
   UseSaw(scene, {.name = "blade", .tool = {.shape = ReciprocatingBlade{}}, .source = "mine"});
   EXPECT_EQ(CalcGrip(scene.tool.shape), ReciprocatingBlade{}.p_TG_mm);
+  UseSaw(scene, {.name = "arc", .tool = {.shape = OscillatingBlade{}}, .source = "mine"});
+  EXPECT_EQ(CalcGrip(scene.tool.shape), OscillatingBlade{}.p_TG_mm);
   UseSaw(scene, {.name = "disc", .tool = {.shape = DiscSaw{}}, .source = "mine"});
   EXPECT_EQ(CalcGrip(scene.tool.shape), DiscSaw{}.p_TG_mm);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cut/tool/looks.h"
+#include "cut/tool/planar_blade.h"
 #include "cut/tool/shape.h"
 #include "kerf/error.h"
 
@@ -61,6 +62,21 @@ TEST(Handpiece, IsBehindABladeWithAStroke) {
     furthest = std::min(furthest, p.y);
   }
   EXPECT_LT(furthest, blade.p_TG_mm.y);
+}
+
+TEST(Handpiece, IsAtTheBackOfABladeWithoutATip) {
+  for (const Tool& tool : {Tool(OscillatingBlade{}), Tool(PiezoInsert{})}) {
+    const PlanarBlade blade = *FindPlanarBlade(tool);
+    const TriangleMesh mesh = MakeHandpieceMesh(tool);
+    EXPECT_EQ(CountOpenEdges(mesh), 0u);
+    double furthest = 0;
+    for (const Vec3& p : mesh.points) {
+      EXPECT_LT(p.x, -blade.length_mm() + 1e-9);
+      EXPECT_LT(glm::length(p), CalcHandpieceReach(tool));
+      furthest = std::min(furthest, p.x);
+    }
+    EXPECT_LT(furthest, CalcGrip(tool).x);
+  }
 }
 
 TEST(Handpiece, LeadsThroughTheGrip) {

@@ -44,7 +44,9 @@ void HeatEffect::Solved(const EffectSolved& solved) {
     Gathered& point = gathered_[static_cast<std::size_t>(solved.edge.contacts()[i].point)];
     const Vec3 p_F = solved.X_FT.Point(load.p_T);
     // The heat of several strokes is put in at its mean place.
-    const Vec3 rest_F = solved.stroke != nullptr ? p_F - solved.X_FT.Vector({0, solved.edge.slide_mm(), 0}) : p_F;
+    const Vec3 rest_F = solved.stroke != nullptr
+                            ? solved.X_FT.Point(solved.edge.motion().Move(load.p_T, -solved.edge.slide_mm()))
+                            : p_F;
     if (point.mJ > 0 && glm::length(rest_F - point.from_F) > apart_mm) Flush(point);
     if (!(point.mJ > 0)) point.from_F = rest_F;
     point.mJ += mJ;
