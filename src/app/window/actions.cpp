@@ -4,6 +4,8 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <string_view>
 #include <utility>
 
@@ -107,6 +109,19 @@ std::vector<HudKeyGroup> ActionList::ListKeys() const {
   return groups;
 }
 
+/// Draws the picture before the label, on the same line. It is made only once for each size.
+void ActionList::DrawEntryPicture(Ui& ui, const std::string& id, const EntryDetails& details) {
+  const float text = ImGui::GetTextLineHeight();
+  const ImVec2 size{std::round(4 * text), std::round(1.8F * text)};
+  Image& picture = pictures_[id];
+  if (picture.width != static_cast<int>(size.x)) {
+    picture = details.picture(static_cast<int>(size.x), static_cast<int>(size.y));
+  }
+  ImGui::Image(ui.Texture("entry " + id, picture, static_cast<std::uint64_t>(picture.width)), size);
+  ImGui::SameLine();
+  ImGui::SetCursorPosY(ImGui::GetCursorPosY() + 0.5F * (size.y - text));
+}
+
 void ActionList::DrawEntries(Ui& ui, const char* menu) {
   bool first = true;
   for (std::size_t i = 0; i < actions_.size(); ++i) {
@@ -114,14 +129,21 @@ void ActionList::DrawEntries(Ui& ui, const char* menu) {
     if (std::string_view(action.menu) != menu || action.label[0] == '\0') continue;
     if (action.begins_group && !first) ImGui::Separator();
     first = false;
-    const std::string keys = ShowShortcut(action.shortcut);
+    std::string keys = ShowShortcut(action.shortcut);
+    std::string tip = action.tip[0] == '\0' ? "" : Tr(action.tip);
+    if (action.details) {
+      const EntryDetails details = action.details();
+      DrawEntryPicture(ui, action.id, details);
+      keys = keys.empty() ? details.numbers : fmt::format("{}   [{}]", details.numbers, keys);
+      tip = details.tip;
+    }
     const std::string label = fmt::format("{}##{}", Tr(action.label), action.id);
     if (ImGui::MenuItem(label.c_str(), keys.empty() ? nullptr : keys.c_str(), action.on && action.on(),
                         CanBeChosen(action))) {
       chosen_.push_back(i);
     }
     ui.Note(fmt::format("entry {}", action.id));
-    Tooltip(ui, action.tip[0] == '\0' ? "" : Tr(action.tip));
+    Tooltip(ui, tip);
   }
 }
 

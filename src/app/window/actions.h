@@ -2,9 +2,11 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
+#include "view/picture/image.h"
 #include "view/ui/event.h"
 #include "view/ui/hud.h"
 #include "view/ui/ui.h"
@@ -21,23 +23,32 @@ struct Shortcut {
 /// Returns the name of the keys as shown to the user, in the current language: "Ctrl+Z"; empty for kNone.
 std::string ShowShortcut(const Shortcut& shortcut);
 
+/// What an entry of a menu says of the thing that it chooses.
+struct EntryDetails {
+  std::string numbers;  // behind the label
+  std::string tip;      // instead of the action's
+  /// Draws a picture before the label, of this size in pixels.
+  std::function<Image(int width, int height)> picture;
+};
+
 /// Texts are literals in English, marked with Mark(), and translated when they are shown.
 struct Action {
-  std::string id;                                // "saw.spindle"; for tests
-  const char* menu = "";                         // menu that contains it; empty: none
-  const char* label = "";                        // in the menu and in the help
-  Shortcut shortcut{};                           // optional
-  const char* tip = "";                          // explanation, shown as a tooltip
-  const char* when = "";                         // state of the activity, for the help; empty: any
-  std::function<void()> run;                     // in the window's thread
-  std::function<bool()> enabled = nullptr;       // null: always
-  std::function<bool()> on = nullptr;            // state of a mode; null: not a mode
-  std::function<bool()> relevant = nullptr;      // if false, button and indicator are not shown; null: always
-  const char* button = "";                       // label of its button in the toolbar; empty: none
-  const char* indicator = "";                    // name of its indicator in the status line; empty: none
-  std::function<const char*()> state = nullptr;  // what the indicator says instead of on or off, unless it is null
-  bool repeats = false;                          // also while the key is held
-  bool begins_group = false;                     // a line separates it from the previous entry of the menu
+  std::string id;                                   // "saw.spindle"; for tests
+  const char* menu = "";                            // menu that contains it; empty: none
+  const char* label = "";                           // in the menu and in the help
+  Shortcut shortcut{};                              // optional
+  const char* tip = "";                             // explanation, shown as a tooltip
+  const char* when = "";                            // state of the activity, for the help; empty: any
+  std::function<void()> run;                        // in the window's thread
+  std::function<bool()> enabled = nullptr;          // null: always
+  std::function<bool()> on = nullptr;               // state of a mode; null: not a mode
+  std::function<bool()> relevant = nullptr;         // if false, button and indicator are not shown; null: always
+  const char* button = "";                          // label of its button in the toolbar; empty: none
+  const char* indicator = "";                       // name of its indicator in the status line; empty: none
+  std::function<const char*()> state = nullptr;     // what the indicator says instead of on or off, unless it is null
+  bool repeats = false;                             // also while the key is held
+  std::function<EntryDetails()> details = nullptr;  // of its entry in the menu; null: none
+  bool begins_group = false;                        // a line separates it from the previous entry of the menu
 
   bool is_enabled() const { return !enabled || enabled(); }
   bool is_relevant() const { return !relevant || relevant(); }
@@ -75,10 +86,12 @@ class ActionList {
   void RunChosen();
 
  private:
+  void DrawEntryPicture(Ui& ui, const std::string& id, const EntryDetails& details);
   bool CanBeChosen(const Action& action) const { return waits_ || action.is_enabled(); }
 
   std::vector<Action> actions_;
   std::vector<std::size_t> chosen_;
+  std::map<std::string, Image> pictures_;  // of entries, by the id of the action
   bool waits_ = false;
 };
 

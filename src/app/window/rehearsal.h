@@ -246,7 +246,6 @@ class Rehearsal final : public Activity {
   std::string pieces_json_;                             // of a project, until its session begins
   std::vector<MeasuredPoints> measurements_;            // of a project, until its session begins
   std::vector<std::string> recent_;                     // files of the menu
-  std::vector<std::string> saw_tips_;                   // of the menu
   bool guides_other_plane_ = false;                     // the guide holds another plane than the selected one
   std::string selected_plane_;                          // its name in the last frame
   bool guide_waits_ = false;  // it moves to the selected plane once the saw is clear of the bone

@@ -6,13 +6,21 @@
 
 #include "app/window/import_notes.h"
 #include "app/window/rehearsal.h"
+#include "app/window/saw_details.h"
 #include "kerf/error.h"
+#include "view/picture/tool_icon.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
 namespace {
 
 constexpr std::size_t kSawKeys = 9;  // 1 to 9
+
+EntryDetails DescribeSawEntry(const Saw& saw) {
+  return {.numbers = ShowSawNumbers(saw), .tip = ShowSawSource(saw), .picture = [&saw](int width, int height) {
+            return DrawToolIcon(saw.tool.shape, width, height);
+          }};
+}
 
 }  // namespace
 
@@ -99,18 +107,14 @@ void Rehearsal::AddActions(ActionList& actions) {
                .run = [this] { in_pieces_ ? pieces_.ShowCheckpoints() : ShowCheckpoints(); },
                .enabled = either});
   // ---- saws
-  for (const Saw& saw : options_.saws) {
-    const char* unit = CalcStroke(saw.tool.shape) > 0 ? "strokes a minute" : "rpm";
-    saw_tips_.push_back(fmt::format("{}, {:.0f} {}; {}", DescribeTool(saw.tool.shape), saw.tool.rpm, unit, saw.source));
-  }
   for (std::size_t i = 0; i < options_.saws.size(); ++i) {
     Action saw{.id = fmt::format("saw.{}", i + 1),
                .menu = Msg("Saw"),
                .label = options_.saws[i].name.c_str(),
-               .tip = saw_tips_[i].c_str(),
                .run = [this, i] { SelectSaw(i); },
                .enabled = cutting,
                .on = [this, i] { return IsUsed(i); },
+               .details = [&saw = options_.saws[i]] { return DescribeSawEntry(saw); },
                .begins_group = i == 0};
     if (i < kSawKeys) saw.shortcut.key = static_cast<Key>('1' + i);
     actions.Add(std::move(saw));

@@ -185,7 +185,8 @@ void ViewerApp::UpdateCutInPicture(const Tool& tool, double dt_s) {
     Vec3 v_W = glm::cross(spin_W, *cut_place_.p_W() - X_WT.p_AB);
     if (const double stroke_mm = CalcStroke(tool); stroke_mm > 0) {
       const double way = figures_.coupled.displacement_mm < 0 ? -1 : 1;
-      v_W = X_WT.Vector({0, way * 2 * stroke_mm * turns_per_s, 0});
+      const Vec3 p_T = X_WT.InversePoint(*cut_place_.p_W());
+      v_W = X_WT.Vector(EdgeMotion(CalcSwingRadius(tool)).CalcVelocity(p_T, way * 2 * stroke_mm * turns_per_s));
     }
     view_->AddDust(*cut_place_.p_W(), v_W, removed_mm3);
   }
@@ -216,8 +217,8 @@ SliceScene ViewerApp::MakeSliceScene() const {
   SliceScene scene;
   if (session_ && began_) {
     scene.tool = MakeTool(session_->scene());
-    const CoupledOutput& at = figures_.coupled;
-    scene.X_WT = EdgeMotion(CalcSwingRadius(*scene.tool)).Move(at.X_WT, at.displacement_mm);
+    scene.X_WT = figures_.coupled.X_WT;
+    scene.displacement_mm = figures_.coupled.displacement_mm;
   }
   activity_->FillSlices(scene);
   return scene;

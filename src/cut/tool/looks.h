@@ -30,6 +30,10 @@ ToolLooks MakeToolLooks(const Tool& tool);
 /// point is the first one again; empty if they do not meet. `least_mm`: a thinner blade is drawn with this thickness.
 std::vector<Vec3> MakeToolSection(const Tool& tool, const Pose& X_ST, double least_mm);
 
+/// Returns the same of all that a blade passes in a whole stroke, for the tool in the middle of it; empty for a tool
+/// that turns.
+std::vector<Vec3> MakeStrokeSection(const Tool& tool, const Pose& X_ST, double least_mm);
+
 /// Returns where a tool is thought to touch what lies in a direction, tool frame: the point of the edge that is
 /// furthest along it, or the middle of a straight edge.
 Vec3 FindForemost(const Tool& tool, const Vec3& n_T);

@@ -76,9 +76,13 @@ ToolLooks MakePlanarLooks(const PlanarBlade& blade) {
   return looks;
 }
 
-std::vector<Vec3> MakePlanarSection(const PlanarBlade& blade, const Pose& X_ST, double least_mm) {
+namespace {
+
+/// Returns the section of the plate within an outline.
+std::vector<Vec3> MakeSection(const PlanarBlade& blade, const ConvexOutline& outline, const Pose& X_ST,
+                              double least_mm) {
   // A square of the plane is cut by each face of the blade in turn (Sutherland and Hodgman).
-  const double size_mm = 2 * (CalcPlanarReach(blade) + glm::length(X_ST.p_AB));
+  const double size_mm = 2 * (CalcPlanarReach(blade) + blade.stroke_mm + glm::length(X_ST.p_AB));
   std::vector<Vec3> kept{
       {-size_mm, -size_mm, 0}, {size_mm, -size_mm, 0}, {size_mm, size_mm, 0}, {-size_mm, size_mm, 0}};
   const auto cut = [&](const Vec3& normal_T, double offset_mm) {
@@ -94,7 +98,6 @@ std::vector<Vec3> MakePlanarSection(const PlanarBlade& blade, const Pose& X_ST, 
     }
     kept = inside;
   };
-  const ConvexOutline outline = blade.SweepOutline({});
   for (int i = 0; i < outline.size(); ++i) {
     const ConvexOutline::Side side = outline.side(i);
     cut({side.normal.x, side.normal.y, 0}, side.offset_mm);
@@ -104,6 +107,18 @@ std::vector<Vec3> MakePlanarSection(const PlanarBlade& blade, const Pose& X_ST, 
   if (kept.size() < 3) return {};
   kept.push_back(kept.front());
   return kept;
+}
+
+}  // namespace
+
+std::vector<Vec3> MakePlanarSection(const PlanarBlade& blade, const Pose& X_ST, double least_mm) {
+  return MakeSection(blade, blade.SweepOutline({}), X_ST, least_mm);
+}
+
+std::vector<Vec3> MakeStrokeSection(const Tool& tool, const Pose& X_ST, double least_mm) {
+  const std::optional<PlanarBlade> blade = FindPlanarBlade(tool);
+  if (!blade) return {};
+  return MakeSection(*blade, MakeStrokeOutline(tool), X_ST, least_mm);
 }
 
 std::vector<Vec3> SamplePlanarSurface(const PlanarBlade& blade, double step_mm) {

@@ -34,7 +34,8 @@ constexpr Rgb8 kGuideColour{0, 130, 95};
 constexpr Rgb8 kHandpieceColour{206, 212, 219};
 constexpr Rgb8 kGuardColour{150, 160, 172};
 constexpr double kSeenStrokes_per_min = 600;  // faster strokes are not seen one by one
-constexpr double kPassedOpacity = 0.25;
+constexpr Rgb8 kPassedColour{230, 120, 30};
+constexpr double kPassedOpacity = 0.3;
 
 Rgb8 Lighter(const Rgb8& c, double fraction, const Rgb8& to) {
   Rgb8 mixed{};
@@ -230,8 +231,8 @@ void SceneActors::SetTool(const Tool& tool) {
   }
   if (CalcStroke(tool) > 0) {
     const std::vector<Vec3> corners = MakeStrokeCorners(tool, {});
-    s.passed = MakeMeshActor(MakePolygon(corners), kSteelColour, kPassedOpacity, Finish::kFlat);
-    s.passed_rim = MakeLineActor({Closed(corners)}, kSteelColour, 1.5 * s.scale);
+    s.passed = MakeMeshActor(MakePolygon(corners), kPassedColour, kPassedOpacity, Finish::kFlat);
+    s.passed_rim = MakeLineActor({Closed(corners)}, kPassedColour, 2.5 * s.scale);
   }
   for (const auto& actor : {s.turning, s.blur, s.passed, s.passed_rim, s.guard}) {
     if (actor != nullptr) s.scene.AddActor(actor);

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "bone/grid/grids.h"
+#include "cut/tool/edge_motion.h"
 #include "cut/tool/looks.h"
 #include "kerf/error.h"
 #include "view/live/scene_shapes.h"
@@ -196,15 +197,21 @@ std::vector<OverlayPoint> ToPixels(const SliceFrame& frame, const std::vector<Ve
   return points;
 }
 
-void AddToolLine(const SliceFrame& frame, const Tool& tool, const Pose& X_WT, std::vector<SliceLine>& lines) {
+/// Adds the outline of the tool where its stroke has it and, dashed, that of all that it passes in a stroke.
+void AddToolLines(const SliceFrame& frame, const SliceScene& scene, std::vector<SliceLine>& lines) {
+  const Tool& tool = *scene.tool;
   const Pose X_SW = frame.X_WS.Inverse();
-  const Pose X_ST{X_SW.R_AB * X_WT.R_AB, X_SW.Point(X_WT.p_AB)};
+  const auto in_slice = [&X_SW](const Pose& X_WT) { return Pose{X_SW.R_AB * X_WT.R_AB, X_SW.Point(X_WT.p_AB)}; };
+  const auto add = [&](const std::vector<Vec3>& outline_S, bool dashed) {
+    if (outline_S.empty()) return;
+    SliceLine line{SliceLineKind::kTool, {}, kToolLine, 1.5, dashed, ""};
+    for (const Vec3& p : outline_S) line.points.push_back(frame.PixelOf(frame.X_WS.Point(p)));
+    lines.push_back(std::move(line));
+  };
   // At least as thick as a pixel, so that a thin blade is always found.
-  const std::vector<Vec3> outline_S = MakeToolSection(tool, X_ST, frame.mm_per_pixel);
-  if (outline_S.empty()) return;
-  SliceLine line{SliceLineKind::kTool, {}, kToolLine, 1.5, false, ""};
-  for (const Vec3& p : outline_S) line.points.push_back(frame.PixelOf(frame.X_WS.Point(p)));
-  lines.push_back(std::move(line));
+  const Pose X_WE = EdgeMotion(CalcSwingRadius(tool)).Move(scene.X_WT, scene.displacement_mm);
+  add(MakeToolSection(tool, in_slice(X_WE), frame.mm_per_pixel), false);
+  add(MakeStrokeSection(tool, in_slice(scene.X_WT), frame.mm_per_pixel), true);
 }
 
 void AddPlaneLine(const SliceFrame& frame, const PlaneOverlay& plane, std::vector<SliceLine>& lines) {
@@ -444,7 +451,7 @@ std::vector<SliceLine> CalcSliceLines(const SliceFrame& frame, const SliceScene&
   }
   for (const PlaneOverlay& plane : scene.planes) AddPlaneLine(frame, plane, lines);
   for (const PointOverlay& point : scene.points) AddPoint(frame, point, lines);
-  if (scene.tool) AddToolLine(frame, *scene.tool, scene.X_WT, lines);
+  if (scene.tool) AddToolLines(frame, scene, lines);
   if (scene.cursor_W) AddCursor(frame, *scene.cursor_W, lines);
   return lines;
 }

@@ -96,7 +96,8 @@ SliceImage CalcSlice(const Bone& bone, const SliceSpec& spec, const InnerSurface
 struct SliceScene {
   std::optional<Tool> tool;  // none: there is no slice in its plane either
   Pose X_WT;
-  std::string note{};  // about the slices, shown above them
+  double displacement_mm = 0;  // of a blade with a stroke, whose whole stroke is shown too
+  std::string note{};          // about the slices, shown above them
   std::vector<PlaneOverlay> planes;
   std::vector<MarkOverlay> marks;
   std::vector<PointOverlay> points;  // circles, dashed if they lie more than a millimetre away from the plane

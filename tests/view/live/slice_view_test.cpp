@@ -151,6 +151,30 @@ TEST(SliceView, BoneWithoutCtShowsItsTissues) {
 }
 
 // The corner points of the outline of a disc in a slice satisfy the disc's own equations.
+TEST(SliceView, BladeIsShownWithAllThatItPassesInAStroke) {
+  SliceScene scene;
+  scene.tool = ReciprocatingBlade{.length_mm = 8, .width_mm = 4, .stroke_mm = 3};
+  scene.X_WT = {{1, 0, 0, 0}, {0, 0, -5}};
+  scene.displacement_mm = 1.25;
+  const SliceFrame frame = CalcSliceFrame(MakeSpec(SliceKind::kAxial, {0, 0, -5}));
+  const auto lines = CalcSliceLines(frame, scene);
+  ASSERT_EQ(lines.size(), 2u);
+  const auto range = [&](const SliceLine& line) {
+    double least = 1e9, most = -1e9;
+    for (const auto& point : line.points) {
+      least = std::min(least, frame.PointOf(point).y);
+      most = std::max(most, frame.PointOf(point).y);
+    }
+    return std::pair(least, most);
+  };
+  EXPECT_FALSE(lines[0].dashed);
+  EXPECT_NEAR(range(lines[0]).first, -4 + 1.25, 1e-9);
+  EXPECT_NEAR(range(lines[0]).second, 4 + 1.25, 1e-9);
+  EXPECT_TRUE(lines[1].dashed);
+  EXPECT_NEAR(range(lines[1]).first, -5.5, 1e-9);
+  EXPECT_NEAR(range(lines[1]).second, 5.5, 1e-9);
+}
+
 TEST(SliceView, OutlineOfTheDiscIsThatOfTheCylinder) {
   DiscSaw saw;
   saw.diameter_mm = 12;
