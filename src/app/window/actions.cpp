@@ -112,7 +112,7 @@ std::vector<HudKeyGroup> ActionList::ListKeys() const {
 /// Draws the picture before the label, on the same line. It is made only once for each size.
 void ActionList::DrawEntryPicture(Ui& ui, const std::string& id, const EntryDetails& details) {
   const float text = ImGui::GetTextLineHeight();
-  const ImVec2 size{std::round(4 * text), std::round(1.8F * text)};
+  const ImVec2 size{std::round(3.4F * text), std::round(1.3F * text)};
   Image& picture = pictures_[id];
   if (picture.width != static_cast<int>(size.x)) {
     picture = details.picture(static_cast<int>(size.x), static_cast<int>(size.y));

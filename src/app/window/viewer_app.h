@@ -203,6 +203,7 @@ class ViewerApp {
   std::string ForgetWaiting();
   bool waits() const { return activity_->is_restarting() || is_turning(); }
   bool IsSawOutside() const;
+  void ShowSaw();
   std::string DescribeStaying() const;
   std::string DescribeHolder() const;
   /// Returns true if this warning is shown.

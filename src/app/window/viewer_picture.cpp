@@ -101,6 +101,22 @@ void ViewerApp::FollowPlace() {
   view_->FitPoints(points_W, {free.left, free.top, free.width, free.height});
 }
 
+/// Fits the view to the bone and the saw.
+void ViewerApp::ShowSaw() {
+  if (!bone_.surface()) return;
+  const Box3 bounds_W = bone_.surface()->bounds_W();
+  const Pose& X_WT = figures_.coupled.X_WT;
+  const double reach_mm = CalcReach(MakeTool(session_->scene()));
+  std::vector<Vec3> points_W;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 at(corner & 1, corner / 2 & 1, corner / 4);
+    points_W.push_back(bounds_W.lower + at * bounds_W.size());
+    points_W.push_back(X_WT.Point(reach_mm * (2.0 * at - 1.0)));
+  }
+  const UiBox& area = areas_.scene;
+  view_->FitPoints(points_W, {area.left, area.top, area.width, area.height});
+}
+
 void ViewerApp::ShowUncut() {
   const std::shared_ptr<const Bone> start = bone_at_start();
   if (!start || !bone_.surface()) return;

@@ -212,6 +212,8 @@ void ViewerApp::FollowRunning() {
     holder_.SetTool(tool);
     X_holder_.reset();
     activity_->Began();
+    view_->SetToolPose(figures_.coupled.X_WT, figures_.in.rpm, spin_rad_, figures_.coupled.displacement_mm);
+    if (goes_on_ && IsSawOutside()) ShowSaw();  // another saw that begins at the place of the one before
     trace_.Write("running");
   }
   TakeForces();
