@@ -9,10 +9,12 @@
 #include <optional>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "base/core/cancelled.h"
 #include "cut/effects/guide.h"
 #include "cut/hand_sim/internals.h"
+#include "cut/tool/shape.h"
 #include "kerf/error.h"
 #include "loop/haptics/bone_mirror.h"
 #include "session/run/expected_files.h"
@@ -32,19 +34,14 @@ using WallClock = std::chrono::steady_clock;
 
 constexpr double kBetweenLines_s = 0.25;  // between two lines of costs
 
-/// Returns true if there is bone inside the tool at its initial pose. Tests points of the tool's mid-plane.
+/// Returns true if there is bone inside the tool at its initial pose. Tests points of the tool's surface and, of a
+/// blade, its middle plane.
 bool IsInBone(const Bone& bone, const Tool& tool, const Pose& X_WT) {
-  const double reach_mm = CalcReach(tool);
-  const double step_mm = std::max(bone.voxel_mm(), reach_mm / 50);
-  for (double x = -reach_mm; x <= reach_mm; x += step_mm) {
-    for (double y = -reach_mm; y <= reach_mm; y += step_mm) {
-      // The point must be at least half a voxel deep, because contact alone does not count.
-      if (x * x + y * y < reach_mm * reach_mm && bone.SignedDistance(X_WT.Point({x, y, 0})) < -0.5 * bone.voxel_mm()) {
-        return true;
-      }
-    }
-  }
-  return false;
+  const std::vector<Vec3> points_T = SampleToolSurface(tool, std::max(bone.voxel_mm(), CalcReach(tool) / 50));
+  // A point must be at least half a voxel deep, because contact alone does not count.
+  return std::any_of(points_T.begin(), points_T.end(), [&](const Vec3& p_T) {
+    return bone.SignedDistance(X_WT.Point(p_T)) < -0.5 * bone.voxel_mm();
+  });
 }
 
 /// Returns true if undo is possible; a history of the bone is kept only then.

@@ -10,6 +10,7 @@
 #include "session/practise/agents.h"
 #include "session/score/score.h"
 #include "support/result_folder.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

@@ -223,6 +223,10 @@ TEST(RunLoop, WarnsAboutUnusualSettings) {
   scene = OneStroke("H3");
   scene.path.strokes[0].start_mm = {0, 0, 2};
   EXPECT_THAT(warnings(scene), Contains(HasSubstr("set down inside the bone")));
+  // A blade that points down at the block is not in it, although its reach is.
+  scene.tool.shape = ReciprocatingBlade{};
+  scene.path.strokes[0].start_mm = {0, 0, 12};
+  EXPECT_THAT(warnings(scene), testing::Not(Contains(HasSubstr("set down inside the bone"))));
 }
 
 TEST(RunLoop, ReportsThePositionOfAMissingTableOfDevices) {
