@@ -39,9 +39,8 @@ constexpr double kBetweenLines_s = 0.25;  // between two lines of costs
 bool IsInBone(const Bone& bone, const Tool& tool, const Pose& X_WT) {
   const std::vector<Vec3> points_T = SampleToolSurface(tool, std::max(bone.voxel_mm(), CalcReach(tool) / 50));
   // A point must be at least half a voxel deep, because contact alone does not count.
-  return std::any_of(points_T.begin(), points_T.end(), [&](const Vec3& p_T) {
-    return bone.SignedDistance(X_WT.Point(p_T)) < -0.5 * bone.voxel_mm();
-  });
+  return std::any_of(points_T.begin(), points_T.end(),
+                     [&](const Vec3& p_T) { return bone.SignedDistance(X_WT.Point(p_T)) < -0.5 * bone.voxel_mm(); });
 }
 
 /// Returns true if undo is possible; a history of the bone is kept only then.

@@ -79,8 +79,7 @@ TEST(Scenarios, AllHoldOnTheDefaultBlockWithTheDefaultDevice) {
   int run = 0;
   for (const StabilitySubject& subject :
        {MakeListedSubject(), MakeMilledSubject(), MakeDrilledSubject(120), MakeHoleSubject(),
-        MakeSawnSubject(ReciprocatingBlade{}, 15000), MakeSawnSubject(OscillatingBlade{}, 15000),
-        MakeSawnSubject(PiezoInsert{}, 1.7e6)}) {
+        MakeSawnSubject(ReciprocatingBlade{}, 15000), MakeSawnSubject(OscillatingBlade{}, 15000)}) {
     run = 0;
     for (const Scenario& scenario : Scenarios()) {
       const ScenarioResult result = scenario.run(subject, 1);
