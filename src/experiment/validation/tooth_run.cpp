@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "cut/force/measured.h"
 #include "experiment/validation/law_access.h"
 #include "experiment/validation/rib.h"
 #include "kerf/simulation.h"
