@@ -26,6 +26,14 @@ Pose HoldDisc(const Vec3& p_B) {
 Pose HoldBlade(const Vec3& p_B) {
   return {glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), p_B};
 }
+/// Makes the bone of a cut a block, at the cut's pose.
+void UseBlock(const Vec3& size_mm, double voxel_mm, CutCase& cut) {
+  BlockParams block;
+  block.size_mm = size_mm;
+  block.X_WB = cut.X_WB;
+  block.voxel_mm = voxel_mm;
+  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+}
 /// Returns the pose of an upright burr, bur or drill.
 Pose HoldUpright(const Vec3& p_B) {
   return {Quat(1, 0, 0, 0), p_B};
@@ -39,11 +47,7 @@ CutCase MakeDiscCut(double voxel_mm) {
   cut.title = fmt::format("disc 22 x 0.25 mm, 8 mm deep, tilted, 5 mm/s, {} mm voxels", voxel_mm);
   cut.tool = DiscSaw{};
   cut.X_WB = {glm::angleAxis(0.5, glm::normalize(Vec3(1, 2, 0.5))), {0.3, -0.1, 0.2}};
-  BlockParams block;
-  block.size_mm = {46, 4, 12};
-  block.X_WB = cut.X_WB;
-  block.voxel_mm = voxel_mm;
-  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  UseBlock({46, 4, 12}, voxel_mm, cut);
   cut.X_BT_start = HoldDisc({-34.5, 0, 3});
   cut.warm_up_mm = 14;
   cut.measured_mm = 26;
@@ -71,11 +75,7 @@ CutCase MakeBuriedCut() {
   CutCase cut = MakeDiscCut(0.1);
   cut.name = "disc-0.1-buried";
   cut.title = "the same disc, fully buried, starting inside the bone";
-  BlockParams block;
-  block.size_mm = {46, 4, 24};
-  block.X_WB = cut.X_WB;
-  block.voxel_mm = 0.1;
-  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  UseBlock({46, 4, 24}, 0.1, cut);
   cut.X_BT_start = HoldDisc({-11.5, 0, -12});
   cut.flat_top = false;  // the rear of the rim cuts too, since the disc was placed inside the bone
   cut.warm_up_mm = 1;
@@ -134,11 +134,7 @@ CutCase MakeBurCut(double voxel_mm) {
   cut.tool = FissureBur{.diameter_mm = 2.1, .length_mm = 8, .point_angle_deg = 120};
   cut.rpm = 30000;
   cut.X_WB = MakeDiscCut(voxel_mm).X_WB;
-  BlockParams block;
-  block.size_mm = {36, 8, 8};
-  block.X_WB = cut.X_WB;
-  block.voxel_mm = voxel_mm;
-  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  UseBlock({36, 8, 8}, voxel_mm, cut);
   cut.X_BT_start = HoldUpright({-20, 0, -4});
   cut.warm_up_mm = 6;
   cut.measured_mm = 26;
@@ -158,11 +154,7 @@ CutCase MakeDrillCut(double voxel_mm) {
   cut.rpm = 1000;
   cut.feed_mm_per_s = 2;
   cut.X_WB = MakeDiscCut(voxel_mm).X_WB;
-  BlockParams block;
-  block.size_mm = {8, 8, 16};
-  block.X_WB = cut.X_WB;
-  block.voxel_mm = voxel_mm;
-  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  UseBlock({8, 8, 16}, voxel_mm, cut);
   cut.X_BT_start = HoldUpright({0, 0, 0.5});
   cut.direction_B = {0, 0, -1};
   cut.warm_up_mm = 3;
@@ -180,11 +172,7 @@ CutCase MakeSawnCut(const Tool& blade, double rpm, double bar_mm, double voxel_m
   cut.tool = blade;
   cut.rpm = rpm;
   cut.X_WB = MakeDiscCut(voxel_mm).X_WB;
-  BlockParams block;
-  block.size_mm = {bar_mm, 4, 40};
-  block.X_WB = cut.X_WB;
-  block.voxel_mm = voxel_mm;
-  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  UseBlock({bar_mm, 4, 40}, voxel_mm, cut);
   cut.X_BT_start = HoldBlade({0, 0, 1});
   cut.direction_B = {0, 0, -1};
   cut.warm_up_mm = 8;

@@ -10,6 +10,7 @@
 #include "bone/grid/build.h"
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
+#include "exact_cut.h"
 #include "kerf/simulation.h"
 #include "session/marks/jaw.h"
 
@@ -56,26 +57,6 @@ Case RandomCase(std::mt19937& random, double depth_mm) {
   return c;
 }
 
-/// Returns the block after an exact `cut`.
-Bone CutExactly(const BlockParams& block, const std::vector<WantedCut>& cuts) {
-  SolidField solid;
-  solid.value = [&](const Vec3& p_W) {
-    double distance_mm = CalcBlockDistance(block, p_W);
-    for (const WantedCut& cut : cuts) distance_mm = std::max(distance_mm, -cut.CalcDistance(p_W));
-    return distance_mm;
-  };
-  solid.classify = ClassifyByDistance(solid.value);
-  solid.region = [](const Vec3&) { return 24; };
-  Box3 box;
-  for (int i = 0; i < 8; ++i) {
-    box.Include(block.X_WB.Point({(i & 1) != 0 ? 8.0 : -8.0, (i & 2) != 0 ? 5.0 : -5.0, (i & 4) != 0 ? 0.0 : -8.0}));
-  }
-  BuildOptions options;
-  options.voxel_mm = block.voxel_mm;
-  options.region_voxel_mm = block.voxel_mm;
-  return MakeBone(solid, box.Grown(2), options, DefaultMandibleTable());
-}
-
 /// Returns the cut moved sideways by `offset_mm` at the middle of the wanted cut's bone, rolled about the line and
 /// yawed about the direction into the bone.
 WantedCut Misplace(const WantedCut& wanted, double offset_mm, double roll_deg, double yaw_deg, double deeper_mm) {
@@ -104,7 +85,7 @@ TEST(MeasureCut, PerfectCutHasNoErrorInAnyOrientation) {
   for (int i = 0; i < 20; ++i) {
     const Case c = RandomCase(random, 3);
     const ScoreSheet sheet =
-        Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, {c.wanted}), c.wanted);
+        Measure(MakeBlock(c.block, DefaultMandibleTable()), test::CutExactly(c.block, {c.wanted}), c.wanted);
     EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), 0, kOffset_mm);
     EXPECT_LT(sheet.Get("plane_angle_deg").value(), kAngle_deg);
     EXPECT_LT(sheet.Get("depth_error_worst_mm").value(), kOffset_mm);
@@ -126,7 +107,8 @@ TEST(MeasureCut, MisplacedCutsAreMeasuredToAFifthOfAMillimetreAndFourTenthsOfADe
     const double roll_deg = 8 * any(random);
     const double yaw_deg = 8 * any(random);
     const WantedCut made = Misplace(c.wanted, offset_mm, roll_deg, yaw_deg, 0);
-    const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, {made}), c.wanted);
+    const ScoreSheet sheet =
+        Measure(MakeBlock(c.block, DefaultMandibleTable()), test::CutExactly(c.block, {made}), c.wanted);
     const PlaneError truth = CalcPlaneError(made.plane(), c.wanted, c.wanted.ToWorld({3, 0.5 * c.wanted.depth_mm, 0}));
     // The middle of the bone in the wanted cut differs slightly from the point of rotation.
     EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), offset_mm, kOffset_mm);
@@ -143,7 +125,8 @@ TEST(MeasureCut, DepthIsMeasuredToAFifthOfAMillimetre) {
   for (const double deeper_mm : {-1.5, -0.6, 0.4, 1.0, 2.0}) {
     const Case c = RandomCase(random, 3);
     const WantedCut made = Misplace(c.wanted, 0.3, 0, 0, deeper_mm);
-    const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, {made}), c.wanted);
+    const ScoreSheet sheet =
+        Measure(MakeBlock(c.block, DefaultMandibleTable()), test::CutExactly(c.block, {made}), c.wanted);
     for (const char* key : {"depth_error_mean_mm", "depth_error_p95_mm", "depth_error_worst_mm"}) {
       EXPECT_NEAR(sheet.Get(key).value(), std::abs(deeper_mm), kOffset_mm) << key;
     }
@@ -167,7 +150,8 @@ TEST(MeasureCut, DeepStretchEndsWhereTheCutStopped) {
   const Case c = RandomCase(random, 3);
   WantedCut made = c.wanted;
   made.length_mm = 0.5 * c.wanted.length_mm;
-  const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, {made}), c.wanted);
+  const ScoreSheet sheet =
+      Measure(MakeBlock(c.block, DefaultMandibleTable()), test::CutExactly(c.block, {made}), c.wanted);
   // The rim of the disc is 0.3 mm above its lowest point at this distance from it.
   const double chord_mm = std::sqrt(0.3 * (2 * c.wanted.radius_mm - 0.3));
   ASSERT_TRUE(sheet.deep);
@@ -182,7 +166,7 @@ TEST(MeasureCut, DeepStretchEndsWhereTheCutStopped) {
   WantedCut shallow = c.wanted;
   shallow.depth_mm = 2;
   const auto measure = [&](const std::vector<WantedCut>& cuts) {
-    return Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, cuts), c.wanted);
+    return Measure(MakeBlock(c.block, DefaultMandibleTable()), test::CutExactly(c.block, cuts), c.wanted);
   };
   EXPECT_FALSE(measure({made}).deep->goes_on);
   const ScoreSheet on = measure({made, shallow});
@@ -196,7 +180,7 @@ TEST(MeasureCut, VolumeOutsideTheMarginIsCounted) {
   Case c = RandomCase(random, 3);
   c.wanted.margin_mm = 0.5;
   const Bone before = MakeBlock(c.block, DefaultMandibleTable());
-  const Bone after = CutExactly(c.block, {Misplace(c.wanted, 3, 0, 0, 0)});
+  const Bone after = test::CutExactly(c.block, {Misplace(c.wanted, 3, 0, 0, 0)});
   const ScoreSheet sheet = Measure(before, after, c.wanted);
   EXPECT_NEAR(sheet.Get("removed_mm3").value(), before.CalcVolume() - after.CalcVolume(), 1e-6);
   EXPECT_NEAR(sheet.Get("outside_mm3").value(), sheet.Get("removed_mm3").value(), 1e-9);
@@ -248,8 +232,8 @@ TEST(CutMeasures, AStrayCutBesideThePlaneDoesNotTiltIt) {
     exercise.into = c.block.X_WB.Vector({0, 0, -1});
     exercise.depth_mm = 2;
     const WantedCut stray = MakeWantedCut(exercise, Saw());
-    const Bone before = CutExactly(c.block, {});
-    const ScoreSheet sheet = Measure(before, CutExactly(c.block, {c.wanted, stray}), c.wanted);
+    const Bone before = test::CutExactly(c.block, {});
+    const ScoreSheet sheet = Measure(before, test::CutExactly(c.block, {c.wanted, stray}), c.wanted);
     EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), 0, kOffset_mm);
     EXPECT_LT(sheet.Get("plane_angle_deg").value(), kAngle_deg);
     EXPECT_GT(sheet.Get("outside_mm3").value(), 0.9 * 2 * 2 * 0.5);  // it is still counted there

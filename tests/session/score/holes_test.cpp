@@ -8,9 +8,8 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "bone/grid/build.h"
-#include "bone/material/region_table.h"
 #include "bone/models/block.h"
+#include "exact_cut.h"
 #include "session/score/cut_measures.h"
 #include "session/score/review.h"
 #include "session/score/review_figures.h"
@@ -27,25 +26,6 @@ BlockParams Plate() {
   block.voxel_mm = 0.25;
   block.X_WB = {glm::normalize(Quat(0.8, 0.3, -0.4, 0.2)), {3, -5, 7}};
   return block;
-}
-
-Bone Without(const BlockParams& block, const std::vector<WantedCut>& cuts) {
-  SolidField solid;
-  solid.value = [&](const Vec3& p_W) {
-    double distance_mm = CalcBlockDistance(block, p_W);
-    for (const WantedCut& cut : cuts) distance_mm = std::max(distance_mm, -cut.CalcDistance(p_W));
-    return distance_mm;
-  };
-  solid.classify = ClassifyByDistance(solid.value);
-  solid.region = [](const Vec3&) { return 24; };
-  Box3 box;
-  for (int i = 0; i < 8; ++i) {
-    box.Include(block.X_WB.Point({(i & 1) != 0 ? 12.0 : -12.0, (i & 2) != 0 ? 5.0 : -5.0, (i & 4) != 0 ? 0.0 : -6.0}));
-  }
-  BuildOptions options;
-  options.voxel_mm = block.voxel_mm;
-  options.region_voxel_mm = block.voxel_mm;
-  return MakeBone(solid, box.Grown(2), options, DefaultMandibleTable());
 }
 
 /// Four holes that end 1 mm beyond the plate, 5 mm apart.
@@ -70,8 +50,8 @@ ScoreSheet ScoreHoles(const std::function<void(std::vector<WantedCut>&)>& change
   const std::vector<WantedCut> wanted = MakeWantedCuts(FourHoles(block.X_WB), drill);
   std::vector<WantedCut> made = wanted;
   change(made);
-  const Bone before = Without(block, {});
-  const Bone after = Without(block, made);
+  const Bone before = test::CutExactly(block, {});
+  const Bone after = test::CutExactly(block, made);
   ScoreSheet sheet = MakeSheet(ExerciseKind::kDrillHoles);
   std::vector<std::optional<Pose>> deepest;
   for (const WantedCut& hole : made) deepest.emplace_back(hole.CalcToolPose(0, hole.depth_mm));
@@ -167,10 +147,10 @@ TEST(SeveralCuts, TheWorstCutCounts) {
                               .into = exercise.into,
                               .depth_mm = 10});
   const std::vector<WantedCut> wanted = MakeWantedCuts(exercise, saw);
-  const Bone before = Without(block, {});
+  const Bone before = test::CutExactly(block, {});
   const auto measure = [&](const std::vector<WantedCut>& made) {
     ScoreSheet sheet = MakeSheet(ExerciseKind::kOsteotomy);
-    MeasureCut(before, Without(block, made), wanted, sheet);
+    MeasureCut(before, test::CutExactly(block, made), wanted, sheet);
     return sheet;
   };
   const ScoreSheet exact = measure(wanted);
