@@ -116,7 +116,7 @@ CoupledOutput CoupledSimulation::State::Tick(const CoupledInput& input, TickObse
     enter(TickStage::kEnd);
     return s.Repeat();
   }
-  in.X_WH = s.Local(in.X_WH);
+  in.X_WH = s.Local(WithUnitRotation(in.X_WH));
   EffectBegin begin{in.dt_s, input.rpm, in.rpm};
   {
     const EffectsStage stage(observer, s.effects, TickStage::kAccept);
@@ -173,8 +173,8 @@ CoupledOutput CoupledSimulation::State::Tick(const CoupledInput& input, TickObse
   s.Publish(sums, out);
   if (s.drive.strokes()) out.displacement_mm = s.drive.CalcDisplacement(s.phase_rad);
   if (end.f_extra_W_N != Vec3(0)) out.f_H_W_N += end.f_extra_W_N;
-  // If tool and handle coincide, the output is the input's pose, without the rounding of the frame change.
-  if (s.X_WT.p_AB == in.X_WH.p_AB && s.X_WT.R_AB == in.X_WH.R_AB) out.X_WT = input.X_WH;
+  // If tool and handle coincide, the output has the input's position, without the rounding of the frame change.
+  if (s.X_WT.p_AB == in.X_WH.p_AB && s.X_WT.R_AB == in.X_WH.R_AB) out.X_WT.p_AB = input.X_WH.p_AB;
   if (!sums.touched && reached) out.hand_mJ = sums.drawn_mJ = 0;  // in air handle and tool move as one
   out.stored_mJ = s.coupling_mJ + s.contact_mJ - stored_mJ;
   // Only springs lose energy to the finite step: all other terms are the work of forces at its end.
@@ -189,9 +189,9 @@ bool CoupledSimulation::SetDown(const Pose& X_WT) {
   State& s = *state_;
   CoupledOutput unused;
   s.CutWaiting(unused);
-  s.X_WT = s.Local(X_WT);
   s.last = {};
-  s.last.X_WT = X_WT;
+  s.last.X_WT = WithUnitRotation(X_WT);
+  s.X_WT = s.Local(s.last.X_WT);
   s.u = {};
   s.edge.Forget();
   s.faces.Forget();

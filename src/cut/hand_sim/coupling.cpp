@@ -20,6 +20,12 @@ Vec3 LogRotation(const Quat& R) {
   return (angle / sine) * v;
 }
 
+Pose WithUnitRotation(const Pose& X) {
+  constexpr double kRounding = 1e-14;  // of the squared length, with room for some products of rotations
+  if (std::abs(glm::dot(X.R_AB, X.R_AB) - 1) <= kRounding) return X;
+  return {glm::normalize(X.R_AB), X.p_AB};
+}
+
 Pose Advance(const Pose& X_WT, const Twist& u, double time_s, const Vec3& p_TC_mm) {
   const Vec3 C_W = X_WT.Point(p_TC_mm) + X_WT.Vector(time_s * Vec3(u[0], u[1], u[2]));
   Pose X;

@@ -11,6 +11,10 @@ namespace kerf {
 Quat ExpRotation(const Vec3& theta_rad);
 Vec3 LogRotation(const Quat& R);
 
+/// Returns the pose with its rotation scaled to length 1. A rotation that is 1 long to within rounding keeps its bits.
+/// Tick-safe.
+Pose WithUnitRotation(const Pose& X);
+
 /// Returns the pose of the tool after it has moved for `time_s` with the twist `u`, which is expressed in the tool's
 /// frame and about p_TC. Tick-safe.
 Pose Advance(const Pose& X_WT, const Twist& u, double time_s, const Vec3& p_TC_mm);

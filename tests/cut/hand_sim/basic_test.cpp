@@ -61,6 +61,34 @@ TEST(CoupledInput, InvalidInputKeepsTheLastValidPoseWithoutForce) {
   EXPECT_EQ(simulation.UpdateBone().CalcHash(), bone.CalcHash());
 }
 
+TEST(CoupledInput, RotationThatIsOneLongOnlyToTheTolerancesIsThatOfItsDirection) {
+  // A length of 1 + 9e-7 is accepted. With a lever arm of 37 mm it would move the coupling point by 0.07 um in a step,
+  // and the damper would see that as a speed.
+  const Bone bone = test::MakeBox(Pose{}, {10, 3, 6}, 0.2);
+  CoupledParams params = DiscParams();
+  params.coupling.p_TC_mm = {30, -20, 10};
+  params.coupling.damping_Ns_per_mm = 0.02;
+  const Pose start = DiscPose(Pose{}, {0, 0, 3 + kR});
+  const auto press = [&](double length) {
+    CoupledSimulation simulation(bone, params, start);
+    const auto scaled = [&](const Vec3& p) {
+      const Pose X = DiscPose(Pose{}, p);
+      return Pose{length * X.R_AB, X.p_AB};
+    };
+    EXPECT_TRUE(simulation.SetDown(scaled({0, 0, 3 + kR})));
+    CoupledInput in = Handle(scaled({0.01, 0.02, 3 + kR - 0.05}));
+    in.rpm = 0;
+    return simulation.Tick(in);
+  };
+  const CoupledOutput exact = press(1);
+  EXPECT_GT(glm::length(exact.f_H_W_N), 0.01);
+  for (const double length : {1 - 9e-7, 1 + 9e-7}) {
+    const CoupledOutput out = press(length);
+    EXPECT_LE(glm::length(out.f_H_W_N - exact.f_H_W_N), 1e-9) << length;
+    EXPECT_NEAR(glm::length(out.X_WT.R_AB), 1, 1e-15);
+  }
+}
+
 TEST(CoupledFeed, SteadyPushFeedsAtTheRateThatTheLawPredicts) {
   // A disc that is lowered straight down: each point of the arc has the bite v cos(phi) / f, and the sum of the tooth
   // forces along the feed equals the push. The sum is integrated over the engaged arc at the tool's depth.

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "experiment/stability/fuzz_run.h"
 #include "experiment/stability/verdict.h"
@@ -11,16 +12,17 @@ namespace {
 
 using test::FuzzedSaw;
 using test::FuzzResult;
+using test::FuzzTools;
 
 constexpr int kCalls = 1000;  // per sequence
 
 /// Runs ticks of a saw that is coupled to a handle, in sequences of a thousand calls.
-void FuzzSaw(std::uint64_t first_seed, double ticks) {
+void FuzzSaw(std::uint64_t first_seed, double ticks, FuzzTools tools = FuzzTools::kDiscsAndBalls) {
   test::Verdict verdict("holds");
   FuzzedSaw::Counts sum;
   test::RunFuzz(first_seed, static_cast<long>(ticks * test::Effort()), [&](std::uint64_t seed, long& made) {
     FuzzedSaw::Counts c;
-    FuzzResult result = test::FuzzCoupled(seed, kCalls, c);
+    FuzzResult result = test::FuzzCoupled(seed, kCalls, tools, c);
     made += c.ticks;
     sum.ticks += c.ticks;
     sum.touched += c.touched;
@@ -55,8 +57,13 @@ TEST(HardCase40, RandomSequencesOfAHandHeldSawSatisfyEveryInvariant3) {
 TEST(HardCase40, RandomSequencesOfAHandHeldSawSatisfyEveryInvariant4) {
   FuzzSaw(4'000'000, 100'000);
 }
+TEST(HardCase40, RandomSequencesOfBursDrillsAndBladesSatisfyEveryInvariant) {
+  FuzzSaw(5'000'000, 100'000, FuzzTools::kBursAndBlades);
+}
 
-void FuzzOther(std::uint64_t first_seed, double ticks, FuzzResult (*run)(std::uint64_t, int, long&)) {
+using FuzzSequence = FuzzResult(std::uint64_t seed, int calls, long& ticks);
+
+void FuzzOther(std::uint64_t first_seed, double ticks, const std::function<FuzzSequence>& run) {
   test::Verdict verdict("holds");
   long sum = 0;
   test::RunFuzz(first_seed, static_cast<long>(ticks * test::Effort()), [&](std::uint64_t seed, long& made) {
@@ -72,7 +79,15 @@ TEST(HardCase40, RandomSequencesThroughAFaultyDeviceNeverExceedItsLimits) {
 }
 
 TEST(HardCase40, RandomPathsThroughBoneSatisfyEveryInvariant) {
-  FuzzOther(30'000'000, 100'000, test::FuzzPath);
+  FuzzOther(30'000'000, 100'000, [](std::uint64_t seed, int calls, long& ticks) {
+    return test::FuzzPath(seed, calls, FuzzTools::kDiscsAndBalls, ticks);
+  });
+}
+
+TEST(HardCase40, RandomPathsOfBursDrillsAndBladesSatisfyEveryInvariant) {
+  FuzzOther(35'000'000, 50'000, [](std::uint64_t seed, int calls, long& ticks) {
+    return test::FuzzPath(seed, calls, FuzzTools::kBursAndBlades, ticks);
+  });
 }
 
 TEST(HardCase40, RandomHandsOnTheThinSlabSatisfyEveryInvariant) {

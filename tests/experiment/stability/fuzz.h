@@ -26,8 +26,9 @@ struct FuzzScene {
   ComparedParams params;
   Pose start;
 };
+enum class FuzzTools { kDiscsAndBalls, kBursAndBlades };  // the latter: bur, drill, and the blades with a stroke
 /// Returns a random scene: bone, tool, law and parameters, including their extremes.
-FuzzScene MakeFuzzScene(Dice& dice);
+FuzzScene MakeFuzzScene(Dice& dice, FuzzTools tools = FuzzTools::kDiscsAndBalls);
 std::string ToText(const FuzzScene& scene);
 
 /// One call of a sequence.

@@ -7,6 +7,7 @@
 
 #include "base/core/heap_guard.h"
 #include "bone/grid/field.h"
+#include "cut/hand_sim/coupling.h"
 #include "experiment/stability/fuzz.h"
 #include "experiment/stability/invariants.h"
 
@@ -16,13 +17,13 @@ namespace {
 constexpr int kTicksInBox = 16;
 
 /// Returns true if a tick must accept the input. Written independently of coupled.h.
-bool IsGood(const CoupledInput& in) {
+bool IsGood(const Tool& tool, const CoupledInput& in) {
   const auto within = [](const Vec3& v, double limit) {
     return IsFinite(v) && std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) <= limit;
   };
   return within(in.X_WH.p_AB, kWorldReach_mm) && std::abs(std::pow(glm::length(in.X_WH.R_AB), 2) - 1) <= 2e-6 &&
          within(in.v_H_W_mm_per_s, 1e6) && within(in.w_H_W_rad_per_s, 1e6) && in.dt_s >= 0 && in.dt_s <= 1 &&
-         std::abs(in.rpm) <= 1e6;
+         std::abs(in.rpm) <= std::max(1e6, CalcRateRange(tool).upper);
 }
 
 double CalcAngle(const Quat& a, const Quat& b) {
@@ -228,11 +229,11 @@ std::string FuzzedSaw::State::Tick(const CoupledInput& in) {
   }
   Note(last);
   if (heap.count() != 0) return fmt::format("{} heap calls in the tick", heap.count());
-  if (!IsGood(in)) {
+  if (!IsGood(params.tool, in)) {
     std::string wrong = CheckRefused(X_before, last);
     if (!wrong.empty()) return wrong;
   }
-  if (IsGood(in)) {
+  if (IsGood(params.tool, in)) {
     if (in.dt_s >= 1e-6) Watch(X_before, in, last);
     std::string wrong = CheckStatus(in, last);
     if (!wrong.empty()) return wrong;
@@ -251,7 +252,7 @@ std::string FuzzedSaw::Do(const FuzzCall& call) {
       const bool good = std::abs(std::pow(glm::length(X.R_AB), 2) - 1) <= 2e-6 && IsInWorld(X.p_AB);
       if (s.simulation.SetDown(X) != good) return good ? "a good pose is refused" : "a bad pose is accepted";
       if (!good) return "";
-      s.last.X_WT = X;
+      s.last.X_WT = WithUnitRotation(X);
       s.invariants.SetDown(X);
       return "";
     }

@@ -35,9 +35,9 @@ std::string CheckRefused(const TickOutput& out) {
 
 }  // namespace
 
-FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks) {
+FuzzResult FuzzPath(std::uint64_t seed, int calls, FuzzTools tools, long& ticks) {
   Dice dice(seed);
-  const FuzzScene scene = MakeFuzzScene(dice);
+  const FuzzScene scene = MakeFuzzScene(dice, tools);
   // A path is followed to its end in one tick, however many steps that takes, so the leaps are limited.
   FuzzHand hand(dice, scene, 15 * scene.voxel_mm);
   Simulation simulation(scene.bone, {scene.params.tool, scene.params.law, {}, scene.params.rim_samples_per_pitch},

@@ -13,8 +13,8 @@ constexpr int kMaxFailures = 5;
 /// Calls of a failed sequence. Tests whether some of them break the same rule again on a new saw.
 class Recording {
  public:
-  Recording(std::uint64_t seed, std::vector<FuzzCall> calls, const std::string& wrong)
-      : seed_(seed), calls_(std::move(calls)), rule_(Rule(wrong)) {}
+  Recording(std::uint64_t seed, FuzzTools tools, std::vector<FuzzCall> calls, const std::string& wrong)
+      : seed_(seed), tools_(tools), calls_(std::move(calls)), rule_(Rule(wrong)) {}
 
   /// Removes calls as long as the rest breaks the same rule: halves, quarters, ... single calls.
   void Shorten() {
@@ -33,7 +33,7 @@ class Recording {
   /// Prints the calls and the outputs of the last ones.
   void Print() const {
     Dice dice(seed_);
-    FuzzedSaw saw(MakeFuzzScene(dice));
+    FuzzedSaw saw(MakeFuzzScene(dice, tools_));
     for (const FuzzCall& call : calls_) {
       fmt::print("  {};\n", ToText(call));
       saw.Do(call);
@@ -54,7 +54,7 @@ class Recording {
   }
   bool Breaks(const std::vector<FuzzCall>& calls) const {
     Dice dice(seed_);
-    FuzzedSaw saw(MakeFuzzScene(dice));
+    FuzzedSaw saw(MakeFuzzScene(dice, tools_));
     for (const FuzzCall& call : calls) {
       const std::string wrong = saw.Do(call);
       if (!wrong.empty()) return Rule(wrong) == rule_;
@@ -63,6 +63,7 @@ class Recording {
   }
 
   std::uint64_t seed_;
+  FuzzTools tools_;
   std::vector<FuzzCall> calls_;
   std::string rule_;
 };
@@ -75,9 +76,9 @@ bool AskedForSeed(std::uint64_t& seed) {
   return asked != nullptr;
 }
 
-FuzzResult FuzzCoupled(std::uint64_t seed, int calls, FuzzedSaw::Counts& counts) {
+FuzzResult FuzzCoupled(std::uint64_t seed, int calls, FuzzTools tools, FuzzedSaw::Counts& counts) {
   Dice dice(seed);
-  const FuzzScene scene = MakeFuzzScene(dice);
+  const FuzzScene scene = MakeFuzzScene(dice, tools);
   FuzzedSaw saw(scene);
   FuzzHand hand(dice, scene, 100);
   std::vector<FuzzCall> made;
@@ -90,7 +91,7 @@ FuzzResult FuzzCoupled(std::uint64_t seed, int calls, FuzzedSaw::Counts& counts)
   counts = saw.counts();
   std::uint64_t asked = 0;
   if (!result.wrong.empty() && AskedForSeed(asked)) {
-    Recording recording(seed, made, result.wrong);
+    Recording recording(seed, tools, made, result.wrong);
     recording.Shorten();
     fmt::print("  {}\n", ToText(scene));
     recording.Print();

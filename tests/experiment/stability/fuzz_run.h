@@ -19,13 +19,13 @@ struct FuzzResult {
 };
 
 /// Runs a sequence of coupled ticks from a seed. If KERF_FUZZ_SEED is set, shortens and prints a failing sequence.
-FuzzResult FuzzCoupled(std::uint64_t seed, int calls, FuzzedSaw::Counts& counts);
+FuzzResult FuzzCoupled(std::uint64_t seed, int calls, FuzzTools tools, FuzzedSaw::Counts& counts);
 
 /// Runs a sequence through HapticStep, with a device that fails and delivers bad samples, or with a simulated device
 /// and hand.
 FuzzResult FuzzDevice(std::uint64_t seed, int calls, long& ticks);
 /// Runs a sequence for a tool that follows its path through any obstacle.
-FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks);
+FuzzResult FuzzPath(std::uint64_t seed, int calls, FuzzTools tools, long& ticks);
 /// Runs a sequence for the thin slab.
 FuzzResult FuzzSlab(std::uint64_t seed, int calls, long& ticks);
 

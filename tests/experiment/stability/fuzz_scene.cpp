@@ -79,7 +79,7 @@ Bone MakeKind(BoneKind kind, double h) {
   return MakeBlock(block, table);
 }
 
-Tool MakeTool(Dice& dice, double voxel_mm) {
+Tool MakeDiscOrBall(Dice& dice, double voxel_mm) {
   const double E_MPa = dice.One({1e3, 205000.0, 205000.0, 1.5e6});
   if (dice.OneIn(4)) {
     BallBurr ball;
@@ -97,6 +97,59 @@ Tool MakeTool(Dice& dice, double voxel_mm) {
   disc.E_MPa = E_MPa;
   disc.nu = dice.One({0.0, 0.28, 0.5});
   return disc;
+}
+
+/// Sets what all flat blades have. The pitch may be longer than the stroke, and the blade thinner than a voxel.
+template <typename Blade>
+void DrawBlade(Dice& dice, double voxel_mm, Blade& blade) {
+  blade.width_mm = std::clamp(voxel_mm * dice.LogUniform(4, 60), 1.0, 15.0);
+  blade.taper = dice.One({0.1, 0.6, 1.0});
+  blade.thickness_mm = dice.One({0.02, 0.4, 0.4, 1.0, 3.0});
+  blade.set_mm = dice.One({0.0, 0.05, 0.05, 1.0});
+  blade.pitch_mm = dice.One({0.1, 1.0, 1.41, 20.0});
+}
+
+Tool MakeBurOrBlade(Dice& dice, double voxel_mm) {
+  switch (dice.Below(5)) {
+    case 0: {
+      FissureBur bur;
+      bur.diameter_mm = std::clamp(voxel_mm * dice.LogUniform(1, 40), 0.3, 20.0);
+      bur.length_mm = std::clamp(bur.diameter_mm * dice.LogUniform(1.5, 10), 1.0, 60.0);
+      bur.taper = dice.One({0.1, 0.8, 1.0});
+      bur.point_angle_deg = dice.One({90.0, 120.0, 180.0});
+      bur.flutes = dice.One({1, 6, 30});
+      return bur;
+    }
+    case 1: {
+      TwistDrill drill;
+      drill.diameter_mm = std::clamp(voxel_mm * dice.LogUniform(1, 40), 0.3, 20.0);
+      drill.length_mm = std::clamp(drill.diameter_mm * dice.LogUniform(1.5, 20), 1.0, 100.0);
+      drill.point_angle_deg = dice.One({90.0, 118.0, 180.0});
+      return drill;
+    }
+    case 2: {
+      ReciprocatingBlade blade;
+      DrawBlade(dice, voxel_mm, blade);
+      blade.length_mm = std::clamp(voxel_mm * dice.LogUniform(15, 300), 3.0, 60.0);
+      blade.stroke_mm = dice.One({0.05, 3.0, 3.0, 30.0});
+      return blade;
+    }
+    case 3: {
+      OscillatingBlade blade;
+      DrawBlade(dice, voxel_mm, blade);
+      blade.radius_mm = std::clamp(blade.width_mm * dice.LogUniform(1, 5), 8.0, 60.0);
+      blade.width_mm = std::min(blade.width_mm, 1.1 * blade.radius_mm);
+      blade.swing_deg = dice.One({0.1, 5.0, 5.0, 20.0});
+      return blade;
+    }
+    default: {
+      PiezoInsert insert;
+      DrawBlade(dice, voxel_mm, insert);
+      insert.length_mm = std::clamp(voxel_mm * dice.LogUniform(10, 100), 1.0, 30.0);
+      insert.stroke_mm = dice.One({0.01, 0.12, 0.5});
+      return insert;
+    }
+  }
 }
 
 }  // namespace
@@ -120,12 +173,14 @@ Bone MakeFuzzBone(Dice& dice, double& voxel_mm) {
   return bone;
 }
 
-FuzzScene MakeFuzzScene(Dice& dice) {
+FuzzScene MakeFuzzScene(Dice& dice, FuzzTools tools) {
   FuzzScene scene;
   scene.bone = MakeFuzzBone(dice, scene.voxel_mm);
   scene.box = scene.bone.CalcBounds();
   ComparedParams& p = scene.params;
-  p.tool = MakeTool(dice, scene.voxel_mm);
+  p.tool =
+      tools == FuzzTools::kDiscsAndBalls ? MakeDiscOrBall(dice, scene.voxel_mm) : MakeBurOrBlade(dice, scene.voxel_mm);
+  Validate(p.tool);
   const auto& laws = ForceLaws();
   p.law = ForceLaw(laws[static_cast<std::size_t>(dice.Below(static_cast<int>(laws.size())))]->name);
   CouplingParams& c = p.coupling;
@@ -155,18 +210,16 @@ FuzzScene MakeFuzzScene(Dice& dice) {
 std::string ToText(const FuzzScene& scene) {
   const ComparedParams& p = scene.params;
   const CouplingParams& c = p.coupling;
-  const Tooth tooth = CalcTooth(p.tool);
-  const auto* disc = std::get_if<DiscSaw>(&p.tool);
   const Pose& X = scene.start;
   return fmt::format(
-      "voxel {} mm, bone from {} {} {} to {} {} {} mm; {} of radius {} mm, {} mm thick, pitch {} mm, E {} MPa; law {}; "
+      "voxel {} mm, bone from {} {} {} to {} {} {} mm; {}, pitch {} mm, E {} MPa; law {}; "
       "coupling at {} {} {}, {} N/mm, {} N s/mm, {} N mm/rad, {} N mm s, {} N, {} N mm; friction {}, {} samples, {} "
       "iterations, {} substeps, whole voxels {}, {} spare leaves; start {{{:a}, {:a}, {:a}, {:a}}}, {{{:a}, {:a}, "
       "{:a}}}",
       scene.voxel_mm, scene.box.lower.x, scene.box.lower.y, scene.box.lower.z, scene.box.upper.x, scene.box.upper.y,
-      scene.box.upper.z, disc ? "disc" : "ball", tooth.tool_radius_mm, disc ? disc->thickness_mm : 0, tooth.pitch_mm,
-      CalcModulus(p.tool), p.law.name(), c.p_TC_mm.x, c.p_TC_mm.y, c.p_TC_mm.z, c.stiffness_N_per_mm,
-      c.damping_Ns_per_mm, c.torsion_Nmm_per_rad, c.torsion_damping_Nmms, c.max_force_N, c.max_torque_Nmm,
+      scene.box.upper.z, DescribeTool(p.tool), CalcTooth(p.tool).pitch_mm, CalcModulus(p.tool), p.law.name(),
+      c.p_TC_mm.x, c.p_TC_mm.y, c.p_TC_mm.z, c.stiffness_N_per_mm, c.damping_Ns_per_mm, c.torsion_Nmm_per_rad,
+      c.torsion_damping_Nmms, c.max_force_N, c.max_torque_Nmm,
       FindChoice(p.effects, "kerf_friction")->GetNumber("coefficient"), p.rim_samples_per_pitch, p.max_iterations,
       p.max_substeps, p.whole_voxel_removal, p.spare_leaves, X.R_AB.w, X.R_AB.x, X.R_AB.y, X.R_AB.z, X.p_AB.x, X.p_AB.y,
       X.p_AB.z);

@@ -209,16 +209,16 @@ void Invariants::CheckStep(const CoupledInput& in, const CoupledOutput& out) {
   // These are the bounds of docs/tick.md. The path of the tool's origin is slightly curved if the tool rotates.
   constexpr double kBent = 1.02;
   const Vec3 motion = X_WT_.InverseVector(out.X_WT.p_AB - X_WT_.p_AB);
-  const auto* disc = std::get_if<DiscSaw>(&params_.tool);
-  const double across = disc ? std::hypot(motion.x, motion.y) : glm::length(motion);
+  const bool is_blade = IsBlade(params_.tool);
+  const double across = is_blade ? std::hypot(motion.x, motion.y) : glm::length(motion);
   if (!(across <= kBent * 0.5 * h_)) {
     Fail("I7", fmt::format("the tool moved {} voxels in one look-up of the bone", across / h_));
   }
-  if (!disc) return;
+  if (!is_blade) return;
   const double tilt = glm::length(glm::cross(X_WT_.Vector({0, 0, 1}), out.X_WT.Vector({0, 0, 1})));
-  const double along = std::abs(motion.z) + tilt * disc->radius_mm();
+  const double along = std::abs(motion.z) + tilt * CalcRadius(params_.tool);
   // With half of the tilt, motion across the spindle becomes motion along it.
-  const double allowed = 0.25 * std::min(h_, disc->thickness_mm) + 0.5 * tilt * across;
+  const double allowed = 0.25 * std::min(h_, CalcThickness(params_.tool)) + 0.5 * tilt * across;
   if (!(along <= kBent * allowed)) {
     Fail("I7", fmt::format("the rim moved {} mm along the spindle in one look-up, at most {} allowed", along, allowed));
   }
@@ -281,7 +281,9 @@ void Invariants::CheckEnergy(const CoupledInput& in, const CoupledOutput& out) {
   }
 }
 
-void Invariants::Tick(const CoupledInput& in, const CoupledOutput& out) {
+void Invariants::Tick(const CoupledInput& given, const CoupledOutput& out) {
+  CoupledInput in = given;
+  in.X_WH = WithUnitRotation(given.X_WH);
   ++ticks_;
   if (!CheckFinite(out)) return;
   if ((out.status & kCoupledBadPose) != 0) {
@@ -400,7 +402,7 @@ void Invariants::Step(const HapticTick& out, double slew_dt_s) {
 }
 
 void Invariants::SetDown(const Pose& X_WT) {
-  X_WT_ = X_WT;
+  X_WT_ = WithUnitRotation(X_WT);
   f_H_W_N_ = tau_H_W_Nmm_ = Vec3(0);
   // The springs' energy is that of the new pose, without work by the hand.
   const double stored_mJ = CalcCouplingEnergy(X_WT_, X_WH_);

@@ -46,7 +46,7 @@ class Invariants {
   /// Sets the device that receives the forces, for Step().
   void WatchDevice(const DeviceProfile& profile, const ForceMapParams& force_map = {});
 
-  void Tick(const CoupledInput& in, const CoupledOutput& out);
+  void Tick(const CoupledInput& given, const CoupledOutput& out);
   /// `slew_dt_s`: as in HapticStep.
   void Step(const HapticTick& out, double slew_dt_s = std::numeric_limits<double>::infinity());
   /// Must be called after the simulation's SetDown().
