@@ -58,7 +58,7 @@ TEST(HardCase40, RandomSequencesOfAHandHeldSawSatisfyEveryInvariant4) {
   FuzzSaw(4'000'000, 100'000);
 }
 TEST(HardCase40, RandomSequencesOfBursDrillsAndBladesSatisfyEveryInvariant) {
-  FuzzSaw(5'000'000, 100'000, FuzzTools::kBursAndBlades);
+  FuzzSaw(5'000'000, 60'000, FuzzTools::kBursAndBlades);
 }
 
 using FuzzSequence = FuzzResult(std::uint64_t seed, int calls, long& ticks);
@@ -85,7 +85,7 @@ TEST(HardCase40, RandomPathsThroughBoneSatisfyEveryInvariant) {
 }
 
 TEST(HardCase40, RandomPathsOfBursDrillsAndBladesSatisfyEveryInvariant) {
-  FuzzOther(35'000'000, 50'000, [](std::uint64_t seed, int calls, long& ticks) {
+  FuzzOther(35'000'000, 30'000, [](std::uint64_t seed, int calls, long& ticks) {
     return test::FuzzPath(seed, calls, FuzzTools::kBursAndBlades, ticks);
   });
 }
