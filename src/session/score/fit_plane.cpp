@@ -1,17 +1,17 @@
-// Fits a plane to removed bone: first by volume, then half-way between the two walls of the kerf, whose positions are
-// accurate to a small fraction of a voxel.
+// The plane is fitted first by volume, then half-way between the two walls of the kerf, whose positions are accurate to
+// a small fraction of a voxel.
+#include "session/score/fit_plane.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <iterator>
 #include <map>
-#include <optional>
 #include <utility>
 #include <vector>
 
 #include "session/plan/moments.h"
-#include "session/score/cut_measures.h"
 
 namespace kerf {
 namespace {

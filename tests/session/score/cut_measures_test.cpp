@@ -13,6 +13,8 @@
 #include "exact_cut.h"
 #include "kerf/simulation.h"
 #include "session/marks/jaw.h"
+#include "session/score/fit_plane.h"
+#include "session/score/plane_error.h"
 
 namespace kerf {
 namespace {
