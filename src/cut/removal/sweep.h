@@ -114,6 +114,11 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
       static_cast<float>(std::max(zone.radius_mm - zone.depth_mm - slack_mm - CalcRounding(zone, voxel_mm), -1e6));
   cull.outer = static_cast<float>(zone.radius_mm + out_mm);
   cull.min_distance = static_cast<float>(1e-3 * voxel_mm);
+  if (zone.solid) {
+    cull.back[2] = 1;
+    const double up_mm = zone.ceiling_mm + slack_mm + CalcRounding(zone, voxel_mm) + grid.Extent({0, 0, 1});
+    cull.behind = static_cast<float>(std::min(up_mm, 1e6));
+  }
   if (zone.outline.empty()) return cull;
   cull.inner = -1e6f;
   cull.sides = WriteSides(zone.outline, std::isinf(zone.depth_mm), cull.side);
