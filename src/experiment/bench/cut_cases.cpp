@@ -11,6 +11,7 @@
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
 #include "bone/models/mandible.h"
+#include "cut/tool/edge_down.h"
 #include "cut/tool/shape.h"
 
 namespace kerf {
@@ -24,7 +25,7 @@ Pose HoldDisc(const Vec3& p_B) {
 }
 /// Returns the pose of a blade with its edge along x, which faces down.
 Pose HoldBlade(const Vec3& p_B) {
-  return {glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), p_B};
+  return {CalcEdgeDown(), p_B};
 }
 /// Makes the bone of a cut a block, at the cut's pose.
 void UseBlock(const Vec3& size_mm, double voxel_mm, CutCase& cut) {

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
-#include <glm/mat3x3.hpp>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include "cut/force/measured.h"
+#include "cut/tool/edge_down.h"
 #include "experiment/validation/law_access.h"
 #include "experiment/validation/rib.h"
 #include "kerf/coupled.h"
@@ -50,7 +50,7 @@ Tool MakeBlade(const BladeCut& cut) {
 
 /// Returns the pose of a blade whose edge lies along x at the height z and faces down.
 Pose PoseAt(double z_mm) {
-  return {glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), Vec3(0, kRibPlane_mm, z_mm)};
+  return {CalcEdgeDown(), Vec3(0, kRibPlane_mm, z_mm)};
 }
 
 SimulationParams MakeParams(const ForceLaw& law, const BladeCut& cut) {

@@ -19,6 +19,7 @@
 #include "cut/hand_sim/hands.h"
 #include "cut/hand_sim/internals.h"
 #include "cut/tool/drive.h"
+#include "cut/tool/edge_down.h"
 #include "kerf/simulation.h"
 #include "support/solids.h"
 #include "support/tooth_cut.h"
@@ -39,7 +40,7 @@ ReciprocatingBlade SawingBlade() {
 
 /// Pose of the blade: edge along +x, feed along -z, blade in the plane y = 0.
 Pose SawingPose(double z_mm) {
-  return {glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), {0, 0, z_mm}};
+  return {CalcEdgeDown(), {0, 0, z_mm}};
 }
 
 /// A blade that is fed into a block, with and without effects.

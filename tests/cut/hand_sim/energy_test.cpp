@@ -5,6 +5,7 @@
 
 #include "base/core/heap_guard.h"
 #include "cut/hand_sim/hands.h"
+#include "cut/tool/edge_down.h"
 #include "support/saw.h"
 
 namespace kerf {
@@ -76,7 +77,7 @@ class WanderingHand {
         R_(IsBlade(tool) ? DiscPose(Pose{}, {}).R_AB : Quat(1, 0, 0, 0)),
         p_(0, 0, 2 + lift_mm_ + 0.2) {
     // x of T, the direction of the feed, is -z, and y of T is x.
-    if (CalcStroke(tool) > 0) R_ = glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0)));
+    if (CalcStroke(tool) > 0) R_ = CalcEdgeDown();
   }
   Pose Next(double dt_s) {
     std::normal_distribution<double> normal;

@@ -6,6 +6,7 @@
 #include "base/core/heap_guard.h"
 #include "cut/hand_sim/hands.h"
 #include "cut/tool/drive.h"
+#include "cut/tool/edge_down.h"
 #include "cut/tool/planar_blade.h"
 #include "support/tooth_cut.h"
 
@@ -16,7 +17,7 @@ using test::Handle;
 
 /// Pose of the blade: middle of the edge at p_W, edge along x, feed along -z, blade in the plane y = 0.
 Pose SawPose(const Vec3& p_W) {
-  return {glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), p_W};
+  return {CalcEdgeDown(), p_W};
 }
 
 Tool ShortReciprocating() {

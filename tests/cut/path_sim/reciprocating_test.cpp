@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "cut/tool/drive.h"
+#include "cut/tool/edge_down.h"
 #include "kerf/simulation.h"
 #include "support/cuts.h"
 #include "support/tooth_cut.h"
@@ -31,7 +32,7 @@ ReciprocatingBlade LongBlade() {
 /// the plane y = 0.
 Pose BladePose(const Pose& X_WB, const Vec3& p_B) {
   // Columns of R_BT: x_T = -z_B, y_T = x_B, z_T = -y_B.
-  return {X_WB.R_AB * glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), X_WB.Point(p_B)};
+  return {X_WB.R_AB * CalcEdgeDown(), X_WB.Point(p_B)};
 }
 
 std::vector<TickOutput> FeedBlade(Simulation& simulation, const Pose& X_WB, double from_z, double to_z, int ticks,

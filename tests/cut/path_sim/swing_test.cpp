@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "cut/tool/drive.h"
+#include "cut/tool/edge_down.h"
 #include "kerf/simulation.h"
 #include "support/cuts.h"
 #include "support/tooth_cut.h"
@@ -24,7 +25,7 @@ constexpr double kSwings = 13700;  // a minute: no whole number of ticks to a pe
 /// 0.
 Pose SwungPose(const Pose& X_WB, const Vec3& p_B) {
   // Columns of R_BT: x_T = -z_B, y_T = x_B, z_T = -y_B.
-  return {X_WB.R_AB * glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), X_WB.Point(p_B)};
+  return {X_WB.R_AB * CalcEdgeDown(), X_WB.Point(p_B)};
 }
 
 OscillatingBlade NarrowBlade() {

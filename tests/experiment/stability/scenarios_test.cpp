@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
-#include <glm/mat3x3.hpp>
 #include <stdexcept>
 #include <string>
 
+#include "cut/tool/edge_down.h"
 #include "held_block.h"
 #include "verdict.h"
 
@@ -53,7 +53,7 @@ StabilitySubject MakeHoleSubject() {
 StabilitySubject MakeSawnSubject(const Tool& blade, double rpm) {
   StabilitySubject subject = MakeListedSubject();
   subject.setup.coupled.tool = blade;
-  subject.X_WT_start = {glm::quat_cast(glm::dmat3(Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0))), Vec3(0, 0, 0.3)};
+  subject.X_WT_start = {CalcEdgeDown(), Vec3(0, 0, 0.3)};
   subject.rpm = rpm;
   return subject;
 }
