@@ -16,6 +16,7 @@
 #include "cut/effects/effect.h"
 #include "cut/effects/effects.h"
 #include "cut/effects/parameters.h"
+#include "cut/effects/stroke_ways.h"
 
 namespace kerf {
 namespace {
@@ -61,13 +62,10 @@ class KerfFrictionEffect final : public Effect {
     if (step.rpm == 0) AddEdge(step, problem);
     if (step.stroke == nullptr) {
       AddFlats(step, step.rpm * std::numbers::pi / 30, 0, 1, problem);
-    } else if (step.stroke->is_mean) {
-      // The blade slides both ways in the step, half of the time each.
-      for (const double way : {-1.0, 1.0}) {
-        AddFlats(step, 0, way * step.stroke->speed_mm_per_s, 0.5, problem);
-      }
     } else {
-      AddFlats(step, 0, step.stroke->velocity_mm_per_s, 1, problem);
+      for (const StrokeWay& way : FindStrokeWays(*step.stroke, step.rpm, true)) {
+        AddFlats(step, 0, way.mm_per_s, way.share, problem);
+      }
     }
   }
 

@@ -10,6 +10,7 @@
 #include "cut/effects/effects.h"
 #include "cut/effects/parameters.h"
 #include "cut/effects/plan.h"
+#include "cut/effects/stroke_ways.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -19,7 +20,6 @@ constexpr double kLag_s = 0.004;
 constexpr double kMin_N = 1e-9;
 constexpr double kStalledSlip_rad_per_s = 100;
 constexpr double kStalledSlip_mm_per_s = 1000;  // of an edge with a stroke
-constexpr double kHeldRate_per_min = 1200;      // a handpiece does not follow faster strokes, because of its mass
 constexpr double kMinArm = 1e-9;                // mm; a tooth on the spindle's axis does not move
 
 constexpr Range kRatioRange{0.6, 20};
@@ -92,11 +92,8 @@ std::array<TangentialForceEffect::Way, 2> TangentialForceEffect::FindWays(double
   if (rpm == 0) {
     return {{{1, 0, direction_ * kStalledSlip_mm_per_s, direction_ * lever_mm_}, {0, 0, 0, 0}}};
   }
-  const double speed = stroke->speed_mm_per_s;
-  // In a hand the tool has no mass: at a fast stroke it would stay with the teeth, which a real one cannot.
-  const bool is_held = is_coupled_ && std::abs(rpm) > kHeldRate_per_min;
-  const double forwards = speed > 0 && !is_held ? 0.5 * (1 + stroke->velocity_mm_per_s / speed) : 0.5;
-  return {{{forwards, 0, speed, lever_mm_}, {1 - forwards, 0, -speed, -lever_mm_}}};
+  const auto [forwards, backwards] = FindStrokeWays(*stroke, rpm, is_coupled_);
+  return {{{forwards.share, 0, forwards.mm_per_s, lever_mm_}, {backwards.share, 0, backwards.mm_per_s, -lever_mm_}}};
 }
 
 void TangentialForceEffect::Solved(const EffectSolved& solved) {

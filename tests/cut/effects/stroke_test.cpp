@@ -268,6 +268,41 @@ TEST(StrokeEffects, AHandFollowsASlowStrokeOnly) {
   }
 }
 
+// A blade that is pressed against a wall of its kerf, while the hand moves along the edge at v. Coulomb's law gives the
+// mean force mu N <sign(v + v_stroke)> = mu N (2 / pi) asin(v / v_peak), which is below 1 % of mu N here; the two ways
+// at the mean speed give 0.
+TEST(StrokeEffects, FrictionOfAFastStrokeMovesNoHand) {
+  constexpr double kCoefficient = 0.3, kAlong_mm_per_s = 4, kPress_mm = 0.4;
+  CoupledParams params;
+  params.tool = SawingBlade();
+  params.coupling.stiffness_N_per_mm = 20;
+  SetEffect(params.effects, "kerf_friction", "coefficient", kCoefficient);
+  for (const double strokes_a_minute : {2400.0, 15000.0, 60000.0}) {
+    SCOPED_TRACE(strokes_a_minute);
+    CoupledSimulation simulation(test::MakeBox({}, {kSawnLength, 3, 5}, 0.2), params, SawingPose(2.7));
+    Pose X_WH = SawingPose(2.7);
+    const auto tick = [&](const Vec3& move_mm, double rpm) {
+      X_WH.p_AB += move_mm;
+      return simulation.Tick(test::Handle(X_WH, rpm));
+    };
+    for (int i = 0; i < 800; ++i) tick({0, 0, i < 500 ? -0.008 : 0}, 60000);
+    for (int i = 0; i < 300; ++i) tick({0, i < 100 ? 0.01 * kPress_mm : 0, 0}, strokes_a_minute);
+    constexpr int kMeasured = 300;  // whole periods
+    double along_N = 0, across_N = 0, away_mm = 0;
+    for (int i = 0; i < kMeasured; ++i) {
+      const CoupledOutput out = tick({1e-3 * kAlong_mm_per_s, 0, 0}, strokes_a_minute);
+      along_N -= out.f_friction_W_N.x / kMeasured;
+      across_N += std::abs(out.f_face_W_N.y) / kMeasured;
+      away_mm = std::max(away_mm, std::abs(out.X_WT.p_AB.x - X_WH.p_AB.x));
+    }
+    const double most_N = kCoefficient * across_N;
+    ASSERT_GT(most_N, 0.1);
+    const double peak_mm_per_s = 0.5 * ReciprocatingBlade{}.stroke_mm * strokes_a_minute * kFullTurn / 60;
+    EXPECT_NEAR(along_N / most_N, 2 / std::numbers::pi * std::asin(kAlong_mm_per_s / peak_mm_per_s), 0.01);
+    EXPECT_LT(away_mm, 0.01);
+  }
+}
+
 TEST(StrokeEffects, PassingTeethGiveLinesOfTheDisplacementOverThePitch) {
   // With the same force F on every tooth within w of the middle of the edge, the number of teeth varies with the
   // displacement s. Its Fourier series has the terms 2 F / (pi m) sin(2 pi m w / pitch) cos(2 pi m s / pitch).
