@@ -126,7 +126,10 @@ void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& sub
         subject.plan.planes.push_back(
             {.name = "wanted cut" + number,
              .plane = {cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}), cut.across_W},
-             .margin_mm = cut.margin_mm});
+             .margin_mm = cut.margin_mm,
+             .width_mm = kPlaneSizeRange_mm.Clamp(cut.length_mm),
+             .height_mm = kPlaneSizeRange_mm.Clamp(cut.depth_mm),
+             .up_W = -cut.into_W});
       }
       if (cuts.size() > 1) continue;  // a stop holds for all of the bone below it
       subject.plan.stops.push_back({.name = "wanted depth" + number,

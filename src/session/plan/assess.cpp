@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "session/plan/division.h"
 #include "session/plan/lost_voxels.h"
 
 namespace kerf {
@@ -31,21 +32,8 @@ int FindPlaneOf(const Plan& plan, const DepthStop& stop) {
   return best;
 }
 
-int FindNearestPlane(const Plan& plan, const Vec3& p) {
-  int best = -1;
-  double least = 1e300;
-  for (std::size_t i = 0; i < plan.planes.size(); ++i) {
-    const double off = std::abs(OffPlane(plan.planes[i].plane, p));
-    if (off < least) {
-      least = off;
-      best = static_cast<int>(i);
-    }
-  }
-  return best;
-}
-
-PlaneResult AssessPlane(const Plan& plan, std::size_t i, const Bone& before, const Bone& after,
-                        const AssessOptions& options) {
+PlaneResult AssessPlane(const Plan& plan, const PlaneDivision& division, std::size_t i, const Bone& before,
+                        const Bone& after, const AssessOptions& options) {
   PlaneResult result;
   result.planned = plan.planes[i];
   const CutPlane& planned = result.planned.plane;
@@ -53,6 +41,7 @@ PlaneResult AssessPlane(const Plan& plan, std::size_t i, const Bone& before, con
   search.near = planned;
   search.reach_mm = std::max(options.reach_mm, 2 * result.planned.margin_mm);
   search.max_tilt_deg = options.max_tilt_deg;
+  search.belongs = [&](const Vec3& p_W) { return division.Find(p_W) == static_cast<int>(i); };
   result.cut = FitKerf(before, after, search);
   if (!result.cut) return result;
   const FittedPlane& cut = *result.cut;
@@ -97,8 +86,9 @@ Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, do
   out.before_mm3 = before.CalcVolume();
   out.after_mm3 = after.CalcVolume();
   out.removed_mm3 = out.before_mm3 - out.after_mm3;
+  const PlaneDivision division(plan.planes);
   for (std::size_t i = 0; i < plan.planes.size(); ++i) {
-    out.planes.push_back(AssessPlane(plan, i, before, after, options));
+    out.planes.push_back(AssessPlane(plan, division, i, before, after, options));
   }
   const Loss loss = FindLoss(before, after, {}, nullptr);
   const double h = before.voxel_mm();
@@ -111,7 +101,7 @@ Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, do
   if (!plan.stops.empty()) out.too_deep_mm3 = 0;
   std::vector<double> deepest(plan.stops.size(), 0);
   for (const LostCell& cell : loss.cells) {
-    const int nearest = FindNearestPlane(plan, cell.p_W);
+    const int nearest = division.Find(cell.p_W);
     bool outside = nearest >= 0;
     for (const PlannedPlane& p : plan.planes) {
       outside = outside && std::abs(OffPlane(p.plane, cell.p_W)) > p.margin_mm + 0.5 * blade_mm;
@@ -133,7 +123,7 @@ Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, do
     const Vec3& d = stop.planned.direction_W;
     double depth_mm = 0;
     for (const LostCell& cell : loss.cells) {
-      if (plane_of_stop[i] >= 0 && plane_of_stop[i] != FindNearestPlane(plan, cell.p_W)) continue;
+      if (plane_of_stop[i] >= 0 && plane_of_stop[i] != division.Find(cell.p_W)) continue;
       const double depth = glm::dot(d, cell.p_W - stop.planned.p_W_mm);
       if (depth < deepest[i] - 1.5 * h || cell.mm3 <= 0) continue;
       const std::optional<double> end = FindCrossing(after, cell.p_W, d, h, true);

@@ -177,7 +177,7 @@ void Measure(const std::vector<Vec3>& points, const MomentFit& fit, FittedPlane&
 }
 
 std::vector<Midpoint> FindMidpoints(const Bone& before, const Bone& after, const MomentFit& fit,
-                                    const std::vector<WeightedPoint>& points, double reach) {
+                                    const std::vector<WeightedPoint>& points, double reach, const KerfSearch& search) {
   const Vec3 across = glm::cross(fit.normal, fit.along);
   double low[2] = {1e300, 1e300};
   double high[2] = {-1e300, -1e300};
@@ -198,7 +198,7 @@ std::vector<Midpoint> FindMidpoints(const Bone& before, const Bone& after, const
   for (double u = low[0]; u <= high[0]; u += step[0]) {
     for (double v = low[1]; v <= high[1]; v += step[1]) {
       const auto middle = finder.Find(fit.p + u * fit.along + v * across, fit.normal, reach);
-      if (middle) midpoints.push_back(*middle);
+      if (middle && (!search.belongs || search.belongs(middle->p))) midpoints.push_back(*middle);
     }
   }
   if (midpoints.empty()) return midpoints;
@@ -220,7 +220,8 @@ bool IsFlat(const MomentFit& fit) {
 
 std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const KerfSearch& search) {
   const auto keep = [&](const Vec3& p) {
-    return !search.near || std::abs(glm::dot(search.near->normal_W, p - search.near->p_W)) <= search.reach_mm;
+    if (search.near && std::abs(glm::dot(search.near->normal_W, p - search.near->p_W)) > search.reach_mm) return false;
+    return !search.belongs || search.belongs(p);
   };
   const Loss loss = FindLoss(before, after, search.within, keep);
   FittedPlane plane;
@@ -242,7 +243,7 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
   bool by_midpoints = false;
   std::vector<Midpoint> midpoints;
   for (int iteration = 0; iteration < 2; ++iteration) {
-    midpoints = FindMidpoints(before, after, *fit, points, off + 4 * h);
+    midpoints = FindMidpoints(before, after, *fit, points, off + 4 * h, search);
     if (midpoints.size() < kMinMidpoints) break;
     const std::optional<MomentFit> better = FitMidpoints(midpoints, *fit);
     if (!better || !IsFlat(*better)) break;
@@ -297,7 +298,7 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
 }
 
 std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, std::optional<Box3> within) {
-  return FitKerf(before, after, KerfSearch{.within = within, .near = {}});
+  return FitKerf(before, after, KerfSearch{.within = within, .near = {}, .belongs = {}});
 }
 
 }  // namespace kerf

@@ -1,6 +1,7 @@
 // Finds the plane of a cut from the bone before and after it.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "kerf/bone.h"
@@ -28,6 +29,8 @@ struct KerfSearch {
   std::optional<CutPlane> near;  // use only bone removed near this plane:
   double reach_mm = 5;           // maximum distance from it
   double max_tilt_deg = 30;      // maximum angle to it
+  /// Returns false where removed bone belongs to another cut. Null: all of it belongs to this one.
+  std::function<bool(const Vec3& p_W)> belongs;
 };
 
 /// Fits the mid-plane of the kerf. Returns none if no bone was removed or if no plane can be fitted to the removed bone

@@ -10,6 +10,7 @@
 #include "cut/tool/planar_blade.h"
 #include "cut/tool/shape.h"
 #include "kerf/error.h"
+#include "session/plan/division.h"
 
 namespace kerf {
 namespace {
@@ -115,17 +116,7 @@ std::vector<WantedCut> MakeWantedCuts(const SceneExercise& exercise, const Tool&
 }
 
 const WantedCut& FindNearestCut(const std::vector<WantedCut>& cuts, const Vec3& p_W) {
-  const WantedCut* nearest = &cuts.front();
-  if (cuts.size() == 1) return *nearest;
-  double least_mm = nearest->CalcDistance(p_W);
-  for (const WantedCut& cut : cuts) {
-    const double distance_mm = cut.CalcDistance(p_W);
-    if (distance_mm < least_mm) {
-      least_mm = distance_mm;
-      nearest = &cut;
-    }
-  }
-  return *nearest;
+  return cuts[FindNearest(cuts.size(), [&](std::size_t i) { return cuts[i].CalcDistance(p_W); })];
 }
 
 Pose WantedCut::CalcToolPose(double s_mm, double t_mm) const {
