@@ -18,6 +18,7 @@
 #include "session/run/cutting_energy.h"
 #include "session/run/run_slab_scene.h"
 #include "session/scene/path.h"
+#include "session/scene/saws.h"
 #include "session/scene/scene.h"
 #include "session/scene/schema.h"
 #include "session/scene/warnings.h"
@@ -130,7 +131,7 @@ void Run(const CheckArguments& options) {
   fmt::print("{}: valid{}{}\n", options.file, scene.title.empty() ? "" : ": ", scene.title);
   fmt::print("  bone   {}\n", checked.bone);
   fmt::print("  moduli {}\n", DescribeMaterial(scene, checked.material));
-  fmt::print("  tool   {}, {} rpm\n", DescribeTool(scene.tool.shape), scene.tool.rpm);
+  fmt::print("  tool   {}, {}\n", DescribeTool(scene.tool.shape), DescribeRate(scene.tool));
   const std::size_t parts = path.segments().size();
   fmt::print("  path   {} {}, {:.1f} mm in {:.2f} s, {} ticks at {} Hz\n", parts,
              scene.path.strokes.empty() ? "segment"

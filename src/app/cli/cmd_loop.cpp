@@ -171,7 +171,9 @@ void Run(LoopArguments& options) {
   Scene scene = OpenScene(options, recording, recorded);
   options.loop.output.scene_file = options.scene;
   try {
-    for (const std::string& text : options.actions) options.loop.undo.actions.push_back(ParseLoopAction(text));
+    for (const std::string& text : options.actions) {
+      options.loop.undo.actions.push_back(ParseLoopAction(text, CalcRateRange(MakeTool(scene))));
+    }
   } catch (const Error& e) {
     throw CLI::ValidationError("--do", e.what());
   }
@@ -273,7 +275,8 @@ void AddLoopCommand(CLI::App& app) {
       ->add_option("--do", options->actions,
                    "Action at a time, s since the start of the session or the recording: TIME:checkpoint=NAME stores "
                    "the bone, TIME:undo[=NAME] restores that or the previous checkpoint, TIME:redo reverts an undo "
-                   "(until something is cut), TIME:rpm=SPEED sets the spindle's speed; may be repeated")
+                   "(until something is cut), TIME:rpm=SPEED sets the speed of the spindle, or the double strokes a "
+                   "minute; may be repeated")
       ->allow_extra_args(false);
   AddNumber(*command, "--undo-mb", options->loop.undo, "max_MB")->capture_default_str();
   CLI::Option* record =

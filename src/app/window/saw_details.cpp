@@ -57,7 +57,7 @@ std::string ShowTeeth(const Tool& tool) {
 std::string ShowRate(const SceneTool& tool) {
   constexpr double kLeastInKHz_per_min = 60e3;
   if (CalcStroke(tool.shape) == 0) return Format(Tr("{} rpm"), ShowNumber(tool.rpm, 0));
-  if (tool.rpm < kLeastInKHz_per_min) return Format(Tr("{} strokes a minute"), ShowNumber(tool.rpm, 0));
+  if (tool.rpm < kLeastInKHz_per_min) return Format(Tr("{} double strokes a minute"), ShowNumber(tool.rpm, 0));
   return Format(Tr("{} kHz"), ShowShort(tool.rpm / kLeastInKHz_per_min));
 }
 

@@ -168,7 +168,7 @@ CutCase MakeDrillCut(double voxel_mm) {
 CutCase MakeSawnCut(const Tool& blade, double rpm, double bar_mm, double voxel_mm) {
   CutCase cut;
   cut.name = fmt::format("{}-{}", GetShape(blade), voxel_mm);
-  cut.title = fmt::format("{} through a bar {:g} mm wide, {:g} strokes a minute, 5 mm/s, {} mm voxels",
+  cut.title = fmt::format("{} through a bar {:g} mm wide, {:g} double strokes a minute, 5 mm/s, {} mm voxels",
                           DescribeToolBriefly(blade), bar_mm, rpm, voxel_mm);
   cut.tool = blade;
   cut.rpm = rpm;

@@ -11,7 +11,7 @@
 
 namespace kerf {
 
-LoopAction ParseLoopAction(const std::string& text) {
+LoopAction ParseLoopAction(const std::string& text, const Range& rates) {
   const auto fail = [&] {
     throw Error(
         fmt::format("\"{}\" is not an action; write TIME:checkpoint=NAME, TIME:undo, TIME:undo=NAME, TIME:redo or "
@@ -36,10 +36,8 @@ LoopAction ParseLoopAction(const std::string& text) {
   } else if (word == "rpm" && named) {
     action.kind = LoopAction::Kind::kSpindle;
     const auto [stop, fault] = std::from_chars(action.name.data(), action.name.data() + action.name.size(), action.rpm);
-    if (fault != std::errc{} || stop != action.name.data() + action.name.size() ||
-        !kSpindleRange_rpm.Contains(std::abs(action.rpm))) {
-      fail();
-    }
+    if (fault != std::errc{} || stop != action.name.data() + action.name.size()) fail();
+    CheckRange("rpm", std::abs(action.rpm), rates, fmt::format("\"{}\"", text));
   } else {
     fail();
   }

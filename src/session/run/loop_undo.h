@@ -29,8 +29,8 @@ struct LoopAction {
   std::optional<Pose> X_to = std::nullopt;  // kRetract: where the tool is taken; none: only out of the bone
 };
 /// Parses "2.5:checkpoint=before the cut", "6:undo", "6:undo=before the cut", "7:redo" or "8:rpm=0". Throws kerf::Error
-/// for any other text.
-LoopAction ParseLoopAction(const std::string& text);
+/// for any other text, and for a speed, whatever its sign, outside of `rates`: CalcRateRange() of the tool.
+LoopAction ParseLoopAction(const std::string& text, const Range& rates = kSpindleRange_rpm);
 
 /// Moves the tool of a loop whose hand can be moved by the program (HandDriver::Place()). Called in the reader's
 /// thread.

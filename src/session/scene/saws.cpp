@@ -120,6 +120,10 @@ const std::vector<Saw>& BuiltInSaws() {
   return saws;
 }
 
+std::string DescribeRate(const SceneTool& tool) {
+  return fmt::format("{} {}", tool.rpm, CalcStroke(tool.shape) > 0 ? "double strokes a minute" : "rpm");
+}
+
 void UseSaw(Scene& scene, const Saw& saw) {
   const Tool before = scene.tool.shape;
   scene.tool = saw.tool;

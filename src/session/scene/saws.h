@@ -26,6 +26,9 @@ std::vector<Saw> ParseSaws(const std::string& text, const std::string& file);
 /// Returns the saws that are built into kerf.
 const std::vector<Saw>& BuiltInSaws();
 
+/// Returns the speed of a tool, such as "7500 rpm" or "15000 double strokes a minute".
+std::string DescribeRate(const SceneTool& tool);
+
 /// Replaces the scene's tool with this saw. Keeps the grip, unless the handpiece is held at another side of the tool.
 /// For any tool but a disc, removes [slab].
 void UseSaw(Scene& scene, const Saw& saw);

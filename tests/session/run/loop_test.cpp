@@ -77,6 +77,17 @@ TEST(RunLoop, CutsThroughAndRemovesTheKerf) {
   EXPECT_TRUE(s.warnings.empty());
 }
 
+TEST(ParseLoopAction, TakesTheSpeedsOfTheTool) {
+  EXPECT_EQ(ParseLoopAction("1:rpm=90000").rpm, 90000);
+  EXPECT_EQ(ParseLoopAction("1:rpm=0").rpm, 0);
+  EXPECT_EQ(ParseLoopAction("1:rpm=-7500").rpm, -7500);
+  EXPECT_THAT(test::MessageOf([] { ParseLoopAction("1:rpm=1680000"); }),
+              testing::StartsWith("\"1:rpm=1680000\": rpm = 1680000 is above 100000;"));
+  EXPECT_EQ(ParseLoopAction("1:rpm=1680000", CalcRateRange(PiezoInsert{})).rpm, 1.68e6);
+  EXPECT_THROW(ParseLoopAction("1:rpm=4e6", CalcRateRange(PiezoInsert{})), Error);
+  EXPECT_THROW(ParseLoopAction("1:rpm=fast"), Error);
+}
+
 TEST(RunLoop, GivesTheSameBitsTwice) {
   const Scene scene = ParseScene(kLoopScene, "s.toml");
   const LoopSummary a = RunVirtual(scene, 1);

@@ -40,6 +40,12 @@ TEST(Saws, EveryBuiltInSawIsValidInAScene) {
   EXPECT_EQ(DescribeTool(BuiltInSaws().front().tool.shape), DescribeTool(DiscSaw{}));
 }
 
+TEST(Saws, RateIsInTheTermsOfTheirDrive) {
+  EXPECT_EQ(DescribeRate({.shape = DiscSaw{}, .rpm = 7500}), "7500 rpm");
+  EXPECT_EQ(DescribeRate({.shape = OscillatingBlade{}, .rpm = 15000}), "15000 double strokes a minute");
+  EXPECT_EQ(DescribeRate({.shape = PiezoInsert{}, .rpm = 1.68e6}), "1680000 double strokes a minute");
+}
+
 TEST(Saws, UserDefinedTableIsRead) {
   const std::vector<Saw> saws = ParseSaws(
       kSawsHeader + "a,disc,20,0.3,18,none,5000,mine\n\"b, long\",ball,4,none,none,6,9000,mine\n", "saws.csv");
