@@ -93,16 +93,16 @@ std::string DescribeBite(const ForceLaw& law, double bite_mm) {
 std::string DescribeBlades(const ForceLaw& law) {
   const std::string_view name = law.name();
   if (name == "edge_plus_chip" || name == "tabulated") {
-    return "scales with the blade's thickness, and ignores the disc's radius";
+    return "scales with the blade's thickness, and ignores the tool's radius";
   }
   if (name == "two_component") {
-    return "scales with the blade's thickness, ignores the disc's radius, and reads the edge's radius at small bites";
+    return "scales with the blade's thickness, ignores the tool's radius, and reads the edge's radius at small bites";
   }
-  const bool own_radius = law.Get("contact_radius_mm") > 0;  // set in the scene, so the disc's radius is not used
+  const bool own_radius = law.Get("contact_radius_mm") > 0;  // set in the scene, so the tool's radius is not used
   const char* rest = name == "hertz_chip"
-                         ? (own_radius ? "the disc's radius" : "scales with the square root of the disc's radius")
+                         ? (own_radius ? "the tool's radius" : "scales with the square root of the tool's radius")
                      : own_radius ? "scales with the cube of the tooth pitch"
-                                  : "scales with the cube of the tooth pitch over the disc's radius";
+                                  : "scales with the cube of the tooth pitch over the tool's radius";
   return fmt::format("ignores the blade's thickness and {}: it can't be used to compare blades", rest);
 }
 

@@ -104,11 +104,11 @@ TEST(Measured, FactorsFollowToolAndParameters) {
   EXPECT_THAT(DescribeAccuracy(ForceLaw("hertz_constant_bite"), large),
               testing::StartsWith("thrust 1/490 of that measured at a bite of 2.5 um, 1/673 of that at 10 um"));
   ForceLaw own("hertz_chip");
-  own.Set("contact_radius_mm", 0.11);  // a hundredth of the disc's radius, so a tenth of the force
+  own.Set("contact_radius_mm", 0.11);  // a hundredth of the tool's radius, so a tenth of the force
   EXPECT_THAT(DescribeAccuracy(own, kSaw),
               testing::StartsWith("thrust 0.16 times that measured at a bite of 2.5 um, 0.91 times that at 10 um"));
   EXPECT_EQ(DescribeBlades(own),
-            "ignores the blade's thickness and the disc's radius: it can't be used to compare blades");
+            "ignores the blade's thickness and the tool's radius: it can't be used to compare blades");
   DiscSaw thick;
   thick.thickness_mm = 1;
   ForceLaw edge("edge_plus_chip");
