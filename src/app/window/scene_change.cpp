@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "app/window/is_ready.h"
-#include "app/window/open_input.h"
+#include "app/window/keep_edge.h"
 #include "base/files/files.h"
 #include "session/scene/path_csv.h"
 
@@ -23,9 +23,9 @@ void SceneChange::Make(Scene scene, std::shared_ptr<const Bone> bone, const Pose
     namespace fs = std::filesystem;
     scene.bone.source = BoneSource::kFile;
     scene.bone.file = fs::absolute(fmt::format("{}/bone-{}.vdb", folder, session)).string();
+    const Tool before = MakeTool(scene);
     apply(scene);
-    const Tool tool = MakeTool(scene);
-    const Pose X_clear = FindClearPose(*bone, tool, X_WT);
+    const Pose X_clear = KeepEdge(*bone, before, X_WT, MakeTool(scene));
     // The tool starts at the first pose of the path, and the hand continues from there.
     scene.path = {};
     scene.path.poses = {{.time_s = 0, .X_WT = X_clear}, {.time_s = 1, .X_WT = X_clear}};

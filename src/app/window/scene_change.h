@@ -26,8 +26,8 @@ class SceneChange {
   void Request(const std::string& what, std::function<void(Scene&)> apply);
   bool is_pending() const { return pending_.has_value(); }
   /// Makes the change in another thread. `bone`: at the end of the session; `X_WT`: pose of the saw then. The new scene
-  /// refers to the file FOLDER/bone-`session`.vdb, which is not written here, and begins with the saw clear of the
-  /// bone.
+  /// refers to the file FOLDER/bone-`session`.vdb, which is not written here, and begins with the saw of
+  /// KeepEdge().
   void Make(Scene scene, std::shared_ptr<const Bone> bone, const Pose& X_WT, const std::string& folder, int session);
   bool is_making() const { return making_.valid(); }
   /// Returns the result of Make() when it is ready. Throws Error if the path of the new scene cannot be written.
