@@ -32,13 +32,16 @@ namespace {
 void PrintList(bool json) {
   if (json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    for (const Exercise& e : ListExercises()) {
-      list.push_back({{"id", e.id}, {"difficulty", e.difficulty}, {"title", e.title}, {"goal", e.goal}});
+    for (const auto exercises : {ListExercises(), ListProcedures()}) {
+      for (const Exercise& e : exercises) {
+        list.push_back({{"id", e.id}, {"difficulty", e.difficulty}, {"title", e.title}, {"goal", e.goal}});
+      }
     }
     fmt::print("{}\n", list.dump(2));
     return;
   }
-  for (const Exercise& e : ListExercises()) fmt::print("{}  {:<16} {}: {}\n", e.difficulty, e.id, e.title, e.goal);
+  for (const Exercise& e : ListExercises()) fmt::print("{}  {:<20} {}: {}\n", e.difficulty, e.id, e.title, e.goal);
+  for (const Exercise& e : ListProcedures()) fmt::print("-  {:<20} {}: {}\n", e.id, e.title, e.goal);
 }
 
 ScoreSheet Score(const std::string& file, const std::string& bone_file) {
@@ -82,23 +85,18 @@ std::vector<KnownKey> FindKnownKeys(const std::string& file) {
   return known;
 }
 
-/// Returns the scene of a built-in exercise, or of a scene file, and the name of its file.
-std::pair<Scene, std::string> FindExerciseScene(const std::string& exercise, int level) {
-  if (std::filesystem::path(exercise).extension() == ".toml") return {MakeLevel(ReadScene(exercise), level), exercise};
-  return {MakeExerciseScene(exercise, level), FindExercise(exercise).file};
-}
-
 /// Runs an agent. `done` is set to true if the agent finished.
 LoopSummary RunExercise(const std::string& agent, std::uint64_t seed, const std::string& exercise, int level,
                         double seconds, const std::string& record, std::atomic<bool>& done) {
   const AgentParams params = MakeAgentParams(agent, seed);
-  const auto [scene, file] = FindExerciseScene(exercise, level);
+  const Exercise done_one = OpenExercise(exercise);
+  const Scene scene = MakeExerciseScene(done_one, level);
   LoopOptions loop;
   loop.virtual_time = true;
   loop.seconds = std::min(seconds > 0 ? seconds : CalcAgentTime(params, scene), kMaxLoop_s);
   loop.output.log = LoopLog::kNone;
   loop.output.record = record;
-  loop.output.scene_file = file;
+  loop.output.scene_file = done_one.file;
   loop.stop = &done;
   loop.driver.make_hand = MakeAgent(params, scene, &done);
   if (!record.empty()) CheckNewRecording(record);
@@ -164,7 +162,7 @@ void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
   command.add_option("--hand-in", options.hand_in, "Score a recording and keep it as an attempt of --student");
   command.add_option("--bone", options.bone_file, "With --hand-in: bone file of the recording, if it was moved (.vdb)");
   command.add_option("--exercise", options.exercise,
-                     "Id of the exercise (see --list); with --agent also a scene with [exercise] (.toml)");
+                     "Id of the exercise (see --list), or a scene with [exercise] (.toml)");
   AddNumberOption(command, "--level", options.level, "level", FindRange<SceneExercise>("level"),
                   "level of the exercise, from all aids to none")
       ->capture_default_str();

@@ -88,8 +88,9 @@ class Activity {
   virtual std::vector<TourStep> tour() const { return {}; }
   /// Returns whether the tour is shown at the first start.
   virtual bool begins_with_tour() const { return true; }
-  /// Returns true if a saw that is retracted returns to its start, wherever the user looks from.
-  virtual bool returns_to_start() const { return false; }
+  /// Returns where a saw that is retracted goes, wherever the user looks from; none: where it is seen. `X_start`: pose
+  /// of the saw at the start.
+  virtual std::optional<Pose> FindRetreat(const Pose& /*X_start*/) const { return {}; }
   /// Returns false if there is no saw to move or to switch on, whose buttons and modes are then not shown.
   virtual bool has_saw() const { return true; }
   /// Returns true if the force is shown above the activity's own sections.

@@ -62,7 +62,7 @@ bool IsSameModel(const SceneBone& a, const SceneBone& b) {
 Practice::Practice(const PracticeOptions& options) : options_(options) {
   options_.viewer.ghost = false;  // the handle's picture would hide the blade's colour
   options_.viewer.watch = true;
-  if (!options_.exercise.empty()) FindExercise(options_.exercise);
+  if (!options_.exercise.empty()) options_.exercise = opened_.emplace_back(OpenExercise(options_.exercise)).id;
   const std::string student = std::exchange(options_.student, "");
   if (!student.empty()) {
     history_.emplace(FindHistoryFile());
@@ -92,12 +92,29 @@ std::vector<std::string> Practice::Run() {
 }
 
 std::vector<ExerciseRow> Practice::MakeRows() const {
-  return ListProgress(attempts_);
+  std::vector<ExerciseRow> rows = ListProgress(attempts_);
+  for (const Exercise& opened : opened_) {
+    ExerciseRow row = MakeProgress(attempts_, opened);
+    const auto same = std::find_if(rows.begin(), rows.end(), [&](const ExerciseRow& r) { return r.id == row.id; });
+    if (same == rows.end()) {
+      rows.push_back(std::move(row));
+    } else {
+      *same = std::move(row);
+    }
+  }
+  return rows;
+}
+
+/// Returns the exercise of a file that was opened, or a built-in one.
+const Exercise& Practice::Find(const std::string& id) const {
+  const auto opened = std::find_if(opened_.begin(), opened_.end(), [&](const Exercise& e) { return e.id == id; });
+  return opened != opened_.end() ? *opened : FindExercise(id);
 }
 
 void Practice::Choose() {
   checks_.End();
   state_ = State::kChoosing;
+  HideGoal();
   std::vector<ExerciseRow> rows = MakeRows();
   NextStep next = FindNextStep(attempts_);
   viewer_->trace().Write("recommended", {{"exercise", next.exercise}, {"level", next.level}});
@@ -160,15 +177,15 @@ void Practice::UseName(const std::string& entered) {
   if (state_ == State::kChoosing && list_) return Choose();
   if (state_ != State::kResult) return;
   stored_ = [student] { return fmt::format(fmt::runtime(Tr("The attempt is saved for {}")), student); };
-  next_ = Recommend(attempts_, exercise_->id, options_.level, sheet_->total);
+  next_ = Recommend(attempts_, *exercise_, options_.level, sheet_->total);
 }
 
 void Practice::Start(const std::string& id, int level) {
   checks_.End();
   viewer_->EndTourStep("choose");
   list_.reset();
-  exercise_ = &FindExercise(id);
-  scene_ = MakeExerciseScene(id, level);
+  exercise_ = &Find(id);
+  scene_ = MakeExerciseScene(*exercise_, level);
   if (scene_.exercise.depth_stop) {
     const WantedCut cut = MakeWantedCut(scene_.exercise, MakeTool(scene_));
     const DepthStop stop{.name = "goal", .p_W_mm = cut.start_W, .direction_W = cut.into_W, .depth_mm = cut.depth_mm};
@@ -179,7 +196,9 @@ void Practice::Start(const std::string& id, int level) {
     scene_.effects.push_back(std::move(guide));
   }
   options_.level = level;
-  gauge_.reset();
+  cuts_.clear();
+  gauges_.clear();
+  current_ = 0;
   nerve_.reset();
   sheet_.reset();
   review_.reset();
@@ -197,9 +216,7 @@ void Practice::Start(const std::string& id, int level) {
     film->set_time_s(tick.time_s);
   });
   viewer_->set_take_leaf([film = film_](const LeafMessage& leaf) { film->Take(leaf.index, leaf.values); });
-  // What belongs to another exercise is not shown while the bone of this one is made.
-  viewer_->view().SetGuides({});
-  viewer_->view().SetPlanes({});
+  HideGoal();  // of another exercise, while the bone of this one is made
   const bool same = kept_bone_ && IsSameModel(kept_source_, scene_.bone);
   if (same) {
     viewer_->ShowUncut();
@@ -263,8 +280,23 @@ void Practice::Cancelled() {
   if (!viewer_->quitting()) Choose();
 }
 
-void Practice::Open(const std::string& /*path*/) {
-  viewer_->Say(Tr("An exercise brings its own bone; use 'kerf rehearse' to open a file"));
+void Practice::Open(const std::string& path) {
+  if (std::filesystem::path(path).extension() != ".toml") {
+    return viewer_->Say(
+        Tr("Only scenes with an exercise (.toml) can be opened here; use 'kerf rehearse' to open a bone or a CT"));
+  }
+  if (state_ == State::kCutting || state_ == State::kScoring) {
+    return viewer_->Say(Tr("Finish or leave the exercise before you open another one"));
+  }
+  try {
+    Exercise exercise = ReadExercise(path);
+    std::erase_if(opened_, [&](const Exercise& e) { return e.id == exercise.id; });
+    opened_.push_back(std::move(exercise));
+  } catch (const Error& e) {
+    return viewer_->dialogs().Ask(TrMade(e.what()), {{Tr("OK"), nullptr}});
+  }
+  if (state_ == State::kReplaying) EndReplay();
+  Start(opened_.back().id, 1);
 }
 
 bool Practice::Take(const WindowEvent& event) {
@@ -294,8 +326,9 @@ void Practice::Fill(HudState& hud) {
                         ? fmt::format(fmt::runtime(Tr("{}, level {}")), Tr(exercise_->title.c_str()), options_.level)
                         : Tr("Practise");
   if (exercise_ != nullptr && state_ != State::kChoosing) {
-    hud.status.short_mode =
-        fmt::format(fmt::runtime(Tr("exercise {}, level {}")), exercise_->difficulty, options_.level);
+    hud.status.short_mode = exercise_->difficulty > 0 ? fmt::format(fmt::runtime(Tr("exercise {}, level {}")),
+                                                                    exercise_->difficulty, options_.level)
+                                                      : fmt::format(fmt::runtime(Tr("level {}")), options_.level);
     const std::string saw = TrMade(DescribeTool(scene_.tool.shape));
     hud.status.short_saw = saw.substr(0, saw.find(", "));  // "disc 22 x 0.25 mm"
   }
@@ -306,7 +339,7 @@ void Practice::Fill(HudState& hud) {
         HudProgress{.title = Tr("Scoring"), .stage = Tr(scoring_stage_.c_str()), .fraction = scoring_fraction_};
   }
   if (state_ == State::kReplaying) {
-    const std::optional<DepthReading> reading = gauge_->Calc(pair_->student.Calc(replay_s_).X_WT);
+    const std::optional<DepthReading> reading = gauge().Calc(pair_->student.Calc(replay_s_).X_WT);
     const CoachState depth{.zone = reading ? FindDepthZone(*reading) : DepthZone::kAbove};
     hud.gauge = MakeGauge(reading, MakeDepthAdvice(depth, false));
     hud.banner = HudBanner{
@@ -335,8 +368,7 @@ void Practice::DrawWindows(Ui& ui) {
   const double counted_s = sheet_->Get("time_total_s").value_or(0);
   replay_box_ = CalcReplayBox(ui, *pair_, counted_s, scene);
   double chosen_s = replay_s_;
-  const ReplayChoice choice =
-      DrawReplay(ui, *pair_, scene_.exercise.depth_mm, counted_s, replay_runs_, chosen_s, scene);
+  const ReplayChoice choice = DrawReplay(ui, *pair_, cut().depth_mm, counted_s, replay_runs_, chosen_s, scene);
   if (chosen_s != replay_s_) clicked_ = [this, chosen_s] { SeekReplay(chosen_s); };
   switch (choice) {
     case ReplayChoice::kNone:
@@ -361,6 +393,10 @@ void Practice::Describe(nlohmann::json& state) const {
                                               : "replaying";
   state["exercise"] = exercise_ != nullptr ? exercise_->id : "";
   state["level"] = options_.level;
+  if (!gauges_.empty()) {
+    state["cut"] = current_ + 1;
+    state["cuts_made"] = CountMade();
+  }
   if (list_) state["menu"] = list_->title();
   if (const std::optional<DepthReading> reading = Read()) {
     state["depth_mm"] = std::round(100 * reading->depth_mm) / 100;

@@ -29,14 +29,15 @@ namespace kerf {
 
 struct PracticeOptions {
   ViewerOptions viewer;
-  std::string exercise;  // id of the exercise; empty: chosen from a list
+  std::string exercise;  // id of the exercise, or a scene file (.toml); empty: chosen from a list
   int level = 1;
   std::string student;  // student whose attempts are stored; empty: they are not stored
 };
 
 class Practice final : public Activity {
  public:
-  /// Throws Error if there is no display, the exercise does not exist, or the history cannot be used.
+  /// Throws Error if there is no display, the exercise does not exist, its file has faults, or the history cannot be
+  /// used.
   explicit Practice(const PracticeOptions& options);
   ~Practice() override;
 
@@ -89,7 +90,10 @@ class Practice final : public Activity {
   void DrawSections(Ui& ui) override;
   void DrawWindows(Ui& ui) override;
   std::vector<TourStep> tour() const override;
-  bool returns_to_start() const override { return true; }
+  std::optional<Pose> FindRetreat(const Pose& X_start) const override;
+  bool has_slices() const override;
+  void FillSlices(SliceScene& scene) const override;
+  std::optional<Vec3> slice_focus() const override;
   bool has_saw() const override { return state_ == State::kCutting; }
   bool shows_force_first() const override { return true; }
   std::vector<HudKeyGroup> help() const override;
@@ -114,6 +118,8 @@ class Practice final : public Activity {
   void DrawResultDialog(Ui& ui);
   void AskName();
   void UseName(const std::string& entered);
+  void AskOpen();
+  const Exercise& Find(const std::string& id) const;
   void Score(std::shared_ptr<const Bone> before, Bone after);
   void TakeSheet();
   void SaveAttempt();
@@ -124,12 +130,23 @@ class Practice final : public Activity {
   void FillCutting(HudState& hud);
   void ShowCutAndSaw();
   void ShowGoal();
+  void HideGoal();
   std::string DescribePlan() const;
+  std::string NameCut(std::size_t i) const;
   bool IsPlanned() const;  // the wanted cut is a planned plane through the bone rather than a line on it
+  bool DrillsHoles() const;
+  bool HasSeveralCuts() const { return cuts_.size() > 1; }
+  const DepthGauge& gauge() const { return gauges_[current_]; }
+  const WantedCut& cut() const { return cuts_[current_]; }
+  void TakeUpCut(std::size_t i);
   std::optional<DepthReading> Read() const;
   CoachInput MakeCoachInput() const;
   double CalcElapsed_s() const;
-  double CalcDone() const;  // fraction of what is to be cut
+  double CalcDone(std::size_t i) const;  // fraction of a cut
+  bool IsMade(std::size_t i) const;
+  std::size_t CountMade() const;
+  bool AllMade() const { return CountMade() == gauges_.size(); }
+  std::pair<std::string, std::string> DescribeDone() const;
   DepthAdvice MakeAdvice() const;
   HudGauge MakeGauge(const std::optional<DepthReading>& reading, const DepthAdvice& advice) const;
 
@@ -139,9 +156,12 @@ class Practice final : public Activity {
   State state_ = State::kChoosing;
   std::optional<ExerciseList> list_;  // kChoosing
   std::function<void()> clicked_;     // what was clicked in the last frame; runs before the next one
+  std::vector<Exercise> opened_;      // by name or file; one for each id
   const Exercise* exercise_ = nullptr;
   Scene scene_;
-  std::unique_ptr<DepthGauge> gauge_;
+  std::vector<WantedCut> cuts_;     // empty before the session has begun
+  std::vector<DepthGauge> gauges_;  // of each
+  std::size_t current_ = 0;         // cut that the advice is about
   std::future<std::unique_ptr<RegionDistance>> making_nerve_;
   std::unique_ptr<RegionDistance> nerve_;
   bool begun_ = false;  // the spindle has been on
@@ -163,13 +183,14 @@ class Practice final : public Activity {
   NextStep next_;  // kResult: recommended
   CoachState coach_;
   std::optional<FeedMeter> feed_;
-  std::optional<double> feed_mm_per_s_;    // of feed_, at the last frame
-  std::optional<PlanesReport> report_;     // of the bone as it is cut; none: not yet
-  std::string plan_label_;                 // beside the planned plane
-  std::vector<double> deepest_mm_;         // by column of the gauge
-  std::shared_ptr<const Bone> kept_bone_;  // of the last session, uncut; null: none
-  SceneBone kept_source_;                  // that it was made of
-  std::optional<Pose> touched_at_;         // pose of the saw in the last frame, if it touched bone
+  std::optional<double> feed_mm_per_s_;          // of feed_, at the last frame
+  std::optional<PlanesReport> report_;           // of the bone as it is cut; none: not yet
+  std::string plan_label_;                       // beside the planned plane
+  std::vector<std::vector<double>> deepest_mm_;  // of each cut, by column of its gauge; of a hole, one value
+  std::size_t shown_made_ = 0;                   // number of cuts that are shown as made
+  std::shared_ptr<const Bone> kept_bone_;        // of the last session, uncut; null: none
+  SceneBone kept_source_;                        // that it was made of
+  std::optional<Pose> touched_at_;               // pose of the saw in the last frame, if it touched bone
 
   ResultChecks checks_;
   bool wants_replay_ = false;

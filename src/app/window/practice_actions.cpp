@@ -1,6 +1,7 @@
 // Entries of the menu of exercises, keys and tour.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "app/window/practice.h"
@@ -19,6 +20,13 @@ constexpr const char* kListKeys = Msg("in the list");
 }  // namespace
 
 void Practice::AddActions(ActionList& actions) {
+  actions.Add({.id = "file.open",
+               .menu = Msg("File"),
+               .label = Msg("Open an exercise"),
+               .shortcut = {.key = Key::kO, .control = true},
+               .tip = Msg("A scene with a section [exercise] (.toml); or drop it here"),
+               .run = [this] { AskOpen(); },
+               .enabled = [this] { return state_ != State::kCutting && state_ != State::kScoring; }});
   actions.Add({.id = "exercise.finish",
                .menu = Msg("Exercise"),
                .label = Msg("Finish and see the score"),
@@ -107,6 +115,12 @@ void Practice::AddActions(ActionList& actions) {
                .enabled = [this] { return state_ == State::kResult; }});
 }
 
+void Practice::AskOpen() {
+  viewer_->dialogs().ChooseFile(viewer_->ui(), Tr("Open a scene with an exercise"),
+                                FindRecentFolder(viewer_->settings()), {".toml"}, false, "",
+                                [this](const std::string& path) { Open(path); });
+}
+
 std::vector<HudKeyGroup> Practice::help() const {
   std::vector<HudKeyGroup> groups{
       {ShowKeyGroup("Exercise", kReplayKeys), {{Tr("Left, Right"), Tr("back, forward by 0.5 s")}}}};
@@ -117,7 +131,8 @@ std::vector<HudKeyGroup> Practice::help() const {
   groups.push_back({ShowKeyGroup("Exercise", kListKeys),
                     {{Tr("Up, Down"), Tr("another exercise or level")},
                      {Tr("Enter"), Tr("show its levels, or begin a level")},
-                     {fmt::format("1\u2013{}", ListExercises().size()), Tr("exercise or level with this number")},
+                     {fmt::format("1\u2013{}", std::min<std::size_t>(9, MakeRows().size())),
+                      Tr("exercise or level with this number")},
                      {"N", Tr("another student")}}});
   return groups;
 }

@@ -27,6 +27,8 @@ constexpr double kPlaneRim_mm = 10;
 constexpr double kCard = 110;
 constexpr double kReplayCard = 66;
 constexpr double kMaxCardShare = 0.38;
+/// Length of a hole's axis that is shown above the surface.
+constexpr double kAxis_mm = 8;
 /// Time before the end of an attempt from which on the student is warned of it.
 constexpr double kWarnTime_s = 10;
 
@@ -62,6 +64,34 @@ Rgb8 ColourOf(HudLevel level) {
   }
 }
 
+/// Colours of what is wanted: what is made, what comes next, and the rest; light, because slices are grey.
+Rgb8 ColourOfCut(bool made, bool current) {
+  return made ? Rgb8{0, 158, 115} : current ? Rgb8{230, 159, 0} : Rgb8{86, 180, 233};
+}
+
+/// Returns the rectangle of a cut, from its surface to its depth, widened by a rim.
+PlaneOverlay MakePlane(const WantedCut& cut, double rim_mm) {
+  return {.p_W = cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}),
+          .normal_W = cut.across_W,
+          .width_mm = cut.length_mm + 2 * rim_mm,
+          .height_mm = cut.depth_mm + 2 * rim_mm,
+          .up_W = -cut.into_W};
+}
+
+/// Returns a hole as a tube as wide and as deep as wanted.
+MarkOverlay MakeHoleMark(const WantedCut& hole, const Rgb8& colour, bool current, const std::string& name) {
+  return {.points_W = {hole.start_W, hole.ToWorld({0, hole.depth_mm, 0})},
+          .radius_mm = hole.radius_mm,
+          .colour = colour,
+          .label = name,
+          .selected = current,
+          .shows_through = true};
+}
+
+bool Touches(const LiveFigures& figures) {
+  return figures.coupled.engaged_teeth > 0 || glm::length(figures.coupled.f_face_W_N) > 0;
+}
+
 std::string DescribeWithWay(const Message& message, const std::optional<Message>& way) {
   return Translate(message) + (way ? " " + Translate(*way) : "");
 }
@@ -70,55 +100,84 @@ std::string DescribeWithWay(const Message& message, const std::optional<Message>
 
 void Practice::Began() {
   const std::shared_ptr<const Bone> bone = viewer_->bone_at_start();
-  gauge_ = std::make_unique<DepthGauge>(*bone, MakeWantedCut(scene_.exercise, MakeTool(scene_)));
-  deepest_mm_.assign(gauge_->columns().size(), -kAbove_mm);
-  touched_at_.reset();
-  feed_.emplace(gauge_->cut());
+  cuts_ = MakeWantedCuts(scene_.exercise, MakeTool(scene_));
+  deepest_mm_.clear();
+  for (const WantedCut& wanted : cuts_) {
+    gauges_.emplace_back(*bone, wanted);
+    deepest_mm_.emplace_back(DrillsHoles() ? 1 : gauges_.back().columns().size(), -kAbove_mm);
+  }
+  shown_made_ = 0;
+  SawControls& controls = viewer_->controls();
+  controls.set_in_blade_plane(!DrillsHoles());
+  controls.set_feed_mm_per_s(scene_.exercise.feed_mm_per_s);
+  TakeUpCut(0);
   if (const auto watch = viewer_->cut_watch()) {
     watch->Fetch();  // the last one of the attempt before
     watch->SetMeasure(nullptr);
     watch->SetWanted(nullptr);
     if (IsPlanned()) {
-      watch->SetWanted([cut = gauge_->cut()](const Vec3& p_W) { return cut.IsNear(p_W); });
-      watch->SetMeasure(
-          [cut = gauge_->cut()](const Bone& before, const Bone& now) { return CalcCutArea(before, now, cut).share(); });
+      watch->SetWanted([cuts = cuts_](const Vec3& p_W) { return FindNearestCut(cuts, p_W).IsNear(p_W); });
+      // The share of each cut, and that of all.
+      watch->SetMeasure([cuts = cuts_](const Bone& before, const Bone& now) {
+        std::vector<double> shares;
+        CutArea all;
+        for (const WantedCut& cut : cuts) {
+          const CutArea area = CalcCutArea(before, now, cut);
+          shares.push_back(area.share());
+          all.bone_mm2 += area.bone_mm2;
+          all.cut_mm2 += area.cut_mm2;
+        }
+        shares.push_back(all.share());
+        return shares;
+      });
     }
   }
   making_nerve_ =
       std::async(std::launch::async, [bone] { return std::make_unique<RegionDistance>(*bone, Tissue::kCanal); });
-  ShowGoal();
-  // View from the side and a little from above, with the line across the picture. Motion is restricted to the blade's
-  // plane, so that cuts are straight.
-  const WantedCut& cut = gauge_->cut();
-  const Vec3 side_W = glm::cross(cut.along_W, -cut.into_W);  // the line points to the right
-  const Vec3 middle_W = cut.ToWorld({0.5 * cut.length_mm, 0, 0});
+  // View from the side and a little from above, with the line, or that from the first hole to the last, across the
+  // picture.
+  const WantedCut& first = cut();
+  const Vec3 into_W = first.into_W;
+  const Vec3 end_W = cuts_.back().start_W;
+  const Vec3 row_W = end_W - first.start_W - glm::dot(end_W - first.start_W, into_W) * into_W;
+  const Vec3 along_W = DrillsHoles() && glm::length(row_W) > 1 ? glm::normalize(row_W) : first.along_W;
+  const Vec3 side_W = glm::cross(along_W, -into_W);  // the line points to the right
+  const Vec3 middle_W = first.ToWorld({0.5 * first.length_mm, 0, 0});
   // Look at the cut from outside the bone.
-  const bool inside = glm::dot(side_W, middle_W - viewer_->bone_at_start()->CalcBounds().centre()) < -1;
-  ViewCamera& camera = viewer_->view().camera();
+  const Vec3 outward_W = middle_W - bone->CalcBounds().centre();
+  const bool inside = glm::dot(side_W, outward_W) < -1;
   Vec3 from_W = inside ? -side_W : side_W;
   // A planned cut is seen from the bone's outer side, so that the rest of the bone does not hide it.
-  const Vec3 outward_W = middle_W - viewer_->bone_at_start()->CalcBounds().centre();
-  if (IsPlanned()) from_W += glm::dot(outward_W, cut.along_W) < 0 ? -cut.along_W : cut.along_W;
-  camera.Look(from_W - 0.6 * cut.into_W, -cut.into_W);
+  if (IsPlanned()) from_W += glm::dot(outward_W, along_W) < 0 ? -along_W : along_W;
+  viewer_->view().camera().Look(from_W - 0.6 * into_W, -into_W);
   ShowCutAndSaw();
-  SawControls& controls = viewer_->controls();
-  controls.set_in_blade_plane(true);
-  controls.set_lock_plane(cut.plane());
-  controls.set_feed_mm_per_s(scene_.exercise.feed_mm_per_s);
   begun_ = false;
   kept_bone_ = bone;
   kept_source_ = scene_.bone;
 }
 
+/// Makes a cut the one that the keys, the lock and the advice are about.
+void Practice::TakeUpCut(std::size_t i) {
+  current_ = i;
+  feed_.emplace(cut());
+  feed_mm_per_s_.reset();
+  coach_ = {};
+  touched_at_.reset();
+  viewer_->controls().set_lock_plane(cut().plane());
+  viewer_->trace().Write("cut", {{"number", i + 1}});
+  ShowGoal();
+}
+
 /// Shows the wanted cut and the saw above it where neither the panels nor the card of the exercise cover them.
 void Practice::ShowCutAndSaw() {
-  const WantedCut& cut = gauge_->cut();
   const double rim_mm = IsPlanned() ? kPlaneRim_mm : 0;
-  const double side_mm = std::max(cut.radius_mm, rim_mm);
-  const double above_mm = 2 * std::max(cut.radius_mm, 0.5 * cut.reach_mm);
   std::vector<Vec3> corners_W;
-  for (const double s_mm : {-side_mm, cut.length_mm + side_mm}) {
-    for (const double t_mm : {-above_mm, cut.depth_mm + rim_mm}) corners_W.push_back(cut.ToWorld({s_mm, t_mm, 0}));
+  for (const WantedCut& cut : cuts_) {
+    const double side_mm = std::max(cut.radius_mm, rim_mm);
+    const double above_mm = 2 * std::max(cut.radius_mm, 0.5 * cut.reach_mm);
+    for (const double s_mm : {-side_mm, cut.length_mm + side_mm}) {
+      for (const double t_mm : {-above_mm, cut.depth_mm + rim_mm}) corners_W.push_back(cut.ToWorld({s_mm, t_mm, 0}));
+    }
   }
   viewer_->ShowPlace({.points_W = std::move(corners_W), .free = [this](const UiBox& scene) {
                         UiBox free = scene;
@@ -138,35 +197,111 @@ void Practice::ShowCutAndSaw() {
                       }});
 }
 
+/// Shows all wanted cuts or holes: those that are made, the one that the advice is about, and the others.
 void Practice::ShowGoal() {
-  const WantedCut& cut = gauge_->cut();
-  GuideOverlay line;
-  line.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})};
-  viewer_->view().SetGuides({line});
-  if (!IsPlanned()) return viewer_->view().SetPlanes({});
+  std::vector<GuideOverlay> lines;
+  std::vector<PlaneOverlay> planes;
+  std::vector<MarkOverlay> holes;
   plan_label_ = DescribePlan();
-  viewer_->view().SetPlanes({{.name = plan_label_,
-                              .p_W = cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}),
-                              .normal_W = cut.across_W,
-                              .width_mm = cut.length_mm + 2 * kPlaneRim_mm,
-                              .height_mm = cut.depth_mm + 2 * kPlaneRim_mm,
-                              .up_W = -cut.into_W}});
+  for (std::size_t i = 0; i < gauges_.size(); ++i) {
+    const WantedCut& cut = cuts_[i];
+    const bool current = i == current_;
+    const Rgb8 colour = ColourOfCut(IsMade(i), current);
+    if (DrillsHoles()) {
+      lines.push_back({{cut.ToWorld({0, -kAxis_mm, 0}), cut.ToWorld({0, cut.depth_mm, 0})}, colour});
+      holes.push_back(MakeHoleMark(cut, colour, current, NameCut(i)));
+      continue;
+    }
+    lines.push_back({.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})}});
+    if (HasSeveralCuts()) lines.back().colour = colour;
+    if (!IsPlanned()) continue;
+    PlaneOverlay plane = MakePlane(cut, kPlaneRim_mm);
+    plane.name = current ? plan_label_ : NameCut(i);
+    if (HasSeveralCuts()) {
+      plane.colour = colour;
+      plane.selected = current;
+      plane.faint = !current;
+    }
+    planes.push_back(std::move(plane));
+  }
+  viewer_->view().SetGuides(lines);
+  viewer_->view().SetPlanes(planes);
+  viewer_->view().SetMarks(holes);
 }
 
-/// Returns the text beside the planned plane, with the depth if the exercise shows it and the saw is in the plane.
+void Practice::HideGoal() {
+  viewer_->view().SetGuides({});
+  viewer_->view().SetPlanes({});
+  viewer_->view().SetMarks({});
+}
+
+bool Practice::has_slices() const {
+  // Slices show the depth, as the gauge does. One cut is seen well enough without them.
+  return state_ == State::kCutting && scene_.exercise.gauge && (HasSeveralCuts() || DrillsHoles());
+}
+
+std::optional<Vec3> Practice::slice_focus() const {
+  if (cuts_.empty() || !viewer_->is_running()) return {};
+  // The place of the current cut that is nearest to the tool.
+  const Vec3 p = cut().ToCut(cut().FindLowest(viewer_->figures().coupled.X_WT));
+  return cut().ToWorld({std::clamp(p.x, 0.0, cut().length_mm), std::clamp(p.y, 0.0, cut().depth_mm), 0});
+}
+
+void Practice::FillSlices(SliceScene& scene) const {
+  for (std::size_t i = 0; i < cuts_.size(); ++i) {
+    const Rgb8 colour = ColourOfCut(IsMade(i), i == current_);
+    if (DrillsHoles()) {
+      scene.marks.push_back(MakeHoleMark(cuts_[i], colour, i == current_, NameCut(i)));
+    } else {
+      PlaneOverlay plane = MakePlane(cuts_[i], 0);
+      plane.name = NameCut(i);
+      plane.colour = colour;
+      plane.selected = i == current_;
+      scene.planes.push_back(std::move(plane));
+    }
+  }
+}
+
+/// Returns the name of a cut or hole in the picture.
+std::string Practice::NameCut(std::size_t i) const {
+  if (!HasSeveralCuts()) return DrillsHoles() ? "" : Tr("plan");
+  const char* const text = DrillsHoles() ? IsMade(i) ? Tr("hole {}: drilled") : Tr("hole {}")
+                           : IsMade(i) ? Tr("cut {}: made")
+                                         : Tr("cut {}");
+  return fmt::format(fmt::runtime(text), i + 1);
+}
+
+std::optional<Pose> Practice::FindRetreat(const Pose& X_start) const {
+  if (gauges_.empty() || current_ == 0) return X_start;  // the scene begins at its first cut
+  // Above the highest place of the bone that the tool may meet there.
+  constexpr double kClear_mm = 3;
+  double near_mm = 0;
+  for (const CutColumn& column : gauge().columns()) {
+    if (column.s_mm <= cut().radius_mm) near_mm = std::min(near_mm, column.near_mm);
+  }
+  return cut().CalcToolPose(0, near_mm - kClear_mm);
+}
+
+/// Returns the text beside the plane of the current cut, with the depth if the exercise shows it and the saw is in the
+/// plane.
 std::string Practice::DescribePlan() const {
   const std::optional<DepthReading> reading =
       state_ == State::kCutting && scene_.exercise.gauge ? Read() : std::nullopt;
-  if (!reading || reading->depth_mm <= 0) return Tr("plan");
+  if (!reading || reading->depth_mm <= 0) return NameCut(current_);
   // Beside the plan, the depth is that of another cut.
-  const ToolDeviation deviation = CalcDeviation(gauge_->cut(), viewer_->figures().coupled.X_WT);
-  if (std::abs(deviation.beside_mm) > gauge_->cut().margin_mm) return Tr("plan");
-  return fmt::format(fmt::runtime(Tr("plan: {0} of {1} mm deep")), ShowNumber(reading->depth_mm, 1),
-                     ShowNumber(scene_.exercise.depth_mm, 0));
+  const ToolDeviation deviation = CalcDeviation(cut(), viewer_->figures().coupled.X_WT);
+  if (std::abs(deviation.beside_mm) > cut().margin_mm) return NameCut(current_);
+  return fmt::format(fmt::runtime(Tr("{0}: {1} of {2} mm deep")), NameCut(current_), ShowNumber(reading->depth_mm, 1),
+                     ShowNumber(cut().depth_mm, 0));
 }
 
 ViewBasis Practice::MakeKeyBasis(const ViewBasis& picture) const {
-  return gauge_ ? AlignWithCut(picture, gauge_->cut().along_W, gauge_->cut().into_W) : picture;
+  if (gauges_.empty()) return picture;
+  if (!DrillsHoles()) return AlignWithCut(picture, cut().along_W, cut().into_W);
+  // Across a hole, no direction is better than that of the picture.
+  const Vec3 right_W = picture.right_W - glm::dot(picture.right_W, cut().into_W) * cut().into_W;
+  const bool is_seen_along = glm::length(right_W) < 1e-3;
+  return AlignWithCut(picture, is_seen_along ? cut().along_W : glm::normalize(right_W), cut().into_W);
 }
 
 HudKeyGroup Practice::saw_help() const {
@@ -181,14 +316,16 @@ HudKeyGroup Practice::saw_help() const {
 }
 
 void Practice::Relabel() {
-  if (state_ == State::kCutting && gauge_) ShowGoal();
+  if (state_ == State::kCutting && !gauges_.empty()) ShowGoal();
 }
 
 std::vector<Vec3> Practice::kept_clear_W() const {
-  if (!gauge_ || (state_ != State::kCutting && state_ != State::kReplaying)) return {};
-  const WantedCut& cut = gauge_->cut();
-  std::vector<Vec3> points_W{cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})};
-  if (IsPlanned()) points_W.push_back(cut.ToWorld({0.5 * cut.length_mm, cut.depth_mm, 0}));
+  if (state_ != State::kCutting && state_ != State::kReplaying) return {};
+  std::vector<Vec3> points_W;
+  for (const WantedCut& cut : cuts_) {
+    points_W.insert(points_W.end(), {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})});
+    if (IsPlanned()) points_W.push_back(cut.ToWorld({0.5 * cut.length_mm, cut.depth_mm, 0}));
+  }
   return points_W;
 }
 
@@ -196,8 +333,12 @@ bool Practice::IsPlanned() const {
   return scene_.exercise.kind == ExerciseKind::kOsteotomy;
 }
 
+bool Practice::DrillsHoles() const {
+  return scene_.exercise.kind == ExerciseKind::kDrillHoles;
+}
+
 std::optional<DepthReading> Practice::Read() const {
-  return gauge_ && viewer_->is_running() ? gauge_->Calc(viewer_->figures().coupled.X_WT) : std::nullopt;
+  return !gauges_.empty() && viewer_->is_running() ? gauge().Calc(viewer_->figures().coupled.X_WT) : std::nullopt;
 }
 
 /// Returns the time since the saw was first moved or the spindle was switched on; 0 before that.
@@ -212,30 +353,51 @@ void Practice::UpdateCutting() {
     viewer_->Say(Tr("Time is up"));
     Finish(true);
   }
-  const std::optional<DepthReading> reading = Read();
+  const Pose& X_WT = viewer_->figures().coupled.X_WT;
+  std::optional<DepthReading> reading = Read();
+  if (HasSeveralCuts()) {
+    std::vector<bool> made;
+    for (std::size_t i = 0; i < cuts_.size(); ++i) made.push_back(IsMade(i));
+    // In its own kerf or hole, a tool need not touch.
+    const bool in_bone = Touches(viewer_->figures()) || (reading && reading->depth_mm > 0);
+    const std::size_t next = FindCurrentCut(cuts_, made, current_, X_WT, in_bone);
+    if (next != current_) {
+      TakeUpCut(next);
+      reading = Read();
+    }
+  }
   const bool in_bone = reading && reading->depth_mm > 0;
-  if (IsPlanned() && DescribePlan() != plan_label_) ShowGoal();
+  const std::size_t made = CountMade();
+  if ((IsPlanned() && DescribePlan() != plan_label_) || made != shown_made_) {
+    shown_made_ = made;
+    ShowGoal();
+  }
   if (scene_.exercise.sound) {
     viewer_->sound().SetAlarm(AlarmKind::kDepth, in_bone ? std::optional(reading->to_goal_mm) : std::nullopt);
   }
-  feed_mm_per_s_ = feed_->Take(viewer_->figures().time_s, viewer_->figures().coupled.X_WT);
+  feed_mm_per_s_ = feed_->Take(viewer_->figures().time_s, X_WT);
   if (const auto watch = viewer_->cut_watch()) {
     if (std::optional<PlanesReport> report = watch->Fetch()) report_ = std::move(report);
   }
   const CoachInput input = MakeCoachInput();
-  coach_ = UpdateCoach(coach_, gauge_->cut(), input);
+  coach_ = UpdateCoach(coach_, cut(), input);
   if (scene_.exercise.colour) viewer_->view().SetToolColour(ColourOf(LevelOf(MakeAdvice())));
   // The saw has also been between the places of two frames.
   constexpr double kStep_mm = 0.1;
   constexpr double kReach_mm = 0.75;  // along the line from the lowest point
-  if (input.touches) {
+  if (input.touches && DrillsHoles()) {
+    if (reading && CalcDeviation(cut(), X_WT).beside_mm <= cut().margin_mm) {
+      double& deepest_mm = deepest_mm_[current_].front();
+      deepest_mm = std::max(deepest_mm, reading->depth_mm);
+    }
+  } else if (input.touches) {
     const Pose from = touched_at_.value_or(input.X_WT);
     const double steps = std::clamp(std::ceil(glm::distance(from.p_AB, input.X_WT.p_AB) / kStep_mm), 1.0, 100.0);
     for (int i = 1; i <= static_cast<int>(steps); ++i) {
       const double f = i / steps;
-      gauge_->TakeDepths(
+      gauge().TakeDepths(
           {glm::normalize(glm::slerp(from.R_AB, input.X_WT.R_AB, f)), glm::mix(from.p_AB, input.X_WT.p_AB, f)},
-          gauge_->cut().margin_mm, kReach_mm, deepest_mm_);
+          cut().margin_mm, kReach_mm, deepest_mm_[current_]);
     }
   }
   touched_at_ = input.touches ? std::optional(input.X_WT) : std::nullopt;
@@ -266,33 +428,34 @@ CoachInput Practice::MakeCoachInput() const {
   input.key_feed_mm_per_s = viewer_->controls().feed_mm_per_s();
   input.force_N = glm::length(figures.coupled.f_H_W_N);
   if (scene_.exercise.kind == ExerciseKind::kFollowLine) input.wanted_feed_mm_per_s = scene_.exercise.feed_mm_per_s;
-  input.touches = figures.coupled.engaged_teeth > 0 || glm::length(figures.coupled.f_face_W_N) > 0;
+  input.touches = Touches(figures);
+  input.is_last_cut = CountMade() + (IsMade(current_) ? 0 : 1) == gauges_.size();
   return input;
 }
 
 std::optional<CoachLine> Practice::MakeCoach() const {
   // The last level has no aids.
-  if (state_ != State::kCutting || !viewer_->is_running() || !gauge_ || !scene_.exercise.gauge) return {};
-  return MakeCoachLine(coach_, gauge_->cut(), MakeCoachInput());
+  if (state_ != State::kCutting || !viewer_->is_running() || gauges_.empty() || !scene_.exercise.gauge) return {};
+  return MakeCoachLine(coach_, cut(), MakeCoachInput());
 }
 
 std::optional<StepLine> Practice::MakeStep() const {
-  if (state_ != State::kCutting || !viewer_->is_running() || !gauge_) return {};
-  const double done = CalcDone();
+  if (state_ != State::kCutting || !viewer_->is_running() || gauges_.empty()) return {};
+  const double done = CalcDone(current_);
   const CoachInput input = MakeCoachInput();
-  const ExerciseStep step = FindStep(gauge_->cut(), input, coach_.zone, viewer_->spindle_on(), done);
+  const ExerciseStep step = FindStep(cut(), input, coach_.zone, viewer_->spindle_on(), done);
   const bool with_gauge = step == ExerciseStep::kFinish || step == ExerciseStep::kBeside;
   const bool at_each_level = step == ExerciseStep::kReturn || (with_gauge && scene_.exercise.gauge);
   if (scene_.exercise.level > 1 && !at_each_level) return {};
-  return DescribeStep(step, gauge_->cut(), input, viewer_->spindle_on(), done);
+  return DescribeStep(step, cut(), input, viewer_->spindle_on(), done);
 }
 
 /// Returns the beginning of a text for a saw that touches bone or leaves the wanted cut with the spindle off; otherwise
 /// nothing.
 std::string Practice::DescribeSpindleOff() const {
-  if (viewer_->spindle_on() || !scene_.exercise.gauge || CalcDone() >= kWholeCut) return "";
+  if (viewer_->spindle_on() || !scene_.exercise.gauge || IsMade(current_)) return "";
   const CoachInput input = MakeCoachInput();
-  const ExerciseStep step = FindStep(gauge_->cut(), input, coach_.zone, false, CalcDone());
+  const ExerciseStep step = FindStep(cut(), input, coach_.zone, false, CalcDone(current_));
   if (step != ExerciseStep::kBeside && !input.touches && !coach_.shown) return "";
   // The step says so itself.
   const bool is_said = !coach_.shown && step == ExerciseStep::kSwitchOn && MakeStep();
@@ -304,15 +467,41 @@ std::vector<Aid> Practice::MakeAids() const {
 }
 
 std::string Practice::DescribeDepthStop() const {
-  if (gauge_ && CalcDone() >= kWholeCut) {
+  if (!gauges_.empty() && AllMade()) {
     return Tr("The depth stop holds the saw, and the wanted cut is made: lift the blade out (Up key).");
   }
   return Activity::DescribeDepthStop();
 }
 
-double Practice::CalcDone() const {
-  if (!IsPlanned()) return CalcLineDone(*gauge_, deepest_mm_);
-  return report_ ? report_->measured.value_or(0) : 0;
+double Practice::CalcDone(std::size_t i) const {
+  if (DrillsHoles()) return IsHoleMade(gauges_[i], deepest_mm_[i].front()) ? 1 : 0;
+  if (!IsPlanned()) return CalcLineDone(gauges_[i], deepest_mm_[i]);
+  return report_ && !report_->measured.empty() ? report_->measured[i] : 0;
+}
+
+bool Practice::IsMade(std::size_t i) const {
+  return CalcDone(i) >= kWholeCut;
+}
+
+std::size_t Practice::CountMade() const {
+  std::size_t made = 0;
+  for (std::size_t i = 0; i < gauges_.size(); ++i) made += IsMade(i) ? 1 : 0;
+  return made;
+}
+
+/// Returns how much of the exercise is done, in full and in short; empty: it is not said.
+std::pair<std::string, std::string> Practice::DescribeDone() const {
+  if (DrillsHoles()) {
+    return {fmt::format(fmt::runtime(Tr("{0} of {1} holes drilled")), CountMade(), gauges_.size()),
+            fmt::format(fmt::runtime(Tr("{0} of {1} holes")), CountMade(), gauges_.size())};
+  }
+  if (!IsPlanned()) return {};
+  const double done = report_ && !report_->measured.empty() ? report_->measured.back() : 0;
+  const std::string percent = ShowNumber(100 * done, 0);
+  return {fmt::format(fmt::runtime(HasSeveralCuts() ? Tr("{} % of the planned planes cut")
+                                                    : Tr("{} % of the planned plane cut")),
+                      percent),
+          fmt::format(fmt::runtime(Tr("{} % cut")), percent)};
 }
 
 DepthAdvice Practice::MakeAdvice() const {
@@ -322,17 +511,17 @@ DepthAdvice Practice::MakeAdvice() const {
 HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading, const DepthAdvice& advice) const {
   HudGauge gauge;
   gauge.title = Tr("Depth");
-  gauge.upper = scene_.exercise.depth_mm + 1.8 * kZoneBad_mm;
+  gauge.upper = cut().depth_mm + 1.8 * kZoneBad_mm;
   gauge.good = kZoneReached_mm;
-  gauge.warn = CalcZoneNear_mm(scene_.exercise.depth_mm);
+  gauge.warn = CalcZoneNear_mm(cut().depth_mm);
   gauge.bad = kZoneBad_mm;
-  gauge.goal = scene_.exercise.depth_mm;
+  gauge.goal = cut().depth_mm;
   if (!reading) return gauge;
   gauge.value = reading->depth_mm;
   gauge.level = LevelOf(advice);
   gauge.word = reading->bone_mm ? Tr("cut through") : Tr(advice.text);
   // A planned cut is done when the bone is cut through, wherever the blade is.
-  if (IsPlanned() && CalcDone() >= kWholeCut) {
+  if (IsPlanned() && IsMade(current_)) {
     gauge.level = HudLevel::kGood;
     gauge.word = Tr("cut through");
     gauge.goal.reset();
@@ -346,14 +535,15 @@ void Practice::FillCutting(HudState& hud) {
   if (scene_.exercise.gauge) {
     hud.gauge = MakeGauge(reading, MakeAdvice());
     if (reading) hud.values.depth_mm = reading->depth_mm;
-    const ToolDeviation deviation = CalcDeviation(gauge_->cut(), viewer_->figures().coupled.X_WT);
+    const ToolDeviation deviation = CalcDeviation(cut(), viewer_->figures().coupled.X_WT);
     hud.values.plan_angle_deg = deviation.tilt_deg;
     hud.values.plan_offset_mm = std::abs(deviation.beside_mm);
     hud.values.plan_is_of_saw = true;
   }
-  // The same number as in the advice and in the score. A planned cut has no line to follow.
-  if (!IsPlanned()) hud.values.feed_mm_per_s = feed_mm_per_s_;
-  hud.values.feed_is_along = !IsPlanned();
+  // The same number as in the advice and in the score. A planned cut and a hole have no line to follow.
+  const bool has_line = !IsPlanned() && !DrillsHoles();
+  if (has_line) hud.values.feed_mm_per_s = feed_mm_per_s_;
+  hud.values.feed_is_along = has_line;
   if (scene_.exercise.kind == ExerciseKind::kFollowLine) {
     hud.values.key_feed_mm_per_s = viewer_->controls().feed_mm_per_s();
     if (scene_.exercise.gauge) hud.values.wanted_feed_mm_per_s = scene_.exercise.feed_mm_per_s;
@@ -367,14 +557,21 @@ void Practice::FillCutting(HudState& hud) {
   }
   // What the planned plane crosses is injured by a perfect cut, too.
   if (report_ && !IsPlanned()) ShowInjuries(report_->injuries, hud);
-  const double goal_s = CalcUnhurriedTime_s({gauge_->cut()}, scene_.exercise);
+  const double goal_s = CalcUnhurriedTime_s(cuts_, scene_.exercise);
   begun_ = begun_ || viewer_->spindle_on();
   if (viewer_->figures().removed_mm3 > 0) viewer_->EndTourStep("cut");
-  const std::string keys = Tr("Space: spindle   Arrows or left drag: move   Enter: finish");
-  const bool made = CalcDone() >= kWholeCut;
+  const std::string keys = HasSeveralCuts() && DrillsHoles()
+                               ? Tr("Space: spindle   Arrows or left drag: move   R: to the hole   Enter: finish")
+                           : HasSeveralCuts()
+                               ? Tr("Space: spindle   Arrows or left drag: move   R: to the cut   Enter: finish")
+                               : Tr("Space: spindle   Arrows or left drag: move   Enter: finish");
+  const bool made = IsMade(current_);
   const std::optional<CoachLine> line = MakeCoach();
   const std::optional<StepLine> step = MakeStep();
   const std::string off = DescribeSpindleOff();
+  const char* const of_all = DrillsHoles() ? Tr("Hole {0} of {1}:") : Tr("Cut {0} of {1}:");
+  const std::string number =
+      HasSeveralCuts() ? fmt::format(fmt::runtime(of_all), current_ + 1, gauges_.size()) + " " : "";
   if (!begun_ && off.empty()) {
     hud.banner = HudBanner{
         .kind = HudBanner::Kind::kNotice,
@@ -383,16 +580,17 @@ void Practice::FillCutting(HudState& hud) {
                             Translate(exercise_->goal_message), ShowNumber(goal_s, 0)),
         .answers = Tr("Space: spindle   Arrows or left drag: move   Enter: finish   F1: help")};
     if (!IsPlanned() && !scene_.exercise.depth_stop) {
-      hud.banner->text +=
-          std::string(" ") + Tr("This level has no depth stop: the blade goes as deep as you press it.");
+      hud.banner->text += std::string(" ") +
+                          (DrillsHoles() ? Tr("This level has no depth stop: the drill goes as deep as you press it.")
+                                         : Tr("This level has no depth stop: the blade goes as deep as you press it."));
     }
   } else if (line && (line->urgent || !made)) {
     hud.banner = HudBanner{.kind = line->urgent ? HudBanner::Kind::kWarning : HudBanner::Kind::kNotice,
-                           .text = off + DescribeWithWay(line->message, line->way),
+                           .text = number + off + DescribeWithWay(line->message, line->way),
                            .answers = made ? keys : ""};
   } else if (step || !off.empty()) {
     hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
-                           .text = off + (step ? DescribeWithWay(step->message, step->way) : ""),
+                           .text = number + off + (step ? DescribeWithWay(step->message, step->way) : ""),
                            .answers = keys};
   }
   const double limit_s = scene_.exercise.time_limit_s;
@@ -410,12 +608,10 @@ void Practice::FillCutting(HudState& hud) {
     hud.status.short_right =
         fmt::format(fmt::runtime(Tr("{0} of {1} s")), ShowNumber(CalcElapsed_s(), 0), ShowNumber(limit_s, 0));
   }
-  if (IsPlanned() && scene_.exercise.gauge) {
-    const std::string done =
-        fmt::format(fmt::runtime(Tr("{} % of the planned plane cut")), ShowNumber(100 * CalcDone(), 0));
+  const auto [done, short_done] = DescribeDone();
+  if (!done.empty() && scene_.exercise.gauge) {
     hud.status.right = hud.status.right.empty() ? done : fmt::format("{}   |   {}", done, hud.status.right);
-    hud.status.short_right = fmt::format(
-        "{}   {}", fmt::format(fmt::runtime(Tr("{} % cut")), ShowNumber(100 * CalcDone(), 0)), hud.status.short_right);
+    hud.status.short_right = fmt::format("{}   {}", short_done, hud.status.short_right);
   }
 }
 

@@ -70,7 +70,7 @@ void Practice::TakeSheet() {
   }
   review_ = MakeReview(*sheet_);
   SaveAttempt();
-  next_ = Recommend(attempts_, exercise_->id, options_.level, sheet_->total);
+  next_ = Recommend(attempts_, *exercise_, options_.level, sheet_->total);
   state_ = State::kResult;
   viewer_->EndTourStep("result");
   nlohmann::json figures = nlohmann::json::array();
@@ -179,7 +179,7 @@ void Practice::Replay() {
   // The saws are also seen behind bone.
   was_translucent_ = viewer_->view().translucent();
   viewer_->view().set_translucent(true);
-  pair_ = MakeReplayPair(*track_, *checks_.expert(), *gauge_);
+  pair_ = MakeReplayPair(*track_, *checks_.expert(), gauges_);
   state_ = State::kReplaying;
   replay_box_ = {};
   ShowCutAndSaw();
@@ -217,11 +217,17 @@ void Practice::EndReplay() {
 void Practice::UpdateReplay(double dt_s) {
   if (replay_runs_) replay_s_ = std::min(replay_s_ + kReplaySpeed * dt_s, pair_->duration_s());
   const TrackPoint student = pair_->student.Calc(replay_s_);
+  const Pose X_expert = pair_->expert.Calc(replay_s_).X_WT;
+  const auto nearest = static_cast<std::size_t>(&FindNearestGauge(gauges_, student.X_WT) - gauges_.data());
+  if (current_ != nearest) {
+    current_ = nearest;
+    ShowGoal();
+  }
   viewer_->view().SetToolPose(student.X_WT, student.rpm, 0);
   // Only the outline of the expert's saw: two discs over each other could not be distinguished.
   viewer_->view().SetPlaneLines({{.lines_W = {pair_->student_line_W}, .colour = kMadeColour},
                                  {.lines_W = {pair_->expert_line_W}, .colour = kWantedColour},
-                                 {.lines_W = MakeOutline(pair_->expert.Calc(replay_s_).X_WT, gauge_->cut()),
+                                 {.lines_W = MakeOutline(X_expert, FindNearestGauge(gauges_, X_expert).cut()),
                                   .colour = kWantedColour,
                                   .selected = true}});
   ShowBoneAt(pair_->student.begins_s() + replay_s_);

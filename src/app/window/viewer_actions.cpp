@@ -243,15 +243,16 @@ void ViewerApp::Retract() {
   if (spindle_on()) {
     return Say(Tr("The saw returns only with the spindle off; turn it off first (Space)"));
   }
+  const std::optional<Pose> X_retreat = activity_->FindRetreat(*X_home_);
   if (device_ && device_->holds()) {
-    controls_->Set({X_home_->R_AB, figures_.coupled.X_WT.p_AB});
+    controls_->Set({X_retreat.value_or(*X_home_).R_AB, figures_.coupled.X_WT.p_AB});
     return Say(Tr("The saw has its initial orientation; the handle sets its position"));
   }
   if (retracting_) return;
   controls_->Release();
   LoopAction retract{.kind = LoopAction::Kind::kRetract, .name = ""};
-  if (activity_->returns_to_start()) {
-    retract.X_to = X_home_;
+  if (X_retreat) {
+    retract.X_to = X_retreat;
   } else if (const std::shared_ptr<const Bone> bone = bone_at_start()) {
     const ScreenBox area{areas_.scene.left, areas_.scene.top, areas_.scene.width, areas_.scene.height};
     retract.X_to = FindSeenPose(view_->camera(), area, PhiSampler(*bone), bone->CalcBounds(),

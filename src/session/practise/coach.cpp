@@ -22,6 +22,10 @@ bool IsPlanned(ExerciseKind kind) {
   return kind == ExerciseKind::kOsteotomy;
 }
 
+bool IsHole(const WantedCut& cut) {
+  return cut.length_mm == 0;
+}
+
 std::size_t IndexOf(CoachTopic topic) {
   return static_cast<std::size_t>(topic);
 }
@@ -51,9 +55,10 @@ std::array<double, kCoachTopics> CalcExcess(const WantedCut& cut, const CoachInp
   if (!in_bone && !Hovers(input)) return excess;
   const ToolDeviation deviation = CalcDeviation(cut, input.X_WT);
   excess[IndexOf(CoachTopic::kBesideLine)] = std::abs(deviation.beside_mm) / cut.margin_mm;
+  // In its hole, a drill can no longer be turned.
+  if (in_bone || IsHole(cut)) excess[IndexOf(CoachTopic::kTilted)] = deviation.tilt_deg / kCoachTilt_deg;
   if (!in_bone) return excess;
   excess[IndexOf(CoachTopic::kBeyondEnd)] = deviation.beyond_mm / cut.margin_mm;
-  excess[IndexOf(CoachTopic::kTilted)] = deviation.tilt_deg / kCoachTilt_deg;
   if (!input.feed_mm_per_s || !(input.wanted_feed_mm_per_s > 0)) return excess;
   const double deviates = (*input.feed_mm_per_s / input.wanted_feed_mm_per_s - 1) / kFeedLimit;
   excess[IndexOf(CoachTopic::kTooFast)] = deviates;
@@ -79,12 +84,13 @@ std::optional<Message> DescribeWay(const std::optional<KeyDirections>& keys, con
 }
 
 /// Returns how to move a tool that is beside the wanted cut to it. In the bone it cannot move sideways.
-std::optional<Message> DescribeWayToCut(const CoachInput& input, const WantedCut& cut, double beside_mm) {
-  std::optional<Message> way = DescribeWay(input.keys, beside_mm > 0 ? cut.across_W : -cut.across_W);
+std::optional<Message> DescribeWayToCut(const CoachInput& input, const WantedCut& cut, const Vec3& beside_W) {
+  std::optional<Message> way = DescribeWay(input.keys, beside_W);
   const bool in_bone = input.touches || (input.depth && input.depth->depth_mm > 0);
   const std::optional<Message> lift = DescribeWay(input.keys, cut.into_W);
   if (!in_bone || !way || !lift) return way;
-  return Message{MarkMessage("Lift the blade out first. {0} Then move it over. {1}"),
+  return Message{IsHole(cut) ? MarkMessage("Pull the drill out first. {0} Then move it over. {1}")
+                             : MarkMessage("Lift the blade out first. {0} Then move it over. {1}"),
                  {FormatMessage(*lift), FormatMessage(*way)}};
 }
 
@@ -118,6 +124,70 @@ std::optional<Message> DescribeFeedChange(const CoachInput& input) {
   return Message{MarkMessage("Keep the key pressed that moves the saw along the line."), {}};
 }
 
+/// Returns that the tool is beside the wanted cut, with a place for the distance.
+const char* NameBeside(const WantedCut& cut, bool planned) {
+  if (IsHole(cut)) return MarkMessage("The tip of the drill is {} beside the axis of the hole.");
+  return planned ? MarkMessage("The blade is {} beside the planned plane.")
+                 : MarkMessage("The blade is {} beside the line.");
+}
+
+Message DescribeTilt(const WantedCut& cut, const ToolDeviation& deviation) {
+  return {IsHole(cut)
+              ? MarkMessage("The drill is tilted by {}: turn it into the direction of the hole (W S, A D, Q E).")
+              : MarkMessage("The blade is tilted by {}: turn it into the wanted plane (W S, A D, Q E)."),
+          {Quantity{deviation.tilt_deg, 0, "°"}}};
+}
+
+/// Returns the instruction for a step of a hole, or of a blade with a stroke, which plunges; none: it has no own one.
+std::optional<StepLine> DescribeHoleStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input) {
+  switch (step) {
+    case ExerciseStep::kLower:
+      return StepLine{{MarkMessage("Set the tip of the drill on the place of the hole and press (Down key)."), {}}};
+    case ExerciseStep::kDeepen:
+      return StepLine{{MarkMessage("Drill on along the axis to the depth of {} (Down key). Press less as soon as the "
+                                   "bone resists less."),
+                       {Quantity{cut.depth_mm, 1, "mm"}}}};
+    case ExerciseStep::kFollow:
+      return StepLine{{MarkMessage("Deep enough: pull the drill out (Up key)."), {}}};
+    case ExerciseStep::kFinish:
+      return StepLine{
+          {input.is_last_cut
+               ? MarkMessage("All holes are drilled: pull the drill out (Up key) and finish the exercise (Enter).")
+               : MarkMessage(
+                     "This hole is drilled: pull the drill out (Up key). With the spindle off (Space), R brings "
+                     "it to the next one."),
+           {}}};
+    default:
+      return {};
+  }
+}
+std::optional<StepLine> DescribePlungeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input,
+                                           double done) {
+  const Quantity percent{100 * done, 0, "%"};
+  const Quantity apart{cut.length_mm / (cut.plunges - 1), 1, "mm"};
+  switch (step) {
+    case ExerciseStep::kLower:
+      if (done < kSomeDone) {
+        return StepLine{{MarkMessage("Plunge the blade straight into the bone at one end of the cut (Down key)."), {}}};
+      }
+      return StepLine{
+          {MarkMessage("Plunge the blade in again (Down key), at most {0} beside the last plunge. {1} of the "
+                       "cut is made."),
+           {apart, percent}},
+          DescribeKeysAlong(input.keys, cut.along_W)};
+    case ExerciseStep::kDeepen:
+      return StepLine{{MarkMessage("Press the blade straight down (Down key), to the depth of {0} or through the bone. "
+                                   "Its sides have no teeth: do not move it along. {1} of the cut is made."),
+                       {Quantity{cut.depth_mm, 1, "mm"}, percent}}};
+    case ExerciseStep::kFollow:
+      return StepLine{{MarkMessage("Deep enough here: lift the blade out (Up key) and plunge it in again, at most {0} "
+                                   "further along the cut. {1} of the cut is made."),
+                       {apart, percent}}};
+    default:
+      return {};
+  }
+}
+
 /// Where the tool is outside of what lies in and above the wanted cut; none: it is not.
 struct Outside {
   Message message;
@@ -127,13 +197,12 @@ std::optional<Outside> FindOutside(const WantedCut& cut, const CoachInput& input
   const ToolDeviation deviation = CalcDeviation(cut, input.X_WT);
   const bool planned = IsPlanned(input.kind);
   if (std::abs(deviation.beside_mm) > cut.margin_mm) {
-    return Outside{{planned ? MarkMessage("The blade is {} beside the planned plane.")
-                            : MarkMessage("The blade is {} beside the line."),
-                    {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}},
-                   DescribeWayToCut(input, cut, deviation.beside_mm)};
+    return Outside{{NameBeside(cut, planned), {Quantity{std::abs(deviation.beside_mm), 1, "mm"}}},
+                   DescribeWayToCut(input, cut, deviation.beside_W)};
   }
   // In the bone, the advice speaks of the ends and of the depth.
   if (zone != DepthZone::kAbove) return {};
+  if (IsHole(cut) && deviation.tilt_deg > kCoachTilt_deg) return Outside{DescribeTilt(cut, deviation), {}};
   if (deviation.beyond_mm > cut.margin_mm) {
     return Outside{{planned ? MarkMessage("The blade is {} beyond the edge of the planned cut.")
                             : MarkMessage("The blade is {} beyond the end of the line."),
@@ -141,7 +210,9 @@ std::optional<Outside> FindOutside(const WantedCut& cut, const CoachInput& input
                    DescribeWay(input.keys, deviation.before_start ? -cut.along_W : cut.along_W)};
   }
   if (deviation.below_mm > cut.margin_mm) {
-    return Outside{{MarkMessage("The blade is {} below the wanted cut."), {Quantity{deviation.below_mm, 1, "mm"}}},
+    return Outside{{IsHole(cut) ? MarkMessage("The drill is {} below the wanted hole.")
+                                : MarkMessage("The blade is {} below the wanted cut."),
+                    {Quantity{deviation.below_mm, 1, "mm"}}},
                    DescribeWay(input.keys, cut.into_W)};
   }
   return {};
@@ -153,8 +224,10 @@ ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT) {
   ToolDeviation deviation;
   deviation.tilt_deg = cut.CalcTilt_deg(X_WT);
   const Vec3 p = cut.ToCut(cut.FindLowest(X_WT));
-  deviation.beside_mm = p.z;
-  deviation.beyond_mm = std::max({-p.x, p.x - cut.length_mm, 0.0});
+  const bool hole = IsHole(cut);
+  deviation.beside_mm = hole ? std::hypot(p.x, p.z) : p.z;
+  deviation.beside_W = (hole ? p.x : 0) * cut.along_W + p.z * cut.across_W;
+  deviation.beyond_mm = hole ? 0 : std::max({-p.x, p.x - cut.length_mm, 0.0});
   deviation.before_start = p.x < 0;
   deviation.below_mm = std::max(p.y - cut.depth_mm, 0.0);
   return deviation;
@@ -187,19 +260,25 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
   const std::optional<Message> lift = DescribeWay(input.keys, cut.into_W);
   switch (*state.shown) {
     case CoachTopic::kInNerve:
-      return line(true, {MarkMessage("Stop: the blade is in the nerve canal. Lift it out."), {}}, lift);
+      return line(true,
+                  {IsHole(cut) ? MarkMessage("Stop: the drill is in the nerve canal. Pull it out.")
+                               : MarkMessage("Stop: the blade is in the nerve canal. Lift it out."),
+                   {}},
+                  lift);
     case CoachTopic::kNearNerve:
       return line(true, {MarkMessage("The nerve canal is {} away: do not go deeper."),
                          {Quantity{std::max(input.nerve_mm.value_or(0), 0.0), 1, "mm"}}});
     case CoachTopic::kTooDeep:
       if (input.depth && input.depth->bone_mm) {
         return line(true,
-                    {MarkMessage("Cut through: the bone is {} thick here. Lift the blade."),
+                    {IsHole(cut) ? MarkMessage("Drilled through: the bone is {} thick here. Pull the drill back.")
+                                 : MarkMessage("Cut through: the bone is {} thick here. Lift the blade."),
                      {Quantity{*input.depth->bone_mm, 1, "mm"}}},
                     lift);
       }
       return line(true,
-                  {MarkMessage("Too deep by {}: lift the blade."),
+                  {IsHole(cut) ? MarkMessage("Too deep by {}: pull the drill back.")
+                               : MarkMessage("Too deep by {}: lift the blade."),
                    {Quantity{std::max(input.depth ? -input.depth->to_goal_mm : 0.0, 0.0), 1, "mm"}}},
                   lift);
     case CoachTopic::kBeyondEnd:
@@ -211,23 +290,17 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
     case CoachTopic::kBesideLine: {
       const Quantity beside{std::abs(deviation.beside_mm), 1, "mm"};
       const bool planned = IsPlanned(input.kind);
-      const std::optional<Message> way = DescribeWayToCut(input, cut, deviation.beside_mm);
-      if (!input.touches) {
-        return line(false,
-                    {planned ? MarkMessage("The blade is {} beside the planned plane.")
-                             : MarkMessage("The blade is {} beside the line."),
-                     {beside}},
-                    way);
-      }
-      return line(beside.value > kFarBeside * cut.margin_mm,
+      const std::optional<Message> way = DescribeWayToCut(input, cut, deviation.beside_W);
+      const bool far = beside.value > kFarBeside * cut.margin_mm;
+      if (!input.touches || IsHole(cut)) return line(far && input.touches, {NameBeside(cut, planned), {beside}}, way);
+      return line(far,
                   {planned ? MarkMessage("You leave the planned plane: the blade is {} beside it.")
                            : MarkMessage("You leave the line: the blade is {} beside it."),
                    {beside}},
                   way);
     }
     case CoachTopic::kTilted:
-      return line(false, {MarkMessage("The blade is tilted by {}: turn it into the wanted plane (W S, A D, Q E)."),
-                          {Quantity{deviation.tilt_deg, 0, "°"}}});
+      return line(false, DescribeTilt(cut, deviation));
     case CoachTopic::kTooFast:
     case CoachTopic::kTooSlow:
       // A line that stays for a while must not be wrong meanwhile.
@@ -250,6 +323,22 @@ std::optional<CoachLine> MakeCoachLine(const CoachState& state, const WantedCut&
   return {};
 }
 
+std::size_t FindCurrentCut(const std::vector<WantedCut>& cuts, const std::vector<bool>& made, std::size_t current,
+                           const Pose& X_WT, bool in_bone) {
+  const auto distance_mm = [&](std::size_t i) { return cuts[i].CalcDistance(cuts[i].FindLowest(X_WT)); };
+  if (in_bone && distance_mm(current) <= cuts[current].margin_mm) return current;
+  std::optional<std::size_t> first;
+  std::optional<std::size_t> nearest;
+  for (std::size_t i = 0; i < cuts.size(); ++i) {
+    if (made[i] && !in_bone) continue;
+    if (!first) first = i;
+    if (!nearest || distance_mm(i) < distance_mm(*nearest)) nearest = i;
+  }
+  if (!nearest) return current;
+  if (in_bone || distance_mm(*nearest) <= kAtCut_mm) return *nearest;
+  return made[current] ? *first : current;
+}
+
 double CalcDistanceFromCut(const WantedCut& cut, const Pose& X_WT) {
   const Vec3 p = cut.ToCut(X_WT.p_AB);
   const Vec3 nearest{std::clamp(p.x, 0.0, cut.length_mm),
@@ -269,6 +358,10 @@ ExerciseStep FindStep(const WantedCut& cut, const CoachInput& input, DepthZone z
 StepLine DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput& input, bool spindle_on, double done) {
   const Quantity percent{100 * done, 0, "%"};
   const bool planned = IsPlanned(input.kind);
+  std::optional<StepLine> own;
+  if (IsHole(cut)) own = DescribeHoleStep(step, cut, input);
+  if (cut.plunges > 1) own = DescribePlungeStep(step, cut, input, done);
+  if (own) return *std::move(own);
   switch (step) {
     case ExerciseStep::kReturn:
       return {{spindle_on ? MarkMessage("The saw is {} away from the cut. Switch the spindle off (Space) and press R: "
@@ -320,6 +413,11 @@ StepLine DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput&
     }
     case ExerciseStep::kFinish:
       break;
+  }
+  if (!input.is_last_cut) {
+    return {{MarkMessage("This cut is made: lift the blade out (Up key). With the spindle off (Space), R brings it to "
+                         "the next one."),
+             {}}};
   }
   if (planned)
     return {{MarkMessage("The planned cut is made: lift the blade out (Up key) and finish the exercise (Enter)."), {}}};
@@ -374,6 +472,17 @@ DepthAdvice MakeDepthAdvice(const CoachState& state, bool rests) {
       break;
   }
   return advice;
+}
+
+bool IsHoleMade(const DepthGauge& gauge, double deepest_mm) {
+  const WantedCut& hole = gauge.cut();
+  const std::vector<CutColumn>& columns = gauge.columns();
+  const auto axis = std::min_element(columns.begin(), columns.end(), [](const CutColumn& a, const CutColumn& b) {
+    return std::abs(a.s_mm) < std::abs(b.s_mm);
+  });
+  if (axis == columns.end()) return false;
+  const double through_mm = axis->far_mm - axis->near_mm + (hole.solid ? hole.solid->corner_z_mm : 0);
+  return deepest_mm >= std::min(hole.depth_mm - kStepDepth_mm, through_mm);
 }
 
 double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm) {

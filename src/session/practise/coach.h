@@ -56,6 +56,7 @@ struct CoachInput {
   double wanted_feed_mm_per_s = 0;      // 0: any
   double key_feed_mm_per_s = 0;         // with which keys move the saw
   double force_N = 0;                   // on the hand
+  bool is_last_cut = true;              // no other cut or hole of the exercise is left to make
 };
 
 /// Which topics are current. Initially none.
@@ -90,11 +91,13 @@ struct CoachLine {
 
 /// How the tool lies relative to the wanted cut.
 struct ToolDeviation {
-  double beside_mm = 0;       // of the tool's lowest point from the wanted plane, along WantedCut::across_W
-  double beyond_mm = 0;       // of the lowest point beyond an end of the line; 0 between the ends
+  double beside_mm = 0;  // of the tool's lowest point from the wanted plane, along WantedCut::across_W, or from the
+                         // axis of the hole
+  Vec3 beside_W{0};      // the same as a vector; world frame
+  double beyond_mm = 0;  // of the lowest point beyond an end of the line; 0 between the ends, and of a hole
   bool before_start = false;  // beyond_mm is that at the line's start
   double below_mm = 0;        // of the lowest point below the wanted depth, as if the line were on a plane; 0 above it
-  double tilt_deg = 0;        // between the blade's plane and the wanted one; 0 for a ball
+  double tilt_deg = 0;        // WantedCut::CalcTilt_deg()
 };
 ToolDeviation CalcDeviation(const WantedCut& cut, const Pose& X_WT);
 
@@ -118,6 +121,15 @@ inline constexpr double kStepPress_mm = 0.15;
 /// Distance from the wanted cut from which the saw is lost: it may be out of the picture.
 inline constexpr double kStepFar_mm = 30;
 
+/// Distance beside a cut from which the tool is at it, in the air.
+inline constexpr double kAtCut_mm = 3;
+/// Returns the index of the cut that the advice is about. In the bone, that is the cut so far while the tool is in it,
+/// and otherwise the nearest. In the air, it is the nearest one that is not made if the tool is at it, and otherwise
+/// the one so far or, if that is made, the first that is not; the one so far if all are. `cuts`: at least one; `made`:
+/// for each, whether it is.
+std::size_t FindCurrentCut(const std::vector<WantedCut>& cuts, const std::vector<bool>& made, std::size_t current,
+                           const Pose& X_WT, bool in_bone);
+
 /// Returns the distance of the tool's centre from the places that it takes in the wanted cut and above it, up to where
 /// it leaves the bone.
 double CalcDistanceFromCut(const WantedCut& cut, const Pose& X_WT);
@@ -129,6 +141,9 @@ StepLine DescribeStep(ExerciseStep step, const WantedCut& cut, const CoachInput&
 /// Returns the fraction of the line along which the tool has reached the wanted depth, or the far side of the bone, to
 /// within kStepDepth_mm. `deepest_mm`: from DepthGauge::TakeDepths().
 double CalcLineDone(const DepthGauge& gauge, const std::vector<double>& deepest_mm);
+/// Returns true if a hole is as deep as wanted, to within kStepDepth_mm, or goes through the bone over the drill's
+/// whole width. `deepest_mm`: largest depth of the drill's tip below the surface.
+bool IsHoleMade(const DepthGauge& gauge, double deepest_mm);
 
 /// What the gauge says about the depth. It agrees with the line that MakeCoachLine() returns for the same state.
 struct DepthAdvice {

@@ -4,8 +4,11 @@
 #include <practise_scenes.h>
 
 #include <cmath>
+#include <filesystem>
+#include <utility>
 #include <vector>
 
+#include "base/files/files.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -17,7 +20,9 @@ Quantity ShowLength(double mm) {
   return FormatQuantity(length) == FormatQuantity({std::round(mm), 1, "mm"}) ? Quantity{mm, 0, "mm"} : length;
 }
 
-Message DescribeGoal(const SceneExercise& e) {
+/// `crosses`: a planned plane crosses a molar and the nerve canal.
+Message DescribeGoal(const SceneExercise& e, bool crosses) {
+  const Quantity count{1 + static_cast<double>(e.further.size()), 0, ""};
   const Quantity length = ShowLength(MakeWantedCut(e, DiscSaw{}).length_mm);
   const Quantity depth = ShowLength(e.depth_mm);
   switch (e.kind) {
@@ -34,59 +39,94 @@ Message DescribeGoal(const SceneExercise& e) {
       return {MarkMessage("Follow the line of {0}, {1} deep, at a constant {2}."),
               {length, depth, Quantity{e.feed_mm_per_s, 0, "mm/s"}}};
     case ExerciseKind::kOsteotomy:
+      if (!e.further.empty()) {
+        return {MarkMessage("Make the {} planned cuts, each in its plane and to its depth."), {count}};
+      }
+      if (!crosses) return {MarkMessage("Cut through the bone in the planned plane."), {}};
       return {MarkMessage("Cut through the bone in the planned plane. The plane crosses a molar and the nerve canal: "
                           "cutting these costs no points."),
               {}};
     case ExerciseKind::kDrillHoles:
       return {MarkMessage("Drill {} holes at their places, through the far side of the bone with minimum plunge."),
-              {Quantity{1 + static_cast<double>(e.further.size()), 0, ""}}};
+              {count}};
   }
   return {};
+}
+
+Exercise MakeExercise(const Scene& scene, std::string id, std::string file, std::string toml) {
+  Exercise exercise;
+  exercise.id = std::move(id);
+  exercise.title = scene.TitleOrName();
+  exercise.goal_message = DescribeGoal(scene.exercise, exercise.id == "osteotomy");
+  exercise.goal = FormatMessage(exercise.goal_message);
+  exercise.file = std::move(file);
+  exercise.toml = std::move(toml);
+  return exercise;
+}
+
+/// Makes exercises of embedded scenes. `ordered`: their files' names begin with numbers, in the order of difficulty.
+std::vector<Exercise> MakeExercises(std::span<const PractiseScene> embedded, bool ordered) {
+  std::vector<Exercise> exercises;
+  for (const PractiseScene& of : embedded) {
+    const Scene scene = ParseScene(of.toml, of.file);
+    std::string id = ordered ? scene.name.substr(scene.name.find('_') + 1) : scene.name;
+    exercises.push_back(MakeExercise(scene, std::move(id), of.file, of.toml));
+    if (ordered) exercises.back().difficulty = static_cast<int>(exercises.size());
+  }
+  return exercises;
 }
 
 }  // namespace
 
 std::span<const Exercise> ListExercises() {
-  static const std::vector<Exercise> kExercises = [] {
-    std::vector<Exercise> exercises;
-    for (const PractiseScene& embedded : kPractiseScenes) {
-      const Scene scene = ParseScene(embedded.toml, embedded.file);
-      const std::size_t mark = scene.name.find('_');
-      Exercise exercise;
-      exercise.id = scene.name.substr(mark + 1);
-      exercise.title = scene.title;
-      exercise.goal_message = DescribeGoal(scene.exercise);
-      exercise.goal = FormatMessage(exercise.goal_message);
-      exercise.difficulty = static_cast<int>(exercises.size()) + 1;
-      exercise.file = embedded.file;
-      exercise.toml = embedded.toml;
-      exercises.push_back(std::move(exercise));
-    }
-    return exercises;
-  }();
+  static const std::vector<Exercise> kExercises = MakeExercises(kPractiseScenes, true);
   return kExercises;
+}
+
+std::span<const Exercise> ListProcedures() {
+  static const std::vector<Exercise> kProcedures = MakeExercises(kProcedureScenes, false);
+  return kProcedures;
 }
 
 const Exercise& FindExercise(std::string_view id) {
   std::string names;
-  for (const Exercise& exercise : ListExercises()) {
-    if (exercise.id == id) return exercise;
-    names += (names.empty() ? "" : ", ") + exercise.id;
+  for (const std::span<const Exercise> list : {ListExercises(), ListProcedures()}) {
+    for (const Exercise& exercise : list) {
+      if (exercise.id == id) return exercise;
+      names += (names.empty() ? "" : ", ") + exercise.id;
+    }
   }
   throw Error(fmt::format("there is no exercise \"{}\"; the exercises are {}", id.substr(0, 60), names));
 }
 
 const Exercise* FindExerciseOf(std::string_view scene_name) {
-  for (const Exercise& exercise : ListExercises()) {
-    const std::string_view file = exercise.file;
-    if (file.substr(0, file.rfind('.')) == scene_name) return &exercise;
+  for (const std::span<const Exercise> list : {ListExercises(), ListProcedures()}) {
+    for (const Exercise& exercise : list) {
+      const std::string_view file = exercise.file;
+      if (file.substr(0, file.rfind('.')) == scene_name) return &exercise;
+    }
   }
   return nullptr;
 }
 
-Scene MakeExerciseScene(std::string_view id, int level) {
-  const Exercise& exercise = FindExercise(id);
+Exercise ReadExercise(const std::string& file) {
+  std::string toml = ReadTextFile(file);
+  const Scene scene = ParseScene(toml, file);
+  if (!scene.exercise.given) throw Error(fmt::format("{}: is not an exercise: it has no [exercise]", file));
+  const Exercise* known = FindExerciseOf(scene.name);
+  return MakeExercise(scene, known != nullptr ? known->id : scene.name, file, std::move(toml));
+}
+
+Exercise OpenExercise(const std::string& name) {
+  return std::filesystem::path(name).extension() == ".toml" ? ReadExercise(name) : FindExercise(name);
+}
+
+Scene MakeExerciseScene(const Exercise& exercise, int level) {
   return MakeLevel(ParseScene(exercise.toml, exercise.file), level);
+}
+
+Scene MakeExerciseScene(std::string_view id, int level) {
+  return MakeExerciseScene(FindExercise(id), level);
 }
 
 Scene MakeLevel(const Scene& scene, int level) {

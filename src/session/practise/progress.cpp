@@ -42,7 +42,7 @@ int FindPassed(const BestTotals& best) {
 
 /// Returns the number of aids of a level.
 int CountAids(const Exercise& exercise, int level) {
-  const std::vector<Aid> aids = ListAids(MakeExerciseScene(exercise.id, level).exercise, false, false);
+  const std::vector<Aid> aids = ListAids(MakeExerciseScene(exercise, level).exercise, false, false);
   return static_cast<int>(std::count_if(aids.begin(), aids.end(), [](const Aid& aid) { return aid.on; }));
 }
 
@@ -141,9 +141,12 @@ Trend FindTrend(std::span<const double> totals) {
   return change >= kTrendPoints ? Trend::kRising : change <= -kTrendPoints ? Trend::kFalling : Trend::kSteady;
 }
 
-NextStep Recommend(std::span<const Attempt> history, std::string_view exercise_id, int level,
+NextStep Recommend(std::span<const Attempt> history, std::string_view exercise, int level,
                    std::optional<double> total) {
-  const Exercise& exercise = FindExercise(exercise_id);
+  return Recommend(history, FindExercise(exercise), level, total);
+}
+
+NextStep Recommend(std::span<const Attempt> history, const Exercise& exercise, int level, std::optional<double> total) {
   CheckRange("level", level, FindRange<SceneExercise>("level"));
   // An attempt in which nothing was cut is not in the history.
   if (!total) return RepeatUngraded(exercise, level);
@@ -165,33 +168,36 @@ NextStep Recommend(std::span<const Attempt> history, std::string_view exercise_i
            {Points(level), Points(*total), FindExercise(next.exercise).title, Points(next.level)}}};
 }
 
+ExerciseRow MakeProgress(std::span<const Attempt> history, const Exercise& exercise) {
+  ExerciseRow row;
+  row.id = exercise.id;
+  row.title = exercise.title;
+  row.goal = exercise.goal_message;
+  std::array<std::vector<double>, kLevels> totals;
+  for (const Attempt& a : history) {
+    if (a.damaged || a.exercise != exercise.id || a.level < 1 || a.level > kLevels) continue;
+    ++row.attempts;
+    row.level = a.level;
+    if (!a.graded()) continue;
+    const auto at = static_cast<std::size_t>(a.level - 1);
+    totals[at].push_back(*a.total);
+    row.best[at] = std::max(row.best[at].value_or(0), *a.total);
+    row.last = a.total;
+  }
+  row.totals = std::move(totals[static_cast<std::size_t>(row.level - 1)]);
+  row.trend = FindTrend(row.totals);
+  row.next = RecommendIn(history, exercise)
+                 .value_or(NextStep{NextStep::Kind::kFinished,
+                                    exercise.id,
+                                    kLevels,
+                                    {MarkMessage("All levels of this exercise are passed."), {}}});
+  return row;
+}
+
 std::vector<ExerciseRow> ListProgress(std::span<const Attempt> history) {
   std::vector<ExerciseRow> rows;
-  for (const Exercise& exercise : ListExercises()) {
-    ExerciseRow row;
-    row.id = exercise.id;
-    row.title = exercise.title;
-    row.goal = exercise.goal_message;
-    std::array<std::vector<double>, kLevels> totals;
-    for (const Attempt& a : history) {
-      if (a.damaged || a.exercise != exercise.id || a.level < 1 || a.level > kLevels) continue;
-      ++row.attempts;
-      row.level = a.level;
-      if (!a.graded()) continue;
-      const auto at = static_cast<std::size_t>(a.level - 1);
-      totals[at].push_back(*a.total);
-      row.best[at] = std::max(row.best[at].value_or(0), *a.total);
-      row.last = a.total;
-    }
-    row.totals = std::move(totals[static_cast<std::size_t>(row.level - 1)]);
-    row.trend = FindTrend(row.totals);
-    row.next = RecommendIn(history, exercise)
-                   .value_or(NextStep{NextStep::Kind::kFinished,
-                                      exercise.id,
-                                      kLevels,
-                                      {MarkMessage("All levels of this exercise are passed."), {}}});
-    rows.push_back(std::move(row));
-  }
+  for (const Exercise& exercise : ListExercises()) rows.push_back(MakeProgress(history, exercise));
+  for (const Exercise& procedure : ListProcedures()) rows.push_back(MakeProgress(history, procedure));
   return rows;
 }
 

@@ -60,8 +60,10 @@ struct NextStep {
 /// the first level of the exercise that is not passed, or if there is none, that of FindNextStep(). A level is passed
 /// if the best total of all attempts at it, or at a higher level of the exercise, is at least kGoodTotal; of an
 /// osteotomy, that of all attempts that cut the bone through. `history`: attempts of one student in the order of
-/// submission, with this one as the last, unless nothing was cut; damaged rows are ignored. Throws kerf::Error for an
-/// unknown exercise or a level out of range.
+/// submission, with this one as the last, unless nothing was cut; damaged rows are ignored. Throws kerf::Error for a
+/// level out of range.
+NextStep Recommend(std::span<const Attempt> history, const Exercise& exercise, int level, std::optional<double> total);
+/// The same for a built-in exercise. Throws kerf::Error for an unknown one, too.
 NextStep Recommend(std::span<const Attempt> history, std::string_view exercise, int level, std::optional<double> total);
 
 /// Row of the list of exercises.
@@ -78,7 +80,9 @@ struct ExerciseRow {
   NextStep next;
 };
 
-/// Returns a row for each exercise, from easy to hard. `history`: as in Recommend().
+/// Returns the row of an exercise. `history`: as in Recommend().
+ExerciseRow MakeProgress(std::span<const Attempt> history, const Exercise& exercise);
+/// Returns a row for each of ListExercises(), from easy to hard, and for each of ListProcedures().
 std::vector<ExerciseRow> ListProgress(std::span<const Attempt> history);
 
 /// Returns the step to begin with: the first level that is not passed, in the order of the exercises.

@@ -15,20 +15,21 @@ constexpr double kLead_s = 1;
 /// Distance between the points of a line.
 constexpr double kLineStep_mm = 0.1;
 
-std::vector<Vec3> MakeLine(const ToolTrack& track, const WantedCut& cut) {
+std::vector<Vec3> MakeLine(const ToolTrack& track, std::span<const DepthGauge> gauges) {
   std::vector<Vec3> line_W;
   for (const TrackPoint& p : track.points()) {
     if (!p.contact) continue;
-    const Vec3 p_W = cut.FindLowest(p.X_WT);
+    const Vec3 p_W = FindNearestGauge(gauges, p.X_WT).cut().FindLowest(p.X_WT);
     if (line_W.empty() || glm::distance(line_W.back(), p_W) >= kLineStep_mm) line_W.push_back(p_W);
   }
   return line_W;
 }
 
-std::vector<DepthPoint> MakeDepths(const ToolTrack& track, const DepthGauge& gauge) {
+std::vector<DepthPoint> MakeDepths(const ToolTrack& track, std::span<const DepthGauge> gauges) {
   std::vector<DepthPoint> depths;
   for (const TrackPoint& p : track.points()) {
-    if (const auto reading = gauge.Calc(p.X_WT)) depths.push_back({p.time_s, reading->depth_mm});
+    if (const auto reading = FindNearestGauge(gauges, p.X_WT).Calc(p.X_WT))
+      depths.push_back({p.time_s, reading->depth_mm});
   }
   return depths;
 }
@@ -77,14 +78,14 @@ ToolTrack ToolTrack::Trim() const {
   return trimmed;
 }
 
-ReplayPair MakeReplayPair(const ToolTrack& student, const ToolTrack& expert, const DepthGauge& gauge) {
+ReplayPair MakeReplayPair(const ToolTrack& student, const ToolTrack& expert, std::span<const DepthGauge> gauges) {
   ReplayPair pair;
   pair.student = student.Trim();
   pair.expert = expert.Trim();
-  pair.student_line_W = MakeLine(pair.student, gauge.cut());
-  pair.expert_line_W = MakeLine(pair.expert, gauge.cut());
-  pair.student_depth = MakeDepths(pair.student, gauge);
-  pair.expert_depth = MakeDepths(pair.expert, gauge);
+  pair.student_line_W = MakeLine(pair.student, gauges);
+  pair.expert_line_W = MakeLine(pair.expert, gauges);
+  pair.student_depth = MakeDepths(pair.student, gauges);
+  pair.expert_depth = MakeDepths(pair.expert, gauges);
   return pair;
 }
 

@@ -68,8 +68,8 @@ struct ReplayPair {
   double duration_s() const { return std::max(student.duration_s(), expert.duration_s()); }
 };
 
-/// `gauge`: of the exercise.
-ReplayPair MakeReplayPair(const ToolTrack& student, const ToolTrack& expert, const DepthGauge& gauge);
+/// `gauges`: of the exercise's cuts, at least one. A point of a track belongs to the cut that FindNearestGauge() gives.
+ReplayPair MakeReplayPair(const ToolTrack& student, const ToolTrack& expert, std::span<const DepthGauge> gauges);
 
 /// Does the exercise as the synthetic expert, in virtual time. The same scene gives the same track. Takes the time that
 /// the bone needs and about as long as the cut; `stop` (optional) ends it with an Error.

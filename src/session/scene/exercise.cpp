@@ -147,6 +147,9 @@ Vec3 WantedCut::FindLowest(const Pose& X_WT) const {
 
 double WantedCut::CalcTilt_deg(const Pose& X_WT) const {
   if (form == ToolForm::kBall) return 0;
+  if (solid && length_mm == 0) {
+    return std::acos(std::clamp(-glm::dot(X_WT.R_AB * Vec3(0, 0, 1), into_W), -1.0, 1.0)) * kDegreesPerRad;
+  }
   const double cosine = std::min(std::abs(glm::dot(X_WT.R_AB * Vec3(0, 0, 1), across_W)), 1.0);
   return (solid ? std::asin(cosine) : std::acos(cosine)) * kDegreesPerRad;
 }

@@ -89,7 +89,7 @@ void Describe(SceneExercise& p, V&& visit) {
   visit("gauge", p.gauge, "aid: the depth is shown as a number and a bar");
   visit("colour", p.colour, "aid: the blade's colour shows the distance to the goal");
   visit("sound", p.sound, "aid: a tone indicates the distance to the goal");
-  visit("depth_stop", p.depth_stop, "aid: the tool is held at the depth of the goal");
+  visit("depth_stop", p.depth_stop, "aid: the tool is held at the depth of the goal; only with one cut or hole");
 }
 
 /// The wanted cut in its own frame: s along the line from its start, t into the bone, w across the cut.
@@ -130,7 +130,8 @@ struct WantedCut {
   /// point with the least tilt, so that of a solid of revolution or a blade with a stroke is returned at the place of
   /// its tip or its edge's middle.
   Vec3 FindLowest(const Pose& X_WT) const;
-  /// Returns the angle between a blade, or the axis of a solid of revolution, and the cut's plane; 0 for a ball.
+  /// Returns the angle between a blade, or the axis of a solid of revolution, and the cut's plane, or the axis of the
+  /// hole; 0 for a ball.
   double CalcTilt_deg(const Pose& X_WT) const;
   /// Returns {s, t, w} of points of the tool's outline, in order around it: of a blade's rim, otherwise of the tool as
   /// seen across the cut.

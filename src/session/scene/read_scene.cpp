@@ -296,6 +296,9 @@ void ReadExercise(TableReader& root, SceneExercise& exercise, const SceneTool& t
   if (!exercise.further.empty() && !holes && exercise.kind != ExerciseKind::kOsteotomy) {
     reader.Fault("cut", "several cuts are only for the kinds \"osteotomy\" and \"drill_holes\"");
   }
+  if (!exercise.further.empty() && exercise.depth_stop) {
+    reader.Fault("depth_stop", "a depth stop is only for exercises with one cut or hole");
+  }
   if (holes && GetForm(tool.shape) != ToolForm::kRound) {
     reader.Fault("kind", fmt::format("the kind \"drill_holes\" requires a drill or a bur, but [tool] shape is \"{}\"",
                                      GetShape(tool.shape)));

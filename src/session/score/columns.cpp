@@ -58,7 +58,8 @@ std::vector<CutColumn> FindColumns(const PhiSampler& before, const WantedCut& cu
 DepthGauge::DepthGauge(const Bone& before, const WantedCut& cut) : cut_(cut) {
   const PhiSampler phi(before);
   step_mm_ = CalcColumnStep(before.voxel_mm(), cut);
-  const double beyond_mm = cut.radius_mm;
+  // A hole has no line, beyond whose ends the tool would be: it may be as far beside the hole in every direction.
+  const double beyond_mm = cut.length_mm > 0 ? cut.radius_mm : kBeside_mm;
   columns_ = FindColumns(phi, cut, beyond_mm);
   first_mm_ = -std::ceil(beyond_mm / step_mm_) * step_mm_;
   at_.assign(static_cast<std::size_t>((cut.length_mm - 2 * first_mm_) / step_mm_ + 1.5), -1);
@@ -123,6 +124,14 @@ void DepthGauge::TakeDepths(const Pose& X_WT, double beside_mm, double along_mm,
     double& deepest = deepest_mm[static_cast<std::size_t>(&column - columns_.data())];
     deepest = std::max(deepest, p.y - column.near_mm);
   });
+}
+
+const DepthGauge& FindNearestGauge(std::span<const DepthGauge> gauges, const Pose& X_WT) {
+  const auto distance_mm = [&](const DepthGauge& gauge) {
+    return gauge.cut().CalcDistance(gauge.cut().FindLowest(X_WT));
+  };
+  return *std::min_element(gauges.begin(), gauges.end(),
+                           [&](const DepthGauge& a, const DepthGauge& b) { return distance_mm(a) < distance_mm(b); });
 }
 
 double CalcBladeDepth(const PhiSampler& before, const Tool& tool, const Pose& X_WT) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "bone/grid/removed.h"
@@ -65,6 +66,9 @@ class DepthGauge {
   std::vector<int> at_;  // column index by position along the line, -1: none
   double first_mm_ = 0;
 };
+
+/// Returns the gauge of the cut that the tool's lowest point is nearest to. `gauges`: at least one.
+const DepthGauge& FindNearestGauge(std::span<const DepthGauge> gauges, const Pose& X_WT);
 
 /// Returns the depth of a cut without a plan: the longest distance along a radius of the tool from its rim in the bone
 /// to the original surface; 0 if no part of the rim is in the bone. Of a solid of revolution, the distance is along its

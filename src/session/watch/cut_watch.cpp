@@ -57,7 +57,7 @@ struct CutWatch::State {
   std::map<LeafIndex, LeafValues> leaves;
   std::vector<PlannedPlane> planes;
   std::vector<Mark> marks;
-  std::function<double(const Bone&, const Bone&)> measure;
+  std::function<std::vector<double>(const Bone&, const Bone&)> measure;
   std::function<bool(const Vec3&)> is_wanted;
   bool plan_changed = false;  // the planes, the marks or the measure
   bool hurry = false;         // a caller waits for the analysis
@@ -73,7 +73,7 @@ struct CutWatch::State {
 
   void Analyse(PieceFinder& finder, InjuryFinder& injury_finder, const std::map<LeafIndex, LeafValues>& changed,
                const std::vector<PlannedPlane>& wanted, const std::vector<Mark>& marked,
-               const std::function<double(const Bone&, const Bone&)>& measured,
+               const std::function<std::vector<double>(const Bone&, const Bone&)>& measured,
                const std::function<bool(const Vec3&)>& wants) {
     const auto start = WatchClock::now();
     std::vector<LeafIndex> indices;
@@ -180,7 +180,7 @@ void CutWatch::SetPlanes(std::vector<PlannedPlane> planes) {
   state_->wake.notify_one();
 }
 
-void CutWatch::SetMeasure(std::function<double(const Bone& before, const Bone& now)> measure) {
+void CutWatch::SetMeasure(std::function<std::vector<double>(const Bone& before, const Bone& now)> measure) {
   {
     const std::lock_guard lock(state_->mutex);
     state_->measure = std::move(measure);

@@ -26,7 +26,7 @@ struct PlanesReport {
   std::vector<StructureResult> injuries{};  // canals, teeth and marks that are cut: see InjuryFinder
   std::vector<StructureResult> beside{};    // what was removed of these outside the wanted cut: CutWatch::SetWanted();
                                             // never severed
-  std::optional<double> measured{};         // result of CutWatch::SetMeasure(); none: not set
+  std::vector<double> measured{};           // result of CutWatch::SetMeasure(); empty: not set
 };
 
 /// A piece that has separated from the rest of the bone.
@@ -66,7 +66,7 @@ class CutWatch {
   /// Sets the planes of the next report.
   void SetPlanes(std::vector<PlannedPlane> planes);
   /// Sets what else is computed for each report, in the thread, from the bones before and now.
-  void SetMeasure(std::function<double(const Bone& before, const Bone& now)> measure);
+  void SetMeasure(std::function<std::vector<double>(const Bone& before, const Bone& now)> measure);
   /// Sets which places are in the wanted cut. Then, injuries are only what was removed there, and PlanesReport::beside
   /// is the rest. Null: there is no wanted cut.
   void SetWanted(std::function<bool(const Vec3& p_W)> is_wanted);

@@ -30,7 +30,6 @@ using Actors = std::vector<vtkSmartPointer<vtkActor>>;
 constexpr Rgb8 kGhostColour{0, 114, 178};
 constexpr Rgb8 kStopColour{160, 90, 0};
 constexpr Rgb8 kReachedColour{190, 40, 20};
-constexpr Rgb8 kGuideColour{0, 130, 95};
 constexpr Rgb8 kHandpieceColour{206, 212, 219};
 constexpr Rgb8 kGuardColour{150, 160, 172};
 constexpr double kSeenStrokes_per_min = 600;  // faster strokes are not seen one by one
@@ -422,11 +421,10 @@ void SceneActors::SetGuides(const std::vector<GuideOverlay>& guides) {
   State& s = *state_;
   if (!s.Renew(s.guides, guides)) return;
   s.Remove(s.over, s.guide_actors);
-  std::vector<std::vector<Vec3>> lines;
   for (const GuideOverlay& guide : guides) {
-    if (guide.points_W.size() > 1) lines.push_back(guide.points_W);
+    if (guide.points_W.size() < 2) continue;
+    s.Add(s.over, s.guide_actors, MakeLineActor({guide.points_W}, guide.colour, 3 * s.scale));
   }
-  if (!lines.empty()) s.Add(s.over, s.guide_actors, MakeLineActor(lines, kGuideColour, 3 * s.scale));
 }
 
 void SceneActors::SetMeasures(const std::vector<MeasureOverlay>& measures) {

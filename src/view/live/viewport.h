@@ -37,6 +37,7 @@ struct DepthStopOverlay {
 /// Line to follow.
 struct GuideOverlay {
   std::vector<Vec3> points_W;
+  Rgb8 colour{0, 130, 95};
 
   bool operator==(const GuideOverlay&) const = default;
 };

@@ -449,7 +449,7 @@ TEST_F(PracticePanel, KeysAndMouseChooseAnExerciseAndALevel) {
   EXPECT_EQ(list.exercise(), ListExercises()[1].id);
   list.Take(KeyDown(Key::kUp));
   list.Take(KeyDown(Key::kUp));
-  EXPECT_EQ(list.exercise(), ListExercises().back().id);
+  EXPECT_EQ(list.exercise(), ListProcedures().back().id);
   EXPECT_EQ(list.Take(KeyDown(Key::k4)), Choice::kNone);  // opens its levels
   EXPECT_EQ(list.exercise(), ListExercises()[3].id);
   EXPECT_EQ(list.level(), 4);  // recommended: level 3 was passed with 90 points

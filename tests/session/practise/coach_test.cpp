@@ -7,6 +7,7 @@
 #include <random>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
@@ -408,6 +409,136 @@ TEST(ExerciseSteps, OutsideTheCutTheWayToItComesFirst) {
             "The blade is 3.0 mm beyond the edge of the planned cut. Right key: to the right.");
   EXPECT_EQ(say(Place(cut, 8, 9)), "The blade is 7.0 mm below the wanted cut. Up key: up.");
   EXPECT_EQ(say(Place(cut, 8, -6, 0.4)), "another step");
+}
+
+/// Returns wanted cuts of a tool along x, `apart_mm` apart in y; holes for the kind of holes.
+std::vector<WantedCut> MakeSeveral(ExerciseKind kind, const Tool& tool, int count, double apart_mm) {
+  SceneExercise exercise;
+  exercise.kind = kind;
+  exercise.start_mm = {-8, 0, 0};
+  exercise.end_mm = {8, 0, 0};
+  exercise.depth_mm = 4;
+  exercise.margin_mm = 0.5;
+  for (int i = 1; i < count; ++i) {
+    exercise.further.push_back(
+        {.start_mm = {-8, i * apart_mm, 0}, .end_mm = {8, i * apart_mm, 0}, .into = {0, 0, -1}, .depth_mm = 4});
+  }
+  return MakeWantedCuts(exercise, tool);
+}
+
+CoachInput PlaceInHole(const WantedCut& hole, double depth_mm, const Vec3& beside_W = Vec3(0), double tilt_rad = 0) {
+  CoachInput input;
+  input.kind = ExerciseKind::kDrillHoles;
+  input.X_WT = hole.CalcToolPose(0, depth_mm);
+  input.X_WT.R_AB = glm::angleAxis(tilt_rad, Vec3(1, 0, 0)) * input.X_WT.R_AB;
+  input.X_WT.p_AB += beside_W;
+  input.depth = DepthReading{depth_mm, hole.depth_mm - depth_mm};
+  input.touches = depth_mm > 0;
+  return input;
+}
+
+TEST(CalcDeviation, OfAHoleIsTheDistanceFromItsAxisAndTheAngleToIt) {
+  const WantedCut hole = MakeSeveral(ExerciseKind::kDrillHoles, TwistDrill{}, 1, 0).front();
+  const ToolDeviation d = CalcDeviation(hole, PlaceInHole(hole, 1, {0.3, -0.4, 0}, 0.2).X_WT);
+  EXPECT_NEAR(d.beside_mm, 0.5, 1e-9);
+  EXPECT_NEAR(glm::distance(d.beside_W, Vec3(0.3, -0.4, 0)), 0, 1e-9);
+  EXPECT_EQ(d.beyond_mm, 0);
+  EXPECT_NEAR(d.tilt_deg, 0.2 * kDegreesPerRad, 1e-5);  // in any direction, not only out of a plane
+}
+
+TEST(Coach, SpeaksOfADrillAndItsHole) {
+  const WantedCut hole = MakeSeveral(ExerciseKind::kDrillHoles, TwistDrill{}, 1, 0).front();
+  const auto say = [&](CoachInput input) {
+    input.keys = KeyDirections{.right_W = {1, 0, 0}, .up_W = {0, 0, 1}};
+    const CoachState state = UpdateCoach({}, hole, input);
+    const std::optional<CoachLine> line = MakeCoachLine(state, hole, input);
+    if (line) return FormatMessage(line->message) + (line->way ? " " + FormatMessage(*line->way) : "");
+    return FormatMessage(DescribeStep(FindStep(hole, input, state.zone, true, 0), hole, input, true, 0).message);
+  };
+  EXPECT_EQ(say(PlaceInHole(hole, -1)), "Set the tip of the drill on the place of the hole and press (Down key).");
+  EXPECT_EQ(say(PlaceInHole(hole, -1, {2, 0.1, 0})),
+            "The tip of the drill is 2.0 mm beside the axis of the hole. Left key: to the left.");
+  EXPECT_EQ(say(PlaceInHole(hole, 1, {0.1, 0.8, 0})),
+            "The tip of the drill is 0.8 mm beside the axis of the hole. Pull the drill out first. Up key: up. Then "
+            "move it over. Page Down key: towards you.");
+  EXPECT_EQ(say(PlaceInHole(hole, -1, Vec3(0), 0.2)),
+            "The drill is tilted by 11°: turn it into the direction of the hole (W S, A D, Q E).");
+  EXPECT_EQ(say(PlaceInHole(hole, 2)),
+            "Drill on along the axis to the depth of 4.0 mm (Down key). Press less as soon as the bone resists less.");
+  EXPECT_EQ(say(PlaceInHole(hole, 5)), "Too deep by 1.0 mm: pull the drill back. Up key: up.");
+  CoachInput last = PlaceInHole(hole, 4);
+  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kFinish, hole, last, true, 1).message),
+            "All holes are drilled: pull the drill out (Up key) and finish the exercise (Enter).");
+  last.is_last_cut = false;
+  EXPECT_EQ(FormatMessage(DescribeStep(ExerciseStep::kFinish, hole, last, true, 1).message).substr(0, 22),
+            "This hole is drilled: ");
+}
+
+// A blade with a stroke has no teeth on its sides, so that no step may ask to move it along in the bone.
+TEST(Coach, BladesWithAStrokePlunge) {
+  for (const Tool& tool : {Tool{ReciprocatingBlade{}}, Tool{OscillatingBlade{}}, Tool{PiezoInsert{}}}) {
+    for (const ExerciseKind kind : {ExerciseKind::kGroove, ExerciseKind::kOsteotomy}) {
+      const WantedCut cut = MakeSeveral(kind, tool, 1, 0).front();
+      ASSERT_GT(cut.plunges, 1);
+      CoachInput input;
+      input.kind = kind;
+      input.X_WT = cut.CalcToolPose(4, 1);
+      input.depth = DepthReading{1, cut.depth_mm - 1};
+      input.touches = true;
+      input.keys = KeyDirections{.right_W = {1, 0, 0}, .up_W = {0, 0, 1}};
+      const auto say = [&](ExerciseStep step, double done) {
+        return FormatMessage(DescribeStep(step, cut, input, true, done).message);
+      };
+      const std::string apart = FormatQuantity({16.0 / (cut.plunges - 1), 1, "mm"});
+      EXPECT_EQ(say(ExerciseStep::kLower, 0),
+                "Plunge the blade straight into the bone at one end of the cut (Down key).");
+      EXPECT_EQ(say(ExerciseStep::kLower, 0.25), "Plunge the blade in again (Down key), at most " + apart +
+                                                     " beside the last plunge. 25 % of the cut is made.");
+      EXPECT_NE(say(ExerciseStep::kDeepen, 0.25).find("do not move it along. 25 % of"), std::string::npos);
+      EXPECT_EQ(say(ExerciseStep::kFollow, 0.25),
+                "Deep enough here: lift the blade out (Up key) and plunge it in "
+                "again, at most " +
+                    apart + " further along the cut. 25 % of the cut is made.");
+    }
+  }
+}
+
+// A drill of 1.5 mm with a tip of 118 degrees is 0.45 mm long up to its whole width.
+TEST(IsHoleMade, AtItsDepthOrThroughTheBone) {
+  BlockParams block;
+  block.size_mm = {20, 20, 10};
+  block.voxel_mm = 0.25;
+  const TwistDrill drill{.diameter_mm = 1.5, .point_angle_deg = 118};
+  const DepthGauge blind(MakeBlock(block), MakeSeveral(ExerciseKind::kDrillHoles, drill, 1, 0).front());
+  EXPECT_FALSE(IsHoleMade(blind, 4 - kStepDepth_mm - 0.02));
+  EXPECT_TRUE(IsHoleMade(blind, 4 - kStepDepth_mm + 0.02));
+  block.size_mm.z = 3;
+  const DepthGauge through(MakeBlock(block), MakeSeveral(ExerciseKind::kDrillHoles, drill, 1, 0).front());
+  EXPECT_FALSE(IsHoleMade(through, 3 + 0.43));
+  EXPECT_TRUE(IsHoleMade(through, 3 + 0.47));
+}
+
+TEST(FindCurrentCut, IsTheNearestInTheBoneAndTheNextInTheAir) {
+  for (const ExerciseKind kind : {ExerciseKind::kDrillHoles, ExerciseKind::kOsteotomy}) {
+    const Tool tool = kind == ExerciseKind::kDrillHoles ? Tool{TwistDrill{}} : Tool{DiscSaw{}};
+    const std::vector<WantedCut> cuts = MakeSeveral(kind, tool, 3, 8);
+    const auto find = [&](std::vector<bool> made, std::size_t current, double y_mm, bool in_bone) {
+      Pose X_WT = cuts[0].CalcToolPose(0, in_bone ? 1 : -3);
+      X_WT.p_AB.y += y_mm;
+      return FindCurrentCut(cuts, made, current, X_WT, in_bone);
+    };
+    // Where the student works is current, in any order.
+    EXPECT_EQ(find({false, false, false}, 0, 16, true), 2U);
+    EXPECT_EQ(find({false, false, false}, 0, 15, false), 2U);
+    EXPECT_EQ(find({false, false, true}, 0, 16, true), 2U) << "a made one, too";
+    // Far from all, the one so far, or the next one if that is made.
+    EXPECT_EQ(find({false, false, false}, 1, 40, false), 1U);
+    EXPECT_EQ(find({true, false, false}, 0, 0, false), 1U);
+    EXPECT_EQ(find({true, false, true}, 2, 16, false), 1U);
+    EXPECT_EQ(find({true, true, true}, 2, 0, false), 2U);
+    // Within the margin of the one so far, another one is not nearer, whatever their distances.
+    EXPECT_EQ(find({false, false, false}, 1, 8.4, true), 1U);
+  }
 }
 
 TEST(ExerciseSteps, LostSawIsLedBack) {

@@ -29,10 +29,44 @@ TEST(Exercises, AreTheFilesOfTheFolderFromEasyToHard) {
     kinds.insert(MakeExerciseScene(exercise.id, 1).exercise.kind);
     EXPECT_EQ(FindExerciseOf(MakeExerciseScene(exercise.id, 1).name), &exercise);
   }
-  kinds.insert(ExerciseKind::kDrillHoles);  // only in scenes/procedures
+  kinds.insert(ExerciseKind::kDrillHoles);  // only among the procedures
   EXPECT_EQ(kinds.size(), kExerciseKindWords.size());
   EXPECT_THROW(FindExercise("juggling"), Error);
   EXPECT_EQ(FindExerciseOf("body_osteotomy"), nullptr);
+}
+
+TEST(Procedures, AreTheFilesOfTheirFolder) {
+  std::set<ExerciseKind> kinds;
+  const std::string folder = std::string(KERF_SOURCE_DIR) + "/scenes/procedures/";
+  for (const Exercise& procedure : ListProcedures()) {
+    EXPECT_EQ(procedure.toml, ReadTextFile(folder + procedure.file));
+    EXPECT_EQ(procedure.id + ".toml", procedure.file);
+    EXPECT_EQ(procedure.difficulty, 0);
+    EXPECT_EQ(procedure.goal.back(), '.');
+    EXPECT_EQ(&FindExercise(procedure.id), &procedure);
+    EXPECT_EQ(FindExerciseOf(procedure.id), &procedure);
+    // A file of the same name is the same exercise, so that its attempts count for it.
+    const Exercise read = ReadExercise(folder + procedure.file);
+    EXPECT_EQ(read.id, procedure.id);
+    EXPECT_EQ(read.goal, procedure.goal);
+    EXPECT_EQ(read.file, folder + procedure.file);
+    kinds.insert(MakeExerciseScene(read, 2).exercise.kind);
+  }
+  EXPECT_TRUE(kinds.contains(ExerciseKind::kDrillHoles));
+  EXPECT_EQ(FindExercise("plate_holes").goal.substr(0, 13), "Drill 4 holes");
+  EXPECT_EQ(FindExercise("genioplasty").goal.substr(0, 24), "Make the 3 planned cuts,");
+}
+
+TEST(Exercises, OpenFromAFileOrByTheirId) {
+  EXPECT_EQ(OpenExercise("groove").id, "groove");
+  EXPECT_EQ(OpenExercise(std::string(KERF_SOURCE_DIR) + "/scenes/practise/01_groove.toml").id, "groove");
+  EXPECT_THROW(OpenExercise("juggling"), Error);
+  try {
+    OpenExercise(std::string(KERF_SOURCE_DIR) + "/scenes/ball_slot.toml");
+    FAIL() << "it has no [exercise]";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("ball_slot.toml: is not an exercise"), std::string::npos) << e.what();
+  }
 }
 
 TEST(Exercises, PathsAreTheWantedCuts) {

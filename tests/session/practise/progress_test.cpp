@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <optional>
 #include <random>
 #include <vector>
@@ -184,8 +185,9 @@ TEST(ListProgress, ShowsBestScoresTrendAndNextStep) {
   std::vector<Attempt> history = MakeTries("groove", 1, {20, 90, std::nullopt, 40});
   for (const Attempt& a : MakeTries("groove", 2, {30, 50, 65})) history.push_back(a);
   history.push_back(MakeTry("some scene", 1, 100));  // not one of the exercises
+  history.push_back(MakeTry("plate_holes", 3, 60));
   const std::vector<ExerciseRow> rows = ListProgress(history);
-  ASSERT_EQ(rows.size(), ListExercises().size());
+  ASSERT_EQ(rows.size(), ListExercises().size() + ListProcedures().size());
   EXPECT_EQ(rows[0].id, "groove");
   EXPECT_EQ(rows[0].attempts, 7U);
   EXPECT_EQ(rows[0].best[0], 90);
@@ -198,6 +200,9 @@ TEST(ListProgress, ShowsBestScoresTrendAndNextStep) {
   EXPECT_EQ(rows[1].attempts, 0U);
   EXPECT_EQ(rows[1].trend, Trend::kUnknown);
   EXPECT_EQ(rows[0].totals, (std::vector<double>{30, 50, 65}));
+  const auto holes = std::find_if(rows.begin(), rows.end(), [](const auto& row) { return row.id == "plate_holes"; });
+  ASSERT_NE(holes, rows.end());
+  EXPECT_EQ(holes->best[2], 60);
   EXPECT_EQ(FindNextStep(history), rows[0].next);
 }
 

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
+#include "bone/models/block.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 #include "small_exercise.h"
@@ -58,7 +60,7 @@ TEST(ReplayPair, ExpertReachesTheDepthAndFollowsTheLine) {
   const ToolTrack expert = MakeExpertTrack(scene);
   const WantedCut cut = MakeWantedCut(scene.exercise, MakeTool(scene));
   const DepthGauge gauge(MakeSceneBone(scene, {}), cut);
-  const ReplayPair pair = MakeReplayPair(expert, expert, gauge);
+  const ReplayPair pair = MakeReplayPair(expert, expert, {&gauge, 1});
   ASSERT_FALSE(pair.expert_line_W.empty());
   // The expert's errors: an offset of 0.15 mm by 1.2 times at most, half a degree, and the tremor.
   double s_lower_mm = 1e9, s_upper_mm = -1e9;
@@ -76,6 +78,37 @@ TEST(ReplayPair, ExpertReachesTheDepthAndFollowsTheLine) {
   EXPECT_NEAR(deepest_mm, cut.depth_mm, 0.3);
   EXPECT_EQ(pair.student_line_W, pair.expert_line_W);
   EXPECT_GT(pair.duration_s(), cut.length_mm / scene.exercise.feed_mm_per_s);
+}
+
+// Two cuts in a block: each point has the depth in its own.
+TEST(ReplayPair, DepthIsThatInTheNearestCut) {
+  SceneExercise exercise;
+  exercise.kind = ExerciseKind::kOsteotomy;
+  exercise.start_mm = {-8, -3, 0};
+  exercise.end_mm = {8, -3, 0};
+  exercise.depth_mm = 2;
+  exercise.further.push_back({.start_mm = {-8, 3, 0}, .end_mm = {8, 3, 0}, .into = {0, 0, -1}, .depth_mm = 4});
+  BlockParams block;
+  block.size_mm = {20, 12, 6};
+  block.voxel_mm = 0.25;
+  const Bone bone = MakeBlock(block);
+  std::vector<DepthGauge> gauges;
+  for (const WantedCut& cut : MakeWantedCuts(exercise, DiscSaw{})) gauges.emplace_back(bone, cut);
+  ToolTrack track;
+  LoopTick tick;
+  for (int i = 0; i < 400; ++i) {
+    const std::size_t cut = i < 200 ? 0 : 1;
+    tick.time_s = 0.01 * i;
+    tick.coupled.X_WT = gauges[cut].cut().CalcToolPose(8, cut == 0 ? 1.5 : 3.5);
+    tick.coupled.engaged_teeth = 1;
+    track.Take(tick);
+    EXPECT_EQ(&FindNearestGauge(gauges, tick.coupled.X_WT), &gauges[cut]) << i;
+  }
+  const ReplayPair pair = MakeReplayPair(track, track, gauges);
+  ASSERT_GT(pair.student_depth.size(), 100U);
+  // The surface is found by interpolation of a level set that is exact on a flat face.
+  EXPECT_NEAR(pair.student_depth.front().depth_mm, 1.5, 0.01);
+  EXPECT_NEAR(pair.student_depth.back().depth_mm, 3.5, 0.01);
 }
 
 TEST(ExpertTracks, AreMadeOnce) {

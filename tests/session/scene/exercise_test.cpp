@@ -246,6 +246,8 @@ TEST(Exercise, FurtherCutsAreReadAndWrittenForTheKindsThatHaveThem) {
   }
   EXPECT_EQ(MakeWantedCuts(ParseScene(scene("disc", "osteotomy"), "s.toml").exercise, DiscSaw{})[1].length_mm, 8);
   EXPECT_NE(test::MessageFor(scene("disc", "groove")).find("several cuts are only for"), std::string::npos);
+  EXPECT_NE(test::MessageFor(scene("disc", "osteotomy\"\ndepth_stop = true\n#")).find("a depth stop is only for"),
+            std::string::npos);
   EXPECT_NE(test::MessageFor(scene("disc", "drill_holes")).find("requires a drill or a bur"), std::string::npos);
 }
 

@@ -60,15 +60,18 @@ TEST(CutWatch, ReportsThePieceThatComesFreeOnce) {
   EXPECT_EQ(start->planes[0].name, "end");
   EXPECT_EQ(start->planes[0].state.fraction(), 0);
 
-  EXPECT_FALSE(start->measured);
+  EXPECT_TRUE(start->measured.empty());
 
-  watch.SetMeasure([](const Bone& before, const Bone& now) { return before.CalcVolume() - now.CalcVolume(); });
+  watch.SetMeasure([](const Bone& before, const Bone& now) {
+    return std::vector{before.CalcVolume() - now.CalcVolume(), 1.0};
+  });
   bar.CutDownTo(-2);
   bar.OfferAll(watch, bar.now);
   EXPECT_TRUE(watch.TakeFreed().empty());
   const auto part = watch.Fetch();
   ASSERT_TRUE(part);
-  EXPECT_NEAR(part->measured.value(), bar.before->CalcVolume() - bar.now.CalcVolume(), 1e-6);
+  ASSERT_EQ(part->measured.size(), 2u);
+  EXPECT_NEAR(part->measured[0], bar.before->CalcVolume() - bar.now.CalcVolume(), 1e-6);
   // Half a step of 0.25 mm along the border of the cut, 10 mm, and of the bone, 36 mm, over 80 mm^2.
   EXPECT_NEAR(part->planes[0].state.fraction(), 0.75, 0.125 * 46 / 80);
 
