@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <glm/geometric.hpp>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,11 +21,13 @@
 #include "base/files/folder_lock.h"
 #include "bone/mesh/decimate.h"
 #include "bone/pieces/join.h"
+#include "bone/pieces/measure.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "kerf/surface.h"
 #include "kerf/version.h"
 #include "session/export/write_export.h"
+#include "session/marks/structures.h"
 #include "session/run/make_bone.h"
 #include "session/run/run_loop.h"
 #include "session/run/run_pictures.h"
@@ -38,11 +42,12 @@ constexpr std::size_t kMaxPiecesFile = std::size_t{64} << 20;
 
 struct AssessArguments {
   std::string file;
-  std::string before;
+  std::vector<std::string> before;
   std::string after;
   std::string plan;
   std::string bone_file;
   std::string pieces;
+  std::vector<std::string> moves;
   std::string folder;
   std::string markups;
   std::string table;
@@ -67,7 +72,12 @@ struct Subject {
   std::vector<ExportCurve> curves;
   std::vector<ExportFact> provenance;
   bool of_patient = true;
-  ExportRecording recording;  // unset for bones in files
+  // For recordings only:
+  ExportRecording recording;
+  std::uint64_t hash = 0;  // of the bone at the end of the last one, without the pieces taken out of it
+  double duration_s = 0;
+  double largest_force_N = 0;
+  double hand_J = 0;
 };
 
 bool EndsWith(const std::string& text, const std::string& end) {
@@ -86,19 +96,46 @@ std::vector<PlannedPlane> ReadPlanes(const std::string& path) {
   return planes;
 }
 
-/// Replays a recording of a loop and takes the bones and the plan from it.
-void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& subject) {
-  RecordingReader recording(options.file);
+/// Adds the wanted cuts of an exercise to the plan, as planes and, for a single cut, a stop. Those of an earlier
+/// recording are already in it.
+void AddWantedCuts(const Scene& scene, bool is_only, Plan& plan) {
+  const std::vector<WantedCut> cuts = MakeWantedCuts(scene.exercise, MakeTool(scene));
+  const bool numbered = cuts.size() > 1 || !is_only;
+  for (const WantedCut& cut : cuts) {
+    const std::string number = numbered ? fmt::format(" {}", plan.planes.size() + 1) : "";
+    if (cut.length_mm > 0) {
+      plan.planes.push_back({.name = "wanted cut" + number,
+                             .plane = {cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}), cut.across_W},
+                             .margin_mm = cut.margin_mm,
+                             .width_mm = kPlaneSizeRange_mm.Clamp(cut.length_mm),
+                             .height_mm = kPlaneSizeRange_mm.Clamp(cut.depth_mm),
+                             .up_W = -cut.into_W});
+    }
+    if (numbered) continue;  // a stop holds for all of the bone below it
+    plan.stops.push_back(
+        {.name = "wanted depth", .p_W_mm = cut.start_W, .direction_W = cut.into_W, .depth_mm = cut.depth_mm});
+  }
+}
+
+/// Replays a recording of a loop and takes the bones and the plan from it. With `is_later`, it goes on with the bone of
+/// the one before, whose bone before the cut and whose plan are kept.
+void TakeRecording(const std::string& file, const AssessArguments& options, bool is_later, StageBars& bars,
+                   Subject& subject) {
+  RecordingReader recording(file);
   const RecordingHeader& header = recording.header();
   if (header.kind != RecordedKind::kLoop) {
     throw Error(
         fmt::format("{}: is a recording of 'kerf run'; write its bone with 'kerf replay {} -o FOLDER', then use 'kerf "
                     "assess SCENE --after FOLDER/bone.vdb'",
-                    options.file, options.file));
+                    file, file));
   }
-  const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
-  subject.recording = {ToString(recording.damage().state), FindDamageWarnings(recording)};
-  for (const std::string& warning : subject.recording.warnings) SayWarning("{}: {}", options.file, warning);
+  const RecordedScene recorded = OpenRecordedScene(recording, file == options.file ? options.bone_file : "");
+  if (is_later && header.bone_hash != subject.hash) {
+    throw Error(fmt::format("{}: did not begin with the bone that the recording before it ended with", file));
+  }
+  const std::size_t first_warning = subject.recording.warnings.size();
+  if (subject.recording.is_whole()) subject.recording.state = ToString(recording.damage().state);
+  for (std::string& warning : FindDamageWarnings(recording)) subject.recording.warnings.push_back(std::move(warning));
   LoopOptions loop;
   loop.virtual_time = true;
   loop.seconds = std::clamp(recording.damage().whole_s, 0.01, kMaxLoop_s);
@@ -113,49 +150,45 @@ void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& sub
     subject.recording.warnings.push_back(fmt::format("differs from the recording from tick {} on: {}",
                                                      summary.replayed->divergence->step + 1,
                                                      summary.replayed->divergence->what));
-    SayWarning("{}: {}", options.file, subject.recording.warnings.back());
   }
-  subject.title = TitleOf(recorded.scene);
-  subject.plan = recorded.scene.plan;
-  if (subject.plan.empty() && recorded.scene.exercise.given) {
+  for (std::size_t i = first_warning; i < subject.recording.warnings.size(); ++i) {
+    SayWarning("{}: {}", file, subject.recording.warnings[i]);
+  }
+  subject.title = is_later ? fmt::format("{}; {}", subject.title, TitleOf(recorded.scene)) : TitleOf(recorded.scene);
+  if (!recorded.scene.plan.empty()) {
+    subject.plan = recorded.scene.plan;
+  } else if (recorded.scene.exercise.given) {
     // An exercise prescribes a cut as a plan does.
-    const std::vector<WantedCut> cuts = MakeWantedCuts(recorded.scene.exercise, MakeTool(recorded.scene));
-    for (const WantedCut& cut : cuts) {
-      const std::string number = cuts.size() > 1 ? fmt::format(" {}", &cut - cuts.data() + 1) : "";
-      if (cut.length_mm > 0) {
-        subject.plan.planes.push_back(
-            {.name = "wanted cut" + number,
-             .plane = {cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}), cut.across_W},
-             .margin_mm = cut.margin_mm,
-             .width_mm = kPlaneSizeRange_mm.Clamp(cut.length_mm),
-             .height_mm = kPlaneSizeRange_mm.Clamp(cut.depth_mm),
-             .up_W = -cut.into_W});
-      }
-      if (cuts.size() > 1) continue;  // a stop holds for all of the bone below it
-      subject.plan.stops.push_back({.name = "wanted depth" + number,
-                                    .p_W_mm = cut.start_W,
-                                    .direction_W = cut.into_W,
-                                    .depth_mm = cut.depth_mm});
-    }
+    AddWantedCuts(recorded.scene, options.before.empty(), subject.plan);
   }
   subject.of_patient = IsOfPatient(recorded.scene);
-  subject.blade_mm = CalcCutWidth(MakeTool(recorded.scene));
-  subject.before = std::move(summary.before);
+  const double cut_width_mm = CalcCutWidth(MakeTool(recorded.scene));
+  subject.blade_mm = is_later ? std::max(subject.blade_mm, cut_width_mm) : cut_width_mm;
+  if (!is_later) subject.before = std::move(summary.before);
   subject.after = std::move(summary.after);
+  subject.hash = summary.bone_hash;
   if (summary.fragments) {
     std::vector<const Bone*> out;
     for (const PieceOut& piece : summary.fragments->out) out.push_back(&piece.bone);
     subject.after = JoinBones(subject.after, out);
   }
-  subject.figures = {{"duration", "s", summary.simulated_s},
-                     {"largest force on the hand", "N", summary.force.largest_simulated_N},
-                     {"work of the hand", "J", summary.hand_J}};
-  ExportCurve curve{.title = "Force on the hand", .x_label = "time, s", .y_label = "force, N", .points = {}};
+  subject.duration_s += summary.simulated_s;
+  subject.largest_force_N = std::max(subject.largest_force_N, summary.force.largest_simulated_N);
+  subject.hand_J += summary.hand_J;
+  subject.figures = {{"duration", "s", subject.duration_s},
+                     {"largest force on the hand", "N", subject.largest_force_N},
+                     {"work of the hand", "J", subject.hand_J}};
+  const std::string file_name = std::filesystem::path(file).filename().string();
+  ExportCurve curve{.title = options.before.empty() ? "Force on the hand" : "Force on the hand, " + file_name,
+                    .x_label = "time, s",
+                    .y_label = "force, N",
+                    .points = {}};
   for (const ForcePoint& p : summary.force_curve.points()) curve.points.emplace_back(p.time_s, p.hand_N);
   if (curve.points.size() > 1) subject.curves.push_back(std::move(curve));
-  subject.provenance = {{"recording", std::filesystem::path(options.file).filename().string()},
-                        {"recorded", fmt::format("{} by kerf {} ({})", header.created, header.version, header.commit)},
-                        {"scene", header.scene_name}};
+  subject.provenance.push_back({"recording", file_name});
+  subject.provenance.push_back(
+      {"recorded", fmt::format("{} by kerf {} ({})", header.created, header.version, header.commit)});
+  subject.provenance.push_back({"scene", header.scene_name});
 }
 
 /// Reads the bones from files, or the bone before the cut from the scene.
@@ -171,19 +204,19 @@ void TakeBones(const AssessArguments& options, StageBars& bars, Subject& subject
     subject.plan.planes = ReadPlanes(options.file);
     const std::string file_name = std::filesystem::path(options.file).filename().string();
     subject.title = file_name.substr(0, file_name.find('.'));
-    subject.before = ReadBone(options.before);
+    subject.before = ReadBone(options.before.front());
   } else {
     const Scene scene = ReadScene(options.file);
     subject.title = TitleOf(scene);
     subject.plan = scene.plan;
     subject.of_patient = IsOfPatient(scene);
     subject.blade_mm = CalcCutWidth(MakeTool(scene));
-    subject.before = options.before.empty() ? MakeSceneBone(scene, show) : ReadBone(options.before);
+    subject.before = options.before.empty() ? MakeSceneBone(scene, show) : ReadBone(options.before.front());
   }
   show(0.5);
   subject.after = ReadBone(options.after);
   const auto name_of = [](const std::string& path) { return std::filesystem::path(path).filename().string(); };
-  if (!options.before.empty()) subject.provenance.push_back({"bone before", name_of(options.before)});
+  if (!options.before.empty()) subject.provenance.push_back({"bone before", name_of(options.before.front())});
   subject.provenance.push_back({"bone after", name_of(options.after)});
 }
 
@@ -192,11 +225,17 @@ Subject TakeSubject(const AssessArguments& options) {
   Subject subject;
   const bool recording = EndsWith(options.file, ".kerf");
   if (recording) {
-    if (!options.before.empty() || !options.after.empty()) {
+    const auto is_bone = [](const std::string& file) { return !EndsWith(file, ".kerf"); };
+    if (!options.after.empty() || std::any_of(options.before.begin(), options.before.end(), is_bone)) {
       throw CLI::ValidationError("--before, --after", "a recording contains its own bones");
     }
-    TakeRecording(options, bars, subject);
+    std::vector<std::string> files = options.before;
+    files.push_back(options.file);
+    for (const std::string& file : files) TakeRecording(file, options, file != files.front(), bars, subject);
   } else {
+    if (options.before.size() > 1 || (!options.before.empty() && EndsWith(options.before.front(), ".kerf"))) {
+      throw CLI::ValidationError("--before", "takes one bone (.vdb), or recordings (.kerf) if FILE is a recording");
+    }
     TakeBones(options, bars, subject);
   }
   if (!options.plan.empty()) {
@@ -215,7 +254,55 @@ Subject TakeSubject(const AssessArguments& options) {
   return subject;
 }
 
-void PrintForPeople(const Subject& subject, const Assessment& a, const PieceSet* pieces) {
+/// A planned translation of a piece.
+struct PlannedMove {
+  int piece = 0;
+  Vec3 by_W_mm{0};
+};
+
+/// Finds the piece that contains the point of --move where it was cut off; within a voxel, the nearest. Throws
+/// kerf::Error if there is none, or if it is the largest piece, against which the others move.
+PlannedMove FindMove(const std::string& text, const PieceSet& pieces) {
+  const std::vector<double> v = ParseNumbers(text, ',', 6, "--move", "x,y,z,dx,dy,dz in mm, such as 0,-2,-38,0,-6,0");
+  const Vec3 p_W(v[0], v[1], v[2]);
+  PlannedMove move{-1, {v[3], v[4], v[5]}};
+  double least_mm = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < pieces.size(); ++i) {
+    const double distance_mm = pieces.piece(i).bone.SignedDistance(p_W);
+    if (pieces.state(i).deleted || distance_mm > pieces.piece(i).bone.voxel_mm() || distance_mm >= least_mm) continue;
+    move.piece = i;
+    least_mm = distance_mm;
+  }
+  if (move.piece < 0) throw Error(fmt::format("--move {}: its point is in no piece", text));
+  if (move.piece == 0) throw Error(fmt::format("--move {}: its point is in the largest piece, which stays", text));
+  return move;
+}
+
+/// Prints where a piece is compared with its planned place, and how it meets the largest one.
+void PrintMove(const PlannedMove& move, const PieceSet& pieces) {
+  const Piece& piece = pieces.piece(move.piece);
+  const double off_mm = glm::length(pieces.CalcCentroid(move.piece) - piece.centroid_P - move.by_W_mm);
+  fmt::print("  {:<16}  planned move {:.2f} mm; now {:.2f} mm and {:.2f} deg from there\n", piece.name,
+             glm::length(move.by_W_mm), off_mm, CalcRotationAngle(pieces.state(move.piece).X_WP));
+  const PieceContact contact = pieces.CalcContact(move.piece, 0);
+  fmt::print("  {:<16}  overlap with {} {:.1f} mm3, least gap {}\n", "", pieces.piece(0).name, contact.overlap_mm3,
+             contact.gap ? fmt::format("{:.2f} mm", contact.gap->gap_mm) : "far");
+}
+
+/// Prints the nerves and their canals, and whatever else was cut.
+void PrintStructures(const StructureAssessment& a) {
+  for (const StructureResult& s : a.structures) {
+    const bool nerve = s.kind == MarkKind::kNerve || s.kind == MarkKind::kCanal;
+    if ((!nerve && !s.is_cut) || !s.distance_mm) continue;
+    const std::string cut =
+        fmt::format("{}, {:.2f} mm3 of it removed", s.is_severed ? "severed" : "cut", s.removed_mm3);
+    fmt::print("  {:<16}  {}\n", FormatMessage(NameStructure(s)),
+               s.is_cut ? cut : fmt::format("{:.1f} mm from the cut", *s.distance_mm));
+  }
+}
+
+void PrintForPeople(const Subject& subject, const Assessment& a, const StructureAssessment& structures,
+                    const PieceSet* pieces, const std::vector<PlannedMove>& moves) {
   fmt::print("{}\n", subject.title);
   for (const std::string& warning : subject.recording.warnings) fmt::print("  recording         {}\n", warning);
   for (const PlaneResult& p : a.planes) {
@@ -238,7 +325,9 @@ void PrintForPeople(const Subject& subject, const Assessment& a, const PieceSet*
   if (a.outside_mm3) fmt::print(", {:.2f} of it outside the margins", *a.outside_mm3);
   if (a.too_deep_mm3) fmt::print(", {:.2f} too deep", *a.too_deep_mm3);
   fmt::print("\n");
+  PrintStructures(structures);
   if (pieces != nullptr) fmt::print("  pieces            {}\n", pieces->size());
+  for (const PlannedMove& move : moves) PrintMove(move, *pieces);
 }
 
 /// Throws kerf::Error if the bone has grown.
@@ -253,11 +342,11 @@ void CheckRemoved(const Assessment& assessment) {
 
 /// Returns the files that are read, apart from those of a recording; some may be "".
 std::vector<std::string> ListInputs(const AssessArguments& options) {
-  std::vector<std::string> inputs{options.file,  options.plan,      options.before,
-                                  options.after, options.bone_file, options.pieces};
+  std::vector<std::string> inputs{options.file, options.plan, options.after, options.bone_file, options.pieces};
   const auto add = [&inputs](const std::vector<std::string>& files) {
     inputs.insert(inputs.end(), files.begin(), files.end());
   };
+  add(options.before);
   for (const std::string& path : {options.file, options.plan}) {
     if (IsPlanesPath(path)) add(ListPlaneFiles(path));
   }
@@ -289,16 +378,23 @@ void Run(const AssessArguments& options) {
   const Assessment assessment =
       AssessCut(subject.plan, subject.before, subject.after, subject.blade_mm, options.assess);
   CheckRemoved(assessment);
+  const StructureAssessment structures = AssessStructures(subject.before, subject.after, {});
   std::optional<PieceSet> pieces;
-  if (!options.folder.empty() || !options.pieces.empty()) {
+  if (!options.folder.empty() || !options.pieces.empty() || !options.moves.empty()) {
     pieces.emplace(subject.after, options.smallest_mm3);
     if (!options.pieces.empty()) pieces->Restore(ReadTextFile(options.pieces, kMaxPiecesFile), options.pieces);
+  }
+  std::vector<PlannedMove> moves;
+  for (const std::string& text : options.moves) {
+    moves.push_back(FindMove(text, *pieces));
+    if (options.pieces.empty()) pieces->Move(moves.back().piece, moves.back().by_W_mm);
   }
   if (!options.folder.empty()) {
     ExportInput taken{.title = subject.title,
                       .plan = &subject.plan,
                       .assessment = &assessment,
                       .pieces = &*pieces,
+                      .structures = &structures,
                       .figures = subject.figures,
                       .measures = {},
                       .pictures = {},
@@ -323,12 +419,13 @@ void Run(const AssessArguments& options) {
     ExportInput measured;
     measured.plan = &subject.plan;
     measured.assessment = &assessment;
+    measured.structures = &structures;
     WriteTextFile(options.table, FormatMeasuresCsv(measured));
   }
   if (options.json) {
     fmt::print("{}", FormatAssessmentJson(assessment, subject.recording));
   } else {
-    PrintForPeople(subject, assessment, pieces ? &*pieces : nullptr);
+    PrintForPeople(subject, assessment, structures, pieces ? &*pieces : nullptr, moves);
     if (!options.folder.empty()) fmt::print("  report            {}/report.html\n", options.folder);
   }
   if (!subject.recording.is_whole()) throw ReadDamaged();
@@ -347,11 +444,21 @@ void AddAssessCommand(CLI::App& app) {
           "Recording of 'kerf loop', 'rehearse' or 'practise' (.kerf), scene with a [plan] (.toml), or planes of 3D "
           "Slicer (.mrk.json, a folder of these, or a scene .mrml)")
       ->required();
-  command->add_option("--before", options->before, "Bone before the cut (.vdb); default: the scene's");
+  command
+      ->add_option("--before", options->before,
+                   "Bone before the cut (.vdb); default: the scene's. If FILE is a recording: one that ended with the "
+                   "bone that FILE began with (.kerf), so that both are assessed together; may be repeated, in their "
+                   "order")
+      ->allow_extra_args(false);
   command->add_option("--after", options->after, "Bone after the cut (.vdb)");
   command->add_option("--plan", options->plan, "Planes of 3D Slicer, as for FILE, instead of the scene's plan");
   command->add_option("--bone", options->bone_file, "Bone file of the recording, if it was moved (.vdb)");
   command->add_option("--pieces", options->pieces, "Positions of the pieces: an earlier pieces.json");
+  command
+      ->add_option("--move", options->moves,
+                   "Planned move x,y,z,dx,dy,dz, mm, of the piece that contains the point x,y,z: is applied, or with "
+                   "--pieces compared with where the piece is; may be repeated")
+      ->allow_extra_args(false);
   command->add_option("-o,--output", options->folder,
                       "Folder for pieces, planes, measures and report.html; created if missing");
   const auto ending = [](const char* wanted) {

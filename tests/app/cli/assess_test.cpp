@@ -85,6 +85,31 @@ TEST_F(AssessCommand, AssessesARecording) {
   EXPECT_FALSE(Exists("out/overview.png"));
 }
 
+TEST_F(AssessCommand, AssessesRecordingsThatFollowEachOtherTogether) {
+  ASSERT_EQ(Kerf("loop s.toml --virtual --seconds 4 --record a.kerf -o first").code, 0);
+  // The second saw is twice as wide, and cuts 3 mm beside the first.
+  Write("t.toml", "title = \"second\"\n[bone]\nfile = \"first/bone.vdb\"\n" + test::SawToml(14, 1, 16) +
+                      test::StrokeToml({3, 0, 8.5}, {3, 0, 2.5}, 6, {1, 0, 0}) +
+                      "[exercise]\nstart_mm = [3, 2, 0]\nend_mm = [3, -2, 0]\ninto = [0, 0, -1]\n"
+                      "[output]\npictures = false\n");
+  ASSERT_EQ(Kerf("loop t.toml --virtual --seconds 4 --record b.kerf").code, 0);
+  const ProgramResult result = Kerf("assess b.kerf --before a.kerf --no-pictures -o out");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("bar; second"));
+  EXPECT_THAT(result.out, HasSubstr("pieces            3"));
+  const auto json = nlohmann::json::parse(Slurp(folder_ / "out/assessment.json"));
+  ASSERT_EQ(json["planes"].size(), 2U);
+  EXPECT_NEAR(json["planes"][0]["offset_mm"].get<double>(), 0.1, 0.1);
+  EXPECT_NEAR(json["planes"][1]["cut"]["width_mm"].get<double>(), 1, 0.05);
+  EXPECT_NEAR(json["before_mm3"].get<double>(), 12 * 4 * 3, 0.5);  // of the bone before the first; edges are rounded
+  EXPECT_NEAR(json["removed_mm3"].get<double>(), 1.5 * 4 * 3, 0.5);
+  const ProgramResult swapped = Kerf("assess a.kerf --before b.kerf");
+  EXPECT_EQ(swapped.code, 1);
+  EXPECT_THAT(swapped.err, HasSubstr("a.kerf: did not begin with the bone that the recording before it ended with"));
+  EXPECT_EQ(Kerf("assess b.kerf --before first/bone.vdb").code, 2);
+  EXPECT_EQ(Kerf("assess s.toml --before a.kerf --after first/bone.vdb").code, 2);
+}
+
 TEST_F(AssessCommand, WritesPlanesAndATableForSlicerAndReadsAFolderOfPlanes) {
   RunScene();
   std::filesystem::create_directory(folder_ / "planes");
