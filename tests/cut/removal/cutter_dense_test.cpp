@@ -26,12 +26,13 @@ struct Difference {
   double dense_removed_mm3 = 0;  // by brute force
 };
 
-Difference Compare(const Pose& X_WB, double voxel_mm, const Tool& tool, const std::vector<Step>& steps) {
+Difference Compare(const Pose& X_WB, double voxel_mm, const Tool& tool, const std::vector<Step>& steps,
+                   CutWith with = CutWith::kWholeTool) {
   Bone bone = test::MakeBox(X_WB, {5, 4, 4.5}, voxel_mm);
   DenseBone dense(bone, Box3{X_WB.p_AB - Vec3(5), X_WB.p_AB + Vec3(5)});
   const double before = dense.CalcOccupancy_mm3();
   BoneField field(bone, 4096);
-  Cutter cutter(field, tool, CutWith::kWholeTool);
+  Cutter cutter(field, tool, with);
   Difference difference;
   difference.removed_mm3 = test::CutAll(cutter, steps);
   for (const Step& step : steps) dense.Cut(tool, step.X_from, step.X_to);
@@ -80,6 +81,20 @@ TEST(CutterAgainstBruteForce, ALongStrokeThroughTheBlockMissesNothing) {
   const Difference d = Compare(X_WB, 0.2, disc, test::MakeSteps(poses, disc, 0.2));
   EXPECT_LE(d.phi.max_phi_mm, Rounding(disc));
   EXPECT_GT(d.removed_mm3, 3);
+}
+
+TEST(CutterAgainstBruteForce, TheLipsOfADrillMakeTheHoleOfTheWholeDrill) {
+  // Along its axis, all that the side passes has been passed by the lips before. Most leaves along the drill are above
+  // them.
+  const TwistDrill drill{.diameter_mm = 1.6};
+  for (const int i : {1, 3, 5}) {
+    const Pose X_WB = test::BlockPoses(0.2)[static_cast<std::size_t>(i)];
+    std::vector<Pose> poses;
+    for (int k = 0; k <= 40; ++k) poses.push_back({X_WB.R_AB, X_WB.Point({0.2, -0.1, 2.4 - 0.1 * k})});
+    const Difference d = Compare(X_WB, 0.2, drill, test::MakeSteps(poses, drill, 0.2), CutWith::kEdge);
+    EXPECT_LE(d.phi.max_phi_mm, Rounding(drill));
+    EXPECT_GT(d.removed_mm3, 6);  // 3.2 mm below the corner of the tip: 6.4 mm3 with it
+  }
 }
 
 }  // namespace
