@@ -69,6 +69,7 @@ std::vector<Exercise> MakeExercises(std::span<const PractiseScene> embedded, boo
   std::vector<Exercise> exercises;
   for (const PractiseScene& of : embedded) {
     const Scene scene = ParseScene(of.toml, of.file);
+    if (!scene.bone.file.empty()) continue;  // the user has to make the bone first
     std::string id = ordered ? scene.name.substr(scene.name.find('_') + 1) : scene.name;
     exercises.push_back(MakeExercise(scene, std::move(id), of.file, of.toml));
     if (ordered) exercises.back().difficulty = static_cast<int>(exercises.size());

@@ -23,7 +23,7 @@ struct Exercise {
 /// Returns the exercises, ordered from easy to hard.
 std::span<const Exercise> ListExercises();
 /// Returns the built-in procedures: exercises on the mandible, of several cuts or holes or with other tools, in the
-/// order of their files' names.
+/// order of their files' names. Those that begin with a bone from a file are left out.
 std::span<const Exercise> ListProcedures();
 /// Returns the exercise or procedure with this id. If there is none, throws kerf::Error that lists the known ones.
 const Exercise& FindExercise(std::string_view id);
