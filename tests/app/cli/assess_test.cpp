@@ -168,6 +168,17 @@ TEST_F(AssessCommand, AppliesPositionsOfMovedPieces) {
   EXPECT_TRUE(Exists("out2/piece_2_origin.obj"));
   EXPECT_TRUE(Exists("out2/piece_2.tfm"));
   EXPECT_THAT(Slurp(folder_ / "out2/measures.csv"), HasSubstr("piece 2,moved,mm,5\n"));
+  // The planned move is applied, or compared with where the piece is; the kerf of 0.5 mm is the gap.
+  const ProgramResult planned = Kerf("assess s.toml --after run/bone.vdb --move 3,0,-1.5,0,1,0");
+  EXPECT_THAT(planned.out, HasSubstr("piece 2           planned move 1.00 mm; now 0.00 mm and 0.00 deg from there"));
+  EXPECT_THAT(planned.out, HasSubstr("overlap with piece 1 0.0 mm3, least gap 0."));
+  EXPECT_THAT(Kerf("assess s.toml --after run/bone.vdb --pieces moved.json --move 3,0,-1.5,0,0,3").out,
+              HasSubstr("planned move 3.00 mm; now 2.00 mm"));
+  const ProgramResult largest = Kerf("assess s.toml --after run/bone.vdb --move -3,0,-1.5,0,1,0");
+  EXPECT_EQ(largest.code, 1);
+  EXPECT_THAT(largest.err, HasSubstr("its point is in the largest piece, which stays"));
+  EXPECT_EQ(Kerf("assess s.toml --after run/bone.vdb --move 9,9,9,0,1,0").code, 1);
+  EXPECT_EQ(Kerf("assess s.toml --after run/bone.vdb --move 9,9").code, 2);
 }
 
 TEST_F(AssessCommand, ReportsMissingInput) {
