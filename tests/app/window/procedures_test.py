@@ -113,12 +113,12 @@ def make_current(w, number, deep_mm):
 
 
 def saw_through(w, number):
-    """Makes a planned cut, and moves along its line of 2 mm, which the keys have to the right."""
+    """Makes a planned cut, and moves along its line of 2 mm, which is seen from its end."""
     make_current(w, number, 3)
     start = w.state["saw_mm"][1]
-    w._xdotool("keydown", "Right")
+    w._xdotool("keydown", "Left")
     w.wait_state("at the other end of the line", lambda s: s["saw_mm"][1] > start + 1.7)
-    w._xdotool("keyup", "Right")
+    w._xdotool("keyup", "Left")
 
 
 def lift_out(w):
