@@ -58,6 +58,9 @@ std::vector<CutColumn> FindColumns(const PhiSampler& before, const WantedCut& cu
 DepthGauge::DepthGauge(const Bone& before, const WantedCut& cut) : cut_(cut) {
   const PhiSampler phi(before);
   step_mm_ = CalcColumnStep(before.voxel_mm(), cut);
+  // A disc that only plunges passes the columns at its points.
+  const double rim_mm = 2 * std::numbers::pi * cut.radius_mm;
+  outline_points_ = std::max(kRimPoints, static_cast<int>(std::ceil(rim_mm / step_mm_)));
   // A hole has no line, beyond whose ends the tool would be: it may be as far beside the hole in every direction.
   const double beyond_mm = cut.length_mm > 0 ? cut.radius_mm : kBeside_mm;
   columns_ = FindColumns(phi, cut, beyond_mm);
@@ -81,7 +84,7 @@ const CutColumn* DepthGauge::Find(double s_mm) const {
 template <typename Visit>
 void DepthGauge::VisitOutline(const Pose& X_WT, Visit&& visit) const {
   if (std::abs(cut_.ToCut(X_WT.p_AB).z) > kBeside_mm + cut_.reach_mm) return;
-  for (const Vec3& p : cut_.CalcOutline(X_WT, kRimPoints)) {
+  for (const Vec3& p : cut_.CalcOutline(X_WT, outline_points_)) {
     if (std::abs(p.z) > kBeside_mm) continue;
     if (const CutColumn* column = Find(p.x); column != nullptr) visit(*column, p);
   }

@@ -251,7 +251,7 @@ def main():
 
         # A bad file is one sentence, and no window.
         for file, part in (("none.toml", "is not an exercise"), ("wrong.toml", "depth_mm = 5000 is above 200"),
-                           ("absent.toml", "No such file")):
+                           ("absent.toml", "there is no such file")):
             done = run("practise", "--exercise", file, "-o", "out2")
             assert done.returncode not in (0, -11) and part in done.stderr and file in done.stderr, (file, done.stderr)
             assert len(done.stderr.strip().splitlines()) == 1, done.stderr

@@ -304,6 +304,29 @@ TEST(DepthGauge, MeasuresToSurfaceFarSideAndGoal) {
   EXPECT_EQ(CalcBladeDepth(PhiSampler(bone), Saw(), c.wanted.CalcToolPose(2, -0.5)), 0);
 }
 
+TEST(DepthGauge, DiscThatOnlyPlungesReachesEveryColumnBelowIt) {
+  std::mt19937 random(16);
+  const Case c = RandomCase(random, 3);
+  const DepthGauge gauge(MakeBlock(c.block, DefaultMandibleTable()), c.wanted);
+  std::vector<double> deepest_mm(gauge.columns().size(), -100);
+  constexpr double kPlace_mm = 2;
+  constexpr double kDepth_mm = 3;
+  gauge.TakeDepths(c.wanted.CalcToolPose(kPlace_mm, kDepth_mm), deepest_mm);
+  const double radius_mm = c.wanted.radius_mm;
+  int reached = 0;
+  for (std::size_t i = 0; i < deepest_mm.size(); ++i) {
+    const double s_mm = gauge.columns()[i].s_mm - kPlace_mm;
+    const double depth_mm = kDepth_mm - radius_mm + std::sqrt(std::max(0.0, radius_mm * radius_mm - s_mm * s_mm));
+    if (depth_mm < 1) continue;
+    // A point belongs to the column that is at most half of their distance away, where the rim is that much deeper or
+    // less deep; the face of the block is in voxels of 0.25 mm.
+    const double slope = std::abs(s_mm) / std::sqrt(radius_mm * radius_mm - s_mm * s_mm);
+    EXPECT_NEAR(deepest_mm[i], depth_mm, 0.05 + 0.13 * slope) << s_mm;
+    ++reached;
+  }
+  EXPECT_GT(reached, 40);
+}
+
 TEST(DepthGauge, MeasuresTheTipOfABur) {
   BlockParams block;
   block.size_mm = {16, 10, 8};
