@@ -231,7 +231,7 @@ Subject TakeSubject(const AssessArguments& options) {
     }
     std::vector<std::string> files = options.before;
     files.push_back(options.file);
-    for (const std::string& file : files) TakeRecording(file, options, file != files.front(), bars, subject);
+    for (std::size_t i = 0; i < files.size(); ++i) TakeRecording(files[i], options, i > 0, bars, subject);
   } else {
     if (options.before.size() > 1 || (!options.before.empty() && EndsWith(options.before.front(), ".kerf"))) {
       throw CLI::ValidationError("--before", "takes one bone (.vdb), or recordings (.kerf) if FILE is a recording");

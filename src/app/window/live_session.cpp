@@ -232,6 +232,8 @@ LiveSession::ForceNote LiveSession::MakeForceNote(const LiveFigures& figures) co
   const bool touches = figures.bone_touch_s && figures.time_s < *figures.bone_touch_s + kTouch_s;
   if (figures.guide_force_N.value_or(0) > 0 && !touches) {
     note.text = Tr("The saw touches no bone: the force is the pull of the guide.");
+  } else if (!IsBlade(tool)) {
+    note.text = Tr("The force of burs and drills has not been compared with tests on bone: it is an estimate.");
   } else if (cuts && bite_mm < from_mm) {
     note.text = Tr("The chips are thinner than in published tests on bone: the force is an estimate.");
   } else if (cuts && bite_mm > to_mm) {

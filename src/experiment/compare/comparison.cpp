@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <variant>
 
 #include "base/files/peak_memory.h"
 #include "cut/force/measured.h"
@@ -47,6 +48,10 @@ bool HasLaw(const CompareCase& what, const ForceLaw& law) {
 }
 
 void CheckScene(const Scene& scene) {
+  if (!std::holds_alternative<DiscSaw>(scene.tool.shape)) {
+    throw Error(fmt::format("{}: slab mode, with which the scene is compared, requires a disc, not a {}", scene.name,
+                            DescribeToolBriefly(MakeTool(scene))));
+  }
   if (!scene.slab.given) {
     const Path path = MakePath(scene);
     const PathSegment& first = path.segments().front();

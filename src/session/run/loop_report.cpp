@@ -223,7 +223,7 @@ std::string DescribeEnergy(const LoopSummary& s) {
 
 double CalcNumericalFraction(const LoopSummary& s) {
   const double put_in_J = std::max(s.hand_J, 0.0) + std::max(s.spindle_J, 0.0);
-  return put_in_J > 0 ? std::max(s.numerical_J, 0.0) / put_in_J : 0;
+  return put_in_J > 0 ? s.numerical_J / put_in_J : 0;
 }
 
 void AddLoopWarnings(LoopSummary& s, int spare_leaves) {

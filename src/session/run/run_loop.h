@@ -137,7 +137,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
                     const std::function<void(const std::string&, double)>& progress);
 
 /// Returns the fraction of the energy supplied by the hand and the spindle that was lost to the finite time step; 0 if
-/// no energy was supplied.
+/// no energy was supplied. Negative if springs of the contact got back energy that the cut had lost (docs/tick.md).
 double CalcNumericalFraction(const LoopSummary& s);
 /// Adds warnings about the session as a whole: the tool touched no bone or started inside it, more than a tenth of the
 /// energy was lost to the time step, or all `spare_leaves` spare leaves were used up.

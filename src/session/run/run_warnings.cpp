@@ -42,7 +42,7 @@ std::vector<std::string> FindTickWarnings(const TickFindings& ticks) {
   std::vector<std::string> warnings;
   if (!ticks.touched && !ticks.starts_in_bone) warnings.emplace_back("the saw touched no bone on its path");
   if (ticks.starts_in_bone) {
-    warnings.emplace_back("the saw was set down inside the bone; the bone inside the disc was removed at once");
+    warnings.emplace_back("the tool was set down inside the bone; the bone inside it was removed at once");
   }
   if (ticks.ticks_at_metal > 0) {
     warnings.push_back(fmt::format(

@@ -169,7 +169,9 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
       warnings.push_back(DescribeUnusedDirection(scene.force));
     }
   }
-  const bool blade = IsBlade(MakeTool(scene));
+  const bool blade = IsBlade(params.tool);
+  const std::optional<RoundSolid> solid = CalcRoundSolid(params.tool);
+  const bool side_is_smooth = solid && !solid->side_cuts;
   for (std::size_t i = 0; i < scene.path.strokes.size(); ++i) {
     const SceneStroke& stroke = scene.path.strokes[i];
     const Vec3 travel = stroke.end_mm - stroke.start_mm;
@@ -179,6 +181,13 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
           fmt::format("stroke {} moves {:.3g} degrees out of the disc's plane: the flanks remove bone, but only the "
                       "teeth exert a force",
                       i + 1, std::asin(std::abs(glm::dot(travel, nhat)) / glm::length(travel)) * kDegreesPerRad));
+    }
+    const double across_mm = glm::length(glm::cross(travel, nhat));
+    if (side_is_smooth && across_mm > 0.05 * glm::length(travel)) {
+      warnings.push_back(
+          fmt::format("stroke {} moves {:.3g} degrees away from the drill's axis: its side removes bone, but only the "
+                      "lips exert a force",
+                      i + 1, std::atan2(across_mm, std::abs(glm::dot(travel, nhat))) * kDegreesPerRad));
     }
   }
   return warnings;

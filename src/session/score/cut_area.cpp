@@ -11,6 +11,18 @@ namespace {
 
 constexpr double kLeastAreaStep_mm = 0.1;
 
+/// Returns the width of the wanted cut at a place of its plane.
+double CalcWidth(const WantedCut& cut, double s_mm, double t_mm) {
+  if (!cut.solid) return cut.thickness_mm;
+  const double z_mm = std::clamp(cut.depth_mm - t_mm, 0.0, cut.solid->top_z_mm);  // above the tip
+  double radius_mm = cut.solid->top_radius_mm;
+  for (const RoundSolid::Face& face : cut.solid->CalcFaces()) {
+    if (face.r > 0) radius_mm = std::min(radius_mm, (face.offset_mm - face.z * z_mm) / face.r);
+  }
+  const double beyond_mm = s_mm - std::clamp(s_mm, 0.0, cut.length_mm);
+  return 2 * std::sqrt(std::max(0.0, radius_mm * radius_mm - beyond_mm * beyond_mm));
+}
+
 }  // namespace
 
 CutArea CalcCutArea(const Bone& before, const Bone& now, const WantedCut& cut) {
@@ -29,6 +41,7 @@ CutArea CalcCutArea(const Bone& before, const Bone& now, const WantedCut& cut) {
     return false;
   };
   long bone = 0;
+  double width_sum = 0;
   long made = 0;
   Vec3 sum_W{0};
   for (double s_mm = -cut.radius_mm + 0.5 * step_mm; s_mm < cut.length_mm + cut.radius_mm; s_mm += step_mm) {
@@ -36,12 +49,16 @@ CutArea CalcCutArea(const Bone& before, const Bone& now, const WantedCut& cut) {
       const Vec3 p_W = cut.ToWorld({s_mm, t_mm, 0});
       if (cut.CalcDistance(p_W) >= 0 || phi_before.Calc(p_W) >= 0) continue;
       ++bone;
+      width_sum += CalcWidth(cut, s_mm, t_mm);
       sum_W += p_W;
       if (is_cut(s_mm, t_mm)) ++made;
     }
   }
-  CutArea area{static_cast<double>(bone) * step_mm * step_mm, static_cast<double>(made) * step_mm * step_mm,
-               cut.start_W};
+  const double sample_mm2 = step_mm * step_mm;
+  CutArea area{.bone_mm2 = static_cast<double>(bone) * sample_mm2,
+               .cut_mm2 = static_cast<double>(made) * sample_mm2,
+               .bone_mm3 = width_sum * sample_mm2,
+               .middle_W = cut.start_W};
   if (bone > 0) area.middle_W = sum_W / static_cast<double>(bone);
   return area;
 }

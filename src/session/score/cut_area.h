@@ -9,6 +9,7 @@ namespace kerf {
 struct CutArea {
   double bone_mm2 = 0;  // area of the wanted cut's plane that was bone before
   double cut_mm2 = 0;   // part of it that is cut
+  double bone_mm3 = 0;  // the area times the width of the cut, which is that of a round tool at each place
   Vec3 middle_W{0};     // centre of the bone in the plane; the line's start if there is none
 
   /// Part of the area that is cut, 0 to 1; 0 if there was no bone.

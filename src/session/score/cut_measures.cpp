@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string_view>
 
@@ -51,9 +50,6 @@ void FindInjuries(const Bone& before, const Bone& after, const std::vector<Wante
     sheet.crossed = finder.FindAt([&](const Vec3& p_W) { return FindNearestCut(cuts, p_W).IsNear(p_W); });
   }
 }
-
-/// Fraction of a hole's section times its diameter that is its volume.
-constexpr double kHoleFraction = 0.25 * std::numbers::pi;
 
 /// Returns the removed cells of each cut: those that are nearer to it than to the others.
 std::vector<std::vector<RemovedCell>> DivideAmong(const std::vector<WantedCut>& cuts,
@@ -124,7 +120,7 @@ void MeasureCut(const Bone& before, const Bone& after, const std::vector<WantedC
                                                 : fmt::format("the wanted cut {} does not intersect the bone", i + 1));
       return;
     }
-    planned_mm3 += area.bone_mm2 * cuts[i].thickness_mm * (holes ? kHoleFraction : 1);
+    planned_mm3 += area.bone_mm3;
     bone_mm2 += area.bone_mm2;
     cut_mm2 += area.cut_mm2;
     errors.push_back(holes ? std::nullopt : FindPlaneError(before, after, cuts[i], parts[i], area.middle_W));
@@ -133,8 +129,10 @@ void MeasureCut(const Bone& before, const Bone& after, const std::vector<WantedC
   SetValue(sheet, "cut_share", fraction);
   SetValue(sheet, "planned_mm3", planned_mm3);
   SetValue(sheet, "under_mm3", (1 - fraction) * planned_mm3);
-  SetValue(sheet, "margin_mm3", removed_mm3 - outside_mm3 - fraction * planned_mm3);
-  SetValue(sheet, "dice", 2 * fraction * planned_mm3 / (planned_mm3 + removed_mm3));
+  // Where cuts overlap, less was removed than the sum of their areas says.
+  const double made_mm3 = std::min(fraction * planned_mm3, removed_mm3 - outside_mm3);
+  SetValue(sheet, "margin_mm3", removed_mm3 - outside_mm3 - made_mm3);
+  SetValue(sheet, "dice", 2 * made_mm3 / (planned_mm3 + removed_mm3));
   if (cut_mm2 > 0 && !holes) SetValue(sheet, "kerf_width_mm", (removed_mm3 - outside_mm3) / cut_mm2);
   for (MeasureRow& row : sheet.rows) {
     // Half of the points are lost at a quarter of the volume of the wanted cut.

@@ -70,6 +70,22 @@ TEST(CalcCutArea, IsTheShareOfThePlaneInBone) {
   EXPECT_EQ(CalcCutArea(before, Cut(block, half), wanted).share(), 0);
 }
 
+TEST(CalcCutArea, TakesTheWidthOfATaperedBurAtEachDepth) {
+  const Bone before = MakeBlock(Block(), DefaultMandibleTable());
+  SceneExercise exercise;
+  exercise.start_mm = {-3, 0, 0};
+  exercise.end_mm = {3, 0, 0};
+  exercise.into = {0, 0, -1};
+  exercise.depth_mm = 4;
+  const FissureBur bur{.diameter_mm = 4, .length_mm = 4, .taper = 0.5};
+  const WantedCut wanted = MakeWantedCut(exercise, bur);
+  // The radius is 1 mm at the floor and 2 mm at the surface, or the other way round: the cut is 6 mm long with the two
+  // halves of a truncated cone at its ends.
+  const double volume_mm3 = 6 * 4 * 3 + std::numbers::pi * 4 * (1 + 2 + 4) / 3;
+  // A voxel's half of the floor and of the surface may be missed; steps of 0.125 mm along the border.
+  EXPECT_NEAR(CalcCutArea(before, before, wanted).bone_mm3, volume_mm3, 0.02 * volume_mm3);
+}
+
 // The window shows this share while the bone is cut.
 TEST(CalcCutArea, IsWhatTheScoreShows) {
   const BlockParams block = Block();
