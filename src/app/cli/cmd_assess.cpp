@@ -263,7 +263,7 @@ struct PlannedMove {
 /// Finds the piece that contains the point of --move where it was cut off; within a voxel, the nearest. Throws
 /// kerf::Error if there is none, or if it is the largest piece, against which the others move.
 PlannedMove FindMove(const std::string& text, const PieceSet& pieces) {
-  const std::vector<double> v = ParseNumbers(text, ',', 6, "--move", "x,y,z,dx,dy,dz in mm, such as 0,-2,-38,0,-6,0");
+  const std::vector<double> v = ParseNumbers(text, ',', 6, "--move", "x,y,z,dx,dy,dz in mm, such as 0,5,-36,0,-6,0");
   const Vec3 p_W(v[0], v[1], v[2]);
   PlannedMove move{-1, {v[3], v[4], v[5]}};
   double least_mm = std::numeric_limits<double>::infinity();
