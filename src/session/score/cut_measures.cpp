@@ -128,9 +128,9 @@ void MeasureCut(const Bone& before, const Bone& after, const std::vector<WantedC
   const double fraction = cut_mm2 / bone_mm2;
   SetValue(sheet, "cut_share", fraction);
   SetValue(sheet, "planned_mm3", planned_mm3);
-  SetValue(sheet, "under_mm3", (1 - fraction) * planned_mm3);
   // Where cuts overlap, less was removed than the sum of their areas says.
   const double made_mm3 = std::min(fraction * planned_mm3, removed_mm3 - outside_mm3);
+  SetValue(sheet, "under_mm3", planned_mm3 - made_mm3);
   SetValue(sheet, "margin_mm3", removed_mm3 - outside_mm3 - made_mm3);
   SetValue(sheet, "dice", 2 * made_mm3 / (planned_mm3 + removed_mm3));
   if (cut_mm2 > 0 && !holes) SetValue(sheet, "kerf_width_mm", (removed_mm3 - outside_mm3) / cut_mm2);

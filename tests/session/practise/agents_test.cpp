@@ -174,6 +174,7 @@ TEST_F(Agents, DrillsHolesAndEachErrorLowersItsMeasure) {
   scene.coupling.params.stiffness_N_per_mm = 8;
   SceneExercise& e = scene.exercise;
   e.kind = ExerciseKind::kDrillHoles;
+  e.depth_stop = false;
   e.start_mm = {-3, 0, 0};
   e.further = {{.start_mm = {3, 0, 0}, .into = e.into, .depth_mm = 6}};
   e.depth_mm = 6;
