@@ -35,7 +35,7 @@ TEST(Exercises, AreTheFilesOfTheFolderFromEasyToHard) {
   EXPECT_EQ(FindExerciseOf("body_osteotomy"), nullptr);
 }
 
-TEST(Procedures, AreTheFilesOfTheirFolder) {
+TEST(ListProcedures, AreTheFilesOfTheirFolder) {
   std::set<ExerciseKind> kinds;
   const std::string folder = std::string(KERF_SOURCE_DIR) + "/scenes/procedures/";
   for (const Exercise& procedure : ListProcedures()) {
