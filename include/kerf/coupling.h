@@ -16,6 +16,10 @@ struct CouplingParams {
   double torsion_damping_Nmms = 0;  // N mm s / rad
   double max_force_N = 40;          // limit of the spring force and, separately, of the damper force
   double max_torque_Nmm = 4000;     // the same for the torsion spring and damper
+  /// Puts the bending of a thin blade in series with spring and damper, along the handle's z axis, across the blade.
+  /// Both forces and the maximum of each then fall in that direction. Without effect on a drill or a bur, which are
+  /// rigid.
+  bool blade_bends = false;
 };
 
 /// All but the point; [coupling] of a scene has the same keys.
@@ -30,6 +34,7 @@ void DescribeSprings(Params& p, V&& visit) {
   visit("max_force_N", p.max_force_N, Range{0.1, 1e4}, "maximum force of the spring, however far the handle moves");
   visit("max_torque_Nmm", p.max_torque_Nmm, Range{1, 1e6},
         "maximum torque of the torsional spring, however far the handle turns");
+  visit("blade_bends", p.blade_bends, "true: a thin blade bends sideways, in series with the spring");
 }
 template <typename V>
 void Describe(CouplingParams& p, V&& visit) {

@@ -52,6 +52,8 @@ normal = [1, 0, 0]
 [slab]
 direction = [0, 0, -1]
 """
+# Cuts the block that the first scene has cut.
+SECOND = re.sub(r"(?s)model = .*?\[\[path", 'file = "one/bone.vdb"\n[[path', SCENE).replace("_mm = [0, 0,", "_mm = [4, 0,")
 
 
 def list_commands(page):
@@ -145,6 +147,10 @@ def make_files(kerf, folder):
     call("run", "scene.toml", "--no-pictures", "-o", "out")
     call("loop", "scene.toml", "--virtual", "--seconds", "15", "--record", "session.kerf")
     call("practise", "--agent", "expert", "--exercise", "groove", "--record", "attempt.kerf")
+    call("loop", "scene.toml", "--virtual", "--seconds", "1", "--record", "first.kerf")
+    call("replay", "first.kerf", "-o", "one")
+    (folder / "second.toml").write_text(SECOND)
+    call("loop", "second.toml", "--virtual", "--seconds", "1", "--record", "second.kerf")
     (folder / "case/recordings").mkdir(parents=True)  # as an unpacked project
     shutil.copy(folder / "session.kerf", folder / "case/recordings/session-2.kerf")
     shutil.copy(ROOT / "docs/compare/block/compare.json", folder / "out/compare.json")

@@ -183,7 +183,7 @@ double StepProblem::MeanCuttingForce(const CuttingPoint& point, double speed, co
 
 Twist StepProblem::CalcGradient(const Twist& u) const {
   const StepCoupling& c = coupling;
-  const Vec3 force = c.spring.Force(c.x_mm - tau_s * Linear(u)) + c.damper.Force(c.v_H_mm_per_s - Linear(u));
+  const Vec3 force = c.CalcSpringForce(tau_s * Linear(u)) + c.CalcDamperForce(Linear(u));
   const Vec3 torque =
       c.torsion.Force(c.theta_rad - tau_s * Angular(u)) + c.torsion_damper.Force(c.w_H_rad_per_s - Angular(u));
   Twist g{-force.x, -force.y, -force.z, -torque.x, -torque.y, -torque.z};
@@ -248,7 +248,7 @@ double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const T
   const Vec3 v = Linear(u) + alpha * Linear(p);
   const Vec3 w = Angular(u) + alpha * Angular(p);
   double slope =
-      -glm::dot(c.spring.Force(c.x_mm - tau * v) + c.damper.Force(c.v_H_mm_per_s - v), Linear(p)) -
+      -glm::dot(c.CalcSpringForce(tau * v) + c.CalcDamperForce(v), Linear(p)) -
       glm::dot(c.torsion.Force(c.theta_rad - tau * w) + c.torsion_damper.Force(c.w_H_rad_per_s - w), Angular(p));
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
     const double speed = cutting_.at[i] + alpha * cutting_.along[i];
@@ -345,9 +345,9 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
 
   double tolerance_N = 0;
   const auto gradient = [&](Matrix& H) {
-    const Vec3 e = c.x_mm - tau * Linear(u);
+    const Vec3 e = c.bending.Scale(c.x_mm - tau * Linear(u));
     const Vec3 e_turn = c.theta_rad - tau * Angular(u);
-    const Vec3 rel = c.v_H_mm_per_s - Linear(u);
+    const Vec3 rel = c.bending.Scale(c.v_H_mm_per_s - Linear(u));
     const Vec3 rel_turn = c.w_H_rad_per_s - Angular(u);
     // A saturated spring has zero tangent stiffness along its own direction; its secant stiffness keeps the step
     // finite.
@@ -355,13 +355,17 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
     const double k_turn = c.torsion.Secant(glm::length(e_turn));
     const double b = c.damper.Secant(glm::length(rel));
     const double b_turn = c.torsion_damper.Secant(glm::length(rel_turn));
-    const Vec3 force = k * e + b * rel;
+    const Vec3 force = c.bending.Scale(k * e + b * rel);
     const Vec3 torque = k_turn * e_turn + b_turn * rel_turn;
     Twist g{-force.x, -force.y, -force.z, -torque.x, -torque.y, -torque.z};
     H = {};
     for (int i = 0; i < 3; ++i) {
       H[i][i] = tau * k + b;
       H[i + 3][i + 3] = tau * k_turn + b_turn;
+    }
+    if (const double factor = c.bending.factor; factor != 1) {
+      const Vec3& n = c.bending.across;
+      AddOuter(H, (factor * factor - 1) * (tau * k + b), {n.x, n.y, n.z, 0, 0, 0});
     }
     for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
       const double speed = cutting_.at[i];

@@ -36,16 +36,35 @@ inline double CalcOnset(const ToothForce& law, const ToothCut& cut) {
   return law.thrust(law, 0, cut);
 }
 
+/// A blade that bends sideways, in series with spring and damper of the coupling. Of a displacement x across the blade
+/// between handle and blade, the spring takes K_b / (K + K_b) and the blade the rest, so that the force is
+/// K K_b / (K + K_b) x. That is the force of the spring for Scale(x), in the direction that Scale() gives it: its
+/// energy is convex in x.
+struct Bending {
+  Vec3 across{0, 0, 1};  // unit vector
+  double factor = 1;     // sqrt(K_b / (K + K_b)); 1: the blade is rigid
+
+  Vec3 Scale(const Vec3& x) const { return factor == 1 ? x : x - (1 - factor) * glm::dot(across, x) * across; }
+};
+
 /// Coupling to the handle at the start of the step.
 struct StepCoupling {
   SaturatingSpring spring;   // N/mm, N
   SaturatingSpring torsion;  // N mm/rad, N mm
   SaturatingSpring damper;   // N s/mm, N
   SaturatingSpring torsion_damper;
+  Bending bending;
   Vec3 x_mm{0};       // from the tool's C to the handle's C
   Vec3 theta_rad{0};  // rotation vector from the tool's orientation to the handle's
   Vec3 v_H_mm_per_s{0};
   Vec3 w_H_rad_per_s{0};
+
+  /// Force of the spring on the tool after it has moved by `d_mm`, N. Tick-safe, as the next.
+  Vec3 CalcSpringForce(const Vec3& d_mm) const { return bending.Scale(spring.Force(bending.Scale(x_mm - d_mm))); }
+  /// Force of the damper on the tool at its velocity, N.
+  Vec3 CalcDamperForce(const Vec3& v_mm_per_s) const {
+    return bending.Scale(damper.Force(bending.Scale(v_H_mm_per_s - v_mm_per_s)));
+  }
 };
 
 /// Bone that teeth cut. Dissipates teeth * F(s / passes_per_s) s at the outward speed s = max(0, row . u).

@@ -22,7 +22,8 @@ Pose Advance(const Pose& X_WT, const Twist& u, double time_s, const Vec3& p_TC_m
 /// Spring and damper between handle and tool, which act at the coupling point C of the tool.
 class Coupling {
  public:
-  explicit Coupling(const CouplingParams& params);
+  /// `side_N_per_mm`: stiffness of the tool against bending sideways (CalcSideStiffness()); 0: it is rigid.
+  Coupling(const CouplingParams& params, double side_N_per_mm);
 
   const Vec3& p_TC_mm() const { return p_TC_; }
   /// Returns the coupling for a step from X_WT. Tick-safe.
@@ -38,7 +39,10 @@ class Coupling {
   Load CalcLoadOnHand(const Pose& X_WT, const Pose& X_WH) const;
 
  private:
+  Bending CalcBending(const Vec3& across) const { return {across, bending_factor_}; }
+
   Vec3 p_TC_;
+  double bending_factor_;
   SaturatingSpring spring_, torsion_, damper_, torsion_damper_;
 };
 

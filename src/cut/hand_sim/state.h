@@ -43,7 +43,7 @@ struct CoupledSimulation::State {
         shape(
             MakeToolShape(params.tool, {params.rim_samples_per_pitch, kFaceSpacing_mm,
                                         Faces::CalcRimMargin(CalcReach(params.tool), h), Faces::CalcStoppedMargin(h)})),
-        coupling(params.coupling),
+        coupling(params.coupling, CalcSideStiffness(params.tool)),
         edge(field, bone, params.tool, shape, params.coupling.p_TC_mm),
         faces(field, shape, params.coupling.p_TC_mm),
         cutter(field, params.tool, CutWith::kEdge, params.whole_voxel_removal, CountOldLeaves(field, params),

@@ -91,11 +91,11 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
   const StepCoupling& c = problem.coupling;
   const Vec3 v(u[0], u[1], u[2]);
   const Vec3 w(u[3], u[4], u[5]);
-  sums.given_mJ += time_s * (glm::dot(c.spring.Force(c.x_mm - problem.tau_s * v), v) +
+  sums.given_mJ += time_s * (glm::dot(c.CalcSpringForce(problem.tau_s * v), v) +
                              glm::dot(c.torsion.Force(c.theta_rad - problem.tau_s * w), w));
   const Vec3 slip = c.v_H_mm_per_s - v;
   const Vec3 turn = c.w_H_rad_per_s - w;
-  const Vec3 f = c.damper.Force(slip);
+  const Vec3 f = c.CalcDamperForce(v);
   const Vec3 tau = c.torsion_damper.Force(turn);
   out.hand_mJ += time_s * (glm::dot(f, c.v_H_mm_per_s) + glm::dot(tau, c.w_H_rad_per_s));
   out.damping_mJ += time_s * (glm::dot(f, slip) + glm::dot(tau, turn));

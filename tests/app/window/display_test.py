@@ -114,6 +114,7 @@ def fit_large_german_text(kerf, keep):
         w, folder = start(display, kerf, ["--size", "1024x768"], {"language": "de", "text_size": 1.5})
         w.wait_event("running")
         w.wait_items("the menu", lambda items: "indicators more" in items)
+        w.wait_still_items()  # modes are added to the status line while the bone is being made
         keep("german", folder / w.picture())
         for name, (left, top, width, height) in w.items.items():
             if name.startswith(("indicator", "button")):

@@ -163,12 +163,14 @@ class Window:
         self._xdotool("click", button)
 
     def click_item(self, name, button=1, seconds=PATIENCE_S):
-        """Clicks a button, an entry of a menu or a row, once it is shown."""
+        """Clicks a button, an entry of a menu or a row, once it is shown and stays in its place."""
         deadline = time.monotonic() + seconds
+        place = None
         while True:
             self.read()
-            if name in self.items:
+            if name in self.items and self.items[name] == place:
                 break
+            place = self.items.get(name)
             self._check(deadline, f"{name} is not shown; shown: {sorted(self.items)}")
             time.sleep(0.05)
         left, top, width, height = self.items[name]

@@ -226,5 +226,83 @@ TEST(StrokeHand, OnlyAVibratingInsertAcceptsItsRate) {
   }
 }
 
+/// Pose of SawPose(0) in a block whose pose is X_WB.
+Pose SawPoseIn(const Pose& X_WB) {
+  const Pose X_BT = SawPose({0, 0, 0});
+  return {X_WB.R_AB * X_BT.R_AB, X_WB.Point(X_BT.p_AB)};
+}
+
+/// A blade, stopped in the slot that it was set down in, and pushed by the hand's displacement from the pose.
+class HeldBlade {
+ public:
+  HeldBlade(const Bone& bone, const CoupledParams& params, const Pose& X_WB)
+      : start_(SawPoseIn(X_WB)), simulation_(bone, params, start_) {
+    simulation_.Tick(Handle(start_, 9000));
+  }
+  /// Moves the handle from its place to this displacement, in the blade's frame. Returns the force on the hand in that
+  /// frame, N, and adds the energy that the springs take up.
+  Vec3 Push(const Vec3& to_T_mm, double& stored_mJ) {
+    constexpr int kTicks = 25;
+    CoupledOutput out;
+    for (int i = 1; i <= 2 * kTicks; ++i) {
+      const Vec3 at_T_mm = at_T_mm_ + std::min(1.0, 1.0 * i / kTicks) * (to_T_mm - at_T_mm_);
+      out = simulation_.Tick(Handle({start_.R_AB, start_.Point(at_T_mm)}, 0));
+      stored_mJ += out.stored_mJ;
+    }
+    at_T_mm_ = to_T_mm;
+    return start_.InverseVector(out.f_H_W_N);
+  }
+
+ private:
+  Pose start_;
+  CoupledSimulation simulation_;
+  Vec3 at_T_mm_{0};
+};
+
+TEST(BendingBlade, IsInSeriesWithTheCouplingAcrossTheBlade) {
+  // The walls of the slot are stiff: each of more than a hundred points of a face has 3000 N/mm. The gap between blade
+  // and slot does not change the slope of the force between two displacements, except that the blade tilts in the gap.
+  constexpr double kCoupling_N_per_mm = 2, kTilt = 0.01;
+  for (const Pose& X_WB : {Pose{}, Pose{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 3))), {3, -2, 40}}}) {
+    const Bone bone = test::MakeBox(X_WB, {30, 5, 60}, 0.25);
+    for (const Tool& tool : kStrokeTools) {
+      for (const bool bends : {false, true}) {
+        CoupledParams params = SawParams("edge_plus_chip", tool);
+        params.coupling.blade_bends = bends;
+        params.coupling.stiffness_N_per_mm = kCoupling_N_per_mm;
+        params.coupling.torsion_Nmm_per_rad = 1e7;  // the blade does not tilt in its slot
+        params.coupling.max_torque_Nmm = 1e6;
+        HeldBlade blade(bone, params, X_WB);
+        double first_mJ = 0, then_mJ = 0;
+        const double first_N = blade.Push({0, 0, 1}, first_mJ).z;
+        const double then_N = blade.Push({0, 0, 3}, then_mJ).z;
+        const double compliance_mm_per_N = 1 / kCoupling_N_per_mm + (bends ? 1 / CalcSideStiffness(tool) : 0);
+        if (bends) {
+          EXPECT_GT(kCoupling_N_per_mm * compliance_mm_per_N, 1 + 5 * kTilt) << DescribeTool(tool);
+        }
+        EXPECT_NEAR((then_N - first_N) / 2 * compliance_mm_per_N, -1, kTilt) << DescribeTool(tool) << bends;
+        EXPECT_NEAR(then_mJ / (0.5 * compliance_mm_per_N * (then_N * then_N - first_N * first_N)), 1, kTilt);
+      }
+    }
+  }
+}
+
+TEST(BendingBlade, IsStiffInItsPlaneAndLeavesARigidToolAlone) {
+  const Bone bone = test::MakeBox({}, {30, 5, 60}, 0.25);
+  for (const Tool& tool : {kStrokeTools[0], Tool(TwistDrill{}), Tool(FissureBur{})}) {
+    const bool is_blade = CalcSideStiffness(tool) > 0;
+    Vec3 f_N[2];
+    for (const bool bends : {false, true}) {
+      CoupledParams params = SawParams("edge_plus_chip", tool);
+      params.coupling.blade_bends = bends;
+      double unused_mJ = 0;
+      f_N[bends] = HeldBlade(bone, params, {}).Push(is_blade ? Vec3(1, 0, 0) : Vec3(0.2, 0.3, 0.5), unused_mJ);
+    }
+    EXPECT_GT(glm::length(f_N[0]), 0.3) << DescribeTool(tool);
+    // Pushed in its plane, a blade may still shift across it by rounding.
+    EXPECT_LE(glm::length(f_N[0] - f_N[1]), is_blade ? 1e-6 : 0) << DescribeTool(tool);
+  }
+}
+
 }  // namespace
 }  // namespace kerf

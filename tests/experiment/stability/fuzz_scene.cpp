@@ -204,6 +204,7 @@ FuzzScene MakeFuzzScene(Dice& dice, FuzzTools tools) {
   scene.start.R_AB = dice.OneIn(2) ? Quat(1, 0, 0, 0) : dice.Rotation();
   scene.start.p_AB = scene.box.centre() + direction * (0.5 * scene.box.size() * Vec3(dice.Uniform(0, 1.2)) +
                                                        dice.Uniform(0, 1.2) * reach_mm);
+  if (tools == FuzzTools::kBursAndBlades) c.blade_bends = dice.OneIn(2);
   return scene;
 }
 
@@ -213,13 +214,14 @@ std::string ToText(const FuzzScene& scene) {
   const Pose& X = scene.start;
   return fmt::format(
       "voxel {} mm, bone from {} {} {} to {} {} {} mm; {}, pitch {} mm, E {} MPa; law {}; "
-      "coupling at {} {} {}, {} N/mm, {} N s/mm, {} N mm/rad, {} N mm s, {} N, {} N mm; friction {}, {} samples, {} "
+      "coupling at {} {} {}, {} N/mm, {} N s/mm, {} N mm/rad, {} N mm s, {} N, {} N mm, bends {}; friction {}, {} "
+      "samples, {} "
       "iterations, {} substeps, whole voxels {}, {} spare leaves; start {{{:a}, {:a}, {:a}, {:a}}}, {{{:a}, {:a}, "
       "{:a}}}",
       scene.voxel_mm, scene.box.lower.x, scene.box.lower.y, scene.box.lower.z, scene.box.upper.x, scene.box.upper.y,
       scene.box.upper.z, DescribeTool(p.tool), CalcTooth(p.tool).pitch_mm, CalcModulus(p.tool), p.law.name(),
       c.p_TC_mm.x, c.p_TC_mm.y, c.p_TC_mm.z, c.stiffness_N_per_mm, c.damping_Ns_per_mm, c.torsion_Nmm_per_rad,
-      c.torsion_damping_Nmms, c.max_force_N, c.max_torque_Nmm,
+      c.torsion_damping_Nmms, c.max_force_N, c.max_torque_Nmm, c.blade_bends,
       FindChoice(p.effects, "kerf_friction")->GetNumber("coefficient"), p.rim_samples_per_pitch, p.max_iterations,
       p.max_substeps, p.whole_voxel_removal, p.spare_leaves, X.R_AB.w, X.R_AB.x, X.R_AB.y, X.R_AB.z, X.p_AB.x, X.p_AB.y,
       X.p_AB.z);

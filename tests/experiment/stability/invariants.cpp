@@ -133,11 +133,20 @@ void Invariants::CheckAir(const CoupledInput& in, const CoupledOutput& out) {
   }
 }
 
+/// Returns the bending of the blade, whose stiffness is in series with the coupling's.
+Bending Invariants::FindBending(const Pose& X_WH) const {
+  const double side_N_per_mm = CalcSideStiffness(params_.tool);
+  if (!params_.coupling.blade_bends || side_N_per_mm == 0) return {};
+  const double compliance_mm_per_N = 1 / params_.coupling.stiffness_N_per_mm + 1 / side_N_per_mm;
+  return {X_WH.Vector({0, 0, 1}), 1 / std::sqrt(compliance_mm_per_N * params_.coupling.stiffness_N_per_mm)};
+}
+
 void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
   const CouplingParams& c = params_.coupling;
   const SaturatingSpring spring{c.stiffness_N_per_mm, c.max_force_N};
   const SaturatingSpring torsion{c.torsion_Nmm_per_rad, c.max_torque_Nmm};
-  const Vec3 f = spring.Force(out.X_WT.Point(c.p_TC_mm) - in.X_WH.Point(c.p_TC_mm));
+  const Bending bending = FindBending(in.X_WH);
+  const Vec3 f = bending.Scale(spring.Force(bending.Scale(out.X_WT.Point(c.p_TC_mm) - in.X_WH.Point(c.p_TC_mm))));
   const Vec3 tau = torsion.Force(-out.X_WT.Vector(LogRotation(glm::conjugate(out.X_WT.R_AB) * in.X_WH.R_AB)));
   // Relative errors of positions are 2e-16, and of angles 1e-15. They are multiplied by a stiff spring; errors of
   // speeds are multiplied by a damper.
@@ -155,7 +164,7 @@ void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
   // tool's speed is its motion divided by the tick. Without contact the damper has no effect.
   const Vec3 v_T = (out.X_WT.Point(c.p_TC_mm) - X_WT_.Point(c.p_TC_mm)) / dt_s;
   const Vec3 w_T = X_WT_.Vector(LogRotation(glm::conjugate(X_WT_.R_AB) * out.X_WT.R_AB)) / dt_s;
-  const Vec3 f_damper = -damper.Force(in.v_H_W_mm_per_s - v_T);
+  const Vec3 f_damper = -bending.Scale(damper.Force(bending.Scale(in.v_H_W_mm_per_s - v_T)));
   const Vec3 tau_damper = -torsion_damper.Force(in.w_H_W_rad_per_s - w_T);
   const bool whole = out.substeps == 1 && (out.status & kLagging) == 0;
   // With several substeps the speed of the last one is not known, so the bound is the damper's maximum force.
@@ -226,7 +235,8 @@ void Invariants::CheckStep(const CoupledInput& in, const CoupledOutput& out) {
 
 double Invariants::CalcCouplingEnergy(const Pose& X_WT, const Pose& X_WH) const {
   const CouplingParams& c = params_.coupling;
-  return SaturatingSpring{c.stiffness_N_per_mm, c.max_force_N}.Energy(X_WH.Point(c.p_TC_mm) - X_WT.Point(c.p_TC_mm)) +
+  return SaturatingSpring{c.stiffness_N_per_mm, c.max_force_N}.Energy(
+             FindBending(X_WH).Scale(X_WH.Point(c.p_TC_mm) - X_WT.Point(c.p_TC_mm))) +
          SaturatingSpring{c.torsion_Nmm_per_rad, c.max_torque_Nmm}.Energy(
              LogRotation(glm::conjugate(X_WT.R_AB) * X_WH.R_AB));
 }

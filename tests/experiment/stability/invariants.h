@@ -75,6 +75,7 @@ class Invariants {
   void CheckForce(const CoupledInput& in, const CoupledOutput& out);
   void CheckStep(const CoupledInput& in, const CoupledOutput& out);
   void CheckEnergy(const CoupledInput& in, const CoupledOutput& out);
+  Bending FindBending(const Pose& X_WH) const;
   double CalcCouplingEnergy(const Pose& X_WT, const Pose& X_WH) const;
 
   CoupledSimulation& simulation_;
