@@ -165,7 +165,22 @@ PLANE = json.dumps({"markups": [{"type": "Plane", "coordinateSystem": "LPS", "na
                                  "controlPoints": [{"id": "1", "position": [0.0, 0.0, 6.0]}]}]})
 
 
-def check_page(kerf, page, rules, reference, files):
+def check_options(page, reference):
+    """Returns [(line, command, fault)] of a page's commands that name a command, an option or a script that does not exist."""
+    wrong = []
+    for number, command in list_commands(page):
+        words = shlex.split(command)
+        fault = ""
+        if words[0] == "kerf":
+            fault = reference.check(words)
+        elif "/" in words[0] and not words[0].startswith("build/") and not (ROOT / words[0]).exists():
+            fault = f"there is no {words[0]}"
+        if fault:
+            wrong.append((number, command, fault))
+    return wrong
+
+
+def check_page(kerf, page, rules, files):
     """Returns [(line, command, fault)] of a page, and the number of commands that ran."""
     wrong, ran = [], 0
     with tempfile.TemporaryDirectory(prefix="kerf_docs_") as name:
@@ -179,14 +194,7 @@ def check_page(kerf, page, rules, reference, files):
             if command == "tools/run":  # replaced by the command that it runs
                 command = "kerf run scenes/body_osteotomy.toml -o out/body_osteotomy"
                 words = shlex.split(command)
-            if words[0] != "kerf":
-                if "/" in words[0] and not words[0].startswith("build/") and not (ROOT / words[0]).exists():
-                    wrong.append((number, command, f"there is no {words[0]}"))
-                continue
-            if problem := reference.check(words):
-                wrong.append((number, command, problem))
-                continue
-            if any(pattern.search(command) for pattern, _ in rules):
+            if words[0] != "kerf" or any(pattern.search(command) for pattern, _ in rules):
                 continue
             if "--record" in words:  # a recording never replaces a file
                 (folder / words[words.index("--record") + 1]).unlink(missing_ok=True)
@@ -212,6 +220,7 @@ def main():
     parser.add_argument("kerf", type=pathlib.Path)
     parser.add_argument("--page", action="append", help="only this page, such as docs/study.md")
     parser.add_argument("--list", action="store_true", help="print the commands; run none")
+    parser.add_argument("--options", action="store_true", help="check that commands and options exist; run none")
     arguments = parser.parse_args()
     kerf, rules = arguments.kerf.resolve(), read_rules()
     pages = [page for page in PAGES if page.name not in LEFT_OUT and
@@ -226,16 +235,25 @@ def main():
         return 0
     reference = Reference(kerf)
     failed = ran = 0
+
+    def report(page, wrong):
+        nonlocal failed
+        for number, command, problem in wrong:
+            failed += 1
+            print(f"{page.relative_to(ROOT)}:{number}: {command}\n    {problem}")
+    if arguments.options:
+        for page in pages:
+            report(page, check_options(page, reference))
+        print(f"{len(pages)} pages, {failed} commands with a fault")
+        return 1 if failed else 0
     with tempfile.TemporaryDirectory(prefix="kerf_docs_") as name:
         files = pathlib.Path(name) / "files"
         files.mkdir()
         make_files(kerf, files)
         for page in pages:
-            wrong, count = check_page(kerf, page, rules, reference, files)
+            wrong, count = check_page(kerf, page, rules, files)
             ran += count
-            for number, command, problem in wrong:
-                failed += 1
-                print(f"{page.relative_to(ROOT)}:{number}: {command}\n    {problem}")
+            report(page, [*check_options(page, reference), *wrong])
     print(f"{ran} commands of {len(pages)} pages ran, {failed} failed")
     return 1 if failed or ran == 0 else 0
 
