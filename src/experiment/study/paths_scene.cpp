@@ -17,6 +17,9 @@
 namespace kerf {
 StudyPath MakeScenePath(const std::string& name, const std::string& scene_file, SceneStrokes strokes) {
   const Scene scene = ReadScene(scene_file);
+  if (scene.coupling.params.blade_bends) {
+    throw Error(fmt::format("{}: [coupling] blade_bends: the reference of a study has a rigid blade", scene_file));
+  }
   StudyPath path = MakePlainPath(name, scene.TitleOrName());
   path.saw = MakeDiscSaw(scene);
   path.rpm = scene.tool.rpm;

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/core/append_format.h"
 #include "base/files/files.h"
 #include "cut/effects/tangential_force.h"
 #include "cut/hand_sim/setup.h"
+#include "cut/tool/shape.h"
 #include "device/devices/profiles.h"
 #include "kerf/error.h"
 
@@ -77,6 +79,7 @@ LoopSetup MakeLoopSetup(const Scene& scene) {
   const CouplingParams asked = MakeCoupledParams(scene).coupling;
   setup.asked_stiffness_N_per_mm = asked.stiffness_N_per_mm;
   setup.asked_damping_Ns_per_mm = asked.damping_Ns_per_mm;
+  if (asked.blade_bends) setup.bending_N_per_mm = CalcSideStiffness(MakeTool(scene));
   setup.fitted = FitCoupling(setup.profile, setup.hand, asked, map.force_scale(), map.torque_scale(),
                              1 / scene.loop.rate_hz, scene.device.delay_ticks);
   CoupledParams fitted = MakeCoupledParams(scene);
@@ -119,6 +122,9 @@ std::string DescribeCoupling(const LoopSetup& setup) {
         f.coupling.damping_Ns_per_mm,
         f.lowered.damping_by_loop ? "the limit of the loop at this rate for a delayed velocity" : by_device);
   }
+  if (setup.bending_N_per_mm > 0) {
+    AppendFormat(text, "; across the blade in series with {:.3g} N/mm, its bending", setup.bending_N_per_mm);
+  }
   return text;
 }
 
@@ -151,6 +157,9 @@ std::vector<std::string> FindHandWarnings(const Scene& scene, const LoopSetup& s
     warnings.push_back(fmt::format(
         "[loop] rate_hz = {:g}: below 500 ticks a second the steps of the force from tick to tick may be felt",
         scene.loop.rate_hz));
+  }
+  if (scene.coupling.params.blade_bends && setup.bending_N_per_mm == 0) {
+    warnings.push_back("[coupling] blade_bends has no effect: the tool is rigid");
   }
   if (const std::string pull = DescribeLateralPull(scene, setup); !pull.empty()) warnings.push_back(pull);
   if (setup.fitted.lowered.any()) warnings.push_back("the coupling is " + DescribeCoupling(setup));

@@ -19,6 +19,7 @@ struct LoopSetup {
   FittedCoupling fitted;
   double asked_stiffness_N_per_mm = 0;  // from the scene
   double asked_damping_Ns_per_mm = 0;   // from the scene
+  double bending_N_per_mm = 0;          // of a blade that bends sideways; 0: the tool is rigid
 };
 
 /// Throws kerf::Error, with the place in the scene, for an unknown device or hand or an unreadable table of devices.

@@ -15,6 +15,7 @@ namespace {
 
 using test::MakeBlockScene;
 using test::MessageOf;
+using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -46,6 +47,25 @@ TEST(DescribeCoupling, NamesOnlyLoweredValues) {
   const std::string damped = describe("stiffness_N_per_mm = 1\ndamping_Ns_per_mm = 0.2\n");
   EXPECT_THAT(damped, HasSubstr("; its damping lowered from 0.2 to "));
   EXPECT_THAT(damped, Not(HasSubstr(", lowered")));
+}
+
+TEST(DescribeCoupling, StatesTheBendingOfABlade) {
+  const auto make = [](const std::string& tool) {
+    const Scene scene =
+        ParseScene(test::BlockToml({6, 4, 3}, 0.25) + "[tool]\n" + tool +
+                       test::StrokeToml({0, 0, 4}, {0, 0, 1}, 3, {0, 1, 0}) + "[coupling]\nblade_bends = true\n",
+                   "s.toml");
+    const LoopSetup setup = MakeLoopSetup(scene);
+    return std::pair(DescribeCoupling(setup), FindHandWarnings(scene, setup));
+  };
+  // 3 E I / L^3 = E b t^3 / (4 L^3), with a Young's modulus of 200 GPa.
+  const auto [blade, of_blade] =
+      make("shape = \"reciprocating\"\nlength_mm = 20\nwidth_mm = 6\nthickness_mm = 0.4\nE_MPa = 200000\n");
+  EXPECT_THAT(blade, HasSubstr("2.4 N/mm, its bending"));
+  EXPECT_THAT(of_blade, Not(Contains(HasSubstr("blade_bends"))));
+  const auto [drill, of_drill] = make("shape = \"drill\"\n");
+  EXPECT_THAT(drill, Not(HasSubstr("bending")));
+  EXPECT_THAT(of_drill, Contains(HasSubstr("blade_bends")));
 }
 
 }  // namespace
