@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/core/vectors.h"
+#include "cut/contact/step.h"
 #include "experiment/stability/bone_watch.h"
 #include "kerf/coupled.h"
 #include "kerf/simulation.h"
