@@ -13,6 +13,7 @@ struct ToolKind<BallBurr> {
   static constexpr std::string_view kFrame = "origin at the ball's centre, z along the spindle";
   static constexpr ToolForm kForm = ToolForm::kBall;
   static constexpr DriveMotion kDrive = DriveMotion::kRotation;
+  static constexpr double kOrdinaryRate_per_min = 20'000;
   static std::string Name(const BallBurr& ball);
   static std::string ShortName(const BallBurr& ball);
   static double CalcReach(const BallBurr& ball) { return ball.radius_mm(); }

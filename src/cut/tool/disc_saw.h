@@ -13,6 +13,7 @@ struct ToolKind<DiscSaw> {
   static constexpr std::string_view kFrame = "origin at the disc's centre, z along the spindle, disc in the x-y plane";
   static constexpr ToolForm kForm = ToolForm::kBlade;
   static constexpr DriveMotion kDrive = DriveMotion::kRotation;
+  static constexpr double kOrdinaryRate_per_min = 7500;
   static std::string Name(const DiscSaw& disc);
   static std::string ShortName(const DiscSaw& disc);
   static double CalcReach(const DiscSaw& disc);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cut/tool/kinds.h"
 #include "cut/tool/shape.h"
 
 namespace kerf {
@@ -31,6 +32,10 @@ double Integrate(double from, double to, Function&& f) {
 }
 
 }  // namespace
+
+double CalcOrdinaryRate(const Tool& tool) {
+  return CallKind(tool, [](auto kind, const auto&) { return kind.kOrdinaryRate_per_min; });
+}
 
 double CalcLeastPassRate(const Tool& tool, double rpm) {
   const Drive drive(tool);

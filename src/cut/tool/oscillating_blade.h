@@ -13,6 +13,7 @@ struct ToolKind<OscillatingBlade> : PlanarToolKind<OscillatingBlade> {
   static constexpr std::string_view kFrame =
       "origin at the middle of the toothed arc in the middle of the swing, x the feed direction, y along the edge, z "
       "across the blade, along the swing axis";
+  static constexpr double kOrdinaryRate_per_min = 15'000;
   static PlanarBlade Make(const OscillatingBlade& blade);
   static std::string Name(const OscillatingBlade& blade);
   static std::string ShortName(const OscillatingBlade& blade);

@@ -14,6 +14,7 @@ struct ToolKind<PiezoInsert> : PlanarToolKind<PiezoInsert> {
       "origin at the middle of the toothed end in the middle of the stroke, x the feed direction, y along the edge, z "
       "across the insert";
   static constexpr Range kRates_per_min{kMinRpm, kMaxStrokesPerMin, kOrZero};
+  static constexpr double kOrdinaryRate_per_min = 1'740'000;  // 29 kHz
   static PlanarBlade Make(const PiezoInsert& insert);
   static std::string Name(const PiezoInsert& insert);
   static std::string ShortName(const PiezoInsert& insert);

@@ -14,6 +14,7 @@ struct ToolKind<ReciprocatingBlade> : PlanarToolKind<ReciprocatingBlade> {
       "origin at the middle of the toothed edge in the middle of the stroke, y along the edge towards the tip, x the "
       "feed "
       "direction, z across the blade";
+  static constexpr double kOrdinaryRate_per_min = 15'000;
   static PlanarBlade Make(const ReciprocatingBlade& blade);
   static std::string Name(const ReciprocatingBlade& blade);
   static std::string ShortName(const ReciprocatingBlade& blade);

@@ -26,6 +26,7 @@ namespace kerf {
 /// kDrive: how its edge moves. With DriveMotion::kStroke also CalcStroke() and CalcSwingRadius(), as the functions of
 /// kerf/tool.h, and Make(), a PlanarBlade: planar_blade.h gives most of what follows.
 /// kRates_per_min: speeds that users may set as `rpm`, if not those of a spindle.
+/// kOrdinaryRate_per_min: CalcOrdinaryRate(); one of the rates of the kind in volumes/saws.csv, with their sources.
 /// CalcReach(), CalcRadius(), CalcCutWidth(), CountPassesPerTurn(): as the functions of kerf/tool.h.
 /// Name(), ShortName(): a description with all measures of the shape, and one with the most important.
 /// CalcTooth(): dimensions of a tooth.
@@ -56,6 +57,7 @@ concept IsToolKind = HasDrive<T> &&
   { ToolKind<T>::kClass } -> std::convertible_to<std::string_view>;
   { ToolKind<T>::kFrame } -> std::convertible_to<std::string_view>;
   { ToolKind<T>::kForm } -> std::convertible_to<ToolForm>;
+  { ToolKind<T>::kOrdinaryRate_per_min } -> std::convertible_to<double>;
   { ToolKind<T>::Name(tool) } -> std::same_as<std::string>;
   { ToolKind<T>::ShortName(tool) } -> std::same_as<std::string>;
   { ToolKind<T>::CalcReach(tool) } -> std::same_as<double>;

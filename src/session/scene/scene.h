@@ -51,7 +51,7 @@ struct SceneMaterial {
 
 struct SceneTool {
   Tool shape = DiscSaw{};  // all keys but the next two, with the library's names; MakeTool() sets its E
-  double rpm = 7500;
+  double rpm = 7500;       // of the disc; if a scene states none, CalcOrdinaryRate() of its shape
   double E_GPa = 205;
 };
 

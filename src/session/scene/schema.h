@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "cut/tool/drive.h"
 #include "cut/tool/shape.h"
 #include "kerf/describe.h"
 #include "session/scene/scene.h"
@@ -65,13 +66,18 @@ void Describe(SceneTool& p, V&& visit) {
   std::string word(GetShape(p.shape));
   visit("shape", word, Choices{GetToolShapes()}, DescribeToolShapes().c_str());
   for (const Tool& other : GetDefaultTools()) {
-    if (word == GetShape(other) && other.index() != p.shape.index()) p.shape = other;
+    if (word != GetShape(other) || other.index() == p.shape.index()) continue;
+    p.shape = other;
+    p.rpm = CalcOrdinaryRate(other);
   }
   std::visit(
       [&](auto& tool) {
         DescribeShape(tool, visit);
         DescribeEdge(tool, visit);
-        visit("rpm", p.rpm, CalcRateRange(tool), "speed of the spindle; 0: stopped, does not cut");
+        visit("rpm", p.rpm, CalcRateRange(tool),
+              "speed of the spindle, or double strokes a minute of a blade with a stroke; without the key, an ordinary "
+              "speed of "
+              "the shape; 0: stopped, does not cut");
         DescribeSteel("E_GPa", p.E_GPa, 1, tool.nu, tool.p_TG_mm, visit);
       },
       p.shape);

@@ -323,6 +323,7 @@ std::string DefaultSceneToml() {
     SceneTool other;
     if (tool.index() == other.shape.index()) continue;
     other.shape = tool;
+    other.rpm = CalcOrdinaryRate(tool);
     WriteSection(tools, "tool", other);
   }
   TomlWriter poses;

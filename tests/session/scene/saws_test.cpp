@@ -12,11 +12,13 @@
 
 #include "cut/tool/shape.h"
 #include "kerf/error.h"
+#include "scene_text.h"
 #include "support/message_of.h"
 
 namespace kerf {
 namespace {
 
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 const std::string kSawsHeader = "name,shape,diameter_mm,thickness_mm,teeth,flutes,rpm,source\n";
@@ -38,6 +40,19 @@ TEST(Saws, EveryBuiltInSawIsValidInAScene) {
   }
   // The first is the scene's own default.
   EXPECT_EQ(DescribeTool(BuiltInSaws().front().tool.shape), DescribeTool(DiscSaw{}));
+}
+
+TEST(Saws, SceneWithoutRateHasOneOfTheTableForItsKindOfTool) {
+  for (const Tool& tool : GetDefaultTools()) {
+    const std::string shape(GetShape(tool));
+    const Scene scene = ParseScene(test::ShortScene() + "[tool]\nshape = \"" + shape + "\"\n", "scene.toml");
+    ASSERT_EQ(GetShape(scene.tool.shape), shape);
+    std::vector<double> rates;
+    for (const Saw& saw : BuiltInSaws()) {
+      if (GetShape(saw.tool.shape) == shape) rates.push_back(saw.tool.rpm);
+    }
+    EXPECT_THAT(rates, Contains(scene.tool.rpm)) << shape;
+  }
 }
 
 TEST(Saws, RateIsInTheTermsOfTheirDrive) {
