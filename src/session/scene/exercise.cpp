@@ -106,13 +106,22 @@ WantedCut MakeCut(const SceneExercise& exercise, const SceneCut& wanted, const T
 }  // namespace
 
 WantedCut MakeWantedCut(const SceneExercise& exercise, const Tool& tool) {
-  return MakeCut(exercise, {exercise.start_mm, exercise.end_mm, exercise.into, exercise.depth_mm}, tool);
+  return MakeCut(exercise, {exercise.start_mm, exercise.end_mm, exercise.into, exercise.depth_mm, ""}, tool);
 }
 
 std::vector<WantedCut> MakeWantedCuts(const SceneExercise& exercise, const Tool& tool) {
   std::vector<WantedCut> cuts{MakeWantedCut(exercise, tool)};
   for (const SceneCut& wanted : exercise.further) cuts.push_back(MakeCut(exercise, wanted, tool));
   return cuts;
+}
+
+bool IsSamePlace(const WantedCut& a, const WantedCut& b) {
+  constexpr double kSame = 1e-6;  // mm, or of a unit vector; coordinates are written with fewer digits
+  const auto same = [](const Vec3& p, const Vec3& q) { return glm::distance(p, q) <= kSame; };
+  const Vec3 a_end_W = a.ToWorld({a.length_mm, 0, 0});
+  const Vec3 b_end_W = b.ToWorld({b.length_mm, 0, 0});
+  return same(a.into_W, b.into_W) && ((same(a.start_W, b.start_W) && same(a_end_W, b_end_W)) ||
+                                      (same(a.start_W, b_end_W) && same(a_end_W, b.start_W)));
 }
 
 const WantedCut& FindNearestCut(const std::vector<WantedCut>& cuts, const Vec3& p_W) {

@@ -33,6 +33,7 @@ struct SceneCut {
   Vec3 end_mm{10, 0, 0};
   Vec3 into{0, 0, -1};
   double depth_mm = 3;
+  std::string place;  // of start_mm in the scene's file, "scene.toml:12:1", for messages; not a key
 };
 
 template <typename V>
@@ -54,6 +55,7 @@ struct SceneExercise {
   Vec3 end_mm{10, 0, 0};
   Vec3 into{0, 0, -1};
   double depth_mm = 3;
+  std::string place;              // of start_mm in the scene's file, as of a SceneCut; not a key
   std::vector<SceneCut> further;  // the others, in their order; not a key
   double margin_mm = 0.5;
   double feed_mm_per_s = 2;
@@ -75,7 +77,7 @@ void Describe(SceneExercise& p, V&& visit) {
     if (kind == kExerciseKindWords[i]) p.kind = static_cast<ExerciseKind>(i);
   }
   visit("level", p.level, Range{1, kLevels}, "level of difficulty: 1 has all aids; each further level removes one");
-  SceneCut first{p.start_mm, p.end_mm, p.into, p.depth_mm};
+  SceneCut first{p.start_mm, p.end_mm, p.into, p.depth_mm, ""};
   Describe(first, visit);
   p.start_mm = first.start_mm;
   p.end_mm = first.end_mm;
@@ -158,6 +160,9 @@ struct WantedCut {
 WantedCut MakeWantedCut(const SceneExercise& exercise, const Tool& tool);
 /// Returns all wanted cuts, in their order. Throws the same errors.
 std::vector<WantedCut> MakeWantedCuts(const SceneExercise& exercise, const Tool& tool);
+
+/// Returns true if both are the same line or hole in the same direction, to any depth.
+bool IsSamePlace(const WantedCut& a, const WantedCut& b);
 
 /// Returns the cut that a point is nearest to, by its signed distance. `cuts`: at least one.
 const WantedCut& FindNearestCut(const std::vector<WantedCut>& cuts, const Vec3& p_W);

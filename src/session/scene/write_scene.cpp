@@ -219,11 +219,18 @@ void WritePlan(TomlWriter& write, Plan plan) {
 }
 
 void WriteExercise(TomlWriter& write, const SceneExercise& exercise) {
-  WriteSection(write, "exercise", exercise);
+  const auto describe = [&](auto described) {
+    Describe(described, [&](const char* key, auto& value, const auto&... more) {
+      const bool hole = exercise.kind == ExerciseKind::kDrillHoles;
+      if (!hole || std::string_view(key) != "end_mm") write(key, value, more...);
+    });
+  };
+  write.Header("[exercise]", "");
+  describe(exercise);
   write.SetTerse(true);
-  for (SceneCut cut : exercise.further) {
+  for (const SceneCut& cut : exercise.further) {
     write.Header("[[exercise.cut]]", "");
-    Describe(cut, write);
+    describe(cut);
   }
   write.SetTerse(false);
 }

@@ -1,8 +1,11 @@
 // Tests of the errors and messages of `kerf check` before a bone is constructed.
 #include "session/run/check_scene.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "bone/models/block.h"
 #include "session/run/loop_setup.h"
@@ -36,6 +39,41 @@ TEST(CheckScene, RefusesTheSameLayersAsMakingTheBlock) {
     EXPECT_EQ(MessageOf([&] { CheckWholeScene(scene); }), made) << thickness_mm << " " << region;
     EXPECT_EQ(made.empty(), thickness_mm < 3 && region == 32) << made;
   }
+}
+
+// The block is 6 x 4 x 3 mm, with its top at z = 0.
+TEST(CheckScene, RefusesAnExerciseBesideItsBone) {
+  const auto check = [](const std::string& start, const std::string& end, const char* bone = "") {
+    std::string scene = MakeBlockScene({}, "[exercise]\nkind = \"osteotomy\"\ndepth_mm = 1\nstart_mm = [" + start +
+                                               "]\nend_mm = [" + end + "]\ninto = [0, 0, -1]\n");
+    if (*bone != 0) scene = std::string(bone) + scene.substr(scene.find("[tool]"));
+    return MessageOf([&] { CheckWholeScene(ParseScene(scene, "s.toml")); });
+  };
+  const auto fault = testing::MatchesRegex(
+      "s.toml:[0-9]+:1: the wanted cut lies beside the bone: no point of it, from the line between start_mm and end_mm "
+      "along into to depth_mm, is in bone");
+  EXPECT_EQ(check("-2, 0, 0", "2, 0, 0"), "");
+  EXPECT_EQ(check("-9, 0, 0", "-2.5, 0, 0"), "") << "its end is on the bone";
+  EXPECT_EQ(check("-2, 0, 0.9", "2, 0, 0.9"), "") << "its floor is in the bone";
+  EXPECT_THAT(check("-2, 0, 1.2", "2, 0, 1.2"), fault) << "above it";
+  EXPECT_THAT(check("-2, 2.2, 0", "2, 2.2, 0"), fault) << "beside it";
+  EXPECT_THAT(check("-9, 0, 0", "-3.2, 0, 0"), fault) << "in front of it";
+  const char* const mandible = "[bone]\nmodel = \"mandible\"\n";
+  EXPECT_EQ(check("-4, 8, -25", "4, 8, -25", mandible), "") << "in the chin";
+  EXPECT_THAT(check("-4, 30, -25", "4, 30, -25", mandible), fault) << "behind it";
+}
+
+TEST(CheckScene, NamesTheHoleThatLiesBesideTheBone) {
+  std::string scene = MakeBlockScene({},
+                                     "[exercise]\nkind = \"drill_holes\"\nstart_mm = [0, 0, 0]\n"
+                                     "[[exercise.cut]]\nstart_mm = [0, 3, 0]\ninto = [0, 0, -1]\n");
+  scene.replace(scene.find("[tool]"), scene.find("[[path") - scene.find("[tool]"), "[tool]\nshape = \"drill\"\n");
+  const auto lines = std::count(scene.begin(), scene.end(), '\n');
+  EXPECT_EQ(
+      MessageOf([&] { CheckWholeScene(ParseScene(scene, "s.toml")); }),
+      fmt::format("s.toml:{}:1: the hole lies beside the bone: no point of it, from start_mm along into to depth_mm, "
+                  "is in bone",
+                  lines - 1));
 }
 
 TEST(DescribeCoupling, NamesOnlyLoweredValues) {

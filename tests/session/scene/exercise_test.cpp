@@ -227,7 +227,8 @@ TEST(WantedCut, FloorOfAPlungeIsTheArcOfTheTeeth) {
 TEST(Exercise, FurtherCutsAreReadAndWrittenForTheKindsThatHaveThem) {
   const auto scene = [](const std::string& tool, const std::string& kind) {
     return test::ShortScene() + "[tool]\nshape = \"" + tool + "\"\n[exercise]\nkind = \"" + kind +
-           "\"\ndepth_mm = 7\n[[exercise.cut]]\nstart_mm = [0, 5, 0]\nend_mm = [8, 5, 0]\ninto = [0, 0, -2]\n";
+           "\"\ndepth_mm = 7\n[[exercise.cut]]\nstart_mm = [0, 5, 0]\ninto = [0, 0, -2]\n" +
+           (kind == "drill_holes" ? "" : "end_mm = [8, 5, 0]\n");
   };
   const Scene read = ParseScene(scene("drill", "drill_holes"), "s.toml");
   ASSERT_EQ(read.exercise.further.size(), 1U);
@@ -249,6 +250,31 @@ TEST(Exercise, FurtherCutsAreReadAndWrittenForTheKindsThatHaveThem) {
   EXPECT_NE(test::MessageFor(scene("disc", "osteotomy\"\ndepth_stop = true\n#")).find("a depth stop is only for"),
             std::string::npos);
   EXPECT_NE(test::MessageFor(scene("disc", "drill_holes")).find("requires a drill or a bur"), std::string::npos);
+}
+
+TEST(Exercise, OfHolesRefusesAnEndAndTheSameHoleTwice) {
+  const std::string holes =
+      test::ShortScene() + "[tool]\nshape = \"drill\"\n[exercise]\nkind = \"drill_holes\"\nstart_mm = [1, 2, 3]\n";
+  const std::string hole = "[[exercise.cut]]\ninto = [0, 0, -2]\nstart_mm = ";
+  EXPECT_EQ(test::MessageFor(holes + hole + "[1, 2, 4]\n"), "");
+  EXPECT_EQ(test::MessageFor(holes + "end_mm = [4, 5, 6]\n" + hole + "[1, 2, 4]\nend_mm = [4, 5, 6]\n"),
+            "s.toml:13:1: end_mm is not used: a hole has no end on the surface; remove it\n"
+            "s.toml:17:1: end_mm is not used: a hole has no end on the surface; remove it");
+  // Depth and length of the direction do not make another hole of it.
+  EXPECT_EQ(test::MessageFor(holes + hole + "[1, 2, 4]\n" + hole + "[1, 2, 3]\ndepth_mm = 5\n"),
+            "s.toml:18:1: hole 3 has the place and the direction of hole 1; move it or remove it");
+}
+
+TEST(Exercise, RefusesTheSameCutTwiceFromEitherEnd) {
+  const std::string cuts = test::ShortScene() +
+                           "[exercise]\nkind = \"osteotomy\"\nstart_mm = [1, 2, 3]\nend_mm = [4, 2, 3]\n"
+                           "[[exercise.cut]]\ninto = [0, 0, -1]\n";
+  EXPECT_EQ(test::MessageFor(cuts + "start_mm = [4, 2, 3]\nend_mm = [1, 2, 2]\n"), "");
+  for (const char* line :
+       {"start_mm = [4, 2, 3]\nend_mm = [1, 2, 3]\n", "start_mm = [1, 2, 3]\nend_mm = [4, 2, 3]\n"}) {
+    EXPECT_EQ(test::MessageFor(cuts + line),
+              "s.toml:14:1: cut 2 has the place and the direction of cut 1; move it or remove it");
+  }
 }
 
 TEST(WantedCut, RefusesALineWithoutLengthAndADirectionAlongIt) {
