@@ -190,6 +190,12 @@ std::string DescribeRemoved(const LoopSummary& s) {
   const double tolerance_mm3 = kVolumeTolerance * std::max(s.removed_mm3, s.removed_by_occupancy_mm3);
   if (std::abs(s.removed_mm3 - s.removed_by_occupancy_mm3) <= tolerance_mm3)
     return fmt::format("{:.3f} mm3", s.removed_mm3);
+  if (s.undo && s.undo->restores > 0) {
+    return fmt::format(
+        "{:.3f} mm3 of the bone are gone at the end; the ticks removed {:.3f} mm3, including what was "
+        "undone",
+        s.removed_mm3, s.removed_by_occupancy_mm3);
+  }
   return fmt::format(
       "{:.3f} mm3 by the bone's surface (exact), {:.3f} mm3 by the occupancy of voxels (the sum of the ticks and of "
       "forces.csv; with coarse voxels the two differ)",

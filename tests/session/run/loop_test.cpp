@@ -634,5 +634,19 @@ TEST_F(LoopReport, CancelledWhileTheBoneIsMadeLeavesNoRecording) {
   }
 }
 
+TEST(DescribeRemoved, NamesCoarseVoxelsOnlyWithoutUndo) {
+  LoopSummary s;
+  s.removed_mm3 = 1;
+  s.removed_by_occupancy_mm3 = 1;
+  EXPECT_EQ(DescribeRemoved(s), "1.000 mm3");
+  s.removed_by_occupancy_mm3 = 3;
+  EXPECT_THAT(DescribeRemoved(s), testing::HasSubstr("coarse voxels"));
+  s.undo.emplace();
+  EXPECT_THAT(DescribeRemoved(s), testing::HasSubstr("coarse voxels"));
+  s.undo->restores = 1;
+  EXPECT_EQ(DescribeRemoved(s),
+            "1.000 mm3 of the bone are gone at the end; the ticks removed 3.000 mm3, including what was undone");
+}
+
 }  // namespace
 }  // namespace kerf
