@@ -11,6 +11,7 @@
 
 #include "base/core/errno_text.h"
 #include "base/files/files.h"
+#include "base/files/temporary.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -22,6 +23,7 @@ FolderLock::FolderLock(const std::string& folder) {
        at = at.parent_path()) {
     if (at.has_filename()) created_.insert(created_.begin(), at.string());
   }
+  if (!created_.empty()) live_.reset(AddLive(created_.back(), static_cast<int>(created_.size())));
   MakeFolder(folder);
   file_ = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (file_ < 0) {
@@ -42,6 +44,10 @@ FolderLock::FolderLock(const std::string& folder) {
                   folder));
 }
 
+void FolderLock::RemoveNote::operator()(LivePath* entry) const {
+  RemoveLive(entry);
+}
+
 FolderLock::~FolderLock() {
   RemoveFolderIfUnused();
   close(file_);
@@ -52,6 +58,7 @@ void FolderLock::RemoveFolderIfUnused() {
     if (rmdir(created_.back().c_str()) != 0) break;  // fails unless the folder is empty
   }
   created_.clear();
+  live_.reset();
 }
 
 }  // namespace kerf

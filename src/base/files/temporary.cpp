@@ -33,10 +33,11 @@
 
 namespace kerf {
 
-/// Entry of a temporary file for a signal handler: the name is stored in place and never freed.
-struct LiveTemporary {
+/// Entry of a path for a signal handler: the name is stored in place and never freed.
+struct LivePath {
   std::atomic<bool> taken{false};
   std::atomic<bool> live{false};  // the name is complete
+  std::atomic<int> folders{0};    // 0: a file
   std::array<char, 4096> path{};
 };
 
@@ -44,26 +45,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::array<LiveTemporary, 16> live_temporaries;
-static_assert(std::atomic<bool>::is_always_lock_free);
+std::array<LivePath, 16> live_paths;
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
-/// Adds an entry for the file. Returns nullptr if the table is full; if a signal then kills the program, the file stays
-/// until the next program removes it.
-LiveTemporary* AddLive(const std::string& path) {
-  if (path.size() >= LiveTemporary{}.path.size()) return nullptr;
-  for (LiveTemporary& entry : live_temporaries) {
-    if (entry.taken.exchange(true)) continue;
-    std::memcpy(entry.path.data(), path.c_str(), path.size() + 1);
-    entry.live = true;
-    return &entry;
+/// Removes an empty folder and then its parents, as long as they are empty. Async-signal-safe.
+void RemoveFolders(std::array<char, 4096> path, int folders) {
+  for (; folders > 0 && rmdir(path.data()) == 0; --folders) {
+    char* const slash = std::strrchr(path.data(), '/');
+    if (slash == nullptr) return;
+    *slash = 0;
   }
-  return nullptr;
-}
-
-void RemoveLive(LiveTemporary* entry) {
-  if (entry == nullptr) return;
-  entry->live = false;
-  entry->taken = false;
 }
 
 /// Returns an id of this machine: a hash of its machine id, which is the same on a copied disk, and its host name.
@@ -169,6 +160,24 @@ std::vector<OldName> SweepFolder(const fs::path& folder) {
 
 }  // namespace
 
+LivePath* AddLive(const std::string& path, int folders) {
+  if (path.size() >= LivePath{}.path.size()) return nullptr;
+  for (LivePath& entry : live_paths) {
+    if (entry.taken.exchange(true)) continue;
+    std::memcpy(entry.path.data(), path.c_str(), path.size() + 1);
+    entry.folders = folders;
+    entry.live = true;
+    return &entry;
+  }
+  return nullptr;
+}
+
+void RemoveLive(LivePath* entry) {
+  if (entry == nullptr) return;
+  entry->live = false;
+  entry->taken = false;
+}
+
 void SweepLeftovers(const std::string& target) {
   static std::mutex mutex;
   static std::map<std::string, std::vector<OldName>> searched;
@@ -244,8 +253,11 @@ void Temporary::RenameTo(const std::string& target, bool flush) {
 }
 
 void RemoveLiveTemporaries() {
-  for (const LiveTemporary& entry : live_temporaries) {
-    if (entry.live) unlink(entry.path.data());
+  for (const LivePath& entry : live_paths) {
+    if (entry.live && entry.folders == 0) unlink(entry.path.data());
+  }
+  for (const LivePath& entry : live_paths) {
+    if (entry.live && entry.folders > 0) RemoveFolders(entry.path, entry.folders);
   }
 }
 

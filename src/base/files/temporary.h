@@ -7,7 +7,13 @@
 
 namespace kerf {
 
-struct LiveTemporary;  // entry that a signal handler can read
+struct LivePath;  // entry that a signal handler can read
+
+/// Notes a file that RemoveLiveTemporaries() removes or, with `folders` > 0, a folder that it removes if it is empty,
+/// and then in turn its parents, up to that number of folders. Returns nullptr if there is no room for it.
+LivePath* AddLive(const std::string& path, int folders = 0);
+/// Removes the note; null: does nothing.
+void RemoveLive(LivePath* entry);
 
 /// New, empty file next to `target`. A link planted under its name cannot redirect it.
 ///
@@ -39,7 +45,7 @@ class Temporary {
   bool renamed_ = false;
   std::string path_;
   std::string path_to_write_;
-  LiveTemporary* live_ = nullptr;
+  LivePath* live_ = nullptr;
 };
 
 /// Removes temporary files of dead programs from the folder of `target`: those named as above, and those of earlier
@@ -51,7 +57,7 @@ class Temporary {
 /// open.
 void SweepLeftovers(const std::string& target);
 
-/// Removes the temporary files that are being written. Async-signal-safe.
+/// Removes the temporary files that are being written, and then the noted folders. Async-signal-safe.
 void RemoveLiveTemporaries();
 
 /// Private folder with a random name (mkdtemp) in the system's folder for temporary files. The destructor removes it

@@ -87,6 +87,18 @@ TEST_F(Litter, RunThatFailsLeavesNoEmptyFolder) {
   }
 }
 
+TEST_F(Litter, RunThatIsInterruptedLeavesNoEmptyFolder) {
+  // A million ticks, so that it is still cutting when the signal comes.
+  Write("long.toml", MakeBlockScene({.from_mm = 6.5, .to_mm = 5.5, .feed_mm_per_s = 0.001}, kMore));
+  for (const char* command : {"run long.toml", "compare long.toml --repeat 1"}) {
+    test::Running run(folder_, test::At::kNoTerminal, std::string("'" KERF_PROGRAM "' ") + command + " -o new/out");
+    ASSERT_TRUE(run.Until([&] { return Exists("new/out"); })) << run.err();
+    run.Signal(SIGINT);
+    EXPECT_EQ(run.WaitForEnd(), 128 + SIGINT) << command;
+    EXPECT_FALSE(Exists("new")) << command;
+  }
+}
+
 TEST_F(Litter, LockDoesNotExcludeReaders) {
   ASSERT_EQ(Kerf("run s.toml -o out").code, 0);
   const FolderLock other(folder_ / "out");

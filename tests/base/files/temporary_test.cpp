@@ -221,6 +221,22 @@ TEST_F(Temporaries, FolderLockRemovesTheEmptyFoldersThatItHasMade) {
   EXPECT_TRUE(fs::exists(own_.file("there/d/result")));
 }
 
+TEST_F(Temporaries, SignalHandlerRemovesTheEmptyFoldersThatAFolderLockHasMade) {
+  namespace fs = std::filesystem;
+  fs::create_directory(own_.file("there"));
+  const FolderLock empty(own_.file("there/a/b/"));
+  const FolderLock used(own_.file("there/c/d"));
+  const FolderLock made_before(own_.file("there"));
+  test::WriteBytes(own_.file("there/c/result"), "x");
+  RemoveLiveTemporaries();
+  EXPECT_FALSE(fs::exists(own_.file("there/a")));
+  EXPECT_FALSE(fs::exists(own_.file("there/c/d")));
+  EXPECT_TRUE(fs::exists(own_.file("there/c/result")));
+  fs::remove_all(own_.file("there/c"));
+  RemoveLiveTemporaries();
+  EXPECT_TRUE(fs::exists(own_.file("there"))) << "it was there before";
+}
+
 TEST_F(Temporaries, FolderLockIsHeldUntilTheProgramEndsOrIsKilled) {
   const std::string folder = own_.file("a/b");
   const std::string refusal = folder + ": another kerf is writing results into this folder";
