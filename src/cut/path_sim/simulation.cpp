@@ -10,6 +10,7 @@
 #include "cut/contact/broken_rule.h"
 #include "cut/contact/edge.h"
 #include "cut/effects/plan.h"
+#include "cut/effects/spindle/spindle.h"
 #include "cut/path_sim/internals.h"
 #include "cut/path_sim/teeth_sums.h"
 #include "cut/removal/paced_cutter.h"
@@ -47,6 +48,7 @@ struct Simulation::State {
         paced(cutter, params.tool, shape.reach_mm, field.voxel_mm(), params.carve_interval_ticks),
         effects(params.effects,
                 {bone, field, params.tool, shape, edge, problem.law, nullptr, Vec3(0), field.p_WF_mm()}),
+        spindle(static_cast<const SpindleEffect*>(effects.Find("spindle"))),
         X_WT(Local(X_WT_start)) {
     problem.cutting.reserve(shape.edge.size());
     problem.solids.reserve(effects.capacity().solids);
@@ -80,8 +82,9 @@ struct Simulation::State {
   Cutter cutter;
   PacedCutter paced;
   EffectPlan effects;
-  Pose X_WT;        // last valid pose
-  TickOutput last;  // output of the last tick
+  const SpindleEffect* spindle;  // null: without a motor
+  Pose X_WT;                     // last valid pose
+  TickOutput last;               // output of the last tick
   std::uint64_t ticks = 0;
   std::array<double, 256> taken_out_mm3{};
 };
@@ -281,7 +284,10 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
     const EffectsStage stage(observer, s.effects, TickStage::kAccept);
     s.effects.Begin(begin);
   }
-  const double passes_per_s = s.shape.passes_per_turn * std::abs(begin.rpm) / 60;
+  double passes_per_s = s.shape.passes_per_turn * std::abs(begin.rpm) / 60;
+  // While a motor slows down, the last tooth has passed more recently than at this speed, and the bite is smaller.
+  const double slowing = s.spindle != nullptr && passes_per_s > 0 ? s.spindle->passes_per_s() / passes_per_s : 1;
+  passes_per_s *= slowing;
   if (passes_per_s == 0) {
     s.CutRest(X_from);
     out.status = kTickSpindleStopped;
@@ -312,6 +318,7 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
     Pose X_edge = X_a;
     if (s.drive.strokes()) {
       stroke = s.drive.CalcStep(s.phase_rad, begin.rpm, dt_s, in.dt_s);
+      stroke.passes_per_s *= slowing;
       s.phase_rad = Drive::Advance(s.phase_rad, begin.rpm, dt_s);
       s.problem.edge_mm_per_s = stroke.speed_mm_per_s;
       s.edge.SetDisplacement(stroke.middle_mm);

@@ -163,6 +163,41 @@ TEST(Spindle, StalledOnAPathCutsNothingUntilSwitchedOff) {
   EXPECT_GT(spindle.rpm(), 4000);  // 4700 at most: the motor's 20 N mm act against losses of at least 5 N mm
 }
 
+TEST(Spindle, BiteOfADrillThatStallsOnAPathIsTheFeedSinceALipLastPassed) {
+  SimulationParams params;
+  const TwistDrill drill{.diameter_mm = 2};
+  params.tool = drill;
+  params.law = ForceLaw("two_component");
+  TurnOn(params.effects, 15);
+  Pose X_WT{.R_AB = {1, 0, 0, 0}, .p_AB = {0, 0, 6.05}};
+  Simulation simulation(test::MakeBox(Pose{}, {12, 12, 12}, 0.4), params, X_WT);
+  const SpindleEffect& spindle = SpindleOf(EffectsOf(simulation));
+  constexpr double kFeed_mm_per_s = 0.5;
+  constexpr double kDt_s = 0.001;
+  const double outwards_mm_per_s = kFeed_mm_per_s * std::sin(0.5 * drill.point_angle_deg / kDegreesPerRad);
+  double since_s = 0;
+  double steady_um = 0;  // of the last tick
+  double bite_um = 0;
+  for (int i = 0; i < 2000 && !spindle.stalled(); ++i) {
+    X_WT.p_AB.z -= kFeed_mm_per_s * kDt_s;
+    const TickOutput out = simulation.Tick({X_WT, kDt_s, 1000});
+    const double passes_per_s = 2 * spindle.run().angle_rad / (2 * std::numbers::pi) / kDt_s;
+    constexpr int kSteps = 1000;
+    double mean_s = 0;
+    for (int k = 0; k < kSteps; ++k) {
+      mean_s += since_s / kSteps;
+      since_s += kDt_s / kSteps * (1 - since_s * passes_per_s);
+    }
+    if (out.engaged_teeth < 0.5) continue;  // later than a few passes after the motor has run up
+    bite_um = 1000 * out.mean_bite_mm;
+    // Euler's method with steps of 1 us has an error of 1 us / T, and T is 30 ms.
+    ASSERT_NEAR(bite_um, 1000 * outwards_mm_per_s * mean_s, 0.001 * bite_um) << i;
+    steady_um = 1000 * outwards_mm_per_s / passes_per_s;
+  }
+  EXPECT_TRUE(spindle.stalled());
+  EXPECT_GT(steady_um, 2 * bite_um) << "the feed over the speed, which has no bound";
+}
+
 // ---- in a hand
 
 /// A saw that is pushed straight down into a long block. The handle keeps its orientation and its x and y, which

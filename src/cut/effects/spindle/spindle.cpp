@@ -30,7 +30,8 @@ SpindleEffect::SpindleEffect(const SpindleParams& params, TangentialForceEffect&
       restart_fraction_(params.restart_share),
       cutting_(cutting),
       spin_{-setup.p_TC_mm.y, setup.p_TC_mm.x, 0, 0, 0, 1},
-      is_coupled_(setup.faces != nullptr) {
+      is_coupled_(setup.faces != nullptr),
+      passes_per_turn_(setup.shape.passes_per_turn) {
   if (follows_) motor_.no_load_rad_per_s = 1;
 }
 
@@ -50,6 +51,7 @@ void SpindleEffect::Begin(EffectBegin& begin) {
     begin.rpm = 0;
     was_stopped_ = true;
     cutting_.SetHoldingTorque(0);
+    CountPasses(0, begin.dt_s);
     return;
   }
   double set = on ? std::clamp(begin.set_rpm, -kMaxRpm, kMaxRpm) / kRpm : 0;
@@ -73,8 +75,23 @@ void SpindleEffect::Begin(EffectBegin& begin) {
   // In the tick in which the spindle stalls, a very low mean speed would give an arbitrary bite.
   if (stalled_ || std::abs(begin.rpm) < kMinRpm) begin.rpm = 0;
   was_stopped_ = begin.rpm == 0;
+  CountPasses(begin.rpm, begin.dt_s);
   const double push_Nmm = stalled_ ? motor_.CalcTorque(set, 0) : 0;
   cutting_.SetHoldingTorque(std::copysign(std::max(0.0, std::abs(push_Nmm) - motor_.friction_Nmm), push_Nmm));
+}
+
+/// Advances the time since a tooth last passed; exact at constant speed.
+void SpindleEffect::CountPasses(double rpm, double dt_s) {
+  const double rate_per_s = passes_per_turn_ * std::abs(rpm) / 60;
+  if (rate_per_s == 0) {
+    since_pass_s_ = passes_per_s_ = 0;
+    return;
+  }
+  const double lasting_s = 1 / rate_per_s;
+  const double passes = rate_per_s * dt_s;
+  const double change = -std::expm1(-passes);
+  passes_per_s_ = 1 / (lasting_s + (since_pass_s_ - lasting_s) * change / passes);
+  since_pass_s_ += (lasting_s - since_pass_s_) * change;
 }
 
 void SpindleEffect::Solved(const EffectSolved& solved) {

@@ -43,6 +43,12 @@ void Describe(SpindleParams& p, V&& visit) {
 /// that the teeth would need to cut with the current contact forces. It starts again when this torque has fallen to a
 /// fraction of the motor's torque. Without this hysteresis the spindle would alternate between the two states. On a
 /// prescribed path the contact forces are unknown; there it starts again only after the operator has switched it off.
+///
+/// On a path, a spindle that slows down within a turn does not give a bite of feed / speed, which has no bound: the
+/// bite is the feed since a tooth last passed, when the spindle was still faster. With the teeth as the continuum that
+/// they are in the contact, the mean time T since then follows T' = 1 - T passes_per_s: 1 / passes_per_s at constant
+/// speed, and never longer by more than the time that has gone by. A tool in a hand yields, so that its bite stays
+/// small.
 class SpindleEffect final : public Effect {
  public:
   SpindleEffect(const SpindleParams& params, TangentialForceEffect& cutting, const EffectSetup& setup);
@@ -61,14 +67,19 @@ class SpindleEffect final : public Effect {
   double hold_Nmm() const { return hold_Nmm_; }  // torque that holds it while it is stopped
   const MotorRun& run() const { return run_; }   // of the last tick
   const Motor& motor() const { return motor_; }
+  /// Returns, for a tool on a path, 1 / mean time since a tooth last passed, in the last tick; above 0 unless stopped.
+  double passes_per_s() const { return passes_per_s_; }
 
  private:
+  void CountPasses(double rpm, double dt_s);
+
   Motor motor_;
   bool follows_;
   double restart_fraction_;
   TangentialForceEffect& cutting_;
   Twist spin_;  // motion of a tool that rotates about the spindle's axis at 1 rad/s
   bool is_coupled_;
+  double passes_per_turn_;
 
   double w_rad_per_s_ = 0;
   bool stalled_ = false;
@@ -77,6 +88,8 @@ class SpindleEffect final : public Effect {
   double dt_s_ = 0;           // of the last tick
   bool was_stopped_ = false;  // the last tick used a stopped spindle
   MotorRun run_;
+  double since_pass_s_ = 0;  // at the end of the tick
+  double passes_per_s_ = 0;
   // Sums over the steps since the start of the tick, weighted by time.
   double load_Nmms_ = 0;
   double hold_Nmms_ = 0;

@@ -6,6 +6,7 @@
 #include <new>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cut/effects/effect.h"
@@ -36,6 +37,7 @@ class EffectPlan {
   void Release() { Work(); }
   void Reset() { Work(); }
   void BoneRestored() {}
+  const Effect* Find(std::string_view) const { return nullptr; }
   std::vector<std::string> ListChannels() const { return {}; }
   void Report(std::span<double>) const {}
   EffectCapacity capacity() const { return {}; }
