@@ -1,9 +1,12 @@
 // kerf practise: opens a window with exercises for students.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "app/cli/commands.h"
 #include "app/cli/exit_codes.h"
@@ -31,6 +34,16 @@ void OpenWindow(const PractiseOptions& options, const WindowOptions& window) {
   EndAtOnceWith(std::fflush(stdout) == 0 ? 0 : kFailed);
 }
 
+/// Throws if an option of the window was given although no window opens.
+void RefuseWindowOptions(const std::vector<const CLI::Option*>& of_window) {
+  for (const CLI::Option* option : of_window) {
+    if (option->count() == 0) continue;
+    throw CLI::ValidationError(option->get_name(),
+                               "is only for the window, which this command does not open; --record FILE names the "
+                               "recording of --agent");
+  }
+}
+
 }  // namespace
 
 void AddPractiseCommand(CLI::App& app) {
@@ -39,10 +52,14 @@ void AddPractiseCommand(CLI::App& app) {
       app.add_subcommand("practise", "Do exercises in a window, score them and show their history (docs/practise.md)");
   const auto window = std::make_shared<WindowOptions>();
   AddPractiseHistoryOptions(*command, *options);
+  const std::vector<const CLI::Option*> others = std::as_const(*command).get_options();
   AddWindowOptions(*command, *window);
-  command->callback([options, window] {
+  std::vector<const CLI::Option*> of_window = std::as_const(*command).get_options();
+  std::erase_if(of_window, [&](const CLI::Option* o) { return std::ranges::find(others, o) != others.end(); });
+  command->callback([options, window, of_window] {
     if (!options->student.empty()) CheckStudentName(options->student);
     if (WantsPractiseHistory(*options)) {
+      RefuseWindowOptions(of_window);
       RunPractiseHistory(*options);
     } else {
       OpenWindow(*options, *window);

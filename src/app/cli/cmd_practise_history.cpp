@@ -156,11 +156,16 @@ void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
   command.add_flag("--list", options.list, "List the exercises");
   command.add_flag("--history", options.history, "List the attempts that were handed in");
   command.add_option("--student", options.student, "Name of the student");
-  command.add_option("--report", options.report, "Write the teacher's page: curves and attempts (.html)");
-  command.add_option("--keys", options.keys,
-                     "With --report: file of public keys, one per line, each followed by its owner's name");
-  command.add_option("--hand-in", options.hand_in, "Score a recording and keep it as an attempt of --student");
-  command.add_option("--bone", options.bone_file, "With --hand-in: bone file of the recording, if it was moved (.vdb)");
+  CLI::Option* report =
+      command.add_option("--report", options.report, "Write the teacher's page: curves and attempts (.html)");
+  command
+      .add_option("--keys", options.keys,
+                  "With --report: file of public keys, one per line, each followed by its owner's name")
+      ->needs(report);
+  CLI::Option* hand_in =
+      command.add_option("--hand-in", options.hand_in, "Score a recording and keep it as an attempt of --student");
+  command.add_option("--bone", options.bone_file, "With --hand-in: bone file of the recording, if it was moved (.vdb)")
+      ->needs(hand_in);
   command.add_option("--exercise", options.exercise,
                      "Id of the exercise (see --list), or a scene with [exercise] (.toml)");
   AddNumberOption(command, "--level", options.level, "level", FindRange<SceneExercise>("level"),
@@ -177,8 +182,10 @@ void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
   AddNumberOption(command, "--seconds", options.seconds, "seconds", Range{0, kMaxLoop_s},
                   "time limit of the agent; 0: until it has finished")
       ->needs(agent);
-  command.add_option("--record", options.record,
-                     "Record the session into this file, which must not exist yet (see 'kerf replay')");
+  command
+      .add_option("--record", options.record,
+                  "With --agent: record the session into this file, which must not exist yet (see 'kerf replay')")
+      ->needs(agent);
   CLI::Option* json = command.add_flag("--json", options.json, "Print as JSON");
   command.add_flag("--csv", options.csv, "Print as CSV: the history")->excludes(json);
 }

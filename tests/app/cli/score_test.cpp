@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "support/block_scene.h"
 #include "support/program.h"
@@ -47,6 +48,20 @@ TEST_F(Score, OfAPerfectRunIsNearly100) {
   EXPECT_EQ(Kerf("score a.kerf --json").out, result.out);
   EXPECT_THAT(Kerf("score a.kerf --csv").out, HasSubstr("\ntotal,"));
   EXPECT_THAT(Kerf("score a.kerf").out, HasSubstr("of 100"));
+}
+
+TEST_F(Score, PractiseRefusesOptionsThatHaveNoUse) {
+  for (const auto& [arguments, message] : {
+           std::pair("--agent expert --exercise groove -o new", "kerf: -o: is only for the window"),
+           std::pair("--list --size 800x600", "kerf: --size: is only for the window"),
+           std::pair("--record new.kerf", "kerf: --record requires --agent"),
+           std::pair("--list --keys keys.txt", "kerf: --keys requires --report"),
+       }) {
+    const ProgramResult result = Practise(arguments);
+    EXPECT_EQ(result.code, 2) << arguments;
+    EXPECT_THAT(result.err, testing::StartsWith(message));
+    EXPECT_FALSE(Exists("new"));
+  }
 }
 
 TEST_F(Score, RecordingWithoutExerciseHasOnlyMeasuresThatNeedNoPlan) {
