@@ -257,7 +257,7 @@ BoneField::LeafKind BoneField::kind(const LeafIndex& leaf) const {
   return values == state_->inside ? LeafKind::kInside : LeafKind::kOwn;
 }
 
-double BoneField::Sample(const Vec3& p_vox) const {
+[[gnu::flatten]] double BoneField::Sample(const Vec3& p_vox) const {
   const CellPoint cell = FindCell(p_vox);
   return Interpolate(state_->table().Corners(cell), cell.f);
 }
@@ -269,13 +269,9 @@ int BoneField::RegionAt(const Vec3& p_F) const {
   const CellPoint cell = FindCell(p_F / state_->region_h + state_->region_origin.rest_vox + 0.5);
   return state_->region.table.Get(cell.x, cell.y, cell.z);
 }
-int BoneField::FindRegions(const Vec3& p_F, std::array<RegionFraction, 8>& fractions) const {
+[[gnu::flatten]] BoneField::RegionCell BoneField::FindRegionCell(const Vec3& p_F) const {
   const CellPoint cell = FindCell(p_F / state_->region_h + state_->region_origin.rest_vox);
-  std::size_t count = 0;
-  VisitRegions(state_->region.table.Corners(cell), cell.f, [&](int region, double weight) {
-    fractions[count++] = {region, weight};
-  });
-  return static_cast<int>(count);
+  return {state_->region.table.Corners(cell), cell.f};
 }
 double BoneField::ModulusAt(const Vec3& p_F) const {
   if (!state_->modulus) return 0;

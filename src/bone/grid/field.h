@@ -59,14 +59,12 @@ class BoneField {
   /// Returns the region of the nearest voxel; 0: none.
   int RegionAt(const Vec3& p_F) const;
   double region_voxel_mm() const;
-  struct RegionFraction {
-    int region;
-    double weight;
+  /// The eight region voxels around a point, for VisitRegions(). E* and E of the regions come from the caller's tables.
+  struct RegionCell {
+    CellValues<int> regions;
+    Vec3 f;  // position in the cell, 0 to 1 along each axis
   };
-  /// Finds the regions of the eight region voxels around a point and their weights in trilinear interpolation, as
-  /// ForEachRegionAround() in bone/grid/grids.h does. Fills `fractions` (one per voxel that has a region) and returns
-  /// their number. Weights are not normalised. E* and E of the regions come from the caller's tables.
-  int FindRegions(const Vec3& p_F, std::array<RegionFraction, 8>& fractions) const;
+  RegionCell FindRegionCell(const Vec3& p_F) const;
   /// Returns E from the CT at a point, MPa; 0 if the CT gives no value there.
   double ModulusAt(const Vec3& p_F) const;
   /// Returns whether the E of a region (id 0 to 255) comes from the CT wherever the CT gives a value.

@@ -83,12 +83,17 @@ inline double InterpolatePositive(const CellValues<float>& v, const Vec3& f) {
   return weights > 0 ? sum / weights : 0;
 }
 
+/// Returns whether the value of a region voxel is that of a region.
+inline bool IsRegion(int value) {
+  return value > 0 && value <= 255;
+}
+
 /// Calls visit(region id, weight) for the corners that have a material; the weights are those of trilinear
 /// interpolation. Tick-safe.
 template <typename Visit>
 void VisitRegions(const CellValues<int>& v, const Vec3& f, Visit&& visit) {
   for (std::size_t corner = 0; corner < 8; ++corner) {
-    if (v[corner] > 0 && v[corner] <= 255) visit(v[corner], CalcCornerWeight(corner, f));
+    if (IsRegion(v[corner])) visit(v[corner], CalcCornerWeight(corner, f));
   }
 }
 

@@ -58,12 +58,7 @@ class LeafTable {
 
   /// Returns the place of a leaf in the table; a leaf beyond the box has the place of the nearest leaf of the layer
   /// around it. Tick-safe.
-  std::size_t Find(const LeafIndex& leaf) const {
-    const auto x = static_cast<std::size_t>(std::clamp(leaf.x - first_.x, 0, count_.x - 1));
-    const auto y = static_cast<std::size_t>(std::clamp(leaf.y - first_.y, 0, count_.y - 1));
-    const auto z = static_cast<std::size_t>(std::clamp(leaf.z - first_.z, 0, count_.z - 1));
-    return (x * static_cast<std::size_t>(count_.y) + y) * static_cast<std::size_t>(count_.z) + z;
-  }
+  std::size_t Find(const LeafIndex& leaf) const { return PlaceX(leaf.x) + PlaceY(leaf.y) + PlaceZ(leaf.z); }
   const T* at(std::size_t place) const { return leaves_[place]; }
   void Set(std::size_t place, const T* values) { leaves_[place] = values; }
 
@@ -80,12 +75,16 @@ class LeafTable {
       const T* p = leaves_[Find({cell.x >> 3, cell.y >> 3, cell.z >> 3})] + 64 * x + 8 * y + z;
       return {p[0], p[1], p[8], p[9], p[64], p[65], p[72], p[73]};
     }
-    CellValues<T> v;
-    for (int corner = 0; corner < 8; ++corner) {
-      v[static_cast<std::size_t>(corner)] =
-          Get(cell.x + ((corner >> 2) & 1), cell.y + ((corner >> 1) & 1), cell.z + (corner & 1));
-    }
-    return v;
+    const std::size_t place_x[2] = {PlaceX(cell.x >> 3), PlaceX((cell.x + 1) >> 3)};
+    const std::size_t place_y[2] = {PlaceY(cell.y >> 3), PlaceY((cell.y + 1) >> 3)};
+    const std::size_t place_z[2] = {PlaceZ(cell.z >> 3), PlaceZ((cell.z + 1) >> 3)};
+    const int in_x[2] = {64 * x, 64 * ((x + 1) & 7)};
+    const int in_y[2] = {8 * y, 8 * ((y + 1) & 7)};
+    const int in_z[2] = {z, (z + 1) & 7};
+    const auto at = [&](int i, int j, int k) {
+      return leaves_[place_x[i] + place_y[j] + place_z[k]][in_x[i] + in_y[j] + in_z[k]];
+    };
+    return {at(0, 0, 0), at(0, 0, 1), at(0, 1, 0), at(0, 1, 1), at(1, 0, 0), at(1, 0, 1), at(1, 1, 0), at(1, 1, 1)};
   }
 
   /// The box itself, without the layer around it.
@@ -94,6 +93,14 @@ class LeafTable {
   std::size_t CalcMemoryBytes() const { return leaves_.size() * sizeof(const T*); }
 
  private:
+  // The place of a leaf is the sum of these.
+  std::size_t PlaceX(int x) const {
+    return Clamp(x - first_.x, count_.x) * static_cast<std::size_t>(count_.y) * static_cast<std::size_t>(count_.z);
+  }
+  std::size_t PlaceY(int y) const { return Clamp(y - first_.y, count_.y) * static_cast<std::size_t>(count_.z); }
+  std::size_t PlaceZ(int z) const { return Clamp(z - first_.z, count_.z); }
+  static std::size_t Clamp(int i, int count) { return static_cast<std::size_t>(std::clamp(i, 0, count - 1)); }
+
   LeafIndex first_;
   LeafIndex count_;
   std::vector<const T*> leaves_;

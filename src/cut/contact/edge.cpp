@@ -12,9 +12,11 @@ constexpr int kMaxHalvings = 4;  // maximum number of halvings of an interval in
 constexpr double kNotInContact = std::numeric_limits<double>::infinity();  // distance
 constexpr double kChange = 0.1;  // change of engagement above which an interval is halved
 
+const CuttingPoint kEmptyPoint{};
+
 /// Returns the fraction of a tooth's look-ahead that is filled with bone.
 double Engagement(double distance_mm, double look_ahead_mm) {
-  return std::clamp(-distance_mm / look_ahead_mm, 0.0, 1.0);
+  return distance_mm < 0 ? std::min(-distance_mm / look_ahead_mm, 1.0) : 0;
 }
 
 }  // namespace
@@ -69,11 +71,6 @@ void Edge::SetDisplacement(double slide_mm) {
   for (Point& point : points_) point.row = MakeRow(Turn(point.e_T), Turn(point.p_T - p_EC_));
 }
 
-/// Returns a lower bound on the distance of a look-ahead point, from its last sample and the travel since then.
-double Edge::CalcBound(std::size_t i) const {
-  return distance_[i] - kMaxGradient * (travelled_mm_ - looked_at_mm_[i]);
-}
-
 void Edge::Look(const Probe& probe, std::size_t i) {
   if (looked_at_mm_[i] == travelled_mm_) return;
   distance_[i] = probe.Distance(points_[i].ahead_T);
@@ -91,8 +88,12 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   X_looked_ = probe.X_WT();
   const std::size_t stride = static_cast<std::size_t>(stride_);
   for (std::size_t i = 0; i < tooth_points_; i += stride) {
-    if (CalcBound(i) < 0.5 * spacing_mm_ * stride_) Look(probe, i);
-    fraction_[i] = is_joined() ? 0 : Engagement(CalcBound(i), look_ahead_mm_);
+    double bound = CalcBound(i);
+    if (bound < 0.5 * spacing_mm_ * stride_) {
+      Look(probe, i);
+      bound = distance_[i];
+    }
+    fraction_[i] = is_joined() ? 0 : Engagement(bound, look_ahead_mm_);
   }
   if (is_joined()) {
     for (std::size_t a = 0; a < tooth_points_; a += stride) {
@@ -104,8 +105,10 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   }
   for (std::size_t i = 0; i < tooth_points_; i += stride) {
     if (!(fraction_[i] > 0)) continue;
-    // Filled in place: a point is large, and there are hundreds of them in a tick.
-    CuttingPoint& point = problem.cutting.emplace_back();
+    // Filled in place: a point is large, and there are hundreds of them in a tick. A copy of an empty one is faster
+    // than emplace_back(), which clears its memory with a slow instruction.
+    problem.cutting.push_back(kEmptyPoint);
+    CuttingPoint& point = problem.cutting.back();
     const int region = FindMaterial(probe, i, problem.law.reads, point.cut);
     if (region == 0) {
       problem.cutting.pop_back();

@@ -104,7 +104,8 @@ class Edge {
     Touching touching = Touching::kAlways;  // of a point without teeth
   };
   bool is_joined() const { return is_chain_ || ring_radius_mm_ > 0; }
-  double CalcBound(std::size_t i) const;
+  /// Returns a lower bound on the distance of a look-ahead point, from its last sample and the travel since then.
+  double CalcBound(std::size_t i) const { return distance_[i] - kMaxGradient * (travelled_mm_ - looked_at_mm_[i]); }
   void Look(const Probe& probe, std::size_t i);
   void FractionInterval(const Probe& probe, std::size_t a, std::size_t b);
   void Fraction(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,

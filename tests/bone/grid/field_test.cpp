@@ -59,7 +59,6 @@ TEST(BoneField, ReadsTheValuesOfTheGridsAtEveryPoint) {
   EXPECT_EQ(bone.CalcHash(), untouched.CalcHash());
   EXPECT_EQ(bone.CalcVolume(), untouched.CalcVolume());
   std::mt19937 random(1);
-  std::array<BoneField::RegionFraction, 8> fractions;
   for (int i = 0; i < 20000; ++i) {
     // Points inside, on and well outside the table's box; every other point is near the surface.
     Vec3 p = Draw(random, -80, 160);
@@ -69,13 +68,12 @@ TEST(BoneField, ReadsTheValuesOfTheGridsAtEveryPoint) {
     double E_sum_MPa = 0;
     double weights = 0;
     const double by_ct = field.ModulusAt(p);
-    const int count = field.FindRegions(p, fractions);
-    for (int n = 0; n < count; ++n) {
-      const auto& [region, weight] = fractions[n];
+    const BoneField::RegionCell cell = field.FindRegionCell(p);
+    VisitRegions(cell.regions, cell.f, [&](int region, double weight) {
       const double by_table = untouched.materials().regions().at(region).E_MPa;
       E_sum_MPa += weight * (by_ct > 0 && field.by_modulus(region) ? by_ct : by_table);
       weights += weight;
-    }
+    });
     EXPECT_EQ(weights > 0 ? E_sum_MPa / weights : 0, untouched.ModulusAt(p));
   }
   EXPECT_EQ(field.Sample({1e300, 0, -1e300}), field.band_mm());
