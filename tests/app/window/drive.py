@@ -305,9 +305,13 @@ class Window:
         self.close() if how == "close" else self.key("ctrl+q")
         while not self._over():
             self.read()
-            if "answer 3" in self.items:
-                self.click_item("answer 2")
-                break
+            if "answer 3" in self.items:  # may still be that of the dialog before: then it is asked again
+                left, top, width, height = self.items["answer 2"]
+                try:
+                    self.click(left + width / 2, top + height / 2)
+                except RuntimeError:  # the window has closed
+                    pass
+                time.sleep(0.5)
             time.sleep(0.05)
 
     def wait_end(self, seconds=PATIENCE_S):
