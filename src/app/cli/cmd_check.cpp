@@ -13,6 +13,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/message.h"
 #include "cut/force/measured.h"
+#include "cut/tool/words.h"
 #include "kerf/error.h"
 #include "session/run/check_scene.h"
 #include "session/run/cutting_energy.h"
@@ -157,10 +158,11 @@ void Run(const CheckArguments& options) {
     const bool within =
         tooth->J_per_mm3 >= kMinSpecificEnergy_J_per_mm3 && tooth->J_per_mm3 <= kMaxSpecificEnergy_J_per_mm3;
     fmt::print(
-        "         at that bite {:.3g} N of thrust and {:.3g} N of cutting force on a tooth in cortical bone, {:.3g} "
+        "         at that bite {:.3g} N of thrust and {:.3g} N of cutting force on {} in cortical bone, {:.3g} "
         "J/mm3; {} {:g} to {:g} J/mm3 ({})\n",
-        tooth->thrust_N, tooth->cutting_N, tooth->J_per_mm3, within ? "within" : "outside",
-        kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3, kSpecificEnergySource);
+        tooth->thrust_N, tooth->cutting_N, DescribeTooth(scene.tool.shape), tooth->J_per_mm3,
+        within ? "within" : "outside", kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3,
+        kSpecificEnergySource);
   }
   if (!loop) return;
   fmt::print("  hand   {} on {}, {:.3g} N on the device for 1 N in the simulation\n", loop->hand.name,

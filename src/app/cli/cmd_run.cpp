@@ -13,6 +13,7 @@
 #include "base/files/folder_lock.h"
 #include "bone/material/segment_regions.h"
 #include "cut/force/measured.h"
+#include "cut/tool/words.h"
 #include "session/run/run_scene.h"
 #include "session/run/run_slab_scene.h"
 #include "session/scene/scene.h"
@@ -61,9 +62,9 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
     fmt::print("{}{:.2f} {}", it == by_tissue.begin() ? " (" : ", ", it->second, it->first);
   }
   fmt::print("{}\n", by_tissue.empty() ? "" : ")");
-  fmt::print(
-      "  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {:.1f} teeth engaged\n",
-      s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s, s.force.engaged_teeth_peak);
+  fmt::print("  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {} engaged\n",
+             s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s,
+             DescribeTeeth(scene.tool.shape, s.force.engaged_teeth_peak));
   fmt::print("            {}, {}\n            {}\n            {}\n", scene.force.name(), DescribeBites(scene),
              DescribeAccuracy(scene.force, MakeTool(scene)), DescribeBlades(scene.force));
   fmt::print("  cutting   {}\n", DescribeCuttingEnergy(s.cutting));

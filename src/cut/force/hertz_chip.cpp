@@ -18,7 +18,7 @@ const ForceLawInfo& HertzChip() {
   static const ForceLawInfo kLaw{
       "hertz_chip",
       "grows with the bite: Hertz's sphere pressed in as deep as the tooth bites",
-      "Hertz; the disc taken as the sphere, as in the paper (docs/physics.md)",
+      "Hertz; a sphere of the tool's radius, as the paper takes its disc (docs/physics.md)",
       {0, 0.003, "",
        "beyond it gives more than twice the measured thrust; feed more slowly or turn "
        "faster"},

@@ -12,6 +12,7 @@ struct ToolKind<BallBurr> {
   static constexpr std::string_view kClass = "Ball";
   static constexpr std::string_view kFrame = "origin at the ball's centre, z along the spindle";
   static constexpr ToolForm kForm = ToolForm::kBall;
+  static constexpr ToolWords kWords{"flute", "surface"};
   static constexpr DriveMotion kDrive = DriveMotion::kRotation;
   static constexpr double kOrdinaryRate_per_min = 20'000;
   static std::string Name(const BallBurr& ball);

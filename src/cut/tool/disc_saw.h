@@ -12,6 +12,7 @@ struct ToolKind<DiscSaw> {
   static constexpr std::string_view kClass = "Disc";
   static constexpr std::string_view kFrame = "origin at the disc's centre, z along the spindle, disc in the x-y plane";
   static constexpr ToolForm kForm = ToolForm::kBlade;
+  static constexpr ToolWords kWords{"", "rim"};
   static constexpr DriveMotion kDrive = DriveMotion::kRotation;
   static constexpr double kOrdinaryRate_per_min = 7500;
   static std::string Name(const DiscSaw& disc);

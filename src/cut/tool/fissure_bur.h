@@ -14,6 +14,7 @@ struct ToolKind<FissureBur> {
   static constexpr std::string_view kClass = "Bur";
   static constexpr std::string_view kFrame = "origin at the tip, z along the spindle, towards the handpiece";
   static constexpr ToolForm kForm = ToolForm::kRound;
+  static constexpr ToolWords kWords{"flute", "side"};
   static constexpr DriveMotion kDrive = DriveMotion::kRotation;
   static constexpr double kOrdinaryRate_per_min = 40'000;
   static std::string Name(const FissureBur& bur);

@@ -29,6 +29,7 @@ template <typename T>
 struct PlanarToolKind {
   using Kind = ToolKind<T>;
   static constexpr ToolForm kForm = ToolForm::kBlade;
+  static constexpr ToolWords kWords{"", "edge"};
   static constexpr DriveMotion kDrive = DriveMotion::kStroke;
   static double CalcStroke(const T& tool) { return Kind::Make(tool).stroke_mm; }
   static double CalcSwingRadius(const T& tool) { return Kind::Make(tool).swing_radius_mm; }

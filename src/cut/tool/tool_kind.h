@@ -14,6 +14,7 @@
 #include "cut/tool/looks.h"
 #include "cut/tool/round_solid.h"
 #include "cut/tool/shape.h"
+#include "cut/tool/words.h"
 #include "kerf/tool.h"
 
 namespace kerf {
@@ -23,6 +24,7 @@ namespace kerf {
 /// kShape, kSummary: the word for the kind in scenes, and what it is.
 /// kClass, kFrame: name of its class in Python, and where the tool frame lies.
 /// kForm: the form of the tool.
+/// kWords: GetWords().
 /// kDrive: how its edge moves. With DriveMotion::kStroke also CalcStroke() and CalcSwingRadius(), as the functions of
 /// kerf/tool.h, and Make(), a PlanarBlade: planar_blade.h gives most of what follows.
 /// kRates_per_min: speeds that users may set as `rpm`, if not those of a spindle.
@@ -57,6 +59,7 @@ concept IsToolKind = HasDrive<T> &&
   { ToolKind<T>::kClass } -> std::convertible_to<std::string_view>;
   { ToolKind<T>::kFrame } -> std::convertible_to<std::string_view>;
   { ToolKind<T>::kForm } -> std::convertible_to<ToolForm>;
+  { ToolKind<T>::kWords } -> std::convertible_to<ToolWords>;
   { ToolKind<T>::kOrdinaryRate_per_min } -> std::convertible_to<double>;
   { ToolKind<T>::Name(tool) } -> std::same_as<std::string>;
   { ToolKind<T>::ShortName(tool) } -> std::same_as<std::string>;

@@ -15,6 +15,7 @@ struct ToolKind<TwistDrill> {
   static constexpr std::string_view kClass = "Drill";
   static constexpr std::string_view kFrame = "origin at the tip, z along the spindle, towards the handpiece";
   static constexpr ToolForm kForm = ToolForm::kRound;
+  static constexpr ToolWords kWords{"lip", "tip"};
   static constexpr DriveMotion kDrive = DriveMotion::kRotation;
   static constexpr double kOrdinaryRate_per_min = 1000;
   static std::string Name(const TwistDrill& drill);

@@ -14,6 +14,7 @@
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 #include "session/run/work_list.h"
+#include "session/scene/saws.h"
 #include "session/scene/warnings.h"
 
 namespace kerf {
@@ -196,6 +197,7 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
   study.tool = DescribeTool(scene.tool.shape);
   study.rate_hz = scene.loop.rate_hz;
   study.rpm = scene.tool.rpm;
+  study.rate = DescribeRate(scene.tool);
   study.quick = options.quick;
   study.seed = options.seed;
   study.setup = MakeLoopSetup(scene);

@@ -61,6 +61,7 @@ struct StabilityStudy {
   std::string tool;     // for the user
   double rate_hz = 0;
   double rpm = 0;
+  std::string rate;  // for the user, such as "7500 rpm"
   double voxel_mm = 0;
   bool quick = false;
   std::uint64_t seed = 1;

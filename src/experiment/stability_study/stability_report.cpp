@@ -33,8 +33,8 @@ void AddVerdict(std::string& text, const StabilityStudy& s) {
 
 void AddSetting(std::string& text, const StabilityStudy& s) {
   AppendFormat(text, "## What was examined\n\n");
-  AppendFormat(text, "- {}, {:g} rpm, in bone of {:g} mm voxels, where the path first touches it ({:.3f} s).\n",
-               EscapeMarkdown(s.tool), s.rpm, s.voxel_mm, s.touch.time_s);
+  AppendFormat(text, "- {}, {}, in bone of {:g} mm voxels, where the path first touches it ({:.3f} s).\n",
+               EscapeMarkdown(s.tool), s.rate, s.voxel_mm, s.touch.time_s);
   AppendFormat(text,
                "- Device {} in the hand {}, {:g} ticks per second; {:.3g} N on the device for 1 N in the simulation.\n",
                EscapeMarkdown(s.setup.profile.name), EscapeMarkdown(s.setup.hand.name), s.rate_hz, s.setup.force_scale);

@@ -10,6 +10,8 @@
 
 #include "base/table/table_json.h"
 #include "cut/force/measured.h"
+#include "cut/tool/shape.h"
+#include "cut/tool/words.h"
 #include "session/scene/warnings.h"
 
 namespace kerf {
@@ -95,9 +97,13 @@ std::string DescribeLaw(const Scene& scene) {
 std::string DescribeBites(const Scene& scene) {
   const double bite_mm = CalcMaxBite(scene);
   if (!std::isfinite(bite_mm)) return "the spindle is stopped";
+  const Tool tool = MakeTool(scene);
+  const std::optional<RoundSolid> solid = CalcRoundSolid(tool);
+  const bool equal = solid && !solid->side_cuts;  // the lips of a drill bite equally deep everywhere
   const bool within = bite_mm >= FindDataBites(scene.force).first;
-  return fmt::format("up to {}{}", DescribeBite(scene.force, bite_mm),
-                     within ? ", but bites along the rim begin at 0" : "");
+  if (!within || equal) return fmt::format("up to {}", DescribeBite(scene.force, bite_mm));
+  return fmt::format("up to {}, but bites {} begin at 0", DescribeBite(scene.force, bite_mm),
+                     CalcStroke(tool) > 0 ? "in each stroke" : fmt::format("along the {}", GetWords(tool).edge));
 }
 
 nlohmann::ordered_json CuttingJson(const CuttingEnergy& energy) {

@@ -178,9 +178,10 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
     const Vec3 nhat = glm::normalize(stroke.disc_normal);
     if (blade && glm::length(travel) > 0 && std::abs(glm::dot(travel, nhat)) > 0.05 * glm::length(travel)) {
       warnings.push_back(
-          fmt::format("stroke {} moves {:.3g} degrees out of the disc's plane: the flanks remove bone, but only the "
+          fmt::format("stroke {} moves {:.3g} degrees out of the {}'s plane: the flanks remove bone, but only the "
                       "teeth exert a force",
-                      i + 1, std::asin(std::abs(glm::dot(travel, nhat)) / glm::length(travel)) * kDegreesPerRad));
+                      i + 1, std::asin(std::abs(glm::dot(travel, nhat)) / glm::length(travel)) * kDegreesPerRad,
+                      CalcStroke(params.tool) > 0 ? "blade" : "disc"));
     }
     const double across_mm = glm::length(glm::cross(travel, nhat));
     if (side_is_smooth && across_mm > 0.05 * glm::length(travel)) {

@@ -134,6 +134,7 @@ struct ScoreSheet {
   std::optional<DeepStretch> deep;      // none: nowhere deep enough
   std::optional<FeedAlong> feed_along;  // along the line, at depth; none: too short
   bool turned = false;                  // the spindle turned
+  bool strokes = false;                 // the tool was a blade with a stroke, which plunges along the line
   std::vector<OutsideInjury> injured;   // the largest first
   // What a planned cut that crosses structures removed of them within its margin.
   std::vector<StructureResult> crossed;

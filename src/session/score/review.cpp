@@ -105,8 +105,11 @@ std::optional<Message> DescribeStopped(const ScoreSheet& sheet) {
         {share, Show(sheet, "cut_share")}};
   }
   return Message{
-      MarkMessage("Only {0} of the line is as deep as wanted, and {1} of the wanted cut is made. Your depth is right "
-                  "there: cut from one end of the line to the other."),
+      sheet.strokes
+          ? MarkMessage("Only {0} of the line is as deep as wanted, and {1} of the wanted cut is made. Your depth is "
+                        "right there: plunge the blade in again beside it, up to both ends of the line.")
+          : MarkMessage("Only {0} of the line is as deep as wanted, and {1} of the wanted cut is made. Your depth is "
+                        "right there: cut from one end of the line to the other."),
       {share, Show(sheet, "cut_share")}};
 }
 
@@ -331,6 +334,12 @@ std::optional<Message> FindPraise(const ScoreSheet& sheet, const ExerciseReview&
 Message DescribeNotDeep(const ScoreSheet& sheet) {
   const Quantity reached{sheet.depth_mm.value_or(0), 1, "mm"};
   const Quantity wanted{sheet.exercise.depth_mm, 1, "mm"};
+  if (sheet.strokes) {
+    return {
+        MarkMessage("Your cut is too shallow to be scored: it is {0} deep on average, and {1} are wanted. Press the "
+                    "blade straight down to the depth at each place, and lift it out before you go on to the next."),
+        {reached, wanted}};
+  }
   const double feed_mm_per_s = GetOrZero(sheet, "feed_mean_mm_per_s");
   if (feed_mm_per_s > kTooFast * sheet.exercise.feed_mm_per_s) {
     return {

@@ -170,6 +170,7 @@ ScoreSheet BeginSheet(RecordingReader& recording, const Scene& scene) {
   sheet.created = header.created;
   sheet.level = exercise.given ? exercise.level : 0;
   sheet.exercise = exercise;
+  sheet.strokes = CalcStroke(scene.tool.shape) > 0;
   sheet.state = recording.damage().state;
   sheet.seal = recording.seal();
   const StepsDigests digests = CalcStepsDigests(recording);

@@ -10,6 +10,7 @@
 
 #include "base/files/files.h"
 #include "cut/force/measured.h"
+#include "cut/tool/words.h"
 #include "session/run/make_bone.h"
 #include "session/run/run_loop.h"
 #include "session/run/run_scene.h"
@@ -50,6 +51,24 @@ double CalcClosedForm(const std::string& law, double feed_mm_per_s) {
     integral += force(h * std::sin(alpha * (i + 0.5) / kIntervals), Cortical(E_star)) * alpha / kIntervals;
   }
   return 1e-3 * saw.radius_mm() * integral / (1.6 * depth * saw.thickness_mm * h);
+}
+
+TEST(DescribeBites, UsesTheWordsOfTheTool) {
+  const auto describe = [](const Tool& tool) {
+    Scene scene = ParseScene(SlotScene(3, "[force]\nlaw = \"two_component\"\n"), "slot.toml");
+    scene.tool.shape = tool;
+    scene.tool.rpm = 3 * 60 / (0.005 * CountPassesPerTurn(tool));  // a bite of 5 um if the teeth pass evenly
+    return DescribeBites(scene);
+  };
+  EXPECT_NE(describe(DiscSaw{}).find(", but bites along the rim begin at 0"), std::string::npos);
+  EXPECT_NE(describe(BallBurr{}).find(", but bites along the surface begin at 0"), std::string::npos);
+  EXPECT_NE(describe(FissureBur{}).find(", but bites along the side begin at 0"), std::string::npos);
+  EXPECT_NE(describe(ReciprocatingBlade{}).find(", but bites in each stroke begin at 0"), std::string::npos);
+  EXPECT_EQ(describe(TwistDrill{}).find("begin at 0"), std::string::npos) << "a lip bites equally deep everywhere";
+  EXPECT_EQ(DescribeTooth(DiscSaw{}), "a tooth");
+  EXPECT_EQ(DescribeTooth(TwistDrill{.tooth_width_mm = 0.25}), "0.25 mm of a lip");
+  EXPECT_EQ(DescribeTeeth(PiezoInsert{}, 2.44), "2.4 teeth");
+  EXPECT_EQ(DescribeTeeth(FissureBur{.tooth_width_mm = 0.5}, 3), "1.5 mm of the flutes");
 }
 
 TEST_F(CuttingEnergyRun, StraightCutMatchesTheClosedForm) {

@@ -463,6 +463,10 @@ TEST(Review, UngradedCutAlongTheWholeLineIsTooShallowOrTooFast) {
       "first, and keep pressing down while you move along the line.");
   SetValue(sheet, "feed_mean_mm_per_s", 9.2);
   EXPECT_THAT(Headline(sheet), HasSubstr("You were too fast, at 9.2 mm/s; 3.0 mm/s are wanted."));
+  // The sides of a blade with a stroke have no teeth.
+  sheet.strokes = true;
+  EXPECT_THAT(Headline(sheet), testing::AllOf(HasSubstr("0.7 mm deep on average"), HasSubstr("straight down"),
+                                              testing::Not(HasSubstr("along the line"))));
   sheet.begun_share = 0.7;
   EXPECT_THAT(Headline(sheet), HasSubstr("Cut along the whole line"));
 }
