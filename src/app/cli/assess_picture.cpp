@@ -17,10 +17,11 @@ namespace {
 constexpr Rgb8 kPlanned{0, 114, 178};  // blue and vermilion: distinguishable for colour-blind people
 constexpr Rgb8 kAchieved{213, 94, 0};
 constexpr double kPlaneMargin_mm = 4;
+constexpr double kPlannedFrame_mm = 2.5;  // by which a planned plane is larger than the achieved one that may hide it
 
-/// Light colours of the pieces.
+/// Light colours of the pieces; none is a light blue or orange, the colours of the planes.
 constexpr std::array<Rgb8, 6> kSheetColours{
-    {{232, 220, 196}, {196, 214, 232}, {204, 226, 203}, {230, 206, 222}, {226, 214, 180}, {206, 206, 218}}};
+    {{232, 220, 196}, {204, 226, 203}, {230, 206, 222}, {212, 212, 212}, {226, 224, 160}, {190, 180, 172}}};
 
 /// A plane that is drawn as a plate.
 struct Plate {
@@ -97,6 +98,8 @@ std::vector<ExportPicture> DrawAssessment(const std::string& title, const Assess
                         .half_v = 0.5 * cut.depth_mm + kPlaneMargin_mm,
                         .colour = kPlanned};
     plates.push_back(planned);
+    plates.back().half_u += kPlannedFrame_mm;
+    plates.back().half_v += kPlannedFrame_mm;
     plates.push_back(planned);
     plates.back().plane = {cut.p_W_mm, cut.normal_W};
     plates.back().colour = kAchieved;

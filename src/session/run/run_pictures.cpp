@@ -122,6 +122,15 @@ Camera OverviewCamera(const Bone& bone, const Vec3& cut_W) {
   return {Vec3(side >= 0 ? 0.75 : -0.75, -1, 0.55), Vec3(0, 0, 1), {}, 0};
 }
 
+/// Returns the force that the longest arrow stands for: 1, 2 or 5 times a power of ten, at least `force_N` > 0.
+double CalcArrowForce(double force_N) {
+  const double power = std::pow(10, std::floor(std::log10(force_N)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= force_N) return factor * power;
+  }
+  return 10 * power;
+}
+
 /// Returns the foremost point of the tool at a tick.
 Vec3 LeadingPoint(const std::vector<TickRecord>& ticks, std::size_t i, const Tool& tool) {
   const Pose& X_WT = ticks[i].X_WT;
@@ -243,14 +252,19 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   cut.camera = MakeCamera(toward_eye, UpNotAlong(toward_eye), middle, std::clamp(travel_mm + 12, 16.0, 48.0));
   cut.tools.push_back({tool, peak.X_WT, 1});
   const double peak_N = glm::length(peak.out.f_T_W_N);
+  std::string scale;
   if (peak_N > 0) {
     const Vec3 tail = LeadingPoint(run.ticks, moments.peak, tool);
-    const Vec3 tip = tail + peak.out.f_T_W_N / peak_N * 8.0;
+    const double arrow_N = CalcArrowForce(peak_N);
+    const double arrow_mm = cut.camera.height_mm < 30 ? 5 : 10;  // ends below the title
+    const Vec3 tip = tail + peak.out.f_T_W_N / arrow_N * arrow_mm;
+    scale = fmt::format(" (arrow: {:g} mm for {:g} N)", arrow_mm, arrow_N);
     cut.arrows.push_back({tail, tip, kForceColour, fmt::format("{:.1f} N", peak_N)});
   }
   cut.caption = fmt::format(
-      "bone after the cut; tool and force on it (from its leading edge) when that was largest: {:.1f} N at {:.2f} s",
-      peak_N, peak.time_s);
+      "bone after the cut; tool and force on it (from its leading edge) when that was largest: {:.1f} N at {:.2f} "
+      "s{}",
+      peak_N, peak.time_s, scale);
   if (moments.any) write(cut, "cut.png");
   cut = {};
   after = {};

@@ -182,7 +182,10 @@ void AddTexts(const PictureSpec& spec, const ViewFrame& frame, const Layout& lay
         spec.caption.empty() ? Overlay::Size{0, 0} : overlay.MeasureText(spec.caption, caption);
     const double caption_top = edge + (spec.title.empty() ? 0 : 1.45 * layout.title_size);
     const double bottom = spec.caption.empty() ? edge + title_size.height : caption_top + caption_size.height;
-    AddPanel(spec, layout, edge, edge, edge + std::max(title_size.width, caption_size.width), bottom, overlay);
+    if (spec.camera.target_W) {
+      // A tool or bone that reaches the top ends at a band; between the lines it would be taken for what is behind it.
+      overlay.AddBox(0, 0, spec.width, bottom + 0.5 * layout.text_size, spec.dark ? kDark : kWhite);
+    }
     overlay.AddText(spec.title, edge, edge, title);
     overlay.AddText(spec.caption, edge, caption_top, caption);
   }
