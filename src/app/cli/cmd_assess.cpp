@@ -307,7 +307,7 @@ void PrintForPeople(const Subject& subject, const Assessment& a, const Structure
   for (const std::string& warning : subject.recording.warnings) fmt::print("  recording         {}\n", warning);
   for (const PlaneResult& p : a.planes) {
     if (!p.cut) {
-      fmt::print("  {:<16}  no kerf found near it\n", p.planned.name);
+      fmt::print("  {:<16}  no kerf found near it: {}\n", p.planned.name, DescribeNoKerf(p));
       continue;
     }
     fmt::print("  {:<16}  offset {:+.2f} mm, at most {:+.2f} mm; angle {:.2f} deg (pitch {:+.2f}, roll {:+.2f}); {}\n",

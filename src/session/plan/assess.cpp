@@ -1,5 +1,7 @@
 #include "session/plan/assess.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -42,7 +44,8 @@ PlaneResult AssessPlane(const Plan& plan, const PlaneDivision& division, std::si
   search.reach_mm = std::max(options.reach_mm, 2 * result.planned.margin_mm);
   search.max_tilt_deg = options.max_tilt_deg;
   search.belongs = [&](const Vec3& p_W) { return division.Find(p_W) == static_cast<int>(i); };
-  result.cut = FitKerf(before, after, search);
+  result.reach_mm = search.reach_mm;
+  result.cut = FitKerf(before, after, search, &result.no_kerf);
   if (!result.cut) return result;
   const FittedPlane& cut = *result.cut;
   result.offset_mm = OffPlane(planned, cut.p_W_mm);
@@ -140,6 +143,19 @@ Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, do
     stop.over_mm = depth_mm - stop.planned.depth_mm;
   }
   return out;
+}
+
+std::string DescribeNoKerf(const PlaneResult& result) {
+  const NoKerf& why = result.no_kerf;
+  if (!(why.removed_mm3 > 0)) return fmt::format("no bone was removed within {:g} mm of it", result.reach_mm);
+  const std::string removed =
+      fmt::format("{:.2f} mm3 were removed within {:g} mm of it", why.removed_mm3, result.reach_mm);
+  const auto& [length_mm, second_mm, third_mm] = why.extents_mm;
+  if (!(third_mm > 0)) return removed + ", in too few voxels for a plane";
+  const std::string extents =
+      fmt::format("{}, about {:.1f} x {:.1f} x {:.1f} mm", removed, length_mm, second_mm, third_mm);
+  if (second_mm >= why.least_second_mm) return extents + ", too uneven for a plane";
+  return fmt::format("{}; for a plane, the second must be at least {:.1f} mm", extents, why.least_second_mm);
 }
 
 std::vector<PlaneMarkup> MakeCutMarkups(const Assessment& assessment) {

@@ -14,7 +14,9 @@ namespace kerf {
 /// Result for a planned plane.
 struct PlaneResult {
   PlannedPlane planned;
-  std::optional<FittedPlane> cut;  // none: no kerf was found near it
+  std::optional<FittedPlane> cut;  // none: no kerf was found near it,
+  NoKerf no_kerf;                  // for this reason
+  double reach_mm = 0;             // largest distance from the plane at which it was searched for
   double offset_mm = 0;            // of the kerf's centre from the planned plane, positive on the side of the normal
   double furthest_mm = 0;          // signed distance of the kerf rectangle's furthest corner from that plane
   PlaneAngles angles;              // angles of the kerf; depth direction: of a stop in the plane, otherwise of the kerf
@@ -52,6 +54,9 @@ void Describe(AssessOptions& p, V&& visit) {
 /// Throws kerf::Error for an invalid plan or for bones with different voxel sizes.
 Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, double blade_mm,
                      const AssessOptions& options = {});
+
+/// Returns why no kerf was found near a plane, such as "no bone was removed within 5 mm of it".
+std::string DescribeNoKerf(const PlaneResult& result);
 
 /// Returns the fitted planes, each named "NAME, as cut", for WritePlaneMarkups().
 std::vector<PlaneMarkup> MakeCutMarkups(const Assessment& assessment);

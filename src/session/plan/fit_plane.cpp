@@ -18,9 +18,11 @@ constexpr int kTries = 400;                  // number of planes tried, each thr
 constexpr std::size_t kMaxTryPoints = 2000;  // maximum number of changed voxels used for these tries
 constexpr int kLinesAcross = 120;            // maximum number of lines along each side of the kerf
 constexpr int kMinMidpoints = 12;
-constexpr double kKept = 0.9;       // fraction of the midpoints that are kept, those closest to the plane
-constexpr double kSameWidth = 0.6;  // minimum fraction of the midpoints that have the kerf's median width
-constexpr double kFlatLoss = 3;     // minimum ratio of width to thickness of removed bone that has a plane
+constexpr double kKept = 0.9;            // fraction of the midpoints that are kept, those closest to the plane
+constexpr double kSameWidth = 0.6;       // minimum fraction of the midpoints that have the kerf's median width
+constexpr double kFlatLoss = 3;          // minimum ratio of breadth to thickness of removed bone that has a plane
+constexpr double kFlat = 1.5;            // minimum of that ratio from which midpoints are searched for
+const double kExtent = std::sqrt(12.0);  // extent of equally spread points, in standard deviations
 constexpr int kIterations = 4;
 constexpr double kMinDepth = 1.5;  // minimum depth of a kerf, in widths
 
@@ -213,12 +215,27 @@ std::vector<Midpoint> FindMidpoints(const Bone& before, const Bone& after, const
 }
 
 bool IsFlat(const MomentFit& fit) {
-  return fit.breadth > 1.5 * fit.thickness && fit.breadth > 0;
+  return fit.breadth > kFlat * fit.thickness && fit.breadth > 0;
+}
+
+/// Measures the removed bone, whose second extent would have to be another multiple of the third.
+void ExplainShape(const Loss& loss, double least_ratio, NoKerf& why) {
+  std::vector<WeightedPoint> cells;
+  for (const LostCell& cell : loss.cells) cells.push_back({cell.p_W, std::max(cell.mm3, 0.0)});
+  const std::optional<MomentFit> all = FitMoments(cells);
+  if (!all) return;
+  why.extents_mm[0] = kExtent * all->length;
+  why.extents_mm[1] = kExtent * all->breadth;
+  why.extents_mm[2] = kExtent * all->thickness;
+  why.least_second_mm = least_ratio * why.extents_mm[2];
 }
 
 }  // namespace
 
-std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const KerfSearch& search) {
+std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const KerfSearch& search, NoKerf* why) {
+  NoKerf unused;
+  NoKerf& reason = why != nullptr ? *why : unused;
+  reason = {};
   const auto keep = [&](const Vec3& p) {
     if (search.near && std::abs(glm::dot(search.near->normal_W, p - search.near->p_W)) > search.reach_mm) return false;
     return !search.belongs || search.belongs(p);
@@ -226,6 +243,7 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
   const Loss loss = FindLoss(before, after, search.within, keep);
   FittedPlane plane;
   for (const LostCell& cell : loss.cells) plane.volume_mm3 += cell.mm3;
+  reason.removed_mm3 = plane.volume_mm3;
   if (loss.voxels.size() < 3) return {};
   const double h = before.voxel_mm();
   std::vector<WeightedPoint> points;
@@ -234,7 +252,10 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
 
   // Near the surface, removed bone extends one to three voxels to either side of the kerf.
   std::optional<MomentFit> fit = FindPlane(points, std::max(4 * h, 0.5), search);
-  if (!fit || !IsFlat(*fit)) return {};
+  if (!fit || !IsFlat(*fit)) {
+    ExplainShape(loss, kFlat, reason);
+    return {};
+  }
   double off = 0;
   for (const WeightedPoint& w : points) {
     const double d = std::abs(glm::dot(fit->normal, w.p - fit->p));
@@ -270,10 +291,13 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
       cells.push_back({cell.p_W, cell.mm3});
     }
     const std::optional<MomentFit> by_volume = FitMoments(cells);
-    if (!by_volume || by_volume->breadth < kFlatLoss * by_volume->thickness) return {};
+    if (!by_volume || by_volume->breadth < kFlatLoss * by_volume->thickness) {
+      ExplainShape(loss, kFlatLoss, reason);
+      return {};
+    }
     fit = by_volume;
     plane.rms_mm = fit->thickness;
-    plane.width_mm = std::sqrt(12.0) * fit->thickness;
+    plane.width_mm = kExtent * fit->thickness;
     for (const WeightedPoint& cell : cells) span.push_back(cell.p);
   }
   plane.p_W_mm = fit->p;
@@ -293,7 +317,10 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
   const bool back = through || behind == ahead ? across.z > 0 : behind < ahead;
   plane.depth_W = back ? -across : across;
   // The sides are found only inside the bone.
-  if (plane.depth_mm + 2 * kLevelVoxels * h < kMinDepth * plane.width_mm) return {};
+  if (plane.depth_mm + 2 * kLevelVoxels * h < kMinDepth * plane.width_mm) {
+    ExplainShape(loss, kMinDepth, reason);
+    return {};
+  }
   return plane;
 }
 

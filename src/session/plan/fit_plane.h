@@ -33,6 +33,13 @@ struct KerfSearch {
   std::function<bool(const Vec3& p_W)> belongs;
 };
 
+/// Why no plane was fitted: the removed bone is not flat enough.
+struct NoKerf {
+  double removed_mm3 = 0;      // within the search region
+  double extents_mm[3] = {};   // of the removed bone as a block with its moments, the longest first; 0: too few voxels
+  double least_second_mm = 0;  // what the second extent must be, with such a third one
+};
+
 /// Fits the mid-plane of the kerf. Returns none if no bone was removed or if no plane can be fitted to the removed bone
 /// because it covers too few voxels or is hardly wider than it is thick. If there are several kerfs, returns the
 /// plane of the one with the most removed bone.
@@ -41,8 +48,9 @@ struct KerfSearch {
 /// two sides of the kerf are found; the result is the least-squares plane through them, without the 10 % that are
 /// furthest from it. The sides are located 1.25 voxels inside the bone, so that kerfs thinner than a voxel are also
 /// found. If there is no place with bone on both sides, as when the bone was only shaved, the plane is computed from
-/// the moments of the removed volume.
-std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const KerfSearch& search);
+/// the moments of the removed volume. `why` (optional) is set if none is returned.
+std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const KerfSearch& search,
+                                   NoKerf* why = nullptr);
 std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, std::optional<Box3> within = {});
 
 }  // namespace kerf

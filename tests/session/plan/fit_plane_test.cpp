@@ -147,6 +147,23 @@ TEST(FitKerf, ReturnsNoneWithoutLossAndForABall) {
   EXPECT_FALSE(FitKerf(before, after));
 }
 
+TEST(FitKerf, StatesTheMeasuresOfASlotThatIsTooShallowForAPlane) {
+  const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
+  constexpr double kSlot_mm[] = {8, 2.5, 2.1};  // length, depth, width
+  Bone after = before;
+  Subtract(after, [&](const Vec3& p) {
+    return std::max({std::abs(p.x) - 0.5 * kSlot_mm[0], -kSlot_mm[1] - p.z, std::abs(p.y) - 0.5 * kSlot_mm[2]});
+  });
+  NoKerf why;
+  ASSERT_FALSE(FitKerf(before, after, {}, &why));
+  // The edges of the slot are rounded by a fraction of a voxel.
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(why.extents_mm[i], kSlot_mm[i], 0.1) << i;
+  EXPECT_NEAR(why.removed_mm3, kSlot_mm[0] * kSlot_mm[1] * kSlot_mm[2], 0.02 * 8 * 2.5 * 2.1);
+  EXPECT_GE(why.least_second_mm, 1.5 * why.extents_mm[2]);
+  EXPECT_FALSE(FitKerf(before, before, {}, &why));
+  EXPECT_EQ(why.removed_mm3, 0);
+}
+
 TEST(FitKerf, RefusesTwoDifferentBones) {
   const Bone fine = MakeBlock(BlockAt({}, 0.25), test::OneRegionTable());
   const Bone coarse = MakeBlock(BlockAt({}, 0.5), test::OneRegionTable());
