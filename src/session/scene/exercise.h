@@ -33,7 +33,7 @@ struct SceneCut {
   Vec3 end_mm{10, 0, 0};
   Vec3 into{0, 0, -1};
   double depth_mm = 3;
-  std::string place;  // of start_mm in the scene's file, "scene.toml:12:1", for messages; not a key
+  std::string place = {};  // of start_mm in the scene's file, "scene.toml:12:1", for messages; not a key
 };
 
 template <typename V>
@@ -55,7 +55,7 @@ struct SceneExercise {
   Vec3 end_mm{10, 0, 0};
   Vec3 into{0, 0, -1};
   double depth_mm = 3;
-  std::string place;              // of start_mm in the scene's file, as of a SceneCut; not a key
+  std::string place = {};         // of start_mm in the scene's file, as of a SceneCut; not a key
   std::vector<SceneCut> further;  // the others, in their order; not a key
   double margin_mm = 0.5;
   double feed_mm_per_s = 2;
