@@ -98,7 +98,7 @@ TEST(DescribeCoupling, StatesTheBendingOfABlade) {
   };
   // 3 E I / L^3 = E b t^3 / (4 L^3), with a Young's modulus of 200 GPa.
   const auto [blade, of_blade] =
-      make("shape = \"reciprocating\"\nlength_mm = 20\nwidth_mm = 6\nthickness_mm = 0.4\nE_MPa = 200000\n");
+      make("shape = \"reciprocating\"\nlength_mm = 20\nwidth_mm = 6\nthickness_mm = 0.4\nE_GPa = 200.0\n");
   EXPECT_THAT(blade, HasSubstr("2.4 N/mm, its bending"));
   EXPECT_THAT(of_blade, Not(Contains(HasSubstr("blade_bends"))));
   const auto [drill, of_drill] = make("shape = \"drill\"\n");
