@@ -8,6 +8,7 @@
 #include "cut/tool/drive.h"
 #include "cut/tool/edge_down.h"
 #include "cut/tool/planar_blade.h"
+#include "cut/tool/shape.h"
 #include "support/tooth_cut.h"
 
 namespace kerf {

@@ -9,6 +9,7 @@
 
 #include "cut/contact/spring.h"
 #include "cut/hand_sim/coupling.h"
+#include "cut/tool/shape.h"
 
 namespace kerf::test {
 namespace {
