@@ -158,6 +158,12 @@ std::string TomlNode::Show() const {
   return text;
 }
 
+std::string TomlNode::PlaceOf(const std::string& child_key, const std::string& file) const {
+  const TomlNode* child = Find(child_key);
+  const TomlNode& at = child != nullptr ? *child : *this;
+  return fmt::format("{}:{}:{}", file, at.line, at.column);
+}
+
 TomlNode ParseToml(const std::string& text, const std::string& file) {
   CheckKeyLengths(text, file);
   try {

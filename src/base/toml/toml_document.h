@@ -21,6 +21,8 @@ struct TomlNode {
   std::vector<TomlNode> children;  // of a table, in the order of the file, or of an array
 
   const TomlNode* Find(const std::string& child_key) const;
+  /// Returns the place of a key, or of this table if it lacks the key: `file:line:column`.
+  std::string PlaceOf(const std::string& child_key, const std::string& file) const;
   /// Formats the value for a message: `"fast"`, `-0.1`, `a table`.
   std::string Show() const;
 };

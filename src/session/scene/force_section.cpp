@@ -58,10 +58,7 @@ ForceTableFile ReadForce(TableReader& root, ForceLaw& law, const std::string& sc
   ForceTableFile file;
   if (law.info().has_table) {
     ReadFileName(reader, "file", file.file, scene_file);
-    if (!file.file.empty()) {
-      const TomlNode* at = table->Find("file");
-      file.place = fmt::format("{}:{}:{}: ", scene_file, at->line, at->column);
-    }
+    if (!file.file.empty()) file.place = table->PlaceOf("file", scene_file) + ": ";
     ReadRows(reader, law, faults);
     if (reader.Has("file") && reader.Has("row")) {
       reader.Fault("row", "[force] has both file and row; keep one of them");

@@ -47,10 +47,7 @@ std::vector<PlanFile> ReadPlan(TableReader& root, Plan& plan, const std::string&
     if (plane_reader.Has("file")) {
       std::string file;
       ReadFileName(plane_reader, "file", file, scene_file);
-      const TomlNode* at = item->Find("file");
-      files.push_back({.plane = plan.planes.size(),
-                       .file = file,
-                       .place = fmt::format("{}:{}:{}: ", scene_file, at->line, at->column)});
+      files.push_back({.plane = plan.planes.size(), .file = file, .place = item->PlaceOf("file", scene_file) + ": "});
       for (const char* key : {"point_mm", "normal"}) {
         if (plane_reader.Has(key)) plane_reader.Fault(key, fmt::format("{} and file specify the same; keep one", key));
       }
