@@ -10,6 +10,7 @@
 #include "app/window/settings_panel.h"
 #include "app/window/viewer_app.h"
 #include "view/live/palette.h"
+#include "view/ui/banners.h"
 #include "view/ui/widgets.h"
 
 namespace kerf {

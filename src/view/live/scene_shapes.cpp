@@ -153,6 +153,11 @@ std::vector<Vec3> MakeRectangle(const Vec3& middle, const Vec3& normal, const Ve
   return {middle - a - b, middle + a - b, middle + a + b, middle - a + b};
 }
 
+std::vector<Vec3> Closed(std::vector<Vec3> corners) {
+  if (!corners.empty()) corners.push_back(corners.front());
+  return corners;
+}
+
 TriangleMesh MakePolygon(const std::vector<Vec3>& corners) {
   TriangleMesh mesh;
   mesh.points = corners;

@@ -32,6 +32,8 @@ vtkSmartPointer<vtkActor> MakeBlurActor(const ToolBlur& blur);
 
 /// Returns the corners of a rectangle in order.
 std::vector<Vec3> MakeRectangle(const Vec3& middle, const Vec3& normal, const Vec3& up, double width, double height);
+/// Returns the corners with the first one again at the end, for the line around them.
+std::vector<Vec3> Closed(std::vector<Vec3> corners);
 /// Makes a filled convex polygon.
 TriangleMesh MakePolygon(const std::vector<Vec3>& corners);
 std::vector<Vec3> MakeCircle(const Vec3& middle, const Vec3& normal, double radius, int corners);

@@ -33,23 +33,6 @@ void LegendSection(Ui& ui, const HudState& state);
 /// Returns the row that was clicked.
 std::optional<int> PiecesSection(Ui& ui, const HudState& state);
 
-/// What was injured, at the top of the area.
-void DrawInjuries(Ui& ui, const std::vector<std::string>& injuries, const UiBox& scene);
-
-/// Banner at the top of the scene: a notice, a warning, or what the user is asked to do.
-void DrawBanner(Ui& ui, const HudBanner& banner, const UiBox& scene);
-/// Returns its lower edge.
-double CalcBannerBottom(const Ui& ui, const HudBanner& banner, const UiBox& scene);
-/// Messages at the bottom of the scene, above the scale bar; those that are not empty are shown.
-struct HudMessages {
-  std::string message;
-  std::string warning;  // with a mark
-  std::string staying;  // the same, while its cause lasts
-};
-/// `below`: a box that they are drawn above; empty: none. The staying message is drawn below `top` instead of over
-/// `tool`.
-void DrawMessages(Ui& ui, const HudMessages& messages, const UiBox& scene, const UiBox& below, const UiBox& tool = {},
-                  double top = 0);
 /// Returns the place of DrawProgressBox(); empty: the scene is too small for it.
 UiBox CalcProgressBox(const Ui& ui, const UiBox& scene);
 /// Small box in the scene's lower left corner: what is in progress, how far, and the time left. Returns true if Cancel

@@ -6,6 +6,7 @@
 
 #include "support/colour_vision.h"
 #include "support/view_scene.h"
+#include "view/ui/banners.h"
 
 namespace kerf {
 namespace {
