@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -89,9 +90,12 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
     const auto of_pair = static_cast<unsigned>(active >> row) & 3u;
     for (int part = 0; part < kPair; part += kLanes) {
       if (kLanes <= kRow && !(of_pair >> (part / kRow) & 1u)) continue;
+      float* HWY_RESTRICT voxels = values + kRow * row + part;
+      const V old = hn::LoadU(kFloats, voxels);
+      if (hn::AllTrue(kFloats, hn::Ge(old, band))) continue;
       V depth = swept.Depth(hn::Add(OfRows(rows[0], row, part), hn::Load(kFloats, s.along[0] + part)),
                             hn::Add(OfRows(rows[1], row, part), hn::Load(kFloats, s.along[1] + part)),
-                            hn::Add(OfRows(rows[2], row, part), hn::Load(kFloats, s.along[2] + part)));
+                            hn::Add(OfRows(rows[2], row, part), hn::Load(kFloats, s.along[2] + part)), old);
       if (s.whole_voxels) {
         depth = hn::Mul(hn::Add(hn::Floor(hn::Mul(depth, per_voxel)), Splat(0.5f)), Splat(s.voxel));
       }
@@ -99,8 +103,6 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
         const V split = hn::Mul(depth, splitter);
         depth = hn::Sub(split, hn::Sub(split, depth));
       }
-      float* HWY_RESTRICT voxels = values + kRow * row + part;
-      const V old = hn::LoadU(kFloats, voxels);
       const V now = hn::Min(depth, band);
       M grown = hn::Gt(now, old);
       if constexpr (kLanes == kPair) {
@@ -157,6 +159,9 @@ void Cull(const LeafCull& c, const float* x, const float* y, const float* z, int
       V qz = hn::Add(project(c.axes[2], px, py, pz), Splat(c.origin[2]));
       M may = hn::Le(project(c.back, qx, qy, qz), Splat(c.behind));
       may = hn::And(may, hn::Le(hn::Abs(qz), Splat(c.axial)));
+      const V across = hn::Add(hn::Mul(Splat(c.across[0]), qx), hn::Mul(Splat(c.across[1]), qy));
+      const M between = hn::And(hn::Ge(qz, Splat(c.receded_low)), hn::Le(qz, Splat(c.receded_high)));
+      may = hn::AndNot(hn::And(hn::Gt(across, Splat(c.receded)), between), may);
       if (c.sides > 0) may = hn::And(may, NearSides(c, qx, qy));
       qz = hn::Mul(qz, Splat(c.axial_counts));
       const V distance = hn::Max(hn::Sqrt(hn::Add(hn::Add(Square(qx), Square(qy)), Square(qz))), Splat(c.min_distance));
@@ -236,6 +241,17 @@ void CarveStep::Prepare() {
   bend_mm = 0.5f * radius > 2 * row_mm ? 0.5f * row_mm * row_mm / (0.5f * radius - row_mm) : row_mm;
   const float along_row = back[0] * grid[2][0] + back[1] * grid[2][1] + back[2] * grid[2][2];
   behind_mm = length + rounding + kHalfRow * std::abs(along_row);
+  const float across_axis = std::sqrt(back[0] * back[0] + back[1] * back[1]);
+  const bool is_across = across_axis > 1e-6f;
+  per_across = is_across ? 1 / across_axis : 0;
+  way_across = is_across ? across_axis * length : 0;
+  for (Face& face : faces) {
+    const float steep = is_across ? face.z * back[2] / (across_axis * std::max(face.r, 1e-6f)) : 0;
+    face.turn = is_across ? -face.r * across_axis : 0;
+    face.rise = -face.z * back[2];
+    face.at_least = std::abs(steep) < 1 ? steep / std::sqrt(1 - steep * steep) : std::copysign(1e6f, steep);
+    face.extent = face.r * row_mm + std::abs(face.z) * std::abs(kHalfRow * grid[2][2]);
+  }
 }
 
 CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, float* values) {

@@ -31,11 +31,15 @@ struct LeafCull {
   float half_leaf2;        // square of the distance from a leaf's middle to its corner voxel
   float back[3];           // CarveStep::back; zero if no leaf behind the step is to be left out
   float behind;            // leaves whose middle is further along `back` than this are left out
-  float axial;             // leaves whose middle has a larger |z| are left out
-  float axial_counts;      // 0: distance to the tool's axis (disc); 1: distance to its centre (ball)
-  float inner;             // at least one voxel must have at least this distance
-  float outer;             // at least one voxel must have at most this distance
-  float min_distance;      // a small distance, lower bound on a divisor
+  /// Leaves whose middle is further along `across` than `receded`, and not outside of these heights, are left out.
+  float across[2];
+  float receded;
+  float receded_low, receded_high;
+  float axial;         // leaves whose middle has a larger |z| are left out
+  float axial_counts;  // 0: distance to the tool's axis (disc); 1: distance to its centre (ball)
+  float inner;         // at least one voxel must have at least this distance
+  float outer;         // at least one voxel must have at most this distance
+  float min_distance;  // a small distance, lower bound on a divisor
   /// Blade with an outline: at least one voxel must lie at most `side_out` outside of all sides, at most `side_in`
   /// inside of the nearest side, and at most `side_depth` inside of the nearest side that cuts.
   int sides;

@@ -106,7 +106,7 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
     cull.origin[axis] = static_cast<float>(origin_T[axis]);
   }
   cull.half_leaf2 = static_cast<float>(3 * 3.5 * 3.5 * voxel_mm * voxel_mm);
-  cull.behind = 1e9f;
+  cull.behind = cull.receded = 1e9f;
   const double out_mm = zone.outside_mm + slack_mm + CalcRounding(zone, voxel_mm);
   cull.axial = zone.is_cylinder() ? static_cast<float>(zone.half_thickness_mm + out_mm + grid.Extent({0, 0, 1})) : 1e9f;
   cull.axial_counts = zone.is_cylinder() ? 0.0f : 1.0f;
@@ -207,7 +207,40 @@ struct Sweep {
       for (int axis = 0; axis < 3; ++axis) cull.back[axis] = step.back[axis];
       cull.behind = static_cast<float>(length_mm + grid.Extent(back) + CalcRounding(zone, voxel_mm));
     }
+    if (step.new_only && zone.solid) LeaveOutReceded(cull);
     return cull;
+  }
+
+  /// Leaves out the leaves from all of whose voxels the sides of a solid move away by more than its rotation and the
+  /// rounding. For a point whose coordinate along the way across the axis is s, the distance from the axis rises by
+  /// (2 s - way) way / (r0 + r1), and if s is at least the way, it is least at the start. A face across the axis counts
+  /// only where it is not deeper than the band.
+  void LeaveOutReceded(LeafCull& cull) const {
+    const double across = std::hypot(back.x, back.y);
+    const double way_mm = across * length_mm;
+    if (!(way_mm > 0)) return;
+    const double rounding_mm = CalcRounding(zone, voxel_mm);
+    const double largest_mm =
+        zone.radius_mm + zone.outside_mm + length_mm + rounding_mm + 7 * std::sqrt(3.0) * voxel_mm;
+    const double up_mm = grid.Extent({0, 0, 1}) + length_mm + flank_slack_mm + 2 * rounding_mm;
+    double receded_mm = way_mm;
+    double low_mm = -1e6;
+    const auto faces = zone.solid->CalcFaces();
+    for (int i = 0; i < 2; ++i) {
+      const RoundSolid::Face& face = faces[static_cast<std::size_t>(i)];
+      if (face.r < 1e-6) {
+        low_mm = zone.solid->corner_z_mm - zone.centre_z_mm + zone.band_mm + up_mm;
+        continue;
+      }
+      const double rise_mm = std::max(0.0, flank_slack_mm + rounding_mm - face.z * length_mm * back.z) / face.r;
+      receded_mm = std::max(receded_mm, 0.5 * way_mm + rise_mm * (2 * largest_mm + way_mm) / (2 * way_mm));
+    }
+    const Vec3 e(back.x / across, back.y / across, 0);
+    for (int axis = 0; axis < 2; ++axis) cull.across[axis] = static_cast<float>(e[axis]);
+    cull.receded = static_cast<float>(std::min(receded_mm + grid.Extent(e) + rounding_mm, 1e6));
+    cull.receded_low = static_cast<float>(low_mm);
+    cull.receded_high =
+        static_cast<float>(std::min(zone.solid->top_z_mm - zone.centre_z_mm - zone.band_mm, zone.ceiling_mm) - up_mm);
   }
 
   void SetFaces() {

@@ -53,7 +53,7 @@ class BallSweep {
     return may;
   }
 
-  HWY_INLINE V Depth(V x, V y, V z) const {
+  HWY_INLINE V Depth(V x, V y, V z, V /*old*/) const {
     const V t = hn::Min(hn::Max(Along(x, y, z), hn::Zero(kFloats)), length_);
     const V qx = hn::Sub(x, hn::Mul(t, back_x_));
     const V qy = hn::Sub(y, hn::Mul(t, back_y_));

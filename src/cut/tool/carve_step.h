@@ -22,6 +22,11 @@ struct CarveStep {
   float band = 0;
   struct Face {
     float r, z, offset;  // as RoundSolid::Face
+    // Set by Prepare(). Along the step, from its end, the slope of the face's distance is (turn * coordinate across the
+    // axis + rise * radius) / radius. The distance is least where the coordinate is that of the axis plus at_least
+    // times the line's distance from the axis.
+    float turn = 0, rise = 0, at_least = 0;
+    float extent = 0;  // half of a row's extent across the face, at most
   };
   Face faces[3] = {};    // of a solid of revolution
   float ceiling = 1e9f;  // of a solid of revolution: height up to which it cuts
@@ -44,6 +49,8 @@ struct CarveStep {
   alignas(64) float along[3][16] = {{}};  // from a row's first voxel to the others, for two rows
   float row_mm = 0;                       // half of a row's length, projected to the plane across the spindle
   float bend_mm = 0;                      // bound on the distance of a row's end from the tangent at its middle
+  float per_across = 0;                   // 1 / part of `back` across the axis; 0 if there is none
+  float way_across = 0;                   // that part of the way
   float behind_mm = 0;                    // bound along `back` for the middles of rows that reach in front of the start
 };
 

@@ -71,7 +71,7 @@ class DiscSweep {
   }
 
   /// Returns -distance; outside of the zone in which the disc cuts, a value beyond the band.
-  HWY_INLINE V Depth(V x, V y, V z) const {
+  HWY_INLINE V Depth(V x, V y, V z, V /*old*/) const {
     const V zero = hn::Zero(kFloats);
     const V t = hn::Min(hn::Max(hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_)), zero), length_);
     const V radial = hn::Sub(Length(hn::Sub(x, hn::Mul(t, back_x_)), hn::Sub(y, hn::Mul(t, back_y_))), radius_);

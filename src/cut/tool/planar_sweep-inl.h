@@ -49,7 +49,7 @@ class PlanarSweep {
   }
 
   /// Returns -distance; outside of the zone in which the blade cuts, a value beyond the band.
-  HWY_INLINE V Depth(V x, V y, V z) const {
+  HWY_INLINE V Depth(V x, V y, V z, V /*old*/) const {
     const V zero = hn::Zero(kFloats);
     V edge;
     V foot_off;

@@ -6,6 +6,7 @@
 #define KERF_CUT_TOOL_ROUND_SWEEP_INL_H_
 #endif
 
+#include <algorithm>
 #include <cmath>
 
 #include "cut/tool/carve_step.h"
@@ -33,31 +34,33 @@ class RoundSweep {
         far_(Splat(-2 * s.band)),
         beyond_(Splat(s.band + s.length + s.rounding)),
         deep_(Splat(-s.band)),
-        new_only_(s.new_only) {
-    const float across = std::sqrt(s.back[0] * s.back[0] + s.back[1] * s.back[1]);
-    const bool is_across = across > 1e-6f;
-    per_across_ = Splat(is_across ? 1 / across : 0);
-    way_across_ = Splat(is_across ? across * s.length : 0);
-    const float row_xy = s.row_mm;
-    const float row_z = std::abs(kHalfRow * s.grid[2][2]);
-    row_z_ = Splat(row_z);
+        way_(Splat(s.length + s.rounding)),
+        apart_(Splat(2 * (s.length + s.rounding))),
+        row_x_(Splat(kHalfRow * s.grid[2][0])),
+        row_y_(Splat(kHalfRow * s.grid[2][1])),
+        row_xy_(Splat(s.row_mm)),
+        row_z_(Splat(std::abs(kHalfRow * s.grid[2][2]))),
+        least_radius_(Splat(1e-6f * s.voxel)),
+        new_only_(s.new_only),
+        exact_(!s.whole_voxels && s.precision_bits == 24) {
+    per_across_ = Splat(s.per_across);
+    way_across_ = Splat(s.way_across);
     for (int i = 0; i < kFaces; ++i) {
       r_[i] = Splat(s.faces[i].r);
       z_[i] = Splat(s.faces[i].z);
       offset_[i] = Splat(s.faces[i].offset);
-      // Where a face's distance is least: w / c, with c the least distance from the axis on the line, at w beyond that.
-      const float steep = is_across ? s.faces[i].z * s.back[2] / (across * std::max(s.faces[i].r, 1e-6f)) : 0;
-      turn_[i] = Splat(is_across ? -s.faces[i].r * across : 0);
-      rise_[i] = Splat(-s.faces[i].z * s.back[2]);
-      at_least_[i] = Splat(std::abs(steep) < 1 ? steep / std::sqrt(1 - steep * steep) : std::copysign(1e6f, steep));
-      extent_[i] = Splat(s.faces[i].r * row_xy + std::abs(s.faces[i].z) * row_z);
+      turn_[i] = Splat(s.faces[i].turn);
+      rise_[i] = Splat(s.faces[i].rise);
+      at_least_[i] = Splat(s.faces[i].at_least);
+      extent_[i] = Splat(s.faces[i].extent);
+      along_row_[i] = Splat(s.faces[i].z * kHalfRow * s.grid[2][2]);
     }
     outer_ = Splat(s.band + s.rounding);
     inner_ = Splat(-(s.band + s.flank_slack + s.rounding));
     reach_ = Splat(s.length + 2 * s.rounding);
-    row_xy_ = Splat(row_xy);
     still_ = Splat(s.flank_slack + s.rounding);
-    bend_ = Splat((row_xy + s.length) * s.length);
+    bend_ = Splat((s.row_mm + s.length) * s.length);
+    climb_ = Splat(s.rounding / std::max(s.length, 1e-30f));
   }
 
   HWY_INLINE M MayChange(V x, V y, V z) const {
@@ -66,18 +69,28 @@ class RoundSweep {
     const V z_high = hn::Max(e.z0, e.z1);
     V least = Splat(-1e30f);
     V at_start = Splat(-1e30f);  // largest distance in the row where the step starts
+    // Radius per half row, at the middle of the row.
+    const V slant = hn::Div(hn::Add(hn::Mul(x, row_x_), hn::Mul(y, row_y_)), hn::Max(e.r0, least_radius_));
     // The distance from the axis changes by at most the way. The radial parts of the motion differ between the voxels
     // of a row by at most bend_ / clear.
     const V r_least = hn::Max(hn::Mul(Splat(0.5f), hn::Sub(hn::Add(e.r0, e.r1), reach_)), hn::Zero(kFloats));
     const V clear = hn::Sub(r_least, row_xy_);
+    V a[kFaces];
+    V d[kFaces];
+    for (int i = 0; i < kFaces; ++i) {
+      // A face's distance is convex, so in the row it lies above its tangent at the middle.
+      a[i] = Distance(i, e.r0, e.z0);
+      least = hn::Max(least, hn::Sub(a[i], hn::Abs(hn::Add(hn::Mul(r_[i], slant), along_row_[i]))));
+      d[i] = Distance(i, e.r1, e.z1);
+      at_start = hn::Max(at_start, hn::Add(d[i], extent_[i]));
+    }
+    least = hn::Sub(least, way_);
+    // A face that is nowhere in the row the largest has no effect. `least` is lower than needed by the rounding.
     M advances = hn::Le(clear, hn::Add(row_xy_, length_));
     for (int i = 0; i < kFaces; ++i) {
-      const V z_least = hn::Min(hn::Mul(z_[i], z_low), hn::Mul(z_[i], z_high));
-      least = hn::Max(least, hn::Sub(hn::Add(hn::Mul(r_[i], r_least), z_least), hn::Add(offset_[i], extent_[i])));
-      const V d1 = Distance(i, e.r1, e.z1);
-      at_start = hn::Max(at_start, hn::Add(d1, extent_[i]));
-      const V forward = hn::Sub(Distance(i, e.r0, e.z0), d1);
-      advances = hn::Or(advances, hn::Lt(hn::Mul(hn::Sub(forward, still_), clear), hn::Mul(r_[i], bend_)));
+      const M forward = hn::Lt(hn::Mul(hn::Sub(hn::Sub(a[i], d[i]), still_), clear), hn::Mul(r_[i], bend_));
+      const M counts = hn::Ge(hn::Add(hn::Max(a[i], d[i]), extent_[i]), least);
+      advances = hn::Or(advances, hn::And(forward, counts));
     }
     M may = hn::And(hn::Le(least, outer_), hn::Le(hn::Sub(z_low, row_z_), ceiling_));
     if (new_only_) {
@@ -87,15 +100,21 @@ class RoundSweep {
     return may;
   }
 
-  HWY_INLINE V Depth(V x, V y, V z) const {
-    const Ends e = FindEnds(x, y, z);
+  HWY_INLINE V Depth(V x, V y, V z, V old) const {
+    Ends e;
+    FindEnd(x, y, z, e);
     V a[kFaces];
-    V d[kFaces];
-    for (int i = 0; i < kFaces; ++i) {
-      a[i] = Distance(i, e.r0, e.z0);
-      d[i] = Distance(i, e.r1, e.z1);
-    }
+    for (int i = 0; i < kFaces; ++i) a[i] = Distance(i, e.r0, e.z0);
     const V at_end = hn::Max(hn::Max(a[0], a[1]), a[2]);
+    if (exact_) {
+      // Nothing grows where it is further than the way from growing, and nothing exceeds the band.
+      M is_end = hn::Or(hn::Ge(hn::Add(at_end, old), way_), hn::Or(hn::Le(at_end, deep_), hn::Ge(old, hn::Neg(deep_))));
+      if (!hn::AllTrue(kFloats, is_end)) is_end = hn::Or(is_end, IsLeastAtEnd(e, a));
+      if (hn::AllTrue(kFloats, is_end)) return BelowCeiling(e, hn::Neg(at_end));
+    }
+    FindStart(x, y, e);
+    V d[kFaces];
+    for (int i = 0; i < kFaces; ++i) d[i] = Distance(i, e.r1, e.z1);
     const V at_start = hn::Max(hn::Max(d[0], d[1]), d[2]);
     V least = hn::Min(at_end, at_start);
     // The least value is that of an end if the same face is the largest at both ends and has no minimum in between.
@@ -111,8 +130,11 @@ class RoundSweep {
       }
       is_at_an_end = hn::Or(is_at_an_end, simple);
     }
-    if (!hn::AllTrue(kFloats, is_at_an_end)) least = FindLeast(x, y, z, e, a, d);
-    return hn::IfThenElse(hn::Le(hn::Min(e.z0, e.z1), ceiling_), hn::Neg(least), far_);
+    // A voxel's result must not depend on which others are in its vector.
+    if (!hn::AllTrue(kFloats, is_at_an_end)) {
+      least = hn::IfThenElse(is_at_an_end, least, FindLeast(x, y, z, e, a, d));
+    }
+    return BelowCeiling(e, hn::Neg(least));
   }
 
  private:
@@ -123,14 +145,33 @@ class RoundSweep {
   struct Ends {
     V r0, z0, r1, z1, along;
   };
-  HWY_INLINE Ends FindEnds(V x, V y, V z) const {
-    Ends e;
+  HWY_INLINE void FindEnd(V x, V y, V z, Ends& e) const {
     e.r0 = Length(x, y);
     e.z0 = z;
-    e.r1 = Length(hn::Sub(x, hn::Mul(length_, back_x_)), hn::Sub(y, hn::Mul(length_, back_y_)));
     e.z1 = hn::Sub(z, hn::Mul(length_, back_z_));
     e.along = hn::Mul(hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_)), per_across_);
+  }
+  HWY_INLINE void FindStart(V x, V y, Ends& e) const {
+    e.r1 = Length(hn::Sub(x, hn::Mul(length_, back_x_)), hn::Sub(y, hn::Mul(length_, back_y_)));
+  }
+  HWY_INLINE Ends FindEnds(V x, V y, V z) const {
+    Ends e;
+    FindEnd(x, y, z, e);
+    FindStart(x, y, e);
     return e;
+  }
+  /// Returns where the tool certainly comes nearer until the end of the step: where one face is the largest by more
+  /// than the way can change, and its distance falls by more than the rounding.
+  HWY_INLINE M IsLeastAtEnd(const Ends& e, const V (&a)[kFaces]) const {
+    const V climb = hn::Mul(climb_, e.r0);
+    const auto nearer = [&](int i, V others) {
+      const V slope = hn::Add(hn::Mul(turn_[i], e.along), hn::Mul(rise_[i], e.r0));
+      return hn::And(hn::Ge(a[i], hn::Add(others, apart_)), hn::Ge(slope, climb));
+    };
+    return hn::Or(nearer(0, hn::Max(a[1], a[2])), nearer(1, hn::Max(a[0], a[2])));
+  }
+  HWY_INLINE V BelowCeiling(const Ends& e, V depth) const {
+    return hn::IfThenElse(hn::Le(hn::Min(e.z0, e.z1), ceiling_), depth, far_);
   }
   /// Returns the least value over the step of the largest of the faces' distances, which at its end are `a` and at its
   /// start `d`.
@@ -178,19 +219,27 @@ class RoundSweep {
   V turn_[kFaces];  // the slope of a face's distance along the step is (turn * along + rise * radius) / radius
   V rise_[kFaces];
   V way_across_;
-  V extent_[kFaces];  // half of a row's extent across the face, at most
+  V extent_[kFaces];     // half of a row's extent across the face, at most
+  V along_row_[kFaces];  // change of a face's distance by the height, per half row
   V outer_;
   V inner_;
-  V reach_;  // length of the step, with the error of rounding
-  V row_xy_;
-  V row_z_;
+  V reach_;  // length of the step, with twice the error of rounding
   V ceiling_;
   V far_;
   V beyond_;
   V deep_;
+  V way_;    // length of the step, with the error of rounding
+  V apart_;  // twice the same
+  V climb_;  // slope over the step that exceeds the rounding
+  V row_x_;
+  V row_y_;
+  V row_xy_;
+  V row_z_;
+  V least_radius_;
   V still_;
   V bend_;  // (row_xy + length) * length
   bool new_only_;
+  bool exact_;  // phi keeps all bits of the distance
 };
 
 template <>

@@ -36,7 +36,9 @@ HWY_INLINE V Length(V x, V y) {
 /// The sweep of a kind of tool: SweepOf<T>::Type is made from a CarveStep and has, for the positions of as many voxels
 /// as a vector has lanes,
 ///   M MayChange(V x, V y, V z): the rows with a voxel that the step may change, by the middles of the rows;
-///   V Depth(V x, V y, V z): -distance to the swept space; where the tool does not cut, a value beyond the band.
+///   V Depth(V x, V y, V z, V old): -distance to the swept space; where the tool does not cut, a value beyond the band.
+///     `old`: their phi. Where it certainly is at least the result, the result may be less than -distance, and beyond
+///     the band it may be too.
 template <typename T>
 struct SweepOf;
 

@@ -2,6 +2,7 @@
 // precision.
 #include <gtest/gtest.h>
 
+#include "cut/removal/carve.h"
 #include "cut/tool/shape.h"
 #include "experiment/bench/dense_bone.h"
 #include "strokes.h"
@@ -25,6 +26,14 @@ struct Difference {
   double removed_mm3 = 0;        // by the cutter
   double dense_removed_mm3 = 0;  // by brute force
 };
+
+double CutBone(Bone& bone, const Tool& tool, const std::vector<Step>& steps) {
+  BoneField field(bone, 4096);
+  Cutter cutter(field, tool, CutWith::kWholeTool);
+  const double removed_mm3 = test::CutAll(cutter, steps);
+  field.Settle();
+  return removed_mm3;
+}
 
 Difference Compare(const Pose& X_WB, double voxel_mm, const Tool& tool, const std::vector<Step>& steps,
                    CutWith with = CutWith::kWholeTool) {
@@ -68,6 +77,63 @@ TEST(CutterAgainstBruteForce, MatchesToTheFlankToleranceWhenADiscTiltsAndSlides)
     const Difference d = Compare(X_WB, h, tool, steps);
     RC_ASSERT(d.phi.max_phi_mm <= Cutter::kFlankTolerance * h + Rounding(tool));
     RC_CLASSIFY(d.dense_removed_mm3 > 1);
+  }));
+}
+
+TEST(CutterAgainstBruteForce, ABurThatContinuesCutsAllThatOneThatVisitsEverythingCuts) {
+  // A cut that continues leaves out leaves and rows from which the tool moves away. A step at a time, nothing is left
+  // out. Both use the same arithmetic, so they differ only by its rounding where a step cuts at the same place again.
+  EXPECT_TRUE(CheckSeeded(3, 40, [] {
+    std::mt19937 random(*rc::gen::arbitrary<unsigned>());
+    const double h = *rc::gen::element(0.1, 0.2);
+    const Tool tool = test::DrawBur(random);
+    const Pose X_WB{test::DrawRotation(random), 0.1 * test::DrawVector(random)};
+    std::vector<Step> steps = test::DrawSteps(random, tool, StrokeKind::kInPlane, h, 2, 40);
+    Bone continued = test::MakeBox(X_WB, {5, 4, 4.5}, h);
+    Bone stepped = continued;
+    const double removed_mm3 = CutBone(continued, tool, steps);
+    for (Step& step : steps) step.lifted = true;
+    CutBone(stepped, tool, steps);
+    const DenseBone all(stepped, Box3{X_WB.p_AB - Vec3(5), X_WB.p_AB + Vec3(5)});
+    RC_ASSERT(all.Compare(continued).max_phi_mm <= 2 * Rounding(tool));
+    RC_CLASSIFY(removed_mm3 > 1);
+  }));
+}
+
+TEST(CutterAgainstBruteForce, ABurThatTurnsHasCutAllThatItHasReached) {
+  // What a rotation sweeps between two poses may be left out, within the tolerance of the flanks; the poses may not.
+  EXPECT_TRUE(CheckSeeded(5, 20, [] {
+    std::mt19937 random(*rc::gen::arbitrary<unsigned>());
+    const double h = *rc::gen::element(0.1, 0.2);
+    const Tool tool = test::DrawBur(random);
+    const Pose X_WB{test::DrawRotation(random), 0.1 * test::DrawVector(random)};
+    const std::vector<Step> steps = test::DrawSteps(random, tool, StrokeKind::kFree, h, 2, 40);
+    Bone bone = test::MakeBox(X_WB, {5, 4, 4.5}, h);
+    const double removed_mm3 = CutBone(bone, tool, steps);
+    DenseBone reached(bone, Box3{X_WB.p_AB - Vec3(5), X_WB.p_AB + Vec3(5)});
+    for (const Step& step : steps) reached.Cut(tool, step.X_to, step.X_to);
+    RC_ASSERT(reached.Compare(bone).max_phi_mm <= 2 * Rounding(tool));
+    RC_CLASSIFY(removed_mm3 > 1);
+  }));
+}
+
+TEST(CutterAgainstBruteForce, RandomBursAreTheSameBitForBitAtEveryVectorWidth) {
+  EXPECT_TRUE(CheckSeeded(4, 30, [] {
+    std::mt19937 random(*rc::gen::arbitrary<unsigned>());
+    const Tool tool = test::DrawBur(random);
+    const Pose X_WB{test::DrawRotation(random), 0.1 * test::DrawVector(random)};
+    const std::vector<Step> steps = test::DrawSteps(random, tool, StrokeKind::kFree, 0.2, 2, 40);
+    const Bone initial = test::MakeBox(X_WB, {5, 4, 4.5}, 0.2);
+    Bone best = initial;
+    const double removed_mm3 = CutBone(best, tool, steps);
+    for (const std::string& target : VectorTargets()) {
+      SetVectorTarget(target);
+      Bone other = initial;
+      CutBone(other, tool, steps);
+      SetVectorTarget("");
+      RC_ASSERT(other.CalcHash() == best.CalcHash());
+    }
+    RC_CLASSIFY(removed_mm3 > 1);
   }));
 }
 

@@ -96,17 +96,20 @@ inline std::vector<Step> DrawSteps(std::mt19937& random, const Tool& tool, Strok
   return steps;
 }
 
+inline FissureBur DrawBur(std::mt19937& random) {
+  std::uniform_real_distribution<double> uniform(0, 1);
+  FissureBur bur;
+  bur.diameter_mm = 0.5 + 3 * uniform(random);
+  bur.length_mm = (1.2 + 4 * uniform(random)) * bur.diameter_mm;
+  bur.taper = uniform(random) < 0.5 ? 1 : 0.3 + 0.7 * uniform(random);
+  bur.point_angle_deg = uniform(random) < 0.3 ? 180 : 60 + 120 * uniform(random);
+  return bur;
+}
+
 /// Returns a random disc, ball or bur; discs are from thinner than a voxel to thick.
 inline Tool DrawTool(std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(0, 1);
-  if (uniform(random) < 0.4) {
-    FissureBur bur;
-    bur.diameter_mm = 0.5 + 3 * uniform(random);
-    bur.length_mm = (1.2 + 4 * uniform(random)) * bur.diameter_mm;
-    bur.taper = uniform(random) < 0.5 ? 1 : 0.3 + 0.7 * uniform(random);
-    bur.point_angle_deg = uniform(random) < 0.3 ? 180 : 60 + 120 * uniform(random);
-    return bur;
-  }
+  if (uniform(random) < 0.4) return DrawBur(random);
   if (uniform(random) < 0.4) {
     BallBurr ball;
     ball.diameter_mm = 1 + 5 * uniform(random);
