@@ -48,7 +48,7 @@ template <typename Swept>
 CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* HWY_RESTRICT values) {
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(kFloats));
   constexpr int kPair = 2 * kRow;
-  const Swept swept(s);
+  const Swept swept(s, corner);
   // Positions of the first voxels of the rows.
   using Row = hn::CappedTag<float, kRow>;
   constexpr Row kRowTag;

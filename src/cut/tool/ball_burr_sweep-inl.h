@@ -6,6 +6,8 @@
 #define KERF_CUT_TOOL_BALL_BURR_SWEEP_INL_H_
 #endif
 
+#include <array>
+
 #include "cut/tool/carve_step.h"
 #include "cut/tool/vectors-inl.h"
 #include "kerf/tool.h"
@@ -18,7 +20,7 @@ namespace {
 /// Sweep of a ball: a capsule.
 class BallSweep {
  public:
-  explicit BallSweep(const CarveStep& s)
+  BallSweep(const CarveStep& s, const std::array<float, 3>& /*corner*/)
       : radius_(Splat(s.radius)),
         back_x_(Splat(s.back[0])),
         back_y_(Splat(s.back[1])),

@@ -6,6 +6,7 @@
 #define KERF_CUT_TOOL_DISC_SAW_SWEEP_INL_H_
 #endif
 
+#include <array>
 #include <cmath>
 
 #include "cut/tool/carve_step.h"
@@ -20,7 +21,7 @@ namespace {
 /// Sweep of a disc that moves in its own plane: a stadium with the disc's thickness.
 class DiscSweep {
  public:
-  explicit DiscSweep(const CarveStep& s)
+  DiscSweep(const CarveStep& s, const std::array<float, 3>& /*corner*/)
       : radius_(Splat(s.radius)),
         half_thickness_(Splat(s.half_thickness)),
         edge_depth_(Splat(-s.edge_depth)),

@@ -6,7 +6,9 @@
 #define KERF_CUT_TOOL_PLANAR_SWEEP_INL_H_
 #endif
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "cut/tool/carve_step.h"
 #include "cut/tool/vectors-inl.h"
@@ -20,7 +22,7 @@ namespace {
 /// Sweep of a flat blade that moves in its own plane: a prism over the hull of its outlines (CarveStep::sides).
 class PlanarSweep {
  public:
-  explicit PlanarSweep(const CarveStep& s)
+  PlanarSweep(const CarveStep& s, const std::array<float, 3>& corner)
       : s_(s),
         half_thickness_(Splat(s.half_thickness)),
         edge_depth_(Splat(-s.edge_depth)),
@@ -29,7 +31,9 @@ class PlanarSweep {
         row_z_(Splat(std::abs(kHalfRow * s.grid[2][2]))),
         row_xy_(Splat(s.row_mm)),
         reach2_(Splat((s.band + s.rounding) * (s.band + s.rounding))),
-        slack_(Splat(s.flank_slack + s.length + s.rounding)) {}
+        slack_(Splat(s.flank_slack + s.length + s.rounding)) {
+    SelectSides(corner);
+  }
 
   /// Returns a mask of the rows with a voxel that the step may change, computed from the middles of the rows.
   HWY_INLINE M MayChange(V x, V y, V z) const {
@@ -64,14 +68,48 @@ class PlanarSweep {
   }
 
  private:
+  /// Selects the sides that may be the furthest at a voxel of the leaf, or the furthest of those that cut, and their
+  /// neighbours: the corners are then those of all sides. Two distances change by at most the difference of the normals
+  /// times the way from the middle of the leaf.
+  void SelectSides(const std::array<float, 3>& corner) {
+    const float reach = 1.7321f * kHalfRow * s_.voxel;
+    float middle[2];
+    for (int axis = 0; axis < 2; ++axis) {
+      middle[axis] = corner[static_cast<std::size_t>(axis)] +
+                     kHalfRow * (s_.grid[0][axis] + s_.grid[1][axis] + s_.grid[2][axis]);
+    }
+    float out[CarveStep::kMaxSides];
+    int furthest = 0;
+    int furthest_edge = -1;
+    for (int i = 0; i < s_.sides; ++i) {
+      const CarveStep::Side& side = s_.side[i];
+      out[i] = (middle[0] - side.x) * side.nx + (middle[1] - side.y) * side.ny;
+      if (out[i] > out[furthest]) furthest = i;
+      if (side.cuts && (furthest_edge < 0 || out[i] > out[furthest_edge])) furthest_edge = i;
+    }
+    const auto may_exceed = [&](int i, int other) {
+      const float nx = s_.side[i].nx - s_.side[other].nx;
+      const float ny = s_.side[i].ny - s_.side[other].ny;
+      const float behind = out[other] - out[i] - s_.rounding;
+      return behind <= 0 || behind * behind <= (nx * nx + ny * ny) * reach * reach;
+    };
+    std::uint64_t kept = 0;
+    for (int i = 0; i < s_.sides; ++i) {
+      if (!may_exceed(i, furthest) && !(s_.side[i].cuts && may_exceed(i, furthest_edge))) continue;
+      for (const int n : {i > 0 ? i - 1 : s_.sides - 1, i, i + 1 < s_.sides ? i + 1 : 0}) kept |= std::uint64_t{1} << n;
+    }
+    for (int i = 0; i < s_.sides; ++i) {
+      if ((kept >> i & 1) != 0) side_[sides_++] = s_.side[i];
+    }
+  }
   /// Returns the distance outwards from the furthest of the sides' lines, and sets `edge` to that of the sides that
   /// cut, and `foot_off` to the distance of the foot on that line from its side, negative within.
   HWY_INLINE V Outward(V x, V y, V& edge, V& foot_off) const {
     V outward = Splat(-1e30f);
     edge = outward;
     foot_off = outward;
-    for (int i = 0; i < s_.sides; ++i) {
-      const CarveStep::Side& side = s_.side[i];
+    for (int i = 0; i < sides_; ++i) {
+      const CarveStep::Side& side = side_[i];
       const V px = hn::Sub(x, Splat(side.x));
       const V py = hn::Sub(y, Splat(side.y));
       const V out = hn::Add(hn::Mul(px, Splat(side.nx)), hn::Mul(py, Splat(side.ny)));
@@ -90,8 +128,8 @@ class PlanarSweep {
   /// Returns the distance from the nearest of the sides, as segments.
   HWY_INLINE V ToSides(V x, V y) const {
     V least2 = Splat(1e30f);
-    for (int i = 0; i < s_.sides; ++i) {
-      const CarveStep::Side& side = s_.side[i];
+    for (int i = 0; i < sides_; ++i) {
+      const CarveStep::Side& side = side_[i];
       const V px = hn::Sub(x, Splat(side.x));
       const V py = hn::Sub(y, Splat(side.y));
       const V t = hn::Min(hn::Max(Ahead(side, px, py), hn::Zero(kFloats)), Splat(side.length));
@@ -103,6 +141,8 @@ class PlanarSweep {
   }
 
   const CarveStep& s_;
+  int sides_ = 0;  // the selected ones, in their order
+  CarveStep::Side side_[CarveStep::kMaxSides];
   V half_thickness_;
   V edge_depth_;  // negative
   V far_;

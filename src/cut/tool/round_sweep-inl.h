@@ -7,6 +7,7 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "cut/tool/carve_step.h"
@@ -25,7 +26,7 @@ namespace {
 /// cutter keeps that small.
 class RoundSweep {
  public:
-  explicit RoundSweep(const CarveStep& s)
+  RoundSweep(const CarveStep& s, const std::array<float, 3>& /*corner*/)
       : back_x_(Splat(s.back[0])),
         back_y_(Splat(s.back[1])),
         back_z_(Splat(s.back[2])),

@@ -102,7 +102,7 @@ TEST(CutterAgainstBruteForce, ABurThatContinuesCutsAllThatOneThatVisitsEverythin
 
 TEST(CutterAgainstBruteForce, ABurThatTurnsHasCutAllThatItHasReached) {
   // What a rotation sweeps between two poses may be left out, within the tolerance of the flanks; the poses may not.
-  EXPECT_TRUE(CheckSeeded(5, 20, [] {
+  EXPECT_TRUE(CheckSeeded(5, 8, [] {
     std::mt19937 random(*rc::gen::arbitrary<unsigned>());
     const double h = *rc::gen::element(0.1, 0.2);
     const Tool tool = test::DrawBur(random);
@@ -118,7 +118,7 @@ TEST(CutterAgainstBruteForce, ABurThatTurnsHasCutAllThatItHasReached) {
 }
 
 TEST(CutterAgainstBruteForce, RandomBursAreTheSameBitForBitAtEveryVectorWidth) {
-  EXPECT_TRUE(CheckSeeded(4, 30, [] {
+  EXPECT_TRUE(CheckSeeded(4, 15, [] {
     std::mt19937 random(*rc::gen::arbitrary<unsigned>());
     const Tool tool = test::DrawBur(random);
     const Pose X_WB{test::DrawRotation(random), 0.1 * test::DrawVector(random)};

@@ -147,6 +147,14 @@ TEST_F(Procedures, SegmentOfTheVisibleHumanComesFree) {
   EXPECT_EQ(made.pieces, 3U) << fmt::format("{} mm3", fmt::join(made.volumes_mm3, ", "));
 }
 
+TEST_F(Procedures, LowerPartOfTheVisibleHumansChinComesFree) {
+  if (!std::filesystem::exists(kVisibleHuman)) GTEST_SKIP() << "not found: " << kVisibleHuman;
+  const Done made = Do("visible_human_genioplasty", ImportVisibleHuman());
+  EXPECT_GT(made.sheet.total.value(), 80) << FormatSheet(made.sheet);
+  EXPECT_EQ(made.pieces, 2U) << fmt::format("{} mm3", fmt::join(made.volumes_mm3, ", "));
+  EXPECT_GT(made.volumes_mm3.at(1), 1500);
+}
+
 TEST_F(Procedures, FourHolesGoThroughTheChinOfTheVisibleHuman) {
   if (!std::filesystem::exists(kVisibleHuman)) GTEST_SKIP() << "not found: " << kVisibleHuman;
   const Done made = Do("visible_human_plate_holes", ImportVisibleHuman());
