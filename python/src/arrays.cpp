@@ -15,9 +15,8 @@ std::string ShapeOf(const DoubleArray& array) {
 DoubleArray ToArray(const py::handle& value, const char* name) {
   const char kind = py::isinstance<py::array>(value) ? py::reinterpret_borrow<py::array>(value).dtype().kind() : '?';
   if (kind == 'c') throw Error(std::string(name) + " must be an array of real numbers");
-  DoubleArray array = DoubleArray::ensure(value);
+  DoubleArray array = TryArray<DoubleArray>(value);
   if (array) return array;
-  PyErr_Clear();
   if (kind == 'f' || kind == 'i' || kind == 'u') throw std::bad_alloc();  // its copy does not fit in memory
   throw Error(std::string(name) + " must be an array of numbers");
 }

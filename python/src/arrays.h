@@ -19,6 +19,18 @@ namespace py = pybind11;
 
 using DoubleArray = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
+/// Converts to an array; if that is impossible, the result is null. Passes on an interrupt of the user, which
+/// Array::ensure() would swallow.
+template <typename Array>
+Array TryArray(const py::handle& value) {
+  try {
+    return Array(py::reinterpret_borrow<py::object>(value));
+  } catch (const py::error_already_set& e) {
+    if (e.matches(PyExc_KeyboardInterrupt)) throw;
+    return py::reinterpret_steal<Array>(py::handle());
+  }
+}
+
 // Each throws kerf::Error, with `name` as the subject, if the shape is wrong or something is not a number.
 
 /// Reads an array of 3 numbers.

@@ -146,7 +146,7 @@ Labels ToLabels(const py::array& array) {
   for (int i = 0; i < 3; ++i) {
     if (array.shape(i) > std::numeric_limits<int>::max()) throw Error("labels must have less than 2^31 voxels an axis");
   }
-  Labels labels = Labels::ensure(array);
+  Labels labels = TryArray<Labels>(array);
   if (!labels) throw std::bad_alloc();  // any other reason was excluded above
   return labels;
 }
@@ -154,11 +154,8 @@ Labels ToLabels(const py::array& array) {
 SharedBone MakeLabelBone(const py::object& given, const std::map<int, int>& regions, double voxel_mm,
                          const py::object& spacing_mm, const py::object& pose,
                          const std::optional<MaterialTable>& materials, const py::object& progress) {
-  const py::array array = py::array::ensure(given);
-  if (!array) {
-    PyErr_Clear();
-    throw Error("labels must be an array of whole numbers");
-  }
+  const auto array = TryArray<py::array>(given);
+  if (!array) throw Error("labels must be an array of whole numbers");
   const Labels labels = ToLabels(array);
   LabelMap map;
   for (int i = 0; i < 3; ++i) map.size[static_cast<std::size_t>(i)] = static_cast<int>(labels.shape(i));

@@ -32,8 +32,7 @@ void ParameterSetter::operator()(const char* key, Quat& value, const char*) {
   known_.emplace_back(key);
   const py::object given = Take(key);
   if (!given) return;
-  const DoubleArray array = DoubleArray::ensure(given);
-  if (!array) PyErr_Clear();
+  const auto array = TryArray<DoubleArray>(given);
   if (!array || array.ndim() != 1 || array.size() != 4) {
     throw Error(std::string(key) + " must have 4 numbers, a unit quaternion w, x, y, z");
   }

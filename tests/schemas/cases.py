@@ -106,6 +106,12 @@ name = "not reached"
 point_mm = [-3, 0, 0]
 direction = [0, 0, -1]
 depth_mm = 1
+[[bone.block.layer]]
+thickness_mm = 2
+region = 24
+[[bone.block.layer]]  # a canal
+thickness_mm = 1
+region = 34
 """
 
 # The stability of a small loop; a low rate has few ticks.

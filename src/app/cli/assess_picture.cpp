@@ -9,6 +9,7 @@
 #include "base/files/files.h"
 #include "base/files/temporary.h"
 #include "kerf/error.h"
+#include "session/plan/edit_plane.h"
 #include "view/picture/picture.h"
 
 namespace kerf::cli {
@@ -80,14 +81,11 @@ std::vector<ExportPicture> DrawAssessment(const std::string& title, const Assess
     spec.shapes.push_back(std::move(shape));
   }
   if (spec.shapes.empty()) return {};
-  Box3 bone;
-  for (const Shape& shape : spec.shapes) {
-    for (const Vec3& p : shape.mesh_W.points) bone.Include(p);
-  }
-  const Vec3 middle_of_bone = bone.centre();
   std::vector<Plate> plates;
+  const PlannedPlane* first_planned = nullptr;
   for (const PlaneResult& result : assessment.planes) {
     if (!result.cut) continue;
+    if (first_planned == nullptr) first_planned = &result.planned;
     const FittedPlane& cut = *result.cut;
     const Vec3 u = glm::cross(cut.normal_W, cut.depth_W);
     const Plate planned{.plane = result.planned.plane,
@@ -111,19 +109,26 @@ std::vector<ExportPicture> DrawAssessment(const std::string& title, const Assess
   pictures.push_back(
       {.name = "overview", .caption = "The pieces with the planned and the achieved planes", .png = ReadPng(spec)});
   if (plates.empty()) return pictures;
-  // The view is along the first plane and across its depth, so that the planned and the achieved plane appear as lines.
+  // The view is into the first cut and along its plane, so that the planned and the achieved plane appear as lines.
   const Plate& first = plates[1];
-  const double height_mm = 2.2 * first.half_v;
+  const PlaneAxes axes = CalcPlaneAxes(*first_planned);
+  spec.camera = MakeCutCamera(axes.up_W, axes.normal_W, first.middle, 1);
+  const Vec3 right = glm::normalize(glm::cross(spec.camera.up_W, spec.camera.toward_eye_W));
+  const Vec3 upwards = glm::normalize(glm::cross(spec.camera.toward_eye_W, right));
+  const auto calc_extent_mm = [&](const Vec3& direction) {
+    return 2.2 * (first.half_u * std::abs(glm::dot(direction, first.u)) +
+                  first.half_v * std::abs(glm::dot(direction, first.v)));
+  };
+  const double height_mm =
+      std::max(calc_extent_mm(upwards), calc_extent_mm(right) * static_cast<double>(spec.height) / spec.width);
+  spec.camera.height_mm = height_mm;
   spec.shapes.resize(bone_shapes);
   // The planned plane is drawn as the wider line, so that both lines are visible where they coincide.
   for (std::size_t i = 0; i < plates.size(); ++i) {
     spec.shapes.push_back(MakePlate(plates[i], height_mm / (i % 2 == 0 ? 250 : 600), 1));
     if (i % 2 == 1) spec.shapes.back().mesh_W = Stretched(spec.shapes.back().mesh_W, first.middle);
   }
-  const Vec3 up = first.v.z > 0.01 ? first.v : -first.v;
-  const Vec3 outwards = first.middle - middle_of_bone;
-  spec.camera = MakeCamera(glm::dot(first.u, outwards) < 0 ? -first.u : first.u, up, first.middle, height_mm);
-  pictures.push_back({.name = "cut", .caption = "Close-up of the cut, along the first plane", .png = ReadPng(spec)});
+  pictures.push_back({.name = "cut", .caption = "Close-up of the first cut, seen into the bone", .png = ReadPng(spec)});
   return pictures;
 }
 

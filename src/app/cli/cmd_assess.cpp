@@ -28,6 +28,7 @@
 #include "kerf/version.h"
 #include "session/export/write_export.h"
 #include "session/marks/structures.h"
+#include "session/plan/cut_state.h"
 #include "session/run/make_bone.h"
 #include "session/run/run_loop.h"
 #include "session/run/run_pictures.h"
@@ -39,6 +40,9 @@ namespace kerf::cli {
 namespace {
 
 constexpr std::size_t kMaxPiecesFile = std::size_t{64} << 20;
+/// A structure is printed if the cut is nearer, or if as much of it was removed.
+constexpr double kNear_mm = 2;
+constexpr double kLeastRemoved_mm3 = 0.005;  // prints as 0.01
 
 struct AssessArguments {
   std::string file;
@@ -289,15 +293,18 @@ void PrintMove(const PlannedMove& move, const PieceSet& pieces) {
              contact.gap ? fmt::format("{:.2f} mm", contact.gap->gap_mm) : "far");
 }
 
-/// Prints the nerves and their canals, and whatever else was cut.
+/// Prints the nerves and their canals, and each other structure of which something was removed or that is near the cut.
 void PrintStructures(const StructureAssessment& a) {
   for (const StructureResult& s : a.structures) {
     const bool nerve = s.kind == MarkKind::kNerve || s.kind == MarkKind::kCanal;
-    if ((!nerve && !s.is_cut) || !s.distance_mm) continue;
-    const std::string cut =
-        fmt::format("{}, {:.2f} mm3 of it removed", s.is_severed ? "severed" : "cut", s.removed_mm3);
-    fmt::print("  {:<16}  {}\n", FormatMessage(NameStructure(s)),
-               s.is_cut ? cut : fmt::format("{:.1f} mm from the cut", *s.distance_mm));
+    if (!s.distance_mm) continue;
+    const bool is_removed = s.removed_mm3 >= kLeastRemoved_mm3;
+    if (!nerve && !s.is_cut && !is_removed && *s.distance_mm >= kNear_mm) continue;
+    std::string text = s.is_severed ? (nerve ? "severed" : "cut through")
+                       : s.is_cut   ? "cut"
+                                    : fmt::format("{:.1f} mm from the cut", *s.distance_mm);
+    if (s.is_cut || is_removed) text += fmt::format(", {:.2f} mm3 of it removed", s.removed_mm3);
+    fmt::print("  {:<16}  {}\n", FormatMessage(NameStructure(s)), text);
   }
 }
 
@@ -380,7 +387,7 @@ void Run(const AssessArguments& options) {
   CheckRemoved(assessment);
   const StructureAssessment structures = AssessStructures(subject.before, subject.after, {});
   std::optional<PieceSet> pieces;
-  if (!options.folder.empty() || !options.pieces.empty() || !options.moves.empty()) {
+  if (!options.folder.empty() || !options.pieces.empty() || !options.moves.empty() || options.json) {
     pieces.emplace(subject.after, options.smallest_mm3);
     if (!options.pieces.empty()) pieces->Restore(ReadTextFile(options.pieces, kMaxPiecesFile), options.pieces);
   }
@@ -401,6 +408,9 @@ void Run(const AssessArguments& options) {
                       .curves = subject.curves,
                       .provenance = subject.provenance,
                       .recording = subject.recording};
+    for (const PlannedPlane& plane : subject.plan.planes) {
+      taken.cut_states.push_back(CalcCutState(subject.before, subject.after, plane));
+    }
     StageBars bars;
     if (!options.no_pictures && kPicturesBuilt) {
       bars.Show("drawing", 0);
@@ -423,7 +433,12 @@ void Run(const AssessArguments& options) {
     WriteTextFile(options.table, FormatMeasuresCsv(measured));
   }
   if (options.json) {
-    fmt::print("{}", FormatAssessmentJson(assessment, subject.recording));
+    ExportInput printed;
+    printed.assessment = &assessment;
+    printed.structures = &structures;
+    printed.pieces = &*pieces;
+    printed.recording = subject.recording;
+    fmt::print("{}", FormatAssessmentJson(printed));
   } else {
     PrintForPeople(subject, assessment, structures, pieces ? &*pieces : nullptr, moves);
     if (!options.folder.empty()) fmt::print("  report            {}/report.html\n", options.folder);

@@ -104,7 +104,7 @@ void Run(const CheckArguments& options) {
                                                                                 : nlohmann::ordered_json(nullptr)};
     json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
     json["force"]["bites"] = DescribeBites(scene);
-    json["force"]["blades"] = DescribeBlades(scene.force);
+    json["force"]["blades"] = DescribeBlades(scene.force, MakeTool(scene));
     json["force"]["good_for"] = FindCaveat(law).good_for;
     json["force"]["measured_bite_um"] = {1000 * kMeasuredThrust.front().bite_mm, 1000 * kMeasuredThrust.back().bite_mm};
     json["force"]["published_J_per_mm3"] = {kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3};
@@ -153,7 +153,7 @@ void Run(const CheckArguments& options) {
                  ? fmt::format("{}{}", law.source, own_values ? "; the scene sets other values" : "")
                  : fmt::format("the scene's own table: {}", fmt::join(ListSources(*scene.force.table()), "; ")));
   fmt::print("         {}\n         {}\n         {}\n", DescribeAccuracy(scene.force, MakeTool(scene)),
-             DescribeBlades(scene.force), FindCaveat(law).good_for);
+             DescribeBlades(scene.force, MakeTool(scene)), FindCaveat(law).good_for);
   if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {
     const bool within =
         tooth->J_per_mm3 >= kMinSpecificEnergy_J_per_mm3 && tooth->J_per_mm3 <= kMaxSpecificEnergy_J_per_mm3;

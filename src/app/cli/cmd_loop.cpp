@@ -73,7 +73,7 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
       "  force     up to {:.2f} N on the device ({:.2f} N simulated); steps up to {:.4f} N a tick, limit {:.4g}\n",
       s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
   fmt::print("            {}, {}\n            {}\n            {}\n", scene.force.name(), DescribeBites(scene),
-             DescribeAccuracy(scene.force, MakeTool(scene)), DescribeBlades(scene.force));
+             DescribeAccuracy(scene.force, MakeTool(scene)), DescribeBlades(scene.force, MakeTool(scene)));
   if (s.cutting) fmt::print("  cutting   {}\n", DescribeCuttingEnergy(*s.cutting));
   fmt::print("  noise     force on the device above 20 Hz: {}\n", DescribeNoise(s));
   fmt::print("  faults    {} not finite, {} bad poses, {} ticks limited or faulty, {} watchdog trips, {} ramps\n",
@@ -86,7 +86,8 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
                                                               100 * step.fraction_over, step.longest_us)
                                                 : std::string("the ticks were within budget"));
   }
-  fmt::print("  removed   {}; {}\n", DescribeRemoved(s), DescribeStrokes(s));
+  const std::string strokes = DescribeStrokes(s);
+  fmt::print("  removed   {}{}{}\n", DescribeRemoved(s), strokes.empty() ? "" : "; ", strokes);
   fmt::print("  bone      {}\n", DescribePieces(s));
   fmt::print("  energy    {}\n", DescribeEnergy(s));
   for (const std::string& effect : DescribeEffects(s.effects)) fmt::print("  effect    {}\n", effect);

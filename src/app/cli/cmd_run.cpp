@@ -66,7 +66,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
              s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s,
              DescribeTeeth(scene.tool.shape, s.force.engaged_teeth_peak));
   fmt::print("            {}, {}\n            {}\n            {}\n", scene.force.name(), DescribeBites(scene),
-             DescribeAccuracy(scene.force, MakeTool(scene)), DescribeBlades(scene.force));
+             DescribeAccuracy(scene.force, MakeTool(scene)), DescribeBlades(scene.force, MakeTool(scene)));
   fmt::print("  cutting   {}\n", DescribeCuttingEnergy(s.cutting));
   for (const std::string& effect : DescribeEffects(s.effects)) fmt::print("  effect    {}\n", effect);
   fmt::print("  pieces    {}", s.pieces.size());

@@ -43,7 +43,7 @@ UncertainRun Compute(const Scene& scene, const UncertainParams& params, const st
 /// Writes and prints the results of all samples, or of those that a merge found.
 void FinishUncertain(const UncertainRun& run, const Scene& scene, const UncertainRequest& request) {
   const UncertainResult result = CalcUncertainResult(run);
-  if (run.head.nominal.peak_N == 0) SayWarning("the saw touched no bone on its path: all forces are 0");
+  if (run.head.nominal.peak_N == 0) SayWarning("no tooth cut bone on the path: all forces are 0");
   const bool pictures = scene.output.pictures && !request.no_pictures;
   const std::vector<std::string> files = WriteUncertain(run, result, request.folder, pictures);
   if (request.json) {

@@ -110,12 +110,13 @@ class LiveSession final : private SessionController {
   const Scene& scene() const { return scene_; }
   /// Returns the normal of the guide's plane, unit length; meaningless without a guide.
   const Vec3& guide_normal_W() const { return guide_normal_W_; }
-  /// Returns a note on the force: on the agreement of its law with measurements, or that it is not from bone.
+  /// Returns a note on the force: whether the present bite has been measured, or that the force is not from bone.
   struct ForceNote {
-    std::string text;     // a sentence in plain words, in the window's language
+    std::string text;     // a sentence in plain words, in the window's language; empty while nothing is cut
     std::string details;  // law, factors and bite
   };
   ForceNote MakeForceNote(const LiveFigures& figures) const;
+  static ForceNote MakeForceNote(const Scene& scene, const LiveFigures& figures);
 
   /// Requests the end of the loop, or of loading; stage() reports when it has ended.
   void Stop() { stop_.store(true); }

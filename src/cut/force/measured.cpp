@@ -6,6 +6,7 @@
 #include <limits>
 #include <variant>
 
+#include "cut/tool/words.h"
 #include "kerf/material.h"
 
 namespace kerf {
@@ -91,19 +92,28 @@ std::string DescribeBite(const ForceLaw& law, double bite_mm) {
 }
 
 std::string DescribeBlades(const ForceLaw& law) {
+  return DescribeBlades(law, DiscSaw{});
+}
+
+std::string DescribeBlades(const ForceLaw& law, const Tool& tool) {
+  // The width of a blade's tooth is the blade's thickness; teeth of another tool are pieces of its flutes or lips.
+  const std::string_view line = GetWords(tool).line;
   const std::string_view name = law.name();
-  if (name == "edge_plus_chip" || name == "tabulated") {
-    return "scales with the blade's thickness, and ignores the tool's radius";
-  }
-  if (name == "two_component") {
-    return "scales with the blade's thickness, ignores the tool's radius, and reads the edge's radius at small bites";
+  const bool has_radius_term = name == "two_component";
+  if (name == "edge_plus_chip" || name == "tabulated" || has_radius_term) {
+    const std::string width =
+        line.empty() ? "the blade's thickness" : fmt::format("the length of the {}s that cuts", line);
+    return fmt::format("scales with {}, {}ignores the tool's radius{}", width, has_radius_term ? "" : "and ",
+                       has_radius_term ? ", and reads the edge's radius at small bites" : "");
   }
   const bool own_radius = law.Get("contact_radius_mm") > 0;  // set in the scene, so the tool's radius is not used
   const char* rest = name == "hertz_chip"
                          ? (own_radius ? "the tool's radius" : "scales with the square root of the tool's radius")
                      : own_radius ? "scales with the cube of the tooth pitch"
                                   : "scales with the cube of the tooth pitch over the tool's radius";
-  return fmt::format("ignores the blade's thickness and {}: it can't be used to compare blades", rest);
+  return fmt::format("ignores {} and {}: it can't be used to compare {}",
+                     line.empty() ? "the blade's thickness" : "tooth_width_mm", rest,
+                     line.empty() ? "blades" : "tools");
 }
 
 double FindMaxValidBite(const ForceLaw& law, const Tool& tool) {

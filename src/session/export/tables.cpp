@@ -1,8 +1,10 @@
 // Measures as CSV and JSON for other programs.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/table/table_json.h"
 #include "bone/pieces/measure.h"
@@ -15,6 +17,51 @@ using Json = nlohmann::ordered_json;
 
 Json List(const Vec3& v) {
   return Json::array({v.x, v.y, v.z});
+}
+
+Json ListStructures(const StructureAssessment& a) {
+  Json list = Json::array();
+  for (const StructureResult& s : a.structures) {
+    list.push_back({{"name", FormatMessage(NameStructure(s))},
+                    {"kind", ToString(s.kind)},
+                    {"marked", s.is_mark},
+                    {"cut", s.is_cut},
+                    {"severed", s.is_severed},
+                    {"removed_mm3", s.removed_mm3},
+                    {"distance_mm", OrNull(s.distance_mm)},
+                    {"nearest_mm", s.distance_mm ? List(s.p_W) : Json()}});
+  }
+  return list;
+}
+
+/// Returns the least distance of the removed bone from a nerve or its canal; null: not known, or nothing was removed.
+Json FindNerveDistance(const StructureAssessment& a) {
+  std::optional<double> least_mm;
+  for (const StructureResult& s : a.structures) {
+    const bool nerve = s.kind == MarkKind::kNerve || s.kind == MarkKind::kCanal;
+    if (nerve && s.distance_mm) least_mm = std::min(*s.distance_mm, least_mm.value_or(*s.distance_mm));
+  }
+  return OrNull(least_mm);
+}
+
+double CalcMoved(const PieceSet& pieces, int i) {
+  return glm::length(pieces.CalcCentroid(i) - pieces.piece(i).centroid_P);
+}
+
+double CalcTurned(const PieceSet& pieces, int i) {
+  return CalcRotationAngle(pieces.state(i).X_WP);
+}
+
+Json ListPieces(const PieceSet& pieces) {
+  Json list = Json::array();
+  for (int i = 0; i < pieces.size(); ++i) {
+    if (pieces.state(i).deleted) continue;
+    list.push_back({{"name", pieces.piece(i).name},
+                    {"volume_mm3", pieces.piece(i).volume_mm3},
+                    {"moved_mm", CalcMoved(pieces, i)},
+                    {"turned_deg", CalcTurned(pieces, i)}});
+  }
+  return list;
 }
 
 }  // namespace
@@ -70,8 +117,8 @@ std::string FormatMeasuresCsv(const ExportInput& input, const Prepared& prepared
   for (const int i : prepared.pieces) {
     const Piece& piece = input.pieces->piece(i);
     add(piece.name, "volume", "mm3", piece.volume_mm3);
-    add(piece.name, "moved", "mm", glm::length(input.pieces->CalcCentroid(i) - piece.centroid_P));
-    add(piece.name, "turned", "deg", CalcRotationAngle(input.pieces->state(i).X_WP));
+    add(piece.name, "moved", "mm", CalcMoved(*input.pieces, i));
+    add(piece.name, "turned", "deg", CalcTurned(*input.pieces, i));
   }
   for (const PairRow& pair : prepared.pairs) {
     const std::string subject = fmt::format("{} and {}", pair.a, pair.b);
@@ -89,7 +136,9 @@ std::string FormatMeasuresCsv(const ExportInput& input, const Prepared& prepared
 
 }  // namespace export_detail
 
-std::string FormatAssessmentJson(const Assessment& a, const ExportRecording& recording) {
+std::string FormatAssessmentJson(const ExportInput& input) {
+  const Assessment& a = *input.assessment;
+  const ExportRecording& recording = input.recording;
   Json json;
   if (!recording.state.empty()) {
     json["recording_state"] = recording.state;
@@ -103,6 +152,7 @@ std::string FormatAssessmentJson(const Assessment& a, const ExportRecording& rec
                  {"normal", List(p.planned.plane.normal_W)},
                  {"margin_mm", p.planned.margin_mm}}}};
     plane["cut"] = nullptr;
+    if (!p.cut) plane["reason"] = DescribeNoKerf(p);
     if (p.cut) {
       plane["cut"] = {{"point_mm", List(p.cut->p_W_mm)}, {"normal", List(p.cut->normal_W)},
                       {"width_mm", p.cut->width_mm},     {"rms_mm", p.cut->rms_mm},
@@ -132,6 +182,11 @@ std::string FormatAssessmentJson(const Assessment& a, const ExportRecording& rec
   json["removed_mm3"] = a.removed_mm3;
   json["outside_mm3"] = OrNull(a.outside_mm3);
   json["too_deep_mm3"] = OrNull(a.too_deep_mm3);
+  if (input.structures != nullptr) {
+    json["structures"] = ListStructures(*input.structures);
+    json["nerve_distance_mm"] = FindNerveDistance(*input.structures);
+  }
+  if (input.pieces != nullptr) json["pieces"] = ListPieces(*input.pieces);
   return DumpJson(json);
 }
 

@@ -136,7 +136,7 @@ std::vector<std::string> WriteExport(const ExportInput& input, const std::string
   if (input.assessment != nullptr) {
     const std::vector<PlaneMarkup> achieved = MakeCutMarkups(*input.assessment);
     if (!achieved.empty()) folder.Text("achieved.mrk.json", FormatPlaneMarkups(achieved));
-    folder.Text("assessment.json", FormatAssessmentJson(*input.assessment, input.recording));
+    folder.Text("assessment.json", FormatAssessmentJson(input));
   }
   if (input.pieces != nullptr) WritePieces(*input.pieces, prepared, options, names, folder);
   for (const ExportPicture& picture : input.pictures) {

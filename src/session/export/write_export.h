@@ -144,9 +144,9 @@ struct ExportLine {
 };
 const Columns<ExportLine>& ExportColumns();
 std::string FormatMeasuresCsv(const ExportInput& input, const ExportOptions& options = {});
-/// Returns JSON with stable keys that include the units; ends with a newline. If there is a recording, its state and
-/// its faults are included.
-std::string FormatAssessmentJson(const Assessment& assessment, const ExportRecording& recording = {});
+/// Returns the assessment, which must be given, as JSON with stable keys that include the units; ends with a newline.
+/// Includes the structures, the pieces, and the state and the faults of the recording, if they are given.
+std::string FormatAssessmentJson(const ExportInput& input);
 /// Returns a motion X_WP as ITK text: in LPS, and from the current to the original position, as resampling requires and
 /// as 3D Slicer expects.
 std::string FormatTransformFile(const Pose& X_WP);

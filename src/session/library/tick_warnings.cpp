@@ -157,6 +157,8 @@ std::vector<std::string> TickWarnings::Find(double removed_mm3) const {
   }
   TickFindings findings = s.findings;
   findings.touched = findings.touched || s.ticks == 0;
+  findings.removed_mm3 = removed_mm3;
+  findings.tool = NameTool(s.params.tool);
   Append(FindTickWarnings(findings), warnings);
   Append(s.FindEnergy(removed_mm3), warnings);
   Append(FindEffectWarnings(s.params.effects, s.effects), warnings);

@@ -18,6 +18,8 @@ namespace kerf {
 namespace {
 
 constexpr double kNegligible_mm3 = 1e-3;
+/// Specific energy below which practically no tooth cut, far below that of any law.
+constexpr double kNoCutting_J_per_mm3 = 1e-6;
 /// In the order of CuttingForceFrom.
 constexpr std::array<const char*, 3> kFromWords{"thrust / ratio", "tangential_force", "law"};
 
@@ -82,6 +84,9 @@ std::string DescribeCuttingEnergy(const CuttingEnergy& energy) {
 
 std::vector<std::string> FindEnergyWarnings(const ForceLaw& law, const CuttingEnergy& energy) {
   if (energy.IsWithinPublishedRange()) return {};
+  if (*energy.specific_J_per_mm3 < kNoCutting_J_per_mm3) {
+    return {"practically no tooth cut: the tool removed bone without a force; move it with its teeth first"};
+  }
   return {
       fmt::format("the specific cutting energy is {:.3g} J/mm3, outside {:g} to {:g} J/mm3 ({}): the forces of {} are "
                   "unrealistic",
@@ -91,7 +96,7 @@ std::vector<std::string> FindEnergyWarnings(const ForceLaw& law, const CuttingEn
 
 std::string DescribeLaw(const Scene& scene) {
   return fmt::format("{}, {}: {}; {}", scene.force.name(), DescribeBites(scene),
-                     DescribeAccuracy(scene.force, MakeTool(scene)), DescribeBlades(scene.force));
+                     DescribeAccuracy(scene.force, MakeTool(scene)), DescribeBlades(scene.force, MakeTool(scene)));
 }
 
 std::string DescribeBites(const Scene& scene) {

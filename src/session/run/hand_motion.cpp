@@ -93,6 +93,7 @@ void HandMotion::JoinFrom(const Pose& X_WH) {
   X_from_ = X_aim_ = X_WH;
   push_W_N_ = Vec3{0};
   fraction_ = waited_s_ = 0;
+  passes_ = strokes_ = 0;
   phase_ = Phase::kJoin;
 }
 
@@ -135,7 +136,7 @@ void HandMotion::AdvanceToStroke(double dt_s) noexcept {
   fraction_ = std::min(fraction_ + moved, 1.0);
   X_aim_ = {glm::slerp(X_from_.R_AB, X_to.R_AB, fraction_), glm::mix(X_from_.p_AB, X_to.p_AB, fraction_)};
   if (!(fraction_ >= 1)) return;
-  if (phase_ == Phase::kTransfer) ++strokes_;
+  ++strokes_;
   phase_ = Phase::kCut;
 }
 

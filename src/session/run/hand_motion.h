@@ -28,7 +28,8 @@ class HandMotion final : public HandDriver {
              double felt_stiffness_N_per_mm = std::numeric_limits<double>::infinity());
 
   void Advance(double dt_s) noexcept override;
-  /// Puts the hand and the handle at X_WH, from where they move straight to the start of the path in kJoin_s.
+  /// Puts the hand and the handle at X_WH, from where they move straight to the start of the path in kJoin_s. The
+  /// strokes and passes are counted from 0.
   void JoinFrom(const Pose& X_WH);
   /// Initial pose.
   Pose start() const { return path_.CalcPose(0, 0); }

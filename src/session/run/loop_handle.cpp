@@ -32,14 +32,19 @@ void LoopHandle::Connect(const Pose& X_WT, const CouplingParams& coupling, doubl
   if (is_real()) recorded_.set_device(driver_.device.begin(X_WT, coupling, force_scale));
 }
 
-void LoopHandle::TakeOver(const LoopTick& last) {
-  guarded_.Trip();
+void LoopHandle::EndReplay(const LoopTick& last) {
   DeviceSample own;
   if (!motion_ || last.number == 0 || !simulated_->Read(own)) return;
   // The scene's hand has moved along in the replay. If the recording is of another hand, it is elsewhere now.
-  const bool same_place = glm::distance(own.X_WH.p_AB, last.X_WH.p_AB) < kSamePlace_mm &&
-                          std::abs(glm::dot(own.X_WH.R_AB, last.X_WH.R_AB)) > 1 - kSameTurn;
-  if (!same_place) motion_->JoinFrom(last.X_WH);
+  follows_path_ = glm::distance(own.X_WH.p_AB, last.X_WH.p_AB) < kSamePlace_mm &&
+                  std::abs(glm::dot(own.X_WH.R_AB, last.X_WH.R_AB)) > 1 - kSameTurn;
+}
+
+void LoopHandle::TakeOver(const LoopTick& last) {
+  guarded_.Trip();
+  if (follows_path_) return;
+  motion_->JoinFrom(last.X_WH);
+  follows_path_ = true;
 }
 
 void LoopHandle::Summarize(LoopSummary& s) const {
@@ -48,7 +53,7 @@ void LoopHandle::Summarize(LoopSummary& s) const {
   s.device_counts = counts;
   s.force.largest_N = counts.largest_N;
   s.force.largest_step_N = counts.largest_step_N;
-  if (!motion_) return;
+  if (!motion_ || !follows_path_) return;
   s.passes = motion_->passes();
   s.strokes = motion_->strokes();
 }

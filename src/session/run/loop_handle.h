@@ -30,7 +30,9 @@ class LoopHandle {
 
   /// Connects the real device, if there is one, to the tool at X_WT. May wait for the user.
   void Connect(const Pose& X_WT, const CouplingParams& coupling, double force_scale);
-  /// Continues a recording that ends with the tick `last`; the user feels no force at first.
+  /// Call at the end of a replay, whose last tick is `last`: finds out whether the scene's hand has made the recording.
+  void EndReplay(const LoopTick& last);
+  /// Continues the recording after EndReplay(); the user feels no force at first.
   void TakeOver(const LoopTick& last);
   /// Call after the end of the loop.
   void Summarize(LoopSummary& s) const;
@@ -42,6 +44,7 @@ class LoopHandle {
   std::unique_ptr<HandDriver> other_hand_;
   ReplayDevice recorded_;
   GuardedDevice guarded_;
+  bool follows_path_ = true;  // the handle that counts is that of `motion_`
 };
 
 }  // namespace kerf

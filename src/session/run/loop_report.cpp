@@ -107,12 +107,16 @@ PlotSpec MakeLoopForcePlot(const LoopSummary& s) {
   spec.x.label = "time (s)";
   spec.y.label = "force (N)";
   PlotSeries device;
-  device.label = "on the device, maximum of each interval";
   PlotSeries hand;
-  hand.label = "in the simulation, maximum of each interval";
   // Plot at most one point per pixel, the maximum of each interval, so that no spike is lost.
   const std::vector<ForcePoint>& points = s.force_curve.points();
   const std::size_t stretch = std::max<std::size_t>(points.size() / 1200, 1);
+  // The points of the curve are themselves maxima of several ticks in a long run.
+  const std::size_t ticks = stretch * s.force_curve.each();
+  const std::string maximum =
+      ticks > 1 ? fmt::format(", maximum of each {:g} ms", 1000 * static_cast<double>(ticks) / s.rate_hz) : "";
+  device.label = "on the device" + maximum;
+  hand.label = "in the simulation" + maximum;
   for (std::size_t i = 0; i < points.size(); i += stretch) {
     ForcePoint largest = points[i];
     for (std::size_t k = i; k < std::min(i + stretch, points.size()); ++k) {
@@ -203,7 +207,7 @@ std::string DescribeRemoved(const LoopSummary& s) {
 }
 
 std::string DescribeStrokes(const LoopSummary& s) {
-  return fmt::format("{} stroke{} begun", s.strokes, s.strokes == 1 ? "" : "s");
+  return s.strokes == 0 ? "" : fmt::format("{} stroke{} begun", s.strokes, s.strokes == 1 ? "" : "s");
 }
 
 std::string DescribePieces(const LoopSummary& s) {
@@ -373,7 +377,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
   if (HaveFiles(s.pieces)) json["surface_error_mm"] = s.surface_error_mm;
   json["force"]["law"] = scene.force.name();
   json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
-  json["force"]["blades"] = DescribeBlades(scene.force);
+  json["force"]["blades"] = DescribeBlades(scene.force, MakeTool(scene));
   if (s.cutting) json["cutting"] = CuttingJson(*s.cutting);
   if (s.recorded) {
     json["recording"] = {{"file", s.recorded->path},
@@ -426,8 +430,9 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
   text += fmt::format("- Force law {}.\n", DescribeLaw(scene));
   if (s.cutting) text += fmt::format("- Cutting: {}.\n", DescribeCuttingEnergy(*s.cutting));
   text += fmt::format("- Noise of the device's force (above 20 Hz, RMS): {}.\n", DescribeNoise(s));
-  text +=
-      fmt::format("- {}, {} times through the path, {} removed.\n", DescribeStrokes(s), s.passes, DescribeRemoved(s));
+  const std::string strokes = DescribeStrokes(s);
+  if (!strokes.empty()) text += fmt::format("- {}, {} times through the path.\n", strokes, s.passes);
+  text += fmt::format("- {} removed.\n", DescribeRemoved(s));
   text += fmt::format("- The bone is {}.\n", DescribePieces(s));
   text += fmt::format("- Energy: {}.\n", DescribeEnergy(s));
   for (const std::string& effect : DescribeEffects(s.effects))

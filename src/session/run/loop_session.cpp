@@ -415,6 +415,7 @@ void LoopSession::State::EndReplay() {
   replayed_s = replay->steps().time_s();
   actions->SkipTo(replayed_s, s.warnings);
   loop->state().Update();
+  handle->EndReplay(loop->state().front().last);
   if (options.replay.continues) handle->TakeOver(loop->state().front().last);
   s.replayed = replay->steps().MakeReport(simulation->UpdateBone().CalcHash());
   if (recording) recording->AddEvent("taken up", options.replay.recording->path(), 0);

@@ -37,7 +37,7 @@ LoopAction ParseLoopAction(const std::string& text, const Range& rates) {
     action.kind = LoopAction::Kind::kSpindle;
     const auto [stop, fault] = std::from_chars(action.name.data(), action.name.data() + action.name.size(), action.rpm);
     if (fault != std::errc{} || stop != action.name.data() + action.name.size()) fail();
-    CheckRange("rpm", std::abs(action.rpm), rates, fmt::format("\"{}\"", text));
+    CheckRange("rpm", action.rpm, rates, fmt::format("\"{}\"", text));
   } else {
     fail();
   }

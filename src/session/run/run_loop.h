@@ -85,8 +85,9 @@ struct LoopSummary {
   std::vector<FidelityStep> fidelity_steps;
   long fidelity_step_count = 0;
   LoopForceSummary force;
-  long passes = 0;  // number of times that the hand has completed the path
-  long strokes = 0;
+  // Of a hand that follows the scene's path, otherwise 0:
+  long passes = 0;         // number of times that it has completed the path
+  long strokes = 0;        // begun
   double removed_mm3 = 0;  // exact, from the level set
   double volume_before_mm3 = 0;
   double volume_after_mm3 = 0;          // of the bone without the pieces taken out of it
@@ -148,7 +149,7 @@ void AddLoopWarnings(LoopSummary& s, int spare_leaves);
 std::string DescribeDeviceAndHand(const LoopSummary& summary);
 std::string DescribeDeviceFigures(const LoopSummary& summary);
 std::string DescribeRemoved(const LoopSummary& summary);
-std::string DescribeStrokes(const LoopSummary& summary);
+std::string DescribeStrokes(const LoopSummary& summary);  // "" if the hand does not follow the path
 std::string DescribePieces(const LoopSummary& summary);
 std::string DescribeEnergy(const LoopSummary& summary);
 std::string DescribeNoise(const LoopSummary& summary);

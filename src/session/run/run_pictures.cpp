@@ -11,6 +11,7 @@
 
 #include "bone/mesh/reduce.h"
 #include "cut/tool/looks.h"
+#include "cut/tool/words.h"
 #include "kerf/surface.h"
 #include "view/picture/colours.h"
 #include "view/picture/picture.h"
@@ -288,7 +289,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
 
   if (moments.any && run.force_plot) {
     run.sink("force.png", [&] {
-      WritePlot(MakeForcePlot(run.ticks, run.after.materials(), name), run.folder + "/force.png");
+      WritePlot(MakeForcePlot(run.ticks, run.after.materials(), name, tool), run.folder + "/force.png");
       written.emplace_back("force.png");
     });
   }
@@ -335,15 +336,87 @@ std::vector<Run> FindRegionRuns(const std::vector<TickRecord>& ticks, std::size_
 constexpr Rgb8 kBandColours[] = {{252, 232, 205}, {219, 234, 245}, {222, 240, 226},
                                  {240, 226, 238}, {250, 244, 205}, {228, 228, 228}};
 
+constexpr std::size_t kForceIntervals = 500;      // of the longest travel, about two pixels each
+constexpr Rgb8 kForceRangeColour{166, 206, 227};  // pale blue
+constexpr Rgb8 kForceCurveColour{0, 114, 178};
+constexpr Rgb8 kTeethCurveColour{213, 94, 0};
+
+/// Values of a curve in one interval of travel.
+struct ForceInterval {
+  double middle_mm = 0;
+  double sum = 0;
+  double lowest = 0;
+  double highest = 0;
+  int count = 0;
+  int turns = 0;  // from rising to falling or back
+
+  double mean() const { return sum / count; }
+};
+
+/// Divides a curve into the intervals of travel that contain points.
+std::vector<ForceInterval> DivideByTravel(const PlotSeries& curve, double interval_mm) {
+  std::vector<ForceInterval> intervals;
+  double last_index = -1;
+  double slope = 0;
+  for (std::size_t i = 0; i < curve.x.size(); ++i) {
+    const double index = std::min(std::floor(curve.x[i] / interval_mm), kForceIntervals - 1.0);
+    const double y = curve.y[i];
+    if (intervals.empty() || index != last_index) {
+      intervals.push_back({.middle_mm = (index + 0.5) * interval_mm, .lowest = y, .highest = y});
+    }
+    last_index = index;
+    ForceInterval& interval = intervals.back();
+    interval.sum += y;
+    ++interval.count;
+    interval.lowest = std::min(interval.lowest, y);
+    interval.highest = std::max(interval.highest, y);
+    const double now = i > 0 ? y - curve.y[i - 1] : 0;
+    if (now * slope < 0) ++interval.turns;
+    if (now != 0) slope = now;
+  }
+  return intervals;
+}
+
+/// Returns true if a curve would be drawn as a block: in most intervals it rises and falls, and visibly.
+bool IsRipple(const std::vector<ForceInterval>& intervals) {
+  double peak = 0;
+  for (const ForceInterval& interval : intervals) peak = std::max(peak, interval.highest);
+  const auto count = std::count_if(intervals.begin(), intervals.end(), [&](const ForceInterval& interval) {
+    return interval.turns >= 2 && interval.highest - interval.lowest > 0.04 * peak;
+  });
+  return 2 * static_cast<std::size_t>(count) > intervals.size();
+}
+
+/// Replaces a curve by the means of its intervals and returns their ranges, as a closely drawn zigzag.
+PlotSeries SplitRipple(const std::vector<ForceInterval>& intervals, PlotSeries& curve) {
+  PlotSeries range;
+  range.colour = kForceRangeColour;
+  range.width = 3;
+  curve.x.clear();
+  curve.y.clear();
+  for (const ForceInterval& interval : intervals) {
+    range.x.insert(range.x.end(), {interval.middle_mm, interval.middle_mm});
+    range.y.insert(range.y.end(), {interval.lowest, interval.highest});
+    curve.x.push_back(interval.middle_mm);
+    curve.y.push_back(interval.mean());
+  }
+  return range;
+}
+
 }  // namespace
 
-PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name) {
+PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name,
+                       const Tool& tool) {
   PlotSpec plot;
   plot.title = name + ": force on the tool";
   plot.x.label = "travel along the feed since first contact (mm); for a plunge, the depth";
   plot.y.label = "force (N)";
   plot.y.lower = 0;
-  plot.y_right.label = "engaged teeth";
+  // A tool without teeth has pieces of its lips or flutes in their place.
+  const std::string line(GetWords(tool).line);
+  const double teeth_unit = line.empty() ? 1 : CalcTooth(tool).width_mm;
+  const std::string teeth_label = line.empty() ? "engaged teeth" : fmt::format("engaged length of the {}s", line);
+  plot.y_right.label = line.empty() ? teeth_label : teeth_label + " (mm)";
   plot.y_right.lower = 0;
   std::size_t segments = 0;
   std::size_t longest = 0;
@@ -361,24 +434,49 @@ PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable
     if (t.out.engaged_teeth > 0) end_mm[t.segment] = t.travel_mm + 0.2;
   }
   constexpr std::size_t kMaxCurves = 6;
+  const double interval_mm = longest_mm > 0 ? longest_mm / kForceIntervals : 1;
+  std::vector<PlotSeries> ranges;
+  std::vector<PlotSeries> curves;
   for (std::size_t segment = 0; segment < std::min(segments, kMaxCurves); ++segment) {
     PlotSeries force;
     force.label = segments > 1 ? fmt::format("force, stroke {}", segment + 1) : std::string("force");
     PlotSeries teeth;
-    teeth.label = "engaged teeth";
+    teeth.label = teeth_label;
     teeth.right_axis = true;
-    teeth.width = 1;
+    teeth.width = 1.5;
+    teeth.dash = 6;
     for (const TickRecord& t : ticks) {
       if (t.segment != segment || !t.touched || t.travel_mm > end_mm[segment]) continue;
       force.x.push_back(t.travel_mm);
       force.y.push_back(glm::length(t.out.f_T_W_N));
       teeth.x.push_back(t.travel_mm);
-      teeth.y.push_back(t.out.engaged_teeth);
+      teeth.y.push_back(teeth_unit * t.out.engaged_teeth);
     }
     if (force.x.size() < 2) continue;
-    plot.series.push_back(std::move(force));
-    if (segments == 1) plot.series.push_back(std::move(teeth));
+    if (const std::vector<ForceInterval> intervals = DivideByTravel(force, interval_mm); IsRipple(intervals)) {
+      PlotSeries range = SplitRipple(intervals, force);
+      if (ranges.empty()) range.label = fmt::format("lowest to highest force in each {:.2g} mm", interval_mm);
+      ranges.push_back(std::move(range));
+      force.label += ", mean";
+    }
+    if (segments == 1) {
+      // The force is often proportional to the number of teeth: on this axis its curve lies below that of the force.
+      plot.y_right.upper = 1.6 * *std::max_element(teeth.y.begin(), teeth.y.end());
+      if (!(*plot.y_right.upper > 0)) plot.y_right.upper.reset();
+      if (const std::vector<ForceInterval> of_teeth = DivideByTravel(teeth, interval_mm); IsRipple(of_teeth)) {
+        SplitRipple(of_teeth, teeth);
+        teeth.label += ", mean";
+      }
+      force.colour = kForceCurveColour;
+      teeth.colour = kTeethCurveColour;
+      curves.push_back(std::move(force));
+      curves.push_back(std::move(teeth));
+    } else {
+      curves.push_back(std::move(force));
+    }
   }
+  plot.series = std::move(ranges);
+  plot.series.insert(plot.series.end(), std::make_move_iterator(curves.begin()), std::make_move_iterator(curves.end()));
   std::map<int, std::size_t> order;  // order in which the regions appear
   for (const Run& run : FindRegionRuns(ticks, longest)) {
     const std::size_t colour = order.emplace(run.region, order.size()).first->second % std::size(kBandColours);

@@ -61,7 +61,8 @@ bool AreDrawn(const Scene& scene, std::vector<std::string>& warnings);
 bool IsOfPatient(const Scene& scene);
 
 /// Plots the magnitude of the force against depth, one curve per stroke, with bands in the background that show which
-/// region carries most of it.
-PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name);
+/// region carries most of it. A force that changes faster than the plot can show is plotted as its mean and its range.
+PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name,
+                       const Tool& tool);
 
 }  // namespace kerf

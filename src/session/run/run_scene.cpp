@@ -284,7 +284,7 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
                      {"by_region", regions}};
   json["force"] = ForceJson(scene.force.name(), s.force);
   json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
-  json["force"]["blades"] = DescribeBlades(scene.force);
+  json["force"]["blades"] = DescribeBlades(scene.force, MakeTool(scene));
   json["cutting"] = CuttingJson(s.cutting);
   if (!s.effects.on.empty()) json["effects"] = EffectsJson(s.effects);
   if (s.heat) json["heat"] = HeatJson(*s.heat);

@@ -95,7 +95,7 @@ void WriteSlabParts(const Scene& scene, const SlabParts& parts, const std::strin
 PlotSpec MakeSlabForcePlot(const Scene& scene, const SlabParams& params, const SlabRun& run,
                            const MaterialTable& materials) {
   const std::string& name = scene.TitleOrName();
-  PlotSpec plot = MakeForcePlot(run.ticks, materials, name);
+  PlotSpec plot = MakeForcePlot(run.ticks, materials, name, MakeTool(scene));
   plot.title = name + ": force on the hand, slab mode, law " + std::string(ToString(params.reading));
   plot.x.label = "depth of the blade below the first bone (mm)";
   plot.caption = "bands: the region at that depth";

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "cut/tool/shape.h"
 #include "session/scene/warnings.h"
 
 namespace kerf {
@@ -38,9 +39,19 @@ std::vector<std::string> FindEffectWarnings(const EffectChoices& effects, const 
   return warnings;
 }
 
+std::string_view NameTool(const Tool& tool) {
+  return IsBlade(tool) ? "saw" : GetShape(tool);
+}
+
 std::vector<std::string> FindTickWarnings(const TickFindings& ticks) {
   std::vector<std::string> warnings;
-  if (!ticks.touched && !ticks.starts_in_bone) warnings.emplace_back("the saw touched no bone on its path");
+  if (!ticks.touched && !ticks.starts_in_bone) {
+    warnings.push_back(ticks.removed_mm3 > 0
+                           ? fmt::format("no tooth cut, but the {} went through bone and removed {:.4g} mm3 without a "
+                                         "force; move it with its teeth first",
+                                         ticks.tool, ticks.removed_mm3)
+                           : fmt::format("the {} touched no bone on its path", ticks.tool));
+  }
   if (ticks.starts_in_bone) {
     warnings.emplace_back("the tool was set down inside the bone; the bone inside it was removed at once");
   }
@@ -59,7 +70,8 @@ std::vector<std::string> FindTickWarnings(const TickFindings& ticks) {
 std::vector<std::string> FindRunWarnings(const Scene& scene, const RunSummary& summary) {
   std::vector<std::string> warnings = FindWarnings(scene, summary.voxel_mm);
   Append(summary.material.warnings, warnings);
-  Append(FindTickWarnings({summary.touched, summary.starts_in_bone, summary.ticks_with_status, summary.ticks_at_metal}),
+  Append(FindTickWarnings({summary.touched, summary.starts_in_bone, summary.ticks_with_status, summary.ticks_at_metal,
+                           summary.removed_mm3, NameTool(scene.tool.shape)}),
          warnings);
   Append(FindEnergyWarnings(scene, summary.cutting), warnings);
   Append(FindEffectWarnings(scene.effects, summary.effects), warnings);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "session/run/run_scene.h"
@@ -19,11 +20,16 @@ inline constexpr double kInBone_mm = 0.1;
 
 /// What the ticks of a path have done.
 struct TickFindings {
-  bool touched = false;         // the tool touched bone
+  bool touched = false;         // a tooth touched bone
   bool starts_in_bone = false;  // it was set down inside the bone
   std::size_t ticks_with_status = 0;
   std::size_t ticks_at_metal = 0;
+  double removed_mm3 = 0;
+  std::string_view tool = "saw";  // NameTool()
 };
+
+/// Returns the word for a tool in sentences: "saw" or its shape, such as "drill".
+std::string_view NameTool(const Tool& tool);
 
 /// These return the warnings, one sentence each.
 std::vector<std::string> FindTickWarnings(const TickFindings& ticks);

@@ -8,6 +8,7 @@
 
 #include "cut/effects/plan.h"
 #include "cut/effects/tooth_vibration.h"
+#include "view/plot/plot.h"
 
 namespace kerf {
 
@@ -23,11 +24,14 @@ class SpectrumTrack {
   void Detach() { effect_ = nullptr; }
 
   struct Spectrum {
-    double begin_s = 0;  // start of the interval
-    double seconds = 0;  // its length; the bins are 1 / seconds apart
-    double spindle_Hz = 0;
-    int teeth = 0;
-    double carried_Hz = 0;   // lines up to this frequency are part of the tick's force
+    double begin_s = 0;      // start of the interval
+    double seconds = 0;      // its length; the bins are 1 / seconds apart
+    double spindle_Hz = 0;   // or strokes per second
+    bool strokes = false;    // the teeth move to and fro: the lines are at multiples of spindle_Hz
+    int teeth = 0;           // that pass in a turn; 0 with a stroke
+    double passing_Hz = 0;   // teeth that pass a point per second, mean
+    bool has_set = false;    // the teeth are bent to alternate sides
+    double carried_Hz = 0;   // lines up to this frequency are part of the tick's force; 0: other parts are
     std::vector<double> mN;  // per bin, all three axes combined
   };
   /// Computes the spectrum of the interval with the largest lines, 1 s long or shorter for a shorter run; empty if
@@ -42,9 +46,12 @@ class SpectrumTrack {
   };
   const ToothVibrationEffect* effect_ = nullptr;
   std::array<int, ToothVibrationEffect::kLines> orders_{};
+  double passes_ = 0;  // teeth that pass a point in a turn or a whole stroke
   std::vector<Moment> moments_;
 };
 
+/// Plots a spectrum that is not empty.
+PlotSpec MakeSpectrumPlot(const SpectrumTrack::Spectrum& spectrum, const std::string& name);
 /// Draws the spectrum. Returns false if there was nothing to draw.
 bool WriteSpectrumPicture(const SpectrumTrack::Spectrum& spectrum, const std::string& name, const std::string& path);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "kerf/error.h"
@@ -78,6 +79,12 @@ void ReadExercise(TableReader& root, SceneExercise& exercise, const SceneTool& t
   if (holes && GetForm(tool.shape) != ToolForm::kRound) {
     reader.Fault("kind", fmt::format("the kind \"drill_holes\" requires a drill or a bur, but [tool] shape is \"{}\"",
                                      GetShape(tool.shape)));
+  }
+  if (!holes && std::holds_alternative<TwistDrill>(tool.shape)) {
+    reader.Fault("kind",
+                 fmt::format("the kind \"{}\" requires a tool that cuts along a line, but a drill cuts only with "
+                             "its tip; use kind = \"drill_holes\" or another tool",
+                             kExerciseKindWords[static_cast<std::size_t>(exercise.kind)]));
   }
   if (exercise.kind == ExerciseKind::kFollowLine && GetDrive(tool.shape) != DriveMotion::kRotation) {
     reader.Fault("kind", fmt::format("the kind \"follow_line\" requires a tool that turns, but [tool] shape is \"{}\"",

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <string_view>
+#include <utility>
 
 #include "cut/force/measured.h"
 #include "cut/tool/drive.h"
@@ -21,6 +22,10 @@ constexpr double kResolvedVoxels = 2;
 /// Maximum distance between points of the rim. Larger ones cause noise that a hand feels: in a hand-held cut, 33 mN at
 /// 2.9 mm, compared with 1.7 mN at 0.2 mm.
 constexpr double kMaxApart_mm = 1;
+/// A ball, bur or drill removes up to 9 % too little bone if it is as many voxels wide as the first, and up to 40 % if
+/// it is as many as the second. Below that, it may remove none.
+constexpr double kResolvedRoundVoxels = 3;
+constexpr double kLostRoundVoxels = 1.5;
 
 /// Adds warnings about the parts of the scene that slab mode ignores.
 void FindSlabWarnings(const Scene& scene, std::vector<std::string>& warnings) {
@@ -88,11 +93,159 @@ std::vector<std::string> FindStrokeWarnings(const PlanarBlade& blade, double vox
   return warnings;
 }
 
+/// Returns what is wrong with a ball, bur or drill on voxels of this size.
+std::vector<std::string> FindRoundWarnings(const Tool& tool, double voxel_mm) {
+  const double diameter_mm = CalcCutWidth(tool);
+  const double voxels = voxel_mm > 0 ? diameter_mm / voxel_mm : kResolvedRoundVoxels;
+  if (voxels >= kResolvedRoundVoxels - 1e-6) return {};
+  const std::string fault =
+      voxels < kLostRoundVoxels
+          ? fmt::format("below {} voxels it removes only a part of the bone or none, with the force of the whole",
+                        kLostRoundVoxels)
+          : fmt::format("below {} voxels it removes up to 40 % too little bone", kResolvedRoundVoxels);
+  // Rounded down, so that the advice is followed with the size as it is written.
+  const double advice_mm = std::floor(1000 * diameter_mm / kResolvedRoundVoxels + 1e-6) / 1000;
+  return {
+      fmt::format("the {} is {:.3g} voxels wide (diameter_mm = {}, voxels of {} mm): {}; use voxels of at most "
+                  "{:.3g} mm",
+                  GetShape(tool), voxels, diameter_mm, voxel_mm, fault, advice_mm)};
+}
+
+/// A straight part of the path.
+struct Move {
+  std::string what;  // subject of a sentence
+  Vec3 travel_mm{0};
+  Vec3 axis{0, 0, 1};     // z of the tool, unit length
+  bool is_first = false;  // the tool is set down before it
+};
+
+/// Returns the strokes, or, of a path file, parts of at least kFilePart_mm, so that noise has no direction.
+std::vector<Move> ListMoves(const ScenePath& path) {
+  constexpr double kFilePart_mm = 1;
+  std::vector<Move> moves;
+  for (std::size_t i = 0; i < path.strokes.size(); ++i) {
+    const SceneStroke& stroke = path.strokes[i];
+    moves.push_back({fmt::format("stroke {}", i + 1), stroke.end_mm - stroke.start_mm,
+                     glm::normalize(stroke.disc_normal), stroke.retract});
+  }
+  if (path.poses.empty()) return moves;
+  TimedPose from = path.poses.front();
+  for (const TimedPose& to : path.poses) {
+    const Vec3 travel_mm = to.X_WT.p_AB - from.X_WT.p_AB;
+    if (glm::length(travel_mm) < kFilePart_mm) continue;
+    moves.push_back({fmt::format("the path file, from time_s = {:g} on,", from.time_s), travel_mm,
+                     from.X_WT.R_AB * Vec3(0, 0, 1), moves.empty()});
+    from = to;
+  }
+  return moves;
+}
+
+/// Returns true if the tool is set down before moves[i], which moves it against its tip, and then does not move further
+/// towards its tip: a tool that is withdrawn moves towards its tip first.
+bool GoesTopFirst(const std::vector<Move>& moves, std::size_t i) {
+  constexpr double kMinCosine = 0.7;
+  const auto calc_up_mm = [](const Move& move) { return glm::dot(move.travel_mm, move.axis); };
+  if (!moves[i].is_first || !(calc_up_mm(moves[i]) > kMinCosine * glm::length(moves[i].travel_mm))) return false;
+  double up_mm = 0;
+  double highest_mm = 0;
+  double lowest_mm = 0;
+  for (std::size_t j = i; j < moves.size() && (j == i || !moves[j].is_first); ++j) {
+    up_mm += calc_up_mm(moves[j]);
+    highest_mm = std::max(highest_mm, up_mm);
+    lowest_mm = std::min(lowest_mm, up_mm);
+  }
+  return -lowest_mm < highest_mm;
+}
+
+/// Adds the warnings about moves in which a part of the tool without teeth goes first. A path file may also move the
+/// tool through air, so its moves count if they are most of its length, and each kind of warning is given once, for
+/// the first of them.
+void FindMoveWarnings(const Scene& scene, const Tool& tool, std::vector<std::string>& warnings) {
+  const bool is_file = !scene.path.poses.empty();
+  const bool blade = IsBlade(tool);
+  const std::optional<RoundSolid> solid = CalcRoundSolid(tool);
+  const bool side_is_smooth = solid && !solid->side_cuts;
+  const std::vector<Move> moves = ListMoves(scene.path);
+  double length_mm = 0;
+  double wrong_mm = 0;  // out of the plane, or away from the axis
+  std::string first;    // warning of these
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    const Move& move = moves[i];
+    const double travel_mm = glm::length(move.travel_mm);
+    if (!(travel_mm > 0)) continue;
+    length_mm += travel_mm;
+    const double along_mm = std::abs(glm::dot(move.travel_mm, move.axis));
+    const double across_mm = glm::length(glm::cross(move.travel_mm, move.axis));
+    if (solid && GoesTopFirst(moves, i)) {
+      warnings.push_back(fmt::format("{} moves the {} with its top first: it removes bone, but without a force; {}",
+                                     move.what, GetShape(tool),
+                                     is_file ? "z of the tool must point from its tip to the handpiece"
+                                             : "disc_normal must point from its tip to the handpiece: reverse it"));
+    }
+    std::string warning;
+    if (blade && along_mm > 0.05 * travel_mm) {
+      warning = fmt::format(
+          "{} moves {:.3g} degrees out of the {}'s plane: the flats remove bone, but only the teeth "
+          "exert a force",
+          move.what, std::asin(std::min(along_mm / travel_mm, 1.0)) * kDegreesPerRad,
+          CalcStroke(tool) > 0 ? "blade" : "disc");
+    } else if (side_is_smooth && across_mm > 0.05 * travel_mm) {
+      warning = fmt::format(
+          "{} moves {:.3g} degrees away from the drill's axis: its side removes bone, but only the "
+          "lips exert a force",
+          move.what, std::atan2(across_mm, along_mm) * kDegreesPerRad);
+    }
+    if (warning.empty()) continue;
+    if (!is_file) warnings.push_back(warning);
+    wrong_mm += travel_mm;
+    if (first.empty()) first = std::move(warning);
+  }
+  if (is_file && wrong_mm > 0.5 * length_mm) warnings.push_back(std::move(first));
+}
+
+/// Adds the warning about a tool that a path file turns. A disc and a ball turn about their middle, so that no point of
+/// their edge moves outwards.
+void FindTurnWarnings(const Scene& scene, const Tool& tool, std::vector<std::string>& warnings) {
+  constexpr double kNoTurn_rad = 0.02;
+  const std::optional<RoundSolid> solid = CalcRoundSolid(tool);
+  if (scene.path.poses.empty() || (!solid && !FindPlanarBlade(tool))) return;
+  const Quat& first = scene.path.poses.front().X_WT.R_AB;
+  double most_rad = 0;
+  for (const TimedPose& pose : scene.path.poses) {
+    const Quat turn = glm::conjugate(first) * pose.X_WT.R_AB;
+    const Vec3 axis = turn * Vec3(0, 0, 1);
+    most_rad = std::max(most_rad, solid ? std::atan2(std::hypot(axis.x, axis.y), axis.z)
+                                        : 2 * std::atan2(glm::length(Vec3(turn.x, turn.y, turn.z)), std::abs(turn.w)));
+  }
+  if (most_rad < kNoTurn_rad) return;
+  warnings.push_back(
+      fmt::format("the path file turns the {} by up to {:.3g} degrees: this removes bone, but only the motion of the "
+                  "tool's origin exerts a force",
+                  GetShape(tool), most_rad * kDegreesPerRad));
+}
+
+/// Adds the warning about wanted cuts that are deeper than the tool is long. A disc and the blade of a reciprocating
+/// saw may pass through the whole bone, beside what holds them.
+void FindReachWarnings(const Scene& scene, const Tool& tool, std::vector<std::string>& warnings) {
+  if (!scene.exercise.given) return;
+  const std::optional<RoundSolid> solid = CalcRoundSolid(tool);
+  const std::optional<PlanarBlade> blade = FindPlanarBlade(tool);
+  if (!solid && GetForm(tool) != ToolForm::kBall && !(blade && !blade->has_tip)) return;
+  const double length_mm = solid ? solid->top_z_mm : blade ? blade->length_mm() : 2 * CalcRadius(tool);
+  double depth_mm = scene.exercise.depth_mm;
+  for (const SceneCut& cut : scene.exercise.further) depth_mm = std::max(depth_mm, cut.depth_mm);
+  if (depth_mm <= length_mm + 1e-6) return;
+  warnings.push_back(fmt::format("the {} is {:g} mm deep, but only {:.3g} mm of the {} {}",
+                                 scene.exercise.kind == ExerciseKind::kDrillHoles ? "hole" : "wanted cut", depth_mm,
+                                 length_mm, blade ? "blade" : GetShape(tool),
+                                 blade ? "reach into it" : "are modelled above its tip"));
+}
+
 }  // namespace
 
 std::vector<std::string> FindVoxelWarnings(const SimulationParams& params, double voxel_mm) {
   if (const auto blade = FindPlanarBlade(params.tool)) return FindStrokeWarnings(*blade, voxel_mm);
-  if (!IsBlade(params.tool)) return {};
+  if (!IsBlade(params.tool)) return FindRoundWarnings(params.tool, voxel_mm);
   const double pitch_mm = CalcTooth(params.tool).pitch_mm;
   const double thickness_mm = CalcThickness(params.tool);
   const std::string_view shape = GetShape(params.tool);
@@ -169,28 +322,9 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
       warnings.push_back(DescribeUnusedDirection(scene.force));
     }
   }
-  const bool blade = IsBlade(params.tool);
-  const std::optional<RoundSolid> solid = CalcRoundSolid(params.tool);
-  const bool side_is_smooth = solid && !solid->side_cuts;
-  for (std::size_t i = 0; i < scene.path.strokes.size(); ++i) {
-    const SceneStroke& stroke = scene.path.strokes[i];
-    const Vec3 travel = stroke.end_mm - stroke.start_mm;
-    const Vec3 nhat = glm::normalize(stroke.disc_normal);
-    if (blade && glm::length(travel) > 0 && std::abs(glm::dot(travel, nhat)) > 0.05 * glm::length(travel)) {
-      warnings.push_back(
-          fmt::format("stroke {} moves {:.3g} degrees out of the {}'s plane: the flanks remove bone, but only the "
-                      "teeth exert a force",
-                      i + 1, std::asin(std::abs(glm::dot(travel, nhat)) / glm::length(travel)) * kDegreesPerRad,
-                      CalcStroke(params.tool) > 0 ? "blade" : "disc"));
-    }
-    const double across_mm = glm::length(glm::cross(travel, nhat));
-    if (side_is_smooth && across_mm > 0.05 * glm::length(travel)) {
-      warnings.push_back(
-          fmt::format("stroke {} moves {:.3g} degrees away from the drill's axis: its side removes bone, but only the "
-                      "lips exert a force",
-                      i + 1, std::atan2(across_mm, std::abs(glm::dot(travel, nhat))) * kDegreesPerRad));
-    }
-  }
+  FindMoveWarnings(scene, params.tool, warnings);
+  FindTurnWarnings(scene, params.tool, warnings);
+  FindReachWarnings(scene, params.tool, warnings);
   return warnings;
 }
 

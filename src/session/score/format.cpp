@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -13,8 +14,11 @@ namespace {
 
 using nlohmann::ordered_json;
 
+/// A smaller value is a residue of rounding: no measure is as accurate.
+constexpr double kResidue = 1e-4;
+
 std::string Number(double x) {
-  return fmt::format("{:.4g}", x);
+  return std::abs(x) < kResidue ? "0" : fmt::format("{:.4g}", x);
 }
 
 std::string Value(const MeasureRow& row) {

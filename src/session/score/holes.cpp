@@ -6,8 +6,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "session/score/columns.h"
-
 namespace kerf {
 namespace {
 
@@ -22,7 +20,8 @@ std::optional<CutColumn> FindBone(const PhiSampler& before, const WantedCut& hol
   return columns.empty() ? std::nullopt : std::optional(columns.front());
 }
 
-/// Returns how the hole was drilled whose deepest pose of the drill is `X_WT`; none: it was not begun.
+}  // namespace
+
 std::optional<HoleResult> MeasureHole(const PhiSampler& before, const WantedCut& hole, const Pose& X_WT) {
   WantedCut made = hole;
   made.into_W = X_WT.R_AB * Vec3(0, 0, -1);
@@ -42,8 +41,6 @@ std::optional<HoleResult> MeasureHole(const PhiSampler& before, const WantedCut&
   if (result.depth_mm < kBegunHole_mm) return {};
   return result;
 }
-
-}  // namespace
 
 void MeasureHoles(const Bone& before, const std::vector<WantedCut>& holes,
                   const std::vector<std::optional<Pose>>& deepest, ScoreSheet& sheet) {

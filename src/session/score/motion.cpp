@@ -9,6 +9,7 @@
 
 #include "base/core/spectrum.h"
 #include "session/score/feed_meter.h"
+#include "session/score/holes.h"
 
 namespace kerf {
 namespace {
@@ -31,6 +32,8 @@ constexpr double kPass_mm = 0.1;
 constexpr double kNear_mm = 2;
 /// A drill further than this from the axis of a hole is not in it.
 constexpr double kBesideHole_mm = 8;
+/// Largest angle between the axes of a drill in its hole.
+constexpr double kSameAxis_rad = 0.1;
 /// Feed along the line below which the tool rests.
 constexpr double kRest_mm_per_s = 0.1;
 /// The distance to the nerve is computed once per this number of rows.
@@ -73,6 +76,35 @@ constexpr double kCoveredFraction = 0.5;
 
 bool IsSame(const Pose& a, const Pose& b) {
   return a.p_AB == b.p_AB && a.R_AB == b.R_AB;
+}
+
+/// Returns the direction of a drill into the bone.
+Vec3 DrillDirection(const Pose& X_WT) {
+  return X_WT.R_AB * Vec3(0, 0, -1);
+}
+
+/// Returns true if the drill at `X_WT` has nearly the axis that it has at `X_axis_WT`: its tip is at most `radius_mm`
+/// beside it.
+bool IsOnAxis(const Pose& X_axis_WT, const Pose& X_WT, double radius_mm) {
+  const Vec3 axis_W = DrillDirection(X_axis_WT);
+  const Vec3 d_W = X_WT.p_AB - X_axis_WT.p_AB;
+  return glm::dot(axis_W, DrillDirection(X_WT)) >= std::cos(kSameAxis_rad) &&
+         glm::length(d_W - glm::dot(d_W, axis_W) * axis_W) <= radius_mm;
+}
+
+/// Returns the index of the hole whose axis is nearest to the drill's tip, of those along which it points; the number
+/// of holes: it is beside all of them.
+std::size_t FindNearestHole(const std::vector<WantedCut>& holes, const Pose& X_WT) {
+  std::size_t nearest = holes.size();
+  double least_mm = kBesideHole_mm;
+  for (std::size_t i = 0; i < holes.size(); ++i) {
+    const Vec3 tip = holes[i].ToCut(X_WT.p_AB);
+    const double distance_mm = std::hypot(tip.x, tip.z);
+    if (distance_mm >= least_mm || !(glm::dot(DrillDirection(X_WT), holes[i].into_W) > 0)) continue;
+    least_mm = distance_mm;
+    nearest = i;
+  }
+  return nearest;
 }
 
 /// Returns an upper bound of the displacement of a body's points from one pose to another, mm. A rotation by the angle
@@ -305,24 +337,26 @@ void MotionMeter::MeasureNerve(const Tool& tool, const RegionDistance& nerve, Sc
   SetValue(sheet, "near_miss_s", near_s);
 }
 
-std::vector<std::optional<Pose>> MotionMeter::FindDeepest(const std::vector<WantedCut>& holes) const {
+std::vector<std::optional<Pose>> MotionMeter::FindDeepest(const Bone& before,
+                                                          const std::vector<WantedCut>& holes) const {
+  const PhiSampler phi(before);
   std::vector<std::optional<Pose>> deepest(holes.size());
+  std::vector<std::optional<Pose>> touched(holes.size());  // the last of these poses in contact
   std::vector<double> deepest_mm(holes.size(), -kAbove_mm);
   for (const Row& row : rows_) {
-    std::size_t nearest = holes.size();
-    double least_mm = kBesideHole_mm;
-    for (std::size_t i = 0; i < holes.size(); ++i) {
-      const Vec3 tip = holes[i].ToCut(row.X_WT.p_AB);
-      const double distance_mm = std::hypot(tip.x, tip.z);
-      if (distance_mm >= least_mm) continue;
-      least_mm = distance_mm;
-      nearest = i;
-    }
+    const std::size_t nearest = FindNearestHole(holes, row.X_WT);
     if (nearest == holes.size()) continue;
-    const double depth_mm = holes[nearest].ToCut(row.X_WT.p_AB).y;
+    const WantedCut& hole = holes[nearest];
+    const double depth_mm = hole.ToCut(row.X_WT.p_AB).y;
     if (depth_mm <= deepest_mm[nearest]) continue;
+    const bool touches = row.contact && row.turns;
+    // A drill that has passed through the bone touches nothing in its own hole.
+    const bool is_inside = touched[nearest] && IsOnAxis(*touched[nearest], row.X_WT, 0.5 * hole.thickness_mm);
+    if (!touches && !is_inside) continue;
+    if (!MeasureHole(phi, hole, row.X_WT)) continue;
     deepest_mm[nearest] = depth_mm;
     deepest[nearest] = row.X_WT;
+    if (touches) touched[nearest] = row.X_WT;
   }
   return deepest;
 }

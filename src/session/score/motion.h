@@ -38,8 +38,9 @@ class MotionMeter {
   void Finish(const Tool& tool, std::span<const DepthGauge> gauges, const RegionDistance* nerve,
               const std::array<bool, 256>& nerve_regions, ScoreSheet& sheet) const;
   /// Returns the pose in which the tip of a drill was deepest in each hole: that one which it was nearest to; none: it
-  /// never was.
-  std::vector<std::optional<Pose>> FindDeepest(const std::vector<WantedCut>& holes) const;
+  /// never was. Only poses count in which the turning drill touched bone with its axis in the bone `before` the cut and
+  /// along the hole, and those in which it was in the hole that it had drilled so, for example beyond the far side.
+  std::vector<std::optional<Pose>> FindDeepest(const Bone& before, const std::vector<WantedCut>& holes) const;
   /// Time at which the attempt began: the tool moved, or the spindle started to turn; none: not yet.
   const std::optional<double>& begun_s() const { return begun_s_; }
 

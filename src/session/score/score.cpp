@@ -199,7 +199,7 @@ void FinishSheet(const RecordingReader& recording, const Scene& scene, const Mot
   progress("measuring", 0.5);
   std::optional<RegionDistance> computed;
   if (nerve == nullptr) nerve = &computed.emplace(before, Tissue::kCanal);
-  if (holes) MeasureHoles(before, cuts, meter.FindDeepest(cuts), sheet);
+  if (holes) MeasureHoles(before, cuts, meter.FindDeepest(before, cuts), sheet);
   meter.Finish(tool, gauges, nerve, FindRegionsOf(before, Tissue::kCanal), sheet);
   sheet.incomplete = FindIncomplete(recording, sheet);
   CalcTotal(sheet);

@@ -28,6 +28,9 @@ struct Camera {
 Camera MakeCamera(View view);
 /// Returns a camera aimed at `target_W`.
 Camera MakeCamera(const Vec3& toward_eye_W, const Vec3& up_W, const Vec3& target_W, double height_mm);
+/// Returns a camera that looks into a cut: against `out_W` and a little along the cut, in the cut's plane, which
+/// appears as a line. `out_W`: out of the bone; `normal_W`: of the plane; both of unit length and perpendicular.
+Camera MakeCutCamera(const Vec3& out_W, const Vec3& normal_W, const Vec3& target_W, double height_mm);
 
 /// Surface to draw.
 struct Shape {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <glm/geometric.hpp>
 
 #include "base/core/vectors.h"
@@ -91,6 +92,14 @@ Camera MakeCamera(View view) {
 
 Camera MakeCamera(const Vec3& toward_eye_W, const Vec3& up_W, const Vec3& target_W, double height_mm) {
   return {toward_eye_W, up_W, target_W, height_mm};
+}
+
+Camera MakeCutCamera(const Vec3& out_W, const Vec3& normal_W, const Vec3& target_W, double height_mm) {
+  constexpr double kAside = 0.2;
+  Vec3 along_W = glm::cross(out_W, normal_W);
+  if (along_W.z < 0) along_W = -along_W;  // from above rather than from below
+  const bool is_from_top = std::abs(out_W.z) > 0.9;
+  return {out_W + kAside * along_W, is_from_top ? along_W : Vec3(0, 0, 1), target_W, height_mm};
 }
 
 Vec3 CornerOf(const Box3& box, int corner) {

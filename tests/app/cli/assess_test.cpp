@@ -56,6 +56,8 @@ TEST_F(AssessCommand, ComparesABoneWithTheScenesPlan) {
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("within 1 mm"));
   EXPECT_THAT(result.out, HasSubstr("pieces            2"));
+  // The bar is cut through, so the whole plane is.
+  EXPECT_THAT(Slurp(folder_ / "out/report.html"), HasSubstr("middle</th><td>100</td><td>0.0</td>"));
   ExpectCut(nlohmann::json::parse(Slurp(folder_ / "out/assessment.json")));
   for (const char* file : {"report.html", "measures.csv", "planned.mrk.json", "achieved.mrk.json", "piece_1.stl",
                            "piece_2.stl", "transforms.json", "pieces.json", "overview.png", "cut.png"}) {
@@ -64,7 +66,9 @@ TEST_F(AssessCommand, ComparesABoneWithTheScenesPlan) {
   // The achieved planes are used as the plan: the cut has no error relative to them.
   const ProgramResult again = Kerf("assess out/achieved.mrk.json --before run/bone.vdb --after run/bone.vdb --json");
   EXPECT_EQ(again.code, 0) << again.err;
-  EXPECT_TRUE(nlohmann::json::parse(again.out)["planes"][0]["cut"].is_null());  // nothing was cut between these two
+  const auto uncut = nlohmann::json::parse(again.out)["planes"][0];  // nothing was cut between these two
+  EXPECT_TRUE(uncut["cut"].is_null());
+  EXPECT_EQ(uncut["reason"], "no bone was removed within 5 mm of it");
   const ProgramResult own = Kerf("assess s.toml --plan out/achieved.mrk.json --after run/bone.vdb --json");
   ASSERT_EQ(own.code, 0) << own.err;
   EXPECT_NEAR(nlohmann::json::parse(own.out)["planes"][0]["offset_mm"].get<double>(), 0, 1e-6);
@@ -83,6 +87,26 @@ TEST_F(AssessCommand, AssessesARecording) {
   EXPECT_THAT(html, HasSubstr("Force on the hand"));
   EXPECT_THAT(html, HasSubstr("a.kerf"));
   EXPECT_FALSE(Exists("out/overview.png"));
+}
+
+// The lowest millimetre of the bar is a tooth.
+TEST_F(AssessCommand, ListsTheStructuresThatAreCut) {
+  const std::string layers =
+      "[[bone.block.layer]]\nthickness_mm = 2\nregion = 24\n[[bone.block.layer]]\n"
+      "thickness_mm = 1\nregion = 33\n";
+  Write("teeth.toml", kScene + layers);
+  const ProgramResult run = Kerf("run teeth.toml -o run");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const ProgramResult text = Kerf("assess teeth.toml --after run/bone.vdb");
+  ASSERT_EQ(text.code, 0) << text.err;
+  EXPECT_THAT(text.out,
+              testing::ContainsRegex("  .*t(oo|ee)th.*  (cut|cut through), [12]\\.[0-9]+ mm3 of it removed\n"));
+  const auto json = nlohmann::json::parse(Kerf("assess teeth.toml --after run/bone.vdb --json").out);
+  ASSERT_EQ(json["structures"].size(), 1U);
+  EXPECT_EQ(json["structures"][0]["kind"], "tooth");
+  EXPECT_NEAR(json["structures"][0]["removed_mm3"].get<double>(), 0.5 * 4 * 1, 0.4);
+  EXPECT_TRUE(json["nerve_distance_mm"].is_null());
+  EXPECT_EQ(json["pieces"].size(), 2U);
 }
 
 TEST_F(AssessCommand, AssessesRecordingsThatFollowEachOtherTogether) {

@@ -81,6 +81,17 @@ TEST_F(LoopDevices, ScriptFollowsItsTable) {
   EXPECT_EQ(json.at("bone_hash"), Loop("--seconds 2 --device script:script.csv").at("bone_hash"));
 }
 
+// The script does not follow the scene's path, so the report counts no strokes along it.
+TEST_F(LoopDevices, OnlyAHandThatFollowsThePathHasStrokes) {
+  Loop("--seconds 2 --record path.kerf");
+  Loop("--seconds 2 --device script:script.csv --record script.kerf");
+  ASSERT_EQ(Kerf("replay path.kerf -o path").code, 0);
+  ASSERT_EQ(Kerf("replay script.kerf -o script").code, 0);
+  EXPECT_THAT(Slurp(folder_ / "path/report.md"), HasSubstr("times through the path."));
+  EXPECT_THAT(Slurp(folder_ / "script/report.md"), testing::Not(HasSubstr("through the path")));
+  EXPECT_EQ(Json::parse(Slurp(folder_ / "script/loop.json")).at("hand_strokes"), 0);
+}
+
 TEST_F(LoopDevices, DeviceNoneDoesNotMoveAndRemovesNothing) {
   const Json json = Loop("--seconds 0.5 --device none -o out");
   EXPECT_EQ(json.at("removed_mm3"), 0.0);

@@ -138,9 +138,12 @@ class Window:
             self._xdotool("key", "--clearmodifiers", name)
             time.sleep(0.05)
 
-    def hold(self, name, seconds):
+    def hold(self, name, seconds, until=None):
+        """Holds a key for a time, and then until the state is as `until` wants it: a busy window may not see it before."""
         self._xdotool("keydown", name)
         time.sleep(seconds)
+        if until is not None:
+            self.wait_state(f"{name} acts", until)
         self._xdotool("keyup", name)
 
     def type(self, text):

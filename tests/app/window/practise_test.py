@@ -137,7 +137,7 @@ def main():
         w.read()
         assert w.state["saw_mm"] == start, ("the lock holds", w.state)
         w.key("l")
-        w.hold("Next", 1)
+        w.hold("Next", 1, lambda s: s["saw_mm"] != start)
         w.wait_state("the way is said", lambda s: "beside the line" in s.get("step", "") and "Page Up key" in s.get("step_way", ""))
         w.wait_state("the saw rests", lambda s: not s["holds"])
         time.sleep(1)  # a hand in air completes a short motion

@@ -260,13 +260,41 @@ TEST(ExportInput, CsvHasOneValuePerLine) {
 }
 
 TEST(ExportInput, AssessmentJsonHasStableKeys) {
-  const Session session;
-  const auto json = nlohmann::json::parse(FormatAssessmentJson(session.assessment));
+  Session session;
+  session.assessment.planes[1].reach_mm = 5;
+  StructureAssessment structures;
+  structures.structures = {{.kind = MarkKind::kTooth,
+                            .side = BodySide::kLeft,
+                            .is_row = true,
+                            .is_cut = true,
+                            .removed_mm3 = 4.25,
+                            .distance_mm = 0,
+                            .p_W = {-20, 3, 4}},
+                           {.kind = MarkKind::kCanal, .side = BodySide::kLeft, .distance_mm = 1.75, .p_W = {25, 0, -9}},
+                           {.name = "N", .kind = MarkKind::kNerve, .is_mark = true}};
+  session.taken.structures = &structures;
+  const auto json = nlohmann::json::parse(FormatAssessmentJson(session.taken));
   EXPECT_EQ(json["planes"][0]["offset_mm"], 0.25);
   EXPECT_EQ(json["planes"][0]["within_margin"], false);
+  EXPECT_FALSE(json["planes"][0].contains("reason"));
   EXPECT_TRUE(json["planes"][1]["cut"].is_null());
+  EXPECT_EQ(json["planes"][1]["reason"], "no bone was removed within 5 mm of it");
+  ASSERT_EQ(json["structures"].size(), 3U);
+  EXPECT_EQ(json["structures"][0]["name"], "row of touching teeth, patient's left");
+  EXPECT_EQ(json["structures"][0]["removed_mm3"], 4.25);
+  EXPECT_EQ(json["structures"][1]["kind"], "canal");
+  EXPECT_EQ(json["structures"][1]["nearest_mm"][2], -9);
+  EXPECT_TRUE(json["structures"][2]["distance_mm"].is_null());
+  EXPECT_EQ(json["nerve_distance_mm"], 1.75);
+  ASSERT_EQ(json["pieces"].size(), 2U);  // the third is deleted
+  EXPECT_EQ(json["pieces"][1]["name"], "right");
+  EXPECT_NEAR(json["pieces"][1]["turned_deg"].get<double>(), 30, 1e-9);
   EXPECT_EQ(json["stops"][0]["too_deep_by_mm"], 0.5);
   EXPECT_EQ(json["removed_mm3"], 50);
+  ExportInput alone;
+  alone.assessment = &session.assessment;
+  const auto without = nlohmann::json::parse(FormatAssessmentJson(alone));
+  for (const char* key : {"structures", "nerve_distance_mm", "pieces"}) EXPECT_FALSE(without.contains(key)) << key;
 }
 
 /// Python's own parser accepts the report, every element is closed, and the report loads no external resource.

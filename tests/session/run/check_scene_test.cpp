@@ -76,6 +76,45 @@ TEST(CheckScene, NamesTheHoleThatLiesBesideTheBone) {
                   lines - 1));
 }
 
+// The block is 6 x 4 x 3 mm, with its top at z = 0.
+TEST(CheckScene, WarnsOfACutThatBeginsInsideBoneOrLeavesIt) {
+  const auto check = [](const std::string& exercise) {
+    std::string scene = MakeBlockScene({}, "[exercise]\ndepth_mm = 0.9\n" + exercise);
+    if (exercise.find("end_mm") == std::string::npos) {
+      scene.replace(scene.find("[tool]"), scene.find("[[path") - scene.find("[tool]"), "[tool]\nshape = \"drill\"\n");
+    }
+    std::vector<std::string> warnings;
+    for (const std::string& warning : CheckWholeScene(ParseScene(scene, "s.toml")).warnings) {
+      if (warning.starts_with("s.toml:")) warnings.push_back(warning.substr(warning.find(": ") + 2));
+    }
+    return warnings;
+  };
+  const auto cut = [&](const std::string& z_mm, const char* into) {
+    return check("start_mm = [-2, 0, " + z_mm + "]\nend_mm = [2, 0, " + z_mm + "]\ninto = [0, 0, " + into + "]\n");
+  };
+  const auto hole = [&](const char* z_mm, const char* into) {
+    return check(fmt::format("kind = \"drill_holes\"\nstart_mm = [0, 0, {}]\ninto = [0, 0, {}]\n", z_mm, into));
+  };
+  EXPECT_THAT(cut("0", "-1"), testing::IsEmpty());
+  EXPECT_THAT(cut("-1.5", "-1"), testing::IsEmpty());
+  EXPECT_THAT(cut("-2.2", "-1"), testing::ElementsAre("bone rises up to 2.2 mm above the line between start_mm and "
+                                                      "end_mm, which are to be on the surface: the tool begins inside "
+                                                      "the bone"));
+  EXPECT_THAT(cut("0", "1"),
+              testing::ElementsAre(testing::StartsWith("only 0 % of the wanted cut is in bone; into must point")));
+  EXPECT_THAT(hole("0", "-1"), testing::IsEmpty());
+  EXPECT_THAT(hole("-2.2", "-1"), testing::ElementsAre(testing::StartsWith("bone rises up to 2.2 mm above start_mm")));
+  EXPECT_THAT(hole("0", "1"), testing::ElementsAre(testing::StartsWith("only 0 % of the hole is in bone")));
+}
+
+TEST(CheckScene, MissingBoneOfASessionIsWrittenByAReplay) {
+  std::string scene = MakeBlockScene();
+  scene = "[bone]\nfile = \"none/bone.vdb\"\n" + scene.substr(scene.find("[tool]"));
+  EXPECT_THAT(MessageOf([&] { CheckWholeScene(ParseScene(scene, "/s/s.toml")); }),
+              testing::StartsWith("/s/none/bone.vdb: there is no such file; 'kerf replay RECORDING -o /s/none' writes "
+                                  "it if it is the bone that a recorded session left, and 'kerf import INPUT -o "));
+}
+
 TEST(DescribeCoupling, NamesOnlyLoweredValues) {
   const auto describe = [](const std::string& coupling) {
     return DescribeCoupling(MakeLoopSetup(ParseScene(MakeBlockScene({}, "[coupling]\n" + coupling), "s.toml")));

@@ -80,7 +80,10 @@ TEST(RunLoop, CutsThroughAndRemovesTheKerf) {
 TEST(ParseLoopAction, TakesTheSpeedsOfTheTool) {
   EXPECT_EQ(ParseLoopAction("1:rpm=90000").rpm, 90000);
   EXPECT_EQ(ParseLoopAction("1:rpm=0").rpm, 0);
-  EXPECT_EQ(ParseLoopAction("1:rpm=-7500").rpm, -7500);
+  for (const char* speed : {"-7500", "-100001"}) {  // as in a scene, the direction is that of the tool
+    EXPECT_THAT(test::MessageOf([speed] { ParseLoopAction(fmt::format("1:rpm={}", speed)); }),
+                testing::StartsWith(fmt::format("\"1:rpm={0}\": rpm = {0} is below 1;", speed)));
+  }
   EXPECT_THAT(test::MessageOf([] { ParseLoopAction("1:rpm=1680000"); }),
               testing::StartsWith("\"1:rpm=1680000\": rpm = 1680000 is above 100000;"));
   EXPECT_EQ(ParseLoopAction("1:rpm=1680000", CalcRateRange(PiezoInsert{})).rpm, 1.68e6);

@@ -16,6 +16,7 @@
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 #include "session/run/run_scene.h"
+#include "session/run/run_warnings.h"
 #include "session/run/spectrum_picture.h"
 #include "support/block_scene.h"
 #include "support/far_apart.h"
@@ -264,6 +265,15 @@ TEST_F(Run, WarningsAreInTheSummary) {
   const RunSummary summary = RunScene(scene, folder_, {});
   EXPECT_EQ(std::count(summary.warnings.begin(), summary.warnings.end(), "the saw touched no bone on its path"), 1);
   EXPECT_EQ(nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json"))["warnings"], summary.warnings);
+}
+
+TEST(TickWarnings, BoneRemovedWithoutTeethIsNotUntouched) {
+  EXPECT_EQ(FindTickWarnings({.tool = NameTool(TwistDrill{})}),
+            std::vector<std::string>{"the drill touched no bone on its path"});
+  EXPECT_EQ(FindTickWarnings({.removed_mm3 = 308.14, .tool = NameTool(OscillatingBlade{})}),
+            std::vector<std::string>{"no tooth cut, but the saw went through bone and removed 308.1 mm3 without a "
+                                     "force; move it with its teeth first"});
+  EXPECT_TRUE(FindTickWarnings({.touched = true, .removed_mm3 = 308.14}).empty());
 }
 
 TEST_F(Run, ReportsFragmentsWithoutChangingTheResults) {

@@ -252,6 +252,19 @@ TEST(Exercise, FurtherCutsAreReadAndWrittenForTheKindsThatHaveThem) {
   EXPECT_NE(test::MessageFor(scene("disc", "drill_holes")).find("requires a drill or a bur"), std::string::npos);
 }
 
+TEST(Exercise, DrillMakesOnlyHoles) {
+  for (const std::string_view kind : kExerciseKindWords) {
+    for (const char* shape : {"drill", "bur"}) {
+      const bool fits = kind == "drill_holes" || std::string_view(shape) == "bur";
+      const std::string message = test::MessageFor(test::ShortScene() + "[tool]\nshape = \"" + shape +
+                                                   "\"\n[exercise]\nkind = \"" + std::string(kind) + "\"\n");
+      EXPECT_EQ(message.find("but a drill cuts only with its tip; use kind = \"drill_holes\"") == std::string::npos,
+                fits)
+          << message;
+    }
+  }
+}
+
 TEST(Exercise, OfHolesRefusesAnEndAndTheSameHoleTwice) {
   const std::string holes =
       test::ShortScene() + "[tool]\nshape = \"drill\"\n[exercise]\nkind = \"drill_holes\"\nstart_mm = [1, 2, 3]\n";

@@ -171,7 +171,7 @@ TEST(SceneRange, HandHeldKeysEnforceTheirRanges) {
 }
 
 TEST(SceneRange, ExerciseKeysEnforceTheirRanges) {
-  RangeTester tester = ForSection("[tool]\nshape = \"drill\"\n[exercise]");
+  RangeTester tester = ForSection("[tool]\nshape = \"bur\"\n[exercise]");
   SceneExercise exercise;
   Describe(exercise, tester);
   EXPECT_GT(tester.tried(), 100);

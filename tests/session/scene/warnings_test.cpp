@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 
 #include "cut/force/measured.h"
@@ -82,8 +83,120 @@ TEST(Doubts, VoxelsAndSamplesOfTheRimFollowTheBlade) {
                   testing::HasSubstr("the disc is 1.25 voxels thick (thickness_mm = 0.25, voxels of 0.2 mm)")));
   EXPECT_THAT(FindVoxelWarnings(params, 0.3),
               testing::ElementsAre(testing::HasSubstr("the disc is thinner than a voxel (thickness_mm = 0.25")));
-  params.tool = BallBurr{};
+}
+
+TEST(Doubts, BallsBursAndDrillsNeedThreeVoxels) {
+  SimulationParams params;
+  params.tool = TwistDrill{.diameter_mm = 0.5};
+  EXPECT_THAT(FindVoxelWarnings(params, 0.166), testing::IsEmpty());
+  EXPECT_THAT(FindVoxelWarnings(params, 0.2),
+              testing::ElementsAre("the drill is 2.5 voxels wide (diameter_mm = 0.5, voxels of 0.2 mm): below 3 voxels "
+                                   "it removes up to 40 % too little bone; use voxels of at most 0.166 mm"));
+  EXPECT_THAT(FindVoxelWarnings(params, 0.5),
+              testing::ElementsAre(testing::HasSubstr("below 1.5 voxels it removes only a part of the bone or none")));
+  EXPECT_THAT(FindVoxelWarnings(params, 0), testing::IsEmpty()) << "unknown";
+  params.tool = BallBurr{.diameter_mm = 6};
   EXPECT_THAT(FindVoxelWarnings(params, 2), testing::IsEmpty());
+  EXPECT_THAT(FindVoxelWarnings(params, 2.1), testing::ElementsAre(testing::HasSubstr("the ball is 2.86 voxels wide")));
+  params.tool = FissureBur{.diameter_mm = 1.6};
+  EXPECT_THAT(FindVoxelWarnings(params, 1), testing::ElementsAre(testing::HasSubstr("the bur is 1.6 voxels wide")));
+}
+
+/// Returns the warnings about strokes that each continue the one before, of a tool with its axis along z.
+std::vector<std::string> WarningsOfStrokes(const Tool& tool, const std::vector<Vec3>& places) {
+  Scene scene;
+  scene.tool.shape = tool;
+  for (std::size_t i = 1; i < places.size(); ++i) {
+    scene.path.strokes.push_back(
+        {.start_mm = places[i - 1], .end_mm = places[i], .disc_normal = {0, 0, 2}, .retract = i == 1});
+  }
+  std::vector<std::string> warnings;
+  for (const std::string& warning : FindWarnings(scene, 0.1)) {
+    if (warning.starts_with("stroke")) warnings.push_back(warning);
+  }
+  return warnings;
+}
+
+TEST(Doubts, ToolThatGoesTopFirstIsNamed) {
+  const auto top_first = testing::ElementsAre(
+      testing::MatchesRegex("stroke 1 moves the (drill|bur) with its top first: it removes bone, but without a force; "
+                            "disc_normal must point from its tip to the handpiece: reverse it"));
+  for (const Tool& tool : {Tool(TwistDrill{}), Tool(FissureBur{})}) {
+    EXPECT_THAT(WarningsOfStrokes(tool, {{0, 0, 0}, {0, 0, 4}}), top_first);
+    EXPECT_THAT(WarningsOfStrokes(tool, {{0, 0, 0}, {0, 0, 4}, {0, 0, 0}}), top_first) << "in and out";
+    EXPECT_THAT(WarningsOfStrokes(tool, {{0, 0, 4}, {0, 0, 0}, {0, 0, 9}}), testing::IsEmpty()) << "withdrawn";
+    EXPECT_THAT(WarningsOfStrokes(tool, {{0, 0, 4}, {0, 0, 5}, {0, 0, 0}}), testing::IsEmpty()) << "raised before";
+  }
+  EXPECT_THAT(WarningsOfStrokes(FissureBur{}, {{0, 0, 0}, {9, 0, 1}}), testing::IsEmpty()) << "sideways";
+  EXPECT_THAT(WarningsOfStrokes(BallBurr{}, {{0, 0, 0}, {0, 0, 4}}), testing::IsEmpty());
+}
+
+// Each warning about a path file is given once, for the first place, if most of the path is so.
+TEST(Doubts, PathFileIsCheckedAsStrokesAre) {
+  Scene scene;
+  const auto set_path = [&](const std::vector<Vec3>& places) {
+    scene.path.poses.clear();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      scene.path.poses.push_back({10 + 0.5 * static_cast<double>(i), {Quat(1, 0, 0, 0), places[i]}});
+    }
+  };
+  set_path({{0, 0, 0}, {2, 0, 0.001}, {2.05, 0, 0.04}, {4, 0, 0}, {6, 0, 2}, {8, 0, 6}});
+  const auto find = [&] {
+    std::vector<std::string> warnings;
+    for (const std::string& warning : FindWarnings(scene, 0.1)) {
+      if (warning.starts_with("the path")) warnings.push_back(warning);
+    }
+    return warnings;
+  };
+  EXPECT_THAT(find(), testing::ElementsAre("the path file, from time_s = 11.5 on, moves 45 degrees out of the disc's "
+                                           "plane: the flats remove bone, but only the teeth exert a force"));
+  set_path({{0, 0, 0}, {8, 0, 0}, {8, 0, 6}});
+  EXPECT_THAT(find(), testing::IsEmpty()) << "moved aside at the end";
+  scene.tool.shape = TwistDrill{};
+  EXPECT_THAT(find(), testing::ElementsAre(testing::StartsWith(
+                          "the path file, from time_s = 10 on, moves 90 degrees away from the drill's axis")));
+  set_path({{0, 0, 0}, {0, 0, 4}, {0, 0, -1}});
+  EXPECT_THAT(find(), testing::ElementsAre(testing::HasSubstr("time_s = 10 on, moves the drill with its top first")));
+  set_path({{0, 0, 0}, {0, 0, -6}, {0, 0, 4}});
+  EXPECT_THAT(find(), testing::IsEmpty());
+  // Turned by 30 degrees about x, and about its own axis.
+  scene.path.poses.back().X_WT.R_AB = glm::angleAxis(0.5235987756, Vec3(1, 0, 0));
+  EXPECT_THAT(find(), testing::ElementsAre(testing::StartsWith("the path file turns the drill by up to 30 degrees")));
+  scene.tool.shape = DiscSaw{};
+  EXPECT_THAT(find(), testing::Not(testing::Contains(testing::HasSubstr("turns"))));
+  scene.tool.shape = TwistDrill{};
+  scene.path.poses.back().X_WT.R_AB = glm::angleAxis(0.5235987756, Vec3(0, 0, 1));
+  EXPECT_THAT(find(), testing::IsEmpty());
+}
+
+TEST(Doubts, WantedCutDeeperThanTheToolIsNamed) {
+  Scene scene;
+  scene.exercise.given = true;
+  scene.exercise.kind = ExerciseKind::kDrillHoles;
+  scene.exercise.depth_mm = 3;
+  scene.exercise.further.push_back({.depth_mm = 6});
+  const auto find = [&](const Tool& tool) {
+    scene.tool.shape = tool;
+    std::vector<std::string> warnings;
+    for (const std::string& warning : FindWarnings(scene, 0.1)) {
+      if (warning.find(" mm deep, but only ") != std::string::npos) warnings.push_back(warning);
+    }
+    return warnings;
+  };
+  EXPECT_THAT(find(TwistDrill{.length_mm = 6}), testing::IsEmpty());
+  EXPECT_THAT(find(TwistDrill{.length_mm = 3}),
+              testing::ElementsAre("the hole is 6 mm deep, but only 3 mm of the drill are modelled above its tip"));
+  scene.exercise.kind = ExerciseKind::kGroove;
+  EXPECT_THAT(find(FissureBur{.length_mm = 2}), testing::ElementsAre(testing::StartsWith("the wanted cut is 6 mm")));
+  EXPECT_THAT(find(PiezoInsert{.length_mm = 5}), testing::ElementsAre(testing::HasSubstr("only 5 mm of the blade")));
+  EXPECT_THAT(find(OscillatingBlade{}), testing::IsEmpty());
+  EXPECT_THAT(find(ReciprocatingBlade{.width_mm = 2}), testing::IsEmpty());
+  EXPECT_THAT(find(DiscSaw{.diameter_mm = 8}), testing::IsEmpty());
+}
+
+TEST(Doubts, StoppedSpindleHasNoSign) {
+  const Scene scene = ParseScene(test::ShortScene() + "[tool]\nrpm = -0.0\n", "s.toml");
+  EXPECT_FALSE(std::signbit(scene.tool.rpm));
 }
 
 TEST(Doubts, EveryLawWarnsJustOutsideItsRangeAndNotInside) {

@@ -75,6 +75,17 @@ TEST(Total, DecreasesWithEachScoredMeasure) {
   }
 }
 
+// The text leaves out residues of rounding, the JSON does not.
+TEST(Sheet, ResiduesOfRoundingAreZeroInText) {
+  ScoreSheet sheet = Perfect(ExerciseKind::kGroove);
+  SetValue(sheet, "plane_offset_mm", -5.782e-6);
+  SetValue(sheet, "plane_angle_deg", 0.00123);
+  const std::string text = FormatSheet(sheet);
+  EXPECT_THAT(text, testing::Not(testing::HasSubstr("e-0")));
+  EXPECT_THAT(text, testing::HasSubstr("0.00123"));
+  EXPECT_EQ(SheetJson(sheet)["measures"]["plane_offset_mm"]["value"], -5.782e-6);
+}
+
 TEST(Total, UnmeasuredValuesGetNoPoints) {
   ScoreSheet sheet = Perfect(ExerciseKind::kGroove);
   SetValue(sheet, "plane_offset_mm", {});

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <numbers>
 #include <random>
@@ -241,6 +242,62 @@ TEST(MotionMeter, PlungesAreCountedAndMeasured) {
   // canal from a depth of 4 mm on.
   EXPECT_NEAR(sheet.Get("nerve_distance_mm").value(), -1, 0.25);
   EXPECT_NEAR(sheet.Get("near_miss_s").value(), 6, 0.1);
+}
+
+/// Moves the drill straight to `to_W`, at 10 mm/s. It touches bone on the way if `contact`.
+void MoveDrill(const Pose& X_from, const Pose& X_to, bool contact, MotionMeter& meter, double& time_s) {
+  const double length_mm = glm::distance(X_from.p_AB, X_to.p_AB);
+  const auto ticks = static_cast<int>(100 * length_mm);
+  for (int i = 1; i <= ticks; ++i) {
+    MotionTick tick;
+    tick.time_s = time_s += kTick_s;
+    tick.dt_s = kTick_s;
+    tick.X_WT = X_to;
+    tick.X_WT.p_AB = glm::mix(X_from.p_AB, X_to.p_AB, static_cast<double>(i) / ticks);
+    tick.contact = contact;
+    meter.Take(tick);
+  }
+}
+
+/// Two opposite holes in a block 8 mm high, of which the first goes through and the second ends at 4 mm. Then the drill
+/// goes deeper in air, and deeper in contact with its axis beside the bone.
+TEST(MotionMeter, DeepestPoseInAHoleIsInTheBone) {
+  BlockParams block;
+  block.size_mm = {30, 12, 8};
+  block.voxel_mm = 0.5;
+  block.layers = {{8, 24}};
+  const Bone bone = MakeBlock(block, DefaultMandibleTable());
+  SceneExercise exercise;
+  exercise.kind = ExerciseKind::kDrillHoles;
+  exercise.start_mm = {10, 0, 0};
+  exercise.into = {0, 0, -1};
+  exercise.depth_mm = 9;
+  exercise.further.push_back({.start_mm = {13, 0, -8}, .into = {0, 0, 1}, .depth_mm = 4});
+  const std::vector<WantedCut> holes = MakeWantedCuts(exercise, TwistDrill{.diameter_mm = 1.5});
+  ASSERT_EQ(holes.size(), 2U);
+  const auto at = [&holes](std::size_t hole, double depth_mm, double beside_mm) {
+    Pose X = holes[hole].CalcToolPose(0, depth_mm);
+    X.p_AB.x += beside_mm;
+    return X;
+  };
+  MotionMeter meter(0);
+  double time_s = 0;
+  for (const std::size_t hole : {0U, 1U}) {
+    const double depth_mm = hole == 0 ? 8 : 4;
+    MoveDrill(at(hole, -3, 0), at(hole, 0, 0), false, meter, time_s);
+    MoveDrill(at(hole, 0, 0), at(hole, depth_mm, 0), true, meter, time_s);
+    // Beyond the far side, the drill touches nothing.
+    if (hole == 0) MoveDrill(at(hole, 8, 0), at(hole, 9.5, 0), false, meter, time_s);
+    MoveDrill(at(hole, depth_mm, 0), at(hole, -3, 0), false, meter, time_s);
+    MoveDrill(at(hole, -3, 4), at(hole, 12, 4), false, meter, time_s);
+    MoveDrill(at(hole, -3, 7.5), at(hole, 12, 7.5), true, meter, time_s);
+  }
+  const std::vector<std::optional<Pose>> deepest = meter.FindDeepest(bone, holes);
+  ASSERT_EQ(deepest.size(), 2U);
+  ASSERT_TRUE(deepest[0] && deepest[1]);
+  // A row is kept every 4 ms, which is 0.04 mm.
+  EXPECT_NEAR(glm::distance(deepest[0]->p_AB, at(0, 9.5, 0).p_AB), 0, 0.05);
+  EXPECT_NEAR(glm::distance(deepest[1]->p_AB, at(1, 4, 0).p_AB), 0, 0.05);
 }
 
 /// The tool moves, turns and rests near a canal. Poses that cannot change a measure are left out, without an effect on

@@ -359,5 +359,19 @@ TEST(BallMesh, IsClosedAndHasItsDiameterAndAsManyEdgesAsFlutes) {
   EXPECT_EQ(edges, 6);
 }
 
+TEST(CutCamera, LooksIntoTheBoneAlongThePlane) {
+  const Vec3 normals[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  for (const Vec3& normal : normals) {
+    for (const Vec3& out : {Vec3{1, 0, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
+      if (std::abs(glm::dot(normal, out)) > 0.5) continue;
+      PictureSpec spec;
+      spec.camera = MakeCutCamera(out, normal, {1, 2, 3}, 10);
+      const ViewFrame frame = CalcViewFrame(spec);
+      EXPECT_GT(glm::dot(frame.toward_eye_W, out), 0.9) << "from the side where the tool came from";
+      EXPECT_NEAR(glm::dot(frame.toward_eye_W, normal), 0, 1e-12) << "the plane appears as a line";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kerf
