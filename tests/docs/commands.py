@@ -117,7 +117,7 @@ class Reference:
             name, rest = f"{name} {rest[0]}", rest[1:]
         if name == "kerf" and rest and not rest[0].startswith("-"):
             return f"there is no command {rest[0]}"
-        for word in rest:
+        for word in (word.split("=")[0] for word in rest):
             if re.match(r"--?[a-z]", word) and word not in self.commands[name]:
                 return f"{name} has no option {word}"
         return ""

@@ -174,6 +174,9 @@ Scene RandomScene(std::mt19937& random) {
   if (GetForm(scene.tool.shape) != ToolForm::kRound && scene.exercise.kind == ExerciseKind::kDrillHoles) {
     scene.exercise.kind = ExerciseKind::kOsteotomy;
   }
+  if (std::holds_alternative<TwistDrill>(scene.tool.shape)) {
+    scene.exercise.kind = ExerciseKind::kDrillHoles;
+  }
   if (scene.exercise.kind == ExerciseKind::kDrillHoles) scene.exercise.end_mm = SceneExercise{}.end_mm;  // not a key
   if (GetDrive(scene.tool.shape) == DriveMotion::kStroke) {  // these require a tool that turns
     scene.exercise.given = false;
