@@ -75,8 +75,8 @@ class PlanarSweep {
     const float reach = 1.7321f * kHalfRow * s_.voxel;
     float middle[2];
     for (int axis = 0; axis < 2; ++axis) {
-      middle[axis] = corner[static_cast<std::size_t>(axis)] +
-                     kHalfRow * (s_.grid[0][axis] + s_.grid[1][axis] + s_.grid[2][axis]);
+      middle[axis] =
+          corner[static_cast<std::size_t>(axis)] + kHalfRow * (s_.grid[0][axis] + s_.grid[1][axis] + s_.grid[2][axis]);
     }
     float out[CarveStep::kMaxSides];
     int furthest = 0;

@@ -33,8 +33,8 @@ HWY_INLINE V Length(V x, V y) {
   return hn::Sqrt(hn::Add(Square(x), Square(y)));
 }
 
-/// The sweep of a kind of tool: SweepOf<T>::Type is made from a CarveStep and the position of a leaf's lowest voxel, and
-/// has, for the positions of as many voxels of the leaf as a vector has lanes,
+/// The sweep of a kind of tool: SweepOf<T>::Type is made from a CarveStep and the position of a leaf's lowest voxel,
+/// and has, for the positions of as many voxels of the leaf as a vector has lanes,
 ///   M MayChange(V x, V y, V z): the rows with a voxel that the step may change, by the middles of the rows;
 ///   V Depth(V x, V y, V z, V old): -distance to the swept space; where the tool does not cut, a value beyond the band.
 ///     `old`: their phi. Where it certainly is at least the result, the result may be less than -distance, and beyond
