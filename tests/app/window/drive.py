@@ -291,7 +291,9 @@ class Window:
         self.read()
         if len(self.events) > seen:
             return
-        raise AssertionError(f"kerf ended before {name}")
+        self.out.seek(0)
+        raise AssertionError(f"kerf ended with {self.process.returncode} before {name}: {self.out.read()[-2000:]}; "
+                             f"last events {self.events[-8:]}")
 
     def mark(self):
         self.read()
