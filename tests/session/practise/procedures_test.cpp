@@ -67,7 +67,7 @@ class Procedures : public test::ResultFolderTest {
     MakeFolder(folder_);
     ImportOptions options;
     options.voxel_mm = 0.4;
-    const std::string file = folder_ + "/visible_human.vdb";
+    std::string file = folder_ + "/visible_human.vdb";
     WriteBone(Import(kVisibleHuman, options).bone, file);
     return file;
   }
