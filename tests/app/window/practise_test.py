@@ -82,7 +82,8 @@ def main():
         assert score["headline"].endswith("."), score["headline"]
         ended = w.wait_event("ended")
         measured_s = score["sheet"]["measures"]["time_total_s"]["value"]
-        assert measured_s < 0.001 * (ended["ticks"] + ended["missed"]) - 2, (measured_s, ended)
+        # The 2 s of reading are not measured; a busy loop has fewer ticks in them.
+        assert measured_s < 0.001 * (ended["ticks"] + ended["missed"]) - 0.5, (measured_s, ended)
         assert (score["next_exercise"], score["next_level"]) == ("groove", 2 if score["total"] >= 70 else 1), score
         time.sleep(0.5)
         picture("score")
