@@ -296,7 +296,7 @@ void PrintMove(const PlannedMove& move, const PieceSet& pieces) {
 /// Prints the nerves and their canals, and each other structure of which something was removed or that is near the cut.
 void PrintStructures(const StructureAssessment& a) {
   for (const StructureResult& s : a.structures) {
-    const bool nerve = s.kind == MarkKind::kNerve || s.kind == MarkKind::kCanal;
+    const bool nerve = IsNerve(s.kind);
     if (!s.distance_mm) continue;
     const bool is_removed = s.removed_mm3 >= kLeastRemoved_mm3;
     if (!nerve && !s.is_cut && !is_removed && *s.distance_mm >= kNear_mm) continue;

@@ -10,13 +10,6 @@ namespace {
 constexpr std::size_t kMaxLines = 4;
 constexpr double kLeastShown_mm3 = 0.1;
 
-bool IsTooth(const StructureResult& s) {
-  return s.kind == MarkKind::kTooth || s.kind == MarkKind::kRoot;
-}
-bool IsNerve(const StructureResult& s) {
-  return s.kind == MarkKind::kNerve || s.kind == MarkKind::kCanal;
-}
-
 /// Returns the text as the beginning of a sentence.
 std::string Capitalise(std::string text) {
   if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
@@ -26,7 +19,7 @@ std::string Capitalise(std::string text) {
 }  // namespace
 
 std::string DescribeInjury(const StructureResult& injury) {
-  const bool is_cut = IsTooth(injury) || injury.kind == MarkKind::kLesion;
+  const bool is_cut = IsTooth(injury.kind) || injury.kind == MarkKind::kLesion;
   const char* text =
       is_cut ? injury.is_severed ? Msg("{}: cut through. {} removed at {}.") : Msg("{}: cut. {} removed at {}.")
       : injury.is_severed ? Msg("{}: severed. {} removed at {}.")
@@ -43,8 +36,8 @@ void ShowInjuries(const std::vector<StructureResult>& injuries, HudState& hud) {
   bool nerve_is_severed = false;
   for (const StructureResult& injury : injuries) {
     if (hud.injuries.size() < kMaxLines) hud.injuries.push_back(DescribeInjury(injury));
-    if (IsTooth(injury)) hud.values.teeth_injury = Tr("cut");
-    if (!IsNerve(injury)) continue;
+    if (IsTooth(injury.kind)) hud.values.teeth_injury = Tr("cut");
+    if (!IsNerve(injury.kind)) continue;
     nerve_is_severed |= injury.is_severed;
     hud.values.nerve_injury = nerve_is_severed ? Tr("severed") : Tr("injured");
   }

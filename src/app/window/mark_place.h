@@ -19,7 +19,7 @@ inline constexpr double kMarkAir_HU = -400;
 /// tells from air. `ct`: the CT of the bone; empty: none.
 inline MarkPlace FindMarkPlace(const Bone& bone, const CtSource& ct, MarkKind kind, const Vec3& p_W) {
   if (ct && ct(p_W) < kMarkAir_HU) return MarkPlace::kInAir;
-  if (ct && (kind == MarkKind::kNerve || kind == MarkKind::kCanal)) return MarkPlace::kUsual;
+  if (ct && IsNerve(kind)) return MarkPlace::kUsual;
   constexpr int kSteps = 5;  // the level set does not tell distances of 2 mm
   for (int k = -kSteps; k <= kSteps; ++k) {
     for (int j = -kSteps; j <= kSteps; ++j) {

@@ -20,9 +20,7 @@ constexpr Rgb8 kOtherColour{0, 130, 95};
 }  // namespace
 
 Rgb8 MarkColour(MarkKind kind) {
-  return kind == MarkKind::kNerve || kind == MarkKind::kCanal  ? TissueColour(Tissue::kCanal)
-         : kind == MarkKind::kTooth || kind == MarkKind::kRoot ? kToothColour
-                                                               : kOtherColour;
+  return IsNerve(kind) ? TissueColour(Tissue::kCanal) : IsTooth(kind) ? kToothColour : kOtherColour;
 }
 
 std::vector<PlaneOverlay> ListPlanes(const PlanDocument& document, bool faint) {

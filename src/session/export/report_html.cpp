@@ -177,7 +177,7 @@ std::string FormatStops(const ReportLanguage& t, const Assessment& a) {
 
 /// The terms are those of the window.
 std::string DescribeResult(const ReportLanguage& t, const StructureResult& s) {
-  const bool nerve = s.kind == MarkKind::kNerve || s.kind == MarkKind::kCanal;
+  const bool nerve = IsNerve(s.kind);
   if (s.is_severed) return nerve ? t.Tr("severed") : t.Tr("cut through");
   if (s.is_cut) return nerve ? t.Tr("injured") : t.Tr("cut");
   return t.Tr("spared");

@@ -38,8 +38,7 @@ Json ListStructures(const StructureAssessment& a) {
 Json FindNerveDistance(const StructureAssessment& a) {
   std::optional<double> least_mm;
   for (const StructureResult& s : a.structures) {
-    const bool nerve = s.kind == MarkKind::kNerve || s.kind == MarkKind::kCanal;
-    if (nerve && s.distance_mm) least_mm = std::min(*s.distance_mm, least_mm.value_or(*s.distance_mm));
+    if (IsNerve(s.kind) && s.distance_mm) least_mm = std::min(*s.distance_mm, least_mm.value_or(*s.distance_mm));
   }
   return OrNull(least_mm);
 }

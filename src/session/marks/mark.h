@@ -19,6 +19,13 @@ enum class MarkKind : std::uint8_t { kNerve, kCanal, kTooth, kRoot, kOther, kLes
 inline constexpr std::array<std::string_view, 6> kMarkKindWords{"nerve", "canal", "tooth", "root", "other", "lesion"};
 std::string_view ToString(MarkKind kind);
 std::optional<MarkKind> MarkKindFromString(std::string_view word);
+/// Nerves with their canals, and teeth with their roots.
+constexpr bool IsNerve(MarkKind kind) {
+  return kind == MarkKind::kNerve || kind == MarkKind::kCanal;
+}
+constexpr bool IsTooth(MarkKind kind) {
+  return kind == MarkKind::kTooth || kind == MarkKind::kRoot;
+}
 
 /// A smooth curve through points, with a radius: a tube with round ends. A single point is a ball.
 struct Mark {

@@ -199,8 +199,8 @@ StructureAssessment AssessStructures(const Bone& before, const Bone& after, cons
   for (const Mark& mark : marks) {
     if (mark.points_W.empty()) continue;
     out.structures.push_back(AssessMark(mark, before, after, removed, mid));
-    out.canal_known |= mark.kind == MarkKind::kNerve || mark.kind == MarkKind::kCanal;
-    out.teeth_known |= mark.kind == MarkKind::kTooth || mark.kind == MarkKind::kRoot;
+    out.canal_known |= IsNerve(mark.kind);
+    out.teeth_known |= IsTooth(mark.kind);
   }
   std::stable_sort(out.structures.begin(), out.structures.end(),
                    [](const StructureResult& a, const StructureResult& b) {
