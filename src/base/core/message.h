@@ -27,7 +27,7 @@ struct Quantity {
 /// sign.
 std::string FormatQuantity(const Quantity& quantity, std::string_view point = ".");
 
-/// Sentence with placeholders.
+/// Sentence with replacement fields, such as {}.
 struct Message {
   const char* text = "";  // complete English sentences; {} stands for the next value, {0}, {1}, ... for that value
   std::vector<std::variant<Quantity, std::string>> values;
@@ -38,8 +38,8 @@ struct Message {
 /// Returns the message in English.
 std::string FormatMessage(const Message& message);
 /// Returns the message in another language. `translate` is called for its text and for values that are texts. The
-/// translation of the text has the same placeholders, in any order if they are numbered; if they do not fit the values,
-/// the English text is used. `point`: the decimal separator.
+/// translation of the text has the same fields, in any order if they are numbered; if they do not fit the values, the
+/// English text is used. `point`: the decimal separator.
 std::string FormatMessage(const Message& message, const std::function<std::string(const std::string&)>& translate,
                           std::string_view point);
 

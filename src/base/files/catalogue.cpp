@@ -16,11 +16,11 @@ namespace kerf {
 namespace {
 
 constexpr std::uint32_t kMagic = 0x950412de;
-/// Texts with fewer letters between their placeholders would be found in texts that were not made of them.
+/// Texts with fewer letters between their replacement fields would be found in texts that were not made of them.
 constexpr std::size_t kMinLetters = 8;
 
-/// Returns the texts between the placeholders, such as {} or {0:.2f}, of a format.
-std::vector<std::string> SplitAtPlaceholders(std::string_view format) {
+/// Returns the texts between the fields, such as {} or {0:.2f}, of a format.
+std::vector<std::string> SplitAtFields(std::string_view format) {
   std::vector<std::string> parts{""};
   for (std::size_t i = 0; i < format.size(); ++i) {
     const bool doubled = i + 1 < format.size() && format[i + 1] == format[i];
@@ -35,7 +35,7 @@ std::vector<std::string> SplitAtPlaceholders(std::string_view format) {
   return parts;
 }
 
-/// Removes the formats of the placeholders: {:.2f} becomes {}.
+/// Removes the formats of the fields: {:.2f} becomes {}.
 std::string WithoutFormats(std::string_view format) {
   std::string out;
   bool skips = false;
@@ -101,7 +101,7 @@ Catalogue::Catalogue(const std::string& file) : bytes_(ReadTextFile(file)) {
     const std::string_view original = text(texts + 8 * i), translated = text(translations + 8 * i);
     if (original.empty() || translated.empty()) continue;  // the first one is the header
     texts_[original] = translated.data();
-    Form form{.parts = SplitAtPlaceholders(original), .letters = 0, .translated = WithoutFormats(translated)};
+    Form form{.parts = SplitAtFields(original), .letters = 0, .translated = WithoutFormats(translated)};
     for (const std::string& part : form.parts) {
       form.letters += static_cast<std::size_t>(
           std::count_if(part.begin(), part.end(), [](unsigned char c) { return std::isalpha(c) != 0; }));
@@ -134,7 +134,7 @@ std::string Catalogue::Translate(const std::string& text) const {
     try {
       return fmt::vformat(form.translated, arguments);
     } catch (const fmt::format_error&) {
-      return text;  // the translation has other placeholders
+      return text;  // the translation has other fields
     }
   }
   return text;

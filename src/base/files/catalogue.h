@@ -24,16 +24,16 @@ class Catalogue {
   /// Returns the decimal separator, "." or ",".
   std::string_view point() const;
   /// Translates a text that was made elsewhere with values in it, such as a note in a bone's file: finds the text with
-  /// placeholders that it was made of, and puts the values into the translation, numbers with the decimal separator. A
-  /// text that is not found stays as it is.
+  /// replacement fields, such as {}, that it was made of, and puts the values into the translation, numbers with the
+  /// decimal separator. A text that is not found stays as it is.
   std::string Translate(const std::string& text) const;
 
  private:
-  /// Text with placeholders.
+  /// Text with replacement fields.
   struct Form {
-    std::vector<std::string> parts;  // between the placeholders: one more than these
+    std::vector<std::string> parts;  // between the fields: one more than these
     std::size_t letters = 0;         // in the parts
-    std::string translated;          // its placeholders have no formats
+    std::string translated;          // its fields have no formats
   };
 
   std::string bytes_;

@@ -77,7 +77,7 @@ void TableReader::operator()(const char* key, double& value, Range range, const 
   if (node == nullptr) return;
   const std::string_view unit = UnitOfKey(key);
   if (!IsNumber(*node)) return WrongType(*node, fmt::format("a number from {}", ShowRange(range, unit)));
-  if (CheckNumber(*node, key, *node, range, unit)) value = node->real;
+  if (CheckNumber(*node, key, *node, range, unit)) value = node->real + 0.0;  // makes 0 of -0, which would be shown
 }
 
 void TableReader::operator()(const char* key, int& value, Range range, const char*) {

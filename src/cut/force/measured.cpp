@@ -91,10 +91,6 @@ std::string DescribeBite(const ForceLaw& law, double bite_mm) {
                      1000 * to_mm, law.table() != nullptr ? "its table" : "the published tests");
 }
 
-std::string DescribeBlades(const ForceLaw& law) {
-  return DescribeBlades(law, DiscSaw{});
-}
-
 std::string DescribeBlades(const ForceLaw& law, const Tool& tool) {
   // The width of a blade's tooth is the blade's thickness; teeth of another tool are pieces of its flutes or lips.
   const std::string_view line = GetWords(tool).line;

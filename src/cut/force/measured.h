@@ -70,9 +70,8 @@ double CalcThrustFactor(const ForceLaw& law, const Tool& tool, double bite_mm);
 /// Returns the note on accuracy that accompanies every reported force (`kerf check`, summaries, the window,
 /// docs/physics.md), with the factors of this tool and of the law's current parameters.
 std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool);
-/// Returns the note on how the law's force depends on the blade, shown in the same places.
-/// Without a tool, it is of a blade.
-std::string DescribeBlades(const ForceLaw& law);
+/// Returns the note on how the law's force depends on the size of the blade, or of another tool, shown in the same
+/// places.
 std::string DescribeBlades(const ForceLaw& law, const Tool& tool);
 
 /// Returns the smallest and the largest bite of the data of a law, mm: of cortical bone in its table (if it has none,

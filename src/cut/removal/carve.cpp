@@ -159,9 +159,11 @@ void Cull(const LeafCull& c, const float* x, const float* y, const float* z, int
       V qz = hn::Add(project(c.axes[2], px, py, pz), Splat(c.origin[2]));
       M may = hn::Le(project(c.back, qx, qy, qz), Splat(c.behind));
       may = hn::And(may, hn::Le(hn::Abs(qz), Splat(c.axial)));
-      const V across = hn::Add(hn::Mul(Splat(c.across[0]), qx), hn::Mul(Splat(c.across[1]), qy));
-      const M between = hn::And(hn::Ge(qz, Splat(c.receded_low)), hn::Le(qz, Splat(c.receded_high)));
-      may = hn::AndNot(hn::And(hn::Gt(across, Splat(c.receded)), between), may);
+      if (c.receded < LeafCull::kNone) {
+        const V across = hn::Add(hn::Mul(Splat(c.across[0]), qx), hn::Mul(Splat(c.across[1]), qy));
+        const M between = hn::And(hn::Ge(qz, Splat(c.receded_low)), hn::Le(qz, Splat(c.receded_high)));
+        may = hn::AndNot(hn::And(hn::Gt(across, Splat(c.receded)), between), may);
+      }
       if (c.sides > 0) may = hn::And(may, NearSides(c, qx, qy));
       qz = hn::Mul(qz, Splat(c.axial_counts));
       const V distance = hn::Max(hn::Sqrt(hn::Add(hn::Add(Square(qx), Square(qy)), Square(qz))), Splat(c.min_distance));

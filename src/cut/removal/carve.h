@@ -32,6 +32,8 @@ struct LeafCull {
   float back[3];           // CarveStep::back; zero if no leaf behind the step is to be left out
   float behind;            // leaves whose middle is further along `back` than this are left out
   /// Leaves whose middle is further along `across` than `receded`, and not outside of these heights, are left out.
+  /// kNone: no leaf is.
+  static constexpr float kNone = 1e9f;
   float across[2];
   float receded;
   float receded_low, receded_high;

@@ -106,7 +106,7 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
     cull.origin[axis] = static_cast<float>(origin_T[axis]);
   }
   cull.half_leaf2 = static_cast<float>(3 * 3.5 * 3.5 * voxel_mm * voxel_mm);
-  cull.behind = cull.receded = 1e9f;
+  cull.behind = cull.receded = LeafCull::kNone;
   const double out_mm = zone.outside_mm + slack_mm + CalcRounding(zone, voxel_mm);
   cull.axial = zone.is_cylinder() ? static_cast<float>(zone.half_thickness_mm + out_mm + grid.Extent({0, 0, 1})) : 1e9f;
   cull.axial_counts = zone.is_cylinder() ? 0.0f : 1.0f;

@@ -204,7 +204,7 @@ void AddWarnings(Comparison& c, const Scene& scene, const MaterialSummary& mater
     as.force = result.what.law;
     add(FindWarnings(as, c.voxel_mm));
     add({fmt::format("{}: {}; {}; {}", as.force.name(), DescribeAccuracy(as.force, MakeTool(as)),
-                     DescribeBlades(as.force), FindCaveat(as.force.info()).good_for)});
+                     DescribeBlades(as.force, MakeTool(as)), FindCaveat(as.force.info()).good_for)});
   }
   as.simulation.mode = SceneMode::kSlab;
   as.force = ForceLaw();  // the laws of voxel mode do not apply to a slab, so no warning should mention one

@@ -81,7 +81,6 @@ void Describe(SceneTool& p, V&& visit) {
         DescribeSteel("E_GPa", p.E_GPa, 1, tool.nu, tool.p_TG_mm, visit);
       },
       p.shape);
-  if (p.rpm == 0) p.rpm = 0;  // not -0, which would be shown
 }
 
 template <typename V>

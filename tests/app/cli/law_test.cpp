@@ -34,13 +34,13 @@ TEST_F(Law, CheckStatesTheLawsRangeAndWarnsOutside) {
     EXPECT_EQ(text.code, 0) << text.err;
     const ForceLaw by_default(law->name);
     EXPECT_THAT(text.out, HasSubstr(DescribeAccuracy(by_default, DiscSaw{})));
-    EXPECT_THAT(text.out, HasSubstr(DescribeBlades(by_default)));
+    EXPECT_THAT(text.out, HasSubstr(DescribeBlades(by_default, DiscSaw{})));
     EXPECT_THAT(text.out, HasSubstr(FindCaveat(*law).good_for));
     EXPECT_THAT(text.out, HasSubstr("J/mm3 (derived from published forces at bites of 2.5 um and more: 0.83 "
                                     "to 2.9, with the upper bound doubled)"));
     const Json json = Json::parse(Kerf("check s.toml --json").out);
     EXPECT_EQ(json["force"]["accuracy"], DescribeAccuracy(by_default, DiscSaw{}));
-    EXPECT_EQ(json["force"]["blades"], DescribeBlades(by_default));
+    EXPECT_EQ(json["force"]["blades"], DescribeBlades(by_default, DiscSaw{}));
     EXPECT_EQ(json["force"]["good_for"], FindCaveat(*law).good_for);
   }
   // The bite is 10 um. Calculated by hand: 84.6 N and, with the factor 1.6, 0.25 mm and 10 um, 21.2 J/mm3.

@@ -6,7 +6,7 @@
 namespace kerf {
 namespace {
 
-TEST(Message, TranslationMayChangeTheOrderButNotThePlaceholders) {
+TEST(Message, TranslationMayChangeTheOrderButNotTheFields) {
   const Message message{"You cut {0} too deep at {1}.", {Quantity{1.25, 2, "mm"}, std::string("the end")}};
   EXPECT_EQ(FormatMessage(message), "You cut 1.25 mm too deep at the end.");
   const auto in = [&](const std::string& sentence) {

@@ -232,8 +232,9 @@ TEST(EveryLaw, IsFullyDescribed) {
     EXPECT_FALSE(std::string(info->summary).empty());
     EXPECT_FALSE(std::string(info->source).empty());
     // The documentation uses the same text as the program.
-    for (const std::string& phrase : {DescribeAccuracy(ForceLaw(info->name), DiscSaw{}),
-                                      DescribeBlades(ForceLaw(info->name)), std::string(FindCaveat(*info).good_for)}) {
+    for (const std::string& phrase :
+         {DescribeAccuracy(ForceLaw(info->name), DiscSaw{}), DescribeBlades(ForceLaw(info->name), DiscSaw{}),
+          std::string(FindCaveat(*info).good_for)}) {
       EXPECT_FALSE(phrase.empty()) << info->name;
       EXPECT_NE(physics.str().find(phrase), std::string::npos) << "docs/physics.md does not say: " << phrase;
     }

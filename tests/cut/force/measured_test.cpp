@@ -107,13 +107,14 @@ TEST(Measured, FactorsFollowToolAndParameters) {
   own.Set("contact_radius_mm", 0.11);  // a hundredth of the tool's radius, so a tenth of the force
   EXPECT_THAT(DescribeAccuracy(own, kSaw),
               testing::StartsWith("thrust 0.16 times that measured at a bite of 2.5 um, 0.91 times that at 10 um"));
-  EXPECT_EQ(DescribeBlades(own),
+  EXPECT_EQ(DescribeBlades(own, DiscSaw{}),
             "ignores the blade's thickness and the tool's radius: it can't be used to compare blades");
   EXPECT_EQ(DescribeBlades(own, TwistDrill{}),
             "ignores tooth_width_mm and the tool's radius: it can't be used to compare tools");
   EXPECT_EQ(DescribeBlades(ForceLaw("edge_plus_chip"), TwistDrill{}),
             "scales with the length of the lips that cuts, and ignores the tool's radius");
-  EXPECT_EQ(DescribeBlades(ForceLaw("two_component"), PiezoInsert{}), DescribeBlades(ForceLaw("two_component")));
+  EXPECT_EQ(DescribeBlades(ForceLaw("two_component"), PiezoInsert{}),
+            DescribeBlades(ForceLaw("two_component"), DiscSaw{}));
   DiscSaw thick;
   thick.thickness_mm = 1;
   ForceLaw edge("edge_plus_chip");

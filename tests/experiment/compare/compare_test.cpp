@@ -369,7 +369,7 @@ TEST_F(CompareFiles, NameTheCtLawItsRangeAndAllItsWarnings) {
     if (result.what.slab) continue;
     const ForceLaw& law = result.what.law;
     EXPECT_THAT(kept, HasSubstr(fmt::format("- {}: {}; {}; {}\n", law.name(), DescribeAccuracy(law, DiscSaw{}),
-                                            DescribeBlades(law), FindCaveat(law.info()).good_for)));
+                                            DescribeBlades(law, DiscSaw{}), FindCaveat(law.info()).good_for)));
   }
   EXPECT_THAT(kept, HasSubstr("- slab: one tooth alone has the force of hertz_constant_bite: thrust 1/"));
   EXPECT_EQ(json["material"], nlohmann::json(MaterialJson(scene, material)));

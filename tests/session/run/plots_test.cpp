@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "cut/effects/tooth_vibration.h"
@@ -77,6 +76,63 @@ TEST(SpectrumPlot, NamesOnlyTheLinesThatTheToolHas) {
   EXPECT_THAT(plot.caption, HasSubstr("before the limit max_N"));
 }
 
+/// Ticks of 1 ms of a scene's path with tooth vibration, and the spectrum of those after `from`.
+struct VibratingCut {
+  VibratingCut(const Scene& scene, int from, int ticks)
+      : path(MakePath(scene)),
+        simulation(MakeSceneBone(scene, {}), MakeSimulationParams(scene), path.CalcPose(0, 0)),
+        track(plan()) {
+    for (int i = 1; i <= ticks; ++i) {
+      simulation.Tick({path.CalcPose(0, 0.001 * i), 0.001, scene.tool.rpm});
+      if (i > from) track.Take(0.001);
+    }
+  }
+  const EffectPlan& plan() const { return EffectsOf(simulation); }
+  const ToothVibrationEffect& effect() const {
+    return dynamic_cast<const ToothVibrationEffect&>(*plan().Find("tooth_vibration"));
+  }
+
+  Path path;
+  Simulation simulation;
+  SpectrumTrack track;
+};
+
+TEST(SpectrumTrack, HasTheLinesOfTheEffect) {
+  // The disc moves along at a constant depth, so the lines have constant amplitudes, which appear in their bins of the
+  // spectrum.
+  const Scene scene = ParseScene(R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 40.0
+size_y_mm = 4.0
+size_z_mm = 6.0
+voxel_mm = 0.2
+[tool]
+thickness_mm = 0.5
+[[path.stroke]]
+start_mm = [-8.0, 0.0, 9.0]
+end_mm = [8.0, 0.0, 9.0]
+feed_mm_per_s = 8.0
+disc_normal = [0.0, 1.0, 0.0]
+[effects.tooth_vibration]
+)",
+                                 "scene.toml");
+  const VibratingCut cut(scene, 900, 2000);
+  const SpectrumTrack::Spectrum spectrum = cut.track.CalcSpectrum();
+  ASSERT_EQ(spectrum.seconds, 1);
+  EXPECT_EQ(spectrum.teeth, 24);
+  EXPECT_NEAR(spectrum.spindle_Hz, 125, 1e-3);
+  EXPECT_NEAR(spectrum.carried_Hz, 400, 1e-4);  // times are stored as floats
+  // The grid's ripple along the path moves a few percent of each line to both sides.
+  const auto& lines = cut.effect().lines();
+  ASSERT_GT(lines[ToothVibrationEffect::kRunout].Magnitude(), 0.01);
+  EXPECT_NEAR(spectrum.mN[125] / (1000 * lines[ToothVibrationEffect::kRunout].Magnitude()), 1, 0.1);
+  EXPECT_NEAR(spectrum.mN[1500] / (1000 * lines[ToothVibrationEffect::kSet].Magnitude()), 1, 0.1);
+  EXPECT_GT(spectrum.mN[3000], 20 * spectrum.mN[2700]);
+  EXPECT_GT(spectrum.mN[3000], 20 * spectrum.mN[2000]);
+}
+
 TEST(SpectrumTrack, OfAStrokeHasThePowerOfTheEffectAtMultiplesOfItsRate) {
   // The blade plunges into a block at a constant feed, so the lines have constant amplitudes.
   const Scene scene = ParseScene(R"(
@@ -104,15 +160,8 @@ disc_normal = [0.0, 1.0, 0.0]
 [effects.tooth_vibration]
 )",
                                  "scene.toml");
-  const Path path = MakePath(scene);
-  Simulation simulation(MakeSceneBone(scene, {}), MakeSimulationParams(scene), path.CalcPose(0, 0));
-  const EffectPlan& plan = EffectsOf(std::as_const(simulation));
-  SpectrumTrack track(plan);
-  for (int i = 1; i <= 3600; ++i) {
-    simulation.Tick({path.CalcPose(0, 0.001 * i), 0.001, 15000});
-    if (i > 2500) track.Take(0.001);
-  }
-  const SpectrumTrack::Spectrum spectrum = track.CalcSpectrum();
+  const VibratingCut cut(scene, 2500, 3600);
+  const SpectrumTrack::Spectrum spectrum = cut.track.CalcSpectrum();
   ASSERT_EQ(spectrum.seconds, 1);
   EXPECT_TRUE(spectrum.strokes);
   EXPECT_NEAR(spectrum.spindle_Hz, 250, 1e-3);
@@ -127,12 +176,11 @@ disc_normal = [0.0, 1.0, 0.0]
   EXPECT_LT(rest, 0.05 * lines);
 
   // The effect's own samples over a period, without their mean.
-  const auto& effect = dynamic_cast<const ToothVibrationEffect&>(*plan.Find("tooth_vibration"));
   constexpr int kSamples = 4000;
   Vec3 sum(0);
   double squares = 0;
   for (int i = 0; i < kSamples; ++i) {
-    const Vec3 f = 1000.0 * effect.Sample(0.004 * i / kSamples);
+    const Vec3 f = 1000.0 * cut.effect().Sample(0.004 * i / kSamples);
     sum += f;
     squares += glm::dot(f, f);
   }

@@ -12,12 +12,10 @@
 #include "base/files/files.h"
 #include "bone/mesh/meshfile.h"
 #include "bone/vdb/bonefile.h"
-#include "cut/hand_sim/internals.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 #include "session/run/run_scene.h"
 #include "session/run/run_warnings.h"
-#include "session/run/spectrum_picture.h"
 #include "support/block_scene.h"
 #include "support/far_apart.h"
 #include "support/forces_csv.h"
@@ -137,51 +135,6 @@ TEST_F(Run, ShowsSpectrumAndGuide) {
     EXPECT_NE(std::find(summary.files.begin(), summary.files.end(), name), summary.files.end()) << name;
     EXPECT_GT(fs::file_size(folder_ + "/" + name), 5000u) << name;
   }
-}
-
-TEST(SpectrumTrack, HasTheLinesOfTheEffect) {
-  // The disc moves along at a constant depth, so the lines have constant amplitudes, which appear in their bins of the
-  // spectrum.
-  const Scene scene = ParseScene(R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 40.0
-size_y_mm = 4.0
-size_z_mm = 6.0
-voxel_mm = 0.2
-[tool]
-thickness_mm = 0.5
-[[path.stroke]]
-start_mm = [-8.0, 0.0, 9.0]
-end_mm = [8.0, 0.0, 9.0]
-feed_mm_per_s = 8.0
-disc_normal = [0.0, 1.0, 0.0]
-[effects.tooth_vibration]
-)",
-                                 "scene.toml");
-  const SimulationParams params = MakeSimulationParams(scene);
-  const Path path = MakePath(scene);
-  Simulation simulation(MakeSceneBone(scene, {}), params, path.CalcPose(0, 0));
-  const EffectPlan& plan = EffectsOf(std::as_const(simulation));
-  SpectrumTrack track(plan);
-  for (int i = 1; i <= 2000; ++i) {
-    simulation.Tick({path.CalcPose(0, 0.001 * i), 0.001, 7500});
-    if (i > 900) track.Take(0.001);
-  }
-  const auto& effect = dynamic_cast<const ToothVibrationEffect&>(*plan.Find("tooth_vibration"));
-  const SpectrumTrack::Spectrum spectrum = track.CalcSpectrum();
-  ASSERT_EQ(spectrum.seconds, 1);
-  EXPECT_EQ(spectrum.teeth, 24);
-  EXPECT_NEAR(spectrum.spindle_Hz, 125, 1e-3);
-  EXPECT_NEAR(spectrum.carried_Hz, 400, 1e-4);  // times are stored as floats
-  // The grid's ripple along the path moves a few percent of each line to both sides.
-  const auto& lines = effect.lines();
-  ASSERT_GT(lines[ToothVibrationEffect::kRunout].Magnitude(), 0.01);
-  EXPECT_NEAR(spectrum.mN[125] / (1000 * lines[ToothVibrationEffect::kRunout].Magnitude()), 1, 0.1);
-  EXPECT_NEAR(spectrum.mN[1500] / (1000 * lines[ToothVibrationEffect::kSet].Magnitude()), 1, 0.1);
-  EXPECT_GT(spectrum.mN[3000], 20 * spectrum.mN[2700]);
-  EXPECT_GT(spectrum.mN[3000], 20 * spectrum.mN[2000]);
 }
 
 TEST_F(Run, WorkIsTheForceAlongThePath) {

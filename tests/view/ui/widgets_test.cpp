@@ -392,7 +392,7 @@ TEST(Translate, EmptyTextStaysEmptyInEveryLanguage) {
   SetLanguage("en");
 }
 
-TEST(Translate, GermanSentenceWithPlaceholdersCanBeFormatted) {
+TEST(Translate, GermanSentenceWithFieldsCanBeFormatted) {
   SetLanguage("de");
   EXPECT_EQ(fmt::format(fmt::runtime(Tr("machine too slow: {:.0f} % of ticks late")), 2.6),
             "Rechner zu langsam: 3 % der Takte verspätet");
