@@ -94,11 +94,11 @@ std::vector<std::string> CheckWantedCutsMeetBone(const Scene& scene, const Dista
                                    : "from the line between start_mm and end_mm along into to depth_mm"));
     }
     if (found.fraction < kMinInBone) {
-      warnings.push_back(fmt::format("{}: only {:.0f} % of the {} is in bone; into must point into the bone", place,
-                                     100 * found.fraction, what));
+      warnings.push_back(fmt::format("{} {}: only {:.0f} % of it is in bone; into must point into the bone", what,
+                                     i + 1, 100 * found.fraction));
     } else if (found.rise_mm > kMaxRise_mm) {
-      warnings.push_back(fmt::format("{}: bone rises up to {:.1f} mm above {}: the tool begins inside the bone", place,
-                                     found.rise_mm,
+      warnings.push_back(fmt::format("{} {}: bone rises up to {:.1f} mm above {}: the tool begins inside the bone",
+                                     what, i + 1, found.rise_mm,
                                      hole ? "start_mm, which is to be on the surface"
                                           : "the line between start_mm and end_mm, which are to be on the surface"));
     }
