@@ -1,6 +1,7 @@
 // One step of a tool as the innermost loop of removal reads it (cut/removal/carve.h).
 #pragma once
 
+#include <array>
 #include <cstddef>
 
 namespace kerf {
@@ -43,6 +44,13 @@ struct CarveStep {
   static constexpr int kMaxSides = 32;
   int sides = 0;
   Side side[kMaxSides] = {};
+  /// Returns the middle of a leaf, from the position of its lowest voxel.
+  std::array<float, 3> Middle(const std::array<float, 3>& corner) const {
+    constexpr float kHalfLeaf = 3.5f;
+    std::array<float, 3> middle = corner;
+    for (std::size_t i = 0; i < 3; ++i) middle[i] += kHalfLeaf * (grid[0][i] + grid[1][i] + grid[2][i]);
+    return middle;
+  }
   /// Computes the members below, which are the same for all leaves.
   void Prepare();
   alignas(64) float across[3][8] = {{}};  // [i]: from a leaf's first row to the next ones along y, tool axis i

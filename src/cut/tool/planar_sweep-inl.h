@@ -73,11 +73,7 @@ class PlanarSweep {
   /// times the way from the middle of the leaf.
   void SelectSides(const std::array<float, 3>& corner) {
     const float reach = 1.7321f * kHalfRow * s_.voxel;
-    float middle[2];
-    for (int axis = 0; axis < 2; ++axis) {
-      middle[axis] =
-          corner[static_cast<std::size_t>(axis)] + kHalfRow * (s_.grid[0][axis] + s_.grid[1][axis] + s_.grid[2][axis]);
-    }
+    const std::array<float, 3> middle = s_.Middle(corner);
     float out[CarveStep::kMaxSides];
     int furthest = 0;
     int furthest_edge = -1;

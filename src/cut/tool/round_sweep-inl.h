@@ -26,7 +26,7 @@ namespace {
 /// cutter keeps that small.
 class RoundSweep {
  public:
-  RoundSweep(const CarveStep& s, const std::array<float, 3>& /*corner*/)
+  RoundSweep(const CarveStep& s, const std::array<float, 3>& corner)
       : back_x_(Splat(s.back[0])),
         back_y_(Splat(s.back[1])),
         back_z_(Splat(s.back[2])),
@@ -46,15 +46,18 @@ class RoundSweep {
         exact_(!s.whole_voxels && s.precision_bits == 24) {
     per_across_ = Splat(s.per_across);
     way_across_ = Splat(s.way_across);
-    for (int i = 0; i < kFaces; ++i) {
-      r_[i] = Splat(s.faces[i].r);
-      z_[i] = Splat(s.faces[i].z);
-      offset_[i] = Splat(s.faces[i].offset);
-      turn_[i] = Splat(s.faces[i].turn);
-      rise_[i] = Splat(s.faces[i].rise);
-      at_least_[i] = Splat(s.faces[i].at_least);
-      extent_[i] = Splat(s.faces[i].extent);
-      along_row_[i] = Splat(s.faces[i].z * kHalfRow * s.grid[2][2]);
+    int selected[kFaces];
+    SelectFaces(s, corner, selected);
+    for (int i = 0; i < count_; ++i) {
+      const CarveStep::Face& face = s.faces[selected[i]];
+      r_[i] = Splat(face.r);
+      z_[i] = Splat(face.z);
+      offset_[i] = Splat(face.offset);
+      turn_[i] = Splat(face.turn);
+      rise_[i] = Splat(face.rise);
+      at_least_[i] = Splat(face.at_least);
+      extent_[i] = Splat(face.extent);
+      along_row_[i] = Splat(face.z * kHalfRow * s.grid[2][2]);
     }
     outer_ = Splat(s.band + s.rounding);
     inner_ = Splat(-(s.band + s.flank_slack + s.rounding));
@@ -65,6 +68,30 @@ class RoundSweep {
   }
 
   HWY_INLINE M MayChange(V x, V y, V z) const {
+    return count_ == 1 ? MayChangeBy<1>(x, y, z) : count_ == 2 ? MayChangeBy<2>(x, y, z) : MayChangeBy<3>(x, y, z);
+  }
+  HWY_INLINE V Depth(V x, V y, V z, V old) const {
+    return count_ == 1 ? DepthBy<1>(x, y, z, old) : count_ == 2 ? DepthBy<2>(x, y, z, old) : DepthBy<3>(x, y, z, old);
+  }
+
+ private:
+  static constexpr int kFaces = 3;
+
+  /// Selects the faces that may be less than a band deep somewhere in the leaf during the step. The others have no
+  /// effect, because nothing is cut deeper than that.
+  void SelectFaces(const CarveStep& s, const std::array<float, 3>& corner, int (&selected)[kFaces]) {
+    const std::array<float, 3> middle = s.Middle(corner);
+    const float radius = std::sqrt(middle[0] * middle[0] + middle[1] * middle[1]);
+    const float reach = 1.7321f * kHalfRow * s.voxel + s.band + s.length + s.flank_slack + 4 * s.rounding;
+    for (int i = 0; i < kFaces; ++i) {
+      const CarveStep::Face& face = s.faces[i];
+      if (face.r * radius + face.z * middle[2] - face.offset + reach > 0) selected[count_++] = i;
+    }
+    if (count_ == 0) selected[count_++] = 0;  // all of the leaf is deep inside
+  }
+
+  template <int kCount>
+  HWY_INLINE M MayChangeBy(V x, V y, V z) const {
     const Ends e = FindEnds(x, y, z);
     const V z_low = hn::Min(e.z0, e.z1);
     const V z_high = hn::Max(e.z0, e.z1);
@@ -76,9 +103,9 @@ class RoundSweep {
     // of a row by at most bend_ / clear.
     const V r_least = hn::Max(hn::Mul(Splat(0.5f), hn::Sub(hn::Add(e.r0, e.r1), reach_)), hn::Zero(kFloats));
     const V clear = hn::Sub(r_least, row_xy_);
-    V a[kFaces];
-    V d[kFaces];
-    for (int i = 0; i < kFaces; ++i) {
+    V a[kCount];
+    V d[kCount];
+    for (int i = 0; i < kCount; ++i) {
       // A face's distance is convex, so in the row it lies above its tangent at the middle.
       a[i] = Distance(i, e.r0, e.z0);
       least = hn::Max(least, hn::Sub(a[i], hn::Abs(hn::Add(hn::Mul(r_[i], slant), along_row_[i]))));
@@ -88,7 +115,7 @@ class RoundSweep {
     least = hn::Sub(least, way_);
     // A face that is nowhere in the row the largest has no effect. `least` is lower than needed by the rounding.
     M advances = hn::Le(clear, hn::Add(row_xy_, length_));
-    for (int i = 0; i < kFaces; ++i) {
+    for (int i = 0; i < kCount; ++i) {
       const M forward = hn::Lt(hn::Mul(hn::Sub(hn::Sub(a[i], d[i]), still_), clear), hn::Mul(r_[i], bend_));
       const M counts = hn::Ge(hn::Add(hn::Max(a[i], d[i]), extent_[i]), least);
       advances = hn::Or(advances, hn::And(forward, counts));
@@ -101,12 +128,13 @@ class RoundSweep {
     return may;
   }
 
-  HWY_INLINE V Depth(V x, V y, V z, V old) const {
+  template <int kCount>
+  HWY_INLINE V DepthBy(V x, V y, V z, V old) const {
     Ends e;
     FindEnd(x, y, z, e);
-    V a[kFaces];
-    for (int i = 0; i < kFaces; ++i) a[i] = Distance(i, e.r0, e.z0);
-    const V at_end = hn::Max(hn::Max(a[0], a[1]), a[2]);
+    V a[kCount];
+    for (int i = 0; i < kCount; ++i) a[i] = Distance(i, e.r0, e.z0);
+    const V at_end = Largest(a);
     if (exact_) {
       // Nothing grows where it is further than the way from growing, and nothing exceeds the band.
       M is_end = hn::Or(hn::Ge(hn::Add(at_end, old), way_), hn::Or(hn::Le(at_end, deep_), hn::Ge(old, hn::Neg(deep_))));
@@ -114,21 +142,19 @@ class RoundSweep {
       if (hn::AllTrue(kFloats, is_end)) return BelowCeiling(e, hn::Neg(at_end));
     }
     FindStart(x, y, e);
-    V d[kFaces];
-    for (int i = 0; i < kFaces; ++i) d[i] = Distance(i, e.r1, e.z1);
-    const V at_start = hn::Max(hn::Max(d[0], d[1]), d[2]);
+    V d[kCount];
+    for (int i = 0; i < kCount; ++i) d[i] = Distance(i, e.r1, e.z1);
+    const V at_start = Largest(d);
     V least = hn::Min(at_end, at_start);
     // The least value is that of an end if the same face is the largest at both ends and has no minimum in between.
     // Values that change nothing because they are outside the band may be too large by the length of the step.
     M is_at_an_end = hn::Or(hn::Ge(least, beyond_), hn::Le(least, deep_));
     const V along1 = hn::Sub(e.along, way_across_);
-    for (int i = 0; i < kFaces; ++i) {
+    for (int i = 0; i < kCount; ++i) {
       M simple = hn::And(hn::Ge(a[i], at_end), hn::Ge(d[i], at_start));
-      if (i < kFaces - 1) {  // the top is a plane
-        const V slope0 = hn::Add(hn::Mul(turn_[i], e.along), hn::Mul(rise_[i], e.r0));
-        const V slope1 = hn::Add(hn::Mul(turn_[i], along1), hn::Mul(rise_[i], e.r1));
-        simple = hn::And(simple, hn::Or(hn::Ge(slope0, hn::Zero(kFloats)), hn::Le(slope1, hn::Zero(kFloats))));
-      }
+      const V slope0 = hn::Add(hn::Mul(turn_[i], e.along), hn::Mul(rise_[i], e.r0));
+      const V slope1 = hn::Add(hn::Mul(turn_[i], along1), hn::Mul(rise_[i], e.r1));
+      simple = hn::And(simple, hn::Or(hn::Ge(slope0, hn::Zero(kFloats)), hn::Le(slope1, hn::Zero(kFloats))));
       is_at_an_end = hn::Or(is_at_an_end, simple);
     }
     // A voxel's result must not depend on which others are in its vector.
@@ -137,9 +163,6 @@ class RoundSweep {
     }
     return BelowCeiling(e, hn::Neg(least));
   }
-
- private:
-  static constexpr int kFaces = 3;
 
   /// Radius and height of a point relative to the tool at the end (0) and the start (1) of the step, and the point's
   /// coordinate along the part of the way that is across the axis.
@@ -163,24 +186,30 @@ class RoundSweep {
   }
   /// Returns where the tool certainly comes nearer until the end of the step: where one face is the largest by more
   /// than the way can change, and its distance falls by more than the rounding.
-  HWY_INLINE M IsLeastAtEnd(const Ends& e, const V (&a)[kFaces]) const {
+  template <int kCount>
+  HWY_INLINE M IsLeastAtEnd(const Ends& e, const V (&a)[kCount]) const {
     const V climb = hn::Mul(climb_, e.r0);
-    const auto nearer = [&](int i, V others) {
-      const V slope = hn::Add(hn::Mul(turn_[i], e.along), hn::Mul(rise_[i], e.r0));
-      return hn::And(hn::Ge(a[i], hn::Add(others, apart_)), hn::Ge(slope, climb));
-    };
-    return hn::Or(nearer(0, hn::Max(a[1], a[2])), nearer(1, hn::Max(a[0], a[2])));
+    M is_least = hn::Lt(climb, climb);
+    for (int i = 0; i < kCount; ++i) {
+      M nearer = hn::Ge(hn::Add(hn::Mul(turn_[i], e.along), hn::Mul(rise_[i], e.r0)), climb);
+      for (int j = 0; j < kCount; ++j) {
+        if (j != i) nearer = hn::And(nearer, hn::Ge(a[i], hn::Add(a[j], apart_)));
+      }
+      is_least = hn::Or(is_least, nearer);
+    }
+    return is_least;
   }
   HWY_INLINE V BelowCeiling(const Ends& e, V depth) const {
     return hn::IfThenElse(hn::Le(hn::Min(e.z0, e.z1), ceiling_), depth, far_);
   }
   /// Returns the least value over the step of the largest of the faces' distances, which at its end are `a` and at its
   /// start `d`.
-  HWY_INLINE V FindLeast(V x, V y, V z, const Ends& e, const V (&a)[kFaces], const V (&d)[kFaces]) const {
+  template <int kCount>
+  HWY_INLINE V FindLeast(V x, V y, V z, const Ends& e, const V (&a)[kCount], const V (&d)[kCount]) const {
     V least = Splat(-1e30f);
-    for (int i = 0; i < kFaces; ++i) least = hn::Max(least, hn::Min(a[i], d[i]));
-    for (int i = 0; i < kFaces; ++i) {
-      for (int j = i + 1; j < kFaces; ++j) {
+    for (int i = 0; i < kCount; ++i) least = hn::Max(least, hn::Min(a[i], d[i]));
+    for (int i = 0; i < kCount; ++i) {
+      for (int j = i + 1; j < kCount; ++j) {
         const V rise_i = hn::Sub(d[i], a[i]);
         const V rise_j = hn::Sub(d[j], a[j]);
         const V at = hn::Div(hn::Sub(a[j], a[i]), hn::Sub(rise_i, rise_j));
@@ -189,20 +218,28 @@ class RoundSweep {
         least = hn::IfThenElse(cross, hn::Max(least, hn::Add(a[i], hn::Mul(at, rise_i))), least);
       }
     }
-    // The top is a plane: its distance is least at an end.
     const V clear = Length(hn::Sub(x, hn::Mul(e.along, hn::Mul(back_x_, per_across_))),
                            hn::Sub(y, hn::Mul(e.along, hn::Mul(back_y_, per_across_))));
-    for (int i = 0; i < kFaces - 1; ++i) {
+    for (int i = 0; i < kCount; ++i) {
       const V t = Clamp(hn::Mul(hn::Add(e.along, hn::Mul(clear, at_least_[i])), per_across_));
-      least = hn::Min(least, LargestAt(x, y, z, t));
+      least = hn::Min(least, LargestAt<kCount>(x, y, z, t));
     }
     return least;
   }
   HWY_INLINE V Clamp(V t) const { return hn::Min(hn::Max(t, hn::Zero(kFloats)), length_); }
+  template <int kCount>
   HWY_INLINE V LargestAt(V x, V y, V z, V t) const {
     const V radius = Length(hn::Sub(x, hn::Mul(t, back_x_)), hn::Sub(y, hn::Mul(t, back_y_)));
     const V height = hn::Sub(z, hn::Mul(t, back_z_));
-    return hn::Max(hn::Max(Distance(0, radius, height), Distance(1, radius, height)), Distance(2, radius, height));
+    V a[kCount];
+    for (int i = 0; i < kCount; ++i) a[i] = Distance(i, radius, height);
+    return Largest(a);
+  }
+  template <int kCount>
+  HWY_INLINE static V Largest(const V (&distances)[kCount]) {
+    V largest = distances[0];
+    for (int i = 1; i < kCount; ++i) largest = hn::Max(largest, distances[i]);
+    return largest;
   }
   HWY_INLINE V Distance(int face, V radius, V z) const {
     return hn::Sub(hn::Add(hn::Mul(r_[face], radius), hn::Mul(z_[face], z)), offset_[face]);
@@ -240,7 +277,8 @@ class RoundSweep {
   V still_;
   V bend_;  // (row_xy + length) * length
   bool new_only_;
-  bool exact_;  // phi keeps all bits of the distance
+  bool exact_;     // phi keeps all bits of the distance
+  int count_ = 0;  // faces that matter in the leaf
 };
 
 template <>
