@@ -1,23 +1,12 @@
 // Coupling between handle and tool: springs and dampers with limited force.
 #pragma once
 
+#include "cut/contact/motion.h"
 #include "cut/contact/step.h"
 #include "kerf/coupled.h"
 #include "kerf/geometry.h"
 
 namespace kerf {
-
-/// Converts a rotation vector, rad, to a unit quaternion, and back to a vector with a length of at most pi. Tick-safe.
-Quat ExpRotation(const Vec3& theta_rad);
-Vec3 LogRotation(const Quat& R);
-
-/// Returns the pose with its rotation scaled to length 1. A rotation that is 1 long to within rounding keeps its bits.
-/// Tick-safe.
-Pose WithUnitRotation(const Pose& X);
-
-/// Returns the pose of the tool after it has moved for `time_s` with the twist `u`, which is expressed in the tool's
-/// frame and about p_TC. Tick-safe.
-Pose Advance(const Pose& X_WT, const Twist& u, double time_s, const Vec3& p_TC_mm);
 
 /// Spring and damper between handle and tool, which act at the coupling point C of the tool.
 class Coupling {

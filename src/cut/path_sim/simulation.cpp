@@ -9,6 +9,7 @@
 #include "bone/grid/piece_removal.h"
 #include "cut/contact/broken_rule.h"
 #include "cut/contact/edge.h"
+#include "cut/contact/motion.h"
 #include "cut/effects/plan.h"
 #include "cut/effects/spindle/spindle.h"
 #include "cut/path_sim/internals.h"
@@ -25,12 +26,11 @@ constexpr int kMaxSubsteps = 4096;
 constexpr int kSpareLeaves = 4096;
 constexpr double kNoFaces_mm = 1e3;  // large spacing: a tool on a path does not use the points of its flats
 
-/// Load on the tool in its frame's axes. The force acts at the tool's origin, to which the forces of a turning edge's
-/// teeth point.
+/// Load on the tool in its frame's axes, about the tool's origin.
 struct EdgeLoad {
   Vec3 f_T_N{0};
-  Vec3 tau_T_Nmm{0};  // about the origin, from effects and from the teeth of an edge with a stroke
-  TeethSums sums;     // of the teeth that move outwards
+  Vec3 tau_T_Nmm{0};
+  TeethSums sums;  // of the teeth that move outwards
 };
 
 }  // namespace
@@ -54,6 +54,10 @@ struct Simulation::State {
     problem.solids.reserve(effects.capacity().solids);
     problem.frictions.reserve(effects.capacity().frictions);
     angle_between_points = std::max(glm::length(shape.edge[1].e_T - shape.edge[0].e_T), 1e-12);
+    constexpr double kRounding = 1e-9;
+    has_arms = std::ranges::any_of(shape.edge, [&](const EdgePoint& point) {
+      return glm::length(glm::cross(point.p_T, point.e_T)) > kRounding * shape.reach_mm;
+    });
   }
 
   /// Within a tick all poses are in the field's frame F, which replaces W.
@@ -64,10 +68,11 @@ struct Simulation::State {
     cutter.Refill();
   }
   void CutRest(const Pose& X_to);
+  Twist CalcTwist(const Pose& X_a, const Pose& X_b, double dt_s) const;
   // Not inlined, so that its loop compiles to the same code regardless of the rest of the tick (tools/off_is_free).
-  [[gnu::noinline]] EdgeLoad CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s);
-  void AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s,
-                  const DriveStep* stroke, EdgeLoad& load);
+  [[gnu::noinline]] EdgeLoad CalcLoad(const Pose& X, const Twist& u, double passes_per_s);
+  void AddEffects(const Pose& X_a, const Pose& X_b, const Twist& u, double rpm, double dt_s, const DriveStep* stroke,
+                  EdgeLoad& load);
   TickOutput Tick(const TickInput& in, TickObserver* observer);
 
   Bone bone;
@@ -79,6 +84,7 @@ struct Simulation::State {
   Edge edge;
   StepProblem problem;          // points in contact with bone
   double angle_between_points;  // between the directions of neighbours on the edge, rad; above 0
+  bool has_arms;                // the teeth's forces do not all point to the origin: a rotation moves teeth outwards
   Cutter cutter;
   PacedCutter paced;
   EffectPlan effects;
@@ -102,19 +108,39 @@ void Simulation::State::CutRest(const Pose& X_to) {
   while (paced.Flush(X_to).out_of_leaves) Refill();
 }
 
-/// Returns the mean load over many tooth passages while the tool moves with velocity `v_T_mm_per_s` and rotates only
-/// about its spindle. Error: docs/physics.md. Tick-safe.
-EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s) {
+/// Returns the velocity of the tool from X_a to X_b, in the frame of X_a. The rotation about a spindle is left out, for
+/// the teeth are faster; and any rotation of an edge about whose middle it moves no tooth outwards. Tick-safe.
+Twist Simulation::State::CalcTwist(const Pose& X_a, const Pose& X_b, double dt_s) const {
+  const Vec3 v = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
+  if (!has_arms) return {v.x, v.y, v.z, 0, 0, 0};
+  const Vec3 w = CalcAngularVelocity(X_a.R_AB, X_b.R_AB, dt_s);
+  return {v.x, v.y, v.z, w.x, w.y, shape.edge_form == EdgeForm::kChain ? w.z : 0};
+}
+
+/// Returns the mean load over many tooth passages while the tool moves with the twist `u` about its origin. Error:
+/// docs/physics.md. Tick-safe.
+EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Twist& u, double passes_per_s) {
   problem.passes_per_s = passes_per_s;
   edge.FindTeeth(Probe(field, X), problem);
   EdgeLoad load;
-  const double feed =
-      glm::length(v_T_mm_per_s - Vec3(0, 0, shape.edge_form != EdgeForm::kSurface ? v_T_mm_per_s.z : 0));
-  if (!(feed > 0)) return load;
-  const double inv_change = 1 / (feed * angle_between_points);
+  const Vec3 v_T_mm_per_s(u[0], u[1], u[2]);
+  const Vec3 w_T_rad_per_s(u[3], u[4], u[5]);
+  const bool rotates = w_T_rad_per_s != Vec3(0);
+  const auto feed_of = [&](const Vec3& v) {
+    return glm::length(v - Vec3(0, 0, shape.edge_form != EdgeForm::kSurface ? v.z : 0));
+  };
+  double feed = feed_of(v_T_mm_per_s);
+  if (!(feed > 0) && !rotates) return load;
+  double inv_change = 1 / (feed * angle_between_points);
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
     const CuttingPoint& point = problem.cutting[i];
-    const double outwards = glm::dot(Vec3(point.row[0], point.row[1], point.row[2]), v_T_mm_per_s);
+    double outwards = glm::dot(Vec3(point.row[0], point.row[1], point.row[2]), v_T_mm_per_s);
+    if (rotates) {
+      outwards = Dot(point.row, u);
+      feed = feed_of(v_T_mm_per_s + glm::cross(w_T_rad_per_s, edge.Arm(edge.contacts()[i])));
+      if (!(feed > 0)) continue;
+      inv_change = 1 / (feed * angle_between_points);
+    }
     const double along = glm::dot(Vec3(point.along[0], point.along[1], point.along[2]), v_T_mm_per_s);
     const double speed = std::max(0.0, outwards);
     // If the outward half of the edge ends within the arc of the point, only a part of that arc counts.
@@ -123,7 +149,7 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
     const ToothMean mean = problem.MeanToothForce(point, outwards, along);
     const double force = point.teeth * mean.radial_N;
     load.f_T_N -= force * point.FindOutwards(outwards, along);
-    if (shape.edge_form == EdgeForm::kChain) load.tau_T_Nmm -= force * Vec3(point.row[3], point.row[4], point.row[5]);
+    if (has_arms) load.tau_T_Nmm -= force * Vec3(point.row[3], point.row[4], point.row[5]);
     load.sums.thrust_N += force;
     if (problem.law.HasCutting()) {
       const double cutting = point.teeth * problem.MeanCuttingForce(point, outwards, mean);
@@ -138,12 +164,11 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
 }
 
 /// Adds the load of the effects for the tool's motion, and passes the motion on to them. Tick-safe.
-void Simulation::State::AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s,
+void Simulation::State::AddEffects(const Pose& X_a, const Pose& X_b, const Twist& u, double rpm, double dt_s,
                                    const DriveStep* stroke, EdgeLoad& load) {
   problem.tau_s = dt_s;
   problem.solids.clear();
   problem.frictions.clear();
-  const Twist u{v_T_mm_per_s.x, v_T_mm_per_s.y, v_T_mm_per_s.z, 0, 0, 0};
   effects.Engage({X_a, Probe(field, X_a), edge, nullptr, rpm, true, stroke}, problem);
   Twist sum{};
   for (const SolidPoint& p : problem.solids) {
@@ -313,7 +338,7 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
   for (int i = 1; i <= static_cast<int>(substeps); ++i) {
     const Pose X_b = i == static_cast<int>(substeps) ? X_to : Interpolate(X_from, X_to, i / substeps);
     enter(TickStage::kEngage);
-    const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
+    const Twist u = s.CalcTwist(X_a, X_b, dt_s);
     DriveStep stroke{{}, 0, passes_per_s, 0};
     Pose X_edge = X_a;
     if (s.drive.strokes()) {
@@ -325,14 +350,14 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
       X_edge = s.shape.motion.Move(X_a, stroke.middle_mm);
     }
     const EdgeLoad load = CallOwn("force law", s.params.law.name(), [&] {
-      EdgeLoad step = s.CalcLoad(X_edge, v_T, stroke.passes_per_s);
+      EdgeLoad step = s.CalcLoad(X_edge, u, stroke.passes_per_s);
       if (s.edge.met_metal()) out.status |= kTickTouchesMetal;
       if (const double sum_N = step.sums.thrust_N + step.sums.cutting_N; !(sum_N >= 0 && std::isfinite(sum_N))) {
-        ThrowBadSum(s.problem, {v_T.x, v_T.y, v_T.z, 0, 0, 0}, sum_N, s.params.law.name());
+        ThrowBadSum(s.problem, u, sum_N, s.params.law.name());
       }
       if (s.effects.wants_steps()) {
         const EffectsStage stage(observer, s.effects, TickStage::kEngage);
-        s.AddEffects(X_a, X_b, v_T, begin.rpm, dt_s, s.drive.strokes() ? &stroke : nullptr, step);
+        s.AddEffects(X_a, X_b, u, begin.rpm, dt_s, s.drive.strokes() ? &stroke : nullptr, step);
       }
       return step;
     });

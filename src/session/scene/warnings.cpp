@@ -203,27 +203,6 @@ void FindMoveWarnings(const Scene& scene, const Tool& tool, std::vector<std::str
   if (is_file && wrong_mm > 0.5 * length_mm) warnings.push_back(std::move(first));
 }
 
-/// Adds the warning about a tool that a path file turns. A disc and a ball turn about their middle, so that no point of
-/// their edge moves outwards.
-void FindTurnWarnings(const Scene& scene, const Tool& tool, std::vector<std::string>& warnings) {
-  constexpr double kNoTurn_rad = 0.02;
-  const std::optional<RoundSolid> solid = CalcRoundSolid(tool);
-  if (scene.path.poses.empty() || (!solid && !FindPlanarBlade(tool))) return;
-  const Quat& first = scene.path.poses.front().X_WT.R_AB;
-  double most_rad = 0;
-  for (const TimedPose& pose : scene.path.poses) {
-    const Quat turn = glm::conjugate(first) * pose.X_WT.R_AB;
-    const Vec3 axis = turn * Vec3(0, 0, 1);
-    most_rad = std::max(most_rad, solid ? std::atan2(std::hypot(axis.x, axis.y), axis.z)
-                                        : 2 * std::atan2(glm::length(Vec3(turn.x, turn.y, turn.z)), std::abs(turn.w)));
-  }
-  if (most_rad < kNoTurn_rad) return;
-  warnings.push_back(
-      fmt::format("the path file turns the {} by up to {:.3g} degrees: this removes bone, but only the motion of the "
-                  "tool's origin exerts a force",
-                  GetShape(tool), most_rad * kDegreesPerRad));
-}
-
 /// Adds the warning about wanted cuts that are deeper than the tool is long. A disc and the blade of a reciprocating
 /// saw may pass through the whole bone, beside what holds them.
 void FindReachWarnings(const Scene& scene, const Tool& tool, std::vector<std::string>& warnings) {
@@ -323,7 +302,6 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
     }
   }
   FindMoveWarnings(scene, params.tool, warnings);
-  FindTurnWarnings(scene, params.tool, warnings);
   FindReachWarnings(scene, params.tool, warnings);
   return warnings;
 }

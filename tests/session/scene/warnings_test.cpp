@@ -159,14 +159,6 @@ TEST(Doubts, PathFileIsCheckedAsStrokesAre) {
   EXPECT_THAT(find(), testing::ElementsAre(testing::HasSubstr("time_s = 10 on, moves the drill with its top first")));
   set_path({{0, 0, 0}, {0, 0, -6}, {0, 0, 4}});
   EXPECT_THAT(find(), testing::IsEmpty());
-  // Turned by 30 degrees about x, and about its own axis.
-  scene.path.poses.back().X_WT.R_AB = glm::angleAxis(0.5235987756, Vec3(1, 0, 0));
-  EXPECT_THAT(find(), testing::ElementsAre(testing::StartsWith("the path file turns the drill by up to 30 degrees")));
-  scene.tool.shape = DiscSaw{};
-  EXPECT_THAT(find(), testing::Not(testing::Contains(testing::HasSubstr("turns"))));
-  scene.tool.shape = TwistDrill{};
-  scene.path.poses.back().X_WT.R_AB = glm::angleAxis(0.5235987756, Vec3(0, 0, 1));
-  EXPECT_THAT(find(), testing::IsEmpty());
 }
 
 TEST(Doubts, WantedCutDeeperThanTheToolIsNamed) {
