@@ -57,11 +57,11 @@ struct SceneTool {
 
 /// A straight stroke of the disc's centre at constant feed rate; the disc rotates only about its spindle.
 struct SceneStroke {
-  Vec3 start_mm{0};  // disc centre, world frame
+  Vec3 start_mm{0};  // tool's origin, world frame
   Vec3 end_mm{0};
   double feed_mm_per_s = 3;
-  Vec3 disc_normal{0, 1, 0};  // spindle axis, world frame; any length but 0
-  double dwell_s = 0;         // the disc rests at end_mm, spinning
+  Vec3 disc_normal{0, 1, 0};  // z axis of the tool frame, world frame; any length but 0
+  double dwell_s = 0;         // the tool rests at end_mm, driven
   /// True: before the stroke the tool is lifted out and placed at start_mm, instantly and without cutting. False: the
   /// stroke continues from the end of the previous one, with the same disc_normal.
   bool retract = true;

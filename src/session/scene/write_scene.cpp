@@ -148,7 +148,7 @@ void WritePath(TomlWriter& write, ScenePath path) {
   }
   for (std::size_t i = 0; i < path.strokes.size(); ++i) {
     write.SetTerse(i > 0);
-    write.Header("[[path.stroke]]", i > 0 ? "" : "Straight strokes of the disc's centre, one after the other.");
+    write.Header("[[path.stroke]]", i > 0 ? "" : "Straight strokes of the tool's origin, one after the other.");
     Describe(path.strokes[i], write);
   }
   write.SetTerse(false);
