@@ -22,7 +22,7 @@ struct TickRecord {
   double time_s = 0;  // path time at the end of the tick
   std::size_t segment = 0;
   Pose X_WT;             // at the end of the tick
-  double travel_mm = 0;  // path length of the disc's centre since this segment's first contact; 0 before
+  double travel_mm = 0;  // path length of the tool's origin since this segment's first contact; 0 before
   bool touched = false;  // the tool has touched bone in this segment
   TickOutput out;
 };

@@ -6,6 +6,7 @@
 import importlib.machinery
 import importlib.util
 import pathlib
+import subprocess
 import sys
 import tempfile
 import types
@@ -68,6 +69,27 @@ class BenchAgainst(unittest.TestCase):
             self.assertLess(times["cpu_s"], times["wall_s"])
             with self.assertRaisesRegex(tool.Failure, "bad"):
                 tool.measure_command(program, "walk")
+
+
+    def test_cases_without_times_and_bones_that_differ_are_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder) / "kerf"
+            program.write_text("#!/bin/sh\necho '{\"cases\": [{\"tick\": null, \"baseline\": null, \"bone_hash\": null}]}'\n",
+                               encoding="utf-8")
+            program.chmod(0o755)
+            with self.assertRaisesRegex(tool.Failure, "states no times"):
+                tool.measure_case(program, "memory", types.SimpleNamespace(ticks=7, realtime=False))
+        rounds = [{"times": dict.fromkeys(tool.PERCENTILES, 1), "bone": bone, "times_faster_than_baseline": None} for bone in "xy"]
+        both = {"before": rounds, "after": rounds[:1] * 2}
+        self.assertIn("`x` or `y` -> `x`", tool.make_tick_table({"a": {"figures": tool.summarize(both), "rounds": both}}, "", "")[2])
+
+    def test_wrong_usage_ends_before_anything_is_built(self):
+        for arguments, message in ((["no_such_revision"], "no revision"), (["HEAD", "--rounds", "0"], "at least 1"),
+                                   (["HEAD", "--command", "run 'a {out}"], "quotation mark"),
+                                   (["HEAD", "--command", "run a"], "must name {out}"), (["HEAD", "-o", "no/such/file"], "does not")):
+            done = subprocess.run([sys.executable, TOOL, *arguments], capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
+            self.assertIn(message, done.stderr)
 
 
 if __name__ == "__main__":

@@ -72,7 +72,9 @@ class Edge {
   int found_point(std::size_t solid) const { return found_[solid].point; }
   const Vec3& point_T(std::size_t point) const { return points_[point].p_T; }
   /// Returns the position of a contact's point relative to the coupling point, tool frame.
-  Vec3 Arm(const Contact& contact) const { return Turn(points_[static_cast<std::size_t>(contact.point)].p_T - p_EC_); }
+  Vec3 Lever(const Contact& contact) const {
+    return Turn(points_[static_cast<std::size_t>(contact.point)].p_T - p_EC_);
+  }
   /// Sets the depths of the solids (see PenetrationLimiter). Returns the energy of their springs, N mm. Tick-safe.
   double SetDepths(StepProblem& problem, bool may_rise);
   /// Stores the depths of the solids after the given fraction of the step, for the next step. Returns the energy of

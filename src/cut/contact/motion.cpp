@@ -35,7 +35,9 @@ Pose Advance(const Pose& X_WT, const Twist& u, double time_s, const Vec3& p_TC_m
 }
 
 Vec3 CalcAngularVelocity(const Quat& from, const Quat& to, double time_s) {
-  return LogRotation(glm::conjugate(from) * to) / time_s;
+  constexpr double kRounding_rad = 1e-14;  // of two rotations of unit length, and of their interpolation
+  const Vec3 theta_rad = LogRotation(glm::conjugate(from) * to);
+  return glm::length(theta_rad) > kRounding_rad ? theta_rad / time_s : Vec3(0);
 }
 
 }  // namespace kerf

@@ -19,7 +19,7 @@ Pose WithUnitRotation(const Pose& X);
 Pose Advance(const Pose& X_WT, const Twist& u, double time_s, const Vec3& p_TC_mm);
 
 /// Returns the constant angular velocity, rad/s, that leads from one rotation to another in `time_s` > 0 by the shorter
-/// way, in the frame of the tool. Tick-safe.
+/// way, in the frame of the tool; exactly 0 if they differ by no more than rounding. Tick-safe.
 Vec3 CalcAngularVelocity(const Quat& from, const Quat& to, double time_s);
 
 }  // namespace kerf

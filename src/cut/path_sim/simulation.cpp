@@ -55,7 +55,7 @@ struct Simulation::State {
     problem.frictions.reserve(effects.capacity().frictions);
     angle_between_points = std::max(glm::length(shape.edge[1].e_T - shape.edge[0].e_T), 1e-12);
     constexpr double kRounding = 1e-9;
-    has_arms = std::ranges::any_of(shape.edge, [&](const EdgePoint& point) {
+    has_levers = std::ranges::any_of(shape.edge, [&](const EdgePoint& point) {
       return glm::length(glm::cross(point.p_T, point.e_T)) > kRounding * shape.reach_mm;
     });
   }
@@ -84,7 +84,7 @@ struct Simulation::State {
   Edge edge;
   StepProblem problem;          // points in contact with bone
   double angle_between_points;  // between the directions of neighbours on the edge, rad; above 0
-  bool has_arms;                // the teeth's forces do not all point to the origin: a rotation moves teeth outwards
+  bool has_levers;              // not all of the teeth's forces point to the origin: a rotation moves teeth outwards
   Cutter cutter;
   PacedCutter paced;
   EffectPlan effects;
@@ -108,11 +108,12 @@ void Simulation::State::CutRest(const Pose& X_to) {
   while (paced.Flush(X_to).out_of_leaves) Refill();
 }
 
-/// Returns the velocity of the tool from X_a to X_b, in the frame of X_a. The rotation about a spindle is left out, for
-/// the teeth are faster; and any rotation of an edge about whose middle it moves no tooth outwards. Tick-safe.
+/// Returns the velocity of the tool from X_a to X_b, in the frame of X_a. Left out are the rotations that move no tooth
+/// outwards: those of a tool whose teeth all face away from its origin, and that of a bur or drill about its axis.
+/// Tick-safe.
 Twist Simulation::State::CalcTwist(const Pose& X_a, const Pose& X_b, double dt_s) const {
   const Vec3 v = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
-  if (!has_arms) return {v.x, v.y, v.z, 0, 0, 0};
+  if (!has_levers) return {v.x, v.y, v.z, 0, 0, 0};
   const Vec3 w = CalcAngularVelocity(X_a.R_AB, X_b.R_AB, dt_s);
   return {v.x, v.y, v.z, w.x, w.y, shape.edge_form == EdgeForm::kChain ? w.z : 0};
 }
@@ -134,10 +135,9 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Twist& u, double passe
   double inv_change = 1 / (feed * angle_between_points);
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
     const CuttingPoint& point = problem.cutting[i];
-    double outwards = glm::dot(Vec3(point.row[0], point.row[1], point.row[2]), v_T_mm_per_s);
+    const double outwards = Dot(point.row, u);
     if (rotates) {
-      outwards = Dot(point.row, u);
-      feed = feed_of(v_T_mm_per_s + glm::cross(w_T_rad_per_s, edge.Arm(edge.contacts()[i])));
+      feed = feed_of(v_T_mm_per_s + glm::cross(w_T_rad_per_s, edge.Lever(edge.contacts()[i])));
       if (!(feed > 0)) continue;
       inv_change = 1 / (feed * angle_between_points);
     }
@@ -149,7 +149,7 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Twist& u, double passe
     const ToothMean mean = problem.MeanToothForce(point, outwards, along);
     const double force = point.teeth * mean.radial_N;
     load.f_T_N -= force * point.FindOutwards(outwards, along);
-    if (has_arms) load.tau_T_Nmm -= force * Vec3(point.row[3], point.row[4], point.row[5]);
+    if (has_levers) load.tau_T_Nmm -= force * Vec3(point.row[3], point.row[4], point.row[5]);
     load.sums.thrust_N += force;
     if (problem.law.HasCutting()) {
       const double cutting = point.teeth * problem.MeanCuttingForce(point, outwards, mean);

@@ -77,8 +77,8 @@ class RoundSweep {
  private:
   static constexpr int kFaces = 3;
 
-  /// Selects the faces that may be less than a band deep somewhere in the leaf during the step. The others have no
-  /// effect, because nothing is cut deeper than that.
+  /// Selects the faces that may be less than a band deep somewhere in the leaf during the step, or were it where the
+  /// previous step ended (flank_slack). The others have no effect, because nothing is cut deeper than that.
   void SelectFaces(const CarveStep& s, const std::array<float, 3>& corner, int (&selected)[kFaces]) {
     const std::array<float, 3> middle = s.Middle(corner);
     const float radius = std::sqrt(middle[0] * middle[0] + middle[1] * middle[1]);
@@ -185,13 +185,14 @@ class RoundSweep {
     return e;
   }
   /// Returns where the tool certainly comes nearer until the end of the step: where one face is the largest by more
-  /// than the way can change, and its distance falls by more than the rounding.
+  /// than the way can change, and its distance falls by more than the rounding. On the axis, where both are 0, it does
+  /// not tell.
   template <int kCount>
   HWY_INLINE M IsLeastAtEnd(const Ends& e, const V (&a)[kCount]) const {
     const V climb = hn::Mul(climb_, e.r0);
     M is_least = hn::Lt(climb, climb);
     for (int i = 0; i < kCount; ++i) {
-      M nearer = hn::Ge(hn::Add(hn::Mul(turn_[i], e.along), hn::Mul(rise_[i], e.r0)), climb);
+      M nearer = hn::Gt(hn::Add(hn::Mul(turn_[i], e.along), hn::Mul(rise_[i], e.r0)), climb);
       for (int j = 0; j < kCount; ++j) {
         if (j != i) nearer = hn::And(nearer, hn::Ge(a[i], hn::Add(a[j], apart_)));
       }

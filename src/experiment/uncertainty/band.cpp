@@ -62,7 +62,7 @@ const Columns<BandRow>& BandColumns() {
       {{{"time_s", "{:.6f}", "path time at the end of the row's last tick", &Row::time_s},
         {"segment", "{}", "number of the stroke, counted from 1", [](const Row& r) { return r.segment + 1; }},
         {"travel_mm", "{:.6f}",
-         "travel of the tool's centre since the first contact of the stroke, in the nominal run; 0 before",
+         "travel of the tool's origin since the first contact of the stroke, in the nominal run; 0 before",
          &Row::travel_mm}},
        SpreadColumns("force", "magnitude of the force on the tool, mean over the row's ticks", &Row::force_N),
        SpreadColumns("thrust", "sum of the magnitudes of the tooth forces, mean over the row's ticks",

@@ -198,7 +198,7 @@ const Columns<ForceRow>& ForceColumns() {
         {"mean_E_GPa", "{:.6g}", kTeeth, [](const Row& r) { return r.tick.out.mean_E_MPa / 1000; }},
         {"main_region", "{}", "the region with the largest part of the thrust; 0 if no tooth is engaged",
          [](const Row& r) { return r.tick.out.main_region; }},
-        {"travel_mm", "{:.6f}", "travel of the disc's centre since the first contact of the stroke",
+        {"travel_mm", "{:.6f}", "travel of the tool's origin since the first contact of the stroke",
          [](const Row& r) { return r.tick.travel_mm; }},
         {"removed_mm3", "{:.6g}", kRemoved, &Row::removed_mm3},
         {"removed_total_mm3", "{:.9g}", kRemoved, &Row::total_mm3},

@@ -24,7 +24,7 @@ class Path {
  public:
   const std::vector<PathSegment>& segments() const { return segments_; }
   double duration_s() const { return segments_.empty() ? 0 : segments_.back().end_s; }
-  double length_mm() const { return length_mm_; }  // path length of the disc's centre in all segments
+  double length_mm() const { return length_mm_; }  // path length of the tool's origin in all segments
 
   /// Returns the pose at path time `t_s`, clamped to the segment. Between knots the position is interpolated linearly
   /// and the orientation by slerp along the shorter arc. Cost O(log knots).
@@ -33,7 +33,7 @@ class Path {
   /// end_s).
   std::size_t CountTicks(std::size_t segment, double rate_hz) const;
   std::size_t CountTicks(double rate_hz) const;
-  /// Returns the maximum speed of the disc's centre between two knots, mm/s.
+  /// Returns the maximum speed of the tool's origin between two knots, mm/s.
   double CalcMaxSpeed() const;
 
  private:

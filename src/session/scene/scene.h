@@ -55,7 +55,7 @@ struct SceneTool {
   double E_GPa = 205;
 };
 
-/// A straight stroke of the disc's centre at constant feed rate; the disc rotates only about its spindle.
+/// A straight stroke of the tool's origin at constant feed rate; the tool rotates only about its spindle.
 struct SceneStroke {
   Vec3 start_mm{0};  // tool's origin, world frame
   Vec3 end_mm{0};

@@ -85,12 +85,13 @@ void Describe(SceneTool& p, V&& visit) {
 
 template <typename V>
 void Describe(SceneStroke& p, V&& visit) {
-  visit("start_mm", p.start_mm, kCoordinateRange_mm, "tool's origin, of a disc its centre, where the stroke starts");
-  visit("end_mm", p.end_mm, kCoordinateRange_mm, "tool's origin where the stroke ends");
+  visit("start_mm", p.start_mm, kCoordinateRange_mm,
+        "position of the tool's origin, of a disc its centre, at the start of the stroke");
+  visit("end_mm", p.end_mm, kCoordinateRange_mm, "the same at the end of the stroke");
   visit("feed_mm_per_s", p.feed_mm_per_s, Range{0.001, 1000}, "feed rate of the tool's origin");
   visit("disc_normal", p.disc_normal, kDirectionRange,
         "z axis of the tool frame, of a disc its spindle axis; world frame, any length but 0");
-  visit("dwell_s", p.dwell_s, Range{0, 3600}, "time at rest at end_mm while the tool is driven");
+  visit("dwell_s", p.dwell_s, Range{0, 3600}, "time at rest at end_mm with the drive on");
   visit("retract", p.retract,
         "true: the tool is lifted out and set down at start_mm instantly, without cutting; false: it continues from "
         "the previous stroke");

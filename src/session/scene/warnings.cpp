@@ -203,6 +203,25 @@ void FindMoveWarnings(const Scene& scene, const Tool& tool, std::vector<std::str
   if (is_file && wrong_mm > 0.5 * length_mm) warnings.push_back(std::move(first));
 }
 
+/// Adds the warning about a tool that a path file turns so that faces without teeth move into the bone: a drill that is
+/// tilted, and a blade that leaves its plane.
+void FindTurnWarnings(const Scene& scene, const Tool& tool, std::vector<std::string>& warnings) {
+  constexpr double kNoTurn_rad = 0.02;
+  const std::optional<RoundSolid> solid = CalcRoundSolid(tool);
+  if (scene.path.poses.empty() || (solid ? solid->side_cuts : !FindPlanarBlade(tool))) return;
+  const Vec3 first = scene.path.poses.front().X_WT.Vector({0, 0, 1});
+  double most_rad = 0;
+  for (const TimedPose& pose : scene.path.poses) {
+    const Vec3 axis = pose.X_WT.Vector({0, 0, 1});
+    most_rad = std::max(most_rad, std::atan2(glm::length(glm::cross(first, axis)), glm::dot(first, axis)));
+  }
+  if (most_rad < kNoTurn_rad) return;
+  warnings.push_back(fmt::format("the path file turns the {} by up to {:.3g} degrees {}", GetShape(tool),
+                                 most_rad * kDegreesPerRad,
+                                 solid ? "away from its axis: its side removes bone, but only its lips exert a force"
+                                       : "out of its plane: its flats remove bone, but only its teeth exert a force"));
+}
+
 /// Adds the warning about wanted cuts that are deeper than the tool is long. A disc and the blade of a reciprocating
 /// saw may pass through the whole bone, beside what holds them.
 void FindReachWarnings(const Scene& scene, const Tool& tool, std::vector<std::string>& warnings) {
@@ -302,6 +321,7 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
     }
   }
   FindMoveWarnings(scene, params.tool, warnings);
+  FindTurnWarnings(scene, params.tool, warnings);
   FindReachWarnings(scene, params.tool, warnings);
   return warnings;
 }

@@ -161,6 +161,28 @@ TEST(Doubts, PathFileIsCheckedAsStrokesAre) {
   EXPECT_THAT(find(), testing::IsEmpty());
 }
 
+TEST(Doubts, TurnByWhichFacesWithoutTeethCutIsNamed) {
+  Scene scene;
+  const auto find = [&](const Tool& tool, const Vec3& about) {
+    scene.tool.shape = tool;
+    scene.path.poses = {{0, {Quat(1, 0, 0, 0), Vec3(0)}}, {1, {glm::angleAxis(0.5235987756, about), Vec3(0)}}};
+    std::vector<std::string> found;
+    for (const std::string& warning : FindWarnings(scene, 0.1)) {
+      if (warning.starts_with("the path file turns")) found.push_back(warning);
+    }
+    return found;
+  };
+  const Vec3 across(1, 0, 0), axis(0, 0, 1);
+  EXPECT_THAT(find(TwistDrill{}, across),
+              testing::ElementsAre(testing::HasSubstr("drill by up to 30 degrees away from")));
+  EXPECT_THAT(find(OscillatingBlade{}, across),
+              testing::ElementsAre(testing::HasSubstr("30 degrees out of its plane")));
+  EXPECT_THAT(find(TwistDrill{}, axis), testing::IsEmpty());
+  EXPECT_THAT(find(OscillatingBlade{}, axis), testing::IsEmpty()) << "its teeth move";
+  EXPECT_THAT(find(FissureBur{}, across), testing::IsEmpty()) << "its side has teeth";
+  EXPECT_THAT(find(DiscSaw{}, across), testing::IsEmpty());
+}
+
 TEST(Doubts, WantedCutDeeperThanTheToolIsNamed) {
   Scene scene;
   scene.exercise.given = true;
