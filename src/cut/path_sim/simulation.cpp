@@ -61,7 +61,7 @@ struct Simulation::State {
   }
 
   /// Within a tick all poses are in the field's frame F, which replaces W.
-  Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
+  Pose Local(const Pose& X) const { return WithUnitRotation({X.R_AB, X.p_AB - field.p_WF_mm()}); }
   TickOutput Repeat() const;
   void Refill() {
     field.Refill(kSpareLeaves);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/core/heap_guard.h"
+#include "cut/contact/motion.h"
 #include "cut/removal/cutter.h"
 #include "experiment/stability/fuzz_run.h"
 #include "experiment/stability/invariants.h"
@@ -63,9 +64,15 @@ FuzzResult FuzzPath(std::uint64_t seed, int calls, FuzzTools tools, long& ticks)
     std::string wrong = CheckNumbers(out);
     if (!wrong.empty()) return wrong;
     const Vec3 motion = in.X_WT.p_AB - X_WT.p_AB;
-    const double along = glm::dot(out.f_T_W_N, motion);
-    if (along > 1e-9 * glm::length(out.f_T_W_N) * glm::length(motion)) {
-      return fmt::format("teeth pull by {} N mm", along);
+    // Work on the tool. The lever of the grip turns during the tick, so that of a step's force is known to |turn|.
+    const Vec3 turn_W = X_WT.Vector(CalcAngularVelocity(X_WT.R_AB, in.X_WT.R_AB, 1));
+    const Vec3 lever_W = X_WT.Vector(CalcGrip(scene.params.tool));
+    const Vec3 torque_W = out.tau_TG_W_Nmm + glm::cross(lever_W, out.f_T_W_N);
+    const double work = glm::dot(out.f_T_W_N, motion) + glm::dot(torque_W, turn_W);
+    const double turn = glm::length(turn_W);
+    const double most_Nmm = out.thrust_sum_N * (glm::length(motion) + glm::length(lever_W) * turn);
+    if (work > 1e-9 * most_Nmm + out.thrust_sum_N * glm::length(lever_W) * turn * turn) {
+      return fmt::format("teeth pull by {} N mm", work);
     }
     if (glm::length(out.f_T_W_N) > out.thrust_sum_N * (1 + 1e-9)) return "the force exceeds the sum of its parts";
     if (in.rpm == 0 && (out.f_T_W_N != Vec3(0) || out.removed_mm3 != 0)) return "a stopped spindle cuts";
