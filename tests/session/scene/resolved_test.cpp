@@ -228,7 +228,7 @@ TEST(ResolvedScene, StatesUnitAndRangeOfEveryNumber) {
   EXPECT_NE(text.find("diameter_mm = 22.0                  # diameter of the disc over the teeth [1 to 200 mm]\n"),
             std::string::npos)
       << text;
-  EXPECT_NE(text.find("feed_mm_per_s = 3.0                 # feed rate of the disc's centre [0.001 to 1000 mm/s]\n"),
+  EXPECT_NE(text.find("feed_mm_per_s = 3.0                 # feed rate of the tool's origin [0.001 to 1000 mm/s]\n"),
             std::string::npos)
       << text;
 }
