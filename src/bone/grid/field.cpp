@@ -121,6 +121,38 @@ struct TreeTable {
   std::map<Value, Block> blocks;
 };
 
+/// Calls visit(x, y, z) for the layer of voxels around a leaf's upper sides, which the cells of the leaf reach into.
+template <typename Visit>
+void ForEachUpperVoxel(const LeafIndex& leaf, Visit visit) {
+  const int x = kLeafEdge * leaf.x, y = kLeafEdge * leaf.y, z = kLeafEdge * leaf.z;
+  for (int i = 0; i <= kLeafEdge; ++i) {
+    for (int j = 0; j <= kLeafEdge; ++j) {
+      visit(x + kLeafEdge, y + i, z + j);
+      visit(x + i, y + kLeafEdge, z + j);
+      visit(x + i, y + j, z + kLeafEdge);
+    }
+  }
+}
+
+/// Returns for each place of a table the region (id 1 to 255) of all cells with their lowest corner in the leaf; 0 if
+/// there are several, or none.
+std::vector<std::uint8_t> FindUniformLeaves(const LeafTable<int>& table) {
+  std::vector<std::uint8_t> region_of(table.size(), 0);
+  ForEachLeafBetween(table.lowest(), table.highest(), [&](const LeafIndex& leaf) {
+    const std::size_t place = table.Find(leaf);
+    const int* values = table.at(place);
+    const int region = values[0];
+    if (!IsRegion(region)) return;
+    bool is_uniform =
+        std::all_of(values, values + LeafTable<int>::kLeafVoxels, [region](int value) { return value == region; });
+    if (is_uniform) {
+      ForEachUpperVoxel(leaf, [&](int x, int y, int z) { is_uniform = is_uniform && table.Get(x, y, z) == region; });
+    }
+    if (is_uniform) region_of[place] = static_cast<std::uint8_t>(region);
+  });
+  return region_of;
+}
+
 /// Splits the inside tiles into tiles of the size of leaves, so that a leaf can replace one without any other
 /// allocation.
 void SplitInsideTiles(FloatTree& tree) {
@@ -154,6 +186,7 @@ struct BoneField::State {
         region_h(grids.region_voxel_mm()),
         region_origin(p_WF_mm, region_h),
         region(grids.region->constTree(), region_origin.leaf),
+        uniform_regions(FindUniformLeaves(region.table)),
         band(tree.background()),
         outside(phi.BlockOf(band)),
         inside(phi.BlockOf(-band)),
@@ -188,6 +221,8 @@ struct BoneField::State {
   double region_h;
   GridOrigin region_origin;
   TreeTable<openvdb::Int32Tree> region;
+  std::vector<std::uint8_t>
+      uniform_regions;  // one per leaf: the region of all cells with their lowest voxel in it, or 0
   std::unique_ptr<TreeTable<FloatTree>> modulus;  // null if no E comes from the CT
   double modulus_h = 1;
   Vec3 modulus_rest_vox{0};
@@ -261,6 +296,9 @@ BoneField::LeafKind BoneField::kind(const LeafIndex& leaf) const {
   const CellPoint cell = FindCell(p_vox);
   return Interpolate(state_->table().Corners(cell), cell.f);
 }
+void BoneField::Sample(const PointMap& to_vox, const PointList& points, double* phi_mm) const {
+  SamplePoints(state_->table(), to_vox, points, phi_mm);
+}
 Vec3 BoneField::SampleGradient(const Vec3& p_vox) const {
   const CellPoint cell = FindCell(p_vox);
   return InterpolateGradient(state_->table().Corners(cell), cell.f) / state_->h;
@@ -272,6 +310,11 @@ int BoneField::RegionAt(const Vec3& p_F) const {
 [[gnu::flatten]] BoneField::RegionCell BoneField::FindRegionCell(const Vec3& p_F) const {
   const CellPoint cell = FindCell(p_F / state_->region_h + state_->region_origin.rest_vox);
   return {state_->region.table.Corners(cell), cell.f};
+}
+void BoneField::FindUniformRegions(const PointMap& to_F, const PointList& points, std::uint8_t* regions) const {
+  const double per_mm = 1 / state_->region_h;
+  FindOfLeaves(state_->region.table.box(), state_->uniform_regions.data(),
+               {per_mm * to_F.R, per_mm * to_F.t + state_->region_origin.rest_vox}, points, regions);
 }
 double BoneField::ModulusAt(const Vec3& p_F) const {
   if (!state_->modulus) return 0;
@@ -385,16 +428,9 @@ void BoneField::Refill(int spare_leaves) {
 bool BoneField::State::IsEmpty(const LeafIndex& leaf) const {
   const float* own = table().at(table().Find(leaf));
   if (std::any_of(own, own + kLeafVoxels, [this](float value) { return value < band; })) return false;
-  // The layer of upper neighbours that these cells reach into.
-  for (int i = 0; i <= kLeafEdge; ++i) {
-    for (int j = 0; j <= kLeafEdge; ++j) {
-      for (const auto& [x, y, z] :
-           {std::array{kLeafEdge, i, j}, std::array{i, kLeafEdge, j}, std::array{i, j, kLeafEdge}}) {
-        if (table().Get(kLeafEdge * leaf.x + x, kLeafEdge * leaf.y + y, kLeafEdge * leaf.z + z) < 0) return false;
-      }
-    }
-  }
-  return true;
+  bool is_empty = true;
+  ForEachUpperVoxel(leaf, [&](int x, int y, int z) { is_empty = is_empty && !(table().Get(x, y, z) < 0); });
+  return is_empty;
 }
 
 void BoneField::Settle() {
@@ -419,7 +455,8 @@ void BoneField::Settle() {
 
 std::size_t BoneField::CalcMemoryBytes() const {
   const State& s = *state_;
-  std::size_t bytes = s.phi.table.CalcMemoryBytes() + s.region.table.CalcMemoryBytes() + s.marks.capacity();
+  std::size_t bytes = s.phi.table.CalcMemoryBytes() + s.region.table.CalcMemoryBytes() + s.marks.capacity() +
+                      s.uniform_regions.capacity();
   if (s.modulus) bytes += s.modulus->table.CalcMemoryBytes();
   bytes += (s.changed.capacity() + s.unsettled.capacity()) * sizeof(LeafIndex);
   bytes += s.spare.capacity() * sizeof(s.spare[0]) + s.spare.size() * (sizeof(FloatLeaf) + kLeafVoxels * sizeof(float));

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "bone/grid/leaf_table.h"
+#include "bone/grid/sample_points.h"
 #include "kerf/bone.h"
 
 namespace kerf {
@@ -54,6 +55,8 @@ class BoneField {
   const float* Read(const LeafIndex& leaf) const;
   /// Returns phi, mm, interpolated trilinearly; `p_vox` = p_F / voxel_mm().
   double Sample(const Vec3& p_vox) const;
+  /// Does the same for the points p of a list, at p_vox = R p + t. `phi_mm`: one value per point.
+  void Sample(const PointMap& to_vox, const PointList& points, double* phi_mm) const;
   /// Returns the gradient of that interpolation (dimensionless; length about 1 near the surface).
   Vec3 SampleGradient(const Vec3& p_vox) const;
   /// Returns the region of the nearest voxel; 0: none.
@@ -65,6 +68,9 @@ class BoneField {
     Vec3 f;  // position in the cell, 0 to 1 along each axis
   };
   RegionCell FindRegionCell(const Vec3& p_F) const;
+  /// Finds for the points p of a list, at p_F = R p + t, the region (id 1 to 255) of all eight region voxels around
+  /// each; 0: they are not all of one region, or that is not known without a look at them.
+  void FindUniformRegions(const PointMap& to_F, const PointList& points, std::uint8_t* regions) const;
   /// Returns E from the CT at a point, MPa; 0 if the CT gives no value there.
   double ModulusAt(const Vec3& p_F) const;
   /// Returns whether the E of a region (id 0 to 255) comes from the CT wherever the CT gives a value.

@@ -17,16 +17,17 @@ struct CellPoint {
   Vec3 f;
 };
 
-/// Finds the cell that contains `p_vox`, a point in the grid's index space; coordinates are clamped to +-2^30.
+inline constexpr double kFarCell = 1 << 30;
+
+/// Finds the cell that contains `p_vox`, a point in the grid's index space; coordinates are clamped to +-kFarCell.
 /// Tick-safe.
 inline CellPoint FindCell(const Vec3& p_vox) {
-  constexpr double kFar = 1 << 30;
   // Rounds down by converting to an integer, because without SSE 4.1 floor() is a function call.
   const auto down = [](double x) {
     const int towards_0 = static_cast<int>(x);
     return towards_0 - (x < towards_0 ? 1 : 0);
   };
-  const Vec3 p = glm::clamp(p_vox, Vec3(-kFar), Vec3(kFar));
+  const Vec3 p = glm::clamp(p_vox, Vec3(-kFarCell), Vec3(kFarCell));
   const int x = down(p.x);
   const int y = down(p.y);
   const int z = down(p.z);

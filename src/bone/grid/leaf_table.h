@@ -26,6 +26,12 @@ struct LeafIndex {
 /// table stores one pointer per leaf.
 inline constexpr double kMaxTableLeaves = 1.05 * (1 << 27);
 
+/// The box of a table: its lowest leaf, and the number of leaves along each axis.
+struct TableBox {
+  std::array<int, 3> first;
+  std::array<int, 3> count;
+};
+
 /// Pointers to the values of leaves (512 each, z fastest, y next), which are owned elsewhere. Every leaf outside the
 /// box, and every leaf in it that was not set, reads as the values passed to the constructor.
 template <typename T>
@@ -75,18 +81,25 @@ class LeafTable {
       const T* p = leaves_[Find({cell.x >> 3, cell.y >> 3, cell.z >> 3})] + 64 * x + 8 * y + z;
       return {p[0], p[1], p[8], p[9], p[64], p[65], p[72], p[73]};
     }
-    const std::size_t place_x[2] = {PlaceX(cell.x >> 3), PlaceX((cell.x + 1) >> 3)};
-    const std::size_t place_y[2] = {PlaceY(cell.y >> 3), PlaceY((cell.y + 1) >> 3)};
-    const std::size_t place_z[2] = {PlaceZ(cell.z >> 3), PlaceZ((cell.z + 1) >> 3)};
-    const int in_x[2] = {64 * x, 64 * ((x + 1) & 7)};
-    const int in_y[2] = {8 * y, 8 * ((y + 1) & 7)};
-    const int in_z[2] = {z, (z + 1) & 7};
+    return CornersAcross(cell.x, cell.y, cell.z);
+  }
+  /// Does the same for a cell that may be in several leaves, by its lowest voxel. Tick-safe.
+  CellValues<T> CornersAcross(int x, int y, int z) const {
+    const std::size_t place_x[2] = {PlaceX(x >> 3), PlaceX((x + 1) >> 3)};
+    const std::size_t place_y[2] = {PlaceY(y >> 3), PlaceY((y + 1) >> 3)};
+    const std::size_t place_z[2] = {PlaceZ(z >> 3), PlaceZ((z + 1) >> 3)};
+    const int in_x[2] = {64 * (x & 7), 64 * ((x + 1) & 7)};
+    const int in_y[2] = {8 * (y & 7), 8 * ((y + 1) & 7)};
+    const int in_z[2] = {z & 7, (z + 1) & 7};
     const auto at = [&](int i, int j, int k) {
       return leaves_[place_x[i] + place_y[j] + place_z[k]][in_x[i] + in_y[j] + in_z[k]];
     };
     return {at(0, 0, 0), at(0, 0, 1), at(0, 1, 0), at(0, 1, 1), at(1, 0, 0), at(1, 0, 1), at(1, 1, 0), at(1, 1, 1)};
   }
 
+  /// The box with the layer around it. The place of the leaf at (x, y, z) from its first one is (x count_y + y) count_z
+  /// + z.
+  TableBox box() const { return {{first_.x, first_.y, first_.z}, {count_.x, count_.y, count_.z}}; }
   /// The box itself, without the layer around it.
   LeafIndex lowest() const { return {first_.x + 1, first_.y + 1, first_.z + 1}; }
   LeafIndex highest() const { return {first_.x + count_.x - 2, first_.y + count_.y - 2, first_.z + count_.z - 2}; }

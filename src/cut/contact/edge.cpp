@@ -50,6 +50,13 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
   }
   if (is_joined()) spacing_mm_ = 1.01 * glm::length(points_[1].ahead_T - points_[0].ahead_T);
   distance_.resize(points_.size());
+  bound_.resize(tooth_points_);
+  sampled_.resize(tooth_points_);
+  uniform_regions_.resize(tooth_points_);
+  list_.Reserve(tooth_points_);
+  to_look_.reserve(tooth_points_);
+  intervals_.reserve(tooth_points_);
+  engaged_.reserve(tooth_points_);
   looked_at_mm_.resize(points_.size());
   Forget();
   fraction_.resize(points_.size());
@@ -71,10 +78,35 @@ void Edge::SetDisplacement(double slide_mm) {
   for (Point& point : points_) point.row = MakeRow(Turn(point.e_T), Turn(point.p_T - p_EC_));
 }
 
-void Edge::Look(const Probe& probe, std::size_t i) {
-  if (looked_at_mm_[i] == travelled_mm_) return;
-  distance_[i] = probe.Distance(points_[i].ahead_T);
-  looked_at_mm_[i] = travelled_mm_;
+/// Samples the distances of the points in to_look_.
+void Edge::Look(const Probe& probe) {
+  list_.Clear();
+  for (const int i : to_look_) list_.Add(points_[static_cast<std::size_t>(i)].ahead_T);
+  probe.Distances(list_, sampled_.data());
+  for (std::size_t n = 0; n < to_look_.size(); ++n) {
+    const auto i = static_cast<std::size_t>(to_look_[n]);
+    bound_[i] = distance_[i] = sampled_[n];
+    looked_at_mm_[i] = travelled_mm_;
+  }
+}
+
+/// Sets bound_, and lists in to_look_ the points nearer to bone than half their distance from each other.
+void Edge::SetBounds() {
+  // Copies, because the compiler must take any number for one that is written through a pointer.
+  const std::size_t count = tooth_points_;
+  const double travelled_mm = travelled_mm_;
+  const double* const distance = distance_.data();
+  const double* const looked_at = looked_at_mm_.data();
+  double* const bound = bound_.data();
+  for (std::size_t i = 0; i < count; ++i) bound[i] = distance[i] - kMaxGradient * (travelled_mm - looked_at[i]);
+  const double near_mm = 0.5 * spacing_mm_ * stride_;
+  to_look_.resize(count);
+  int* end = to_look_.data();
+  for (std::size_t i = 0; i < count; i += static_cast<std::size_t>(stride_)) {
+    *end = static_cast<int>(i);
+    end += bound[i] < near_mm ? 1 : 0;
+  }
+  to_look_.resize(static_cast<std::size_t>(end - to_look_.data()));
 }
 
 void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
@@ -87,29 +119,34 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   travelled_mm_ += std::max(CalcTravel(X_looked_, probe.X_WT(), reach_mm_), 1e-9);  // > 0: bone may have been removed
   X_looked_ = probe.X_WT();
   const std::size_t stride = static_cast<std::size_t>(stride_);
-  for (std::size_t i = 0; i < tooth_points_; i += stride) {
-    double bound = CalcBound(i);
-    if (bound < 0.5 * spacing_mm_ * stride_) {
-      Look(probe, i);
-      bound = distance_[i];
-    }
-    fraction_[i] = is_joined() ? 0 : Engagement(bound, look_ahead_mm_);
-  }
+  SetBounds();
+  Look(probe);
+  std::fill(fraction_.begin(), fraction_.end(), 0.0);
   if (is_joined()) {
-    for (std::size_t a = 0; a < tooth_points_; a += stride) {
-      if (is_chain_ && a + stride >= tooth_points_) break;
-      const double before = fraction_[a];
-      FractionInterval(probe, a, a + stride < tooth_points_ ? a + stride : 0);
-      after_[a] = fraction_[a] - before;
+    FractionIntervals(probe);
+  } else {
+    for (const int i : to_look_) {
+      fraction_[static_cast<std::size_t>(i)] = Engagement(distance_[static_cast<std::size_t>(i)], look_ahead_mm_);
     }
   }
+  engaged_.clear();
+  list_.Clear();
   for (std::size_t i = 0; i < tooth_points_; i += stride) {
     if (!(fraction_[i] > 0)) continue;
+    engaged_.push_back(static_cast<int>(i));
+    list_.Add(CalcMaterialPoint(i));
+  }
+  probe.FindUniformRegions(list_, uniform_regions_.data());
+  for (std::size_t n = 0; n < engaged_.size(); ++n) {
+    const auto i = static_cast<std::size_t>(engaged_[n]);
     // Filled in place: a point is large, and there are hundreds of them in a tick. A copy of an empty one is faster
     // than emplace_back(), which clears its memory with a slow instruction.
     problem.cutting.push_back(kEmptyPoint);
     CuttingPoint& point = problem.cutting.back();
-    const int region = FindMaterial(probe, i, problem.law.reads, point.cut);
+    int region = uniform_regions_[n];
+    if (region == 0 || !materials_.FindUniform(region, problem.law.reads, point.cut)) {
+      region = FindMaterial(probe, i, problem.law.reads, point.cut);
+    }
     if (region == 0) {
       problem.cutting.pop_back();
       continue;
@@ -140,16 +177,38 @@ void Edge::DropPointsAtMetal(const Probe& probe, StepProblem& problem) {
   problem.cutting.resize(kept);
 }
 
+/// Sets the engaged parts of the intervals between neighbours.
+void Edge::FractionIntervals(const Probe& probe) {
+  const std::size_t stride = static_cast<std::size_t>(stride_);
+  const double length = spacing_mm_ * stride_;
+  // If the distances of two neighbours from the bone add up to at least their distance from each other, there is no
+  // bone between them.
+  std::fill(after_.begin(), after_.end(), 0.0);
+  intervals_.clear();
+  to_look_.clear();
+  const auto look = [this](std::size_t i) {
+    if (looked_at_mm_[i] == travelled_mm_) return;
+    looked_at_mm_[i] = travelled_mm_;
+    to_look_.push_back(static_cast<int>(i));
+  };
+  for (std::size_t a = 0; a < tooth_points_; a += stride) {
+    const std::size_t b = NextOf(a);
+    if (b == a || (bound_[a] >= 0 && bound_[b] >= 0 && bound_[a] + bound_[b] >= length)) continue;
+    intervals_.push_back(static_cast<int>(a));
+    look(a);
+    look(b);
+  }
+  Look(probe);
+  for (const int interval : intervals_) {
+    const auto a = static_cast<std::size_t>(interval);
+    const double before = fraction_[a];
+    FractionInterval(probe, a, NextOf(a));
+    after_[a] = fraction_[a] - before;
+  }
+}
+
 /// Adds the engaged part of the interval between neighbours a and b to both ends.
 void Edge::FractionInterval(const Probe& probe, std::size_t a, std::size_t b) {
-  // If the distances of a and b from the bone add up to at least their distance from each other, there is no bone
-  // between them.
-  const double length = spacing_mm_ * stride_;
-  const double bound_a = CalcBound(a);
-  const double bound_b = CalcBound(b);
-  if (bound_a >= 0 && bound_b >= 0 && bound_a + bound_b >= length) return;
-  Look(probe, a);
-  Look(probe, b);
   const double d_a = distance_[a];
   const double d_b = distance_[b];
   const double w_a = Engagement(d_a, look_ahead_mm_);
@@ -230,7 +289,7 @@ OsteonShares Edge::CalcOsteonShares(const Probe& probe, std::size_t i) const {
 
 int Edge::FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothCut& cut) const {
   const auto at = [&](const Vec3& p_T) { return materials_.Find(field_, probe.World(p_T), reads, cut); };
-  if (const int region = at(points_[i].p_T + material_ahead_mm_ * points_[i].e_T)) return region;
+  if (const int region = at(CalcMaterialPoint(i))) return region;
   if (const int region = at(points_[i].ahead_T)) return region;
   // Coarse region voxels can have their centres outside the bone: look further inside.
   if (const int region = at(points_[i].ahead_T + region_step_mm_ * points_[i].e_T)) return region;
@@ -238,7 +297,7 @@ int Edge::FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothC
   // The point is just outside the bone, but an interval next to it reaches inside: use the material of the deeper
   // neighbour.
   const std::size_t stride = static_cast<std::size_t>(stride_);
-  const std::size_t next = i + stride < tooth_points_ ? i + stride : is_chain_ ? i : 0;
+  const std::size_t next = NextOf(i);
   const std::size_t last = i > 0 ? i - stride : is_chain_ ? i : (tooth_points_ - 1) / stride * stride;
   if (next == i || last == i) return at(points_[next == i ? last : next].ahead_T);
   return at(points_[distance_[next] < distance_[last] ? next : last].ahead_T);
@@ -260,7 +319,8 @@ void Edge::FindSolidsWhileCutting(const Probe& probe, double reach_mm, double st
     }
     if (points_[i].touching == Touching::kMoving) return probe.Distance(points_[i].p_T);  // has no bound: see held_
     if (points_[i].touching == Touching::kStopped || CalcBound(i) > reach_mm) return kNotInContact;
-    Look(probe, i);
+    distance_[i] = probe.Distance(points_[i].p_T);
+    looked_at_mm_[i] = travelled_mm_;
     return distance_[i];
   });
 }

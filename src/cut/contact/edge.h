@@ -110,7 +110,15 @@ class Edge {
   bool is_joined() const { return is_chain_ || ring_radius_mm_ > 0; }
   /// Returns a lower bound on the distance of a look-ahead point, from its last sample and the travel since then.
   double CalcBound(std::size_t i) const { return distance_[i] - kMaxGradient * (travelled_mm_ - looked_at_mm_[i]); }
-  void Look(const Probe& probe, std::size_t i);
+  /// Returns the neighbour after a point of a ring or a row; the last point of a row itself.
+  std::size_t NextOf(std::size_t i) const {
+    const std::size_t next = i + static_cast<std::size_t>(stride_);
+    return next < tooth_points_ ? next : is_chain_ ? i : 0;
+  }
+  Vec3 CalcMaterialPoint(std::size_t i) const { return points_[i].p_T + material_ahead_mm_ * points_[i].e_T; }
+  void SetBounds();
+  void Look(const Probe& probe);
+  void FractionIntervals(const Probe& probe);
   void FractionInterval(const Probe& probe, std::size_t a, std::size_t b);
   void Fraction(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
                 int halvings, double& fraction_a, double& fraction_b) const;
@@ -148,9 +156,16 @@ class Edge {
   std::vector<FacePoint> held_;       // the last points, with Touching::kMoving, in T
   std::vector<double> distance_;      // distance of each look-ahead point when it was last sampled
   std::vector<double> looked_at_mm_;  // value of travelled_mm_ at that time
+  std::vector<double> bound_;         // lower bound on the distance of each look-ahead point in this step
   std::vector<double> fraction_;      // engaged part of the two intervals next to each point, as a number of intervals
   std::vector<double> after_;         // part of fraction_ that lies in the interval to the next point
   std::vector<Contact> contacts_;
+  // Lists of points, by index, for the time of a step: to be looked at, with the interval after them, with engaged
+  // teeth.
+  std::vector<int> to_look_, intervals_, engaged_;
+  PointList list_;
+  std::vector<double> sampled_;
+  std::vector<std::uint8_t> uniform_regions_;
   bool met_metal_ = false;
   PenetrationLimiter penetration_;
   struct Found {

@@ -28,6 +28,9 @@ Faces::Faces(const BoneField& field, const ToolShape& shape, const Vec3& p_TC_mm
   }
   clear_until_mm_.resize(pairs_.size(), -1);
   found_.reserve(2 * pairs_.size());
+  seen_.reserve(pairs_.size());
+  list_.Reserve(2 * pairs_.size());
+  sampled_.resize(2 * pairs_.size());
 }
 
 void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem& problem) {
@@ -36,43 +39,34 @@ void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem&
   first_solid_ = problem.solids.size();
   travelled_mm_ += CalcTravel(X_looked_, probe.X_WT(), tool_reach_mm_);
   X_looked_ = probe.X_WT();
-  const auto calc_cell_mm = [&](const Vec3& n_T) {
-    const Vec3 n_W = probe.X_WT().Vector(n_T);
-    return voxel_mm_ * (std::abs(n_W.x) + std::abs(n_W.y) + std::abs(n_W.z));
-  };
-  double cell_mm = calc_cell_mm({0, 0, 1});
-  const Quat R_TE = motion_.CalcTurn(slide_mm_);
+  seen_.clear();
+  list_.Clear();
   for (std::size_t j = 0; j < pairs_.size(); j += static_cast<std::size_t>(stride_)) {
-    const int low = static_cast<int>(2 * j);
     const Pair& pair = pairs_[j];
     if (travelled_mm_ < clear_until_mm_[j] || (pair.while_stopped && turning)) {
-      penetration_.set_known_mm(low, 0);
-      penetration_.set_known_mm(low + 1, 0);
+      penetration_.set_known_mm(static_cast<int>(2 * j), 0);
+      penetration_.set_known_mm(static_cast<int>(2 * j + 1), 0);
       continue;
     }
-    if (!are_flats_) cell_mm = calc_cell_mm(pair.n_T);
+    Seen seen{j};
+    const Vec3 n_W = probe.X_WT().Vector(pair.n_T);
+    seen.cell_mm = voxel_mm_ * (std::abs(n_W.x) + std::abs(n_W.y) + std::abs(n_W.z));
     // Reach of a grid cell along the normal, less the distance from the kerf's middle to its wall.
-    const double in_mm = std::max(0.0, cell_mm - pair.half_mm);
-    // The ridge of the distances is interpolated between corners at most one cell apart along the normal. A face
-    // therefore appears nearer to the bone than it is, by at most this amount.
-    const double max_blur_mm = in_mm * in_mm / (2 * cell_mm);
-    const double z = pair.half_mm + in_mm;
-    double depth[2] = {-slack_mm_ - in_mm - probe.Distance(pair.middle_T - z * pair.n_T),
-                       -slack_mm_ - in_mm - probe.Distance(pair.middle_T + z * pair.n_T)};
-    // A wall may be so thin that the sample inside it lies behind it. The depth is therefore the larger of two values:
-    // the depth from the sample inside the wall, and the depth from the sample at the flat, less the blur due to the
-    // kerf's middle. Without a wall on the other side there is no kerf and therefore no blur.
-    const double open_mm = -2 * in_mm;
-    const double in_kerf[2] = {depth[1], depth[0]};  // depths of the opposite wall
-    for (int side = 0; in_mm > 0 && side < 2; ++side) {
-      if (depth[side] < open_mm - reach_mm) continue;
-      const double blur_mm = max_blur_mm * std::clamp((in_kerf[side] - open_mm) / in_mm, 0.0, 1.0);
-      depth[side] = std::max(
-          depth[side],
-          -slack_mm_ - blur_mm - probe.Distance(pair.middle_T + (side == 0 ? -pair.half_mm : pair.half_mm) * pair.n_T));
-    }
-    const double clear_mm = -std::max(depth[0], depth[1]) - reach_mm + open_mm;
-    if (clear_mm > 0) clear_until_mm_[j] = travelled_mm_ + clear_mm / kMaxGradient;
+    seen.in_mm = std::max(0.0, seen.cell_mm - pair.half_mm);
+    const double z = pair.half_mm + seen.in_mm;
+    list_.Add(pair.middle_T - z * pair.n_T);
+    list_.Add(pair.middle_T + z * pair.n_T);
+    seen_.push_back(seen);
+  }
+  probe.Distances(list_, sampled_.data());
+  AddSamplesAtFlats(probe, reach_mm);
+  const Quat R_TE = motion_.CalcTurn(slide_mm_);
+  for (Seen& seen : seen_) {
+    const Pair& pair = pairs_[seen.pair];
+    const int low = static_cast<int>(2 * seen.pair);
+    double* const depth = seen.depth_mm;
+    const double clear_mm = -std::max(depth[0], depth[1]) - reach_mm - 2 * seen.in_mm;
+    if (clear_mm > 0) clear_until_mm_[seen.pair] = travelled_mm_ + clear_mm / kMaxGradient;
     const double squeeze = std::min(depth[0], depth[1]);
     for (int side = 0; side < 2; ++side) {
       if (squeeze > 0) depth[side] -= squeeze;
@@ -90,6 +84,41 @@ void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem&
                                   problem.flat_stiffness_N_per_mm});
       }
       found_.push_back({low + side, depth[side]});
+    }
+  }
+}
+
+/// Sets the depths of the pairs seen from the samples inside the walls, and from samples at the faces.
+///
+/// A wall may be so thin that the sample inside it lies behind it. The depth is therefore the larger of two values: the
+/// depth from the sample inside the wall, and the depth from the sample at the face, less the blur due to the kerf's
+/// middle. Without a wall on the other side there is no kerf and therefore no blur.
+void Faces::AddSamplesAtFlats(const Probe& probe, double reach_mm) {
+  list_.Clear();
+  const auto needs_another = [&](const Seen& seen, int side) {
+    return seen.in_mm > 0 && !(seen.depth_mm[side] < -2 * seen.in_mm - reach_mm);
+  };
+  for (std::size_t n = 0; n < seen_.size(); ++n) {
+    Seen& seen = seen_[n];
+    const Pair& pair = pairs_[seen.pair];
+    for (int side = 0; side < 2; ++side) {
+      seen.depth_mm[side] = -slack_mm_ - seen.in_mm - sampled_[2 * n + static_cast<std::size_t>(side)];
+      if (needs_another(seen, side)) list_.Add(pair.middle_T + (side == 0 ? -pair.half_mm : pair.half_mm) * pair.n_T);
+    }
+  }
+  probe.Distances(list_, sampled_.data());
+  const double* sampled = sampled_.data();
+  for (Seen& seen : seen_) {
+    // The ridge of the distances is interpolated between corners at most one cell apart along the normal. A face
+    // therefore appears nearer to the bone than it is, by at most this amount.
+    const double max_blur_mm = seen.in_mm * seen.in_mm / (2 * seen.cell_mm);
+    const double open_mm = -2 * seen.in_mm;
+    const double in_kerf[2] = {seen.depth_mm[1], seen.depth_mm[0]};  // depths of the opposite wall
+    const bool needs[2] = {needs_another(seen, 0), needs_another(seen, 1)};
+    for (int side = 0; side < 2; ++side) {
+      if (!needs[side]) continue;
+      const double blur_mm = max_blur_mm * std::clamp((in_kerf[side] - open_mm) / seen.in_mm, 0.0, 1.0);
+      seen.depth_mm[side] = std::max(seen.depth_mm[side], -slack_mm_ - blur_mm - *sampled++);
     }
   }
 }

@@ -69,6 +69,15 @@ class Faces {
     double half_mm;
     bool while_stopped;
   };
+  /// A pair that may have bone in reach, in a step.
+  struct Seen {
+    std::size_t pair;
+    double cell_mm = 0;  // size of a cell of the grid along the normal
+    double in_mm = 0;    // from the face to the sample inside the wall
+    double depth_mm[2] = {};
+  };
+  void AddSamplesAtFlats(const Probe& probe, double reach_mm);
+
   bool are_flats_ = true;  // of a blade
   double slack_mm_;        // clearance added on each side
   double voxel_mm_;
@@ -82,6 +91,9 @@ class Faces {
   std::vector<double> clear_until_mm_;  // for each pair: it has no bone in reach while travelled_mm_ is below this
   Pose X_looked_;
   double travelled_mm_ = 0;  // sum of the bounds on travel since the last Forget()
+  std::vector<Seen> seen_;
+  PointList list_;
+  std::vector<double> sampled_;
   struct Found {
     int point;
     double depth_mm;

@@ -32,27 +32,14 @@ MaterialLookup::MaterialLookup(const Bone& bone, const Tool& tool)
 
 int MaterialLookup::Find(const BoneField& field, const Vec3& p_W, unsigned reads, ToothCut& cut) const {
   const BoneField::RegionCell cell = field.FindRegionCell(p_W);
+  const int first = cell.regions[0];
+  const bool is_one = std::all_of(cell.regions.begin(), cell.regions.end(), [first](int id) { return id == first; });
+  if (is_one && IsRegion(first) && FindUniform(first, reads, cut)) return first;
   const double E_ct_MPa = any_by_ct_ ? field.ModulusAt(p_W) : 0;
   // The sums are local: in `cut` each addition would wait for the last one to reach memory.
   double sum = 0;
   double E_MPa = 0;
   double E_star_MPa = 0;
-  const int first = cell.regions[0];
-  const bool is_one = std::all_of(cell.regions.begin(), cell.regions.end(), [first](int id) { return id == first; });
-  if (is_one && IsRegion(first) && !(E_ct_MPa > 0 && by_ct_[first])) {
-    const double E_of_first = E_MPa_[first];
-    const double E_star_of_first = E_star_MPa_[first];
-    for (std::size_t corner = 0; corner < cell.regions.size(); ++corner) {
-      const double weight = CalcCornerWeight(corner, cell.f);
-      sum += weight;
-      E_MPa += weight * E_of_first;
-      E_star_MPa += weight * E_star_of_first;
-    }
-    cut.E_MPa = E_MPa / sum;
-    cut.E_star_MPa = E_star_MPa / sum;
-    if ((reads & kReadsTissue) != 0) cut.tissue[tissue_[first]] = 1;
-    return first;
-  }
   int region = 0;
   double largest = 0;
   VisitRegions(cell.regions, cell.f, [&](int id, double weight) {

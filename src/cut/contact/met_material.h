@@ -19,6 +19,16 @@ class MaterialLookup {
  public:
   MaterialLookup(const Bone& bone, const Tool& tool);
 
+  /// Sets the moduli and, if asked for, the tissue of a cut in a region (id 1 to 255) that fills the surroundings.
+  /// Returns false if they are not constants: if E comes from the CT. `reads`: LawReads. Tick-safe.
+  bool FindUniform(int region, unsigned reads, ToothCut& cut) const {
+    const auto id = static_cast<std::size_t>(region);
+    if (any_by_ct_ && by_ct_[id]) return false;
+    cut.E_MPa = E_MPa_[id];
+    cut.E_star_MPa = E_star_MPa_[id];
+    if ((reads & kReadsTissue) != 0) cut.tissue[tissue_[id]] = 1;
+    return true;
+  }
   /// Sets the moduli and, if asked for, the tissues of a cut, whose members are 0 before. Returns the region of the
   /// nearest voxel that has a material; 0: no material. Interpolates between the region voxels around the point that
   /// have a material; E comes from the CT in regions that use it. Without interpolation, an arc that crosses a border

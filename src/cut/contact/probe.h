@@ -28,6 +28,14 @@ class Probe {
   Vec3 World(const Vec3& p_T) const { return h_ * Voxel(p_T); }
   /// Returns the distance from a point of the tool to the bone, mm, negative inside.
   double Distance(const Vec3& p_T) const { return field_.Sample(Voxel(p_T)); }
+  /// Does the same for many points, with the same bits. `distances_mm`: one per point.
+  void Distances(const PointList& points_T, double* distances_mm) const {
+    field_.Sample({R_, t_}, points_T, distances_mm);
+  }
+  /// BoneField::FindUniformRegions() for points of the tool.
+  void FindUniformRegions(const PointList& points_T, std::uint8_t* regions) const {
+    field_.FindUniformRegions({h_ * R_, h_ * t_}, points_T, regions);
+  }
   /// Returns the gradient of the distance in the tool frame, mm per mm. It points away from the bone.
   Vec3 Away(const Vec3& p_T) const { return h_ * (field_.SampleGradient(Voxel(p_T)) * R_); }
 

@@ -219,6 +219,8 @@ StepSolver::StepSolver(std::size_t capacity) {
     speeds->at.reserve(capacity);
     speeds->along.reserve(capacity);
   }
+  last_.thrust_N.resize(capacity);
+  halfway_.thrust_N.resize(capacity);
 }
 
 /// Computes the speeds of all points along a search direction.
@@ -241,8 +243,10 @@ void StepSolver::SetSpeeds(const StepProblem& problem, const Twist& u) {
     speeds->at.swap(speeds->along);
 }
 
-/// Returns d/d(alpha) J(u + alpha p), from the known speeds at u and along p.
-double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const Twist& p, double alpha) const {
+/// Returns d/d(alpha) J(u + alpha p), from the known speeds at u and along p. Sets `forces`.
+double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const Twist& p, double alpha,
+                             Forces& forces) const {
+  forces.alpha = alpha;
   const StepCoupling& c = problem.coupling;
   const double tau = problem.tau_s;
   const Vec3 v = Linear(u) + alpha * Linear(p);
@@ -251,11 +255,10 @@ double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const T
       -glm::dot(c.CalcSpringForce(tau * v) + c.CalcDamperForce(v), Linear(p)) -
       glm::dot(c.torsion.Force(c.theta_rad - tau * w) + c.torsion_damper.Force(c.w_H_rad_per_s - w), Angular(p));
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
+    const CuttingPoint& point = problem.cutting[i];
     const double speed = cutting_.at[i] + alpha * cutting_.along[i];
-    if (speed > 0) {
-      const CuttingPoint& point = problem.cutting[i];
-      slope += point.teeth * problem.ToothForceAt(speed, point.cut) * cutting_.along[i];
-    }
+    forces.thrust_N[i] = problem.ToothForceAt(speed, point.cut);
+    if (speed > 0) slope += point.teeth * forces.thrust_N[i] * cutting_.along[i];
   }
   for (std::size_t i = 0; i < along_.at.size(); ++i) {
     const OnsetMean change = CalcOnsetChange(problem, problem.cutting[i], cutting_.at[i] + alpha * cutting_.along[i],
@@ -289,21 +292,21 @@ double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const T
 
 /// Returns an alpha >= 0 at which the slope is nearly 0 and J is at most its value at 0. The slope at 0 must be
 /// negative.
-double StepSolver::Search(const StepProblem& problem, const Twist& u, const Twist& p, double slope_at_0) const {
+double StepSolver::Search(const StepProblem& problem, const Twist& u, const Twist& p, double slope_at_0) {
   const double enough = kSlopeTolerance * std::abs(slope_at_0);
   double low = 0;
   double slope_low = slope_at_0;
   double high = 1;
-  double slope_high = CalcSlope(problem, u, p, high);
+  double slope_high = CalcSlope(problem, u, p, high, last_);
   for (int n = 0; n < kMaxSearch && slope_high < -enough; ++n) {
     low = high;
     slope_low = slope_high;
     high *= 2;
-    slope_high = CalcSlope(problem, u, p, high);
+    slope_high = CalcSlope(problem, u, p, high, last_);
   }
   if (slope_high <= 0) return high;
   // A point slightly past the minimum is accepted if the slope half-way proves that J has decreased overall.
-  if (slope_high <= enough && CalcSlope(problem, u, p, 0.5 * (low + high)) <= -slope_high) return high;
+  if (slope_high <= enough && CalcSlope(problem, u, p, 0.5 * (low + high), halfway_) <= -slope_high) return high;
   // Method of false position with the Illinois rule: the value at an end that stays in place is halved.
   double weight_low = slope_low;
   double weight_high = slope_high;
@@ -311,7 +314,7 @@ double StepSolver::Search(const StepProblem& problem, const Twist& u, const Twis
   for (int n = 0; n < kMaxSearch && slope_low < -enough; ++n) {
     const double middle = low + (high - low) * std::clamp(weight_low / (weight_low - weight_high), 0.02, 0.98);
     if (!(middle > low && middle < high)) break;
-    const double slope = CalcSlope(problem, u, p, middle);
+    const double slope = CalcSlope(problem, u, p, middle, last_);
     if (slope <= 0) {
       low = middle;
       slope_low = weight_low = slope;
@@ -343,6 +346,7 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
   yields_.SetSize(problem.yields.size());
   SetSpeeds(problem, u);
 
+  bool knows_forces = false;  // last_ holds those at u
   double tolerance_N = 0;
   const auto gradient = [&](Matrix& H) {
     const Vec3 e = c.bending.Scale(c.x_mm - tau * Linear(u));
@@ -371,7 +375,7 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
       const double speed = cutting_.at[i];
       if (!(speed > 0)) continue;
       const CuttingPoint& point = problem.cutting[i];
-      const double force_N = problem.ToothForceAt(speed, point.cut);
+      const double force_N = knows_forces ? last_.thrust_N[i] : problem.ToothForceAt(speed, point.cut);
       const double beyond = speed * (1 + kSecantStep);
       const double slope = (problem.ToothForceAt(beyond, point.cut) - force_N) / (beyond - speed);
       AddTo(g, point.teeth * force_N, point.row);
@@ -450,6 +454,7 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
     Twist g = gradient(H);
     if (solution.converged && MayHaveDrifted(H, path, tolerance_N, reach_mm)) {
       SetSpeeds(problem, u);
+      knows_forces = false;
       path = {};
       g = gradient(H);
     }
@@ -461,6 +466,7 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
     Follow(problem, p);
     const double alpha = Search(problem, u, p, slope);
     if (alpha == 0) break;
+    knows_forces = alpha == last_.alpha;
     AddTo(u, alpha, p);
     for (std::size_t i = 0; i < path.size(); ++i) path[i] += std::abs(alpha * p[i]);
     for (Speeds* speeds : {&cutting_, &along_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {
@@ -476,13 +482,13 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
     std::fill(speeds->at.begin(), speeds->at.end(), 0.0);
   }
   Follow(problem, best);
-  if (CalcSlope(problem, u, best, 0) >= 0) return solution;
+  if (CalcSlope(problem, u, best, 0, last_) >= 0) return solution;
   double low = 0;
   double high = 1;
-  while (CalcSlope(problem, u, best, high) < 0 && high < 1e6) high *= 2;
+  while (CalcSlope(problem, u, best, high, last_) < 0 && high < 1e6) high *= 2;
   for (int n = 0; n < 60; ++n) {
     const double middle = 0.5 * (low + high);
-    (CalcSlope(problem, u, best, middle) < 0 ? low : high) = middle;
+    (CalcSlope(problem, u, best, middle, last_) < 0 ? low : high) = middle;
   }
   AddTo(u, low, best);
   return solution;

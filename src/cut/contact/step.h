@@ -197,10 +197,16 @@ class StepSolver {
   StepSolution Solve(const StepProblem& problem, const Twist& start, double reach_mm, int max_iterations);
 
  private:
+  /// Thrust on a tooth of each cutting point, N, at u + alpha p.
+  struct Forces {
+    double alpha;
+    std::vector<double> thrust_N;
+  };
+
   void Follow(const StepProblem& problem, const Twist& direction);
   void SetSpeeds(const StepProblem& problem, const Twist& u);
-  double CalcSlope(const StepProblem& problem, const Twist& u, const Twist& p, double alpha) const;
-  double Search(const StepProblem& problem, const Twist& u, const Twist& p, double slope_at_0) const;
+  double CalcSlope(const StepProblem& problem, const Twist& u, const Twist& p, double alpha, Forces& forces) const;
+  double Search(const StepProblem& problem, const Twist& u, const Twist& p, double slope_at_0);
 
   // Speeds of the points at u, and along the search direction.
   struct Speeds {
@@ -211,6 +217,7 @@ class StepSolver {
     }
   };
   Speeds cutting_, along_, flats_, solids_, friction_a_, friction_b_, yields_;
+  Forces last_, halfway_;  // of the line search: at the alpha tried last; where the decrease of J is proven
 };
 
 }  // namespace kerf

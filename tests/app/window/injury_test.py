@@ -73,6 +73,8 @@ def main():
         picture(w, "tooth")
         # The saw leaves it, and it is still named.
         w.key("r")
+        # Until it is there, undo is refused.
+        w.wait_event("answer", what="Retracted", failure="")
         w.wait_state("clear of the bone", lambda s: s["saw_mm"][2] > 12.5)
         wait_injuries(w, "still the tooth", [tooth])
         # An undone cut is none.

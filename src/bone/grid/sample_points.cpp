@@ -1,0 +1,157 @@
+// This file is compiled once for each vector instruction set. It uses no fused multiply-add, so the results are
+// bit-identical at every width.
+#include "bone/grid/sample_points.h"
+
+#include <algorithm>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "bone/grid/sample_points.cpp"
+#include <hwy/foreach_target.h>
+// foreach_target.h must come first.
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace kerf {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr std::size_t kPart = 64;  // points that are computed together
+
+using Doubles = hn::CappedTag<double, 8>;
+using Ints = hn::Rebind<std::int32_t, Doubles>;
+using Singles = hn::Rebind<float, Doubles>;
+using D = hn::Vec<Doubles>;
+using I = hn::Vec<Ints>;
+constexpr Doubles kDoubles;
+constexpr Ints kInts;
+constexpr std::size_t kLanes = hn::MaxLanes(kDoubles);
+
+/// Cells of a part of the points, by axis.
+struct Cells {
+  alignas(64) std::int32_t lowest[3][kPart];
+  alignas(64) double f[3][kPart] = {};      // before: the points
+  alignas(64) std::int32_t place[kPart];    // of the leaf with the lowest corner
+  alignas(64) std::int32_t in_leaf[kPart];  // lowest corner; -1: another corner is in another leaf
+};
+
+/// Finds the cells of `count` points from `first` on, and of a few more that are no points.
+void FindCells(const TableBox& box, const PointMap& map, const PointList& points, std::size_t first, std::size_t count,
+               Cells& cells) {
+  std::copy_n(points.x() + first, count, cells.f[0]);
+  std::copy_n(points.y() + first, count, cells.f[1]);
+  std::copy_n(points.z() + first, count, cells.f[2]);
+  const I seven = hn::Set(kInts, 7);
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const D x = hn::Load(kDoubles, cells.f[0] + i);
+    const D y = hn::Load(kDoubles, cells.f[1] + i);
+    const D z = hn::Load(kDoubles, cells.f[2] + i);
+    I place = hn::Zero(kInts);
+    I in_leaf = hn::Zero(kInts);
+    auto at_end = hn::Eq(in_leaf, seven);  // false
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto entry = [&](int column) { return hn::Set(kDoubles, map.R[column][axis]); };
+      const D turned = hn::Add(hn::Add(hn::Mul(entry(0), x), hn::Mul(entry(1), y)), hn::Mul(entry(2), z));
+      const D far = hn::Set(kDoubles, kFarCell);
+      const D p = hn::Min(hn::Max(hn::Add(turned, hn::Set(kDoubles, map.t[axis])), hn::Neg(far)), far);
+      const I lowest = hn::DemoteTo(kInts, hn::Floor(p));
+      hn::Store(lowest, kInts, cells.lowest[axis] + i);
+      hn::Store(hn::Sub(p, hn::PromoteTo(kDoubles, lowest)), kDoubles, cells.f[axis] + i);
+      const I leaf = hn::Sub(hn::ShiftRight<3>(lowest), hn::Set(kInts, box.first[axis]));
+      const I clamped = hn::Min(hn::Max(leaf, hn::Zero(kInts)), hn::Set(kInts, box.count[axis] - 1));
+      place = hn::Add(hn::Mul(place, hn::Set(kInts, box.count[axis])), clamped);
+      const I in_axis = hn::And(lowest, seven);
+      at_end = hn::Or(at_end, hn::Eq(in_axis, seven));
+      in_leaf = hn::Add(hn::ShiftLeft<3>(in_leaf), in_axis);
+    }
+    hn::Store(place, kInts, cells.place + i);
+    hn::Store(hn::IfThenElse(at_end, hn::Set(kInts, -1), in_leaf), kInts, cells.in_leaf + i);
+  }
+}
+
+void Sample(const LeafTable<float>& table, const PointMap& map, const PointList& points, double* values) {
+  const TableBox box = table.box();
+  Cells cells;
+  alignas(64) float corners[8][kPart] = {};
+  alignas(64) double mixed[kPart];
+  std::uint8_t within[kPart];
+  std::uint8_t across[kPart];
+  for (std::size_t first = 0; first < points.size(); first += kPart) {
+    const std::size_t count = std::min(kPart, points.size() - first);
+    FindCells(box, map, points, first, count, cells);
+    // Points in one leaf and across several are read separately, because a branch for each would be predicted badly.
+    std::size_t within_count = 0;
+    std::size_t across_count = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool is_within = cells.in_leaf[i] >= 0;
+      within[within_count] = across[across_count] = static_cast<std::uint8_t>(i);
+      within_count += is_within ? 1 : 0;
+      across_count += is_within ? 0 : 1;
+    }
+    for (std::size_t n = 0; n < within_count; ++n) {
+      const std::size_t i = within[n];
+      const float* p = table.at(static_cast<std::size_t>(cells.place[i])) + cells.in_leaf[i];
+      corners[0][i] = p[0];
+      corners[1][i] = p[1];
+      corners[2][i] = p[8];
+      corners[3][i] = p[9];
+      corners[4][i] = p[64];
+      corners[5][i] = p[65];
+      corners[6][i] = p[72];
+      corners[7][i] = p[73];
+    }
+    for (std::size_t n = 0; n < across_count; ++n) {
+      const std::size_t i = across[n];
+      const CellValues<float> of_cell = table.CornersAcross(cells.lowest[0][i], cells.lowest[1][i], cells.lowest[2][i]);
+      for (std::size_t corner = 0; corner < 8; ++corner) corners[corner][i] = of_cell[corner];
+    }
+    for (std::size_t i = 0; i < count; i += kLanes) {
+      const auto corner = [&](std::size_t n) { return hn::PromoteTo(kDoubles, hn::Load(Singles(), corners[n] + i)); };
+      const auto mix = [](D a, D b, D t) { return hn::Add(a, hn::Mul(t, hn::Sub(b, a))); };
+      const D fx = hn::Load(kDoubles, cells.f[0] + i);
+      const D fy = hn::Load(kDoubles, cells.f[1] + i);
+      const D fz = hn::Load(kDoubles, cells.f[2] + i);
+      const D lower = mix(mix(corner(0), corner(1), fz), mix(corner(2), corner(3), fz), fy);
+      const D upper = mix(mix(corner(4), corner(5), fz), mix(corner(6), corner(7), fz), fy);
+      hn::Store(mix(lower, upper, fx), kDoubles, mixed + i);
+    }
+    std::copy_n(mixed, count, values + first);
+  }
+}
+
+void LookUp(const TableBox& box, const std::uint8_t* of_leaf, const PointMap& map, const PointList& points,
+            std::uint8_t* found) {
+  Cells cells;
+  for (std::size_t first = 0; first < points.size(); first += kPart) {
+    const std::size_t count = std::min(kPart, points.size() - first);
+    FindCells(box, map, points, first, count, cells);
+    for (std::size_t i = 0; i < count; ++i) found[first + i] = of_leaf[cells.place[i]];
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace kerf
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kerf {
+namespace {
+
+HWY_EXPORT(Sample);
+HWY_EXPORT(LookUp);
+
+}  // namespace
+
+void SamplePoints(const LeafTable<float>& table, const PointMap& map, const PointList& points, double* values) {
+  HWY_DYNAMIC_DISPATCH(Sample)(table, map, points, values);
+}
+
+void FindOfLeaves(const TableBox& box, const std::uint8_t* of_leaf, const PointMap& map, const PointList& points,
+                  std::uint8_t* found) {
+  HWY_DYNAMIC_DISPATCH(LookUp)(box, of_leaf, map, points, found);
+}
+
+}  // namespace kerf
+#endif  // HWY_ONCE

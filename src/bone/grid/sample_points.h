@@ -1,0 +1,54 @@
+// Samples of a grid at many points at once, computed with vector instructions.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <vector>
+
+#include "bone/grid/leaf_table.h"
+#include "kerf/geometry.h"
+
+namespace kerf {
+
+/// Points, by coordinates.
+class PointList {
+ public:
+  std::size_t size() const { return size_; }
+  const double* x() const { return x_.data(); }
+  const double* y() const { return y_.data(); }
+  const double* z() const { return z_.data(); }
+  /// Makes room for `capacity` points and removes all. Allocates.
+  void Reserve(std::size_t capacity) {
+    for (std::vector<double>* values : {&x_, &y_, &z_}) values->resize(capacity);
+    size_ = 0;
+  }
+  void Clear() { size_ = 0; }
+  /// There must be room. Tick-safe.
+  void Add(const Vec3& p) {
+    x_[size_] = p.x;
+    y_[size_] = p.y;
+    z_[size_++] = p.z;
+  }
+
+ private:
+  std::vector<double> x_, y_, z_;
+  std::size_t size_ = 0;
+};
+
+/// Maps the points p of a list to R p + t, in a grid's index space.
+struct PointMap {
+  glm::dmat3 R{1};
+  Vec3 t{0};
+};
+
+/// Interpolates trilinearly at each point. `values`: one per point. The bits are those of Interpolate() at FindCell(),
+/// with every vector instruction set. Tick-safe.
+void SamplePoints(const LeafTable<float>& table, const PointMap& map, const PointList& points, double* values);
+
+/// Finds for each point the element of `of_leaf` of the leaf with the lowest corner of the point's cell. `of_leaf`: one
+/// element for each place of a table with this box. Tick-safe.
+void FindOfLeaves(const TableBox& box, const std::uint8_t* of_leaf, const PointMap& map, const PointList& points,
+                  std::uint8_t* found);
+
+}  // namespace kerf
