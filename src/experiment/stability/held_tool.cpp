@@ -14,12 +14,15 @@
 namespace kerf {
 namespace {
 
-constexpr double kPush_N = 5;            // simulated newtons
+constexpr double kPush_N = kHardPush_N;
 constexpr double kMinPush_N = 0.5;       // simulated newtons
 constexpr double kSidePush_N = 2;        // simulated newtons, on the wall of a kerf
 constexpr double kSideways_mm = 1;       // maximum deflection of the coupling on the wall of a kerf
 constexpr double kFractionOfPeak = 0.3;  // maximum push as a fraction of the peak force of device or coupling
-constexpr double kApproach_mm_per_s = 10;
+constexpr double kApproach_mm_per_s = kFastFeed_mm_per_s;
+constexpr double kStretch_mm = 1;  // way of the handle over which its feed and that of the tool are compared
+constexpr double kFollows = 0.9;   // fraction of the handle's feed at which the tool follows it steadily
+constexpr double kTouches_N = 0.02;
 constexpr double kTick_s = 0.001;  // of the approach
 constexpr int kMaxTicks = 40000;   // of the approach
 constexpr double kKick_rad = 1e-5;
@@ -388,7 +391,7 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
     out = simulation.Tick(in);
     const double tool_mm = glm::dot(out.X_WT.p_AB - start_mm, along_W);
     push_N = -glm::dot(out.f_H_W_N, along_W);
-    const bool first = touched_mm < 0 && push_N > 0.02;
+    const bool first = touched_mm < 0 && push_N > kTouches_N;
     if (first) touched_mm = tool_mm;
     if (held.rpm != 0 && touched_mm >= 0 && tool_mm - touched_mm >= depth_mm) break;
     resting = std::abs(tool_mm - before_mm) < 1e-6 ? resting + 1 : 0;
@@ -410,6 +413,39 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
   held.X_WT = out.X_WT;
   held.bone = std::move(simulation).TakeBone();
   return held;
+}
+
+std::optional<double> FindFeedForce_N(const StabilitySubject& subject) {
+  CoupledParams params = subject.setup.coupled;
+  params.coupling = {};
+  CoupledSimulation simulation(subject.bone, params, subject.X_WT_start);
+  CoupledInput in;
+  in.X_WH = subject.X_WT_start;
+  in.dt_s = kTick_s;
+  in.rpm = subject.rpm;
+  bool touched = false;
+  double handle_mm = 0;  // travel along the feed
+  // Travel of both at the beginning of the present stretch.
+  double handle_before_mm = 0;
+  double tool_before_mm = 0;
+  for (int i = 0; i < kMaxTicks; ++i) {
+    in.X_WH.p_AB = subject.X_WT_start.p_AB + handle_mm * subject.into_W;
+    const CoupledOutput out = simulation.Tick(in);
+    const double tool_mm = glm::dot(out.X_WT.p_AB - subject.X_WT_start.p_AB, subject.into_W);
+    const double push_N = -glm::dot(out.f_H_W_N, subject.into_W);
+    if (touched && push_N < kTouches_N) return std::nullopt;  // through the bone, or off it
+    if (params.coupling.stiffness_N_per_mm * (handle_mm - tool_mm) > kHardPush_N) return std::nullopt;
+    const double way_mm = handle_mm - handle_before_mm;
+    const bool first = !touched && push_N > kTouches_N;
+    if (touched && way_mm >= kStretch_mm && tool_mm - tool_before_mm >= kFollows * way_mm) return push_N;
+    if (first || way_mm >= kStretch_mm) {
+      handle_before_mm = handle_mm;
+      tool_before_mm = tool_mm;
+    }
+    touched = touched || first;
+    handle_mm += kFastFeed_mm_per_s * kTick_s;
+  }
+  return std::nullopt;
 }
 
 std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {

@@ -21,6 +21,14 @@ struct HeldTool {
 /// the contact normal, because along the feed it would slide off. Throws Error if the tool touches no bone.
 HeldTool HoldTool(const StabilitySubject& subject, HeldState state);
 
+inline constexpr double kHardPush_N = 5;  // simulated newtons
+/// Fastest feed at which a loop is examined while the tool must remain in the cut; ordinary cuts have 0.5 to 2 mm/s.
+inline constexpr double kFastFeed_mm_per_s = 10;
+
+/// Returns the force that a feed of kFastFeed_mm_per_s into the bone requires, simulated newtons; nullopt if it is more
+/// than kHardPush_N, or if the tool is through the bone before its feed is steady.
+std::optional<double> FindFeedForce_N(const StabilitySubject& subject);
+
 /// Computes how a small kick of the handle along the push evolves, without the friction and the encoder steps of the
 /// profile. Two loops run side by side, one of them kicked. Only their difference is examined, which is linear
 /// even if the loops are not.

@@ -96,6 +96,23 @@ double ScenarioRun::CalcPush_N(double simulated_N) const {
   return push_N + profile.friction_N;
 }
 
+Vec3 ScenarioRun::FindCutPush_N(double simulated_N, const HandModel& hand) {
+  double push_N = CalcPush_N(simulated_N);
+  if (const std::optional<double> feed_N = FindFeedForce_N(subject_)) {
+    const DeviceProfile& profile = subject_.setup.profile;
+    // The hand's target position yields, so its spring is stretched by what the handle moves in that time.
+    const double drag_Ns_per_mm =
+        profile.own_damping_Ns_per_mm + hand.damping_Ns_per_mm + kYield_s * hand.stiffness_N_per_mm;
+    const double limit_N = scale_ * *feed_N + profile.friction_N + drag_Ns_per_mm * kFastFeed_mm_per_s;
+    if (limit_N < push_N) {
+      Say(fmt::format(" The hand pushes the device with {:.2g} N, for a feed of {} mm/s.", limit_N,
+                      kFastFeed_mm_per_s));
+      push_N = limit_N;
+    }
+  }
+  return push_N * subject_.into_W;
+}
+
 double ScenarioRun::CalcGrain(double force_N) const {
   if (!subject_.setup.quantise) return 0;
   const double step_N =

@@ -36,6 +36,11 @@ class ScenarioRun {
   /// Returns the force on the device for a force in simulated newtons: at most 80 % of what the device and the coupling
   /// can sustain, plus the device's friction.
   double CalcPush_N(double simulated_N) const;
+  /// Returns the push, on the device, of a hand that keeps the tool cutting for some time: CalcPush_N(), or what a feed
+  /// of kFastFeed_mm_per_s takes of this hand if that is less. The result states a push that is less.
+  ///
+  /// A tool that needs less force would otherwise be through the bone, and the scenario would examine it in air.
+  Vec3 FindCutPush_N(double simulated_N, const HandModel& hand);
   /// Returns the change of a force that one encoder step causes through the coupling, in just-noticeable differences.
   double CalcGrain(double force_N) const;
   /// The hand pushes the handle; its target position yields along the push.

@@ -151,7 +151,7 @@ ScenarioResult SpindleChanges(const StabilitySubject& subject, const Scenario& s
   if (!Turns(subject)) return ScenarioRun::Skip(scenario, kSpindleStopped);
   ScenarioRun run(subject, scenario);
   run.AwaitRamp();
-  run.Lean(run.CalcPush_N(5) * subject.into_W);
+  run.Lean(run.FindCutPush_N(5, subject.setup.hand));
   run.Run(0.8);
   double largest = 0;
   bool changed = false;
@@ -192,7 +192,7 @@ ScenarioResult AnyHand(const StabilitySubject& subject, const Scenario& scenario
     const double push_N = draw(1, 20);
     ScenarioRun run(held, scenario);
     run.AwaitRamp();
-    run.Lean(run.CalcPush_N(push_N) * subject.into_W);
+    run.Lean(run.FindCutPush_N(push_N, held.setup.hand));
     run.Run(1);
     const std::size_t early = run.now();
     run.Run(0.5);

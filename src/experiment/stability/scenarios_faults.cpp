@@ -102,7 +102,7 @@ ScenarioResult UnevenTime(const StabilitySubject& subject, const Scenario& scena
   timing.seed = seed;
   timing.burst_s = FitBurst_s(timing.burst_s, run.T(), subject.setup.watchdog_ms);
   run.AwaitRamp();
-  run.Lean(run.CalcPush_N(5) * subject.into_W);
+  run.Lean(run.FindCutPush_N(5, subject.setup.hand));
   run.Run(0.8);
   const std::size_t start = run.now();
   run.loop().SetTiming(timing);
@@ -124,8 +124,7 @@ ScenarioResult UnevenTime(const StabilitySubject& subject, const Scenario& scena
 ScenarioResult LetGo(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
   ScenarioRun run(subject, scenario);
   run.AwaitRamp();
-  const Vec3 push_N = run.CalcPush_N(5) * subject.into_W;
-  run.Lean(push_N);
+  run.Lean(run.FindCutPush_N(5, subject.setup.hand));
   run.Run(1);
   const double held_N = glm::length(run.tick().f_device_N);
   const double start_mm_per_s = glm::length(run.tick().v_WC_mm_per_s);
@@ -146,8 +145,9 @@ ScenarioResult LetGo(const StabilitySubject& subject, const Scenario& scenario, 
   const double K = run.scale() * subject.setup.coupled.coupling.stiffness_N_per_mm;
   const double bound = std::hypot(held_N / std::sqrt(K * 1e-3 * subject.setup.profile.mass_kg), start_mm_per_s);
   run.AtMost("speed of the released handle", "mm/s", fastest, 1.1 * bound + 10);
-  run.Grip(FindHandModel("H4"));
-  run.Lean(push_N);
+  const HandModel& firm = FindHandModel("H4");
+  run.Grip(firm);
+  run.Lean(run.FindCutPush_N(5, firm));
   run.Run(1.5);
   const std::size_t again = run.now();
   run.AddNoise(again, run.RunInBone(0.5));
@@ -157,7 +157,7 @@ ScenarioResult LetGo(const StabilitySubject& subject, const Scenario& scenario, 
 ScenarioResult NotANumber(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
   ScenarioRun run(subject, scenario);
   run.AwaitRamp();
-  run.Lean(run.CalcPush_N(5) * subject.into_W);
+  run.Lean(run.FindCutPush_N(5, subject.setup.hand));
   run.Run(0.8);
   double max_N = 0;
   double removed_mm3 = 0;
@@ -182,7 +182,7 @@ ScenarioResult NotANumber(const StabilitySubject& subject, const Scenario& scena
 ScenarioResult Frozen(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
   ScenarioRun run(subject, scenario);
   run.AwaitRamp();
-  run.Lean(run.CalcPush_N(5) * subject.into_W);
+  run.Lean(run.FindCutPush_N(5, subject.setup.hand));
   run.Run(0.8);
   run.loop().device().SetFaults({.frozen = true});
   run.Run(0.1);
@@ -202,7 +202,7 @@ ScenarioResult CoarseEncoder(const StabilitySubject& asked, const Scenario& scen
   run.Say(fmt::format(" Tested: {:.3g} um; the device has {:.3g} um.", 1000 * subject.setup.profile.resolution_mm,
                       1000 * asked.setup.profile.resolution_mm));
   run.AwaitRamp();
-  run.Lean(run.CalcPush_N(5) * subject.into_W);
+  run.Lean(run.FindCutPush_N(5, subject.setup.hand));
   run.Run(0.8);
   const std::size_t start = run.now();
   run.AddNoise(start, run.RunInBone(1));

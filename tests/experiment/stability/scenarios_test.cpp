@@ -10,7 +10,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "cut/tool/drive.h"
 #include "cut/tool/edge_down.h"
+#include "experiment/stability/held_tool.h"
 #include "held_block.h"
 #include "verdict.h"
 
@@ -50,11 +52,18 @@ StabilitySubject MakeHoleSubject() {
 }
 
 /// Returns the same block with a blade with a stroke above its top, whose edge faces down.
-StabilitySubject MakeSawnSubject(const Tool& blade, double rpm) {
+StabilitySubject MakeSawnSubject(const Tool& blade) {
   StabilitySubject subject = MakeListedSubject();
   subject.setup.coupled.tool = blade;
   subject.X_WT_start = {CalcEdgeDown(), Vec3(0, 0, 0.3)};
-  subject.rpm = rpm;
+  subject.rpm = CalcOrdinaryRate(blade);
+  return subject;
+}
+
+/// Returns the block with a disc that feels almost no force of the bone.
+StabilitySubject MakeFastSubject() {
+  StabilitySubject subject = MakeListedSubject();
+  subject.setup.coupled.law.Set("contact_radius_mm", 1e-4);
   return subject;
 }
 
@@ -79,7 +88,7 @@ TEST(Scenarios, AllHoldOnTheDefaultBlockWithTheDefaultDevice) {
   int run = 0;
   for (const StabilitySubject& subject :
        {MakeListedSubject(), MakeMilledSubject(), MakeDrilledSubject(120), MakeHoleSubject(),
-        MakeSawnSubject(ReciprocatingBlade{}, 15000), MakeSawnSubject(OscillatingBlade{}, 15000)}) {
+        MakeSawnSubject(ReciprocatingBlade{}), MakeSawnSubject(OscillatingBlade{}), MakeSawnSubject(PiezoInsert{})}) {
     run = 0;
     for (const Scenario& scenario : Scenarios()) {
       const ScenarioResult result = scenario.run(subject, 1);
@@ -127,6 +136,39 @@ const StabilityFigure* FindFigure(const ScenarioResult& result, const std::strin
   const auto found = std::find_if(result.figures.begin(), result.figures.end(),
                                   [&](const StabilityFigure& f) { return f.name == name; });
   return found == result.figures.end() ? nullptr : &*found;
+}
+
+// The feed force decides whether a hand pushes with less than usual, so it is known only for a tool that feeds fast.
+TEST(Scenarios, FeedForceIsKnownForAToolThatNeedsLittleForce) {
+  for (const StabilitySubject& subject :
+       {MakeListedSubject(), MakeMilledSubject(), MakeDrilledSubject(120), MakeHoleSubject(),
+        MakeSawnSubject(ReciprocatingBlade{}), MakeSawnSubject(OscillatingBlade{})}) {
+    EXPECT_FALSE(FindFeedForce_N(subject)) << DescribeTool(subject.setup.coupled.tool);
+  }
+  // Five teeth, each with a bite of the feed in half a period.
+  const StabilitySubject insert = MakeSawnSubject(PiezoInsert{});
+  const ToothForce law = MakeToothForce(insert.setup.coupled.law, insert.setup.coupled.tool);
+  const Region& bone = insert.bone.materials().regions().begin()->second;
+  const PiezoInsert steel;
+  const ToothCut cut{.E_star_MPa = CalcReducedModulus(steel.E_MPa, steel.nu, bone.E_MPa, bone.nu)};
+  const double bite_mm = 0.5 * kFastFeed_mm_per_s * 60 / insert.rpm;
+  const std::optional<double> force_N = FindFeedForce_N(insert);
+  ASSERT_TRUE(force_N);
+  EXPECT_NEAR(*force_N, 5 * law.thrust(law, bite_mm, cut), 0.1 * *force_N);
+
+  StabilitySubject thin = insert;
+  thin.bone = test::BlockOfBone(0.2, Vec3(26, 6, 0.8));
+  EXPECT_FALSE(FindFeedForce_N(thin));
+  StabilitySubject off = insert;
+  off.into_W = Vec3(0, 0, 1);
+  EXPECT_FALSE(FindFeedForce_N(off));
+}
+
+// Under 5 N this disc feeds at 23 mm/s, and a tick that is 50 ms late then causes 24 mN of noise, where 20 are allowed.
+TEST(Scenarios, AToolThatNeedsLittleForceIsPushedLess) {
+  const ScenarioResult result = FindListedScenario("burst_50ms").run(MakeFastSubject(), 1);
+  EXPECT_EQ(result.judgement(), Judgement::kHolds) << Describe(result);
+  EXPECT_NE(result.what.find("for a feed of 10 mm/s"), std::string::npos) << result.what;
 }
 
 // Where a path touches an edge obliquely, the hand pushes along the edge's normal. If it pushed along the feed, the
@@ -243,6 +285,17 @@ void QuickAndStiffOnAPlate(StabilitySubject& subject) {
 void TooStiffAndUnwatched(StabilitySubject& subject) {
   TooStiff(subject);
   subject.setup.watchdog_ms = 10000;
+}
+
+// The push for a feed is small, but does not hide a fault.
+TEST(Scenarios, FaultsAreReportedWithAToolThatNeedsLittleForce) {
+  for (StabilitySubject subject : {MakeSawnSubject(PiezoInsert{}), MakeFastSubject()}) {
+    TooStiff(subject);
+    for (const char* name : {"jitter", "late_ticks", "lost_ticks", "burst_5ms", "burst_50ms", "frozen", "let_go"}) {
+      const ScenarioResult result = FindListedScenario(name).run(subject, 1);
+      EXPECT_EQ(result.judgement(), Judgement::kBroken) << Describe(result);
+    }
+  }
 }
 
 class SpoiltScenario : public testing::TestWithParam<Spoilt> {};
