@@ -81,16 +81,12 @@ class LeafTable {
       const T* p = leaves_[Find({cell.x >> 3, cell.y >> 3, cell.z >> 3})] + 64 * x + 8 * y + z;
       return {p[0], p[1], p[8], p[9], p[64], p[65], p[72], p[73]};
     }
-    return CornersAcross(cell.x, cell.y, cell.z);
-  }
-  /// Does the same for a cell that may be in several leaves, by its lowest voxel. Tick-safe.
-  CellValues<T> CornersAcross(int x, int y, int z) const {
-    const std::size_t place_x[2] = {PlaceX(x >> 3), PlaceX((x + 1) >> 3)};
-    const std::size_t place_y[2] = {PlaceY(y >> 3), PlaceY((y + 1) >> 3)};
-    const std::size_t place_z[2] = {PlaceZ(z >> 3), PlaceZ((z + 1) >> 3)};
-    const int in_x[2] = {64 * (x & 7), 64 * ((x + 1) & 7)};
-    const int in_y[2] = {8 * (y & 7), 8 * ((y + 1) & 7)};
-    const int in_z[2] = {z & 7, (z + 1) & 7};
+    const std::size_t place_x[2] = {PlaceX(cell.x >> 3), PlaceX((cell.x + 1) >> 3)};
+    const std::size_t place_y[2] = {PlaceY(cell.y >> 3), PlaceY((cell.y + 1) >> 3)};
+    const std::size_t place_z[2] = {PlaceZ(cell.z >> 3), PlaceZ((cell.z + 1) >> 3)};
+    const int in_x[2] = {64 * x, 64 * ((x + 1) & 7)};
+    const int in_y[2] = {8 * y, 8 * ((y + 1) & 7)};
+    const int in_z[2] = {z, (z + 1) & 7};
     const auto at = [&](int i, int j, int k) {
       return leaves_[place_x[i] + place_y[j] + place_z[k]][in_x[i] + in_y[j] + in_z[k]];
     };

@@ -30,10 +30,13 @@ constexpr std::size_t kLanes = hn::MaxLanes(kDoubles);
 
 /// Cells of a part of the points, by axis.
 struct Cells {
-  alignas(64) std::int32_t lowest[3][kPart];
-  alignas(64) double f[3][kPart] = {};      // before: the points
-  alignas(64) std::int32_t place[kPart];    // of the leaf with the lowest corner
-  alignas(64) std::int32_t in_leaf[kPart];  // lowest corner; -1: another corner is in another leaf
+  alignas(64) double f[3][kPart] = {};        // before: the points
+  alignas(64) std::int32_t place[kPart];      // of the leaf with the lowest corner
+  alignas(64) std::int32_t in_leaf[kPart];    // place of the lowest corner in that leaf
+  alignas(64) std::int32_t is_across[kPart];  // not 0: other corners are in other leaves
+  // To the next corner along each axis: change of the leaf's place, and of the place in the leaf.
+  alignas(64) std::int32_t to_leaf[3][kPart];
+  alignas(64) std::int32_t to_voxel[3][kPart];
 };
 
 /// Finds the cells of `count` points from `first` on, and of a few more that are no points.
@@ -42,6 +45,8 @@ void FindCells(const TableBox& box, const PointMap& map, const PointList& points
   std::copy_n(points.x() + first, count, cells.f[0]);
   std::copy_n(points.y() + first, count, cells.f[1]);
   std::copy_n(points.z() + first, count, cells.f[2]);
+  constexpr int kVoxelStep[3] = {64, 8, 1};
+  const int leaf_step[3] = {box.count[1] * box.count[2], box.count[2], 1};
   const I seven = hn::Set(kInts, 7);
   for (std::size_t i = 0; i < count; i += kLanes) {
     const D x = hn::Load(kDoubles, cells.f[0] + i);
@@ -49,24 +54,33 @@ void FindCells(const TableBox& box, const PointMap& map, const PointList& points
     const D z = hn::Load(kDoubles, cells.f[2] + i);
     I place = hn::Zero(kInts);
     I in_leaf = hn::Zero(kInts);
-    auto at_end = hn::Eq(in_leaf, seven);  // false
+    I is_across = hn::Zero(kInts);
     for (int axis = 0; axis < 3; ++axis) {
       const auto entry = [&](int column) { return hn::Set(kDoubles, map.R[column][axis]); };
       const D turned = hn::Add(hn::Add(hn::Mul(entry(0), x), hn::Mul(entry(1), y)), hn::Mul(entry(2), z));
       const D far = hn::Set(kDoubles, kFarCell);
       const D p = hn::Min(hn::Max(hn::Add(turned, hn::Set(kDoubles, map.t[axis])), hn::Neg(far)), far);
       const I lowest = hn::DemoteTo(kInts, hn::Floor(p));
-      hn::Store(lowest, kInts, cells.lowest[axis] + i);
       hn::Store(hn::Sub(p, hn::PromoteTo(kDoubles, lowest)), kDoubles, cells.f[axis] + i);
+      const auto clamp = [&](I leaf) {
+        return hn::Min(hn::Max(leaf, hn::Zero(kInts)), hn::Set(kInts, box.count[axis] - 1));
+      };
       const I leaf = hn::Sub(hn::ShiftRight<3>(lowest), hn::Set(kInts, box.first[axis]));
-      const I clamped = hn::Min(hn::Max(leaf, hn::Zero(kInts)), hn::Set(kInts, box.count[axis] - 1));
-      place = hn::Add(hn::Mul(place, hn::Set(kInts, box.count[axis])), clamped);
+      const I own = clamp(leaf);
+      place = hn::Add(hn::Mul(place, hn::Set(kInts, box.count[axis])), own);
       const I in_axis = hn::And(lowest, seven);
-      at_end = hn::Or(at_end, hn::Eq(in_axis, seven));
       in_leaf = hn::Add(hn::ShiftLeft<3>(in_leaf), in_axis);
+      const auto at_end = hn::Eq(in_axis, seven);
+      is_across = hn::Or(is_across, hn::VecFromMask(kInts, at_end));
+      const I next = hn::Sub(clamp(hn::Add(leaf, hn::Set(kInts, 1))), own);
+      hn::Store(hn::IfThenElseZero(at_end, hn::Mul(next, hn::Set(kInts, leaf_step[axis]))), kInts,
+                cells.to_leaf[axis] + i);
+      hn::Store(hn::IfThenElse(at_end, hn::Set(kInts, -7 * kVoxelStep[axis]), hn::Set(kInts, kVoxelStep[axis])), kInts,
+                cells.to_voxel[axis] + i);
     }
     hn::Store(place, kInts, cells.place + i);
-    hn::Store(hn::IfThenElse(at_end, hn::Set(kInts, -1), in_leaf), kInts, cells.in_leaf + i);
+    hn::Store(in_leaf, kInts, cells.in_leaf + i);
+    hn::Store(is_across, kInts, cells.is_across + i);
   }
 }
 
@@ -84,7 +98,7 @@ void Sample(const LeafTable<float>& table, const PointMap& map, const PointList&
     std::size_t within_count = 0;
     std::size_t across_count = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      const bool is_within = cells.in_leaf[i] >= 0;
+      const bool is_within = cells.is_across[i] == 0;
       within[within_count] = across[across_count] = static_cast<std::uint8_t>(i);
       within_count += is_within ? 1 : 0;
       across_count += is_within ? 0 : 1;
@@ -103,8 +117,16 @@ void Sample(const LeafTable<float>& table, const PointMap& map, const PointList&
     }
     for (std::size_t n = 0; n < across_count; ++n) {
       const std::size_t i = across[n];
-      const CellValues<float> of_cell = table.CornersAcross(cells.lowest[0][i], cells.lowest[1][i], cells.lowest[2][i]);
-      for (std::size_t corner = 0; corner < 8; ++corner) corners[corner][i] = of_cell[corner];
+      for (int corner = 0; corner < 8; ++corner) {
+        int place = cells.place[i];
+        int voxel = cells.in_leaf[i];
+        for (int axis = 0; axis < 3; ++axis) {
+          if ((corner >> (2 - axis) & 1) == 0) continue;
+          place += cells.to_leaf[axis][i];
+          voxel += cells.to_voxel[axis][i];
+        }
+        corners[corner][i] = table.at(static_cast<std::size_t>(place))[voxel];
+      }
     }
     for (std::size_t i = 0; i < count; i += kLanes) {
       const auto corner = [&](std::size_t n) { return hn::PromoteTo(kDoubles, hn::Load(Singles(), corners[n] + i)); };
