@@ -19,10 +19,13 @@ constexpr std::size_t kMaxTryPoints = 2000;  // maximum number of changed voxels
 constexpr int kLinesAcross = 120;            // maximum number of lines along each side of the kerf
 constexpr int kMinMidpoints = 12;
 constexpr double kKept = 0.9;            // fraction of the midpoints that are kept, those closest to the plane
+constexpr double kSpan = 0.85;           // minimum ratio of the extents of the kept midpoints to those of all
+constexpr double kStray = 4.5;           // residual of a stray midpoint, in medians; three standard deviations
 constexpr double kSameWidth = 0.6;       // minimum fraction of the midpoints that have the kerf's median width
 constexpr double kFlatLoss = 3;          // minimum ratio of breadth to thickness of removed bone that has a plane
 constexpr double kFlat = 1.5;            // minimum of that ratio from which midpoints are searched for
 const double kExtent = std::sqrt(12.0);  // extent of equally spread points, in standard deviations
+constexpr double kOwnSides = 0.1;        // minimum fraction of the midpoints of which both sides are of this kerf
 constexpr int kIterations = 4;
 constexpr double kMinDepth = 1.5;  // minimum depth of a kerf, in widths
 
@@ -143,16 +146,28 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-/// Computes the least-squares fit to the midpoints, without the 10 % that are furthest from the plane.
-std::optional<MomentFit> FitMidpoints(const std::vector<Midpoint>& midpoints, const MomentFit& start) {
+double MedianWidth(const std::vector<Midpoint>& midpoints) {
+  std::vector<double> widths;
+  for (const Midpoint& m : midpoints) widths.push_back(m.width);
+  return Median(widths);
+}
+
+/// Returns by how much a midpoint of a kerf may differ from the others, in width or place.
+double CalcTolerance(double width_mm, double h) {
+  return std::max(h, 0.25 * width_mm);
+}
+
+/// Computes the least-squares fit to the midpoints that are at most `calc_limit(residuals)` from the plane, which are
+/// then `kept`.
+template <typename Limit>
+std::optional<MomentFit> FitNearest(const std::vector<Midpoint>& midpoints, const MomentFit& start,
+                                    const Limit& calc_limit, std::vector<WeightedPoint>& kept) {
   std::optional<MomentFit> fit = start;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     std::vector<double> off;
     for (const Midpoint& m : midpoints) off.push_back(std::abs(glm::dot(fit->normal, m.p - fit->p)));
-    std::vector<double> sorted = off;
-    std::sort(sorted.begin(), sorted.end());
-    const double limit = sorted[static_cast<std::size_t>(kKept * static_cast<double>(sorted.size() - 1))];
-    std::vector<WeightedPoint> kept;
+    const double limit = calc_limit(off);
+    kept.clear();
     for (std::size_t i = 0; i < midpoints.size(); ++i) {
       if (off[i] <= limit) kept.push_back({midpoints[i].p, 1});
     }
@@ -160,6 +175,50 @@ std::optional<MomentFit> FitMidpoints(const std::vector<Midpoint>& midpoints, co
     if (!fit) return {};
   }
   return fit;
+}
+
+/// Returns the least ratio of the extents of some points, along the two directions of a plane, to those of all.
+double CalcSpan(const std::vector<WeightedPoint>& some, const std::vector<WeightedPoint>& all, const MomentFit& fit) {
+  const auto calc_variance = [](const std::vector<WeightedPoint>& points, const Vec3& direction) {
+    double sum = 0;
+    double squares = 0;
+    for (const WeightedPoint& w : points) {
+      const double x = glm::dot(direction, w.p);
+      sum += x;
+      squares += x * x;
+    }
+    const double count = static_cast<double>(points.size());
+    return squares / count - sum * sum / (count * count);
+  };
+  double least = 1;
+  for (const Vec3& direction : {fit.along, glm::cross(fit.normal, fit.along)}) {
+    const double of_all = calc_variance(all, direction);
+    if (of_all > 0) least = std::min(least, std::sqrt(std::max(0.0, calc_variance(some, direction)) / of_all));
+  }
+  return least;
+}
+
+/// Computes the least-squares fit to the midpoints, without the 10 % that are furthest from the plane. If these are an
+/// end of the kerf, where little bone was, the plane would turn away from it; then only stray midpoints are left out.
+std::optional<MomentFit> FitMidpoints(const std::vector<Midpoint>& midpoints, const MomentFit& start, double h) {
+  std::vector<WeightedPoint> kept;
+  const std::optional<MomentFit> fit = FitNearest(
+      midpoints, start,
+      [](std::vector<double> off) {
+        std::sort(off.begin(), off.end());
+        return off[static_cast<std::size_t>(kKept * static_cast<double>(off.size() - 1))];
+      },
+      kept);
+  if (!fit) return {};
+  std::vector<WeightedPoint> all;
+  for (const Midpoint& m : midpoints) all.push_back({m.p, 1});
+  if (CalcSpan(kept, all, *fit) >= kSpan) return fit;
+  const std::optional<MomentFit> of_all = FitMoments(all);
+  if (!of_all) return fit;
+  const double tolerance_mm = CalcTolerance(MedianWidth(midpoints), h);
+  return FitNearest(
+      midpoints, *of_all, [&](const std::vector<double>& off) { return std::max(tolerance_mm, kStray * Median(off)); },
+      kept);
 }
 
 /// Computes the extents of the points along the fit's axes: length and depth.
@@ -194,21 +253,29 @@ std::vector<Midpoint> FindMidpoints(const Bone& before, const Bone& after, const
   }
   MidpointFinder finder(before, after);
   std::vector<Midpoint> midpoints;
+  std::vector<Midpoint> own;  // those of which both sides, where they are located, belong to this kerf
   const double h = before.voxel_mm();
   const double step[2] = {std::max(h, (high[0] - low[0]) / kLinesAcross),
                           std::max(h, (high[1] - low[1]) / kLinesAcross)};
   for (double u = low[0]; u <= high[0]; u += step[0]) {
     for (double v = low[1]; v <= high[1]; v += step[1]) {
       const auto middle = finder.Find(fit.p + u * fit.along + v * across, fit.normal, reach);
-      if (middle && (!search.belongs || search.belongs(middle->p))) midpoints.push_back(*middle);
+      if (!middle || (search.belongs && !search.belongs(middle->p))) continue;
+      midpoints.push_back(*middle);
+      const Vec3 side = (0.5 * middle->width + kLevelVoxels * h) * fit.normal;
+      if (search.belongs && search.belongs(middle->p - side) && search.belongs(middle->p + side))
+        own.push_back(*middle);
     }
   }
   if (midpoints.empty()) return midpoints;
-  std::vector<double> widths;
-  for (const Midpoint& m : midpoints) widths.push_back(m.width);
-  const double width = Median(widths);
+  // Where another kerf joins this one, a side may be a face of the other.
+  if (own.size() >= kMinMidpoints &&
+      static_cast<double>(own.size()) >= kOwnSides * static_cast<double>(midpoints.size())) {
+    midpoints = std::move(own);
+  }
+  const double width = MedianWidth(midpoints);
   const std::size_t found = midpoints.size();
-  std::erase_if(midpoints, [&](const Midpoint& m) { return std::abs(m.width - width) > std::max(h, 0.25 * width); });
+  std::erase_if(midpoints, [&](const Midpoint& m) { return std::abs(m.width - width) > CalcTolerance(width, h); });
   // If the widths vary widely, this is a hole and not a kerf.
   if (static_cast<double>(midpoints.size()) < kSameWidth * static_cast<double>(found)) midpoints.clear();
   return midpoints;
@@ -216,6 +283,35 @@ std::vector<Midpoint> FindMidpoints(const Bone& before, const Bone& after, const
 
 bool IsFlat(const MomentFit& fit) {
   return fit.breadth > kFlat * fit.thickness && fit.breadth > 0;
+}
+
+/// Plane of a kerf, fitted to the midpoints or, if these are empty, to the changed voxels near the plane.
+struct KerfFit {
+  std::optional<MomentFit> fit;  // none: no plane
+  double off_mm = 0;             // largest distance of those voxels from the plane
+  std::vector<Midpoint> midpoints;
+};
+
+/// Fits the plane that has the most changed voxels within `near_mm`, and then the midpoints.
+KerfFit FitNear(const Bone& before, const Bone& after, const std::vector<WeightedPoint>& points, double near_mm,
+                const KerfSearch& search) {
+  KerfFit result;
+  result.fit = FindPlane(points, near_mm, search);
+  if (!result.fit || !IsFlat(*result.fit)) return result;
+  for (const WeightedPoint& w : points) {
+    const double d = std::abs(glm::dot(result.fit->normal, w.p - result.fit->p));
+    if (d < near_mm) result.off_mm = std::max(result.off_mm, d);
+  }
+  for (int iteration = 0; iteration < 2; ++iteration) {
+    std::vector<Midpoint> midpoints =
+        FindMidpoints(before, after, *result.fit, points, result.off_mm + 4 * before.voxel_mm(), search);
+    if (midpoints.size() < kMinMidpoints) break;
+    const std::optional<MomentFit> better = FitMidpoints(midpoints, *result.fit, before.voxel_mm());
+    if (!better || !IsFlat(*better)) break;
+    result.fit = better;
+    result.midpoints = std::move(midpoints);
+  }
+  return result;
 }
 
 /// Measures the removed bone, whose second extent would have to be another multiple of the third.
@@ -251,43 +347,39 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
   for (const LostVoxel& voxel : loss.voxels) points.push_back({voxel.p_W, voxel.weight});
 
   // Near the surface, removed bone extends one to three voxels to either side of the kerf.
-  std::optional<MomentFit> fit = FindPlane(points, std::max(4 * h, 0.5), search);
-  if (!fit || !IsFlat(*fit)) {
+  const double near_mm = std::max(4 * h, 0.5);
+  KerfFit found = FitNear(before, after, points, near_mm, search);
+  if (!found.fit || !IsFlat(*found.fit)) {
     ExplainShape(loss, kFlat, reason);
     return {};
   }
-  double off = 0;
-  for (const WeightedPoint& w : points) {
-    const double d = std::abs(glm::dot(fit->normal, w.p - fit->p));
-    if (d < std::max(4 * h, 0.5)) off = std::max(off, d);
+  // Of a kerf wider than that, only a part is near, whose plane may lie so far from the middle that one of the sides is
+  // out of reach.
+  KerfFit wider = found;
+  for (double wide_mm = near_mm; wider.midpoints.empty() && wider.off_mm > wide_mm - h;) {
+    wide_mm *= 2;
+    if (wide_mm > search.reach_mm) break;
+    wider = FitNear(before, after, points, wide_mm, search);
   }
-  bool by_midpoints = false;
-  std::vector<Midpoint> midpoints;
-  for (int iteration = 0; iteration < 2; ++iteration) {
-    midpoints = FindMidpoints(before, after, *fit, points, off + 4 * h, search);
-    if (midpoints.size() < kMinMidpoints) break;
-    const std::optional<MomentFit> better = FitMidpoints(midpoints, *fit);
-    if (!better || !IsFlat(*better)) break;
-    fit = better;
-    by_midpoints = true;
-  }
+  if (!wider.midpoints.empty()) found = std::move(wider);
+  const bool by_midpoints = !found.midpoints.empty();
+  const std::vector<Midpoint>& midpoints = found.midpoints;
+  std::optional<MomentFit>& fit = found.fit;
   std::vector<Vec3> span;
   if (by_midpoints) {
     plane.midpoints = static_cast<int>(midpoints.size());
-    std::vector<double> widths;
     double sum = 0;
     for (const Midpoint& m : midpoints) {
-      widths.push_back(m.width);
       const double d = glm::dot(fit->normal, m.p - fit->p);
       sum += d * d;
       span.push_back(m.p);
     }
     plane.rms_mm = std::sqrt(sum / static_cast<double>(midpoints.size()));
-    plane.width_mm = Median(widths);
+    plane.width_mm = MedianWidth(midpoints);
   } else {
     std::vector<WeightedPoint> cells;
     for (const LostCell& cell : loss.cells) {
-      if (cell.mm3 <= 0 || std::abs(glm::dot(fit->normal, cell.p_W - fit->p)) > off + h) continue;
+      if (cell.mm3 <= 0 || std::abs(glm::dot(fit->normal, cell.p_W - fit->p)) > found.off_mm + h) continue;
       cells.push_back({cell.p_W, cell.mm3});
     }
     const std::optional<MomentFit> by_volume = FitMoments(cells);

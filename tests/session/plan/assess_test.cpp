@@ -152,6 +152,30 @@ CornerCut MakeCornerCut(double angle_deg, double from_mm, double to_mm, double o
   return corner;
 }
 
+/// Cuts two kerfs of a block, and compares them with their plans. `round_ends`: as a bur leaves them.
+Assessment AssessCorner(const Pose& X, double voxel_mm, const CornerCut (&cuts)[2], double width_mm, bool round_ends) {
+  BlockParams block = BlockAt(X, voxel_mm);
+  block.size_mm = {24, 10, 12};
+  const Bone before = MakeBlock(block, test::OneRegionTable());
+  Bone after = before;
+  Plan plan;
+  for (const CornerCut& cut : cuts) {
+    Subtract(after, [&](const Vec3& p_W) {
+      const Vec3 d = X.InversePoint(p_W) - cut.cut.p_W;
+      const double off_mm = std::abs(glm::dot(cut.cut.normal_W, d));
+      const double before_mm = cut.from_mm - glm::dot(cut.along, d);
+      return round_ends ? std::hypot(off_mm, std::max(before_mm, 0.0)) - 0.5 * width_mm
+                        : std::max(off_mm - 0.5 * width_mm, before_mm);
+    });
+    PlannedPlane planned = cut.planned;
+    planned.name = MakePlaneName(plan);
+    planned.plane = {X.Point(planned.plane.p_W), X.Vector(planned.plane.normal_W)};
+    planned.up_W = X.Vector(planned.up_W);
+    plan.planes.push_back(planned);
+  }
+  return AssessCut(plan, before, after, width_mm);
+}
+
 // Two exact cuts that end where they meet, or cross there. The least-squares plane of exact midpoints is that of the
 // cut. Where the kerfs join, up to a few voxels of bone between them are missing, which moves a few of the hundreds of
 // midpoints by less than half a voxel.
@@ -162,10 +186,6 @@ TEST(AssessCut, MeasuresPlanesThatMeetAtAnyAngle) {
       for (int i = 0; i < 2; ++i) {
         SCOPED_TRACE(fmt::format("{} degrees, {}, pose {}", angle_deg, crosses ? "crossing" : "ending there", i));
         const Pose X = draw.AnyPose();
-        BlockParams block = BlockAt(X, 0.2);
-        block.size_mm = {24, 10, 12};
-        const Bone before = MakeBlock(block, test::OneRegionTable());
-        Bone after = before;
         const double from_mm = crosses ? -12 : 0;
         const double to_mm = angle_deg == 90 ? 6 : 12;
         const double tilt_deg[2] = {draw.In(-1.5, 1.5), draw.In(-1.5, 1.5)};
@@ -173,19 +193,7 @@ TEST(AssessCut, MeasuresPlanesThatMeetAtAnyAngle) {
         const CornerCut cuts[2] = {
             MakeCornerCut(180, from_mm, 12, off_mm[0], tilt_deg[0]),
             MakeCornerCut(angle_deg, crosses && angle_deg == 90 ? -6 : from_mm, to_mm, off_mm[1], tilt_deg[1])};
-        Plan plan;
-        for (const CornerCut& cut : cuts) {
-          Subtract(after, [&](const Vec3& p_W) {
-            const Vec3 d = X.InversePoint(p_W) - cut.cut.p_W;
-            return std::max(std::abs(glm::dot(cut.cut.normal_W, d)) - 0.2, cut.from_mm - glm::dot(cut.along, d));
-          });
-          PlannedPlane planned = cut.planned;
-          planned.name = MakePlaneName(plan);
-          planned.plane = {X.Point(planned.plane.p_W), X.Vector(planned.plane.normal_W)};
-          planned.up_W = X.Vector(planned.up_W);
-          plan.planes.push_back(planned);
-        }
-        const Assessment out = AssessCut(plan, before, after, 0.4);
+        const Assessment out = AssessCorner(X, 0.2, cuts, 0.4, false);
         for (std::size_t k = 0; k < 2; ++k) {
           SCOPED_TRACE(k);
           const PlaneResult& plane = out.planes[k];
@@ -197,6 +205,33 @@ TEST(AssessCut, MeasuresPlanesThatMeetAtAnyAngle) {
                                   0.5 * (cuts[k].from_mm + (k == 0 ? 12 : to_mm));
           EXPECT_NEAR(plane.offset_mm, off_mm[k] + along_mm * std::sin(tilt_deg[k] / kDegrees), 0.05);
           EXPECT_NEAR(along_mm, 0, 1.5);
+        }
+      }
+    }
+  }
+}
+
+// Slots of a bur, wide compared with the voxels, that meet at an end. `angle_deg` is from the first slot's continuation
+// to the second slot: between the slots, 120, 90, 60 and 30 degrees of bone are left.
+TEST(AssessCut, MeasuresSlotsOfABurThatMeet) {
+  Draw draw(5);
+  for (const auto& [width_mm, voxel_mm] : {std::pair(2.1, 0.2), std::pair(1.6, 0.3)}) {
+    for (const double angle_deg : {60.0, 90.0, 120.0, 150.0}) {
+      for (int i = 0; i < 3; ++i) {
+        SCOPED_TRACE(fmt::format("{} mm in voxels of {} mm, {} degrees, pose {}", width_mm, voxel_mm, angle_deg, i));
+        const double tilt_deg[2] = {draw.In(-1.5, 1.5), draw.In(-1.5, 1.5)};
+        const CornerCut cuts[2] = {
+            MakeCornerCut(180, 0, 12, draw.In(-0.3, 0.3), tilt_deg[0]),
+            MakeCornerCut(angle_deg, 0, 6 / std::sin(angle_deg / kDegrees), draw.In(-0.3, 0.3), tilt_deg[1])};
+        const Pose X = draw.AnyPose();
+        const Assessment out = AssessCorner(X, voxel_mm, cuts, width_mm, true);
+        for (std::size_t k = 0; k < 2; ++k) {
+          SCOPED_TRACE(k);
+          ASSERT_TRUE(out.planes[k].cut);
+          EXPECT_LT(CalcAngle(out.planes[k].cut->normal_W, X.Vector(cuts[k].cut.normal_W)), 0.2);
+          EXPECT_NEAR(out.planes[k].angles.angle_deg, std::abs(tilt_deg[k]), 0.2);
+          const Vec3 centre = X.InversePoint(out.planes[k].cut->p_W_mm);
+          EXPECT_NEAR(glm::dot(cuts[k].cut.normal_W, centre - cuts[k].cut.p_W), 0, 0.05);
         }
       }
     }

@@ -6,6 +6,7 @@
 
 #include "kerf/error.h"
 #include "perfect_cut.h"
+#include "session/plan/moments.h"
 #include "support/cuts.h"
 
 namespace kerf {
@@ -71,6 +72,47 @@ TEST(FitKerf, FindsAKerfThinnerThanAVoxel) {
     CutKerf(after, cut, 0.25);
     ExpectPlane(FitKerf(before, after), cut, 0.1, 0.1);
   }
+}
+
+// A kerf many voxels wide, as of a thick bur. The midpoints are exact, as above.
+TEST(FitKerf, FindsAKerfManyVoxelsWide) {
+  Draw draw(4);
+  for (const auto& [width_mm, voxel_mm] : {std::pair(1.6, 0.1), std::pair(2.1, 0.125), std::pair(3.0, 0.2)}) {
+    SCOPED_TRACE(width_mm);
+    const Pose X = draw.AnyPose();
+    const Bone before = MakeBlock(BlockAt(X, voxel_mm), test::OneRegionTable());
+    Bone after = before;
+    const CutPlane cut{X.Point({draw.In(-3, 3), 0, -4}),
+                       X.Vector(glm::normalize(Vec3(1, draw.In(-0.3, 0.3), draw.In(-0.3, 0.3))))};
+    CutKerf(after, cut, width_mm);
+    const auto found = FitKerf(before, after);
+    ExpectPlane(found, cut, 0.02, 0.1);
+    EXPECT_NEAR(found->width_mm, width_mm, 0.04);
+    EXPECT_GT(found->midpoints, 0);
+  }
+}
+
+// A slightly curved kerf in bone that is high at one end and a narrow strip, with a tenth of the midpoints, at the
+// other. The least-squares plane of the kerf's middle is computed without kerf: over the bone, 1.25 voxels inside it.
+TEST(FitKerf, KeepsAnEndWithLittleBone) {
+  constexpr double kVoxel_mm = 0.2;
+  constexpr double kInside_mm = 1.25 * kVoxel_mm;
+  const auto calc_middle = [](double x) { return 0.002 * (x + 8) * (x + 8); };
+  constexpr double kStrip_mm[2] = {-2, -7.05};  // where it begins, and its top
+  Bone before = MakeBlock(BlockAt({}, kVoxel_mm), test::OneRegionTable());
+  Subtract(before, [&](const Vec3& p) { return std::max(kStrip_mm[0] - p.x, kStrip_mm[1] - p.z); });
+  Bone after = before;
+  Subtract(after, [&](const Vec3& p) { return std::abs(p.y - calc_middle(p.x)) - 0.2; });
+  std::vector<WeightedPoint> middle;
+  constexpr double kStep_mm = 0.02;
+  for (double x = -8 + kInside_mm; x < 8 - kInside_mm; x += kStep_mm) {
+    const double top_mm = x < kStrip_mm[0] - kInside_mm ? 0 : kStrip_mm[1];
+    for (double z = -8 + kInside_mm; z < top_mm - kInside_mm; z += kStep_mm) {
+      middle.push_back({Vec3(x, calc_middle(x), z), 1});
+    }
+  }
+  const MomentFit wanted = FitMoments(middle).value();
+  ExpectPlane(FitKerf(before, after), {wanted.p, wanted.normal}, 0.02, 0.1);
 }
 
 TEST(FitKerf, FindsTheSimulatedCut) {
