@@ -88,7 +88,8 @@ double MeasureOutside(const std::vector<WantedCut>& cuts, const std::vector<Remo
 
 }  // namespace
 
-void MeasureCut(const Bone& before, const Bone& after, const std::vector<WantedCut>& cuts, ScoreSheet& sheet) {
+void MeasureCut(const Bone& before, const Bone& after, const std::vector<WantedCut>& cuts,
+                std::span<const std::optional<double>> leans_deg, ScoreSheet& sheet) {
   const std::vector<RemovedCell> cells = FindRemoved(before, after);
   const std::array<bool, 256> canal = FindRegionsOf(before, Tissue::kCanal);
   double removed_mm3 = 0;
@@ -123,7 +124,8 @@ void MeasureCut(const Bone& before, const Bone& after, const std::vector<WantedC
     planned_mm3 += area.bone_mm3;
     bone_mm2 += area.bone_mm2;
     cut_mm2 += area.cut_mm2;
-    errors.push_back(holes ? std::nullopt : FindPlaneError(before, after, cuts[i], parts[i], area.middle_W));
+    const std::optional<double> lean_deg = leans_deg.empty() ? std::nullopt : leans_deg[i];
+    errors.push_back(holes ? std::nullopt : FindPlaneError(before, after, cuts[i], parts[i], area.middle_W, lean_deg));
   }
   const double fraction = cut_mm2 / bone_mm2;
   SetValue(sheet, "cut_share", fraction);

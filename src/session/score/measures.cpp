@@ -60,8 +60,11 @@ constexpr std::array kMeasures{
         "plane_offset_mm", "offset of the cut's plane", "mm",
         "signed distance of the fitted mid-plane from the wanted one, at the centre of the bone in the wanted cut",
         kAccuracy, 2},
-    MeasureInfo{"plane_roll_deg", "roll of the cut's plane about the line", "degrees",
-                "angle by which the fitted plane leans to the side", kNone, 0},
+    MeasureInfo{
+        "plane_roll_deg", "roll of the cut's plane about the line", "degrees",
+        "angle by which the fitted plane leans to the side; of a bur, the mean over the line of the angle by which "
+        "its axis leaned where its tip was deepest; none if it was nowhere half as deep as wanted",
+        kNone, 0},
     MeasureInfo{"plane_yaw_deg", "yaw of the cut's plane about the depth direction", "degrees",
                 "angle by which it is turned away from the line", kNone, 0},
     MeasureInfo{"plane_angle_deg", "angle between wanted and fitted plane", "degrees", "between their normals, 0 to 90",

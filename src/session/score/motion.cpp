@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <variant>
@@ -34,6 +35,9 @@ constexpr double kNear_mm = 2;
 constexpr double kBesideHole_mm = 8;
 /// Largest angle between the axes of a drill in its hole.
 constexpr double kSameAxis_rad = 0.1;
+/// A bur is at a place of the line if its tip is at most this far beside the wanted plane, and from it along the line.
+constexpr double kBesideLine_mm = 8;
+constexpr double kAtPlace_mm = 0.5;
 /// Feed along the line below which the tool rests.
 constexpr double kRest_mm_per_s = 0.1;
 /// The distance to the nerve is computed once per this number of rows.
@@ -359,6 +363,52 @@ std::vector<std::optional<Pose>> MotionMeter::FindDeepest(const Bone& before,
     if (touches) touched[nearest] = row.X_WT;
   }
   return deepest;
+}
+
+std::vector<std::optional<double>> MotionMeter::FindLeans_deg(std::span<const DepthGauge> gauges) const {
+  struct Place {
+    double depth_mm = 0;
+    double lean_deg = 0;
+  };
+  std::vector<std::optional<double>> leans_deg(gauges.size());
+  if (gauges.empty() || !gauges.front().cut().solid) return leans_deg;  // all cuts are made with one tool
+  std::vector<std::vector<Place>> places;
+  for (const DepthGauge& gauge : gauges) places.emplace_back(gauge.columns().size());
+  std::optional<Pose> last;
+  for (const Row& row : rows_) {
+    if (!row.contact || !row.turns || (last && IsSame(*last, row.X_WT))) continue;
+    last = row.X_WT;
+    const DepthGauge& gauge = FindNearestGauge(gauges, row.X_WT);
+    const WantedCut& cut = gauge.cut();
+    const std::vector<CutColumn>& columns = gauge.columns();
+    const Vec3 axis_W = DrillDirection(row.X_WT);
+    const double into = glm::dot(axis_W, cut.into_W);
+    if (columns.empty() || !(into > 0)) continue;
+    const Vec3 tip = cut.ToCut(cut.FindLowest(row.X_WT));
+    if (std::abs(tip.z) > kBesideLine_mm) continue;
+    auto at = std::lower_bound(columns.begin(), columns.end(), tip.x,
+                               [](const CutColumn& column, double s_mm) { return column.s_mm < s_mm; });
+    if (at == columns.end() || (at != columns.begin() && tip.x - std::prev(at)->s_mm < at->s_mm - tip.x)) --at;
+    if (std::abs(at->s_mm - tip.x) > kAtPlace_mm) continue;
+    const double depth_mm = tip.y - at->near_mm;
+    Place& place =
+        places[static_cast<std::size_t>(&gauge - gauges.data())][static_cast<std::size_t>(at - columns.begin())];
+    if (depth_mm <= place.depth_mm) continue;
+    place = {depth_mm, -std::atan2(glm::dot(axis_W, cut.across_W), into) * kDegreesPerRad};
+  }
+  for (std::size_t i = 0; i < gauges.size(); ++i) {
+    double sum_deg = 0;
+    int count = 0;
+    for (std::size_t k = 0; k < places[i].size(); ++k) {
+      const CutColumn& column = gauges[i].columns()[k];
+      const double wanted_mm = std::min(gauges[i].cut().depth_mm, column.far_mm - column.near_mm);
+      if (!(places[i][k].depth_mm > 0) || places[i][k].depth_mm < kCoveredFraction * wanted_mm) continue;
+      sum_deg += places[i][k].lean_deg;
+      ++count;
+    }
+    if (count > 0) leans_deg[i] = sum_deg / count;
+  }
+  return leans_deg;
 }
 
 void MotionMeter::Finish(const Tool& tool, std::span<const DepthGauge> gauges, const RegionDistance* nerve,

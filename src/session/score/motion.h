@@ -41,6 +41,11 @@ class MotionMeter {
   /// never was. Only poses count in which the turning drill touched bone with its axis in the bone `before` the cut and
   /// along the hole, and those in which it was in the hole that it had drilled so, for example beyond the far side.
   std::vector<std::optional<Pose>> FindDeepest(const Bone& before, const std::vector<WantedCut>& holes) const;
+  /// Returns how much the axis of a bur leaned to the side in each cut along a line, about the line, with
+  /// the sign of PlaneError::roll_deg: the mean over the places of the line of the lean in the pose in which the
+  /// turning tool touched bone with its tip deepest there. Only places at least half as deep as wanted count. None:
+  /// there are no such places, or the tool is no solid of revolution. `gauges`: of all cuts.
+  std::vector<std::optional<double>> FindLeans_deg(std::span<const DepthGauge> gauges) const;
   /// Time at which the attempt began: the tool moved, or the spindle started to turn; none: not yet.
   const std::optional<double>& begun_s() const { return begun_s_; }
 

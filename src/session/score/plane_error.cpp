@@ -9,9 +9,10 @@
 namespace kerf {
 namespace {
 
-/// Returns the plane across which the removed cells lie least far from it, among those that contain the direction into
-/// the bone: a groove as wide as deep does not show how the tool leaned. None if the cells do not determine it.
-std::optional<CutPlane> FitGroove(const WantedCut& cut, std::span<const RemovedCell> cells) {
+/// Returns the plane across which the removed cells lie least far from it, among those with the tool's lean: a groove
+/// as wide as deep does not show how the tool leaned. None if the cells do not determine it.
+std::optional<CutPlane> FitGroove(const WantedCut& cut, std::span<const RemovedCell> cells, double lean_deg) {
+  const double slope = std::tan(lean_deg / kDegreesPerRad);  // change of -w with t
   double sum = 0;
   Vec3 mean(0);
   for (const RemovedCell& cell : cells) {
@@ -25,10 +26,10 @@ std::optional<CutPlane> FitGroove(const WantedCut& cut, std::span<const RemovedC
   for (const RemovedCell& cell : cells) {
     const Vec3 d = cut.ToCut(cell.p_W) - mean;
     along += cell.mm3 * d.x * d.x;
-    across += cell.mm3 * d.x * d.z;
+    across += cell.mm3 * d.x * (d.z + slope * d.y);
   }
   if (!(along > 0)) return {};
-  return CutPlane{cut.ToWorld(mean), glm::normalize(cut.across_W - across / along * cut.along_W)};
+  return CutPlane{cut.ToWorld(mean), glm::normalize(cut.across_W - across / along * cut.along_W + slope * cut.into_W)};
 }
 
 }  // namespace
@@ -50,15 +51,18 @@ PlaneError CalcPlaneError(const CutPlane& fitted, const WantedCut& cut, const Ve
 }
 
 std::optional<PlaneError> FindPlaneError(const Bone& before, const Bone& after, const WantedCut& cut,
-                                         const std::vector<RemovedCell>& cells, const Vec3& middle_W) {
+                                         const std::vector<RemovedCell>& cells, const Vec3& middle_W,
+                                         const std::optional<double>& lean_deg) {
   std::optional<CutPlane> fitted;
   if (cut.solid) {
-    fitted = FitGroove(cut, cells);
+    fitted = FitGroove(cut, cells, lean_deg.value_or(0));
   } else if (const std::optional<MidPlane> plane = FitMidPlane(before, after, cells)) {
     fitted = plane->plane;
   }
   if (!fitted) return {};
-  return CalcPlaneError(*fitted, cut, middle_W);
+  PlaneError error = CalcPlaneError(*fitted, cut, middle_W);
+  error.has_roll = !cut.solid || lean_deg;
+  return error;
 }
 
 void SetPlaneErrors(const std::vector<std::optional<PlaneError>>& errors, ScoreSheet& sheet) {
@@ -69,7 +73,7 @@ void SetPlaneErrors(const std::vector<std::optional<PlaneError>>& errors, ScoreS
     if (error->angle_deg >= angle.angle_deg) angle = *error;
   }
   SetValue(sheet, "plane_offset_mm", offset.offset_mm);
-  SetValue(sheet, "plane_roll_deg", angle.roll_deg);
+  if (angle.has_roll) SetValue(sheet, "plane_roll_deg", angle.roll_deg);
   SetValue(sheet, "plane_yaw_deg", angle.yaw_deg);
   SetValue(sheet, "plane_angle_deg", angle.angle_deg);
 }

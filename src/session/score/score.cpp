@@ -195,7 +195,7 @@ void FinishSheet(const RecordingReader& recording, const Scene& scene, const Mot
     }
     SetHalfValues(cuts, scene.exercise, sheet);
   }
-  MeasureCut(before, after, cuts, sheet);
+  MeasureCut(before, after, cuts, meter.FindLeans_deg(gauges), sheet);
   progress("measuring", 0.5);
   std::optional<RegionDistance> computed;
   if (nerve == nullptr) nerve = &computed.emplace(before, Tissue::kCanal);

@@ -94,7 +94,7 @@ TEST(CalcCutArea, IsWhatTheScoreShows) {
   for (const double depth_mm : {0.7, 1.9, 3.3, 5.0}) {
     const Bone after = Cut(block, Wanted(depth_mm));
     ScoreSheet sheet = MakeSheet(ExerciseKind::kOsteotomy);
-    MeasureCut(before, after, {wanted}, sheet);
+    MeasureCut(before, after, {wanted}, {}, sheet);
     EXPECT_EQ(sheet.Get("cut_share").value(), CalcCutArea(before, after, wanted).share());
   }
 }

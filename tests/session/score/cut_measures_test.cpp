@@ -14,6 +14,7 @@
 #include "kerf/simulation.h"
 #include "session/marks/jaw.h"
 #include "session/score/fit_plane.h"
+#include "session/score/motion.h"
 #include "session/score/plane_error.h"
 
 namespace kerf {
@@ -42,7 +43,7 @@ struct Case {
   WantedCut wanted;
 };
 
-Case RandomCase(std::mt19937& random, double depth_mm) {
+Case RandomCase(std::mt19937& random, double depth_mm, const Tool& tool = Saw()) {
   std::uniform_real_distribution<double> any(-1, 1);
   Case c;
   c.block.size_mm = {16, 10, 8};
@@ -55,7 +56,7 @@ Case RandomCase(std::mt19937& random, double depth_mm) {
   exercise.end_mm = c.block.X_WB.Point({3, 0, 0});
   exercise.into = c.block.X_WB.Vector({0, 0, -1});
   exercise.depth_mm = depth_mm;
-  c.wanted = MakeWantedCut(exercise, Saw());
+  c.wanted = MakeWantedCut(exercise, tool);
   return c;
 }
 
@@ -78,7 +79,7 @@ WantedCut Misplace(const WantedCut& wanted, double offset_mm, double roll_deg, d
 ScoreSheet Measure(const Bone& before, const Bone& after, const WantedCut& wanted,
                    ExerciseKind kind = ExerciseKind::kGroove) {
   ScoreSheet sheet = MakeSheet(kind);
-  MeasureCut(before, after, {wanted}, sheet);
+  MeasureCut(before, after, {wanted}, {}, sheet);
   return sheet;
 }
 
@@ -120,6 +121,66 @@ TEST(MeasureCut, MisplacedCutsAreMeasuredToAFifthOfAMillimetreAndFourTenthsOfADe
     EXPECT_NEAR(truth.roll_deg, roll_deg, 0.2);  // the rotations are successive, hence the cosine of 8 degrees
     EXPECT_NEAR(std::abs(truth.yaw_deg), std::abs(yaw_deg), 0.2);
   }
+}
+
+/// Returns the motion of a tool that makes a cut along its line at full depth, in 2 s.
+MotionMeter MoveAlong(const WantedCut& cut, bool contact = true) {
+  MotionMeter meter(0);
+  for (int i = 0; i <= 500; ++i) {
+    MotionTick tick;
+    tick.time_s = 0.004 * (i + 1);
+    tick.dt_s = 0.004;
+    tick.contact = contact;
+    tick.X_WT = cut.CalcToolPose(cut.length_mm * i / 500.0, cut.depth_mm);
+    meter.Take(tick);
+  }
+  return meter;
+}
+
+// A groove hardly deeper than the bur is wide: its shape does not show the lean, but the bur's axis does. The bur moves
+// in the plane of an exact cut, whose angles follow from the turns that misplaced it.
+TEST(MeasureCut, LeanOfABurIsThatOfItsAxis) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> any(-1, 1);
+  const FissureBur bur{.diameter_mm = 2.1, .length_mm = 10};
+  for (int i = 0; i < 8; ++i) {
+    SCOPED_TRACE(i);
+    const Case c = RandomCase(random, 3, bur);
+    const Bone before = MakeBlock(c.block, DefaultMandibleTable());
+    const WantedCut made = Misplace(c.wanted, 0.5 * any(random), 12 * any(random), 6 * any(random), 0);
+    const PlaneError truth = CalcPlaneError(made.plane(), c.wanted, c.wanted.ToWorld({3, 1.5, 0}));
+    const Bone after = test::CutExactly(c.block, {made});
+    const DepthGauge gauge(before, c.wanted);
+    const auto leans_deg = MoveAlong(made).FindLeans_deg({&gauge, 1});
+    ASSERT_EQ(leans_deg.size(), 1u);
+    EXPECT_NEAR(leans_deg[0].value(), truth.roll_deg, kAngle_deg);
+    ScoreSheet sheet = MakeSheet(ExerciseKind::kGroove);
+    MeasureCut(before, after, {c.wanted}, leans_deg, sheet);
+    EXPECT_NEAR(sheet.Get("plane_roll_deg").value(), truth.roll_deg, kAngle_deg);
+    EXPECT_NEAR(sheet.Get("plane_yaw_deg").value(), truth.yaw_deg, kAngle_deg);
+    EXPECT_NEAR(sheet.Get("plane_angle_deg").value(), truth.angle_deg, kAngle_deg);
+    EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), truth.offset_mm, kOffset_mm);
+  }
+}
+
+TEST(MeasureCut, LeanOfABurIsUnknownIfItTouchedNothingOrWasShallow) {
+  std::mt19937 random(10);
+  const Case c = RandomCase(random, 3, FissureBur{.diameter_mm = 2.1, .length_mm = 10});
+  const Bone before = MakeBlock(c.block, DefaultMandibleTable());
+  const DepthGauge gauge(before, c.wanted);
+  const WantedCut leaning = Misplace(c.wanted, 0, 8, 0, 0);
+  const WantedCut shallow = Misplace(c.wanted, 0, 8, 0, -1.7);
+  EXPECT_FALSE(MoveAlong(leaning, false).FindLeans_deg({&gauge, 1})[0]);
+  EXPECT_FALSE(MoveAlong(shallow).FindLeans_deg({&gauge, 1})[0]);
+  EXPECT_NEAR(MoveAlong(leaning).FindLeans_deg({&gauge, 1})[0].value(), 8, 1e-6);
+  ScoreSheet sheet = MakeSheet(ExerciseKind::kGroove);
+  MeasureCut(before, test::CutExactly(c.block, {shallow}), {c.wanted}, {}, sheet);
+  EXPECT_FALSE(sheet.Get("plane_roll_deg"));
+  EXPECT_NEAR(sheet.Get("plane_angle_deg").value(), 0, kAngle_deg);
+  // A blade's plane shows its lean.
+  const Case saw = RandomCase(random, 3);
+  const DepthGauge saw_gauge(before, saw.wanted);
+  EXPECT_FALSE(MoveAlong(saw.wanted).FindLeans_deg({&saw_gauge, 1})[0]);
 }
 
 TEST(MeasureCut, DepthIsMeasuredToAFifthOfAMillimetre) {

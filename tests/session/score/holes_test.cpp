@@ -55,7 +55,7 @@ ScoreSheet ScoreHoles(const std::function<void(std::vector<WantedCut>&)>& change
   ScoreSheet sheet = MakeSheet(ExerciseKind::kDrillHoles);
   std::vector<std::optional<Pose>> deepest;
   for (const WantedCut& hole : made) deepest.emplace_back(hole.CalcToolPose(0, hole.depth_mm));
-  MeasureCut(before, after, wanted, sheet);
+  MeasureCut(before, after, wanted, {}, sheet);
   MeasureHoles(before, wanted, deepest, sheet);
   SetValue(sheet, "path_length_mm", 0);
   SetValue(sheet, "time_total_s", 0);
@@ -150,7 +150,7 @@ TEST(SeveralCuts, TheWorstCutCounts) {
   const Bone before = test::CutExactly(block, {});
   const auto measure = [&](const std::vector<WantedCut>& made) {
     ScoreSheet sheet = MakeSheet(ExerciseKind::kOsteotomy);
-    MeasureCut(before, test::CutExactly(block, made), wanted, sheet);
+    MeasureCut(before, test::CutExactly(block, made), wanted, {}, sheet);
     return sheet;
   };
   const ScoreSheet exact = measure(wanted);
