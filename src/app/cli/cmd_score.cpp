@@ -10,6 +10,8 @@
 #include "app/cli/progress.h"
 #include "app/cli/signals.h"
 #include "base/files/files.h"
+#include "session/run/run_scene.h"
+#include "session/run/session_recorder.h"
 #include "session/score/score.h"
 
 namespace kerf::cli {
@@ -35,6 +37,10 @@ void Run(const ScoreArguments& options) {
     CheckWritable(options.page);
   }
   RecordingReader recording(options.file);
+  if (!options.page.empty()) {
+    CheckInputsNotOverwritten(ListInputs(OpenRecordedScene(recording, options.bone_file).scene, options.file),
+                              {options.page});
+  }
   ScoreOptions score;
   score.bone_file = options.bone_file;
   score.stop = &CatchInterrupt();

@@ -86,6 +86,21 @@ TEST_F(Score, RefusesInvalidRecordings) {
   EXPECT_THAT(Kerf("score --measures").out, HasSubstr("| `plane_offset_mm` |"));
 }
 
+// The recording names its bone, which is read and not written.
+TEST_F(Score, DoesNotOverwriteTheRecordingOrItsBone) {
+  ASSERT_EQ(Kerf("model block -o bone.vdb --size 12,6,6 --voxel 0.25").code, 0);
+  Write("file.toml", "[bone]\nfile = \"bone.vdb\"\n" + kBar.substr(kBar.find("[tool]")));
+  ASSERT_EQ(Kerf("loop file.toml --virtual --seconds 0.1 --record a.kerf").code, 0);
+  for (const std::string& input : {std::string("bone.vdb"), std::string("a.kerf")}) {
+    const std::string content = test::Slurp(folder_ / input);
+    const ProgramResult result = Kerf("score a.kerf -o " + input);
+    EXPECT_EQ(result.code, 1) << input;
+    EXPECT_THAT(result.err, HasSubstr("is an input and would be overwritten by " + input));
+    EXPECT_EQ(test::Slurp(folder_ / input), content);
+  }
+  EXPECT_EQ(Kerf("score a.kerf -o a.html").code, 0);
+}
+
 TEST_F(Score, AnAgentsRecordingIsHandedInAndListed) {
   ASSERT_EQ(Practise("--list").code, 0);
   EXPECT_THAT(Practise("--list").out, HasSubstr("stop_before_far"));
