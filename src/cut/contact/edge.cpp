@@ -41,20 +41,21 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
   const double rad_per_pass = 2 * std::numbers::pi / shape.passes_per_turn;
   for (const EdgePoint& p : shape.edge) {
     const Twist along = ring_radius_mm_ > 0 ? MakeRow(Vec3(-p.e_T.y, p.e_T.x, 0), p.p_T - p_EC_) : Twist{};
-    points_.push_back({p.p_T + look_ahead_mm_ * p.e_T, p.e_T, p.p_T, MakeRow(p.e_T, p.p_T - p_EC_), p.teeth, along,
-                       rad_per_pass * std::hypot(p.p_T.x, p.p_T.y)});
+    points_.push_back(
+        {p.p_T + look_ahead_mm_ * p.e_T, p.e_T, p.p_T, p.teeth, along, rad_per_pass * std::hypot(p.p_T.x, p.p_T.y)});
   }
   for (const FacePoint& p : shape.solids) {
-    points_.push_back({p.p_T, p.n_T, p.p_T, MakeRow(p.n_T, p.p_T - p_EC_), 0, {}, 0, p.touching});
+    points_.push_back({p.p_T, p.n_T, p.p_T, 0, {}, 0, p.touching});
     if (p.touching == Touching::kMoving) held_.push_back(p);
   }
   if (is_joined()) spacing_mm_ = 1.01 * glm::length(points_[1].ahead_T - points_[0].ahead_T);
   distance_.resize(points_.size());
   bound_.resize(tooth_points_);
-  sampled_.resize(tooth_points_);
+  solid_distance_.resize(points_.size());
+  sampled_.resize(points_.size());
   uniform_regions_.resize(tooth_points_);
-  list_.Reserve(tooth_points_);
-  to_look_.reserve(tooth_points_);
+  list_.Reserve(points_.size());
+  to_look_.reserve(points_.size());
   intervals_.reserve(tooth_points_);
   engaged_.reserve(tooth_points_);
   looked_at_mm_.resize(points_.size());
@@ -70,12 +71,17 @@ void Edge::SetDisplacement(double slide_mm) {
   p_EC_ = motion_.Move(p_EC_, slide_mm_ - slide_mm);
   slide_mm_ = slide_mm;
   R_TE_ = motion_.CalcTurn(slide_mm);
+  const Quat back = motion_.CalcTurn(-slide_mm);
   for (std::size_t i = 0; i < held_.size(); ++i) {
     Point& point = points_[points_.size() - held_.size() + i];
-    point.p_T = point.ahead_T = motion_.Move(held_[i].p_T, -slide_mm);
-    point.e_T = motion_.CalcTurn(-slide_mm) * held_[i].n_T;
+    point.p_T = point.ahead_T = motion_.Move(held_[i].p_T, -slide_mm, back);
+    point.e_T = back * held_[i].n_T;
   }
-  for (Point& point : points_) point.row = MakeRow(Turn(point.e_T), Turn(point.p_T - p_EC_));
+}
+
+/// Returns the row of a point of the edge.
+Twist Edge::CalcRow(std::size_t i) const {
+  return MakeRow(Turn(points_[i].e_T), Turn(points_[i].p_T - p_EC_));
 }
 
 /// Samples the distances of the points in to_look_.
@@ -151,7 +157,7 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
       problem.cutting.pop_back();
       continue;
     }
-    point.row = points_[i].row;
+    point.row = CalcRow(i);
     point.teeth = fraction_[i] * points_[i].teeth * stride_;
     point.along = points_[i].along;
     if (jumps) point.after_fraction = after_[i] / fraction_[i];
@@ -303,26 +309,46 @@ int Edge::FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothC
   return at(points_[distance_[next] < distance_[last] ? next : last].ahead_T);
 }
 
+/// Sets solid_distance_ by samples at the points that are `wanted(i)`, listed in to_look_, and to kNotInContact
+/// elsewhere.
+template <typename Wanted>
+void Edge::SampleSolids(const Probe& probe, Wanted&& wanted) {
+  to_look_.clear();
+  list_.Clear();
+  std::fill(solid_distance_.begin(), solid_distance_.end(), kNotInContact);
+  for (std::size_t i = 0; i < points_.size(); i += static_cast<std::size_t>(stride_)) {
+    if (!wanted(i)) continue;
+    to_look_.push_back(static_cast<int>(i));
+    list_.Add(points_[i].p_T);
+  }
+  probe.Distances(list_, sampled_.data());
+  for (std::size_t n = 0; n < to_look_.size(); ++n) {
+    solid_distance_[static_cast<std::size_t>(to_look_[n])] = sampled_[n];
+  }
+}
+
 void Edge::FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem) {
-  FindSolidsAt(probe, reach_mm, stiffness_N_per_mm, problem, [&](std::size_t i) {
-    return points_[i].touching == Touching::kMoving ? kNotInContact : probe.Distance(points_[i].p_T);
-  });
+  SampleSolids(probe, [this](std::size_t i) { return points_[i].touching != Touching::kMoving; });
+  AddSolids(probe, reach_mm, stiffness_N_per_mm, problem);
 }
 
 void Edge::FindSolidsWhileCutting(const Probe& probe, double reach_mm, double stiffness_N_per_mm,
                                   StepProblem& problem) {
-  FindSolidsAt(probe, reach_mm, stiffness_N_per_mm, problem, [&](std::size_t i) {
-    if (i < tooth_points_) {
-      if (!has_metal_) return kNotInContact;
-      const double distance = probe.Distance(points_[i].p_T);
-      return distance <= reach_mm && IsAtMetal(probe, points_[i]) ? distance : kNotInContact;
-    }
-    if (points_[i].touching == Touching::kMoving) return probe.Distance(points_[i].p_T);  // has no bound: see held_
-    if (points_[i].touching == Touching::kStopped || CalcBound(i) > reach_mm) return kNotInContact;
-    distance_[i] = probe.Distance(points_[i].p_T);
-    looked_at_mm_[i] = travelled_mm_;
-    return distance_[i];
+  SampleSolids(probe, [&](std::size_t i) {
+    if (i < tooth_points_) return has_metal_;
+    if (points_[i].touching == Touching::kMoving) return true;  // has no bound: see held_
+    return points_[i].touching != Touching::kStopped && CalcBound(i) <= reach_mm;
   });
+  for (const int looked_at : to_look_) {
+    const auto i = static_cast<std::size_t>(looked_at);
+    if (i >= tooth_points_) {
+      distance_[i] = solid_distance_[i];
+      looked_at_mm_[i] = travelled_mm_;
+    } else if (solid_distance_[i] <= reach_mm && !IsAtMetal(probe, points_[i])) {
+      solid_distance_[i] = kNotInContact;
+    }
+  }
+  AddSolids(probe, reach_mm, stiffness_N_per_mm, problem);
 }
 
 /// Returns whether there is metal at a point or less than a voxel in front of it. Where metal ends, phi and the regions
@@ -335,14 +361,13 @@ bool Edge::IsAtMetal(const Probe& probe, const Point& point) const {
   return false;
 }
 
-template <typename Distance>
-void Edge::FindSolidsAt(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem,
-                        Distance&& distance_of) {
+/// Fills problem.solids with the points whose solid_distance_ is at most reach_mm.
+void Edge::AddSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem) {
   problem.solids.clear();
   found_.clear();
   for (std::size_t i = 0; i < points_.size(); i += static_cast<std::size_t>(stride_)) {
     const Point& point = points_[i];
-    const double distance = distance_of(i);
+    const double distance = solid_distance_[i];
     if (distance > reach_mm) {
       penetration_.set_known_mm(static_cast<int>(i), 0);
       continue;

@@ -101,7 +101,6 @@ class Edge {
     Vec3 ahead_T;
     Vec3 e_T;
     Vec3 p_T;
-    Twist row;
     double teeth;
     Twist along;                            // rings only
     double mm_per_pass = 0;                 // way of the point from one tooth to the next
@@ -116,6 +115,7 @@ class Edge {
     return next < tooth_points_ ? next : is_chain_ ? i : 0;
   }
   Vec3 CalcMaterialPoint(std::size_t i) const { return points_[i].p_T + material_ahead_mm_ * points_[i].e_T; }
+  Twist CalcRow(std::size_t i) const;
   void SetBounds();
   void Look(const Probe& probe);
   void FractionIntervals(const Probe& probe);
@@ -124,10 +124,9 @@ class Edge {
                 int halvings, double& fraction_a, double& fraction_b) const;
   /// Returns the region; 0 if there is no material.
   int FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothCut& cut) const;
-  /// Fills problem.solids with the points whose distance from bone, by `distance_of(i)`, is at most reach_mm.
-  template <typename Distance>
-  void FindSolidsAt(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem,
-                    Distance&& distance_of);
+  template <typename Wanted>
+  void SampleSolids(const Probe& probe, Wanted&& wanted);
+  void AddSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem);
   bool IsAtMetal(const Probe& probe, const Point& point) const;
   void DropPointsAtMetal(const Probe& probe, StepProblem& problem);
   OsteonShares CalcOsteonShares(const Probe& probe, std::size_t i) const;
@@ -152,13 +151,14 @@ class Edge {
   std::size_t tooth_points_;   // number of the former
   double spacing_mm_ = 0;      // spacing of the look-ahead points of a ring or a row, rounded up
   Pose X_looked_;
-  double travelled_mm_ = 0;           // sum of the bounds on travel since the last Forget()
-  std::vector<FacePoint> held_;       // the last points, with Touching::kMoving, in T
-  std::vector<double> distance_;      // distance of each look-ahead point when it was last sampled
-  std::vector<double> looked_at_mm_;  // value of travelled_mm_ at that time
-  std::vector<double> bound_;         // lower bound on the distance of each look-ahead point in this step
-  std::vector<double> fraction_;      // engaged part of the two intervals next to each point, as a number of intervals
-  std::vector<double> after_;         // part of fraction_ that lies in the interval to the next point
+  double travelled_mm_ = 0;             // sum of the bounds on travel since the last Forget()
+  std::vector<FacePoint> held_;         // the last points, with Touching::kMoving, in T
+  std::vector<double> distance_;        // distance of each look-ahead point when it was last sampled
+  std::vector<double> looked_at_mm_;    // value of travelled_mm_ at that time
+  std::vector<double> bound_;           // lower bound on the distance of each look-ahead point in this step
+  std::vector<double> solid_distance_;  // distance of each point itself, where it may be a solid in this step
+  std::vector<double> fraction_;  // engaged part of the two intervals next to each point, as a number of intervals
+  std::vector<double> after_;     // part of fraction_ that lies in the interval to the next point
   std::vector<Contact> contacts_;
   // Lists of points, by index, for the time of a step: to be looked at, with the interval after them, with engaged
   // teeth.

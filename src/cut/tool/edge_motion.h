@@ -33,10 +33,12 @@ class EdgeMotion {
     return {std::cos(half_rad), 0, 0, std::sin(half_rad)};
   }
   /// Returns where a displacement takes a point of T.
-  Vec3 Move(const Vec3& p_T, double slide_mm) const {
+  Vec3 Move(const Vec3& p_T, double slide_mm) const { return Move(p_T, slide_mm, CalcTurn(slide_mm)); }
+  /// The same, for many points of one displacement. `turn`: CalcTurn(slide_mm).
+  Vec3 Move(const Vec3& p_T, double slide_mm, const Quat& turn) const {
     if (is_straight()) return {p_T.x, p_T.y + slide_mm, p_T.z};
     const Vec3 axis_T(-radius_mm_, 0, 0);
-    return axis_T + CalcTurn(slide_mm) * (p_T - axis_T);
+    return axis_T + turn * (p_T - axis_T);
   }
   /// Returns the pose of E, for a tool at X_WT.
   Pose Move(const Pose& X_WT, double slide_mm) const {
