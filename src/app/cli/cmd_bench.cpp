@@ -240,7 +240,7 @@ void AddBenchCommand(CLI::App& app) {
   command->add_flag("--without-effects", options->bench.without_effects, "Omit the friction in the kerf");
   command
       ->add_option("--width", options->width,
-                   fmt::format("Vector instructions for the removal, which do not change the bone; default: the widest "
+                   fmt::format("Vector instructions of the tick, which do not change its results; default: the widest "
                                "of this machine. This machine has: {}",
                                fmt::join(VectorTargets(), ", ")))
       ->check(CLI::IsMember(VectorTargets()));

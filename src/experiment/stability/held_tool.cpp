@@ -382,6 +382,7 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
   Vec3 start_mm = subject.X_WT_start.p_AB;
   double travel_mm = 0;    // of the handle from `start_mm`
   double touched_mm = -1;  // travel of the tool at the first contact
+  double removed_mm3 = 0;
   int resting = 0;
   double before_mm = 0;
   double push_N = 0;
@@ -389,6 +390,7 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
   for (int i = 0; i < kMaxTicks; ++i) {
     in.X_WH.p_AB = start_mm + travel_mm * along_W;
     out = simulation.Tick(in);
+    removed_mm3 += out.removed_mm3;
     const double tool_mm = glm::dot(out.X_WT.p_AB - start_mm, along_W);
     push_N = -glm::dot(out.f_H_W_N, along_W);
     const bool first = touched_mm < 0 && push_N > kTouches_N;
@@ -406,7 +408,11 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
     start_mm = in.X_WH.p_AB;
     travel_mm = 0;
   }
-  if (touched_mm < 0) throw Error("the tool touches no bone along the feed from its start");
+  if (touched_mm < 0) {
+    throw Error(removed_mm3 > 0
+                    ? fmt::format("the tool cuts bone with less than {} N, which is too little to examine", kTouches_N)
+                    : "the tool touches no bone along the feed from its start");
+  }
   // The push is at most the force of the slow approach: a faster tool would cut through the bone before the result is
   // known.
   if (held.feeds) held.push_N = std::clamp(push_N, kMinPush_N, kPush_N);

@@ -382,8 +382,7 @@ std::vector<std::optional<double>> MotionMeter::FindLeans_deg(std::span<const De
     const WantedCut& cut = gauge.cut();
     const std::vector<CutColumn>& columns = gauge.columns();
     const Vec3 axis_W = DrillDirection(row.X_WT);
-    const double into = glm::dot(axis_W, cut.into_W);
-    if (columns.empty() || !(into > 0)) continue;
+    if (columns.empty()) continue;
     const Vec3 tip = cut.ToCut(cut.FindLowest(row.X_WT));
     if (std::abs(tip.z) > kBesideLine_mm) continue;
     auto at = std::lower_bound(columns.begin(), columns.end(), tip.x,
@@ -394,7 +393,11 @@ std::vector<std::optional<double>> MotionMeter::FindLeans_deg(std::span<const De
     Place& place =
         places[static_cast<std::size_t>(&gauge - gauges.data())][static_cast<std::size_t>(at - columns.begin())];
     if (depth_mm <= place.depth_mm) continue;
-    place = {depth_mm, -std::atan2(glm::dot(axis_W, cut.across_W), into) * kDegreesPerRad};
+    // An axis across the bone, or out of it, leans by a right angle.
+    const double across = glm::dot(axis_W, cut.across_W);
+    const double into = glm::dot(axis_W, cut.into_W);
+    const double lean_deg = into > 0 ? std::atan2(across, into) * kDegreesPerRad : std::copysign(90.0, across);
+    place = {depth_mm, -lean_deg};
   }
   for (std::size_t i = 0; i < gauges.size(); ++i) {
     double sum_deg = 0;

@@ -1,5 +1,6 @@
 #include "session/score/plane_error.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <span>
@@ -12,7 +13,12 @@ namespace {
 /// Returns the plane across which the removed cells lie least far from it, among those with the tool's lean: a groove
 /// as wide as deep does not show how the tool leaned. None if the cells do not determine it.
 std::optional<CutPlane> FitGroove(const WantedCut& cut, std::span<const RemovedCell> cells, double lean_deg) {
-  const double slope = std::tan(lean_deg / kDegreesPerRad);  // change of -w with t
+  // Change of -w with t. A groove does not show the yaw of a tool that leaned more than 60 degrees.
+  const auto calc_slope = [lean_deg](double steepest_deg) {
+    return std::tan(std::clamp(lean_deg, -steepest_deg, steepest_deg) / kDegreesPerRad);
+  };
+  const double shear = calc_slope(60);
+  const double slope = calc_slope(89);
   double sum = 0;
   Vec3 mean(0);
   for (const RemovedCell& cell : cells) {
@@ -26,7 +32,7 @@ std::optional<CutPlane> FitGroove(const WantedCut& cut, std::span<const RemovedC
   for (const RemovedCell& cell : cells) {
     const Vec3 d = cut.ToCut(cell.p_W) - mean;
     along += cell.mm3 * d.x * d.x;
-    across += cell.mm3 * d.x * (d.z + slope * d.y);
+    across += cell.mm3 * d.x * (d.z + shear * d.y);
   }
   if (!(along > 0)) return {};
   return CutPlane{cut.ToWorld(mean), glm::normalize(cut.across_W - across / along * cut.along_W + slope * cut.into_W)};

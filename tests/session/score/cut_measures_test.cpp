@@ -163,6 +163,33 @@ TEST(MeasureCut, LeanOfABurIsThatOfItsAxis) {
   }
 }
 
+// Half a turn about the line leads back to the wanted plane, but the bur is upside down.
+TEST(MeasureCut, AnAxisThatPointsOutOfTheBoneLeansByARightAngle) {
+  std::mt19937 random(11);
+  const Case c = RandomCase(random, 3, FissureBur{.diameter_mm = 2.1, .length_mm = 10});
+  const Bone before = MakeBlock(c.block, DefaultMandibleTable());
+  const DepthGauge gauge(before, c.wanted);
+  for (const double turn_deg : {95.0, 150.0, 180.0, -120.0}) {
+    SCOPED_TRACE(turn_deg);
+    MotionMeter meter(0);
+    for (int i = 0; i <= 100; ++i) {
+      MotionTick tick;
+      tick.time_s = 0.02 * (i + 1);
+      tick.dt_s = 0.02;
+      tick.contact = true;
+      tick.X_WT = c.wanted.CalcToolPose(c.wanted.length_mm * i / 100.0, c.wanted.depth_mm);
+      tick.X_WT.R_AB = glm::angleAxis(turn_deg / kDegreesPerRad, c.wanted.along_W) * tick.X_WT.R_AB;
+      meter.Take(tick);
+    }
+    const auto leans_deg = meter.FindLeans_deg({&gauge, 1});
+    EXPECT_EQ(std::abs(leans_deg[0].value()), 90);
+    ScoreSheet sheet = MakeSheet(ExerciseKind::kGroove);
+    MeasureCut(before, test::CutExactly(c.block, {c.wanted}), {c.wanted}, leans_deg, sheet);
+    EXPECT_GT(sheet.Get("plane_angle_deg").value(), 88);
+    EXPECT_NEAR(sheet.Get("plane_yaw_deg").value(), 0, kAngle_deg);
+  }
+}
+
 TEST(MeasureCut, LeanOfABurIsUnknownIfItTouchedNothingOrWasShallow) {
   std::mt19937 random(10);
   const Case c = RandomCase(random, 3, FissureBur{.diameter_mm = 2.1, .length_mm = 10});
