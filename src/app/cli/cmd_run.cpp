@@ -190,7 +190,9 @@ void AddRunCommand(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("run", "Run a scene: cut the bone along the path, write forces, bone, pieces and pictures");
   command->add_option("SCENE", options->scene, "Scene file (TOML; see 'kerf scene --defaults')")->required();
-  command->add_option("-o,--output", options->folder, "Folder for the results; created if missing")
+  command
+      ->add_option("-o,--output", options->folder,
+                   "Folder for the results; created if missing; files of the same names in it are replaced")
       ->capture_default_str();
   CLI::Option* costs =
       command->add_flag("--costs", options->costs,
