@@ -1,5 +1,7 @@
 #include "experiment/stability/held_tool.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
