@@ -311,10 +311,11 @@ int BoneField::RegionAt(const Vec3& p_F) const {
   const CellPoint cell = FindCell(p_F / state_->region_h + state_->region_origin.rest_vox);
   return {state_->region.table.Corners(cell), cell.f};
 }
-void BoneField::FindUniformRegions(const PointMap& to_F, const PointList& points, std::uint8_t* regions) const {
-  const double per_mm = 1 / state_->region_h;
-  FindOfLeaves(state_->region.table.box(), state_->uniform_regions.data(),
-               {per_mm * to_F.R, per_mm * to_F.t + state_->region_origin.rest_vox}, points, regions);
+void BoneField::InterpolateUniform(const PointMap& to_vox, const PointList& points, const RegionConstants& constants,
+                                   std::uint8_t* regions, double* a, double* b) const {
+  kerf::InterpolateUniform(state_->region.table.box(), state_->uniform_regions.data(), to_vox,
+                           {state_->h, state_->region_h, state_->region_origin.rest_vox}, points, constants, regions, a,
+                           b);
 }
 double BoneField::ModulusAt(const Vec3& p_F) const {
   if (!state_->modulus) return 0;

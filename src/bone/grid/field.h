@@ -68,9 +68,11 @@ class BoneField {
     Vec3 f;  // position in the cell, 0 to 1 along each axis
   };
   RegionCell FindRegionCell(const Vec3& p_F) const;
-  /// Finds for the points p of a list, at p_F = R p + t, the region (id 1 to 255) of all eight region voxels around
-  /// each; 0: they are not all of one region, or that is not known without a look at them.
-  void FindUniformRegions(const PointMap& to_F, const PointList& points, std::uint8_t* regions) const;
+  /// Finds for the points p of a list, at p_vox = R p + t, the region (id 1 to 255) of all eight region voxels around
+  /// each; 0: they are not all of one region, or that is not known without a look at them. Interpolates the region's
+  /// constants between these voxels, with the bits of VisitRegions().
+  void InterpolateUniform(const PointMap& to_vox, const PointList& points, const RegionConstants& constants,
+                          std::uint8_t* regions, double* a, double* b) const;
   /// Returns E from the CT at a point, MPa; 0 if the CT gives no value there.
   double ModulusAt(const Vec3& p_F) const;
   /// Returns whether the E of a region (id 0 to 255) comes from the CT wherever the CT gives a value.

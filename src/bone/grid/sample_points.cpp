@@ -39,9 +39,10 @@ struct Cells {
   alignas(64) std::int32_t to_voxel[3][kPart];
 };
 
-/// Finds the cells of `count` points from `first` on, and of a few more that are no points.
-void FindCells(const TableBox& box, const PointMap& map, const PointList& points, std::size_t first, std::size_t count,
-               Cells& cells) {
+/// Finds the cells of `count` points from `first` on, and of a few more that are no points. `to_index`: null if the map
+/// leads to the grid's index space.
+void FindCells(const TableBox& box, const PointMap& map, const GridMap* to_index, const PointList& points,
+               std::size_t first, std::size_t count, Cells& cells) {
   std::copy_n(points.x() + first, count, cells.f[0]);
   std::copy_n(points.y() + first, count, cells.f[1]);
   std::copy_n(points.z() + first, count, cells.f[2]);
@@ -58,8 +59,13 @@ void FindCells(const TableBox& box, const PointMap& map, const PointList& points
     for (int axis = 0; axis < 3; ++axis) {
       const auto entry = [&](int column) { return hn::Set(kDoubles, map.R[column][axis]); };
       const D turned = hn::Add(hn::Add(hn::Mul(entry(0), x), hn::Mul(entry(1), y)), hn::Mul(entry(2), z));
+      D mapped = hn::Add(turned, hn::Set(kDoubles, map.t[axis]));
+      if (to_index != nullptr) {
+        mapped = hn::Div(hn::Mul(hn::Set(kDoubles, to_index->scale), mapped), hn::Set(kDoubles, to_index->voxel_mm));
+        mapped = hn::Add(mapped, hn::Set(kDoubles, to_index->offset[axis]));
+      }
       const D far = hn::Set(kDoubles, kFarCell);
-      const D p = hn::Min(hn::Max(hn::Add(turned, hn::Set(kDoubles, map.t[axis])), hn::Neg(far)), far);
+      const D p = hn::Min(hn::Max(mapped, hn::Neg(far)), far);
       const I lowest = hn::DemoteTo(kInts, hn::Floor(p));
       hn::Store(hn::Sub(p, hn::PromoteTo(kDoubles, lowest)), kDoubles, cells.f[axis] + i);
       const auto clamp = [&](I leaf) {
@@ -93,7 +99,7 @@ void Sample(const LeafTable<float>& table, const PointMap& map, const PointList&
   std::uint8_t across[kPart];
   for (std::size_t first = 0; first < points.size(); first += kPart) {
     const std::size_t count = std::min(kPart, points.size() - first);
-    FindCells(box, map, points, first, count, cells);
+    FindCells(box, map, nullptr, points, first, count, cells);
     // Points in one leaf and across several are read separately, because a branch for each would be predicted badly.
     std::size_t within_count = 0;
     std::size_t across_count = 0;
@@ -142,13 +148,42 @@ void Sample(const LeafTable<float>& table, const PointMap& map, const PointList&
   }
 }
 
-void LookUp(const TableBox& box, const std::uint8_t* of_leaf, const PointMap& map, const PointList& points,
-            std::uint8_t* found) {
+void Uniform(const TableBox& box, const std::uint8_t* of_leaf, const PointMap& map, const GridMap& to_index,
+             const PointList& points, const RegionConstants& constants, std::uint8_t* regions, double* a, double* b) {
   Cells cells;
+  alignas(64) double values[2][kPart] = {};
   for (std::size_t first = 0; first < points.size(); first += kPart) {
     const std::size_t count = std::min(kPart, points.size() - first);
-    FindCells(box, map, points, first, count, cells);
-    for (std::size_t i = 0; i < count; ++i) found[first + i] = of_leaf[cells.place[i]];
+    FindCells(box, map, &to_index, points, first, count, cells);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t region = of_leaf[cells.place[i]];
+      regions[first + i] = static_cast<std::uint8_t>(region);
+      values[0][i] = constants.a[region];
+      values[1][i] = constants.b[region];
+    }
+    for (std::size_t i = 0; i < count; i += kLanes) {
+      const D one = hn::Set(kDoubles, 1);
+      D f[3][2];  // [axis]: weights of the lower and the upper corner
+      for (int axis = 0; axis < 3; ++axis) {
+        f[axis][1] = hn::Load(kDoubles, cells.f[axis] + i);
+        f[axis][0] = hn::Sub(one, f[axis][1]);
+      }
+      const D value_a = hn::Load(kDoubles, values[0] + i);
+      const D value_b = hn::Load(kDoubles, values[1] + i);
+      D sum = hn::Zero(kDoubles);
+      D sum_a = sum;
+      D sum_b = sum;
+      for (int corner = 0; corner < 8; ++corner) {
+        const D weight = hn::Mul(hn::Mul(f[0][corner >> 2], f[1][corner >> 1 & 1]), f[2][corner & 1]);
+        sum = hn::Add(sum, weight);
+        sum_a = hn::Add(sum_a, hn::Mul(weight, value_a));
+        sum_b = hn::Add(sum_b, hn::Mul(weight, value_b));
+      }
+      hn::Store(hn::Div(sum_a, sum), kDoubles, values[0] + i);
+      hn::Store(hn::Div(sum_b, sum), kDoubles, values[1] + i);
+    }
+    std::copy_n(values[0], count, a + first);
+    std::copy_n(values[1], count, b + first);
   }
 }
 
@@ -162,7 +197,7 @@ namespace kerf {
 namespace {
 
 HWY_EXPORT(Sample);
-HWY_EXPORT(LookUp);
+HWY_EXPORT(Uniform);
 
 }  // namespace
 
@@ -170,9 +205,10 @@ void SamplePoints(const LeafTable<float>& table, const PointMap& map, const Poin
   HWY_DYNAMIC_DISPATCH(Sample)(table, map, points, values);
 }
 
-void FindOfLeaves(const TableBox& box, const std::uint8_t* of_leaf, const PointMap& map, const PointList& points,
-                  std::uint8_t* found) {
-  HWY_DYNAMIC_DISPATCH(LookUp)(box, of_leaf, map, points, found);
+void InterpolateUniform(const TableBox& box, const std::uint8_t* of_leaf, const PointMap& map, const GridMap& to_index,
+                        const PointList& points, const RegionConstants& constants, std::uint8_t* regions, double* a,
+                        double* b) {
+  HWY_DYNAMIC_DISPATCH(Uniform)(box, of_leaf, map, to_index, points, constants, regions, a, b);
 }
 
 }  // namespace kerf

@@ -1,6 +1,7 @@
 // Samples of a grid at many points at once, computed with vector instructions.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/mat3x3.hpp>
@@ -36,19 +37,31 @@ class PointList {
   std::size_t size_ = 0;
 };
 
-/// Maps the points p of a list to R p + t, in a grid's index space.
+/// Maps the points p of a list to R p + t.
 struct PointMap {
   glm::dmat3 R{1};
   Vec3 t{0};
 };
+/// Maps points to the index space of another grid: scale p / voxel_mm + offset.
+struct GridMap {
+  double scale = 1;
+  double voxel_mm = 1;
+  Vec3 offset{0};
+};
+/// Two constants of each region, by id.
+struct RegionConstants {
+  std::array<double, 256> a{}, b{};
+};
 
-/// Interpolates trilinearly at each point. `values`: one per point. The bits are those of Interpolate() at FindCell(),
-/// with every vector instruction set. Tick-safe.
+/// Interpolates trilinearly at each point, in the index space of its grid. `values`: one per point. The bits are those
+/// of Interpolate() at FindCell(), with every vector instruction set. Tick-safe.
 void SamplePoints(const LeafTable<float>& table, const PointMap& map, const PointList& points, double* values);
 
-/// Finds for each point the element of `of_leaf` of the leaf with the lowest corner of the point's cell. `of_leaf`: one
-/// element for each place of a table with this box. Tick-safe.
-void FindOfLeaves(const TableBox& box, const std::uint8_t* of_leaf, const PointMap& map, const PointList& points,
-                  std::uint8_t* found);
+/// Finds for each point the region in `of_leaf` of the leaf with the lowest corner of the point's cell; `of_leaf`: one
+/// id for each place of a table with this box. Then interpolates the constants of that region between the eight
+/// corners. The bits are those of the sums of VisitRegions(), divided by the sum of its weights. Tick-safe.
+void InterpolateUniform(const TableBox& box, const std::uint8_t* of_leaf, const PointMap& map, const GridMap& to_index,
+                        const PointList& points, const RegionConstants& constants, std::uint8_t* regions, double* a,
+                        double* b);
 
 }  // namespace kerf

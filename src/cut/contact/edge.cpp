@@ -54,6 +54,8 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
   solid_distance_.resize(points_.size());
   sampled_.resize(points_.size());
   uniform_regions_.resize(tooth_points_);
+  uniform_E_MPa_.resize(tooth_points_);
+  uniform_E_star_MPa_.resize(tooth_points_);
   list_.Reserve(points_.size());
   to_look_.reserve(points_.size());
   intervals_.reserve(tooth_points_);
@@ -142,7 +144,8 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
     engaged_.push_back(static_cast<int>(i));
     list_.Add(CalcMaterialPoint(i));
   }
-  probe.FindUniformRegions(list_, uniform_regions_.data());
+  probe.InterpolateUniform(list_, materials_.moduli(), uniform_regions_.data(), uniform_E_MPa_.data(),
+                           uniform_E_star_MPa_.data());
   for (std::size_t n = 0; n < engaged_.size(); ++n) {
     const auto i = static_cast<std::size_t>(engaged_[n]);
     // Filled in place: a point is large, and there are hundreds of them in a tick. A copy of an empty one is faster
@@ -150,7 +153,7 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
     problem.cutting.push_back(kEmptyPoint);
     CuttingPoint& point = problem.cutting.back();
     int region = uniform_regions_[n];
-    if (region == 0 || !materials_.FindUniform(region, problem.law.reads, point.cut)) {
+    if (!materials_.SetUniform(region, uniform_E_MPa_[n], uniform_E_star_MPa_[n], problem.law.reads, point.cut)) {
       region = FindMaterial(probe, i, problem.law.reads, point.cut);
     }
     if (region == 0) {

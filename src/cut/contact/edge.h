@@ -166,6 +166,7 @@ class Edge {
   PointList list_;
   std::vector<double> sampled_;
   std::vector<std::uint8_t> uniform_regions_;
+  std::vector<double> uniform_E_MPa_, uniform_E_star_MPa_;
   bool met_metal_ = false;
   PenetrationLimiter penetration_;
   struct Found {

@@ -19,13 +19,15 @@ class MaterialLookup {
  public:
   MaterialLookup(const Bone& bone, const Tool& tool);
 
-  /// Sets the moduli and, if asked for, the tissue of a cut in a region (id 1 to 255) that fills the surroundings.
-  /// Returns false if they are not constants: if E comes from the CT. `reads`: LawReads. Tick-safe.
-  bool FindUniform(int region, unsigned reads, ToothCut& cut) const {
+  /// E and E* of the regions, MPa.
+  const RegionConstants& moduli() const { return moduli_; }
+  /// Sets a cut amid one region, whose moduli are interpolated already. Returns false, and sets nothing, if the region
+  /// is 0 or its E comes from the CT. `reads`: LawReads. Tick-safe.
+  bool SetUniform(int region, double E_MPa, double E_star_MPa, unsigned reads, ToothCut& cut) const {
     const auto id = static_cast<std::size_t>(region);
-    if (any_by_ct_ && by_ct_[id]) return false;
-    cut.E_MPa = E_MPa_[id];
-    cut.E_star_MPa = E_star_MPa_[id];
+    if (region == 0 || (any_by_ct_ && by_ct_[id])) return false;
+    cut.E_MPa = E_MPa;
+    cut.E_star_MPa = E_star_MPa;
     if ((reads & kReadsTissue) != 0) cut.tissue[tissue_[id]] = 1;
     return true;
   }
@@ -36,8 +38,7 @@ class MaterialLookup {
   int Find(const BoneField& field, const Vec3& p_W, unsigned reads, ToothCut& cut) const;
 
  private:
-  std::array<double, 256> E_MPa_{};
-  std::array<double, 256> E_star_MPa_{};  // 0: unknown id
+  RegionConstants moduli_;  // a: E, b: E*; 0: unknown id
   std::array<double, 256> nu_{};
   std::array<std::uint8_t, 256> tissue_{};
   std::array<bool, 256> by_ct_{};

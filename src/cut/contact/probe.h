@@ -32,9 +32,10 @@ class Probe {
   void Distances(const PointList& points_T, double* distances_mm) const {
     field_.Sample({R_, t_}, points_T, distances_mm);
   }
-  /// BoneField::FindUniformRegions() for points of the tool.
-  void FindUniformRegions(const PointList& points_T, std::uint8_t* regions) const {
-    field_.FindUniformRegions({h_ * R_, h_ * t_}, points_T, regions);
+  /// BoneField::InterpolateUniform() for points of the tool.
+  void InterpolateUniform(const PointList& points_T, const RegionConstants& constants, std::uint8_t* regions, double* a,
+                          double* b) const {
+    field_.InterpolateUniform({R_, t_}, points_T, constants, regions, a, b);
   }
   /// Returns the gradient of the distance in the tool frame, mm per mm. It points away from the bone.
   Vec3 Away(const Vec3& p_T) const { return h_ * (field_.SampleGradient(Voxel(p_T)) * R_); }

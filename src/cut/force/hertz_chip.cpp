@@ -7,9 +7,9 @@
 namespace kerf {
 namespace {
 
-// coefficients: 4/3 sqrt(R), sqrt(mm).
+// coefficients: R, mm.
 double CalcChipThrust(const ToothForce& law, double bite_mm, const ToothCut& cut) {
-  return law.c[0] * cut.E_star_MPa * (bite_mm * std::sqrt(bite_mm));
+  return CalcHertzForce(std::sqrt(law.c[0] * bite_mm), law.c[0], cut.E_star_MPa);
 }
 
 }  // namespace
@@ -24,7 +24,7 @@ const ForceLawInfo& HertzChip() {
        "faster"},
       {kContactRadius},
       [](const LawValues& values, const Tooth& tooth, const std::shared_ptr<const ForceTable>&) {
-        return ToothForce{.thrust = CalcChipThrust, .c = {4.0 / 3.0 * std::sqrt(ContactRadius(values[0], tooth))}};
+        return ToothForce{.thrust = CalcChipThrust, .c = {ContactRadius(values[0], tooth)}};
       }};
   return kLaw;
 }

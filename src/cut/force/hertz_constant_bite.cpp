@@ -6,9 +6,9 @@
 namespace kerf {
 namespace {
 
-// coefficients: 4/3 a^3 / R, mm^2.
+// coefficients: R, mm; a, mm.
 double CalcYieldThrust(const ToothForce& law, double, const ToothCut& cut) {
-  return law.c[0] * cut.E_star_MPa;
+  return CalcHertzForce(law.c[1], law.c[0], cut.E_star_MPa);
 }
 
 }  // namespace
@@ -23,9 +23,8 @@ const ForceLawInfo& HertzConstantBite() {
       {kContactRadius,
        {"contact_share_of_pitch", 0.01, 1e-6, 0.5, "a tooth's contact radius as a fraction of the tooth pitch"}},
       [](const LawValues& values, const Tooth& tooth, const std::shared_ptr<const ForceTable>&) {
-        const double a_mm = values[1] * tooth.pitch_mm;
         return ToothForce{.thrust = CalcYieldThrust,
-                          .c = {4.0 / 3.0 * a_mm * a_mm * a_mm / ContactRadius(values[0], tooth)}};
+                          .c = {ContactRadius(values[0], tooth), values[1] * tooth.pitch_mm}};
       }};
   return kLaw;
 }

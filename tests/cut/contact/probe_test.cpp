@@ -72,34 +72,41 @@ TEST_F(ManyPoints, HaveTheBitsOfSingleOnesAtEveryVectorWidth) {
   }
 }
 
-TEST_F(ManyPoints, UniformRegionsAreThoseOfAllVoxelsAround) {
+TEST_F(ManyPoints, RegionsAndModuliAreThoseOfTheVoxelsAroundAtEveryVectorWidth) {
   const Probe probe(field_, X_WT_);
+  const MaterialLookup materials(bone_, DiscSaw{});
   const std::vector<Vec3> points = DrawPoints(20000);
   PointList list;
   list.Reserve(points.size());
   for (const Vec3& p : points) list.Add(p);
-  std::vector<std::uint8_t> first;
   for (const std::string& target : VectorTargets()) {
+    SCOPED_TRACE(target);
     SetVectorTarget(target);
     std::vector<std::uint8_t> regions(points.size());
-    probe.FindUniformRegions(list, regions.data());
-    if (first.empty()) first = regions;
-    EXPECT_EQ(regions, first) << target;
+    std::vector<double> E_MPa(points.size()), E_star_MPa(points.size());
+    probe.InterpolateUniform(list, materials.moduli(), regions.data(), E_MPa.data(), E_star_MPa.data());
+    int known = 0;
+    int uniform = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto around = field_.FindRegionCell(probe.World(points[i])).regions;
+      const bool is_one = std::ranges::all_of(around, [&](int region) { return region == around[0]; });
+      uniform += is_one && around[0] != 0 ? 1 : 0;
+      if (regions[i] == 0) continue;
+      ++known;
+      EXPECT_TRUE(is_one) << i;
+      EXPECT_EQ(regions[i], around[0]) << i;
+      ToothCut single;
+      EXPECT_EQ(materials.Find(field_, probe.World(points[i]), kReadsTissue, single), regions[i]);
+      ToothCut many;
+      EXPECT_TRUE(materials.SetUniform(regions[i], E_MPa[i], E_star_MPa[i], kReadsTissue, many));
+      EXPECT_EQ(many.E_MPa, single.E_MPa) << i;
+      EXPECT_EQ(many.E_star_MPa, single.E_star_MPa) << i;
+      EXPECT_EQ(many.tissue, single.tissue) << i;
+    }
+    // The rest is in leaves with a border between the tissues, or with air.
+    EXPECT_GT(known, uniform / 5);
+    EXPECT_LT(known, uniform);
   }
-  int known = 0;
-  int uniform = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto around = field_.FindRegionCell(probe.World(points[i])).regions;
-    const bool is_one = std::ranges::all_of(around, [&](int region) { return region == around[0]; });
-    uniform += is_one && around[0] != 0 ? 1 : 0;
-    if (first[i] == 0) continue;
-    ++known;
-    EXPECT_TRUE(is_one) << i;
-    EXPECT_EQ(first[i], around[0]) << i;
-  }
-  // The rest is in leaves with a border between the tissues, or with air.
-  EXPECT_GT(known, uniform / 5);
-  EXPECT_LT(known, uniform);
 }
 
 TEST_F(ManyPoints, UseNoHeap) {
@@ -108,32 +115,18 @@ TEST_F(ManyPoints, UseNoHeap) {
   list.Reserve(300);
   std::vector<double> distances(300);
   std::vector<std::uint8_t> regions(300);
+  std::vector<double> E_MPa(300), E_star_MPa(300);
+  const MaterialLookup materials(bone_, DiscSaw{});
   const std::vector<Vec3> points = DrawPoints(300);
   const HeapUseCounter heap_uses;
   {
     const HeapGuard guard;
     for (const Vec3& p : points) list.Add(p);
     probe.Distances(list, distances.data());
-    probe.FindUniformRegions(list, regions.data());
+    probe.InterpolateUniform(list, materials.moduli(), regions.data(), E_MPa.data(), E_star_MPa.data());
     list.Clear();
   }
   EXPECT_EQ(heap_uses.count(), 0);
-}
-
-TEST_F(ManyPoints, ModuliWithinATissueAreExactlyItsOwn) {
-  const MaterialLookup materials(bone_, DiscSaw{});
-  int tested = 0;
-  for (const Vec3& p : DrawPoints(2000)) {
-    const auto around = field_.FindRegionCell(p).regions;
-    if (around[0] == 0 || !std::ranges::all_of(around, [&](int region) { return region == around[0]; })) continue;
-    ToothCut cut;
-    EXPECT_EQ(materials.Find(field_, p, kReadsTissue, cut), around[0]);
-    const Region& region = bone_.materials().At(around[0]);
-    EXPECT_EQ(cut.E_MPa, region.E_MPa);
-    EXPECT_EQ(cut.tissue[static_cast<std::size_t>(region.tissue)], 1);
-    ++tested;
-  }
-  EXPECT_GT(tested, 200);
 }
 
 }  // namespace
