@@ -123,8 +123,9 @@ TEST(MeasureCut, MisplacedCutsAreMeasuredToAFifthOfAMillimetreAndFourTenthsOfADe
   }
 }
 
-/// Returns the motion of a tool that makes a cut along its line at full depth, in 2 s.
-MotionMeter MoveAlong(const WantedCut& cut, bool contact = true) {
+/// Returns the motion of a tool that makes a cut along its line at full depth, in 2 s. `turn_deg`: of the tool, about
+/// the line through its origin.
+MotionMeter MoveAlong(const WantedCut& cut, bool contact = true, double turn_deg = 0) {
   MotionMeter meter(0);
   for (int i = 0; i <= 500; ++i) {
     MotionTick tick;
@@ -132,6 +133,7 @@ MotionMeter MoveAlong(const WantedCut& cut, bool contact = true) {
     tick.dt_s = 0.004;
     tick.contact = contact;
     tick.X_WT = cut.CalcToolPose(cut.length_mm * i / 500.0, cut.depth_mm);
+    tick.X_WT.R_AB = glm::angleAxis(turn_deg / kDegreesPerRad, cut.along_W) * tick.X_WT.R_AB;
     meter.Take(tick);
   }
   return meter;
@@ -171,17 +173,7 @@ TEST(MeasureCut, AnAxisThatPointsOutOfTheBoneLeansByARightAngle) {
   const DepthGauge gauge(before, c.wanted);
   for (const double turn_deg : {95.0, 150.0, 180.0, -120.0}) {
     SCOPED_TRACE(turn_deg);
-    MotionMeter meter(0);
-    for (int i = 0; i <= 100; ++i) {
-      MotionTick tick;
-      tick.time_s = 0.02 * (i + 1);
-      tick.dt_s = 0.02;
-      tick.contact = true;
-      tick.X_WT = c.wanted.CalcToolPose(c.wanted.length_mm * i / 100.0, c.wanted.depth_mm);
-      tick.X_WT.R_AB = glm::angleAxis(turn_deg / kDegreesPerRad, c.wanted.along_W) * tick.X_WT.R_AB;
-      meter.Take(tick);
-    }
-    const auto leans_deg = meter.FindLeans_deg({&gauge, 1});
+    const auto leans_deg = MoveAlong(c.wanted, true, turn_deg).FindLeans_deg({&gauge, 1});
     EXPECT_EQ(std::abs(leans_deg[0].value()), 90);
     ScoreSheet sheet = MakeSheet(ExerciseKind::kGroove);
     MeasureCut(before, test::CutExactly(c.block, {c.wanted}), {c.wanted}, leans_deg, sheet);
