@@ -40,7 +40,8 @@ struct Cells {
 };
 
 /// Finds the cells of `count` points from `first` on, and of a few more that are no points. `to_index`: null if the map
-/// leads to the grid's index space.
+/// leads to the grid's index space. kCorners: false if the corners are not to be read.
+template <bool kCorners>
 void FindCells(const TableBox& box, const PointMap& map, const GridMap* to_index, const PointList& points,
                std::size_t first, std::size_t count, Cells& cells) {
   std::copy_n(points.x() + first, count, cells.f[0]);
@@ -74,6 +75,7 @@ void FindCells(const TableBox& box, const PointMap& map, const GridMap* to_index
       const I leaf = hn::Sub(hn::ShiftRight<3>(lowest), hn::Set(kInts, box.first[axis]));
       const I own = clamp(leaf);
       place = hn::Add(hn::Mul(place, hn::Set(kInts, box.count[axis])), own);
+      if constexpr (!kCorners) continue;
       const I in_axis = hn::And(lowest, seven);
       in_leaf = hn::Add(hn::ShiftLeft<3>(in_leaf), in_axis);
       const auto at_end = hn::Eq(in_axis, seven);
@@ -85,6 +87,7 @@ void FindCells(const TableBox& box, const PointMap& map, const GridMap* to_index
                 cells.to_voxel[axis] + i);
     }
     hn::Store(place, kInts, cells.place + i);
+    if constexpr (!kCorners) continue;
     hn::Store(in_leaf, kInts, cells.in_leaf + i);
     hn::Store(is_across, kInts, cells.is_across + i);
   }
@@ -99,7 +102,7 @@ void Sample(const LeafTable<float>& table, const PointMap& map, const PointList&
   std::uint8_t across[kPart];
   for (std::size_t first = 0; first < points.size(); first += kPart) {
     const std::size_t count = std::min(kPart, points.size() - first);
-    FindCells(box, map, nullptr, points, first, count, cells);
+    FindCells<true>(box, map, nullptr, points, first, count, cells);
     // Points in one leaf and across several are read separately, because a branch for each would be predicted badly.
     std::size_t within_count = 0;
     std::size_t across_count = 0;
@@ -154,7 +157,7 @@ void Uniform(const TableBox& box, const std::uint8_t* of_leaf, const PointMap& m
   alignas(64) double values[2][kPart] = {};
   for (std::size_t first = 0; first < points.size(); first += kPart) {
     const std::size_t count = std::min(kPart, points.size() - first);
-    FindCells(box, map, &to_index, points, first, count, cells);
+    FindCells<false>(box, map, &to_index, points, first, count, cells);
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t region = of_leaf[cells.place[i]];
       regions[first + i] = static_cast<std::uint8_t>(region);
