@@ -7,8 +7,6 @@
 namespace kerf {
 namespace {
 
-using Matrix = std::array<std::array<double, 6>, 6>;  // only the lower triangle is used
-
 constexpr double kForceTolerance = 1e-8;  // relative to the forces of the coupling plus 1 N
 constexpr double kSlopeTolerance = 0.1;   // of the line search, relative to the slope at its start
 constexpr int kMaxSearch = 24;
@@ -18,7 +16,7 @@ constexpr double kSecantStep = 1e-6;  // relative, for the slope of a force law:
 /// that rounding may exceed the tolerance: if a long `path` of u has led to points whose force is steep, such as
 /// friction with a large limit. The slopes are those of H, of which each entry is at most the root of the product of
 /// the two diagonal ones.
-bool MayHaveDrifted(const Matrix& H, const Twist& path, double tolerance_N, double reach_mm) {
+bool MayHaveDrifted(const TwistMatrix& H, const Twist& path, double tolerance_N, double reach_mm) {
   constexpr double kRounding =
       8 * std::numeric_limits<double>::epsilon();  // of a sum of six products, and its addition
   double sum = 0;
@@ -40,14 +38,14 @@ double FlatSpeed(const FlatPoint& p, const Twist& u) {
   return p.side * (u[2] + u[3] * p.y - u[4] * p.x);
 }
 
-void AddOuter(Matrix& H, double factor, const Twist& row) {
+void AddOuter(TwistMatrix& H, double factor, const Twist& row) {
   for (int i = 0; i < 6; ++i) {
     const double f = factor * row[i];
     for (int j = 0; j <= i; ++j) H[i][j] += f * row[j];
   }
 }
 /// Adds factor (a b^T + b a^T).
-void AddMixed(Matrix& H, double factor, const Twist& a, const Twist& b) {
+void AddMixed(TwistMatrix& H, double factor, const Twist& a, const Twist& b) {
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) H[i][j] += factor * (a[i] * b[j] + b[i] * a[j]);
   }
@@ -55,7 +53,7 @@ void AddMixed(Matrix& H, double factor, const Twist& a, const Twist& b) {
 
 /// Solves H x = b for a symmetric positive definite H by Cholesky factorisation. The unknowns are scaled for a unit
 /// diagonal. A pivot that has been lost to rounding is raised to kMinPivot.
-Twist SolveSymmetric(Matrix H, const Twist& b) {
+Twist SolveSymmetric(TwistMatrix H, const Twist& b) {
   std::array<double, 6> scale;
   for (int i = 0; i < 6; ++i) scale[i] = 1 / std::sqrt(std::max(H[i][i], 1e-300));
   for (int i = 0; i < 6; ++i) {
@@ -330,10 +328,136 @@ double StepSolver::Search(const StepProblem& problem, const Twist& u, const Twis
   return low;
 }
 
-StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, double reach_mm, int max_iterations) {
+/// Returns the forces of the coupling at `u`, with the slopes of the spring and the damper together. A saturated spring
+/// has zero tangent stiffness along its own direction; its secant stiffness keeps the step finite.
+StepSolver::Coupled StepSolver::CalcCoupled(const StepProblem& problem, const Twist& u) {
   const StepCoupling& c = problem.coupling;
   const double tau = problem.tau_s;
+  const Vec3 e = c.bending.Scale(c.x_mm - tau * Linear(u));
+  const Vec3 e_turn = c.theta_rad - tau * Angular(u);
+  const Vec3 rel = c.bending.Scale(c.v_H_mm_per_s - Linear(u));
+  const Vec3 rel_turn = c.w_H_rad_per_s - Angular(u);
+  const double k = c.spring.Secant(glm::length(e));
+  const double k_turn = c.torsion.Secant(glm::length(e_turn));
+  const double b = c.damper.Secant(glm::length(rel));
+  const double b_turn = c.torsion_damper.Secant(glm::length(rel_turn));
+  return {c.bending.Scale(k * e + b * rel), k_turn * e_turn + b_turn * rel_turn, tau * k + b, tau * k_turn + b_turn};
+}
+
+/// Returns the gradient of J from the known speeds. Sets the thrusts of last_, unless they are known.
+Twist StepSolver::CalcGradient(const StepProblem& problem, const Coupled& coupled, bool knows_forces) {
+  const Vec3& force = coupled.force_N;
+  const Vec3& torque = coupled.torque_N_mm;
+  Twist g{-force.x, -force.y, -force.z, -torque.x, -torque.y, -torque.z};
+  for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
+    const CuttingPoint& point = problem.cutting[i];
+    if (!knows_forces) last_.thrust_N[i] = problem.ToothForceAt(cutting_.at[i], point.cut);
+    if (cutting_.at[i] > 0) AddTo(g, point.teeth * last_.thrust_N[i], point.row);
+  }
+  for (std::size_t i = 0; i < along_.at.size(); ++i) {
+    const CuttingPoint& point = problem.cutting[i];
+    const OnsetMean change = CalcOnsetChange(problem, point, cutting_.at[i], along_.at[i]);
+    if (change.fraction == 0 && change.moment == 0) continue;
+    AddTo(g, change.fraction, point.row);
+    AddTo(g, change.moment, point.along);
+  }
+  double f[3] = {};
+  for (std::size_t i = 0; i < problem.flats.size(); ++i) {
+    const FlatPoint& point = problem.flats[i];
+    const double depth = point.depth_mm + problem.tau_s * flats_.at[i];
+    if (!(depth > 0)) continue;
+    const double push = depth * point.side;
+    f[0] += push;
+    f[1] += push * point.y;
+    f[2] -= push * point.x;
+  }
+  for (int i = 0; i < 3; ++i) g[2 + i] += problem.flat_stiffness_N_per_mm * f[i];
+  for (std::size_t i = 0; i < problem.solids.size(); ++i) {
+    const SolidPoint& point = problem.solids[i];
+    const double depth = point.depth_mm + problem.tau_s * solids_.at[i];
+    if (depth > 0) AddTo(g, point.stiffness_N_per_mm * depth, point.row);
+  }
   const double creep2 = problem.creep_mm_per_s * problem.creep_mm_per_s;
+  for (std::size_t i = 0; i < problem.frictions.size(); ++i) {
+    const FrictionPoint& point = problem.frictions[i];
+    const double va = friction_a_.at[i] + point.slip_a_mm_per_s;
+    const double vb = friction_b_.at[i] + point.slip_b_mm_per_s;
+    const double factor = point.limit_N * (1 / std::sqrt(va * va + vb * vb + creep2));
+    AddTo(g, factor * va, point.row_a);
+    AddTo(g, factor * vb, point.row_b);
+  }
+  for (std::size_t i = 0; i < problem.yields.size(); ++i) {
+    const YieldPoint& point = problem.yields[i];
+    const double speed = yields_.at[i];
+    if (speed > 0) AddTo(g, point.Force(speed, problem.creep_mm_per_s), point.row);
+  }
+  return g;
+}
+
+/// Adds the slopes of the teeth's forces to H. The thrusts of last_ must be those at the known speeds.
+void StepSolver::AddCuttingSlopes(const StepProblem& problem, TwistMatrix& H) const {
+  for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
+    const double speed = cutting_.at[i];
+    if (!(speed > 0)) continue;
+    const CuttingPoint& point = problem.cutting[i];
+    const double beyond = speed * (1 + kSecantStep);
+    const double slope = (problem.ToothForceAt(beyond, point.cut) - last_.thrust_N[i]) / (beyond - speed);
+    AddOuter(H, point.teeth * slope, point.row);
+  }
+}
+
+/// Adds the slopes of all other forces, but for the coupling's, to H.
+void StepSolver::AddOtherSlopes(const StepProblem& problem, TwistMatrix& H) const {
+  for (std::size_t i = 0; i < along_.at.size(); ++i) {
+    const CuttingPoint& point = problem.cutting[i];
+    const OnsetMean change = CalcOnsetChange(problem, point, cutting_.at[i], along_.at[i]);
+    if (change.fraction == 0 && change.moment == 0) continue;
+    AddOuter(H, change.ss, point.row);
+    AddMixed(H, change.st, point.row, point.along);
+    AddOuter(H, change.tt, point.along);
+  }
+  double h[6] = {};
+  for (std::size_t i = 0; i < problem.flats.size(); ++i) {
+    const FlatPoint& point = problem.flats[i];
+    if (!(point.depth_mm + problem.tau_s * flats_.at[i] > 0)) continue;
+    h[0] += 1;
+    h[1] += point.y;
+    h[2] += point.y * point.y;
+    h[3] -= point.x;
+    h[4] -= point.x * point.y;
+    h[5] += point.x * point.x;
+  }
+  const double flat_slope = problem.tau_s * problem.flat_stiffness_N_per_mm;
+  H[2][2] += flat_slope * h[0];
+  H[3][2] += flat_slope * h[1];
+  H[3][3] += flat_slope * h[2];
+  H[4][2] += flat_slope * h[3];
+  H[4][3] += flat_slope * h[4];
+  H[4][4] += flat_slope * h[5];
+  for (std::size_t i = 0; i < problem.solids.size(); ++i) {
+    const SolidPoint& point = problem.solids[i];
+    if (!(point.depth_mm + problem.tau_s * solids_.at[i] > 0)) continue;
+    AddOuter(H, problem.tau_s * point.stiffness_N_per_mm, point.row);
+  }
+  const double creep2 = problem.creep_mm_per_s * problem.creep_mm_per_s;
+  for (std::size_t i = 0; i < problem.frictions.size(); ++i) {
+    const FrictionPoint& point = problem.frictions[i];
+    const double va = friction_a_.at[i] + point.slip_a_mm_per_s;
+    const double vb = friction_b_.at[i] + point.slip_b_mm_per_s;
+    const double inv = 1 / std::sqrt(va * va + vb * vb + creep2);
+    const double factor = point.limit_N * inv;
+    AddOuter(H, factor * (1 - va * va * inv * inv), point.row_a);
+    AddOuter(H, factor * (1 - vb * vb * inv * inv), point.row_b);
+    AddMixed(H, -factor * va * vb * inv * inv, point.row_a, point.row_b);
+  }
+  for (std::size_t i = 0; i < problem.yields.size(); ++i) {
+    const YieldPoint& point = problem.yields[i];
+    const double speed = yields_.at[i];
+    if (speed > 0) AddOuter(H, point.Slope(speed, problem.creep_mm_per_s), point.row);
+  }
+}
+
+StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, double reach_mm, int max_iterations) {
   StepSolution solution;
   Twist& u = solution.u;
   u = start;
@@ -348,118 +472,51 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
 
   bool knows_forces = false;  // last_ holds those at u
   double tolerance_N = 0;
-  const auto gradient = [&](Matrix& H) {
-    const Vec3 e = c.bending.Scale(c.x_mm - tau * Linear(u));
-    const Vec3 e_turn = c.theta_rad - tau * Angular(u);
-    const Vec3 rel = c.bending.Scale(c.v_H_mm_per_s - Linear(u));
-    const Vec3 rel_turn = c.w_H_rad_per_s - Angular(u);
-    // A saturated spring has zero tangent stiffness along its own direction; its secant stiffness keeps the step
-    // finite.
-    const double k = c.spring.Secant(glm::length(e));
-    const double k_turn = c.torsion.Secant(glm::length(e_turn));
-    const double b = c.damper.Secant(glm::length(rel));
-    const double b_turn = c.torsion_damper.Secant(glm::length(rel_turn));
-    const Vec3 force = c.bending.Scale(k * e + b * rel);
-    const Vec3 torque = k_turn * e_turn + b_turn * rel_turn;
-    Twist g{-force.x, -force.y, -force.z, -torque.x, -torque.y, -torque.z};
-    H = {};
-    for (int i = 0; i < 3; ++i) {
-      H[i][i] = tau * k + b;
-      H[i + 3][i + 3] = tau * k_turn + b_turn;
-    }
-    if (const double factor = c.bending.factor; factor != 1) {
-      const Vec3& n = c.bending.across;
-      AddOuter(H, (factor * factor - 1) * (tau * k + b), {n.x, n.y, n.z, 0, 0, 0});
-    }
-    for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
-      const double speed = cutting_.at[i];
-      if (!(speed > 0)) continue;
-      const CuttingPoint& point = problem.cutting[i];
-      const double force_N = knows_forces ? last_.thrust_N[i] : problem.ToothForceAt(speed, point.cut);
-      const double beyond = speed * (1 + kSecantStep);
-      const double slope = (problem.ToothForceAt(beyond, point.cut) - force_N) / (beyond - speed);
-      AddTo(g, point.teeth * force_N, point.row);
-      AddOuter(H, point.teeth * slope, point.row);
-    }
-    for (std::size_t i = 0; i < along_.at.size(); ++i) {
-      const CuttingPoint& point = problem.cutting[i];
-      const OnsetMean change = CalcOnsetChange(problem, point, cutting_.at[i], along_.at[i]);
-      if (change.fraction == 0 && change.moment == 0) continue;
-      AddTo(g, change.fraction, point.row);
-      AddTo(g, change.moment, point.along);
-      AddOuter(H, change.ss, point.row);
-      AddMixed(H, change.st, point.row, point.along);
-      AddOuter(H, change.tt, point.along);
-    }
-    double f[3] = {};
-    double h[6] = {};
-    for (std::size_t i = 0; i < problem.flats.size(); ++i) {
-      const FlatPoint& point = problem.flats[i];
-      const double depth = point.depth_mm + tau * flats_.at[i];
-      if (!(depth > 0)) continue;
-      const double push = depth * point.side;
-      f[0] += push;
-      f[1] += push * point.y;
-      f[2] -= push * point.x;
-      h[0] += 1;
-      h[1] += point.y;
-      h[2] += point.y * point.y;
-      h[3] -= point.x;
-      h[4] -= point.x * point.y;
-      h[5] += point.x * point.x;
-    }
-    for (int i = 0; i < 3; ++i) g[2 + i] += problem.flat_stiffness_N_per_mm * f[i];
-    const double flat_slope = tau * problem.flat_stiffness_N_per_mm;
-    H[2][2] += flat_slope * h[0];
-    H[3][2] += flat_slope * h[1];
-    H[3][3] += flat_slope * h[2];
-    H[4][2] += flat_slope * h[3];
-    H[4][3] += flat_slope * h[4];
-    H[4][4] += flat_slope * h[5];
-    for (std::size_t i = 0; i < problem.solids.size(); ++i) {
-      const SolidPoint& point = problem.solids[i];
-      const double depth = point.depth_mm + tau * solids_.at[i];
-      if (!(depth > 0)) continue;
-      AddTo(g, point.stiffness_N_per_mm * depth, point.row);
-      AddOuter(H, tau * point.stiffness_N_per_mm, point.row);
-    }
-    for (std::size_t i = 0; i < problem.frictions.size(); ++i) {
-      const FrictionPoint& point = problem.frictions[i];
-      const double va = friction_a_.at[i] + point.slip_a_mm_per_s;
-      const double vb = friction_b_.at[i] + point.slip_b_mm_per_s;
-      const double inv = 1 / std::sqrt(va * va + vb * vb + creep2);
-      const double factor = point.limit_N * inv;
-      AddTo(g, factor * va, point.row_a);
-      AddTo(g, factor * vb, point.row_b);
-      AddOuter(H, factor * (1 - va * va * inv * inv), point.row_a);
-      AddOuter(H, factor * (1 - vb * vb * inv * inv), point.row_b);
-      AddMixed(H, -factor * va * vb * inv * inv, point.row_a, point.row_b);
-    }
-    for (std::size_t i = 0; i < problem.yields.size(); ++i) {
-      const YieldPoint& point = problem.yields[i];
-      const double speed = yields_.at[i];
-      if (!(speed > 0)) continue;
-      AddTo(g, point.Force(speed, problem.creep_mm_per_s), point.row);
-      AddOuter(H, point.Slope(speed, problem.creep_mm_per_s), point.row);
-    }
-    tolerance_N = kForceTolerance * (1 + glm::length(force) + glm::length(torque) / reach_mm);
+  Coupled coupled;
+  const auto gradient = [&] {
+    coupled = CalcCoupled(problem, u);
+    const Twist g = CalcGradient(problem, coupled, knows_forces);
+    tolerance_N = kForceTolerance * (1 + glm::length(coupled.force_N) + glm::length(coupled.torque_N_mm) / reach_mm);
     solution.converged = std::abs(g[0]) + std::abs(g[1]) + std::abs(g[2]) <= tolerance_N &&
                          std::abs(g[3]) + std::abs(g[4]) + std::abs(g[5]) <= tolerance_N * reach_mm;
     return g;
   };
+  const auto coupling_slopes = [&] {
+    TwistMatrix H{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      H[i][i] = coupled.slope;
+      H[i + 3][i + 3] = coupled.turning_slope;
+    }
+    if (const double factor = problem.coupling.bending.factor; factor != 1) {
+      const Vec3& n = problem.coupling.bending.across;
+      AddOuter(H, (factor * factor - 1) * coupled.slope, {n.x, n.y, n.z, 0, 0, 0});
+    }
+    return H;
+  };
 
-  Twist path{};  // sum of the absolute changes of u since the speeds were set
+  Twist path{};   // sum of the absolute changes of u since the speeds were set
+  Twist steep{};  // diagonal of the slopes of the teeth's forces in the last iteration
+  const auto may_have_drifted = [&] {
+    TwistMatrix H = coupling_slopes();
+    AddOtherSlopes(problem, H);
+    for (std::size_t i = 0; i < steep.size(); ++i) H[i][i] += steep[i];
+    return MayHaveDrifted(H, path, tolerance_N, reach_mm);
+  };
   for (;;) {
-    Matrix H;
-    Twist g = gradient(H);
-    if (solution.converged && MayHaveDrifted(H, path, tolerance_N, reach_mm)) {
+    Twist g = gradient();
+    if (solution.converged && may_have_drifted()) {
       SetSpeeds(problem, u);
       knows_forces = false;
       path = {};
-      g = gradient(H);
+      g = gradient();
     }
     if (solution.converged || solution.iterations == max_iterations) break;
     ++solution.iterations;
+    TwistMatrix H = coupling_slopes();
+    for (std::size_t i = 0; i < steep.size(); ++i) steep[i] = -H[i][i];
+    AddCuttingSlopes(problem, H);
+    for (std::size_t i = 0; i < steep.size(); ++i) steep[i] += H[i][i];
+    AddOtherSlopes(problem, H);
     const Twist p = SolveSymmetric(H, {-g[0], -g[1], -g[2], -g[3], -g[4], -g[5]});
     const double slope = Dot(g, p);
     if (!(slope < 0)) break;

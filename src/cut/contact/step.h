@@ -17,6 +17,7 @@ namespace kerf {
 /// Velocity of the coupling point C (mm/s) and angular velocity (rad/s); or the conjugate force and torque about C (N,
 /// N mm). In the frame of the tool at the start of the step.
 using Twist = std::array<double, 6>;
+using TwistMatrix = std::array<Twist, 6>;  // symmetric: only the lower triangle is used
 
 inline double Dot(const Twist& a, const Twist& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5];
@@ -203,10 +204,20 @@ class StepSolver {
     std::vector<double> thrust_N;
   };
 
+  /// Forces of the coupling on the tool, and their slopes.
+  struct Coupled {
+    Vec3 force_N, torque_N_mm;
+    double slope, turning_slope;
+  };
+
   void Follow(const StepProblem& problem, const Twist& direction);
   void SetSpeeds(const StepProblem& problem, const Twist& u);
   double CalcSlope(const StepProblem& problem, const Twist& u, const Twist& p, double alpha, Forces& forces) const;
   double Search(const StepProblem& problem, const Twist& u, const Twist& p, double slope_at_0);
+  static Coupled CalcCoupled(const StepProblem& problem, const Twist& u);
+  Twist CalcGradient(const StepProblem& problem, const Coupled& coupled, bool knows_forces);
+  void AddCuttingSlopes(const StepProblem& problem, TwistMatrix& H) const;
+  void AddOtherSlopes(const StepProblem& problem, TwistMatrix& H) const;
 
   // Speeds of the points at u, and along the search direction.
   struct Speeds {

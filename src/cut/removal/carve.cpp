@@ -110,7 +110,6 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
         static constexpr std::uint8_t kLanesOf[4][8] = {{0, 0}, {0xff, 0}, {0, 0xff}, {0xff, 0xff}};
         grown = hn::And(grown, hn::LoadMaskBits(kFloats, kLanesOf[of_pair]));
       }
-      if (hn::AllFalse(kFloats, grown)) continue;
       const V phi = hn::IfThenElse(grown, now, old);
       hn::StoreU(phi, kFloats, voxels);
       loss.changed += static_cast<int>(hn::CountTrue(kFloats, grown));

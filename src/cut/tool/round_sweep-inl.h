@@ -138,7 +138,7 @@ class RoundSweep {
     if (exact_) {
       // Nothing grows where it is further than the way from growing, and nothing exceeds the band.
       M is_end = hn::Or(hn::Ge(hn::Add(at_end, old), way_), hn::Or(hn::Le(at_end, deep_), hn::Ge(old, hn::Neg(deep_))));
-      if (!hn::AllTrue(kFloats, is_end)) is_end = hn::Or(is_end, IsLeastAtEnd(e, a));
+      is_end = hn::Or(is_end, IsLeastAtEnd(e, a));
       if (hn::AllTrue(kFloats, is_end)) return BelowCeiling(e, hn::Neg(at_end));
     }
     FindStart(x, y, e);
