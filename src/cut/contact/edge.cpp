@@ -81,11 +81,6 @@ void Edge::SetDisplacement(double slide_mm) {
   }
 }
 
-/// Returns the row of a point of the edge.
-Twist Edge::CalcRow(std::size_t i) const {
-  return MakeRow(Turn(points_[i].e_T), Turn(points_[i].p_T - p_EC_));
-}
-
 /// Samples the distances of the points in to_look_.
 void Edge::Look(const Probe& probe) {
   list_.Clear();
@@ -160,7 +155,7 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
       problem.cutting.pop_back();
       continue;
     }
-    point.row = CalcRow(i);
+    point.row = MakeRow(Turn(points_[i].e_T), Turn(points_[i].p_T - p_EC_));
     point.teeth = fraction_[i] * points_[i].teeth * stride_;
     point.along = points_[i].along;
     if (jumps) point.after_fraction = after_[i] / fraction_[i];

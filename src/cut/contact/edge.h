@@ -115,7 +115,6 @@ class Edge {
     return next < tooth_points_ ? next : is_chain_ ? i : 0;
   }
   Vec3 CalcMaterialPoint(std::size_t i) const { return points_[i].p_T + material_ahead_mm_ * points_[i].e_T; }
-  Twist CalcRow(std::size_t i) const;
   void SetBounds();
   void Look(const Probe& probe);
   void FractionIntervals(const Probe& probe);
