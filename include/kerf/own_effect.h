@@ -31,12 +31,13 @@ struct EffectBegin {
 
 /// Teeth at a point of the edge, in a solved step.
 struct ToothLoad {
-  Vec3 p_T{0};                // on the edge, mm
-  Vec3 e_T{0};                // outward direction
-  double teeth = 0;           // number of teeth, a real number
-  double thrust_N = 0;        // sum over the teeth, along -e
-  double speed_mm_per_s = 0;  // outward
-  double cutting_N = 0;       // sum over the teeth, against their motion; 0 unless the law states a cutting force
+  Vec3 p_T{0};                 // on the edge, mm
+  Vec3 e_T{0};                 // outward direction
+  double teeth = 0;            // number of teeth, a real number
+  double thrust_N = 0;         // sum over the teeth, along -e
+  double speed_mm_per_s = 0;   // outward
+  double thrust_on_way_N = 0;  // mean over the way of the teeth; thrust_N, unless the edge has a stroke
+  double cutting_N = 0;  // sum over the teeth, against their motion, mean over their way; 0 unless the law states one
   ToothCut cut;
   int region = 0;
   double tangential_N = 0;  // force that the effect tangential_force applies for these teeth; otherwise 0

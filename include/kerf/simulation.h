@@ -71,10 +71,12 @@ enum TickStatus : std::uint32_t {
   kTickTouchesMetal = 1u << 4,     // the path leads through metal, which is not cut and gives no force
 };
 
-/// What the teeth did in a tick of a tool on a path or of a coupled tool. Forces are means over the tick.
+/// What the teeth did in a tick of a tool on a path or of a coupled tool. Forces are means over the tick, but those for
+/// the work of the teeth are means over their way: with a stroke, a tooth is fast where its bite is large.
 struct TeethOutput {
   double thrust_sum_N = 0;   // sum of the magnitudes of the teeth's thrust
-  double cutting_sum_N = 0;  // sum of the teeth's cutting forces; 0 unless the law states a cutting force
+  double thrust_W = 0;       // sum of thrust times speed of the teeth along their motion
+  double cutting_sum_N = 0;  // sum of the teeth's cutting forces, mean over their way; 0 unless the law states one
   double cutting_W = 0;      // power of these forces at the speed of the teeth; 0 likewise
   double engaged_teeth = 0;  // engaged arc / pitch, a real number
   double mean_E_MPa = 0;     // over the engaged teeth; 0 if none

@@ -452,8 +452,9 @@ void BindTeeth(Class& c) {
     return std::string(std::is_same_v<Output, TickOutput> ? "<kerf.Tick" : "<kerf.HandTick") + text;
   });
   c.def_readonly("thrust_sum_N", &TeethOutput::thrust_sum_N, "Sum of the magnitudes of the teeth's thrust.")
+      .def_readonly("thrust_W", &TeethOutput::thrust_W, "Sum of thrust times speed of the teeth along their motion.")
       .def_readonly("cutting_sum_N", &TeethOutput::cutting_sum_N,
-                    "Sum of their cutting forces; 0 unless the law states one.")
+                    "Sum of their cutting forces, mean over their way; 0 unless the law states one.")
       .def_readonly("cutting_W", &TeethOutput::cutting_W, "Power of the cutting forces.")
       .def_readonly("engaged_teeth", &TeethOutput::engaged_teeth, "Engaged arc / tooth pitch.")
       .def_readonly("mean_E_MPa", &TeethOutput::mean_E_MPa, "Over the engaged teeth; 0 if there are none.")

@@ -27,7 +27,7 @@ void BrokenRule::SetTick(std::uint64_t number) {
 
 void CheckForces(const StepProblem& problem, const Twist& u, const char* law) {
   for (const CuttingPoint& point : problem.cutting) {
-    const double bite_mm = std::max(0.0, Dot(point.row, u)) / problem.passes_per_s;
+    double bite_mm = std::max(0.0, Dot(point.row, u)) / problem.passes_per_s;
     const auto check = [&](const char* what, double force_N) {
       if (IsForce(force_N)) return;
       const HeapGuardPause pause;
@@ -37,6 +37,10 @@ void CheckForces(const StepProblem& problem, const Twist& u, const char* law) {
           law, what, force_N, 1000 * bite_mm, point.cut.E_MPa / 1000));
     };
     check("thrust", problem.law(bite_mm, point.cut));
+    if (problem.way_bite != 1) {
+      bite_mm *= problem.way_bite;
+      check("thrust", problem.law(bite_mm, point.cut));
+    }
     if (problem.law.HasCutting()) check("cutting force", problem.law.Cutting(bite_mm, point.cut));
   }
 }

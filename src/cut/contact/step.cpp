@@ -170,9 +170,16 @@ ToothMean StepProblem::MeanToothForce(const CuttingPoint& point, double speed, d
   return mean;
 }
 
+double StepProblem::MeanThrustOnWay(const CuttingPoint& point, double speed, const ToothMean& mean) const {
+  if (way_bite == 1 || !(speed > 0)) return mean.radial_N;
+  const double bite_mm = speed / passes_per_s;
+  const double thrust_N = law.thrust(law, bite_mm, point.cut);
+  return thrust_N > 0 ? mean.radial_N * (law.thrust(law, way_bite * bite_mm, point.cut) / thrust_N) : 0;
+}
+
 double StepProblem::MeanCuttingForce(const CuttingPoint& point, double speed, const ToothMean& mean) const {
   const double bite_mm = std::max(speed, 0.0) / passes_per_s;
-  const double cutting_N = law.cutting(law, bite_mm, point.cut);
+  const double cutting_N = law.cutting(law, way_bite * bite_mm, point.cut);
   const double thrust_N = law.thrust(law, bite_mm, point.cut);
   // The parts of the teeth and of the ramp that act are the same for both forces.
   if (thrust_N > 0) return cutting_N * (mean.radial_N / thrust_N);

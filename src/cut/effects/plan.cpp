@@ -65,6 +65,7 @@ void EffectPlan::FindTeeth(EffectSolved& solved) {
     load.speed_mm_per_s = std::max(0.0, speed);
     const ToothMean mean = problem.MeanToothForce(point, speed, along_speed);
     load.thrust_N = point.teeth * mean.radial_N;
+    load.thrust_on_way_N = point.teeth * problem.MeanThrustOnWay(point, speed, mean);
     if (problem.law.HasCutting()) load.cutting_N = point.teeth * problem.MeanCuttingForce(point, speed, mean);
     load.cut = point.cut;
     load.region = contact.region;

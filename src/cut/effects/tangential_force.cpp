@@ -101,7 +101,7 @@ void TangentialForceEffect::Solved(const EffectSolved& solved) {
   if (turns && solved.stroke != nullptr) {
     lever_mm_ = solved.stroke->speed_mm_per_s / (std::abs(solved.rpm) * std::numbers::pi / 30);
   }
-  for (ToothLoad& tooth : solved.teeth) tooth.tangential_N = by_law_ ? tooth.cutting_N : tooth.thrust_N / ratio_;
+  for (ToothLoad& tooth : solved.teeth) tooth.tangential_N = by_law_ ? tooth.cutting_N : tooth.thrust_on_way_N / ratio_;
   if (is_loaded_) AddUp(solved);
   const bool was_loaded = is_loaded_;
   if (turns) {

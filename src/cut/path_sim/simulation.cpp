@@ -151,6 +151,7 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Twist& u, double passe
     load.f_T_N -= force * point.FindOutwards(outwards, along);
     if (has_levers) load.tau_T_Nmm -= force * Vec3(point.row[3], point.row[4], point.row[5]);
     load.sums.thrust_N += force;
+    load.sums.AddThrustPower(point.teeth * problem.MeanThrustOnWay(point, outwards, mean), 1, point.cut.speed_mm_per_s);
     if (problem.law.HasCutting()) {
       const double cutting = point.teeth * problem.MeanCuttingForce(point, outwards, mean);
       load.sums.AddCutting(cutting, 1, point.cut.speed_mm_per_s);
@@ -346,6 +347,7 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
       stroke.passes_per_s *= slowing;
       s.phase_rad = Drive::Advance(s.phase_rad, begin.rpm, dt_s);
       s.problem.edge_mm_per_s = stroke.speed_mm_per_s;
+      s.problem.way_bite = stroke.way_bite;
       s.edge.SetDisplacement(stroke.middle_mm);
       X_edge = s.shape.motion.Move(X_a, stroke.middle_mm);
     }

@@ -12,6 +12,7 @@ namespace kerf {
 /// Each addend has the weight of its substep: 1, or its duration.
 struct TeethSums {
   double thrust_N = 0;
+  double thrust_W = 0;   // thrust times speed of the teeth
   double cutting_N = 0;  // 0 unless the law states a cutting force, as the next one
   double cutting_W = 0;  // power of the cutting force at the speed of the teeth
   double teeth = 0;      // engaged teeth, a real number
@@ -21,6 +22,7 @@ struct TeethSums {
 
   void Add(const TeethSums& other) {
     thrust_N += other.thrust_N;
+    thrust_W += other.thrust_W;
     cutting_N += other.cutting_N;
     cutting_W += other.cutting_W;
     teeth += other.teeth;
@@ -30,6 +32,10 @@ struct TeethSums {
       thrust_by_region_N[id] += other.thrust_by_region_N[id];
     }
   }
+  /// Adds the thrust, the mean over the way of the teeth, at the given speed along it.
+  void AddThrustPower(double on_way_N, double weight, double speed_mm_per_s) {
+    thrust_W += weight * 1e-3 * on_way_N * speed_mm_per_s;
+  }
   /// Adds the cutting force of teeth that move at the given speed.
   void AddCutting(double sum_N, double weight, double speed_mm_per_s) {
     cutting_N += weight * sum_N;
@@ -38,6 +44,7 @@ struct TeethSums {
   /// Sets the means. `weight`: sum of the weights, above 0.
   void Report(double weight, TeethOutput& out) const {
     out.thrust_sum_N = thrust_N / weight;
+    out.thrust_W = thrust_W / weight;
     out.cutting_sum_N = cutting_N / weight;
     out.cutting_W = cutting_W / weight;
     out.engaged_teeth = teeth / weight;

@@ -31,6 +31,18 @@ double Integrate(double from, double to, Function&& f) {
   return sum * half;
 }
 
+/// Returns the integral over a part of the motion of a function of the phase since the last turn. `integrate(from, to)`
+/// is the integral between two such phases, 0 to pi; `half_period` that over all of them.
+template <typename Integrate>
+double SumParts(double phase_rad, double advance_rad, double half_period, Integrate&& integrate) {
+  const double from = phase_rad + 0.5 * kPi;
+  const double to = from + advance_rad;
+  const double first = std::floor(from / kPi);
+  const double last = std::floor(to / kPi);
+  if (first == last) return integrate(from - first * kPi, to - first * kPi);
+  return integrate(from - first * kPi, kPi) + (last - first - 1) * half_period + integrate(0, to - last * kPi);
+}
+
 }  // namespace
 
 double CalcOrdinaryRate(const Tool& tool) {
@@ -47,6 +59,7 @@ Drive::Drive(const Tool& tool) : amplitude_mm_(0.5 * CalcStroke(tool)), pitch_mm
   if (!strokes()) return;
   first_pitch_rad_ = std::acos(std::max(-1.0, 1 - pitch_mm_ / amplitude_mm_));
   per_half_period_ = IntegrateSincePassed(0, kPi);
+  way_per_half_period_ = IntegrateAlongWay(0, kPi);
 }
 
 double Drive::CalcDisplacement(double phase_rad) const {
@@ -90,15 +103,37 @@ double Drive::IntegrateSincePassed(double from_rad, double to_rad) const {
   return sum;
 }
 
+/// Integrates the phase since a place was last passed over the way. The limits are as above. The phase psi after a turn
+/// is A (1 - cos psi) away from it, and the integral of psi over that way is A (sin psi - psi cos psi).
+double Drive::IntegrateAlongWay(double from_rad, double to_rad) const {
+  const auto integral = [](double psi) { return std::sin(psi) - psi * std::cos(psi); };
+  const auto in_front = [this](double psi) {  // phase of the tooth in front
+    return std::acos(std::clamp(std::cos(psi) + pitch_mm_ / amplitude_mm_, -1.0, 1.0));
+  };
+  const double p = first_pitch_rad_;
+  double sum = 0;
+  if (from_rad < p) sum += 2 * (integral(std::min(to_rad, p)) - integral(from_rad));
+  if (to_rad > p) {
+    const double from = std::max(from_rad, p);
+    sum += integral(to_rad) - integral(from) - (integral(in_front(to_rad)) - integral(in_front(from)));
+  }
+  return amplitude_mm_ * sum;
+}
+
 double Drive::CalcMeanSincePassed(double phase_rad, double advance_rad) const {
-  const double from = phase_rad + 0.5 * kPi;
-  const double to = from + advance_rad;
-  const double first = std::floor(from / kPi);
-  const double last = std::floor(to / kPi);
-  if (first == last) return IntegrateSincePassed(from - first * kPi, to - first * kPi) / advance_rad;
-  return (IntegrateSincePassed(from - first * kPi, kPi) + (last - first - 1) * per_half_period_ +
-          IntegrateSincePassed(0, to - last * kPi)) /
+  return SumParts(phase_rad, advance_rad, per_half_period_,
+                  [this](double from, double to) { return IntegrateSincePassed(from, to); }) /
          advance_rad;
+}
+
+double Drive::CalcWayBite(double phase_rad, double advance_rad) const {
+  // In the moment of a turn the edge stands still, and the ratio is lost to rounding.
+  constexpr double kLeastWay = 1e-6;  // of the amplitude: its rounding is 1e-9 of the ratio
+  const double way_mm = CalcWay(phase_rad, advance_rad);
+  if (!(way_mm > kLeastWay * amplitude_mm_)) return 1;
+  const double along = SumParts(phase_rad, advance_rad, way_per_half_period_,
+                                [this](double from, double to) { return IntegrateAlongWay(from, to); });
+  return along / way_mm / CalcMeanSincePassed(phase_rad, advance_rad);
 }
 
 DriveStep Drive::CalcStep(double phase_rad, double rpm, double time_s, double tick_s) const {
@@ -106,12 +141,17 @@ DriveStep Drive::CalcStep(double phase_rad, double rpm, double time_s, double ti
   const double rad_per_s = 2 * kPi * rate_hz;
   if (rate_hz * 2 * tick_s > 1) {
     return {{-amplitude_mm_, amplitude_mm_}, 0, rad_per_s * kPi / per_half_period_,
-            4 * amplitude_mm_ * rate_hz,     0, true};
+            4 * amplitude_mm_ * rate_hz,     0, true,
+            CalcWayBite(0, 2 * kPi)};
   }
   const double advance_rad = rad_per_s * time_s;
-  return {CalcRange(phase_rad, advance_rad), CalcDisplacement(phase_rad + 0.5 * advance_rad),
-          rad_per_s / CalcMeanSincePassed(phase_rad, advance_rad), CalcWay(phase_rad, advance_rad) / time_s,
-          (CalcDisplacement(phase_rad + advance_rad) - CalcDisplacement(phase_rad)) / time_s};
+  return {CalcRange(phase_rad, advance_rad),
+          CalcDisplacement(phase_rad + 0.5 * advance_rad),
+          rad_per_s / CalcMeanSincePassed(phase_rad, advance_rad),
+          CalcWay(phase_rad, advance_rad) / time_s,
+          (CalcDisplacement(phase_rad + advance_rad) - CalcDisplacement(phase_rad)) / time_s,
+          false,
+          CalcWayBite(phase_rad, advance_rad)};
 }
 
 double Drive::Advance(double phase_rad, double rpm, double time_s) {

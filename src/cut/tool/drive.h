@@ -17,6 +17,7 @@ struct DriveStep {
   double speed_mm_per_s = 0;     // mean speed of the teeth along the edge
   double velocity_mm_per_s = 0;  // mean velocity along the edge, towards y of T if positive
   bool is_mean = false;          // of whole periods: the edge moves both ways
+  double way_bite = 1;           // mean bite over the way of the teeth / mean bite over the time
 };
 
 /// Returns an ordinary speed of this kind of tool, in the terms of `rpm`: a scene has it if it states none.
@@ -51,6 +52,11 @@ class Drive {
   /// above 0. Integrated by Gauss's rule, with a relative error below 1e-6 if the pitch is at least 2 % of the stroke.
   double CalcMeanSincePassed(double phase_rad, double advance_rad) const;
 
+  /// Returns the mean over the way of the edge / the mean over the time, both of the time since a place was last
+  /// passed. A tooth is fast where its bite is large, so that its work is more than mean force times mean speed. Closed
+  /// form.
+  double CalcWayBite(double phase_rad, double advance_rad) const;
+
   /// Returns the longest time since a place was last passed, as a phase, rad.
   double longest_since_passed_rad() const { return 2 * first_pitch_rad_; }
 
@@ -63,11 +69,13 @@ class Drive {
 
  private:
   double IntegrateSincePassed(double from_rad, double to_rad) const;
+  double IntegrateAlongWay(double from_rad, double to_rad) const;
 
   double amplitude_mm_;  // half the stroke
   double pitch_mm_;
-  double first_pitch_rad_ = 0;  // phase from a turn until the edge has moved by the pitch; pi if it never does
-  double per_half_period_ = 0;  // integral over half a period, rad^2
+  double first_pitch_rad_ = 0;      // phase from a turn until the edge has moved by the pitch; pi if it never does
+  double per_half_period_ = 0;      // integral over half a period, rad^2
+  double way_per_half_period_ = 0;  // integral over its way, mm rad
 };
 
 }  // namespace kerf

@@ -50,7 +50,7 @@ struct TickWarnings::State {
     turned = turned || turns_per_s > 0;
     findings.touched = findings.touched || cuts;
     if (std::exchange(set_down, false) && out.removed_mm3 > kInBone_mm3) findings.starts_in_bone = true;
-    sums.thrust_turns_N += out.thrust_sum_N * turns_per_s * dt_s;
+    sums.thrust_J += out.thrust_W * dt_s;
     sums.simulated_s += dt_s;
     sums.cutting_J += out.cutting_W * dt_s;
     if (cuts) sums.cutting_turns += turns_per_s * dt_s;

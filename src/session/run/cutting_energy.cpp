@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <variant>
 
 #include "base/table/table_json.h"
@@ -56,12 +55,7 @@ CuttingEnergy CalcCuttingEnergy(const SimulationParams& params, const EffectReco
     energy.work_J = sums.cutting_J;
   } else {
     energy.ratio = kThrustPerCuttingForce;
-    // All teeth of a blade have the same speed. For a stroke, this is the mean thrust times the mean speed.
-    if (IsBlade(params.tool)) {
-      const double stroke_mm = CalcStroke(params.tool);
-      const double turn_mm = stroke_mm > 0 ? 2 * stroke_mm : std::numbers::pi * 2 * CalcRadius(params.tool);
-      energy.work_J = 1e-3 * sums.thrust_turns_N / *energy.ratio * turn_mm;
-    }
+    if (IsBlade(params.tool)) energy.work_J = sums.thrust_J / *energy.ratio;
   }
   if (!energy.work_J) return energy;
   // If bone was removed only because the tool was placed inside it, no work was done.

@@ -14,9 +14,9 @@ namespace kerf {
 
 /// Sums over a run.
 struct CuttingSums {
-  double thrust_turns_N = 0;  // sum over teeth and time of thrust times spindle revolutions
-  double simulated_s = 0;     // duration that `effects` covers
-  double cutting_turns = 0;   // spindle revolutions with a tooth engaged
+  double thrust_J = 0;       // integral of TeethOutput::thrust_W
+  double simulated_s = 0;    // duration that `effects` covers
+  double cutting_turns = 0;  // spindle revolutions with a tooth engaged
   double removed_mm3 = 0;
   double cutting_J = 0;  // work of the law's cutting force, if the law states one
 };
@@ -26,7 +26,7 @@ enum class CuttingForceFrom { kRatio, kEffect, kLaw };
 
 /// Work of the teeth's cutting force along their motion: the sum of the teeth's cutting forces times the speed of the
 /// rim, over time. If the effect tangential_force is on, its power is used. Otherwise the cutting force is the law's
-/// own or, for a law that states none, the thrust divided by kThrustPerCuttingForce, at the commanded spindle speed.
+/// own or, for a law that states none, the thrust divided by kThrustPerCuttingForce.
 /// The work of the feed is left out, because the rim moves about a thousand times faster.
 struct CuttingEnergy {
   CuttingForceFrom from = CuttingForceFrom::kRatio;

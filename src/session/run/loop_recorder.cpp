@@ -59,9 +59,10 @@ void LoopRecorder::Take(const LoopTick& s, std::span<const double> channels) {
   for (std::uint32_t k = 0; k < s.in.skipped && k < 10'000; ++k) noise_.Hold();
   noise_.Take(s.force.f_H_W_N, out.engaged_teeth > 0);
   summary_.effect_files.Take(s.time_s, s.time_s - summary_.simulated_s, out.X_WT, channels);
-  const double turns = std::abs(s.in.rpm) / 60 * (s.time_s - summary_.simulated_s);
-  summary_.cutting_sums.thrust_turns_N += out.thrust_sum_N * turns;
-  summary_.cutting_sums.cutting_J += out.cutting_W * (s.time_s - summary_.simulated_s);
+  const double dt_s = s.time_s - summary_.simulated_s;
+  const double turns = std::abs(s.in.rpm) / 60 * dt_s;
+  summary_.cutting_sums.thrust_J += out.thrust_W * dt_s;
+  summary_.cutting_sums.cutting_J += out.cutting_W * dt_s;
   if (out.engaged_teeth > 0) summary_.cutting_sums.cutting_turns += turns;
   summary_.simulated_s = s.time_s;
   summary_.force.largest_simulated_N = std::max(summary_.force.largest_simulated_N, glm::length(out.f_H_W_N));

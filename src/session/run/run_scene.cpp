@@ -101,7 +101,7 @@ ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_h
     time_before_s = t.time_s;
     const double force_N = glm::length(t.out.f_T_W_N);
     summary.impulse_Ns += force_N * dt_s;
-    summary.thrust_Ns += t.out.thrust_sum_N * dt_s;
+    summary.thrust_J += t.out.thrust_W * dt_s;
     summary.cutting_J += t.out.cutting_W * dt_s;
     if (i > 0 && ticks[i - 1].segment == t.segment) {
       summary.work_Nmm -= glm::dot(t.out.f_T_W_N, t.X_WT.p_AB - ticks[i - 1].X_WT.p_AB);
@@ -142,9 +142,9 @@ void SummarizeTicks(const Scene& scene, const Path& path, const RunResult& resul
 
 CuttingEnergy CalcRunEnergy(const Scene& scene, const Path& path, const RunResult& result, const ForceSummary& force) {
   const double turns_per_s = std::abs(scene.tool.rpm) / 60;
-  return CalcCuttingEnergy(scene, result.effects,
-                           {force.thrust_Ns * turns_per_s, path.duration_s(), force.cutting_time_s * turns_per_s,
-                            result.removed_mm3, force.cutting_J});
+  return CalcCuttingEnergy(
+      scene, result.effects,
+      {force.thrust_J, path.duration_s(), force.cutting_time_s * turns_per_s, result.removed_mm3, force.cutting_J});
 }
 
 double RunSummary::CalcOut_mm3() const {

@@ -34,7 +34,7 @@ struct ForceSummary {
   double work_Nmm = 0;    // done by the hand against the force along the path
   double engaged_teeth_peak = 0;
   double cutting_time_s = 0;  // with a tooth engaged
-  double thrust_Ns = 0;       // integral of the sum of the teeth's thrusts
+  double thrust_J = 0;        // integral of TeethOutput::thrust_W
   double cutting_J = 0;       // work of the cutting force that the law states; 0 if it states none
 };
 

@@ -145,6 +145,35 @@ TEST(Reciprocating, ForceIsThatOfTheLawAtTheBiteOfEachMoment) {
   }
 }
 
+TEST(Reciprocating, WorkIsExactAtFewTicksAPeriodForALawLinearInTheBite) {
+  // Work of a tooth over half a period: F0 stroke + dF/dbite pitch feed half a period.
+  const ReciprocatingBlade blade = LongBlade();
+  SimulationParams params = BladeParams(blade, "two_component");
+  params.law.Set("crossover_share", 0);
+  const ToothForce law = MakeToothForce(params.law, blade);
+  const ToothCut bone = Cortical(CalcReducedModulus(blade.E_MPa, blade.nu, 19300, 0.28));
+  constexpr double kFeedSpeed = 5, kPeriod_s = 0.004;
+  const auto work_mJ = [&](double (*force)(const ToothForce&, double, const ToothCut&)) {
+    const double at_0 = force(law, 0, bone);
+    return 2 * at_0 * blade.stroke_mm +
+           (force(law, 0.01, bone) - at_0) / 0.01 * blade.pitch_mm * kFeedSpeed * kPeriod_s;
+  };
+  const Pose X_WB = BlockPoses(0.1)[4];
+  for (const int ticks : {1, 3, 4, 16}) {
+    Simulation simulation(SawnBlock(X_WB), params, BladePose(X_WB, {0, 0, 2.6}));
+    const double rate = 60 / kPeriod_s;
+    FeedBlade(simulation, X_WB, 2.6, 2.3, 15 * ticks, kPeriod_s / ticks, rate);
+    double cutting_mJ = 0, thrust_mJ = 0;
+    for (const TickOutput& out : FeedBlade(simulation, X_WB, 2.3, 2.2, 5 * ticks, kPeriod_s / ticks, rate)) {
+      cutting_mJ += 1e3 * out.cutting_W * kPeriod_s / ticks / out.engaged_teeth;
+      thrust_mJ += 1e3 * out.thrust_W * kPeriod_s / ticks / out.engaged_teeth;
+    }
+    // Below 1e-6 by the rule that integrates the bite over the time.
+    EXPECT_NEAR(cutting_mJ / (5 * work_mJ(law.cutting)), 1, 2e-6) << ticks;
+    EXPECT_NEAR(thrust_mJ / (5 * work_mJ(law.thrust)), 1, 2e-6) << ticks;
+  }
+}
+
 TEST(Reciprocating, AStoppedStrokeCutsNothingAndKeepsItsPhase) {
   const Pose X_WB;
   Simulation simulation(SawnBlock(X_WB), BladeParams(LongBlade()), BladePose(X_WB, {0, 0, 2.6}));

@@ -112,6 +112,51 @@ TEST(Drive, BiteTimesWayOfAStrokeIsPitchTimesTheFeedOfHalfAPeriod) {
   }
 }
 
+TEST(Drive, BiteOverTheWayIsThatOfSingleTeeth) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> number(0, 1);
+  for (const double pitch : {0.2, 0.7, 1.41, 2.9, 4.0}) {
+    const Drive drive = MakeDrive(pitch, 3);
+    for (int n = 0; n < 20; ++n) {
+      const double from = 2 * kPi * number(random);
+      const double advance = 0.05 + 8 * number(random) * number(random);
+      constexpr int kSteps = 4000;
+      double in_time = 0, on_way = 0, way = 0;
+      for (int k = 0; k < kSteps; ++k) {
+        const double phase = from + advance * (k + 0.5) / kSteps;
+        const double since = FindSincePassed(pitch, 3, phase);
+        in_time += since;
+        on_way += since * std::abs(std::cos(phase));
+        way += std::abs(std::cos(phase));
+      }
+      // Midpoint rule, as above.
+      EXPECT_NEAR(drive.CalcWayBite(from, advance), on_way / way / (in_time / kSteps), 2e-3) << pitch << " " << n;
+    }
+  }
+  // A short part has one bite; right after a turn it grows with the time: 2 int t^2 dt / (int t dt)^2 = 4/3.
+  EXPECT_NEAR(MakeDrive(1.41, 3).CalcWayBite(0.3, 1e-4), 1, 1e-4);
+  EXPECT_NEAR(MakeDrive(1.41, 3).CalcWayBite(0.5 * kPi, 2e-3), 4.0 / 3, 1e-4);
+  EXPECT_EQ(MakeDrive(1.41, 3).CalcWayBite(0.5 * kPi, 1e-5), 1);  // the edge does not move
+}
+
+TEST(Drive, WorkOfAStrokeDoesNotDependOnItsParts) {
+  // Bite over the way times way, summed over a stroke, in few parts: pitch times the feed of half a period, as above,
+  // up to the rule that integrates the bite over the time (below 1e-6).
+  for (const double pitch : {0.3, 1.41, 2.99}) {
+    const Drive drive = MakeDrive(pitch, 3);
+    for (int parts = 1; parts < 9; ++parts) {
+      double sum_mm = 0;
+      for (int i = 0; i < parts; ++i) {
+        const DriveStep step = drive.CalcStep(0.4 + 2 * kPi * i / parts, 1200, 0.05 / parts, 1e-3);
+        sum_mm += step.way_bite / step.passes_per_s * step.speed_mm_per_s * 0.05 / parts;
+      }
+      EXPECT_NEAR(sum_mm / (pitch * 0.05), 1, 2e-6) << pitch << " " << parts;
+    }
+    const DriveStep mean = drive.CalcStep(0.4, 31000, 5e-4, 1e-3);
+    EXPECT_NEAR(mean.way_bite / mean.passes_per_s * mean.speed_mm_per_s / pitch, 1, 2e-6);
+  }
+}
+
 TEST(Drive, BiteIsZeroRightAfterATurnAndAStrokeIsNotAveraged) {
   const Drive drive = MakeDrive(1.41, 3);
   // 15000 double strokes a minute and ticks of 1 ms: four ticks to a period.
