@@ -127,7 +127,7 @@ double Drive::CalcMeanSincePassed(double phase_rad, double advance_rad) const {
 }
 
 double Drive::CalcWayBite(double phase_rad, double advance_rad) const {
-  // In the moment of a turn the edge stands still, and the ratio is lost to rounding.
+  // Over so short a way about a turn the ratio is lost to rounding.
   constexpr double kLeastWay = 1e-6;  // of the amplitude: its rounding is 1e-9 of the ratio
   const double way_mm = CalcWay(phase_rad, advance_rad);
   if (!(way_mm > kLeastWay * amplitude_mm_)) return 1;
