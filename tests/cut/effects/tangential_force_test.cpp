@@ -170,7 +170,7 @@ TEST(TangentialForce, SumOverSectorsEqualsSumOverTeeth) {
           ToothLoad tooth;
           tooth.p_T = place.p_T;
           tooth.e_T = place.e_T;
-          tooth.thrust_N = uniform(random);
+          tooth.thrust_N = tooth.thrust_on_way_N = uniform(random);
           const Vec3 direction_T = glm::normalize(glm::cross(Vec3(0, 0, 1), place.p_T)) * (rpm > 0 ? 1.0 : -1.0);
           AddTo(expected, -tooth.thrust_N / 1.6, MakeRow(direction_T, place.p_T - p_TC));
           sum_N += tooth.thrust_N / 1.6;
