@@ -13,6 +13,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/message.h"
 #include "cut/force/measured.h"
+#include "cut/tool/shape.h"
 #include "cut/tool/words.h"
 #include "kerf/error.h"
 #include "session/run/check_scene.h"
@@ -40,6 +41,16 @@ struct ToothAtTopBite {
   double J_per_mm3 = 0;
 };
 
+/// Returns the bone that goes in a pass of a tooth / width times bite of the tooth. A blade's kerf is wider than its
+/// teeth by their set. If the stroke is shorter than the pitch, the bone between the strokes goes too.
+double CalcBonePerPass(const Tool& tool) {
+  if (!IsBlade(tool)) return 1;
+  const Tooth tooth = CalcTooth(tool);
+  const double stroke_mm = CalcStroke(tool);
+  const double missed = stroke_mm > 0 ? std::max(1.0, tooth.pitch_mm / stroke_mm) : 1;
+  return CalcCutWidth(tool) / tooth.width_mm * missed;
+}
+
 /// Returns nullopt if there is no such bite: a stopped spindle, or a path without motion.
 std::optional<ToothAtTopBite> CalcToothAtTopBite(const Scene& scene) {
   ToothAtTopBite tooth{.bite_mm = CalcMaxBite(scene)};
@@ -50,7 +61,8 @@ std::optional<ToothAtTopBite> CalcToothAtTopBite(const Scene& scene) {
   cut.E_star_MPa = kMeasuredEStar_MPa;
   tooth.thrust_N = law(tooth.bite_mm, cut);
   tooth.cutting_N = CalcCuttingForce(law, tooth.bite_mm, cut);
-  tooth.J_per_mm3 = CalcSpecificEnergy(tooth.cutting_N, CalcTooth(tool).width_mm, tooth.bite_mm);
+  tooth.J_per_mm3 =
+      CalcSpecificEnergy(tooth.cutting_N, CalcTooth(tool).width_mm, tooth.bite_mm) / CalcBonePerPass(tool);
   return tooth;
 }
 

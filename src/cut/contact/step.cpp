@@ -174,7 +174,8 @@ double StepProblem::MeanThrustOnWay(const CuttingPoint& point, double speed, con
   if (way_bite == 1 || !(speed > 0)) return mean.radial_N;
   const double bite_mm = speed / passes_per_s;
   const double thrust_N = law.thrust(law, bite_mm, point.cut);
-  return thrust_N > 0 ? mean.radial_N * (law.thrust(law, way_bite * bite_mm, point.cut) / thrust_N) : 0;
+  const double on_way_N = law.thrust(law, way_bite * bite_mm, point.cut);
+  return thrust_N > 0 ? mean.radial_N * (on_way_N / thrust_N) : cutting_share * on_way_N;
 }
 
 double StepProblem::MeanCuttingForce(const CuttingPoint& point, double speed, const ToothMean& mean) const {

@@ -53,6 +53,9 @@ struct EffectStep {
   double rpm = 0;                     // signed; 0: stopped
   bool reads_bone = true;             // false: the slab law has taken over, the bone is not read
   const DriveStep* stroke = nullptr;  // motion of an edge with a stroke, in which points of edge and faces take part
+  /// Of an edge with a stroke on a path, whose loads are known before the step. They change from step to step, so that
+  /// those of the last one would not do. Otherwise empty.
+  std::span<ToothLoad> teeth = {};
 };
 
 /// Solved step.
@@ -79,6 +82,7 @@ struct EffectEnd {
   bool asleep = false;  // no bone was near
   double engaged_teeth = 0;
   double thrust_sum_N = 0;
+  double thrust_W = 0;  // as TeethOutput::thrust_W
   double removed_mm3 = 0;
   Vec3 f_extra_W_N{0};  // force on the hand in addition to the coupling force; not in the energy balance
 };

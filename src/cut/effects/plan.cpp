@@ -45,22 +45,21 @@ EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) :
 }
 
 void EffectPlan::Solved(EffectSolved& solved) {
-  if (reads_teeth_) FindTeeth(solved);
+  solved.teeth = FindTeeth(solved.problem, solved.edge, solved.u);
   ForEach(solved_, [&](Effect& effect) { effect.Solved(solved); });
 }
 
-void EffectPlan::FindTeeth(EffectSolved& solved) {
+std::span<ToothLoad> EffectPlan::FindTeeth(const StepProblem& problem, const Edge& edge, const Twist& u) {
+  if (!reads_teeth_) return {};
   teeth_.clear();
-  const StepProblem& problem = solved.problem;
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
     const CuttingPoint& point = problem.cutting[i];
-    const Edge::Contact& contact = solved.edge.contacts()[i];
+    const Edge::Contact& contact = edge.contacts()[i];
     const EdgePoint& place = shape_->edge[static_cast<std::size_t>(contact.point)];
     ToothLoad load;
-    const double speed = Dot(point.row, solved.u), along_speed = Dot(point.along, solved.u);
+    const double speed = Dot(point.row, u), along_speed = Dot(point.along, u);
     load.e_T = point.FindOutwards(speed, along_speed);
-    load.p_T =
-        solved.edge.Move(place.p_T) + std::hypot(place.p_T.x, place.p_T.y) * (load.e_T - solved.edge.Turn(place.e_T));
+    load.p_T = edge.Move(place.p_T) + std::hypot(place.p_T.x, place.p_T.y) * (load.e_T - edge.Turn(place.e_T));
     load.teeth = point.teeth;
     load.speed_mm_per_s = std::max(0.0, speed);
     const ToothMean mean = problem.MeanToothForce(point, speed, along_speed);
@@ -71,7 +70,7 @@ void EffectPlan::FindTeeth(EffectSolved& solved) {
     load.region = contact.region;
     teeth_.push_back(load);
   }
-  solved.teeth = teeth_;
+  return teeth_;
 }
 
 const Effect* EffectPlan::Find(std::string_view name) const {

@@ -32,6 +32,8 @@ class EffectPlan {
     ForEach(engage_, [&](Effect& effect) { effect.Engage(step, problem); });
   }
   bool wants_solved() const { return !solved_.empty(); }
+  /// Returns the teeth of a step whose motion is known, if an effect reads them. Valid until the next call or Solved().
+  std::span<ToothLoad> FindTeeth(const StepProblem& problem, const Edge& edge, const Twist& u);
   bool wants_steps() const { return !engage_.empty() || wants_solved(); }
   /// Fills `solved.teeth` if an effect reads it.
   void Solved(EffectSolved& solved);
@@ -83,8 +85,6 @@ class EffectPlan {
       if (observer_ != nullptr) observer_->LeaveEffect();
     }
   }
-  void FindTeeth(EffectSolved& solved);
-
   std::vector<Entry> entries_;
   std::vector<const EffectInfo*> left_out_;
   std::vector<Called> begin_, holds_, engage_, solved_, end_;

@@ -68,6 +68,10 @@ TangentialForceEffect& TangentialForceEffect::In(EffectPlan& plan) {
 }
 
 void TangentialForceEffect::Engage(const EffectStep& step, StepProblem& problem) {
+  if (strokes_ && !is_coupled_) {
+    SetLever(step.rpm, step.stroke);
+    Take(step.teeth, 1);
+  }
   if (!is_loaded_) return;
   const std::array<Way, 2> ways = FindWays(step.rpm, step.stroke);
   if (ways[0].rad_per_s == 0 && ways[0].mm_per_s == 0) return;
@@ -98,10 +102,8 @@ std::array<TangentialForceEffect::Way, 2> TangentialForceEffect::FindWays(double
 
 void TangentialForceEffect::Solved(const EffectSolved& solved) {
   const bool turns = solved.rpm != 0;
-  if (turns && solved.stroke != nullptr) {
-    lever_mm_ = solved.stroke->speed_mm_per_s / (std::abs(solved.rpm) * std::numbers::pi / 30);
-  }
-  for (ToothLoad& tooth : solved.teeth) tooth.tangential_N = by_law_ ? tooth.cutting_N : tooth.thrust_on_way_N / ratio_;
+  SetLever(solved.rpm, solved.stroke);
+  for (ToothLoad& tooth : solved.teeth) tooth.tangential_N = CalcForce(tooth);
   if (is_loaded_) AddUp(solved);
   const bool was_loaded = is_loaded_;
   if (turns) {
@@ -116,14 +118,10 @@ void TangentialForceEffect::Solved(const EffectSolved& solved) {
   const double lag = is_coupled_ ? 1 - std::exp(-solved.time_s / kLag_s) : 1;
   const bool lags = !strokes_ || !turns;
   const double fresh = is_coupled_ ? std::min(ratio_ * ratio_ / (1 + ratio_ * ratio_), lags ? lag : 1) : 1;
-  for (Sector& sector : sectors_) {
-    sector.force_N *= 1 - fresh;
-    sector.arm_Nmm *= 1 - fresh;
-    for (double& r : sector.row) r *= 1 - fresh;
-  }
   if (turns) {
-    for (const ToothLoad& tooth : solved.teeth) Add(tooth.p_T, tooth.e_T, fresh * tooth.tangential_N);
+    Take(solved.teeth, fresh);
   } else {
+    Fade(fresh);
     const StepProblem& problem = solved.problem;
     const std::size_t stopped_points = std::min(solved.edge.found_count(), problem.solids.size());
     for (std::size_t n = 0; n < stopped_points; ++n) {
@@ -133,7 +131,39 @@ void TangentialForceEffect::Solved(const EffectSolved& solved) {
       Add(solved.edge.point_T(static_cast<std::size_t>(solved.edge.found_point(n))),
           Vec3(solid.row[0], solid.row[1], solid.row[2]), fresh * solid.stiffness_N_per_mm * depth_mm / ratio_);
     }
+    DropEmptySectors();
   }
+  const double required_Nmm = CalcRequiredTorque();
+  const double target = turns || std::abs(motor_Nmm_) >= required_Nmm ? 1 : std::abs(motor_Nmm_) / required_Nmm;
+  fraction_ = was_loaded ? fraction_ + lag * (target - fraction_) : target;
+}
+
+double TangentialForceEffect::CalcForce(const ToothLoad& tooth) const {
+  return by_law_ ? tooth.cutting_N : tooth.thrust_on_way_N / ratio_;
+}
+
+/// Sets the way per angle of the crank in a step in which the edge moves.
+void TangentialForceEffect::SetLever(double rpm, const DriveStep* stroke) {
+  if (rpm == 0 || stroke == nullptr) return;
+  lever_mm_ = stroke->speed_mm_per_s / (std::abs(rpm) * std::numbers::pi / 30);
+}
+
+/// Replaces the fraction `fresh` of the sectors' forces by those of the teeth.
+void TangentialForceEffect::Take(std::span<const ToothLoad> teeth, double fresh) {
+  Fade(fresh);
+  for (const ToothLoad& tooth : teeth) Add(tooth.p_T, tooth.e_T, fresh * CalcForce(tooth));
+  DropEmptySectors();
+}
+
+void TangentialForceEffect::Fade(double fresh) {
+  for (Sector& sector : sectors_) {
+    sector.force_N *= 1 - fresh;
+    sector.arm_Nmm *= 1 - fresh;
+    for (double& r : sector.row) r *= 1 - fresh;
+  }
+}
+
+void TangentialForceEffect::DropEmptySectors() {
   is_loaded_ = false;
   for (Sector& sector : sectors_) {
     if (sector.force_N > kMin_N) {
@@ -142,9 +172,6 @@ void TangentialForceEffect::Solved(const EffectSolved& solved) {
       sector = {};
     }
   }
-  const double required_Nmm = CalcRequiredTorque();
-  const double target = turns || std::abs(motor_Nmm_) >= required_Nmm ? 1 : std::abs(motor_Nmm_) / required_Nmm;
-  fraction_ = was_loaded ? fraction_ + lag * (target - fraction_) : target;
 }
 
 void TangentialForceEffect::Add(const Vec3& p_T, const Vec3& e_T, double force_N) {

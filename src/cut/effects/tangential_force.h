@@ -17,9 +17,9 @@ void CheckCuttingRatio(const ToothForce& law);
 /// step of a fast stroke in a hand: the tool has no mass that would keep it from following the teeth.
 ///
 /// In the step, the force acts as dissipation at the combined speed of the rim and the tool. Its magnitude is given: it
-/// follows, with a lag, F_t of the previous steps. The convex problem therefore keeps a
-/// unique solution. The work of the force on the tool is done by the spindle or lost as friction, depending on the sign
-/// of the motion.
+/// follows, with a lag, F_t of the previous steps; for a stroke on a path, it is F_t of the step itself. The convex
+/// problem therefore keeps a unique solution. The work of the force on the tool is done by the spindle or lost as
+/// friction, depending on the sign of the motion.
 ///
 /// The loop thrust -> tangential force -> motion -> thrust is stable for any ratio and step. Where cutting resists the
 /// motion u with M = sum k e e', the tangential forces add (1/ratio) J M u, with J a rotation by a quarter turn. A
@@ -82,6 +82,11 @@ class TangentialForceEffect final : public Effect {
   };
 
   void AddUp(const EffectSolved& solved);
+  double CalcForce(const ToothLoad& tooth) const;
+  void SetLever(double rpm, const DriveStep* stroke);
+  void Take(std::span<const ToothLoad> teeth, double fresh);
+  void Fade(double fresh);
+  void DropEmptySectors();
   void Add(const Vec3& p_T, const Vec3& e_T, double force_N);
   std::array<Way, 2> FindWays(double rpm, const DriveStep* stroke) const;
 

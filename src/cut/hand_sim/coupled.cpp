@@ -162,6 +162,7 @@ CoupledOutput CoupledSimulation::State::Tick(const CoupledInput& input, TickObse
                 (out.status & kCoupledAsleep) != 0,
                 mean * sums.teeth.teeth,
                 mean * sums.teeth.thrust_N,
+                mean * sums.teeth.thrust_W,
                 out.removed_mm3};
   {
     const EffectsStage stage(observer, s.effects, TickStage::kPublish);

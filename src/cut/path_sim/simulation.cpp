@@ -170,7 +170,8 @@ void Simulation::State::AddEffects(const Pose& X_a, const Pose& X_b, const Twist
   problem.tau_s = dt_s;
   problem.solids.clear();
   problem.frictions.clear();
-  effects.Engage({X_a, Probe(field, X_a), edge, nullptr, rpm, true, stroke}, problem);
+  const std::span<ToothLoad> teeth = stroke != nullptr ? effects.FindTeeth(problem, edge, u) : std::span<ToothLoad>();
+  effects.Engage({X_a, Probe(field, X_a), edge, nullptr, rpm, true, stroke, teeth}, problem);
   Twist sum{};
   for (const SolidPoint& p : problem.solids) {
     AddTo(sum, -p.stiffness_N_per_mm * std::max(0.0, p.depth_mm + dt_s * Dot(p.row, u)), p.row);
@@ -317,7 +318,7 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
   if (passes_per_s == 0) {
     s.CutRest(X_from);
     out.status = kTickSpindleStopped;
-    EffectEnd end{in.dt_s, rpm, 0, s.X_WT, true, 0, 0, 0};
+    EffectEnd end{in.dt_s, rpm, 0, s.X_WT, true};
     const EffectsStage stage(observer, s.effects, TickStage::kEnd);
     s.effects.End(end);
     s.last = out;
@@ -382,8 +383,8 @@ TickOutput Simulation::State::Tick(const TickInput& in, TickObserver* observer) 
   sums.Report(substeps, out);
   out.f_T_W_N /= substeps;
   out.tau_TG_W_Nmm /= substeps;
-  EffectEnd end{in.dt_s,        rpm, begin.rpm, s.X_WT, out.engaged_teeth == 0, out.engaged_teeth, out.thrust_sum_N,
-                out.removed_mm3};
+  EffectEnd end{in.dt_s,          rpm,          begin.rpm,      s.X_WT, out.engaged_teeth == 0, out.engaged_teeth,
+                out.thrust_sum_N, out.thrust_W, out.removed_mm3};
   {
     const EffectsStage stage(observer, s.effects, TickStage::kPublish);
     s.effects.End(end);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "cut/slab_sim/monotone.h"
@@ -423,6 +424,7 @@ TickOutput SlabSimulation::Tick(const TickInput& in) {
   if (!s.out.free && s.out.depth_mm > 0) {
     const SlabLoad load = s.resistance.At(s.out.depth_mm);
     out.thrust_sum_N = load.force_N;
+    out.thrust_W = 1e-3 * load.force_N * s.params.saw.radius_mm() * std::abs(in.rpm) * std::numbers::pi / 30;
     out.engaged_teeth = load.teeth;
     out.mean_E_MPa = load.E_MPa;
     if (const SlabProfile::Layer* layer = s.profile.Find(s.out.depth_mm)) out.main_region = layer->region;

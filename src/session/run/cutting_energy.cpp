@@ -78,6 +78,9 @@ std::string DescribeCuttingEnergy(const CuttingEnergy& energy) {
 
 std::vector<std::string> FindEnergyWarnings(const ForceLaw& law, const CuttingEnergy& energy) {
   if (energy.IsWithinPublishedRange()) return {};
+  if (*energy.specific_J_per_mm3 < 0) {
+    return {"the tool moves as fast as its teeth: the bone drives the spindle, and the energy of cutting is below 0"};
+  }
   if (*energy.specific_J_per_mm3 < kNoCutting_J_per_mm3) {
     return {"practically no tooth cut: the tool removed bone without a force; move it with its teeth first"};
   }

@@ -216,8 +216,7 @@ void FindTurnWarnings(const Scene& scene, const Tool& tool, std::vector<std::str
     most_rad = std::max(most_rad, std::atan2(glm::length(glm::cross(first, axis)), glm::dot(first, axis)));
   }
   if (most_rad < kNoTurn_rad) return;
-  warnings.push_back(fmt::format("the path file turns the {} by up to {:.3g} degrees {}", GetShape(tool),
-                                 most_rad * kDegreesPerRad,
+  warnings.push_back(fmt::format("the path file turns the tool by up to {:.3g} degrees {}", most_rad * kDegreesPerRad,
                                  solid ? "away from its axis: its side removes bone, but only its lips exert a force"
                                        : "out of its plane: its flats remove bone, but only its teeth exert a force"));
 }

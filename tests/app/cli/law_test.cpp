@@ -98,6 +98,26 @@ TEST_F(Law, SlabModeStatesThePapersForceOfOneTooth) {
   EXPECT_THAT(Kerf("run s.toml -o out").out, HasSubstr(said));
 }
 
+TEST_F(Law, CheckCountsTheBoneThatNoToothCuts) {
+  // The set of the teeth widens the kerf from 0.4 to 0.5 mm; teeth with a pitch of 0.8 mm and a stroke of 0.12 mm leave
+  // most of the bone between them.
+  const std::string block =
+      "[bone]\nmodel = \"block\"\n[force]\nlaw = \"two_component\"\n[[path.stroke]]\n"
+      "start_mm = [0, 0, 11]\nend_mm = [0, 0, 8]\nfeed_mm_per_s = 0.5\ndisc_normal = [0, 1, 0]\n";
+  const auto check = [&](const std::string& tool) {
+    Write("s.toml", block + "[tool]\n" + tool);
+    return Json::parse(Kerf("check s.toml --json").out).at("force");
+  };
+  const Json saw = check("shape = \"reciprocating\"\nthickness_mm = 0.4\nset_mm = 0.05\n");
+  const Json piezo = check("shape = \"piezo\"\nthickness_mm = 0.5\npitch_mm = 0.8\nstroke_mm = 0.12\n");
+  const auto expected = [](const Json& force, double width_mm) {
+    return force.at("at_top_bite").at("cutting_N").get<double>() / width_mm / force.at("top_bite_um").get<double>();
+  };
+  EXPECT_NEAR(saw.at("at_top_bite").at("specific_energy_J_per_mm3").get<double>() / expected(saw, 0.5), 1, 1e-9);
+  EXPECT_NEAR(piezo.at("at_top_bite").at("specific_energy_J_per_mm3").get<double>() / expected(piezo, 0.5 * 0.8 / 0.12),
+              1, 1e-9);
+}
+
 TEST_F(Law, LoopUsesTheActualSpindleSpeed) {
   Write("s.toml", Slot(6, "hertz_chip"));
   const ProgramResult loop = Kerf("loop s.toml --seconds 1 --virtual --hand H3 --do 0.001:rpm=3750 -o out --json");

@@ -55,7 +55,6 @@ class SawCut {
 
   void Tick() {
     z_ -= kSawingFeed * 1e-3;
-    before_N = ForceForWork();
     step = drive.CalcStep(phase_rad, rpm_, 1e-3, 1e-3);
     phase_rad = Drive::Advance(phase_rad, rpm_, 1e-3);
     const HeapGuard guard;
@@ -80,7 +79,6 @@ class SawCut {
   double phase_rad = 0;  // at the end of the tick
   DriveStep step;        // of the tick
   TickOutput out;
-  double before_N = 0;  // ForceForWork() of the previous tick
   Vec3 f_added_W{0};
 
  private:
@@ -125,8 +123,7 @@ TEST(StrokeEffects, CuttingForceActsAgainstTheStrokeAndHasNoImpulse) {
   double impulse = 0, sum = 0, peak_N = 0, most_N = 0;
   for (int i = 0; i < 50; ++i) {
     cut.Tick();
-    // On a path the force follows from the thrust of the previous step.
-    const double force_N = cut.before_N / 1.6;
+    const double force_N = cut.ForceForWork() / 1.6;
     EXPECT_NEAR(cut.f_added_W.x, -force_N * cut.step.velocity_mm_per_s / cut.step.speed_mm_per_s, 1e-4 * force_N) << i;
     EXPECT_NEAR(std::hypot(cut.f_added_W.y, cut.f_added_W.z), 0, 1e-9);
     EXPECT_NEAR(cut.figures().sum_N, force_N, 1e-9 * force_N);
@@ -167,7 +164,7 @@ TEST(StrokeEffects, MeanPowerIsTheIntegralOfForceTimesSpeed) {
 TEST(StrokeEffects, MeanOverPeriodsPushesNeitherWayAndTakesTheWholePower) {
   SawCut cut(60000, Tangential());  // a period of 1 ms
   cut.Run(100);
-  const double force_N = cut.before_N / 1.6;
+  const double force_N = cut.ForceForWork() / 1.6;
   ASSERT_GT(force_N, 0.01);
   EXPECT_NEAR(cut.f_added_W.x, 0, 1e-12);
   EXPECT_NEAR(cut.figures().power_W, 1e-3 * force_N * 2 * 3 * 1000, 1e-9);

@@ -142,6 +142,8 @@ TEST_F(CuttingEnergyRun, WarnsOutsideThePublishedRangeOnly) {
   EXPECT_EQ(FindEnergyWarnings(scene, energy).size(), 1u);
   energy.specific_J_per_mm3 = 2.84e-20;  // of a blade that is moved flat-on
   EXPECT_THAT(FindEnergyWarnings(scene, energy), testing::ElementsAre(testing::StartsWith("practically no tooth cut")));
+  energy.specific_J_per_mm3 = -0.1;  // the feed is faster than the rim
+  EXPECT_THAT(FindEnergyWarnings(scene, energy), testing::ElementsAre(testing::HasSubstr("bone drives the spindle")));
   energy.specific_J_per_mm3 = 10.6;
   EXPECT_EQ(FindEnergyWarnings(scene, energy),
             std::vector<std::string>{"the specific cutting energy is 10.6 J/mm3, outside 0.8 to 6 J/mm3 (derived "

@@ -174,7 +174,7 @@ TEST(Doubts, TurnByWhichFacesWithoutTeethCutIsNamed) {
   };
   const Vec3 across(1, 0, 0), axis(0, 0, 1);
   EXPECT_THAT(find(TwistDrill{}, across),
-              testing::ElementsAre(testing::HasSubstr("drill by up to 30 degrees away from")));
+              testing::ElementsAre(testing::HasSubstr("turns the tool by up to 30 degrees away from its axis")));
   EXPECT_THAT(find(OscillatingBlade{}, across),
               testing::ElementsAre(testing::HasSubstr("30 degrees out of its plane")));
   EXPECT_THAT(find(TwistDrill{}, axis), testing::IsEmpty());

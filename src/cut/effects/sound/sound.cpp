@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string_view>
 #include <variant>
 
@@ -19,12 +18,10 @@ namespace kerf {
 SoundEffect::SoundEffect(const SoundParams& params, const EffectSetup& setup)
     : params_(params),
       teeth_(setup.shape.passes_per_turn),
-      radius_mm_(CalcRadius(setup.tool)),
       cutting_(dynamic_cast<const TangentialForceEffect*>(setup.plan->Find("tangential_force"))) {
   const Drive drive(setup.tool);
   if (!drive.strokes()) return;
   teeth_ = drive.passes_per_period();
-  radius_mm_ = CalcStroke(setup.tool) / std::numbers::pi;
 }
 
 void SoundEffect::End(EffectEnd& end) {
@@ -33,9 +30,7 @@ void SoundEffect::End(EffectEnd& end) {
   passing_N_ = cuts ? params_.passing_share * end.thrust_sum_N / std::max(1.0, end.engaged_teeth) : 0;
   load_W_ = 0;
   if (cuts) {
-    const double rim_mm_per_s = 2 * std::numbers::pi * spindle_Hz_ * radius_mm_;
-    load_W_ = cutting_ != nullptr ? cutting_->figures().power_W
-                                  : 1e-3 * params_.cutting_share * end.thrust_sum_N * rim_mm_per_s;
+    load_W_ = cutting_ != nullptr ? cutting_->figures().power_W : params_.cutting_share * end.thrust_W;
   }
 }
 

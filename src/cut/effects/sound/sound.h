@@ -55,7 +55,6 @@ class SoundEffect final : public Effect {
  private:
   SoundParams params_;
   double teeth_;                          // that pass in a turn or a double stroke
-  double radius_mm_;                      // of the rim; with a stroke of a circle as long as a double stroke
   const TangentialForceEffect* cutting_;  // source of the power; null: it is estimated from the thrust
   double spindle_Hz_ = 0;
   double load_W_ = 0;

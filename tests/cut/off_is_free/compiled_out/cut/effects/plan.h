@@ -32,6 +32,7 @@ class EffectPlan {
   void Engage(const EffectStep&, StepProblem&) { Work(); }
   bool wants_solved() const { return wanted_; }
   bool wants_steps() const { return wanted_; }
+  std::span<ToothLoad> FindTeeth(const StepProblem&, const Edge&, const Twist&) { return {}; }
   void Solved(EffectSolved&) {}
   void End(EffectEnd&) { Work(); }
   void Release() { Work(); }
