@@ -23,6 +23,7 @@ void VisitPose(const char* position, const char* w, const char* x, const char* y
 template <typename V>
 void VisitTeeth(const TeethOutput& out, double removed_total_mm3, V&& visit) {
   visit("thrust_sum_N", out.thrust_sum_N);
+  visit("thrust_W", out.thrust_W);
   visit("cutting_sum_N", out.cutting_sum_N);
   visit("cutting_W", out.cutting_W);
   visit("engaged_teeth", out.engaged_teeth);
@@ -94,6 +95,7 @@ void VisitSlabTick(double time_s, const Pose& X, const TickOutput& out, const Sl
   VisitPose("{}_mm", "qw", "qx", "qy", "qz", X, visit);
   visit("force_{}_N", out.f_T_W_N);
   visit("thrust_sum_N", out.thrust_sum_N);
+  visit("thrust_W", out.thrust_W);
   visit("engaged_teeth", out.engaged_teeth);
   visit("mean_E_GPa", out.mean_E_MPa / 1000);
   visit("main_region", static_cast<std::int64_t>(out.main_region));
