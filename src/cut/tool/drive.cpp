@@ -126,14 +126,14 @@ double Drive::CalcMeanSincePassed(double phase_rad, double advance_rad) const {
          advance_rad;
 }
 
-double Drive::CalcWayBite(double phase_rad, double advance_rad) const {
+double Drive::CalcWayBite(double phase_rad, double advance_rad, double mean_since_passed_rad) const {
   // Over so short a way about a turn the ratio is lost to rounding.
   constexpr double kLeastWay = 1e-6;  // of the amplitude: its rounding is 1e-9 of the ratio
   const double way_mm = CalcWay(phase_rad, advance_rad);
   if (!(way_mm > kLeastWay * amplitude_mm_)) return 1;
   const double along = SumParts(phase_rad, advance_rad, way_per_half_period_,
                                 [this](double from, double to) { return IntegrateAlongWay(from, to); });
-  return along / way_mm / CalcMeanSincePassed(phase_rad, advance_rad);
+  return along / way_mm / mean_since_passed_rad;
 }
 
 DriveStep Drive::CalcStep(double phase_rad, double rpm, double time_s, double tick_s) const {
@@ -145,13 +145,14 @@ DriveStep Drive::CalcStep(double phase_rad, double rpm, double time_s, double ti
             CalcWayBite(0, 2 * kPi)};
   }
   const double advance_rad = rad_per_s * time_s;
+  const double since_rad = CalcMeanSincePassed(phase_rad, advance_rad);
   return {CalcRange(phase_rad, advance_rad),
           CalcDisplacement(phase_rad + 0.5 * advance_rad),
-          rad_per_s / CalcMeanSincePassed(phase_rad, advance_rad),
+          rad_per_s / since_rad,
           CalcWay(phase_rad, advance_rad) / time_s,
           (CalcDisplacement(phase_rad + advance_rad) - CalcDisplacement(phase_rad)) / time_s,
           false,
-          CalcWayBite(phase_rad, advance_rad)};
+          CalcWayBite(phase_rad, advance_rad, since_rad)};
 }
 
 double Drive::Advance(double phase_rad, double rpm, double time_s) {

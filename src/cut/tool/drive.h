@@ -55,7 +55,9 @@ class Drive {
   /// Returns the mean over the way of the edge / the mean over the time, both of the time since a place was last
   /// passed. A tooth is fast where its bite is large, so that its work is more than mean force times mean speed. Closed
   /// form.
-  double CalcWayBite(double phase_rad, double advance_rad) const;
+  double CalcWayBite(double phase_rad, double advance_rad) const {
+    return CalcWayBite(phase_rad, advance_rad, CalcMeanSincePassed(phase_rad, advance_rad));
+  }
 
   /// Returns the longest time since a place was last passed, as a phase, rad.
   double longest_since_passed_rad() const { return 2 * first_pitch_rad_; }
@@ -70,6 +72,7 @@ class Drive {
  private:
   double IntegrateSincePassed(double from_rad, double to_rad) const;
   double IntegrateAlongWay(double from_rad, double to_rad) const;
+  double CalcWayBite(double phase_rad, double advance_rad, double mean_since_passed_rad) const;
 
   double amplitude_mm_;  // half the stroke
   double pitch_mm_;
