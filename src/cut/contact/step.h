@@ -141,8 +141,8 @@ struct StepProblem {
   StepCoupling coupling;
   ToothForce law{};
   double passes_per_s = 0;
-  double way_bite =
-      1;  // mean bite over the way of the teeth / mean bite over the time; other than 1 only with a stroke
+  /// Mean bite over the way of the teeth / mean bite over the time: other than 1 only with a stroke.
+  double way_bite = 1;
   double edge_mm_per_s =
       0;  // mean speed of the teeth of a straight edge; those of a turning edge follow from passes_per_s
   /// Speed over which a law with a nonzero force at zero bite is ramped up to that force, mm/s; 0: no ramp. Without a

@@ -140,9 +140,13 @@ DriveStep Drive::CalcStep(double phase_rad, double rpm, double time_s, double ti
   const double rate_hz = CalcRate(rpm);
   const double rad_per_s = 2 * kPi * rate_hz;
   if (rate_hz * 2 * tick_s > 1) {
-    return {{-amplitude_mm_, amplitude_mm_}, 0, rad_per_s * kPi / per_half_period_,
-            4 * amplitude_mm_ * rate_hz,     0, true,
-            CalcWayBite(0, 2 * kPi)};
+    return {{-amplitude_mm_, amplitude_mm_},
+            0,
+            rad_per_s * kPi / per_half_period_,
+            4 * amplitude_mm_ * rate_hz,
+            0,
+            true,
+            way_per_half_period_ / (2 * amplitude_mm_) * kPi / per_half_period_};
   }
   const double advance_rad = rad_per_s * time_s;
   const double since_rad = CalcMeanSincePassed(phase_rad, advance_rad);
