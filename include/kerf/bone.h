@@ -20,15 +20,20 @@ inline constexpr Range kBandRange_voxels{2, 8};
 inline constexpr Range kPrecisionRange_bits{4, 24};
 
 /// Leaf of the level set that a simulation has changed. `index` is the leaf's position {x, y, z}, counted in leaves (of
-/// 8 x 8 x 8 voxels) from the world's origin. `values` points to its 512 current values, mm.
+/// 8 x 8 x 8 voxels) from the world's origin. `values` points to its 512 current values, mm; `cut` to those
+/// of minus the distance to what was cut (-band where nothing was), which are all that changes: `values` are the larger
+/// of these and of the values before the first cut.
 struct ChangedLeaf {
   std::array<int, 3> index;
   const float* values;
+  const float* cut;
 };
 
 /// Bone as a narrow-band level set and a grid of region ids, both OpenVDB grids in the world frame.
 ///
 /// phi is the signed distance to the surface in mm, negative inside, and clamped to +-band_mm() at larger distances.
+/// Where a simulation has cut the surface, phi before the cut and the distance to the cut are kept as well, so that the
+/// edge between them stays sharp in distances and volumes.
 /// Its zero level is second-order accurate in the voxel size. Away from the zero level, the distance to an imported
 /// surface is accurate to a fifth of a voxel. The region grid contains 0 outside the bone and the id of a region of
 /// materials() elsewhere. It extends a little beyond the surface, so that a tooth that touches the surface finds a

@@ -17,7 +17,7 @@ PROGRAM = os.environ["KERF_PROGRAM"]
 
 STUDY = """
 [study]
-paths = ["entry"]
+paths = ["graze"]
 holdings = ["path"]
 ticks_per_case = 1000
 reference_tolerance = 0.1
@@ -62,8 +62,8 @@ class Program(unittest.TestCase):
             document = kerf.study(path, errors_only=True, output=output)
             self.assertEqual(len(list((output / "cases").glob("*.errors.json"))), 2)  # the records that a second call continues from
         cases = document["cases"]
-        self.assertEqual(sorted(cases["id"]), ["entry.path.default", "entry.path.voxel_mm-0.4"])
-        coarse, fine = (cases[cases["id"] == name]["force_p95"][0] for name in ("entry.path.voxel_mm-0.4", "entry.path.default"))
+        self.assertEqual(sorted(cases["id"]), ["graze.path.default", "graze.path.voxel_mm-0.4"])
+        coarse, fine = (cases[cases["id"] == name]["force_p95"][0] for name in ("graze.path.voxel_mm-0.4", "graze.path.default"))
         self.assertGreater(coarse, fine)  # 0.4 mm against the default of 0.1 mm
 
     def test_default_study_starts_and_ctrl_c_leaves_nothing_but_records(self):

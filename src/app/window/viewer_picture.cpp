@@ -123,7 +123,7 @@ void ViewerApp::ShowUncut() {
   const std::shared_ptr<CutWatch> watch = cut_watch();
   for (const std::array<int, 3>& index : FindChangedLeaves(bone_.surface()->CopyBone(), *start)) {
     LeafMessage leaf{.index = index};
-    GetLeaf(*start, index, leaf.values);
+    GetCut(*start, index, leaf.values);
     bone_.surface()->Offer(leaf);
     if (watch) watch->Offer(index, leaf.values);
   }

@@ -9,9 +9,8 @@
 #include <mutex>
 
 #include "base/core/hash.h"
-#include "bone/grid/cell_block.h"
-#include "bone/grid/cell_volume.h"
 #include "bone/grid/grids.h"
+#include "bone/grid/parts_reader.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -45,20 +44,20 @@ void ForEachTileBox(const FloatTree& tree, Visit visit) {
 
 /// Calls visit(cell, fraction) for the cells of a bone tile that are not entirely bone. A level set has no such cells,
 /// because its tiles lie far from the surface, but a cut that ran out of memory ends at a tile.
-template <typename Accessor, typename Visit>
-void ForEachCutCell(const Accessor& accessor, const openvdb::CoordBBox& tile, Visit visit) {
-  CellBlock block;
+template <typename Visit>
+void ForEachCutCell(const PartsReader& reader, const openvdb::CoordBBox& tile, double voxel_mm, double band_mm,
+                    Visit visit) {
+  CellFields fields(voxel_mm, band_mm);
   const openvdb::Coord last = tile.max().offsetBy(-7);
   for (int x = tile.min().x(); x <= last.x(); x += 8) {
     for (int y = tile.min().y(); y <= last.y(); y += 8) {
       // Only the uppermost cells extend beyond the tile.
       const bool outermost = x == last.x() || y == last.y();
       for (int z = outermost ? tile.min().z() : last.z(); z <= last.z(); z += 8) {
-        block.Load(accessor, openvdb::Coord(x, y, z));
-        if (std::all_of(block.data(), block.data() + CellBlock::kCount, [](float phi) { return phi < 0; })) continue;
+        reader.Load(openvdb::Coord(x, y, z), fields);
         for (int i = 0; i < 512; ++i) {
           const openvdb::Coord cell(x + i / 64, y + i / 8 % 8, z + i % 8);
-          const double fraction = CalcCellFraction(block.Corners(i / 64, i / 8 % 8, i % 8));
+          const double fraction = fields.CalcFraction(i / 64, i / 8 % 8, i % 8);
           if (fraction < 1) visit(cell, fraction);
         }
       }
@@ -72,6 +71,7 @@ std::array<double, 256> SumFractions(const BoneGrids& grids, bool by_region) {
   const FloatTree& tree = grids.phi->tree();
   const std::vector<const FloatLeaf*> leaves = Leaves(tree);
   const double h = grids.voxel_mm();
+  const auto band = static_cast<double>(grids.phi->background());
   const double region_h = grids.region_voxel_mm();
   using Sums = std::array<double, 256>;
   const auto region_of = [&](const auto& accessor, const openvdb::Coord& ijk) {
@@ -82,17 +82,16 @@ std::array<double, 256> SumFractions(const BoneGrids& grids, bool by_region) {
   Sums sums = tbb::parallel_deterministic_reduce(
       tbb::blocked_range<std::size_t>(0, leaves.size(), 64), Sums{},
       [&](const tbb::blocked_range<std::size_t>& range, Sums part) {
-        const FloatTree& const_tree = tree;
-        openvdb::tree::ValueAccessor<const FloatTree> accessor(const_tree);
+        const PartsReader reader(grids);
         openvdb::tree::ValueAccessor<const RegionTree> regions(grids.region->constTree());
-        CellBlock block;
+        CellFields fields(h, band);
         for (std::size_t n = range.begin(); n < range.end(); ++n) {
           const openvdb::Coord origin = leaves[n]->origin();
-          block.Load(accessor, origin);
+          reader.Load(origin, fields);
           for (int x = 0; x < 8; ++x) {
             for (int y = 0; y < 8; ++y) {
               for (int z = 0; z < 8; ++z) {
-                const double fraction = CalcCellFraction(block.Corners(x, y, z));
+                const double fraction = fields.CalcFraction(x, y, z);
                 if (fraction == 0) continue;
                 part[by_region ? region_of(regions, origin.offsetBy(x, y, z)) : 0] += fraction;
               }
@@ -106,11 +105,11 @@ std::array<double, 256> SumFractions(const BoneGrids& grids, bool by_region) {
         return a;
       });
   // A tile of the narrow-band level set is far from the surface: all or nearly all of its cells are entirely bone.
-  openvdb::tree::ValueAccessor<const FloatTree> accessor(tree);
+  const PartsReader reader(grids);
   openvdb::tree::ValueAccessor<const RegionTree> regions(grids.region->constTree());
   ForEachTileBox(tree, [&](const openvdb::CoordBBox& box, float value) {
     if (value >= 0) return;
-    ForEachCutCell(accessor, box, [&](const openvdb::Coord& cell, double fraction) {
+    ForEachCutCell(reader, box, h, band, [&](const openvdb::Coord& cell, double fraction) {
       sums[by_region ? region_of(regions, cell) : 0] -= 1 - fraction;
     });
     if (!by_region) {
@@ -153,6 +152,17 @@ openvdb::Int32Grid::Ptr MakeRegionGrid(double voxel_mm) {
   return grid;
 }
 
+void AddPartGrids(BoneGrids& grids) {
+  const auto make = [&](const char* name) {
+    openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(-grids.phi->background());
+    grid->setTransform(grids.phi->transform().copy());
+    grid->setName(name);
+    return grid;
+  };
+  grids.whole = make("whole");
+  grids.cut = make("cut");
+}
+
 openvdb::FloatGrid::Ptr MakeHuGrid(double voxel_mm) {
   InitializeOpenVdbOnce();
   auto grid = openvdb::FloatGrid::create(-1000.0f);
@@ -170,7 +180,12 @@ Bone::Bone(Bone&&) noexcept = default;
 Bone& Bone::operator=(Bone&&) noexcept = default;
 
 Bone::Bone(const Bone& other) : grids_(std::make_unique<Grids>(*other.grids_)) {
-  grids_->phi = other.grids_->phi->deepCopy();  // the other grids are shared: they are never changed in place
+  // The other grids are shared: they are never changed in place.
+  grids_->phi = other.grids_->phi->deepCopy();
+  if (grids_->cut) {
+    grids_->whole = other.grids_->whole->deepCopy();
+    grids_->cut = other.grids_->cut->deepCopy();
+  }
 }
 
 Bone& Bone::operator=(const Bone& other) {
@@ -212,7 +227,7 @@ void Bone::set_note(const std::string& key, const std::string& value) {
 }
 
 double Bone::SignedDistance(const Vec3& p_W) const {
-  return SampleTrilinear(grids_->phi->tree(), p_W / voxel_mm());
+  return PartsReader(*grids_).Sample(p_W / voxel_mm());
 }
 
 int Bone::RegionAt(const Vec3& p_W) const {
@@ -301,7 +316,8 @@ std::uint64_t Bone::CountActiveVoxels() const {
 
 std::uint64_t Bone::CalcMemoryBytes() const {
   std::uint64_t bytes = grids_->phi->memUsage() + grids_->region->memUsage();
-  for (const auto& grid : {grids_->hu, grids_->modulus}) bytes += grid ? grid->memUsage() : 0;
+  for (const auto& grid : {grids_->hu, grids_->modulus, grids_->whole, grids_->cut})
+    bytes += grid ? grid->memUsage() : 0;
   return bytes;
 }
 

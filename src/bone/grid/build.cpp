@@ -410,14 +410,18 @@ void RoundDistances(Bone& bone, int precision_bits) {
   if (precision_bits >= 24) return;
   // Veltkamp's splitting, as in removal.
   const float splitter = static_cast<float>(1 << (24 - precision_bits)) + 1;
-  openvdb::tree::LeafManager<FloatTree> leaves(GridsOf(bone).phi->tree());
-  leaves.foreach ([splitter](FloatLeaf& leaf, std::size_t) {
-    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
-      const float value = leaf.getValue(i);
-      const float split = value * splitter;
-      leaf.setValueOnly(i, split - (split - value));
-    }
-  });
+  const BoneGrids& grids = GridsOf(bone);
+  for (const openvdb::FloatGrid::Ptr& grid : {grids.phi, grids.whole, grids.cut}) {
+    if (!grid) continue;
+    openvdb::tree::LeafManager<FloatTree> leaves(grid->tree());
+    leaves.foreach ([splitter](FloatLeaf& leaf, std::size_t) {
+      for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+        const float value = leaf.getValue(i);
+        const float split = value * splitter;
+        leaf.setValueOnly(i, split - (split - value));
+      }
+    });
+  }
 }
 
 void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm,

@@ -16,6 +16,7 @@ class CellBlock {
   float at(int x, int y, int z) const { return values_[(x * kEdge + y) * kEdge + z]; }
 
   const float* data() const { return values_.data(); }
+  bool operator==(const CellBlock& other) const = default;
 
   /// Returns the eight corner values of cell (x, y, z), each 0 to 7, in the order that CalcCellFraction() expects.
   /// Tick-safe.

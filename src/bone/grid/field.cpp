@@ -1,6 +1,7 @@
 #include "bone/grid/field.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <utility>
 #include <vector>
@@ -15,12 +16,11 @@ using openvdb::Coord;
 using FloatTree = openvdb::FloatTree;
 using FloatLeaf = FloatTree::LeafNodeType;
 
-constexpr int kOriginLeaves = 1 << 14;      // the origin of frame F is a multiple of this number of leaves
-constexpr std::uint8_t kMarkChanged = 1;    // changed since ClearChanged()
-constexpr std::uint8_t kMarkUnsettled = 2;  // changed since Settle()
+constexpr int kOriginLeaves = 1 << 14;  // the origin of frame F is a multiple of this number of leaves
 
+using kerf::OriginOf;
 Coord OriginOf(const LeafIndex& leaf) {
-  return {kLeafEdge * leaf.x, kLeafEdge * leaf.y, kLeafEdge * leaf.z};
+  return OriginOf(std::array{leaf.x, leaf.y, leaf.z});
 }
 LeafIndex LeafAt(const Coord& ijk) {
   return {ijk.x() >> 3, ijk.y() >> 3, ijk.z() >> 3};
@@ -167,7 +167,7 @@ void SplitInsideTiles(FloatTree& tree) {
 }
 
 /// Splits the inside tiles. Throws kerf::Error, before any change, if the tree's box is too large for a table.
-FloatTree& Split(FloatTree& tree) {
+FloatTree& SplitTiles(FloatTree& tree) {
   const auto [first, last] = FindLeafBox(tree);
   LeafTable<float>::CheckedSize({last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3});
   SplitInsideTiles(tree);
@@ -177,20 +177,19 @@ FloatTree& Split(FloatTree& tree) {
 }  // namespace
 
 struct BoneField::State {
-  State(const BoneGrids& grids, FloatTree& the_tree)
-      : tree(Split(the_tree)),
+  explicit State(BoneGrids& the_grids)
+      : grids(the_grids),
+        tree(SplitTiles(grids.phi->tree())),
         origin(FindOrigin(tree)),
         h(grids.voxel_mm()),
         p_WF_mm(h * (double{kLeafEdge} * Vec3(origin.x, origin.y, origin.z))),
-        phi(tree, origin),
+        tiles(tree, origin),
+        band(tree.background()),
+        phi(std::move(tiles.table), tiles.BlockOf(band), tiles.BlockOf(-band)),
         region_h(grids.region_voxel_mm()),
         region_origin(p_WF_mm, region_h),
         region(grids.region->constTree(), region_origin.leaf),
         uniform_regions(FindUniformLeaves(region.table)),
-        band(tree.background()),
-        outside(phi.BlockOf(band)),
-        inside(phi.BlockOf(-band)),
-        marks(phi.table.size(), 0),
         by_modulus(grids.by_modulus) {
     for (const auto& [id, known] : grids.materials.regions()) {
       if (known.tissue != Tissue::kMetal) continue;
@@ -203,21 +202,33 @@ struct BoneField::State {
       modulus = std::make_unique<TreeTable<FloatTree>>(grids.modulus->constTree(), modulus_origin.leaf);
     }
     own_leaves = tree.leafCount();
+    if (grids.cut) ReadSplits();
     ReserveMarks();
   }
 
-  const LeafTable<float>& table() const { return phi.table; }
+  const LeafTable<float>& table() const { return phi.leaves(); }
   bool IsEmpty(const LeafIndex& leaf) const;
   void ReserveMarks() {
     changed.reserve(own_leaves + spare.size());
     unsettled.reserve(own_leaves + spare.size());
+    new_splits.reserve(new_splits.size() + spare.size());
+    phi.ReserveSplits(spare.size());
   }
+  void ReadSplits();
+  void StoreSplits();
+  std::unique_ptr<FloatLeaf> TakeSpare(const LeafIndex& leaf);
+  void AddOwn(std::size_t place, std::unique_ptr<FloatLeaf> own);
+  CutValues Mark(const LeafIndex& leaf, std::size_t place);
+  CutValues ValuesOf(std::size_t place) const;
 
+  BoneGrids& grids;
   FloatTree& tree;
   LeafIndex origin;  // of F in the world; as a point: p_WF_mm
   double h;
   Vec3 p_WF_mm;
-  TreeTable<FloatTree> phi;
+  TreeTable<FloatTree> tiles;  // owns the blocks of the tiles
+  float band;
+  PhiTable phi;
   double region_h;
   GridOrigin region_origin;
   TreeTable<openvdb::Int32Tree> region;
@@ -226,10 +237,6 @@ struct BoneField::State {
   std::unique_ptr<TreeTable<FloatTree>> modulus;  // null if no E comes from the CT
   double modulus_h = 1;
   Vec3 modulus_rest_vox{0};
-  float band;
-  const float* outside;
-  const float* inside;
-  std::vector<std::uint8_t> marks;  // one per leaf
   std::array<bool, 256> by_modulus;
   std::array<bool, 256> metal{};
   bool has_metal = false;
@@ -237,16 +244,58 @@ struct BoneField::State {
   std::vector<std::unique_ptr<FloatLeaf>> spare;  // filled with the inside value
   std::vector<LeafIndex> changed;
   std::vector<LeafIndex> unsettled;
+  struct NewSplit {
+    std::unique_ptr<FloatLeaf> whole, cut;
+  };
+  std::vector<NewSplit> new_splits;  // since the last Settle(): not in the grids yet
   LeafHistory* history = nullptr;
 };
 
-BoneField::BoneField(Bone& bone, int spare_leaves)
-    : state_(std::make_unique<State>(GridsOf(bone), GridsOf(bone).phi->tree())) {
+/// Enters the leaves with two fields in the table.
+void BoneField::State::ReadSplits() {
+  const FloatTree& cut = grids.cut->constTree();
+  const FloatTree& whole = grids.whole->constTree();
+  for (auto leaf = cut.cbeginLeaf(); leaf; ++leaf) {
+    const std::size_t place = table().Find(LeafAt(leaf->origin()) - origin);
+    const FloatLeaf* of_whole = whole.probeConstLeaf(leaf->origin());
+    phi.ReserveSplits(1);
+    phi.Split(place, {of_whole->buffer().data(), leaf->buffer().data()});
+  }
+  ForEachTile(cut, [&](const LeafIndex& leaf, const LeafIndex&, float) {
+    phi.flags(table().Find(leaf - origin)) = PhiTable::kCut;
+  });
+}
+
+/// Gives the grids the new leaves with two fields.
+void BoneField::State::StoreSplits() {
+  if (new_splits.empty() && !grids.cut) {
+    const bool any_cut = std::any_of(unsettled.begin(), unsettled.end(), [this](const LeafIndex& leaf) {
+      return (phi.flags(table().Find(leaf)) & PhiTable::kCut) != 0;
+    });
+    if (!any_cut) return;
+  }
+  if (!grids.cut) AddPartGrids(grids);
+  FloatTree& cut = grids.cut->tree();
+  cut.clearAllAccessors();
+  grids.whole->tree().clearAllAccessors();
+  for (NewSplit& split : new_splits) {
+    // Files store the active values only.
+    split.whole->setValuesOn();
+    split.cut->setValuesOn();
+    grids.whole->tree().addLeaf(split.whole.release());
+    cut.addLeaf(split.cut.release());
+  }
+  new_splits.clear();
+  for (const LeafIndex& leaf : unsettled) {
+    if ((phi.flags(table().Find(leaf)) & PhiTable::kCut) != 0) cut.addTile(1, OriginOf(leaf + origin), band, true);
+  }
+}
+
+BoneField::BoneField(Bone& bone, int spare_leaves) : state_(std::make_unique<State>(GridsOf(bone))) {
   Refill(spare_leaves);
 }
 BoneField::~BoneField() = default;
 BoneField::BoneField(BoneField&&) noexcept = default;
-BoneField& BoneField::operator=(BoneField&&) noexcept = default;
 
 double BoneField::voxel_mm() const {
   return state_->h;
@@ -288,20 +337,30 @@ const float* BoneField::Read(const LeafIndex& leaf) const {
 }
 BoneField::LeafKind BoneField::kind(const LeafIndex& leaf) const {
   const float* values = Read(leaf);
-  if (values == state_->outside) return LeafKind::kOutside;
-  return values == state_->inside ? LeafKind::kInside : LeafKind::kOwn;
+  if (values == state_->phi.outside()) return LeafKind::kOutside;
+  return values == state_->phi.inside() ? LeafKind::kInside : LeafKind::kOwn;
+}
+const float* BoneField::inside() const {
+  return state_->phi.inside();
+}
+PhiParts BoneField::ReadParts(const LeafIndex& leaf) const {
+  return state_->phi.Parts(state_->table().Find(leaf));
 }
 
-[[gnu::flatten]] double BoneField::Sample(const Vec3& p_vox) const {
-  const CellPoint cell = FindCell(p_vox);
-  return Interpolate(state_->table().Corners(cell), cell.f);
+PhiPair BoneField::SampleParts(const Vec3& p_vox) const {
+  return SamplePoint(state_->phi, p_vox);
+}
+void BoneField::SampleParts(const PointMap& to_vox, const PointList& points, double* whole_mm, double* cut_mm) const {
+  SamplePoints(state_->phi, to_vox, points, whole_mm, cut_mm);
 }
 void BoneField::Sample(const PointMap& to_vox, const PointList& points, double* phi_mm) const {
-  SamplePoints(state_->table(), to_vox, points, phi_mm);
+  SamplePhi(state_->phi, to_vox, points, phi_mm);
 }
 Vec3 BoneField::SampleGradient(const Vec3& p_vox) const {
   const CellPoint cell = FindCell(p_vox);
-  return InterpolateGradient(state_->table().Corners(cell), cell.f) / state_->h;
+  const PhiCorners corners = state_->phi.FindCorners(cell);
+  const bool is_whole = Interpolate(corners.whole, cell.f) >= Interpolate(corners.cut, cell.f);
+  return InterpolateGradient(is_whole ? corners.whole : corners.cut, cell.f) / state_->h;
 }
 int BoneField::RegionAt(const Vec3& p_F) const {
   const CellPoint cell = FindCell(p_F / state_->region_h + state_->region_origin.rest_vox + 0.5);
@@ -323,56 +382,92 @@ double BoneField::ModulusAt(const Vec3& p_F) const {
   return InterpolatePositive(state_->modulus->table.Corners(cell), cell.f);
 }
 
-float* BoneField::Write(const LeafIndex& leaf) {
+BoneField::CutValues BoneField::State::ValuesOf(std::size_t place) const {
+  // The values belong to grids that this field may change.
+  const auto writable = [](const float* values) { return const_cast<float*>(values); };
+  const std::uint8_t flags = phi.flags(place);
+  if (table().at(place) == phi.outside()) return {};
+  if ((flags & PhiTable::kCut) != 0) return {writable(table().at(place)), writable(table().at(place)), nullptr};
+  if ((flags & PhiTable::kSplit) == 0) return {};
+  const PhiParts parts = phi.Parts(place);
+  return {writable(parts.cut), writable(table().at(place)), parts.whole};
+}
+
+/// Returns a spare leaf, filled with the inside value.
+std::unique_ptr<FloatLeaf> BoneField::State::TakeSpare(const LeafIndex& leaf) {
+  std::unique_ptr<FloatLeaf> own = std::move(spare.back());
+  spare.pop_back();
+  own->setOrigin(OriginOf(leaf + origin));
+  return own;
+}
+
+void BoneField::State::AddOwn(std::size_t place, std::unique_ptr<FloatLeaf> own) {
+  phi.Set(place, own->buffer().data());
+  tree.addLeaf(own.release());  // the nodes above it exist: SplitInsideTiles()
+  ++own_leaves;
+}
+
+/// Marks a leaf as changed, and returns its values.
+BoneField::CutValues BoneField::State::Mark(const LeafIndex& leaf, std::size_t place) {
+  std::uint8_t& flags = phi.flags(place);
+  if (!(flags & PhiTable::kChanged)) changed.push_back(leaf);
+  if (!(flags & PhiTable::kUnsettled)) unsettled.push_back(leaf);
+  flags |= PhiTable::kChanged | PhiTable::kUnsettled;
+  return ValuesOf(place);
+}
+
+int BoneField::CountNeededSpares(const LeafIndex& leaf) const {
+  switch (kind(leaf)) {
+    case LeafKind::kOutside:
+    case LeafKind::kInside:
+      return 1;
+    case LeafKind::kOwn:
+      break;
+  }
+  return (state_->phi.flags(state_->table().Find(leaf)) & PhiTable::kWhole) != 0 ? 2 : 0;
+}
+
+BoneField::CutValues BoneField::Write(const LeafIndex& leaf) {
+  return kind(leaf) == LeafKind::kOutside ? CutValues{} : Open(leaf);
+}
+
+BoneField::CutValues BoneField::Open(const LeafIndex& leaf) {
   State& s = *state_;
+  if (s.spare.size() < static_cast<std::size_t>(CountNeededSpares(leaf))) return {};
   const std::size_t place = s.table().Find(leaf);
-  const float* values = s.table().at(place);
-  if (values == s.outside) return nullptr;
-  const bool is_inside = values == s.inside;
-  if (is_inside && s.spare.empty()) return nullptr;
-  if (s.history != nullptr && s.history->NeedsOldValues(place))
-    s.history->Note(place, leaf, is_inside ? nullptr : values);
-  if (is_inside) {
-    FloatLeaf* own = s.spare.back().release();
-    s.spare.pop_back();
-    own->setOrigin(OriginOf(leaf + s.origin));
-    s.tree.addLeaf(own);  // the nodes above it exist: SplitInsideTiles()
-    values = own->buffer().data();
-    s.phi.table.Set(place, values);
-    ++s.own_leaves;
+  const LeafKind is = kind(leaf);
+  if (is == LeafKind::kOutside) {
+    const LeafIndex low = lowest(), high = highest();
+    const bool in_box = leaf.x >= low.x && leaf.y >= low.y && leaf.z >= low.z && leaf.x <= high.x && leaf.y <= high.y &&
+                        leaf.z <= high.z;
+    // A node that contains a leaf has room for this leaf's neighbours without further allocation.
+    if (!in_box ||
+        s.tree.probeNode<FloatTree::RootNodeType::ChildNodeType::ChildNodeType>(OriginOf(leaf + s.origin)) == nullptr) {
+      return {};
+    }
   }
-  std::uint8_t& marks = s.marks[place];
-  if (!(marks & kMarkChanged)) s.changed.push_back(leaf);
-  if (!(marks & kMarkUnsettled)) s.unsettled.push_back(leaf);
-  marks = kMarkChanged | kMarkUnsettled;
-  return const_cast<float*>(values);  // belongs to a tree that this field may change
+  if (s.history != nullptr && s.history->NeedsOldValues(place)) {
+    const float* const cut = s.phi.Parts(place).cut;
+    s.history->Note(place, leaf, cut == s.phi.inside() ? nullptr : cut);
+  }
+  std::uint8_t& flags = s.phi.flags(place);
+  if (is != LeafKind::kOwn) {
+    std::unique_ptr<FloatLeaf> own = s.TakeSpare(leaf);
+    if (is == LeafKind::kOutside) own->buffer().fill(s.band);
+    s.AddOwn(place, std::move(own));
+    // A split leaf that was emptied still has its two fields.
+    if ((flags & PhiTable::kSplit) == 0) flags |= PhiTable::kCut;
+  } else if ((flags & PhiTable::kWhole) != 0) {
+    State::NewSplit split{s.TakeSpare(leaf), s.TakeSpare(leaf)};
+    std::copy_n(s.table().at(place), kLeafVoxels, split.whole->buffer().data());
+    s.phi.Split(place, {split.whole->buffer().data(), split.cut->buffer().data()});
+    s.new_splits.push_back(std::move(split));
+  }
+  return s.Mark(leaf, place);
 }
 
-float* BoneField::Open(const LeafIndex& leaf) {
-  State& s = *state_;
-  if (kind(leaf) != LeafKind::kOutside) return Write(leaf);
-  const LeafIndex low = lowest(), high = highest();
-  const bool in_box =
-      leaf.x >= low.x && leaf.y >= low.y && leaf.z >= low.z && leaf.x <= high.x && leaf.y <= high.y && leaf.z <= high.z;
-  // A node that contains a leaf has room for this leaf's neighbours without further allocation.
-  if (!in_box || s.spare.empty() ||
-      s.tree.probeNode<FloatTree::RootNodeType::ChildNodeType::ChildNodeType>(OriginOf(leaf + s.origin)) == nullptr) {
-    return nullptr;
-  }
-  FloatLeaf* own = s.spare.back().release();
-  s.spare.pop_back();
-  own->setOrigin(OriginOf(leaf + s.origin));
-  own->buffer().fill(s.band);
-  s.tree.addLeaf(own);
-  s.phi.table.Set(s.table().Find(leaf), own->buffer().data());
-  ++s.own_leaves;
-  return Write(leaf);
-}
-
-float* BoneField::OwnValues(const LeafIndex& leaf) {
-  const float* values = Read(leaf);
-  if (values == state_->outside || values == state_->inside) return nullptr;
-  return const_cast<float*>(values);  // belongs to a tree that this field may change
+BoneField::CutValues BoneField::Find(const LeafIndex& leaf) {
+  return state_->ValuesOf(state_->table().Find(leaf));
 }
 
 bool BoneField::NeedsOldValues(const LeafIndex& leaf) const {
@@ -381,11 +476,17 @@ bool BoneField::NeedsOldValues(const LeafIndex& leaf) const {
 
 bool BoneField::Swap(const LeafIndex& leaf, float* values) {
   LeafHistory* const history = std::exchange(state_->history, nullptr);
-  float* const own = Open(leaf);
+  const CutValues own = Open(leaf);
   state_->history = history;
-  if (own == nullptr) return false;
-  std::swap_ranges(own, own + kLeafVoxels, values);
+  if (own.cut == nullptr) return false;
+  std::swap_ranges(own.cut, own.cut + kLeafVoxels, values);
+  SetPhi(own);
   return true;
+}
+
+void BoneField::SetPhi(const CutValues& values) {
+  if (values.whole == nullptr) return;
+  for (int i = 0; i < kLeafVoxels; ++i) values.phi[i] = std::max(values.whole[i], values.cut[i]);
 }
 
 std::span<const LeafIndex> BoneField::changed() const {
@@ -394,11 +495,11 @@ std::span<const LeafIndex> BoneField::changed() const {
 ChangedLeaf BoneField::ReadChanged(int i) const {
   const LeafIndex& leaf = changed()[static_cast<std::size_t>(i)];
   const LeafIndex origin = origin_leaf();
-  return {{origin.x + leaf.x, origin.y + leaf.y, origin.z + leaf.z}, Read(leaf)};
+  return {{origin.x + leaf.x, origin.y + leaf.y, origin.z + leaf.z}, Read(leaf), ReadParts(leaf).cut};
 }
 void BoneField::ClearChanged() {
   for (const LeafIndex& leaf : state_->changed) {
-    state_->marks[state_->table().Find(leaf)] &= static_cast<std::uint8_t>(~kMarkChanged);
+    state_->phi.flags(state_->table().Find(leaf)) &= static_cast<std::uint8_t>(~PhiTable::kChanged);
   }
   state_->changed.clear();
 }
@@ -437,9 +538,10 @@ bool BoneField::State::IsEmpty(const LeafIndex& leaf) const {
 void BoneField::Settle() {
   State& s = *state_;
   s.tree.clearAllAccessors();
+  s.StoreSplits();
   for (const LeafIndex& index : s.unsettled) {
     const std::size_t place = s.table().Find(index);
-    s.marks[place] &= static_cast<std::uint8_t>(~kMarkUnsettled);
+    s.phi.flags(place) &= static_cast<std::uint8_t>(~PhiTable::kUnsettled);
     FloatLeaf* leaf = s.tree.probeLeaf(OriginOf(index + s.origin));
     for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
       leaf->setActiveState(i, std::abs(leaf->getValue(i)) < s.band);
@@ -447,21 +549,39 @@ void BoneField::Settle() {
     if (!s.IsEmpty(index)) continue;
     std::unique_ptr<FloatLeaf> emptied(s.tree.stealNode<FloatLeaf>(leaf->origin(), s.band, false));
     emptied->buffer().fill(-s.band);
-    s.phi.table.Set(place, s.outside);
+    s.phi.Set(place, s.phi.outside());
     --s.own_leaves;
     s.spare.push_back(std::move(emptied));
   }
   s.unsettled.clear();
+  s.ReserveMarks();
 }
 
 std::size_t BoneField::CalcMemoryBytes() const {
   const State& s = *state_;
-  std::size_t bytes = s.phi.table.CalcMemoryBytes() + s.region.table.CalcMemoryBytes() + s.marks.capacity() +
-                      s.uniform_regions.capacity();
+  std::size_t bytes = s.phi.CalcMemoryBytes() + s.region.table.CalcMemoryBytes() + s.uniform_regions.capacity();
   if (s.modulus) bytes += s.modulus->table.CalcMemoryBytes();
   bytes += (s.changed.capacity() + s.unsettled.capacity()) * sizeof(LeafIndex);
   bytes += s.spare.capacity() * sizeof(s.spare[0]) + s.spare.size() * (sizeof(FloatLeaf) + kLeafVoxels * sizeof(float));
   return bytes;
+}
+
+std::int64_t CountSparesForAll(const Bone& bone) {
+  const BoneGrids& grids = GridsOf(bone);
+  const FloatTree& tree = grids.phi->constTree();
+  std::int64_t count = 2 * static_cast<std::int64_t>(tree.leafCount());
+  if (grids.cut) {
+    // Leaves that were split before, or whose phi is that of the cut; those that were emptied are not in the tree.
+    const auto cut = grids.cut->getConstAccessor();
+    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
+      if (cut.probeConstLeaf(leaf->origin()) != nullptr || cut.getValue(leaf->origin()) > 0) count -= 2;
+    }
+  }
+  ForEachTile(tree, [&](const LeafIndex& first, const LeafIndex& last, float value) {
+    if (!(value < 0)) return;
+    count += std::int64_t{last.x - first.x + 1} * (last.y - first.y + 1) * (last.z - first.z + 1);
+  });
+  return count;
 }
 
 }  // namespace kerf

@@ -13,11 +13,19 @@ namespace kerf {
 
 inline constexpr int kHalfBandVoxels = 3;
 inline constexpr int kLeafEdge = openvdb::FloatTree::LeafNodeType::DIM;  // voxels
+/// Returns the lowest voxel of a leaf.
+inline openvdb::Coord OriginOf(const std::array<int, 3>& leaf) {
+  return {kLeafEdge * leaf[0], kLeafEdge * leaf[1], kLeafEdge * leaf[2]};
+}
 
 /// The transforms of all grids have a uniform scale and no offset: a voxel's centre lies at its integer index times its
-/// edge. All grids except phi are shared between copies: they are replaced, never changed in place.
+/// edge. The grids except phi, whole and cut are shared between copies: they are replaced, never changed in place.
 struct Bone::Grids {
   openvdb::FloatGrid::Ptr phi;
+  /// The two fields whose larger one is phi (see BoneField), in the leaves that are split; null if none is. In `cut`, a
+  /// tile of the size of a leaf marks one whose phi is that of the cut.
+  openvdb::FloatGrid::Ptr whole;
+  openvdb::FloatGrid::Ptr cut;
   openvdb::Int32Grid::Ptr region;
   MaterialTable materials;
   std::optional<MaterialTable> stored_materials;  // if set, files get this table, and `materials` overrides it
@@ -45,6 +53,8 @@ inline const BoneGrids& GridsOf(const Bone& bone) {
 
 openvdb::FloatGrid::Ptr MakePhiGrid(double voxel_mm, int band_voxels = kHalfBandVoxels);
 openvdb::Int32Grid::Ptr MakeRegionGrid(double voxel_mm);
+/// Adds the grids of the two fields, without leaves, to a bone that has none.
+void AddPartGrids(BoneGrids& grids);
 /// Clamps the values to the band, deactivates the voxels beyond it, and merges uniform leaves into tiles.
 void FinishLevelSet(openvdb::FloatGrid& grid);
 /// Makes an empty grid for CT numbers; its background value is air.

@@ -4,8 +4,8 @@
 #include <memory>
 #include <unordered_map>
 
-#include "bone/grid/grids.h"
 #include "bone/grid/labels.h"
+#include "bone/grid/parts_reader.h"
 #include "kerf/surface.h"
 
 namespace kerf {
@@ -90,6 +90,7 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
       }
       tree.addLeaf(leaf.release());
     }
+    CopyParts(grids, GridsOf(piece));
     openvdb::tools::pruneLevelSet(tree, band, -band);
     if (mm3 < kMaybeCrumb_mm3) {
       if (const double exact_mm3 = piece.CalcVolume(); exact_mm3 < kSmallestPiece_mm3) {

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <set>
 
-#include "bone/grid/cell_volume.h"
-#include "bone/grid/grids.h"
+#include "bone/grid/parts_reader.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -16,14 +15,18 @@ using openvdb::Coord;
 using Accessor = openvdb::FloatGrid::ConstAccessor;
 using RegionAccessor = openvdb::Int32Grid::ConstAccessor;
 
+double InterpolatePhi(const PhiCorners& corners, const Vec3& f) {
+  return std::max(Interpolate(corners.whole, f), Interpolate(corners.cut, f));
+}
+
 /// Returns the centre of the bone lost by a cell with these values, 0 to 1 along each axis.
-Vec3 CalcLostMiddle(const std::array<float, 8>& before, const std::array<float, 8>& after) {
+Vec3 CalcLostMiddle(const PhiCorners& before, const PhiCorners& after) {
   constexpr int kSteps = 4;
   Vec3 sum{0};
   int count = 0;
   for (int i = 0; i < kSteps * kSteps * kSteps; ++i) {
     const Vec3 f = (Vec3(i / (kSteps * kSteps), i / kSteps % kSteps, i % kSteps) + 0.5) / static_cast<double>(kSteps);
-    if (Interpolate(before, f) >= 0 || Interpolate(after, f) < 0) continue;
+    if (InterpolatePhi(before, f) >= 0 || InterpolatePhi(after, f) < 0) continue;
     sum += f;
     ++count;
   }
@@ -36,42 +39,43 @@ void CheckSameVoxels(const Bone& before, const Bone& after) {
       fmt::format("bones of {:g} mm and {:g} mm voxels can't be compared", before.voxel_mm(), after.voxel_mm()));
 }
 
-Coord OriginOf(const std::array<int, 3>& leaf) {
-  return {8 * leaf[0], 8 * leaf[1], 8 * leaf[2]};
-}
-
 /// Finds the changed cells of leaf after leaf.
 class CellFinder {
  public:
   CellFinder(const Bone& before, const Bone& after)
       : h_(before.voxel_mm()),
+        band_(before.band_mm()),
         region_voxel_mm_(before.region_voxel_mm()),
-        before_(GridsOf(before).phi->getConstAccessor()),
-        after_(GridsOf(after).phi->getConstAccessor()),
+        before_(GridsOf(before)),
+        after_(GridsOf(after)),
         region_(GridsOf(before).region->getConstAccessor()) {}
 
   void Add(const Coord& origin, std::vector<RemovedCell>& cells) const {
+    CellFields was(h_, band_);
+    CellFields is(h_, band_);
+    before_.Load(origin, was);
+    after_.Load(origin, is);
     for (int i = 0; i < 512; ++i) {
-      const Coord c = origin + Coord(i >> 6, (i >> 3) & 7, i & 7);
-      const CellPoint at{c.x(), c.y(), c.z(), Vec3(0)};
-      const std::array<float, 8> was = GetCorners(before_, at);
-      const std::array<float, 8> is = GetCorners(after_, at);
-      const double lost = CalcCellFraction(was) - CalcCellFraction(is);
+      const int x = i >> 6, y = i >> 3 & 7, z = i & 7;
+      const Coord c = origin + Coord(x, y, z);
+      const double lost = was.CalcFraction(x, y, z) - is.CalcFraction(x, y, z);
       if (lost == 0) continue;
-      const Vec3 middle = lost < 0.999 ? CalcLostMiddle(was, is) : Vec3(0.5);
+      const PhiCorners old = was.Corners(x, y, z);
+      const Vec3 middle = lost < 0.999 ? CalcLostMiddle(old, is.Corners(x, y, z)) : Vec3(0.5);
       const Vec3 p_W = h_ * (Vec3(c.x(), c.y(), c.z()) + middle);
       cells.push_back({.p_W = p_W,
                        .mm3 = lost * h_ * h_ * h_,
                        .region = region_.getValue(NearestVoxel(p_W, region_voxel_mm_)),
-                       .in_mm = -Interpolate(was, middle)});
+                       .in_mm = -InterpolatePhi(old, middle)});
     }
   }
 
  private:
   double h_;
+  double band_;
   double region_voxel_mm_;
-  Accessor before_;
-  Accessor after_;
+  PartsReader before_;
+  PartsReader after_;
   RegionAccessor region_;
 };
 
@@ -83,6 +87,7 @@ std::vector<std::array<int, 3>> FindChangedLeaves(const Bone& before, const Bone
   std::set<Coord> changed;
   Accessor of_before = phi_before.getConstAccessor();
   Accessor of_after = phi_after.getConstAccessor();
+  const PartsReader parts_before(GridsOf(before)), parts_after(GridsOf(after));
   const auto compare = [&](const Coord& origin) {
     const auto* a = of_before.probeConstLeaf(origin);
     const auto* b = of_after.probeConstLeaf(origin);
@@ -93,6 +98,9 @@ std::vector<std::array<int, 3>> FindChangedLeaves(const Bone& before, const Bone
       changed.insert(origin);
       return;
     }
+    // Of two fields the smaller may have changed.
+    const PhiParts was = parts_before.At(origin), is = parts_after.At(origin);
+    if (!std::equal(was.cut, was.cut + 512, is.cut)) changed.insert(origin);
   };
   for (auto leaf = phi_after.tree().cbeginLeaf(); leaf; ++leaf) compare(leaf->origin());
   for (auto leaf = phi_before.tree().cbeginLeaf(); leaf; ++leaf) {
@@ -103,10 +111,10 @@ std::vector<std::array<int, 3>> FindChangedLeaves(const Bone& before, const Bone
   return leaves;
 }
 
-std::array<std::array<int, 3>, 8> FindCellLeaves(const std::array<int, 3>& leaf) {
-  std::array<std::array<int, 3>, 8> leaves{};
-  for (int i = 0; i < 8; ++i) {
-    leaves[static_cast<std::size_t>(i)] = {leaf[0] - (i & 1), leaf[1] - ((i >> 1) & 1), leaf[2] - ((i >> 2) & 1)};
+std::array<std::array<int, 3>, 27> FindCellLeaves(const std::array<int, 3>& leaf) {
+  std::array<std::array<int, 3>, 27> leaves{};
+  for (int i = 0; i < 27; ++i) {
+    leaves[static_cast<std::size_t>(i)] = {leaf[0] + i / 9 - 1, leaf[1] + i / 3 % 3 - 1, leaf[2] + i % 3 - 1};
   }
   return leaves;
 }
@@ -120,7 +128,6 @@ std::vector<RemovedCell> FindRemovedInLeaf(const Bone& before, const Bone& after
 
 std::vector<RemovedCell> FindRemoved(const Bone& before, const Bone& after) {
   CheckSameVoxels(before, after);
-  // A cell whose lowest corner is in one leaf may have other corners in the next leaves.
   std::set<Coord> leaves;
   for (const std::array<int, 3>& changed : FindChangedLeaves(before, after)) {
     for (const std::array<int, 3>& leaf : FindCellLeaves(changed)) leaves.insert(OriginOf(leaf));
@@ -140,18 +147,18 @@ std::array<bool, 256> FindRegionsOf(const Bone& bone, Tissue tissue) {
 }
 
 struct PhiSampler::State {
-  Accessor phi;
+  PartsReader phi;
   double voxel_mm;
 };
 
 PhiSampler::PhiSampler(const Bone& bone)
-    : state_(std::make_unique<State>(State{GridsOf(bone).phi->getConstAccessor(), bone.voxel_mm()})) {}
+    : state_(std::make_unique<State>(State{PartsReader(GridsOf(bone)), bone.voxel_mm()})) {}
 PhiSampler::~PhiSampler() = default;
 PhiSampler::PhiSampler(PhiSampler&&) noexcept = default;
 PhiSampler& PhiSampler::operator=(PhiSampler&&) noexcept = default;
 
 double PhiSampler::Calc(const Vec3& p_W) const {
-  return SampleTrilinear(state_->phi, p_W / state_->voxel_mm);
+  return state_->phi.Sample(p_W / state_->voxel_mm);
 }
 
 double PhiSampler::voxel_mm() const {

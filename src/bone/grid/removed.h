@@ -22,8 +22,8 @@ std::vector<std::array<int, 3>> FindChangedLeaves(const Bone& before, const Bone
 
 /// Returns the changed cells whose lowest corner is in the leaf. See FindRemoved().
 std::vector<RemovedCell> FindRemovedInLeaf(const Bone& before, const Bone& after, const std::array<int, 3>& leaf);
-/// Returns the leaf and those that contain lowest corners of cells that reach into it.
-std::array<std::array<int, 3>, 8> FindCellLeaves(const std::array<int, 3>& leaf);
+/// Returns the leaf and its neighbours: those whose cells' volumes depend on its values (see CellFields).
+std::array<std::array<int, 3>, 27> FindCellLeaves(const std::array<int, 3>& leaf);
 
 /// Finds the cells in which `after`, a cut copy of `before`, differs from it; the sum of their volumes is the
 /// difference between the bones' volumes. The cells are in the order of the grid. Blocks that were entirely bone before

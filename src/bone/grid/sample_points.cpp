@@ -93,11 +93,31 @@ void FindCells(const TableBox& box, const PointMap& map, const GridMap* to_index
   }
 }
 
-void Sample(const LeafTable<float>& table, const PointMap& map, const PointList& points, double* values) {
-  const TableBox box = table.box();
+/// Calls visit(corner, place of its leaf, its place in the leaf) for each corner of cell i.
+template <typename Visit>
+void VisitCorners(const Cells& cells, std::size_t i, Visit&& visit) {
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    int place = cells.place[i];
+    int voxel = cells.in_leaf[i];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if ((corner >> (2 - axis) & 1) == 0) continue;
+      place += cells.to_leaf[axis][i];
+      voxel += cells.to_voxel[axis][i];
+    }
+    visit(corner, static_cast<std::size_t>(place), voxel);
+  }
+}
+
+/// cut: null if `whole` is to get phi.
+void Sample(const PhiTable& table, const PointMap& map, const PointList& points, double* whole, double* cut) {
+  const LeafTable<float>& leaves = table.leaves();
+  const std::uint8_t* const flags = table.all_flags();
+  const TableBox box = leaves.box();
+  const auto inside = static_cast<double>(table.inside()[0]);
   Cells cells;
   alignas(64) float corners[8][kPart] = {};
   alignas(64) double mixed[kPart];
+  std::uint8_t flags_of[kPart];  // of all leaves of a cell
   std::uint8_t within[kPart];
   std::uint8_t across[kPart];
   for (std::size_t first = 0; first < points.size(); first += kPart) {
@@ -114,7 +134,9 @@ void Sample(const LeafTable<float>& table, const PointMap& map, const PointList&
     }
     for (std::size_t n = 0; n < within_count; ++n) {
       const std::size_t i = within[n];
-      const float* p = table.at(static_cast<std::size_t>(cells.place[i])) + cells.in_leaf[i];
+      const auto place = static_cast<std::size_t>(cells.place[i]);
+      flags_of[i] = flags[place];
+      const float* p = leaves.at(place) + cells.in_leaf[i];
       corners[0][i] = p[0];
       corners[1][i] = p[1];
       corners[2][i] = p[8];
@@ -126,16 +148,12 @@ void Sample(const LeafTable<float>& table, const PointMap& map, const PointList&
     }
     for (std::size_t n = 0; n < across_count; ++n) {
       const std::size_t i = across[n];
-      for (int corner = 0; corner < 8; ++corner) {
-        int place = cells.place[i];
-        int voxel = cells.in_leaf[i];
-        for (int axis = 0; axis < 3; ++axis) {
-          if ((corner >> (2 - axis) & 1) == 0) continue;
-          place += cells.to_leaf[axis][i];
-          voxel += cells.to_voxel[axis][i];
-        }
-        corners[corner][i] = table.at(static_cast<std::size_t>(place))[voxel];
-      }
+      unsigned all_flags = 0;
+      VisitCorners(cells, i, [&](std::size_t corner, std::size_t place, int voxel) {
+        all_flags |= flags[place];
+        corners[corner][i] = leaves.at(place)[voxel];
+      });
+      flags_of[i] = static_cast<std::uint8_t>(all_flags);
     }
     for (std::size_t i = 0; i < count; i += kLanes) {
       const auto corner = [&](std::size_t n) { return hn::PromoteTo(kDoubles, hn::Load(Singles(), corners[n] + i)); };
@@ -147,7 +165,27 @@ void Sample(const LeafTable<float>& table, const PointMap& map, const PointList&
       const D upper = mix(mix(corner(4), corner(5), fz), mix(corner(6), corner(7), fz), fy);
       hn::Store(mix(lower, upper, fx), kDoubles, mixed + i);
     }
-    std::copy_n(mixed, count, values + first);
+    if (cut == nullptr) {
+      std::copy_n(mixed, count, whole + first);
+    } else {
+      for (std::size_t i = 0; i < count; ++i) {
+        const bool is_cut = (flags_of[i] & PhiTable::kCut) != 0;
+        whole[first + i] = is_cut ? inside : mixed[i];
+        cut[first + i] = is_cut ? mixed[i] : inside;
+      }
+    }
+    // The few points in cells with both fields.
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!PhiTable::NeedsBoth(flags_of[i])) continue;
+      PhiCorners both;
+      VisitCorners(cells, i, [&](std::size_t corner, std::size_t place, int voxel) {
+        both.Set(corner, table.Parts(place), voxel, table.outside()[0]);
+      });
+      const Vec3 f(cells.f[0][i], cells.f[1][i], cells.f[2][i]);
+      const PhiPair pair{Interpolate(both.whole, f), Interpolate(both.cut, f)};
+      whole[first + i] = cut == nullptr ? pair.phi() : pair.whole_mm;
+      if (cut != nullptr) cut[first + i] = pair.cut_mm;
+    }
   }
 }
 
@@ -204,8 +242,33 @@ HWY_EXPORT(Uniform);
 
 }  // namespace
 
-void SamplePoints(const LeafTable<float>& table, const PointMap& map, const PointList& points, double* values) {
-  HWY_DYNAMIC_DISPATCH(Sample)(table, map, points, values);
+void SamplePoints(const PhiTable& table, const PointMap& map, const PointList& points, double* whole, double* cut) {
+  HWY_DYNAMIC_DISPATCH(Sample)(table, map, points, whole, cut);
+}
+
+void SamplePhi(const PhiTable& table, const PointMap& map, const PointList& points, double* phi) {
+  HWY_DYNAMIC_DISPATCH(Sample)(table, map, points, phi, nullptr);
+}
+
+[[gnu::flatten]] PhiPair SamplePoint(const PhiTable& table, const Vec3& p_vox) {
+  const CellPoint cell = FindCell(p_vox);
+  const LeafTable<float>& leaves = table.leaves();
+  unsigned flags = 0;
+  if ((cell.x & 7) < 7 && (cell.y & 7) < 7 && (cell.z & 7) < 7) {
+    flags = table.flags(leaves.Find({cell.x >> 3, cell.y >> 3, cell.z >> 3}));
+  } else {
+    for (int corner = 0; corner < 8; ++corner) {
+      const int x = cell.x + (corner >> 2), y = cell.y + (corner >> 1 & 1), z = cell.z + (corner & 1);
+      flags |= table.flags(leaves.Find({x >> 3, y >> 3, z >> 3}));
+    }
+  }
+  if (PhiTable::NeedsBoth(flags)) {
+    const PhiCorners both = table.FindCorners(cell);
+    return {Interpolate(both.whole, cell.f), Interpolate(both.cut, cell.f)};
+  }
+  const double phi = Interpolate(leaves.Corners(cell), cell.f);
+  const auto inside = static_cast<double>(table.inside()[0]);
+  return (flags & PhiTable::kCut) != 0 ? PhiPair{inside, phi} : PhiPair{phi, inside};
 }
 
 void InterpolateUniform(const TableBox& box, const std::uint8_t* of_leaf, const PointMap& map, const GridMap& to_index,

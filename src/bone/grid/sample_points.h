@@ -7,7 +7,7 @@
 #include <glm/mat3x3.hpp>
 #include <vector>
 
-#include "bone/grid/leaf_table.h"
+#include "bone/grid/phi_table.h"
 #include "kerf/geometry.h"
 
 namespace kerf {
@@ -53,9 +53,15 @@ struct RegionConstants {
   std::array<double, 256> a{}, b{};
 };
 
-/// Interpolates trilinearly at each point, in the index space of its grid. `values`: one per point. The bits are those
-/// of Interpolate() at FindCell(), with every vector instruction set. Tick-safe.
-void SamplePoints(const LeafTable<float>& table, const PointMap& map, const PointList& points, double* values);
+/// Interpolates both fields trilinearly at each point, in the index space of their grid. `whole`, `cut`: one value per
+/// point. In a cell whose leaves are not split and do not hold different fields, the values of the field that its
+/// leaves hold are interpolated, and the other has the value of the inside leaf. The bits are those of Interpolate() at
+/// FindCell(), with every vector instruction set. Tick-safe.
+void SamplePoints(const PhiTable& table, const PointMap& map, const PointList& points, double* whole, double* cut);
+/// Does the same and returns only phi, the larger of the two.
+void SamplePhi(const PhiTable& table, const PointMap& map, const PointList& points, double* phi);
+/// Does the same as SamplePoints() for one point, with the same bits.
+PhiPair SamplePoint(const PhiTable& table, const Vec3& p_vox);
 
 /// Finds for each point the region in `of_leaf` of the leaf with the lowest corner of the point's cell; `of_leaf`: one
 /// id for each place of a table with this box. Then interpolates the constants of that region between the eight

@@ -341,6 +341,7 @@ class Cutter {
     Bone copy;
     GridsOf(copy) = GridsOf(bone_);
     GridsOf(copy).phi = MakePhiGrid(voxel_mm);
+    GridsOf(copy).whole = GridsOf(copy).cut = nullptr;
     return copy;
   }
 

@@ -3,11 +3,14 @@
 #include <openvdb/tools/VolumeToMesh.h>
 
 #include "bone/grid/grids.h"
+#include "bone/grid/sharp_edges.h"
 
 namespace kerf {
 
 TriangleMesh ExtractSurface(const Bone& bone, double adaptivity) {
-  return ExtractZeroLevel(*GridsOf(bone).phi, adaptivity);
+  TriangleMesh mesh = ExtractZeroLevel(*GridsOf(bone).phi, adaptivity);
+  SharpenEdges(GridsOf(bone), mesh);
+  return mesh;
 }
 
 std::vector<BoneLeaf> ListLeaves(const Bone& bone) {

@@ -19,6 +19,7 @@ Bone JoinBones(const Bone& bone, const std::vector<const Bone*>& pieces) {
     openvdb::FloatGrid::Ptr copy = GridsOf(*piece).phi->deepCopy();
     openvdb::tools::csgUnion(*GridsOf(joined).phi, *copy);
   }
+  GridsOf(joined).whole = GridsOf(joined).cut = nullptr;
   FinishLevelSet(*GridsOf(joined).phi);
   return joined;
 }

@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "bone/grid/cell_volume.h"
-#include "bone/grid/grids.h"
+#include "bone/grid/parts_reader.h"
 
 namespace kerf {
 namespace {
@@ -37,19 +37,15 @@ Pose Compose(const Pose& X_AB, const Pose& X_BC) {
 class PairSampler {
  public:
   PairSampler(const Bone& a, const Bone& b, const Pose& X_BA)
-      : a_(GridsOf(a).phi->getConstAccessor()),
-        b_(GridsOf(b).phi->getConstAccessor()),
-        per_a_(1 / a.voxel_mm()),
-        per_b_(1 / b.voxel_mm()),
-        X_BA_(X_BA) {}
+      : a_(GridsOf(a)), b_(GridsOf(b)), per_a_(1 / a.voxel_mm()), per_b_(1 / b.voxel_mm()), X_BA_(X_BA) {}
 
   std::array<double, 2> operator()(const Vec3& p_A) {
-    return {SampleTrilinear(a_, per_a_ * p_A), SampleTrilinear(b_, per_b_ * X_BA_.Point(p_A))};
+    return {a_.Sample(per_a_ * p_A), b_.Sample(per_b_ * X_BA_.Point(p_A))};
   }
 
  private:
-  openvdb::FloatGrid::ConstAccessor a_;
-  openvdb::FloatGrid::ConstAccessor b_;
+  PartsReader a_;
+  PartsReader b_;
   double per_a_;
   double per_b_;
   Pose X_BA_;

@@ -135,6 +135,41 @@ openvdb::Int32Grid::Ptr ReadRegions(const openvdb::GridBase::Ptr& grid, const st
   return std::make_shared<openvdb::Int32Grid>(*stored);
 }
 
+/// Throws kerf::Error unless phi is the larger of the two fields in each leaf that has both, and the other entries of
+/// "cut" are tiles that mark leaves of phi.
+void CheckParts(const BoneGrids& grids, const std::string& path) {
+  const auto disagree = [&]() { Refuse(path, "grids \"whole\" and \"cut\" do not belong to grid \"phi\""); };
+  for (const auto& grid : {grids.whole, grids.cut}) {
+    CheckSides(*grid, path);
+    if (VoxelSize(*grid, path) != VoxelSize(*grids.phi, path)) disagree();
+    if (grid->background() != -grids.phi->background()) disagree();
+  }
+  if (grids.whole->tree().leafCount() != grids.cut->tree().leafCount()) disagree();
+  const float band = grids.phi->background();
+  const auto phi = grids.phi->getConstAccessor();
+  for (auto leaf = grids.cut->tree().cbeginLeaf(); leaf; ++leaf) {
+    const auto* whole = grids.whole->tree().probeConstLeaf(leaf->origin());
+    if (whole == nullptr) disagree();
+    for (openvdb::Index i = 0; i < 512; ++i) {
+      const float is = phi.getValue(leaf->offsetToGlobalCoord(i));
+      const float cut = leaf->getValue(i);
+      // Also refuses what is not a number.
+      if (!(std::abs(cut) <= band * 1.001f) || !(std::abs(whole->getValue(i)) <= band * 1.001f)) disagree();
+      if (is != std::max(whole->getValue(i), cut) && !(is >= band && std::max(whole->getValue(i), cut) >= band)) {
+        disagree();
+      }
+    }
+  }
+  auto tile = grids.cut->cbeginValueAll();
+  tile.setMaxDepth(openvdb::FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
+  for (; tile; ++tile) {
+    if (!tile.isValueOn() && *tile == -band) continue;
+    openvdb::CoordBBox box;
+    if (!tile.getBoundingBox(box) || box.dim() != openvdb::Coord(8, 8, 8) || *tile != band) disagree();
+    if (phi.probeConstLeaf(box.min()) == nullptr && phi.getValue(box.min()) < 0) disagree();
+  }
+}
+
 void CheckGrids(const BoneGrids& grids, const std::string& path) {
   const double h = VoxelSize(*grids.phi, path);
   VoxelSize(*grids.region, path);
@@ -148,6 +183,12 @@ void CheckGrids(const BoneGrids& grids, const std::string& path) {
     if (!(std::abs(*it) <= band * 1.001f))
       Refuse(path, "grid \"phi\" contains a value that is not a distance within its band");
   }
+  auto tile = grids.phi->cbeginValueAll();
+  tile.setMaxDepth(openvdb::FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
+  for (; tile; ++tile) {
+    if (std::abs(*tile) != band) Refuse(path, "grid \"phi\" has a tile that is neither air nor bone");
+  }
+  if (grids.cut) CheckParts(grids, path);
   for (auto it = grids.region->cbeginValueOn(); it; ++it) {
     if (*it != 0 && !grids.materials.Contains(*it)) {
       Refuse(path, fmt::format("grid \"region\" refers to region {}, which is not in the region table", *it));
@@ -185,7 +226,7 @@ Bone ReadBone(const std::string& path, const ReadBoneOptions& options) {
 }
 
 Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& options) {
-  std::set<std::string> wanted = {"phi", "region"};
+  std::set<std::string> wanted = {"phi", "region", "whole", "cut"};
   if (options.hu) wanted.insert("hu");
   CheckVdb(in, path, wanted);
   Bone bone;  // also initialises OpenVDB
@@ -212,6 +253,11 @@ Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& 
     grids.region = ReadRegions(found["region"], path);
     grids.hu = openvdb::gridPtrCast<openvdb::FloatGrid>(found["hu"]);
     if (!grids.phi) Refuse(path, "grid \"phi\" must be of type float");
+    grids.whole = openvdb::gridPtrCast<openvdb::FloatGrid>(found["whole"]);
+    grids.cut = openvdb::gridPtrCast<openvdb::FloatGrid>(found["cut"]);
+    if (found["whole"] || found["cut"]) {
+      if (!grids.whole || !grids.cut) Refuse(path, "grids \"whole\" and \"cut\" must both be there, of type float");
+    }
     if (found["hu"] && !grids.hu) Refuse(path, "grid \"hu\" must be of type float");
   } catch (const Error&) {
     throw;
@@ -255,6 +301,7 @@ void WriteBone(const Bone& bone, const std::string& path) {
       out.exceptions(std::ios::badbit | std::ios::failbit);
       out.open(temporary, std::ios::binary | std::ios::trunc);
       openvdb::GridCPtrVec stored = {grids.phi, std::make_shared<const openvdb::FloatGrid>(*grids.region)};
+      if (grids.cut) stored.insert(stored.end(), {grids.whole, grids.cut});
       if (grids.hu) stored.push_back(grids.hu);
       Writer().Write(out, stored, meta);
       out.close();

@@ -1,6 +1,7 @@
 #include "cut/contact/edge.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -28,6 +29,8 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
       p_EC_(p_EC_mm),
       motion_(shape.motion),
       look_ahead_mm_(kLookAheadVoxels * field.voxel_mm()),
+      entry_mm_(kEntryVoxels * field.voxel_mm()),
+      deep_mm_(-2 * field.voxel_mm()),
       material_ahead_mm_(kMaterialAheadVoxels * field.voxel_mm()),
       region_step_mm_(bone.region_voxel_mm()),
       has_metal_(field.has_metal()),
@@ -53,11 +56,14 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
   bound_.resize(tooth_points_);
   solid_distance_.resize(points_.size());
   sampled_.resize(points_.size());
+  sampled_cut_.resize(points_.size());
+  ahead_.resize(tooth_points_);
   uniform_regions_.resize(tooth_points_);
   uniform_E_MPa_.resize(tooth_points_);
   uniform_E_star_MPa_.resize(tooth_points_);
   list_.Reserve(points_.size());
   to_look_.reserve(points_.size());
+  near_surface_.reserve(points_.size());
   intervals_.reserve(tooth_points_);
   engaged_.reserve(tooth_points_);
   looked_at_mm_.resize(points_.size());
@@ -81,16 +87,42 @@ void Edge::SetDisplacement(double slide_mm) {
   }
 }
 
-/// Samples the distances of the points in to_look_.
+/// Looks at the points in to_look_.
 void Edge::Look(const Probe& probe) {
+  const std::size_t count = to_look_.size();
+  const auto point = [this](std::size_t n) { return static_cast<std::size_t>(to_look_[n]); };
   list_.Clear();
-  for (const int i : to_look_) list_.Add(points_[static_cast<std::size_t>(i)].ahead_T);
-  probe.Distances(list_, sampled_.data());
-  for (std::size_t n = 0; n < to_look_.size(); ++n) {
-    const auto i = static_cast<std::size_t>(to_look_[n]);
-    bound_[i] = distance_[i] = sampled_[n];
+  for (std::size_t n = 0; n < count; ++n) list_.Add(points_[point(n)].ahead_T);
+  probe.Parts(list_, sampled_.data(), sampled_cut_.data());
+  near_surface_.clear();
+  list_.Clear();
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::size_t i = point(n);
+    ahead_[i] = {sampled_[n], sampled_cut_[n]};
+    // The surface is between the point and the place in front of it, or at most as far from the latter.
+    if (sampled_[n] > deep_mm_) {
+      near_surface_.push_back(static_cast<int>(i));
+      list_.Add(points_[i].p_T);
+    }
+  }
+  probe.Parts(list_, sampled_.data(), sampled_cut_.data());
+  for (std::size_t n = 0; n < near_surface_.size(); ++n) {
+    ahead_[static_cast<std::size_t>(near_surface_[n])].whole_mm = sampled_[n];
+  }
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::size_t i = point(n);
+    bound_[i] = distance_[i] = CalcDistance(ahead_[i]);
     looked_at_mm_[i] = travelled_mm_;
   }
+}
+
+/// Returns what is at the point of the edge at the fraction t of the way from a to b.
+Edge::Ahead Edge::LookBetween(const Probe& probe, const Point& a, const Point& b, double t) const {
+  if (is_chain_) {
+    return {probe.Parts((1 - t) * a.p_T + t * b.p_T).whole_mm, probe.Parts((1 - t) * a.ahead_T + t * b.ahead_T).cut_mm};
+  }
+  const Vec3 e_T = glm::normalize((1 - t) * a.e_T + t * b.e_T);
+  return {probe.Parts(ring_radius_mm_ * e_T).whole_mm, probe.Parts((ring_radius_mm_ + look_ahead_mm_) * e_T).cut_mm};
 }
 
 /// Sets bound_, and lists in to_look_ the points nearer to bone than half their distance from each other.
@@ -128,8 +160,9 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   if (is_joined()) {
     FractionIntervals(probe);
   } else {
-    for (const int i : to_look_) {
-      fraction_[static_cast<std::size_t>(i)] = Engagement(distance_[static_cast<std::size_t>(i)], look_ahead_mm_);
+    for (const int looked_at : to_look_) {
+      const auto i = static_cast<std::size_t>(looked_at);
+      fraction_[i] = CalcEntered(ahead_[i].whole_mm) * Engagement(ahead_[i].cut_mm, look_ahead_mm_);
     }
   }
   engaged_.clear();
@@ -205,72 +238,68 @@ void Edge::FractionIntervals(const Probe& probe) {
   Look(probe);
   for (const int interval : intervals_) {
     const auto a = static_cast<std::size_t>(interval);
+    const std::size_t b = NextOf(a);
     const double before = fraction_[a];
-    FractionInterval(probe, a, NextOf(a));
+    Fraction(probe, points_[a], points_[b], {0, 1, ahead_[a], ahead_[b]}, 0, fraction_[a], fraction_[b]);
     after_[a] = fraction_[a] - before;
   }
 }
 
-/// Adds the engaged part of the interval between neighbours a and b to both ends.
-void Edge::FractionInterval(const Probe& probe, std::size_t a, std::size_t b) {
-  const double d_a = distance_[a];
-  const double d_b = distance_[b];
-  const double w_a = Engagement(d_a, look_ahead_mm_);
-  const double w_b = Engagement(d_b, look_ahead_mm_);
-  if (w_a > 0 && w_b > 0 && std::abs(w_a - w_b) <= kChange) {
-    fraction_[a] += w_a / 3 + w_b / 6;
-    fraction_[b] += w_a / 6 + w_b / 3;
-    return;
-  }
-  Fraction(probe, points_[a], points_[b], 0, d_a, 1, d_b, 0, fraction_[a], fraction_[b]);
-}
-
-/// Does the same for the part of the interval from t_a to t_b: integrates engagement times the hat function of each
-/// end.
-void Edge::Fraction(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
-                    int halvings, double& fraction_a, double& fraction_b) const {
+/// Adds the engaged part of a part of the interval between neighbours a and b to both ends: integrates engagement times
+/// the hat function of each end.
+void Edge::Fraction(const Probe& probe, const Point& a, const Point& b, const Part& part, int halvings,
+                    double& fraction_a, double& fraction_b) const {
+  const auto& [t_a, t_b, at_a, at_b] = part;
   const double length = (t_b - t_a) * spacing_mm_ * stride_;
+  const double d_a = CalcDistance(at_a);
+  const double d_b = CalcDistance(at_b);
+  if (d_a >= 0 && d_b >= 0 && d_a + d_b >= length) return;
+  const double w_a = Engagement(at_a.cut_mm, look_ahead_mm_);
+  const double w_b = Engagement(at_b.cut_mm, look_ahead_mm_);
   const bool out = d_a >= 0 && d_b >= 0;
-  if (out && d_a + d_b >= length) return;
-  const bool changing = std::abs(Engagement(d_a, look_ahead_mm_) - Engagement(d_b, look_ahead_mm_)) > kChange;
-  // Between two ends in air one sample is enough: the walls of a kerf are equally near along its whole length.
-  if (out ? halvings < 1 : changing && halvings < kMaxHalvings) {
+  // Between two ends in air one sample is enough: the walls of a kerf are equally near along its whole length. The
+  // surface of the whole bone is nearly flat within an interval.
+  const bool crosses = (at_a.whole_mm < 0) != (at_b.whole_mm < 0) && std::max(w_a, w_b) > 0;
+  if (out || (crosses && !(std::abs(w_a - w_b) > kChange)) ? halvings < 1
+                                                           : std::abs(w_a - w_b) > kChange && halvings < kMaxHalvings) {
     const double t = 0.5 * (t_a + t_b);
-    const double d =
-        probe.Distance(is_chain_ ? (1 - t) * a.ahead_T + t * b.ahead_T
-                                 : (ring_radius_mm_ + look_ahead_mm_) * glm::normalize((1 - t) * a.e_T + t * b.e_T));
-    Fraction(probe, a, b, t_a, d_a, t, d, halvings + 1, fraction_a, fraction_b);
-    Fraction(probe, a, b, t, d, t_b, d_b, halvings + 1, fraction_a, fraction_b);
+    const Ahead at = LookBetween(probe, a, b, t);
+    Fraction(probe, a, b, {t_a, t, at_a, at}, halvings + 1, fraction_a, fraction_b);
+    Fraction(probe, a, b, {t, t_b, at, at_b}, halvings + 1, fraction_a, fraction_b);
     return;
   }
   if (out) return;
-  // The distance is linear, so the engagement is linear between the places where it is 0 and where it is 1.
-  double ends[4] = {t_a, t_b, t_b, t_b};
-  if (d_a != d_b) {
-    const auto at = [&](double d) { return std::clamp(t_a + (t_b - t_a) * (d_a - d) / (d_a - d_b), t_a, t_b); };
-    const double t_0 = at(0);
-    const double t_1 = at(-look_ahead_mm_);
-    ends[1] = std::min(t_0, t_1);
-    ends[2] = std::max(t_0, t_1);
-    ends[3] = t_b;
-  }
-  const auto engagement = [&](double t) {
-    const double d = t_b > t_a ? d_a + (d_b - d_a) * (t - t_a) / (t_b - t_a) : d_a;
-    return Engagement(d, look_ahead_mm_);
+  // Both fields are linear, and so are their weights between the places where they are 0 and 1.
+  const auto mix = [&](double at_t_a, double at_t_b, double t) {
+    return t_b > t_a ? at_t_a + (at_t_b - at_t_a) * (t - t_a) / (t_b - t_a) : at_t_a;
   };
-  for (int k = 0; k < 3; ++k) {
+  const auto where = [&](double at_t_a, double at_t_b, double value) {
+    return at_t_a == at_t_b ? t_a : std::clamp(t_a + (t_b - t_a) * (at_t_a - value) / (at_t_a - at_t_b), t_a, t_b);
+  };
+  const auto engagement = [&](double t) {
+    return CalcEntered(mix(at_a.whole_mm, at_b.whole_mm, t)) *
+           Engagement(mix(at_a.cut_mm, at_b.cut_mm, t), look_ahead_mm_);
+  };
+  std::array<double, 6> ends{t_a,
+                             where(at_a.whole_mm, at_b.whole_mm, 0.5 * entry_mm_),
+                             where(at_a.whole_mm, at_b.whole_mm, -0.5 * entry_mm_),
+                             where(at_a.cut_mm, at_b.cut_mm, 0),
+                             where(at_a.cut_mm, at_b.cut_mm, -look_ahead_mm_),
+                             t_b};
+  std::sort(ends.begin(), ends.end());
+  for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
     const double t0 = ends[k];
     const double t1 = ends[k + 1];
     if (!(t1 > t0)) continue;
-    // Simpson's rule is exact for a product of two linear functions.
+    // Simpson's rule is exact for a product of three linear functions.
     const double tm = 0.5 * (t0 + t1);
     const double w0 = engagement(t0);
     const double wm = engagement(tm);
     const double w1 = engagement(t1);
     const double whole = (t1 - t0) / 6 * (w0 + 4 * wm + w1);
-    const double at_b = (t1 - t0) / 6 * (w0 * t0 + 4 * wm * tm + w1 * t1);
-    fraction_a += whole - at_b;
-    fraction_b += at_b;
+    const double at_b_end = (t1 - t0) / 6 * (w0 * t0 + 4 * wm * tm + w1 * t1);
+    fraction_a += whole - at_b_end;
+    fraction_b += at_b_end;
   }
 }
 

@@ -2,6 +2,7 @@
 // of that bone. With the spindle stopped, the edge is a solid that rests on the bone.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -14,11 +15,14 @@
 
 namespace kerf {
 
-/// Distance in front of the edge at which a tooth looks for bone, in voxels. A sample on the edge itself would find
-/// none, because the cut surface lies exactly on the edge. Where the rim crosses the surface at angle alpha from its
-/// lowest point, the engaged arc is too long by about look-ahead * (cos(alpha) - 1/2) / sin(alpha): 0.4 % at a depth of
-/// 1.1 mm with voxels of 0.1 mm.
-inline constexpr double kLookAheadVoxels = 0.2;
+/// Distance in front of the edge at which a tooth looks for bone that was not cut, in voxels. On the edge itself it
+/// would find none, because the surface of the cut lies exactly on the edge. A tooth that comes back to that surface is
+/// engaged too early by this distance.
+inline constexpr double kLookAheadVoxels = 0.05;
+/// Depth over which a tooth enters the whole bone, in voxels: from half of it in front of the surface to half of it
+/// behind, so that the length of an arc that crosses the surface is right. If teeth entered at once, a tool that slides
+/// along the surface would lose all of them when it is lifted by a micrometre, and then nothing would hold it.
+inline constexpr double kEntryVoxels = 0.15;
 /// Distance in front of the edge at which the material is sampled, in voxels. If it were sampled further ahead, an arc
 /// would reach the next tissue too early. If it were sampled on the edge itself, rounding would decide the tissue of a
 /// tooth that runs along a border.
@@ -42,10 +46,11 @@ class Edge {
 
   /// Fills problem.cutting. Tick-safe.
   ///
-  /// Model: the teeth are treated as continuous along the edge. The engagement of a tooth is 1 where the bone fills the
-  /// look-ahead, 0 where the look-ahead just reaches the surface, and linear between. Each point of the edge gets its
-  /// part of the engagement in the two adjacent intervals. Within an interval the distance is taken as linear; an
-  /// interval is halved where the engagement changes most.
+  /// Model: the teeth are treated as continuous along the edge. A tooth is engaged where it is in the whole bone and
+  /// there is bone in front of it that was not cut. Its engagement is 1 where nothing is cut as far as the look-ahead,
+  /// 0 where the look-ahead just reaches the end of the cut, and linear between. Each point of the edge gets its part
+  /// of the engagement in the two adjacent intervals. Within an interval both fields are taken as linear; an interval
+  /// is halved where the engagement changes most. A tooth enters the whole bone gradually (kEntryVoxels).
   ///
   /// Teeth do not cut metal: points in front of it are left out.
   void FindTeeth(const Probe& probe, StepProblem& problem);
@@ -116,11 +121,22 @@ class Edge {
   }
   Vec3 CalcMaterialPoint(std::size_t i) const { return points_[i].p_T + material_ahead_mm_ * points_[i].e_T; }
   void SetBounds();
+  /// What is at a point of the edge, mm: phi of the whole bone at the point itself, and the cut in front of it.
+  using Ahead = PhiPair;
+  /// Returns the fraction of a tooth that has entered the whole bone.
+  double CalcEntered(double whole_mm) const { return std::clamp(0.5 - whole_mm / entry_mm_, 0.0, 1.0); }
+  /// Returns the distance from where teeth are engaged, or a lower bound on it.
+  double CalcDistance(const Ahead& at) const { return std::max(at.whole_mm - 0.5 * entry_mm_, at.cut_mm); }
   void Look(const Probe& probe);
+  Ahead LookBetween(const Probe& probe, const Point& a, const Point& b, double t) const;
   void FractionIntervals(const Probe& probe);
-  void FractionInterval(const Probe& probe, std::size_t a, std::size_t b);
-  void Fraction(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
-                int halvings, double& fraction_a, double& fraction_b) const;
+  /// Part of an interval between two points: from t_a to t_b, 0 to 1.
+  struct Part {
+    double t_a, t_b;
+    Ahead at_a, at_b;
+  };
+  void Fraction(const Probe& probe, const Point& a, const Point& b, const Part& part, int halvings, double& fraction_a,
+                double& fraction_b) const;
   /// Returns the region; 0 if there is no material.
   int FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothCut& cut) const;
   template <typename Wanted>
@@ -138,6 +154,8 @@ class Edge {
   double slide_mm_ = 0;
   Quat R_TE_{1, 0, 0, 0};
   double look_ahead_mm_;
+  double entry_mm_;
+  double deep_mm_;  // phi of the whole bone below which its surface is too far away to matter
   double material_ahead_mm_;
   double region_step_mm_;  // additional look-ahead where the coarse region grid has no material
   bool has_metal_;
@@ -154,6 +172,7 @@ class Edge {
   std::vector<FacePoint> held_;         // the last points, with Touching::kMoving, in T
   std::vector<double> distance_;        // distance of each look-ahead point when it was last sampled
   std::vector<double> looked_at_mm_;    // value of travelled_mm_ at that time
+  std::vector<Ahead> ahead_;            // of each point that was looked at in this step
   std::vector<double> bound_;           // lower bound on the distance of each look-ahead point in this step
   std::vector<double> solid_distance_;  // distance of each point itself, where it may be a solid in this step
   std::vector<double> fraction_;  // engaged part of the two intervals next to each point, as a number of intervals
@@ -161,9 +180,9 @@ class Edge {
   std::vector<Contact> contacts_;
   // Lists of points, by index, for the time of a step: to be looked at, with the interval after them, with engaged
   // teeth.
-  std::vector<int> to_look_, intervals_, engaged_;
+  std::vector<int> to_look_, intervals_, engaged_, near_surface_;
   PointList list_;
-  std::vector<double> sampled_;
+  std::vector<double> sampled_, sampled_cut_;
   std::vector<std::uint8_t> uniform_regions_;
   std::vector<double> uniform_E_MPa_, uniform_E_star_MPa_;
   bool met_metal_ = false;

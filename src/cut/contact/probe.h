@@ -28,7 +28,12 @@ class Probe {
   Vec3 World(const Vec3& p_T) const { return h_ * Voxel(p_T); }
   /// Returns the distance from a point of the tool to the bone, mm, negative inside.
   double Distance(const Vec3& p_T) const { return field_.Sample(Voxel(p_T)); }
-  /// Does the same for many points, with the same bits. `distances_mm`: one per point.
+  /// Returns the two fields of which the distance is the larger (see BoneField), mm.
+  PhiPair Parts(const Vec3& p_T) const { return field_.SampleParts(Voxel(p_T)); }
+  /// Do the same for many points, with the same bits; one value per point.
+  void Parts(const PointList& points_T, double* whole_mm, double* cut_mm) const {
+    field_.SampleParts({R_, t_}, points_T, whole_mm, cut_mm);
+  }
   void Distances(const PointList& points_T, double* distances_mm) const {
     field_.Sample({R_, t_}, points_T, distances_mm);
   }

@@ -44,8 +44,8 @@ HWY_INLINE V OfRows(const float* rows, int row, int part) {
   }
 }
 
-template <typename Swept>
-CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* HWY_RESTRICT values) {
+template <typename Swept, bool kHasWhole>
+CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, const CarvedLeaf& leaf) {
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(kFloats));
   constexpr int kPair = 2 * kRow;
   const Swept swept(s, corner);
@@ -90,9 +90,15 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
     const auto of_pair = static_cast<unsigned>(active >> row) & 3u;
     for (int part = 0; part < kPair; part += kLanes) {
       if (kLanes <= kRow && !(of_pair >> (part / kRow) & 1u)) continue;
-      float* HWY_RESTRICT voxels = values + kRow * row + part;
+      float* HWY_RESTRICT voxels = leaf.cut + kRow * row + part;
       const V old = hn::LoadU(kFloats, voxels);
-      if (hn::AllTrue(kFloats, hn::Ge(old, band))) continue;
+      M is_final = hn::Ge(old, band);
+      V whole = old;
+      if constexpr (kHasWhole) {
+        whole = hn::LoadU(kFloats, leaf.whole + kRow * row + part);
+        is_final = hn::Or(is_final, hn::Ge(whole, band));
+      }
+      if (hn::AllTrue(kFloats, is_final)) continue;
       V depth = swept.Depth(hn::Add(OfRows(rows[0], row, part), hn::Load(kFloats, s.along[0] + part)),
                             hn::Add(OfRows(rows[1], row, part), hn::Load(kFloats, s.along[1] + part)),
                             hn::Add(OfRows(rows[2], row, part), hn::Load(kFloats, s.along[2] + part)), old);
@@ -110,10 +116,18 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
         static constexpr std::uint8_t kLanesOf[4][8] = {{0, 0}, {0xff, 0}, {0, 0xff}, {0xff, 0xff}};
         grown = hn::And(grown, hn::LoadMaskBits(kFloats, kLanesOf[of_pair]));
       }
-      const V phi = hn::IfThenElse(grown, now, old);
-      hn::StoreU(phi, kFloats, voxels);
+      if constexpr (kHasWhole) grown = hn::AndNot(is_final, grown);
+      const V cut = hn::IfThenElse(grown, now, old);
+      hn::StoreU(cut, kFloats, voxels);
       loss.changed += static_cast<int>(hn::CountTrue(kFloats, grown));
-      const V less = hn::Sub(Fraction(old, per_voxel), Fraction(phi, per_voxel));
+      V less;
+      if constexpr (kHasWhole) {
+        const V phi = hn::Max(whole, cut);
+        if (leaf.phi != nullptr) hn::StoreU(phi, kFloats, leaf.phi + kRow * row + part);
+        less = hn::Sub(Fraction(hn::Max(whole, old), per_voxel), Fraction(phi, per_voxel));
+      } else {
+        less = hn::Sub(Fraction(old, per_voxel), Fraction(cut, per_voxel));
+      }
       hn::Store(hn::Add(hn::Load(kFloats, lost + part), less), kFloats, lost + part);
     }
   }
@@ -183,17 +197,20 @@ void Cull(const LeafCull& c, const float* x, const float* y, const float* z, int
 }
 
 template <std::size_t... kKinds>
-CarveLoss CarveAny(const CarveStep& step, const std::array<float, 3>& corner, float* values,
+CarveLoss CarveAny(const CarveStep& step, const std::array<float, 3>& corner, const CarvedLeaf& leaf,
                    std::index_sequence<kKinds...>) {
   CarveLoss loss;
+  const auto carve = [&]<typename Swept>() {
+    loss = leaf.whole == nullptr ? Carve<Swept, false>(step, corner, leaf) : Carve<Swept, true>(step, corner, leaf);
+    return true;
+  };
   (void)((step.kind == kKinds &&
-          (loss = Carve<typename SweepOf<std::variant_alternative_t<kKinds, Tool>>::Type>(step, corner, values),
-           true)) ||
+          carve.template operator()<typename SweepOf<std::variant_alternative_t<kKinds, Tool>>::Type>()) ||
          ...);
   return loss;
 }
-CarveLoss CarveAll(const CarveStep& step, const std::array<float, 3>& corner, float* values) {
-  return CarveAny(step, corner, values, std::make_index_sequence<std::variant_size_v<Tool>>());
+CarveLoss CarveAll(const CarveStep& step, const std::array<float, 3>& corner, const CarvedLeaf& leaf) {
+  return CarveAny(step, corner, leaf, std::make_index_sequence<std::variant_size_v<Tool>>());
 }
 void CullLeaves(const LeafCull& cull, const float* x, const float* y, const float* z, int count, std::uint64_t* near) {
   Cull(cull, x, y, z, count, near);
@@ -255,8 +272,8 @@ void CarveStep::Prepare() {
   }
 }
 
-CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, float* values) {
-  return HWY_DYNAMIC_DISPATCH(CarveAll)(step, corner_T, values);
+CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, const CarvedLeaf& leaf) {
+  return HWY_DYNAMIC_DISPATCH(CarveAll)(step, corner_T, leaf);
 }
 
 void FindLeaves(const LeafCull& cull, const LeafMiddles& middles, int count, std::uint64_t* near) {

@@ -19,9 +19,16 @@ struct CarveLoss {
   int changed = 0;    // changed voxels
 };
 
-/// Sets phi <- max(phi, -distance to the sweep of the step) in a leaf. `corner_T`: position of its lowest voxel.
-/// `values`: its 512 values, mm, z fastest. Tick-safe.
-CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, float* values);
+/// Values of a leaf: 512 each, mm, z fastest (see BoneField).
+struct CarvedLeaf {
+  float* cut;
+  const float* whole = nullptr;  // null where the whole bone fills the leaf: phi is then `cut`
+  float* phi = nullptr;          // to be set as well if `whole` is not null; may be null
+};
+
+/// Sets cut <- max(cut, -distance to the sweep of the step) in a leaf, except in air beyond the band, and phi <-
+/// max(whole, cut). `corner_T`: position of its lowest voxel. Tick-safe.
+CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, const CarvedLeaf& leaf);
 
 /// Test that finds the leaves near a zone about the tool's edge. Lengths in mm.
 struct LeafCull {

@@ -86,9 +86,14 @@ struct Cutter::State {
 
   void CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, const SlideRange& slide, bool new_only,
                 double flank_slack_mm, Result& result);
+  /// Returns whether the ledger must copy the leaf's values before they change.
+  bool NeedsCopy(const LeafIndex& leaf) const {
+    return !ledger.IsNoted(leaf) && field.ReadParts(leaf).cut != field.inside();
+  }
+  bool MakeRoom(const LeafIndex& leaf);
   template <bool kHasMetal>
   void CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result);
-  void KeepMetal(const MetalVoxels::Leaf& in_metal, const float* old, float* now, CarveLoss& loss) const;
+  void KeepMetal(const MetalVoxels::Leaf& in_metal, const PhiParts& old, float* now, CarveLoss& loss) const;
   bool FlanksMoved(const Pose& X) const;
   double CalcFlankSlack(const Pose& X_a, const Pose& X_b) const;
   void CountInMm3(Result& result) const { result.removed_mm3 *= h * h * h; }
@@ -121,33 +126,21 @@ Cutter& Cutter::operator=(Cutter&&) noexcept = default;
 
 bool Cutter::Replace(const LeafIndex& leaf, const float* from, const float* to) {
   State& s = *state_;
-  const BoneField::LeafKind kind = s.field.kind(leaf);
   const LeafIndex low = s.field.lowest(), high = s.field.highest();
   if (leaf.x < low.x || leaf.y < low.y || leaf.z < low.z || leaf.x > high.x || leaf.y > high.y || leaf.z > high.z) {
     return false;
   }
-  if (kind != BoneField::LeafKind::kOwn && s.field.spare_leaves() == 0) return false;
-  const bool is_pure = kind == BoneField::LeafKind::kInside;
-  if (!s.ledger.IsNoted(leaf)) {
-    if (!is_pure && !s.ledger.HasRoom()) return false;
-    std::copy_n(s.field.Read(leaf), BoneField::kLeafVoxels, s.values.begin());
-    if (s.field.Open(leaf) == nullptr) return false;
-    s.ledger.Note(leaf, is_pure ? nullptr : s.values.data());
-  }
-  float* now = s.field.Open(leaf);
-  if (now == nullptr) return false;
-  for (int i = 0; i < BoneField::kLeafVoxels; ++i) now[i] = ReplaceValue(now[i], from[i], to[i]);
+  if (!s.MakeRoom(leaf)) return false;
+  const BoneField::CutValues now = s.field.Open(leaf);
+  if (now.cut == nullptr) return false;
+  for (int i = 0; i < BoneField::kLeafVoxels; ++i) now.cut[i] = ReplaceValue(now.cut[i], from[i], to[i]);
+  BoneField::SetPhi(now);
   return true;
 }
 
 bool Cutter::Swap(const LeafIndex& leaf, float* values) {
   State& s = *state_;
-  if (s.ledger.IsNoted(leaf)) return s.field.Swap(leaf, values);
-  const bool is_pure = s.field.kind(leaf) == BoneField::LeafKind::kInside;
-  if (!is_pure && !s.ledger.HasRoom()) return false;
-  if (!s.field.Swap(leaf, values)) return false;
-  s.ledger.Note(leaf, is_pure ? nullptr : values);
-  return true;
+  return s.MakeRoom(leaf) && s.field.Swap(leaf, values);
 }
 
 void Cutter::AddNeed(const LeafIndex& leaf, Need& need) const {
@@ -157,9 +150,8 @@ void Cutter::AddNeed(const LeafIndex& leaf, Need& need) const {
     need.outside = true;
     return;
   }
-  const BoneField::LeafKind kind = s.field.kind(leaf);
-  if (kind != BoneField::LeafKind::kOwn) ++need.spare_leaves;
-  if (kind != BoneField::LeafKind::kInside && !s.ledger.IsNoted(leaf)) ++need.old_leaves;
+  need.spare_leaves += s.field.CountNeededSpares(leaf);
+  if (s.NeedsCopy(leaf)) ++need.old_leaves;
 }
 
 bool Cutter::HasRoomFor(const Need& need) const {
@@ -264,53 +256,65 @@ void Cutter::State::CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pos
   }
 }
 
+/// Records the leaf's values before its first change. Returns false and changes nothing if there is no room for this or
+/// for the change itself.
+bool Cutter::State::MakeRoom(const LeafIndex& leaf) {
+  if (field.spare_leaves() < field.CountNeededSpares(leaf)) return false;
+  if (ledger.IsNoted(leaf)) return true;
+  const bool needs_copy = NeedsCopy(leaf);
+  if (needs_copy && !ledger.HasRoom()) return false;
+  ledger.Note(leaf, needs_copy ? field.ReadParts(leaf).cut : nullptr);
+  return true;
+}
+
 /// Restores the values in metal, and counts what is lost without them.
-void Cutter::State::KeepMetal(const MetalVoxels::Leaf& in_metal, const float* old, float* now, CarveLoss& loss) const {
+void Cutter::State::KeepMetal(const MetalVoxels::Leaf& in_metal, const PhiParts& old, float* now,
+                              CarveLoss& loss) const {
   loss.voxels = loss.changed = 0;
   const auto occupancy = [this](float phi) { return std::clamp(0.5 - static_cast<double>(phi) / h, 0.0, 1.0); };
   for (std::size_t i = 0; i < in_metal.size(); ++i) {
-    if (in_metal[i]) now[i] = old[i];
-    if (now[i] == old[i]) continue;
+    if (in_metal[i]) now[i] = old.cut[i];
+    if (now[i] == old.cut[i]) continue;
     ++loss.changed;
-    loss.voxels += occupancy(old[i]) - occupancy(now[i]);
+    loss.voxels += occupancy(std::max(old.whole[i], old.cut[i])) - occupancy(std::max(old.whole[i], now[i]));
   }
 }
 
 template <bool kHasMetal>
 void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result) {
-  const BoneField::LeafKind kind = field.kind(leaf);
-  if (kind == BoneField::LeafKind::kOutside) return;
+  if (field.kind(leaf) == BoneField::LeafKind::kOutside) return;
   const Vec3 p_T = sweep.grid.Corner(leaf);
   const std::array<float, 3> corner_T = {static_cast<float>(p_T.x), static_cast<float>(p_T.y),
                                          static_cast<float>(p_T.z)};
   ++effort.leaves;
-  const bool is_pure = kind == BoneField::LeafKind::kInside;
-  const bool is_noted = ledger.IsNoted(leaf);
   const MetalVoxels::Leaf* const in_metal = kHasMetal ? metal.Find(leaf) : nullptr;
-  const bool in_place = is_noted && in_metal == nullptr && !field.NeedsOldValues(leaf);
-  float* own = field.OwnValues(leaf);
+  const BoneField::CutValues own = field.Find(leaf);
+  const bool in_place =
+      own.cut != nullptr && ledger.IsNoted(leaf) && in_metal == nullptr && !field.NeedsOldValues(leaf);
   CarveLoss loss;
   if (in_place) {
-    loss = CarveLeaf(sweep.step, corner_T, own);
+    loss = CarveLeaf(sweep.step, corner_T, {own.cut, own.whole, own.phi});
+    if (loss.changed > 0) field.Write(leaf);
   } else {
     // Carve a copy, so that the old values can be recorded if any value changes.
-    std::copy_n(field.Read(leaf), BoneField::kLeafVoxels, values.begin());
-    loss = CarveLeaf(sweep.step, corner_T, values.data());
-    if (in_metal != nullptr && loss.changed > 0) KeepMetal(*in_metal, field.Read(leaf), values.data(), loss);
-    if (loss.changed > 0 && !is_noted) {
-      if ((is_pure && field.spare_leaves() == 0) || (!is_pure && !ledger.HasRoom())) {
+    const PhiParts old = field.ReadParts(leaf);
+    std::copy_n(old.cut, BoneField::kLeafVoxels, values.begin());
+    const float* const whole = old.whole == field.inside() ? nullptr : old.whole;
+    loss = CarveLeaf(sweep.step, corner_T, {values.data(), whole, nullptr});
+    if (in_metal != nullptr && loss.changed > 0) KeepMetal(*in_metal, old, values.data(), loss);
+    if (loss.changed > 0) {
+      if (!MakeRoom(leaf)) {
         result.out_of_leaves = true;
         return;
       }
-      ledger.Note(leaf, own);
+      const BoneField::CutValues now = field.Write(leaf);
+      std::copy(values.begin(), values.end(), now.cut);
+      BoneField::SetPhi(now);
     }
   }
   effort.rows += loss.rows;
   effort.changed_voxels += loss.changed;
-  if (loss.changed == 0) return;
-  float* now = field.Write(leaf);
-  if (!in_place) std::copy(values.begin(), values.end(), now);
-  result.removed_mm3 += loss.voxels;
+  if (loss.changed > 0) result.removed_mm3 += loss.voxels;
 }
 
 }  // namespace kerf

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "bone/grid/cell_block.h"
-#include "bone/grid/cell_volume.h"
+#include "bone/grid/cell_fields.h"
 
 namespace kerf {
 
@@ -16,7 +15,7 @@ Ledger::Ledger(const BoneField& field, int copies)
           static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y) * static_cast<std::size_t>(count_.z),
           0),
       copies_(static_cast<std::size_t>(std::max(copies, 1))) {
-  pure_bone_.fill(static_cast<float>(-field.band_mm()));
+  uncut_.fill(static_cast<float>(-field.band_mm()));
   // Every leaf with bone may be recorded once.
   std::size_t with_bone = 0;
   for (int x = 0; x < count_.x; ++x) {
@@ -51,13 +50,12 @@ const std::array<double, 256>& Ledger::Account() {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
   };
   std::sort(entries_.begin(), entries_.end(), [&](const Entry& a, const Entry& b) { return before(a.leaf, b.leaf); });
-  // A cell belongs to the leaf that contains its lowest corner, so the cells to recompute belong to the changed leaves
-  // and their lower neighbours.
+  // A cell belongs to the leaf that contains its lowest corner. Its volume depends on a layer of voxels around it, so
+  // the cells to recompute belong to the changed leaves and their neighbours.
   std::vector<LeafIndex> owners;
   for (const Entry& entry : entries_) {
-    for (int corner = 0; corner < 8; ++corner) {
-      owners.push_back(
-          {entry.leaf.x - ((corner >> 2) & 1), entry.leaf.y - ((corner >> 1) & 1), entry.leaf.z - (corner & 1)});
+    for (int i = 0; i < 27; ++i) {
+      owners.push_back({entry.leaf.x + i / 9 - 1, entry.leaf.y + i / 3 % 3 - 1, entry.leaf.z + i % 3 - 1});
     }
   }
   std::sort(owners.begin(), owners.end(), before);
@@ -65,14 +63,15 @@ const std::array<double, 256>& Ledger::Account() {
   const auto old_values = [&](const LeafIndex& leaf) -> const float* {
     const auto found = std::lower_bound(entries_.begin(), entries_.end(), leaf,
                                         [&](const Entry& entry, const LeafIndex& l) { return before(entry.leaf, l); });
-    if (found == entries_.end() || !(found->leaf == leaf)) return field_.Read(leaf);
-    return found->copy < 0 ? pure_bone_.data() : copies_[static_cast<std::size_t>(found->copy)].data();
+    if (found == entries_.end() || !(found->leaf == leaf)) return field_.ReadParts(leaf).cut;
+    return found->copy < 0 ? uncut_.data() : copies_[static_cast<std::size_t>(found->copy)].data();
   };
+  CellFields now(field_.voxel_mm(), field_.band_mm());
   for (const LeafIndex& owner : owners) {
-    CellBlock old;
-    CellBlock now;
-    old.LoadLeaves([&](int x, int y, int z) { return old_values({owner.x + x, owner.y + y, owner.z + z}); });
-    now.LoadLeaves([&](int x, int y, int z) { return field_.Read({owner.x + x, owner.y + y, owner.z + z}); });
+    const auto at = [&](int x, int y, int z) { return LeafIndex{owner.x + x, owner.y + y, owner.z + z}; };
+    now.Load([&](int x, int y, int z) { return field_.ReadParts(at(x, y, z)); });
+    CellFields old = now;
+    old.LoadCut([&](int x, int y, int z) { return old_values(at(x, y, z)); });
     AddLoss(owner, old, now);
   }
   for (const Entry& entry : entries_) noted_[Place(entry.leaf)] = 0;
@@ -81,18 +80,16 @@ const std::array<double, 256>& Ledger::Account() {
   return removed_mm3_;
 }
 
-int Ledger::FindLostRegion(const LeafIndex& owner, const std::array<int, 3>& cell, const CellBlock& old,
-                           const CellBlock& now) const {
+int Ledger::FindLostRegion(const LeafIndex& owner, const std::array<int, 3>& cell, const CellFields& old,
+                           const CellFields& now) const {
   const double h = field_.voxel_mm();
   const auto region_at = [&](const Vec3& p_F) { return std::clamp(field_.RegionAt(p_F), 0, 255); };
   const int at_centre =
       region_at(h * (Vec3(8 * owner.x + cell[0], 8 * owner.y + cell[1], 8 * owner.z + cell[2]) + 0.5));
   if (!field_.is_metal(at_centre)) return at_centre;
-  constexpr int kEdge = CellBlock::kEdge;
   for (int corner = 0; corner < 8; ++corner) {
     const int x = cell[0] + (corner >> 2 & 1), y = cell[1] + (corner >> 1 & 1), z = cell[2] + (corner & 1);
-    const int i = (x * kEdge + y) * kEdge + z;
-    if (old.data()[i] == now.data()[i]) continue;
+    if (old.CutAt(x, y, z) == now.CutAt(x, y, z)) continue;
     // The same place as in MetalVoxels, bit for bit.
     const Vec3 lowest_F = h * (8.0 * Vec3(owner.x + x / 8, owner.y + y / 8, owner.z + z / 8));
     const int region = region_at(lowest_F + h * Vec3(x % 8, y % 8, z % 8));
@@ -101,34 +98,15 @@ int Ledger::FindLostRegion(const LeafIndex& owner, const std::array<int, 3>& cel
   return at_centre;
 }
 
-void Ledger::AddLoss(const LeafIndex& owner, const CellBlock& old, const CellBlock& now) {
-  // A cell's volume changes only if the surface passes through it before or after and one of its corners has changed.
-  // In that case at least one corner was inside, one is now outside, and one has changed; or, where bone was restored,
-  // one was outside, one is now inside, and one has changed. Most cells of the band fail this test.
-  constexpr int kEdge = CellBlock::kEdge;
-  constexpr int kCount = kEdge * kEdge * kEdge;
-  std::array<std::uint8_t, kCount> flags;
-  for (int i = 0; i < kCount; ++i) {
-    const float was = old.data()[i];
-    const float is = now.data()[i];
-    flags[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(
-        (was < 0 ? 1 : 0) | (is >= 0 ? 2 : 0) | (is != was ? 4 : 0) | (was >= 0 ? 8 : 0) | (is < 0 ? 16 : 0));
-  }
-  for (const int stride : {1, kEdge, kEdge * kEdge}) {
-    for (int i = 0; i + stride < kCount; ++i) {
-      const int beyond = i + stride;
-      auto& flag = flags[static_cast<std::size_t>(i)];
-      flag = static_cast<std::uint8_t>(flag | flags[static_cast<std::size_t>(beyond)]);
-    }
-  }
+void Ledger::AddLoss(const LeafIndex& owner, const CellFields& old, const CellFields& now) {
+  if (old == now) return;
   const double h = field_.voxel_mm();
   for (int x = 0; x < 8; ++x) {
     for (int y = 0; y < 8; ++y) {
       for (int z = 0; z < 8; ++z) {
-        const int cell = (x * kEdge + y) * kEdge + z;
-        const unsigned flag = flags[static_cast<std::size_t>(cell)];
-        if ((flag & 7U) != 7U && (flag & 28U) != 28U) continue;
-        const double fraction = CalcCellFraction(old.Corners(x, y, z)) - CalcCellFraction(now.Corners(x, y, z));
+        if (!old.DiffersAround(now, x, y, z)) continue;
+        const double fraction = old.CalcFraction(x, y, z) - now.CalcFraction(x, y, z);
+        if (fraction == 0) continue;
         const int region = FindLostRegion(owner, {x, y, z}, old, now);
         removed_mm3_[static_cast<std::size_t>(region)] += fraction * h * h * h;
       }

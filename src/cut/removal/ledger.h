@@ -9,11 +9,11 @@
 
 namespace kerf {
 
-class CellBlock;
+class CellFields;
 
-/// Record of the old values of each leaf at its first change. On request, the volume of all cells with a changed corner
-/// is computed before and after. A leaf of pure bone needs no copy, and each leaf is recorded once. Memory therefore
-/// does not grow with time: it is bounded by the leaves of the bone's initial surface.
+/// Record of the old values of the cut (see BoneField) in each leaf at its first change. On request, the volume of all
+/// cells with a changed corner is computed before and after. A leaf that was not cut before needs no copy, and each
+/// leaf is recorded once.
 class Ledger {
  public:
   /// `copies`: room for copies of old values, 2 kB each. Allocates.
@@ -25,7 +25,7 @@ class Ledger {
   /// Number of leaves with old values that can still be recorded.
   std::size_t room() const { return copies_.size() - copies_used_; }
   /// Records a leaf that changes for the first time since the last Account(); must be called only once for each leaf.
-  /// `old_values`: its values before the change; null for pure bone. Tick-safe.
+  /// `old_values`: its values of the cut before the change; null if it was not cut. Tick-safe.
   void Note(const LeafIndex& leaf, const float* old_values);
 
   /// Adds the loss since the last call to the sums by region, mm3, and discards the old values. Returns the sums. Not
@@ -37,15 +37,15 @@ class Ledger {
   using Values = std::array<float, BoneField::kLeafVoxels>;
   struct Entry {
     LeafIndex leaf;
-    int copy;  // index in copies_; -1: pure bone
+    int copy;  // index in copies_; -1: not cut
   };
 
   std::size_t Place(const LeafIndex& leaf) const;
   /// Returns the region of the bone that a changed cell has lost: the one at its centre or, because metal is not
   /// removed, beside metal that of a voxel that has changed. `cell`: its lowest corner, in voxels from the owner's.
-  int FindLostRegion(const LeafIndex& owner, const std::array<int, 3>& cell, const CellBlock& old,
-                     const CellBlock& now) const;
-  void AddLoss(const LeafIndex& owner, const CellBlock& old, const CellBlock& now);
+  int FindLostRegion(const LeafIndex& owner, const std::array<int, 3>& cell, const CellFields& old,
+                     const CellFields& now) const;
+  void AddLoss(const LeafIndex& owner, const CellFields& old, const CellFields& now);
 
   const BoneField& field_;
   LeafIndex lowest_;
@@ -54,7 +54,7 @@ class Ledger {
   std::vector<Entry> entries_;
   std::vector<Values> copies_;
   std::size_t copies_used_ = 0;
-  Values pure_bone_;
+  Values uncut_;
   std::array<double, 256> removed_mm3_{};
 };
 

@@ -165,7 +165,7 @@ ViewReport RunViewBench(const ViewBenchOptions& options) {
     for (int i = 0; i < simulation.changed_count(); ++i) {
       const ChangedLeaf leaf = simulation.changed(i);
       message.index = leaf.index;
-      std::copy_n(leaf.values, 512, message.values.begin());
+      std::copy_n(leaf.cut, 512, message.values.begin());
       chunks.Take(message);
       worker.Offer(message);
       ++report.cut_leaves;

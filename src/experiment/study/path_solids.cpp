@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bone/grid/ct_modulus.h"
+#include "bone/grid/set_leaf.h"
 #include "experiment/study/paths.h"
 
 namespace kerf {
@@ -62,30 +63,35 @@ Box3 BonePart::CalcBounds() const {
   return bounds_W;
 }
 
-void SetBlock(StudyPath& path, const BlockParams& block, const std::function<double(const Vec3&)>& cavity) {
-  const auto distance = [block, cavity](const Vec3& p_W) {
+void SetBlock(StudyPath& path, const BlockParams& block, const BlockGaps& gaps) {
+  const auto distance = [block, shape = gaps.shape](const Vec3& p_W) {
     const double to_block = CalcBlockDistance(block, p_W);
-    return cavity ? std::max(to_block, cavity(p_W)) : to_block;
+    return shape ? std::max(to_block, shape(p_W)) : to_block;
+  };
+  const auto cut = [distance, was_cut = gaps.was_cut](const Vec3& p_W) {
+    return was_cut ? std::max(distance(p_W), was_cut(p_W)) : distance(p_W);
   };
   const auto region = [block](const Vec3& p_W) { return CalcBlockRegion(block, p_W); };
-  path.solid = MakeSolid(distance, region, path.materials);
+  path.solid = MakeSolid(cut, region, path.materials);
   const BonePart all{block.X_WB,
                      {{-0.5 * block.size_mm.x, -0.5 * block.size_mm.y, -block.size_mm.z},
                       {0.5 * block.size_mm.x, 0.5 * block.size_mm.y, 0}}};
   path.bounds_W = all.CalcBounds();
-  path.make_bone = RememberLast(
-      [distance, region, bounds = path.bounds_W, materials = path.materials](double voxel_mm, int band_voxels) {
-        // The bone is made as in MakeBlock().
-        SolidField field;
-        field.value = distance;
-        field.classify = ClassifyByDistance(distance);
-        field.region = region;
-        BuildOptions options;
-        options.voxel_mm = voxel_mm;
-        options.region_voxel_mm = voxel_mm;
-        options.band_voxels = band_voxels;
-        return MakeBone(field, bounds.Grown((band_voxels + 2) * voxel_mm), options, materials);
-      });
+  path.make_bone = RememberLast([distance, region, was_cut = gaps.was_cut, bounds = path.bounds_W,
+                                 materials = path.materials](double voxel_mm, int band_voxels) {
+    // The bone is made as in MakeBlock().
+    SolidField field;
+    field.value = distance;
+    field.classify = ClassifyByDistance(distance);
+    field.region = region;
+    BuildOptions options;
+    options.voxel_mm = voxel_mm;
+    options.region_voxel_mm = voxel_mm;
+    options.band_voxels = band_voxels;
+    Bone bone = MakeBone(field, bounds.Grown((band_voxels + 2) * voxel_mm), options, materials);
+    if (was_cut) CutAway(bone, bounds, was_cut);
+    return bone;
+  });
 }
 
 void SetMandible(StudyPath& path, const std::shared_ptr<const MandibleShape>& shape,

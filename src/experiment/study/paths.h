@@ -43,9 +43,14 @@ struct BonePart {
   Box3 CalcBounds() const;
 };
 
-/// Sets the solid, the bounds and the bone maker of `path` to those of a block. `cavity` is a signed distance that is
-/// positive inside a cavity, where there is no bone; the solid's distance is the maximum of the two.
-void SetBlock(StudyPath& path, const BlockParams& block, const std::function<double(const Vec3&)>& cavity = nullptr);
+/// What is missing in a block: signed distances that are positive where there is no bone; null: nothing. The solid's
+/// distance is the maximum of all.
+struct BlockGaps {
+  std::function<double(const Vec3&)> shape;    // the bone was never there
+  std::function<double(const Vec3&)> was_cut;  // a saw has removed it
+};
+/// Sets the solid, the bounds and the bone maker of `path` to those of a block.
+void SetBlock(StudyPath& path, const BlockParams& block, const BlockGaps& gaps = {});
 /// Sets the solid, the bounds and the bone maker of `path` to those of the generic mandible or a part of it.
 void SetMandible(StudyPath& path, const std::shared_ptr<const MandibleShape>& shape,
                  const std::optional<BonePart>& part);

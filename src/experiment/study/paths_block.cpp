@@ -165,7 +165,62 @@ StudyPath MakeWorstPath(const std::string& name) {
   block.size_mm = PlanWorst().size_mm;
   block.X_WB = StandAskew();
   const Pose X_WT = path.pose(Holding::kPath, 0);
-  SetBlock(path, block, [saw = path.saw, X_WT](const Vec3& p_W) { return -CalcDiscDistance(saw, X_WT, p_W); });
+  SetBlock(path, block, {.shape = nullptr, .was_cut = [saw = path.saw, X_WT](const Vec3& p_W) {
+                           return -CalcDiscDistance(saw, X_WT, p_W);
+                         }});
+  return path;
+}
+
+BlockPlan PlanThinPlate() {
+  return {"down through a plate 0.8 mm thick and 8 mm long, and out on the far side",
+          {8, 3, 0.8},
+          {},
+          1,
+          {Way(), MoveOff(-0.3, 8, 1), Way(), Way()},
+          {Way(), MoveOff(-0.3, 4, 1), Way(), Way()}};
+}
+
+BlockPlan PlanLamella() {
+  return {"down through a lamella 0.4 mm thick and 8 mm long",
+          {8, 3, 0.4},
+          {},
+          1,
+          {Way(), MoveOff(-0.3, 6, 1), Way(), Way()},
+          {Way(), MoveOff(-0.3, 4, 1), Way(), Way()}};
+}
+
+BlockPlan PlanSkim() {
+  return {"the rim 0.1 mm deep along a face",
+          {16, 3, 4},
+          {},
+          1.6,
+          {MoveOff(-12, 5, 1.6), Way(0.25), Way(), Way()},
+          {MoveOff(-10.5, 5, 1.6), Way(0.1), Way(), Way()}};
+}
+
+BlockPlan PlanWedge() {
+  return {"along a slot 1 mm deep towards the edge of a wedge of 10 degrees, and out on its far side",
+          {12, 3, 2.2},
+          {},
+          2.5,
+          {MoveOff(12, -6.5, 2.5), Way(1.4), Way(), Way()},
+          {MoveOff(11.2, -6.5, 2.5), Way(1), Way(), Way()}};
+}
+
+/// Makes the path of PlanWedge(). The lower face of the block rises to the upper one at x = -6 mm.
+StudyPath MakeWedgePath(const std::string& name) {
+  StudyPath path = MakePath(name, PlanWedge());
+  BlockParams block;
+  block.size_mm = PlanWedge().size_mm;
+  block.X_WB = StandAskew();
+  constexpr double kAngle = 10 * kDegree;
+  SetBlock(path, block,
+           {.shape =
+                [block](const Vec3& p_W) {
+                  const Vec3 p_B = block.X_WB.InversePoint(p_W);
+                  return -(p_B.z * std::cos(kAngle) + (p_B.x + 0.5 * block.size_mm.x) * std::sin(kAngle));
+                },
+            .was_cut = nullptr});
   return path;
 }
 
@@ -190,8 +245,11 @@ std::optional<StudyPath> MakeBlockPath(const std::string& name) {
                                                                {"breakthrough", PlanBreakthrough},
                                                                {"tilt", PlanTilt},
                                                                {"reentry", PlanReentry},
-                                                               {"worst", PlanWorst}};
+                                                               {"thin_plate", PlanThinPlate},
+                                                               {"lamella", PlanLamella},
+                                                               {"skim", PlanSkim}};
   if (name == "worst") return MakeWorstPath(name);
+  if (name == "wedge") return MakeWedgePath(name);
   if (name == "free_form") {
     BlockPlan plan = PlanFreeForm();
     const auto hand = std::make_shared<const HandPath>(FreeFormHandPath());

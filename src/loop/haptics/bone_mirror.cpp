@@ -9,7 +9,7 @@ std::size_t BoneMirror::Update(std::size_t at_most) {
   for (; taken < at_most; ++taken) {
     const LeafMessage* message = stream_.Peek();
     if (message == nullptr) break;
-    SetLeaf(bone_, message->index, message->values);
+    SetCut(bone_, message->index, message->values);
     if (listener_) listener_(*message);
     stream_.Pop();
   }

@@ -263,7 +263,7 @@ bool HapticLoop::MarkChanged(double time_s) {
   for (int k = 0; k < count; ++k) {
     const int i = (next_mark_ + k) % count;
     const ChangedLeaf leaf = body_.changed(i);
-    if (!publisher_.Mark(leaf.index, leaf.values, time_s)) {
+    if (!publisher_.Mark(leaf.index, leaf.cut, time_s)) {
       next_mark_ = i;
       return false;
     }

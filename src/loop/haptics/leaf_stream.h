@@ -10,7 +10,7 @@
 
 namespace kerf {
 
-/// A leaf as it was in some tick, with its values in the layout of src/bone/grid/set_leaf.h.
+/// A leaf as it was in some tick, with its values of the cut (see SetCut() in src/bone/grid/set_leaf.h).
 struct LeafMessage {
   std::array<int, 3> index{};
   std::array<float, 512> values{};

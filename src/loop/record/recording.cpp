@@ -82,6 +82,7 @@ std::string FormatHeader(const RecordingHeader& header) {
   const Quat& q = header.X_WT_start.R_AB;
   const ordered_json json{{"kerf_recording", 2},
                           {"kind", ToString(header.kind)},
+                          {"computation", header.computation},
                           {"version", header.version},
                           {"commit", header.commit},
                           {"compiler", header.compiler},
@@ -118,6 +119,7 @@ RecordingHeader ParseHeader(const std::string& text) {
   } else {
     throw Error(fmt::format("is of kind \"{}\", which this version does not support", kind.substr(0, 40)));
   }
+  header.computation = json.Has("computation") ? static_cast<int>(json.Number("computation", 1, 1e9)) : 1;
   header.version = Printable(json.Text("version"));
   header.commit = Printable(json.Text("commit"));
   header.compiler = Printable(json.Text("compiler"));

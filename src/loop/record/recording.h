@@ -19,9 +19,14 @@ namespace kerf {
 enum class RecordedKind : std::uint8_t { kLoop, kRun, kSlab };
 const char* ToString(RecordedKind kind);
 
+/// Rises with each version of kerf that computes voxel mode with other bits. 2: the whole bone and the cut are kept
+/// apart (docs/physics.md).
+inline constexpr int kComputation = 2;
+
 /// Header of a recording.
 struct RecordingHeader {
   RecordedKind kind = RecordedKind::kLoop;
+  int computation = kComputation;
   std::string scene_name;
   std::string scene_file;           // path of the scene file, which relative names in the scene refer to
   std::string scene_toml;           // the scene with all its settings, as TOML

@@ -97,7 +97,7 @@ PathRun Recording::ReplayPath(const ShowProgress& progress) {
     MaterialSummary material;
     const Bone bone = MakeSceneBone(recorded.scene, shown.Stage("making the bone"), &material);
     RunReplay replay(state_->reader, std::numeric_limits<double>::infinity(), false);
-    CheckBone(replay.header(), bone);
+    CheckReplays(replay.recording(), bone);
     const TickProgress cutting = shown.Stage("cutting");
     const bool slab = state_->header().kind == RecordedKind::kSlab;
     PathRun run = slab ? RunSlabPath(recorded.scene, bone, std::move(material), cutting, {.replay = &replay})

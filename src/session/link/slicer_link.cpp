@@ -238,7 +238,7 @@ void SlicerLink::MeshInTurn() {
     meshes_ = true;
     lock.unlock();
     const Clock::time_point began = Clock::now();
-    for (const auto& [index, values] : leaves) SetLeaf(*bone, index, values);
+    for (const auto& [index, values] : leaves) SetCut(*bone, index, values);
     const Bytes bytes = Share(MakeIgtlSurface(Stamp("kerf_bone"), ExtractSurface(*bone, kAdaptivity)));
     next = Clock::now() + std::max<Clock::duration>(kBetweenBones, kRest * (Clock::now() - began));
     lock.lock();

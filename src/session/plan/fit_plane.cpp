@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "bone/grid/grids.h"
+#include "bone/grid/parts_reader.h"
 #include "session/plan/lost_voxels.h"
 #include "session/plan/moments.h"
 
@@ -88,10 +88,7 @@ struct Midpoint {
 class MidpointFinder {
  public:
   MidpointFinder(const Bone& before, const Bone& after)
-      : h_(before.voxel_mm()),
-        level_(-kLevelVoxels * h_),
-        before_(GridsOf(before).phi->getConstAccessor()),
-        after_(GridsOf(after).phi->getConstAccessor()) {}
+      : h_(before.voxel_mm()), level_(-kLevelVoxels * h_), before_(GridsOf(before)), after_(GridsOf(after)) {}
 
   /// Searches within `reach` on both sides of p. Returns none if one side of the kerf is missing.
   std::optional<Midpoint> Find(const Vec3& p, const Vec3& normal, double reach) {
@@ -105,8 +102,8 @@ class MidpointFinder {
     for (int i = 0; i <= steps; ++i) {
       const double z = -reach + i * 2 * reach / steps;
       const Vec3 at = (p + z * normal) / h_;
-      const bool was_bone = SampleTrilinear(before_, at) < level_;
-      const double phi = SampleTrilinear(after_, at);
+      const bool was_bone = before_.Sample(at) < level_;
+      const double phi = after_.Sample(at);
       if (!was_bone) {
         inside = false;
         last_known = false;
@@ -136,8 +133,8 @@ class MidpointFinder {
  private:
   double h_;
   double level_;
-  openvdb::FloatGrid::ConstAccessor before_;
-  openvdb::FloatGrid::ConstAccessor after_;
+  PartsReader before_;
+  PartsReader after_;
 };
 
 double Median(std::vector<double> values) {

@@ -6,9 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "bone/grid/cell_block.h"
-#include "bone/grid/cell_volume.h"
-#include "bone/grid/grids.h"
+#include "bone/grid/parts_reader.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -50,10 +48,8 @@ Loss FindLoss(const Bone& before, const Bone& after, const std::optional<Box3>& 
         fmt::format("the bone before the cut has voxels of {} mm, the bone after it {} mm; both must be the same bone",
                     h, after.voxel_mm()));
   }
-  const openvdb::FloatGrid& old_grid = *GridsOf(before).phi;
-  const openvdb::FloatGrid& new_grid = *GridsOf(after).phi;
-  auto old_values = old_grid.getConstAccessor();
-  auto new_values = new_grid.getConstAccessor();
+  const PartsReader of_before(GridsOf(before));
+  const PartsReader of_after(GridsOf(after));
   const auto wanted = [&](const Vec3& p) {
     if (within &&
         !(glm::all(glm::greaterThanEqual(p, within->lower)) && glm::all(glm::lessThanEqual(p, within->upper)))) {
@@ -63,24 +59,25 @@ Loss FindLoss(const Bone& before, const Bone& after, const std::optional<Box3>& 
   };
 
   Loss loss;
-  CellBlock a;
-  CellBlock b;
-  for (const openvdb::Coord& origin : FindLeaves(old_grid, new_grid)) {
+  CellFields a(h, before.band_mm());
+  CellFields b(h, after.band_mm());
+  for (const openvdb::Coord& origin : FindLeaves(*GridsOf(before).phi, *GridsOf(after).phi)) {
     const Vec3 corner = h * Vec3(origin.x(), origin.y(), origin.z());
     if (within) {
       const Vec3 far = corner + Vec3(9 * h);
       if (glm::any(glm::lessThan(far, within->lower)) || glm::any(glm::greaterThan(corner, within->upper))) continue;
     }
-    a.Load(old_values, origin);
-    b.Load(new_values, origin);
-    if (std::equal(a.data(), a.data() + CellBlock::kCount, b.data())) continue;
+    of_before.Load(origin, a);
+    of_after.Load(origin, b);
+    if (a == b) continue;
     for (int x = 0; x < kLeaf; ++x) {
       for (int y = 0; y < kLeaf; ++y) {
         for (int z = 0; z < kLeaf; ++z) {
           const Vec3 p = corner + h * Vec3(x, y, z);
-          const double rise = static_cast<double>(b.at(x, y, z) - a.at(x, y, z)) / h;
-          if (rise > kMinRise && a.at(x, y, z) < 0 && wanted(p)) loss.voxels.push_back({p, std::min(rise, 1.0)});
-          const double fraction = CalcCellFraction(a.Corners(x, y, z)) - CalcCellFraction(b.Corners(x, y, z));
+          const float was = a.PhiAt(x, y, z);
+          const double rise = static_cast<double>(b.PhiAt(x, y, z) - was) / h;
+          if (rise > kMinRise && was < 0 && wanted(p)) loss.voxels.push_back({p, std::min(rise, 1.0)});
+          const double fraction = a.CalcFraction(x, y, z) - b.CalcFraction(x, y, z);
           const Vec3 middle = p + Vec3(0.5 * h);
           if (fraction != 0 && wanted(middle)) loss.cells.push_back({middle, fraction * h * h * h});
         }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/core/cancelled.h"
+#include "bone/grid/set_leaf.h"
 #include "cut/effects/guide.h"
 #include "cut/hand_sim/internals.h"
 #include "cut/tool/shape.h"
@@ -220,7 +221,7 @@ void LoopSession::State::MakeBone() {
   for (const std::string& warning : FindHandWarnings(scene, s.setup)) s.warnings.push_back(warning);
   s.warnings.insert(s.warnings.end(), s.material.warnings.begin(), s.material.warnings.end());
   s.starts_in_bone = IsInBone(bone, params.tool, X_WT_start);
-  if (replays()) CheckBone(options.replay.recording->header(), bone);
+  if (replays()) CheckReplays(*options.replay.recording, bone);
   if (records()) {
     header = MakeRecordingHeader(scene, options.output.scene_file, RecordedKind::kLoop, bone, X_WT_start);
     if (replays()) header->taken_up_from = options.replay.recording->path();
@@ -301,7 +302,9 @@ void LoopSession::State::MakePieces(Bone bone) {
     mirror->set_listener([this, peer](const LeafMessage& leaf) {
       if (peer != nullptr) peer->TakeLeaf(leaf);
       if (!fragments->is_on()) return;
-      fragments->Change(leaf.index, leaf.values);
+      std::array<float, 512> phi;
+      GetLeaf(mirror->bone(), leaf.index, phi);
+      fragments->Change(leaf.index, phi);
       pieces->Take(leaf);
     });
   }

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "base/core/append_format.h"
 #include "base/files/files.h"
+#include "bone/grid/field.h"
 #include "cut/effects/tangential_force.h"
 #include "cut/hand_sim/setup.h"
 #include "cut/tool/shape.h"
@@ -94,9 +96,7 @@ LoopSetup MakeLoopSetup(const Scene& scene) {
 }
 
 int CountSpareLeaves(const Bone& bone) {
-  const double leaf_mm = 8 * bone.voxel_mm();
-  const double whole = bone.CalcVolume() / (leaf_mm * leaf_mm * leaf_mm);
-  return static_cast<int>(std::clamp(1.1 * whole + 64, 256.0, static_cast<double>(kMaxSpareLeaves)));
+  return static_cast<int>(std::clamp<std::int64_t>(CountSparesForAll(bone), 256, kMaxSpareLeaves));
 }
 
 std::string DescribeCoupling(const LoopSetup& setup) {

@@ -28,7 +28,7 @@ bool RunReplay::Begin(TickInput& in) {
 
 RunTape::RunTape(const RunSession& session, const Scene& scene, RecordedKind kind, const Bone& bone)
     : replay_(session.replay), recording_failure_(session.recording_failure) {
-  if (replay_ != nullptr) CheckBone(replay_->header(), bone);
+  if (replay_ != nullptr) CheckReplays(replay_->recording(), bone);
   if (session.record.empty()) return;
   recorder_.emplace(session.record,
                     MakeRecordingHeader(scene, session.scene_file, kind, bone, MakePath(scene).CalcPose(0, 0)),

@@ -23,7 +23,7 @@ class RunReplay {
   bool Begin(TickInput& in);
   void End(const TickToRecord& tick) { steps_.Compare(tick); }
 
-  const RecordingHeader& header() const { return steps_.recording().header(); }
+  const RecordingReader& recording() const { return steps_.recording(); }
   std::vector<std::string> FindWarnings() const { return FindDamageWarnings(steps_.recording()); }
   /// `bone_hash`: after the last step.
   Replayed MakeReport(std::uint64_t bone_hash) const { return steps_.MakeReport(bone_hash); }

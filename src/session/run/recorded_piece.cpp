@@ -66,7 +66,7 @@ PieceJob DecodePiece(std::string_view bytes, const Bone& bone) {
       if (index < -(1 << 24) || index > 1 << 24) throw Error("has a leaf outside the bone's limits");
       i = static_cast<int>(index);
     }
-    GetLeaf(bone, leaf.index, leaf.with);
+    GetCut(bone, leaf.index, leaf.with);
     leaf.without = leaf.with;
     std::array<std::uint64_t, 8> changes{};
     for (std::uint64_t& bits : changes) bits = in.Get<std::uint64_t>();

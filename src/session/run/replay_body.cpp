@@ -43,13 +43,23 @@ bool ReplayDevice::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept 
   return step_ ? (step_->flags & kRecordedWriteFailed) == 0 : wrote;
 }
 
-void CheckBone(const RecordingHeader& header, const Bone& bone) {
+void CheckReplays(const RecordingReader& recording, const Bone& bone) {
+  const RecordingHeader& header = recording.header();
+  if (header.kind != RecordedKind::kSlab && header.computation != kComputation) {
+    throw Error(fmt::format(
+        "{}: the recording was made by kerf {} (commit {}), whose forces at the edges of a cut differ from those "
+        "of this version; replay it with that version",
+        recording.path(), header.version, header.commit.substr(0, 12)));
+  }
   if (const std::uint64_t hash = bone.CalcHash(); hash != header.bone_hash) {
-    throw Error(fmt::format("the bone is not the one that was recorded: its hash is {:016x}, the recording's {:016x}",
-                            hash, header.bone_hash));
+    throw Error(
+        fmt::format("{}: the bone is not the one that was recorded: its hash is {:016x}, the recording's {:016x}",
+                    recording.path(), hash, header.bone_hash));
   }
   if (bone.CalcMaterialHash() != header.material_hash) {
-    throw Error("the bone is not the one that was recorded: it has the same voxels, but different materials");
+    throw Error(
+        fmt::format("{}: the bone is not the one that was recorded: it has the same voxels, but different materials",
+                    recording.path()));
   }
 }
 

@@ -55,8 +55,9 @@ class ReplayDevice final : public Device {
   std::optional<RecordedStep> step_;
 };
 
-/// Throws kerf::Error if the recording was made with a different bone.
-void CheckBone(const RecordingHeader& header, const Bone& bone);
+/// Throws kerf::Error if the recording was made with a different bone, or by a version of kerf that computes other
+/// bits.
+void CheckReplays(const RecordingReader& recording, const Bone& bone);
 
 /// Supplies the steps of a recording, with only one block of them in memory, and compares the results of their ticks
 /// with it: the checks and hashes of forces and voxels, the rows of states, and the events.

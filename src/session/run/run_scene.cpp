@@ -243,7 +243,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
 
 Replayed ReplayScene(const Scene& scene, RunReplay& replay, const RunProgress& progress) {
   const Bone bone = MakeSceneBone(scene, [&](double f) { progress("making the bone", f); });
-  CheckBone(replay.header(), bone);
+  CheckReplays(replay.recording(), bone);
   const auto cutting = [&](double f) { progress("cutting", f); };
   if (scene.simulation.mode == SceneMode::kSlab) {
     RunSlab(scene, MakeSlabProfile(scene, bone), cutting, {.replay = &replay});

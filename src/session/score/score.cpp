@@ -82,7 +82,7 @@ ReplayOutcome ReplayRunRecording(RecordingReader& recording, const Scene& scene,
                                  MotionMeter& meter) {
   RunReplay replay(recording, 1e300, false);
   Bone before = MakeSceneBone(scene, [&](double f) { progress("making the bone", f); });
-  CheckBone(replay.header(), before);
+  CheckReplays(replay.recording(), before);
   RunResult result = RunPath(before, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz,
                              scene.tool.rpm, [&](double f) { progress("cutting", f); }, {}, {.replay = &replay});
   double last_s = 0;

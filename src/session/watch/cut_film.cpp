@@ -31,7 +31,7 @@ std::vector<FilmLeaf> CutFilm::Seek(double time_s, const Bone& before) {
     leaf.shown = shown;
     FilmLeaf& now = changed.emplace_back(FilmLeaf{.index = index});
     if (shown == 0) {
-      GetLeaf(before, index, now.values);
+      GetCut(before, index, now.values);
     } else {
       now.values = leaf.states[shown - 1].values;
     }

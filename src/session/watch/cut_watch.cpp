@@ -78,8 +78,10 @@ struct CutWatch::State {
     const auto start = WatchClock::now();
     std::vector<LeafIndex> indices;
     for (const auto& [index, values] : changed) {
-      SetLeaf(now, index, values);
-      finder.Change(index, values);
+      SetCut(now, index, values);
+      LeafValues phi;
+      GetLeaf(now, index, phi);
+      finder.Change(index, phi);
       indices.push_back(index);
     }
     injury_finder.Change(now, indices);

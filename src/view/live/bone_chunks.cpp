@@ -5,12 +5,14 @@
 #include <deque>
 #include <glm/geometric.hpp>
 #include <map>
+#include <optional>
 #include <set>
 #include <unordered_map>
 #include <utility>
 
 #include "bone/grid/grids.h"
 #include "bone/grid/set_leaf.h"
+#include "bone/grid/sharp_edges.h"
 #include "kerf/error.h"
 #include "view/live/chunk_mesher.h"
 
@@ -64,6 +66,55 @@ void FillSamples(const std::vector<LeafValues>& leaves, int step, std::vector<fl
         *out++ = leaf.values != nullptr ? leaf.values[within + vz % kEdge] : leaf.uniform;
       }
     }
+  }
+}
+
+/// Returns whether a triangle is part of the cut's surface. All three of its corners may be on edges.
+bool IsOnCutFace(const std::vector<SharpEdges::Vertex>& vertices, const std::array<std::uint32_t, 3>& triangle) {
+  using Side = SharpEdges::Side;
+  const SharpEdges::Vertex *const a = &vertices[triangle[0]], *const b = &vertices[triangle[1]],
+                                  *const c = &vertices[triangle[2]];
+  const auto is_on = [&](Side side) { return a->IsOn(side) && b->IsOn(side) && c->IsOn(side); };
+  if (!is_on(Side::kCut)) return false;
+  if (!is_on(Side::kWhole)) return true;
+  const Vec3 normal = glm::cross(b->p_vox - a->p_vox, c->p_vox - a->p_vox);
+  return glm::dot(normal, a->cut_outward + b->cut_outward + c->cut_outward) >
+         glm::dot(normal, a->whole_outward + b->whole_outward + c->whole_outward);
+}
+
+/// Splits the triangles of a mesh at the sharp edges of its bone. On an edge, each of the two surfaces has vertices of
+/// its own, with its normal and its colour. `sharp`: where each vertex of the mesh lies. add(vertex, outward direction,
+/// is cut) appends a vertex to the mesh.
+template <typename Add>
+void SplitAtEdges(const SharpEdges& edges, std::vector<SharpEdges::Vertex>& sharp, ChunkMesh& mesh, Add add) {
+  using Side = SharpEdges::Side;
+  const auto is_on_cut = [](const SharpEdges::Vertex& v) { return v.IsOn(Side::kCut); };
+  const auto is_on_whole = [](const SharpEdges::Vertex& v) { return v.IsOn(Side::kWhole); };
+  if (std::none_of(sharp.begin(), sharp.end(), is_on_cut) || std::none_of(sharp.begin(), sharp.end(), is_on_whole)) {
+    return;
+  }
+  std::vector<std::array<std::uint32_t, 3>> triangles(mesh.triangles.size() / 3);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) triangles[i / 3][i % 3] = mesh.triangles[i];
+  edges.SplitTriangles(sharp, triangles);
+  for (std::size_t i = mesh.vertices.size(); i < sharp.size(); ++i) add(sharp[i], sharp[i].whole_outward, false);
+  std::vector<std::optional<std::uint32_t>> of_cut_face(sharp.size());
+  mesh.triangles.clear();
+  for (std::array<std::uint32_t, 3>& triangle : triangles) {
+    if (IsOnCutFace(sharp, triangle)) {
+      bool is_cut = mesh.cut;
+      for (const std::uint32_t i : triangle) {
+        if (sharp[i].side == Side::kCut && mesh.vertices[i].cut == 0) is_cut = false;
+      }
+      for (std::uint32_t& i : triangle) {
+        if (sharp[i].side != Side::kBoth) continue;
+        if (!of_cut_face[i]) {
+          add(sharp[i], sharp[i].cut_outward, is_cut);
+          of_cut_face[i] = static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+        }
+        i = *of_cut_face[i];
+      }
+    }
+    mesh.triangles.insert(mesh.triangles.end(), triangle.begin(), triangle.end());
   }
 }
 
@@ -141,7 +192,7 @@ void BoneChunks::Take(const LeafMessage& leaf) {
   if (state_->uncut.count(leaf.index) == 0) {
     GetLeaf(state_->bone, leaf.index, state_->uncut[leaf.index]);
   }
-  SetLeaf(state_->bone, leaf.index, leaf.values);
+  SetCut(state_->bone, leaf.index, leaf.values);
   // For each axis: the chunk that contains the leaf, and the chunk that the leaf borders on.
   std::array<std::array<int, 2>, 3> along{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -279,8 +330,28 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
     }
     return g;
   };
-  for (const CellVertex& v : surface.vertices) {
+  const auto add = [&](const Vec3& p_vox, const Vec3& normal, bool is_cut) {
     ChunkVertex out{};
+    for (int i = 0; i < 3; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      out.p_mm[k] = static_cast<float>(p_vox[i] * voxel_mm);
+      out.normal[k] = ToByte(normal[i]);
+    }
+    const Vec3 p = p_vox * voxel_mm + origin;
+    box.Include(p);
+    int id = 0;
+    for (int k = 1; k <= 4 && id == 0; ++k)
+      id = region.getValue(NearestVoxel(p - k * below_mm * normal, region_voxel_mm));
+    out.region = static_cast<std::uint8_t>(id);
+    out.cut = is_cut ? 255 : 0;
+    mesh.vertices.push_back(out);
+  };
+  using Side = SharpEdges::Side;
+  std::optional<SharpEdges> edges;
+  if (step == 1 && grids.cut) edges.emplace(grids);
+  std::vector<SharpEdges::Vertex> sharp;  // with `edges`: where each vertex was moved
+  const Vec3 origin_vox = static_cast<double>(kVoxels) * Vec3{middle[0], middle[1], middle[2]};
+  for (const CellVertex& v : surface.vertices) {
     Vec3 p_vox{0};
     Vec3 normal{0};
     for (int i = 0; i < 3; ++i) {
@@ -288,21 +359,23 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
       const int cell = kVoxels * (index[k] - middle[k]) + step * v.cell[k];
       p_vox[i] = cell + step * static_cast<double>(v.within[k]);
       normal[i] = static_cast<double>(v.normal[k]);
-      out.p_mm[k] = static_cast<float>(p_vox[i] * voxel_mm);
     }
-    if (step > 1) normal = CalcDirection(gradient(p_vox + origin / voxel_mm)).value_or(normal);
-    for (int i = 0; i < 3; ++i) out.normal[static_cast<std::size_t>(i)] = ToByte(normal[i]);
-    Vec3 p = p_vox * voxel_mm;
-    p += origin;
-    box.Include(p);
-    int id = 0;
-    for (int k = 1; k <= 4 && id == 0; ++k)
-      id = region.getValue(NearestVoxel(p - k * below_mm * normal, region_voxel_mm));
-    out.region = static_cast<std::uint8_t>(id);
-    out.cut = v.cut ? 255 : 0;
-    mesh.vertices.push_back(out);
+    if (step > 1) normal = CalcDirection(gradient(p_vox + origin_vox)).value_or(normal);
+    bool is_cut = v.cut;
+    if (edges) {
+      const SharpEdges::Vertex& moved = sharp.emplace_back(edges->Move(p_vox + origin_vox));
+      p_vox = moved.p_vox - origin_vox;
+      normal = CalcDirection(moved.side == Side::kCut ? moved.cut_outward : moved.whole_outward).value_or(normal);
+      is_cut = is_cut && moved.side == Side::kCut;
+    }
+    add(p_vox, normal, is_cut);
   }
   mesh.triangles = surface.triangles;
+  if (edges) {
+    SplitAtEdges(*edges, sharp, mesh, [&](const SharpEdges::Vertex& v, const Vec3& outward, bool is_cut) {
+      add(v.p_vox - origin_vox, CalcDirection(outward).value_or(Vec3(0, 0, 1)), is_cut);
+    });
+  }
   mesh.skirt = surface.skirt;
   mesh.lower_W = box.lower;
   mesh.upper_W = box.upper;
@@ -333,8 +406,8 @@ bool FindSurface(const Bone& bone, const Vec3& origin_W, const Vec3& direction_W
     from = std::max(from, std::min(a, b));
     to = std::min(to, std::max(a, b));
   }
-  auto phi = grids.phi->getConstAccessor();
-  const auto value = [&](double t) { return SampleTrilinear(phi, (origin_W + t * direction_W) / voxel_mm); };
+  const PartsReader phi(grids);
+  const auto value = [&](double t) { return phi.Sample((origin_W + t * direction_W) / voxel_mm); };
   double before = from;
   for (double t = from; t <= to;) {
     const double here = value(t);

@@ -12,7 +12,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "bone/grid/grids.h"
+#include "bone/grid/parts_reader.h"
 #include "cut/tool/edge_motion.h"
 #include "cut/tool/looks.h"
 #include "kerf/error.h"
@@ -179,11 +179,11 @@ Samples SamplePhi(const Bone& bone, int columns, int rows, const std::function<V
   Samples samples{columns, rows, {}};
   samples.values.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
   tbb::parallel_for(tbb::blocked_range<int>(0, rows, 8), [&](const tbb::blocked_range<int>& range) {
-    auto phi = grids.phi->getConstAccessor();
+    const PartsReader phi(grids);
     for (int row = range.begin(); row < range.end(); ++row) {
       float* to = &samples.values[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns)];
       for (int column = 0; column < columns; ++column) {
-        to[column] = static_cast<float>(SampleTrilinear(phi, point_of(column, row) / voxel_mm));
+        to[column] = static_cast<float>(phi.Sample(point_of(column, row) / voxel_mm));
       }
     }
   });

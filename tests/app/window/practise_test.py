@@ -157,7 +157,9 @@ def main():
         w.wait_state("back in the plane", lambda s: abs(s["saw_mm"][1] - start[1]) < 0.35)
         w._xdotool("keyup", "Prior")
         w.key("r")
-        w.wait_state("back at the start", lambda s: max(abs(a - b) for a, b in zip(s["saw_mm"], start)) < 0.01)
+        # Keys that are pressed on the way are not for the saw.
+        w.wait_state("back at the start", lambda s: not s["retracting"] and
+                     max(abs(a - b) for a, b in zip(s["saw_mm"], start)) < 0.01)
         # A saw that is far from the cut, and perhaps out of the picture, is led back on every level.
         home = w.state["saw_mm"]
         w._xdotool("keydown", "shift", "keydown", "Up")
@@ -165,8 +167,8 @@ def main():
         w._xdotool("keyup", "Up", "keyup", "shift")
         picture("far away")
         w.key("r")
-        # Keys that are pressed on the way are not for the saw.
-        w.wait_state("back at the start", lambda s: "step" not in s and max(abs(a - b) for a, b in zip(s["saw_mm"], home)) < 0.01)
+        w.wait_state("back at the start", lambda s: "step" not in s and not s["retracting"] and
+                     max(abs(a - b) for a, b in zip(s["saw_mm"], home)) < 0.01)
         w.wait_event("message", text="Retracted")
         w.key("l", "space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])

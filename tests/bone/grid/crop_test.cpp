@@ -2,8 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 
+#include "bone/grid/build.h"
+#include "bone/grid/parts_reader.h"
+#include "bone/grid/set_leaf.h"
 #include "support/solids.h"
 
 namespace kerf {
@@ -33,6 +38,23 @@ TEST(CropBone, LargeBoxGivesTheWholeBone) {
   const Bone bone = test::MakeSphere({1, 2, 3}, 4, 0.25);
   EXPECT_EQ(CropBone(bone, Box3{{-10, -10, -10}, {10, 10, 10}}).CalcHash(), bone.CalcHash());
   EXPECT_EQ(CropBone(bone, Box3{}).CalcHash(), bone.CalcHash());
+}
+
+TEST(CropBone, KeepsBothFieldsOfABoneThatWasCut) {
+  Bone bone = test::MakeSphere({1, 2, 3}, 4, 0.25);
+  // Rounded values do not reach the band, so leaves far from the surface are stored, with one value each.
+  RoundDistances(bone, 6);
+  const Box3 all{{-10, -10, -10}, {10, 10, 10}};
+  CutAway(bone, all, [](const Vec3& p_W) { return 0.4 - std::abs(p_W.x - 1.03); });
+  const Bone part = CropBone(bone, all);
+  EXPECT_EQ(part.CalcVolume(), bone.CalcVolume());
+  EXPECT_EQ(part.CalcHash(), bone.CalcHash());
+  const PartsReader of_bone(GridsOf(bone)), of_part(GridsOf(part));
+  for (auto leaf = GridsOf(bone).cut->tree().cbeginLeaf(); leaf; ++leaf) {
+    const PhiParts was = of_bone.At(leaf->origin()), is = of_part.At(leaf->origin());
+    ASSERT_TRUE(std::equal(was.whole, was.whole + 512, is.whole));
+    ASSERT_TRUE(std::equal(was.cut, was.cut + 512, is.cut));
+  }
 }
 
 }  // namespace

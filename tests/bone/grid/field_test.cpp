@@ -107,7 +107,7 @@ TEST(BoneField, WritingIntoPureBoneChangesBoneAndFieldAndUsesASpareLeaf) {
   const Vec3 p(32, 30, 33);
   const LeafIndex leaf = LeafOf(p / 0.5);
   ASSERT_EQ(field.kind(leaf), BoneField::LeafKind::kInside);
-  float* values = field.Write(leaf);
+  float* values = field.Write(leaf).cut;
   ASSERT_NE(values, nullptr);
   EXPECT_EQ(field.kind(leaf), BoneField::LeafKind::kOwn);
   EXPECT_EQ(field.spare_leaves(), 2);
@@ -135,8 +135,9 @@ TEST(BoneField, EveryBoneLeafCanBeWrittenWithoutAllocation) {
         for (int z = lowest.z - 3; z <= highest.z + 3; ++z) {
           const LeafIndex leaf{x, y, z};
           const BoneField::LeafKind before = field.kind(leaf);
-          float* values = field.Write(leaf);
-          taken += before == BoneField::LeafKind::kInside ? 1 : 0;
+          taken += field.CountNeededSpares(leaf);
+          const float* values = field.Write(leaf).cut;
+          taken -= before == BoneField::LeafKind::kOutside ? 1 : 0;
           right = right && (values == nullptr) == (before == BoneField::LeafKind::kOutside);
           sum += field.Sample({8.0 * leaf.x + 7.3, 8.0 * leaf.y, 8.0 * leaf.z}) +
                  field.ModulusAt({4.0 * leaf.x, 4.0 * leaf.y, 4.0 * leaf.z});
@@ -154,15 +155,15 @@ TEST(BoneField, EveryBoneLeafCanBeWrittenWithoutAllocation) {
 
 TEST(BoneField, ListsEachChangedLeafOnceInTheOrderOfTheFirstWrite) {
   Bone bone = test::MakeSphere({0, 0, 0}, 5, 0.2);
-  BoneField field(bone, 2);
+  BoneField field(bone, 4);
   const LeafIndex a = LeafOf({0, 0, 0});
-  const LeafIndex b = LeafOf({25, 0, 0});  // on the surface
+  const LeafIndex b = LeafOf({25, 0, 0});  // on the surface: takes two spare leaves
   const LeafIndex c = LeafOf({-8, 0, 0});
   const LeafIndex d = LeafOf({0, -8, 0});
-  for (const LeafIndex& leaf : {b, a, b, c, a}) EXPECT_NE(field.Write(leaf), nullptr);
-  EXPECT_EQ(field.Write(d), nullptr);  // no spare leaf is left
+  for (const LeafIndex& leaf : {b, a, b, c, a}) EXPECT_NE(field.Write(leaf).cut, nullptr);
+  EXPECT_EQ(field.Write(d).cut, nullptr);  // no spare leaf is left
   EXPECT_EQ(field.kind(d), BoneField::LeafKind::kInside);
-  EXPECT_EQ(field.Write({1000, 0, 0}), nullptr);  // air
+  EXPECT_EQ(field.Write({1000, 0, 0}).cut, nullptr);  // air
   const auto changed = field.changed();
   EXPECT_EQ(std::vector<LeafIndex>(changed.begin(), changed.end()), (std::vector<LeafIndex>{b, a, c}));
   field.ClearChanged();
@@ -170,13 +171,13 @@ TEST(BoneField, ListsEachChangedLeafOnceInTheOrderOfTheFirstWrite) {
   field.Write(c);
   EXPECT_EQ(field.changed().size(), 1u);
   field.Refill(2);
-  EXPECT_NE(field.Write(d), nullptr);
+  EXPECT_NE(field.Write(d).cut, nullptr);
 }
 
 TEST(BoneField, SettleActivatesTheBandAndFreesEmptiedLeaves) {
   Bone bone = test::MakeSphere({0, 0, 0}, 5, 0.2);
   const std::uint64_t active = bone.CountActiveVoxels();
-  BoneField field(bone, 9);
+  BoneField field(bone, 16);
   const LeafIndex cut = LeafOf({-8, 0, 0});
   const auto band = static_cast<float>(field.band_mm());
   std::uint64_t cleared = 0;  // number of band voxels that the eight leaves clear
@@ -188,10 +189,17 @@ TEST(BoneField, SettleActivatesTheBandAndFreesEmptiedLeaves) {
   // of the other seven has an upper neighbour that still holds bone.
   for (int corner = 0; corner < 8; ++corner) {
     const LeafIndex leaf{(corner >> 2) & 1, (corner >> 1) & 1, corner & 1};
-    std::fill_n(field.Write(leaf), BoneField::kLeafVoxels, band);
+    const BoneField::CutValues values = field.Write(leaf);
+    std::fill_n(values.cut, BoneField::kLeafVoxels, band);
+    BoneField::SetPhi(values);
   }
-  float* values = field.Write(cut);
+  float* values = field.Write(cut).cut;
   for (int i = 0; i < 100; ++i) values[i] = -0.5f * band;
+  // One voxel holds the lowest leaf open, so that the bone knows its cut before the leaf is emptied.
+  field.Write({0, 0, 0}).cut[0] = 0.9f * band;
+  field.Settle();
+  ASSERT_EQ(field.kind({0, 0, 0}), BoneField::LeafKind::kOwn);
+  field.Write({0, 0, 0}).cut[0] = band;
   const int spare = field.spare_leaves();
   const double volume = bone.CalcVolume();
   const std::uint64_t hash = bone.CalcHash();
@@ -205,7 +213,7 @@ TEST(BoneField, SettleActivatesTheBandAndFreesEmptiedLeaves) {
   EXPECT_EQ(field.Sample({0, 0, 0}), field.band_mm());
   // The leaf that was given back is pure bone again.
   ASSERT_EQ(field.kind({-1, -1, -1}), BoneField::LeafKind::kInside);
-  const float* again = field.Write({-1, -1, -1});
+  const float* again = field.Write({-1, -1, -1}).cut;
   ASSERT_NE(again, nullptr);
   EXPECT_TRUE(std::all_of(again, again + BoneField::kLeafVoxels, [&](float v) { return v == -band; }));
 }
@@ -228,7 +236,7 @@ TEST(BoneField, EmptyBoneIsAir) {
   BoneField field(bone, 1);
   EXPECT_EQ(field.Sample({0.3, -0.4, 100}), field.band_mm());
   EXPECT_EQ(field.RegionAt({0, 0, 0}), 0);
-  EXPECT_EQ(field.Write({0, 0, 0}), nullptr);
+  EXPECT_EQ(field.Write({0, 0, 0}).cut, nullptr);
   EXPECT_LT(field.highest().x, field.lowest().x);
 }
 

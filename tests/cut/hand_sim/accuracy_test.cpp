@@ -75,9 +75,9 @@ TEST(CoupledSubsteps, DoublingTheirNumberHalvesTheError) {
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 20;
   params.substeps = 32;
-  // After four ticks of 0.08 mm the rim is within the look-ahead of 0.02 mm, and a quarter of a tick earlier it is not:
-  // all runs touch the bone at nearly the same time.
-  constexpr double kAbove_mm = 0.33;
+  // After four ticks of 0.08 mm the rim has begun to enter the bone, which it does 0.0075 mm in front of it, and a
+  // quarter of a tick earlier it has not: all runs touch the bone at nearly the same time.
+  constexpr double kAbove_mm = 0.32;
   const Cut best = Plunge(params, 0.004, nullptr, kAbove_mm);
   std::vector<double> rms;
   for (const int substeps : {1, 2, 4}) {

@@ -25,8 +25,9 @@ TEST(ApiPage, SnippetCutsInBothWays) {
   SimulationParams params;
   CoupledParams coupled_params = test::DiscParams();
   params.tool = coupled_params.tool = kSaw;
-  const Pose X_WT_start = test::DiscPose(Pose{}, {0, 0, 3 + kR + 0.01});
-  const Pose X_WT = test::DiscPose(Pose{}, {0, 0, 3 + kR - 0.01});
+  // The tool is in contact at the start of the tick.
+  const Pose X_WT_start = test::DiscPose(Pose{}, {0, 0, 3 + kR - 0.01});
+  const Pose X_WT = test::DiscPose(Pose{}, {0, 0, 3 + kR - 0.03});
   const Pose X_WH = X_WT;
   // clang-format off
   // begin

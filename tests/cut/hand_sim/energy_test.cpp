@@ -75,7 +75,7 @@ class WanderingHand {
       : random_(random),
         lift_mm_(std::holds_alternative<DiscSaw>(tool) ? kR : 0),
         R_(IsBlade(tool) ? DiscPose(Pose{}, {}).R_AB : Quat(1, 0, 0, 0)),
-        p_(0, 0, 2 + lift_mm_ + 0.2) {
+        p_(0, 0, 2 + lift_mm_ + 0.1) {
     // x of T, the direction of the feed, is -z, and y of T is x.
     if (CalcStroke(tool) > 0) R_ = CalcEdgeDown();
   }

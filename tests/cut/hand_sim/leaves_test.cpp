@@ -46,7 +46,7 @@ TEST(CoupledLeaves, RefillLetsItGoOn) {
   const Quat R = glm::angleAxis(1.5707963267948966, Vec3(1, 0, 0));
   const auto handle = [&](int tick) { return Pose{R, Vec3(0, 0, 12 - std::min(0.004 * tick, 7.0))}; };
   CoupledParams params;
-  params.spare_leaves = 20;
+  params.spare_leaves = 60;
   CoupledSimulation simulation(test::MakeBox({{1, 0, 0, 0}, Vec3(0, 0, -5)}, {14, 8, 10}, 0.1), params, handle(0));
   params.spare_leaves = 4096;
   CoupledSimulation enough(test::MakeBox({{1, 0, 0, 0}, Vec3(0, 0, -5)}, {14, 8, 10}, 0.1), params, handle(0));

@@ -67,6 +67,7 @@ TEST(ReciprocatingHand, ForceInAKerfIsThatOfTheLawAtTheFeed) {
   constexpr double kFeed_mm_per_s = 2, kStrokesAMinute = 12000;  // a period of five ticks
   CoupledParams params = SawParams("edge_plus_chip");
   params.law.Set("edge_N_per_mm", 0.5);
+  params.law.Set("chip_N_per_mm2", 265);      // so soft that the coupling hardly yields to its changes
   params.coupling.stiffness_N_per_mm = 1000;  // so stiff that the feed is the same at all phases
   const auto& blade = std::get<ReciprocatingBlade>(params.tool);
   Bone bone = test::MakeBox({}, {6, 3, 5}, 0.1);

@@ -84,10 +84,10 @@ TEST(RemovalClosedForm, PlungeVolumeIsWithinOnePercentInEveryPose) {
   }
 }
 
-// Each of the two edges of the kerf's floor has an error of about 0.15 h^2 of cross-section at any depth, so a shallow
-// plunge has the larger relative error. Its sign depends on the pose: 1.3 % too little with the disc's plane midway
-// between two layers of voxel centres, 0.8 % too much with the plane on a layer.
-TEST(RemovalClosedForm, SignOfTheShallowPlungeErrorDependsOnThePose) {
+// A grid rounds off each of the two edges of the kerf's floor by about 0.15 h^2 of cross-section at any depth, which
+// would be 1.5 % of a shallow plunge. The volume is computed from parts of a quarter of a voxel there, in which the
+// rounding is a sixteenth.
+TEST(RemovalClosedForm, ShallowPlungeKeepsTheEdgesOfItsFloor) {
   const Vec3 size(12, 1.6, 3);
   const double depth = 1.2;
   double lowest = 1, highest = -1, squares = 0;
@@ -100,13 +100,11 @@ TEST(RemovalClosedForm, SignOfTheShallowPlungeErrorDependsOnThePose) {
     Simulation simulation(test::MakeBox(X_WB, size, 0.1), {}, DiscPose(X_WB, high));
     Stroke(simulation, X_WB, high, low, 10);
     const double error = Removed(simulation) / expected - 1;
-    EXPECT_LT(std::abs(error), 2 * 0.15 * 0.1 * 0.1 * chord_mm / expected);  // 1.5 %
+    EXPECT_LT(std::abs(error), 0.25 * 2 * 0.15 * 0.1 * 0.1 * chord_mm / expected);  // 0.4 %
     squares += error * error / static_cast<double>(BlockPoses(0.1).size());
     lowest = std::min(lowest, error);
     highest = std::max(highest, error);
   }
-  EXPECT_LT(lowest, -0.005);
-  EXPECT_GT(highest, 0.005);
   std::printf("plunge of 1.2 mm: volume %+.2f to %+.2f %%, rms %.2f %%\n", 100 * lowest, 100 * highest,
               100 * std::sqrt(squares));
 }

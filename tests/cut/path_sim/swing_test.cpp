@@ -43,11 +43,13 @@ SimulationParams SwungParams(const Tool& tool) {
   return params;
 }
 
-/// Feeds the tool in a straight line, and lets it swing where it ends.
+/// Feeds the tool in a straight line, and lets it swing where it ends. The swing within a tick is swept along its
+/// chord, so the floor reaches the arc only at the chords' ends: after 50 ticks the volume of an arc slot is short by
+/// 0.03 % more than after 800, with any voxels.
 double CutVolume(const Pose& X_WB, const Vec3& size, double voxel_mm, const Tool& tool, const Vec3& from_B,
                  const Vec3& to_B, double rpm) {
   Simulation simulation(test::MakeBox(X_WB, size, voxel_mm), SwungParams(tool), SwungPose(X_WB, from_B));
-  constexpr int kTicks = 300, kResting = 50;
+  constexpr int kTicks = 300, kResting = 800;
   for (int i = 1; i <= kTicks + kResting; ++i) {
     const double at = std::min(1.0, static_cast<double>(i) / kTicks);
     simulation.Tick({SwungPose(X_WB, from_B + at * (to_B - from_B)), 1e-3, rpm});

@@ -258,9 +258,10 @@ TEST(Clearance, StaysValidWhileBoneIsCutAway) {
       for (int y = -6; y <= 6; ++y) {
         const LeafIndex leaf{x, y, top};
         if (field.kind(leaf) == BoneField::LeafKind::kOutside) continue;
-        float* values = field.Write(leaf);
-        ASSERT_NE(values, nullptr);
-        std::fill_n(values, BoneField::kLeafVoxels, static_cast<float>(field.band_mm()));
+        const BoneField::CutValues values = field.Write(leaf);
+        ASSERT_NE(values.cut, nullptr);
+        std::fill_n(values.cut, BoneField::kLeafVoxels, static_cast<float>(field.band_mm()));
+        BoneField::SetPhi(values);
       }
     }
     for (int i = 0; i < 100; ++i) {
@@ -279,9 +280,10 @@ TEST(Clearance, WithoutBoneNothingIsNear) {
   for (int x = field.lowest().x; x <= field.highest().x; ++x) {
     for (int y = field.lowest().y; y <= field.highest().y; ++y) {
       for (int z = field.lowest().z; z <= field.highest().z; ++z) {
-        if (float* values = field.Write({x, y, z})) {
-          std::fill_n(values, BoneField::kLeafVoxels, static_cast<float>(field.band_mm()));
-        }
+        const BoneField::CutValues values = field.Write({x, y, z});
+        if (values.cut == nullptr) continue;
+        std::fill_n(values.cut, BoneField::kLeafVoxels, static_cast<float>(field.band_mm()));
+        BoneField::SetPhi(values);
       }
     }
   }

@@ -244,7 +244,8 @@ TEST(UndoJournal, DroppedCheckpointsAreRefusedWithAReason) {
 }
 
 TEST(UndoJournal, NeverGivesWrongBitsWhenTheHistoryOverflows) {
-  Session s({}, BarParams(), 8);
+  Session s({}, BarParams(), 16);
+  Plunge(5).Run(s.simulation);
   Plunge(1).Run(s.simulation);  // changes more leaves than the ring holds
   EXPECT_NE(HistoryOf(s.simulation)->last_lost(), 0u);
   EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(0); }),
@@ -263,7 +264,7 @@ TEST(UndoJournal, NeverGivesWrongBitsWhenTheHistoryOverflows) {
   Plunge(3).Run(s.simulation, [&](const CoupledOutput&) { s.journal.Drain(); });
   UndoJob* job = s.journal.PrepareUndo(later);
   const std::uint64_t hash = s.simulation.UpdateBone().CalcHash();
-  Plunge(4).Run(s.simulation);
+  for (std::uint64_t k = 4; k < 14; ++k) Plunge(k).Run(s.simulation);
   const std::uint64_t cut_hash = s.simulation.UpdateBone().CalcHash();
   ASSERT_NE(cut_hash, hash);
   EXPECT_FALSE(RunRestore(s.simulation, *job));

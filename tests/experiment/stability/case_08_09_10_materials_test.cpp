@@ -439,15 +439,20 @@ TEST(HardCase10, FrictionOfATurningSawInItsKerfIsBoundedAndOpposesTheSlip) {
   double largest_N = 0;
   double drag_N[4] = {};
   const double mus[4] = {0, 0.2, 1, 2};
+  // A handle of 1 N/mm lets the friction drag the saw along the kerf by 2 to 4 mm. From a coefficient of 1 on, the drag
+  // then wanders between 2 and 6 N.
+  constexpr double kStiffness_N_per_mm = 5;
+  constexpr double kPush_mm = 0.3;
   for (int n = 0; n < 4; ++n) {
     CoupledParams params = DiscParams();
+    params.coupling.stiffness_N_per_mm = kStiffness_N_per_mm;
     SetEffect(params.effects, "kerf_friction", "coefficient", mus[n]);
     WatchedTool tool(bone, params, DiscPose({}, {0, 0, 5 + kR + 0.1}));
     for (int i = 0; i < 1500; ++i) tool.Tick(DiscPose({}, {0, 0, 5 + kR + 0.1 - 0.006 * std::min(i, 1000)}));
-    // The tool is pushed against a wall of the kerf with 3 N.
+    // The tool is pushed against a wall of the kerf with 1.5 N.
     CoupledOutput out;
     for (int i = 0; i < 1000; ++i) {
-      out = tool.Tick(DiscPose({}, {0, 0.003 * std::min(i, 500), 5 + kR - 5.9}));
+      out = tool.Tick(DiscPose({}, {0, kPush_mm * std::min(i / 500.0, 1.0), 5 + kR - 5.9}));
       // Friction is at most its coefficient times the force of the walls.
       EXPECT_LE(glm::length(out.f_friction_W_N), mus[n] * 8 + 1e-9);
     }
@@ -459,11 +464,11 @@ TEST(HardCase10, FrictionOfATurningSawInItsKerfIsBoundedAndOpposesTheSlip) {
     // The tool is pushed against the other wall, which pushes in the opposite direction.
     const double wall_N = out.f_face_W_N.y;
     EXPECT_LT(wall_N, -1);
-    for (int i = 0; i < 1000; ++i) out = tool.Tick(DiscPose({}, {0, 1.5 - 0.003 * i, 5 + kR - 5.9}));
+    for (int i = 0; i < 1000; ++i) out = tool.Tick(DiscPose({}, {0, kPush_mm * (1 - i / 500.0), 5 + kR - 5.9}));
     EXPECT_NEAR(out.f_face_W_N.y, -wall_N, 0.1);
-    for (int i = 0; i < 1000; ++i) out = tool.Tick(DiscPose({}, {0, -1.5 + 0.003 * i, 5 + kR - 5.9}));
+    for (int i = 0; i < 1000; ++i) out = tool.Tick(DiscPose({}, {0, kPush_mm * (i / 500.0 - 1), 5 + kR - 5.9}));
     // With the spindle reversed, the drag is reversed too.
-    for (int i = 0; i < 300; ++i) out = tool.Tick(DiscPose({}, {0, 1.5, 5 + kR - 5.9}), -7500);
+    for (int i = 0; i < 300; ++i) out = tool.Tick(DiscPose({}, {0, kPush_mm, 5 + kR - 5.9}), -7500);
     if (mus[n] > 0) {
       EXPECT_LT(out.f_friction_W_N.x, -0.2 * drag_N[n]);
     }

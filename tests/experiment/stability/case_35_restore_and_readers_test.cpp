@@ -345,7 +345,7 @@ TEST(HardCase36, ReadersBoneEqualsTheLoopsAtRest) {
     removed += simulation.Tick(Handle(DiscPose(Pose{}, {0.5 * std::sin(0.01 * i), 0, 6.2 + kR - down}))).removed_mm3;
     for (int k = 0; k < simulation.changed_count(); ++k) {
       const ChangedLeaf leaf = simulation.changed(k);
-      ASSERT_TRUE(publisher.Mark(leaf.index, leaf.values));
+      ASSERT_TRUE(publisher.Mark(leaf.index, leaf.cut));
     }
     simulation.ClearChanged();
     publisher.Send(4);

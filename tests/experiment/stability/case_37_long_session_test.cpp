@@ -110,7 +110,7 @@ TEST(HardCase37, ManyStrokesInTheKerfStayTheSame) {
   // The saw moves in its own kerf, with 250 ticks per stroke. Once the bone in the way is cut, each stroke equals the
   // one before.
   CoupledSimulation simulation(MakeLongSessionBlock(), test::DiscParams(), DiscPose(Pose{}, {0, 0, kClear}));
-  const int strokes = static_cast<int>(std::max(120.0, 120 * Effort()));  // with fewer strokes it still cuts
+  const int strokes = static_cast<int>(std::max(400.0, 400 * Effort()));  // with fewer strokes it still cuts
   std::vector<Vec3> early;
   double drift_N = 0;
   double late_mm3 = 0;

@@ -24,7 +24,7 @@ TEST(FuzzRegression, VolumeAddsUpWhereTheSpareLeavesRanOut) {
   const double before_mm3 = bone.CalcVolume();
   CoupledParams params;
   params.tool = DiscSaw{.diameter_mm = 8.25};
-  params.spare_leaves = 1;
+  params.spare_leaves = 64;
   CoupledSimulation simulation(bone, params, {Quat(1, 0, 0, 0), Vec3(5, 0, -4)});
   const CoupledOutput out = simulation.Tick(test::Handle({Quat(1, 0, 0, 0), Vec3(5.5, 0, -4)}));
   EXPECT_TRUE(out.status & kCoupledLeavesUsedUp);

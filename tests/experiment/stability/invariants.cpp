@@ -109,9 +109,10 @@ void Invariants::CheckAir(const CoupledInput& in, const CoupledOutput& out) {
   const bool lags = (out.status & kLagging) != 0;
   const bool asleep = (out.status & kCoupledAsleep) != 0;
   // Bone closer than 1.5 voxels counts as near (docs/tick.md). The tick finds this with the plates of MakeToolCover(),
-  // which extend to 1.07 times the disc's radius. That matters only in slab mode, where the guide holds a disc near
-  // bone.
-  const double cover_mm = out.fidelity == Fidelity::kSlab ? 0.08 * CalcReach(params_.tool) : 0;
+  // which extend to 1.07 times the disc's radius. That matters only in slab mode and in the transition from it, where
+  // the guide holds a disc near bone.
+  const bool has_guide = out.fidelity == Fidelity::kSlab || (out.status & kCoupledBlending) != 0;
+  const double cover_mm = has_guide ? 0.08 * CalcReach(params_.tool) : 0;
   const bool clear = !watch_->MayTouch(X_WT_, in.X_WH, 2 * h_ + cover_mm) && !lags;
   if (asleep || clear) {
     if (out.f_H_W_N != Vec3(0) || out.tau_H_W_Nmm != Vec3(0)) {

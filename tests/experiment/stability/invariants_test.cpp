@@ -188,9 +188,9 @@ bool Contains(const std::vector<std::string>& found, const std::string& invarian
 
 void AddAt(Bone& bone, const LeafIndex& leaf, float value) {
   BoneField field(bone, 8);
-  float* values = field.Write(leaf);
-  ASSERT_NE(values, nullptr);
-  values[0] += value;
+  const BoneField::CutValues values = field.Write(leaf);
+  ASSERT_NE(values.cut, nullptr);
+  values.phi[0] += value;
   field.Settle();
 }
 

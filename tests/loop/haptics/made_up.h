@@ -74,7 +74,8 @@ class FakeBody : public LoopBody {
   int changed_count() const override { return static_cast<int>(changed_.size()); }
   ChangedLeaf changed(int i) const override {
     const int leaf = changed_[static_cast<std::size_t>(i)];
-    return {IndexOf(leaf), leaves[static_cast<std::size_t>(leaf)].data()};
+    const float* const values = leaves[static_cast<std::size_t>(leaf)].data();
+    return {IndexOf(leaf), values, values};
   }
   void ClearChanged() override {
     for (const int leaf : changed_) marked_[static_cast<std::size_t>(leaf)] = false;

@@ -27,8 +27,8 @@ class PieceExchangeTest : public testing::Test {
     params.effects.clear();
     Bone bar = test::MakeBox({}, {12, 5, 4}, 0.2);
     simulation_.emplace(std::move(bar), params, PoseAt(1.03, 40));
-    for (double z = 14; z > 8; z -= 0.01) Tick(PoseAt(1.03, z));
-    for (double z = 8; z < 14; z += 0.02) Tick(PoseAt(1.03, z));
+    for (double z = 14; z > 7; z -= 0.01) Tick(PoseAt(1.03, z));
+    for (double z = 7; z < 14; z += 0.02) Tick(PoseAt(1.03, z));
     for (int i = 0; i < 100; ++i) Tick(PoseAt(1.03, 40));
     const PieceFinder finder(simulation_->UpdateBone(), 0.5);
     ASSERT_EQ(finder.found().pieces.size(), 2u);

@@ -42,30 +42,40 @@ AgentParams Perfect() {
 
 class Ranking : public Agents, public testing::WithParamInterface<const char*> {};
 
+// A single novice may have the wanted feed by chance: at one seed it is 2.5 or 4.6 mm/s, depending on the voxel. So
+// each measure ranks the agents by its mean over the seeds, and the total by every seed.
 TEST_P(Ranking, EachScoredMeasureRanksNoviceIntermediateAndExpert) {
   const Scene scene = test::MakeSmallExercise(GetParam());
-  for (const std::uint64_t seed : {1, 2, 3}) {
-    ScoreSheet sheets[3];
-    for (std::size_t i = 0; i < 3; ++i) sheets[i] = Score(scene, MakeAgentParams(AgentNames()[i], seed));
+  constexpr int kSeeds = 3;
+  ScoreSheet sheets[kSeeds][3];
+  for (std::size_t seed = 0; seed < kSeeds; ++seed) {
+    auto& of_seed = sheets[seed];
+    for (std::size_t i = 0; i < 3; ++i) of_seed[i] = Score(scene, MakeAgentParams(AgentNames()[i], seed + 1));
     for (std::size_t i = 1; i < 3; ++i) {
-      EXPECT_TRUE(sheets[i].warnings.empty());
-      EXPECT_GT(sheets[i].total.value(), sheets[i - 1].total.value()) << AgentNames()[i] << " seed " << seed;
-      for (const Goal& goal : GoalsOf(scene.exercise.kind)) {
-        // Up to the goal, there is no error.
-        const auto beyond = [&](const ScoreSheet& sheet) {
-          return std::max(std::abs(sheet.Get(goal.key).value()) - RowOf(sheet, goal.key).goal, 0.0);
-        };
-        const double worse = beyond(sheets[i - 1]);
-        const double better = beyond(sheets[i]);
-        // If the worse agent does not make this error at all, the better one cannot surpass it.
-        EXPECT_TRUE(better < worse || (better == 0 && worse == 0))
-            << goal.key << ": " << AgentNames()[i] << " " << better << ", " << AgentNames()[i - 1] << " " << worse
-            << ", seed " << seed;
-      }
+      EXPECT_TRUE(of_seed[i].warnings.empty());
+      EXPECT_GT(of_seed[i].total.value(), of_seed[i - 1].total.value()) << AgentNames()[i] << " seed " << seed + 1;
     }
     // The best and the worst agent differ in the skill that each exercise tests.
-    EXPECT_GT(sheets[2].total.value(), 60);
-    EXPECT_LT(sheets[0].total.value(), 50);
+    EXPECT_GT(of_seed[2].total.value(), 60);
+    EXPECT_LT(of_seed[0].total.value(), 50);
+  }
+  for (const Goal& goal : GoalsOf(scene.exercise.kind)) {
+    // Up to the goal, there is no error.
+    const auto beyond = [&](std::size_t agent) {
+      double sum = 0;
+      for (const auto& of_seed : sheets) {
+        const ScoreSheet& sheet = of_seed[agent];
+        sum += std::max(std::abs(sheet.Get(goal.key).value()) - RowOf(sheet, goal.key).goal, 0.0);
+      }
+      return sum / kSeeds;
+    };
+    for (std::size_t i = 1; i < 3; ++i) {
+      const double worse = beyond(i - 1);
+      const double better = beyond(i);
+      // If the worse agent does not make this error at all, the better one cannot surpass it.
+      EXPECT_TRUE(better < worse || (better == 0 && worse == 0))
+          << goal.key << ": " << AgentNames()[i] << " " << better << ", " << AgentNames()[i - 1] << " " << worse;
+    }
   }
 }
 

@@ -34,7 +34,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 /// The saw cuts off an end, moves away from it, and returns.
-const std::string kPiece = test::CutOffToml(5) + "pieces = \"hidden\"\n";
+const std::string kPiece = test::CutOffToml(1.2) + "pieces = \"hidden\"\n";
 
 class Replays : public ::testing::Test {
  protected:

@@ -16,6 +16,7 @@
 #include "support/block_scene.h"
 #include "support/folder.h"
 #include "support/forge_recording.h"
+#include "support/message_of.h"
 #include "test_paths.h"
 
 namespace kerf {
@@ -134,17 +135,10 @@ TEST_F(Verifies, ARecordingOfVersion1) {
   EXPECT_EQ(recording.events().size(), 5u);
   EXPECT_FALSE(recording.seal().is_chained);
   EXPECT_THAT(DescribeSeal(recording.seal(), {}), HasSubstr("not sealed"));
-  const Replayed replayed = Replay(file);
-  EXPECT_FALSE(replayed.divergence) << replayed.divergence->what;
-  EXPECT_EQ(replayed.steps, 1500u);
-  // These values were printed by the program that made the recording.
-  EXPECT_EQ(replayed.bone_hash, 0xf8c94c7885db718bu);
-  EXPECT_EQ(replayed.voxel_hash, 0x70b9fed0e8e3d3f7u);
-  EXPECT_EQ(replayed.force_hash, 0xa14465e7f6b3752fu);
-  // The same session is run with the present program.
-  const LoopSummary again = Record();
-  EXPECT_EQ(again.bone_hash, replayed.bone_hash);
-  EXPECT_EQ(again.force_hash, replayed.force_hash);
+  EXPECT_EQ(recording.header().computation, 1);
+  EXPECT_EQ(test::MessageOf([&] { Replay(file); }),
+            file + ": the recording was made by kerf 0.1.0 (commit " + recording.header().commit.substr(0, 12) +
+                "), whose forces at the edges of a cut differ from those of this version; replay it with that version");
 }
 
 TEST_F(Verifies, ReplayEndsAtTheFirstGap) {

@@ -28,7 +28,7 @@ TEST(CutFilm, ShowsEachLeafAsItWasLastAtATime) {
   const Bone before = MakeBlock({}, DefaultMandibleTable());
   const std::array<int, 3> a{0, 0, 0}, b{8, 0, 0};
   FilmLeaf uncut{.index = a};
-  GetLeaf(before, a, uncut.values);
+  GetCut(before, a, uncut.values);
   CutFilm film;
   film.set_time_s(1);
   Take(film, a, 11);

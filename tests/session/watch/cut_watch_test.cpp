@@ -27,15 +27,18 @@ struct Bar {
   }
   /// Cuts a kerf of 0.4 mm at x = 4 down to z.
   void CutDownTo(double z) {
-    plan_test::Subtract(now, [z](const Vec3& p) { return std::max(std::abs(p.x - 4) - 0.2, z - p.z); });
+    CutAway(now, now.CalcBounds(), [z](const Vec3& p) { return -std::max(std::abs(p.x - 4) - 0.2, z - p.z); });
   }
-  /// Offers all leaves of the bone.
+  /// Offers all leaves of the bone that were ever cut.
   void OfferAll(CutWatch& watch, const Bone& bone) const {
-    std::array<float, 512> values;
+    std::array<float, 512> values, uncut;
     for (int x = -7; x <= 6; ++x) {
       for (int y = -5; y <= 4; ++y) {
         for (int z = -4; z <= 3; ++z) {
-          GetLeaf(bone, {x, y, z}, values);
+          GetCut(now, {x, y, z}, values);
+          GetCut(*before, {x, y, z}, uncut);
+          if (values == uncut) continue;
+          GetCut(bone, {x, y, z}, values);
           watch.Offer({x, y, z}, values);
         }
       }
@@ -154,7 +157,7 @@ TEST(CutWatch, SeparatesWhatWasRemovedOutsideTheWantedCut) {
   watch.SetMarks({{.name = "nerve", .kind = MarkKind::kNerve, .radius_mm = 0.5, .points_W = {{-6, 0, 0}, {6, 0, 0}}}});
   // Two equal kerfs of 0.4 mm through the nerve, at x = 4 and at x = -2.
   for (const double x : {4.0, -2.0}) {
-    plan_test::Subtract(bar.now, [x](const Vec3& p) { return std::abs(p.x - x) - 0.2; });
+    CutAway(bar.now, bar.now.CalcBounds(), [x](const Vec3& p) { return 0.2 - std::abs(p.x - x); });
   }
   bar.OfferAll(watch, bar.now);
   const PlanesReport all = watch.Fetch().value();

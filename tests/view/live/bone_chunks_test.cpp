@@ -41,7 +41,7 @@ void CutSlot(Simulation& simulation, const Pose& start, int ticks,
   for (int i = 0; i < simulation.changed_count(); ++i) {
     const ChangedLeaf leaf = simulation.changed(i);
     message.index = leaf.index;
-    std::copy_n(leaf.values, 512, message.values.begin());
+    std::copy_n(leaf.cut, 512, message.values.begin());
     take(message);
   }
 }
@@ -98,7 +98,7 @@ TEST(BoneChunks, UpdatedChunkEqualsAChunkMeshedFromScratch) {
   LeafMessage message;
   for (int i = simulation.changed_count(); i-- > 0;) {
     message.index = simulation.changed(i).index;
-    std::copy_n(simulation.changed(i).values, 512, message.values.begin());
+    std::copy_n(simulation.changed(i).cut, 512, message.values.begin());
     at_once.Take(message);
   }
   std::size_t cut = 0;
@@ -194,6 +194,27 @@ TEST(BoneChunks, CutSurfaceIsMarkedAndShowsItsTissue) {
   }
   EXPECT_GT(wall[0], 500u);
   EXPECT_GT(wall[1], 300u);
+}
+
+TEST(BoneChunks, TheEdgesOfAKerfAreCrisp) {
+  const Slot slot;
+  Simulation simulation(MakePlate(0.2), slot.params, slot.start);
+  BoneChunks chunks(MakePlate(0.2));
+  CutSlot(simulation, slot.start, 120, [&](const LeafMessage& leaf) { chunks.Take(leaf); });
+  std::size_t on_edge[2] = {0, 0};  // of the plate's upper face and of the kerf's walls
+  for (const ChunkMesh& mesh : MeshAll(chunks, 1)) {
+    for (const ChunkVertex& v : mesh.vertices) {
+      const Vec3 p = chunks.origin_W() + Vec3{v.p_mm[0], v.p_mm[1], v.p_mm[2]};
+      const double from_wall = std::abs(std::abs(p.x - 0.03) - 0.5);
+      if (std::abs(p.x) > 2 || std::abs(p.y) > 4 || p.z < -1) continue;
+      // No vertex has a normal between those of the two surfaces, and each has the colour of its own.
+      const bool on_wall = v.cut != 0;
+      ASSERT_GE(on_wall ? std::abs(v.normal[0]) : v.normal[2], 126) << p.x << " " << p.y << " " << p.z;
+      if (from_wall < 0.01 && p.z > -0.01) ++on_edge[on_wall ? 1 : 0];
+    }
+  }
+  EXPECT_GT(on_edge[0], 80u);  // 8 mm along both edges, in cells of 0.2 mm
+  EXPECT_EQ(on_edge[0], on_edge[1]);
 }
 
 TEST(BoneChunks, ACutBoneThatIsOpenedAgainLooksAsDuringTheCut) {

@@ -298,7 +298,7 @@ TEST_F(OnePlate, CutShowsTheExposedTissues) {
   LeafMessage message;
   for (int i = 0; i < simulation.changed_count(); ++i) {
     message.index = simulation.changed(i).index;
-    std::copy_n(simulation.changed(i).values, 512, message.values.begin());
+    std::copy_n(simulation.changed(i).cut, 512, message.values.begin());
     worker.Offer(message);
   }
   Upload(view, worker);
