@@ -33,14 +33,16 @@ inline double BoxDistance(const Vec3& p, const Vec3& half) {
 }
 
 /// Makes a box at the pose X_WB, centred at B's origin.
-inline Bone MakeBox(const Pose& X_WB, const Vec3& size, double voxel_mm) {
+inline Bone MakeBox(const Pose& X_WB, const Vec3& size, double voxel_mm, int band_voxels = 3) {
   SolidField field;
   field.value = [=](const Vec3& p_W) { return BoxDistance(X_WB.InversePoint(p_W), 0.5 * size); };
   field.classify = ClassifyByDistance(field.value);
   field.region = [](const Vec3&) { return 24; };
   const double reach = 0.5 * glm::length(size);
   const Box3 box{X_WB.p_AB - Vec3(reach), X_WB.p_AB + Vec3(reach)};
-  return MakeBone(field, box.Grown(6 * voxel_mm), {voxel_mm, voxel_mm, {}}, OneRegionTable());
+  BuildOptions options{voxel_mm, voxel_mm, {}};
+  options.band_voxels = band_voxels;
+  return MakeBone(field, box.Grown((band_voxels + 3) * voxel_mm), options, OneRegionTable());
 }
 
 }  // namespace kerf::test

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "bone/grid/cell_fields.h"
 #include "bone/grid/grids.h"
 #include "bone/grid/leaf_history.h"
 
@@ -29,13 +30,9 @@ LeafIndex LeafAt(const Coord& ijk) {
 /// Calls visit(first leaf, last leaf, value) for each tile whose value is not the background.
 template <typename Tree, typename Visit>
 void ForEachTile(const Tree& tree, Visit visit) {
-  auto it = tree.cbeginValueAll();
-  it.setMaxDepth(Tree::ValueAllCIter::LEAF_DEPTH - 1);
-  for (; it; ++it) {
-    if (*it == tree.background()) continue;
-    openvdb::CoordBBox box;
-    if (it.getBoundingBox(box)) visit(LeafAt(box.min()), LeafAt(box.max()), *it);
-  }
+  ForEachTileBox(tree, [&](const openvdb::CoordBBox& box, auto value) {
+    visit(LeafAt(box.min()), LeafAt(box.max()), value);
+  });
 }
 
 template <typename Visit>
@@ -530,9 +527,13 @@ void BoneField::Refill(int spare_leaves) {
 bool BoneField::State::IsEmpty(const LeafIndex& leaf) const {
   const float* own = table().at(table().Find(leaf));
   if (std::any_of(own, own + kLeafVoxels, [this](float value) { return value < band; })) return false;
-  bool is_empty = true;
-  ForEachUpperVoxel(leaf, [&](int x, int y, int z) { is_empty = is_empty && !(table().Get(x, y, z) < 0); });
-  return is_empty;
+  // The cells at the upper sides may contain bone between voxels that are all outside.
+  CellFields cells(h, static_cast<double>(band));
+  cells.Load([&](int x, int y, int z) { return phi.Parts(table().Find(leaf + LeafIndex{x, y, z})); });
+  for (int i = 0; i < kLeafVoxels; ++i) {
+    if (cells.CalcFraction(i >> 6, i >> 3 & 7, i & 7) != 0) return false;
+  }
+  return true;
 }
 
 void BoneField::Settle() {

@@ -62,6 +62,18 @@ openvdb::FloatGrid::Ptr MakeHuGrid(double voxel_mm);
 /// Like ExtractSurface(), but for any level set with a right-handed transform.
 TriangleMesh ExtractZeroLevel(const openvdb::FloatGrid& grid, double adaptivity);
 
+/// Calls visit(box of voxels, value) for each tile whose value is not the background.
+template <typename Tree, typename Visit>
+void ForEachTileBox(const Tree& tree, Visit&& visit) {
+  auto it = tree.cbeginValueAll();
+  it.setMaxDepth(Tree::ValueAllCIter::LEAF_DEPTH - 1);
+  for (; it; ++it) {
+    if (*it == tree.background()) continue;
+    openvdb::CoordBBox box;
+    if (it.getBoundingBox(box)) visit(box, *it);
+  }
+}
+
 /// Returns the eight values of a cell. Tick-safe.
 template <typename Accessor>
 auto GetCorners(const Accessor& accessor, const CellPoint& cell) {

@@ -33,6 +33,19 @@ Vec3 CalcLostMiddle(const PhiCorners& before, const PhiCorners& after) {
   return count == 0 ? Vec3(0.5) : sum / static_cast<double>(count);
 }
 
+/// Calls visit(lowest voxel) for each block of the size of a leaf that has its own values or those of a tile.
+template <typename Visit>
+void ForEachBlock(const openvdb::FloatTree& tree, Visit visit) {
+  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) visit(leaf->origin());
+  ForEachTileBox(tree, [&](const openvdb::CoordBBox& box, float) {
+    for (int x = box.min().x(); x <= box.max().x(); x += kLeafEdge) {
+      for (int y = box.min().y(); y <= box.max().y(); y += kLeafEdge) {
+        for (int z = box.min().z(); z <= box.max().z(); z += kLeafEdge) visit(Coord(x, y, z));
+      }
+    }
+  });
+}
+
 void CheckSameVoxels(const Bone& before, const Bone& after) {
   if (before.voxel_mm() == after.voxel_mm()) return;
   throw Error(
@@ -93,6 +106,10 @@ std::vector<std::array<int, 3>> FindChangedLeaves(const Bone& before, const Bone
     const auto* b = of_after.probeConstLeaf(origin);
     const float a_all = of_before.getValue(origin);
     const float b_all = of_after.getValue(origin);
+    if (a == nullptr && b == nullptr) {
+      if (a_all != b_all) changed.insert(origin);
+      return;
+    }
     for (openvdb::Index i = 0; i < 512; ++i) {
       if ((a != nullptr ? a->getValue(i) : a_all) == (b != nullptr ? b->getValue(i) : b_all)) continue;
       changed.insert(origin);
@@ -102,10 +119,10 @@ std::vector<std::array<int, 3>> FindChangedLeaves(const Bone& before, const Bone
     const PhiParts was = parts_before.At(origin), is = parts_after.At(origin);
     if (!std::equal(was.cut, was.cut + 512, is.cut)) changed.insert(origin);
   };
-  for (auto leaf = phi_after.tree().cbeginLeaf(); leaf; ++leaf) compare(leaf->origin());
-  for (auto leaf = phi_before.tree().cbeginLeaf(); leaf; ++leaf) {
-    if (of_after.probeConstLeaf(leaf->origin()) == nullptr) compare(leaf->origin());
-  }
+  ForEachBlock(phi_after.tree(), compare);
+  ForEachBlock(phi_before.tree(), [&](const Coord& origin) {
+    if (of_after.probeConstLeaf(origin) == nullptr) compare(origin);
+  });
   std::vector<std::array<int, 3>> leaves;
   for (const Coord& origin : changed) leaves.push_back({origin.x() >> 3, origin.y() >> 3, origin.z() >> 3});
   return leaves;

@@ -16,8 +16,7 @@ struct RemovedCell {
   double in_mm = 0;  // depth of p_W below the surface before the cut, at most the band's width
 };
 
-/// Returns the leaves in which two bones differ: along each axis the voxel's index divided by 8, rounded down. Blocks
-/// that have one value throughout in `after` are compared only where `before` has a leaf.
+/// Returns the leaves in which two bones differ: along each axis the voxel's index divided by 8, rounded down.
 std::vector<std::array<int, 3>> FindChangedLeaves(const Bone& before, const Bone& after);
 
 /// Returns the changed cells whose lowest corner is in the leaf. See FindRemoved().
@@ -26,8 +25,8 @@ std::vector<RemovedCell> FindRemovedInLeaf(const Bone& before, const Bone& after
 std::array<std::array<int, 3>, 27> FindCellLeaves(const std::array<int, 3>& leaf);
 
 /// Finds the cells in which `after`, a cut copy of `before`, differs from it; the sum of their volumes is the
-/// difference between the bones' volumes. The cells are in the order of the grid. Blocks that were entirely bone before
-/// and are entirely empty now (a piece taken out) are not included. Throws kerf::Error if the voxel sizes differ.
+/// difference between the bones' volumes. The cells are in the order of the grid. A piece that was taken out counts as
+/// removed. Throws kerf::Error if the voxel sizes differ.
 std::vector<RemovedCell> FindRemoved(const Bone& before, const Bone& after);
 
 /// Returns which regions belong to a tissue, according to the bone's material table.

@@ -224,6 +224,24 @@ StudyPath MakeWedgePath(const std::string& name) {
   return path;
 }
 
+BlockPlan PlanCrossing() {
+  BlockPlan plan = PlanSlot();
+  plan.title = "into the end face and along a slot 3 mm deep, across a kerf 0.25 mm wide";
+  return plan;
+}
+
+/// Makes the path of PlanCrossing(). The kerf is across the slot, 4 mm from the end face.
+StudyPath MakeCrossingPath(const std::string& name) {
+  StudyPath path = MakePath(name, PlanCrossing());
+  BlockParams block;
+  block.size_mm = PlanCrossing().size_mm;
+  block.X_WB = StandAskew();
+  SetBlock(path, block, {.shape = nullptr, .was_cut = [block](const Vec3& p_W) {
+                           return 0.125 - std::abs(block.X_WB.InversePoint(p_W).x + 6);
+                         }});
+  return path;
+}
+
 BlockPlan PlanFreeForm() {
   return {"strokes of a hand, with tremor, read from a file",
           {24, 4, 8},
@@ -250,6 +268,7 @@ std::optional<StudyPath> MakeBlockPath(const std::string& name) {
                                                                {"skim", PlanSkim}};
   if (name == "worst") return MakeWorstPath(name);
   if (name == "wedge") return MakeWedgePath(name);
+  if (name == "crossing") return MakeCrossingPath(name);
   if (name == "free_form") {
     BlockPlan plan = PlanFreeForm();
     const auto hand = std::make_shared<const HandPath>(FreeFormHandPath());

@@ -61,8 +61,8 @@ struct StructureAssessment {
 ///
 /// A structure is cut if more than kMinInjury_vox was removed in it, and severed if what is left of it in the bone no
 /// longer connects its two ends (see StructureBody). Distances are measured from the removed cells of phi's grid to the
-/// voxels of the region grid, or to a mark's tube, and are accurate to about a voxel of either grid. Whole pieces that
-/// were taken out do not count as removed if blocks of them are entirely empty now (see FindRemoved()).
+/// voxels of the region grid, or to a mark's tube, and are accurate to about a voxel of either grid. A piece that was
+/// taken out counts as removed.
 /// Throws kerf::Error if the voxel sizes differ or CheckMarks() refuses the marks. Takes about a second.
 StructureAssessment AssessStructures(const Bone& before, const Bone& after, const std::vector<Mark>& marks,
                                      std::optional<double> mid_x_mm = {});

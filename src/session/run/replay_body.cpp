@@ -46,10 +46,11 @@ bool ReplayDevice::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept 
 void CheckReplays(const RecordingReader& recording, const Bone& bone) {
   const RecordingHeader& header = recording.header();
   if (header.kind != RecordedKind::kSlab && header.computation != kComputation) {
+    const bool was_changed = !header.commit.empty() && header.commit.back() == '+';
     throw Error(fmt::format(
-        "{}: the recording was made by kerf {} (commit {}), whose forces at the edges of a cut differ from those "
-        "of this version; replay it with that version",
-        recording.path(), header.version, header.commit.substr(0, 12)));
+        "{}: the recording was made by kerf {} of commit {}{}, whose forces at the edges of a cut differ from those of "
+        "this build; replay it with a build of that commit",
+        recording.path(), header.version, header.commit.substr(0, 12), was_changed ? "+" : ""));
   }
   if (const std::uint64_t hash = bone.CalcHash(); hash != header.bone_hash) {
     throw Error(

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <map>
+#include <numbers>
 #include <random>
 #include <utility>
 
@@ -16,6 +18,7 @@
 #include "bone/grid/grids.h"
 #include "bone/grid/piece_finder.h"
 #include "bone/grid/piece_removal.h"
+#include "bone/grid/removed.h"
 #include "bone/grid/set_leaf.h"
 #include "kerf/surface.h"
 #include "support/cuts.h"
@@ -136,8 +139,9 @@ TEST(CellFields, AFloorKeepsItsEdges) {
 
 /// A block in which a kerf has been cut through all of its width and height.
 struct CutBlock {
-  explicit CutBlock(const Pose& the_X_WB, double voxel_mm, double kerf_mm = 0.4) : X_WB(the_X_WB) {
-    before = test::MakeBox(X_WB, {8, 4, 3}, voxel_mm);
+  explicit CutBlock(const Pose& the_X_WB, double voxel_mm, double kerf_mm = 0.4, int band_voxels = 3)
+      : X_WB(the_X_WB) {
+    before = test::MakeBox(X_WB, {8, 4, 3}, voxel_mm, band_voxels);
     bone = before;
     Box3 all = bone.CalcBounds();
     CutAway(bone, all, [&](const Vec3& p_W) { return 0.5 * kerf_mm - std::abs(X_WB.InversePoint(p_W).x - 0.03); });
@@ -213,6 +217,63 @@ TEST(TwoFields, PiecesAddUpToTheBoneAndOneTakenOutLeavesTheOther) {
       EXPECT_NEAR(rest.CalcVolume(), larger, most_mm3);
     }
   }
+}
+
+TEST(TwoFields, PiecesAddUpWithAnyWidthOfTheBand) {
+  for (const int band_voxels : {2, 3, 8}) {
+    const CutBlock cut(test::BlockPoses(0.1)[6], 0.1, 0.4, band_voxels);
+    double sum_mm3 = 0;
+    for (const Bone& piece : SplitPieces(cut.bone, 0.5).pieces) {
+      EXPECT_EQ(piece.band_mm(), cut.bone.band_mm());
+      sum_mm3 += piece.CalcVolume();
+    }
+    EXPECT_NEAR(sum_mm3, cut.bone.CalcVolume(), 0.005 * 0.1 * (4 * 3));
+    EXPECT_EQ(MakePieceRemoval(cut.bone, PieceFinder(cut.bone, 0.5), 2).piece.band_mm(), cut.bone.band_mm());
+  }
+}
+
+TEST(TwoFields, SettlingKeepsTheVolume) {
+  // Thin bone between two cuts may lie between voxels that are all outside, beside a leaf that is empty.
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> place(-2, 2);
+  for (int trial = 0; trial < 40; ++trial) {
+    Bone bone = test::MakeBox(test::BlockPoses(0.2)[5], {8, 4, 3}, 0.2);
+    for (int i = 0; i < 6; ++i) {
+      const Vec3 n = DrawDirection(random);
+      const double d = place(random);
+      CutAway(bone, bone.CalcBounds(), [&](const Vec3& p_W) { return 0.6 - std::abs(glm::dot(n, p_W) - d); });
+    }
+    const double before_mm3 = bone.CalcVolume();
+    BoneField field(bone, 5000);
+    for (const BoneLeaf& leaf : ListLeaves(bone)) {
+      field.Write(field.FromWorld({leaf.first_voxel[0] >> 3, leaf.first_voxel[1] >> 3, leaf.first_voxel[2] >> 3}));
+    }
+    field.Settle();
+    EXPECT_NEAR(bone.CalcVolume(), before_mm3, 1e-12 * before_mm3) << "trial " << trial;
+  }
+}
+
+TEST(FindRemoved, HasAllThatABurRemovedAsAWhole) {
+  const Bone before = test::MakeBox(test::BlockPoses(0.1)[4], {6, 6, 6}, 0.1);
+  Bone after = before;
+  const Vec3 centre = before.CalcBounds().centre();
+  CutAway(after, after.CalcBounds(), [&](const Vec3& p_W) { return 2.2 - glm::length(p_W - centre); });
+  openvdb::FloatGrid& phi = *GridsOf(after).phi;
+  openvdb::tools::pruneLevelSet(phi.tree(), phi.background(), -phi.background());
+  double sum_mm3 = 0;
+  for (const RemovedCell& cell : FindRemoved(before, after)) sum_mm3 += cell.mm3;
+  const double removed_mm3 = before.CalcVolume() - after.CalcVolume();
+  EXPECT_NEAR(sum_mm3, removed_mm3, 1e-9 * removed_mm3);
+  EXPECT_NEAR(removed_mm3, 4.0 / 3 * std::numbers::pi * std::pow(2.2, 3), 0.1);
+  // In both directions, and among the blocks are some that have no leaf in either bone.
+  const auto changed = FindChangedLeaves(before, after);
+  EXPECT_EQ(FindChangedLeaves(after, before), changed);
+  const auto has_no_leaf = [&](const std::array<int, 3>& index) {
+    const openvdb::Coord origin = OriginOf(index);
+    return phi.tree().probeConstLeaf(origin) == nullptr &&
+           GridsOf(before).phi->tree().probeConstLeaf(origin) == nullptr;
+  };
+  EXPECT_TRUE(std::any_of(changed.begin(), changed.end(), has_no_leaf));
 }
 
 TEST(TwoFields, APieceBesideLeavesThatWereEmptiedIsTakenOut) {
@@ -291,6 +352,40 @@ TEST(TwoFields, TheEdgesOfAnExtractedPieceAreSharp) {
     // Where no edge of the grid crosses the surface near the edge of the piece, the edge gets vertices of its own.
     EXPECT_LT(worst_edge, 0.02);
     EXPECT_LT(worst_point, 0.01);
+  }
+}
+
+TEST(TwoFields, TheSurfaceOfAPieceIsManifoldAndFacesOutward) {
+  // Vertices at the same place, in the precision of a file, are one: programs that read STL join them.
+  for (const Pose& X_WB : test::BlockPoses(0.1)) {
+    const CutBlock cut(X_WB, 0.1);
+    for (const Bone& piece : SplitPieces(cut.bone, 0.5).pieces) {
+      const TriangleMesh mesh = ExtractSurface(piece);
+      const bool is_right = X_WB.InversePoint(piece.CalcBounds().lower + piece.CalcBounds().upper).x > 0;
+      std::map<std::array<float, 3>, int> places;
+      std::vector<int> place_of;
+      for (const Vec3& p : mesh.points) {
+        const std::array<float, 3> place{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+        place_of.push_back(places.try_emplace(place, static_cast<int>(places.size())).first->second);
+      }
+      std::map<std::pair<int, int>, int> edges;
+      double wrong_mm2 = 0;
+      for (const auto& [a, b, c] : mesh.triangles) {
+        const int corners[3] = {place_of[a], place_of[b], place_of[c]};
+        if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+        for (int k = 0; k < 3; ++k) ++edges[{corners[k], corners[(k + 1) % 3]}];
+        const Vec3 p_B[3] = {X_WB.InversePoint(mesh.points[a]), X_WB.InversePoint(mesh.points[b]),
+                             X_WB.InversePoint(mesh.points[c])};
+        const double wall = 0.03 + (is_right ? 0.2 : -0.2);
+        if (!std::all_of(p_B, p_B + 3, [&](const Vec3& p) { return std::abs(p.x - wall) < 2e-3; })) continue;
+        const Vec3 area = 0.5 * glm::cross(p_B[1] - p_B[0], p_B[2] - p_B[0]);
+        wrong_mm2 += std::max(is_right ? area.x : -area.x, 0.0);
+      }
+      int several = 0;
+      for (const auto& [edge, count] : edges) several += count > 1 ? 1 : 0;
+      EXPECT_EQ(several, 0);
+      EXPECT_LT(wrong_mm2, 1e-6);
+    }
   }
 }
 
