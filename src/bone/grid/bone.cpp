@@ -31,17 +31,6 @@ std::vector<const FloatLeaf*> Leaves(const FloatTree& tree) {
   return leaves;
 }
 
-/// Calls visit(bounding box in voxels, value) for each tile above the leaves, except the background.
-template <typename Visit>
-void ForEachTileBox(const FloatTree& tree, Visit visit) {
-  auto it = tree.cbeginValueAll();
-  it.setMaxDepth(FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
-  for (; it; ++it) {
-    openvdb::CoordBBox box;
-    if (it.getBoundingBox(box)) visit(box, *it);
-  }
-}
-
 /// Calls visit(cell, fraction) for the cells of a bone tile that are not entirely bone. A level set has no such cells,
 /// because its tiles lie far from the surface, but a cut that ran out of memory ends at a tile.
 template <typename Visit>

@@ -30,9 +30,8 @@ LeafIndex LeafAt(const Coord& ijk) {
 /// Calls visit(first leaf, last leaf, value) for each tile whose value is not the background.
 template <typename Tree, typename Visit>
 void ForEachTile(const Tree& tree, Visit visit) {
-  ForEachTileBox(tree, [&](const openvdb::CoordBBox& box, auto value) {
-    visit(LeafAt(box.min()), LeafAt(box.max()), value);
-  });
+  ForEachTileBox(
+      tree, [&](const openvdb::CoordBBox& box, auto value) { visit(LeafAt(box.min()), LeafAt(box.max()), value); });
 }
 
 template <typename Visit>
@@ -252,10 +251,10 @@ struct BoneField::State {
 void BoneField::State::ReadSplits() {
   const FloatTree& cut = grids.cut->constTree();
   const FloatTree& whole = grids.whole->constTree();
+  phi.ReserveSplits(cut.leafCount());
   for (auto leaf = cut.cbeginLeaf(); leaf; ++leaf) {
     const std::size_t place = table().Find(LeafAt(leaf->origin()) - origin);
     const FloatLeaf* of_whole = whole.probeConstLeaf(leaf->origin());
-    phi.ReserveSplits(1);
     phi.Split(place, {of_whole->buffer().data(), leaf->buffer().data()});
   }
   ForEachTile(cut, [&](const LeafIndex& leaf, const LeafIndex&, float) {
@@ -563,6 +562,8 @@ std::size_t BoneField::CalcMemoryBytes() const {
   std::size_t bytes = s.phi.CalcMemoryBytes() + s.region.table.CalcMemoryBytes() + s.uniform_regions.capacity();
   if (s.modulus) bytes += s.modulus->table.CalcMemoryBytes();
   bytes += (s.changed.capacity() + s.unsettled.capacity()) * sizeof(LeafIndex);
+  bytes += s.new_splits.capacity() * sizeof(s.new_splits[0]);
+  bytes += 2 * s.new_splits.size() * (sizeof(FloatLeaf) + kLeafVoxels * sizeof(float));
   bytes += s.spare.capacity() * sizeof(s.spare[0]) + s.spare.size() * (sizeof(FloatLeaf) + kLeafVoxels * sizeof(float));
   return bytes;
 }

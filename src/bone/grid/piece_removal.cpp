@@ -209,7 +209,7 @@ PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int i
   const PartsReader parts(GridsOf(bone));
   PieceRemoval removal;
   GridsOf(removal.piece) = GridsOf(bone);
-  GridsOf(removal.piece).phi = GridsOf(bone).phi->copyGridWithNewTree();
+  GridsOf(removal.piece).phi = openvdb::gridPtrCast<openvdb::FloatGrid>(GridsOf(bone).phi->copyGridWithNewTree());
   Index3 lowest{1 << 30, 1 << 30, 1 << 30}, highest{-(1 << 30), -(1 << 30), -(1 << 30)};
   for (const Index3& index : voxels.ListLeaves()) {
     const Surroundings around(voxels, index);

@@ -73,7 +73,7 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
     }
     Bone piece;
     GridsOf(piece) = grids;
-    GridsOf(piece).phi = grids.phi->copyGridWithNewTree();
+    GridsOf(piece).phi = openvdb::gridPtrCast<openvdb::FloatGrid>(grids.phi->copyGridWithNewTree());
     FloatTree& tree = GridsOf(piece).phi->tree();
     const float band = tree.background();
     for (std::size_t n = 0; n < blocks.size(); ++n) {

@@ -16,6 +16,7 @@ constexpr double kTolerance_vox = 1e-3;  // of the two fields on an edge
 constexpr double kMargin_vox = 0.05;     // by which an edge may pass outside of a cell
 constexpr double kLeastAngle = 0.05;     // sine of the angle between two surfaces from which on they form an edge
 constexpr double kMaxShift_vox = 1;      // from the middle between two surfaces to their edge
+constexpr double kApart = 0.02;          // of its way, by which a vertex moves less than to the place of another one
 
 /// Both fields and their gradients at a point, in voxels.
 struct FieldsAt {
@@ -165,7 +166,22 @@ void SharpenEdges(const BoneGrids& bone, TriangleMesh& mesh) {
   const double h = bone.voxel_mm();
   std::vector<SharpEdges::Vertex> vertices;
   vertices.reserve(mesh.points.size());
-  for (const Vec3& p_W : mesh.points) vertices.push_back(edges.Move(p_W / h));
+  // A cell with two parts of the surface has a vertex for each. If both were moved to one place, the parts would touch.
+  const auto keep_apart = [&](std::size_t i) {
+    vertices[i].p_vox += kApart * (mesh.points[i] / h - vertices[i].p_vox);
+  };
+  std::map<std::array<float, 3>, std::size_t> moved;
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    const Vec3 p_vox = mesh.points[i] / h;
+    vertices.push_back(edges.Move(p_vox));
+    const Vec3 to = vertices.back().p_vox;
+    if (to == p_vox) continue;
+    const auto [other, is_new] =
+        moved.try_emplace({static_cast<float>(to.x), static_cast<float>(to.y), static_cast<float>(to.z)}, i);
+    if (is_new) continue;
+    keep_apart(i);
+    keep_apart(other->second);
+  }
   edges.SplitTriangles(vertices, mesh.triangles);
   mesh.points.clear();
   for (const SharpEdges::Vertex& vertex : vertices) mesh.points.push_back(h * vertex.p_vox);

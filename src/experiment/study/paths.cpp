@@ -79,8 +79,8 @@ StudyPath MakePlainPath(const std::string& name, const std::string& title) {
 }
 
 std::vector<std::string> NamesOfStudyPaths() {
-  return {"idle",       "entry",   "slot",  "plunge", "graze",    "border",   "breakthrough", "tilt", "reentry", "free_form",
-          "thin_plate", "lamella", "wedge", "skim",   "crossing", "mandible", "ct",           "worst"};
+  return {"idle",      "entry",      "slot",    "plunge", "graze", "border",   "breakthrough", "tilt", "reentry",
+          "free_form", "thin_plate", "lamella", "wedge",  "skim",  "crossing", "mandible",     "ct",   "worst"};
 }
 
 StudyPathList MakeStudyPaths(const std::vector<std::string>& names, const std::string& data_folder,

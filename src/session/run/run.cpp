@@ -179,8 +179,8 @@ const Columns<ForceRow>& ForceColumns() {
   const char* const kRemoved =
       "volume removed since the previous row; since the start. It is computed from the occupancy of voxels, clamp(1/2 "
       "- "
-      "phi/h, 0, 1), and is within a few per cent of the exact volume in the summary, but up to 13 % too small in a "
-      "plate a few voxels thick, and up to 50 % too large if the kerf is at most a voxel wide";
+      "phi/h, 0, 1), and is within a few per cent of the exact volume in the summary, but 13 % too small in a plate "
+      "two voxels thick (1.7 % in one of eight), and up to 50 % too large if the kerf is at most a voxel wide";
   using Row = ForceRow;
   static const Columns<Row> kColumns = JoinColumns<Row>(
       {{{"time_s", "{:.6f}", "path time at the end of the tick", [](const Row& r) { return r.tick.time_s; }},

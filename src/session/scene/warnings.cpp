@@ -17,7 +17,8 @@
 namespace kerf {
 namespace {
 
-/// For a blade thinner than this many voxels, the level set makes the kerf up to a few percent too narrow.
+/// In the kerf of a blade thinner than this many voxels, a cell of the grid may hold parts of both walls. The surface
+/// then has teeth that reach the middle of the kerf (seen up to 1.7 voxels, the diagonal of a cell).
 constexpr double kResolvedVoxels = 2;
 /// Maximum distance between points of the rim. Larger ones cause noise that a hand feels: in a hand-held cut, 33 mN at
 /// 2.9 mm, compared with 1.7 mN at 0.2 mm.
@@ -85,10 +86,11 @@ std::vector<std::string> FindStrokeWarnings(const PlanarBlade& blade, double vox
                     blade.stroke_mm, blade.pitch_mm));
   }
   if (const double voxels = blade.kerf_mm / voxel_mm; voxel_mm > 0 && voxels < kResolvedVoxels) {
-    warnings.push_back(fmt::format(
-        "the kerf of the blade is {:.3g} voxels wide: below {} voxels it is up to a few percent too narrow, "
-        "and below 1 it is a voxel wide; use voxels of at most {:.3g} mm",
-        voxels, kResolvedVoxels, blade.kerf_mm / kResolvedVoxels));
+    warnings.push_back(
+        fmt::format("the kerf of the blade is {:.3g} voxels wide: below {} voxels its surface may have teeth that "
+                    "reach its middle, "
+                    "and below 1 it is a voxel wide; use voxels of at most {:.3g} mm",
+                    voxels, kResolvedVoxels, blade.kerf_mm / kResolvedVoxels));
   }
   return warnings;
 }
@@ -262,8 +264,8 @@ std::vector<std::string> FindVoxelWarnings(const SimulationParams& params, doubl
                     shape, thickness_mm, voxel_mm, thickness_mm / kResolvedVoxels));
   } else if (voxels < kResolvedVoxels) {
     warnings.push_back(fmt::format(
-        "the {} is {:.3g} voxels thick (thickness_mm = {}, voxels of {} mm): below {} voxels the kerf is up to a few "
-        "percent too narrow; use voxels of at most {:.3g} mm",
+        "the {} is {:.3g} voxels thick (thickness_mm = {}, voxels of {} mm): below {} voxels the surface of the kerf "
+        "may have teeth that reach its middle; use voxels of at most {:.3g} mm",
         shape, voxels, thickness_mm, voxel_mm, kResolvedVoxels, thickness_mm / kResolvedVoxels));
   }
   return warnings;

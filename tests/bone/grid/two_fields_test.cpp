@@ -139,8 +139,7 @@ TEST(CellFields, AFloorKeepsItsEdges) {
 
 /// A block in which a kerf has been cut through all of its width and height.
 struct CutBlock {
-  explicit CutBlock(const Pose& the_X_WB, double voxel_mm, double kerf_mm = 0.4, int band_voxels = 3)
-      : X_WB(the_X_WB) {
+  explicit CutBlock(const Pose& the_X_WB, double voxel_mm, double kerf_mm = 0.4, int band_voxels = 3) : X_WB(the_X_WB) {
     before = test::MakeBox(X_WB, {8, 4, 3}, voxel_mm, band_voxels);
     bone = before;
     Box3 all = bone.CalcBounds();
@@ -232,39 +231,34 @@ TEST(TwoFields, PiecesAddUpWithAnyWidthOfTheBand) {
   }
 }
 
-TEST(TwoFields, SettlingKeepsTheVolume) {
-  // Thin bone between two cuts may lie between voxels that are all outside, beside a leaf that is empty.
-  std::mt19937 random(9);
-  std::uniform_real_distribution<double> place(-2, 2);
-  for (int trial = 0; trial < 40; ++trial) {
-    Bone bone = test::MakeBox(test::BlockPoses(0.2)[5], {8, 4, 3}, 0.2);
-    for (int i = 0; i < 6; ++i) {
-      const Vec3 n = DrawDirection(random);
-      const double d = place(random);
-      CutAway(bone, bone.CalcBounds(), [&](const Vec3& p_W) { return 0.6 - std::abs(glm::dot(n, p_W) - d); });
-    }
-    const double before_mm3 = bone.CalcVolume();
-    BoneField field(bone, 5000);
-    for (const BoneLeaf& leaf : ListLeaves(bone)) {
-      field.Write(field.FromWorld({leaf.first_voxel[0] >> 3, leaf.first_voxel[1] >> 3, leaf.first_voxel[2] >> 3}));
-    }
-    field.Settle();
-    EXPECT_NEAR(bone.CalcVolume(), before_mm3, 1e-12 * before_mm3) << "trial " << trial;
-  }
+TEST(TwoFields, SettlingKeepsBoneBetweenVoxelsThatAreOutside) {
+  // A leaf that was removed entirely, below one in which each voxel is outside by one of the two fields: by the cut up
+  // to a face of the block, and by the bone as it was from there on. Between the voxels at the face there is bone.
+  Bone bone = test::MakeBox({}, {5, 5, 5}, 0.2);
+  std::array<float, 512> cut;
+  cut.fill(GridsOf(bone).phi->background());
+  SetCut(bone, {1, 0, -1}, cut);
+  for (std::size_t i = 0; i < 512; ++i) cut[i] = i / 64 <= 4 ? 0.01f : -0.3f;
+  SetCut(bone, {1, 0, 0}, cut);
+  const double before_mm3 = bone.CalcVolume();
+  BoneField field(bone, 10);
+  for (const int z : {-1, 0}) field.Write(field.FromWorld({1, 0, z}));
+  field.Settle();
+  EXPECT_NEAR(bone.CalcVolume(), before_mm3, 1e-12 * before_mm3);
 }
 
 TEST(FindRemoved, HasAllThatABurRemovedAsAWhole) {
-  const Bone before = test::MakeBox(test::BlockPoses(0.1)[4], {6, 6, 6}, 0.1);
+  const Bone before = test::MakeBox(test::BlockPoses(0.1)[4], {7, 7, 7}, 0.1);
   Bone after = before;
   const Vec3 centre = before.CalcBounds().centre();
-  CutAway(after, after.CalcBounds(), [&](const Vec3& p_W) { return 2.2 - glm::length(p_W - centre); });
+  CutAway(after, after.CalcBounds(), [&](const Vec3& p_W) { return 3 - glm::length(p_W - centre); });
   openvdb::FloatGrid& phi = *GridsOf(after).phi;
   openvdb::tools::pruneLevelSet(phi.tree(), phi.background(), -phi.background());
   double sum_mm3 = 0;
   for (const RemovedCell& cell : FindRemoved(before, after)) sum_mm3 += cell.mm3;
   const double removed_mm3 = before.CalcVolume() - after.CalcVolume();
   EXPECT_NEAR(sum_mm3, removed_mm3, 1e-9 * removed_mm3);
-  EXPECT_NEAR(removed_mm3, 4.0 / 3 * std::numbers::pi * std::pow(2.2, 3), 0.1);
+  EXPECT_NEAR(removed_mm3, 4.0 / 3 * std::numbers::pi * std::pow(3, 3), 0.1);
   // In both directions, and among the blocks are some that have no leaf in either bone.
   const auto changed = FindChangedLeaves(before, after);
   EXPECT_EQ(FindChangedLeaves(after, before), changed);
@@ -384,7 +378,9 @@ TEST(TwoFields, TheSurfaceOfAPieceIsManifoldAndFacesOutward) {
       int several = 0;
       for (const auto& [edge, count] : edges) several += count > 1 ? 1 : 0;
       EXPECT_EQ(several, 0);
-      EXPECT_LT(wrong_mm2, 1e-6);
+      // Beside the edges, triangles of a wall may be folded within it. They must not cover more than 0.015 voxels along
+      // the wall's edges of 14 mm.
+      EXPECT_LT(wrong_mm2, 0.02);
     }
   }
 }
