@@ -86,6 +86,7 @@ void PrintSummary(RecordingReader& recording, const std::vector<KnownKey>& keys)
   fmt::print("  kind      {} of {}\n", ToString(header.kind),
              header.scene_file.empty() ? header.scene_name : header.scene_file);
   fmt::print("  recorded  {} by kerf {} ({}, {})\n", header.created, header.version, header.commit, header.compiler);
+  if (!header.IsReplayable()) fmt::print("  replay    only by a build of that commit: forces have changed since\n");
   fmt::print("  machine   {}\n", header.machine);
   if (!header.taken_up_from.empty()) fmt::print("  resumed   from {}\n", header.taken_up_from);
   fmt::print("  bone      {:016x} at {:g} mm voxels\n", header.bone_hash, header.voxel_mm);

@@ -45,6 +45,9 @@ struct RecordingHeader {
   std::string machine;
   std::string created;        // UTC
   std::string taken_up_from;  // path of the recording that this one continues; empty: none
+
+  /// Returns whether this build computes the same bits; slab mode has not changed.
+  bool IsReplayable() const { return kind == RecordedKind::kSlab || computation == kComputation; }
 };
 
 /// End of a recording.

@@ -45,7 +45,7 @@ bool ReplayDevice::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept 
 
 void CheckReplays(const RecordingReader& recording, const Bone& bone) {
   const RecordingHeader& header = recording.header();
-  if (header.kind != RecordedKind::kSlab && header.computation != kComputation) {
+  if (!header.IsReplayable()) {
     const bool was_changed = !header.commit.empty() && header.commit.back() == '+';
     throw Error(fmt::format(
         "{}: the recording was made by kerf {} of commit {}{}, whose forces at the edges of a cut differ from those of "
