@@ -20,7 +20,7 @@ TriangleMesh ExtractSurface(const Bone& bone, double adaptivity = 0);
 inline constexpr double kSmallestPiece_mm3 = 1e-3;
 
 /// Separate pieces of a bone, largest first. Two voxels are connected if both are inside and share a face, so a kerf at
-/// least one voxel wide separates them. The pieces' volumes and the dust add up to the bone's volume. Pieces whose
+/// least one voxel wide separates them. Their sum is the bone within the bounds of docs/physics.md. Pieces whose
 /// voxels have a total volume of less than `min_mm3`, and those whose surface encloses less than kSmallestPiece_mm3,
 /// are counted as dust and not returned.
 struct Pieces {

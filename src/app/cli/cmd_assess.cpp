@@ -20,7 +20,6 @@
 #include "base/files/files.h"
 #include "base/files/folder_lock.h"
 #include "bone/mesh/decimate.h"
-#include "bone/pieces/join.h"
 #include "bone/pieces/measure.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
@@ -171,11 +170,7 @@ void TakeRecording(const std::string& file, const AssessArguments& options, bool
   if (!is_later) subject.before = std::move(summary.before);
   subject.after = std::move(summary.after);
   subject.hash = summary.bone_hash;
-  if (summary.fragments) {
-    std::vector<const Bone*> out;
-    for (const PieceOut& piece : summary.fragments->out) out.push_back(&piece.bone);
-    subject.after = JoinBones(subject.after, out);
-  }
+  if (summary.fragments) subject.after = PutBack(subject.after, summary.fragments->out);
   subject.duration_s += summary.simulated_s;
   subject.largest_force_N = std::max(subject.largest_force_N, summary.force.largest_simulated_N);
   subject.hand_J += summary.hand_J;

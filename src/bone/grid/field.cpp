@@ -95,8 +95,10 @@ struct TreeTable {
   using Value = typename Tree::ValueType;
   using Block = std::array<Value, BoneField::kLeafVoxels>;
 
-  TreeTable(const Tree& tree, const LeafIndex& origin) {
-    const auto [first, last] = FindLeafBox(tree);
+  TreeTable(const Tree& tree, const LeafIndex& origin) : TreeTable(tree, origin, FindLeafBox(tree)) {}
+  /// `box`: the first and the last leaf of a box around all leaves of the tree.
+  TreeTable(const Tree& tree, const LeafIndex& origin, const std::pair<LeafIndex, LeafIndex>& box) {
+    const auto& [first, last] = box;
     table = LeafTable<Value>(first - origin, last - origin, BlockOf(tree.background()));
     ForEachTile(tree, [&](const LeafIndex& lower, const LeafIndex& upper, Value value) {
       const Value* block = BlockOf(value);
@@ -162,12 +164,24 @@ void SplitInsideTiles(FloatTree& tree) {
   }
 }
 
-/// Splits the inside tiles. Throws kerf::Error, before any change, if the tree's box is too large for a table.
-FloatTree& SplitTiles(FloatTree& tree) {
-  const auto [first, last] = FindLeafBox(tree);
+/// Returns the first and the last leaf of the box around all leaves of a bone, emptied ones included.
+std::pair<LeafIndex, LeafIndex> FindLeafBox(const BoneGrids& grids) {
+  const auto box = FindLeafBox(grids.phi->tree());
+  if (!grids.cut) return box;
+  const auto cut = FindLeafBox(grids.cut->tree());
+  if (cut.second.x < cut.first.x) return box;
+  if (box.second.x < box.first.x) return cut;
+  return {{std::min(box.first.x, cut.first.x), std::min(box.first.y, cut.first.y), std::min(box.first.z, cut.first.z)},
+          {std::max(box.second.x, cut.second.x), std::max(box.second.y, cut.second.y),
+           std::max(box.second.z, cut.second.z)}};
+}
+
+/// Splits the inside tiles. Throws kerf::Error, before any change, if the bone's box is too large for a table.
+FloatTree& SplitTiles(BoneGrids& grids) {
+  const auto [first, last] = FindLeafBox(grids);
   LeafTable<float>::CheckedSize({last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3});
-  SplitInsideTiles(tree);
-  return tree;
+  SplitInsideTiles(grids.phi->tree());
+  return grids.phi->tree();
 }
 
 }  // namespace
@@ -175,11 +189,11 @@ FloatTree& SplitTiles(FloatTree& tree) {
 struct BoneField::State {
   explicit State(BoneGrids& the_grids)
       : grids(the_grids),
-        tree(SplitTiles(grids.phi->tree())),
+        tree(SplitTiles(grids)),
         origin(FindOrigin(tree)),
         h(grids.voxel_mm()),
         p_WF_mm(h * (double{kLeafEdge} * Vec3(origin.x, origin.y, origin.z))),
-        tiles(tree, origin),
+        tiles(tree, origin, FindLeafBox(grids)),
         band(tree.background()),
         phi(std::move(tiles.table), tiles.BlockOf(band), tiles.BlockOf(-band)),
         region_h(grids.region_voxel_mm()),

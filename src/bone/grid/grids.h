@@ -74,6 +74,19 @@ void ForEachTileBox(const Tree& tree, Visit&& visit) {
   }
 }
 
+/// Calls visit(lowest voxel) for each block of the size of a leaf that has its own values or those of a tile.
+template <typename Visit>
+void ForEachBlock(const openvdb::FloatTree& tree, Visit&& visit) {
+  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) visit(leaf->origin());
+  ForEachTileBox(tree, [&](const openvdb::CoordBBox& box, float) {
+    for (int x = box.min().x(); x <= box.max().x(); x += kLeafEdge) {
+      for (int y = box.min().y(); y <= box.max().y(); y += kLeafEdge) {
+        for (int z = box.min().z(); z <= box.max().z(); z += kLeafEdge) visit(openvdb::Coord(x, y, z));
+      }
+    }
+  });
+}
+
 /// Returns the eight values of a cell. Tick-safe.
 template <typename Accessor>
 auto GetCorners(const Accessor& accessor, const CellPoint& cell) {

@@ -33,19 +33,6 @@ Vec3 CalcLostMiddle(const PhiCorners& before, const PhiCorners& after) {
   return count == 0 ? Vec3(0.5) : sum / static_cast<double>(count);
 }
 
-/// Calls visit(lowest voxel) for each block of the size of a leaf that has its own values or those of a tile.
-template <typename Visit>
-void ForEachBlock(const openvdb::FloatTree& tree, Visit visit) {
-  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) visit(leaf->origin());
-  ForEachTileBox(tree, [&](const openvdb::CoordBBox& box, float) {
-    for (int x = box.min().x(); x <= box.max().x(); x += kLeafEdge) {
-      for (int y = box.min().y(); y <= box.max().y(); y += kLeafEdge) {
-        for (int z = box.min().z(); z <= box.max().z(); z += kLeafEdge) visit(Coord(x, y, z));
-      }
-    }
-  });
-}
-
 void CheckSameVoxels(const Bone& before, const Bone& after) {
   if (before.voxel_mm() == after.voxel_mm()) return;
   throw Error(

@@ -166,21 +166,25 @@ void SharpenEdges(const BoneGrids& bone, TriangleMesh& mesh) {
   const double h = bone.voxel_mm();
   std::vector<SharpEdges::Vertex> vertices;
   vertices.reserve(mesh.points.size());
-  // A cell with two parts of the surface has a vertex for each. If both were moved to one place, the parts would touch.
-  const auto keep_apart = [&](std::size_t i) {
-    vertices[i].p_vox += kApart * (mesh.points[i] / h - vertices[i].p_vox);
-  };
-  std::map<std::array<float, 3>, std::size_t> moved;
+  std::vector<std::pair<std::array<int, 3>, std::size_t>> moved;  // the cell of each vertex that was moved
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const Vec3 p_vox = mesh.points[i] / h;
     vertices.push_back(edges.Move(p_vox));
-    const Vec3 to = vertices.back().p_vox;
-    if (to == p_vox) continue;
-    const auto [other, is_new] =
-        moved.try_emplace({static_cast<float>(to.x), static_cast<float>(to.y), static_cast<float>(to.z)}, i);
-    if (is_new) continue;
-    keep_apart(i);
-    keep_apart(other->second);
+    if (vertices.back().p_vox == p_vox) continue;
+    const CellPoint cell = FindCell(p_vox);
+    moved.push_back({{cell.x, cell.y, cell.z}, i});
+  }
+  // A cell with two parts of the surface has a vertex for each. If both were moved to one place, the parts would touch.
+  std::sort(moved.begin(), moved.end());
+  const auto keep_apart = [&](std::size_t i) {
+    vertices[i].p_vox += kApart * (mesh.points[i] / h - vertices[i].p_vox);
+  };
+  for (std::size_t k = 1; k < moved.size(); ++k) {
+    const std::size_t a = moved[k - 1].second, b = moved[k].second;
+    if (moved[k - 1].first != moved[k].first) continue;
+    if (glm::length(vertices[a].p_vox - vertices[b].p_vox) > kTolerance_vox) continue;
+    keep_apart(a);
+    keep_apart(b);
   }
   edges.SplitTriangles(vertices, mesh.triangles);
   mesh.points.clear();

@@ -2,13 +2,30 @@
 
 #include <openvdb/tools/VolumeToMesh.h>
 
+#include <algorithm>
+
 #include "bone/grid/grids.h"
 #include "bone/grid/sharp_edges.h"
 
 namespace kerf {
+namespace {
+
+bool HasMetal(const Bone& bone) {
+  const auto& regions = bone.materials().regions();
+  return std::any_of(regions.begin(), regions.end(),
+                     [](const auto& region) { return region.second.tissue == Tissue::kMetal; });
+}
+
+}  // namespace
 
 TriangleMesh ExtractSurface(const Bone& bone, double adaptivity) {
-  TriangleMesh mesh = ExtractZeroLevel(*GridsOf(bone).phi, adaptivity);
+  openvdb::FloatGrid::Ptr phi = GridsOf(bone).phi;
+  if (GridsOf(bone).cut && HasMetal(bone)) {
+    // Metal that was kept deep in a cut is beside voxels as deep outside. OpenVDB passes over pairs of inactive voxels.
+    phi = phi->deepCopy();
+    for (auto leaf = phi->tree().beginLeaf(); leaf; ++leaf) leaf->setValuesOn();
+  }
+  TriangleMesh mesh = ExtractZeroLevel(*phi, adaptivity);
   SharpenEdges(GridsOf(bone), mesh);
   return mesh;
 }

@@ -85,20 +85,33 @@ void AppendPoint(std::string& bytes, const Vec3& p) {
   for (const double coordinate : {p.x, p.y, p.z}) Append(bytes, static_cast<float>(coordinate));
 }
 
-/// Formats a binary STL with the same bytes as VTK's writer.
+/// Returns whether two points are one in the precision of a file.
+bool IsOne(const Vec3& a, const Vec3& b) {
+  const auto is_same = [](double x, double y) { return static_cast<float>(x) == static_cast<float>(y); };
+  return is_same(a.x, b.x) && is_same(a.y, b.y) && is_same(a.z, b.z);
+}
+
+/// Formats a binary STL with the same bytes as VTK's writer. Triangles of which two corners are one point are left out:
+/// an STL has no points of its own, and programs that join equal corners would find edges of more than two triangles.
 std::string FormatStl(const TriangleMesh& mesh) {
   constexpr std::size_t kHeaderBytes = 80;
   std::string bytes = "Visualization Toolkit generated SLA File";
   bytes.reserve(kHeaderBytes + 4 + 50 * mesh.triangles.size());
-  bytes.resize(kHeaderBytes);
-  Append(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
+  bytes.resize(kHeaderBytes + 4);
+  std::uint32_t count = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
+    if (IsOne(mesh.points[a], mesh.points[b]) || IsOne(mesh.points[b], mesh.points[c]) ||
+        IsOne(mesh.points[c], mesh.points[a])) {
+      continue;
+    }
+    ++count;
     const Vec3 normal = glm::cross(mesh.points[c] - mesh.points[b], mesh.points[a] - mesh.points[b]);
     const double length = glm::length(normal);
     AppendPoint(bytes, length > 0 ? normal / length : normal);
     for (const auto corner : {a, b, c}) AppendPoint(bytes, mesh.points[corner]);
     Append(bytes, std::uint16_t{0});
   }
+  std::memcpy(bytes.data() + kHeaderBytes, &count, sizeof(count));
   return bytes;
 }
 

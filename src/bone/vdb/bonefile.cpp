@@ -139,6 +139,10 @@ openvdb::Int32Grid::Ptr ReadRegions(const openvdb::GridBase::Ptr& grid, const st
 /// "cut" are tiles that mark leaves of phi.
 void CheckParts(const BoneGrids& grids, const std::string& path) {
   const auto disagree = [&]() { Refuse(path, "grids \"whole\" and \"cut\" do not belong to grid \"phi\""); };
+  // A grid of a file can be an instance of another one, which shares its voxels.
+  const auto phi_tree = grids.phi->constTreePtr(), whole_tree = grids.whole->constTreePtr();
+  const auto cut_tree = grids.cut->constTreePtr();
+  if (whole_tree == cut_tree || whole_tree == phi_tree || cut_tree == phi_tree) disagree();
   for (const auto& grid : {grids.whole, grids.cut}) {
     CheckSides(*grid, path);
     if (VoxelSize(*grid, path) != VoxelSize(*grids.phi, path)) disagree();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "bone/grid/join.h"
 #include "kerf/surface.h"
 
 namespace kerf {
@@ -64,6 +65,12 @@ std::optional<PieceJob> PreparePiece(const FragmentWatch& watch, const Bone& bon
     return PieceJob{kAllDust, found.dust_count, Vec3(0), MakePieceRemoval(bone, finder, kAllDust)};
   }
   return {};
+}
+
+Bone PutBack(const Bone& bone, std::span<const PieceOut> out) {
+  std::vector<const Bone*> pieces;
+  for (const PieceOut& piece : out) pieces.push_back(&piece.bone);
+  return JoinBones(bone, pieces);
 }
 
 PieceOut FinishPiece(PieceJob&& job, const FragmentsParams& params, double time_s) {

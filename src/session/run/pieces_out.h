@@ -52,6 +52,9 @@ void Install(const PieceRemoval& removal, Sim& simulation) {
   simulation.AddTakenOut(removal.mm3, 1);
 }
 
+/// Returns the bone with the pieces that were taken out of it put back where they were cut off; deleted ones are not.
+Bone PutBack(const Bone& bone, std::span<const PieceOut> out);
+
 /// Returns the result of a completed job.
 PieceOut FinishPiece(PieceJob&& job, const FragmentsParams& params, double time_s);
 

@@ -73,6 +73,8 @@ ReplayOutcome ReplayLoopRecording(RecordingReader& recording, const Scene& scene
   };
   LoopSummary summary = RunLoop(scene, loop, progress);
   if (options.stop != nullptr && options.stop->load()) throw Error("the scoring was interrupted");
+  // A piece that was taken out is not bone that was removed.
+  if (summary.fragments) summary.after = PutBack(summary.after, summary.fragments->out);
   ReplayOutcome outcome{std::move(summary.before), std::move(summary.after), {}};
   if (summary.replayed) NoteDivergence(summary.replayed->divergence, outcome.warnings);
   return outcome;

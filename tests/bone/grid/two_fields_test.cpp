@@ -16,6 +16,7 @@
 #include "bone/grid/cell_volume.h"
 #include "bone/grid/field.h"
 #include "bone/grid/grids.h"
+#include "bone/grid/join.h"
 #include "bone/grid/piece_finder.h"
 #include "bone/grid/piece_removal.h"
 #include "bone/grid/removed.h"
@@ -218,6 +219,20 @@ TEST(TwoFields, PiecesAddUpToTheBoneAndOneTakenOutLeavesTheOther) {
   }
 }
 
+TEST(TwoFields, APieceThatIsPutBackGivesTheBoneBefore) {
+  for (const double kerf_mm : {0.25, 0.4}) {
+    for (const Pose& X_WB : test::BlockPoses(0.2)) {
+      const CutBlock cut(X_WB, 0.2, kerf_mm);
+      const PieceRemoval removal = MakePieceRemoval(cut.bone, PieceFinder(cut.bone, 0.5), 2);
+      Bone rest = cut.bone;
+      for (const LeafChange& change : removal.leaves) SetCut(rest, change.index, change.without);
+      const Bone joined = JoinBones(rest, {&removal.piece});
+      EXPECT_NEAR(joined.CalcVolume(), cut.bone.CalcVolume(), 1e-9);
+      for (const RemovedCell& cell : FindRemoved(cut.bone, joined)) EXPECT_LT(std::abs(cell.mm3), 1e-12);
+    }
+  }
+}
+
 TEST(TwoFields, PiecesAddUpWithAnyWidthOfTheBand) {
   for (const int band_voxels : {2, 3, 8}) {
     const CutBlock cut(test::BlockPoses(0.1)[6], 0.1, 0.4, band_voxels);
@@ -381,6 +396,56 @@ TEST(TwoFields, TheSurfaceOfAPieceIsManifoldAndFacesOutward) {
       // Beside the edges, triangles of a wall may be folded within it. They must not cover more than 0.015 voxels along
       // the wall's edges of 14 mm.
       EXPECT_LT(wrong_mm2, 0.02);
+    }
+  }
+}
+
+TEST(TwoFields, SurfacesAreClosedAroundMetalThatWasKept) {
+  SolidField field;
+  field.value = [](const Vec3& p_W) { return test::BoxDistance(p_W, {2, 2, 2}); };
+  field.classify = ClassifyByDistance(field.value);
+  field.region = [](const Vec3& p_W) { return p_W.x > 0 ? 25 : 24; };
+  MaterialTable materials = test::OneRegionTable();
+  materials.Add({25, "metal", Tissue::kMetal, 110000, 0.3, true, "test"});
+  Bone bone = MakeBone(field, {{-3, -3, -3}, {3, 3, 3}}, {0.2, 0.2, {}}, materials);
+  // A tool takes all of the bone and none of the metal.
+  std::array<float, 512> cut;
+  for (const BoneLeaf& leaf : ListLeaves(Bone(bone))) {
+    GetCut(bone, {leaf.first_voxel[0] >> 3, leaf.first_voxel[1] >> 3, leaf.first_voxel[2] >> 3}, cut);
+    for (int i = 0; i < 512; ++i) {
+      if (leaf.first_voxel[0] + i / 64 <= 0) cut[static_cast<std::size_t>(i)] = GridsOf(bone).phi->background();
+    }
+    SetCut(bone, {leaf.first_voxel[0] >> 3, leaf.first_voxel[1] >> 3, leaf.first_voxel[2] >> 3}, cut);
+  }
+  const TriangleMesh mesh = ExtractSurface(bone);
+  EXPECT_GT(mesh.triangles.size(), 100u);
+  EXPECT_EQ(CountOpenEdges(mesh), 0u);
+}
+
+TEST(TwoFields, AFieldReadsLeavesThatWereEmptiedOutsideTheBone) {
+  // An end of a rod is cut away wherever it was within the band. Its leaves are empty, and several lie beyond those of
+  // the rest. Cells of the rest reach into the first of them.
+  Bone bone = test::MakeBox({}, {7.5, 1, 1}, 0.1);
+  const float band = GridsOf(bone).phi->background();
+  std::array<float, 512> whole, cut;
+  for (const BoneLeaf& leaf : ListLeaves(Bone(bone))) {
+    const std::array<int, 3> index{leaf.first_voxel[0] >> 3, leaf.first_voxel[1] >> 3, leaf.first_voxel[2] >> 3};
+    if (index[0] < 2) continue;
+    GetLeaf(bone, index, whole);
+    for (std::size_t i = 0; i < 512; ++i) cut[i] = whole[i] < band ? band : -band;
+    SetCut(bone, index, cut);
+  }
+  openvdb::FloatTree& phi = GridsOf(bone).phi->tree();
+  openvdb::tools::pruneLevelSet(phi, band, -band);
+  const BoneField field(bone, 0);
+  for (auto leaf = GridsOf(bone).cut->tree().cbeginLeaf(); leaf; ++leaf) {
+    ASSERT_EQ(phi.probeConstLeaf(leaf->origin()), nullptr);
+  }
+  for (const BoneLeaf& leaf : ListLeaves(bone)) {
+    for (int i = 0; i < 512; ++i) {
+      const Vec3 p_vox =
+          Vec3(leaf.first_voxel[0] + i / 64, leaf.first_voxel[1] + i / 8 % 8, leaf.first_voxel[2] + i % 8) + 0.5;
+      ASSERT_NEAR(field.Sample(p_vox), bone.SignedDistance(0.1 * p_vox), 1e-12);
     }
   }
 }

@@ -1,0 +1,15 @@
+// Restoration of bone that was taken out.
+#pragma once
+
+#include <vector>
+
+#include "kerf/bone.h"
+
+namespace kerf {
+
+/// Returns the bone with the pieces added where they were cut off: the cut is again what it was in them. The pieces
+/// must have been taken out of it (MakePieceRemoval()), not cut away. Empty pieces are ignored. Throws kerf::Error if
+/// the voxel sizes differ.
+Bone JoinBones(const Bone& bone, const std::vector<const Bone*>& pieces);
+
+}  // namespace kerf
