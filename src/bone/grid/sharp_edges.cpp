@@ -166,25 +166,31 @@ void SharpenEdges(const BoneGrids& bone, TriangleMesh& mesh) {
   const double h = bone.voxel_mm();
   std::vector<SharpEdges::Vertex> vertices;
   vertices.reserve(mesh.points.size());
-  std::vector<std::pair<std::array<int, 3>, std::size_t>> moved;  // the cell of each vertex that was moved
-  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    const Vec3 p_vox = mesh.points[i] / h;
-    vertices.push_back(edges.Move(p_vox));
-    if (vertices.back().p_vox == p_vox) continue;
-    const CellPoint cell = FindCell(p_vox);
-    moved.push_back({{cell.x, cell.y, cell.z}, i});
-  }
-  // A cell with two parts of the surface has a vertex for each. If both were moved to one place, the parts would touch.
-  std::sort(moved.begin(), moved.end());
+  // A cell with two parts of the surface has a vertex for each, and two cells may share a point of an edge. If two
+  // vertices were moved to one place, the parts would touch there.
+  std::multimap<std::array<int, 3>, std::size_t> moved;  // by the cell to which they were moved
   const auto keep_apart = [&](std::size_t i) {
     vertices[i].p_vox += kApart * (mesh.points[i] / h - vertices[i].p_vox);
   };
-  for (std::size_t k = 1; k < moved.size(); ++k) {
-    const std::size_t a = moved[k - 1].second, b = moved[k].second;
-    if (moved[k - 1].first != moved[k].first) continue;
-    if (glm::length(vertices[a].p_vox - vertices[b].p_vox) > kTolerance_vox) continue;
-    keep_apart(a);
-    keep_apart(b);
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    vertices.push_back(edges.Move(mesh.points[i] / h));
+    const Vec3 p_vox = vertices.back().p_vox;
+    if (p_vox == mesh.points[i] / h) continue;
+    const CellPoint first = FindCell(p_vox - kTolerance_vox), last = FindCell(p_vox + kTolerance_vox);
+    for (int x = first.x; x <= last.x; ++x) {
+      for (int y = first.y; y <= last.y; ++y) {
+        for (int z = first.z; z <= last.z; ++z) {
+          const auto [begin, end] = moved.equal_range({x, y, z});
+          for (auto other = begin; other != end; ++other) {
+            if (glm::length(vertices[other->second].p_vox - p_vox) > kTolerance_vox) continue;
+            keep_apart(other->second);
+            keep_apart(i);
+          }
+        }
+      }
+    }
+    const CellPoint cell = FindCell(p_vox);
+    moved.insert({{cell.x, cell.y, cell.z}, i});
   }
   edges.SplitTriangles(vertices, mesh.triangles);
   mesh.points.clear();
