@@ -15,23 +15,25 @@ namespace {
 
 constexpr float kReach_vox = 2.9f;  // from the piece to the voxels on which its volume depends; see CellFields
 
-/// Gives the bone the cut that the piece has, in the piece and next to it.
+/// Gives the bone the cut that the piece has, in the piece and next to it. Other bone stays as it is: it may have been
+/// cut since.
 void Join(const Bone& piece, Bone& bone) {
   const BoneGrids& grids = GridsOf(piece);
   const PartsReader reader(grids);
   const auto phi = grids.phi->getConstAccessor();
   const float reach_mm = std::min(kReach_vox * static_cast<float>(piece.voxel_mm()), grids.phi->background());
   ForEachBlock(grids.phi->tree(), [&](const openvdb::Coord& origin) {
-    const std::array<int, 3> index{origin.x() >> 3, origin.y() >> 3, origin.z() >> 3};
     const auto* const leaf = phi.probeConstLeaf(origin);
     const float* const piece_cut = reader.At(origin).cut;
+    const PartsReader now(GridsOf(bone));
+    const PhiParts parts = now.At(origin);
     std::array<float, 512> cut;
-    GetCut(bone, index, cut);
     for (openvdb::Index i = 0; i < 512; ++i) {
       const float distance_mm = leaf != nullptr ? leaf->getValue(i) : phi.getValue(origin);
-      if (distance_mm < reach_mm) cut[i] = std::min(cut[i], piece_cut[i]);
+      const bool is_other_bone = distance_mm >= 0 && piece_cut[i] < 0 && parts.whole[i] < 0;
+      cut[i] = distance_mm < reach_mm && !is_other_bone ? std::min(parts.cut[i], piece_cut[i]) : parts.cut[i];
     }
-    SetCut(bone, index, cut);
+    SetCut(bone, {origin.x() >> 3, origin.y() >> 3, origin.z() >> 3}, cut);
   });
 }
 

@@ -229,6 +229,15 @@ TEST(TwoFields, APieceThatIsPutBackGivesTheBoneBefore) {
       const Bone joined = JoinBones(rest, {&removal.piece});
       EXPECT_NEAR(joined.CalcVolume(), cut.bone.CalcVolume(), 1e-9);
       for (const RemovedCell& cell : FindRemoved(cut.bone, joined)) EXPECT_LT(std::abs(cell.mm3), 1e-12);
+      // What was cut meanwhile on the other side of the kerf stays cut, but for a quarter of a voxel.
+      const double wall = 0.03 + (X_WB.InversePoint(removal.piece.CalcBounds().centre()).x > 0 ? -0.5 : 0.5) * kerf_mm;
+      const auto skim = [&](const Vec3& p_W) { return 0.1 - std::abs(X_WB.InversePoint(p_W).x - wall); };
+      Bone both = cut.bone;
+      CutAway(both, both.CalcBounds(), skim);
+      CutAway(rest, rest.CalcBounds(), skim);
+      const double back_mm3 = JoinBones(rest, {&removal.piece}).CalcVolume() - both.CalcVolume();
+      EXPECT_GE(back_mm3, -1e-9);
+      EXPECT_LE(back_mm3, 0.25 * 0.2 * (4 * 3));
     }
   }
 }
