@@ -42,6 +42,7 @@ except ImportError:
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 FOLDER = ROOT / "docs/schemas"
 END = ".schema.json"
+LIMIT_S = 1800  # of a command; validate takes three minutes on an idle machine
 NOT_BUILT = "this kerf was built without"
 
 # Commands and schemas without a case, with the reason.
@@ -215,11 +216,11 @@ def run_command(kerf, case, folder, environment):
         process = subprocess.Popen([kerf, *shlex.split(case.arguments)], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         try:
-            out, err = process.communicate(timeout=factor * case.interrupt_s or 300)
+            out, err = process.communicate(timeout=factor * case.interrupt_s or LIMIT_S)
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGINT)
             try:
-                out, err = process.communicate(timeout=300)
+                out, err = process.communicate(timeout=LIMIT_S)
             except subprocess.TimeoutExpired:
                 process.kill()
                 out, err = process.communicate()
