@@ -27,6 +27,8 @@ void Join(const Bone& piece, Bone& bone) {
     const float* const piece_cut = reader.At(origin).cut;
     const PartsReader now(GridsOf(bone));
     const PhiParts parts = now.At(origin);
+    const float band = grids.phi->background();
+    if (std::all_of(parts.whole, parts.whole + 512, [band](float value) { return value >= band; })) return;
     std::array<float, 512> cut;
     for (openvdb::Index i = 0; i < 512; ++i) {
       const float distance_mm = leaf != nullptr ? leaf->getValue(i) : phi.getValue(origin);
