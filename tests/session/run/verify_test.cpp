@@ -128,7 +128,8 @@ TEST_F(Verifies, EveryEvent) {
 }
 
 TEST_F(Verifies, ARecordingOfVersion1) {
-  const std::string file = KERF_SOURCE_DIR "/tests/loop/record/data/version_1.kerf";
+  const std::string file =
+      KERF_SOURCE_DIR "/tests/loop/record/data/version_1.kerf";  // of a tree with changes: its commit ends with "+"
   RecordingReader recording(file);
   EXPECT_EQ(recording.damage().state, RecordingState::kWhole);
   EXPECT_EQ(recording.steps(), 1500u);
@@ -138,7 +139,7 @@ TEST_F(Verifies, ARecordingOfVersion1) {
   EXPECT_EQ(recording.header().computation, 1);
   EXPECT_EQ(test::MessageOf([&] { Replay(file); }),
             file + ": the recording was made by kerf 0.1.0 of commit " + recording.header().commit.substr(0, 12) +
-                ", whose forces at the edges of a cut differ from those of this build; replay it with a build of that "
+                "+, whose forces at the edges of a cut differ from those of this build; replay it with a build of that "
                 "commit");
 }
 
