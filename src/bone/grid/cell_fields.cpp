@@ -65,9 +65,9 @@ void CellFields::LoadPart(const PhiParts& parts, int bx, int by, int bz) {
   if (bx < 0 || by < 0 || bz < 0) return;
   for (int x = 0; x < (bx > 0 ? 1 : 8); ++x) {
     for (int y = 0; y < (by > 0 ? 1 : 8); ++y) {
-      for (int z = 0; z < (bz > 0 ? 1 : 8); ++z) {
-        whole_.at(8 * bx + x, 8 * by + y, 8 * bz + z) = parts.whole[64 * x + 8 * y + z];
-      }
+      const float* const row = parts.whole + 64 * x + 8 * y;
+      float* const to = &whole_.at(8 * bx + x, 8 * by + y, 8 * bz);
+      bz > 0 ? std::copy_n(row, 1, to) : std::copy_n(row, 8, to);
     }
   }
 }
@@ -77,9 +77,9 @@ void CellFields::LoadCutPart(const float* values, int bx, int by, int bz) {
   const auto last = [](int b) { return b > 0 ? 1 : 7; };
   for (int x = first(bx); x <= last(bx); ++x) {
     for (int y = first(by); y <= last(by); ++y) {
-      for (int z = first(bz); z <= last(bz); ++z) {
-        cut_[static_cast<std::size_t>(At(8 * bx + x, 8 * by + y, 8 * bz + z))] = values[64 * x + 8 * y + z];
-      }
+      const float* const row = values + 64 * x + 8 * y + first(bz);
+      float* const to = cut_.data() + At(8 * bx + x, 8 * by + y, 8 * bz + first(bz));
+      bz == 0 ? std::copy_n(row, 8, to) : std::copy_n(row, bz < 0 ? 1 : 2, to);
     }
   }
 }

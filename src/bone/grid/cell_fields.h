@@ -33,12 +33,14 @@ class CellFields {
       }
     }
   }
-  /// Replaces the values of the cut with those that cut_of(x, y, z) returns.
+  /// Replaces the values of the cut with those that cut_of(x, y, z) returns; null: they remain.
   template <typename CutOf>
   void LoadCut(CutOf&& cut_of) {
     for (int x = -1; x <= 1; ++x) {
       for (int y = -1; y <= 1; ++y) {
-        for (int z = -1; z <= 1; ++z) LoadCutPart(cut_of(x, y, z), x, y, z);
+        for (int z = -1; z <= 1; ++z) {
+          if (const float* const values = cut_of(x, y, z)) LoadCutPart(values, x, y, z);
+        }
       }
     }
   }

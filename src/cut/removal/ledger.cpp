@@ -1,11 +1,51 @@
 #include "cut/removal/ledger.h"
 
 #include <algorithm>
+#include <bit>
 #include <tuple>
 
 #include "bone/grid/cell_fields.h"
 
 namespace kerf {
+
+/// The voxels whose values differ, among those that a leaf's CellFields holds.
+class Ledger::ChangedVoxels {
+ public:
+  /// Adds those of the leaf, or of its neighbour (bx, by, bz), each -1 to 1.
+  void Add(const Mask& mask, int bx, int by, int bz) {
+    const auto begin = [](int b) { return b < 0 ? 7 : 0; };
+    const auto end = [](int b) { return b > 0 ? 2 : 8; };
+    for (int x = begin(bx); x < end(bx); ++x) {
+      for (int y = begin(by); y < end(by); ++y) {
+        const unsigned bits = static_cast<unsigned>(mask[static_cast<std::size_t>(8 * x + y)]) << 9 >> (8 - 8 * bz);
+        Row(8 * bx + x, 8 * by + y) |= bits & 0x7ffu;
+      }
+    }
+  }
+  /// Returns whether the volume of any cell of the leaf depends on one of them.
+  bool any_cell() const {
+    for (int x = 0; x < 8; ++x) {
+      for (int y = 0; y < 8; ++y) {
+        if (CellsAround(x, y) != 0) return true;
+      }
+    }
+    return false;
+  }
+  /// Returns, bit by bit along z, whether the volume of cell (x, y, z) depends on one of them.
+  unsigned CellsAround(int x, int y) const {
+    unsigned bits = 0;
+    for (int i = x - 1; i <= x + 2; ++i) {
+      for (int j = y - 1; j <= y + 2; ++j) bits |= Row(i, j);
+    }
+    return (bits | bits >> 1 | bits >> 2 | bits >> 3) & 0xffu;
+  }
+
+ private:
+  unsigned& Row(int x, int y) { return rows_[static_cast<std::size_t>((x + 1) * CellFields::kEdge + y + 1)]; }
+  unsigned Row(int x, int y) const { return rows_[static_cast<std::size_t>((x + 1) * CellFields::kEdge + y + 1)]; }
+
+  std::array<unsigned, CellFields::kEdge * CellFields::kEdge> rows_{};  // bit z + 1: the voxel (x, y, z)
+};
 
 Ledger::Ledger(const BoneField& field, int copies)
     : field_(field),
@@ -45,11 +85,28 @@ void Ledger::Note(const LeafIndex& leaf, const float* old_values) {
   entries_.push_back({leaf, copy});
 }
 
+Ledger::Mask Ledger::FindChanged(const LeafIndex& leaf, const float* old_values) const {
+  const float* const values = field_.ReadParts(leaf).cut;
+  Mask mask{};
+  for (std::size_t row = 0; row < mask.size(); ++row) {
+    unsigned bits = 0;
+    for (std::size_t z = 0; z < 8; ++z) bits |= (values[8 * row + z] != old_values[8 * row + z] ? 1u : 0u) << z;
+    mask[row] = static_cast<std::uint8_t>(bits);
+  }
+  return mask;
+}
+
 const std::array<double, 256>& Ledger::Account() {
   const auto before = [](const LeafIndex& a, const LeafIndex& b) {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
   };
   std::sort(entries_.begin(), entries_.end(), [&](const Entry& a, const Entry& b) { return before(a.leaf, b.leaf); });
+  const auto old_values = [&](const Entry& entry) {
+    return entry.copy < 0 ? uncut_.data() : copies_[static_cast<std::size_t>(entry.copy)].data();
+  };
+  std::vector<Mask> masks;
+  masks.reserve(entries_.size());
+  for (const Entry& entry : entries_) masks.push_back(FindChanged(entry.leaf, old_values(entry)));
   // A cell belongs to the leaf that contains its lowest corner. Its volume depends on a layer of voxels around it, so
   // the cells to recompute belong to the changed leaves and their neighbours.
   std::vector<LeafIndex> owners;
@@ -60,19 +117,25 @@ const std::array<double, 256>& Ledger::Account() {
   }
   std::sort(owners.begin(), owners.end(), before);
   owners.erase(std::unique(owners.begin(), owners.end()), owners.end());
-  const auto old_values = [&](const LeafIndex& leaf) -> const float* {
-    const auto found = std::lower_bound(entries_.begin(), entries_.end(), leaf,
-                                        [&](const Entry& entry, const LeafIndex& l) { return before(entry.leaf, l); });
-    if (found == entries_.end() || !(found->leaf == leaf)) return field_.ReadParts(leaf).cut;
-    return found->copy < 0 ? uncut_.data() : copies_[static_cast<std::size_t>(found->copy)].data();
-  };
   CellFields now(field_.voxel_mm(), field_.band_mm());
   for (const LeafIndex& owner : owners) {
     const auto at = [&](int x, int y, int z) { return LeafIndex{owner.x + x, owner.y + y, owner.z + z}; };
+    ChangedVoxels changed;
+    std::array<const float*, 27> old_cuts{};
+    for (int i = 0; i < 27; ++i) {
+      const int x = i / 9 - 1, y = i / 3 % 3 - 1, z = i % 3 - 1;
+      const LeafIndex leaf = at(x, y, z);
+      const auto found = std::lower_bound(entries_.begin(), entries_.end(), leaf,
+                                          [&](const Entry& entry, const LeafIndex& l) { return before(entry.leaf, l); });
+      if (found == entries_.end() || !(found->leaf == leaf)) continue;
+      old_cuts[static_cast<std::size_t>(i)] = old_values(*found);
+      changed.Add(masks[static_cast<std::size_t>(found - entries_.begin())], x, y, z);
+    }
+    if (!changed.any_cell()) continue;
     now.Load([&](int x, int y, int z) { return field_.ReadParts(at(x, y, z)); });
     CellFields old = now;
-    old.LoadCut([&](int x, int y, int z) { return old_values(at(x, y, z)); });
-    AddLoss(owner, old, now);
+    old.LoadCut([&](int x, int y, int z) { return old_cuts[static_cast<std::size_t>(9 * x + 3 * y + z + 13)]; });
+    AddLoss(owner, changed, old, now);
   }
   for (const Entry& entry : entries_) noted_[Place(entry.leaf)] = 0;
   entries_.clear();
@@ -98,13 +161,13 @@ int Ledger::FindLostRegion(const LeafIndex& owner, const std::array<int, 3>& cel
   return at_centre;
 }
 
-void Ledger::AddLoss(const LeafIndex& owner, const CellFields& old, const CellFields& now) {
-  if (old == now) return;
+void Ledger::AddLoss(const LeafIndex& owner, const ChangedVoxels& changed, const CellFields& old,
+                     const CellFields& now) {
   const double h = field_.voxel_mm();
   for (int x = 0; x < 8; ++x) {
     for (int y = 0; y < 8; ++y) {
-      for (int z = 0; z < 8; ++z) {
-        if (!old.DiffersAround(now, x, y, z)) continue;
+      for (unsigned cells = changed.CellsAround(x, y); cells != 0; cells &= cells - 1) {
+        const int z = std::countr_zero(cells);
         const double fraction = old.CalcFraction(x, y, z) - now.CalcFraction(x, y, z);
         if (fraction == 0) continue;
         const int region = FindLostRegion(owner, {x, y, z}, old, now);

@@ -35,17 +35,21 @@ class Ledger {
 
  private:
   using Values = std::array<float, BoneField::kLeafVoxels>;
+  using Mask = std::array<std::uint8_t, BoneField::kLeafVoxels / 8>;  // bit z of row 8x + y: a voxel of the leaf
+  class ChangedVoxels;
   struct Entry {
     LeafIndex leaf;
     int copy;  // index in copies_; -1: not cut
   };
 
   std::size_t Place(const LeafIndex& leaf) const;
+  /// Returns where a leaf's values of the cut differ from the old ones.
+  Mask FindChanged(const LeafIndex& leaf, const float* old_values) const;
   /// Returns the region of the bone that a changed cell has lost: the one at its centre or, because metal is not
   /// removed, beside metal that of a voxel that has changed. `cell`: its lowest corner, in voxels from the owner's.
   int FindLostRegion(const LeafIndex& owner, const std::array<int, 3>& cell, const CellFields& old,
                      const CellFields& now) const;
-  void AddLoss(const LeafIndex& owner, const CellFields& old, const CellFields& now);
+  void AddLoss(const LeafIndex& owner, const ChangedVoxels& changed, const CellFields& old, const CellFields& now);
 
   const BoneField& field_;
   LeafIndex lowest_;

@@ -25,6 +25,7 @@ constexpr double kSawn_mm = 0.5;       // depth of the measurement, in whole per
 constexpr double kUncut_mm = 1;        // bone below the end of the cut
 constexpr int kMaxPeriods = 2000;
 constexpr int kStuckPeriods = 10;
+constexpr int kPeriodsBetweenRefills = 64;
 constexpr double kStuck_mm = 1e-4;      // way in a period below which the blade does not cut
 constexpr double kHandleAhead_mm = 20;  // so far that the coupling is at its limit of force
 
@@ -108,7 +109,6 @@ BladeRun RunBladeAtBite(const ForceLaw& law, const BladeCut& cut, double bite_um
   for (int i = 1; i <= lead + measured; ++i) {
     const TickOutput out = simulation.Tick({PoseAt(kAboveRib_mm - i * tick_mm), tick_s, rpm});
     if (i > lead) sums.Add(out, out.f_T_W_N.z);
-    simulation.Refill();
   }
   return Summarise(law, cut, sums, tick_s);
 }
@@ -130,7 +130,6 @@ BladeRun RunBladeHeat(const ForceLaw& law, const BladeCut& cut, double feed_mm_p
     const double z_mm = kAboveRib_mm - i * feed_mm_per_s * kTick_s;
     const TickOutput out = simulation.Tick({PoseAt(z_mm), kTick_s, cut.cycles_per_min()});
     if (z_mm < -kSawnFirst_mm) sums.Add(out, out.f_T_W_N.z);
-    simulation.Refill();
   }
   simulation.ReadChannels(values);
   BladeRun run = Summarise(law, cut, sums, kTick_s);
@@ -161,8 +160,8 @@ BladeRun RunBladeUnderForce(const ForceLaw& law, const BladeCut& cut, double for
       const CoupledOutput out = simulation.Tick(in);
       z_mm = out.X_WT.p_AB.z;
       if (is_measured) sums.Add(out, out.f_H_W_N.z);
-      simulation.Refill();
     }
+    if (period % kPeriodsBetweenRefills == 0) simulation.Refill();
     if (period > kStuckPeriods && before_mm - z_mm < kStuck_mm) break;
   }
   return Summarise(law, cut, sums, tick_s);

@@ -37,7 +37,6 @@ class Plunge {
       sum.engaged_teeth += out.engaged_teeth;
       sum.mean_bite_mm += out.mean_bite_mm * out.engaged_teeth;
       sum.removed_mm3 += out.removed_mm3;
-      simulation_.Refill();
     }
     z_mm_ -= way_mm;
     return sum;
