@@ -125,8 +125,9 @@ const std::array<double, 256>& Ledger::Account() {
     for (int i = 0; i < 27; ++i) {
       const int x = i / 9 - 1, y = i / 3 % 3 - 1, z = i % 3 - 1;
       const LeafIndex leaf = at(x, y, z);
-      const auto found = std::lower_bound(entries_.begin(), entries_.end(), leaf,
-                                          [&](const Entry& entry, const LeafIndex& l) { return before(entry.leaf, l); });
+      const auto found =
+          std::lower_bound(entries_.begin(), entries_.end(), leaf,
+                           [&](const Entry& entry, const LeafIndex& l) { return before(entry.leaf, l); });
       if (found == entries_.end() || !(found->leaf == leaf)) continue;
       old_cuts[static_cast<std::size_t>(i)] = old_values(*found);
       changed.Add(masks[static_cast<std::size_t>(found - entries_.begin())], x, y, z);
