@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <openvdb/tools/Composite.h>
-#include <openvdb/tools/FastSweeping.h>
 #include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tools/Prune.h>
 #include <tbb/blocked_range.h>
@@ -15,9 +14,9 @@
 
 #include "base/core/byte_text.h"
 #include "bone/grid/build_times.h"
-#include "bone/grid/dilate.h"
 #include "bone/grid/fill_voids.h"
 #include "bone/grid/grids.h"
+#include "bone/grid/solve_distances.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -30,6 +29,7 @@ using RegionTree = openvdb::Int32Tree;
 using RegionLeaf = RegionTree::LeafNodeType;
 
 constexpr int kCoarseEdge = 64;                  // edge of the blocks that are classified first, before leaf-sized ones
+constexpr float kOutsideValue = 1;               // of a field of which only the sign counts
 constexpr double kMaxBoxVoxels = 68719476736.0;  // 2^36
 constexpr double kMaxIndex = 1 << 30;            // of a voxel
 constexpr double kMaxMeshIndex = 1 << 17;        // a float still resolves a hundredth of a voxel here
@@ -138,58 +138,65 @@ Blocks SortBlocks(const SolidField& solid, const Box3& box, const BuildOptions& 
   return all;
 }
 
+/// Evaluates a field at the voxels of a leaf, part by part. In a part that is certainly inside or outside, with the
+/// voxels beside it, only the sign is set, because a field that is not a distance counts only near its zero level.
+class LeafEvaluation {
+ public:
+  LeafEvaluation(const SolidField& solid, double h, FloatLeaf& leaf) : solid_(solid), h_(h), leaf_(leaf) {}
+
+  void Run() { Evaluate({0, 0, 0}, kLeafEdge); }
+
+ private:
+  void Evaluate(const Coord& first, int edge) {
+    if (edge > 1 && edge < kLeafEdge && !solid_.is_distance) {
+      // The corner of the neighbour farthest from the part's centre.
+      const double along = 0.5 * (edge - 1) + 1, across = 0.5 * (edge - 1);
+      const double radius_mm = h_ * std::sqrt(along * along + 2 * across * across);
+      const BlockClass whole = solid_.classify(BlockCentre(leaf_.origin() + first, edge, h_), radius_mm);
+      if (whole != BlockClass::kMixed) {
+        const float value = whole == BlockClass::kInside ? -kOutsideValue : kOutsideValue;
+        ForEach(first, edge, 1, [&](const Coord& ijk) { leaf_.setValueOnly(FloatLeaf::coordToOffset(ijk), value); });
+        return;
+      }
+    }
+    if (edge > kLeastPart && !solid_.is_distance) {
+      ForEach(first, edge, edge / 2, [&](const Coord& part) { Evaluate(part, edge / 2); });
+      return;
+    }
+    ForEach(first, edge, 1, [&](const Coord& local) {
+      const Coord ijk = leaf_.origin() + local;
+      const double value = solid_.value(h_ * Vec3(ijk.x(), ijk.y(), ijk.z()));
+      leaf_.setValueOnly(FloatLeaf::coordToOffset(local), static_cast<float>(value));
+    });
+  }
+  template <typename Visit>
+  static void ForEach(const Coord& first, int edge, int step, Visit&& visit) {
+    for (int x = 0; x < edge; x += step) {
+      for (int y = 0; y < edge; y += step) {
+        for (int z = 0; z < edge; z += step) visit(first.offsetBy(x, y, z));
+      }
+    }
+  }
+
+  static constexpr int kLeastPart = 2;
+
+  const SolidField& solid_;
+  double h_;
+  FloatLeaf& leaf_;
+};
+
 /// Evaluates the field at the voxels of the mixed blocks, all of which are active.
 std::vector<std::unique_ptr<FloatLeaf>> EvaluateBlocks(const SolidField& solid, const std::vector<Coord>& blocks,
                                                        double h, Progress& progress) {
   std::vector<std::unique_ptr<FloatLeaf>> leaves(blocks.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 16), [&](const auto& range) {
     for (std::size_t n = range.begin(); n < range.end(); ++n) {
-      auto leaf = std::make_unique<FloatLeaf>(blocks[n], 0.0f, true);
-      for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
-        const Coord ijk = leaf->offsetToGlobalCoord(i);
-        const double value = solid.value(h * Vec3(ijk.x(), ijk.y(), ijk.z()));
-        leaf->setValueOnly(i, static_cast<float>(value));
-      }
-      leaves[n] = std::move(leaf);
+      leaves[n] = std::make_unique<FloatLeaf>(blocks[n], 0.0f, true);
+      LeafEvaluation(solid, h, *leaves[n]).Run();
       progress.Done(1);
     }
   });
   return leaves;
-}
-
-/// Deactivates voxels that are farther from a change of sign than the band plus one voxel. The cost of sweeping is
-/// proportional to the number of active voxels, and most of a mixed block is beyond the band. A voxel in the band gets
-/// its distance only from voxels that are nearer to the surface.
-void KeepNearSurface(openvdb::FloatGrid& field, int band_voxels) {
-  openvdb::MaskTree near(field.tree(), false, openvdb::TopologyCopy());
-  openvdb::tree::LeafManager<openvdb::MaskTree> near_leaves(near);
-  const FloatTree& values = field.constTree();
-  near_leaves.foreach ([&values](openvdb::MaskTree::LeafNodeType& leaf, std::size_t) {
-    openvdb::tree::ValueAccessor<const FloatTree> value(values);
-    leaf.setValuesOff();
-    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
-      const Coord ijk = leaf.offsetToGlobalCoord(i);
-      const bool inside = value.getValue(ijk) < 0;
-      for (int axis = 0; axis < 3; ++axis) {
-        for (const int side : {-1, 1}) {
-          Coord neighbour = ijk;
-          neighbour[axis] += side;
-          if ((value.getValue(neighbour) < 0) != inside) leaf.setValueOn(i);
-        }
-      }
-    }
-  });
-  // Leaves whose voxels all become active may turn into tiles.
-  Dilate(near, band_voxels + 1, openvdb::tools::NN_FACE_EDGE);
-  openvdb::tree::LeafManager<FloatTree> leaves(field.tree());
-  leaves.foreach ([&near](FloatLeaf& leaf, std::size_t) {
-    const auto* mask = near.probeConstLeaf(leaf.origin());
-    if (mask == nullptr) {
-      if (!near.isValueOn(leaf.origin())) leaf.setValuesOff();
-      return;
-    }
-    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) leaf.setActiveState(i, mask->isValueOn(i));
-  });
 }
 
 void AddInsideTiles(FloatTree& tree, const std::vector<Coord>& blocks, float value) {
@@ -347,17 +354,18 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
     AddInsideTiles(tree, blocks.inside, -band);
   } else {
     // Only the sign and the zero level of the field are used; its magnitude is arbitrary.
-    auto field = openvdb::FloatGrid::create(1.0f);
-    field->setTransform(grids.phi->transformPtr());
-    for (auto& leaf : leaves) field->tree().addLeaf(leaf.release());
-    AddInsideTiles(field->tree(), blocks.inside, -1.0f);
-    if (options.fill_voids != nullptr) *options.fill_voids = FillVoids(field->tree(), h, blocks.inside);
-    KeepNearSurface(*field, options.band_voxels);
+    FloatTree field(kOutsideValue);
+    for (auto& leaf : leaves) field.addLeaf(leaf.release());
+    AddInsideTiles(field, blocks.inside, -kOutsideValue);
+    if (options.fill_voids != nullptr) *options.fill_voids = FillVoids(field, h, blocks.inside);
+    // The cost of solving is proportional to the number of active voxels, and most of a mixed block is beyond the band.
+    // A voxel in the band gets its distance only from voxels that are nearer to the surface.
+    KeepNearSurface(field, options.band_voxels + 1);
     report(marks.filled);
-    const auto distance = openvdb::tools::sdfToSdf(*field, 0.0f, 1);
-    if (!distance) throw Error("the surface could not be turned into a distance field: nothing lies inside");
+    if (!SolveDistances(field, static_cast<float>(h)))
+      throw Error("the bone is empty: no point within the box is inside it");
     std::vector<FloatLeaf*> solved;
-    distance->tree().stealNodes(solved);
+    field.stealNodes(solved);
     FloatTree& tree = grids.phi->tree();
     for (FloatLeaf* leaf : solved) tree.addLeaf(leaf);
     AddInsideTiles(tree, blocks.inside, -band);

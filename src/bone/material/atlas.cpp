@@ -183,6 +183,11 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& points_M, int side) {
   }
   std::array<double, kAngles>& radius = arch.radius;
   FillAndSmooth(bins, 3, &radius);
+  for (int i = 0; i < kAngles; ++i) {
+    const double angle = (i + 0.5) * kMaxAngle / kAngles;
+    const double r = radius[static_cast<std::size_t>(i)];
+    arch.point[static_cast<std::size_t>(i)] = {r * std::sin(angle), r * std::cos(angle)};
+  }
 
   double length = 0;
   for (std::size_t i = 0; i < kAngles; ++i) {
@@ -280,11 +285,7 @@ double MandibleAtlas::FindBin(const Side& arch, const Vec3& p_M) {
   constexpr int kReach = 9;
   const int at_ray = static_cast<int>(CalcAngle(p_M) / kMaxAngle * kAngles);
   const double x = std::abs(p_M.x);
-  const auto point = [&arch](int i) {
-    const double angle = (i + 0.5) * kMaxAngle / kAngles;
-    const double r = arch.radius[static_cast<std::size_t>(i)];
-    return std::pair(r * std::sin(angle), r * std::cos(angle));
-  };
+  const auto point = [&arch](int i) { return arch.point[static_cast<std::size_t>(i)]; };
   const int first = std::clamp(at_ray - kReach, 0, kAngles - 2);
   const int last = std::clamp(at_ray + kReach, 1, kAngles - 1);
   double nearest2 = 1e300;

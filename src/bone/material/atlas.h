@@ -60,7 +60,8 @@ class MandibleAtlas {
     std::array<double, kAngles> crest{};   // h of the body's upper border, mm
     std::array<double, kAngles> base{};    // h of its lower border, mm
     std::array<std::array<double, kHeights>, kAngles>
-        middle{};  // distance from the axis to the middle of the thickness, mm
+        middle{};                                        // distance from the axis to the middle of the thickness, mm
+    std::array<std::array<double, 2>, kAngles> point{};  // |x| and f of the arch's middle, mm
   };
   std::array<Side, 2> sides_;
   double ramus_middle_mm_ = 0;  // f of the ramus's middle at h = 0, extended

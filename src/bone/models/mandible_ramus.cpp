@@ -160,13 +160,14 @@ double MandibleRamus::HalfThickness(const Vec2& uv) const {
   const double u = uv.x * kWidth / p.ramus_width_mm;
   const double v = uv.y;
   const double k = p.ramus_thickness_mm / 7.6;
-  double t = 3.8;                                                                      // behind the lingula
-  t += 1.0 * SmoothStep(18, 30, u) * (1 - SmoothStep(20, 36, v));                      // thicker at the front edge
-  t -= 0.7 * (1 - SmoothStep(-6, 14, v + 0.4 * u));                                    // thinner towards the lower
-                                                                                       // border
-  t -= 1.5 * SmoothStep(v_notch_ - 18, v_notch_, v + 0.25 * std::hypot(u - 15, 4.0));  // thin below the notch
-  t -= 0.5 * SmoothStep(v_notch_ - 8, v_notch_ + 6, v) * SmoothStep(16, 26, u);        // thinner at the coronoid
-  t += 1.0 * SmoothStep(v_notch_ - 10, v_notch_ + 4, v) * (1 - SmoothStep(5, 10, u));  // thicker at the neck
+  double t = 3.8;                                                  // behind the lingula
+  t += 1.0 * SmoothStep(18, 30, u) * (1 - SmoothStep(20, 36, v));  // thicker at the front edge
+  t -= 0.7 * (1 - SmoothStep(-6, 14, v + 0.4 * u));                // thinner towards the lower
+                                                                   // border
+  t -= 1.5 *
+       SmoothStep(v_notch_ - 18, v_notch_, v + 0.25 * std::sqrt((u - 15) * (u - 15) + 16));  // thin below the notch
+  t -= 0.5 * SmoothStep(v_notch_ - 8, v_notch_ + 6, v) * SmoothStep(16, 26, u);              // thinner at the coronoid
+  t += 1.0 * SmoothStep(v_notch_ - 10, v_notch_ + 4, v) * (1 - SmoothStep(5, 10, u));        // thicker at the neck
   return k * t;
 }
 

@@ -100,7 +100,7 @@ MandibleTeeth::MandibleTeeth(const MandibleLayout& layout) {
   }
 }
 
-double MandibleTeeth::CrownDistance(const Tooth& tooth, const Vec3& local) {
+double MandibleTeeth::CrownDistance(const Tooth& tooth, const Vec3& local, double limit) {
   const double t = local.x;
   const double b = local.y;
   const double z = local.z;
@@ -158,29 +158,41 @@ double MandibleTeeth::CrownDistance(const Tooth& tooth, const Vec3& local) {
   // Superellipse around the axis, scaled to approximate a distance.
   const double x = std::abs(t) / along;
   const double y = std::abs(b - middle) / across;
-  const double norm = std::pow(std::pow(x, power) + std::pow(y, power), 1 / power);
-  const double side = norm < 1e-6 ? -std::min(along, across) : (norm - 1) * std::hypot(t, b - middle) / norm * 0.9;
-  const double inside = std::max(side, -std::min(along, across));
-  const double upper = (z - top) * 0.8;
-  const double body = RoundedIntersection(inside, upper, edge);
-  // The lower end of the neck is open towards the roots.
-  return RoundedIntersection(body, -z - 1.0, 0.8);
+  const auto distance = [&](double norm) {
+    const double side = norm < 1e-6 ? -std::min(along, across) : (norm - 1) * std::hypot(t, b - middle) / norm * 0.9;
+    const double inside = std::max(side, -std::min(along, across));
+    const double upper = (z - top) * 0.8;
+    const double body = RoundedIntersection(inside, upper, edge);
+    // The lower end of the neck is open towards the roots.
+    return RoundedIntersection(body, -z - 1.0, 0.8);
+  };
+  // The norm is at least the larger coordinate, and the distance grows with it.
+  constexpr double kRounding = 1e-9;
+  if (const double least = distance(std::max(x, y)); least > limit + kRounding) return least;
+  return distance(std::pow(std::pow(x, power) + std::pow(y, power), 1 / power));
 }
 
 double MandibleTeeth::Distance(const Vec3& p_W, double limit) const {
+  constexpr double kSeam = 0.8;
   double best = limit + 1e-3;
   if (teeth_.empty() || BoxDistance(box_, p_W) > best) return best;
   for (const Tooth& tooth : teeth_) {
     if (BoxDistance(tooth.box, p_W) > std::max(best, 0.0)) continue;
     const Vec3 d = p_W - tooth.neck;
     const Vec3 local{glm::dot(d, tooth.along), glm::dot(d, tooth.out), glm::dot(d, tooth.up)};
-    double value = local.z > -3 - std::max(best, 0.0) ? CrownDistance(tooth, local) : 1e9;
-    if (local.z < 2 + std::max(best, 0.0)) {
-      double roots = 1e9;
-      for (const auto& root : tooth.roots) roots = SmoothUnion(roots, root.Distance(p_W), 0.8);
-      value = SmoothUnion(value, roots, 0.8);
+    const bool by_roots = local.z < 2 + std::max(best, 0.0);
+    double roots = 1e9;
+    if (by_roots) {
+      for (const auto& root : tooth.roots) roots = SmoothUnion(roots, root.Distance(p_W), kSeam);
     }
-    best = std::min(best, value);
+    double value = 1e9;
+    if (local.z > -3 - std::max(best, 0.0)) {
+      // Beyond the seam the crown does not count, nor if crown and roots are both further away than `best`.
+      const double counts = best + 0.25 * kSeam;
+      const double crown_limit = by_roots ? std::min(roots + kSeam, roots > counts ? counts : 1e9) : best;
+      value = CrownDistance(tooth, local, crown_limit);
+    }
+    best = std::min(best, by_roots ? SmoothUnion(value, roots, kSeam) : value);
   }
   return best;
 }

@@ -29,7 +29,8 @@ class MandibleTeeth {
     std::vector<RoundedCone<Vec3>> roots;
     Box3 box, root_box;  // contain the tooth, and its roots with the bone around them
   };
-  static double CrownDistance(const Tooth& tooth, const Vec3& local);
+  /// If the distance exceeds `limit`, any value larger than `limit` may be returned.
+  static double CrownDistance(const Tooth& tooth, const Vec3& local, double limit);
 
   std::vector<Tooth> teeth_;
   Box3 box_, root_box_;

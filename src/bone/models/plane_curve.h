@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "bone/models/shapes.h"
@@ -57,7 +58,9 @@ class PlaneCurve {
   };
   Terms Evaluate(double s) const;
   double Refine(const Vec2& p, double s) const;  // closest point, from the initial guess `s`
+  CurvePlace SearchClosest(const Vec2& p) const;
 
+  std::uint64_t id_ = 0;  // of the curve and its copies
   double length_ = 0;
   // One cubic for each stretch of the curve. The stretches have nearly equal arc lengths: the knots are placed so that
   // |derivative| is 1 to within 1e-3.
