@@ -7,6 +7,7 @@
 
 #include "app/cli/commands.h"
 #include "base/files/installed.h"
+#include "session/run/bone_cache.h"
 
 namespace kerf::cli {
 namespace {
@@ -89,6 +90,17 @@ void RemoveEmptyDefaults(CLI::App& command) {
   for (CLI::App* child : command.get_subcommands({})) RemoveEmptyDefaults(*child);
 }
 
+/// Adds --no-cache to the commands that make the bone of a scene.
+void AddCacheOption(CLI::App& app) {
+  for (const char* const name : {"run", "loop", "replay", "rehearse", "practise", "score", "assess", "compare", "check",
+                                 "effects", "stability", "tune"}) {
+    if (CLI::App* const command = FindCommand(app, name); command != nullptr) {
+      command->add_flag_callback(
+          "--no-cache", [] { SetBoneCache(""); }, "Make the generic mandible, and do not keep it in ~/.cache/kerf");
+    }
+  }
+}
+
 /// Lets the inputs of a command name files that are installed with kerf.
 void FindInputs(CLI::App& command) {
   for (CLI::Option* option : command.get_options()) {
@@ -107,6 +119,7 @@ void AddCommands(CLI::App& app) {
     const std::vector<CLI::App*> commands = app.get_subcommands({});
     for (std::size_t i = before; i < commands.size(); ++i) commands[i]->group(group.name);
   }
+  AddCacheOption(app);
   RemoveEmptyDefaults(app);
   FindInputs(app);
   for (const Example& example : kExamples) {

@@ -20,6 +20,7 @@
 #include "base/core/nearest_name.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
+#include "session/run/bone_cache.h"
 
 namespace {
 
@@ -108,6 +109,7 @@ int RunProgram(int argc, char** argv) {
                        kerf::CompilerString(), kerf::LibrariesString());
   });
   kerf::cli::AddCommands(app);
+  kerf::SetBoneCache(kerf::FindBoneCache());
   app.add_subcommand("help", "Show this list, the help of a command or a topic")->group("Help");
   app.footer(ListTopics());
 

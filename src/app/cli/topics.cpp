@@ -61,6 +61,7 @@ Results go to stdout or to the file of -o, messages to stderr.)"},
 HOME                  base of the default folders below
 KERF_DATA             folder of the students' history
 KERF_FALCON_FIRMWARE  firmware file of a Novint Falcon
+XDG_CACHE_HOME        base of the cache of generated bones, ~/.cache by default
 XDG_DATA_HOME         base of the history and of session folders,
                       ~/.local/share by default
 XDG_CONFIG_HOME       base of the key that signs recordings, ~/.config by default)"},

@@ -84,6 +84,10 @@ void CellFields::LoadCutPart(const float* values, int bx, int by, int bz) {
   }
 }
 
+void CellFields::FindWhetherCut() {
+  is_cut_ = std::any_of(cut_.begin(), cut_.end(), [this](float value) { return value != -band_mm_; });
+}
+
 bool CellFields::DiffersAround(const CellFields& other, int x, int y, int z) const {
   for (int i = x - 1; i <= x + 2; ++i) {
     for (int j = y - 1; j <= y + 2; ++j) {
@@ -111,6 +115,7 @@ bool CellFields::HasKink(int x, int y, int z) const {
 
 double CellFields::CalcFraction(int x, int y, int z) const {
   const std::array<float, 8> whole = WholeCorners(x, y, z);
+  if (!is_cut_) return CalcCellFraction(whole);  // with the same bits as below
   if (std::none_of(whole.begin(), whole.end(), [](float value) { return value < 0; })) return 0;
   std::array<float, 8> cut = CutCorners(x, y, z);
   // See PhiParts::CutAt().

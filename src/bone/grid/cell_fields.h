@@ -32,6 +32,7 @@ class CellFields {
         for (int z = -1; z <= 1; ++z) LoadPart(parts_of(x, y, z), x, y, z);
       }
     }
+    FindWhetherCut();
   }
   /// Replaces the values of the cut with those that cut_of(x, y, z) returns; null: they remain.
   template <typename CutOf>
@@ -43,6 +44,7 @@ class CellFields {
         }
       }
     }
+    FindWhetherCut();
   }
 
   /// The values of cell (x, y, z), each 0 to 7, at its corners, in the order of CalcCellFraction().
@@ -65,6 +67,7 @@ class CellFields {
   static constexpr int At(int x, int y, int z) { return ((x + 1) * kEdge + y + 1) * kEdge + z + 1; }
   void LoadPart(const PhiParts& parts, int bx, int by, int bz);
   void LoadCutPart(const float* values, int bx, int by, int bz);
+  void FindWhetherCut();
   bool HasKink(int x, int y, int z) const;
   double CalcFineFraction(int x, int y, int z) const;
 
@@ -72,6 +75,7 @@ class CellFields {
   float band_mm_;
   CellBlock whole_;
   std::array<float, kCount> cut_{};
+  bool is_cut_ = true;  // some value of the cut is not that of uncut bone
 };
 
 }  // namespace kerf

@@ -8,14 +8,26 @@
 
 namespace kerf {
 
-Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
-                  const std::function<void(double)>& progress) {
+void CheckMandibleRegions(const MaterialTable& materials) {
   for (int id = 1; id <= kCanalRegion; ++id) {
     if (!materials.Contains(id)) {
       throw Error(
           fmt::format("mandible: the region table has no region {}; the mandible needs 1 to {}", id, kCanalRegion));
     }
   }
+}
+
+void DescribeMandible(const MandibleParams& params, Bone& bone) {
+  bone.set_note("made_by", "kerf model mandible");
+  MandibleParams described = params;
+  Describe(described, [&bone](const char* key, const auto& value, Range, const char*) {
+    bone.set_note(fmt::format("mandible_{}", key), fmt::format("{}", value));
+  });
+}
+
+Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
+                  const std::function<void(double)>& progress) {
+  CheckMandibleRegions(materials);
   const MandibleShape shape(params);
   SolidField solid;
   solid.value = [&shape](const Vec3& p_W) { return shape.Value(p_W); };
@@ -28,11 +40,7 @@ Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
   options.progress = progress;
   options.max_bytes = static_cast<double>(ReadAvailableBytes());
   Bone bone = MakeBone(solid, shape.bounds().Grown(5 * params.voxel_mm), options, materials);
-  bone.set_note("made_by", "kerf model mandible");
-  MandibleParams described = params;
-  Describe(described, [&bone](const char* key, const auto& value, Range, const char*) {
-    bone.set_note(fmt::format("mandible_{}", key), fmt::format("{}", value));
-  });
+  DescribeMandible(params, bone);
   return bone;
 }
 

@@ -47,4 +47,9 @@ class MandibleShape {
   std::unique_ptr<const Parts> parts_;
 };
 
+/// Throws kerf::Error if the table lacks a region of the generic mandible.
+void CheckMandibleRegions(const MaterialTable& materials);
+/// Notes in the bone how it was made: the generator and its parameters.
+void DescribeMandible(const MandibleParams& params, Bone& bone);
+
 }  // namespace kerf

@@ -8,10 +8,10 @@
 #include "base/files/files.h"
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
-#include "bone/models/mandible.h"
 #include "bone/vdb/bonefile.h"
 #include "cut/contact/met_material.h"
 #include "kerf/error.h"
+#include "session/run/bone_cache.h"
 
 namespace kerf {
 namespace {
@@ -57,7 +57,7 @@ Bone MakePlainBone(const Scene& scene, const std::function<void(double)>& progre
       return MakeBlock(scene.bone.block, materials, progress);
     case BoneSource::kMandible:
       if (read) return read({});
-      return MakeMandible(scene.bone.mandible, materials, progress);
+      return MakeCachedMandible(scene.bone.mandible, materials, progress);
   }
   throw Error("the scene does not specify a bone");
 }

@@ -1,0 +1,151 @@
+#include "session/run/bone_cache.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+#include <vector>
+
+#include "base/core/hash.h"
+#include "base/files/disk_space.h"
+#include "base/files/files.h"
+#include "kerf/bone_file.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMinFreeBytes = 4e9;  // of the disk; with less, nothing is kept
+
+/// Set by SetBoneCache().
+std::string cache_folder;
+
+std::uint64_t HashBytes(std::string_view bytes, std::uint64_t hash) {
+  for (; !bytes.empty(); bytes.remove_prefix(std::min<std::size_t>(8, bytes.size()))) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data(), std::min<std::size_t>(8, bytes.size()));
+    hash = MixHash(hash ^ word);
+  }
+  return MixHash(hash ^ bytes.size());
+}
+
+/// Returns a hash of the running program's file. Throws kerf::Error if it cannot be read.
+std::uint64_t HashProgram() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (error) throw Error("the system does not report the program's file");
+  return HashBytes(ReadTextFile(program.string()), 0);
+}
+
+/// Returns what the names of a bone's files begin with.
+std::string MakeKey(const MandibleParams& params) {
+  static const std::uint64_t program = HashProgram();
+  std::uint64_t hash = program;
+  MandibleParams described = params;
+  Describe(described, [&hash](const char* key, const auto& value, Range, const char*) {
+    hash = MixHash(HashBytes(key, hash) ^ std::bit_cast<std::uint64_t>(static_cast<double>(value)));
+  });
+  return fmt::format("mandible-{:016x}-", hash);
+}
+
+struct KeptFile {
+  fs::path path;
+  fs::file_time_type used;
+  double bytes = 0;
+};
+
+/// Returns the cache's files, the last used one first.
+std::vector<KeptFile> ListFiles() {
+  std::vector<KeptFile> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(cache_folder)) {
+    if (!entry.is_regular_file() || entry.path().extension() != ".vdb") continue;
+    files.push_back({entry.path(), entry.last_write_time(), static_cast<double>(entry.file_size())});
+  }
+  std::sort(files.begin(), files.end(), [](const KeptFile& a, const KeptFile& b) { return a.used > b.used; });
+  return files;
+}
+
+/// Returns the kept bone, without the materials and notes of its maker; nothing if there is none or it is damaged.
+std::optional<Bone> Read(const std::string& key) {
+  if (!fs::is_directory(cache_folder)) return std::nullopt;
+  for (const KeptFile& file : ListFiles()) {
+    const std::string name = file.path.stem().string();
+    if (!name.starts_with(key)) continue;
+    std::error_code ignored;
+    try {
+      Bone bone = ReadBone(file.path.string());
+      if (fmt::format("{}{:016x}", key, bone.CalcHash()) == name) {
+        fs::last_write_time(file.path, fs::file_time_type::clock::now(), ignored);
+        return bone;
+      }
+    } catch (const Error&) {
+    }
+    fs::remove(file.path, ignored);
+  }
+  return std::nullopt;
+}
+
+void Keep(const Bone& bone, const std::string& key) {
+  MakeFolder(cache_folder);
+  if (ReadFreeDiskBytes(cache_folder) < kMinFreeBytes) return;
+  WriteBone(bone, fmt::format("{}/{}{:016x}.vdb", cache_folder, key, bone.CalcHash()));
+  double bytes = 0;
+  for (const KeptFile& file : ListFiles()) {
+    bytes += file.bytes;
+    if (bytes > kMaxBoneCacheBytes) fs::remove(file.path);
+  }
+}
+
+}  // namespace
+
+std::string FindBoneCache() {
+  const auto get = [](const char* name) -> std::string {
+    const char* const value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe)
+    return value == nullptr ? "" : value;
+  };
+  if (const std::string cache = get("XDG_CACHE_HOME"); !cache.empty()) return cache + "/kerf/bones";
+  if (const std::string home = get("HOME"); !home.empty()) return home + "/.cache/kerf/bones";
+  return {};
+}
+
+void SetBoneCache(const std::string& folder) {
+  cache_folder = folder;
+}
+
+Bone MakeCachedMandible(const MandibleParams& params, const MaterialTable& materials,
+                        const std::function<void(double)>& progress) {
+  if (cache_folder.empty()) return MakeMandible(params, materials, progress);
+  std::string key;
+  // The cache is only a convenience: whatever prevents its use, the bone can be made.
+  const auto try_to = [](auto&& use) {
+    try {
+      use();
+    } catch (const Error&) {
+    } catch (const fs::filesystem_error&) {
+    }
+  };
+  std::optional<Bone> kept;
+  try_to([&] {
+    key = MakeKey(params);
+    kept = Read(key);
+  });
+  if (kept) {
+    CheckMandibleRegions(materials);
+    kept->set_materials(materials);
+    DescribeMandible(params, *kept);
+    if (progress) progress(1);
+    return *std::move(kept);
+  }
+  Bone bone = MakeMandible(params, materials, progress);
+  if (!key.empty()) try_to([&] { Keep(bone, key); });
+  return bone;
+}
+
+}  // namespace kerf
