@@ -22,7 +22,7 @@ struct SolidField {
   std::function<int(const Vec3&)> region;
   /// If true, `value` is a signed distance with an error of at most 1 % within 3 voxels of the surface, and is used
   /// directly. If false, only the zero level of `value` is used and the distance is computed from it (first-order fast
-  /// sweeping, accurate to a fifth of a voxel).
+  /// sweeping, accurate to 0.3 voxels within 3 voxels of the surface).
   bool is_distance = true;
 };
 

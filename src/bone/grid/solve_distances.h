@@ -9,7 +9,7 @@ namespace kerf {
 /// to +-FLT_MAX. Voxels beside a change of sign get the distance to the plane through the points where the field,
 /// linear between neighbouring voxels, is zero; the others are solved from these by the fast sweeping method (Zhao
 /// 2005), one sweep in each of the eight diagonal directions. The values have the same bits as those of
-/// openvdb::tools::sdfToSdf(field, 0, 1), which takes about ten times as long, and are the same for any number of
+/// openvdb::tools::sdfToSdf(field, 0, 1), which takes several times as long, and are the same for any number of
 /// threads. Tiles are not changed; they must be inactive. Returns false, with the field unchanged, if no active voxel
 /// is beside a change of sign. Allocates 2 kB a leaf.
 bool SolveDistances(openvdb::FloatTree& field, float voxel_mm);
