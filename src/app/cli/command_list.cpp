@@ -93,7 +93,7 @@ void RemoveEmptyDefaults(CLI::App& command) {
 /// Adds --no-cache to the commands that make the bone of a scene.
 void AddCacheOption(CLI::App& app) {
   for (const char* const name : {"run", "loop", "replay", "rehearse", "practise", "score", "assess", "compare", "check",
-                                 "effects", "stability", "tune"}) {
+                                 "effects", "stability"}) {
     if (CLI::App* const command = FindCommand(app, name); command != nullptr) {
       command->add_flag_callback(
           "--no-cache", [] { SetBoneCache(""); }, "Make the generic mandible, and do not keep it in ~/.cache/kerf");

@@ -149,9 +149,10 @@ class LeafEvaluation {
  private:
   void Evaluate(const Coord& first, int edge) {
     if (edge > 1 && edge < kLeafEdge && !solid_.is_distance) {
-      // The corner of the neighbour farthest from the part's centre.
+      // To the farthest of the voxels and their neighbours, and some more, because a field may be a little steeper than
+      // the one who classifies it knows: an interpolated level set is.
       const double along = 0.5 * (edge - 1) + 1, across = 0.5 * (edge - 1);
-      const double radius_mm = h_ * std::sqrt(along * along + 2 * across * across);
+      const double radius_mm = h_ * (std::sqrt(along * along + 2 * across * across) + kSlackVoxels);
       const BlockClass whole = solid_.classify(BlockCentre(leaf_.origin() + first, edge, h_), radius_mm);
       if (whole != BlockClass::kMixed) {
         const float value = whole == BlockClass::kInside ? -kOutsideValue : kOutsideValue;
@@ -179,6 +180,7 @@ class LeafEvaluation {
   }
 
   static constexpr int kLeastPart = 2;
+  static constexpr double kSlackVoxels = 0.5;
 
   const SolidField& solid_;
   double h_;

@@ -81,9 +81,14 @@ class FieldLeaves {
   std::size_t size() const { return leaves_.size(); }
   FloatLeaf& leaf(std::size_t n) const { return *leaves_[n]; }
 
-  /// of(value) for each voxel of the leaf and beside it.
-  template <typename Of>
-  void Load(std::size_t n, HaloBlock& block, Of&& of) const {
+  /// Loads the values of the leaf and beside it.
+  void Load(std::size_t n, HaloBlock& block) const {
+    Load(
+        n, block, [](float value) { return value; }, [](float tile) { return tile; });
+  }
+  /// Loads of(value) for each of them; of_tile(value) where there is no leaf.
+  template <typename Of, typename OfTile>
+  void Load(std::size_t n, HaloBlock& block, Of&& of, OfTile&& of_tile) const {
     const float* const own = leaves_[n]->buffer().data();
     ForEachVoxel([&](Index i, int at) { block[at] = of(own[i]); });
     for (std::size_t i = 0; i < 6; ++i) {
@@ -98,7 +103,8 @@ class FieldLeaves {
       const int to = HaloBlock::At(0, 0, 0) + (i % 2 == 0 ? -1 : kLeafEdge) * HaloBlock::kStride[axis];
       for (int a = 0; a < kLeafEdge; ++a) {
         for (int b = 0; b < kLeafEdge; ++b) {
-          block[to + a * u + b * v] = of(values == nullptr ? around.tile : values[from + a * from_u + b * from_v]);
+          block[to + a * u + b * v] =
+              values == nullptr ? of_tile(around.tile) : of(values[from + a * from_u + b * from_v]);
         }
       }
     }
@@ -147,7 +153,7 @@ bool SetFirstDistances(const FieldLeaves& leaves, float voxel_mm) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
     HaloBlock block;
     for (std::size_t n = range.begin(); n < range.end(); ++n) {
-      leaves.Load(n, block, [](float value) { return value; });
+      leaves.Load(n, block);
       to_solve[n] = leaves.leaf(n).getValueMask();
       ForEachVoxel([&](Index i, int at) {
         values[n][i] = block[at] > 0 ? kUnsolved : -kUnsolved;
@@ -189,7 +195,8 @@ void SweepLeaf(const FieldLeaves& leaves, std::size_t n, const std::array<int, 3
   if (leaf.isEmpty()) return;
   const float sqrt2h = std::sqrt(2.0f) * h;
   HaloBlock block;
-  leaves.Load(n, block, [](float value) { return std::abs(value); });
+  leaves.Load(
+      n, block, [](float value) { return std::abs(value); }, [](float) { return kUnsolved; });
   float* const values = leaf.buffer().data();
   const auto& to_solve = leaf.getValueMask();
   const auto ordered = [&](std::size_t axis, int i) { return side[axis] > 0 ? i : kLeafEdge - 1 - i; };
@@ -259,7 +266,7 @@ void KeepNearSurface(FloatTree& field, int voxels) {
       openvdb::tree::ValueAccessor<openvdb::MaskTree> mask(near);
       HaloBlock block;
       for (std::size_t n = range.begin(); n < range.end(); ++n) {
-        leaves.Load(n, block, [](float value) { return value; });
+        leaves.Load(n, block);
         auto* const leaf = mask.probeLeaf(leaves.leaf(n).origin());
         if (leaf == nullptr) continue;
         leaf->setValuesOff();

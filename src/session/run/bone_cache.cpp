@@ -61,12 +61,24 @@ struct KeptFile {
   double bytes = 0;
 };
 
-/// Returns the cache's files, the last used one first.
+/// Returns whether a file has a name that Keep() gives.
+bool IsKept(const std::string& name) {
+  constexpr std::string_view kPattern = "mandible-################-################.vdb";
+  return std::equal(name.begin(), name.end(), kPattern.begin(), kPattern.end(), [](char c, char pattern) {
+    return pattern == '#' ? std::string_view("0123456789abcdef").find(c) != std::string_view::npos : c == pattern;
+  });
+}
+
+/// Returns the cache's files, the last used one first. Other files are left alone.
 std::vector<KeptFile> ListFiles() {
   std::vector<KeptFile> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(cache_folder)) {
-    if (!entry.is_regular_file() || entry.path().extension() != ".vdb") continue;
-    files.push_back({entry.path(), entry.last_write_time(), static_cast<double>(entry.file_size())});
+    std::error_code error;
+    if (!IsKept(entry.path().filename().string()) || entry.symlink_status(error).type() != fs::file_type::regular) {
+      continue;
+    }
+    const KeptFile file{entry.path(), entry.last_write_time(error), static_cast<double>(entry.file_size(error))};
+    if (!error) files.push_back(file);
   }
   std::sort(files.begin(), files.end(), [](const KeptFile& a, const KeptFile& b) { return a.used > b.used; });
   return files;
@@ -94,10 +106,12 @@ std::optional<Bone> Read(const std::string& key) {
 
 void Keep(const Bone& bone, const std::string& key) {
   MakeFolder(cache_folder);
-  if (ReadFreeDiskBytes(cache_folder) < kMinFreeBytes) return;
-  WriteBone(bone, fmt::format("{}/{}{:016x}.vdb", cache_folder, key, bone.CalcHash()));
-  double bytes = 0;
+  const std::string path = fmt::format("{}/{}{:016x}.vdb", cache_folder, key, bone.CalcHash());
+  if (ReadFreeDiskBytes(path) < kMinFreeBytes) return;
+  WriteBone(bone, path);
+  double bytes = static_cast<double>(fs::file_size(path));
   for (const KeptFile& file : ListFiles()) {
+    if (file.path == path) continue;
     bytes += file.bytes;
     if (bytes > kMaxBoneCacheBytes) fs::remove(file.path);
   }
@@ -110,8 +124,9 @@ std::string FindBoneCache() {
     const char* const value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe)
     return value == nullptr ? "" : value;
   };
-  if (const std::string cache = get("XDG_CACHE_HOME"); !cache.empty()) return cache + "/kerf/bones";
-  if (const std::string home = get("HOME"); !home.empty()) return home + "/.cache/kerf/bones";
+  // As the XDG Base Directory Specification says, a path that is not absolute is ignored.
+  if (const std::string cache = get("XDG_CACHE_HOME"); fs::path(cache).is_absolute()) return cache + "/kerf/bones";
+  if (const std::string home = get("HOME"); fs::path(home).is_absolute()) return home + "/.cache/kerf/bones";
   return {};
 }
 

@@ -18,10 +18,10 @@ using openvdb::FloatGrid;
 
 constexpr int kBand = 4;
 
-/// Returns the field in the leaves of a box that it crosses, and tiles of its sign elsewhere. `value`: of a point, in
-/// voxels.
+/// Returns the field in the leaves of a box in which it is at most `near` somewhere, and tiles of its sign elsewhere.
+/// `value`: of a point, in voxels.
 template <typename Value>
-FloatGrid::Ptr MakeField(int reach, double voxel_mm, Value&& value) {
+FloatGrid::Ptr MakeField(int reach, double voxel_mm, Value&& value, double near = 8) {
   const auto field = FloatGrid::create(1.0f);
   field->setTransform(openvdb::math::Transform::createLinearTransform(voxel_mm));
   for (int x = -reach; x < reach; x += 8) {
@@ -38,7 +38,7 @@ FloatGrid::Ptr MakeField(int reach, double voxel_mm, Value&& value) {
           inside += at < 0 ? 1 : 0;
           least = std::min(least, std::abs(at));
         }
-        if (least > 8) {
+        if (least > near) {
           delete leaf;
           if (inside > 0) field->tree().addTile(1, origin, -1.0f, false);
         } else {
@@ -59,8 +59,9 @@ double Lumps(const Vec3& p) {
 }
 
 TEST(SolveDistances, HaveTheBitsOfOpenVdbsFastSweeping) {
-  for (const double voxel_mm : {0.1, 0.37}) {
-    const FloatGrid::Ptr field = MakeField(32, voxel_mm, Lumps);
+  // The nearer the leaves end to the surface, the more solved voxels are beside tiles, whose values are no distances.
+  for (const auto& [voxel_mm, near] : {std::pair{0.1, 8.0}, {0.37, 4.0}, {0.8, 1.0}, {2.0, 0.5}}) {
+    const FloatGrid::Ptr field = MakeField(32, voxel_mm, Lumps, near);
     KeepNearSurface(field->tree(), kBand);
     const FloatGrid::Ptr expected = openvdb::tools::sdfToSdf(*field, 0.0f, 1);
     const FloatGrid::Ptr parallel = field->deepCopy();

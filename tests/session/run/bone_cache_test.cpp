@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <vector>
@@ -92,13 +93,22 @@ TEST_F(BoneCache, FilesThatWereUsedLongestAgoAreRemoved) {
   const fs::path old = Files().at(0);
   fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(1));
   // A file of holes, as large as the cache may be.
-  const fs::path large = fs::path(folder_.path()) / "bones/mandible-0-0.vdb";
+  const fs::path large = old.parent_path() / "mandible-0123456789abcdef-0123456789abcdef.vdb";
   std::ofstream(large).put('x');
   fs::resize_file(large, static_cast<std::uintmax_t>(kMaxBoneCacheBytes));
+  // Files of others, and a link that leads nowhere, stay and do not matter.
+  const fs::path other = old.parent_path() / "patient.vdb";
+  std::ofstream(other).put('x');
+  fs::resize_file(other, 2 * static_cast<std::uintmax_t>(kMaxBoneCacheBytes));
+  fs::last_write_time(other, fs::file_time_type::clock::now() - std::chrono::hours(2));
+  const fs::path link = old.parent_path() / "mandible-0000000000000000-0000000000000000.vdb";
+  fs::create_symlink(link, link);
   (void)Get(Coarse(3));
   EXPECT_FALSE(fs::exists(old));
   EXPECT_FALSE(fs::exists(large));
-  EXPECT_EQ(Files().size(), 1u);
+  EXPECT_TRUE(fs::exists(other));
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_EQ(Files().size(), 3u);
   EXPECT_FALSE(Get(Coarse(3)).second);
 }
 
@@ -115,6 +125,20 @@ TEST_F(BoneCache, NothingIsKeptWithoutAFolder) {
   EXPECT_TRUE(Get(Coarse()).second);
   EXPECT_TRUE(Get(Coarse()).second);
   EXPECT_TRUE(Files().empty());
+}
+
+TEST(FindBoneCache, TakesOnlyAbsolutePaths) {
+  const char* const home = std::getenv("HOME");
+  const std::string old_home = home == nullptr ? "" : home;
+  setenv("XDG_CACHE_HOME", "/cache", 1);
+  setenv("HOME", "/home/ida", 1);
+  EXPECT_EQ(FindBoneCache(), "/cache/kerf/bones");
+  setenv("XDG_CACHE_HOME", "cache", 1);
+  EXPECT_EQ(FindBoneCache(), "/home/ida/.cache/kerf/bones");
+  setenv("HOME", "", 1);
+  EXPECT_EQ(FindBoneCache(), "");
+  unsetenv("XDG_CACHE_HOME");
+  setenv("HOME", old_home.c_str(), 1);
 }
 
 TEST_F(BoneCache, ParametersOutOfRangeAreRefused) {
