@@ -17,7 +17,9 @@ class Ledger::ChangedVoxels {
     const auto end = [](int b) { return b > 0 ? 2 : 8; };
     for (int x = begin(bx); x < end(bx); ++x) {
       for (int y = begin(by); y < end(by); ++y) {
-        const unsigned bits = static_cast<unsigned>(mask[static_cast<std::size_t>(8 * x + y)]) << 9 >> (8 - 8 * bz);
+        const unsigned bits = static_cast<unsigned>(mask[static_cast<std::size_t>(x) * 8 + static_cast<std::size_t>(y)])
+                                  << 9 >>
+                              (8 - 8 * bz);
         Row(8 * bx + x, 8 * by + y) |= bits & 0x7ffu;
       }
     }
@@ -41,8 +43,11 @@ class Ledger::ChangedVoxels {
   }
 
  private:
-  unsigned& Row(int x, int y) { return rows_[static_cast<std::size_t>((x + 1) * CellFields::kEdge + y + 1)]; }
-  unsigned Row(int x, int y) const { return rows_[static_cast<std::size_t>((x + 1) * CellFields::kEdge + y + 1)]; }
+  static std::size_t At(int x, int y) {
+    return static_cast<std::size_t>(x + 1) * CellFields::kEdge + static_cast<std::size_t>(y + 1);
+  }
+  unsigned& Row(int x, int y) { return rows_[At(x, y)]; }
+  unsigned Row(int x, int y) const { return rows_[At(x, y)]; }
 
   std::array<unsigned, CellFields::kEdge * CellFields::kEdge> rows_{};  // bit z + 1: the voxel (x, y, z)
 };
@@ -122,6 +127,10 @@ const std::array<double, 256>& Ledger::Account() {
     const auto at = [&](int x, int y, int z) { return LeafIndex{owner.x + x, owner.y + y, owner.z + z}; };
     ChangedVoxels changed;
     std::array<const float*, 27> old_cuts{};
+    const auto index = [](int x, int y, int z) {
+      return static_cast<std::size_t>(x + 1) * 9 + static_cast<std::size_t>(y + 1) * 3 +
+             static_cast<std::size_t>(z + 1);
+    };
     for (int i = 0; i < 27; ++i) {
       const int x = i / 9 - 1, y = i / 3 % 3 - 1, z = i % 3 - 1;
       const LeafIndex leaf = at(x, y, z);
@@ -129,13 +138,13 @@ const std::array<double, 256>& Ledger::Account() {
           std::lower_bound(entries_.begin(), entries_.end(), leaf,
                            [&](const Entry& entry, const LeafIndex& l) { return before(entry.leaf, l); });
       if (found == entries_.end() || !(found->leaf == leaf)) continue;
-      old_cuts[static_cast<std::size_t>(i)] = old_values(*found);
+      old_cuts[index(x, y, z)] = old_values(*found);
       changed.Add(masks[static_cast<std::size_t>(found - entries_.begin())], x, y, z);
     }
     if (!changed.any_cell()) continue;
     now.Load([&](int x, int y, int z) { return field_.ReadParts(at(x, y, z)); });
     CellFields old = now;
-    old.LoadCut([&](int x, int y, int z) { return old_cuts[static_cast<std::size_t>(9 * x + 3 * y + z + 13)]; });
+    old.LoadCut([&](int x, int y, int z) { return old_cuts[index(x, y, z)]; });
     AddLoss(owner, changed, old, now);
   }
   for (const Entry& entry : entries_) noted_[Place(entry.leaf)] = 0;

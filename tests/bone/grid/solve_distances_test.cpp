@@ -22,7 +22,7 @@ constexpr int kBand = 4;
 /// `value`: of a point, in voxels.
 template <typename Value>
 FloatGrid::Ptr MakeField(int reach, double voxel_mm, Value&& value, double near = 8) {
-  const auto field = FloatGrid::create(1.0f);
+  auto field = FloatGrid::create(1.0f);
   field->setTransform(openvdb::math::Transform::createLinearTransform(voxel_mm));
   for (int x = -reach; x < reach; x += 8) {
     for (int y = -reach; y < reach; y += 8) {
