@@ -131,10 +131,10 @@ TEST(FindBoneCache, TakesOnlyAbsolutePaths) {
   const char* const home = std::getenv("HOME");
   const std::string old_home = home == nullptr ? "" : home;
   setenv("XDG_CACHE_HOME", "/cache", 1);
-  setenv("HOME", "/home/ida", 1);
+  setenv("HOME", "/nowhere/ida", 1);
   EXPECT_EQ(FindBoneCache(), "/cache/kerf/bones");
   setenv("XDG_CACHE_HOME", "cache", 1);
-  EXPECT_EQ(FindBoneCache(), "/home/ida/.cache/kerf/bones");
+  EXPECT_EQ(FindBoneCache(), "/nowhere/ida/.cache/kerf/bones");
   setenv("HOME", "", 1);
   EXPECT_EQ(FindBoneCache(), "");
   unsetenv("XDG_CACHE_HOME");
