@@ -3,6 +3,7 @@
 #include "bone/grid/sample_points.h"
 
 #include <algorithm>
+#include <cstring>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "bone/grid/sample_points.cpp"
@@ -30,7 +31,7 @@ constexpr std::size_t kLanes = hn::MaxLanes(kDoubles);
 
 /// Cells of a part of the points, by axis.
 struct Cells {
-  alignas(64) double f[3][kPart] = {};        // before: the points
+  alignas(64) double f[3][kPart];             // position in the cell
   alignas(64) std::int32_t place[kPart];      // of the leaf with the lowest corner
   alignas(64) std::int32_t in_leaf[kPart];    // place of the lowest corner in that leaf
   alignas(64) std::int32_t is_across[kPart];  // not 0: other corners are in other leaves
@@ -44,16 +45,14 @@ struct Cells {
 template <bool kCorners>
 void FindCells(const TableBox& box, const PointMap& map, const GridMap* to_index, const PointList& points,
                std::size_t first, std::size_t count, Cells& cells) {
-  std::copy_n(points.x() + first, count, cells.f[0]);
-  std::copy_n(points.y() + first, count, cells.f[1]);
-  std::copy_n(points.z() + first, count, cells.f[2]);
+  static_assert(kLanes <= PointList::kPadding && kPart % PointList::kPadding == 0);
   constexpr int kVoxelStep[3] = {64, 8, 1};
   const int leaf_step[3] = {box.count[1] * box.count[2], box.count[2], 1};
   const I seven = hn::Set(kInts, 7);
   for (std::size_t i = 0; i < count; i += kLanes) {
-    const D x = hn::Load(kDoubles, cells.f[0] + i);
-    const D y = hn::Load(kDoubles, cells.f[1] + i);
-    const D z = hn::Load(kDoubles, cells.f[2] + i);
+    const D x = hn::LoadU(kDoubles, points.x() + first + i);
+    const D y = hn::LoadU(kDoubles, points.y() + first + i);
+    const D z = hn::LoadU(kDoubles, points.z() + first + i);
     I place = hn::Zero(kInts);
     I in_leaf = hn::Zero(kInts);
     I is_across = hn::Zero(kInts);
@@ -93,18 +92,21 @@ void FindCells(const TableBox& box, const PointMap& map, const GridMap* to_index
   }
 }
 
-/// Calls visit(corner, place of its leaf, its place in the leaf) for each corner of cell i.
+/// Calls visit(edge, place of the leaf of its lower corner, place of that corner in it, and the same of the upper one)
+/// for each of the four edges of cell i along z, in the order of the corners.
 template <typename Visit>
-void VisitCorners(const Cells& cells, std::size_t i, Visit&& visit) {
-  for (std::size_t corner = 0; corner < 8; ++corner) {
-    int place = cells.place[i];
-    int voxel = cells.in_leaf[i];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if ((corner >> (2 - axis) & 1) == 0) continue;
+HWY_INLINE void VisitEdges(const Cells& cells, std::size_t i, Visit&& visit) {
+  const std::ptrdiff_t up_leaf = cells.to_leaf[2][i];
+  const std::ptrdiff_t up_voxel = cells.to_voxel[2][i];
+  for (std::size_t edge = 0; edge < 4; ++edge) {
+    std::ptrdiff_t place = cells.place[i];
+    std::ptrdiff_t voxel = cells.in_leaf[i];
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      if ((edge >> (1 - axis) & 1) == 0) continue;
       place += cells.to_leaf[axis][i];
       voxel += cells.to_voxel[axis][i];
     }
-    visit(corner, static_cast<std::size_t>(place), voxel);
+    visit(edge, static_cast<std::size_t>(place), voxel, static_cast<std::size_t>(place + up_leaf), voxel + up_voxel);
   }
 }
 
@@ -115,7 +117,10 @@ void Sample(const PhiTable& table, const PointMap& map, const PointList& points,
   const TableBox box = leaves.box();
   const auto inside = static_cast<double>(table.inside()[0]);
   Cells cells;
-  alignas(64) float corners[8][kPart] = {};
+  struct Edge {
+    float lower, upper;
+  };
+  alignas(64) Edge edges[4][kPart];  // values at the corners, by edges along z
   alignas(64) double mixed[kPart];
   std::uint8_t flags_of[kPart];  // of all leaves of a cell
   std::uint8_t within[kPart];
@@ -137,32 +142,33 @@ void Sample(const PhiTable& table, const PointMap& map, const PointList& points,
       const auto place = static_cast<std::size_t>(cells.place[i]);
       flags_of[i] = flags[place];
       const float* p = leaves.at(place) + cells.in_leaf[i];
-      corners[0][i] = p[0];
-      corners[1][i] = p[1];
-      corners[2][i] = p[8];
-      corners[3][i] = p[9];
-      corners[4][i] = p[64];
-      corners[5][i] = p[65];
-      corners[6][i] = p[72];
-      corners[7][i] = p[73];
+      constexpr int kFromFirst[4] = {0, 8, 64, 72};
+      for (std::size_t edge = 0; edge < 4; ++edge) std::memcpy(&edges[edge][i], p + kFromFirst[edge], sizeof(Edge));
     }
     for (std::size_t n = 0; n < across_count; ++n) {
       const std::size_t i = across[n];
       unsigned all_flags = 0;
-      VisitCorners(cells, i, [&](std::size_t corner, std::size_t place, int voxel) {
-        all_flags |= flags[place];
-        corners[corner][i] = leaves.at(place)[voxel];
-      });
+      VisitEdges(cells, i,
+                 [&](std::size_t edge, std::size_t low, std::ptrdiff_t low_voxel, std::size_t high,
+                     std::ptrdiff_t high_voxel) HWY_ATTR {
+                   all_flags |= flags[low] | flags[high];
+                   edges[edge][i] = {leaves.at(low)[low_voxel], leaves.at(high)[high_voxel]};
+                 });
       flags_of[i] = static_cast<std::uint8_t>(all_flags);
     }
+    for (std::size_t i = count; i % kLanes != 0; ++i) edges[0][i] = edges[1][i] = edges[2][i] = edges[3][i] = {};
     for (std::size_t i = 0; i < count; i += kLanes) {
-      const auto corner = [&](std::size_t n) { return hn::PromoteTo(kDoubles, hn::Load(Singles(), corners[n] + i)); };
-      const auto mix = [](D a, D b, D t) { return hn::Add(a, hn::Mul(t, hn::Sub(b, a))); };
+      const auto mix = [](D a, D b, D t) HWY_ATTR { return hn::Add(a, hn::Mul(t, hn::Sub(b, a))); };
       const D fx = hn::Load(kDoubles, cells.f[0] + i);
       const D fy = hn::Load(kDoubles, cells.f[1] + i);
       const D fz = hn::Load(kDoubles, cells.f[2] + i);
-      const D lower = mix(mix(corner(0), corner(1), fz), mix(corner(2), corner(3), fz), fy);
-      const D upper = mix(mix(corner(4), corner(5), fz), mix(corner(6), corner(7), fz), fy);
+      const auto along_edge = [&](std::size_t edge) HWY_ATTR {
+        hn::Vec<Singles> lower, upper;
+        hn::LoadInterleaved2(Singles(), &edges[edge][i].lower, lower, upper);
+        return mix(hn::PromoteTo(kDoubles, lower), hn::PromoteTo(kDoubles, upper), fz);
+      };
+      const D lower = mix(along_edge(0), along_edge(1), fy);
+      const D upper = mix(along_edge(2), along_edge(3), fy);
       hn::Store(mix(lower, upper, fx), kDoubles, mixed + i);
     }
     if (cut == nullptr) {
@@ -178,9 +184,12 @@ void Sample(const PhiTable& table, const PointMap& map, const PointList& points,
     for (std::size_t i = 0; i < count; ++i) {
       if (!PhiTable::NeedsBoth(flags_of[i])) continue;
       PhiCorners both;
-      VisitCorners(cells, i, [&](std::size_t corner, std::size_t place, int voxel) {
-        both.Set(corner, table.Parts(place), voxel, table.outside()[0]);
-      });
+      VisitEdges(cells, i,
+                 [&](std::size_t edge, std::size_t low, std::ptrdiff_t low_voxel, std::size_t high,
+                     std::ptrdiff_t high_voxel) HWY_ATTR {
+                   both.Set(2 * edge, table.Parts(low), static_cast<int>(low_voxel), table.outside()[0]);
+                   both.Set(2 * edge + 1, table.Parts(high), static_cast<int>(high_voxel), table.outside()[0]);
+                 });
       const Vec3 f(cells.f[0][i], cells.f[1][i], cells.f[2][i]);
       const PhiPair pair{Interpolate(both.whole, f), Interpolate(both.cut, f)};
       whole[first + i] = cut == nullptr ? pair.phi() : pair.whole_mm;

@@ -12,16 +12,18 @@
 
 namespace kerf {
 
-/// Points, by coordinates.
+/// Points, by coordinates. The coordinates can be read up to the next multiple of kPadding; what follows the last point
+/// is finite.
 class PointList {
  public:
+  static constexpr std::size_t kPadding = 8;
   std::size_t size() const { return size_; }
   const double* x() const { return x_.data(); }
   const double* y() const { return y_.data(); }
   const double* z() const { return z_.data(); }
   /// Makes room for `capacity` points and removes all. Allocates.
   void Reserve(std::size_t capacity) {
-    for (std::vector<double>* values : {&x_, &y_, &z_}) values->resize(capacity);
+    for (std::vector<double>* values : {&x_, &y_, &z_}) values->resize(capacity + kPadding);
     size_ = 0;
   }
   void Clear() { size_ = 0; }

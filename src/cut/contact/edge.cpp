@@ -10,6 +10,7 @@ namespace kerf {
 namespace {
 
 constexpr int kMaxHalvings = 4;  // maximum number of halvings of an interval in which the engagement changes
+constexpr std::size_t kIntervalsAtOnce = 32;
 constexpr double kNotInContact = std::numeric_limits<double>::infinity();  // distance
 constexpr double kChange = 0.1;  // change of engagement above which an interval is halved
 
@@ -55,13 +56,17 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
   distance_.resize(points_.size());
   bound_.resize(tooth_points_);
   solid_distance_.resize(points_.size());
-  sampled_.resize(points_.size());
-  sampled_cut_.resize(points_.size());
+  sampled_.resize(std::max(points_.size(), kIntervalsAtOnce << kMaxHalvings));
+  sampled_cut_.resize(sampled_.size());
   ahead_.resize(tooth_points_);
   uniform_regions_.resize(tooth_points_);
   uniform_E_MPa_.resize(tooth_points_);
   uniform_E_star_MPa_.resize(tooth_points_);
-  list_.Reserve(points_.size());
+  constexpr std::size_t kMaxHalves = kIntervalsAtOnce << kMaxHalvings;
+  parts_.reserve(kMaxHalves);
+  halves_.reserve(kMaxHalves);
+  ahead_list_.Reserve(kMaxHalves / 2);
+  list_.Reserve(std::max(points_.size(), kMaxHalves / 2));
   to_look_.reserve(points_.size());
   near_surface_.reserve(points_.size());
   intervals_.reserve(tooth_points_);
@@ -114,15 +119,6 @@ void Edge::Look(const Probe& probe) {
     bound_[i] = distance_[i] = CalcDistance(ahead_[i]);
     looked_at_mm_[i] = travelled_mm_;
   }
-}
-
-/// Returns what is at the point of the edge at the fraction t of the way from a to b.
-Edge::Ahead Edge::LookBetween(const Probe& probe, const Point& a, const Point& b, double t) const {
-  if (is_chain_) {
-    return {probe.Parts((1 - t) * a.p_T + t * b.p_T).whole_mm, probe.Parts((1 - t) * a.ahead_T + t * b.ahead_T).cut_mm};
-  }
-  const Vec3 e_T = glm::normalize((1 - t) * a.e_T + t * b.e_T);
-  return {probe.Parts(ring_radius_mm_ * e_T).whole_mm, probe.Parts((ring_radius_mm_ + look_ahead_mm_) * e_T).cut_mm};
 }
 
 /// Sets bound_, and lists in to_look_ the points nearer to bone than half their distance from each other.
@@ -236,71 +232,99 @@ void Edge::FractionIntervals(const Probe& probe) {
     look(b);
   }
   Look(probe);
-  for (const int interval : intervals_) {
-    const auto a = static_cast<std::size_t>(interval);
-    const std::size_t b = NextOf(a);
-    const double before = fraction_[a];
-    Fraction(probe, points_[a], points_[b], {0, 1, ahead_[a], ahead_[b]}, 0, fraction_[a], fraction_[b]);
-    after_[a] = fraction_[a] - before;
+  for (std::size_t first = 0; first < intervals_.size(); first += kIntervalsAtOnce) {
+    Fraction(probe, std::span(intervals_).subspan(first, std::min(kIntervalsAtOnce, intervals_.size() - first)));
   }
 }
 
-/// Adds the engaged part of a part of the interval between neighbours a and b to both ends: integrates engagement times
-/// the hat function of each end.
-void Edge::Fraction(const Probe& probe, const Point& a, const Point& b, const Part& part, int halvings,
-                    double& fraction_a, double& fraction_b) const {
-  const auto& [t_a, t_b, at_a, at_b] = part;
-  const double length = (t_b - t_a) * spacing_mm_ * stride_;
-  const double d_a = CalcDistance(at_a);
-  const double d_b = CalcDistance(at_b);
-  if (d_a >= 0 && d_b >= 0 && d_a + d_b >= length) return;
-  const double w_a = Engagement(at_a.cut_mm, look_ahead_mm_);
-  const double w_b = Engagement(at_b.cut_mm, look_ahead_mm_);
-  const bool out = d_a >= 0 && d_b >= 0;
+Edge::Place Edge::MakePlace(double t, const Ahead& at) const {
+  return {t, at, CalcDistance(at), Engagement(at.cut_mm, look_ahead_mm_)};
+}
+
+/// Adds the engaged part of some intervals between neighbours to both ends: integrates engagement times the hat
+/// function of each end.
+void Edge::Fraction(const Probe& probe, std::span<const int> intervals) {
+  parts_.clear();
+  for (const int interval : intervals) {
+    const auto a = static_cast<std::size_t>(interval);
+    parts_.push_back({interval, MakePlace(0, ahead_[a]), MakePlace(1, ahead_[NextOf(a)])});
+  }
+  for (int halvings = 0; !parts_.empty(); ++halvings) {
+    halves_.clear();
+    list_.Clear();
+    ahead_list_.Clear();
+    for (const Part& part : parts_) {
+      const Use use = FindUse(part, halvings);
+      if (use == Use::kHalves) {
+        AddHalf(part);
+      } else if (use == Use::kWhole) {
+        const std::size_t n = summed_.size++;
+        summed_.interval[n] = part.interval;
+        summed_.t_a[n] = part.a.t;
+        summed_.t_b[n] = part.b.t;
+        summed_.whole_a_mm[n] = part.a.at.whole_mm;
+        summed_.whole_b_mm[n] = part.b.at.whole_mm;
+        summed_.cut_a_mm[n] = part.a.at.cut_mm;
+        summed_.cut_b_mm[n] = part.b.at.cut_mm;
+        if (summed_.size == IntervalParts::kRoom) SumParts();
+      }
+    }
+    probe.Parts(list_, sampled_.data(), sampled_cut_.data());
+    for (std::size_t n = 0; n < list_.size(); ++n) halves_[2 * n].b.at.whole_mm = sampled_[n];
+    probe.Parts(ahead_list_, sampled_.data(), sampled_cut_.data());
+    for (std::size_t n = 0; n < list_.size(); ++n) {
+      Place& middle = halves_[2 * n].b;
+      middle = halves_[2 * n + 1].a = MakePlace(middle.t, {middle.at.whole_mm, sampled_cut_[n]});
+    }
+    std::swap(parts_, halves_);
+  }
+  SumParts();
+}
+
+/// Returns whether a part of an interval is engaged, and whether its fields may be taken as linear.
+Edge::Use Edge::FindUse(const Part& part, int halvings) const {
+  const auto& [interval, a, b] = part;
+  const bool out = a.distance_mm >= 0 && b.distance_mm >= 0;
+  if (out && a.distance_mm + b.distance_mm >= (b.t - a.t) * spacing_mm_ * stride_) return Use::kNone;
   // Between two ends in air one sample is enough: the walls of a kerf are equally near along its whole length. The
   // surface of the whole bone is nearly flat within an interval.
-  const bool crosses = (at_a.whole_mm < 0) != (at_b.whole_mm < 0) && std::max(w_a, w_b) > 0;
-  if (out || (crosses && !(std::abs(w_a - w_b) > kChange)) ? halvings < 1
-                                                           : std::abs(w_a - w_b) > kChange && halvings < kMaxHalvings) {
-    const double t = 0.5 * (t_a + t_b);
-    const Ahead at = LookBetween(probe, a, b, t);
-    Fraction(probe, a, b, {t_a, t, at_a, at}, halvings + 1, fraction_a, fraction_b);
-    Fraction(probe, a, b, {t, t_b, at, at_b}, halvings + 1, fraction_a, fraction_b);
-    return;
+  const bool crosses = (a.at.whole_mm < 0) != (b.at.whole_mm < 0) && std::max(a.engagement, b.engagement) > 0;
+  const bool changes = std::abs(a.engagement - b.engagement) > kChange;
+  if (out || (crosses && !changes) ? halvings < 1 : changes && halvings < kMaxHalvings) return Use::kHalves;
+  return out ? Use::kNone : Use::kWhole;
+}
+
+/// Appends the halves of a part to halves_, and to the lists the places at which they are to be sampled.
+void Edge::AddHalf(const Part& part) {
+  const auto i = static_cast<std::size_t>(part.interval);
+  const Point& a = points_[i];
+  const Point& b = points_[NextOf(i)];
+  const double t = 0.5 * (part.a.t + part.b.t);
+  if (is_chain_) {
+    list_.Add((1 - t) * a.p_T + t * b.p_T);
+    ahead_list_.Add((1 - t) * a.ahead_T + t * b.ahead_T);
+  } else {
+    const Vec3 e_T = glm::normalize((1 - t) * a.e_T + t * b.e_T);
+    list_.Add(ring_radius_mm_ * e_T);
+    ahead_list_.Add((ring_radius_mm_ + look_ahead_mm_) * e_T);
   }
-  if (out) return;
-  // Both fields are linear, and so are their weights between the places where they are 0 and 1.
-  const auto mix = [&](double at_t_a, double at_t_b, double t) {
-    return t_b > t_a ? at_t_a + (at_t_b - at_t_a) * (t - t_a) / (t_b - t_a) : at_t_a;
-  };
-  const auto where = [&](double at_t_a, double at_t_b, double value) {
-    return at_t_a == at_t_b ? t_a : std::clamp(t_a + (t_b - t_a) * (at_t_a - value) / (at_t_a - at_t_b), t_a, t_b);
-  };
-  const auto engagement = [&](double t) {
-    return CalcEntered(mix(at_a.whole_mm, at_b.whole_mm, t)) *
-           Engagement(mix(at_a.cut_mm, at_b.cut_mm, t), look_ahead_mm_);
-  };
-  std::array<double, 6> ends{t_a,
-                             where(at_a.whole_mm, at_b.whole_mm, 0.5 * entry_mm_),
-                             where(at_a.whole_mm, at_b.whole_mm, -0.5 * entry_mm_),
-                             where(at_a.cut_mm, at_b.cut_mm, 0),
-                             where(at_a.cut_mm, at_b.cut_mm, -look_ahead_mm_),
-                             t_b};
-  std::sort(ends.begin(), ends.end());
-  for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
-    const double t0 = ends[k];
-    const double t1 = ends[k + 1];
-    if (!(t1 > t0)) continue;
-    // Simpson's rule is exact for a product of three linear functions.
-    const double tm = 0.5 * (t0 + t1);
-    const double w0 = engagement(t0);
-    const double wm = engagement(tm);
-    const double w1 = engagement(t1);
-    const double whole = (t1 - t0) / 6 * (w0 + 4 * wm + w1);
-    const double at_b_end = (t1 - t0) / 6 * (w0 * t0 + 4 * wm * tm + w1 * t1);
-    fraction_a += whole - at_b_end;
-    fraction_b += at_b_end;
+  const Place middle{t, {}, 0, 0};
+  halves_.push_back({part.interval, part.a, middle});
+  halves_.push_back({part.interval, middle, part.b});
+}
+
+/// Adds the parts in summed_ to the ends of their intervals.
+void Edge::SumParts() {
+  double of_start[IntervalParts::kRoom];
+  double of_end[IntervalParts::kRoom];
+  IntegrateEngagement({entry_mm_, look_ahead_mm_}, summed_, of_start, of_end);
+  for (std::size_t n = 0; n < summed_.size; ++n) {
+    const auto a = static_cast<std::size_t>(summed_.interval[n]);
+    fraction_[a] += of_start[n];
+    after_[a] += of_start[n];
+    fraction_[NextOf(a)] += of_end[n];
   }
+  summed_.size = 0;
 }
 
 /// Returns the squared cosines between the osteons and the directions of a point of the edge. All are 0 if the

@@ -3,10 +3,13 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "bone/grid/field.h"
+#include "cut/contact/engagement.h"
 #include "cut/contact/met_material.h"
 #include "cut/contact/penetration_limiter.h"
 #include "cut/contact/probe.h"
@@ -128,15 +131,24 @@ class Edge {
   /// Returns the distance from where teeth are engaged, or a lower bound on it.
   double CalcDistance(const Ahead& at) const { return std::max(at.whole_mm - 0.5 * entry_mm_, at.cut_mm); }
   void Look(const Probe& probe);
-  Ahead LookBetween(const Probe& probe, const Point& a, const Point& b, double t) const;
-  void FractionIntervals(const Probe& probe);
-  /// Part of an interval between two points: from t_a to t_b, 0 to 1.
-  struct Part {
-    double t_a, t_b;
-    Ahead at_a, at_b;
+  /// A place in an interval between two points, 0 to 1, with what is there.
+  struct Place {
+    double t;
+    Ahead at;
+    double distance_mm;
+    double engagement;  // of a tooth that has entered the whole bone
   };
-  void Fraction(const Probe& probe, const Point& a, const Point& b, const Part& part, int halvings, double& fraction_a,
-                double& fraction_b) const;
+  Place MakePlace(double t, const Ahead& at) const;
+  struct Part {
+    int interval;  // index of the point at its start
+    Place a, b;
+  };
+  enum class Use : std::uint8_t { kNone, kWhole, kHalves };
+  Use FindUse(const Part& part, int halvings) const;
+  void FractionIntervals(const Probe& probe);
+  void Fraction(const Probe& probe, std::span<const int> intervals);
+  void AddHalf(const Part& part);
+  void SumParts();
   /// Returns the region; 0 if there is no material.
   int FindMaterial(const Probe& probe, std::size_t i, unsigned reads, ToothCut& cut) const;
   template <typename Wanted>
@@ -175,13 +187,15 @@ class Edge {
   std::vector<Ahead> ahead_;            // of each point that was looked at in this step
   std::vector<double> bound_;           // lower bound on the distance of each look-ahead point in this step
   std::vector<double> solid_distance_;  // distance of each point itself, where it may be a solid in this step
-  std::vector<double> fraction_;  // engaged part of the two intervals next to each point, as a number of intervals
-  std::vector<double> after_;     // part of fraction_ that lies in the interval to the next point
+  std::vector<double> fraction_;      // engaged part of the two intervals next to each point, as a number of intervals
+  std::vector<double> after_;         // part of fraction_ that lies in the interval to the next point
+  std::vector<Part> parts_, halves_;  // of some intervals
+  IntervalParts summed_;              // those that are not halved
   std::vector<Contact> contacts_;
   // Lists of points, by index, for the time of a step: to be looked at, with the interval after them, with engaged
   // teeth.
   std::vector<int> to_look_, intervals_, engaged_, near_surface_;
-  PointList list_;
+  PointList list_, ahead_list_;
   std::vector<double> sampled_, sampled_cut_;
   std::vector<std::uint8_t> uniform_regions_;
   std::vector<double> uniform_E_MPa_, uniform_E_star_MPa_;

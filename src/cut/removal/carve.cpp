@@ -28,110 +28,144 @@ namespace kerf {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Returns the occupancy, clamp(1/2 - phi/h, 0, 1).
-HWY_INLINE V Fraction(V phi, V per_voxel) {
-  const V fraction = hn::Sub(Splat(0.5f), hn::Mul(phi, per_voxel));
-  return hn::Min(hn::Max(fraction, hn::Zero(kFloats)), Splat(1));
-}
+constexpr int kLanes = static_cast<int>(hn::MaxLanes(kFloats));
+constexpr int kHalf = 4;  // voxels of a row of a brick
+constexpr int kParts = 2 * kHalf / kLanes;
+using Half = hn::CappedTag<float, kHalf>;
+constexpr Half kHalfTag;
 
-/// Returns the value of each lane's row: `rows[row]` for the lower eight voxels, `rows[row + 1]` for the upper.
-HWY_INLINE V OfRows(const float* rows, int row, int part) {
-  constexpr std::size_t kLanes = hn::MaxLanes(kFloats);
-  if constexpr (kLanes == 2 * kRow) {
-    return hn::IfThenElse(hn::FirstN(kFloats, kRow), Splat(rows[row]), Splat(rows[row + 1]));
-  } else {
-    return Splat(rows[row + part / kRow]);
-  }
-}
-
-template <typename Swept, bool kHasWhole>
-CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, const CarvedLeaf& leaf) {
-  constexpr int kLanes = static_cast<int>(hn::MaxLanes(kFloats));
-  constexpr int kPair = 2 * kRow;
-  const Swept swept(s, corner);
-  // Positions of the first voxels of the rows.
-  using Row = hn::CappedTag<float, kRow>;
-  constexpr Row kRowTag;
-  alignas(64) float rows[3][kRow * kRow];
-  for (int axis = 0; axis < 3; ++axis) {
-    for (int x = 0; x < kRow; ++x) {
-      const float base = corner[static_cast<std::size_t>(axis)] + static_cast<float>(x) * s.grid[0][axis];
-      for (int y = 0; y < kRow; y += static_cast<int>(hn::MaxLanes(kRowTag))) {
-        hn::Store(hn::Add(hn::Set(kRowTag, base), hn::Load(kRowTag, s.across[axis] + y)), kRowTag,
-                  rows[axis] + kRow * x + y);
+/// Coordinates of the first voxel of a leaf at each x, tool frame.
+struct Starts {
+  Starts(const CarveStep& s, const std::array<float, 3>& corner) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (int x = 0; x < 8; x += kLanes) {
+        hn::Store(hn::Add(Splat(corner[axis]), hn::Load(kFloats, s.steps_x[axis] + x)), kFloats, of[axis] + x);
       }
     }
   }
-  // First, select the rows by their middles.
-  std::uint64_t active = 0;
-  const V middle_x = Splat(kHalfRow * s.grid[2][0]);
-  const V middle_y = Splat(kHalfRow * s.grid[2][1]);
-  const V middle_z = Splat(kHalfRow * s.grid[2][2]);
-  for (int row = 0; row < kRow * kRow; row += kLanes) {
-    const M may = swept.MayChange(hn::Add(hn::Load(kFloats, rows[0] + row), middle_x),
-                                  hn::Add(hn::Load(kFloats, rows[1] + row), middle_y),
-                                  hn::Add(hn::Load(kFloats, rows[2] + row), middle_z));
-    std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(kFloats, may, bits);
-    active |= static_cast<std::uint64_t>(bits[0] | bits[1] << 8) << row;
+  alignas(64) float of[3][8];
+};
+
+/// A brick of a leaf; its voxels are computed in kParts parts.
+struct Brick {
+  explicit Brick(std::uint64_t bricks) : number(static_cast<std::size_t>(std::countr_zero(bricks))) {}
+
+  /// Returns a coordinate of the voxels.
+  HWY_INLINE V Locate(const CarveStep& s, const Starts& starts, int axis, int part) const {
+    return hn::Add(Splat(starts.of[axis][number >> 3]), hn::Load(kFloats, s.voxels[number & 7][axis] + kLanes * part));
   }
-  // Then compute their voxels.
-  CarveLoss loss;
-  loss.rows = std::popcount(active);
-  alignas(64) float lost[kPair] = {};
+  /// Read and write the values of a leaf.
+  template <typename Tag>
+  HWY_INLINE hn::Vec<Tag> Load(Tag tag, const float* leaf, int part) const {
+#if HWY_TARGET != HWY_SCALAR
+    if constexpr (hn::MaxLanes(tag) == 2 * kHalf) {
+      return hn::Combine(tag, hn::LoadU(kHalfTag, leaf + Voxel(1)), hn::LoadU(kHalfTag, leaf + Voxel(0)));
+    }
+#endif
+    return hn::LoadU(tag, leaf + VoxelOf(part));
+  }
+  template <typename Vec>
+  HWY_INLINE void Store(Vec values, float* leaf, int part) const {
+#if HWY_TARGET != HWY_SCALAR
+    if constexpr (hn::MaxLanes(hn::DFromV<Vec>()) == 2 * kHalf) {
+      hn::StoreU(hn::LowerHalf(kHalfTag, values), kHalfTag, leaf + Voxel(0));
+      hn::StoreU(hn::UpperHalf(kHalfTag, values), kHalfTag, leaf + Voxel(1));
+      return;
+    }
+#endif
+    hn::StoreU(values, kFloats, leaf + VoxelOf(part));
+  }
+
+  std::size_t number;  // 8 x + 2 (y / 2) + z / 4
+
+ private:
+  /// Returns the first voxel of a row of the brick, and that of a part.
+  std::size_t Voxel(std::size_t row) const {
+    return 16 * (number >> 1) + 4 * (number & 1) + 8 * row;
+  }
+  std::size_t VoxelOf(int part) const {
+    const int voxel = kLanes * part;
+    return Voxel(static_cast<std::size_t>(voxel / kHalf)) + static_cast<std::size_t>(voxel % kHalf);
+  }
+};
+
+/// Returns the bricks that the step may change, a bit each.
+template <typename Swept>
+std::uint64_t Find(const CarveStep& s, const std::array<float, 3>& corner) {
+  const Swept swept(s, corner);
+  const Starts starts(s, corner);
+  std::uint64_t found = 0;
+  for (int brick = 0; brick < 64; brick += kLanes) {
+    const auto middle = [&](int axis) {
+      return hn::Add(Splat(starts.of[axis][brick >> 3]), hn::Load(kFloats, s.middles[axis] + (brick & 7)));
+    };
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(kFloats, swept.MayChange(middle(0), middle(1), middle(2)), bits);
+    found |= std::uint64_t{bits[0]} << brick;
+  }
+  return found;
+}
+
+/// kAllBits: phi is written as it is computed.
+template <typename Swept, bool kHasWhole, bool kAllBits>
+CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, std::uint64_t bricks, const CarvedLeaf& leaf) {
+  const Swept swept(s, corner);
+  const Starts starts(s, corner);
+  constexpr hn::RebindToSigned<Floats> kCounts;
+  auto changed = hn::Zero(kCounts);
+  V lost[kParts];
+  for (V& sum : lost) sum = hn::Zero(kFloats);
   const V band = Splat(s.band);
+  const V voxel = Splat(s.voxel);
   const V per_voxel = Splat(1 / s.voxel);
+  const V half_voxel = Splat(0.5f * s.voxel);
   // Veltkamp's splitting keeps the upper bits of a significand, rounded to nearest.
   const bool rounds = s.precision_bits < 24;
   const V splitter = Splat(static_cast<float>(1 << (24 - s.precision_bits)) + 1);
-  std::uint64_t pairs = (active | active >> 1) & 0x5555555555555555u;
-  for (; pairs != 0; pairs &= pairs - 1) {
-    const int row = std::countr_zero(pairs);
-    const auto of_pair = static_cast<unsigned>(active >> row) & 3u;
-    for (int part = 0; part < kPair; part += kLanes) {
-      if (kLanes <= kRow && !(of_pair >> (part / kRow) & 1u)) continue;
-      float* HWY_RESTRICT voxels = leaf.cut + kRow * row + part;
-      const V old = hn::LoadU(kFloats, voxels);
-      M is_final = hn::Ge(old, band);
-      V whole = old;
-      if constexpr (kHasWhole) {
-        whole = hn::LoadU(kFloats, leaf.whole + kRow * row + part);
-        is_final = hn::Or(is_final, hn::Ge(whole, band));
+  for (; bricks != 0; bricks &= bricks - 1) {
+    const Brick brick(bricks);
+    for (int part = 0; part < kParts; ++part) {
+      const V old = brick.Load(kFloats, leaf.cut, part);
+      V depth = swept.Depth(brick.Locate(s, starts, 0, part), brick.Locate(s, starts, 1, part),
+                            brick.Locate(s, starts, 2, part), old);
+      if (!kAllBits && s.whole_voxels) {
+        depth = hn::Mul(hn::Add(hn::Floor(hn::Mul(depth, per_voxel)), Splat(0.5f)), voxel);
       }
-      if (hn::AllTrue(kFloats, is_final)) continue;
-      V depth = swept.Depth(hn::Add(OfRows(rows[0], row, part), hn::Load(kFloats, s.along[0] + part)),
-                            hn::Add(OfRows(rows[1], row, part), hn::Load(kFloats, s.along[1] + part)),
-                            hn::Add(OfRows(rows[2], row, part), hn::Load(kFloats, s.along[2] + part)), old);
-      if (s.whole_voxels) {
-        depth = hn::Mul(hn::Add(hn::Floor(hn::Mul(depth, per_voxel)), Splat(0.5f)), Splat(s.voxel));
-      }
-      if (rounds) {
+      if (!kAllBits && rounds) {
         const V split = hn::Mul(depth, splitter);
         depth = hn::Sub(split, hn::Sub(split, depth));
       }
       const V now = hn::Min(depth, band);
       M grown = hn::Gt(now, old);
-      if constexpr (kLanes == kPair) {
-        // A row that is not selected stays unchanged, as it does where rows are computed one by one.
-        static constexpr std::uint8_t kLanesOf[4][8] = {{0, 0}, {0xff, 0}, {0, 0xff}, {0xff, 0xff}};
-        grown = hn::And(grown, hn::LoadMaskBits(kFloats, kLanesOf[of_pair]));
-      }
-      if constexpr (kHasWhole) grown = hn::AndNot(is_final, grown);
-      const V cut = hn::IfThenElse(grown, now, old);
-      hn::StoreU(cut, kFloats, voxels);
-      loss.changed += static_cast<int>(hn::CountTrue(kFloats, grown));
-      V less;
+      V phi_before = old;
       if constexpr (kHasWhole) {
-        const V phi = hn::Max(whole, cut);
-        if (leaf.phi != nullptr) hn::StoreU(phi, kFloats, leaf.phi + kRow * row + part);
-        less = hn::Sub(Fraction(hn::Max(whole, old), per_voxel), Fraction(phi, per_voxel));
-      } else {
-        less = hn::Sub(Fraction(old, per_voxel), Fraction(cut, per_voxel));
+        const V whole = brick.Load(kFloats, leaf.whole, part);
+        grown = hn::And(grown, hn::Lt(whole, band));
+        phi_before = hn::Max(whole, old);
       }
-      hn::Store(hn::Add(hn::Load(kFloats, lost + part), less), kFloats, lost + part);
+      const V cut = hn::IfThenElse(grown, now, old);
+      brick.Store(cut, leaf.cut, part);
+      changed = hn::Sub(changed, hn::VecFromMask(kCounts, hn::RebindMask(kCounts, grown)));
+      V phi = cut;
+      if constexpr (kHasWhole) {
+        phi = hn::Max(phi_before, cut);
+        if (leaf.phi != nullptr) brick.Store(phi, leaf.phi, part);
+      }
+      // The occupancy is 1/2 less phi, in voxels, but at least 0 and at most 1.
+      const auto clamp = [&](V value) HWY_ATTR { return hn::Min(hn::Max(value, hn::Neg(half_voxel)), half_voxel); };
+      const V rise = hn::Sub(clamp(phi), clamp(phi_before));
+      lost[part] = hn::Add(lost[part], hn::Mul(rise, per_voxel));
     }
   }
-  for (const float part : lost) loss.voxels += static_cast<double>(part);
+  CarveLoss loss;
+  for (const V& sum : lost) {
+    alignas(64) float lanes[kLanes];
+    hn::Store(sum, kFloats, lanes);
+    for (const float lane : lanes) loss.voxels += static_cast<double>(lane);
+  }
+  alignas(64) std::int32_t counts[kLanes];
+  hn::Store(changed, kCounts, counts);
+  for (const std::int32_t count : counts) loss.changed += count;
   return loss;
 }
 
@@ -154,7 +188,6 @@ HWY_INLINE M NearSides(const LeafCull& c, V x, V y) {
 
 /// Sets a bit in `near` for each leaf that may have a voxel in the zone.
 void Cull(const LeafCull& c, const float* x, const float* y, const float* z, int count, std::uint64_t* near) {
-  constexpr int kLanes = static_cast<int>(hn::MaxLanes(kFloats));
   const V outer = Splat(c.outer);
   const V inner = Splat(c.inner);
   const V half_leaf2 = Splat(c.half_leaf2);
@@ -189,28 +222,47 @@ void Cull(const LeafCull& c, const float* x, const float* y, const float* z, int
       may = hn::And(may, hn::Ge(furthest, inner));
       std::uint8_t bits[8] = {};
       hn::StoreMaskBits(kFloats, may, bits);
-      found |= static_cast<std::uint64_t>(bits[0] | bits[1] << 8) << (i - first);
+      found |= std::uint64_t{bits[0]} << (i - first);
     }
     if (count - first < 64) found &= (std::uint64_t{1} << (count - first)) - 1;
     near[first / 64] = found;
   }
 }
 
-template <std::size_t... kKinds>
-CarveLoss CarveAny(const CarveStep& step, const std::array<float, 3>& corner, const CarvedLeaf& leaf,
-                   std::index_sequence<kKinds...>) {
-  CarveLoss loss;
-  const auto carve = [&]<typename Swept>() {
-    loss = leaf.whole == nullptr ? Carve<Swept, false>(step, corner, leaf) : Carve<Swept, true>(step, corner, leaf);
+/// Returns visit.operator()<S>(), where S is the sweep of the step's kind of tool.
+template <typename Visit, std::size_t... kKinds>
+auto VisitSweep(std::size_t kind, Visit&& visit, std::index_sequence<kKinds...>) {
+  decltype(visit.template operator()<DiscSweep>()) result{};
+  const auto set = [&]<typename Swept>() {
+    result = visit.template operator()<Swept>();
     return true;
   };
-  (void)((step.kind == kKinds &&
-          carve.template operator()<typename SweepOf<std::variant_alternative_t<kKinds, Tool>>::Type>()) ||
+  (void)((kind == kKinds &&
+          set.template operator()<typename SweepOf<std::variant_alternative_t<kKinds, Tool>>::Type>()) ||
          ...);
-  return loss;
+  return result;
 }
-CarveLoss CarveAll(const CarveStep& step, const std::array<float, 3>& corner, const CarvedLeaf& leaf) {
-  return CarveAny(step, corner, leaf, std::make_index_sequence<std::variant_size_v<Tool>>());
+constexpr std::make_index_sequence<std::variant_size_v<Tool>> kAllKinds;
+
+template <bool kHasWhole, bool kAllBits>
+CarveLoss CarveKind(const CarveStep& step, const std::array<float, 3>& corner, std::uint64_t bricks,
+                    const CarvedLeaf& leaf) {
+  const auto carve = [&]<typename Swept>() { return Carve<Swept, kHasWhole, kAllBits>(step, corner, bricks, leaf); };
+  return VisitSweep(step.kind, carve, kAllKinds);
+}
+CarveLoss CarveAll(const CarveStep& step, const std::array<float, 3>& corner, std::uint64_t bricks,
+                   const CarvedLeaf& leaf) {
+  const bool all_bits = !step.whole_voxels && step.precision_bits == 24;
+  if (leaf.whole == nullptr) {
+    return all_bits ? CarveKind<false, true>(step, corner, bricks, leaf)
+                    : CarveKind<false, false>(step, corner, bricks, leaf);
+  }
+  return all_bits ? CarveKind<true, true>(step, corner, bricks, leaf)
+                  : CarveKind<true, false>(step, corner, bricks, leaf);
+}
+std::uint64_t FindAll(const CarveStep& step, const std::array<float, 3>& corner) {
+  const auto find = [&]<typename Swept>() { return Find<Swept>(step, corner); };
+  return VisitSweep(step.kind, find, kAllKinds);
 }
 void CullLeaves(const LeafCull& cull, const float* x, const float* y, const float* z, int count, std::uint64_t* near) {
   Cull(cull, x, y, z, count, near);
@@ -226,6 +278,7 @@ namespace kerf {
 namespace {
 
 HWY_EXPORT(CarveAll);
+HWY_EXPORT(FindAll);
 HWY_EXPORT(CullLeaves);
 
 std::string NameOf(std::int64_t target) {
@@ -248,17 +301,30 @@ std::int64_t chosen_target = 0;
 }  // namespace
 
 void CarveStep::Prepare() {
-  constexpr float kHalfRow = 3.5f;
   for (int axis = 0; axis < 3; ++axis) {
-    for (int i = 0; i < 8; ++i) across[axis][i] = static_cast<float>(i) * grid[1][axis];
-    for (int i = 0; i < 16; ++i) along[axis][i] = static_cast<float>(i % 8) * grid[2][axis];
+    const float along_y = grid[1][axis];
+    const float along_z = grid[2][axis];
+    half_y[axis] = 0.5f * along_y;
+    half_z[axis] = 1.5f * along_z;
+    for (int i = 0; i < 8; ++i) {
+      steps_x[axis][i] = static_cast<float>(i) * grid[0][axis];
+      const int first_y = i / 2 * 2;
+      const int first_z = i % 2 * 4;
+      for (int v = 0; v < 8; ++v) {
+        voxels[i][axis][v] =
+            static_cast<float>(first_y + v / 4) * along_y + static_cast<float>(first_z + v % 4) * along_z;
+      }
+      middles[axis][i] = voxels[i][axis][0] + half_y[axis] + half_z[axis];
+    }
   }
-  row_mm = kHalfRow * std::sqrt(grid[2][0] * grid[2][0] + grid[2][1] * grid[2][1]);
+  brick_mm = std::max(std::hypot(half_z[0] + half_y[0], half_z[1] + half_y[1]),
+                      std::hypot(half_z[0] - half_y[0], half_z[1] - half_y[1]));
+  brick_z_mm = std::abs(half_y[2]) + std::abs(half_z[2]);
   // The curvature of a distance is at most 1 / distance. This is used only where the distance is at least half a
   // radius.
-  bend_mm = 0.5f * radius > 2 * row_mm ? 0.5f * row_mm * row_mm / (0.5f * radius - row_mm) : row_mm;
-  const float along_row = back[0] * grid[2][0] + back[1] * grid[2][1] + back[2] * grid[2][2];
-  behind_mm = length + rounding + kHalfRow * std::abs(along_row);
+  bend_mm = 0.5f * radius > 2 * brick_mm ? 0.5f * brick_mm * brick_mm / (0.5f * radius - brick_mm) : brick_mm;
+  const auto along = [this](const float(&e)[3]) { return back[0] * e[0] + back[1] * e[1] + back[2] * e[2]; };
+  behind_mm = length + rounding + std::abs(along(half_y)) + std::abs(along(half_z));
   const float across_axis = std::sqrt(back[0] * back[0] + back[1] * back[1]);
   const bool is_across = across_axis > 1e-6f;
   per_across = is_across ? 1 / across_axis : 0;
@@ -268,12 +334,28 @@ void CarveStep::Prepare() {
     face.turn = is_across ? -face.r * across_axis : 0;
     face.rise = -face.z * back[2];
     face.at_least = std::abs(steep) < 1 ? steep / std::sqrt(1 - steep * steep) : std::copysign(1e6f, steep);
-    face.extent = face.r * row_mm + std::abs(face.z) * std::abs(kHalfRow * grid[2][2]);
+    face.extent = face.r * brick_mm + std::abs(face.z) * brick_z_mm;
   }
 }
 
-CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, const CarvedLeaf& leaf) {
-  return HWY_DYNAMIC_DISPATCH(CarveAll)(step, corner_T, leaf);
+CarveStep CarveStep::Widened(float widening) const {
+  CarveStep wide = *this;
+  wide.slack = widening;
+  // No direction; the way still bounds those of other steps.
+  for (float& component : wide.back) component = 0;
+  wide.length = widening;
+  for (float* bound : {&wide.rounding, &wide.edge_depth, &wide.flank_slack}) *bound += widening;
+  wide.Prepare();
+  return wide;
+}
+
+CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, std::uint64_t bricks,
+                    const CarvedLeaf& leaf) {
+  return HWY_DYNAMIC_DISPATCH(CarveAll)(step, corner_T, bricks, leaf);
+}
+
+std::uint64_t FindBricks(const CarveStep& step, const std::array<float, 3>& corner_T) {
+  return HWY_DYNAMIC_DISPATCH(FindAll)(step, corner_T);
 }
 
 void FindLeaves(const LeafCull& cull, const LeafMiddles& middles, int count, std::uint64_t* near) {

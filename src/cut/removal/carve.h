@@ -15,7 +15,6 @@ namespace kerf {
 /// Result of CarveLeaf().
 struct CarveLoss {
   double voxels = 0;  // occupancy before, less occupancy after
-  int rows = 0;       // computed rows of eight voxels
   int changed = 0;    // changed voxels
 };
 
@@ -26,9 +25,13 @@ struct CarvedLeaf {
   float* phi = nullptr;          // to be set as well if `whole` is not null; may be null
 };
 
-/// Sets cut <- max(cut, -distance to the sweep of the step) in a leaf, except in air beyond the band, and phi <-
-/// max(whole, cut). `corner_T`: position of its lowest voxel. Tick-safe.
-CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, const CarvedLeaf& leaf);
+/// Returns the bricks of a leaf that the step may change: bit 8 x + 2 (y / 2) + z / 4 for that of voxel (x, y, z).
+/// `corner_T`: position of its lowest voxel. Tick-safe.
+std::uint64_t FindBricks(const CarveStep& step, const std::array<float, 3>& corner_T);
+/// Sets cut <- max(cut, -distance to the sweep of the step) in these bricks, except in air beyond the band, and phi <-
+/// max(whole, cut). Tick-safe.
+CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, std::uint64_t bricks,
+                    const CarvedLeaf& leaf);
 
 /// Test that finds the leaves near a zone about the tool's edge. Lengths in mm.
 struct LeafCull {

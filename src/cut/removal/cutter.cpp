@@ -1,6 +1,7 @@
 #include "cut/removal/cutter.h"
 
 #include <algorithm>
+#include <bit>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
@@ -9,6 +10,7 @@
 #include "cut/removal/edge_leaves.h"
 #include "cut/removal/ledger.h"
 #include "cut/removal/metal_voxels.h"
+#include "cut/removal/near_bricks.h"
 #include "cut/removal/sweep.h"
 #include "cut/tool/shape.h"
 
@@ -74,6 +76,7 @@ struct Cutter::State {
         whole_voxels(the_whole_voxels),
         precision_bits(the_precision_bits),
         leaves(field, MakeEdgeZone(zone, h, CalcStroke(tool))),
+        bricks(h, leaves.capacity()),
         max_piece_mm(0.25 * leaves.slack_mm()),
         ledger(field, old_leaves),
         metal(field) {
@@ -104,6 +107,7 @@ struct Cutter::State {
   bool whole_voxels;
   int precision_bits;
   EdgeLeaves leaves;
+  NearBricks bricks;
   double max_piece_mm;  // longest part of a step
   Ledger ledger;
   MetalVoxels metal;
@@ -174,8 +178,8 @@ void Cutter::Refill() {
   state_->ledger.Account();
 }
 std::size_t Cutter::CalcMemoryBytes() const {
-  return sizeof(State) + state_->leaves.CalcMemoryBytes() + state_->ledger.CalcMemoryBytes() +
-         state_->metal.CalcMemoryBytes();
+  return sizeof(State) + state_->leaves.CalcMemoryBytes() + state_->bricks.CalcMemoryBytes() +
+         state_->ledger.CalcMemoryBytes() + state_->metal.CalcMemoryBytes();
 }
 const Cutter::Effort& Cutter::effort() const {
   return state_->effort;
@@ -246,6 +250,7 @@ void Cutter::State::CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pos
   effort.is_new_list |=
       leaves.Update(X_to, cuts.outline.empty() ? sweep.length_mm : glm::length(X_to.p_AB - X_from.p_AB),
                     !new_only && cuts.depth_mm == kAll);
+  bricks.Begin(sweep, X_from, &cuts == &zone);
   LeafList& list = leaves.list();
   effort.listed_leaves += static_cast<int>(list.size());
   const LeafCull cull = sweep.MakeCull(list.origin_W());
@@ -287,20 +292,22 @@ void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& r
   const std::array<float, 3> corner_T = {static_cast<float>(p_T.x), static_cast<float>(p_T.y),
                                          static_cast<float>(p_T.z)};
   ++effort.leaves;
+  const std::uint64_t near = bricks.Find(leaf, corner_T);
+  if (near == 0) return;
   const MetalVoxels::Leaf* const in_metal = kHasMetal ? metal.Find(leaf) : nullptr;
   const BoneField::CutValues own = field.Find(leaf);
   const bool in_place =
       own.cut != nullptr && ledger.IsNoted(leaf) && in_metal == nullptr && !field.NeedsOldValues(leaf);
   CarveLoss loss;
   if (in_place) {
-    loss = CarveLeaf(sweep.step, corner_T, {own.cut, own.whole, own.phi});
+    loss = CarveLeaf(sweep.step, corner_T, near, {own.cut, own.whole, own.phi});
     if (loss.changed > 0) field.Write(leaf);
   } else {
     // Carve a copy, so that the old values can be recorded if any value changes.
     const PhiParts old = field.ReadParts(leaf);
     std::copy_n(old.cut, BoneField::kLeafVoxels, values.begin());
     const float* const whole = old.whole == field.inside() ? nullptr : old.whole;
-    loss = CarveLeaf(sweep.step, corner_T, {values.data(), whole, nullptr});
+    loss = CarveLeaf(sweep.step, corner_T, near, {values.data(), whole, nullptr});
     if (in_metal != nullptr && loss.changed > 0) KeepMetal(*in_metal, old, values.data(), loss);
     if (loss.changed > 0) {
       if (!MakeRoom(leaf)) {
@@ -312,7 +319,7 @@ void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& r
       BoneField::SetPhi(now);
     }
   }
-  effort.rows += loss.rows;
+  effort.bricks += std::popcount(near);
   effort.changed_voxels += loss.changed;
   if (loss.changed > 0) result.removed_mm3 += loss.voxels;
 }

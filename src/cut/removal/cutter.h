@@ -25,10 +25,10 @@ enum class CutWith {
 /// error in phi of about 4e-7 of the tool's radius.
 ///
 /// The work is proportional to the newly swept shell: only leaves near the edge where it moves outwards are visited,
-/// and in those only the rows of voxels that the step can change. While a blade moves in its own plane its flats change
-/// nothing. After it has moved along its spindle or tilted by more than kFlankTolerance voxels at the rim since the
-/// last full visit, all of the cutting zone is visited. The result is bit-identical at every vector width
-/// (removal/carve.h).
+/// and in those only the bricks of eight voxels that the step can change (NearBricks). While a blade moves in its own
+/// plane its flats change nothing. After it has moved along its spindle or tilted by more than kFlankTolerance voxels
+/// at the rim since the last full visit, all of the cutting zone is visited. The result is bit-identical at every
+/// vector width (removal/carve.h).
 class Cutter {
  public:
   static constexpr double kFlankTolerance = 0.01;  // voxels
@@ -94,7 +94,7 @@ class Cutter {
   struct Effort {
     int listed_leaves = 0;  // leaves near the edge, in any direction
     int leaves = 0;         // visited leaves
-    int rows = 0;           // computed rows of eight voxels
+    int bricks = 0;         // computed bricks of eight voxels
     int changed_voxels = 0;
     bool is_new_list = false;  // a new list of leaves was made
   };

@@ -84,14 +84,7 @@ EdgeLeaves::EdgeLeaves(const BoneField& field, const EdgeZone& zone)
 /// Returns true if a list is valid for a step that ends at X_WT, within the given fraction of its slack.
 bool EdgeLeaves::Covers(const Search& search, const Pose& X_WT, double length_mm, bool inner, double fraction) const {
   if (!search.begun || (inner && !search.inner)) return false;
-  double moved_mm = glm::length(X_WT.p_AB - search.X_WT.p_AB);
-  if (zone_.is_cylinder()) {
-    // A round tool does not move when it turns about its spindle.
-    double turned = glm::length(X_WT.Vector({0, 0, 1}) - search.X_WT.Vector({0, 0, 1}));
-    if (!zone_.outline.empty()) turned += glm::length(X_WT.Vector({1, 0, 0}) - search.X_WT.Vector({1, 0, 0}));
-    moved_mm += turned * (zone_.radius_mm + zone_.half_thickness_mm + zone_.outside_mm);
-  }
-  return moved_mm + 2 * length_mm + 0.5 * field_.voxel_mm() <= fraction * slack_mm_;
+  return zone_.BoundTravel(search.X_WT, X_WT) + 2 * length_mm + 0.5 * field_.voxel_mm() <= fraction * slack_mm_;
 }
 
 bool EdgeLeaves::Update(const Pose& X_WT, double length_mm, bool inner) {

@@ -18,6 +18,7 @@ class LeafList {
   void Clear(const Vec3& origin_W);
   void Add(const LeafIndex& leaf, const Vec3& middle_W);
   std::size_t size() const { return leaves_.size(); }
+  std::size_t capacity() const { return leaves_.capacity(); }
   const Vec3& origin_W() const { return origin_W_; }
 
   /// Calls visit(leaf) for the leaves that may have a voxel in the zone, in the list's order. `cull` must have been
@@ -69,6 +70,8 @@ class EdgeLeaves {
   void Forget() { now_.begun = next_.begun = false; }
 
   double slack_mm() const { return slack_mm_; }
+  /// Room for leaves in a list.
+  std::size_t capacity() const { return now_.list.capacity(); }
   /// Leaves near the edge that contain bone, or did when the list was made.
   LeafList& list() { return now_.list; }
   std::size_t CalcMemoryBytes() const { return now_.list.CalcMemoryBytes() + next_.list.CalcMemoryBytes(); }

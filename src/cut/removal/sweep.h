@@ -36,6 +36,15 @@ struct EdgeZone {
   /// The tool lies in a cylinder about the spindle axis, which the next ones bound.
   bool is_cylinder() const { return form != ToolForm::kBall; }
   double CalcReach() const { return is_cylinder() ? radius_mm + half_thickness_mm : radius_mm; }
+  /// Returns a bound on the motion of any point of the zone between two poses, mm. A round tool does not move when it
+  /// turns about its spindle.
+  double BoundTravel(const Pose& X_a, const Pose& X_b) const {
+    const double moved_mm = glm::length(X_b.p_AB - X_a.p_AB);
+    if (!is_cylinder()) return moved_mm;
+    double turned = glm::length(X_b.Vector({0, 0, 1}) - X_a.Vector({0, 0, 1}));
+    if (!outline.empty()) turned += glm::length(X_b.Vector({1, 0, 0}) - X_a.Vector({1, 0, 0}));
+    return moved_mm + turned * (radius_mm + half_thickness_mm + outside_mm);
+  }
   Pose Centre(const Pose& X_WT) const {
     return centre_z_mm != 0 ? Pose{X_WT.R_AB, X_WT.Point({0, 0, centre_z_mm})} : X_WT;
   }

@@ -26,10 +26,9 @@ class BallSweep {
         back_y_(Splat(s.back[1])),
         back_z_(Splat(s.back[2])),
         length_(Splat(s.length)),
-        row_x_(Splat(kHalfRow * s.grid[2][0])),
-        row_y_(Splat(kHalfRow * s.grid[2][1])),
-        row_z_(Splat(kHalfRow * s.grid[2][2])),
-        row_(Splat(kHalfRow * s.voxel)),
+        half_y_{Splat(s.half_y[0]), Splat(s.half_y[1]), Splat(s.half_y[2])},
+        half_z_{Splat(s.half_z[0]), Splat(s.half_z[1]), Splat(s.half_z[2])},
+        brick_(Splat(1.5812f * s.voxel)),  // sqrt(0.5^2 + 1.5^2)
         outer_(Splat(s.band + s.rounding)),
         // Deeper than the band there is only air, as there was after the previous step.
         inner_(Splat(-(s.band + s.length + s.rounding))),
@@ -46,11 +45,13 @@ class BallSweep {
     const V qz = hn::Sub(z, hn::Mul(t, back_z_));
     const V axis_distance = hn::Sqrt(hn::Add(hn::Add(Square(qx), Square(qy)), Square(qz)));
     const V distance = hn::Sub(axis_distance, radius_);
-    const V extent = hn::Div(hn::Abs(hn::Add(hn::Add(hn::Mul(qx, row_x_), hn::Mul(qy, row_y_)), hn::Mul(qz, row_z_))),
-                             hn::Max(axis_distance, least_));
+    const auto across = [&](const V(&half)[3]) {
+      return hn::Abs(hn::Add(Dot(qx, qy, half[0], half[1]), hn::Mul(qz, half[2])));
+    };
+    const V extent = hn::Div(hn::Add(across(half_y_), across(half_z_)), hn::Max(axis_distance, least_));
     M may = hn::Le(hn::Sub(distance, extent), outer_);
     if (new_only_) {
-      may = hn::And(may, hn::And(hn::Ge(hn::Add(distance, row_), inner_), hn::Le(along, behind_)));
+      may = hn::And(may, hn::And(hn::Ge(hn::Add(distance, brick_), inner_), hn::Le(along, behind_)));
     }
     return may;
   }
@@ -73,10 +74,9 @@ class BallSweep {
   V back_y_;
   V back_z_;
   V length_;
-  V row_x_;
-  V row_y_;
-  V row_z_;
-  V row_;
+  V half_y_[3];
+  V half_z_[3];
+  V brick_;
   V outer_;
   V inner_;
   V least_;

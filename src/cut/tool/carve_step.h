@@ -27,12 +27,13 @@ struct CarveStep {
     // axis + rise * radius) / radius. The distance is least where the coordinate is that of the axis plus at_least
     // times the line's distance from the axis.
     float turn = 0, rise = 0, at_least = 0;
-    float extent = 0;  // half of a row's extent across the face, at most
+    float extent = 0;  // half of a brick's extent across the face, at most
   };
   Face faces[3] = {};    // of a solid of revolution
   float ceiling = 1e9f;  // of a solid of revolution: height up to which it cuts
   float voxel = 0;
   float rounding = 0;       // error bound of the float arithmetic
+  float slack = 0;          // of Widened()
   float grid[3][3] = {{}};  // [i]: step to the next voxel along axis i of the bone's grid
   /// Blade with an outline: the sides of its sweep, counter-clockwise.
   struct Side {
@@ -51,15 +52,23 @@ struct CarveStep {
     for (std::size_t i = 0; i < 3; ++i) middle[i] += kHalfLeaf * (grid[0][i] + grid[1][i] + grid[2][i]);
     return middle;
   }
-  /// Computes the members below, which are the same for all leaves.
+  /// Returns a step of no length such that a brick that it can't change is not changed by a step like this one, of any
+  /// direction, as long as no point of the zone is ever more than `slack` mm from where it is at the end of this step.
+  CarveStep Widened(float slack) const;
+  /// Computes the members below, which are the same for all leaves. A leaf is divided into 64 bricks of 2 x 4 voxels
+  /// along y and z.
   void Prepare();
-  alignas(64) float across[3][8] = {{}};  // [i]: from a leaf's first row to the next ones along y, tool axis i
-  alignas(64) float along[3][16] = {{}};  // from a row's first voxel to the others, for two rows
-  float row_mm = 0;                       // half of a row's length, projected to the plane across the spindle
-  float bend_mm = 0;                      // bound on the distance of a row's end from the tangent at its middle
-  float per_across = 0;                   // 1 / part of `back` across the axis; 0 if there is none
-  float way_across = 0;                   // that part of the way
-  float behind_mm = 0;                    // bound along `back` for the middles of rows that reach in front of the start
+  alignas(64) float steps_x[3][8] = {{}};      // [i]: from a leaf's first voxel to the next ones along x, tool axis i
+  alignas(64) float middles[3][8] = {{}};      // to the middles of the bricks with the same x
+  alignas(64) float voxels[8][3][8] = {{{}}};  // to the voxels of each of these bricks
+  float half_y[3] = {0, 0, 0};                 // from the middle of a brick to its outermost voxels along y
+  float half_z[3] = {0, 0, 0};                 // and along z
+  float brick_mm = 0;    // distance of a brick's corner from its middle across the spindle, at most
+  float brick_z_mm = 0;  // and along the spindle
+  float bend_mm = 0;     // bound on the distance of a brick's corner from the tangent at its middle
+  float per_across = 0;  // 1 / part of `back` across the axis; 0 if there is none
+  float way_across = 0;  // that part of the way
+  float behind_mm = 0;   // bound along `back` for the middles of bricks that reach in front of the start
 };
 
 }  // namespace kerf

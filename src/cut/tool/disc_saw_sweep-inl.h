@@ -25,15 +25,16 @@ class DiscSweep {
       : radius_(Splat(s.radius)),
         half_thickness_(Splat(s.half_thickness)),
         edge_depth_(Splat(-s.edge_depth)),
+        edge_depth_in_(Splat(s.edge_depth)),
         back_x_(Splat(s.back[0])),
         back_y_(Splat(s.back[1])),
         length_(Splat(s.length)),
         far_(Splat(-2 * s.band)),
-        row_x_(Splat(kHalfRow * s.grid[2][0])),
-        row_y_(Splat(kHalfRow * s.grid[2][1])),
+        half_y_{Splat(s.half_y[0]), Splat(s.half_y[1])},
+        half_z_{Splat(s.half_z[0]), Splat(s.half_z[1])},
+        brick_z_(Splat(s.brick_z_mm)),
+        brick_xy_(Splat(s.brick_mm)),
         new_only_(s.new_only) {
-    row_z_ = Splat(std::abs(kHalfRow * s.grid[2][2]));
-    row_xy_ = Splat(s.row_mm);
     half_radius_ = Splat(0.5f * s.radius);
     bend_ = Splat(s.bend_mm);
     const float reach = s.band + s.rounding;
@@ -42,7 +43,7 @@ class DiscSweep {
     behind_ = Splat(s.behind_mm);
   }
 
-  /// Returns a mask of the rows with a voxel that the step may change, computed from the middles of the rows.
+  /// Returns a mask of the bricks with a voxel that the step may change, computed from the middles of the bricks.
   HWY_INLINE M MayChange(V x, V y, V z) const {
     const V zero = hn::Zero(kFloats);
     const V along = hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_));
@@ -51,17 +52,17 @@ class DiscSweep {
     const V qy = hn::Sub(y, hn::Mul(t, back_y_));
     const V axis_distance = Length(qx, qy);
     const V radial = hn::Sub(axis_distance, radius_);
-    // Half of the row's extent along the outward direction.
-    const V extent = hn::Div(hn::Abs(hn::Add(hn::Mul(qx, row_x_), hn::Mul(qy, row_y_))),
-                             hn::Max(axis_distance, hn::Mul(half_radius_, Splat(1e-3f))));
-    // Lower bound on the row's distance: the distance is convex, so it lies above its tangent.
-    const V axial = hn::Sub(hn::Max(hn::Sub(hn::Abs(z), row_z_), zero), half_thickness_);
+    // Half of the brick's extent along the outward direction.
+    const V reach = hn::Add(hn::Abs(Dot(qx, qy, half_y_[0], half_y_[1])), hn::Abs(Dot(qx, qy, half_z_[0], half_z_[1])));
+    const V extent = hn::Div(reach, hn::Max(axis_distance, hn::Mul(half_radius_, Splat(1e-3f))));
+    // Lower bound on the brick's distance: the distance is convex, so it lies above its tangent.
+    const V axial = hn::Sub(hn::Max(hn::Sub(hn::Abs(z), brick_z_), zero), half_thickness_);
     const V out_r = hn::Max(hn::Sub(radial, extent), zero);
     const V out_a = hn::Max(axial, zero);
     M may = hn::Le(hn::Add(Square(out_r), Square(out_a)), reach2_);
-    // Upper bound on the radial distance in the row.
-    const V bent = hn::Min(hn::Add(extent, bend_), row_xy_);
-    const V outermost = hn::Add(radial, hn::IfThenElse(hn::Ge(axis_distance, half_radius_), bent, row_xy_));
+    // Upper bound on the radial distance in the brick.
+    const V bent = hn::Min(hn::Add(extent, bend_), brick_xy_);
+    const V outermost = hn::Add(radial, hn::IfThenElse(hn::Ge(axis_distance, half_radius_), bent, brick_xy_));
     may = hn::And(may, hn::Ge(outermost, edge_depth_));
     if (new_only_) {
       // Where the flats are nearer than the rim, the distance to the flats applies, and it has not changed.
@@ -75,25 +76,27 @@ class DiscSweep {
   HWY_INLINE V Depth(V x, V y, V z, V /*old*/) const {
     const V zero = hn::Zero(kFloats);
     const V t = hn::Min(hn::Max(hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_)), zero), length_);
-    const V radial = hn::Sub(Length(hn::Sub(x, hn::Mul(t, back_x_)), hn::Sub(y, hn::Mul(t, back_y_))), radius_);
-    const V axial = hn::Sub(hn::Abs(z), half_thickness_);
-    const V inside = hn::Min(hn::Max(radial, axial), zero);
-    const V outside = Length(hn::Max(radial, zero), hn::Max(axial, zero));
-    return hn::IfThenElse(hn::Ge(radial, edge_depth_), hn::Neg(hn::Add(inside, outside)), far_);
+    // Depths: the distances inside the rim and the flats.
+    const V radial = hn::Sub(radius_, Length(hn::Sub(x, hn::Mul(t, back_x_)), hn::Sub(y, hn::Mul(t, back_y_))));
+    const V axial = hn::Sub(half_thickness_, hn::Abs(z));
+    const V inside = hn::Max(hn::Min(radial, axial), zero);
+    const V outside = Length(hn::Min(radial, zero), hn::Min(axial, zero));
+    return hn::IfThenElse(hn::Le(radial, edge_depth_in_), hn::Sub(inside, outside), far_);
   }
 
  private:
   V radius_;
   V half_thickness_;
   V edge_depth_;  // negative, as a radial distance
+  V edge_depth_in_;
   V back_x_;
   V back_y_;
   V length_;
   V far_;
-  V row_x_;
-  V row_y_;
-  V row_z_;
-  V row_xy_;
+  V half_y_[2];
+  V half_z_[2];
+  V brick_z_;
+  V brick_xy_;
   V half_radius_;
   V bend_;
   V reach2_;

@@ -28,27 +28,27 @@ class PlanarSweep {
         edge_depth_(Splat(-s.edge_depth)),
         far_(Splat(-2 * s.band)),
         band_(Splat(s.band)),
-        row_z_(Splat(std::abs(kHalfRow * s.grid[2][2]))),
-        row_xy_(Splat(s.row_mm)),
+        brick_z_(Splat(s.brick_z_mm)),
+        brick_xy_(Splat(s.brick_mm)),
         reach2_(Splat((s.band + s.rounding) * (s.band + s.rounding))),
         slack_(Splat(s.flank_slack + s.length + s.rounding)) {
     SelectSides(corner);
   }
 
-  /// Returns a mask of the rows with a voxel that the step may change, computed from the middles of the rows.
+  /// Returns a mask of the bricks with a voxel that the step may change, computed from the middles of the bricks.
   HWY_INLINE M MayChange(V x, V y, V z) const {
     const V zero = hn::Zero(kFloats);
     V edge;
     V foot_off;
     const V outward = Outward(x, y, edge, foot_off);
-    const V axial = hn::Sub(hn::Max(hn::Sub(hn::Abs(z), row_z_), zero), half_thickness_);
+    const V axial = hn::Sub(hn::Max(hn::Sub(hn::Abs(z), brick_z_), zero), half_thickness_);
     // The distance to the furthest side is a lower bound on the distance outside.
-    const V out_r = hn::Max(hn::Sub(outward, row_xy_), zero);
+    const V out_r = hn::Max(hn::Sub(outward, brick_xy_), zero);
     const V out_a = hn::Max(axial, zero);
     M may = hn::Le(hn::Add(Square(out_r), Square(out_a)), reach2_);
-    may = hn::And(may, hn::Ge(hn::Add(edge, row_xy_), edge_depth_));
+    may = hn::And(may, hn::Ge(hn::Add(edge, brick_xy_), edge_depth_));
     // Where the flats are nearer than the outline, the distance to the flats applies, and it has not changed.
-    if (s_.new_only) may = hn::And(may, hn::Ge(hn::Add(outward, row_xy_), hn::Sub(hn::Min(axial, zero), slack_)));
+    if (s_.new_only) may = hn::And(may, hn::Ge(hn::Add(outward, brick_xy_), hn::Sub(hn::Min(axial, zero), slack_)));
     return may;
   }
 
@@ -72,7 +72,7 @@ class PlanarSweep {
   /// neighbours: the corners are then those of all sides. Two distances change by at most the difference of the normals
   /// times the way from the middle of the leaf.
   void SelectSides(const std::array<float, 3>& corner) {
-    const float reach = 1.7321f * kHalfRow * s_.voxel;
+    const float reach = 1.7321f * kHalfLeaf * s_.voxel;
     const std::array<float, 3> middle = s_.Middle(corner);
     float out[CarveStep::kMaxSides];
     int furthest = 0;
@@ -143,8 +143,8 @@ class PlanarSweep {
   V edge_depth_;  // negative
   V far_;
   V band_;
-  V row_z_;
-  V row_xy_;
+  V brick_z_;
+  V brick_xy_;
   V reach2_;
   V slack_;
 };

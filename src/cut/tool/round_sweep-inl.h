@@ -32,15 +32,17 @@ class RoundSweep {
         back_z_(Splat(s.back[2])),
         length_(Splat(s.length)),
         ceiling_(Splat(s.ceiling)),
+        lowest_ceiling_(Splat(s.ceiling - s.slack)),
+        highest_ceiling_(Splat(s.ceiling + s.slack)),
         far_(Splat(-2 * s.band)),
         beyond_(Splat(s.band + s.length + s.rounding)),
         deep_(Splat(-s.band)),
         way_(Splat(s.length + s.rounding)),
         apart_(Splat(2 * (s.length + s.rounding))),
-        row_x_(Splat(kHalfRow * s.grid[2][0])),
-        row_y_(Splat(kHalfRow * s.grid[2][1])),
-        row_xy_(Splat(s.row_mm)),
-        row_z_(Splat(std::abs(kHalfRow * s.grid[2][2]))),
+        half_y_{Splat(s.half_y[0]), Splat(s.half_y[1])},
+        half_z_{Splat(s.half_z[0]), Splat(s.half_z[1])},
+        brick_xy_(Splat(s.brick_mm)),
+        brick_z_(Splat(s.brick_z_mm)),
         least_radius_(Splat(1e-6f * s.voxel)),
         new_only_(s.new_only),
         exact_(!s.whole_voxels && s.precision_bits == 24) {
@@ -57,13 +59,14 @@ class RoundSweep {
       rise_[i] = Splat(face.rise);
       at_least_[i] = Splat(face.at_least);
       extent_[i] = Splat(face.extent);
-      along_row_[i] = Splat(face.z * kHalfRow * s.grid[2][2]);
+      along_y_[i] = Splat(face.z * s.half_y[2]);
+      along_z_[i] = Splat(face.z * s.half_z[2]);
     }
     outer_ = Splat(s.band + s.rounding);
     inner_ = Splat(-(s.band + s.flank_slack + s.rounding));
     reach_ = Splat(s.length + 2 * s.rounding);
     still_ = Splat(s.flank_slack + s.rounding);
-    bend_ = Splat((s.row_mm + s.length) * s.length);
+    bend_ = Splat((s.brick_mm + s.length) * s.length);
     climb_ = Splat(s.rounding / std::max(s.length, 1e-30f));
   }
 
@@ -82,7 +85,7 @@ class RoundSweep {
   void SelectFaces(const CarveStep& s, const std::array<float, 3>& corner, int (&selected)[kFaces]) {
     const std::array<float, 3> middle = s.Middle(corner);
     const float radius = std::sqrt(middle[0] * middle[0] + middle[1] * middle[1]);
-    const float reach = 1.7321f * kHalfRow * s.voxel + s.band + s.length + s.flank_slack + 4 * s.rounding;
+    const float reach = 1.7321f * kHalfLeaf * s.voxel + s.band + s.length + s.flank_slack + 4 * s.rounding;
     for (int i = 0; i < kFaces; ++i) {
       const CarveStep::Face& face = s.faces[i];
       if (face.r * radius + face.z * middle[2] - face.offset + reach > 0) selected[count_++] = i;
@@ -96,33 +99,38 @@ class RoundSweep {
     const V z_low = hn::Min(e.z0, e.z1);
     const V z_high = hn::Max(e.z0, e.z1);
     V least = Splat(-1e30f);
-    V at_start = Splat(-1e30f);  // largest distance in the row where the step starts
-    // Radius per half row, at the middle of the row.
-    const V slant = hn::Div(hn::Add(hn::Mul(x, row_x_), hn::Mul(y, row_y_)), hn::Max(e.r0, least_radius_));
+    V at_start = Splat(-1e30f);  // largest distance in the brick where the step starts
+    // Radius per half brick along y and z, at the middle of the brick.
+    const V radius = hn::Max(e.r0, least_radius_);
+    const V slant_y = hn::Div(Dot(x, y, half_y_[0], half_y_[1]), radius);
+    const V slant_z = hn::Div(Dot(x, y, half_z_[0], half_z_[1]), radius);
     // The distance from the axis changes by at most the way. The radial parts of the motion differ between the voxels
-    // of a row by at most bend_ / clear.
+    // of a brick by at most bend_ / clear.
     const V r_least = hn::Max(hn::Mul(Splat(0.5f), hn::Sub(hn::Add(e.r0, e.r1), reach_)), hn::Zero(kFloats));
-    const V clear = hn::Sub(r_least, row_xy_);
+    const V clear = hn::Sub(r_least, brick_xy_);
     V a[kCount];
     V d[kCount];
     for (int i = 0; i < kCount; ++i) {
-      // A face's distance is convex, so in the row it lies above its tangent at the middle.
+      // A face's distance is convex, so in the brick it lies above its tangent at the middle.
       a[i] = Distance(i, e.r0, e.z0);
-      least = hn::Max(least, hn::Sub(a[i], hn::Abs(hn::Add(hn::Mul(r_[i], slant), along_row_[i]))));
+      const V extent = hn::Add(hn::Abs(hn::Add(hn::Mul(r_[i], slant_y), along_y_[i])),
+                               hn::Abs(hn::Add(hn::Mul(r_[i], slant_z), along_z_[i])));
+      least = hn::Max(least, hn::Sub(a[i], extent));
       d[i] = Distance(i, e.r1, e.z1);
       at_start = hn::Max(at_start, hn::Add(d[i], extent_[i]));
     }
     least = hn::Sub(least, way_);
-    // A face that is nowhere in the row the largest has no effect. `least` is lower than needed by the rounding.
-    M advances = hn::Le(clear, hn::Add(row_xy_, length_));
+    // A face that is nowhere in the brick the largest has no effect. `least` is lower than needed by the rounding.
+    M advances = hn::Le(clear, hn::Add(brick_xy_, length_));
     for (int i = 0; i < kCount; ++i) {
       const M forward = hn::Lt(hn::Mul(hn::Sub(hn::Sub(a[i], d[i]), still_), clear), hn::Mul(r_[i], bend_));
       const M counts = hn::Ge(hn::Add(hn::Max(a[i], d[i]), extent_[i]), least);
       advances = hn::Or(advances, hn::And(forward, counts));
     }
-    M may = hn::And(hn::Le(least, outer_), hn::Le(hn::Sub(z_low, row_z_), ceiling_));
+    M may = hn::And(hn::Le(least, outer_), hn::Le(hn::Sub(z_low, brick_z_), highest_ceiling_));
     if (new_only_) {
-      const M is_new = hn::Or(hn::And(advances, hn::Ge(at_start, inner_)), hn::Gt(hn::Add(z_high, row_z_), ceiling_));
+      const M is_new =
+          hn::Or(hn::And(advances, hn::Ge(at_start, inner_)), hn::Gt(hn::Add(z_high, brick_z_), lowest_ceiling_));
       may = hn::And(may, is_new);
     }
     return may;
@@ -258,25 +266,28 @@ class RoundSweep {
   V turn_[kFaces];  // the slope of a face's distance along the step is (turn * along + rise * radius) / radius
   V rise_[kFaces];
   V way_across_;
-  V extent_[kFaces];     // half of a row's extent across the face, at most
-  V along_row_[kFaces];  // change of a face's distance by the height, per half row
+  V extent_[kFaces];   // half of a brick's extent across the face, at most
+  V along_y_[kFaces];  // change of a face's distance by the height, per half brick along y
+  V along_z_[kFaces];  // and along z
   V outer_;
   V inner_;
   V reach_;  // length of the step, with twice the error of rounding
   V ceiling_;
+  V lowest_ceiling_;
+  V highest_ceiling_;
   V far_;
   V beyond_;
   V deep_;
   V way_;    // length of the step, with the error of rounding
   V apart_;  // twice the same
   V climb_;  // slope over the step that exceeds the rounding
-  V row_x_;
-  V row_y_;
-  V row_xy_;
-  V row_z_;
+  V half_y_[2];
+  V half_z_[2];
+  V brick_xy_;
+  V brick_z_;
   V least_radius_;
   V still_;
-  V bend_;  // (row_xy + length) * length
+  V bend_;  // (brick_xy + length) * length
   bool new_only_;
   bool exact_;     // phi keeps all bits of the distance
   int count_ = 0;  // faces that matter in the leaf
