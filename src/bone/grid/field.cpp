@@ -438,6 +438,11 @@ int BoneField::CountNeededSpares(const LeafIndex& leaf) const {
 }
 
 BoneField::CutValues BoneField::Write(const LeafIndex& leaf) {
+  // Most leaves that are written have been before.
+  State& s = *state_;
+  const std::size_t place = s.table().Find(leaf);
+  const bool needs_old_values = s.history != nullptr && s.history->NeedsOldValues(place);
+  if (!needs_old_values && s.ValuesOf(place).cut != nullptr) return s.Mark(leaf, place);
   return kind(leaf) == LeafKind::kOutside ? CutValues{} : Open(leaf);
 }
 

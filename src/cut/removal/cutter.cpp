@@ -287,13 +287,12 @@ void Cutter::State::KeepMetal(const MetalVoxels::Leaf& in_metal, const PhiParts&
 
 template <bool kHasMetal>
 void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result) {
-  if (field.kind(leaf) == BoneField::LeafKind::kOutside) return;
   const Vec3 p_T = sweep.grid.Corner(leaf);
   const std::array<float, 3> corner_T = {static_cast<float>(p_T.x), static_cast<float>(p_T.y),
                                          static_cast<float>(p_T.z)};
   ++effort.leaves;
   const std::uint64_t near = bricks.Find(leaf, corner_T);
-  if (near == 0) return;
+  if (near == 0 || field.kind(leaf) == BoneField::LeafKind::kOutside) return;
   const MetalVoxels::Leaf* const in_metal = kHasMetal ? metal.Find(leaf) : nullptr;
   const BoneField::CutValues own = field.Find(leaf);
   const bool in_place =
