@@ -34,7 +34,7 @@ struct Cells {
   alignas(64) double f[3][kPart];             // position in the cell
   alignas(64) std::int32_t place[kPart];      // of the leaf with the lowest corner
   alignas(64) std::int32_t in_leaf[kPart];    // place of the lowest corner in that leaf
-  alignas(64) std::int32_t is_across[kPart];  // not 0: other corners are in other leaves
+  alignas(64) std::int32_t is_across[kPart];  // -1: other corners are in other leaves; otherwise 0
   // To the next corner along each axis: change of the leaf's place, and of the place in the leaf.
   alignas(64) std::int32_t to_leaf[3][kPart];
   alignas(64) std::int32_t to_voxel[3][kPart];
@@ -79,8 +79,8 @@ void FindCells(const TableBox& box, const PointMap& map, const GridMap* to_index
       in_leaf = hn::Add(hn::ShiftLeft<3>(in_leaf), in_axis);
       const auto at_end = hn::Eq(in_axis, seven);
       is_across = hn::Or(is_across, hn::VecFromMask(kInts, at_end));
-      const I next = hn::Sub(clamp(hn::Add(leaf, hn::Set(kInts, 1))), own);
-      hn::Store(hn::IfThenElseZero(at_end, hn::Mul(next, hn::Set(kInts, leaf_step[axis]))), kInts,
+      const auto has_next = hn::Ne(clamp(hn::Add(leaf, hn::Set(kInts, 1))), own);
+      hn::Store(hn::IfThenElseZero(hn::And(at_end, has_next), hn::Set(kInts, leaf_step[axis])), kInts,
                 cells.to_leaf[axis] + i);
       hn::Store(hn::IfThenElse(at_end, hn::Set(kInts, -7 * kVoxelStep[axis]), hn::Set(kInts, kVoxelStep[axis])), kInts,
                 cells.to_voxel[axis] + i);
@@ -132,15 +132,16 @@ void Sample(const PhiTable& table, const PointMap& map, const PointList& points,
     std::size_t within_count = 0;
     std::size_t across_count = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      const bool is_within = cells.is_across[i] == 0;
       within[within_count] = across[across_count] = static_cast<std::uint8_t>(i);
-      within_count += is_within ? 1 : 0;
-      across_count += is_within ? 0 : 1;
+      across_count += static_cast<std::uint32_t>(cells.is_across[i]) >> 31;  // 0 or -1
+      within_count = i + 1 - across_count;
     }
+    bool any_needs_both = false;
     for (std::size_t n = 0; n < within_count; ++n) {
       const std::size_t i = within[n];
       const auto place = static_cast<std::size_t>(cells.place[i]);
       flags_of[i] = flags[place];
+      any_needs_both |= PhiTable::NeedsBoth(flags[place]);
       const float* p = leaves.at(place) + cells.in_leaf[i];
       constexpr int kFromFirst[4] = {0, 8, 64, 72};
       for (std::size_t edge = 0; edge < 4; ++edge) std::memcpy(&edges[edge][i], p + kFromFirst[edge], sizeof(Edge));
@@ -155,6 +156,7 @@ void Sample(const PhiTable& table, const PointMap& map, const PointList& points,
                    edges[edge][i] = {leaves.at(low)[low_voxel], leaves.at(high)[high_voxel]};
                  });
       flags_of[i] = static_cast<std::uint8_t>(all_flags);
+      any_needs_both |= PhiTable::NeedsBoth(all_flags);
     }
     for (std::size_t i = count; i % kLanes != 0; ++i) edges[0][i] = edges[1][i] = edges[2][i] = edges[3][i] = {};
     for (std::size_t i = 0; i < count; i += kLanes) {
@@ -181,7 +183,7 @@ void Sample(const PhiTable& table, const PointMap& map, const PointList& points,
       }
     }
     // The few points in cells with both fields.
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; any_needs_both && i < count; ++i) {
       if (!PhiTable::NeedsBoth(flags_of[i])) continue;
       PhiCorners both;
       VisitEdges(cells, i,

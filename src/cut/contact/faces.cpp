@@ -41,6 +41,11 @@ void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem&
   X_looked_ = probe.X_WT();
   seen_.clear();
   list_.Clear();
+  const auto calc_cell_mm = [&](const Vec3& n_T) {
+    const Vec3 n_W = probe.X_WT().Vector(n_T);
+    return voxel_mm_ * (std::abs(n_W.x) + std::abs(n_W.y) + std::abs(n_W.z));
+  };
+  const double cell_of_flats_mm = calc_cell_mm({0, 0, 1});
   for (std::size_t j = 0; j < pairs_.size(); j += static_cast<std::size_t>(stride_)) {
     const Pair& pair = pairs_[j];
     if (travelled_mm_ < clear_until_mm_[j] || (pair.while_stopped && turning)) {
@@ -49,8 +54,7 @@ void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem&
       continue;
     }
     Seen seen{j};
-    const Vec3 n_W = probe.X_WT().Vector(pair.n_T);
-    seen.cell_mm = voxel_mm_ * (std::abs(n_W.x) + std::abs(n_W.y) + std::abs(n_W.z));
+    seen.cell_mm = are_flats_ ? cell_of_flats_mm : calc_cell_mm(pair.n_T);
     // Reach of a grid cell along the normal, less the distance from the kerf's middle to its wall.
     seen.in_mm = std::max(0.0, seen.cell_mm - pair.half_mm);
     const double z = pair.half_mm + seen.in_mm;
