@@ -92,13 +92,19 @@ void Edge::SetDisplacement(double slide_mm) {
   }
 }
 
+/// Samples both fields at points into sampled_ and sampled_cut_.
+void Edge::SampleParts(const Probe& probe, const PointList& points) {
+  samples_ += points.size();
+  probe.Parts(points, sampled_.data(), sampled_cut_.data());
+}
+
 /// Looks at the points in to_look_.
 void Edge::Look(const Probe& probe) {
   const std::size_t count = to_look_.size();
   const auto point = [this](std::size_t n) { return static_cast<std::size_t>(to_look_[n]); };
   list_.Clear();
   for (std::size_t n = 0; n < count; ++n) list_.Add(points_[point(n)].ahead_T);
-  probe.Parts(list_, sampled_.data(), sampled_cut_.data());
+  SampleParts(probe, list_);
   near_surface_.clear();
   list_.Clear();
   for (std::size_t n = 0; n < count; ++n) {
@@ -110,7 +116,7 @@ void Edge::Look(const Probe& probe) {
       list_.Add(points_[i].p_T);
     }
   }
-  probe.Parts(list_, sampled_.data(), sampled_cut_.data());
+  SampleParts(probe, list_);
   for (std::size_t n = 0; n < near_surface_.size(); ++n) {
     ahead_[static_cast<std::size_t>(near_surface_[n])].whole_mm = sampled_[n];
   }
@@ -269,9 +275,9 @@ void Edge::Fraction(const Probe& probe, std::span<const int> intervals) {
         if (summed_.size == IntervalParts::kRoom) SumParts();
       }
     }
-    probe.Parts(list_, sampled_.data(), sampled_cut_.data());
+    SampleParts(probe, list_);
     for (std::size_t n = 0; n < list_.size(); ++n) halves_[2 * n].b.at.whole_mm = sampled_[n];
-    probe.Parts(ahead_list_, sampled_.data(), sampled_cut_.data());
+    SampleParts(probe, ahead_list_);
     for (std::size_t n = 0; n < list_.size(); ++n) {
       Place& middle = halves_[2 * n].b;
       middle = halves_[2 * n + 1].a = MakePlace(middle.t, {middle.at.whole_mm, sampled_cut_[n]});
@@ -372,6 +378,7 @@ void Edge::SampleSolids(const Probe& probe, Wanted&& wanted) {
     to_look_.push_back(static_cast<int>(i));
     list_.Add(points_[i].p_T);
   }
+  samples_ += list_.size();
   probe.Distances(list_, sampled_.data());
   for (std::size_t n = 0; n < to_look_.size(); ++n) {
     solid_distance_[static_cast<std::size_t>(to_look_[n])] = sampled_[n];

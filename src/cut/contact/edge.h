@@ -102,6 +102,8 @@ class Edge {
     stride_ = stride;
   }
   int stride() const { return stride_; }
+  /// Number of samples of the bone so far.
+  std::uint64_t samples() const { return samples_; }
   std::size_t size() const { return points_.size(); }
 
  private:
@@ -130,6 +132,7 @@ class Edge {
   double CalcEntered(double whole_mm) const { return std::clamp(0.5 - whole_mm / entry_mm_, 0.0, 1.0); }
   /// Returns the distance from where teeth are engaged, or a lower bound on it.
   double CalcDistance(const Ahead& at) const { return std::max(at.whole_mm - 0.5 * entry_mm_, at.cut_mm); }
+  void SampleParts(const Probe& probe, const PointList& points);
   void Look(const Probe& probe);
   /// A place in an interval between two points, 0 to 1, with what is there.
   struct Place {
@@ -196,6 +199,7 @@ class Edge {
   // teeth.
   std::vector<int> to_look_, intervals_, engaged_, near_surface_;
   PointList list_, ahead_list_;
+  std::uint64_t samples_ = 0;
   std::vector<double> sampled_, sampled_cut_;
   std::vector<std::uint8_t> uniform_regions_;
   std::vector<double> uniform_E_MPa_, uniform_E_star_MPa_;

@@ -62,6 +62,7 @@ void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem&
     list_.Add(pair.middle_T + z * pair.n_T);
     seen_.push_back(seen);
   }
+  samples_ += list_.size();
   probe.Distances(list_, sampled_.data());
   AddSamplesAtFlats(probe, reach_mm);
   const Quat R_TE = motion_.CalcTurn(slide_mm_);
@@ -110,6 +111,7 @@ void Faces::AddSamplesAtFlats(const Probe& probe, double reach_mm) {
       if (needs_another(seen, side)) list_.Add(pair.middle_T + (side == 0 ? -pair.half_mm : pair.half_mm) * pair.n_T);
     }
   }
+  samples_ += list_.size();
   probe.Distances(list_, sampled_.data());
   const double* sampled = sampled_.data();
   for (Seen& seen : seen_) {

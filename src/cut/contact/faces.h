@@ -2,6 +2,7 @@
 // blade in its kerf, the side of a drill in its hole.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "bone/grid/field.h"
@@ -61,6 +62,8 @@ class Faces {
     if (stride != stride_) Release();  // the springs have changed
     stride_ = stride;
   }
+  /// Number of samples of the bone so far.
+  std::uint64_t samples() const { return samples_; }
   std::size_t size() const { return 2 * pairs_.size(); }
 
  private:
@@ -93,6 +96,7 @@ class Faces {
   double travelled_mm_ = 0;  // sum of the bounds on travel since the last Forget()
   std::vector<Seen> seen_;
   PointList list_;
+  std::uint64_t samples_ = 0;
   std::vector<double> sampled_;
   struct Found {
     int point;

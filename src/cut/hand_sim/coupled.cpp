@@ -233,6 +233,10 @@ void CoupledSimulation::ReadChannels(std::span<double> values) const {
   state_->effects.Report(values);
 }
 
+StepWork CoupledInternals::Work(const CoupledSimulation& simulation) {
+  const CoupledSimulation::State& s = *simulation.state_;
+  return {s.cutter.effort(), s.edge.samples() + s.faces.samples(), s.field.spare_leaves()};
+}
 EffectPlan& CoupledInternals::Effects(const CoupledSimulation& simulation) {
   return simulation.state_->effects;
 }

@@ -6,6 +6,7 @@
 #include "bone/grid/leaf_history.h"
 #include "cut/effects/plan.h"
 #include "cut/path_sim/internals.h"
+#include "cut/removal/cutter.h"
 #include "kerf/coupled.h"
 
 namespace kerf {
@@ -16,9 +17,17 @@ struct ComparedParams : CoupledParams {
   int precision_bits = 24;           // significand bits of the values that removal writes, 4 to 24: all bits of a float
 };
 
+/// Work of a simulation, for studies of speed.
+struct StepWork {
+  Cutter::Effort removal;     // of the last step
+  std::uint64_t samples = 0;  // of the bone, by contact, so far
+  int spare_leaves = 0;       // left
+};
+
 struct CoupledInternals {
   static CoupledSimulation Make(Bone bone, const ComparedParams& params, const Pose& X_WT_start);
   static EffectPlan& Effects(const CoupledSimulation& simulation);
+  static StepWork Work(const CoupledSimulation& simulation);
   static LeafHistory& KeepHistory(CoupledSimulation& simulation, int ring_leaves);
   static LeafHistory* History(CoupledSimulation& simulation);
   static bool Checkpoint(CoupledSimulation& simulation, std::uint32_t number);

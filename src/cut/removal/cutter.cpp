@@ -259,6 +259,7 @@ void Cutter::State::CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pos
   } else {
     list.ForEachNear(cull, [&](const LeafIndex& leaf) { CutLeaf<false>(sweep, leaf, result); });
   }
+  effort.searched_leaves += bricks.searched();
 }
 
 /// Records the leaf's values before its first change. Returns false and changes nothing if there is no room for this or

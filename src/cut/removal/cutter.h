@@ -92,9 +92,10 @@ class Cutter {
 
   /// Counts of the work of the last Cut(), for studies of speed.
   struct Effort {
-    int listed_leaves = 0;  // leaves near the edge, in any direction
-    int leaves = 0;         // visited leaves
-    int bricks = 0;         // computed bricks of eight voxels
+    int listed_leaves = 0;    // leaves near the edge, in any direction
+    int leaves = 0;           // visited leaves
+    int searched_leaves = 0;  // of these, those whose bricks were searched and not kept
+    int bricks = 0;           // computed bricks of eight voxels
     int changed_voxels = 0;
     bool is_new_list = false;  // a new list of leaves was made
   };

@@ -32,6 +32,7 @@ NearBricks::Kept& NearBricks::KeptOf(const LeafIndex& leaf) {
 void NearBricks::Begin(const Sweep& sweep, const Pose& X_from, bool same_zone) {
   step_ = &sweep.step;
   widened_.reset();
+  searched_ = 0;
   keeps_ = same_zone && sweep.zone.outline.empty();
   if (!keeps_) return;
   way_mm_ = sweep.zone.BoundTravel(X_from, sweep.X_to);
@@ -42,10 +43,11 @@ void NearBricks::Begin(const Sweep& sweep, const Pose& X_from, bool same_zone) {
 }
 
 std::uint64_t NearBricks::Find(const LeafIndex& leaf, const std::array<float, 3>& corner_T) {
-  if (!keeps_) return FindBricks(*step_, corner_T);
-  Kept& kept = KeptOf(leaf);
   const bool all_zone = !step_->new_only;
-  if (kept.leaf == leaf && moved_mm_ <= kept.until_mm && (kept.all_zone || !all_zone)) return kept.bricks;
+  Kept& kept = KeptOf(leaf);
+  if (keeps_ && kept.leaf == leaf && moved_mm_ <= kept.until_mm && (kept.all_zone || !all_zone)) return kept.bricks;
+  ++searched_;
+  if (!keeps_) return FindBricks(*step_, corner_T);
   if (!widened_) widened_ = step_->Widened(static_cast<float>(slack_mm_));
   kept = {leaf, all_zone, moved_mm_ + CalcShare(leaf) * (slack_mm_ - way_mm_), FindBricks(*widened_, corner_T)};
   return kept.bricks;

@@ -29,6 +29,8 @@ class NearBricks {
   void Begin(const Sweep& sweep, const Pose& X_from, bool same_zone);
   /// Returns the bricks of a leaf that the step may change, a bit each. `corner_T`: as for CarveLeaf(). Tick-safe.
   std::uint64_t Find(const LeafIndex& leaf, const std::array<float, 3>& corner_T);
+  /// Number of leaves searched in this step.
+  int searched() const { return searched_; }
   std::size_t CalcMemoryBytes() const { return kept_.capacity() * sizeof(Kept); }
 
  private:
@@ -46,7 +48,8 @@ class NearBricks {
   double moved_mm_ = 0;  // sum of the bounds on the edge's ways
   const CarveStep* step_ = nullptr;
   bool keeps_ = false;  // in this step
-  double way_mm_ = 0;   // bound on the edge's way in this step
+  int searched_ = 0;
+  double way_mm_ = 0;  // bound on the edge's way in this step
   double slack_mm_ = 0;
   std::optional<CarveStep> widened_;  // made when first needed in a step
 };

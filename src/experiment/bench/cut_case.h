@@ -75,6 +75,12 @@ struct BenchFigure {
   double value = 0;
 };
 
+// Additions, multiplications, comparisons, roots and the like, counted in the source: of floats, for a voxel that
+// removal computes; and of doubles, which count twice, for a sample of the bone.
+inline constexpr double kDiscOperations = 41;
+inline constexpr double kBallOperations = 37;
+inline constexpr double kSampleOperations = 2 * 57;
+
 struct BaselineTimes {
   std::string what;
   Percentiles times;
@@ -101,12 +107,13 @@ struct BenchResult {
 /// Times ticks one by one.
 class TickTimer {
  public:
-  /// Runs `work`, which is one tick, and records its time.
+  /// Runs `work`, which is one tick, and records and returns its time.
   template <typename Work>
-  void Time(Work&& work) {
+  WorkTime Time(Work&& work) {
     const WorkTime time = TimeWork(work);
     all_us_.push_back(time.us());
     if (time.undisturbed) undisturbed_us_.push_back(time.us());
+    return time;
   }
   void Reserve(std::size_t ticks) {
     all_us_.reserve(ticks);

@@ -15,10 +15,10 @@ std::int64_t ReadClock_ns() {
   return MonotonicClock().Now();
 }
 
-long CountInterruptions() {
+Disturbances CountDisturbances() {
   rusage usage{};
   getrusage(RUSAGE_THREAD, &usage);
-  return usage.ru_nivcsw;
+  return {usage.ru_nivcsw, usage.ru_minflt + usage.ru_majflt};
 }
 
 std::vector<double> UndisturbedStages::CalcMeans_us() const {

@@ -18,23 +18,29 @@ inline double CalcSecondsSince(std::int64_t start_ns) {
   return 1e-9 * static_cast<double>(ReadClock_ns() - start_ns);
 }
 
-/// Returns how often the system has interrupted this thread so far.
-long CountInterruptions();
+/// How often the system has interrupted this thread so far, and has had to find it a page of memory.
+struct Disturbances {
+  long interruptions = 0;
+  long page_faults = 0;
+};
+Disturbances CountDisturbances();
 
 struct WorkTime {
   std::int64_t ns = 0;
   bool undisturbed = true;  // the system did not interrupt the thread
+  bool page_fault = false;
 
   double us() const { return 1e-3 * static_cast<double>(ns); }
 };
 /// Times one call of `work`; nothing else runs between the two clock readings.
 template <typename Work>
 WorkTime TimeWork(Work&& work) {
-  const long interruptions = CountInterruptions();
+  const Disturbances before = CountDisturbances();
   const std::int64_t start_ns = ReadClock_ns();
   work();
   const std::int64_t ns = ReadClock_ns() - start_ns;
-  return {ns, CountInterruptions() == interruptions};
+  const Disturbances after = CountDisturbances();
+  return {ns, after.interruptions == before.interruptions, after.page_faults > before.page_faults};
 }
 
 /// Times the stages of ticks; leaves out ticks in which the system interrupted the thread.

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
@@ -8,9 +9,11 @@
 #include <optional>
 #include <utility>
 
+#include "cut/hand_sim/internals.h"
 #include "cut/tool/shape.h"
 #include "experiment/bench/cut_case.h"
 #include "experiment/bench/dense_bone.h"
+#include "experiment/bench/machine_rates.h"
 #include "experiment/bench/vdb_cut.h"
 #include "kerf/error.h"
 
@@ -186,6 +189,105 @@ void TimeOpenVdb(const CutCase& cut, const Bone& bone, const Pose& X_WT, const B
   result.baseline = {"OpenVDB: a new level set of the tool, csgDifference", CalcPercentiles(times_us)};
 }
 
+/// The ticks that took long, by what happened in them.
+class LongTicks {
+ public:
+  void Reserve(std::size_t ticks) { ticks_.reserve(ticks); }
+  void Add(const WorkTime& time, const StepWork& before, const StepWork& after) {
+    ticks_.push_back(
+        {time.us(),
+         {!time.undisturbed, time.page_fault, after.removal.is_new_list, after.spare_leaves < before.spare_leaves}});
+  }
+  /// Adds the number of ticks that took more than 3 times the median, and of those in which each thing happened.
+  void Report(double p50_us, BenchResult& result) const {
+    constexpr double kLong = 3;
+    const char* const kNames[kThings] = {"with another program on the core", "with a page fault",
+                                         "with a new list of leaves", "with a new leaf"};
+    int ticks = 0;
+    int unexplained = 0;
+    int counts[kThings] = {};
+    for (const Tick& tick : ticks_) {
+      if (!(tick.us > kLong * p50_us)) continue;
+      ++ticks;
+      bool explained = false;
+      for (std::size_t i = 0; i < kThings; ++i) {
+        if (!tick.happened[i]) continue;
+        explained = true;
+        ++counts[i];
+      }
+      if (!explained) ++unexplained;
+    }
+    result.figures.push_back({"ticks over 3 times p50", "", static_cast<double>(ticks)});
+    for (std::size_t i = 0; i < kThings; ++i) {
+      result.figures.push_back({std::string("  of these, ") + kNames[i], "", static_cast<double>(counts[i])});
+    }
+    result.figures.push_back({"  of these, with none of this", "", static_cast<double>(unexplained)});
+  }
+
+ private:
+  static constexpr std::size_t kThings = 4;
+  struct Tick {
+    double us;
+    std::array<bool, kThings> happened;
+  };
+  std::vector<Tick> ticks_;
+};
+
+/// Sums over ticks of one step each.
+struct WorkSums {
+  std::uint64_t ticks = 0;
+  double leaves = 0;
+  double computed_voxels = 0;
+  double changed_voxels = 0;
+  double samples = 0;
+
+  void Add(const StepWork& before, const StepWork& after) {
+    constexpr int kBrickVoxels = 8;
+    ++ticks;
+    leaves += after.removal.leaves;
+    computed_voxels += kBrickVoxels * after.removal.bricks;
+    changed_voxels += after.removal.changed_voxels;
+    samples += static_cast<double>(after.samples - before.samples);
+  }
+};
+
+constexpr double kVoxelBytes = 2 * sizeof(float);   // read and written
+constexpr double kSampleBytes = 8 * sizeof(float);  // of the corners
+
+/// Adds the work of a tick, and how near it comes to the machine's limits.
+void AddWork(const CutCase& cut, const WorkSums& sums, BenchResult& result) {
+  if (sums.ticks == 0) return;
+  const double ticks = static_cast<double>(sums.ticks);
+  const double computed = sums.computed_voxels / ticks;
+  const double samples = sums.samples / ticks;
+  const double bytes = kVoxelBytes * computed + kSampleBytes * samples;
+  const std::vector<double>& us = result.stages_us;
+  const double all_us = std::accumulate(us.begin(), us.end(), 0.0);
+  const MachineRates rates = MeasureMachineRates();
+  const auto share = [](double amount, double time_us, double giga_per_s) {
+    return 100 * amount / (1e3 * time_us * giga_per_s);
+  };
+  result.figures.push_back({"leaves visited by removal", "", sums.leaves / ticks});
+  result.figures.push_back({"voxels computed by removal", "", computed});
+  result.figures.push_back({"voxels changed", "", sums.changed_voxels / ticks});
+  result.figures.push_back({"samples of the bone by contact", "", samples});
+  result.figures.push_back({"bytes of these voxels and corners", "kB", 1e-3 * bytes});
+  result.figures.push_back(
+      {"these bytes against this core's memory", "%", share(bytes, all_us, rates.memory_GB_per_s)});
+  const ToolForm form = GetForm(cut.tool);
+  if (form == ToolForm::kBall || std::holds_alternative<DiscSaw>(cut.tool)) {
+    const double operations = computed * (form == ToolForm::kBall ? kBallOperations : kDiscOperations);
+    const double remove_us = us[static_cast<std::size_t>(TickStage::kRemove)];
+    result.figures.push_back(
+        {"removal against this core's vector rate", "%", share(operations, remove_us, rates.vector_Gop_per_s)});
+  }
+  const double engage_us = us[static_cast<std::size_t>(TickStage::kEngage)];
+  result.figures.push_back({"samples against this core's vector rate", "%",
+                            share(kSampleOperations * samples, engage_us, rates.vector_Gop_per_s)});
+  result.figures.push_back({"memory rate of this core", "GB/s", rates.memory_GB_per_s});
+  result.figures.push_back({"vector rate of this core", "Gop/s", rates.vector_Gop_per_s});
+}
+
 }  // namespace
 
 const BenchFigure* BenchResult::Find(const std::string& figure) const {
@@ -212,6 +314,8 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
 
   TickTimer timer;
   timer.Reserve(static_cast<std::size_t>(passes) * static_cast<std::size_t>(in_pass));
+  LongTicks long_ticks;
+  long_ticks.Reserve(static_cast<std::size_t>(passes) * static_cast<std::size_t>(in_pass));
   Trace trace;
   trace.X_WT.push_back(Pass::HandlePose(cut, 0));
   Bone after;
@@ -226,7 +330,9 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
     const double removed_before = n == 0 ? Sum(pass.simulation().CalcRemovedByRegion()) : 0;
     for (int i = 0; i < in_pass; ++i) {
       CoupledOutput out;
-      timer.Time([&] { out = pass.Tick(nullptr); });
+      const StepWork before = CoupledInternals::Work(pass.simulation());
+      const WorkTime time = timer.Time([&] { out = pass.Tick(nullptr); });
+      long_ticks.Add(time, before, CoupledInternals::Work(pass.simulation()));
       if (n > 0) continue;
       Follow(cut, out, trace);
       trace.X_WT.push_back(out.X_WT);
@@ -245,13 +351,16 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
   if (!same_hash) throw Error(fmt::format("the passes of {} gave different bones; this is a bug in kerf", cut.name));
 
   // Timing the stages itself takes time, so it is done in a separate pass.
+  WorkSums work;
   {
     show("stages", static_cast<double>(passes) / (passes + 2));
     Pass pass(cut, fresh, options.without_effects);
     for (int i = 0; i < warm_up; ++i) pass.Tick(nullptr);
     UndisturbedStages stages;
     for (int i = 0; i < std::min(in_pass, 2000); ++i) {
+      const StepWork before = CoupledInternals::Work(pass.simulation());
       stages.Time([&](TickObserver* observer) { pass.Tick(observer); });
+      work.Add(before, CoupledInternals::Work(pass.simulation()));
     }
     result.stages_us = stages.CalcMeans_us();
   }
@@ -270,6 +379,8 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
   result.figures.push_back({"substeps, mean", "", trace.substeps / ticks});
   result.figures.push_back({"iterations, maximum", "", static_cast<double>(trace.max_iterations)});
   result.figures.push_back({"ticks at a limit", "", static_cast<double>(trace.limited_ticks)});
+  long_ticks.Report(result.times.p50_us, result);
+  AddWork(cut, work, result);
   if (std::abs(feed / cut.feed_mm_per_s - 1) > 0.02) {
     result.note = fmt::format("the tool fed at {:.3g} mm/s, not at {:.3g}", feed, cut.feed_mm_per_s);
   }

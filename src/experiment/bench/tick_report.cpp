@@ -137,6 +137,45 @@ std::string FormatTickTable(const TickReport& report) {
   return text;
 }
 
+/// Returns the table of the work of a tick, and how near it comes to the machine's limits.
+std::string FormatWork(const TickReport& report) {
+  constexpr std::pair<const char*, const char*> kColumns[] = {
+      {"leaves visited", "leaves visited by removal"},
+      {"voxels computed", "voxels computed by removal"},
+      {"voxels changed", "voxels changed"},
+      {"samples", "samples of the bone by contact"},
+      {"kB", "bytes of these voxels and corners"},
+      {"of the memory's rate (%)", "these bytes against this core's memory"},
+      {"removal, of the vector rate (%)", "removal against this core's vector rate"},
+      {"samples, of the vector rate (%)", "samples against this core's vector rate"},
+  };
+  std::vector<std::string> headings{"case"};
+  for (const auto& [heading, figure] : kColumns) headings.emplace_back(heading);
+  TextTable table(headings);
+  const BenchResult* measured = nullptr;
+  for (const BenchResult& r : report.results) {
+    if (r.Find(kColumns[0].second) == nullptr) continue;
+    measured = &r;
+    std::vector<TableCell> row{r.name};
+    for (const auto& [heading, figure] : kColumns) {
+      const BenchFigure* const f = r.Find(figure);
+      row.emplace_back(f != nullptr ? ShowThree(f->value) : "");
+    }
+    table.Add(row);
+  }
+  if (measured == nullptr) return "";
+  return fmt::format(
+      "\nThe work of a tick. kB: 8 bytes of each computed voxel, read and written, and the 32 bytes of each sample's "
+      "corners, without the tables that lead to them. Of the rates: what this is a second, over the whole tick, of the "
+      "{} GB/s at which one core reads memory; and the operations counted in the source ({:.0f} of floats for a voxel "
+      "of "
+      "a disc, {:.0f} of a ball, {:.0f} of doubles for a sample) a second, over the stages remove and engage, of the "
+      "{} "
+      "Gop/s of one core in registers. Measured in the same run, for the last case listed:\n\n{}",
+      ShowThree(measured->Find("memory rate of this core")->value), kDiscOperations, kBallOperations,
+      kSampleOperations / 2, ShowThree(measured->Find("vector rate of this core")->value), table.FormatMarkdown());
+}
+
 std::string FormatTickMarkdown(const TickReport& report) {
   TextTable table(
       {"case", "what", "tick: p50 / p99 / p99.9 / max (us)", "upper limits (us)", "baseline", "error", "bone"});
@@ -166,7 +205,7 @@ std::string FormatTickMarkdown(const TickReport& report) {
     stages.Add(row);
   }
   return text + "Where the time goes, mean us per tick (timing the stages adds a little):\n\n" +
-         stages.FormatMarkdown();
+         stages.FormatMarkdown() + FormatWork(report);
 }
 
 std::string FormatTickJson(const TickReport& report) {

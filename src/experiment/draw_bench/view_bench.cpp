@@ -173,7 +173,7 @@ ViewReport RunViewBench(const ViewBenchOptions& options) {
     simulation.ClearChanged();
     simulation.Refill();
     for (;;) {
-      const long interruptions = CountInterruptions();
+      const long interruptions = CountDisturbances().interruptions;
       const std::int64_t t0_ns = ReadClock_ns();
       if (!chunks.Next(mesh)) break;
       const std::int64_t t1_ns = ReadClock_ns();
@@ -182,7 +182,7 @@ ViewReport RunViewBench(const ViewBenchOptions& options) {
       remesh_us.push_back(1e-3 * static_cast<double>(t1_ns - t0_ns));
       upload_us.push_back(1e-3 * static_cast<double>(t2_ns - t1_ns));
       both_us.push_back(1e-3 * static_cast<double>(t2_ns - t0_ns));
-      if (CountInterruptions() == interruptions) undisturbed_us.push_back(both_us.back());
+      if (CountDisturbances().interruptions == interruptions) undisturbed_us.push_back(both_us.back());
     }
   }
   report.remesh = CalcPercentiles(remesh_us);

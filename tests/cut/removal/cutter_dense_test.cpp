@@ -137,6 +137,48 @@ TEST(CutterAgainstBruteForce, RandomBursAreTheSameBitForBitAtEveryVectorWidth) {
   }));
 }
 
+TEST(CutterAgainstBruteForce, ASlowToolThatTremblesMissesNothing) {
+  // The bricks near the edge are kept for many steps, in which the tool turns back and moves aside again and again.
+  EXPECT_TRUE(CheckSeeded(6, 4, [] {
+    std::mt19937 random(*rc::gen::arbitrary<unsigned>());
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const double h = 0.2;
+    const Tool tool = test::DrawTool(random);
+    const Pose X_WB{test::DrawRotation(random), 0.1 * test::DrawVector(random)};
+    const bool is_disc = std::holds_alternative<DiscSaw>(tool);
+    const Vec3 edge_T = is_disc ? Vec3(1, 0, 0) : glm::normalize(test::DrawVector(random));
+    const bool is_bur = GetForm(tool) == ToolForm::kRound;
+    Pose X{test::DrawRotation(random), Vec3(0)};
+    X.p_AB = test::DrawVector(random) - X.Vector(is_bur ? FindDeepest(tool, edge_T) : CalcReach(tool) * edge_T);
+    std::vector<Pose> poses{X};
+    Vec3 way_T(0);
+    for (int i = 0; i < 300; ++i) {
+      if (i % 4 == 0) way_T = 0.03 * h * uniform(random) * glm::normalize(test::DrawVector(random));
+      if (is_disc) way_T.z = 0;
+      X.p_AB += X.Vector(way_T + 0.02 * h * (is_disc ? edge_T : Vec3(0, 0, -1)));
+      poses.push_back(X);
+    }
+    const std::vector<Step> steps = test::MakeSteps(poses, tool, h);
+    Bone bone = test::MakeBox(X_WB, {5, 4, 4.5}, h);
+    DenseBone dense(bone, Box3{X_WB.p_AB - Vec3(5), X_WB.p_AB + Vec3(5)});
+    BoneField field(bone, 4096);
+    Cutter cutter(field, tool, CutWith::kWholeTool);
+    int visited = 0;
+    int searched = 0;
+    for (const Step& step : steps) {
+      cutter.Cut(step.X_from, step.X_to);
+      visited += cutter.effort().leaves;
+      searched += cutter.effort().searched_leaves;
+      dense.Cut(tool, step.X_from, step.X_to);
+    }
+    const double curved_mm = CalcRoundSolid(tool) ? Cutter::kFlankTolerance * h : 0;
+    RC_ASSERT(dense.Compare(bone).max_phi_mm <= curved_mm + Rounding(tool));
+    // A step is at most 0.05 voxels long, and bricks are kept for at least 9/16 of 0.25 voxels less the first step.
+    RC_ASSERT(2 * searched < visited + 100);
+    RC_CLASSIFY(visited > 1000);
+  }));
+}
+
 TEST(CutterAgainstBruteForce, ALongStrokeThroughTheBlockMissesNothing) {
   // The tool moves far beyond the slack of the leaf lists, with a rotated thick disc.
   DiscSaw disc;
