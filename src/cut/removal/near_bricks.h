@@ -24,8 +24,8 @@ class NearBricks {
   /// `leaves`: a bound on the number of leaves near the edge. Allocates.
   NearBricks(double voxel_mm, std::size_t leaves);
 
-  /// Begins a step. It ends where the last one of `same_zone` did, or anywhere. `sweep` must outlive the calls of
-  /// Find(). `same_zone`: false if it sweeps another zone than the other steps. Tick-safe.
+  /// Begins a step, which may start anywhere. `sweep` must outlive the calls of Find(). `same_zone`: false if it sweeps
+  /// another zone than the other steps; nothing is kept for it. Tick-safe.
   void Begin(const Sweep& sweep, const Pose& X_from, bool same_zone);
   /// Returns the bricks of a leaf that the step may change, a bit each. `corner_T`: as for CarveLeaf(). Tick-safe.
   std::uint64_t Find(const LeafIndex& leaf, const std::array<float, 3>& corner_T);

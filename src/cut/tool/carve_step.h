@@ -52,8 +52,8 @@ struct CarveStep {
     for (std::size_t i = 0; i < 3; ++i) middle[i] += kHalfLeaf * (grid[0][i] + grid[1][i] + grid[2][i]);
     return middle;
   }
-  /// Returns a step of no length such that a brick that it can't change is not changed by a step like this one, of any
-  /// direction, as long as no point of the zone is ever more than `slack` mm from where it is at the end of this step.
+  /// Returns a step for FindBricks() only: what it can't change, no step like this one changes, in any direction, as
+  /// long as no point of the zone is then more than `slack` mm from where it is at the end of this step.
   CarveStep Widened(float slack) const;
   /// Computes the members below, which are the same for all leaves. A leaf is divided into 64 bricks of 2 x 4 voxels
   /// along y and z.
