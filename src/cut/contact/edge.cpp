@@ -1,7 +1,6 @@
 #include "cut/contact/edge.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>

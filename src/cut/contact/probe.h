@@ -28,12 +28,11 @@ class Probe {
   Vec3 World(const Vec3& p_T) const { return h_ * Voxel(p_T); }
   /// Returns the distance from a point of the tool to the bone, mm, negative inside.
   double Distance(const Vec3& p_T) const { return field_.Sample(Voxel(p_T)); }
-  /// Returns the two fields of which the distance is the larger (see BoneField), mm.
-  PhiPair Parts(const Vec3& p_T) const { return field_.SampleParts(Voxel(p_T)); }
-  /// Do the same for many points, with the same bits; one value per point.
+  /// Finds the two fields of which the distance is the larger (see BoneField), mm, one value per point.
   void Parts(const PointList& points_T, double* whole_mm, double* cut_mm) const {
     field_.SampleParts({R_, t_}, points_T, whole_mm, cut_mm);
   }
+  /// Finds the distances of many points, with the bits of Distance().
   void Distances(const PointList& points_T, double* distances_mm) const {
     field_.Sample({R_, t_}, points_T, distances_mm);
   }

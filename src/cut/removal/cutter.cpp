@@ -76,7 +76,7 @@ struct Cutter::State {
         whole_voxels(the_whole_voxels),
         precision_bits(the_precision_bits),
         leaves(field, MakeEdgeZone(zone, h, CalcStroke(tool))),
-        bricks(h, leaves.capacity()),
+        bricks(h, field.lowest(), leaves.capacity()),
         max_piece_mm(0.25 * leaves.slack_mm()),
         ledger(field, old_leaves),
         metal(field) {
@@ -211,6 +211,7 @@ Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to, const SlideRang
   const bool goes_on = s.X_last && s.X_last->p_AB == X_a.p_AB && s.X_last->R_AB == X_a.R_AB &&
                        slide.least_mm <= s.last_slide.most_mm && slide.most_mm >= s.last_slide.least_mm;
   const bool new_only = goes_on && !s.FlanksMoved(X_b);
+  if (!goes_on) s.bricks.Forget();
   const double distance_mm = glm::length(X_b.p_AB - X_a.p_AB);
   if (!new_only || distance_mm > 0 || (s.zone.solid && s.CalcFlankSlack(X_a, X_b) > 0) || !s.zone.outline.empty()) {
     // A caller that uses CountSubsteps() gets one piece, but for a thin bur on coarse voxels.
@@ -288,12 +289,13 @@ void Cutter::State::KeepMetal(const MetalVoxels::Leaf& in_metal, const PhiParts&
 
 template <bool kHasMetal>
 void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result) {
+  if (field.kind(leaf) == BoneField::LeafKind::kOutside) return;
   const Vec3 p_T = sweep.grid.Corner(leaf);
   const std::array<float, 3> corner_T = {static_cast<float>(p_T.x), static_cast<float>(p_T.y),
                                          static_cast<float>(p_T.z)};
   ++effort.leaves;
   const std::uint64_t near = bricks.Find(leaf, corner_T);
-  if (near == 0 || field.kind(leaf) == BoneField::LeafKind::kOutside) return;
+  if (near == 0) return;
   const MetalVoxels::Leaf* const in_metal = kHasMetal ? metal.Find(leaf) : nullptr;
   const BoneField::CutValues own = field.Find(leaf);
   const bool in_place =

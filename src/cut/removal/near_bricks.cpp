@@ -7,26 +7,30 @@ namespace kerf {
 namespace {
 
 constexpr double kSlackVoxels = 0.25;  // a larger slack finds more bricks, a smaller one more often
-constexpr double kSlackSteps = 2;      // slack of a fast tool, in steps
-constexpr double kMaxSlackVoxels = 1;
+constexpr double kLongestStep = 0.4;   // of the steps for which bricks are kept, in slacks
 constexpr std::size_t kMaxKept = 4096;
 
-/// Returns the part of the slack, 1/2 to 1, for which a leaf's bricks are kept. It differs between neighbours, so that
+/// Returns the part of the slack, 9/16 to 1, for which a leaf's bricks are kept. It differs between neighbours, so that
 /// they are not all found again in the same step.
 double CalcShare(const LeafIndex& leaf) {
   const unsigned order = static_cast<unsigned>(5 * leaf.x + 3 * leaf.y + 7 * leaf.z) & 7u;
   return 0.5 + (order + 1) / 16.0;
 }
 
-}  // namespace
-
-NearBricks::NearBricks(double voxel_mm, std::size_t leaves)
-    : voxel_mm_(voxel_mm), kept_(std::bit_ceil(std::clamp<std::size_t>(leaves, 1, kMaxKept))) {}
-
-NearBricks::Kept& NearBricks::KeptOf(const LeafIndex& leaf) {
+unsigned CalcHash(const LeafIndex& leaf) {
   const unsigned mixed = static_cast<unsigned>(leaf.x) * 73856093u ^ static_cast<unsigned>(leaf.y) * 19349663u ^
                          static_cast<unsigned>(leaf.z) * 83492791u;
-  return kept_[(mixed ^ mixed >> 15) & (kept_.size() - 1)];
+  return mixed ^ mixed >> 15;
+}
+
+}  // namespace
+
+NearBricks::NearBricks(double voxel_mm, const LeafIndex& origin, std::size_t leaves)
+    : voxel_mm_(voxel_mm), origin_(origin), kept_(std::bit_ceil(std::clamp<std::size_t>(leaves, 1, kMaxKept))) {}
+
+void NearBricks::Forget() {
+  ++epoch_;
+  moved_mm_ = 0;
 }
 
 void NearBricks::Begin(const Sweep& sweep, const Pose& X_from, bool same_zone) {
@@ -36,20 +40,22 @@ void NearBricks::Begin(const Sweep& sweep, const Pose& X_from, bool same_zone) {
   keeps_ = same_zone && sweep.zone.outline.empty();
   if (!keeps_) return;
   way_mm_ = sweep.zone.BoundTravel(X_from, sweep.X_to);
-  moved_mm_ += sweep.zone.BoundTravel(X_last_, X_from) + way_mm_;
-  X_last_ = sweep.X_to;
-  slack_mm_ = std::clamp(kSlackSteps * way_mm_, kSlackVoxels * voxel_mm_, kMaxSlackVoxels * voxel_mm_);
-  slack_mm_ = std::max(slack_mm_, way_mm_);
+  moved_mm_ += way_mm_;
+  keeps_ = way_mm_ <= kLongestStep * kSlackVoxels * voxel_mm_;
 }
 
 std::uint64_t NearBricks::Find(const LeafIndex& leaf, const std::array<float, 3>& corner_T) {
   const bool all_zone = !step_->new_only;
-  Kept& kept = KeptOf(leaf);
-  if (keeps_ && kept.leaf == leaf && moved_mm_ <= kept.until_mm && (kept.all_zone || !all_zone)) return kept.bricks;
+  const LeafIndex from_origin{leaf.x - origin_.x, leaf.y - origin_.y, leaf.z - origin_.z};
+  Kept& kept = kept_[CalcHash(from_origin) & (kept_.size() - 1)];
+  const bool is_kept = kept.epoch == epoch_ && kept.leaf == leaf && moved_mm_ <= kept.until_mm;
+  if (keeps_ && is_kept && (kept.all_zone || !all_zone)) return kept.bricks;
   ++searched_;
   if (!keeps_) return FindBricks(*step_, corner_T);
-  if (!widened_) widened_ = step_->Widened(static_cast<float>(slack_mm_));
-  kept = {leaf, all_zone, moved_mm_ + CalcShare(leaf) * (slack_mm_ - way_mm_), FindBricks(*widened_, corner_T)};
+  const double slack_mm = kSlackVoxels * voxel_mm_;
+  if (!widened_) widened_ = step_->Widened(static_cast<float>(slack_mm));
+  kept = {leaf, epoch_, all_zone, moved_mm_ + CalcShare(from_origin) * (slack_mm - way_mm_),
+          FindBricks(*widened_, corner_T)};
   return kept.bricks;
 }
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -14,18 +13,21 @@
 namespace kerf {
 
 /// A leaf is divided into bricks of 2 x 4 voxels (CarveStep), of which a step changes few. Those that any step may
-/// change while no point of the edge moves by more than a slack are found once and kept until it has. How far the edge
-/// has moved is bounded by the sum of its ways, so that a hand that trembles is covered too.
+/// change while no point of the edge moves by more than a slack are found once, and kept for a part of that slack. How
+/// far the edge has moved is bounded by the sum of its ways, also if it turns back. In a step that is too long for
+/// this, and for a blade with an outline, nothing is kept.
 ///
-/// The results do not depend on what is kept, apart from the rounding of values that a step leaves as they are. For a
-/// blade with an outline nothing is kept.
+/// A kept brick that a step would not have found is computed too. Its values can grow by their rounding.
 class NearBricks {
  public:
+  /// `origin`: a leaf that moves with the bone, so that the results do not depend on where in the world it is.
   /// `leaves`: a bound on the number of leaves near the edge. Allocates.
-  NearBricks(double voxel_mm, std::size_t leaves);
+  NearBricks(double voxel_mm, const LeafIndex& origin, std::size_t leaves);
 
-  /// Begins a step, which may start anywhere. `sweep` must outlive the calls of Find(). `same_zone`: false if it sweeps
-  /// another zone than the other steps; nothing is kept for it. Tick-safe.
+  /// Discards all that is kept, so that a new cut does not depend on earlier ones. Tick-safe.
+  void Forget();
+  /// Begins a step from X_from, where the last one since Forget() ended. `sweep` must outlive the calls of Find().
+  /// `same_zone`: false if it sweeps another zone than the other steps; nothing is kept for it. Tick-safe.
   void Begin(const Sweep& sweep, const Pose& X_from, bool same_zone);
   /// Returns the bricks of a leaf that the step may change, a bit each. `corner_T`: as for CarveLeaf(). Tick-safe.
   std::uint64_t Find(const LeafIndex& leaf, const std::array<float, 3>& corner_T);
@@ -35,22 +37,21 @@ class NearBricks {
 
  private:
   struct Kept {
-    LeafIndex leaf{std::numeric_limits<int>::max(), 0, 0};
+    LeafIndex leaf;
+    std::uint32_t epoch = 0;
     bool all_zone = false;  // found for a step that is not CarveStep::new_only
     double until_mm = 0;    // value of moved_mm_ up to which they are valid
     std::uint64_t bricks = 0;
   };
-  Kept& KeptOf(const LeafIndex& leaf);
-
   double voxel_mm_;
-  std::vector<Kept> kept_;  // by a hash of the leaf; the last leaf that was looked for replaces another one
-  Pose X_last_;
-  double moved_mm_ = 0;  // sum of the bounds on the edge's ways
+  LeafIndex origin_;
+  std::vector<Kept> kept_;   // by a hash of the leaf; the one searched last replaces another
+  std::uint32_t epoch_ = 1;  // rises with each Forget()
+  double moved_mm_ = 0;      // sum of the bounds on the edge's ways since then
   const CarveStep* step_ = nullptr;
   bool keeps_ = false;  // in this step
   int searched_ = 0;
-  double way_mm_ = 0;  // bound on the edge's way in this step
-  double slack_mm_ = 0;
+  double way_mm_ = 0;                 // bound on the edge's way in this step
   std::optional<CarveStep> widened_;  // made when first needed in a step
 };
 

@@ -81,7 +81,11 @@ class DiscSweep {
     const V axial = hn::Sub(half_thickness_, hn::Abs(z));
     const V inside = hn::Max(hn::Min(radial, axial), zero);
     const V outside = Length(hn::Min(radial, zero), hn::Min(axial, zero));
-    return hn::IfThenElse(hn::Le(radial, edge_depth_in_), hn::Sub(inside, outside), far_);
+    // In a step that continues, the flats do not cut by what they have moved since they last did. If they did in some
+    // bricks, the result would depend on which bricks are computed.
+    V deepest = edge_depth_in_;
+    if (new_only_) deepest = hn::Min(deepest, hn::Add(hn::Max(axial, zero), slack_));
+    return hn::IfThenElse(hn::Le(radial, deepest), hn::Sub(inside, outside), far_);
   }
 
  private:

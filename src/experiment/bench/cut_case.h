@@ -76,10 +76,10 @@ struct BenchFigure {
 };
 
 // Additions, multiplications, comparisons, roots and the like, counted in the source: of floats, for a voxel that
-// removal computes; and of doubles, which count twice, for a sample of the bone.
+// removal computes; and of doubles, for a sample of the bone.
 inline constexpr double kDiscOperations = 41;
-inline constexpr double kBallOperations = 37;
-inline constexpr double kSampleOperations = 2 * 57;
+inline constexpr double kBallOperations = 34;
+inline constexpr double kSampleOperations = 57;
 
 struct BaselineTimes {
   std::string what;

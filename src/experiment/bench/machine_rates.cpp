@@ -20,40 +20,50 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr hn::CappedTag<float, 8> kFloats;  // as in removal
-constexpr std::size_t kLanes = hn::MaxLanes(kFloats);
-constexpr std::size_t kChains = 8;  // enough to hide the latency of an operation
-using V = hn::Vec<decltype(kFloats)>;
+using Floats = hn::CappedTag<float, 8>;    // as in removal
+using Doubles = hn::CappedTag<double, 8>;  // as in contact
+constexpr std::size_t kChains = 8;         // enough to hide the latency of an operation
 
-float SumOf(const V (&chains)[kChains]) {
-  float sum = 0;
-  for (const V& chain : chains) sum += hn::GetLane(hn::SumOfLanes(kFloats, chain));
+template <typename Tag>
+double SumOf(Tag tag, const hn::Vec<Tag> (&chains)[kChains]) {
+  double sum = 0;
+  for (const auto& chain : chains) sum += static_cast<double>(hn::GetLane(hn::SumOfLanes(tag, chain)));
   return sum;
 }
 
 /// Returns the sum of the values; `count`: a multiple of 64.
-float Read(const float* values, std::size_t count) {
-  V chains[kChains];
-  for (V& chain : chains) chain = hn::Zero(kFloats);
+double Read(const float* values, std::size_t count) {
+  constexpr Floats kTag;
+  constexpr std::size_t kLanes = hn::MaxLanes(kTag);
+  hn::Vec<Floats> chains[kChains];
+  for (auto& chain : chains) chain = hn::Zero(kTag);
   for (std::size_t i = 0; i < count; i += kChains * kLanes) {
     for (std::size_t k = 0; k < kChains; ++k) {
-      chains[k] = hn::Add(chains[k], hn::LoadU(kFloats, values + i + k * kLanes));
+      chains[k] = hn::Add(chains[k], hn::LoadU(kTag, values + i + k * kLanes));
     }
   }
-  return SumOf(chains);
+  return SumOf(kTag, chains);
 }
 
 /// Does `rounds` multiplications and as many additions in each lane of each chain. Sets `operations` to their number.
-float Compute(std::size_t rounds, double& operations) {
-  V chains[kChains];
-  for (std::size_t k = 0; k < kChains; ++k) chains[k] = hn::Set(kFloats, static_cast<float>(k));
-  const V factor = hn::Set(kFloats, 0.5f);
-  const V term = hn::Set(kFloats, 1);
+template <typename Tag>
+double Compute(Tag tag, std::size_t rounds, double& operations) {
+  using T = hn::TFromD<Tag>;
+  hn::Vec<Tag> chains[kChains];
+  for (std::size_t k = 0; k < kChains; ++k) chains[k] = hn::Set(tag, static_cast<T>(k));
+  const auto factor = hn::Set(tag, static_cast<T>(0.5));
+  const auto term = hn::Set(tag, static_cast<T>(1));
   for (std::size_t i = 0; i < rounds; ++i) {
-    for (V& chain : chains) chain = hn::Add(hn::Mul(chain, factor), term);
+    for (auto& chain : chains) chain = hn::Add(hn::Mul(chain, factor), term);
   }
-  operations = 2.0 * static_cast<double>(rounds * kChains * kLanes);
-  return SumOf(chains);
+  operations = 2.0 * static_cast<double>(rounds * kChains * hn::MaxLanes(tag));
+  return SumOf(tag, chains);
+}
+double ComputeFloats(std::size_t rounds, double& operations) {
+  return Compute(Floats(), rounds, operations);
+}
+double ComputeDoubles(std::size_t rounds, double& operations) {
+  return Compute(Doubles(), rounds, operations);
 }
 
 }  // namespace
@@ -66,25 +76,31 @@ namespace kerf {
 namespace {
 
 HWY_EXPORT(Read);
-HWY_EXPORT(Compute);
+HWY_EXPORT(ComputeFloats);
+HWY_EXPORT(ComputeDoubles);
 
-constexpr int kRepeats = 3;  // the fastest counts
+/// Returns the time of the fastest of a few repetitions, s.
+template <typename Work>
+double TimeFastest_s(Work&& work) {
+  constexpr int kRepeats = 3;
+  double least_us = 1e12;
+  for (int i = 0; i < kRepeats; ++i) least_us = std::min(least_us, TimeWork(work).us());
+  return 1e-6 * least_us;
+}
 
 }  // namespace
 
 MachineRates MeasureMachineRates() {
   const std::vector<float> values(std::size_t{32} << 20, 1);
-  volatile float sum = 0;  // keeps the work from being left out
-  double read_s = 1e9;
-  double compute_s = 1e9;
-  double operations = 0;
-  for (int i = 0; i < kRepeats; ++i) {
-    const auto read = [&] { sum = HWY_DYNAMIC_DISPATCH(Read)(values.data(), values.size()); };
-    read_s = std::min(read_s, 1e-6 * TimeWork(read).us());
-    const auto compute = [&] { sum = HWY_DYNAMIC_DISPATCH(Compute)(3'000'000, operations); };
-    compute_s = std::min(compute_s, 1e-6 * TimeWork(compute).us());
-  }
-  return {1e-9 * static_cast<double>(values.size() * sizeof(float)) / read_s, 1e-9 * operations / compute_s};
+  constexpr std::size_t kRounds = 3'000'000;
+  volatile double sum = 0;  // keeps the work from being left out
+  double floats = 0;
+  double doubles = 0;
+  const double read_s = TimeFastest_s([&] { sum = HWY_DYNAMIC_DISPATCH(Read)(values.data(), values.size()); });
+  const double floats_s = TimeFastest_s([&] { sum = HWY_DYNAMIC_DISPATCH(ComputeFloats)(kRounds, floats); });
+  const double doubles_s = TimeFastest_s([&] { sum = HWY_DYNAMIC_DISPATCH(ComputeDoubles)(kRounds, doubles); });
+  const double bytes = static_cast<double>(values.size() * sizeof(float));
+  return {1e-9 * bytes / read_s, 1e-9 * floats / floats_s, 1e-9 * doubles / doubles_s};
 }
 
 }  // namespace kerf

@@ -164,16 +164,21 @@ std::string FormatWork(const TickReport& report) {
     table.Add(row);
   }
   if (measured == nullptr) return "";
-  return fmt::format(
+  const auto rate = [&](const char* figure) { return ShowThree(measured->Find(figure)->value); };
+  std::string text =
       "\nThe work of a tick. kB: 8 bytes of each computed voxel, read and written, and the 32 bytes of each sample's "
-      "corners, without the tables that lead to them. Of the rates: what this is a second, over the whole tick, of the "
-      "{} GB/s at which one core reads memory; and the operations counted in the source ({:.0f} of floats for a voxel "
+      "corners, without the tables that lead to them. ";
+  text += fmt::format("Of the memory's rate: what this is a second, over the whole tick, of {} GB/s. ",
+                      rate("memory rate of this core"));
+  text += fmt::format(
+      "Of the vector rate: the operations counted in the source a second, over the stages remove ({:.0f} for a voxel "
       "of "
-      "a disc, {:.0f} of a ball, {:.0f} of doubles for a sample) a second, over the stages remove and engage, of the "
-      "{} "
-      "Gop/s of one core in registers. Measured in the same run, for the last case listed:\n\n{}",
-      ShowThree(measured->Find("memory rate of this core")->value), kDiscOperations, kBallOperations,
-      kSampleOperations / 2, ShowThree(measured->Find("vector rate of this core")->value), table.FormatMarkdown());
+      "a disc, {:.0f} of a ball) and engage ({:.0f} for a sample), of {} Gop/s of floats and {} of doubles in "
+      "registers. ",
+      kDiscOperations, kBallOperations, kSampleOperations, rate("vector rate of this core, floats"),
+      rate("vector rate of this core, doubles"));
+  return text + "The rates are those of one core, measured in the same run, for the last case listed:\n\n" +
+         table.FormatMarkdown();
 }
 
 std::string FormatTickMarkdown(const TickReport& report) {

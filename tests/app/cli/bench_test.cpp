@@ -44,7 +44,9 @@ TEST_F(BenchCommand, RefusesInvalidArguments) {
   const auto unknown = Kerf("bench tick --case idel");
   EXPECT_EQ(unknown.code, 2);
   EXPECT_NE(unknown.err.find("there is no case \"idel\"; the nearest is \"idle\""), std::string::npos) << unknown.err;
-  EXPECT_EQ(Kerf("bench tick --width avx9").code, 2);
+  const auto wide = Kerf("bench tick --width avx9");
+  EXPECT_EQ(wide.code, 2);
+  EXPECT_NE(wide.err.find("this machine has no vector instructions \"avx9\"; it has "), std::string::npos) << wide.err;
   EXPECT_EQ(Kerf("bench tick --ticks 0").code, 2);
   EXPECT_EQ(Kerf("bench").code, 2);
   ExpectRefusal(Kerf("bench tick --case idle --ticks 5 --core 4000"),

@@ -81,7 +81,7 @@ TEST(CutterAgainstBruteForce, MatchesToTheFlankToleranceWhenADiscTiltsAndSlides)
 }
 
 TEST(CutterAgainstBruteForce, ABurThatContinuesCutsAllThatOneThatVisitsEverythingCuts) {
-  // A cut that continues leaves out leaves and rows from which the tool moves away. A step at a time, nothing is left
+  // A cut that continues leaves out leaves and bricks from which the tool moves away. A step at a time, nothing is left
   // out. Both use the same arithmetic, so they differ only by its rounding where a step cuts at the same place again.
   EXPECT_TRUE(CheckSeeded(3, 40, [] {
     std::mt19937 random(*rc::gen::arbitrary<unsigned>());
@@ -137,46 +137,107 @@ TEST(CutterAgainstBruteForce, RandomBursAreTheSameBitForBitAtEveryVectorWidth) {
   }));
 }
 
+/// A slow stroke of a tool that turns back and moves aside again and again. A step is at most 0.05 voxels long.
+std::vector<Step> DrawTremblingSteps(std::mt19937& random, const Tool& tool, double h, double tilt_rad) {
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const bool is_disc = std::holds_alternative<DiscSaw>(tool);
+  const Vec3 edge_T = is_disc ? Vec3(1, 0, 0) : glm::normalize(test::DrawVector(random));
+  const bool is_bur = GetForm(tool) == ToolForm::kRound;
+  Pose X{test::DrawRotation(random), Vec3(0)};
+  X.p_AB = test::DrawVector(random) - X.Vector(is_bur ? FindDeepest(tool, edge_T) : CalcReach(tool) * edge_T);
+  std::vector<Pose> poses{X};
+  Vec3 way_T(0);
+  for (int i = 0; i < 300; ++i) {
+    if (i % 4 == 0) way_T = 0.03 * h * uniform(random) * glm::normalize(test::DrawVector(random));
+    if (is_disc) way_T.z = 0;
+    X.p_AB += X.Vector(way_T + 0.02 * h * (is_disc ? edge_T : Vec3(0, 0, -1)));
+    X.R_AB = glm::normalize(X.R_AB * glm::angleAxis(tilt_rad * std::sin(0.3 * i), Vec3(1, 0, 0)));
+    poses.push_back(X);
+  }
+  std::vector<Step> steps = test::MakeSteps(poses, tool, h);
+  for (std::size_t i = 0; i < steps.size(); i += 50) steps[i].lifted = true;
+  return steps;
+}
+
 TEST(CutterAgainstBruteForce, ASlowToolThatTremblesMissesNothing) {
-  // The bricks near the edge are kept for many steps, in which the tool turns back and moves aside again and again.
+  // The bricks near the edge are kept for many steps.
   EXPECT_TRUE(CheckSeeded(6, 4, [] {
     std::mt19937 random(*rc::gen::arbitrary<unsigned>());
-    std::uniform_real_distribution<double> uniform(0, 1);
     const double h = 0.2;
     const Tool tool = test::DrawTool(random);
+    const double tilt_rad = std::holds_alternative<DiscSaw>(tool) ? 1e-4 * h : 0;
     const Pose X_WB{test::DrawRotation(random), 0.1 * test::DrawVector(random)};
-    const bool is_disc = std::holds_alternative<DiscSaw>(tool);
-    const Vec3 edge_T = is_disc ? Vec3(1, 0, 0) : glm::normalize(test::DrawVector(random));
-    const bool is_bur = GetForm(tool) == ToolForm::kRound;
-    Pose X{test::DrawRotation(random), Vec3(0)};
-    X.p_AB = test::DrawVector(random) - X.Vector(is_bur ? FindDeepest(tool, edge_T) : CalcReach(tool) * edge_T);
-    std::vector<Pose> poses{X};
-    Vec3 way_T(0);
-    for (int i = 0; i < 300; ++i) {
-      if (i % 4 == 0) way_T = 0.03 * h * uniform(random) * glm::normalize(test::DrawVector(random));
-      if (is_disc) way_T.z = 0;
-      X.p_AB += X.Vector(way_T + 0.02 * h * (is_disc ? edge_T : Vec3(0, 0, -1)));
-      poses.push_back(X);
-    }
-    const std::vector<Step> steps = test::MakeSteps(poses, tool, h);
     Bone bone = test::MakeBox(X_WB, {5, 4, 4.5}, h);
     DenseBone dense(bone, Box3{X_WB.p_AB - Vec3(5), X_WB.p_AB + Vec3(5)});
     BoneField field(bone, 4096);
     Cutter cutter(field, tool, CutWith::kWholeTool);
     int visited = 0;
     int searched = 0;
-    for (const Step& step : steps) {
+    for (const Step& step : DrawTremblingSteps(random, tool, h, tilt_rad)) {
+      if (step.lifted) cutter.Lift();
       cutter.Cut(step.X_from, step.X_to);
       visited += cutter.effort().leaves;
       searched += cutter.effort().searched_leaves;
       dense.Cut(tool, step.X_from, step.X_to);
     }
-    const double curved_mm = CalcRoundSolid(tool) ? Cutter::kFlankTolerance * h : 0;
-    RC_ASSERT(dense.Compare(bone).max_phi_mm <= curved_mm + Rounding(tool));
-    // A step is at most 0.05 voxels long, and bricks are kept for at least 9/16 of 0.25 voxels less the first step.
+    // A blade's flats cut again only when they have moved by the tolerance; a bur's sweep has it too.
+    const double tolerance_mm = std::holds_alternative<BallBurr>(tool) ? 0 : Cutter::kFlankTolerance * h;
+    RC_ASSERT(dense.Compare(bone).max_phi_mm <= tolerance_mm + Rounding(tool));
+    // Bricks are kept for at least 9/16 of 0.25 voxels, less the first step.
     RC_ASSERT(2 * searched < visited + 100);
     RC_CLASSIFY(visited > 1000);
   }));
+}
+
+TEST(CutterAgainstBruteForce, AnEdgeCutsAsMuchWhetherItsBricksAreKeptOrSearchedInEachStep) {
+  // With CutWith::kEdge only a part of the tool cuts, so the reference is a cutter that is lifted before each step. It
+  // keeps nothing, and visits all of the zone.
+  for (const Tool& tool : {Tool(DiscSaw{.diameter_mm = 12}), Tool(TwistDrill{.diameter_mm = 2}), Tool(FissureBur{})}) {
+    std::mt19937 random(3);
+    const double h = 0.2;
+    const Bone initial = test::MakeBox({}, {5, 4, 4.5}, h);
+    const std::vector<Step> steps = DrawTremblingSteps(random, tool, h, 0);
+    const auto cut = [&](bool lifts) {
+      Bone bone = initial;
+      BoneField field(bone, 4096);
+      Cutter cutter(field, tool, CutWith::kEdge);
+      for (const Step& step : steps) {
+        if (lifts) cutter.Lift();
+        cutter.Cut(step.X_from, step.X_to);
+      }
+      field.Settle();
+      return bone;
+    };
+    const Bone continued = cut(false);
+    const Bone stepped = cut(true);
+    const DenseBone all(stepped, Box3{Vec3(-5), Vec3(5)});
+    EXPECT_LE(all.Compare(continued).max_phi_mm, 2 * Rounding(tool)) << tool.index();
+    EXPECT_GT(initial.CalcVolume() - continued.CalcVolume(), 0.5) << tool.index();
+  }
+}
+
+TEST(CutterAgainstBruteForce, AfterALiftNothingIsKept) {
+  // Otherwise the last bits of a cut would depend on earlier ones nearby.
+  const DiscSaw disc{.diameter_mm = 12};
+  std::mt19937 random(5);
+  Bone bone = test::MakeBox({}, {5, 4, 4.5}, 0.2);
+  BoneField field(bone, 4096);
+  Cutter cutter(field, disc, CutWith::kEdge);
+  int continued = 0;
+  for (const Step& step : DrawTremblingSteps(random, disc, 0.2, 0)) {
+    if (step.lifted) cutter.Lift();
+    cutter.Cut(step.X_from, step.X_to);
+    const Cutter::Effort& effort = cutter.effort();
+    if (step.lifted) {
+      cutter.Lift();
+      cutter.Cut(step.X_to, step.X_to);
+      EXPECT_EQ(effort.searched_leaves, effort.leaves);
+      EXPECT_GT(effort.leaves, 0);
+    } else if (effort.searched_leaves < effort.leaves) {
+      ++continued;
+    }
+  }
+  EXPECT_GT(continued, 100);
 }
 
 TEST(CutterAgainstBruteForce, ALongStrokeThroughTheBlockMissesNothing) {
