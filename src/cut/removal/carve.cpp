@@ -338,13 +338,12 @@ void CarveStep::Prepare() {
   }
 }
 
-CarveStep CarveStep::Widened(float widening) const {
+CarveStep CarveStep::Widened(float slack) const {
   CarveStep wide = *this;
-  wide.slack = widening;
   // No direction; the way still bounds those of other steps.
   for (float& component : wide.back) component = 0;
-  wide.length = widening;
-  for (float* bound : {&wide.rounding, &wide.edge_depth, &wide.flank_slack}) *bound += widening;
+  wide.length = slack;
+  for (float* bound : {&wide.rounding, &wide.edge_depth, &wide.flank_slack}) *bound += slack;
   wide.Prepare();
   return wide;
 }

@@ -191,12 +191,12 @@ bool Cutter::State::FlanksMoved(const Pose& X) const {
   const Vec3 normal = X.Vector({0, 0, 1});
   const double along = std::abs(glm::dot(normal, X.p_AB - X_flanks->p_AB));
   const double tilt = glm::length(glm::cross(normal, X_flanks->Vector({0, 0, 1})));
-  return along + tilt * zone.radius_mm > kFlankTolerance * h;
+  return along + tilt * zone.radius_mm > kBladeTolerance * h;
 }
 
 /// Returns a bound on how far the tool's sides are from where they last cut, apart from the motion of the sweep.
 double Cutter::State::CalcFlankSlack(const Pose& X_a, const Pose& X_b) const {
-  if (!zone.solid) return kFlankTolerance * h;
+  if (!zone.solid) return kBladeTolerance * h;
   return glm::length(X_a.Vector({0, 0, 1}) - X_b.Vector({0, 0, 1})) * (zone.CalcReach() + zone.outside_mm);
 }
 

@@ -26,12 +26,13 @@ enum class CutWith {
 ///
 /// The work is proportional to the newly swept shell: only leaves near the edge where it moves outwards are visited,
 /// and in those only the bricks of eight voxels that the step can change (NearBricks). While a blade moves in its own
-/// plane its flats change nothing. After it has moved along its spindle or tilted by more than kFlankTolerance voxels
+/// plane its flats change nothing. After it has moved along its spindle or tilted by more than kBladeTolerance voxels
 /// at the rim since the last full visit, all of the cutting zone is visited. The result is bit-identical at every
 /// vector width (removal/carve.h).
 class Cutter {
  public:
-  static constexpr double kFlankTolerance = 0.01;  // voxels
+  static constexpr double kFlankTolerance = 0.01;   // voxels
+  static constexpr double kBladeTolerance = 0.002;  // of the flats of a blade, voxels
 
   /// `field` must outlive the cutter.
   /// `old_leaves`: number of leaves of the initial surface that can be cut into before their old values must be

@@ -37,7 +37,7 @@ void NearBricks::Begin(const Sweep& sweep, const Pose& X_from, bool same_zone) {
   step_ = &sweep.step;
   widened_.reset();
   searched_ = 0;
-  keeps_ = same_zone && sweep.zone.outline.empty();
+  keeps_ = same_zone && sweep.zone.outline.empty() && !sweep.zone.solid;
   if (!keeps_) return;
   way_mm_ = sweep.zone.BoundTravel(X_from, sweep.X_to);
   moved_mm_ += way_mm_;

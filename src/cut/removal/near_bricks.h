@@ -14,8 +14,9 @@ namespace kerf {
 
 /// A leaf is divided into bricks of 2 x 4 voxels (CarveStep), of which a step changes few. Those that any step may
 /// change while no point of the edge moves by more than a slack are found once, and kept for a part of that slack. How
-/// far the edge has moved is bounded by the sum of its ways, also if it turns back. In a step that is too long for
-/// this, and for a blade with an outline, nothing is kept.
+/// far the edge has moved is bounded by the sum of its ways, also if it turns back. Nothing is kept in a step that is
+/// too long for this, for a blade with an outline, and for a solid of revolution, whose sides a step's direction
+/// excludes.
 ///
 /// A kept brick that a step would not have found is computed too. Its values can grow by their rounding.
 class NearBricks {

@@ -33,7 +33,6 @@ struct CarveStep {
   float ceiling = 1e9f;  // of a solid of revolution: height up to which it cuts
   float voxel = 0;
   float rounding = 0;       // error bound of the float arithmetic
-  float slack = 0;          // of Widened()
   float grid[3][3] = {{}};  // [i]: step to the next voxel along axis i of the bone's grid
   /// Blade with an outline: the sides of its sweep, counter-clockwise.
   struct Side {
@@ -52,8 +51,9 @@ struct CarveStep {
     for (std::size_t i = 0; i < 3; ++i) middle[i] += kHalfLeaf * (grid[0][i] + grid[1][i] + grid[2][i]);
     return middle;
   }
-  /// Returns a step for FindBricks() only: what it can't change, no step like this one changes, in any direction, as
-  /// long as no point of the zone is then more than `slack` mm from where it is at the end of this step.
+  /// Returns a step of a disc or a ball for FindBricks() only: what it can't change, no step like this one changes, in
+  /// any direction, as long as no point of the zone is then more than `slack` mm from where it is at the end of this
+  /// one.
   CarveStep Widened(float slack) const;
   /// Computes the members below, which are the same for all leaves. A leaf is divided into 64 bricks of 2 x 4 voxels
   /// along y and z.

@@ -32,8 +32,6 @@ class RoundSweep {
         back_z_(Splat(s.back[2])),
         length_(Splat(s.length)),
         ceiling_(Splat(s.ceiling)),
-        lowest_ceiling_(Splat(s.ceiling - s.slack)),
-        highest_ceiling_(Splat(s.ceiling + s.slack)),
         far_(Splat(-2 * s.band)),
         beyond_(Splat(s.band + s.length + s.rounding)),
         deep_(Splat(-s.band)),
@@ -127,10 +125,9 @@ class RoundSweep {
       const M counts = hn::Ge(hn::Add(hn::Max(a[i], d[i]), extent_[i]), least);
       advances = hn::Or(advances, hn::And(forward, counts));
     }
-    M may = hn::And(hn::Le(least, outer_), hn::Le(hn::Sub(z_low, brick_z_), highest_ceiling_));
+    M may = hn::And(hn::Le(least, outer_), hn::Le(hn::Sub(z_low, brick_z_), ceiling_));
     if (new_only_) {
-      const M is_new =
-          hn::Or(hn::And(advances, hn::Ge(at_start, inner_)), hn::Gt(hn::Add(z_high, brick_z_), lowest_ceiling_));
+      const M is_new = hn::Or(hn::And(advances, hn::Ge(at_start, inner_)), hn::Gt(hn::Add(z_high, brick_z_), ceiling_));
       may = hn::And(may, is_new);
     }
     return may;
@@ -273,8 +270,6 @@ class RoundSweep {
   V inner_;
   V reach_;  // length of the step, with twice the error of rounding
   V ceiling_;
-  V lowest_ceiling_;
-  V highest_ceiling_;
   V far_;
   V beyond_;
   V deep_;
