@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kSlackVoxels = 0.25;  // a larger slack finds more bricks, a smaller one more often
 constexpr double kLongestStep = 0.4;   // of the steps for which bricks are kept, in slacks
+constexpr float kTurns = 3;            // rotations of a solid in a step for which bricks are found
 constexpr std::size_t kMaxKept = 4096;
 
 /// Returns the part of the slack, 9/16 to 1, for which a leaf's bricks are kept. It differs between neighbours, so that
@@ -38,6 +39,11 @@ void NearBricks::Begin(const Sweep& sweep, const Pose& X_from, bool same_zone) {
   widened_.reset();
   searched_ = 0;
   keeps_ = same_zone && sweep.zone.outline.empty() && !sweep.zone.solid;
+  if (sweep.zone.solid && sweep.flank_slack_mm > 0) {
+    // A step of a solid that turns leaves out what the same step, made again, would cut beside its start.
+    widened_ = sweep.step;
+    widened_->flank_slack *= kTurns;
+  }
   if (!keeps_) return;
   way_mm_ = sweep.zone.BoundTravel(X_from, sweep.X_to);
   moved_mm_ += way_mm_;
@@ -51,7 +57,7 @@ std::uint64_t NearBricks::Find(const LeafIndex& leaf, const std::array<float, 3>
   const bool is_kept = kept.epoch == epoch_ && kept.leaf == leaf && moved_mm_ <= kept.until_mm;
   if (keeps_ && is_kept && (kept.all_zone || !all_zone)) return kept.bricks;
   ++searched_;
-  if (!keeps_) return FindBricks(*step_, corner_T);
+  if (!keeps_) return FindBricks(widened_ ? *widened_ : *step_, corner_T);
   const double slack_mm = kSlackVoxels * voxel_mm_;
   if (!widened_) widened_ = step_->Widened(static_cast<float>(slack_mm));
   kept = {leaf, epoch_, all_zone, moved_mm_ + CalcShare(from_origin) * (slack_mm - way_mm_),

@@ -53,7 +53,7 @@ class NearBricks {
   bool keeps_ = false;  // in this step
   int searched_ = 0;
   double way_mm_ = 0;                 // bound on the edge's way in this step
-  std::optional<CarveStep> widened_;  // made when first needed in a step
+  std::optional<CarveStep> widened_;  // for the search, if not the step itself
 };
 
 }  // namespace kerf
