@@ -76,7 +76,7 @@ struct Cutter::State {
         whole_voxels(the_whole_voxels),
         precision_bits(the_precision_bits),
         leaves(field, MakeEdgeZone(zone, h, CalcStroke(tool))),
-        bricks(h, field.lowest(), leaves.capacity()),
+        bricks(h, field.lowest(), NearBricks::Keeps(zone) ? leaves.capacity() : 1),
         max_piece_mm(0.25 * leaves.slack_mm()),
         ledger(field, old_leaves),
         metal(field) {

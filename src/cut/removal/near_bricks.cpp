@@ -38,7 +38,7 @@ void NearBricks::Begin(const Sweep& sweep, const Pose& X_from, bool same_zone) {
   step_ = &sweep.step;
   widened_.reset();
   searched_ = 0;
-  keeps_ = same_zone && sweep.zone.outline.empty() && !sweep.zone.solid;
+  keeps_ = same_zone && Keeps(sweep.zone);
   if (sweep.zone.solid && sweep.flank_slack_mm > 0) {
     // A step of a solid that turns leaves out what the same step, made again, would cut beside its start.
     widened_ = sweep.step;

@@ -25,6 +25,9 @@ class NearBricks {
   /// `leaves`: a bound on the number of leaves near the edge. Allocates.
   NearBricks(double voxel_mm, const LeafIndex& origin, std::size_t leaves);
 
+  /// Returns whether bricks are kept for a tool.
+  static bool Keeps(const EdgeZone& zone) { return zone.outline.empty() && !zone.solid; }
+
   /// Discards all that is kept, so that a new cut does not depend on earlier ones. Tick-safe.
   void Forget();
   /// Begins a step from X_from, where the last one since Forget() ended. `sweep` must outlive the calls of Find().
