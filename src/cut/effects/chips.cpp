@@ -105,14 +105,16 @@ void ChipsEffect::FindWhereChipsLeave() {
   if (shape_->edge_form != EdgeForm::kRing) return;
   const auto size = static_cast<int>(shape_->edge.size());
   // Returns true if place i and the next in the list are neighbours on the rim.
+  const auto up_from = [&](std::size_t i) { return i + 1 < count ? i + 1 : 0; };
+  const auto down_from = [&](std::size_t i) { return i > 0 ? i - 1 : count - 1; };
   const auto joined = [&](std::size_t i) {
     const int next = places_[i].point + stride_ < size ? places_[i].point + stride_ : 0;
-    return places_[(i + 1) % count].point == next;
+    return places_[up_from(i)].point == next;
   };
   // Points are in the order of a positive rotation.
   const bool up = rpm_ > 0;
-  const auto after = [&](std::size_t i) { return (up ? i + 1 : i + count - 1) % count; };
-  const auto before = [&](std::size_t i) { return (up ? i + count - 1 : i + 1) % count; };
+  const auto after = [&](std::size_t i) { return up ? up_from(i) : down_from(i); };
+  const auto before = [&](std::size_t i) { return up ? down_from(i) : up_from(i); };
   const auto goes_on = [&](std::size_t i) { return joined(up ? i : after(i)); };
   std::size_t end = 0;
   while (end < count && goes_on(end)) ++end;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
+#include <span>
 
 #include "cut/effects/own_effect.h"
 
@@ -41,7 +43,7 @@ EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) :
     list(kEffectEnd, end_);
   }
   for (const Called& called : solved_) reads_teeth_ = reads_teeth_ || called.effect->reads_teeth();
-  if (reads_teeth_) teeth_.reserve(setup.edge.size());
+  if (reads_teeth_) teeth_.resize(setup.edge.size());
 }
 
 void EffectPlan::Solved(EffectSolved& solved) {
@@ -51,26 +53,26 @@ void EffectPlan::Solved(EffectSolved& solved) {
 
 std::span<ToothLoad> EffectPlan::FindTeeth(const StepProblem& problem, const Edge& edge, const Twist& u) {
   if (!reads_teeth_) return {};
-  teeth_.clear();
-  for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
+  const std::size_t count = problem.cutting.size();
+  for (std::size_t i = 0; i < count; ++i) {
     const CuttingPoint& point = problem.cutting[i];
     const Edge::Contact& contact = edge.contacts()[i];
     const EdgePoint& place = shape_->edge[static_cast<std::size_t>(contact.point)];
-    ToothLoad load;
+    ToothLoad& load = teeth_[i];  // of an earlier step: each member is set
     const double speed = Dot(point.row, u), along_speed = Dot(point.along, u);
     load.e_T = point.FindOutwards(speed, along_speed);
-    load.p_T = edge.Move(place.p_T) + std::hypot(place.p_T.x, place.p_T.y) * (load.e_T - edge.Turn(place.e_T));
+    load.p_T = edge.Move(place.p_T) + glm::length(glm::dvec2(place.p_T)) * (load.e_T - edge.Turn(place.e_T));
     load.teeth = point.teeth;
     load.speed_mm_per_s = std::max(0.0, speed);
     const ToothMean mean = problem.MeanToothForce(point, speed, along_speed);
     load.thrust_N = point.teeth * mean.radial_N;
     load.thrust_on_way_N = point.teeth * problem.MeanThrustOnWay(point, speed, mean);
-    if (problem.law.HasCutting()) load.cutting_N = point.teeth * problem.MeanCuttingForce(point, speed, mean);
+    load.cutting_N = problem.law.HasCutting() ? point.teeth * problem.MeanCuttingForce(point, speed, mean) : 0;
     load.cut = point.cut;
     load.region = contact.region;
-    teeth_.push_back(load);
+    load.tangential_N = 0;
   }
-  return teeth_;
+  return std::span(teeth_).first(count);
 }
 
 const Effect* EffectPlan::Find(std::string_view name) const {

@@ -92,7 +92,7 @@ class EffectPlan {
   std::size_t channel_count_ = 0;
   const ToolShape* shape_;
   bool reads_teeth_ = false;
-  std::vector<ToothLoad> teeth_;
+  std::vector<ToothLoad> teeth_;  // as many as the edge has points; FindTeeth() fills the first ones
 };
 
 /// While it exists, the tick is in the stage kEffects; afterwards it is in `after` again. Does nothing without an

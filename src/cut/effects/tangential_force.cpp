@@ -176,18 +176,18 @@ void TangentialForceEffect::DropEmptySectors() {
 
 void TangentialForceEffect::Add(const Vec3& p_T, const Vec3& e_T, double force_N) {
   if (strokes_) {
-    const double across = std::hypot(e_T.x, e_T.y);
+    const double across = glm::length(glm::dvec2(e_T));
     if (!(force_N > 0) || !(across > 0)) return;
     sectors_[0].force_N += force_N;
     AddTo(sectors_[0].row, force_N, MakeRow(Vec3(-e_T.y, e_T.x, 0) / across, p_T - p_TC_));
     return;
   }
-  const double arm_mm = std::hypot(p_T.x, p_T.y);
+  const double arm_mm = glm::length(glm::dvec2(p_T));
   if (!(force_N > 0) || !(arm_mm > kMinArm)) return;
   Sector& sector = sectors_[FindSector(p_T)];
   sector.force_N += force_N;
   sector.arm_Nmm += force_N * arm_mm;
-  AddTo(sector.row, force_N, MakeRow(Vec3(-p_T.y, p_T.x, 0) / arm_mm, p_T - p_TC_));
+  AddTo(sector.row, force_N / arm_mm, MakeRow(Vec3(-p_T.y, p_T.x, 0), p_T - p_TC_));
 }
 
 double TangentialForceEffect::CalcRequiredTorque() const {

@@ -40,6 +40,27 @@ constexpr double kSilent_N = 1e-6;
 
 using Complex = std::complex<double>;
 
+/// Multiplies two finite numbers.
+Complex Multiply(const Complex& a, const Complex& b) {
+  return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+
+/// Returns z^order; order >= 0. For a z of magnitude 1 it is off by at most about `order` times the rounding error.
+Complex RaiseTo(int order, Complex z) {
+  Complex power = 1;
+  for (; order > 0; order /= 2) {
+    if (order % 2 == 1) power = Multiply(power, z);
+    z = Multiply(z, z);
+  }
+  return power;
+}
+
+/// Returns e^(-i angle) with the angle of a direction about the spindle.
+Complex FindPhase(double x, double y) {
+  const double length = std::sqrt(x * x + y * y);
+  return length > 0 ? Complex(x / length, -y / length) : Complex(1);
+}
+
 }  // namespace
 
 double ToothVibrationEffect::Line::Magnitude() const {
@@ -77,8 +98,14 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
   const double more_mm_per_s = 2e-3 * params_.runout_um * std::sin(std::numbers::pi / teeth_) * problem.passes_per_s;
   for (const ToothLoad& tooth : solved.teeth) {
     if (!(tooth.speed_mm_per_s > 0)) continue;
-    const double alpha = strokes ? std::numbers::pi * CalcAlongEdge(solved.edge.motion(), tooth.p_T) / pitch_mm_
-                                 : std::atan2(tooth.e_T.y, tooth.e_T.x);
+    // The powers of one phase, instead of a sine and a cosine for each line.
+    const Complex phase =
+        strokes ? std::polar(1.0, -std::numbers::pi * CalcAlongEdge(solved.edge.motion(), tooth.p_T) / pitch_mm_)
+                : FindPhase(tooth.e_T.x, sign * tooth.e_T.y);
+    const bool is_even = teeth_ % 2 == 0;
+    const Complex set = RaiseTo(is_even ? teeth_ / 2 : 0, phase);
+    const Complex passing = is_even ? Multiply(set, set) : RaiseTo(teeth_, phase);
+    const std::array<Complex, kLines> phases{phase, set, passing, Multiply(passing, passing)};
     const Vec3 along(-sign * tooth.e_T.y, sign * tooth.e_T.x, 0);
     const Vec3 direction = -tooth.e_T - params_.tangential_share * along;
     const double change_mm_per_s = strokes ? 0 : std::min(more_mm_per_s, tooth.speed_mm_per_s);
@@ -88,10 +115,9 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
         0.5 * tooth.teeth *
         (problem.ToothForceAt(faster_mm_per_s, tooth.cut) - problem.ToothForceAt(slower_mm_per_s, tooth.cut));
     const auto add = [&](int line, double thrust_N, const Vec3& d) {
-      const Complex phase =
-          std::polar(solved.time_s * thrust_N, -sign * lines_[static_cast<std::size_t>(line)].order * alpha);
+      const Complex load = solved.time_s * thrust_N * phases[static_cast<std::size_t>(line)];
       for (int axis = 0; axis < 3; ++axis)
-        sums_[static_cast<std::size_t>(line)][static_cast<std::size_t>(axis)] += phase * d[axis];
+        sums_[static_cast<std::size_t>(line)][static_cast<std::size_t>(axis)] += load * d[axis];
     };
     // The law's own cutting force, or a fixed fraction of the thrust.
     const auto add_load = [&](int line, double factor, double thrust_N, double cutting_N) {
@@ -105,7 +131,8 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
       if (!problem.law.HasCutting()) return 0.0;
       return problem.cutting_share * problem.law.Cutting(speed_mm_per_s / problem.passes_per_s, tooth.cut);
     };
-    add_load(kRunout, 1, turning_N, 0.5 * tooth.teeth * (cutting_at(faster_mm_per_s) - cutting_at(slower_mm_per_s)));
+    if (lines_[kRunout].order > 0)
+      add_load(kRunout, 1, turning_N, 0.5 * tooth.teeth * (cutting_at(faster_mm_per_s) - cutting_at(slower_mm_per_s)));
     if (lines_[kSet].order > 0) add(kSet, params_.set_share * tooth.thrust_N, Vec3(0, 0, 1));
     // The factor of 2 combines both signs of the order in the Fourier series.
     if (lines_[kPassing].order > 0) add_load(kPassing, 2, tooth.thrust_N, tooth.cutting_N);

@@ -7,6 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
 #include <numbers>
 
 #include "cut/effects/effects.h"
@@ -34,25 +37,26 @@ HeatEffect::HeatEffect(const HeatParams& params, const EffectSetup& setup)
 void HeatEffect::Solved(const EffectSolved& solved) {
   const double spindle_rad_per_s = 2 * std::numbers::pi / 60 * std::abs(solved.rpm);
   const double apart_mm = 0.5 * params_.grid.spacing_mm;
+  const glm::dmat3 R_FT = glm::mat3_cast(solved.X_FT.R_AB);
+  const auto to_F = [&](const Vec3& p_T) { return R_FT * p_T + solved.X_FT.p_AB; };
   for (std::size_t i = 0; i < solved.teeth.size(); ++i) {
     const ToothLoad& load = solved.teeth[i];
     const double rim_mm_per_s = solved.stroke != nullptr ? solved.stroke->speed_mm_per_s
-                                                         : spindle_rad_per_s * std::hypot(load.p_T.x, load.p_T.y);
+                                                         : spindle_rad_per_s * glm::length(glm::dvec2(load.p_T));
     const double mW = load.tangential_N * rim_mm_per_s + load.thrust_N * load.speed_mm_per_s;
     const double mJ = params_.share_into_bone * mW * solved.time_s;
     if (!(mJ > 0)) continue;
     Gathered& point = gathered_[static_cast<std::size_t>(solved.edge.contacts()[i].point)];
-    const Vec3 p_F = solved.X_FT.Point(load.p_T);
+    const Vec3 p_F = to_F(load.p_T);
     // The heat of several strokes is put in at its mean place.
-    const Vec3 rest_F = solved.stroke != nullptr
-                            ? solved.X_FT.Point(solved.edge.motion().Move(load.p_T, -solved.edge.slide_mm()))
-                            : p_F;
+    const Vec3 rest_F =
+        solved.stroke != nullptr ? to_F(solved.edge.motion().Move(load.p_T, -solved.edge.slide_mm())) : p_F;
     if (point.mJ > 0 && glm::length(rest_F - point.from_F) > apart_mm) Flush(point);
     if (!(point.mJ > 0)) point.from_F = rest_F;
     point.mJ += mJ;
     point.p_mJ += mJ * p_F;
-    point.e_F = solved.X_FT.Vector(load.e_T);
-    point.n_F = solved.X_FT.Vector({0, 0, 1});
+    point.e_F = R_FT * load.e_T;
+    point.n_F = R_FT[2];
     any_gathered_ = true;
   }
 }
