@@ -17,6 +17,7 @@
 #include "base/files/folder_lock.h"
 #include "cut/removal/carve.h"
 #include "device/drivers/libusb_bus.h"
+#include "experiment/bench/growth.h"
 #include "experiment/bench/tick_cases.h"
 #include "experiment/bench/tick_report.h"
 #include "experiment/bench/undo_bench.h"
@@ -162,6 +163,42 @@ void AddHourCommand(CLI::App& group) {
   command->callback([options] { RunHourCommand(*options); });
 }
 
+struct GrowthCommand {
+  GrowthOptions bench;
+  std::string folder;
+  bool markdown = false;
+};
+
+void RunGrowth(GrowthCommand& command) {
+  std::optional<FolderLock> lock;
+  if (!command.folder.empty()) {
+    lock.emplace(command.folder);
+    for (const char* name : {"/growth.csv", "/growth.png"}) CheckWritable(command.folder + name);
+  }
+  GrowthReport report;
+  {
+    StageBars bars;
+    command.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+    report = MeasureGrowth(PlanGrowth(), command.bench);
+  }
+  if (!command.folder.empty()) WriteGrowth(report, command.folder);
+  fmt::print("{}", command.markdown ? FormatGrowthMarkdown(report) : FormatGrowthTable(report));
+}
+
+void AddGrowthBench(CLI::App& group) {
+  const auto options = std::make_shared<GrowthCommand>();
+  CLI::App* command = group.add_subcommand(
+      "growth",
+      "Measure how the time of a tick and memory grow with the voxel edge, the disc, the bone, the feed, the effects "
+      "and the pieces; with exponents");
+  AddNumber(*command, "--ticks", options->bench, "ticks")->capture_default_str();
+  AddNumber(*command, "--core", options->bench, "core")->capture_default_str();
+  command->add_flag("--realtime", options->bench.realtime, "Use real-time priority (SCHED_FIFO), as the loop does");
+  command->add_option("-o,--output", options->folder, "Folder for growth.csv and growth.png; created if missing");
+  command->add_flag("--markdown", options->markdown, "Print as Markdown: a table of docs/benchmarks.md");
+  command->callback([options] { RunGrowth(*options); });
+}
+
 void AddViewBench(CLI::App& group) {
   const auto options = std::make_shared<BenchCommand<ViewBenchOptions>>();
   CLI::App* command = group.add_subcommand(
@@ -227,6 +264,7 @@ void AddBenchCommand(CLI::App& app) {
   group->require_subcommand(1);
   AddUndoBench(*group);
   AddHourCommand(*group);
+  AddGrowthBench(*group);
   AddViewBench(*group);
   AddDevicesBench(*group);
   const auto options = std::make_shared<TickCommand>();

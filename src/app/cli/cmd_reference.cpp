@@ -19,6 +19,7 @@
 #include "session/run/run_slab.h"
 #include "session/score/measures.h"
 #if KERF_WITH_EXPERIMENTS
+#include "experiment/bench/growth.h"
 #include "experiment/calibration/measurements.h"
 #include "experiment/compare/compare_files.h"
 #include "experiment/device_bench/exchange_bench.h"
@@ -83,6 +84,7 @@ std::string FormatTableColumns() {
   add("kerf stability --sweep", DescribeColumns(SweepColumns()));
   add("kerf effects --csv", DescribeColumns(EffectCostColumns()));
   add("hour.csv", DescribeColumns(HourColumns()));
+  add("growth.csv", DescribeColumns(GrowthColumns()));
   add("kerf bench devices --json", DescribeColumns(ExchangeColumns(), "key"));
 #endif
   return text;

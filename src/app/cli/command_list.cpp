@@ -70,6 +70,7 @@ constexpr Example kExamples[] = {
     {"bench tick", "kerf bench tick --case disc-0.1"},
     {"bench undo", "kerf bench undo"},
     {"bench hour", "kerf bench hour scenes/one_hour.toml -o out/hour"},
+    {"bench growth", "kerf bench growth -o out/growth"},
     {"bench view", "kerf bench view"},
     {"bench devices", "kerf bench devices"},
     {"devices", "kerf devices"},

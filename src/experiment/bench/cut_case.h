@@ -11,6 +11,7 @@
 #include "experiment/bench/measure.h"
 #include "kerf/bone.h"
 #include "kerf/coupled.h"
+#include "kerf/effects.h"
 
 namespace kerf {
 
@@ -56,6 +57,7 @@ struct CutCase {
                              // from the tool's centre halfway through the measured ticks
   double dense_edge_mm = 0;  // edge of that cube; if 0, no cube is compared
   int spare_leaves = 4096;
+  std::optional<EffectChoices> effects;  // none: those of CoupledParams
 };
 
 /// A figure with a limit.

@@ -60,6 +60,35 @@ CutCase MakeDiscCut(double voxel_mm) {
   return cut;
 }
 
+EffectChoices ListEffectsOf(const CutCase& cut) {
+  EffectChoices effects;
+  for (const EffectInfo* info : Effects()) {
+    EffectChoice choice(info->name);
+    const auto set = [&](const char* key, const EffectValue& value) {
+      choice.values()[info->FindParameter(key)] = value;
+    };
+    if (choice.name() == std::string("guide")) {
+      set("point_mm", cut.X_WB.p_AB);
+      set("normal", cut.X_WB.Vector({0, 1, 0}));
+      set("depth_direction", cut.X_WB.Vector({0, 0, -1}));
+    }
+    if (choice.name() == std::string("spindle")) set("stall_torque_Nmm", 1e5);
+    effects.push_back(std::move(choice));
+  }
+  return effects;
+}
+
+CutCase MakeEffectsCut() {
+  CutCase cut = MakeDiscCut(0.1);
+  cut.name = "disc-0.1-effects";
+  cut.title = "the first cut with all effects";
+  cut.effects = ListEffectsOf(cut);
+  cut.flat_top = false;  // the pull of the teeth moves the tool a little
+  cut.baseline = BenchBaseline::kNone;
+  cut.dense_edge_mm = 0;
+  return cut;
+}
+
 CutCase MakeHandCut() {
   CutCase cut = MakeDiscCut(0.1);
   cut.name = "disc-0.1-hand";

@@ -8,6 +8,11 @@ namespace kerf {
 /// Returns a cut with the paper's saw 8 mm deep in a block that is rotated relative to the grid, so that disc, feed and
 /// faces are all oblique to the voxels.
 CutCase MakeDiscCut(double voxel_mm);
+/// Returns all effects in the order of their calls, in which each follows those that it needs. The guide lies in the
+/// plane of the cut, and the spindle is so strong that it keeps its speed: the cut stays the same.
+EffectChoices ListEffectsOf(const CutCase& cut);
+/// Returns the cut of MakeDiscCut(0.1) with all effects.
+CutCase MakeEffectsCut();
 /// Returns the same cut with 0.1 mm voxels, the coupling of a device and a trembling hand, which makes the flats touch
 /// the walls of the kerf.
 CutCase MakeHandCut();

@@ -109,6 +109,7 @@ class Pass {
  private:
   static CoupledParams MakeParams(const CutCase& cut, bool without_effects) {
     CoupledParams params;
+    if (cut.effects) params.effects = *cut.effects;
     if (without_effects) params.effects.clear();
     params.tool = cut.tool;
     params.coupling = cut.by_hand ? MakeDeviceCoupling() : MakeStiffCoupling();
@@ -312,6 +313,7 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
   result.title = cut.title;
   show("bone", 0);
   const Bone fresh = cut.make_bone();
+  result.figures.push_back({"memory of the bone", "MB", 1e-6 * static_cast<double>(fresh.CalcMemoryBytes())});
   const PinnedToCore pinned(options.core, options.realtime);
 
   TickTimer timer;

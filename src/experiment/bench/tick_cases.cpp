@@ -58,6 +58,7 @@ Entry BallCut(double voxel_mm, double feed_mm_per_s, bool whole, double p50_us, 
 const std::vector<Entry>& Entries() {
   static const std::vector<Entry> entries = {
       Cut(MakeDiscCut(0.1), 50, 100, 100),
+      Cut(MakeEffectsCut(), 0, 0, 0),
       Cut(MakeHandCut(), 50, 100, 0),
       Cut(MakeBuriedCut(), 0, 0, 0),
       Cut(MakeDiscCut(0.2), 0, 60, 0),
@@ -101,6 +102,15 @@ void CompareMandibles(std::vector<BenchResult>& results) {
   const double ratio = whole->times.p50_us / block->times.p50_us;
   whole->targets.push_back(
       AtMost("ratio of p50 to the p50 of the block, or its inverse", 1.2, "", std::max(ratio, 1 / ratio)));
+}
+
+/// If the disc ran with and without all effects, adds the limit of what they cost.
+void CompareEffects(std::vector<BenchResult>& results) {
+  const BenchResult* without = Find(results, "disc-0.1");
+  BenchResult* with = Find(results, "disc-0.1-effects");
+  if (!without || !with) return;
+  with->targets.push_back(
+      AtMost("ratio of p50 to the p50 without effects", 1.3, "", with->times.p50_us / without->times.p50_us));
 }
 
 /// If several of the ball cases ran, adds the requirement that the removed volume does not depend on the voxel size.
@@ -147,6 +157,7 @@ std::vector<BenchResult> RunTickCases(const std::vector<std::string>& names, con
     results.push_back(entry.run(options));
   }
   CompareMandibles(results);
+  CompareEffects(results);
   CompareGrids(results);
   return results;
 }

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "experiment/bench/slope.h"
 #include "experiment/study/records.h"
-#include "experiment/study/slope.h"
 
 namespace kerf {
 

@@ -64,7 +64,7 @@ INSTANTIATE_TEST_SUITE_P(Commands, HeldFolder,
                                          "compare s.toml -o out --repeat 1", "stability s.toml -o out",
                                          "assess s.toml --after first/bone.vdb -o out --no-pictures",
                                          "slab first/bone.vdb --plane 0,0,0,1,0,0 --thickness 0.5 --no-picture -o out",
-                                         "bench hour s.toml --minutes 1 -o out",
+                                         "bench hour s.toml --minutes 1 -o out", "bench growth -o out",
                                          "study " KERF_SOURCE_DIR "/scenes/study_quick.toml -o out"));
 
 TEST_F(Litter, RunThatFailsLeavesNoEmptyFolder) {
@@ -79,7 +79,7 @@ TEST_F(Litter, RunThatFailsLeavesNoEmptyFolder) {
         "compare no_bone.toml --repeat 1", "run no_bone.toml --uncertain --samples 2", "stability damaged.toml",
         "assess no_bone.toml --after damaged.vdb", "slab damaged.vdb --plane 0,0,0,1,0,0 --thickness 0.5",
         "replay missing.kerf", "rehearse missing.vdb", "practise --exercise none", "study damaged.toml",
-        "bench hour no_bone.toml --minutes 1"}) {
+        "bench hour no_bone.toml --minutes 1", "bench growth --core 4095"}) {
     const ProgramResult result = Kerf(std::string(command) + " -o new/out");
     EXPECT_NE(result.code, 0) << command;
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << command << ": " << result.err;

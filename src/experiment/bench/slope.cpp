@@ -1,4 +1,4 @@
-#include "experiment/study/slope.h"
+#include "experiment/bench/slope.h"
 
 #include <algorithm>
 #include <cmath>
