@@ -44,9 +44,8 @@ PlotSeries MakeLimit(const PlotSeries& curve, double exponent) {
   return line;
 }
 
-std::string ShowExponent(const GrowthSeries& series, const GrowthExponent& exponent) {
-  if (!series.is_power) return "-";
-  return fmt::format("{:.2f} ({:g}){}", exponent.measured, exponent.limit, exponent.within() ? "" : " **beyond**");
+std::string ShowExponent(const GrowthExponent& exponent) {
+  return fmt::format("{:.2f} ({:g})", exponent.measured, exponent.limit);
 }
 
 Image RenderSeries(const GrowthSeries& series) {
@@ -67,9 +66,9 @@ Image RenderSeries(const GrowthSeries& series) {
   bone.label = "bone (right)";
   simulation.label = "simulation (right)";
   if (series.is_power) {
-    spec.title = fmt::format("tick {}, bone {}", ShowExponent(series, series.tick), ShowExponent(series, series.bone));
-    spec.caption = fmt::format("simulation {}: exponents, in brackets their limits (dashed)",
-                               ShowExponent(series, series.simulation));
+    spec.title = fmt::format("tick {}, bone {}", ShowExponent(series.tick), ShowExponent(series.bone));
+    spec.caption = fmt::format("simulation {}; exponents, in brackets their limits (dashed: of tick and bone)",
+                               ShowExponent(series.simulation));
     spec.series = {MakeLimit(tick, series.tick.limit), MakeLimit(bone, series.bone.limit)};
   } else {
     spec.title = "with the first effects of the tick";
@@ -86,10 +85,13 @@ TextTable MakeTable(const GrowthReport& report) {
     const auto range = [&](double GrowthPoint::*figure) {
       return fmt::format("{} to {}", ShowThree(s.points.front().*figure), ShowThree(s.points.back().*figure));
     };
-    table.Add({s.quantity, range(&GrowthPoint::value), range(&GrowthPoint::tick_p50_us), ShowExponent(s, s.tick),
-               range(&GrowthPoint::bone_MB), ShowExponent(s, s.bone), range(&GrowthPoint::simulation_MB),
-               ShowExponent(s, s.simulation), range(&GrowthPoint::computed_voxels), range(&GrowthPoint::samples),
-               s.why});
+    const auto exponent = [&](const GrowthExponent& e) {
+      if (!s.is_power) return std::string("-");
+      return ShowExponent(e) + (e.within() ? "" : " **beyond**");
+    };
+    table.Add({s.quantity, range(&GrowthPoint::value), range(&GrowthPoint::tick_p50_us), exponent(s.tick),
+               range(&GrowthPoint::bone_MB), exponent(s.bone), range(&GrowthPoint::simulation_MB),
+               exponent(s.simulation), range(&GrowthPoint::computed_voxels), range(&GrowthPoint::samples), s.why});
   }
   return table;
 }
