@@ -9,6 +9,7 @@
 #include <thread>
 #include <utility>
 
+#include "bone/mesh/near_points.h"
 #include "bone/mesh/quadric.h"
 #include "kerf/error.h"
 
@@ -37,55 +38,31 @@ constexpr double kFractionWhereRough = 0.3;
 constexpr double kRoughErrors = 2;
 constexpr double kMaxRoughSine = 0.31;
 // Below this cosine a point does not count as near: the triangle is folded over or belongs to another wall.
-constexpr double kMinCosineToFull = 0.2;
+constexpr float kMinCosineToFull = 0.2F;
 
-/// A new triangle, prepared for fast distance queries from many points.
+/// A new triangle, all of whose corners but the place of the collapse stay.
 struct Target {
   std::array<Id, 3> corners{};
   Id id = 0;
-  std::array<Vec3, 3> points{};
-  Vec3 normal{0};
-  double area_mm2 = 0;
-  bool has_points = false;       // some points of the full surface are nearest to it
-  std::array<Vec3, 3> inward{};  // in the triangle's plane, perpendicular to the edge that begins at each corner
+  bool has_points = false;  // some points of the full surface are nearest to it
 };
 
-double CalcDistance2ToEdge(const Vec3& p, const Vec3& a, const Vec3& b) {
-  const Vec3 ab = b - a;
-  const double along = std::clamp(glm::dot(p - a, ab) / std::max(glm::dot(ab, ab), 1e-300), 0.0, 1.0);
-  const Vec3 off = p - (a + along * ab);
-  return glm::dot(off, off);
-}
-
-/// Computes the normal and the values that follow from it; `points` must be set.
-void Shape(Target& t) {
-  t.normal = glm::cross(t.points[1] - t.points[0], t.points[2] - t.points[0]);
-  const double length = glm::length(t.normal);
-  t.area_mm2 = 0.5 * length;
-  if (length > 0) t.normal /= length;
-  for (std::size_t k = 0; k < 3; ++k) t.inward[k] = glm::cross(t.normal, t.points[(k + 1) % 3] - t.points[k]);
-}
-
-Target MakeTarget(const Vec3& a, const Vec3& b, const Vec3& c) {
-  Target t;
-  t.points = {a, b, c};
-  Shape(t);
-  return t;
-}
-
-/// Returns the squared distance of a point from a triangle, or `limit2` if that is smaller.
-double CalcDistance2(const Vec3& p, const Target& t, double limit2) {
-  const double off = glm::dot(p - t.points[0], t.normal);
-  double best2 = off * off;
-  if (best2 >= limit2) return limit2;
+/// Returns whether a point is nearer to a triangle than the given distance.
+bool IsNear(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, double distance2) {
+  const Vec3 sides[3] = {b - a, c - b, a - c};
+  const Vec3 from[3] = {p - a, p - b, p - c};
+  const Vec3 normal = glm::cross(sides[0], sides[1]);
+  const double off = glm::dot(from[0], normal);
+  if (off * off >= distance2 * glm::dot(normal, normal)) return false;
   bool inside = true;
-  double nearest2 = limit2;
   for (std::size_t k = 0; k < 3; ++k) {
-    if (glm::dot(p - t.points[k], t.inward[k]) >= 0) continue;
+    if (glm::dot(glm::cross(normal, sides[k]), from[k]) >= 0) continue;
     inside = false;
-    nearest2 = std::min(nearest2, CalcDistance2ToEdge(p, t.points[k], t.points[(k + 1) % 3]));
+    const double along = std::clamp(glm::dot(from[k], sides[k]) / glm::dot(sides[k], sides[k]), 0.0, 1.0);
+    const Vec3 rest = from[k] - along * sides[k];
+    if (glm::dot(rest, rest) < distance2) return true;
   }
-  return inside ? best2 : nearest2;
+  return inside;
 }
 
 /// The surface during the reduction. Corners of triangles are in lists around their points. Points of the full surface
@@ -209,8 +186,8 @@ class Worker {
  public:
   Worker(Surface& surface, double error_mm)
       : s_(surface),
-        error2_(std::pow(kFractionWhereFlat * error_mm, 2)),
-        rough_error2_(std::pow(kFractionWhereRough * error_mm, 2)) {}
+        error2_(static_cast<float>(std::pow(kFractionWhereFlat * error_mm, 2))),
+        rough_error2_(static_cast<float>(std::pow(kFractionWhereRough * error_mm, 2))) {}
 
   /// Collapses each point of the list into a neighbour if this costs at most `cost_mm`. Returns the number of
   /// collapses.
@@ -281,6 +258,7 @@ class Worker {
     for (const Id p : near_a_) shared += std::find(near_b_.begin(), near_b_.end(), p) != near_b_.end() ? 1 : 0;
     std::size_t opposite = 0;
     targets_.clear();
+    shapes_.clear();
     for (const Id t : at_a_) {
       const bool dies = Has(s_.triangles[t], c.b);
       opposite += dies ? 1 : 0;
@@ -319,98 +297,111 @@ class Worker {
       p[k] = here ? c.place : s_.points[target.corners[k]];
       if (here) target.corners[k] = c.b;
     }
-    target.points = {p[0], p[1], p[2]};
     if (!KeepsTriangleShape(s_.Normal(s_.triangles[t]), p, kMinCosine, kWorstShape)) return false;
-    Shape(target);
+    const auto here =
+        static_cast<std::size_t>(std::find(target.corners.begin(), target.corners.end(), c.b) - target.corners.begin());
+    shapes_.emplace_back(Vec3f(p[(here + 1) % 3] - c.place), Vec3f(p[(here + 2) % 3] - c.place));
     targets_.push_back(target);
     return true;
   }
 
   /// Returns whether each point of the full surface that was near the old triangles is within the error of a new one,
   /// and whether the new place is within the error of the plane of the closest such point. Records the nearest new
-  /// triangles in `assigned_`.
+  /// triangles in `nearest_`.
   bool KeepsNear(const Choice& c) {
-    assigned_.clear();
-    bool rough = false;
-    double farthest2 = 0;
-    double closest2 = 0;
-    Id closest = kNone;
-    const auto find_near = [&](Id t) {
-      for (Id p = s_.first_near[t]; p != kNone; p = s_.next_near[p]) {
-        double best2 = error2_;
-        Target* best = nullptr;
-        for (Target& target : targets_) {
-          const double d2 = CalcDistance2(s_.full[p], target, best2);
-          if (d2 >= best2) continue;
-          const double cosine = glm::dot(s_.full_normals[p], target.normal);
-          if (cosine < kMinCosineToFull) continue;
-          best2 = d2;
-          best = &target;
-          rough = rough || cosine < s_.rough_cosine;
-        }
-        if (best == nullptr) return false;
-        best->has_points = true;
-        farthest2 = std::max(farthest2, best2);
-        assigned_.push_back({p, best->id});
-        const Vec3 off = s_.full[p] - c.place;
-        const double d2 = glm::dot(off, off);
-        if (closest == kNone || d2 < closest2) closest = p, closest2 = d2;
-      }
-      return true;
+    last_near_ = kNone;
+    near_ids_.clear();
+    const auto add_near = [&](Id t) {
+      for (Id p = s_.first_near[t]; p != kNone; p = s_.next_near[p]) near_ids_.push_back(p);
     };
-    for (const Id t : at_a_) {
-      if (!find_near(t)) return false;
-    }
+    for (const Id t : at_a_) add_near(t);
     for (const Id t : at_b_) {
-      if (!Has(s_.triangles[t], other_) && !find_near(t)) return false;
+      if (!Has(s_.triangles[t], other_)) add_near(t);
     }
-    if (closest == kNone) return true;
-    const double off = glm::dot(c.place - s_.full[closest], s_.full_normals[closest]);
+    if (near_ids_.empty()) return true;
+    near_.Resize(near_ids_.size());
+    for (std::size_t i = 0; i < near_ids_.size(); ++i) {
+      near_.Set(i, Vec3f(s_.full[near_ids_[i]] - c.place), Vec3f(s_.full_normals[near_ids_[i]]));
+    }
+    near_.FindNearest(shapes_, error2_, kMinCosineToFull);
+    nearest_.resize(near_.size());
+    float farthest2 = 0;
+    float least_cosine = 1;
+    float closest2 = NearPoints::kFar;
+    std::size_t closest = 0;
+    for (std::size_t i = 0; i < near_.size(); ++i) {
+      NearPoints::Nearest nearest = near_.nearest(i);
+      if (nearest.distance2 >= error2_ && !FindNearSide(i, nearest)) return false;
+      nearest_[i] = static_cast<std::size_t>(nearest.triangle);
+      targets_[nearest_[i]].has_points = true;
+      farthest2 = std::max(farthest2, nearest.distance2);
+      least_cosine = std::min(least_cosine, nearest.least_cosine);
+      const float d2 = glm::dot(near_.point(i), near_.point(i));
+      if (d2 < closest2) closest = i, closest2 = d2;
+    }
+    const float off = glm::dot(near_.point(closest), near_.normal(closest));
     farthest2 = std::max(farthest2, off * off);
-    for (const Target& target : targets_) {
-      rough = rough || glm::dot(target.normal, s_.full_normals[closest]) < s_.rough_cosine;
+    for (const PlaceTriangle& t : shapes_) {
+      least_cosine = std::min(least_cosine, glm::dot(t.normal, near_.normal(closest)));
     }
+    const bool rough = static_cast<double>(least_cosine) < s_.rough_cosine;
     if (farthest2 > (rough ? rough_error2_ : error2_)) return false;
     // Where the surface is flat and there are points everywhere, the new triangles are near the full surface if the
     // full surface is near them.
-    return std::all_of(targets_.begin(), targets_.end(), [&](const Target& target) {
-      return (!rough && (target.has_points || target.area_mm2 < 4 * s_.mean_area_mm2)) || IsNearFull(target);
-    });
+    for (std::size_t k = 0; k < targets_.size(); ++k) {
+      if (!rough && (targets_[k].has_points || static_cast<double>(shapes_[k].CalcArea_mm2()) < 4 * s_.mean_area_mm2))
+        continue;
+      if (!IsNearFull(shapes_[k], c.place)) return false;
+    }
+    return true;
   }
 
-  bool IsNearFull(const Target& target) {
-    const Vec3 u = target.points[1] - target.points[0];
-    const Vec3 v = target.points[2] - target.points[0];
-    const double longest = std::sqrt(std::max({glm::dot(u, u), glm::dot(v, v), glm::dot(u - v, u - v)}));
+  /// Finds the nearest of the new triangles for a point that lies beyond their sides.
+  bool FindNearSide(std::size_t i, NearPoints::Nearest& nearest) const {
+    const Vec3f p = near_.point(i);
+    nearest.distance2 = error2_;
+    for (std::size_t k = 0; k < shapes_.size(); ++k) {
+      const PlaceTriangle& t = shapes_[k];
+      const float off = glm::dot(p, t.normal);
+      if (off * off >= nearest.distance2) continue;
+      const float cosine = glm::dot(near_.normal(i), t.normal);
+      if (cosine < kMinCosineToFull) continue;
+      const float d2 = t.CalcDistance2BeyondSides(p);
+      if (d2 >= nearest.distance2) continue;
+      nearest = {d2, static_cast<int>(k), std::min(nearest.least_cosine, cosine)};
+    }
+    return nearest.distance2 < error2_;
+  }
+
+  bool IsNearFull(const PlaceTriangle& t, const Vec3& place) {
+    const Vec3f& u = t.from;
+    const Vec3f& v = t.to;
+    const float longest = std::sqrt(std::max({glm::dot(u, u), glm::dot(v, v), glm::dot(u - v, u - v)}));
     const int n = std::clamp(static_cast<int>(longest / (3 * std::sqrt(rough_error2_))) + 1, 2, 16);
+    const float step = 1 / static_cast<float>(n);
     for (int i = 0; i <= n; ++i) {
       for (int j = 0; j <= n - i; ++j) {
-        if (!IsNearFull(target.points[0] + u * (1.0 * i / n) + v * (1.0 * j / n))) return false;
+        if (!IsNearFull(u * (step * static_cast<float>(i)) + v * (step * static_cast<float>(j)), place)) return false;
       }
     }
     return true;
   }
 
-  /// Returns whether `x` is near the full surface, tested on the triangles around its three closest points in
-  /// `assigned_`.
-  bool IsNearFull(const Vec3& x) {
-    std::array<std::pair<double, Id>, 3> closest;
-    closest.fill({1e300, kNone});
-    for (const auto& [p, t] : assigned_) {
-      const Vec3 off = s_.full[p] - x;
-      const double d2 = glm::dot(off, off);
-      if (d2 >= closest[2].first) continue;
-      closest[2] = {d2, p};
-      if (closest[2] < closest[1]) std::swap(closest[1], closest[2]);
-      if (closest[1] < closest[0]) std::swap(closest[0], closest[1]);
-    }
-    for (const auto& [d2, p] : closest) {
-      if (p == kNone) break;
-      if (d2 < rough_error2_) return true;
+  /// Returns whether a location near the place is near the full surface, tested on the triangle that was near the last
+  /// location and on those around the three closest points.
+  bool IsNearFull(const Vec3f& x, const Vec3& place) {
+    const Vec3 x_W = place + Vec3(x);
+    const auto is_near = [&](Id t) {
+      const auto& [p, q, r] = s_.full_triangles[t];
+      return IsNear(x_W, s_.full[p], s_.full[q], s_.full[r], static_cast<double>(rough_error2_));
+    };
+    if (last_near_ != kNone && is_near(last_near_)) return true;
+    for (const std::size_t i : near_.FindClosest(x)) {
       bool near = false;
-      s_.ForEachFullTriangleAt(p, [&](Id t) {
-        const auto& [i, j, k] = s_.full_triangles[t];
-        near = near || CalcDistance2(x, MakeTarget(s_.full[i], s_.full[j], s_.full[k]), rough_error2_) < rough_error2_;
+      s_.ForEachFullTriangleAt(near_ids_[i], [&](Id t) {
+        if (near || !is_near(t)) return;
+        near = true;
+        last_near_ = t;
       });
       if (near) return true;
     }
@@ -436,9 +427,10 @@ class Worker {
       s_.next_corner[3 * target.id + k] = s_.first_corner[b];
       s_.first_corner[b] = 3 * target.id + k;
     }
-    for (const auto& [p, t] : assigned_) {
-      s_.next_near[p] = s_.first_near[t];
-      s_.first_near[t] = p;
+    for (std::size_t i = 0; i < near_ids_.size(); ++i) {
+      Id& first = s_.first_near[targets_[nearest_[i]].id];
+      s_.next_near[near_ids_[i]] = first;
+      first = near_ids_[i];
     }
     s_.first_corner[a] = kNone;
     s_.points[b] = c.place;
@@ -451,15 +443,19 @@ class Worker {
   }
 
   Surface& s_;
-  double error2_;
-  double rough_error2_;
+  float error2_;
+  float rough_error2_;
   std::uint8_t sweep_ = 0;
   bool cost_is_last_ = false;
   Id other_ = kNone;
   std::vector<Id> near_a_, near_b_, at_a_, at_b_;
   std::vector<Choice> choices_;
   std::vector<Target> targets_;
-  std::vector<std::pair<Id, Id>> assigned_;  // point of the full surface, its new triangle
+  std::vector<PlaceTriangle> shapes_;  // of targets_
+  std::vector<Id> near_ids_;           // points of the full surface near the targets
+  NearPoints near_;                    // the same
+  std::vector<std::size_t> nearest_;   // the target of each
+  Id last_near_ = kNone;               // triangle of the full surface
 };
 
 /// Freezes rims, edges of more than two triangles, and borders between labels.
