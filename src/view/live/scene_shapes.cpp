@@ -37,16 +37,8 @@ std::array<Vec3, 2> Across(const Vec3& normal) {
 vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& colour, double opacity, Finish finish,
                                         const std::vector<Rgb8>* point_colours) {
   const vtkNew<vtkPolyDataMapper> mapper;
-  const auto data = MakePolyData(mesh);
   const bool by_point = point_colours != nullptr && point_colours->size() == mesh.points.size();
-  if (by_point) {
-    SetPointColours(*data, *point_colours);
-  }
-  if (finish == Finish::kFlat) {
-    mapper->SetInputData(data);
-  } else {
-    SetCreasedInput(*mapper, *data);
-  }
+  mapper->SetInputData(MakeCreasedPolyData(mesh, by_point ? *point_colours : std::vector<Rgb8>{}));
   mapper->SetScalarVisibility(by_point ? 1 : 0);
   auto actor = vtkSmartPointer<vtkActor>::New();
   actor->SetMapper(mapper);

@@ -27,7 +27,6 @@
 #include "view/picture/layout.h"
 #include "view/picture/offscreen.h"
 #include "view/picture/overlay.h"
-#include "view/picture/vtk_mesh.h"
 #include "view/picture/vtk_scene.h"
 
 namespace kerf {
@@ -39,17 +38,13 @@ constexpr Rgb8 kDark{38, 41, 47};
 constexpr std::array kLights = {0.70, 0.40, 0.25, 0.10};
 
 vtkSmartPointer<vtkActor> MakeActor(const Shape& shape) {
-  const auto data = MakePolyData(shape.mesh_W);
   const bool by_point = !shape.point_colours.empty();
-  if (by_point) {
-    if (shape.point_colours.size() != shape.mesh_W.points.size()) {
-      throw Error(fmt::format("a shape to draw has {} colours for {} points", shape.point_colours.size(),
-                              shape.mesh_W.points.size()));
-    }
-    SetPointColours(*data, shape.point_colours);
+  if (by_point && shape.point_colours.size() != shape.mesh_W.points.size()) {
+    throw Error(fmt::format("a shape to draw has {} colours for {} points", shape.point_colours.size(),
+                            shape.mesh_W.points.size()));
   }
   const vtkNew<vtkPolyDataMapper> mapper;
-  SetCreasedInput(*mapper, *data);
+  mapper->SetInputData(MakeCreasedPolyData(shape.mesh_W, shape.point_colours));
   mapper->SetScalarVisibility(by_point ? 1 : 0);
   auto actor = vtkSmartPointer<vtkActor>::New();
   actor->SetMapper(mapper);

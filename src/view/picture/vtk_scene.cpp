@@ -1,16 +1,18 @@
 #include "view/picture/vtk_scene.h"
 
 #include <vtkAnnotatedCubeActor.h>
+#include <vtkFloatArray.h>
 #include <vtkLight.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
-#include <vtkPolyDataMapper.h>
-#include <vtkPolyDataNormals.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 #include <vtkUnsignedCharArray.h>
+
+#include "bone/mesh/creases.h"
+#include "view/picture/vtk_mesh.h"
 
 namespace kerf {
 
@@ -29,13 +31,22 @@ void SetPointColours(vtkPolyData& data, const std::vector<Rgb8>& colours) {
   data.GetPointData()->SetScalars(values);
 }
 
-void SetCreasedInput(vtkPolyDataMapper& mapper, vtkPolyData& data) {
-  const vtkNew<vtkPolyDataNormals> normals;
-  normals->SetInputData(&data);
-  normals->SetFeatureAngle(40);
-  normals->SplittingOn();
-  normals->ConsistencyOff();
-  mapper.SetInputConnection(normals->GetOutputPort());
+vtkSmartPointer<vtkPolyData> MakeCreasedPolyData(const TriangleMesh& mesh, std::span<const Rgb8> colours) {
+  const CreasedMesh creased = SplitAtCreases(mesh);
+  auto data = MakePolyData(creased.mesh);
+  const vtkNew<vtkFloatArray> normals;
+  normals->SetNumberOfComponents(3);
+  normals->SetNumberOfTuples(static_cast<vtkIdType>(creased.normals.size()));
+  for (std::size_t i = 0; i < creased.normals.size(); ++i) {
+    normals->SetTypedTuple(static_cast<vtkIdType>(i), &creased.normals[i].x);
+  }
+  data->GetPointData()->SetNormals(normals);
+  if (!colours.empty()) {
+    std::vector<Rgb8> of_points(colours.begin(), colours.end());
+    for (const std::uint32_t p : creased.repeated) of_points.push_back(colours[p]);
+    SetPointColours(*data, of_points);
+  }
+  return data;
 }
 
 void AddCameraLights(vtkRenderer& renderer, const std::array<double, 4>& intensities) {

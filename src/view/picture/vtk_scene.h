@@ -2,13 +2,14 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
+#include "kerf/geometry.h"
 #include "view/picture/colours.h"
 
 class vtkAnnotatedCubeActor;
 class vtkPolyData;
-class vtkPolyDataMapper;
 class vtkProperty;
 class vtkRenderer;
 template <class T>
@@ -19,8 +20,9 @@ namespace kerf {
 void SetColour(vtkProperty& property, const Rgb8& colour);
 /// `colours`: one for each point.
 void SetPointColours(vtkPolyData& data, const std::vector<Rgb8>& colours);
-/// Draws `data` with smooth normals on smooth surfaces and creases where the bone was cut.
-void SetCreasedInput(vtkPolyDataMapper& mapper, vtkPolyData& data);
+/// Converts a mesh and the colours of its points (may be empty), with normals that are smooth on smooth surfaces and
+/// creased where the bone was cut. Points at creases are repeated at the end.
+vtkSmartPointer<vtkPolyData> MakeCreasedPolyData(const TriangleMesh& mesh, std::span<const Rgb8> colours);
 
 /// Adds a key light from the upper left, two fill lights from the right and from the front, and a rim light from below,
 /// fixed to the camera, so that all views are lit equally. shaders/bone.frag has the same lights.
