@@ -22,11 +22,12 @@ inline constexpr double kSmallestPiece_mm3 = 1e-3;
 /// Separate pieces of a bone, largest first. Two voxels are connected if both are inside and share a face, so a kerf at
 /// least one voxel wide separates them. Their sum is the bone within the bounds of docs/physics.md. Pieces whose
 /// voxels have a total volume of less than `min_mm3`, and those whose surface encloses less than kSmallestPiece_mm3,
-/// are counted as dust and not returned.
+/// are counted as dust.
 struct Pieces {
   std::vector<Bone> pieces;
   std::size_t dust_count = 0;
   double dust_mm3 = 0;
+  Bone dust;  // all of it; empty() if there is none
 };
 Pieces SplitPieces(const Bone& bone, double min_mm3 = 0);
 

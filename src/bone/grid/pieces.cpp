@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "bone/grid/labels.h"
 #include "bone/grid/parts_reader.h"
@@ -46,18 +47,11 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
   std::sort(order.begin(), order.end(),
             [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; });
 
-  Pieces result;
-  for (const auto& [count, root] : order) {
-    const double mm3 = static_cast<double>(count) * voxel_mm3;
-    if (mm3 < min_mm3) {
-      ++result.dust_count;
-      result.dust_mm3 += mm3;
-      continue;
-    }
-    // The leaves and tiles that contain this piece, and the adjacent leaves for the outer side of the band. Voxels of
-    // other pieces become outside.
-    const auto is_ours = [&, r = root](const LabelledBlock& block, std::uint16_t part) {
-      return sets.Find(block.first_node + part) == r;
+  // Copies the pieces with these roots: the leaves and tiles that contain them, and the adjacent leaves for the outer
+  // side of the band. Voxels of other pieces become outside.
+  const auto copy = [&](const std::unordered_set<std::size_t>& roots) {
+    const auto is_ours = [&](const LabelledBlock& block, std::uint16_t part) {
+      return roots.contains(sets.Find(block.first_node + part));
     };
     std::vector<char> keep(blocks.size(), 0);
     for (std::size_t n = 0; n < blocks.size(); ++n) {
@@ -84,23 +78,40 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
         continue;
       }
       auto leaf = std::make_unique<FloatLeaf>(*block.leaf);
+      std::vector<char> is_other(block.part_count);
+      for (std::uint16_t part = 0; part < block.part_count; ++part) is_other[part] = is_ours(block, part) ? 0 : 1;
       for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
         const std::uint16_t part = block.part[i];
-        if (part != kNoPart && !is_ours(block, part)) leaf->setValueOff(i, band);
+        if (part != kNoPart && is_other[part] != 0) leaf->setValueOff(i, band);
       }
       tree.addLeaf(leaf.release());
     }
     CopyParts(grids, GridsOf(piece));
     openvdb::tools::pruneLevelSet(tree, band, -band);
+    return piece;
+  };
+
+  Pieces result;
+  std::unordered_set<std::size_t> dust;
+  for (const auto& [count, root] : order) {
+    const double mm3 = static_cast<double>(count) * voxel_mm3;
+    if (mm3 < min_mm3) {
+      dust.insert(root);
+      result.dust_mm3 += mm3;
+      continue;
+    }
+    Bone piece = copy({root});
     if (mm3 < kMaybeCrumb_mm3) {
       if (const double exact_mm3 = piece.CalcVolume(); exact_mm3 < kSmallestPiece_mm3) {
-        ++result.dust_count;
+        dust.insert(root);
         result.dust_mm3 += exact_mm3;
         continue;
       }
     }
     result.pieces.push_back(std::move(piece));
   }
+  result.dust_count = dust.size();
+  if (!dust.empty()) result.dust = copy(dust);
   return result;
 }
 

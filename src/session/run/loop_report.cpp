@@ -513,10 +513,12 @@ void WriteBoneResults(const Scene& scene, LoopSummary& summary, const std::strin
   }
   if (!AreDrawn(scene, summary.warnings)) return;
   if (!summary.moments.empty()) {
-    RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder, false};
+    RunPictures pictures{scene,          summary.moments,
+                         summary.before, summary.volume_before_mm3,
+                         summary.after,  [&] { return DrawnPieces{surfaces, &summary.dust}; },
+                         folder,         false};
     pictures.apart = !summary.fragments;  // fragments.png shows them
     pictures.out = out;
-    pictures.surfaces = surfaces;
     pictures.sink = sink;
     for (const std::string& name : WriteRunPictures(pictures, show("drawing the pictures"), summary.warnings))
       files.push_back(name);

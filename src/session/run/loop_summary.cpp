@@ -60,6 +60,7 @@ void SummarizeBone(Bone bone, const Scene& scene, bool keep, LoopSummary& s) {
   s.after = std::move(bone);
   s.after.set_note("cut_by_scene", scene.name);
   s.piece_bones = std::move(split.pieces);
+  s.dust = std::move(split.dust);
 }
 
 }  // namespace kerf

@@ -126,6 +126,7 @@ struct LoopSummary {
   Bone before;
   Bone after;
   std::vector<Bone> piece_bones;
+  Bone dust;
   std::vector<TickRecord> moments;  // first contact, largest force, last contact, each with the tick before it
   std::vector<std::string> files;   // written by WriteLoopReport
   double surface_error_mm = 0;      // maximum error of the surfaces in the pieces' files; 0: not reduced

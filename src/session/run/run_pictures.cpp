@@ -7,7 +7,6 @@
 #include <cmath>
 #include <iterator>
 #include <map>
-#include <numeric>
 
 #include "bone/mesh/reduce.h"
 #include "cut/tool/looks.h"
@@ -57,40 +56,9 @@ Shape ShapeOf(const Bone& bone, TriangleMesh mesh, std::vector<LegendEntry>* leg
   return shape;
 }
 
-/// Returns the closed parts of a surface that enclose less than `volume_mm3`.
-TriangleMesh KeepSmallParts(const TriangleMesh& mesh, double volume_mm3) {
-  std::vector<std::uint32_t> part(mesh.points.size());
-  std::iota(part.begin(), part.end(), 0U);
-  const auto find = [&](std::uint32_t p) {
-    while (part[p] != p) p = part[p] = part[part[p]];
-    return p;
-  };
-  for (const auto& t : mesh.triangles) {
-    for (const std::uint32_t p : {t[1], t[2]}) part[find(p)] = find(t[0]);
-  }
-  std::vector<double> sums(mesh.points.size(), 0);
-  for (const auto& t : mesh.triangles) {
-    const Vec3& a = mesh.points[t[0]];
-    sums[find(t[0])] += glm::dot(a, glm::cross(mesh.points[t[1]], mesh.points[t[2]])) / 6;
-  }
-  TriangleMesh small;
-  std::map<std::uint32_t, std::uint32_t> ids;
-  for (auto t : mesh.triangles) {
-    const double enclosed = sums[find(t[0])];
-    if (enclosed <= 0 || enclosed >= volume_mm3) continue;
-    for (std::uint32_t& p : t) {
-      const auto [at, is_new] = ids.emplace(p, static_cast<std::uint32_t>(small.points.size()));
-      if (is_new) small.points.push_back(mesh.points[p]);
-      p = at->second;
-    }
-    small.triangles.push_back(t);
-  }
-  return small;
-}
-
 /// Adds the bone after the cut: its pieces, and the parts that are too small to be pieces.
-void AddAfter(const RunPictures& run, PictureSpec& spec) {
-  for (const PieceSurface& piece : run.surfaces) {
+void AddAfter(const RunPictures& run, const DrawnPieces& pieces, PictureSpec& spec) {
+  for (const PieceSurface& piece : pieces.surfaces) {
     spec.shapes.push_back(piece.shape);
     for (const LegendEntry& entry : piece.legend) {
       const bool listed = std::any_of(spec.legend.begin(), spec.legend.end(),
@@ -98,8 +66,7 @@ void AddAfter(const RunPictures& run, PictureSpec& spec) {
       if (!listed) spec.legend.push_back(entry);
     }
   }
-  TriangleMesh dust = KeepSmallParts(ExtractSurface(run.after), run.scene.output.smallest_piece_mm3);
-  if (!dust.triangles.empty()) spec.shapes.push_back(ShapeOf(run.after, std::move(dust), nullptr));
+  spec.shapes.push_back(ShapeOf(run.after, ExtractSurface(*pieces.dust), nullptr));
 }
 
 Vec3 UpNotAlong(const Vec3& direction) {
@@ -160,7 +127,6 @@ PieceSurface MakePieceSurface(const Bone& piece, double error_mm) {
   PieceSurface surface;
   surface.shape = ShapeOf(piece, ExtractSurface(piece), &surface.legend);
   const TriangleMesh& full = surface.shape.mesh_W;
-  surface.full_triangles = full.triangles.size();
   if (!(error_mm > 0)) {
     surface.mesh_W = full;
     return surface;
@@ -218,14 +184,16 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   before.shapes.push_back(ShapeOf(run.before, ExtractSurface(run.before), &before.legend));
   before.tools.push_back({tool, first.X_WT, 1});
   before.camera = overview;
-  before.caption = fmt::format("{:.1f} cm3 of bone; {}, at first contact", run.before.CalcVolume() / 1000,
+  before.caption = fmt::format("{:.1f} cm3 of bone; {}, at first contact", run.volume_before_mm3 / 1000,
                                DescribeTool(run.scene.tool.shape));
   write(before, "before.png");
   before = {};
 
+  const DrawnPieces pieces = run.wait_for_pieces();
+  const std::size_t piece_count = pieces.surfaces.size();
   PictureSpec after = base(name + ": after the cut");
-  AddAfter(run, after);
-  after.caption = fmt::format("{} separate piece{}{}", run.pieces.size(), run.pieces.size() == 1 ? "" : "s",
+  AddAfter(run, pieces, after);
+  after.caption = fmt::format("{} separate piece{}{}", piece_count, piece_count == 1 ? "" : "s",
                               run.out.empty() ? "" : " in place");
   for (const PieceOut& piece : run.out) {
     if (piece.id != kAllDust) after.caption += fmt::format(", 1 {}", ToString(piece.fate));
@@ -270,10 +238,10 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   cut = {};
   after = {};
 
-  if (run.apart && run.pieces.size() > 1) {
+  if (run.apart && piece_count > 1) {
     PictureSpec apart = base(name + ": the pieces moved apart");
     constexpr double kGapMm = 6;
-    for (const PieceSurface& piece : run.surfaces) {
+    for (const PieceSurface& piece : pieces.surfaces) {
       if (apart.legend.empty()) apart.legend = piece.legend;
       Shape shape = piece.shape;
       const double side = glm::dot(Centroid(shape.mesh_W) - peak.X_WT.p_AB, normal);
@@ -283,7 +251,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
     apart.camera = {across + 0.75 * outward + Vec3(0, 0, 0.45), Vec3(0, 0, 1), {}, 0};
     apart.caption =
         fmt::format("{} pieces, moved {:g} mm apart along the spindle's axis; the cut faces show the layers",
-                    run.pieces.size(), 2 * kGapMm);
+                    piece_count, 2 * kGapMm);
     write(apart, "apart.png");
   }
 

@@ -19,7 +19,6 @@ struct PieceSurface {
   TriangleMesh mesh_W;  // for the file
   Shape shape;          // for the pictures: finer, with the tissues' colours
   std::vector<LegendEntry> legend;
-  std::size_t full_triangles = 0;
 };
 
 /// Makes the surface, reduced with an error of at most `error_mm` (mesh/reduce.h) for the file and a quarter of that
@@ -32,19 +31,25 @@ inline void JustWrite(const std::string&, const std::function<void()>& write) {
   write();
 }
 
+/// What the bone consists of after the run.
+struct DrawnPieces {
+  std::span<const PieceSurface> surfaces;
+  const Bone* dust = nullptr;
+};
+
 /// Inputs of the pictures.
 struct RunPictures {
   const Scene& scene;
   const std::vector<TickRecord>& ticks;
   const Bone& before;
+  double volume_before_mm3;
   const Bone& after;
-  const std::vector<Bone>& pieces;
+  std::function<DrawnPieces()> wait_for_pieces;  // called once before.png is drawn
   std::string folder;
-  bool force_plot = true;                       // plot of force against depth
-  bool apart = true;                            // the separated pieces
-  std::span<const PieceOut> out = {};           // taken out; pieces that are set aside are drawn where they are
-  std::span<const PieceSurface> surfaces = {};  // of `pieces`, in their order
-  ResultSink sink = JustWrite;                  // each picture is written through it
+  bool force_plot = true;              // plot of force against depth
+  bool apart = true;                   // the separated pieces
+  std::span<const PieceOut> out = {};  // taken out; pieces that are set aside are drawn where they are
+  ResultSink sink = JustWrite;         // each picture is written through it
 };
 
 /// Writes before.png and after.png; if the saw touched bone, cut.png and, if requested, force.png; if there is more

@@ -3,10 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <future>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "base/core/cancelled.h"
 #include "base/files/files.h"
 #include "base/files/peak_memory.h"
 #include "bone/vdb/bonefile.h"
@@ -50,20 +55,69 @@ void SummarizeBone(const Bone& before, const RunResult& result, RunSummary& summ
   summary.bone_memory_MB = static_cast<double>(result.bone.CalcMemoryBytes()) / 1e6;
 }
 
-/// Writes scene.toml, forces.csv, the sounds and bone.vdb.
-void WriteData(const Scene& scene, const std::string& folder, RunResult& result, RunSummary& summary) {
+/// Writes scene.toml, forces.csv, the sounds and bone.vdb. Returns their names.
+std::vector<std::string> WriteData(const Scene& scene, const std::string& folder, RunResult& result) {
   WriteTextFile(folder + "/scene.toml", ResolvedToml(scene));
   WriteForceLog(folder + "/forces.csv", result.ticks, scene.output.forces_every_ticks, &result.effects);
-  summary.files = {"scene.toml", "forces.csv"};
-  for (const std::string& name : result.files.WriteSounds(folder)) summary.files.push_back(name);
+  std::vector<std::string> names = {"scene.toml", "forces.csv"};
+  for (const std::string& name : result.files.WriteSounds(folder)) names.push_back(name);
   if (scene.output.bone) {
-    result.bone.set_note("cut_by_scene", scene.name);
     WriteBone(result.bone, folder + "/bone.vdb");
-    summary.files.emplace_back("bone.vdb");
+    names.emplace_back("bone.vdb");
   }
+  return names;
 }
 
-void WriteEffectPictures(const RunPictures& run, const EffectFiles& files, const Tool& tool, RunSummary& summary) {
+/// The bone after the cut.
+struct Separated {
+  Pieces split;
+  std::vector<PieceSummary> summaries;
+  std::vector<PieceSurface> surfaces;  // of split.pieces
+};
+
+/// Separates the pieces and writes their surfaces.
+Separated Separate(const Scene& scene, const Bone& bone, std::span<const PieceOut> out, double surface_error_mm,
+                   const std::string& folder, const std::function<void(double)>& progress) {
+  Separated separated;
+  separated.split = SplitPieces(bone, scene.output.smallest_piece_mm3);
+  const std::vector<ResultPiece> pieces = ListPieces(separated.split.pieces, out);
+  for (const ResultPiece& piece : pieces) separated.summaries.push_back(Summarize(piece));
+  separated.surfaces =
+      WritePieces(scene, separated.split.pieces, pieces, surface_error_mm, folder, progress, separated.summaries);
+  return separated;
+}
+
+/// Work in a thread of its own, for at most as long as this object exists.
+class Separation {
+ public:
+  Separation(const Scene& scene, const Bone& bone, std::span<const PieceOut> out, double surface_error_mm,
+             const std::string& folder)
+      : result_(std::async(std::launch::async, [=, this, &scene, &bone, &folder] {
+          return Separate(scene, bone, out, surface_error_mm, folder, [this](double fraction) {
+            if (stops_) throw Cancelled();
+            fraction_ = fraction;
+          });
+        })) {}
+  ~Separation() { stops_ = true; }
+  Separation(const Separation&) = delete;
+  Separation& operator=(const Separation&) = delete;
+
+  /// `progress` is called in this thread.
+  const Separated& Wait(const std::function<void(double)>& progress) {
+    if (done_) return *done_;
+    while (result_.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) progress(fraction_);
+    return done_.emplace(result_.get());
+  }
+
+ private:
+  std::atomic<bool> stops_ = false;
+  std::atomic<double> fraction_ = 0;
+  std::optional<Separated> done_;
+  std::future<Separated> result_;  // waits for the thread when it is destroyed
+};
+
+void WriteEffectPictures(const RunPictures& run, const std::vector<Bone>& pieces, const EffectFiles& files,
+                         const Tool& tool, RunSummary& summary) {
   const std::string& title = run.scene.TitleOrName();
   if (summary.heat && summary.heat->section.columns > 0) {
     WriteHeatPicture(*summary.heat, title, run.folder + "/heat.png");
@@ -72,8 +126,8 @@ void WriteEffectPictures(const RunPictures& run, const EffectFiles& files, const
   for (const std::string& name : files.WritePictures(run.folder, title, run.after, tool, IsOfPatient(run.scene))) {
     summary.files.push_back(name);
   }
-  if (summary.fragments && WriteFragmentsPicture(*summary.fragments, run.pieces, IsOfPatient(run.scene), title,
-                                                 run.folder + "/fragments.png")) {
+  if (summary.fragments &&
+      WriteFragmentsPicture(*summary.fragments, pieces, IsOfPatient(run.scene), title, run.folder + "/fragments.png")) {
     summary.files.emplace_back("fragments.png");
   }
 }
@@ -203,37 +257,43 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
       RunPath(before, params, path, scene.simulation.rate_hz, scene.tool.rpm, stage("cutting"), costs, tape.tape());
   summary.hash_after = result.bone.CalcHash();
   tape.Finish(summary.hash_after);
-  SummarizeBone(before, result, summary);
-  SummarizeTicks(scene, path, result, summary);
   summary.heat = std::move(result.heat);
   summary.fragments = std::move(result.fragments);
-
-  WriteData(scene, folder, result, summary);
-  stage("separating the pieces")(0);
-  const Pieces split = SplitPieces(result.bone, scene.output.smallest_piece_mm3);
-  summary.dust_count = split.dust_count;
-  summary.dust_mm3 = split.dust_mm3;
-  summary.surface_error_mm = surface_error_mm;
   const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
-  const std::vector<ResultPiece> pieces = ListPieces(split.pieces, out);
-  for (const ResultPiece& piece : pieces) summary.pieces.push_back(Summarize(piece));
-  const std::vector<PieceSurface> surfaces = WritePieces(scene, split.pieces, pieces, surface_error_mm, folder,
-                                                         stage("separating the pieces"), summary.pieces);
+  if (scene.output.bone) result.bone.set_note("cut_by_scene", scene.name);
+
+  // The data, the pieces and the first picture do not depend on each other. Pictures are drawn by this thread.
+  std::future<std::vector<std::string>> data =
+      std::async(std::launch::async, [&] { return WriteData(scene, folder, result); });
+  Separation separation(scene, result.bone, out, surface_error_mm, folder);
+  stage("separating the pieces")(0);
+  SummarizeBone(before, result, summary);
+  SummarizeTicks(scene, path, result, summary);
+  std::vector<std::string> picture_warnings;
+  std::vector<std::string> picture_names;
+  RunPictures pictures{scene, result.ticks, before, summary.volume_before_mm3, result.bone, {}, folder};
+  pictures.apart = !summary.fragments;  // fragments.png shows them
+  pictures.out = out;
+  pictures.wait_for_pieces = [&] {
+    const Separated& separated = separation.Wait(stage("separating the pieces"));
+    return DrawnPieces{separated.surfaces, &separated.split.dust};
+  };
+  const bool drawn = AreDrawn(scene, picture_warnings);
+  if (drawn) picture_names = WriteRunPictures(pictures, stage("drawing the pictures"), picture_warnings);
+  const Separated& separated = separation.Wait(stage("separating the pieces"));
+  summary.dust_count = separated.split.dust_count;
+  summary.dust_mm3 = separated.split.dust_mm3;
+  summary.surface_error_mm = surface_error_mm;
+  summary.pieces = separated.summaries;
+  summary.files = data.get();
   for (const PieceSummary& piece : summary.pieces) {
     if (!piece.file.empty()) summary.files.push_back(piece.file);
   }
   if (session.replay != nullptr) summary.warnings = session.replay->FindWarnings();
   for (const std::string& warning : FindRunWarnings(scene, summary)) summary.warnings.push_back(warning);
-  if (AreDrawn(scene, summary.warnings)) {
-    RunPictures pictures{scene, result.ticks, before, result.bone, split.pieces, folder};
-    pictures.apart = !summary.fragments;  // fragments.png shows them
-    pictures.surfaces = surfaces;
-    pictures.out = out;
-    for (const std::string& name : WriteRunPictures(pictures, stage("drawing the pictures"), summary.warnings)) {
-      summary.files.push_back(name);
-    }
-    WriteEffectPictures(pictures, result.files, params.tool, summary);
-  }
+  summary.warnings.insert(summary.warnings.end(), picture_warnings.begin(), picture_warnings.end());
+  summary.files.insert(summary.files.end(), picture_names.begin(), picture_names.end());
+  if (drawn) WriteEffectPictures(pictures, separated.split.pieces, result.files, params.tool, summary);
   summary.peak_memory_MB = ReadPeakMemory_MB();
   summary.files.emplace_back("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));

@@ -213,6 +213,12 @@ TEST(Pieces, ThreeSpheresAreThreePiecesWithTheirVolumes) {
   const Pieces coarse = SplitPieces(bone, 10);
   EXPECT_EQ(coarse.pieces.size(), 2u);
   EXPECT_EQ(coarse.dust_count, 1u);
+  EXPECT_EQ(coarse.dust.CalcHash(), split.pieces[2].CalcHash());
+  EXPECT_TRUE(split.dust.empty());
+  // All dust is in one bone.
+  const Pieces coarser = SplitPieces(bone, 50);
+  EXPECT_EQ(coarser.dust_count, 2u);
+  EXPECT_NEAR(coarser.dust.CalcVolume(), split.pieces[1].CalcVolume() + split.pieces[2].CalcVolume(), 1e-9);
 }
 
 TEST(Pieces, SlotOneVoxelWideSeparatesInAnyOrientation) {

@@ -127,6 +127,7 @@ TEST(Pieces, CrumbsBelowTheSmallestVolumeAreNotPieces) {
   EXPECT_GT(split.pieces[1].CalcVolume(), kSmallestPiece_mm3);
   EXPECT_EQ(split.dust_count, 1u);
   EXPECT_GT(split.dust_mm3, 0);
+  EXPECT_EQ(split.dust.CalcVolume(), split.dust_mm3);
   EXPECT_LT(split.dust_mm3, kSmallestPiece_mm3);
   EXPECT_NEAR(split.pieces[0].CalcVolume() + split.pieces[1].CalcVolume() + split.dust_mm3, bone.CalcVolume(), 1e-9);
 }
