@@ -1,8 +1,9 @@
 #include "bone/grid/fill_voids.h"
 
-#include <openvdb/tools/LevelSetUtil.h>
-
 #include <cmath>
+#include <cstdint>
+
+#include "bone/grid/leaf_mask.h"
 
 namespace kerf {
 namespace {
@@ -14,48 +15,135 @@ using FloatLeaf = FloatTree::LeafNodeType;
 
 constexpr float kSolid = -1;
 
-/// Returns the voxels that the solid encloses but that are not solid.
-BoolTree FindVoids(const FloatTree& field) {
-  const BoolTree::Ptr enclosed = openvdb::tools::extractEnclosedRegion(field);  // including the solid
-  BoolTree voids(false);
-  for (auto leaf = enclosed->cbeginLeaf(); leaf; ++leaf) {
-    const FloatLeaf* values = field.probeConstLeaf(leaf->origin());
-    if (values == nullptr) continue;  // not a leaf of the field
-    BoolTree::LeafNodeType* to = nullptr;
-    for (auto it = leaf->cbeginValueOn(); it; ++it) {
-      if (values->getValue(it.pos()) < 0) continue;
-      if (to == nullptr) to = voids.touchLeaf(leaf->origin());
-      to->setValueOn(it.pos(), true);
+/// The blocks of the size of a leaf in a box around all leaves of a field, flooded from outside through faces.
+class BlockFlood {
+ public:
+  explicit BlockFlood(const FloatTree& field) {
+    field.getNodes(leaves_);
+    for (const FloatLeaf* leaf : leaves_) box_.expand(IndexOf(leaf->origin()));
+    box_.expand(1);
+    states_.assign(box_.volume(), kOpen);
+    const openvdb::tree::ValueAccessor<const FloatTree> values(field);
+    std::size_t place = 0;
+    for (auto index = box_.begin(); index; ++index) {
+      states_[place++] = values.getValue(OriginAt(*index)) < 0 ? kSolidBlock : kOpen;
     }
+    outside_.assign(leaves_.size(), {});
+    for (std::size_t n = 0; n < leaves_.size(); ++n) {
+      states_[PlaceOf(IndexOf(leaves_[n]->origin()))] = static_cast<std::int32_t>(n);
+      outside_[n] = MaskOf(leaves_[n]->buffer().data());
+      for (std::uint64_t& word : outside_[n]) word = ~word;
+    }
+    reached_.assign(leaves_.size(), {});
+    Reach(box_.min());  // the outermost layer of blocks has no leaves
+    Run();
   }
-  auto tile = enclosed->cbeginValueOn();
-  tile.setMaxDepth(BoolTree::ValueOnCIter::LEAF_DEPTH - 1);
-  for (; tile; ++tile) {
-    openvdb::CoordBBox box;
-    tile.getBoundingBox(box);
-    for (int x = box.min().x(); x <= box.max().x(); x += 8) {
-      for (int y = box.min().y(); y <= box.max().y(); y += 8) {
-        for (int z = box.min().z(); z <= box.max().z(); z += 8) {
-          const Coord origin(x, y, z);
-          if (field.probeConstLeaf(origin) == nullptr && field.getValue(origin) >= 0) {
-            voids.addTile(1, origin, true, true);
-          }
+
+  /// Returns the voxels that are not solid and were not reached.
+  BoolTree FindVoids() const {
+    BoolTree voids(false);
+    std::size_t place = 0;
+    for (auto index = box_.begin(); index; ++index) {
+      const std::int32_t state = states_[place++];
+      if (state == kOpen) voids.addTile(1, OriginAt(*index), true, true);
+      if (state < 0) continue;
+      const auto n = static_cast<std::size_t>(state);
+      if (outside_[n] == reached_[n]) continue;
+      BoolTree::LeafNodeType* const to = voids.touchLeaf(OriginAt(*index));
+      for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+        if (((outside_[n][i / 64] & ~reached_[n][i / 64]) >> i % 64 & 1) != 0) to->setValueOn(i, true);
+      }
+    }
+    return voids;
+  }
+
+  /// Reaches all that was not reached. Returns the number of its parts that are not connected.
+  std::size_t FloodRest() {
+    std::size_t count = 0;
+    std::size_t place = 0;
+    for (auto index = box_.begin(); index; ++index) {
+      const std::int32_t state = states_[place++];
+      if (state == kOpen) {
+        Reach(*index);
+        Run();
+        ++count;
+      }
+      for (std::size_t x = 0; state >= 0 && x < 8; ++x) {
+        const auto n = static_cast<std::size_t>(state);
+        while (const std::uint64_t rest = outside_[n][x] & ~reached_[n][x]) {
+          reached_[n][x] |= rest & (~rest + 1);
+          open_.push_back(*index);
+          Run();
+          ++count;
         }
       }
     }
+    return count;
   }
-  return voids;
-}
+
+ private:
+  // States of blocks without a leaf; the others have the number of their leaf.
+  static constexpr std::int32_t kSolidBlock = -1, kOpen = -2, kReachedBlock = -3;
+
+  static Coord IndexOf(const Coord& origin) { return origin >> 3; }
+  static Coord OriginAt(const Coord& index) { return index << 3; }
+  std::size_t PlaceOf(const Coord& index) const {
+    const Coord from = index - box_.min(), size = box_.dim();
+    return (static_cast<std::size_t>(from.x()) * size.y() + from.y()) * size.z() + from.z();
+  }
+  void Reach(const Coord& index) {
+    states_[PlaceOf(index)] = kReachedBlock;
+    open_.push_back(index);
+  }
+
+  void Run() {
+    while (!open_.empty()) {
+      const Coord index = open_.back();
+      open_.pop_back();
+      Spread(index);
+    }
+  }
+
+  void Spread(const Coord& index) {
+    const std::int32_t state = states_[PlaceOf(index)];
+    LeafMask mask;
+    mask.fill(~std::uint64_t{0});
+    if (state >= 0) {
+      const auto n = static_cast<std::size_t>(state);
+      Flood(outside_[n], reached_[n]);
+      mask = reached_[n];
+    }
+    for (std::size_t side = 0; side < 6; ++side) {
+      Coord beside = index;
+      beside[static_cast<int>(side / 2)] += side % 2 == 0 ? -1 : 1;
+      if (!box_.isInside(beside)) continue;
+      const LeafMask across = Across(mask, side);
+      const std::int32_t other = states_[PlaceOf(beside)];
+      if (other == kOpen && !IsEmpty(across)) Reach(beside);
+      if (other < 0) continue;
+      const auto n = static_cast<std::size_t>(other);
+      LeafMask added{};
+      for (std::size_t x = 0; x < 8; ++x) added[x] = across[x] & outside_[n][x] & ~reached_[n][x];
+      if (IsEmpty(added)) continue;
+      for (std::size_t x = 0; x < 8; ++x) reached_[n][x] |= added[x];
+      open_.push_back(beside);
+    }
+  }
+
+  std::vector<const FloatLeaf*> leaves_;
+  openvdb::CoordBBox box_;  // of the blocks, by index
+  std::vector<std::int32_t> states_;
+  std::vector<LeafMask> outside_;  // of each leaf: the voxels that are not solid
+  std::vector<LeafMask> reached_;
+  std::vector<Coord> open_;  // blocks from which the flood goes on
+};
 
 }  // namespace
 
 FilledVoids FillVoids(FloatTree& field, double voxel_mm, std::vector<Coord>& filled_blocks) {
-  const BoolTree voids = FindVoids(field);
-  std::vector<openvdb::MaskTree::Ptr> each;
-  if (!voids.empty()) {
-    const openvdb::MaskTree mask(voids, false, true, openvdb::TopologyCopy());
-    openvdb::tools::segmentActiveVoxels(mask, each);
-  }
+  BlockFlood flood(field);
+  const BoolTree voids = flood.FindVoids();
+  const std::size_t count = flood.FloodRest();
   for (auto it = voids.cbeginValueOn(); it; ++it) {
     if (it.isVoxelValue()) {
       field.setValueOn(it.getCoord(), kSolid);
@@ -64,7 +152,7 @@ FilledVoids FillVoids(FloatTree& field, double voxel_mm, std::vector<Coord>& fil
       filled_blocks.push_back(it.getCoord());
     }
   }
-  return {each.size(), static_cast<double>(voids.activeVoxelCount()) * std::pow(voxel_mm, 3)};
+  return {count, static_cast<double>(voids.activeVoxelCount()) * std::pow(voxel_mm, 3)};
 }
 
 }  // namespace kerf

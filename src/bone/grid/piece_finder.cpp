@@ -15,28 +15,7 @@ using openvdb::Coord;
 using FloatTree = openvdb::FloatTree;
 using Index3 = std::array<int, 3>;
 
-constexpr std::uint64_t kLowZ = 0x0101010101010101;
-constexpr std::uint64_t kHighZ = kLowZ << 7;
 constexpr int kNone = -1;
-
-LeafMask MaskOf(const float* values) {
-  LeafMask mask{};
-  for (std::size_t x = 0; x < 8; ++x) {
-    std::uint64_t word = 0;
-    for (std::size_t bit = 0; bit < 64; ++bit) word |= std::uint64_t{values[64 * x + bit] < 0} << bit;
-    mask[x] = word;
-  }
-  return mask;
-}
-
-bool IsEmpty(const LeafMask& mask) {
-  return std::all_of(mask.begin(), mask.end(), [](std::uint64_t word) { return word == 0; });
-}
-
-/// Returns a word together with the bits that share a face with it in the same layer.
-std::uint64_t Grown(std::uint64_t w) {
-  return w | w << 8 | w >> 8 | (w & ~kHighZ) << 1 | (w & ~kLowZ) >> 1;
-}
 
 /// Returns the part of `mask` that is connected to its lowest voxel.
 LeafMask FirstPart(const LeafMask& mask) {
@@ -46,22 +25,7 @@ LeafMask FirstPart(const LeafMask& mask) {
     part[x] = mask[x] & (~mask[x] + 1);
     break;
   }
-  const auto grow = [&](std::size_t x) {
-    std::uint64_t w = part[x];
-    if (x > 0) w |= part[x - 1];
-    if (x < 7) w |= part[x + 1];
-    w &= mask[x];
-    for (std::uint64_t before = 0; before != w;) {
-      before = w;
-      w = Grown(w) & mask[x];
-    }
-    return std::exchange(part[x], w) != w;
-  };
-  for (bool grew = true; grew;) {
-    grew = false;
-    for (std::size_t x = 0; x < 8; ++x) grew = grow(x) || grew;
-    for (std::size_t x = 8; x-- > 0;) grew = grow(x) || grew;
-  }
+  Flood(mask, part);
   return part;
 }
 

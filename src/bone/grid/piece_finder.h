@@ -9,12 +9,10 @@
 #include <span>
 #include <vector>
 
+#include "bone/grid/leaf_mask.h"
 #include "kerf/bone.h"
 
 namespace kerf {
-
-/// A set of voxels of a leaf, one bit each: voxel (x, y, z) is bit 8 y + z of word x.
-using LeafMask = std::array<std::uint64_t, 8>;
 
 /// A piece at the time of the last Find().
 struct FoundPiece {

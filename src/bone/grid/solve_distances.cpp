@@ -14,6 +14,7 @@
 
 #include "bone/grid/dilate.h"
 #include "bone/grid/grids.h"
+#include "bone/grid/leaf_mask.h"
 
 namespace kerf {
 namespace {
@@ -80,6 +81,8 @@ class FieldLeaves {
 
   std::size_t size() const { return leaves_.size(); }
   FloatLeaf& leaf(std::size_t n) const { return *leaves_[n]; }
+  /// The leaf beside a leaf in direction `i`, as in HaloBlock; -1: none.
+  int Beside(std::size_t n, std::size_t i) const { return around_[n][i].leaf; }
 
   /// Loads the values of the leaf and beside it.
   void Load(std::size_t n, HaloBlock& block) const {
@@ -189,10 +192,43 @@ float SolveGodunov(float a, float b, float c, float h, float sqrt2h) {
   return d >= 0 ? static_cast<float>(1.0 / 3.0) * (sum + std::sqrt(d)) : kUnsolved;
 }
 
-/// Sweeps one leaf along the diagonal: by increasing `side[i]` times the i-th coordinate.
-void SweepLeaf(const FieldLeaves& leaves, std::size_t n, const std::array<int, 3>& side, float h) {
+/// The voxels of each leaf that are to be solved and whose neighbours have changed since that was last done. Solving
+/// the others would give the distance that they have.
+class DueVoxels {
+ public:
+  explicit DueVoxels(const FieldLeaves& leaves) : leaves_(leaves), due_(leaves.size()) {
+    for (std::size_t n = 0; n < due_.size(); ++n) {
+      for (std::size_t x = 0; x < 8; ++x) due_[n][x] = ToSolve(n, x);
+    }
+  }
+
+  /// Moves the due voxels of a leaf, none of whose neighbours is being swept, to `due`. Returns whether there are any.
+  bool Take(std::size_t n, LeafMask& due) {
+    for (std::size_t x = 0; x < 8; ++x) due[x] = due_[n][x].exchange(0, std::memory_order_relaxed);
+    return !IsEmpty(due);
+  }
+  /// Adds voxels; may be called for one leaf by several threads.
+  void Add(std::size_t n, const LeafMask& due) {
+    for (std::size_t x = 0; x < 8; ++x) {
+      if (const std::uint64_t added = due[x] & ToSolve(n, x)) due_[n][x].fetch_or(added, std::memory_order_relaxed);
+    }
+  }
+
+ private:
+  std::uint64_t ToSolve(std::size_t n, std::size_t x) const {
+    return leaves_.leaf(n).getValueMask().getWord<std::uint64_t>(static_cast<Index>(x));
+  }
+
+  const FieldLeaves& leaves_;
+  std::vector<std::array<std::atomic<std::uint64_t>, 8>> due_;
+};
+
+/// Sweeps the due voxels of one leaf along the diagonal: by increasing `side[i]` times the i-th coordinate.
+void SweepLeaf(const FieldLeaves& leaves, DueVoxels& all_due, std::size_t n, const std::array<int, 3>& side, float h) {
+  LeafMask due;
+  if (!all_due.Take(n, due)) return;
   FloatLeaf& leaf = leaves.leaf(n);
-  if (leaf.isEmpty()) return;
+  LeafMask changed{};
   const float sqrt2h = std::sqrt(2.0f) * h;
   HaloBlock block;
   leaves.Load(
@@ -201,11 +237,17 @@ void SweepLeaf(const FieldLeaves& leaves, std::size_t n, const std::array<int, 3
   const auto& to_solve = leaf.getValueMask();
   const auto ordered = [&](std::size_t axis, int i) { return side[axis] > 0 ? i : kLeafEdge - 1 - i; };
   for (int i = 0; i < kLeafEdge; ++i) {
+    const int x = ordered(0, i);
     for (int j = 0; j < kLeafEdge; ++j) {
+      const int y = ordered(1, j);
+      std::uint64_t& layer = due[static_cast<std::size_t>(x)];
+      if ((layer >> 8 * y & 0xff) == 0) continue;
       for (int k = 0; k < kLeafEdge; ++k) {
-        const int x = ordered(0, i), y = ordered(1, j), z = ordered(2, k);
+        const int z = ordered(2, k);
         const auto own = static_cast<Index>((x * kLeafEdge + y) * kLeafEdge + z);
-        if (!to_solve.isOn(own)) continue;
+        const std::uint64_t bit = std::uint64_t{1} << own % 64;
+        if ((layer & bit) == 0) continue;
+        layer &= ~bit;
         const int at = HaloBlock::At(x, y, z);
         const float a = std::min(block.Beside(at, 0), block.Beside(at, 1));
         const float b = std::min(block.Beside(at, 2), block.Beside(at, 3));
@@ -215,14 +257,25 @@ void SweepLeaf(const FieldLeaves& leaves, std::size_t n, const std::array<int, 3
         if (!(distance < block[at])) continue;
         block[at] = distance;
         values[own] = values[own] >= 0 ? distance : -distance;
+        changed[static_cast<std::size_t>(x)] |= bit;
+        layer |= GrownInLayer(bit) & ~bit & to_solve.getWord<std::uint64_t>(static_cast<Index>(x));
+        for (const int beside : {x - 1, x + 1}) {
+          if (beside < 0 || beside >= kLeafEdge || !to_solve.isOn(static_cast<Index>(64 * beside) + own % 64)) continue;
+          due[static_cast<std::size_t>(beside)] |= bit;
+        }
       }
     }
+  }
+  all_due.Add(n, due);
+  for (std::size_t i = 0; i < 6; ++i) {
+    if (const int beside = leaves.Beside(n, i); beside >= 0)
+      all_due.Add(static_cast<std::size_t>(beside), Across(changed, i));
   }
 }
 
 /// Sweeps all leaves along the diagonal, there and back. A voxel needs the values of this sweep on its near side and
 /// those of the last on its far side, so that leaves of one diagonal plane do not depend on each other.
-void SweepBothWays(const FieldLeaves& leaves, const std::array<int, 3>& side, float h) {
+void SweepBothWays(const FieldLeaves& leaves, DueVoxels& due, const std::array<int, 3>& side, float h) {
   std::vector<std::pair<int, std::size_t>> order;
   order.reserve(leaves.size());
   for (std::size_t n = 0; n < leaves.size(); ++n) {
@@ -239,7 +292,7 @@ void SweepBothWays(const FieldLeaves& leaves, const std::array<int, 3>& side, fl
           std::upper_bound(order.begin(), order.end(), std::pair(order[first].first, leaves.size())) - order.begin());
       tbb::parallel_for(tbb::blocked_range<std::size_t>(first, end, 4), [&](const auto& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
-          SweepLeaf(leaves, order[i].second, {way * side[0], way * side[1], way * side[2]}, h);
+          SweepLeaf(leaves, due, order[i].second, {way * side[0], way * side[1], way * side[2]}, h);
         }
       });
       first = end;
@@ -252,8 +305,9 @@ void SweepBothWays(const FieldLeaves& leaves, const std::array<int, 3>& side, fl
 bool SolveDistances(FloatTree& field, float voxel_mm) {
   const FieldLeaves leaves(field);
   if (!SetFirstDistances(leaves, voxel_mm)) return false;
+  DueVoxels due(leaves);
   for (const std::array<int, 3>& side : {std::array{1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {1, -1, -1}}) {
-    SweepBothWays(leaves, side, voxel_mm);
+    SweepBothWays(leaves, due, side, voxel_mm);
   }
   return true;
 }
