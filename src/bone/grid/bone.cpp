@@ -54,6 +54,38 @@ void ForEachCutCell(const PartsReader& reader, const openvdb::CoordBBox& tile, d
   }
 }
 
+/// Cells in a row along an axis whose middles have the same nearest region voxel.
+struct CellRun {
+  int region_index, count;
+};
+std::vector<CellRun> FindRuns(int first, int last, double voxel_mm, double region_voxel_mm) {
+  std::vector<CellRun> runs;
+  for (int i = first; i <= last; ++i) {
+    const int index = NearestIndex(voxel_mm * (i + 0.5), region_voxel_mm);
+    if (runs.empty() || runs.back().region_index != index) runs.push_back({index, 0});
+    ++runs.back().count;
+  }
+  return runs;
+}
+
+/// Adds the number of the cells of a tile to the sums of their regions.
+template <typename Accessor>
+void AddTileCells(const openvdb::CoordBBox& tile, double voxel_mm, double region_voxel_mm, const Accessor& regions,
+                  std::array<double, 256>& sums) {
+  std::array<std::vector<CellRun>, 3> runs;
+  for (int a = 0; a < 3; ++a) {
+    runs[static_cast<std::size_t>(a)] = FindRuns(tile.min()[a], tile.max()[a], voxel_mm, region_voxel_mm);
+  }
+  for (const CellRun& x : runs[0]) {
+    for (const CellRun& y : runs[1]) {
+      for (const CellRun& z : runs[2]) {
+        const int id = regions.getValue({x.region_index, y.region_index, z.region_index});
+        sums[static_cast<std::size_t>(std::clamp(id, 0, 255))] += static_cast<double>(x.count) * y.count * z.count;
+      }
+    }
+  }
+}
+
 /// Returns the sums of the cells' fractions of bone over all leaves and tiles, by region if `by_region`; in units of
 /// one cell.
 std::array<double, 256> SumFractions(const BoneGrids& grids, bool by_region) {
@@ -105,7 +137,7 @@ std::array<double, 256> SumFractions(const BoneGrids& grids, bool by_region) {
       sums[0] += static_cast<double>(box.volume());
       return;
     }
-    for (auto it = box.begin(); it; ++it) sums[region_of(regions, *it)] += 1;
+    AddTileCells(box, h, region_h, regions, sums);
   });
   return sums;
 }
