@@ -144,7 +144,16 @@ class LeafEvaluation {
  public:
   LeafEvaluation(const SolidField& solid, double h, FloatLeaf& leaf) : solid_(solid), h_(h), leaf_(leaf) {}
 
-  void Run() { Evaluate({0, 0, 0}, kLeafEdge); }
+  void Run() {
+    if (!solid_.leaf_values) {
+      Evaluate({0, 0, 0}, kLeafEdge);
+      return;
+    }
+    const Coord& first = leaf_.origin();
+    LeafValues values;
+    solid_.leaf_values({{first.x(), first.y(), first.z()}, h_}, values);
+    std::copy(values.begin(), values.end(), leaf_.buffer().data());
+  }
 
  private:
   void Evaluate(const Coord& first, int edge) {
@@ -187,22 +196,78 @@ class LeafEvaluation {
   FloatLeaf& leaf_;
 };
 
-/// Evaluates the field at the voxels of the mixed blocks, all of which are active.
-std::vector<std::unique_ptr<FloatLeaf>> EvaluateBlocks(const SolidField& solid, const std::vector<Coord>& blocks,
-                                                       double h, Progress& progress) {
-  std::vector<std::unique_ptr<FloatLeaf>> leaves(blocks.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 16), [&](const auto& range) {
-    for (std::size_t n = range.begin(); n < range.end(); ++n) {
-      leaves[n] = std::make_unique<FloatLeaf>(blocks[n], 0.0f, true);
-      LeafEvaluation(solid, h, *leaves[n]).Run();
-      progress.Done(1);
-    }
-  });
-  return leaves;
+/// Evaluates the field at the voxels of a block, all of which are active.
+std::unique_ptr<FloatLeaf> EvaluateBlock(const SolidField& solid, const Coord& block, double h) {
+  auto leaf = std::make_unique<FloatLeaf>(block, 0.0f, true);
+  LeafEvaluation(solid, h, *leaf).Run();
+  return leaf;
 }
 
 void AddInsideTiles(FloatTree& tree, const std::vector<Coord>& blocks, float value) {
   for (const Coord& origin : blocks) tree.addTile(1, origin, value, false);
+}
+
+/// Evaluates a distance in the mixed blocks.
+void EvaluateDistance(const SolidField& solid, const std::vector<Coord>& blocks, double h, Progress& progress,
+                      FloatTree& tree) {
+  std::vector<std::unique_ptr<FloatLeaf>> leaves(blocks.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 16), [&](const auto& range) {
+    for (std::size_t n = range.begin(); n < range.end(); ++n, progress.Done(1)) {
+      leaves[n] = EvaluateBlock(solid, blocks[n], h);
+    }
+  });
+  for (auto& leaf : leaves) tree.addLeaf(leaf.release());
+}
+
+bool HasOneSign(const FloatLeaf& leaf) {
+  const float* const values = leaf.buffer().data();
+  return std::all_of(values, values + FloatLeaf::SIZE,
+                     [first = values[0]](float value) { return (value < 0) == (first < 0); });
+}
+
+/// Evaluates a field of which only the sign and the zero level count. Only blocks with a change of sign, and those
+/// around them, become leaves of `field`; the others become tiles if they are inside, and are added to `blocks.inside`.
+void EvaluateField(const SolidField& solid, Blocks& blocks, double h, Progress& progress, FloatTree& field) {
+  const std::vector<Coord>& mixed = blocks.mixed;
+  std::vector<std::unique_ptr<FloatLeaf>> leaves(mixed.size());
+  std::vector<std::uint8_t> is_inside(mixed.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mixed.size(), 16), [&](const auto& range) {
+    for (std::size_t n = range.begin(); n < range.end(); ++n, progress.Done(1)) {
+      auto leaf = EvaluateBlock(solid, mixed[n], h);
+      is_inside[n] = leaf->getValue(0) < 0 ? 1 : 0;
+      if (!HasOneSign(*leaf)) leaves[n] = std::move(leaf);
+    }
+  });
+  AddInsideTiles(field, blocks.inside, -kOutsideValue);
+  std::vector<std::size_t> uniform;
+  for (std::size_t n = 0; n < mixed.size(); ++n) {
+    if (leaves[n]) {
+      field.addLeaf(leaves[n].release());
+      continue;
+    }
+    uniform.push_back(n);
+    if (is_inside[n] != 0) field.addTile(1, mixed[n], -kOutsideValue, false);
+  }
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, uniform.size(), 64), [&](const auto& range) {
+    const openvdb::tree::ValueAccessor<const FloatTree> around(field);
+    for (std::size_t u = range.begin(); u < range.end(); ++u) {
+      const std::size_t n = uniform[u];
+      for (int side = 0; side < 27; ++side) {
+        const Coord beside =
+            mixed[n].offsetBy(kLeafEdge * (side / 9 - 1), kLeafEdge * (side / 3 % 3 - 1), kLeafEdge * (side % 3 - 1));
+        if (around.probeConstLeaf(beside) == nullptr && (around.getValue(beside) < 0) == (is_inside[n] != 0)) continue;
+        leaves[n] = EvaluateBlock(solid, mixed[n], h);
+        break;
+      }
+    }
+  });
+  for (const std::size_t n : uniform) {
+    if (leaves[n]) {
+      field.addLeaf(leaves[n].release());
+    } else if (is_inside[n] != 0) {
+      blocks.inside.push_back(mixed[n]);
+    }
+  }
 }
 
 /// Returns whether any part of a region voxel lies in bone or within two voxels of it: the centre of a cell that the
@@ -277,6 +342,19 @@ openvdb::FloatGrid::Ptr Voxelise(const TriangleMesh& mesh, const BuildOptions& o
                                                           static_cast<float>(options.band_voxels));
 }
 
+/// Replaces the leaves without active voxels, each of which has one sign, by tiles. Adds those that are inside to
+/// `inside`.
+void DropInactiveLeaves(FloatTree& field, std::vector<Coord>& inside) {
+  std::vector<std::pair<Coord, float>> dropped;
+  for (auto leaf = field.cbeginLeaf(); leaf; ++leaf) {
+    if (leaf->isEmpty()) dropped.emplace_back(leaf->origin(), leaf->getValue(0) < 0 ? -kOutsideValue : kOutsideValue);
+  }
+  for (const auto& [origin, value] : dropped) {
+    field.addTile(1, origin, value, false);
+    if (value < 0) inside.push_back(origin);
+  }
+}
+
 }  // namespace
 
 void FinishLevelSet(openvdb::FloatGrid& grid) {
@@ -300,13 +378,13 @@ std::function<BlockClass(const Vec3&, double)> ClassifyByDistance(std::function<
   };
 }
 
-BuildTimes EstimateBuildTimes(double voxel_mm, double region_voxel_mm) {
+BuildTimes EstimateBuildTimes(double voxel_mm, double region_voxel_mm, bool by_leaves) {
   const double finer = 0.2 / voxel_mm;
   // Between the number of voxels in the bone (power 3) and near its surface (power 2).
-  return {.values_s = 2.4 * std::pow(finer, 2.7),
-          .voids_s = 0.6 * std::pow(finer, 1.8),
-          .distances_s = 1.2 * std::pow(finer, 2.0),
-          .regions_s = 3.0 * std::pow(0.2 / region_voxel_mm, 2.6)};
+  return {.values_s = by_leaves ? 0.17 * std::pow(finer, 2.5) : 2.7 * std::pow(finer, 2.7),
+          .voids_s = 0.34 * std::pow(finer, 2.2),
+          .distances_s = 0.75 * std::pow(finer, 2.0),
+          .regions_s = 2.3 * std::pow(0.2 / region_voxel_mm, 2.6)};
 }
 
 namespace {
@@ -322,8 +400,8 @@ struct BuildMarks {
 BuildMarks MakeMarks(const SolidField& solid, const BuildOptions& options) {
   BuildMarks marks;
   if (solid.is_distance) return marks;
-  const BuildTimes times = EstimateBuildTimes(options.voxel_mm, options.region_voxel_mm);
-  marks.sorted = 0.01;
+  const BuildTimes times = EstimateBuildTimes(options.voxel_mm, options.region_voxel_mm, solid.leaf_values != nullptr);
+  marks.sorted = 0.02;
   marks.evaluated = marks.sorted + (1 - marks.sorted) * times.values_s / times.total_s();
   marks.filled = marks.evaluated + (1 - marks.sorted) * times.voids_s / times.total_s();
   marks.solved = marks.filled + (1 - marks.sorted) * times.distances_s / times.total_s();
@@ -347,22 +425,20 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
   Blocks blocks = SortBlocks(solid, box, options, marks.sorted);
   report(marks.sorted);
   Progress progress(options.progress, marks.sorted, marks.evaluated, blocks.mixed.size());
-  auto leaves = EvaluateBlocks(solid, blocks.mixed, h, progress);
-  report(marks.evaluated);
   const float band = grids.phi->background();
   if (solid.is_distance) {
-    FloatTree& tree = grids.phi->tree();
-    for (auto& leaf : leaves) tree.addLeaf(leaf.release());
-    AddInsideTiles(tree, blocks.inside, -band);
+    EvaluateDistance(solid, blocks.mixed, h, progress, grids.phi->tree());
+    AddInsideTiles(grids.phi->tree(), blocks.inside, -band);
   } else {
     // Only the sign and the zero level of the field are used; its magnitude is arbitrary.
     FloatTree field(kOutsideValue);
-    for (auto& leaf : leaves) field.addLeaf(leaf.release());
-    AddInsideTiles(field, blocks.inside, -kOutsideValue);
+    EvaluateField(solid, blocks, h, progress, field);
+    report(marks.evaluated);
     if (options.fill_voids != nullptr) *options.fill_voids = FillVoids(field, h, blocks.inside);
     // The cost of solving is proportional to the number of active voxels, and most of a mixed block is beyond the band.
     // A voxel in the band gets its distance only from voxels that are nearer to the surface.
     KeepNearSurface(field, options.band_voxels + 1);
+    DropInactiveLeaves(field, blocks.inside);
     report(marks.filled);
     if (!SolveDistances(field, static_cast<float>(h)))
       throw Error("the bone is empty: no point within the box is inside it");
@@ -375,7 +451,12 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
   FinishLevelSet(*grids.phi);
   if (bone.empty()) throw Error("the bone is empty: no point within the box is inside it");
   report(marks.solved);
-  SetRegions(bone, solid.region, options.region_voxel_mm, PartOf(options.progress, marks.solved, 1));
+  const auto region_report = PartOf(options.progress, marks.solved, 1);
+  if (solid.leaf_regions) {
+    SetRegions(bone, solid.leaf_regions, options.region_voxel_mm, region_report);
+  } else {
+    SetRegions(bone, solid.region, options.region_voxel_mm, region_report);
+  }
   report(1);
   return bone;
 }
@@ -436,6 +517,17 @@ void RoundDistances(Bone& bone, int precision_bits) {
 
 void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm,
                 const std::function<void(double)>& report) {
+  const auto leaf_regions = [&region](const LeafPlace& leaf, const WantedVoxels& wanted, LeafRegions& ids) {
+    for (int n = 0; n < kLeafVoxels; ++n) {
+      if (wanted[n]) ids[n] = region(leaf.CalcPosition(n));
+    }
+  };
+  SetRegions(bone, leaf_regions, region_voxel_mm, report);
+}
+
+void SetRegions(Bone& bone,
+                const std::function<void(const LeafPlace&, const WantedVoxels&, LeafRegions&)>& leaf_regions,
+                double region_voxel_mm, const std::function<void(double)>& report) {
   BoneGrids& grids = GridsOf(bone);
   const double h = grids.voxel_mm();
   const double hr = region_voxel_mm;
@@ -472,13 +564,17 @@ void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, doubl
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 16), [&](const auto& range) {
     openvdb::tree::ValueAccessor<const FloatTree> phi(grids.phi->constTree());
     for (std::size_t n = range.begin(); n < range.end(); ++n, progress.Done(1)) {
+      const LeafPlace place{{blocks[n].x(), blocks[n].y(), blocks[n].z()}, hr};
+      WantedVoxels near;
+      for (int i = 0; i < kLeafVoxels; ++i) near[i] = IsNear(phi, place.CalcPosition(i), h, hr);
+      if (near.none()) continue;
+      LeafRegions ids;
+      leaf_regions(place, near, ids);
       auto leaf = std::make_unique<RegionLeaf>(blocks[n], 0, false);
       bool any = false;
       for (openvdb::Index i = 0; i < RegionLeaf::SIZE; ++i) {
-        const Coord ijk = leaf->offsetToGlobalCoord(i);
-        const Vec3 p_W = hr * Vec3(ijk.x(), ijk.y(), ijk.z());
-        if (!IsNear(phi, p_W, h, hr)) continue;
-        const int id = region(p_W);
+        if (!near[i]) continue;
+        const int id = ids[i];
         if (id < 0 || id > 255) bad_id = id;
         if (id == 0) continue;
         leaf->setValueOn(i, id);

@@ -1,6 +1,8 @@
 // Construction of a bone from a solid or from closed surfaces.
 #pragma once
 
+#include <array>
+#include <bitset>
 #include <functional>
 #include <span>
 
@@ -11,15 +13,33 @@ namespace kerf {
 /// Classification of a ball of space, made without evaluating each voxel in it.
 enum class BlockClass { kInside, kOutside, kMixed };
 
+inline constexpr int kLeafVoxels = 512;
+/// A cube of 8 x 8 x 8 voxels. Voxel n is (x, y, z) with n = (8 x + y) 8 + z.
+struct LeafPlace {
+  std::array<int, 3> first;  // index of voxel 0; voxel 0 of the grid lies at the world's origin
+  double voxel_mm;
+
+  Vec3 CalcPosition(int n) const {
+    return voxel_mm * Vec3(first[0] + (n >> 6), first[1] + (n >> 3 & 7), first[2] + (n & 7));
+  }
+};
+using LeafValues = std::array<float, kLeafVoxels>;
+using WantedVoxels = std::bitset<kLeafVoxels>;
+using LeafRegions = std::array<int, kLeafVoxels>;
+
 /// A solid described by functions of a world point. All functions must be thread-safe.
 struct SolidField {
   /// Negative inside, positive outside, zero on the surface; continuous. mm when `is_distance`.
   std::function<double(const Vec3&)> value;
+  /// Optional: sets the values at the voxels of a leaf to those of value(), all at once, which may be faster.
+  std::function<void(const LeafPlace&, LeafValues&)> leaf_values = {};
   /// Returns whether the ball (centre, radius in mm) is certainly inside, certainly outside, or neither. A wrong answer
   /// makes holes in the bone.
   std::function<BlockClass(const Vec3&, double)> classify;
   /// Region id at a point; only called inside the solid or within the band of its surface. 0 (no material) is allowed.
   std::function<int(const Vec3&)> region;
+  /// Optional: sets the region ids of those voxels of a leaf that are in the mask, instead of region().
+  std::function<void(const LeafPlace&, const WantedVoxels&, LeafRegions&)> leaf_regions = {};
   /// If true, `value` is a signed distance with an error of at most 1 % within 3 voxels of the surface, and is used
   /// directly. If false, only the zero level of `value` is used and the distance is computed from it (first-order fast
   /// sweeping, accurate to 0.3 voxels within 3 voxels of the surface).
@@ -74,5 +94,9 @@ void RoundDistances(Bone& bone, int precision_bits);
 /// `report` is called with the progress, 0 to 1, from one thread.
 void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm,
                 const std::function<void(double)>& report = {});
+/// As above, but for all such voxels of a leaf at once; see SolidField::leaf_regions.
+void SetRegions(Bone& bone,
+                const std::function<void(const LeafPlace&, const WantedVoxels&, LeafRegions&)>& leaf_regions,
+                double region_voxel_mm, const std::function<void(double)>& report = {});
 
 }  // namespace kerf

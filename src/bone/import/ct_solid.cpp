@@ -61,14 +61,12 @@ void PrepareCoarse(const Volume& ct, double iso_hu, double range_hu, std::vector
 }  // namespace
 
 CtSolid::CtSolid(const Isolation& isolation, const std::vector<std::uint8_t>& cavities, double iso_hu, double fill_hu)
-    : iso_hu_(iso_hu), origin_W_(isolation.ct.origin_W) {
+    : iso_hu_(iso_hu), map_(isolation.ct) {
   const Volume& ct = isolation.ct;
-  const glm::dmat3 inverse = glm::inverse(ct.axes_W);
   for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column)
-      voxel_from_world_[column][row] = inverse[column][row] / ct.spacing_mm[row];
     // The image of the ball is an ellipsoid; its extent along a voxel axis is the length of that row.
-    reach_V_[row] = glm::length(Vec3(voxel_from_world_[0][row], voxel_from_world_[1][row], voxel_from_world_[2][row]));
+    reach_V_[row] =
+        glm::length(Vec3(map_.voxel_from_world[0][row], map_.voxel_from_world[1][row], map_.voxel_from_world[2][row]));
   }
   std::vector<float> hu(ct.count());
   std::vector<float> wanted(ct.count());
@@ -103,14 +101,24 @@ CtSolid::CtSolid(const Isolation& isolation, const std::vector<std::uint8_t>& ca
 }
 
 double CtSolid::Value(const Vec3& p_W) const {
-  const Vec3 p_V = VoxelFromWorld(p_W);
+  const Vec3 p_V = map_.VoxelFromWorld(p_W);
   const double by_hu = (iso_hu_ - surface_hu_->At(p_V)) / kHuScale;
   const double by_side = kBorder - wanted_->At(p_V);
   return std::max(by_hu, by_side);
 }
 
+void CtSolid::EvaluateLeaf(const LeafPlace& leaf, LeafValues& values) const {
+  const LatticePositions at_V = map_.CalcPositions(leaf);
+  std::array<double, 512> hu{}, wanted{};
+  surface_hu_->AtLattice(at_V, hu);
+  wanted_->AtLattice(at_V, wanted);
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    values[n] = static_cast<float>(std::max((iso_hu_ - hu[n]) / kHuScale, kBorder - wanted[n]));
+  }
+}
+
 BlockClass CtSolid::Classify(const Vec3& centre_W, double radius_mm) const {
-  const Vec3 p_V = VoxelFromWorld(centre_W);
+  const Vec3 p_V = map_.VoxelFromWorld(centre_W);
   const Vec3 r_V = radius_mm * reach_V_;
   const SplineField::Bounds hu = surface_hu_->CalcBounds(p_V - r_V, p_V + r_V);
   if (hu.upper < iso_hu_) return BlockClass::kOutside;

@@ -7,6 +7,7 @@
 
 #include "bone/grid/build.h"
 #include "bone/import/isolate.h"
+#include "bone/import/leaf_positions.h"
 #include "bone/import/spline_field.h"
 
 namespace kerf {
@@ -20,22 +21,22 @@ class CtSolid {
   CtSolid(const Isolation& isolation, const std::vector<std::uint8_t>& cavities, double iso_hu, double fill_hu);
 
   double Value(const Vec3& p_W) const;  // negative inside; dimensionless
+  /// Sets the values at the voxels of a leaf to those of Value(), bit for bit. Only if map().HasPositions().
+  void EvaluateLeaf(const LeafPlace& leaf, LeafValues& values) const;
   BlockClass Classify(const Vec3& centre_W, double radius_mm) const;
   /// The CT's HU with the cavities raised, neither limited nor blurred.
   const SplineField& hu() const { return *hu_; }
   /// The HU whose iso level is the surface.
-  double SurfaceHu(const Vec3& p_W) const { return surface_hu_->At(VoxelFromWorld(p_W)); }
-  double Hu(const Vec3& p_W) const { return hu_->At(VoxelFromWorld(p_W)); }
+  double SurfaceHu(const Vec3& p_W) const { return surface_hu_->At(map_.VoxelFromWorld(p_W)); }
+  double Hu(const Vec3& p_W) const { return hu_->At(map_.VoxelFromWorld(p_W)); }
+  const LatticeMap& map() const { return map_; }
   double iso_hu() const { return iso_hu_; }
   /// Box around the solid's voxels with a margin of three voxels, LPS, mm.
   const Box3& box() const { return box_; }
 
  private:
-  Vec3 VoxelFromWorld(const Vec3& p_W) const { return voxel_from_world_ * (p_W - origin_W_); }
-
   double iso_hu_;
-  Vec3 origin_W_;
-  glm::dmat3 voxel_from_world_{1};
+  LatticeMap map_;
   Vec3 reach_V_{0};  // half extent, in voxels, of the box around a ball of radius 1 mm
   Box3 box_;
   std::shared_ptr<SplineField> hu_;

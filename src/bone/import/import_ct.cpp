@@ -19,6 +19,7 @@
 #include "bone/import/image_file.h"
 #include "bone/import/image_header.h"
 #include "bone/import/import_steps.h"
+#include "bone/import/leaf_positions.h"
 #include "bone/import/mask_overlay.h"
 #include "bone/import/patient_frame.h"
 #include "bone/import/preview.h"
@@ -35,42 +36,57 @@ constexpr double kPreviewVoxel_mm = 0.8;
 enum class CtPart { kRead, kPreview, kIsolate, kFill, kSolid, kTissues, kLevelSet, kPieces, kHu, kMeasure, kCount };
 
 // Where the parts of the import of a CT begin and end in the progress of the whole, 0 to 1, so that progress is even in
-// time. Measured with a head of 250 x 250 x 234 voxels on one core of 2.5 GHz, as are the BuildTimes; the first two are
-// shares of the processor's time, measured with this head, as an image and as DICOM, and with one of 512 x 512 x 54.
+// time. The seconds are processor time on one core, measured with a head of 250 x 250 x 234 voxels, as are the
+// BuildTimes.
 class CtShares {
  public:
-  explicit CtShares(const ImportOptions& options) {
-    const double region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
-    const double finer = std::pow(0.2 / options.voxel_mm, 2.2);
-    const std::array<double, kCount> seconds{0.15,  // read; with the check of its values
-                                             options.take_preview ? 3.4 : 0.0,
-                                             0.7,
-                                             0.5,
-                                             0.25,
-                                             0.1,
-                                             EstimateBuildTimes(options.voxel_mm, region_voxel_mm).total_s(),
-                                             0.15 * finer,
-                                             options.keep_hu ? 0.1 : 0.0,
-                                             0.3 * finer};
-    double total = 0;
-    for (std::size_t i = 0; i < kCount; ++i) ends_[i] = total += seconds[i];
-    for (double& end : ends_) end /= total;
+  // `by_leaves`: as in EstimateBuildTimes(). It is known only when the CT has been read, and does not change where that
+  // ends.
+  CtShares(const ImportOptions& options, bool by_leaves) {
+    const double read_s = 0.35;  // with the check of its values
+    const double read = read_s / (read_s + Sum(options, true));
+    const double rest_s = Sum(options, by_leaves);
+    for (double& end : ends_) end = read + (1 - read) * end / rest_s;
   }
   double Begin(CtPart part) const { return part == CtPart::kRead ? 0 : ends_[static_cast<std::size_t>(part) - 1]; }
   double End(CtPart part) const { return ends_[static_cast<std::size_t>(part)]; }
 
  private:
+  // Sets the ends of the parts, in seconds after the end of reading. Returns the last one.
+  double Sum(const ImportOptions& options, bool by_leaves) {
+    const double region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
+    const double finer = std::pow(0.2 / options.voxel_mm, 2.4);
+    const std::array<double, kCount> seconds{0,
+                                             options.take_preview ? 2.1 : 0.0,
+                                             1.2,
+                                             0.62,
+                                             0.31,
+                                             0.12,
+                                             EstimateBuildTimes(options.voxel_mm, region_voxel_mm, by_leaves).total_s(),
+                                             0.17 * finer,
+                                             options.keep_hu ? 0.18 : 0.0,
+                                             0.52 * finer};
+    double total = 0;
+    for (std::size_t i = 0; i < kCount; ++i) ends_[i] = total += seconds[i];
+    return total;
+  }
+
   static constexpr auto kCount = static_cast<std::size_t>(CtPart::kCount);
   std::array<double, kCount> ends_{};
 };
 
-std::function<void(double)> CtProgress(const ImportOptions& options, CtPart part) {
-  const CtShares shares(options);
+std::function<void(double)> CtProgress(const ImportOptions& options, CtPart part, bool by_leaves) {
+  const CtShares shares(options, by_leaves);
   return Part(options.progress, shares.Begin(part), shares.End(part));
 }
 
-void EndPart(const ImportOptions& options, CtPart part) {
-  if (options.progress) options.progress(CtShares(options).End(part));
+void EndPart(const ImportOptions& options, CtPart part, bool by_leaves) {
+  if (options.progress) options.progress(CtShares(options, by_leaves).End(part));
+}
+
+// Returns whether the values of the CT's solid are computed for whole leaves.
+bool IsByLeaves(const Volume& ct, const ImportOptions& options) {
+  return LatticeMap(ct).HasPositions(options.voxel_mm);
 }
 
 }  // namespace
@@ -83,7 +99,7 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
     report.kind = "DICOM";
     report.series_uid = series.uid;
     report.study_date = series.study_date;
-    Volume ct = ReadDicomSeries(series, CtProgress(options, CtPart::kRead));
+    Volume ct = ReadDicomSeries(series, CtProgress(options, CtPart::kRead, true));
     if (!options.frame.empty()) ReinterpretFrame(options.frame, ct);
     return ct;
   }
@@ -147,7 +163,7 @@ Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const Impo
     return message;
   };
   try {
-    return Isolate(ct, options.isolate, CtProgress(options, CtPart::kIsolate));
+    return Isolate(ct, options.isolate, CtProgress(options, CtPart::kIsolate, IsByLeaves(ct, options)));
   } catch (const NotIsolated& e) {
     throw NotIsolated(add_warnings(e.what()), e.why(), e.largest_W());
   } catch (const Error& e) {
@@ -213,7 +229,7 @@ void Show(const std::shared_ptr<const Volume>& ct, const ImportOptions& options)
   if (!options.take_preview) return;
   try {
     options.take_preview(MakePreview(*ct, options.isolate.iso_hu, std::max(options.voxel_mm, kPreviewVoxel_mm),
-                                     CtProgress(options, CtPart::kPreview)));
+                                     CtProgress(options, CtPart::kPreview, IsByLeaves(*ct, options))));
   } catch (const Error&) {  // the import itself reports the reason
   }
 }
@@ -240,10 +256,12 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   report.mandible = isolation.mandible;
   report.shape_objection = isolation.shape_objection;
   stages.Done("isolate");
+  const bool by_leaves = IsByLeaves(isolation.ct, options);
 
   std::vector<std::uint8_t> cavities(isolation.ct.count(), 0);
   if (options.fill) {
-    cavities = FindCavities(isolation.ct, isolation.bone, options.cavities, CtProgress(options, CtPart::kFill));
+    cavities =
+        FindCavities(isolation.ct, isolation.bone, options.cavities, CtProgress(options, CtPart::kFill, by_leaves));
   }
   std::vector<std::uint8_t> solid_voxels = isolation.bone;
   std::size_t filled = 0;
@@ -272,7 +290,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   report.surface_error = CalcSurfaceError(solid, isolation, cavities);
   WarnAboutSurfaceError(options.isolate.iso_hu, report);
   stages.Done("surface error");
-  EndPart(options, CtPart::kSolid);
+  EndPart(options, CtPart::kSolid, by_leaves);
 
   const TissueMap tissue(isolation.ct, solid_voxels, isolation.bone, &solid.hu(), report.mandible, options.tissue,
                          isolation.mask ? &isolation.mask->samples : nullptr);
@@ -284,29 +302,33 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
         options.tissue.tooth_hu));
   }
   stages.Done("tissues");
-  EndPart(options, CtPart::kTissues);
+  EndPart(options, CtPart::kTissues, by_leaves);
 
   SolidField field;
   field.value = [&solid](const Vec3& p_W) { return solid.Value(p_W); };
+  if (by_leaves)
+    field.leaf_values = [&solid](const LeafPlace& leaf, LeafValues& values) { solid.EvaluateLeaf(leaf, values); };
   field.classify = [&solid](const Vec3& p_W, double radius_mm) { return solid.Classify(p_W, radius_mm); };
-  field.region = [&tissue](const Vec3& p_W) { return tissue.RegionAt(p_W); };
+  field.leaf_regions = [&tissue](const LeafPlace& leaf, const WantedVoxels& wanted, LeafRegions& ids) {
+    tissue.FindRegions(leaf, wanted, ids);
+  };
   field.is_distance = false;
   BuildOptions build;
   build.max_bytes = static_cast<double>(ReadAvailableBytes());
   build.voxel_mm = options.voxel_mm;
   build.region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
-  build.progress = CtProgress(options, CtPart::kLevelSet);
+  build.progress = CtProgress(options, CtPart::kLevelSet, by_leaves);
   if (options.fill) build.fill_voids = &report.voids;
   result.bone = MakeBone(field, solid.box().Grown(6 * options.voxel_mm), build, ChooseTable(options, report.mandible));
   stages.Done("level set");
   DropDust(result.bone, options.isolate.isolate, report);
   stages.Done("pieces");
-  EndPart(options, CtPart::kPieces);
+  EndPart(options, CtPart::kPieces, by_leaves);
   if (options.keep_hu) {
     KeepHu(isolation.ct, options, result.bone, report);
     stages.Done("CT numbers");
   }
-  EndPart(options, CtPart::kHu);
+  EndPart(options, CtPart::kHu, by_leaves);
   Finish(options, result.bone, report);
   stages.Done("measure");
   return result;

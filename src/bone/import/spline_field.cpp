@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "bone/import/spline_lattice.h"
+
 namespace kerf {
 
 namespace {
@@ -79,6 +81,26 @@ double SplineField::At(const Vec3& p_V) const {
     sum += w[2][k] * plane;
   }
   return sum;
+}
+
+void SplineField::AtLattice(const LatticePositions& at_V, std::array<double, 512>& values) const {
+  std::array<SplineAxis, 3> axes;
+  for (std::size_t a = 0; a < 3; ++a) {
+    std::array<int, 8> below{};
+    for (std::size_t n = 0; n < 8; ++n) {
+      const double x = std::clamp(at_V[a][n], -1.0, static_cast<double>(size_[a]));
+      const double floor = std::floor(x);
+      axes[a].weights[n] = Weights(x - floor);
+      below[n] = static_cast<int>(floor);
+    }
+    const auto [lowest, highest] = std::minmax_element(below.begin(), below.end());
+    axes[a].count = *highest - *lowest + 4;
+    for (int n = 0; n < axes[a].count; ++n) {
+      axes[a].coefficients[static_cast<std::size_t>(n)] = std::clamp(*lowest - 1 + n, 0, size_[a] - 1);
+    }
+    for (std::size_t n = 0; n < 8; ++n) axes[a].first[n] = below[n] - *lowest;
+  }
+  SumSplines(coefficients_.data(), {1, Index(0, 1, 0), Index(0, 0, 1)}, axes, values);
 }
 
 SplineField::Bounds SplineField::CalcBounds(const Vec3& lower_V, const Vec3& upper_V) const {

@@ -8,6 +8,9 @@
 
 namespace kerf {
 
+/// Positions along the three axes of the points of a lattice, 8 along each.
+using LatticePositions = std::array<std::array<double, 8>, 3>;
+
 /// Tensor product of cubic B-splines over a lattice, twice continuously differentiable. Coordinates are in voxels
 /// (index space of the lattice). Beyond the lattice, the outermost samples are assumed to continue unchanged.
 /// Thread-safe once constructed.
@@ -18,6 +21,13 @@ class SplineField {
   SplineField(const std::array<int, 3>& size, std::vector<float> samples, bool interpolate);
 
   double At(const Vec3& p_V) const;
+
+  /// Largest distance, in voxels, from the first to the last position along an axis for AtLeaf().
+  static constexpr double kLeafReach = 11;
+  /// Greatest distance between two positions along an axis for AtLattice(), in voxels.
+  static constexpr double kLatticeReach = 11;
+  /// Sets values[(8 x + y) 8 + z] to At() of (at_V[0][x], at_V[1][y], at_V[2][z]), bit for bit.
+  void AtLattice(const LatticePositions& at_V, std::array<double, 512>& values) const;
 
   struct Bounds {
     double lower, upper;

@@ -99,10 +99,7 @@ std::vector<std::uint8_t> WithoutMetal(std::vector<std::uint8_t> bone, const std
 TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid,
                      const std::vector<std::uint8_t>& bone, const SplineField* hu, bool use_atlas,
                      const TissueOptions& options, const MaskSamples* mask)
-    : lattice_(lattice), options_(options), hu_(hu) {
-  for (int a = 0; a < 3; ++a) {
-    for (int b = 0; b < 3; ++b) voxel_from_world_[b][a] = glm::inverse(lattice.axes_W)[b][a] / lattice.spacing_mm[a];
-  }
+    : lattice_(lattice), map_(lattice), options_(options), hu_(hu) {
   MaskSamples named;
   if (mask != nullptr) {
     const bool spreads = !mask->tooth.empty() || !mask->metal.empty() || !mask->lesion.empty();
@@ -239,15 +236,47 @@ int TissueMap::FindToothRegion(const Vec3& p_V) const {
   return best == 0 ? kToothRegion : ToothRegion(best);
 }
 
-int TissueMap::RegionAt(const Vec3& p_W) const {
-  const Vec3 p_V = voxel_from_world_ * (p_W - lattice_.origin_W);
-  if (metal_ && metal_->At(p_V) > 0.5) return kMetalRegion;
-  if (tooth_ && tooth_->At(p_V) > 0.5) return FindToothRegion(p_V);
-  if (canal_ && canal_->At(p_V) > 0.5) return kCanalRegion;
-  if (lesion_ && lesion_->At(p_V) > 0.5) return kLesionRegion;
-  const bool shell = depth_mm_->At(p_V) < options_.shell_mm;
-  if (!shell && (hu_ == nullptr || hu_->At(p_V) < options_.cortical_hu)) return kCancellousRegion;
+template <typename ValueOf>
+int TissueMap::ChooseRegion(const Vec3& p_W, ValueOf&& value_of) const {
+  if (metal_ && value_of(*metal_) > 0.5) return kMetalRegion;
+  if (tooth_ && value_of(*tooth_) > 0.5) return FindToothRegion(map_.VoxelFromWorld(p_W));
+  if (canal_ && value_of(*canal_) > 0.5) return kCanalRegion;
+  if (lesion_ && value_of(*lesion_) > 0.5) return kLesionRegion;
+  const bool shell = value_of(*depth_mm_) < options_.shell_mm;
+  if (!shell && (hu_ == nullptr || value_of(*hu_) < options_.cortical_hu)) return kCancellousRegion;
   return atlas_ ? atlas_->RegionAt(p_W) : kPlainCortexRegion;
+}
+
+int TissueMap::RegionAt(const Vec3& p_W) const {
+  const Vec3 p_V = map_.VoxelFromWorld(p_W);
+  return ChooseRegion(p_W, [&p_V](const SplineField& field) { return field.At(p_V); });
+}
+
+void TissueMap::FindRegions(const LeafPlace& leaf, const WantedVoxels& wanted, LeafRegions& ids) const {
+  if (!map_.HasPositions(leaf.voxel_mm)) {
+    for (int n = 0; n < kLeafVoxels; ++n) {
+      if (wanted[n]) ids[n] = RegionAt(leaf.CalcPosition(n));
+    }
+    return;
+  }
+  // Each field is computed for the whole leaf when its value is first asked for.
+  constexpr std::size_t kFields = 6;
+  std::array<const SplineField*, kFields> fields{};
+  std::array<std::array<double, kLeafVoxels>, kFields> values;
+  std::size_t count = 0;
+  const LatticePositions at_V = map_.CalcPositions(leaf);
+  for (int n = 0; n < kLeafVoxels; ++n) {
+    if (!wanted[n]) continue;
+    ids[n] = ChooseRegion(leaf.CalcPosition(n), [&](const SplineField& field) {
+      const auto place =
+          static_cast<std::size_t>(std::find(fields.begin(), fields.begin() + count, &field) - fields.begin());
+      if (place == count) {
+        fields[count] = &field;
+        field.AtLattice(at_V, values[count++]);
+      }
+      return values[place][n];
+    });
+  }
 }
 
 MaterialTable MakePlainTable() {

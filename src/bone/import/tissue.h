@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "bone/import/leaf_positions.h"
 #include "bone/import/mask.h"
 #include "bone/import/spline_field.h"
 #include "bone/import/volume.h"
@@ -39,6 +40,8 @@ class TissueMap {
   TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid, const std::vector<std::uint8_t>& bone,
             const SplineField* hu, bool use_atlas, const TissueOptions& options, const MaskSamples* mask = nullptr);
   int RegionAt(const Vec3& p_W) const;
+  /// Sets ids[n] to RegionAt() of each voxel n of a leaf that is `wanted`.
+  void FindRegions(const LeafPlace& leaf, const WantedVoxels& wanted, LeafRegions& ids) const;
   double tooth_mm3() const { return tooth_mm3_; }
 
   static constexpr int kPlainCortexRegion = 1;
@@ -48,9 +51,12 @@ class TissueMap {
   void TakeTeeth(const std::vector<float>& tooth, const std::vector<std::uint8_t>& bone);
   void MeasureDepth(const std::vector<std::uint8_t>& solid);
   int FindToothRegion(const Vec3& p_V) const;
+  /// Returns the region at a point where the value of each field is value_of(field).
+  template <typename ValueOf>
+  int ChooseRegion(const Vec3& p_W, ValueOf&& value_of) const;
 
   Volume lattice_;  // without its hu after construction
-  glm::dmat3 voxel_from_world_{1};
+  LatticeMap map_;
   TissueOptions options_;
   const SplineField* hu_;
   std::vector<std::uint8_t> tooth_voxels_;

@@ -34,7 +34,7 @@ double EstimateBone_s(const Scene& scene) {
     }
     case BoneSource::kMandible: {
       const double voxel_mm = bone.mandible.voxel_mm;
-      return EstimateBuildTimes(voxel_mm, std::max(voxel_mm, 0.2)).total_s();
+      return EstimateBuildTimes(voxel_mm, std::max(voxel_mm, 0.2), false).total_s();
     }
   }
   return kLeast_s;

@@ -264,6 +264,33 @@ TEST(Bone, ModulusIsInterpolatedBetweenRegionVoxels) {
   EXPECT_EQ(bone.PoissonRatioAt({5, 0, 0}), 0);
 }
 
+// Of a field that is no distance, only the voxels near its zero level count.
+TEST(MakeBone, FieldGivesTheSameBoneHoweverLooselyItIsClassified) {
+  SolidField field = test::SphereField({0.13, -0.21, 0.07}, 5);
+  field.is_distance = false;
+  // A thin wall and a hollow, so that leaves with a change of sign are beside leaves without one.
+  field.value = [](const Vec3& p) {
+    const double wall = std::abs(p.x - 0.81) - 0.1;
+    return std::max({glm::length(p - Vec3(0.13, -0.21, 0.07)) - 5, -wall, 1.1 - glm::length(p - Vec3(-2, 0, 0))});
+  };
+  field.classify = ClassifyByDistance(field.value);
+  const Box3 box{Vec3(-7), Vec3(7)};
+  const BuildOptions options{.voxel_mm = 0.1, .region_voxel_mm = 0.2, .progress = {}};
+  const std::uint64_t tight = MakeBone(field, box, options, test::OneRegionTable()).CalcHash();
+  field.classify = [](const Vec3&, double) { return BlockClass::kMixed; };
+  EXPECT_EQ(MakeBone(field, box, options, test::OneRegionTable()).CalcHash(), tight);
+  // Likewise if leaves are evaluated as a whole.
+  field.leaf_values = [value = field.value](const LeafPlace& leaf, LeafValues& values) {
+    for (int n = 0; n < kLeafVoxels; ++n) {
+      values[static_cast<std::size_t>(n)] = static_cast<float>(value(leaf.CalcPosition(n)));
+    }
+  };
+  field.leaf_regions = [](const LeafPlace&, const WantedVoxels& wanted, LeafRegions& ids) {
+    for (std::size_t n = 0; n < ids.size(); ++n) ids[n] = wanted[n] ? 24 : 99;
+  };
+  EXPECT_EQ(MakeBone(field, box, options, test::OneRegionTable()).CalcHash(), tight);
+}
+
 TEST(MakeBone, EndsSoonWhenTheProgressIsCancelled) {
   std::atomic<long> evaluated{0};
   SolidField field = test::SphereField({0, 0, 0}, 12);
