@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "base/core/cancelled.h"
+#include "bone/grid/shared_leaves.h"
 #include "cut/effects/guide.h"
 #include "cut/effects/plan.h"
 #include "cut/force/measured.h"
@@ -198,7 +199,7 @@ std::optional<LoopAction> LiveSession::NextAction() {
       asked_.pop_front();
     }
   }
-  for (std::promise<Bone>& bone : bones) bone.set_value(*mirror_);
+  for (std::promise<Bone>& bone : bones) bone.set_value(CopySharing(*mirror_));
   return action;
 }
 

@@ -4,11 +4,12 @@
 #include <utility>
 
 #include "app/window/is_ready.h"
+#include "bone/grid/shared_leaves.h"
 
 namespace kerf {
 
 std::shared_ptr<SurfaceWorker> ShownBone::Show(std::shared_ptr<const Bone> bone, bool final, const Bone* before) {
-  auto surface = std::make_shared<SurfaceWorker>(*bone, 0, before);
+  auto surface = std::make_shared<SurfaceWorker>(CopySharing(*bone), 0, before);
   Made made{
       .surface = surface, .bone = final ? bone : nullptr, .materials = bone->materials(), .voxel_mm = bone->voxel_mm()};
   const std::lock_guard lock(mutex_);

@@ -9,6 +9,7 @@
 #include "app/window/contact_sums.h"
 #include "app/window/viewer_app.h"
 #include "bone/grid/ct_modulus.h"
+#include "bone/grid/shared_leaves.h"
 #include "bone/vdb/bonefile.h"
 #include "cut/tool/looks.h"
 #include "kerf/error.h"
@@ -22,9 +23,9 @@ constexpr double kPreviewVoxel_mm = 0.8;
 
 /// Returns the bone with the CT numbers of the bone file, if it has any. The slices need them, but the loop does not.
 Bone WithCtNumbers(const Bone& bone, const std::string& file) {
-  if (file.empty() || bone.has_hu()) return bone;
+  if (file.empty() || bone.has_hu()) return CopySharing(bone);
   Bone read = ReadBone(file, {.hu = true});
-  return read.has_hu() ? read : bone;
+  return read.has_hu() ? read : CopySharing(bone);
 }
 
 }  // namespace
@@ -94,7 +95,7 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
     }
     with_hu.reset();
     if (!options_.watch || leaf_watch_) return;
-    leaf_watch_ = std::make_shared<CutWatch>(original ? original : bone_at_start(), made);
+    leaf_watch_ = std::make_shared<CutWatch>(original ? original : bone_at_start(), CopySharing(made));
     const std::lock_guard lock(mutex_);
     watch_ = leaf_watch_;
   };

@@ -9,6 +9,7 @@
 #include "bone/grid/cell_fields.h"
 #include "bone/grid/grids.h"
 #include "bone/grid/leaf_history.h"
+#include "bone/grid/lent_leaves.h"
 
 namespace kerf {
 namespace {
@@ -190,6 +191,7 @@ struct BoneField::State {
   explicit State(BoneGrids& the_grids)
       : grids(the_grids),
         tree(SplitTiles(grids)),
+        lender(FindLender(*grids.phi)),
         origin(FindOrigin(tree)),
         h(grids.voxel_mm()),
         p_WF_mm(h * (double{kLeafEdge} * Vec3(origin.x, origin.y, origin.z))),
@@ -228,12 +230,14 @@ struct BoneField::State {
   void StoreSplits();
   std::unique_ptr<FloatLeaf> TakeSpare(const LeafIndex& leaf);
   void AddOwn(std::size_t place, std::unique_ptr<FloatLeaf> own);
+  void Split(const LeafIndex& leaf, std::size_t place);
   CutValues Mark(const LeafIndex& leaf, std::size_t place);
   CutValues ValuesOf(std::size_t place) const;
 
   BoneGrids& grids;
   FloatTree& tree;
-  LeafIndex origin;  // of F in the world; as a point: p_WF_mm
+  const FloatTree* lender;  // owns the leaves that the bone shares with others; null: none
+  LeafIndex origin;         // of F in the world; as a point: p_WF_mm
   double h;
   Vec3 p_WF_mm;
   TreeTable<FloatTree> tiles;  // owns the blocks of the tiles
@@ -255,7 +259,9 @@ struct BoneField::State {
   std::vector<LeafIndex> changed;
   std::vector<LeafIndex> unsettled;
   struct NewSplit {
-    std::unique_ptr<FloatLeaf> whole, cut;
+    std::unique_ptr<FloatLeaf> cut;
+    std::unique_ptr<FloatLeaf> whole;         // null: `shared_whole`
+    const FloatLeaf* shared_whole = nullptr;  // of the lender
   };
   std::vector<NewSplit> new_splits;  // since the last Settle(): not in the grids yet
   LeafHistory* history = nullptr;
@@ -289,6 +295,7 @@ void BoneField::State::StoreSplits() {
   cut.clearAllAccessors();
   grids.whole->tree().clearAllAccessors();
   for (NewSplit& split : new_splits) {
+    if (!split.whole) split.whole = std::make_unique<FloatLeaf>(*split.shared_whole);
     // Files store the active values only.
     split.whole->setValuesOn();
     split.cut->setValuesOn();
@@ -417,6 +424,27 @@ void BoneField::State::AddOwn(std::size_t place, std::unique_ptr<FloatLeaf> own)
   ++own_leaves;
 }
 
+/// Gives a leaf with an uncut surface its two fields. The values of a shared leaf become those of `whole`, which never
+/// change, where they are; phi gets a leaf of its own.
+void BoneField::State::Split(const LeafIndex& leaf, std::size_t place) {
+  const float* const whole = table().at(place);
+  std::unique_ptr<FloatLeaf> copy = TakeSpare(leaf);
+  std::copy_n(whole, kLeafVoxels, copy->buffer().data());
+  NewSplit split;
+  split.cut = TakeSpare(leaf);
+  const FloatLeaf* const lent = lender == nullptr ? nullptr : lender->probeConstLeaf(copy->origin());
+  if (lent != nullptr && lent->buffer().data() == whole) {
+    split.shared_whole = lent;
+    phi.Set(place, copy->buffer().data());
+    ReplaceShared(tree, std::move(copy));
+  } else {
+    split.whole = std::move(copy);
+  }
+  const FloatLeaf& of_whole = split.whole ? *split.whole : *lent;
+  phi.Split(place, {of_whole.buffer().data(), split.cut->buffer().data()});
+  new_splits.push_back(std::move(split));
+}
+
 /// Marks a leaf as changed, and returns its values.
 BoneField::CutValues BoneField::State::Mark(const LeafIndex& leaf, std::size_t place) {
   std::uint8_t& flags = phi.flags(place);
@@ -473,10 +501,7 @@ BoneField::CutValues BoneField::Open(const LeafIndex& leaf) {
     // A split leaf that was emptied still has its two fields.
     if ((flags & PhiTable::kSplit) == 0) flags |= PhiTable::kCut;
   } else if ((flags & PhiTable::kWhole) != 0) {
-    State::NewSplit split{s.TakeSpare(leaf), s.TakeSpare(leaf)};
-    std::copy_n(s.table().at(place), kLeafVoxels, split.whole->buffer().data());
-    s.phi.Split(place, {split.whole->buffer().data(), split.cut->buffer().data()});
-    s.new_splits.push_back(std::move(split));
+    s.Split(leaf, place);
   }
   return s.Mark(leaf, place);
 }

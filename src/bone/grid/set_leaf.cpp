@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
 
+#include "bone/grid/lent_leaves.h"
 #include "bone/grid/parts_reader.h"
 
 namespace kerf {
@@ -14,14 +15,12 @@ void SetLeaf(Bone& bone, const std::array<int, 3>& index, std::span<const float,
   openvdb::FloatGrid& grid = *GridsOf(bone).phi;
   using Leaf = openvdb::FloatGrid::TreeType::LeafNodeType;
   static_assert(Leaf::SIZE == 512);
-  const openvdb::Coord origin(index[0] * static_cast<int>(Leaf::DIM), index[1] * static_cast<int>(Leaf::DIM),
-                              index[2] * static_cast<int>(Leaf::DIM));
-  Leaf* leaf = grid.tree().touchLeaf(origin);
+  Leaf& leaf = OwnLeaf(grid, OriginOf(index));
   const float band = grid.background();
   for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
     const float phi = values[i];
-    leaf->setValueOnly(i, phi);
-    leaf->setActiveState(i, std::abs(phi) < band);
+    leaf.setValueOnly(i, phi);
+    leaf.setActiveState(i, std::abs(phi) < band);
   }
 }
 

@@ -18,6 +18,7 @@
 #include "base/core/errno_text.h"
 #include "base/files/files.h"
 #include "bone/grid/grids.h"
+#include "bone/grid/shared_leaves.h"
 #include "bone/material/region_table.h"
 #include "bone/vdb/limits.h"
 #include "bone/vdb/vdb_check.h"
@@ -279,7 +280,7 @@ Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& 
 }
 
 Bone CopyAsStored(const Bone& bone, const ReadBoneOptions& options) {
-  Bone copy = bone;
+  Bone copy = CopySharing(bone);
   BoneGrids& grids = GridsOf(copy);
   if (grids.stored_materials) grids.materials = *grids.stored_materials;
   grids.stored_materials.reset();

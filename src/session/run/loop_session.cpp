@@ -13,6 +13,7 @@
 
 #include "base/core/cancelled.h"
 #include "bone/grid/set_leaf.h"
+#include "bone/grid/shared_leaves.h"
 #include "cut/effects/guide.h"
 #include "cut/hand_sim/internals.h"
 #include "cut/tool/shape.h"
@@ -216,6 +217,7 @@ void LoopSession::State::MakeBone() {
   Bone bone = MakeSceneBone(
       scene, [&](double f) { Show("making the bone", f); }, &s.material, options.read_bone);
   Show("preparing the session", 0);
+  ShareLeaves(bone);
   params.spare_leaves = CountSpareLeaves(bone);
   s.warnings = FindToolWarnings(scene, bone.voxel_mm());
   for (const std::string& warning : FindHandWarnings(scene, s.setup)) s.warnings.push_back(warning);
@@ -226,10 +228,10 @@ void LoopSession::State::MakeBone() {
     header = MakeRecordingHeader(scene, options.output.scene_file, RecordedKind::kLoop, bone, X_WT_start);
     if (replays()) header->taken_up_from = options.replay.recording->path();
   }
-  if (options.output.keep_bones) s.before = bone;
+  if (options.output.keep_bones) s.before = CopySharing(bone);
   Show("preparing the session", 0.3);
   if (!options.output.keep_last) s.volume_before_mm3 = bone.CalcVolume();
-  Bone copy = bone;
+  Bone copy = CopySharing(bone);
   Show("preparing the session", 0.5);
   simulation.emplace(std::move(bone), params, X_WT_start);
   Show("preparing the session", 0.9);
