@@ -93,51 +93,70 @@ Vec3 StructureBody::PointOf(std::size_t i) const {
                    lower_[2] + static_cast<int>(i % sz));
 }
 
-template <typename Enter>
-StructureBody::Reached StructureBody::Flood(std::vector<std::size_t> from, std::vector<std::uint8_t>& seen,
-                                            Enter&& enter) const {
+template <typename Enter, typename Visit>
+void StructureBody::Flood(std::vector<std::size_t> from, std::vector<std::uint8_t>& seen, Enter&& enter,
+                          Visit&& visit) const {
   const std::size_t sz = 1;
   const auto sy = static_cast<std::size_t>(size_[2]);
   const std::size_t sx = sy * static_cast<std::size_t>(size_[1]);
-  Reached out{.voxels = std::move(from), .steps = {}};
-  for (const std::size_t i : out.voxels) seen[i] = 1;
-  out.steps.assign(out.voxels.size(), 0);
-  for (std::size_t k = 0; k < out.voxels.size(); ++k) {
-    const std::size_t i = out.voxels[k];
-    const int step = out.steps[k] + 1;
-    for (const std::size_t next : {i - sx, i + sx, i - sy, i + sy, i - sz, i + sz}) {
-      if (inside_[next] == 0 || seen[next] != 0) continue;
-      seen[next] = 1;
-      if (!enter(next)) continue;
-      out.voxels.push_back(next);
-      out.steps.push_back(step);
+  for (const std::size_t i : from) seen[i] = 1;
+  // Only the voxels of one step are kept: a structure has millions.
+  std::vector<std::size_t> reached = std::move(from), further;
+  for (int steps = 0; !reached.empty(); ++steps) {
+    further.clear();
+    for (const std::size_t i : reached) {
+      visit(i, steps);
+      for (const std::size_t next : {i - sx, i + sx, i - sy, i + sy, i - sz, i + sz}) {
+        if (inside_[next] == 0 || seen[next] != 0) continue;
+        seen[next] = 1;
+        if (enter(next)) further.push_back(next);
+      }
     }
+    reached.swap(further);
   }
-  return out;
 }
 
 void StructureBody::FindEnds() {
   const auto any = [](std::size_t) { return true; };
-  Reached largest;
   std::vector<std::uint8_t> seen(inside_.size(), 0);
+  std::size_t largest = 0;  // voxels in a part
+  std::size_t last_of_largest = 0;
   for (std::size_t i = 0; i < inside_.size(); ++i) {
     if (inside_[i] == 0 || seen[i] != 0) continue;
-    Reached part = Flood({i}, seen, any);
-    if (part.voxels.size() > largest.voxels.size()) largest = std::move(part);
+    std::size_t count = 0;
+    std::size_t last = i;
+    Flood({i}, seen, any, [&](std::size_t voxel, int) {
+      ++count;
+      last = voxel;
+    });
+    if (count <= largest) continue;
+    largest = count;
+    last_of_largest = last;
   }
-  if (largest.voxels.empty()) return;
+  if (largest == 0) return;
   // The voxel that is furthest from any one is an end, and the one that is furthest from that is the other.
-  seen.assign(inside_.size(), 0);
-  const Reached from_first = Flood({largest.voxels.back()}, seen, any);
-  const int length = from_first.steps.back();
-  const double end = std::min(kEnd_mm / h_, kEndFraction * length);
-  const auto take = [end](const Reached& reached, auto&& add) {
-    for (std::size_t k = 0; k < reached.voxels.size() && reached.steps[k] <= end; ++k) add(reached.voxels[k]);
+  struct Reached {
+    std::size_t voxel;
+    int steps;
   };
-  take(from_first, [this](std::size_t i) { first_end_.push_back(i); });
-  second_end_.assign(inside_.size(), 0);
-  seen.assign(inside_.size(), 0);
-  take(Flood({from_first.voxels.back()}, seen, any), [this](std::size_t i) { second_end_[i] = 1; });
+  Reached furthest{};
+  const auto flood_from = [&](std::size_t first) {
+    std::vector<Reached> near;
+    seen.assign(inside_.size(), 0);
+    Flood({first}, seen, any, [&](std::size_t voxel, int steps) {
+      furthest = {voxel, steps};
+      if (steps <= kEnd_mm / h_) near.push_back(furthest);
+    });
+    return near;
+  };
+  const std::vector<Reached> near_first = flood_from(last_of_largest);
+  const double end = kEndFraction * furthest.steps;
+  for (const Reached& reached : near_first) {
+    if (reached.steps <= end) first_end_.push_back(reached.voxel);
+  }
+  for (const Reached& reached : flood_from(furthest.voxel)) {
+    if (reached.steps <= end) inside_[reached.voxel] = 2;
+  }
 }
 
 bool StructureBody::IsSevered(const Bone& after) const {
@@ -147,9 +166,10 @@ bool StructureBody::IsSevered(const Bone& after) const {
   std::vector<std::size_t> from;
   std::copy_if(first_end_.begin(), first_end_.end(), std::back_inserter(from), is_bone);
   std::vector<std::uint8_t> seen(inside_.size(), 0);
-  const Reached reached = Flood(std::move(from), seen, is_bone);
-  return std::none_of(reached.voxels.begin(), reached.voxels.end(),
-                      [this](std::size_t i) { return second_end_[i] != 0; });
+  bool is_connected = false;
+  Flood(std::move(from), seen, is_bone,
+        [&](std::size_t voxel, int) { is_connected = is_connected || inside_[voxel] == 2; });
+  return !is_connected;
 }
 
 }  // namespace kerf

@@ -29,26 +29,20 @@ class StructureBody {
 
  private:
   using Index = std::array<int, 3>;
-  /// Voxels in the order in which they are reached, and in how many steps.
-  struct Reached {
-    std::vector<std::size_t> voxels;
-    std::vector<int> steps;
-  };
   bool Allocate(const Box3& box_W);
   void Set(const PhiSampler& before, const Index& voxel);
   void FindEnds();
   Vec3 PointOf(std::size_t i) const;
-  /// Visits the voxels that can be reached from `from` and are not `seen` yet. `enter`: returns true for voxels that
-  /// may be visited.
-  template <typename Enter>
-  Reached Flood(std::vector<std::size_t> from, std::vector<std::uint8_t>& seen, Enter&& enter) const;
+  /// Calls visit(voxel, steps) for `from` and for the voxels that can be reached from there and are not `seen` yet, the
+  /// nearest first. `enter`: returns true for voxels that may be visited.
+  template <typename Enter, typename Visit>
+  void Flood(std::vector<std::size_t> from, std::vector<std::uint8_t>& seen, Enter&& enter, Visit&& visit) const;
 
   double h_;
   Index lower_{0, 0, 0};              // voxel at index 0
   Index size_{0, 0, 0};               // with a margin of one voxel that is never set
-  std::vector<std::uint8_t> inside_;  // 1: in the structure; z fastest
+  std::vector<std::uint8_t> inside_;  // 1: in the structure, 2: also at its second end; z fastest
   std::vector<std::size_t> first_end_;
-  std::vector<std::uint8_t> second_end_;  // 1: at the other end
 };
 
 }  // namespace kerf
