@@ -59,7 +59,8 @@ Ledger::Ledger(const BoneField& field, int copies)
       noted_(
           static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y) * static_cast<std::size_t>(count_.z),
           0),
-      copies_(static_cast<std::size_t>(std::max(copies, 1))) {
+      copy_count_(static_cast<std::size_t>(std::max(copies, 1))),
+      copies_(std::make_unique_for_overwrite<Values[]>(copy_count_)) {
   uncut_.fill(static_cast<float>(-field.band_mm()));
   // Every leaf with bone may be recorded once.
   std::size_t with_bone = 0;
@@ -188,7 +189,7 @@ void Ledger::AddLoss(const LeafIndex& owner, const ChangedVoxels& changed, const
 }
 
 std::size_t Ledger::CalcMemoryBytes() const {
-  return noted_.capacity() + entries_.capacity() * sizeof(Entry) + copies_.capacity() * sizeof(Values);
+  return noted_.capacity() + entries_.capacity() * sizeof(Entry) + copy_count_ * sizeof(Values);
 }
 
 }  // namespace kerf

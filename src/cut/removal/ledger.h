@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "bone/grid/field.h"
@@ -23,7 +24,7 @@ class Ledger {
   /// Returns true if another leaf with old values can be recorded. Tick-safe.
   bool HasRoom() const { return room() > 0; }
   /// Number of leaves with old values that can still be recorded.
-  std::size_t room() const { return copies_.size() - copies_used_; }
+  std::size_t room() const { return copy_count_ - copies_used_; }
   /// Records a leaf that changes for the first time since the last Account(); must be called only once for each leaf.
   /// `old_values`: its values of the cut before the change; null if it was not cut. Tick-safe.
   void Note(const LeafIndex& leaf, const float* old_values);
@@ -56,7 +57,8 @@ class Ledger {
   LeafIndex count_;
   std::vector<std::uint8_t> noted_;  // for each leaf of the field's box
   std::vector<Entry> entries_;
-  std::vector<Values> copies_;
+  std::size_t copy_count_;
+  std::unique_ptr<Values[]> copies_;  // not initialised: most are never written, and then take no memory
   std::size_t copies_used_ = 0;
   Values uncut_;
   std::array<double, 256> removed_mm3_{};
