@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -12,6 +13,8 @@
 #include <thread>
 #include <tuple>
 #include <utility>
+
+#include "bone/grid/shared_leaves.h"
 
 namespace kerf {
 namespace {
@@ -69,6 +72,9 @@ struct SurfaceWorker::State {
   std::condition_variable wake;
   mutable std::condition_variable idle;
   std::map<Index, LeafMessage> leaves;
+  std::uint64_t offered = 0;  // leaves so far
+  std::uint64_t meshed = 0;   // all leaves up to this number are in the finished chunks
+  std::uint64_t due = 0;      // those that the next Fetch() must return
   struct Key {
     Index index;
     int step;
@@ -91,6 +97,7 @@ struct SurfaceWorker::State {
 
   // Used only by the worker.
   int last_view = -1;
+  std::uint64_t taken = 0;  // leaves so far that are in the bone
   std::vector<Index> all;
   std::vector<Pass> passes;
   tbb::task_arena arena;
@@ -126,16 +133,16 @@ struct SurfaceWorker::State {
     Hand(std::move(meshes));
   }
 
-  bool TakeLeaves() {
-    std::map<Index, LeafMessage> taken;
+  void TakeLeaves() {
+    std::map<Index, LeafMessage> changed;
     {
       const std::lock_guard lock(mutex);
-      taken.swap(leaves);
+      changed.swap(leaves);
+      taken = offered;
     }
-    if (taken.empty()) return false;
+    if (changed.empty()) return;
     const std::lock_guard lock(bone_mutex);
-    for (const auto& [index, leaf] : taken) chunks.Take(leaf);
-    return true;
+    for (const auto& [index, leaf] : changed) chunks.Take(leaf);
   }
 
   // Computes one requested slice, or the planes' lines. Returns false if none is requested.
@@ -185,6 +192,19 @@ struct SurfaceWorker::State {
     return planes.has_value() || wanted.has_value();
   }
 
+  // Returns false if no chunk was dirty.
+  bool MeshDirty() {
+    const std::vector<Index> dirty = chunks.TakeDirty(chunks.CountDirty());
+    if (!dirty.empty()) {
+      MeshAll(dirty, 1);
+      MeshAll(dirty, 2);  // for views from a distance
+    }
+    const std::lock_guard lock(mutex);
+    meshed = taken;
+    idle.notify_all();
+    return !dirty.empty();
+  }
+
   // Does one unit of work. Returns false if there is none.
   bool Step() {
     constexpr std::size_t kBatch = 64;
@@ -195,13 +215,9 @@ struct SurfaceWorker::State {
     }
     if (FirstDone()) {
       // Cut chunks have priority once there is a first picture.
-      const std::vector<Index> dirty = chunks.TakeDirty(8);
-      if (!dirty.empty()) {
-        MeshAll(dirty, 1);
-        MeshAll(dirty, 2);  // for views from a distance
-      }
+      const bool remeshed = MeshDirty();
       const bool sliced = MakeSlice();
-      if (!dirty.empty() || sliced) return true;
+      if (remeshed || sliced) return true;
     }
     Pass* pass = FindPass();
     if (pass == nullptr) return false;
@@ -271,13 +287,18 @@ void SurfaceWorker::Offer(const LeafMessage& leaf) {
   {
     const std::lock_guard lock(state_->mutex);
     state_->leaves.insert_or_assign(leaf.index, leaf);
+    ++state_->offered;
   }
   state_->wake.notify_one();
 }
 
 std::vector<ChunkMesh> SurfaceWorker::Fetch(std::size_t at_most) {
   std::vector<ChunkMesh> meshes;
-  const std::lock_guard lock(state_->mutex);
+  std::unique_lock lock(state_->mutex);
+  if (state_->first_done) {
+    state_->idle.wait(lock, [&] { return state_->meshed >= state_->due; });
+    state_->due = state_->offered;
+  }
   while (!state_->order.empty() && meshes.size() < at_most) {
     const auto at = state_->finished.find(state_->order.front());
     meshes.push_back(std::move(at->second));
@@ -355,7 +376,7 @@ std::optional<Vec3> SurfaceWorker::Pick(const Ray& ray) const {
 
 Bone SurfaceWorker::CopyBone() const {
   const std::shared_lock lock(state_->bone_mutex);
-  return state_->chunks.bone();
+  return CopySharing(state_->chunks.bone());
 }
 
 }  // namespace kerf

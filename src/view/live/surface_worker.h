@@ -21,8 +21,8 @@ struct SurfaceCounts {
 };
 
 /// Meshes the bone in a thread of its own. The thread that reads the loop's leaves calls Offer(); the drawing thread
-/// calls Fetch(). Neither waits for meshing: both hold a lock only while copying. Waiting leaves are merged by
-/// position, so their number is bounded by the size of the bone.
+/// calls Fetch(). Offer() holds a lock only while copying. Waiting leaves are merged by position, so their number is
+/// bounded by the size of the bone.
 class SurfaceWorker {
  public:
   /// `bone`: a copy from before the loop begins. `threads`: for the first meshing; 0: one per core. `before`: the bone
@@ -38,6 +38,8 @@ class SurfaceWorker {
   /// Queues a changed leaf. May be called by any thread.
   void Offer(const LeafMessage& leaf);
   /// Removes and returns at most `at_most` finished chunks, oldest first; only the latest mesh of each chunk and step.
+  /// After the first picture, waits until the leaves that were offered before the previous call are meshed. Called once
+  /// a frame, it therefore returns the chunk of a changed leaf by the second frame after the change.
   /// An upload takes about 10 us. May be called by any thread.
   std::vector<ChunkMesh> Fetch(std::size_t at_most = 1024);
   SurfaceCounts counts() const;

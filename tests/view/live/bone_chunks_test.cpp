@@ -295,6 +295,36 @@ TEST(BoneChunks, NormalsPointOutward) {
   EXPECT_GT(looked, 1000u);
 }
 
+TEST(SurfaceWorker, ReturnsAChangedChunkByTheSecondFrame) {
+  SurfaceWorker worker(MakePlate(0.2), 1);
+  BoneChunks alone(MakePlate(0.2));
+  worker.WaitIdle();
+  while (!worker.Fetch().empty()) continue;
+  const std::array<int, 3> chunk{0, 0, -1};  // with the plate's top, z = 0, at its upper end
+  for (int round = 1; round <= 30; ++round) {
+    // A hole in one leaf, deeper from round to round; slices take the worker's time meanwhile.
+    LeafMessage leaf{.index = {1, 1, -1}};
+    leaf.values.fill(0.01F * static_cast<float>(round));
+    worker.RequestSlice(0, {});
+    worker.Offer(leaf);
+    alone.Take(leaf);
+    ChunkMesh wanted;
+    alone.Mesh(chunk, 1, wanted);
+    ChunkMesh seen;
+    for (int frame = 1; frame <= 2; ++frame) {
+      for (ChunkMesh& mesh : worker.Fetch()) {
+        if (mesh.index == chunk && mesh.step == 1) seen = std::move(mesh);
+      }
+    }
+    ASSERT_GT(wanted.triangles.size(), 0u);
+    EXPECT_EQ(seen.triangles, wanted.triangles) << round;
+    ASSERT_EQ(seen.vertices.size(), wanted.vertices.size()) << round;
+    for (std::size_t i = 0; i < wanted.vertices.size(); ++i) {
+      EXPECT_EQ(seen.vertices[i].p_mm, wanted.vertices[i].p_mm) << round;
+    }
+  }
+}
+
 TEST(SurfaceWorker, GivesTheSameMeshAsASingleThread) {
   const Slot slot;
   Simulation simulation(MakePlate(0.2), slot.params, slot.start);
