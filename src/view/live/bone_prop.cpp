@@ -11,11 +11,13 @@
 #include <vtkOpenGLState.h>
 
 #include <algorithm>
+#include <bitset>
 #include <cmath>
 #include <cstddef>
 #include <glm/geometric.hpp>
 #include <map>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -28,6 +30,15 @@ vtkStandardNewMacro(BoneProp);
 
 namespace {
 
+using Entries = std::bitset<512>;  // of the palette
+
+constexpr double kPoresFrom_mm = 0.5;  // pores are too small to be seen if a pixel is as large as this
+
+// The vertex's entry in the palette: as in shaders/bone.vert.
+std::size_t EntryOf(const ChunkVertex& v) {
+  return v.region + (v.cut > 127 ? 256u : 0u);
+}
+
 // Buffers of one chunk at one step.
 struct Uploaded {
   GLuint vertex_array = 0;
@@ -37,6 +48,7 @@ struct Uploaded {
   GLsizei skirt = 0;                // number of skirt indices, stored after the others
   GLenum type = GL_UNSIGNED_SHORT;  // type of the indices
   std::size_t bytes = 0;
+  Entries entries;  // those of its vertices
 
   void Release() {
     if (vertex_array != 0) glDeleteVertexArrays(1, &vertex_array);
@@ -108,6 +120,8 @@ void Upload(const ChunkMesh& mesh, Uploaded& to) {
     glGenBuffers(1, &to.vertices);
     glGenBuffers(1, &to.triangles);
   }
+  to.entries.reset();
+  for (const ChunkVertex& v : mesh.vertices) to.entries.set(EntryOf(v));
   glBindVertexArray(to.vertex_array);
   glBindBuffer(GL_ARRAY_BUFFER, to.vertices);
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(ChunkVertex)),
@@ -174,8 +188,9 @@ std::size_t PlaceOf(int step) {
 }  // namespace
 
 struct BoneProp::State {
-  GlProgram program;
+  GlProgram plain, with_pores;
   GLuint palette = 0;
+  Entries porous;
   std::array<float, 4 * 512> colours{};
   bool colours_changed = true;
   Vec3 origin_W{0};
@@ -190,6 +205,16 @@ struct BoneProp::State {
   Fineness fineness;
   Counts counts;
 
+  void MakePrograms() {
+    std::string porous_frag = shaders::kBoneFrag;
+    porous_frag.insert(porous_frag.find('\n') + 1, "#define PORES\n");  // after the version
+    plain.Make("bone", shaders::kBoneVert, shaders::kBoneFrag);
+    with_pores.Make("bone", shaders::kBoneVert, porous_frag.c_str());
+    for (const GlProgram* program : {&plain, &with_pores}) {
+      glUniformBlockBinding(program->id(), glGetUniformBlockIndex(program->id(), "Palette"), 0);
+    }
+    glGenBuffers(1, &palette);
+  }
   // Returns the coarsest step, from index `first` on, whose cells are at most `cell_px` points wide.
   std::size_t StepFor(double cell_px, std::size_t first) const {
     std::size_t i = first;
@@ -261,6 +286,7 @@ void BoneProp::SetChunk(const ChunkMesh& mesh) {
 void BoneProp::SetPalette(const std::array<std::array<std::uint8_t, 4>, 512>& palette) {
   for (std::size_t i = 0; i < palette.size(); ++i) {
     for (std::size_t k = 0; k < 4; ++k) state_->colours[4 * i + k] = static_cast<float>(palette[i][k]) / 255.0F;
+    state_->porous.set(i, palette[i][3] > 0);
   }
   state_->colours_changed = true;
 }
@@ -310,18 +336,13 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   if (window == nullptr) return 0;
   vtkOpenGLState& state = *window->GetState();
   window->GetShaderCache()->ReleaseCurrentShader();
-  if (!s.program.made()) {
-    s.program.Make("bone", shaders::kBoneVert, shaders::kBoneFrag);
-    glGenBuffers(1, &s.palette);
-    glUniformBlockBinding(s.program.id(), glGetUniformBlockIndex(s.program.id(), "Palette"), 0);
-  }
+  if (s.palette == 0) s.MakePrograms();
   glBindBuffer(GL_UNIFORM_BUFFER, s.palette);
   if (s.colours_changed) {
     glBufferData(GL_UNIFORM_BUFFER, sizeof(s.colours), s.colours.data(), GL_STATIC_DRAW);
     s.colours_changed = false;
   }
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, s.palette);
-  s.program.Use();
 
   vtkCamera& camera = *renderer->GetActiveCamera();
   double view[16];
@@ -335,12 +356,16 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   for (int i = 0; i < 3; ++i) {
     view[4 * i + 3] += view[4 * i] * s.origin_W.x + view[4 * i + 1] * s.origin_W.y + view[4 * i + 2] * s.origin_W.z;
   }
-  glUniformMatrix4fv(s.program.Uniform("view_from_bone"), 1, GL_FALSE, ToGl(view).data());
-  glUniformMatrix4fv(s.program.Uniform("clip_from_view"), 1, GL_FALSE, ToGl(clip).data());
-  glUniform3f(s.program.Uniform("to_eye"), 0, 0, 1);
-  glUniform1f(s.program.Uniform("parallel"), camera.GetParallelProjection() != 0 ? 1.0F : 0.0F);
-  glUniform1f(s.program.Uniform("opacity"), s.translucent ? 0.16F : 1.0F);
-  glUniform1f(s.program.Uniform("pixel_mm"), static_cast<float>(s.pixel_mm));
+  const Entries porous = s.pixel_mm < kPoresFrom_mm ? s.porous : Entries();
+  for (const GlProgram* program : {&s.plain, &s.with_pores}) {
+    program->Use();
+    glUniformMatrix4fv(program->Uniform("view_from_bone"), 1, GL_FALSE, ToGl(view).data());
+    glUniformMatrix4fv(program->Uniform("clip_from_view"), 1, GL_FALSE, ToGl(clip).data());
+    glUniform3f(program->Uniform("to_eye"), 0, 0, 1);
+    glUniform1f(program->Uniform("parallel"), camera.GetParallelProjection() != 0 ? 1.0F : 0.0F);
+    glUniform1f(program->Uniform("opacity"), s.translucent ? 0.16F : 1.0F);
+    glUniform1f(program->Uniform("pixel_mm"), static_cast<float>(s.pixel_mm));
+  }
 
   // Draws front to back, so that hidden fragments are not shaded.
   double eye[3];
@@ -383,7 +408,11 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   const auto draw_all = [&] {
     s.counts.drawn = 0;
     s.counts.triangles = 0;
+    const GlProgram* used = nullptr;
     for (const ToDraw& chunk : seen) {
+      const GlProgram& program = (chunk.uploaded->entries & porous).any() ? s.with_pores : s.plain;
+      if (&program != used) program.Use();
+      used = &program;
       glBindVertexArray(chunk.uploaded->vertex_array);
       glDrawElements(GL_TRIANGLES, chunk.corners, chunk.uploaded->type, nullptr);
       ++s.counts.drawn;
@@ -433,7 +462,8 @@ void BoneProp::ReleaseGraphicsResources(vtkWindow* window) {
   if (state_->palette != 0) glDeleteBuffers(1, &state_->palette);
   state_->palette = 0;
   state_->colours_changed = true;
-  state_->program.Release();
+  state_->plain.Release();
+  state_->with_pores.Release();
   Superclass::ReleaseGraphicsResources(window);
 }
 
