@@ -126,7 +126,7 @@ std::string RunExport(ExportOrder& order) {
                               .caption = order.pictures[i].first,
                               .png = order.pictures[i].second});
   }
-  if (order.sessions.size() > 1) std::erase_if(order.sessions, IsEmpty);
+  if (order.sessions.size() > 1) std::erase_if(order.sessions, [](const ProjectSession& one) { return IsEmpty(one); });
   const JoinedSessions joined = JoinSessions(order.sessions);
   taken.hub_in_bone_W = joined.holder.hub_W;
   taken.handpiece_in_bone_W = joined.holder.handpiece_W;
