@@ -141,6 +141,7 @@ class BlockFlood {
 }  // namespace
 
 FilledVoids FillVoids(FloatTree& field, double voxel_mm, std::vector<Coord>& filled_blocks) {
+  if (field.leafCount() == 0) return {};  // no surface, so nothing is enclosed
   BlockFlood flood(field);
   const BoolTree voids = flood.FindVoids();
   const std::size_t count = flood.FloodRest();

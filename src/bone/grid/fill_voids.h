@@ -10,10 +10,9 @@
 namespace kerf {
 
 /// Fills the voids of a field with the value -1. A void consists of voxels with a value of at least 0 from which no
-/// path through faces shared by such voxels leads out of the solid. All voxels of the field's leaves must be active. A
-/// block without a leaf is inside if its value is negative. The voxels of a leaf next to such a block must have the
-/// block's sign; otherwise the flood fill would spread beyond the leaves. Adds to `filled_blocks` the leaf-sized blocks
-/// without a leaf that are filled. The surface that can be reached from outside stays bit-identical.
+/// path through faces shared by such voxels leads out of the solid. A block without a leaf is inside if its value is
+/// negative, and no such block may lie beyond the leaves. Adds to `filled_blocks` the leaf-sized blocks without a leaf
+/// that are filled. The surface that can be reached from outside stays bit-identical.
 FilledVoids FillVoids(openvdb::FloatTree& field, double voxel_mm, std::vector<openvdb::Coord>& filled_blocks);
 
 }  // namespace kerf

@@ -22,8 +22,6 @@ class SplineField {
 
   double At(const Vec3& p_V) const;
 
-  /// Largest distance, in voxels, from the first to the last position along an axis for AtLeaf().
-  static constexpr double kLeafReach = 11;
   /// Greatest distance between two positions along an axis for AtLattice(), in voxels.
   static constexpr double kLatticeReach = 11;
   /// Sets values[(8 x + y) 8 + z] to At() of (at_V[0][x], at_V[1][y], at_V[2][z]), bit for bit.

@@ -274,12 +274,18 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   RunPictures pictures{scene, result.ticks, before, summary.volume_before_mm3, result.bone, {}, folder};
   pictures.apart = !summary.fragments;  // fragments.png shows them
   pictures.out = out;
+  bool is_separated = false;
   pictures.wait_for_pieces = [&] {
     const Separated& separated = separation.Wait(stage("separating the pieces"));
+    is_separated = true;
     return DrawnPieces{separated.surfaces, &separated.split.dust};
   };
   const bool drawn = AreDrawn(scene, picture_warnings);
-  if (drawn) picture_names = WriteRunPictures(pictures, stage("drawing the pictures"), picture_warnings);
+  // The stages of the progress follow each other: a picture before the pieces is not reported.
+  const auto report_drawn = [&](double fraction) {
+    if (is_separated) stage("drawing the pictures")(fraction);
+  };
+  if (drawn) picture_names = WriteRunPictures(pictures, report_drawn, picture_warnings);
   const Separated& separated = separation.Wait(stage("separating the pieces"));
   summary.dust_count = separated.split.dust_count;
   summary.dust_mm3 = separated.split.dust_mm3;

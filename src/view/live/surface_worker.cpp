@@ -292,11 +292,11 @@ void SurfaceWorker::Offer(const LeafMessage& leaf) {
   state_->wake.notify_one();
 }
 
-std::vector<ChunkMesh> SurfaceWorker::Fetch(std::size_t at_most) {
+std::vector<ChunkMesh> SurfaceWorker::Fetch(std::size_t at_most, std::chrono::milliseconds longest_wait) {
   std::vector<ChunkMesh> meshes;
   std::unique_lock lock(state_->mutex);
   if (state_->first_done) {
-    state_->idle.wait(lock, [&] { return state_->meshed >= state_->due; });
+    state_->idle.wait_for(lock, longest_wait, [&] { return state_->meshed >= state_->due; });
     state_->due = state_->offered;
   }
   while (!state_->order.empty() && meshes.size() < at_most) {

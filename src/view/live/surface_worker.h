@@ -1,6 +1,7 @@
 // Thread that keeps the drawn surface up to date with the bone as it is cut.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <map>
 #include <memory>
@@ -38,10 +39,12 @@ class SurfaceWorker {
   /// Queues a changed leaf. May be called by any thread.
   void Offer(const LeafMessage& leaf);
   /// Removes and returns at most `at_most` finished chunks, oldest first; only the latest mesh of each chunk and step.
-  /// After the first picture, waits until the leaves that were offered before the previous call are meshed. Called once
-  /// a frame, it therefore returns the chunk of a changed leaf by the second frame after the change.
+  /// After the first picture, waits until the leaves that were offered before the previous call are meshed, but no
+  /// longer than `longest_wait`. Called once a frame, it therefore returns the chunk of a changed leaf by the second
+  /// frame after the change, unless there is more work than fits into that time or more than `at_most` chunks wait.
   /// An upload takes about 10 us. May be called by any thread.
-  std::vector<ChunkMesh> Fetch(std::size_t at_most = 1024);
+  std::vector<ChunkMesh> Fetch(std::size_t at_most = 1024,
+                               std::chrono::milliseconds longest_wait = std::chrono::milliseconds(50));
   SurfaceCounts counts() const;
   /// Returns true if the surface of the first picture (the coarse step of all chunks) is available to Fetch().
   bool first_done() const;

@@ -6,7 +6,9 @@
 #include <random>
 
 #include "bone/grid/grids.h"
+#include "bone/material/region_table.h"
 #include "kerf/surface.h"
+#include "support/message_of.h"
 #include "support/solids.h"
 
 namespace kerf {
@@ -50,6 +52,25 @@ int LabelVoids(const std::vector<bool>& solid, std::vector<int>& label) {
     for (const int i : part) label[i] = leads_out ? 0 : voids;
   }
   return voids;
+}
+
+TEST(FillVoids, FieldWithoutASurfaceIsRefusedAsEmpty) {
+  openvdb::FloatTree field(1);
+  std::vector<openvdb::Coord> filled;
+  EXPECT_EQ(FillVoids(field, 0.1, filled).count, 0u);
+  // Mixed blocks, in none of which a voxel is inside: thinner than a voxel, for example.
+  SolidField solid;
+  solid.value = [](const Vec3&) { return 1.0; };
+  solid.classify = [](const Vec3&, double) { return BlockClass::kMixed; };
+  solid.region = [](const Vec3&) { return 1; };
+  solid.is_distance = false;
+  FilledVoids voids;
+  BuildOptions options{0.2, 0.2, {}};
+  options.fill_voids = &voids;
+  EXPECT_EQ(test::MessageOf([&] {
+              MakeBone(solid, Box3{Vec3(0), Vec3(4)}, options, DefaultMandibleTable());
+            }),
+            "the bone is empty: no point within the box is inside it");
 }
 
 TEST(FillVoids, FillsVoxelsThatAFloodFromOutsideDoesNotReach) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -312,7 +313,7 @@ TEST(SurfaceWorker, ReturnsAChangedChunkByTheSecondFrame) {
     alone.Mesh(chunk, 1, wanted);
     ChunkMesh seen;
     for (int frame = 1; frame <= 2; ++frame) {
-      for (ChunkMesh& mesh : worker.Fetch()) {
+      for (ChunkMesh& mesh : worker.Fetch(1024, std::chrono::minutes(5))) {
         if (mesh.index == chunk && mesh.step == 1) seen = std::move(mesh);
       }
     }
