@@ -170,7 +170,7 @@ TEST(BenchTick, CasesAreChosenByName) {
   EXPECT_EQ(results[1].name, "idle");
   EXPECT_THAT(test::MessageOf([&] { RunTickCases({"disk-0.1"}, FewTicks(30)); }),
               testing::StartsWith("there is no case \"disk-0.1\"; the nearest is \"disc-0.1\"; the cases are "
-                                  "disc-0.1, disc-0.1-hand, "));
+                                  "disc-0.1, disc-0.1-effects, disc-0.1-hand, "));
 }
 
 TEST(BenchTick, MissingCoreIsRefused) {
