@@ -56,11 +56,9 @@ struct Blocks {
 
 // Maximum memory per block while a bone is made, bytes. An inside block needs an entry in the lists; a mixed block
 // needs a leaf of the level set, one of the regions, and another one while a distance is computed. Measured with blocks
-// of 60 to 240 mm at 0.2 mm voxels. Of a field that is no distance, only the mixed blocks near the surface become
-// leaves: a CT at 0.1 mm took 2500 bytes for each mixed block, and its own memory is part of that.
+// of 60 to 240 mm at 0.2 mm voxels.
 constexpr double kBytesOfInside = 100;
 constexpr double kBytesOfMixed = 7000;
-constexpr double kBytesOfMixedInField = 3500;
 
 [[noreturn]] void RefuseMemory(double bytes, const BuildOptions& options) {
   const auto [needed, there] = FormatBytePair(bytes, options.max_bytes);
@@ -128,9 +126,8 @@ Blocks SortBlocks(const SolidField& solid, const Box3& box, const BuildOptions& 
         }
       }
     }
-    const double here =
-        kBytesOfInside * static_cast<double>(found[n].inside.size()) +
-        (solid.is_distance ? kBytesOfMixed : kBytesOfMixedInField) * static_cast<double>(found[n].mixed.size());
+    const double here = kBytesOfInside * static_cast<double>(found[n].inside.size()) +
+                        kBytesOfMixed * static_cast<double>(found[n].mixed.size());
     if (const double now = bytes.fetch_add(here) + here; now > options.max_bytes) RefuseMemory(now, options);
   });
   Blocks all;
