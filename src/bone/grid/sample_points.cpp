@@ -110,92 +110,184 @@ HWY_INLINE void VisitEdges(const Cells& cells, std::size_t i, Visit&& visit) {
   }
 }
 
-/// cut: null if `whole` is to get phi.
-void Sample(const PhiTable& table, const PointMap& map, const PointList& points, double* whole, double* cut) {
-  const LeafTable<float>& leaves = table.leaves();
-  const std::uint8_t* const flags = table.all_flags();
-  const TableBox box = leaves.box();
-  const auto inside = static_cast<double>(table.inside()[0]);
-  Cells cells;
+/// Values at the corners of cells, in pairs along z, in the order of the corners.
+struct Corners {
   struct Edge {
     float lower, upper;
   };
-  alignas(64) Edge edges[4][kPart];  // values at the corners, by edges along z
-  alignas(64) double mixed[kPart];
-  std::uint8_t flags_of[kPart];  // of all leaves of a cell
-  std::uint8_t within[kPart];
-  std::uint8_t across[kPart];
+  alignas(64) Edge edges[4][kPart];
+
+  /// Reads both ends of an edge that lies in one leaf.
+  HWY_INLINE void Read(std::size_t edge, std::size_t i, const float* lower) {
+    std::memcpy(&edges[edge][i], lower, sizeof(Edge));
+  }
+  /// Reads all edges of a cell that lies in one leaf.
+  HWY_INLINE void ReadCell(std::size_t i, const float* lowest) {
+    constexpr int kFromLowest[4] = {0, 8, 64, 72};
+    for (std::size_t edge = 0; edge < 4; ++edge) Read(edge, i, lowest + kFromLowest[edge]);
+  }
+  /// Sets the values of further cells to zero, until their number is that of whole vectors.
+  void Pad(std::size_t count) {
+    for (std::size_t i = count; i % kLanes != 0; ++i) edges[0][i] = edges[1][i] = edges[2][i] = edges[3][i] = {};
+  }
+  /// Returns the values at the lower and at the upper ends of the edges of some cells, from cell i on.
+  HWY_INLINE void Load(std::size_t edge, std::size_t i, hn::Vec<Singles>& lower, hn::Vec<Singles>& upper) const {
+    hn::LoadInterleaved2(Singles(), &edges[edge][i].lower, lower, upper);
+  }
+};
+
+/// Interpolates trilinearly between values that load(edge, lower, upper) gives, at the position f in the cell.
+template <typename Load>
+HWY_INLINE D Mix(D fx, D fy, D fz, Load&& load) {
+  const auto mix = [](D a, D b, D t) HWY_ATTR { return hn::Add(a, hn::Mul(t, hn::Sub(b, a))); };
+  const auto along_edge = [&](std::size_t edge) HWY_ATTR {
+    hn::Vec<Singles> lower, upper;
+    load(edge, lower, upper);
+    return mix(hn::PromoteTo(kDoubles, lower), hn::PromoteTo(kDoubles, upper), fz);
+  };
+  const D lower = mix(along_edge(0), along_edge(1), fy);
+  const D upper = mix(along_edge(2), along_edge(3), fy);
+  return mix(lower, upper, fx);
+}
+
+/// Stores the first values of a vector, `count` at most.
+HWY_INLINE void StoreFirst(D values, std::size_t count, double* to) {
+  if (count >= kLanes) {
+    hn::StoreU(values, kDoubles, to);
+    return;
+  }
+  alignas(64) double all[kLanes];
+  hn::Store(values, kDoubles, all);
+  for (std::size_t i = 0; i < count; ++i) to[i] = all[i];
+}
+
+/// Interpolates both fields in the cells `list` of a part of the points. cut: null if `whole` is to get phi.
+void SampleBoth(const PhiTable& table, const Cells& cells, const std::uint8_t* list, std::size_t count, double* whole,
+                double* cut) {
+  Corners of_whole, of_cut;
+  alignas(64) double f[3][kPart];
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::size_t i = list[n];
+    for (int axis = 0; axis < 3; ++axis) f[axis][n] = cells.f[axis][i];
+    if (cells.is_across[i] == 0) {
+      const PhiParts parts = table.Parts(static_cast<std::size_t>(cells.place[i]));
+      of_whole.ReadCell(n, parts.whole + cells.in_leaf[i]);
+      of_cut.ReadCell(n, parts.cut + cells.in_leaf[i]);
+      continue;
+    }
+    VisitEdges(cells, i,
+               [&](std::size_t edge, std::size_t low, std::ptrdiff_t low_voxel, std::size_t high,
+                   std::ptrdiff_t high_voxel) HWY_ATTR {
+                 const PhiParts lower = table.Parts(low);
+                 const PhiParts upper = low == high ? lower : table.Parts(high);
+                 of_whole.edges[edge][n] = {lower.whole[low_voxel], upper.whole[high_voxel]};
+                 of_cut.edges[edge][n] = {lower.cut[low_voxel], upper.cut[high_voxel]};
+               });
+  }
+  for (std::size_t n = count; n % kLanes != 0; ++n) f[0][n] = f[1][n] = f[2][n] = 0;
+  of_whole.Pad(count);
+  of_cut.Pad(count);
+  const auto band = hn::Set(Singles(), table.outside()[0]);
+  for (std::size_t n = 0; n < count; n += kLanes) {
+    const D fx = hn::Load(kDoubles, f[0] + n);
+    const D fy = hn::Load(kDoubles, f[1] + n);
+    const D fz = hn::Load(kDoubles, f[2] + n);
+    const D w = Mix(fx, fy, fz,
+                    [&](std::size_t edge, auto& lower, auto& upper) HWY_ATTR { of_whole.Load(edge, n, lower, upper); });
+    const D c = Mix(fx, fy, fz, [&](std::size_t edge, auto& lower, auto& upper) HWY_ATTR {
+      // As PhiParts::CutAt().
+      hn::Vec<Singles> whole_lower, whole_upper;
+      of_whole.Load(edge, n, whole_lower, whole_upper);
+      of_cut.Load(edge, n, lower, upper);
+      lower = hn::IfThenElse(hn::Ge(whole_lower, band), band, lower);
+      upper = hn::IfThenElse(hn::Ge(whole_upper, band), band, upper);
+    });
+    alignas(64) double values[2][kLanes];
+    hn::Store(cut == nullptr ? hn::Max(w, c) : w, kDoubles, values[0]);
+    hn::Store(c, kDoubles, values[1]);
+    for (std::size_t lane = 0; lane < kLanes && n + lane < count; ++lane) {
+      whole[list[n + lane]] = values[0][lane];
+      if (cut != nullptr) cut[list[n + lane]] = values[1][lane];
+    }
+  }
+}
+
+/// cut: null if `whole` is to get phi.
+void Sample(const PhiTable& table, const PointMap& map, const PointList& points, double* whole, double* cut) {
+  using Longs = hn::Rebind<std::int64_t, Doubles>;
+  const LeafTable<float>& leaves = table.leaves();
+  const std::uint8_t* const flags = table.all_flags();
+  const TableBox box = leaves.box();
+  const D inside = hn::Set(kDoubles, static_cast<double>(table.inside()[0]));
+  Cells cells;
+  Corners corners;
+  alignas(64) std::int32_t flags_of[kPart];  // of all leaves of a cell
+  // Cells in one leaf; cells whose edges along z are in one leaf each; other cells; cells with both fields. They are
+  // read separately, because a branch for each would be predicted badly.
+  std::uint8_t in_one[kPart], in_columns[kPart], in_more[kPart], with_both[kPart];
   for (std::size_t first = 0; first < points.size(); first += kPart) {
     const std::size_t count = std::min(kPart, points.size() - first);
     FindCells<true>(box, map, nullptr, points, first, count, cells);
-    // Points in one leaf and across several are read separately, because a branch for each would be predicted badly.
-    std::size_t within_count = 0;
-    std::size_t across_count = 0;
+    std::size_t one = 0, columns = 0, more = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      within[within_count] = across[across_count] = static_cast<std::uint8_t>(i);
-      across_count += static_cast<std::uint32_t>(cells.is_across[i]) >> 31;  // 0 or -1
-      within_count = i + 1 - across_count;
+      in_one[one] = in_columns[columns] = in_more[more] = static_cast<std::uint8_t>(i);
+      const std::size_t is_across = static_cast<std::uint32_t>(cells.is_across[i]) >> 31;  // 0 or -1
+      const std::size_t is_more = cells.to_voxel[2][i] == 1 ? 0 : 1;
+      one += 1 - is_across;
+      columns += is_across & ~is_more;
+      more += is_more;
     }
-    bool any_needs_both = false;
-    for (std::size_t n = 0; n < within_count; ++n) {
-      const std::size_t i = within[n];
+    for (std::size_t n = 0; n < one; ++n) {
+      const std::size_t i = in_one[n];
       const auto place = static_cast<std::size_t>(cells.place[i]);
       flags_of[i] = flags[place];
-      any_needs_both |= PhiTable::NeedsBoth(flags[place]);
-      const float* p = leaves.at(place) + cells.in_leaf[i];
-      constexpr int kFromFirst[4] = {0, 8, 64, 72};
-      for (std::size_t edge = 0; edge < 4; ++edge) std::memcpy(&edges[edge][i], p + kFromFirst[edge], sizeof(Edge));
+      corners.ReadCell(i, leaves.at(place) + cells.in_leaf[i]);
     }
-    for (std::size_t n = 0; n < across_count; ++n) {
-      const std::size_t i = across[n];
-      unsigned all_flags = 0;
+    for (std::size_t n = 0; n < columns; ++n) {
+      const std::size_t i = in_columns[n];
+      int all_flags = 0;
+      VisitEdges(cells, i,
+                 [&](std::size_t edge, std::size_t low, std::ptrdiff_t low_voxel, std::size_t /*high*/,
+                     std::ptrdiff_t /*high_voxel*/) HWY_ATTR {
+                   all_flags |= flags[low];
+                   corners.Read(edge, i, leaves.at(low) + low_voxel);
+                 });
+      flags_of[i] = all_flags;
+    }
+    for (std::size_t n = 0; n < more; ++n) {
+      const std::size_t i = in_more[n];
+      int all_flags = 0;
       VisitEdges(cells, i,
                  [&](std::size_t edge, std::size_t low, std::ptrdiff_t low_voxel, std::size_t high,
                      std::ptrdiff_t high_voxel) HWY_ATTR {
                    all_flags |= flags[low] | flags[high];
-                   edges[edge][i] = {leaves.at(low)[low_voxel], leaves.at(high)[high_voxel]};
+                   corners.edges[edge][i] = {leaves.at(low)[low_voxel], leaves.at(high)[high_voxel]};
                  });
-      flags_of[i] = static_cast<std::uint8_t>(all_flags);
-      any_needs_both |= PhiTable::NeedsBoth(all_flags);
+      flags_of[i] = all_flags;
     }
-    for (std::size_t i = count; i % kLanes != 0; ++i) edges[0][i] = edges[1][i] = edges[2][i] = edges[3][i] = {};
+    std::size_t both = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      with_both[both] = static_cast<std::uint8_t>(i);
+      both += PhiTable::NeedsBoth(static_cast<unsigned>(flags_of[i])) ? 1 : 0;
+    }
+    corners.Pad(count);
+    for (std::size_t i = count; i % kLanes != 0; ++i) flags_of[i] = 0;
     for (std::size_t i = 0; i < count; i += kLanes) {
-      const auto mix = [](D a, D b, D t) HWY_ATTR { return hn::Add(a, hn::Mul(t, hn::Sub(b, a))); };
-      const D fx = hn::Load(kDoubles, cells.f[0] + i);
-      const D fy = hn::Load(kDoubles, cells.f[1] + i);
-      const D fz = hn::Load(kDoubles, cells.f[2] + i);
-      const auto along_edge = [&](std::size_t edge) HWY_ATTR {
-        hn::Vec<Singles> lower, upper;
-        hn::LoadInterleaved2(Singles(), &edges[edge][i].lower, lower, upper);
-        return mix(hn::PromoteTo(kDoubles, lower), hn::PromoteTo(kDoubles, upper), fz);
-      };
-      const D lower = mix(along_edge(0), along_edge(1), fy);
-      const D upper = mix(along_edge(2), along_edge(3), fy);
-      hn::Store(mix(lower, upper, fx), kDoubles, mixed + i);
-    }
-    if (cut == nullptr) {
-      std::copy_n(mixed, count, whole + first);
-    } else {
-      for (std::size_t i = 0; i < count; ++i) {
-        const bool is_cut = (flags_of[i] & PhiTable::kCut) != 0;
-        whole[first + i] = is_cut ? inside : mixed[i];
-        cut[first + i] = is_cut ? mixed[i] : inside;
+      const D mixed = Mix(
+          hn::Load(kDoubles, cells.f[0] + i), hn::Load(kDoubles, cells.f[1] + i), hn::Load(kDoubles, cells.f[2] + i),
+          [&](std::size_t edge, auto& lower, auto& upper) HWY_ATTR { corners.Load(edge, i, lower, upper); });
+      if (cut == nullptr) {
+        StoreFirst(mixed, count - i, whole + first + i);
+        continue;
       }
+      const auto cut_flag =
+          hn::And(hn::PromoteTo(Longs(), hn::Load(kInts, flags_of + i)), hn::Set(Longs(), PhiTable::kCut));
+      const auto is_cut = hn::RebindMask(kDoubles, hn::Ne(cut_flag, hn::Zero(Longs())));
+      StoreFirst(hn::IfThenElse(is_cut, inside, mixed), count - i, whole + first + i);
+      StoreFirst(hn::IfThenElse(is_cut, mixed, inside), count - i, cut + first + i);
     }
-    // The few points in cells with both fields.
-    for (std::size_t i = 0; any_needs_both && i < count; ++i) {
-      if (!PhiTable::NeedsBoth(flags_of[i])) continue;
-      PhiCorners both;
-      VisitEdges(cells, i,
-                 [&](std::size_t edge, std::size_t low, std::ptrdiff_t low_voxel, std::size_t high,
-                     std::ptrdiff_t high_voxel) HWY_ATTR {
-                   both.Set(2 * edge, table.Parts(low), static_cast<int>(low_voxel), table.outside()[0]);
-                   both.Set(2 * edge + 1, table.Parts(high), static_cast<int>(high_voxel), table.outside()[0]);
-                 });
-      const Vec3 f(cells.f[0][i], cells.f[1][i], cells.f[2][i]);
-      const PhiPair pair{Interpolate(both.whole, f), Interpolate(both.cut, f)};
-      whole[first + i] = cut == nullptr ? pair.phi() : pair.whole_mm;
-      if (cut != nullptr) cut[first + i] = pair.cut_mm;
+    if (both > 0) {
+      SampleBoth(table, cells, with_both, both, whole + first, cut == nullptr ? nullptr : cut + first);
     }
   }
 }

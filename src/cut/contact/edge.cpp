@@ -64,8 +64,7 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
   constexpr std::size_t kMaxHalves = kIntervalsAtOnce << kMaxHalvings;
   parts_.reserve(kMaxHalves);
   halves_.reserve(kMaxHalves);
-  ahead_list_.Reserve(kMaxHalves / 2);
-  list_.Reserve(std::max(points_.size(), kMaxHalves / 2));
+  list_.Reserve(std::max(points_.size(), kMaxHalves));
   to_look_.reserve(points_.size());
   near_surface_.reserve(points_.size());
   intervals_.reserve(tooth_points_);
@@ -257,7 +256,6 @@ void Edge::Fraction(const Probe& probe, std::span<const int> intervals) {
   for (int halvings = 0; !parts_.empty(); ++halvings) {
     halves_.clear();
     list_.Clear();
-    ahead_list_.Clear();
     for (const Part& part : parts_) {
       const Use use = FindUse(part, halvings);
       if (use == Use::kHalves) {
@@ -275,11 +273,9 @@ void Edge::Fraction(const Probe& probe, std::span<const int> intervals) {
       }
     }
     SampleParts(probe, list_);
-    for (std::size_t n = 0; n < list_.size(); ++n) halves_[2 * n].b.at.whole_mm = sampled_[n];
-    SampleParts(probe, ahead_list_);
-    for (std::size_t n = 0; n < list_.size(); ++n) {
-      Place& middle = halves_[2 * n].b;
-      middle = halves_[2 * n + 1].a = MakePlace(middle.t, {middle.at.whole_mm, sampled_cut_[n]});
+    for (std::size_t n = 0; n < halves_.size(); n += 2) {
+      Place& middle = halves_[n].b;
+      middle = halves_[n + 1].a = MakePlace(middle.t, {sampled_[n], sampled_cut_[n + 1]});
     }
     std::swap(parts_, halves_);
   }
@@ -299,7 +295,8 @@ Edge::Use Edge::FindUse(const Part& part, int halvings) const {
   return out ? Use::kNone : Use::kWhole;
 }
 
-/// Appends the halves of a part to halves_, and to the lists the places at which they are to be sampled.
+/// Appends the halves of a part to halves_, and to list_ their middle: the point of the edge and the one in front of
+/// it.
 void Edge::AddHalf(const Part& part) {
   const auto i = static_cast<std::size_t>(part.interval);
   const Point& a = points_[i];
@@ -307,11 +304,11 @@ void Edge::AddHalf(const Part& part) {
   const double t = 0.5 * (part.a.t + part.b.t);
   if (is_chain_) {
     list_.Add((1 - t) * a.p_T + t * b.p_T);
-    ahead_list_.Add((1 - t) * a.ahead_T + t * b.ahead_T);
+    list_.Add((1 - t) * a.ahead_T + t * b.ahead_T);
   } else {
     const Vec3 e_T = glm::normalize((1 - t) * a.e_T + t * b.e_T);
     list_.Add(ring_radius_mm_ * e_T);
-    ahead_list_.Add((ring_radius_mm_ + look_ahead_mm_) * e_T);
+    list_.Add((ring_radius_mm_ + look_ahead_mm_) * e_T);
   }
   const Place middle{t, {}, 0, 0};
   halves_.push_back({part.interval, part.a, middle});

@@ -198,7 +198,7 @@ class Edge {
   // Lists of points, by index, for the time of a step: to be looked at, with the interval after them, with engaged
   // teeth.
   std::vector<int> to_look_, intervals_, engaged_, near_surface_;
-  PointList list_, ahead_list_;
+  PointList list_;
   std::uint64_t samples_ = 0;
   std::vector<double> sampled_, sampled_cut_;
   std::vector<std::uint8_t> uniform_regions_;

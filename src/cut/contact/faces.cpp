@@ -29,8 +29,8 @@ Faces::Faces(const BoneField& field, const ToolShape& shape, const Vec3& p_TC_mm
   clear_until_mm_.resize(pairs_.size(), -1);
   found_.reserve(2 * pairs_.size());
   seen_.reserve(pairs_.size());
-  list_.Reserve(2 * pairs_.size());
-  sampled_.resize(2 * pairs_.size());
+  list_.Reserve(4 * pairs_.size());
+  sampled_.resize(4 * pairs_.size());
 }
 
 void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem& problem) {
@@ -60,11 +60,15 @@ void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem&
     const double z = pair.half_mm + seen.in_mm;
     list_.Add(pair.middle_T - z * pair.n_T);
     list_.Add(pair.middle_T + z * pair.n_T);
+    if (seen.in_mm > 0) {
+      list_.Add(pair.middle_T - pair.half_mm * pair.n_T);
+      list_.Add(pair.middle_T + pair.half_mm * pair.n_T);
+    }
     seen_.push_back(seen);
   }
   samples_ += list_.size();
   probe.Distances(list_, sampled_.data());
-  AddSamplesAtFlats(probe, reach_mm);
+  SetDepthsOfSeen(reach_mm);
   const Quat R_TE = motion_.CalcTurn(slide_mm_);
   for (Seen& seen : seen_) {
     const Pair& pair = pairs_[seen.pair];
@@ -93,38 +97,26 @@ void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem&
   }
 }
 
-/// Sets the depths of the pairs seen from the samples inside the walls, and from samples at the faces.
+/// Sets the depths of the pairs seen from the samples inside the walls, and from those at the faces, if any.
 ///
 /// A wall may be so thin that the sample inside it lies behind it. The depth is therefore the larger of two values: the
 /// depth from the sample inside the wall, and the depth from the sample at the face, less the blur due to the kerf's
 /// middle. Without a wall on the other side there is no kerf and therefore no blur.
-void Faces::AddSamplesAtFlats(const Probe& probe, double reach_mm) {
-  list_.Clear();
-  const auto needs_another = [&](const Seen& seen, int side) {
-    return seen.in_mm > 0 && !(seen.depth_mm[side] < -2 * seen.in_mm - reach_mm);
-  };
-  for (std::size_t n = 0; n < seen_.size(); ++n) {
-    Seen& seen = seen_[n];
-    const Pair& pair = pairs_[seen.pair];
-    for (int side = 0; side < 2; ++side) {
-      seen.depth_mm[side] = -slack_mm_ - seen.in_mm - sampled_[2 * n + static_cast<std::size_t>(side)];
-      if (needs_another(seen, side)) list_.Add(pair.middle_T + (side == 0 ? -pair.half_mm : pair.half_mm) * pair.n_T);
-    }
-  }
-  samples_ += list_.size();
-  probe.Distances(list_, sampled_.data());
+void Faces::SetDepthsOfSeen(double reach_mm) {
   const double* sampled = sampled_.data();
   for (Seen& seen : seen_) {
+    for (double& depth_mm : seen.depth_mm) depth_mm = -slack_mm_ - seen.in_mm - *sampled++;
+    if (!(seen.in_mm > 0)) continue;
     // The ridge of the distances is interpolated between corners at most one cell apart along the normal. A face
     // therefore appears nearer to the bone than it is, by at most this amount.
     const double max_blur_mm = seen.in_mm * seen.in_mm / (2 * seen.cell_mm);
     const double open_mm = -2 * seen.in_mm;
     const double in_kerf[2] = {seen.depth_mm[1], seen.depth_mm[0]};  // depths of the opposite wall
-    const bool needs[2] = {needs_another(seen, 0), needs_another(seen, 1)};
     for (int side = 0; side < 2; ++side) {
-      if (!needs[side]) continue;
+      const double at_face_mm = *sampled++;
+      if (seen.depth_mm[side] < open_mm - reach_mm) continue;  // no wall in reach
       const double blur_mm = max_blur_mm * std::clamp((in_kerf[side] - open_mm) / seen.in_mm, 0.0, 1.0);
-      seen.depth_mm[side] = std::max(seen.depth_mm[side], -slack_mm_ - blur_mm - *sampled++);
+      seen.depth_mm[side] = std::max(seen.depth_mm[side], -slack_mm_ - blur_mm - at_face_mm);
     }
   }
 }

@@ -79,7 +79,7 @@ class Faces {
     double in_mm = 0;    // from the face to the sample inside the wall
     double depth_mm[2] = {};
   };
-  void AddSamplesAtFlats(const Probe& probe, double reach_mm);
+  void SetDepthsOfSeen(double reach_mm);
 
   bool are_flats_ = true;  // of a blade
   double slack_mm_;        // clearance added on each side

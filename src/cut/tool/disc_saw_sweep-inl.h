@@ -6,6 +6,7 @@
 #define KERF_CUT_TOOL_DISC_SAW_SWEEP_INL_H_
 #endif
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -21,7 +22,7 @@ namespace {
 /// Sweep of a disc that moves in its own plane: a stadium with the disc's thickness.
 class DiscSweep {
  public:
-  DiscSweep(const CarveStep& s, const std::array<float, 3>& /*corner*/)
+  DiscSweep(const CarveStep& s, const std::array<float, 3>& corner)
       : radius_(Splat(s.radius)),
         half_thickness_(Splat(s.half_thickness)),
         edge_depth_(Splat(-s.edge_depth)),
@@ -39,6 +40,9 @@ class DiscSweep {
     bend_ = Splat(s.bend_mm);
     const float reach = s.band + s.rounding;
     reach2_ = Splat(reach * reach);
+    float furthest_back = s.back[0] * corner[0] + s.back[1] * corner[1] + s.rounding;
+    for (const auto& step : s.grid) furthest_back += std::max(0.0f, 7 * (s.back[0] * step[0] + s.back[1] * step[1]));
+    is_in_front_ = furthest_back <= 0;
     slack_ = Splat(s.length + s.flank_slack + s.rounding);
     behind_ = Splat(s.behind_mm);
   }
@@ -75,9 +79,15 @@ class DiscSweep {
   /// Returns -distance; outside of the zone in which the disc cuts, a value beyond the band.
   HWY_INLINE V Depth(V x, V y, V z, V /*old*/) const {
     const V zero = hn::Zero(kFloats);
-    const V t = hn::Min(hn::Max(hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_)), zero), length_);
+    V qx = x;
+    V qy = y;
+    if (!is_in_front_) {
+      const V t = hn::Min(hn::Max(hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_)), zero), length_);
+      qx = hn::Sub(x, hn::Mul(t, back_x_));
+      qy = hn::Sub(y, hn::Mul(t, back_y_));
+    }
     // Depths: the distances inside the rim and the flats.
-    const V radial = hn::Sub(radius_, Length(hn::Sub(x, hn::Mul(t, back_x_)), hn::Sub(y, hn::Mul(t, back_y_))));
+    const V radial = hn::Sub(radius_, Length(qx, qy));
     const V axial = hn::Sub(half_thickness_, hn::Abs(z));
     const V inside = hn::Max(hn::Min(radial, axial), zero);
     const V outside = Length(hn::Min(radial, zero), hn::Min(axial, zero));
@@ -99,6 +109,7 @@ class DiscSweep {
   V far_;
   V half_y_[2];
   V half_z_[2];
+  bool is_in_front_;  // the end of the step is its nearest place to every voxel of the leaf
   V brick_z_;
   V brick_xy_;
   V half_radius_;
