@@ -26,6 +26,7 @@ struct LeafPlace {
 using LeafValues = std::array<float, kLeafVoxels>;
 using WantedVoxels = std::bitset<kLeafVoxels>;
 using LeafRegions = std::array<int, kLeafVoxels>;
+inline constexpr int kRegionByPlace = -1;  // see SolidField::region_at_place
 
 /// A solid described by functions of a world point. All functions must be thread-safe.
 struct SolidField {
@@ -33,17 +34,27 @@ struct SolidField {
   std::function<double(const Vec3&)> value;
   /// Optional: sets the values at the voxels of a leaf to those of value(), all at once, which may be faster.
   std::function<void(const LeafPlace&, LeafValues&)> leaf_values = {};
+  /// Optional: returns a solid whose value() and classify() are the same within a ball (centre, radius in mm), bit for
+  /// bit, but may be faster.
+  std::function<SolidField(const Vec3&, double)> near = {};
   /// Returns whether the ball (centre, radius in mm) is certainly inside, certainly outside, or neither. A wrong answer
   /// makes holes in the bone.
   std::function<BlockClass(const Vec3&, double)> classify;
   /// Region id at a point; only called inside the solid or within the band of its surface. 0 (no material) is allowed.
+  /// Not needed if there is leaf_regions().
   std::function<int(const Vec3&)> region;
   /// Optional: sets the region ids of those voxels of a leaf that are in the mask, instead of region().
   std::function<void(const LeafPlace&, const WantedVoxels&, LeafRegions&)> leaf_regions = {};
+  /// Optional: returns the region at the points for which leaf_regions() gives kRegionByPlace.
+  std::function<int(const Vec3&)> region_at_place = {};
   /// If true, `value` is a signed distance with an error of at most 1 % within 3 voxels of the surface, and is used
   /// directly. If false, only the zero level of `value` is used and the distance is computed from it (first-order fast
   /// sweeping, accurate to 0.3 voxels within 3 voxels of the surface).
   bool is_distance = true;
+  /// If true, value() and leaf_regions() are the same at x and -x, bit for bit, and are called only for the half with
+  /// x >= 0. The box must then be symmetric as well. Has an effect only if `is_distance` is false.
+  bool is_mirrored = false;
+  bool has_mirror() const { return is_mirrored && !is_distance; }
 };
 
 /// Returns a classify() function for a field whose value changes by at most 1 per mm.

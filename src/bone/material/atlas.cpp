@@ -279,11 +279,11 @@ void MandibleAtlas::FindRamus(const std::vector<Vec3>& points_M) {
   }
 }
 
-double MandibleAtlas::FindBin(const Side& arch, const Vec3& p_M) {
+double MandibleAtlas::FindBin(const Side& arch, const Vec3& p_M, double angle) {
   // Finds the nearest point of the arch, not the one on the ray from the axis, so that a cut across the body stays in
   // its column. Searches only near the ray, because the two halves of a horseshoe face each other.
   constexpr int kReach = 9;
-  const int at_ray = static_cast<int>(CalcAngle(p_M) / kMaxAngle * kAngles);
+  const int at_ray = static_cast<int>(angle / kMaxAngle * kAngles);
   const double x = std::abs(p_M.x);
   const auto point = [&arch](int i) { return arch.point[static_cast<std::size_t>(i)]; };
   const int first = std::clamp(at_ray - kReach, 0, kAngles - 2);
@@ -314,7 +314,8 @@ MandibleCoordinates MandibleAtlas::CalcCoordinates(const Vec3& p_W) const {
   MandibleCoordinates c;
   c.side = p_M.x >= 0 ? 1 : 0;
   const Side& arch = sides_[static_cast<std::size_t>(c.side)];
-  const double at_arch = FindBin(arch, p_M);
+  const double angle = CalcAngle(p_M);
+  const double at_arch = FindBin(arch, p_M, angle);
   c.along = Interpolate(arch.along, at_arch);
   const double crest = Interpolate(arch.crest, at_arch);
   const double base = Interpolate(arch.base, at_arch);
@@ -322,7 +323,7 @@ MandibleCoordinates MandibleAtlas::CalcCoordinates(const Vec3& p_W) const {
   c.rise = p_M.z / height_mm_;
   c.forward_mm = p_M.y - (ramus_middle_mm_ + ramus_lean_ * p_M.z);
   const double height_bin = p_M.z / (1.05 * height_mm_) * kHeights;
-  const double t = std::clamp(CalcAngle(p_M) / kMaxAngle * kAngles - 0.5, 0.0, kAngles - 1.0);
+  const double t = std::clamp(angle / kMaxAngle * kAngles - 0.5, 0.0, kAngles - 1.0);
   const auto i = std::min<std::size_t>(static_cast<std::size_t>(t), kAngles - 2);
   const double lower = Interpolate(arch.middle[i], height_bin);
   const double upper = Interpolate(arch.middle[i + 1], height_bin);

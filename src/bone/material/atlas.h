@@ -70,7 +70,7 @@ class MandibleAtlas {
 
   Vec3 ToMandible(const Vec3& p_W) const;
   /// Returns the position along the arch, in bins, that is nearest to a point when seen from above.
-  static double FindBin(const Side& arch, const Vec3& p_M);
+  static double FindBin(const Side& arch, const Vec3& p_M, double angle);
   void FindAxes(const std::vector<Vec3>& points_W);
   void FindArch(const std::vector<Vec3>& points_M, int side);
   void FindRamus(const std::vector<Vec3>& points_M);

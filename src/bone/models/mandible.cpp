@@ -32,8 +32,20 @@ Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
   SolidField solid;
   solid.value = [&shape](const Vec3& p_W) { return shape.Value(p_W); };
   solid.classify = [&shape](const Vec3& p_W, double radius_mm) { return shape.Classify(p_W, radius_mm); };
-  solid.region = [&shape](const Vec3& p_W) { return shape.RegionAt(p_W); };
+  solid.near = [&shape](const Vec3& centre_W, double radius_mm) {
+    SolidField near;
+    const MandibleParts parts = shape.FindParts(centre_W, radius_mm);
+    near.value = [&shape, parts](const Vec3& p_W) { return shape.Value(p_W, parts); };
+    near.classify = [&shape, parts](const Vec3& p_W, double r) { return shape.Classify(p_W, r, parts); };
+    near.is_distance = false;
+    return near;
+  };
+  solid.leaf_regions = [&shape](const LeafPlace& leaf, const WantedVoxels& wanted, LeafRegions& ids) {
+    shape.SetRegions(leaf, wanted, ids);
+  };
+  solid.region_at_place = [&shape](const Vec3& p_W) { return shape.CortexRegionAt(p_W); };
   solid.is_distance = false;  // smooth joints and tapers distort the value
+  solid.is_mirrored = true;
   BuildOptions options;
   options.voxel_mm = params.voxel_mm;
   options.region_voxel_mm = std::max(params.voxel_mm, 0.2);

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "bone/grid/build.h"
+#include "bone/models/teeth_mask.h"
 #include "kerf/models.h"
 
 namespace kerf {
@@ -23,7 +24,14 @@ struct MandibleLandmarks {
   Vec3 condyle{0};  // centre
 };
 
-/// The solid described by functions of a world point. Immutable, thread-safe.
+/// The parts of the mandible that affect its values within a ball: by default all.
+struct MandibleParts {
+  bool oblique_line = true, chin = true, openings = true, lingula = true;
+  TeethMask sockets = kAllTeeth, teeth = kAllTeeth;
+};
+
+/// The solid described by functions of a world point. Immutable, thread-safe. `parts`: those of FindParts() for a ball
+/// that contains the point, for the same value, bit for bit, in less time.
 class MandibleShape {
  public:
   /// Throws kerf::Error that names the first parameter out of range.
@@ -32,12 +40,16 @@ class MandibleShape {
 
   /// Values for bone and teeth together, or for one of them, mm: zero on the surface, negative inside, and
   /// approximately a distance near the surface.
-  double Value(const Vec3& p_W) const;
+  double Value(const Vec3& p_W, const MandibleParts& parts = {}) const;
   double BoneValue(const Vec3& p_W) const;   // without crowns
   double ToothValue(const Vec3& p_W) const;  // crowns and roots, including the parts inside the bone
   double CanalValue(const Vec3& p_W) const;  // signed distance to the canal's wall
-  BlockClass Classify(const Vec3& centre_W, double radius_mm) const;
+  BlockClass Classify(const Vec3& centre_W, double radius_mm, const MandibleParts& parts = {}) const;
   int RegionAt(const Vec3& p_W) const;
+  int CortexRegionAt(const Vec3& p_W) const;  // if the point is in the cortex
+  /// Sets the regions of a leaf to those of RegionAt(), or to kRegionByPlace in the cortex; see SolidField.
+  void SetRegions(const LeafPlace& leaf, const WantedVoxels& wanted, LeafRegions& ids) const;
+  MandibleParts FindParts(const Vec3& centre_W, double radius_mm) const;
 
   const MandibleLandmarks& landmarks() const;
   Box3 bounds() const;  // contains the surface with some margin

@@ -3,6 +3,9 @@
 #include <array>
 #include <glm/gtc/constants.hpp>
 #include <limits>
+#include <optional>
+
+#include "bone/models/recent_values.h"
 
 namespace kerf {
 namespace {
@@ -65,7 +68,7 @@ double CalcPolygonDistance(const std::vector<Vec2>& polygon, const Vec2& p) {
 
 }  // namespace
 
-MandibleRamus::MandibleRamus(const MandibleLayout& layout) : layout_(&layout) {
+MandibleRamus::MandibleRamus(const MandibleLayout& layout) : layout_(&layout), id_(MakeFunctionId()) {
   const MandibleParams& p = layout.params;
   std::vector<Vec2> points;
   for (const auto& [u, height] : kOutline) {
@@ -173,13 +176,23 @@ double MandibleRamus::HalfThickness(const Vec2& uv) const {
 
 double MandibleRamus::PlateDistance(const Vec3& p_W, double limit) const {
   if (BoxDistance(box_, p_W) > limit) return limit + 1e-6;
-  const Vec2 uv = layout_->ToRamus(p_W.y, p_W.z);
-  const double in_plane = OutlineDistance(uv);
-  if (in_plane > std::min(limit, 15.0)) return in_plane;
-  const double t = HalfThickness(uv);
-  const double across = (std::abs(p_W.x - layout_->RamusX(uv.x, uv.y)) - t) * 0.97;  // correction: the middle surface
-                                                                                     // is slightly inclined
-  return RoundedIntersection(in_plane, across, 0.92 * t);
+  struct Thickness {
+    double half;
+    double middle_x;
+  };
+  struct Place {
+    double in_plane = 0;
+    std::optional<Thickness> thickness;  // where it was needed
+  };
+  thread_local RecentValues<Place> recent;
+  const auto uv = [&] { return layout_->ToRamus(p_W.y, p_W.z); };
+  Place& place = recent.Get(id_, {p_W.y, p_W.z}, [&] { return Place{OutlineDistance(uv()), {}}; });
+  if (place.in_plane > std::min(limit, 15.0)) return place.in_plane;
+  if (!place.thickness) place.thickness = {HalfThickness(uv()), layout_->RamusX(uv().x, uv().y)};
+  const double t = place.thickness->half;
+  const double across = (std::abs(p_W.x - place.thickness->middle_x) - t) * 0.97;  // correction: the middle surface is
+                                                                                   // slightly inclined
+  return RoundedIntersection(place.in_plane, across, 0.92 * t);
 }
 
 double MandibleRamus::CondyleDistance(const Vec3& p_W, double limit) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "bone/models/mandible_layout.h"
@@ -26,6 +27,7 @@ class MandibleRamus {
   double OutlineDistance(const Vec2& uv) const;  // in the side view
 
   const MandibleLayout* layout_;
+  std::uint64_t id_;  // of the plate as a function of (y, z)
   Vec3 condyle_{0};
   Vec3 condyle_radii_{1};
   Vec3 condyle_axis_{1, 0, 0}, condyle_front_{0, -1, 0}, condyle_up_{0, 0, 1};

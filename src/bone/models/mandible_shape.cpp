@@ -84,6 +84,22 @@ Ridges MakeRidges(const MandibleLayout& layout, const MandibleBody& body, const 
   return r;
 }
 
+// The values are steeper than a distance by these factors; the constant allows for joints. Tested by sampling in
+// tests/bone/models/mandible_test.cpp.
+double CalcBoneReach(double radius_mm) {
+  return 1.2 * radius_mm + 0.15;
+}
+double CalcToothReach(double radius_mm) {
+  return 1.4 * radius_mm + 0.15;
+}
+
+enum class RegionKind { kTooth, kCancellous, kCortical, kMixed };
+
+// The slope of the bone's value is limited to this range where the depth of the cortex is found.
+constexpr double kLowestSlope = 0.7, kHighestSlope = 1.15;
+constexpr double kSlopeStep_mm = 0.05;
+constexpr double kRounding_mm = 1e-9;
+
 }  // namespace
 
 struct MandibleShape::Parts {
@@ -97,8 +113,7 @@ struct MandibleShape::Parts {
 
   /// Returns the value for the bone of the left half. Parts that are too far away to affect the value are not
   /// evaluated.
-  double Bone(const Vec3& p) const {
-    constexpr double kRamusSeam = 5.0, kObliqueSeam = 4.0, kLingulaSeam = 1.5, kOpeningSeam = 1.2;
+  double Bone(const Vec3& p, const MandibleParts& near = {}) const {
     double f = 0;
     if (p.z - body_top > 0 && p.y > 30) {
       // Next to or above the body the ramus is evaluated first, because it is cheaper.
@@ -108,20 +123,36 @@ struct MandibleShape::Parts {
       f = body.Distance(p);
       f = SmoothUnion(f, ramus.Distance(p, f + kRamusSeam), kRamusSeam);
     }
-    if (f > 8) return f - 4;  // everything below adds less than 4 mm: a lower bound
-    f = SmoothUnion(f, ridges.oblique.Distance(p, f + kObliqueSeam), kObliqueSeam);
-    if (p.x < 25 && p.y < 25) {
-      f = SmoothUnion(f, EllipsoidDistance(p - ridges.protuberance, {9.0, 5.0, 5.0}), 4.5);
-      f = SmoothUnion(f, glm::distance(p, ridges.tubercle) - 3.8, 5.0);
-      f = SmoothUnion(f, glm::distance(p, ridges.genial) - 1.2, 2.0);
+    if (f > kFar) return f - 4;  // everything below adds less than 4 mm: a lower bound
+    if (near.oblique_line) f = SmoothUnion(f, ridges.oblique.Distance(p, f + kObliqueSeam), kObliqueSeam);
+    if (near.chin && p.x < kChinEnd && p.y < kChinEnd) {
+      f = SmoothUnion(f, EllipsoidDistance(p - ridges.protuberance, kProtuberance), kProtuberanceSeam);
+      f = SmoothUnion(f, glm::distance(p, ridges.tubercle) - kTubercle, kTubercleSeam);
+      f = SmoothUnion(f, glm::distance(p, ridges.genial) - kGenial, kGenialSeam);
     }
-    if (f > -4 && BoxDistance(teeth.root_box(), p) < f + 2.0) f = SmoothUnion(f, teeth.SocketDistance(p, f + 2.0), 1.6);
-    f = SmoothDifference(f, canal.OpeningDistance(p, kOpeningSeam - f), kOpeningSeam);
-    return SmoothUnion(f, canal.LingulaDistance(p, f + kLingulaSeam), kLingulaSeam);
+    if (near.sockets != 0 && f > kSocketDepth && BoxDistance(teeth.root_box(), p) < f + kSocketReach) {
+      f = SmoothUnion(f, teeth.SocketDistance(p, f + kSocketReach, near.sockets), 1.6);
+    }
+    if (near.openings) f = SmoothDifference(f, canal.OpeningDistance(p, kOpeningSeam - f), kOpeningSeam);
+    if (near.lingula) f = SmoothUnion(f, canal.LingulaDistance(p, f + kLingulaSeam), kLingulaSeam);
+    return f;
   }
 
+  MandibleParts FindParts(const Vec3& centre, double radius_mm) const;
   double Cortex(const Vec3& p) const;
-  int Region(const Vec3& p, const Vec3& p_W) const;
+  double Cortex(double s, double t, bool facial) const;
+  /// Returns limits of Cortex() in a ball.
+  std::pair<double, double> CalcCortexRange(const Vec3& centre, double radius_mm) const;
+  int Region(const Vec3& p, const MandibleParts& near) const;
+  RegionKind ClassifyRegion(const Vec3& centre, double radius_mm, const MandibleParts& near) const;
+
+  static constexpr double kRamusSeam = 5.0, kObliqueSeam = 4.0, kLingulaSeam = 1.5, kOpeningSeam = 1.2;
+  static constexpr double kFar = 8;                        // value from which on small parts are left out, mm
+  static constexpr double kChinEnd = 25;                   // x and y beyond which the chin is left out
+  static constexpr Vec3 kProtuberance{9.0, 5.0, 5.0};      // radii
+  static constexpr double kTubercle = 3.8, kGenial = 1.2;  // radii
+  static constexpr double kProtuberanceSeam = 4.5, kTubercleSeam = 5.0, kGenialSeam = 2.0;
+  static constexpr double kSocketDepth = -4, kSocketReach = 2.0;
 
   MandibleLayout layout;
   MandibleBody body;
@@ -143,43 +174,111 @@ Vec3 ToLeft(const Vec3& p_W) {
 
 }  // namespace
 
+MandibleParts MandibleShape::Parts::FindParts(const Vec3& centre, double radius_mm) const {
+  const double reach = CalcBoneReach(radius_mm);
+  MandibleParts near;
+  near.oblique_line = near.chin = near.openings = near.lingula = false;
+  near.sockets = 0;
+  // The value of the parts so far, as in Bone(), differs in the ball by at most `reach` from that at its centre.
+  double f = Bone(centre, near);
+  if (f > kFar - 4 - reach) return {};
+  const auto is_near = [&](double distance, double seam) { return distance - radius_mm <= f + reach + seam; };
+  const double oblique = ridges.oblique.Distance(centre, f + reach + radius_mm + kObliqueSeam);
+  near.oblique_line = is_near(oblique, kObliqueSeam);
+  f = SmoothUnion(f, oblique, kObliqueSeam);
+  if (centre.x - radius_mm < kChinEnd && centre.y - radius_mm < kChinEnd) {
+    // The approximate distance of an ellipsoid grows by at least the ratio of its least and its largest radius.
+    const double ratio = kProtuberance.y / kProtuberance.x;
+    near.chin = ratio * (glm::distance(centre, ridges.protuberance) - radius_mm) - kProtuberance.y <=
+                    f + reach + kProtuberanceSeam ||
+                is_near(glm::distance(centre, ridges.tubercle) - kTubercle, kTubercleSeam) ||
+                is_near(glm::distance(centre, ridges.genial) - kGenial, kGenialSeam);
+  }
+  if (f + reach > kSocketDepth) near.sockets = teeth.FindNearSockets(centre, radius_mm, f + reach + kSocketReach);
+  f = Bone(centre, near);
+  const double opening = canal.OpeningDistance(centre, kOpeningSeam - f + reach + radius_mm);
+  near.openings = opening - radius_mm <= kOpeningSeam - f + reach;
+  f = Bone(centre, near);
+  near.lingula = is_near(canal.LingulaDistance(centre, f + reach + radius_mm + kLingulaSeam), kLingulaSeam);
+  // Of a tooth, Value(), Classify() and RegionAt() need the distance up to those limits.
+  f = Bone(centre, near);
+  near.teeth = teeth.FindNear(centre, radius_mm, std::max(f + reach, 0.0) + reach + CalcToothReach(radius_mm) + 0.5);
+  return near;
+}
+
 double MandibleShape::Parts::Cortex(const Vec3& p) const {
-  const MandibleParams& m = layout.params;
   const CurvePlace place = layout.base.FindClosest({p.x, p.y});
   const BodySection section = body.Section(place.s);
   const double t = std::clamp((p.z - section.base_z) / (section.crest_z - section.base_z), 0.0, 1.0);
-  const bool facial = place.offset > section.Middle(t);
+  return Cortex(place.s, t, place.offset > section.Middle(t));
+}
+
+std::pair<double, double> MandibleShape::Parts::CalcCortexRange(const Vec3& centre, double radius_mm) const {
+  constexpr double kSlope = 0.6;  // largest change per mm; tested by sampling
+  const CurvePlace place = layout.base.FindClosest({centre.x, centre.y});
+  const BodySection section = body.Section(place.s);
+  const double t = std::clamp((centre.z - section.base_z) / (section.crest_z - section.base_z), 0.0, 1.0);
+  const auto [least, most] = std::minmax({Cortex(place.s, t, true), Cortex(place.s, t, false)});
+  return {least - kSlope * radius_mm, most + kSlope * radius_mm};
+}
+
+/// Returns the thickness of a plate of the cortex at a place of the body: `t` as in BodySection.
+double MandibleShape::Parts::Cortex(double s, double t, bool facial) const {
+  const MandibleParams& m = layout.params;
   const double at_molar = facial ? m.cortex_buccal_mm : m.cortex_lingual_mm;
   const double at_front =
       m.cortex_front_mm * (facial ? 1 : m.cortex_lingual_mm / std::max(m.cortex_buccal_mm, m.cortex_lingual_mm));
   const double s1 = layout.on_base.first_molar;
-  const double plate = place.s < s1 ? Mix(at_front, at_molar, place.s / s1)
-                                    : Mix(at_molar, m.cortex_back_mm, SmoothStep(s1, layout.base.length(), place.s));
+  const double plate = s < s1 ? Mix(at_front, at_molar, s / s1)
+                              : Mix(at_molar, m.cortex_back_mm, SmoothStep(s1, layout.base.length(), s));
   // The plate is thickest along the lower border of the body and thin at the crest.
-  const double on_body = 1 - SmoothStep(layout.on_base.third_molar, layout.base.length(), place.s);
+  const double on_body = 1 - SmoothStep(layout.on_base.third_molar, layout.base.length(), s);
   return plate * (1 + on_body * (0.35 * (1 - SmoothStep(0.08, 0.28, t)) - 0.25 * SmoothStep(0.7, 1.0, t)));
 }
 
-int MandibleShape::Parts::Region(const Vec3& p, const Vec3& p_W) const {
-  const double bone = Bone(p);
-  const double tooth = teeth.Distance(p, std::max(bone, 0.0));
+RegionKind MandibleShape::Parts::ClassifyRegion(const Vec3& centre, double radius_mm, const MandibleParts& near) const {
+  const double bone_reach = CalcBoneReach(radius_mm), tooth_reach = CalcToothReach(radius_mm);
+  const double bone = Bone(centre, near);
+  if (bone > kFar - 4 - bone_reach) return RegionKind::kMixed;  // only a lower bound is known
+  const double beyond_tooth = std::max(bone + bone_reach, 0.0) + tooth_reach;
+  const double tooth = teeth.Distance(centre, beyond_tooth, near.teeth);
+  if (tooth < -tooth_reach) return RegionKind::kTooth;
+  if (!(tooth > beyond_tooth)) return RegionKind::kMixed;
+  const double largest_depth = bone_reach - bone, least_depth = -bone - bone_reach;
+  if (largest_depth > 0) {
+    const double to_canal = canal.Distance(centre);
+    if (!(to_canal > radius_mm + kRounding_mm)) return RegionKind::kMixed;
+  }
+  const auto [thinnest, thickest] = CalcCortexRange(centre, radius_mm);
+  if (largest_depth < kLowestSlope * thinnest) return RegionKind::kCortical;
+  return least_depth > kHighestSlope * thickest ? RegionKind::kCancellous : RegionKind::kMixed;
+}
+
+/// Returns kRegionByPlace for the cortex.
+int MandibleShape::Parts::Region(const Vec3& p, const MandibleParts& near) const {
+  const double bone = Bone(p, near);
+  const double tooth = teeth.Distance(p, std::max(bone, 0.0), near.teeth);
   if (tooth < 0 || (bone > 0 && tooth < bone)) return kToothRegion;
   if (bone < 0) {
     if (canal.Distance(p) < 0) return kCanalRegion;
     const double cortex = Cortex(p);
     double depth = -bone;
-    constexpr double kLowestSlope = 0.7, kHighestSlope = 1.15;
     if (depth > kLowestSlope * cortex && depth < kHighestSlope * cortex) {
       // Deep inside, the field is no longer a distance, so it is divided by its slope.
-      constexpr double h = 0.05;
-      const Vec3 slope{Bone(p + Vec3{h, 0, 0}) - Bone(p - Vec3{h, 0, 0}),
-                       Bone(p + Vec3{0, h, 0}) - Bone(p - Vec3{0, h, 0}),
-                       Bone(p + Vec3{0, 0, h}) - Bone(p - Vec3{0, 0, h})};
-      depth /= std::clamp(glm::length(slope) / (2 * h), kLowestSlope, kHighestSlope);
+      constexpr double h = kSlopeStep_mm;
+      const double value = depth;
+      Vec3 slope{0};
+      for (int axis = 0; axis < 3; ++axis) {
+        Vec3 step{0};
+        step[axis] = h;
+        slope[axis] = Bone(p + step, near) - Bone(p - step, near);
+        depth = value / std::clamp(glm::length(slope) / (2 * h), kLowestSlope, kHighestSlope);
+        if (depth <= cortex) break;  // with the other axes it would be even less
+      }
     }
     if (depth > cortex) return kCancellousRegion;
   }
-  return atlas->RegionAt(p_W);
+  return kRegionByPlace;
 }
 
 MandibleShape::MandibleShape(const MandibleParams& params) {
@@ -242,27 +341,66 @@ double MandibleShape::CanalValue(const Vec3& p_W) const {
   return parts_->canal.Distance(ToLeft(p_W));
 }
 
-double MandibleShape::Value(const Vec3& p_W) const {
+double MandibleShape::Value(const Vec3& p_W, const MandibleParts& parts) const {
   const Vec3 p = ToLeft(p_W);
-  const double bone = parts_->Bone(p);
-  return SmoothUnion(bone, parts_->teeth.Distance(p, bone + 0.5), 0.4);
+  const double bone = parts_->Bone(p, parts);
+  return SmoothUnion(bone, parts_->teeth.Distance(p, bone + 0.5, parts.teeth), 0.4);
 }
 
-BlockClass MandibleShape::Classify(const Vec3& centre_W, double radius_mm) const {
-  // The values are steeper than a distance by these factors; the constant allows for joints. Tested by sampling in
-  // tests/bone/models/mandible_test.cpp.
-  const double bone_reach = 1.2 * radius_mm + 0.15;
-  const double tooth_reach = 1.4 * radius_mm + 0.15;
+BlockClass MandibleShape::Classify(const Vec3& centre_W, double radius_mm, const MandibleParts& parts) const {
+  const double bone_reach = CalcBoneReach(radius_mm);
+  const double tooth_reach = CalcToothReach(radius_mm);
   const Vec3 p = ToLeft(centre_W);
-  const double bone = parts_->Bone(p);
+  const double bone = parts_->Bone(p, parts);
   if (bone < -bone_reach) return BlockClass::kInside;
-  const double tooth = parts_->teeth.Distance(p, tooth_reach);
+  const double tooth = parts_->teeth.Distance(p, tooth_reach, parts.teeth);
   if (tooth < -tooth_reach) return BlockClass::kInside;
   return bone > bone_reach && tooth > tooth_reach ? BlockClass::kOutside : BlockClass::kMixed;
 }
 
 int MandibleShape::RegionAt(const Vec3& p_W) const {
-  return parts_->Region(ToLeft(p_W), p_W);
+  const int region = parts_->Region(ToLeft(p_W), {});
+  return region == kRegionByPlace ? CortexRegionAt(p_W) : region;
+}
+
+int MandibleShape::CortexRegionAt(const Vec3& p_W) const {
+  return parts_->atlas->RegionAt(p_W);
+}
+
+void MandibleShape::SetRegions(const LeafPlace& leaf, const WantedVoxels& wanted, LeafRegions& ids) const {
+  constexpr int kEdge = 8;  // of a leaf, voxels
+  const auto centre_of = [&](const glm::ivec3& first, int edge) {
+    return leaf.voxel_mm * (Vec3(leaf.first[0], leaf.first[1], leaf.first[2]) + Vec3(first) + 0.5 * (edge - 1));
+  };
+  const auto radius_of = [&](int edge) { return 0.5 * std::sqrt(3.0) * (edge - 1) * leaf.voxel_mm + kRounding_mm; };
+  const MandibleParts near = FindParts(centre_of({0, 0, 0}, kEdge), radius_of(kEdge) + kSlopeStep_mm);
+  const auto set = [&](auto&& self, const glm::ivec3& first, int edge) -> void {
+    const auto for_each = [&](int step, auto&& visit) {
+      for (int x = 0; x < edge; x += step) {
+        for (int y = 0; y < edge; y += step) {
+          for (int z = 0; z < edge; z += step) visit(first + glm::ivec3{x, y, z});
+        }
+      }
+    };
+    const RegionKind kind = parts_->ClassifyRegion(ToLeft(centre_of(first, edge)), radius_of(edge), near);
+    if (kind == RegionKind::kMixed && edge > 2) {
+      return for_each(edge / 2, [&](const glm::ivec3& part) { self(self, part, edge / 2); });
+    }
+    for_each(1, [&](const glm::ivec3& voxel) {
+      const int n = (voxel.x * kEdge + voxel.y) * kEdge + voxel.z;
+      if (!wanted[static_cast<std::size_t>(n)]) return;
+      const Vec3 p_W = leaf.CalcPosition(n);
+      ids[static_cast<std::size_t>(n)] = kind == RegionKind::kTooth        ? kToothRegion
+                                         : kind == RegionKind::kCancellous ? kCancellousRegion
+                                         : kind == RegionKind::kCortical   ? kRegionByPlace
+                                                                           : parts_->Region(ToLeft(p_W), near);
+    });
+  };
+  set(set, {0, 0, 0}, kEdge);
+}
+
+MandibleParts MandibleShape::FindParts(const Vec3& centre_W, double radius_mm) const {
+  return parts_->FindParts(ToLeft(centre_W), radius_mm);
 }
 
 const MandibleLandmarks& MandibleShape::landmarks() const {

@@ -27,6 +27,8 @@ constexpr std::array<Measures, 8> kTeeth = {{
     {3, 10.5, 9.8, 2.9, -4.2, 10.5, -20},
 }};
 
+constexpr double kBeyond_mm = 1e-3;  // a distance of which only a limit is known is returned as this much more
+
 /// Returns the height of a cone-shaped hill of height 1 with a round top; 0 beyond `reach`.
 double Cusp(double t, double b, double t0, double b0, double reach) {
   const double r2 = ((t - t0) * (t - t0) + (b - b0) * (b - b0)) / (reach * reach);
@@ -34,6 +36,15 @@ double Cusp(double t, double b, double t0, double b0, double reach) {
 }
 
 }  // namespace
+
+template <typename BoxOf>
+TeethMask MandibleTeeth::FindBoxes(const Vec3& centre_W, double reach_mm, BoxOf&& box_of) const {
+  TeethMask near = 0;
+  for (std::size_t n = 0; n < teeth_.size(); ++n) {
+    if (BoxDistance(box_of(teeth_[n]), centre_W) <= reach_mm) near |= static_cast<TeethMask>(1 << n);
+  }
+  return near;
+}
 
 MandibleTeeth::MandibleTeeth(const MandibleLayout& layout) {
   const int per_side = layout.params.teeth / 2;
@@ -172,12 +183,23 @@ double MandibleTeeth::CrownDistance(const Tooth& tooth, const Vec3& local, doubl
   return distance(std::pow(std::pow(x, power) + std::pow(y, power), 1 / power));
 }
 
-double MandibleTeeth::Distance(const Vec3& p_W, double limit) const {
+TeethMask MandibleTeeth::FindNear(const Vec3& centre_W, double radius_mm, double limit) const {
+  const double reach_mm = radius_mm + std::max(limit, 0.0) + 2 * kBeyond_mm;
+  return FindBoxes(centre_W, reach_mm, [](const Tooth& tooth) -> const Box3& { return tooth.box; });
+}
+
+TeethMask MandibleTeeth::FindNearSockets(const Vec3& centre_W, double radius_mm, double limit) const {
+  const double reach_mm = radius_mm + std::max(limit, 0.0) + 2 * kBeyond_mm;
+  return FindBoxes(centre_W, reach_mm, [](const Tooth& tooth) -> const Box3& { return tooth.root_box; });
+}
+
+double MandibleTeeth::Distance(const Vec3& p_W, double limit, TeethMask teeth) const {
   constexpr double kSeam = 0.8;
-  double best = limit + 1e-3;
-  if (teeth_.empty() || BoxDistance(box_, p_W) > best) return best;
-  for (const Tooth& tooth : teeth_) {
-    if (BoxDistance(tooth.box, p_W) > std::max(best, 0.0)) continue;
+  double best = limit + kBeyond_mm;
+  if (teeth == 0 || teeth_.empty() || BoxDistance(box_, p_W) > best) return best;
+  for (std::size_t n = 0; n < teeth_.size(); ++n) {
+    const Tooth& tooth = teeth_[n];
+    if ((teeth >> n & 1) == 0 || BoxDistance(tooth.box, p_W) > std::max(best, 0.0)) continue;
     const Vec3 d = p_W - tooth.neck;
     const Vec3 local{glm::dot(d, tooth.along), glm::dot(d, tooth.out), glm::dot(d, tooth.up)};
     const bool by_roots = local.z < 2 + std::max(best, 0.0);
@@ -197,10 +219,11 @@ double MandibleTeeth::Distance(const Vec3& p_W, double limit) const {
   return best;
 }
 
-double MandibleTeeth::SocketDistance(const Vec3& p_W, double limit) const {
-  double best = limit + 1e-3;
-  for (const Tooth& tooth : teeth_) {
-    if (BoxDistance(tooth.root_box, p_W) > std::max(best, 0.0)) continue;
+double MandibleTeeth::SocketDistance(const Vec3& p_W, double limit, TeethMask teeth) const {
+  double best = limit + kBeyond_mm;
+  for (std::size_t n = 0; n < teeth_.size(); ++n) {
+    const Tooth& tooth = teeth_[n];
+    if ((teeth >> n & 1) == 0 || BoxDistance(tooth.root_box, p_W) > std::max(best, 0.0)) continue;
     // The layer of bone exists only below the rim of the socket.
     const double rim = glm::dot(p_W - tooth.neck, tooth.up) + 2.8;
     double roots = 1e9;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bone/models/mandible_layout.h"
+#include "bone/models/teeth_mask.h"
 
 namespace kerf {
 
@@ -11,11 +12,15 @@ class MandibleTeeth {
  public:
   explicit MandibleTeeth(const MandibleLayout& layout);
 
-  /// Returns the distance to crowns and roots. If it exceeds `limit`, any value larger than `limit` may be returned.
-  double Distance(const Vec3& p_W, double limit) const;
+  /// Returns the distance to crowns and roots of a set of teeth. If it exceeds `limit`, any value larger than `limit`
+  /// may be returned.
+  double Distance(const Vec3& p_W, double limit, TeethMask teeth = kAllTeeth) const;
   /// Returns the distance to the roots and the thin layer of bone around them. This layer forms the ridges that cover
   /// the roots on the alveolar process.
-  double SocketDistance(const Vec3& p_W, double limit) const;
+  double SocketDistance(const Vec3& p_W, double limit, TeethMask teeth = kAllTeeth) const;
+  /// Returns the teeth whose Distance() or SocketDistance() may be at most `limit` at a point within a ball.
+  TeethMask FindNear(const Vec3& centre_W, double radius_mm, double limit) const;
+  TeethMask FindNearSockets(const Vec3& centre_W, double radius_mm, double limit) const;
   /// Contains all roots with their layer of bone.
   const Box3& root_box() const { return root_box_; }
 
@@ -31,6 +36,9 @@ class MandibleTeeth {
   };
   /// If the distance exceeds `limit`, any value larger than `limit` may be returned.
   static double CrownDistance(const Tooth& tooth, const Vec3& local, double limit);
+
+  template <typename BoxOf>
+  TeethMask FindBoxes(const Vec3& centre_W, double reach_mm, BoxOf&& box_of) const;
 
   std::vector<Tooth> teeth_;
   Box3 box_, root_box_;

@@ -1,17 +1,21 @@
 #include "bone/models/plane_curve.h"
 
 #include <atomic>
-#include <bit>
 #include <limits>
+
+#include "bone/models/recent_values.h"
 
 namespace kerf {
 namespace {
 
 constexpr double kMargin_mm = 45;  // of the grid around the curve
 
-std::atomic<std::uint64_t> curves_made = 0;
-
 }  // namespace
+
+std::uint64_t MakeFunctionId() {
+  static std::atomic<std::uint64_t> made = 0;
+  return ++made;
+}
 
 CubicSpline::CubicSpline(std::vector<double> x, std::vector<double> y, bool slope_zero_at_start)
     : x_(std::move(x)), y_(std::move(y)), second_(x_.size(), 0.0) {
@@ -48,7 +52,7 @@ CubicSpline::Terms CubicSpline::Evaluate(double x) const {
   return t;
 }
 
-PlaneCurve::PlaneCurve(const std::vector<Vec2>& points) : id_(++curves_made) {
+PlaneCurve::PlaneCurve(const std::vector<Vec2>& points) : id_(MakeFunctionId()) {
   // The curve is first parametrised by chord length, then again by the resulting arc length, so that |derivative| is
   // close to 1.
   std::vector<double> s(points.size(), 0.0), x, y;
@@ -161,19 +165,8 @@ double PlaneCurve::Refine(const Vec2& p, double s) const {
 }
 
 CurvePlace PlaneCurve::FindClosest(const Vec2& p) const {
-  // A grid is evaluated column by column, and all points of a column have the same place. Each thread keeps those that
-  // it found last.
-  struct Found {
-    std::uint64_t curve = 0;
-    Vec2 p{0};
-    CurvePlace place;
-  };
-  thread_local std::array<Found, 1024> found_last;
-  const std::uint64_t bits =
-      std::bit_cast<std::uint64_t>(p.x) * 0x9e3779b97f4a7c15u ^ std::bit_cast<std::uint64_t>(p.y) * 0xc2b2ae3d27d4eb4fu;
-  Found& found = found_last[static_cast<std::size_t>((bits ^ bits >> 29) * 0x9e3779b97f4a7c15u >> 54)];
-  if (found.curve != id_ || found.p != p) found = {id_, p, SearchClosest(p)};
-  return found.place;
+  thread_local RecentValues<CurvePlace> recent;
+  return recent.Get(id_, p, [&] { return SearchClosest(p); });
 }
 
 CurvePlace PlaneCurve::SearchClosest(const Vec2& p) const {

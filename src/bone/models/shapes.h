@@ -93,7 +93,8 @@ inline double BoxDistance(const Box3& box, const Vec3& p) {
 class RoundedCones {
  public:
   void Add(const Vec3& a, const Vec3& b, double radius_a, double radius_b) {
-    cones_.emplace_back(a, b, radius_a, radius_b);
+    const double reach = 0.5 * glm::distance(a, b) + std::max(radius_a, radius_b);
+    cones_.push_back({RoundedCone<Vec3>(a, b, radius_a, radius_b), 0.5 * (a + b), reach + kRounding_mm});
     box_.Include(a - radius_a);
     box_.Include(a + radius_a);
     box_.Include(b - radius_b);
@@ -103,12 +104,22 @@ class RoundedCones {
   double Distance(const Vec3& p, double limit) const {
     double best = limit + 1e-6;
     if (BoxDistance(box_, p) > limit) return best;
-    for (const RoundedCone<Vec3>& cone : cones_) best = std::min(best, cone.Distance(p));
+    for (const BoundedCone& c : cones_) {
+      const Vec3 d = p - c.centre;
+      const double counts = best + c.reach;
+      if (counts > 0 && glm::dot(d, d) < counts * counts) best = std::min(best, c.cone.Distance(p));
+    }
     return best;
   }
 
  private:
-  std::vector<RoundedCone<Vec3>> cones_;
+  static constexpr double kRounding_mm = 1e-9;
+  struct BoundedCone {
+    RoundedCone<Vec3> cone;
+    Vec3 centre{0};    // of a ball that contains it
+    double reach = 0;  // its radius
+  };
+  std::vector<BoundedCone> cones_;
   Box3 box_;
 };
 

@@ -141,6 +141,53 @@ TEST(Bone, CopyIsDeepAndHashFollowsTheContent) {
   EXPECT_NE(a.CalcHash(), MakeSphere({0, 0, 1e-4}, 3, 0.2).CalcHash());
 }
 
+TEST(Bone, AMirroredSolidIsTheSameFromOneHalf) {
+  // Balls across the middle, away from it, touching it, and a small one whose mirror image meets other leaves.
+  SolidField solid;
+  solid.value = [](const Vec3& p_W) {
+    const Vec3 p{std::abs(p_W.x), p_W.y, p_W.z};
+    return std::min({glm::length(p) - 4, glm::distance(p, {9.1, 1, 2}) - 3.3, glm::distance(p, {2.5, 9, 0}) - 2.5,
+                     glm::distance(p, {7.93, -7, 0}) - 0.45});
+  };
+  solid.classify = ClassifyByDistance(solid.value);
+  solid.leaf_regions = [](const LeafPlace& leaf, const WantedVoxels& wanted, LeafRegions& ids) {
+    for (int n = 0; n < kLeafVoxels; ++n) {
+      const Vec3 p = leaf.CalcPosition(n);
+      const int by_layer = glm::length(p) < 2 ? 3 : std::abs(p.x) > 8 ? 4 : kRegionByPlace;
+      if (wanted[static_cast<std::size_t>(n)]) ids[static_cast<std::size_t>(n)] = by_layer;
+    }
+  };
+  solid.region_at_place = [](const Vec3& p) { return p.x > 0.3 ? 1 : 2; };
+  solid.is_distance = false;
+  for (const double voxel : {0.1, 0.17, 0.4}) {
+    BuildOptions options;
+    options.voxel_mm = voxel;
+    const Box3 box{Vec3{-14, -12, -6}, Vec3{14, 13, 7}};
+    solid.is_mirrored = false;
+    const Bone whole = MakeBone(solid, box, options, MaterialTable());
+    std::atomic<int> beyond = 0;
+    SolidField half = solid;
+    half.is_mirrored = true;
+    half.value = [&solid, &beyond](const Vec3& p) {
+      if (p.x < 0) ++beyond;
+      return solid.value(p);
+    };
+    // Also through near(), for balls that contain a leaf.
+    half.near = [&half](const Vec3& centre, double radius_mm) {
+      SolidField near = half;
+      near.value = [&half, centre, radius_mm](const Vec3& p) {
+        EXPECT_LE(glm::distance(p, centre), radius_mm + 1e-9);
+        return half.value(p);
+      };
+      return near;
+    };
+    const Bone mirrored = MakeBone(half, box, options, MaterialTable());
+    EXPECT_EQ(mirrored.CalcHash(), whole.CalcHash()) << voxel;
+    EXPECT_EQ(mirrored.CalcRegionVolumes(), whole.CalcRegionVolumes()) << voxel;
+    EXPECT_EQ(beyond, 0);
+  }
+}
+
 TEST(Bone, BoneTooLargeForMemoryIsRefused) {
   SolidField ball;
   ball.value = [](const Vec3& p) { return glm::length(p) - 10; };

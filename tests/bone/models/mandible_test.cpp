@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <numbers>
 #include <random>
 #include <set>
@@ -352,9 +354,8 @@ void ExpectBallsReported(const MandibleShape& shape) {
   EXPECT_GT(reported, 3000);
 }
 
-TEST(Mandible, ClassificationOfBallsIsCorrect) {
-  ExpectBallsReported(DefaultShape());
-  // Neighbouring sections are as different as possible.
+/// Neighbouring sections are as different as possible.
+MandibleParams UnevenParams() {
   MandibleParams uneven;
   uneven.symphysis_height_mm = 36;
   uneven.mental_foramen_height_mm = 22;
@@ -363,7 +364,84 @@ TEST(Mandible, ClassificationOfBallsIsCorrect) {
   uneven.ramus_width_mm = 25;
   uneven.bigonial_mm = 108;
   uneven.teeth = 16;
-  ExpectBallsReported(MandibleShape(uneven));
+  return uneven;
+}
+
+TEST(Mandible, ClassificationOfBallsIsCorrect) {
+  ExpectBallsReported(DefaultShape());
+  ExpectBallsReported(MandibleShape(UnevenParams()));
+}
+
+/// Returns random points near the bone.
+std::vector<Vec3> DrawPoints(const MandibleShape& shape, std::size_t count, std::mt19937_64& random) {
+  std::vector<Vec3> points;
+  std::uniform_real_distribution<double> unit(0, 1);
+  const Box3 box = shape.bounds();
+  while (points.size() < count) {
+    const Vec3 p = box.lower + Vec3(unit(random), unit(random), unit(random)) * box.size();
+    if (std::abs(shape.Value(p)) < 6) points.push_back(p);
+  }
+  return points;
+}
+
+TEST(Mandible, PartsNearABallGiveTheSameValuesInIt) {
+  for (const MandibleParams& params : {MandibleParams(), UnevenParams()}) {
+    const MandibleShape shape(params);
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> unit(0, 1);
+    std::normal_distribution<double> normal;
+    int pruned = 0;
+    for (const Vec3& centre : DrawPoints(shape, 3000, random)) {
+      const double radius = 0.1 + 2.4 * unit(random);
+      const MandibleParts parts = shape.FindParts(centre, radius);
+      pruned += parts.oblique_line && parts.openings && parts.lingula ? 0 : 1;
+      for (int k = 0; k < 20; ++k) {
+        const Vec3 direction = glm::normalize(Vec3{normal(random), normal(random), normal(random)});
+        const Vec3 p = centre + radius * std::cbrt(unit(random)) * direction;
+        ASSERT_EQ(shape.Value(p, parts), shape.Value(p)) << p.x << " " << p.y << " " << p.z << " r " << radius;
+        const double part = 0.6 * radius;
+        ASSERT_EQ(shape.Classify(p, part, parts), shape.Classify(p, part)) << p.x << " " << p.y << " " << p.z;
+      }
+    }
+    EXPECT_GT(pruned, 500);  // otherwise this tests nothing
+  }
+}
+
+TEST(Mandible, RegionsOfALeafAreThoseOfItsPoints) {
+  for (const MandibleParams& params : {MandibleParams(), UnevenParams()}) {
+    const MandibleShape shape(params);
+    std::mt19937_64 random(8);
+    std::array<int, 256> count{};
+    bool fine = false;
+    for (const Vec3& p : DrawPoints(shape, 150, random)) {
+      fine = !fine;
+      const double voxel_mm = fine ? 0.2 : 0.37;
+      LeafPlace leaf{{}, voxel_mm};
+      for (int axis = 0; axis < 3; ++axis) {
+        leaf.first[static_cast<std::size_t>(axis)] = 8 * static_cast<int>(std::floor(p[axis] / (8 * voxel_mm)));
+      }
+      WantedVoxels wanted;
+      for (std::size_t n = 0; n < wanted.size(); ++n) wanted[n] = random() % 4 != 0;
+      constexpr int kUntouched = 1000;
+      LeafRegions ids;
+      ids.fill(kUntouched);
+      shape.SetRegions(leaf, wanted, ids);
+      for (int n = 0; n < kLeafVoxels; ++n) {
+        const auto at = static_cast<std::size_t>(n);
+        if (!wanted[at]) {
+          ASSERT_EQ(ids[at], kUntouched);
+          continue;
+        }
+        const Vec3 voxel = leaf.CalcPosition(n);
+        const int region = ids[at] == kRegionByPlace ? shape.CortexRegionAt(voxel) : ids[at];
+        ASSERT_EQ(region, shape.RegionAt(voxel)) << voxel.x << " " << voxel.y << " " << voxel.z;
+        ++count[static_cast<std::size_t>(region)];
+      }
+    }
+    EXPECT_GT(count[kToothRegion], 1000);
+    EXPECT_GT(count[kCancellousRegion], 1000);
+    EXPECT_GT(count[kCanalRegion], 0);
+  }
 }
 
 TEST(Mandible, IsDeterministic) {
