@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <mutex>
 
 #include "base/core/hash.h"
@@ -350,17 +351,42 @@ std::uint64_t Bone::CalcHash() const {
         (static_cast<std::uint64_t>(static_cast<std::uint32_t>(c.x())) << 32 | static_cast<std::uint32_t>(c.y())) +
         MixHash(static_cast<std::uint32_t>(c.z())));
   };
-  for (const FloatLeaf* leaf : Leaves(grids_->phi->tree())) {
-    for (auto it = leaf->cbeginValueAll(); it; ++it) {
+  // A sum, which does not depend on the order.
+  const auto add_leaves = [&hash](const auto& leaves, auto&& hash_of) {
+    hash += tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, leaves.size(), 256), std::uint64_t{0},
+        [&](const tbb::blocked_range<std::size_t>& range, std::uint64_t sum) {
+          for (std::size_t n = range.begin(); n < range.end(); ++n) sum += hash_of(*leaves[n]);
+          return sum;
+        },
+        std::plus<>());
+  };
+  add_leaves(Leaves(grids_->phi->tree()), [&](const FloatLeaf& leaf) {
+    std::uint64_t sum = 0;
+    for (auto it = leaf.cbeginValueAll(); it; ++it) {
       if (std::abs(*it) >= band) continue;
       const float value = *it + 0.0f;  // -0 and +0 are the same surface
-      hash += MixHash(key(it.getCoord()) ^ std::bit_cast<std::uint32_t>(value));
+      sum += MixHash(key(it.getCoord()) ^ std::bit_cast<std::uint32_t>(value));
     }
-  }
-  for (auto it = grids_->region->tree().cbeginValueOn(); it; ++it) {
+    return sum;
+  });
+  const auto hash_region = [&key](const openvdb::CoordBBox& box, int id) {
+    return MixHash(key(box.min()) + 3 * key(box.max()) + static_cast<std::uint64_t>(id));
+  };
+  using RegionLeaf = openvdb::Int32Tree::LeafNodeType;
+  std::vector<const RegionLeaf*> region_leaves;
+  grids_->region->tree().getNodes(region_leaves);
+  add_leaves(region_leaves, [&](const RegionLeaf& leaf) {
+    std::uint64_t sum = 0;
+    for (auto it = leaf.cbeginValueOn(); it; ++it) sum += hash_region({it.getCoord(), it.getCoord()}, *it);
+    return sum;
+  });
+  auto tile = grids_->region->tree().cbeginValueOn();
+  tile.setMaxDepth(openvdb::Int32Tree::ValueOnCIter::LEAF_DEPTH - 1);
+  for (; tile; ++tile) {
     openvdb::CoordBBox box;
-    it.getBoundingBox(box);
-    hash += MixHash(key(box.min()) + 3 * key(box.max()) + static_cast<std::uint64_t>(*it));
+    tile.getBoundingBox(box);
+    hash += hash_region(box, *tile);
   }
   return hash;
 }

@@ -4,13 +4,16 @@
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/io.h>
+#include <openvdb/tree/LeafManager.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <system_error>
 #include <vector>
@@ -122,16 +125,38 @@ void CheckSides(const openvdb::GridBase& grid, const std::string& path) {
                            sides.x(), sides.y(), sides.z(), kMaxVdbSide_vox));
 }
 
+/// Returns the first value of a voxel or tile for which is_good(value, whether it is active) is false. It is called for
+/// several leaves at the same time.
+template <typename Grid, typename IsGood>
+std::optional<typename Grid::ValueType> FindFault(const Grid& grid, IsGood&& is_good) {
+  using Leaf = typename Grid::TreeType::LeafNodeType;
+  openvdb::tree::LeafManager<const typename Grid::TreeType> leaves(grid.tree());
+  std::vector<std::optional<typename Grid::ValueType>> faults(leaves.leafCount());
+  leaves.foreach ([&](const Leaf& leaf, std::size_t n) {
+    for (openvdb::Index i = 0; i < Leaf::SIZE && !faults[n]; ++i) {
+      if (!is_good(leaf.getValue(i), leaf.isValueOn(i))) faults[n] = leaf.getValue(i);
+    }
+  });
+  for (const auto& fault : faults) {
+    if (fault) return fault;
+  }
+  auto tile = grid.cbeginValueAll();
+  tile.setMaxDepth(Grid::TreeType::ValueAllCIter::LEAF_DEPTH - 1);
+  for (; tile; ++tile) {
+    if (!is_good(*tile, tile.isValueOn())) return *tile;
+  }
+  return std::nullopt;
+}
+
 /// Converts the regions, which files store as floats: Debian's build of the Python module opens only grids of float,
 /// bool and vec3s, and rejects the whole file because of another type. Integers up to 255 are exact.
 openvdb::Int32Grid::Ptr ReadRegions(const openvdb::GridBase::Ptr& grid, const std::string& path) {
   if (auto regions = openvdb::gridPtrCast<openvdb::Int32Grid>(grid)) return regions;
   const auto stored = openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
   if (!stored) Refuse(path, "grid \"region\" must be of type float or int32");
-  for (auto it = stored->cbeginValueAll(); it; ++it) {
-    if (!(*it >= 0 && *it <= 255 && *it == std::floor(*it))) {
-      Refuse(path, fmt::format("grid \"region\" has the value {}, which is not a region number", *it));
-    }
+  const auto is_region = [](float value, bool) { return value >= 0 && value <= 255 && value == std::floor(value); };
+  if (const std::optional<float> fault = FindFault(*stored, is_region)) {
+    Refuse(path, fmt::format("grid \"region\" has the value {}, which is not a region number", *fault));
   }
   return std::make_shared<openvdb::Int32Grid>(*stored);
 }
@@ -184,9 +209,8 @@ void CheckGrids(const BoneGrids& grids, const std::string& path) {
   if (!(std::abs(static_cast<double>(band) - kHalfBandVoxels * h) <= 1e-3 * h)) {
     Refuse(path, fmt::format("grid \"phi\" has the background {} but {} mm (3 voxels) is expected", band, 3 * h));
   }
-  for (auto it = grids.phi->cbeginValueAll(); it; ++it) {
-    if (!(std::abs(*it) <= band * 1.001f))
-      Refuse(path, "grid \"phi\" contains a value that is not a distance within its band");
+  if (FindFault(*grids.phi, [band](float value, bool) { return std::abs(value) <= band * 1.001f; })) {
+    Refuse(path, "grid \"phi\" contains a value that is not a distance within its band");
   }
   auto tile = grids.phi->cbeginValueAll();
   tile.setMaxDepth(openvdb::FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
@@ -194,10 +218,13 @@ void CheckGrids(const BoneGrids& grids, const std::string& path) {
     if (std::abs(*tile) != band) Refuse(path, "grid \"phi\" has a tile that is neither air nor bone");
   }
   if (grids.cut) CheckParts(grids, path);
-  for (auto it = grids.region->cbeginValueOn(); it; ++it) {
-    if (*it != 0 && !grids.materials.Contains(*it)) {
-      Refuse(path, fmt::format("grid \"region\" refers to region {}, which is not in the region table", *it));
-    }
+  std::array<bool, 256> known{};
+  for (int id = 0; id < 256; ++id) known[static_cast<std::size_t>(id)] = id == 0 || grids.materials.Contains(id);
+  const auto is_known = [&known](int id, bool active) {
+    return !active || (id >= 0 && id < 256 && known[static_cast<std::size_t>(id)]);
+  };
+  if (const std::optional<int> fault = FindFault(*grids.region, is_known)) {
+    Refuse(path, fmt::format("grid \"region\" refers to region {}, which is not in the region table", *fault));
   }
   if (!grids.hu) return;
   if (VoxelSize(*grids.hu, path) < 0.05) Refuse(path, "grid \"hu\" has voxels below 0.05 mm");
