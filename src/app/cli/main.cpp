@@ -160,6 +160,7 @@ int main(int argc, char** argv) {
   kerf::cli::HandleLackOfMemory();
   try {
     const int code = RunProgram(argc, argv);
+    kerf::FinishKeepingBones();
     kerf::cli::PrintLeftOutMessages();
     return FlushOutput(code);
   } catch (const std::bad_alloc&) {

@@ -17,7 +17,11 @@ namespace {
 
 constexpr double kFrame_s = 1.0 / 60;
 constexpr double kStillFrame_s = 1.0 / 20;  // between frames while nothing changes
-constexpr double kSettled_s = 0.3;          // time without a change after which nothing is expected to change soon
+// While a bone is made, a pause follows each picture that is this multiple of its time, and not longer than
+// kMaxPause_s.
+constexpr double kPauses = 8;
+constexpr double kMaxPause_s = 0.5;
+constexpr double kSettled_s = 0.3;  // time without a change after which nothing is expected to change soon
 constexpr double kMessage_s = 6;
 constexpr double kWarning_s = 10;
 constexpr double kLeave_s = 0.5;  // time that loading gets to end by itself when the window is closed
@@ -211,6 +215,8 @@ void ViewerApp::Run(Activity& activity) {
   if (!settings_.tour_shown && !options_.scripted && activity.begins_with_tour()) tour_.Start(activity.tour());
   const auto start = std::chrono::steady_clock::now();
   double last_s = 0;
+  double event_s = 0;     // time of the last event
+  double may_draw_s = 0;  // time from which on changed panels are drawn while a bone is made
   bool first_picture = false;
   while (!done_) {
     const double spent_s = SecondsSince(start) - now_s_;
@@ -229,6 +235,7 @@ void ViewerApp::Run(Activity& activity) {
     ignores_text_ = false;
     if (options_.interrupt != nullptr && options_.interrupt->load() && !quitting_) Quit();
     now_s_ = SecondsSince(start);
+    if (!events.empty()) event_s = now_s_;
     frame_s_ = now_s_ - last_s;
     Update(frame_s_);
     last_s = now_s_;
@@ -241,7 +248,11 @@ void ViewerApp::Run(Activity& activity) {
       trace_.Write("left", {{"stage", session_->progress().stage}});
     }
     if (done_ || minimised_ || window_.width() == 0) continue;
-    Draw();
+    // A picture that is drawn by the processor takes much of what the bone needs, and only the progress has changed.
+    if (!makes_bone || now_s_ > may_draw_s || now_s_ < event_s + kSettled_s || view_->has_changed()) {
+      Draw();
+      may_draw_s = now_s_ + std::min(kMaxPause_s, kPauses * (SecondsSince(start) - now_s_));
+    }
     TakePictures();
     RunPanelKeys();
     if (!first_picture && bone_.surface() && bone_.surface()->first_done()) {

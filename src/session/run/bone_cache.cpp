@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <future>
+#include <mutex>
 #include <optional>
 #include <system_error>
 #include <vector>
@@ -26,6 +28,10 @@ constexpr double kMinFreeBytes = 4e9;  // of the disk; with less, nothing is kep
 
 /// Set by SetBoneCache().
 std::string cache_folder;
+
+/// The last bone that is being kept.
+std::future<void> keeping;
+std::mutex keeping_mutex;
 
 std::uint64_t HashBytes(std::string_view bytes, std::uint64_t hash) {
   for (; !bytes.empty(); bytes.remove_prefix(std::min<std::size_t>(8, bytes.size()))) {
@@ -117,6 +123,23 @@ void Keep(const Bone& bone, const std::string& key) {
   }
 }
 
+/// The cache is only a convenience: whatever prevents its use, the bone can be made.
+template <typename Use>
+void Try(Use&& use) {
+  try {
+    use();
+  } catch (const Error&) {
+  } catch (const fs::filesystem_error&) {
+  }
+}
+
+/// Keeps a copy of the bone in the background, after those before it.
+void BeginKeeping(const Bone& bone, const std::string& key) {
+  const std::lock_guard lock(keeping_mutex);
+  if (keeping.valid()) keeping.wait();
+  keeping = std::async(std::launch::async, [bone, key] { Try([&] { Keep(bone, key); }); });
+}
+
 }  // namespace
 
 std::string FindBoneCache() {
@@ -131,23 +154,21 @@ std::string FindBoneCache() {
 }
 
 void SetBoneCache(const std::string& folder) {
+  FinishKeepingBones();
   cache_folder = folder;
+}
+
+void FinishKeepingBones() {
+  const std::lock_guard lock(keeping_mutex);
+  if (keeping.valid()) keeping.wait();
 }
 
 Bone MakeCachedMandible(const MandibleParams& params, const MaterialTable& materials,
                         const std::function<void(double)>& progress) {
   if (cache_folder.empty()) return MakeMandible(params, materials, progress);
   std::string key;
-  // The cache is only a convenience: whatever prevents its use, the bone can be made.
-  const auto try_to = [](auto&& use) {
-    try {
-      use();
-    } catch (const Error&) {
-    } catch (const fs::filesystem_error&) {
-    }
-  };
   std::optional<Bone> kept;
-  try_to([&] {
+  Try([&] {
     key = MakeKey(params);
     kept = Read(key);
   });
@@ -159,7 +180,7 @@ Bone MakeCachedMandible(const MandibleParams& params, const MaterialTable& mater
     return *std::move(kept);
   }
   Bone bone = MakeMandible(params, materials, progress);
-  if (!key.empty()) try_to([&] { Keep(bone, key); });
+  if (!key.empty()) BeginKeeping(bone, key);
   return bone;
 }
 

@@ -15,8 +15,10 @@ inline constexpr double kMaxBoneCacheBytes = 1e9;
 /// Returns $XDG_CACHE_HOME/kerf/bones, or ~/.cache/kerf/bones; empty if neither variable is set.
 std::string FindBoneCache();
 /// Sets the folder in which MakeCachedMandible() keeps bones; it is created when needed. Empty, as at the start: none.
-/// Must not be called while a bone is made.
+/// Must not be called while a bone is made. Waits as FinishKeepingBones() does.
 void SetBoneCache(const std::string& folder);
+/// Waits until the bones that were made are kept; they are written in the background.
+void FinishKeepingBones();
 
 /// Returns the same bone as MakeMandible(), bit for bit; reads it if the cache has it, otherwise makes it and keeps it.
 /// A kept bone is found by its parameters and the program's file, so that another version of kerf makes its own, and

@@ -33,6 +33,7 @@ class BoneCache : public ::testing::Test {
   std::pair<Bone, bool> Get(const MandibleParams& params) const {
     int reports = 0;
     Bone bone = MakeCachedMandible(params, DefaultMandibleTable(), [&](double) { ++reports; });
+    FinishKeepingBones();
     return {std::move(bone), reports > 1};
   }
   std::vector<fs::path> Files() const {
