@@ -16,6 +16,7 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <numbers>
+#include <string>
 
 #include "view/picture/colours.h"
 #include "view/picture/picture.h"
@@ -24,6 +25,28 @@
 
 namespace kerf {
 namespace {
+
+// The light of AddCameraLights() with the intensities of the live picture, as in shaders/bone.vert. VTK's own code
+// raises a number to a power for each lamp, which takes much of a picture's time without a graphics card.
+constexpr const char* kLightCode = R"(
+  const vec3 kLamps[4] = vec3[](vec3(-0.338, 0.474, 0.812), vec3(0.669, 0.0, 0.743), vec3(0.0, 0.0, 1.0),
+                                vec3(0.206, -0.927, 0.309));
+  const float kPower[4] = float[](0.62, 0.30, 0.20, 0.10);
+  vec3 toEye = normalize(-vertexVC.xyz);
+  float light = 0.0;
+  float shine = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    float facing = dot(normalVCVSOutput, kLamps[i]);
+    light += kPower[i] * max(0.0, facing);
+    float x = max(0.0, dot(2.0 * facing * normalVCVSOutput - kLamps[i], toEye));
+    float x2 = x * x;
+    float x8 = x2 * x2 * x2 * x2;
+    if (facing > 0.0) shine += kPower[i] * SHINY;
+  }
+  gl_FragData[0] = vec4(ambientColor + light * diffuseColor + shine * specularColor, opacity);
+)";
+constexpr const char* kShinyOfMetal = "x8 * x8 * x8 * x8 * x8";  // to the power of 40
+constexpr const char* kShinyOfMatt = "x8 * x8 * x2";             // to the power of 18
 
 // Returns two directions perpendicular to a normal.
 std::array<Vec3, 2> Across(const Vec3& normal) {
@@ -55,7 +78,11 @@ vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& co
   property.SetAmbient(finish == Finish::kFlat ? 1 : 0.22);
   property.SetDiffuse(finish == Finish::kFlat ? 0 : 0.84);
   property.SetSpecular(finish == Finish::kMetal ? 0.4 : finish == Finish::kMatt ? 0.06 : 0);
-  property.SetSpecularPower(finish == Finish::kMetal ? 40 : 18);
+  if (finish != Finish::kFlat) {
+    std::string code = kLightCode;
+    code.replace(code.find("SHINY"), 5, finish == Finish::kMetal ? kShinyOfMetal : kShinyOfMatt);
+    actor->GetShaderProperty()->AddFragmentShaderReplacement("//VTK::Light::Impl", true, code, false);
+  }
   return actor;
 }
 
@@ -228,8 +255,8 @@ TriangleMesh MakeTubeMesh(const std::vector<Vec3>& points, double radius) {
 void AddSightHole(vtkActor& actor) {
   vtkShaderProperty& shader = *actor.GetShaderProperty();
   // hole_at: x, y and depth; hole: radius, strength and opacity in the middle.
-  shader.AddFragmentShaderReplacement("//VTK::Light::Impl", true,
-                                      "//VTK::Light::Impl\n"
+  shader.AddFragmentShaderReplacement("//VTK::TCoord::Impl", true,  // follows that for the light
+                                      "//VTK::TCoord::Impl\n"
                                       "  if (hole.y > 0.0 && gl_FragCoord.z < hole_at.z) {\n"
                                       "    float away = distance(gl_FragCoord.xy, hole_at.xy) / max(hole.x, 1.0);\n"
                                       "    float kept = mix(hole.z, 1.0, smoothstep(0.55, 1.0, away));\n"

@@ -129,6 +129,9 @@ void SceneActors::SetTool(const Tool& tool) {
   s.handpiece = MakeMeshActor(MakeHandpieceMesh(tool), kHandpieceColour, 1, Finish::kMatt);
   AddSightHole(*s.handpiece);
   s.scene.AddActor(s.handpiece);
+  for (const auto& actor : {s.toothed, s.turning, s.guard, s.handpiece}) {  // the backs of closed surfaces are hidden
+    if (actor != nullptr) actor->GetProperty()->BackfaceCullingOn();
+  }
   s.tool_is_last = true;
   s.ShowTool();
   s.PlaceHandpiece();

@@ -2,6 +2,7 @@
 #include "view/live/viewport.h"
 
 #include <GL/glcorearb.h>
+#include <vtkActor.h>
 #include <vtkAnnotatedCubeActor.h>
 #include <vtkCamera.h>
 #include <vtkMatrix4x4.h>
@@ -46,7 +47,7 @@ struct Viewport::State {
   vtkNew<DustProp> dust;
   vtkNew<XrayProp> xray;
   vtkProp* panels = nullptr;
-  vtkSmartPointer<vtkAnnotatedCubeActor> cube = MakeOrientationCube(kCubeLook);
+  vtkSmartPointer<vtkActor> cube = MergeOrientationCube(*MakeOrientationCube(kCubeLook));
   SceneActors actors;
   ViewCamera camera;
   double scale = 1;

@@ -1,15 +1,24 @@
 #include "view/picture/vtk_scene.h"
 
+#include <vtkActor.h>
 #include <vtkAnnotatedCubeActor.h>
+#include <vtkAppendPolyData.h>
+#include <vtkAssembly.h>
 #include <vtkFloatArray.h>
 #include <vtkLight.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProp3DCollection.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
+#include <vtkTransform.h>
+#include <vtkTransformPolyDataFilter.h>
 #include <vtkUnsignedCharArray.h>
+
+#include <cmath>
 
 #include "bone/mesh/creases.h"
 #include "view/picture/vtk_mesh.h"
@@ -85,6 +94,44 @@ vtkSmartPointer<vtkAnnotatedCubeActor> MakeOrientationCube(const OrientationCube
     face->SetInterpolationToFlat();
   }
   return cube;
+}
+
+vtkSmartPointer<vtkActor> MergeOrientationCube(vtkAnnotatedCubeActor& cube) {
+  cube.HasTranslucentPolygonalGeometry();  // moves the parts to their places
+  const vtkNew<vtkAppendPolyData> all;
+  vtkProp3DCollection& parts = *cube.GetAssembly()->GetParts();
+  parts.InitTraversal();
+  while (auto* part = vtkActor::SafeDownCast(parts.GetNextProp3D())) {
+    vtkProperty& property = *part->GetProperty();
+    auto* mapper = vtkPolyDataMapper::SafeDownCast(part->GetMapper());
+    if (mapper == nullptr || property.GetOpacity() == 0) continue;
+    mapper->Update();
+    const vtkNew<vtkTransform> transform;
+    transform->SetMatrix(part->GetMatrix());
+    const vtkNew<vtkTransformPolyDataFilter> moved;
+    moved->SetTransform(transform);
+    moved->SetInputData(mapper->GetInput());
+    moved->Update();
+    vtkPolyData& data = *moved->GetOutput();
+    Rgb8 colour{};
+    for (int i = 0; i < 3; ++i) {
+      colour[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(std::lround(255 * property.GetColor()[i]));
+    }
+    SetPointColours(data, std::vector<Rgb8>(static_cast<std::size_t>(data.GetNumberOfPoints()), colour));
+    all->AddInputData(&data);
+  }
+  all->Update();
+  const vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(all->GetOutput());
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  actor->ForceOpaqueOn();
+  vtkProperty& property = *actor->GetProperty();
+  property.SetInterpolationToFlat();
+  property.SetAmbient(cube.GetCubeProperty()->GetAmbient());
+  property.SetDiffuse(cube.GetCubeProperty()->GetDiffuse());
+  property.BackfaceCullingOn();
+  return actor;
 }
 
 }  // namespace kerf
