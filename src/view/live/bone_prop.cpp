@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "shaders.h"
+#include "view/live/chunk_buffers.h"
 #include "view/live/gl_program.h"
 
 namespace kerf {
@@ -39,23 +40,12 @@ std::size_t EntryOf(const ChunkVertex& v) {
   return v.region + (v.cut > 127 ? 256u : 0u);
 }
 
-// Buffers of one chunk at one step.
+// One chunk at one step.
 struct Uploaded {
-  GLuint vertex_array = 0;
-  GLuint vertices = 0;
-  GLuint triangles = 0;
-  GLsizei corners = 0;
-  GLsizei skirt = 0;                // number of skirt indices, stored after the others
-  GLenum type = GL_UNSIGNED_SHORT;  // type of the indices
-  std::size_t bytes = 0;
-  Entries entries;  // those of its vertices
-
-  void Release() {
-    if (vertex_array != 0) glDeleteVertexArrays(1, &vertex_array);
-    if (vertices != 0) glDeleteBuffers(1, &vertices);
-    if (triangles != 0) glDeleteBuffers(1, &triangles);
-    *this = {};
-  }
+  ChunkBuffers::Place place;
+  std::uint32_t corners = 0;
+  std::uint32_t skirt = 0;  // number of skirt indices, stored after the others
+  Entries entries;          // those of its vertices
 };
 
 // Cut chunks are drawn at one of the last two steps.
@@ -108,53 +98,6 @@ struct Chunk {
   }
 };
 
-void Upload(const ChunkMesh& mesh, Uploaded& to) {
-  to.corners = static_cast<GLsizei>(mesh.triangles.size());
-  to.skirt = static_cast<GLsizei>(mesh.skirt.size());
-  if (mesh.triangles.empty() && mesh.skirt.empty()) {
-    to.Release();
-    return;
-  }
-  if (to.vertex_array == 0) {
-    glGenVertexArrays(1, &to.vertex_array);
-    glGenBuffers(1, &to.vertices);
-    glGenBuffers(1, &to.triangles);
-  }
-  to.entries.reset();
-  for (const ChunkVertex& v : mesh.vertices) to.entries.set(EntryOf(v));
-  glBindVertexArray(to.vertex_array);
-  glBindBuffer(GL_ARRAY_BUFFER, to.vertices);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(ChunkVertex)),
-               mesh.vertices.data(), GL_DYNAMIC_DRAW);
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, to.triangles);
-  // A chunk usually has a few thousand vertices.
-  if (mesh.vertices.size() <= 0xffff) {
-    thread_local std::vector<std::uint16_t> few;
-    few.assign(mesh.triangles.begin(), mesh.triangles.end());
-    few.insert(few.end(), mesh.skirt.begin(), mesh.skirt.end());
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(few.size() * sizeof(std::uint16_t)), few.data(),
-                 GL_DYNAMIC_DRAW);
-    to.type = GL_UNSIGNED_SHORT;
-    to.bytes = mesh.vertices.size() * sizeof(ChunkVertex) + few.size() * sizeof(std::uint16_t);
-  } else {
-    std::vector<std::uint32_t> all = mesh.triangles;
-    all.insert(all.end(), mesh.skirt.begin(), mesh.skirt.end());
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(all.size() * sizeof(std::uint32_t)), all.data(),
-                 GL_DYNAMIC_DRAW);
-    to.type = GL_UNSIGNED_INT;
-    to.bytes = mesh.CountBytes();
-  }
-  const auto offset = [](std::size_t bytes) { return static_cast<const char*>(nullptr) + bytes; };
-  constexpr GLsizei kStride = sizeof(ChunkVertex);
-  glEnableVertexAttribArray(0);
-  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, kStride, offset(offsetof(ChunkVertex, p_mm)));
-  glEnableVertexAttribArray(1);
-  glVertexAttribPointer(1, 3, GL_BYTE, GL_TRUE, kStride, offset(offsetof(ChunkVertex, normal)));
-  glEnableVertexAttribArray(2);
-  glVertexAttribIPointer(2, 2, GL_UNSIGNED_BYTE, kStride, offset(offsetof(ChunkVertex, region)));
-  glBindVertexArray(0);
-}
-
 // The six planes of the view frustum. A box entirely outside one of them is not drawn.
 class Frustum {
  public:
@@ -194,7 +137,9 @@ struct BoneProp::State {
   std::array<float, 4 * 512> colours{};
   bool colours_changed = true;
   Vec3 origin_W{0};
+  double reach_mm = 1;
   std::map<std::array<int, 3>, Chunk> chunks;
+  std::array<ChunkBuffers, BoneChunks::kSteps.size()> buffers;  // of each step
   Box3 box;
   double bounds[6] = {0, 0, 0, 0, 0, 0};
   bool translucent = false;
@@ -206,10 +151,11 @@ struct BoneProp::State {
   Counts counts;
 
   void MakePrograms() {
-    std::string porous_frag = shaders::kBoneFrag;
-    porous_frag.insert(porous_frag.find('\n') + 1, "#define PORES\n");  // after the version
+    const auto porous_of = [](std::string text) {
+      return text.insert(text.find('\n') + 1, "#define PORES\n");  // after the version
+    };
     plain.Make("bone", shaders::kBoneVert, shaders::kBoneFrag);
-    with_pores.Make("bone", shaders::kBoneVert, porous_frag.c_str());
+    with_pores.Make("bone", porous_of(shaders::kBoneVert).c_str(), porous_of(shaders::kBoneFrag).c_str());
     for (const GlProgram* program : {&plain, &with_pores}) {
       glUniformBlockBinding(program->id(), glGetUniformBlockIndex(program->id(), "Palette"), 0);
     }
@@ -252,12 +198,14 @@ struct BoneProp::State {
 BoneProp::BoneProp() : state_(std::make_unique<State>()) {}
 BoneProp::~BoneProp() = default;
 
-void BoneProp::Begin(const Vec3& origin_W) {
-  for (auto& [index, chunk] : state_->chunks) {
-    for (Uploaded& uploaded : chunk.steps) uploaded.Release();
-  }
+void BoneProp::Begin(const Vec3& origin_W, double reach_mm) {
   state_->chunks.clear();
+  for (ChunkBuffers& buffers : state_->buffers) {
+    buffers.Clear();
+    buffers.set_unit_mm(reach_mm / 32767);
+  }
   state_->origin_W = origin_W;
+  state_->reach_mm = reach_mm;
   state_->box = {};
   state_->counts = {};
 }
@@ -266,9 +214,13 @@ void BoneProp::SetChunk(const ChunkMesh& mesh) {
   const std::size_t place = PlaceOf(mesh.step);
   Chunk& chunk = state_->chunks[mesh.index];
   Uploaded& uploaded = chunk.steps[place];
-  state_->counts.bytes -= uploaded.bytes;
-  Upload(mesh, uploaded);
-  state_->counts.bytes += uploaded.bytes;
+  state_->counts.bytes -= uploaded.place.bytes();
+  state_->buffers[place].Put(mesh, uploaded.place);
+  state_->counts.bytes += uploaded.place.bytes();
+  uploaded.corners = static_cast<std::uint32_t>(mesh.triangles.size());
+  uploaded.skirt = static_cast<std::uint32_t>(mesh.skirt.size());
+  uploaded.entries.reset();
+  for (const ChunkVertex& v : mesh.vertices) uploaded.entries.set(EntryOf(v));
   // The other steps are out of date; new meshes of the needed steps follow.
   if (mesh.cut && mesh.step == 1) chunk.known = {};
   chunk.known[place] = true;
@@ -365,6 +317,7 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
     glUniform1f(program->Uniform("parallel"), camera.GetParallelProjection() != 0 ? 1.0F : 0.0F);
     glUniform1f(program->Uniform("opacity"), s.translucent ? 0.16F : 1.0F);
     glUniform1f(program->Uniform("pixel_mm"), static_cast<float>(s.pixel_mm));
+    glUniform1f(program->Uniform("unit_mm"), static_cast<float>(s.reach_mm / 32767));
   }
 
   // Draws front to back, so that hidden fragments are not shaded.
@@ -389,10 +342,13 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
     if (uploaded == nullptr || uploaded == &chunk->steps[step]) continue;
     for (int i = 1; i < 8; ++i) skirted.insert({index[0] - (i & 1), index[1] - ((i >> 1) & 1), index[2] - (i >> 2)});
   }
+  // Chunks that are drawn in one call follow each other: those of the same step and the same program.
   struct ToDraw {
     double depth;
     const Uploaded* uploaded;
-    GLsizei corners;
+    std::uint32_t corners;
+    std::size_t step;
+    bool porous;
     bool operator<(const ToDraw& other) const { return depth < other.depth; }
   };
   std::vector<ToDraw> seen;
@@ -401,22 +357,28 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
     if (uploaded == nullptr) continue;
     // In a translucent bone an overlap is more visible than a narrow gap.
     const bool skirt = !s.translucent && skirted.count(index) != 0;
-    const GLsizei corners = uploaded->corners + (skirt ? uploaded->skirt : 0);
-    if (corners > 0) seen.push_back(ToDraw{-glm::dot(chunk->box.centre(), toward_eye_W), uploaded, corners});
+    const std::uint32_t corners = uploaded->corners + (skirt ? uploaded->skirt : 0);
+    if (corners == 0) continue;
+    seen.push_back(ToDraw{-glm::dot(chunk->box.centre(), toward_eye_W), uploaded, corners,
+                          static_cast<std::size_t>(uploaded - chunk->steps.data()),
+                          (uploaded->entries & porous).any()});
+    ++s.counts.drawn;
+    s.counts.triangles += corners / 3;
   }
   std::sort(seen.begin(), seen.end());
+  std::vector<ChunkBuffers::ToDraw> together;
   const auto draw_all = [&] {
-    s.counts.drawn = 0;
-    s.counts.triangles = 0;
     const GlProgram* used = nullptr;
-    for (const ToDraw& chunk : seen) {
-      const GlProgram& program = (chunk.uploaded->entries & porous).any() ? s.with_pores : s.plain;
+    for (std::size_t i = 0; i < seen.size();) {
+      const ToDraw& first = seen[i];
+      together.clear();
+      for (; i < seen.size() && seen[i].step == first.step && seen[i].porous == first.porous; ++i) {
+        together.push_back({&seen[i].uploaded->place, seen[i].corners});
+      }
+      const GlProgram& program = first.porous ? s.with_pores : s.plain;
       if (&program != used) program.Use();
       used = &program;
-      glBindVertexArray(chunk.uploaded->vertex_array);
-      glDrawElements(GL_TRIANGLES, chunk.corners, chunk.uploaded->type, nullptr);
-      ++s.counts.drawn;
-      s.counts.triangles += static_cast<std::size_t>(chunk.corners) / 3;
+      s.buffers[first.step].Draw(together);
     }
   };
   state.vtkglEnable(GL_DEPTH_TEST);
@@ -442,7 +404,6 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
     state.vtkglDisable(GL_CULL_FACE);
     state.vtkglEnable(GL_BLEND);
   }
-  glBindVertexArray(0);
   glBindBuffer(GL_ARRAY_BUFFER, 0);
   glUseProgram(0);
   return 1;
@@ -458,7 +419,7 @@ double* BoneProp::GetBounds() {
 }
 
 void BoneProp::ReleaseGraphicsResources(vtkWindow* window) {
-  Begin(state_->origin_W);
+  Begin(state_->origin_W, state_->reach_mm);
   if (state_->palette != 0) glDeleteBuffers(1, &state_->palette);
   state_->palette = 0;
   state_->colours_changed = true;

@@ -1,5 +1,5 @@
-// VTK prop that draws the bone's chunks. Each chunk has separate buffers on the graphics card, so that a cut uploads
-// only the chunks that it changes.
+// VTK prop that draws the bone's chunks. Each chunk has its own ranges of buffers on the graphics card, so that a cut
+// uploads only the chunks that it changes.
 #pragma once
 
 #include <vtkProp.h>
@@ -19,7 +19,9 @@ class BoneProp : public vtkProp {
   vtkTypeMacro(BoneProp, vtkProp) BoneProp(const BoneProp&) = delete;
   BoneProp& operator=(const BoneProp&) = delete;
 
-  void Begin(const Vec3& origin_W);  // removes all chunks
+  /// Removes all chunks. `reach_mm`: no vertex is farther from the origin along any axis. Positions are rounded to
+  /// 1/32767 of it.
+  void Begin(const Vec3& origin_W, double reach_mm);
   void SetChunk(const ChunkMesh& mesh);
   /// Sets the colours, indexed by region; entries from 256 on are for cut faces. Alpha is 255 for tissue drawn with
   /// pores.

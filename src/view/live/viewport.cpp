@@ -31,7 +31,7 @@
 namespace kerf {
 namespace {
 
-// Less than in still pictures, which are darkened by ambient occlusion; as in shaders/bone.frag.
+// Less than in still pictures, which are darkened by ambient occlusion; as in shaders/bone.vert.
 constexpr std::array kLights = {0.62, 0.30, 0.20, 0.10};
 constexpr OrientationCubeLook kCubeLook = {
     .patient = true, .side = {0.93, 0.94, 0.96}, .letter = {0.1, 0.12, 0.16}, .ambient = 0.35, .diffuse = 0.7};
@@ -198,7 +198,14 @@ void Viewport::BeginBone(const MaterialTable& materials, const Vec3& origin_W, c
   s.voxel_mm = voxel_mm;
   s.counts_of.clear();
   s.counts = {};
-  s.bone->Begin(origin_W);
+  // A surface may lie beyond the bounds by a cell, or further if bone that a session before removed is shown again.
+  double reach_mm = 128;
+  const double cell_mm = BoneChunks::kSteps.front() * voxel_mm;
+  for (int i = 0; i < 3 && !bounds_W.empty(); ++i) {
+    reach_mm =
+        std::max({reach_mm, bounds_W.upper[i] - origin_W[i] + cell_mm, origin_W[i] - bounds_W.lower[i] + cell_mm});
+  }
+  s.bone->Begin(origin_W, reach_mm);
   s.bone->SetPalette(MakePalette(materials, s.by));
 }
 
