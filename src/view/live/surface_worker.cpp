@@ -1,5 +1,6 @@
 #include "view/live/surface_worker.h"
 
+#include <malloc.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -20,6 +21,8 @@ namespace kerf {
 namespace {
 
 using Index = std::array<int, 3>;
+
+constexpr std::chrono::seconds kRest{2};  // without work, after which freed memory is returned to the system
 
 }  // namespace
 
@@ -250,7 +253,12 @@ struct SurfaceWorker::State {
       if (has_work()) continue;
       working = false;
       idle.notify_all();
-      wake.wait(lock, has_work);
+      if (!wake.wait_for(lock, kRest, has_work)) {
+        lock.unlock();
+        malloc_trim(0);  // what meshes, undo and reading a bone have freed, malloc would keep
+        lock.lock();
+        wake.wait(lock, has_work);
+      }
       working = true;
       if (stop) return;
     }
