@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <functional>
+#include <glm/vector_relational.hpp>
 #include <mutex>
 
 #include "base/core/hash.h"
@@ -300,36 +301,36 @@ std::map<int, double> Bone::CalcRegionVolumes() const {
 Box3 Bone::CalcBounds() const {
   // The surface crosses the edges between an inside voxel and an outside neighbour. The outermost crossings bound it.
   const std::vector<const FloatLeaf*> leaves = Leaves(grids_->phi->tree());
-  const double h = voxel_mm();
-  return tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, leaves.size(), 64), Box3{},
-      [&](const tbb::blocked_range<std::size_t>& range, Box3 box) {
-        openvdb::tree::ValueAccessor<const FloatTree> accessor(grids_->phi->constTree());
-        for (std::size_t n = range.begin(); n < range.end(); ++n) {
-          for (auto it = leaves[n]->cbeginValueOn(); it; ++it) {
-            if (*it >= 0) continue;
-            const openvdb::Coord ijk = it.getCoord();
-            const double inside = static_cast<double>(*it);
-            for (int axis = 0; axis < 3; ++axis) {
-              for (int side = -1; side <= 1; side += 2) {
-                openvdb::Coord next = ijk;
-                next[axis] += side;
-                const double outside = static_cast<double>(accessor.getValue(next));
-                if (outside < 0) continue;
-                Vec3 p(ijk.x(), ijk.y(), ijk.z());
-                p[axis] += side * inside / (inside - outside);
-                box.Include(h * p);
-              }
-            }
-          }
+  openvdb::tree::ValueAccessor<const FloatTree> accessor(grids_->phi->constTree());
+  Box3 box_vox;
+  const auto include = [&](const FloatLeaf& leaf) {
+    const auto to_vec = [](const openvdb::Coord& ijk) { return Vec3(ijk.x(), ijk.y(), ijk.z()); };
+    const Vec3 lowest = to_vec(leaf.origin().offsetBy(-1)), highest = to_vec(leaf.origin().offsetBy(FloatLeaf::DIM));
+    if (glm::all(glm::lessThanEqual(box_vox.lower, lowest)) && glm::all(glm::lessThanEqual(highest, box_vox.upper))) {
+      return;  // so are its crossings
+    }
+    for (auto it = leaf.cbeginValueOn(); it; ++it) {
+      if (*it >= 0) continue;
+      const openvdb::Coord ijk = it.getCoord();
+      const double inside = static_cast<double>(*it);
+      for (int axis = 0; axis < 3; ++axis) {
+        for (int side = -1; side <= 1; side += 2) {
+          openvdb::Coord next = ijk;
+          next[axis] += side;
+          const double outside = static_cast<double>(accessor.getValue(next));
+          if (outside < 0) continue;
+          Vec3 p = to_vec(ijk);
+          p[axis] += side * inside / (inside - outside);
+          box_vox.Include(p);
         }
-        return box;
-      },
-      [](Box3 a, const Box3& b) {
-        a.lower = glm::min(a.lower, b.lower);
-        a.upper = glm::max(a.upper, b.upper);
-        return a;
-      });
+      }
+    }
+  };
+  // A few leaves first, so that most others are within their box.
+  constexpr std::size_t kStep = 16;
+  for (std::size_t n = 0; n < leaves.size(); n += kStep) include(*leaves[n]);
+  for (const FloatLeaf* leaf : leaves) include(*leaf);
+  return {voxel_mm() * box_vox.lower, voxel_mm() * box_vox.upper};
 }
 
 std::uint64_t Bone::CountActiveVoxels() const {
