@@ -189,7 +189,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   write(before, "before.png");
   before = {};
 
-  const DrawnPieces pieces = run.wait_for_pieces();
+  const DrawnPieces pieces = run.make_pieces();
   const std::size_t piece_count = pieces.surfaces.size();
   PictureSpec after = base(name + ": after the cut");
   AddAfter(run, pieces, after);

@@ -44,7 +44,7 @@ struct RunPictures {
   const Bone& before;
   double volume_before_mm3;
   const Bone& after;
-  std::function<DrawnPieces()> wait_for_pieces;  // called once before.png is drawn
+  std::function<DrawnPieces()> make_pieces;  // called once, after before.png is drawn
   std::string folder;
   bool force_plot = true;              // plot of force against depth
   bool apart = true;                   // the separated pieces

@@ -3,15 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <future>
 #include <nlohmann/json.hpp>
-#include <optional>
 
-#include "base/core/cancelled.h"
 #include "base/files/files.h"
 #include "base/files/peak_memory.h"
 #include "bone/vdb/bonefile.h"
@@ -72,49 +68,16 @@ std::vector<std::string> WriteData(const Scene& scene, const std::string& folder
 struct Separated {
   Pieces split;
   std::vector<PieceSummary> summaries;
-  std::vector<PieceSurface> surfaces;  // of split.pieces
 };
 
-/// Separates the pieces and writes their surfaces.
-Separated Separate(const Scene& scene, const Bone& bone, std::span<const PieceOut> out, double surface_error_mm,
-                   const std::string& folder, const std::function<void(double)>& progress) {
+Separated Separate(const Scene& scene, const Bone& bone, std::span<const PieceOut> out) {
   Separated separated;
   separated.split = SplitPieces(bone, scene.output.smallest_piece_mm3);
-  const std::vector<ResultPiece> pieces = ListPieces(separated.split.pieces, out);
-  for (const ResultPiece& piece : pieces) separated.summaries.push_back(Summarize(piece));
-  separated.surfaces =
-      WritePieces(scene, separated.split.pieces, pieces, surface_error_mm, folder, progress, separated.summaries);
+  for (const ResultPiece& piece : ListPieces(separated.split.pieces, out)) {
+    separated.summaries.push_back(Summarize(piece));
+  }
   return separated;
 }
-
-/// Work in a thread of its own, for at most as long as this object exists.
-class Separation {
- public:
-  Separation(const Scene& scene, const Bone& bone, std::span<const PieceOut> out, double surface_error_mm,
-             const std::string& folder)
-      : result_(std::async(std::launch::async, [=, this, &scene, &bone, &folder] {
-          return Separate(scene, bone, out, surface_error_mm, folder, [this](double fraction) {
-            if (stops_) throw Cancelled();
-            fraction_ = fraction;
-          });
-        })) {}
-  ~Separation() { stops_ = true; }
-  Separation(const Separation&) = delete;
-  Separation& operator=(const Separation&) = delete;
-
-  /// `progress` is called in this thread.
-  const Separated& Wait(const std::function<void(double)>& progress) {
-    if (done_) return *done_;
-    while (result_.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) progress(fraction_);
-    return done_.emplace(result_.get());
-  }
-
- private:
-  std::atomic<bool> stops_ = false;
-  std::atomic<double> fraction_ = 0;
-  std::optional<Separated> done_;
-  std::future<Separated> result_;  // waits for the thread when it is destroyed
-};
 
 void WriteEffectPictures(const RunPictures& run, const std::vector<Bone>& pieces, const EffectFiles& files,
                          const Tool& tool, RunSummary& summary) {
@@ -262,10 +225,11 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
   if (scene.output.bone) result.bone.set_note("cut_by_scene", scene.name);
 
-  // The data, the pieces and the first picture do not depend on each other. Pictures are drawn by this thread.
+  // The data, the pieces and the first picture do not depend on each other. Pictures are drawn by this thread. The
+  // first one is drawn before the surfaces of the pieces are made, because both take much memory.
   std::future<std::vector<std::string>> data =
       std::async(std::launch::async, [&] { return WriteData(scene, folder, result); });
-  Separation separation(scene, result.bone, out, surface_error_mm, folder);
+  std::future<Separated> separation = std::async(std::launch::async, [&] { return Separate(scene, result.bone, out); });
   stage("separating the pieces")(0);
   SummarizeBone(before, result, summary);
   SummarizeTicks(scene, path, result, summary);
@@ -274,19 +238,27 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   RunPictures pictures{scene, result.ticks, before, summary.volume_before_mm3, result.bone, {}, folder};
   pictures.apart = !summary.fragments;  // fragments.png shows them
   pictures.out = out;
+  Separated separated;
+  std::vector<PieceSurface> surfaces;
   bool is_separated = false;
-  pictures.wait_for_pieces = [&] {
-    const Separated& separated = separation.Wait(stage("separating the pieces"));
+  const auto write_pieces = [&] {
+    separated = separation.get();
+    surfaces = WritePieces(scene, separated.split.pieces, ListPieces(separated.split.pieces, out), surface_error_mm,
+                           folder, stage("separating the pieces"), separated.summaries);
     is_separated = true;
-    return DrawnPieces{separated.surfaces, &separated.split.dust};
+    return DrawnPieces{surfaces, &separated.split.dust};
   };
+  pictures.make_pieces = write_pieces;
   const bool drawn = AreDrawn(scene, picture_warnings);
   // The stages of the progress follow each other: a picture before the pieces is not reported.
   const auto report_drawn = [&](double fraction) {
     if (is_separated) stage("drawing the pictures")(fraction);
   };
-  if (drawn) picture_names = WriteRunPictures(pictures, report_drawn, picture_warnings);
-  const Separated& separated = separation.Wait(stage("separating the pieces"));
+  if (drawn) {
+    picture_names = WriteRunPictures(pictures, report_drawn, picture_warnings);
+  } else {
+    write_pieces();
+  }
   summary.dust_count = separated.split.dust_count;
   summary.dust_mm3 = separated.split.dust_mm3;
   summary.surface_error_mm = surface_error_mm;

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
+#include <future>
+#include <optional>
 #include <utility>
 
 #include "bone/mesh/meshfile.h"
@@ -23,10 +26,27 @@ std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> 
                                       const std::function<void(double)>& progress, std::span<PieceSummary> summaries,
                                       const ResultSink& sink) {
   std::vector<PieceSurface> surfaces(in_bone.size());
+  const auto is_drawn = [&](std::size_t i) {
+    return scene.output.pictures && kPicturesBuilt && pieces[i].out == nullptr;
+  };
+  const auto start = [&](std::size_t i) {
+    std::future<PieceSurface> surface;
+    if (i < pieces.size() && (scene.output.pieces || is_drawn(i))) {
+      surface = std::async(std::launch::async,
+                           [&pieces, error_mm, i] { return MakePieceSurface(*pieces[i].bone, error_mm); });
+    }
+    return surface;
+  };
+  const auto show = [&](double done) {
+    if (progress) progress(done / static_cast<double>(pieces.size()));
+  };
+  // Two at a time, because parts of this work use one thread only.
+  std::future<PieceSurface> next = start(0);
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const bool drawn = scene.output.pictures && kPicturesBuilt && pieces[i].out == nullptr;
-    if (!scene.output.pieces && !drawn) continue;
-    PieceSurface surface = MakePieceSurface(*pieces[i].bone, error_mm);
+    std::future<PieceSurface> made = std::exchange(next, start(i + 1));
+    if (!made.valid()) continue;
+    while (made.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) show(static_cast<double>(i));
+    PieceSurface surface = made.get();
     if (scene.output.pieces) {
       PieceSummary& summary = summaries[i];
       const std::string name = fmt::format("piece_{}.stl", i + 1);
@@ -38,8 +58,8 @@ std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> 
       });
     }
     surface.mesh_W = {};
-    if (drawn) surfaces[static_cast<std::size_t>(pieces[i].bone - in_bone.data())] = std::move(surface);
-    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(pieces.size()));
+    if (is_drawn(i)) surfaces[static_cast<std::size_t>(pieces[i].bone - in_bone.data())] = std::move(surface);
+    show(static_cast<double>(i + 1));
   }
   return surfaces;
 }
