@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <future>
@@ -242,6 +243,9 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   std::vector<PieceSurface> surfaces;
   bool is_separated = false;
   const auto write_pieces = [&] {
+    while (separation.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) {
+      stage("separating the pieces")(0);
+    }
     separated = separation.get();
     surfaces = WritePieces(scene, separated.split.pieces, ListPieces(separated.split.pieces, out), surface_error_mm,
                            folder, stage("separating the pieces"), separated.summaries);
