@@ -8,6 +8,8 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -51,6 +53,10 @@ void RequestPriority(int priority, RealtimeGrants& grants) {
   grants.fifo = true;
   grants.priority = priority;
   grants.scheduling = fmt::format("SCHED_FIFO was granted, priority {}.", priority);
+}
+
+void LowerPriority() {
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 19);
 }
 
 void LockMemory(RealtimeGrants& grants) {

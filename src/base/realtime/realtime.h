@@ -1,4 +1,4 @@
-// Real-time privileges of the loop's thread: requests them and reports which were granted.
+// Real-time privileges of the loop's thread: requests them and reports which were granted. Low priority of others.
 #pragma once
 
 #include <string>
@@ -17,6 +17,8 @@ struct RealtimeGrants {
 /// Requests SCHED_FIFO at `priority` (0: request no real-time priority) and a timer slack of 1 ns for the calling
 /// thread.
 void RequestPriority(int priority, RealtimeGrants& grants);
+/// Lets all other threads run before the calling one, from now on.
+void LowerPriority();
 /// Locks all memory of the process in RAM until UnlockMemory(), including later allocations if the limit (ulimit -l)
 /// permits.
 void LockMemory(RealtimeGrants& grants);

@@ -9,13 +9,18 @@
 #include <filesystem>
 #include <future>
 #include <mutex>
+#include <new>
 #include <optional>
+#include <set>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "base/core/hash.h"
 #include "base/files/disk_space.h"
 #include "base/files/files.h"
+#include "base/files/memory.h"
+#include "base/realtime/realtime.h"
 #include "kerf/bone_file.h"
 #include "kerf/error.h"
 
@@ -29,8 +34,9 @@ constexpr double kMinFreeBytes = 4e9;  // of the disk; with less, nothing is kep
 /// Set by SetBoneCache().
 std::string cache_folder;
 
-/// The last bone that is being kept.
-std::future<void> keeping;
+/// The last bone that is being kept, which waits for those before it, and the keys of all of them.
+std::shared_future<void> keeping;
+std::set<std::string> kept_keys;
 std::mutex keeping_mutex;
 
 std::uint64_t HashBytes(std::string_view bytes, std::uint64_t hash) {
@@ -129,15 +135,38 @@ void Try(Use&& use) {
   try {
     use();
   } catch (const Error&) {
-  } catch (const fs::filesystem_error&) {
+  } catch (const std::system_error&) {
+  } catch (const std::bad_alloc&) {
   }
 }
 
-/// Keeps a copy of the bone in the background, after those before it.
+/// Keeps a copy of the bone in the background, after those before it. Without memory for that copy and for what writing
+/// takes, nothing is kept: in the window a failed request would end the program (see ExitOnBadAlloc).
 void BeginKeeping(const Bone& bone, const std::string& key) {
-  const std::lock_guard lock(keeping_mutex);
-  if (keeping.valid()) keeping.wait();
-  keeping = std::async(std::launch::async, [bone, key] { Try([&] { Keep(bone, key); }); });
+  Try([&] {
+    if (ReadAvailableBytes() < 2 * bone.CalcMemoryBytes()) return;
+    const std::lock_guard lock(keeping_mutex);
+    keeping = std::async(std::launch::async, [bone = bone, key = key, before = keeping]() mutable {
+                LowerPriority();
+                // Otherwise the copy would exist as long as the future.
+                const Bone kept = std::move(bone);
+                if (before.valid()) std::exchange(before, {}).wait();
+                Try([&] { Keep(kept, key); });
+              }).share();
+    kept_keys.insert(key);
+  });
+}
+
+/// Waits if a bone with this key is being kept. Returns whether one was begun.
+bool WaitIfKeeping(const std::string& key) {
+  std::shared_future<void> last;
+  {
+    const std::lock_guard lock(keeping_mutex);
+    if (!kept_keys.contains(key)) return false;
+    last = keeping;
+  }
+  last.wait();
+  return true;
 }
 
 }  // namespace
@@ -171,6 +200,7 @@ Bone MakeCachedMandible(const MandibleParams& params, const MaterialTable& mater
   Try([&] {
     key = MakeKey(params);
     kept = Read(key);
+    if (!kept && WaitIfKeeping(key)) kept = Read(key);
   });
   if (kept) {
     CheckMandibleRegions(materials);

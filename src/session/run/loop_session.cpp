@@ -19,6 +19,7 @@
 #include "cut/tool/shape.h"
 #include "kerf/error.h"
 #include "loop/haptics/bone_mirror.h"
+#include "session/run/bone_cache.h"
 #include "session/run/expected_files.h"
 #include "session/run/live_pieces.h"
 #include "session/run/loop_actions.h"
@@ -216,6 +217,8 @@ void LoopSession::State::MakeBone() {
 
   Bone bone = MakeSceneBone(
       scene, [&](double f) { Show("making the bone", f); }, &s.material, options.read_bone);
+  // `kerf loop` measures; a window's user waits.
+  if (options.watchers.peer == nullptr && !options.virtual_time) FinishKeepingBones();
   Show("preparing the session", 0);
   ShareLeaves(bone);
   params.spare_leaves = CountSpareLeaves(bone);

@@ -16,6 +16,7 @@
 #include "kerf/error.h"
 #include "kerf/surface.h"
 #include "kerf/version.h"
+#include "session/run/bone_cache.h"
 #include "session/run/expected_files.h"
 #include "session/run/make_bone.h"
 #include "session/run/results_folder.h"
@@ -216,6 +217,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const SimulationParams params = MakeSimulationParams(scene);
   RunSummary summary;
   const Bone before = MakeSceneBone(scene, stage("making the bone"), &summary.material);
+  if (costs.costs) FinishKeepingBones();
   RunTape tape(session, scene, RecordedKind::kRun, before);
   RunResult result =
       RunPath(before, params, path, scene.simulation.rate_hz, scene.tool.rpm, stage("cutting"), costs, tape.tape());

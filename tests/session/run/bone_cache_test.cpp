@@ -58,6 +58,14 @@ TEST_F(BoneCache, TheSecondBoneIsReadAndIsTheSame) {
   EXPECT_EQ(Files().size(), 1u);
 }
 
+TEST_F(BoneCache, ABoneThatIsBeingKeptIsWaitedFor) {
+  const Bone first = MakeCachedMandible(Coarse(), DefaultMandibleTable(), {});
+  int reports = 0;
+  const Bone second = MakeCachedMandible(Coarse(), DefaultMandibleTable(), [&](double) { ++reports; });
+  EXPECT_EQ(reports, 1);
+  EXPECT_EQ(first.CalcHash(), second.CalcHash());
+}
+
 TEST_F(BoneCache, OtherParametersMakeAnotherBone) {
   (void)Get(Coarse());
   MandibleParams other = Coarse();
