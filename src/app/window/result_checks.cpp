@@ -1,25 +1,14 @@
 #include "app/window/result_checks.h"
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <utility>
 
 #include "app/window/is_ready.h"
+#include "base/realtime/realtime.h"
 #include "kerf/error.h"
 #include "loop/record/recording.h"
 #include "session/score/score.h"
 
 namespace kerf {
-namespace {
-
-/// Lets all other threads run first.
-void LowerPriority() {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 19);
-}
-
-}  // namespace
 
 void ResultChecks::Begin(const Scene& scene, const std::string& recording, const ScoreSheet& sheet) {
   End();

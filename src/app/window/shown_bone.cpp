@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "app/window/is_ready.h"
+#include "base/realtime/realtime.h"
 #include "bone/grid/shared_leaves.h"
 
 namespace kerf {
@@ -50,7 +51,10 @@ bool ShownBone::Take(bool at_once) {
   trace_.Write("bone", {{"final", made->bone != nullptr}, {"voxel_mm", made->voxel_mm}});
   if (!made->bone) return true;
   if (making_inner_.valid()) unused_inner_.push_back(std::move(making_inner_));
-  making_inner_ = std::async(std::launch::async, [bone = std::move(made->bone)] { return MakeInnerSurfaces(*bone); });
+  making_inner_ = std::async(std::launch::async, [bone = std::move(made->bone)] {
+    LowerPriority();
+    return MakeInnerSurfaces(*bone);
+  });
   return true;
 }
 

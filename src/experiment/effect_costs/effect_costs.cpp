@@ -20,6 +20,7 @@
 #include "experiment/bench/measure.h"
 #include "kerf/error.h"
 #include "loop/haptics/haptic_step.h"
+#include "session/run/bone_cache.h"
 #include "session/run/hand_motion.h"
 #include "session/run/loop_setup.h"
 #include "session/run/make_bone.h"
@@ -393,6 +394,7 @@ MeasuredCut MakeMeasuredCut(const Scene& scene, const EffectCostOptions& options
   MeasuredCut cut;
   cut.by_hand = options.by_hand;
   cut.bone = MakeSceneBone(scene, progress);
+  FinishKeepingBones();
   cut.X_WT_start = MakePath(scene).CalcPose(0, 0);
   cut.rpm = scene.tool.rpm;
   if (options.by_hand) {

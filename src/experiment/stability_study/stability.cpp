@@ -12,6 +12,7 @@
 #include "device/devices/profiles.h"
 #include "experiment/stability/held_tool.h"
 #include "kerf/error.h"
+#include "session/run/bone_cache.h"
 #include "session/run/make_bone.h"
 #include "session/run/work_list.h"
 #include "session/scene/saws.h"
@@ -215,6 +216,7 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
         if (progress) progress("making the bone", f);
       },
       &material);
+  FinishKeepingBones();
   study.voxel_mm = bone.voxel_mm();
   study.warnings = FindToolWarnings(scene, bone.voxel_mm());
   for (const std::string& warning : FindHandWarnings(scene, study.setup)) study.warnings.push_back(warning);
@@ -298,6 +300,7 @@ std::vector<ProfileMargins> ExamineProfiles(const Scene& scene, const StabilityO
   const Bone bone = MakeSceneBone(scene, [&](double f) {
     if (progress) progress("making the bone", f);
   });
+  FinishKeepingBones();
   LoopSetup asked = MakeLoopSetup(scene);
   asked.fitted.coupling = MakeCoupledParams(scene).coupling;  // starting point for fitting the coupling to each device
   const StabilitySubject subject = MakeStabilitySubject(scene, asked, bone, FindFirstTouch(scene, bone));
