@@ -19,7 +19,7 @@ constexpr double kFrame_s = 1.0 / 60;
 constexpr double kStillFrame_s = 1.0 / 20;  // between frames while nothing changes
 // While a bone is made, a pause follows each picture that is this multiple of its time, and not longer than
 // kMaxPause_s.
-constexpr double kPauses = 8;
+constexpr double kPauseFactor = 8;
 constexpr double kMaxPause_s = 0.5;
 constexpr double kSettled_s = 0.3;  // time without a change after which nothing is expected to change soon
 constexpr double kMessage_s = 6;
@@ -249,12 +249,13 @@ void ViewerApp::Run(Activity& activity) {
     }
     if (done_ || minimised_ || window_.width() == 0) continue;
     // A picture that is drawn by the processor takes much of what the bone needs, and only the progress has changed.
-    if (!makes_bone || now_s_ > may_draw_s || now_s_ < event_s + kSettled_s || view_->has_changed()) {
+    if (!makes_bone || now_s_ > may_draw_s || now_s_ < event_s + kSettled_s || panel_frames_ > 0 ||
+        view_->has_changed()) {
       Draw();
-      may_draw_s = now_s_ + std::min(kMaxPause_s, kPauses * (SecondsSince(start) - now_s_));
+      may_draw_s = now_s_ + std::min(kMaxPause_s, kPauseFactor * (SecondsSince(start) - now_s_));
+      TakePictures();
+      if (RunPanelKeys()) event_s = now_s_;
     }
-    TakePictures();
-    RunPanelKeys();
     if (!first_picture && bone_.surface() && bone_.surface()->first_done()) {
       first_picture = true;
       trace_.Write("first_picture", {{"after_s", SecondsSince(start)}});

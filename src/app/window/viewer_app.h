@@ -191,7 +191,7 @@ class ViewerApp {
   void AddLastActions();
   bool WaitsForSession(const WindowEvent& event) const;
   void RunWaiting();
-  void RunPanelKeys();
+  bool RunPanelKeys();
   void LookNext(int by);
   void ToggleHelp();
   void TakeInScene(const WindowEvent& event);

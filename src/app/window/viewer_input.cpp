@@ -188,15 +188,18 @@ void ViewerApp::TakeInScene(const WindowEvent& event) {
   camera_mouse_.Take(event, view_->camera());
 }
 
-/// Handles the keys that were pressed right after a click on a panel or after Tab in a field. Call once per frame.
-void ViewerApp::RunPanelKeys() {
-  if (panel_frames_ == 0 || ui_.has_waiting_events()) return;
+/// Handles the keys that were pressed right after a click on a panel or after Tab in a field. Call once per drawn
+/// frame. Returns whether there were any.
+bool ViewerApp::RunPanelKeys() {
+  if (panel_frames_ == 0 || ui_.has_waiting_events()) return false;
   const bool next_field =
       left_field_ != 0 && ui_.takes_text() && ui_.active_item() != 0 && ui_.active_item() != left_field_;
-  if (!next_field && --panel_frames_ > 0) return;
+  if (!next_field && --panel_frames_ > 0) return false;
   panel_frames_ = 0;
   left_field_ = 0;
-  for (const WindowEvent& event : std::exchange(panel_keys_, {})) Take(event);
+  const std::vector<WindowEvent> keys = std::exchange(panel_keys_, {});
+  for (const WindowEvent& event : keys) Take(event);
+  return !keys.empty();
 }
 
 /// Handles the keys and clicks that came while the session restarted. One of them may restart it again.
