@@ -51,8 +51,9 @@ struct SolidField {
   /// directly. If false, only the zero level of `value` is used and the distance is computed from it (first-order fast
   /// sweeping, accurate to 0.3 voxels within 3 voxels of the surface).
   bool is_distance = true;
-  /// If true, value() and leaf_regions() are the same at x and -x, bit for bit, and are called only for the half with
-  /// x >= 0. The box must then be symmetric as well. Has an effect only if `is_distance` is false.
+  /// If true, value() and leaf_regions() are the same at x and -x, bit for bit. value() is then called only for the
+  /// half with x >= 0, leaf_regions() for the other half only at voxels whose mirror image was not needed. The box must
+  /// then be symmetric as well. Has an effect only if `is_distance` is false.
   bool is_mirrored = false;
   bool has_mirror() const { return is_mirrored && !is_distance; }
 };
