@@ -1,6 +1,5 @@
 #include "bone/models/plane_curve.h"
 
-#include <atomic>
 #include <limits>
 
 #include "bone/models/recent_values.h"
@@ -11,11 +10,6 @@ namespace {
 constexpr double kMargin_mm = 45;  // of the grid around the curve
 
 }  // namespace
-
-std::uint64_t MakeFunctionId() {
-  static std::atomic<std::uint64_t> made = 0;
-  return ++made;
-}
 
 CubicSpline::CubicSpline(std::vector<double> x, std::vector<double> y, bool slope_zero_at_start)
     : x_(std::move(x)), y_(std::move(y)), second_(x_.size(), 0.0) {

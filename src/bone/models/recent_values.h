@@ -1,4 +1,4 @@
-// Values of a function of a point in a plane that a thread computed last.
+// Values of functions of a point in a plane that a thread computed last.
 #pragma once
 
 #include <array>
@@ -12,8 +12,8 @@ namespace kerf {
 /// Returns a number that no other function has, for RecentValues.
 std::uint64_t MakeFunctionId();
 
-/// A grid is evaluated leaf by leaf, and all points of a line across the plane have the same place in it. Keep one
-/// object per thread.
+/// Keeps the last values, because a grid is evaluated leaf by leaf, and all points of a line across the plane have the
+/// same place in it. Not thread-safe: each thread needs an object of its own.
 template <typename Value>
 class RecentValues {
  public:

@@ -106,8 +106,8 @@ class RoundedCones {
     if (BoxDistance(box_, p) > limit) return best;
     for (const BoundedCone& c : cones_) {
       const Vec3 d = p - c.centre;
-      const double counts = best + c.reach;
-      if (counts > 0 && glm::dot(d, d) < counts * counts) best = std::min(best, c.cone.Distance(p));
+      const double within_mm = best + c.reach;  // of its centre; farther away, the cone is too far as well
+      if (within_mm > 0 && glm::dot(d, d) < within_mm * within_mm) best = std::min(best, c.cone.Distance(p));
     }
     return best;
   }
