@@ -47,7 +47,7 @@ bool ShownBone::Take(bool at_once) {
   if (!made) return false;
   surface_ = std::move(made->surface);
   inner_.reset();
-  view_.BeginBone(made->materials, surface_->origin_W(), surface_->bounds_W(), made->voxel_mm);
+  view_.BeginBone(made->materials, surface_->origin_W(), surface_->drawn_bounds_W(), made->voxel_mm);
   trace_.Write("bone", {{"final", made->bone != nullptr}, {"voxel_mm", made->voxel_mm}});
   if (!made->bone) return true;
   if (making_inner_.valid()) unused_inner_.push_back(std::move(making_inner_));

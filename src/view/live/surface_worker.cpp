@@ -24,11 +24,21 @@ using Index = std::array<int, 3>;
 
 constexpr std::chrono::seconds kRest{2};  // without work, after which freed memory is returned to the system
 
+// Bounds of both boxes.
+Box3 Join(Box3 a, const Box3& b) {
+  if (!b.empty()) {
+    a.Include(b.lower);
+    a.Include(b.upper);
+  }
+  return a;
+}
+
 }  // namespace
 
 struct SurfaceWorker::State {
   State(Bone bone, int threads, const Bone* before)
       : bounds_W(bone.CalcBounds()),
+        drawn_bounds_W(before == nullptr ? bounds_W : Join(bounds_W, before->CalcBounds())),
         has_hu(bone.has_hu()),
         chunks(std::move(bone), before),
         origin_W(chunks.origin_W()),
@@ -62,7 +72,7 @@ struct SurfaceWorker::State {
   }
   bool FirstDone() const { return passes.front().next == all.size(); }
 
-  const Box3 bounds_W;
+  const Box3 bounds_W, drawn_bounds_W;
   const bool has_hu;
 
   // The bone and its chunks: changed by the worker, read by other threads.
@@ -285,6 +295,10 @@ Vec3 SurfaceWorker::origin_W() const {
 
 Box3 SurfaceWorker::bounds_W() const {
   return state_->bounds_W;
+}
+
+Box3 SurfaceWorker::drawn_bounds_W() const {
+  return state_->drawn_bounds_W;
 }
 
 bool SurfaceWorker::has_hu() const {

@@ -35,6 +35,8 @@ class SurfaceWorker {
 
   Vec3 origin_W() const;  // origin of the chunks' vertices
   Box3 bounds_W() const;  // of the original bone
+  /// Returns the bounds of all that may be drawn: undo may show the bone before any cutting again.
+  Box3 drawn_bounds_W() const;
   bool has_hu() const;
   /// Queues a changed leaf. May be called by any thread.
   void Offer(const LeafMessage& leaf);

@@ -198,7 +198,7 @@ void Viewport::BeginBone(const MaterialTable& materials, const Vec3& origin_W, c
   s.voxel_mm = voxel_mm;
   s.counts_of.clear();
   s.counts = {};
-  // A surface may lie beyond the bounds by a cell, or further if bone that a session before removed is shown again.
+  // A surface may lie beyond the bounds by a cell.
   double reach_mm = 128;
   const double cell_mm = BoneChunks::kSteps.front() * voxel_mm;
   for (int i = 0; i < 3 && !bounds_W.empty(); ++i) {

@@ -118,8 +118,8 @@ class Viewport {
   double scale() const;
 
   // ---- the bone
-  /// Must be called before the first chunk of a bone; removes all earlier chunks. `origin_W`:
-  /// SurfaceWorker::origin_W().
+  /// Must be called before the first chunk of a bone; removes all earlier chunks. `origin_W`
+  /// and `bounds_W`: SurfaceWorker::origin_W() and drawn_bounds_W().
   void BeginBone(const MaterialTable& materials, const Vec3& origin_W, const Box3& bounds_W, double voxel_mm);
   /// Uploads a chunk, replacing the previous version if there is one.
   void SetChunk(const ChunkMesh& mesh);

@@ -12,6 +12,7 @@
 #include <numbers>
 
 #include "bone/grid/ct_modulus.h"
+#include "bone/grid/set_leaf.h"
 #include "kerf/error.h"
 #include "kerf/simulation.h"
 #include "support/chunks.h"
@@ -222,6 +223,35 @@ TEST_F(OnePlate, AllFacesTowardsTheEyeAreDrawn) {
     }
   }
   EXPECT_LT(fewest, view.stats().chunks);
+}
+
+TEST_F(OnePlate, BoneOfAnEarlierSessionIsDrawnInItsPlaceAgain) {
+  // Only 20 mm are left of a bar 400 mm long, until undo brings back the rest.
+  BlockParams params;
+  params.size_mm = {400, 10, 10};
+  params.layers = {{10, 24}};
+  params.voxel_mm = 0.25;
+  const Bone bar = MakeBlock(params, DefaultMandibleTable());
+  Bone rest = bar;
+  CutAway(rest, bar.CalcBounds().Grown(1), [](const Vec3& p_W) { return std::abs(p_W.x) - 10; });
+  SurfaceWorker again(rest, 2, &bar);
+  ASSERT_LT(again.bounds_W().size().x, 21);
+  view.BeginBone(bar.materials(), again.origin_W(), again.drawn_bounds_W(), bar.voxel_mm());
+  for (int x = -101; x <= 101; ++x) {  // leaves of 2 mm
+    for (int y = -3; y <= 3; ++y) {
+      for (int z = -6; z <= 1; ++z) {
+        LeafMessage leaf{.index = {x, y, z}};
+        GetCut(bar, leaf.index, leaf.values);
+        again.Offer(leaf);
+      }
+    }
+  }
+  Upload(view, again);
+  view.camera().set_target_W({195, 0, 0});
+  const Image with = Draw();
+  view.set_bone_hidden(true);
+  // The bar's last 37 mm lie in the picture: 32 to the left of its middle, 5 to the right.
+  EXPECT_NEAR(Compare(with, Draw()).count * kMmPerPixel * kMmPerPixel, 37 * 10, 84 * kMmPerPixel);
 }
 
 TEST_F(OnePlate, DiscIsDrawnAtItsProjection) {
