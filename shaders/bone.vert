@@ -2,7 +2,7 @@
 // The bone's surface. A vertex stores the region below it and whether the bone was cut there. The palette holds the
 // colours, so that a different colouring needs no new vertices. Light comes from the camera's upper left, and edges are
 // slightly darker. Both are computed here: a triangle is only a few pixels large, and a software driver shades whole
-// blocks of pixels for each.
+// blocks of pixels for each. BoneProp inserts the lamps after the first line: kLamps and kPower.
 layout(location = 0) in vec3 position;  // whole numbers of units from the bone's origin
 layout(location = 1) in vec3 normal;
 layout(location = 2) in uvec2 region_cut;
@@ -30,9 +30,6 @@ void main() {
   vec3 eye = parallel > 0.5 ? to_eye : normalize(-at.xyz);
   vec3 n = normalize(mat3(view_from_bone) * normal);
   if (dot(n, eye) < 0.0) n = -n;
-  const vec3 kLamps[4] = vec3[](vec3(-0.338, 0.474, 0.812), vec3(0.669, 0.0, 0.743), vec3(0.0, 0.0, 1.0),
-                                vec3(0.206, -0.927, 0.309));
-  const float kPower[4] = float[](0.62, 0.30, 0.20, 0.10);
   float light = 0.22;
   for (int i = 0; i < 4; ++i) light += 0.86 * kPower[i] * max(0.0, dot(n, kLamps[i]));
   float facing = max(0.0, dot(n, eye));

@@ -24,6 +24,7 @@
 #include "shaders.h"
 #include "view/live/chunk_buffers.h"
 #include "view/live/gl_program.h"
+#include "view/live/lamps.h"
 
 namespace kerf {
 
@@ -151,11 +152,12 @@ struct BoneProp::State {
   Counts counts;
 
   void MakePrograms() {
-    const auto porous_of = [](std::string text) {
-      return text.insert(text.find('\n') + 1, "#define PORES\n");  // after the version
+    const auto insert = [](const std::string& code, std::string text) {
+      return text.insert(text.find('\n') + 1, code);  // after the version
     };
-    plain.Make("bone", shaders::kBoneVert, shaders::kBoneFrag);
-    with_pores.Make("bone", porous_of(shaders::kBoneVert).c_str(), porous_of(shaders::kBoneFrag).c_str());
+    const std::string vertex = insert(MakeLampCode(), shaders::kBoneVert), pores = "#define PORES\n";
+    plain.Make("bone", vertex.c_str(), shaders::kBoneFrag);
+    with_pores.Make("bone", insert(pores, vertex).c_str(), insert(pores, shaders::kBoneFrag).c_str());
     for (const GlProgram* program : {&plain, &with_pores}) {
       glUniformBlockBinding(program->id(), glGetUniformBlockIndex(program->id(), "Palette"), 0);
     }

@@ -18,6 +18,7 @@
 #include <numbers>
 #include <string>
 
+#include "view/live/lamps.h"
 #include "view/picture/colours.h"
 #include "view/picture/picture.h"
 #include "view/picture/vtk_mesh.h"
@@ -26,12 +27,9 @@
 namespace kerf {
 namespace {
 
-// The light of AddCameraLights() with the intensities of the live picture, as in shaders/bone.vert. VTK's own code
-// raises a number to a power for each lamp, which takes much of a picture's time without a graphics card.
+// Follows MakeLampCode(). VTK's own code raises a number to a power for each lamp, which takes much of a picture's time
+// without a graphics card.
 constexpr const char* kLightCode = R"(
-  const vec3 kLamps[4] = vec3[](vec3(-0.338, 0.474, 0.812), vec3(0.669, 0.0, 0.743), vec3(0.0, 0.0, 1.0),
-                                vec3(0.206, -0.927, 0.309));
-  const float kPower[4] = float[](0.62, 0.30, 0.20, 0.10);
   vec3 toEye = normalize(-vertexVC.xyz);
   float light = 0.0;
   float shine = 0.0;
@@ -79,7 +77,7 @@ vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& co
   property.SetDiffuse(finish == Finish::kFlat ? 0 : 0.84);
   property.SetSpecular(finish == Finish::kMetal ? 0.4 : finish == Finish::kMatt ? 0.06 : 0);
   if (finish != Finish::kFlat) {
-    std::string code = kLightCode;
+    std::string code = MakeLampCode() + kLightCode;
     code.replace(code.find("SHINY"), 5, finish == Finish::kMetal ? kShinyOfMetal : kShinyOfMatt);
     actor->GetShaderProperty()->AddFragmentShaderReplacement("//VTK::Light::Impl", true, code, false);
   }

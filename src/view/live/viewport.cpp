@@ -22,6 +22,7 @@
 #include "kerf/error.h"
 #include "view/live/bone_prop.h"
 #include "view/live/dust_prop.h"
+#include "view/live/lamps.h"
 #include "view/live/overlay_colours.h"
 #include "view/live/palette.h"
 #include "view/live/scene_actors.h"
@@ -31,8 +32,6 @@
 namespace kerf {
 namespace {
 
-// Less than in still pictures, which are darkened by ambient occlusion; as in shaders/bone.vert.
-constexpr std::array kLights = {0.62, 0.30, 0.20, 0.10};
 constexpr OrientationCubeLook kCubeLook = {
     .patient = true, .side = {0.93, 0.94, 0.96}, .letter = {0.1, 0.12, 0.16}, .ambient = 0.35, .diffuse = 0.7};
 
@@ -149,7 +148,7 @@ Viewport::Viewport(vtkRenderWindow& window) : state_(std::make_unique<State>(win
   set_theme(Theme::kLight);
   s.scene->GradientBackgroundOn();
   s.over->SetActiveCamera(s.scene->GetActiveCamera());
-  for (vtkRenderer* renderer : {s.scene.Get(), s.over.Get(), s.corner.Get()}) AddCameraLights(*renderer, kLights);
+  for (vtkRenderer* renderer : {s.scene.Get(), s.over.Get(), s.corner.Get()}) AddCameraLights(*renderer, kLampPowers);
   s.scene->AddActor(s.bone);
   s.scene->AddActor(s.xray);
   s.scene->AddActor(s.dust);

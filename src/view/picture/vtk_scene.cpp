@@ -59,13 +59,12 @@ vtkSmartPointer<vtkPolyData> MakeCreasedPolyData(const TriangleMesh& mesh, std::
 }
 
 void AddCameraLights(vtkRenderer& renderer, const std::array<double, 4>& intensities) {
-  constexpr double kDirections[4][3] = {{-0.5, 0.7, 1.2}, {0.9, 0.0, 1.0}, {0.0, 0.0, 1.0}, {0.2, -0.9, 0.3}};
   renderer.RemoveAllLights();
   renderer.AutomaticLightCreationOff();
   for (std::size_t i = 0; i < intensities.size(); ++i) {
     const vtkNew<vtkLight> light;
     light->SetLightTypeToCameraLight();
-    light->SetPosition(kDirections[i][0], kDirections[i][1], kDirections[i][2]);
+    light->SetPosition(kCameraLights[i].x, kCameraLights[i].y, kCameraLights[i].z);
     light->SetFocalPoint(0, 0, 0);
     light->SetIntensity(intensities[i]);
     light->SetPositional(false);

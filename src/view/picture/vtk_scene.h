@@ -25,8 +25,11 @@ void SetPointColours(vtkPolyData& data, const std::vector<Rgb8>& colours);
 /// creased where the bone was cut. Points at creases are repeated at the end.
 vtkSmartPointer<vtkPolyData> MakeCreasedPolyData(const TriangleMesh& mesh, std::span<const Rgb8> colours);
 
-/// Adds a key light from the upper left, two fill lights from the right and from the front, and a rim light from below,
-/// fixed to the camera, so that all views are lit equally. shaders/bone.vert has the same lights.
+/// Towards a key light at the upper left, two fill lights at the right and in front, and a rim light below, relative to
+/// the camera: right, up, towards the viewer. Not normalised.
+inline constexpr std::array<Vec3, 4> kCameraLights = {
+    {{-0.5, 0.7, 1.2}, {0.9, 0.0, 1.0}, {0.0, 0.0, 1.0}, {0.2, -0.9, 0.3}}};
+/// Adds these lights, fixed to the camera, so that all views are lit equally.
 void AddCameraLights(vtkRenderer& renderer, const std::array<double, 4>& intensities);
 
 /// Colours from 0 to 1 and fractions of the light.
