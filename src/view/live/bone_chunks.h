@@ -13,13 +13,11 @@
 
 namespace kerf {
 
-/// Vertex in the layout of the graphics card's buffer, 20 bytes.
 struct ChunkVertex {
   std::array<float, 3> p_mm;          // relative to BoneChunks::origin_W()
   std::array<std::int8_t, 3> normal;  // outward, times 127
   std::uint8_t region;                // region just below the surface; 0: none
   std::uint8_t cut;                   // 255 on a cut face, 0 on the original surface
-  std::array<std::uint8_t, 3> unused;
 };
 
 /// Surface within one chunk at one resolution: cells of `step` = 1, 2, 4 or 8 voxels.
@@ -32,10 +30,6 @@ struct ChunkMesh {
   std::vector<std::uint32_t> skirt;      // triangles that reach into the next chunks up; drawn where those are finer;
                                          // empty for step 1
   Vec3 lower_W{0}, upper_W{0};           // bounding box of the vertices; both 0 if there are none
-
-  std::size_t CountBytes() const {
-    return vertices.size() * sizeof(ChunkVertex) + (triangles.size() + skirt.size()) * 4;
-  }
 };
 
 /// Chunked mesh of a bone's level set. Not thread-safe unless stated otherwise. The mesh is a dual mesh ("surface
