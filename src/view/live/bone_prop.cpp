@@ -139,6 +139,7 @@ struct BoneProp::State {
   bool colours_changed = true;
   Vec3 origin_W{0};
   double reach_mm = 1;
+  double unit_mm() const { return reach_mm / 32767; }  // of the vertices' positions
   std::map<std::array<int, 3>, Chunk> chunks;
   std::array<ChunkBuffers, BoneChunks::kSteps.size()> buffers;  // of each step
   Box3 box;
@@ -202,12 +203,12 @@ BoneProp::~BoneProp() = default;
 
 void BoneProp::Begin(const Vec3& origin_W, double reach_mm) {
   state_->chunks.clear();
-  for (ChunkBuffers& buffers : state_->buffers) {
-    buffers.Clear();
-    buffers.set_unit_mm(reach_mm / 32767);
-  }
   state_->origin_W = origin_W;
   state_->reach_mm = reach_mm;
+  for (ChunkBuffers& buffers : state_->buffers) {
+    buffers.Clear();
+    buffers.set_unit_mm(state_->unit_mm());
+  }
   state_->box = {};
   state_->counts = {};
 }
@@ -216,9 +217,7 @@ void BoneProp::SetChunk(const ChunkMesh& mesh) {
   const std::size_t place = PlaceOf(mesh.step);
   Chunk& chunk = state_->chunks[mesh.index];
   Uploaded& uploaded = chunk.steps[place];
-  state_->counts.bytes -= uploaded.place.bytes();
   state_->buffers[place].Put(mesh, uploaded.place);
-  state_->counts.bytes += uploaded.place.bytes();
   uploaded.corners = static_cast<std::uint32_t>(mesh.triangles.size());
   uploaded.skirt = static_cast<std::uint32_t>(mesh.skirt.size());
   uploaded.entries.reset();
@@ -284,6 +283,8 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   State& s = *state_;
   s.counts.drawn = 0;
   s.counts.triangles = 0;
+  s.counts.bytes = 0;
+  for (const ChunkBuffers& buffers : s.buffers) s.counts.bytes += buffers.CountBytes();
   auto* renderer = vtkOpenGLRenderer::SafeDownCast(viewport);
   if (renderer == nullptr || s.chunks.empty() || s.hidden) return 0;
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetVTKWindow());
@@ -319,7 +320,7 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
     glUniform1f(program->Uniform("parallel"), camera.GetParallelProjection() != 0 ? 1.0F : 0.0F);
     glUniform1f(program->Uniform("opacity"), s.translucent ? 0.16F : 1.0F);
     glUniform1f(program->Uniform("pixel_mm"), static_cast<float>(s.pixel_mm));
-    glUniform1f(program->Uniform("unit_mm"), static_cast<float>(s.reach_mm / 32767));
+    glUniform1f(program->Uniform("unit_mm"), static_cast<float>(s.unit_mm()));
   }
 
   // Draws front to back, so that hidden fragments are not shaded.

@@ -38,6 +38,7 @@ class BoneProp : public vtkProp {
   };
   void SetFineness(const Fineness& fineness);
 
+  /// All are of the last picture, except `chunks`.
   struct Counts {
     std::size_t chunks = 0, drawn = 0, triangles = 0, bytes = 0;
     int step = 1;

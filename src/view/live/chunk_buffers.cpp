@@ -48,7 +48,10 @@ void StoreIndices(const ChunkMesh& mesh, std::uint32_t first) {
 struct ChunkBuffers::Page {
   // `is_wide`: with indices of 32 bits.
   Page(std::uint32_t vertex_count, std::uint32_t index_count, bool is_wide)
-      : free_vertices(vertex_count), free_indices(index_count), wide(is_wide) {
+      : free_vertices(vertex_count),
+        free_indices(index_count),
+        wide(is_wide),
+        bytes(vertex_count * sizeof(StoredVertex) + index_count * SizeOf(wide)) {
     glGenVertexArrays(1, &vertex_array);
     glGenBuffers(1, &vertices);
     glGenBuffers(1, &indices);
@@ -80,15 +83,12 @@ struct ChunkBuffers::Page {
   GLuint vertices = 0;
   GLuint indices = 0;
   FreeRanges free_vertices, free_indices;
-  bool wide;
+  const bool wide;
+  const std::size_t bytes;
 };
 
 ChunkBuffers::ChunkBuffers() = default;
 ChunkBuffers::~ChunkBuffers() = default;
-
-std::size_t ChunkBuffers::Place::bytes() const {
-  return vertices * sizeof(StoredVertex) + indices * SizeOf(vertices > 0xffff);
-}
 
 int ChunkBuffers::FindPage(std::uint32_t vertices, std::uint32_t indices, Place& place) {
   const bool wide = vertices > 0xffff;
@@ -105,12 +105,12 @@ int ChunkBuffers::FindPage(std::uint32_t vertices, std::uint32_t indices, Place&
     place.first_index = *index;
     return true;
   };
-  for (std::size_t i = 0; i < pages_.size(); ++i) {
+  for (std::size_t i = 0;; ++i) {
+    if (i == pages_.size()) {
+      pages_.push_back(std::make_unique<Page>(std::max(kVertices, vertices), std::max(kIndices, indices), wide));
+    }
     if (fits(*pages_[i])) return static_cast<int>(i);
   }
-  pages_.push_back(std::make_unique<Page>(std::max(kVertices, vertices), std::max(kIndices, indices), wide));
-  fits(*pages_.back());
-  return static_cast<int>(pages_.size() - 1);
 }
 
 void ChunkBuffers::Put(const ChunkMesh& mesh, Place& place) {
@@ -161,6 +161,12 @@ void ChunkBuffers::Remove(Place& place) {
 
 void ChunkBuffers::Clear() {
   pages_.clear();
+}
+
+std::size_t ChunkBuffers::CountBytes() const {
+  std::size_t bytes = 0;
+  for (const std::unique_ptr<Page>& page : pages_) bytes += page->bytes;
+  return bytes;
 }
 
 void ChunkBuffers::Draw(std::span<const ToDraw> meshes) {

@@ -22,7 +22,6 @@ class ChunkBuffers {
     std::uint32_t first_vertex = 0;
     std::uint32_t indices = 0;
     std::uint32_t first_index = 0;
-    std::size_t bytes() const;
   };
 
   ChunkBuffers();
@@ -30,11 +29,11 @@ class ChunkBuffers {
 
   /// `unit_mm`: in which positions are stored, as whole numbers of 16 bits. Call it without meshes only.
   void set_unit_mm(double unit_mm) { unit_mm_ = unit_mm; }
-  double unit_mm() const { return unit_mm_; }
   /// Stores a mesh, with its skirt after its triangles, in place of an earlier one.
   void Put(const ChunkMesh& mesh, Place& place);
   void Remove(Place& place);
   void Clear();
+  std::size_t CountBytes() const;  // of all pages, used or not
   /// Draws the first `corners` indices of some meshes, in their order. A program must be in use.
   struct ToDraw {
     const Place* place = nullptr;

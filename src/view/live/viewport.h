@@ -94,7 +94,7 @@ struct ViewStats {
   std::size_t chunks = 0;         // stored
   std::size_t drawn = 0;          // of these, drawn in the last picture
   std::size_t triangles = 0;      // drawn in the last picture
-  std::size_t surface_bytes = 0;  // all stored chunks, on the graphics card
+  std::size_t surface_bytes = 0;  // of the buffers for chunks on the graphics card
   int step = 1;                   // of uncut chunks in the last picture
 };
 
