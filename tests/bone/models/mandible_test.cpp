@@ -408,7 +408,16 @@ TEST(Mandible, PartsNearABallGiveTheSameValuesInIt) {
 }
 
 TEST(Mandible, RegionsOfALeafAreThoseOfItsPoints) {
-  for (const MandibleParams& params : {MandibleParams(), UnevenParams()}) {
+  // The cortex changes as fast as it can where it is thick at the chin and thin behind, or the reverse, in a low body.
+  MandibleParams thick_chin;
+  thick_chin.symphysis_height_mm = 24;
+  thick_chin.mental_foramen_height_mm = 21;
+  thick_chin.cortex_front_mm = 5;
+  thick_chin.cortex_buccal_mm = thick_chin.cortex_lingual_mm = 1;
+  MandibleParams thin_chin = thick_chin;
+  thin_chin.cortex_front_mm = 1.5;
+  thin_chin.cortex_buccal_mm = thin_chin.cortex_lingual_mm = 4;
+  for (const MandibleParams& params : {MandibleParams(), UnevenParams(), thick_chin, thin_chin}) {
     const MandibleShape shape(params);
     std::mt19937_64 random(8);
     std::array<int, 256> count{};
