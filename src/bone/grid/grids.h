@@ -4,6 +4,7 @@
 #include "bone/grid/openvdb_templates.h"
 
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include "bone/grid/interpolate.h"
@@ -120,6 +121,12 @@ template <typename Accessor, typename Visit>
 void ForEachRegionAround(const Accessor& region, const Vec3& p_vox, Visit&& visit) {
   const CellPoint cell = FindCell(p_vox);
   VisitRegions(GetCorners(region, cell), cell.f, visit);
+}
+
+/// Returns the origin of the block with `edge` voxels along each axis that contains a point, in voxels.
+inline openvdb::Coord FloorToBlock(const Vec3& p_vox, int edge) {
+  const auto down = [edge](double x) { return static_cast<int>(std::floor(x / edge)) * edge; };
+  return {down(p_vox.x), down(p_vox.y), down(p_vox.z)};
 }
 
 /// Returns the index of the voxel nearest to a point. Tick-safe.
