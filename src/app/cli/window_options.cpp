@@ -3,7 +3,6 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "app/cli/numbers.h"
 #include "app/cli/signals.h"
 #include "base/files/folder_lock.h"
+#include "base/files/user_folders.h"
 #include "kerf/error.h"
 
 namespace kerf::cli {
@@ -18,15 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns $XDG_DATA_HOME/kerf, or ~/.local/share/kerf.
+/// Returns the user's folder of kerf's data.
 std::string DataFolder() {
-  const auto get = [](const char* name) {
-    const char* value = std::getenv(name);
-    return std::string(value == nullptr ? "" : value);
-  };
-  if (const std::string data = get("XDG_DATA_HOME"); !data.empty()) return data + "/kerf";
-  if (const std::string home = get("HOME"); !home.empty()) return home + "/.local/share/kerf";
-  throw Error("neither HOME nor XDG_DATA_HOME is set: give a folder for recordings with -o");
+  if (const std::string data = FindUserFolder(UserFolder::kData); !data.empty()) return data + "/kerf";
+  throw Error("neither XDG_DATA_HOME nor HOME is an absolute path: give a folder for recordings with -o");
 }
 
 }  // namespace

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "base/files/files.h"
+#include "base/files/user_folders.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -17,27 +17,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string GetEnvironment(const char* name) {
-  const char* value = std::getenv(name);
-  return value == nullptr ? "" : value;
-}
-
-/// Returns the folder of the user's settings; empty if it is not known.
-std::string FindConfigFolder() {
-  if (std::string folder = GetEnvironment("XDG_CONFIG_HOME"); !folder.empty()) return folder;
-  const std::string home = GetEnvironment("HOME");
-  return home.empty() ? "" : home + "/.config";
-}
-
 /// Returns the folder of the user's documents as the desktop has set it; empty if it has not.
 std::string FindDocuments() {
-  std::ifstream in(FindConfigFolder() + "/user-dirs.dirs");
+  std::ifstream in(FindUserFolder(UserFolder::kConfig) + "/user-dirs.dirs");
   constexpr std::string_view kKey = "XDG_DOCUMENTS_DIR=\"";
   constexpr std::string_view kHome = "$HOME";
   for (std::string line; std::getline(in, line);) {
     if (!line.starts_with(kKey) || line.back() != '"') continue;
     std::string folder = line.substr(kKey.size(), line.size() - kKey.size() - 1);
-    if (folder.starts_with(kHome)) folder.replace(0, kHome.size(), GetEnvironment("HOME"));
+    if (folder.starts_with(kHome)) folder.replace(0, kHome.size(), GetVariable("HOME"));
     return folder;
   }
   return {};
@@ -46,12 +34,12 @@ std::string FindDocuments() {
 }  // namespace
 
 std::string FindSettingsFile() {
-  const std::string folder = FindConfigFolder();
+  const std::string folder = FindUserFolder(UserFolder::kConfig);
   return folder.empty() ? "" : folder + "/kerf/window.json";
 }
 
 std::string FindSaveFolder(const WindowSettings& settings) {
-  const std::string home = GetEnvironment("HOME");
+  const std::string home = GetVariable("HOME");
   std::error_code error;
   for (const std::string& folder : {settings.save_folder, FindDocuments(), home + "/Documents", home}) {
     if (!folder.empty() && fs::is_directory(folder, error)) return folder;

@@ -27,7 +27,13 @@ Pose HoldDisc(const Vec3& p_B) {
 Pose HoldBlade(const Vec3& p_B) {
   return {CalcEdgeDown(), p_B};
 }
-/// Makes the bone of a cut a block, at the cut's pose.
+/// Returns the pose of an upright burr, bur or drill.
+Pose HoldUpright(const Vec3& p_B) {
+  return {Quat(1, 0, 0, 0), p_B};
+}
+
+}  // namespace
+
 void UseBlock(const Vec3& size_mm, double voxel_mm, CutCase& cut) {
   BlockParams block;
   block.size_mm = size_mm;
@@ -35,12 +41,6 @@ void UseBlock(const Vec3& size_mm, double voxel_mm, CutCase& cut) {
   block.voxel_mm = voxel_mm;
   cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
 }
-/// Returns the pose of an upright burr, bur or drill.
-Pose HoldUpright(const Vec3& p_B) {
-  return {Quat(1, 0, 0, 0), p_B};
-}
-
-}  // namespace
 
 CutCase MakeDiscCut(double voxel_mm) {
   CutCase cut;

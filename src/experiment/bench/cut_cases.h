@@ -5,6 +5,8 @@
 
 namespace kerf {
 
+/// Makes the bone of a cut a block, at the cut's pose, with the regions of the generic mandible.
+void UseBlock(const Vec3& size_mm, double voxel_mm, CutCase& cut);
 /// Returns a cut with the paper's saw 8 mm deep in a block that is rotated relative to the grid, so that disc, feed and
 /// faces are all oblique to the voxels.
 CutCase MakeDiscCut(double voxel_mm);

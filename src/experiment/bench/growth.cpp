@@ -8,8 +8,6 @@
 #include <optional>
 
 #include "bone/grid/set_leaf.h"
-#include "bone/material/region_table.h"
-#include "bone/models/block.h"
 #include "experiment/bench/cut_cases.h"
 #include "experiment/bench/slope.h"
 
@@ -31,11 +29,7 @@ CutCase MakeCut(const std::string& name, double voxel_mm, double disc_scale, con
   cut.name = name;
   cut.tool = disc;
   cut.feed_mm_per_s = feed_mm_per_s;
-  BlockParams block;
-  block.size_mm = block_mm;
-  block.X_WB = cut.X_WB;
-  block.voxel_mm = voxel_mm;
-  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  UseBlock(block_mm, voxel_mm, cut);
   constexpr double kGap_mm = 0.5;
   const double radius_mm = 0.5 * disc.diameter_mm;
   cut.X_BT_start.p_AB = {-0.5 * block_mm.x - radius_mm - kGap_mm, 0, radius_mm - disc_scale * kDepth_mm};

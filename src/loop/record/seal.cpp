@@ -7,12 +7,12 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "base/core/errno_text.h"
 #include "base/files/files.h"
+#include "base/files/user_folders.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -177,13 +177,9 @@ std::string DescribeSeal(const RecordingSeal& seal, const std::vector<KnownKey>&
 }
 
 std::string FindKeyFile() {
-  const auto get = [](const char* name) {
-    const char* value = std::getenv(name);
-    return std::string(value != nullptr ? value : "");
-  };
-  if (const std::string folder = get("XDG_CONFIG_HOME"); !folder.empty()) return folder + "/kerf/recording.key";
-  if (const std::string home = get("HOME"); !home.empty()) return home + "/.config/kerf/recording.key";
-  throw Error("the location of the key file is unknown: neither HOME nor XDG_CONFIG_HOME is set");
+  const std::string config = FindUserFolder(UserFolder::kConfig);
+  if (!config.empty()) return config + "/kerf/recording.key";
+  throw Error("the location of the key file is unknown: neither XDG_CONFIG_HOME nor HOME is an absolute path");
 }
 
 SealKey MakeKeyFile() {
@@ -209,7 +205,7 @@ SealKey MakeKeyFile() {
 }
 
 std::optional<SealKey> ReadKeyFile() {
-  if (std::getenv("HOME") == nullptr && std::getenv("XDG_CONFIG_HOME") == nullptr) return std::nullopt;
+  if (FindUserFolder(UserFolder::kConfig).empty()) return std::nullopt;
   const std::string path = FindKeyFile();
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -14,6 +13,7 @@
 #include "base/core/printable.h"
 #include "base/files/disk_space.h"
 #include "base/files/files.h"
+#include "base/files/user_folders.h"
 #include "kerf/error.h"
 #include "session/practise/exercises.h"
 #include "session/practise/history_check.h"
@@ -255,13 +255,8 @@ std::optional<double> Attempt::Get(const std::string& key) const {
 }
 
 std::string FindHistoryFile() {
-  const auto get = [](const char* name) {
-    const char* value = std::getenv(name);
-    return std::string(value == nullptr ? "" : value);
-  };
-  if (const std::string folder = get("KERF_DATA"); !folder.empty()) return folder + "/practise.db";
-  if (const std::string folder = get("XDG_DATA_HOME"); !folder.empty()) return folder + "/kerf/practise.db";
-  if (const std::string folder = get("HOME"); !folder.empty()) return folder + "/.local/share/kerf/practise.db";
+  if (const std::string folder = GetVariable("KERF_DATA"); !folder.empty()) return folder + "/practise.db";
+  if (const std::string data = FindUserFolder(UserFolder::kData); !data.empty()) return data + "/kerf/practise.db";
   throw Error("there is no folder for the history: set KERF_DATA to one");
 }
 

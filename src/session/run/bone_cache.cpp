@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <future>
@@ -20,6 +19,7 @@
 #include "base/files/disk_space.h"
 #include "base/files/files.h"
 #include "base/files/memory.h"
+#include "base/files/user_folders.h"
 #include "base/realtime/realtime.h"
 #include "kerf/bone_file.h"
 #include "kerf/error.h"
@@ -172,14 +172,8 @@ bool WaitIfKeeping(const std::string& key) {
 }  // namespace
 
 std::string FindBoneCache() {
-  const auto get = [](const char* name) -> std::string {
-    const char* const value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe)
-    return value == nullptr ? "" : value;
-  };
-  // As the XDG Base Directory Specification says, a path that is not absolute is ignored.
-  if (const std::string cache = get("XDG_CACHE_HOME"); fs::path(cache).is_absolute()) return cache + "/kerf/bones";
-  if (const std::string home = get("HOME"); fs::path(home).is_absolute()) return home + "/.cache/kerf/bones";
-  return {};
+  const std::string cache = FindUserFolder(UserFolder::kCache);
+  return cache.empty() ? cache : cache + "/kerf/bones";
 }
 
 void SetBoneCache(const std::string& folder) {

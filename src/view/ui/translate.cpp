@@ -6,7 +6,6 @@
 #include <atomic>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "base/core/number_text.h"
 #include "base/files/catalogue.h"
 #include "base/files/installed.h"
+#include "base/files/user_folders.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -28,10 +28,8 @@ std::string g_language = "en";                     // used by the window's threa
 std::atomic<const Catalogue*> g_current{nullptr};  // of that language; null: English
 
 std::string UserFolder() {
-  const char* data = std::getenv("XDG_DATA_HOME");
-  if (data != nullptr && data[0] != '\0') return std::string(data) + "/kerf/locale";
-  const char* home = std::getenv("HOME");
-  return home != nullptr ? std::string(home) + "/.local/share/kerf/locale" : std::string();
+  const std::string data = FindUserFolder(UserFolder::kData);
+  return data.empty() ? data : data + "/kerf/locale";
 }
 
 /// Returns the folders that may contain catalogues: the user's, that of a build, also for its tests, and the installed
@@ -73,10 +71,8 @@ const Catalogue* FindCatalogue(const std::string& code) {
 /// Returns the language that the environment asks for.
 std::string FromEnvironment() {
   for (const char* name : {"LANGUAGE", "LC_ALL", "LC_MESSAGES", "LANG"}) {
-    const char* value = std::getenv(name);
-    if (value == nullptr || value[0] == '\0') continue;
-    const std::string text = value;
-    return text.substr(0, text.find_first_of("_.@:"));
+    const std::string text = GetVariable(name);
+    if (!text.empty()) return text.substr(0, text.find_first_of("_.@:"));
   }
   return "en";
 }
