@@ -7,10 +7,14 @@ namespace kerf {
 
 namespace fs = std::filesystem;
 
-std::string FindProgramFolder() {
+std::string FindProgram() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  return error ? std::string() : program.parent_path().string();
+  return error ? std::string() : program.string();
+}
+
+std::string FindProgramFolder() {
+  return fs::path(FindProgram()).parent_path().string();
 }
 
 std::string FindShareFolder() {

@@ -5,6 +5,8 @@
 
 namespace kerf {
 
+/// Returns the file of the running program with links resolved; empty if the system does not report it.
+std::string FindProgram();
 /// Returns the folder of the running program with links resolved; empty if the system does not report it.
 std::string FindProgramFolder();
 /// Returns the folder for data that does not depend on the machine, such as /usr/share, of the installation to which

@@ -18,6 +18,7 @@
 #include "base/core/hash.h"
 #include "base/files/disk_space.h"
 #include "base/files/files.h"
+#include "base/files/installed.h"
 #include "base/files/memory.h"
 #include "base/files/user_folders.h"
 #include "base/realtime/realtime.h"
@@ -50,10 +51,9 @@ std::uint64_t HashBytes(std::string_view bytes, std::uint64_t hash) {
 
 /// Returns a hash of the running program's file. Throws kerf::Error if it cannot be read.
 std::uint64_t HashProgram() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (error) throw Error("the system does not report the program's file");
-  return HashBytes(ReadTextFile(program.string()), 0);
+  const std::string program = FindProgram();
+  if (program.empty()) throw Error("the system does not report the program's file");
+  return HashBytes(ReadTextFile(program), 0);
 }
 
 /// Returns what the names of a bone's files begin with.

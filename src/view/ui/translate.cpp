@@ -27,7 +27,7 @@ constexpr char kDomain[] = "kerf";
 std::string g_language = "en";                     // used by the window's thread only
 std::atomic<const Catalogue*> g_current{nullptr};  // of that language; null: English
 
-std::string UserFolder() {
+std::string FindUserCatalogues() {
   const std::string data = FindUserFolder(UserFolder::kData);
   return data.empty() ? data : data + "/kerf/locale";
 }
@@ -36,7 +36,7 @@ std::string UserFolder() {
 /// one.
 std::vector<std::string> CatalogueFolders() {
   const std::string program = FindProgramFolder();
-  return {UserFolder(), program + "/locale", program + "/../locale", FindShareFolder() + "/locale"};
+  return {FindUserCatalogues(), program + "/locale", program + "/../locale", FindShareFolder() + "/locale"};
 }
 
 std::string CatalogueOf(const std::string& folder, const std::string& code) {
