@@ -27,8 +27,7 @@
 namespace kerf::python {
 namespace {
 
-constexpr std::size_t kTicksBetweenRefills = 1024;  // as in `kerf run`
-constexpr std::size_t kTicksBetweenUpdates = 100;   // of the checkpoints
+constexpr std::size_t kTicksBetweenUpdates = 100;  // of the checkpoints
 
 // ---- parameters
 
@@ -198,8 +197,8 @@ template <typename AnyRunner, typename Input>
 auto RunTick(AnyRunner& runner, const Input& in) {
   constexpr bool kCutsBone = !std::is_same_v<AnyRunner, SlabRunner>;
   if constexpr (kCutsBone) {
-    if (++runner.ticks % kTicksBetweenRefills == 0) runner.simulation.Refill();
-    if (runner.checkpoints && runner.ticks % kTicksBetweenUpdates == 0) runner.checkpoints->Update();
+    runner.simulation.Refill();
+    if (runner.checkpoints && ++runner.ticks % kTicksBetweenUpdates == 0) runner.checkpoints->Update();
   }
   const auto out = runner.simulation.Tick(in);
   if constexpr (kCutsBone) {

@@ -279,19 +279,23 @@ LoopDevice MakePlayedDevice(const DeviceOption& option) {
 }
 
 void FollowServo(DeviceServo& servo, bool& waited) {
+  // The state comes first: the request has then been printed before, or is among the messages. Input that was typed
+  // before the request was printed does not count as an answer. All of it is discarded before printing, so that an
+  // answer that follows at once is kept for the next call.
+  if (MayReadTerminal(STDIN_FILENO)) {
+    const bool asks = servo.state() == ServoState::kWaiting;
+    const bool asked = std::exchange(waited, asks);
+    pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+    char line[256];
+    while (poll(&input, 1, 0) == 1 && read(STDIN_FILENO, line, sizeof(line)) > 0) {
+      if (asks && asked) servo.Agree();
+    }
+  }
   const bool terminal = isatty(STDERR_FILENO) == 1;
   for (const std::string& message : servo.TakeMessages()) {
     if (terminal) std::fputs("\r\x1b[K", stderr);  // erases a progress bar
     Say("{}", message);
   }
-  if (!MayReadTerminal(STDIN_FILENO)) return;
-  // Input that was typed before the request does not count as an answer.
-  const bool asks = servo.state() == ServoState::kWaiting;
-  const bool asked = std::exchange(waited, asks);
-  pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
-  if (poll(&input, 1, 0) != 1) return;
-  char line[256];
-  if (read(STDIN_FILENO, line, sizeof(line)) > 0 && asks && asked) servo.Agree();
 }
 
 }  // namespace kerf::cli

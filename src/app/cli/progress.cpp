@@ -1,6 +1,7 @@
 #include "app/cli/progress.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -8,6 +9,14 @@
 #include <utility>
 
 namespace kerf::cli {
+namespace {
+
+int CountColumns() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+}  // namespace
 
 ProgressBar::ProgressBar(std::string title) : title_(std::move(title)), terminal_(isatty(STDERR_FILENO) == 1) {}
 
@@ -35,11 +44,14 @@ void ProgressBar::Show(double fraction) {
   if (!long_enough || now - last_ < std::chrono::milliseconds(100)) return;
   last_ = now;
   shown_ = true;
+  // A line that wraps could not be drawn again in place.
   constexpr int kWidth = 30;
-  const int filled = static_cast<int>(fraction * kWidth + 0.5);
+  constexpr int kOther = 30;  // columns for the percentage and the time left
+  const int width = std::clamp(CountColumns() - static_cast<int>(title_.size() + note_.size()) - kOther, 5, kWidth);
+  const int filled = static_cast<int>(fraction * width + 0.5);
   const std::string left =
       fraction > 0.01 ? fmt::format("{:.0f} s left", elapsed_s * (1 - fraction) / fraction) : std::string("...");
-  fmt::print(stderr, "\r\x1b[K{} [{:#>{}}{:.>{}}] {:3.0f} %  {}  {}", title_, "", filled, "", kWidth - filled,
+  fmt::print(stderr, "\r\x1b[K{} [{:#>{}}{:.>{}}] {:3.0f} %  {}  {}", title_, "", filled, "", width - filled,
              100 * fraction, left, note_);
   std::fflush(stderr);
 }

@@ -70,9 +70,8 @@ std::string NameCaseOf(const std::string& input) {
 }
 
 Scene MakeSceneAround(const std::string& bone_file, const Bone& bone) {
-  Scene scene = ParseScene(kDefaultScene, "rehearsal.toml");
+  Scene scene = MakeDefaultScene();
   scene.title = fs::path(bone_file).stem().string();
-  scene.name = "rehearsal";
   scene.bone.source = BoneSource::kFile;
   scene.bone.file = fs::absolute(bone_file).string();
   const Box3 bounds_W = bone.CalcBounds();
@@ -125,6 +124,18 @@ void CheckInput(const std::string& input) {
   }
 }
 
+Scene MakeDefaultScene() {
+  Scene scene = ParseScene(kDefaultScene, "rehearsal.toml");
+  scene.name = "rehearsal";
+  return scene;
+}
+
+Scene MakeCoarse(Scene scene) {
+  constexpr double kCoarseVoxel_mm = 0.8;
+  scene.bone.mandible.voxel_mm = std::max(scene.bone.mandible.voxel_mm, kCoarseVoxel_mm);
+  return scene;
+}
+
 OpenedInput OpenInput(const std::string& input, const OpenOptions& options, const OpenWatcher& watcher) {
   const auto show = [&watcher](const std::shared_ptr<const Bone>& bone, bool final) {
     if (watcher.bone) watcher.bone(bone, final);
@@ -136,8 +147,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   };
   OpenedInput opened;
   if (input.empty()) {
-    opened.scene = ParseScene(kDefaultScene, "rehearsal.toml");
-    opened.scene.name = "rehearsal";
+    opened.scene = MakeDefaultScene();
     return opened;
   }
   const std::string extension = LowerExtension(input);

@@ -47,6 +47,11 @@ struct OpenWatcher {
   std::function<void(std::shared_ptr<const Volume>)> ct;
 };
 
+/// Returns the scene of the built-in bone, with which a rehearsal without an input begins.
+Scene MakeDefaultScene();
+/// Returns the same scene with so few voxels that its bone is ready within a second. The bone must be a mandible.
+Scene MakeCoarse(Scene scene);
+
 /// Returns the name of a case that is imported from a file or folder: that of the file or folder or, if many folders
 /// are called so, such as "dicom", that of the folder above it, which usually names the patient.
 std::string NameCaseOf(const std::string& input);

@@ -9,18 +9,26 @@
 
 #include "app/window/import_notes.h"
 #include "app/window/injury_texts.h"
+#include "app/window/open_input.h"
 #include "app/window/plan_picture.h"
+#include "bone/material/region_table.h"
 #include "kerf/error.h"
 #include "session/link/slicer_link.h"
 #include "session/project/project.h"
+#include "session/run/bone_cache.h"
 #include "view/ui/translate.h"
 
 namespace kerf {
 namespace {
 
-std::unique_ptr<ViewerApp> MakeViewer(ViewerOptions options) {
-  options.watch = true;
-  return std::make_unique<ViewerApp>(options);
+std::unique_ptr<ViewerApp> MakeViewer(const RehearsalOptions& options) {
+  // The bone that is seen first is made while the window is opened, which takes one processor.
+  if (options.input.empty()) {
+    BeginCachedMandible(MakeCoarse(MakeDefaultScene()).bone.mandible, DefaultMandibleTable());
+  }
+  ViewerOptions viewer = options.viewer;
+  viewer.watch = true;
+  return std::make_unique<ViewerApp>(viewer);
 }
 
 /// Returns the name of a file or folder.
@@ -40,7 +48,7 @@ std::vector<PlannedPlane> ReadPlans(const std::vector<std::string>& files) {
 }  // namespace
 
 Rehearsal::Rehearsal(const RehearsalOptions& options)
-    : options_(options), given_planes_(ReadPlans(options.plans)), viewer_(MakeViewer(options.viewer)) {}
+    : options_(options), given_planes_(ReadPlans(options.plans)), viewer_(MakeViewer(options)) {}
 
 RehearsalResult Rehearsal::Run() {
   BeginOpening(options_.input);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/window/contact_sums.h"
+#include "app/window/open_input.h"
 #include "app/window/viewer_app.h"
 #include "bone/grid/ct_modulus.h"
 #include "bone/grid/shared_leaves.h"
@@ -19,7 +20,6 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kMaxForces = 200'000;  // maximum number of points: more than an hour of the force curve
-constexpr double kPreviewVoxel_mm = 0.8;
 
 /// Returns the bone with the CT numbers of the bone file, if it has any. The slices need them, but the loop does not.
 Bone WithCtNumbers(const Bone& bone, const std::string& file) {
@@ -101,8 +101,7 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   };
   // A coarse bone is ready within a second; the final one takes longer.
   if (!goes_on && !bone && scene.bone.source == BoneSource::kMandible) {
-    live.prepare = [this, coarse = scene](const std::function<void(double)>& progress) mutable {
-      coarse.bone.mandible.voxel_mm = std::max(coarse.bone.mandible.voxel_mm, kPreviewVoxel_mm);
+    live.prepare = [this, coarse = MakeCoarse(scene)](const std::function<void(double)>& progress) {
       bone_.Show(std::make_shared<const Bone>(MakeSceneBone(coarse, progress)), false);
     };
   }

@@ -11,6 +11,8 @@
 #include <mutex>
 
 #include "base/core/hash.h"
+#include "bone/grid/cell_block.h"
+#include "bone/grid/cell_volume.h"
 #include "bone/grid/grids.h"
 #include "bone/grid/parts_reader.h"
 #include "kerf/error.h"
@@ -88,6 +90,42 @@ void AddTileCells(const openvdb::CoordBBox& tile, double voxel_mm, double region
   }
 }
 
+/// Calls visit(x, y, z, fraction) for the cells of a leaf that are at least partly bone, z fastest.
+template <typename Visit>
+void ForEachFraction(const CellFields& fields, Visit&& visit) {
+  for (int x = 0; x < 8; ++x) {
+    for (int y = 0; y < 8; ++y) {
+      for (int z = 0; z < 8; ++z) {
+        if (const double fraction = fields.CalcFraction(x, y, z); fraction != 0) visit(x, y, z, fraction);
+      }
+    }
+  }
+}
+
+/// The same for a leaf around which nothing was cut.
+template <typename Visit>
+void ForEachFraction(const CellBlock& phi, Visit&& visit) {
+  constexpr int kEdge = CellBlock::kEdge;
+  std::array<unsigned, kEdge * kEdge> inside;  // bit z of row kEdge x + y
+  for (std::size_t row = 0; row < inside.size(); ++row) {
+    const float* const values = phi.data() + kEdge * row;
+    inside[row] = 0;
+    for (int z = 0; z < kEdge; ++z) inside[row] |= (values[z] < 0 ? 1U : 0U) << z;
+  }
+  for (int x = 0; x < 8; ++x) {
+    for (int y = 0; y < 8; ++y) {
+      const unsigned* const row = inside.data() + kEdge * x + y;
+      const unsigned any = row[0] | row[1] | row[kEdge] | row[kEdge + 1];
+      const unsigned all = row[0] & row[1] & row[kEdge] & row[kEdge + 1];
+      const unsigned entirely = all & all >> 1;
+      for (unsigned cells = (any | any >> 1) & 0xFFU; cells != 0; cells &= cells - 1) {
+        const int z = std::countr_zero(cells);
+        visit(x, y, z, (entirely >> z & 1U) != 0 ? 1 : CalcCellFraction(phi.Corners(x, y, z)));
+      }
+    }
+  }
+}
+
 /// Returns the sums of the cells' fractions of bone over all leaves and tiles, by region if `by_region`; in units of
 /// one cell.
 std::array<double, 256> SumFractions(const BoneGrids& grids, bool by_region) {
@@ -108,17 +146,18 @@ std::array<double, 256> SumFractions(const BoneGrids& grids, bool by_region) {
         const PartsReader reader(grids);
         openvdb::tree::ValueAccessor<const RegionTree> regions(grids.region->constTree());
         CellFields fields(h, band);
+        CellBlock phi;
         for (std::size_t n = range.begin(); n < range.end(); ++n) {
           const openvdb::Coord origin = leaves[n]->origin();
-          reader.Load(origin, fields);
-          for (int x = 0; x < 8; ++x) {
-            for (int y = 0; y < 8; ++y) {
-              for (int z = 0; z < 8; ++z) {
-                const double fraction = fields.CalcFraction(x, y, z);
-                if (fraction == 0) continue;
-                part[by_region ? region_of(regions, origin.offsetBy(x, y, z)) : 0] += fraction;
-              }
-            }
+          const auto add = [&](int x, int y, int z, double fraction) {
+            part[by_region ? region_of(regions, origin.offsetBy(x, y, z)) : 0] += fraction;
+          };
+          if (reader.IsCutAround(origin)) {
+            reader.Load(origin, fields);
+            ForEachFraction(fields, add);
+          } else {
+            phi.Load(reader.phi(), origin);
+            ForEachFraction(phi, add);
           }
         }
         return part;
@@ -347,10 +386,25 @@ std::uint64_t Bone::CalcMemoryBytes() const {
 std::uint64_t Bone::CalcHash() const {
   const float band = grids_->phi->background();
   std::uint64_t hash = MixHash(std::bit_cast<std::uint64_t>(voxel_mm()));
-  const auto key = [](const openvdb::Coord& c) {
-    return MixHash(
-        (static_cast<std::uint64_t>(static_cast<std::uint32_t>(c.x())) << 32 | static_cast<std::uint32_t>(c.y())) +
-        MixHash(static_cast<std::uint32_t>(c.z())));
+  // The key of a voxel is MixHash(mix_xy(x, y) + mix_z(z)).
+  const auto mix_xy = [](int x, int y) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32 | static_cast<std::uint32_t>(y);
+  };
+  const auto mix_z = [](int z) { return MixHash(static_cast<std::uint32_t>(z)); };
+  const auto key = [&](const openvdb::Coord& c) { return MixHash(mix_xy(c.x(), c.y()) + mix_z(c.z())); };
+  // Returns the sum of hash_of(n, get_key) over the voxels n of a leaf.
+  const auto sum_voxels = [&](const openvdb::Coord& origin, auto&& hash_of) {
+    std::array<std::uint64_t, kLeafEdge> of_z;
+    for (int z = 0; z < kLeafEdge; ++z) of_z[static_cast<std::size_t>(z)] = mix_z(origin.z() + z);
+    std::uint64_t sum = 0;
+    openvdb::Index n = 0;
+    for (int x = 0; x < kLeafEdge; ++x) {
+      for (int y = 0; y < kLeafEdge; ++y) {
+        const std::uint64_t of_xy = mix_xy(origin.x() + x, origin.y() + y);
+        for (const std::uint64_t z : of_z) sum += hash_of(n++, [=] { return MixHash(of_xy + z); });
+      }
+    }
+    return sum;
   };
   // A sum, which does not depend on the order.
   const auto add_leaves = [&hash](const auto& leaves, auto&& hash_of) {
@@ -363,13 +417,12 @@ std::uint64_t Bone::CalcHash() const {
         std::plus<>());
   };
   add_leaves(Leaves(grids_->phi->tree()), [&](const FloatLeaf& leaf) {
-    std::uint64_t sum = 0;
-    for (auto it = leaf.cbeginValueAll(); it; ++it) {
-      if (std::abs(*it) >= band) continue;
-      const float value = *it + 0.0f;  // -0 and +0 are the same surface
-      sum += MixHash(key(it.getCoord()) ^ std::bit_cast<std::uint32_t>(value));
-    }
-    return sum;
+    const float* const values = leaf.buffer().data();
+    return sum_voxels(leaf.origin(), [&](openvdb::Index n, auto&& get_key) -> std::uint64_t {
+      if (std::abs(values[n]) >= band) return 0;
+      const float value = values[n] + 0.0f;  // -0 and +0 are the same surface
+      return MixHash(get_key() ^ std::bit_cast<std::uint32_t>(value));
+    });
   });
   const auto hash_region = [&key](const openvdb::CoordBBox& box, int id) {
     return MixHash(key(box.min()) + 3 * key(box.max()) + static_cast<std::uint64_t>(id));
@@ -378,9 +431,10 @@ std::uint64_t Bone::CalcHash() const {
   std::vector<const RegionLeaf*> region_leaves;
   grids_->region->tree().getNodes(region_leaves);
   add_leaves(region_leaves, [&](const RegionLeaf& leaf) {
-    std::uint64_t sum = 0;
-    for (auto it = leaf.cbeginValueOn(); it; ++it) sum += hash_region({it.getCoord(), it.getCoord()}, *it);
-    return sum;
+    const int* const ids = leaf.buffer().data();
+    return sum_voxels(leaf.origin(), [&](openvdb::Index n, auto&& get_key) -> std::uint64_t {
+      return leaf.isValueOn(n) ? MixHash(4 * get_key() + static_cast<std::uint64_t>(ids[n])) : 0;
+    });
   });
   auto tile = grids_->region->tree().cbeginValueOn();
   tile.setMaxDepth(openvdb::Int32Tree::ValueOnCIter::LEAF_DEPTH - 1);

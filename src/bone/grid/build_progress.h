@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <thread>
@@ -18,7 +19,7 @@ class Progress {
   void Done(std::size_t count) {
     const std::size_t done = done_ += count;
     if (!report_ || std::this_thread::get_id() != owner_) return;
-    report_(from_ + (to_ - from_) * static_cast<double>(done) / static_cast<double>(total_));
+    report_(std::lerp(from_, to_, static_cast<double>(done) / static_cast<double>(total_)));  // at most to_
   }
 
  private:

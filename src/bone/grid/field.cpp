@@ -10,6 +10,7 @@
 #include "bone/grid/grids.h"
 #include "bone/grid/leaf_history.h"
 #include "bone/grid/lent_leaves.h"
+#include "bone/grid/spare_leaves.h"
 
 namespace kerf {
 namespace {
@@ -202,7 +203,8 @@ struct BoneField::State {
         region_origin(p_WF_mm, region_h),
         region(grids.region->constTree(), region_origin.leaf),
         uniform_regions(FindUniformLeaves(region.table)),
-        by_modulus(grids.by_modulus) {
+        by_modulus(grids.by_modulus),
+        spare(-band) {
     for (const auto& [id, known] : grids.materials.regions()) {
       if (known.tissue != Tissue::kMetal) continue;
       metal[static_cast<std::size_t>(id)] = has_metal = true;
@@ -213,22 +215,16 @@ struct BoneField::State {
       modulus_rest_vox = modulus_origin.rest_vox;
       modulus = std::make_unique<TreeTable<FloatTree>>(grids.modulus->constTree(), modulus_origin.leaf);
     }
-    own_leaves = tree.leafCount();
     if (grids.cut) ReadSplits();
     ReserveMarks();
   }
 
   const LeafTable<float>& table() const { return phi.leaves(); }
   bool IsEmpty(const LeafIndex& leaf) const;
-  void ReserveMarks() {
-    changed.reserve(own_leaves + spare.size());
-    unsettled.reserve(own_leaves + spare.size());
-    new_splits.reserve(new_splits.size() + spare.size());
-    phi.ReserveSplits(spare.size());
-  }
+  void ReserveMarks();
   void ReadSplits();
   void StoreSplits();
-  std::unique_ptr<FloatLeaf> TakeSpare(const LeafIndex& leaf);
+  std::unique_ptr<FloatLeaf> TakeSpare(const LeafIndex& leaf) { return spare.Take(OriginOf(leaf + origin)); }
   void AddOwn(std::size_t place, std::unique_ptr<FloatLeaf> own);
   void Split(const LeafIndex& leaf, std::size_t place);
   CutValues Mark(const LeafIndex& leaf, std::size_t place);
@@ -254,8 +250,7 @@ struct BoneField::State {
   std::array<bool, 256> by_modulus;
   std::array<bool, 256> metal{};
   bool has_metal = false;
-  std::size_t own_leaves = 0;
-  std::vector<std::unique_ptr<FloatLeaf>> spare;  // filled with the inside value
+  SpareLeaves spare;  // filled with the inside value
   std::vector<LeafIndex> changed;
   std::vector<LeafIndex> unsettled;
   struct NewSplit {
@@ -280,6 +275,22 @@ void BoneField::State::ReadSplits() {
   ForEachTile(cut, [&](const LeafIndex& leaf, const LeafIndex&, float) {
     phi.flags(table().Find(leaf - origin)) = PhiTable::kCut;
   });
+}
+
+/// Makes room for a mark of each leaf with bone, and for two fields of each leaf whose surface was not cut yet. The
+/// room is a bound for cuts; where bone is put into air, growing is a slow but correct fallback.
+void BoneField::State::ReserveMarks() {
+  std::size_t with_bone = 0;
+  std::size_t uncut = 0;
+  for (std::size_t place = 0; place < table().size(); ++place) {
+    const std::uint8_t flags = phi.flags(place);
+    if (table().at(place) != phi.outside() || (flags & PhiTable::kCut) != 0) ++with_bone;
+    if ((flags & PhiTable::kWhole) != 0) ++uncut;
+  }
+  changed.reserve(with_bone);
+  unsettled.reserve(with_bone);
+  new_splits.reserve(uncut);
+  phi.ReserveSplits(uncut);
 }
 
 /// Gives the grids the new leaves with two fields.
@@ -410,18 +421,9 @@ BoneField::CutValues BoneField::State::ValuesOf(std::size_t place) const {
   return {writable(parts.cut), writable(table().at(place)), parts.whole};
 }
 
-/// Returns a spare leaf, filled with the inside value.
-std::unique_ptr<FloatLeaf> BoneField::State::TakeSpare(const LeafIndex& leaf) {
-  std::unique_ptr<FloatLeaf> own = std::move(spare.back());
-  spare.pop_back();
-  own->setOrigin(OriginOf(leaf + origin));
-  return own;
-}
-
 void BoneField::State::AddOwn(std::size_t place, std::unique_ptr<FloatLeaf> own) {
   phi.Set(place, own->buffer().data());
   tree.addLeaf(own.release());  // the nodes above it exist: SplitInsideTiles()
-  ++own_leaves;
 }
 
 /// Gives a leaf with an uncut surface its two fields. The values of a shared leaf become those of `whole`, which never
@@ -476,7 +478,7 @@ BoneField::CutValues BoneField::Write(const LeafIndex& leaf) {
 
 BoneField::CutValues BoneField::Open(const LeafIndex& leaf) {
   State& s = *state_;
-  if (s.spare.size() < static_cast<std::size_t>(CountNeededSpares(leaf))) return {};
+  if (s.spare.count() < CountNeededSpares(leaf)) return {};
   const std::size_t place = s.table().Find(leaf);
   const LeafKind is = kind(leaf);
   if (is == LeafKind::kOutside) {
@@ -537,14 +539,19 @@ ChangedLeaf BoneField::ReadChanged(int i) const {
   const LeafIndex origin = origin_leaf();
   return {{origin.x + leaf.x, origin.y + leaf.y, origin.z + leaf.z}, Read(leaf), ReadParts(leaf).cut};
 }
-void BoneField::ClearChanged() {
-  for (const LeafIndex& leaf : state_->changed) {
-    state_->phi.flags(state_->table().Find(leaf)) &= static_cast<std::uint8_t>(~PhiTable::kChanged);
+void BoneField::ClearChanged(int first) {
+  std::vector<LeafIndex>& changed = state_->changed;
+  const auto end = changed.begin() + first;
+  for (auto leaf = changed.begin(); leaf != end; ++leaf) {
+    state_->phi.flags(state_->table().Find(*leaf)) &= static_cast<std::uint8_t>(~PhiTable::kChanged);
   }
-  state_->changed.clear();
+  // The last ones take their places.
+  const auto moved = std::max(end, changed.end() - first);
+  std::copy(moved, changed.end(), changed.begin());
+  changed.resize(changed.size() - static_cast<std::size_t>(first));
 }
 int BoneField::spare_leaves() const {
-  return static_cast<int>(state_->spare.size());
+  return state_->spare.count();
 }
 
 void BoneField::set_history(LeafHistory* history) {
@@ -558,11 +565,10 @@ std::size_t BoneField::PlaceOf(const LeafIndex& leaf) const {
 }
 
 void BoneField::Refill(int spare_leaves) {
-  State& s = *state_;
-  while (static_cast<int>(s.spare.size()) < spare_leaves) {
-    s.spare.push_back(std::make_unique<FloatLeaf>(Coord(0, 0, 0), -s.band, false));
-  }
-  s.ReserveMarks();
+  state_->spare.Refill(spare_leaves);
+}
+void BoneField::Supply(int spare_leaves) {
+  state_->spare.Supply(spare_leaves);
 }
 
 /// Returns whether all of the leaf's own values are outside and no cell whose lowest corner lies in the leaf contains
@@ -592,13 +598,10 @@ void BoneField::Settle() {
     }
     if (!s.IsEmpty(index)) continue;
     std::unique_ptr<FloatLeaf> emptied(s.tree.stealNode<FloatLeaf>(leaf->origin(), s.band, false));
-    emptied->buffer().fill(-s.band);
+    s.spare.Return(std::move(emptied));
     s.phi.Set(place, s.phi.outside());
-    --s.own_leaves;
-    s.spare.push_back(std::move(emptied));
   }
   s.unsettled.clear();
-  s.ReserveMarks();
 }
 
 std::size_t BoneField::CalcMemoryBytes() const {
@@ -608,8 +611,7 @@ std::size_t BoneField::CalcMemoryBytes() const {
   bytes += (s.changed.capacity() + s.unsettled.capacity()) * sizeof(LeafIndex);
   bytes += s.new_splits.capacity() * sizeof(s.new_splits[0]);
   bytes += 2 * s.new_splits.size() * (sizeof(FloatLeaf) + kLeafVoxels * sizeof(float));
-  bytes += s.spare.capacity() * sizeof(s.spare[0]) + s.spare.size() * (sizeof(FloatLeaf) + kLeafVoxels * sizeof(float));
-  return bytes;
+  return bytes + s.spare.CalcMemoryBytes();
 }
 
 std::int64_t CountSparesForAll(const Bone& bone) {

@@ -37,8 +37,8 @@ class BoneField {
   enum class LeafKind : std::uint8_t { kOutside, kInside, kOwn };
 
   /// The bone must outlive the field, and no other code may change its grids meanwhile. `spare_leaves`: number of
-  /// leaves of pure bone that can be cut into before Refill() (2 kB each; a 22 mm disc at 5 mm/s needs about 500 per
-  /// second if the voxels are 0.1 mm). Allocates. The bone's values stay unchanged.
+  /// leaves of pure bone that can be cut into before Refill() or Supply() (2 kB each; a 22 mm disc at 5 mm/s needs
+  /// about 500 per second if the voxels are 0.1 mm). Allocates. The bone's values stay unchanged.
   explicit BoneField(Bone& bone, int spare_leaves = 4096);
   ~BoneField();
   BoneField(BoneField&&) noexcept;
@@ -125,7 +125,9 @@ class BoneField {
   std::span<const LeafIndex> changed() const;
   /// Returns the i-th of the changed leaves.
   ChangedLeaf ReadChanged(int i) const;
-  void ClearChanged();
+  void ClearChanged() { ClearChanged(static_cast<int>(changed().size())); }
+  /// Removes the first leaves from the list; the order of the others may change.
+  void ClearChanged(int first);
   int spare_leaves() const;
 
   // ---- between ticks: may allocate
@@ -137,6 +139,9 @@ class BoneField {
   std::size_t PlaceOf(const LeafIndex& leaf) const;
   /// Allocates spare leaves until there are `spare_leaves`.
   void Refill(int spare_leaves);
+  /// The same, but one other thread may call it at any time, also while this field is written. Of the leaves that it
+  /// allocates, at most 65536 are left at a time.
+  void Supply(int spare_leaves);
   /// Updates the grids' bookkeeping (active voxels, emptied leaves, the two fields of split leaves) after writing; phi
   /// itself is always up to date. Volumes of the bone need the fields, so they are right only after this. Emptied
   /// leaves become spare again. Invalidates pointers from Read() and Write().

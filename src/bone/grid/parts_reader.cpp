@@ -54,6 +54,15 @@ void PartsReader::Load(const Coord& origin, CellFields& fields) const {
   fields.Load([&](int x, int y, int z) { return At(origin.offsetBy(8 * x, 8 * y, 8 * z)); });
 }
 
+bool PartsReader::IsCutAround(const Coord& origin) const {
+  if (!cut_) return false;
+  for (int i = 0; i < 27; ++i) {
+    const PhiParts parts = At(origin.offsetBy(8 * (i / 9 - 1), 8 * (i / 3 % 3 - 1), 8 * (i % 3 - 1)));
+    if (parts.cut != inside_.data() && parts.cut != parts.whole) return true;
+  }
+  return false;
+}
+
 namespace {
 
 /// Returns whether a voxel or one of its 26 neighbours is inside.

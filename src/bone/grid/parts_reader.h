@@ -26,6 +26,9 @@ class PartsReader {
   /// Returns phi, mm, at a point in the index space of phi: the larger of the two fields, each interpolated.
   double Sample(const Vec3& p_vox) const;
   void Load(const openvdb::Coord& origin, CellFields& fields) const;
+  /// Returns whether something was cut in a leaf or one of its 26 neighbours.
+  bool IsCutAround(const openvdb::Coord& origin) const;
+  const openvdb::FloatGrid::ConstAccessor& phi() const { return phi_; }
 
  private:
   using Accessor = openvdb::FloatGrid::ConstAccessor;

@@ -81,6 +81,17 @@ Bone CopySharing(const Bone& bone) {
   return copy;
 }
 
+std::uint64_t CalcOwnBytes(const Bone& bone) {
+  const openvdb::FloatGrid& phi = *GridsOf(bone).phi;
+  std::uint64_t bytes = bone.CalcMemoryBytes();
+  const DeleteBorrower* const borrower = FindBorrower(phi);
+  if (borrower == nullptr) return bytes;
+  for (auto leaf = phi.constTree().cbeginLeaf(); leaf; ++leaf) {
+    if (borrower->lender->probeConstLeaf(leaf->origin()) == leaf.getLeaf()) bytes -= leaf->memUsage();
+  }
+  return bytes;
+}
+
 const openvdb::FloatTree* FindLender(const openvdb::FloatGrid& phi) {
   const DeleteBorrower* const borrower = FindBorrower(phi);
   return borrower == nullptr ? nullptr : borrower->lender.get();

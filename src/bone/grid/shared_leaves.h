@@ -1,6 +1,8 @@
 // Copies of a bone that share most of its memory.
 #pragma once
 
+#include <cstdint>
+
 #include "kerf/bone.h"
 
 namespace kerf {
@@ -13,5 +15,8 @@ void ShareLeaves(Bone& bone);
 ///
 /// Only BoneField, SetLeaf() and SetCut() may change phi of a bone that shares leaves. Plain copies share nothing.
 Bone CopySharing(const Bone& bone);
+
+/// Returns the memory of a bone without the leaves that it shares.
+std::uint64_t CalcOwnBytes(const Bone& bone);
 
 }  // namespace kerf

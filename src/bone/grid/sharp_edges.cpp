@@ -1,5 +1,8 @@
 #include "bone/grid/sharp_edges.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -162,10 +165,13 @@ void SharpEdges::SplitTriangles(std::vector<Vertex>& vertices,
 
 void SharpenEdges(const BoneGrids& bone, TriangleMesh& mesh) {
   if (!bone.cut) return;
-  const SharpEdges edges(bone);
   const double h = bone.voxel_mm();
-  std::vector<SharpEdges::Vertex> vertices;
-  vertices.reserve(mesh.points.size());
+  std::vector<SharpEdges::Vertex> vertices(mesh.points.size());
+  constexpr std::size_t kAtOnce = 16384;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices.size(), kAtOnce), [&](const auto& range) {
+    const SharpEdges edges(bone);  // one for each part, as it remembers where it read last
+    for (std::size_t i = range.begin(); i != range.end(); ++i) vertices[i] = edges.Move(mesh.points[i] / h);
+  });
   // A cell with two parts of the surface has a vertex for each, and two cells may share a point of an edge. If two
   // vertices were moved to one place, the parts would touch there.
   std::multimap<std::array<int, 3>, std::size_t> moved;  // by the cell to which they were moved
@@ -173,8 +179,7 @@ void SharpenEdges(const BoneGrids& bone, TriangleMesh& mesh) {
     vertices[i].p_vox += kApart * (mesh.points[i] / h - vertices[i].p_vox);
   };
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    vertices.push_back(edges.Move(mesh.points[i] / h));
-    const Vec3 p_vox = vertices.back().p_vox;
+    const Vec3 p_vox = vertices[i].p_vox;
     if (p_vox == mesh.points[i] / h) continue;
     const CellPoint first = FindCell(p_vox - kTolerance_vox), last = FindCell(p_vox + kTolerance_vox);
     for (int x = first.x; x <= last.x; ++x) {
@@ -192,7 +197,7 @@ void SharpenEdges(const BoneGrids& bone, TriangleMesh& mesh) {
     const CellPoint cell = FindCell(p_vox);
     moved.insert({{cell.x, cell.y, cell.z}, i});
   }
-  edges.SplitTriangles(vertices, mesh.triangles);
+  SharpEdges(bone).SplitTriangles(vertices, mesh.triangles);
   mesh.points.clear();
   for (const SharpEdges::Vertex& vertex : vertices) mesh.points.push_back(h * vertex.p_vox);
 }

@@ -327,7 +327,7 @@ MandibleCoordinates MandibleAtlas::CalcCoordinates(const Vec3& p_W) const {
   const auto i = std::min<std::size_t>(static_cast<std::size_t>(t), kAngles - 2);
   const double lower = Interpolate(arch.middle[i], height_bin);
   const double upper = Interpolate(arch.middle[i + 1], height_bin);
-  c.facial_mm = std::hypot(p_M.x, p_M.y) - (lower + (t - static_cast<double>(i)) * (upper - lower));
+  c.facial_mm = std::sqrt(p_M.x * p_M.x + p_M.y * p_M.y) - (lower + (t - static_cast<double>(i)) * (upper - lower));
   return c;
 }
 

@@ -114,12 +114,19 @@ void NearPoints::FindNearest(std::span<const PlaceTriangle> triangles, float lim
   HWY_DYNAMIC_DISPATCH(FindNearest)(triangles.data(), triangles.size(), limit2, min_cosine, stride_, values_.data());
 }
 
-std::span<const std::size_t> NearPoints::FindClosest(const Vec3f& p) {
+std::span<const std::size_t> NearPoints::FindClosest(Vec3f p) {
+  const float* const x = Row(0);
+  const float* const y = Row(1);
+  const float* const z = Row(2);
+  float* const all2 = Row(9);
+  for (std::size_t i = 0; i < stride_; ++i) {
+    const Vec3f off = Vec3f(x[i], y[i], z[i]) - p;
+    all2[i] = glm::dot(off, off);
+  }
   std::array<float, 3> distance2;
   distance2.fill(kFar);
   for (std::size_t i = 0; i < size_; ++i) {
-    const Vec3f off = point(i) - p;
-    const float d2 = glm::dot(off, off);
+    const float d2 = all2[i];
     if (d2 >= distance2[2]) continue;
     std::size_t place = 2;
     for (; place > 0 && d2 < distance2[place - 1]; --place) {

@@ -58,10 +58,10 @@ class NearPoints {
   Nearest nearest(std::size_t i) const { return {Row(6)[i], static_cast<int>(Row(7)[i]), Row(8)[i]}; }
 
   /// Returns the indices of the three points closest to `p`; fewer if there are fewer points.
-  std::span<const std::size_t> FindClosest(const Vec3f& p);
+  std::span<const std::size_t> FindClosest(Vec3f p);
 
  private:
-  static constexpr std::size_t kRows = 9;
+  static constexpr std::size_t kRows = 10;  // position, normal, nearest triangle (3), squared distance
   const float* Row(std::size_t row) const { return values_.data() + row * stride_; }
   float* Row(std::size_t row) { return values_.data() + row * stride_; }
 

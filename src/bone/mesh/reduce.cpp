@@ -26,8 +26,10 @@ constexpr double kMinCosine = 0.5;
 constexpr double kWorstShape = 40;
 // Number of blocks along the longest side of the surface's box; each thread processes one at a time.
 constexpr double kBlocks = 8;
-// Each sweep at most halves the number of points. The number of a sweep, counted over all steps, must fit in a byte.
+// Each sweep at most halves the number of points. The number of a sweep must fit in a byte.
 constexpr int kMaxSweeps = 24;
+// Fraction of the remaining time that a sweep takes, about, as later ones have fewer points.
+constexpr double kTimeOfSweep = 0.15;
 // Distances at points are limited to this fraction of the error, so that distances between points are within the full
 // error. At edges and in gaps, where distances between points can be several times those at points, the smaller
 // fraction is used.
@@ -35,7 +37,7 @@ constexpr double kFractionWhereFlat = 0.4;
 constexpr double kFractionWhereRough = 0.3;
 // A place is rough if a new triangle is tilted against the nearby full surface so much that over an edge of the full
 // surface the distance changes by this many times the error. Above an angle of 18 degrees a place is always rough.
-constexpr double kRoughErrors = 2;
+constexpr double kRoughErrors = 1.5;
 constexpr double kMaxRoughSine = 0.31;
 // Below this cosine a point does not count as near: the triangle is folded over or belongs to another wall.
 constexpr float kMinCosineToFull = 0.2F;
@@ -536,47 +538,33 @@ ReducedMesh TakeMesh(const Surface& s) {
   return out;
 }
 
-/// Sweeps until hardly any further collapse is possible within the error.
-void SweepTo(double error_mm, const Box3& box, int& sweep, Surface& s) {
-  // Collapses of low cost are done first, over the whole surface.
-  double cost_mm = error_mm / 8;
-  std::fill(s.failed.begin(), s.failed.end(), std::uint8_t{0});
-  int slow_sweeps = 0;
-  for (const int end = sweep + kMaxSweeps; sweep < end && slow_sweeps < 3; ++sweep) {
-    const auto blocks = MakeBlocks(box, sweep, s);
-    std::size_t left = 0;
-    for (const auto& block : blocks) left += block.size();
-    const std::size_t collapsed = Sweep(blocks, sweep, cost_mm, error_mm, s);
-    slow_sweeps = cost_mm >= error_mm && collapsed * 50 < left ? slow_sweeps + 1 : 0;
-    cost_mm = std::min(2 * cost_mm, error_mm);
-  }
-}
-
 }  // namespace
 
-std::vector<ReducedMesh> ReduceInSteps(const TriangleMesh& mesh, std::span<const double> errors_mm,
-                                       std::span<const std::uint32_t> labels) {
+ReducedMesh Reduce(const TriangleMesh& mesh, double error_mm, std::span<const std::uint32_t> labels,
+                   const std::function<void(double)>& progress) {
+  if (!(error_mm > 0)) throw Error(fmt::format("a surface can't be reduced to an error of {} mm", error_mm));
   if (!labels.empty() && labels.size() != mesh.points.size()) {
     throw Error(fmt::format("a surface of {} points has {} labels", mesh.points.size(), labels.size()));
   }
-  double last_mm = 0;
-  for (const double error_mm : errors_mm) last_mm = std::max(last_mm, error_mm);
-  Surface surface(mesh, last_mm);
+  Surface surface(mesh, error_mm);
   Freeze(labels, surface);
   Box3 box;
   for (const Vec3& p : mesh.points) box.Include(p);
-  std::vector<ReducedMesh> steps;
-  int sweep = 1;
-  for (const double error_mm : errors_mm) {
-    if (!(error_mm > 0)) throw Error(fmt::format("a surface can't be reduced to an error of {} mm", error_mm));
-    SweepTo(error_mm, box, sweep, surface);
-    steps.push_back(TakeMesh(surface));
+  // Collapses of low cost are done first, over the whole surface.
+  double cost_mm = error_mm / 8;
+  bool is_slow = false;
+  for (int sweep = 1; sweep <= kMaxSweeps && !is_slow; ++sweep) {
+    const auto blocks = MakeBlocks(box, sweep, surface);
+    std::size_t left = 0;
+    for (const auto& block : blocks) left += block.size();
+    const std::size_t collapsed = Sweep(blocks, sweep, cost_mm, error_mm, surface);
+    if (progress) progress(1 - std::pow(1 - kTimeOfSweep, sweep));
+    is_slow = cost_mm >= error_mm && collapsed * 50 < left;
+    cost_mm = std::min(2 * cost_mm, error_mm);
   }
-  return steps;
-}
-
-ReducedMesh Reduce(const TriangleMesh& mesh, double error_mm, std::span<const std::uint32_t> labels) {
-  return std::move(ReduceInSteps(mesh, {&error_mm, 1}, labels).front());
+  ReducedMesh reduced = TakeMesh(surface);
+  if (progress) progress(1);
+  return reduced;
 }
 
 }  // namespace kerf

@@ -101,7 +101,7 @@ SurfaceTree::SurfaceTree(const TriangleMesh& mesh) : state_(std::make_unique<Sta
   s.triangles = mesh.triangles;
   s.points.reserve(mesh.points.size());
   for (const Vec3& p : mesh.points) s.points.push_back(p - s.middle);
-  s.device = rtcNewDevice("threads=1");
+  s.device = rtcNewDevice("threads=1,tessellation_cache_size=0");
   if (!s.device) throw Error("Embree can't be set up");
   s.scene = rtcNewScene(s.device);
   if (!s.scene) throw Error("Embree can't make a scene");

@@ -209,7 +209,6 @@ bool CoupledSimulation::SetDown(const Pose& X_WT) {
 
 void CoupledSimulation::Refill() {
   state_->field.Refill(state_->params.spare_leaves);
-  state_->cutter.Refill();
 }
 
 int CoupledSimulation::changed_count() const {
@@ -236,6 +235,12 @@ void CoupledSimulation::ReadChannels(std::span<double> values) const {
 StepWork CoupledInternals::Work(const CoupledSimulation& simulation) {
   const CoupledSimulation::State& s = *simulation.state_;
   return {s.cutter.effort(), s.edge.samples() + s.faces.samples(), s.field.spare_leaves()};
+}
+void CoupledInternals::SupplyLeaves(CoupledSimulation& simulation, int least) {
+  simulation.state_->field.Supply(std::max(simulation.state_->params.spare_leaves, least));
+}
+void CoupledInternals::ClearChanged(CoupledSimulation& simulation, int first) {
+  simulation.state_->field.ClearChanged(first);
 }
 EffectPlan& CoupledInternals::Effects(const CoupledSimulation& simulation) {
   return simulation.state_->effects;

@@ -85,10 +85,7 @@ void CoupledSimulation::State::CutPath(CoupledOutput& out) {
 
 /// Removes all bone that is pending or that the slab law has passed. Not tick-safe.
 void CoupledSimulation::State::FinishPath() {
-  while (paced.Flush(X_WT).out_of_leaves) {
-    field.Refill(std::max(params.spare_leaves, 1024));
-    cutter.Refill();
-  }
+  while (paced.Flush(X_WT).out_of_leaves) field.Refill(std::max(params.spare_leaves, 1024));
   if (path.forgotten()) return;
   path.Record(X_WT, 0);
   CoupledOutput unused;
@@ -97,7 +94,6 @@ void CoupledSimulation::State::FinishPath() {
     CutPath(unused);
     if ((unused.status & kCoupledLeavesUsedUp) == 0) continue;
     field.Refill(std::max(params.spare_leaves, 1024));
-    cutter.Refill();
   }
 }
 

@@ -28,6 +28,8 @@ struct CoupledInternals {
   static CoupledSimulation Make(Bone bone, const ComparedParams& params, const Pose& X_WT_start);
   static EffectPlan& Effects(const CoupledSimulation& simulation);
   static StepWork Work(const CoupledSimulation& simulation);
+  static void SupplyLeaves(CoupledSimulation& simulation, int least);
+  static void ClearChanged(CoupledSimulation& simulation, int first);
   static LeafHistory& KeepHistory(CoupledSimulation& simulation, int ring_leaves);
   static LeafHistory* History(CoupledSimulation& simulation);
   static bool Checkpoint(CoupledSimulation& simulation, std::uint32_t number);
@@ -36,6 +38,17 @@ struct CoupledInternals {
 /// As the constructor of CoupledSimulation.
 inline CoupledSimulation MakeComparedSimulation(Bone bone, const ComparedParams& params, const Pose& X_WT_start) {
   return CoupledInternals::Make(std::move(bone), params, X_WT_start);
+}
+
+/// Does what Refill() does, and provides at least `least` spare leaves. One thread other than that of the ticks may
+/// call it at any time, also during a tick.
+inline void SupplyLeaves(CoupledSimulation& simulation, int least = 0) {
+  CoupledInternals::SupplyLeaves(simulation, least);
+}
+
+/// Removes the first of the changed leaves from their list; the order of the others may change. Tick-safe.
+inline void ClearChanged(CoupledSimulation& simulation, int first) {
+  CoupledInternals::ClearChanged(simulation, first);
 }
 
 /// State and results of the effects. Tick-safe to read.

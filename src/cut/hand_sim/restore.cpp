@@ -84,7 +84,6 @@ void Restore::Swap(CoupledSimulation& simulation, const RestoreJob::Leaf& leaf) 
   const LeafIndex index = s.field.FromWorld(leaf.index);
   if (s.cutter.Swap(index, leaf.values) || !may_refill_) return;
   s.field.Refill(std::max(s.params.spare_leaves, 1024));
-  s.cutter.Refill();
   s.cutter.Swap(index, leaf.values);
 }
 

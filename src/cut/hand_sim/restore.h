@@ -30,7 +30,7 @@ struct RestoreJob {
     kDone,
     kChanged,   // too much bone has been cut since the job was made (for redo: any bone); make another job
     kLost,      // old values were lost because the history ring was full
-    kNoLeaves,  // too few spare leaves: CoupledSimulation::Refill()
+    kNoLeaves,  // too few spare leaves: SupplyLeaves()
   };
 
   std::uint32_t number = 0;   // checkpoint to return to; for redo, the one that undo returned to

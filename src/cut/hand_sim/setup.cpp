@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "kerf/error.h"
 
 namespace kerf {
@@ -20,21 +18,6 @@ Pose MakeStart(const Pose& X_WT) {
     throw Error(fmt::format("the tool's start position is more than {} mm from the world origin", kWorldReach_mm));
   }
   return X_WT;
-}
-
-int CountOldLeaves(const BoneField& field, const CoupledParams& params) {
-  const int max_count = std::max(4096, params.spare_leaves);
-  const LeafIndex low = field.lowest();
-  const LeafIndex high = field.highest();
-  int count = 0;
-  for (int x = low.x; x <= high.x; ++x) {
-    for (int y = low.y; y <= high.y; ++y) {
-      for (int z = low.z; z <= high.z && count < max_count; ++z) {
-        count += field.kind({x, y, z}) == BoneField::LeafKind::kOwn ? 1 : 0;
-      }
-    }
-  }
-  return count;
 }
 
 }  // namespace kerf

@@ -36,7 +36,7 @@ bool TakeOut::Step(CoupledSimulation& simulation, std::size_t leaves) {
     const LeafChange& change = removal_.leaves[leaving ? out_ : out_ - 1];
     const float* with = change.with.data();
     const float* without = change.without.data();
-    // CoupledSimulation::Refill() provides the leaves that are missing.
+    // SupplyLeaves() or CoupledSimulation::Refill() provides the leaves that are missing.
     if (!simulation.Replace(change.index, leaving ? with : without, leaving ? without : with)) return false;
     out_ = leaving ? out_ + 1 : out_ - 1;
   }

@@ -63,10 +63,7 @@ struct Simulation::State {
   /// Within a tick all poses are in the field's frame F, which replaces W.
   Pose Local(const Pose& X) const { return WithUnitRotation({X.R_AB, X.p_AB - field.p_WF_mm()}); }
   TickOutput Repeat() const;
-  void Refill() {
-    field.Refill(kSpareLeaves);
-    cutter.Refill();
-  }
+  void Refill() { field.Refill(kSpareLeaves); }
   void CutRest(const Pose& X_to);
   Twist CalcTwist(const Pose& X_a, const Pose& X_b, double dt_s) const;
   // Not inlined, so that its loop compiles to the same code regardless of the rest of the tick (tools/off_is_free).

@@ -129,8 +129,9 @@ BoxTree::BoxTree(const std::vector<Box3>& boxes) : state_(std::make_unique<State
     s.boxes.push_back({{RoundDown(a.x), RoundDown(a.y), RoundDown(a.z)}, {RoundUp(b.x), RoundUp(b.y), RoundUp(b.z)}});
   }
 
-  // Not "threads=1", which would limit TBB in the whole program to one thread during the device's lifetime.
-  s.device = rtcNewDevice(nullptr);
+  // Not "threads=1", which would limit TBB in the whole program to one thread during the device's lifetime. Without the
+  // setting, Embree reserves 128 MB for subdivision surfaces, which are all present once memory is locked.
+  s.device = rtcNewDevice("tessellation_cache_size=0");
   if (!s.device) {
     throw Error(fmt::format("Embree can't be started (error {}): is the library version 3?",
                             static_cast<int>(rtcGetDeviceError(nullptr))));

@@ -68,8 +68,7 @@ EdgeZone MakeEdgeZone(const EdgeZone& zone, double voxel_mm, double stroke_mm) {
 }  // namespace
 
 struct Cutter::State {
-  State(BoneField& the_field, const Tool& tool, CutWith with, bool the_whole_voxels, int old_leaves,
-        int the_precision_bits)
+  State(BoneField& the_field, const Tool& tool, CutWith with, bool the_whole_voxels, int the_precision_bits)
       : field(the_field),
         h(field.voxel_mm()),
         zone(MakeZone(tool, field, with)),
@@ -78,7 +77,7 @@ struct Cutter::State {
         leaves(field, MakeEdgeZone(zone, h, CalcStroke(tool))),
         bricks(h, field.lowest(), NearBricks::Keeps(zone) ? leaves.capacity() : 1),
         max_piece_mm(0.25 * leaves.slack_mm()),
-        ledger(field, old_leaves),
+        ledger(field),
         metal(field) {
     // The sweep of an edge of a solid of revolution is exact up to length^2 / (8 radius), with a radius of at least a
     // quarter of the edge's where it matters.
@@ -89,10 +88,6 @@ struct Cutter::State {
 
   void CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, const SlideRange& slide, bool new_only,
                 double flank_slack_mm, Result& result);
-  /// Returns whether the ledger must copy the leaf's values before they change.
-  bool NeedsCopy(const LeafIndex& leaf) const {
-    return !ledger.IsNoted(leaf) && field.ReadParts(leaf).cut != field.inside();
-  }
   bool MakeRoom(const LeafIndex& leaf);
   template <bool kHasMetal>
   void CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result);
@@ -122,8 +117,8 @@ double CalcKerfWidth(double thickness_mm, double voxel_mm) {
   return std::max(thickness_mm, kMinKerfVoxels * voxel_mm);
 }
 
-Cutter::Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels, int old_leaves, int precision_bits)
-    : state_(std::make_unique<State>(field, tool, with, whole_voxels, old_leaves, precision_bits)) {}
+Cutter::Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels, int precision_bits)
+    : state_(std::make_unique<State>(field, tool, with, whole_voxels, precision_bits)) {}
 Cutter::~Cutter() = default;
 Cutter::Cutter(Cutter&&) noexcept = default;
 Cutter& Cutter::operator=(Cutter&&) noexcept = default;
@@ -155,12 +150,10 @@ void Cutter::AddNeed(const LeafIndex& leaf, Need& need) const {
     return;
   }
   need.spare_leaves += s.field.CountNeededSpares(leaf);
-  if (s.NeedsCopy(leaf)) ++need.old_leaves;
 }
 
 bool Cutter::HasRoomFor(const Need& need) const {
-  return !need.outside && need.spare_leaves <= state_->field.spare_leaves() &&
-         static_cast<std::size_t>(need.old_leaves) <= state_->ledger.room();
+  return !need.outside && need.spare_leaves <= state_->field.spare_leaves();
 }
 
 void Cutter::BoneRestored() {
@@ -173,9 +166,6 @@ void Cutter::Lift() {
 }
 const std::array<double, 256>& Cutter::CalcRemovedByRegion() {
   return state_->ledger.Account();
-}
-void Cutter::Refill() {
-  state_->ledger.Account();
 }
 std::size_t Cutter::CalcMemoryBytes() const {
   return sizeof(State) + state_->leaves.CalcMemoryBytes() + state_->bricks.CalcMemoryBytes() +
@@ -263,14 +253,11 @@ void Cutter::State::CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pos
   effort.searched_leaves += bricks.searched();
 }
 
-/// Records the leaf's values before its first change. Returns false and changes nothing if there is no room for this or
-/// for the change itself.
+/// Records the leaf's values before its first change. Returns false and changes nothing if there are too few spare
+/// leaves for the change.
 bool Cutter::State::MakeRoom(const LeafIndex& leaf) {
   if (field.spare_leaves() < field.CountNeededSpares(leaf)) return false;
-  if (ledger.IsNoted(leaf)) return true;
-  const bool needs_copy = NeedsCopy(leaf);
-  if (needs_copy && !ledger.HasRoom()) return false;
-  ledger.Note(leaf, needs_copy ? field.ReadParts(leaf).cut : nullptr);
+  if (!ledger.IsNoted(leaf)) ledger.Note(leaf);
   return true;
 }
 

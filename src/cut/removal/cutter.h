@@ -35,14 +35,11 @@ class Cutter {
   static constexpr double kBladeTolerance = 0.002;  // of the flats of a blade, voxels
 
   /// `field` must outlive the cutter.
-  /// `old_leaves`: number of leaves of the initial surface that can be cut into before their old values must be
-  /// accounted for (Refill(), CalcRemovedByRegion()); 2 kB each. Leaves of pure bone need none.
   /// `whole_voxels`: writes phi in steps of a voxel, as for voxels that are either present or absent. This shows the
   /// effect of whole-voxel removal on the force.
   /// `precision_bits`: number of significand bits that are kept in written values, 4 to 24, to study storage with
   /// fewer. Allocates.
-  Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels = false, int old_leaves = 4096,
-         int precision_bits = 24);
+  Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels = false, int precision_bits = 24);
   ~Cutter();
   Cutter(Cutter&&) noexcept;
   Cutter& operator=(Cutter&&) noexcept;
@@ -51,7 +48,7 @@ class Cutter {
     /// Volume removed, mm3, by occupancy: sum of clamp(1/2 - phi/h, 0, 1) h^3 before, less the same after. The exact
     /// volume comes from CalcRemovedByRegion().
     double removed_mm3 = 0;
-    /// Bone was left for lack of spare leaves or room for old values. The same cut after Refill() removes it.
+    /// Bone was left for lack of spare leaves. The same cut with more leaves removes it.
     bool out_of_leaves = false;
   };
   /// Cuts from X_from to X_to. The poses must be as close together as CountSubsteps() requires. `slide`: displacements
@@ -67,12 +64,11 @@ class Cutter {
   bool Replace(const LeafIndex& leaf, const float* from, const float* to);
 
   /// Exchanges the values of a leaf with `values` (512). Counts as a loss or gain of bone; adds nothing to the history.
-  /// Returns false and changes nothing if no leaf is left for it, or no room for its old values. Tick-safe.
+  /// Returns false and changes nothing if no leaf is left for it. Tick-safe.
   bool Swap(const LeafIndex& leaf, float* values);
   /// Reserves that calls of Swap() would use.
   struct Need {
     int spare_leaves = 0;
-    int old_leaves = 0;
     bool outside = false;  // the leaf lies outside the bone's box
   };
   void AddNeed(const LeafIndex& leaf, Need& need) const;
@@ -86,9 +82,6 @@ class Cutter {
   /// Returns the volume removed since the start by region, mm3. It equals the loss of bone.CalcVolume() up to rounding.
   /// Not tick-safe: it visits all that has changed since the last call.
   const std::array<double, 256>& CalcRemovedByRegion();
-  /// Makes all room for old values available again; the spare leaves of the field are the caller's responsibility. Not
-  /// tick-safe.
-  void Refill();
   std::size_t CalcMemoryBytes() const;
 
   /// Counts of the work of the last Cut(), for studies of speed.

@@ -52,26 +52,30 @@ class Ledger::ChangedVoxels {
   std::array<unsigned, CellFields::kEdge * CellFields::kEdge> rows_{};  // bit z + 1: the voxel (x, y, z)
 };
 
-Ledger::Ledger(const BoneField& field, int copies)
+Ledger::Ledger(const BoneField& field)
     : field_(field),
       lowest_(field.lowest()),
       count_{field.highest().x - lowest_.x + 1, field.highest().y - lowest_.y + 1, field.highest().z - lowest_.z + 1},
-      noted_(
+      marks_(
           static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y) * static_cast<std::size_t>(count_.z),
-          0),
-      copy_count_(static_cast<std::size_t>(std::max(copies, 1))),
-      copies_(std::make_unique_for_overwrite<Values[]>(copy_count_)) {
+          0) {
   uncut_.fill(static_cast<float>(-field.band_mm()));
+  air_.fill(static_cast<float>(field.band_mm()));
   // Every leaf with bone may be recorded once.
   std::size_t with_bone = 0;
   for (int x = 0; x < count_.x; ++x) {
     for (int y = 0; y < count_.y; ++y) {
       for (int z = 0; z < count_.z; ++z) {
-        with_bone += field.kind({lowest_.x + x, lowest_.y + y, lowest_.z + z}) == BoneField::LeafKind::kOutside ? 0 : 1;
+        const LeafIndex leaf{lowest_.x + x, lowest_.y + y, lowest_.z + z};
+        with_bone += field.kind(leaf) == BoneField::LeafKind::kOutside ? 0 : 1;
+        if (FindCopy(leaf) < 0) continue;
+        marks_[Place(leaf)] = kCounted;
+        ++cut_leaves_;
       }
     }
   }
   entries_.reserve(with_bone);
+  copies_.reserve(cut_leaves_);
 }
 
 std::size_t Ledger::Place(const LeafIndex& leaf) const {
@@ -81,13 +85,21 @@ std::size_t Ledger::Place(const LeafIndex& leaf) const {
          static_cast<std::size_t>(leaf.z - lowest_.z);
 }
 
-void Ledger::Note(const LeafIndex& leaf, const float* old_values) {
-  noted_[Place(leaf)] = 1;
-  int copy = -1;
-  if (old_values != nullptr) {
-    copy = static_cast<int>(copies_used_++);
-    std::copy_n(old_values, BoneField::kLeafVoxels, copies_[static_cast<std::size_t>(copy)].begin());
+int Ledger::FindCopy(const LeafIndex& leaf) const {
+  const float* const cut = field_.ReadParts(leaf).cut;
+  if (cut == field_.inside()) return kUncut;
+  return field_.kind(leaf) == BoneField::LeafKind::kOutside && cut == field_.Read(leaf) ? kAir : 0;
+}
+
+void Ledger::Note(const LeafIndex& leaf) {
+  std::uint8_t& marks = marks_[Place(leaf)];
+  int copy = FindCopy(leaf);
+  if (copy == 0) {
+    copy = static_cast<int>(copies_.size());
+    std::copy_n(field_.ReadParts(leaf).cut, BoneField::kLeafVoxels, copies_.emplace_back().begin());
   }
+  if ((marks & kCounted) == 0) ++cut_leaves_;
+  marks = kNoted | kCounted;
   entries_.push_back({leaf, copy});
 }
 
@@ -108,7 +120,8 @@ const std::array<double, 256>& Ledger::Account() {
   };
   std::sort(entries_.begin(), entries_.end(), [&](const Entry& a, const Entry& b) { return before(a.leaf, b.leaf); });
   const auto old_values = [&](const Entry& entry) {
-    return entry.copy < 0 ? uncut_.data() : copies_[static_cast<std::size_t>(entry.copy)].data();
+    if (entry.copy == kUncut) return uncut_.data();
+    return entry.copy == kAir ? air_.data() : copies_[static_cast<std::size_t>(entry.copy)].data();
   };
   std::vector<Mask> masks;
   masks.reserve(entries_.size());
@@ -148,9 +161,10 @@ const std::array<double, 256>& Ledger::Account() {
     old.LoadCut([&](int x, int y, int z) { return old_cuts[index(x, y, z)]; });
     AddLoss(owner, changed, old, now);
   }
-  for (const Entry& entry : entries_) noted_[Place(entry.leaf)] = 0;
+  for (const Entry& entry : entries_) marks_[Place(entry.leaf)] = kCounted;
   entries_.clear();
-  copies_used_ = 0;
+  copies_.clear();
+  copies_.reserve(cut_leaves_);
   return removed_mm3_;
 }
 
@@ -189,7 +203,7 @@ void Ledger::AddLoss(const LeafIndex& owner, const ChangedVoxels& changed, const
 }
 
 std::size_t Ledger::CalcMemoryBytes() const {
-  return noted_.capacity() + entries_.capacity() * sizeof(Entry) + copy_count_ * sizeof(Values);
+  return marks_.capacity() + entries_.capacity() * sizeof(Entry) + copies_.capacity() * sizeof(Values);
 }
 
 }  // namespace kerf

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "bone/grid/field.h"
@@ -14,20 +13,16 @@ class CellFields;
 
 /// Record of the old values of the cut (see BoneField) in each leaf at its first change. On request, the volume of all
 /// cells with a changed corner is computed before and after. A leaf that was not cut before needs no copy, and each
-/// leaf is recorded once.
+/// leaf is recorded once between two accounts.
 class Ledger {
  public:
-  /// `copies`: room for copies of old values, 2 kB each. Allocates.
-  Ledger(const BoneField& field, int copies);
+  /// Only this ledger's caller may change the field meanwhile. Allocates.
+  explicit Ledger(const BoneField& field);
 
-  bool IsNoted(const LeafIndex& leaf) const { return noted_[Place(leaf)] != 0; }
-  /// Returns true if another leaf with old values can be recorded. Tick-safe.
-  bool HasRoom() const { return room() > 0; }
-  /// Number of leaves with old values that can still be recorded.
-  std::size_t room() const { return copy_count_ - copies_used_; }
-  /// Records a leaf that changes for the first time since the last Account(); must be called only once for each leaf.
-  /// `old_values`: its values of the cut before the change; null if it was not cut. Tick-safe.
-  void Note(const LeafIndex& leaf, const float* old_values);
+  bool IsNoted(const LeafIndex& leaf) const { return (marks_[Place(leaf)] & kNoted) != 0; }
+  /// Records a leaf before it changes for the first time since the last Account(); must be called only once for each
+  /// leaf. Tick-safe.
+  void Note(const LeafIndex& leaf);
 
   /// Adds the loss since the last call to the sums by region, mm3, and discards the old values. Returns the sums. Not
   /// tick-safe.
@@ -40,9 +35,17 @@ class Ledger {
   class ChangedVoxels;
   struct Entry {
     LeafIndex leaf;
-    int copy;  // index in copies_; -1: not cut
+    int copy;  // index in copies_; kUncut, kAir: all values are the same
   };
 
+  static constexpr int kUncut = -1;
+  static constexpr int kAir = -2;
+  // Marks of a leaf.
+  static constexpr std::uint8_t kNoted = 1;
+  static constexpr std::uint8_t kCounted = 2;  // in cut_leaves_
+
+  /// Returns kUncut, kAir, or 0 if a leaf's values of the cut must be copied before they change.
+  int FindCopy(const LeafIndex& leaf) const;
   std::size_t Place(const LeafIndex& leaf) const;
   /// Returns where a leaf's values of the cut differ from the old ones.
   Mask FindChanged(const LeafIndex& leaf, const float* old_values) const;
@@ -55,12 +58,14 @@ class Ledger {
   const BoneField& field_;
   LeafIndex lowest_;
   LeafIndex count_;
-  std::vector<std::uint8_t> noted_;  // for each leaf of the field's box
+  std::vector<std::uint8_t> marks_;  // of each leaf of the field's box
+  std::size_t cut_leaves_ = 0;       // leaves that have been cut
   std::vector<Entry> entries_;
-  std::size_t copy_count_;
-  std::unique_ptr<Values[]> copies_;  // not initialised: most are never written, and then take no memory
-  std::size_t copies_used_ = 0;
+  // Has room for all leaves that had been cut at the last Account(): only these need a copy. Unused room takes no
+  // memory.
+  std::vector<Values> copies_;
   Values uncut_;
+  Values air_;
   std::array<double, 256> removed_mm3_{};
 };
 

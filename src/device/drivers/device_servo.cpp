@@ -385,16 +385,16 @@ void DeviceServo::RunRounds(std::uint32_t& releases_seen) {
     round_times_.Add(end_ns - now_ns);
     for_loop_.Publish(round_->sample());
     for_others_.Publish(round_->sample());
-    // This comes before state_ is set, so that a thread that sees the new state also sees these counts.
+    // This and the messages come before state_ is set, so that a thread that sees the new state also sees them.
     counts_due = counts_due || state != before || round_->counts().rounds % kCountsEvery == 0;
     if (counts_due) counts_due = !PublishCounts(state == ServoState::kClosed);
-    state_.store(state);
     if (must_restart) {
       Say("has not answered for a long time and is being restarted: no force, and the tool is stopped. Check its "
           "power");
     } else if (state != before) {
       SayState(before, state);
     }
+    state_.store(state);
     RemindOfHoming(state, now_ns);
     SayBadAnswers(now_ns);
     before = state;

@@ -79,7 +79,7 @@ class RoundSolidSweep {
     const Vec3 p_T = X_to_.InversePoint(p_W);
     // Too far away, or too deep, to matter: the way changes the distance by at most its length.
     const double at_end = CalcAt(p_T, 0);
-    if (at_end > enough_mm_ || at_end < -enough_mm_) return at_end;
+    if (at_end > enough_mm_ || at_end < -enough_mm_ || back_T_ == Vec3(0)) return at_end;
     // The distance is a convex function of the way.
     double low = 0;
     double high = 1;

@@ -8,6 +8,7 @@
 
 #include "base/core/percentiles.h"
 #include "base/files/memory.h"
+#include "bone/grid/shared_leaves.h"
 
 namespace kerf {
 namespace {
@@ -63,7 +64,10 @@ class HourWatch {
     now_.removed_mm3 = CalcRemoved(simulation);
     now_.removed_error_mm3 = now_.removed_mm3 - (hour_.volume_before_mm3 - simulation.UpdateBone().CalcVolume());
     now_.energy_error_J = now_.energy_J - sinks_J_;
-    now_.bone_MB = 1e-6 * static_cast<double>(simulation.UpdateBone().CalcMemoryBytes());
+    const Bone& bone = simulation.UpdateBone();
+    now_.bone_MB = 1e-6 * static_cast<double>(bone.CalcMemoryBytes());
+    now_.own_MB = 1e-6 * static_cast<double>(CalcOwnBytes(bone));
+    now_.simulation_MB = 1e-6 * static_cast<double>(simulation.CalcMemoryBytes());
     now_.heap_MB = 1e-6 * static_cast<double>(ReadHeapBytes());
     now_.resident_MB = 1e-6 * static_cast<double>(ReadResidentBytes());
     hour_.minutes.push_back(now_);
@@ -130,11 +134,7 @@ double Hour::CalcMemoryGrowth_MB() const {
 }
 
 double Hour::CalcOtherGrowth_MB() const {
-  return CalcSpread(minutes, [](const HourMinute& m) { return m.resident_MB - m.bone_MB; });
-}
-
-double Hour::CalcHeapGrowth_MB() const {
-  return CalcSpread(minutes, [](const HourMinute& m) { return m.heap_MB - m.bone_MB; });
+  return CalcSpread(minutes, [](const HourMinute& m) { return m.CalcOtherHeap_MB(); });
 }
 
 double Hour::CalcTimeRatio() const {

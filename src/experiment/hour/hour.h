@@ -21,11 +21,13 @@ inline constexpr int kHourWarmUp_min = 1;
 
 /// Figures at the end of a minute of simulated time, or of another interval (HourOptions::each_s).
 struct HourMinute {
-  int minute = 0;          // 1, 2, ...
-  double resident_MB = 0;  // of the program; memory that is free but cached is not counted
-  double heap_MB = 0;      // allocated on the heap and not freed
-  double bone_MB = 0;      // of the bone: it grows by 2 kB for each leaf of solid bone that is cut
-  double tick_p50_us = 0;  // of the ticks that cut; whole ticks, including the simulated hand and device
+  int minute = 0;            // 1, 2, ...
+  double resident_MB = 0;    // of the program; memory that is free but cached is not counted
+  double heap_MB = 0;        // allocated on the heap and not freed
+  double bone_MB = 0;        // of the bone
+  double own_MB = 0;         // of the bone, without the leaves that it shares with its copy outside the loop
+  double simulation_MB = 0;  // allocated by the simulation, without the bone
+  double tick_p50_us = 0;    // of the ticks that cut; whole ticks, including the simulated hand and device
   double tick_p99_us = 0;
   double cutting_share = 0;  // fraction of the ticks that cut
   double teeth = 0;          // engaged, mean during cutting
@@ -39,6 +41,10 @@ struct HourMinute {
   double removed_by_ticks_mm3 = 0;  // sum of the volumes that the ticks report, by occupancy of voxels
   double energy_J = 0;              // from hand and spindle
   double energy_error_J = 0;        // difference from the sum of all energy sinks
+
+  /// Returns the part of the heap that does not grow by cutting. What does is the bone, its copy outside the loop,
+  /// which grows by as much, and the simulation, which has room for the old values of each leaf that was cut.
+  double CalcOtherHeap_MB() const { return heap_MB - 2 * own_MB - simulation_MB; }
 };
 inline constexpr double kHourSettling_s = 0.3;
 
@@ -50,13 +56,9 @@ struct Hour {
   LoopSummary loop;
 
   /// These return the maximum minus the minimum after the first kHourWarmUp_min, MB: CalcMemoryGrowth_MB() of all
-  /// memory in use, CalcOtherGrowth_MB() without the growth of the bone. That growth occurs in the copy of the bone
-  /// outside the loop, since the simulation's own leaves are allocated in advance.
+  /// memory in use, CalcOtherGrowth_MB() of the part of the heap that does not grow by cutting.
   double CalcMemoryGrowth_MB() const;
   double CalcOtherGrowth_MB() const;
-  /// Returns the same for the heap without the bone. This figure does not depend on how the system manages the
-  /// program's pages.
-  double CalcHeapGrowth_MB() const;
   /// Returns the median of the p50 of the last minutes divided by that of the first ones, or 1 for fewer than 2
   /// minutes.
   double CalcTimeRatio() const;

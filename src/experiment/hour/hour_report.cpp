@@ -40,10 +40,9 @@ Image RenderHour(const Hour& hour) {
   PlotSpec memory = MakePanel("Memory", "in use (MB)");
   memory.y.lower = 0;
   memory.y.upper = 1.25 * worst.resident_MB;
-  const double bone_MB = hour.minutes.front().bone_MB;
   memory.series = {MakeCurve(hour, "of the whole program", [](const HourMinute& m) { return m.resident_MB; }),
-                   MakeCurve(hour, "without the growth of the bone",
-                             [=](const HourMinute& m) { return m.resident_MB - m.bone_MB + bone_MB; })};
+                   MakeCurve(hour, "of the heap, without leaves that were cut",
+                             [](const HourMinute& m) { return m.CalcOtherHeap_MB(); })};
   PlotSpec times = MakePanel("Ticks that cut, by minute", "time of a tick (us)");
   times.y.lower = 0;
   times.series = {MakeCurve(hour, "p50", [](const HourMinute& m) { return m.tick_p50_us; }),
@@ -77,7 +76,11 @@ const Columns<HourMinute>& HourColumns() {
   static const Columns<HourMinute> kColumns{
       {"minute", "{}", "1, 2, ...", &HourMinute::minute},
       {"resident_MB", "{:.3f}", "memory of the program", &HourMinute::resident_MB},
-      {"bone_MB", "{:.3f}", "memory of the bone in it", &HourMinute::bone_MB},
+      {"bone_MB", "{:.3f}", "memory of the bone", &HourMinute::bone_MB},
+      {"heap_MB", "{:.3f}", "allocated on the heap", &HourMinute::heap_MB},
+      {"own_MB", "{:.3f}", "of the heap, the bone without the leaves that it shares with its copy",
+       &HourMinute::own_MB},
+      {"simulation_MB", "{:.3f}", "of the heap, the simulation without the bone", &HourMinute::simulation_MB},
       {"tick_p50_us", "{:.3f}", "duration of the ticks that cut", &HourMinute::tick_p50_us},
       {"tick_p99_us", "{:.3f}", "duration of the ticks that cut", &HourMinute::tick_p99_us},
       {"cutting_share", "{:.4f}", "fraction of the ticks that cut", &HourMinute::cutting_share},
@@ -100,12 +103,12 @@ namespace {
 /// `markdown`: otherwise for a terminal.
 std::string FormatHour(const Hour& hour, bool markdown) {
   const HourMinute worst = hour.CalcWorst();
+  if (hour.minutes.empty()) return fmt::format("{} ticks: too few for a complete minute.\n", hour.loop.counts.ticks);
   const std::string text = fmt::format(
       "{} minutes of simulated time, {} ticks at {:g} Hz; {:.0f} % of the ticks cut, with {:.1f} teeth engaged; {:.0f} "
       "s "
       "of computation.\n\n",
       worst.minute, hour.loop.counts.ticks, hour.rate_hz, 100 * worst.cutting_share, worst.teeth, hour.loop.wall_s);
-  if (hour.minutes.empty()) return text + "No complete interval was measured.\n";
   TextTable table({"at the end of minute", "memory (MB)", "of that, bone (MB)", "cutting tick, p50 / p99 (us)",
                    "force at rest (N)", "removed (mm3)", "difference from the bone's loss (mm3)",
                    "removed by voxel occupancy (mm3)", "energy input (J)", "unaccounted for (J)"});
@@ -122,9 +125,10 @@ std::string FormatHour(const Hour& hour, bool markdown) {
   const LoopCounts& counts = hour.loop.counts;
   return text + (markdown ? table.FormatMarkdown() : table.FormatTerminal()) +
          fmt::format(
-             "\n- Memory: after the first minute it grows by {:.2f} MB for leaves of 8 x 8 x 8 voxels that were solid "
-             "bone before they were cut and that a reader's copy of the bone must hold (at most all leaves in the "
-             "bone's bounding box); everything else varies by {:.2f} MB.\n- Ticks: the p50 of the last {} minutes is "
+             "\n- Memory: from the end of minute 2 on it grows by {:.2f} MB, with the leaves of 8 x 8 x 8 voxels that "
+             "were cut (at most all leaves in the bone's bounding box): the bone and a reader's copy of it no longer "
+             "share them, and the simulation has room for their old values. The rest of the heap varies by {:.2f} "
+             "MB.\n- Ticks: the p50 of the last {} minutes is "
              "{:.3f} times that of the first.\n- Idle force: in {} ticks with the tool clear of the bone, at most {:g} "
              "N "
              "on the hand and {:g} N on the device.\n- Removed volume: off by at most {:.1e} mm3 of {:.1f} mm3. "

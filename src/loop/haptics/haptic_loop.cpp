@@ -256,21 +256,17 @@ bool HapticLoop::SendRemaining() {
   return true;
 }
 
-/// Queues the changed leaves. The simulation's list is cleared only once all of them are queued. If the queue is full,
-/// the next tick begins with those that did not fit. Returns false in that case.
+/// Queues the changed leaves, and removes these from the simulation's list. If the queue is full, the others stay
+/// there. Returns false in that case.
 bool HapticLoop::MarkChanged(double time_s) {
   const int count = body_.changed_count();
-  for (int k = 0; k < count; ++k) {
-    const int i = (next_mark_ + k) % count;
-    const ChangedLeaf leaf = body_.changed(i);
-    if (!publisher_.Mark(leaf.index, leaf.cut, time_s)) {
-      next_mark_ = i;
-      return false;
-    }
+  int marked = 0;
+  for (; marked < count; ++marked) {
+    const ChangedLeaf leaf = body_.changed(marked);
+    if (!publisher_.Mark(leaf.index, leaf.cut, time_s)) break;
   }
-  next_mark_ = 0;
-  if (count > 0) body_.ClearChanged();
-  return true;
+  if (marked > 0) body_.ClearChanged(marked);
+  return marked == count;
 }
 
 }  // namespace kerf

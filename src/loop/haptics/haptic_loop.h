@@ -139,7 +139,6 @@ class HapticLoop {
   std::uint64_t samples_sent_ = 0;
   TripleBuffer<LoopState> state_;
   LeafPublisher publisher_;
-  int next_mark_ = 0;
   double sent_until_s_ = 0;
   bool catching_up_ = false;
 

@@ -38,10 +38,10 @@ class LoopBody {
   /// Sets the fidelity. The change takes effect gradually over the next ticks, so that the force does not jump.
   virtual void SetFidelity(Fidelity fidelity) = 0;
 
-  /// These functions are as in CoupledSimulation.
+  /// These functions are as in CoupledSimulation. ClearChanged() removes the first leaves from the list.
   virtual int changed_count() const = 0;
   virtual ChangedLeaf changed(int i) const = 0;
-  virtual void ClearChanged() = 0;
+  virtual void ClearChanged(int first) = 0;
 };
 
 }  // namespace kerf

@@ -32,6 +32,10 @@ void StepBody::ReportChannels(std::span<double> channels) const {
   EffectsOf(std::as_const(simulation_)).Report(channels);
 }
 
+void StepBody::ClearChanged(int first) {
+  kerf::ClearChanged(simulation_, first);
+}
+
 bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& tick) {
   if (before_ != nullptr) {
     if (X_WT_) before_->Follow(*X_WT_, touches_, turns_);

@@ -64,7 +64,7 @@ class StepBody final : public LoopBody {
   void SetFidelity(Fidelity fidelity) override { simulation_.SetFidelity(fidelity); }
   int changed_count() const override { return simulation_.changed_count(); }
   ChangedLeaf changed(int i) const override { return simulation_.changed(i); }
-  void ClearChanged() override { simulation_.ClearChanged(); }
+  void ClearChanged(int first) override;
 
   /// Returns true if the exchange's motions of the tool are possible.
   bool can_place() const { return before_ != nullptr && before_->can_place(); }

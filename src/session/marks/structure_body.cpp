@@ -73,7 +73,8 @@ bool StructureBody::Allocate(const Box3& box_W) {
     count *= static_cast<std::size_t>(size_[i]);
     if (count > kMaxVoxels) return false;
   }
-  inside_.assign(count, 0);
+  inside_.assign(count, false);
+  second_end_.assign(count, false);
   return true;
 }
 
@@ -83,7 +84,7 @@ void StructureBody::Set(const PhiSampler& before, const Index& voxel) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     i = i * static_cast<std::size_t>(size_[axis]) + static_cast<std::size_t>(voxel[axis] - lower_[axis]);
   }
-  if (inside_[i] == 0 && before.Calc(PointOf(i)) < 0) inside_[i] = 1;
+  if (!inside_[i] && before.Calc(PointOf(i)) < 0) inside_[i] = true;
 }
 
 Vec3 StructureBody::PointOf(std::size_t i) const {
@@ -94,12 +95,11 @@ Vec3 StructureBody::PointOf(std::size_t i) const {
 }
 
 template <typename Enter, typename Visit>
-void StructureBody::Flood(std::vector<std::size_t> from, std::vector<std::uint8_t>& seen, Enter&& enter,
-                          Visit&& visit) const {
+void StructureBody::Flood(std::vector<std::size_t> from, std::vector<bool>& seen, Enter&& enter, Visit&& visit) const {
   const std::size_t sz = 1;
   const auto sy = static_cast<std::size_t>(size_[2]);
   const std::size_t sx = sy * static_cast<std::size_t>(size_[1]);
-  for (const std::size_t i : from) seen[i] = 1;
+  for (const std::size_t i : from) seen[i] = true;
   // Only the voxels of one step are kept: a structure has millions.
   std::vector<std::size_t> reached = std::move(from), further;
   for (int steps = 0; !reached.empty(); ++steps) {
@@ -107,8 +107,8 @@ void StructureBody::Flood(std::vector<std::size_t> from, std::vector<std::uint8_
     for (const std::size_t i : reached) {
       visit(i, steps);
       for (const std::size_t next : {i - sx, i + sx, i - sy, i + sy, i - sz, i + sz}) {
-        if (inside_[next] == 0 || seen[next] != 0) continue;
-        seen[next] = 1;
+        if (!inside_[next] || seen[next]) continue;
+        seen[next] = true;
         if (enter(next)) further.push_back(next);
       }
     }
@@ -118,11 +118,11 @@ void StructureBody::Flood(std::vector<std::size_t> from, std::vector<std::uint8_
 
 void StructureBody::FindEnds() {
   const auto any = [](std::size_t) { return true; };
-  std::vector<std::uint8_t> seen(inside_.size(), 0);
+  std::vector<bool> seen(inside_.size(), false);
   std::size_t largest = 0;  // voxels in a part
   std::size_t last_of_largest = 0;
   for (std::size_t i = 0; i < inside_.size(); ++i) {
-    if (inside_[i] == 0 || seen[i] != 0) continue;
+    if (!inside_[i] || seen[i]) continue;
     std::size_t count = 0;
     std::size_t last = i;
     Flood({i}, seen, any, [&](std::size_t voxel, int) {
@@ -142,7 +142,7 @@ void StructureBody::FindEnds() {
   Reached furthest{};
   const auto flood_from = [&](std::size_t first) {
     std::vector<Reached> near;
-    seen.assign(inside_.size(), 0);
+    seen.assign(inside_.size(), false);
     Flood({first}, seen, any, [&](std::size_t voxel, int steps) {
       furthest = {voxel, steps};
       if (steps <= kEnd_mm / h_) near.push_back(furthest);
@@ -155,7 +155,7 @@ void StructureBody::FindEnds() {
     if (reached.steps <= end) first_end_.push_back(reached.voxel);
   }
   for (const Reached& reached : flood_from(furthest.voxel)) {
-    if (reached.steps <= end) inside_[reached.voxel] = 2;
+    if (reached.steps <= end) second_end_[reached.voxel] = true;
   }
 }
 
@@ -165,10 +165,10 @@ bool StructureBody::IsSevered(const Bone& after) const {
   const auto is_bone = [&](std::size_t i) { return phi.Calc(PointOf(i)) < 0; };
   std::vector<std::size_t> from;
   std::copy_if(first_end_.begin(), first_end_.end(), std::back_inserter(from), is_bone);
-  std::vector<std::uint8_t> seen(inside_.size(), 0);
+  std::vector<bool> seen(inside_.size(), false);
   bool is_connected = false;
   Flood(std::move(from), seen, is_bone,
-        [&](std::size_t voxel, int) { is_connected = is_connected || inside_[voxel] == 2; });
+        [&](std::size_t voxel, int) { is_connected = is_connected || second_end_[voxel]; });
   return !is_connected;
 }
 

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "bone/grid/removed.h"
@@ -36,13 +35,14 @@ class StructureBody {
   /// Calls visit(voxel, steps) for `from` and for the voxels that can be reached from there and are not `seen` yet, the
   /// nearest first. `enter`: returns true for voxels that may be visited.
   template <typename Enter, typename Visit>
-  void Flood(std::vector<std::size_t> from, std::vector<std::uint8_t>& seen, Enter&& enter, Visit&& visit) const;
+  void Flood(std::vector<std::size_t> from, std::vector<bool>& seen, Enter&& enter, Visit&& visit) const;
 
   double h_;
-  Index lower_{0, 0, 0};              // voxel at index 0
-  Index size_{0, 0, 0};               // with a margin of one voxel that is never set
-  std::vector<std::uint8_t> inside_;  // 1: in the structure, 2: also at its second end; z fastest
+  Index lower_{0, 0, 0};      // voxel at index 0
+  Index size_{0, 0, 0};       // with a margin of one voxel that is never set
+  std::vector<bool> inside_;  // z fastest
   std::vector<std::size_t> first_end_;
+  std::vector<bool> second_end_;
 };
 
 }  // namespace kerf

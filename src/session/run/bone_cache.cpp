@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <future>
@@ -39,6 +40,29 @@ std::string cache_folder;
 std::shared_future<void> keeping;
 std::set<std::string> kept_keys;
 std::mutex keeping_mutex;
+
+/// The bone that was begun, until it is taken.
+struct Begun {
+  std::vector<double> values;  // of the parameters
+  std::future<Bone> bone;
+};
+std::optional<Begun> begun;
+std::mutex begun_mutex;
+
+std::vector<double> ListValues(MandibleParams params) {
+  std::vector<double> values;
+  Describe(params, [&values](const char* /*key*/, const auto& value, Range, const char* /*help*/) {
+    values.push_back(static_cast<double>(value));
+  });
+  return values;
+}
+
+/// Returns the bone that was begun with these parameters, without waiting for it; an invalid future if there is none.
+std::future<Bone> TakeBegun(const MandibleParams& params) {
+  const std::lock_guard lock(begun_mutex);
+  if (!begun || begun->values != ListValues(params)) return {};
+  return std::move(std::exchange(begun, std::nullopt)->bone);
+}
 
 std::uint64_t HashBytes(std::string_view bytes, std::uint64_t hash) {
   for (; !bytes.empty(); bytes.remove_prefix(std::min<std::size_t>(8, bytes.size()))) {
@@ -84,6 +108,7 @@ bool IsKept(const std::string& name) {
 /// Returns the cache's files, the last used one first. Other files are left alone.
 std::vector<KeptFile> ListFiles() {
   std::vector<KeptFile> files;
+  if (!fs::is_directory(cache_folder)) return files;
   for (const fs::directory_entry& entry : fs::directory_iterator(cache_folder)) {
     std::error_code error;
     if (!IsKept(entry.path().filename().string()) || entry.symlink_status(error).type() != fs::file_type::regular) {
@@ -96,12 +121,17 @@ std::vector<KeptFile> ListFiles() {
   return files;
 }
 
+/// Returns the files of a bone.
+std::vector<KeptFile> FindFiles(const std::string& key) {
+  std::vector<KeptFile> files = ListFiles();
+  std::erase_if(files, [&](const KeptFile& file) { return !file.path.filename().string().starts_with(key); });
+  return files;
+}
+
 /// Returns the kept bone, without the materials and notes of its maker; nothing if there is none or it is damaged.
 std::optional<Bone> Read(const std::string& key) {
-  if (!fs::is_directory(cache_folder)) return std::nullopt;
-  for (const KeptFile& file : ListFiles()) {
+  for (const KeptFile& file : FindFiles(key)) {
     const std::string name = file.path.stem().string();
-    if (!name.starts_with(key)) continue;
     std::error_code ignored;
     try {
       Bone bone = ReadBone(file.path.string());
@@ -169,25 +199,9 @@ bool WaitIfKeeping(const std::string& key) {
   return true;
 }
 
-}  // namespace
-
-std::string FindBoneCache() {
-  const std::string cache = FindUserFolder(UserFolder::kCache);
-  return cache.empty() ? cache : cache + "/kerf/bones";
-}
-
-void SetBoneCache(const std::string& folder) {
-  FinishKeepingBones();
-  cache_folder = folder;
-}
-
-void FinishKeepingBones() {
-  const std::lock_guard lock(keeping_mutex);
-  if (keeping.valid()) keeping.wait();
-}
-
-Bone MakeCachedMandible(const MandibleParams& params, const MaterialTable& materials,
-                        const std::function<void(double)>& progress) {
+/// Reads the bone from the cache, or makes it.
+Bone ReadOrMake(const MandibleParams& params, const MaterialTable& materials,
+                const std::function<void(double)>& progress) {
   if (cache_folder.empty()) return MakeMandible(params, materials, progress);
   std::string key;
   std::optional<Bone> kept;
@@ -206,6 +220,55 @@ Bone MakeCachedMandible(const MandibleParams& params, const MaterialTable& mater
   Bone bone = MakeMandible(params, materials, progress);
   if (!key.empty()) BeginKeeping(bone, key);
   return bone;
+}
+
+}  // namespace
+
+std::string FindBoneCache() {
+  const std::string cache = FindUserFolder(UserFolder::kCache);
+  return cache.empty() ? cache : cache + "/kerf/bones";
+}
+
+void SetBoneCache(const std::string& folder) {
+  FinishKeepingBones();
+  cache_folder = folder;
+}
+
+void FinishKeepingBones() {
+  {
+    const std::lock_guard lock(begun_mutex);
+    begun.reset();  // waits
+  }
+  const std::lock_guard lock(keeping_mutex);
+  if (keeping.valid()) keeping.wait();
+}
+
+Bone MakeCachedMandible(const MandibleParams& params, const MaterialTable& materials,
+                        const std::function<void(double)>& progress) {
+  std::future<Bone> taken = TakeBegun(params);
+  if (!taken.valid()) return ReadOrMake(params, materials, progress);
+  while (progress && taken.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) progress(0);
+  Bone bone = taken.get();
+  CheckMandibleRegions(materials);
+  bone.set_materials(materials);
+  if (progress) progress(1);
+  return bone;
+}
+
+bool IsMandibleCached(const MandibleParams& params) {
+  if (cache_folder.empty()) return false;
+  bool found = false;
+  Try([&] { found = !FindFiles(MakeKey(params)).empty(); });
+  return found;
+}
+
+void BeginCachedMandible(const MandibleParams& params, const MaterialTable& materials) {
+  const std::lock_guard lock(begun_mutex);
+  begun.reset();  // waits
+  Try([&] {
+    begun =
+        Begun{ListValues(params), std::async(std::launch::async, [=] { return ReadOrMake(params, materials, {}); })};
+  });
 }
 
 }  // namespace kerf

@@ -98,6 +98,7 @@ struct LoopOptions {
   ReadSceneBone read_bone;                  // replaces the reading of the scene's bone file; optional
   bool virtual_time = false;                // without threads; each run gives bit-identical results
   double burn_us = 0;                       // fault injection
+  int spare_leaves = 8192;                  // kept for cutting while the loop runs; see SupplyLeaves()
   const std::atomic<bool>* stop = nullptr;  // ends the run early; optional
   CostOptions costs;                        // not in virtual time
   LoopOutput output;

@@ -245,10 +245,10 @@ void AddLoopWarnings(LoopSummary& s, int spare_leaves) {
                     100 * fraction, s.rate_hz, s.rate_hz < kHighestRate_Hz ? "a higher rate, or " : ""));
   }
   if (s.leaves_used_up_s) {
-    s.warnings.push_back(fmt::format(
-        "the {} blocks of voxels set aside for cutting were used up after {:.1f} s: from then on the tool was stopped "
-        "by uncut bone; start again from bone.vdb, or use larger voxels",
-        spare_leaves, *s.leaves_used_up_s));
+    s.warnings.push_back(
+        fmt::format("the {} blocks of voxels set aside for cutting were used up after {:.1f} s: until there were "
+                    "more, uncut bone stopped the tool; move it more slowly, or use larger voxels",
+                    spare_leaves, *s.leaves_used_up_s));
   }
   if (s.metal_touched_s) {
     s.warnings.push_back(fmt::format(

@@ -221,7 +221,7 @@ void LoopSession::State::MakeBone() {
   if (options.watchers.peer == nullptr && !options.virtual_time) FinishKeepingBones();
   Show("preparing the session", 0);
   ShareLeaves(bone);
-  params.spare_leaves = CountSpareLeaves(bone);
+  params.spare_leaves = std::min(CountSpareLeaves(bone), options.spare_leaves);
   s.warnings = FindToolWarnings(scene, bone.voxel_mm());
   for (const std::string& warning : FindHandWarnings(scene, s.setup)) s.warnings.push_back(warning);
   s.warnings.insert(s.warnings.end(), s.material.warnings.begin(), s.material.warnings.end());
@@ -396,6 +396,7 @@ bool LoopSession::State::ReplayTick() {
     std::this_thread::sleep_until(began + std::chrono::duration_cast<WallClock::duration>(at_s));
   }
   if (!replay->Prepare() || (o.verify && replay->steps().divergence())) return false;
+  SupplyLeaves(*simulation);
   return loop->StepWithoutClock();
 }
 
@@ -447,6 +448,7 @@ bool LoopSession::State::Begin() {
 }
 
 bool LoopSession::State::StepVirtual() {
+  SupplyLeaves(*simulation);
   // The injected delay (burn_us) makes the loop miss ticks, so the end is given as a time, not only as a number of
   // ticks.
   if (done_ticks < std::llround(requested_ticks) && loop->StepHere()) {
@@ -479,6 +481,7 @@ bool LoopSession::State::StepLive() {
     return false;
   }
   std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  SupplyLeaves(*simulation);
   if (fragments->is_on()) loop->state().Update();  // everything sent up to now is read below
   Read(CalcElapsed_s() / options.seconds);
   actions->Act(replayed_s + CalcElapsed_s(), s.warnings);

@@ -45,7 +45,7 @@ LoopAction ParseLoopAction(const std::string& text, const Range& rates) {
 }
 
 LoopUndo::LoopUndo(CoupledSimulation& simulation, double max_MB, ToolMover* mover)
-    : mover_(mover), journal_(KeepHistory(simulation), UndoParams{.max_MB = max_MB}) {
+    : simulation_(simulation), mover_(mover), journal_(KeepHistory(simulation), UndoParams{.max_MB = max_MB}) {
   if (mover_ != nullptr) at_[0] = MakeState();
 }
 
@@ -108,6 +108,7 @@ bool LoopUndo::Do(const LoopAction& action, const RecordRequest& record_request)
   UndoJob* job = Prepare(action);
   record_request(action.kind == LoopAction::Kind::kRedo ? "redo" : "undo", action.name, job->number);
   pending_ = action;
+  supplied_ = false;
   Send(*job);
   return true;
 }
@@ -132,13 +133,18 @@ bool LoopUndo::Poll() {
     if (state == RestoreJob::State::kWaiting || state == RestoreJob::State::kRunning) return false;
     const std::string why = WhyRefused(state);
     const bool redo = job->redo;
+    const auto leaves = static_cast<int>(job->leaves.size());
     if (journal_.Finish()) {
       FinishRestore(redo);
       journal_.Drain();
       return true;
     }
     carry_.reset();
-    if (state != RestoreJob::State::kChanged) throw Error(why);
+    if (state == RestoreJob::State::kNoLeaves && !std::exchange(supplied_, true)) {
+      SupplyLeaves(simulation_, 2 * leaves);
+    } else if (state != RestoreJob::State::kChanged) {
+      throw Error(why);
+    }
     Send(*Prepare(LoopAction(*pending_)));
     return false;
   }
@@ -170,6 +176,7 @@ void LoopUndo::Repeat(const RecordedStep& step, const std::vector<RecordedEvent>
     journal_.Drain();
     const bool redo = (step.flags & kRecordedRedo) != 0;
     UndoJob* job = redo ? journal_.PrepareRedo() : journal_.PrepareUndo(step.checkpoint);
+    SupplyLeaves(simulation_, 2 * static_cast<int>(job->leaves.size()));
     if (!exchange_.Send(*job)) throw Error("the recording's undo can't be repeated");
   }
 }

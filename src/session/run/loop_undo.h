@@ -100,10 +100,12 @@ class LoopUndo {
   void Send(UndoJob& job);
   void PollCarry();
 
+  CoupledSimulation& simulation_;
   ToolMover* mover_;
   RestoreExchange exchange_;
   UndoJournal journal_;
   std::optional<LoopAction> pending_;     // action of the job in progress
+  bool supplied_ = false;                 // spare leaves for that job, after it was refused
   std::uint32_t pending_checkpoint_ = 0;  // checkpoint that is not made yet; 0: none
   std::size_t restores_ = 0;
   std::map<std::uint32_t, State> at_;     // at each checkpoint, by its number; with a mover only

@@ -128,7 +128,7 @@ class ReplayBody final : public LoopBody {
   }
   int changed_count() const override { return body_.changed_count(); }
   ChangedLeaf changed(int i) const override { return body_.changed(i); }
-  void ClearChanged() override { body_.ClearChanged(); }
+  void ClearChanged(int first) override { body_.ClearChanged(first); }
 
  private:
   StepBody& body_;

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 
+#include "bone/grid/coarse_surface.h"
 #include "bone/mesh/reduce.h"
 #include "cut/tool/looks.h"
 #include "cut/tool/words.h"
@@ -123,24 +124,32 @@ bool IsOfPatient(const Scene& scene) {
   return scene.bone.source == BoneSource::kFile || scene.bone.source == BoneSource::kMandible;
 }
 
-PieceSurface MakePieceSurface(const Bone& piece, double error_mm) {
+PieceSurface MakePieceSurface(const Bone& piece, double error_mm, const std::function<void(double)>& progress) {
+  constexpr double kExtracted = 0.2;
+  // On the large triangles of a reduced surface, the light of a rounded edge spreads over the flat sides beside it.
+  constexpr std::size_t kDrawnInFull = 1'000'000;
   PieceSurface surface;
-  surface.shape = ShapeOf(piece, ExtractSurface(piece), &surface.legend);
-  const TriangleMesh& full = surface.shape.mesh_W;
+  Shape& shape = surface.shape;
+  shape = ShapeOf(piece, ExtractSurface(piece), &surface.legend);
+  progress(kExtracted);
   if (!(error_mm > 0)) {
-    surface.mesh_W = full;
+    surface.mesh_W = shape.mesh_W;
+    progress(1);
     return surface;
   }
   std::vector<std::uint32_t> colours;
-  colours.reserve(full.points.size());
-  for (const Rgb8& c : surface.shape.point_colours) colours.push_back(c[0] + 256U * c[1] + 65536U * c[2]);
-  const double errors_mm[] = {error_mm / 4, error_mm};
-  std::vector<ReducedMesh> steps = ReduceInSteps(full, errors_mm, colours);
-  std::vector<Rgb8> kept;
-  for (const std::uint32_t p : steps[0].from) kept.push_back(surface.shape.point_colours[p]);
-  surface.shape.mesh_W = std::move(steps[0].mesh);
-  surface.shape.point_colours = std::move(kept);
-  surface.mesh_W = std::move(steps[1].mesh);
+  colours.reserve(shape.point_colours.size());
+  for (const Rgb8& c : shape.point_colours) colours.push_back(c[0] + 256U * c[1] + 65536U * c[2]);
+  ReducedMesh reduced =
+      Reduce(shape.mesh_W, error_mm, colours, [&](double fraction) { progress(std::lerp(kExtracted, 1.0, fraction)); });
+  surface.mesh_W = std::move(reduced.mesh);
+  if (shape.mesh_W.triangles.size() > kDrawnInFull) {
+    std::vector<Rgb8> kept;
+    kept.reserve(reduced.from.size());
+    for (const std::uint32_t p : reduced.from) kept.push_back(shape.point_colours[p]);
+    shape.mesh_W = surface.mesh_W;
+    shape.point_colours = std::move(kept);
+  }
   return surface;
 }
 
@@ -162,7 +171,10 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   const Tool tool = MakeTool(run.scene);
   const Camera overview = OverviewCamera(run.before, peak.X_WT.p_AB);
   const std::string name = run.scene.TitleOrName();
-  const auto write = [&](const PictureSpec& spec, const char* file) {
+  const auto show = [&](double fraction) {
+    if (progress) progress(fraction);
+  };
+  const auto write = [&](const PictureSpec& spec, const char* file, double drawn) {
     if (!ShowsBone(spec)) {
       left_out.emplace_back(file);
       return;
@@ -171,7 +183,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
       WritePicture(spec, run.folder + "/" + file);
       written.emplace_back(file);
     });
-    if (progress) progress(static_cast<double>(written.size()) / 5);
+    show(drawn);
   };
   const auto base = [&](const std::string& title) {
     PictureSpec spec;
@@ -181,12 +193,19 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   };
 
   PictureSpec before = base(name + ": before the cut");
-  before.shapes.push_back(ShapeOf(run.before, ExtractSurface(run.before), &before.legend));
+  // Triangles much smaller than a pixel would only take time. The generic mandible has no thin walls, which might go.
+  const Box3 box = run.before.CalcBounds();
+  const double pixel_mm = glm::length(box.upper - box.lower) / before.height;
+  const bool is_fine = run.scene.bone.source == BoneSource::kMandible && 2 * run.before.voxel_mm() < 1.5 * pixel_mm;
+  TriangleMesh surface = is_fine ? ExtractCoarseSurface(run.before) : ExtractSurface(run.before);
+  show(0.3 * kBeforeDrawn);
+  before.shapes.push_back(ShapeOf(run.before, std::move(surface), &before.legend));
+  show(0.5 * kBeforeDrawn);
   before.tools.push_back({tool, first.X_WT, 1});
   before.camera = overview;
   before.caption = fmt::format("{:.1f} cm3 of bone; {}, at first contact", run.volume_before_mm3 / 1000,
                                DescribeTool(run.scene.tool.shape));
-  write(before, "before.png");
+  write(before, "before.png", kBeforeDrawn);
   before = {};
 
   const DrawnPieces pieces = run.make_pieces();
@@ -204,7 +223,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   }
   after.camera = overview;
   after.fit_to_tool = false;
-  write(after, "after.png");
+  write(after, "after.png", 0.55);
 
   // Show the kerf's opening on the outer side of the bone, slightly from above and from one side of the disc's plane.
   PictureSpec cut = base(name + ": the cut in close-up");
@@ -234,7 +253,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
       "bone after the cut; tool and force on it (from its leading edge) when that was largest: {:.1f} N at {:.2f} "
       "s{}",
       peak_N, peak.time_s, scale);
-  if (moments.any) write(cut, "cut.png");
+  if (moments.any) write(cut, "cut.png", 0.8);
   cut = {};
   after = {};
 
@@ -252,7 +271,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
     apart.caption =
         fmt::format("{} pieces, moved {:g} mm apart along the spindle's axis; the cut faces show the layers",
                     piece_count, 2 * kGapMm);
-    write(apart, "apart.png");
+    write(apart, "apart.png", 0.95);
   }
 
   if (moments.any && run.force_plot) {
@@ -261,6 +280,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
       written.emplace_back("force.png");
     });
   }
+  show(1);
   if (!left_out.empty()) {
     warnings.push_back(fmt::format("no bone is left to draw: {} {} not written", fmt::join(left_out, " and "),
                                    left_out.size() == 1 ? "is" : "are"));

@@ -17,13 +17,13 @@ namespace kerf {
 /// Surface of a piece, at the place where it was cut off, for its file and for the pictures.
 struct PieceSurface {
   TriangleMesh mesh_W;  // for the file
-  Shape shape;          // for the pictures: finer, with the tissues' colours
+  Shape shape;          // for the pictures, with the tissues' colours
   std::vector<LegendEntry> legend;
 };
 
-/// Makes the surface, reduced with an error of at most `error_mm` (mesh/reduce.h) for the file and a quarter of that
-/// for the pictures; 0: not reduced.
-PieceSurface MakePieceSurface(const Bone& piece, double error_mm);
+/// Makes the surface, reduced with an error of at most `error_mm` (mesh/reduce.h); 0: not reduced. For the pictures it
+/// is reduced only if it has more than a million triangles. `progress` is called with values from 0 to 1.
+PieceSurface MakePieceSurface(const Bone& piece, double error_mm, const std::function<void(double)>& progress);
 
 /// Called with the name of each result and the function that writes it; may catch its exceptions.
 using ResultSink = std::function<void(const std::string& name, const std::function<void()>& write)>;
@@ -51,6 +51,9 @@ struct RunPictures {
   std::span<const PieceOut> out = {};  // taken out; pieces that are set aside are drawn where they are
   ResultSink sink = JustWrite;         // each picture is written through it
 };
+
+/// Progress of WriteRunPictures() at which before.png is drawn.
+inline constexpr double kBeforeDrawn = 0.4;
 
 /// Writes before.png and after.png; if the saw touched bone, cut.png and, if requested, force.png; if there is more
 /// than one piece, apart.png. Returns the names of the files. A picture that would show no bone is not written, and a

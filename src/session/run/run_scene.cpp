@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -41,7 +42,6 @@ void CheckSpace(const Scene& scene, const Path& path, const std::string& folder,
 
 void SummarizeBone(const Bone& before, const RunResult& result, RunSummary& summary) {
   summary.hash_before = before.CalcHash();
-  summary.volume_before_mm3 = before.CalcVolume();
   summary.volume_after_mm3 = result.bone.CalcVolume();
   summary.removed_mm3 = result.removed_mm3;
   for (std::size_t id = 0; id < result.removed_mm3_by_region.size(); ++id) {
@@ -64,21 +64,6 @@ std::vector<std::string> WriteData(const Scene& scene, const std::string& folder
     names.emplace_back("bone.vdb");
   }
   return names;
-}
-
-/// The bone after the cut.
-struct Separated {
-  Pieces split;
-  std::vector<PieceSummary> summaries;
-};
-
-Separated Separate(const Scene& scene, const Bone& bone, std::span<const PieceOut> out) {
-  Separated separated;
-  separated.split = SplitPieces(bone, scene.output.smallest_piece_mm3);
-  for (const ResultPiece& piece : ListPieces(separated.split.pieces, out)) {
-    separated.summaries.push_back(Summarize(piece));
-  }
-  return separated;
 }
 
 void WriteEffectPictures(const RunPictures& run, const std::vector<Bone>& pieces, const EffectFiles& files,
@@ -228,47 +213,66 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
   if (scene.output.bone) result.bone.set_note("cut_by_scene", scene.name);
 
-  // The data, the pieces and the first picture do not depend on each other. Pictures are drawn by this thread. The
-  // first one is drawn before the surfaces of the pieces are made, because both take much memory.
+  // The data, the pieces and the first picture do not depend on each other. Pictures are drawn by this thread.
   std::future<std::vector<std::string>> data =
       std::async(std::launch::async, [&] { return WriteData(scene, folder, result); });
-  std::future<Separated> separation = std::async(std::launch::async, [&] { return Separate(scene, result.bone, out); });
+  Pieces split;
+  std::vector<PieceSurface> surfaces;
+  std::atomic<bool> is_separated = false;
+  std::atomic<double> written = 0;
+  std::future<void> pieces = std::async(std::launch::async, [&] {
+    split = SplitPieces(result.bone, scene.output.smallest_piece_mm3);
+    const std::vector<ResultPiece> listed = ListPieces(split.pieces, out);
+    for (const ResultPiece& piece : listed) summary.pieces.push_back(Summarize(piece));
+    is_separated = true;
+    surfaces = WritePieces(
+        scene, split.pieces, listed, surface_error_mm, folder, [&](double fraction) { written = fraction; },
+        summary.pieces);
+  });
+  const auto report_pieces = [&] {
+    if (is_separated) {
+      stage("writing the pieces")(written);
+    } else {
+      stage("separating the pieces")(0);
+    }
+  };
   stage("separating the pieces")(0);
-  SummarizeBone(before, result, summary);
+  summary.volume_before_mm3 = before.CalcVolume();
   SummarizeTicks(scene, path, result, summary);
   std::vector<std::string> picture_warnings;
   std::vector<std::string> picture_names;
+  const bool drawn = AreDrawn(scene, picture_warnings);
   RunPictures pictures{scene, result.ticks, before, summary.volume_before_mm3, result.bone, {}, folder};
   pictures.apart = !summary.fragments;  // fragments.png shows them
   pictures.out = out;
-  Separated separated;
-  std::vector<PieceSurface> surfaces;
-  bool is_separated = false;
-  const auto write_pieces = [&] {
-    while (separation.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) {
-      stage("separating the pieces")(0);
-    }
-    separated = separation.get();
-    surfaces = WritePieces(scene, separated.split.pieces, ListPieces(separated.split.pieces, out), surface_error_mm,
-                           folder, stage("separating the pieces"), separated.summaries);
-    is_separated = true;
-    return DrawnPieces{surfaces, &separated.split.dust};
+  std::future<void> summarized;
+  const auto finish_pieces = [&] {
+    while (pieces.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) report_pieces();
+    pieces.get();
+    stage("writing the pieces")(1);
+    if (drawn) stage("drawing the pictures")(0);
+    // Only now: the pieces use all cores, and drawing the pictures does not.
+    if (drawn) summarized = std::async(std::launch::async, [&] { SummarizeBone(before, result, summary); });
+    return DrawnPieces{surfaces, &split.dust};
   };
-  pictures.make_pieces = write_pieces;
-  const bool drawn = AreDrawn(scene, picture_warnings);
-  // The stages of the progress follow each other: a picture before the pieces is not reported.
+  pictures.make_pieces = finish_pieces;
   const auto report_drawn = [&](double fraction) {
-    if (is_separated) stage("drawing the pictures")(fraction);
+    if (fraction > kBeforeDrawn) {
+      stage("drawing the pictures")((fraction - kBeforeDrawn) / (1 - kBeforeDrawn));
+    } else {
+      report_pieces();
+    }
   };
   if (drawn) {
     picture_names = WriteRunPictures(pictures, report_drawn, picture_warnings);
+    summarized.get();
   } else {
-    write_pieces();
+    SummarizeBone(before, result, summary);
+    finish_pieces();
   }
-  summary.dust_count = separated.split.dust_count;
-  summary.dust_mm3 = separated.split.dust_mm3;
+  summary.dust_count = split.dust_count;
+  summary.dust_mm3 = split.dust_mm3;
   summary.surface_error_mm = surface_error_mm;
-  summary.pieces = separated.summaries;
   summary.files = data.get();
   for (const PieceSummary& piece : summary.pieces) {
     if (!piece.file.empty()) summary.files.push_back(piece.file);
@@ -277,7 +281,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   for (const std::string& warning : FindRunWarnings(scene, summary)) summary.warnings.push_back(warning);
   summary.warnings.insert(summary.warnings.end(), picture_warnings.begin(), picture_warnings.end());
   summary.files.insert(summary.files.end(), picture_names.begin(), picture_names.end());
-  if (drawn) WriteEffectPictures(pictures, separated.split.pieces, result.files, params.tool, summary);
+  if (drawn) WriteEffectPictures(pictures, split.pieces, result.files, params.tool, summary);
   summary.peak_memory_MB = ReadPeakMemory_MB();
   summary.files.emplace_back("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));

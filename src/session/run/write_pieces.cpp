@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
 #include <chrono>
 #include <future>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -29,23 +31,31 @@ std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> 
   const auto is_drawn = [&](std::size_t i) {
     return scene.output.pictures && kPicturesBuilt && pieces[i].out == nullptr;
   };
+  std::vector<std::atomic<double>> made_mm3(pieces.size());
+  double all_mm3 = 0;
+  for (const ResultPiece& piece : pieces) all_mm3 += piece.volume_mm3;
   const auto start = [&](std::size_t i) {
     std::future<PieceSurface> surface;
     if (i < pieces.size() && (scene.output.pieces || is_drawn(i))) {
-      surface = std::async(std::launch::async,
-                           [&pieces, error_mm, i] { return MakePieceSurface(*pieces[i].bone, error_mm); });
+      surface = std::async(std::launch::async, [&, i] {
+        return MakePieceSurface(*pieces[i].bone, error_mm,
+                                [&, i](double fraction) { made_mm3[i] = fraction * pieces[i].volume_mm3; });
+      });
     }
     return surface;
   };
-  const auto show = [&](double done) {
-    if (progress) progress(done / static_cast<double>(pieces.size()));
+  const auto show = [&] {
+    if (progress) progress(std::accumulate(made_mm3.begin(), made_mm3.end(), 0.0) / all_mm3);
   };
   // Two at a time, because parts of this work use one thread only.
   std::future<PieceSurface> next = start(0);
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     std::future<PieceSurface> made = std::exchange(next, start(i + 1));
-    if (!made.valid()) continue;
-    while (made.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) show(static_cast<double>(i));
+    if (!made.valid()) {
+      made_mm3[i] = pieces[i].volume_mm3;
+      continue;
+    }
+    while (made.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) show();
     PieceSurface surface = made.get();
     if (scene.output.pieces) {
       PieceSummary& summary = summaries[i];
@@ -58,8 +68,9 @@ std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> 
       });
     }
     surface.mesh_W = {};
+    made_mm3[i] = pieces[i].volume_mm3;
+    show();
     if (is_drawn(i)) surfaces[static_cast<std::size_t>(pieces[i].bone - in_bone.data())] = std::move(surface);
-    show(static_cast<double>(i + 1));
   }
   return surfaces;
 }

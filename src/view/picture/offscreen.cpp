@@ -11,7 +11,9 @@
 #include <vtkRendererCollection.h>
 #include <vtkUnsignedCharArray.h>
 
+#include <algorithm>
 #include <atomic>
+#include <vector>
 
 #include "base/files/memory.h"
 #include "kerf/error.h"
@@ -172,21 +174,24 @@ Image OffscreenWindow::Draw(int supersampling, int padding) {
   image.width = width / n;
   image.height = height / n;
   image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
-  const unsigned char* bytes = raw->GetPointer(0);
+  const auto values = 3 * static_cast<std::size_t>(width);
+  std::vector<int> sums(values);
+  auto out = image.pixels.begin();
   for (int row = 0; row < image.height; ++row) {
-    for (int column = 0; column < image.width; ++column) {
-      int sum[3] = {0, 0, 0};
-      for (int j = 0; j < n; ++j) {
-        // OpenGL counts rows from the bottom.
-        const std::size_t line = static_cast<std::size_t>(height - 1 - row * n - j) * static_cast<std::size_t>(width);
-        for (int i = 0; i < n; ++i) {
-          const unsigned char* pixel = bytes + 3 * (line + static_cast<std::size_t>(column * n + i));
-          for (int c = 0; c < 3; ++c) sum[c] += pixel[c];
-        }
+    std::fill(sums.begin(), sums.end(), 0);
+    for (int j = 0; j < n; ++j) {
+      // OpenGL counts rows from the bottom.
+      const unsigned char* const line =
+          raw->GetPointer(0) + values * static_cast<std::size_t>(height - 1 - row * n - j);
+      for (std::size_t i = 0; i < values; ++i) sums[i] += line[i];
+    }
+    const int* sum = sums.data();
+    for (int column = 0; column < image.width; ++column, ++out) {
+      int of_pixel[3] = {n * n / 2, n * n / 2, n * n / 2};  // rounds to the nearest
+      for (int i = 0; i < n; ++i, sum += 3) {
+        for (int c = 0; c < 3; ++c) of_pixel[c] += sum[c];
       }
-      Rgb8& out = image.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
-                               static_cast<std::size_t>(column)];
-      for (std::size_t c = 0; c < 3; ++c) out[c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+      for (std::size_t c = 0; c < 3; ++c) (*out)[c] = static_cast<std::uint8_t>(of_pixel[c] / (n * n));
     }
   }
   return image;

@@ -42,8 +42,7 @@ void Apply(const TextStyle& style, int supersampling, vtkTextProperty& property)
 // Polygons in pixels of the window, whose rows are counted from the bottom.
 class Polygons {
  public:
-  Polygons(int height, int supersampling, int padding)
-      : height_(height), supersampling_(supersampling), padding_(padding) {}
+  Polygons(int height, int supersampling) : height_(height), supersampling_(supersampling) {}
 
   void Add(std::initializer_list<OverlayPoint> corners) {
     cells_->InsertNextCell(static_cast<int>(corners.size()));
@@ -65,16 +64,38 @@ class Polygons {
 
  private:
   void AddCorner(const OverlayPoint& p) {
-    cells_->InsertCellPoint(points_->InsertNextPoint((p.column + padding_) * supersampling_,
-                                                     (height_ - p.row + padding_) * supersampling_, 0));
+    cells_->InsertCellPoint(points_->InsertNextPoint(p.column * supersampling_, (height_ - p.row) * supersampling_, 0));
   }
 
   int height_;
   int supersampling_;
-  int padding_;
   vtkNew<vtkPoints> points_;
   vtkNew<vtkCellArray> cells_;
 };
+
+/// Fills `data` with the image, interpolated between the centres of the four surrounding pixels.
+void Stretch(const Image& image, int columns, int rows, vtkImageData& data) {
+  const auto place = [](int i, int count, int pixels, int& low, int& high) {
+    const double at = std::clamp((i + 0.5) / count * pixels - 0.5, 0.0, pixels - 1.0);
+    low = static_cast<int>(at);
+    high = std::min(low + 1, pixels - 1);
+    return at - low;
+  };
+  for (int row = 0; row < rows; ++row) {
+    int upper = 0, lower = 0;
+    const double down = place(row, rows, image.height, upper, lower);
+    auto* out = static_cast<unsigned char*>(data.GetScalarPointer(0, rows - 1 - row, 0));  // VTK counts from the bottom
+    for (int column = 0; column < columns; ++column) {
+      int near = 0, far = 0;
+      const double across = place(column, columns, image.width, near, far);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double above = image.At(near, upper)[c] * (1 - across) + image.At(far, upper)[c] * across;
+        const double below = image.At(near, lower)[c] * (1 - across) + image.At(far, lower)[c] * across;
+        *out++ = static_cast<unsigned char>(above * (1 - down) + below * down + 0.5);
+      }
+    }
+  }
+}
 
 }  // namespace
 
@@ -110,7 +131,7 @@ void Overlay::AddText(const std::string& text, double column, double row, const 
   const vtkNew<vtkTextActor> actor;
   actor->SetInput(text.c_str());
   Apply(style, supersampling_, *actor->GetTextProperty());
-  actor->SetPosition((column + padding_) * supersampling_, (height_ - row + padding_) * supersampling_);
+  actor->SetPosition(column * supersampling_, (height_ - row) * supersampling_);
   renderer_.AddActor2D(actor);
 }
 
@@ -125,13 +146,13 @@ void Overlay::AddFlat(vtkPolyData& data, const Rgb8& colour, double opacity) {
 }
 
 void Overlay::AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity) {
-  Polygons polygons(height_, supersampling_, padding_);
+  Polygons polygons(height_, supersampling_);
   polygons.Add({{left, top + height}, {left + width, top + height}, {left + width, top}, {left, top}});
   AddFlat(*polygons.MakeData(), colour, opacity);
 }
 
 void Overlay::AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour, double opacity) {
-  Polygons polygons(height_, supersampling_, padding_);
+  Polygons polygons(height_, supersampling_);
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     const OverlayPoint& a = points[i];
     const OverlayPoint& b = points[i + 1];
@@ -152,27 +173,15 @@ void Overlay::AddImage(const Image& image, double left, double top, double width
   const vtkNew<vtkImageData> data;
   data->SetDimensions(columns, rows, 1);
   data->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
-  // Interpolates between the centres of the four surrounding pixels.
-  const auto place = [](int i, int count, int pixels, int& low, int& high) {
-    const double at = std::clamp((i + 0.5) / count * pixels - 0.5, 0.0, pixels - 1.0);
-    low = static_cast<int>(at);
-    high = std::min(low + 1, pixels - 1);
-    return at - low;
-  };
-  for (int row = 0; row < rows; ++row) {
-    int upper = 0, lower = 0;
-    const double down = place(row, rows, image.height, upper, lower);
-    auto* out =
-        static_cast<unsigned char*>(data->GetScalarPointer(0, rows - 1 - row, 0));  // VTK counts from the bottom
-    for (int column = 0; column < columns; ++column) {
-      int near = 0, far = 0;
-      const double across = place(column, columns, image.width, near, far);
-      for (std::size_t c = 0; c < 3; ++c) {
-        const double above = image.At(near, upper)[c] * (1 - across) + image.At(far, upper)[c] * across;
-        const double below = image.At(near, lower)[c] * (1 - across) + image.At(far, lower)[c] * across;
-        *out++ = static_cast<unsigned char>(above * (1 - down) + below * down + 0.5);
+  if (columns == image.width * supersampling_ && rows == image.height * supersampling_) {
+    auto* out = static_cast<Rgb8*>(data->GetScalarPointer());
+    for (int row = rows - 1; row >= 0; --row) {  // VTK counts from the bottom
+      for (int column = 0; column < image.width; ++column) {
+        out = std::fill_n(out, supersampling_, image.At(column, row / supersampling_));
       }
     }
+  } else {
+    Stretch(image, columns, rows, *data);
   }
   const vtkNew<vtkImageMapper> mapper;
   mapper->SetInputData(data);
@@ -180,7 +189,7 @@ void Overlay::AddImage(const Image& image, double left, double top, double width
   mapper->SetColorLevel(127.5);
   const vtkNew<vtkActor2D> actor;
   actor->SetMapper(mapper);
-  actor->SetPosition((left + padding_) * supersampling_, (height_ - top - height + padding_) * supersampling_);
+  actor->SetPosition(left * supersampling_, (height_ - top - height) * supersampling_);
   renderer_.AddActor2D(actor);
 }
 
@@ -191,7 +200,7 @@ void Overlay::AddPolygon(const std::vector<OverlayPoint>& corners, const Rgb8& c
     middle.row += corner.row / static_cast<double>(corners.size());
   }
   // The polygon is drawn as triangles, because VTK does not fill non-convex polygons correctly.
-  Polygons polygons(height_, supersampling_, padding_);
+  Polygons polygons(height_, supersampling_);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     polygons.Add({middle, corners[(i + 1) % corners.size()], corners[i]});
   }
@@ -199,7 +208,7 @@ void Overlay::AddPolygon(const std::vector<OverlayPoint>& corners, const Rgb8& c
 }
 
 void Overlay::AddDiscs(const std::vector<OverlayPoint>& centres, double diameter, const Rgb8& colour) {
-  Polygons polygons(height_, supersampling_, padding_);
+  Polygons polygons(height_, supersampling_);
   for (const OverlayPoint& centre : centres) polygons.AddDisc(centre, 0.5 * diameter, 24);
   AddFlat(*polygons.MakeData(), colour, 1);
 }

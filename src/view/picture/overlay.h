@@ -33,9 +33,8 @@ struct OverlayPoint {
 /// pixels of the finished picture, from its top left.
 class Overlay {
  public:
-  /// `padding`: extra pixels of the window on each side of the finished picture.
-  Overlay(vtkRenderer& renderer, int height, int supersampling, int padding = 0)
-      : renderer_(renderer), height_(height), supersampling_(supersampling), padding_(padding) {}
+  Overlay(vtkRenderer& renderer, int height, int supersampling)
+      : renderer_(renderer), height_(height), supersampling_(supersampling) {}
 
   struct Size {
     double width;
@@ -49,7 +48,7 @@ class Overlay {
   void AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity = 1);
   /// Draws a line of `width` pixels with round joins.
   void AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour, double opacity = 1);
-  /// Draws an image stretched over the rectangle, with interpolation.
+  /// Draws an image stretched over the rectangle, with interpolation; at its own size, with its own pixels.
   void AddImage(const Image& image, double left, double top, double width, double height);
   void AddDiscs(const std::vector<OverlayPoint>& centres, double diameter, const Rgb8& colour);
   /// Draws a filled polygon. The corners must be in order, and the polygon star-shaped about their mean.
@@ -61,7 +60,6 @@ class Overlay {
   vtkRenderer& renderer_;
   int height_;
   int supersampling_;
-  int padding_;
 };
 
 }  // namespace kerf

@@ -5,6 +5,7 @@
 #include <vtkAnnotatedCubeActor.h>
 #include <vtkCamera.h>
 #include <vtkNew.h>
+#include <vtkOpenGLFXAAPass.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
@@ -119,8 +120,7 @@ void SetCamera(const ViewFrame& frame, int padding, const Box3& box, vtkRenderer
 }
 
 // Adds a cube in the corner that turns with the view.
-void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, int padding, const Layout& layout,
-                    vtkRenderer& renderer) {
+void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, const Layout& layout, vtkRenderer& renderer) {
   const vtkSmartPointer<vtkAnnotatedCubeActor> cube =
       MakeOrientationCube({.patient = spec.orientation == Orientation::kPatient,
                            .side = {186 / 255.0, 191 / 255.0, 199 / 255.0},
@@ -131,12 +131,9 @@ void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, int padding
   AddCameraLights(renderer, kLights);
   const double side = 110 * layout.unit;  // pixels
   const double edge = 6 * layout.unit;
-  const double window_width = spec.width + 2 * padding;
-  const double window_height = spec.height + 2 * padding;
-  const double right = padding + spec.width - edge;
-  const double bottom = padding + edge;
-  renderer.SetViewport((right - side) / window_width, bottom / window_height, right / window_width,
-                       (bottom + side) / window_height);
+  const double right = spec.width - edge;
+  renderer.SetViewport((right - side) / spec.width, edge / spec.height, right / spec.width,
+                       (edge + side) / spec.height);
   vtkCamera& camera = *renderer.GetActiveCamera();
   camera.ParallelProjectionOn();
   const Vec3 eye = 5.0 * frame.toward_eye_W;
@@ -226,16 +223,9 @@ void AddTexts(const PictureSpec& spec, const ViewFrame& frame, const Layout& lay
   }
 }
 
-}  // namespace
-
-const bool kPicturesBuilt = true;
-
-Image RenderPicture(const PictureSpec& spec) {
-  const ViewFrame frame = CalcViewFrame(spec);
-  const Layout layout(spec);
-  // Four samples per pixel for smooth edges, unless the window would exceed the size that drivers support.
-  const int supersampling = std::max(spec.width, spec.height) <= 4096 ? 2 : 1;
-
+/// Draws what lies in space, without the arrows. `supersampling` as for OffscreenWindow::Draw(); with 1, edges are
+/// smoothed in the finished picture.
+Image DrawScene(const PictureSpec& spec, const ViewFrame& frame, const PatientAxes* axes, int supersampling) {
   std::vector<vtkSmartPointer<vtkActor>> actors;
   Box3 box;
   const auto add = [&](const Shape& shape) {
@@ -252,28 +242,16 @@ Image RenderPicture(const PictureSpec& spec) {
     for (Vec3& p : shape.mesh_W.points) p = at.X_WT.Point(p);
     add(shape);
   }
-  std::optional<PatientAxes> axes;
-  if (spec.axes) axes.emplace(CalcShapeBox(spec), frame, layout, spec.dark);
-  const double arrow_radius_mm = 3.0 * layout.unit / frame.pixels_per_mm;
-  std::vector<vtkSmartPointer<vtkActor>> arrow_actors;
-  for (const Arrow& arrow : spec.arrows) {
-    const Shape shape = MakeArrowShape(arrow, arrow_radius_mm);
-    for (const Vec3& p : shape.mesh_W.points) box.Include(p);
-    arrow_actors.push_back(MakeActor(shape));
-  }
 
   // Ambient occlusion samples a pixel's neighbourhood. Where shapes can reach the edge, a margin is drawn and cut off.
   const int padding = spec.camera.target_W ? static_cast<int>(0.08 * spec.height) : 0;
   OffscreenWindow offscreen((spec.width + 2 * padding) * supersampling, (spec.height + 2 * padding) * supersampling);
   vtkRenderWindow& window = offscreen.window();
-  window.SetNumberOfLayers(4);
-  const Rgb8 background = spec.dark ? kDark : kWhite;
-
   const vtkNew<vtkRenderer> scene;
-  scene->SetLayer(0);
+  const Rgb8 background = spec.dark ? kDark : kWhite;
   scene->SetBackground(background[0] / 255.0, background[1] / 255.0, background[2] / 255.0);
   for (const auto& actor : actors) scene->AddActor(actor);
-  if (axes) axes->AddGrid(*scene);
+  if (axes != nullptr) axes->AddGrid(*scene);
   AddCameraLights(*scene, kLights);
   window.AddRenderer(scene);
   SetCamera(frame, padding, box, *scene);
@@ -286,33 +264,69 @@ Image RenderPicture(const PictureSpec& spec) {
   occlusion->SetKernelSize(64);
   occlusion->BlurOn();
   occlusion->SetDelegatePass(steps);
-  scene->SetPass(occlusion);
+  const vtkNew<vtkOpenGLFXAAPass> smooth;
+  smooth->SetDelegatePass(occlusion);
+  if (supersampling > 1) {
+    scene->SetPass(occlusion);
+  } else {
+    scene->SetPass(smooth);
+  }
+  Image image = offscreen.Draw(supersampling, padding);
+  scene->SetPass(nullptr);
+  smooth->ReleaseGraphicsResources(&window);
+  occlusion->ReleaseGraphicsResources(&window);
+  return image;
+}
+
+}  // namespace
+
+const bool kPicturesBuilt = true;
+
+Image RenderPicture(const PictureSpec& spec) {
+  const ViewFrame frame = CalcViewFrame(spec);
+  const Layout layout(spec);
+  std::optional<PatientAxes> axes;
+  if (spec.axes) axes.emplace(CalcShapeBox(spec), frame, layout, spec.dark);
+  // Four samples per pixel for smooth edges, unless the window would exceed the size that drivers support. In the
+  // scene, ambient occlusion at each of them would take most of the time; only the thin lines of a grid need them.
+  const int supersampling = std::max(spec.width, spec.height) <= 4096 ? 2 : 1;
+  const Image below = DrawScene(spec, frame, axes ? &*axes : nullptr, axes ? supersampling : 1);
+
+  OffscreenWindow offscreen(spec.width * supersampling, spec.height * supersampling);
+  vtkRenderWindow& window = offscreen.window();
+  window.SetNumberOfLayers(4);
+  const vtkNew<vtkRenderer> scene;
+  scene->SetLayer(0);
+  Overlay(*scene, spec.height, supersampling).AddImage(below, 0, 0, spec.width, spec.height);
+  window.AddRenderer(scene);
 
   // Arrows are drawn over everything, so that bone does not hide them.
   const vtkNew<vtkRenderer> over;
-  if (!arrow_actors.empty()) {
+  if (!spec.arrows.empty()) {
     over->SetLayer(1);
-    for (const auto& actor : arrow_actors) over->AddActor(actor);
+    Box3 box;
+    for (const Arrow& arrow : spec.arrows) {
+      const Shape shape = MakeArrowShape(arrow, 3.0 * layout.unit / frame.pixels_per_mm);
+      for (const Vec3& p : shape.mesh_W.points) box.Include(p);
+      over->AddActor(MakeActor(shape));
+    }
     AddCameraLights(*over, kLights);
     window.AddRenderer(over);
-    SetCamera(frame, padding, box, *over);
+    SetCamera(frame, 0, box, *over);
   }
   const vtkNew<vtkRenderer> corner;
   if (spec.orientation != Orientation::kNone) {
     corner->SetLayer(2);
-    AddOrientation(spec, frame, padding, layout, *corner);
+    AddOrientation(spec, frame, layout, *corner);
     window.AddRenderer(corner);
   }
   const vtkNew<vtkRenderer> words;
   words->SetLayer(3);
-  Overlay overlay(*words, spec.height, supersampling, padding);
+  Overlay overlay(*words, spec.height, supersampling);
   if (axes) axes->AddNumbers(overlay);
   AddTexts(spec, frame, layout, overlay);
   window.AddRenderer(words);
-  Image image = offscreen.Draw(supersampling, padding);
-  scene->SetPass(nullptr);
-  occlusion->ReleaseGraphicsResources(&window);
-  return image;
+  return offscreen.Draw(supersampling);
 }
 
 void WritePicture(const PictureSpec& spec, const std::string& path) {

@@ -10,6 +10,7 @@
 #include "base/core/cancelled.h"
 #include "bone/grid/build.h"
 #include "bone/grid/cell_volume.h"
+#include "bone/grid/coarse_surface.h"
 #include "kerf/error.h"
 #include "kerf/surface.h"
 #include "support/message_of.h"
@@ -216,6 +217,19 @@ TEST(Surface, IsClosedOutwardAndEnclosesTheVolume) {
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
   // Mesh points are averaged crossings, which cuts convex surfaces by the order of h^2 / R^2.
   EXPECT_NEAR(CalcEnclosedVolume(mesh) / SphereVolume(5), 1, 3e-3);
+}
+
+TEST(Surface, ACoarseOneIsClosedOutwardAndHasItsCornersOnTheSurface) {
+  const Vec3 centre(1, 2, 3);
+  const Bone bone = MakeSphere(centre, 5, 0.2);
+  const TriangleMesh mesh = ExtractCoarseSurface(bone);
+  EXPECT_EQ(CountOpenEdges(mesh), 0u);
+  // Interpolation between voxels is off by h^2 / 8R at most along each of the two curved directions.
+  for (const Vec3& p : mesh.points) ASSERT_NEAR(glm::length(p - centre), 5, 2 * 0.2 * 0.2 / (8 * 5));
+  // Corners on the sphere, of triangles with edges of about 2 h: smaller by about (2 h)^2 / 2R^2.
+  EXPECT_NEAR(CalcEnclosedVolume(mesh) / SphereVolume(5), 1, 3.2e-3);
+  const auto count = [](const TriangleMesh& m) { return static_cast<double>(m.triangles.size()); };
+  EXPECT_NEAR(count(ExtractSurface(bone)) / count(mesh), 4, 0.2);
 }
 
 TEST(Surface, MeshRoundTripThroughABoneKeepsTheSurface) {

@@ -174,6 +174,26 @@ TEST(BoneField, ListsEachChangedLeafOnceInTheOrderOfTheFirstWrite) {
   EXPECT_NE(field.Write(d).cut, nullptr);
 }
 
+TEST(BoneField, AChangedLeafIsListedAgainOnlyAfterItWasCleared) {
+  for (const int first : {0, 1, 2, 3, 4, 5}) {
+    Bone bone = test::MakeSphere({0, 0, 0}, 5, 0.2);
+    BoneField field(bone, 5);
+    const auto leaf = [](int i) { return LeafIndex{-1, i / 2 - 1, i % 2 - 1}; };
+    for (int i = 0; i < 5; ++i) ASSERT_NE(field.Write(leaf(i)).cut, nullptr);
+    field.ClearChanged(first);
+    std::vector<bool> listed(5, false);
+    for (const LeafIndex& changed : field.changed()) {
+      for (int i = 0; i < 5; ++i) {
+        if (changed == leaf(i)) listed[static_cast<std::size_t>(i)] = true;
+      }
+    }
+    EXPECT_EQ(field.changed().size(), static_cast<std::size_t>(5 - first));
+    for (int i = 0; i < 5; ++i) EXPECT_EQ(listed[static_cast<std::size_t>(i)], i >= first) << first << " " << i;
+    for (int i = 0; i < 5; ++i) field.Write(leaf(i));
+    EXPECT_EQ(field.changed().size(), 5u);
+  }
+}
+
 TEST(BoneField, SettleActivatesTheBandAndFreesEmptiedLeaves) {
   Bone bone = test::MakeSphere({0, 0, 0}, 5, 0.2);
   const std::uint64_t active = bone.CountActiveVoxels();

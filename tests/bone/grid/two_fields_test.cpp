@@ -14,9 +14,11 @@
 
 #include "bone/grid/cell_fields.h"
 #include "bone/grid/cell_volume.h"
+#include "bone/grid/coarse_surface.h"
 #include "bone/grid/field.h"
 #include "bone/grid/grids.h"
 #include "bone/grid/join.h"
+#include "bone/grid/parts_reader.h"
 #include "bone/grid/piece_finder.h"
 #include "bone/grid/piece_removal.h"
 #include "bone/grid/removed.h"
@@ -159,6 +161,32 @@ TEST(TwoFields, AKerfThroughABlockHasItsVolumeInAnyPose) {
       EXPECT_NEAR(removed / (0.4 * 4 * 3), 1, voxel_mm == 0.2 ? 0.01 : 0.004);
     }
   }
+}
+
+TEST(TwoFields, TheVolumeIsThatOfAllCells) {
+  for (const int band_voxels : {2, 3}) {
+    for (const Pose& X_WB : test::BlockPoses(0.2)) {
+      const CutBlock cut(X_WB, 0.2, 0.4, band_voxels);
+      for (const Bone* bone : {&cut.before, &cut.bone}) {
+        const BoneGrids& grids = GridsOf(*bone);
+        const PartsReader reader(grids);
+        CellFields fields(0.2, bone->band_mm());
+        double cells = 0;
+        ForEachBlock(grids.phi->tree(), [&](const openvdb::Coord& origin) {
+          reader.Load(origin, fields);
+          for (int i = 0; i < 512; ++i) cells += fields.CalcFraction(i / 64, i / 8 % 8, i % 8);
+        });
+        // The order of the sum of about 12000 cells differs.
+        EXPECT_NEAR(bone->CalcVolume(), cells * 0.2 * 0.2 * 0.2, 1e-11);
+      }
+    }
+  }
+}
+
+TEST(TwoFields, ABoneThatWasCutHasNoCoarseSurface) {
+  const CutBlock cut({}, 0.2, 0.4);
+  EXPECT_EQ(ExtractCoarseSurface(cut.bone).triangles, ExtractSurface(cut.bone).triangles);
+  EXPECT_LT(ExtractCoarseSurface(cut.before).triangles.size(), ExtractSurface(cut.before).triangles.size() / 3);
 }
 
 TEST(TwoFields, TheEdgeOfAKerfIsSharpBetweenTheVoxels) {

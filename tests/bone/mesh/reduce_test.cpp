@@ -132,6 +132,15 @@ TEST(Reduce, IsDeterministic) {
   EXPECT_EQ(once.mesh.triangles, again.mesh.triangles);
 }
 
+TEST(Reduce, ProgressGrowsToOne) {
+  std::vector<double> shown;
+  Reduce(MakeTorus(12, 4, 300, 100), 0.02, {}, [&](double fraction) { shown.push_back(fraction); });
+  ASSERT_GT(shown.size(), 4u);
+  EXPECT_GT(shown.front(), 0);
+  EXPECT_TRUE(std::is_sorted(shown.begin(), shown.end()));
+  EXPECT_EQ(shown.back(), 1);
+}
+
 TEST(Reduce, BadArgumentsAreRefused) {
   const TriangleMesh torus = MakeTorus(12, 4, 30, 10);
   EXPECT_THROW(Reduce(torus, 0), Error);

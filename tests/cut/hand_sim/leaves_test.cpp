@@ -1,6 +1,9 @@
 // Without spare leaves, the tool waits at uncut bone, and continues after Refill().
 #include <gtest/gtest.h>
 
+#include <thread>
+
+#include "cut/hand_sim/internals.h"
 #include "kerf/coupled.h"
 #include "support/solids.h"
 
@@ -52,6 +55,27 @@ TEST(CoupledLeaves, RefillLetsItGoOn) {
   CoupledSimulation enough(test::MakeBox({{1, 0, 0, 0}, Vec3(0, 0, -5)}, {14, 8, 10}, 0.1), params, handle(0));
   for (int i = 1; i <= 2500; ++i) {
     if (i % 20 == 0) simulation.Refill();
+    const CoupledOutput out = simulation.Tick({.X_WH = handle(i)});
+    ASSERT_EQ(out.status & kCoupledLeavesUsedUp, 0u) << i;
+    ASSERT_EQ(out.X_WT.p_AB, enough.Tick({.X_WH = handle(i)}).X_WT.p_AB) << i;
+  }
+  EXPECT_EQ(simulation.UpdateBone().CalcHash(), enough.UpdateBone().CalcHash());
+}
+
+TEST(CoupledLeaves, AnotherThreadSuppliesThemDuringTheTicks) {
+  const Quat R = glm::angleAxis(1.5707963267948966, Vec3(1, 0, 0));
+  const auto handle = [&](int tick) { return Pose{R, Vec3(0, 0, 12 - std::min(0.004 * tick, 7.0))}; };
+  const auto block = [] { return test::MakeBox({{1, 0, 0, 0}, Vec3(0, 0, -5)}, {14, 8, 10}, 0.1); };
+  CoupledParams params;
+  params.spare_leaves = 4096;
+  CoupledSimulation enough(block(), params, handle(0));
+  params.spare_leaves = 60;
+  CoupledSimulation simulation(block(), params, handle(0));
+  const std::jthread supplier([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) SupplyLeaves(simulation);
+  });
+  for (int i = 1; i <= 2500; ++i) {
+    while (CoupledInternals::Work(simulation).spare_leaves < 60) std::this_thread::yield();
     const CoupledOutput out = simulation.Tick({.X_WH = handle(i)});
     ASSERT_EQ(out.status & kCoupledLeavesUsedUp, 0u) << i;
     ASSERT_EQ(out.X_WT.p_AB, enough.Tick({.X_WH = handle(i)}).X_WT.p_AB) << i;

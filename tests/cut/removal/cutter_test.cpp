@@ -154,6 +154,8 @@ TEST(Cutter, BoneBeyondTheBandIsUntouched) {
     Cutter cutter(field, what.tool, what.with, what.whole_voxels);
     const auto steps = StepsOf(what, 7);
     CutAll(cutter, steps);
+    const std::optional<RoundSolid> solid = CalcRoundSolid(what.tool);
+    const auto faces = solid.value_or(RoundSolid{}).CalcFaces();
     double nearest = 0;
     int changed = 0;
     for (int i = 0; i < 60 * 60 * 60; ++i) {
@@ -167,12 +169,13 @@ TEST(Cutter, BoneBeyondTheBandIsUntouched) {
           const Vec3 p_T = X->InversePoint(p_W);
           double of_bur = -1e9;
           if (const auto* disc = std::get_if<DiscSaw>(&what.tool)) {
-            const double r = std::max(std::hypot(p_T.x, p_T.y) - disc->radius_mm(), 0.0);
-            distance = std::min(distance, std::hypot(r, std::max(std::abs(p_T.z) - 0.5 * disc->thickness_mm, 0.0)));
-          } else if (const std::optional<RoundSolid> solid = CalcRoundSolid(what.tool)) {
+            const double r = std::max(glm::length(glm::dvec2(p_T)) - disc->radius_mm(), 0.0);
+            const double z = std::max(std::abs(p_T.z) - 0.5 * disc->thickness_mm, 0.0);
+            distance = std::min(distance, std::sqrt(r * r + z * z));
+          } else if (solid) {
             // The cutter's distance from a bur is that from the furthest of its faces.
-            for (const RoundSolid::Face& face : solid->CalcFaces()) {
-              of_bur = std::max(of_bur, face.CalcDistance(std::hypot(p_T.x, p_T.y), p_T.z));
+            for (const RoundSolid::Face& face : faces) {
+              of_bur = std::max(of_bur, face.CalcDistance(glm::length(glm::dvec2(p_T)), p_T.z));
             }
             distance = std::min(distance, of_bur);
           } else {
@@ -228,42 +231,39 @@ TEST(Cutter, BoneLeftForLackOfLeavesIsRemovedAfterARefill) {
     BoneField plenty(plenty_bone, 4096);
     Cutter plenty_cutter(plenty, what.tool, what.with, what.whole_voxels);
     const double plenty_removed = CutAll(plenty_cutter, steps);
-    for (const auto& [spare, old] : {std::pair{2, 4096}, std::pair{4096, 2}}) {
-      Bone bone = initial;
-      BoneField field(bone, spare);
-      Cutter cutter(field, what.tool, what.with, what.whole_voxels, old);
-      int refills = 0;
-      double removed = 0;
-      for (const Step& step : steps) {
-        if (step.lifted) cutter.Lift();
-        cutter.Refill();  // from here on, the old values of what is already cut have to be kept again
-        for (;;) {
-          const Cutter::Result result = cutter.Cut(step.X_from, step.X_to);
-          removed += result.removed_mm3;
-          if (!result.out_of_leaves) break;
-          ++refills;
-          field.Refill(2);
-          cutter.Refill();
-        }
+    Bone bone = initial;
+    BoneField field(bone, 2);
+    Cutter cutter(field, what.tool, what.with, what.whole_voxels);
+    int refills = 0;
+    double removed = 0;
+    for (const Step& step : steps) {
+      if (step.lifted) cutter.Lift();
+      cutter.CalcRemovedByRegion();  // from here on, the old values of what is already cut have to be kept again
+      for (;;) {
+        const Cutter::Result result = cutter.Cut(step.X_from, step.X_to);
+        removed += result.removed_mm3;
+        if (!result.out_of_leaves) break;
+        ++refills;
+        field.Refill(2);
       }
-      EXPECT_GT(refills, 0) << what.name;
-      const auto& by_region = cutter.CalcRemovedByRegion();
-      field.Settle();
-      EXPECT_NEAR(std::accumulate(by_region.begin(), by_region.end(), 0.0) + bone.CalcVolume(), initial.CalcVolume(),
-                  1e-9 * initial.CalcVolume());
-      // If a rim starts inside solid bone, a repeated step removes other parts of the bone around its flats.
-      if (what.with == CutWith::kEdge && std::holds_alternative<DiscSaw>(what.tool)) continue;
-      // In a repeated step all cutting parts of the tool are tested, which means that the flats have moved less far
-      // since they last cut.
-      double worst = 0;
-      for (int i = 0; i < 60 * 60 * 60; ++i) {
-        const Vec3 p_vox = Vec3(i / 3600, i / 60 % 60, i % 60) - 30.0;
-        worst = std::max(worst, std::abs(field.Sample(p_vox) - plenty.Sample(p_vox)));
-      }
-      // Even the smallest difference may decide whether a whole voxel is removed.
-      EXPECT_LE(worst, what.whole_voxels ? kVoxel + 1e-6 : Cutter::kFlankTolerance * kVoxel + 1e-6) << what.name;
-      EXPECT_NEAR(removed, plenty_removed, 0.01 * plenty_removed) << what.name;
     }
+    EXPECT_GT(refills, 0) << what.name;
+    const auto& by_region = cutter.CalcRemovedByRegion();
+    field.Settle();
+    EXPECT_NEAR(std::accumulate(by_region.begin(), by_region.end(), 0.0) + bone.CalcVolume(), initial.CalcVolume(),
+                1e-9 * initial.CalcVolume());
+    // If a rim starts inside solid bone, a repeated step removes other parts of the bone around its flats.
+    if (what.with == CutWith::kEdge && std::holds_alternative<DiscSaw>(what.tool)) continue;
+    // In a repeated step all cutting parts of the tool are tested, which means that the flats have moved less far
+    // since they last cut.
+    double worst = 0;
+    for (int i = 0; i < 60 * 60 * 60; ++i) {
+      const Vec3 p_vox = Vec3(i / 3600, i / 60 % 60, i % 60) - 30.0;
+      worst = std::max(worst, std::abs(field.Sample(p_vox) - plenty.Sample(p_vox)));
+    }
+    // Even the smallest difference may decide whether a whole voxel is removed.
+    EXPECT_LE(worst, what.whole_voxels ? kVoxel + 1e-6 : Cutter::kFlankTolerance * kVoxel + 1e-6) << what.name;
+    EXPECT_NEAR(removed, plenty_removed, 0.01 * plenty_removed) << what.name;
   }
 }
 
@@ -275,15 +275,17 @@ TEST(Cutter, CuttingUsesNoHeap) {
     const auto steps = StepsOf(what, 10);
     bool is_new_list = false;
     const HeapUseCounter heap_uses;
-    {
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      const Step& step = steps[i];
+      // From then on, the old values of what was cut are kept again.
+      if (i % 8 == 7) cutter.CalcRemovedByRegion();
       const HeapGuard guard;
-      for (const Step& step : steps) {
-        if (step.lifted) cutter.Lift();
-        EXPECT_FALSE(cutter.Cut(step.X_from, step.X_to).out_of_leaves);
-        is_new_list = is_new_list || (cutter.effort().is_new_list && !step.lifted);
-      }
+      const std::int64_t uses = heap_uses.count();
+      if (step.lifted) cutter.Lift();
+      EXPECT_FALSE(cutter.Cut(step.X_from, step.X_to).out_of_leaves);
+      is_new_list = is_new_list || (cutter.effort().is_new_list && !step.lifted);
+      EXPECT_EQ(heap_uses.count(), uses) << what.name;
     }
-    EXPECT_EQ(heap_uses.count(), 0) << what.name;
     EXPECT_TRUE(is_new_list) << what.name;
     EXPECT_LT(field.spare_leaves(), 4096);
   }

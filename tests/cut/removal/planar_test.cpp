@@ -63,7 +63,8 @@ std::vector<Flat> FindCorners(const PlanarBlade& blade, const SlidingStep& step)
 
 /// Side of the hull.
 struct Side {
-  Flat a, b, normal;
+  Flat a, normal, along;
+  double length;
 };
 
 std::vector<Side> FindSides(const std::vector<Flat>& corners) {
@@ -75,7 +76,7 @@ std::vector<Side> FindSides(const std::vector<Flat>& corners) {
       const Flat n{(b.y - a.y) / length, (a.x - b.x) / length};
       bool outermost = true;
       for (const Flat& c : corners) outermost = outermost && (c.x - a.x) * n.x + (c.y - a.y) * n.y < 1e-9;
-      if (outermost) sides.push_back({a, b, n});
+      if (outermost) sides.push_back({a, n, {-n.y, n.x}, length});
     }
   }
   return sides;
@@ -84,21 +85,19 @@ std::vector<Side> FindSides(const std::vector<Flat>& corners) {
 /// Distance to the swept prism; far outside where the step does not cut.
 double CalcDistance(const std::vector<Side>& sides, const ConvexOutline::Cutting& cutting, double kerf_mm,
                     double edge_depth_mm, const Vec3& p_T) {
-  double out = -kAll, edge = -kAll, nearest = kAll;
+  double out = -kAll, edge = -kAll, nearest2 = kAll;
   for (const Side& s : sides) {
     const double d = (p_T.x - s.a.x) * s.normal.x + (p_T.y - s.a.y) * s.normal.y;
     out = std::max(out, d);
     if (s.normal.x > cutting.least_x || s.normal.y > cutting.least_y) edge = std::max(edge, d);
-    const double length = std::hypot(s.b.x - s.a.x, s.b.y - s.a.y);
-    const double t =
-        std::clamp(((p_T.x - s.a.x) * (s.b.x - s.a.x) + (p_T.y - s.a.y) * (s.b.y - s.a.y)) / length, 0.0, length) /
-        length;
-    nearest = std::min(nearest, std::hypot(p_T.x - s.a.x - t * (s.b.x - s.a.x), p_T.y - s.a.y - t * (s.b.y - s.a.y)));
+    const double t = std::clamp((p_T.x - s.a.x) * s.along.x + (p_T.y - s.a.y) * s.along.y, 0.0, s.length);
+    const double x = p_T.x - s.a.x - t * s.along.x, y = p_T.y - s.a.y - t * s.along.y;
+    nearest2 = std::min(nearest2, x * x + y * y);
   }
   if (edge < -edge_depth_mm) return kAll;
-  const double radial = out > 0 ? nearest : out;
+  const double radial = out > 0 ? std::sqrt(nearest2) : out;
   const double axial = std::abs(p_T.z) - 0.5 * kerf_mm;
-  return radial > 0 && axial > 0 ? std::hypot(radial, axial) : std::max(radial, axial);
+  return radial > 0 && axial > 0 ? std::sqrt(radial * radial + axial * axial) : std::max(radial, axial);
 }
 
 /// Random blade whose edge is near the origin, in short steps with a stroke. `forward`: towards its teeth, as where the
@@ -199,12 +198,13 @@ Match Compare(std::mt19937& random, DrawTool draw, bool in_plane, CutWith with, 
       return CalcDistance(sides, {}, CalcKerfWidth(blade.kerf_mm, voxel_mm), kAll, first.X_to.InversePoint(p_W));
     });
   }
+  const ConvexOutline::Cutting cutting = blade.SweepOutline({}).cutting();
+  const double kerf_mm = CalcKerfWidth(blade.kerf_mm, voxel_mm);
   for (const SlidingStep& step : steps) {
     sum_mm3 += cutter.Cut(step.X_from, step.X_to, step.slide).removed_mm3;
     const std::vector<Side> sides = FindSides(FindCorners(blade, step));
     dense.Cut(all, [&](const Vec3& p_W) {
-      return CalcDistance(sides, blade.SweepOutline({}).cutting(), CalcKerfWidth(blade.kerf_mm, voxel_mm), depth_mm,
-                          step.X_to.InversePoint(p_W));
+      return CalcDistance(sides, cutting, kerf_mm, depth_mm, step.X_to.InversePoint(p_W));
     });
   }
   removed_mm3 += sum_mm3;
@@ -213,19 +213,16 @@ Match Compare(std::mt19937& random, DrawTool draw, bool in_plane, CutWith with, 
 }
 
 constexpr DrawTool kDraw[] = {DrawReciprocating, DrawOscillating, DrawPiezo};
+constexpr int kCases = 8;
 constexpr double kRounding_mm = 2e-5;  // float arithmetic at 20 mm from the origin
 
 /// Kinds of blades: indices of kDraw.
-class PlanarSweep : public testing::TestWithParam<std::size_t> {
- protected:
-  /// An arc has many sides, and takes long.
-  static int CountCases() { return GetParam() == 1 ? 3 : 8; }
-};
+class PlanarSweep : public testing::TestWithParam<std::size_t> {};
 INSTANTIATE_TEST_SUITE_P(Kinds, PlanarSweep, testing::Range<std::size_t>(0, 3));
 
 TEST_P(PlanarSweep, MatchesBruteForceToRoundingInThePlane) {
   double removed_mm3 = 0, off_mm3 = 0;
-  EXPECT_TRUE(CheckSeeded(11, CountCases(), [&] {
+  EXPECT_TRUE(CheckSeeded(11, kCases, [&] {
     std::mt19937 random(*rc::gen::arbitrary<unsigned>());
     const double before_mm3 = removed_mm3;
     const Match match =
@@ -241,7 +238,7 @@ TEST_P(PlanarSweep, MatchesBruteForceToRoundingInThePlane) {
 
 TEST_P(PlanarSweep, MatchesBruteForceToTheFlankToleranceWhenItTiltsAndSlides) {
   double removed_mm3 = 0;
-  EXPECT_TRUE(CheckSeeded(12, CountCases(), [&] {
+  EXPECT_TRUE(CheckSeeded(12, kCases, [&] {
     std::mt19937 random(*rc::gen::arbitrary<unsigned>());
     const double h = *rc::gen::element(0.2, 0.3);
     RC_ASSERT(Compare(random, kDraw[GetParam()], false, CutWith::kWholeTool, h, removed_mm3).phi_mm <=
@@ -254,7 +251,7 @@ TEST_P(PlanarSweep, OnlyTheEdgeCutsInAHand) {
   // Where the zone of the edge ends, a voxel may be on either side of it by rounding: two of them at most. The chords
   // of an arc move that end by their sagitta.
   double removed_mm3 = 0;
-  EXPECT_TRUE(CheckSeeded(13, CountCases(), [&] {
+  EXPECT_TRUE(CheckSeeded(13, kCases, [&] {
     std::mt19937 random(*rc::gen::arbitrary<unsigned>());
     const Match match =
         Compare(random, kDraw[GetParam()], true, CutWith::kEdge, *rc::gen::element(0.2, 0.3), removed_mm3);

@@ -51,6 +51,67 @@ std::string Refusal(Call&& call) {
   return test::MessageOf([&] { call(); });
 }
 
+/// Exchanges pure bone and air in the leaves whose x is at least `first` and below `end`, one leaf after another.
+void Empty(Session& s, int first, int end) {
+  std::array<float, 512> bone, air;
+  bone.fill(static_cast<float>(-3 * test::kBarVoxel_mm));
+  air.fill(static_cast<float>(3 * test::kBarVoxel_mm));
+  for (int x = first; x < end; ++x) {
+    for (int i = 0; i < 9; ++i) {
+      SupplyLeaves(s.simulation);
+      ASSERT_TRUE(s.simulation.Replace({x, i / 3 - 1, i % 3 - 1}, bone.data(), air.data()));
+      s.journal.Drain();
+      s.simulation.ClearChanged();
+    }
+  }
+}
+
+TEST(UndoJournal, UndoThatWasRefusedForLackOfLeavesSucceedsOnceTheyAreSupplied) {
+  CoupledParams params = BarParams();
+  params.spare_leaves = 2;
+  Session s({}, params);
+  const Bone before = s.simulation.UpdateBone();
+  const double volume_mm3 = before.CalcVolume();
+  Empty(s, -3, 0);
+  s.simulation.UpdateBone();  // gives the emptied leaves back
+  Empty(s, 0, 3);
+  EXPECT_NEAR(s.Removed(), volume_mm3 - s.simulation.UpdateBone().CalcVolume(), 1e-9 * volume_mm3);
+  for (int used = 0; CoupledInternals::Work(s.simulation).spare_leaves > 2; ++used) {
+    ASSERT_LT(used, 3 * 9);
+    Empty(s, 3, 4);
+  }
+  UndoJob* job = s.journal.PrepareUndo(0);
+  ASSERT_FALSE(Restore().Begin(s.simulation, *job));
+  EXPECT_EQ(job->state.load(), RestoreJob::State::kNoLeaves);
+  const auto leaves = static_cast<int>(job->leaves.size());
+  EXPECT_FALSE(s.journal.Finish());
+  SupplyLeaves(s.simulation, 2 * leaves);
+  UndoTo(s.simulation, s.journal, 0, &kAway);
+  EXPECT_EQ(CountDifferingVoxels(before, s.simulation.UpdateBone()), 0u);
+  EXPECT_NEAR(s.Removed(), 0, 1e-9 * volume_mm3);
+}
+
+TEST(UndoJournal, RoomForOldValuesIsThatOfTheLeavesThatWereCut) {
+  Session s;
+  Empty(s, -3, 3);
+  s.simulation.UpdateBone();
+  s.Removed();
+  UndoTo(s.simulation, s.journal, 0, &kAway);
+  s.simulation.UpdateBone();
+  s.Removed();
+  const std::size_t bytes = s.simulation.CalcMemoryBytes();
+  for (int n = 0; n < 10; ++n) {
+    Redo(s.simulation, s.journal, &kAway);
+    s.simulation.UpdateBone();
+    s.Removed();
+    UndoTo(s.simulation, s.journal, 0, &kAway);
+    s.simulation.UpdateBone();
+    s.Removed();
+  }
+  // Emptied leaves come back as spare ones; those beyond the initial ones are counted here.
+  EXPECT_LE(s.simulation.CalcMemoryBytes(), bytes + 54 * 2200);
+}
+
 TEST(UndoJournal, CheckpointCutRestoreIsBitIdentical) {
   Session s;
   Plunge(1).Run(s.simulation);

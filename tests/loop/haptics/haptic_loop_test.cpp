@@ -170,6 +170,33 @@ TEST(HapticLoop, SendsEveryChangedLeafDespiteShortQueueAndRing) {
   }
 }
 
+TEST(HapticLoop, SendsTheRestOfMoreChangedLeavesThanWaitInTheQueue) {
+  Stage s;
+  s.body.MakeLeaves(150);
+  s.body.changes_per_tick = 150;
+  s.params.max_leaves_waiting = 20;
+  s.params.leaf_ring = 8;
+  HapticLoop loop(s.body, s.device, s.clock, s.params);
+  loop.RunHere(20);
+  std::map<std::array<int, 3>, std::array<float, 512>> mirror;
+  const auto read = [&] {
+    while (const LeafMessage* message = loop.leaves().Peek()) {
+      mirror[message->index] = message->values;
+      loop.leaves().Pop();
+    }
+  };
+  for (int calls = 0; loop.SendRemaining(); ++calls) {
+    ASSERT_LT(calls, 150);  // each sends a leaf at least
+    read();
+  }
+  read();
+  EXPECT_EQ(s.body.changed_count(), 0);
+  ASSERT_EQ(mirror.size(), 150U);
+  for (int leaf = 0; leaf < 150; ++leaf) {
+    EXPECT_EQ(mirror.at(FakeBody::IndexOf(leaf)), s.body.leaves[static_cast<std::size_t>(leaf)]) << leaf;
+  }
+}
+
 TEST(HapticLoop, LogsEveryTickAndCountsLostSamples) {
   Stage s;
   s.params.sample_ring = 64;

@@ -77,9 +77,10 @@ class FakeBody : public LoopBody {
     const float* const values = leaves[static_cast<std::size_t>(leaf)].data();
     return {IndexOf(leaf), values, values};
   }
-  void ClearChanged() override {
-    for (const int leaf : changed_) marked_[static_cast<std::size_t>(leaf)] = false;
-    changed_.clear();
+  void ClearChanged(int first) override {
+    const auto end = changed_.begin() + first;
+    for (auto leaf = changed_.begin(); leaf != end; ++leaf) marked_[static_cast<std::size_t>(*leaf)] = false;
+    changed_.erase(changed_.begin(), end);
   }
 
   void MakeLeaves(int count) {

@@ -11,6 +11,7 @@
 
 #include "bone/material/region_table.h"
 #include "kerf/bone_file.h"
+#include "session/run/overall_progress.h"
 #include "support/folder.h"
 
 namespace kerf {
@@ -58,12 +59,49 @@ TEST_F(BoneCache, TheSecondBoneIsReadAndIsTheSame) {
   EXPECT_EQ(Files().size(), 1u);
 }
 
+TEST_F(BoneCache, ABoneInItIsExpectedToTakeLessTime) {
+  Scene scene;
+  scene.bone.source = BoneSource::kMandible;
+  scene.bone.mandible = Coarse();
+  const auto making_s = [&] { return ListLoopStages(scene, {}, true).front().seconds; };
+  const double made_s = making_s();
+  EXPECT_FALSE(IsMandibleCached(Coarse()));
+  Get(Coarse());
+  EXPECT_TRUE(IsMandibleCached(Coarse()));
+  EXPECT_FALSE(IsMandibleCached(Coarse(3)));
+  EXPECT_LT(making_s(), made_s);
+}
+
 TEST_F(BoneCache, ABoneThatIsBeingKeptIsWaitedFor) {
   const Bone first = MakeCachedMandible(Coarse(), DefaultMandibleTable(), {});
   int reports = 0;
   const Bone second = MakeCachedMandible(Coarse(), DefaultMandibleTable(), [&](double) { ++reports; });
   EXPECT_EQ(reports, 1);
   EXPECT_EQ(first.CalcHash(), second.CalcHash());
+}
+
+TEST_F(BoneCache, ABoneThatWasBegunIsTakenOnce) {
+  const Bone first = Get(Coarse(3)).first;
+  SetBoneCache("");
+  MaterialTable materials = DefaultMandibleTable();
+  BeginCachedMandible(Coarse(3), materials);
+  EXPECT_TRUE(Get(Coarse()).second);  // another one; FinishKeepingBones() drops the one that was begun
+  EXPECT_TRUE(Get(Coarse(3)).second);
+  BeginCachedMandible(Coarse(), materials);
+  BeginCachedMandible(Coarse(3), materials);
+  std::vector<double> between;  // reports of one that is made
+  const Bone taken = MakeCachedMandible(Coarse(3), materials, [&](double fraction) {
+    if (fraction > 0 && fraction < 1) between.push_back(fraction);
+  });
+  EXPECT_TRUE(between.empty());
+  EXPECT_EQ(taken.CalcHash(), first.CalcHash());
+  EXPECT_EQ(taken.CalcMaterialHash(), first.CalcMaterialHash());
+  EXPECT_EQ(taken.notes(), first.notes());
+  EXPECT_TRUE(Get(Coarse(3)).second);
+  MandibleParams bad = Coarse();
+  bad.voxel_mm = -1;
+  BeginCachedMandible(bad, materials);
+  EXPECT_THROW((void)MakeCachedMandible(bad, materials, {}), Error);
 }
 
 TEST_F(BoneCache, OtherParametersMakeAnotherBone) {

@@ -595,6 +595,31 @@ TEST_F(LoopReport, ExceptionInsideTheLoopLeavesTheBone) {
   EXPECT_TRUE(recording.damage().whole_s > 1.9) << recording.damage().whole_s;
 }
 
+TEST_F(LoopReport, FewSpareLeavesThatAreSuppliedDoWhatManyDo) {
+  // A tick of this scene takes fewer than kFew leaves, and the cut many more.
+  constexpr int kFew = 32;
+  fs::create_directories(folder_);
+  Scene scene = ParseScene(kLoopScene, "s.toml");
+  scene.bone.block.voxel_mm = 0.1;
+  const LoopSummary many = RunLoop(scene, Virtual(2), {});
+  LoopOptions options = Virtual(2);
+  options.spare_leaves = kFew;
+  options.output.record = folder_ + "/few.kerf";
+  const LoopSummary few = RunLoop(scene, options, {});
+  EXPECT_FALSE(few.leaves_used_up_s);
+  EXPECT_EQ(few.bone_hash, many.bone_hash);
+  RecordingReader recording(options.output.record);
+  LoopOptions again = Virtual(2);
+  again.spare_leaves = kFew;
+  again.replay.recording = &recording;
+  again.replay.verify = true;
+  const LoopSummary replayed = RunLoop(scene, again, {});
+  ASSERT_TRUE(replayed.replayed);
+  EXPECT_FALSE(replayed.replayed->divergence);
+  EXPECT_FALSE(replayed.leaves_used_up_s);
+  EXPECT_EQ(replayed.bone_hash, many.bone_hash);
+}
+
 TEST_F(LoopReport, ContinuedSessionNamesTheStageThatRepeatsItsRecording) {
   fs::create_directories(folder_);
   LoopOptions first = Virtual(1);

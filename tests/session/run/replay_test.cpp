@@ -477,7 +477,7 @@ TEST_F(Replays, FaultsOfTheDeviceAreRepeated) {
       if (i == 1800) body.set_rpm(-6000);
       LoopTick tick;
       body.Tick(i % 97 == 0 ? 0.004 : 0.001, no_reader, tick);
-      body.ClearChanged();
+      body.ClearChanged(body.changed_count());
       ticks.push_back(MakeTickToRecord(tick));
     }
     EXPECT_GT(hash.leaves(), 10u);
@@ -505,7 +505,7 @@ TEST_F(Replays, FaultsOfTheDeviceAreRepeated) {
   while (body.Prepare()) {
     LoopTick tick;
     body.Tick(1, no_reader, tick);
-    body.ClearChanged();
+    body.ClearChanged(body.changed_count());
   }
   EXPECT_EQ(body.steps().step(), 2250u);
   const std::optional<Divergence>& divergence = body.steps().divergence();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <complex>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "base/files/files.h"
@@ -14,6 +15,7 @@
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
+#include "session/run/overall_progress.h"
 #include "session/run/run_scene.h"
 #include "session/run/run_warnings.h"
 #include "support/block_scene.h"
@@ -161,6 +163,24 @@ TEST_F(Run, PicturesAreWrittenAndNamed) {
     EXPECT_EQ(std::count(summary.files.begin(), summary.files.end(), name), 1) << name;
     EXPECT_EQ(ReadTextFile(folder_ + "/" + name).substr(1, 3), "PNG");
   }
+}
+
+TEST_F(Run, ReportsItsStagesInOrderAndTheirProgress) {
+  const Scene scene = ParseScene(kRunScene, "scene.toml");
+  std::vector<std::string> expected;
+  for (const ExpectedStage& stage : ListRunStages(scene, true)) expected.push_back(stage.name);
+  if (!KERF_WITH_PICTURES) expected.pop_back();
+  std::vector<std::string> stages;
+  std::map<std::string, double> last;
+  RunScene(scene, folder_, [&](const std::string& stage, double fraction) {
+    if (stages.empty() || stages.back() != stage) stages.push_back(stage);
+    EXPECT_GE(fraction, last[stage]) << stage;
+    EXPECT_LE(fraction, 1) << stage;
+    last[stage] = fraction;
+  });
+  EXPECT_EQ(stages, expected);
+  EXPECT_EQ(last["writing the pieces"], 1);
+  EXPECT_EQ(last["drawing the pictures"], KERF_WITH_PICTURES ? 1 : 0);
 }
 
 TEST_F(Run, ReducedPiecesAreSmallerAndWithinTheStatedError) {
