@@ -228,7 +228,11 @@ void Run(LoopArguments& options) {
     const auto show = [&](const std::string& now, double fraction) {
       bar.Show(now, fraction);
       if (servo) FollowServo(*servo, waited);
-      if (now == "cutting") bar.SetNote(*note);
+      if (now == "cutting") {
+        bar.SetNote(*note);
+      } else if (options.loop.stop->load() && !options.folder.empty()) {
+        bar.SetNote("(Ctrl-C: end without it)");
+      }
     };
     summary = RunLoop(scene, options.loop, show);
     if (link) link->End("the session has ended");

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <system_error>
 
 #include "base/core/errno_text.h"
@@ -120,10 +121,69 @@ const std::string& PendingFile::temporary() const {
 
 void PendingFile::Commit() {
   try {
-    state_->temporary.RenameTo(state_->target);
+    state_->temporary.Flush();
+    if (!FileBatch::Take(state_)) state_->temporary.RenameTo(state_->target);
   } catch (const Error& e) {
     throw Error(fmt::format("{}: can't be written: {}", path(), e.what()));
   }
+}
+
+namespace {
+
+std::mutex batches_mutex;  // also of their files
+std::vector<FileBatch*> batches;
+
+/// Returns the folder of a file, spelled in one way.
+fs::path FolderOf(const std::string& file) {
+  return fs::path(file).lexically_normal().parent_path();
+}
+
+}  // namespace
+
+struct FileBatch::State {
+  fs::path folder;
+  std::vector<std::unique_ptr<PendingFile::State>> complete;
+};
+
+FileBatch::FileBatch(const std::string& folder) : state_(std::make_unique<State>()) {
+  state_->folder = FolderOf(folder + "/file");
+  const std::lock_guard lock(batches_mutex);
+  batches.push_back(this);
+}
+
+FileBatch::~FileBatch() {
+  try {
+    Commit();
+  } catch (const Error&) {
+    // Commit() reports it, if it is called before.
+  }
+  const std::lock_guard lock(batches_mutex);
+  std::erase(batches, this);
+}
+
+bool FileBatch::Take(std::unique_ptr<PendingFile::State>& file) {
+  const std::lock_guard lock(batches_mutex);
+  for (FileBatch* batch : batches) {
+    std::vector<std::unique_ptr<PendingFile::State>>& complete = batch->state_->complete;
+    if (FolderOf(file->path) != batch->state_->folder || complete.size() >= kMost) continue;
+    complete.push_back(std::move(file));
+    return true;
+  }
+  return false;
+}
+
+void FileBatch::Commit() {
+  const std::lock_guard lock(batches_mutex);
+  std::string failure;
+  for (const auto& file : state_->complete) {
+    try {
+      file->temporary.RenameTo(file->target);
+    } catch (const Error& e) {
+      if (failure.empty()) failure = fmt::format("{}: can't be written: {}", file->path, e.what());
+    }
+  }
+  state_->complete.clear();
+  if (!failure.empty()) throw Error(failure);
 }
 
 GrowingFile::GrowingFile(const std::string& path) : pending_(path) {

@@ -56,7 +56,32 @@ class PendingFile {
   void Commit();
 
  private:
+  friend class FileBatch;
   struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// While an object exists, the files of one folder that are complete replace earlier ones only together, with Commit():
+/// a program that is ended by a signal before leaves the folder as it was. The files may be written by several threads.
+class FileBatch {
+ public:
+  static constexpr std::size_t kMost = 48;  // complete files that wait; further ones do not wait
+
+  /// `folder`: as in the paths of the files.
+  explicit FileBatch(const std::string& folder);
+  /// Does as Commit(), also if an exception ends the work, but reports no error.
+  ~FileBatch();
+  FileBatch(const FileBatch&) = delete;
+  FileBatch& operator=(const FileBatch&) = delete;
+
+  /// Renames the files that are complete. Throws kerf::Error.
+  void Commit();
+
+ private:
+  friend class PendingFile;
+  struct State;
+  /// Takes a complete file of the folder, if an object exists and has room for it.
+  static bool Take(std::unique_ptr<PendingFile::State>& file);
   std::unique_ptr<State> state_;
 };
 

@@ -29,6 +29,7 @@
 
 #include "base/core/errno_text.h"
 #include "base/core/hash.h"
+#include "base/files/files.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -45,7 +46,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::array<LivePath, 16> live_paths;
+std::array<LivePath, FileBatch::kMost + 16> live_paths;
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
 /// Removes an empty folder and then its parents, as long as they are empty. Async-signal-safe.
@@ -234,9 +235,11 @@ Temporary::~Temporary() {
   close(file_);
 }
 
-void Temporary::RenameTo(const std::string& target, bool flush) {
-  // Flush first, so that the content is on the disk before the rename.
-  if (flush && fsync(file_) != 0) throw Error(FormatErrno(errno));
+void Temporary::Flush() const {
+  if (fsync(file_) != 0) throw Error(FormatErrno(errno));
+}
+
+void Temporary::RenameTo(const std::string& target) {
   struct stat written {};
   struct stat named {};
   if (fstat(file_, &written) != 0 || lstat(path_.c_str(), &named) != 0) throw Error(FormatErrno(errno));

@@ -34,9 +34,12 @@ class Temporary {
   /// name. Without /proc it is the file's name.
   const std::string& path_to_write() const { return path_to_write_.empty() ? path_ : path_to_write_; }
   int file() const { return file_; }
-  /// Flushes the file to the disk, gives it the permissions of an existing target, and renames it. Throws kerf::Error
-  /// that states only the reason.
-  void RenameTo(const std::string& target, bool flush = true);
+  /// Writes the file's content to the disk; call it before RenameTo() if a loss of power must not leave an incomplete
+  /// file. Throws kerf::Error that states only the reason.
+  void Flush() const;
+  /// Gives the file the permissions of an existing target, and renames it. Throws kerf::Error that states only the
+  /// reason.
+  void RenameTo(const std::string& target);
 
  private:
   bool Create(mode_t mode);

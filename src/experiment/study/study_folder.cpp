@@ -176,7 +176,7 @@ void StudyFolder::Write(const WorkRecord& record, bool copy) const {
     out << FormatWorkRecord(record);
     out.close();
     if (!out) throw Error("it could not be written completely");
-    temporary.RenameTo(file, false);
+    temporary.RenameTo(file);
   } catch (const Error& e) {
     throw Error(fmt::format("{}: can't be written: {}", file, e.what()));
   }

@@ -16,7 +16,6 @@ namespace {
 constexpr Rgb8 kYoung{213, 94, 0};
 constexpr Rgb8 kOld{0, 70, 160};
 constexpr double kDrawnPixels = 3.5;      // diameter of a drawn chip; at true scale, chips would be invisible
-constexpr double kHeightFraction = 0.84;  // fraction of the picture's height below the caption
 constexpr double kMargin = 1.06;
 
 /// Adds a coarse sphere.
@@ -87,14 +86,14 @@ bool WriteChipsPicture(const ChipsTrack& track, const Bone& bone, const Tool& to
   eye = glm::normalize(eye - 0.3 * down + 0.25 * glm::cross(down, eye));
   const Vec3 right = glm::normalize(glm::cross(eye, down));
   const Vec3 up = glm::cross(eye, right);
-  // Fit the bone, the tool and all chips into the picture, below the caption.
+  // Fit the bone, the tool and all chips into the picture.
   Box3 box;  // in the view's axes: right, up and towards the eye
   const auto include = [&](const Vec3& p_W) { box.Include({glm::dot(p_W, right), glm::dot(p_W, up), 0}); };
   for (const Vec3& p_W : spec.shapes[0].mesh_W.points) include(p_W);
   for (const Vec3& p_W : chips_W) include(p_W);
   include(moment.X_WT.p_AB);
-  const double height_mm = kMargin * std::max(box.size().y / kHeightFraction, box.size().x / spec.width * spec.height);
-  const Vec3 middle = box.centre() + Vec3(0, 0.5 * (1 - kHeightFraction) * height_mm, 0);
+  const double height_mm = kMargin * std::max(box.size().y, box.size().x / spec.width * spec.height);
+  const Vec3 middle = box.centre();
   spec.camera =
       MakeCamera(eye, up, middle.x * right + middle.y * up + glm::dot(moment.X_WT.p_AB, eye) * eye, height_mm);
 

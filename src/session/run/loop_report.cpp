@@ -505,7 +505,7 @@ void WriteBoneResults(const Scene& scene, LoopSummary& summary, const std::strin
   const ResultSink sink = [&results](const std::string& name, const std::function<void()>& write) {
     results.Write(name, write);
   };
-  const std::vector<ResultPiece> pieces = ListPieces(summary.piece_bones, out);
+  const std::vector<ResultPiece> pieces = ListPieces(summary.piece_bones, summary.piece_volumes_mm3, out);
   const std::vector<PieceSurface> surfaces = WritePieces(scene, summary.piece_bones, pieces, surface_error_mm, folder,
                                                          show("writing the pieces"), summary.pieces, sink);
   for (const PieceSummary& piece : summary.pieces) {

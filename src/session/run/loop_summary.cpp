@@ -54,7 +54,10 @@ void SummarizeBone(Bone bone, const Scene& scene, bool keep, LoopSummary& s) {
   s.dust_count = split.dust_count;
   s.dust_mm3 = split.dust_mm3;
   const std::span<const PieceOut> out = s.fragments ? s.fragments->out : std::span<const PieceOut>{};
-  for (const ResultPiece& piece : ListPieces(split.pieces, out)) s.pieces.push_back(Summarize(piece));
+  s.piece_volumes_mm3 = CalcVolumes(split.pieces);
+  for (const ResultPiece& piece : ListPieces(split.pieces, s.piece_volumes_mm3, out)) {
+    s.pieces.push_back(Summarize(piece));
+  }
   s.volume_after_mm3 = bone.CalcVolume();
   if (!keep) return;
   s.after = std::move(bone);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <numeric>
 
 #include "session/run/bone_cache.h"
 #include "session/scene/path.h"
@@ -101,24 +102,25 @@ std::vector<ExpectedStage> ListLoopStages(const Scene& scene, const LoopOptions&
   std::vector<ExpectedStage> stages{{"making the bone", EstimateBone_s(scene.bone)},
                                     {"preparing the session", kLeast_s + kPrepareFace_s * EstimateFaces(scene.bone)}};
   if (options.replay.continues) stages.push_back({"repeating the recording", ticks_s});
-  stages.push_back({"cutting", options.virtual_time ? ticks_s : options.seconds});
+  stages.push_back({"cutting", options.virtual_time ? ticks_s : options.seconds, true});
   if (results) AddResults(scene, false, stages);
   return stages;
 }
 
 double OverallProgress::Advance(const std::string& stage, double fraction) {
-  double before_s = 0, total_s = 0, stage_s = 0;
-  bool found = false;
-  for (const ExpectedStage& s : stages_) {
-    if (s.name == stage) {
-      found = true;
-      before_s = total_s;
-      stage_s = s.seconds;
-    }
-    total_s += s.seconds;
-  }
-  if (!found || !(total_s > 0)) return completed_;
-  completed_ = std::max(completed_, (before_s + std::clamp(fraction, 0.0, 1.0) * stage_s) / total_s);
+  const auto found =
+      std::find_if(stages_.begin(), stages_.end(), [&](const ExpectedStage& s) { return s.name == stage; });
+  if (found == stages_.end()) return completed_;
+  const auto index = static_cast<std::size_t>(found - stages_.begin());
+  if (index != now_ && stages_[now_].may_end_early) stages_[now_].seconds *= fraction_;
+  now_ = index;
+  fraction_ = std::clamp(fraction, 0.0, 1.0);
+  const auto sum_s = [](auto from, auto to) {
+    return std::accumulate(from, to, 0.0, [](double sum, const ExpectedStage& s) { return sum + s.seconds; });
+  };
+  const double total_s = sum_s(stages_.begin(), stages_.end());
+  if (!(total_s > 0)) return completed_;
+  completed_ = std::max(completed_, (sum_s(stages_.begin(), found) + fraction_ * found->seconds) / total_s);
   return completed_;
 }
 

@@ -85,9 +85,16 @@ PieceOut FinishPiece(PieceJob&& job, const FragmentsParams& params, double time_
   return out;
 }
 
-std::vector<ResultPiece> ListPieces(std::span<const Bone> in_bone, std::span<const PieceOut> out) {
+std::vector<double> CalcVolumes(std::span<const Bone> bones) {
+  std::vector<double> volumes_mm3;
+  for (const Bone& bone : bones) volumes_mm3.push_back(bone.CalcVolume());
+  return volumes_mm3;
+}
+
+std::vector<ResultPiece> ListPieces(std::span<const Bone> in_bone, std::span<const double> volumes_mm3,
+                                    std::span<const PieceOut> out) {
   std::vector<ResultPiece> pieces;
-  for (const Bone& bone : in_bone) pieces.push_back({&bone, nullptr, bone.CalcVolume()});
+  for (std::size_t i = 0; i < in_bone.size(); ++i) pieces.push_back({&in_bone[i], nullptr, volumes_mm3[i]});
   for (const PieceOut& piece : out) {
     if (piece.fate != PieceFate::kDeleted) pieces.push_back({&piece.bone, &piece, piece.volume_mm3});
   }

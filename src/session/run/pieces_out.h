@@ -64,8 +64,10 @@ struct ResultPiece {
   const PieceOut* out = nullptr;  // null: it is in the bone
   double volume_mm3 = 0;
 };
-/// Returns `in_bone` and the pieces that are set aside or hidden, largest first.
-std::vector<ResultPiece> ListPieces(std::span<const Bone> in_bone, std::span<const PieceOut> out);
+std::vector<double> CalcVolumes(std::span<const Bone> bones);  // mm3
+/// Returns `in_bone`, of these volumes, and the pieces that are set aside or hidden, largest first.
+std::vector<ResultPiece> ListPieces(std::span<const Bone> in_bone, std::span<const double> volumes_mm3,
+                                    std::span<const PieceOut> out);
 
 /// Returns the surface of a piece: where it was set aside or, if it was not, where it was cut off.
 TriangleMesh MakeSurfaceOut(const PieceOut& piece);

@@ -126,6 +126,7 @@ struct LoopSummary {
   Bone before;
   Bone after;
   std::vector<Bone> piece_bones;
+  std::vector<double> piece_volumes_mm3;  // of these
   Bone dust;
   std::vector<TickRecord> moments;  // first contact, largest force, last contact, each with the tick before it
   std::vector<std::string> files;   // written by WriteLoopReport

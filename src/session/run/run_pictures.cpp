@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numeric>
 
 #include "bone/grid/coarse_surface.h"
 #include "bone/mesh/reduce.h"
@@ -124,7 +125,8 @@ bool IsOfPatient(const Scene& scene) {
   return scene.bone.source == BoneSource::kFile || scene.bone.source == BoneSource::kMandible;
 }
 
-PieceSurface MakePieceSurface(const Bone& piece, double error_mm, const std::function<void(double)>& progress) {
+PieceSurface MakePieceSurface(const Bone& piece, double error_mm, bool has_file,
+                              const std::function<void(double)>& progress) {
   constexpr double kExtracted = 0.2;
   // On the large triangles of a reduced surface, the light of a rounded edge spreads over the flat sides beside it.
   constexpr std::size_t kDrawnInFull = 1'000'000;
@@ -132,8 +134,9 @@ PieceSurface MakePieceSurface(const Bone& piece, double error_mm, const std::fun
   Shape& shape = surface.shape;
   shape = ShapeOf(piece, ExtractSurface(piece), &surface.legend);
   progress(kExtracted);
-  if (!(error_mm > 0)) {
-    surface.mesh_W = shape.mesh_W;
+  const bool is_large = shape.mesh_W.triangles.size() > kDrawnInFull;
+  if (!(error_mm > 0) || (!has_file && !is_large)) {
+    if (has_file) surface.mesh_W = shape.mesh_W;
     progress(1);
     return surface;
   }
@@ -143,7 +146,7 @@ PieceSurface MakePieceSurface(const Bone& piece, double error_mm, const std::fun
   ReducedMesh reduced =
       Reduce(shape.mesh_W, error_mm, colours, [&](double fraction) { progress(std::lerp(kExtracted, 1.0, fraction)); });
   surface.mesh_W = std::move(reduced.mesh);
-  if (shape.mesh_W.triangles.size() > kDrawnInFull) {
+  if (is_large) {
     std::vector<Rgb8> kept;
     kept.reserve(reduced.from.size());
     for (const std::uint32_t p : reduced.from) kept.push_back(shape.point_colours[p]);
@@ -158,6 +161,19 @@ bool AreDrawn(const Scene& scene, std::vector<std::string>& warnings) {
     warnings.emplace_back("No pictures: this kerf was built without them (KERF_WITH_PICTURES=OFF).");
   }
   return scene.output.pictures && kPicturesBuilt;
+}
+
+std::vector<double> CalcWaysApart(std::span<const double> places_mm, double gap_mm) {
+  std::vector<std::size_t> order(places_mm.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return places_mm[a] < places_mm[b]; });
+  std::vector<double> ways_mm(places_mm.size());
+  double way_mm = -0.5 * gap_mm * (static_cast<double>(places_mm.size()) - 1);
+  for (const std::size_t i : order) {
+    ways_mm[i] = way_mm;
+    way_mm += gap_mm;
+  }
+  return ways_mm;
 }
 
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress,
@@ -244,7 +260,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   if (peak_N > 0) {
     const Vec3 tail = LeadingPoint(run.ticks, moments.peak, tool);
     const double arrow_N = CalcArrowForce(peak_N);
-    const double arrow_mm = cut.camera.height_mm < 30 ? 5 : 10;  // ends below the title
+    const double arrow_mm = cut.camera.height_mm < 30 ? 5 : 10;  // ends in the picture
     const Vec3 tip = tail + peak.out.f_T_W_N / arrow_N * arrow_mm;
     scale = fmt::format(" (arrow: {:g} mm for {:g} N)", arrow_mm, arrow_N);
     cut.arrows.push_back({tail, tip, kForceColour, fmt::format("{:.1f} N", peak_N)});
@@ -259,18 +275,21 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
 
   if (run.apart && piece_count > 1) {
     PictureSpec apart = base(name + ": the pieces moved apart");
-    constexpr double kGapMm = 6;
+    constexpr double kGapMm = 12;
+    std::vector<double> places_mm;
     for (const PieceSurface& piece : pieces.surfaces) {
       if (apart.legend.empty()) apart.legend = piece.legend;
-      Shape shape = piece.shape;
-      const double side = glm::dot(Centroid(shape.mesh_W) - peak.X_WT.p_AB, normal);
-      for (Vec3& p : shape.mesh_W.points) p += (side < 0 ? -kGapMm : kGapMm) * normal;
-      apart.shapes.push_back(std::move(shape));
+      apart.shapes.push_back(piece.shape);
+      places_mm.push_back(glm::dot(Centroid(piece.shape.mesh_W), normal));
+    }
+    const std::vector<double> ways_mm = CalcWaysApart(places_mm, kGapMm);
+    for (std::size_t i = 0; i < ways_mm.size(); ++i) {
+      for (Vec3& p : apart.shapes[i].mesh_W.points) p += ways_mm[i] * normal;
     }
     apart.camera = {across + 0.75 * outward + Vec3(0, 0, 0.45), Vec3(0, 0, 1), {}, 0};
     apart.caption =
         fmt::format("{} pieces, moved {:g} mm apart along the spindle's axis; the cut faces show the layers",
-                    piece_count, 2 * kGapMm);
+                    piece_count, kGapMm);
     write(apart, "apart.png", 0.95);
   }
 

@@ -22,8 +22,10 @@ struct PieceSurface {
 };
 
 /// Makes the surface, reduced with an error of at most `error_mm` (mesh/reduce.h); 0: not reduced. For the pictures it
-/// is reduced only if it has more than a million triangles. `progress` is called with values from 0 to 1.
-PieceSurface MakePieceSurface(const Bone& piece, double error_mm, const std::function<void(double)>& progress);
+/// is reduced only if it has more than a million triangles. `has_file`: false if only they need it. `progress` is called
+/// with values from 0 to 1.
+PieceSurface MakePieceSurface(const Bone& piece, double error_mm, bool has_file,
+                              const std::function<void(double)>& progress);
 
 /// Called with the name of each result and the function that writes it; may catch its exceptions.
 using ResultSink = std::function<void(const std::string& name, const std::function<void()>& write)>;
@@ -60,6 +62,10 @@ inline constexpr double kBeforeDrawn = 0.4;
 /// sentence is added to `warnings`.
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress,
                                           std::vector<std::string>& warnings);
+
+/// Returns the ways along an axis that pieces at these places on it are moved, so that each comes `gap_mm` further from
+/// the next: two pieces that an earlier cut has separated may lie on the same side of this one. Their mean is 0.
+std::vector<double> CalcWaysApart(std::span<const double> places_mm, double gap_mm);
 
 /// Returns true if the scene requests pictures and this build can draw them. If the build cannot, adds a sentence to
 /// `warnings`.

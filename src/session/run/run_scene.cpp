@@ -213,6 +213,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
   if (scene.output.bone) result.bone.set_note("cut_by_scene", scene.name);
 
+  FileBatch results(folder);
   // The data, the pieces and the first picture do not depend on each other. Pictures are drawn by this thread.
   std::future<std::vector<std::string>> data =
       std::async(std::launch::async, [&] { return WriteData(scene, folder, result); });
@@ -222,18 +223,18 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   std::atomic<double> written = 0;
   std::future<void> pieces = std::async(std::launch::async, [&] {
     split = SplitPieces(result.bone, scene.output.smallest_piece_mm3);
-    const std::vector<ResultPiece> listed = ListPieces(split.pieces, out);
+    const std::vector<ResultPiece> listed = ListPieces(split.pieces, CalcVolumes(split.pieces), out);
     for (const ResultPiece& piece : listed) summary.pieces.push_back(Summarize(piece));
     is_separated = true;
     surfaces = WritePieces(
         scene, split.pieces, listed, surface_error_mm, folder, [&](double fraction) { written = fraction; },
         summary.pieces);
   });
-  const auto report_pieces = [&] {
+  const auto report_pieces = [&](double first_drawn) {
     if (is_separated) {
       stage("writing the pieces")(written);
     } else {
-      stage("separating the pieces")(0);
+      stage("separating the pieces")(first_drawn);
     }
   };
   stage("separating the pieces")(0);
@@ -247,7 +248,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   pictures.out = out;
   std::future<void> summarized;
   const auto finish_pieces = [&] {
-    while (pieces.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) report_pieces();
+    while (pieces.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) report_pieces(drawn ? 1 : 0);
     pieces.get();
     stage("writing the pieces")(1);
     if (drawn) stage("drawing the pictures")(0);
@@ -260,7 +261,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
     if (fraction > kBeforeDrawn) {
       stage("drawing the pictures")((fraction - kBeforeDrawn) / (1 - kBeforeDrawn));
     } else {
-      report_pieces();
+      report_pieces(fraction / kBeforeDrawn);
     }
   };
   if (drawn) {
@@ -285,6 +286,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   summary.peak_memory_MB = ReadPeakMemory_MB();
   summary.files.emplace_back("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
+  results.Commit();
   RemoveStaleResults(folder, earlier, summary.files);
   return summary;
 }

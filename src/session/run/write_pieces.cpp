@@ -38,7 +38,7 @@ std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> 
     std::future<PieceSurface> surface;
     if (i < pieces.size() && (scene.output.pieces || is_drawn(i))) {
       surface = std::async(std::launch::async, [&, i] {
-        return MakePieceSurface(*pieces[i].bone, error_mm,
+        return MakePieceSurface(*pieces[i].bone, error_mm, scene.output.pieces,
                                 [&, i](double fraction) { made_mm3[i] = fraction * pieces[i].volume_mm3; });
       });
     }

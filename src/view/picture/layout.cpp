@@ -1,5 +1,8 @@
 #include "view/picture/layout.h"
 
+#include <vtkNew.h>
+#include <vtkRenderer.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -7,28 +10,46 @@
 namespace kerf {
 
 Layout::Layout(const PictureSpec& spec) : unit(std::clamp(spec.height / 720.0, 0.5, 8.0)) {
-  title_size = static_cast<int>(std::round(26 * unit));
+  title_style = {static_cast<int>(std::round(26 * unit)), spec.dark ? Rgb8{240, 240, 240} : Rgb8{33, 37, 43}, true};
   text_size = static_cast<int>(std::round(18 * unit));
+  caption_style = {text_size, spec.dark ? Rgb8{190, 194, 200} : Rgb8{85, 92, 102}};
   small_size = static_cast<int>(std::round(15 * unit));
   edge = std::round(24 * unit);
   const double cube = 130 * unit;
   const double lines = static_cast<double>(std::max<std::size_t>(spec.legend.size(), 1));
   legend_size = std::clamp(static_cast<int>((spec.height - 2 * edge - cube) / (lines * kLegendLine)), 8, text_size);
+
+  const vtkNew<vtkRenderer> unused;
+  const Overlay words(*unused, spec.height, 1);
+  legend_width = spec.legend.empty() ? 0 : kLegendText * legend_size;
+  double text_width = 0;
+  for (const LegendEntry& entry : spec.legend) {
+    text_width = std::max(text_width, words.MeasureText(entry.text, {legend_size}).width);
+  }
+  legend_width += text_width;
+  const double free_width = spec.width - 2 * edge - (spec.legend.empty() ? 0 : legend_width + text_size);
+  title = words.Wrap(spec.title, free_width, title_style);
+  caption = words.Wrap(spec.caption, free_width, caption_style);
+  caption_top = words_bottom = edge;
+  if (!title.empty()) {
+    words_bottom += words.MeasureText(title, title_style).height;
+    caption_top = words_bottom + 0.45 * title_style.size;
+  }
+  if (!caption.empty()) words_bottom = caption_top + words.MeasureText(caption, caption_style).height;
+
+  // In small pictures, the margins leave a part of each side.
   left_margin = right_margin = 0.04 * spec.width;
+  if (spec.axes) left_margin = std::min(left_margin + 75 * unit, 0.4 * spec.width);
+  // A tall legend gets the right margin for itself.
   if (lines > 6 || (spec.axes && !spec.legend.empty())) {
-    // A tall legend gets the right margin for itself. A letter is about half as wide as high.
-    std::size_t letters = 0;
-    for (const LegendEntry& entry : spec.legend) letters = std::max(letters, entry.text.size());
-    right_margin = std::min(edge + legend_size * (2.6 + 0.53 * static_cast<double>(letters)), 0.45 * spec.width);
+    right_margin = std::min(edge + legend_width + legend_size, 0.45 * spec.width);
   }
-  const bool words_above = !spec.title.empty() || !spec.caption.empty();
-  top_margin = words_above ? edge + 1.45 * title_size + 1.2 * text_size : 0.05 * spec.height;
+  top_margin = has_words() ? words_bottom + 0.5 * text_size : 0.05 * spec.height;
+  if (spec.axes) top_margin += 0.5 * text_size;
+  top_margin = std::min(top_margin, 0.5 * spec.height);
   bottom_margin = spec.scale_bar ? edge + 2.2 * text_size : 0.05 * spec.height;
-  if (spec.axes) {
-    left_margin += 75 * unit;
-    top_margin += 0.5 * text_size;
-    bottom_margin += 60 * unit;
-  }
+  if (spec.axes) bottom_margin += 60 * unit;
+  bottom_margin = std::min(bottom_margin, 0.35 * spec.height);
 }
 
 }  // namespace kerf

@@ -163,38 +163,26 @@ void AddPanel(const PictureSpec& spec, const Layout& layout, double left, double
 }
 
 void AddTexts(const PictureSpec& spec, const ViewFrame& frame, const Layout& layout, Overlay& overlay) {
-  const Rgb8 strong = spec.dark ? Rgb8{240, 240, 240} : Rgb8{33, 37, 43};
-  const Rgb8 soft = spec.dark ? Rgb8{190, 194, 200} : Rgb8{85, 92, 102};
-  const TextStyle title{layout.title_size, strong, true};
-  const TextStyle caption{layout.text_size, soft};
+  const Rgb8 strong = layout.title_style.colour;
   const double edge = layout.edge;
-  if (!spec.title.empty() || !spec.caption.empty()) {
-    const Overlay::Size title_size = spec.title.empty() ? Overlay::Size{0, 0} : overlay.MeasureText(spec.title, title);
-    const Overlay::Size caption_size =
-        spec.caption.empty() ? Overlay::Size{0, 0} : overlay.MeasureText(spec.caption, caption);
-    const double caption_top = edge + (spec.title.empty() ? 0 : 1.45 * layout.title_size);
-    const double bottom = spec.caption.empty() ? edge + title_size.height : caption_top + caption_size.height;
+  if (layout.has_words()) {
     if (spec.camera.target_W) {
       // A tool or bone that reaches the top ends at a band; between the lines it would be taken for what is behind it.
-      overlay.AddBox(0, 0, spec.width, bottom + 0.5 * layout.text_size, spec.dark ? kDark : kWhite);
+      overlay.AddBox(0, 0, spec.width, layout.top_margin, spec.dark ? kDark : kWhite);
     }
-    overlay.AddText(spec.title, edge, edge, title);
-    overlay.AddText(spec.caption, edge, caption_top, caption);
+    overlay.AddText(layout.title, edge, edge, layout.title_style);
+    overlay.AddText(layout.caption, edge, layout.caption_top, layout.caption_style);
   }
   if (!spec.legend.empty()) {
-    const TextStyle style{layout.legend_size, strong};
-    double text_width = 0;
-    for (const LegendEntry& entry : spec.legend)
-      text_width = std::max(text_width, overlay.MeasureText(entry.text, style).width);
     const double swatch = layout.legend_size;
-    const double left = spec.width - edge - text_width - 1.6 * swatch;
+    const double left = spec.width - edge - layout.legend_width;
     const double height = swatch * (1 + kLegendLine * static_cast<double>(spec.legend.size() - 1));
     AddPanel(spec, layout, left, edge, spec.width - edge, edge + height, overlay);
     double top = edge;
     for (const LegendEntry& entry : spec.legend) {
-      overlay.AddBox(left - 1, top - 1, swatch + 2, swatch + 2, soft);
+      overlay.AddBox(left - 1, top - 1, swatch + 2, swatch + 2, layout.caption_style.colour);
       overlay.AddBox(left, top, swatch, swatch, entry.colour);
-      overlay.AddText(entry.text, left + 1.6 * swatch, top - 0.06 * swatch, style);
+      overlay.AddText(entry.text, left + kLegendText * swatch, top - 0.06 * swatch, {layout.legend_size, strong});
       top += kLegendLine * swatch;
     }
   }

@@ -22,8 +22,8 @@ std::optional<View> ViewFromString(const std::string& name);
 struct Camera {
   Vec3 toward_eye_W{0, -1, 0};   // from the target to the eye; any length
   Vec3 up_W{0, 0, 1};            // not parallel to toward_eye_W
-  std::optional<Vec3> target_W;  // at the picture's centre; unset: everything is fitted into the picture
-  double height_mm = 0;          // height of the visible region, > 0 if target_W is set
+  std::optional<Vec3> target_W;  // in the middle of what is below the title; unset: everything is fitted
+  double height_mm = 0;          // height of the region visible there, > 0 if target_W is set
 };
 Camera MakeCamera(View view);
 /// Returns a camera aimed at `target_W`.
@@ -66,8 +66,8 @@ struct PictureSpec {
   std::vector<Arrow> arrows;
   Camera camera = MakeCamera(View::kThreeQuarter);
   bool dark = false;    // background
-  std::string title;    // one line
-  std::string caption;  // smaller, below the title; may contain line breaks
+  std::string title;    // broken into lines that fit, as is the caption
+  std::string caption;  // smaller, below the title
   std::vector<LegendEntry> legend;
   bool scale_bar = true;
   Orientation orientation = Orientation::kPatient;

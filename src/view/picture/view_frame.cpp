@@ -136,19 +136,21 @@ ViewFrame CalcViewFrame(const PictureSpec& spec) {
   frame.toward_eye_W = glm::normalize(camera.toward_eye_W);
   frame.right_W = glm::normalize(right);
   frame.up_W = glm::cross(frame.toward_eye_W, frame.right_W);
+  const Layout layout(spec);
   if (camera.target_W) {
     if (!IsFinite(*camera.target_W) || !(camera.height_mm > 0) || !std::isfinite(camera.height_mm)) {
       throw Error(fmt::format("a camera with a target needs a view height above 0 mm, but got {}", camera.height_mm));
     }
-    frame.centre_W = *camera.target_W;
-    frame.pixels_per_mm = spec.height / camera.height_mm;
+    // The title and the caption hide a band at the top.
+    const double band = layout.has_words() ? layout.top_margin : 0;
+    frame.pixels_per_mm = (spec.height - band) / camera.height_mm;
+    frame.centre_W = *camera.target_W + 0.5 * band / frame.pixels_per_mm * frame.up_W;
     return frame;
   }
   Span span(frame.right_W, frame.up_W);
   IncludeEverything(spec, span);
   if (span.box().empty()) throw Error("there is nothing to draw: the picture has no surface");
   // The contents are fitted below the title and above the scale bar, with a margin.
-  const Layout layout(spec);
   const double free_width = spec.width - layout.left_margin - layout.right_margin;
   const double free_height = spec.height - layout.top_margin - layout.bottom_margin;
   const Vec3 size = glm::max(span.box().size(), Vec3{1e-6});

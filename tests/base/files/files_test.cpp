@@ -18,8 +18,8 @@ using ::testing::HasSubstr;
 class Files : public ::testing::Test {
  protected:
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
-  std::size_t CountFiles() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+  std::size_t CountFiles(const std::string& in = "") const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(Path(in)), fs::directory_iterator()));
   }
   test::Folder own_;
   std::string folder_ = own_.path();
@@ -98,6 +98,53 @@ TEST_F(Files, RemoveTemporariesRemovesOnlyFilesBeingWritten) {
   EXPECT_EQ(ReadTextFile(Path("b.txt")), "done");
   RemoveTemporaries();
   EXPECT_EQ(CountFiles(), 2u);
+}
+
+TEST_F(Files, FilesOfABatchReplaceEarlierOnesOnlyTogether) {
+  MakeFolder(Path("out"));
+  WriteTextFile(Path("out/a.txt"), "old a");
+  WriteTextFile(Path("out/b.txt"), "old b");
+  {
+    FileBatch batch(Path("./out/"));
+    WriteTextFile(Path("out//a.txt"), "new a");
+    WriteTextFile(Path("out/b.txt"), "new b");
+    WriteTextFile(Path("out/c.txt"), "new c");
+    WriteTextFile(Path("elsewhere.txt"), "does not wait");
+    EXPECT_EQ(ReadTextFile(Path("out/a.txt")), "old a");
+    EXPECT_EQ(ReadTextFile(Path("out/b.txt")), "old b");
+    EXPECT_FALSE(fs::exists(Path("out/c.txt")));
+    EXPECT_EQ(ReadTextFile(Path("elsewhere.txt")), "does not wait");
+    batch.Commit();
+    EXPECT_EQ(ReadTextFile(Path("out/a.txt")), "new a");
+    EXPECT_EQ(ReadTextFile(Path("out/b.txt")), "new b");
+    EXPECT_EQ(ReadTextFile(Path("out/c.txt")), "new c");
+    WriteTextFile(Path("out/a.txt"), "newer a");
+    EXPECT_EQ(ReadTextFile(Path("out/a.txt")), "new a");
+  }
+  EXPECT_EQ(ReadTextFile(Path("out/a.txt")), "newer a");  // the destructor commits
+  WriteTextFile(Path("out/a.txt"), "without a batch");
+  EXPECT_EQ(ReadTextFile(Path("out/a.txt")), "without a batch");
+  EXPECT_EQ(CountFiles("out"), 3u);
+}
+
+TEST_F(Files, SignalLeavesTheFilesThatABatchWouldHaveReplaced) {
+  MakeFolder(Path("out"));
+  const auto name = [&](std::size_t i) { return Path("out/" + std::to_string(i)); };
+  for (std::size_t i = 0; i < FileBatch::kMost; ++i) WriteTextFile(name(i), "old");
+  FileBatch batch(Path("out"));
+  for (std::size_t i = 0; i < FileBatch::kMost; ++i) WriteTextFile(name(i), "new");
+  EXPECT_EQ(CountFiles("out"), 2 * FileBatch::kMost);
+  RemoveTemporaries();
+  EXPECT_EQ(CountFiles("out"), FileBatch::kMost);
+  for (std::size_t i = 0; i < FileBatch::kMost; ++i) EXPECT_EQ(ReadTextFile(name(i)), "old");
+}
+
+TEST_F(Files, BatchThatIsFullHoldsNoFurtherFile) {
+  FileBatch batch(folder_);
+  const auto name = [&](std::size_t i) { return Path(std::to_string(i)); };
+  for (std::size_t i = 0; i <= FileBatch::kMost; ++i) WriteTextFile(name(i), "new");
+  EXPECT_FALSE(fs::exists(name(FileBatch::kMost - 1)));
+  EXPECT_TRUE(fs::exists(name(FileBatch::kMost)));
 }
 
 TEST_F(Files, GrowingFileAppearsOnlyWhenComplete) {

@@ -1,5 +1,6 @@
 #include "session/run/run.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sndfile.h>
 
@@ -16,6 +17,7 @@
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 #include "session/run/overall_progress.h"
+#include "session/run/run_pictures.h"
 #include "session/run/run_scene.h"
 #include "session/run/run_warnings.h"
 #include "support/block_scene.h"
@@ -181,6 +183,54 @@ TEST_F(Run, ReportsItsStagesInOrderAndTheirProgress) {
   EXPECT_EQ(stages, expected);
   EXPECT_EQ(last["writing the pieces"], 1);
   EXPECT_EQ(last["drawing the pictures"], KERF_WITH_PICTURES ? 1 : 0);
+}
+
+TEST(OverallProgress, StageThatWasEndedEarlyCountsOnlyAsFarAsItCame) {
+  const std::vector<ExpectedStage> stages{{"first", 10}, {"cutting", 60, true}, {"last", 30}};
+  OverallProgress whole(stages);
+  EXPECT_DOUBLE_EQ(whole.Advance("first", 0.5), 0.05);
+  EXPECT_DOUBLE_EQ(whole.Advance("cutting", 1), 0.7);
+  EXPECT_DOUBLE_EQ(whole.Advance("last", 0.5), 0.85);
+  OverallProgress ended(stages);
+  EXPECT_DOUBLE_EQ(ended.Advance("cutting", 1.0 / 6), 0.2);
+  EXPECT_DOUBLE_EQ(ended.Advance("last", 0.5), (10 + 10 + 15) / 50.0);
+  EXPECT_DOUBLE_EQ(ended.Advance("last", 1), 1);
+  OverallProgress skipped(stages);  // a stage that only reports its start takes its time
+  EXPECT_DOUBLE_EQ(skipped.Advance("first", 0), 0);
+  EXPECT_DOUBLE_EQ(skipped.Advance("cutting", 0), 0.1);
+}
+
+TEST(WaysApart, EachPieceComesFurtherFromTheNext) {
+  using testing::ElementsAre;
+  EXPECT_THAT(CalcWaysApart(std::vector{3.0, -2.0}, 12), ElementsAre(6, -6));
+  // Both beside the cut, at 0.
+  EXPECT_THAT(CalcWaysApart(std::vector{3.0, 20.0}, 12), ElementsAre(-6, 6));
+  EXPECT_THAT(CalcWaysApart(std::vector{5.0, 9.0, -4.0}, 12), ElementsAre(0, 12, -12));
+  EXPECT_THAT(CalcWaysApart(std::vector{5.0}, 12), ElementsAre(0));
+}
+
+TEST_F(Run, EarlierResultsAreReplacedOnlyTogether) {
+  const std::string changed = test::BlockToml({8, 4, 6}, 0.1) + test::StrokeToml({1, 0, 11.5}, {1, 0, 3}, 10, {0, 1, 0});
+  RunScene(ParseScene(kRunScene, "scene.toml"), folder_, {});
+  const auto read_all = [&] {
+    std::map<std::string, std::string> contents;
+    for (const auto& file : fs::directory_iterator(folder_)) {
+      const std::string name = file.path().filename().string();
+      if (!name.starts_with('.')) contents[name] = ReadTextFile(file.path().string());
+    }
+    return contents;
+  };
+  const std::map<std::string, std::string> earlier = read_all();
+  int looks = 0;
+  RunScene(ParseScene(changed, "scene.toml"), folder_, [&](const std::string&, double) {
+    ++looks;
+    EXPECT_EQ(read_all(), earlier);
+  });
+  EXPECT_GT(looks, 4);
+  const std::map<std::string, std::string> now = read_all();
+  for (const char* name : {"summary.json", "forces.csv", "bone.vdb", "piece_1.stl"}) {
+    EXPECT_NE(now.at(name), earlier.at(name)) << name;
+  }
 }
 
 TEST_F(Run, ReducedPiecesAreSmallerAndWithinTheStatedError) {

@@ -25,6 +25,7 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr Rgb8 kGreen{0, 158, 115};
+constexpr Rgb8 kBlue{0, 114, 178};
 
 class Picture : public ::testing::Test {
  protected:
@@ -225,6 +226,66 @@ TEST_F(Picture, TextLegendScaleBarAndCubeAreInTheirCorners) {
   EXPECT_GT(corner_ink(false, true), 100);
   spec.orientation = Orientation::kPatient;
   EXPECT_GT(corner_ink(true, true), 1000);
+}
+
+TEST_F(Picture, TargetIsInTheMiddleOfWhatIsBelowTheTitle) {
+  // As high as the visible region, so that neither the title nor the lower edge may hide a part of it.
+  PictureSpec spec = MakeBareSpec(MakeSphere(10, Vec3{1, 2, 3}), kGreen);
+  spec.camera = MakeCamera({0.2, -1, 0.3}, {0, 0, 1}, Vec3{1, 2, 3}, 21);
+  spec.title = "Title";
+  spec.caption = "and a caption below it,\nof two lines";
+  const Patch patch = FindPatch(RenderPicture(spec), IsGreen);
+  const ViewFrame frame = CalcViewFrame(spec);
+  const double top = 480 - 21 * frame.pixels_per_mm;
+  EXPECT_GT(top, 24 / 1.5 + 26 / 1.5 + 2 * 18 / 1.5);  // an edge and three lines, in pixels at a height of 480
+  EXPECT_LT(top, 120);
+  // A pixel of the outline may be too light to count.
+  EXPECT_NEAR(patch.top, top + 0.5 * frame.pixels_per_mm, 2);
+  EXPECT_NEAR(patch.bottom, 480 - 0.5 * frame.pixels_per_mm, 2);
+}
+
+TEST_F(Picture, LongTitlesAreBrokenIntoLinesBesideTheLegend) {
+  PictureSpec spec = MakeBareSpec(MakeSphere(10, Vec3{0}), kGreen);
+  spec.legend = {{"cortical bone", kBlue}};
+  const Image with_legend = RenderPicture(spec);
+  for (int i = 0; i < 40; ++i) spec.title += "word ";  // 200 letters
+  for (int i = 0; i < 40; ++i) spec.caption += "more ";
+  for (const bool has_target : {false, true}) {
+    if (has_target) spec.camera = MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 30);
+    const Image image = RenderPicture(spec);
+    // The legend and the edges beside it are as without a title.
+    const int left = FindPatch(with_legend, IsBlue).left - 10;
+    for (int row = 0; row < 40; ++row) {
+      for (int column = left; column < 640; ++column) {
+        ASSERT_EQ(image.At(column, row), with_legend.At(column, row)) << column << " " << row;
+      }
+    }
+    // All of the sphere is below the text.
+    const Patch sphere = FindPatch(image, IsGreen);
+    EXPECT_NEAR(sphere.bottom - sphere.top, sphere.right - sphere.left, 3);
+    EXPECT_GT(sphere.count, 0.75 * (sphere.right - sphere.left) * (sphere.bottom - sphere.top));
+  }
+}
+
+TEST_F(Picture, SmallPicturesWithLongTitlesStillShowTheirShapes) {
+  PictureSpec spec = MakeBareSpec(MakeSphere(10, Vec3{0}), kGreen);
+  spec.title = spec.caption = "several words that do not fit in one line";
+  spec.legend = {{"cortical bone", kBlue}};
+  spec.scale_bar = true;
+  for (const bool axes : {false, true}) {
+    spec.axes = axes;
+    for (const auto& [width, height] : {std::pair{64, 64}, std::pair{64, 480}, std::pair{640, 64}}) {
+      spec.width = width;
+      spec.height = height;
+      spec.camera = MakeCamera(View::kFront);
+      EXPECT_GT(CalcViewFrame(spec).pixels_per_mm, 0) << width << " " << height;
+      RenderPicture(spec);
+      if (axes) continue;  // they are for fitted shapes only
+      spec.camera = MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 30);
+      EXPECT_GT(CalcViewFrame(spec).pixels_per_mm, 0) << width << " " << height;
+      RenderPicture(spec);
+    }
+  }
 }
 
 TEST_F(Picture, ScaleBarHasItsStatedLength) {
