@@ -15,7 +15,7 @@ namespace {
 
 constexpr Rgb8 kYoung{213, 94, 0};
 constexpr Rgb8 kOld{0, 70, 160};
-constexpr double kDrawnPixels = 3.5;      // diameter of a drawn chip; at true scale, chips would be invisible
+constexpr double kDrawnPixels = 3.5;  // diameter of a drawn chip; at true scale, chips would be invisible
 constexpr double kMargin = 1.06;
 
 /// Adds a coarse sphere.

@@ -166,7 +166,8 @@ bool AreDrawn(const Scene& scene, std::vector<std::string>& warnings) {
 std::vector<double> CalcWaysApart(std::span<const double> places_mm, double gap_mm) {
   std::vector<std::size_t> order(places_mm.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return places_mm[a] < places_mm[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return places_mm[a] < places_mm[b]; });
   std::vector<double> ways_mm(places_mm.size());
   double way_mm = -0.5 * gap_mm * (static_cast<double>(places_mm.size()) - 1);
   for (const std::size_t i : order) {
@@ -287,9 +288,8 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
       for (Vec3& p : apart.shapes[i].mesh_W.points) p += ways_mm[i] * normal;
     }
     apart.camera = {across + 0.75 * outward + Vec3(0, 0, 0.45), Vec3(0, 0, 1), {}, 0};
-    apart.caption =
-        fmt::format("{} pieces, moved {:g} mm apart along the spindle's axis; the cut faces show the layers",
-                    piece_count, kGapMm);
+    apart.caption = fmt::format(
+        "{} pieces, moved {:g} mm apart along the spindle's axis; the cut faces show the layers", piece_count, kGapMm);
     write(apart, "apart.png", 0.95);
   }
 

@@ -22,8 +22,8 @@ struct PieceSurface {
 };
 
 /// Makes the surface, reduced with an error of at most `error_mm` (mesh/reduce.h); 0: not reduced. For the pictures it
-/// is reduced only if it has more than a million triangles. `has_file`: false if only they need it. `progress` is called
-/// with values from 0 to 1.
+/// is reduced only if it has more than a million triangles. `has_file`: false if only they need it. `progress` is
+/// called with values from 0 to 1.
 PieceSurface MakePieceSurface(const Bone& piece, double error_mm, bool has_file,
                               const std::function<void(double)>& progress);
 
