@@ -30,7 +30,8 @@ struct Layout {
   std::string title;
   std::string caption;
   double caption_top;
-  double words_bottom;                                          // of both
+  double words_bottom;  // of both
+
   double left_margin, right_margin, top_margin, bottom_margin;  // kept free of fitted shapes
 };
 

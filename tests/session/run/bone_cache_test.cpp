@@ -83,7 +83,7 @@ TEST_F(BoneCache, ABoneThatIsBeingKeptIsWaitedFor) {
 TEST_F(BoneCache, ABoneThatWasBegunIsTakenOnce) {
   const Bone first = Get(Coarse(3)).first;
   SetBoneCache("");
-  const MaterialTable materials = DefaultMandibleTable();
+  const MaterialTable& materials = DefaultMandibleTable();
   BeginCachedMandible(Coarse(3), materials);
   EXPECT_TRUE(Get(Coarse()).second);  // another one; FinishKeepingBones() drops the one that was begun
   EXPECT_TRUE(Get(Coarse(3)).second);
