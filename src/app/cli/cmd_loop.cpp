@@ -231,7 +231,7 @@ void Run(LoopArguments& options) {
       if (now == "cutting") {
         bar.SetNote(*note);
       } else if (options.loop.stop->load() && !options.folder.empty()) {
-        bar.SetNote("(Ctrl-C: end without it)");
+        bar.SetNote("(Ctrl-C: end at once)");
       }
     };
     summary = RunLoop(scene, options.loop, show);

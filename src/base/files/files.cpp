@@ -21,10 +21,15 @@ namespace fs = std::filesystem;
 
 /// Resolves a link, so that the link's target is replaced and not the link itself.
 std::string FollowLinks(const std::string& path) {
+  constexpr int kMostLinks = 40;
+  fs::path target(path);
   std::error_code error;
-  if (!fs::is_symlink(path, error)) return path;
-  const fs::path target = fs::weakly_canonical(path, error);
-  return error ? path : target.string();
+  for (int i = 0; i < kMostLinks && fs::is_symlink(target, error); ++i) {
+    const fs::path link = fs::read_symlink(target, error);
+    if (error) return path;
+    target = link.is_absolute() ? link : target.parent_path() / link;
+  }
+  return target.string();
 }
 
 std::map<std::string, std::string>& Shelf() {
@@ -96,14 +101,15 @@ void CheckReadable(const std::istream& in, const std::string& path) {
 struct PendingFile::State {
   std::string path;
   std::string target;
-  Temporary temporary;
-  explicit State(const std::string& name) : path(name), target(FollowLinks(name)), temporary(target) {}
+  std::unique_ptr<Temporary> temporary;  // null once a FileBatch has taken it
+  State(std::string the_path, std::string the_target) : path(std::move(the_path)), target(std::move(the_target)) {}
 };
 
 PendingFile::PendingFile(const std::string& path) {
   CheckWritable(path);
   try {
-    state_ = std::make_unique<State>(path);
+    state_ = std::make_unique<State>(path, FollowLinks(path));
+    state_->temporary = std::make_unique<Temporary>(state_->target);
   } catch (const Error& e) {
     throw Error(fmt::format("{}: can't be written: {}", path, e.what()));
   }
@@ -116,13 +122,13 @@ const std::string& PendingFile::path() const {
   return state_->path;
 }
 const std::string& PendingFile::temporary() const {
-  return state_->temporary.path_to_write();
+  return state_->temporary->path_to_write();
 }
 
 void PendingFile::Commit() {
   try {
-    state_->temporary.Flush();
-    if (!FileBatch::Take(state_)) state_->temporary.RenameTo(state_->target);
+    state_->temporary->Flush();
+    if (!FileBatch::Take(state_)) state_->temporary->RenameTo(state_->target);
   } catch (const Error& e) {
     throw Error(fmt::format("{}: can't be written: {}", path(), e.what()));
   }
@@ -142,8 +148,28 @@ fs::path FolderOf(const std::string& file) {
 
 struct FileBatch::State {
   fs::path folder;
-  std::vector<std::unique_ptr<PendingFile::State>> complete;
+  bool is_full = false;
+  std::vector<PendingFile::State> complete;
+
+  /// Renames the files in the order in which they were completed, the last one only if all others were renamed: it may
+  /// be a list of them. Returns a message if that fails.
+  std::string Rename();
 };
+
+std::string FileBatch::State::Rename() {
+  const RenamesTogether together;
+  std::string failure;
+  for (PendingFile::State& file : complete) {
+    if (&file == &complete.back() && !failure.empty()) break;
+    try {
+      file.temporary->RenameTo(file.target);
+    } catch (const Error& e) {
+      if (failure.empty()) failure = fmt::format("{}: can't be written: {}", file.path, e.what());
+    }
+  }
+  complete.clear();
+  return failure;
+}
 
 FileBatch::FileBatch(const std::string& folder) : state_(std::make_unique<State>()) {
   state_->folder = FolderOf(folder + "/file");
@@ -152,21 +178,24 @@ FileBatch::FileBatch(const std::string& folder) : state_(std::make_unique<State>
 }
 
 FileBatch::~FileBatch() {
-  try {
-    Commit();
-  } catch (const Error&) {
-    // Commit() reports it, if it is called before.
-  }
   const std::lock_guard lock(batches_mutex);
   std::erase(batches, this);
+  state_->Rename();  // Commit() reports a failure, if it is called before
 }
 
 bool FileBatch::Take(std::unique_ptr<PendingFile::State>& file) {
   const std::lock_guard lock(batches_mutex);
   for (FileBatch* batch : batches) {
-    std::vector<std::unique_ptr<PendingFile::State>>& complete = batch->state_->complete;
-    if (FolderOf(file->path) != batch->state_->folder || complete.size() >= kMost) continue;
-    complete.push_back(std::move(file));
+    State& state = *batch->state_;
+    if (FolderOf(file->path) != state.folder || state.is_full) continue;
+    if (state.complete.size() == kMost) {
+      state.is_full = true;
+      const std::string failure = state.Rename();
+      if (!failure.empty()) throw Error(failure);
+      continue;
+    }
+    PendingFile::State& taken = state.complete.emplace_back(file->path, file->target);
+    taken.temporary = std::move(file->temporary);
     return true;
   }
   return false;
@@ -174,15 +203,7 @@ bool FileBatch::Take(std::unique_ptr<PendingFile::State>& file) {
 
 void FileBatch::Commit() {
   const std::lock_guard lock(batches_mutex);
-  std::string failure;
-  for (const auto& file : state_->complete) {
-    try {
-      file->temporary.RenameTo(file->target);
-    } catch (const Error& e) {
-      if (failure.empty()) failure = fmt::format("{}: can't be written: {}", file->path, e.what());
-    }
-  }
-  state_->complete.clear();
+  const std::string failure = state_->Rename();
   if (!failure.empty()) throw Error(failure);
 }
 

@@ -65,7 +65,7 @@ class PendingFile {
 /// a program that is ended by a signal before leaves the folder as it was. The files may be written by several threads.
 class FileBatch {
  public:
-  static constexpr std::size_t kMost = 48;  // complete files that wait; further ones do not wait
+  static constexpr std::size_t kMost = 48;  // if there are more files, each is renamed as soon as it is complete
 
   /// `folder`: as in the paths of the files.
   explicit FileBatch(const std::string& folder);
@@ -74,7 +74,7 @@ class FileBatch {
   FileBatch(const FileBatch&) = delete;
   FileBatch& operator=(const FileBatch&) = delete;
 
-  /// Renames the files that are complete. Throws kerf::Error.
+  /// Renames the files, the one completed last only if all others could be renamed. Throws kerf::Error.
   void Commit();
 
  private:

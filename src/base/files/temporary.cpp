@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -46,7 +47,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::array<LivePath, FileBatch::kMost + 16> live_paths;
+std::array<LivePath, FileBatch::kMost + 16> live_paths;  // of one batch and of other files
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
 /// Removes an empty folder and then its parents, as long as they are empty. Async-signal-safe.
@@ -255,13 +256,46 @@ void Temporary::RenameTo(const std::string& target) {
   renamed_ = true;
 }
 
+namespace {
+
+std::atomic<int> renaming{0};  // objects of RenamesTogether
+std::atomic<bool> removing{false};
+
+/// Waits for a millisecond. Async-signal-safe.
+void Pause() {
+  constexpr timespec kPause{0, 1'000'000};
+  nanosleep(&kPause, nullptr);
+}
+
+}  // namespace
+
+RenamesTogether::RenamesTogether() {
+  sigset_t ending;
+  sigemptyset(&ending);
+  for (const int number : {SIGHUP, SIGINT, SIGTERM}) sigaddset(&ending, number);
+  pthread_sigmask(SIG_BLOCK, &ending, &before_);
+  for (++renaming; removing; ++renaming) {
+    --renaming;
+    Pause();
+  }
+}
+
+RenamesTogether::~RenamesTogether() {
+  --renaming;
+  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
+
 void RemoveLiveTemporaries() {
+  removing = true;
+  constexpr int kLongest = 5000;
+  for (int i = 0; renaming > 0 && i < kLongest; ++i) Pause();
   for (const LivePath& entry : live_paths) {
     if (entry.live && entry.folders == 0) unlink(entry.path.data());
   }
   for (const LivePath& entry : live_paths) {
     if (entry.live && entry.folders > 0) RemoveFolders(entry.path, entry.folders);
   }
+  removing = false;
 }
 
 TemporaryFolder::TemporaryFolder(const std::string& name) {

@@ -3,6 +3,8 @@
 
 #include <sys/types.h>
 
+#include <csignal>
+
 #include <string>
 
 namespace kerf {
@@ -60,8 +62,23 @@ class Temporary {
 /// open.
 void SweepLeftovers(const std::string& target);
 
-/// Removes the temporary files that are being written, and then the noted folders. Async-signal-safe.
+/// Removes the temporary files that are being written, and then the noted folders. If files are being renamed together
+/// (RenamesTogether), waits for that. Async-signal-safe.
 void RemoveLiveTemporaries();
+
+/// While an object exists, a signal that ends the program (SIGHUP, SIGINT, SIGTERM) is not handled by this thread, and
+/// RemoveLiveTemporaries() waits in another: files are all renamed or none. For a few milliseconds only. Objects may be
+/// nested.
+class RenamesTogether {
+ public:
+  RenamesTogether();
+  ~RenamesTogether();
+  RenamesTogether(const RenamesTogether&) = delete;
+  RenamesTogether& operator=(const RenamesTogether&) = delete;
+
+ private:
+  sigset_t before_;
+};
 
 /// Private folder with a random name (mkdtemp) in the system's folder for temporary files. The destructor removes it
 /// and its content.

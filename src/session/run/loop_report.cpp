@@ -580,14 +580,9 @@ void CheckLoopInputsNotOverwritten(const Scene& scene, const std::string& scene_
   for (const std::string& name : ReadEarlierResults(folder, "loop.json")) {
     outputs.push_back(fmt::format("{}/{}", folder, name));
   }
-  // The number of pieces is not known yet, so all piece files are listed.
-  std::error_code none;
-  for (const auto& file : std::filesystem::directory_iterator(folder, none)) {
-    const std::string name = file.path().filename().string();
-    if (name.starts_with("piece_") && name.ends_with(".stl")) outputs.push_back(file.path().string());
-  }
   std::vector<std::string> inputs = ListInputs(scene, scene_file);
   inputs.push_back(scene.device.file);
+  for (const std::string& name : ListPieceFiles(folder, inputs)) outputs.push_back(name);
   CheckInputsNotOverwritten(inputs, outputs);
 }
 

@@ -176,6 +176,7 @@ struct LoopSession::State {
   double replayed_s = 0;
   std::size_t copied = 0;       // events copied from the recording that is continued
   std::int64_t done_ticks = 0;  // in virtual time
+  double completed = 0;         // fraction of the stage
   WallClock::time_point tick_began;
 };
 
@@ -340,6 +341,7 @@ void LoopSession::State::MakeReaders() {
 }
 
 void LoopSession::State::Read(double fraction) {
+  completed = fraction;
   recorder->Drain(*loop);
   if (recording) recording->FlushAt(CalcElapsed_s());
   s.leaves_sent += mirror->Update();
@@ -361,7 +363,7 @@ bool LoopSession::State::Search(std::int64_t ticks, double time_s) {
 
 void LoopSession::State::SendRest() {
   while (loop->SendRemaining()) s.leaves_sent += mirror->Update();
-  Read(1);
+  Read(completed);
 }
 
 StageCosts LoopSession::State::MakeCosts() {

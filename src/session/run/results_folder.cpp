@@ -27,6 +27,18 @@ std::vector<std::string> ReadEarlierResults(const std::string& folder, const std
   return names;
 }
 
+std::vector<std::string> ListPieceFiles(const std::string& folder, const std::vector<std::string>& inputs) {
+  std::vector<std::string> files;
+  const auto add = [&](const std::filesystem::path& path) {
+    const std::string name = path.filename().string();
+    if (name.starts_with("piece_") && name.ends_with(".stl")) files.push_back(folder + "/" + name);
+  };
+  std::error_code none;
+  for (const auto& file : std::filesystem::directory_iterator(folder, none)) add(file.path());
+  for (const std::string& input : inputs) add(input);
+  return files;
+}
+
 void RemoveStaleResults(const std::string& folder, const std::vector<std::string>& earlier,
                         const std::vector<std::string>& written) {
   for (const std::string& name : earlier) {

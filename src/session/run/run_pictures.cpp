@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "bone/grid/coarse_surface.h"
 #include "bone/mesh/reduce.h"
@@ -150,7 +151,7 @@ PieceSurface MakePieceSurface(const Bone& piece, double error_mm, bool has_file,
     std::vector<Rgb8> kept;
     kept.reserve(reduced.from.size());
     for (const std::uint32_t p : reduced.from) kept.push_back(shape.point_colours[p]);
-    shape.mesh_W = surface.mesh_W;
+    shape.mesh_W = has_file ? surface.mesh_W : std::move(surface.mesh_W);
     shape.point_colours = std::move(kept);
   }
   return surface;
@@ -244,7 +245,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
 
   // Show the kerf's opening on the outer side of the bone, slightly from above and from one side of the disc's plane.
   PictureSpec cut = base(name + ": the cut in close-up");
-  cut.shapes = after.shapes;
+  cut.shapes = std::move(after.shapes);
   cut.legend = after.legend;
   const TickRecord& last = run.ticks[moments.any ? moments.last : 0];
   const Vec3 normal = peak.X_WT.Vector({0, 0, 1});
@@ -276,20 +277,23 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
 
   if (run.apart && piece_count > 1) {
     PictureSpec apart = base(name + ": the pieces moved apart");
-    constexpr double kGapMm = 12;
+    // Many pieces must not become specks.
+    const double gap_mm = std::min(12.0, 60.0 / static_cast<double>(piece_count - 1));
     std::vector<double> places_mm;
     for (const PieceSurface& piece : pieces.surfaces) {
       if (apart.legend.empty()) apart.legend = piece.legend;
       apart.shapes.push_back(piece.shape);
       places_mm.push_back(glm::dot(Centroid(piece.shape.mesh_W), normal));
     }
-    const std::vector<double> ways_mm = CalcWaysApart(places_mm, kGapMm);
+    const std::vector<double> ways_mm = CalcWaysApart(places_mm, gap_mm);
     for (std::size_t i = 0; i < ways_mm.size(); ++i) {
       for (Vec3& p : apart.shapes[i].mesh_W.points) p += ways_mm[i] * normal;
     }
     apart.camera = {across + 0.75 * outward + Vec3(0, 0, 0.45), Vec3(0, 0, 1), {}, 0};
     apart.caption = fmt::format(
-        "{} pieces, moved {:g} mm apart along the spindle's axis; the cut faces show the layers", piece_count, kGapMm);
+        "{} pieces, each moved {:.2g} mm further from the next along the spindle's axis; the cut "
+        "faces show the layers",
+        piece_count, gap_mm);
     write(apart, "apart.png", 0.95);
   }
 

@@ -12,6 +12,7 @@
 
 #include "base/files/files.h"
 #include "base/files/peak_memory.h"
+#include "base/files/temporary.h"
 #include "bone/vdb/bonefile.h"
 #include "cut/force/measured.h"
 #include "kerf/error.h"
@@ -178,13 +179,9 @@ void CheckInputsNotOverwritten(const Scene& scene, const std::string& scene_file
   }
   for (const std::string& name : EffectFiles::Names()) outputs.push_back(fmt::format("{}/{}", folder, name));
   for (const std::string& name : ReadEarlierResults(folder)) outputs.push_back(fmt::format("{}/{}", folder, name));
-  // The number of pieces is not known yet, so all piece files are listed.
-  std::error_code none;
-  for (const auto& file : std::filesystem::directory_iterator(folder, none)) {
-    const std::string name = file.path().filename().string();
-    if (name.starts_with("piece_") && name.ends_with(".stl")) outputs.push_back(file.path().string());
-  }
-  CheckInputsNotOverwritten(ListInputs(scene, scene_file), outputs);
+  const std::vector<std::string> inputs = ListInputs(scene, scene_file);
+  for (const std::string& name : ListPieceFiles(folder, inputs)) outputs.push_back(name);
+  CheckInputsNotOverwritten(inputs, outputs);
 }
 
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
@@ -286,6 +283,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   summary.peak_memory_MB = ReadPeakMemory_MB();
   summary.files.emplace_back("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
+  const RenamesTogether together;
   results.Commit();
   RemoveStaleResults(folder, earlier, summary.files);
   return summary;

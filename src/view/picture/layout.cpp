@@ -9,7 +9,10 @@
 
 namespace kerf {
 
-Layout::Layout(const PictureSpec& spec) : unit(std::clamp(spec.height / 720.0, 0.5, 8.0)) {
+Layout::Layout(const PictureSpec& spec)
+    : unit(std::clamp(std::min(spec.height / 720.0, spec.width / 640.0), 0.5, 8.0)) {
+  constexpr int kMostSide = 4096;  // of twice as large a window, which drivers support
+  supersampling = std::max(spec.width, spec.height) <= kMostSide ? 2 : 1;
   title_style = {static_cast<int>(std::round(26 * unit)), spec.dark ? Rgb8{240, 240, 240} : Rgb8{33, 37, 43}, true};
   text_size = static_cast<int>(std::round(18 * unit));
   caption_style = {text_size, spec.dark ? Rgb8{190, 194, 200} : Rgb8{85, 92, 102}};
@@ -20,13 +23,19 @@ Layout::Layout(const PictureSpec& spec) : unit(std::clamp(spec.height / 720.0, 0
   legend_size = std::clamp(static_cast<int>((spec.height - 2 * edge - cube) / (lines * kLegendLine)), 8, text_size);
 
   const vtkNew<vtkRenderer> unused;
-  const Overlay words(*unused, spec.height, 1);
-  legend_width = spec.legend.empty() ? 0 : kLegendText * legend_size;
-  double text_width = 0;
-  for (const LegendEntry& entry : spec.legend) {
-    text_width = std::max(text_width, words.MeasureText(entry.text, {legend_size}).width);
+  const Overlay words(*unused, spec.height, supersampling);
+  const auto measure_legend = [&] {
+    double width = 0;
+    for (const LegendEntry& entry : spec.legend) {
+      width = std::max(width, kLegendText * legend_size + words.MeasureText(entry.text, {legend_size}).width);
+    }
+    return width;
+  };
+  legend_width = measure_legend();
+  if (const double most = 0.4 * spec.width; legend_width > most) {
+    legend_size = std::max(8, static_cast<int>(legend_size * most / legend_width));
+    legend_width = measure_legend();
   }
-  legend_width += text_width;
   const double free_width = spec.width - 2 * edge - (spec.legend.empty() ? 0 : legend_width + text_size);
   title = words.Wrap(spec.title, free_width, title_style);
   caption = words.Wrap(spec.caption, free_width, caption_style);

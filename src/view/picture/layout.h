@@ -12,13 +12,14 @@ inline constexpr double kLegendLine = 1.5;  // line spacing of a legend, in lett
 inline constexpr double kLegendText = 1.6;  // from the left edge of its swatches to its text
 
 /// Sizes in pixels of the finished picture. They scale with its height, so that text stays legible when the picture is
-/// scaled to a page.
+/// scaled to a page; in a narrow picture, with its width.
 struct Layout {
   explicit Layout(const PictureSpec& spec);
 
   bool has_words() const { return !title.empty() || !caption.empty(); }
 
-  double unit;  // 1 at 720 pixels of height
+  int supersampling;  // pixels drawn for one of the picture, along each side, for smooth edges and letters
+  double unit;        // 1 at 1280 x 720 pixels
   TextStyle title_style;
   TextStyle caption_style;
   int text_size;
@@ -34,6 +35,9 @@ struct Layout {
 
   double left_margin, right_margin, top_margin, bottom_margin;  // kept free of fitted shapes
 };
+
+/// Throws Error if there is nothing to fit or a value is out of range.
+ViewFrame CalcViewFrame(const PictureSpec& spec, const Layout& layout);
 
 /// Returns one of the 8 corners of a box; bit i of `corner` selects the side along axis i.
 Vec3 CornerOf(const Box3& box, int corner);

@@ -108,6 +108,17 @@ Overlay::Size Overlay::MeasureText(const std::string& text, const TextStyle& sty
           static_cast<double>(box[3] - box[2] + 1) / supersampling_};
 }
 
+std::size_t Overlay::FindFitting(const std::string& word, double width, const TextStyle& style) const {
+  const auto next = [&](std::size_t at) {
+    for (++at; at < word.size() && (static_cast<unsigned char>(word[at]) & 0xc0U) == 0x80;) ++at;
+    return at;
+  };
+  if (MeasureText(word, style).width <= width) return 0;
+  std::size_t end = next(0);
+  while (next(end) < word.size() && MeasureText(word.substr(0, next(end)), style).width <= width) end = next(end);
+  return end < word.size() ? end : 0;
+}
+
 std::string Overlay::Wrap(const std::string& text, double width, const TextStyle& style) const {
   std::string wrapped;
   std::string line;
@@ -117,9 +128,14 @@ std::string Overlay::Wrap(const std::string& text, double width, const TextStyle
     std::string longer = line;
     if (!line.empty()) longer += ' ';
     longer += word;
-    const bool fits = line.empty() || MeasureText(longer, style).width <= width;
-    if (!fits) wrapped.append(line).append(1, '\n');
+    const bool fits = MeasureText(longer, style).width <= width;
+    if (!fits && !line.empty()) wrapped.append(line).append(1, '\n');
     line = fits ? longer : word;
+    // A word that is too long by itself is divided, but not within a character of UTF-8.
+    for (std::size_t cut = fits ? 0 : FindFitting(line, width, style); cut > 0; cut = FindFitting(line, width, style)) {
+      wrapped.append(line, 0, cut).append(1, '\n');
+      line.erase(0, cut);
+    }
     if (end < text.size() && text[end] == '\n') wrapped.append(std::exchange(line, {})).append(1, '\n');
     from = end + 1;
   }

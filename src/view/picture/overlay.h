@@ -41,7 +41,8 @@ class Overlay {
     double height;
   };
   Size MeasureText(const std::string& text, const TextStyle& style) const;
-  /// Returns the text with line breaks in place of spaces, so that no line is wider than `width` unless a word is.
+  /// Returns the text with line breaks in place of spaces, and within words that are too long, so that no line is wider
+  /// than `width` unless a letter is.
   std::string Wrap(const std::string& text, double width, const TextStyle& style) const;
   /// `row`: top of the text.
   void AddText(const std::string& text, double column, double row, const TextStyle& style);
@@ -55,6 +56,8 @@ class Overlay {
   void AddPolygon(const std::vector<OverlayPoint>& corners, const Rgb8& colour);
 
  private:
+  /// Returns the length of the longest beginning of a word that fits, at least one letter; 0 if all of it fits.
+  std::size_t FindFitting(const std::string& word, double width, const TextStyle& style) const;
   void AddFlat(vtkPolyData& data, const Rgb8& colour, double opacity);
 
   vtkRenderer& renderer_;

@@ -153,10 +153,9 @@ double CalcRoundLength(double wanted) {
   return power;
 }
 
-// Adds a background below text that shapes may reach.
+// Adds a background below text, which shapes may reach.
 void AddPanel(const PictureSpec& spec, const Layout& layout, double left, double top, double right, double bottom,
               Overlay& overlay) {
-  if (!spec.camera.target_W) return;  // fitted shapes do not reach the text
   const double room = 0.5 * layout.text_size;
   overlay.AddBox(left - room, top - room, right - left + 2 * room, bottom - top + 2 * room, spec.dark ? kDark : kWhite,
                  0.8);
@@ -168,7 +167,7 @@ void AddTexts(const PictureSpec& spec, const ViewFrame& frame, const Layout& lay
   if (layout.has_words()) {
     if (spec.camera.target_W) {
       // A tool or bone that reaches the top ends at a band; between the lines it would be taken for what is behind it.
-      overlay.AddBox(0, 0, spec.width, layout.top_margin, spec.dark ? kDark : kWhite);
+      overlay.AddBox(0, 0, spec.width, layout.words_bottom + 0.5 * layout.text_size, spec.dark ? kDark : kWhite);
     }
     overlay.AddText(layout.title, edge, edge, layout.title_style);
     overlay.AddText(layout.caption, edge, layout.caption_top, layout.caption_style);
@@ -271,13 +270,13 @@ Image DrawScene(const PictureSpec& spec, const ViewFrame& frame, const PatientAx
 const bool kPicturesBuilt = true;
 
 Image RenderPicture(const PictureSpec& spec) {
-  const ViewFrame frame = CalcViewFrame(spec);
   const Layout layout(spec);
+  const ViewFrame frame = CalcViewFrame(spec, layout);
   std::optional<PatientAxes> axes;
   if (spec.axes) axes.emplace(CalcShapeBox(spec), frame, layout, spec.dark);
-  // Four samples per pixel for smooth edges, unless the window would exceed the size that drivers support. In the
-  // scene, ambient occlusion at each of them would take most of the time; only the thin lines of a grid need them.
-  const int supersampling = std::max(spec.width, spec.height) <= 4096 ? 2 : 1;
+  // In the scene, ambient occlusion at each of four samples a pixel would take most of the time; only the thin lines of
+  // a grid need them.
+  const int supersampling = layout.supersampling;
   const Image below = DrawScene(spec, frame, axes ? &*axes : nullptr, axes ? supersampling : 1);
 
   OffscreenWindow offscreen(spec.width * supersampling, spec.height * supersampling);

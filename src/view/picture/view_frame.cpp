@@ -121,6 +121,10 @@ ViewFrame::Pixel ViewFrame::Project(const Vec3& p_W) const {
 }
 
 ViewFrame CalcViewFrame(const PictureSpec& spec) {
+  return CalcViewFrame(spec, Layout(spec));
+}
+
+ViewFrame CalcViewFrame(const PictureSpec& spec, const Layout& layout) {
   if (!kPictureSideRange.Contains(spec.width) || !kPictureSideRange.Contains(spec.height)) {
     throw Error(fmt::format("a picture of {} x {} pixels can't be drawn; each side must be {}", spec.width, spec.height,
                             ShowRange(kPictureSideRange, "")));
@@ -136,7 +140,6 @@ ViewFrame CalcViewFrame(const PictureSpec& spec) {
   frame.toward_eye_W = glm::normalize(camera.toward_eye_W);
   frame.right_W = glm::normalize(right);
   frame.up_W = glm::cross(frame.toward_eye_W, frame.right_W);
-  const Layout layout(spec);
   if (camera.target_W) {
     if (!IsFinite(*camera.target_W) || !(camera.height_mm > 0) || !std::isfinite(camera.height_mm)) {
       throw Error(fmt::format("a camera with a target needs a view height above 0 mm, but got {}", camera.height_mm));

@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "kerf/error.h"
 #include "support/folder.h"
@@ -139,12 +141,69 @@ TEST_F(Files, SignalLeavesTheFilesThatABatchWouldHaveReplaced) {
   for (std::size_t i = 0; i < FileBatch::kMost; ++i) EXPECT_EQ(ReadTextFile(name(i)), "old");
 }
 
-TEST_F(Files, BatchThatIsFullHoldsNoFurtherFile) {
+TEST_F(Files, BatchWithTooManyFilesRenamesEachInOrder) {
   FileBatch batch(folder_);
   const auto name = [&](std::size_t i) { return Path(std::to_string(i)); };
-  for (std::size_t i = 0; i <= FileBatch::kMost; ++i) WriteTextFile(name(i), "new");
-  EXPECT_FALSE(fs::exists(name(FileBatch::kMost - 1)));
-  EXPECT_TRUE(fs::exists(name(FileBatch::kMost)));
+  for (std::size_t i = 0; i < FileBatch::kMost; ++i) WriteTextFile(name(i), "new");
+  EXPECT_FALSE(fs::exists(name(0)));
+  for (std::size_t i = FileBatch::kMost; i < FileBatch::kMost + 3; ++i) {
+    WriteTextFile(name(i), "new");
+    for (std::size_t j = 0; j <= i; ++j) EXPECT_TRUE(fs::exists(name(j))) << j << " of " << i;
+  }
+  batch.Commit();
+}
+
+TEST_F(Files, LastFileOfABatchIsRenamedOnlyIfAllOthersAre) {
+  for (const bool fails : {false, true}) {
+    WriteTextFile(Path("list"), "old");
+    FileBatch batch(folder_);
+    WriteTextFile(Path("a"), "new");
+    WriteTextFile(Path("b"), "new");
+    WriteTextFile(Path("list"), "new");
+    fs::remove(Path("a"));
+    if (fails) MakeFolder(Path("a/in_the_way"));
+    const std::string message = test::MessageOf([&] { batch.Commit(); });
+    EXPECT_THAT(message, fails ? HasSubstr(Path("a") + ": can't be written: ") : HasSubstr(""));
+    EXPECT_EQ(message.empty(), !fails);
+    EXPECT_EQ(ReadTextFile(Path("list")), fails ? "old" : "new");
+    EXPECT_EQ(ReadTextFile(Path("b")), "new");
+  }
+}
+
+TEST_F(Files, SignalDuringTheRenamingLeavesAllFilesOldOrAllNew) {
+  constexpr std::size_t kFiles = 10;
+  for (int round = 0; round < 25; ++round) {
+    const auto name = [&](std::size_t i) { return Path(std::to_string(i)); };
+    for (std::size_t i = 0; i < kFiles; ++i) WriteTextFile(name(i), "old");
+    FileBatch batch(folder_);
+    for (std::size_t i = 0; i < kFiles; ++i) WriteTextFile(name(i), "new");
+    // What the handler does in another thread, at various times.
+    std::thread handler([&] {
+      std::this_thread::sleep_for(std::chrono::microseconds(24 * round));
+      RemoveTemporaries();
+    });
+    std::this_thread::sleep_for(std::chrono::microseconds(300));
+    const std::string message = test::MessageOf([&] { batch.Commit(); });
+    handler.join();
+    for (std::size_t i = 0; i < kFiles; ++i) EXPECT_EQ(ReadTextFile(name(i)), message.empty() ? "new" : "old");
+  }
+}
+
+TEST_F(Files, LinkIsWrittenThroughEvenIfItsTargetIsMissing) {
+  MakeFolder(Path("elsewhere"));
+  fs::create_symlink("elsewhere/real.txt", Path("link.txt"));
+  WriteTextFile(Path("link.txt"), "first");
+  EXPECT_TRUE(fs::is_symlink(Path("link.txt")));
+  EXPECT_EQ(ReadTextFile(Path("elsewhere/real.txt")), "first");
+  WriteTextFile(Path("link.txt"), "second");
+  EXPECT_EQ(ReadTextFile(Path("elsewhere/real.txt")), "second");
+}
+
+TEST_F(Files, PathOfAFileInABatchStaysKnown) {
+  FileBatch batch(folder_);
+  PendingFile file(Path("a"));
+  file.Commit();
+  EXPECT_EQ(file.path(), Path("a"));
 }
 
 TEST_F(Files, GrowingFileAppearsOnlyWhenComplete) {

@@ -27,6 +27,15 @@ TEST(ResultsFolder, RemovesOnlyTheResultsOfAnEarlierRun) {
   for (const char* kept : {"cases.csv", "mine.toml", "b.svg", "notes.md", "study.json"}) EXPECT_TRUE(is_there(kept));
 }
 
+TEST(ResultsFolder, PiecesThatExistOrHaveTheNameOfAnInputAreListed) {
+  const test::Folder folder;
+  test::WriteBytes(folder.file("piece_2.stl"), "x");
+  test::WriteBytes(folder.file("other.stl"), "x");
+  const std::string a = folder.path() + "/piece_2.stl", b = folder.path() + "/piece_7.stl";
+  EXPECT_THAT(ListPieceFiles(folder.path(), {"there/piece_7.stl", "bone.vdb", ""}), UnorderedElementsAre(a, b));
+  EXPECT_THAT(ListPieceFiles(folder.path() + "/none", {}), testing::IsEmpty());
+}
+
 TEST(ResultsFolder, ForeignOrDamagedListYieldsNoFiles) {
   const test::Folder folder;
   EXPECT_TRUE(ReadEarlierResults(folder.path(), "study.json").empty());

@@ -250,24 +250,27 @@ TEST_F(Picture, LongTitlesAreBrokenIntoLinesBesideTheLegend) {
   const Image with_legend = RenderPicture(spec);
   for (int i = 0; i < 40; ++i) spec.title += "word ";  // 200 letters
   for (int i = 0; i < 40; ++i) spec.caption += "more ";
-  for (const bool has_target : {false, true}) {
-    if (has_target) spec.camera = MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 30);
-    const Image image = RenderPicture(spec);
-    // The legend and the edges beside it are as without a title.
-    const int left = FindPatch(with_legend, IsBlue).left - 10;
-    for (int row = 0; row < 40; ++row) {
-      for (int column = left; column < 640; ++column) {
-        ASSERT_EQ(image.At(column, row), with_legend.At(column, row)) << column << " " << row;
+  for (const bool is_one_word : {false, true}) {
+    if (is_one_word) spec.title = std::string(60, 'W');
+    for (const bool has_target : {false, true}) {
+      spec.camera = has_target ? MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 30) : MakeCamera(View::kThreeQuarter);
+      const Image image = RenderPicture(spec);
+      // The legend and the edges beside it are as without a title.
+      const int left = FindPatch(with_legend, IsBlue).left - 10;
+      for (int row = 0; row < 40; ++row) {
+        for (int column = left; column < 640; ++column) {
+          ASSERT_EQ(image.At(column, row), with_legend.At(column, row)) << column << " " << row;
+        }
       }
+      // All of the sphere is below the text.
+      const Patch sphere = FindPatch(image, IsGreen);
+      EXPECT_NEAR(sphere.bottom - sphere.top, sphere.right - sphere.left, 3);
+      EXPECT_GT(sphere.count, 0.75 * (sphere.right - sphere.left) * (sphere.bottom - sphere.top));
     }
-    // All of the sphere is below the text.
-    const Patch sphere = FindPatch(image, IsGreen);
-    EXPECT_NEAR(sphere.bottom - sphere.top, sphere.right - sphere.left, 3);
-    EXPECT_GT(sphere.count, 0.75 * (sphere.right - sphere.left) * (sphere.bottom - sphere.top));
   }
 }
 
-TEST_F(Picture, SmallPicturesWithLongTitlesStillShowTheirShapes) {
+TEST_F(Picture, ScaleStaysPositiveInSmallPicturesWithLongTitles) {
   PictureSpec spec = MakeBareSpec(MakeSphere(10, Vec3{0}), kGreen);
   spec.title = spec.caption = "several words that do not fit in one line";
   spec.legend = {{"cortical bone", kBlue}};
