@@ -363,7 +363,7 @@ bool LoopSession::State::Search(std::int64_t ticks, double time_s) {
 
 void LoopSession::State::SendRest() {
   while (loop->SendRemaining()) s.leaves_sent += mirror->Update();
-  Read(completed);
+  Read(stopped() ? completed : 1);
 }
 
 StageCosts LoopSession::State::MakeCosts() {
