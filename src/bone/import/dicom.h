@@ -27,6 +27,9 @@ struct DicomSlice {
   std::string transfer_syntax;  // name, from GDCM
 };
 
+/// Returns the unit normal of the slice's plane.
+Vec3 CalcNormal(const DicomSlice& slice);
+
 struct DicomSeries {
   std::string uid, description, modality;
   std::string study_date;          // YYYY-MM-DD; empty: not given

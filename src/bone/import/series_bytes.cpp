@@ -9,33 +9,46 @@ namespace {
 
 using Json = nlohmann::json;
 
-Json ToJson(const Vec3& v) {
-  return {v.x, v.y, v.z};
+void Put(Json& list, const Vec3& v) {
+  list.push_back({v.x, v.y, v.z});
 }
-Vec3 ToVec3(const Json& json) {
-  return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
+void Get(const Json& json, Vec3& v) {
+  v = {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
 }
 
-Json ToJson(const DicomSlice& s) {
-  return {s.path, ToJson(s.origin_W), ToJson(s.row_W), ToJson(s.column_W), s.pixel_mm, s.size,           s.samples,
-          s.bits, s.frames,           s.has_geometry,  s.compressed,       s.inverted, s.transfer_syntax};
+template <typename T>
+void Put(Json& list, const T& value) {
+  list.push_back(value);
 }
-DicomSlice ToSlice(const Json& json) {
-  DicomSlice s;
-  json.at(0).get_to(s.path);
-  s.origin_W = ToVec3(json.at(1));
-  s.row_W = ToVec3(json.at(2));
-  s.column_W = ToVec3(json.at(3));
-  json.at(4).get_to(s.pixel_mm);
-  json.at(5).get_to(s.size);
-  json.at(6).get_to(s.samples);
-  json.at(7).get_to(s.bits);
-  json.at(8).get_to(s.frames);
-  json.at(9).get_to(s.has_geometry);
-  json.at(10).get_to(s.compressed);
-  json.at(11).get_to(s.inverted);
-  json.at(12).get_to(s.transfer_syntax);
-  return s;
+template <typename T>
+void Get(const Json& json, T& value) {
+  json.get_to(value);
+}
+
+// Calls visit(field) for each field, except the slices of a series.
+template <typename Slice, typename Visit>
+void VisitSlice(Slice& s, Visit&& visit) {
+  visit(s.path);
+  visit(s.origin_W);
+  visit(s.row_W);
+  visit(s.column_W);
+  visit(s.pixel_mm);
+  visit(s.size);
+  visit(s.samples);
+  visit(s.bits);
+  visit(s.frames);
+  visit(s.has_geometry);
+  visit(s.compressed);
+  visit(s.inverted);
+  visit(s.transfer_syntax);
+}
+template <typename Series, typename Visit>
+void VisitSeries(Series& s, Visit&& visit) {
+  visit(s.uid);
+  visit(s.description);
+  visit(s.modality);
+  visit(s.study_date);
+  visit(s.gap_mm);
 }
 
 }  // namespace
@@ -43,9 +56,14 @@ DicomSlice ToSlice(const Json& json) {
 std::string Encode(const std::vector<DicomSeries>& all) {
   Json list = Json::array();
   for (const DicomSeries& series : all) {
+    Json fields = Json::array();
+    VisitSeries(series, [&fields](const auto& field) { Put(fields, field); });
     Json slices = Json::array();
-    for (const DicomSlice& slice : series.slices) slices.push_back(ToJson(slice));
-    list.push_back({series.uid, series.description, series.modality, std::move(slices), series.gap_mm});
+    for (const DicomSlice& slice : series.slices) {
+      VisitSlice(slice, [&item = slices.emplace_back(Json::array())](const auto& field) { Put(item, field); });
+    }
+    fields.push_back(std::move(slices));
+    list.push_back(std::move(fields));
   }
   // CBOR preserves each double's bits, and text that is not UTF-8.
   std::string bytes;
@@ -58,11 +76,12 @@ std::vector<DicomSeries> DecodeSeries(std::string_view bytes) {
   try {
     for (const Json& item : Json::from_cbor(bytes)) {
       DicomSeries& series = all.emplace_back();
-      item.at(0).get_to(series.uid);
-      item.at(1).get_to(series.description);
-      item.at(2).get_to(series.modality);
-      for (const Json& slice : item.at(3)) series.slices.push_back(ToSlice(slice));
-      item.at(4).get_to(series.gap_mm);
+      std::size_t at = 0;
+      VisitSeries(series, [&](auto& field) { Get(item.at(at++), field); });
+      for (const Json& fields : item.at(at)) {
+        std::size_t n = 0;
+        VisitSlice(series.slices.emplace_back(), [&](auto& field) { Get(fields.at(n++), field); });
+      }
     }
   } catch (const Json::exception&) {
     throw Error("the process that listed the DICOM files sent invalid data");
