@@ -16,7 +16,8 @@ namespace kerf {
 struct ImportSettings {
   double voxel_mm = 0.1;  // 0.05 to 2
   // For a CT.
-  std::string series;        // of a DICOM folder: UID or a suffix of it; empty: the only CT series
+  std::string series;        // of DICOM: UID or an end of it; empty: the CT that suits a jaw, if one clearly does
+  bool as_ct = false;        // DICOM: read a series that is not stated to be a CT, such as modality OT, as one
   std::string frame;         // of the file's coordinates: "LPS" or "RAS"; empty: that of the header
   double iso_hu = 300;       // CT number of the bone's surface, -500 to 3000
   bool isolate = true;       // separate the mandible from other bone; false: keep all bone
@@ -45,7 +46,7 @@ struct ImportedBone {
   std::vector<std::string> warnings;  // assumptions and possible faults, one sentence each
 };
 
-/// Imports a bone. `path`: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a closed surface (.stl .obj
+/// Imports a bone. `path`: DICOM (a folder, a DICOMDIR, a slice or a .zip), an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a closed surface (.stl .obj
 /// .ply); empty: the mask alone. The bone's coordinates are the patient's (LPS, mm), or those of the surface. Throws
 /// kerf::Error with one sentence if the input cannot be converted to a bone, or if the import is cancelled.
 ImportedBone ImportBone(const std::string& path, const ImportSettings& settings = {});

@@ -16,6 +16,7 @@
 #include "app/cli/progress.h"
 #include "base/core/number_text.h"
 #include "base/files/files.h"
+#include "bone/import/dicom_input.h"
 #include "bone/import/dicom_study.h"
 #include "bone/mesh/decimate.h"
 #include "bone/mesh/meshfile.h"
@@ -95,11 +96,12 @@ SegmentationWriting ExportSegmentation(const Bone& bone, const ExportArguments& 
   const double voxel_mm = options.segment_voxel_mm > 0 ? options.segment_voxel_mm : bone.region_voxel_mm();
   std::optional<DicomStudy> study;
   if (!options.ct.empty()) {
-    const std::vector<DicomSeries> all = ListDicomSeries(options.ct);
-    for (const DicomSeries& any : all) {
+    const DicomInput input(options.ct);
+    for (const DicomSeries& any : input.series()) {
       for (const DicomSlice& slice : any.slices) CheckInputsNotOverwritten({slice.path}, {options.segmentation});
     }
-    const DicomSeries& series = ChooseSeries(all, options.series, options.ct);
+    const DicomSeries series = TakeAsCt(input.Choose(options.series), true);
+    for (const std::string& warning : series.warnings) SayWarning("{}: {}", options.ct, warning);
     CheckSeries(series);
     CheckContains(series, bone.CalcBounds(), options.ct);
     study = ReadDicomStudy(series);
@@ -254,7 +256,7 @@ void AddExportCommand(CLI::App& app) {
   command->add_option("--before", options->before,
                       "With --seg: the bone before the cut (.vdb); what was removed becomes a segment");
   command->add_option("--ct", options->ct,
-                      "With --seg FILE.dcm: the DICOM folder of the CT that the bone was made from; patient and study "
+                      "With --seg FILE.dcm: the CT (DICOM folder, slice or .zip) that the bone was made from; patient and study "
                       "are copied from it");
   command->add_option("--series", options->series, "With --ct: UID of the CT series, or its end");
   AddNumberOption(*command, "--seg-voxel", options->segment_voxel_mm, "seg_voxel_mm", kSegmentVoxelRange_mm,

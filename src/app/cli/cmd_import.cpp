@@ -21,7 +21,7 @@
 #include "base/files/files.h"
 #include "base/files/markups.h"
 #include "base/files/peak_memory.h"
-#include "bone/import/dicom.h"
+#include "bone/import/dicom_input.h"
 #include "bone/import/import.h"
 #include "bone/material/region_table.h"
 #include "bone/segmentation/mask_file.h"
@@ -59,25 +59,36 @@ Json ToJson(const Vec3& v) {
 
 void List(const ImportArguments& options) {
   std::error_code failed;
-  if (!std::filesystem::is_directory(options.input, failed)) {
-    throw Error(fmt::format("{}: --list requires a folder of DICOM files", options.input));
+  if (std::filesystem::exists(options.input, failed) && !DicomInput::Is(options.input)) {
+    throw Error(fmt::format("{}: --list requires DICOM: a folder, one of its files, or a .zip", options.input));
   }
-  const std::vector<DicomSeries> all = ListDicomSeries(options.input);
+  const DicomInput input(options.input);
   Json list = Json::array();
-  for (const DicomSeries& s : all) {
+  for (const DicomSeries& s : input.series()) {
     const DicomSlice& first = s.slices.front();
-    list.push_back({{"uid", s.uid},
+    list.push_back({{"uid", s.name()},
                     {"description", s.description},
+                    {"part", s.part_name},
                     {"modality", s.modality},
                     {"columns", first.size[0]},
                     {"rows", first.size[1]},
                     {"slices", s.slices.size()},
                     {"spacing_mm", {first.pixel_mm[0], first.pixel_mm[1], s.gap_mm}},
-                    {"transfer_syntax", first.transfer_syntax}});
+                    {"thickness_mm", first.thickness_mm},
+                    {"kernel", first.kernel},
+                    {"transfer_syntax", first.transfer_syntax},
+                    {"left_out", s.warnings}});
     if (options.json) continue;
-    fmt::print("{}\n  {}, {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm{}{}\n", s.uid,
+    fmt::print("{}\n  {}, {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm", s.name(),
                s.modality.empty() ? "no modality" : s.modality, first.size[0], first.size[1], s.slices.size(),
-               first.pixel_mm[0], first.pixel_mm[1], s.gap_mm, s.description.empty() ? "" : ", ", s.description);
+               first.pixel_mm[0], first.pixel_mm[1], s.gap_mm);
+    if (first.thickness_mm > 0) fmt::print(", slices {:.4g} mm thick", first.thickness_mm);
+    if (!first.kernel.empty()) fmt::print(", kernel {}", first.kernel);
+    for (const std::string& text : {s.part_name, s.description}) {
+      if (!text.empty()) fmt::print(", {}", text);
+    }
+    fmt::print("\n");
+    for (const std::string& warning : s.warnings) fmt::print("  {}\n", warning);
   }
   if (options.json)
     fmt::print("{}\n", Json{{"series", list}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -282,7 +293,7 @@ void CheckOptionsApply(const CLI::App& command, const ImportArguments& options) 
   if (input.empty() && command.count("--mask") == 0) throw CLI::RequiredError("INPUT");
   if (input.empty()) {
     for (const char* option :
-         {"--list", "--series", "--keep", "--drop", "--keep-markups", "--drop-markups", "--no-isolate", "--any-shape",
+         {"--list", "--series", "--as-ct", "--keep", "--drop", "--keep-markups", "--drop-markups", "--no-isolate", "--any-shape",
           "--iso", "--no-fill", "--cortical-hu", "--shell", "--tooth-hu", "--tooth-body-hu", "--tooth-reach",
           "--keep-hu", "--hu-voxel", "--mask-reach", "--units"}) {
       if (command.count(option) > 0)
@@ -296,7 +307,7 @@ void CheckOptionsApply(const CLI::App& command, const ImportArguments& options) 
   if (command.count("--mask") > 0 && command.count("--no-isolate") > 0)
     throw CLI::ValidationError("--no-isolate", "imports all bone, but --mask selects one");
   const std::vector<const char*> idle =
-      is_surface ? std::vector{"--list",          "--series",       "--keep",       "--drop",
+      is_surface ? std::vector{"--list",          "--series",       "--as-ct", "--keep",       "--drop",
                                "--keep-markups",  "--drop-markups", "--no-isolate", "--any-shape",
                                "--iso",           "--cortical-hu",  "--shell",      "--tooth-hu",
                                "--tooth-body-hu", "--tooth-reach",  "--keep-hu",    "--hu-voxel"}
@@ -372,14 +383,17 @@ if (options.json) {
 void AddImportCommand(CLI::App& app) {
   const auto o = std::make_shared<ImportArguments>();
   CLI::App* c =
-      app.add_subcommand("import", "Make a bone from a CT (DICOM folder, NRRD, NIfTI, MetaImage) or a closed surface");
+      app.add_subcommand("import", "Make a bone from a CT (DICOM, NRRD, NIfTI, MetaImage) or a closed surface");
   c->add_option("INPUT", o->input,
-                "Folder of DICOM files, image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or surface (.stl .obj .ply); may be "
+                "DICOM (folder, DICOMDIR, slice or .zip), image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or surface (.stl .obj .ply); may be "
                 "omitted with --mask");
   c->add_option("-o,--output", o->output, "Bone file to write (.vdb)");
-  c->add_flag("--list", o->list, "Only list the series of a DICOM folder");
+  c->add_flag("--list", o->list, "Only list the DICOM series");
   c->add_option("--series", o->import.series,
-                "UID of the DICOM series, or the end of the UID; default: the only CT series");
+                "UID of the DICOM series as --list prints it, or its end; default: the CT that suits a jaw, if one "
+                "clearly does");
+  c->add_flag("--as-ct", o->import.as_ct,
+              "Read a DICOM series that is not stated to be a CT, such as modality OT or secondary captures, as one");
   c->add_flag("--json", o->json, "Print as JSON");
   AddNumber(*c, "--voxel", o->import, "voxel_mm");
 

@@ -14,6 +14,7 @@
 #include "app/cli/mask_options.h"
 #include "app/cli/numbers.h"
 #include "base/files/files.h"
+#include "bone/import/dicom_input.h"
 #include "bone/import/image_header.h"
 #include "bone/segmentation/mask_file.h"
 #include "bone/vdb/bonefile.h"
@@ -57,8 +58,7 @@ std::string CheckSize(const std::string& text) {
 
 /// Returns true if an import would read the path as a CT.
 bool IsCt(const std::string& path) {
-  std::error_code failed;
-  return std::filesystem::is_directory(path, failed) || HasImageExtension(path);
+  return HasImageExtension(path) || DicomInput::Is(path);
 }
 
 void DrawCt(const PictureArguments& options) {

@@ -12,6 +12,7 @@
 #include "base/files/extension.h"
 #include "base/files/files.h"
 #include "bone/grid/ct_modulus.h"
+#include "bone/import/dicom_input.h"
 #include "bone/import/image_fields.h"
 #include "bone/import/import.h"
 #include "bone/segmentation/mask_file.h"
@@ -25,7 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd", ".stl", ".obj", ".ply"};
+constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha",  ".mhd",
+                            ".stl", ".obj",  ".ply",  ".dcm", ".dicom",  ".ima", ".zip"};
 
 /// Default scene of a window; also the basis of scenes for other bones.
 constexpr char kDefaultScene[] = R"(title = "Generic mandible"
@@ -63,6 +65,9 @@ bool IsSegmentation(const std::string& path) {
 std::string NameCaseOf(const std::string& input) {
   constexpr std::array kCommon{"dicom", "dcm", "ct", "image", "images", "img", "series", "study", "data", "export"};
   fs::path path = fs::absolute(input).lexically_normal();
+  std::error_code failed;
+  if (LowerExtension(input) == ".zip") path.replace_extension();
+  else if (fs::is_regular_file(path, failed) && DicomInput::Is(input)) path = path.parent_path();
   if (!path.has_filename()) path = path.parent_path();
   std::string name = path.filename().string();
   const bool common = std::find(kCommon.begin(), kCommon.end(), Lower(name)) != kCommon.end();
@@ -118,7 +123,9 @@ void CheckInput(const std::string& input) {
     ReadScene(input);
     return;
   }
-  if (std::none_of(kTypes.begin(), kTypes.end(), [&](const char* type) { return name.ends_with(type); })) {
+  // A DICOM file may have any name.
+  if (std::none_of(kTypes.begin(), kTypes.end(), [&](const char* type) { return name.ends_with(type); }) &&
+      !DicomInput::Is(input)) {
     throw Error(fmt::format("{}: unknown file type; kerf opens .toml, {}, .kerf-project, and folders of DICOM files",
                             input, fmt::join(kTypes, ", ")));
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -25,26 +26,68 @@ struct DicomSlice {
   bool compressed = false;
   bool inverted = false;        // displayed with low values bright (MONOCHROME1); ITK inverts the values
   std::string transfer_syntax;  // name, from GDCM
+  // What tells the stacks of one series apart; empty or 0: not stated. Texts are printable UTF-8.
+  std::string class_uid;         // SOP class
+  std::string instance_uid;      // SOP instance
+  std::string modality;
+  std::string image_type;        // values separated by backslashes
+  std::uint64_t patient = 0;     // hash of the patient's name and identifier
+  std::uint64_t study = 0;       // hash of the study's UID
+  std::string phase;             // temporal position
+  std::string acquisition;       // number
+  std::string acquisition_time;
+  std::string kernel;            // of the reconstruction
+  double thickness_mm = 0;
+  bool cut_off = false;  // the file ends before its pixels do
 };
 
 /// Returns the unit normal of the slice's plane.
 Vec3 CalcNormal(const DicomSlice& slice);
 
+/// A file that does not belong to a series, or cannot be read.
+struct LeftOutFile {
+  std::string path;
+  std::string kind;            // completes "2 files were left out (...)"
+  std::string fault;           // complete sentence with the path
+  bool may_be_slice = false;   // the series may lack this file
+};
+
+/// A stack of slices. Usually it is all that has one series UID; two patients, acquisitions or phases with one UID are
+/// separate stacks.
 struct DicomSeries {
   std::string uid, description, modality;
   std::string study_date;          // YYYY-MM-DD; empty: not given
   std::vector<DicomSlice> slices;  // sorted by position along the normal if all have one, otherwise by file name
   double gap_mm = 0;               // median distance between neighbours along the normal; 0 if unknown
+  int part = 0;                    // number of the stack among those with this UID, from 1; 0: the only one
+  std::string part_name;           // what tells it apart, such as "acquisition 2"; empty for the only one
+  std::vector<LeftOutFile> left_out;
+  std::vector<std::string> warnings;  // one sentence each: what was left out and, of a chosen series, why it was chosen
+
+  /// Returns the text that chooses it: the UID, with "#2" for the second of several stacks.
+  std::string name() const { return part == 0 ? uid : uid + "#" + std::to_string(part); }
 };
 
-/// Returns all series in a folder and its subfolders, largest first. No personal names are read. Throws kerf::Error if
-/// the folder cannot be read, contains no DICOM file, or contains a file that is named .dcm, .dicom or .ima but is not
-/// a DICOM file. `progress`, which is optional, is called repeatedly and may throw Cancelled.
-std::vector<DicomSeries> ListDicomSeries(const std::string& folder, const std::function<void(double)>& progress = {});
+/// Returns all series of DICOM files, largest first. `path`: a folder, with its subfolders; a DICOMDIR, for its folder;
+/// or another DICOM file, for the files beside it or, if it has several frames, for itself. No personal names are kept.
+/// Files that are no images, are damaged, or do not belong to their series are left out and listed in `left_out`.
+/// Throws kerf::Error if `path` cannot be read or contains no DICOM image. `progress`, which is optional, is called
+/// repeatedly and may throw Cancelled.
+std::vector<DicomSeries> ListDicomSeries(const std::string& path, const std::function<void(double)>& progress = {});
 
-/// Returns the series to import, chosen by its UID or an unambiguous suffix of the UID; if `uid` is empty, the only CT
-/// series. Throws kerf::Error if there is no such series, or more than one.
-const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid, const std::string& folder);
+/// Returns whether the file is a DICOMDIR, the list of the files on a medium. Throws kerf::Error as IsDicomFile() does.
+bool IsDicomDirectory(const std::string& path);
+
+/// Returns whether images of this modality may be those of a CT that another program wrote, such as OT. Their values
+/// are read only if the user confirms it.
+bool MayBeCt(const std::string& modality);
+
+/// Returns the series to import, chosen by its name (DicomSeries::name()) or UID or an unambiguous end of either. If
+/// `uid` is empty or several stacks have this UID, takes the CT series that clearly suits a jaw best, and warns: it is
+/// large and fine enough to show one, original rather than derived, and has 1.5 times as many slices as any other such
+/// series or, with as many slices, alone a kernel for bone. Throws kerf::Error if there is no such series, if it is one
+/// of several patients, or if a slice is missing and a file that was left out may be that slice.
+DicomSeries ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid, const std::string& folder);
 
 /// Throws kerf::Error unless the series is a complete CT, as far as its headers tell: see ReadDicomSeries().
 void CheckSeries(const DicomSeries& series);

@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::uint64_t kMetaStart = 132;  // after the preamble of 128 bytes and "DICM"
 constexpr std::uint32_t kUndefined = 0xffffffff;
+constexpr std::uint32_t kMaxUid = 64;  // bytes
 
 // Encoding of the elements in a part of the file.
 struct Encoding {
@@ -112,17 +113,36 @@ class Bytes {
   std::uint64_t size_ = 0;
 };
 
+std::string TextWithoutPadding(Bytes& bytes, const Element& e) {
+  std::string text = bytes.Text(e.value_at, e.length);
+  while (!text.empty() && (text.back() == '\0' || text.back() == ' ')) text.pop_back();
+  return text;
+}
+
+// Returns whether the element at `at` has a VR. The first one has a valid type if any has.
+bool HasVr(Bytes& bytes, std::uint64_t at) {
+  return IsKnownVr(bytes.Text(at + 4, 2));
+}
+
+// Returns the offset of the meta information, or of the data set if there is none.
+std::uint64_t FindStart(Bytes& bytes) {
+  const std::string head = bytes.Text(0, std::min<std::uint64_t>(bytes.size(), kMetaStart));
+  if (head.size() == kMetaStart && head.ends_with("DICM")) return kMetaStart;
+  if (!BeginsLikeDicom(head)) bytes.Refuse("\"DICM\" is missing after the first 128 bytes");
+  return 0;
+}
+
 // Returns the offset of the data set; sets `syntax` to the UID of the transfer syntax.
-std::uint64_t CheckMeta(Bytes& bytes, std::string& syntax) {
-  if (bytes.Text(kMetaStart - 4, 4) != "DICM") bytes.Refuse("\"DICM\" is missing after the first 128 bytes");
-  std::uint64_t at = kMetaStart;
-  bool any = false;
+std::uint64_t CheckMeta(Bytes& bytes, std::string& syntax, DicomOutline& outline) {
+  std::uint64_t at = FindStart(bytes);
+  Encoding encoding;
+  encoding.explicit_vr = HasVr(bytes, at) || at == kMetaStart;
   while (bytes.ReadInteger(at, 2, false) == 2) {
-    const Element e = bytes.ReadElement(at, {});
+    const Element e = bytes.ReadElement(at, encoding);
     if (e.value_at == 0) bytes.Refuse(fmt::format("element {} of the meta information has no valid type", e.Tag()));
     bytes.CheckLength(e, bytes.size());
     if (e.number == 0) {
-      if (e.vr != "UL" || e.length != 4) bytes.Refuse("the length of the meta information is not a whole number");
+      if ((encoding.explicit_vr && e.vr != "UL") || e.length != 4) bytes.Refuse("the length of the meta information is not a whole number");
       const std::uint32_t group_length = bytes.ReadInteger(e.value_at, 4, false);
       if (group_length >= bytes.size() - e.end()) {
         bytes.Refuse(fmt::format("the meta information is {} bytes long but only {} are left", group_length,
@@ -130,14 +150,12 @@ std::uint64_t CheckMeta(Bytes& bytes, std::string& syntax) {
       }
     }
     if (e.number == 0x10) {
-      if (e.length > 64) bytes.Refuse("the transfer syntax is not a UID");
-      syntax = bytes.Text(e.value_at, e.length);
-      while (!syntax.empty() && (syntax.back() == '\0' || syntax.back() == ' ')) syntax.pop_back();
+      if (e.length > kMaxUid) bytes.Refuse("the transfer syntax is not a UID");
+      syntax = TextWithoutPadding(bytes, e);
     }
+    if (e.number == 2 && e.length <= kMaxUid) outline.class_uid = TextWithoutPadding(bytes, e);
     at = e.end();
-    any = true;
   }
-  if (!any) bytes.Refuse("it has no meta information");
   return at;
 }
 
@@ -152,7 +170,14 @@ bool ContainsItems(Bytes& bytes, const Element& e, const Encoding& encoding) {
          bytes.ReadInteger(e.value_at + 2, 2, encoding.big_endian) == 0xe000;
 }
 
-void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding) {
+// Notes an element at the top of the data set.
+void Note(Bytes& bytes, const Element& e, DicomOutline& outline) {
+  if (e.length == 0 || e.length > kMaxUid) return;
+  if (e.group == 8 && e.number == 0x16) outline.class_uid = TextWithoutPadding(bytes, e);
+  if (e.group == 0x20 && e.number == 0x0e) outline.series_uid = TextWithoutPadding(bytes, e);
+}
+
+void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding, DicomOutline& outline) {
   // The sequences and items that contain `at`, the innermost last. One that ends with a delimiter may extend to the end
   // of the enclosing one.
   struct Inside {
@@ -162,10 +187,14 @@ void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding) {
   std::vector<Inside> inside{{bytes.size(), false}};
   while (true) {
     while (inside.size() > 1 && at >= inside.back().end) inside.pop_back();
-    if (at >= inside.back().end) return;
+    outline.ends_early = at >= inside.back().end;
+    if (outline.ends_early) return;
     const Element e = bytes.ReadElement(at, encoding);
     if (e.group == 0 || e.value_at == 0) return;          // padding, or not in the standard
-    if (e.group == 0x7fe0 && inside.size() == 1) return;  // the pixels
+    if (e.group == 0x7fe0 && inside.size() == 1 && e.number != 0) {
+      if (e.number == 0x10 && e.length != kUndefined) outline.pixels_end = e.end();
+      return;
+    }
     if (e.length == kUndefined && e.vr == "UN") return;   // its content has another encoding
     at = e.value_at;
     if (e.group == 0xfffe && e.number != 0xe000) {  // end of an item or a sequence
@@ -175,6 +204,7 @@ void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding) {
     const bool delimited = e.length == kUndefined;
     if (!delimited) bytes.CheckLength(e, inside.back().end);
     if (!delimited && !ContainsItems(bytes, e, encoding)) {
+      if (inside.size() == 1) Note(bytes, e, outline);
       at = e.end();
       continue;
     }
@@ -187,10 +217,26 @@ void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding) {
 
 }  // namespace
 
-void CheckDicomHeader(std::istream& in, const std::string& path) {
+bool BeginsLikeDicom(std::string_view head) {
+  if (head.size() >= kMetaStart && head.substr(kMetaStart - 4, 4) == "DICM") return true;
+  constexpr std::size_t kElementBytes = 8;
+  if (head.size() < kElementBytes) return false;
+  const auto byte = [&head](std::size_t i) -> unsigned { return static_cast<unsigned char>(head[i]); };
+  constexpr unsigned kMaxMeta = 0x16, kMaxIdentifying = 0x70;  // the first elements of groups 2 and 8
+  const unsigned group = byte(0) | byte(1) << 8U;
+  const unsigned number = byte(2) | byte(3) << 8U;
+  if (!(group == 2 && number <= kMaxMeta) && !(group == 8 && number <= kMaxIdentifying)) return false;
+  constexpr unsigned kMaxText = 256;
+  return IsKnownVr(head.substr(4, 2)) || (byte(6) == 0 && byte(7) == 0 && (byte(4) | byte(5) << 8U) <= kMaxText);
+}
+
+void CheckDicomHeader(std::istream& in, const std::string& path, DicomOutline* outline) {
+  DicomOutline unused;
+  DicomOutline& found = outline == nullptr ? unused : *outline;
+  found = {};
   Bytes bytes(in, path);
   std::string syntax;
-  const std::uint64_t data_set = CheckMeta(bytes, syntax);
+  const std::uint64_t data_set = CheckMeta(bytes, syntax, found);
   if (syntax == "1.2.840.10008.1.2.1.99") {
     throw Error(
         fmt::format("{}: its data set is packed as a whole (deflated), which kerf doesn't read; convert the series "
@@ -198,16 +244,16 @@ void CheckDicomHeader(std::istream& in, const std::string& path) {
                     path));
   }
   Encoding encoding;
-  encoding.explicit_vr = syntax != "1.2.840.10008.1.2" && syntax != "1.2.840.113619.5.2";  // the latter is private to
-                                                                                           // GE
+  encoding.explicit_vr = syntax.empty() ? HasVr(bytes, data_set)
+                                        : syntax != "1.2.840.10008.1.2" && syntax != "1.2.840.113619.5.2";  // GE's own
   encoding.big_endian = syntax == "1.2.840.10008.1.2.2";
-  CheckDataSet(bytes, data_set, encoding);
+  CheckDataSet(bytes, data_set, encoding, found);
 }
 
-void CheckDicomHeader(const std::string& path) {
+void CheckDicomHeader(const std::string& path, DicomOutline* outline) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw Error(fmt::format("{}: the file can't be opened", path));
-  CheckDicomHeader(in, path);
+  CheckDicomHeader(in, path, outline);
 }
 
 }  // namespace kerf

@@ -4,16 +4,21 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <glm/geometric.hpp>
+#include <functional>
 #include <map>
+#include <set>
+#include <utility>
 
 #include "base/core/number_text.h"
+#include "base/core/printable.h"
 #include "base/files/child.h"
 #include "base/files/extension.h"
 #include "bone/import/dicom.h"
+#include "bone/import/dicom_charset.h"
 #include "bone/import/dicom_header.h"
 #include "bone/import/dicom_segments.h"
 #include "bone/import/dicom_slices.h"
+#include "bone/import/dicom_stacks.h"
 #include "bone/import/dicom_text.h"
 #include "bone/import/itk_read.h"
 #include "bone/import/series_bytes.h"
@@ -29,10 +34,16 @@ namespace fs = std::filesystem;
 constexpr ChildLimits kListing{std::uint64_t{512} << 20, 120};
 
 constexpr const char* kCtImageStorage = "1.2.840.10008.5.1.4.1.1.2";
+constexpr const char* kDirectoryStorage = "1.2.840.10008.1.3.10";
 
 bool ClaimsToBeDicom(const fs::path& path) {
   const std::string extension = LowerExtension(path.string());
   return extension == ".dcm" || extension == ".dicom" || extension == ".ima";
+}
+
+// Files of macOS that accompany others on media without resource forks.
+bool IsAppleDouble(const fs::path& path) {
+  return path.filename().string().starts_with("._");
 }
 
 // Returns YYYY-MM-DD for YYYYMMDD; empty for anything else.
@@ -41,148 +52,262 @@ std::string Date(const std::string& text) {
   return fmt::format("{}-{}-{}", text.substr(0, 4), text.substr(4, 2), text.substr(6));
 }
 
-// Adds the file to its series.
-void AddFile(const fs::path& path, std::map<std::string, DicomSeries>& all) {
-  CheckDicomHeader(path.string());
-  gdcm::Reader reader;
-  reader.SetFileName(path.c_str());
-  bool read = false;
-  try {
-    read = reader.ReadUpToTag(gdcm::Tag(0x7fe0, 0x0010));
-  } catch (const std::exception&) {
-    read = false;
-  }
-  if (!read)
-    throw Error(fmt::format("{}: the DICOM header can't be read; the file is damaged or cut off", path.string()));
-  gdcm::StringFilter filter;
-  filter.SetFile(reader.GetFile());
-  const int rows = GetInteger(filter, 0x0028, 0x0010, 0);
-  const int columns = GetInteger(filter, 0x0028, 0x0011, 0);
-  if (rows == 0 || columns == 0) {
-    if (GetText(filter, 0x0002, 0x0002) == kCtImageStorage)
-      throw Error(
-          fmt::format("{}: a CT slice without rows and columns; the file is damaged or cut off", path.string()));
-    return;  // not an image: a report, a directory, a structure set
+// Files at which the library that reads them failed, with the faults.
+using Failures = std::map<std::string, std::string>;
+
+// What a folder contains.
+class Listing {
+ public:
+  explicit Listing(const Failures& failures) : failures_(failures) {}
+
+  // Adds a file. Returns the number of its slices.
+  std::size_t Add(const fs::path& path) {
+    try {
+      if (const auto failed = failures_.find(path.string()); failed != failures_.end())
+        throw Error(failed->second);
+      if (IsAppleDouble(path)) return 0;
+      if (IsDicomFile(path)) return AddDicom(path);
+      if (!ClaimsToBeDicom(path)) return 0;
+      std::error_code failed;
+      const bool is_empty = fs::file_size(path, failed) == 0 && !failed;
+      AddUnread(path, "", is_empty ? "empty" : "no DICOM file despite its name",
+                fmt::format("{}: {}", path.string(), is_empty ? "is empty" : "not a DICOM file despite its name"));
+    } catch (const Error& e) {
+      AddUnread(path, "", "damaged or cut off", e.what());
+    }
+    return 0;
   }
 
-  const std::string uid = GetText(filter, 0x0020, 0x000e);
-  DicomSeries& series = all[uid];
-  if (series.slices.empty()) {
-    series.uid = uid;
-    series.description = GetText(filter, 0x0008, 0x103e);
-    series.modality = GetText(filter, 0x0008, 0x0060);
-    series.study_date = Date(GetText(filter, 0x0008, 0x0020));
+  bool empty() const { return by_uid_.empty(); }
+  // The fault of the first file that could not be read; empty: none.
+  std::string first_fault() const {
+    const auto found = std::find_if(unread_.begin(), unread_.end(), [](const Unread& unread) { return unread.is_image; });
+    return found == unread_.end() ? "" : found->file.fault;
   }
-  for (DicomSlice& slice : ListSlices(reader, filter, path.string())) series.slices.push_back(std::move(slice));
-}
-void SortSlices(DicomSeries& series) {
-  const bool placed =
-      std::all_of(series.slices.begin(), series.slices.end(), [](const auto& s) { return s.has_geometry; });
-  if (!placed) {
-    std::sort(series.slices.begin(), series.slices.end(), [](const auto& a, const auto& b) { return a.path < b.path; });
-    return;
+
+  std::vector<DicomSeries> Finish() {
+    std::vector<DicomSeries> all;
+    for (auto& [uid, series] : by_uid_) {
+      for (DicomSeries& stack : DivideIntoStacks(std::move(series))) all.push_back(std::move(stack));
+    }
+    for (DicomSeries& series : all) {
+      for (const Unread& unread : unread_) AddTo(series, unread);
+      series.warnings = DescribeLeftOut(series.left_out);
+    }
+    std::stable_sort(all.begin(), all.end(),
+                     [](const auto& a, const auto& b) { return a.slices.size() > b.slices.size(); });
+    return all;
   }
-  const Vec3 normal = CalcNormal(series.slices.front());
-  std::sort(series.slices.begin(), series.slices.end(), [&normal](const auto& a, const auto& b) {
-    const double za = glm::dot(normal, a.origin_W);
-    const double zb = glm::dot(normal, b.origin_W);
-    return za != zb ? za < zb : a.path < b.path;
-  });
-  std::vector<double> gaps;
-  for (std::size_t i = 1; i < series.slices.size(); ++i) {
-    gaps.push_back(glm::dot(normal, series.slices[i].origin_W - series.slices[i - 1].origin_W));
+
+ private:
+  struct Unread {
+    LeftOutFile file;
+    std::string series_uid;  // empty: unknown
+    bool is_image = true;
+  };
+
+  void AddUnread(const fs::path& path, const std::string& uid, const std::string& kind, const std::string& fault) {
+    unread_.push_back({{path.string(), kind, fault, true}, uid, true});
   }
-  if (gaps.empty()) return;
-  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-  std::nth_element(gaps.begin(), middle, gaps.end());
-  series.gap_mm = *middle;
-}
 
-std::string Describe(const DicomSeries& s) {
-  return fmt::format("{} ({}, {}{}{})", s.uid, s.modality.empty() ? "no modality" : s.modality,
-                     FormatCount(s.slices.size(), "slice", "slices"), s.description.empty() ? "" : ", ", s.description);
-}
+  // A file of unknown series may be a slice of any series in its folder.
+  static void AddTo(DicomSeries& series, const Unread& unread) {
+    if (!unread.is_image && unread.series_uid != series.uid) return;
+    LeftOutFile file = unread.file;
+    const fs::path folder = fs::path(file.path).parent_path();
+    const bool is_beside = std::any_of(series.slices.begin(), series.slices.end(), [&folder](const DicomSlice& s) {
+      return fs::path(s.path).parent_path() == folder;
+    });
+    file.may_be_slice =
+        unread.is_image && (unread.series_uid.empty() ? is_beside : unread.series_uid == series.uid);
+    series.left_out.push_back(std::move(file));
+  }
 
-// Returns a hint if one of several series is too short for a volume and another is not; the first is the longest.
-std::string DescribeStray(const std::vector<const DicomSeries*>& found) {
-  const DicomSeries& last = *found.back();
-  if (last.slices.size() > 2 || found.front()->slices.size() <= 2) return "";
-  return fmt::format("; one of them has {} and may be a scout view or a damaged file: {}",
-                     FormatCount(last.slices.size(), "slice", "slices"),
-                     fs::path(last.slices.front().path).filename().string());
-}
+  std::size_t AddDicom(const fs::path& path) {
+    DicomOutline outline;
+    const auto fail = [&](const std::string& fault) {
+      AddUnread(path, Printable(outline.series_uid), "damaged or cut off", fault);
+      return std::size_t{0};
+    };
+    try {
+      CheckDicomHeader(path.string(), &outline);
+    } catch (const Error& e) {
+      return fail(e.what());
+    }
+    gdcm::Reader reader;
+    reader.SetFileName(path.c_str());
+    bool read = false;
+    try {
+      read = reader.ReadUpToTag(gdcm::Tag(0x7fe0, 0x0010));
+    } catch (const std::exception&) {
+      read = false;
+    }
+    if (!read) {
+      return fail(fmt::format("{}: the DICOM header can't be read; the file is damaged or cut off", path.string()));
+    }
+    gdcm::StringFilter filter;
+    filter.SetFile(reader.GetFile());
+    const std::string uid = Printable(GetText(filter, 0x0020, 0x000e));
+    if (GetInteger(filter, 0x0028, 0x0010, 0) == 0 || GetInteger(filter, 0x0028, 0x0011, 0) == 0) {
+      if (outline.class_uid == kCtImageStorage) {
+        return fail(
+            fmt::format("{}: a CT slice without rows and columns; the file is damaged or cut off", path.string()));
+      }
+      if (outline.class_uid != kDirectoryStorage) {  // a report, a structure set
+        unread_.push_back(
+            {{path.string(), "no image", fmt::format("{}: contains no image", path.string()), false}, uid, false});
+      }
+      return 0;
+    }
+    std::vector<DicomSlice> slices;
+    try {
+      slices = ListSlices(reader, filter, path.string());
+    } catch (const Error& e) {
+      return fail(e.what());
+    }
+    const std::string charset = GetText(filter, 0x0008, 0x0005);
+    DicomSeries& series = by_uid_[uid];
+    if (series.slices.empty()) {
+      series.uid = uid;
+      series.description = DecodeDicomText(GetText(filter, 0x0008, 0x103e), charset);
+      series.modality = Printable(GetText(filter, 0x0008, 0x0060));
+      series.study_date = Date(GetText(filter, 0x0008, 0x0020));
+    }
+    Identify(filter, charset, outline, slices);
+    for (DicomSlice& slice : slices) series.slices.push_back(std::move(slice));
+    return slices.size();
+  }
 
-/// Does the work of ListDicomSeries() within a child process.
-std::vector<DicomSeries> ListInChild(const std::string& folder, ChildReport& report) {
-  const QuietItk quiet;
+  // Sets what tells the stacks of a series apart, where the frames do not state it.
+  static void Identify(gdcm::StringFilter& filter, const std::string& charset, const DicomOutline& outline,
+                       std::vector<DicomSlice>& slices) {
+    const auto text = [&filter](std::uint16_t group, std::uint16_t element) {
+      return Printable(GetText(filter, group, element));
+    };
+    const auto hash = [&filter](std::initializer_list<std::pair<std::uint16_t, std::uint16_t>> tags) {
+      std::string all;
+      for (const auto& [group, element] : tags) all += GetText(filter, group, element) + '\0';
+      return static_cast<std::uint64_t>(std::hash<std::string>()(all));
+    };
+    std::error_code failed;
+    const std::uint64_t bytes = fs::file_size(slices.empty() ? "" : slices.front().path, failed);
+    const std::vector<double> thickness = GetNumbers(filter, 0x0018, 0x0050);
+    const auto set = [](std::string& field, const std::string& value) {
+      if (field.empty()) field = value;
+    };
+    const std::string phase = text(0x0020, 0x0100);
+    for (DicomSlice& slice : slices) {
+      set(slice.class_uid, text(0x0008, 0x0016));
+      set(slice.instance_uid, text(0x0008, 0x0018));
+      set(slice.modality, text(0x0008, 0x0060));
+      set(slice.image_type, text(0x0008, 0x0008));
+      slice.patient = hash({{0x0010, 0x0010}, {0x0010, 0x0020}});
+      slice.study = hash({{0x0020, 0x000d}});
+      set(slice.phase, phase.empty() ? text(0x0020, 0x9128) : phase);
+      set(slice.acquisition, text(0x0020, 0x0012));
+      set(slice.acquisition_time, text(0x0008, 0x0032));
+      set(slice.kernel, DecodeDicomText(GetText(filter, 0x0018, 0x1210), charset));
+      if (slice.thickness_mm == 0 && !thickness.empty()) slice.thickness_mm = thickness.front();
+      slice.cut_off = outline.ends_early || (!failed && outline.pixels_end > bytes);
+    }
+  }
+
+  const Failures& failures_;
+  std::map<std::string, DicomSeries> by_uid_;
+  std::vector<Unread> unread_;
+};
+
+std::vector<fs::path> FindFiles(const std::string& folder, bool with_subfolders) {
   std::error_code failed;
-  if (!fs::is_directory(folder, failed)) {
-    throw Error(fmt::format("{}: {}", folder,
-                            fs::exists(folder, failed) ? "is not a folder of DICOM files" : "no such folder"));
-  }
   std::vector<fs::path> paths;
   for (auto it = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied, failed);
        it != fs::recursive_directory_iterator(); it.increment(failed)) {
     if (failed) break;
+    if (!with_subfolders) it.disable_recursion_pending();
     if (it->is_regular_file(failed)) paths.push_back(it->path());
   }
   if (failed) throw Error(fmt::format("{}: the folder can't be read ({})", folder, failed.message()));
   if (paths.empty()) throw Error(fmt::format("{}: the folder is empty", folder));
   std::sort(paths.begin(), paths.end());
+  return paths;
+}
 
-  std::map<std::string, DicomSeries> by_uid;
-  for (const fs::path& path : paths) {
-    if (IsDicomFile(path)) {
-      report.SetName(path.string());
-      AddFile(path, by_uid);
-      report.SetProgress(0);  // shows that the process is alive
-    } else if (ClaimsToBeDicom(path)) {
-      throw Error(
-          fmt::format("{}: not a DICOM file despite its name; remove it from the folder or repair it", path.string()));
-    }
+// Name of the file that a child process reads, for its parent.
+class CurrentFile {
+ public:
+  std::string Get() const { return std::string(name_.data()); }
+  void Set(const std::string& name) {
+    const std::size_t count = name.size() < name_.size() ? name.size() : 0;
+    std::copy_n(name.data(), count, name_.data());
+    name_.data()[count] = '\0';
   }
-  if (by_uid.empty())
+
+ private:
+  SharedMemory name_{ChildReport::kNameBytes};
+};
+
+// Does the work of ListDicomSeries() within a child process.
+std::vector<DicomSeries> ListInChild(const std::string& path, const Failures& failures, CurrentFile& current,
+                                     ChildReport& report) {
+  const QuietItk quiet;
+  std::error_code failed;
+  const bool is_folder = fs::is_directory(path, failed);
+  if (!is_folder && (!fs::exists(path, failed) || !IsDicomFile(path))) {
+    throw Error(fmt::format("{}: {}", path,
+                            fs::exists(path, failed) ? "is not a folder of DICOM files" : "no such folder"));
+  }
+  std::string folder = path;
+  if (!is_folder) {
+    Listing only(failures);
+    report.SetName(path);
+    if (only.Add(path) > 1) return only.Finish();
+    if (only.empty() && !only.first_fault().empty()) throw Error(only.first_fault());
+    folder = fs::path(path).parent_path().string();
+    if (folder.empty()) folder = ".";
+  }
+  const std::vector<fs::path> paths = FindFiles(folder, is_folder || IsDicomDirectory(path));
+  Listing listing(failures);
+  for (const fs::path& file : paths) {
+    report.SetName(file.string());
+    current.Set(file.string());
+    listing.Add(file);
+    report.SetProgress(0);  // shows that the process is alive
+  }
+  current.Set("");
+  if (listing.empty() && !listing.first_fault().empty()) throw Error(listing.first_fault());
+  if (listing.empty())
     throw Error(fmt::format("{}: none of the {} files in the folder is a DICOM image", folder, paths.size()));
-  std::vector<DicomSeries> all;
-  for (auto& [uid, series] : by_uid) {
-    SortSlices(series);
-    all.push_back(std::move(series));
-  }
-  std::stable_sort(all.begin(), all.end(),
-                   [](const auto& a, const auto& b) { return a.slices.size() > b.slices.size(); });
-  return all;
+  return listing.Finish();
 }
 
 }  // namespace
 
-std::vector<DicomSeries> ListDicomSeries(const std::string& folder, const std::function<void(double)>& progress) {
-  return DecodeSeries(RunInChild(
-      folder, kListing, [&folder](ChildReport& report) { return Encode(ListInChild(folder, report)); }, progress));
+bool IsDicomDirectory(const std::string& path) {
+  if (!IsDicomFile(path)) return false;
+  DicomOutline outline;
+  try {
+    CheckDicomHeader(path, &outline);
+  } catch (const Error&) {  // of no importance here: its content is not read
+  }
+  return outline.class_uid == kDirectoryStorage;
 }
 
-const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid,
-                                const std::string& folder) {
-  std::vector<const DicomSeries*> found;
-  for (const DicomSeries& s : all) {
-    if (uid.empty() ? s.modality == "CT" : s.uid == uid) found.push_back(&s);
-  }
-  if (found.empty() && !uid.empty()) {
-    for (const DicomSeries& s : all) {
-      if (s.uid.size() > uid.size() && s.uid.compare(s.uid.size() - uid.size(), uid.size(), uid) == 0)
-        found.push_back(&s);
+std::vector<DicomSeries> ListDicomSeries(const std::string& path, const std::function<void(double)>& progress) {
+  constexpr std::size_t kMaxFailures = 20;
+  CurrentFile current;
+  Failures failures;
+  while (true) {
+    try {
+      return DecodeSeries(RunInChild(
+          path, kListing,
+          [&](ChildReport& report) { return Encode(ListInChild(path, failures, current, report)); }, progress));
+    } catch (const Error& e) {
+      // The library failed at a file, which is left out from now on.
+      const std::string failed_at = current.Get();
+      current.Set("");
+      if (failed_at.empty() || failures.size() == kMaxFailures || !failures.emplace(failed_at, e.what()).second) throw;
     }
   }
-  if (found.size() == 1) return *found.front();
-  if (uid.empty() && found.empty() && all.size() == 1) return all.front();  // CheckSeries() reports the reason
-  std::string list;
-  for (const DicomSeries& s : all) list += (list.empty() ? "" : "; ") + Describe(s);
-  if (!uid.empty()) {
-    throw Error(
-        fmt::format("{}: {} series match '{}'; there are: {}", folder, found.empty() ? "no" : "several", uid, list));
-  }
-  if (found.empty()) throw Error(fmt::format("{}: no CT among the series: {}", folder, list));
-  throw Error(fmt::format("{}: the folder contains {} CT series; choose one with --series UID: {}{}", folder,
-                          found.size(), list, DescribeStray(found)));
 }
 
 }  // namespace kerf

@@ -20,6 +20,7 @@ constexpr std::uint64_t kMaxMemory = std::uint64_t{5} << 30;
 constexpr std::uint64_t kLeastMemory = std::uint64_t{512} << 20;
 constexpr std::uint64_t kMemoryPerByte = 64;  // of the file: elements of a few bytes take a hundred
 constexpr double kSilent_s = 120;
+constexpr const char* kLabelMapStorage = "1.2.840.10008.5.1.4.1.1.66.7";
 constexpr std::uint64_t kMaxBytes = std::uint64_t{2} << 30;
 
 }  // namespace
@@ -28,7 +29,17 @@ bool IsDicomFile(const std::string& path) {
   std::ifstream in = OpenImageFile(path);
   std::array<char, 132> head{};
   in.read(head.data(), head.size());
-  return in.gcount() == static_cast<std::streamsize>(head.size()) && std::string(&head[128], 4) == "DICM";
+  return BeginsLikeDicom({head.data(), static_cast<std::size_t>(in.gcount())});
+}
+
+bool IsDicomSegmentation(const std::string& path) {
+  if (!IsDicomFile(path)) return false;
+  DicomOutline outline;
+  try {
+    CheckDicomHeader(path, &outline);
+  } catch (const Error&) {  // its reader reports the reason
+  }
+  return outline.class_uid == kSegmentationStorage || outline.class_uid == kLabelMapStorage;
 }
 
 DicomSegments ReadDicomSegments(const std::string& path) {

@@ -40,8 +40,11 @@ struct DicomSegments {
   std::vector<std::uint8_t> pixels;  // of all frames, row by row: 1 in the segment
 };
 
-/// Returns true for a file with the prefix of DICOM. Throws kerf::Error as OpenImageFile() does.
+/// Returns whether the file begins like a DICOM file (BeginsLikeDicom()). Throws kerf::Error as OpenImageFile() does.
 bool IsDicomFile(const std::string& path);
+
+/// Returns whether the file is a DICOM segmentation. Throws kerf::Error as OpenImageFile() does.
+bool IsDicomSegmentation(const std::string& path);
 
 /// Reads a segmentation with the type BINARY or FRACTIONAL, whose voxels count from half of their range on. Throws
 /// kerf::Error with one sentence if the file is not a DICOM segmentation, is compressed, damaged or larger than 2 GiB,

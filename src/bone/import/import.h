@@ -25,7 +25,8 @@
 namespace kerf {
 
 struct ImportOptions {
-  std::string series;  // of a DICOM folder: UID or a suffix of it; if empty, the only CT series
+  std::string series;  // of DICOM files: name, UID or an end of either; if empty, as ChooseSeries() does
+  bool as_ct = false;  // DICOM: read a series that is not stated to be a CT, such as modality OT, as one
   std::string frame;   // of the file's coordinates, such as "RAS" (patient_frame.h); if empty, that of the header
   double voxel_mm = 0.1;
   IsolateOptions isolate;  // includes the iso value
@@ -112,7 +113,7 @@ struct ImportResult {
 /// Returns whether the path has the extension of a surface file.
 bool IsSurfacePath(const std::string& path);
 
-/// Imports a bone. `path`: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a closed surface (.stl .obj
+/// Imports a bone. `path`: DICOM (a folder, a DICOMDIR, a slice or a .zip), an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a closed surface (.stl .obj
 /// .ply), or empty for a bone from `options.isolate.mask` alone. The bone's coordinates are the patient's (LPS, mm), or
 /// those of the surface. Throws kerf::Error with one sentence if the input cannot be converted to a bone, and lets
 /// Cancelled pass.

@@ -13,6 +13,7 @@
 #include "bone/grid/build_times.h"
 #include "bone/import/ct_solid.h"
 #include "bone/import/dicom.h"
+#include "bone/import/dicom_input.h"
 #include "bone/import/dicom_segments.h"
 #include "bone/import/hu_check.h"
 #include "bone/import/hu_sampler.h"
@@ -89,30 +90,38 @@ bool IsByLeaves(const Volume& ct, const ImportOptions& options) {
   return LatticeMap(ct).HasPositions(options.voxel_mm);
 }
 
+// Reads a series. Adds what was left out and assumed to the warnings or, because it may be the reason, to the error.
+Volume ReadDicom(const std::string& path, const ImportOptions& options, ImportReport& report) {
+  const DicomInput input(path, Part(options.progress, 0, 0));
+  const DicomSeries series = TakeAsCt(input.Choose(options.series), options.as_ct);
+  report.kind = "DICOM";
+  report.series_uid = series.name();
+  report.study_date = series.study_date;
+  Volume ct;
+  try {
+    ct = ReadDicomSeries(series, CtProgress(options, CtPart::kRead, true));
+  } catch (const Error& e) {
+    std::string message = input.NameFiles(e.what());
+    for (const std::string& warning : series.warnings) message += "\nwarning: " + warning;
+    throw Error(message);
+  }
+  ct.warnings.insert(ct.warnings.begin(), series.warnings.begin(), series.warnings.end());
+  if (!options.frame.empty()) ReinterpretFrame(options.frame, ct);
+  return ct;
+}
+
 }  // namespace
 
 Volume ReadCt(const std::string& path, const ImportOptions& options, ImportReport& report) {
   std::error_code failed;
-  if (fs::is_directory(path, failed)) {
-    const std::vector<DicomSeries> all = ListDicomSeries(path, Part(options.progress, 0, 0));
-    const DicomSeries& series = ChooseSeries(all, options.series, path);
-    report.kind = "DICOM";
-    report.series_uid = series.uid;
-    report.study_date = series.study_date;
-    Volume ct = ReadDicomSeries(series, CtProgress(options, CtPart::kRead, true));
-    if (!options.frame.empty()) ReinterpretFrame(options.frame, ct);
-    return ct;
-  }
   if (!fs::exists(path, failed)) throw Error(fmt::format("{}: no such file or folder", path));
-  if (path.ends_with(".seg.nrrd") || IsDicomFile(path)) {
-    throw Error(fmt::format("{}: {}", path,
-                            path.ends_with(".nrrd")
-                                ? "a segmentation, not a CT; import it with --mask"
-                                : "a single DICOM file; give the folder of the CT, or a segmentation with --mask"));
+  if (path.ends_with(".seg.nrrd") || IsDicomSegmentation(path)) {
+    throw Error(fmt::format("{}: a segmentation, not a CT; import it with --mask", path));
   }
+  if (DicomInput::Is(path)) return ReadDicom(path, options, report);
   if (!HasImageExtension(path)) {
     throw Error(
-        fmt::format("{}: unknown file type; kerf imports a folder of DICOM files, .nrrd .nhdr .nii .nii.gz .mha "
+        fmt::format("{}: unknown file type; kerf imports DICOM (a folder, a file, a .zip), .nrrd .nhdr .nii .nii.gz .mha "
                     ".mhd, or a closed surface .stl .obj .ply",
                     path));
   }
@@ -132,9 +141,10 @@ Volume ReadHu(const std::string& path, const ImportOptions& options, ImportRepor
     const std::vector<std::string>& of_mask = options.isolate.mask->tissue.warnings;
     report.warnings.insert(report.warnings.end(), of_mask.begin(), of_mask.end());
     const std::string& segmented = options.isolate.mask->series_uid;
-    if (!segmented.empty() && !report.series_uid.empty() && segmented != report.series_uid) {
+    const std::string own = report.series_uid.substr(0, report.series_uid.find('#'));
+    if (!segmented.empty() && !own.empty() && segmented != own) {
       report.warnings.push_back(
-          fmt::format("the mask refers to the series {}, not to this CT's, {}", segmented, report.series_uid));
+          fmt::format("the mask refers to the series {}, not to this CT's, {}", segmented, own));
     }
   }
   report.size = ct.size;

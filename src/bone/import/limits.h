@@ -31,5 +31,12 @@ inline constexpr double kMaxMemoryRatio = 32;
 inline constexpr std::int64_t kMaxSkippedLine = std::int64_t{1} << 20;
 /// Nesting depth of sequences and items in a DICOM file, counted separately; GDCM needs a stack frame for each.
 inline constexpr std::size_t kMaxDicomDepth = 64;
+/// Files in a ZIP file, and bytes of all of them when unpacked. A CT of 512 x 512 x 2000 voxels has 1.1e9 bytes.
+inline constexpr std::uint64_t kMaxPackedFiles = 20'000;
+inline constexpr double kMaxPackedBytes = 8e9;
+/// Unpacked bytes per byte of a ZIP file that unpacks to more than kFreePackedBytes. CTs are packed to a half or a third,
+/// those with much air to a tenth.
+inline constexpr double kMaxPackedRatio = 100;
+inline constexpr double kFreePackedBytes = 64e6;
 
 }  // namespace kerf

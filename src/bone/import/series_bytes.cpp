@@ -5,6 +5,9 @@
 #include "kerf/error.h"
 
 namespace kerf {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LeftOutFile, path, kind, fault, may_be_slice)
+
 namespace {
 
 using Json = nlohmann::json;
@@ -41,6 +44,18 @@ void VisitSlice(Slice& s, Visit&& visit) {
   visit(s.compressed);
   visit(s.inverted);
   visit(s.transfer_syntax);
+  visit(s.class_uid);
+  visit(s.instance_uid);
+  visit(s.modality);
+  visit(s.image_type);
+  visit(s.patient);
+  visit(s.study);
+  visit(s.phase);
+  visit(s.acquisition);
+  visit(s.acquisition_time);
+  visit(s.kernel);
+  visit(s.thickness_mm);
+  visit(s.cut_off);
 }
 template <typename Series, typename Visit>
 void VisitSeries(Series& s, Visit&& visit) {
@@ -49,6 +64,10 @@ void VisitSeries(Series& s, Visit&& visit) {
   visit(s.modality);
   visit(s.study_date);
   visit(s.gap_mm);
+  visit(s.part);
+  visit(s.part_name);
+  visit(s.left_out);
+  visit(s.warnings);
 }
 
 }  // namespace

@@ -26,6 +26,7 @@ void CheckMaskUse(const std::string& path, const ImportSettings& settings) {
 ImportedBone ImportBone(const std::string& path, const ImportSettings& settings) {
   ImportOptions options;
   options.series = settings.series;
+  options.as_ct = settings.as_ct;
   options.frame = settings.frame;
   options.voxel_mm = settings.voxel_mm;
   options.isolate.iso_hu = settings.iso_hu;

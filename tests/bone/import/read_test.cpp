@@ -121,16 +121,18 @@ TEST(ReadDicom, SeveralCtSeriesAreRefusedUntilOneIsChosen) {
   EXPECT_EQ(ReadFolder(folder.path(), "99.8").size[2], 5);
 }
 
-TEST(ReadDicom, ASliceWithAnotherSeriesUidIsNamed) {
+TEST(ReadDicom, ASliceWithAnotherSeriesUidIsLeftOutAndNamed) {
   const Folder folder;
   const Volume ct = SkewCt();
   test::WriteDicom(ct, folder.path());
   SliceSpec other;
   other.series_uid = "1.2.3.4.6";
   WriteBytes(folder.file("stray.dcm"), test::DicomSlice(ct, 3, other));
-  const std::string message = MessageOf([&] { ReadFolder(folder.path()); });
-  EXPECT_THAT(message, HasSubstr("the folder contains 2 CT series"));
-  EXPECT_THAT(message,
+  const DicomSeries chosen = ChooseSeries(ListDicomSeries(folder.path()), "", folder.path());
+  ExpectSame(ReadDicomSeries(chosen, {}), ct, 1e-6);
+  ASSERT_EQ(chosen.warnings.size(), 1u);
+  EXPECT_THAT(chosen.warnings[0], HasSubstr("the folder contains 2 CT series"));
+  EXPECT_THAT(chosen.warnings[0],
               testing::EndsWith("; one of them has 1 slice and may be a scout view or a damaged file: stray.dcm"));
 }
 
@@ -187,15 +189,18 @@ TEST_F(SpoiltSeries, TruncatedSliceIsRefusedEvenByOneByte) {
   }
 }
 
-TEST_F(SpoiltSeries, HeaderCutOffAnywhereIsRefusedAndNamesTheFile) {
+// The series is whole without the file.
+TEST_F(SpoiltSeries, AFileCutOffWithinItsHeaderIsLeftOutAndNamed) {
   const std::string whole = test::DicomSlice(ct_, 3, {});
   ASSERT_GT(whole.size(), 700u);
   const Folder folder;
   const Volume ct = SkewCt();
   test::WriteDicom(ct, folder.path());
-  for (std::size_t length = 0; length <= 700; ++length) {
+  for (std::size_t length = 0; length <= 700; length += length < 150 ? 50 : 7) {
     WriteBytes(folder.file("spoilt.dcm"), whole.substr(0, length));
-    EXPECT_THAT(MessageOf([&] { ReadFolder(folder.path()); }), HasSubstr("spoilt.dcm")) << length;
+    const DicomSeries chosen = ChooseSeries(ListDicomSeries(folder.path()), "", folder.path());
+    EXPECT_EQ(chosen.slices.size(), 7u) << length;
+    EXPECT_THAT(chosen.warnings, testing::ElementsAre(testing::StartsWith("1 file was left out: spoilt.dcm ("))) << length;
   }
   const std::string within = Message(3, whole.substr(0, 200));
   EXPECT_THAT(within, HasSubstr("spoilt.dcm: the DICOM header can't be read: the meta information is "));
@@ -204,10 +209,10 @@ TEST_F(SpoiltSeries, HeaderCutOffAnywhereIsRefusedAndNamesTheFile) {
               HasSubstr("the DICOM header can't be read: the file ends within it, after 138 bytes"));
 }
 
-TEST_F(SpoiltSeries, SliceCutOffBetweenElementsIsRefusedAndNotSkipped) {
-  const std::string whole = test::DicomSlice(ct_, 6, {});  // the last slice, whose absence would leave no gap
+TEST_F(SpoiltSeries, SliceCutOffBetweenElementsIsRefused) {
+  const std::string whole = test::DicomSlice(ct_, 3, {});
   const std::string modality("\x08\x00\x60\x00", 4);
-  EXPECT_THAT(Message(6, whole.substr(0, whole.find(modality))),
+  EXPECT_THAT(Message(3, whole.substr(0, whole.find(modality))),
               HasSubstr("spoilt.dcm: a CT slice without rows and columns; the file is damaged or cut off"));
 }
 

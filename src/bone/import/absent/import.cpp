@@ -2,7 +2,7 @@
 #include "bone/import/import.h"
 
 #include "base/core/not_built.h"
-#include "bone/import/dicom.h"
+#include "bone/import/dicom_input.h"
 #include "bone/import/dicom_segments.h"
 #include "bone/import/image_file.h"
 #include "bone/import/label_image.h"
@@ -26,10 +26,16 @@ ImportResult Import(const std::string&, const ImportOptions&) {
 Volume ReadCt(const std::string&, const ImportOptions&, ImportReport&) {
   Fail();
 }
-std::vector<DicomSeries> ListDicomSeries(const std::string&, const std::function<void(double)>&) {
+bool DicomInput::Is(const std::string&) {
   Fail();
 }
-const DicomSeries& ChooseSeries(const std::vector<DicomSeries>&, const std::string&, const std::string&) {
+DicomInput::DicomInput(const std::string&, const std::function<void(double)>&) {
+  Fail();
+}
+DicomSeries DicomInput::Choose(const std::string&) const {
+  Fail();
+}
+DicomSeries TakeAsCt(DicomSeries, bool) {
   Fail();
 }
 bool IsDicomFile(const std::string&) {

@@ -1,0 +1,171 @@
+#include "bone/import/dicom_zip.h"
+
+#include <fmt/format.h>
+#include <zip.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <set>
+#include <vector>
+
+#include "base/core/printable.h"
+#include "base/files/disk_space.h"
+#include "base/files/extension.h"
+#include "base/files/files.h"
+#include "bone/import/limits.h"
+#include "bone/import/unpack.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PackedFile {
+  zip_uint64_t index = 0;
+  std::string name;
+  std::uint64_t bytes = 0;
+};
+
+// Returns the name as a relative path that lies within a folder; empty if it is of no use.
+std::string MakeSafeName(std::string name) {
+  constexpr std::size_t kMaxPart = 100;  // bytes
+  constexpr int kMaxDepth = 20;
+  std::replace(name.begin(), name.end(), '\\', '/');
+  fs::path safe;
+  int depth = 0;
+  for (std::size_t begin = 0; begin <= name.size();) {
+    const std::size_t end = std::min(name.find('/', begin), name.size());
+    std::string part = Printable(name.substr(begin, end - begin));
+    begin = end + 1;
+    if (part == "__MACOSX" || part.starts_with("._")) return "";
+    if (part.empty() || part == "." || part == ".." || ++depth > kMaxDepth) continue;
+    // The end of a name has its extension.
+    if (part.size() > kMaxPart) part = Printable(part.substr(part.size() - kMaxPart));
+    safe /= part;
+  }
+  return safe.string();
+}
+
+class ZipFile {
+ public:
+  explicit ZipFile(const std::string& path) : path_(path) {
+    CheckIsRegularFile(path);
+    int code = 0;
+    archive_ = zip_open(path.c_str(), ZIP_RDONLY, &code);
+    if (archive_ != nullptr) return;
+    zip_error_t error;
+    zip_error_init_with_code(&error, code);
+    const std::string why = zip_error_strerror(&error);
+    zip_error_fini(&error);
+    throw Error(fmt::format("{}: is not a complete ZIP file: {}", path, why));
+  }
+  ~ZipFile() { zip_discard(archive_); }
+  ZipFile(const ZipFile&) = delete;
+  ZipFile& operator=(const ZipFile&) = delete;
+
+  // Throws kerf::Error if the file exceeds a limit.
+  std::vector<PackedFile> ListFiles() const {
+    const zip_int64_t count = zip_get_num_entries(archive_, 0);
+    if (count < 0 || static_cast<std::uint64_t>(count) > kMaxPackedFiles) {
+      throw Error(fmt::format("{}: contains {} files, more than the {} that kerf unpacks", path_, count, kMaxPackedFiles));
+    }
+    std::vector<PackedFile> files;
+    std::set<std::string> names;
+    double all_bytes = 0;
+    for (zip_uint64_t i = 0; i < static_cast<zip_uint64_t>(count); ++i) {
+      zip_stat_t stat;
+      constexpr zip_uint64_t kNeeded = ZIP_STAT_NAME | ZIP_STAT_SIZE | ZIP_STAT_ENCRYPTION_METHOD;
+      if (zip_stat_index(archive_, i, 0, &stat) != 0 || (stat.valid & kNeeded) != kNeeded) {
+        throw Error(fmt::format("{}: is damaged: the header of file {} can't be read", path_, i + 1));
+      }
+      const std::string packed_name = stat.name;
+      const std::string name = MakeSafeName(packed_name);
+      if (name.empty() || packed_name.ends_with('/') || packed_name.ends_with('\\')) continue;
+      if (stat.encryption_method != ZIP_EM_NONE) {
+        throw Error(fmt::format("{}: '{}' is encrypted; unpack the file with its password and give the folder", path_,
+                                name));
+      }
+      all_bytes += static_cast<double>(stat.size);
+      // Equal names are told apart by a number.
+      std::string own = name;
+      for (int n = 2; !names.insert(own).second; ++n) own = fmt::format("{}_{}", name, n);
+      files.push_back({i, own, stat.size});
+    }
+    std::error_code failed;
+    const auto own_bytes = static_cast<double>(fs::file_size(path_, failed));
+    if (all_bytes > kMaxPackedBytes || all_bytes > kFreePackedBytes + kMaxPackedRatio * own_bytes) {
+      throw Error(fmt::format("{}: would take {:.1f} GB when unpacked, more than kerf allows for a file of {:.3f} GB; "
+                              "unpack it and give the folder",
+                              path_, all_bytes / 1e9, own_bytes / 1e9));
+    }
+    return files;
+  }
+
+  // Writes the file, whose length is as stated, at `target`. Calls `step` after each block.
+  void Unpack(const PackedFile& packed, const fs::path& target, const std::function<void(std::uint64_t)>& step) const {
+    const auto fail = [&](const std::string& why) {
+      throw Error(fmt::format("{}: is damaged: '{}' can't be unpacked: {}", path_, packed.name, why));
+    };
+    zip_file_t* const file = zip_fopen_index(archive_, packed.index, 0);
+    if (file == nullptr) fail(zip_strerror(archive_));
+    const std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> closer(file, zip_fclose);
+    std::ofstream out(target, std::ios::binary);
+    std::vector<char> block(std::size_t{1} << 18);
+    std::uint64_t done = 0;
+    while (true) {
+      const zip_int64_t count = zip_fread(file, block.data(), block.size());  // checks the CRC at the end
+      if (count < 0) fail(zip_file_strerror(file));
+      if (count == 0) break;
+      done += static_cast<std::uint64_t>(count);
+      if (done > packed.bytes) fail("it is longer than its header states");
+      out.write(block.data(), static_cast<std::streamsize>(count));
+      step(static_cast<std::uint64_t>(count));
+    }
+    if (done != packed.bytes) fail("it is shorter than its header states");
+    if (!out.flush()) {
+      throw Error(fmt::format("{}: '{}' can't be written to {}", path_, packed.name, target.parent_path().string()));
+    }
+  }
+
+ private:
+  std::string path_;
+  zip_t* archive_;
+};
+
+}  // namespace
+
+bool IsZipFile(const std::string& path) {
+  if (LowerExtension(path) != ".zip") return false;
+  std::ifstream in = OpenImageFile(path);
+  std::array<char, 4> head{};
+  in.read(head.data(), head.size());
+  return in.gcount() == 4 && head[0] == 'P' && head[1] == 'K';
+}
+
+void UnpackZip(const std::string& path, const std::string& folder, const std::function<void(double)>& progress) {
+  const ZipFile zip(path);
+  const std::vector<PackedFile> files = zip.ListFiles();
+  double all_bytes = 0;
+  for (const PackedFile& file : files) all_bytes += static_cast<double>(file.bytes);
+  if (all_bytes > ReadFreeDiskBytes(folder)) {
+    throw Error(fmt::format("{}: {} has too little space to unpack {:.2f} GB; unpack it elsewhere and give the folder",
+                            path, fs::path(folder).parent_path().string(), all_bytes / 1e9));
+  }
+  for (const PackedFile& file : files) {
+    fs::path target = fs::path(folder) / file.name;
+    std::error_code failed;
+    fs::create_directories(target.parent_path(), failed);
+    // A file may have the name of another one's folder.
+    if (failed || fs::is_directory(target, failed)) target = fs::path(folder) / fmt::format("file_{}", file.index);
+    zip.Unpack(file, target, [&progress](std::uint64_t) {
+      if (progress) progress(0);
+    });
+  }
+}
+
+}  // namespace kerf

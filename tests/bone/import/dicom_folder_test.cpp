@@ -1,0 +1,344 @@
+// DICOM folders as they come: what does not belong to the series is left out and named, and the series is chosen.
+#include <gmock/gmock.h>
+#include <zip.h>
+
+#include <filesystem>
+
+#include "bone/import/dicom_charset.h"
+#include "bone/import/dicom_header.h"
+#include "bone/import/dicom_input.h"
+#include "bone/import/dicom_zip.h"
+#include "bone/import/import.h"
+#include "ct_files.h"
+#include "dicom_bytes.h"
+
+namespace kerf {
+namespace {
+
+using test::DicomBytes;
+using test::Folder;
+using test::MessageOf;
+using test::WriteBytes;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+// A ball of bone in a scan that is large enough for a jaw: 48 x 40 x 30 mm.
+Volume BallCt(int slices = 15) {
+  return test::MakeCt({24, 20, slices}, {2, 2, 2}, {-24, -20, -slices}, glm::dmat3(1), test::Ball({0, 0, 0}, 9));
+}
+
+class DicomFolder : public ::testing::Test {
+ protected:
+  // Writes the slices as 00.dcm, 01.dcm, ... with `change` applied to each.
+  void Write(const Volume& ct, const std::string& prefix = "",
+             const std::function<void(DicomBytes&, int)>& change = {}, const std::string& extension = ".dcm") const {
+    for (int k = 0; k < ct.size[2]; ++k) {
+      DicomBytes bytes(test::DicomSlice(ct, k, {}));
+      if (change) change(bytes, k);
+      WriteBytes(folder_.file(fmt::format("{}{:02}{}", prefix, k, extension)), bytes.File());
+    }
+  }
+  std::string Slice(int k, const std::function<void(DicomBytes&)>& change = {}) const {
+    DicomBytes bytes(test::DicomSlice(ct_, k, {}));
+    if (change) change(bytes);
+    return bytes.File();
+  }
+  Volume Read(const std::string& series = "", const std::string& name = "") const {
+    ImportOptions options;
+    options.series = series;
+    ImportReport report;
+    return ReadCt(name.empty() ? folder_.path() : folder_.file(name), options, report);
+  }
+  std::string Refusal(const std::string& series = "", const std::string& name = "") const {
+    return MessageOf([&] { Read(series, name); }, "read");
+  }
+  // The scan is read whole, with these warnings.
+  template <typename Matcher>
+  void ExpectRead(const Matcher& warnings, const std::string& name = "") const {
+    const Volume read = Read("", name);
+    EXPECT_EQ(read.hu, ct_.hu);
+    EXPECT_THAT(read.warnings, warnings);
+  }
+
+  const Folder folder_;
+  const Volume ct_ = BallCt();
+};
+
+TEST_F(DicomFolder, FilesOfOtherKindsAreIgnored) {
+  Write(ct_);
+  WriteBytes(folder_.file("._00.dcm"), std::string("\0\5\x16\7\0\2\0\0Mac OS X", 16) + std::string(200, '\0'));
+  for (const char* name : {"Thumbs.db", ".DS_Store", "README", "viewer.exe"}) WriteBytes(folder_.file(name), "text");
+  ExpectRead(IsEmpty());
+}
+
+TEST_F(DicomFolder, FilesThatOnlyClaimToBeDicomAreLeftOutAndNamed) {
+  Write(ct_);
+  WriteBytes(folder_.file("empty.dcm"), "");
+  WriteBytes(folder_.file("letter.dcm"), "%PDF-1.4 a letter");
+  WriteBytes(folder_.file("note.dcm"), "a note");
+  WriteBytes(folder_.file("cut.dcm"), Slice(3).substr(0, 300));
+  ExpectRead(ElementsAre("1 file was left out: cut.dcm (damaged or cut off)", "1 file was left out: empty.dcm (empty)",
+                         "2 files were left out: letter.dcm and 1 more (no DICOM file despite its name)"));
+}
+
+TEST_F(DicomFolder, AnEmptyFileInPlaceOfASliceIsNamedAsTheReason) {
+  Write(ct_);
+  WriteBytes(folder_.file("07.dcm"), "");
+  EXPECT_THAT(Refusal(), HasSubstr("07.dcm: is empty; without this file, a slice of the series is missing"));
+}
+
+TEST_F(DicomFolder, DicomdirAndReportsAreNoImages) {
+  Write(ct_);
+  const auto no_image = [this](const std::string& sop_class) {
+    return Slice(0, [&](DicomBytes& b) { b.Set(8, 0x16, "UI", sop_class).Remove(0x28, 0x10).Remove(0x28, 0x11); });
+  };
+  WriteBytes(folder_.file("DICOMDIR"), no_image("1.2.840.10008.1.3.10"));
+  WriteBytes(folder_.file("dose"), no_image("1.2.840.10008.5.1.4.1.1.88.67"));
+  ExpectRead(ElementsAre("1 file was left out: dose (no image)"));
+  ExpectRead(ElementsAre("1 file was left out: dose (no image)"), "DICOMDIR");
+}
+
+TEST_F(DicomFolder, FilesWithoutPreambleAreRead) {
+  const auto write = [this](const std::string& extension, const auto& bytes_of) {
+    for (int k = 0; k < ct_.size[2]; ++k) {
+      WriteBytes(folder_.file(fmt::format("{:02}{}", k, extension)), bytes_of(DicomBytes(test::DicomSlice(ct_, k, {}))));
+    }
+    ExpectRead(IsEmpty());
+  };
+  write(".dcm", [](const DicomBytes& b) { return b.DataSet(false); });
+  write(".dcm", [](const DicomBytes& b) { return b.DataSet(true); });
+  write(".dcm", [](const DicomBytes& b) { return b.WithoutPreamble(true); });
+  std::filesystem::remove_all(folder_.path());
+  std::filesystem::create_directory(folder_.path());
+  write("", [](const DicomBytes& b) { return b.DataSet(false); });
+}
+
+TEST_F(DicomFolder, ADicomFileBeginsWithItsPrefixOrAnEarlyElement) {
+  const std::string prefix = std::string(128, 'x') + "DICM";
+  EXPECT_TRUE(BeginsLikeDicom(prefix));
+  EXPECT_FALSE(BeginsLikeDicom(prefix.substr(0, 131)));
+  EXPECT_TRUE(BeginsLikeDicom(std::string("\x08\0\x05\0CS\x0a\0ISO_IR 100", 18)));
+  EXPECT_TRUE(BeginsLikeDicom(std::string("\x08\0\x05\0\x0a\0\0\0ISO_IR 100", 18)));
+  EXPECT_TRUE(BeginsLikeDicom(std::string("\x02\0\0\0UL\4\0", 8)));
+  EXPECT_FALSE(BeginsLikeDicom(std::string("\x08\0\x05\0\0\0\0\x7f", 8)));  // a value of 2 GB
+  EXPECT_FALSE(BeginsLikeDicom("P5 1 1 255"));
+}
+
+TEST_F(DicomFolder, ThePathOfASliceMeansItsSeries) {
+  Write(ct_);
+  Write(BallCt(9), "other", [](DicomBytes& b, int) { b.Set(0x20, 0xe, "UI", "1.2.9"); });
+  ExpectRead(IsEmpty(), "03.dcm");
+  EXPECT_EQ(Read("", "other03.dcm").size[2], 9);
+  EXPECT_EQ(Read("1.2.9", "03.dcm").size[2], 9);
+  WriteBytes(folder_.file("scout.dcm"), Slice(0, [](DicomBytes& b) { b.Set(8, 8, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER"); }));
+  EXPECT_THAT(Refusal("", "scout.dcm"), HasSubstr("scout.dcm: is a localizer; give a slice of the CT or its folder"));
+}
+
+TEST_F(DicomFolder, WhatDoesNotBelongToTheStackIsLeftOutAndNamed) {
+  Write(ct_);
+  WriteBytes(folder_.file("a_scout"), Slice(0, [](DicomBytes& b) { b.Set(8, 8, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER"); }));
+  Volume turned = ct_;
+  turned.axes_W = glm::dmat3(Vec3(0, 1, 0), Vec3(0, 0, -1), Vec3(1, 0, 0));
+  WriteBytes(folder_.file("b_turned"), test::DicomSlice(turned, 0, {}));
+  Volume large = ct_;
+  large.size = {30, 20, 15};
+  large.hu.resize(large.count());
+  WriteBytes(folder_.file("c_large"), test::DicomSlice(large, 0, {}));
+  test::SliceSpec colour;
+  colour.samples = 3;
+  WriteBytes(folder_.file("d_colour"), test::DicomSlice(ct_, 0, colour));
+  WriteBytes(folder_.file("e_capture"), Slice(0, [](DicomBytes& b) { b.Set(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.7"); }));
+  ExpectRead(ElementsAre("1 file was left out: a_scout (localizer by ImageType)",
+                         "1 file was left out: d_colour (colour image)",
+                         "1 file was left out: e_capture (secondary capture)",
+                         "1 file was left out: c_large (another size)",
+                         "1 file was left out: b_turned (another orientation or spacing)"));
+}
+
+TEST_F(DicomFolder, CopiesOfASliceAreLeftOut) {
+  Write(ct_);
+  WriteBytes(folder_.file("07 (1).dcm"), Slice(7));
+  WriteBytes(folder_.file("another"), Slice(7, [](DicomBytes& b) { b.Set(8, 0x103e, "LO", "sent again"); }));
+  WriteBytes(folder_.file("cut.dcm"), Slice(7).substr(0, Slice(7).size() - 50));
+  ExpectRead(ElementsAre("2 files were left out: 07 (1).dcm and 1 more (copy of another slice)",
+                         "1 file was left out: cut.dcm (cut off; there is a whole file of the same slice)"));
+}
+
+TEST_F(DicomFolder, ACutSliceOfTheSeriesIsNamedAndOneOfAnotherDoesNotMatter) {
+  Write(ct_);
+  const std::string other = Slice(7, [](DicomBytes& b) { b.Set(0x20, 0xe, "UI", "1.2.9"); });
+  WriteBytes(folder_.file("other.dcm"), other.substr(0, other.size() - 100));
+  EXPECT_EQ(Read().hu, ct_.hu);
+  WriteBytes(folder_.file("07.dcm"), Slice(7).substr(0, Slice(7).size() - 100));
+  EXPECT_THAT(Refusal(), HasSubstr("07.dcm: the slice is cut off"));
+}
+
+TEST_F(DicomFolder, TheSeriesThatSuitsAJawIsTakenAndTheOthersAreListed) {
+  Write(ct_, "", [](DicomBytes& b, int) { b.Set(0x18, 0x1210, "SH", "H60s"); });
+  Write(BallCt(3), "thick", [](DicomBytes& b, int) { b.Set(0x20, 0xe, "UI", "1.2.9"); });
+  const std::vector<std::string> warnings = Read().warnings;
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0],
+            "the folder contains 2 CT series; the one that suits a jaw best was taken: 1.2.3.4.5 (CT, 15 slices 2 mm "
+            "apart, kernel H60s, synthetic); choose another with --series UID: 1.2.9 (CT, 3 slices 2 mm apart, "
+            "synthetic)");
+  // With as many slices, the only one with a kernel for bone.
+  Write(ct_, "soft", [](DicomBytes& b, int) { b.Set(0x20, 0xe, "UI", "1.2.8").Set(0x18, 0x1210, "SH", "H30s"); });
+  EXPECT_THAT(Read().warnings[0], HasSubstr("was taken: 1.2.3.4.5 (CT, 15 slices 2 mm apart, kernel H60s"));
+  Write(ct_, "soft", [](DicomBytes& b, int) { b.Set(0x20, 0xe, "UI", "1.2.8").Set(0x18, 0x1210, "SH", "H70s"); });
+  EXPECT_THAT(Refusal(), HasSubstr("the folder contains 3 CT series; choose one with --series UID: "));
+}
+
+TEST_F(DicomFolder, TwoPatientsWithOneUidAreRefusedAndNamedByFile) {
+  Write(BallCt(8));
+  Volume next = ct_;
+  next.origin_W.z += 100;
+  Write(next, "x", [](DicomBytes& b, int) { b.Set(0x10, 0x10, "PN", "OTHER^ONE").Set(8, 0x18, "UI", "1.9"); });
+  const std::string refusal = Refusal();
+  EXPECT_THAT(refusal, HasSubstr("the CT slices are of 2 patients, such as x00.dcm and 00.dcm; choose one with --series"));
+  EXPECT_THAT(refusal, testing::Not(HasSubstr("OTHER")));
+  EXPECT_THAT(refusal, testing::Not(HasSubstr("SECRET")));
+  EXPECT_EQ(Read("1.2.3.4.5#1").size[2], 8);
+  EXPECT_EQ(Read("5#2").size[2], 15);
+}
+
+TEST_F(DicomFolder, TwoPatientsWithTheirOwnUidsAreRefused) {
+  Write(ct_);
+  Write(BallCt(6), "x", [](DicomBytes& b, int) { b.Set(0x10, 0x10, "PN", "OTHER^ONE").Set(0x20, 0xe, "UI", "1.2.9"); });
+  EXPECT_THAT(Refusal(), HasSubstr("of 2 patients, such as 00.dcm and x00.dcm"));
+}
+
+TEST_F(DicomFolder, AcquisitionsAndPhasesWithOneUidAreToldApart) {
+  const auto write = [this](std::uint16_t group, std::uint16_t number, const char* vr) {
+    for (const int n : {1, 2}) {
+      Write(ct_, std::to_string(n), [&](DicomBytes& b, int k) {
+        b.Set(group, number, vr, std::to_string(n)).Set(8, 0x18, "UI", fmt::format("1.9.{}.{}", n, k));
+      });
+    }
+    return ListDicomSeries(folder_.path());
+  };
+  for (const auto& [group, number, vr, name] :
+       {std::tuple(0x20, 0x12, "IS", "acquisition"), std::tuple(0x20, 0x100, "IS", "phase")}) {
+    const std::vector<DicomSeries> all = write(static_cast<std::uint16_t>(group), static_cast<std::uint16_t>(number), vr);
+    ASSERT_EQ(all.size(), 2u);
+    EXPECT_EQ(all[0].name(), "1.2.3.4.5#1");
+    EXPECT_EQ(all[1].part_name, fmt::format("{} 2", name));
+    EXPECT_THAT(Refusal(), HasSubstr("the folder contains 2 CT series; choose one with --series UID: 1.2.3.4.5#1 ("));
+    EXPECT_EQ(Read("#2").hu, ct_.hu);
+  }
+}
+
+// Scanners that turn once for each slice number each turn as an acquisition.
+TEST_F(DicomFolder, SlicesWithAnAcquisitionEachAreOneStack) {
+  Write(ct_, "", [](DicomBytes& b, int k) { b.Set(0x20, 0x12, "IS", std::to_string(k)); });
+  ExpectRead(IsEmpty());
+}
+
+TEST_F(DicomFolder, ASecondaryModalityIsAskedAbout) {
+  Write(ct_, "", [](DicomBytes& b, int) { b.Set(8, 0x60, "CS", "OT"); });
+  EXPECT_THAT(Refusal(), testing::EndsWith("has the modality OT, not CT; if it is a CT with Hounsfield units that "
+                                           "another program wrote, import it with --as-ct"));
+  ImportOptions options;
+  options.as_ct = true;
+  ImportReport report;
+  const Volume read = ReadCt(folder_.path(), options, report);
+  EXPECT_EQ(read.hu, ct_.hu);
+  EXPECT_THAT(read.warnings,
+              ElementsAre("the series has the modality OT, not CT; it was read as a CT because of --as-ct"));
+}
+
+TEST_F(DicomFolder, TextsAreUtf8WithoutControlCharacters) {
+  Write(ct_, "", [](DicomBytes& b, int) {
+    b.Set(8, 5, "CS", "ISO_IR 100").Set(8, 0x103e, "LO", "Sch\xe4" "del \x1b[2J");
+  });
+  EXPECT_EQ(ListDicomSeries(folder_.path())[0].description, "Schädel ?[2J");
+}
+
+TEST(DicomText, IsDecodedFromItsCharacterSet) {
+  EXPECT_EQ(DecodeDicomText("Buc^J\xe9r\xf4me", "ISO_IR 100"), "Buc^Jérôme");
+  EXPECT_EQ(DecodeDicomText("Kiefer \xc3\xbc", "ISO_IR 192"), "Kiefer ü");
+  EXPECT_EQ(DecodeDicomText("\xbb\xe7\xda", "ISO_IR 144"), "Лчк");
+  EXPECT_EQ(DecodeDicomText("\xcd\xf5", "GB18030"), "王");
+  // PS3.5 annexes H and I.
+  EXPECT_EQ(DecodeDicomText("\xd4\xcf\xc0\xde^\xc0\xdb\xb3=\x1b$B;3ED\x1b(J^\x1b$BB@O:\x1b(J",
+                            "ISO 2022 IR 13\\ISO 2022 IR 87"),
+            "ﾔﾏﾀﾞ^ﾀﾛｳ=山田^太郎");
+  EXPECT_EQ(DecodeDicomText("Hong=\x1b$)C\xfb\xf3^\x1b$)C\xd1\xce\xd4\xd7", "\\ISO 2022 IR 149"), "Hong=洪^吉洞");
+  EXPECT_EQ(DecodeDicomText("\xff\xfe", ""), "ÿþ");  // not UTF-8
+  EXPECT_EQ(DecodeDicomText("\x1b$B;", ""), "?");    // half a character
+  EXPECT_EQ(DecodeDicomText("a\x9b" "31m", "ISO_IR 100"), "a?31m");  // a control character of 8 bits
+}
+
+struct Member {
+  std::string name, bytes;
+};
+
+std::string Zip(const Folder& folder, const std::vector<Member>& members) {
+  const std::string path = folder.file("packed.zip");
+  int code = 0;
+  zip_t* archive = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code);
+  for (const Member& m : members) {
+    zip_source_t* source = zip_source_buffer(archive, m.bytes.data(), m.bytes.size(), 0);
+    zip_file_add(archive, m.name.c_str(), source, 0);
+  }
+  EXPECT_EQ(zip_close(archive), 0);
+  return path;
+}
+
+TEST_F(DicomFolder, AZipOfAFolderIsReadAndLeavesNothingBehind) {
+  std::vector<Member> members{{"CD/", ""}, {"__MACOSX/._x.dcm", "x"}, {"CD/note.dcm", "a note"}};
+  for (int k = 0; k < ct_.size[2]; ++k) members.push_back({fmt::format("CD/IM{}", k), Slice(k)});
+  const std::string path = Zip(folder_, members);
+  const Folder temporary;
+  setenv("TMPDIR", temporary.path().c_str(), 1);
+  ExpectRead(ElementsAre("1 file was left out: note.dcm (no DICOM file despite its name)"), "packed.zip");
+  members.back().bytes.resize(members.back().bytes.size() - 100);
+  Zip(folder_, members);
+  EXPECT_THAT(Refusal("", "packed.zip"), testing::StartsWith(path + "/CD/IM14: the slice is cut off"));
+  EXPECT_TRUE(std::filesystem::is_empty(temporary.path()));
+  unsetenv("TMPDIR");
+}
+
+TEST(DicomZip, NamesDoNotLeadOutOfTheFolder) {
+  const Folder folder;
+  const std::string path = Zip(folder, {{"../../escaped", "a"}, {"/absolute", "b"}, {"d\\..\\c\x1b.dcm", "c"}, {"d", "d"}});
+  const std::string target = folder.file("in");
+  std::filesystem::create_directory(target);
+  UnpackZip(path, target, {});
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(target)) {
+    names.push_back(std::filesystem::relative(entry.path(), target));
+  }
+  EXPECT_THAT(names, testing::UnorderedElementsAre("escaped", "absolute", "d", "d/c?.dcm", "file_3"));
+}
+
+TEST(DicomZip, BombsAndDamageAreRefused) {
+  const Folder folder;
+  const std::string target = folder.file("in");
+  std::filesystem::create_directory(target);
+  const auto refusal = [&](const std::string& path) { return MessageOf([&] { UnpackZip(path, target, {}); }); };
+  const std::string zeros(std::size_t{70} << 20, '\0');
+  EXPECT_THAT(refusal(Zip(folder, {{"a", zeros}})), HasSubstr("packed.zip: would take 0.1 GB when unpacked, more than"));
+  const std::string path = Zip(folder, {{"a", std::string(5000, 'x') + "y"}});
+  std::string bytes = test::ReadBytes(path);
+  bytes[45] = static_cast<char>(bytes[45] ^ 0x55);
+  WriteBytes(path, bytes);
+  EXPECT_THAT(refusal(path), HasSubstr("packed.zip: is damaged: 'a' can't be unpacked: "));
+  WriteBytes(path, bytes.substr(0, 60));
+  EXPECT_THAT(refusal(path), HasSubstr("packed.zip: is not a complete ZIP file: "));
+  EXPECT_TRUE(std::filesystem::is_empty(target) || std::filesystem::file_size(target + "/a") <= 5001);
+}
+
+TEST_F(DicomFolder, TheMiddleSliceIsDrawn) {
+  Write(ct_);
+  const std::vector<std::uint8_t> picture = DrawMiddleSlice(ListDicomSeries(folder_.path())[0], 24);
+  ASSERT_EQ(picture.size(), 576u);
+  // 24 x 20 pixels, centred; the ball of 1000 HU lies in the middle of soft tissue of 0 HU.
+  EXPECT_EQ(picture[12 * 24 + 12], std::lround(255 * 1300 / 2000.0));
+  EXPECT_EQ(picture[3 * 24 + 2], std::lround(255 * 300 / 2000.0));
+  EXPECT_EQ(picture[0], 0);
+}
+
+}  // namespace
+}  // namespace kerf
