@@ -121,6 +121,7 @@ std::vector<SheetPoint> ReadPoints(const CtSheetOptions& options) {
 
 constexpr Rgb8 kAddedColour{204, 80, 200};
 constexpr Rgb8 kCutOffColour{230, 40, 30};
+constexpr Rgb8 kGivenAwayColour{250, 150, 30};
 constexpr Rgb8 kOutline{120, 200, 255};
 
 // Tints what a mask selects, adds and cuts off, and draws its outline in the slices along an axis.
@@ -140,6 +141,8 @@ std::function<std::optional<Rgb8>(const Vec3&)> MakeTint(const MaskOverlay& over
         return kAddedColour;
       case MaskOverlay::What::kCutOff:
         return kCutOffColour;
+      case MaskOverlay::What::kGivenAway:
+        return kGivenAwayColour;
       case MaskOverlay::What::kNothing:
         break;
     }
@@ -177,8 +180,9 @@ void DrawCtSheet(const CtSheetOptions& options) {
   if (overlay) {
     sheet.caption = fmt::format(
         "Blue line: mask. Green: kept bone. Tan: other bone. Farther than {:.3g} mm from the line the mask overrides "
-        "the CT: magenta, {} added; red, {} cut off (within 10 mm more).",
-        overlay->reach_mm(), FormatVolume(overlay->added_mm3()), FormatVolume(overlay->cut_off_mm3()));
+        "the CT: magenta, {} added; red, {} cut off (within 10 mm more). Orange: {} in the mask that are not kept.",
+        overlay->reach_mm(), FormatVolume(overlay->added_mm3()), FormatVolume(overlay->cut_off_mm3()),
+        FormatVolume(overlay->given_away_mm3()));
   }
   // First draw two views of the surface, which show the height of each structure. The slices are drawn in orange.
   const bool whole = options.slices.empty();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <glm/common.hpp>
 #include <numeric>
 
 namespace kerf {
@@ -11,6 +12,22 @@ namespace {
 
 constexpr std::int32_t kUnseen = -1;
 constexpr std::size_t kBetweenReports = std::size_t{1} << 20;  // voxels
+
+// Returns half the extent of a voxel along the patient's axes.
+Vec3 CalcHalfVoxel(const Volume& lattice) {
+  Vec3 half(0);
+  for (int a = 0; a < 3; ++a) half += 0.5 * lattice.spacing_mm[a] * glm::abs(lattice.axes_W[a]);
+  return half;
+}
+
+// Returns whether an axis of the lattice is not along one of the patient's axes.
+bool IsOblique(const Volume& lattice) {
+  for (int a = 0; a < 3; ++a) {
+    const Vec3 axis = glm::abs(lattice.axes_W[a]);
+    if (axis.x + axis.y + axis.z > std::max({axis.x, axis.y, axis.z})) return true;
+  }
+  return false;
+}
 
 }  // namespace
 
@@ -30,6 +47,7 @@ Components FindComponents(const Volume& lattice, const std::function<bool(std::s
   }
   const std::array<int, 3> n = lattice.size;
   const std::array<std::size_t, 3> stride = {1, static_cast<std::size_t>(n[0]), static_cast<std::size_t>(n[0]) * n[1]};
+  const bool oblique = IsOblique(lattice);
   std::vector<std::size_t> open;
   for (std::size_t start = 0; start < result.labels.size(); ++start) {
     report();
@@ -48,6 +66,7 @@ Components FindComponents(const Volume& lattice, const std::function<bool(std::s
       const std::array<int, 3> at = {static_cast<int>(v % stride[1]), static_cast<int>(v / stride[1] % n[1]),
                                      static_cast<int>(v / stride[2])};
       ++c.voxels;
+      if (oblique) c.box_W.Include(lattice.WorldFromVoxel({at[0], at[1], at[2]}));
       for (int a = 0; a < 3; ++a) {
         sum[a] += at[a];
         c.lower[a] = std::min(c.lower[a], at[a]);
@@ -64,11 +83,12 @@ Components FindComponents(const Volume& lattice, const std::function<bool(std::s
     }
     c.volume_mm3 = static_cast<double>(c.voxels) * lattice.CalcVoxelVolume();
     c.centre_W = lattice.WorldFromVoxel(sum / static_cast<double>(c.voxels));
-    for (int corner = 0; corner < 8; ++corner) {
+    for (int corner = 0; corner < 8 && !oblique; ++corner) {
       Vec3 p_V;
       for (int a = 0; a < 3; ++a) p_V[a] = ((corner >> a) & 1) != 0 ? c.upper[a] + 0.5 : c.lower[a] - 0.5;
       c.box_W.Include(lattice.WorldFromVoxel(p_V));
     }
+    if (oblique) c.box_W = {c.box_W.lower - CalcHalfVoxel(lattice), c.box_W.upper + CalcHalfVoxel(lattice)};
     result.list.push_back(c);
   }
   // Largest first; equal ones in the order of the lattice, so that the result is deterministic.

@@ -1,5 +1,7 @@
 #include "bone/import/ct_solid.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -58,23 +60,71 @@ void PrepareCoarse(const Volume& ct, double iso_hu, double range_hu, std::vector
   Smooth(ct.size, CalcInPlaneBlur(ct.spacing_mm), hu);
 }
 
+// Returns half the extent, in voxels, of the box around a ball of radius 1 mm.
+Vec3 CalcReach(const LatticeMap& map) {
+  Vec3 reach_V;
+  for (int row = 0; row < 3; ++row) {
+    // The image of the ball is an ellipsoid; its extent along a voxel axis is the length of that row.
+    reach_V[row] =
+        glm::length(Vec3(map.voxel_from_world[0][row], map.voxel_from_world[1][row], map.voxel_from_world[2][row]));
+  }
+  return reach_V;
+}
+
+// Returns 1 for the bone from which no voxel around leads out of bone and cavities.
+std::vector<std::uint8_t> FindInner(const Isolation& isolation, const std::vector<std::uint8_t>& cavities) {
+  const Volume& ct = isolation.ct;
+  std::vector<std::uint8_t> inner(ct.count(), 0);
+  for (int k = 1; k + 1 < ct.size[2]; ++k) {
+    for (int j = 1; j + 1 < ct.size[1]; ++j) {
+      for (int i = 1; i + 1 < ct.size[0]; ++i) {
+        if (isolation.bone[ct.Index(i, j, k)] == 0) continue;
+        bool enclosed = true;
+        for (int side = 0; side < 27 && enclosed; ++side) {
+          const std::size_t w = ct.Index(i + side % 3 - 1, j + side / 3 % 3 - 1, k + side / 9 - 1);
+          enclosed = isolation.bone[w] != 0 || cavities[w] != 0;
+        }
+        inner[ct.Index(i, j, k)] = enclosed ? 1 : 0;
+      }
+    }
+  }
+  return inner;
+}
+
+// Returns the scan's HU with those of the cavities raised. Where the voxels of the isolation are larger than the scan's,
+// those of the bone contain a part of the cavities beside them.
+std::vector<float> FillScan(const Isolation& isolation, const std::vector<std::uint8_t>& cavities, float fill_hu) {
+  const Volume& scan = isolation.fine();
+  std::vector<std::uint8_t> inner;
+  const bool fills = std::find(cavities.begin(), cavities.end(), 1) != cavities.end();
+  if (isolation.scan.count() != 0 && fills) inner = FindInner(isolation, cavities);
+  std::vector<float> hu(scan.count());
+  tbb::parallel_for(0, scan.size[2], [&](int k) {
+    for (int j = 0; j < scan.size[1]; ++j) {
+      for (int i = 0; i < scan.size[0]; ++i) {
+        const std::size_t v = scan.Index(i, j, k), of = isolation.Find(i, j, k);
+        const auto own = static_cast<float>(scan.hu[v]);
+        const bool raised = cavities[of] != 0 || (!inner.empty() && inner[of] != 0);
+        hu[v] = raised ? std::max(own, fill_hu) : own;
+      }
+    }
+  });
+  return hu;
+}
+
 }  // namespace
 
 CtSolid::CtSolid(const Isolation& isolation, const std::vector<std::uint8_t>& cavities, double iso_hu, double fill_hu)
-    : iso_hu_(iso_hu), map_(isolation.ct) {
+    : iso_hu_(iso_hu), map_(isolation.fine()), side_map_(isolation.ct) {
   const Volume& ct = isolation.ct;
-  for (int row = 0; row < 3; ++row) {
-    // The image of the ball is an ellipsoid; its extent along a voxel axis is the length of that row.
-    reach_V_[row] =
-        glm::length(Vec3(map_.voxel_from_world[0][row], map_.voxel_from_world[1][row], map_.voxel_from_world[2][row]));
-  }
-  std::vector<float> hu(ct.count());
+  const Volume& scan = isolation.fine();
+  reach_V_ = CalcReach(map_);
+  side_reach_V_ = CalcReach(side_map_);
   std::vector<float> wanted(ct.count());
-  for (std::size_t v = 0; v < hu.size(); ++v) {
-    const bool cavity = cavities[v] != 0;
-    hu[v] = cavity ? std::max(static_cast<float>(ct.hu[v]), static_cast<float>(fill_hu)) : static_cast<float>(ct.hu[v]);
-    wanted[v] = isolation.keep[v] != 0 || cavity ? 1.0f : 0.0f;
+  for (std::size_t v = 0; v < wanted.size(); ++v) {
+    wanted[v] = isolation.keep[v] != 0 || cavities[v] != 0 ? 1.0f : 0.0f;
   }
+  std::vector<float> hu = FillScan(isolation, cavities, static_cast<float>(fill_hu));
   for (int k = 0; k < ct.size[2]; ++k) {
     for (int j = 0; j < ct.size[1]; ++j) {
       for (int i = 0; i < ct.size[0]; ++i) {
@@ -87,31 +137,29 @@ CtSolid::CtSolid(const Isolation& isolation, const std::vector<std::uint8_t>& ca
       }
     }
   }
-  const Vec3 coarseness = CalcCoarseness(ct.spacing_mm);
+  const Vec3 coarseness = CalcCoarseness(scan.spacing_mm);
   const double range_hu = CalcRange_HU(std::max({coarseness.x, coarseness.y, coarseness.z}), iso_hu);
   if (range_hu < std::numeric_limits<std::int16_t>::max()) {
     std::vector<float> prepared = hu;
-    PrepareCoarse(ct, iso_hu, range_hu, prepared);
-    surface_hu_ = std::make_shared<SplineField>(ct.size, std::move(prepared), true);
+    PrepareCoarse(scan, iso_hu, range_hu, prepared);
+    surface_hu_ = std::make_shared<SplineField>(scan.size, std::move(prepared), true);
   }
   Smooth(ct.size, glm::max(kBorderSmoothing_mm / ct.spacing_mm, Vec3(0.7)), wanted);
-  hu_ = std::make_shared<SplineField>(ct.size, std::move(hu), true);
+  hu_ = std::make_shared<SplineField>(scan.size, std::move(hu), true);
   if (!surface_hu_) surface_hu_ = hu_;
   wanted_ = std::make_unique<SplineField>(ct.size, std::move(wanted), false);
 }
 
 double CtSolid::Value(const Vec3& p_W) const {
-  const Vec3 p_V = map_.VoxelFromWorld(p_W);
-  const double by_hu = (iso_hu_ - surface_hu_->At(p_V)) / kHuScale;
-  const double by_side = kBorder - wanted_->At(p_V);
+  const double by_hu = (iso_hu_ - surface_hu_->At(map_.VoxelFromWorld(p_W))) / kHuScale;
+  const double by_side = kBorder - wanted_->At(side_map_.VoxelFromWorld(p_W));
   return std::max(by_hu, by_side);
 }
 
 void CtSolid::EvaluateLeaf(const LeafPlace& leaf, LeafValues& values) const {
-  const LatticePositions at_V = map_.CalcPositions(leaf);
   std::array<double, 512> hu{}, wanted{};
-  surface_hu_->AtLattice(at_V, hu);
-  wanted_->AtLattice(at_V, wanted);
+  surface_hu_->AtLattice(map_.CalcPositions(leaf), hu);
+  wanted_->AtLattice(side_map_.CalcPositions(leaf), wanted);
   for (std::size_t n = 0; n < values.size(); ++n) {
     values[n] = static_cast<float>(std::max((iso_hu_ - hu[n]) / kHuScale, kBorder - wanted[n]));
   }
@@ -122,7 +170,8 @@ BlockClass CtSolid::Classify(const Vec3& centre_W, double radius_mm) const {
   const Vec3 r_V = radius_mm * reach_V_;
   const SplineField::Bounds hu = surface_hu_->CalcBounds(p_V - r_V, p_V + r_V);
   if (hu.upper < iso_hu_) return BlockClass::kOutside;
-  const SplineField::Bounds side = wanted_->CalcBounds(p_V - r_V, p_V + r_V);
+  const Vec3 side_V = side_map_.VoxelFromWorld(centre_W), side_r_V = radius_mm * side_reach_V_;
+  const SplineField::Bounds side = wanted_->CalcBounds(side_V - side_r_V, side_V + side_r_V);
   if (side.upper < kBorder) return BlockClass::kOutside;
   return hu.lower > iso_hu_ && side.lower > kBorder ? BlockClass::kInside : BlockClass::kMixed;
 }

@@ -37,7 +37,8 @@ class CtSolid {
  private:
   double iso_hu_;
   LatticeMap map_;
-  Vec3 reach_V_{0};  // half extent, in voxels, of the box around a ball of radius 1 mm
+  LatticeMap side_map_;  // of the border to the dropped bone
+  Vec3 reach_V_{0}, side_reach_V_{0};  // half extent, in voxels, of the box around a ball of radius 1 mm
   Box3 box_;
   std::shared_ptr<SplineField> hu_;
   std::shared_ptr<SplineField> surface_hu_;  // the same as hu_ for a CT that is fine and equally spaced

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "bone/import/blocks.h"
 #include "bone/import/components.h"
 #include "bone/import/hu_sampler.h"
 #include "kerf/error.h"
@@ -188,7 +189,8 @@ CtView DrawCtSurface(const Volume& ct, CtAxis axis, const CtViewOptions& options
 }
 
 Box3 FindBoneBox(const Volume& ct, double iso_hu, const std::string& name) {
-  const Components pieces = FindComponents(ct, [&](std::size_t v) { return ct.hu[v] >= iso_hu; });
+  const Volume joined = JoinBlocks(ct, ChooseBlocks(ct), iso_hu);
+  const Components pieces = FindComponents(joined, [&](std::size_t v) { return joined.hu[v] >= iso_hu; });
   Box3 bone_W;
   for (const Component& piece : pieces.list) {
     if (piece.volume_mm3 < kSmallestShown_mm3) break;

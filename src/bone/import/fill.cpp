@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 #include <thread>
+#include <utility>
 
 #include "bone/import/components.h"
 
@@ -28,6 +29,65 @@ std::array<Vec3, kDirections> SpreadDirections() {
   return all;
 }
 
+// Lowers `row` to one more than the least of a row beside it and of its neighbours there.
+void LowerByRow(const std::uint8_t* beside, int count, std::uint8_t* row) {
+  const auto plus_one = [](int steps) { return static_cast<std::uint8_t>(std::min(steps, 254) + 1); };
+  for (int x = 1; x + 1 < count; ++x) {
+    row[x] = std::min(row[x], plus_one(std::min({beside[x - 1], beside[x], beside[x + 1]})));
+  }
+  for (const int x : {0, count - 1}) {
+    row[x] = std::min(row[x], plus_one(std::min(beside[std::max(x - 1, 0)], beside[std::min(x + 1, count - 1)])));
+    row[x] = std::min(row[x], plus_one(beside[x]));
+  }
+}
+
+// Returns for each voxel the number of steps to the nearest bone, at most 255, where a step goes to any of the 26 voxels
+// around: no bone lies in the box of fewer steps around it. Two sweeps, each over the half of the neighbours before.
+std::vector<std::uint8_t> CountStepsToBone(const Volume& lattice, const std::vector<std::uint8_t>& bone) {
+  std::vector<std::uint8_t> steps(bone.size());
+  for (std::size_t v = 0; v < bone.size(); ++v) steps[v] = bone[v] != 0 ? 0 : 255;
+  const std::array<int, 3>& n = lattice.size;
+  for (const int way : {1, -1}) {
+    for (int z = 0; z < n[2]; ++z) {
+      const int k = way > 0 ? z : n[2] - 1 - z;
+      for (int y = 0; y < n[1]; ++y) {
+        const int j = way > 0 ? y : n[1] - 1 - y;
+        std::uint8_t* const row = &steps[lattice.Index(0, j, k)];
+        for (const auto& [dj, dk] : {std::pair(-way, 0), std::pair(-1, -way), std::pair(0, -way), std::pair(1, -way)}) {
+          if (j + dj < 0 || j + dj >= n[1] || k + dk < 0 || k + dk >= n[2]) continue;
+          LowerByRow(&steps[lattice.Index(0, j + dj, k + dk)], n[0], row);
+        }
+        for (int x = 1; x < n[0]; ++x) {
+          const int i = way > 0 ? x : n[0] - 1 - x;
+          row[i] = static_cast<std::uint8_t>(std::min<int>(row[i], row[i - way] + 1));
+        }
+      }
+    }
+  }
+  return steps;
+}
+
+// Returns whether bone is found along a ray from the middle of a voxel, in as many steps. Where no bone is near, it
+// takes several steps at once.
+bool MeetsBone(const Volume& lattice, const std::vector<std::uint8_t>& steps_to_bone, const std::array<int, 3>& from,
+               const Vec3& ray, int steps) {
+  const double fastest = std::max({std::abs(ray.x), std::abs(ray.y), std::abs(ray.z)});  // voxels in a step, below 1
+  Vec3 p = Vec3(from[0], from[1], from[2]) + 0.5;
+  int near = steps_to_bone[lattice.Index(from[0], from[1], from[2])];
+  for (int done = 0; done < steps;) {
+    const int ahead = std::max(1, static_cast<int>(std::ceil((near - 1) / fastest)));
+    done += ahead;
+    if (done > steps) return false;
+    p += static_cast<double>(ahead) * ray;
+    if (p.x < 0 || p.y < 0 || p.z < 0) return false;
+    const std::array<int, 3> at = {static_cast<int>(p.x), static_cast<int>(p.y), static_cast<int>(p.z)};
+    if (at[0] >= lattice.size[0] || at[1] >= lattice.size[1] || at[2] >= lattice.size[2]) return false;
+    near = steps_to_bone[lattice.Index(at[0], at[1], at[2])];
+    if (near == 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> FindCavities(const Volume& lattice, const std::vector<std::uint8_t>& bone,
@@ -46,6 +106,7 @@ std::vector<std::uint8_t> FindCavities(const Volume& lattice, const std::vector<
   const int steps = static_cast<int>(options.reach_mm / step_mm);
   std::array<Vec3, kDirections> rays = SpreadDirections();
   for (Vec3& ray : rays) ray = ray * step_mm / lattice.spacing_mm;
+  const std::vector<std::uint8_t> steps_to_bone = CountStepsToBone(lattice, bone);
   const int allowed = static_cast<int>(std::floor(kDirections * (1 - options.enclosed)));
 
   std::vector<std::uint8_t> cavity(bone.size(), 0);
@@ -64,16 +125,7 @@ std::vector<std::uint8_t> FindCavities(const Volume& lattice, const std::vector<
         }
         int open = 0;
         for (int r = 0; r < kDirections && open <= allowed; ++r) {
-          Vec3 p = Vec3(i, j, k) + 0.5;
-          bool met = false;
-          for (int s = 0; s < steps && !met; ++s) {
-            p += rays[r];
-            if (p.x < 0 || p.y < 0 || p.z < 0) break;
-            const std::array<int, 3> at = {static_cast<int>(p.x), static_cast<int>(p.y), static_cast<int>(p.z)};
-            if (at[0] >= n[0] || at[1] >= n[1] || at[2] >= n[2]) break;
-            met = bone[lattice.Index(at[0], at[1], at[2])] != 0;
-          }
-          if (!met) ++open;
+          if (!MeetsBone(lattice, steps_to_bone, {i, j, k}, rays[r], steps)) ++open;
         }
         if (open <= allowed) cavity[v] = 1;
       }

@@ -69,6 +69,8 @@ struct MaskReport {
   double wanted_mm3 = 0;   // of the wanted bone in the mask
   double added_mm3 = 0;    // bone by the mask alone, where the CT shows none and no cavity
   double cut_off_mm3 = 0;  // bone by the CT alone, as in MaskUse
+  double given_away_mm3 = 0;  // bone by CT and mask that is not in the result, as in MaskUse
+  double given_away_mm = 0;   // its greatest distance from the result
 };
 
 /// Results of an import. Volumes in mm^3.

@@ -85,7 +85,8 @@ void EndPart(const ImportOptions& options, CtPart part, bool by_leaves) {
   if (options.progress) options.progress(CtShares(options, by_leaves).End(part));
 }
 
-// Returns whether the values of the CT's solid are computed for whole leaves.
+// Returns whether the values of the CT's solid are computed for whole leaves. Larger voxels on which a fine CT is
+// isolated have positions if its own have.
 bool IsByLeaves(const Volume& ct, const ImportOptions& options) {
   return LatticeMap(ct).HasPositions(options.voxel_mm);
 }
@@ -192,6 +193,32 @@ void WarnAboutSurfaceError(double iso_hu, ImportReport& report) {
       e.half_height_hu, report.spacing_mm.x, report.spacing_mm.y, report.spacing_mm.z, e.scatter_mm));
 }
 
+// Suggests a crop and the least useful voxel size for a large scan of fine voxels.
+void SuggestLimits(const Isolation& isolation, const ImportOptions& options, ImportReport& report) {
+  constexpr double kLarge_vox = 1e8;
+  const Vec3& h = report.spacing_mm;
+  const auto& [nx, ny, nz] = report.size;
+  const double finest = std::min({h.x, h.y, h.z});
+  const double least_mm = std::max(0.05, 0.05 * std::round(10 * finest));
+  const bool is_large = static_cast<double>(nx) * ny * nz > kLarge_vox;
+  if (!is_large && options.voxel_mm >= 0.45 * finest) return;
+  Box3 box_W;
+  const Volume& ct = isolation.ct;
+  for (std::size_t v = 0, k = 0; k < static_cast<std::size_t>(ct.size[2]); ++k) {
+    for (int j = 0; j < ct.size[1]; ++j) {
+      for (int i = 0; i < ct.size[0]; ++i, ++v) {
+        if (isolation.bone[v] != 0) box_W.Include(ct.WorldFromVoxel({i, j, static_cast<double>(k)}));
+      }
+    }
+  }
+  const Box3 crop_W = box_W.Grown(5);
+  report.warnings.push_back(fmt::format(
+      "the scan has {} x {} x {} voxels of {:.3g} x {:.3g} x {:.3g} mm, {:.0f} MB: --voxel {:.3g} is the smallest that "
+      "shows more of it, and a crop to x {:.0f} to {:.0f}, y {:.0f} to {:.0f}, z {:.0f} to {:.0f} mm would hold the bone",
+      nx, ny, nz, h.x, h.y, h.z, 2e-6 * nx * ny * nz, least_mm, crop_W.lower.x, crop_W.upper.x, crop_W.lower.y,
+      crop_W.upper.y, crop_W.lower.z, crop_W.upper.z));
+}
+
 double CalcVolume(const std::vector<std::uint8_t>& voxels, const Volume& lattice) {
   return static_cast<double>(std::count(voxels.begin(), voxels.end(), 1)) * lattice.CalcVoxelVolume();
 }
@@ -218,6 +245,14 @@ void WarnAboutMask(const Isolation& isolation, ImportReport& report) {
         fmt::format("the mask overrides the CT: {} that lie more than {:.4g} mm inside the mask are bone, although the "
                     "CT shows none there",
                     FormatVolume(mask.added_mm3), mask.reach_mm));
+  }
+  constexpr double kLoss = 0.01, kFar_mm = 3;
+  if (mask.given_away_mm3 > kLoss * mask.wanted_mm3 || mask.given_away_mm > kFar_mm) {
+    report.warnings.push_back(fmt::format(
+        "{} of bone that the mask names are not in the result, up to {:.1f} mm from it, because they are nearer to "
+        "other bone in the CT or not joined to the rest; look at them with 'kerf picture CT --mask FILE', and import "
+        "separate bones by a mask each",
+        FormatVolume(mask.given_away_mm3), mask.given_away_mm));
   }
   if (mask.cut_off_mm3 > kNotable * report.iso_mm3) {
     const std::vector<std::uint8_t>& other = isolation.mask->samples.other;
@@ -266,7 +301,8 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   report.mandible = isolation.mandible;
   report.shape_objection = isolation.shape_objection;
   stages.Done("isolate");
-  const bool by_leaves = IsByLeaves(isolation.ct, options);
+  const bool by_leaves = IsByLeaves(isolation.fine(), options);
+  SuggestLimits(isolation, options, report);
 
   std::vector<std::uint8_t> cavities(isolation.ct.count(), 0);
   if (options.fill) {
@@ -285,7 +321,9 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
                    .reach_mm = isolation.mask->reach_mm,
                    .wanted_mm3 = isolation.mask->wanted_mm3,
                    .added_mm3 = 0,
-                   .cut_off_mm3 = CalcVolume(isolation.mask->cut_off, isolation.ct)};
+                   .cut_off_mm3 = CalcVolume(isolation.mask->cut_off, isolation.ct),
+                   .given_away_mm3 = CalcVolume(isolation.mask->given_away, isolation.ct),
+                   .given_away_mm = isolation.mask->given_away_mm};
     if (options.fill) {
       report.mask.added_mm3 = CalcVolume(FindAdded(isolation, solid_voxels, options.isolate.iso_hu), isolation.ct);
       AddByMask(isolation, solid_voxels, cavities);
@@ -303,7 +341,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   EndPart(options, CtPart::kSolid, by_leaves);
 
   const TissueMap tissue(isolation.ct, solid_voxels, isolation.bone, &solid.hu(), report.mandible, options.tissue,
-                         isolation.mask ? &isolation.mask->samples : nullptr);
+                         isolation.mask ? &isolation.mask->samples : nullptr, &solid.map());
   report.tooth_mm3 = tissue.tooth_mm3();
   if (report.mandible && report.tooth_mm3 == 0) {
     report.warnings.push_back(fmt::format(
@@ -335,7 +373,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   stages.Done("pieces");
   EndPart(options, CtPart::kPieces, by_leaves);
   if (options.keep_hu) {
-    KeepHu(isolation.ct, options, result.bone, report);
+    KeepHu(isolation.fine(), options, result.bone, report);
     stages.Done("CT numbers");
   }
   EndPart(options, CtPart::kHu, by_leaves);

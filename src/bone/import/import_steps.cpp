@@ -45,8 +45,9 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
     bone.set_note("import_mask_hash", fmt::format("{:016x}", CalcHash(mask.tissue)));
     if (report.kind != "mask") {
       bone.set_note("import_mask_override",
-                    fmt::format("reach {:.4g} mm; {:.1f} mm3 added, {:.1f} mm3 cut off", report.mask.reach_mm,
-                                report.mask.added_mm3, report.mask.cut_off_mm3));
+                    fmt::format("reach {:.4g} mm; {:.1f} mm3 added, {:.1f} mm3 cut off, {:.1f} mm3 given away",
+                                report.mask.reach_mm, report.mask.added_mm3, report.mask.cut_off_mm3,
+                                report.mask.given_away_mm3));
     }
   }
   if (report.kind == "mask") {

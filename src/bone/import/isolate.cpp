@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "bone/import/blocks.h"
 #include "bone/import/depth.h"
 #include "bone/import/mandible_likeness.h"
 #include "bone/import/watershed.h"
@@ -140,10 +141,12 @@ struct Candidate {
   std::int32_t label = 0;
 };
 
-// Finds the lowest threshold at which exactly one piece looks like a mandible (and contains the keep points, if any).
+// Finds the lowest threshold at which exactly one piece looks like a mandible (and contains the keep points, if any). A
+// piece that does so only in a turned head counts if there is no other one at any threshold.
 // `rotation_hint`: set to a description of the first piece that would look like one if the scan were rotated.
 std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& options, const Progress& progress,
                                        std::string& rotation_hint) {
+  std::optional<Candidate> turned;
   for (int step = 0; step <= kThresholdSteps; ++step) {
     const auto report = [&](double fraction) {
       if (progress) progress(0.1 + 0.5 * (step + fraction) / (kThresholdSteps + 1));
@@ -153,7 +156,8 @@ std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& o
                 FindComponents(
                     ct, [&](std::size_t v) { return ct.hu[v] >= threshold; }, report),
                 0};
-    int found = 0;
+    int upright = 0, inclined = 0;
+    std::int32_t inclined_label = 0;
     for (std::size_t n = 0; n < c.pieces.list.size() && c.pieces.list[n].volume_mm3 >= kCandidate_mm3; ++n) {
       const auto label = static_cast<std::int32_t>(n + 1);
       const MandibleLikeness likeness = CheckMandibleLikeness(ct, c.pieces.labels, label, c.pieces.list[n]);
@@ -162,17 +166,26 @@ std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& o
                                     Describe(c.pieces.list[n]), DescribeRotations(likeness, ct.frame));
       }
       if (!likeness.is_mandible) continue;
-      ++found;
+      if (likeness.turn_deg > 0) {
+        ++inclined;
+        inclined_label = label;
+        continue;
+      }
+      ++upright;
       c.label = label;
     }
-    if (found != 1) continue;
+    const bool is_turned = upright == 0 && inclined == 1 && !turned;
+    if (upright != 1 && !is_turned) continue;
+    if (is_turned) c.label = inclined_label;
     const bool contains_points = std::all_of(options.keep_W.begin(), options.keep_W.end(), [&](const Vec3& p_W) {
       const std::array<int, 3> at = Snap(ct, threshold, p_W, "keep");
       return c.pieces.labels[ct.Index(at[0], at[1], at[2])] == c.label;
     });
-    if (contains_points) return c;
+    if (!contains_points) continue;
+    if (!is_turned) return c;
+    turned = std::move(c);
   }
-  return std::nullopt;
+  return turned;
 }
 
 // Makes the markers of the automatic method, on the crop.
@@ -225,6 +238,49 @@ double FindMaskInScan(const Volume& ct, const BoneMask& mask, std::array<int, 3>
   return wanted == 0 ? 1 : static_cast<double>(outside) / static_cast<double>(wanted);
 }
 
+// Returns for each voxel of a mask the depth of the middle of the thickest part that it belongs to, mm: the radius of
+// the largest ball within the mask from which the voxel is less than `slack_mm` away. A bump that is lower than that is
+// no part of its own.
+std::vector<float> CalcThickness(const Volume& lattice, const std::vector<float>& depth_mm, double slack_mm) {
+  constexpr double kRidgeSlope = 0.6;  // of the depth, 1 beside the middle of a part and less along it
+  const Vec3& h = lattice.spacing_mm;
+  std::vector<float> thickness_mm = depth_mm;
+  const auto is_ridge = [&](int i, int j, int k, float depth) {
+    for (int side = 0; side < 27; ++side) {
+      const std::array<int, 3> at = {i + side % 3 - 1, j + side / 3 % 3 - 1, k + side / 9 - 1};
+      if (!lattice.Contains(at)) continue;
+      const double step_mm = glm::length(h * Vec3(side % 3 - 1, side / 3 % 3 - 1, side / 9 - 1));
+      if (static_cast<double>(depth_mm[lattice.Index(at[0], at[1], at[2])] - depth) > kRidgeSlope * step_mm)
+        return false;
+    }
+    return true;
+  };
+  for (int k = 0; k < lattice.size[2]; ++k) {
+    for (int j = 0; j < lattice.size[1]; ++j) {
+      for (int i = 0; i < lattice.size[0]; ++i) {
+        const float depth = depth_mm[lattice.Index(i, j, k)];
+        if (depth <= 0 || !is_ridge(i, j, k, depth)) continue;
+        const double reach_mm = static_cast<double>(depth) + slack_mm;
+        const auto from = [&](int at, int a) { return std::max(at - static_cast<int>(reach_mm / h[a]), 0); };
+        const auto to = [&](int at, int a) {
+          return std::min(at + static_cast<int>(reach_mm / h[a]), lattice.size[static_cast<std::size_t>(a)] - 1);
+        };
+        for (int z = from(k, 2); z <= to(k, 2); ++z) {
+          for (int y = from(j, 1); y <= to(j, 1); ++y) {
+            const double across_mm2 = std::pow(h.z * (z - k), 2) + std::pow(h.y * (y - j), 2);
+            for (int x = from(i, 0); x <= to(i, 0); ++x) {
+              float& here = thickness_mm[lattice.Index(x, y, z)];
+              if (here >= depth || across_mm2 + std::pow(h.x * (x - i), 2) >= reach_mm * reach_mm) continue;
+              here = depth;
+            }
+          }
+        }
+      }
+    }
+  }
+  return thickness_mm;
+}
+
 // Makes the crop and the markers of a mask, on the crop. Throws kerf::Error if the mask does not fit the scan.
 std::vector<std::uint8_t> MarkMask(const Volume& ct, const IsolateOptions& options, Isolation& result) {
   const BoneMask& mask = *options.mask;
@@ -271,17 +327,15 @@ std::vector<std::uint8_t> MarkMask(const Volume& ct, const IsolateOptions& optio
     for (std::size_t v = 0; v < either.size(); ++v) either[v] |= use.samples.undecided[v];
     outer_mm = CalcDepth(crop, either);
   }
-  // In a bone that is thinner than twice the reach, the middle is the marker.
-  const double deepest_mm = *std::max_element(depth_mm.begin(), depth_mm.end());
-  const double marked_mm = std::min(use.reach_mm, 0.5 * deepest_mm);
+  // Where the mask is thinner than twice the reach, its middle is the marker, also where that is marrow.
+  const std::vector<float> thickness_mm = CalcThickness(crop, depth_mm, use.reach_mm);
   std::vector<std::uint8_t> markers(crop.count(), kUnmarked);
   use.certain.assign(crop.count(), 0);
   for (std::size_t v = 0; v < crop.count(); ++v) {
     const auto depth = static_cast<double>(depth_mm[v]);
     use.certain[v] = depth > use.reach_mm ? 1 : 0;
-    if (crop.hu[v] < options.iso_hu) continue;
-    if (depth > marked_mm) markers[v] = kKeep;
-    if (static_cast<double>(outer_mm[v]) < -use.reach_mm) markers[v] = kDrop;
+    if (depth > std::min(use.reach_mm, 0.5 * static_cast<double>(thickness_mm[v]))) markers[v] = kKeep;
+    if (crop.hu[v] >= options.iso_hu && static_cast<double>(outer_mm[v]) < -use.reach_mm) markers[v] = kDrop;
   }
   result.how = fmt::format("{}, where it and the CT differ by more than {:.4g} mm", mask.how, use.reach_mm);
   return markers;
@@ -300,6 +354,25 @@ std::vector<std::uint8_t> FindCutOff(const Isolation& result, double iso_hu, con
     cut_off[v] = result.bone[v] == 0 && result.mask->samples.other[v] == 0 ? 1 : 0;
   }
   return cut_off;
+}
+
+// Finds the bone that the mask names and that is not in the result, and its greatest distance from it.
+void FindGivenAway(Isolation& result, double iso_hu) {
+  constexpr double kSpeck_mm3 = 10;  // noise at the border of a mask; counted, but its distance is not
+  const Volume& ct = result.ct;
+  MaskUse& use = *result.mask;
+  use.given_away.assign(ct.count(), 0);
+  for (std::size_t v = 0; v < ct.count(); ++v) {
+    use.given_away[v] = use.samples.wanted[v] != 0 && ct.hu[v] >= iso_hu && result.bone[v] == 0 ? 1 : 0;
+  }
+  const Components parts = FindComponents(ct, [&](std::size_t v) { return use.given_away[v] != 0; });
+  if (parts.list.empty() || parts.list.front().volume_mm3 < kSpeck_mm3) return;
+  const std::vector<float> depth_mm = CalcDepth(ct, result.bone);
+  for (std::size_t v = 0; v < ct.count(); ++v) {
+    const std::int32_t label = parts.labels[v];
+    if (label == 0 || parts.list[static_cast<std::size_t>(label - 1)].volume_mm3 < kSpeck_mm3) continue;
+    use.given_away_mm = std::max(use.given_away_mm, -static_cast<double>(depth_mm[v]));
+  }
 }
 
 // Assigns soft tissue close to bone to the nearest bone, wanted or not.
@@ -431,9 +504,35 @@ Isolation TakeAll(const Volume& ct, const IsolateOptions& options, const Compone
   return result;
 }
 
-}  // namespace
+// Sets result.scan, the scan's voxels in the box around the bone and three voxels of result.ct more.
+void CropScan(const Volume& ct, Isolation& result) {
+  constexpr int kRoom = 3;
+  std::array<int, 3> lower = result.ct.size, upper = {0, 0, 0};
+  for (std::size_t v = 0, k = 0; k < static_cast<std::size_t>(result.ct.size[2]); ++k) {
+    for (int j = 0; j < result.ct.size[1]; ++j) {
+      for (int i = 0; i < result.ct.size[0]; ++i, ++v) {
+        if (result.bone[v] == 0) continue;
+        const std::array<int, 3> at = {i, j, static_cast<int>(k)};
+        for (std::size_t a = 0; a < 3; ++a) {
+          lower[a] = std::min(lower[a], at[a]);
+          upper[a] = std::max(upper[a], at[a]);
+        }
+      }
+    }
+  }
+  const Vec3 corner = ct.VoxelFromWorld(result.ct.origin_W);  // of the middle of the first voxel of result.ct
+  for (std::size_t a = 0; a < 3; ++a) {
+    result.first[a] = std::max(lower[a] - kRoom, 0);
+    const int last = std::min(upper[a] + kRoom, result.ct.size[a] - 1);
+    const auto begin =
+        static_cast<int>(std::lround(corner[static_cast<int>(a)] - 0.5 * (result.step[a] - 1)));
+    lower[a] = begin + result.first[a] * result.step[a];
+    upper[a] = begin + (last + 1) * result.step[a] - 1;
+  }
+  result.scan = Crop(ct, lower, upper);
+}
 
-Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progress& progress) {
+Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progress& progress) {
   const double iso = options.iso_hu;
   const auto part = [&progress](double from, double to) -> Progress {
     if (!progress) return {};
@@ -525,7 +624,7 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
       result.ct, [&](std::size_t v) { return grown[v] == kKeep && result.ct.hu[v] >= iso; }, part(0.9, 1));
   std::vector<std::size_t> marked(wanted.list.size() + 1, 0);
   for (std::size_t v = 0; v < markers.size(); ++v) {
-    if (markers[v] == kKeep) ++marked[wanted.labels[v]];
+    if (result.mask ? result.mask->samples.wanted[v] != 0 : markers[v] == kKeep) ++marked[wanted.labels[v]];
   }
   marked[0] = 0;
   const auto label = static_cast<std::int32_t>(std::max_element(marked.begin(), marked.end()) - marked.begin());
@@ -547,6 +646,7 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
            at_iso, iso, "; add points, or use --any-shape to write it anyway");
   }
   result.mandible = likeness.is_mandible;
+  if (likeness.turn_deg > 0) result.how += fmt::format("; the head is turned by {:.0f} degrees", likeness.turn_deg);
   result.shape_objection = Describe(likeness, ct.frame);
   result.bone.assign(result.ct.count(), 0);
   std::vector<std::uint8_t> unwanted(result.ct.count(), 0);
@@ -568,10 +668,34 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
     result.dropped_mm3 += wanted.list[n].volume_mm3;
   }
   result.contact_mm2 = CalcContact(result.ct, result.bone, unwanted);
-  if (result.mask) result.mask->cut_off = FindCutOff(result, iso, markers);
+  if (result.mask) {
+    result.mask->cut_off = FindCutOff(result, iso, markers);
+    FindGivenAway(result, iso);
+  }
   AddRim(result, unwanted);
   count_iso(result);
   result.cut_by_scan = TouchesEdge(ct, result);
+  return result;
+}
+
+}  // namespace
+
+Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progress& progress) {
+  const std::array<int, 3> step = ChooseBlocks(ct);
+  if (step == std::array<int, 3>{1, 1, 1}) return IsolateOn(ct, options, progress);
+  Isolation result = IsolateOn(JoinBlocks(ct, step, options.iso_hu), options, progress);
+  result.step = step;
+  CropScan(ct, result);
+  std::size_t voxels = 0;
+  const Volume& scan = result.scan;
+  for (std::size_t v = 0, k = 0; k < static_cast<std::size_t>(scan.size[2]); ++k) {
+    for (int j = 0; j < scan.size[1]; ++j) {
+      for (int i = 0; i < scan.size[0]; ++i, ++v) {
+        if (scan.hu[v] >= options.iso_hu && result.keep[result.Find(i, j, static_cast<int>(k))] != 0) ++voxels;
+      }
+    }
+  }
+  result.iso_volume_mm3 = static_cast<double>(voxels) * scan.CalcVoxelVolume();
   return result;
 }
 

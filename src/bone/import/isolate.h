@@ -50,13 +50,20 @@ struct MaskUse {
   double in_bone = 0;                 // fraction of the mask in the scan that is bone by its HU
   std::vector<std::uint8_t> cut_off;  // 1 for bone joined to the wanted bone, farther than reach_mm outside the mask
                                       // and in no segment of other bone, up to 10 mm beyond the reach
-  std::vector<std::uint8_t> certain;  // 1 farther than reach_mm inside the mask
+  std::vector<std::uint8_t> certain;     // 1 farther than reach_mm inside the mask
+  std::vector<std::uint8_t> given_away;  // 1 for bone of the mask that is not in the result: it went to other bone, or
+                                         // is not joined to the rest
+  double given_away_mm = 0;              // its greatest distance from the result
   MaskSamples samples;
 };
 
-/// The voxels of the wanted bone. The lattice is a crop of the CT, one to a few voxels larger than the bone.
+/// The voxels of the wanted bone. The lattice is a crop of the CT, one to a few voxels larger than the bone; in a fine
+/// scan, one of larger voxels, each the mean of a block of the scan's.
 struct Isolation {
   Volume ct;                       // cropped
+  Volume scan;                     // the scan's own voxels around the bone, if those of ct are larger; otherwise empty
+  std::array<int, 3> step{1, 1, 1};   // voxels of the scan along the edges of a voxel of ct
+  std::array<int, 3> first{0, 0, 0};  // voxel of ct in which the first voxel of scan lies, at its lower corner
   std::vector<std::uint8_t> keep;  // for each voxel of ct: 1 for wanted bone and the soft tissue next to it, 0
                                    // elsewhere
   std::vector<std::uint8_t> bone;  // 1 where keep and HU >= iso: one connected piece if isolated
@@ -71,12 +78,20 @@ struct Isolation {
   double marker_hu = 0;         // automatic isolation: threshold above which the mandible is a separate piece;
                                 // otherwise 0
   std::optional<MaskUse> mask;  // if a mask was used
+
+  /// The scan's own voxels around the bone.
+  const Volume& fine() const { return scan.count() == 0 ? ct : scan; }
+  /// Returns the index in ct, keep and bone for a voxel of fine().
+  std::size_t Find(int i, int j, int k) const {
+    return ct.Index(first[0] + i / step[0], first[1] + j / step[1], first[2] + k / step[2]);
+  }
 };
 
 /// Isolates the mandible. The automatic method finds the lowest threshold at which exactly one component looks like a
 /// mandible. This component and all other large ones become markers, and a marker-controlled watershed grows them back
-/// to `iso_hu`. If both keep and drop points are given, these are the markers. With a mask, the bone farther inside it
-/// than the reach is marked as wanted and the bone farther outside it as unwanted. Throws kerf::Error if the mandible
+/// to `iso_hu`. If both keep and drop points are given, these are the markers. With a mask, what lies farther inside
+/// it than the reach is marked as wanted and the bone farther outside it as unwanted; where the mask is thinner than
+/// twice the reach, its middle half is wanted. A scan of voxels finer than 0.35 mm is isolated on larger ones. Throws kerf::Error if the mandible
 /// cannot be distinguished from other bone (NotIsolated); the message lists the components found (volumes, centres) and
 /// explains how to select one. `progress`, which is optional, is called with values from 0 to 1.
 Isolation Isolate(const Volume& ct, const IsolateOptions& options, const std::function<void(double)>& progress);

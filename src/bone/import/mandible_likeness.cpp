@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "base/core/symmetric_eigen.h"
 #include "bone/import/patient_frame.h"
 
 namespace kerf {
@@ -31,27 +34,36 @@ int FindBin(double t) {
 // Number of voxels in each bin of the box around a component.
 using Counts = std::array<std::array<std::array<std::size_t, kBins>, kBins>, kBins>;  // z, y, x
 
-Counts CountVoxels(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
-                   const Component& component) {
-  // The box of an oblique image is too large for the fractions below, so the exact one is computed.
+// Counts the points that `for_each` visits.
+template <typename ForEach>
+Counts CountPoints(ForEach&& for_each) {
   Box3 box;
-  const auto for_each = [&](const auto& visit) {
-    for (int k = component.lower[2]; k <= component.upper[2]; ++k) {
-      for (int j = component.lower[1]; j <= component.upper[1]; ++j) {
-        for (int i = component.lower[0]; i <= component.upper[0]; ++i) {
-          if (labels[lattice.Index(i, j, k)] == label) visit(lattice.WorldFromVoxel({i, j, k}));
-        }
-      }
-    }
-  };
-  for_each([&box](const Vec3& p_W) { box.Include(p_W); });
+  for_each([&box](const Vec3& p) { box.Include(p); });
   Counts counts{};
-  for_each([&](const Vec3& p_W) {
-    const Vec3 t = (p_W - box.lower) / box.size();
+  for_each([&](const Vec3& p) {
+    const Vec3 t = (p - box.lower) / box.size();
     ++counts[static_cast<std::size_t>(FindBin(t.z))][static_cast<std::size_t>(FindBin(t.y))]
             [static_cast<std::size_t>(FindBin(t.x))];
   });
   return counts;
+}
+
+// Calls visit(p_W) for the centres of a component's voxels.
+template <typename Visit>
+void ForEachVoxel(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
+                  const Component& component, Visit&& visit) {
+  for (int k = component.lower[2]; k <= component.upper[2]; ++k) {
+    for (int j = component.lower[1]; j <= component.upper[1]; ++j) {
+      for (int i = component.lower[0]; i <= component.upper[0]; ++i) {
+        if (labels[lattice.Index(i, j, k)] == label) visit(lattice.WorldFromVoxel({i, j, k}));
+      }
+    }
+  }
+}
+
+Counts CountVoxels(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
+                   const Component& component) {
+  return CountPoints([&](const auto& visit) { ForEachVoxel(lattice, labels, label, component, visit); });
 }
 
 // Returns the objection to the size in the patient's axes; empty if there is none.
@@ -120,6 +132,61 @@ std::vector<glm::dmat3> MakeRotations() {
   return rotations;
 }
 
+constexpr double kMaxTurn_deg = 47;  // 45, and what the axes of a mandible are uncertain by
+constexpr std::size_t kTurnPoints = 30000;
+
+// Returns the axis along which the points are spread most, the left-right one of a mandible, towards positive x.
+Vec3 FindWidestAxis(const std::vector<Vec3>& points_W) {
+  Vec3 mean(0);
+  for (const Vec3& p : points_W) mean += p / static_cast<double>(points_W.size());
+  std::array<std::array<double, 3>, 3> spread{};
+  for (const Vec3& p : points_W) {
+    const Vec3 d = p - mean;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) spread[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] += d[r] * d[c];
+    }
+  }
+  const SymmetricEigen eigen = CalcSymmetricEigen(spread);
+  const auto largest = std::max_element(eigen.values.begin(), eigen.values.end());
+  const Vec3 axis = eigen.vectors[static_cast<std::size_t>(largest - eigen.values.begin())];
+  return axis.x < 0 ? -axis : axis;
+}
+
+// Finds the smallest turn of the head after whose undoing a piece has the size and shape of a mandible. Turns about the
+// left-right axis are tried in steps, because the shape defines them least. Sets shape.turn_deg and the fractions.
+void FindTurn(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
+              const Component& component, MandibleLikeness& shape) {
+  std::vector<Vec3> points_W;
+  const std::size_t every = std::max<std::size_t>(1, component.voxels / kTurnPoints);
+  std::size_t seen = 0;
+  ForEachVoxel(lattice, labels, label, component, [&](const Vec3& p_W) {
+    if (seen++ % every == 0) points_W.push_back(p_W);
+  });
+  const Vec3 x_W = FindWidestAxis(points_W);
+  const Vec3 up_W(0, 0, 1);
+  if (std::abs(x_W.z) > 0.9) return;
+  const Vec3 level_W = glm::normalize(up_W - x_W.z * x_W);
+  for (const int pitch_deg : {0, 10, -10, 20, -20, 30, -30, 40, -40}) {
+    const double pitch = pitch_deg / kDegreesPerRad;
+    const Vec3 z_W = std::cos(pitch) * level_W + std::sin(pitch) * glm::cross(x_W, level_W);
+    const Vec3 y_W = glm::cross(z_W, x_W);
+    const double turn_deg = kDegreesPerRad * std::acos(std::clamp((x_W.x + y_W.y + z_W.z - 1) / 2, -1.0, 1.0));
+    if (turn_deg > kMaxTurn_deg || (shape.turn_deg > 0 && turn_deg >= shape.turn_deg)) continue;
+    const glm::dmat3 head_from_world = glm::transpose(glm::dmat3(x_W, y_W, z_W));
+    const auto for_each = [&](const auto& visit) {
+      for (const Vec3& p_W : points_W) visit(head_from_world * p_W);
+    };
+    Box3 box;
+    for_each([&box](const Vec3& p) { box.Include(p); });
+    if (!FindSizeObjection(component.volume_mm3, box.size()).empty()) continue;
+    MandibleLikeness turned;
+    CheckFractions(CountPoints(for_each), glm::dmat3(1), turned);
+    if (!turned.objection.empty()) continue;
+    turned.turn_deg = turn_deg;
+    shape = turned;
+  }
+}
+
 }  // namespace
 
 MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<std::int32_t>& labels,
@@ -143,7 +210,14 @@ MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<
     shape.rotations.push_back(turn);
     if (KeepsAxes(turn)) break;
   }
-  return shape;
+  // A large turn is believed only if no other order of axes explains the piece as well.
+  constexpr double kPlainTurn_deg = 30;
+  MandibleLikeness turned;
+  const bool may_be_turned = FindSizeObjection(component.volume_mm3, Vec3(100)).empty();
+  if (may_be_turned) FindTurn(lattice, labels, label, component, turned);
+  if (turned.turn_deg == 0 || (turned.turn_deg > kPlainTurn_deg && !shape.rotations.empty())) return shape;
+  turned.is_mandible = true;
+  return turned;
 }
 
 std::string DescribeRotations(const MandibleLikeness& likeness, const std::string& frame) {

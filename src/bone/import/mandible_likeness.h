@@ -14,6 +14,7 @@ namespace kerf {
 /// Result of the test. Patient axes: x to the left, y to the back, z to the head.
 struct MandibleLikeness {
   bool is_mandible = false;
+  double turn_deg = 0;    // of the head in the patient's axes, if the piece is a mandible only when this is undone
   std::string objection;  // the first test that failed, in words; empty for a mandible
   // If it is not a mandible: rotations into the patient's axes after which it would be one. Either one that only
   // changes signs, or, if there is none, all that exchange axes (a mandible lying on its back passes the same tests).
@@ -28,7 +29,9 @@ struct MandibleLikeness {
 
 /// Tests the size (adult or adolescent: 80-150 mm wide, 50-130 mm deep, 40-120 mm high, 8-120 cm3), the arch, which
 /// must be open to the back, the chin in the middle, and the rami, which must reach the top on both sides. A skull, an
-/// upper jaw with its palate, a vertebra or a hyoid bone fails. `label` as in FindComponents().
+/// upper jaw with its palate, a vertebra or a hyoid bone fails. The size is that of the voxels in the patient's axes,
+/// whatever those of the lattice. A piece that fails is tested as one of a head turned by up to 45 degrees.
+/// `label` as in FindComponents().
 MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<std::int32_t>& labels,
                                        std::int32_t label, const Component& component);
 

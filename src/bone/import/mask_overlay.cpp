@@ -25,6 +25,7 @@ MaskOverlay::MaskOverlay(const Volume& ct, const ImportOptions& options)
   };
   added_mm3_ = volume_mm3(added_);
   cut_off_mm3_ = volume_mm3(isolation_.mask->cut_off);
+  given_away_mm3_ = volume_mm3(isolation_.mask->given_away);
 }
 
 std::optional<std::size_t> MaskOverlay::FindVoxel(const Vec3& p_W) const {
@@ -40,6 +41,7 @@ MaskOverlay::What MaskOverlay::At(const Vec3& p_W) const {
   if (!v) return What::kNothing;
   if (added_[*v] != 0) return What::kAdded;
   if (isolation_.mask->cut_off[*v] != 0) return What::kCutOff;
+  if (isolation_.mask->given_away[*v] != 0) return What::kGivenAway;
   return isolation_.bone[*v] != 0 ? What::kKept : What::kNothing;
 }
 

@@ -16,7 +16,7 @@ std::vector<std::uint8_t> FindAdded(const Isolation& isolation, const std::vecto
 /// An import's use of a mask, by position.
 class MaskOverlay {
  public:
-  enum class What { kNothing, kKept, kAdded, kCutOff };
+  enum class What { kNothing, kKept, kAdded, kCutOff, kGivenAway };
 
   /// Isolates the bone as Import() does with `options`, which have a mask. `ct`: along the patient's axes. Throws
   /// kerf::Error as Isolate() does.
@@ -27,6 +27,7 @@ class MaskOverlay {
   bool IsInMask(const Vec3& p_W) const;
   double added_mm3() const { return added_mm3_; }
   double cut_off_mm3() const { return cut_off_mm3_; }
+  double given_away_mm3() const { return given_away_mm3_; }
   double reach_mm() const { return isolation_.mask->reach_mm; }
 
  private:
@@ -36,6 +37,7 @@ class MaskOverlay {
   std::vector<std::uint8_t> added_;
   double added_mm3_ = 0;
   double cut_off_mm3_ = 0;
+  double given_away_mm3_ = 0;
 };
 
 }  // namespace kerf

@@ -1,7 +1,6 @@
 #include "bone/import/spline_field.h"
 
-#include <itkBSplineDecompositionImageFilter.h>
-#include <itkImportImageFilter.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,20 +14,69 @@ namespace {
 
 constexpr int kBigBox = 14;  // coefficients along an edge; larger boxes use the bounds of blocks
 
-// Returns the coefficients of the interpolating cubic spline, computed by ITK's recursive filter (Unser 1999).
-std::vector<float> Decompose(const std::array<int, 3>& size, std::vector<float>& samples) {
-  using Image = itk::Image<float, 3>;
-  const auto import = itk::ImportImageFilter<float, 3>::New();
-  Image::RegionType region;
-  for (unsigned a = 0; a < 3; ++a) region.SetSize(a, static_cast<itk::SizeValueType>(size[a]));
-  import->SetRegion(region);
-  import->SetImportPointer(samples.data(), samples.size(), false);
-  const auto filter = itk::BSplineDecompositionImageFilter<Image, Image>::New();
-  filter->SetSplineOrder(3);
-  filter->SetInput(import->GetOutput());
-  filter->Update();
-  const float* result = filter->GetOutput()->GetBufferPointer();
-  return {result, result + samples.size()};
+constexpr std::size_t kLanes = 16;  // lines that are filtered side by side
+
+// Filters lines of `count` samples, `step` apart, of which up to kLanes start `lane_step` apart: the recursive filter
+// of Unser 1999, with mirrored borders, as in itk::BSplineDecompositionImageFilter, bit for bit.
+void FilterLines(float* start, std::size_t count, std::size_t step, std::size_t lanes, std::size_t lane_step,
+                 std::vector<std::array<double, kLanes>>& line) {
+  static const double pole = std::sqrt(3.0) - 2.0;
+  static const double gain = (1.0 - pole) * (1.0 - 1.0 / pole);
+  constexpr double kTolerance = 1e-10;
+  static const auto horizon = static_cast<std::size_t>(std::ceil(std::log(kTolerance) / std::log(std::abs(pole))));
+  for (std::size_t n = 0; n < count; ++n) {
+    for (std::size_t l = 0; l < lanes; ++l) {
+      line[n][l] = static_cast<double>(start[n * step + l * lane_step]) * gain;
+    }
+  }
+  const std::size_t last = count - 1;
+  std::array<double, kLanes> sum = line[0];
+  if (horizon < count) {
+    double power = pole;
+    for (std::size_t n = 1; n < horizon; ++n, power *= pole) {
+      for (std::size_t l = 0; l < kLanes; ++l) sum[l] += power * line[n][l];
+    }
+    line[0] = sum;
+  } else {
+    double power = pole, mirrored = std::pow(pole, static_cast<double>(last));
+    for (std::size_t l = 0; l < kLanes; ++l) sum[l] += mirrored * line[last][l];
+    mirrored *= mirrored * (1.0 / pole);
+    for (std::size_t n = 1; n + 1 < count; ++n, power *= pole, mirrored *= 1.0 / pole) {
+      for (std::size_t l = 0; l < kLanes; ++l) sum[l] += (power + mirrored) * line[n][l];
+    }
+    for (std::size_t l = 0; l < kLanes; ++l) line[0][l] = sum[l] / (1.0 - power * power);
+  }
+  for (std::size_t n = 1; n < count; ++n) {
+    for (std::size_t l = 0; l < kLanes; ++l) line[n][l] += pole * line[n - 1][l];
+  }
+  for (std::size_t l = 0; l < kLanes; ++l) {
+    line[last][l] = (pole / (pole * pole - 1.0)) * (pole * line[last - 1][l] + line[last][l]);
+  }
+  for (std::size_t n = last; n-- > 0;) {
+    for (std::size_t l = 0; l < kLanes; ++l) line[n][l] = pole * (line[n + 1][l] - line[n][l]);
+  }
+  for (std::size_t n = 0; n < count; ++n) {
+    for (std::size_t l = 0; l < lanes; ++l) start[n * step + l * lane_step] = static_cast<float>(line[n][l]);
+  }
+}
+
+// Replaces samples by the coefficients of the cubic spline that interpolates them.
+void Decompose(const std::array<int, 3>& size, std::vector<float>& samples) {
+  const std::array<std::size_t, 3> stride = {1, static_cast<std::size_t>(size[0]),
+                                             static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1])};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto count = static_cast<std::size_t>(size[axis]);
+    if (count == 1) continue;
+    const std::size_t beside = axis == 0 ? 1 : 0, across = 3 - axis - beside;
+    const auto width = static_cast<std::size_t>(size[beside]);
+    tbb::parallel_for(0, size[across], [&](int q) {
+      std::vector<std::array<double, kLanes>> line(count);
+      for (std::size_t first = 0; first < width; first += kLanes) {
+        FilterLines(&samples[static_cast<std::size_t>(q) * stride[across] + first * stride[beside]], count,
+                    stride[axis], std::min(kLanes, width - first), stride[beside], line);
+      }
+    });
+  }
 }
 
 std::array<double, 4> Weights(double t) {
@@ -39,7 +87,8 @@ std::array<double, 4> Weights(double t) {
 }  // namespace
 
 SplineField::SplineField(const std::array<int, 3>& size, std::vector<float> samples, bool interpolate) : size_(size) {
-  coefficients_ = interpolate ? Decompose(size, samples) : std::move(samples);
+  if (interpolate) Decompose(size, samples);
+  coefficients_ = std::move(samples);
   MakeBlocks();
 }
 

@@ -153,14 +153,15 @@ double CalcScatter(double blur_mm, double spacing_mm) {
 
 SurfaceError CalcSurfaceError(const CtSolid& solid, const Isolation& isolation,
                               const std::vector<std::uint8_t>& cavities) {
-  const Vec3& h = isolation.ct.spacing_mm;
+  const Vec3& h = isolation.fine().spacing_mm;
+  const Vec3& block_mm = isolation.ct.spacing_mm;  // between the faces
   const double finest = std::min({h.x, h.y, h.z});
   std::vector<Vec3> faces_W = FindFaces(isolation, cavities);
   const std::size_t every = std::max<std::size_t>(1, faces_W.size() / kPoints);
   std::vector<Edge> edges;
   for (std::size_t f = 0; f < faces_W.size(); f += every) {
-    if (!Project(solid, std::max({h.x, h.y, h.z}), faces_W[f])) continue;
-    if (const std::optional<Edge> edge = MeasureEdge(solid, isolation.ct, faces_W[f])) edges.push_back(*edge);
+    if (!Project(solid, std::max({block_mm.x, block_mm.y, block_mm.z}), faces_W[f])) continue;
+    if (const std::optional<Edge> edge = MeasureEdge(solid, isolation.fine(), faces_W[f])) edges.push_back(*edge);
   }
   SurfaceError error;
   error.points = static_cast<int>(edges.size());

@@ -98,8 +98,8 @@ std::vector<std::uint8_t> WithoutMetal(std::vector<std::uint8_t> bone, const std
 
 TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid,
                      const std::vector<std::uint8_t>& bone, const SplineField* hu, bool use_atlas,
-                     const TissueOptions& options, const MaskSamples* mask)
-    : lattice_(lattice), map_(lattice), options_(options), hu_(hu) {
+                     const TissueOptions& options, const MaskSamples* mask, const LatticeMap* hu_map)
+    : lattice_(lattice), map_(lattice), hu_map_(hu_map != nullptr ? *hu_map : map_), options_(options), hu_(hu) {
   MaskSamples named;
   if (mask != nullptr) {
     const bool spreads = !mask->tooth.empty() || !mask->metal.empty() || !mask->lesion.empty();
@@ -249,11 +249,13 @@ int TissueMap::ChooseRegion(const Vec3& p_W, ValueOf&& value_of) const {
 
 int TissueMap::RegionAt(const Vec3& p_W) const {
   const Vec3 p_V = map_.VoxelFromWorld(p_W);
-  return ChooseRegion(p_W, [&p_V](const SplineField& field) { return field.At(p_V); });
+  return ChooseRegion(p_W, [&](const SplineField& field) {
+    return field.At(&field == hu_ ? hu_map_.VoxelFromWorld(p_W) : p_V);
+  });
 }
 
 void TissueMap::FindRegions(const LeafPlace& leaf, const WantedVoxels& wanted, LeafRegions& ids) const {
-  if (!map_.HasPositions(leaf.voxel_mm)) {
+  if (!map_.HasPositions(leaf.voxel_mm) || !hu_map_.HasPositions(leaf.voxel_mm)) {
     for (int n = 0; n < kLeafVoxels; ++n) {
       if (wanted[n]) ids[n] = RegionAt(leaf.CalcPosition(n));
     }
@@ -264,7 +266,7 @@ void TissueMap::FindRegions(const LeafPlace& leaf, const WantedVoxels& wanted, L
   std::array<const SplineField*, kFields> fields{};
   std::array<std::array<double, kLeafVoxels>, kFields> values;
   std::size_t count = 0;
-  const LatticePositions at_V = map_.CalcPositions(leaf);
+  const LatticePositions at_V = map_.CalcPositions(leaf), hu_at_V = hu_map_.CalcPositions(leaf);
   for (int n = 0; n < kLeafVoxels; ++n) {
     if (!wanted[n]) continue;
     ids[n] = ChooseRegion(leaf.CalcPosition(n), [&](const SplineField& field) {
@@ -272,7 +274,7 @@ void TissueMap::FindRegions(const LeafPlace& leaf, const WantedVoxels& wanted, L
           static_cast<std::size_t>(std::find(fields.begin(), fields.begin() + count, &field) - fields.begin());
       if (place == count) {
         fields[count] = &field;
-        field.AtLattice(at_V, values[count++]);
+        field.AtLattice(&field == hu_ ? hu_at_V : at_V, values[count++]);
       }
       return values[place][n];
     });

@@ -36,9 +36,10 @@ class TissueMap {
   /// cortex is divided into the atlas's 31 regions, otherwise all cortex is kPlainCortexRegion. `mask`: on the same
   /// lattice, or null; if it has teeth, they replace those found by their HU, and its numbered teeth, canal, metal and
   /// lesion get regions of their own (bone/material/segment_regions.h).
-  /// Throws kerf::Error if the atlas cannot be fitted to the bone.
+  /// `hu_map`: the lattice of `hu` if it is another one. Throws kerf::Error if the atlas cannot be fitted to the bone.
   TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid, const std::vector<std::uint8_t>& bone,
-            const SplineField* hu, bool use_atlas, const TissueOptions& options, const MaskSamples* mask = nullptr);
+            const SplineField* hu, bool use_atlas, const TissueOptions& options, const MaskSamples* mask = nullptr,
+            const LatticeMap* hu_map = nullptr);
   int RegionAt(const Vec3& p_W) const;
   /// Sets ids[n] to RegionAt() of each voxel n of a leaf that is `wanted`.
   void FindRegions(const LeafPlace& leaf, const WantedVoxels& wanted, LeafRegions& ids) const;
@@ -57,6 +58,7 @@ class TissueMap {
 
   Volume lattice_;  // without its hu after construction
   LatticeMap map_;
+  LatticeMap hu_map_;  // of hu_
   TissueOptions options_;
   const SplineField* hu_;
   std::vector<std::uint8_t> tooth_voxels_;
