@@ -10,11 +10,11 @@ namespace kerf {
 /// Returns the length of mm, cm, m, in or um in mm. Throws kerf::Error for another unit.
 double CalcMmPerUnit(const std::string& unit);
 
-/// Converts the surface to mm. If `unit` is empty, mm are assumed. If the largest side is then not plausible for a
-/// bone, throws kerf::Error, whose message begins with `path` and lists the units in which it would be plausible. A
-/// surface larger than a metre is rejected in any unit. Returns a warning sentence if the surface may be a skull in cm,
-/// otherwise "".
-std::string ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::string& path);
+/// Converts the surface to mm. If `unit` is empty, mm are assumed, unless the largest side is then not plausible for a
+/// bone, or the surface is as plausible as a skull or a long bone in cm: then throws kerf::Error, whose message begins
+/// with `path` and lists the units to choose from with the size in each. A surface larger than a metre is rejected in
+/// any unit.
+void ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::string& path);
 
 /// Throws kerf::Error, whose message begins with `path`, if the surface encloses more than can be voxelised with voxels
 /// of `voxel_mm` within minutes.
