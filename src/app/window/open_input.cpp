@@ -12,6 +12,7 @@
 #include "base/files/extension.h"
 #include "base/files/files.h"
 #include "bone/grid/ct_modulus.h"
+#include "bone/import/dicom_segments.h"
 #include "bone/import/image_fields.h"
 #include "bone/import/import.h"
 #include "bone/segmentation/mask_file.h"
@@ -25,7 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd", ".stl", ".obj", ".ply"};
+constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha",
+                            ".mhd", ".stl",  ".obj",  ".ply", ".dcm",    ".zip"};
 
 /// Default scene of a window; also the basis of scenes for other bones.
 constexpr char kDefaultScene[] = R"(title = "Generic mandible"
@@ -118,7 +120,9 @@ void CheckInput(const std::string& input) {
     ReadScene(input);
     return;
   }
-  if (std::none_of(kTypes.begin(), kTypes.end(), [&](const char* type) { return name.ends_with(type); })) {
+  const bool is_known =
+      std::any_of(kTypes.begin(), kTypes.end(), [&](const char* type) { return name.ends_with(type); });
+  if (!is_known && !IsDicomFile(input)) {  // files of DICOM may have any name
     throw Error(fmt::format("{}: unknown file type; kerf opens .toml, {}, .kerf-project, and folders of DICOM files",
                             input, fmt::join(kTypes, ", ")));
   }
@@ -204,6 +208,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   settings.keep_hu = !IsSurfacePath(input);
   settings.isolate.keep_W = options.keep_W;
   settings.isolate.drop_W = options.drop_W;
+  settings.isolate.iso_hu = options.iso_hu.value_or(settings.isolate.iso_hu);
   const char* stage = settings.keep_hu ? "importing the CT" : "importing the surface";
   const bool is_mask = IsSegmentation(input);
   if (is_mask) {

@@ -70,8 +70,8 @@ ClosedSurface ReadSurface(const std::string& path, const ImportOptions& options,
   }
   report.input_hash = HashMesh(file.mesh);
   report.warnings = file.notes;
+  ScaleToMm(file.mesh, options.mesh_units.empty() ? file.unit : options.mesh_units, path);
   try {
-    ScaleToMm(file.mesh, options.mesh_units.empty() ? file.unit : options.mesh_units, path);
     ClosedSurface closed = CloseSurface(std::move(file.mesh), !options.fill, path);
     const std::vector<std::string>& repairs = closed.report.repairs;
     report.warnings.insert(report.warnings.end(), repairs.begin(), repairs.end());

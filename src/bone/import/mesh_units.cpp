@@ -114,25 +114,31 @@ void ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::string& p
   if (side <= kMaxSide_mm && side >= kMinSide_mm) {
     const char* bone = FindLargeBone(mesh);
     if (bone == nullptr) return;
-    throw Error(
-        fmt::format("{}: the largest side of the surface is {}, which may be a piece of {} mm or a {} of {} cm; give "
-                    "the unit of its coordinates: --units mm or --units cm",
-                    path, ShowSide(side), ShowSide(side), bone, ShowSide(side)));
+    const std::string why =
+        fmt::format("the largest side of the surface is {}, which may be a piece of {} mm or a {} of {} cm",
+                    ShowSide(side), ShowSide(side), bone, ShowSide(side));
+    throw UnclearUnit(fmt::format("{}: {}; give the unit of its coordinates: --units mm or --units cm", path, why), why,
+                      {"mm", "cm"});
   }
   std::vector<std::string> choices;
+  std::vector<std::string> units;
   for (const Unit& other : kUnits) {
     if (side * other.mm < kMinSide_mm || side * other.mm > kMaxSide_mm) continue;
     choices.push_back(fmt::format("--units {} (it is then {:.3g} mm)", other.name, side * other.mm));
+    units.emplace_back(other.name);
   }
-  if (side < kMinSide_mm) choices.emplace_back("--units mm to keep them unchanged");
+  if (side < kMinSide_mm) {
+    choices.emplace_back("--units mm to keep them unchanged");
+    units.emplace_back("mm");
+  }
   if (!unit.empty() || choices.empty()) {
     throw Error(fmt::format("{}: the largest side of the surface is {}; kerf imports up to {}", path,
                             FormatLength(side), FormatLength(kMaxSide_mm)));
   }
-  throw Error(
-      fmt::format("{}: the largest side of the surface is {}, which is unlikely for a bone in mm; give the unit of "
-                  "its coordinates: {}",
-                  path, ShowSide(side), fmt::join(choices, " or ")));
+  const std::string why =
+      fmt::format("the largest side of the surface is {}, which is unlikely for a bone in mm", ShowSide(side));
+  throw UnclearUnit(fmt::format("{}: {}; give the unit of its coordinates: {}", path, why, fmt::join(choices, " or ")),
+                    why, units);
 }
 
 void CheckEnclosed(const TriangleMesh& mesh, double voxel_mm, const std::string& path) {

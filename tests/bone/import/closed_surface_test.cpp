@@ -262,6 +262,14 @@ TEST(SurfaceUnits, AreAskedForIfMillimetresAndCentimetresArePlausible) {
   // A fibula in an oblique position is still one.
   const glm::dmat3 oblique(glm::dvec3(1, 2, 2) / 3.0, glm::dvec3(2, 1, -2) / 3.0, glm::dvec3(2, -2, 1) / 3.0);
   EXPECT_THAT(message({3, 38, 2.5}, "", oblique), HasSubstr("or a long bone of"));
+  TriangleMesh tiny = Boxes({{3, false}});
+  try {
+    ScaleToMm(tiny, "", "a.stl");
+    FAIL() << "no error";
+  } catch (const UnclearUnit& e) {
+    EXPECT_THAT(e.units(), ElementsAre("cm", "in", "mm"));
+    EXPECT_EQ(e.why(), "the largest side of the surface is 3, which is unlikely for a bone in mm");
+  }
   for (const char* unit : {"mm", "cm"}) {
     EXPECT_EQ(message({14, 18, 16}, unit), "");
     EXPECT_EQ(message({3, 38, 2.5}, unit), "");
