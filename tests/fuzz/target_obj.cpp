@@ -5,7 +5,7 @@
 namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(obj) {
-  Accepts([&] { CheckMesh(ReadObj(bytes, "fuzz.obj")); });
+  Accepts([&] { CheckMesh(ReadObj(bytes, "fuzz.obj").mesh); });
 }
 
 }  // namespace kerf::fuzz

@@ -5,7 +5,7 @@
 namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(ply) {
-  Accepts([&] { CheckMesh(ReadPly(bytes, "fuzz.ply")); });
+  Accepts([&] { CheckMesh(ReadPly(bytes, "fuzz.ply").mesh); });
 }
 
 }  // namespace kerf::fuzz

@@ -8,7 +8,7 @@ namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(stl) {
   Accepts([&] {
-    TriangleMesh mesh = ReadStl(bytes, "fuzz.stl");
+    TriangleMesh mesh = ReadStl(bytes, "fuzz.stl").mesh;
     CheckMesh(mesh);
     for (const TriangleMesh& layer : CloseSurface(std::move(mesh), false, "fuzz.stl").layers) {
       const EdgeCounts edges = CountEdges(layer);

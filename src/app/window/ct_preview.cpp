@@ -87,6 +87,11 @@ void CtPreview::Show(const Vec3& p_W) {
   }
 }
 
+void CtPreview::Tint(double from) {
+  greys_.tinted_from = from;
+  for (std::size_t i = 0; i < slices_.size(); ++i) Update(i);
+}
+
 std::optional<Vec3> CtPreview::DrawSlice(Ui& ui, std::size_t i, float width, float height,
                                          const std::vector<CtMark>& marks) {
   Slice& slice = slices_[i];

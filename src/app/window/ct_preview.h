@@ -37,6 +37,8 @@ class CtPreview {
   void Show(const Vec3& p_W);
   /// Sets the grey levels of slices that are drawn from now on.
   void set_greys(const CtGreys& greys) { greys_ = greys; }
+  /// Tints voxels from this value on, in all slices.
+  void Tint(double from);
   /// Shows only this part of the scan, LPS, mm.
   void set_box(const Box3& box_W);
 

@@ -60,7 +60,7 @@ bool JawSeparation::Separate() {
 }
 
 void JawSeparation::Take(const Vec3& p_W) {
-  if (!IsNearBone(*ct_, IsolateOptions{}.iso_hu, p_W)) {
+  if (!IsNearBone(*ct_, iso_hu_, p_W)) {
     refusal_ = Tr("There is no bone at this point: click on something bright.");
     return;
   }

@@ -15,7 +15,8 @@ class JawSeparation {
  public:
   enum class Answer { kNone, kSeparate, kCancel };
 
-  explicit JawSeparation(std::shared_ptr<const Volume> ct) : ct_(std::move(ct)) {}
+  /// `iso_hu`: voxels above this are bone.
+  JawSeparation(std::shared_ptr<const Volume> ct, double iso_hu) : ct_(std::move(ct)), iso_hu_(iso_hu) {}
 
   /// Asks for points. `why`: why they, or more of them, are needed, in the language of the window.
   void Ask(const std::string& why);
@@ -47,6 +48,7 @@ class JawSeparation {
   void DrawList(Ui& ui, bool keep, CtPreview& slices);
 
   std::shared_ptr<const Volume> ct_;
+  double iso_hu_;
   bool asks_ = false;
   bool keeps_ = true;
   std::string why_;

@@ -211,6 +211,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   settings.keep_hu = !IsSurfacePath(input);
   settings.isolate.keep_W = options.keep_W;
   settings.isolate.drop_W = options.drop_W;
+  settings.isolate.iso_hu = options.iso_hu.value_or(settings.isolate.iso_hu);
   const char* stage = settings.keep_hu ? "importing the CT" : "importing the surface";
   const bool is_mask = IsSegmentation(input);
   if (is_mask) {

@@ -61,7 +61,7 @@ RehearsalResult Rehearsal::Run() {
 }
 
 bool Rehearsal::cuts() const {
-  return !in_pieces_ && !editor_.gestures.is_placing() && !menu_ && !asks_for_points();
+  return !in_pieces_ && !editor_.gestures.is_placing() && !menu_ && !asks_about_ct();
 }
 
 // ---- sessions
@@ -385,7 +385,10 @@ bool Rehearsal::Take(const WindowEvent& event) {
   if (asks_for_points() && event.kind == Kind::kKeyDown && event.key == Key::kBackspace) {
     return separation_->TakeBack(), true;
   }
-  if (asks_for_points()) return false;
+  if (asks_for_threshold() && event.kind == Kind::kKeyDown && event.key == Key::kEnter) {
+    return ImportWithThreshold(), true;
+  }
+  if (asks_about_ct()) return false;
   if (!in_pieces_) return viewer_->is_running() && editor_.gestures.Take(event);
   if (pieces_.Take(event)) return true;
   if (escape) return LeavePieces(), true;
@@ -438,7 +441,7 @@ void Rehearsal::Fill(HudState& hud) {
   for (const ProjectSession& session : sessions_) {
     if (hud.status.recording_s) *hud.status.recording_s += session.duration_s.value_or(0);
   }
-  if (asks_for_points()) {
+  if (asks_about_ct()) {
     hud.status.mode = fmt::format(fmt::runtime(Tr("Opening {}")), NameCaseOf(loader_.input()));
     hud.status.saw.clear();
     hud.status.recording_s.reset();
@@ -479,7 +482,7 @@ void Rehearsal::Fill(HudState& hud) {
     hud.progress = HudProgress{.title = Tr("Importing marks"), .stage = Tr("reading the label map")};
   } else if (hud.progress && is_loading()) {
     hud.progress->can_cancel = true;
-  } else if (viewer_->session() == nullptr && !separation_) {
+  } else if (viewer_->session() == nullptr && !separation_ && !threshold_) {
     hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
                            .text = Tr("No bone is open."),
                            .answers = Tr("Ctrl+O: open a bone, a CT, a scene or a project, or drop it here")};
@@ -499,6 +502,16 @@ void Rehearsal::DrawSections(Ui& ui) {
 }
 
 void Rehearsal::DrawWindows(Ui& ui) {
+  if (asks_for_threshold()) {
+    switch (threshold_->Draw(ui, viewer_->areas().scene, viewer_->areas().right, preview_)) {
+      case BoneThreshold::Answer::kImport:
+        return ImportWithThreshold();
+      case BoneThreshold::Answer::kCancel:
+        return Cancel();
+      case BoneThreshold::Answer::kNone:
+        return;
+    }
+  }
   if (asks_for_points()) {
     switch (separation_->Draw(ui, viewer_->areas().scene, viewer_->areas().right, preview_)) {
       case JawSeparation::Answer::kSeparate:
@@ -575,6 +588,7 @@ void Rehearsal::Describe(nlohmann::json& state) const {
   editor_.gestures.Describe(state);
   state["unsaved"] = !DescribeUnsaved().empty();
   state["opening"] = is_opening();
+  if (threshold_) threshold_->Describe(state);
   if (separation_) separation_->Describe(state);
   state["work_kept"] = ended_work_.has_value();
   state["guided"] = choice_.guided;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/window/bone_saver.h"
+#include "app/window/bone_threshold.h"
 #include "app/window/case_sessions.h"
 #include "app/window/case_writer.h"
 #include "app/window/ct_preview.h"
@@ -24,7 +25,9 @@
 #include "app/window/scene_change.h"
 #include "app/window/unsaved_cut.h"
 #include "app/window/viewer_app.h"
+#include "bone/import/hu_check.h"
 #include "bone/import/isolate.h"
+#include "bone/import/mesh_units.h"
 #include "session/plan/plan.h"
 
 namespace kerf {
@@ -80,8 +83,8 @@ class Rehearsal final : public Activity {
   std::optional<Vec3> slice_point() const override;
   std::optional<Vec3> slice_focus() const override { return plane_focus_W_; }
   bool has_slices() const override { return true; }
-  bool covers_slices() const override { return loader_.ct() != nullptr || asks_for_points(); }
-  bool covers_scene() const override { return asks_for_points(); }
+  bool covers_slices() const override { return loader_.ct() != nullptr || asks_about_ct(); }
+  bool covers_scene() const override { return asks_about_ct(); }
   void AddAlarms(std::vector<AlarmOverlay>& alarms) override;
   void FillSlices(SliceScene& scene) const override;
   bool is_restarting() const override { return change_.is_pending(); }
@@ -109,10 +112,19 @@ class Rehearsal final : public Activity {
   void BeginCase(OpenedInput opened);
   /// Returns true if a case is open, which an input that is being opened will replace.
   bool has_case() const { return ended_work_ || viewer_->is_running() || change_.is_pending(); }
-  bool is_opening() const { return loader_.is_opening() || opened_.has_value() || separation_.has_value(); }
+  bool is_opening() const {
+    return loader_.is_opening() || opened_.has_value() || threshold_.has_value() || separation_.has_value();
+  }
+  bool asks_for_threshold() const { return threshold_ && threshold_->asks(); }
   bool asks_for_points() const { return separation_ && separation_->asks(); }
+  bool asks_about_ct() const { return asks_for_threshold() || asks_for_points(); }
+  void AskForUnit(const UnclearUnit& e);
+  void AskForThreshold(const std::shared_ptr<const Volume>& ct, const NotHu& e);
+  void ImportWithThreshold();
   void AskForPoints(const std::shared_ptr<const Volume>& ct, const NotIsolated& e);
   void SeparateJaws();
+  /// Forgets the answers about the CT that is being opened.
+  void EndQuestions();
   void FailToOpen(const std::string& sentence);
   void ShowOpeningFault();
   bool AskBeforeCaseEnds();
@@ -186,6 +198,8 @@ class Rehearsal final : public Activity {
   InputLoader loader_{*viewer_};
   CtPreview preview_;
   CtReader ct_reader_;                       // of a project's CT
+  std::string mesh_units_;                   // of a surface, from the question for it until it is open
+  std::optional<BoneThreshold> threshold_;   // from the question for it until the CT is open
   std::optional<JawSeparation> separation_;  // from the first question for points until the CT is open
   RehearsalResult result_;
   std::optional<std::string> to_open_;             // in the next frame in which that is possible

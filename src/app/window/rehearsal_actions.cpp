@@ -27,8 +27,8 @@ EntryDetails DescribeSawEntry(const Saw& saw) {
 void Rehearsal::AddActions(ActionList& actions) {
   const auto running = [this] { return viewer_->is_running() && !change_.is_pending(); };
   const auto cutting = [this, running] { return running() && cuts(); };
-  // Points are asked for about another case, in front of the open one.
-  const auto shown = [this] { return !asks_for_points(); };
+  // Points or a threshold are asked for about another case, in front of the open one.
+  const auto shown = [this] { return !asks_about_ct(); };
   const auto in_pieces = [this, shown] { return in_pieces_ && pieces_.is_ready() && shown(); };
   const auto work_shown = [this, shown] { return has_work() && shown(); };
   const auto either = [cutting, in_pieces] { return cutting() || in_pieces(); };

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <filesystem>
 #include <utility>
@@ -29,11 +30,12 @@ void Rehearsal::BeginOpening(const std::string& input) {
       input,
       {.bone_file = fmt::format("{}/bone{}.vdb", folder, session == 1 ? "" : fmt::format("-{}", session)),
        .voxel_mm = options_.voxel_mm,
-       .mesh_units = is_sent(input) ? kSentUnits : "",
+       .mesh_units = is_sent(input) ? kSentUnits : mesh_units_,
        .project_folder = fmt::format("{}/project{}", folder, inputs_ == 0 ? "" : fmt::format("-{}", inputs_ + 1)),
        .make_bone = keeps_case_,
        .keep_W = separation_ ? separation_->keep_W() : std::vector<Vec3>(),
-       .drop_W = separation_ ? separation_->drop_W() : std::vector<Vec3>()},
+       .drop_W = separation_ ? separation_->drop_W() : std::vector<Vec3>(),
+       .iso_hu = threshold_ ? std::optional(threshold_->value()) : std::nullopt},
       !keeps_case_);
 }
 
@@ -77,7 +79,7 @@ void Rehearsal::OpenNow(const std::string& path, bool accepts_loss) {
   if (is_opening()) {
     loader_.Cancel();
     opened_.reset();
-    separation_.reset();
+    EndQuestions();
   } else if (is_loading()) {
     viewer_->End();  // Cancelled() follows
   }
@@ -93,8 +95,9 @@ void Rehearsal::Cancel() {
     loader_.Cancel();
     opened_.reset();
     if (separation_ && !separation_->asks()) return separation_->Ask("");  // the points are kept
-    const bool asked = separation_.has_value();
-    separation_.reset();
+    if (threshold_ && !threshold_->asks() && !separation_) return threshold_->Ask("");
+    const bool asked = separation_ || threshold_;
+    EndQuestions();
     if (!has_case() && asked) to_open_ = "";  // the built-in bone
     if (!has_case()) return Reset();
     viewer_->Say(Tr("Opening was cancelled. The case before it is still open."));
@@ -152,6 +155,10 @@ void Rehearsal::FollowOpening() {
   const std::shared_ptr<const Volume> ct = loader_.ct();
   try {
     if (std::optional<OpenedInput> opened = loader_.Take()) opened_ = std::move(opened);
+  } catch (const UnclearUnit& e) {
+    return AskForUnit(e);
+  } catch (const NotHu& e) {
+    return AskForThreshold(ct, e);
   } catch (const NotIsolated& e) {
     return AskForPoints(ct, e);
   } catch (const Error& e) {
@@ -184,6 +191,53 @@ void Rehearsal::FollowSentBone() {
   Open(sent_bone_);
 }
 
+/// Asks for the unit of a surface's coordinates, with which it is opened again.
+void Rehearsal::AskForUnit(const UnclearUnit& e) {
+  viewer_->trace().Write("asks_for_unit", {{"why", e.why()}});
+  is_command_line_ = false;  // from now on, the window stays
+  viewer_->controls().Release();
+  viewer_->SetSpindle(false);
+  if (!has_case()) Reset();
+  std::string why = TrMade(e.why());
+  if (!why.empty()) why[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(why[0])));
+  std::vector<Dialogs::Answer> answers;
+  for (const std::string& unit : e.units()) {
+    answers.push_back({unit, [this, unit] {
+                         mesh_units_ = unit;
+                         BeginOpening(loader_.input());
+                       }});
+  }
+  answers.push_back({Tr("Cancel"), nullptr});
+  viewer_->dialogs().Ask(fmt::format("{}.\n\n{}", why, Tr("In which unit are its coordinates?")), std::move(answers));
+}
+
+/// Asks for the threshold of bone in a CT whose values are no Hounsfield units.
+void Rehearsal::AskForThreshold(const std::shared_ptr<const Volume>& ct, const NotHu& e) {
+  viewer_->trace().Write("asks_for_threshold", {{"why", e.why()}, {"proposed", e.proposed_iso()}});
+  is_command_line_ = false;  // from now on, the window stays
+  viewer_->controls().Release();
+  viewer_->SetSpindle(false);
+  if (!threshold_) {
+    threshold_.emplace(ct, e.proposed_iso());
+    preview_.set_greys(threshold_->greys());
+    preview_.Follow(ct);
+    preview_.Show(CalcScanBox(*ct).centre());
+  }
+  threshold_->Ask(TrMade(e.why()));
+}
+
+void Rehearsal::ImportWithThreshold() {
+  threshold_->EndAsking();
+  BeginOpening(loader_.input());
+}
+
+void Rehearsal::EndQuestions() {
+  separation_.reset();
+  mesh_units_.clear();
+  if (threshold_) preview_.set_greys({});
+  threshold_.reset();
+}
+
 /// Asks for points with which the mandible is separated from bone that it touches.
 void Rehearsal::AskForPoints(const std::shared_ptr<const Volume>& ct, const NotIsolated& e) {
   constexpr double kRim_mm = 15;  // around the bone
@@ -193,9 +247,9 @@ void Rehearsal::AskForPoints(const std::shared_ptr<const Volume>& ct, const NotI
   viewer_->controls().Release();
   viewer_->SetSpindle(false);
   if (!separation_) {
-    separation_.emplace(ct);
+    separation_.emplace(ct, threshold_ ? threshold_->value() : IsolateOptions{}.iso_hu);
     const CtWindow& window = viewer_->slices().window();
-    preview_.set_greys({window.level_HU, window.width_HU});
+    preview_.set_greys(threshold_ ? threshold_->greys() : CtGreys{window.level_HU, window.width_HU});
     preview_.Follow(ct);
     preview_.set_box(e.largest_W().Grown(kRim_mm));
     Vec3 shown_W = e.largest_W().centre();
@@ -241,7 +295,7 @@ bool Rehearsal::RefuseWhileOpening() {
 void Rehearsal::FailToOpen(const std::string& sentence) {
   viewer_->trace().Write("not_opened", {{"failure", sentence}});
   if (is_sent(loader_.input())) options_.viewer.link->Refuse(sentence);
-  separation_.reset();
+  EndQuestions();
   if (!has_case()) {
     Reset();
     if (!interrupted_) return viewer_->Say(TrMade(sentence));
@@ -263,7 +317,7 @@ void Rehearsal::ShowOpeningFault() {
 
 void Rehearsal::BeginCase(OpenedInput opened) {
   interrupted_.reset();
-  separation_.reset();
+  EndQuestions();
   if (!loader_.input().empty()) {
     AddRecent(viewer_->settings(), loader_.input());
     viewer_->KeepSettings();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "base/core/foreign_format.h"
 #include "base/core/nearest_name.h"
 #include "kerf/error.h"
 
@@ -90,8 +91,9 @@ std::vector<std::size_t> ParseHeader(const std::vector<std::string>& names, cons
       const std::string nearest = FindNearestName(names[i], columns);
       std::string list = "the columns are " + needed;
       if (border != columns.end()) list += fmt::format(" and, optionally, {}", fmt::join(border, columns.end(), ","));
-      place.Fail(fmt::format("unknown column {}; {}", Quote(names[i]),
-                             nearest.empty() ? list : fmt::format("did you mean \"{}\"?", nearest)));
+      place.Fail(fmt::format("unknown column {}; {}{}", Quote(names[i]),
+                             nearest.empty() ? list : fmt::format("did you mean \"{}\"?", nearest),
+                             names.size() == 1 ? DescribeForeignTable(names[i]) : ""));
     }
     if (position[column] != names.size()) place.Fail(fmt::format("column \"{}\" is given twice", names[i]));
     position[column] = i;
@@ -172,8 +174,8 @@ void ReadCsv(const std::string& text, const std::string& file, const std::vector
       continue;
     }
     if (fields.size() != width) {
-      place.Fail(
-          fmt::format("{} fields instead of {}; a field with a comma must be in double quotes", fields.size(), width));
+      place.Fail(fmt::format("{} fields instead of {}; a field with a comma must be in double quotes{}", fields.size(),
+                             width, fields.size() > width ? DescribeForeignTable(line) : ""));
     }
     for (std::size_t c = 0; c < all.size(); ++c) {
       ordered[c] = position[c] < width ? std::move(fields[position[c]]) : std::string();
@@ -185,7 +187,7 @@ void ReadCsv(const std::string& text, const std::string& file, const std::vector
 
 double ParseCsvNumber(std::string_view text, int shift, const char* name, const CsvPlace& place) {
   const std::optional<double> value = ParseShifted(text, shift);
-  if (!value) place.Fail(fmt::format("{} = {} is not a number", name, Quote(text)));
+  if (!value) place.Fail(fmt::format("{} = {} is not a number{}", name, Quote(text), DescribeForeignNumber(text)));
   return *value;
 }
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "base/core/foreign_format.h"
 #include "base/core/symmetric_eigen.h"
 #include "base/files/files.h"
 #include "base/files/json_text.h"
@@ -67,14 +68,18 @@ void AddPoints(const Json& markup, const std::string& path, std::vector<Vec3>& p
     }
     const auto position = point.find("position");
     if (position == point.end() || !position->is_array() || position->size() != 3) {
-      throw Error(fmt::format("{}: control point {} has no position with three coordinates", path, points.size() + 1));
+      throw Error(fmt::format("{}: control point {} has no position with three coordinates{}", path, points.size() + 1,
+                              position != point.end() && position->is_array() && position->size() == 6
+                                  ? "; if they have decimal commas, write decimal points"
+                                  : ""));
     }
     Vec3 p;
     for (int a = 0; a < 3; ++a) {
       const Json& number = (*position)[static_cast<std::size_t>(a)];
       p[a] = number.is_number() ? number.get<double>() : std::nan("");
       if (!std::isfinite(p[a])) {
-        throw Error(fmt::format("{}: control point {} has a coordinate that is not a number", path, points.size() + 1));
+        throw Error(fmt::format("{}: control point {} has a coordinate that is not a number{}", path, points.size() + 1,
+                                number.is_string() ? DescribeForeignNumber(number.get<std::string>()) : ""));
       }
     }
     points.emplace_back(flip * p.x, flip * p.y, p.z);

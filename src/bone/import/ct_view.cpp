@@ -133,10 +133,13 @@ CtView SliceVolume(const Volume& ct, CtAxis axis, double at_mm, const CtGreys& g
   const Scan scan(ct);
   Canvas canvas(axis, {.box_W = CalcScanBox(ct), .pixel_mm = pixel_mm});
   const double black_HU = greys.level_HU - 0.5 * greys.width_HU;
+  constexpr Rgb8 kOrange{255, 140, 40};
   canvas.Fill([&](Vec3 p_W) {
     p_W[static_cast<int>(axis)] = at_mm;
     if (!scan.Contains(p_W)) return Rgb8{0, 0, 0};
-    return Mix({0, 0, 0}, {255, 255, 255}, (scan.HuAt(p_W) - black_HU) / greys.width_HU);
+    const double hu = scan.HuAt(p_W);
+    const Rgb8 grey = Mix({0, 0, 0}, {255, 255, 255}, (hu - black_HU) / greys.width_HU);
+    return greys.tinted_from && hu >= *greys.tinted_from ? Mix(grey, kOrange, 0.5) : grey;
   });
   return std::move(canvas.view);
 }

@@ -42,8 +42,9 @@ CtView DrawCtSurface(const Volume& ct, CtAxis axis, const CtViewOptions& options
 
 /// Range of CT numbers that is drawn from black to white, as a radiologist sets it.
 struct CtGreys {
-  double level_HU = 600;   // middle grey
-  double width_HU = 2400;  // > 0
+  double level_HU = 600;                // middle grey
+  double width_HU = 2400;               // > 0
+  std::optional<double> tinted_from{};  // voxels from this value on are tinted
 };
 
 /// Draws the plane at `at_mm` on the axis through the whole scan in greys, black outside the scan, with pixels of

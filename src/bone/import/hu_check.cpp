@@ -73,8 +73,9 @@ std::string CheckHu(const Volume& ct, double iso_hu, const std::string& name) {
         "in HU they lie at -1000 and 0 to 80",
         kOffset);
     if (iso_hu >= kSoftTo) return what;
-    throw Error(fmt::format("{}: {}; subtract {} from its values, or convert the scan again with its rescale intercept",
-                            name, what, kOffset));
+    throw NotHu(fmt::format("{}: {}; subtract {} from its values, or convert the scan again with its rescale intercept",
+                            name, what, kOffset),
+                what, kBoneFrom);
   }
   return "";
 }

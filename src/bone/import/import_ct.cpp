@@ -135,8 +135,13 @@ namespace {
 // Reads the CT with its voxels along the patient's axes, and checks that its values are HU.
 Volume ReadHu(const std::string& path, const ImportOptions& options, ImportReport& report) {
   Volume ct = StoreAlongPatient(ReadCt(path, options, report));
-  if (const std::string warning = CheckHu(ct, options.isolate.iso_hu, path); !warning.empty())
-    ct.warnings.push_back(warning);
+  try {
+    if (const std::string warning = CheckHu(ct, options.isolate.iso_hu, path); !warning.empty())
+      ct.warnings.push_back(warning);
+  } catch (const NotHu&) {  // who looks at the import sees what the threshold is wanted for
+    if (options.take_ct) options.take_ct(std::make_shared<const Volume>(std::move(ct)));
+    throw;
+  }
   report.warnings = ct.warnings;
   if (options.isolate.mask) {
     const std::vector<std::string>& of_mask = options.isolate.mask->tissue.warnings;

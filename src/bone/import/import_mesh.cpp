@@ -48,12 +48,38 @@ void CheckMeshOptions(const std::string& path, const ImportOptions& options) {
   if (options.isolate.mask) throw Error(fmt::format("{}: a mask selects bone in a CT, not in a surface", path));
 }
 
-// Transforms to LPS a surface whose coordinates are those of `frame`.
-void ReinterpretFrame(const std::string& frame, TriangleMesh& mesh) {
+// Transforms to LPS a surface whose coordinates are those of `frame`, whatever its file says.
+void ReinterpretFrame(const std::string& frame, MeshFile& file) {
   const glm::dmat3 turn = LpsFromFrame(frame);
-  for (Vec3& p : mesh.points) p = turn * p;
+  for (Vec3& p : file.mesh.points) p = turn * p;
+  if (!file.space.empty() && turn != LpsFromFrame(file.space)) {
+    file.notes.push_back(
+        fmt::format("the file says SPACE={}, but was read as {} because of --frame", file.space, FrameName(turn)));
+  }
   if (glm::determinant(turn) > 0) return;
-  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);  // a reflection turns triangles inside out
+  for (auto& t : file.mesh.triangles) std::swap(t[1], t[2]);  // a reflection turns triangles inside out
+}
+
+// Returns the closed surface in mm and LPS; adds what was assumed or repaired to the warnings.
+ClosedSurface ReadSurface(const std::string& path, const ImportOptions& options, ImportReport& report) {
+  MeshFile file = ReadMeshFile(path);
+  if (options.frame.empty()) {
+    TurnToLps(file);
+  } else {
+    ReinterpretFrame(options.frame, file);
+  }
+  report.input_hash = HashMesh(file.mesh);
+  report.warnings = file.notes;
+  ScaleToMm(file.mesh, options.mesh_units.empty() ? file.unit : options.mesh_units, path);
+  try {
+    ClosedSurface closed = CloseSurface(std::move(file.mesh), !options.fill, path);
+    const std::vector<std::string>& repairs = closed.report.repairs;
+    report.warnings.insert(report.warnings.end(), repairs.begin(), repairs.end());
+    return closed;
+  } catch (const Error& e) {
+    // What was found while reading may be the reason: a surface that is cut off is not closed.
+    throw Error(file.notes.empty() ? e.what() : fmt::format("{}; {}", e.what(), fmt::join(file.notes, "; ")));
+  }
 }
 
 }  // namespace
@@ -64,15 +90,8 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   ImportReport& report = result.report;
   report.kind = "surface";
   Stages stages(report);
-  TriangleMesh mesh = ReadMesh(path);
-  if (!options.frame.empty()) ReinterpretFrame(options.frame, mesh);
-  report.input_hash = HashMesh(mesh);
-  if (const std::string warning = ScaleToMm(mesh, options.mesh_units, path); !warning.empty()) {
-    report.warnings.push_back(warning);
-  }
-  const ClosedSurface closed = CloseSurface(std::move(mesh), !options.fill, path);
+  const ClosedSurface closed = ReadSurface(path, options, report);
   report.surface = closed.report;
-  report.warnings.insert(report.warnings.end(), closed.report.repairs.begin(), closed.report.repairs.end());
   report.isolation = "none: the surface as it is";
   stages.Done("read");
   CheckEnclosed(closed.layers.front(), options.voxel_mm, path);

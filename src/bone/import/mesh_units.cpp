@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/core/number_text.h"
+#include "base/core/symmetric_eigen.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -20,15 +21,23 @@ struct Unit {
 };
 constexpr std::array<Unit, 5> kUnits{{{"mm", 1}, {"cm", 10}, {"m", 1000}, {"in", 25.4}, {"um", 1e-3}}};
 
-/// Range of a surface's largest side in mm that is accepted without a unit: a mandible measures up to 15 in cm, and a
+/// Range of a surface's largest side in mm that is accepted without a unit: a mandible measures 8 to 15 in cm, and a
 /// skull 250 in mm.
 constexpr double kMinSide_mm = 16;
 constexpr double kMaxSide_mm = 1000;
 
-/// A skull in cm measures 15 to 26 along its largest side and at least half of that along its smallest. Few pieces in
-/// mm have these proportions: a whole tooth is three times as long as thick.
-constexpr double kMaxSkull_cm = 26;
-constexpr double kSkullThickness = 0.5;
+/// Bones that in cm are as long as a piece of bone in mm: the range of their length, and the fractions of it within
+/// which their middle side (at most) and their smallest side (at least) lie.
+struct LargeBone {
+  const char* name;
+  double shortest_cm;
+  double longest_cm;
+  double middle;
+  double smallest;
+};
+/// Skulls are 15 to 26 cm long and at least half as thick, which few pieces in mm are. Humerus, tibia, fibula and femur
+/// are 28 to 52 cm long and at most 0.3 times as wide; whole teeth are shorter.
+constexpr std::array<LargeBone, 2> kLargeBones{{{"skull", 15, 26, 1, 0.5}, {"long bone", 28, 52, 0.3, 0}}};
 
 /// Maximum number of voxels within a surface: 2 litres at 0.1 mm, which take one core two minutes. No bone encloses
 /// that much.
@@ -39,6 +48,43 @@ constexpr double kTissueVoxel_mm = 0.2;
 std::string ShowSide(double side) {
   if (side >= 1e6) return "more than a million";
   return side < 1000 ? fmt::format("{:.3g}", side) : fmt::format("{:.0f}", side);
+}
+
+/// Returns the lengths of the surface along its principal axes, in increasing order.
+std::array<double, 3> CalcPrincipalSides(const TriangleMesh& mesh) {
+  Vec3 mean(0);
+  for (const Vec3& p : mesh.points) mean += p / static_cast<double>(mesh.points.size());
+  std::array<std::array<double, 3>, 3> scatter{};
+  for (const Vec3& p : mesh.points) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) scatter[i][j] += (p[i] - mean[i]) * (p[j] - mean[j]);
+    }
+  }
+  const SymmetricEigen eigen = CalcSymmetricEigen(scatter);
+  std::array<double, 3> sides{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    double lower = 0;
+    double upper = 0;
+    for (const Vec3& p : mesh.points) {
+      const double at = glm::dot(p - mean, eigen.vectors[a]);
+      lower = std::min(lower, at);
+      upper = std::max(upper, at);
+    }
+    sides[a] = upper - lower;
+  }
+  std::sort(sides.begin(), sides.end());
+  return sides;
+}
+
+/// Returns the name of the bone that the surface may be in cm, or null.
+const char* FindLargeBone(const TriangleMesh& mesh) {
+  const auto [smallest, middle, length] = CalcPrincipalSides(mesh);
+  for (const LargeBone& bone : kLargeBones) {
+    const bool fits = length >= bone.shortest_cm && length <= bone.longest_cm && middle <= bone.middle * length &&
+                      smallest >= bone.smallest * length;
+    if (fits) return bone.name;
+  }
+  return nullptr;
 }
 
 double MaxEnclosed_mm3(double voxel_mm) {
@@ -56,7 +102,7 @@ double CalcMmPerUnit(const std::string& unit) {
   throw Error(fmt::format("'{}' is not a unit of length; the units are {}", unit, names));
 }
 
-std::string ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::string& path) {
+void ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::string& path) {
   if (!unit.empty()) {
     const double mm = CalcMmPerUnit(unit);
     for (Vec3& p : mesh.points) p *= mm;
@@ -64,29 +110,35 @@ std::string ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::st
   Box3 box;
   for (const Vec3& p : mesh.points) box.Include(p);
   const double side = std::max({box.size().x, box.size().y, box.size().z});
-  if (side <= kMaxSide_mm && !unit.empty()) return "";
+  if (side <= kMaxSide_mm && !unit.empty()) return;
   if (side <= kMaxSide_mm && side >= kMinSide_mm) {
-    const double thickness = std::min({box.size().x, box.size().y, box.size().z});
-    if (side > kMaxSkull_cm || thickness < kSkullThickness * side) return "";
-    return fmt::format(
-        "the largest side of the surface is {}, which was taken as mm (a small piece); if it is a skull in cm, "
-        "import it with --units cm; if not, confirm mm with --units mm",
-        ShowSide(side));
+    const char* bone = FindLargeBone(mesh);
+    if (bone == nullptr) return;
+    const std::string why =
+        fmt::format("the largest side of the surface is {}, which may be a piece of {} mm or a {} of {} cm",
+                    ShowSide(side), ShowSide(side), bone, ShowSide(side));
+    throw UnclearUnit(fmt::format("{}: {}; give the unit of its coordinates: --units mm or --units cm", path, why), why,
+                      {"mm", "cm"});
   }
   std::vector<std::string> choices;
+  std::vector<std::string> units;
   for (const Unit& other : kUnits) {
     if (side * other.mm < kMinSide_mm || side * other.mm > kMaxSide_mm) continue;
     choices.push_back(fmt::format("--units {} (it is then {:.3g} mm)", other.name, side * other.mm));
+    units.emplace_back(other.name);
   }
-  if (side < kMinSide_mm) choices.emplace_back("--units mm to keep them unchanged");
+  if (side < kMinSide_mm) {
+    choices.emplace_back("--units mm to keep them unchanged");
+    units.emplace_back("mm");
+  }
   if (!unit.empty() || choices.empty()) {
     throw Error(fmt::format("{}: the largest side of the surface is {}; kerf imports up to {}", path,
                             FormatLength(side), FormatLength(kMaxSide_mm)));
   }
-  throw Error(
-      fmt::format("{}: the largest side of the surface is {}, which is unlikely for a bone in mm; give the unit of "
-                  "its coordinates: {}",
-                  path, ShowSide(side), fmt::join(choices, " or ")));
+  const std::string why =
+      fmt::format("the largest side of the surface is {}, which is unlikely for a bone in mm", ShowSide(side));
+  throw UnclearUnit(fmt::format("{}: {}; give the unit of its coordinates: {}", path, why, fmt::join(choices, " or ")),
+                    why, units);
 }
 
 void CheckEnclosed(const TriangleMesh& mesh, double voxel_mm, const std::string& path) {

@@ -20,6 +20,10 @@
 namespace kerf {
 namespace {
 
+/// Stands in the files that kerf writes. Their coordinates are mm, and SPACE= is as in files of 3D Slicer.
+constexpr std::string_view kUnitMark = "kerf surface, mm";
+constexpr std::string_view kHeader = "kerf surface, mm SPACE=LPS";
+
 [[noreturn]] void FailExtension(const std::string& path) {
   throw Error(fmt::format("{}: a surface's name must end in .stl, .obj or .ply", path));
 }
@@ -56,7 +60,13 @@ TriangleMesh Tidy(const TriangleMesh& raw, const std::string& path) {
     const std::array<std::uint32_t, 3> tidy{id_of(t[0]), id_of(t[1]), id_of(t[2])};
     if (tidy[0] != tidy[1] && tidy[1] != tidy[2] && tidy[2] != tidy[0]) mesh.triangles.push_back(tidy);
   }
-  if (mesh.triangles.empty()) throw Error(fmt::format("{}: contains no triangles", path));
+  if (mesh.triangles.empty()) {
+    throw Error(fmt::format(
+        "{}: contains {}", path,
+        raw.triangles.empty() && !raw.points.empty()
+            ? "points but no triangles; a point cloud can't be imported: make a surface of it in a mesh program"
+            : "no triangles"));
+  }
   return mesh;
 }
 
@@ -64,7 +74,7 @@ TriangleMesh Tidy(const TriangleMesh& raw, const std::string& path) {
 std::string FormatObj(const TriangleMesh& mesh) {
   fmt::memory_buffer text;
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "# kerf surface, mm\n");
+  fmt::format_to(out, "# {}\n", kHeader);
   for (const Vec3& p : mesh.points) {
     fmt::format_to(out, "v {} {} {}\n", static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z));
   }
@@ -91,11 +101,12 @@ bool IsOne(const Vec3& a, const Vec3& b) {
   return is_same(a.x, b.x) && is_same(a.y, b.y) && is_same(a.z, b.z);
 }
 
-/// Formats a binary STL with the same bytes as VTK's writer. Triangles of which two corners are one point are left out:
-/// an STL has no points of its own, and programs that join equal corners would find edges of more than two triangles.
+/// Formats a binary STL with the same bytes behind the header as VTK's writer. Triangles of which two corners are one
+/// point are left out: an STL has no points of its own, and programs that join equal corners would find edges of more
+/// than two triangles.
 std::string FormatStl(const TriangleMesh& mesh) {
   constexpr std::size_t kHeaderBytes = 80;
-  std::string bytes = "Visualization Toolkit generated SLA File";
+  std::string bytes(kHeader);
   bytes.reserve(kHeaderBytes + 4 + 50 * mesh.triangles.size());
   bytes.resize(kHeaderBytes + 4);
   std::uint32_t count = 0;
@@ -118,10 +129,9 @@ std::string FormatStl(const TriangleMesh& mesh) {
 /// Formats a binary PLY. `point_colours`: empty, or one for each point.
 std::string FormatPly(const TriangleMesh& mesh, const std::vector<Rgb8>& point_colours) {
   std::string text = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment VTK generated PLY File\nobj_info vtkPolyData points and polygons: "
-      "vtk4.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n{}element face {}\n"
-      "property list uchar int vertex_indices\nend_header\n",
-      mesh.points.size(),
+      "ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\nproperty float x\nproperty float y\n"
+      "property float z\n{}element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      kHeader, mesh.points.size(),
       point_colours.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n",
       mesh.triangles.size());
   text.reserve(text.size() + 15 * mesh.points.size() + 13 * mesh.triangles.size());
@@ -152,13 +162,39 @@ std::string WithSeparators(std::uint64_t count) {
   return text;
 }
 
-TriangleMesh ReadMesh(const std::string& path) {
+void ReadComment(std::string_view text, MeshFile& file) {
+  constexpr std::string_view kKey = "SPACE=";
+  const auto is_border = [](char c) { return c == ' ' || c == '\t' || c == '\0' || c == '\r'; };
+  if (file.unit.empty() && text.find(kUnitMark) != text.npos) file.unit = "mm";
+  for (std::size_t at = text.find(kKey); at != text.npos && file.space.empty(); at = text.find(kKey, at + 1)) {
+    const std::string_view value = text.substr(at + kKey.size());
+    const bool is_word = (at == 0 || is_border(text[at - 1])) && (value.size() <= 3 || is_border(value[3]));
+    if (is_word && (value.starts_with("RAS") || value.starts_with("LPS"))) file.space = value.substr(0, 3);
+  }
+}
+
+MeshFile ReadMeshFile(const std::string& path) {
   const std::string extension = LowerExtension(path);
   if (extension != ".stl" && extension != ".obj" && extension != ".ply") FailExtension(path);
   const std::string bytes = ReadTextFile(path, kMaxMeshFileBytes);
-  if (extension == ".stl") return Tidy(ReadStl(bytes, path), path);
-  if (extension == ".obj") return Tidy(ReadObj(bytes, path), path);
-  return Tidy(ReadPly(bytes, path), path);
+  MeshFile file = extension == ".stl"   ? ReadStl(bytes, path)
+                  : extension == ".obj" ? ReadObj(bytes, path)
+                                        : ReadPly(bytes, path);
+  file.mesh = Tidy(file.mesh, path);
+  return file;
+}
+
+void TurnToLps(MeshFile& file) {
+  if (file.space != "RAS") return;
+  for (Vec3& p : file.mesh.points) p = Vec3(-p.x, -p.y, p.z) + 0.0;  // + 0.0: no negative zeros
+  file.space = "LPS";
+  file.notes.emplace_back("the file says SPACE=RAS, so x and y were turned to LPS");
+}
+
+TriangleMesh ReadMesh(const std::string& path) {
+  MeshFile file = ReadMeshFile(path);
+  TurnToLps(file);
+  return std::move(file.mesh);
 }
 
 void WriteMesh(const TriangleMesh& mesh, const std::string& path) {

@@ -6,13 +6,15 @@
 #include <cstring>
 #include <optional>
 
+#include "base/core/foreign_format.h"
 #include "bone/mesh/read.h"
+#include "bone/mesh/words.h"
 #include "kerf/error.h"
 
 namespace kerf {
 namespace {
 
-enum class Type { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
+enum class Type { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kInt64, kUint64, kFloat, kDouble };
 
 std::optional<Type> TypeFromName(std::string_view name) {
   if (name == "char" || name == "int8") return Type::kInt8;
@@ -21,6 +23,8 @@ std::optional<Type> TypeFromName(std::string_view name) {
   if (name == "ushort" || name == "uint16") return Type::kUint16;
   if (name == "int" || name == "int32") return Type::kInt32;
   if (name == "uint" || name == "uint32") return Type::kUint32;
+  if (name == "int64") return Type::kInt64;
+  if (name == "uint64") return Type::kUint64;
   if (name == "float" || name == "float32") return Type::kFloat;
   if (name == "double" || name == "float64") return Type::kDouble;
   return std::nullopt;
@@ -38,6 +42,8 @@ std::size_t SizeOf(Type type) {
     case Type::kUint32:
     case Type::kFloat:
       return 4;
+    case Type::kInt64:
+    case Type::kUint64:
     case Type::kDouble:
       return 8;
   }
@@ -92,7 +98,8 @@ class Body {
     double value = 0;
     const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc() || stop != word.data() + word.size()) {
-      throw Error(fmt::format("{}: expected a number in the PLY, but found '{}'", path_, word));
+      throw Error(fmt::format("{}: expected a number in the PLY, but found '{}'{}", path_, word.substr(0, 40),
+                              DescribeForeignNumber(word)));
     }
     return value;
   }
@@ -124,6 +131,10 @@ class Body {
         return Take<std::int32_t>();
       case Type::kUint32:
         return Take<std::uint32_t>();
+      case Type::kInt64:
+        return Take<std::int64_t>();
+      case Type::kUint64:
+        return Take<std::uint64_t>();
       case Type::kFloat:
         return Take<float>();
       case Type::kDouble:
@@ -148,12 +159,17 @@ std::vector<std::string> SplitWords(std::string_view line) {
   return words;
 }
 
-// Parses the header and removes it from `bytes`.
-Header TakeHeader(std::string_view& bytes, const std::string& path) {
+// Parses the header and removes it from `bytes`. Its lines end in LF or CR LF, or all of them in CR.
+Header TakeHeader(std::string_view& bytes, const std::string& path, MeshFile& file) {
   Header header;
   bool format_seen = false;
+  const std::size_t first_end = bytes.find_first_of("\r\n");
+  const char line_end =
+      bytes.substr(std::min(first_end, bytes.size())).starts_with("\r") && !bytes.substr(first_end).starts_with("\r\n")
+          ? '\r'
+          : '\n';
   for (std::size_t number = 1;; ++number) {
-    const std::size_t end = bytes.find('\n');
+    const std::size_t end = bytes.find(line_end);
     if (end == std::string_view::npos) throw Error(fmt::format("{}: the PLY header has no 'end_header'", path));
     const std::string_view line = bytes.substr(0, end);
     bytes.remove_prefix(end + 1);
@@ -165,7 +181,10 @@ Header TakeHeader(std::string_view& bytes, const std::string& path) {
       if (words != std::vector<std::string>{"ply"}) throw Error(fmt::format("{}: not a PLY file", path));
       continue;
     }
-    if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
+    if (words.empty() || words[0] == "comment" || words[0] == "obj_info") {
+      ReadComment(line, file);
+      continue;
+    }
     if (words[0] == "end_header") break;
     if (words[0] == "format" && words.size() == 3) {
       if (words[1] == "ascii")
@@ -195,11 +214,26 @@ Header TakeHeader(std::string_view& bytes, const std::string& path) {
   return header;
 }
 
-void ReadVertices(const Element& element, Body& body, TriangleMesh& mesh) {
+// Reads the length of a list; throws if it has more values than the rest of the file has bytes.
+std::uint64_t ReadLength(const Property& property, const Element& element, std::uint64_t row, Body& body,
+                         const std::string& path) {
+  const double length = body.Next(*property.count);
+  if (!(length >= 0) || length > static_cast<double>(body.size())) {
+    throw Error(fmt::format("{}: {} {} states a list of {} values, more than the file contains", path, element.name,
+                            row + 1, length));
+  }
+  return static_cast<std::uint64_t>(length);
+}
+
+void ReadVertices(const Element& element, Body& body, const std::string& path, TriangleMesh& mesh) {
   mesh.points.reserve(element.count);
   for (std::uint64_t row = 0; row < element.count; ++row) {
     Vec3 p{0};
     for (const Property& property : element.properties) {
+      if (property.count) {
+        for (std::uint64_t n = ReadLength(property, element, row, body, path); n > 0; --n) body.Next(property.type);
+        continue;
+      }
       const double value = body.Next(property.type);
       if (property.name == "x") p.x = value;
       if (property.name == "y") p.y = value;
@@ -209,41 +243,56 @@ void ReadVertices(const Element& element, Body& body, TriangleMesh& mesh) {
   }
 }
 
-bool IsFaceList(const Property& property) {
-  return property.count && (property.name == "vertex_indices" || property.name == "vertex_index");
+// Adds the triangles of a strip, in which every other one is turned over; -1 ends a strip.
+void AddStrip(const std::vector<std::int64_t>& strip, TriangleMesh& mesh) {
+  std::size_t first = 0;
+  for (std::size_t n = 0; n < strip.size(); ++n) {
+    if (strip[n] < 0) first = n + 1;
+    if (n < first + 2) continue;
+    const auto at = [&strip](std::size_t i) { return static_cast<std::uint32_t>(strip[i]); };
+    const bool is_turned = (n - first) % 2 == 1;
+    mesh.triangles.push_back({at(n - (is_turned ? 1 : 2)), at(n - (is_turned ? 2 : 1)), at(n)});
+  }
 }
 
-// Reads the rows of an element; each list of point indices in a face becomes a triangle fan.
-void ReadRows(const Element& element, bool is_face, Body& body, const std::string& path, TriangleMesh& mesh) {
+// Reads the rows of an element. Lists of point indices of an element 'face' are faces, those of 'tristrips' are strips
+// of triangles; all else is ignored.
+void ReadRows(const Element& element, Body& body, const std::string& path, TriangleMesh& mesh) {
+  const bool is_strip = element.name == "tristrips";
+  std::vector<std::int64_t> strip;
+  std::vector<std::uint32_t> corners;
   for (std::uint64_t row = 0; row < element.count; ++row) {
     for (const Property& property : element.properties) {
       if (!property.count) {
         body.Next(property.type);
         continue;
       }
-      const double length = body.Next(*property.count);
-      if (!(length >= 0) || length > static_cast<double>(body.size())) {
-        throw Error(fmt::format("{}: {} {} states a list of {} values, more than the file contains", path, element.name,
-                                row + 1, length));
-      }
-      const bool wanted = is_face && IsFaceList(property);
-      if (wanted && length < 3)
+      const std::uint64_t length = ReadLength(property, element, row, body, path);
+      const bool is_wanted = (is_strip || element.name == "face") &&
+                             (property.name == "vertex_indices" || property.name == "vertex_index");
+      if (is_wanted && !is_strip && length < 3) {
         throw Error(fmt::format("{}: face {} has {} points; at least three are required", path, row + 1, length));
-      if (wanted) CheckTriangles(mesh.triangles.size() + static_cast<std::size_t>(length) - 2, path);
-      std::uint32_t first = 0;
-      std::uint32_t previous = 0;
-      for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(length); ++i) {
+      }
+      if (is_wanted && length > 2) CheckTriangles(mesh.triangles.size() + static_cast<std::size_t>(length) - 2, path);
+      strip.clear();
+      for (std::uint64_t i = 0; i < length; ++i) {
         const double index = body.Next(property.type);
-        if (!wanted) continue;
-        if (!(index >= 0) || index >= static_cast<double>(mesh.points.size()) || index != std::floor(index)) {
-          throw Error(fmt::format("{}: face {} uses point {}, but {}", path, row + 1, index,
+        if (!is_wanted) continue;
+        const bool is_end = is_strip && index == -1;
+        if (!is_end &&
+            (!(index >= 0) || index >= static_cast<double>(mesh.points.size()) || index != std::floor(index))) {
+          throw Error(fmt::format("{}: {} {} uses point {}, but {}", path, is_strip ? "strip" : "face", row + 1, index,
                                   mesh.points.empty() ? "no points are defined before it"
                                                       : fmt::format("the points are 0 to {}", mesh.points.size() - 1)));
         }
-        const auto id = static_cast<std::uint32_t>(index);
-        if (i >= 2) mesh.triangles.push_back({first, previous, id});
-        if (i == 0) first = id;
-        previous = id;
+        strip.push_back(static_cast<std::int64_t>(index));
+      }
+      if (!is_wanted) continue;
+      if (is_strip) {
+        AddStrip(strip, mesh);
+      } else {
+        corners.assign(strip.begin(), strip.end());
+        AddFace(corners, path, mesh);
       }
     }
   }
@@ -251,10 +300,11 @@ void ReadRows(const Element& element, bool is_face, Body& body, const std::strin
 
 }  // namespace
 
-TriangleMesh ReadPly(std::string_view bytes, const std::string& path) {
-  const Header header = TakeHeader(bytes, path);
+MeshFile ReadPly(std::string_view bytes, const std::string& path) {
+  bytes = SkipByteOrderMark(bytes);
+  MeshFile file;
+  const Header header = TakeHeader(bytes, path, file);
   Body body(bytes, header.format, path);
-  TriangleMesh mesh;
   for (const Element& element : header.elements) {
     // A count that needs more bytes than there are is refused before memory is allocated.
     const std::uint64_t row = body.SmallestRow(element);
@@ -270,16 +320,12 @@ TriangleMesh ReadPly(std::string_view bytes, const std::string& path) {
     };
     if (element.name == "vertex") {
       if (!has("x") || !has("y") || !has("z")) throw Error(fmt::format("{}: the PLY's points lack x, y or z", path));
-      if (std::any_of(element.properties.begin(), element.properties.end(),
-                      [](const Property& p) { return p.count.has_value(); })) {
-        throw Error(fmt::format("{}: PLY points with lists are not supported", path));
-      }
-      ReadVertices(element, body, mesh);
+      ReadVertices(element, body, path, file.mesh);
     } else {
-      ReadRows(element, element.name == "face", body, path, mesh);
+      ReadRows(element, body, path, file.mesh);
     }
   }
-  return mesh;
+  return file;
 }
 
 }  // namespace kerf

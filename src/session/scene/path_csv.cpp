@@ -9,6 +9,7 @@
 #include <optional>
 #include <string_view>
 
+#include "base/core/foreign_format.h"
 #include "base/toml/faults.h"
 #include "kerf/error.h"
 #include "session/scene/schema.h"
@@ -19,6 +20,7 @@ namespace {
 constexpr std::size_t kColumns = 8;
 constexpr std::array<std::string_view, kColumns> kHeader{"time_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"};
 constexpr std::string_view kHeaderLine = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz";
+constexpr std::size_t kMaxLine = 1000;  // characters of a line in which the reason of a fault is searched
 constexpr double kUnitTolerance = 1e-3;
 /// Minimum time between two rows; rows that are closer indicate a fault of the recording. Far above the rounding errors
 /// of times within kMaxDuration_s.
@@ -75,12 +77,12 @@ class PathParser {
   void Line(int number, std::string_view line) {
     if (Trim(line, 0, line.size()).text.empty() || line.front() == '#') return;
     const std::vector<Field> fields = Split(line);
-    if (!header_seen_) return Header(number, fields);
+    if (!header_seen_) return Header(number, line, fields);
     if (fields.size() != kColumns) {
-      return Fault(
-          number, 1,
-          fmt::format("{} columns; a row has 8: {}",
-                      fields.size() > kColumns ? "more than 8" : fmt::format("{}", fields.size()), kHeaderLine));
+      return Fault(number, 1,
+                   fmt::format("{} columns; a row has 8: {}{}",
+                               fields.size() > kColumns ? "more than 8" : fmt::format("{}", fields.size()), kHeaderLine,
+                               DescribeForeignTable(line.substr(0, kMaxLine))));
     }
     std::array<double, kColumns> row{};
     bool good = true;
@@ -88,7 +90,8 @@ class PathParser {
       const std::optional<double> value = ParseNumber(fields[i].text);
       if (!value) {
         Fault(number, fields[i].column,
-              fmt::format("{} = {} is not a finite number", kHeader[i], Show(fields[i].text)));
+              fmt::format("{} = {} is not a finite number{}", kHeader[i], Show(fields[i].text),
+                          DescribeForeignNumber(fields[i].text)));
         good = false;
       } else if (i >= 1 && i <= 3 && !kCoordinateRange_mm.Contains(*value)) {
         Fault(number, fields[i].column,
@@ -119,12 +122,15 @@ class PathParser {
   bool too_many_faults() const { return faults_.full(); }
 
  private:
-  void Header(int number, const std::vector<Field>& fields) {
+  void Header(int number, std::string_view line, const std::vector<Field>& fields) {
     header_seen_ = true;
     const bool same =
         fields.size() == kColumns && std::equal(fields.begin(), fields.end(), kHeader.begin(),
                                                 [](const Field& f, std::string_view h) { return f.text == h; });
-    if (!same) Fault(number, 1, fmt::format("the header must be {}", kHeaderLine));
+    if (!same) {
+      Fault(number, 1,
+            fmt::format("the header must be {}{}", kHeaderLine, DescribeForeignTable(line.substr(0, kMaxLine))));
+    }
   }
 
   void Row(int number, const std::vector<Field>& fields, const std::array<double, kColumns>& row) {

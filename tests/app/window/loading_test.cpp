@@ -171,6 +171,19 @@ TEST(OpenInput, TheCaseOfAnExtensionDoesNotMatter) {
   }
 }
 
+TEST(CheckInput, TakesFilesOfDicomWithAnyName) {
+  const test::Folder folder;
+  const std::string dicom = std::string(128, '\0') + "DICM";
+  for (const char* name : {"scan.dcm", "SCAN.DCM", "IM0001", "DICOMDIR", "1.2.840.113619"}) {
+    test::WriteBytes(folder.file(name), dicom);
+    EXPECT_NO_THROW(CheckInput(folder.file(name))) << name;
+  }
+  test::WriteBytes(folder.file("scan.zip"), "PK");
+  EXPECT_NO_THROW(CheckInput(folder.file("scan.zip")));
+  test::WriteBytes(folder.file("notes"), "text");
+  EXPECT_THAT(test::MessageOf([&] { CheckInput(folder.file("notes")); }), testing::HasSubstr("unknown file type"));
+}
+
 /// Returns the CT numbers of a test: different at each point.
 double TestHu(const Vec3& p_W) {
   return 500 + 40 * p_W.x - 25 * p_W.y + 10 * p_W.z;

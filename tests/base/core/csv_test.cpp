@@ -6,6 +6,8 @@
 #include <random>
 #include <string>
 
+#include "support/message_of.h"
+
 namespace kerf {
 namespace {
 
@@ -45,6 +47,30 @@ TEST(Csv, EachFieldReadsBack) {
     const std::string field = FormatCsvField(text);
     ASSERT_EQ(ReadBack(field), text) << field;
   }
+}
+
+TEST(Csv, TablesOfForeignSpreadsheetsAreNamed) {
+  const auto message = [](const std::string& text) {
+    return test::MessageOf([&] {
+      ReadCsv(text, "t.csv", {"name", "width_mm"}, [](const std::vector<std::string>& fields, const CsvPlace& place) {
+        ParseCsvNumber(fields[1], 0, "width_mm", place);
+      });
+    });
+  };
+  EXPECT_EQ(message("name;width_mm\na;1,5\n"),
+            "t.csv:1: unknown column \"name;width_mm\"; the columns are name,width_mm; the columns are separated by "
+            "semicolons: save the table again with commas and decimal points");
+  EXPECT_TRUE(message("name\twidth_mm\na\t1.5\n").find("separated by tabs: save the table again") != std::string::npos);
+  EXPECT_EQ(
+      message("name,width_mm\na,1,5\n"),
+      "t.csv:2: 3 fields instead of 2; a field with a comma must be in double quotes; if the numbers have decimal "
+      "commas, save the table again with decimal points");
+  EXPECT_EQ(message("name,width_mm\na,b,c\n"),
+            "t.csv:2: 3 fields instead of 2; a field with a comma must be in double quotes");
+  EXPECT_EQ(message("name,width_mm\na,\"1,5\"\n"),
+            "t.csv:2: width_mm = \"1,5\" is not a number; its numbers have a decimal comma instead of a point: export "
+            "the file again with English number format");
+  EXPECT_EQ(message("name,width_mm\na,x\n"), "t.csv:2: width_mm = \"x\" is not a number");
 }
 
 }  // namespace

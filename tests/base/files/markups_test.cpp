@@ -55,6 +55,10 @@ TEST(Markups, OtherFilesThanPointListsAreRefused) {
   EXPECT_THAT(message(List("LPS", R"({"position": [1, 2]})")),
               HasSubstr("control point 1 has no position with three coordinates"));
   EXPECT_THAT(message(List("LPS", R"({"position": [1, 2, "x"]})")), HasSubstr("has a coordinate that is not a number"));
+  EXPECT_THAT(message(List("LPS", R"({"position": [1,5, 2,5, 3,0]})")),
+              HasSubstr("three coordinates; if they have decimal commas, write decimal points"));
+  EXPECT_THAT(message(List("LPS", R"({"position": ["1,5", "2,5", "3"]})")),
+              HasSubstr("is not a number; its numbers have a decimal comma instead of a point"));
 }
 
 TEST(Markups, CurvesAreJoinedAndPointsAreNot) {

@@ -16,6 +16,7 @@ namespace {
 
 using test::Folder;
 using test::MessageOf;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -56,10 +57,17 @@ ImportOptions Coarse() {
   return options;
 }
 
+// Writes an STL with `header`, as other programs do.
+void WriteForeignStl(const TriangleMesh& mesh, std::string header, const std::string& path) {
+  WriteMesh(mesh, path);
+  header.resize(80);
+  test::WriteBytes(path, header + test::ReadBytes(path).substr(80));
+}
+
 // Returns the volume of the imported mesh, mm^3. Level sets chamfer edges slightly: 0.1 % of these volumes.
 double ImportVolume(const TriangleMesh& mesh, const ImportOptions& options, ImportReport* report = nullptr) {
   const Folder folder;
-  WriteMesh(mesh, folder.file("a.stl"));
+  WriteForeignStl(mesh, "", folder.file("a.stl"));
   const ImportResult result = Import(folder.file("a.stl"), options);
   if (report != nullptr) *report = result.report;
   return result.report.solid_mm3;
@@ -239,19 +247,100 @@ TEST(SurfaceUnits, AreRequiredIfMillimetresAreImplausible) {
             "'feet' is not a unit of length; the units are mm, cm, m, in, um");
 }
 
-TEST(SurfaceUnits, PossibleSkullInCentimetresCausesAWarning) {
-  const auto warning = [](const Vec3& size, const std::string& unit) {
+TEST(SurfaceUnits, AreAskedForIfMillimetresAndCentimetresArePlausible) {
+  const auto message = [](const Vec3& size, const std::string& unit, const glm::dmat3& turn = glm::dmat3(1)) {
     TriangleMesh box;
-    for (int c = 0; c < 8; ++c) box.points.push_back(size * Vec3(c >> 2 & 1, c >> 1 & 1, c & 1));
-    return ScaleToMm(box, unit, "a.stl");
+    for (int c = 0; c < 8; ++c) box.points.push_back(turn * (size * Vec3(c >> 2 & 1, c >> 1 & 1, c & 1)));
+    return MessageOf([&] { ScaleToMm(box, unit, "a.stl"); });
   };
-  EXPECT_THAT(warning({14, 18, 16}, ""),
-              HasSubstr("is 18, which was taken as mm (a small piece); if it is a skull in cm"));
-  EXPECT_EQ(warning({14, 18, 16}, "mm"), "");
-  EXPECT_EQ(warning({14, 18, 16}, "cm"), "");
-  EXPECT_EQ(warning({8, 7, 22}, ""), "");       // a tooth
-  EXPECT_EQ(warning({118, 87, 77}, ""), "");    // a mandible
-  EXPECT_EQ(warning({140, 180, 160}, ""), "");  // a skull in mm
+  // A skull in cm was read as a small piece in mm, with a warning; the bone was then 1000 times too small.
+  EXPECT_EQ(message({14, 18, 16}, ""),
+            "a.stl: the largest side of the surface is 18, which may be a piece of 18 mm or a skull of 18 cm; give the "
+            "unit of its coordinates: --units mm or --units cm");
+  EXPECT_THAT(message({3, 38, 2.5}, ""), HasSubstr("is 38, which may be a piece of 38 mm or a long bone of 38 cm"));
+  EXPECT_THAT(message({9, 45, 10}, ""), HasSubstr("a long bone of 45 cm"));  // a femur
+  // A fibula in an oblique position is still one.
+  const glm::dmat3 oblique(glm::dvec3(1, 2, 2) / 3.0, glm::dvec3(2, 1, -2) / 3.0, glm::dvec3(2, -2, 1) / 3.0);
+  EXPECT_THAT(message({3, 38, 2.5}, "", oblique), HasSubstr("or a long bone of"));
+  TriangleMesh tiny = Boxes({{3, false}});
+  try {
+    ScaleToMm(tiny, "", "a.stl");
+    FAIL() << "no error";
+  } catch (const UnclearUnit& e) {
+    EXPECT_THAT(e.units(), ElementsAre("cm", "in", "mm"));
+    EXPECT_EQ(e.why(), "the largest side of the surface is 3, which is unlikely for a bone in mm");
+  }
+  for (const char* unit : {"mm", "cm"}) {
+    EXPECT_EQ(message({14, 18, 16}, unit), "");
+    EXPECT_EQ(message({3, 38, 2.5}, unit), "");
+  }
+  EXPECT_EQ(message({8, 7, 22}, ""), "");       // a tooth
+  EXPECT_EQ(message({14, 38, 13}, ""), "");     // a segment of a fibula in mm
+  EXPECT_EQ(message({20, 12, 9}, ""), "");      // a piece of bone
+  EXPECT_EQ(message({118, 87, 77}, ""), "");    // a mandible
+  EXPECT_EQ(message({140, 180, 160}, ""), "");  // a skull in mm
+  EXPECT_EQ(message({30, 380, 25}, ""), "");    // a fibula in mm
+}
+
+TEST(SurfaceUnits, OfSurfacesThatKerfWroteAreKnown) {
+  TriangleMesh splinter;
+  AddBox(splinter, 3, false);
+  for (Vec3& p : splinter.points) p.z *= 12.6;  // 38 mm long
+  const Folder folder;
+  for (const char* name : {"a.stl", "a.obj", "a.ply"}) {
+    WriteMesh(splinter, folder.file(name));
+    EXPECT_NEAR(Import(folder.file(name), Coarse()).report.solid_mm3, 9 * 37.8, 9) << name;
+    // --units wins. The bone is then too large for these voxels.
+    ImportOptions metres = Coarse();
+    metres.mesh_units = "m";
+    EXPECT_THAT(MessageOf([&] { Import(folder.file(name), metres); }), HasSubstr("kerf imports up to 1000 mm"));
+  }
+  EXPECT_THAT(MessageOf([&] { ImportVolume(splinter, Coarse()); }), HasSubstr("--units mm or --units cm"));
+}
+
+TEST(SurfaceFrame, IsThatOfTheFileUnlessAnotherIsStated) {
+  // A box with x from 0 to 20, y from 0 to 12 and z from 0 to 9.
+  TriangleMesh box;
+  AddBox(box, 1, false, Vec3(0.5));
+  for (Vec3& p : box.points) p *= Vec3(20, 12, 9);
+  const Folder folder;
+  const auto import = [&](const std::string& header, const std::string& frame) {
+    WriteForeignStl(box, header, folder.file("a.stl"));
+    ImportOptions options = Coarse();
+    options.frame = frame;
+    ImportResult result = Import(folder.file("a.stl"), options);
+    EXPECT_NEAR(result.report.solid_mm3, 20 * 12 * 9, 20);
+    return result;
+  };
+  const auto corner = [&](const std::string& header, const std::string& frame) {
+    return import(header, frame).report.box.lower;
+  };
+  const auto is_near = [](const Vec3& a, const Vec3& b) { return glm::length(a - b) < 0.01; };
+  EXPECT_TRUE(is_near(corner("made by x", ""), Vec3(0)));
+  EXPECT_TRUE(is_near(corner("3D Slicer output. SPACE=LPS", ""), Vec3(0)));
+  EXPECT_TRUE(is_near(corner("3D Slicer output. SPACE=RAS", ""), Vec3(-20, -12, 0)));
+  EXPECT_TRUE(is_near(corner("3D Slicer output. SPACE=RAS", "LPS"), Vec3(0)));
+  EXPECT_TRUE(is_near(corner("3D Slicer output. SPACE=RAS", "RAS"), Vec3(-20, -12, 0)));
+  EXPECT_THAT(import("SPACE=LPS", "").report.warnings, IsEmpty());
+  EXPECT_THAT(import("SPACE=RAS", "RAS").report.warnings, IsEmpty());
+  EXPECT_THAT(import("SPACE=RAS", "LPS").report.warnings,
+              ElementsAre("the file says SPACE=RAS, but was read as LPS because of --frame"));
+  const ImportResult turned = import("SPACE=RAS", "");
+  const std::string said = "the file says SPACE=RAS, so x and y were turned to LPS";
+  EXPECT_THAT(turned.report.warnings, ElementsAre(said));
+  EXPECT_THAT(turned.bone.notes().at("import_warnings"), HasSubstr(said));
+}
+
+TEST(SurfaceFaults, WhatWasFoundWhileReadingIsPartOfTheMessage) {
+  const Folder folder;
+  WriteForeignStl(Boxes({{30, false}}), "", folder.file("a.stl"));
+  std::string bytes = test::ReadBytes(folder.file("a.stl"));
+  bytes.resize(bytes.size() - 100);  // without the last two triangles
+  test::WriteBytes(folder.file("a.stl"), bytes);
+  EXPECT_THAT(
+      MessageOf([&] { Import(folder.file("a.stl"), Coarse()); }),
+      AllOf(HasSubstr("the surface is not closed"), HasSubstr("; the STL states 12 triangles, but its length is "
+                                                              "that of 10; it was read by its length")));
 }
 
 TEST(SurfaceSize, TooLargeVolumeIsRefusedBeforeVoxelisation) {

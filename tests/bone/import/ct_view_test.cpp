@@ -186,5 +186,16 @@ TEST(CtView, SliceOfTheWholeScanHasTheGreysOfItsNumbers) {
   }
 }
 
+TEST(CtView, ValuesFromAThresholdOnAreTinted) {
+  // The edge of the ball is blurred over a voxel, so half its value is met at its radius.
+  const Volume ct = ObliqueBall();
+  const CtView view = SliceVolume(ct, CtAxis::kZ, kBall_W.z, {.level_HU = 0, .width_HU = 3000, .tinted_from = 500});
+  const Spot spot = FindBone(view);
+  const double mm2 = std::numbers::pi * kRadius_mm * kRadius_mm;
+  EXPECT_NEAR(spot.across, kBall_W.x, 0.1);
+  EXPECT_NEAR(spot.mm2, mm2, 2 * std::numbers::pi * kRadius_mm * 0.1 + 1);
+  for (const Rgb8& p : SliceVolume(ct, CtAxis::kZ, kBall_W.z, {}).pixels) ASSERT_TRUE(p[0] == p[1] && p[1] == p[2]);
+}
+
 }  // namespace
 }  // namespace kerf

@@ -82,6 +82,26 @@ TEST(HuCheck, CtWithoutItsOffsetIsRecognised) {
   EXPECT_EQ(CheckHu(crop, kIso, ""), "");
 }
 
+TEST(HuCheck, ImportShowsTheCtForWhichAThresholdIsWanted) {
+  const Folder folder;
+  test::WriteNrrd(Shifted(Head(), 1024), folder.file("a.nrrd"));
+  ImportOptions options;
+  std::shared_ptr<const Volume> shown;
+  options.take_ct = [&shown](std::shared_ptr<const Volume> ct) { shown = std::move(ct); };
+  try {
+    Import(folder.file("a.nrrd"), options);
+    FAIL() << "no error";
+  } catch (const NotHu& e) {
+    // Air lies at 24, soft tissue at 1064 and bone at 1324 and more, by up to 20 each.
+    EXPECT_GT(e.proposed_iso(), 1084);
+    EXPECT_LE(e.proposed_iso(), 1324);
+    EXPECT_THAT(e.why(), testing::StartsWith("this is a CT without its offset"));
+    EXPECT_EQ(CheckHu(*shown, e.proposed_iso(), "a.nrrd"), e.why());
+  }
+  ASSERT_NE(shown, nullptr);
+  EXPECT_EQ(shown->hu.size(), 64000u);
+}
+
 TEST(RealData, HuCheckAcceptsARealScanOnlyWithItsOffset) {
   const std::string head = std::string(KERF_TEST_DATA) + "/visible_human_female/vhf_head_hu_int16_250x250x234.nrrd";
   if (!std::filesystem::exists(head)) GTEST_SKIP() << "not found: " << head;

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,12 +7,14 @@
 #include <fstream>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 #include <limits>
 #include <numbers>
 
 #include "base/files/files.h"
 #include "bone/mesh/decimate.h"
 #include "bone/mesh/meshfile.h"
+#include "bone/mesh/read.h"
 #include "kerf/error.h"
 #include "support/folder.h"
 #include "test_paths.h"
@@ -20,8 +23,11 @@ namespace kerf {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::ElementsAre;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
 
 // Returns a closed sphere of triangles by longitude and latitude, facing outward.
 TriangleMesh MakeSphere(double radius_mm, int rings, const Vec3& centre) {
@@ -54,7 +60,7 @@ TriangleMesh MakeTetrahedron() {
   return {{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
 }
 
-class MeshFile : public ::testing::Test {
+class MeshFiles : public ::testing::Test {
  protected:
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
   std::string ReadMessage(const std::string& name, const std::string& content) const {
@@ -67,7 +73,7 @@ class MeshFile : public ::testing::Test {
   std::string folder_ = own_.path();
 };
 
-TEST_F(MeshFile, EveryFormatGivesBackTheSameClosedSurface) {
+TEST_F(MeshFiles, EveryFormatGivesBackTheSameClosedSurface) {
   // The sphere is far from the origin, so that coordinates need all digits of a float.
   const TriangleMesh sphere = MakeSphere(30, 40, {-123.456789, 456.789123, 78.9});
   ASSERT_EQ(CountOpenEdges(sphere), 0u);
@@ -92,30 +98,7 @@ TEST_F(MeshFile, EveryFormatGivesBackTheSameClosedSurface) {
   }
 }
 
-TEST_F(MeshFile, TextStlIsReadAndAgreesWithTheBinaryOne) {
-  const TriangleMesh tetrahedron = MakeTetrahedron();
-  std::string text = "solid tetrahedron\n";
-  for (const auto& t : tetrahedron.triangles) {
-    text += " facet normal 0 0 1\n  outer loop\n";
-    for (const auto id : t) {
-      const Vec3& p = tetrahedron.points[id];
-      text += "   vertex " + std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) + "\n";
-    }
-    text += "  endloop\n endfacet\n";
-  }
-  WriteTextFile(Path("t.stl"), text + "endsolid tetrahedron\n");
-  const TriangleMesh mesh = ReadMesh(Path("t.stl"));
-  EXPECT_EQ(mesh.points.size(), 4u);
-  EXPECT_EQ(CountOpenEdges(mesh), 0u);
-  EXPECT_DOUBLE_EQ(CalcEnclosedVolume(mesh), 8.0 / 6);
-  EXPECT_THAT(ReadMessage("cut.stl", text), EndsWith("cut.stl: the text STL has no 'endsolid'; it is cut off"));
-  text.erase(text.rfind("vertex"), 20);
-  ::testing::internal::CaptureStderr();
-  EXPECT_THAT(ReadMessage("bad.stl", text + "endsolid tetrahedron\n"), HasSubstr("bad.stl: not a valid text STL"));
-  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");  // VTK prints no messages of its own
-}
-
-TEST_F(MeshFile, BinaryStlWhoseHeaderSaysSolidIsStillBinary) {
+TEST_F(MeshFiles, BinaryStlWhoseHeaderSaysSolidIsStillBinary) {
   WriteMesh(MakeTetrahedron(), Path("a.stl"));
   std::string bytes = ReadTextFile(Path("a.stl"));
   std::memcpy(bytes.data(), "solid facet", 11);
@@ -123,7 +106,7 @@ TEST_F(MeshFile, BinaryStlWhoseHeaderSaysSolidIsStillBinary) {
   EXPECT_DOUBLE_EQ(CalcEnclosedVolume(ReadMesh(Path("b.stl"))), 8.0 / 6);
 }
 
-TEST_F(MeshFile, ObjPolygonsNegativeIndicesAndTexturesAreUnderstood) {
+TEST_F(MeshFiles, ObjPolygonsNegativeIndicesAndTexturesAreUnderstood) {
   // A cube with edge length 2 made of quads; the last face has negative indices, which count from the end.
   WriteTextFile(
       Path("cube.obj"),
@@ -136,7 +119,7 @@ TEST_F(MeshFile, ObjPolygonsNegativeIndicesAndTexturesAreUnderstood) {
   EXPECT_DOUBLE_EQ(CalcEnclosedVolume(cube), 8);
 }
 
-TEST_F(MeshFile, TextAndBigEndianPlyAreRead) {
+TEST_F(MeshFiles, TextAndBigEndianPlyAreRead) {
   const std::string points =
       "element vertex 4\nproperty double x\nproperty double y\nproperty double z\nproperty uchar red\n";
   const std::string faces = "element face 4\nproperty list uchar int vertex_indices\nend_header\n";
@@ -160,11 +143,13 @@ TEST_F(MeshFile, TextAndBigEndianPlyAreRead) {
   EXPECT_DOUBLE_EQ(CalcEnclosedVolume(ReadMesh(Path("b.ply"))), 8.0 / 6);
 }
 
-TEST_F(MeshFile, TruncatedFilesAreRefusedAtEveryLength) {
+TEST_F(MeshFiles, TruncatedFilesAreRefusedAtEveryLength) {
   for (const char* name : {"a.stl", "a.ply"}) {
     WriteMesh(MakeTetrahedron(), Path(name));
     const std::string whole = ReadTextFile(Path(name));
     for (std::size_t length = 0; length < whole.size(); ++length) {
+      // A binary STL that ends behind a triangle may also have a wrong count; it is read with a note.
+      if (name == std::string("a.stl") && length > 84 && (length - 84) % 50 == 0) continue;
       ASSERT_THAT(ReadMessage(std::string("cut_") + name, whole.substr(0, length)),
                   HasSubstr(std::string("cut_") + name + ":"))
           << length;
@@ -172,14 +157,14 @@ TEST_F(MeshFile, TruncatedFilesAreRefusedAtEveryLength) {
   }
 }
 
-TEST_F(MeshFile, FalseCountsAreRefusedBeforeAllocation) {
+TEST_F(MeshFiles, FalseCountsAreRefusedBeforeAllocation) {
   WriteMesh(MakeTetrahedron(), Path("a.stl"));
-  std::string stl = ReadTextFile(Path("a.stl"));
+  std::string stl = ReadTextFile(Path("a.stl")) + "x";
   const std::uint32_t lie = 4000000000u;
   std::memcpy(stl.data() + 80, &lie, 4);
   EXPECT_THAT(ReadMessage("lie.stl", stl),
               EndsWith("lie.stl: the binary STL states 4,000,000,000 triangles (200,000,000,084 bytes), but the "
-                       "file has 284 bytes; it is cut off or not an STL"));
+                       "file has 285 bytes; it is cut off or not an STL"));
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
   EXPECT_THAT(
       ReadMessage("lie.ply",
@@ -191,7 +176,7 @@ TEST_F(MeshFile, FalseCountsAreRefusedBeforeAllocation) {
               HasSubstr("face 1 states a list of 2000000000 values, more than the file contains"));
 }
 
-TEST_F(MeshFile, IndicesOutOfRangeAndBadNumbersAreNamed) {
+TEST_F(MeshFiles, IndicesOutOfRangeAndBadNumbersAreNamed) {
   EXPECT_THAT(
       ReadMessage("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"),
       EndsWith("a.obj:4: a face uses point 4, but the number of points defined before it is 3; they count from 1"));
@@ -200,7 +185,11 @@ TEST_F(MeshFile, IndicesOutOfRangeAndBadNumbersAreNamed) {
   EXPECT_THAT(ReadMessage("d.obj", "v 0 0 0\nf 1 1\n"), EndsWith("d.obj:2: a face needs at least three points"));
   EXPECT_THAT(ReadMessage("e.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n"),
               EndsWith("e.obj: triangle 1 has a point that is not finite (nan, 0, 0)"));
-  EXPECT_THAT(ReadMessage("f.obj", "v 0 0 0\n"), EndsWith("f.obj: contains no triangles"));
+  EXPECT_THAT(
+      ReadMessage("f.obj", "v 0 0 0\n"),
+      EndsWith(
+          "f.obj: contains points but no triangles; a point cloud can't be imported: make a surface of it in a mesh "
+          "program"));
   EXPECT_THAT(ReadMessage("g.obj", "v 0 0 0\nf one two three\n"),
               HasSubstr("g.obj:2: expected point numbers after 'f', but found 'one'"));
   EXPECT_THAT(
@@ -215,7 +204,7 @@ TEST_F(MeshFile, IndicesOutOfRangeAndBadNumbersAreNamed) {
               HasSubstr("triangle 1 has a point that is not finite"));
 }
 
-TEST_F(MeshFile, FilesThatAreNotSurfacesAreRefused) {
+TEST_F(MeshFiles, FilesThatAreNotSurfacesAreRefused) {
   EXPECT_THAT(ReadMessage("a.txt", "hello"), EndsWith("a.txt: a surface's name must end in .stl, .obj or .ply"));
   EXPECT_THAT(ReadMessage("a.stl", "hello"), EndsWith("a.stl: not an STL file"));
   EXPECT_THAT(ReadMessage("a.ply", "hello\n"), EndsWith("a.ply: not a PLY file"));
@@ -227,7 +216,7 @@ TEST_F(MeshFile, FilesThatAreNotSurfacesAreRefused) {
               HasSubstr("there is no folder"));
 }
 
-TEST_F(MeshFile, ColouredPlyHoldsTheColoursAndTheSurface) {
+TEST_F(MeshFiles, ColouredPlyHoldsTheColoursAndTheSurface) {
   const TriangleMesh tetrahedron = MakeTetrahedron();
   WriteColouredMesh(tetrahedron, {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {250, 251, 252}}, Path("c.ply"));
   EXPECT_DOUBLE_EQ(CalcEnclosedVolume(ReadMesh(Path("c.ply"))), 8.0 / 6);
@@ -236,6 +225,335 @@ TEST_F(MeshFile, ColouredPlyHoldsTheColoursAndTheSurface) {
   EXPECT_THAT(bytes, HasSubstr("\xfa\xfb\xfc"));
   EXPECT_THAT(test::MessageOf([&] { WriteColouredMesh(tetrahedron, {}, Path("c.ply")); }),
               HasSubstr("0 colours for 4 points"));
+}
+
+// Returns a text STL of the tetrahedron.
+std::string FormatTextStl(const std::string& name = "tetrahedron") {
+  const TriangleMesh tetrahedron = MakeTetrahedron();
+  std::string text = "solid " + name + "\n";
+  for (const auto& t : tetrahedron.triangles) {
+    text += " facet normal 0 0 1\n  outer loop\n";
+    for (const auto id : t) {
+      const Vec3& p = tetrahedron.points[id];
+      text += fmt::format("   vertex {} {} {}\n", p.x, p.y, p.z);
+    }
+    text += "  endloop\n endfacet\n";
+  }
+  return text + "endsolid " + name + "\n";
+}
+
+std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
+    text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+TEST_F(MeshFiles, EveryWrittenFileSaysThatItIsInMmAndLps) {
+  for (const char* name : {"a.stl", "a.obj", "a.ply"}) {
+    WriteMesh(MakeTetrahedron(), Path(name));
+    const MeshFile file = ReadMeshFile(Path(name));
+    EXPECT_EQ(file.space, "LPS") << name;
+    EXPECT_EQ(file.unit, "mm") << name;
+    EXPECT_THAT(file.notes, IsEmpty()) << name;
+  }
+}
+
+TEST_F(MeshFiles, FrameOf3dSlicerIsReadFromEveryFormat) {
+  WriteMesh(MakeTetrahedron(), Path("a.stl"));
+  const std::string stl = ReadTextFile(Path("a.stl")).substr(80);
+  const auto header = [&](std::string text) {
+    text.resize(80);
+    return text + stl;
+  };
+  const std::string obj = "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+  const std::string ply =
+      "element vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n"
+      "property list uchar int vertex_indices\nend_header\n0 0 0\n2 0 0\n0 2 0\n0 0 2\n3 0 2 1\n3 0 1 3\n3 1 2 3\n"
+      "3 2 0 3\n";
+  for (const std::string space : {"RAS", "LPS"}) {
+    const std::string mark = "3D Slicer output. SPACE=" + space;
+    for (const auto& [name, content] :
+         {std::pair("b.stl", header(mark)), std::pair("b.stl", header(mark + " more")),
+          std::pair("t.stl", FormatTextStl(mark)), std::pair("t.stl", FormatTextStl("SPACE=" + space)),
+          std::pair("a.obj", "# " + mark + "\n" + obj),
+          std::pair("a.ply", "ply\nformat ascii 1.0\ncomment x\ncomment " + mark + "\n" + ply)}) {
+      WriteTextFile(Path(name), content);
+      EXPECT_EQ(ReadMeshFile(Path(name)).space, space) << name;
+      // From RAS to LPS, x and y change their signs; the surface still faces outward.
+      const TriangleMesh mesh = ReadMesh(Path(name));
+      const double sign = space == "RAS" ? -1 : 1;
+      EXPECT_THAT(mesh.points,
+                  UnorderedElementsAre(Vec3(0), Vec3(2 * sign, 0, 0), Vec3(0, 2 * sign, 0), Vec3(0, 0, 2)));
+      EXPECT_DOUBLE_EQ(CalcEnclosedVolume(mesh), 8.0 / 6);
+    }
+  }
+  MeshFile turned = ReadMeshFile(Path("a.obj"));
+  TurnToLps(turned);
+  EXPECT_THAT(turned.notes, IsEmpty());
+  turned.space = "RAS";
+  TurnToLps(turned);
+  EXPECT_THAT(turned.notes, ElementsAre("the file says SPACE=RAS, so x and y were turned to LPS"));
+  for (const char* text :
+       {"MYSPACE=RAS", "SPACE=RASTER", "SPACE=", "space=RAS", "SPACE=LAS", "SPACE RAS", "SPACE=RA"}) {
+    WriteTextFile(Path("b.stl"), header(text));
+    EXPECT_EQ(ReadMeshFile(Path("b.stl")).space, "") << text;
+  }
+}
+
+TEST_F(MeshFiles, BinaryStlWithOtherLengthsOrCountsIsReadWithANote) {
+  WriteMesh(MakeTetrahedron(), Path("a.stl"));
+  const std::string stl = ReadTextFile(Path("a.stl"));
+  const auto note = [&](std::string bytes, std::uint32_t count) {
+    std::memcpy(bytes.data() + 80, &count, sizeof(count));
+    WriteTextFile(Path("b.stl"), bytes);
+    const MeshFile file = ReadMeshFile(Path("b.stl"));
+    EXPECT_DOUBLE_EQ(CalcEnclosedVolume(file.mesh), 8.0 / 6);
+    EXPECT_EQ(file.notes.size(), 1u);
+    return file.notes.empty() ? "" : file.notes[0];
+  };
+  EXPECT_EQ(note(stl + std::string(4096, '\0'), 4),
+            "the file has 4,096 bytes behind its triangles, which were ignored");
+  EXPECT_EQ(note(stl + std::string(100, '\0'), 4), "the file has 100 bytes behind its triangles, which were ignored");
+  EXPECT_EQ(note(stl + "made by x", 4), "the file has 9 bytes behind its triangles, which were ignored");
+  for (const std::uint32_t count : {0u, 3u, 5u, 0xffffffffu}) {
+    EXPECT_THAT(note(stl, count), EndsWith("triangles, but its length is that of 4; it was read by its length"));
+  }
+}
+
+TEST_F(MeshFiles, TextStlIsReadAndAgreesWithTheBinaryOne) {
+  std::string text = FormatTextStl();
+  WriteTextFile(Path("t.stl"), text);
+  const TriangleMesh mesh = ReadMesh(Path("t.stl"));
+  EXPECT_EQ(mesh.points.size(), 4u);
+  EXPECT_EQ(CountOpenEdges(mesh), 0u);
+  EXPECT_DOUBLE_EQ(CalcEnclosedVolume(mesh), 8.0 / 6);
+  text.erase(text.rfind("vertex"), 20);
+  EXPECT_THAT(ReadMessage("bad.stl", text), HasSubstr("bad.stl: not a valid text STL"));
+}
+
+TEST_F(MeshFiles, TextStlOfOtherProgramsIsRead) {
+  const std::string text = FormatTextStl();
+  const std::string end = "endsolid tetrahedron\n";
+  const std::string two_solids = Replaced(text, " facet normal 0 0 1\n  outer loop\n   vertex 2 0 0\n",
+                                          end + "solid b\nfacet normal 0 0 1\nouter loop\nvertex 2 0 0\n");
+  ASSERT_GT(two_solids.size(), text.size());
+  for (const std::string& content :
+       {Replaced(text, "solid ", "SOLID "), "\xEF\xBB\xBF" + text, "\n\r\n \n" + text,
+        FormatTextStl(std::string(5000, 'a')), FormatTextStl("facet normal"), Replaced(text, "\n", "\r"),
+        Replaced(text, "\n", "\r\n"), Replaced(text, "facet", "FACET"), Replaced(text, "vertex", "Vertex"), two_solids,
+        "solid\n" + text.substr(text.find('\n') + 1), text.substr(text.find('\n') + 1)}) {
+    WriteTextFile(Path("t.stl"), content);
+    const MeshFile file = ReadMeshFile(Path("t.stl"));
+    EXPECT_DOUBLE_EQ(CalcEnclosedVolume(file.mesh), 8.0 / 6) << content;
+    EXPECT_THAT(file.notes, IsEmpty()) << content;
+  }
+  const auto notes = [&](const std::string& content) {
+    WriteTextFile(Path("t.stl"), content);
+    return ReadMeshFile(Path("t.stl")).notes;
+  };
+  EXPECT_THAT(notes(text + "made by x\n"),
+              ElementsAre("the file has text behind its last 'endsolid', which was ignored"));
+  const std::string cut = "the text STL has no 'endsolid', so it may be cut off; its 4 whole facets were read";
+  EXPECT_THAT(notes(text.substr(0, text.size() - end.size())), ElementsAre(cut));
+  EXPECT_THAT(notes(text.substr(0, text.size() - end.size() + 4)), ElementsAre(cut));
+}
+
+TEST_F(MeshFiles, TextStlThatIsCutOffInAFacetIsRefused) {
+  const std::string text = FormatTextStl();
+  const std::size_t end = text.rfind("endloop");
+  for (std::size_t length = text.rfind(" facet normal") + 7; length < end; ++length) {
+    ASSERT_THAT(ReadMessage("cut.stl", text.substr(0, length)), HasSubstr("cut.stl: ")) << length;
+  }
+  EXPECT_THAT(ReadMessage("cut.stl", text.substr(0, end)),
+              EndsWith("cut.stl: the text STL is cut off: a facet has no 'endloop'"));
+}
+
+TEST_F(MeshFiles, ObjOfOtherProgramsIsRead) {
+  const std::string obj =
+      "o part\nv 0 0 0 1 0.5 0\nv 2 0 0 1 0.5 0\nv 0 2 0 1 0.5 0\nv 0 0 2 1 0.5 0\ng a b\ns off\nusemtl C:\\x\\\np 1\n"
+      "l 1 2\nf 1 3 2\nf 1 2 4\n# C:\\x\\\nf 2 3 4\nf -2 -4 -1\n";
+  for (const std::string& content :
+       {obj, Replaced(obj, "\n", "\r"), Replaced(obj, "\n", "\r\n"), "\xEF\xBB\xBF" + obj,
+        Replaced(obj, "f 1 3 ", "f 1 \\\n3 "), Replaced(obj, "f 1 3 ", "f \\\r\n 1 3 \\\r\n "),
+        Replaced(obj, "v 0 2 ", "v 0 \\\n2 ")}) {
+    WriteTextFile(Path("a.obj"), content);
+    const MeshFile file = ReadMeshFile(Path("a.obj"));
+    EXPECT_EQ(file.mesh.points.size(), 4u);
+    EXPECT_DOUBLE_EQ(CalcEnclosedVolume(file.mesh), 8.0 / 6) << content;
+  }
+  EXPECT_THAT(ReadMessage("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 \\\n\\\n 4\n"),
+              HasSubstr("b.obj:5: a face uses"));
+  EXPECT_THAT(ReadMessage("b.obj", "v 0 0 0\nf 1 1 \\"), HasSubstr("b.obj:2: a face needs at least three"));
+}
+
+// Returns the sum of the triangles' areas, and adds up their normals.
+double CalcArea(const TriangleMesh& mesh, Vec3& normal) {
+  double area = 0;
+  for (const auto& t : mesh.triangles) {
+    const Vec3 n = 0.5 * glm::cross(mesh.points[t[1]] - mesh.points[t[0]], mesh.points[t[2]] - mesh.points[t[0]]);
+    area += glm::length(n);
+    normal += n;
+  }
+  return area;
+}
+
+// The triangles of a face have its area without overlaps: the sum of their areas is the length of the sum of normals.
+TEST_F(MeshFiles, ConcaveFacesAreCovered) {
+  struct Face {
+    std::vector<glm::dvec2> corners;
+    double area;
+  };
+  std::vector<glm::dvec2> comb{{20, 0}, {20, 2}, {0, 2}, {0, 0}};
+  for (int n = 0; n < 10; ++n) comb.insert(comb.end(), {{2.0 * n + 0.5, 0}, {2.0 * n + 1, 1.9}, {2.0 * n + 1.5, 0}});
+  std::vector<glm::dvec2> spiral;
+  for (int side = -1; side <= 1; side += 2) {
+    for (int n = 0; n <= 60; ++n) {
+      const double turn = 0.2 * (side < 0 ? n : 60 - n);
+      spiral.emplace_back((turn + 1 + 0.5 * side) * std::cos(turn), (turn + 1 + 0.5 * side) * std::sin(turn));
+    }
+  }
+  const auto shoelace = [](const std::vector<glm::dvec2>& p) {
+    double area = 0;
+    for (std::size_t n = 0; n < p.size(); ++n) {
+      const glm::dvec2& q = p[(n + 1) % p.size()];
+      area += 0.5 * (p[n].x * q.y - p[n].y * q.x);
+    }
+    return std::abs(area);
+  };
+  const std::vector<Face> faces{
+      {{{0, 0}, {3, 0}, {3, 3}, {2, 1}}, 3},                  // an arrow head
+      {{{1, 1}, {1, 3}, {0, 3}, {0, 0}, {3, 0}, {3, 1}}, 5},  // an L that begins at its inner corner
+      {{{0, 0}, {4, 0}, {4, 1}, {3, 1}, {3, 0.5}, {1, 0.5}, {1, 1}, {0, 1}}, 3},               // a U
+      {{{0, 0}, {6, 0}, {6, 6}, {0, 6}, {0, 0}, {2, 2}, {2, 4}, {4, 4}, {4, 2}, {2, 2}}, 32},  // with a hole
+      {comb, 40 - 10 * 0.95},
+      {spiral, shoelace(spiral)}};
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const std::vector<glm::dvec2>& corners = faces[f].corners;
+    for (std::size_t start = 0; start < corners.size(); ++start) {
+      for (const bool backwards : {false, true}) {
+        TriangleMesh mesh;
+        std::vector<std::uint32_t> ids;
+        for (std::size_t n = 0; n < corners.size(); ++n) {
+          const std::size_t step = (start + n) % corners.size();
+          const glm::dvec2& p = corners[backwards ? corners.size() - 1 - step : step];
+          mesh.points.push_back(p.x * Vec3(0.6, 0, 0.8) + p.y * Vec3(0, 1, 0));
+          ids.push_back(static_cast<std::uint32_t>(n));
+        }
+        AddFace(ids, "a.obj", mesh);
+        EXPECT_EQ(mesh.triangles.size(), corners.size() - 2);
+        Vec3 normal(0);
+        // 1e-9 of the area: rounding of coordinates of 1e-16.
+        EXPECT_NEAR(CalcArea(mesh, normal), faces[f].area, 1e-9 * faces[f].area) << f << " from " << start;
+        EXPECT_NEAR(glm::length(normal), faces[f].area, 1e-9 * faces[f].area) << f << " from " << start;
+      }
+    }
+  }
+}
+
+TEST_F(MeshFiles, SplitFacesLeaveNoGaps) {
+  // A prism over an L, whose two large faces are concave: OBJ and PLY give a closed surface with its volume.
+  const std::vector<glm::dvec2> base{{1, 1}, {1, 3}, {0, 3}, {0, 0}, {3, 0}, {3, 1}};
+  std::string points, obj_faces, ply_faces;
+  for (const int z : {0, 2}) {
+    for (const glm::dvec2& p : base) points += fmt::format("{} {} {}\n", p.x, p.y, z);
+  }
+  const auto add = [&](const std::vector<int>& face) {
+    obj_faces += "f";
+    ply_faces += fmt::format("{}", face.size());
+    for (const int id : face) obj_faces += fmt::format(" {}", id + 1), ply_faces += fmt::format(" {}", id);
+    obj_faces += "\n";
+    ply_faces += "\n";
+  };
+  add({6, 7, 8, 9, 10, 11});
+  add({5, 4, 3, 2, 1, 0});
+  for (int n = 0; n < 6; ++n) add({n, (n + 1) % 6, 6 + (n + 1) % 6, 6 + n});
+  WriteTextFile(Path("l.obj"), "v " + Replaced(points.substr(0, points.size() - 1), "\n", "\nv ") + "\n" + obj_faces);
+  WriteTextFile(
+      Path("l.ply"),
+      "ply\nformat ascii 1.0\nelement vertex 12\nproperty float x\nproperty float y\nproperty float z\nelement "
+      "face 8\nproperty list uint8 uint32 vertex_index\nend_header\n" +
+          points + ply_faces);
+  for (const char* name : {"l.obj", "l.ply"}) {
+    const TriangleMesh mesh = ReadMesh(Path(name));
+    EXPECT_EQ(CountOpenEdges(mesh), 0u);
+    EXPECT_NEAR(CalcEnclosedVolume(mesh), 10, 1e-9) << name;
+  }
+}
+
+TEST_F(MeshFiles, FacesThatCrossThemselvesOrAreHugeDoNotHang) {
+  TriangleMesh mesh;
+  std::vector<std::uint32_t> ids;
+  for (std::uint32_t n = 0; n < 10000; ++n) {
+    mesh.points.emplace_back((n * 7919u) % 101u, (n * 104729u) % 103u, 0);
+    ids.push_back(n);
+  }
+  AddFace(ids, "a.obj", mesh);
+  EXPECT_EQ(mesh.triangles.size(), ids.size() - 2);
+  mesh.points.emplace_back(0.5, 0.5, 0);
+  ids.push_back(10000);
+  EXPECT_THAT(
+      test::MessageOf([&] { AddFace(ids, "a.obj", mesh); }),
+      HasSubstr("a.obj: has a face with 10,001 corners that is not convex, and kerf splits those of up to 10,000"));
+}
+
+TEST_F(MeshFiles, PlyWithAnyTypesListsAndElementsIsRead) {
+  const std::string points = "0 0 0\n2 0 0\n0 2 0\n0 0 2\n";
+  const std::string xyz = "property float32 x\nproperty float64 y\nproperty float z\n";
+  const std::string triangles = "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
+  const std::string start = "ply\nformat ascii 1.0\n";
+  const auto volume = [&](const std::string& content) {
+    WriteTextFile(Path("a.ply"), content);
+    return CalcEnclosedVolume(ReadMesh(Path("a.ply")));
+  };
+  for (const char* count : {"char", "uchar", "short", "ushort", "int", "uint", "int8", "uint8", "int16", "uint16",
+                            "int32", "uint32", "int64", "uint64"}) {
+    for (const char* name : {"vertex_index", "vertex_indices"}) {
+      const std::string faces = fmt::format("element vertex 4\n{}element face 4\nproperty list {} {} {}\nend_header\n",
+                                            xyz, count, count, name);
+      EXPECT_DOUBLE_EQ(volume(start + faces + points + triangles), 8.0 / 6) << faces;
+      EXPECT_DOUBLE_EQ(volume(Replaced(start + faces, "\n", "\r") + points + triangles), 8.0 / 6) << faces;
+    }
+  }
+  // Lists at the points, lists of faces that are not of points, and elements of other kinds before and after them.
+  EXPECT_DOUBLE_EQ(
+      volume(start +
+             "element camera 1\nproperty list uchar float m\nproperty int n\nelement vertex 4\nproperty list "
+             "uchar int of\n" +
+             xyz +
+             "property uchar red\nelement face 4\nproperty list uchar float texcoord\nproperty int flags\nproperty "
+             "list uchar int vertex_indices\nelement edge 1\nproperty int a\nproperty int b\nend_header\n"
+             "2 0.5 0.5 1\n0 0 0 0 9\n2 7 7 2 0 0 9\n0 0 2 0 9\n1 7 0 0 2 9\n"
+             "2 0.1 0.2 5 3 0 2 1\n0 5 3 0 1 3\n0 5 3 1 2 3\n0 5 3 2 0 3\n0 1\n"),
+      8.0 / 6);
+  // Two strips, of three triangles and of one.
+  EXPECT_DOUBLE_EQ(volume(start + "element vertex 4\n" + xyz +
+                          "element tristrips 1\nproperty list int int vertex_indices\nend_header\n" + points +
+                          "9 0 2 1 3 0 -1 2 0 3\n"),
+                   8.0 / 6);
+  EXPECT_THAT(
+      ReadMessage("cloud.ply", start + "element vertex 4\n" + xyz + "end_header\n" + points),
+      EndsWith("cloud.ply: contains points but no triangles; a point cloud can't be imported: make a surface of "
+               "it in a mesh program"));
+}
+
+TEST_F(MeshFiles, DecimalCommasAndSemicolonsAreNamed) {
+  const std::string comma =
+      "; its numbers have a decimal comma instead of a point: export the file again with English "
+      "number format";
+  const std::string semicolons =
+      "; its numbers are separated by semicolons: export the file again with English number format";
+  EXPECT_THAT(ReadMessage("a.stl", Replaced(FormatTextStl(), "vertex 2", "vertex 2,5")),
+              EndsWith("a.stl: not a valid text STL: expected a number in a vertex, but found '2,5'" + comma));
+  EXPECT_THAT(ReadMessage("a.obj", "v 1,5 0,25 1e-3\n"),
+              EndsWith("a.obj:1: expected three numbers after 'v', but found '1,5'" + comma));
+  EXPECT_THAT(ReadMessage("a.obj", "v 1.5;0.25;1\n"), EndsWith("found '1.5;0.25;1'" + semicolons));
+  EXPECT_THAT(ReadMessage("a.obj", "v;1,5;0,25;1\n"), EndsWith("expected three numbers after 'v'" + semicolons));
+  EXPECT_THAT(ReadMessage("a.ply",
+                          "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty "
+                          "float z\nend_header\n1,5 2 3\n"),
+              EndsWith("a.ply: expected a number in the PLY, but found '1,5'" + comma));
+  EXPECT_THAT(ReadMessage("a.obj", "v one 0 0\n"), EndsWith("found 'one'"));
 }
 
 double LargestDistanceFromSphere(const TriangleMesh& mesh, double radius_mm) {
@@ -301,7 +619,7 @@ void AddGrid(const Vec3& origin, const Vec3& edge_u, const Vec3& edge_v, int n, 
   }
 }
 
-TEST_F(MeshFile, FlatFacesAndTheirEdgesAreKeptExactlyByDecimation) {
+TEST_F(MeshFiles, FlatFacesAndTheirEdgesAreKeptExactlyByDecimation) {
   // On the flat faces of a block all errors are equal, a case in which a decimation can fail.
   TriangleMesh block;
   const Vec3 x{16, 0, 0}, y{0, 8, 0}, z{0, 0, 4},

@@ -49,6 +49,20 @@ TEST(EffectFiles, AreReadRelativeToTheScene) {
   EXPECT_EQ(again.effects.at(0).values(), choice.values());
 }
 
+TEST(EffectFiles, SurfaceIsTurnedToTheFrameOfTheScene) {
+  // Like the markups of 3D Slicer, its surfaces may be in RAS.
+  const Folder folder;
+  WriteMesh(Tetrahedron(), folder.file("canal.stl"));
+  std::string header = "3D Slicer output. SPACE=RAS";
+  header.resize(80);
+  WriteBytes(folder.file("canal.stl"), header + test::ReadBytes(folder.file("canal.stl")).substr(80));
+  const Scene scene =
+      ParseScene(WithStructures("tissues = \"none\"\nsurface = \"canal.stl\"\n"), folder.file("s.toml"));
+  const EffectChoice& choice = scene.effects.at(0);
+  EXPECT_THAT(choice.files().at(choice.info().FindParameter("surface"))->mesh.points,
+              testing::UnorderedElementsAre(Vec3(0), Vec3(-4, 0, 0), Vec3(0, -4, 0), Vec3(0, 0, 4)));
+}
+
 TEST(EffectFiles, InvalidFilesAreRefusedAtTheirKey) {
   const Folder folder;
   const auto message = [&](const std::string& keys) {

@@ -1,7 +1,9 @@
 // Tests of path files: valid contents, and the reported position of a fault.
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <random>
 
@@ -57,6 +59,15 @@ TEST(PathCsv, FaultsHaveLineAndColumn) {
   EXPECT_EQ(PathMessageFor(kHeader + "0,0,0,0,1,0,0,0\n"), "p.csv:2:1: 1 rows; a path has at least 2");
   EXPECT_EQ(PathMessageFor(kHeader + "0,0,0,0,1,0,0,0\n36001,0,0,0,1,0,0,0\n"),
             "p.csv:3:1: the path takes 36001 s; at most 36000 s");
+}
+
+TEST(PathCsv, SemicolonsAndDecimalCommasAreNamed) {
+  std::string german = kHeader;
+  std::replace(german.begin(), german.end(), ',', ';');
+  EXPECT_THAT(PathMessageFor(german + "0;0,5;0;0;1;0;0;0\n"),
+              testing::HasSubstr("; the columns are separated by semicolons: save the table again with commas"));
+  EXPECT_THAT(PathMessageFor(kHeader + "0,1,5,2,3,1,0,0,0\n"),
+              testing::HasSubstr("; if the numbers have decimal commas, save the table again with decimal points"));
 }
 
 TEST(PathCsv, TooManyLinesAreRefusedBeforeParsing) {

@@ -1,4 +1,4 @@
-// Compares the STL file written by kerf with that of VTK's writer.
+// Compares the triangles of the STL file written by kerf with those of VTK's writer.
 #include <gtest/gtest.h>
 #include <vtkNew.h>
 #include <vtkPolyData.h>
@@ -15,7 +15,7 @@
 namespace kerf {
 namespace {
 
-TEST(Stl, HasTheBytesOfVtksWriter) {
+TEST(Stl, HasTheBytesOfVtksWriterBehindItsHeader) {
   const test::Folder folder;
   std::mt19937 random(7);
   std::uniform_real_distribution<double> coordinate(-80, 80);
@@ -33,7 +33,7 @@ TEST(Stl, HasTheBytesOfVtksWriter) {
   writer->SetFileName(theirs.c_str());
   ASSERT_EQ(writer->Write(), 1);
   EXPECT_EQ(std::filesystem::file_size(ours), 84 + 50 * mesh.triangles.size());
-  EXPECT_EQ(test::ReadBytes(ours), test::ReadBytes(theirs));
+  EXPECT_EQ(test::ReadBytes(ours).substr(80), test::ReadBytes(theirs).substr(80));
 }
 
 }  // namespace
