@@ -108,6 +108,7 @@ py::tuple ImportFile(const std::optional<std::filesystem::path>& path, const std
   set("fill", settings.fill, "");
   set("keep_hu", settings.keep_hu, "");
   set("mask_labels", settings.mask_labels, TextLimit{100}, "");
+  set("mask_threshold", settings.mask_threshold, any, "");
   set("mask_reach_mm", settings.mask_reach_mm, any, "");
   set("mesh_units", settings.mesh_units, TextLimit{10}, "");
   set("mesh_shell_mm", settings.mesh_shell_mm, any, "");
@@ -440,9 +441,10 @@ path: DICOM (a folder, a DICOMDIR, a slice or a .zip), an image (.nrrd .nhdr .ni
 Options, each by name: voxel_mm = 0.1 (0.05 to 2). Of a CT: series (UID or its end), as_ct = False (read DICOM of
 modality OT or secondary captures as a CT), frame ('LPS' or 'RAS'), iso_hu = 300,
 isolate = True (separate the mandible), keep, drop (points (n, 3) in wanted and unwanted bone), fill = True, keep_hu = False.
-Of a segmentation, as the options --mask, --labels, --label and --mask-reach of kerf import: mask (.seg.nrrd or a label map),
+Of a segmentation, as the options --mask, --labels, --label, --mask-threshold and --mask-reach of kerf import: mask (.seg.nrrd or a label map),
 mask_labels (the program that wrote a label map without names, such as 'dentalsegmentator'), mask_label (dict such as
-{2: 'mandible'}), mask_reach_mm = 0 (distance from its border beyond which it overrides the CT; 0: automatic).
+{2: 'mandible'}), mask_threshold = 0.5 (fraction from which on a voxel of a fractional segmentation or a map from 0 to 1 counts),
+mask_reach_mm = 0 (distance from its border beyond which it overrides the CT; 0: automatic).
 Of a surface: mesh_units ('mm', 'cm', 'm', 'in', 'um'), mesh_shell_mm = 2 (thickness of the cortex).)")
       .def_static("from_labels", &MakeLabelBone, py::arg("labels"), py::arg("regions"), py::arg("voxel_mm") = 0.2,
                   py::arg("spacing_mm") = py::make_tuple(1, 1, 1), py::arg("pose") = py::make_tuple(0, 0, 0), materials,

@@ -1,6 +1,7 @@
 #include <array>
 #include <cstdlib>
 
+#include "bone/segmentation/label_table.h"
 #include "bone/segmentation/roles.h"
 #include "bone/segmentation/segmentation.h"
 #include "target.h"
@@ -20,6 +21,7 @@ KERF_FUZZ_TARGET(segmentation) {
     const BoneMask mask = MakeBoneMask(segmentation, FindRoles(segmentation, options));
     if (mask.tissue.hu.size() != mask.tissue.count()) std::abort();
   });
+  ParseLabelTable(bytes.substr(1));
 }
 
 }  // namespace kerf::fuzz

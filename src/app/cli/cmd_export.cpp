@@ -255,9 +255,10 @@ void AddExportCommand(CLI::App& app) {
                       "pieces, and its canals, teeth, lesions and metal");
   command->add_option("--before", options->before,
                       "With --seg: the bone before the cut (.vdb); what was removed becomes a segment");
-  command->add_option("--ct", options->ct,
-                      "With --seg FILE.dcm: the CT (DICOM folder, slice or .zip) that the bone was made from; patient and study "
-                      "are copied from it");
+  command->add_option(
+      "--ct", options->ct,
+      "With --seg FILE.dcm: the CT (DICOM folder, slice or .zip) that the bone was made from; patient and study "
+      "are copied from it");
   command->add_option("--series", options->series, "With --ct: UID of the CT series, or its end");
   AddNumberOption(*command, "--seg-voxel", options->segment_voxel_mm, "seg_voxel_mm", kSegmentVoxelRange_mm,
                   "With --seg: voxel size; default: that of the bone's regions");

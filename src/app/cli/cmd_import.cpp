@@ -156,9 +156,10 @@ Json MaskJson(const ImportArguments& options, const MaskReport& mask) {
     if (meaning.role == SegmentRole::kCanal) json["side"] = ToString(meaning.side);
     segments.push_back(std::move(json));
   }
-  return {{"file", options.mask.file},   {"reach_mm", mask.reach_mm},       {"wanted_mm3", mask.wanted_mm3},
-          {"added_mm3", mask.added_mm3}, {"cut_off_mm3", mask.cut_off_mm3},
-          {"given_away_mm3", mask.given_away_mm3}, {"given_away_mm", mask.given_away_mm}, {"segments", segments}};
+  return {{"file", options.mask.file},           {"reach_mm", mask.reach_mm},
+          {"wanted_mm3", mask.wanted_mm3},       {"added_mm3", mask.added_mm3},
+          {"cut_off_mm3", mask.cut_off_mm3},     {"given_away_mm3", mask.given_away_mm3},
+          {"given_away_mm", mask.given_away_mm}, {"segments", segments}};
 }
 
 void PrintJson(const ImportArguments& options, const ImportReport& r, const Bone& bone, double write_s) {
@@ -242,10 +243,11 @@ void PrintText(const ImportArguments& options, const ImportReport& r, const Bone
                options.import.isolate.iso_hu, FormatVolume(r.filled_mm3), VoidsText(r),
                r.tooth_mm3 > 0 ? FormatVolume(r.tooth_mm3) + " of teeth" : "no teeth");
     if (r.mask.used) {
-      fmt::print("\nmask       {}; overrides the CT beyond {:.4g} mm: {} added, {} of joined bone cut off, {} of "
-                 "the mask's not kept",
-                 FormatVolume(r.mask.wanted_mm3), r.mask.reach_mm, FormatVolume(r.mask.added_mm3),
-                 FormatVolume(r.mask.cut_off_mm3), FormatVolume(r.mask.given_away_mm3));
+      fmt::print(
+          "\nmask       {}; overrides the CT beyond {:.4g} mm: {} added, {} of joined bone cut off, {} of "
+          "the mask's not kept",
+          FormatVolume(r.mask.wanted_mm3), r.mask.reach_mm, FormatVolume(r.mask.added_mm3),
+          FormatVolume(r.mask.cut_off_mm3), FormatVolume(r.mask.given_away_mm3));
     }
   } else if (r.kind == "surface") {
     fmt::print("\nsurface    {} triangles in {}", r.surface.triangles, r.surface.how);
@@ -294,10 +296,10 @@ void CheckOptionsApply(const CLI::App& command, const ImportArguments& options) 
   CheckMaskOptions(command, options.mask);
   if (input.empty() && command.count("--mask") == 0) throw CLI::RequiredError("INPUT");
   if (input.empty()) {
-    for (const char* option :
-         {"--list", "--series", "--as-ct", "--keep", "--drop", "--keep-markups", "--drop-markups", "--no-isolate", "--any-shape",
-          "--iso", "--no-fill", "--cortical-hu", "--shell", "--tooth-hu", "--tooth-body-hu", "--tooth-reach",
-          "--keep-hu", "--hu-voxel", "--mask-reach", "--units"}) {
+    for (const char* option : {"--list",         "--series",       "--as-ct",      "--keep",       "--drop",
+                               "--keep-markups", "--drop-markups", "--no-isolate", "--any-shape",  "--iso",
+                               "--no-fill",      "--cortical-hu",  "--shell",      "--tooth-hu",   "--tooth-body-hu",
+                               "--tooth-reach",  "--keep-hu",      "--hu-voxel",   "--mask-reach", "--units"}) {
       if (command.count(option) > 0)
         throw CLI::ValidationError(option, "does not apply to a mask without a CT or a surface");
     }
@@ -309,10 +311,10 @@ void CheckOptionsApply(const CLI::App& command, const ImportArguments& options) 
   if (command.count("--mask") > 0 && command.count("--no-isolate") > 0)
     throw CLI::ValidationError("--no-isolate", "imports all bone, but --mask selects one");
   const std::vector<const char*> idle =
-      is_surface ? std::vector{"--list",          "--series",       "--as-ct", "--keep",       "--drop",
-                               "--keep-markups",  "--drop-markups", "--no-isolate", "--any-shape",
-                               "--iso",           "--cortical-hu",  "--shell",      "--tooth-hu",
-                               "--tooth-body-hu", "--tooth-reach",  "--keep-hu",    "--hu-voxel"}
+      is_surface ? std::vector{"--list",         "--series",       "--as-ct",      "--keep",          "--drop",
+                               "--keep-markups", "--drop-markups", "--no-isolate", "--any-shape",     "--iso",
+                               "--cortical-hu",  "--shell",        "--tooth-hu",   "--tooth-body-hu", "--tooth-reach",
+                               "--keep-hu",      "--hu-voxel"}
                  : std::vector{"--units", "--mesh-shell"};
   for (const char* option : idle) {
     if (command.count(option) == 0) continue;
@@ -387,7 +389,8 @@ void AddImportCommand(CLI::App& app) {
   CLI::App* c =
       app.add_subcommand("import", "Make a bone from a CT (DICOM, NRRD, NIfTI, MetaImage) or a closed surface");
   c->add_option("INPUT", o->input,
-                "DICOM (folder, DICOMDIR, slice or .zip), image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or surface (.stl .obj .ply); may be "
+                "DICOM (folder, DICOMDIR, slice or .zip), image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or surface (.stl "
+                ".obj .ply); may be "
                 "omitted with --mask");
   c->add_option("-o,--output", o->output, "Bone file to write (.vdb)");
   c->add_flag("--list", o->list, "Only list the DICOM series");

@@ -25,12 +25,18 @@ void AddMaskOptions(CLI::App& command, MaskArguments& mask, ImportOptions& impor
                   "What one segment of the mask is, such as 2=mandible or 'Bone 3=canal'; may be repeated")
       ->allow_extra_args(false)
       ->group(group);
+  command
+      .add_option("--mask-threshold", mask.labels.threshold,
+                  "Fraction from which on a voxel of a fractional DICOM segmentation, or of a map from 0 to 1, counts")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->group(group);
   AddNumber(command, "--mask-reach", import, "mask_reach_mm")->group(group);
 }
 
 void CheckMaskOptions(const CLI::App& command, const MaskArguments& mask) {
   if (command.count("--mask") == 0) {
-    for (const char* option : {"--labels", "--label", "--mask-reach"}) {
+    for (const char* option : {"--labels", "--label", "--mask-threshold", "--mask-reach"}) {
       if (command.count(option) > 0) throw CLI::ValidationError(option, "applies to a mask only; name one with --mask");
     }
   } else if (mask.file.empty()) {

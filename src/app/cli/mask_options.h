@@ -14,7 +14,7 @@ struct MaskArguments {
   LabelOptions labels;
 };
 
-/// Adds --mask, --labels, --label and --mask-reach. `what` continues the help text of --mask.
+/// Adds --mask, --labels, --label, --mask-threshold and --mask-reach. `what` continues the help text of --mask.
 void AddMaskOptions(CLI::App& command, MaskArguments& mask, ImportOptions& import, const std::string& what,
                     const std::string& group);
 

@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha",  ".mhd",
+constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd",
                             ".stl", ".obj",  ".ply",  ".dcm", ".dicom",  ".ima", ".zip"};
 
 /// Default scene of a window; also the basis of scenes for other bones.
@@ -66,8 +66,10 @@ std::string NameCaseOf(const std::string& input) {
   constexpr std::array kCommon{"dicom", "dcm", "ct", "image", "images", "img", "series", "study", "data", "export"};
   fs::path path = fs::absolute(input).lexically_normal();
   std::error_code failed;
-  if (LowerExtension(input) == ".zip") path.replace_extension();
-  else if (fs::is_regular_file(path, failed) && DicomInput::Is(input)) path = path.parent_path();
+  if (LowerExtension(input) == ".zip")
+    path.replace_extension();
+  else if (fs::is_regular_file(path, failed) && DicomInput::Is(input))
+    path = path.parent_path();
   if (!path.has_filename()) path = path.parent_path();
   std::string name = path.filename().string();
   const bool common = std::find(kCommon.begin(), kCommon.end(), Lower(name)) != kCommon.end();

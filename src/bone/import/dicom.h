@@ -27,16 +27,16 @@ struct DicomSlice {
   bool inverted = false;        // displayed with low values bright (MONOCHROME1); ITK inverts the values
   std::string transfer_syntax;  // name, from GDCM
   // What tells the stacks of one series apart; empty or 0: not stated. Texts are printable UTF-8.
-  std::string class_uid;         // SOP class
-  std::string instance_uid;      // SOP instance
+  std::string class_uid;     // SOP class
+  std::string instance_uid;  // SOP instance
   std::string modality;
-  std::string image_type;        // values separated by backslashes
-  std::uint64_t patient = 0;     // hash of the patient's name and identifier
-  std::uint64_t study = 0;       // hash of the study's UID
-  std::string phase;             // temporal position
-  std::string acquisition;       // number
+  std::string image_type;     // values separated by backslashes
+  std::uint64_t patient = 0;  // hash of the patient's name and identifier
+  std::uint64_t study = 0;    // hash of the study's UID
+  std::string phase;          // temporal position
+  std::string acquisition;    // number
   std::string acquisition_time;
-  std::string kernel;            // of the reconstruction
+  std::string kernel;  // of the reconstruction
   double thickness_mm = 0;
   bool cut_off = false;  // the file ends before its pixels do
 };
@@ -47,9 +47,9 @@ Vec3 CalcNormal(const DicomSlice& slice);
 /// A file that does not belong to a series, or cannot be read.
 struct LeftOutFile {
   std::string path;
-  std::string kind;            // completes "2 files were left out (...)"
-  std::string fault;           // complete sentence with the path
-  bool may_be_slice = false;   // the series may lack this file
+  std::string kind;           // completes "2 files were left out (...)"
+  std::string fault;          // complete sentence with the path
+  bool may_be_slice = false;  // the series may lack this file
 };
 
 /// A stack of slices. Usually it is all that has one series UID; two patients, acquisitions or phases with one UID are

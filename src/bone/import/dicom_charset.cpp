@@ -19,11 +19,11 @@ struct CharacterSet {
   const char* name;         // for iconv; its bytes above 127 are those of the set
 };
 constexpr std::array kCharacterSets{
-    CharacterSet{"100", "ISO-8859-1"},  CharacterSet{"101", "ISO-8859-2"},  CharacterSet{"109", "ISO-8859-3"},
-    CharacterSet{"110", "ISO-8859-4"},  CharacterSet{"144", "ISO-8859-5"},  CharacterSet{"127", "ISO-8859-6"},
-    CharacterSet{"126", "ISO-8859-7"},  CharacterSet{"138", "ISO-8859-8"},  CharacterSet{"148", "ISO-8859-9"},
-    CharacterSet{"203", "ISO-8859-15"}, CharacterSet{"166", "TIS-620"},     CharacterSet{"13", "SHIFT_JIS"},
-    CharacterSet{"149", "EUC-KR"},      CharacterSet{"58", "GB2312"},       CharacterSet{"192", "UTF-8"}};
+    CharacterSet{"100", "ISO-8859-1"},  CharacterSet{"101", "ISO-8859-2"}, CharacterSet{"109", "ISO-8859-3"},
+    CharacterSet{"110", "ISO-8859-4"},  CharacterSet{"144", "ISO-8859-5"}, CharacterSet{"127", "ISO-8859-6"},
+    CharacterSet{"126", "ISO-8859-7"},  CharacterSet{"138", "ISO-8859-8"}, CharacterSet{"148", "ISO-8859-9"},
+    CharacterSet{"203", "ISO-8859-15"}, CharacterSet{"166", "TIS-620"},    CharacterSet{"13", "SHIFT_JIS"},
+    CharacterSet{"149", "EUC-KR"},      CharacterSet{"58", "GB2312"},      CharacterSet{"192", "UTF-8"}};
 
 // How the bytes 33 to 126 are read.
 enum class Low { kAscii, kKanji, kMoreKanji };
@@ -34,24 +34,15 @@ struct Escape {
   const char* high;  // for the bytes above 127; null: unchanged
 };
 // PS3.3 C.12.1.1.2.
-constexpr std::array kEscapes{Escape{"(B", Low::kAscii, nullptr},
-                              Escape{"(J", Low::kAscii, nullptr},
-                              Escape{")I", Low::kAscii, "SHIFT_JIS"},
-                              Escape{"$B", Low::kKanji, nullptr},
-                              Escape{"$@", Low::kKanji, nullptr},
-                              Escape{"$(D", Low::kMoreKanji, nullptr},
-                              Escape{"$)C", Low::kAscii, "EUC-KR"},
-                              Escape{"$)A", Low::kAscii, "GB2312"},
-                              Escape{"-A", Low::kAscii, "ISO-8859-1"},
-                              Escape{"-B", Low::kAscii, "ISO-8859-2"},
-                              Escape{"-C", Low::kAscii, "ISO-8859-3"},
-                              Escape{"-D", Low::kAscii, "ISO-8859-4"},
-                              Escape{"-L", Low::kAscii, "ISO-8859-5"},
-                              Escape{"-G", Low::kAscii, "ISO-8859-6"},
-                              Escape{"-F", Low::kAscii, "ISO-8859-7"},
-                              Escape{"-H", Low::kAscii, "ISO-8859-8"},
-                              Escape{"-M", Low::kAscii, "ISO-8859-9"},
-                              Escape{"-b", Low::kAscii, "ISO-8859-15"},
+constexpr std::array kEscapes{Escape{"(B", Low::kAscii, nullptr},      Escape{"(J", Low::kAscii, nullptr},
+                              Escape{")I", Low::kAscii, "SHIFT_JIS"},  Escape{"$B", Low::kKanji, nullptr},
+                              Escape{"$@", Low::kKanji, nullptr},      Escape{"$(D", Low::kMoreKanji, nullptr},
+                              Escape{"$)C", Low::kAscii, "EUC-KR"},    Escape{"$)A", Low::kAscii, "GB2312"},
+                              Escape{"-A", Low::kAscii, "ISO-8859-1"}, Escape{"-B", Low::kAscii, "ISO-8859-2"},
+                              Escape{"-C", Low::kAscii, "ISO-8859-3"}, Escape{"-D", Low::kAscii, "ISO-8859-4"},
+                              Escape{"-L", Low::kAscii, "ISO-8859-5"}, Escape{"-G", Low::kAscii, "ISO-8859-6"},
+                              Escape{"-F", Low::kAscii, "ISO-8859-7"}, Escape{"-H", Low::kAscii, "ISO-8859-8"},
+                              Escape{"-M", Low::kAscii, "ISO-8859-9"}, Escape{"-b", Low::kAscii, "ISO-8859-15"},
                               Escape{"-T", Low::kAscii, "TIS-620"}};
 
 // Returns the bytes in UTF-8, with '?' in place of what is not in the character set.

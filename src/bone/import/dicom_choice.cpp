@@ -94,8 +94,8 @@ std::optional<bool> IsForBone(const std::string& kernel) {
   return number >= kSharp;
 }
 
-// Returns whether `s` is clearly better for a jaw than `other`: it has many more slices and is not much shorter or, with
-// as many slices, it alone has a kernel for bone.
+// Returns whether `s` is clearly better for a jaw than `other`: it has many more slices and is not much shorter or,
+// with as many slices, it alone has a kernel for bone.
 bool IsClearlyBetter(const DicomSeries& s, const DicomSeries& other) {
   constexpr double kMore = 1.5, kShorter = 0.6, kAlike = 0.1;
   const auto slices = static_cast<double>(s.slices.size());
@@ -133,8 +133,8 @@ void CheckOnePatient(const Found& found, const std::string& folder) {
   std::string files;
   Found listed;
   for (const DicomSeries* s : found) {
-    const bool shares_uid = std::any_of(found.begin(), found.end(),
-                                        [s](const DicomSeries* o) { return o != s && o->uid == s->uid; });
+    const bool shares_uid =
+        std::any_of(found.begin(), found.end(), [s](const DicomSeries* o) { return o != s && o->uid == s->uid; });
     if (!IsVolume(*s) && !shares_uid) continue;
     listed.push_back(s);
     if (!seen.insert(s->slices.front().patient).second) continue;
@@ -159,8 +159,9 @@ const DicomSeries& ChooseAmong(const Found& found, const std::string& folder, st
   }
   Found others;
   std::copy_if(found.begin(), found.end(), std::back_inserter(others), [best](const auto* s) { return s != best; });
-  warnings.push_back(fmt::format("{}; the one that suits a jaw best was taken: {}; choose another with --series UID: {}{}",
-                                 what, Describe(*best), DescribeAll(others), DescribeStray(found)));
+  warnings.push_back(
+      fmt::format("{}; the one that suits a jaw best was taken: {}; choose another with --series UID: {}{}", what,
+                  Describe(*best), DescribeAll(others), DescribeStray(found)));
   return *best;
 }
 
@@ -218,7 +219,8 @@ DicomSeries ChooseSeries(const std::vector<DicomSeries>& all, const std::string&
   chosen.warnings.insert(chosen.warnings.end(), warnings.begin(), warnings.end());
   if (LacksSlices(chosen)) {
     for (const LeftOutFile& file : chosen.left_out) {
-      if (file.may_be_slice) throw Error(fmt::format("{}; without this file, a slice of the series is missing", file.fault));
+      if (file.may_be_slice)
+        throw Error(fmt::format("{}; without this file, a slice of the series is missing", file.fault));
     }
   }
   return chosen;

@@ -142,7 +142,8 @@ std::uint64_t CheckMeta(Bytes& bytes, std::string& syntax, DicomOutline& outline
     if (e.value_at == 0) bytes.Refuse(fmt::format("element {} of the meta information has no valid type", e.Tag()));
     bytes.CheckLength(e, bytes.size());
     if (e.number == 0) {
-      if ((encoding.explicit_vr && e.vr != "UL") || e.length != 4) bytes.Refuse("the length of the meta information is not a whole number");
+      if ((encoding.explicit_vr && e.vr != "UL") || e.length != 4)
+        bytes.Refuse("the length of the meta information is not a whole number");
       const std::uint32_t group_length = bytes.ReadInteger(e.value_at, 4, false);
       if (group_length >= bytes.size() - e.end()) {
         bytes.Refuse(fmt::format("the meta information is {} bytes long but only {} are left", group_length,
@@ -190,12 +191,12 @@ void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding, Dico
     outline.ends_early = at >= inside.back().end;
     if (outline.ends_early) return;
     const Element e = bytes.ReadElement(at, encoding);
-    if (e.group == 0 || e.value_at == 0) return;          // padding, or not in the standard
+    if (e.group == 0 || e.value_at == 0) return;  // padding, or not in the standard
     if (e.group == 0x7fe0 && inside.size() == 1 && e.number != 0) {
       if (e.number == 0x10 && e.length != kUndefined) outline.pixels_end = e.end();
       return;
     }
-    if (e.length == kUndefined && e.vr == "UN") return;   // its content has another encoding
+    if (e.length == kUndefined && e.vr == "UN") return;  // its content has another encoding
     at = e.value_at;
     if (e.group == 0xfffe && e.number != 0xe000) {  // end of an item or a sequence
       if (inside.back().delimited) inside.pop_back();

@@ -42,8 +42,8 @@ class DicomInput {
 /// --as-ct if it is not stated to be a CT but may be one; CheckSeries() refuses the others.
 DicomSeries TakeAsCt(DicomSeries series, bool as_ct);
 
-/// Returns a picture of the series' middle slice: `side` x `side` grey values row by row, air black and enamel white, the
-/// slice fitted in and centred on black. Returns nothing if the slice cannot be read. Takes a few milliseconds.
+/// Returns a picture of the series' middle slice: `side` x `side` grey values row by row, air black and enamel white,
+/// the slice fitted in and centred on black. Returns nothing if the slice cannot be read. Takes a few milliseconds.
 std::vector<std::uint8_t> DrawMiddleSlice(const DicomSeries& series, int side);
 
 }  // namespace kerf

@@ -63,8 +63,7 @@ class Listing {
   // Adds a file. Returns the number of its slices.
   std::size_t Add(const fs::path& path) {
     try {
-      if (const auto failed = failures_.find(path.string()); failed != failures_.end())
-        throw Error(failed->second);
+      if (const auto failed = failures_.find(path.string()); failed != failures_.end()) throw Error(failed->second);
       if (IsAppleDouble(path)) return 0;
       if (IsDicomFile(path)) return AddDicom(path);
       if (!ClaimsToBeDicom(path)) return 0;
@@ -81,7 +80,8 @@ class Listing {
   bool empty() const { return by_uid_.empty(); }
   // The fault of the first file that could not be read; empty: none.
   std::string first_fault() const {
-    const auto found = std::find_if(unread_.begin(), unread_.end(), [](const Unread& unread) { return unread.is_image; });
+    const auto found =
+        std::find_if(unread_.begin(), unread_.end(), [](const Unread& unread) { return unread.is_image; });
     return found == unread_.end() ? "" : found->file.fault;
   }
 
@@ -118,8 +118,7 @@ class Listing {
     const bool is_beside = std::any_of(series.slices.begin(), series.slices.end(), [&folder](const DicomSlice& s) {
       return fs::path(s.path).parent_path() == folder;
     });
-    file.may_be_slice =
-        unread.is_image && (unread.series_uid.empty() ? is_beside : unread.series_uid == series.uid);
+    file.may_be_slice = unread.is_image && (unread.series_uid.empty() ? is_beside : unread.series_uid == series.uid);
     series.left_out.push_back(std::move(file));
   }
 
@@ -253,8 +252,8 @@ std::vector<DicomSeries> ListInChild(const std::string& path, const Failures& fa
   std::error_code failed;
   const bool is_folder = fs::is_directory(path, failed);
   if (!is_folder && (!fs::exists(path, failed) || !IsDicomFile(path))) {
-    throw Error(fmt::format("{}: {}", path,
-                            fs::exists(path, failed) ? "is not a folder of DICOM files" : "no such folder"));
+    throw Error(
+        fmt::format("{}: {}", path, fs::exists(path, failed) ? "is not a folder of DICOM files" : "no such folder"));
   }
   std::string folder = path;
   if (!is_folder) {
@@ -299,8 +298,8 @@ std::vector<DicomSeries> ListDicomSeries(const std::string& path, const std::fun
   while (true) {
     try {
       return DecodeSeries(RunInChild(
-          path, kListing,
-          [&](ChildReport& report) { return Encode(ListInChild(path, failures, current, report)); }, progress));
+          path, kListing, [&](ChildReport& report) { return Encode(ListInChild(path, failures, current, report)); },
+          progress));
     } catch (const Error& e) {
       // The library failed at a file, which is left out from now on.
       const std::string failed_at = current.Get();

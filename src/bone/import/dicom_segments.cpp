@@ -1,13 +1,20 @@
 #include "bone/import/dicom_segments.h"
 
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <string_view>
+#include <utility>
 
 #include "base/files/child.h"
 #include "bone/import/dicom_header.h"
+#include "bone/import/limits.h"
 #include "bone/import/packed_segments.h"
 #include "bone/import/unpack.h"
 #include "kerf/error.h"
@@ -22,6 +29,83 @@ constexpr std::uint64_t kMemoryPerByte = 64;  // of the file: elements of a few 
 constexpr double kSilent_s = 120;
 constexpr const char* kLabelMapStorage = "1.2.840.10008.5.1.4.1.1.66.7";
 constexpr std::uint64_t kMaxBytes = std::uint64_t{2} << 30;
+
+constexpr std::size_t kMaxMeta = 1 << 16;   // bytes of a file in which its transfer syntax is sought
+constexpr std::size_t kMetaLengthAt = 140;  // after the preamble, "DICM" and the first element's tag, type and length
+constexpr std::size_t kMetaAt = 144;
+
+// The bytes that GDCM reads, if they are not those of the file, and how the pixels are stored.
+struct DicomBytes {
+  std::optional<std::string> text;
+  SegmentPacking packing = SegmentPacking::kNative;
+};
+
+// Appends the unpacked data set of a file that is deflated as a whole (PS3.5 A.5).
+void AppendInflated(std::istream& in, std::uint64_t most_bytes, const std::string& path, std::string& to) {
+  z_stream z{};
+  if (inflateInit2(&z, -MAX_WBITS) != Z_OK) throw Error(path + ": not enough memory to unpack the data set");
+  std::vector<char> packed(1 << 16), chunk(1 << 18);
+  int state = Z_OK;
+  while (state == Z_OK && to.size() <= most_bytes && in) {
+    in.read(packed.data(), static_cast<std::streamsize>(packed.size()));
+    z.next_in = reinterpret_cast<unsigned char*>(packed.data());
+    z.avail_in = static_cast<uInt>(in.gcount());
+    if (z.avail_in == 0) break;
+    do {
+      z.next_out = reinterpret_cast<unsigned char*>(chunk.data());
+      z.avail_out = static_cast<uInt>(chunk.size());
+      state = inflate(&z, Z_NO_FLUSH);
+      to.append(chunk.data(), chunk.size() - z.avail_out);
+    } while (state == Z_OK && z.avail_out == 0 && to.size() <= most_bytes);
+    if (state == Z_BUF_ERROR) state = Z_OK;  // it needs more bytes
+  }
+  inflateEnd(&z);
+  if (to.size() > most_bytes) throw Error(path + ": the file unpacks to more than 2 GiB");
+  if (state != Z_STREAM_END) {
+    throw Error(
+        fmt::format("{}: the file is {}: its deflated data set does not unpack to its end; copy or export it "
+                    "again",
+                    path, state == Z_OK ? "cut off" : "damaged"));
+  }
+}
+
+// Finds the transfer syntax. If the whole data set or each frame is deflated, returns the file with a syntax that GDCM
+// reads safely.
+DicomBytes FindPacking(const std::string& path, std::uint64_t most_bytes) {
+  constexpr std::string_view kBegin("DICM\2\0\0\0", 8), kSyntax("\2\0\x10\0UI", 6);
+  std::ifstream in(path, std::ios::binary);
+  std::string head(kMaxMeta, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  const std::size_t at = head.find(kSyntax, std::min(kMetaAt, head.size()));
+  if (head.size() < kMetaAt || head.compare(128, kBegin.size(), kBegin) != 0 || at == std::string::npos) return {};
+  const std::size_t uid_at = at + kSyntax.size() + 2;
+  const std::string uid = head.substr(uid_at, head.find('\0', uid_at) - uid_at);
+  const auto is = [&uid](std::string_view syntax) { return uid.compare(0, syntax.size(), syntax) == 0; };
+  const bool deflated_frames = is("1.2.840.10008.1.2.8.1");
+  if (!deflated_frames && !is("1.2.840.10008.1.2.1.99")) {
+    return {std::nullopt, is("1.2.840.10008.1.2.4") || is("1.2.840.10008.1.2.5") ? SegmentPacking::kCompressed
+                                                                                 : SegmentPacking::kNative};
+  }
+  std::uint64_t meta_end = kMetaAt;
+  for (int i = 0; i < 4; ++i) {
+    meta_end += std::uint64_t{static_cast<unsigned char>(head[kMetaLengthAt + static_cast<std::size_t>(i)])} << (8 * i);
+  }
+  if (meta_end > head.size() || uid_at > meta_end) return {};  // the check of the header refuses it
+  std::string text = head.substr(0, meta_end);
+  in.clear();
+  in.seekg(static_cast<std::streamoff>(meta_end));
+  if (deflated_frames) {
+    std::ostringstream rest;
+    rest << in.rdbuf();
+    text += rest.str();
+    text.replace(uid_at, 21, std::string("1.2.840.10008.1.2.5\0\0", 21));
+    return {std::move(text), SegmentPacking::kDeflatedFrames};
+  }
+  AppendInflated(in, most_bytes, path, text);
+  text.replace(uid_at, 22, std::string("1.2.840.10008.1.2.1\0\0\0", 22));
+  return {std::move(text), SegmentPacking::kNative};
+}
 
 }  // namespace
 
@@ -42,16 +126,37 @@ bool IsDicomSegmentation(const std::string& path) {
   return outline.class_uid == kSegmentationStorage || outline.class_uid == kLabelMapStorage;
 }
 
-DicomSegments ReadDicomSegments(const std::string& path) {
-  CheckDicomHeader(path);
+DicomSegments ReadDicomSegments(const std::string& path, double threshold) {
   std::error_code failed;
   const std::uintmax_t file_bytes = std::filesystem::file_size(path, failed);
-  if (failed || file_bytes > kMaxBytes) throw Error(fmt::format("{}: is larger than 2 GiB or can't be read", path));
-  const SharedMemory bytes(static_cast<std::size_t>(file_bytes));
-  const std::span<char> pixels(bytes.data(), bytes.size());
-  const auto pack = [&](ChildReport&) { return PackSegments(path, pixels); };
-  const ChildLimits limits{std::min(kMaxMemory, kLeastMemory + kMemoryPerByte * file_bytes), kSilent_s};
-  return UnpackSegments(RunInChild(path, limits, pack, {}), pixels, path);
+  if (failed) throw Error(fmt::format("{}: the file can't be opened", path));
+  if (file_bytes > kMaxBytes) throw Error(fmt::format("{}: is larger than 2 GiB", path));
+  const std::uint64_t unpacked_bytes =
+      std::min(kMaxBytes, static_cast<std::uint64_t>(kMaxUnpackRatio) * std::uint64_t{file_bytes});
+  DicomBytes file = FindPacking(path, unpacked_bytes);
+  if (file.text) {
+    std::istringstream in(*file.text);
+    CheckDicomHeader(in, path);
+  } else {
+    CheckDicomHeader(path);
+  }
+  const bool packed = file.packing != SegmentPacking::kNative;
+  const std::uint64_t bytes = file.text ? file.text->size() : std::uint64_t{file_bytes};
+  const SharedMemory memory(static_cast<std::size_t>(packed ? unpacked_bytes : bytes));
+  const std::span<char> pixels(memory.data(), memory.size());
+  const auto pack = [&](ChildReport&) {
+    std::unique_ptr<std::istream> in;
+    if (file.text) {
+      in = std::make_unique<std::istringstream>(std::move(*file.text));
+    } else {
+      in = std::make_unique<std::ifstream>(path, std::ios::binary);
+    }
+    return PackSegments(*in, file.packing, pixels, path);
+  };
+  // GDCM holds compressed frames and, several times, what they unpack to.
+  const std::uint64_t per_byte = packed ? static_cast<std::uint64_t>(kMaxUnpackRatio) : kMemoryPerByte;
+  const ChildLimits limits{std::min(kMaxMemory, kLeastMemory + per_byte * bytes), kSilent_s};
+  return UnpackSegments(RunInChild(path, limits, pack, {}), pixels, threshold, path);
 }
 
 }  // namespace kerf

@@ -10,8 +10,12 @@
 
 namespace kerf {
 
-/// Class of a segmentation.
+/// Classes of a segmentation: with frames for each segment, and with a label in each pixel.
 inline constexpr const char* kSegmentationStorage = "1.2.840.10008.5.1.4.1.1.66.4";
+inline constexpr const char* kLabelMapStorage = "1.2.840.10008.5.1.4.1.1.66.7";
+
+/// Fraction of the range of a fractional segmentation from which on a voxel counts.
+inline constexpr double kHalfFraction = 0.5;
 
 /// A segment as its file describes it.
 struct DicomSegment {
@@ -22,9 +26,9 @@ struct DicomSegment {
   std::vector<std::string> modifiers;  // SNOMED CT codes of the type's modifiers
 };
 
-/// One slice of one segment.
+/// One slice of one segment, or of a label map.
 struct DicomSegmentFrame {
-  int segment = 0;   // number of its segment
+  int segment = 0;   // number of its segment; 0 in a label map
   Vec3 origin_W{0};  // centre of its first pixel, LPS, mm
 };
 
@@ -37,7 +41,9 @@ struct DicomSegments {
   Vec3 column_W{0};
   std::vector<DicomSegment> segments;
   std::vector<DicomSegmentFrame> frames;
-  std::vector<std::uint8_t> pixels;  // of all frames, row by row: 1 in the segment
+  std::vector<std::uint8_t> pixels;   // of all frames, row by row: 1 in the segment; none in a label map
+  std::vector<std::uint16_t> labels;  // the same of a label map: numbers of segments, 0 for none
+  std::vector<std::string> warnings;  // one sentence each
 };
 
 /// Returns whether the file begins like a DICOM file (BeginsLikeDicom()). Throws kerf::Error as OpenImageFile() does.
@@ -46,9 +52,10 @@ bool IsDicomFile(const std::string& path);
 /// Returns whether the file is a DICOM segmentation. Throws kerf::Error as OpenImageFile() does.
 bool IsDicomSegmentation(const std::string& path);
 
-/// Reads a segmentation with the type BINARY or FRACTIONAL, whose voxels count from half of their range on. Throws
-/// kerf::Error with one sentence if the file is not a DICOM segmentation, is compressed, damaged or larger than 2 GiB,
-/// or contradicts itself.
-DicomSegments ReadDicomSegments(const std::string& path);
+/// Reads a segmentation with the type BINARY, LABELMAP or FRACTIONAL, whose voxels count from the fraction `threshold`
+/// of their range on. The whole data set may be deflated, and the pixels compressed as GDCM reads them. Throws
+/// kerf::Error with one sentence if the file is not a DICOM segmentation of slices, is damaged, is larger than 2 GiB or
+/// unpacks to more, or contradicts itself.
+DicomSegments ReadDicomSegments(const std::string& path, double threshold = kHalfFraction);
 
 }  // namespace kerf

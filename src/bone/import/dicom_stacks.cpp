@@ -60,9 +60,8 @@ bool IsCapture(const DicomSlice& slice) {
 }
 
 void LeaveOutOthers(Slices& slices, std::vector<LeftOutFile>& left_out) {
-  LeaveOut(slices, left_out, "localizer by ImageType", false, [](const DicomSlice& s) {
-    return std::string(IsLocalizer(s) ? "is a localizer" : "");
-  });
+  LeaveOut(slices, left_out, "localizer by ImageType", false,
+           [](const DicomSlice& s) { return std::string(IsLocalizer(s) ? "is a localizer" : ""); });
   LeaveOut(slices, left_out, "colour image", true, [](const DicomSlice& s) {
     return s.samples == 1 ? "" : fmt::format("is a colour image ({} samples per pixel), not CT", s.samples);
   });
@@ -175,10 +174,11 @@ void LeaveOutCopies(Slices& slices, std::vector<LeftOutFile>& left_out) {
     const auto found = copies.find(s.path);
     return found == copies.end() ? "" : fmt::format("is a copy of {}", FileName(found->second));
   });
-  LeaveOut(slices, left_out, "cut off; there is a whole file of the same slice", false, [&damaged](const DicomSlice& s) {
-    const auto found = damaged.find(s.path);
-    return found == damaged.end() ? "" : fmt::format("is cut off, but {} is whole", FileName(found->second));
-  });
+  LeaveOut(slices, left_out, "cut off; there is a whole file of the same slice", false,
+           [&damaged](const DicomSlice& s) {
+             const auto found = damaged.find(s.path);
+             return found == damaged.end() ? "" : fmt::format("is cut off, but {} is whole", FileName(found->second));
+           });
 }
 
 // Distances between neighbours along the normal; none if a slice has no position.
@@ -265,8 +265,8 @@ bool Overlap(const std::vector<DicomSeries>& stacks) {
   std::vector<std::pair<double, double>> ranges;
   const Vec3 normal = CalcNormal(stacks.front().slices.front());
   for (const DicomSeries& stack : stacks) {
-    const auto [low, high] = std::minmax(glm::dot(normal, stack.slices.front().origin_W),
-                                         glm::dot(normal, stack.slices.back().origin_W));
+    const auto [low, high] =
+        std::minmax(glm::dot(normal, stack.slices.front().origin_W), glm::dot(normal, stack.slices.back().origin_W));
     ranges.emplace_back(low, high);
   }
   std::sort(ranges.begin(), ranges.end());
@@ -329,8 +329,8 @@ std::vector<DicomSeries> DivideByShape(DicomSeries series) {
   }
   std::stable_sort(groups.begin(), groups.end(), [](const Slices& a, const Slices& b) { return a.size() > b.size(); });
   const DicomSlice& usual = groups.front().front();
-  const auto few = std::find_if(groups.begin() + 1, groups.end(),
-                                [](const Slices& group) { return group.size() < kFewestSlices; });
+  const auto few =
+      std::find_if(groups.begin() + 1, groups.end(), [](const Slices& group) { return group.size() < kFewestSlices; });
   for (auto group = few; group != groups.end(); ++group) {
     for (const DicomSlice& s : *group) {
       const bool turned = s.size == usual.size;
@@ -357,11 +357,9 @@ std::vector<DicomSeries> DivideByShape(DicomSeries series) {
 std::vector<DicomSeries> DivideIntoStacks(DicomSeries series) {
   LeaveOutCopies(series.slices, series.left_out);
   std::vector<DicomSeries> stacks;
-  const auto persons =
-      GroupBy(series.slices, [](const DicomSlice& s) { return fmt::format("{:x}", s.patient); });
+  const auto persons = GroupBy(series.slices, [](const DicomSlice& s) { return fmt::format("{:x}", s.patient); });
   for (std::size_t p = 0; p < persons.size(); ++p) {
-    const auto studies =
-        GroupBy(persons[p].second, [](const DicomSlice& s) { return fmt::format("{:x}", s.study); });
+    const auto studies = GroupBy(persons[p].second, [](const DicomSlice& s) { return fmt::format("{:x}", s.study); });
     for (std::size_t n = 0; n < studies.size(); ++n) {
       DicomSeries part = series;
       part.slices = studies[n].second;

@@ -72,7 +72,8 @@ class ZipFile {
   std::vector<PackedFile> ListFiles() const {
     const zip_int64_t count = zip_get_num_entries(archive_, 0);
     if (count < 0 || static_cast<std::uint64_t>(count) > kMaxPackedFiles) {
-      throw Error(fmt::format("{}: contains {} files, more than the {} that kerf unpacks", path_, count, kMaxPackedFiles));
+      throw Error(
+          fmt::format("{}: contains {} files, more than the {} that kerf unpacks", path_, count, kMaxPackedFiles));
     }
     std::vector<PackedFile> files;
     std::set<std::string> names;
@@ -87,8 +88,8 @@ class ZipFile {
       const std::string name = MakeSafeName(packed_name);
       if (name.empty() || packed_name.ends_with('/') || packed_name.ends_with('\\')) continue;
       if (stat.encryption_method != ZIP_EM_NONE) {
-        throw Error(fmt::format("{}: '{}' is encrypted; unpack the file with its password and give the folder", path_,
-                                name));
+        throw Error(
+            fmt::format("{}: '{}' is encrypted; unpack the file with its password and give the folder", path_, name));
       }
       all_bytes += static_cast<double>(stat.size);
       // Equal names are told apart by a number.
@@ -99,9 +100,10 @@ class ZipFile {
     std::error_code failed;
     const auto own_bytes = static_cast<double>(fs::file_size(path_, failed));
     if (all_bytes > kMaxPackedBytes || all_bytes > kFreePackedBytes + kMaxPackedRatio * own_bytes) {
-      throw Error(fmt::format("{}: would take {:.1f} GB when unpacked, more than kerf allows for a file of {:.3f} GB; "
-                              "unpack it and give the folder",
-                              path_, all_bytes / 1e9, own_bytes / 1e9));
+      throw Error(
+          fmt::format("{}: would take {:.1f} GB when unpacked, more than kerf allows for a file of {:.3f} GB; "
+                      "unpack it and give the folder",
+                      path_, all_bytes / 1e9, own_bytes / 1e9));
     }
     return files;
   }

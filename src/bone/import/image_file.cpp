@@ -78,47 +78,61 @@ void PlaceMeta(const ImageFields& fields, const std::string& path, bool frame_st
   ReinterpretFrame(volume.frame, volume);
 }
 
-// Returns whether the first axis of an NRRD runs over the values of a voxel instead of through space.
-bool RunsOverValues(const ImageFields& fields, std::size_t dimensions) {
-  if (dimensions < 4) return false;
+// Axis of an NRRD that runs over the values of a voxel instead of through space.
+enum class ValueAxis { kNone, kFirst, kLast };
+
+ValueAxis FindValueAxis(const ImageFields& fields, std::size_t dimensions) {
+  if (dimensions < 4) return ValueAxis::kNone;
   const std::string kinds = Lower(fields.Get("kinds"));
-  const std::string first = kinds.substr(0, kinds.find(' '));
-  if (first.empty()) return Lower(fields.Get("spacedirections")).compare(0, 4, "none") == 0;
-  return first != "domain" && first != "space" && first != "time";
+  const std::string directions = Lower(fields.Get("spacedirections"));
+  const auto is_value = [](const std::string& kind) { return kind != "domain" && kind != "space" && kind != "time"; };
+  if (kinds.empty()) {
+    if (directions.compare(0, 4, "none") == 0) return ValueAxis::kFirst;
+    return EndsWith(directions, "none") ? ValueAxis::kLast : ValueAxis::kNone;
+  }
+  if (is_value(kinds.substr(0, kinds.find(' ')))) return ValueAxis::kFirst;
+  return is_value(kinds.substr(kinds.rfind(' ') + 1)) ? ValueAxis::kLast : ValueAxis::kNone;
 }
 
-// The values of one voxel follow each other. Returns those of each layer.
-std::vector<std::vector<std::int16_t>> SplitLayers(std::vector<std::int16_t> values, std::size_t layers) {
+// Returns the values of each layer. On the first axis, those of one voxel follow each other.
+std::vector<std::vector<std::int16_t>> SplitLayers(std::vector<std::int16_t> values, std::size_t layers,
+                                                   ValueAxis axis) {
   std::vector<std::vector<std::int16_t>> split(layers);
   if (layers == 1) {
     split[0] = std::move(values);
     return split;
   }
+  const std::size_t count = values.size() / layers;
+  const std::size_t step = axis == ValueAxis::kFirst ? layers : 1;
   for (std::size_t n = 0; n < layers; ++n) {
-    split[n].reserve(values.size() / layers);
-    for (std::size_t v = n; v < values.size(); v += layers) split[n].push_back(values[v]);
+    split[n].reserve(count);
+    std::size_t from = axis == ValueAxis::kFirst ? n : n * count;
+    for (std::size_t v = 0; v < count; ++v, from += step) split[n].push_back(values[from]);
   }
   return split;
 }
 
 LayeredImage ReadNrrdOrMeta(const std::string& path, const std::string& frame, ImageLayout& layout,
-                            std::size_t max_layers) {
+                            std::size_t max_layers, double scale) {
   LayeredImage image;
   Volume& volume = image.lattice;
   const bool is_nrrd = IsNrrd(path);
   ImageFields fields = is_nrrd ? ParseNrrdFields(ReadHead(path)) : ParseMetaFields(ReadHead(path));
   std::vector<double> sizes = layout.sizes;
   std::size_t layers = 1;
+  ValueAxis axis = ValueAxis::kNone;
   if (is_nrrd) {
     const std::vector<double> all_sizes = ParseNumbers(fields.Get("sizes"));
-    if (RunsOverValues(fields, all_sizes.size())) {
-      if (all_sizes[0] > static_cast<double>(max_layers)) {
-        if (max_layers == 1) CheckOneComponent(static_cast<unsigned>(all_sizes[0]), path);
-        throw Error(
-            fmt::format("{}: the image has {:.0f} layers; kerf reads up to {}", path, all_sizes[0], max_layers));
+    axis = FindValueAxis(fields, all_sizes.size());
+    if (axis != ValueAxis::kNone) {
+      const bool first = axis == ValueAxis::kFirst;
+      const double values = first ? all_sizes.front() : all_sizes.back();
+      if (values > static_cast<double>(max_layers)) {
+        if (max_layers == 1) CheckOneComponent(static_cast<unsigned>(values), path);
+        throw Error(fmt::format("{}: the image has {:.0f} layers; kerf reads up to {}", path, values, max_layers));
       }
-      layers = static_cast<std::size_t>(all_sizes[0]);
-      sizes.assign(all_sizes.begin() + 1, all_sizes.end());
+      layers = static_cast<std::size_t>(values);
+      sizes.assign(all_sizes.begin() + (first ? 1 : 0), all_sizes.end() - (first ? 0 : 1));
       while (sizes.size() > 3 && sizes.back() == 1) sizes.pop_back();
     }
     SetNrrdFrame(fields, path, frame, volume);
@@ -139,23 +153,23 @@ LayeredImage ReadNrrdOrMeta(const std::string& path, const std::string& frame, I
   const std::size_t count = volume.count() * layers;
   const std::vector<char> bytes = ReadVoxels(layout, count, path);
   std::vector<std::int16_t> values;
-  const Overflow overflow = AppendHu(bytes, layout.type, 1, 0, path, values);
+  const Overflow overflow = AppendHu(bytes, layout.type, scale, 0, path, values);
   volume.exact = overflow.count == 0 && !overflow.rounded;
   if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, count));
-  image.layers = SplitLayers(std::move(values), layers);
+  image.layers = SplitLayers(std::move(values), layers, axis);
   image.keys = std::move(fields.keys);
   return image;
 }
 
-LayeredImage ReadLayers(const std::string& path, const std::string& frame, std::size_t max_layers) {
+LayeredImage ReadLayers(const std::string& path, const std::string& frame, std::size_t max_layers, double scale) {
   ImageCheck check = CheckImageHeader(path, max_layers > 1 ? ImageContent::kLabels : ImageContent::kCt);
   LayeredImage image;
   if (HasNiftiExtension(path)) {
-    image.lattice = ReadNifti(path, frame);
+    image.lattice = ReadNifti(path, frame, scale);
     image.layers.push_back(std::move(image.lattice.hu));
     image.lattice.hu.clear();
   } else {
-    image = ReadNrrdOrMeta(path, frame, check.layout, max_layers);
+    image = ReadNrrdOrMeta(path, frame, check.layout, max_layers, scale);
   }
   std::vector<std::string>& warnings = image.lattice.warnings;
   warnings.insert(warnings.end(), check.warnings.begin(), check.warnings.end());
@@ -165,13 +179,13 @@ LayeredImage ReadLayers(const std::string& path, const std::string& frame, std::
 }  // namespace
 
 Volume ReadImageFile(const std::string& path, const std::string& frame) {
-  LayeredImage image = ReadLayers(path, frame, 1);
+  LayeredImage image = ReadLayers(path, frame, 1, 1);
   image.lattice.hu = std::move(image.layers.front());
   return std::move(image.lattice);
 }
 
-LayeredImage ReadLayeredImage(const std::string& path, const std::string& frame) {
-  return ReadLayers(path, frame, kMaxLabelLayers);
+LayeredImage ReadLayeredImage(const std::string& path, const std::string& frame, double scale) {
+  return ReadLayers(path, frame, kMaxLabelLayers, scale);
 }
 
 }  // namespace kerf

@@ -22,8 +22,9 @@ struct LayeredImage {
   std::map<std::string, std::string> keys;  // of an NRRD header: its lines "key:=value"
 };
 
-/// Reads a volume as ReadImageFile() does, or an NRRD whose first axis runs over up to kMaxLabelLayers values of a
-/// voxel and whose other axes run through space, as 3D Slicer writes segmentations that overlap.
-LayeredImage ReadLayeredImage(const std::string& path, const std::string& frame = "");
+/// Reads a volume as ReadImageFile() does, or an NRRD whose first or last axis runs over up to kMaxLabelLayers values
+/// of a voxel and whose other axes run through space, as 3D Slicer writes segmentations that overlap. The values are
+/// multiplied by `scale` before they are rounded.
+LayeredImage ReadLayeredImage(const std::string& path, const std::string& frame = "", double scale = 1);
 
 }  // namespace kerf

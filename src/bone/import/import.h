@@ -65,10 +65,10 @@ void Describe(ImportOptions& p, V&& visit) {
 /// How a mask was used. Volumes in mm^3; of the mask, on the lattice of the CT or, without a CT, on its own.
 struct MaskReport {
   bool used = false;
-  double reach_mm = 0;     // 0 without a CT
-  double wanted_mm3 = 0;   // of the wanted bone in the mask
-  double added_mm3 = 0;    // bone by the mask alone, where the CT shows none and no cavity
-  double cut_off_mm3 = 0;  // bone by the CT alone, as in MaskUse
+  double reach_mm = 0;        // 0 without a CT
+  double wanted_mm3 = 0;      // of the wanted bone in the mask
+  double added_mm3 = 0;       // bone by the mask alone, where the CT shows none and no cavity
+  double cut_off_mm3 = 0;     // bone by the CT alone, as in MaskUse
   double given_away_mm3 = 0;  // bone by CT and mask that is not in the result, as in MaskUse
   double given_away_mm = 0;   // its greatest distance from the result
 };
@@ -115,10 +115,10 @@ struct ImportResult {
 /// Returns whether the path has the extension of a surface file.
 bool IsSurfacePath(const std::string& path);
 
-/// Imports a bone. `path`: DICOM (a folder, a DICOMDIR, a slice or a .zip), an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a closed surface (.stl .obj
-/// .ply), or empty for a bone from `options.isolate.mask` alone. The bone's coordinates are the patient's (LPS, mm), or
-/// those of the surface. Throws kerf::Error with one sentence if the input cannot be converted to a bone, and lets
-/// Cancelled pass.
+/// Imports a bone. `path`: DICOM (a folder, a DICOMDIR, a slice or a .zip), an image (.nrrd .nhdr .nii .nii.gz .mha
+/// .mhd) or a closed surface (.stl .obj .ply), or empty for a bone from `options.isolate.mask` alone. The bone's
+/// coordinates are the patient's (LPS, mm), or those of the surface. Throws kerf::Error with one sentence if the input
+/// cannot be converted to a bone, and lets Cancelled pass.
 ImportResult Import(const std::string& path, const ImportOptions& options);
 
 /// Reads the CT as Import() does, using `options.series`, `options.frame` and `options.progress`; sets the kind and the

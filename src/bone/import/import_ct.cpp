@@ -121,10 +121,10 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
   }
   if (DicomInput::Is(path)) return ReadDicom(path, options, report);
   if (!HasImageExtension(path)) {
-    throw Error(
-        fmt::format("{}: unknown file type; kerf imports DICOM (a folder, a file, a .zip), .nrrd .nhdr .nii .nii.gz .mha "
-                    ".mhd, or a closed surface .stl .obj .ply",
-                    path));
+    throw Error(fmt::format(
+        "{}: unknown file type; kerf imports DICOM (a folder, a file, a .zip), .nrrd .nhdr .nii .nii.gz .mha "
+        ".mhd, or a closed surface .stl .obj .ply",
+        path));
   }
   report.kind = "image";
   return ReadImageFile(path, options.frame);
@@ -149,8 +149,7 @@ Volume ReadHu(const std::string& path, const ImportOptions& options, ImportRepor
     const std::string& segmented = options.isolate.mask->series_uid;
     const std::string own = report.series_uid.substr(0, report.series_uid.find('#'));
     if (!segmented.empty() && !own.empty() && segmented != own) {
-      report.warnings.push_back(
-          fmt::format("the mask refers to the series {}, not to this CT's, {}", segmented, own));
+      report.warnings.push_back(fmt::format("the mask refers to the series {}, not to this CT's, {}", segmented, own));
     }
   }
   report.size = ct.size;
@@ -219,7 +218,8 @@ void SuggestLimits(const Isolation& isolation, const ImportOptions& options, Imp
   const Box3 crop_W = box_W.Grown(5);
   report.warnings.push_back(fmt::format(
       "the scan has {} x {} x {} voxels of {:.3g} x {:.3g} x {:.3g} mm, {:.0f} MB: --voxel {:.3g} is the smallest that "
-      "shows more of it, and a crop to x {:.0f} to {:.0f}, y {:.0f} to {:.0f}, z {:.0f} to {:.0f} mm would hold the bone",
+      "shows more of it, and a crop to x {:.0f} to {:.0f}, y {:.0f} to {:.0f}, z {:.0f} to {:.0f} mm would hold the "
+      "bone",
       nx, ny, nz, h.x, h.y, h.z, 2e-6 * nx * ny * nz, least_mm, crop_W.lower.x, crop_W.upper.x, crop_W.lower.y,
       crop_W.upper.y, crop_W.lower.z, crop_W.upper.z));
 }

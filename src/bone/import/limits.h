@@ -34,8 +34,8 @@ inline constexpr std::size_t kMaxDicomDepth = 64;
 /// Files in a ZIP file, and bytes of all of them when unpacked. A CT of 512 x 512 x 2000 voxels has 1.1e9 bytes.
 inline constexpr std::uint64_t kMaxPackedFiles = 20'000;
 inline constexpr double kMaxPackedBytes = 8e9;
-/// Unpacked bytes per byte of a ZIP file that unpacks to more than kFreePackedBytes. CTs are packed to a half or a third,
-/// those with much air to a tenth.
+/// Unpacked bytes per byte of a ZIP file that unpacks to more than kFreePackedBytes. CTs are packed to a half or a
+/// third, those with much air to a tenth.
 inline constexpr double kMaxPackedRatio = 100;
 inline constexpr double kFreePackedBytes = 64e6;
 

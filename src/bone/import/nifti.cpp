@@ -271,7 +271,7 @@ NiftiHeader ReadNiftiHeader(const std::string& path) {
   return header;
 }
 
-Volume ReadNifti(const std::string& path, const std::string& frame) {
+Volume ReadNifti(const std::string& path, const std::string& frame, double scale) {
   const NiftiHeader header = ReadNiftiHeader(path);
   if (header.sizes.size() != 3) {
     throw Error(fmt::format("{}: the image has {} dimensions; kerf requires 3", path, header.sizes.size()));
@@ -302,7 +302,7 @@ Volume ReadNifti(const std::string& path, const std::string& frame) {
   }
   const std::vector<char> values = ReadVoxels(layout, volume.count(), path);
   const auto [slope, intercept] = ReadRescale(header, path, volume.warnings);
-  const Overflow overflow = AppendHu(values, layout.type, slope, intercept, path, volume.hu);
+  const Overflow overflow = AppendHu(values, layout.type, scale * slope, scale * intercept, path, volume.hu);
   volume.exact = overflow.count == 0 && !overflow.rounded;
   if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
   return volume;

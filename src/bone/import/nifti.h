@@ -23,7 +23,8 @@ NiftiHeader ReadNiftiHeader(const std::string& path);
 
 /// Reads the volume: values by scl_slope and scl_inter, position by sform or qform and the unit in xyzt_units. The
 /// volume's warnings state what these leave open and where they contradict each other. `frame`: overrides NIfTI's RAS
-/// if not empty. The header and the length of the file must have been checked (image_header.h).
-Volume ReadNifti(const std::string& path, const std::string& frame);
+/// if not empty. The values are multiplied by `scale` before they are rounded. The header and the length of the file
+/// must have been checked (image_header.h).
+Volume ReadNifti(const std::string& path, const std::string& frame, double scale = 1);
 
 }  // namespace kerf

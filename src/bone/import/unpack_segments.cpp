@@ -16,7 +16,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kHalf = 0.5;  // of the range of a fraction
 constexpr std::uint64_t kMaxShort = 65535;
 
 // The child process may have returned anything, if a damaged file changed what the library does. Throws
@@ -63,6 +62,7 @@ void TakeLattice(const Json& json, const std::string& path, DicomSegments& read)
 }
 
 void TakeFrames(const Json& json, const std::string& path, DicomSegments& read) {
+  const bool label_map = json.at("label_map").get<bool>();
   std::set<int> numbers;
   for (const Json& item : json.at("segments")) {
     DicomSegment& segment = read.segments.emplace_back();
@@ -86,7 +86,7 @@ void TakeFrames(const Json& json, const std::string& path, DicomSegments& read) 
     if (position.size() != 3 || !IsInWorld(ToVec3(position))) {
       throw Error(fmt::format("{}: frame {} of the segmentation has no valid position", path, nth));
     }
-    if (numbers.count(number) == 0) {
+    if (!label_map && numbers.count(number) == 0) {
       throw Error(
           fmt::format("{}: frame {} belongs to segment {}, which the file does not describe", path, nth, number));
     }
@@ -95,16 +95,20 @@ void TakeFrames(const Json& json, const std::string& path, DicomSegments& read) 
 }
 
 // Throws kerf::Error unless `bytes` bytes are enough for the pixels of all frames, with `bits` bits each.
-void CheckPixels(const DicomSegments& read, std::uint64_t bytes, int bits, bool binary, const std::string& path) {
-  if (bits != (binary ? 1 : 8)) {
+void CheckPixels(const DicomSegments& read, std::uint64_t bytes, int bits, bool fractional, bool label_map,
+                 const std::string& path) {
+  const bool known = bits == 8 || (label_map && bits == 16) || (!label_map && !fractional && bits == 1);
+  if (!known) {
     throw Error(fmt::format("{}: the segmentation's pixels have {} bits; kerf reads {}", path, bits,
-                            binary ? "binary segmentations with 1 bit" : "fractional segmentations with 8 bits"));
+                            label_map    ? "label maps with 8 or 16 bits"
+                            : fractional ? "fractional segmentations with 8 bits"
+                                         : "binary segmentations with 1 or 8 bits"));
   }
   const std::uint64_t pixels = std::uint64_t{read.frames.size()} * static_cast<std::uint64_t>(read.size[0]) *
                                static_cast<std::uint64_t>(read.size[1]);
   if (pixels == 0) throw Error(fmt::format("{}: the segmentation has no pixels", path));
   if (pixels > kMaxVoxels) throw Error(fmt::format("{}: the segmentation has more than 2^31 pixels", path));
-  const std::uint64_t needed = binary ? (pixels + 7) / 8 : pixels;
+  const std::uint64_t needed = (pixels * static_cast<unsigned>(bits) + 7) / 8;
   if (bytes < needed) {
     throw Error(
         fmt::format("{}: the file is cut off or damaged: its {} frames of {} x {} pixels need {} bytes, but it "
@@ -113,31 +117,62 @@ void CheckPixels(const DicomSegments& read, std::uint64_t bytes, int bits, bool 
   }
 }
 
-DicomSegments Unpack(const Json& json, std::span<const char> pixels, const std::string& path) {
+// Sets the pixels of a segmentation with frames for each segment. A `fraction` of 0: it is binary.
+void TakePixels(std::span<const char> bytes, int bits, int fraction, double threshold, DicomSegments& read) {
+  const auto* raw = reinterpret_cast<const unsigned char*>(bytes.data());
+  const double least = threshold * fraction;
+  bool is_soft = false;
+  for (std::size_t i = 0; i < read.pixels.size(); ++i) {
+    if (bits == 1) {
+      read.pixels[i] = raw[i / 8] >> (i % 8) & 1;
+      continue;
+    }
+    read.pixels[i] = raw[i] > 0 && raw[i] >= least ? 1 : 0;
+    is_soft |= fraction > 0 && raw[i] > 0 && raw[i] < fraction;
+  }
+  if (is_soft) {
+    read.warnings.push_back(
+        fmt::format("the segmentation is fractional: the voxels of its segments are those from {:g} of its range on; "
+                    "to change this, use --mask-threshold",
+                    threshold));
+  }
+}
+
+DicomSegments Unpack(const Json& json, std::span<const char> pixels, double threshold, const std::string& path) {
   DicomSegments read;
   TakeLattice(json, path, read);
   TakeFrames(json, path, read);
   if (json.contains("series")) json.at("series").get_to(read.series_uid);
   const int bits = TakeShort(json.at("bits")), fraction = TakeShort(json.at("fraction"));
+  const bool label_map = json.at("label_map").get<bool>();
   const std::uint64_t bytes = TakeCount(json.at("bytes"), pixels.size());
-  CheckPixels(read, bytes, bits, fraction == 0, path);
-  read.pixels.resize(read.frames.size() * static_cast<std::size_t>(read.size[0]) *
-                     static_cast<std::size_t>(read.size[1]));
+  CheckPixels(read, bytes, bits, fraction > 0, label_map, path);
+  const std::size_t count =
+      read.frames.size() * static_cast<std::size_t>(read.size[0]) * static_cast<std::size_t>(read.size[1]);
+  if (!label_map) {
+    read.pixels.resize(count);
+    TakePixels(pixels, bits, fraction, threshold, read);
+    return read;
+  }
+  const int background = TakeShort(json.at("padding"));
   const auto* raw = reinterpret_cast<const unsigned char*>(pixels.data());
-  for (std::size_t i = 0; i < read.pixels.size(); ++i) {
-    read.pixels[i] = bits == 1 ? raw[i / 8] >> (i % 8) & 1 : raw[i] >= kHalf * fraction ? 1 : 0;
+  read.labels.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const int label = bits == 8 ? raw[i] : raw[2 * i] + 256 * raw[2 * i + 1];
+    read.labels[i] = static_cast<std::uint16_t>(label == background ? 0 : label);
   }
   return read;
 }
 
 }  // namespace
 
-DicomSegments UnpackSegments(const std::string& packed, std::span<const char> pixels, const std::string& path) {
+DicomSegments UnpackSegments(const std::string& packed, std::span<const char> pixels, double threshold,
+                             const std::string& path) {
   const auto refuse = [&path] {
     return Error(fmt::format("{}: the file is damaged: the library that reads it returned no segmentation", path));
   };
   try {
-    return Unpack(Json::parse(packed), pixels, path);
+    return Unpack(Json::parse(packed), pixels, threshold, path);
   } catch (const Json::exception&) {
     throw refuse();
   } catch (const std::out_of_range&) {

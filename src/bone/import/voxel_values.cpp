@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kMinHu = -32768;
 constexpr double kMaxHu = 32767;
+constexpr double kWhole = 1e-3;  // distance from a whole number that programs with single precision leave
 
 template <typename T>
 Overflow AppendAs(const std::vector<char>& bytes, double slope, double intercept, const std::string& name,
@@ -33,7 +34,7 @@ Overflow AppendAs(const std::vector<char>& bytes, double slope, double intercept
     const double hu = std::clamp(value, kMinHu, kMaxHu);
     if (hu != value) overflow.Add({.count = 1, .extreme = value});
     const auto stored = static_cast<std::int16_t>(std::lround(hu));
-    overflow.rounded |= static_cast<double>(stored) != hu;
+    overflow.rounded |= std::abs(static_cast<double>(stored) - hu) > kWhole;
     out.push_back(stored);
   }
   if (not_numbers > 0) {

@@ -20,7 +20,7 @@ std::size_t CalcBytes(VoxelType type);
 struct Overflow {
   std::size_t count = 0;
   double extreme = 0;    // the value farthest from 0
-  bool rounded = false;  // other values were not integers and were rounded
+  bool rounded = false;  // other values were not within 1e-3 of integers and were rounded
   void Add(const Overflow& other);
 };
 

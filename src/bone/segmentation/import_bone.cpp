@@ -12,8 +12,9 @@ namespace {
 void CheckMaskUse(const std::string& path, const ImportSettings& settings) {
   if (settings.mask.empty()) {
     if (path.empty()) throw Error("neither a CT, a surface nor a mask is given");
-    if (!settings.mask_labels.empty() || !settings.mask_label.empty() || settings.mask_reach_mm > 0) {
-      throw Error("mask_labels, mask_label and mask_reach_mm apply to a mask only, but none is given");
+    if (!settings.mask_labels.empty() || !settings.mask_label.empty() || settings.mask_reach_mm > 0 ||
+        settings.mask_threshold != LabelOptions().threshold) {
+      throw Error("mask_labels, mask_label, mask_threshold and mask_reach_mm apply to a mask only, but none is given");
     }
     return;
   }
@@ -46,12 +47,16 @@ ImportedBone ImportBone(const std::string& path, const ImportSettings& settings)
   }
   options.isolate.mask_reach_mm = settings.mask_reach_mm;
   CheckParameters(options);
+  CheckRange("mask_threshold", settings.mask_threshold, Range{0, 1});
   CheckMaskUse(path, settings);
   try {
     if (!settings.mask.empty()) {
       const bool has_ct = !path.empty();
       options.isolate.mask = ReadMaskFile(settings.mask, has_ct ? "" : settings.frame,
-                                          {.preset = settings.mask_labels, .assignments = settings.mask_label}, has_ct)
+                                          {.preset = settings.mask_labels,
+                                           .assignments = settings.mask_label,
+                                           .threshold = settings.mask_threshold},
+                                          has_ct)
                                  .mask;
     }
     ImportResult result = Import(path, options);

@@ -26,12 +26,15 @@ bool HasTwoDigits(const std::string& name) {
 }  // namespace
 
 void AddRoleWarnings(const Segmentation& segmentation, SegmentationRoles& roles, const std::vector<bool>& by_name) {
-  std::string empty;
+  std::string empty, canals;
   std::map<int, std::size_t> teeth;
   for (std::size_t n = 0; n < segmentation.segments.size(); ++n) {
     const Segment& segment = segmentation.segments[n];
     const SegmentMeaning& meaning = roles.meanings[n];
-    if (segment.voxels == 0) empty += (empty.empty() ? "" : ", ") + Describe(segment);
+    if (segment.voxels == 0) {
+      std::string& list = meaning.role == SegmentRole::kCanal ? canals : empty;
+      list += (list.empty() ? "" : ", ") + Describe(segment);
+    }
     if (meaning.role != SegmentRole::kTooth || !by_name[n] || IsPulp(segment.name)) continue;
     if (meaning.fdi == 0 && HasTwoDigits(segment.name)) {
       roles.warnings.push_back(
@@ -45,6 +48,9 @@ void AddRoleWarnings(const Segmentation& segmentation, SegmentationRoles& roles,
                                            Describe(segmentation.segments[first->second]), Describe(segment),
                                            meaning.fdi));
     }
+  }
+  if (!canals.empty()) {
+    roles.warnings.push_back(fmt::format("the canal of the nerve is absent from the mask: no voxel is {}", canals));
   }
   if (!empty.empty()) roles.warnings.push_back(fmt::format("segments without voxels: {}", empty));
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/core/number_text.h"
+#include "bone/segmentation/preset_check.h"
 #include "bone/segmentation/role_warnings.h"
 #include "kerf/error.h"
 
@@ -77,6 +78,13 @@ std::vector<std::size_t> FindSegments(const Segmentation& segmentation, const st
   return found;
 }
 
+// Returns whether the left side of an assignment is a label that no voxel of a label map without names has.
+bool IsAbsentLabel(const Segmentation& segmentation, const std::string& text) {
+  if (segmentation.named || text.empty() || text.find_first_not_of("0123456789") != std::string::npos) return false;
+  return std::ranges::none_of(segmentation.segments,
+                              [&text](const Segment& segment) { return fmt::format("{}", segment.label) == text; });
+}
+
 const LabelPreset& FindPreset(const std::string& name) {
   std::string names;
   for (const LabelPreset& preset : ListLabelPresets()) {
@@ -92,32 +100,41 @@ const PresetLabel* FindLabel(const LabelPreset& preset, int label) {
   return found == preset.labels.end() ? nullptr : &*found;
 }
 
-// Returns a sentence about the preset that shares the most labels with the file, with the mandible that it would give.
-std::string SuggestPreset(const Segmentation& segmentation) {
-  const LabelPreset* best = nullptr;
-  double best_score = 0;
-  std::string best_mandible;
-  for (const LabelPreset& preset : ListLabelPresets()) {
-    std::size_t shared = 0;
-    std::string mandible;
-    for (const Segment& segment : segmentation.segments) {
-      const PresetLabel* label = FindLabel(preset, segment.label);
-      if (label == nullptr) continue;
-      ++shared;
-      const std::optional<SegmentMeaning> meaning = FindMeaning(label->name);
-      if (meaning && meaning->role == SegmentRole::kMandible) mandible = Describe(segment);
-    }
-    const std::size_t either = preset.labels.size() + segmentation.segments.size() - shared;
-    const double score = static_cast<double>(shared) / static_cast<double>(either);
-    if (mandible.empty() || score <= best_score) continue;
-    best = &preset;
-    best_score = score;
-    best_mandible = mandible;
+// Throws kerf::Error if the preset does not fit by volume and place, but another one does. If none does, or a label is
+// said to be the mandible, it warns.
+void CheckPreset(const Segmentation& segmentation, const LabelPreset& preset, bool mandible_assigned,
+                 std::vector<std::string>& warnings) {
+  const std::vector<PresetFit> fits = FitPresets(segmentation);
+  const auto given = std::ranges::find(fits, &preset, &PresetFit::preset);
+  // Without a mandible another check refuses it.
+  if (given->objection.empty() || given->mandible == nullptr) return;
+  const PresetFit& best = fits.front();
+  if (best.objection.empty() && best.shared >= given->shared && !mandible_assigned) {
+    throw Error(fmt::format(
+        "{}: the labels are not those of --labels {}: {}; --labels {} fits, in which {} is the mandible, or state what "
+        "each label is, such as --label {}=mandible",
+        segmentation.path, preset.name, given->objection, best.preset->name, Describe(*best.mandible),
+        best.mandible->label));
   }
-  if (best == nullptr) return "No preset of --labels fits.";
-  return fmt::format(
-      "The nearest preset is --labels {}, in which {} is the mandible; use it only if the file is from {}.", best->name,
-      best_mandible, best->source);
+  warnings.push_back(fmt::format("the labels may not be those of --labels {}: {}", preset.name, given->objection));
+}
+
+// Warns of canals of the nerve that the preset has, but no voxel.
+void AddAbsentCanals(const Segmentation& segmentation, const LabelPreset& preset, std::vector<std::string>& warnings) {
+  std::string absent;
+  for (const PresetLabel& label : preset.labels) {
+    const std::optional<SegmentMeaning> meaning = FindMeaning(label.name);
+    const bool is_main =
+        label.name.find("incisive") == std::string::npos && label.name.find("lingual") == std::string::npos;
+    if (!meaning || meaning->role != SegmentRole::kCanal || !is_main) continue;
+    const bool present = std::ranges::any_of(segmentation.segments, [&label](const Segment& segment) {
+      return segment.label == label.label && segment.voxels > 0;
+    });
+    if (!present) absent += fmt::format("{}'{}' (label {})", absent.empty() ? "" : ", ", label.name, label.label);
+  }
+  if (!absent.empty()) {
+    warnings.push_back(fmt::format("the canal of the nerve is absent from the mask: no voxel is {}", absent));
+  }
 }
 
 // Returns the meaning by the name and the code; they must agree.
@@ -229,8 +246,15 @@ SegmentationRoles FindRoles(const Segmentation& segmentation, const LabelOptions
   SegmentationRoles roles;
   roles.meanings.assign(segments.size(), {});
   std::vector<bool> assigned(segments.size(), false), known(segments.size(), false);
+  bool mandible_assigned = false;
   for (const std::string& assignment : options.assignments) {
     const auto [which, meaning] = ParseAssignment(assignment);
+    if (meaning.role == SegmentRole::kCanal && IsAbsentLabel(segmentation, which)) {
+      roles.warnings.push_back(fmt::format(
+          "the canal of the nerve is absent from the mask: no voxel has the label of --label {}", assignment));
+      continue;
+    }
+    mandible_assigned |= meaning.role == SegmentRole::kMandible;
     for (const std::size_t n : FindSegments(segmentation, which, assignment)) {
       if (assigned[n] && roles.meanings[n] != meaning) {
         throw Error(fmt::format("--label {}: contradicts another --label for the same segment, {}", assignment,
@@ -245,7 +269,7 @@ SegmentationRoles FindRoles(const Segmentation& segmentation, const LabelOptions
     throw Error(
         fmt::format("{}: the file does not say what its labels are. They are:{}\n{} Otherwise state what each "
                     "label is, such as --label 2=mandible",
-                    segmentation.path, ListSegments(segmentation), SuggestPreset(segmentation)));
+                    segmentation.path, ListSegments(segmentation), ProposePreset(segmentation)));
   }
   std::string unknown;
   for (std::size_t n = 0; n < segments.size(); ++n) {
@@ -262,7 +286,9 @@ SegmentationRoles FindRoles(const Segmentation& segmentation, const LabelOptions
       unknown += (unknown.empty() ? "" : ", ") + Describe(segments[n]);
     }
   }
+  if (preset != nullptr) CheckPreset(segmentation, *preset, mandible_assigned, roles.warnings);
   CheckMandible(segmentation, assigned, roles.meanings);
+  if (preset != nullptr) AddAbsentCanals(segmentation, *preset, roles.warnings);
   if (!unknown.empty()) roles.warnings.push_back(fmt::format("segments of unknown meaning were ignored: {}", unknown));
   AddRoleWarnings(segmentation, roles, preset == nullptr ? std::vector<bool>(segments.size(), true) : assigned);
   return roles;

@@ -63,6 +63,7 @@ const std::vector<LabelPreset>& ListLabelPresets();
 struct LabelOptions {
   std::string preset;                    // of ListLabelPresets(); empty: none
   std::vector<std::string> assignments;  // "2=mandible", "Bone=mandible", "3=tooth36", "4=canal", ...
+  double threshold = 0.5;                // from which on a voxel of a fractional segmentation or soft map counts
 };
 
 struct SegmentationRoles {
@@ -72,7 +73,9 @@ struct SegmentationRoles {
 
 /// Finds what the segments are: by the assignments, then by the preset, then by names and codes. Throws kerf::Error if
 /// an option is invalid, if no segment or more than one is the mandible, if a name contradicts its code, or if nothing
-/// says what the labels are; the message then lists the labels, their volumes and the preset that fits best.
+/// says what the labels are; the message then lists the labels, their volumes and the presets that fit by volume and
+/// place. It also throws if the given preset does not fit, but another one does (preset_check.h); if none does, it
+/// warns.
 SegmentationRoles FindRoles(const Segmentation& segmentation, const LabelOptions& options);
 
 /// Makes the mask of the mandible. The lower teeth and the canals belong to it; upper teeth and other bone do not;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -39,17 +40,21 @@ inline constexpr std::size_t kMaxSegments = 256;
 /// Characters of a segment's name; more are left out. DICOM allows as many.
 inline constexpr std::size_t kMaxSegmentName = 64;
 
-/// Reads a segmentation (.seg.nrrd) or a label map (.nrrd .nhdr .nii .nii.gz .mha .mhd). `frame` as in ReadImageFile().
-/// Throws kerf::Error with one sentence if the file cannot be read or contradicts itself, if its values are not labels,
-/// or if it has more than kMaxSegments segments.
-Segmentation ReadSegmentation(const std::string& path, const std::string& frame = "");
+/// Reads a segmentation (.seg.nrrd) or a label map (.nrrd .nhdr .nii .nii.gz .mha .mhd), also with names in a NIfTI
+/// extension (label_table.h). `frame` as in ReadImageFile(). Values within 1e-3 of whole numbers are labels; those of a
+/// map from 0 to 1 are 1 from `threshold` on. Throws kerf::Error with one sentence if the file cannot be read or
+/// contradicts itself, if its values are not labels, or if it has more than kMaxSegments segments.
+Segmentation ReadSegmentation(const std::string& path, const std::string& frame = "", double threshold = 0.5);
 
 /// Returns "'mandible' (label 2, 45.30 cm3)" or "label 2 (45.30 cm3)".
 std::string Describe(const Segment& segment);
 
-/// Parses the segments in the lines "key:=value" of the header of a .seg.nrrd with `layers` layers. Throws kerf::Error,
-/// with `path` in the message, for a fault.
+/// Returns a sentence about labels of voxels that no segment has.
+std::string DescribeUnnamed(const std::set<int>& labels);
+
+/// Parses the segments in the lines "key:=value" of the header of a .seg.nrrd with `layers` layers. A segment whose
+/// label the header does not give has the label 0. Throws kerf::Error, with `path` in the message, for a fault.
 std::vector<Segment> ParseSegments(const std::map<std::string, std::string>& keys, std::size_t layers,
-                                   const std::string& path);
+                                   const std::string& path, std::vector<std::string>& warnings);
 
 }  // namespace kerf

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
+#include <map>
 #include <tuple>
 #include <vector>
 
@@ -50,7 +51,10 @@ class Structures {
         add(FormatMessage(NameStructure(part)), colour, {.role = role, .fdi = part.fdi});
       }
     }
+    // A table of materials has regions of metal also if the bone has none.
     metal_ = FindRegionsOf(bone, Tissue::kMetal);
+    const std::map<int, double> region_mm3 = bone.CalcRegionVolumes();
+    if (std::ranges::none_of(region_mm3, [this](const auto& r) { return r.second > 0 && IsMetal(r.first); })) return;
     add("metal", kMetal, {.role = SegmentRole::kMetal});
     metal_label_ = static_cast<int>(label);
   }
@@ -75,6 +79,8 @@ class Structures {
     RegionParts parts;
     int first_label;
   };
+  bool IsMetal(int region) const { return region > 0 && region < 256 && metal_[static_cast<std::size_t>(region)]; }
+
   const Bone& bone_;
   std::vector<OfTissue> tissues_;
   std::array<bool, 256> metal_{};

@@ -38,7 +38,8 @@ class DicomBytes {
   DicomBytes& Set(std::uint16_t group, std::uint16_t number, const std::string& vr, std::string value) {
     if (value.size() % 2 != 0) value += vr == "UI" ? '\0' : ' ';
     const auto tag = std::pair(group, number);
-    auto at = std::find_if(data_.begin(), data_.end(), [&](const Element& e) { return std::pair(e.group, e.number) >= tag; });
+    auto at =
+        std::find_if(data_.begin(), data_.end(), [&](const Element& e) { return std::pair(e.group, e.number) >= tag; });
     if (at != data_.end() && std::pair(at->group, at->number) == tag) at = data_.erase(at);
     data_.insert(at, {group, number, vr, std::move(value)});
     return *this;

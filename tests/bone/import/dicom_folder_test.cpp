@@ -31,8 +31,8 @@ Volume BallCt(int slices = 15) {
 class DicomFolder : public ::testing::Test {
  protected:
   // Writes the slices as 00.dcm, 01.dcm, ... with `change` applied to each.
-  void Write(const Volume& ct, const std::string& prefix = "",
-             const std::function<void(DicomBytes&, int)>& change = {}, const std::string& extension = ".dcm") const {
+  void Write(const Volume& ct, const std::string& prefix = "", const std::function<void(DicomBytes&, int)>& change = {},
+             const std::string& extension = ".dcm") const {
     for (int k = 0; k < ct.size[2]; ++k) {
       DicomBytes bytes(test::DicomSlice(ct, k, {}));
       if (change) change(bytes, k);
@@ -102,7 +102,8 @@ TEST_F(DicomFolder, DicomdirAndReportsAreNoImages) {
 TEST_F(DicomFolder, FilesWithoutPreambleAreRead) {
   const auto write = [this](const std::string& extension, const auto& bytes_of) {
     for (int k = 0; k < ct_.size[2]; ++k) {
-      WriteBytes(folder_.file(fmt::format("{:02}{}", k, extension)), bytes_of(DicomBytes(test::DicomSlice(ct_, k, {}))));
+      WriteBytes(folder_.file(fmt::format("{:02}{}", k, extension)),
+                 bytes_of(DicomBytes(test::DicomSlice(ct_, k, {}))));
     }
     ExpectRead(IsEmpty());
   };
@@ -131,13 +132,15 @@ TEST_F(DicomFolder, ThePathOfASliceMeansItsSeries) {
   ExpectRead(IsEmpty(), "03.dcm");
   EXPECT_EQ(Read("", "other03.dcm").size[2], 9);
   EXPECT_EQ(Read("1.2.9", "03.dcm").size[2], 9);
-  WriteBytes(folder_.file("scout.dcm"), Slice(0, [](DicomBytes& b) { b.Set(8, 8, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER"); }));
+  WriteBytes(folder_.file("scout.dcm"),
+             Slice(0, [](DicomBytes& b) { b.Set(8, 8, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER"); }));
   EXPECT_THAT(Refusal("", "scout.dcm"), HasSubstr("scout.dcm: is a localizer; give a slice of the CT or its folder"));
 }
 
 TEST_F(DicomFolder, WhatDoesNotBelongToTheStackIsLeftOutAndNamed) {
   Write(ct_);
-  WriteBytes(folder_.file("a_scout"), Slice(0, [](DicomBytes& b) { b.Set(8, 8, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER"); }));
+  WriteBytes(folder_.file("a_scout"),
+             Slice(0, [](DicomBytes& b) { b.Set(8, 8, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER"); }));
   Volume turned = ct_;
   turned.axes_W = glm::dmat3(Vec3(0, 1, 0), Vec3(0, 0, -1), Vec3(1, 0, 0));
   WriteBytes(folder_.file("b_turned"), test::DicomSlice(turned, 0, {}));
@@ -148,12 +151,12 @@ TEST_F(DicomFolder, WhatDoesNotBelongToTheStackIsLeftOutAndNamed) {
   test::SliceSpec colour;
   colour.samples = 3;
   WriteBytes(folder_.file("d_colour"), test::DicomSlice(ct_, 0, colour));
-  WriteBytes(folder_.file("e_capture"), Slice(0, [](DicomBytes& b) { b.Set(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.7"); }));
-  ExpectRead(ElementsAre("1 file was left out: a_scout (localizer by ImageType)",
-                         "1 file was left out: d_colour (colour image)",
-                         "1 file was left out: e_capture (secondary capture)",
-                         "1 file was left out: c_large (another size)",
-                         "1 file was left out: b_turned (another orientation or spacing)"));
+  WriteBytes(folder_.file("e_capture"),
+             Slice(0, [](DicomBytes& b) { b.Set(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.7"); }));
+  ExpectRead(ElementsAre(
+      "1 file was left out: a_scout (localizer by ImageType)", "1 file was left out: d_colour (colour image)",
+      "1 file was left out: e_capture (secondary capture)", "1 file was left out: c_large (another size)",
+      "1 file was left out: b_turned (another orientation or spacing)"));
 }
 
 TEST_F(DicomFolder, CopiesOfASliceAreLeftOut) {
@@ -196,7 +199,8 @@ TEST_F(DicomFolder, TwoPatientsWithOneUidAreRefusedAndNamedByFile) {
   next.origin_W.z += 100;
   Write(next, "x", [](DicomBytes& b, int) { b.Set(0x10, 0x10, "PN", "OTHER^ONE").Set(8, 0x18, "UI", "1.9"); });
   const std::string refusal = Refusal();
-  EXPECT_THAT(refusal, HasSubstr("the CT slices are of 2 patients, such as x00.dcm and 00.dcm; choose one with --series"));
+  EXPECT_THAT(refusal,
+              HasSubstr("the CT slices are of 2 patients, such as x00.dcm and 00.dcm; choose one with --series"));
   EXPECT_THAT(refusal, testing::Not(HasSubstr("OTHER")));
   EXPECT_THAT(refusal, testing::Not(HasSubstr("SECRET")));
   EXPECT_EQ(Read("1.2.3.4.5#1").size[2], 8);
@@ -220,7 +224,8 @@ TEST_F(DicomFolder, AcquisitionsAndPhasesWithOneUidAreToldApart) {
   };
   for (const auto& [group, number, vr, name] :
        {std::tuple(0x20, 0x12, "IS", "acquisition"), std::tuple(0x20, 0x100, "IS", "phase")}) {
-    const std::vector<DicomSeries> all = write(static_cast<std::uint16_t>(group), static_cast<std::uint16_t>(number), vr);
+    const std::vector<DicomSeries> all =
+        write(static_cast<std::uint16_t>(group), static_cast<std::uint16_t>(number), vr);
     ASSERT_EQ(all.size(), 2u);
     EXPECT_EQ(all[0].name(), "1.2.3.4.5#1");
     EXPECT_EQ(all[1].part_name, fmt::format("{} 2", name));
@@ -250,7 +255,10 @@ TEST_F(DicomFolder, ASecondaryModalityIsAskedAbout) {
 
 TEST_F(DicomFolder, TextsAreUtf8WithoutControlCharacters) {
   Write(ct_, "", [](DicomBytes& b, int) {
-    b.Set(8, 5, "CS", "ISO_IR 100").Set(8, 0x103e, "LO", "Sch\xe4" "del \x1b[2J");
+    b.Set(8, 5, "CS", "ISO_IR 100")
+        .Set(8, 0x103e, "LO",
+             "Sch\xe4"
+             "del \x1b[2J");
   });
   EXPECT_EQ(ListDicomSeries(folder_.path())[0].description, "Schädel ?[2J");
 }
@@ -267,7 +275,10 @@ TEST(DicomText, IsDecodedFromItsCharacterSet) {
   EXPECT_EQ(DecodeDicomText("Hong=\x1b$)C\xfb\xf3^\x1b$)C\xd1\xce\xd4\xd7", "\\ISO 2022 IR 149"), "Hong=洪^吉洞");
   EXPECT_EQ(DecodeDicomText("\xff\xfe", ""), "ÿþ");  // not UTF-8
   EXPECT_EQ(DecodeDicomText("\x1b$B;", ""), "?");    // half a character
-  EXPECT_EQ(DecodeDicomText("a\x9b" "31m", "ISO_IR 100"), "a?31m");  // a control character of 8 bits
+  EXPECT_EQ(DecodeDicomText("a\x9b"
+                            "31m",
+                            "ISO_IR 100"),
+            "a?31m");  // a control character of 8 bits
 }
 
 struct Member {
@@ -302,7 +313,8 @@ TEST_F(DicomFolder, AZipOfAFolderIsReadAndLeavesNothingBehind) {
 
 TEST(DicomZip, NamesDoNotLeadOutOfTheFolder) {
   const Folder folder;
-  const std::string path = Zip(folder, {{"../../escaped", "a"}, {"/absolute", "b"}, {"d\\..\\c\x1b.dcm", "c"}, {"d", "d"}});
+  const std::string path =
+      Zip(folder, {{"../../escaped", "a"}, {"/absolute", "b"}, {"d\\..\\c\x1b.dcm", "c"}, {"d", "d"}});
   const std::string target = folder.file("in");
   std::filesystem::create_directory(target);
   UnpackZip(path, target, {});
@@ -319,7 +331,8 @@ TEST(DicomZip, BombsAndDamageAreRefused) {
   std::filesystem::create_directory(target);
   const auto refusal = [&](const std::string& path) { return MessageOf([&] { UnpackZip(path, target, {}); }); };
   const std::string zeros(std::size_t{70} << 20, '\0');
-  EXPECT_THAT(refusal(Zip(folder, {{"a", zeros}})), HasSubstr("packed.zip: would take 0.1 GB when unpacked, more than"));
+  EXPECT_THAT(refusal(Zip(folder, {{"a", zeros}})),
+              HasSubstr("packed.zip: would take 0.1 GB when unpacked, more than"));
   const std::string path = Zip(folder, {{"a", std::string(5000, 'x') + "y"}});
   std::string bytes = test::ReadBytes(path);
   bytes[45] = static_cast<char>(bytes[45] ^ 0x55);

@@ -200,7 +200,8 @@ TEST_F(SpoiltSeries, AFileCutOffWithinItsHeaderIsLeftOutAndNamed) {
     WriteBytes(folder.file("spoilt.dcm"), whole.substr(0, length));
     const DicomSeries chosen = ChooseSeries(ListDicomSeries(folder.path()), "", folder.path());
     EXPECT_EQ(chosen.slices.size(), 7u) << length;
-    EXPECT_THAT(chosen.warnings, testing::ElementsAre(testing::StartsWith("1 file was left out: spoilt.dcm ("))) << length;
+    EXPECT_THAT(chosen.warnings, testing::ElementsAre(testing::StartsWith("1 file was left out: spoilt.dcm (")))
+        << length;
   }
   const std::string within = Message(3, whole.substr(0, 200));
   EXPECT_THAT(within, HasSubstr("spoilt.dcm: the DICOM header can't be read: the meta information is "));

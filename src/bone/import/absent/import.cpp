@@ -53,10 +53,10 @@ DicomStudy ReadDicomStudy(const DicomSeries&) {
 void WriteDicomSegments(const DicomWriting&, const DicomStudy&, const std::string&) {
   Fail();
 }
-DicomSegments ReadDicomSegments(const std::string&) {
+DicomSegments ReadDicomSegments(const std::string&, double) {
   Fail();
 }
-LayeredImage ReadLayeredImage(const std::string&, const std::string&) {
+LayeredImage ReadLayeredImage(const std::string&, const std::string&, double) {
   Fail();
 }
 std::string FindLabelObjection(std::span<const std::int16_t>, bool, std::size_t) {
