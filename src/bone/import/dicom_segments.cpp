@@ -27,7 +27,6 @@ constexpr std::uint64_t kMaxMemory = std::uint64_t{5} << 30;
 constexpr std::uint64_t kLeastMemory = std::uint64_t{512} << 20;
 constexpr std::uint64_t kMemoryPerByte = 64;  // of the file: elements of a few bytes take a hundred
 constexpr double kSilent_s = 120;
-constexpr const char* kLabelMapStorage = "1.2.840.10008.5.1.4.1.1.66.7";
 constexpr std::uint64_t kMaxBytes = std::uint64_t{2} << 30;
 
 constexpr std::size_t kMaxMeta = 1 << 16;   // bytes of a file in which its transfer syntax is sought
