@@ -14,7 +14,7 @@ namespace kerf {
 namespace {
 
 // Reasons of NotHu and UnclearUnit, for the translation.
-[[maybe_unused]] constexpr std::array kWhys{
+[[maybe_unused]] constexpr std::array kQuestionReasons{
     Msg("this is a CT without its offset: air lies near 0 and soft tissue near {}, but in HU they lie at -1000 and 0 "
         "to "
         "80"),

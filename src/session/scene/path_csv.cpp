@@ -82,7 +82,7 @@ class PathParser {
       return Fault(number, 1,
                    fmt::format("{} columns; a row has 8: {}{}",
                                fields.size() > kColumns ? "more than 8" : fmt::format("{}", fields.size()), kHeaderLine,
-                               DescribeForeignTable(line.substr(0, kMaxLine))));
+                               fields.size() > kColumns ? DescribeForeignTable(line.substr(0, kMaxLine)) : ""));
     }
     std::array<double, kColumns> row{};
     bool good = true;

@@ -46,9 +46,11 @@ TEST(PathCsv, FaultsHaveLineAndColumn) {
             "p.csv:3:3: x_mm = \"\" is not a finite number\np.csv:3:14: qz = \"x\" is not a finite number");
   EXPECT_EQ(PathMessageFor(kHeader + "0,1,2,3,1,0,0,0\n0,0,0,0,1,0,0,0\n"),
             "p.csv:3:1: time_s = 0 is not at least 1e-06 s after the previous row, 0");
-  EXPECT_EQ(PathMessageFor(kHeader + "0,1,2,3,1,0,0\n1,0,0,0,1,0,0,0,9\n"),
-            "p.csv:2:1: 7 columns; a row has 8: time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n"
-            "p.csv:3:1: more than 8 columns; a row has 8: time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz");
+  EXPECT_EQ(
+      PathMessageFor(kHeader + "0,1,2,3,1,0,0\n1,0,0,0,1,0,0,0,9\n"),
+      "p.csv:2:1: 7 columns; a row has 8: time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n"
+      "p.csv:3:1: more than 8 columns; a row has 8: time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz; if the numbers have decimal "
+      "commas, save the table again with decimal points");
   EXPECT_EQ(PathMessageFor(kHeader + "0,1,2,3,0.9,0,0,0\n1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n"),
             "p.csv:2:9: the quaternion has length 0.9; it must be 1");
   EXPECT_EQ(PathMessageFor(kHeader + "0,1000001,2,3,1,0,0,0\n1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n"),
