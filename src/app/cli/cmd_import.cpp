@@ -145,9 +145,10 @@ Json MaskJson(const ImportArguments& options, const MaskReport& mask) {
     if (meaning.role == SegmentRole::kCanal) json["side"] = ToString(meaning.side);
     segments.push_back(std::move(json));
   }
-  return {{"file", options.mask.file},   {"reach_mm", mask.reach_mm},       {"wanted_mm3", mask.wanted_mm3},
-          {"added_mm3", mask.added_mm3}, {"cut_off_mm3", mask.cut_off_mm3},
-          {"given_away_mm3", mask.given_away_mm3}, {"given_away_mm", mask.given_away_mm}, {"segments", segments}};
+  return {{"file", options.mask.file},           {"reach_mm", mask.reach_mm},
+          {"wanted_mm3", mask.wanted_mm3},       {"added_mm3", mask.added_mm3},
+          {"cut_off_mm3", mask.cut_off_mm3},     {"given_away_mm3", mask.given_away_mm3},
+          {"given_away_mm", mask.given_away_mm}, {"segments", segments}};
 }
 
 void PrintJson(const ImportArguments& options, const ImportReport& r, const Bone& bone, double write_s) {
@@ -231,10 +232,11 @@ void PrintText(const ImportArguments& options, const ImportReport& r, const Bone
                options.import.isolate.iso_hu, FormatVolume(r.filled_mm3), VoidsText(r),
                r.tooth_mm3 > 0 ? FormatVolume(r.tooth_mm3) + " of teeth" : "no teeth");
     if (r.mask.used) {
-      fmt::print("\nmask       {}; overrides the CT beyond {:.4g} mm: {} added, {} of joined bone cut off, {} of "
-                 "the mask's not kept",
-                 FormatVolume(r.mask.wanted_mm3), r.mask.reach_mm, FormatVolume(r.mask.added_mm3),
-                 FormatVolume(r.mask.cut_off_mm3), FormatVolume(r.mask.given_away_mm3));
+      fmt::print(
+          "\nmask       {}; overrides the CT beyond {:.4g} mm: {} added, {} of joined bone cut off, {} of "
+          "the mask's not kept",
+          FormatVolume(r.mask.wanted_mm3), r.mask.reach_mm, FormatVolume(r.mask.added_mm3),
+          FormatVolume(r.mask.cut_off_mm3), FormatVolume(r.mask.given_away_mm3));
     }
   } else if (r.kind == "surface") {
     fmt::print("\nsurface    {} triangles in {}", r.surface.triangles, r.surface.how);

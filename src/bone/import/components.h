@@ -15,8 +15,8 @@ namespace kerf {
 struct Component {
   std::size_t voxels = 0;
   double volume_mm3 = 0;
-  Vec3 centre_W{0};  // centre of mass, LPS, mm
-  Box3 box_W;        // of the voxels with their full extent, along the patient's axes
+  Vec3 centre_W{0};                                   // centre of mass, LPS, mm
+  Box3 box_W;                                         // of the voxels with their full extent, along the patient's axes
   std::array<int, 3> lower{0, 0, 0}, upper{0, 0, 0};  // voxels, both included
 };
 

@@ -91,8 +91,8 @@ std::vector<std::uint8_t> FindInner(const Isolation& isolation, const std::vecto
   return inner;
 }
 
-// Returns the scan's HU with those of the cavities raised. Where the voxels of the isolation are larger than the scan's,
-// those of the bone contain a part of the cavities beside them.
+// Returns the scan's HU with those of the cavities raised. Where the voxels of the isolation are larger than the
+// scan's, those of the bone contain a part of the cavities beside them.
 std::vector<float> FillScan(const Isolation& isolation, const std::vector<std::uint8_t>& cavities, float fill_hu) {
   const Volume& scan = isolation.fine();
   std::vector<std::uint8_t> inner;

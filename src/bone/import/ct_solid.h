@@ -37,7 +37,7 @@ class CtSolid {
  private:
   double iso_hu_;
   LatticeMap map_;
-  LatticeMap side_map_;  // of the border to the dropped bone
+  LatticeMap side_map_;                // of the border to the dropped bone
   Vec3 reach_V_{0}, side_reach_V_{0};  // half extent, in voxels, of the box around a ball of radius 1 mm
   Box3 box_;
   std::shared_ptr<SplineField> hu_;

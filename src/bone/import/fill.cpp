@@ -41,8 +41,9 @@ void LowerByRow(const std::uint8_t* beside, int count, std::uint8_t* row) {
   }
 }
 
-// Returns for each voxel the number of steps to the nearest bone, at most 255, where a step goes to any of the 26 voxels
-// around: no bone lies in the box of fewer steps around it. Two sweeps, each over the half of the neighbours before.
+// Returns for each voxel the number of steps to the nearest bone, at most 255, where a step goes to any of the 26
+// voxels around: no bone lies in the box of fewer steps around it. Two sweeps, each over the half of the neighbours
+// before.
 std::vector<std::uint8_t> CountStepsToBone(const Volume& lattice, const std::vector<std::uint8_t>& bone) {
   std::vector<std::uint8_t> steps(bone.size());
   for (std::size_t v = 0; v < bone.size(); ++v) steps[v] = bone[v] != 0 ? 0 : 255;

@@ -64,10 +64,10 @@ void Describe(ImportOptions& p, V&& visit) {
 /// How a mask was used. Volumes in mm^3; of the mask, on the lattice of the CT or, without a CT, on its own.
 struct MaskReport {
   bool used = false;
-  double reach_mm = 0;     // 0 without a CT
-  double wanted_mm3 = 0;   // of the wanted bone in the mask
-  double added_mm3 = 0;    // bone by the mask alone, where the CT shows none and no cavity
-  double cut_off_mm3 = 0;  // bone by the CT alone, as in MaskUse
+  double reach_mm = 0;        // 0 without a CT
+  double wanted_mm3 = 0;      // of the wanted bone in the mask
+  double added_mm3 = 0;       // bone by the mask alone, where the CT shows none and no cavity
+  double cut_off_mm3 = 0;     // bone by the CT alone, as in MaskUse
   double given_away_mm3 = 0;  // bone by CT and mask that is not in the result, as in MaskUse
   double given_away_mm = 0;   // its greatest distance from the result
 };

@@ -204,7 +204,8 @@ void SuggestLimits(const Isolation& isolation, const ImportOptions& options, Imp
   const Box3 crop_W = box_W.Grown(5);
   report.warnings.push_back(fmt::format(
       "the scan has {} x {} x {} voxels of {:.3g} x {:.3g} x {:.3g} mm, {:.0f} MB: --voxel {:.3g} is the smallest that "
-      "shows more of it, and a crop to x {:.0f} to {:.0f}, y {:.0f} to {:.0f}, z {:.0f} to {:.0f} mm would hold the bone",
+      "shows more of it, and a crop to x {:.0f} to {:.0f}, y {:.0f} to {:.0f}, z {:.0f} to {:.0f} mm would hold the "
+      "bone",
       nx, ny, nz, h.x, h.y, h.z, 2e-6 * nx * ny * nz, least_mm, crop_W.lower.x, crop_W.upper.x, crop_W.lower.y,
       crop_W.upper.y, crop_W.lower.z, crop_W.upper.z));
 }
@@ -256,6 +257,17 @@ void WarnAboutMask(const Isolation& isolation, ImportReport& report) {
             : "the mask has no segment of other bone, so that these include the skull if it touches; look at them "
               "with 'kerf picture CT --mask FILE'"));
   }
+}
+
+// Names a cavity that was closed because its mouth is narrower than a voxel of the bone.
+void WarnAboutVoids(ImportReport& report) {
+  constexpr double kNotable_mm3 = 100;
+  if (report.voids.mm3 < kNotable_mm3) return;
+  report.warnings.push_back(
+      fmt::format("{} of {} {} closed, because nothing that the voxels of the bone show leads out; --no-fill keeps {}",
+                  report.voids.count == 1 ? "a cavity" : fmt::format("{} cavities", report.voids.count),
+                  FormatVolume(report.voids.mm3), report.voids.count == 1 ? "was" : "were",
+                  report.voids.count == 1 ? "it" : "them"));
 }
 
 // Passes the CT and a coarse bone on to those who look at the import.
@@ -358,6 +370,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   build.progress = CtProgress(options, CtPart::kLevelSet, by_leaves);
   if (options.fill) build.fill_voids = &report.voids;
   result.bone = MakeBone(field, solid.box().Grown(6 * options.voxel_mm), build, ChooseTable(options, report.mandible));
+  WarnAboutVoids(report);
   stages.Done("level set");
   DropDust(result.bone, options.isolate.isolate, report);
   stages.Done("pieces");

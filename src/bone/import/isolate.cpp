@@ -524,8 +524,7 @@ void CropScan(const Volume& ct, Isolation& result) {
   for (std::size_t a = 0; a < 3; ++a) {
     result.first[a] = std::max(lower[a] - kRoom, 0);
     const int last = std::min(upper[a] + kRoom, result.ct.size[a] - 1);
-    const auto begin =
-        static_cast<int>(std::lround(corner[static_cast<int>(a)] - 0.5 * (result.step[a] - 1)));
+    const auto begin = static_cast<int>(std::lround(corner[static_cast<int>(a)] - 0.5 * (result.step[a] - 1)));
     lower[a] = begin + result.first[a] * result.step[a];
     upper[a] = begin + (last + 1) * result.step[a] - 1;
   }

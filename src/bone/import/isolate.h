@@ -45,11 +45,11 @@ struct IsolateOptions {
 /// How a mask selected the bone.
 struct MaskUse {
   double reach_mm = 0;
-  double wanted_mm3 = 0;              // of the mask, on the CT's lattice
-  double outside_scan = 0;            // fraction of the mask that lies outside the scan
-  double in_bone = 0;                 // fraction of the mask in the scan that is bone by its HU
-  std::vector<std::uint8_t> cut_off;  // 1 for bone joined to the wanted bone, farther than reach_mm outside the mask
-                                      // and in no segment of other bone, up to 10 mm beyond the reach
+  double wanted_mm3 = 0;                 // of the mask, on the CT's lattice
+  double outside_scan = 0;               // fraction of the mask that lies outside the scan
+  double in_bone = 0;                    // fraction of the mask in the scan that is bone by its HU
+  std::vector<std::uint8_t> cut_off;     // 1 for bone joined to the wanted bone, farther than reach_mm outside the mask
+                                         // and in no segment of other bone, up to 10 mm beyond the reach
   std::vector<std::uint8_t> certain;     // 1 farther than reach_mm inside the mask
   std::vector<std::uint8_t> given_away;  // 1 for bone of the mask that is not in the result: it went to other bone, or
                                          // is not joined to the rest
@@ -60,16 +60,16 @@ struct MaskUse {
 /// The voxels of the wanted bone. The lattice is a crop of the CT, one to a few voxels larger than the bone; in a fine
 /// scan, one of larger voxels, each the mean of a block of the scan's.
 struct Isolation {
-  Volume ct;                       // cropped
-  Volume scan;                     // the scan's own voxels around the bone, if those of ct are larger; otherwise empty
+  Volume ct;    // cropped
+  Volume scan;  // the scan's own voxels around the bone, if those of ct are larger; otherwise empty
   std::array<int, 3> step{1, 1, 1};   // voxels of the scan along the edges of a voxel of ct
   std::array<int, 3> first{0, 0, 0};  // voxel of ct in which the first voxel of scan lies, at its lower corner
-  std::vector<std::uint8_t> keep;  // for each voxel of ct: 1 for wanted bone and the soft tissue next to it, 0
-                                   // elsewhere
-  std::vector<std::uint8_t> bone;  // 1 where keep and HU >= iso: one connected piece if isolated
-  double iso_volume_mm3 = 0;       // of `bone`: sum of its voxels, without filling
-  double contact_mm2 = 0;          // area in contact with other bone
-  std::size_t dropped_pieces = 0;  // small separate pieces on the wanted side that were removed
+  std::vector<std::uint8_t> keep;     // for each voxel of ct: 1 for wanted bone and the soft tissue next to it, 0
+                                      // elsewhere
+  std::vector<std::uint8_t> bone;     // 1 where keep and HU >= iso: one connected piece if isolated
+  double iso_volume_mm3 = 0;          // of `bone`: sum of its voxels, without filling
+  double contact_mm2 = 0;             // area in contact with other bone
+  std::size_t dropped_pieces = 0;     // small separate pieces on the wanted side that were removed
   double dropped_mm3 = 0;
   std::string how;              // description in words, for the provenance
   bool mandible = false;        // true if the bone has the shape of a mandible
@@ -91,9 +91,10 @@ struct Isolation {
 /// mandible. This component and all other large ones become markers, and a marker-controlled watershed grows them back
 /// to `iso_hu`. If both keep and drop points are given, these are the markers. With a mask, what lies farther inside
 /// it than the reach is marked as wanted and the bone farther outside it as unwanted; where the mask is thinner than
-/// twice the reach, its middle half is wanted. A scan of voxels finer than 0.35 mm is isolated on larger ones. Throws kerf::Error if the mandible
-/// cannot be distinguished from other bone (NotIsolated); the message lists the components found (volumes, centres) and
-/// explains how to select one. `progress`, which is optional, is called with values from 0 to 1.
+/// twice the reach, its middle half is wanted. A scan of voxels finer than 0.35 mm is isolated on larger ones. Throws
+/// kerf::Error if the mandible cannot be distinguished from other bone (NotIsolated); the message lists the components
+/// found (volumes, centres) and explains how to select one. `progress`, which is optional, is called with values from 0
+/// to 1.
 Isolation Isolate(const Volume& ct, const IsolateOptions& options, const std::function<void(double)>& progress);
 
 /// Returns whether there is bone above `iso_hu` near the point, so that it can be in `keep_W` or `drop_W`.

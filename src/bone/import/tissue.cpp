@@ -249,9 +249,8 @@ int TissueMap::ChooseRegion(const Vec3& p_W, ValueOf&& value_of) const {
 
 int TissueMap::RegionAt(const Vec3& p_W) const {
   const Vec3 p_V = map_.VoxelFromWorld(p_W);
-  return ChooseRegion(p_W, [&](const SplineField& field) {
-    return field.At(&field == hu_ ? hu_map_.VoxelFromWorld(p_W) : p_V);
-  });
+  return ChooseRegion(
+      p_W, [&](const SplineField& field) { return field.At(&field == hu_ ? hu_map_.VoxelFromWorld(p_W) : p_V); });
 }
 
 void TissueMap::FindRegions(const LeafPlace& leaf, const WantedVoxels& wanted, LeafRegions& ids) const {
