@@ -4,6 +4,7 @@
 #include <openvdb/tools/Composite.h>
 #include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tools/Prune.h>
+#include <openvdb/tools/SignedFloodFill.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -322,6 +323,119 @@ double CheckMesh(const TriangleMesh& mesh, const BuildOptions& options) {
   return area_mm2;
 }
 
+/// Crossings of a closed surface with the lines of voxels along z. Points are in voxels.
+class ColumnCrossings {
+ public:
+  explicit ColumnCrossings(const TriangleMesh& mesh, double voxel_mm) {
+    Box3 box;
+    for (const Vec3& p : mesh.points) box.Include(p / voxel_mm);
+    for (int a = 0; a < 2; ++a) {
+      first_[a] = static_cast<int>(std::floor(box.lower[a]));
+      size_[a] = static_cast<std::size_t>(std::ceil(box.upper[a]) - first_[a]) + 1;
+    }
+    begin_.assign(size_[0] * size_[1] + 1, 0);
+    for (const bool counts : {true, false}) {
+      for (const auto& t : mesh.triangles) {
+        ForColumns(mesh, voxel_mm, t, [&](std::size_t column, double z, int sign) {
+          if (counts) {
+            ++begin_[column + 1];
+          } else {
+            crossings_[next_[column]++] = {static_cast<float>(z), sign};
+          }
+        });
+      }
+      if (!counts) break;
+      for (std::size_t n = 1; n < begin_.size(); ++n) begin_[n] += begin_[n - 1];
+      crossings_.resize(begin_.back());
+      next_ = begin_;
+    }
+  }
+  /// Returns how often the surface winds around a voxel: 0 outside.
+  int CountTurns(const Coord& ijk) const {
+    const int x = ijk.x() - first_[0], y = ijk.y() - first_[1];
+    if (x < 0 || y < 0 || static_cast<std::size_t>(x) >= size_[0] || static_cast<std::size_t>(y) >= size_[1]) return 0;
+    const std::size_t column = static_cast<std::size_t>(x) * size_[1] + static_cast<std::size_t>(y);
+    int turns = 0;
+    for (std::size_t n = begin_[column]; n < begin_[column + 1]; ++n) {
+      if (static_cast<double>(crossings_[n].z) < ijk.z()) turns += crossings_[n].sign;
+    }
+    return turns;
+  }
+
+ private:
+  struct Crossing {
+    float z;
+    int sign;
+  };
+
+  /// Returns on which side of the line from a to b the column lies, 1 or -1; 0 if the line is a point. A column on the
+  /// line counts as moved a little along x, and less along y, so that it lies in one of the triangles beside it.
+  static int FindSide(const Vec3& a, const Vec3& b, double x, double y, double& twice_area) {
+    twice_area = (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
+    for (const double side : {twice_area, a.y - b.y, b.x - a.x}) {
+      if (side != 0) return side > 0 ? 1 : -1;
+    }
+    return 0;
+  }
+
+  template <typename Visit>
+  void ForColumns(const TriangleMesh& mesh, double voxel_mm, const std::array<std::uint32_t, 3>& t,
+                  Visit&& visit) const {
+    const std::array<Vec3, 3> p = {mesh.points[t[0]] / voxel_mm, mesh.points[t[1]] / voxel_mm,
+                                   mesh.points[t[2]] / voxel_mm};
+    const auto [x0, x1] = std::minmax({p[0].x, p[1].x, p[2].x});
+    const auto [y0, y1] = std::minmax({p[0].y, p[1].y, p[2].y});
+    for (int x = static_cast<int>(std::floor(x0)); x <= static_cast<int>(std::ceil(x1)); ++x) {
+      for (int y = static_cast<int>(std::floor(y0)); y <= static_cast<int>(std::ceil(y1)); ++y) {
+        int sides = 0;
+        double sum = 0, z = 0;
+        for (std::size_t e = 0; e < 3; ++e) {
+          const std::size_t b = (e + 1) % 3;
+          const bool swapped = t[e] > t[b];  // the two triangles of an edge compute the same
+          double area = 0;
+          const int side = FindSide(p[swapped ? b : e], p[swapped ? e : b], x, y, area);
+          sides += swapped ? -side : side;
+          sum += swapped ? -area : area;
+          z += (swapped ? -area : area) * p[(e + 2) % 3].z;
+        }
+        if (std::abs(sides) != 3) continue;
+        const double at = sum != 0 ? z / sum : (p[0].z + p[1].z + p[2].z) / 3;
+        visit(static_cast<std::size_t>(x - first_[0]) * size_[1] + static_cast<std::size_t>(y - first_[1]), at,
+              sides > 0 ? -1 : 1);
+      }
+    }
+  }
+
+  std::array<int, 2> first_{};
+  std::array<std::size_t, 2> size_{};
+  std::vector<std::size_t> begin_, next_;  // of each column
+  std::vector<Crossing> crossings_;
+};
+
+/// Opens pockets whose mouth is narrower than a voxel. OpenVDB finds the outside by a flood, which does not pass the
+/// mouth, and takes what lies behind it for inside.
+void OpenPockets(const TriangleMesh& mesh, const BuildOptions& options, openvdb::FloatGrid& grid) {
+  constexpr double kLeastPocket_mm3 = 0.05;
+  const float least = 0.05f * static_cast<float>(options.voxel_mm);  // the sign of nearer voxels is left as it is
+  const ColumnCrossings crossings(mesh, options.voxel_mm);
+  std::atomic<std::size_t> wrong{0};
+  openvdb::tree::LeafManager<FloatTree> leaves(grid.tree());
+  for (const bool turns : {false, true}) {
+    leaves.foreach ([&](FloatLeaf& leaf, std::size_t) {
+      for (auto voxel = leaf.beginValueOn(); voxel; ++voxel) {
+        if (*voxel > -least || crossings.CountTurns(voxel.getCoord()) != 0) continue;
+        if (turns) {
+          voxel.setValue(-*voxel);
+        } else {
+          ++wrong;
+        }
+      }
+    });
+    if (static_cast<double>(wrong) * std::pow(options.voxel_mm, 3) < kLeastPocket_mm3) return;
+  }
+  openvdb::tools::signedFloodFill(grid.tree());
+}
+
 /// Returns the volume that a closed surface encloses, as a level set.
 openvdb::FloatGrid::Ptr Voxelise(const TriangleMesh& mesh, const BuildOptions& options,
                                  const openvdb::math::Transform& transform) {
@@ -344,8 +458,10 @@ openvdb::FloatGrid::Ptr Voxelise(const TriangleMesh& mesh, const BuildOptions& o
   }
   const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points, triangles);
   // The adapter's points are in index space; distances are in world units.
-  return openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, transform, static_cast<float>(options.band_voxels),
-                                                          static_cast<float>(options.band_voxels));
+  auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+      adapter, transform, static_cast<float>(options.band_voxels), static_cast<float>(options.band_voxels));
+  OpenPockets(mesh, options, *grid);
+  return grid;
 }
 
 /// Replaces the leaves without active voxels, each of which has one sign, by tiles. Adds those that are inside to

@@ -273,6 +273,17 @@ void WarnAboutMask(const Isolation& isolation, ImportReport& report) {
   }
 }
 
+// Names a cavity that was closed because its mouth is narrower than a voxel of the bone.
+void WarnAboutVoids(ImportReport& report) {
+  constexpr double kNotable_mm3 = 100;
+  if (report.voids.mm3 < kNotable_mm3) return;
+  report.warnings.push_back(
+      fmt::format("{} of {} {} closed, because nothing that the voxels of the bone show leads out; --no-fill keeps {}",
+                  report.voids.count == 1 ? "a cavity" : fmt::format("{} cavities", report.voids.count),
+                  FormatVolume(report.voids.mm3), report.voids.count == 1 ? "was" : "were",
+                  report.voids.count == 1 ? "it" : "them"));
+}
+
 // Passes the CT and a coarse bone on to those who look at the import.
 void Show(const std::shared_ptr<const Volume>& ct, const ImportOptions& options) {
   if (options.take_ct) options.take_ct(ct);
@@ -373,6 +384,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   build.progress = CtProgress(options, CtPart::kLevelSet, by_leaves);
   if (options.fill) build.fill_voids = &report.voids;
   result.bone = MakeBone(field, solid.box().Grown(6 * options.voxel_mm), build, ChooseTable(options, report.mandible));
+  WarnAboutVoids(report);
   stages.Done("level set");
   DropDust(result.bone, options.isolate.isolate, report);
   stages.Done("pieces");

@@ -66,11 +66,14 @@ Counts CountVoxels(const Volume& lattice, const std::vector<std::int32_t>& label
   return CountPoints([&](const auto& visit) { ForEachVoxel(lattice, labels, label, component, visit); });
 }
 
+constexpr double kLeastHeight_mm = 40;
+
 // Returns the objection to the size in the patient's axes; empty if there is none.
 std::string FindSizeObjection(double volume_mm3, const Vec3& size) {
   for (const std::string& text :
        {Outside("volume", volume_mm3 / 1000, 8, 120, "cm3"), Outside("width", size.x, 80, 150, "mm"),
-        Outside("depth from front to back", size.y, 50, 130, "mm"), Outside("height", size.z, 40, 120, "mm")}) {
+        Outside("depth from front to back", size.y, 50, 130, "mm"),
+        Outside("height", size.z, kLeastHeight_mm, 120, "mm")}) {
     if (!text.empty()) return text;
   }
   return "";
@@ -153,7 +156,8 @@ Vec3 FindWidestAxis(const std::vector<Vec3>& points_W) {
 }
 
 // Finds the smallest turn of the head after whose undoing a piece has the size and shape of a mandible. Turns about the
-// left-right axis are tried in steps, because the shape defines them least. Sets shape.turn_deg and the fractions.
+// left-right axis are tried in steps of 10 up to 20 degrees, because the shape defines them least. Sets shape.turn_deg
+// and the fractions.
 void FindTurn(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
               const Component& component, MandibleLikeness& shape) {
   std::vector<Vec3> points_W;
@@ -166,9 +170,21 @@ void FindTurn(const Volume& lattice, const std::vector<std::int32_t>& labels, st
   const Vec3 up_W(0, 0, 1);
   if (std::abs(x_W.z) > 0.9) return;
   const Vec3 level_W = glm::normalize(up_W - x_W.z * x_W);
-  for (const int pitch_deg : {0, 10, -10, 20, -20, 30, -30, 40, -40}) {
+  const auto pitched = [&](int pitch_deg) {
     const double pitch = pitch_deg / kDegreesPerRad;
-    const Vec3 z_W = std::cos(pitch) * level_W + std::sin(pitch) * glm::cross(x_W, level_W);
+    return std::cos(pitch) * level_W + std::sin(pitch) * glm::cross(x_W, level_W);
+  };
+  // A flat arch becomes high enough when it is pitched; a mandible is high in every direction.
+  for (int pitch_deg = -90; pitch_deg < 90; pitch_deg += 10) {
+    double lower = 1e300, upper = -1e300;
+    for (const Vec3& p_W : points_W) {
+      lower = std::min(lower, glm::dot(p_W, pitched(pitch_deg)));
+      upper = std::max(upper, glm::dot(p_W, pitched(pitch_deg)));
+    }
+    if (upper - lower < kLeastHeight_mm) return;
+  }
+  for (const int pitch_deg : {0, 10, -10, 20, -20}) {
+    const Vec3 z_W = pitched(pitch_deg);
     const Vec3 y_W = glm::cross(z_W, x_W);
     const double turn_deg = kDegreesPerRad * std::acos(std::clamp((x_W.x + y_W.y + z_W.z - 1) / 2, -1.0, 1.0));
     if (turn_deg > kMaxTurn_deg || (shape.turn_deg > 0 && turn_deg >= shape.turn_deg)) continue;
@@ -210,12 +226,11 @@ MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<
     shape.rotations.push_back(turn);
     if (KeepsAxes(turn)) break;
   }
-  // A large turn is believed only if no other order of axes explains the piece as well.
-  constexpr double kPlainTurn_deg = 30;
+  // A turn is believed only if no other order of axes explains the piece as well.
   MandibleLikeness turned;
-  const bool may_be_turned = FindSizeObjection(component.volume_mm3, Vec3(100)).empty();
+  const bool may_be_turned = shape.rotations.empty() && FindSizeObjection(component.volume_mm3, Vec3(100)).empty();
   if (may_be_turned) FindTurn(lattice, labels, label, component, turned);
-  if (turned.turn_deg == 0 || (turned.turn_deg > kPlainTurn_deg && !shape.rotations.empty())) return shape;
+  if (turned.turn_deg == 0) return shape;
   turned.is_mandible = true;
   return turned;
 }

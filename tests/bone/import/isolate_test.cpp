@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <glm/gtc/quaternion.hpp>
 #include <numbers>
 
 #include "bone/import/import.h"
@@ -10,6 +11,7 @@
 #include "bone/import/patient_frame.h"
 #include "ct_files.h"
 #include "kerf/surface.h"
+#include "support/jaw_ct.h"
 
 namespace kerf {
 namespace {
@@ -244,6 +246,92 @@ TEST(Isolate, DimBoneThatGoesOnBesideTheArchIsRefused) {
   for (double x = -44; x <= 44; x += 8) options.drop_W.emplace_back(x, 42, 5);
   EXPECT_GT(Isolate(ct, options, {}).iso_volume_mm3,
             0.9 * alone * 8);  // mm3 of a voxel; drop points also take their surroundings
+}
+
+// A head that `head_from_world` turns, on a lattice of 2 mm along `axes_W`, both about the middle of the jaw.
+Volume TurnedJaw(const glm::dmat3& axes_W, const glm::dmat3& head_from_world = glm::dmat3(1)) {
+  const Vec3 middle_W(0, 43, -2);
+  Volume lattice;
+  lattice.size = {90, 90, 80};
+  lattice.spacing_mm = Vec3(2);
+  lattice.axes_W = axes_W;
+  lattice.origin_W = middle_W - axes_W * (0.5 * lattice.spacing_mm * Vec3(89, 89, 79));
+  const auto hu = test::JawHu();
+  for (std::size_t v = 0; v < lattice.count(); ++v) {
+    const Vec3 p_W = lattice.WorldFromVoxel(
+        {static_cast<double>(v % 90), static_cast<double>(v / 90 % 90), static_cast<double>(v / 8100)});
+    lattice.hu.push_back(static_cast<std::int16_t>(std::lround(hu(middle_W + head_from_world * (p_W - middle_W)))));
+  }
+  return lattice;
+}
+
+glm::dmat3 TurnAbout(const Vec3& axis, double degrees) {
+  return glm::mat3_cast(glm::angleAxis(degrees / kDegreesPerRad, glm::normalize(axis)));
+}
+
+// The size of the jaw is measured along the patient's axes, not along those of the scan.
+TEST(Isolate, TurnedAndTiltedGridsGiveTheSameJaw) {
+  const Isolation upright = Isolate(TurnedJaw(glm::dmat3(1)), IsolateOptions{}, {});
+  std::vector<glm::dmat3> grids;
+  for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(1, -1, 2)}) {
+    for (const double degrees : {-30.0, 25.0, 44.0}) grids.push_back(TurnAbout(axis, degrees));
+  }
+  for (const double tilt_deg : {-15.0, -25.0, 25.0}) {
+    glm::dmat3 tilted(1);
+    tilted[1] = {0, std::cos(tilt_deg / kDegreesPerRad), std::sin(tilt_deg / kDegreesPerRad)};
+    grids.push_back(tilted);
+  }
+  for (const glm::dmat3& axes_W : grids) {
+    const Volume ct = StoreAlongPatient(TurnedJaw(axes_W));
+    const Isolation turned = Isolate(ct, IsolateOptions{}, {});
+    EXPECT_TRUE(turned.mandible);
+    // The volume of a body counted in voxels of a lattice is known to a few of them per cm2; the tilt shears voxels.
+    EXPECT_NEAR(turned.iso_volume_mm3 / upright.iso_volume_mm3, 1, 0.02);
+    const Components all = FindComponents(ct, [&](std::size_t v) { return ct.hu[v] >= 300; });
+    const Components of_upright = FindComponents(upright.ct, [&](std::size_t v) { return upright.ct.hu[v] >= 300; });
+    const Vec3 difference = all.list.front().box_W.size() - of_upright.list.front().box_W.size();
+    // A voxel of 2 mm measures up to 2 x sqrt(3) mm along any direction, on either side.
+    EXPECT_LT(std::max({difference.x, difference.y, difference.z}), 4);
+    EXPECT_GT(std::min({difference.x, difference.y, difference.z}), -4);
+  }
+}
+
+TEST(Isolate, HeadMayBeTurned) {
+  for (const auto& [axis, degrees] : {std::pair(Vec3(0, 0, 1), 40.0), std::pair(Vec3(0, 0, 1), -45.0),
+                                      std::pair(Vec3(0, 1, 0), 40.0), std::pair(Vec3(1, 0, 0), 20.0)}) {
+    const Isolation turned = Isolate(TurnedJaw(glm::dmat3(1), TurnAbout(axis, degrees)), IsolateOptions{}, {});
+    EXPECT_TRUE(turned.mandible);
+  }
+}
+
+// A ball with a plate of two voxels, on voxels of 0.2 mm: its blocks have 0.6 mm.
+TEST(Isolate, FineScanKeepsThinBoneOnItsOwnVoxels) {
+  Volume ct = test::MakeCt({97, 71, 70}, Vec3(0.2), {-7.03, -7.01, -6.97}, glm::dmat3(1), Ball({0, 0, 0}, 5), 900);
+  for (int k = 0; k < 70; ++k) {
+    for (int j = 30; j < 40; ++j) {
+      for (int i = 35; i < 90; ++i) {
+        if (k == 33 || k == 34) ct.hu[ct.Index(i, j, k)] = 900;
+      }
+    }
+  }
+  IsolateOptions options;
+  options.iso_hu = 450;
+  options.isolate = false;
+  options.smallest_piece_mm3 = 10;
+  options.check_shape = false;
+  ct.hu[ct.Index(2, 2, 2)] = 2000;  // a speck
+  const Isolation isolation = Isolate(ct, options, {});
+  EXPECT_EQ(isolation.step, (std::array<int, 3>{3, 3, 3}));
+  const auto bone = std::count_if(ct.hu.begin(), ct.hu.end(), [](auto hu) { return hu >= 450; });
+  EXPECT_NEAR(isolation.iso_volume_mm3, static_cast<double>(bone - 1) * 0.008, 1e-9);
+  // Each voxel of the crop is that of the scan at the same place.
+  const Volume& fine = isolation.fine();
+  for (const Vec3& p : {Vec3(0, 0, 0), Vec3(4.1, 0, 0), Vec3(8, 0, -0.2), Vec3(10.5, 0, -0.2)}) {
+    const Vec3 a = glm::round(ct.VoxelFromWorld(p)), b = glm::round(fine.VoxelFromWorld(p));
+    EXPECT_EQ(ct.hu[ct.Index(static_cast<int>(a.x), static_cast<int>(a.y), static_cast<int>(a.z))],
+              fine.hu[fine.Index(static_cast<int>(b.x), static_cast<int>(b.y), static_cast<int>(b.z))]);
+    EXPECT_EQ(isolation.keep[isolation.Find(static_cast<int>(b.x), static_cast<int>(b.y), static_cast<int>(b.z))], 1);
+  }
 }
 
 }  // namespace

@@ -255,5 +255,46 @@ TEST(ImportedMesh, OpenMeshIsRefusedWithItsOpenEdges) {
               HasSubstr("the surface is not closed: 3 of its edges belong to one triangle only"));
 }
 
+// A box of 20 x 16 x 12 mm with a pocket of 8 x 8 x 6 mm behind a square mouth of 0.12 mm, 3 mm long. OpenVDB fills it.
+TEST(ImportedMesh, PocketBehindANarrowMouthStaysHollow) {
+  TriangleMesh mesh;
+  const auto add_square = [&mesh](const Vec3& middle, double x, double y) {
+    const auto first = static_cast<std::uint32_t>(mesh.points.size());
+    for (const Vec3& corner : {Vec3(-x, -y, 0), Vec3(x, -y, 0), Vec3(x, y, 0), Vec3(-x, y, 0)})
+      mesh.points.push_back(middle + 0.5 * corner);
+    return first;
+  };
+  // Triangles between two squares, seen counter-clockwise if the first encloses the second as seen from above.
+  const auto join = [&mesh](std::uint32_t a, std::uint32_t b) {
+    for (std::uint32_t e = 0; e < 4; ++e) {
+      const std::uint32_t next = (e + 1) % 4;
+      mesh.triangles.push_back({a + e, a + next, b + next});
+      mesh.triangles.push_back({a + e, b + next, b + e});
+    }
+  };
+  const std::uint32_t outer_below = add_square({0, 0, -6}, 20, 16), outer_above = add_square({0, 0, 6}, 20, 16);
+  const std::uint32_t mouth_above = add_square({0.05, 0.05, 6}, 0.12, 0.12);
+  const std::uint32_t mouth_below = add_square({0.05, 0.05, 3}, 0.12, 0.12);
+  const std::uint32_t pocket_above = add_square({0, 0, 3}, 8, 8), pocket_below = add_square({0, 0, -3}, 8, 8);
+  join(outer_below, outer_above);
+  join(outer_above, mouth_above);
+  join(mouth_above, mouth_below);
+  join(mouth_below, pocket_above);
+  join(pocket_above, pocket_below);
+  mesh.triangles.push_back({pocket_below, pocket_below + 1, pocket_below + 2});
+  mesh.triangles.push_back({pocket_below, pocket_below + 2, pocket_below + 3});
+  mesh.triangles.push_back({outer_below, outer_below + 2, outer_below + 1});
+  mesh.triangles.push_back({outer_below, outer_below + 3, outer_below + 2});
+  const Folder folder;
+  WriteMesh(mesh, folder.file("pocket.stl"));
+  ImportOptions options;
+  for (const bool fill : {true, false}) {
+    options.fill = fill;
+    const ImportResult result = Import(folder.file("pocket.stl"), options);
+    EXPECT_NEAR(result.report.solid_mm3 / (20 * 16 * 12 - 8 * 8 * 6), 1, 0.005);
+    EXPECT_GT(result.bone.SignedDistance({0, 0, 0}), 0);
+  }
+}
+
 }  // namespace
 }  // namespace kerf

@@ -199,6 +199,60 @@ TEST(MaskImport, ReportsWhatTheMaskAddsAndCutsOff) {
   EXPECT_TRUE(overlay.IsInMask({0, 0, 8}) && !overlay.IsInMask({18, 0, 0}));
 }
 
+// A ball with a rod of 4 mm that ends in a block, all of the same HU: nothing in the CT says where the rod ends.
+TEST(MaskImport, ThinPartsStayWithTheMaskWhereTheCtShowsNoBorder) {
+  const Folder folder;
+  const auto body = [](const Vec3& p) {
+    return std::min(Ball({0, 0, 0}, 12)(p), std::max({std::hypot(p.y, p.z) - 2.2, p.x - 35, -p.x}));
+  };
+  const auto block = [](const Vec3& p) {
+    return std::max({35 - p.x, p.x - 47, std::abs(p.y) - 12, std::abs(p.z) - 12});
+  };
+  const Volume ct = test::MakeCt(
+      {70, 34, 34}, {1, 1, 1}, {-17, -16.5, -16.5}, glm::dmat3(1),
+      [=](const Vec3& p) { return std::min(body(p), block(p)); }, 900);
+  test::WriteNrrd(ct, folder.file("ct.nrrd"));
+  test::WriteNrrd(test::MakeLabels(ct, [&](const Vec3& p) { return body(p) < 0    ? 2
+                                                                   : block(p) < 0 ? 1
+                                                                                  : 0; }),
+                  folder.file("mask.nrrd"));
+  const ImportResult result = Import(folder.file("ct.nrrd"), WithMask(folder.file("mask.nrrd")));
+  // The end of the rod is known to the reach of 2 mm; nothing else of the mask is lost.
+  for (double x = 10; x < 33; ++x) EXPECT_LT(result.bone.SignedDistance({x, 0, 0}), 0) << x;
+  EXPECT_GT(result.bone.SignedDistance({38, 0, 0}), 0);
+  EXPECT_LT(result.report.mask.given_away_mm3, 0.01 * result.report.mask.wanted_mm3);
+  for (const std::string& warning : result.report.warnings) EXPECT_THAT(warning, Not(HasSubstr("the mask names")));
+}
+
+// As a rib: nothing deeper in the mask than the reach is bone by its HU. A second one is not joined, and reported.
+TEST(MaskImport, CortexAroundMarrowIsBoneOfTheMask) {
+  const Folder folder;
+  const auto tube = [](const Vec3& p, double r_mm) {
+    return std::max(std::hypot(p.y, p.z) - r_mm, std::abs(p.x) - 30);
+  };
+  const auto other = [](const Vec3& p) { return std::max(std::hypot(p.y - 20, p.z) - 4, std::abs(p.x) - 10); };
+  Volume ct = test::MakeCt(
+      {70, 50, 24}, {1, 1, 1}, {-34.5, -12.5, -11.5}, glm::dmat3(1),
+      [=](const Vec3& p) { return std::min(tube(p, 7), other(p)); }, 900);
+  for (std::size_t v = 0; v < ct.count(); ++v) {
+    const Vec3 p = ct.WorldFromVoxel(
+        {static_cast<double>(v % 70), static_cast<double>(v / 70 % 50), static_cast<double>(v / 3500)});
+    if (tube(p, 5.2) < -1) ct.hu[v] = 100;
+  }
+  test::WriteNrrd(ct, folder.file("ct.nrrd"));
+  test::WriteNrrd(test::MakeLabels(ct, [&](const Vec3& p) { return std::min(tube(p, 7), other(p)) < 0 ? 2 : 0; }),
+                  folder.file("mask.nrrd"));
+  const ImportOptions options = WithMask(folder.file("mask.nrrd"));
+  const ImportReport report = Import(folder.file("ct.nrrd"), options).report;
+  // The tube is filled, as marrow is: pi x 49 mm2 x 60 mm.
+  EXPECT_NEAR(report.solid_mm3, std::numbers::pi * 49 * 60, 0.03 * std::numbers::pi * 49 * 60);
+  EXPECT_NEAR(report.mask.given_away_mm3, std::numbers::pi * 16 * 20, 100);
+  EXPECT_NEAR(report.mask.given_away_mm, 17, 1.5);
+  EXPECT_THAT(report.warnings, Contains(HasSubstr("of bone that the mask names are not in the result, up to")));
+  const MaskOverlay overlay(ReadImageFile(folder.file("ct.nrrd")), options);
+  EXPECT_EQ(overlay.At({0.5, 20.5, 0.5}), MaskOverlay::What::kGivenAway);
+}
+
 TEST(MaskImport, TeethAndCanalGetTheirRegions) {
   const Folder folder;
   const Volume ct =
