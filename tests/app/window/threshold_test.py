@@ -13,7 +13,7 @@ import sys
 from drive import Display, Window, skip_without_display_programs, workspace
 from separate_test import ORIGIN_MM, SIZE, SPACING_MM, is_bone
 
-AIR, SOFT, BONE = 24, 1064, 1800  # HU plus 1024
+AIR, SOFT, BONE = 24, 1064, 1700  # HU plus 1024; bone below the threshold of enamel
 
 
 def write_ct(path):
