@@ -13,7 +13,7 @@ namespace kerf {
 struct PresetFit {
   const LabelPreset* preset = nullptr;
   std::size_t shared = 0;        // labels of the segmentation that the preset has
-  double score = 0;              // of the labels of either, the fraction of those that both have
+  double score = 0;  // fraction of the labels of the segmentation, and of those of either, that both have; their sum
   const Segment* mandible = nullptr;  // null: it has none
   std::string objection;         // why it does not fit; empty if it does
 };
