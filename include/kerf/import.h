@@ -28,8 +28,8 @@ struct ImportSettings {
   std::string mask;                     // .seg.nrrd, or a label map (.nrrd .nhdr .nii .nii.gz .mha .mhd); empty: none
   std::string mask_labels;              // the program that wrote a label map without names, such as "dentalsegmentator"
   std::vector<std::string> mask_label;  // what one label or segment is, such as "2=mandible"
-  double mask_threshold = 0.5;          // fraction from which on a voxel of a fractional segmentation or soft map counts
-  double mask_reach_mm = 0;  // distance from the border of the mask beyond which it overrides the CT; 0: automatic
+  double mask_threshold = 0.5;  // fraction from which on a voxel of a fractional segmentation or soft map counts
+  double mask_reach_mm = 0;     // distance from the border of the mask beyond which it overrides the CT; 0: automatic
   // For a surface.
   std::string mesh_units;    // mm, cm, m, in, um; empty: mm, if the size is that of a bone
   double mesh_shell_mm = 2;  // thickness of the cortex, 0 to 10

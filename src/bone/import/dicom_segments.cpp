@@ -61,9 +61,10 @@ void AppendInflated(std::istream& in, std::uint64_t most_bytes, const std::strin
   inflateEnd(&z);
   if (to.size() > most_bytes) throw Error(path + ": the file unpacks to more than 2 GiB");
   if (state != Z_STREAM_END) {
-    throw Error(fmt::format("{}: the file is {}: its deflated data set does not unpack to its end; copy or export it "
-                            "again",
-                            path, state == Z_OK ? "cut off" : "damaged"));
+    throw Error(
+        fmt::format("{}: the file is {}: its deflated data set does not unpack to its end; copy or export it "
+                    "again",
+                    path, state == Z_OK ? "cut off" : "damaged"));
   }
 }
 

@@ -199,8 +199,8 @@ std::size_t DecodeFrames(const gdcm::File& file, const gdcm::DataElement& elemen
   const std::uint64_t frame_bytes = (frame_pixels * static_cast<unsigned>(bits) + 7) / 8;
   const std::uint64_t unpacked = frames * (single_bits ? frame_pixels : frame_bytes);
   if (frames == 0 || unpacked == 0 || unpacked > pixels.size()) {
-    throw Error(fmt::format("{}: the file is damaged: {} frames of {} x {} pixels can't be in it", path, frames, columns,
-                            rows));
+    throw Error(fmt::format("{}: the file is damaged: {} frames of {} x {} pixels can't be in it", path, frames,
+                            columns, rows));
   }
   bool good = false;
   if (packing == SegmentPacking::kDeflatedFrames) {
@@ -227,11 +227,11 @@ std::size_t DecodeFrames(const gdcm::File& file, const gdcm::DataElement& elemen
     good = !single_bits && bitmap.GetBufferLength() == unpacked && bitmap.GetBuffer(pixels.data());
   }
   if (good) return unpacked;
-  throw Error(
-      fmt::format("{}: the segmentation's compressed pixels ({}) can't be unpacked; export it uncompressed", path,
-                  packing == SegmentPacking::kDeflatedFrames
-                      ? "deflated"
-                      : gdcm::TransferSyntax::GetTSString(file.GetHeader().GetDataSetTransferSyntax())));
+  throw Error(fmt::format("{}: the segmentation's compressed pixels ({}) can't be unpacked; export it uncompressed",
+                          path,
+                          packing == SegmentPacking::kDeflatedFrames
+                              ? "deflated"
+                              : gdcm::TransferSyntax::GetTSString(file.GetHeader().GetDataSetTransferSyntax())));
 }
 
 }  // namespace
@@ -254,7 +254,8 @@ std::string PackSegments(std::istream& in, SegmentPacking packing, std::span<cha
   if (packing == SegmentPacking::kNative) {
     const gdcm::ByteValue* bytes = element.GetByteValue();
     const std::size_t length = bytes == nullptr ? 0 : std::size_t{bytes->GetLength()};
-    if (bytes != nullptr && length > 0) std::memcpy(pixels.data(), bytes->GetPointer(), std::min(length, pixels.size()));
+    if (bytes != nullptr && length > 0)
+      std::memcpy(pixels.data(), bytes->GetPointer(), std::min(length, pixels.size()));
     json["bytes"] = CountBytesInFile(in, length, file.GetHeader().GetDataSetTransferSyntax());
   } else {
     json["bytes"] = DecodeFrames(file, element, packing, pixels, path, json);

@@ -67,10 +67,10 @@ double ChooseSpacing(const std::vector<double>& heights_mm, double stated_mm, co
   if (!(std::abs(std::round(stated_slices) - stated_slices) <= kUneven && stated_slices > kUneven)) {
     spacing_mm = least_mm;
   } else if (stated_slices > 1.5 && heights_mm.size() > 2 && CalcUnevenness(heights_mm, least_mm) <= kUneven) {
-    warnings.push_back(
-        fmt::format("the segmentation has frames only at every {:.4g} mm, but states slices of {:.4g} mm: each frame was "
-                    "taken to be {:.4g} mm thick",
-                    least_mm, stated_mm, least_mm));
+    warnings.push_back(fmt::format(
+        "the segmentation has frames only at every {:.4g} mm, but states slices of {:.4g} mm: each frame was "
+        "taken to be {:.4g} mm thick",
+        least_mm, stated_mm, least_mm));
     spacing_mm = least_mm;
   }
   const double uneven = CalcUnevenness(heights_mm, spacing_mm);
@@ -117,8 +117,8 @@ std::string DescribeNumber(const DicomSegments& read, int number) {
   return fmt::format("segment {}", number);
 }
 
-/// Makes the frames of a segment that has one at every second, third, ... slice so many slices thick. Names the segments
-/// with other gaps.
+/// Makes the frames of a segment that has one at every second, third, ... slice so many slices thick. Names the
+/// segments with other gaps.
 void FillGaps(const DicomSegments& read, Slices& slices, std::vector<std::string>& warnings) {
   std::map<int, std::vector<std::pair<int, std::size_t>>> of_segment;  // slices and frames
   for (std::size_t f = 0; f < read.frames.size(); ++f) {
@@ -248,7 +248,8 @@ void TakeLabels(const DicomSegments& read, const Slices& slices, Segmentation& s
     for (std::size_t i = 0; i < pixels; ++i) {
       const std::uint16_t label = read.labels[f * pixels + i];
       ++counts[label];
-      layer[to + i] = label > std::numeric_limits<std::int16_t>::max() ? std::int16_t{0} : static_cast<std::int16_t>(label);
+      layer[to + i] =
+          label > std::numeric_limits<std::int16_t>::max() ? std::int16_t{0} : static_cast<std::int16_t>(label);
     }
   }
   std::set<int> unnamed;

@@ -53,9 +53,9 @@ ImportedBone ImportBone(const std::string& path, const ImportSettings& settings)
       const bool has_ct = !path.empty();
       options.isolate.mask = ReadMaskFile(settings.mask, has_ct ? "" : settings.frame,
                                           {.preset = settings.mask_labels,
-                                  .assignments = settings.mask_label,
-                                  .threshold = settings.mask_threshold},
-                                 has_ct)
+                                           .assignments = settings.mask_label,
+                                           .threshold = settings.mask_threshold},
+                                          has_ct)
                                  .mask;
     }
     ImportResult result = Import(path, options);

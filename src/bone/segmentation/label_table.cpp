@@ -130,9 +130,10 @@ std::map<int, std::string> ReadLabelTable(const std::string& path) {
   const auto flag_at = static_cast<std::size_t>(header);
   if (bytes.size() < flag_at + 4 || bytes[flag_at] == '\0') return {};
   std::map<int, std::string> table;
-  const double voxels_at = header == 540 ? static_cast<double>(ReadWhole(bytes, 168, 8, big_endian))
-                                         : static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(
-                                               ReadWhole(bytes, 108, 4, big_endian))));
+  const double voxels_at =
+      header == 540
+          ? static_cast<double>(ReadWhole(bytes, 168, 8, big_endian))
+          : static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(ReadWhole(bytes, 108, 4, big_endian))));
   // The size of an extension counts its own 8 bytes of size and code.
   for (std::size_t at = flag_at + 4; at + 8 <= bytes.size();) {
     const std::uint64_t size = ReadWhole(bytes, at, 4, big_endian);

@@ -18,8 +18,8 @@ MaskFile ReadMaskFile(const std::string& path, const std::string& frame, const L
   if (!is_dicom && LowerExtension(path) == ".dcm") {
     throw Error(fmt::format("{}: not a DICOM file despite its name", path));
   }
-  Segmentation segmentation = is_dicom ? ReadDicomSegmentation(path, labels.threshold)
-                                       : ReadSegmentation(path, frame, labels.threshold);
+  Segmentation segmentation =
+      is_dicom ? ReadDicomSegmentation(path, labels.threshold) : ReadSegmentation(path, frame, labels.threshold);
   SegmentationRoles roles = FindRoles(segmentation, labels);
   BoneMask mask = MakeBoneMask(segmentation, roles);
   std::vector<std::string>& warnings = mask.tissue.warnings;

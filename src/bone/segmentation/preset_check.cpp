@@ -72,7 +72,8 @@ std::string FindPlaceObjection(const NamedStructure& s, const NamedStructure& ma
   const Vec3 off = s.place->centre_W - mandible.place->centre_W;
   const Box3& box = mandible.place->box_W;
   const Vec3& c = s.place->centre_W;
-  const bool inside = glm::all(glm::greaterThan(c, box.lower - kNear_mm)) && glm::all(glm::lessThan(c, box.upper + kNear_mm));
+  const bool inside =
+      glm::all(glm::greaterThan(c, box.lower - kNear_mm)) && glm::all(glm::lessThan(c, box.upper + kNear_mm));
   switch (s.meaning.role) {
     case SegmentRole::kTooth:
       if (s.meaning.jaw == JawPart::kUpper) return off.z > 0 ? "" : "above the mandible";
@@ -102,8 +103,8 @@ std::string FindObjection(const std::vector<NamedStructure>& structures, const N
   for (const NamedStructure& s : structures) {
     if (s.segment == mandible.segment) continue;
     if (const std::string where = FindPlaceObjection(s, mandible); !where.empty()) {
-      return fmt::format("{} would be '{}', but does not lie {}, which would be {}", Describe(*s.segment), s.name, where,
-                         Describe(*mandible.segment));
+      return fmt::format("{} would be '{}', but does not lie {}, which would be {}", Describe(*s.segment), s.name,
+                         where, Describe(*mandible.segment));
     }
   }
   const auto find = [&structures](JawSide side) {

@@ -12,10 +12,10 @@ namespace kerf {
 /// A preset and how well it fits a segmentation.
 struct PresetFit {
   const LabelPreset* preset = nullptr;
-  std::size_t shared = 0;        // labels of the segmentation that the preset has
-  double score = 0;  // fraction of the labels of the segmentation, and of those of either, that both have; their sum
+  std::size_t shared = 0;  // labels of the segmentation that the preset has
+  double score = 0;  // sum of two fractions that both have: of the labels of the segmentation, and of those of either
   const Segment* mandible = nullptr;  // null: it has none
-  std::string objection;         // why it does not fit; empty if it does
+  std::string objection;              // why it does not fit; empty if it does
 };
 
 /// Returns the fit of each preset, the best first: those without objection, then by their labels. A preset does not fit

@@ -126,7 +126,8 @@ void AddAbsentCanals(const Segmentation& segmentation, const LabelPreset& preset
   std::string absent;
   for (const PresetLabel& label : preset.labels) {
     const std::optional<SegmentMeaning> meaning = FindMeaning(label.name);
-    const bool is_main = label.name.find("incisive") == std::string::npos && label.name.find("lingual") == std::string::npos;
+    const bool is_main =
+        label.name.find("incisive") == std::string::npos && label.name.find("lingual") == std::string::npos;
     if (!meaning || meaning->role != SegmentRole::kCanal || !is_main) continue;
     const bool present = std::ranges::any_of(segmentation.segments, [&label](const Segment& segment) {
       return segment.label == label.label && segment.voxels > 0;
@@ -251,8 +252,8 @@ SegmentationRoles FindRoles(const Segmentation& segmentation, const LabelOptions
   for (const std::string& assignment : options.assignments) {
     const auto [which, meaning] = ParseAssignment(assignment);
     if (meaning.role == SegmentRole::kCanal && IsAbsentLabel(segmentation, which)) {
-      roles.warnings.push_back(
-          fmt::format("the canal of the nerve is absent from the mask: no voxel has the label of --label {}", assignment));
+      roles.warnings.push_back(fmt::format(
+          "the canal of the nerve is absent from the mask: no voxel has the label of --label {}", assignment));
       continue;
     }
     mandible_assigned |= meaning.role == SegmentRole::kMandible;

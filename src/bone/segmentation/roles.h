@@ -74,7 +74,8 @@ struct SegmentationRoles {
 /// Finds what the segments are: by the assignments, then by the preset, then by names and codes. Throws kerf::Error if
 /// an option is invalid, if no segment or more than one is the mandible, if a name contradicts its code, or if nothing
 /// says what the labels are; the message then lists the labels, their volumes and the presets that fit by volume and
-/// place. It also throws if the given preset does not fit, but another one does (preset_check.h); if none does, it warns.
+/// place. It also throws if the given preset does not fit, but another one does (preset_check.h); if none does, it
+/// warns.
 SegmentationRoles FindRoles(const Segmentation& segmentation, const LabelOptions& options);
 
 /// Makes the mask of the mandible. The lower teeth and the canals belong to it; upper teeth and other bone do not;

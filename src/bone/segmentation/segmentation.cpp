@@ -117,7 +117,8 @@ std::vector<std::set<int>> ListLabels(const Segmentation& segmentation) {
 // Gives segments whose label the header does not give, or gives wrong, those labels of the voxels that are left.
 void MatchLabels(Segmentation& segmentation) {
   std::vector<std::set<int>> left = ListLabels(segmentation);
-  for (const Segment& segment : segmentation.segments) left[static_cast<std::size_t>(segment.layer)].erase(segment.label);
+  for (const Segment& segment : segmentation.segments)
+    left[static_cast<std::size_t>(segment.layer)].erase(segment.label);
   for (std::size_t layer = 0; layer < left.size(); ++layer) {
     std::vector<Segment*> all, unknown;
     for (Segment& segment : segmentation.segments) {
@@ -171,10 +172,10 @@ void TakeSoft(const std::string& path, const std::string& frame, double threshol
     for (std::int16_t& value : layer) value = value > 0 && value >= threshold * kSteps ? 1 : 0;
   }
   image.lattice.exact = true;
-  image.lattice.warnings.push_back(
-      fmt::format("the values of the map are not labels, but from 0 to 1: voxels from {:g} on were taken as the label 1; "
-                  "to change this, use --mask-threshold",
-                  threshold));
+  image.lattice.warnings.push_back(fmt::format(
+      "the values of the map are not labels, but from 0 to 1: voxels from {:g} on were taken as the label 1; "
+      "to change this, use --mask-threshold",
+      threshold));
 }
 
 // Names the segments of a label map, and adds those of the jaw that have a name, but no voxel.
@@ -185,8 +186,7 @@ void TakeNames(const std::map<int, std::string>& names, std::vector<Segment>& se
   for (const auto& [label, name] : names) {
     if (segments.size() >= kMaxSegments) return;
     const std::optional<SegmentMeaning> meaning = FindMeaning(name);
-    const bool in_jaw =
-        meaning && (meaning->role == SegmentRole::kMandible || meaning->role == SegmentRole::kCanal);
+    const bool in_jaw = meaning && (meaning->role == SegmentRole::kMandible || meaning->role == SegmentRole::kCanal);
     if (!in_jaw || std::ranges::find(segments, label, &Segment::label) != segments.end()) continue;
     Segment segment;
     segment.name = name;
@@ -264,7 +264,8 @@ std::vector<Segment> ParseSegments(const std::map<std::string, std::string>& key
   }
   if (flattened) {
     warnings.emplace_back(
-        "the header names several layers, but the file has one: its segments were found by their labels, and where they "
+        "the header names several layers, but the file has one: its segments were found by their labels, and where "
+        "they "
         "overlapped, only one of them is left");
   }
   return segments;

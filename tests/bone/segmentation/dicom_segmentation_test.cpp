@@ -198,7 +198,8 @@ TEST_F(DicomSegmentation, OfTheLabelMapClassHasOneLayer) {
 }
 
 TEST_F(DicomSegmentation, CountsFractionsFromTheThresholdOn) {
-  const std::string path = Write("soft");  // 180 of 200 in the first 4 pixels, of which 2 are in the segment; 60 in the others
+  const std::string path =
+      Write("soft");  // 180 of 200 in the first 4 pixels, of which 2 are in the segment; 60 in the others
   EXPECT_EQ(ReadDicomSegmentation(path, 0.5).segments[0].voxels, 2u);
   EXPECT_EQ(ReadDicomSegmentation(path, 0.3).segments[0].voxels, 12u);
   EXPECT_EQ(ReadDicomSegmentation(path, 0.31).segments[0].voxels, 2u);

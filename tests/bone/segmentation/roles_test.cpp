@@ -164,7 +164,7 @@ TEST(LabelPresets, AreProposedIfVolumesAndPlacesFit) {
                         {"dentalsegmentator", {0, 1, 2, 3, 4, 0}},
                         {"totalsegmentator", {0, 3, 1, 7, 2, 1}},
                         {"nv-segment-ct", {0, 2, 1, 4, 4, 3}},
-                        {"totalsegmentator-teeth", {0, 2, 1, 12, 28, 45}}}) {
+                        {"toothfairy2", {0, 2, 1, 12, 38, 3}}}) {
     const Segmentation head = MakeHead(c.labels);
     const std::vector<PresetFit> fits = FitPresets(head);
     EXPECT_EQ(fits[0].preset->name, c.preset);
@@ -190,9 +190,7 @@ TEST(LabelPresets, AreProposedIfVolumesAndPlacesFit) {
 TEST(LabelPresets, ThatDoNotFitAreRefusedIfAnotherDoes) {
   const Segmentation head = MakeHead({0, 1, 2, 3, 4, 0});
   for (const char* wrong : {"totalsegmentator", "amasss", "nv-segment-ct"}) {
-    EXPECT_THAT(MessageOf([&] {
-                  FindRoles(head, {.preset = wrong, .assignments = {}});
-                }),
+    EXPECT_THAT(MessageOf([&] { FindRoles(head, {.preset = wrong, .assignments = {}}); }),
                 AllOf(HasSubstr(fmt::format("the labels are not those of --labels {}: label 1 (224.00 cm3) would be "
                                             "'mandible', which has 8 to 120 cm3; --labels dentalsegmentator fits, in "
                                             "which label 2 (",
@@ -200,7 +198,8 @@ TEST(LabelPresets, ThatDoNotFitAreRefusedIfAnotherDoes) {
                       HasSubstr("--label 2=mandible")));
   }
   // The user's word counts.
-  EXPECT_EQ(FindRoles(head, {.preset = "amasss", .assignments = {"2=mandible", "1=other"}}).meanings[1].role, kMandible);
+  EXPECT_EQ(FindRoles(head, {.preset = "amasss", .assignments = {"2=mandible", "1=other"}}).meanings[1].role,
+            kMandible);
 }
 
 TEST(LabelPresets, NameTheCanalThatIsAbsent) {
@@ -208,8 +207,9 @@ TEST(LabelPresets, NameTheCanalThatIsAbsent) {
   EXPECT_THAT(FindRoles(MakeHead({0, 1, 2, 3, 4, 0}), dental).warnings,
               ElementsAre("the canal of the nerve is absent from the mask: no voxel is 'Mandibular canal' (label 5)"));
   EXPECT_TRUE(FindRoles(MakeHead({0, 1, 2, 3, 4, 5}), dental).warnings.empty());
-  EXPECT_THAT(FindRoles(MakeHead({0, 1, 2, 3, 4, 0}), {.preset = "", .assignments = {"2=mandible", "5=canal"}}).warnings,
-              ::testing::Contains(HasSubstr("no voxel has the label of --label 5=canal")));
+  EXPECT_THAT(
+      FindRoles(MakeHead({0, 1, 2, 3, 4, 0}), {.preset = "", .assignments = {"2=mandible", "5=canal"}}).warnings,
+      ::testing::Contains(HasSubstr("no voxel has the label of --label 5=canal")));
 }
 
 TEST(LabelRoles, AssignmentsNameLabelsOrSegments) {

@@ -225,7 +225,8 @@ TEST(Segmentation, TakesValuesNearWholeNumbersAndSoftMaps) {
   const Volume lattice = SmallLattice();
   const std::string path = folder.file("a.nrrd");
   std::vector<float> values;
-  for (std::size_t v = 0; v < lattice.count(); ++v) values.push_back(static_cast<float>(v % 3) + (v % 2 == 0 ? 9e-4F : -9e-4F));
+  for (std::size_t v = 0; v < lattice.count(); ++v)
+    values.push_back(static_cast<float>(v % 3) + (v % 2 == 0 ? 9e-4F : -9e-4F));
   WriteFloats(lattice, values, path);
   EXPECT_EQ(ReadSegmentation(path).layers[0], Cycle(lattice.count(), 3));
   EXPECT_TRUE(ReadSegmentation(path).warnings.empty());
@@ -238,7 +239,8 @@ TEST(Segmentation, TakesValuesNearWholeNumbersAndSoftMaps) {
   EXPECT_EQ(ReadSegmentation(path).segments[0].voxels, 30u);
   EXPECT_EQ(ReadSegmentation(path, "", 0.9).segments[0].voxels, 6u);
   EXPECT_EQ(ReadSegmentation(path, "", 0.2).segments[0].voxels, 48u);
-  EXPECT_THAT(ReadSegmentation(path, "", 0.9).warnings, ElementsAre(HasSubstr("voxels from 0.9 on were taken as the label 1")));
+  EXPECT_THAT(ReadSegmentation(path, "", 0.9).warnings,
+              ElementsAre(HasSubstr("voxels from 0.9 on were taken as the label 1")));
 }
 
 TEST(LabelTables, AreUnderstoodAsProgramsWriteThem) {
