@@ -62,7 +62,7 @@ void TakeLattice(const Json& json, const std::string& path, DicomSegments& read)
 }
 
 void TakeFrames(const Json& json, const std::string& path, DicomSegments& read) {
-  const bool label_map = json.at("label_map").get<bool>();
+  const bool label_map = json.value("label_map", false);
   std::set<int> numbers;
   for (const Json& item : json.at("segments")) {
     DicomSegment& segment = read.segments.emplace_back();
@@ -144,7 +144,7 @@ DicomSegments Unpack(const Json& json, std::span<const char> pixels, double thre
   TakeFrames(json, path, read);
   if (json.contains("series")) json.at("series").get_to(read.series_uid);
   const int bits = TakeShort(json.at("bits")), fraction = TakeShort(json.at("fraction"));
-  const bool label_map = json.at("label_map").get<bool>();
+  const bool label_map = json.value("label_map", false);
   const std::uint64_t bytes = TakeCount(json.at("bytes"), pixels.size());
   CheckPixels(read, bytes, bits, fraction > 0, label_map, path);
   const std::size_t count =
@@ -154,7 +154,7 @@ DicomSegments Unpack(const Json& json, std::span<const char> pixels, double thre
     TakePixels(pixels, bits, fraction, threshold, read);
     return read;
   }
-  const int background = TakeShort(json.at("padding"));
+  const int background = json.contains("padding") ? TakeShort(json.at("padding")) : 0;
   const auto* raw = reinterpret_cast<const unsigned char*>(pixels.data());
   read.labels.resize(count);
   for (std::size_t i = 0; i < count; ++i) {

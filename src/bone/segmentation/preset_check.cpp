@@ -191,7 +191,9 @@ PresetFit FitPreset(const Segmentation& segmentation, const std::vector<Place>& 
     structures.push_back({&segment, &places[n], label->name, *meaning});
   }
   fit.shared = structures.size();
-  fit.score = static_cast<double>(fit.shared) / static_cast<double>(preset.labels.size() + in_file - fit.shared);
+  const auto shared = static_cast<double>(fit.shared);
+  const auto in_either = static_cast<double>(preset.labels.size() + in_file - fit.shared);
+  fit.score = in_file == 0 ? 0 : shared / static_cast<double>(in_file) + shared / in_either;
   fit.objection =
       fit.mandible == nullptr ? "no voxel would be the mandible" : FindObjection(structures, structures[mandible]);
   return fit;

@@ -12,8 +12,8 @@ namespace kerf {
 /// A preset and how well it fits a segmentation.
 struct PresetFit {
   const LabelPreset* preset = nullptr;
-  std::size_t shared = 0;             // labels of the segmentation that the preset has
-  double score = 0;                   // of the labels of either, the fraction of those that both have
+  std::size_t shared = 0;  // labels of the segmentation that the preset has
+  double score = 0;  // sum of two fractions that both have: of the labels of the segmentation, and of those of either
   const Segment* mandible = nullptr;  // null: it has none
   std::string objection;              // why it does not fit; empty if it does
 };

@@ -104,12 +104,14 @@ const PresetLabel* FindLabel(const LabelPreset& preset, int label) {
 // said to be the mandible, it warns.
 void CheckPreset(const Segmentation& segmentation, const LabelPreset& preset, bool mandible_assigned,
                  std::vector<std::string>& warnings) {
+  constexpr double kWhole_mm3 = 20e3;  // less may be a part of any structure
   const std::vector<PresetFit> fits = FitPresets(segmentation);
   const auto given = std::ranges::find(fits, &preset, &PresetFit::preset);
   // Without a mandible another check refuses it.
   if (given->objection.empty() || given->mandible == nullptr) return;
   const PresetFit& best = fits.front();
-  if (best.objection.empty() && best.shared >= given->shared && !mandible_assigned) {
+  if (best.objection.empty() && best.score >= given->score && best.mandible->volume_mm3 > kWhole_mm3 &&
+      !mandible_assigned) {
     throw Error(fmt::format(
         "{}: the labels are not those of --labels {}: {}; --labels {} fits, in which {} is the mandible, or state what "
         "each label is, such as --label {}=mandible",

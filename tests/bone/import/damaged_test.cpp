@@ -310,10 +310,13 @@ std::string PackedSegments(const std::string& part, const std::string& by) {
 TEST(DamagedFiles, WhatTheChildReturnsIsChecked) {
   const char pixels[1] = {'\x81'};
   const auto said = [&](const std::string& part, const std::string& by) {
-    return test::MessageOf([&] { UnpackSegments(PackedSegments(part, by), pixels, "a.dcm"); }, "");
+    return test::MessageOf([&] { UnpackSegments(PackedSegments(part, by), pixels, kHalfFraction, "a.dcm"); }, "");
   };
-  EXPECT_EQ(UnpackSegments(PackedSegments("jaw", "jaw"), pixels, "a.dcm").pixels,
+  EXPECT_EQ(UnpackSegments(PackedSegments("jaw", "jaw"), pixels, kHalfFraction, "a.dcm").pixels,
             (std::vector<std::uint8_t>{1, 0, 0, 0, 0, 0, 0, 1}));
+  EXPECT_THAT(said("\"bits\":1", "\"label_map\":true,\"bits\":8"), ::testing::HasSubstr("need 8 bytes, but it has 1"));
+  EXPECT_THAT(said("\"bits\":1", "\"label_map\":true,\"bits\":1"),
+              ::testing::HasSubstr("have 1 bits; kerf reads label maps with 8 or 16 bits"));
   const std::vector<std::pair<std::string, std::string>> lies = {{"{\"bits", std::string(1000000, '[')},
                                                                  {"\"bytes\":1", "\"bytes\":2"},
                                                                  {"\"size\":[4,2]", "\"size\":[-4,2]"},

@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "bone/segmentation/preset_check.h"
 #include "label_files.h"
 #include "support/message_of.h"
 
@@ -128,14 +129,87 @@ TEST(LabelPresets, GiveTheLabelsOfTheirSources) {
               HasSubstr("there is no such preset; the presets are dentalsegm"));
 }
 
-TEST(LabelRoles, ABareLabelMapIsRefusedWithItsLabelsAndTheNearestPreset) {
-  const Segmentation map = MakeSegmentation({{1, ""}, {2, ""}, {3, ""}, {4, ""}, {5, ""}});
-  EXPECT_THAT(MessageOf([&] { FindRoles(map, {}); }),
-              AllOf(HasSubstr("a.nrrd: the file does not say what its labels are. They are:\n  label 1 (1.00 cm3)\n"),
-                    HasSubstr("label 5 (5.00 cm3)\nThe nearest preset is --labels dentalsegmentator, in which label 2 "
-                              "(2.00 cm3) is the mandible"),
-                    HasSubstr("--label 2=mandible")));
+// A head in boxes, on voxels of 2 mm: 0 nothing, 1 skull, 2 mandible of 86 cm3 with its canals, 3 and 4 upper and lower
+// teeth, 5 canals.
+int HeadLabel(const Vec3& p_W) {
+  const double x = std::abs(p_W.x), y = p_W.y, z = p_W.z;
+  if (x < 40 && y > -40 && y < 60 && z > 62 && z < 90) return 1;
+  if (x < 25 && y > -38 && y < -32 && z > 32 && z < 42) return 3;
+  if (x < 25 && y > -38 && y < -32 && z > 20 && z < 30) return 4;
+  if (x > 36 && x < 40 && std::abs(y) < 20 && z > 8 && z < 12) return 5;
+  const bool body = x < 50 && y > -40 && y < 30 && z > 0 && z < 20 && (x > 30 || y < -25);
+  return body || (x > 38 && x < 48 && y > 15 && y < 30 && z >= 20 && z < 60) ? 2 : 0;
+}
+
+/// The head with the given labels of its structures; `up` of -1 turns it upside down.
+Segmentation MakeHead(const std::vector<int>& labels, double up = 1) {
+  Volume lattice;
+  lattice.size = {60, 60, 50};
+  lattice.spacing_mm = Vec3(2);
+  lattice.origin_W = {-59, -49, up > 0 ? -3.0 : -95.0};
+  const test::Folder folder;
+  const Volume map = test::MakeLabels(lattice, [&](const Vec3& p_W) {
+    return labels[static_cast<std::size_t>(HeadLabel({p_W.x, p_W.y, up * p_W.z}))];
+  });
+  test::WriteNrrd(map, folder.file("a.nrrd"));
+  return ReadSegmentation(folder.file("a.nrrd"));
+}
+
+TEST(LabelPresets, AreProposedIfVolumesAndPlacesFit) {
+  struct Case {
+    const char* preset;
+    std::vector<int> labels;  // of nothing, skull, mandible, upper teeth, lower teeth, canals
+  };
+  for (const Case& c : {Case{"dentalsegmentator", {0, 1, 2, 3, 4, 5}},
+                        {"dentalsegmentator", {0, 1, 2, 3, 4, 0}},
+                        {"totalsegmentator", {0, 3, 1, 7, 2, 1}},
+                        {"nv-segment-ct", {0, 2, 1, 4, 4, 3}},
+                        {"toothfairy2", {0, 2, 1, 12, 38, 3}}}) {
+    const Segmentation head = MakeHead(c.labels);
+    const std::vector<PresetFit> fits = FitPresets(head);
+    EXPECT_EQ(fits[0].preset->name, c.preset);
+    EXPECT_EQ(fits[0].objection, "");
+    for (const PresetFit& fit : fits) {
+      if (!fit.objection.empty()) continue;
+      EXPECT_EQ(fit.mandible->label, c.labels[2]) << c.preset << ": " << fit.preset->name;
+    }
+    EXPECT_THAT(MessageOf([&] { FindRoles(head, {}); }),
+                AllOf(HasSubstr("the file does not say what its labels are. They are:\n"),
+                      HasSubstr(fmt::format("By volume and place, --labels {} fits best, in which label {} (", c.preset,
+                                            c.labels[2]))));
+  }
+  const Segmentation wrong_way_up = MakeHead({0, 1, 2, 3, 4, 5}, -1);
+  EXPECT_THAT(MessageOf([&] { FindRoles(wrong_way_up, {}); }),
+              HasSubstr("No preset of --labels fits; of the nearest, dentalsegmentator, label 1 (224.00 cm3) would be "
+                        "'Upper skull', but does not lie above the mandible, which would be label 2 ("));
+  EXPECT_THAT(FindRoles(wrong_way_up, {.preset = "dentalsegmentator", .assignments = {}}).warnings,
+              ElementsAre(HasSubstr("the labels may not be those of --labels dentalsegmentator")));
   EXPECT_THAT(MessageOf([] { FindRoles(MakeSegmentation({{90, ""}}), {}); }), HasSubstr("No preset of --labels fits."));
+}
+
+TEST(LabelPresets, ThatDoNotFitAreRefusedIfAnotherDoes) {
+  const Segmentation head = MakeHead({0, 1, 2, 3, 4, 0});
+  for (const char* wrong : {"totalsegmentator", "amasss", "nv-segment-ct"}) {
+    EXPECT_THAT(MessageOf([&] { FindRoles(head, {.preset = wrong, .assignments = {}}); }),
+                AllOf(HasSubstr(fmt::format("the labels are not those of --labels {}: label 1 (224.00 cm3) would be "
+                                            "'mandible', which has 8 to 120 cm3; --labels dentalsegmentator fits, in "
+                                            "which label 2 (",
+                                            wrong)),
+                      HasSubstr("--label 2=mandible")));
+  }
+  // The user's word counts.
+  EXPECT_EQ(FindRoles(head, {.preset = "amasss", .assignments = {"2=mandible", "1=other"}}).meanings[1].role,
+            kMandible);
+}
+
+TEST(LabelPresets, NameTheCanalThatIsAbsent) {
+  const LabelOptions dental{.preset = "dentalsegmentator", .assignments = {}};
+  EXPECT_THAT(FindRoles(MakeHead({0, 1, 2, 3, 4, 0}), dental).warnings,
+              ElementsAre("the canal of the nerve is absent from the mask: no voxel is 'Mandibular canal' (label 5)"));
+  EXPECT_TRUE(FindRoles(MakeHead({0, 1, 2, 3, 4, 5}), dental).warnings.empty());
+  EXPECT_THAT(
+      FindRoles(MakeHead({0, 1, 2, 3, 4, 0}), {.preset = "", .assignments = {"2=mandible", "5=canal"}}).warnings,
+      ::testing::Contains(HasSubstr("no voxel has the label of --label 5=canal")));
 }
 
 TEST(LabelRoles, AssignmentsNameLabelsOrSegments) {
@@ -181,7 +255,7 @@ TEST(LabelRoles, ContradictionsAreRefusedOrNamed) {
               ElementsAre(HasSubstr("'tooth 36' (label 2, 2.00 cm3) and 'lower left first molar' (label 3, 3.00 cm3) "
                                     "are both tooth 36"),
                           HasSubstr("'tooth 99' (label 5, 5.00 cm3) is a tooth, but its number is not of ISO 3950"),
-                          HasSubstr("segments without voxels: 'canal' (label 7")));
+                          HasSubstr("the canal of the nerve is absent from the mask: no voxel is 'canal' (label 7")));
 }
 
 TEST(LabelRoles, TheMandibleMustBeOneSegment) {

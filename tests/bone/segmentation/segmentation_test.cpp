@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "bone/segmentation/label_table.h"
 #include "label_files.h"
 #include "support/message_of.h"
 
@@ -130,8 +131,10 @@ TEST(Segmentation, RefusesFaultsWithOneSentence) {
   EXPECT_THAT(message({{"a", "0", "0", ""}}, 1), HasSubstr("the label of the segment 'a' is '0'"));
   EXPECT_THAT(message({{"a", "70000", "0", ""}}, 1), HasSubstr("from 1 to 32767"));
   EXPECT_THAT(message({{"a", "one", "0", ""}}, 1), HasSubstr("the label of the segment 'a' is 'one'"));
-  EXPECT_THAT(message({{"a", "1", "1", ""}}, 1),
-              HasSubstr("the layer of the segment 'a' is '1', but the file has 1 layer"));
+  EXPECT_THAT(message({{"a", "1", "2", ""}}, 2),
+              HasSubstr("the layer of the segment 'a' is '2', but the file has 2 layers"));
+  EXPECT_THAT(message({{"a", "1", "0", ""}, {"b", "1", "1", ""}}, 1),
+              HasSubstr("the label 1 in layer 0; the header names more layers, but the file has only this one"));
   EXPECT_THAT(message({{"a", "1", "0", ""}, {"b", "1", "0", ""}}, 1),
               HasSubstr("two segments have the label 1 in layer 0"));
   EXPECT_THAT(message({{"a", "", "", ""}, {"b", "", "", ""}}, 1),
@@ -155,6 +158,105 @@ TEST(Segmentation, RefusesFaultsWithOneSentence) {
   test::WriteNrrd(ct, folder.file("ct.nrrd"));
   EXPECT_THAT(MessageOf([&] { ReadSegmentation(folder.file("ct.nrrd")); }), HasSubstr("the label map is empty"));
   EXPECT_THAT(MessageOf([] { ReadSegmentation("a.stl"); }), HasSubstr("a.stl: unknown file type"));
+}
+
+/// Writes an NRRD with values of single precision.
+void WriteFloats(const Volume& lattice, const std::vector<float>& values, const std::string& path) {
+  std::string text = test::SegHeader(lattice, {}, 1);
+  text.replace(text.find("unsigned char"), 13, "float\nendian: little");
+  text += std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
+  test::WriteBytes(path, text);
+}
+
+TEST(Segmentation, ReadsHeadersOfOtherWritersAndSaysWhatItTook) {
+  const Folder folder;
+  Volume map = SmallLattice();
+  const std::string path = folder.file("a.seg.nrrd");
+  const auto read = [&](int different, const std::vector<HeaderSegment>& segments) {
+    map.hu = Cycle(map.count(), different);
+    test::WriteSeg(map, segments, path);
+    return ReadSegmentation(path);
+  };
+  // Two layers that were flattened to one.
+  const Segmentation flat = read(3, {{"a", "1", "0"}, {"b", "2", "1"}});
+  EXPECT_EQ(flat.segments[1].layer, 0);
+  EXPECT_EQ(flat.segments[1].voxels, 20u);
+  EXPECT_THAT(flat.warnings, ElementsAre(HasSubstr("names several layers, but the file has one")));
+  // Labels that are missing, or not those of the voxels.
+  const Segmentation unlabelled = read(3, {{"a", "", ""}, {"b", "", ""}});
+  EXPECT_EQ(unlabelled.segments[1].label, 2);
+  EXPECT_EQ(unlabelled.segments[1].voxels, 20u);
+  EXPECT_THAT(unlabelled.warnings, ElementsAre(HasSubstr("taken in order: 1 for 'a', 2 for 'b'")));
+  EXPECT_EQ(read(3, {{"a", "", "0"}, {"b", "1", "0"}}).segments[0].label, 2);
+  const Segmentation other = read(2, {{"a", "7", "0"}});
+  EXPECT_EQ(other.segments[0].voxels, 30u);
+  EXPECT_THAT(other.warnings, ElementsAre(HasSubstr("the segment 'a' the label 7, but its voxels have only 1")));
+  EXPECT_THAT(MessageOf([&] {
+                read(4, {{"a", "", ""}, {"b", "", ""}});
+              }),
+              HasSubstr("the voxels have 3 labels for 2 segments without one"));
+  // Names that are missing.
+  EXPECT_EQ(read(2, {{"", "1", "0"}}).segments[0].name, "Segment_0");
+}
+
+TEST(Segmentation, ReadsLayersWhoseAxisIsTheLast) {
+  const Folder folder;
+  const Volume lattice = SmallLattice();
+  const std::vector<std::vector<std::int16_t>> layers = {Cycle(lattice.count(), 2), Cycle(lattice.count(), 3)};
+  std::string header = test::SegHeader(lattice, {{"a", "1", "0"}, {"b", "2", "1"}}, 2);
+  const auto move_to_end = [&header](const std::string& line, const std::string& word) {
+    const std::size_t at = header.find(line) + line.size();
+    header.erase(at, word.size());
+    header.insert(header.find('\n', at), word);
+  };
+  move_to_end("sizes:", " 2");
+  move_to_end("space directions:", " none");
+  move_to_end("kinds:", " list");
+  const std::string path = folder.file("a.seg.nrrd");
+  test::WriteBytes(path, header + test::LayerBytes({layers[0]}) + test::LayerBytes({layers[1]}));
+  const Segmentation read = ReadSegmentation(path);
+  EXPECT_EQ(read.layers, layers);
+  EXPECT_EQ(read.lattice.size, lattice.size);
+  EXPECT_EQ(read.segments[1].voxels, 20u);
+}
+
+TEST(Segmentation, TakesValuesNearWholeNumbersAndSoftMaps) {
+  const Folder folder;
+  const Volume lattice = SmallLattice();
+  const std::string path = folder.file("a.nrrd");
+  std::vector<float> values;
+  for (std::size_t v = 0; v < lattice.count(); ++v)
+    values.push_back(static_cast<float>(v % 3) + (v % 2 == 0 ? 9e-4F : -9e-4F));
+  WriteFloats(lattice, values, path);
+  EXPECT_EQ(ReadSegmentation(path).layers[0], Cycle(lattice.count(), 3));
+  EXPECT_TRUE(ReadSegmentation(path).warnings.empty());
+  values[7] = 1.5F;
+  WriteFloats(lattice, values, path);
+  EXPECT_THAT(MessageOf([&] { ReadSegmentation(path); }), HasSubstr("values that are not whole numbers"));
+  // 60 voxels from 0 to 1, in steps of 1/59.
+  for (std::size_t v = 0; v < values.size(); ++v) values[v] = static_cast<float>(v) / 59;
+  WriteFloats(lattice, values, path);
+  EXPECT_EQ(ReadSegmentation(path).segments[0].voxels, 30u);
+  EXPECT_EQ(ReadSegmentation(path, "", 0.9).segments[0].voxels, 6u);
+  EXPECT_EQ(ReadSegmentation(path, "", 0.2).segments[0].voxels, 48u);
+  EXPECT_THAT(ReadSegmentation(path, "", 0.9).warnings,
+              ElementsAre(HasSubstr("voxels from 0.9 on were taken as the label 1")));
+}
+
+TEST(LabelTables, AreUnderstoodAsProgramsWriteThem) {
+  using Table = std::map<int, std::string>;
+  const Table expected{{1, "mandible"}, {5, "inferior alveolar canal"}};
+  EXPECT_EQ(ParseLabelTable("<?xml version=\"1.0\"?> <CaretExtension><VolumeInformation Index=\"0\"><LabelTable>\n"
+                            "<Label Key=\"1\" Red=\"1.0\" Alpha=\"1\"><![CDATA[mandible]]></Label>\n"
+                            "<Label Key=\"5\" Red=\"0\">inferior alveolar canal </Label>\n</LabelTable>"),
+            expected);
+  EXPECT_EQ(ParseLabelTable(R"({"labels": {"1": "mandible", "5": "inferior alveolar canal"}})"), expected);
+  EXPECT_EQ(ParseLabelTable(R"({"background": 0, "mandible": 1, "inferior alveolar canal": 5})"), expected);
+  EXPECT_EQ(ParseLabelTable(R"([{"label": 1, "name": "mandible"}, {"label": 5, "name": "inferior alveolar canal"}])"),
+            expected);
+  for (const char* other : {"", "a comment", "{", "<Label ", "<Label Key=\"", "[1, 2]", "{\"99999\": \"a\"}"})
+    EXPECT_TRUE(ParseLabelTable(other).empty()) << other;
+  EXPECT_TRUE(ParseLabelTable(std::string(100000, '[') + "]").empty());
 }
 
 // Runs a Python program with nibabel, an independent reader and writer of NIfTI.
@@ -190,6 +292,31 @@ TEST(Segmentation, AgreesWithNibabel) {
             map.hu[map.Index(i, j, k)]);
       }
     }
+  }
+}
+
+TEST(Segmentation, TakesNamesOfANiftiExtension) {
+  if (std::system("/usr/bin/python3 -c 'import nibabel' >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "python3-nibabel is not installed";
+  const Folder folder;
+  ASSERT_TRUE(
+      RunNibabel("import nibabel, numpy\n"
+                 "labels = (numpy.arange(60) % 3).astype(numpy.uint8).reshape(3, 4, 5)\n"
+                 "table = '<CaretExtension><LabelTable>' + ''.join(f'<Label Key=\"{k}\"><![CDATA[{n}]]></Label>'\n"
+                 "    for k, n in ((1, 'skull'), (2, 'mandible'), (3, 'sinus'), (4, 'left canal'))) + '</LabelTable>'\n"
+                 "for kind, name in ((nibabel.Nifti1Image, 'a.nii'), (nibabel.Nifti1Image, 'a.nii.gz')):\n"
+                 "    image = kind(labels, numpy.eye(4))\n"
+                 "    image.header.extensions.append(nibabel.nifti1.Nifti1Extension(0, table.encode()))\n"
+                 "    nibabel.save(image, name)\n",
+                 folder));
+  for (const char* name : {"a.nii", "a.nii.gz"}) {
+    const Segmentation read = ReadSegmentation(folder.file(name));
+    EXPECT_TRUE(read.named);
+    ASSERT_EQ(read.segments.size(), 3u) << "the labels of the voxels, and the canal";
+    EXPECT_EQ(read.segments[1].name, "mandible");
+    EXPECT_EQ(read.segments[1].voxels, 20u);
+    EXPECT_EQ(read.segments[2].name, "left canal");
+    EXPECT_EQ(read.segments[2].voxels, 0u);
   }
 }
 

@@ -101,6 +101,12 @@ TEST_F(Segments, OfABoneWithoutACutAreTheBoneAndItsStructures) {
             "there is no bone to write as a segmentation");
 }
 
+TEST_F(Segments, NameNoMetalWithoutAny) {
+  // The table of materials has a region of metal.
+  const Bone jaw = test::MakeJaw();
+  EXPECT_TRUE(WriteSegments(jaw, nullptr, 0.4, path_).without_voxels.empty());
+}
+
 TEST_F(Segments, OfACutNeedTheBoneBeforeIt) {
   const Bone before = MakeSegmentedJaw(), after = MakeSegmentedJaw(6, 17);
   EXPECT_THAT(test::MessageOf([&] { WriteSegments(before, &after, 0.4, path_); }),
