@@ -18,6 +18,7 @@ struct ImportSettings {
   // For a CT.
   std::string series;        // of a DICOM folder: UID or a suffix of it; empty: the only CT series
   std::string frame;         // of the file's coordinates: "LPS" or "RAS"; empty: that of the header
+  double spacing_z_mm = 0;   // between the slices of DICOM files that do not state it; 0: as stated
   double iso_hu = 300;       // CT number of the bone's surface, -500 to 3000
   bool isolate = true;       // separate the mandible from other bone; false: keep all bone
   std::vector<Vec3> keep_W;  // points in wanted and in unwanted bone, LPS, mm, where the mandible cannot be separated

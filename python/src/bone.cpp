@@ -102,6 +102,7 @@ py::tuple ImportFile(const std::optional<std::filesystem::path>& path, const std
   set("voxel_mm", settings.voxel_mm, any, "");
   set("series", settings.series, TextLimit{1000}, "");
   set("frame", settings.frame, TextLimit{10}, "");
+  set("spacing_z_mm", settings.spacing_z_mm, any, "");
   set("iso_hu", settings.iso_hu, any, "");
   set("isolate", settings.isolate, "");
   set("fill", settings.fill, "");
@@ -436,7 +437,7 @@ rest; [] is region 24. voxel_mm: 0.02 to 4. top_mm: middle of the top face. rota
 path: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a surface (.stl .obj .ply); None: the mask alone. report: dict with
 'mandible' (bool), 'surface_error_mm' (rms, 0 if unknown) and 'warnings' (list of texts).
 
-Options, each by name: voxel_mm = 0.1 (0.05 to 2). Of a CT: series (UID or its end), frame ('LPS' or 'RAS'), iso_hu = 300,
+Options, each by name: voxel_mm = 0.1 (0.05 to 2). Of a CT: series (UID or its end), frame ('LPS' or 'RAS'), spacing_z_mm, iso_hu = 300,
 isolate = True (separate the mandible), keep, drop (points (n, 3) in wanted and unwanted bone), fill = True, keep_hu = False.
 Of a segmentation, as the options --mask, --labels, --label and --mask-reach of kerf import: mask (.seg.nrrd or a label map),
 mask_labels (the program that wrote a label map without names, such as 'dentalsegmentator'), mask_label (dict such as

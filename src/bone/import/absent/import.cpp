@@ -35,7 +35,7 @@ const DicomSeries& ChooseSeries(const std::vector<DicomSeries>&, const std::stri
 bool IsDicomFile(const std::string&) {
   Fail();
 }
-void CheckSeries(const DicomSeries&) {
+void CheckSeries(const DicomSeries&, double) {
   Fail();
 }
 void CheckContains(const DicomSeries&, const Box3&, const std::string&) {
@@ -59,7 +59,7 @@ std::string FindLabelObjection(std::span<const std::int16_t>, bool, std::size_t)
 Volume ReadLabelImage(const std::string&) {
   Fail();
 }
-Volume ReadDicomSeries(const DicomSeries&, const std::function<void(double)>&) {
+Volume ReadDicomSeries(const DicomSeries&, const std::function<void(double)>&, double) {
   Fail();
 }
 
