@@ -201,11 +201,11 @@ std::string DescribeGap(const SliceStack& stack, const std::vector<double>& z, s
 // Leaves out what lies beyond a gap that is too wide to be interpolated, and then the gaps there.
 void CutAtWideGaps(const DicomSeries& series, double step_mm, SliceStack& stack, std::vector<double>& z,
                    std::vector<std::size_t>& gaps) {
-  constexpr double kWideGap_mm = 10;
+  constexpr double kCutGap_mm = 10;
   std::vector<std::size_t> ends;  // first slices of the parts, and the end
   ends.push_back(0);
   for (const std::size_t i : gaps) {
-    if (z[i] - z[i - 1] > std::max(kWideGap_mm, 3 * step_mm)) ends.push_back(i);
+    if (z[i] - z[i - 1] > std::max(kCutGap_mm, 3 * step_mm)) ends.push_back(i);
   }
   ends.push_back(z.size());
   if (ends.size() == 2) return;
