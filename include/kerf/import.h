@@ -19,6 +19,7 @@ struct ImportSettings {
   std::string series;        // of DICOM: UID or an end of it; empty: the CT that suits a jaw, if one clearly does
   bool as_ct = false;        // DICOM: read a series that is not stated to be a CT, such as modality OT, as one
   std::string frame;         // of the file's coordinates: "LPS" or "RAS"; empty: that of the header
+  double spacing_z_mm = 0;   // between the slices of DICOM files that do not state it; 0: as stated
   double iso_hu = 300;       // CT number of the bone's surface, -500 to 3000
   bool isolate = true;       // separate the mandible from other bone; false: keep all bone
   std::vector<Vec3> keep_W;  // points in wanted and in unwanted bone, LPS, mm, where the mandible cannot be separated

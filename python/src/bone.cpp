@@ -103,6 +103,7 @@ py::tuple ImportFile(const std::optional<std::filesystem::path>& path, const std
   set("series", settings.series, TextLimit{1000}, "");
   set("as_ct", settings.as_ct, "");
   set("frame", settings.frame, TextLimit{10}, "");
+  set("spacing_z_mm", settings.spacing_z_mm, any, "");
   set("iso_hu", settings.iso_hu, any, "");
   set("isolate", settings.isolate, "");
   set("fill", settings.fill, "");
@@ -439,7 +440,7 @@ path: DICOM (a folder, a DICOMDIR, a slice or a .zip), an image (.nrrd .nhdr .ni
 'mandible' (bool), 'surface_error_mm' (rms, 0 if unknown) and 'warnings' (list of texts).
 
 Options, each by name: voxel_mm = 0.1 (0.05 to 2). Of a CT: series (UID or its end), as_ct = False (read DICOM of
-modality OT or secondary captures as a CT), frame ('LPS' or 'RAS'), iso_hu = 300,
+modality OT or secondary captures as a CT), frame ('LPS' or 'RAS'), spacing_z_mm, iso_hu = 300,
 isolate = True (separate the mandible), keep, drop (points (n, 3) in wanted and unwanted bone), fill = True, keep_hu = False.
 Of a segmentation, as the options --mask, --labels, --label, --mask-threshold and --mask-reach of kerf import: mask (.seg.nrrd or a label map),
 mask_labels (the program that wrote a label map without names, such as 'dentalsegmentator'), mask_label (dict such as

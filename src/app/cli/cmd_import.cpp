@@ -296,10 +296,11 @@ void CheckOptionsApply(const CLI::App& command, const ImportArguments& options) 
   CheckMaskOptions(command, options.mask);
   if (input.empty() && command.count("--mask") == 0) throw CLI::RequiredError("INPUT");
   if (input.empty()) {
-    for (const char* option : {"--list",         "--series",       "--as-ct",      "--keep",       "--drop",
-                               "--keep-markups", "--drop-markups", "--no-isolate", "--any-shape",  "--iso",
-                               "--no-fill",      "--cortical-hu",  "--shell",      "--tooth-hu",   "--tooth-body-hu",
-                               "--tooth-reach",  "--keep-hu",      "--hu-voxel",   "--mask-reach", "--units"}) {
+    for (const char* option :
+         {"--list",         "--series",       "--as-ct",      "--spacing-z",     "--keep",        "--drop",
+          "--keep-markups", "--drop-markups", "--no-isolate", "--any-shape",     "--iso",         "--no-fill",
+          "--cortical-hu",  "--shell",        "--tooth-hu",   "--tooth-body-hu", "--tooth-reach", "--keep-hu",
+          "--hu-voxel",     "--mask-reach",   "--units"}) {
       if (command.count(option) > 0)
         throw CLI::ValidationError(option, "does not apply to a mask without a CT or a surface");
     }
@@ -311,10 +312,10 @@ void CheckOptionsApply(const CLI::App& command, const ImportArguments& options) 
   if (command.count("--mask") > 0 && command.count("--no-isolate") > 0)
     throw CLI::ValidationError("--no-isolate", "imports all bone, but --mask selects one");
   const std::vector<const char*> idle =
-      is_surface ? std::vector{"--list",         "--series",       "--as-ct",      "--keep",          "--drop",
-                               "--keep-markups", "--drop-markups", "--no-isolate", "--any-shape",     "--iso",
-                               "--cortical-hu",  "--shell",        "--tooth-hu",   "--tooth-body-hu", "--tooth-reach",
-                               "--keep-hu",      "--hu-voxel"}
+      is_surface ? std::vector{"--list",        "--series",       "--as-ct",        "--spacing-z",  "--keep",
+                               "--drop",        "--keep-markups", "--drop-markups", "--no-isolate", "--any-shape",
+                               "--iso",         "--cortical-hu",  "--shell",        "--tooth-hu",   "--tooth-body-hu",
+                               "--tooth-reach", "--keep-hu",      "--hu-voxel"}
                  : std::vector{"--units", "--mesh-shell"};
   for (const char* option : idle) {
     if (command.count(option) == 0) continue;
@@ -403,6 +404,7 @@ void AddImportCommand(CLI::App& app) {
   AddNumber(*c, "--voxel", o->import, "voxel_mm");
 
   AddFrameOption(*c, o->import.frame);
+  AddNumber(*c, "--spacing-z", o->import, "spacing_z_mm");
 
   const std::string which = "Selection of the bone";
   c->add_option("--keep", o->keep, "Point x,y,z in the wanted bone, patient coordinates LPS, mm; may be repeated")

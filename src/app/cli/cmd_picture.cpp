@@ -107,7 +107,7 @@ void Run(const CLI::App& command, const PictureArguments& options) {
   for (const char* name : {"--view", "--colour", "--dark"}) {
     if (ct && command.count(name) > 0) throw CLI::ValidationError(name, "applies to bones; a CT is drawn in slices");
   }
-  for (const char* name : {"--slice", "--keep", "--drop", "--iso", "--series", "--frame", "--mask"}) {
+  for (const char* name : {"--slice", "--keep", "--drop", "--iso", "--series", "--frame", "--spacing-z", "--mask"}) {
     if (!ct && command.count(name) > 0) throw CLI::ValidationError(name, "applies to CTs, but the input is a bone");
   }
   CheckMaskOptions(command, options.mask);
@@ -168,6 +168,7 @@ void AddPictureCommand(CLI::App& app) {
                    "UID of the DICOM series, or the end of the UID; default: the only CT series")
       ->group(ct);
   AddFrameOption(*command, o->ct.import.frame)->group(ct);
+  AddNumber(*command, "--spacing-z", o->ct.import, "spacing_z_mm")->group(ct);
   AddMaskOptions(*command, o->mask, o->ct.import, "what it selects, adds and cuts off is tinted", ct);
   command->callback([o, command] { Run(*command, *o); });
 }

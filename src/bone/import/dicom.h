@@ -11,7 +11,7 @@
 
 namespace kerf {
 
-/// One slice file, as described by its header.
+/// A slice, as described by the header of its file, which has one or many.
 struct DicomSlice {
   std::string path;
   Vec3 origin_W{0};     // centre of the first pixel, LPS mm
@@ -20,9 +20,9 @@ struct DicomSlice {
   std::array<double, 2> pixel_mm{1, 1};  // between columns, between rows
   std::array<int, 2> size{0, 0};         // columns, rows
   int samples = 1;                       // 3 for colour
-  int bits = 16;                         // allocated per sample
-  int frames = 1;
-  bool has_geometry = false;  // true if position, orientation and pixel spacing are all present
+  int bits = 0;                          // allocated per sample; 0: not given
+  int frames = 1;                        // of the file
+  bool has_geometry = false;             // true if position, orientation and pixel spacing are all present or assumed
   bool compressed = false;
   bool inverted = false;        // displayed with low values bright (MONOCHROME1); ITK inverts the values
   std::string transfer_syntax;  // name, from GDCM
@@ -38,7 +38,19 @@ struct DicomSlice {
   std::string acquisition_time;
   std::string kernel;  // of the reconstruction
   double thickness_mm = 0;
-  bool cut_off = false;  // the file ends before its pixels do
+  bool cut_off = false;         // the file ends before its pixels do
+  int frame = 0;                // index in the file, zero-based
+  std::string stack;            // of the frames of a file: those of one stack and one point in time have the same
+  std::string spacing_from;     // element that gives the distance between frames without positions; else empty
+  bool has_spacing = true;      // false if nothing gives that distance; the slices are then placed 1 mm apart
+  bool has_orientation = true;  // false if it was assumed: rows to the patient's left, columns to the back
+  int bits_stored = 0;
+  bool is_signed = false;
+  double slope = 1, intercept = 0;  // HU = slope * stored value + intercept
+  bool has_rescale = false;         // true if the file gives one of them
+  bool has_padding = false;
+  std::array<int, 2> padding{0, 0};  // first and last stored value that means that there is no data
+  std::string fault;                 // why the values can't be read; empty if they can
 };
 
 /// Returns the unit normal of the slice's plane.
@@ -90,11 +102,14 @@ bool MayBeCt(const std::string& modality);
 DicomSeries ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid, const std::string& folder);
 
 /// Throws kerf::Error unless the series is a complete CT, as far as its headers tell: see ReadDicomSeries().
-void CheckSeries(const DicomSeries& series);
+void CheckSeries(const DicomSeries& series, double spacing_z_mm = 0);
 
-/// Reads the pixels. `progress`, which is optional, is called with values from 0 to 1. Throws kerf::Error unless the
-/// series is a complete CT: for another modality, colour, unequal or missing slices, several slices at one position,
-/// slices of different shape, a transfer syntax that GDCM cannot unpack, or a truncated file.
-Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress);
+/// Reads the pixels. `progress`, which is optional, is called with values from 0 to 1. `spacing_z_mm`: between slices,
+/// for files that don't state it; 0: as stated. Padding becomes air. Slices at two spacings are resampled to the finer
+/// one, and slices missing in between are interpolated and listed in Volume::gaps; the volume's warnings say so. Throws
+/// kerf::Error unless the series is a complete CT: for another modality, colour, unequally spaced slices, several
+/// slices at one position, slices of different shape, rescale values that are no numbers or missing in some slices, a
+/// transfer syntax that GDCM cannot unpack, or a truncated file.
+Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress, double spacing_z_mm = 0);
 
 }  // namespace kerf

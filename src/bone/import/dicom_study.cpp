@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <utility>
 
 #include "base/files/child.h"
@@ -47,7 +48,9 @@ constexpr std::array kIdentifying{kPatientName, kPatientId, kStudyUid, kFrameOfR
 // For a child process.
 Json ReadInChild(const DicomSeries& series, ChildReport& report) {
   Json json{{"elements", Json::array()}, {"instances", Json::array()}};
+  std::set<std::string> paths;
   for (const DicomSlice& slice : series.slices) {
+    if (!paths.insert(slice.path).second) continue;  // another frame of the file
     report.SetName(slice.path);
     CheckDicomHeader(slice.path);
     gdcm::Reader reader;

@@ -25,9 +25,10 @@
 namespace kerf {
 
 struct ImportOptions {
-  std::string series;  // of DICOM files: name, UID or an end of either; if empty, as ChooseSeries() does
-  bool as_ct = false;  // DICOM: read a series that is not stated to be a CT, such as modality OT, as one
-  std::string frame;   // of the file's coordinates, such as "RAS" (patient_frame.h); if empty, that of the header
+  std::string series;       // of DICOM files: name, UID or an end of either; if empty, as ChooseSeries() does
+  bool as_ct = false;       // DICOM: read a series that is not stated to be a CT, such as modality OT, as one
+  std::string frame;        // of the file's coordinates, such as "RAS" (patient_frame.h); if empty, that of the header
+  double spacing_z_mm = 0;  // between DICOM slices, for files that do not state it; 0: as stated
   double voxel_mm = 0.1;
   IsolateOptions isolate;  // includes the iso value
   bool fill = true;  // CT: if true, cavities become bone; surface: if false, all volume enclosed by an inner shell is
@@ -50,6 +51,8 @@ struct ImportOptions {
 template <typename V>
 void Describe(ImportOptions& p, V&& visit) {
   visit("voxel_mm", p.voxel_mm, Range{0.05, 2}, "voxel size of the bone");
+  visit("spacing_z_mm", p.spacing_z_mm, Range{0.01, 20, kOrZero},
+        "distance between the slices of DICOM files that do not state it; 0: as stated");
   visit("iso_hu", p.isolate.iso_hu, Range{-500, 3000}, "CT number of the bone's surface");
   visit("cortical_hu", p.tissue.cortical_hu, Range{-500, 4000}, "minimum CT number of cortical bone");
   visit("tooth_hu", p.tissue.tooth_hu, Range{0, 32767}, "minimum CT number of enamel");

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <glm/geometric.hpp>
 #include <memory>
 
 #include "base/core/number_text.h"
@@ -22,6 +23,7 @@
 #include "bone/import/import_steps.h"
 #include "bone/import/leaf_positions.h"
 #include "bone/import/mask_overlay.h"
+#include "bone/import/padding.h"
 #include "bone/import/patient_frame.h"
 #include "bone/import/preview.h"
 #include "kerf/error.h"
@@ -100,7 +102,7 @@ Volume ReadDicom(const std::string& path, const ImportOptions& options, ImportRe
   report.study_date = series.study_date;
   Volume ct;
   try {
-    ct = ReadDicomSeries(series, CtProgress(options, CtPart::kRead, true));
+    ct = ReadDicomSeries(series, CtProgress(options, CtPart::kRead, true), options.spacing_z_mm);
   } catch (const Error& e) {
     std::string message = input.NameFiles(e.what());
     for (const std::string& warning : series.warnings) message += "\nwarning: " + warning;
@@ -126,6 +128,8 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
         ".mhd, or a closed surface .stl .obj .ply",
         path));
   }
+  if (options.spacing_z_mm != 0)
+    throw Error(fmt::format("{}: --spacing-z applies to DICOM files only; leave it out", path));
   report.kind = "image";
   return ReadImageFile(path, options.frame);
 }
@@ -135,6 +139,7 @@ namespace {
 // Reads the CT with its voxels along the patient's axes, and checks that its values are HU.
 Volume ReadHu(const std::string& path, const ImportOptions& options, ImportReport& report) {
   Volume ct = StoreAlongPatient(ReadCt(path, options, report));
+  ClearPadding(ct);
   try {
     if (const std::string warning = CheckHu(ct, options.isolate.iso_hu, path); !warning.empty())
       ct.warnings.push_back(warning);
@@ -183,6 +188,25 @@ Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const Impo
     throw NotIsolated(add_warnings(e.what()), e.why(), e.largest_W());
   } catch (const Error& e) {
     throw Error(add_warnings(e.what()));
+  }
+}
+
+// Throws kerf::Error if the bone reaches a place from which slices are missing.
+void RefuseBoneInGaps(const Volume& ct, const Isolation& isolation) {
+  constexpr double kSlack_mm = 1e-3;
+  for (const SliceGap& gap : ct.gaps) {
+    const Volume& lattice = isolation.ct;
+    std::size_t v = 0;
+    for (int k = 0; k < lattice.size[2]; ++k) {
+      for (int j = 0; j < lattice.size[1]; ++j) {
+        for (int i = 0; i < lattice.size[0]; ++i, ++v) {
+          if (isolation.bone[v] == 0) continue;
+          const double at_mm = glm::dot(gap.normal_W, lattice.WorldFromVoxel({i, j, k}));
+          if (at_mm < gap.from_mm - kSlack_mm || at_mm > gap.to_mm + kSlack_mm) continue;
+          throw Error(gap.what + "; the bone reaches there, so export the series again with all its slices");
+        }
+      }
+    }
   }
 }
 
@@ -307,6 +331,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
     stages.Done("read");
     Show(ct, options);
     isolation = IsolateBone(*ct, options, report);
+    RefuseBoneInGaps(*ct, isolation);
   }
   report.isolation = isolation.how;
   report.iso_mm3 = isolation.iso_volume_mm3;

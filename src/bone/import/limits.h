@@ -13,7 +13,9 @@ inline constexpr double kMaxVoxelBytes = 8;
 /// Pixels of a DICOM slice, which is unpacked as a whole. CT slices have 512 x 512 pixels, micro-CT slices up to 4096 x
 /// 4096.
 inline constexpr std::uint64_t kMaxSlicePixels = std::uint64_t{1} << 26;
-/// Bytes of a DICOM file with one slice, which kerf reads as a whole.
+/// Frames of a DICOM file. Cone-beam CT has up to 1000, perfusion CT some thousands.
+inline constexpr int kMaxFrames = 1 << 14;
+/// Bytes of a DICOM file, unless its pixels take more than half of them: then they may be up to kMaxVoxels.
 inline constexpr std::uint64_t kMaxSliceBytes = std::uint64_t{512} << 20;
 /// Unpacked bytes per byte of a gzip, zlib or bzip2 stream, or of text: the maximum for deflate.
 inline constexpr double kMaxUnpackRatio = 1032;

@@ -62,6 +62,7 @@ void ReinterpretFrame(const std::string& frame, Volume& volume) {
   volume.frame = frame;
   volume.origin_W = turn * volume.origin_W;
   volume.axes_W = turn * volume.axes_W;
+  for (SliceGap& gap : volume.gaps) gap.normal_W = turn * gap.normal_W;
 }
 
 Volume StoreAlongPatient(Volume volume) {
@@ -81,6 +82,7 @@ Volume StoreAlongPatient(Volume volume) {
   Volume stored;
   stored.frame = volume.frame;
   stored.warnings = volume.warnings;
+  stored.gaps = volume.gaps;
   stored.origin_W = volume.origin_W;
   const std::array<std::ptrdiff_t, 3> stride = {1, volume.size[0],
                                                 static_cast<std::ptrdiff_t>(volume.size[0]) * volume.size[1]};

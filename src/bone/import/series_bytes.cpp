@@ -56,6 +56,19 @@ void VisitSlice(Slice& s, Visit&& visit) {
   visit(s.kernel);
   visit(s.thickness_mm);
   visit(s.cut_off);
+  visit(s.frame);
+  visit(s.stack);
+  visit(s.spacing_from);
+  visit(s.has_spacing);
+  visit(s.has_orientation);
+  visit(s.bits_stored);
+  visit(s.is_signed);
+  visit(s.slope);
+  visit(s.intercept);
+  visit(s.has_rescale);
+  visit(s.has_padding);
+  visit(s.padding);
+  visit(s.fault);
 }
 template <typename Series, typename Visit>
 void VisitSeries(Series& s, Visit&& visit) {

@@ -13,6 +13,14 @@
 
 namespace kerf {
 
+/// Where slices are missing from a scan: between two planes, whose places include those of the slices beside them.
+struct SliceGap {
+  Vec3 normal_W{0, 0, 1};  // of the planes, unit length
+  double from_mm = 0;      // dot(normal_W, p_W) of a point in the plane
+  double to_mm = 0;
+  std::string what;  // for a message, such as "series 1.2: 1 slice is missing between a.dcm and b.dcm"
+};
+
 /// HU rounded to integers and clamped to the range of 16 bits. World W is the patient frame, LPS, mm.
 struct Volume {
   std::array<int, 3> size{0, 0, 0};  // voxels along i, j, k
@@ -24,6 +32,7 @@ struct Volume {
   std::string frame = "LPS";          // of the file's coordinates (patient_frame.h)
   std::vector<std::string> warnings;  // one sentence for each property that the file does not define, with the
                                       // assumption made
+  std::vector<SliceGap> gaps;         // DICOM: the values there are interpolated
 
   std::size_t count() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
   std::size_t Index(int i, int j, int k) const { return (static_cast<std::size_t>(k) * size[1] + j) * size[0] + i; }

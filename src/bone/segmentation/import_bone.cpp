@@ -29,6 +29,7 @@ ImportedBone ImportBone(const std::string& path, const ImportSettings& settings)
   options.series = settings.series;
   options.as_ct = settings.as_ct;
   options.frame = settings.frame;
+  options.spacing_z_mm = settings.spacing_z_mm;
   options.voxel_mm = settings.voxel_mm;
   options.isolate.iso_hu = settings.iso_hu;
   options.isolate.isolate = settings.isolate;

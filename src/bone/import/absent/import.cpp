@@ -41,7 +41,7 @@ DicomSeries TakeAsCt(DicomSeries, bool) {
 bool IsDicomFile(const std::string&) {
   Fail();
 }
-void CheckSeries(const DicomSeries&) {
+void CheckSeries(const DicomSeries&, double) {
   Fail();
 }
 void CheckContains(const DicomSeries&, const Box3&, const std::string&) {
@@ -65,7 +65,7 @@ std::string FindLabelObjection(std::span<const std::int16_t>, bool, std::size_t)
 Volume ReadLabelImage(const std::string&) {
   Fail();
 }
-Volume ReadDicomSeries(const DicomSeries&, const std::function<void(double)>&) {
+Volume ReadDicomSeries(const DicomSeries&, const std::function<void(double)>&, double) {
   Fail();
 }
 

@@ -1,0 +1,346 @@
+#include "bone/import/dicom_stack.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <map>
+
+#include "base/core/number_text.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+namespace {
+
+[[noreturn]] void RefuseSeries(const DicomSeries& series, const std::string& what) {
+  throw Error(fmt::format("series {}: {}", series.uid, what));
+}
+
+// Slices `first` to `last` with equal steps.
+struct EvenRun {
+  std::size_t first = 0, last = 0;
+  double step_mm = 0;
+};
+
+// Scanners round positions to about 0.01 mm.
+bool IsStep(double step_mm, double expected_mm) {
+  return std::abs(step_mm - expected_mm) <= std::max(0.02 * expected_mm, 0.02);
+}
+
+// Leaves out all but the stack with the most slices.
+void KeepLargestStack(SliceStack& stack) {
+  std::map<std::string, std::size_t> sizes;
+  for (const DicomSlice& s : stack.slices) ++sizes[s.stack];
+  if (sizes.size() < 2) return;
+  const auto largest =
+      std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const std::string kept = largest->first;
+  std::string others;
+  for (const auto& [name, size] : sizes) {
+    if (name != kept) others += fmt::format("{}'{}' ({})", others.empty() ? "" : ", ", name, size);
+  }
+  stack.warnings.push_back(
+      fmt::format("the scan has several stacks: '{}' with {} was taken and the others left out: {}", kept,
+                  FormatCount(largest->second, "slice", "slices"), others));
+  std::erase_if(stack.slices, [&kept](const DicomSlice& s) { return s.stack != kept; });
+}
+
+// Places frames without positions, or states how they were placed.
+void PlaceFrames(const DicomSeries& series, double spacing_z_mm, SliceStack& stack) {
+  const auto assumed = std::find_if(stack.slices.begin(), stack.slices.end(),
+                                    [](const DicomSlice& s) { return !s.spacing_from.empty(); });
+  if (assumed == stack.slices.end()) {
+    if (spacing_z_mm != 0) {
+      RefuseSeries(series, "its files state where the slices lie; leave out --spacing-z");
+    }
+    return;
+  }
+  const std::string file = std::filesystem::path(assumed->path).filename().string();
+  if (!assumed->has_spacing && spacing_z_mm == 0) {
+    RefuseSeries(series, fmt::format("{} gives neither the positions of its {} frames nor their distance, by "
+                                     "SliceThickness (0018,0050) or SpacingBetweenSlices (0018,0088); state it in mm "
+                                     "with --spacing-z",
+                                     file, assumed->frames));
+  }
+  const auto at = [&stack](int frame) {
+    return std::find_if(stack.slices.begin(), stack.slices.end(),
+                        [frame](const DicomSlice& s) { return s.frame == frame && !s.spacing_from.empty(); });
+  };
+  const Vec3 normal = CalcNormal(*assumed);
+  double spacing = spacing_z_mm;
+  if (spacing_z_mm != 0) {
+    for (DicomSlice& s : stack.slices) {
+      // Undoes the placing by the file's own distance, which lies along the normal.
+      if (s.spacing_from.empty() || s.frame == 0) continue;
+      const auto first = at(0);
+      const Vec3 origin = first == stack.slices.end() ? Vec3(0) : first->origin_W;
+      s.origin_W = origin + normal * (spacing_z_mm * s.frame);
+    }
+  } else if (stack.slices.size() > 1) {
+    const DicomSlice& a = stack.slices.front();
+    const DicomSlice& b = stack.slices.back();
+    if (a.frame != b.frame) spacing = glm::length(b.origin_W - a.origin_W) / std::abs(b.frame - a.frame);
+  }
+  stack.warnings.push_back(fmt::format(
+      "{} gives no positions of its {} frames: they are assumed to be {:.4g} mm apart, {}, and to follow each other "
+      "{}{}; "
+      "check the size and the sides of the bone, and correct them with --spacing-z and --frame",
+      file, assumed->frames, spacing, spacing_z_mm != 0 ? "as given by --spacing-z" : "by " + assumed->spacing_from,
+      assumed->has_orientation ? "along the normal of their plane" : "from the feet to the head",
+      assumed->has_orientation ? "" : ", with rows from right to left and columns from front to back"));
+}
+
+std::vector<double> CalcPlaces(const std::vector<DicomSlice>& slices) {
+  const Vec3 normal = CalcNormal(slices.front());
+  std::vector<double> places;
+  places.reserve(slices.size());
+  for (const DicomSlice& s : slices) places.push_back(glm::dot(normal, s.origin_W));
+  return places;
+}
+
+double CalcMedianStep(const std::vector<double>& z) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < z.size(); ++i) steps.push_back(z[i] - z[i - 1]);
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+std::string DescribePair(const SliceStack& stack, std::size_t i) {
+  return fmt::format("{} and {}", NameOf(stack.slices[i - 1]), NameOf(stack.slices[i]));
+}
+
+// Returns runs of at least three equal steps.
+std::vector<EvenRun> FindRuns(const std::vector<double>& z) {
+  std::vector<EvenRun> runs;
+  for (std::size_t i = 0; i + 1 < z.size();) {
+    std::size_t j = i + 1;
+    while (j + 1 < z.size() && IsStep(z[j + 1] - z[j], z[i + 1] - z[i])) ++j;
+    if (j - i >= 3) runs.push_back({i, j, (z[j] - z[i]) / static_cast<double>(j - i)});
+    i = j;
+  }
+  return runs;
+}
+
+// If the places are even but for rounding, places the planes on the line that fits them best.
+bool FitRounded(const std::vector<double>& z, double median_mm, SliceStack& stack) {
+  const std::size_t n = z.size();
+  if (n < 6) return false;  // a missing slice would look like rounding
+  const double middle = 0.5 * static_cast<double>(n - 1);
+  double sum = 0, moment = 0, weight = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double from_middle = static_cast<double>(k) - middle;
+    sum += z[k];
+    moment += from_middle * z[k];
+    weight += from_middle * from_middle;
+  }
+  const double step = moment / weight;
+  const double start = sum / static_cast<double>(n) - step * middle;
+  double error = 0;
+  for (std::size_t k = 0; k < n; ++k) error = std::max(error, std::abs(z[k] - start - step * static_cast<double>(k)));
+  if (!(error < 0.25 * step)) return false;
+  const Vec3 along = (stack.slices.back().origin_W - stack.slices.front().origin_W) / (z.back() - z.front());
+  stack.origin_W = stack.slices.front().origin_W + along * (start - z.front());
+  stack.step_W = along * step;
+  for (std::size_t k = 0; k < n; ++k) stack.places.push_back(static_cast<double>(k));
+  stack.warnings.push_back(
+      fmt::format("the positions of the slices are rounded: their steps differ from {:.4g} mm, by up to {:.2g} mm, and "
+                  "were made even; no slice moves by more than {:.2g} mm",
+                  step, std::abs(median_mm - step) > error ? std::abs(median_mm - step) : 2 * error, error));
+  return true;
+}
+
+// Lists the steps that are neither those of a run nor between two spacings. Throws kerf::Error for one that no missing
+// slices explain.
+std::vector<std::size_t> FindGaps(const DicomSeries& series, const SliceStack& stack, const std::vector<double>& z,
+                                  const std::vector<EvenRun>& runs) {
+  std::vector<std::size_t> gaps;
+  const double median = CalcMedianStep(z);
+  for (std::size_t i = 1; i < z.size(); ++i) {
+    const double step = z[i] - z[i - 1];
+    double before = 0, after = 0;  // spacing of the nearest runs
+    for (const EvenRun& run : runs) {
+      if (run.first <= i - 1) before = run.step_mm;
+      if (run.last >= i && after == 0) after = run.step_mm;
+    }
+    if (before == 0) before = after;
+    if (after == 0) after = before;
+    const double finer = std::min(before, after);
+    const double coarser = std::max(before, after);
+    if (before > 0 ? IsStep(step, before) || IsStep(step, after) : IsStep(step, median)) continue;
+    if (before > 0 && !IsStep(before, after) && step < 1.05 * coarser) continue;
+    if (before > 0 && step > 1.5 * coarser) {
+      gaps.push_back(i);
+      continue;
+    }
+    const double multiple = step / median;
+    if (multiple > 1.5 && std::abs(multiple - std::round(multiple)) < 0.1) {
+      RefuseSeries(
+          series,
+          fmt::format("{} missing between {} (at {:.2f} and {:.2f} mm; slices elsewhere are {:.2f} mm apart)",
+                      FormatCount(static_cast<std::size_t>(std::lround(multiple) - 1), "slice is", "slices are"),
+                      DescribePair(stack, i), z[i - 1], z[i], median));
+    }
+    RefuseSeries(series, fmt::format("the slices are unequally spaced: {:.2f} mm between {}, {:.2f} mm elsewhere; "
+                                     "resample the scan evenly",
+                                     step, DescribePair(stack, i), finer > 0 ? finer : median));
+  }
+  return gaps;
+}
+
+std::string DescribeGap(const SliceStack& stack, const std::vector<double>& z, std::size_t i, double step_mm) {
+  const double missing = std::max(1.0, std::round((z[i] - z[i - 1]) / step_mm) - 1);
+  return fmt::format("{} missing between {} (at {:.2f} and {:.2f} mm; slices elsewhere are {:.2f} mm apart)",
+                     FormatCount(static_cast<std::size_t>(missing), "slice is", "slices are"), DescribePair(stack, i),
+                     z[i - 1], z[i], step_mm);
+}
+
+// Leaves out what lies beyond a gap that is too wide to be interpolated, and then the gaps there.
+void CutAtWideGaps(const DicomSeries& series, double step_mm, SliceStack& stack, std::vector<double>& z,
+                   std::vector<std::size_t>& gaps) {
+  constexpr double kCutGap_mm = 10;
+  std::vector<std::size_t> ends;  // first slices of the parts, and the end
+  ends.push_back(0);
+  for (const std::size_t i : gaps) {
+    if (z[i] - z[i - 1] > std::max(kCutGap_mm, 3 * step_mm)) ends.push_back(i);
+  }
+  ends.push_back(z.size());
+  if (ends.size() == 2) return;
+  std::size_t best = 0;
+  for (std::size_t p = 1; p + 1 < ends.size(); ++p) {
+    if (ends[p + 1] - ends[p] > ends[best + 1] - ends[best]) best = p;
+  }
+  const std::size_t first = ends[best];
+  const std::size_t last = ends[best + 1];
+  for (const std::size_t i : {first, last}) {
+    if (i == 0 || i == z.size()) continue;
+    const std::string what = DescribeGap(stack, z, i, step_mm);
+    stack.warnings.push_back(fmt::format("{}; only the {} on the larger side were read", what,
+                                         FormatCount(last - first, "slice", "slices")));
+    stack.gaps.push_back(
+        {CalcNormal(stack.slices.front()), z[i - 1], z[i], fmt::format("series {}: {}", series.uid, what)});
+  }
+  std::erase_if(gaps, [&](std::size_t i) { return i <= first || i >= last; });
+  for (std::size_t& i : gaps) i -= first;
+  stack.slices = {stack.slices.begin() + static_cast<std::ptrdiff_t>(first),
+                  stack.slices.begin() + static_cast<std::ptrdiff_t>(last)};
+  z = {z.begin() + static_cast<std::ptrdiff_t>(first), z.begin() + static_cast<std::ptrdiff_t>(last)};
+}
+
+// Places planes evenly, one at each slice of the finest run, over all slices.
+void Resample(const DicomSeries& series, const std::vector<EvenRun>& runs, std::vector<double> z, SliceStack& stack) {
+  constexpr double kMaxMore = 8;  // planes per slice
+  std::vector<std::size_t> gaps = FindGaps(series, stack, z, runs);
+  const auto length = [](const EvenRun& run) { return run.last - run.first; };
+  const auto longest =
+      std::max_element(runs.begin(), runs.end(), [&](const auto& a, const auto& b) { return length(a) < length(b); });
+  EvenRun finest = *longest;
+  for (const EvenRun& run : runs) {
+    if (4 * length(run) >= z.size() && run.step_mm < finest.step_mm) finest = run;
+  }
+  const double step = finest.step_mm;
+  const double anchor = z[finest.first];
+  const bool two_spacings =
+      std::any_of(runs.begin(), runs.end(), [&](const auto& run) { return !IsStep(run.step_mm, step); });
+  CutAtWideGaps(series, step, stack, z, gaps);
+  for (const std::size_t i : gaps) {
+    const std::string what = DescribeGap(stack, z, i, step);
+    stack.warnings.push_back(what + " and was interpolated; a bone that reaches there is refused");
+    stack.gaps.push_back(
+        {CalcNormal(stack.slices.front()), z[i - 1], z[i], fmt::format("series {}: {}", series.uid, what)});
+  }
+  if (two_spacings) {
+    stack.warnings.push_back(fmt::format(
+        "the slices are {:.2f} mm apart between {:.2f} and {:.2f} mm along their normal, and farther or nearer "
+        "elsewhere; all were resampled to {:.2f} mm by linear interpolation, so that the bone is less exact elsewhere",
+        step, anchor, anchor + step * static_cast<double>(length(finest)), step));
+  }
+  const double slack = std::max(0.02 * step, 0.02);
+  const double before = std::floor((anchor - z.front() + slack) / step);
+  const double after = std::floor((z.back() + slack - anchor) / step);
+  if (!(before + after + 1 <= kMaxMore * static_cast<double>(z.size())) || before + after < 2) {
+    RefuseSeries(
+        series, fmt::format("the slices are unequally spaced, from {:.2f} to {:.2f} mm; resample the scan evenly", step,
+                            z.back() - z.front()));
+  }
+  const Vec3 along = (stack.slices.back().origin_W - stack.slices.front().origin_W) / (z.back() - z.front());
+  stack.step_W = along * step;
+  stack.origin_W = stack.slices.front().origin_W + along * (anchor - before * step - z.front());
+  std::size_t i = 1;
+  for (double k = -before; k <= after; ++k) {
+    const double at = std::clamp(anchor + k * step, z.front(), z.back());
+    while (i + 1 < z.size() && z[i] < at) ++i;
+    double place = static_cast<double>(i - 1) + (at - z[i - 1]) / (z[i] - z[i - 1]);
+    if (at - z[i - 1] <= slack) place = static_cast<double>(i - 1);
+    if (z[i] - at <= slack) place = static_cast<double>(i);
+    stack.places.push_back(place);
+  }
+}
+
+// Throws kerf::Error if a slice lies beside the line through the first and the last.
+void CheckSideways(const DicomSeries& series, const SliceStack& stack, const std::vector<double>& z) {
+  const DicomSlice& first = stack.slices.front();
+  const Vec3 normal = CalcNormal(first);
+  const Vec3 along = (stack.slices.back().origin_W - first.origin_W) / (z.back() - z.front());
+  for (std::size_t k = 0; k < z.size(); ++k) {
+    const Vec3 off = stack.slices[k].origin_W - first.origin_W - along * (z[k] - z.front());
+    const double sideways = glm::length(off - normal * glm::dot(off, normal));
+    if (sideways > 0.5 * std::min(first.pixel_mm[0], first.pixel_mm[1])) {
+      RefuseSeries(series, fmt::format("{} is shifted sideways by {:.2f} mm relative to the others",
+                                       NameOf(stack.slices[k]), sideways));
+    }
+  }
+}
+
+}  // namespace
+
+std::string NameOf(const DicomSlice& slice) {
+  const std::string file = std::filesystem::path(slice.path).filename().string();
+  return slice.frames == 1 ? file : fmt::format("{} (frame {})", file, slice.frame + 1);
+}
+
+SliceStack PlaceSlices(const DicomSeries& series, double spacing_z_mm) {
+  SliceStack stack;
+  stack.slices = series.slices;
+  KeepLargestStack(stack);
+  PlaceFrames(series, spacing_z_mm, stack);
+  if (stack.slices.size() < 3) {
+    RefuseSeries(series, fmt::format("{} not a volume; kerf needs at least 3",
+                                     FormatCount(stack.slices.size(), "slice is", "slices are")));
+  }
+  const Vec3 normal = CalcNormal(stack.slices.front());
+  std::stable_sort(stack.slices.begin(), stack.slices.end(), [&normal](const DicomSlice& a, const DicomSlice& b) {
+    return glm::dot(normal, a.origin_W) < glm::dot(normal, b.origin_W);
+  });
+  const std::vector<double> z = CalcPlaces(stack.slices);
+  for (std::size_t i = 1; i < z.size(); ++i) {
+    if (z[i] - z[i - 1] >= 1e-3) continue;
+    RefuseSeries(series,
+                 fmt::format("{} lie at the same place ({:.2f} mm along the normal); the series has duplicate slices",
+                             DescribePair(stack, i), z[i - 1]));
+  }
+  CheckSideways(series, stack, z);
+  const double median = CalcMedianStep(z);
+  bool even = true;
+  for (std::size_t i = 1; i < z.size(); ++i) even = even && IsStep(z[i] - z[i - 1], median);
+  if (even) {
+    stack.origin_W = stack.slices.front().origin_W;
+    stack.step_W =
+        (stack.slices.back().origin_W - stack.slices.front().origin_W) / static_cast<double>(stack.slices.size() - 1);
+    for (std::size_t k = 0; k < z.size(); ++k) stack.places.push_back(static_cast<double>(k));
+    return stack;
+  }
+  if (FitRounded(z, median, stack)) return stack;
+  const std::vector<EvenRun> runs = FindRuns(z);
+  if (runs.empty()) {
+    FindGaps(series, stack, z, runs);  // throws for the first uneven step
+    RefuseSeries(series, "the slices are unequally spaced; resample the scan evenly");
+  }
+  Resample(series, runs, z, stack);
+  return stack;
+}
+
+}  // namespace kerf

@@ -1,0 +1,117 @@
+#include "bone/import/padding.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace kerf {
+
+namespace {
+
+constexpr std::int16_t kAir = -1024;
+constexpr int kBelowAir = -1200;      // no tissue, and few artefacts
+constexpr int kBelowAll = -4000;      // no artefact either
+constexpr int kMinBright = 3000;      // the highest value of scanners with 12 bits is 3071
+constexpr double kMinEdge = 0.9;      // fraction of an edge's voxels
+constexpr std::size_t kMinEdges = 3;  // of the four along an axis
+
+// Makes values below `limit` air, and returns their number.
+std::size_t RaiseBelow(int limit, Volume& volume) {
+  std::size_t count = 0;
+  for (std::int16_t& hu : volume.hu) {
+    if (hu >= limit) continue;
+    hu = kAir;
+    ++count;
+  }
+  return count;
+}
+
+// Returns whether a value fills at least three of the scan's edges along an axis.
+bool FillsEdges(const Volume& volume, std::size_t axis, std::int16_t value) {
+  const std::size_t a = (axis + 1) % 3;
+  const std::size_t b = (axis + 2) % 3;
+  std::size_t edges = 0;
+  for (int corner = 0; corner < 4; ++corner) {
+    std::array<int, 3> at{};
+    at[a] = (corner & 1) * (volume.size[a] - 1);
+    at[b] = (corner >> 1) * (volume.size[b] - 1);
+    int filled = 0;
+    for (at[axis] = 0; at[axis] < volume.size[axis]; ++at[axis]) {
+      filled += volume.hu[volume.Index(at[0], at[1], at[2])] == value ? 1 : 0;
+    }
+    edges += filled >= kMinEdge * volume.size[axis] ? 1 : 0;
+  }
+  return edges >= kMinEdges;
+}
+
+// Makes a value air where it reaches inwards along `axis` from the scan's faces, and returns the number of voxels.
+// `padding`: of each voxel, whether it is such; kept apart, so that the other axes still see the value.
+void MarkInwards(const Volume& volume, std::size_t axis, std::int16_t value, std::vector<bool>& padding) {
+  const std::size_t a = (axis + 1) % 3;
+  const std::size_t b = (axis + 2) % 3;
+  std::array<int, 3> at{};
+  for (at[a] = 0; at[a] < volume.size[a]; ++at[a]) {
+    for (at[b] = 0; at[b] < volume.size[b]; ++at[b]) {
+      for (const bool upwards : {true, false}) {
+        const int n = volume.size[axis];
+        for (int step = 0; step < n; ++step) {
+          at[axis] = upwards ? step : n - 1 - step;
+          const std::size_t v = volume.Index(at[0], at[1], at[2]);
+          if (volume.hu[v] != value) break;
+          padding[v] = true;
+        }
+      }
+    }
+  }
+}
+
+std::size_t ClearBright(std::int16_t value, Volume& volume) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!FillsEdges(volume, axis, value)) continue;
+    std::vector<bool> padding(volume.hu.size(), false);
+    MarkInwards(volume, (axis + 1) % 3, value, padding);
+    MarkInwards(volume, (axis + 2) % 3, value, padding);
+    std::size_t count = 0;
+    for (std::size_t v = 0; v < padding.size(); ++v) {
+      if (!padding[v]) continue;
+      volume.hu[v] = kAir;
+      ++count;
+    }
+    return count;
+  }
+  return 0;
+}
+
+void WarnOfPadding(std::size_t count, const std::string& what, Volume& volume) {
+  volume.warnings.push_back(fmt::format("{} voxels ({:.2g} %) {} are padding around the scan and were taken as air",
+                                        count, 100 * static_cast<double>(count) / static_cast<double>(volume.count()),
+                                        what));
+}
+
+}  // namespace
+
+std::size_t ClearPadding(Volume& volume) {
+  if (volume.hu.empty()) return 0;
+  const auto [low, high] = std::minmax_element(volume.hu.begin(), volume.hu.end());
+  const std::int16_t lowest = *low;
+  const std::int16_t highest = *high;
+  std::size_t cleared = 0;
+  if (lowest < kBelowAir) {
+    const auto lowest_count = static_cast<std::size_t>(std::count(volume.hu.begin(), volume.hu.end(), lowest));
+    const bool fills = 1000 * lowest_count >= volume.hu.size();
+    const int limit = fills ? kBelowAir : kBelowAll;
+    if (const std::size_t count = RaiseBelow(limit, volume); count > 0) {
+      WarnOfPadding(count, fmt::format("with values from {} HU, far below air,", lowest), volume);
+      cleared += count;
+    }
+  }
+  if (highest >= kMinBright) {
+    if (const std::size_t count = ClearBright(highest, volume); count > 0) {
+      WarnOfPadding(count, fmt::format("with the value {} HU around the scan", highest), volume);
+      cleared += count;
+    }
+  }
+  return cleared;
+}
+
+}  // namespace kerf

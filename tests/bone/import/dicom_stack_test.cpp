@@ -1,0 +1,377 @@
+// What DICOM files state about the places of slices and their values, and how it is read if something is missing.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <optional>
+#include <set>
+
+#include "bone/import/dicom.h"
+#include "bone/import/import.h"
+#include "bone/import/padding.h"
+#include "ct_files.h"
+#include "support/jaw_ct.h"
+
+namespace kerf {
+namespace {
+
+using test::Folder;
+using test::MessageOf;
+using test::WriteBytes;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::uint32_t kPositionTag = 0x00200032;
+constexpr std::uint32_t kOrientationTag = 0x00200037;
+constexpr std::uint32_t kThicknessTag = 0x00180050;
+constexpr std::uint32_t kFramesTag = 0x00280008;
+constexpr std::uint32_t kHighBitTag = 0x00280102;
+constexpr std::uint32_t kBitsStoredTag = 0x00280101;
+constexpr std::uint32_t kPaddingTag = 0x00280120;
+constexpr std::uint32_t kPaddingLimitTag = 0x00280121;
+constexpr std::uint32_t kInterceptTag = 0x00281052;
+constexpr std::uint32_t kSlopeTag = 0x00281053;
+
+std::string Whole16(int v) {
+  return {static_cast<char>(v & 0xff), static_cast<char>(v >> 8 & 0xff)};
+}
+
+std::string Whole32(std::size_t v) {
+  return Whole16(static_cast<int>(v & 0xffff)) + Whole16(static_cast<int>(v >> 16));
+}
+
+// An element with explicit VR. Sequences and pixels have a long length.
+std::string Element(std::uint32_t tag, const std::string& vr, std::string value) {
+  if (value.size() % 2 != 0) value += ' ';
+  const bool is_long = vr == "SQ" || vr == "OW" || vr == "OB";
+  return Whole16(static_cast<int>(tag >> 16)) + Whole16(static_cast<int>(tag & 0xffff)) + vr +
+         (is_long ? Whole16(0) + Whole32(value.size()) : Whole16(static_cast<int>(value.size()))) + value;
+}
+
+std::string Item(const std::string& content) {
+  return Whole16(0xfffe) + Whole16(0xe000) + Whole32(content.size()) + content;
+}
+
+// Replaces an element of a file with explicit VR, little-endian, or adds or removes (nullopt) it.
+void SetElement(std::string& file, std::uint32_t tag, const std::string& vr, const std::optional<std::string>& value) {
+  const auto number = [&file](std::size_t at, int count) {
+    std::size_t v = 0;
+    for (int n = count - 1; n >= 0; --n)
+      v = v << 8 | static_cast<unsigned char>(file[at + static_cast<std::size_t>(n)]);
+    return v;
+  };
+  std::size_t at = 132;
+  while (at < file.size()) {
+    const std::size_t found = number(at, 2) << 16 | number(at + 2, 2);
+    const std::string type = file.substr(at + 4, 2);
+    const bool is_long = type == "SQ" || type == "OW" || type == "OB";
+    if (found >= tag) {
+      if (found == tag) file.erase(at, (is_long ? 12 + number(at + 8, 4) : 8 + number(at + 6, 2)));
+      break;
+    }
+    at += is_long ? 12 + number(at + 8, 4) : 8 + number(at + 6, 2);
+  }
+  if (value) file.insert(at, Element(tag, vr, *value));
+}
+
+// The scan as one file, whose frames are in the given order.
+std::string MultiFrame(const Volume& ct, const std::vector<int>& order) {
+  test::SliceSpec spec;
+  const std::size_t n = static_cast<std::size_t>(ct.size[0]) * ct.size[1];
+  for (const int k : order) {
+    for (std::size_t v = 0; v < n; ++v) spec.pixels += Whole16(ct.hu[static_cast<std::size_t>(k) * n + v] + 1024);
+  }
+  std::string file = test::DicomSlice(ct, 0, spec);
+  SetElement(file, kFramesTag, "IS", std::to_string(order.size()));
+  return file;
+}
+
+std::vector<int> Forwards(const Volume& ct) {
+  std::vector<int> order;
+  for (int k = 0; k < ct.size[2]; ++k) order.push_back(k);
+  return order;
+}
+
+Volume SmallCt() {
+  Volume ct = test::MakeCt({12, 10, 9}, {0.5, 0.75, 2}, {10, -20, 30}, glm::dmat3(1), test::Ball({12.5, -17, 38}, 2.6));
+  for (std::size_t v = 0; v < ct.hu.size(); ++v)
+    ct.hu[v] = static_cast<std::int16_t>(ct.hu[v] + static_cast<int>(v % 7));
+  return ct;
+}
+
+Volume ReadFiles(const Folder& folder, double spacing_z_mm = 0) {
+  return ReadDicomSeries(ListDicomSeries(folder.path()).front(), {}, spacing_z_mm);
+}
+
+Volume ReadFile(const std::string& file, double spacing_z_mm = 0) {
+  const Folder folder;
+  WriteBytes(folder.file("ct.dcm"), file);
+  return ReadFiles(folder, spacing_z_mm);
+}
+
+void ExpectSame(const Volume& read, const Volume& ct) {
+  EXPECT_EQ(read.size, ct.size);
+  EXPECT_LT(glm::length(read.origin_W - ct.origin_W), 1e-6);
+  EXPECT_LT(glm::length(read.spacing_mm - ct.spacing_mm), 1e-6);
+  EXPECT_EQ(read.hu, ct.hu);
+}
+
+std::string Triple(const Vec3& p) {
+  return fmt::format("{:.6f}\\{:.6f}\\{:.6f}", p.x, p.y, p.z);
+}
+
+// Groups of an Enhanced CT: the spacing and direction of all frames, and the place and rescale of each.
+std::string Enhanced(const Volume& ct, const std::vector<int>& order, const std::function<std::string(int)>& stack,
+                     double intercept_step) {
+  std::string file = MultiFrame(ct, order);
+  for (const std::uint32_t tag :
+       {kPositionTag, kOrientationTag, kThicknessTag, 0x00280030u, kInterceptTag, kSlopeTag}) {
+    SetElement(file, tag, "", std::nullopt);
+  }
+  const std::string shared =
+      Element(0x00209116, "SQ",
+              Item(Element(kOrientationTag, "DS", Triple(ct.axes_W[0]) + "\\" + Triple(ct.axes_W[1])))) +
+      Element(0x00289110, "SQ",
+              Item(Element(0x00280030, "DS", fmt::format("{}\\{}", ct.spacing_mm.y, ct.spacing_mm.x))));
+  std::string frames;
+  for (const int k : order) {
+    frames += Item(Element(0x00209111, "SQ", Item(Element(0x00209056, "SH", stack(k)))) +
+                   Element(0x00209113, "SQ", Item(Element(kPositionTag, "DS", Triple(ct.WorldFromVoxel({0, 0, k}))))) +
+                   Element(0x00289145, "SQ",
+                           Item(Element(kInterceptTag, "DS", fmt::format("{}", -1024 + intercept_step * k)) +
+                                Element(kSlopeTag, "DS", "1"))));
+  }
+  SetElement(file, 0x52009229, "SQ", Item(shared));
+  SetElement(file, 0x52009230, "SQ", frames);
+  return file;
+}
+
+TEST(EnhancedCt, FramesInAnyOrderGiveTheSlicesAtTheirPlaces) {
+  const Volume ct = SmallCt();
+  for (const std::vector<int>& order : {Forwards(ct), {8, 7, 6, 5, 4, 3, 2, 1, 0}, {4, 0, 8, 2, 6, 1, 7, 3, 5}}) {
+    const Volume read = ReadFile(Enhanced(
+        ct, order, [](int) { return "1"; }, 0));
+    ExpectSame(read, ct);
+    EXPECT_THAT(read.warnings, IsEmpty());
+  }
+}
+
+TEST(EnhancedCt, EachFrameHasItsOwnRescale) {
+  Volume ct = SmallCt();
+  const Volume read = ReadFile(Enhanced(
+      ct, Forwards(ct), [](int) { return "1"; }, 10));
+  for (std::size_t v = 0; v < ct.hu.size(); ++v)
+    ct.hu[v] = static_cast<std::int16_t>(ct.hu[v] + 10 * static_cast<int>(v / 120));
+  ExpectSame(read, ct);
+}
+
+TEST(EnhancedCt, TheLargestOfSeveralStacksIsReadAndTheOthersAreNamed) {
+  const Volume ct = SmallCt();
+  const Volume read = ReadFile(Enhanced(
+      ct, Forwards(ct), [](int k) { return k < 6 ? "A" : "B"; }, 0));
+  EXPECT_EQ(read.size[2], 6);
+  EXPECT_THAT(read.warnings, Contains(HasSubstr("'A' with 6 slices was taken and the others left out: 'B' (3)")));
+}
+
+TEST(FramesWithoutPositions, AreSpacedByWhatTheFileStatesWithAWarning) {
+  const Volume ct = SmallCt();
+  const std::string file = MultiFrame(ct, Forwards(ct));
+  const Volume by_thickness = ReadFile(file);
+  ExpectSame(by_thickness, ct);
+  EXPECT_THAT(by_thickness.warnings, Contains(HasSubstr("2 mm apart, by SliceThickness (0018,0050)")));
+
+  std::string by_spacing = file;
+  SetElement(by_spacing, kThicknessTag, "DS", "5");
+  SetElement(by_spacing, 0x00180088, "DS", "2");
+  ExpectSame(ReadFile(by_spacing), ct);
+
+  std::string by_offsets = file;
+  SetElement(by_offsets, kThicknessTag, "", std::nullopt);
+  SetElement(by_offsets, 0x3004000c, "DS", "0\\2\\4\\6\\8\\10\\12\\14\\16");
+  ExpectSame(ReadFile(by_offsets), ct);
+
+  std::string undirected = file;
+  SetElement(undirected, kOrientationTag, "", std::nullopt);
+  const Volume assumed = ReadFile(undirected);
+  ExpectSame(assumed, ct);
+  EXPECT_THAT(assumed.warnings, Contains(HasSubstr("with rows from right to left and columns from front to back")));
+}
+
+TEST(FramesWithoutPositions, AreRefusedWithoutASpacingUnlessItIsGiven) {
+  const Volume ct = SmallCt();
+  std::string file = MultiFrame(ct, Forwards(ct));
+  SetElement(file, kThicknessTag, "", std::nullopt);
+  EXPECT_THAT(MessageOf([&] { ReadFile(file); }),
+              HasSubstr("ct.dcm gives neither the positions of its 9 frames nor their distance, by SliceThickness "
+                        "(0018,0050) or SpacingBetweenSlices (0018,0088); state it in mm with --spacing-z"));
+  const Volume read = ReadFile(file, 2);
+  ExpectSame(read, ct);
+  EXPECT_THAT(read.warnings, Contains(HasSubstr("2 mm apart, as given by --spacing-z")));
+}
+
+TEST(FramesWithoutPositions, ACutOffFileIsRefused) {
+  const Volume ct = SmallCt();
+  const std::string file = MultiFrame(ct, Forwards(ct));
+  EXPECT_THAT(MessageOf([&] { ReadFile(file.substr(0, file.size() - 2)); }), HasSubstr("cut off"));
+}
+
+// Writes the slices of a scan, each changed by `change`, which returns false to leave it out.
+void WriteSlices(const Volume& ct, const Folder& folder, const std::function<bool(int, std::string&)>& change) {
+  for (int k = 0; k < ct.size[2]; ++k) {
+    std::string file = test::DicomSlice(ct, k, {});
+    if (change(k, file)) WriteBytes(folder.file(fmt::format("{:03}.dcm", k)), file);
+  }
+}
+
+TEST(SpacingGiven, IsRefusedWhereTheFilesStateIt) {
+  const Folder folder;
+  test::WriteDicom(SmallCt(), folder.path());
+  EXPECT_THAT(MessageOf([&] { ReadFiles(folder, 2); }), HasSubstr("leave out --spacing-z"));
+}
+
+TEST(Rescale, WhatIsNoNumberIsRefusedByFileAndTag) {
+  for (const std::string value : {"0", "abc", "nan", "", "1\\2"}) {
+    const Folder folder;
+    WriteSlices(SmallCt(), folder, [&](int k, std::string& file) {
+      if (k == 3) SetElement(file, kSlopeTag, "DS", value);
+      return true;
+    });
+    EXPECT_THAT(MessageOf([&] { ReadFiles(folder); }),
+                HasSubstr("003.dcm can't be read: its RescaleSlope (0028,1053) is"))
+        << value;
+  }
+}
+
+TEST(Rescale, MissingInOneSliceIsRefusedByName) {
+  const Folder folder;
+  WriteSlices(SmallCt(), folder, [&](int k, std::string& file) {
+    if (k != 3) return true;
+    SetElement(file, kSlopeTag, "", std::nullopt);
+    SetElement(file, kInterceptTag, "", std::nullopt);
+    return true;
+  });
+  EXPECT_THAT(MessageOf([&] { ReadFiles(folder); }), HasSubstr("003.dcm has no RescaleSlope (0028,1053)"));
+}
+
+TEST(StoredBits, OverlaysAboveTheValueAreIgnoredAndAWrongHighBitIsRefused) {
+  const Volume ct = SmallCt();
+  const Folder good, wrong;
+  const auto with = [](int high_bit) {
+    return [high_bit](int, std::string& file) {
+      SetElement(file, kBitsStoredTag, "US", Whole16(12));
+      SetElement(file, kHighBitTag, "US", Whole16(high_bit));
+      // Two overlays, in bits 14 and 15.
+      file[file.size() - 1] = static_cast<char>(file[file.size() - 1] | 0x40);
+      file[file.size() - 3] = static_cast<char>(file[file.size() - 3] | 0x80);
+      return true;
+    };
+  };
+  WriteSlices(ct, good, with(11));
+  ExpectSame(ReadFiles(good), ct);
+  WriteSlices(ct, wrong, with(15));
+  EXPECT_THAT(MessageOf([&] { ReadFiles(wrong); }), HasSubstr("its HighBit (0028,0102) is 15, but 12 of 16 bits"));
+}
+
+// Slices whose four corner pixels are `stored`.
+void WritePadded(const Volume& ct, const Folder& folder, int stored, const std::function<void(std::string&)>& tag) {
+  WriteSlices(ct, folder, [&](int, std::string& file) {
+    const std::size_t start = file.size() - 2 * static_cast<std::size_t>(ct.size[0] * ct.size[1]);
+    const int w = ct.size[0], n = ct.size[0] * ct.size[1];
+    for (const int v : {0, w - 1, n - w, n - 1})
+      file.replace(start + 2 * static_cast<std::size_t>(v), 2, Whole16(stored));
+    tag(file);
+    return true;
+  });
+}
+
+TEST(Padding, IsAirWithAndWithoutItsTag) {
+  Volume ct = SmallCt();
+  for (std::size_t v = 0; v < ct.hu.size(); ++v) {
+    const std::size_t in_slice = v % 120;
+    if (in_slice == 0 || in_slice == 11 || in_slice == 108 || in_slice == 119) ct.hu[v] = -1024;
+  }
+  const std::vector<std::function<void(std::string&)>> tags{
+      [](std::string&) {}, [](std::string& file) { SetElement(file, kPaddingTag, "US", Whole16(63536)); },
+      [](std::string& file) { SetElement(file, kPaddingTag, "SS", Whole16(63536)); },
+      [](std::string& file) {
+        SetElement(file, kPaddingTag, "US", Whole16(65000));
+        SetElement(file, kPaddingLimitTag, "US", Whole16(63000));
+      }};
+  for (const auto& tag : tags) {
+    const Folder folder;
+    WritePadded(SmallCt(), folder, 63536, tag);
+    const Volume read = ReadFiles(folder);
+    ExpectSame(read, ct);
+    ASSERT_EQ(read.warnings.size(), 1u);
+    EXPECT_THAT(read.warnings[0], HasSubstr("36 voxels"));
+  }
+}
+
+TEST(Padding, IsRecognisedInVolumesAndOtherValuesAreKept) {
+  Volume ct = SmallCt();
+  EXPECT_EQ(ClearPadding(ct), 0u);
+  EXPECT_EQ(ct.hu, SmallCt().hu);
+  ct.hu[500] = 32767;  // metal
+  ct.hu[501] = -1500;  // an artefact beside it
+  const std::vector<std::int16_t> with_metal = ct.hu;
+  EXPECT_EQ(ClearPadding(ct), 0u);
+  EXPECT_EQ(ct.hu, with_metal);
+  for (std::size_t v = 0; v < 12; ++v) ct.hu[v] = -32768;
+  EXPECT_EQ(ClearPadding(ct), 13u);  // and the artefact
+  EXPECT_EQ(ct.hu[0], -1024);
+  EXPECT_EQ(ct.hu[500], 32767);
+}
+
+TEST(SliceSpacing, RoundedPositionsAreMadeEvenAndTheErrorIsStated) {
+  Volume ct = SmallCt();
+  ct.spacing_mm.z = 0.25;
+  const Folder folder;
+  WriteSlices(ct, folder, [&](int k, std::string& file) {
+    SetElement(file, kPositionTag, "DS", fmt::format("10\\-20\\{:.1f}", 30 + 0.25 * k + 1e-9));
+    return true;
+  });
+  const Volume read = ReadFiles(folder);
+  EXPECT_EQ(read.hu, ct.hu);
+  // Rounding moves each by at most 0.05 mm.
+  EXPECT_NEAR(read.origin_W.z, 30, 0.05);
+  EXPECT_NEAR(read.spacing_mm.z, 0.25, 0.1 / 8);
+  EXPECT_THAT(read.warnings, Contains(HasSubstr("the positions of the slices are rounded")));
+}
+
+TEST(SliceSpacing, ThickerSlicesAboveThinOnesAreResampled) {
+  Volume ct = SmallCt();
+  ct.hu.clear();
+  ct.size[2] = 25;
+  for (int v = 0; v < 25 * 120; ++v) ct.hu.push_back(static_cast<std::int16_t>(10 * (v / 120)));  // linear along z
+  const Folder folder;
+  WriteSlices(ct, folder, [](int k, std::string&) { return k < 12 || k % 2 == 0; });
+  const Volume read = ReadFiles(folder);
+  ExpectSame(read, ct);
+  EXPECT_THAT(read.warnings, Contains(HasSubstr("all were resampled to 2.00 mm by linear interpolation")));
+}
+
+class MissingSlice : public ::testing::Test {
+ protected:
+  void Write(int missing) {
+    WriteSlices(test::JawCt(), folder_, [missing](int k, std::string&) { return k != missing; });
+    options_.voxel_mm = 1;
+  }
+  const Folder folder_;
+  ImportOptions options_;
+};
+
+TEST_F(MissingSlice, BeyondTheJawDoesNotMatterAndIsSaid) {
+  Write(43);
+  const ImportReport report = Import(folder_.path(), options_).report;
+  EXPECT_NEAR(report.iso_mm3, 78850, 100);  // of the whole scan: 78.85 cm3
+  EXPECT_THAT(report.warnings, Contains(HasSubstr("1 slice is missing between 042.dcm and 044.dcm")));
+}
+
+TEST_F(MissingSlice, InsideTheJawIsRefusedByName) {
+  Write(12);
+  EXPECT_THAT(MessageOf([&] { Import(folder_.path(), options_); }),
+              HasSubstr("1 slice is missing between 011.dcm and 013.dcm (at -23.60 and -19.60 mm"));
+}
+
+}  // namespace
+}  // namespace kerf
