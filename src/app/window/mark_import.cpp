@@ -23,8 +23,11 @@ bool IsCurvesPath(const std::string& path) {
 }
 
 void MarkImport::AskFile() {
+  std::vector<std::string> types{".mrk.json"};
+  types.insert(types.end(), kOtherImageExtensions.begin(), kOtherImageExtensions.end());
+  types.insert(types.end(), kNiftiExtensions.begin(), kNiftiExtensions.end());
   viewer_.dialogs().ChooseFile(viewer_.ui(), Tr("Marks: curves of 3D Slicer (.mrk.json) or a label map"), ".",
-                               {".mrk.json", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd"}, false, "",
+                               types, false, "",
                                [this](const std::string& file) { Read(file); });
 }
 
@@ -35,9 +38,7 @@ void MarkImport::Read(const std::string& path) {
     if (IsCurvesPath(path)) return Add(ReadMarks(path));
     if (!HasImageExtension(path)) {
       throw Error(
-          fmt::format("{}: unknown file type; marks are read from .mrk.json, .nrrd, .nhdr, .nii, .nii.gz, .mha "
-                      "and .mhd",
-                      path));
+          fmt::format("{}: unknown file type; marks are read from .mrk.json {}", path, ListImageExtensions()));
     }
   } catch (const Error& e) {
     return Refuse(e.what());

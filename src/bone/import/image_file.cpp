@@ -138,10 +138,11 @@ LayeredImage ReadNrrdOrMeta(const std::string& path, const std::string& frame, I
   CheckLattice(volume, path);
   const std::size_t count = volume.count() * layers;
   const std::vector<char> bytes = ReadVoxels(layout, count, path);
+  const std::int16_t blank = max_layers > 1 ? std::int16_t{0} : kBlankHu;
   std::vector<std::int16_t> values;
-  const Overflow overflow = AppendHu(bytes, layout.type, 1, 0, path, values);
+  const Overflow overflow = AppendHu(bytes, layout.type, 1, 0, values, blank);
   volume.exact = overflow.count == 0 && !overflow.rounded;
-  if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, count));
+  AddWarnings(overflow, count, blank, volume.warnings);
   image.layers = SplitLayers(std::move(values), layers);
   image.keys = std::move(fields.keys);
   return image;
@@ -151,7 +152,7 @@ LayeredImage ReadLayers(const std::string& path, const std::string& frame, std::
   ImageCheck check = CheckImageHeader(path, max_layers > 1 ? ImageContent::kLabels : ImageContent::kCt);
   LayeredImage image;
   if (HasNiftiExtension(path)) {
-    image.lattice = ReadNifti(path, frame);
+    image.lattice = ReadNifti(path, frame, 1, max_layers > 1 ? std::int16_t{0} : kBlankHu);
     image.layers.push_back(std::move(image.lattice.hu));
     image.lattice.hu.clear();
   } else {
