@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr",   ".mha",    ".mhd", ".nii", ".nii.gz",
+constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr",   ".mha",    ".mhd", ".vti", ".nii", ".nii.gz",
                            ".hdr", ".img",  ".hdr.gz", ".img.gz", ".stl", ".obj", ".ply"};
 
 /// Default scene of a window; also the basis of scenes for other bones.

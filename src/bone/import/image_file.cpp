@@ -15,6 +15,7 @@
 #include "bone/import/nifti.h"
 #include "bone/import/nrrd_lattice.h"
 #include "bone/import/patient_frame.h"
+#include "bone/import/vti.h"
 #include "bone/import/voxel_values.h"
 #include "kerf/error.h"
 
@@ -151,8 +152,9 @@ LayeredImage ReadNrrdOrMeta(const std::string& path, const std::string& frame, I
 LayeredImage ReadLayers(const std::string& path, const std::string& frame, std::size_t max_layers) {
   ImageCheck check = CheckImageHeader(path, max_layers > 1 ? ImageContent::kLabels : ImageContent::kCt);
   LayeredImage image;
-  if (HasNiftiExtension(path)) {
-    image.lattice = ReadNifti(path, frame, 1, max_layers > 1 ? std::int16_t{0} : kBlankHu);
+  const std::int16_t blank = max_layers > 1 ? std::int16_t{0} : kBlankHu;
+  if (HasNiftiExtension(path) || IsVtiPath(path)) {
+    image.lattice = IsVtiPath(path) ? ReadVti(path, frame, blank) : ReadNifti(path, frame, 1, blank);
     image.layers.push_back(std::move(image.lattice.hu));
     image.lattice.hu.clear();
   } else {

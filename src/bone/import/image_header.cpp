@@ -18,6 +18,7 @@
 #include "bone/import/limits.h"
 #include "bone/import/nifti.h"
 #include "bone/import/unpack.h"
+#include "bone/import/vti.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -269,7 +270,7 @@ double BoundBytes(const ImageLayout& layout, double file_bytes) {
 void CheckMemory(const ImageLayout& layout, double voxels, double file_bytes, ImageContent content,
                  const std::string& path) {
   const bool labels = content == ImageContent::kLabels;
-  if (!labels && !IsStream(layout)) return;
+  if (!labels && !IsStream(layout) && layout.packing != VoxelPacking::kVti) return;
   const double bytes = voxels * (layout.bytes_per_voxel + sizeof(std::int16_t) * layout.components);
   const double limit = labels ? kMaxUnpackedBytes : std::max(kMaxUnpackedBytes, kMaxMemoryRatio * file_bytes);
   if (bytes <= limit) return;
@@ -386,6 +387,7 @@ ImageCheck CheckImageHeader(const std::string& path, ImageContent content) {
   ImageLayout& layout = check.layout;
   layout = EndsWith(lower, "nrrd") || EndsWith(lower, ".nhdr") ? ParseNrrd(path, head)
            : HasNiftiExtension(path)                           ? ParseNifti(path)
+           : IsVtiPath(path)                                   ? ReadVtiHeader(path).layout
                                                                : ParseMeta(path, head);
   const auto [voxels, shape] = CountVoxels(layout, path);
   while (layout.sizes.size() > 3 && layout.sizes.back() == 1) layout.sizes.pop_back();

@@ -12,7 +12,7 @@
 
 namespace kerf {
 
-enum class VoxelPacking { kRaw, kGzip, kBzip2, kText, kUnknown };
+enum class VoxelPacking { kRaw, kGzip, kBzip2, kText, kVti, kUnknown };
 
 /// Location of the voxels of an image file, and their storage format.
 struct ImageLayout {
@@ -28,6 +28,10 @@ struct ImageLayout {
   bool at_end = false;       // the voxels are the last bytes of data_file; `offset` is ignored
   double lead = 0;           // bytes of the unpacked stream before the first voxel
   bool swapped = false;      // stored in the other byte order
+  // Of kVti.
+  bool base64 = false;
+  bool zlib_blocks = false;
+  bool wide_counts = false;  // its counts of bytes have 64 bits instead of 32
 };
 
 enum class ImageContent { kCt, kLabels };
@@ -49,7 +53,7 @@ std::vector<char> ReadVoxels(ImageLayout& layout, std::size_t count, const std::
 
 /// Extensions of images, in lower case.
 inline constexpr std::array kNiftiExtensions{".nii", ".nii.gz", ".hdr", ".img", ".hdr.gz", ".img.gz"};
-inline constexpr std::array kOtherImageExtensions{".nrrd", ".nhdr", ".mha", ".mhd"};
+inline constexpr std::array kOtherImageExtensions{".nrrd", ".nhdr", ".mha", ".mhd", ".vti"};
 
 /// Unpacks the stream of a layout that is kGzip or kBzip2, as Unpack() does.
 Unpacked UnpackStream(const ImageLayout& layout, double max_bytes, double skip = 0, std::vector<char>* out = nullptr);

@@ -216,8 +216,8 @@ Form ChooseForm(const NiftiHeader& header, double unit_mm, bool frame_given, Vol
   if (s_code <= 0 && q_code <= 0) {
     if (header.analyze && !frame_given) {
       // Axes by the header's "orient": axial, coronal, sagittal, and the same flipped.
-      constexpr std::array kFrames{"LAS", "LSA", "ASL", "LPS", "LIA", "AIL"};
-      volume.frame = kFrames[static_cast<std::size_t>(header.orient < 6 ? header.orient : 0)];
+      constexpr std::array kAnalyzeFrames{"LAS", "LSA", "ASL", "LPS", "LIA", "AIL"};
+      volume.frame = kAnalyzeFrames[static_cast<std::size_t>(header.orient < 6 ? header.orient : 0)];
       volume.warnings.push_back(fmt::format(
           "an Analyze header does not say which side of the patient is left; its axes were taken as {}, so left and "
           "right may be swapped; compare with the patient and set them with --frame",

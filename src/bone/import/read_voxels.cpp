@@ -9,6 +9,7 @@
 #include "base/files/files.h"
 #include "bone/import/image_header.h"
 #include "bone/import/unpack.h"
+#include "bone/import/vti.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -87,6 +88,9 @@ std::vector<char> ReadVoxels(ImageLayout& layout, std::size_t count, const std::
       bytes = ReadText(layout, count, path);
       layout.type = VoxelType::kDouble;
       value_bytes = sizeof(double);
+      break;
+    case VoxelPacking::kVti:
+      bytes = ReadVtiValues(layout, count * value_bytes, path);
       break;
     case VoxelPacking::kUnknown:
       throw Error(fmt::format("{}: voxels with encoding '{}' are not supported; kerf reads raw, gzip, bzip2 and text", path,

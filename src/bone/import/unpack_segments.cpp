@@ -117,7 +117,7 @@ DicomSegments Unpack(const Json& json, std::span<const char> pixels, const std::
   DicomSegments read;
   TakeLattice(json, path, read);
   TakeFrames(json, path, read);
-  read.series_uid = json.value("series", "");
+  if (const auto series = json.find("series"); series != json.end()) series->get_to(read.series_uid);
   const int bits = TakeShort(json.at("bits")), fraction = TakeShort(json.at("fraction"));
   const std::uint64_t bytes = TakeCount(json.at("bytes"), pixels.size());
   CheckPixels(read, bytes, bits, fraction == 0, path);

@@ -1,6 +1,7 @@
 // Images in other forms: NIfTI-2, pairs, Analyze, bzip2, several data files, values that are not numbers.
 #include <bzlib.h>
 #include <gmock/gmock.h>
+#include <zlib.h>
 
 #include <cmath>
 #include <functional>
@@ -214,6 +215,71 @@ TEST_F(SeveralFiles, MetaImageListAndPattern) {
   for (const std::string data : {"LIST\n" + list_ + "\n", std::string("s %02d.raw 1 5 1\n")}) {
     WriteBytes(folder_.file("a.mhd"), header + data);
     ExpectSame(ReadImageFile(folder_.file("a.mhd")), ct_);
+  }
+}
+
+// Returns bytes in base64.
+std::string Base64(const std::string& bytes) {
+  const std::string letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t at = 0; at < bytes.size(); at += 3) {
+    unsigned bits = 0;
+    for (std::size_t n = 0; n < 3; ++n)
+      bits = bits << 8 | (at + n < bytes.size() ? static_cast<unsigned char>(bytes[at + n]) : 0u);
+    for (std::size_t n = 0; n < 4; ++n) text += at + n > bytes.size() ? '=' : letters[bits >> (18 - 6 * n) & 63];
+  }
+  return text;
+}
+
+std::string Count(std::uint64_t n) {
+  return {reinterpret_cast<const char*>(&n), 8};
+}
+
+// Returns a .vti whose array has a format and content, and what follows the image.
+std::string Vti(const Volume& ct, const std::string& file, const std::string& array, const std::string& appended = "") {
+  return fmt::format(
+             "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" byte_order=\"LittleEndian\" header_type=\"UInt64\" "
+             "{}>\n<ImageData WholeExtent=\"2 {} 0 {} 0 {}\" Origin=\"{} {} {}\" Spacing=\"{} {} {}\">\n<Piece "
+             "Extent=\"2 {} 0 {} 0 {}\">\n<PointData Scalars=\"CT\">\n<DataArray type=\"Int16\" Name=\"CT\" ",
+             file, ct.size[0] + 1, ct.size[1] - 1, ct.size[2] - 1, ct.origin_W.x - 2 * ct.spacing_mm.x, ct.origin_W.y,
+             ct.origin_W.z, ct.spacing_mm.x, ct.spacing_mm.y, ct.spacing_mm.z, ct.size[0] + 1, ct.size[1] - 1,
+             ct.size[2] - 1) +
+         array + "\n</PointData><CellData/></Piece></ImageData>" + appended + "</VTKFile>\n";
+}
+
+TEST(VtkImage, IsReadInEveryEncoding) {
+  const Volume ct = SmallCt();
+  const Folder folder;
+  const std::string values = test::Bytes(ct.hu), length = Count(values.size());
+  std::string text;
+  for (const std::int16_t hu : ct.hu) text += fmt::format("{} ", hu);
+  std::string blocks = Count(2) + Count(300) + Count(values.size() - 300), packed;
+  for (const std::string& part : {values.substr(0, 300), values.substr(300)}) {
+    std::string block(1000, '\0');
+    uLongf size = block.size();
+    compress(reinterpret_cast<Bytef*>(block.data()), &size, reinterpret_cast<const Bytef*>(part.data()), part.size());
+    blocks += Count(size);
+    packed += block.substr(0, size);
+  }
+  const std::string zlib = "compressor=\"vtkZLibDataCompressor\"", at = "format=\"appended\" offset=\"0\"/>";
+  const auto appended = [](const std::string& encoding, const std::string& bytes) {
+    return "<AppendedData encoding=\"" + encoding + "\">\n_" + bytes + "</AppendedData>";
+  };
+  for (const std::string& file :
+       {Vti(ct, "", "format=\"ascii\">" + text + "</DataArray>"),
+        Vti(ct, "", "format=\"binary\">\n" + Base64(length + values) + "\n</DataArray>"),
+        Vti(ct, "", "format=\"binary\">\n" + Base64(length) + Base64(values) + "\n</DataArray>"),
+        Vti(ct, zlib, "format=\"binary\">" + Base64(blocks) + Base64(packed) + "</DataArray>"),
+        Vti(ct, "", at, appended("raw", length + values)), Vti(ct, "", at, appended("base64", Base64(length + values))),
+        Vti(ct, zlib, at, appended("raw", blocks + packed)),
+        Vti(ct, zlib, at, appended("base64", Base64(blocks) + Base64(packed)))}) {
+    WriteBytes(folder.file("a.vti"), file);
+    const Volume read = ReadImageFile(folder.file("a.vti"));
+    ExpectSame(read, ct);
+    EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("does not say how the scan lies in the patient")));
+    EXPECT_THAT(ReadImageFile(folder.file("a.vti"), "RAS").warnings, IsEmpty());
+    WriteBytes(folder.file("a.vti"), file.substr(0, file.size() / 2 + 150));
+    EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.vti")); }), HasSubstr("a.vti: "));
   }
 }
 
