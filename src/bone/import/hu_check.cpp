@@ -200,9 +200,9 @@ std::optional<GreyScale> FindGreyScale(const Histogram& h, int lowest, int highe
 
 // Rounds to two digits, for a value that is stated as approximate.
 double RoundRoughly(double value) {
-  if (std::abs(value) < 10) return std::round(value);
+  if (std::abs(value) < 10) return std::round(value) + 0.0;
   const double unit = std::pow(10, std::floor(std::log10(std::abs(value))) - 1);
-  return std::round(value / unit) * unit;
+  return std::round(value / unit) * unit + 0.0;
 }
 
 std::string DescribeScale(const GreyScale& grey) {
@@ -224,14 +224,17 @@ struct Found {
 };
 
 Found FindScale(const Histogram& histogram, int lowest, int highest) {
-  if (LacksOffset(histogram, lowest)) {
-    return {GreyScale{kOffset - 1000.0, kOffset + 40.0},
+  constexpr double kSameIso = 60;
+  const GreyScale offset{kOffset - 1000.0, kOffset + 40.0};
+  Found found{FindGreyScale(histogram, lowest, highest), "", ""};
+  if (LacksOffset(histogram, lowest) &&
+      (!found.grey || std::abs(found.grey->FromHu(kIso_HU) - offset.FromHu(kIso_HU)) < kSameIso)) {
+    return {offset,
             fmt::format("this is a CT without its offset: air lies near 0 and soft tissue near {}, but "
                         "in HU they lie at -1000 and 0 to 80",
                         kOffset),
             fmt::format("subtract {} from its values, convert the scan again with its rescale intercept, or ", kOffset)};
   }
-  Found found{FindGreyScale(histogram, lowest, highest), "", ""};
   if (found.grey) found.what = DescribeScale(*found.grey);
   return found;
 }
