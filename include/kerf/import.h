@@ -26,8 +26,8 @@ struct ImportSettings {
   bool fill = true;          // cavities become bone; of a surface: hollows stay hollow if they are marked as such
   bool keep_hu = false;      // keep the CT numbers in the bone, for materials of the kind "ct"
   // Of a segmentation; `kerf import --mask`. With an empty `path` it alone makes the bone.
-  std::string mask;                     // .seg.nrrd, or a label map (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr .img); empty: none
-  std::string mask_labels;              // the program that wrote a label map without names, such as "dentalsegmentator"
+  std::string mask;         // .seg.nrrd, or a label map (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr .img); empty: none
+  std::string mask_labels;  // the program that wrote a label map without names, such as "dentalsegmentator"
   std::vector<std::string> mask_label;  // what one label or segment is, such as "2=mandible"
   double mask_reach_mm = 0;  // distance from the border of the mask beyond which it overrides the CT; 0: automatic
   // For a surface.
@@ -46,9 +46,10 @@ struct ImportedBone {
   std::vector<std::string> warnings;  // assumptions and possible faults, one sentence each
 };
 
-/// Imports a bone. `path`: a DICOM folder, an image (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr .img) or a closed surface (.stl .obj
-/// .ply); empty: the mask alone. The bone's coordinates are the patient's (LPS, mm), or those of the surface. Throws
-/// kerf::Error with one sentence if the input cannot be converted to a bone, or if the import is cancelled.
+/// Imports a bone. `path`: a DICOM folder, an image (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr .img) or a closed surface
+/// (.stl .obj .ply); empty: the mask alone. The bone's coordinates are the patient's (LPS, mm), or those of the
+/// surface. Throws kerf::Error with one sentence if the input cannot be converted to a bone, or if the import is
+/// cancelled.
 ImportedBone ImportBone(const std::string& path, const ImportSettings& settings = {});
 
 }  // namespace kerf

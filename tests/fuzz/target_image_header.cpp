@@ -11,7 +11,8 @@ namespace kerf::fuzz {
 
 /// The first byte selects the format.
 KERF_FUZZ_TARGET(image_header) {
-  constexpr std::array<const char*, 8> kNames{"f.nrrd", "f.nhdr", "f.nii", "f.nii.gz", "f.mha", "f.mhd", "f.vti", "f.hdr"};
+  constexpr std::array<const char*, 8> kNames{"f.nrrd", "f.nhdr", "f.nii", "f.nii.gz",
+                                              "f.mha",  "f.mhd",  "f.vti", "f.hdr"};
   if (bytes.empty()) return;
   static const MemoryFolder folder;
   static const std::string voxels_of_pair = folder.Write("f.img", std::string(64, '\1'));

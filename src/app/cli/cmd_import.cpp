@@ -227,8 +227,8 @@ void PrintText(const ImportArguments& options, const ImportReport& r, const Bone
   }
   fmt::print("volume     {}", FormatVolume(r.solid_mm3));
   if (r.kind != "surface" && r.kind != "mask") {
-    fmt::print(" ({} above {:.0f} HU, {} of marrow and canals filled{}, {})", FormatVolume(r.iso_mm3),
-               r.iso, FormatVolume(r.filled_mm3), VoidsText(r),
+    fmt::print(" ({} above {:.0f} HU, {} of marrow and canals filled{}, {})", FormatVolume(r.iso_mm3), r.iso,
+               FormatVolume(r.filled_mm3), VoidsText(r),
                r.tooth_mm3 > 0 ? FormatVolume(r.tooth_mm3) + " of teeth" : "no teeth");
     if (r.mask.used) {
       fmt::print("\nmask       {}; overrides the CT beyond {:.4g} mm: {} added, {} of joined bone cut off",

@@ -150,7 +150,8 @@ std::function<std::optional<Rgb8>(const Vec3&)> MakeTint(const MaskOverlay& over
   };
 }
 
-// Converts values that are not HU, and finds the bone's surface in them. A threshold that does not fit is drawn as given.
+// Converts values that are not HU, and finds the bone's surface in them. A threshold that does not fit is drawn as
+// given.
 BoneLevel TakeIso(const CtSheetOptions& options, Volume& ct, ImportOptions& import) {
   const double iso = import.isolate.iso_hu;
   BoneLevel level;
@@ -193,7 +194,8 @@ void DrawCtSheet(const CtSheetOptions& options) {
   sheet.caption = fmt::format(
       "Patient coordinates (LPS) in mm: a point is x,y,z. Tinted: bone, {:.0f}{} and more. CT of {} x {} x {} "
       "voxels of {:.3g} x {:.3g} x {:.3g} mm.",
-      level.iso, level.is_grey ? " (values are not HU)" : " HU", ct.size[0], ct.size[1], ct.size[2], ct.spacing_mm.x, ct.spacing_mm.y, ct.spacing_mm.z);
+      level.iso, level.is_grey ? " (values are not HU)" : " HU", ct.size[0], ct.size[1], ct.size[2], ct.spacing_mm.x,
+      ct.spacing_mm.y, ct.spacing_mm.z);
   if (overlay) {
     sheet.caption = fmt::format(
         "Blue line: mask. Green: kept bone. Tan: other bone. Farther than {:.3g} mm from the line the mask overrides "

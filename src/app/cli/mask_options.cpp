@@ -13,8 +13,7 @@ void AddMaskOptions(CLI::App& command, MaskArguments& mask, ImportOptions& impor
   command
       .add_option("--mask", mask.file,
                   "Segmentation that says which bone is the mandible (.seg.nrrd or DICOM), or label map (" +
-                      ListImageExtensions() + "); " +
-                      what)
+                      ListImageExtensions() + "); " + what)
       ->group(group);
   std::vector<std::string> presets;
   for (const LabelPreset& preset : ListLabelPresets()) presets.push_back(preset.name);

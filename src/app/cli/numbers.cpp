@@ -72,9 +72,10 @@ CLI::Option* AddIsoOption(CLI::App& command, double& iso_hu, bool& automatic, Ra
   return command
       .add_option_function<std::string>(
           "--iso", take,
-          fmt::format("CT number of the bone's surface, {}, in the file's own values, or auto: from the histogram of the "
-                      "CT, for values that are not HU; default: {:g}",
-                      ShowRange(range, "HU"), iso_hu))
+          fmt::format(
+              "CT number of the bone's surface, {}, in the file's own values, or auto: from the histogram of the "
+              "CT, for values that are not HU; default: {:g}",
+              ShowRange(range, "HU"), iso_hu))
       ->check(CLI::Validator(check, ""));
 }
 

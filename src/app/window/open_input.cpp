@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr",   ".mha",    ".mhd", ".vti", ".nii", ".nii.gz",
-                           ".hdr", ".img",  ".hdr.gz", ".img.gz", ".stl", ".obj", ".ply"};
+                            ".hdr", ".img",  ".hdr.gz", ".img.gz", ".stl", ".obj", ".ply"};
 
 /// Default scene of a window; also the basis of scenes for other bones.
 constexpr char kDefaultScene[] = R"(title = "Generic mandible"

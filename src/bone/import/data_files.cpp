@@ -55,12 +55,13 @@ std::optional<std::vector<std::string>> ExpandPattern(const std::string& data_fi
   if (blank == std::string::npos) return std::nullopt;
   const std::vector<double> numbers = ParseNumbers(data_file.substr(blank));
   const std::optional<NamePattern> pattern = ParsePattern(data_file.substr(0, blank));
-  const bool whole = std::all_of(numbers.begin(), numbers.end(),
-                                 [](double n) { return n == std::floor(n) && std::abs(n) < 1e9; });
+  const bool whole =
+      std::all_of(numbers.begin(), numbers.end(), [](double n) { return n == std::floor(n) && std::abs(n) < 1e9; });
   if (!pattern || numbers.size() < 2 || numbers.size() > 4 || !whole) {
-    throw Error(fmt::format("{}: the names of the data files, '{}', are not a pattern with one number, such as "
-                            "'slice_%03d.raw 1 45 1'",
-                            path, data_file));
+    throw Error(
+        fmt::format("{}: the names of the data files, '{}', are not a pattern with one number, such as "
+                    "'slice_%03d.raw 1 45 1'",
+                    path, data_file));
   }
   const double step = numbers.size() > 2 ? numbers[2] : numbers[1] < numbers[0] ? -1 : 1;
   if (numbers.size() > 3) subdimensions = numbers[3];

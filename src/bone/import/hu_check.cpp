@@ -164,9 +164,8 @@ std::optional<GreyScale> FindAirAndSoft(const Histogram& h, int lowest) {
   std::erase_if(peaks, [](const Peak& peak) { return peak.mass < kMinPeak; });
   if (peaks.empty()) return std::nullopt;
   // Soft tissue is what is most above the lowest peak.
-  const auto soft =
-      std::max_element(peaks.begin() + (far || peaks.size() == 1 ? 0 : 1), peaks.end(),
-                       [](const Peak& a, const Peak& b) { return a.mass < b.mass; });
+  const auto soft = std::max_element(peaks.begin() + (far || peaks.size() == 1 ? 0 : 1), peaks.end(),
+                                     [](const Peak& a, const Peak& b) { return a.mass < b.mass; });
   if (soft == peaks.begin()) {
     if (!far) return std::nullopt;
     return GreyScale{static_cast<double>(*far), soft->at};
@@ -186,12 +185,15 @@ std::optional<GreyScale> FindGreyScale(const Histogram& h, int lowest, int highe
   constexpr double kLeastSoft = 0.1, kLeastSoftAboveHuAir = 0.25, kMostBone = 0.8;
   const std::optional<GreyScale> found = FindAirAndSoft(h, lowest);
   if (!found) return std::nullopt;
-  const bool is_hu = found->soft >= -200 && found->soft <= 280 && (found->air < -800 || h.Fraction(-1150, -850) > 0.005);
+  const bool is_hu =
+      found->soft >= -200 && found->soft <= 280 && (found->air < -800 || h.Fraction(-1150, -850) > 0.005);
   if (is_hu) return std::nullopt;
   const double scale = found->CalcScale();
   const bool is_8_bit = lowest >= 0 && highest <= kLargestLabel;
   if (scale > 10 || scale < (is_8_bit ? 0.04 : 0.15)) return std::nullopt;
-  const auto at = [&](double hu) { return static_cast<int>(std::ceil(std::clamp(found->FromHu(hu), -32768.0, 32768.0))); };
+  const auto at = [&](double hu) {
+    return static_cast<int>(std::ceil(std::clamp(found->FromHu(hu), -32768.0, 32768.0)));
+  };
   const double bone = h.Fraction(at(kIso_HU), 32768), soft = h.Fraction(at(-300), at(kIso_HU));
   const bool has_bone = bone >= kMinBone && bone <= kMostBone * soft;
   const double least = IsAirHu(found->air) ? kLeastSoftAboveHuAir : kLeastSoft;
@@ -229,11 +231,12 @@ Found FindScale(const Histogram& histogram, int lowest, int highest) {
   Found found{FindGreyScale(histogram, lowest, highest), "", ""};
   if (LacksOffset(histogram, lowest) &&
       (!found.grey || std::abs(found.grey->FromHu(kIso_HU) - offset.FromHu(kIso_HU)) < kSameIso)) {
-    return {offset,
-            fmt::format("this is a CT without its offset: air lies near 0 and soft tissue near {}, but "
-                        "in HU they lie at -1000 and 0 to 80",
-                        kOffset),
-            fmt::format("subtract {} from its values, convert the scan again with its rescale intercept, or ", kOffset)};
+    return {
+        offset,
+        fmt::format("this is a CT without its offset: air lies near 0 and soft tissue near {}, but "
+                    "in HU they lie at -1000 and 0 to 80",
+                    kOffset),
+        fmt::format("subtract {} from its values, convert the scan again with its rescale intercept, or ", kOffset)};
   }
   if (found.grey) found.what = DescribeScale(*found.grey);
   return found;

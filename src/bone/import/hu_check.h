@@ -36,16 +36,16 @@ struct GreyScale {
 };
 
 /// Finds the scale of a CT whose values are no HU, such as the grey values of a cone-beam CT: its histogram has peaks
-/// of air and of soft tissue that are not near -1000 and 40, and bone above them. Returns nothing for HU, for label maps
-/// and for what has no such peaks.
+/// of air and of soft tissue that are not near -1000 and 40, and bone above them. Returns nothing for HU, for label
+/// maps and for what has no such peaks.
 std::optional<GreyScale> FindGreyScale(const Volume& ct);
 
 /// The surface of bone in a CT's own values, and in the values that the import uses.
 struct BoneLevel {
-  double iso = 300;            // in the file's values
-  double iso_hu = 300;         // in the volume's values after TakeAsHu()
-  bool is_grey = false;        // the values were converted
-  std::string warning;         // one sentence; empty for HU
+  double iso = 300;      // in the file's values
+  double iso_hu = 300;   // in the volume's values after TakeAsHu()
+  bool is_grey = false;  // the values were converted
+  std::string warning;   // one sentence; empty for HU
 };
 
 /// Converts the values of a CT that are no HU to approximate HU, in which soft tissue has 40 and air -1000, so that all

@@ -28,8 +28,8 @@ ImageFields ParseMetaFields(const std::string& head);
 /// Lists the files of an image whose voxels are in several files, as the header's value `data_file` and the lines
 /// `files` after it name them: "LIST" with an optional number of dimensions, or a pattern with one number as in
 /// "slice_%03d.raw" and its first, last and step. `sizes`: of the image; the files have equal parts of it, in order.
-/// Returns nothing if `data_file` names one file. Throws kerf::Error, with `path` in the message, if the number of files
-/// does not fit the sizes or is above kMaxDataFiles.
+/// Returns nothing if `data_file` names one file. Throws kerf::Error, with `path` in the message, if the number of
+/// files does not fit the sizes or is above kMaxDataFiles.
 std::vector<std::string> ListDataFiles(const std::string& data_file, const std::vector<std::string>& files,
                                        const std::vector<double>& sizes, const std::string& path);
 

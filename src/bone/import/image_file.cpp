@@ -15,8 +15,8 @@
 #include "bone/import/nifti.h"
 #include "bone/import/nrrd_lattice.h"
 #include "bone/import/patient_frame.h"
-#include "bone/import/vti.h"
 #include "bone/import/voxel_values.h"
+#include "bone/import/vti.h"
 #include "kerf/error.h"
 
 namespace kerf {

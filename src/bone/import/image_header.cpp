@@ -364,11 +364,10 @@ double CheckDataFile(ImageLayout& layout, double voxels, const std::string& shap
     if (IsStream(layout)) available = CountUnpacked(layout, needed, path);
   }
   if (available < needed) {
-    throw Error(
-        fmt::format("{}: the header states {} voxels ({:.0f} bytes){}, but the file contains {:.0f} bytes of them; "
-                    "it is cut off, or its header is wrong",
-                    path, shape, needed, layout.data_files.empty() ? "" : " in " + layout.data_file,
-                    std::max(available, 0.0)));
+    throw Error(fmt::format(
+        "{}: the header states {} voxels ({:.0f} bytes){}, but the file contains {:.0f} bytes of them; "
+        "it is cut off, or its header is wrong",
+        path, shape, needed, layout.data_files.empty() ? "" : " in " + layout.data_file, std::max(available, 0.0)));
   }
   if (layout.at_end) {
     layout.offset = static_cast<std::uint64_t>(file_bytes - needed);

@@ -24,10 +24,10 @@ struct ImageLayout {
   std::string encoding;                       // name of the packing in the header
   std::string data_file;
   std::vector<std::string> data_files;  // if not empty: several files like data_file, each with as many voxels
-  std::uint64_t offset = 0;  // of the first voxel, or of the compressed stream, in data_file
-  bool at_end = false;       // the voxels are the last bytes of data_file; `offset` is ignored
-  double lead = 0;           // bytes of the unpacked stream before the first voxel
-  bool swapped = false;      // stored in the other byte order
+  std::uint64_t offset = 0;             // of the first voxel, or of the compressed stream, in data_file
+  bool at_end = false;                  // the voxels are the last bytes of data_file; `offset` is ignored
+  double lead = 0;                      // bytes of the unpacked stream before the first voxel
+  bool swapped = false;                 // stored in the other byte order
   // Of kVti.
   bool base64 = false;
   bool zlib_blocks = false;

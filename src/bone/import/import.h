@@ -117,10 +117,10 @@ struct ImportResult {
 /// Returns whether the path has the extension of a surface file.
 bool IsSurfacePath(const std::string& path);
 
-/// Imports a bone. `path`: a DICOM folder, an image (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr .img) or a closed surface (.stl .obj
-/// .ply), or empty for a bone from `options.isolate.mask` alone. The bone's coordinates are the patient's (LPS, mm), or
-/// those of the surface. Throws kerf::Error with one sentence if the input cannot be converted to a bone, and lets
-/// Cancelled pass.
+/// Imports a bone. `path`: a DICOM folder, an image (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr .img) or a closed surface
+/// (.stl .obj .ply), or empty for a bone from `options.isolate.mask` alone. The bone's coordinates are the patient's
+/// (LPS, mm), or those of the surface. Throws kerf::Error with one sentence if the input cannot be converted to a bone,
+/// and lets Cancelled pass.
 ImportResult Import(const std::string& path, const ImportOptions& options);
 
 /// Reads the CT as Import() does, using `options.series`, `options.frame` and `options.progress`; sets the kind and the

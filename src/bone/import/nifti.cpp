@@ -27,8 +27,8 @@ namespace {
 constexpr std::size_t kHeaderBytes = 348;
 constexpr std::size_t kHeader2Bytes = 540;
 constexpr double kFirstVoxel = 352, kFirstVoxel2 = 544;  // least offset of the voxels in the file of the header
-constexpr double kFormsAgree_mm = 0.1;    // sform and qform have single precision
-constexpr double kSpacingsAgree = 1e-3;   // relative, between the sform's steps and pixdim
+constexpr double kFormsAgree_mm = 0.1;                   // sform and qform have single precision
+constexpr double kSpacingsAgree = 1e-3;                  // relative, between the sform's steps and pixdim
 constexpr double kMaxUnpacked = 1 << 26;  // bytes unpacked of a stream that is not NIfTI, to check that it is complete
 
 // Transform from voxel indices to the header's coordinates.
@@ -237,10 +237,11 @@ Form ChooseForm(const NiftiHeader& header, double unit_mm, bool frame_given, Vol
   const int code = take_s ? s_code : q_code;
   if (const double apart_mm = CalcDistance(s, q, volume.size) * unit_mm; !(apart_mm <= kFormsAgree_mm)) {
     const bool mirrored = glm::determinant(s.steps) * glm::determinant(q.steps) < 0;
-    volume.warnings.push_back(fmt::format(
-        "the NIfTI header gives two positions of the scan, up to {:.1f} mm apart{}; its {} was used, in {} coordinates, "
-        "as it is for a mask",
-        apart_mm, mirrored ? " and mirrored" : "", take_s ? "sform" : "qform", SpaceName(code)));
+    volume.warnings.push_back(
+        fmt::format("the NIfTI header gives two positions of the scan, up to {:.1f} mm apart{}; its {} was used, in {} "
+                    "coordinates, "
+                    "as it is for a mask",
+                    apart_mm, mirrored ? " and mirrored" : "", take_s ? "sform" : "qform", SpaceName(code)));
   }
   if (code > 2) {
     volume.warnings.push_back(
@@ -421,8 +422,7 @@ Volume ReadNifti(const std::string& path, const std::string& frame, double scale
   }
   const std::vector<char> values = ReadVoxels(layout, volume.count(), path);
   const auto [slope, intercept] = ReadRescale(header, path, volume.warnings);
-  const Overflow overflow =
-      AppendHu(values, layout.type, scale * slope, scale * intercept, volume.hu, blank);
+  const Overflow overflow = AppendHu(values, layout.type, scale * slope, scale * intercept, volume.hu, blank);
   volume.exact = overflow.count == 0 && !overflow.rounded;
   AddWarnings(overflow, volume.count(), blank, volume.warnings);
   return volume;

@@ -19,14 +19,14 @@ struct NiftiHeader {
   int bits = 0;               // per voxel
   double offset = 0;          // bytes before the first voxel, in the unpacked file
   Vec3 spacing{0};
-  double handedness = 1;                     // NIfTI's qfac
-  double slope = 0;                          // 0: none
-  double intercept = 0;                      //
-  int unit = 0;                              // xyzt_units
-  int orient = 0;                            // of Analyze
-  int qform_code = 0, sform_code = 0;        // 0: not given
-  std::array<double, 6> quaternion{};        // b, c, d, and the offset
-  std::array<double, 12> rows{};             // of the sform
+  double handedness = 1;               // NIfTI's qfac
+  double slope = 0;                    // 0: none
+  double intercept = 0;                //
+  int unit = 0;                        // xyzt_units
+  int orient = 0;                      // of Analyze
+  int qform_code = 0, sform_code = 0;  // 0: not given
+  std::array<double, 6> quaternion{};  // b, c, d, and the offset
+  std::array<double, 12> rows{};       // of the sform
 };
 
 /// Reads the header of a .nii or .nii.gz file, or of the pair that a .hdr or .img file (also with .gz) belongs to.

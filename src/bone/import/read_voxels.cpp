@@ -93,8 +93,8 @@ std::vector<char> ReadVoxels(ImageLayout& layout, std::size_t count, const std::
       bytes = ReadVtiValues(layout, count * value_bytes, path);
       break;
     case VoxelPacking::kUnknown:
-      throw Error(fmt::format("{}: voxels with encoding '{}' are not supported; kerf reads raw, gzip, bzip2 and text", path,
-                              layout.encoding));
+      throw Error(fmt::format("{}: voxels with encoding '{}' are not supported; kerf reads raw, gzip, bzip2 and text",
+                              path, layout.encoding));
   }
   if (bytes.size() != count * value_bytes) {
     throw Error(

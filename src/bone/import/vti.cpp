@@ -108,8 +108,8 @@ VtiArray FindArray(const std::string& head, std::size_t from, std::size_t to, Vt
     }
     if (!chosen) continue;
     if (count > 1) {
-      header.warnings.push_back(fmt::format("the file has {} arrays of values; '{}' was read", count,
-                                            chosen->Get("Name")));
+      header.warnings.push_back(
+          fmt::format("the file has {} arrays of values; '{}' was read", count, chosen->Get("Name")));
     }
     return {*chosen, kind[0] == 'C'};
   }
@@ -246,8 +246,8 @@ VtiHeader ReadVtiHeader(const std::string& path) {
   const std::string compressor = file->Get("compressor");
   layout.zlib_blocks = compressor == "vtkZLibDataCompressor";
   if (!compressor.empty() && !layout.zlib_blocks) {
-    throw Error(fmt::format("{}: the values are compressed by {}; kerf reads vtkZLibDataCompressor or none", path,
-                            compressor));
+    throw Error(
+        fmt::format("{}: the values are compressed by {}; kerf reads vtkZLibDataCompressor or none", path, compressor));
   }
   const std::string format = array.tag.Get("format");
   layout.offset = array.tag.end;

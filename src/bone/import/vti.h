@@ -13,8 +13,8 @@ namespace kerf {
 
 /// What a .vti file states, checked for impossible values.
 struct VtiHeader {
-  ImageLayout layout;  // kRaw for appended raw values, kText for those in ASCII, kVti for base64 or zlib
-  Vec3 origin{0};      // of the first value, in the file's coordinates
+  ImageLayout layout;   // kRaw for appended raw values, kText for those in ASCII, kVti for base64 or zlib
+  Vec3 origin{0};       // of the first value, in the file's coordinates
   glm::dmat3 steps{1};  // from value to value, columns
   std::vector<std::string> warnings;
 };

@@ -39,9 +39,9 @@ inline constexpr std::size_t kMaxSegments = 256;
 /// Characters of a segment's name; more are left out. DICOM allows as many.
 inline constexpr std::size_t kMaxSegmentName = 64;
 
-/// Reads a segmentation (.seg.nrrd) or a label map (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr .img). `frame` as in ReadImageFile().
-/// Throws kerf::Error with one sentence if the file cannot be read or contradicts itself, if its values are not labels,
-/// or if it has more than kMaxSegments segments.
+/// Reads a segmentation (.seg.nrrd) or a label map (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr .img). `frame` as in
+/// ReadImageFile(). Throws kerf::Error with one sentence if the file cannot be read or contradicts itself, if its
+/// values are not labels, or if it has more than kMaxSegments segments.
 Segmentation ReadSegmentation(const std::string& path, const std::string& frame = "");
 
 /// Returns "'mandible' (label 2, 45.30 cm3)" or "label 2 (45.30 cm3)".

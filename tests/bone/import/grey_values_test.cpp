@@ -112,7 +112,8 @@ TEST(GreyValues, ImportGivesTheBoneAndTheTeethOfTheSameScanInHu) {
   const ImportReport plain = ImportJaw(GreyJaw(1, -1000), 300, false);
   for (const auto& [ct, iso, automatic, file_iso] :
        {std::tuple(GreyJaw(0.6, 300), 300.0, true, 1080.0), std::tuple(GreyJaw(0.6, 300), 1080.0, false, 1080.0),
-        std::tuple(GreyJaw(3, 500), 4400.0, false, 4400.0), std::tuple(GreyJaw(1.0 / 12, 0, 0, 0, 255), 0.0, true, 108.0)}) {
+        std::tuple(GreyJaw(3, 500), 4400.0, false, 4400.0),
+        std::tuple(GreyJaw(1.0 / 12, 0, 0, 0, 255), 0.0, true, 108.0)}) {
     const ImportReport grey = ImportJaw(ct, iso, automatic);
     EXPECT_TRUE(grey.mandible);
     // Rounding of the values to 12 HU moves the surface of a blurred edge of 860 HU in 2 mm by 0.03 mm.

@@ -295,7 +295,8 @@ TEST(NiftiForms, ThatDisagreeAreNamed) {
   WriteBytes(folder.file("a.nii"), header + test::Bytes(ct.hu));
   const Volume read = ReadImageFile(folder.file("a.nii"));
   ExpectSame(read, ct);
-  EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("two positions of the scan, up to 2.0 mm apart; its sform was used")));
+  EXPECT_THAT(read.warnings,
+              ElementsAre(HasSubstr("two positions of the scan, up to 2.0 mm apart; its sform was used")));
 }
 
 }  // namespace
