@@ -46,6 +46,7 @@ LIBRARIES = [
     ("alsa", re.compile(r"^alsa/")),
     ("sqlite", re.compile(r"^sqlite3\.h")),
     ("zip", re.compile(r"^zip\.h")),
+    ("bzip2", re.compile(r"^bzlib\.h")),
     ("zlib", re.compile(r"^zlib\.h")),
     ("zstd", re.compile(r"^zstd\.h")),
     ("sodium", re.compile(r"^sodium\.h")),

@@ -16,7 +16,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 from check_layers import read_table  # noqa: E402
 
 GAP_X, GAP_Y, MARGIN, TOP, LINE = 30, 48, 24, 64, 16
-SHOWN = {"zlib": "zlib", "openvdb": "OpenVDB", "vtk": "VTK", "itk": "ITK, GDCM", "toml": "toml++", "cli": "CLI11", "sndfile": "libsndfile", "glfw": "GLFW",
+SHOWN = {"zlib": "zlib", "bzip2": "bzip2", "openvdb": "OpenVDB", "vtk": "VTK", "itk": "ITK, GDCM", "toml": "toml++", "cli": "CLI11", "sndfile": "libsndfile", "glfw": "GLFW",
          "sqlite": "SQLite", "zip": "libzip", "alsa": "ALSA", "tbb": "TBB", "hwy": "Highway", "eigen": "Eigen", "embree": "Embree", "json": "nlohmann-json", "usb": "libusb",
          "boost": "Boost", "zstd": "Zstandard", "sodium": "libsodium", "sleef": "SLEEF", "x11": "Xlib",
          "imgui": "Dear ImGui"}

@@ -20,15 +20,16 @@ struct ImportSettings {
   bool as_ct = false;        // DICOM: read a series that is not stated to be a CT, such as modality OT, as one
   std::string frame;         // of the file's coordinates: "LPS" or "RAS"; empty: that of the header
   double spacing_z_mm = 0;   // between the slices of DICOM files that do not state it; 0: as stated
-  double iso_hu = 300;       // CT number of the bone's surface, -500 to 3000
+  double iso_hu = 300;       // CT number of the bone's surface, in the file's own values, -32767 to 32767
+  bool iso_auto = false;     // find it in the histogram of the CT, whose values may be no HU; iso_hu is then not used
   bool isolate = true;       // separate the mandible from other bone; false: keep all bone
   std::vector<Vec3> keep_W;  // points in wanted and in unwanted bone, LPS, mm, where the mandible cannot be separated
   std::vector<Vec3> drop_W;  // automatically
   bool fill = true;          // cavities become bone; of a surface: hollows stay hollow if they are marked as such
   bool keep_hu = false;      // keep the CT numbers in the bone, for materials of the kind "ct"
   // Of a segmentation; `kerf import --mask`. With an empty `path` it alone makes the bone.
-  std::string mask;                     // .seg.nrrd, or a label map (.nrrd .nhdr .nii .nii.gz .mha .mhd); empty: none
-  std::string mask_labels;              // the program that wrote a label map without names, such as "dentalsegmentator"
+  std::string mask;         // .seg.nrrd, or a label map (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr .img); empty: none
+  std::string mask_labels;  // the program that wrote a label map without names, such as "dentalsegmentator"
   std::vector<std::string> mask_label;  // what one label or segment is, such as "2=mandible"
   double mask_threshold = 0.5;  // fraction from which on a voxel of a fractional segmentation or soft map counts
   double mask_reach_mm = 0;     // distance from the border of the mask beyond which it overrides the CT; 0: automatic
@@ -49,9 +50,9 @@ struct ImportedBone {
 };
 
 /// Imports a bone. `path`: DICOM (a folder, a DICOMDIR, a slice or a .zip), an image (.nrrd .nhdr .nii .nii.gz .mha
-/// .mhd) or a closed surface (.stl .obj .ply); empty: the mask alone. The bone's coordinates are the patient's (LPS,
-/// mm), or those of the surface. Throws kerf::Error with one sentence if the input cannot be converted to a bone, or if
-/// the import is cancelled.
+/// .mhd .vti .nii.gz .hdr .img) or a closed surface (.stl .obj .ply); empty: the mask alone. The bone's coordinates are
+/// the patient's (LPS, mm), or those of the surface. Throws kerf::Error with one sentence if the input cannot be
+/// converted to a bone, or if the import is cancelled.
 ImportedBone ImportBone(const std::string& path, const ImportSettings& settings = {});
 
 }  // namespace kerf

@@ -105,6 +105,7 @@ py::tuple ImportFile(const std::optional<std::filesystem::path>& path, const std
   set("frame", settings.frame, TextLimit{10}, "");
   set("spacing_z_mm", settings.spacing_z_mm, any, "");
   set("iso_hu", settings.iso_hu, any, "");
+  set("iso_auto", settings.iso_auto, "");
   set("isolate", settings.isolate, "");
   set("fill", settings.fill, "");
   set("keep_hu", settings.keep_hu, "");
@@ -436,11 +437,12 @@ rest; [] is region 24. voxel_mm: 0.02 to 4. top_mm: middle of the top face. rota
       .def_static("from_file", &ImportFile, py::arg("path"), materials, progress,
                   R"(Imports a CT, a segmentation or a closed surface; returns (bone, report).
 
-path: DICOM (a folder, a DICOMDIR, a slice or a .zip), an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a surface (.stl .obj .ply); None: the mask alone. report: dict with
+path: DICOM (a folder, a DICOMDIR, a slice or a .zip), an image (.nrrd .nhdr .mha .mhd .vti .nii .nii.gz .hdr .img) or a surface (.stl .obj .ply); None: the mask alone. report: dict with
 'mandible' (bool), 'surface_error_mm' (rms, 0 if unknown) and 'warnings' (list of texts).
 
 Options, each by name: voxel_mm = 0.1 (0.05 to 2). Of a CT: series (UID or its end), as_ct = False (read DICOM of
 modality OT or secondary captures as a CT), frame ('LPS' or 'RAS'), spacing_z_mm, iso_hu = 300,
+iso_auto = False (find it in the histogram, for values that are not HU),
 isolate = True (separate the mandible), keep, drop (points (n, 3) in wanted and unwanted bone), fill = True, keep_hu = False.
 Of a segmentation, as the options --mask, --labels, --label, --mask-threshold and --mask-reach of kerf import: mask (.seg.nrrd or a label map),
 mask_labels (the program that wrote a label map without names, such as 'dentalsegmentator'), mask_label (dict such as

@@ -22,6 +22,7 @@
 #include "base/files/markups.h"
 #include "base/files/peak_memory.h"
 #include "bone/import/dicom_input.h"
+#include "bone/import/image_header.h"
 #include "bone/import/import.h"
 #include "bone/material/region_table.h"
 #include "bone/segmentation/mask_file.h"
@@ -183,7 +184,7 @@ void PrintJson(const ImportArguments& options, const ImportReport& r, const Bone
                      {"ct_spacing_mm", ToJson(r.spacing_mm)},
                      {"input_hash", fmt::format("{:016x}", r.input_hash)},
                      {"warnings", r.warnings},
-                     {"iso_HU", options.import.isolate.iso_hu},
+                     {"iso_HU", r.iso},
                      {"isolation", r.isolation},
                      {"mask", MaskJson(options, r.mask)},
                      {"contact_mm2", r.contact_mm2},
@@ -239,8 +240,8 @@ void PrintText(const ImportArguments& options, const ImportReport& r, const Bone
   }
   fmt::print("volume     {}", FormatVolume(r.solid_mm3));
   if (r.kind != "surface" && r.kind != "mask") {
-    fmt::print(" ({} above {:.0f} HU, {} of marrow and canals filled{}, {})", FormatVolume(r.iso_mm3),
-               options.import.isolate.iso_hu, FormatVolume(r.filled_mm3), VoidsText(r),
+    fmt::print(" ({} above {:.0f} HU, {} of marrow and canals filled{}, {})", FormatVolume(r.iso_mm3), r.iso,
+               FormatVolume(r.filled_mm3), VoidsText(r),
                r.tooth_mm3 > 0 ? FormatVolume(r.tooth_mm3) + " of teeth" : "no teeth");
     if (r.mask.used) {
       fmt::print(
@@ -390,9 +391,9 @@ void AddImportCommand(CLI::App& app) {
   CLI::App* c =
       app.add_subcommand("import", "Make a bone from a CT (DICOM, NRRD, NIfTI, MetaImage) or a closed surface");
   c->add_option("INPUT", o->input,
-                "DICOM (folder, DICOMDIR, slice or .zip), image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or surface (.stl "
-                ".obj .ply); may be "
-                "omitted with --mask");
+                fmt::format("DICOM (folder, DICOMDIR, slice or .zip), image ({}) or surface (.stl .obj .ply); may be "
+                            "omitted with --mask",
+                            ListImageExtensions()));
   c->add_option("-o,--output", o->output, "Bone file to write (.vdb)");
   c->add_flag("--list", o->list, "Only list the DICOM series");
   c->add_option("--series", o->import.series,
@@ -430,7 +431,7 @@ void AddImportCommand(CLI::App& app) {
       ->group(which);
 
   const std::string surface = "Surface and tissues";
-  AddNumber(*c, "--iso", o->import, "iso_hu")->group(surface);
+  AddIsoOption(*c, o->import.isolate.iso_hu, o->import.iso_auto, kIsoRange_HU)->group(surface);
   c->add_flag("--no-fill", o->no_fill,
               "Leave marrow spaces and canals below the iso value hollow; for a surface, leave every inner shell "
               "hollow (default: only shells that face inward)")

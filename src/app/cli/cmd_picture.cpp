@@ -162,7 +162,7 @@ void AddPictureCommand(CLI::App& app) {
   command->add_option("--drop", o->ct.drop, "Point x,y,z (LPS, mm) to mark in orange; may be repeated")
       ->allow_extra_args(false)
       ->group(ct);
-  AddNumber(*command, "--iso", o->ct.import, "iso_hu")->group(ct);
+  AddIsoOption(*command, o->ct.import.isolate.iso_hu, o->ct.import.iso_auto, kIsoRange_HU)->group(ct);
   command
       ->add_option("--series", o->ct.import.series,
                    "UID of the DICOM series, or the end of the UID; default: the only CT series")

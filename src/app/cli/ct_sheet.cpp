@@ -11,11 +11,14 @@
 #include <tuple>
 #include <utility>
 
+#include "app/cli/message.h"
 #include "app/cli/numbers.h"
 #include "base/core/number_text.h"
 #include "bone/import/ct_view.h"
+#include "bone/import/hu_check.h"
 #include "bone/import/mask_overlay.h"
 #include "bone/import/patient_frame.h"
+#include "kerf/error.h"
 #include "view/picture/mm_grid.h"
 #include "view/picture/panel_sheet.h"
 
@@ -150,6 +153,22 @@ std::function<std::optional<Rgb8>(const Vec3&)> MakeTint(const MaskOverlay& over
   };
 }
 
+// Converts values that are not HU, and finds the bone's surface in them. A threshold that does not fit is drawn as
+// given.
+BoneLevel TakeIso(const CtSheetOptions& options, Volume& ct, ImportOptions& import) {
+  const double iso = import.isolate.iso_hu;
+  BoneLevel level;
+  if (!import.iso_auto) level.iso = level.iso_hu = iso;
+  try {
+    level = TakeAsHu(ct, iso, import.iso_auto, options.input);
+  } catch (const Error& e) {
+    if (import.iso_auto) throw;
+    Say("{}", e.what());
+  }
+  import.isolate.iso_hu = level.iso_hu;
+  return level;
+}
+
 }  // namespace
 
 void DrawCtSheet(const CtSheetOptions& options) {
@@ -160,11 +179,13 @@ void DrawCtSheet(const CtSheetOptions& options) {
                                                      ShowRange(kSheetSideRange, "pixels")));
   }
   ImportReport report;
-  const Volume ct = StoreAlongPatient(ReadCt(options.input, options.import, report));
+  Volume ct = StoreAlongPatient(ReadCt(options.input, options.import, report));
+  ImportOptions import = options.import;
+  const BoneLevel level = TakeIso(options, ct, import);
   const std::optional<MaskOverlay> overlay =
-      options.import.isolate.mask ? std::optional<MaskOverlay>(std::in_place, ct, options.import) : std::nullopt;
+      import.isolate.mask ? std::optional<MaskOverlay>(std::in_place, ct, import) : std::nullopt;
   CtViewOptions draw;
-  draw.iso_hu = options.import.isolate.iso_hu;
+  draw.iso_hu = level.iso_hu;
   draw.box_W = FindBoneBox(ct, draw.iso_hu, options.input);
   const std::vector<Slice> slices = ChooseSlices(options, points, draw.box_W);
 
@@ -174,9 +195,10 @@ void DrawCtSheet(const CtSheetOptions& options) {
   sheet.title =
       options.title.empty() ? std::filesystem::path(options.input).lexically_normal().string() : options.title;
   sheet.caption = fmt::format(
-      "Patient coordinates (LPS) in mm: a point is x,y,z. Tinted: bone, {:.0f} HU and more. CT of {} x {} x {} "
+      "Patient coordinates (LPS) in mm: a point is x,y,z. Tinted: bone, {:.0f}{} and more. CT of {} x {} x {} "
       "voxels of {:.3g} x {:.3g} x {:.3g} mm.",
-      draw.iso_hu, ct.size[0], ct.size[1], ct.size[2], ct.spacing_mm.x, ct.spacing_mm.y, ct.spacing_mm.z);
+      level.iso, level.is_grey ? " (values are not HU)" : " HU", ct.size[0], ct.size[1], ct.size[2], ct.spacing_mm.x,
+      ct.spacing_mm.y, ct.spacing_mm.z);
   if (overlay) {
     sheet.caption = fmt::format(
         "Blue line: mask. Green: kept bone. Tan: other bone. Farther than {:.3g} mm from the line the mask overrides "

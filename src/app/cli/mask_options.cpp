@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "app/cli/numbers.h"
+#include "bone/import/image_header.h"
 #include "kerf/error.h"
 
 namespace kerf::cli {
@@ -11,9 +12,8 @@ void AddMaskOptions(CLI::App& command, MaskArguments& mask, ImportOptions& impor
                     const std::string& group) {
   command
       .add_option("--mask", mask.file,
-                  "Segmentation that says which bone is the mandible (.seg.nrrd or DICOM), or label map (.nrrd .nhdr "
-                  ".nii .nii.gz .mha .mhd); " +
-                      what)
+                  "Segmentation that says which bone is the mandible (.seg.nrrd or DICOM), or label map (" +
+                      ListImageExtensions() + "); " + what)
       ->group(group);
   std::vector<std::string> presets;
   for (const LabelPreset& preset : ListLabelPresets()) presets.push_back(preset.name);

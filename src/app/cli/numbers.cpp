@@ -61,6 +61,24 @@ CLI::Validator NumberWithin(Range range, std::string_view unit) {
   return {check, ""};
 }
 
+CLI::Option* AddIsoOption(CLI::App& command, double& iso_hu, bool& automatic, Range range) {
+  const auto take = [&iso_hu, &automatic](const std::string& text) {
+    automatic = text == "auto";
+    if (!automatic) iso_hu = *ParseNumber(text);
+  };
+  const auto check = [range](const std::string& text) {
+    return text == "auto" ? std::string() : NumberWithin(range, "HU")(const_cast<std::string&>(text));
+  };
+  return command
+      .add_option_function<std::string>(
+          "--iso", take,
+          fmt::format(
+              "CT number of the bone's surface, {}, in the file's own values, or auto: from the histogram of the "
+              "CT, for values that are not HU; default: {:g}",
+              ShowRange(range, "HU"), iso_hu))
+      ->check(CLI::Validator(check, ""));
+}
+
 CLI::Validator WholeNumber() {
   const auto transform = [](std::string& text) -> std::string {
     const auto value = ParseNumber(text);

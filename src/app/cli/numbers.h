@@ -24,6 +24,9 @@ Vec3 ParsePoint(const std::string& text, const char* option);
 /// states the range and the unit.
 CLI::Validator NumberWithin(Range range, std::string_view unit);
 
+/// Adds an option for the CT number of the bone's surface, or 'auto'.
+CLI::Option* AddIsoOption(CLI::App& command, double& iso_hu, bool& automatic, Range range);
+
 /// Returns a transform that writes a whole number in plain digits, because CLI11 reads 010 as octal and cannot read
 /// 1e3. Refuses a number that is not whole.
 CLI::Validator WholeNumber();

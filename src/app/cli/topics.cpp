@@ -33,7 +33,7 @@ of the disc and z along the spindle. Forces are forces on the tool.)"},
 .vdb        bone: level set, regions and material; any OpenVDB program opens it
 .kerf       recording of a run or of a session, for 'kerf replay'
 .stl .obj .ply      closed surface, read and written
-.nrrd .nii .nii.gz .mha .mhd, a DICOM folder    CT, read
+.nrrd .nii .hdr .img .mha .mhd .vti, a DICOM folder    CT, read
 .mrk.json   points and planes of 3D Slicer, read and written
 .csv .json  results for other programs; keys and columns include their unit
 .png .html .md .wav pictures, reports, sound

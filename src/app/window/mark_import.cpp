@@ -23,9 +23,11 @@ bool IsCurvesPath(const std::string& path) {
 }
 
 void MarkImport::AskFile() {
-  viewer_.dialogs().ChooseFile(viewer_.ui(), Tr("Marks: curves of 3D Slicer (.mrk.json) or a label map"), ".",
-                               {".mrk.json", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd"}, false, "",
-                               [this](const std::string& file) { Read(file); });
+  std::vector<std::string> types{".mrk.json"};
+  types.insert(types.end(), kOtherImageExtensions.begin(), kOtherImageExtensions.end());
+  types.insert(types.end(), kNiftiExtensions.begin(), kNiftiExtensions.end());
+  viewer_.dialogs().ChooseFile(viewer_.ui(), Tr("Marks: curves of 3D Slicer (.mrk.json) or a label map"), ".", types,
+                               false, "", [this](const std::string& file) { Read(file); });
 }
 
 void MarkImport::Read(const std::string& path) {
@@ -34,10 +36,7 @@ void MarkImport::Read(const std::string& path) {
   try {
     if (IsCurvesPath(path)) return Add(ReadMarks(path));
     if (!HasImageExtension(path)) {
-      throw Error(
-          fmt::format("{}: unknown file type; marks are read from .mrk.json, .nrrd, .nhdr, .nii, .nii.gz, .mha "
-                      "and .mhd",
-                      path));
+      throw Error(fmt::format("{}: unknown file type; marks are read from .mrk.json {}", path, ListImageExtensions()));
     }
   } catch (const Error& e) {
     return Refuse(e.what());

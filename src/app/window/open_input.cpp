@@ -26,8 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kTypes{".vdb", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd",
-                            ".stl", ".obj",  ".ply",  ".dcm", ".dicom",  ".ima", ".zip"};
+constexpr std::array kTypes{".vdb",    ".nrrd",   ".nhdr", ".mha", ".mhd", ".vti", ".nii",   ".nii.gz", ".hdr", ".img",
+                            ".hdr.gz", ".img.gz", ".stl",  ".obj", ".ply", ".dcm", ".dicom", ".ima",    ".zip"};
 
 /// Default scene of a window; also the basis of scenes for other bones.
 constexpr char kDefaultScene[] = R"(title = "Generic mandible"

@@ -1,6 +1,7 @@
-// Check that the values of a volume are Hounsfield units.
+// Check that the values of a volume are Hounsfield units, and conversion of grey values to their scale.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,10 +26,35 @@ class NotHu : public Error {
   double proposed_iso_;
 };
 
-/// Recognises a label map (2 to 128 different integers from 0 to 255) and a CT without its offset of -1024 (air near 0,
-/// soft tissue near 1000 to 1100). Throws kerf::Error (NotHu for the CT), with `name` in the message, if `iso_hu`
-/// cannot separate bone in such a volume: for labels if it is outside their range, for the CT if it is below the soft
-/// tissue. Returns a warning sentence if `iso_hu` fits the values of such a volume, and "" if the values are HU.
+/// Values of a CT that are a linear function of HU, by the peaks of air and soft tissue in its histogram.
+struct GreyScale {
+  double air = -1000;
+  double soft = 40;
+  double CalcScale() const { return (soft - air) / 1040; }  // values per HU
+  double FromHu(double hu) const { return air + (hu + 1000) * CalcScale(); }
+  double ToHu(double value) const { return (value - air) / CalcScale() - 1000; }
+};
+
+/// Finds the scale of a CT whose values are no HU, such as the grey values of a cone-beam CT: its histogram has peaks
+/// of air and of soft tissue that are not near -1000 and 40, and bone above them. Returns nothing for HU, for label
+/// maps and for what has no such peaks.
+std::optional<GreyScale> FindGreyScale(const Volume& ct);
+
+/// The surface of bone in a CT's own values, and in the values that the import uses.
+struct BoneLevel {
+  double iso = 300;      // in the file's values
+  double iso_hu = 300;   // in the volume's values after TakeAsHu()
+  bool is_grey = false;  // the values were converted
+  std::string warning;   // one sentence; empty for HU
+};
+
+/// Converts the values of a CT that are no HU to approximate HU, in which soft tissue has 40 and air -1000, so that all
+/// thresholds of tissues apply. `iso`: the bone's surface in the file's values; with `automatic` it is that of 300 HU
+/// instead. Throws kerf::Error, with `name` in the message, for a label map (2 to 128 different integers from 0 to 255,
+/// in regions) unless `iso` is within their range, and NotHu if `iso` cannot separate bone in values that are no HU.
+BoneLevel TakeAsHu(Volume& ct, double iso, bool automatic, const std::string& name);
+
+/// Returns the warning of TakeAsHu() for the volume, which stays as it is.
 std::string CheckHu(const Volume& ct, double iso_hu, const std::string& name);
 
 }  // namespace kerf

@@ -27,6 +27,10 @@ std::string FieldName(std::string text) {
   return Lower(Trim(text));
 }
 
+bool IsList(const std::string& data_file) {
+  return Lower(data_file.substr(0, data_file.find_first_of(" \t"))) == "list";
+}
+
 }  // namespace
 
 std::string Lower(std::string text) {
@@ -63,13 +67,18 @@ std::string ReadHead(const std::string& path) {
 ImageFields ParseNrrdFields(const std::string& head) {
   ImageFields fields;
   while (fields.end < head.size() && !fields.complete) {
-    const std::size_t end = head.find('\n', fields.end);
+    std::size_t end = head.find('\n', fields.end);
+    if (end == std::string::npos && IsList(fields.Get("datafile"))) end = head.size();
     if (end == std::string::npos) break;
     const std::string line = Trim(head.substr(fields.end, end - fields.end));
     fields.end = end + 1;
     fields.complete = line.empty();
     const std::size_t colon = line.find(": ");
     if (line.empty() || line[0] == '#') continue;
+    if (IsList(fields.Get("datafile"))) {
+      fields.files.push_back(line);
+      continue;
+    }
     if (const std::size_t assign = line.find(":="); assign < colon) {
       fields.keys[line.substr(0, assign)] = line.substr(assign + 2);
       continue;
@@ -92,6 +101,12 @@ ImageFields ParseMetaFields(const std::string& head) {
     const std::string value = Trim(line.substr(equals + 1));
     fields.values[name] = value;
     fields.complete = name == "elementdatafile" && !value.empty();
+  }
+  if (IsList(fields.Get("elementdatafile"))) {
+    std::istringstream rest(head.substr(std::min(fields.end, head.size())));
+    for (std::string line; std::getline(rest, line);) {
+      if (line = Trim(line); !line.empty()) fields.files.push_back(line);
+    }
   }
   return fields;
 }

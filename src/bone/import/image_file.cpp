@@ -16,6 +16,7 @@
 #include "bone/import/nrrd_lattice.h"
 #include "bone/import/patient_frame.h"
 #include "bone/import/voxel_values.h"
+#include "bone/import/vti.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -152,10 +153,11 @@ LayeredImage ReadNrrdOrMeta(const std::string& path, const std::string& frame, I
   CheckLattice(volume, path);
   const std::size_t count = volume.count() * layers;
   const std::vector<char> bytes = ReadVoxels(layout, count, path);
+  const std::int16_t blank = max_layers > 1 ? std::int16_t{0} : kBlankHu;
   std::vector<std::int16_t> values;
-  const Overflow overflow = AppendHu(bytes, layout.type, scale, 0, path, values);
+  const Overflow overflow = AppendHu(bytes, layout.type, scale, 0, values, blank);
   volume.exact = overflow.count == 0 && !overflow.rounded;
-  if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, count));
+  AddWarnings(overflow, count, blank, volume.warnings);
   image.layers = SplitLayers(std::move(values), layers, axis);
   image.keys = std::move(fields.keys);
   return image;
@@ -164,8 +166,9 @@ LayeredImage ReadNrrdOrMeta(const std::string& path, const std::string& frame, I
 LayeredImage ReadLayers(const std::string& path, const std::string& frame, std::size_t max_layers, double scale) {
   ImageCheck check = CheckImageHeader(path, max_layers > 1 ? ImageContent::kLabels : ImageContent::kCt);
   LayeredImage image;
-  if (HasNiftiExtension(path)) {
-    image.lattice = ReadNifti(path, frame, scale);
+  const std::int16_t blank = max_layers > 1 ? std::int16_t{0} : kBlankHu;
+  if (HasNiftiExtension(path) || IsVtiPath(path)) {
+    image.lattice = IsVtiPath(path) ? ReadVti(path, frame, scale, blank) : ReadNifti(path, frame, scale, blank);
     image.layers.push_back(std::move(image.lattice.hu));
     image.lattice.hu.clear();
   } else {

@@ -18,6 +18,7 @@
 #include "bone/import/limits.h"
 #include "bone/import/nifti.h"
 #include "bone/import/unpack.h"
+#include "bone/import/vti.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -82,6 +83,10 @@ std::optional<VoxelType> FindMetaType(const std::string& name) {
   return known == kTypes.end() ? std::nullopt : std::optional(known->second);
 }
 
+bool IsStream(const ImageLayout& layout) {
+  return layout.packing == VoxelPacking::kGzip || layout.packing == VoxelPacking::kBzip2;
+}
+
 void SetType(const std::optional<VoxelType>& type, const std::string& name, const std::string& path,
              ImageLayout& layout) {
   if (!type) throw Error(fmt::format("{}: voxels of type '{}' are not supported", path, name));
@@ -122,13 +127,10 @@ std::uint64_t SkipLines(const std::string& path, std::uint64_t offset, double li
   return static_cast<std::uint64_t>(in.tellg());
 }
 
-// Returns whether the voxels are in several files: "LIST", "LIST 2", or a pattern such as "slice_%03d.raw" followed by
-// numbers.
-bool IsManyFiles(const std::string& data_file) {
-  const std::string word = Lower(data_file.substr(0, data_file.find(' ')));
-  const std::size_t percent = data_file.find('%');
-  const bool is_pattern = percent != std::string::npos && data_file.find_first_of(" \t", percent) != std::string::npos;
-  return word == "list" || is_pattern;
+void TakeDataFiles(const ImageFields& fields, const std::string& data_file, const std::string& path,
+                   ImageLayout& layout) {
+  layout.data_files = ListDataFiles(data_file, fields.files, layout.sizes, path);
+  if (!layout.data_files.empty()) layout.data_file = layout.data_files.front();
 }
 
 void SetNrrdPacking(const ImageFields& fields, const std::string& path, ImageLayout& layout) {
@@ -136,12 +138,17 @@ void SetNrrdPacking(const ImageFields& fields, const std::string& path, ImageLay
   if (layout.encoding.empty()) throw Error(fmt::format("{}: the NRRD header does not name an encoding", path));
   if (layout.encoding == "gzip" || layout.encoding == "gz") {
     layout.packing = VoxelPacking::kGzip;
+  } else if (layout.encoding == "bzip2" || layout.encoding == "bz2") {
+    layout.packing = VoxelPacking::kBzip2;
   } else if (layout.encoding == "text" || layout.encoding == "txt" || layout.encoding == "ascii") {
     layout.packing = VoxelPacking::kText;
   } else if (layout.encoding != "raw") {
     layout.packing = VoxelPacking::kUnknown;
   }
   const double lines = ParseSkip(fields, "lineskip", "'line skip'", path);
+  if (lines != 0 && !layout.data_files.empty()) {
+    throw Error(fmt::format("{}: the NRRD header's 'line skip' is not supported for several data files", path));
+  }
   if (lines != 0) layout.offset = SkipLines(layout.data_file, layout.offset, lines);
   const double bytes = ParseSkip(fields, "byteskip", "'byte skip'", path);
   layout.at_end = bytes < 0;
@@ -150,7 +157,7 @@ void SetNrrdPacking(const ImageFields& fields, const std::string& path, ImageLay
                             layout.encoding));
   }
   // The bytes to skip are those of the unpacked stream.
-  if (layout.packing == VoxelPacking::kGzip) {
+  if (IsStream(layout)) {
     layout.lead = bytes;
   } else if (!layout.at_end) {
     layout.offset += static_cast<std::uint64_t>(bytes);
@@ -166,10 +173,8 @@ ImageLayout ParseNrrd(const std::string& path, const std::string& head) {
   CheckDimensions(fields.Get("dimension"), "'dimension'", "'sizes'", layout, path);
   const std::string data_file = fields.Get("datafile");
   if (!data_file.empty()) {
-    if (IsManyFiles(data_file)) {
-      throw Error(fmt::format("{}: the voxels are spread over several files; kerf supports only one", path));
-    }
     layout.data_file = (fs::path(path).parent_path() / data_file).string();
+    TakeDataFiles(fields, data_file, path, layout);
   } else {
     if (!fields.complete) throw Error(fmt::format("{}: the NRRD header has no end (an empty line)", path));
     layout.offset = fields.end;
@@ -229,10 +234,8 @@ ImageLayout ParseMeta(const std::string& path, const std::string& head) {
   if (!channels.empty()) layout.components = channels[0];
   const std::string data_file = fields.Get("elementdatafile");
   const bool local = Lower(data_file) == "local";
-  if (!local && IsManyFiles(data_file)) {
-    throw Error(fmt::format("{}: the voxels are spread over several files; kerf supports only one", path));
-  }
   layout.data_file = local ? path : (fs::path(path).parent_path() / data_file).string();
+  if (!local) TakeDataFiles(fields, data_file, path, layout);
   SetMetaPacking(fields, path, local, layout);
   const std::string type = fields.Contains("elementtype") ? fields.Get("elementtype") : "?";
   SetType(FindMetaType(type), type, path, layout);
@@ -242,10 +245,10 @@ ImageLayout ParseMeta(const std::string& path, const std::string& head) {
 ImageLayout ParseNifti(const std::string& path) {
   const NiftiHeader header = ReadNiftiHeader(path);
   ImageLayout layout;
-  layout.data_file = path;
+  layout.data_file = header.data_file;
   layout.sizes = header.sizes;
   layout.bytes_per_voxel = header.bits / 8.0;
-  if (IsGzip(path)) {
+  if (IsGzip(header.data_file)) {
     layout.packing = VoxelPacking::kGzip;
     layout.lead = header.offset;  // the stream also contains the header
   } else {
@@ -257,7 +260,9 @@ ImageLayout ParseNifti(const std::string& path) {
 // Returns an upper bound of the number of bytes of voxels that the file holds; exact for raw voxels.
 double BoundBytes(const ImageLayout& layout, double file_bytes) {
   const double available = file_bytes - static_cast<double>(layout.offset);
-  return layout.packing == VoxelPacking::kRaw ? available : available * kMaxUnpackRatio;
+  return layout.packing == VoxelPacking::kRaw     ? available
+         : layout.packing == VoxelPacking::kBzip2 ? available * kMaxBzip2Ratio
+                                                  : available * kMaxUnpackRatio;
 }
 
 // Throws kerf::Error if reading the image would take more memory than its content and its file justify: a few
@@ -265,7 +270,7 @@ double BoundBytes(const ImageLayout& layout, double file_bytes) {
 void CheckMemory(const ImageLayout& layout, double voxels, double file_bytes, ImageContent content,
                  const std::string& path) {
   const bool labels = content == ImageContent::kLabels;
-  if (!labels && layout.packing != VoxelPacking::kGzip) return;
+  if (!labels && !IsStream(layout) && layout.packing != VoxelPacking::kVti) return;
   const double bytes = voxels * (layout.bytes_per_voxel + sizeof(std::int16_t) * layout.components);
   const double limit = labels ? kMaxUnpackedBytes : std::max(kMaxUnpackedBytes, kMaxMemoryRatio * file_bytes);
   if (bytes <= limit) return;
@@ -276,10 +281,10 @@ void CheckMemory(const ImageLayout& layout, double voxels, double file_bytes, Im
                   labels ? "crop it to the bone, or resample it" : "crop it to the bone, or save it uncompressed"));
 }
 
-// Returns the number of bytes of voxels that a gzip or zlib stream holds.
+// Returns the number of bytes of voxels that a compressed stream holds.
 double CountUnpacked(const ImageLayout& layout, double needed, const std::string& path) {
   // Twice the stated bytes are enough to detect that the header gives too few slices.
-  const Unpacked unpacked = Unpack(layout.data_file, layout.offset, layout.lead + 2 * needed);
+  const Unpacked unpacked = UnpackStream(layout, layout.lead + 2 * needed);
   const double voxels = std::max(unpacked.bytes - layout.lead, 0.0);
   if (unpacked.damaged || (unpacked.cut_off && voxels >= needed)) {
     throw Error(fmt::format("{}: the compressed voxels are damaged: {}; copy or export the file again", path,
@@ -294,15 +299,22 @@ double CountUnpacked(const ImageLayout& layout, double needed, const std::string
 
 bool HasNiftiExtension(const std::string& path) {
   const std::string lower = Lower(path);
-  return EndsWith(lower, ".nii") || EndsWith(lower, ".nii.gz");
+  return std::any_of(kNiftiExtensions.begin(), kNiftiExtensions.end(),
+                     [&](const char* end) { return EndsWith(lower, end); });
 }
 
 bool HasImageExtension(const std::string& path) {
   const std::string lower = Lower(path);
-  for (const char* end : {".nrrd", ".nhdr", ".mha", ".mhd"}) {
-    if (EndsWith(lower, end)) return true;
-  }
-  return HasNiftiExtension(path);
+  return HasNiftiExtension(path) || std::any_of(kOtherImageExtensions.begin(), kOtherImageExtensions.end(),
+                                                [&](const char* end) { return EndsWith(lower, end); });
+}
+
+std::string ListImageExtensions() {
+  std::string list;
+  for (const char* end : kOtherImageExtensions) list += std::string(end) + " ";
+  for (const char* end : kNiftiExtensions) list += std::string(end) + " ";
+  list.pop_back();
+  return list;
 }
 
 namespace {
@@ -329,6 +341,44 @@ std::pair<double, std::string> CountVoxels(const ImageLayout& layout, const std:
 
 }  // namespace
 
+Unpacked UnpackStream(const ImageLayout& layout, double max_bytes, double skip, std::vector<char>* out) {
+  return layout.packing == VoxelPacking::kBzip2 ? UnpackBzip2(layout.data_file, layout.offset, max_bytes, skip, out)
+                                                : Unpack(layout.data_file, layout.offset, max_bytes, skip, out);
+}
+
+namespace {
+
+// Checks that the layout's data file holds `voxels` voxels, described by `shape`. Sets its offset if they are at the
+// end. Returns the number of slices of `slice_bytes` beyond them.
+double CheckDataFile(ImageLayout& layout, double voxels, const std::string& shape, double slice_bytes,
+                     ImageContent content, const std::string& path) {
+  std::error_code failed;
+  const auto file_bytes = static_cast<double>(fs::file_size(layout.data_file, failed));
+  if (failed) {
+    throw Error(fmt::format("{}: the voxels should be in {}, which can't be opened", path, layout.data_file));
+  }
+  const double needed = voxels * layout.bytes_per_voxel;
+  double available = BoundBytes(layout, file_bytes);
+  if (available >= layout.lead + needed) {
+    CheckMemory(layout, voxels, file_bytes, content, path);
+    if (IsStream(layout)) available = CountUnpacked(layout, needed, path);
+  }
+  if (available < needed) {
+    throw Error(fmt::format(
+        "{}: the header states {} voxels ({:.0f} bytes){}, but the file contains {:.0f} bytes of them; "
+        "it is cut off, or its header is wrong",
+        path, shape, needed, layout.data_files.empty() ? "" : " in " + layout.data_file, std::max(available, 0.0)));
+  }
+  if (layout.at_end) {
+    layout.offset = static_cast<std::uint64_t>(file_bytes - needed);
+    return 0;
+  }
+  const bool is_counted = layout.packing == VoxelPacking::kRaw || IsStream(layout);
+  return is_counted ? std::floor((available - needed) / slice_bytes) : 0;
+}
+
+}  // namespace
+
 ImageCheck CheckImageHeader(const std::string& path, ImageContent content) {
   const std::string lower = Lower(path);
   const std::string head = ReadHead(path);
@@ -336,37 +386,33 @@ ImageCheck CheckImageHeader(const std::string& path, ImageContent content) {
   ImageLayout& layout = check.layout;
   layout = EndsWith(lower, "nrrd") || EndsWith(lower, ".nhdr") ? ParseNrrd(path, head)
            : HasNiftiExtension(path)                           ? ParseNifti(path)
+           : IsVtiPath(path)                                   ? ReadVtiHeader(path).layout
                                                                : ParseMeta(path, head);
   const auto [voxels, shape] = CountVoxels(layout, path);
   while (layout.sizes.size() > 3 && layout.sizes.back() == 1) layout.sizes.pop_back();
-  std::error_code failed;
-  const auto file_bytes = static_cast<double>(fs::file_size(layout.data_file, failed));
-  if (failed) {
-    throw Error(fmt::format("{}: the voxels should be in {}, which can't be opened", path, layout.data_file));
-  }
   if (!(layout.bytes_per_voxel >= 1 && layout.bytes_per_voxel <= kMaxVoxelBytes)) {
     throw Error(fmt::format("{}: the header states that a voxel has {} bytes; kerf reads voxels of 1 to {}", path,
                             layout.bytes_per_voxel, kMaxVoxelBytes));
   }
-  const double needed = voxels * layout.bytes_per_voxel;
-  double available = BoundBytes(layout, file_bytes);
-  if (available >= layout.lead + needed) {
-    CheckMemory(layout, voxels, file_bytes, content, path);
-    if (layout.packing == VoxelPacking::kGzip) available = CountUnpacked(layout, needed, path);
-  }
-  if (available < needed) {
-    throw Error(
-        fmt::format("{}: the header states {} voxels ({:.0f} bytes), but the file contains {:.0f} bytes of them; "
-                    "it is cut off, or its header is wrong",
-                    path, shape, needed, std::max(available, 0.0)));
-  }
-  if (layout.at_end) {
-    layout.offset = static_cast<std::uint64_t>(file_bytes - needed);
+  const double slice_bytes = voxels * layout.bytes_per_voxel / layout.sizes.back();
+  if (!layout.data_files.empty()) {
+    const auto parts = static_cast<double>(layout.data_files.size());
+    double all_bytes = 0;
+    for (const std::string& file : layout.data_files) {
+      std::error_code failed;
+      const std::uintmax_t bytes = fs::file_size(file, failed);
+      if (!failed) all_bytes += static_cast<double>(bytes);
+    }
+    CheckMemory(layout, voxels, all_bytes, content, path);
+    for (const std::string& file : layout.data_files) {
+      ImageLayout one = layout;
+      one.data_file = file;
+      CheckDataFile(one, voxels / parts, fmt::format("{:.0f}", voxels / parts), slice_bytes, content, path);
+    }
     return check;
   }
-  const double more_slices = std::floor((available - needed) / (needed / layout.sizes.back()));
-  const bool is_counted = layout.packing == VoxelPacking::kRaw || layout.packing == VoxelPacking::kGzip;
-  if (is_counted && more_slices >= 1) {
+  const double more_slices = CheckDataFile(layout, voxels, shape, slice_bytes, content, path);
+  if (more_slices >= 1) {
     check.warnings.push_back(fmt::format("the header gives {} voxels, but the file contains {}{} more; {} left out",
                                          shape, layout.packing == VoxelPacking::kRaw ? "" : "at least ",
                                          FormatCount(static_cast<std::size_t>(more_slices), "slice", "slices"),

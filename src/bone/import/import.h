@@ -24,13 +24,17 @@
 
 namespace kerf {
 
+/// Of the bone's surface, in the file's own values.
+inline constexpr Range kIsoRange_HU{-32767, 32767};
+
 struct ImportOptions {
   std::string series;       // of DICOM files: name, UID or an end of either; if empty, as ChooseSeries() does
   bool as_ct = false;       // DICOM: read a series that is not stated to be a CT, such as modality OT, as one
   std::string frame;        // of the file's coordinates, such as "RAS" (patient_frame.h); if empty, that of the header
   double spacing_z_mm = 0;  // between DICOM slices, for files that do not state it; 0: as stated
   double voxel_mm = 0.1;
-  IsolateOptions isolate;  // includes the iso value
+  IsolateOptions isolate;  // includes the iso value, in the file's own values
+  bool iso_auto = false;   // the iso value is found in the CT's histogram instead (hu_check.h)
   bool fill = true;  // CT: if true, cavities become bone; surface: if false, all volume enclosed by an inner shell is
                      // hollow
   FillOptions cavities;
@@ -53,7 +57,7 @@ void Describe(ImportOptions& p, V&& visit) {
   visit("voxel_mm", p.voxel_mm, Range{0.05, 2}, "voxel size of the bone");
   visit("spacing_z_mm", p.spacing_z_mm, Range{0.01, 20, kOrZero},
         "distance between the slices of DICOM files that do not state it; 0: as stated");
-  visit("iso_hu", p.isolate.iso_hu, Range{-500, 3000}, "CT number of the bone's surface");
+  visit("iso_hu", p.isolate.iso_hu, kIsoRange_HU, "CT number of the bone's surface");
   visit("cortical_hu", p.tissue.cortical_hu, Range{-500, 4000}, "minimum CT number of cortical bone");
   visit("tooth_hu", p.tissue.tooth_hu, Range{0, 32767}, "minimum CT number of enamel");
   visit("shell_mm", p.tissue.shell_mm, Range{0, 10}, "depth to which bone is cortical whatever its CT number");
@@ -85,6 +89,7 @@ struct ImportReport {
   Vec3 spacing_mm{0};
   std::uint64_t input_hash = 0;
   std::vector<std::string> warnings;  // assumptions and possible faults, one sentence each
+  double iso = 300;                   // of the bone's surface, in the file's own values
   std::string isolation;
   MaskReport mask;
   double contact_mm2 = 0;          // contact area of the bone with the bone that was separated from it

@@ -124,9 +124,9 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
   if (DicomInput::Is(path)) return ReadDicom(path, options, report);
   if (!HasImageExtension(path)) {
     throw Error(fmt::format(
-        "{}: unknown file type; kerf imports DICOM (a folder, a file, a .zip), .nrrd .nhdr .nii .nii.gz .mha "
-        ".mhd, or a closed surface .stl .obj .ply",
-        path));
+        "{}: unknown file type; kerf imports DICOM (a folder, a file, a .zip), {}, or a closed surface .stl "
+        ".obj .ply",
+        path, ListImageExtensions()));
   }
   if (options.spacing_z_mm != 0)
     throw Error(fmt::format("{}: --spacing-z applies to DICOM files only; leave it out", path));
@@ -136,13 +136,27 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
 
 namespace {
 
-// Reads the CT with its voxels along the patient's axes, and checks that its values are HU.
-Volume ReadHu(const std::string& path, const ImportOptions& options, ImportReport& report) {
+// Where the bone's surface is far above that of HU and nothing else tells the scale of the values, air is taken as 0.
+void ScaleTissues(double iso, TissueOptions& tissue) {
+  const TissueOptions in_hu;
+  if (iso < in_hu.tooth_hu) return;
+  const double scale = iso / (1000 + IsolateOptions{}.iso_hu);
+  for (double TissueOptions::*threshold :
+       {&TissueOptions::cortical_hu, &TissueOptions::tooth_hu, &TissueOptions::tooth_body_hu}) {
+    if (tissue.*threshold == in_hu.*threshold) tissue.*threshold = scale * (1000 + in_hu.*threshold);
+  }
+}
+
+// Reads the CT with its voxels along the patient's axes. Its values become HU, and with them the thresholds.
+Volume ReadHu(const std::string& path, ImportOptions& options, ImportReport& report) {
   Volume ct = StoreAlongPatient(ReadCt(path, options, report));
   ClearPadding(ct);
   try {
-    if (const std::string warning = CheckHu(ct, options.isolate.iso_hu, path); !warning.empty())
-      ct.warnings.push_back(warning);
+    const BoneLevel level = TakeAsHu(ct, options.isolate.iso_hu, options.iso_auto, path);
+    report.iso = level.iso;
+    options.isolate.iso_hu = level.iso_hu;
+    if (!level.warning.empty()) ct.warnings.push_back(level.warning);
+    if (!level.is_grey) ScaleTissues(level.iso, options.tissue);
   } catch (const NotHu&) {  // who looks at the import sees what the threshold is wanted for
     if (options.take_ct) options.take_ct(std::make_shared<const Volume>(std::move(ct)));
     throw;
@@ -321,7 +335,8 @@ void Show(const std::shared_ptr<const Volume>& ct, const ImportOptions& options)
 
 }  // namespace
 
-ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
+ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
+  ImportOptions options = given;
   ImportResult result;
   ImportReport& report = result.report;
   Stages stages(report);

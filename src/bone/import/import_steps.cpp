@@ -65,7 +65,7 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
   bone.set_note("import_ct_voxels", fmt::format("{} {} {}", report.size[0], report.size[1], report.size[2]));
   bone.set_note("import_ct_spacing_mm",
                 fmt::format("{} {} {}", report.spacing_mm.x, report.spacing_mm.y, report.spacing_mm.z));
-  bone.set_note("import_iso_HU", fmt::format("{}", options.isolate.iso_hu));
+  bone.set_note("import_iso_HU", fmt::format("{}", report.iso));
   if (options.fill) {
     bone.set_note("import_voids_filled", fmt::format("{} of {:.1f} mm3", report.voids.count, report.voids.mm3));
   }

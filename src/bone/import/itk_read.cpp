@@ -116,7 +116,7 @@ Overflow AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector
   } catch (const itk::ExceptionObject&) {
     throw Error(fmt::format("{}: {}", name, complaint));
   }
-  return AppendHu(buffer, FindType(io, name), 1, 0, name, out);
+  return AppendHu(buffer, FindType(io, name), 1, 0, out);
 }
 
 }  // namespace kerf

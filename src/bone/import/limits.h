@@ -17,8 +17,12 @@ inline constexpr std::uint64_t kMaxSlicePixels = std::uint64_t{1} << 26;
 inline constexpr int kMaxFrames = 1 << 14;
 /// Bytes of a DICOM file, unless its pixels take more than half of them: then they may be up to kMaxVoxels.
 inline constexpr std::uint64_t kMaxSliceBytes = std::uint64_t{512} << 20;
-/// Unpacked bytes per byte of a gzip, zlib or bzip2 stream, or of text: the maximum for deflate.
+/// Unpacked bytes per byte of a gzip or zlib stream, or of text: the maximum for deflate.
 inline constexpr double kMaxUnpackRatio = 1032;
+/// The same for bzip2, which packs 46 MB of one value into 45 bytes.
+inline constexpr double kMaxBzip2Ratio = 1.1e6;
+/// Files of one image, such as one for each slice.
+inline constexpr std::size_t kMaxDataFiles = std::size_t{1} << 14;
 /// Bytes of the header of an NRRD or MetaImage file. That of a segmentation has up to a kilobyte for each segment.
 inline constexpr std::size_t kMaxImageHeaderBytes = std::size_t{1} << 18;
 /// Layers of a segmentation: sets of labels on one lattice.

@@ -8,7 +8,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <glm/geometric.hpp>
+#include <initializer_list>
 #include <utility>
 
 #include "bone/import/image_fields.h"
@@ -23,8 +25,10 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 348;
-constexpr double kFormsAgree_mm = 0.1;    // sform and qform have single precision
-constexpr double kSpacingsAgree = 1e-3;   // relative, between the sform's steps and pixdim
+constexpr std::size_t kHeader2Bytes = 540;
+constexpr double kFirstVoxel = 352, kFirstVoxel2 = 544;  // least offset of the voxels in the file of the header
+constexpr double kFormsAgree_mm = 0.1;                   // sform and qform have single precision
+constexpr double kSpacingsAgree = 1e-3;                  // relative, between the sform's steps and pixdim
 constexpr double kMaxUnpacked = 1 << 26;  // bytes unpacked of a stream that is not NIfTI, to check that it is complete
 
 // Transform from voxel indices to the header's coordinates.
@@ -41,9 +45,16 @@ T Field(const std::string& bytes, std::size_t offset, bool swapped) {
   return std::bit_cast<T>(field);
 }
 
-double Real(const NiftiHeader& header, std::size_t offset) {
-  return static_cast<double>(Field<float>(header.bytes, offset, header.swapped));
-}
+// Reads numbers from the bytes of a header.
+struct HeaderBytes {
+  std::string bytes;
+  bool swapped = false;
+  int Short(std::size_t at) const { return Field<std::int16_t>(bytes, at, swapped); }
+  int Int(std::size_t at) const { return Field<std::int32_t>(bytes, at, swapped); }
+  double Long(std::size_t at) const { return static_cast<double>(Field<std::int64_t>(bytes, at, swapped)); }
+  double Float(std::size_t at) const { return static_cast<double>(Field<float>(bytes, at, swapped)); }
+  double Double(std::size_t at) const { return Field<double>(bytes, at, swapped); }
+};
 
 [[noreturn]] void RefuseHeader(const std::string& path) {
   if (IsGzip(path)) {
@@ -99,19 +110,15 @@ VoxelType FindType(const NiftiHeader& header, const std::string& path) {
 Form SForm(const NiftiHeader& header) {
   Form form;
   for (int row = 0; row < 3; ++row) {
-    const std::size_t at = 280 + 16 * static_cast<std::size_t>(row);
-    for (int a = 0; a < 3; ++a) form.steps[a][row] = Real(header, at + 4 * static_cast<std::size_t>(a));
-    form.origin[row] = Real(header, at + 12);
+    const double* numbers = &header.rows[4 * static_cast<std::size_t>(row)];
+    for (int a = 0; a < 3; ++a) form.steps[a][row] = numbers[a];
+    form.origin[row] = numbers[3];
   }
   return form;
 }
 
-Vec3 Spacing(const NiftiHeader& header) {
-  return {Real(header, 80), Real(header, 84), Real(header, 88)};
-}
-
 Form QForm(const NiftiHeader& header) {
-  const double b = Real(header, 256), c = Real(header, 260), d = Real(header, 264);
+  const auto& [b, c, d, offset_x, offset_y, offset_z] = header.quaternion;
   const double rest = 1 - (b * b + c * c + d * d);
   const double a = std::sqrt(std::max(rest, 0.0));
   const double scale = 1 / std::sqrt(a * a + b * b + c * c + d * d);  // it may be longer than 1 due to single precision
@@ -120,10 +127,9 @@ Form QForm(const NiftiHeader& header) {
   form.steps[0] = {w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)};
   form.steps[1] = {2 * (x * y - w * z), w * w + y * y - x * x - z * z, 2 * (y * z + w * x)};
   form.steps[2] = {2 * (x * z + w * y), 2 * (y * z - w * x), w * w + z * z - x * x - y * y};
-  if (Real(header, 76) < 0) form.steps[2] *= -1.0;  // the header's qfac
-  const Vec3 spacing = Spacing(header);
-  for (int axis = 0; axis < 3; ++axis) form.steps[axis] *= spacing[axis];
-  form.origin = {Real(header, 268), Real(header, 272), Real(header, 276)};
+  if (header.handedness < 0) form.steps[2] *= -1.0;
+  for (int axis = 0; axis < 3; ++axis) form.steps[axis] *= header.spacing[axis];
+  form.origin = {offset_x, offset_y, offset_z};
   return form;
 }
 
@@ -140,7 +146,8 @@ double CalcDistance(const Form& a, const Form& b, const std::array<int, 3>& size
 
 // Returns the length of the header's unit, mm.
 double FindUnit(const NiftiHeader& header, const std::string& path, std::vector<std::string>& warnings) {
-  switch (static_cast<unsigned char>(header.bytes[123]) & 7) {
+  if (header.analyze) return 1;
+  switch (header.unit & 7) {
     case 0:
       warnings.emplace_back("the NIfTI header gives no unit of length (xyzt_units is 0); mm was assumed");
       return 1;
@@ -152,16 +159,24 @@ double FindUnit(const NiftiHeader& header, const std::string& path, std::vector<
       return 0.001;
     default:
       throw Error(fmt::format("{}: the header's unit of length (xyzt_units {}) is unknown; NIfTI has m, mm and um",
-                              path, static_cast<unsigned char>(header.bytes[123])));
+                              path, header.unit));
   }
 }
 
 // Returns slope and intercept of the stored values. In NIfTI a slope of 0 means no rescaling.
 std::pair<double, double> ReadRescale(const NiftiHeader& header, const std::string& path,
                                       std::vector<std::string>& warnings) {
-  const double slope = Real(header, 112);
-  const double intercept = Real(header, 116);
+  const double slope = header.slope;
+  const double intercept = header.intercept;
   if (slope == 0) return {1, 0};
+  if (header.analyze) {
+    if (!(slope > 0) || !std::isfinite(slope) || slope == 1) return {1, 0};
+    warnings.push_back(
+        fmt::format("the Analyze header has a factor of the values, {:.6g}, as SPM writes it; they were multiplied by "
+                    "it",
+                    slope));
+    return {slope, 0};
+  }
   if (!std::isfinite(slope)) {
     warnings.push_back(
         fmt::format("the NIfTI header's slope of the values (scl_slope) is {}, which is not a number; the values were "
@@ -196,16 +211,24 @@ const char* SpaceName(int code) {
 // Returns the form that places the scan in the patient. A form in a standard space may stretch the head to fit it, so
 // the other one is preferred in that case.
 Form ChooseForm(const NiftiHeader& header, double unit_mm, bool frame_given, Volume& volume) {
-  const int s_code = Field<std::int16_t>(header.bytes, 254, header.swapped);
-  const int q_code = Field<std::int16_t>(header.bytes, 252, header.swapped);
+  const int s_code = header.sform_code;
+  const int q_code = header.qform_code;
   if (s_code <= 0 && q_code <= 0) {
-    if (!frame_given) {
+    if (header.analyze && !frame_given) {
+      // Axes by the header's "orient": axial, coronal, sagittal, and the same flipped.
+      constexpr std::array kAnalyzeFrames{"LAS", "LSA", "ASL", "LPS", "LIA", "AIL"};
+      volume.frame = kAnalyzeFrames[static_cast<std::size_t>(header.orient < 6 ? header.orient : 0)];
+      volume.warnings.push_back(fmt::format(
+          "an Analyze header does not say which side of the patient is left; its axes were taken as {}, so left and "
+          "right may be swapped; compare with the patient and set them with --frame",
+          volume.frame));
+    } else if (!frame_given) {
       volume.warnings.emplace_back(
           "the NIfTI header does not say how the scan lies in the patient (sform_code and qform_code are 0); its axes "
           "were taken as RAS (right, front, head), so left and right may be swapped; set them with --frame");
     }
     Form form;
-    for (int a = 0; a < 3; ++a) form.steps[a] *= Spacing(header)[a];
+    for (int a = 0; a < 3; ++a) form.steps[a] *= header.spacing[a];
     return form;
   }
   const Form s = s_code > 0 ? SForm(header) : QForm(header);
@@ -214,9 +237,11 @@ Form ChooseForm(const NiftiHeader& header, double unit_mm, bool frame_given, Vol
   const int code = take_s ? s_code : q_code;
   if (const double apart_mm = CalcDistance(s, q, volume.size) * unit_mm; !(apart_mm <= kFormsAgree_mm)) {
     const bool mirrored = glm::determinant(s.steps) * glm::determinant(q.steps) < 0;
-    volume.warnings.push_back(fmt::format(
-        "the NIfTI header gives two positions of the scan, up to {:.1f} mm apart{}; its {} was used, in {} coordinates",
-        apart_mm, mirrored ? " and mirrored" : "", take_s ? "sform" : "qform", SpaceName(code)));
+    volume.warnings.push_back(
+        fmt::format("the NIfTI header gives two positions of the scan, up to {:.1f} mm apart{}; its {} was used, in {} "
+                    "coordinates, "
+                    "as it is for a mask",
+                    apart_mm, mirrored ? " and mirrored" : "", take_s ? "sform" : "qform", SpaceName(code)));
   }
   if (code > 2) {
     volume.warnings.push_back(
@@ -227,7 +252,7 @@ Form ChooseForm(const NiftiHeader& header, double unit_mm, bool frame_given, Vol
   const Form& form = take_s ? s : q;
   for (int a = 0; a < 3; ++a) {
     const double step = glm::length(form.steps[a]);
-    const double spacing = Spacing(header)[a];
+    const double spacing = header.spacing[a];
     if (std::abs(step - spacing) <= kSpacingsAgree * spacing) continue;
     volume.warnings.push_back(fmt::format(
         "the NIfTI header has two voxel spacings along axis {}, {:.4g} mm by its sform and {:.4g} mm by its "
@@ -239,39 +264,134 @@ Form ChooseForm(const NiftiHeader& header, double unit_mm, bool frame_given, Vol
 
 }  // namespace
 
-NiftiHeader ReadNiftiHeader(const std::string& path) {
-  NiftiHeader header;
-  header.bytes = ReadHead(path).substr(0, kHeaderBytes);
+namespace {
+
+struct NiftiFiles {
+  std::string header, voxels;
+};
+
+// Returns the files of the pair that a path belongs to, or the path twice.
+NiftiFiles FindFiles(const std::string& path) {
+  std::string stem = path;
+  if (EndsWith(Lower(stem), ".gz")) stem.resize(stem.size() - 3);
+  const std::string extension = Lower(stem.substr(stem.size() - std::min<std::size_t>(stem.size(), 4)));
+  if (extension != ".hdr" && extension != ".img") return {path, path};
+  stem.resize(stem.size() - 4);
+  const auto find = [&](const char* wanted, std::initializer_list<const char*> endings) {
+    if (extension == wanted) return path;
+    std::error_code failed;
+    for (const char* ending : endings) {
+      if (std::filesystem::exists(stem + ending, failed)) return stem + ending;
+    }
+    throw Error(fmt::format("{}: the image is a pair of files, and {}{} is missing beside it", path,
+                            std::filesystem::path(stem).filename().string(), wanted));
+  };
+  return {find(".hdr", {".hdr", ".HDR", ".hdr.gz"}), find(".img", {".img", ".IMG", ".img.gz"})};
+}
+
+HeaderBytes ReadHeaderBytes(const std::string& path) {
+  HeaderBytes header{ReadHead(path).substr(0, kHeader2Bytes)};
   if (IsGzip(path)) {
     std::vector<char> bytes;
-    Unpack(path, 0, static_cast<double>(kHeaderBytes), 0, &bytes);
+    Unpack(path, 0, static_cast<double>(kHeader2Bytes), 0, &bytes);
     header.bytes.assign(bytes.begin(), bytes.end());
   }
-  const auto refuse = [&path] { RefuseHeader(path); };
-  if (header.bytes.size() < kHeaderBytes) refuse();
-  header.swapped = Field<std::int32_t>(header.bytes, 0, false) != 348;
-  if (Field<std::int32_t>(header.bytes, 0, header.swapped) != 348 || header.bytes.compare(344, 3, "n+1") != 0) refuse();
-  const int dimensions = Field<std::int16_t>(header.bytes, 40, header.swapped);
-  if (dimensions < 1 || dimensions > 7) refuse();
-  for (int a = 1; a <= dimensions; ++a) {
-    header.sizes.push_back(Field<std::int16_t>(header.bytes, 40 + 2 * static_cast<std::size_t>(a), header.swapped));
-  }
-  while (header.sizes.size() > 3 && header.sizes.back() == 1) header.sizes.pop_back();
-  for (std::size_t a = 1; a <= std::min<std::size_t>(header.sizes.size(), 3); ++a) {
-    const float spacing = Field<float>(header.bytes, 76 + 4 * a, header.swapped);
-    if (!std::isfinite(spacing) || spacing <= 0) {
-      throw Error(fmt::format("{}: the header's voxel spacing pixdim[{}] is {}; it must be a length in mm above 0",
-                              path, a, spacing));
-    }
-  }
-  header.datatype = Field<std::int16_t>(header.bytes, 70, header.swapped);
-  header.bits = Field<std::int16_t>(header.bytes, 72, header.swapped);
-  header.offset = Real(header, 108);
-  if (!(header.offset >= static_cast<double>(kHeaderBytes) && header.offset < 1e9)) refuse();
   return header;
 }
 
-Volume ReadNifti(const std::string& path, const std::string& frame, double scale) {
+NiftiHeader TakeNifti1(const HeaderBytes& bytes) {
+  NiftiHeader header;
+  header.swapped = bytes.swapped;
+  const int dimensions = bytes.Short(40);
+  for (int a = 1; a <= dimensions && dimensions <= 7; ++a) {
+    header.sizes.push_back(bytes.Short(40 + 2 * static_cast<std::size_t>(a)));
+  }
+  for (int a = 0; a < 3; ++a) header.spacing[a] = bytes.Float(80 + 4 * static_cast<std::size_t>(a));
+  header.datatype = bytes.Short(70);
+  header.bits = bytes.Short(72);
+  header.offset = bytes.Float(108);
+  header.handedness = bytes.Float(76);
+  header.slope = bytes.Float(112);
+  header.intercept = bytes.Float(116);
+  header.unit = static_cast<unsigned char>(bytes.bytes[123]);
+  header.orient = static_cast<unsigned char>(bytes.bytes[252]);
+  header.qform_code = bytes.Short(252);
+  header.sform_code = bytes.Short(254);
+  for (std::size_t i = 0; i < 6; ++i) header.quaternion[i] = bytes.Float(256 + 4 * i);
+  for (std::size_t i = 0; i < 12; ++i) header.rows[i] = bytes.Float(280 + 4 * i);
+  return header;
+}
+
+NiftiHeader TakeNifti2(const HeaderBytes& bytes) {
+  NiftiHeader header;
+  header.swapped = bytes.swapped;
+  const double dimensions = bytes.Long(16);
+  for (std::size_t a = 1; dimensions <= 7 && static_cast<double>(a) <= dimensions; ++a) {
+    header.sizes.push_back(bytes.Long(16 + 8 * a));
+  }
+  for (int a = 0; a < 3; ++a) header.spacing[a] = bytes.Double(112 + 8 * static_cast<std::size_t>(a));
+  header.datatype = bytes.Short(12);
+  header.bits = bytes.Short(14);
+  header.offset = bytes.Long(168);
+  header.handedness = bytes.Double(104);
+  header.slope = bytes.Double(176);
+  header.intercept = bytes.Double(184);
+  header.unit = bytes.Int(500);
+  header.qform_code = bytes.Int(344);
+  header.sform_code = bytes.Int(348);
+  for (std::size_t i = 0; i < 6; ++i) header.quaternion[i] = bytes.Double(352 + 8 * i);
+  for (std::size_t i = 0; i < 12; ++i) header.rows[i] = bytes.Double(400 + 8 * i);
+  return header;
+}
+
+void CheckFields(const NiftiHeader& header, double first_voxel, const std::string& path) {
+  if (header.sizes.empty()) throw Error(fmt::format("{}: the header's number of dimensions is not 1 to 7", path));
+  for (std::size_t a = 0; a < std::min<std::size_t>(header.sizes.size(), 3); ++a) {
+    const double spacing = header.spacing[static_cast<int>(a)];
+    if (!std::isfinite(spacing) || spacing <= 0) {
+      throw Error(fmt::format("{}: the header's voxel spacing pixdim[{}] is {}; it must be a length in mm above 0",
+                              path, a + 1, spacing));
+    }
+  }
+  if (!(header.offset >= first_voxel && header.offset < 1e9 && header.offset == std::floor(header.offset))) {
+    throw Error(
+        fmt::format("{}: the header's vox_offset, the byte at which the voxels begin, is {}; it must be a whole number "
+                    "of at least {}, so the position of the voxels in the file is unknown; export the file again",
+                    path, header.offset, first_voxel));
+  }
+}
+
+}  // namespace
+
+NiftiHeader ReadNiftiHeader(const std::string& path) {
+  const NiftiFiles files = FindFiles(path);
+  const bool pair = files.header != files.voxels;
+  HeaderBytes bytes = ReadHeaderBytes(files.header);
+  const auto refuse = [&files] { RefuseHeader(files.header); };
+  if (bytes.bytes.size() < kHeaderBytes) refuse();
+  const int size = bytes.Int(0);
+  bytes.swapped = size != static_cast<int>(kHeaderBytes) && size != static_cast<int>(kHeader2Bytes);
+  const bool is_second = bytes.Int(0) == static_cast<int>(kHeader2Bytes);
+  const std::string magic = bytes.bytes.substr(is_second ? 4 : 344, 3);
+  const char* version = is_second ? "2" : "1";
+  const bool is_nifti = magic == std::string(pair ? "ni" : "n+") + version;
+  if (is_second ? !is_nifti || bytes.bytes.size() < kHeader2Bytes
+                : bytes.Int(0) != static_cast<int>(kHeaderBytes) || (!is_nifti && (!pair || magic == "n+1"))) {
+    refuse();
+  }
+  NiftiHeader header = is_second ? TakeNifti2(bytes) : TakeNifti1(bytes);
+  header.data_file = files.voxels;
+  if (!is_nifti) {
+    header.analyze = true;
+    header.qform_code = header.sform_code = 0;
+    header.offset = std::abs(header.offset);  // negative: the same for each volume
+  }
+  while (header.sizes.size() > 3 && header.sizes.back() == 1) header.sizes.pop_back();
+  CheckFields(header, pair ? 0 : is_second ? kFirstVoxel2 : kFirstVoxel, files.header);
+  return header;
+}
+
+Volume ReadNifti(const std::string& path, const std::string& frame, double scale, std::int16_t blank) {
   const NiftiHeader header = ReadNiftiHeader(path);
   if (header.sizes.size() != 3) {
     throw Error(fmt::format("{}: the image has {} dimensions; kerf requires 3", path, header.sizes.size()));
@@ -291,10 +411,10 @@ Volume ReadNifti(const std::string& path, const std::string& frame, double scale
   CheckLattice(volume, path);
 
   ImageLayout layout;
-  layout.data_file = path;
+  layout.data_file = header.data_file;
   layout.type = type;
   layout.swapped = header.swapped;
-  if (IsGzip(path)) {
+  if (IsGzip(header.data_file)) {
     layout.packing = VoxelPacking::kGzip;
     layout.lead = header.offset;
   } else {
@@ -302,9 +422,9 @@ Volume ReadNifti(const std::string& path, const std::string& frame, double scale
   }
   const std::vector<char> values = ReadVoxels(layout, volume.count(), path);
   const auto [slope, intercept] = ReadRescale(header, path, volume.warnings);
-  const Overflow overflow = AppendHu(values, layout.type, scale * slope, scale * intercept, path, volume.hu);
+  const Overflow overflow = AppendHu(values, layout.type, scale * slope, scale * intercept, volume.hu, blank);
   volume.exact = overflow.count == 0 && !overflow.rounded;
-  if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
+  AddWarnings(overflow, volume.count(), blank, volume.warnings);
   return volume;
 }
 

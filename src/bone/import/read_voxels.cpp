@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 #include "base/files/files.h"
 #include "bone/import/image_header.h"
 #include "bone/import/unpack.h"
+#include "bone/import/vti.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -40,6 +42,14 @@ std::vector<char> ReadRaw(const ImageLayout& layout, std::size_t size) {
   return bytes;
 }
 
+// Sets where the voxels begin if they are the last bytes of the file.
+void SetEnd(ImageLayout& layout, std::size_t count) {
+  std::error_code failed;
+  const std::uintmax_t file_bytes = std::filesystem::file_size(layout.data_file, failed);
+  const std::size_t needed = count * CalcBytes(layout.type);
+  if (layout.at_end && !failed && file_bytes >= needed) layout.offset = file_bytes - needed;
+}
+
 void SwapBytes(std::vector<char>& bytes, std::size_t size) {
   for (std::size_t at = 0; at + size <= bytes.size(); at += size) {
     std::reverse(&bytes[at], &bytes[at] + size);
@@ -50,24 +60,41 @@ void SwapBytes(std::vector<char>& bytes, std::size_t size) {
 
 std::vector<char> ReadVoxels(ImageLayout& layout, std::size_t count, const std::string& path) {
   std::vector<char> bytes;
+  if (const std::vector<std::string> files = layout.data_files; !files.empty()) {
+    VoxelType type = layout.type;
+    for (const std::string& file : files) {
+      ImageLayout one = layout;
+      one.data_files.clear();
+      one.data_file = file;
+      SetEnd(one, count / files.size());
+      const std::vector<char> part = ReadVoxels(one, count / files.size(), path);
+      bytes.insert(bytes.end(), part.begin(), part.end());
+      type = one.type;
+    }
+    layout.type = type;
+    return bytes;
+  }
   std::size_t value_bytes = CalcBytes(layout.type);
   switch (layout.packing) {
     case VoxelPacking::kRaw:
       bytes = ReadRaw(layout, count * value_bytes);
       break;
     case VoxelPacking::kGzip:
+    case VoxelPacking::kBzip2:
       bytes.reserve(count * value_bytes);
-      Unpack(layout.data_file, layout.offset, layout.lead + static_cast<double>(count * value_bytes), layout.lead,
-             &bytes);
+      UnpackStream(layout, layout.lead + static_cast<double>(count * value_bytes), layout.lead, &bytes);
       break;
     case VoxelPacking::kText:
       bytes = ReadText(layout, count, path);
       layout.type = VoxelType::kDouble;
       value_bytes = sizeof(double);
       break;
+    case VoxelPacking::kVti:
+      bytes = ReadVtiValues(layout, count * value_bytes, path);
+      break;
     case VoxelPacking::kUnknown:
-      throw Error(fmt::format("{}: voxels with encoding '{}' are not supported; kerf reads raw, gzip and text", path,
-                              layout.encoding));
+      throw Error(fmt::format("{}: voxels with encoding '{}' are not supported; kerf reads raw, gzip, bzip2 and text",
+                              path, layout.encoding));
   }
   if (bytes.size() != count * value_bytes) {
     throw Error(

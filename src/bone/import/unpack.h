@@ -26,4 +26,8 @@ bool IsGzip(const std::string& path);
 Unpacked Unpack(const std::string& path, std::uint64_t offset, double max_bytes, double skip = 0,
                 std::vector<char>* out = nullptr);
 
+/// The same for a bzip2 stream.
+Unpacked UnpackBzip2(const std::string& path, std::uint64_t offset, double max_bytes, double skip = 0,
+                     std::vector<char>* out = nullptr);
+
 }  // namespace kerf

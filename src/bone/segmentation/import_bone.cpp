@@ -32,6 +32,7 @@ ImportedBone ImportBone(const std::string& path, const ImportSettings& settings)
   options.spacing_z_mm = settings.spacing_z_mm;
   options.voxel_mm = settings.voxel_mm;
   options.isolate.iso_hu = settings.iso_hu;
+  options.iso_auto = settings.iso_auto;
   options.isolate.isolate = settings.isolate;
   options.isolate.keep_W = settings.keep_W;
   options.isolate.drop_W = settings.drop_W;

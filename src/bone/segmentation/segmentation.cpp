@@ -281,9 +281,9 @@ std::string Describe(const Segment& segment) {
 Segmentation ReadSegmentation(const std::string& path, const std::string& frame, double threshold) {
   if (!HasImageExtension(path)) {
     throw Error(
-        fmt::format("{}: unknown file type; a segmentation is a DICOM segmentation, a .seg.nrrd, or a label map .nrrd "
-                    ".nhdr .nii .nii.gz .mha .mhd",
-                    path));
+        fmt::format("{}: unknown file type; a segmentation is a DICOM segmentation, a .seg.nrrd, or a label map "
+                    "{}",
+                    path, ListImageExtensions()));
   }
   LayeredImage image = ReadLayeredImage(path, frame);
   if (!image.lattice.exact) TakeSoft(path, frame, threshold, image);

@@ -394,18 +394,6 @@ TEST(ReadImage, GarbageWithAnImageExtensionIsRefused) {
   EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("gone.nrrd")); }), HasSubstr("the file can't be opened"));
 }
 
-TEST(ReadImage, NanVoxelsAreRefusedByCount) {
-  const Folder folder;
-  const Volume ct = SkewCt();
-  std::vector<float> values(ct.hu.begin(), ct.hu.end());
-  values[5] = std::nanf("");
-  values[77] = std::numeric_limits<float>::infinity();
-  WriteBytes(folder.file("a.nrrd"), test::NrrdHeader(ct, "float") + "\n" +
-                                        std::string(reinterpret_cast<const char*>(values.data()), 4 * values.size()));
-  EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }),
-              HasSubstr("2 of 504 voxels are not finite numbers"));
-}
-
 TEST(ReadImage, ColourAndFlatImagesAreRefused) {
   const Folder folder;
   WriteBytes(
@@ -543,13 +531,12 @@ TEST(ReadImage, BrokenHeadersAreRefusedWithKerfsOwnMessages) {
            Case{"a.nrrd", "endian: little", "endian: middle", "'endian: little' or 'endian: big', but as 'middle'"},
            Case{"a.nrrd", "endian: little\n", "", "does not give the byte order of its voxels"},
            Case{"a.nrrd", "encoding: raw\n", "", "the NRRD header does not name an encoding"},
-           Case{"a.nrrd", "encoding: raw", "encoding: bzip2",
-                "voxels with encoding 'bzip2' are not supported; kerf reads"},
+           Case{"a.nrrd", "encoding: raw", "encoding: hex", "voxels with encoding 'hex' are not supported; kerf reads"},
            Case{"a.nrrd", "encoding: raw", "encoding: gzip\nbyte skip: -1", "'byte skip: -1' is for raw voxels"},
            Case{"a.nrrd", "encoding: raw", "encoding: raw\nline skip: 100000", "has fewer lines than the header's"},
            Case{"a.nrrd", "encoding: raw", "encoding: raw\nline skip: -1", "'line skip' is -1, below 0"},
-           Case{"a.nrrd", "encoding: raw", "encoding: raw\ndata file: s%03d.raw 1 9 1", "over several files"},
-           Case{"a.nrrd", "encoding: raw", "encoding: raw\ndata file: LIST", "over several files"},
+           Case{"a.nrrd", "encoding: raw", "encoding: raw\ndata file: s%03d.raw 1 99 1", "names 99 data files for"},
+           Case{"a.nrrd", "encoding: raw", "encoding: raw\ndata file: LIST", "each file must have as many"},
            Case{"a.nrrd", "encoding: raw", "encoding: raw\ndata file: listed50%.raw", "listed50%.raw, which can't be"},
            Case{"a.nrrd", "type: short", "type: block", "voxels of type 'block' are not supported"},
            Case{"a.mha", "Offset = ", "Offset = x", "the MetaImage header's Offset 'x"},

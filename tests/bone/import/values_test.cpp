@@ -49,8 +49,9 @@ Volume Shifted(Volume ct, int by) {
 TEST(HuCheck, LabelMapIsRecognised) {
   for (const int labels : {2, 3, 12, 100, 118}) {
     Volume map = Head();
-    for (std::size_t v = 0; v < map.hu.size(); ++v) {
-      map.hu[v] = static_cast<std::int16_t>(map.hu[v] < -500 ? 0 : v % static_cast<std::size_t>(labels));
+    for (std::size_t v = 0; v < map.hu.size(); ++v) {  // in blocks of 4 x 4 x 4 voxels
+      const std::size_t block = v % 40 / 4 + 10 * (v / 40 % 40 / 4) + 100 * (v / 1600 / 4);
+      map.hu[v] = static_cast<std::int16_t>(map.hu[v] < -500 ? 0 : block % static_cast<std::size_t>(labels));
     }
     EXPECT_THAT(
         MessageOf([&] { CheckHu(map, kIso, "a.nrrd"); }),
