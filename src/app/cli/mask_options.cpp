@@ -25,12 +25,7 @@ void AddMaskOptions(CLI::App& command, MaskArguments& mask, ImportOptions& impor
                   "What one segment of the mask is, such as 2=mandible or 'Bone 3=canal'; may be repeated")
       ->allow_extra_args(false)
       ->group(group);
-  command
-      .add_option("--mask-threshold", mask.labels.threshold,
-                  "Fraction from which on a voxel of a fractional DICOM segmentation, or of a map from 0 to 1, counts")
-      ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str()
-      ->group(group);
+  AddNumber(command, "--mask-threshold", mask.labels, "mask_threshold")->group(group);
   AddNumber(command, "--mask-reach", import, "mask_reach_mm")->group(group);
 }
 

@@ -49,17 +49,14 @@ ImportedBone ImportBone(const std::string& path, const ImportSettings& settings)
   }
   options.isolate.mask_reach_mm = settings.mask_reach_mm;
   CheckParameters(options);
-  CheckRange("mask_threshold", settings.mask_threshold, Range{0, 1});
+  LabelOptions labels{
+      .preset = settings.mask_labels, .assignments = settings.mask_label, .threshold = settings.mask_threshold};
+  CheckParameters(labels);
   CheckMaskUse(path, settings);
   try {
     if (!settings.mask.empty()) {
       const bool has_ct = !path.empty();
-      options.isolate.mask = ReadMaskFile(settings.mask, has_ct ? "" : settings.frame,
-                                          {.preset = settings.mask_labels,
-                                           .assignments = settings.mask_label,
-                                           .threshold = settings.mask_threshold},
-                                          has_ct)
-                                 .mask;
+      options.isolate.mask = ReadMaskFile(settings.mask, has_ct ? "" : settings.frame, labels, has_ct).mask;
     }
     ImportResult result = Import(path, options);
     return {.bone = std::move(result.bone),

@@ -10,6 +10,7 @@
 #include "bone/import/mask.h"
 #include "bone/import/write_dicom_segments.h"
 #include "bone/segmentation/segmentation.h"
+#include "kerf/describe.h"
 
 namespace kerf {
 
@@ -65,6 +66,12 @@ struct LabelOptions {
   std::vector<std::string> assignments;  // "2=mandible", "Bone=mandible", "3=tooth36", "4=canal", ...
   double threshold = 0.5;                // from which on a voxel of a fractional segmentation or soft map counts
 };
+
+template <typename V>
+void Describe(LabelOptions& p, V&& visit) {
+  visit("mask_threshold", p.threshold, Range{0, 1},
+        "fraction from which on a voxel of a fractional DICOM segmentation, or of a map from 0 to 1, counts");
+}
 
 struct SegmentationRoles {
   std::vector<SegmentMeaning> meanings;  // of each segment
