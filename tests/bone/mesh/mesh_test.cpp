@@ -276,8 +276,8 @@ TEST_F(MeshFiles, FrameOf3dSlicerIsReadFromEveryFormat) {
     for (const auto& [name, content] :
          {std::pair("b.stl", header(mark)), std::pair("b.stl", header(mark + " more")),
           std::pair("t.stl", FormatTextStl(mark)), std::pair("t.stl", FormatTextStl("SPACE=" + space)),
-          std::pair("a.obj", "# " + mark + "\n" + obj),
-          std::pair("a.ply", "ply\nformat ascii 1.0\ncomment x\ncomment " + mark + "\n" + ply)}) {
+          std::pair("a.obj", fmt::format("# {}\n{}", mark, obj)),
+          std::pair("a.ply", fmt::format("ply\nformat ascii 1.0\ncomment x\ncomment {}\n{}", mark, ply))}) {
       WriteTextFile(Path(name), content);
       EXPECT_EQ(ReadMeshFile(Path(name)).space, space) << name;
       // From RAS to LPS, x and y change their signs; the surface still faces outward.
@@ -511,8 +511,9 @@ TEST_F(MeshFiles, PlyWithAnyTypesListsAndElementsIsRead) {
     for (const char* name : {"vertex_index", "vertex_indices"}) {
       const std::string faces = fmt::format("element vertex 4\n{}element face 4\nproperty list {} {} {}\nend_header\n",
                                             xyz, count, count, name);
-      EXPECT_DOUBLE_EQ(volume(start + faces + points + triangles), 8.0 / 6) << faces;
-      EXPECT_DOUBLE_EQ(volume(Replaced(start + faces, "\n", "\r") + points + triangles), 8.0 / 6) << faces;
+      EXPECT_DOUBLE_EQ(volume(fmt::format("{}{}{}{}", start, faces, points, triangles)), 8.0 / 6) << faces;
+      EXPECT_DOUBLE_EQ(volume(fmt::format("{}{}{}", Replaced(start + faces, "\n", "\r"), points, triangles)), 8.0 / 6)
+          << faces;
     }
   }
   // Lists at the points, lists of faces that are not of points, and elements of other kinds before and after them.
