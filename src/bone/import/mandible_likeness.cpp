@@ -136,6 +136,7 @@ std::vector<glm::dmat3> MakeRotations() {
 }
 
 constexpr double kMaxTurn_deg = 47;  // 45, and what the axes of a mandible are uncertain by
+constexpr double kAlike = 0.7;
 constexpr std::size_t kTurnPoints = 30000;
 
 // Returns the axis along which the points are spread most, the left-right one of a mandible, towards positive x.
@@ -197,7 +198,11 @@ void FindTurn(const Volume& lattice, const std::vector<std::int32_t>& labels, st
     if (!FindSizeObjection(component.volume_mm3, box.size()).empty()) continue;
     MandibleLikeness turned;
     CheckFractions(CountPoints(for_each), glm::dmat3(1), turned);
-    if (!turned.objection.empty()) continue;
+    // The two sides of a mandible are alike, which those of a piece of skull in some direction are not.
+    const auto are_alike = [](double a, double b) { return std::min(a, b) > kAlike * std::max(a, b); };
+    if (!turned.objection.empty() || !are_alike(turned.back_left, turned.back_right) ||
+        !are_alike(turned.top_left, turned.top_right))
+      continue;
     turned.turn_deg = turn_deg;
     shape = turned;
   }
