@@ -349,6 +349,29 @@ class ColumnCrossings {
       crossings_.resize(begin_.back());
       next_ = begin_;
     }
+    for (std::size_t n = 0; n + 1 < begin_.size(); ++n) {
+      std::sort(crossings_.begin() + static_cast<std::ptrdiff_t>(begin_[n]),
+                crossings_.begin() + static_cast<std::ptrdiff_t>(begin_[n + 1]),
+                [](const Crossing& a, const Crossing& b) { return a.z < b.z; });
+    }
+  }
+  /// Returns the length of the columns that are outside by their crossings and inside by `grid`, in voxels.
+  double CountClosedVoxels(const openvdb::FloatGrid& grid) const {
+    const auto values = grid.getConstAccessor();
+    double closed = 0;
+    for (std::size_t column = 0; column + 1 < begin_.size(); ++column) {
+      int turns = 0;
+      for (std::size_t n = begin_[column]; n + 1 < begin_[column + 1]; ++n) {
+        turns += crossings_[n].sign;
+        const auto from = static_cast<double>(crossings_[n].z), to = static_cast<double>(crossings_[n + 1].z);
+        if (turns != 0 || to - from < 2) continue;
+        const Coord middle(first_[0] + static_cast<int>(column / size_[1]),
+                           first_[1] + static_cast<int>(column % size_[1]),
+                           static_cast<int>(std::floor((from + to) / 2)));
+        if (values.getValue(middle) < 0) closed += to - from;
+      }
+    }
+    return closed;
   }
   /// Returns how often the surface winds around a voxel: 0 outside.
   int CountTurns(const Coord& ijk) const {
@@ -412,30 +435,6 @@ class ColumnCrossings {
   std::vector<Crossing> crossings_;
 };
 
-/// Opens pockets whose mouth is narrower than a voxel. OpenVDB finds the outside by a flood, which does not pass the
-/// mouth, and takes what lies behind it for inside.
-void OpenPockets(const TriangleMesh& mesh, const BuildOptions& options, openvdb::FloatGrid& grid) {
-  constexpr double kLeastPocket_mm3 = 0.05;
-  const float least = 0.05f * static_cast<float>(options.voxel_mm);  // the sign of nearer voxels is left as it is
-  const ColumnCrossings crossings(mesh, options.voxel_mm);
-  std::atomic<std::size_t> wrong{0};
-  openvdb::tree::LeafManager<FloatTree> leaves(grid.tree());
-  for (const bool turns : {false, true}) {
-    leaves.foreach ([&](FloatLeaf& leaf, std::size_t) {
-      for (auto voxel = leaf.beginValueOn(); voxel; ++voxel) {
-        if (*voxel > -least || crossings.CountTurns(voxel.getCoord()) != 0) continue;
-        if (turns) {
-          voxel.setValue(-*voxel);
-        } else {
-          ++wrong;
-        }
-      }
-    });
-    if (static_cast<double>(wrong) * std::pow(options.voxel_mm, 3) < kLeastPocket_mm3) return;
-  }
-  openvdb::tools::signedFloodFill(grid.tree());
-}
-
 /// Returns the volume that a closed surface encloses, as a level set.
 openvdb::FloatGrid::Ptr Voxelise(const TriangleMesh& mesh, const BuildOptions& options,
                                  const openvdb::math::Transform& transform) {
@@ -460,7 +459,22 @@ openvdb::FloatGrid::Ptr Voxelise(const TriangleMesh& mesh, const BuildOptions& o
   // The adapter's points are in index space; distances are in world units.
   auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
       adapter, transform, static_cast<float>(options.band_voxels), static_cast<float>(options.band_voxels));
-  OpenPockets(mesh, options, *grid);
+  // OpenVDB finds the outside by a flood. It does not pass a mouth that is narrower than a voxel, and what lies behind
+  // it is taken for inside. Then the sign is found by counting, for which all distances are needed.
+  constexpr double kLeastPocket_mm3 = 0.05;
+  const ColumnCrossings crossings(mesh, options.voxel_mm);
+  const double closed_vox = crossings.CountClosedVoxels(*grid);
+  if (closed_vox * std::pow(options.voxel_mm, 3) < kLeastPocket_mm3) return grid;
+  grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, transform, static_cast<float>(options.band_voxels),
+                                                          static_cast<float>(options.band_voxels),
+                                                          openvdb::tools::UNSIGNED_DISTANCE_FIELD);
+  openvdb::tree::LeafManager<FloatTree> leaves(grid->tree());
+  leaves.foreach ([&crossings](FloatLeaf& leaf, std::size_t) {
+    for (auto voxel = leaf.beginValueOn(); voxel; ++voxel) {
+      if (crossings.CountTurns(voxel.getCoord()) != 0) voxel.setValue(-*voxel);
+    }
+  });
+  openvdb::tools::signedFloodFill(grid->tree());
   return grid;
 }
 

@@ -66,14 +66,11 @@ Counts CountVoxels(const Volume& lattice, const std::vector<std::int32_t>& label
   return CountPoints([&](const auto& visit) { ForEachVoxel(lattice, labels, label, component, visit); });
 }
 
-constexpr double kLeastHeight_mm = 40;
-
 // Returns the objection to the size in the patient's axes; empty if there is none.
 std::string FindSizeObjection(double volume_mm3, const Vec3& size) {
   for (const std::string& text :
        {Outside("volume", volume_mm3 / 1000, 8, 120, "cm3"), Outside("width", size.x, 80, 150, "mm"),
-        Outside("depth from front to back", size.y, 50, 130, "mm"),
-        Outside("height", size.z, kLeastHeight_mm, 120, "mm")}) {
+        Outside("depth from front to back", size.y, 50, 130, "mm"), Outside("height", size.z, 40, 120, "mm")}) {
     if (!text.empty()) return text;
   }
   return "";
@@ -135,7 +132,9 @@ std::vector<glm::dmat3> MakeRotations() {
   return rotations;
 }
 
-constexpr double kMaxTurn_deg = 47;  // 45, and what the axes of a mandible are uncertain by
+constexpr double kMaxTurn_deg = 47;    // 45, and what the axes of a mandible are uncertain by
+constexpr double kLeastTurn_deg = 10;  // a head that is turned less passes upright
+constexpr double kAlike = 0.7;
 constexpr std::size_t kTurnPoints = 30000;
 
 // Returns the axis along which the points are spread most, the left-right one of a mandible, towards positive x.
@@ -155,9 +154,9 @@ Vec3 FindWidestAxis(const std::vector<Vec3>& points_W) {
   return axis.x < 0 ? -axis : axis;
 }
 
-// Finds the smallest turn of the head after whose undoing a piece has the size and shape of a mandible. Turns about the
-// left-right axis are tried in steps of 10 up to 20 degrees, because the shape defines them least. Sets shape.turn_deg
-// and the fractions.
+// Finds a turn of the head about the vertical axis after whose undoing a piece has the size and shape of a mandible
+// with two like sides. Other turns are not tried: pieces of skull pass in some of them. Sets shape.turn_deg and the
+// fractions.
 void FindTurn(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
               const Component& component, MandibleLikeness& shape) {
   std::vector<Vec3> points_W;
@@ -166,41 +165,27 @@ void FindTurn(const Volume& lattice, const std::vector<std::int32_t>& labels, st
   ForEachVoxel(lattice, labels, label, component, [&](const Vec3& p_W) {
     if (seen++ % every == 0) points_W.push_back(p_W);
   });
-  const Vec3 x_W = FindWidestAxis(points_W);
-  const Vec3 up_W(0, 0, 1);
-  if (std::abs(x_W.z) > 0.9) return;
-  const Vec3 level_W = glm::normalize(up_W - x_W.z * x_W);
-  const auto pitched = [&](int pitch_deg) {
-    const double pitch = pitch_deg / kDegreesPerRad;
-    return std::cos(pitch) * level_W + std::sin(pitch) * glm::cross(x_W, level_W);
+  Vec3 x_W = FindWidestAxis(points_W);
+  x_W.z = 0;
+  x_W = glm::normalize(x_W);
+  const double turn_deg = kDegreesPerRad * std::acos(std::clamp(x_W.x, -1.0, 1.0));
+  if (!(turn_deg >= kLeastTurn_deg && turn_deg <= kMaxTurn_deg)) return;
+  const Vec3 z_W(0, 0, 1);
+  const glm::dmat3 head_from_world = glm::transpose(glm::dmat3(x_W, glm::cross(z_W, x_W), z_W));
+  const auto for_each = [&](const auto& visit) {
+    for (const Vec3& p_W : points_W) visit(head_from_world * p_W);
   };
-  // A flat arch becomes high enough when it is pitched; a mandible is high in every direction.
-  for (int pitch_deg = -90; pitch_deg < 90; pitch_deg += 10) {
-    double lower = 1e300, upper = -1e300;
-    for (const Vec3& p_W : points_W) {
-      lower = std::min(lower, glm::dot(p_W, pitched(pitch_deg)));
-      upper = std::max(upper, glm::dot(p_W, pitched(pitch_deg)));
-    }
-    if (upper - lower < kLeastHeight_mm) return;
-  }
-  for (const int pitch_deg : {0, 10, -10, 20, -20}) {
-    const Vec3 z_W = pitched(pitch_deg);
-    const Vec3 y_W = glm::cross(z_W, x_W);
-    const double turn_deg = kDegreesPerRad * std::acos(std::clamp((x_W.x + y_W.y + z_W.z - 1) / 2, -1.0, 1.0));
-    if (turn_deg > kMaxTurn_deg || (shape.turn_deg > 0 && turn_deg >= shape.turn_deg)) continue;
-    const glm::dmat3 head_from_world = glm::transpose(glm::dmat3(x_W, y_W, z_W));
-    const auto for_each = [&](const auto& visit) {
-      for (const Vec3& p_W : points_W) visit(head_from_world * p_W);
-    };
-    Box3 box;
-    for_each([&box](const Vec3& p) { box.Include(p); });
-    if (!FindSizeObjection(component.volume_mm3, box.size()).empty()) continue;
-    MandibleLikeness turned;
-    CheckFractions(CountPoints(for_each), glm::dmat3(1), turned);
-    if (!turned.objection.empty()) continue;
-    turned.turn_deg = turn_deg;
-    shape = turned;
-  }
+  Box3 box;
+  for_each([&box](const Vec3& p) { box.Include(p); });
+  if (!FindSizeObjection(component.volume_mm3, box.size()).empty()) return;
+  MandibleLikeness turned;
+  CheckFractions(CountPoints(for_each), glm::dmat3(1), turned);
+  const auto are_alike = [](double a, double b) { return std::min(a, b) > kAlike * std::max(a, b); };
+  if (!turned.objection.empty() || !are_alike(turned.back_left, turned.back_right) ||
+      !are_alike(turned.top_left, turned.top_right))
+    return;
+  turned.turn_deg = turn_deg;
+  shape = turned;
 }
 
 }  // namespace

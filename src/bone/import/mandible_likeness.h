@@ -30,8 +30,8 @@ struct MandibleLikeness {
 /// Tests the size (adult or adolescent: 80-150 mm wide, 50-130 mm deep, 40-120 mm high, 8-120 cm3), the arch, which
 /// must be open to the back, the chin in the middle, and the rami, which must reach the top on both sides. A skull, an
 /// upper jaw with its palate, a vertebra or a hyoid bone fails. The size is that of the voxels in the patient's axes,
-/// whatever those of the lattice. A piece that fails is tested as one of a head turned by up to 45 degrees,
-/// of which up to about 20 about the left-right axis.
+/// whatever those of the lattice. A piece that fails is tested as one of a head turned by up to 45 degrees
+/// about the vertical axis.
 /// `label` as in FindComponents().
 MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<std::int32_t>& labels,
                                        std::int32_t label, const Component& component);
