@@ -192,7 +192,7 @@ class SeveralFiles : public ::testing::Test {
 };
 
 TEST_F(SeveralFiles, NrrdListAndPattern) {
-  for (const std::string data : {"LIST\n" + list_, "LIST 2\n" + list_ + "\n", std::string("s %02d.raw 1 5 1\n"),
+  for (const std::string& data : {"LIST\n" + list_, "LIST 2\n" + list_ + "\n", std::string("s %02d.raw 1 5 1\n"),
                                  std::string("s %02d.raw 1 5 1 2\n")}) {
     EXPECT_EQ(Read("data file: " + data), "") << data;
   }
@@ -212,7 +212,7 @@ TEST_F(SeveralFiles, MetaImageListAndPattern) {
   test::WriteMeta(ct_, folder_.file("whole.mha"));
   const std::string meta = test::ReadBytes(folder_.file("whole.mha"));
   const std::string header = meta.substr(0, meta.find("LOCAL"));
-  for (const std::string data : {"LIST\n" + list_ + "\n", std::string("s %02d.raw 1 5 1\n")}) {
+  for (const std::string& data : {"LIST\n" + list_ + "\n", std::string("s %02d.raw 1 5 1\n")}) {
     WriteBytes(folder_.file("a.mhd"), header + data);
     ExpectSame(ReadImageFile(folder_.file("a.mhd")), ct_);
   }
