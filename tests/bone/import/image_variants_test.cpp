@@ -170,7 +170,8 @@ TEST(Bzip2Nrrd, IsReadAndItsDamageIsNoticed) {
   damaged[packed.size() / 2] = static_cast<char>(damaged[packed.size() / 2] ^ 0x40);
   for (const std::string& bad : {damaged, packed.substr(0, packed.size() / 2), std::string("no stream")}) {
     WriteBytes(folder.file("a.nrrd"), header + bad);
-    EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }), HasSubstr("a.nrrd: the compressed voxels"));
+    EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }),
+                ::testing::AnyOf(HasSubstr("the compressed voxels are damaged"), HasSubstr("it is cut off")));
   }
 }
 
