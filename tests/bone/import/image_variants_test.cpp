@@ -194,7 +194,7 @@ class SeveralFiles : public ::testing::Test {
 
 TEST_F(SeveralFiles, NrrdListAndPattern) {
   for (const std::string& data : {"LIST\n" + list_, "LIST 2\n" + list_ + "\n", std::string("s %02d.raw 1 5 1\n"),
-                                 std::string("s %02d.raw 1 5 1 2\n")}) {
+                                  std::string("s %02d.raw 1 5 1 2\n")}) {
     EXPECT_EQ(Read("data file: " + data), "") << data;
   }
 }
