@@ -163,6 +163,11 @@ std::optional<GreyScale> FindAirAndSoft(const Histogram& h, int lowest) {
   std::vector<Peak> peaks = FindPeaks(h, far ? *far + 1 : lowest);
   std::erase_if(peaks, [](const Peak& peak) { return peak.mass < kMinPeak; });
   if (peaks.empty()) return std::nullopt;
+  // HU, whatever is below their air or more frequent than their soft tissue.
+  const auto has_peak = [&peaks](double from, double to) {
+    return std::any_of(peaks.begin(), peaks.end(), [&](const Peak& peak) { return peak.at >= from && peak.at <= to; });
+  };
+  if (has_peak(-1150, -850) && has_peak(-200, 280)) return std::nullopt;
   // Soft tissue is what is most above the lowest peak.
   const auto soft = std::max_element(peaks.begin() + (far || peaks.size() == 1 ? 0 : 1), peaks.end(),
                                      [](const Peak& a, const Peak& b) { return a.mass < b.mass; });
@@ -182,7 +187,7 @@ bool IsAirHu(double value) {
 
 // Returns the scale if the peaks are not those of HU, and there is as much bone above them as in a head.
 std::optional<GreyScale> FindGreyScale(const Histogram& h, int lowest, int highest) {
-  constexpr double kLeastSoft = 0.1, kLeastSoftAboveHuAir = 0.25, kMostBone = 0.8;
+  constexpr double kLeastSoft = 0.1, kLeastSoftAboveHuAir = 0.25, kMostBone = 0.5;
   const std::optional<GreyScale> found = FindAirAndSoft(h, lowest);
   if (!found) return std::nullopt;
   const bool is_hu =

@@ -170,7 +170,8 @@ TEST(Bzip2Nrrd, IsReadAndItsDamageIsNoticed) {
   damaged[packed.size() / 2] = static_cast<char>(damaged[packed.size() / 2] ^ 0x40);
   for (const std::string& bad : {damaged, packed.substr(0, packed.size() / 2), std::string("no stream")}) {
     WriteBytes(folder.file("a.nrrd"), header + bad);
-    EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }), HasSubstr("a.nrrd: the compressed voxels"));
+    EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }),
+                ::testing::AnyOf(HasSubstr("the compressed voxels are damaged"), HasSubstr("it is cut off")));
   }
 }
 
@@ -192,8 +193,8 @@ class SeveralFiles : public ::testing::Test {
 };
 
 TEST_F(SeveralFiles, NrrdListAndPattern) {
-  for (const std::string data : {"LIST\n" + list_, "LIST 2\n" + list_ + "\n", std::string("s %02d.raw 1 5 1\n"),
-                                 std::string("s %02d.raw 1 5 1 2\n")}) {
+  for (const std::string& data : {"LIST\n" + list_, "LIST 2\n" + list_ + "\n", std::string("s %02d.raw 1 5 1\n"),
+                                  std::string("s %02d.raw 1 5 1 2\n")}) {
     EXPECT_EQ(Read("data file: " + data), "") << data;
   }
 }
@@ -212,7 +213,7 @@ TEST_F(SeveralFiles, MetaImageListAndPattern) {
   test::WriteMeta(ct_, folder_.file("whole.mha"));
   const std::string meta = test::ReadBytes(folder_.file("whole.mha"));
   const std::string header = meta.substr(0, meta.find("LOCAL"));
-  for (const std::string data : {"LIST\n" + list_ + "\n", std::string("s %02d.raw 1 5 1\n")}) {
+  for (const std::string& data : {"LIST\n" + list_ + "\n", std::string("s %02d.raw 1 5 1\n")}) {
     WriteBytes(folder_.file("a.mhd"), header + data);
     ExpectSame(ReadImageFile(folder_.file("a.mhd")), ct_);
   }
