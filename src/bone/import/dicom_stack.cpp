@@ -220,8 +220,9 @@ void CutAtWideGaps(const DicomSeries& series, double step_mm, SliceStack& stack,
     const std::string what = DescribeGap(stack, z, i, step_mm);
     stack.warnings.push_back(fmt::format("{}; only the {} on the larger side were read", what,
                                          FormatCount(last - first, "slice", "slices")));
+    const double edge_mm = z[i == first ? i : i - 1];
     stack.gaps.push_back(
-        {CalcNormal(stack.slices.front()), z[i - 1], z[i], fmt::format("series {}: {}", series.uid, what)});
+        {CalcNormal(stack.slices.front()), edge_mm, edge_mm, fmt::format("series {}: {}", series.uid, what)});
   }
   std::erase_if(gaps, [&](std::size_t i) { return i <= first || i >= last; });
   for (std::size_t& i : gaps) i -= first;
@@ -248,7 +249,7 @@ void Resample(const DicomSeries& series, const std::vector<EvenRun>& runs, std::
   CutAtWideGaps(series, step, stack, z, gaps);
   for (const std::size_t i : gaps) {
     const std::string what = DescribeGap(stack, z, i, step);
-    stack.warnings.push_back(what + " and was interpolated; a bone that reaches there is refused");
+    stack.warnings.push_back(what + " and was interpolated, because the bone does not extend to both sides");
     stack.gaps.push_back(
         {CalcNormal(stack.slices.front()), z[i - 1], z[i], fmt::format("series {}: {}", series.uid, what)});
   }

@@ -205,21 +205,25 @@ Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const Impo
   }
 }
 
-// Throws kerf::Error if the bone reaches a place from which slices are missing.
+// Throws kerf::Error if the bone lies on both sides of a place from which slices are missing.
 void RefuseBoneInGaps(const Volume& ct, const Isolation& isolation) {
   constexpr double kSlack_mm = 1e-3;
+  const Volume& lattice = isolation.ct;
   for (const SliceGap& gap : ct.gaps) {
-    const Volume& lattice = isolation.ct;
+    bool before = false, behind = false;
     std::size_t v = 0;
     for (int k = 0; k < lattice.size[2]; ++k) {
       for (int j = 0; j < lattice.size[1]; ++j) {
         for (int i = 0; i < lattice.size[0]; ++i, ++v) {
           if (isolation.bone[v] == 0) continue;
           const double at_mm = glm::dot(gap.normal_W, lattice.WorldFromVoxel({i, j, k}));
-          if (at_mm < gap.from_mm - kSlack_mm || at_mm > gap.to_mm + kSlack_mm) continue;
-          throw Error(gap.what + "; the bone reaches there, so export the series again with all its slices");
+          before = before || at_mm <= gap.from_mm + kSlack_mm;
+          behind = behind || at_mm >= gap.to_mm - kSlack_mm;
         }
       }
+    }
+    if (before && behind) {
+      throw Error(gap.what + "; they belong to the bone, so export the series again with all its slices");
     }
   }
 }

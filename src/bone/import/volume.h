@@ -13,7 +13,8 @@
 
 namespace kerf {
 
-/// Where slices are missing from a scan: between two planes, whose places include those of the slices beside them.
+/// Where slices are missing from a scan: between the planes of the slices beside them. Where nothing was read beyond
+/// one of these, both planes are that of the other.
 struct SliceGap {
   Vec3 normal_W{0, 0, 1};  // of the planes, unit length
   double from_mm = 0;      // dot(normal_W, p_W) of a point in the plane
