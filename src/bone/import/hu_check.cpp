@@ -278,7 +278,7 @@ BoneLevel Judge(const Volume& ct, double iso, bool automatic, const std::string&
   }
   level.warning = fmt::format(
       "{}; the bone's surface was taken at {:.0f}{}, and the values were converted to approximate HU by air and soft "
-      "tissue, so that cortical bone and teeth are only roughly told apart and CT numbers do not give moduli",
+      "tissue, so that cortical bone and teeth are only roughly distinguished and CT numbers do not give moduli",
       found.what, level.iso, automatic ? " (--iso auto)" : "");
   return level;
 }

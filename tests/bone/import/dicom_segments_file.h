@@ -10,9 +10,9 @@
 namespace kerf::test {
 
 /// Writes elements with or without their types, as the transfer syntax wants it.
-class DicomBytes {
+class SegmentFileBytes {
  public:
-  explicit DicomBytes(bool implicit) : implicit_(implicit) {}
+  explicit SegmentFileBytes(bool implicit) : implicit_(implicit) {}
   std::string Element(std::uint16_t group, std::uint16_t number, const std::string& vr, std::string value) const {
     if (value.size() % 2 != 0) value += vr == "UI" || vr == "OB" ? '\0' : ' ';
     const std::string tag = Little(group, 2) + Little(number, 2);
@@ -41,12 +41,12 @@ class DicomBytes {
 /// Returns a segmentation of 2 segments, each with 2 slices of 4 x 3 pixels, in which the pixels of every second column
 /// belong to segment 1 and the others to segment 2.
 inline std::string DicomSegmentsFile(bool implicit, bool fractional) {
-  const DicomBytes b(implicit);
+  const SegmentFileBytes b(implicit);
   const std::string seg_class = "1.2.840.10008.5.1.4.1.1.66.4";
   std::string meta = b.Element(2, 1, "OB", std::string("\0\1", 2)) + b.Element(2, 2, "UI", seg_class) +
                      b.Element(2, 3, "UI", "1.2.3") +
                      b.Element(2, 0x10, "UI", implicit ? "1.2.840.10008.1.2" : "1.2.840.10008.1.2.1");
-  meta = b.Element(2, 0, "UL", DicomBytes::Little(meta.size(), 4)) + meta;
+  meta = b.Element(2, 0, "UL", SegmentFileBytes::Little(meta.size(), 4)) + meta;
   const auto code = [&b](const char* value) {
     return b.Element(8, 0x100, "SH", value) + b.Element(8, 0x102, "SH", "SCT");
   };

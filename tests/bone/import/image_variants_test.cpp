@@ -23,13 +23,13 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-Volume SmallCt() {
+Volume VariantCt() {
   Volume ct = test::MakeCt({7, 6, 5}, {0.5, 0.75, 1.25}, {3, -4, 5}, glm::dmat3(1), test::Ball({4, -2, 7}, 1.5));
   for (std::size_t v = 0; v < ct.hu.size(); ++v) ct.hu[v] = static_cast<std::int16_t>(ct.hu[v] + v);
   return ct;
 }
 
-void ExpectSame(const Volume& read, const Volume& ct) {
+void ExpectSameScan(const Volume& read, const Volume& ct) {
   EXPECT_EQ(read.hu, ct.hu);
   EXPECT_EQ(read.size, ct.size);
   // NIfTI-1 has single precision.
@@ -65,15 +65,15 @@ std::string Nifti2Header(const Volume& ct, const char* magic = "n+2") {
 }
 
 TEST(Nifti2, IsReadInOneFileAndAsAPair) {
-  const Volume ct = SmallCt();
+  const Volume ct = VariantCt();
   const Folder folder;
   WriteBytes(folder.file("a.nii"), Nifti2Header(ct) + test::Bytes(ct.hu));
-  ExpectSame(ReadImageFile(folder.file("a.nii")), ct);
+  ExpectSameScan(ReadImageFile(folder.file("a.nii")), ct);
   std::string header = Nifti2Header(ct, "ni2").substr(0, 540);
   Put(header, 168, std::int64_t{0});
   WriteBytes(folder.file("b.hdr"), header);
   WriteBytes(folder.file("b.img"), test::Bytes(ct.hu));
-  ExpectSame(ReadImageFile(folder.file("b.hdr")), ct);
+  ExpectSameScan(ReadImageFile(folder.file("b.hdr")), ct);
   std::string early = Nifti2Header(ct);
   Put(early, 168, std::int64_t{540});
   WriteBytes(folder.file("c.nii"), early + test::Bytes(ct.hu));
@@ -81,7 +81,7 @@ TEST(Nifti2, IsReadInOneFileAndAsAPair) {
 }
 
 TEST(NiftiPair, IsReadFromEitherFile) {
-  const Volume ct = SmallCt();
+  const Volume ct = VariantCt();
   const Folder folder;
   std::string header = test::NiftiHeader(ct).substr(0, 348);
   header.replace(344, 4, std::string("ni1\0", 4));
@@ -91,7 +91,7 @@ TEST(NiftiPair, IsReadFromEitherFile) {
   WriteBytes(folder.file("a.img"), test::Bytes(ct.hu));
   for (const char* name : {"a.hdr", "a.img"}) {
     const Volume read = ReadImageFile(folder.file(name));
-    ExpectSame(read, ct);
+    ExpectSameScan(read, ct);
     EXPECT_THAT(read.warnings, IsEmpty());
   }
   WriteBytes(folder.file("a.img"), test::Bytes(ct.hu).substr(2));
@@ -99,7 +99,7 @@ TEST(NiftiPair, IsReadFromEitherFile) {
 }
 
 TEST(Analyze, IsReadWithAWarningThatItHasNoSides) {
-  const Volume ct = SmallCt();
+  const Volume ct = VariantCt();
   const Folder folder;
   std::string header = test::NiftiHeader(ct).substr(0, 348);
   header.replace(252, 96, std::string(96, '\0'));
@@ -117,7 +117,7 @@ TEST(Analyze, IsReadWithAWarningThatItHasNoSides) {
 }
 
 TEST(NiftiOffset, BelowTheFirstPossibleByteIsRefused) {
-  const Volume ct = SmallCt();
+  const Volume ct = VariantCt();
   const Folder folder;
   for (const float offset : {0.0f, 348.0f, 351.0f, 352.5f}) {
     std::string header = test::NiftiHeader(ct);
@@ -129,7 +129,7 @@ TEST(NiftiOffset, BelowTheFirstPossibleByteIsRefused) {
 }
 
 TEST(NotNumbers, AreAirInACtAndBackgroundInALabelMap) {
-  const Volume ct = SmallCt();
+  const Volume ct = VariantCt();
   const Folder folder;
   std::vector<float> values(ct.count(), 1);
   values[3] = std::numeric_limits<float>::quiet_NaN();
@@ -158,14 +158,14 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
 }
 
 TEST(Bzip2Nrrd, IsReadAndItsDamageIsNoticed) {
-  const Volume ct = SmallCt();
+  const Volume ct = VariantCt();
   const Folder folder;
   const std::string header = Replaced(test::NrrdHeader(ct), "encoding: raw", "encoding: bzip2") + "\n";
   const std::string values = test::Bytes(ct.hu), packed = Bzip2(values);
   WriteBytes(folder.file("a.nrrd"), header + packed);
-  ExpectSame(ReadImageFile(folder.file("a.nrrd")), ct);
+  ExpectSameScan(ReadImageFile(folder.file("a.nrrd")), ct);
   WriteBytes(folder.file("a.nrrd"), header + Bzip2(values.substr(0, 100)) + Bzip2(values.substr(100)));
-  ExpectSame(ReadImageFile(folder.file("a.nrrd")), ct);
+  ExpectSameScan(ReadImageFile(folder.file("a.nrrd")), ct);
   std::string damaged = packed;
   damaged[packed.size() / 2] = static_cast<char>(damaged[packed.size() / 2] ^ 0x40);
   for (const std::string& bad : {damaged, packed.substr(0, packed.size() / 2), std::string("no stream")}) {
@@ -185,9 +185,9 @@ class SeveralFiles : public ::testing::Test {
   }
   std::string Read(const std::string& header) {
     WriteBytes(folder_.file("a.nhdr"), test::NrrdHeader(ct_) + header);
-    return MessageOf([&] { ExpectSame(ReadImageFile(folder_.file("a.nhdr")), ct_); });
+    return MessageOf([&] { ExpectSameScan(ReadImageFile(folder_.file("a.nhdr")), ct_); });
   }
-  const Volume ct_ = SmallCt();
+  const Volume ct_ = VariantCt();
   const Folder folder_;
   const std::string list_ = "s 01.raw\ns 02.raw\ns 03.raw\ns 04.raw\ns 05.raw";
 };
@@ -215,7 +215,7 @@ TEST_F(SeveralFiles, MetaImageListAndPattern) {
   const std::string header = meta.substr(0, meta.find("LOCAL"));
   for (const std::string& data : {"LIST\n" + list_ + "\n", std::string("s %02d.raw 1 5 1\n")}) {
     WriteBytes(folder_.file("a.mhd"), header + data);
-    ExpectSame(ReadImageFile(folder_.file("a.mhd")), ct_);
+    ExpectSameScan(ReadImageFile(folder_.file("a.mhd")), ct_);
   }
 }
 
@@ -249,7 +249,7 @@ std::string Vti(const Volume& ct, const std::string& file, const std::string& ar
 }
 
 TEST(VtkImage, IsReadInEveryEncoding) {
-  const Volume ct = SmallCt();
+  const Volume ct = VariantCt();
   const Folder folder;
   const std::string values = test::Bytes(ct.hu), length = Count(values.size());
   std::string text;
@@ -276,7 +276,7 @@ TEST(VtkImage, IsReadInEveryEncoding) {
         Vti(ct, zlib, at, appended("base64", Base64(blocks) + Base64(packed)))}) {
     WriteBytes(folder.file("a.vti"), file);
     const Volume read = ReadImageFile(folder.file("a.vti"));
-    ExpectSame(read, ct);
+    ExpectSameScan(read, ct);
     EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("does not say how the scan lies in the patient")));
     EXPECT_THAT(ReadImageFile(folder.file("a.vti"), "RAS").warnings, IsEmpty());
     WriteBytes(folder.file("a.vti"), file.substr(0, file.size() / 2 + 150));
@@ -285,7 +285,7 @@ TEST(VtkImage, IsReadInEveryEncoding) {
 }
 
 TEST(NiftiForms, ThatDisagreeAreNamed) {
-  const Volume ct = SmallCt();
+  const Volume ct = VariantCt();
   const Folder folder;
   std::string header = test::NiftiHeader(ct);
   Put(header, 252, std::int16_t{1});
@@ -295,7 +295,7 @@ TEST(NiftiForms, ThatDisagreeAreNamed) {
   Put(header, 276, static_cast<float>(ct.origin_W.z));
   WriteBytes(folder.file("a.nii"), header + test::Bytes(ct.hu));
   const Volume read = ReadImageFile(folder.file("a.nii"));
-  ExpectSame(read, ct);
+  ExpectSameScan(read, ct);
   EXPECT_THAT(read.warnings,
               ElementsAre(HasSubstr("two positions of the scan, up to 2.0 mm apart; its sform was used")));
 }
