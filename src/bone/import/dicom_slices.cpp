@@ -163,6 +163,7 @@ void PlaceFrame(FrameElements& elements, DicomSlice& slice) {
     const bool absolute = offsets[0] != 0 && offsets[0] == slice.origin_W.z;
     const double sign = absolute && normal.z < 0 ? -1 : 1;
     slice.origin_W += normal * (sign * (offsets[static_cast<std::size_t>(slice.frame)] - offsets[0]));
+    if (!slice.has_orientation) slice.spacing_from = "GridFrameOffsetVector (3004,000c)";
     return;
   }
   double step = one({0x0018, 0x0088});

@@ -125,7 +125,10 @@ bool AreCopies(const DicomSlice& a, const DicomSlice& b) {
       HaveSameBytes(a.path, b.path, 0)) {
     return true;
   }
-  if (a.instance_uid.empty() || a.instance_uid != b.instance_uid) return false;
+  const auto what = [](const DicomSlice& s) {
+    return std::tie(s.instance_uid, s.class_uid, s.image_type, s.row_W, s.column_W);
+  };
+  if (a.instance_uid.empty() || what(a) != what(b)) return false;
   if (a.transfer_syntax != b.transfer_syntax) return true;
   const std::uint64_t pixels = static_cast<std::uint64_t>(a.size[0]) * a.size[1] * ((a.bits + 7) / 8);
   return !a.compressed && pixels > 0 && HaveSameBytes(a.path, b.path, pixels);

@@ -195,6 +195,8 @@ std::optional<GreyScale> FindGreyScale(const Histogram& h, int lowest, int highe
   if (is_hu) return std::nullopt;
   const double scale = found->CalcScale();
   const bool is_8_bit = lowest >= 0 && highest <= kLargestLabel;
+  // In a crop of a CT without air, the peaks are those of fat and muscle, or of muscle and spongy bone.
+  if (lowest < -100 && found->air >= -250 && found->soft <= 280) return std::nullopt;
   if (scale > 10 || scale < (is_8_bit ? 0.04 : 0.15)) return std::nullopt;
   const auto at = [&](double hu) {
     return static_cast<int>(std::ceil(std::clamp(found->FromHu(hu), -32768.0, 32768.0)));
@@ -202,6 +204,8 @@ std::optional<GreyScale> FindGreyScale(const Histogram& h, int lowest, int highe
   const double bone = h.Fraction(at(kIso_HU), 32768), soft = h.Fraction(at(-300), at(kIso_HU));
   const bool has_bone = bone >= kMinBone && bone <= kMostBone * soft;
   const double least = IsAirHu(found->air) ? kLeastSoftAboveHuAir : kLeastSoft;
+  const bool may_be_muscle = !is_8_bit && found->air >= -200 && found->air <= 150 && found->soft <= 450;
+  if (may_be_muscle && soft < kLeastSoftToAir * h.Fraction(-32768, at(-300))) return std::nullopt;
   return has_bone && soft >= least ? found : std::nullopt;
 }
 

@@ -118,7 +118,7 @@ Volume ReadDicom(const std::string& path, const ImportOptions& options, ImportRe
 Volume ReadCt(const std::string& path, const ImportOptions& options, ImportReport& report) {
   std::error_code failed;
   if (!fs::exists(path, failed)) throw Error(fmt::format("{}: no such file or folder", path));
-  if (path.ends_with(".seg.nrrd") || IsDicomSegmentation(path)) {
+  if (path.ends_with(".seg.nrrd") || (!fs::is_directory(path, failed) && IsDicomSegmentation(path))) {
     throw Error(fmt::format("{}: a segmentation, not a CT; import it with --mask", path));
   }
   if (DicomInput::Is(path)) return ReadDicom(path, options, report);
@@ -240,14 +240,13 @@ void WarnAboutSurfaceError(double iso_hu, ImportReport& report) {
 }
 
 // Suggests a crop and the least useful voxel size for a large scan of fine voxels.
-void SuggestLimits(const Isolation& isolation, const ImportOptions& options, ImportReport& report) {
+void SuggestLimits(const Isolation& isolation, ImportReport& report) {
   constexpr double kLarge_vox = 1e8;
   const Vec3& h = report.spacing_mm;
   const auto& [nx, ny, nz] = report.size;
   const double finest = std::min({h.x, h.y, h.z});
   const double least_mm = std::max(0.05, 0.05 * std::round(10 * finest));
-  const bool is_large = static_cast<double>(nx) * ny * nz > kLarge_vox;
-  if (!is_large && options.voxel_mm >= 0.45 * finest) return;
+  if (static_cast<double>(nx) * ny * nz < kLarge_vox) return;
   Box3 box_W;
   const Volume& ct = isolation.ct;
   for (std::size_t v = 0, k = 0; k < static_cast<std::size_t>(ct.size[2]); ++k) {
@@ -318,9 +317,11 @@ void WarnAboutMask(const Isolation& isolation, ImportReport& report) {
 // Names a cavity that was closed because its mouth is narrower than a voxel of the bone.
 void WarnAboutVoids(ImportReport& report) {
   constexpr double kNotable_mm3 = 100;
-  if (report.voids.mm3 < kNotable_mm3) return;
+  // Voids between the CT's voxels are smaller than one of them.
+  const double voxel_mm3 = report.spacing_mm.x * report.spacing_mm.y * report.spacing_mm.z;
+  if (report.voids.mm3 - static_cast<double>(report.voids.count) * voxel_mm3 < kNotable_mm3) return;
   report.warnings.push_back(
-      fmt::format("{} of {} {} closed, because nothing that the voxels of the bone show leads out; --no-fill keeps {}",
+      fmt::format("{} of {} {} closed, because no opening as wide as a voxel of the bone leads out; --no-fill keeps {}",
                   report.voids.count == 1 ? "a cavity" : fmt::format("{} cavities", report.voids.count),
                   FormatVolume(report.voids.mm3), report.voids.count == 1 ? "was" : "were",
                   report.voids.count == 1 ? "it" : "them"));
@@ -362,7 +363,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
   report.shape_objection = isolation.shape_objection;
   stages.Done("isolate");
   const bool by_leaves = IsByLeaves(isolation.fine(), options);
-  SuggestLimits(isolation, options, report);
+  SuggestLimits(isolation, report);
 
   std::vector<std::uint8_t> cavities(isolation.ct.count(), 0);
   if (options.fill) {

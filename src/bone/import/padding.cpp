@@ -107,7 +107,7 @@ std::size_t ClearPadding(Volume& volume) {
   }
   if (highest >= kMinBright) {
     if (const std::size_t count = ClearBright(highest, volume); count > 0) {
-      WarnOfPadding(count, fmt::format("with the value {} HU around the scan", highest), volume);
+      WarnOfPadding(count, fmt::format("with the value {} HU", highest), volume);
       cleared += count;
     }
   }

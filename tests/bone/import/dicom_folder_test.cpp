@@ -301,13 +301,14 @@ TEST_F(DicomFolder, AZipOfAFolderIsReadAndLeavesNothingBehind) {
   std::vector<Member> members{{"CD/", ""}, {"__MACOSX/._x.dcm", "x"}, {"CD/note.dcm", "a note"}};
   for (int k = 0; k < ct_.size[2]; ++k) members.push_back({fmt::format("CD/IM{}", k), Slice(k)});
   const std::string path = Zip(folder_, members);
-  const Folder temporary;
-  setenv("TMPDIR", temporary.path().c_str(), 1);
+  const std::string temporary = folder_.file("temporary");
+  std::filesystem::create_directory(temporary);
+  setenv("TMPDIR", temporary.c_str(), 1);
   ExpectRead(ElementsAre("1 file was left out: note.dcm (no DICOM file despite its name)"), "packed.zip");
   members.back().bytes.resize(members.back().bytes.size() - 100);
   Zip(folder_, members);
   EXPECT_THAT(Refusal("", "packed.zip"), testing::StartsWith(path + "/CD/IM14: the slice is cut off"));
-  EXPECT_TRUE(std::filesystem::is_empty(temporary.path()));
+  EXPECT_TRUE(std::filesystem::is_empty(temporary));
   unsetenv("TMPDIR");
 }
 
@@ -322,7 +323,7 @@ TEST(DicomZip, NamesDoNotLeadOutOfTheFolder) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(target)) {
     names.push_back(std::filesystem::relative(entry.path(), target));
   }
-  EXPECT_THAT(names, testing::UnorderedElementsAre("escaped", "absolute", "d", "d/c?.dcm", "file_3"));
+  EXPECT_THAT(names, testing::UnorderedElementsAre("escaped", "absolute", "d", "d/c\u2190.dcm", "file_3"));
 }
 
 TEST(DicomZip, BombsAndDamageAreRefused) {

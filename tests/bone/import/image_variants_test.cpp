@@ -284,7 +284,7 @@ TEST(VtkImage, IsReadInEveryEncoding) {
   }
 }
 
-TEST(NiftiForms, ThatDisagreeAreNamed) {
+TEST(NiftiWithTwoForms, ThatDisagreeAreNamed) {
   const Volume ct = VariantCt();
   const Folder folder;
   std::string header = test::NiftiHeader(ct);

@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <set>
 
 #include "bone/import/hu_check.h"
 #include "bone/import/image_file.h"
@@ -53,11 +54,11 @@ TEST(HuCheck, LabelMapIsRecognised) {
       const std::size_t block = v % 40 / 4 + 10 * (v / 40 % 40 / 4) + 100 * (v / 1600 / 4);
       map.hu[v] = static_cast<std::int16_t>(map.hu[v] < -500 ? 0 : block % static_cast<std::size_t>(labels));
     }
+    const std::set<std::int16_t> found(map.hu.begin(), map.hu.end());  // the corners have air
     EXPECT_THAT(
         MessageOf([&] { CheckHu(map, kIso, "a.nrrd"); }),
-        HasSubstr(fmt::format("a.nrrd: this is a label map, not a CT: its voxels have {} different values from 0 "
-                              "to {}",
-                              labels, labels - 1)));
+        HasSubstr(fmt::format("a.nrrd: this is a label map, not a CT: its voxels have {} different values from 0 to {}",
+                              found.size(), *found.rbegin())));
     EXPECT_THAT(CheckHu(map, 0.5, "a.nrrd"), HasSubstr("this is a label map"));  // only a warning: the user set 0.5
   }
 }
@@ -97,7 +98,7 @@ TEST(HuCheck, ImportShowsTheCtForWhichAThresholdIsWanted) {
     EXPECT_GT(e.proposed_iso(), 1084);
     EXPECT_LE(e.proposed_iso(), 1324);
     EXPECT_THAT(e.why(), testing::StartsWith("this is a CT without its offset"));
-    EXPECT_EQ(CheckHu(*shown, e.proposed_iso(), "a.nrrd"), e.why());
+    EXPECT_THAT(CheckHu(*shown, e.proposed_iso(), "a.nrrd"), testing::StartsWith(e.why()));
   }
   ASSERT_NE(shown, nullptr);
   EXPECT_EQ(shown->hu.size(), 64000u);
