@@ -11,7 +11,7 @@ namespace kerf {
 /// Returns the stacks of a series, in the order of their first files, with their slices sorted. Left out are copies of
 /// a slice, localizers, colour images, images of another modality, and images of which fewer than three have the same
 /// size, orientation and spacing. Images of two patients or studies are always separate stacks; acquisitions, phases,
-/// kernels and other properties are told apart if slices lie at the same place, or if two stacks together are uneven.
+/// kernels and other properties are separated if slices lie at the same place, or if two stacks together are uneven.
 /// `series`: with its slices in any order. Reads files whose slices may be copies of each other.
 std::vector<DicomSeries> DivideIntoStacks(DicomSeries series);
 

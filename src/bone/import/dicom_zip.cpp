@@ -92,7 +92,7 @@ class ZipFile {
             fmt::format("{}: '{}' is encrypted; unpack the file with its password and give the folder", path_, name));
       }
       all_bytes += static_cast<double>(stat.size);
-      // Equal names are told apart by a number.
+      // Equal names are distinguished by a number.
       std::string own = name;
       for (int n = 2; !names.insert(own).second; ++n) own = fmt::format("{}_{}", name, n);
       files.push_back({i, own, stat.size});

@@ -187,7 +187,7 @@ bool IsAirHu(double value) {
 
 // Returns the scale if the peaks are not those of HU, and there is as much bone above them as in a head.
 std::optional<GreyScale> FindGreyScale(const Histogram& h, int lowest, int highest) {
-  constexpr double kLeastSoft = 0.1, kLeastSoftAboveHuAir = 0.25, kMostBone = 0.5;
+  constexpr double kLeastSoft = 0.1, kLeastSoftAboveHuAir = 0.25, kLeastSoftToAir = 0.5, kMostBone = 0.5;
   const std::optional<GreyScale> found = FindAirAndSoft(h, lowest);
   if (!found) return std::nullopt;
   const bool is_hu =
