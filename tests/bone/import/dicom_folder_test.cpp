@@ -155,8 +155,8 @@ TEST_F(DicomFolder, WhatDoesNotBelongToTheStackIsLeftOutAndNamed) {
              Slice(0, [](DicomBytes& b) { b.Set(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.7"); }));
   ExpectRead(ElementsAre(
       "1 file was left out: a_scout (localizer by ImageType)", "1 file was left out: d_colour (colour image)",
-      "1 file was left out: e_capture (secondary capture)", "1 file was left out: c_large (another size)",
-      "1 file was left out: b_turned (another orientation or spacing)"));
+      "1 file was left out: e_capture (secondary capture)",
+      "1 file was left out: b_turned (another orientation or spacing)", "1 file was left out: c_large (another size)"));
 }
 
 TEST_F(DicomFolder, CopiesOfASliceAreLeftOut) {
