@@ -42,6 +42,7 @@ void CheckSlices(const DicomSeries& series) {
     }
     if (!s.fault.empty()) fail(fmt::format("{} can't be read: {}; export it again, or remove it", file, s.fault));
     if (const int missing = rescale & ~s.rescale; missing != 0) {
+      if (s.cut_off) fail(fmt::format("{} is cut off before its pixels; copy or export it again", file));
       fail(fmt::format("{} has no {}{}{}, which the other slices have; export it again, or remove it", file,
                        (missing & DicomSlice::kHasSlope) != 0 ? "RescaleSlope (0028,1053)" : "",
                        missing == (DicomSlice::kHasSlope | DicomSlice::kHasIntercept) ? " and " : "",

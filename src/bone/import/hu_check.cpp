@@ -241,8 +241,8 @@ FoundScale FindScale(const Histogram& histogram, int lowest, int highest) {
   constexpr double kSameIso = 60;
   const GreyScale offset{kOffset - 1000.0, kOffset + 40.0};
   FoundScale found{FindGreyScale(histogram, lowest, highest), "", ""};
-  if (LacksOffset(histogram, lowest) &&
-      (!found.grey || std::abs(found.grey->FromHu(kIso_HU) - offset.FromHu(kIso_HU)) < kSameIso)) {
+  if (LacksOffset(histogram, lowest) && (!found.grey || found.grey->air < -1150 ||
+                                         std::abs(found.grey->FromHu(kIso_HU) - offset.FromHu(kIso_HU)) < kSameIso)) {
     return {
         offset,
         fmt::format("this is a CT without its offset: air lies near 0 and soft tissue near {}, but "

@@ -38,10 +38,8 @@ struct LargeBone {
 };
 /// Skulls are 15 to 26 cm long and at least half as thick, which few pieces in mm are. Humerus, tibia, fibula and femur
 /// are 28 to 52 cm long and at most 0.3 times as wide; whole teeth are shorter.
-constexpr std::array<LargeBone, 4> kLargeBones{{{"skull", 15, 26, 1, 0.5},
-                                                {"pelvis", 25, 32, 1, 0.5},
-                                                {"long bone", 28, 55, 0.3, 0},
-                                                {"long thin bone", 16, 32, 0.35, 0}}};
+constexpr std::array<LargeBone, 3> kLargeBones{
+    {{"skull", 15, 26, 1, 0.5}, {"long bone", 28, 55, 0.3, 0}, {"long thin bone", 16, 32, 0.35, 0}}};
 
 constexpr double kSliver_mm = 2.5;
 

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::int16_t kAir = -1024;
 constexpr int kBelowAir = -1200;      // no tissue, and few artefacts
+constexpr int kNoScale = -16000;      // nor air in a CT of another scale
 constexpr int kBelowAll = -4000;      // no artefact either
 constexpr int kMinBright = 3000;      // the highest value of scanners with 12 bits is 3071
 constexpr double kMinEdge = 0.9;      // fraction of an edge's voxels
@@ -130,7 +131,8 @@ std::size_t ClearPadding(Volume& volume) {
     // Without air above it, the value may be that of air itself in a CT whose values are no HU.
     const auto air_count = static_cast<std::size_t>(std::count_if(
         volume.hu.begin(), volume.hu.end(), [](std::int16_t hu) { return hu >= kBelowAir && hu < kAir + 300; }));
-    const bool fills = 1000 * lowest_count >= volume.hu.size() && 200 * air_count >= volume.hu.size();
+    const bool fills =
+        1000 * lowest_count >= volume.hu.size() && (lowest < kNoScale || 200 * air_count >= volume.hu.size());
     const int limit = fills ? kBelowAir : kBelowAll;
     if (const std::size_t count = RaiseBelow(limit, volume); count > 0) {
       WarnOfPadding(count, fmt::format("with values from {} HU, far below air,", lowest), volume);

@@ -314,7 +314,7 @@ TEST(Padding, IsRecognisedInVolumesAndOtherValuesAreKept) {
   Volume ct = SevensCt();
   EXPECT_EQ(ClearPadding(ct), 0u);
   EXPECT_EQ(ct.hu, SevensCt().hu);
-  ct.hu[500] = 32767;  // metal
+  ct.hu[500] = 15000;  // metal
   ct.hu[501] = -1500;  // an artefact beside it
   const std::vector<std::int16_t> with_metal = ct.hu;
   EXPECT_EQ(ClearPadding(ct), 0u);
@@ -322,7 +322,18 @@ TEST(Padding, IsRecognisedInVolumesAndOtherValuesAreKept) {
   for (std::size_t v = 0; v < 12; ++v) ct.hu[v] = -32768;
   EXPECT_EQ(ClearPadding(ct), 13u);  // and the artefact
   EXPECT_EQ(ct.hu[0], -1024);
-  EXPECT_EQ(ct.hu[500], 32767);
+  EXPECT_EQ(ct.hu[500], 15000);
+}
+
+TEST(Padding, SingleVoxelsBeyondMetalGetTheValueOfANeighbour) {
+  Volume ct = SevensCt();
+  ct.hu[500] = 32767;
+  ct.hu[700] = ct.hu[701] = 32767;  // two together are metal
+  EXPECT_EQ(ClearPadding(ct), 0u);
+  EXPECT_LE(ct.hu[500], 1006);
+  EXPECT_EQ(ct.hu[700], 32767);
+  ASSERT_EQ(ct.warnings.size(), 1u);
+  EXPECT_THAT(ct.warnings[0], HasSubstr("1 single voxels"));
 }
 
 TEST(SliceSpacing, RoundedPositionsAreMadeEvenAndTheErrorIsStated) {
