@@ -110,9 +110,8 @@ class EscapedText {
       const std::string_view part = TakeWhile([&](char c) { return byte(c) >= 0x80; });
       return ConvertToUtf8(part, high_ == nullptr ? "ISO-8859-1" : high_);
     }
-    if (low_ != Low::kAscii && byte(rest_.front()) > 0x20) {
-      return DecodeKanji(TakeWhile([&](char c) { return byte(c) > 0x20 && byte(c) < 0x7f; }));
-    }
+    const auto is_half = [&](char c) { return byte(c) > 0x20 && byte(c) < 0x7f; };
+    if (low_ != Low::kAscii && is_half(rest_.front())) return DecodeKanji(TakeWhile(is_half));
     const char c = rest_.front();
     rest_.remove_prefix(1);
     // Delimiters of values and of parts of a name end what escape sequences have set.
