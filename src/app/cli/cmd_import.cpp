@@ -157,10 +157,10 @@ Json MaskJson(const ImportArguments& options, const MaskReport& mask) {
     if (meaning.role == SegmentRole::kCanal) json["side"] = ToString(meaning.side);
     segments.push_back(std::move(json));
   }
-  return {{"file", options.mask.file},           {"reach_mm", mask.reach_mm},
-          {"wanted_mm3", mask.wanted_mm3},       {"added_mm3", mask.added_mm3},
-          {"cut_off_mm3", mask.cut_off_mm3},     {"given_away_mm3", mask.given_away_mm3},
-          {"given_away_mm", mask.given_away_mm}, {"segments", segments}};
+  return {
+      {"file", options.mask.file},           {"reach_mm", mask.reach_mm},       {"wanted_mm3", mask.wanted_mm3},
+      {"added_mm3", mask.added_mm3},         {"cut_off_mm3", mask.cut_off_mm3}, {"given_away_mm3", mask.given_away_mm3},
+      {"given_away_mm", mask.given_away_mm}, {"beyond_mm3", mask.beyond_mm3},   {"segments", segments}};
 }
 
 void PrintJson(const ImportArguments& options, const ImportReport& r, const Bone& bone, double write_s) {

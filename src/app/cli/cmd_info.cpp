@@ -6,6 +6,7 @@
 
 #include "app/cli/commands.h"
 #include "base/core/number_text.h"
+#include "base/core/printable.h"
 #include "bone/grid/ct_modulus.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/surface.h"
@@ -86,7 +87,7 @@ void PrintText(const std::string& file, const Bone& bone, const Pieces& split) {
   }
   fmt::print("  memory    {:.1f} MB\n", static_cast<double>(bone.CalcMemoryBytes()) / 1e6);
   fmt::print("  hash      {:016x}\n", bone.CalcHash());
-  for (const auto& [key, value] : bone.notes()) fmt::print("  {:<9} {}\n", key, value);
+  for (const auto& [key, value] : bone.notes()) fmt::print("  {:<9} {}\n", key, Printable(value));
   fmt::print("\n  {:>3}  {:<34} {:<11} {:>8} {:>5} {:>10}  {:<4} {}\n", "id", "region", "tissue", "E (GPa)", "nu",
              "mm3", "est.", "source");
   const std::map<int, double> volumes = bone.CalcRegionVolumes();

@@ -29,8 +29,8 @@ void CheckSlices(const DicomSeries& series) {
                      series.modality.empty() ? "not given" : series.modality));
   }
   std::map<std::string, const DicomSlice*> firsts;  // of the stacks, of which one is read
-  const auto rescaled = static_cast<std::size_t>(
-      std::count_if(series.slices.begin(), series.slices.end(), [](const DicomSlice& s) { return s.has_rescale; }));
+  int rescale = 0;
+  for (const DicomSlice& s : series.slices) rescale |= s.rescale;
   for (const DicomSlice& s : series.slices) {
     const std::string file = NameOf(s);
     if (s.samples != 1) fail(fmt::format("{} is a colour image ({} samples per pixel), not CT", file, s.samples));
@@ -41,11 +41,11 @@ void CheckSlices(const DicomSeries& series) {
                       file));
     }
     if (!s.fault.empty()) fail(fmt::format("{} can't be read: {}; export it again, or remove it", file, s.fault));
-    if (!s.has_rescale && rescaled > 0) {
-      fail(
-          fmt::format("{} has no RescaleSlope (0028,1053) and RescaleIntercept (0028,1052), which the other slices "
-                      "have; export it again, or remove it",
-                      file));
+    if (const int missing = rescale & ~s.rescale; missing != 0) {
+      fail(fmt::format("{} has no {}{}{}, which the other slices have; export it again, or remove it", file,
+                       (missing & DicomSlice::kHasSlope) != 0 ? "RescaleSlope (0028,1053)" : "",
+                       missing == (DicomSlice::kHasSlope | DicomSlice::kHasIntercept) ? " and " : "",
+                       (missing & DicomSlice::kHasIntercept) != 0 ? "RescaleIntercept (0028,1052)" : ""));
     }
     if (!s.has_geometry) fail(fmt::format("{} has no valid position, orientation or pixel spacing", file));
     const DicomSlice& first = *firsts.try_emplace(s.stack, &s).first->second;

@@ -13,6 +13,8 @@ namespace kerf {
 
 /// A slice, as described by the header of its file, which has one or many.
 struct DicomSlice {
+  static constexpr int kHasSlope = 1, kHasIntercept = 2;  // of `rescale`
+
   std::string path;
   Vec3 origin_W{0};     // centre of the first pixel, LPS mm
   Vec3 row_W{1, 0, 0};  // unit vector along a row, in the direction of increasing column number
@@ -47,7 +49,7 @@ struct DicomSlice {
   int bits_stored = 0;
   bool is_signed = false;
   double slope = 1, intercept = 0;  // HU = slope * stored value + intercept
-  bool has_rescale = false;         // true if the file gives one of them
+  int rescale = 0;                  // which of them the file gives: kHasSlope, kHasIntercept
   bool has_padding = false;
   std::array<int, 2> padding{0, 0};  // first and last stored value that means that there is no data
   std::string fault;                 // why the values can't be read; empty if they can

@@ -3,6 +3,7 @@
 #include <gdcmStringFilter.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -185,7 +186,12 @@ class Listing {
     };
     const auto hash = [&filter](std::initializer_list<std::pair<std::uint16_t, std::uint16_t>> tags) {
       std::string all;
-      for (const auto& [group, element] : tags) all += GetText(filter, group, element) + '\0';
+      for (const auto& [group, element] : tags) {
+        all = GetText(filter, group, element);  // programs differ in the case and the empty parts of a name
+        while (!all.empty() && (all.back() == '^' || all.back() == ' ')) all.pop_back();
+        std::transform(all.begin(), all.end(), all.begin(), [](unsigned char c) { return std::tolower(c); });
+        if (!all.empty()) break;
+      }
       return static_cast<std::uint64_t>(std::hash<std::string>()(all));
     };
     std::error_code failed;
@@ -200,7 +206,7 @@ class Listing {
       set(slice.instance_uid, text(0x0008, 0x0018));
       set(slice.modality, text(0x0008, 0x0060));
       set(slice.image_type, text(0x0008, 0x0008));
-      slice.patient = hash({{0x0010, 0x0010}, {0x0010, 0x0020}});
+      slice.patient = hash({{0x0010, 0x0020}, {0x0010, 0x0010}});  // the name without an identifier
       slice.study = hash({{0x0020, 0x000d}});
       set(slice.phase, phase.empty() ? text(0x0020, 0x9128) : phase);
       set(slice.acquisition, text(0x0020, 0x0012));

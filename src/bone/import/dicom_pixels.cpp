@@ -112,7 +112,7 @@ void FilePixels::FindPixels(const DicomSlice& any) {
       for (const std::size_t length_at : {at + 8, at + 4}) {
         if (length_at + 4 > size) continue;
         const std::uint64_t length = ReadWord(mapped_.data() + length_at, 4, big);
-        if (length < needed || length > needed + 1) continue;
+        if (length < needed || length > 2 * needed + 1) continue;  // some files have bytes behind the pixels
         if (size < length_at + 4 + needed) RefuseCutOff(any);
         pixels_ = mapped_.substr(length_at + 4, needed);
         big_endian_ = big || any.transfer_syntax == kBigEndianPixels;
@@ -163,7 +163,7 @@ void FilePixels::Unpack(const DicomSlice& any) {
 HuTable::Entry HuTable::MakeEntry(const DicomSlice& slice, std::uint32_t word, int bytes, double& exact_hu) {
   constexpr double kAirTo = -900;  // values up to here, and not far below air, need no mention
   constexpr double kAirFrom = -4000;
-  constexpr double kTissueTo = 200;  // up to here, padding can't be bone, and may be a wrong tag
+  constexpr double kTissueTo = 3000;  // a tag with a value that tissue has is wrong
   const int bits = std::min(slice.bits_stored > 0 ? slice.bits_stored : 8 * bytes, 8 * bytes);
   const std::int64_t whole = ReadBits(word, 8 * bytes, slice.is_signed);
   const std::int64_t value = ReadBits(word, bits, slice.is_signed);

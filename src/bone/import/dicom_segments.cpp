@@ -78,7 +78,7 @@ DicomBytes FindPacking(const std::string& path, std::uint64_t most_bytes) {
   head.resize(static_cast<std::size_t>(in.gcount()));
   const std::size_t at = head.find(kSyntax, std::min(kMetaAt, head.size()));
   if (head.size() < kMetaAt || head.compare(128, kBegin.size(), kBegin) != 0 || at == std::string::npos) return {};
-  const std::size_t uid_at = at + kSyntax.size() + 2;
+  const std::size_t uid_at = std::min(at + kSyntax.size() + 2, head.size());
   const std::string uid = head.substr(uid_at, head.find('\0', uid_at) - uid_at);
   const auto is = [&uid](std::string_view syntax) { return uid.compare(0, syntax.size(), syntax) == 0; };
   const bool deflated_frames = is("1.2.840.10008.1.2.8.1");

@@ -79,10 +79,11 @@ std::optional<double> ReadDecimal(const std::string& text) {
 }
 
 void ReadRescale(FrameElements& elements, DicomSlice& slice) {
-  const auto read = [&](const SliceTag& tag, const char* name, bool zero_allowed, double& value) {
+  const auto read = [&](const SliceTag& tag, const char* name, int bit, double& value) {
+    const bool zero_allowed = bit == DicomSlice::kHasIntercept;
     const gdcm::DataSet* const data = elements.Find(slice.frame, kPixelValues, tag);
     if (data == nullptr) return;
-    slice.has_rescale = true;
+    slice.rescale |= bit;
     const std::string text = ReadText(*data, tag.group, tag.element);
     const std::optional<double> number = ReadDecimal(text);
     if (!number || (*number == 0 && !zero_allowed)) {
@@ -92,8 +93,8 @@ void ReadRescale(FrameElements& elements, DicomSlice& slice) {
     }
     value = *number;
   };
-  read(kIntercept, "RescaleIntercept", true, slice.intercept);
-  read(kSlope, "RescaleSlope", false, slice.slope);
+  read(kIntercept, "RescaleIntercept", DicomSlice::kHasIntercept, slice.intercept);
+  read(kSlope, "RescaleSlope", DicomSlice::kHasSlope, slice.slope);
 }
 
 // Reads how values are stored: in which bits, and which value is padding.
@@ -131,6 +132,11 @@ bool ReadPlane(FrameElements& elements, DicomSlice& slice) {
     spacing = elements.Numbers(slice.frame, kPixelMeasures, {0x0018, 0x1164});
   if (spacing.size() != 2) return false;
   slice.pixel_mm = {spacing[1], spacing[0]};  // the distance between rows comes first
+  if (!(spacing[0] > 0 && spacing[1] > 0)) {
+    slice.fault =
+        fmt::format("its PixelSpacing (0028,0030) is {:g} and {:g}, not two lengths above 0", spacing[0], spacing[1]);
+    return false;
+  }
   std::vector<double> orientation = elements.Numbers(slice.frame, kPlaneOrientation, kOrientation);
   if (orientation.empty() && slice.frames > 1) {
     slice.has_orientation = false;

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "base/core/number_text.h"
+#include "base/core/printable.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -56,9 +57,14 @@ void PlaceFrames(const DicomSeries& series, double spacing_z_mm, SliceStack& sta
     if (spacing_z_mm != 0) {
       RefuseSeries(series, "its files state where the slices lie; leave out --spacing-z");
     }
+    if (std::any_of(stack.slices.begin(), stack.slices.end(), [](const DicomSlice& s) { return !s.has_orientation; })) {
+      stack.warnings.emplace_back(
+          "the file gives no ImageOrientationPatient (0020,0037): rows were taken from right to left and columns from "
+          "front to back; check the sides of the bone, and correct them with --frame");
+    }
     return;
   }
-  const std::string file = std::filesystem::path(assumed->path).filename().string();
+  const std::string file = Printable(std::filesystem::path(assumed->path).filename().string());
   if (!assumed->has_spacing && spacing_z_mm == 0) {
     RefuseSeries(series, fmt::format("{} gives neither the positions of its {} frames nor their distance, by "
                                      "SliceThickness (0018,0050) or SpacingBetweenSlices (0018,0088); state it in mm "
@@ -299,7 +305,7 @@ void CheckSideways(const DicomSeries& series, const SliceStack& stack, const std
 }  // namespace
 
 std::string NameOf(const DicomSlice& slice) {
-  const std::string file = std::filesystem::path(slice.path).filename().string();
+  const std::string file = Printable(std::filesystem::path(slice.path).filename().string());
   return slice.frames == 1 ? file : fmt::format("{} (frame {})", file, slice.frame + 1);
 }
 

@@ -62,16 +62,16 @@ bool IsCapture(const DicomSlice& slice) {
 void LeaveOutOthers(Slices& slices, std::vector<LeftOutFile>& left_out) {
   LeaveOut(slices, left_out, "localizer by ImageType", false,
            [](const DicomSlice& s) { return std::string(IsLocalizer(s) ? "is a localizer" : ""); });
-  LeaveOut(slices, left_out, "colour image", true, [](const DicomSlice& s) {
+  LeaveOut(slices, left_out, "colour image", false, [](const DicomSlice& s) {
     return s.samples == 1 ? "" : fmt::format("is a colour image ({} samples per pixel), not CT", s.samples);
   });
   if (AnyOf(slices, [](const DicomSlice& s) { return s.modality == "CT"; })) {
-    LeaveOut(slices, left_out, "modality other than CT", true, [](const DicomSlice& s) {
+    LeaveOut(slices, left_out, "modality other than CT", false, [](const DicomSlice& s) {
       return s.modality == "CT" ? "" : fmt::format("has the modality {} among slices of a CT", s.modality);
     });
   }
   if (AnyOf(slices, [](const DicomSlice& s) { return !IsCapture(s); })) {
-    LeaveOut(slices, left_out, "secondary capture", true, [](const DicomSlice& s) {
+    LeaveOut(slices, left_out, "secondary capture", false, [](const DicomSlice& s) {
       return std::string(IsCapture(s) ? "is a secondary capture among slices of a CT" : "");
     });
   }

@@ -90,7 +90,7 @@ bool IsLabelMap(const Volume& ct, const Histogram& histogram, std::size_t& diffe
   const auto [lowest, highest] = std::minmax_element(ct.hu.begin(), ct.hu.end());
   different = static_cast<std::size_t>(
       std::count_if(histogram.counts.begin(), histogram.counts.end(), [](std::size_t n) { return n > 0; }));
-  return *lowest >= 0 && *highest <= kLargestLabel && different >= 2 && different <= kMaxLabels;
+  return ct.exact && *lowest >= 0 && *highest <= kLargestLabel && different >= 2 && different <= kMaxLabels;
 }
 
 // A part of the histogram between two valleys.
@@ -191,8 +191,11 @@ std::optional<GreyScale> FindGreyScale(const Histogram& h, int lowest, int highe
   const std::optional<GreyScale> found = FindAirAndSoft(h, lowest);
   if (!found) return std::nullopt;
   const bool is_hu =
-      found->soft >= -200 && found->soft <= 280 && (found->air < -800 || h.Fraction(-1150, -850) > 0.005);
-  if (is_hu) return std::nullopt;
+      found->soft >= -200 && found->soft <= 280 && (IsAirHu(found->air) || h.Fraction(-1150, -850) > 0.005);
+  // HU that were limited to a window have a spike at its lower end instead of air.
+  const bool is_window = found->soft >= -20 && found->soft <= 110 && lowest >= -900 && lowest < -50 &&
+                         h.Fraction(lowest, lowest + 1) > 0.02;
+  if (is_hu || is_window) return std::nullopt;
   const double scale = found->CalcScale();
   const bool is_8_bit = lowest >= 0 && highest <= kLargestLabel;
   // In a crop of a CT without air, the peaks are those of fat and muscle, or of muscle and spongy bone.
@@ -254,6 +257,7 @@ FoundScale FindScale(const Histogram& histogram, int lowest, int highest) {
 // Decides what the values are, and does not change them.
 BoneLevel Judge(const Volume& ct, double iso, bool automatic, const std::string& name, std::optional<GreyScale>& grey) {
   constexpr double kLeastIso_HU = 130, kMostIso_HU = 2500;  // where a threshold can separate bone
+  constexpr double kSameIso = 20;
   BoneLevel level;
   if (!automatic) level.iso = level.iso_hu = iso;
   if (ct.hu.empty()) return level;
@@ -273,7 +277,8 @@ BoneLevel Judge(const Volume& ct, double iso, bool automatic, const std::string&
   if (automatic) level.iso = std::round(grey->FromHu(kIso_HU));
   level.iso_hu = grey->ToHu(level.iso);
   level.is_grey = true;
-  if (level.iso_hu < kLeastIso_HU || level.iso_hu > kMostIso_HU) {
+  const bool is_default = !automatic && iso == kIso_HU && std::abs(level.iso_hu - kIso_HU) > kSameIso;
+  if (is_default || level.iso_hu < kLeastIso_HU || level.iso_hu > kMostIso_HU) {
     const double proposed = std::round(grey->FromHu(kIso_HU));
     throw NotHu(fmt::format("{}: {}; {}import with --iso auto (threshold {:.0f}) or --iso VALUE; CT numbers of such a "
                             "scan do not give moduli",

@@ -73,6 +73,14 @@ void PlaceMeta(const ImageFields& fields, const std::string& path, bool frame_st
         "the MetaImage header has no TransformMatrix: its axes were taken to point left, posterior and superior; check "
         "that left is left");
   }
+  for (const char* name : {"ElementToIntensityFunctionSlope", "ElementToIntensityFunctionOffset"}) {
+    const std::vector<double> numbers = ParseNumbers(fields.Get(Lower(name)));
+    if (numbers.empty() || numbers[0] == (std::string_view(name).ends_with("Slope") ? 1 : 0)) continue;
+    throw Error(
+        fmt::format("{}: the MetaImage header's {} is {}, which kerf doesn't apply; export the file with the values "
+                    "themselves",
+                    path, name, numbers[0]));
+  }
   if (origin.empty()) {
     volume.warnings.emplace_back("the MetaImage header has no Offset: the first voxel was taken to lie at 0, 0, 0");
   }

@@ -78,6 +78,7 @@ struct MaskReport {
   double cut_off_mm3 = 0;     // bone by the CT alone, as in MaskUse
   double given_away_mm3 = 0;  // bone by CT and mask that is not in the result, as in MaskUse
   double given_away_mm = 0;   // its greatest distance from the result
+  double beyond_mm3 = 0;      // bone by the CT, within the reach, that the mask does not name
 };
 
 /// Results of an import. Volumes in mm^3.
@@ -94,6 +95,7 @@ struct ImportReport {
   MaskReport mask;
   double contact_mm2 = 0;          // contact area of the bone with the bone that was separated from it
   double iso_mm3 = 0;              // bone above iso, sum of the CT's voxels
+  double input_mm3 = 0;            // solid by the CT's voxels, or enclosed by the surface; 0: unknown
   double filled_mm3 = 0;           // cavities, sum of the CT's voxels
   FilledVoids voids;               // voids that remained in the level set; also filled
   double tooth_mm3 = 0;            // sum of the CT's voxels

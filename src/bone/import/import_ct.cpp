@@ -300,6 +300,12 @@ void WarnAboutMask(const Isolation& isolation, ImportReport& report) {
         "separate bones by a mask each",
         FormatVolume(mask.given_away_mm3), mask.given_away_mm));
   }
+  if (mask.beyond_mm3 > kLoss * mask.wanted_mm3) {
+    report.warnings.push_back(fmt::format(
+        "{} of the bone are beyond the mask, within its reach of {:.4g} mm, where the CT decides; a smaller "
+        "--mask-reach leaves less to the CT",
+        FormatVolume(mask.beyond_mm3), mask.reach_mm));
+  }
   if (mask.cut_off_mm3 > kNotable * report.iso_mm3) {
     const std::vector<std::uint8_t>& other = isolation.mask->samples.other;
     const bool has_other = std::find(other.begin(), other.end(), 1) != other.end();
@@ -390,8 +396,15 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
       AddByMask(isolation, solid_voxels, cavities);
       for (std::size_t v = 0; v < cavities.size(); ++v) solid_voxels[v] |= cavities[v];
     }
+    const MaskSamples& samples = isolation.mask->samples;
+    std::vector<std::uint8_t> beyond = isolation.bone;
+    for (std::size_t v = 0; v < beyond.size(); ++v) {
+      if (samples.wanted[v] != 0 || samples.undecided[v] != 0) beyond[v] = 0;
+    }
+    report.mask.beyond_mm3 = CalcVolume(beyond, isolation.ct);
     WarnAboutMask(isolation, report);
   }
+  report.input_mm3 = CalcVolume(solid_voxels, isolation.ct);
   // Filled marrow must stay below the cortex's threshold, because the same field distinguishes the tissues.
   const double iso = options.isolate.iso_hu;
   const CtSolid solid(isolation, cavities, iso, iso + std::max(0.5 * (options.tissue.cortical_hu - iso), 1.0));

@@ -95,6 +95,9 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   report.isolation = "none: the surface as it is";
   stages.Done("read");
   CheckEnclosed(closed.layers.front(), options.voxel_mm, path);
+  for (std::size_t n = 0; n < closed.layers.size(); ++n) {
+    report.input_mm3 += (n % 2 == 0 ? 1 : -1) * std::abs(CalcEnclosedVolume(closed.layers[n]));
+  }
   if (options.progress) options.progress(0.05);
 
   // Shape and depth are determined on a lattice whose voxels are either inside or outside.

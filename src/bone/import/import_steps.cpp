@@ -70,6 +70,7 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
     bone.set_note("import_voids_filled", fmt::format("{} of {:.1f} mm3", report.voids.count, report.voids.mm3));
   }
   bone.set_note("import_isolation", report.isolation);
+  if (report.cut_by_scan) bone.set_note("import_cut_by_scan", "the bone reaches the edge of the scan");
   if (!options.isolate.keep_W.empty()) bone.set_note("import_keep_mm", Points(options.isolate.keep_W));
   if (!options.isolate.drop_W.empty()) bone.set_note("import_drop_mm", Points(options.isolate.drop_W));
   if (const SurfaceError& e = report.surface_error; e.points > 0) {
@@ -106,6 +107,17 @@ void WarnAboutLoss(const BoneMask& mask, ImportReport& report) {
         fmt::format("the mask has a lesion of {}, of which {} are in the bone; the rest is not joined to it",
                     FormatVolume(lesion_mm3), FormatVolume(kept_lesion_mm3)));
   }
+}
+
+// Warns if the solid is notably smaller than what the input shows.
+void WarnAboutThinParts(double voxel_mm, ImportReport& report) {
+  constexpr double kNotable = 0.05;
+  const double lost = 1 - report.solid_mm3 / std::max(report.input_mm3, 1e-9);
+  if (report.input_mm3 <= 0 || lost < kNotable) return;
+  report.warnings.push_back(fmt::format(
+      "the bone of {} is {:.0f} % smaller than the {} of the input: thin parts were lost; use voxels smaller than {:g} "
+      "mm (--voxel), or a finer scan",
+      FormatVolume(report.solid_mm3), 100 * lost, FormatVolume(report.input_mm3), voxel_mm));
 }
 
 }  // namespace
@@ -151,6 +163,7 @@ void DropDust(Bone& bone, bool one_piece, ImportReport& report) {
 
 void Finish(const ImportOptions& options, Bone& bone, ImportReport& report) {
   Measure(bone, report);
+  WarnAboutThinParts(options.voxel_mm, report);
   if (options.isolate.mask) WarnAboutLoss(*options.isolate.mask, report);
   AddNotes(bone, options, report);
 }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <string_view>
 #include <vector>
 
 #include "base/core/number_text.h"
@@ -37,7 +38,12 @@ struct LargeBone {
 };
 /// Skulls are 15 to 26 cm long and at least half as thick, which few pieces in mm are. Humerus, tibia, fibula and femur
 /// are 28 to 52 cm long and at most 0.3 times as wide; whole teeth are shorter.
-constexpr std::array<LargeBone, 2> kLargeBones{{{"skull", 15, 26, 1, 0.5}, {"long bone", 28, 52, 0.3, 0}}};
+constexpr std::array<LargeBone, 4> kLargeBones{{{"skull", 15, 26, 1, 0.5},
+                                                {"pelvis", 25, 32, 1, 0.5},
+                                                {"long bone", 28, 55, 0.3, 0},
+                                                {"long thin bone", 16, 32, 0.35, 0}}};
+
+constexpr double kSliver_mm = 2.5;
 
 /// Maximum number of voxels within a surface: 2 litres at 0.1 mm, which take one core two minutes. No bone encloses
 /// that much.
@@ -82,7 +88,8 @@ const char* FindLargeBone(const TriangleMesh& mesh) {
   for (const LargeBone& bone : kLargeBones) {
     const bool fits = length >= bone.shortest_cm && length <= bone.longest_cm && middle <= bone.middle * length &&
                       smallest >= bone.smallest * length;
-    if (fits) return bone.name;
+    // In mm, a long thin bone in cm would be a sliver.
+    if (fits && (bone.name != std::string_view("long thin bone") || smallest < kSliver_mm)) return bone.name;
   }
   return nullptr;
 }

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <utility>
+#include <vector>
 
 namespace kerf {
 
@@ -88,17 +91,46 @@ void WarnOfPadding(std::size_t count, const std::string& what, Volume& volume) {
                                         what));
 }
 
+// Gives single voxels beyond any HU, whose neighbours are not even metal, the value of a neighbour.
+void ClearSpikes(Volume& volume) {
+  constexpr int kBeyond = 20000, kMetal = 4000;
+  const std::array<std::size_t, 3> stride = {1, static_cast<std::size_t>(volume.size[0]),
+                                             static_cast<std::size_t>(volume.size[0]) * volume.size[1]};
+  std::vector<std::pair<std::size_t, std::int16_t>> spikes;
+  for (std::size_t v = 0; v < volume.hu.size(); ++v) {
+    if (volume.hu[v] < kBeyond) continue;
+    std::vector<std::int16_t> beside;
+    for (const std::size_t s : stride) {
+      if (v >= s) beside.push_back(volume.hu[v - s]);
+      if (v + s < volume.hu.size()) beside.push_back(volume.hu[v + s]);
+    }
+    if (beside.empty() || *std::max_element(beside.begin(), beside.end()) >= kMetal) continue;
+    const auto middle = beside.begin() + static_cast<std::ptrdiff_t>(beside.size() / 2);
+    std::nth_element(beside.begin(), middle, beside.end());
+    spikes.emplace_back(v, *middle);
+  }
+  for (const auto& [v, hu] : spikes) volume.hu[v] = hu;
+  if (spikes.empty()) return;
+  volume.warnings.push_back(
+      fmt::format("{} single voxels have values from {} HU, beyond any tissue or metal, and got that of a neighbour",
+                  spikes.size(), kBeyond));
+}
+
 }  // namespace
 
 std::size_t ClearPadding(Volume& volume) {
   if (volume.hu.empty()) return 0;
+  ClearSpikes(volume);
   const auto [low, high] = std::minmax_element(volume.hu.begin(), volume.hu.end());
   const std::int16_t lowest = *low;
   const std::int16_t highest = *high;
   std::size_t cleared = 0;
   if (lowest < kBelowAir) {
     const auto lowest_count = static_cast<std::size_t>(std::count(volume.hu.begin(), volume.hu.end(), lowest));
-    const bool fills = 1000 * lowest_count >= volume.hu.size();
+    // Without air above it, the value may be that of air itself in a CT whose values are no HU.
+    const auto air_count = static_cast<std::size_t>(std::count_if(
+        volume.hu.begin(), volume.hu.end(), [](std::int16_t hu) { return hu >= kBelowAir && hu < kAir + 300; }));
+    const bool fills = 1000 * lowest_count >= volume.hu.size() && 200 * air_count >= volume.hu.size();
     const int limit = fills ? kBelowAir : kBelowAll;
     if (const std::size_t count = RaiseBelow(limit, volume); count > 0) {
       WarnOfPadding(count, fmt::format("with values from {} HU, far below air,", lowest), volume);

@@ -65,7 +65,7 @@ void VisitSlice(Slice& s, Visit&& visit) {
   visit(s.is_signed);
   visit(s.slope);
   visit(s.intercept);
-  visit(s.has_rescale);
+  visit(s.rescale);
   visit(s.has_padding);
   visit(s.padding);
   visit(s.fault);

@@ -110,8 +110,8 @@ std::string Describe(const Overflow& overflow, std::size_t total) {
 void AddWarnings(const Overflow& overflow, std::size_t total, std::int16_t blank, std::vector<std::string>& warnings) {
   if (overflow.count > 0) warnings.push_back(Describe(overflow, total));
   if (overflow.blank == 0) return;
-  warnings.push_back(fmt::format("{} of {} voxels are not numbers (NaN); they were taken as {}", overflow.blank, total,
-                                 blank < 0 ? "air" : "background"));
+  warnings.push_back(fmt::format("{} of {} voxels are not finite numbers (NaN or infinite); they were taken as {}",
+                                 overflow.blank, total, blank < 0 ? "air" : "background"));
 }
 
 }  // namespace kerf

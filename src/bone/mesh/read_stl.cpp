@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 
 #include "base/core/foreign_format.h"
@@ -31,6 +32,21 @@ bool LooksLikeText(std::string_view bytes) {
   return (IsWord(word, "solid") || IsWord(word, "facet")) && begin.find('\0') == std::string_view::npos;
 }
 
+// Returns whether the bytes can be triangles: not only zeros, with finite coordinates of a surface's size.
+bool HoldsTriangles(std::string_view bytes) {
+  constexpr float kMost = 1e6F;
+  bool any = false;
+  for (std::size_t at = 0; at + kTriangleBytes <= bytes.size(); at += kTriangleBytes) {
+    for (std::size_t n = 3; n < 12; ++n) {
+      float value = 0;
+      std::memcpy(&value, bytes.data() + at + n * sizeof(float), sizeof(value));
+      if (!(std::abs(value) < kMost) || (value != 0 && std::abs(value) < 1 / kMost)) return false;
+      any |= value != 0;
+    }
+  }
+  return any;
+}
+
 // Returns the number of triangles that a binary file holds.
 std::size_t CountTriangles(std::string_view bytes, const std::string& path, MeshFile& file) {
   std::uint32_t stated = 0;
@@ -41,7 +57,7 @@ std::size_t CountTriangles(std::string_view bytes, const std::string& path, Mesh
   const bool is_whole = (bytes.size() - kHeaderBytes) % kTriangleBytes == 0;
   if (stated > 0 && expected < bytes.size()) {
     const std::string_view rest = bytes.substr(expected);
-    if (!is_whole || rest.find_first_not_of('\0') == std::string_view::npos) {
+    if (!is_whole || !HoldsTriangles(rest)) {
       file.notes.push_back(
           fmt::format("the file has {} bytes behind its triangles, which were ignored", WithSeparators(rest.size())));
       return stated;
@@ -128,7 +144,7 @@ MeshFile ReadTextStl(std::string_view bytes, const std::string& path) {
       file.notes.emplace_back("the file has text behind its last 'endsolid', which was ignored");
       break;
     } else if (!IsWord(word, "outer") && !IsWord(word, "loop") && !IsWord(word, "endfacet")) {
-      if (!mesh.triangles.empty() && !in_facet && words.Next().empty()) break;  // cut off in a word
+      if (!mesh.triangles.empty() && words.Next().empty()) break;  // cut off in a word
       throw Error(fmt::format("{}: not a valid text STL: unexpected word '{}'", path, word.substr(0, 40)));
     }
   }

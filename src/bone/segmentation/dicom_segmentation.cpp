@@ -180,7 +180,7 @@ Slices FindSlices(const DicomSegments& read, const std::string& path, std::vecto
   }
   slices.lowest = static_cast<std::size_t>(std::min_element(slices.of_frame.begin(), slices.of_frame.end()) -
                                            slices.of_frame.begin());
-  if (read.labels.empty()) FillGaps(read, slices, warnings);
+  FillGaps(read, slices, warnings);
   return slices;
 }
 

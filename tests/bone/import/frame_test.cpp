@@ -222,7 +222,8 @@ TEST(NiftiValues, InconsistentBitsAreRefusedAndNonFiniteValuesAreAir) {
   WriteBytes(folder.file("a.nii"), header + std::string(reinterpret_cast<const char*>(values.data()), 4 * ct.count()));
   const Volume read = ReadImageFile(folder.file("a.nii"));
   EXPECT_EQ(read.hu[3], -1024);
-  EXPECT_THAT(read.warnings, Contains(HasSubstr("1 of 210 voxels are not numbers (NaN); they were taken as air")));
+  EXPECT_THAT(read.warnings,
+              Contains(HasSubstr("1 of 210 voxels are not finite numbers (NaN or infinite); they were taken as air")));
 }
 
 // Reads a NIfTI file whose header has been changed.

@@ -33,7 +33,7 @@ TEST(GreyValues, ScaleIsFoundForAnyOffsetScaleAndNoise) {
   for (const double noise : {0.0, 50.0, 100.0}) {
     for (const auto& [scale, offset] : {std::pair(0.6, 300.0), std::pair(0.3, 0.0), std::pair(0.3, 2000.0),
                                         std::pair(3.0, 0.0), std::pair(3.0, 2000.0), std::pair(1.0, 500.0),
-                                        std::pair(0.6, -1000.0), std::pair(1.5, -3000.0), std::pair(0.9, 150.0)}) {
+                                        std::pair(0.6, -1500.0), std::pair(1.5, -3000.0), std::pair(0.9, 150.0)}) {
       const Volume ct = GreyJaw(scale, offset, noise);
       const auto grey = FindGreyScale(ct);
       ASSERT_TRUE(grey) << scale << " " << offset << " " << noise;

@@ -140,7 +140,8 @@ TEST(NotNumbers, AreAirInACtAndBackgroundInALabelMap) {
   EXPECT_EQ(read.hu[3], -1024);
   EXPECT_EQ(read.hu[9], -1024);
   EXPECT_EQ(read.hu[4], 1);
-  EXPECT_THAT(read.warnings, ElementsAre("2 of 210 voxels are not numbers (NaN); they were taken as air"));
+  EXPECT_THAT(read.warnings,
+              ElementsAre("2 of 210 voxels are not finite numbers (NaN or infinite); they were taken as air"));
   const LayeredImage labels = ReadLayeredImage(folder.file("a.nrrd"));
   EXPECT_EQ(labels.layers[0][3], 0);
 }
