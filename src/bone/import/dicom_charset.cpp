@@ -48,6 +48,7 @@ constexpr std::array kEscapes{Escape{"(B", Low::kAscii, nullptr},      Escape{"(
 // Returns the bytes in UTF-8, with '?' in place of what is not in the character set.
 std::string ConvertToUtf8(std::string_view bytes, const char* name) {
   const iconv_t converter = iconv_open("UTF-8", name);
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): how iconv_open() reports an error
   if (converter == reinterpret_cast<iconv_t>(-1)) return std::string(bytes.size(), '?');
   std::string input(bytes);
   char* in = input.data();
