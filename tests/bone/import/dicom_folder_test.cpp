@@ -298,7 +298,7 @@ struct Member {
 };
 
 std::string Zip(const Folder& folder, const std::vector<Member>& members) {
-  const std::string path = folder.file("packed.zip");
+  std::string path = folder.file("packed.zip");
   int code = 0;
   zip_t* archive = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code);
   for (const Member& m : members) {
