@@ -48,6 +48,7 @@ constexpr std::array kEscapes{Escape{"(B", Low::kAscii, nullptr},      Escape{"(
 // Returns the bytes in UTF-8, with '?' in place of what is not in the character set.
 std::string ConvertToUtf8(std::string_view bytes, const char* name) {
   const iconv_t converter = iconv_open("UTF-8", name);
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): how iconv_open() reports an error
   if (converter == reinterpret_cast<iconv_t>(-1)) return std::string(bytes.size(), '?');
   std::string input(bytes);
   char* in = input.data();
@@ -110,9 +111,8 @@ class EscapedText {
       const std::string_view part = TakeWhile([&](char c) { return byte(c) >= 0x80; });
       return ConvertToUtf8(part, high_ == nullptr ? "ISO-8859-1" : high_);
     }
-    if (low_ != Low::kAscii && byte(rest_.front()) > 0x20) {
-      return DecodeKanji(TakeWhile([&](char c) { return byte(c) > 0x20 && byte(c) < 0x7f; }));
-    }
+    const auto is_half = [&](char c) { return byte(c) > 0x20 && byte(c) < 0x7f; };
+    if (low_ != Low::kAscii && is_half(rest_.front())) return DecodeKanji(TakeWhile(is_half));
     const char c = rest_.front();
     rest_.remove_prefix(1);
     // Delimiters of values and of parts of a name end what escape sequences have set.

@@ -253,11 +253,12 @@ std::vector<std::pair<std::string, Slices>> GroupBy(const Slices& slices, const 
 struct Property {
   const char* name;
   std::string (*value)(const DicomSlice&);
+  bool tells_apart = false;  // also stacks between each other's slices, which are even together
 };
 // In the order in which they are tried.
 constexpr std::array kProperties{
-    Property{"phase", [](const DicomSlice& s) { return s.phase; }},
-    Property{"acquisition", [](const DicomSlice& s) { return s.acquisition; }},
+    Property{"phase", [](const DicomSlice& s) { return s.phase; }, true},
+    Property{"acquisition", [](const DicomSlice& s) { return s.acquisition; }, true},
     Property{"acquisition at", [](const DicomSlice& s) { return s.acquisition_time; }},
     Property{"kernel", [](const DicomSlice& s) { return s.kernel; }},
     Property{"image type", [](const DicomSlice& s) { return s.image_type; }},
@@ -269,7 +270,7 @@ bool Overlap(const std::vector<DicomSeries>& stacks) {
   const Vec3 normal = CalcNormal(stacks.front().slices.front());
   for (const DicomSeries& stack : stacks) {
     const auto [low, high] =
-        std::minmax(glm::dot(normal, stack.slices.front().origin_W), glm::dot(normal, stack.slices.back().origin_W));
+        std::minmax({glm::dot(normal, stack.slices.front().origin_W), glm::dot(normal, stack.slices.back().origin_W)});
     ranges.emplace_back(low, high);
   }
   std::sort(ranges.begin(), ranges.end());
@@ -314,8 +315,9 @@ std::vector<DicomSeries> DivideBy(const Property& property, const DicomSeries& s
 // Returns the parts of slices that have the same shape.
 std::vector<DicomSeries> DivideByProperties(DicomSeries series) {
   SortSlices(series);
-  if (IsEven(series)) return {std::move(series)};
+  const bool is_even = IsEven(series);
   for (const Property& property : kProperties) {
+    if (is_even && !property.tells_apart) continue;
     std::vector<DicomSeries> stacks = DivideBy(property, series);
     if (!stacks.empty()) return stacks;
   }
@@ -355,6 +357,31 @@ std::vector<DicomSeries> DivideByShape(DicomSeries series) {
   return parts;
 }
 
+// Returns a part for each study; those of fewer than three slices beside a longer one are left out.
+std::vector<DicomSeries> DivideByStudy(DicomSeries series) {
+  const auto studies = GroupBy(series.slices, [](const DicomSlice& s) { return fmt::format("{:x}", s.study); });
+  const bool any_long = std::any_of(studies.begin(), studies.end(),
+                                    [](const auto& study) { return study.second.size() >= kFewestSlices; });
+  std::vector<Slices> kept;
+  for (const auto& [study, slices] : studies) {
+    if (slices.size() >= kFewestSlices || !any_long) {
+      kept.push_back(slices);
+      continue;
+    }
+    for (const DicomSlice& s : slices) {
+      series.left_out.push_back(
+          {s.path, "another study", fmt::format("{}: belongs to another study than the other slices", s.path), true});
+    }
+  }
+  std::vector<DicomSeries> parts;
+  for (std::size_t n = 0; n < kept.size(); ++n) {
+    DicomSeries& part = parts.emplace_back(series);
+    part.slices = std::move(kept[n]);
+    if (kept.size() > 1) part.part_name += fmt::format("{}study {}", part.part_name.empty() ? "" : ", ", n + 1);
+  }
+  return parts;
+}
+
 }  // namespace
 
 std::vector<DicomSeries> DivideIntoStacks(DicomSeries series) {
@@ -362,14 +389,12 @@ std::vector<DicomSeries> DivideIntoStacks(DicomSeries series) {
   std::vector<DicomSeries> stacks;
   const auto persons = GroupBy(series.slices, [](const DicomSlice& s) { return fmt::format("{:x}", s.patient); });
   for (std::size_t p = 0; p < persons.size(); ++p) {
-    const auto studies = GroupBy(persons[p].second, [](const DicomSlice& s) { return fmt::format("{:x}", s.study); });
-    for (std::size_t n = 0; n < studies.size(); ++n) {
-      DicomSeries part = series;
-      part.slices = studies[n].second;
-      if (persons.size() > 1) part.part_name = fmt::format("patient {}", p + 1);
-      if (studies.size() > 1) part.part_name += fmt::format("{}study {}", persons.size() > 1 ? ", " : "", n + 1);
-      LeaveOutOthers(part.slices, part.left_out);
-      for (DicomSeries& stack : DivideByShape(std::move(part))) stacks.push_back(std::move(stack));
+    DicomSeries of_person = series;
+    of_person.slices = persons[p].second;
+    if (persons.size() > 1) of_person.part_name = fmt::format("patient {}", p + 1);
+    LeaveOutOthers(of_person.slices, of_person.left_out);
+    for (DicomSeries& study : DivideByStudy(std::move(of_person))) {
+      for (DicomSeries& stack : DivideByShape(std::move(study))) stacks.push_back(std::move(stack));
     }
   }
   for (std::size_t i = 0; i < stacks.size(); ++i) {

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "base/core/printable.h"
+#include "bone/import/dicom_charset.h"
 #include "bone/import/dicom_elements.h"
 #include "bone/import/dicom_segments.h"
 #include "bone/import/packed_segments.h"
@@ -82,7 +83,7 @@ class Reading {
       for (const Json& modifier : Codes(*type, 0x0011)) modifiers.push_back(modifier);
     }
     return {{"number", ReadShort(segment, 0x0062, 0x0004)},
-            {"label", Printable(ReadText(segment, 0x0062, 0x0005))},
+            {"label", DecodeDicomText(ReadText(segment, 0x0062, 0x0005), ReadText(data_, 0x0008, 0x0005))},
             {"category", Codes(segment, 0x0003)},
             {"codes", Codes(segment, 0x000f)},
             {"modifiers", modifiers}};

@@ -139,8 +139,9 @@ TEST_F(DicomFolder, ThePathOfASliceMeansItsSeries) {
 
 TEST_F(DicomFolder, WhatDoesNotBelongToTheStackIsLeftOutAndNamed) {
   Write(ct_);
-  WriteBytes(folder_.file("a_scout"),
-             Slice(0, [](DicomBytes& b) { b.Set(8, 8, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER"); }));
+  WriteBytes(folder_.file("a_scout"), Slice(0, [](DicomBytes& b) {
+               b.Set(8, 8, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER").Set(0x20, 0xd, "UI", "1.2.77");  // of another study
+             }));
   Volume turned = ct_;
   turned.axes_W = glm::dmat3(Vec3(0, 1, 0), Vec3(0, 0, -1), Vec3(1, 0, 0));
   WriteBytes(folder_.file("b_turned"), test::DicomSlice(turned, 0, {}));
@@ -234,6 +235,16 @@ TEST_F(DicomFolder, AcquisitionsAndPhasesWithOneUidAreToldApart) {
   }
 }
 
+TEST_F(DicomFolder, AcquisitionsBetweenEachOthersSlicesAreToldApart) {
+  for (const int n : {1, 2}) {
+    Volume ct = ct_;
+    ct.origin_W.z += n;  // of a distance of 2 mm
+    Write(ct, std::to_string(n), [n](DicomBytes& b, int) { b.Set(0x20, 0x12, "IS", std::to_string(n)); });
+  }
+  EXPECT_EQ(ListDicomSeries(folder_.path()).size(), 2u);
+  EXPECT_EQ(Read("#1").size[2], 15);
+}
+
 // Scanners that turn once for each slice number each turn as an acquisition.
 TEST_F(DicomFolder, SlicesWithAnAcquisitionEachAreOneStack) {
   Write(ct_, "", [](DicomBytes& b, int k) { b.Set(0x20, 0x12, "IS", std::to_string(k)); });
@@ -275,6 +286,7 @@ TEST(DicomText, IsDecodedFromItsCharacterSet) {
   EXPECT_EQ(DecodeDicomText("Hong=\x1b$)C\xfb\xf3^\x1b$)C\xd1\xce\xd4\xd7", "\\ISO 2022 IR 149"), "Hong=洪^吉洞");
   EXPECT_EQ(DecodeDicomText("\xff\xfe", ""), "ÿþ");  // not UTF-8
   EXPECT_EQ(DecodeDicomText("\x1b$B;", ""), "?");    // half a character
+  EXPECT_EQ(DecodeDicomText("\x1b$B\x7f", ""), "?");
   EXPECT_EQ(DecodeDicomText("a\x9b"
                             "31m",
                             "ISO_IR 100"),
@@ -286,7 +298,7 @@ struct Member {
 };
 
 std::string Zip(const Folder& folder, const std::vector<Member>& members) {
-  const std::string path = folder.file("packed.zip");
+  std::string path = folder.file("packed.zip");
   int code = 0;
   zip_t* archive = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code);
   for (const Member& m : members) {
