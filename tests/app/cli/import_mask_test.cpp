@@ -73,7 +73,7 @@ TEST_F(ImportMask, InvalidUseIsExplained) {
   const ProgramResult bare = Kerf("import ct.nrrd --mask bare.nrrd -o a.vdb");
   EXPECT_EQ(bare.code, 1);
   EXPECT_THAT(bare.err, AllOf(HasSubstr("does not say what its labels are. They are:\n  label 1 ("),
-                              HasSubstr("The nearest preset is --labels ")));
+                              HasSubstr("No preset of --labels fits; of the nearest, ")));
   const auto usage = [this](const std::string& arguments) {
     const ProgramResult result = Kerf("import " + arguments + " -o a.vdb");
     EXPECT_EQ(result.code, 2) << arguments;

@@ -57,7 +57,8 @@ TEST(RegionTable, EveryBadRowIsNamedWithFileAndLine) {
       {kHeader + "1,a,cortical,19,0.3,yes\n",
        "t.csv:2: 6 fields instead of 7; a field with a comma must be in double quotes"},
       {kHeader + "1,a,cortical,19,0.3,yes,Smith, 1999\n",
-       "t.csv:2: 8 fields instead of 7; a field with a comma must be in double quotes"},
+       "t.csv:2: 8 fields instead of 7; a field with a comma must be in double quotes; if the numbers have decimal "
+       "commas, save the table again with decimal points"},
       {kHeader + "1,a,cortical,19,0.3,yes,\"Smith\n",
        "t.csv:2: a field begins with a double quote that does not end on this line"},
       {kHeader + "1,\"a\"b,cortical,19,0.3,yes,s\n",

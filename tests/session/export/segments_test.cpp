@@ -219,9 +219,9 @@ TEST_F(DicomSegments, NeedOnePatientInAllSlices) {
     std::string changed = slice;
     changed.replace(changed.find(from), from.size(), to);
     test::WriteBytes(path, changed);
-    return test::MessageOf([&] { ReadDicomStudy(ListDicomSeries(folder).front()); });
+    return test::MessageOf([&] { ReadDicomStudy(ChooseSeries(ListDicomSeries(folder), "", folder)); });
   };
-  EXPECT_THAT(refusal("SECRET^NAME", "OTHERS^NAME"), HasSubstr("names another patient, study or frame of reference"));
+  EXPECT_THAT(refusal("SECRET^NAME", "OTHERS^NAME"), HasSubstr("the CT slices are of 2 patients"));
   EXPECT_THAT(refusal("UI\x6" + std::string(1, '\0') + "1.2.4", "UI\x6" + std::string(1, '\0') + "1.2.5"),
               HasSubstr("names another patient, study or frame of reference"));
 }
