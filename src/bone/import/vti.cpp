@@ -80,7 +80,7 @@ std::optional<VoxelType> FindVtkType(const std::string& name) {
 std::vector<double> NumbersOf(const XmlTag& tag, const char* name, std::vector<double> otherwise,
                               const std::string& path) {
   if (tag.attributes.count(name) == 0) return otherwise;
-  const std::vector<double> numbers = ParseNumbers(tag.Get(name));
+  std::vector<double> numbers = ParseNumbers(tag.Get(name));
   if (numbers.size() == otherwise.size()) return numbers;
   throw Error(fmt::format("{}: the {} '{}' of the image has {} numbers instead of {}", path, name, tag.Get(name),
                           numbers.size(), otherwise.size()));
