@@ -19,7 +19,9 @@ namespace {
         "to "
         "80"),
     Msg("the largest side of the surface is {}, which may be a piece of {} mm or a {} of {} cm"),
-    Msg("the largest side of the surface is {}, which is unlikely for a bone in mm"), Msg("skull"), Msg("long bone"),
+    Msg("the largest side of the surface is {}, which is unlikely for a bone in mm"),
+    Msg("skull"),
+    Msg("long bone"),
     Msg("long thin bone")};
 
 /// Returns the value below which a fraction of the voxels lies.
