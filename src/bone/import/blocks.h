@@ -8,7 +8,7 @@
 namespace kerf {
 
 /// Returns the voxels along each axis of the blocks on which a scan is isolated: 1 if its voxels are 0.35 mm or more in
-/// the geometric mean, otherwise so many that a block measures at most 0.7 mm.
+/// the geometric mean, otherwise the largest count with which a block measures at most 0.7 mm.
 std::array<int, 3> ChooseBlocks(const Volume& ct);
 
 /// Returns a volume whose voxels are the means of blocks of `step` voxels, the last of which may be cut off by the edge

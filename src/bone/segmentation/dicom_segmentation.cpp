@@ -117,8 +117,7 @@ std::string DescribeNumber(const DicomSegments& read, int number) {
   return fmt::format("segment {}", number);
 }
 
-/// Makes the frames of a segment that has one at every second, third, ... slice so many slices thick. Names the
-/// segments with other gaps.
+/// Extends each frame of a segment that has one at every n-th slice to n slices. Names the segments with other gaps.
 void FillGaps(const DicomSegments& read, Slices& slices, std::vector<std::string>& warnings) {
   std::map<int, std::vector<std::pair<int, std::size_t>>> of_segment;  // slices and frames
   for (std::size_t f = 0; f < read.frames.size(); ++f) {
