@@ -33,4 +33,18 @@ SymmetricEigen CalcSymmetricEigen(std::array<std::array<double, 3>, 3> a) {
   return {{a[0][0], a[1][1], a[2][2]}, v};
 }
 
+PointSpread CalcPointSpread(const std::vector<Vec3>& points) {
+  PointSpread spread;
+  for (const Vec3& p : points) spread.mean += p / static_cast<double>(points.size());
+  std::array<std::array<double, 3>, 3> scatter{};
+  for (const Vec3& p : points) {
+    const Vec3 d = p - spread.mean;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) scatter[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] += d[i] * d[j];
+    }
+  }
+  spread.scatter = CalcSymmetricEigen(scatter);
+  return spread;
+}
+
 }  // namespace kerf

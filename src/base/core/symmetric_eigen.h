@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "kerf/geometry.h"
 
@@ -15,5 +16,13 @@ struct SymmetricEigen {
 
 /// Computes them by Jacobi rotations.
 SymmetricEigen CalcSymmetricEigen(std::array<std::array<double, 3>, 3> a);
+
+/// Mean of points, and the principal axes of their scatter about it: the values are sums of squared distances.
+struct PointSpread {
+  Vec3 mean{0};
+  SymmetricEigen scatter;
+};
+
+PointSpread CalcPointSpread(const std::vector<Vec3>& points);
 
 }  // namespace kerf

@@ -157,15 +157,7 @@ CutPlane FitPlane(const std::vector<Vec3>& points, const std::string& what) {
     throw Error(fmt::format("{}: contains {} placed point{}; a plane needs three", what, points.size(),
                             points.size() == 1 ? "" : "s"));
   }
-  Vec3 mean(0);
-  for (const Vec3& p : points) mean += p / static_cast<double>(points.size());
-  std::array<std::array<double, 3>, 3> scatter{};
-  for (const Vec3& p : points) {
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) scatter[i][j] += (p[i] - mean[i]) * (p[j] - mean[j]);
-    }
-  }
-  const SymmetricEigen eigen = CalcSymmetricEigen(scatter);
+  const auto [mean, eigen] = CalcPointSpread(points);
   std::array<std::size_t, 3> order{0, 1, 2};
   std::sort(order.begin(), order.end(),
             [&eigen](std::size_t i, std::size_t j) { return eigen.values[i] < eigen.values[j]; });

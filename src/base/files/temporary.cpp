@@ -5,6 +5,7 @@
 #include <sys/file.h>
 #include <sys/random.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/vfs.h>
 #include <unistd.h>
 
@@ -57,6 +58,34 @@ void RemoveFolders(std::array<char, 4096> path, int folders) {
     if (slash == nullptr) return;
     *slash = 0;
   }
+}
+
+/// Removes a folder with its content. Async-signal-safe: directories are read without readdir(), which allocates.
+void RemoveTree(int parent, const char* name, int depth = 0) {
+  constexpr int kMaxDepth = 32;
+  const int folder = openat(parent, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (folder < 0) return;
+  struct Entry {  // as the kernel writes it (getdents64)
+    std::uint64_t inode;
+    std::int64_t offset;
+    std::uint16_t bytes;
+    std::uint8_t type;
+    char name[1];
+  };
+  alignas(Entry) std::array<char, 2048> block{};
+  while (true) {
+    const long bytes = syscall(SYS_getdents64, folder, block.data(), block.size());
+    if (bytes <= 0) break;
+    for (long at = 0; at < bytes;) {
+      const auto* entry = reinterpret_cast<const Entry*>(block.data() + at);
+      at += entry->bytes;
+      const char* const inside = entry->name;
+      if (std::strcmp(inside, ".") == 0 || std::strcmp(inside, "..") == 0) continue;
+      if (unlinkat(folder, inside, 0) != 0 && depth < kMaxDepth) RemoveTree(folder, inside, depth + 1);
+    }
+  }
+  close(folder);
+  unlinkat(parent, name, AT_REMOVEDIR);
 }
 
 /// Returns an id of this machine: a hash of its machine id, which is the same on a copied disk, and its host name.
@@ -294,6 +323,7 @@ void RemoveLiveTemporaries() {
   }
   for (const LivePath& entry : live_paths) {
     if (entry.live && entry.folders > 0) RemoveFolders(entry.path, entry.folders);
+    if (entry.live && entry.folders == kWithContent) RemoveTree(AT_FDCWD, entry.path.data());
   }
   removing = false;
 }
@@ -303,11 +333,13 @@ TemporaryFolder::TemporaryFolder(const std::string& name) {
   path_ = (fs::temp_directory_path(ignored) / (name + "_XXXXXX")).string();
   if (mkdtemp(path_.data()) == nullptr)
     throw Error(fmt::format("{}: the folder can't be created: {}", path_, FormatErrno(errno)));
+  live_ = AddLive(path_, kWithContent);
 }
 
 TemporaryFolder::~TemporaryFolder() {
   std::error_code ignored;
   fs::remove_all(path_, ignored);
+  RemoveLive(live_);
 }
 
 }  // namespace kerf

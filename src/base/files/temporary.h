@@ -12,7 +12,9 @@ namespace kerf {
 struct LivePath;  // entry that a signal handler can read
 
 /// Notes a file that RemoveLiveTemporaries() removes or, with `folders` > 0, a folder that it removes if it is empty,
-/// and then in turn its parents, up to that number of folders. Returns nullptr if there is no room for it.
+/// and then in turn its parents, up to that number of folders; kWithContent: a folder with all that it contains.
+/// Returns nullptr if there is no room for it.
+inline constexpr int kWithContent = -1;
 LivePath* AddLive(const std::string& path, int folders = 0);
 /// Removes the note; null: does nothing.
 void RemoveLive(LivePath* entry);
@@ -80,8 +82,8 @@ class RenamesTogether {
   sigset_t before_;
 };
 
-/// Private folder with a random name (mkdtemp) in the system's folder for temporary files. The destructor removes it
-/// and its content.
+/// Private folder with a random name (mkdtemp) in the system's folder for temporary files. The destructor, and a signal
+/// that ends the program, remove it and its content.
 class TemporaryFolder {
  public:
   /// Throws kerf::Error if it cannot be created.
@@ -93,6 +95,7 @@ class TemporaryFolder {
 
  private:
   std::string path_;
+  LivePath* live_ = nullptr;
 };
 
 }  // namespace kerf

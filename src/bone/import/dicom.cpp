@@ -79,6 +79,7 @@ SliceValues ReadSlices(const std::vector<DicomSlice>& slices, std::size_t slice_
     if (of_file == by_path.end()) continue;
     report.SetName(next.path);
     const FilePixels file(next);
+    found.behind += file.bytes_behind();
     for (const std::size_t k : of_file->second) {
       table.Convert(file, slices[k], hu, found);
       std::memcpy(pixels + k * slice_pixels * sizeof hu[0], hu.data(), slice_pixels * sizeof hu[0]);
@@ -114,6 +115,10 @@ void WarnOfValues(const SliceValues& found, Volume& volume) {
   if (found.padding > 0) {
     volume.warnings.push_back(fmt::format("{} voxels that are stored as {} are padding and were taken as air",
                                           found.padding, found.padding_value));
+  }
+  if (found.behind > 0) {
+    volume.warnings.push_back(fmt::format(
+        "the slices have {} bytes more than their rows and columns need, which were ignored", found.behind));
   }
   const std::size_t cleared = ClearPadding(volume);
   if (found.overflow > cleared) {

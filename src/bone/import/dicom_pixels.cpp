@@ -112,9 +112,10 @@ void FilePixels::FindPixels(const DicomSlice& any) {
       for (const std::size_t length_at : {at + 8, at + 4}) {
         if (length_at + 4 > size) continue;
         const std::uint64_t length = ReadWord(mapped_.data() + length_at, 4, big);
-        if (length < needed || length > 2 * needed + 1) continue;  // some files have bytes behind the pixels
+        if (length < needed || length > 2 * needed + 1) continue;
         if (size < length_at + 4 + needed) RefuseCutOff(any);
         pixels_ = mapped_.substr(length_at + 4, needed);
+        if (length > needed + 1) bytes_behind_ = length - needed;
         big_endian_ = big || any.transfer_syntax == kBigEndianPixels;
         return;
       }

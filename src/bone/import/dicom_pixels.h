@@ -30,6 +30,8 @@ class FilePixels {
   std::string_view Frame(int frame) const { return pixels_.substr(static_cast<std::size_t>(frame) * bytes_, bytes_); }
   int bytes_per_value() const { return bytes_per_value_; }
   bool big_endian() const { return big_endian_; }
+  /// Returns the number of bytes that the element has behind the pixels, apart from padding to an even length.
+  std::size_t bytes_behind() const { return bytes_behind_; }
 
  private:
   void FindPixels(const DicomSlice& any);
@@ -41,6 +43,7 @@ class FilePixels {
   std::size_t bytes_ = 0;  // of a frame
   int bytes_per_value_ = 2;
   bool big_endian_ = false;
+  std::size_t bytes_behind_ = 0;
 };
 
 /// What was found among the values of slices.
@@ -49,6 +52,7 @@ struct SliceValues {
   double extreme = 0;        // the one farthest from 0
   std::size_t padding = 0;   // voxels of padding that are not like air as they are stored
   int padding_value = 0;     // one of them, as stored
+  std::size_t behind = 0;    // bytes behind the pixels, which were ignored
 };
 
 /// Converts stored values to HU: those of padding to -1024.

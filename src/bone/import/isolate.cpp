@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "bone/import/blocks.h"
-#include "bone/import/depth.h"
+#include "bone/import/isolate_mask.h"
 #include "bone/import/mandible_likeness.h"
 #include "bone/import/watershed.h"
 #include "kerf/error.h"
@@ -23,29 +23,16 @@ constexpr int kThresholdSteps = 12;       // above iso; beyond it thin cortex di
                                           // crumbs
 constexpr double kMarkerPiece_mm3 = 300;  // other bone of at least this volume cannot be a crumb of the mandible
 constexpr double kCandidate_mm3 = 8000;
-constexpr double kMargin_mm = 10;    // around a candidate
 constexpr int kAirMargin = 4;        // voxels of air beyond the scan, so that bone cut by its edge has a surface there
 constexpr double kPartial_HU = 150;  // voxels this far below iso are certainly soft tissue
 constexpr double kSeedRadius_mm = 1.5;
-constexpr double kSnap_mm = 4;         // maximum distance of a point from the bone
-constexpr double kLeastInBone = 0.25;  // of a mask that belongs to the scan; marrow is not bone by its HU
-constexpr int kRim = 3;                // voxels of soft tissue that are assigned with the bone
+constexpr double kSnap_mm = 4;  // maximum distance of a point from the bone
+constexpr int kRim = 3;         // voxels of soft tissue that are assigned with the bone
 
 using Progress = std::function<void(double)>;
 
 std::string Text(const Vec3& p) {
   return fmt::format("({:.1f}, {:.1f}, {:.1f})", p.x, p.y, p.z);
-}
-
-Volume CropAround(const Volume& ct, const std::array<int, 3>& lower, const std::array<int, 3>& upper,
-                  double margin_mm) {
-  std::array<int, 3> lo{}, hi{};
-  for (int a = 0; a < 3; ++a) {
-    const int margin = std::max(kAirMargin, static_cast<int>(std::ceil(margin_mm / ct.spacing_mm[a])));
-    lo[a] = std::max(lower[a] - margin, -kAirMargin);
-    hi[a] = std::min(upper[a] + margin, ct.size[a] - 1 + kAirMargin);
-  }
-  return Crop(ct, lo, hi);
 }
 
 std::string ListComponents(const Components& all, double smallest_mm3) {
@@ -100,7 +87,19 @@ std::optional<std::array<int, 3>> FindBoneNear(const Volume& ct, double iso_hu, 
   return best;
 }
 
-// Returns the bone voxel nearest to a point. Throws kerf::Error if there is none nearby.
+}  // namespace
+
+Volume CropAround(const Volume& ct, const std::array<int, 3>& lower, const std::array<int, 3>& upper,
+                  double margin_mm) {
+  std::array<int, 3> lo{}, hi{};
+  for (int a = 0; a < 3; ++a) {
+    const int margin = std::max(kAirMargin, static_cast<int>(std::ceil(margin_mm / ct.spacing_mm[a])));
+    lo[a] = std::max(lower[a] - margin, -kAirMargin);
+    hi[a] = std::min(upper[a] + margin, ct.size[a] - 1 + kAirMargin);
+  }
+  return Crop(ct, lo, hi);
+}
+
 std::array<int, 3> Snap(const Volume& ct, double iso_hu, const Vec3& p_W, const char* option) {
   if (!ct.Contains(RoundToVoxel(ct, p_W))) {
     throw Error(fmt::format("--{} {}: the point lies outside the scan", option, Text(p_W)));
@@ -112,6 +111,8 @@ std::array<int, 3> Snap(const Volume& ct, double iso_hu, const Vec3& p_W, const 
   }
   return *best;
 }
+
+namespace {
 
 // Marks a small ball of bone around a point. Throws kerf::Error if the voxel of a drop point is already marked kKeep.
 void MarkBall(const Volume& ct, double iso_hu, const Vec3& p_W, Marker marker, std::vector<std::uint8_t>& markers) {
@@ -209,170 +210,6 @@ std::vector<std::uint8_t> MarkCandidate(const Volume& ct, const Volume& crop, co
     }
   }
   return markers;
-}
-
-// Returns the fraction of the mask's wanted voxels that lie outside the scan, and includes the others, and those that
-// are undecided, in the box of voxels from `lower` to `upper`.
-double FindMaskInScan(const Volume& ct, const BoneMask& mask, std::array<int, 3>& lower, std::array<int, 3>& upper) {
-  const Volume& map = mask.tissue;
-  std::size_t wanted = 0, outside = 0;
-  for (std::size_t v = 0, k = 0; k < static_cast<std::size_t>(map.size[2]); ++k) {
-    for (int j = 0; j < map.size[1]; ++j) {
-      for (int i = 0; i < map.size[0]; ++i, ++v) {
-        if (!IsWanted(mask.At(v)) && !IsUndecided(mask.At(v))) continue;
-        const Vec3 p_V = ct.VoxelFromWorld(map.WorldFromVoxel({i, j, static_cast<double>(k)}));
-        const std::array<int, 3> at = {static_cast<int>(std::lround(p_V.x)), static_cast<int>(std::lround(p_V.y)),
-                                       static_cast<int>(std::lround(p_V.z))};
-        wanted += IsWanted(mask.At(v)) ? 1 : 0;
-        if (!ct.Contains(at)) {
-          outside += IsWanted(mask.At(v)) ? 1 : 0;
-          continue;
-        }
-        for (std::size_t a = 0; a < 3; ++a) {
-          lower[a] = std::min(lower[a], at[a]);
-          upper[a] = std::max(upper[a], at[a]);
-        }
-      }
-    }
-  }
-  return wanted == 0 ? 1 : static_cast<double>(outside) / static_cast<double>(wanted);
-}
-
-// Returns for each voxel of a mask the depth of the middle of the thickest part that it belongs to, mm: the radius of
-// the largest ball within the mask from which the voxel is less than `slack_mm` away. A bump that is lower than that is
-// no part of its own.
-std::vector<float> CalcThickness(const Volume& lattice, const std::vector<float>& depth_mm, double slack_mm) {
-  constexpr double kRidgeSlope = 0.6;  // of the depth, 1 beside the middle of a part and less along it
-  const Vec3& h = lattice.spacing_mm;
-  std::vector<float> thickness_mm = depth_mm;
-  const auto is_ridge = [&](int i, int j, int k, float depth) {
-    for (int side = 0; side < 27; ++side) {
-      const std::array<int, 3> at = {i + side % 3 - 1, j + side / 3 % 3 - 1, k + side / 9 - 1};
-      if (!lattice.Contains(at)) continue;
-      const double step_mm = glm::length(h * Vec3(side % 3 - 1, side / 3 % 3 - 1, side / 9 - 1));
-      if (static_cast<double>(depth_mm[lattice.Index(at[0], at[1], at[2])] - depth) > kRidgeSlope * step_mm)
-        return false;
-    }
-    return true;
-  };
-  for (int k = 0; k < lattice.size[2]; ++k) {
-    for (int j = 0; j < lattice.size[1]; ++j) {
-      for (int i = 0; i < lattice.size[0]; ++i) {
-        const float depth = depth_mm[lattice.Index(i, j, k)];
-        if (depth <= 0 || !is_ridge(i, j, k, depth)) continue;
-        const double reach_mm = static_cast<double>(depth) + slack_mm;
-        const auto from = [&](int at, int a) { return std::max(at - static_cast<int>(reach_mm / h[a]), 0); };
-        const auto to = [&](int at, int a) {
-          return std::min(at + static_cast<int>(reach_mm / h[a]), lattice.size[static_cast<std::size_t>(a)] - 1);
-        };
-        for (int z = from(k, 2); z <= to(k, 2); ++z) {
-          for (int y = from(j, 1); y <= to(j, 1); ++y) {
-            const double across_mm2 = std::pow(h.z * (z - k), 2) + std::pow(h.y * (y - j), 2);
-            for (int x = from(i, 0); x <= to(i, 0); ++x) {
-              float& here = thickness_mm[lattice.Index(x, y, z)];
-              if (here >= depth || across_mm2 + std::pow(h.x * (x - i), 2) >= reach_mm * reach_mm) continue;
-              here = depth;
-            }
-          }
-        }
-      }
-    }
-  }
-  return thickness_mm;
-}
-
-// Makes the crop and the markers of a mask, on the crop. Throws kerf::Error if the mask does not fit the scan.
-std::vector<std::uint8_t> MarkMask(const Volume& ct, const IsolateOptions& options, Isolation& result) {
-  const BoneMask& mask = *options.mask;
-  MaskUse& use = result.mask.emplace();
-  use.reach_mm = options.mask_reach_mm > 0 ? options.mask_reach_mm : CalcDefaultReach(mask);
-  std::array<int, 3> lower = ct.size, upper = {0, 0, 0};
-  use.outside_scan = FindMaskInScan(ct, mask, lower, upper);
-  if (use.outside_scan > 0.5) {
-    throw Error(
-        fmt::format("{:.0f} % of the wanted bone of the mask lies outside the scan; the mask belongs to another "
-                    "scan, or its coordinates are in another frame",
-                    100 * use.outside_scan));
-  }
-  // Kept bone must not reach the edge of the crop, also about keep points outside the mask.
-  for (const Vec3& p_W : options.keep_W) {
-    const std::array<int, 3> at = Snap(ct, options.iso_hu, p_W, "keep");
-    for (std::size_t a = 0; a < 3; ++a) {
-      lower[a] = std::min(lower[a], at[a]);
-      upper[a] = std::max(upper[a], at[a]);
-    }
-  }
-  result.ct = CropAround(ct, lower, upper, use.reach_mm + kMargin_mm);
-  const Volume& crop = result.ct;
-  use.samples = SampleMask(mask, crop, use.reach_mm);
-  std::size_t wanted = 0, in_bone = 0, undecided = 0;
-  for (std::size_t v = 0; v < crop.count(); ++v) {
-    wanted += use.samples.wanted[v];
-    in_bone += use.samples.wanted[v] != 0 && crop.hu[v] >= options.iso_hu ? 1 : 0;
-    undecided += use.samples.undecided[v];
-  }
-  if (wanted == 0) throw Error("the wanted bone of the mask is smaller than a voxel of the scan");
-  use.wanted_mm3 = static_cast<double>(wanted) * crop.CalcVoxelVolume();
-  use.in_bone = static_cast<double>(in_bone) / static_cast<double>(wanted);
-  if (use.in_bone < kLeastInBone) {
-    throw Error(
-        fmt::format("only {:.0f} % of the wanted bone of the mask lies in bone above {:.0f} HU; the mask belongs "
-                    "to another scan, its coordinates are in another frame, or --iso is too high",
-                    100 * use.in_bone, options.iso_hu));
-  }
-  const std::vector<float> depth_mm = CalcDepth(crop, use.samples.wanted);
-  std::vector<float> outer_mm = depth_mm;
-  if (undecided > 0) {
-    std::vector<std::uint8_t> either = use.samples.wanted;
-    for (std::size_t v = 0; v < either.size(); ++v) either[v] |= use.samples.undecided[v];
-    outer_mm = CalcDepth(crop, either);
-  }
-  // Where the mask is thinner than twice the reach, its middle is the marker, also where that is marrow.
-  const std::vector<float> thickness_mm = CalcThickness(crop, depth_mm, use.reach_mm);
-  std::vector<std::uint8_t> markers(crop.count(), kUnmarked);
-  use.certain.assign(crop.count(), 0);
-  for (std::size_t v = 0; v < crop.count(); ++v) {
-    const auto depth = static_cast<double>(depth_mm[v]);
-    use.certain[v] = depth > use.reach_mm ? 1 : 0;
-    if (depth > std::min(use.reach_mm, 0.5 * static_cast<double>(thickness_mm[v]))) markers[v] = kKeep;
-    if (crop.hu[v] >= options.iso_hu && static_cast<double>(outer_mm[v]) < -use.reach_mm) markers[v] = kDrop;
-  }
-  result.how = fmt::format("{}, where it and the CT differ by more than {:.4g} mm", mask.how, use.reach_mm);
-  return markers;
-}
-
-// Returns 1 for the bone that is joined to the wanted bone, that a mask marked as unwanted because it lies outside, and
-// that is in no segment of other bone.
-std::vector<std::uint8_t> FindCutOff(const Isolation& result, double iso_hu, const std::vector<std::uint8_t>& markers) {
-  const Volume& ct = result.ct;
-  const Components all = FindComponents(ct, [&](std::size_t v) { return ct.hu[v] >= iso_hu; });
-  const auto kept =
-      static_cast<std::size_t>(std::find(result.bone.begin(), result.bone.end(), 1) - result.bone.begin());
-  std::vector<std::uint8_t> cut_off(ct.count(), 0);
-  for (std::size_t v = 0; v < ct.count(); ++v) {
-    if (markers[v] != kDrop || all.labels[v] != all.labels[kept]) continue;
-    cut_off[v] = result.bone[v] == 0 && result.mask->samples.other[v] == 0 ? 1 : 0;
-  }
-  return cut_off;
-}
-
-// Finds the bone that the mask names and that is not in the result, and its greatest distance from it.
-void FindGivenAway(Isolation& result, double iso_hu) {
-  constexpr double kSpeck_mm3 = 10;  // noise at the border of a mask; counted, but its distance is not
-  const Volume& ct = result.ct;
-  MaskUse& use = *result.mask;
-  use.given_away.assign(ct.count(), 0);
-  for (std::size_t v = 0; v < ct.count(); ++v) {
-    use.given_away[v] = use.samples.wanted[v] != 0 && ct.hu[v] >= iso_hu && result.bone[v] == 0 ? 1 : 0;
-  }
-  const Components parts = FindComponents(ct, [&](std::size_t v) { return use.given_away[v] != 0; });
-  if (parts.list.empty() || parts.list.front().volume_mm3 < kSpeck_mm3) return;
-  const std::vector<float> depth_mm = CalcDepth(ct, result.bone);
-  for (std::size_t v = 0; v < ct.count(); ++v) {
-    const std::int32_t label = parts.labels[v];
-    if (label == 0 || parts.list[static_cast<std::size_t>(label - 1)].volume_mm3 < kSpeck_mm3) continue;
-    use.given_away_mm = std::max(use.given_away_mm, -static_cast<double>(depth_mm[v]));
-  }
 }
 
 // Assigns soft tissue close to bone to the nearest bone, wanted or not.

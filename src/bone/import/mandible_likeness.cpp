@@ -139,16 +139,7 @@ constexpr std::size_t kTurnPoints = 30000;
 
 // Returns the axis along which the points are spread most, the left-right one of a mandible, towards positive x.
 Vec3 FindWidestAxis(const std::vector<Vec3>& points_W) {
-  Vec3 mean(0);
-  for (const Vec3& p : points_W) mean += p / static_cast<double>(points_W.size());
-  std::array<std::array<double, 3>, 3> spread{};
-  for (const Vec3& p : points_W) {
-    const Vec3 d = p - mean;
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) spread[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] += d[r] * d[c];
-    }
-  }
-  const SymmetricEigen eigen = CalcSymmetricEigen(spread);
+  const SymmetricEigen eigen = CalcPointSpread(points_W).scatter;
   const auto largest = std::max_element(eigen.values.begin(), eigen.values.end());
   const Vec3 axis = eigen.vectors[static_cast<std::size_t>(largest - eigen.values.begin())];
   return axis.x < 0 ? -axis : axis;

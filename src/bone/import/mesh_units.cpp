@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <string_view>
 #include <vector>
 
 #include "base/core/number_text.h"
@@ -35,13 +34,13 @@ struct LargeBone {
   double longest_cm;
   double middle;
   double smallest;
+  double thickest_cm = 1000;  // of its smallest side
 };
 /// Skulls are 15 to 26 cm long and at least half as thick, which few pieces in mm are. Humerus, tibia, fibula and femur
-/// are 28 to 52 cm long and at most 0.3 times as wide; whole teeth are shorter.
+/// are 28 to 55 cm long and at most 0.3 times as wide; whole teeth are shorter. Radius, clavicle and ribs are 16 to 32
+/// cm long and less than 2.5 cm thick; a piece in mm with these numbers would be a sliver.
 constexpr std::array<LargeBone, 3> kLargeBones{
-    {{"skull", 15, 26, 1, 0.5}, {"long bone", 28, 55, 0.3, 0}, {"long thin bone", 16, 32, 0.35, 0}}};
-
-constexpr double kSliver_mm = 2.5;
+    {{"skull", 15, 26, 1, 0.5}, {"long bone", 28, 55, 0.3, 0}, {"long thin bone", 16, 32, 0.35, 0, 2.5}}};
 
 /// Maximum number of voxels within a surface: 2 litres at 0.1 mm, which take one core two minutes. No bone encloses
 /// that much.
@@ -56,15 +55,7 @@ std::string ShowSide(double side) {
 
 /// Returns the lengths of the surface along its principal axes, in increasing order.
 std::array<double, 3> CalcPrincipalSides(const TriangleMesh& mesh) {
-  Vec3 mean(0);
-  for (const Vec3& p : mesh.points) mean += p / static_cast<double>(mesh.points.size());
-  std::array<std::array<double, 3>, 3> scatter{};
-  for (const Vec3& p : mesh.points) {
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) scatter[i][j] += (p[i] - mean[i]) * (p[j] - mean[j]);
-    }
-  }
-  const SymmetricEigen eigen = CalcSymmetricEigen(scatter);
+  const auto [mean, eigen] = CalcPointSpread(mesh.points);
   std::array<double, 3> sides{};
   for (std::size_t a = 0; a < 3; ++a) {
     double lower = 0;
@@ -86,8 +77,7 @@ const char* FindLargeBone(const TriangleMesh& mesh) {
   for (const LargeBone& bone : kLargeBones) {
     const bool fits = length >= bone.shortest_cm && length <= bone.longest_cm && middle <= bone.middle * length &&
                       smallest >= bone.smallest * length;
-    // In mm, a long thin bone in cm would be a sliver.
-    if (fits && (bone.name != std::string_view("long thin bone") || smallest < kSliver_mm)) return bone.name;
+    if (fits && smallest < bone.thickest_cm) return bone.name;
   }
   return nullptr;
 }

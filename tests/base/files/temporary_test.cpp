@@ -237,6 +237,19 @@ TEST_F(Temporaries, SignalHandlerRemovesTheEmptyFoldersThatAFolderLockHasMade) {
   EXPECT_TRUE(fs::exists(own_.file("there"))) << "it was there before";
 }
 
+TEST_F(Temporaries, SignalHandlerRemovesTemporaryFoldersWithTheirContentAndFollowsNoLink) {
+  namespace fs = std::filesystem;
+  fs::create_directory(own_.file("kept"));
+  test::WriteBytes(own_.file("kept/file"), "x");
+  const TemporaryFolder folder("kerf_test");
+  fs::create_directories(folder.path() + "/a/b/c");
+  for (int i = 0; i < 500; ++i) test::WriteBytes(folder.path() + "/a/b/a rather long name " + std::to_string(i), "x");
+  fs::create_directory_symlink(own_.file("kept"), folder.path() + "/a/link");
+  RemoveLiveTemporaries();
+  EXPECT_FALSE(fs::exists(folder.path()));
+  EXPECT_TRUE(fs::exists(own_.file("kept/file")));
+}
+
 TEST_F(Temporaries, FolderLockIsHeldUntilTheProgramEndsOrIsKilled) {
   const std::string folder = own_.file("a/b");
   const std::string refusal = folder + ": another kerf is writing results into this folder";
