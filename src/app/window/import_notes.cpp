@@ -28,7 +28,7 @@ std::string DescribeImport(const Bone& bone, const std::function<std::string(con
     const std::size_t end = std::min(notes.find(". ", at), notes.size());
     std::string sentence = translate(notes.substr(at, end - at));
     if (!sentence.empty()) sentence[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence[0])));
-    text += (text.empty() ? "" : " ") + sentence + ".";
+    text += (text.empty() ? "" : "\n") + sentence + ".";
     at = end + 2;
   }
   return text;

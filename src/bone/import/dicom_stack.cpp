@@ -91,7 +91,8 @@ void PlaceFrames(const DicomSeries& series, double spacing_z_mm, SliceStack& sta
     if (a.frame != b.frame) spacing = glm::length(b.origin_W - a.origin_W) / std::abs(b.frame - a.frame);
   }
   stack.warnings.push_back(fmt::format(
-      "{} gives no positions of its {} frames: they are assumed to be {:.4g} mm apart, {}, and to follow each other "
+      "the file {} gives no positions of its {} frames: they are assumed to be {:.4g} mm apart, {}, and to follow each "
+      "other "
       "{}{}; "
       "check the size and the sides of the bone, and correct them with --spacing-z and --frame",
       file, assumed->frames, spacing, spacing_z_mm != 0 ? "as given by --spacing-z" : "by " + assumed->spacing_from,
