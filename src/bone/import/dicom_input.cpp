@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "base/core/number_text.h"
 #include "base/files/files.h"
 #include "bone/import/dicom_segments.h"
 #include "bone/import/dicom_zip.h"
@@ -50,11 +51,21 @@ DicomSeries DicomInput::Choose(const std::string& uid) const {
   return WithNames(*this, [&] {
     if (!is_slice_ || !uid.empty()) return ChooseSeries(series_, uid, path_);
     const auto is_this = [this](const std::string& other) { return IsSameFile(other, path_); };
+    const auto holds = [&](const DicomSeries& series) {
+      return std::any_of(series.slices.begin(), series.slices.end(),
+                         [&](const DicomSlice& slice) { return is_this(slice.path); });
+    };
     for (const DicomSeries& series : series_) {
-      const auto has = [&](const DicomSlice& slice) { return is_this(slice.path); };
-      if (std::any_of(series.slices.begin(), series.slices.end(), has)) {
-        return ChooseSeries({series}, series.name(), path_);
+      if (!holds(series)) continue;
+      DicomSeries chosen = ChooseSeries({series}, series.name(), path_);
+      for (const DicomSeries& other : series_) {
+        if (&other == &series || !holds(other)) continue;
+        chosen.warnings.push_back(
+            fmt::format("the file also has {} of another stack, which were left out; choose them "
+                        "with --series {}",
+                        FormatCount(other.slices.size(), "slice", "slices"), other.name()));
       }
+      return chosen;
     }
     for (const DicomSeries& series : series_) {
       for (const LeftOutFile& file : series.left_out) {
