@@ -13,7 +13,6 @@ namespace kerf {
 namespace {
 
 using test::Folder;
-using test::MessageOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 

@@ -18,7 +18,6 @@ using test::Folder;
 using test::MessageOf;
 using test::Put;
 using test::WriteBytes;
-using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
