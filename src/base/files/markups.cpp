@@ -160,7 +160,7 @@ CutPlane FitPlane(const std::vector<Vec3>& points, const std::string& what) {
   const auto [mean, eigen] = CalcPointSpread(points);
   std::array<std::size_t, 3> order{0, 1, 2};
   std::sort(order.begin(), order.end(),
-            [&eigen](std::size_t i, std::size_t j) { return eigen.values[i] < eigen.values[j]; });
+            [&values = eigen.values](std::size_t i, std::size_t j) { return values[i] < values[j]; });
   // Compares the smaller spread within the plane with the larger.
   if (!(eigen.values[order[1]] > 1e-6 * eigen.values[order[2]])) {
     throw Error(fmt::format("{}: its points lie on a line, so they do not define a plane", what));
