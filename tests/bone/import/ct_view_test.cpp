@@ -15,6 +15,11 @@
 namespace kerf {
 namespace {
 
+const Rgb8& PixelAt(const CtView& view, int row, int column) {
+  return view.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(view.columns) +
+                     static_cast<std::size_t>(column)];
+}
+
 // A ball far from the origin, in an oblique lattice with a different spacing in each direction.
 const Vec3 kBall_W(12, -230, 371);
 constexpr double kRadius_mm = 10;
@@ -48,7 +53,7 @@ Spot FindBone(const CtView& view) {
   int count = 0;
   for (int row = 0; row < view.rows; ++row) {
     for (int column = 0; column < view.columns; ++column) {
-      const Rgb8& p = view.pixels[static_cast<std::size_t>(row * view.columns + column)];
+      const Rgb8& p = PixelAt(view, row, column);
       if (p[0] < p[2] + 10) continue;
       ++count;
       spot.across += view.left_mm + (column + 0.5) / view.columns * (view.right_mm - view.left_mm);
@@ -120,7 +125,7 @@ TEST(CtView, SurfaceViewShowsTheNearestSurface) {
   const auto brightness = [&](double x, double z) {
     const int column = static_cast<int>((x - view.left_mm) / (view.right_mm - view.left_mm) * view.columns);
     const int row = static_cast<int>((z - view.top_mm) / (view.bottom_mm - view.top_mm) * view.rows);
-    return view.pixels[static_cast<std::size_t>(row * view.columns + column)][1];
+    return PixelAt(view, row, column)[1];
   };
   EXPECT_GT(brightness(0, 0), brightness(3.3, 0) + 5);  // on the near ball, and on the far ball
   EXPECT_GT(brightness(3.3, 0), brightness(5.5, 0) + 5);
@@ -174,7 +179,7 @@ TEST(CtView, SliceOfTheWholeScanHasTheGreysOfItsNumbers) {
       const double x = view.left_mm + (column + 0.5) / view.columns * (view.right_mm - view.left_mm) - ct.origin_W.x;
       const double z = view.top_mm + (row + 0.5) / view.rows * (view.bottom_mm - view.top_mm) - ct.origin_W.z;
       if (z < 0 || z > 19 * 1.1) continue;  // beyond the outermost centres the values do not change
-      const Rgb8& p = view.pixels[static_cast<std::size_t>(row * view.columns + column)];
+      const Rgb8& p = PixelAt(view, row, column);
       EXPECT_EQ(p[0], p[1]);
       // The numbers are rounded to 0.5 HU, the greys to 4 HU.
       EXPECT_NEAR(p[0], std::clamp((10 * x + 100 * z) / 2000, 0.0, 1.0) * 255, 0.6) << row << " " << column;
