@@ -18,6 +18,7 @@ using test::Folder;
 using test::MessageOf;
 using test::WriteBytes;
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -323,6 +324,27 @@ TEST(Padding, IsRecognisedInVolumesAndOtherValuesAreKept) {
   EXPECT_EQ(ClearPadding(ct), 13u);  // and the artefact
   EXPECT_EQ(ct.hu[0], -1024);
   EXPECT_EQ(ct.hu[500], 15000);
+}
+
+TEST(Padding, OfOneBrightValueOutsideTheCircleIsAir) {
+  Volume ct = test::JawCt(4);
+  ct.hu[ct.hu.size() / 2] = 3071;  // metal
+  for (const int bright : {1500, 2500}) {
+    Volume padded = ct;
+    std::size_t outside = 0;
+    for (int v = 0; v < static_cast<int>(ct.hu.size()); ++v) {
+      const double x = v % ct.size[0] - 0.5 * (ct.size[0] - 1);
+      const double y = v / ct.size[0] % ct.size[1] - 0.5 * (ct.size[1] - 1);
+      if (x * x + y * y < 17 * 17) continue;
+      padded.hu[static_cast<std::size_t>(v)] = static_cast<std::int16_t>(bright);
+      ++outside;
+    }
+    EXPECT_EQ(ClearPadding(padded), outside);
+    EXPECT_THAT(padded.warnings, ElementsAre(HasSubstr(fmt::format("with the value {} HU are padding", bright))));
+  }
+  // Air of grey values, which is as bright, has nothing darker.
+  for (std::int16_t& hu : ct.hu) hu = static_cast<std::int16_t>(hu + 2500);
+  EXPECT_EQ(ClearPadding(ct), 0u);
 }
 
 TEST(Padding, SingleVoxelsBeyondMetalGetTheValueOfANeighbour) {
