@@ -18,6 +18,7 @@
 #include "base/files/files.h"
 #include "bone/import/dicom_input.h"
 #include "bone/import/dicom_study.h"
+#include "bone/import/import.h"
 #include "bone/mesh/decimate.h"
 #include "bone/mesh/meshfile.h"
 #include "bone/vdb/bonefile.h"
@@ -38,7 +39,7 @@ struct ExportArguments {
   std::string segmentation;
   std::string before;
   std::string ct;
-  std::string series;
+  ImportOptions import;         // of the CT
   double segment_voxel_mm = 0;  // 0: that of the bone's regions
   double min_piece_mm3 = 1;
   bool json = false;
@@ -100,11 +101,11 @@ SegmentationWriting ExportSegmentation(const Bone& bone, const ExportArguments& 
     for (const DicomSeries& any : input.series()) {
       for (const DicomSlice& slice : any.slices) CheckInputsNotOverwritten({slice.path}, {options.segmentation});
     }
-    const DicomSeries series = TakeAsCt(input.Choose(options.series), true);
+    const DicomSeries series = TakeAsCt(input.Choose(options.import.series), true);
     for (const std::string& warning : series.warnings) SayWarning("{}: {}", options.ct, warning);
-    CheckSeries(series);
-    CheckContains(series, bone.CalcBounds(), options.ct);
-    study = ReadDicomStudy(series);
+    const DicomSeries placed = CheckSeries(series, options.import.spacing_z_mm);
+    CheckContains(placed, bone.CalcBounds(), options.ct);
+    study = ReadDicomStudy(placed);
   }
   const Bone before = options.before.empty() ? Bone() : ReadBone(options.before);
   SegmentationWriting written;
@@ -190,7 +191,9 @@ void Check(const ExportArguments& options) {
     throw CLI::ValidationError("--seg", "a DICOM segmentation refers to the CT; name its folder with --ct");
   }
   if (!is_dicom && !options.ct.empty()) throw CLI::ValidationError("--ct needs --seg FILE.dcm");
-  if (options.ct.empty() && !options.series.empty()) throw CLI::ValidationError("--series needs --ct");
+  if (options.ct.empty() && (!options.import.series.empty() || options.import.spacing_z_mm != 0)) {
+    throw CLI::ValidationError("--series and --spacing-z need --ct");
+  }
   if (options.segmentation.empty() && (!options.before.empty() || options.segment_voxel_mm > 0)) {
     throw CLI::ValidationError("--before and --seg-voxel need --seg");
   }
@@ -259,7 +262,9 @@ void AddExportCommand(CLI::App& app) {
       "--ct", options->ct,
       "With --seg FILE.dcm: the CT (DICOM folder, slice or .zip) that the bone was made from; patient and study "
       "are copied from it");
-  command->add_option("--series", options->series, "With --ct: UID of the CT series, or its end");
+  command->add_option("--series", options->import.series, "With --ct: UID of the CT series, or its end");
+  AddNumber(*command, "--spacing-z", options->import, "spacing_z_mm",
+            "With --ct: distance between the slices of DICOM files that do not state it; 0: as stated");
   AddNumberOption(*command, "--seg-voxel", options->segment_voxel_mm, "seg_voxel_mm", kSegmentVoxelRange_mm,
                   "With --seg: voxel size; default: that of the bone's regions");
   command->add_flag("--json", options->json, "Print as JSON");

@@ -7,6 +7,8 @@
 #include <cstring>
 #include <glm/geometric.hpp>
 #include <map>
+#include <sstream>
+#include <string_view>
 
 #include "base/files/child.h"
 #include "bone/import/dicom_pixels.h"
@@ -20,6 +22,7 @@ namespace kerf {
 namespace {
 
 constexpr ChildLimits kReadingSlices{std::uint64_t{3} << 30, 120};
+constexpr std::size_t kMaxDamaged = 3;  // slices at which the library that unpacks them may fail
 
 // Throws kerf::Error unless each slice can be read and belongs to a CT with the others.
 void CheckSlices(const DicomSeries& series) {
@@ -32,6 +35,7 @@ void CheckSlices(const DicomSeries& series) {
   int rescale = 0;
   for (const DicomSlice& s : series.slices) rescale |= s.rescale;
   for (const DicomSlice& s : series.slices) {
+    if (!s.damage.empty()) continue;
     const std::string file = NameOf(s);
     if (s.samples != 1) fail(fmt::format("{} is a colour image ({} samples per pixel), not CT", file, s.samples));
     if (s.inverted) {
@@ -42,7 +46,6 @@ void CheckSlices(const DicomSeries& series) {
     }
     if (!s.fault.empty()) fail(fmt::format("{} can't be read: {}; export it again, or remove it", file, s.fault));
     if (const int missing = rescale & ~s.rescale; missing != 0) {
-      if (s.cut_off) fail(fmt::format("{} is cut off before its pixels; copy or export it again", file));
       fail(fmt::format("{} has no {}{}{}, which the other slices have; export it again, or remove it", file,
                        (missing & DicomSlice::kHasSlope) != 0 ? "RescaleSlope (0028,1053)" : "",
                        missing == (DicomSlice::kHasSlope | DicomSlice::kHasIntercept) ? " and " : "",
@@ -65,10 +68,15 @@ void CheckSlices(const DicomSeries& series) {
   }
 }
 
-// Reads the slices' HU into `pixels`, one slice after the other. For a child process.
-SliceValues ReadSlices(const std::vector<DicomSlice>& slices, std::size_t slice_pixels, char* pixels,
-                       ChildReport& report) {
-  SliceValues found;
+// Adds the path of a file that can't be read and the fault, each followed by a zero byte.
+void AddFault(const DicomSlice& slice, const Error& fault, std::string& faults) {
+  faults += slice.path + '\0' + fault.what() + '\0';
+}
+
+// Reads the slices' HU into `pixels`, one slice after the other. For a child process. Returns the faults.
+std::string ReadSlices(const std::vector<DicomSlice>& slices, std::size_t slice_pixels, char* pixels,
+                       SliceValues& found, ChildReport& report) {
+  std::string faults;
   HuTable table;
   std::vector<std::int16_t> hu(slice_pixels);
   std::map<std::string, std::vector<std::size_t>> by_path;
@@ -78,16 +86,36 @@ SliceValues ReadSlices(const std::vector<DicomSlice>& slices, std::size_t slice_
     const auto of_file = by_path.find(next.path);
     if (of_file == by_path.end()) continue;
     report.SetName(next.path);
-    const FilePixels file(next);
-    found.behind += file.bytes_behind();
-    for (const std::size_t k : of_file->second) {
-      table.Convert(file, slices[k], hu, found);
-      std::memcpy(pixels + k * slice_pixels * sizeof hu[0], hu.data(), slice_pixels * sizeof hu[0]);
-      report.SetProgress(static_cast<double>(++done) / static_cast<double>(slices.size()));
+    try {
+      const FilePixels file(next);
+      found.behind += file.bytes_behind();
+      for (const std::size_t k : of_file->second) {
+        table.Convert(file, slices[k], hu, found);
+        std::memcpy(pixels + k * slice_pixels * sizeof hu[0], hu.data(), slice_pixels * sizeof hu[0]);
+        report.SetProgress(static_cast<double>(++done) / static_cast<double>(slices.size()));
+      }
+    } catch (const Error& e) {
+      AddFault(next, e, faults);
     }
     by_path.erase(of_file);
   }
-  return found;
+  return faults;
+}
+
+// Returns the series with the slices of these files marked as damaged. Throws kerf::Error if they are no others than
+// before.
+DicomSeries MarkDamaged(DicomSeries series, const std::string& faults) {
+  bool any = false;
+  std::istringstream in(faults);
+  for (std::string path, fault; std::getline(in, path, '\0') && std::getline(in, fault, '\0');) {
+    for (DicomSlice& s : series.slices) {
+      if (s.path != path || !s.damage.empty()) continue;
+      s.damage = fault;
+      any = true;
+    }
+  }
+  if (!any) throw Error(fmt::format("series {}: the process that read the slices sent invalid data", series.uid));
+  return series;
 }
 
 // Fills the planes of the volume from the slices at their places, interpolating between two.
@@ -126,18 +154,9 @@ void WarnOfValues(const SliceValues& found, Volume& volume) {
   }
 }
 
-}  // namespace
-
-Vec3 CalcNormal(const DicomSlice& slice) {
-  return glm::normalize(glm::cross(slice.row_W, slice.column_W));
-}
-
-void CheckSeries(const DicomSeries& series, double spacing_z_mm) {
-  CheckSlices(series);
-  PlaceSlices(series, spacing_z_mm);
-}
-
-Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress, double spacing_z_mm) {
+// Reads a series. Sets the faults of files that can't be read; the volume is then empty.
+Volume ReadWhole(const DicomSeries& series, const std::function<void(double)>& progress, double spacing_z_mm,
+                 std::string& faults) {
   CheckSlices(series);
   const SliceStack stack = PlaceSlices(series, spacing_z_mm);
   const DicomSlice& first = stack.slices.front();
@@ -156,21 +175,57 @@ Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(doubl
                             volume.size[0], volume.size[1], volume.size[2]));
   }
   for (const DicomSlice& slice : stack.slices) {
-    if (&slice == &first || slice.path != (&slice - 1)->path) CheckFileSize(slice);
+    if (&slice != &first && slice.path == (&slice - 1)->path) continue;
+    try {
+      CheckFileSize(slice);
+    } catch (const Error& e) {
+      AddFault(slice, e, faults);
+    }
   }
+  if (!faults.empty()) return {};
   const SharedMemory pixels(slice_pixels * stack.slices.size() * sizeof(std::int16_t));
   const SharedMemory values(sizeof(SliceValues));
   const auto read = [&](ChildReport& report) {
-    const SliceValues found = ReadSlices(stack.slices, slice_pixels, pixels.data(), report);
+    SliceValues found;
+    std::string unread = ReadSlices(stack.slices, slice_pixels, pixels.data(), found, report);
     std::memcpy(values.data(), &found, sizeof found);
-    return "";
+    return unread;
   };
-  RunInChild(first.path, kReadingSlices, read, progress);
+  try {
+    faults = RunInChild(first.path, kReadingSlices, read, progress);
+  } catch (const Error& e) {
+    // The library may have failed at a file.
+    const auto failed = std::find_if(stack.slices.begin(), stack.slices.end(), [&e](const DicomSlice& s) {
+      return std::string_view(e.what()).starts_with(s.path + ": ");
+    });
+    if (failed == stack.slices.end() || stack.damaged.size() >= kMaxDamaged) throw;
+    AddFault(*failed, e, faults);
+  }
+  if (!faults.empty()) return {};
   FillPlanes(stack, pixels.data(), volume);
   SliceValues found;
   std::memcpy(&found, values.data(), sizeof found);
   WarnOfValues(found, volume);
   return volume;
+}
+
+}  // namespace
+
+Vec3 CalcNormal(const DicomSlice& slice) {
+  return glm::normalize(glm::cross(slice.row_W, slice.column_W));
+}
+
+DicomSeries CheckSeries(const DicomSeries& series, double spacing_z_mm) {
+  CheckSlices(series);
+  DicomSeries placed = series;
+  placed.slices = PlaceSlices(series, spacing_z_mm).slices;
+  return placed;
+}
+
+Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress, double spacing_z_mm) {
+  std::string faults;
+  Volume volume = ReadWhole(series, progress, spacing_z_mm, faults);
+  return faults.empty() ? volume : ReadDicomSeries(MarkDamaged(series, faults), progress, spacing_z_mm);
 }
 
 }  // namespace kerf

@@ -33,14 +33,15 @@ struct DicomSlice {
   std::string instance_uid;  // SOP instance
   std::string modality;
   std::string image_type;     // values separated by backslashes
-  std::uint64_t patient = 0;  // hash of the patient's name and identifier
+  std::uint64_t patient = 0;  // hash of the identifier with its issuer, or else of the name
   std::uint64_t study = 0;    // hash of the study's UID
   std::string phase;          // temporal position
   std::string acquisition;    // number
   std::string acquisition_time;
   std::string kernel;  // of the reconstruction
   double thickness_mm = 0;
-  bool cut_off = false;         // the file ends before its pixels do
+  std::uint64_t pixels_at = 0;  // offset in the file from which to look for the pixels
+  std::string damage;           // why its pixels are missing, a sentence with the path; empty: not known to be
   int frame = 0;                // index in the file, zero-based
   std::string stack;            // of the frames of a file: those of one stack and one point in time have the same
   std::string spacing_from;     // element that gives the distance between frames without positions; else empty
@@ -63,7 +64,7 @@ struct LeftOutFile {
   std::string path;
   std::string kind;           // completes "2 files were left out (...)"
   std::string fault;          // complete sentence with the path
-  bool may_be_slice = false;  // the series may lack this file
+  bool may_be_slice = false;  // if a slice is missing, it may be this file
 };
 
 /// A stack of slices. Usually it is all that has one series UID; two patients, acquisitions or phases with one UID are
@@ -83,10 +84,10 @@ struct DicomSeries {
 };
 
 /// Returns all series of DICOM files, largest first. `path`: a folder, with its subfolders; a DICOMDIR, for its folder;
-/// or another DICOM file, for the files beside it or, if it has several frames, for itself. No personal names are kept.
-/// Files that are no images, are damaged, or do not belong to their series are left out and listed in `left_out`.
-/// Throws kerf::Error if `path` cannot be read or contains no DICOM image. `progress`, which is optional, is called
-/// repeatedly and may throw Cancelled.
+/// or another DICOM file, for the files beside it or, if it has several frames and no other file continues it, for
+/// itself. No personal names are kept. Files that are no images, are damaged, or do not belong to their series are left
+/// out and listed in `left_out`. Throws kerf::Error if `path` cannot be read or contains no DICOM image. `progress`,
+/// which is optional, is called repeatedly and may throw Cancelled.
 std::vector<DicomSeries> ListDicomSeries(const std::string& path, const std::function<void(double)>& progress = {});
 
 /// Returns whether the file is a DICOMDIR, the list of the files on a medium. Throws kerf::Error as IsDicomFile() does.
@@ -99,19 +100,20 @@ bool MayBeCt(const std::string& modality);
 /// Returns the series to import, chosen by its name (DicomSeries::name()) or UID or an unambiguous end of either. If
 /// `uid` is empty or several stacks have this UID, takes the CT series that clearly suits a jaw best, and warns: it is
 /// large and fine enough to show one, original rather than derived, and has 1.5 times as many slices as any other such
-/// series or, with as many slices, alone a kernel for bone. Throws kerf::Error if there is no such series, if it is one
-/// of several patients, or if a slice is missing and a file that was left out may be that slice.
+/// series or, with as many slices, alone a kernel for bone. Throws kerf::Error if there is no such series or if it is
+/// one of several patients.
 DicomSeries ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid, const std::string& folder);
 
-/// Throws kerf::Error unless the series is a complete CT, as far as its headers tell: see ReadDicomSeries().
-void CheckSeries(const DicomSeries& series, double spacing_z_mm = 0);
+/// Returns the series with its slices where ReadDicomSeries() places them, without damaged ones. Throws kerf::Error
+/// unless it is a complete CT, as far as its headers tell: see ReadDicomSeries().
+DicomSeries CheckSeries(const DicomSeries& series, double spacing_z_mm = 0);
 
 /// Reads the pixels. `progress`, which is optional, is called with values from 0 to 1. `spacing_z_mm`: between slices,
 /// for files that don't state it; 0: as stated. Padding becomes air. Slices at two spacings are resampled to the finer
-/// one, and slices missing in between are interpolated and listed in Volume::gaps; the volume's warnings say so. Throws
-/// kerf::Error unless the series is a complete CT: for another modality, colour, unequally spaced slices, several
-/// slices at one position, slices of different shape, rescale values that are no numbers or missing in some slices, a
-/// transfer syntax that GDCM cannot unpack, or a truncated file.
+/// one, and slices missing in between are interpolated and listed in Volume::gaps, also those whose files are damaged;
+/// the volume's warnings say so. Throws kerf::Error unless the series is a complete CT: for another modality, colour,
+/// unequally spaced slices, several slices at one position, slices of different shape, rescale values that are no
+/// numbers or missing in some slices, a transfer syntax that GDCM cannot unpack, or fewer than three whole files.
 Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress, double spacing_z_mm = 0);
 
 }  // namespace kerf

@@ -217,12 +217,6 @@ DicomSeries ChooseSeries(const std::vector<DicomSeries>& all, const std::string&
   std::vector<std::string> warnings;
   DicomSeries chosen = ChooseAmong(found, folder, warnings);
   chosen.warnings.insert(chosen.warnings.end(), warnings.begin(), warnings.end());
-  if (LacksSlices(chosen)) {
-    for (const LeftOutFile& file : chosen.left_out) {
-      if (file.may_be_slice)
-        throw Error(fmt::format("{}; without this file, a slice of the series is missing", file.fault));
-    }
-  }
   return chosen;
 }
 

@@ -6,10 +6,12 @@
 #include <array>
 #include <cstdint>
 #include <fstream>
+#include <sstream>
 #include <string_view>
 #include <vector>
 
 #include "bone/import/limits.h"
+#include "bone/import/unpack.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -193,7 +195,8 @@ void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding, Dico
     const Element e = bytes.ReadElement(at, encoding);
     if (e.group == 0 || e.value_at == 0) return;  // padding, or not in the standard
     if (e.group == 0x7fe0 && inside.size() == 1 && e.number != 0) {
-      if (e.number == 0x10 && e.length != kUndefined) outline.pixels_end = e.end();
+      outline.pixels_at = at;
+      outline.ends_early = e.number == 0x10 && e.length != kUndefined && e.end() > bytes.size();
       return;
     }
     if (e.length == kUndefined && e.vr == "UN") return;  // its content has another encoding
@@ -238,11 +241,14 @@ void CheckDicomHeader(std::istream& in, const std::string& path, DicomOutline* o
   Bytes bytes(in, path);
   std::string syntax;
   const std::uint64_t data_set = CheckMeta(bytes, syntax, found);
-  if (syntax == "1.2.840.10008.1.2.1.99") {
-    throw Error(
-        fmt::format("{}: its data set is packed as a whole (deflated), which kerf doesn't read; convert the series "
-                    "to uncompressed DICOM",
-                    path));
+  if (syntax == "1.2.840.10008.1.2.1.99") {  // the data set is deflated as a whole
+    in.clear();
+    in.seekg(static_cast<std::streamoff>(data_set));
+    std::istringstream unpacked(UnpackDeflated(in, kMaxSliceBytes, path));
+    Bytes unpacked_bytes(unpacked, path);
+    CheckDataSet(unpacked_bytes, 0, {}, found);
+    found.pixels_at = 0;
+    return;
   }
   Encoding encoding;
   encoding.explicit_vr = syntax.empty() ? HasVr(bytes, data_set)

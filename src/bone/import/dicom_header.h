@@ -10,10 +10,10 @@ namespace kerf {
 
 /// What the elements before the pixels state, as far as they can be read.
 struct DicomOutline {
-  std::string class_uid;         // of the object; empty: not stated
-  std::string series_uid;        // empty: not stated
-  std::uint64_t pixels_end = 0;  // offset at which the pixels end; 0: none, or the file does not state their length
-  bool ends_early = false;       // the file ends with an element before the pixels
+  std::string class_uid;        // of the object; empty: not stated
+  std::string series_uid;       // empty: not stated
+  std::uint64_t pixels_at = 0;  // offset of the element of the pixels, unless the data set is deflated; 0: not found
+  bool ends_early = false;      // the file ends before the pixels do, as far as it states their length
 };
 
 /// Returns whether a file that begins with `head`, its first 132 bytes, is a DICOM file: "DICM" after a preamble of 128
@@ -26,7 +26,8 @@ bool BeginsLikeDicom(std::string_view head);
 /// before the pixels (PS3.10 7.1, PS3.5 7.1) must all lie within the file, and the elements of a sequence within that
 /// sequence. The preamble may be missing; without a transfer syntax, the data set is little-endian and has explicit
 /// types if its first element has one. The check ends where the data set contains something not in the standard; the
-/// rest is left to GDCM. Reads no pixels. `outline`, which may be null, is set also if the check fails.
+/// rest is left to GDCM. A deflated data set is unpacked, up to kMaxSliceBytes. Reads no pixels otherwise. `outline`,
+/// which may be null, is set also if the check fails.
 void CheckDicomHeader(const std::string& path, DicomOutline* outline = nullptr);
 /// Overload for a seekable stream; `path` names it in messages.
 void CheckDicomHeader(std::istream& in, const std::string& path, DicomOutline* outline = nullptr);

@@ -10,6 +10,7 @@
 #include "base/core/number_text.h"
 #include "base/files/files.h"
 #include "bone/import/dicom_segments.h"
+#include "bone/import/dicom_stacks.h"
 #include "bone/import/dicom_zip.h"
 #include "kerf/error.h"
 
@@ -38,13 +39,19 @@ bool DicomInput::Is(const std::string& path) {
 DicomInput::DicomInput(const std::string& path, const std::function<void(double)>& progress) : path_(path) {
   std::error_code failed;
   const bool is_folder = fs::is_directory(path, failed);
+  std::vector<LeftOutFile> damaged;
   if (!is_folder && IsZipFile(path)) {
     unpacked_ = std::make_unique<TemporaryFolder>("kerf_ct");
-    UnpackZip(path, unpacked_->path(), progress);
+    damaged = UnpackZip(path, unpacked_->path(), progress);
   } else if (!is_folder) {
     is_slice_ = fs::exists(path, failed) && IsDicomFile(path) && !IsDicomDirectory(path);
   }
   series_ = WithNames(*this, [&] { return ListDicomSeries(unpacked_ ? unpacked_->path() : path, progress); });
+  const std::vector<std::string> sentences = DescribeLeftOut(damaged);
+  for (DicomSeries& series : series_) {
+    series.left_out.insert(series.left_out.end(), damaged.begin(), damaged.end());
+    series.warnings.insert(series.warnings.end(), sentences.begin(), sentences.end());
+  }
 }
 
 DicomSeries DicomInput::Choose(const std::string& uid) const {

@@ -21,6 +21,7 @@
 #include "bone/import/dicom_slices.h"
 #include "bone/import/dicom_stacks.h"
 #include "bone/import/dicom_text.h"
+#include "bone/import/dicom_zip.h"
 #include "bone/import/itk_read.h"
 #include "bone/import/series_bytes.h"
 #include "kerf/error.h"
@@ -79,6 +80,8 @@ class Listing {
   }
 
   bool empty() const { return by_uid_.empty(); }
+  // Whether a file states that other files continue it.
+  bool is_part() const { return is_part_; }
   // The fault of the first file that could not be read; empty: none.
   std::string first_fault() const {
     const auto found =
@@ -89,11 +92,16 @@ class Listing {
   std::vector<DicomSeries> Finish() {
     std::vector<DicomSeries> all;
     for (auto& [uid, series] : by_uid_) {
+      for (DicomSlice& slice : series.slices) {
+        const auto exact = exact_patients_.find(slice.patient);
+        if (exact != exact_patients_.end() && exact->second.size() == 1) slice.patient = *exact->second.begin();
+      }
       for (DicomSeries& stack : DivideIntoStacks(std::move(series))) all.push_back(std::move(stack));
     }
     for (DicomSeries& series : all) {
       for (const Unread& unread : unread_) AddTo(series, unread);
-      series.warnings = DescribeLeftOut(series.left_out);
+      const std::vector<std::string> left_out = DescribeLeftOut(series.left_out);
+      series.warnings.insert(series.warnings.begin(), left_out.begin(), left_out.end());
     }
     std::stable_sort(all.begin(), all.end(),
                      [](const auto& a, const auto& b) { return a.slices.size() > b.slices.size(); });
@@ -165,6 +173,7 @@ class Listing {
     } catch (const Error& e) {
       return fail(e.what());
     }
+    is_part_ = is_part_ || !GetText(filter, 0x0020, 0x9161).empty();  // a concatenation
     const std::string charset = GetText(filter, 0x0008, 0x0005);
     DicomSeries& series = by_uid_[uid];
     if (series.slices.empty()) {
@@ -179,23 +188,31 @@ class Listing {
   }
 
   // Sets what tells the stacks of a series apart, where the frames do not state it.
-  static void Identify(gdcm::StringFilter& filter, const std::string& charset, const DicomOutline& outline,
-                       std::vector<DicomSlice>& slices) {
+  void Identify(gdcm::StringFilter& filter, const std::string& charset, const DicomOutline& outline,
+                std::vector<DicomSlice>& slices) {
     const auto text = [&filter](std::uint16_t group, std::uint16_t element) {
       return Printable(GetText(filter, group, element));
     };
-    const auto hash = [&filter](std::initializer_list<std::pair<std::uint16_t, std::uint16_t>> tags) {
-      std::string all;
-      for (const auto& [group, element] : tags) {
-        all = GetText(filter, group, element);  // programs differ in the case and the empty parts of a name
-        while (!all.empty() && (all.back() == '^' || all.back() == ' ')) all.pop_back();
-        std::transform(all.begin(), all.end(), all.begin(), [](unsigned char c) { return std::tolower(c); });
-        if (!all.empty()) break;
-      }
-      return static_cast<std::uint64_t>(std::hash<std::string>()(all));
+    const auto normal = [&filter](std::uint16_t group, std::uint16_t element) {
+      // Programs differ in the case, the spaces and the empty parts of a name.
+      std::string value = GetText(filter, group, element);
+      while (!value.empty() && (value.back() == '^' || value.back() == ' ')) value.pop_back();
+      value.erase(0, value.find_first_not_of(' '));
+      std::transform(value.begin(), value.end(), value.begin(), [](unsigned char c) { return std::tolower(c); });
+      return value;
     };
-    std::error_code failed;
-    const std::uint64_t bytes = fs::file_size(slices.empty() ? "" : slices.front().path, failed);
+    const auto hash = [](const std::string& value) { return std::uint64_t{std::hash<std::string>()(value)}; };
+    // From the least to the most exact: name, identifier, identifier with its issuer.
+    const std::string id = normal(0x0010, 0x0020);
+    const std::string issuer = id.empty() ? "" : normal(0x0010, 0x0021);
+    std::vector<std::uint64_t> known;
+    for (const std::string& by :
+         {normal(0x0010, 0x0010), id, issuer.empty() ? "" : fmt::format("{}\n{}", id, issuer)}) {
+      if (!by.empty()) known.push_back(hash(by));
+    }
+    for (const std::uint64_t by : known) {
+      if (by != known.back()) exact_patients_[by].insert(known.back());
+    }
     const std::vector<double> thickness = GetNumbers(filter, 0x0018, 0x0050);
     const auto set = [](std::string& field, const std::string& value) {
       if (field.empty()) field = value;
@@ -206,20 +223,24 @@ class Listing {
       set(slice.instance_uid, text(0x0008, 0x0018));
       set(slice.modality, text(0x0008, 0x0060));
       set(slice.image_type, text(0x0008, 0x0008));
-      slice.patient = hash({{0x0010, 0x0020}, {0x0010, 0x0010}});  // the name without an identifier
-      slice.study = hash({{0x0020, 0x000d}});
+      slice.patient = known.empty() ? 0 : known.back();
+      slice.study = hash(normal(0x0020, 0x000d));
       set(slice.phase, phase.empty() ? text(0x0020, 0x9128) : phase);
       set(slice.acquisition, text(0x0020, 0x0012));
       set(slice.acquisition_time, text(0x0008, 0x0032));
       set(slice.kernel, DecodeDicomText(GetText(filter, 0x0018, 0x1210), charset));
       if (slice.thickness_mm == 0 && !thickness.empty()) slice.thickness_mm = thickness.front();
-      slice.cut_off = outline.ends_early || (!failed && outline.pixels_end > bytes);
+      slice.pixels_at = outline.pixels_at;
+      if (outline.ends_early) slice.damage = fmt::format("{}: the slice is cut off", slice.path);
     }
   }
 
   const Failures& failures_;
   std::map<std::string, DicomSeries> by_uid_;
   std::vector<Unread> unread_;
+  bool is_part_ = false;
+  // Of a hash that is less exact than others: all more exact ones of the same files.
+  std::map<std::uint64_t, std::set<std::uint64_t>> exact_patients_;
 };
 
 std::vector<fs::path> FindFiles(const std::string& folder, bool with_subfolders) {
@@ -265,7 +286,7 @@ std::vector<DicomSeries> ListInChild(const std::string& path, const Failures& fa
   if (!is_folder) {
     Listing only(failures);
     report.SetName(path);
-    if (only.Add(path) > 1) return only.Finish();
+    if (only.Add(path) > 1 && !only.is_part()) return only.Finish();
     if (only.empty() && !only.first_fault().empty()) throw Error(only.first_fault());
     folder = fs::path(path).parent_path().string();
     if (folder.empty()) folder = ".";
@@ -280,8 +301,11 @@ std::vector<DicomSeries> ListInChild(const std::string& path, const Failures& fa
   }
   current.Set("");
   if (listing.empty() && !listing.first_fault().empty()) throw Error(listing.first_fault());
-  if (listing.empty())
-    throw Error(fmt::format("{}: none of the {} files in the folder is a DICOM image", folder, paths.size()));
+  if (listing.empty()) {
+    const auto zip = std::find_if(paths.begin(), paths.end(), [](const fs::path& file) { return IsZipFile(file); });
+    throw Error(fmt::format("{}: none of the {} files in the folder is a DICOM image{}", folder, paths.size(),
+                            zip == paths.end() ? "" : "; give the path of " + Printable(zip->filename().string())));
+  }
   return listing.Finish();
 }
 

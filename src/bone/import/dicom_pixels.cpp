@@ -107,7 +107,8 @@ void FilePixels::FindPixels(const DicomSlice& any) {
   for (const bool big : {false, true}) {
     const std::string_view tag =
         big ? std::string_view("\x7f\xe0\x00\x10", 4) : std::string_view("\xe0\x7f\x10\x00", 4);
-    for (std::size_t at = mapped_.find(tag); at != std::string_view::npos; at = mapped_.find(tag, at + 1)) {
+    for (std::size_t at = mapped_.find(tag, any.pixels_at); at != std::string_view::npos;
+         at = mapped_.find(tag, at + 1)) {
       // Explicit VR: VR, two bytes, length. Implicit VR: length.
       for (const std::size_t length_at : {at + 8, at + 4}) {
         if (length_at + 4 > size) continue;

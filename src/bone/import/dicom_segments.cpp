@@ -1,7 +1,6 @@
 #include "bone/import/dicom_segments.h"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -39,35 +38,6 @@ struct DicomBytes {
   SegmentPacking packing = SegmentPacking::kNative;
 };
 
-// Appends the unpacked data set of a file that is deflated as a whole (PS3.5 A.5).
-void AppendInflated(std::istream& in, std::uint64_t most_bytes, const std::string& path, std::string& to) {
-  z_stream z{};
-  if (inflateInit2(&z, -MAX_WBITS) != Z_OK) throw Error(path + ": not enough memory to unpack the data set");
-  std::vector<char> packed(1 << 16), chunk(1 << 18);
-  int state = Z_OK;
-  while (state == Z_OK && to.size() <= most_bytes && in) {
-    in.read(packed.data(), static_cast<std::streamsize>(packed.size()));
-    z.next_in = reinterpret_cast<unsigned char*>(packed.data());
-    z.avail_in = static_cast<uInt>(in.gcount());
-    if (z.avail_in == 0) break;
-    do {
-      z.next_out = reinterpret_cast<unsigned char*>(chunk.data());
-      z.avail_out = static_cast<uInt>(chunk.size());
-      state = inflate(&z, Z_NO_FLUSH);
-      to.append(chunk.data(), chunk.size() - z.avail_out);
-    } while (state == Z_OK && z.avail_out == 0 && to.size() <= most_bytes);
-    if (state == Z_BUF_ERROR) state = Z_OK;  // it needs more bytes
-  }
-  inflateEnd(&z);
-  if (to.size() > most_bytes) throw Error(path + ": the file unpacks to more than 2 GiB");
-  if (state != Z_STREAM_END) {
-    throw Error(
-        fmt::format("{}: the file is {}: its deflated data set does not unpack to its end; copy or export it "
-                    "again",
-                    path, state == Z_OK ? "cut off" : "damaged"));
-  }
-}
-
 // Finds the transfer syntax. If the whole data set or each frame is deflated, returns the file with a syntax that GDCM
 // reads safely.
 DicomBytes FindPacking(const std::string& path, std::uint64_t most_bytes) {
@@ -101,7 +71,7 @@ DicomBytes FindPacking(const std::string& path, std::uint64_t most_bytes) {
     text.replace(uid_at, 21, std::string("1.2.840.10008.1.2.5\0\0", 21));
     return {std::move(text), SegmentPacking::kDeflatedFrames};
   }
-  AppendInflated(in, most_bytes, path, text);
+  text += UnpackDeflated(in, most_bytes, path);
   text.replace(uid_at, 22, std::string("1.2.840.10008.1.2.1\0\0\0", 22));
   return {std::move(text), SegmentPacking::kNative};
 }

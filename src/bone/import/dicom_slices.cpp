@@ -194,15 +194,21 @@ void ReadGeometry(FrameElements& elements, DicomSlice& slice) {
   if (slice.has_geometry && !placed) PlaceFrame(elements, slice);
 }
 
-void ReadStack(FrameElements& elements, DicomSlice& slice) {
-  const auto text = [&](const SliceTag& tag) {
-    const gdcm::DataSet* const data = elements.FindOwn(slice.frame, kFrameContent, tag);
-    return data == nullptr ? std::string() : ReadText(*data, tag.group, tag.element);
-  };
-  const gdcm::DataSet* const time = elements.FindOwn(slice.frame, kFrameContent, {0x0020, 0x9128});
-  const int point_in_time = time == nullptr ? 0 : ReadShort(*time, 0x0020, 0x9128);
-  slice.stack = text({0x0020, 0x9056});
-  if (point_in_time > 0) slice.stack += fmt::format(" at time {}", point_in_time);
+// Sets the stack of each frame. A file with one stack need not call it as the next file of its series does.
+void ReadStacks(FrameElements& elements, std::vector<DicomSlice>& slices) {
+  constexpr SliceTag kStack{0x0020, 0x9056}, kTime{0x0020, 0x9128};
+  bool several = false;
+  for (DicomSlice& slice : slices) {
+    const gdcm::DataSet* const data = elements.FindOwn(slice.frame, kFrameContent, kStack);
+    if (data != nullptr) slice.stack = ReadText(*data, kStack.group, kStack.element);
+    several = several || slice.stack != slices.front().stack;
+  }
+  for (DicomSlice& slice : slices) {
+    if (!several) slice.stack.clear();
+    const gdcm::DataSet* const data = elements.FindOwn(slice.frame, kFrameContent, kTime);
+    const int time = data == nullptr ? 0 : ReadShort(*data, kTime.group, kTime.element);
+    if (time > 0) slice.stack += fmt::format("{}time {}", several ? " at " : "", time);
+  }
 }
 
 // Throws kerf::Error unless the file can contain its frames.
@@ -247,8 +253,8 @@ std::vector<DicomSlice> ListSlices(const gdcm::Reader& reader, gdcm::StringFilte
     slice.frame = frame;
     ReadRescale(elements, slice);
     ReadGeometry(elements, slice);
-    ReadStack(elements, slice);
   }
+  ReadStacks(elements, slices);
   return slices;
 }
 

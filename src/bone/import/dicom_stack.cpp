@@ -10,6 +10,7 @@
 
 #include "base/core/number_text.h"
 #include "base/core/printable.h"
+#include "bone/import/dicom_stacks.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -71,24 +72,23 @@ void PlaceFrames(const DicomSeries& series, double spacing_z_mm, SliceStack& sta
                                      "with --spacing-z",
                                      file, assumed->frames));
   }
-  const auto at = [&stack](int frame) {
-    return std::find_if(stack.slices.begin(), stack.slices.end(),
-                        [frame](const DicomSlice& s) { return s.frame == frame && !s.spacing_from.empty(); });
-  };
   const Vec3 normal = CalcNormal(*assumed);
   double spacing = spacing_z_mm;
   if (spacing_z_mm != 0) {
+    std::map<std::string, Vec3> firsts_W;  // by file
+    for (const DicomSlice& s : stack.slices) {
+      if (s.frame == 0) firsts_W[s.path] = s.origin_W;
+    }
     for (DicomSlice& s : stack.slices) {
       // Undoes the placing by the file's own distance, which lies along the normal.
-      if (s.spacing_from.empty() || s.frame == 0) continue;
-      const auto first = at(0);
-      const Vec3 origin = first == stack.slices.end() ? Vec3(0) : first->origin_W;
-      s.origin_W = origin + normal * (spacing_z_mm * s.frame);
+      if (!s.spacing_from.empty()) s.origin_W = firsts_W[s.path] + normal * (spacing_z_mm * s.frame);
     }
-  } else if (stack.slices.size() > 1) {
-    const DicomSlice& a = stack.slices.front();
-    const DicomSlice& b = stack.slices.back();
-    if (a.frame != b.frame) spacing = glm::length(b.origin_W - a.origin_W) / std::abs(b.frame - a.frame);
+  } else {
+    const auto other = std::find_if(stack.slices.begin(), stack.slices.end(), [&](const DicomSlice& s) {
+      return s.path == assumed->path && s.frame != assumed->frame;
+    });
+    if (other != stack.slices.end())
+      spacing = glm::length(other->origin_W - assumed->origin_W) / std::abs(other->frame - assumed->frame);
   }
   stack.warnings.push_back(fmt::format(
       "the file {} gives no positions of its {} frames: they are assumed to be {:.4g} mm apart, {}, and to follow each "
@@ -136,6 +136,14 @@ std::vector<EvenRun> FindRuns(const std::vector<double>& z) {
 bool FitRounded(const std::vector<double>& z, double median_mm, SliceStack& stack) {
   const std::size_t n = z.size();
   if (n < 6) return false;  // a missing slice would look like rounding
+  // So would many: steps that are multiples of the shortest.
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < n; ++k) steps.push_back(z[k] - z[k - 1]);
+  const auto [shortest, longest] = std::minmax_element(steps.begin(), steps.end());
+  const bool whole = std::all_of(steps.begin(), steps.end(), [step = *shortest](double s) {
+    return std::abs(s / step - std::round(s / step)) < 0.05;
+  });
+  if (whole && *longest > 1.5 * *shortest) return false;
   const double middle = 0.5 * static_cast<double>(n - 1);
   double sum = 0, moment = 0, weight = 0;
   for (std::size_t k = 0; k < n; ++k) {
@@ -158,6 +166,26 @@ bool FitRounded(const std::vector<double>& z, double median_mm, SliceStack& stac
                   "were made even; no slice moves by more than {:.2g} mm",
                   step, std::abs(median_mm - step) > error ? std::abs(median_mm - step) : 2 * error, error));
   return true;
+}
+
+std::string DescribeGap(const SliceStack& stack, const std::vector<double>& z, std::size_t i, double step_mm) {
+  const double missing = std::max(1.0, std::round((z[i] - z[i - 1]) / step_mm) - 1);
+  return fmt::format("{} missing between {} (at {:.2f} and {:.2f} mm; slices elsewhere are {:.2f} mm apart)",
+                     FormatCount(static_cast<std::size_t>(missing), "slice is", "slices are"), DescribePair(stack, i),
+                     z[i - 1], z[i], step_mm);
+}
+
+// Returns why slices are missing between two places: the fault of a file there, or of one whose place is unknown.
+std::string DescribeReason(const DicomSeries& series, const SliceStack& stack, double from_mm, double to_mm) {
+  const Vec3 normal = CalcNormal(stack.slices.front());
+  const auto damaged = std::find_if(stack.damaged.begin(), stack.damaged.end(), [&](const DicomSlice& s) {
+    const double at_mm = glm::dot(normal, s.origin_W);
+    return at_mm > from_mm && at_mm < to_mm;
+  });
+  if (damaged != stack.damaged.end()) return "; " + damaged->damage;
+  const auto file = std::find_if(series.left_out.begin(), series.left_out.end(),
+                                 [](const LeftOutFile& left_out) { return left_out.may_be_slice; });
+  return file == series.left_out.end() ? "" : "; perhaps " + file->fault;
 }
 
 // Lists the steps that are neither those of a run nor between two spacings. Throws kerf::Error for one that no missing
@@ -185,11 +213,7 @@ std::vector<std::size_t> FindGaps(const DicomSeries& series, const SliceStack& s
     }
     const double multiple = step / median;
     if (multiple > 1.5 && std::abs(multiple - std::round(multiple)) < 0.1) {
-      RefuseSeries(
-          series,
-          fmt::format("{} missing between {} (at {:.2f} and {:.2f} mm; slices elsewhere are {:.2f} mm apart)",
-                      FormatCount(static_cast<std::size_t>(std::lround(multiple) - 1), "slice is", "slices are"),
-                      DescribePair(stack, i), z[i - 1], z[i], median));
+      RefuseSeries(series, DescribeGap(stack, z, i, median) + DescribeReason(series, stack, z[i - 1], z[i]));
     }
     RefuseSeries(series, fmt::format("the slices are unequally spaced: {:.2f} mm between {}, {:.2f} mm elsewhere; "
                                      "resample the scan evenly",
@@ -198,11 +222,9 @@ std::vector<std::size_t> FindGaps(const DicomSeries& series, const SliceStack& s
   return gaps;
 }
 
-std::string DescribeGap(const SliceStack& stack, const std::vector<double>& z, std::size_t i, double step_mm) {
-  const double missing = std::max(1.0, std::round((z[i] - z[i - 1]) / step_mm) - 1);
-  return fmt::format("{} missing between {} (at {:.2f} and {:.2f} mm; slices elsewhere are {:.2f} mm apart)",
-                     FormatCount(static_cast<std::size_t>(missing), "slice is", "slices are"), DescribePair(stack, i),
-                     z[i - 1], z[i], step_mm);
+void AddGap(const DicomSeries& series, double from_mm, double to_mm, const std::string& what, SliceStack& stack) {
+  stack.gaps.push_back(
+      {CalcNormal(stack.slices.front()), from_mm, to_mm, fmt::format("series {}: {}", series.uid, what)});
 }
 
 // Leaves out what lies beyond a gap that is too wide to be interpolated, and then the gaps there.
@@ -228,8 +250,7 @@ void CutAtWideGaps(const DicomSeries& series, double step_mm, SliceStack& stack,
     stack.warnings.push_back(fmt::format("{}; only the {} on the larger side were read", what,
                                          FormatCount(last - first, "slice", "slices")));
     const double edge_mm = z[i == first ? i : i - 1];
-    stack.gaps.push_back(
-        {CalcNormal(stack.slices.front()), edge_mm, edge_mm, fmt::format("series {}: {}", series.uid, what)});
+    AddGap(series, edge_mm, edge_mm, what + DescribeReason(series, stack, z[i - 1], z[i]), stack);
   }
   std::erase_if(gaps, [&](std::size_t i) { return i <= first || i >= last; });
   for (std::size_t& i : gaps) i -= first;
@@ -256,9 +277,8 @@ void Resample(const DicomSeries& series, const std::vector<EvenRun>& runs, std::
   CutAtWideGaps(series, step, stack, z, gaps);
   for (const std::size_t i : gaps) {
     const std::string what = DescribeGap(stack, z, i, step);
-    stack.warnings.push_back(what + " and was interpolated, because the bone does not extend to both sides");
-    stack.gaps.push_back(
-        {CalcNormal(stack.slices.front()), z[i - 1], z[i], fmt::format("series {}: {}", series.uid, what)});
+    stack.warnings.push_back(what + "; the gap was interpolated, because the bone does not extend to both sides");
+    AddGap(series, z[i - 1], z[i], what + DescribeReason(series, stack, z[i - 1], z[i]), stack);
   }
   if (two_spacings) {
     stack.warnings.push_back(fmt::format(
@@ -288,6 +308,23 @@ void Resample(const DicomSeries& series, const std::vector<EvenRun>& runs, std::
   }
 }
 
+// Leaves out damaged slices. Throws kerf::Error if too few are left.
+void LeaveOutDamaged(const DicomSeries& series, SliceStack& stack) {
+  std::vector<LeftOutFile> files;
+  for (const DicomSlice& s : stack.slices) {
+    if (s.damage.empty()) continue;
+    stack.damaged.push_back(s);
+    files.push_back({s.path, "cut off or damaged", s.damage, true});
+  }
+  std::erase_if(stack.slices, [](const DicomSlice& s) { return !s.damage.empty(); });
+  if (stack.slices.size() < 3) {
+    if (!files.empty()) throw Error(files.front().fault);
+    RefuseSeries(series, fmt::format("{} not a volume; kerf needs at least 3",
+                                     FormatCount(stack.slices.size(), "slice is", "slices are")));
+  }
+  for (const std::string& warning : DescribeLeftOut(files)) stack.warnings.push_back(warning);
+}
+
 // Throws kerf::Error if a slice lies beside the line through the first and the last.
 void CheckSideways(const DicomSeries& series, const SliceStack& stack, const std::vector<double>& z) {
   const DicomSlice& first = stack.slices.front();
@@ -315,10 +352,7 @@ SliceStack PlaceSlices(const DicomSeries& series, double spacing_z_mm) {
   stack.slices = series.slices;
   KeepLargestStack(stack);
   PlaceFrames(series, spacing_z_mm, stack);
-  if (stack.slices.size() < 3) {
-    RefuseSeries(series, fmt::format("{} not a volume; kerf needs at least 3",
-                                     FormatCount(stack.slices.size(), "slice is", "slices are")));
-  }
+  LeaveOutDamaged(series, stack);
   const Vec3 normal = CalcNormal(stack.slices.front());
   std::stable_sort(stack.slices.begin(), stack.slices.end(), [&normal](const DicomSlice& a, const DicomSlice& b) {
     return glm::dot(normal, a.origin_W) < glm::dot(normal, b.origin_W);
@@ -331,6 +365,11 @@ SliceStack PlaceSlices(const DicomSeries& series, double spacing_z_mm) {
                              DescribePair(stack, i), z[i - 1]));
   }
   CheckSideways(series, stack, z);
+  for (const DicomSlice& s : stack.damaged) {
+    const double at_mm = glm::dot(normal, s.origin_W);
+    if (at_mm < z.front()) AddGap(series, z.front(), z.front(), s.damage, stack);
+    if (at_mm > z.back()) AddGap(series, z.back(), z.back(), s.damage, stack);
+  }
   const double median = CalcMedianStep(z);
   bool even = true;
   for (std::size_t i = 1; i < z.size(); ++i) even = even && IsStep(z[i] - z[i - 1], median);

@@ -10,10 +10,11 @@ namespace kerf {
 
 /// An even lattice of planes along which a series is read.
 struct SliceStack {
-  std::vector<DicomSlice> slices;  // sorted along their normal
-  Vec3 origin_W{0};                // centre of the first pixel of the first plane
-  Vec3 step_W{0};                  // from plane to plane; sheared if the gantry was tilted
-  std::vector<double> places;      // of the planes among the slices; 1.5: halfway between the second and third
+  std::vector<DicomSlice> slices;   // sorted along their normal
+  Vec3 origin_W{0};                 // centre of the first pixel of the first plane
+  Vec3 step_W{0};                   // from plane to plane; sheared if the gantry was tilted
+  std::vector<double> places;       // of the planes among the slices; 1.5: halfway between the second and third
+  std::vector<DicomSlice> damaged;  // which were left out
   std::vector<std::string> warnings;
   std::vector<SliceGap> gaps;
 };
@@ -22,8 +23,9 @@ struct SliceStack {
 std::string NameOf(const DicomSlice& slice);
 
 /// Takes the largest stack of a series whose slices all have a geometry, size and orientation, and places its slices.
-/// `spacing_z_mm`: as for ReadDicomSeries(). Throws kerf::Error if nothing gives their distance, if several lie at one
-/// place, or if they are unequally spaced and neither rounding, nor two spacings, nor missing slices explain it.
+/// Damaged ones count as missing. `spacing_z_mm`: as for ReadDicomSeries(). Throws kerf::Error if nothing gives their
+/// distance, if several lie at one place, or if they are unequally spaced and neither rounding, nor two spacings, nor
+/// missing slices explain it.
 SliceStack PlaceSlices(const DicomSeries& series, double spacing_z_mm);
 
 }  // namespace kerf

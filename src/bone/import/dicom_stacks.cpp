@@ -62,7 +62,7 @@ bool IsCapture(const DicomSlice& slice) {
 void LeaveOutOthers(Slices& slices, std::vector<LeftOutFile>& left_out) {
   LeaveOut(slices, left_out, "localizer by ImageType", false,
            [](const DicomSlice& s) { return std::string(IsLocalizer(s) ? "is a localizer" : ""); });
-  LeaveOut(slices, left_out, "colour image", true, [](const DicomSlice& s) {
+  LeaveOut(slices, left_out, "colour image", false, [](const DicomSlice& s) {
     return s.samples == 1 ? "" : fmt::format("is a colour image ({} samples per pixel), not CT", s.samples);
   });
   if (AnyOf(slices, [](const DicomSlice& s) { return s.modality == "CT"; })) {
@@ -117,8 +117,15 @@ bool HaveSameBytes(const std::string& a, const std::string& b, std::uint64_t fro
   }
 }
 
-// Returns whether both files hold the same image: they are the same byte by byte or, with one identifier, their pixels
-// are, or are packed differently.
+bool AreOfOneAcquisition(const DicomSlice& a, const DicomSlice& b) {
+  const auto what = [](const DicomSlice& s) {
+    return std::tie(s.patient, s.study, s.phase, s.acquisition, s.acquisition_time, s.kernel);
+  };
+  return what(a) == what(b);
+}
+
+// Returns whether both files, of slices at one place, hold the same image: they are the same byte by byte; or their
+// pixels are, with one identifier or of one acquisition; or these are packed differently, with one identifier.
 bool AreCopies(const DicomSlice& a, const DicomSlice& b) {
   std::error_code failed;
   if (std::filesystem::file_size(a.path, failed) == std::filesystem::file_size(b.path, failed) &&
@@ -126,19 +133,15 @@ bool AreCopies(const DicomSlice& a, const DicomSlice& b) {
     return true;
   }
   const auto what = [](const DicomSlice& s) {
-    return std::tie(s.instance_uid, s.class_uid, s.image_type, s.row_W, s.column_W);
+    return std::tie(s.class_uid, s.image_type, s.row_W, s.column_W, s.frames, s.slope, s.intercept);
   };
-  if (a.instance_uid.empty() || what(a) != what(b)) return false;
-  if (a.transfer_syntax != b.transfer_syntax) return true;
-  const std::uint64_t pixels = static_cast<std::uint64_t>(a.size[0]) * a.size[1] * ((a.bits + 7) / 8);
-  return !a.compressed && pixels > 0 && HaveSameBytes(a.path, b.path, pixels);
-}
-
-bool AreOfOneAcquisition(const DicomSlice& a, const DicomSlice& b) {
-  const auto what = [](const DicomSlice& s) {
-    return std::tie(s.patient, s.study, s.phase, s.acquisition, s.acquisition_time, s.kernel);
-  };
-  return what(a) == what(b);
+  if (what(a) != what(b)) return false;
+  const bool one_uid = !a.instance_uid.empty() && a.instance_uid == b.instance_uid;
+  if (a.transfer_syntax != b.transfer_syntax) return one_uid;
+  // Compressed pixels are most of a file.
+  const std::uint64_t pixels = a.compressed ? std::filesystem::file_size(a.path, failed) / 2
+                                            : std::uint64_t{1} * a.size[0] * a.size[1] * a.frames * ((a.bits + 7) / 8);
+  return (one_uid || AreOfOneAcquisition(a, b)) && !failed && pixels > 0 && HaveSameBytes(a.path, b.path, pixels);
 }
 
 // Leaves out files that hold the same image as another one, and cut off ones of which there is a whole one. Keeps the
@@ -158,18 +161,19 @@ void LeaveOutCopies(Slices& slices, std::vector<LeftOutFile>& left_out) {
   for (auto& [place, files] : at_place) {
     if (files.size() < 2) continue;
     std::sort(files.begin(), files.end(), [](const DicomSlice* a, const DicomSlice* b) {
-      return std::tuple(a->cut_off, a->path.size(), a->path) < std::tuple(b->cut_off, b->path.size(), b->path);
+      return std::tuple(!a->damage.empty(), a->path.size(), a->path) <
+             std::tuple(!b->damage.empty(), b->path.size(), b->path);
     });
     std::vector<const DicomSlice*> kept;
     for (const DicomSlice* s : files) {
       const auto is_copy = [s](const DicomSlice* k) {
-        return s->cut_off ? !k->cut_off && AreOfOneAcquisition(*k, *s) : AreCopies(*k, *s);
+        return s->damage.empty() ? AreCopies(*k, *s) : k->damage.empty() && AreOfOneAcquisition(*k, *s);
       };
       const auto found = std::find_if(kept.begin(), kept.end(), is_copy);
       if (found == kept.end()) {
         kept.push_back(s);
       } else {
-        (s->cut_off ? damaged : copies)[s->path] = (*found)->path;
+        (s->damage.empty() ? copies : damaged)[s->path] = (*found)->path;
       }
     }
   }
@@ -250,6 +254,10 @@ std::vector<std::pair<std::string, Slices>> GroupBy(const Slices& slices, const 
   return groups;
 }
 
+std::string StudyOf(const DicomSlice& s) {
+  return fmt::format("{:x}", s.study);
+}
+
 struct Property {
   const char* name;
   std::string (*value)(const DicomSlice&);
@@ -257,6 +265,7 @@ struct Property {
 };
 // In the order in which they are tried.
 constexpr std::array kProperties{
+    Property{"study", StudyOf},
     Property{"phase", [](const DicomSlice& s) { return s.phase; }, true},
     Property{"acquisition", [](const DicomSlice& s) { return s.acquisition; }, true},
     Property{"acquisition at", [](const DicomSlice& s) { return s.acquisition_time; }},
@@ -340,7 +349,7 @@ std::vector<DicomSeries> DivideByShape(DicomSeries series) {
     for (const DicomSlice& s : *group) {
       const bool turned = s.size == usual.size;
       series.left_out.push_back({s.path, turned ? "another orientation or spacing" : "another size",
-                                 fmt::format("{}: {}", s.path, FindMisfit(s, usual)), true});
+                                 fmt::format("{}: {}", s.path, FindMisfit(s, usual)), false});
     }
   }
   std::vector<DicomSeries> parts;
@@ -357,22 +366,20 @@ std::vector<DicomSeries> DivideByShape(DicomSeries series) {
   return parts;
 }
 
-// Returns a part for each study; those of fewer than three slices beside a longer one are left out.
-std::vector<DicomSeries> DivideByStudy(DicomSeries series) {
-  const auto studies = GroupBy(series.slices, [](const DicomSlice& s) { return fmt::format("{:x}", s.study); });
-  const bool any_long = std::any_of(studies.begin(), studies.end(),
-                                    [](const auto& study) { return study.second.size() >= kFewestSlices; });
+// Returns a part for each study. One or two slices that name another study are added to the largest.
+std::vector<DicomSeries> DivideByStudy(const DicomSeries& series) {
   std::vector<Slices> kept;
-  for (const auto& [study, slices] : studies) {
-    if (slices.size() >= kFewestSlices || !any_long) {
+  Slices few;
+  for (const auto& [study, slices] : GroupBy(series.slices, StudyOf)) {
+    if (slices.size() >= kFewestSlices)
       kept.push_back(slices);
-      continue;
-    }
-    for (const DicomSlice& s : slices) {
-      series.left_out.push_back(
-          {s.path, "another study", fmt::format("{}: belongs to another study than the other slices", s.path), true});
-    }
+    else
+      few.insert(few.end(), slices.begin(), slices.end());
   }
+  if (kept.empty()) kept.emplace_back();
+  const auto largest =
+      std::max_element(kept.begin(), kept.end(), [](const Slices& a, const Slices& b) { return a.size() < b.size(); });
+  largest->insert(largest->end(), few.begin(), few.end());
   std::vector<DicomSeries> parts;
   for (std::size_t n = 0; n < kept.size(); ++n) {
     DicomSeries& part = parts.emplace_back(series);
@@ -393,7 +400,7 @@ std::vector<DicomSeries> DivideIntoStacks(DicomSeries series) {
     of_person.slices = persons[p].second;
     if (persons.size() > 1) of_person.part_name = fmt::format("patient {}", p + 1);
     LeaveOutOthers(of_person.slices, of_person.left_out);
-    for (DicomSeries& study : DivideByStudy(std::move(of_person))) {
+    for (DicomSeries& study : DivideByStudy(of_person)) {
       for (DicomSeries& stack : DivideByShape(std::move(study))) stacks.push_back(std::move(stack));
     }
   }
@@ -401,6 +408,12 @@ std::vector<DicomSeries> DivideIntoStacks(DicomSeries series) {
     DicomSeries& stack = stacks[i];
     if (stacks.size() > 1) stack.part = static_cast<int>(i) + 1;
     stack.modality = stack.slices.front().modality;
+    const auto studies = GroupBy(stack.slices, StudyOf);
+    const auto fewest = std::min_element(
+        studies.begin(), studies.end(), [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+    if (studies.size() < 2) continue;
+    stack.warnings.push_back(fmt::format("{} names another study than the other slices, and was read with them",
+                                         FileName(fewest->second.front().path)));
   }
   return stacks;
 }
@@ -420,15 +433,6 @@ std::vector<std::string> DescribeLeftOut(const std::vector<LeftOutFile>& files) 
                                     names.size() == 1 ? "" : fmt::format(" and {} more", names.size() - 1), kind));
   }
   return sentences;
-}
-
-bool LacksSlices(const DicomSeries& series) {
-  if (series.gap_mm < 1e-3) return false;
-  const std::vector<double> gaps = CalcGaps(series);
-  return std::any_of(gaps.begin(), gaps.end(), [&series](double gap) {
-    const double multiple = gap / series.gap_mm;
-    return multiple > 1.5 && std::abs(multiple - std::round(multiple)) < 0.1;
-  });
 }
 
 double CalcLength(const DicomSeries& series) {

@@ -10,11 +10,11 @@
 #include <fstream>
 #include <memory>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "base/core/printable.h"
 #include "base/files/disk_space.h"
-#include "base/files/extension.h"
 #include "base/files/files.h"
 #include "bone/import/limits.h"
 #include "bone/import/unpack.h"
@@ -108,30 +108,33 @@ class ZipFile {
     return files;
   }
 
-  // Writes the file, whose length is as stated, at `target`. Calls `step` after each block.
-  void Unpack(const PackedFile& packed, const fs::path& target, const std::function<void(std::uint64_t)>& step) const {
+  // Writes the file, whose length is as stated, at `target`. Calls `step` after each block. Returns the fault of a
+  // damaged file.
+  std::string Unpack(const PackedFile& packed, const fs::path& target,
+                     const std::function<void(std::uint64_t)>& step) const {
     const auto fail = [&](const std::string& why) {
-      throw Error(fmt::format("{}: is damaged: '{}' can't be unpacked: {}", path_, packed.name, why));
+      return fmt::format("{}: is damaged: '{}' can't be unpacked: {}", path_, packed.name, why);
     };
     zip_file_t* const file = zip_fopen_index(archive_, packed.index, 0);
-    if (file == nullptr) fail(zip_strerror(archive_));
+    if (file == nullptr) return fail(zip_strerror(archive_));
     const std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> closer(file, zip_fclose);
     std::ofstream out(target, std::ios::binary);
     std::vector<char> block(std::size_t{1} << 18);
     std::uint64_t done = 0;
     while (true) {
       const zip_int64_t count = zip_fread(file, block.data(), block.size());  // checks the CRC at the end
-      if (count < 0) fail(zip_file_strerror(file));
+      if (count < 0) return fail(zip_file_strerror(file));
       if (count == 0) break;
       done += static_cast<std::uint64_t>(count);
-      if (done > packed.bytes) fail("it is longer than its header states");
+      if (done > packed.bytes) return fail("it is longer than its header states");
       out.write(block.data(), static_cast<std::streamsize>(count));
       step(static_cast<std::uint64_t>(count));
     }
-    if (done != packed.bytes) fail("it is shorter than its header states");
+    if (done != packed.bytes) return fail("it is shorter than its header states");
     if (!out.flush()) {
       throw Error(fmt::format("{}: '{}' can't be written to {}", path_, packed.name, target.parent_path().string()));
     }
+    return "";
   }
 
  private:
@@ -142,14 +145,15 @@ class ZipFile {
 }  // namespace
 
 bool IsZipFile(const std::string& path) {
-  if (LowerExtension(path) != ".zip") return false;
   std::ifstream in = OpenImageFile(path);
   std::array<char, 4> head{};
   in.read(head.data(), head.size());
-  return in.gcount() == 4 && head[0] == 'P' && head[1] == 'K';
+  const std::string_view begin(head.data(), static_cast<std::size_t>(in.gcount()));
+  return begin == "PK\3\4" || begin == "PK\5\6";  // the latter: without files
 }
 
-void UnpackZip(const std::string& path, const std::string& folder, const std::function<void(double)>& progress) {
+std::vector<LeftOutFile> UnpackZip(const std::string& path, const std::string& folder,
+                                   const std::function<void(double)>& progress) {
   const ZipFile zip(path);
   const std::vector<PackedFile> files = zip.ListFiles();
   double all_bytes = 0;
@@ -158,16 +162,22 @@ void UnpackZip(const std::string& path, const std::string& folder, const std::fu
     throw Error(fmt::format("{}: {} has too little space to unpack {:.2f} GB; unpack it elsewhere and give the folder",
                             path, fs::path(folder).parent_path().string(), all_bytes / 1e9));
   }
+  std::vector<LeftOutFile> damaged;
   for (const PackedFile& file : files) {
     fs::path target = fs::path(folder) / file.name;
     std::error_code failed;
     fs::create_directories(target.parent_path(), failed);
     // A file may have the name of another one's folder.
     if (failed || fs::is_directory(target, failed)) target = fs::path(folder) / fmt::format("file_{}", file.index);
-    zip.Unpack(file, target, [&progress](std::uint64_t) {
+    const std::string fault = zip.Unpack(file, target, [&progress](std::uint64_t) {
       if (progress) progress(0);
     });
+    if (fault.empty()) continue;
+    fs::remove(target, failed);
+    damaged.push_back({target.string(), "damaged in the ZIP file", fault, true});
   }
+  if (!files.empty() && damaged.size() == files.size()) throw Error(damaged.front().fault);
+  return damaged;
 }
 
 }  // namespace kerf

@@ -3,17 +3,21 @@
 
 #include <functional>
 #include <string>
+#include <vector>
+
+#include "bone/import/dicom.h"
 
 namespace kerf {
 
-/// Returns whether the file is named .zip and begins like a ZIP file. Throws kerf::Error as OpenImageFile() does.
+/// Returns whether the file begins like a ZIP file, whatever its name. Throws kerf::Error as OpenImageFile() does.
 bool IsZipFile(const std::string& path);
 
 /// Unpacks a ZIP file into an existing folder that is empty and private. Names that lead out of the folder, or contain
-/// unprintable characters, are changed. Leaves out what macOS adds. `progress` (optional) is called repeatedly and may
-/// throw Cancelled. Throws kerf::Error with one sentence if the file is damaged or encrypted, contains more than
-/// kMaxPackedFiles files or more than kMaxPackedBytes, or would be kMaxPackedRatio times as large when unpacked, or if
-/// the disk has too little space.
-void UnpackZip(const std::string& path, const std::string& folder, const std::function<void(double)>& progress);
+/// unprintable characters, are changed. Leaves out what macOS adds. Returns the damaged files, which were left out.
+/// `progress` (optional) is called repeatedly and may throw Cancelled. Throws kerf::Error with one sentence if no file
+/// is whole, if a file is encrypted, if the ZIP file is cut off, contains more than kMaxPackedFiles files or more than
+/// kMaxPackedBytes, or would be kMaxPackedRatio times as large when unpacked, or if the disk has too little space.
+std::vector<LeftOutFile> UnpackZip(const std::string& path, const std::string& folder,
+                                   const std::function<void(double)>& progress);
 
 }  // namespace kerf

@@ -108,6 +108,7 @@ Volume ReadDicom(const std::string& path, const ImportOptions& options, ImportRe
     for (const std::string& warning : series.warnings) message += "\nwarning: " + warning;
     throw Error(message);
   }
+  for (SliceGap& gap : ct.gaps) gap.what = input.NameFiles(gap.what);
   ct.warnings.insert(ct.warnings.begin(), series.warnings.begin(), series.warnings.end());
   if (!options.frame.empty()) ReinterpretFrame(options.frame, ct);
   return ct;
@@ -207,9 +208,12 @@ Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const Impo
 
 // Throws kerf::Error if the bone lies on both sides of a place from which slices are missing.
 void RefuseBoneInGaps(const Volume& ct, const Isolation& isolation) {
-  constexpr double kSlack_mm = 1e-3;
   const Volume& lattice = isolation.ct;
   for (const SliceGap& gap : ct.gaps) {
+    // A lattice of larger voxels ends up to half of one before the scan.
+    const double slack_mm = gap.from_mm < gap.to_mm
+                                ? 1e-3
+                                : 0.5 * std::max({lattice.spacing_mm.x, lattice.spacing_mm.y, lattice.spacing_mm.z});
     bool before = false, behind = false;
     std::size_t v = 0;
     for (int k = 0; k < lattice.size[2]; ++k) {
@@ -217,13 +221,13 @@ void RefuseBoneInGaps(const Volume& ct, const Isolation& isolation) {
         for (int i = 0; i < lattice.size[0]; ++i, ++v) {
           if (isolation.bone[v] == 0) continue;
           const double at_mm = glm::dot(gap.normal_W, lattice.WorldFromVoxel({i, j, k}));
-          before = before || at_mm <= gap.from_mm + kSlack_mm;
-          behind = behind || at_mm >= gap.to_mm - kSlack_mm;
+          before = before || at_mm <= gap.from_mm + slack_mm;
+          behind = behind || at_mm >= gap.to_mm - slack_mm;
         }
       }
     }
     if (before && behind) {
-      throw Error(gap.what + "; they belong to the bone, so export the series again with all its slices");
+      throw Error(gap.what + "; what is missing belongs to the bone, so export the series again with all its slices");
     }
   }
 }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -15,7 +17,7 @@ constexpr std::int16_t kAir = -1024;
 constexpr int kBelowAir = -1200;      // no tissue, and few artefacts
 constexpr int kNoScale = -16000;      // nor air in a CT of another scale
 constexpr int kBelowAll = -4000;      // no artefact either
-constexpr int kMinBright = 3000;      // the highest value of scanners with 12 bits is 3071
+constexpr int kMinBright = 1000;      // no soft tissue; bone does not fill edges with one value
 constexpr double kMinEdge = 0.9;      // fraction of an edge's voxels
 constexpr std::size_t kMinEdges = 3;  // of the four along an axis
 
@@ -30,22 +32,28 @@ std::size_t RaiseBelow(int limit, Volume& volume) {
   return count;
 }
 
-// Returns whether a value fills at least three of the scan's edges along an axis.
-bool FillsEdges(const Volume& volume, std::size_t axis, std::int16_t value) {
+// Returns the value that fills at least three of the scan's edges along an axis; the lowest value if none does.
+std::int16_t FindEdgeValue(const Volume& volume, std::size_t axis) {
   const std::size_t a = (axis + 1) % 3;
   const std::size_t b = (axis + 2) % 3;
-  std::size_t edges = 0;
+  std::map<std::int16_t, std::size_t> edges;  // by the value that fills them
   for (int corner = 0; corner < 4; ++corner) {
     std::array<int, 3> at{};
     at[a] = (corner & 1) * (volume.size[a] - 1);
     at[b] = (corner >> 1) * (volume.size[b] - 1);
-    int filled = 0;
+    std::map<std::int16_t, int> counts;
     for (at[axis] = 0; at[axis] < volume.size[axis]; ++at[axis]) {
-      filled += volume.hu[volume.Index(at[0], at[1], at[2])] == value ? 1 : 0;
+      const std::int16_t value = volume.hu[volume.Index(at[0], at[1], at[2])];
+      if (++counts[value] >= kMinEdge * volume.size[axis]) {
+        ++edges[value];
+        break;
+      }
     }
-    edges += filled >= kMinEdge * volume.size[axis] ? 1 : 0;
   }
-  return edges >= kMinEdges;
+  for (const auto& [value, count] : edges) {
+    if (count >= kMinEdges) return value;
+  }
+  return std::numeric_limits<std::int16_t>::min();
 }
 
 // Makes a value air where it reaches inwards along `axis` from the scan's faces, and returns the number of voxels.
@@ -69,9 +77,15 @@ void MarkInwards(const Volume& volume, std::size_t axis, std::int16_t value, std
   }
 }
 
-std::size_t ClearBright(std::int16_t value, Volume& volume) {
+// Makes a bright value that fills edges air, and returns the number of voxels and the value.
+std::pair<std::size_t, std::int16_t> ClearBright(Volume& volume) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!FillsEdges(volume, axis, value)) continue;
+    const std::int16_t value = FindEdgeValue(volume, axis);
+    if (value < kMinBright) continue;
+    // Air, in a CT whose values are no HU, is darker than the rest.
+    const auto above = std::count_if(volume.hu.begin(), volume.hu.end(), [value](auto hu) { return hu > value; });
+    const auto below = std::count_if(volume.hu.begin(), volume.hu.end(), [value](auto hu) { return hu < value; });
+    if (above >= below) continue;
     std::vector<bool> padding(volume.hu.size(), false);
     MarkInwards(volume, (axis + 1) % 3, value, padding);
     MarkInwards(volume, (axis + 2) % 3, value, padding);
@@ -81,9 +95,9 @@ std::size_t ClearBright(std::int16_t value, Volume& volume) {
       volume.hu[v] = kAir;
       ++count;
     }
-    return count;
+    return {count, value};
   }
-  return 0;
+  return {0, 0};
 }
 
 void WarnOfPadding(std::size_t count, const std::string& what, Volume& volume) {
@@ -122,9 +136,7 @@ void ClearSpikes(Volume& volume) {
 std::size_t ClearPadding(Volume& volume) {
   if (volume.hu.empty()) return 0;
   ClearSpikes(volume);
-  const auto [low, high] = std::minmax_element(volume.hu.begin(), volume.hu.end());
-  const std::int16_t lowest = *low;
-  const std::int16_t highest = *high;
+  const std::int16_t lowest = *std::min_element(volume.hu.begin(), volume.hu.end());
   std::size_t cleared = 0;
   if (lowest < kBelowAir) {
     const auto lowest_count = static_cast<std::size_t>(std::count(volume.hu.begin(), volume.hu.end(), lowest));
@@ -139,11 +151,9 @@ std::size_t ClearPadding(Volume& volume) {
       cleared += count;
     }
   }
-  if (highest >= kMinBright) {
-    if (const std::size_t count = ClearBright(highest, volume); count > 0) {
-      WarnOfPadding(count, fmt::format("with the value {} HU", highest), volume);
-      cleared += count;
-    }
+  if (const auto [count, value] = ClearBright(volume); count > 0) {
+    WarnOfPadding(count, fmt::format("with the value {} HU", value), volume);
+    cleared += count;
   }
   return cleared;
 }

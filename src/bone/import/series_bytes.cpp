@@ -55,7 +55,8 @@ void VisitSlice(Slice& s, Visit&& visit) {
   visit(s.acquisition_time);
   visit(s.kernel);
   visit(s.thickness_mm);
-  visit(s.cut_off);
+  visit(s.pixels_at);
+  visit(s.damage);
   visit(s.frame);
   visit(s.stack);
   visit(s.spacing_from);

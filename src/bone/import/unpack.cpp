@@ -67,4 +67,35 @@ Unpacked Unpack(const std::string& path, std::uint64_t offset, double max_bytes,
   return result;
 }
 
+std::string UnpackDeflated(std::istream& in, std::uint64_t most_bytes, const std::string& path) {
+  std::string unpacked;
+  z_stream z{};
+  if (inflateInit2(&z, -MAX_WBITS) != Z_OK) throw Error(path + ": not enough memory to unpack the data set");
+  std::vector<char> packed(1 << 16), chunk(1 << 18);
+  int state = Z_OK;
+  while (state == Z_OK && unpacked.size() <= most_bytes && in) {
+    in.read(packed.data(), static_cast<std::streamsize>(packed.size()));
+    z.next_in = reinterpret_cast<unsigned char*>(packed.data());
+    z.avail_in = static_cast<uInt>(in.gcount());
+    if (z.avail_in == 0) break;
+    do {
+      z.next_out = reinterpret_cast<unsigned char*>(chunk.data());
+      z.avail_out = static_cast<uInt>(chunk.size());
+      state = inflate(&z, Z_NO_FLUSH);
+      unpacked.append(chunk.data(), chunk.size() - z.avail_out);
+    } while (state == Z_OK && z.avail_out == 0 && unpacked.size() <= most_bytes);
+    if (state == Z_BUF_ERROR) state = Z_OK;  // it needs more bytes
+  }
+  inflateEnd(&z);
+  if (unpacked.size() > most_bytes)
+    throw Error(fmt::format("{}: the file unpacks to more than {} MiB", path, most_bytes >> 20));
+  if (state != Z_STREAM_END) {
+    throw Error(
+        fmt::format("{}: the file is {}: its deflated data set does not unpack to its end; copy or export it "
+                    "again",
+                    path, state == Z_OK ? "cut off" : "damaged"));
+  }
+  return unpacked;
+}
+
 }  // namespace kerf

@@ -26,6 +26,10 @@ bool IsGzip(const std::string& path);
 Unpacked Unpack(const std::string& path, std::uint64_t offset, double max_bytes, double skip = 0,
                 std::vector<char>* out = nullptr);
 
+/// Returns the unpacked data set of a DICOM file that is deflated as a whole (PS3.5 A.5), from the position of `in` on.
+/// `path`: for messages. Throws kerf::Error if the stream is damaged, cut off, or unpacks to more than `most_bytes`.
+std::string UnpackDeflated(std::istream& in, std::uint64_t most_bytes, const std::string& path);
+
 /// The same for a bzip2 stream.
 Unpacked UnpackBzip2(const std::string& path, std::uint64_t offset, double max_bytes, double skip = 0,
                      std::vector<char>* out = nullptr);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bone/import/ct_files.h"
+#include "bone/import/dicom_bytes.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -79,6 +80,20 @@ TEST_F(Export, DicomSegmentationsReferToTheirCtAndNeverReplaceIt) {
   spec.modality = "MR";
   test::WriteDicom(ct, (folder_ / "ct").string(), spec);
   EXPECT_THAT(Kerf("export block.vdb --seg cut.dcm --ct ct").err, HasSubstr("the modality is MR, not CT"));
+}
+
+TEST_F(Export, ACtWithoutSpacingNeedsItForASegmentationToo) {
+  const Volume ct = test::MakeCt(
+      {12, 10, 8}, {2, 2, 2}, {-11, -9, -7}, glm::dmat3(1), [](const Vec3& p) { return glm::length(p) - 5; }, 900);
+  test::SliceSpec spec;
+  for (const std::int16_t hu : ct.hu) spec.pixels += {static_cast<char>(hu & 0xff), static_cast<char>(hu >> 8 & 0xff)};
+  test::DicomBytes file(test::DicomSlice(ct, 0, spec));
+  test::WriteBytes(folder_ / "ct.dcm", file.Set(0x28, 8, "IS", "8").Remove(0x18, 0x50).File());
+  EXPECT_THAT(Kerf("export block.vdb --seg cut.dcm --ct ct.dcm").err, HasSubstr("state it in mm with --spacing-z"));
+  const ProgramResult written = Kerf("export block.vdb --seg cut.dcm --ct ct.dcm --spacing-z 2");
+  EXPECT_EQ(written.code, 0) << written.err;
+  EXPECT_TRUE(Exists("cut.dcm"));
+  EXPECT_EQ(Kerf("export block.vdb -o block.stl --spacing-z 2").code, 2);
 }
 
 TEST_F(Export, PictureHasTheRequestedSize) {

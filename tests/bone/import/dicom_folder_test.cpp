@@ -19,6 +19,7 @@ using test::DicomBytes;
 using test::Folder;
 using test::MessageOf;
 using test::WriteBytes;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -85,7 +86,12 @@ TEST_F(DicomFolder, FilesThatOnlyClaimToBeDicomAreLeftOutAndNamed) {
 TEST_F(DicomFolder, AnEmptyFileInPlaceOfASliceIsNamedAsTheReason) {
   Write(ct_);
   WriteBytes(folder_.file("07.dcm"), "");
-  EXPECT_THAT(Refusal(), HasSubstr("07.dcm: is empty; without this file, a slice of the series is missing"));
+  const Volume read = Read();
+  EXPECT_EQ(read.size, ct_.size);
+  EXPECT_THAT(read.warnings, Contains("1 file was left out: 07.dcm (empty)"));
+  ASSERT_EQ(read.gaps.size(), 1u);
+  EXPECT_THAT(read.gaps[0].what, HasSubstr("1 slice is missing between 06.dcm and 08.dcm"));
+  EXPECT_THAT(read.gaps[0].what, testing::EndsWith("; perhaps " + folder_.file("07.dcm") + ": is empty"));
 }
 
 TEST_F(DicomFolder, DicomdirAndReportsAreNoImages) {
@@ -169,13 +175,53 @@ TEST_F(DicomFolder, CopiesOfASliceAreLeftOut) {
                          "1 file was left out: cut.dcm (cut off; there is a whole file of the same slice)"));
 }
 
+// Such as those that an archive has sent twice.
+TEST_F(DicomFolder, CopiesWithIdentifiersOfTheirOwnAreLeftOut) {
+  Write(ct_);
+  for (const int k : {3, 7}) {
+    WriteBytes(folder_.file(fmt::format("copy{}.dcm", k)),
+               Slice(k, [](DicomBytes& b) { b.Set(8, 0x18, "UI", "1.2.777").Set(8, 0x103e, "LO", "sent again"); }));
+  }
+  ExpectRead(ElementsAre("2 files were left out: copy3.dcm and 1 more (copy of another slice)"));
+}
+
+TEST_F(DicomFolder, ASliceThatNamesAnotherStudyIsReadIfItsPlaceIsFree) {
+  const auto other_study = [](DicomBytes& b) { b.Set(0x20, 0xd, "UI", "1.2.77"); };
+  Write(ct_, "", [&](DicomBytes& b, int k) {
+    if (k == 7) other_study(b);
+  });
+  ExpectRead(ElementsAre("07.dcm names another study than the other slices, and was read with them"));
+  Write(ct_);
+  WriteBytes(folder_.file("odd.dcm"), Slice(7, [&](DicomBytes& b) {
+               other_study(b);
+               b.Set(8, 0x18, "UI", "1.2.777");
+             }));
+  ExpectRead(ElementsAre("1 file was left out: odd.dcm (another study)"));
+}
+
 TEST_F(DicomFolder, ACutSliceOfTheSeriesIsNamedAndOneOfAnotherDoesNotMatter) {
   Write(ct_);
   const std::string other = Slice(7, [](DicomBytes& b) { b.Set(0x20, 0xe, "UI", "1.2.9"); });
   WriteBytes(folder_.file("other.dcm"), other.substr(0, other.size() - 100));
   EXPECT_EQ(Read().hu, ct_.hu);
   WriteBytes(folder_.file("07.dcm"), Slice(7).substr(0, Slice(7).size() - 100));
-  EXPECT_THAT(Refusal(), HasSubstr("07.dcm: the slice is cut off"));
+  const Volume read = Read();
+  EXPECT_EQ(read.size, ct_.size);
+  EXPECT_THAT(read.warnings, Contains("1 file was left out: 07.dcm (cut off or damaged)"));
+  ASSERT_EQ(read.gaps.size(), 1u);
+  EXPECT_THAT(read.gaps[0].what, testing::EndsWith("; " + folder_.file("07.dcm") + ": the slice is cut off"));
+}
+
+TEST_F(DicomFolder, DamagedSlicesAtTheEndAreLeftOut) {
+  Write(ct_);
+  for (const int k : {0, 1, 14}) {
+    WriteBytes(folder_.file(fmt::format("{:02}.dcm", k)), Slice(k).substr(0, Slice(k).size() - 100));
+  }
+  const Volume read = Read();
+  EXPECT_EQ(read.size[2], 12);
+  EXPECT_EQ(read.origin_W.z, ct_.origin_W.z + 4);
+  EXPECT_THAT(read.warnings, ElementsAre("3 files were left out: 00.dcm and 2 more (cut off or damaged)"));
+  EXPECT_EQ(read.gaps.size(), 3u);
 }
 
 TEST_F(DicomFolder, TheSeriesThatSuitsAJawIsTakenAndTheOthersAreListed) {
@@ -212,6 +258,30 @@ TEST_F(DicomFolder, TwoPatientsWithTheirOwnUidsAreRefused) {
   Write(ct_);
   Write(BallCt(6), "x", [](DicomBytes& b, int) { b.Set(0x10, 0x10, "PN", "OTHER^ONE").Set(0x20, 0xe, "UI", "1.2.9"); });
   EXPECT_THAT(Refusal(), HasSubstr("of 2 patients, such as 00.dcm and x00.dcm"));
+}
+
+TEST_F(DicomFolder, APatientIsKnownByTheIdentifierAndIfItIsMissingByTheName) {
+  const auto read = [this](const std::function<void(DicomBytes&, int)>& change) {
+    Write(ct_, "", change);
+    return ListDicomSeries(folder_.path()).size();
+  };
+  const auto id = [](DicomBytes& b, const std::string& value) { b.Set(0x10, 0x20, "LO", value); };
+  EXPECT_EQ(read([&](DicomBytes& b, int k) {
+              id(b, k % 2 == 0 ? "A7" : " a7");
+              b.Set(0x10, 0x10, "PN", k % 2 == 0 ? "SECRET^NAME" : "Secret Name");
+            }),
+            1u);
+  EXPECT_EQ(read([&](DicomBytes& b, int k) { id(b, k == 7 ? "" : "A7"); }), 1u);
+  EXPECT_EQ(read([&](DicomBytes& b, int k) { id(b, k < 7 ? "A7" : "A8"); }), 2u);
+  // One identifier, of two hospitals; slices without a hospital may be of either.
+  const auto of_hospital = [&](int without) {
+    return read([&, without](DicomBytes& b, int k) {
+      id(b, "A7");
+      if (k >= without) b.Set(0x10, 0x21, "LO", k < 7 ? "EAST" : "WEST");
+    });
+  };
+  EXPECT_EQ(of_hospital(0), 2u);
+  EXPECT_EQ(of_hospital(8), 1u);
 }
 
 TEST_F(DicomFolder, AcquisitionsAndPhasesWithOneUidAreToldApart) {
@@ -319,9 +389,56 @@ TEST_F(DicomFolder, AZipOfAFolderIsReadAndLeavesNothingBehind) {
   ExpectRead(ElementsAre("1 file was left out: note.dcm (no DICOM file despite its name)"), "packed.zip");
   members.back().bytes.resize(members.back().bytes.size() - 100);
   Zip(folder_, members);
-  EXPECT_THAT(Refusal("", "packed.zip"), testing::StartsWith(path + "/CD/IM14: the slice is cut off"));
+  const Volume read = Read("", "packed.zip");
+  EXPECT_EQ(read.size[2], 14);
+  ASSERT_EQ(read.gaps.size(), 1u);
+  EXPECT_THAT(read.gaps[0].what, testing::EndsWith(path + "/CD/IM14: the slice is cut off"));
   EXPECT_TRUE(std::filesystem::is_empty(temporary));
   unsetenv("TMPDIR");
+}
+
+TEST_F(DicomFolder, AZipMayHaveAnyNameAndDamagedFiles) {
+  std::vector<Member> members{{"viewer", std::string(500, 'x') + "y"}};
+  for (int k = 0; k < ct_.size[2]; ++k) members.push_back({fmt::format("CD/IM{}", k), Slice(k)});
+  std::string bytes = test::ReadBytes(Zip(folder_, members));
+  bytes[40] = static_cast<char>(bytes[40] ^ 0x55);
+  WriteBytes(folder_.file("scan"), bytes);
+  std::filesystem::rename(folder_.file("packed.zip"), folder_.file("a.zip"));
+  EXPECT_THAT(Refusal(), testing::EndsWith("is a DICOM image; give the path of a.zip"));
+  ExpectRead(ElementsAre("1 file was left out: viewer (damaged in the ZIP file)"), "scan");
+}
+
+// With blocks that are stored as they are.
+std::string Deflate(const std::string& bytes) {
+  std::string packed;
+  constexpr std::size_t kBlock = 60000;
+  for (std::size_t at = 0; at < bytes.size(); at += kBlock) {
+    const std::string block = bytes.substr(at, kBlock);
+    const auto length = static_cast<std::uint16_t>(block.size());
+    packed += static_cast<char>(at + kBlock >= bytes.size());
+    for (const unsigned half : {unsigned{length}, ~unsigned{length}}) {
+      packed += {static_cast<char>(half & 0xff), static_cast<char>(half >> 8 & 0xff)};
+    }
+    packed += block;
+  }
+  return packed;
+}
+
+TEST_F(DicomFolder, DeflatedSlicesAreRead) {
+  const auto deflated = [this](int k) {
+    test::SliceSpec spec;
+    spec.transfer_syntax = "1.2.840.10008.1.2.1.99";
+    const DicomBytes bytes(test::DicomSlice(ct_, k, spec));
+    const std::string data = bytes.DataSet(true);
+    const std::string file = bytes.File();
+    return file.substr(0, file.size() - data.size()) + Deflate(data);
+  };
+  for (int k = 0; k < ct_.size[2]; ++k) WriteBytes(folder_.file(fmt::format("{:02}.dcm", k)), deflated(k));
+  ExpectRead(IsEmpty());
+  WriteBytes(folder_.file("07.dcm"), deflated(7).substr(0, 700));
+  const Volume read = Read();
+  ASSERT_EQ(read.gaps.size(), 1u);
+  EXPECT_THAT(read.gaps[0].what, HasSubstr("07.dcm: the file is cut off: its deflated data set does not unpack"));
 }
 
 TEST(DicomZip, NamesDoNotLeadOutOfTheFolder) {

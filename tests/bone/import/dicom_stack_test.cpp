@@ -18,6 +18,7 @@ using test::Folder;
 using test::MessageOf;
 using test::WriteBytes;
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -176,6 +177,49 @@ TEST(EnhancedCt, TheLargestOfSeveralStacksIsReadAndTheOthersAreNamed) {
   EXPECT_THAT(read.warnings, Contains(HasSubstr("'A' with 6 slices was taken and the others left out: 'B' (3)")));
 }
 
+// Each file calls its stack as it likes.
+TEST(EnhancedCt, OneStackInTwoFilesIsJoined) {
+  const Volume ct = SevensCt();
+  const Folder folder;
+  WriteBytes(folder.file("a.dcm"), EnhancedFile(
+                                       ct, {8, 7, 6, 5}, [](int) { return "2"; }, 0));
+  WriteBytes(folder.file("b.dcm"), EnhancedFile(
+                                       ct, {0, 1, 2, 3, 4}, [](int) { return "1"; }, 0));
+  const Volume read = ReadSlicesOf(folder);
+  ExpectRead(read, ct);
+  EXPECT_THAT(read.warnings, IsEmpty());
+}
+
+TEST(EnhancedCt, APartOfAConcatenationMeansTheWhole) {
+  const Volume ct = SevensCt();
+  const Folder folder;
+  const auto write = [&](const std::string& name, const std::vector<int>& order) {
+    std::string file = EnhancedFile(
+        ct, order, [](int) { return "1"; }, 0);
+    SetElement(file, 0x00209161, "UI", "1.2.7");
+    WriteBytes(folder.file(name), file);
+  };
+  write("a.dcm", {0, 1, 2, 3, 4});
+  write("b.dcm", {5, 6, 7, 8});
+  ExpectRead(ReadDicomSeries(ListDicomSeries(folder.file("b.dcm")).front(), {}), ct);
+}
+
+TEST(FramesWithoutPositions, OfTwoFilesAreSpacedByTheirOwnFrames) {
+  const Volume ct = SevensCt();
+  const Folder folder;
+  const auto write = [&](const std::string& name, const std::vector<int>& order) {
+    std::string file = MultiFrame(ct, order);
+    SetElement(file, kPositionTag, "DS", ShowTriple(ct.WorldFromVoxel({0, 0, order.front()})));
+    WriteBytes(folder.file(name), file);
+  };
+  write("a.dcm", {0, 1, 2, 3, 4});
+  write("b.dcm", {5, 6, 7, 8});
+  const Volume read = ReadSlicesOf(folder);
+  ExpectRead(read, ct);
+  EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("2 mm apart, by SliceThickness")));
+  ExpectRead(ReadSlicesOf(folder, 2), ct);
+}
+
 TEST(FramesWithoutPositions, AreSpacedByWhatTheFileStatesWithAWarning) {
   const Volume ct = SevensCt();
   const std::string file = MultiFrame(ct, Forwards(ct));
@@ -325,6 +369,27 @@ TEST(Padding, IsRecognisedInVolumesAndOtherValuesAreKept) {
   EXPECT_EQ(ct.hu[500], 15000);
 }
 
+TEST(Padding, OfOneBrightValueOutsideTheCircleIsAir) {
+  Volume ct = test::JawCt(4);
+  ct.hu[ct.hu.size() / 2] = 3071;  // metal
+  for (const int bright : {1500, 2500}) {
+    Volume padded = ct;
+    std::size_t outside = 0;
+    for (int v = 0; v < static_cast<int>(ct.hu.size()); ++v) {
+      const double x = v % ct.size[0] - 0.5 * (ct.size[0] - 1);
+      const double y = v / ct.size[0] % ct.size[1] - 0.5 * (ct.size[1] - 1);
+      if (x * x + y * y < 17 * 17) continue;
+      padded.hu[static_cast<std::size_t>(v)] = static_cast<std::int16_t>(bright);
+      ++outside;
+    }
+    EXPECT_EQ(ClearPadding(padded), outside);
+    EXPECT_THAT(padded.warnings, ElementsAre(HasSubstr(fmt::format("with the value {} HU are padding", bright))));
+  }
+  // Air of grey values, which is as bright, has nothing darker.
+  for (std::int16_t& hu : ct.hu) hu = static_cast<std::int16_t>(hu + 2500);
+  EXPECT_EQ(ClearPadding(ct), 0u);
+}
+
 TEST(Padding, SingleVoxelsBeyondMetalGetTheValueOfANeighbour) {
   Volume ct = SevensCt();
   ct.hu[500] = 32767;
@@ -352,6 +417,27 @@ TEST(SliceSpacing, RoundedPositionsAreMadeEvenAndTheErrorIsStated) {
   EXPECT_THAT(read.warnings, Contains(HasSubstr("the positions of the slices are rounded")));
 }
 
+// Steps of 2 and 4 mm are no rounded steps of 3 mm.
+TEST(SliceSpacing, EveryThirdSliceMissingIsNoRounding) {
+  Volume ct = SevensCt();
+  ct.size[2] = 24;
+  ct.hu.resize(ct.count());
+  const Folder folder;
+  WriteSlices(ct, folder, [](int k, std::string&) { return k % 3 != 2; });
+  EXPECT_THAT(MessageOf([&] { ReadSlicesOf(folder); }), HasSubstr("1 slice is missing between 001.dcm and 003.dcm"));
+}
+
+TEST(PixelData, OfAThumbnailIsNotTaken) {
+  const Volume ct = SevensCt();
+  const Folder folder;
+  WriteSlices(ct, folder, [&ct](int, std::string& file) {
+    const std::string zeros(std::size_t{2} * ct.size[0] * ct.size[1], '\0');
+    SetElement(file, 0x00880200, "SQ", DicomItem(DicomElement(0x7fe00010, "OW", zeros)));
+    return true;
+  });
+  ExpectRead(ReadSlicesOf(folder), ct);
+}
+
 TEST(SliceSpacing, ThickerSlicesAboveThinOnesAreResampled) {
   Volume ct = SevensCt();
   ct.hu.clear();
@@ -359,8 +445,13 @@ TEST(SliceSpacing, ThickerSlicesAboveThinOnesAreResampled) {
   for (int v = 0; v < 25 * 120; ++v) ct.hu.push_back(static_cast<std::int16_t>(10 * (v / 120)));  // linear along z
   const Folder folder;
   WriteSlices(ct, folder, [](int k, std::string&) { return k < 12 || k % 2 == 0; });
+  // What belongs to no stack does not make the uneven slices an error.
+  test::SliceSpec colour;
+  colour.samples = 3;
+  WriteBytes(folder.file("capture.dcm"), test::DicomSlice(ct, 0, colour));
   const Volume read = ReadSlicesOf(folder);
   ExpectRead(read, ct);
+  EXPECT_THAT(read.gaps, IsEmpty());
   EXPECT_THAT(read.warnings, Contains(HasSubstr("all were resampled to 2.00 mm by linear interpolation")));
 }
 
@@ -382,6 +473,33 @@ TEST_F(MissingSlice, BeyondTheJawDoesNotMatterAndIsSaid) {
   // The tip of the jaw ends beside the missing slice.
   EXPECT_NEAR(report.iso_mm3 / Import(whole.path(), options_).report.iso_mm3, 1, 0.005);
   EXPECT_THAT(report.warnings, Contains(HasSubstr("1 slice is missing between 042.dcm and 044.dcm")));
+}
+
+// The file is there, but cut off, can't be unpacked, or is empty.
+TEST_F(MissingSlice, ADamagedFileIsAMissingSlice) {
+  const Volume ct = test::JawCt();
+  test::SliceSpec spoilt;
+  spoilt.transfer_syntax = "1.2.840.10008.1.2.4.70";
+  spoilt.encapsulated = true;
+  spoilt.pixels = "these are not the bytes of a JPEG";
+  Write(-1);
+  const double whole_mm3 = Import(folder_.path(), options_).report.iso_mm3;
+  for (const int damaged : {12, 43}) {
+    const std::string whole = test::DicomSlice(ct, damaged, {});
+    for (const std::string& bytes :
+         {whole.substr(0, whole.size() - 100), test::DicomSlice(ct, damaged, spoilt), std::string()}) {
+      Write(-1);
+      const std::string file = fmt::format("{:03}.dcm", damaged);
+      WriteBytes(folder_.file(file), bytes);
+      if (damaged == 12) {
+        EXPECT_THAT(MessageOf([&] { Import(folder_.path(), options_); }), HasSubstr(file + ": "));
+        continue;
+      }
+      const ImportReport report = Import(folder_.path(), options_).report;
+      EXPECT_THAT(report.warnings, Contains(HasSubstr("1 file was left out: 043.dcm (")));
+      EXPECT_NEAR(report.iso_mm3 / whole_mm3, 1, 0.005);
+    }
+  }
 }
 
 TEST_F(MissingSlice, InsideTheJawIsRefusedByName) {

@@ -112,7 +112,7 @@ std::vector<Lie> MakeLies() {
           {"a.mha", {channels}, "a voxel has 2000000000 bytes"},
           {"a.dcm", slices, "its header states 8192 x 8192 pixels of 16 bits, but not all are present"},
           {"a.dcm", {test::DicomSlice(Shape(40000), 0, packed)}, "a slice of 40000 x 40000 pixels, more than the 2^26"},
-          {"a.dcm", {test::DicomSlice(Shape(4), 0, deflated)}, "packed as a whole (deflated)"},
+          {"a.dcm", {test::DicomSlice(Shape(4), 0, deflated)}, "its deflated data set does not unpack to its end"},
           {"a.dcm", {NestedLie()}, "element (0008,0060) is 4294967280 bytes long but only 0 are left"},
           {"a.dcm", {DeepLie()}, "are nested more than 64 deep"}};
 }

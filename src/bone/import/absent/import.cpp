@@ -41,7 +41,7 @@ DicomSeries TakeAsCt(DicomSeries, bool) {
 bool IsDicomFile(const std::string&) {
   Fail();
 }
-void CheckSeries(const DicomSeries&, double) {
+DicomSeries CheckSeries(const DicomSeries&, double) {
   Fail();
 }
 void CheckContains(const DicomSeries&, const Box3&, const std::string&) {
