@@ -366,6 +366,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
   report.dropped_mm3 = isolation.dropped_mm3;
   report.cut_by_scan = isolation.cut_by_scan;
   report.mandible = isolation.mandible;
+  options.tissue.up_W = isolation.up_W;
   report.shape_objection = isolation.shape_objection;
   stages.Done("isolate");
   const bool by_leaves = IsByLeaves(isolation.fine(), options);

@@ -108,6 +108,7 @@ ImportResult ImportMask(const ImportOptions& options) {
   report.shape_objection = Describe(likeness, lattice.frame);
   TissueOptions tissue_options = options.tissue;
   tissue_options.shell_mm = options.mesh_shell_mm;
+  tissue_options.up_W = likeness.up_W;
   const MaskSamples samples = SampleMask(mask, lattice, CalcDefaultReach(mask));
   Volume without_hu = lattice;
   without_hu.hu.clear();

@@ -126,13 +126,14 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
     }
   }
   const Components parts = FindComponents(lattice, [&solid](std::size_t v) { return solid[v] != 0; });
+  TissueOptions tissue_options = options.tissue;
+  tissue_options.shell_mm = options.mesh_shell_mm;
   if (!parts.list.empty()) {
     const MandibleLikeness likeness = CheckMandibleLikeness(lattice, parts.labels, 1, parts.list.front());
     report.mandible = likeness.is_mandible;
     report.shape_objection = Describe(likeness, options.frame.empty() ? "LPS" : options.frame);
+    tissue_options.up_W = likeness.up_W;
   }
-  TissueOptions tissue_options = options.tissue;
-  tissue_options.shell_mm = options.mesh_shell_mm;
   const TissueMap tissue(lattice, solid, solid, nullptr, report.mandible, tissue_options);
   stages.Done("tissues");
   if (options.progress) options.progress(0.15);

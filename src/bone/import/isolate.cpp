@@ -452,7 +452,8 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
     if (markers[v] == kUnmarked && result.ct.hu[v] < iso - kPartial_HU) markers[v] = kOutside;
   }
   if (progress) progress(0.65);
-  const std::vector<std::uint8_t> grown = GrowMarkers(result.ct, iso, markers, part(0.65, 0.9));
+  std::vector<std::uint8_t> grown = GrowMarkers(result.ct, iso, markers, part(0.65, 0.9));
+  if (result.mask) GiveBack(result, iso, markers, grown);
   if (progress) progress(0.9);
 
   // Selects, on the wanted side, the piece that contains most of the markers.
