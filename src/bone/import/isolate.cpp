@@ -483,6 +483,7 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
            at_iso, iso, "; add points, or use --any-shape to write it anyway");
   }
   result.mandible = likeness.is_mandible;
+  result.up_W = likeness.up_W;
   if (likeness.turn_deg > 0) result.how += fmt::format("; the head is turned by {:.0f} degrees", likeness.turn_deg);
   result.shape_objection = Describe(likeness, ct.frame);
   result.bone.assign(result.ct.count(), 0);
