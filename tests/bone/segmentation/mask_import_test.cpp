@@ -472,6 +472,21 @@ TEST(MaskImport, WithoutACtTheBoneIsThatOfTheLabels) {
   EXPECT_THAT(MessageOf([&] { Import("", keep); }), HasSubstr("has no CT numbers to keep"));
 }
 
+TEST(MaskImport, ShearedMaskWithoutACtIsStraightened) {
+  const Folder folder;
+  // Slices of a gantry that is tilted by 20 degrees: each is shifted to the back.
+  Volume lattice;
+  lattice.size = {60, 80, 60};
+  lattice.spacing_mm = {0.5, 0.5, 0.5 / std::cos(0.35)};
+  lattice.axes_W[2] = {0, std::sin(0.35), std::cos(0.35)};
+  lattice.origin_W = kWanted - lattice.axes_W * (0.5 * lattice.spacing_mm * Vec3(60, 80, 60));
+  test::WriteNrrd(BallLabels(lattice), folder.file("mask.nrrd"));
+  const ImportResult result = Import("", WithMask(folder.file("mask.nrrd")));
+  EXPECT_NEAR(result.report.solid_mm3, kBall_mm3, 0.02 * kBall_mm3);
+  EXPECT_LT(glm::length(result.report.box.centre() - kWanted), 0.5);
+  EXPECT_THAT(result.report.warnings, Contains(HasSubstr("not at right angles: it was sampled")));
+}
+
 TEST(MaskImport, TheLibraryGivesTheBoneOfTheProgram) {
   const Folder folder;
   const std::string ct = folder.file("ct.nrrd"), mask = folder.file("mask.nrrd");
