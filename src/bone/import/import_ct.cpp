@@ -109,6 +109,12 @@ Volume ReadDicom(const std::string& path, const ImportOptions& options, ImportRe
     throw Error(message);
   }
   ct.warnings.insert(ct.warnings.begin(), series.warnings.begin(), series.warnings.end());
+  const std::string of_mask = options.isolate.mask ? options.isolate.mask->frame_uid : "";
+  if (!of_mask.empty() && !series.frame_uid.empty() && of_mask != series.frame_uid) {
+    ct.warnings.emplace_back(
+        "the mask and the CT have different frames of reference, so the mask may lie in another place: check it with "
+        "'kerf picture CT --mask FILE'");
+  }
   if (!options.frame.empty()) ReinterpretFrame(options.frame, ct);
   return ct;
 }

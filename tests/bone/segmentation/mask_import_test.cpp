@@ -437,6 +437,27 @@ TEST(MaskImport, RefusesMasksOfAnotherScan) {
               HasSubstr("% of the wanted bone of the mask lies in bone above 450 HU"));
 }
 
+TEST(MaskImport, SaysThatTheMaskHasAnotherFrameOfReference) {
+  const Folder folder;
+  const Volume ct = TwoBalls();
+  std::filesystem::create_directory(folder.file("ct"));
+  test::WriteDicom(ct, folder.file("ct"));  // in the frame 1.2.4
+  test::WriteNrrd(BallLabels(ct), folder.file("mask.nrrd"));
+  ImportOptions options = WithMask(folder.file("mask.nrrd"));
+  for (const std::string uid : {"", "1.2.4", "1.2.5"}) {
+    BoneMask mask = *options.isolate.mask;
+    mask.frame_uid = uid;
+    options.isolate.mask = std::make_shared<const BoneMask>(std::move(mask));
+    const std::vector<std::string> warnings = Import(folder.file("ct"), options).report.warnings;
+    EXPECT_EQ(std::ranges::any_of(warnings,
+                                  [](const std::string& warning) {
+                                    return warning.find("different frames of reference") != std::string::npos;
+                                  }),
+              uid == "1.2.5")
+        << uid;
+  }
+}
+
 TEST(MaskImport, WithoutACtTheBoneIsThatOfTheLabels) {
   const Folder folder;
   // An oblique lattice whose axes are stored backwards.
