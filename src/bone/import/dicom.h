@@ -72,6 +72,7 @@ struct LeftOutFile {
 struct DicomSeries {
   std::string uid, description, modality;
   std::string study_date;          // YYYY-MM-DD; empty: not given
+  std::string frame_uid;           // of the frame of reference; empty: not given
   std::vector<DicomSlice> slices;  // sorted by position along the normal if all have one, otherwise by file name
   double gap_mm = 0;               // median distance between neighbours along the normal; 0 if unknown
   int part = 0;                    // number of the stack among those with this UID, from 1; 0: the only one

@@ -181,6 +181,7 @@ class Listing {
       series.description = DecodeDicomText(GetText(filter, 0x0008, 0x103e), charset);
       series.modality = Printable(GetText(filter, 0x0008, 0x0060));
       series.study_date = Date(GetText(filter, 0x0008, 0x0020));
+      series.frame_uid = Printable(GetText(filter, 0x0020, 0x0052));
     }
     Identify(filter, charset, outline, slices);
     for (DicomSlice& slice : slices) series.slices.push_back(std::move(slice));

@@ -34,6 +34,7 @@ struct DicomSegmentFrame {
 
 struct DicomSegments {
   std::string series_uid;  // of the images that were segmented; empty: not stated
+  std::string frame_uid;   // of the frame of reference; empty: not stated
   std::array<int, 2> size{0, 0};
   std::array<double, 2> pixel_mm{0, 0};  // along a row, and from row to row
   double slice_mm = 0;                   // as stated; 0: not stated

@@ -110,6 +110,12 @@ Volume ReadDicom(const std::string& path, const ImportOptions& options, ImportRe
   }
   for (SliceGap& gap : ct.gaps) gap.what = input.NameFiles(gap.what);
   ct.warnings.insert(ct.warnings.begin(), series.warnings.begin(), series.warnings.end());
+  const std::string of_mask = options.isolate.mask ? options.isolate.mask->frame_uid : "";
+  if (!of_mask.empty() && !series.frame_uid.empty() && of_mask != series.frame_uid) {
+    ct.warnings.emplace_back(
+        "the mask and the CT have different frames of reference, so the mask may lie in another place: check it with "
+        "'kerf picture CT --mask FILE'");
+  }
   if (!options.frame.empty()) ReinterpretFrame(options.frame, ct);
   return ct;
 }
@@ -370,6 +376,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
   report.dropped_mm3 = isolation.dropped_mm3;
   report.cut_by_scan = isolation.cut_by_scan;
   report.mandible = isolation.mandible;
+  options.tissue.up_W = isolation.up_W;
   report.shape_objection = isolation.shape_objection;
   stages.Done("isolate");
   const bool by_leaves = IsByLeaves(isolation.fine(), options);

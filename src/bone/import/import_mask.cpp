@@ -37,14 +37,40 @@ Volume CropMask(const BoneMask& of, const std::vector<std::uint8_t>& wanted) {
   return Crop(mask, lower, upper);
 }
 
-// Returns the pose of a lattice without shear. Throws kerf::Error for another one.
-Pose CalcPose(const Volume& lattice) {
-  const glm::dmat3& axes = lattice.axes_W;
+// Samples a mask whose axes are not at right angles, such as one of a tilted gantry, at the nearest voxels of a lattice
+// whose axes are. Leaves another one as it is.
+Volume Straighten(Volume mask) {
+  const glm::dmat3& axes = mask.axes_W;
   const double shear = std::max({std::abs(glm::dot(axes[0], axes[1])), std::abs(glm::dot(axes[0], axes[2])),
                                  std::abs(glm::dot(axes[1], axes[2]))});
-  if (shear > 1e-3 || glm::determinant(axes) < 0)
-    throw Error("the axes of the mask are not at right angles; import it with its CT, or resample it");
-  return {glm::normalize(glm::quat_cast(axes)), lattice.origin_W};
+  if (shear <= 1e-3 && glm::determinant(axes) > 0) return mask;
+  Volume straight = mask;
+  straight.axes_W[1] = glm::normalize(axes[1] - glm::dot(axes[0], axes[1]) * axes[0]);
+  straight.axes_W[2] = glm::cross(axes[0], straight.axes_W[1]);
+  for (int a = 0; a < 3; ++a) straight.spacing_mm[a] *= glm::dot(axes[a], straight.axes_W[a]);
+  Box3 box_V;
+  for (int c = 0; c < 8; ++c) {
+    const auto last = [&](std::size_t a) { return (c >> a & 1) * (mask.size[a] - 1); };
+    box_V.Include(straight.VoxelFromWorld(mask.WorldFromVoxel({last(0), last(1), last(2)})));
+  }
+  straight.origin_W = straight.WorldFromVoxel(box_V.lower);
+  for (std::size_t a = 0; a < 3; ++a)
+    straight.size[a] = static_cast<int>(std::lround(box_V.size()[static_cast<int>(a)])) + 1;
+  straight.hu.assign(straight.count(), 0);
+  for (std::size_t v = 0, k = 0; k < static_cast<std::size_t>(straight.size[2]); ++k) {
+    for (int j = 0; j < straight.size[1]; ++j) {
+      for (int i = 0; i < straight.size[0]; ++i, ++v) {
+        const Vec3 p_V = glm::round(mask.VoxelFromWorld(straight.WorldFromVoxel({i, j, static_cast<double>(k)})));
+        const std::array<int, 3> at = {static_cast<int>(p_V.x), static_cast<int>(p_V.y), static_cast<int>(p_V.z)};
+        if (mask.Contains(at)) straight.hu[v] = mask.hu[mask.Index(at[0], at[1], at[2])];
+      }
+    }
+  }
+  straight.warnings.emplace_back(
+      "the axes of the mask are not at right angles: it was sampled on a lattice whose axes are, which moves its "
+      "surface "
+      "by up to half a voxel");
+  return straight;
 }
 
 // Adds the metal and the lesions that touch the wanted bone.
@@ -70,7 +96,7 @@ ImportResult ImportMask(const ImportOptions& options) {
   ImportReport& report = result.report;
   report.kind = "mask";
   Stages stages(report);
-  BoneMask mask{StoreAlongPatient(options.isolate.mask->tissue), options.isolate.mask->how};
+  BoneMask mask{Straighten(StoreAlongPatient(options.isolate.mask->tissue)), options.isolate.mask->how};
   report.input_hash = CalcHash(mask.tissue);
   report.warnings = mask.tissue.warnings;
   report.isolation = mask.how;
@@ -87,7 +113,7 @@ ImportResult ImportMask(const ImportOptions& options) {
   solid = find_wanted();
   AddJoined(mask, solid);
   const Volume& lattice = mask.tissue;
-  const Pose X_WL = CalcPose(lattice);
+  const Pose X_WL{glm::normalize(glm::quat_cast(lattice.axes_W)), lattice.origin_W};
   const Vec3 first_V = whole.VoxelFromWorld(lattice.origin_W);
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
@@ -108,6 +134,7 @@ ImportResult ImportMask(const ImportOptions& options) {
   report.shape_objection = Describe(likeness, lattice.frame);
   TissueOptions tissue_options = options.tissue;
   tissue_options.shell_mm = options.mesh_shell_mm;
+  tissue_options.up_W = likeness.up_W;
   const MaskSamples samples = SampleMask(mask, lattice, CalcDefaultReach(mask));
   Volume without_hu = lattice;
   without_hu.hu.clear();

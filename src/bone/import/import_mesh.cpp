@@ -60,8 +60,9 @@ void ReinterpretFrame(const std::string& frame, MeshFile& file) {
   for (auto& t : file.mesh.triangles) std::swap(t[1], t[2]);  // a reflection turns triangles inside out
 }
 
-// Returns the closed surface in mm and LPS; adds what was assumed or repaired to the warnings.
-ClosedSurface ReadSurface(const std::string& path, const ImportOptions& options, ImportReport& report) {
+// Returns the closed surface in mm and LPS; adds what was assumed or repaired to the warnings, and the file's unit to
+// the options.
+ClosedSurface ReadSurface(const std::string& path, ImportOptions& options, ImportReport& report) {
   MeshFile file = ReadMeshFile(path);
   if (options.frame.empty()) {
     TurnToLps(file);
@@ -69,13 +70,20 @@ ClosedSurface ReadSurface(const std::string& path, const ImportOptions& options,
     ReinterpretFrame(options.frame, file);
   }
   report.input_hash = HashMesh(file.mesh);
+  if (options.mesh_units.empty()) {
+    options.mesh_units = file.unit;
+    if (!file.unit.empty() && file.unit != "mm")
+      file.notes.push_back(fmt::format("the file says that its unit is {}; --units overrides it", file.unit));
+  }
   report.warnings = file.notes;
-  ScaleToMm(file.mesh, options.mesh_units.empty() ? file.unit : options.mesh_units, path);
   try {
+    ScaleToMm(file.mesh, options.mesh_units, path);
     ClosedSurface closed = CloseSurface(std::move(file.mesh), !options.fill, path);
     const std::vector<std::string>& repairs = closed.report.repairs;
     report.warnings.insert(report.warnings.end(), repairs.begin(), repairs.end());
     return closed;
+  } catch (const UnclearUnit&) {
+    throw;
   } catch (const Error& e) {
     // What was found while reading may be the reason: a surface that is cut off is not closed.
     throw Error(file.notes.empty() ? e.what() : fmt::format("{}; {}", e.what(), fmt::join(file.notes, "; ")));
@@ -84,7 +92,8 @@ ClosedSurface ReadSurface(const std::string& path, const ImportOptions& options,
 
 }  // namespace
 
-ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
+ImportResult ImportMesh(const std::string& path, const ImportOptions& given) {
+  ImportOptions options = given;
   ImportResult result;
   CheckMeshOptions(path, options);
   ImportReport& report = result.report;
@@ -126,13 +135,14 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
     }
   }
   const Components parts = FindComponents(lattice, [&solid](std::size_t v) { return solid[v] != 0; });
+  TissueOptions tissue_options = options.tissue;
+  tissue_options.shell_mm = options.mesh_shell_mm;
   if (!parts.list.empty()) {
     const MandibleLikeness likeness = CheckMandibleLikeness(lattice, parts.labels, 1, parts.list.front());
     report.mandible = likeness.is_mandible;
     report.shape_objection = Describe(likeness, options.frame.empty() ? "LPS" : options.frame);
+    tissue_options.up_W = likeness.up_W;
   }
-  TissueOptions tissue_options = options.tissue;
-  tissue_options.shell_mm = options.mesh_shell_mm;
   const TissueMap tissue(lattice, solid, solid, nullptr, report.mandible, tissue_options);
   stages.Done("tissues");
   if (options.progress) options.progress(0.15);

@@ -452,7 +452,8 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
     if (markers[v] == kUnmarked && result.ct.hu[v] < iso - kPartial_HU) markers[v] = kOutside;
   }
   if (progress) progress(0.65);
-  const std::vector<std::uint8_t> grown = GrowMarkers(result.ct, iso, markers, part(0.65, 0.9));
+  std::vector<std::uint8_t> grown = GrowMarkers(result.ct, iso, markers, part(0.65, 0.9));
+  if (result.mask) GiveBack(result, iso, markers, grown);
   if (progress) progress(0.9);
 
   // Selects, on the wanted side, the piece that contains most of the markers.
@@ -482,6 +483,7 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
            at_iso, iso, "; add points, or use --any-shape to write it anyway");
   }
   result.mandible = likeness.is_mandible;
+  result.up_W = likeness.up_W;
   if (likeness.turn_deg > 0) result.how += fmt::format("; the head is turned by {:.0f} degrees", likeness.turn_deg);
   result.shape_objection = Describe(likeness, ct.frame);
   result.bone.assign(result.ct.count(), 0);

@@ -38,8 +38,8 @@ struct IsolateOptions {
   double smallest_piece_mm3 = 1000;      // without isolation: smaller pieces are dropped
   std::vector<Vec3> keep_W, drop_W;      // points in wanted and in unwanted bone, LPS, mm
   std::shared_ptr<const BoneMask> mask;  // selects the bone; its shape is then not checked
-  double mask_reach_mm = 0;  // bone farther inside the mask is wanted, and farther outside is not; in between the CT
-                             // decides; 0: CalcDefaultReach()
+  double mask_reach_mm = 0;  // what is farther inside the mask is wanted, and bone farther outside is not; in between
+                             // the CT decides, but for bone that the mask names; 0: CalcDefaultReach()
 };
 
 /// How a mask selected the bone.
@@ -51,6 +51,7 @@ struct MaskUse {
   std::vector<std::uint8_t> cut_off;     // 1 for bone joined to the wanted bone, farther than reach_mm outside the mask
                                          // and in no segment of other bone, up to 10 mm beyond the reach
   std::vector<std::uint8_t> certain;     // 1 farther than reach_mm inside the mask
+  std::vector<std::uint8_t> named;       // kKeep and kDrop for bone that the mask names and that is no marker
   std::vector<std::uint8_t> given_away;  // 1 for bone of the mask that is not in the result: it went to other bone, or
                                          // is not joined to the rest
   double given_away_mm = 0;              // its greatest distance from the result
@@ -73,6 +74,7 @@ struct Isolation {
   double dropped_mm3 = 0;
   std::string how;              // description in words, for the provenance
   bool mandible = false;        // true if the bone has the shape of a mandible
+  Vec3 up_W{0, 0, 1};           // towards the top of the head, if it has
   std::string shape_objection;  // reason if it does not, in words
   bool cut_by_scan = false;     // true if bone reaches the edge of the scan
   double marker_hu = 0;         // automatic isolation: threshold above which the mandible is a separate piece;
@@ -91,10 +93,11 @@ struct Isolation {
 /// mandible. This component and all other large ones become markers, and a marker-controlled watershed grows them back
 /// to `iso_hu`. If both keep and drop points are given, these are the markers. With a mask, what lies farther inside
 /// it than the reach is marked as wanted and the bone farther outside it as unwanted; where the mask is thinner than
-/// twice the reach, its middle half is wanted. A scan of voxels finer than 0.35 mm is isolated on larger ones. Throws
-/// kerf::Error if the mandible cannot be distinguished from other bone (NotIsolated); the message lists the components
-/// found (volumes, centres) and explains how to select one. `progress`, which is optional, is called with values from 0
-/// to 1.
+/// twice the reach, its middle half is wanted. In between the watershed decides, but what the mask names is given back
+/// to its side, except with points of the other one, or where the mask's voxels leave it unclear. A scan of voxels
+/// finer than 0.35 mm is isolated on larger ones. Throws kerf::Error if the mandible cannot be distinguished from other
+/// bone (NotIsolated); the message lists the components found (volumes, centres) and explains how to select one.
+/// `progress`, which is optional, is called with values from 0 to 1.
 Isolation Isolate(const Volume& ct, const IsolateOptions& options, const std::function<void(double)>& progress);
 
 /// Returns whether there is bone above `iso_hu` near the point, so that it can be in `keep_W` or `drop_W`.

@@ -86,6 +86,22 @@ std::vector<float> CalcThickness(const Volume& lattice, const std::vector<float>
   return thickness_mm;
 }
 
+// Returns the distance from the border of the mask up to which interpolation between its voxels leaves unclear on which
+// side a voxel lies: 0 if the lattices have their voxels in common, or those of the mask are much smaller.
+double CalcUnclear(const Volume& mask, const Volume& lattice) {
+  const auto largest = [](const Vec3& h) { return std::max({h.x, h.y, h.z}); };
+  const double mask_mm = largest(mask.spacing_mm), lattice_mm = largest(lattice.spacing_mm);
+  if (mask_mm < 0.75 * lattice_mm) return 0;
+  const auto is_at_voxel = [&](const Vec3& p_V) {
+    const Vec3 at = mask.VoxelFromWorld(lattice.WorldFromVoxel(p_V));
+    return glm::length(at - glm::round(at)) < 0.1;
+  };
+  const Vec3 last(lattice.size[0] - 1, lattice.size[1] - 1, lattice.size[2] - 1);
+  const bool is_same = is_at_voxel(Vec3(0)) && is_at_voxel({last.x, 0, 0}) && is_at_voxel({0, last.y, 0}) &&
+                       is_at_voxel({0, 0, last.z}) && is_at_voxel(Vec3(1));
+  return is_same ? 0 : 0.5 * (mask_mm + lattice_mm);
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> MarkMask(const Volume& ct, const IsolateOptions& options, Isolation& result) {
@@ -135,16 +151,55 @@ std::vector<std::uint8_t> MarkMask(const Volume& ct, const IsolateOptions& optio
   }
   // Where the mask is thinner than twice the reach, its middle is the marker, also where that is marrow.
   const std::vector<float> thickness_mm = CalcThickness(crop, depth_mm, use.reach_mm);
+  const double unclear_mm = CalcUnclear(mask.tissue, crop);
   std::vector<std::uint8_t> markers(crop.count(), kUnmarked);
   use.certain.assign(crop.count(), 0);
+  use.named = markers;
   for (std::size_t v = 0; v < crop.count(); ++v) {
-    const auto depth = static_cast<double>(depth_mm[v]);
+    const auto depth = static_cast<double>(depth_mm[v]), outside = -static_cast<double>(outer_mm[v]);
+    const bool is_bone = crop.hu[v] >= options.iso_hu;
     use.certain[v] = depth > use.reach_mm ? 1 : 0;
     if (depth > std::min(use.reach_mm, 0.5 * static_cast<double>(thickness_mm[v]))) markers[v] = kKeep;
-    if (crop.hu[v] >= options.iso_hu && static_cast<double>(outer_mm[v]) < -use.reach_mm) markers[v] = kDrop;
+    if (is_bone && outside > use.reach_mm) markers[v] = kDrop;
+    if (!is_bone || markers[v] != kUnmarked) continue;
+    if (use.samples.wanted[v] != 0) {
+      if (depth > unclear_mm && options.drop_W.empty()) use.named[v] = kKeep;
+    } else if (use.samples.other[v] != 0 && options.keep_W.empty() && (unclear_mm == 0 || outside > unclear_mm)) {
+      use.named[v] = kDrop;
+    }
   }
   result.how = fmt::format("{}, where it and the CT differ by more than {:.4g} mm", mask.how, use.reach_mm);
   return markers;
+}
+
+void GiveBack(const Isolation& result, double iso_hu, std::vector<std::uint8_t> markers,
+              std::vector<std::uint8_t>& grown) {
+  constexpr double kMany = 0.01;  // of the mask
+  const Volume& ct = result.ct;
+  const MaskUse& use = *result.mask;
+  const Components given = FindComponents(ct, [&](std::size_t v) {
+    return use.named[v] != kUnmarked && markers[v] == kUnmarked && grown[v] != use.named[v];
+  });
+  double all_mm3 = 0;
+  for (const Component& part : given.list) all_mm3 += part.volume_mm3;
+  if (all_mm3 == 0) return;
+  // A layer of one voxel is left to the CT, unless it is much: masks leak.
+  const double layer_mm = std::max({ct.spacing_mm.x, ct.spacing_mm.y, ct.spacing_mm.z});
+  std::vector<bool> is_deep(given.list.size(), all_mm3 > kMany * use.wanted_mm3);
+  for (const Marker side : {kKeep, kDrop}) {
+    std::vector<std::uint8_t> of_side(grown.size());
+    for (std::size_t v = 0; v < grown.size(); ++v) of_side[v] = grown[v] == side ? 1 : 0;
+    const std::vector<float> depth_mm = CalcDepth(ct, of_side);
+    for (std::size_t v = 0; v < grown.size(); ++v) {
+      if (given.labels[v] == 0 || use.named[v] != side || -static_cast<double>(depth_mm[v]) <= layer_mm) continue;
+      is_deep[static_cast<std::size_t>(given.labels[v] - 1)] = true;
+    }
+  }
+  if (std::ranges::find(is_deep, true) == is_deep.end()) return;
+  for (std::size_t v = 0; v < grown.size(); ++v) {
+    if (given.labels[v] != 0 && is_deep[static_cast<std::size_t>(given.labels[v] - 1)]) markers[v] = use.named[v];
+  }
+  grown = GrowMarkers(ct, iso_hu, markers, {});
 }
 
 std::vector<std::uint8_t> FindCutOff(const Isolation& result, double iso_hu, const std::vector<std::uint8_t>& markers) {

@@ -20,6 +20,12 @@ std::array<int, 3> Snap(const Volume& ct, double iso_hu, const Vec3& p_W, const 
 /// Makes the crop and the markers of a mask, on the crop. Throws kerf::Error if the mask does not fit the scan.
 std::vector<std::uint8_t> MarkMask(const Volume& ct, const IsolateOptions& options, Isolation& result);
 
+/// Gives bone that the mask names, and that the watershed gave to the other side, back if it is more than a layer of
+/// one voxel, or much: then the CT shows no border there. The watershed is repeated with this bone as markers.
+/// `markers`: of the watershed that gave `grown`.
+void GiveBack(const Isolation& result, double iso_hu, std::vector<std::uint8_t> markers,
+              std::vector<std::uint8_t>& grown);
+
 /// Returns 1 for the bone that is joined to the wanted bone, that a mask marked as unwanted because it lies outside,
 /// and that is in no segment of other bone.
 std::vector<std::uint8_t> FindCutOff(const Isolation& result, double iso_hu, const std::vector<std::uint8_t>& markers);

@@ -8,7 +8,10 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <optional>
+#include <utility>
 
+#include "base/core/hash.h"
 #include "base/core/symmetric_eigen.h"
 #include "bone/import/patient_frame.h"
 
@@ -132,8 +135,13 @@ std::vector<glm::dmat3> MakeRotations() {
   return rotations;
 }
 
-constexpr double kMaxTurn_deg = 47;    // 45, and what the axes of a mandible are uncertain by
-constexpr double kLeastTurn_deg = 10;  // a head that is turned less passes upright
+constexpr double kMaxTurn_deg = 50;     // 45, and what the axes of a mandible are uncertain by
+constexpr int kPitchStep_deg = 5;       // of turns about the left-right axis
+constexpr int kLeastPitches = 5;        // in a row; a piece of skull passes in fewer
+constexpr double kLeastAcross_mm = 50;  // seen from the side, in any direction; a flat arch is high only when pitched
+// More in one that is upside down and turned:
+constexpr double kMaxMiddle = 0.7;  // of CalcMiddleOfBottom()
+constexpr double kMaxDepth = 1.7;   // of the height
 constexpr double kAlike = 0.7;
 constexpr std::size_t kTurnPoints = 30000;
 
@@ -145,38 +153,77 @@ Vec3 FindWidestAxis(const std::vector<Vec3>& points_W) {
   return axis.x < 0 ? -axis : axis;
 }
 
-// Finds a turn of the head about the vertical axis after whose undoing a piece has the size and shape of a mandible
-// with two like sides. Other turns are not tried: pieces of skull pass in some of them. Sets shape.turn_deg and the
-// fractions.
-void FindTurn(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
-              const Component& component, MandibleLikeness& shape) {
+// Returns the fraction of the bottom quarter in the middle third of the width: the chin, but not the angles.
+double CalcMiddleOfBottom(const Counts& counts) {
+  std::size_t all = 0, middle = 0;
+  for (const auto& row : counts.front()) {
+    for (std::size_t x = 0; x < row.size(); ++x) {
+      all += row[x];
+      middle += x > 1 && x < 6 ? row[x] : 0;
+    }
+  }
+  return static_cast<double>(middle) / static_cast<double>(std::max<std::size_t>(all, 1));
+}
+
+// Finds a turn of the head after whose undoing a piece has the size and shape of a mandible with two like sides, also
+// if it then nods a little more or less. Returns the likeness in the middle of such turns.
+MandibleLikeness FindTurn(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
+                          const Component& component) {
   std::vector<Vec3> points_W;
   const std::size_t every = std::max<std::size_t>(1, component.voxels / kTurnPoints);
   std::size_t seen = 0;
   ForEachVoxel(lattice, labels, label, component, [&](const Vec3& p_W) {
-    if (seen++ % every == 0) points_W.push_back(p_W);
+    if (MixHash(seen++) % every == 0) points_W.push_back(p_W);  // at random: every n-th may be of one side
   });
-  Vec3 x_W = FindWidestAxis(points_W);
-  x_W.z = 0;
-  x_W = glm::normalize(x_W);
-  const double turn_deg = kDegreesPerRad * std::acos(std::clamp(x_W.x, -1.0, 1.0));
-  if (!(turn_deg >= kLeastTurn_deg && turn_deg <= kMaxTurn_deg)) return;
-  const Vec3 z_W(0, 0, 1);
-  const glm::dmat3 head_from_world = glm::transpose(glm::dmat3(x_W, glm::cross(z_W, x_W), z_W));
-  const auto for_each = [&](const auto& visit) {
-    for (const Vec3& p_W : points_W) visit(head_from_world * p_W);
+  MandibleLikeness best;
+  const Vec3 x_W = FindWidestAxis(points_W);
+  const Vec3 up_W(0, 0, 1);
+  if (x_W.x < std::cos(kMaxTurn_deg / kDegreesPerRad)) return best;
+  const Vec3 level_W = glm::normalize(up_W - x_W.z * x_W);
+  const auto pitched = [&](int pitch_deg) {
+    const double pitch = pitch_deg / kDegreesPerRad;
+    return std::cos(pitch) * level_W + std::sin(pitch) * glm::cross(x_W, level_W);
   };
-  Box3 box;
-  for_each([&box](const Vec3& p) { box.Include(p); });
-  if (!FindSizeObjection(component.volume_mm3, box.size()).empty()) return;
-  MandibleLikeness turned;
-  CheckFractions(CountPoints(for_each), glm::dmat3(1), turned);
+  for (int pitch_deg = -90; pitch_deg < 90; pitch_deg += 2 * kPitchStep_deg) {
+    const Vec3 across_W = pitched(pitch_deg);
+    double lower = 1e300, upper = -1e300;
+    for (const Vec3& p_W : points_W) {
+      lower = std::min(lower, glm::dot(p_W, across_W));
+      upper = std::max(upper, glm::dot(p_W, across_W));
+    }
+    if (upper - lower < kLeastAcross_mm) return best;
+  }
   const auto are_alike = [](double a, double b) { return std::min(a, b) > kAlike * std::max(a, b); };
-  if (!turned.objection.empty() || !are_alike(turned.back_left, turned.back_right) ||
-      !are_alike(turned.top_left, turned.top_right))
-    return;
-  turned.turn_deg = turn_deg;
-  shape = turned;
+  std::vector<std::pair<MandibleLikeness, Vec3>> passed;  // in a row, with their sizes
+  std::size_t longest = 0;
+  for (int pitch_deg = -60; pitch_deg <= 60; pitch_deg += kPitchStep_deg) {
+    const Vec3 z_W = pitched(pitch_deg);
+    const Vec3 y_W = glm::cross(z_W, x_W);
+    const glm::dmat3 head_from_world = glm::transpose(glm::dmat3(x_W, y_W, z_W));
+    const auto for_each = [&](const auto& visit) {
+      for (const Vec3& p_W : points_W) visit(head_from_world * p_W);
+    };
+    Box3 box;
+    for_each([&box](const Vec3& p) { box.Include(p); });
+    MandibleLikeness turned;
+    turned.up_W = z_W;
+    turned.turn_deg = kDegreesPerRad * std::acos(std::clamp((x_W.x + y_W.y + z_W.z - 1) / 2, -1.0, 1.0));
+    turned.objection = FindSizeObjection(component.volume_mm3, box.size());
+    const Counts counts = CountPoints(for_each);
+    if (turned.objection.empty()) CheckFractions(counts, glm::dmat3(1), turned);
+    if (turned.turn_deg > kMaxTurn_deg || !turned.objection.empty() || CalcMiddleOfBottom(counts) > kMaxMiddle ||
+        !are_alike(turned.back_left, turned.back_right) || !are_alike(turned.top_left, turned.top_right)) {
+      passed.clear();
+      continue;
+    }
+    passed.emplace_back(turned, box.size());
+    if (passed.size() < kLeastPitches || passed.size() <= longest) continue;
+    longest = passed.size();
+    const auto& [middle, size] = passed[longest / 2];
+    best = middle;
+    best.is_mandible = size.y < kMaxDepth * size.z;
+  }
+  return best;
 }
 
 }  // namespace
@@ -202,13 +249,10 @@ MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<
     shape.rotations.push_back(turn);
     if (KeepsAxes(turn)) break;
   }
-  // A turn is believed only if no other order of axes explains the piece as well.
-  MandibleLikeness turned;
-  const bool may_be_turned = shape.rotations.empty() && FindSizeObjection(component.volume_mm3, Vec3(100)).empty();
-  if (may_be_turned) FindTurn(lattice, labels, label, component, turned);
-  if (turned.turn_deg == 0) return shape;
-  turned.is_mandible = true;
-  return turned;
+  // A mandible with other axes is turned farther.
+  if (!FindSizeObjection(component.volume_mm3, Vec3(100)).empty()) return shape;
+  const MandibleLikeness turned = FindTurn(lattice, labels, label, component);
+  return turned.is_mandible ? turned : shape;
 }
 
 std::string DescribeRotations(const MandibleLikeness& likeness, const std::string& frame) {

@@ -15,6 +15,7 @@ namespace kerf {
 struct MandibleLikeness {
   bool is_mandible = false;
   double turn_deg = 0;    // of the head in the patient's axes, if the piece is a mandible only when this is undone
+  Vec3 up_W{0, 0, 1};     // towards the top of that head
   std::string objection;  // the first test that failed, in words; empty for a mandible
   // If it is not a mandible: rotations into the patient's axes after which it would be one. Either one that only
   // changes signs, or, if there is none, all that exchange axes (a mandible lying on its back passes the same tests).
@@ -31,7 +32,7 @@ struct MandibleLikeness {
 /// must be open to the back, the chin in the middle, and the rami, which must reach the top on both sides. A skull, an
 /// upper jaw with its palate, a vertebra or a hyoid bone fails. The size is that of the voxels in the patient's axes,
 /// whatever those of the lattice. A piece that fails is tested as one of a head turned by up to 45 degrees
-/// about the vertical axis.
+/// about any axis: with its widest axis from side to side it must pass over 20 degrees of nodding, with two like sides.
 /// `label` as in FindComponents().
 MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<std::int32_t>& labels,
                                        std::int32_t label, const Component& component);

@@ -47,6 +47,7 @@ struct BoneMask {
   Volume tissue;             // its values are those of Pack()
   std::string how;           // what it was made from, in words
   std::string series_uid{};  // of the CT that was segmented; empty: unknown
+  std::string frame_uid{};   // of its DICOM frame of reference; empty: unknown
   bool cropped = false;      // its lattice ends where the segments end, not where the scan does
 
   /// `fdi`: number of a tooth after ISO 3950; 0: unknown, or no tooth.

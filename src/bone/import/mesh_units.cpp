@@ -38,9 +38,13 @@ struct LargeBone {
 };
 /// Skulls are 15 to 26 cm long and at least half as thick, which few pieces in mm are. Humerus, tibia, fibula and femur
 /// are 28 to 55 cm long and at most 0.3 times as wide; whole teeth are shorter. Radius, clavicle and ribs are 16 to 32
-/// cm long and less than 2.5 cm thick; a piece in mm with these numbers would be a sliver.
-constexpr std::array<LargeBone, 3> kLargeBones{
-    {{"skull", 15, 26, 1, 0.5}, {"long bone", 28, 55, 0.3, 0}, {"long thin bone", 16, 32, 0.35, 0, 2.5}}};
+/// cm long and less than 2.5 cm thick; a piece in mm with these numbers would be a sliver. So would the long bones of a
+/// child; teeth of that length are wider.
+constexpr std::array<LargeBone, 5> kLargeBones{{{"skull", 15, 26, 1, 0.5},
+                                                {"pelvis", 26, 32, 0.9, 0.5},
+                                                {"long bone", 28, 55, 0.3, 0},
+                                                {"long thin bone", 16, 32, 0.35, 0, 2.5},
+                                                {"long bone of a child", 16, 28, 0.28, 0}}};
 
 /// Maximum number of voxels within a surface: 2 litres at 0.1 mm, which take one core two minutes. No bone encloses
 /// that much.

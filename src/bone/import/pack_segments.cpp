@@ -49,6 +49,7 @@ class Reading {
     }
     json["bits"] = ReadShort(data_, 0x0028, 0x0100);
     json["size"] = {ReadShort(data_, 0x0028, 0x0011), ReadShort(data_, 0x0028, 0x0010)};
+    json["frame"] = ReadText(data_, 0x0020, 0x0052);
     for (const gdcm::DataSet* series : List(data_, 0x0008, 0x1115)) json["series"] = ReadText(*series, 0x0020, 0x000e);
     json["segments"] = Json::array();
     for (const gdcm::DataSet* segment : List(data_, 0x0062, 0x0002)) {

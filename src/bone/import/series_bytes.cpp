@@ -77,6 +77,7 @@ void VisitSeries(Series& s, Visit&& visit) {
   visit(s.description);
   visit(s.modality);
   visit(s.study_date);
+  visit(s.frame_uid);
   visit(s.gap_mm);
   visit(s.part);
   visit(s.part_name);

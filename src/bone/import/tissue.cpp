@@ -134,7 +134,7 @@ TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& sol
         }
       }
     }
-    atlas_ = std::make_unique<MandibleAtlas>(points_W);
+    atlas_ = std::make_unique<MandibleAtlas>(points_W, options_.up_W);
   }
   lattice_.hu.clear();
   lattice_.hu.shrink_to_fit();

@@ -26,6 +26,7 @@ struct TissueOptions {
   double tooth_hu = 1800;       // enamel if at least this, in a lump of at least 15 mm^3
   double tooth_body_hu = 1200;  // dentin connected to enamel if at least this
   double tooth_reach_mm = 3;    // and no farther from the enamel than this
+  Vec3 up_W{0, 0, 1};           // towards the top of the head, for the atlas
 };
 
 /// Region ids by position. Thread-safe once constructed.

@@ -143,6 +143,7 @@ DicomSegments Unpack(const Json& json, std::span<const char> pixels, double thre
   TakeLattice(json, path, read);
   TakeFrames(json, path, read);
   if (const auto series = json.find("series"); series != json.end()) series->get_to(read.series_uid);
+  read.frame_uid = json.value("frame", "");
   const int bits = TakeShort(json.at("bits")), fraction = TakeShort(json.at("fraction"));
   const bool label_map = json.value("label_map", false);
   const std::uint64_t bytes = TakeCount(json.at("bytes"), pixels.size());

@@ -63,10 +63,10 @@ double CalcAngle(const Vec3& p_M) {
 
 }  // namespace
 
-MandibleAtlas::MandibleAtlas(const std::vector<Vec3>& points_W) {
+MandibleAtlas::MandibleAtlas(const std::vector<Vec3>& points_W, const Vec3& up_W) {
   if (points_W.size() < kMinPoints)
     throw Error("too few points of bone to find the regions of a mandible (fewer than 100)");
-  FindAxes(points_W);
+  FindAxes(points_W, up_W);
   std::vector<Vec3> points_M;
   points_M.reserve(points_W.size());
   for (const Vec3& p : points_W) points_M.push_back(ToMandible(p));
@@ -79,7 +79,7 @@ Vec3 MandibleAtlas::ToMandible(const Vec3& p_W) const {
   return {glm::dot(d, x_W_), glm::dot(d, f_W_), glm::dot(d, h_W_)};
 }
 
-void MandibleAtlas::FindAxes(const std::vector<Vec3>& points_W) {
+void MandibleAtlas::FindAxes(const std::vector<Vec3>& points_W, const Vec3& up_W) {
   // The left-right axis: because of the two rami, the spread is by far the largest in this direction.
   Vec3 mean{0};
   for (const Vec3& p : points_W) mean += p;
@@ -107,7 +107,7 @@ void MandibleAtlas::FindAxes(const std::vector<Vec3>& points_W) {
   // The upward axis: the bone rests with its chin and its angles on the base plane. In the side view this plane is the
   // line through the lowest point of the front third and that of the back half. It is recomputed until it no longer
   // changes.
-  h_W_ = glm::normalize(Vec3{0, 0, 1} - x_W_.z * x_W_);
+  h_W_ = glm::normalize(up_W - glm::dot(up_W, x_W_) * x_W_);
   double lowest = 0;
   double back = 0;
   double front = 0;

@@ -24,11 +24,11 @@ struct MandibleCoordinates {
 /// (docs/materials.md). Both halves have the same cells.
 class MandibleAtlas {
  public:
-  /// `points_W`: at least 100 points distributed over the bone's surface or volume, LPS, mm; the head may be turned by
-  /// up to about 20 degrees. Omit tooth crowns if they are known, because the bands of height are scaled to the points.
-  /// If the points are more than about 5 mm apart, the cells' borders become imprecise. Throws kerf::Error if there are
-  /// fewer points, or if they are collinear or have no extent.
-  explicit MandibleAtlas(const std::vector<Vec3>& points_W);
+  /// `points_W`: at least 100 points distributed over the bone's surface or volume, LPS, mm. `up_W`: towards the top of
+  /// the head, to about 20 degrees. Omit tooth crowns if they are known, because the bands of height are scaled to the
+  /// points. If the points are more than about 5 mm apart, the cells' borders become imprecise. Throws kerf::Error if
+  /// there are fewer points, or if they are collinear or have no extent.
+  explicit MandibleAtlas(const std::vector<Vec3>& points_W, const Vec3& up_W = {0, 0, 1});
 
   /// Returns the id, 1 to 31, of the cortical region nearest to a point. Thread-safe.
   int RegionAt(const Vec3& p_W) const;
@@ -71,7 +71,7 @@ class MandibleAtlas {
   Vec3 ToMandible(const Vec3& p_W) const;
   /// Returns the position along the arch, in bins, that is nearest to a point when seen from above.
   static double FindBin(const Side& arch, const Vec3& p_M, double angle);
-  void FindAxes(const std::vector<Vec3>& points_W);
+  void FindAxes(const std::vector<Vec3>& points_W, const Vec3& up_W);
   void FindArch(const std::vector<Vec3>& points_M, int side);
   void FindRamus(const std::vector<Vec3>& points_M);
 };

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <sstream>
 #include <system_error>
 #include <unordered_map>
+#include <utility>
 
 #include "base/files/extension.h"
 #include "base/files/files.h"
@@ -23,6 +25,31 @@ namespace {
 /// Stands in the files that kerf writes. Their coordinates are mm, and SPACE= is as in files of 3D Slicer.
 constexpr std::string_view kUnitMark = "kerf surface, mm";
 constexpr std::string_view kHeader = "kerf surface, mm SPACE=LPS";
+
+/// Returns the unit that a text states, as in "UNITS=mm" or "# File units: centimeters"; otherwise empty.
+std::string FindUnit(std::string_view text) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kNames{{{"mm", " mm millimeter millimetre "},
+                                                                                 {"cm", " cm centimeter centimetre "},
+                                                                                 {"m", " m meter metre "},
+                                                                                 {"in", " in inch inche "},
+                                                                                 {"um", " um micron micrometer "}}};
+  std::string lower(text.substr(0, 200));
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  for (std::size_t at = 0; (at = lower.find("unit", at)) != lower.npos;) {
+    at += 4;
+    std::size_t word = std::min(lower.find_first_not_of("s \t", at), lower.size());
+    if (word == lower.size() || (lower[word] != '=' && lower[word] != ':')) continue;
+    word = std::min(lower.find_first_not_of(" \t", word + 1), lower.size());
+    std::size_t end = std::min(lower.find_first_not_of("abcdefghijklmnopqrstuvwxyz", word), lower.size());
+    if (end > word + 2 && lower[end - 1] == 's') --end;
+    if (end == word) continue;
+    const std::string name = " " + lower.substr(word, end - word) + " ";
+    for (const auto& [unit, names] : kNames) {
+      if (names.find(name) != names.npos) return std::string(unit);
+    }
+  }
+  return "";
+}
 
 [[noreturn]] void FailExtension(const std::string& path) {
   throw Error(fmt::format("{}: a surface's name must end in .stl, .obj or .ply", path));
@@ -165,7 +192,7 @@ std::string WithSeparators(std::uint64_t count) {
 void ReadComment(std::string_view text, MeshFile& file) {
   constexpr std::string_view kKey = "SPACE=";
   const auto is_border = [](char c) { return c == ' ' || c == '\t' || c == '\0' || c == '\r'; };
-  if (file.unit.empty() && text.find(kUnitMark) != text.npos) file.unit = "mm";
+  if (file.unit.empty()) file.unit = text.find(kUnitMark) != text.npos ? "mm" : FindUnit(text);
   for (std::size_t at = text.find(kKey); at != text.npos && file.space.empty(); at = text.find(kKey, at + 1)) {
     const std::string_view value = text.substr(at + kKey.size());
     const bool is_word = (at == 0 || is_border(text[at - 1])) && (value.size() <= 3 || is_border(value[3]));
@@ -177,6 +204,10 @@ MeshFile ReadMeshFile(const std::string& path) {
   const std::string extension = LowerExtension(path);
   if (extension != ".stl" && extension != ".obj" && extension != ".ply") FailExtension(path);
   const std::string bytes = ReadTextFile(path, kMaxMeshFileBytes);
+  const bool is_wide = bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF");
+  if (is_wide && bytes.size() > 3 && (bytes[2] == '\0') != (bytes[3] == '\0')) {
+    throw Error(fmt::format("{}: the file is text in UTF-16, which kerf doesn't read; save it as UTF-8", path));
+  }
   MeshFile file = extension == ".stl"   ? ReadStl(bytes, path)
                   : extension == ".obj" ? ReadObj(bytes, path)
                                         : ReadPly(bytes, path);

@@ -14,7 +14,7 @@ namespace kerf {
 struct MeshFile {
   TriangleMesh mesh;
   std::string space;               // "LPS" or "RAS": frame of the points, if the file has SPACE= as 3D Slicer writes it
-  std::string unit;                // "mm", if kerf wrote the file; otherwise empty
+  std::string unit;                // mm, cm, m, in or um, if the file says so, as those of kerf do; otherwise empty
   std::vector<std::string> notes;  // what was left out or assumed, one sentence each
 };
 

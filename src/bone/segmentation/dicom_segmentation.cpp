@@ -280,6 +280,7 @@ Segmentation ReadDicomSegmentation(const std::string& path, double threshold) {
   segmentation.lattice = MakeLattice(read, slices, path);
   segmentation.named = true;
   segmentation.series_uid = read.series_uid;
+  segmentation.frame_uid = read.frame_uid;
   segmentation.cropped = true;
   for (const DicomSegment& described : read.segments) {
     Segment segment;

@@ -325,6 +325,7 @@ BoneMask MakeBoneMask(const Segmentation& segmentation, const SegmentationRoles&
   }
   mask.how = fmt::format("mask: {}", names);
   mask.series_uid = segmentation.series_uid;
+  mask.frame_uid = segmentation.frame_uid;
   mask.cropped = segmentation.cropped;
   return mask;
 }

@@ -156,7 +156,20 @@ void MatchLabels(Segmentation& segmentation) {
   }
 }
 
-// Makes labels of the values of a soft map, which are from 0 to 1 and not whole. Leaves another map as it is.
+// Returns whether the values up to `upper` change from voxel to voxel, as in a soft map, and do not form regions.
+bool IsGraded(const std::vector<std::int16_t>& layer, int upper) {
+  std::size_t between = 0, equal = 0;
+  for (std::size_t v = 0; v + 1 < layer.size(); ++v) {
+    if (layer[v] < 0 || layer[v] > upper) return false;
+    if (layer[v] == 0 || layer[v] == upper) continue;
+    ++between;
+    equal += layer[v + 1] == layer[v] ? 1 : 0;
+  }
+  return 2 * equal < between && std::ranges::find(layer, upper) != layer.end();
+}
+
+// Makes labels of the values of a soft map: from 0 to 1 and not whole, or from 0 to 100 or 255. Leaves another map as
+// it is.
 void TakeSoft(const std::string& path, const std::string& frame, double threshold, LayeredImage& image) {
   constexpr int kSteps = 1000;
   const auto is_within = [](const LayeredImage& of, int upper) {
@@ -164,18 +177,25 @@ void TakeSoft(const std::string& path, const std::string& frame, double threshol
       return std::ranges::all_of(layer, [upper](std::int16_t value) { return value >= 0 && value <= upper; });
     });
   };
-  if (!is_within(image, 1)) return;
-  LayeredImage fine = ReadLayeredImage(path, frame, kSteps);
-  if (!is_within(fine, kSteps)) return;
-  image = std::move(fine);
+  int steps = 0, upper = 1;
+  for (const int graded : {100, 255}) {
+    if (image.layers.size() == 1 && IsGraded(image.layers.front(), graded)) steps = upper = graded;
+  }
+  if (!image.lattice.exact && is_within(image, 1)) {
+    LayeredImage fine = ReadLayeredImage(path, frame, kSteps);
+    if (!is_within(fine, kSteps)) return;
+    image = std::move(fine);
+    steps = kSteps;
+  }
+  if (steps == 0) return;
   for (std::vector<std::int16_t>& layer : image.layers) {
-    for (std::int16_t& value : layer) value = value > 0 && value >= threshold * kSteps ? 1 : 0;
+    for (std::int16_t& value : layer) value = value > 0 && value >= threshold * steps ? 1 : 0;
   }
   image.lattice.exact = true;
   image.lattice.warnings.push_back(fmt::format(
-      "the values of the map are not labels, but from 0 to 1: voxels from {:g} on were taken as the label 1; "
+      "the values of the map are not labels, but from 0 to {}: voxels from {:g} on were taken as the label 1; "
       "to change this, use --mask-threshold",
-      threshold));
+      upper, threshold * upper));
 }
 
 // Names the segments of a label map, and adds those of the jaw that have a name, but no voxel.
@@ -286,7 +306,7 @@ Segmentation ReadSegmentation(const std::string& path, const std::string& frame,
                     path, ListImageExtensions()));
   }
   LayeredImage image = ReadLayeredImage(path, frame);
-  if (!image.lattice.exact) TakeSoft(path, frame, threshold, image);
+  TakeSoft(path, frame, threshold, image);
   Segmentation segmentation;
   segmentation.path = path;
   segmentation.layers = std::move(image.layers);

@@ -32,6 +32,7 @@ struct Segmentation {
   bool named = false;                             // true if the file names its segments
   bool cropped = false;                           // true if the file lacks slices without a segment
   std::string series_uid;  // of the CT that was segmented, if the file is DICOM and states it; otherwise empty
+  std::string frame_uid;   // of the frame of reference, likewise
 };
 
 /// Segments of a file.

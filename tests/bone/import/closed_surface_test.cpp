@@ -17,6 +17,7 @@ namespace {
 using test::Folder;
 using test::MessageOf;
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -262,6 +263,8 @@ TEST(SurfaceUnits, AreAskedForIfMillimetresAndCentimetresArePlausible) {
   // A fibula in an oblique position is still one.
   const glm::dmat3 oblique(glm::dvec3(1, 2, 2) / 3.0, glm::dvec3(2, 1, -2) / 3.0, glm::dvec3(2, -2, 1) / 3.0);
   EXPECT_THAT(message({3, 38, 2.5}, "", oblique), HasSubstr("or a long bone of"));
+  EXPECT_THAT(message({28, 21, 17}, ""), HasSubstr("a pelvis of 28 cm"));
+  EXPECT_THAT(message({4.4, 3.5, 20}, ""), HasSubstr("a long bone of a child of 20 cm"));
   TriangleMesh tiny = Boxes({{3, false}});
   try {
     ScaleToMm(tiny, "", "a.stl");
@@ -276,10 +279,27 @@ TEST(SurfaceUnits, AreAskedForIfMillimetresAndCentimetresArePlausible) {
   }
   EXPECT_EQ(message({8, 7, 22}, ""), "");       // a tooth
   EXPECT_EQ(message({14, 38, 13}, ""), "");     // a segment of a fibula in mm
+  EXPECT_EQ(message({6, 6, 21}, ""), "");       // a lower incisor
   EXPECT_EQ(message({20, 12, 9}, ""), "");      // a piece of bone
   EXPECT_EQ(message({118, 87, 77}, ""), "");    // a mandible
   EXPECT_EQ(message({140, 180, 160}, ""), "");  // a skull in mm
   EXPECT_EQ(message({30, 380, 25}, ""), "");    // a fibula in mm
+}
+
+TEST(SurfaceUnits, ThatTheFileStatesAreTakenAndSaid) {
+  const Folder folder;
+  TriangleMesh cube;
+  AddBox(cube, 3, false);
+  const auto import_as = [&](const std::string& header) {
+    WriteForeignStl(cube, header, folder.file("a.stl"));
+    return Import(folder.file("a.stl"), Coarse());
+  };
+  const ImportResult result = import_as("made by a program, UNITS=cm");
+  EXPECT_NEAR(result.report.solid_mm3, 27000, 27);
+  EXPECT_THAT(result.report.warnings, Contains("the file says that its unit is cm; --units overrides it"));
+  EXPECT_EQ(result.bone.notes().at("import_units"), "cm");
+  EXPECT_THAT(MessageOf([&] { import_as("units: m"); }),
+              HasSubstr("kerf imports up to 1000 mm; the file says that its unit is m; --units overrides it"));
 }
 
 TEST(SurfaceUnits, OfSurfacesThatKerfWroteAreKnown) {

@@ -296,9 +296,33 @@ TEST(Isolate, TurnedAndTiltedGridsGiveTheSameJaw) {
 }
 
 TEST(Isolate, HeadMayBeTurned) {
-  for (const double degrees : {-45.0, 40.0}) {
-    const Isolation turned = Isolate(TurnedJaw(glm::dmat3(1), TurnAbout({0, 0, 1}, degrees)), IsolateOptions{}, {});
-    EXPECT_TRUE(turned.mandible);
+  for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(1, 1, 0), Vec3(1, -2, 1)}) {
+    for (const double degrees : {-45.0, 40.0}) {
+      const glm::dmat3 head_from_world = TurnAbout(axis, degrees);
+      const Isolation turned = Isolate(TurnedJaw(glm::dmat3(1), head_from_world), IsolateOptions{}, {});
+      EXPECT_TRUE(turned.mandible);
+      EXPECT_THAT(turned.how, HasSubstr("the head is turned by"));
+      // A mandible looks much the same when it nods a little.
+      EXPECT_GT(glm::dot(turned.up_W, glm::transpose(head_from_world) * Vec3(0, 0, 1)), std::cos(20 / kDegreesPerRad))
+          << axis.x << ' ' << axis.y << ' ' << axis.z << ' ' << degrees;
+    }
+  }
+}
+
+TEST(MandibleLikeness, CounterexamplesFailInATurnedHeadToo) {
+  for (const auto& shape : {Horseshoe(60, 60, true, false), Horseshoe(60, 60, false, true),
+                            Horseshoe(60, 20, false, false), Horseshoe(15, 15, false, false)}) {
+    for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(1, -2, 1)}) {
+      for (const double degrees : {0.0, 20.0, 40.0}) {
+        const glm::dmat3 turn = TurnAbout(axis, degrees);
+        const Vec3 middle_W(0, -8, 30);
+        const Volume ct = test::MakeCt({76, 76, 76}, {2, 2, 2}, middle_W - 75.0, glm::dmat3(1),
+                                       [&](const Vec3& p) { return shape(middle_W + turn * (p - middle_W)); });
+        const MandibleLikeness likeness = ShapeOf(ct);
+        EXPECT_FALSE(likeness.is_mandible && likeness.turn_deg > 0)
+            << axis.x << ' ' << axis.y << ' ' << axis.z << ' ' << degrees;
+      }
+    }
   }
 }
 

@@ -301,6 +301,36 @@ TEST_F(MeshFiles, FrameOf3dSlicerIsReadFromEveryFormat) {
   }
 }
 
+TEST_F(MeshFiles, UnitIsReadFromEveryFormat) {
+  WriteMesh(MakeTetrahedron(), Path("a.stl"));
+  const std::string stl = ReadTextFile(Path("a.stl")).substr(80);
+  const std::string faces = "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+  for (const auto& [text, unit] :
+       {std::pair("UNITS=mm", "mm"), std::pair("# units: mm", "mm"), std::pair("File units = centimeters", "cm"),
+        std::pair("x Unit: Metres, y", "m"), std::pair("UNITS=inches", "in"), std::pair("units:um", "um"),
+        std::pair("units in mm", ""), std::pair("units=mmx", ""), std::pair("UNITS=", ""), std::pair("units: feet", ""),
+        std::pair("1 unit = 1", "")}) {
+    std::string header(text);
+    header.resize(80);
+    WriteTextFile(Path("b.stl"), header + stl);
+    EXPECT_EQ(ReadMeshFile(Path("b.stl")).unit, unit) << text;
+    WriteTextFile(Path("t.stl"), FormatTextStl(text));
+    EXPECT_EQ(ReadMeshFile(Path("t.stl")).unit, unit) << text;
+    WriteTextFile(Path("a.obj"), fmt::format("# {}\n{}", text, faces));
+    EXPECT_EQ(ReadMeshFile(Path("a.obj")).unit, unit) << text;
+  }
+}
+
+TEST_F(MeshFiles, TextInUtf16IsNamedAsSuch) {
+  for (const std::string mark : {"\xFF\xFE", "\xFE\xFF"}) {
+    std::string wide = mark;
+    for (const char c : FormatTextStl()) wide += mark[0] == '\xFF' ? std::string{c, '\0'} : std::string{'\0', c};
+    WriteTextFile(Path("wide.stl"), wide);
+    EXPECT_EQ(test::MessageOf([&] { ReadMeshFile(Path("wide.stl")); }),
+              Path("wide.stl") + ": the file is text in UTF-16, which kerf doesn't read; save it as UTF-8");
+  }
+}
+
 TEST_F(MeshFiles, BinaryStlWithOtherLengthsOrCountsIsReadWithANote) {
   WriteMesh(MakeTetrahedron(), Path("a.stl"));
   const std::string stl = ReadTextFile(Path("a.stl"));

@@ -59,6 +59,7 @@ d.PixelRepresentation = 0
 d.SegmentationType = 'FRACTIONAL' if fraction else 'LABELMAP' if labels else 'BINARY'
 if how == 'tiled':
     d.DimensionOrganizationType = 'TILED_FULL'
+d.FrameOfReferenceUID = '1.2.840.2'
 d.ReferencedSeriesSequence = Sequence([item(SeriesInstanceUID='1.2.840.1')])
 d.SegmentSequence = Sequence([
     item(SegmentNumber=n, SegmentLabel=label, SegmentedPropertyCategoryCodeSequence=code('123037004', 'Anatomical Structure'),
@@ -158,6 +159,7 @@ TEST_F(DicomSegmentation, GivesNamesCodesPlacesAndLayers) {
     const Segmentation read = ReadDicomSegmentation(Write(how));
     EXPECT_TRUE(read.named);
     EXPECT_EQ(read.series_uid, "1.2.840.1");
+    EXPECT_EQ(read.frame_uid, "1.2.840.2");
     ASSERT_EQ(read.segments.size(), 3u) << how;
     EXPECT_EQ(read.segments[0].name, "Jaw");
     EXPECT_EQ(read.segments[0].category, "123037004");

@@ -16,6 +16,7 @@
 #include "kerf/import.h"
 #include "kerf/surface.h"
 #include "label_files.h"
+#include "support/jaw_ct.h"
 #include "support/message_of.h"
 #include "test_paths.h"
 
@@ -224,6 +225,45 @@ TEST(MaskImport, ThinPartsStayWithTheMaskWhereTheCtShowsNoBorder) {
   for (const std::string& warning : result.report.warnings) EXPECT_THAT(warning, Not(HasSubstr("the mask names")));
 }
 
+// The condyles end in blocks of bone, as in a joint without a gap. The mask is the jaw, alone or beside the blocks.
+TEST(MaskImport, CondylesStayWithTheMaskWhereTheCtShowsNoJoint) {
+  const Folder folder;
+  const auto fossa = [](const Vec3& p) {
+    return std::max({std::abs(std::abs(p.x) - 48) - 16, std::abs(p.y - 80) - 16, 30 - p.z, p.z - 60});
+  };
+  for (const std::int16_t block_hu : {std::int16_t{900}, std::int16_t{1200}}) {
+    Volume ct;
+    ct.size = {64, 51, 57};
+    ct.spacing_mm = Vec3(2);
+    ct.origin_W = {-64, -6.8, -45.6};
+    ct = test::SampleJaw(ct);
+    Volume both = ct;
+    for (std::size_t v = 0; v < ct.count(); ++v) {
+      const Vec3 p_W = ct.WorldFromVoxel(
+          {static_cast<double>(v % 64), static_cast<double>(v / 64 % 51), static_cast<double>(v / (64 * 51))});
+      both.hu[v] = static_cast<std::int16_t>(ct.hu[v] >= 300 ? 2 : fossa(p_W) < 0 ? 1 : 0);
+      if (fossa(p_W) < 0) ct.hu[v] = std::max(ct.hu[v], block_hu);
+    }
+    Volume alone = both;
+    for (std::int16_t& label : alone.hu) label = label == 2 ? label : std::int16_t{0};
+    test::WriteNrrd(both, folder.file("both.nrrd"));
+    test::WriteNrrd(alone, folder.file("alone.nrrd"));
+    for (const std::string file : {"both.nrrd", "alone.nrrd"}) {
+      ImportOptions options = WithMask(folder.file(file));
+      options.isolate.iso_hu = 300;
+      const Isolation isolation = Isolate(ct, options.isolate, {});
+      const std::vector<std::uint8_t>& away = isolation.mask->given_away;
+      const double away_mm3 = static_cast<double>(std::count(away.begin(), away.end(), 1)) * ct.CalcVoxelVolume();
+      EXPECT_LT(away_mm3, 0.001 * isolation.mask->wanted_mm3) << block_hu << ' ' << file;
+      // Of bone beyond the mask, what no segment names is left to the CT.
+      if (file == "both.nrrd") {
+        EXPECT_NEAR(isolation.iso_volume_mm3 / isolation.mask->wanted_mm3, 1, 0.002) << block_hu;
+      }
+      EXPECT_TRUE(isolation.mandible);
+    }
+  }
+}
+
 // As a rib: nothing deeper in the mask than the reach is bone by its HU. A second one is not joined, and reported.
 TEST(MaskImport, CortexAroundMarrowIsBoneOfTheMask) {
   const Folder folder;
@@ -397,6 +437,27 @@ TEST(MaskImport, RefusesMasksOfAnotherScan) {
               HasSubstr("% of the wanted bone of the mask lies in bone above 450 HU"));
 }
 
+TEST(MaskImport, SaysThatTheMaskHasAnotherFrameOfReference) {
+  const Folder folder;
+  const Volume ct = TwoBalls();
+  std::filesystem::create_directory(folder.file("ct"));
+  test::WriteDicom(ct, folder.file("ct"));  // in the frame 1.2.4
+  test::WriteNrrd(BallLabels(ct), folder.file("mask.nrrd"));
+  ImportOptions options = WithMask(folder.file("mask.nrrd"));
+  for (const std::string uid : {"", "1.2.4", "1.2.5"}) {
+    BoneMask mask = *options.isolate.mask;
+    mask.frame_uid = uid;
+    options.isolate.mask = std::make_shared<const BoneMask>(std::move(mask));
+    const std::vector<std::string> warnings = Import(folder.file("ct"), options).report.warnings;
+    EXPECT_EQ(std::ranges::any_of(warnings,
+                                  [](const std::string& warning) {
+                                    return warning.find("different frames of reference") != std::string::npos;
+                                  }),
+              uid == "1.2.5")
+        << uid;
+  }
+}
+
 TEST(MaskImport, WithoutACtTheBoneIsThatOfTheLabels) {
   const Folder folder;
   // An oblique lattice whose axes are stored backwards.
@@ -430,6 +491,21 @@ TEST(MaskImport, WithoutACtTheBoneIsThatOfTheLabels) {
   ImportOptions keep = WithMask(folder.file("mask.nrrd"));
   keep.keep_hu = true;
   EXPECT_THAT(MessageOf([&] { Import("", keep); }), HasSubstr("has no CT numbers to keep"));
+}
+
+TEST(MaskImport, ShearedMaskWithoutACtIsStraightened) {
+  const Folder folder;
+  // Slices of a gantry that is tilted by 20 degrees: each is shifted to the back.
+  Volume lattice;
+  lattice.size = {60, 80, 60};
+  lattice.spacing_mm = {0.5, 0.5, 0.5 / std::cos(0.35)};
+  lattice.axes_W[2] = {0, std::sin(0.35), std::cos(0.35)};
+  lattice.origin_W = kWanted - lattice.axes_W * (0.5 * lattice.spacing_mm * Vec3(60, 80, 60));
+  test::WriteNrrd(BallLabels(lattice), folder.file("mask.nrrd"));
+  const ImportResult result = Import("", WithMask(folder.file("mask.nrrd")));
+  EXPECT_NEAR(result.report.solid_mm3, kBall_mm3, 0.02 * kBall_mm3);
+  EXPECT_LT(glm::length(result.report.box.centre() - kWanted), 0.5);
+  EXPECT_THAT(result.report.warnings, Contains(HasSubstr("not at right angles: it was sampled")));
 }
 
 TEST(MaskImport, TheLibraryGivesTheBoneOfTheProgram) {

@@ -241,6 +241,21 @@ TEST(Segmentation, TakesValuesNearWholeNumbersAndSoftMaps) {
   EXPECT_EQ(ReadSegmentation(path, "", 0.2).segments[0].voxels, 48u);
   EXPECT_THAT(ReadSegmentation(path, "", 0.9).warnings,
               ElementsAre(HasSubstr("voxels from 0.9 on were taken as the label 1")));
+  // The same in whole numbers up to 100 or 255; regions of a number are labels.
+  Volume map = lattice;
+  for (const int upper : {100, 255}) {
+    map.hu.clear();
+    for (std::size_t v = 0; v < values.size(); ++v)
+      map.hu.push_back(static_cast<std::int16_t>(std::lround(values[v] * static_cast<float>(upper))));
+    test::WriteNrrd(map, path);
+    EXPECT_EQ(ReadSegmentation(path).segments[0].voxels, 30u);
+    EXPECT_EQ(ReadSegmentation(path, "", 0.91).segments[0].voxels, 6u);
+    EXPECT_THAT(ReadSegmentation(path, "", 0.9).warnings,
+                ElementsAre(HasSubstr(fmt::format("but from 0 to {}: voxels from {:g} on", upper, 0.9 * upper))));
+    for (std::size_t v = 0; v < values.size(); ++v) map.hu[v] = static_cast<std::int16_t>(v < 30 ? 7 : upper);
+    test::WriteNrrd(map, path);
+    EXPECT_EQ(ReadSegmentation(path).segments.size(), 2u);
+  }
 }
 
 TEST(LabelTables, AreUnderstoodAsProgramsWriteThem) {
