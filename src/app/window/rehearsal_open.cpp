@@ -271,12 +271,11 @@ void Rehearsal::AskForSeries(const UnclearSeries& e) {
 void Rehearsal::AskAboutScan(const std::shared_ptr<const Volume>& ct, const std::optional<AssumedPlacing>& placing,
                              const std::optional<NotHu>& values) {
   BeginQuestion("asks_about_scan", values ? values->why() : "");
-  if (!scan_check_) {
-    scan_check_.emplace(ct, placing, values);
-    preview_.Follow(ct);
-    preview_.Show(CalcScanBox(*ct).centre());
-  }
+  const bool begins = !scan_check_;
+  if (begins) scan_check_.emplace(ct, placing, values);
   preview_.set_greys(scan_check_->CalcGreys(false));
+  preview_.Follow(ct);
+  if (begins) preview_.Show(CalcScanBox(*ct).centre());
   scan_check_->Ask();
 }
 

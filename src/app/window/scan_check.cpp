@@ -182,8 +182,9 @@ void ScanCheck::DrawHistogram(Ui& ui, float width) const {
   const auto mark = [&](double value, const std::string& text, ImU32 colour) {
     list.AddLine({x(value), row + line}, {x(value), at.y + top + high}, colour, 1.5F * s);
     const float wide = ImGui::CalcTextSize(text.c_str()).x;
-    list.AddText({std::clamp(x(value) - 0.5F * wide, at.x, std::max(at.x, at.x + width - wide)), row}, colour,
-                 text.c_str());
+    const float left = std::clamp(x(value) - 0.5F * wide, at.x, std::max(at.x, at.x + width - wide));
+    list.AddRectFilled({left, row}, {left + wide, row + line}, ImGui::GetColorU32(ImGuiCol_WindowBg));
+    list.AddText({left, row}, colour, text.c_str());
     row += line;
   };
   const ImU32 plain = ImGui::GetColorU32(ImGuiCol_Text);
@@ -206,17 +207,12 @@ ScanCheck::Answer ScanCheck::Draw(Ui& ui, const UiBox& scene, const UiBox& colum
   if (!BeginPanel(ui, "scan", scene, true)) return Answer::kNone;
   const float s = ui.scale();
   Answer answer = Answer::kNone;
-  ImGui::BeginChild("questions", {std::min(330 * s, 0.42F * ImGui::GetContentRegionAvail().x), 0});
+  ImGui::BeginGroup();
+  const float buttons = ImGui::GetFrameHeightWithSpacing() + ImGui::GetTextLineHeightWithSpacing();
+  ImGui::BeginChild("questions", {std::min(330 * s, 0.42F * ImGui::GetContentRegionAvail().x), -buttons});
   if (placing_) DrawPlacing(ui, slices);
   if (values_) DrawThreshold(ui, slices);
-  if (ImGui::Button(Tr("Import"))) answer = Answer::kImport;
-  ui.Note("scan.import");
-  ImGui::SameLine();
-  if (ImGui::Button(Tr("Cancel"))) answer = Answer::kCancel;
-  ui.Note("scan.cancel");
   ImGui::PushTextWrapPos(0);
-  ImGui::TextDisabled("%s", Tr("Enter: import   Esc: cancel"));
-  ImGui::Spacing();
   if (values_) {
     std::string why = TrMade(values_->why());
     why[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(why[0])));
@@ -230,6 +226,13 @@ ScanCheck::Answer ScanCheck::Draw(Ui& ui, const UiBox& scene, const UiBox& colum
   }
   ImGui::PopTextWrapPos();
   ImGui::EndChild();
+  if (ImGui::Button(Tr("Import"))) answer = Answer::kImport;
+  ui.Note("scan.import");
+  ImGui::SameLine();
+  if (ImGui::Button(Tr("Cancel"))) answer = Answer::kCancel;
+  ui.Note("scan.cancel");
+  ImGui::TextDisabled("%s", Tr("Enter: import   Esc: cancel"));
+  ImGui::EndGroup();
   ImGui::SameLine();
   ImGui::BeginGroup();
   const ImVec2 room = ImGui::GetContentRegionAvail();

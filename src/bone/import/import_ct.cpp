@@ -35,6 +35,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kPreviewVoxel_mm = 0.8;
+constexpr double kSlices = 0.5;  // of the time in which a CT is read; then its values are checked
 
 // Parts of the import of a CT, in their order.
 enum class CtPart { kRead, kPreview, kIsolate, kFill, kSolid, kTissues, kLevelSet, kPieces, kHu, kMeasure, kCount };
@@ -46,7 +47,7 @@ class CtShares {
   // `lattice`: of the CT; its values are not needed. `by_leaves`: as in EstimateBuildTimes(). It is known only when the
   // CT has been read, and does not change where that ends.
   CtShares(const ImportOptions& options, const Volume& lattice, bool by_leaves) : report_(options.progress) {
-    const double read_s = 0.35 * CountMegavoxels(lattice) / kMeasured;  // with the check of its values
+    const double read_s = 0.4 * CountMegavoxels(lattice) / kMeasured;  // with the check of its values
     const double read = read_s / (read_s + Sum(options, lattice, true));
     const double rest_s = Sum(options, lattice, by_leaves);
     for (double& end : ends_) end = read + (1 - read) * end / rest_s;
@@ -66,22 +67,25 @@ class CtShares {
   static double CountMegavoxels(const Volume& lattice) { return 1e-6 * static_cast<double>(lattice.count()); }
 
   // Sets the ends of the parts, in seconds after the end of reading. Returns the last one. The seconds are processor
-  // time on one core, measured with a head of 250 x 250 x 234 voxels, as are the BuildTimes.
+  // time on one core, measured with a head of 250 x 250 x 234 voxels of about 1 mm, as are the BuildTimes, and with a
+  // jaw of 600 x 600 x 600 voxels of 0.2 mm.
   double Sum(const ImportOptions& options, const Volume& lattice, bool by_leaves) {
     const double voxels = CountMegavoxels(lattice) / kMeasured;
     const std::array<int, 3> step = ChooseBlocks(lattice);
     const double blocks = voxels / (step[0] * step[1] * step[2]);
+    const double joined = step == std::array{1, 1, 1} ? 0 : voxels;  // passes over all voxels beside those over blocks
+    const double volume = 1e-6 * static_cast<double>(lattice.count()) * lattice.CalcVoxelVolume() / kMeasured;
     const double region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
     const double finer = std::pow(0.2 / options.voxel_mm, 2.4);
     const std::array<double, kCount> seconds{0,
-                                             options.take_preview ? 2.1 : 0.0,
-                                             1.2 * blocks,
-                                             0.62 * blocks,
+                                             options.take_preview ? 2.1 * volume + 0.03 * joined : 0.0,
+                                             1.2 * blocks + 0.09 * joined,
+                                             0.62 * blocks + 0.2 * joined,
                                              0.31,
-                                             0.12,
+                                             0.12 + 0.02 * joined,
                                              EstimateBuildTimes(options.voxel_mm, region_voxel_mm, by_leaves).total_s(),
                                              0.17 * finer,
-                                             options.keep_hu ? 0.18 : 0.0,
+                                             options.keep_hu ? 0.18 + 0.03 * joined : 0.0,
                                              0.52 * finer};
     double total = 0;
     for (std::size_t i = 0; i < kCount; ++i) ends_[i] = total += seconds[i];
@@ -146,7 +150,8 @@ Volume ReadDicom(const std::string& path, const ImportOptions& options, ImportRe
   }
   Volume ct;
   try {
-    ct = ReadDicomSeries(series, CtShares(options, MakeLattice(series), true).Of(CtPart::kRead), spacing_z_mm);
+    const auto progress = CtShares(options, MakeLattice(series), true).Of(CtPart::kRead);
+    ct = ReadDicomSeries(series, Part(progress, 0, kSlices), spacing_z_mm);
   } catch (const Error& e) {
     std::string message = input.NameFiles(e.what());
     for (const std::string& warning : series.warnings) message += "\nwarning: " + warning;
@@ -199,9 +204,18 @@ void ScaleTissues(double iso, TissueOptions& tissue) {
 
 // Reads the CT with its voxels along the patient's axes. Its values become HU, and with them the thresholds.
 Volume ReadHu(const std::string& path, ImportOptions& options, ImportReport& report) {
-  Volume ct = StoreAlongPatient(ReadCt(path, options, report));
+  Volume ct = ReadCt(path, options, report);
+  const auto progress = CtShares(options, ct, true).Of(CtPart::kRead);
+  const auto done = [&progress](double fraction) {
+    if (progress) progress(fraction);
+  };
+  done(kSlices);
+  ct = StoreAlongPatient(std::move(ct));
+  done(0.6);
   report.input_hash = CalcHash(ct);
+  done(0.7);
   ClearPadding(ct);
+  done(0.8);
   std::optional<NotHu> values;
   try {
     const BoneLevel level = TakeAsHu(ct, options.isolate.iso_hu, options.iso_auto, path);

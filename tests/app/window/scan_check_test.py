@@ -95,7 +95,7 @@ def main():
 
         def picture(name):
             if options.pictures:
-                shutil.copy(w.picture(), pathlib.Path(options.pictures) / f"{name}_{options.language}.png")
+                shutil.copy(folder / w.picture(), pathlib.Path(options.pictures) / f"{name}_{options.language}.png")
 
         # The series of a folder.
         w.wait_event("asks_for_series")
@@ -130,7 +130,8 @@ def main():
         picture("placing")
         w.click_item("placing.swap 3")
         w.wait_state("turned", lambda s: s["scan"]["frame"] == "LPI")
-        w.click_item("placing.spacing")
+        left, top, width, height = w.items["placing.spacing"]  # the field is left of its name
+        w.click(left + 20, top + height / 2)
         w.key("ctrl+a")
         w.type("2.2")
         w.key("Tab")
