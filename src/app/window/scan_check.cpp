@@ -22,6 +22,9 @@ namespace {
         "to "
         "80"),
     Msg("these values are not HU: air lies near {}, soft tissue near {}, bone from about {}"),
+    Msg("the bone's surface was taken at {}, and the values were converted to approximate HU by air and soft tissue, "
+        "so "
+        "that cortical bone and teeth are only roughly distinguished and CT numbers do not give moduli"),
     Msg("the folder contains {} CT series"),
     Msg("the CT slices are of {} patients"),
     Msg("no series is stated to be a CT"),
@@ -89,11 +92,10 @@ void ScanCheck::DrawPlacing(Ui& ui, CtPreview& slices) {
   ImGui::PopFont();
   WrappedText(
       placing_->has_orientation
-          ? Tr("The file does not state where its slices lie. Look at the coronal and the sagittal slices: is the size "
-               "right, and are the slices in the right order? Otherwise correct it here.")
-          : Tr("The file states neither where its slices lie nor how the patient lies in them. Look at the coronal and "
-               "the sagittal slices: is the size right, the head up, the face at A? Compare left and right, which the "
-               "slices do not show, with the patient. Otherwise correct it here."));
+          ? Tr("The file does not state where its slices lie. Look at the coronal and the sagittal slices: are their "
+               "size and order right?")
+          : Tr("The file states neither where its slices lie nor how the patient lies. Look at the slices: is the size "
+               "right, the head up, the face at A? Compare left and right with the patient."));
   ImGui::Spacing();
   bool changed = false;
   if (placing_->spacing_mm) {
@@ -106,7 +108,7 @@ void ScanCheck::DrawPlacing(Ui& ui, CtPreview& slices) {
     ui.Note("placing.spacing");
     ImGui::PushTextWrapPos(0);
     ImGui::TextDisabled("%s", placing_->spacing_from.empty()
-                                  ? Tr("The file states none: it was taken to be that of the pixels.")
+                                  ? Tr("assumed to be that of the pixels")
                                   : fmt::format(fmt::runtime(Tr("assumed by {}")), placing_->spacing_from).c_str());
     ImGui::PopTextWrapPos();
   }
@@ -160,7 +162,7 @@ void ScanCheck::DrawHistogram(Ui& ui, float width) const {
   constexpr double kDecades = 4;  // of the fractions, from the top of the plot to its bottom
   const float s = ui.scale();
   const float line = ImGui::GetTextLineHeight();
-  const float top = 3 * line, high = 80 * s;
+  const float top = 3 * line, high = 60 * s;
   const ImVec2 at = ImGui::GetCursorScreenPos();
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const double most = std::max(1e-9, *std::max_element(histogram_.fractions.begin(), histogram_.fractions.end()));
