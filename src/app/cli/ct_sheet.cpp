@@ -21,6 +21,7 @@
 #include "kerf/error.h"
 #include "view/picture/mm_grid.h"
 #include "view/picture/panel_sheet.h"
+#include "view/plot/plot.h"
 
 namespace kerf::cli {
 namespace {
@@ -169,6 +170,30 @@ BoneLevel TakeIso(const CtSheetOptions& options, Volume& ct, ImportOptions& impo
   return level;
 }
 
+// Draws how often the values of a CT occur that are no HU, with the peaks of air and soft tissue and the threshold.
+Image DrawHistogram(const ValueHistogram& histogram, const GreyScale& scale, double iso, int width, int height) {
+  PlotSpec plot;
+  plot.width = width;
+  plot.height = height;
+  plot.title = "Grey values of the file, which are not HU";
+  plot.x.label = "grey value of the file";
+  plot.x.lower = histogram.lower;
+  plot.x.upper = histogram.upper;
+  plot.y.label = "voxels (%)";
+  plot.y.log = true;
+  PlotSeries series;
+  for (std::size_t bin = 0; bin < histogram.fractions.size(); ++bin) {
+    series.x.push_back(histogram.CalcMiddle(bin));
+    series.y.push_back(100 * histogram.fractions[bin]);
+  }
+  plot.series.push_back(std::move(series));
+  plot.bands.push_back({.x0 = iso, .x1 = histogram.upper, .label = fmt::format("bone, {:.0f} and more", iso)});
+  for (const auto& [at, name] : {std::pair(scale.air, "air"), std::pair(scale.soft, "soft tissue")}) {
+    plot.lines.push_back({.vertical = true, .at = at, .label = fmt::format("{} {:.0f}", name, at)});
+  }
+  return RenderPlot(plot);
+}
+
 }  // namespace
 
 void DrawCtSheet(const CtSheetOptions& options) {
@@ -181,6 +206,11 @@ void DrawCtSheet(const CtSheetOptions& options) {
   ImportReport report;
   Volume ct = StoreAlongPatient(ReadCt(options.input, options.import, report));
   ImportOptions import = options.import;
+  constexpr int kPlotHeight = 320;
+  constexpr std::size_t kBins = 200;
+  std::optional<GreyScale> scale = FindGreyScale(ct);
+  if (options.height < 3 * kPlotHeight) scale.reset();
+  const ValueHistogram histogram = CalcHistogram(ct, kBins, {import.isolate.iso_hu, import.isolate.iso_hu + 1});
   const BoneLevel level = TakeIso(options, ct, import);
   const std::optional<MaskOverlay> overlay =
       import.isolate.mask ? std::optional<MaskOverlay>(std::in_place, ct, import) : std::nullopt;
@@ -191,7 +221,7 @@ void DrawCtSheet(const CtSheetOptions& options) {
 
   SheetSpec sheet;
   sheet.width = options.width;
-  sheet.height = options.height;
+  sheet.height = options.height - (scale ? kPlotHeight : 0);
   sheet.title =
       options.title.empty() ? std::filesystem::path(options.input).lexically_normal().string() : options.title;
   sheet.caption = fmt::format(
@@ -231,7 +261,9 @@ void DrawCtSheet(const CtSheetOptions& options) {
     }
     sheet.panels.push_back(std::move(panel));
   }
-  WriteSheet(sheet, options.output);
+  Image picture = RenderSheet(sheet);
+  if (scale) AppendImage(DrawHistogram(histogram, *scale, level.iso, sheet.width, kPlotHeight), picture);
+  WritePng(picture, options.output);
   fmt::print("{}\n", options.output);
 }
 

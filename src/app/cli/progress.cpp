@@ -50,7 +50,7 @@ void ProgressBar::Show(double fraction) {
   const int width = std::clamp(CountColumns() - static_cast<int>(title_.size() + note_.size()) - kOther, 5, kWidth);
   const int filled = static_cast<int>(fraction * width + 0.5);
   const std::string left =
-      fraction > 0.01 ? fmt::format("{:.0f} s left", elapsed_s * (1 - fraction) / fraction) : std::string("...");
+      fraction > 0.05 ? fmt::format("{:.0f} s left", elapsed_s * (1 - fraction) / fraction) : std::string("...");
   fmt::print(stderr, "\r\x1b[K{} [{:#>{}}{:.>{}}] {:3.0f} %  {}  {}", title_, "", filled, "", width - filled,
              100 * fraction, left, note_);
   std::fflush(stderr);

@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <utility>
 
 #include "app/window/import_notes.h"
 #include "app/window/is_ready.h"
 #include "base/core/cancelled.h"
+#include "bone/import/hu_check.h"
 #include "bone/import/import.h"
+#include "bone/import/padding.h"
 #include "bone/import/patient_frame.h"
 #include "kerf/error.h"
 #include "view/ui/translate.h"
@@ -25,6 +28,9 @@ Volume ReadCtOf(const Bone& bone, const std::string& path, const std::function<v
   }
   ImportOptions options;
   options.series = GetNote(bone, "import_series_uid");
+  options.as_ct = true;  // as was confirmed
+  options.frame = GetNote(bone, "import_frame").substr(0, 3);
+  options.spacing_z_mm = std::strtod(GetNote(bone, "import_spacing_z_mm").c_str(), nullptr);
   options.progress = progress;
   ImportReport report;
   Volume ct;
@@ -38,6 +44,8 @@ Volume ReadCtOf(const Bone& bone, const std::string& path, const std::function<v
   if (fmt::format("{:016x}", CalcHash(ct)) != GetNote(bone, "import_input_hash")) {
     throw fail(Msg("The CT in {} has changed since the bone was made, so the slices show it only near the bone."));
   }
+  ClearPadding(ct);
+  TakeAsHu(ct, std::strtod(GetNote(bone, "import_iso_HU").c_str(), nullptr), false, path);
   return ct;
 }
 

@@ -21,6 +21,7 @@ constexpr std::size_t kMaxText = 200;
 constexpr std::size_t kMaxPath = 1000;
 /// Number of offered texts that are visible at once.
 constexpr std::size_t kOfferedRows = 6;
+constexpr float kPictureSide = 96;  // of an answer, points
 
 }  // namespace
 
@@ -49,6 +50,7 @@ void Dialogs::Ask(const std::string& question, std::vector<Answer> answers) {
   fresh_ = true;
   question_ = question;
   answers_ = std::move(answers);
+  ++questions_;
 }
 
 void Dialogs::ChooseFile(Ui& ui, const std::string& title, const std::string& folder,
@@ -177,6 +179,31 @@ void Dialogs::Take(Ui& ui, const WindowEvent& event) {
   ui.Take(event);
 }
 
+std::optional<std::size_t> Dialogs::DrawPictured(Ui& ui, float height) const {
+  std::optional<std::size_t> given;
+  const float side = kPictureSide * ui.scale();
+  ImGui::BeginChild("pictured", {0, height}, true);
+  for (std::size_t i = 0; i < answers_.size(); ++i) {
+    const Answer& answer = answers_[i];
+    if (answer.picture.width == 0) continue;
+    ImGui::PushID(static_cast<int>(i));
+    const ImVec2 at = ImGui::GetCursorPos();
+    if (ImGui::Selectable("##answer", false, 0, {0, side + 2 * ui.scale()})) given = i;
+    ui.Note(fmt::format("answer {}", i + 1));
+    const ImVec2 after = ImGui::GetCursorPos();
+    ImGui::SetCursorPos(at);
+    ImGui::Image(ui.Texture(fmt::format("answer {}", i), answer.picture, questions_), {side, side});
+    ImGui::SameLine();
+    ImGui::BeginGroup();
+    WrappedText(answer.text);
+    ImGui::EndGroup();
+    ImGui::SetCursorPos(after);
+    ImGui::PopID();
+  }
+  ImGui::EndChild();
+  return given;
+}
+
 void Dialogs::Draw(Ui& ui) {
   if (kind_ == Kind::kNone) return;
   const float s = ui.scale();
@@ -241,12 +268,18 @@ void Dialogs::Draw(Ui& ui) {
   if (kind_ == Kind::kQuestion) {
     const float wrap = 480 * s;
     const float height = CalcWrappedHeight(question_, wrap);
-    BeginDialog(ui, "ask", 520 * s, height + 76 * s);
+    const auto pictured = static_cast<std::size_t>(
+        std::count_if(answers_.begin(), answers_.end(), [](const Answer& a) { return a.picture.width > 0; }));
+    const float list = pictured == 0 ? 0 : (kPictureSide + 10) * s * static_cast<float>(pictured) + 16 * s;
+    BeginDialog(ui, "ask", 520 * s, height + list + 76 * s);
     WrappedText(question_);
     ImGui::Spacing();
     std::optional<std::size_t> given;
-    for (std::size_t i = 0; i < answers_.size(); ++i) {
-      if (i > 0) ImGui::SameLine();
+    if (pictured > 0) {
+      given = DrawPictured(ui, std::min(list, ImGui::GetContentRegionAvail().y - ImGui::GetFrameHeightWithSpacing()));
+    }
+    for (std::size_t i = pictured; i < answers_.size(); ++i) {
+      if (i > pictured) ImGui::SameLine();
       if (ImGui::Button(answers_[i].text.c_str())) given = i;
       ui.Note(fmt::format("answer {}", i + 1));
     }

@@ -1,12 +1,14 @@
 // Dialogs of the window: a line of text, a question with answers, a file to open or to save.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "view/picture/image.h"
 #include "view/ui/event.h"
 #include "view/ui/ui.h"
 
@@ -26,8 +28,10 @@ class Dialogs {
   struct Answer {
     std::string text;
     std::function<void()> run;  // optional
+    Image picture{};            // optional
   };
-  /// Asks a question. Enter gives the first answer, Escape the last.
+  /// Asks a question. Enter gives the first answer, Escape the last. Answers with pictures are listed above the others,
+  /// which are buttons.
   void Ask(const std::string& question, std::vector<Answer> answers);
   /// Asks for a file. `extensions`: of the files that are listed, with the dot, in lower case; empty: all. The user can
   /// list the other files too. `save`: the file may be a new one. `done` is called only if a file was chosen.
@@ -54,6 +58,8 @@ class Dialogs {
   void Decide(std::function<void()> what);
   /// Gives the input to the line of a dialog that stays open. Keys wait until it has it.
   void TakeLineAgain(Ui& ui);
+  /// Draws the answers that have pictures. Returns the one that was clicked.
+  std::optional<std::size_t> DrawPictured(Ui& ui, float height) const;
   void DecideText();
   void DecideFile();
   void ListFolder();
@@ -69,6 +75,7 @@ class Dialogs {
   std::string offered_title_;
   std::vector<std::string> offered_;
   std::vector<Answer> answers_;
+  std::uint64_t questions_ = 0;  // so far
   std::vector<std::string> extensions_;
   bool save_ = false;
   bool allows_folder_ = false;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <optional>
 
 #include "bone/import/isolate.h"
@@ -50,7 +49,6 @@ void JawSeparation::Ask(const std::string& why) {
   asks_ = true;
   refusal_.clear();
   why_ = why;
-  if (!why_.empty()) why_[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(why_[0])));
 }
 
 bool JawSeparation::Separate() {

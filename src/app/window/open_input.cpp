@@ -213,7 +213,12 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options, cons
   settings.keep_hu = !IsSurfacePath(input);
   settings.isolate.keep_W = options.keep_W;
   settings.isolate.drop_W = options.drop_W;
-  settings.isolate.iso_hu = options.iso_hu.value_or(settings.isolate.iso_hu);
+  settings.isolate.iso_hu = options.iso.value_or(settings.isolate.iso_hu);
+  settings.series = options.series;
+  settings.as_ct = options.as_ct;
+  settings.frame = options.frame;
+  settings.spacing_z_mm = options.spacing_z_mm;
+  settings.check_placing = options.check_placing;
   const char* stage = settings.keep_hu ? "importing the CT" : "importing the surface";
   const bool is_mask = IsSegmentation(input);
   if (is_mask) {

@@ -35,7 +35,13 @@ struct OpenOptions {
   bool make_bone = false;      // makes the bone of a scene that describes one, too
   std::vector<Vec3> keep_W{};  // of a CT: points in the wanted bone and, if it touches other bone, in that
   std::vector<Vec3> drop_W{};
-  std::optional<double> iso_hu{};  // of a CT: voxels above this are bone; nullopt: the default
+  std::optional<double> iso{};  // of a CT: voxels above this are bone, in the file's own values; nullopt: the default
+  // Of DICOM: as in ImportOptions.
+  std::string series{};
+  bool as_ct = false;
+  std::string frame{};
+  double spacing_z_mm = 0;
+  bool check_placing = false;
 };
 
 /// What observes the opening. All functions are called in the opening thread; all but `progress` are optional.
@@ -67,8 +73,8 @@ void CheckInput(const std::string& input);
 /// Opens an input. `input`: empty (the generic mandible), a scene (.toml), a project
 /// (.kerf-project), a bone (.vdb), a folder or file of DICOM, a segmentation (.seg.nrrd; the bone is made without a
 /// CT), or any other input of `kerf import`. If it is not a scene, a scene is made with the paper's saw over the left
-/// side of the bone. Writes no file. Throws Error (NotHu if a threshold, NotIsolated if the points of the options, or
-/// others, are needed), or Cancelled if `watcher.progress` does.
+/// side of the bone. Writes no file. Throws Error (one that Import() names if the user can help), or Cancelled if
+/// `watcher.progress` does.
 OpenedInput OpenInput(const std::string& input, const OpenOptions& options, const OpenWatcher& watcher);
 
 /// Makes a scene with the bone file and the saw above the bone's left side without touching it: above the thickest part

@@ -385,9 +385,7 @@ bool Rehearsal::Take(const WindowEvent& event) {
   if (asks_for_points() && event.kind == Kind::kKeyDown && event.key == Key::kBackspace) {
     return separation_->TakeBack(), true;
   }
-  if (asks_for_threshold() && event.kind == Kind::kKeyDown && event.key == Key::kEnter) {
-    return ImportWithThreshold(), true;
-  }
+  if (asks_about_scan() && event.kind == Kind::kKeyDown && event.key == Key::kEnter) return ImportChecked(), true;
   if (asks_about_ct()) return false;
   if (!in_pieces_) return viewer_->is_running() && editor_.gestures.Take(event);
   if (pieces_.Take(event)) return true;
@@ -482,7 +480,7 @@ void Rehearsal::Fill(HudState& hud) {
     hud.progress = HudProgress{.title = Tr("Importing marks"), .stage = Tr("reading the label map")};
   } else if (hud.progress && is_loading()) {
     hud.progress->can_cancel = true;
-  } else if (viewer_->session() == nullptr && !separation_ && !threshold_) {
+  } else if (viewer_->session() == nullptr && !separation_ && !scan_check_) {
     hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
                            .text = Tr("No bone is open."),
                            .answers = Tr("Ctrl+O: open a bone, a CT, a scene or a project, or drop it here")};
@@ -502,13 +500,13 @@ void Rehearsal::DrawSections(Ui& ui) {
 }
 
 void Rehearsal::DrawWindows(Ui& ui) {
-  if (asks_for_threshold()) {
-    switch (threshold_->Draw(ui, viewer_->areas().scene, viewer_->areas().right, preview_)) {
-      case BoneThreshold::Answer::kImport:
-        return ImportWithThreshold();
-      case BoneThreshold::Answer::kCancel:
+  if (asks_about_scan()) {
+    switch (scan_check_->Draw(ui, viewer_->areas().scene, viewer_->areas().right, preview_)) {
+      case ScanCheck::Answer::kImport:
+        return ImportChecked();
+      case ScanCheck::Answer::kCancel:
         return Cancel();
-      case BoneThreshold::Answer::kNone:
+      case ScanCheck::Answer::kNone:
         return;
     }
   }
@@ -588,7 +586,7 @@ void Rehearsal::Describe(nlohmann::json& state) const {
   editor_.gestures.Describe(state);
   state["unsaved"] = !DescribeUnsaved().empty();
   state["opening"] = is_opening();
-  if (threshold_) threshold_->Describe(state);
+  if (scan_check_) scan_check_->Describe(state);
   if (separation_) separation_->Describe(state);
   state["work_kept"] = ended_work_.has_value();
   state["guided"] = choice_.guided;

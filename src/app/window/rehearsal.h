@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "app/window/bone_saver.h"
-#include "app/window/bone_threshold.h"
 #include "app/window/case_sessions.h"
 #include "app/window/case_writer.h"
 #include "app/window/ct_preview.h"
@@ -22,10 +21,11 @@
 #include "app/window/plan_editor.h"
 #include "app/window/plan_link.h"
 #include "app/window/saw_distances.h"
+#include "app/window/scan_check.h"
 #include "app/window/scene_change.h"
 #include "app/window/unsaved_cut.h"
 #include "app/window/viewer_app.h"
-#include "bone/import/hu_check.h"
+#include "bone/import/dicom.h"
 #include "bone/import/isolate.h"
 #include "bone/import/mesh_units.h"
 #include "session/plan/plan.h"
@@ -113,14 +113,17 @@ class Rehearsal final : public Activity {
   /// Returns true if a case is open, which an input that is being opened will replace.
   bool has_case() const { return ended_work_ || viewer_->is_running() || change_.is_pending(); }
   bool is_opening() const {
-    return loader_.is_opening() || opened_.has_value() || threshold_.has_value() || separation_.has_value();
+    return loader_.is_opening() || opened_.has_value() || scan_check_.has_value() || separation_.has_value();
   }
-  bool asks_for_threshold() const { return threshold_ && threshold_->asks(); }
+  bool asks_about_scan() const { return scan_check_ && scan_check_->asks(); }
   bool asks_for_points() const { return separation_ && separation_->asks(); }
-  bool asks_about_ct() const { return asks_for_threshold() || asks_for_points(); }
+  bool asks_about_ct() const { return asks_about_scan() || asks_for_points(); }
+  std::string BeginQuestion(const char* event, const std::string& why);
   void AskForUnit(const UnclearUnit& e);
-  void AskForThreshold(const std::shared_ptr<const Volume>& ct, const NotHu& e);
-  void ImportWithThreshold();
+  void AskForSeries(const UnclearSeries& e);
+  void AskAboutScan(const std::shared_ptr<const Volume>& ct, const std::optional<AssumedPlacing>& placing,
+                    const std::optional<NotHu>& values);
+  void ImportChecked();
   void AskForPoints(const std::shared_ptr<const Volume>& ct, const NotIsolated& e);
   void SeparateJaws();
   /// Forgets the answers about the CT that is being opened.
@@ -199,7 +202,8 @@ class Rehearsal final : public Activity {
   CtPreview preview_;
   CtReader ct_reader_;                       // of a project's CT
   std::string mesh_units_;                   // of a surface, from the question for it until it is open
-  std::optional<BoneThreshold> threshold_;   // from the question for it until the CT is open
+  std::string series_;                       // likewise: of a folder
+  std::optional<ScanCheck> scan_check_;      // from the questions about the CT until it is open
   std::optional<JawSeparation> separation_;  // from the first question for points until the CT is open
   RehearsalResult result_;
   std::optional<std::string> to_open_;             // in the next frame in which that is possible

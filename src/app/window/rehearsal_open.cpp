@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -21,6 +22,22 @@ namespace {
 
 constexpr std::chrono::milliseconds kEnd{300};  // time that other threads get to end when the window is closed
 
+/// Returns what tells a series from others, in lines.
+std::string DescribeSeries(const DicomSeries& series) {
+  const DicomSlice& first = series.slices.front();
+  std::string text =
+      fmt::format(fmt::runtime(Tr("{} slices of {} x {} pixels")), series.slices.size(), first.size[0], first.size[1]);
+  if (series.gap_mm > 0 && first.has_spacing)
+    text += fmt::format(fmt::runtime(Tr(", {} mm apart")), ShowNumber(series.gap_mm, 2));
+  if (first.thickness_mm > 0) text += fmt::format(fmt::runtime(Tr(", {} mm thick")), ShowNumber(first.thickness_mm, 2));
+  if (!first.kernel.empty()) text += fmt::format(fmt::runtime(Tr(", kernel {}")), first.kernel);
+  std::string names = series.modality;
+  for (const std::string& name : {series.description, series.part_name, series.study_date}) {
+    if (!name.empty()) names += (names.empty() ? "" : ", ") + name;
+  }
+  return names.empty() ? text : names + "\n" + text;
+}
+
 }  // namespace
 
 void Rehearsal::BeginOpening(const std::string& input) {
@@ -35,7 +52,12 @@ void Rehearsal::BeginOpening(const std::string& input) {
        .make_bone = keeps_case_,
        .keep_W = separation_ ? separation_->keep_W() : std::vector<Vec3>(),
        .drop_W = separation_ ? separation_->drop_W() : std::vector<Vec3>(),
-       .iso_hu = threshold_ ? std::optional(threshold_->value()) : std::nullopt},
+       .iso = scan_check_ ? scan_check_->iso() : std::nullopt,
+       .series = series_,
+       .as_ct = !series_.empty(),
+       .frame = scan_check_ ? scan_check_->frame() : "",
+       .spacing_z_mm = scan_check_ ? scan_check_->spacing_z_mm() : 0,
+       .check_placing = !scan_check_},
       !keeps_case_);
 }
 
@@ -95,8 +117,8 @@ void Rehearsal::Cancel() {
     loader_.Cancel();
     opened_.reset();
     if (separation_ && !separation_->asks()) return separation_->Ask("");  // the points are kept
-    if (threshold_ && !threshold_->asks() && !separation_) return threshold_->Ask("");
-    const bool asked = separation_ || threshold_;
+    if (scan_check_ && !scan_check_->asks() && !separation_) return scan_check_->Ask();
+    const bool asked = separation_ || scan_check_;
     EndQuestions();
     if (!has_case() && asked) to_open_ = "";  // the built-in bone
     if (!has_case()) return Reset();
@@ -157,8 +179,12 @@ void Rehearsal::FollowOpening() {
     if (std::optional<OpenedInput> opened = loader_.Take()) opened_ = std::move(opened);
   } catch (const UnclearUnit& e) {
     return AskForUnit(e);
+  } catch (const UnclearSeries& e) {
+    return AskForSeries(e);
+  } catch (const NotPlaced& e) {
+    return AskAboutScan(ct, e.placing(), e.values());
   } catch (const NotHu& e) {
-    return AskForThreshold(ct, e);
+    return AskAboutScan(ct, std::nullopt, e);
   } catch (const NotIsolated& e) {
     return AskForPoints(ct, e);
   } catch (const Error& e) {
@@ -191,15 +217,21 @@ void Rehearsal::FollowSentBone() {
   Open(sent_bone_);
 }
 
-/// Asks for the unit of a surface's coordinates, with which it is opened again.
-void Rehearsal::AskForUnit(const UnclearUnit& e) {
-  viewer_->trace().Write("asks_for_unit", {{"why", e.why()}});
+/// Prepares a question about what is being opened. Returns why it is asked as a sentence.
+std::string Rehearsal::BeginQuestion(const char* event, const std::string& why) {
+  viewer_->trace().Write(event, {{"why", why}});
   is_command_line_ = false;  // from now on, the window stays
   viewer_->controls().Release();
   viewer_->SetSpindle(false);
+  std::string sentence = TrMade(why);
+  if (!sentence.empty()) sentence[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence[0])));
+  return sentence;
+}
+
+/// Asks for the unit of a surface's coordinates, with which it is opened again.
+void Rehearsal::AskForUnit(const UnclearUnit& e) {
+  const std::string why = BeginQuestion("asks_for_unit", e.why());
   if (!has_case()) Reset();
-  std::string why = TrMade(e.why());
-  if (!why.empty()) why[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(why[0])));
   std::vector<Dialogs::Answer> answers;
   for (const std::string& unit : e.units()) {
     answers.push_back({unit, [this, unit] {
@@ -211,52 +243,72 @@ void Rehearsal::AskForUnit(const UnclearUnit& e) {
   viewer_->dialogs().Ask(fmt::format("{}.\n\n{}", why, Tr("In which unit are its coordinates?")), std::move(answers));
 }
 
-/// Asks for the threshold of bone in a CT whose values are no Hounsfield units.
-void Rehearsal::AskForThreshold(const std::shared_ptr<const Volume>& ct, const NotHu& e) {
-  viewer_->trace().Write("asks_for_threshold", {{"why", e.why()}, {"proposed", e.proposed_iso()}});
-  is_command_line_ = false;  // from now on, the window stays
-  viewer_->controls().Release();
-  viewer_->SetSpindle(false);
-  if (!threshold_) {
-    threshold_.emplace(ct, e.proposed_iso());
-    preview_.set_greys(threshold_->greys());
-    preview_.Follow(ct);
-    preview_.Show(CalcScanBox(*ct).centre());
+/// Asks which series of a folder is the CT, with which it is opened again.
+void Rehearsal::AskForSeries(const UnclearSeries& e) {
+  const std::string why = BeginQuestion("asks_for_series", e.why());
+  if (!has_case()) Reset();
+  std::vector<Dialogs::Answer> answers;
+  for (std::size_t i = 0; i < e.series().size(); ++i) {
+    const DicomSeries& series = e.series()[i];
+    Dialogs::Answer& answer = answers.emplace_back(Dialogs::Answer{DescribeSeries(series), [this, uid = series.name()] {
+                                                                     series_ = uid;
+                                                                     BeginOpening(loader_.input());
+                                                                   }});
+    answer.picture = Image{1, 1, {Rgb8{0, 0, 0}}};
+    if (i >= e.pictures.size() || e.pictures[i].empty()) continue;
+    const int side = static_cast<int>(std::lround(std::sqrt(e.pictures[i].size())));
+    answer.picture = Image{side, side, {}};
+    for (const std::uint8_t grey : e.pictures[i]) answer.picture.pixels.push_back({grey, grey, grey});
   }
-  threshold_->Ask(TrMade(e.why()));
+  answers.push_back({Tr("Cancel"), [this] { EndQuestions(); }});
+  viewer_->dialogs().Ask(
+      fmt::format("{}.\n\n{}", why,
+                  e.series().size() > 1 ? Tr("Which one is the CT of the bone?") : Tr("Click on it if it is a CT.")),
+      std::move(answers));
 }
 
-void Rehearsal::ImportWithThreshold() {
-  threshold_->EndAsking();
+/// Asks, with the slices of a CT, for what its file does not state.
+void Rehearsal::AskAboutScan(const std::shared_ptr<const Volume>& ct, const std::optional<AssumedPlacing>& placing,
+                             const std::optional<NotHu>& values) {
+  BeginQuestion("asks_about_scan", values ? values->why() : "");
+  const bool begins = !scan_check_;
+  if (begins) scan_check_.emplace(ct, placing, values);
+  preview_.set_greys(scan_check_->CalcGreys(false));
+  preview_.Follow(ct);
+  if (begins) preview_.Show(CalcScanBox(*ct).centre());
+  scan_check_->Ask();
+}
+
+void Rehearsal::ImportChecked() {
+  scan_check_->EndAsking();
+  preview_.set_greys(scan_check_->CalcGreys(true));
   BeginOpening(loader_.input());
 }
 
 void Rehearsal::EndQuestions() {
   separation_.reset();
   mesh_units_.clear();
-  if (threshold_) preview_.set_greys({});
-  threshold_.reset();
+  series_.clear();
+  if (scan_check_) preview_.set_greys({});
+  scan_check_.reset();
 }
 
 /// Asks for points with which the mandible is separated from bone that it touches.
 void Rehearsal::AskForPoints(const std::shared_ptr<const Volume>& ct, const NotIsolated& e) {
   constexpr double kRim_mm = 15;  // around the bone
   constexpr double kTeeth = 0.2;  // where they are, from front to back
-  viewer_->trace().Write("asks_for_points", {{"why", e.why()}});
-  is_command_line_ = false;  // from now on, the window stays
-  viewer_->controls().Release();
-  viewer_->SetSpindle(false);
+  const std::string why = BeginQuestion("asks_for_points", e.why());
   if (!separation_) {
-    separation_.emplace(ct, threshold_ ? threshold_->value() : IsolateOptions{}.iso_hu);
+    separation_.emplace(ct, scan_check_ ? scan_check_->CalcIsoHu() : IsolateOptions{}.iso_hu);
     const CtWindow& window = viewer_->slices().window();
-    preview_.set_greys(threshold_ ? threshold_->greys() : CtGreys{window.level_HU, window.width_HU});
+    preview_.set_greys(scan_check_ ? scan_check_->CalcGreys(true) : CtGreys{window.level_HU, window.width_HU});
     preview_.Follow(ct);
     preview_.set_box(e.largest_W().Grown(kRim_mm));
     Vec3 shown_W = e.largest_W().centre();
     shown_W.y += (kTeeth - 0.5) * e.largest_W().size().y;
     preview_.Show(shown_W);
   }
-  separation_->Ask(TrMade(e.why()));
+  separation_->Ask(why);
 }
 
 void Rehearsal::SeparateJaws() {

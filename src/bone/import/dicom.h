@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bone/import/volume.h"
+#include "kerf/error.h"
 
 namespace kerf {
 
@@ -84,6 +86,22 @@ struct DicomSeries {
   std::string name() const { return part == 0 ? uid : uid + "#" + std::to_string(part); }
 };
 
+/// Which series is meant, or whether it is a CT, must be decided by the user.
+class UnclearSeries : public Error {
+ public:
+  /// `what`: for a terminal, with options of kerf import. `why`: the reason alone, in words. `series`: to choose from.
+  UnclearSeries(const std::string& what, std::string why, std::vector<DicomSeries> series)
+      : Error(what), why_(std::move(why)), series_(std::move(series)) {}
+  const std::string& why() const { return why_; }
+  const std::vector<DicomSeries>& series() const { return series_; }
+  /// Of the series: see DrawMiddleSlice(); empty if the import shows nothing.
+  std::vector<std::vector<std::uint8_t>> pictures;
+
+ private:
+  std::string why_;
+  std::vector<DicomSeries> series_;
+};
+
 /// Returns all series of DICOM files, largest first. `path`: a folder, with its subfolders; a DICOMDIR, for its folder;
 /// or another DICOM file, for the files beside it or, if it has several frames and no other file continues it, for
 /// itself. No personal names are kept. Files that are no images, are damaged, or do not belong to their series are left
@@ -101,8 +119,8 @@ bool MayBeCt(const std::string& modality);
 /// Returns the series to import, chosen by its name (DicomSeries::name()) or UID or an unambiguous end of either. If
 /// `uid` is empty or several stacks have this UID, takes the CT series that clearly suits a jaw best, and warns: it is
 /// large and fine enough to show one, original rather than derived, and has 1.5 times as many slices as any other such
-/// series or, with as many slices, alone a kernel for bone. Throws kerf::Error if there is no such series or if it is
-/// one of several patients.
+/// series or, with as many slices, alone a kernel for bone. Throws UnclearSeries if no series is, or if it is one of
+/// several patients, and kerf::Error if there is no CT.
 DicomSeries ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid, const std::string& folder);
 
 /// Returns the series with its slices where ReadDicomSeries() places them, without damaged ones. Throws kerf::Error

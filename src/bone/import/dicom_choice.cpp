@@ -46,6 +46,12 @@ std::string DescribeAll(const Series& all) {
   return list;
 }
 
+[[noreturn]] void Ask(const std::string& what, const std::string& why, const Found& found) {
+  std::vector<DicomSeries> series;
+  for (const DicomSeries* s : found) series.push_back(*s);
+  throw UnclearSeries(what, why, std::move(series));
+}
+
 // Returns a hint if one of several series is too short for a volume and another is not; the first is the longest.
 std::string DescribeStray(const Found& found) {
   const DicomSeries& last = *found.back();
@@ -141,8 +147,9 @@ void CheckOnePatient(const Found& found, const std::string& folder) {
     files += fmt::format("{}{}", files.empty() ? "" : " and ", FirstFile(*s));
   }
   if (seen.size() < 2) return;
-  throw Error(fmt::format("{}: the CT slices are of {} patients, such as {}; choose one with --series: {}", folder,
-                          seen.size(), files, DescribeAll(listed)));
+  const std::string why = fmt::format("the CT slices are of {} patients", seen.size());
+  Ask(fmt::format("{}: {}, such as {}; choose one with --series: {}", folder, why, files, DescribeAll(listed)), why,
+      listed);
 }
 
 // Returns the series to take among several; adds to `warnings` why it is taken.
@@ -154,8 +161,9 @@ const DicomSeries& ChooseAmong(const Found& found, const std::string& folder, st
   const DicomSeries* const best = volumes.empty() ? nullptr : FindClearOne(volumes);
   const std::string what = fmt::format("the folder contains {} CT series", found.size());
   if (best == nullptr) {
-    throw Error(fmt::format("{}: {}; choose one with --series UID: {}{}", folder, what, DescribeAll(found),
-                            DescribeStray(found)));
+    Ask(fmt::format("{}: {}; choose one with --series UID: {}{}", folder, what, DescribeAll(found),
+                    DescribeStray(found)),
+        what, found);
   }
   Found others;
   std::copy_if(found.begin(), found.end(), std::back_inserter(others), [best](const auto* s) { return s != best; });
@@ -181,8 +189,9 @@ Found FindNamed(const std::vector<DicomSeries>& all, const std::string& uid) {
   return found;
 }
 
-// Returns the CT series; if there is none, the only volume of a modality that may be a CT's.
-Found FindCts(const std::vector<DicomSeries>& all) {
+// Returns the CT series; if there is none, the only volume of a modality that may be a CT's. Throws UnclearSeries if
+// there are several.
+Found FindCts(const std::vector<DicomSeries>& all, const std::string& folder) {
   Found cts, others;
   for (const DicomSeries& s : all) {
     if (s.modality == "CT") {
@@ -192,6 +201,12 @@ Found FindCts(const std::vector<DicomSeries>& all) {
     }
   }
   if (cts.empty() && others.size() == 1) return others;
+  if (cts.empty() && others.size() > 1) {
+    const std::string why = "no series is stated to be a CT";
+    Ask(fmt::format("{}: {}; choose one with --series UID, and confirm with --as-ct that it is a CT: {}", folder, why,
+                    DescribeAll(others)),
+        why, others);
+  }
   if (cts.empty() && all.size() == 1) return {&all.front()};  // CheckSeries() reports the reason
   return cts;
 }
@@ -206,7 +221,7 @@ bool MayBeCt(const std::string& modality) {
 DicomSeries ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid, const std::string& folder) {
   Found everything;
   for (const DicomSeries& s : all) everything.push_back(&s);
-  const Found found = uid.empty() ? FindCts(all) : FindNamed(all, uid);
+  const Found found = uid.empty() ? FindCts(all, folder) : FindNamed(all, uid);
   const bool of_one_uid =
       std::all_of(found.begin(), found.end(), [&found](const auto* s) { return s->uid == found.front()->uid; });
   if (!uid.empty() && (found.empty() || !of_one_uid)) {

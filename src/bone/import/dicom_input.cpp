@@ -24,6 +24,8 @@ template <typename Work>
 auto WithNames(const DicomInput& input, const Work& work) {
   try {
     return work();
+  } catch (const UnclearSeries& e) {
+    throw UnclearSeries(input.NameFiles(e.what()), e.why(), e.series());
   } catch (const Error& e) {
     throw Error(input.NameFiles(e.what()));
   }
@@ -101,9 +103,11 @@ DicomSeries TakeAsCt(DicomSeries series, bool as_ct) {
           ? std::string("is stored as secondary captures, that is, as pictures that another program made")
           : fmt::format("has the modality {}, not CT", series.modality.empty() ? "(not given)" : series.modality);
   if (!as_ct) {
-    throw Error(fmt::format(
-        "series {}: {}; if it is a CT with Hounsfield units that another program wrote, import it with --as-ct",
-        series.name(), what));
+    throw UnclearSeries(
+        fmt::format("series {}: {}; if it is a CT with Hounsfield units that another program wrote, import it with "
+                    "--as-ct",
+                    series.name(), what),
+        "the series " + what, {series});
   }
   series.modality = "CT";
   series.warnings.push_back(fmt::format("the series {}; it was read as a CT because of --as-ct", what));
@@ -111,7 +115,6 @@ DicomSeries TakeAsCt(DicomSeries series, bool as_ct) {
 }
 
 std::vector<std::uint8_t> DrawMiddleSlice(const DicomSeries& series, int side) {
-  constexpr double kBlack_HU = -300, kWhite_HU = 1700;
   constexpr std::size_t kRead = 3;  // slices; a series has no fewer
   if (series.slices.size() < kRead || side < 1) return {};
   DicomSeries middle = series;
@@ -120,10 +123,20 @@ std::vector<std::uint8_t> DrawMiddleSlice(const DicomSeries& series, int side) {
   middle.slices.assign(first, first + kRead);
   Volume ct;
   try {
-    ct = ReadDicomSeries(middle, {});
+    ct = ReadDicomSeries(middle, {}, middle.slices.front().has_spacing ? 0 : 1);
   } catch (const Error&) {  // the import reports the reason
     return {};
   }
+  const auto slice = ct.hu.begin() + static_cast<std::ptrdiff_t>(ct.Index(0, 0, ct.size[2] / 2));
+  std::vector<std::int16_t> values(slice, slice + static_cast<std::ptrdiff_t>(ct.Index(0, 0, 1)));
+  const auto quantile = [&values](double fraction) -> double {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+  };
+  // Fat is dark in HU; other values, such as grey values of a cone-beam CT, are spread over all greys.
+  const double black = std::max(-300.0, quantile(0.01));
+  const double white = std::max(black + 1, quantile(0.998));
   const double width_mm = ct.size[0] * ct.spacing_mm.x;
   const double height_mm = ct.size[1] * ct.spacing_mm.y;
   const double pixel_mm = std::max(width_mm, height_mm) / side;
@@ -135,7 +148,7 @@ std::vector<std::uint8_t> DrawMiddleSlice(const DicomSeries& series, int side) {
       const std::array ijk{static_cast<int>(std::floor(x_mm / ct.spacing_mm.x)),
                            static_cast<int>(std::floor(y_mm / ct.spacing_mm.y)), ct.size[2] / 2};
       if (!ct.Contains(ijk)) continue;
-      const double fraction = (ct.hu[ct.Index(ijk[0], ijk[1], ijk[2])] - kBlack_HU) / (kWhite_HU - kBlack_HU);
+      const double fraction = (ct.hu[ct.Index(ijk[0], ijk[1], ijk[2])] - black) / (white - black);
       picture[static_cast<std::size_t>(row) * static_cast<std::size_t>(side) + static_cast<std::size_t>(column)] =
           static_cast<std::uint8_t>(std::lround(255 * std::clamp(fraction, 0.0, 1.0)));
     }

@@ -38,12 +38,13 @@ class DicomInput {
   std::vector<DicomSeries> series_;
 };
 
-/// Returns the series as a CT, as the user confirms that it is one if `as_ct`. Throws kerf::Error with the option
-/// --as-ct if it is not stated to be a CT but may be one; CheckSeries() refuses the others.
+/// Returns the series as a CT, as the user confirms that it is one if `as_ct`. Throws UnclearSeries if it is not stated
+/// to be a CT but may be one; CheckSeries() refuses the others.
 DicomSeries TakeAsCt(DicomSeries series, bool as_ct);
 
-/// Returns a picture of the series' middle slice: `side` x `side` grey values row by row, air black and enamel white,
-/// the slice fitted in and centred on black. Returns nothing if the slice cannot be read. Takes a few milliseconds.
+/// Returns a picture of the series' middle slice: `side` x `side` grey values row by row, air black and what is
+/// brightest white, the slice fitted in and centred on black. Returns nothing if the slice cannot be read. Takes a few
+/// milliseconds.
 std::vector<std::uint8_t> DrawMiddleSlice(const DicomSeries& series, int side);
 
 }  // namespace kerf

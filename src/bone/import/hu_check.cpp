@@ -283,7 +283,7 @@ BoneLevel Judge(const Volume& ct, double iso, bool automatic, const std::string&
     throw NotHu(fmt::format("{}: {}; {}import with --iso auto (threshold {:.0f}) or --iso VALUE; CT numbers of such a "
                             "scan do not give moduli",
                             name, found.what, found.advice, proposed),
-                found.what, proposed);
+                found.what, proposed, *grey);
   }
   level.warning = fmt::format(
       "{}; the bone's surface was taken at {:.0f}{}, and the values were converted to approximate HU by air and soft "
@@ -293,6 +293,24 @@ BoneLevel Judge(const Volume& ct, double iso, bool automatic, const std::string&
 }
 
 }  // namespace
+
+ValueHistogram CalcHistogram(const Volume& ct, std::size_t bins, const Range& within) {
+  constexpr std::size_t kSamples = 1 << 20;
+  std::vector<std::int16_t> sample;
+  const std::size_t step = ct.hu.size() / kSamples + 1;
+  for (std::size_t v = 0; v < ct.hu.size(); v += step) sample.push_back(ct.hu[v]);
+  const Histogram counts(sample);
+  ValueHistogram histogram{.lower = within.lower, .upper = within.upper, .fractions = std::vector<double>(bins, 0)};
+  if (sample.empty()) return histogram;
+  histogram.lower = std::min<double>(counts.Quantile(0.01, -32768), within.lower);
+  histogram.upper = std::max<double>(counts.Quantile(0.999, -32768), within.upper);
+  for (const std::int16_t value : sample) {
+    const double at = (value - histogram.lower) / (histogram.upper - histogram.lower) * static_cast<double>(bins);
+    if (at < 0 || value > histogram.upper) continue;
+    histogram.fractions[std::min(static_cast<std::size_t>(at), bins - 1)] += 1 / static_cast<double>(sample.size());
+  }
+  return histogram;
+}
 
 std::optional<GreyScale> FindGreyScale(const Volume& ct) {
   std::optional<GreyScale> grey;

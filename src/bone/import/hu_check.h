@@ -7,24 +7,10 @@
 #include <vector>
 
 #include "bone/import/volume.h"
+#include "kerf/describe.h"
 #include "kerf/error.h"
 
 namespace kerf {
-
-/// The values of a CT are no Hounsfield units, and the threshold of bone does not fit them. Another one may.
-class NotHu : public Error {
- public:
-  /// `what`: for a terminal, with options of kerf import. `why`: the reason alone, in words. `proposed_iso`: a
-  /// threshold of bone in the CT's own values.
-  NotHu(const std::string& what, std::string why, double proposed_iso)
-      : Error(what), why_(std::move(why)), proposed_iso_(proposed_iso) {}
-  const std::string& why() const { return why_; }
-  double proposed_iso() const { return proposed_iso_; }
-
- private:
-  std::string why_;
-  double proposed_iso_;
-};
 
 /// Values of a CT that are a linear function of HU, by the peaks of air and soft tissue in its histogram.
 struct GreyScale {
@@ -34,6 +20,35 @@ struct GreyScale {
   double FromHu(double hu) const { return air + (hu + 1000) * CalcScale(); }
   double ToHu(double value) const { return (value - air) / CalcScale() - 1000; }
 };
+
+/// The values of a CT are no Hounsfield units, and the threshold of bone does not fit them. Another one may.
+class NotHu : public Error {
+ public:
+  /// `what`: for a terminal, with options of kerf import. `why`: the reason alone, in words. `proposed_iso`: a
+  /// threshold of bone in the CT's own values.
+  NotHu(const std::string& what, std::string why, double proposed_iso, const GreyScale& scale)
+      : Error(what), why_(std::move(why)), proposed_iso_(proposed_iso), scale_(scale) {}
+  const std::string& why() const { return why_; }
+  double proposed_iso() const { return proposed_iso_; }
+  const GreyScale& scale() const { return scale_; }
+
+ private:
+  std::string why_;
+  double proposed_iso_;
+  GreyScale scale_;
+};
+
+/// How often the values of a CT occur: the fractions of its voxels in equal bins, which nearly all voxels lie in.
+struct ValueHistogram {
+  double lower = 0, upper = 1;  // of all bins
+  std::vector<double> fractions;
+  double CalcMiddle(std::size_t bin) const {
+    return lower + (static_cast<double>(bin) + 0.5) * (upper - lower) / static_cast<double>(fractions.size());
+  }
+};
+
+/// Counts at most about a million voxels. The bins reach at least from `within.lower` to `within.upper`.
+ValueHistogram CalcHistogram(const Volume& ct, std::size_t bins, const Range& within);
 
 /// Finds the scale of a CT whose values are no HU, such as the grey values of a cone-beam CT: its histogram has peaks
 /// of air and of soft tissue that are not near -1000 and 40, and bone above them. Returns nothing for HU, for label

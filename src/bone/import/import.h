@@ -15,6 +15,7 @@
 #include "bone/grid/ct_modulus.h"
 #include "bone/import/closed_surface.h"
 #include "bone/import/fill.h"
+#include "bone/import/hu_check.h"
 #include "bone/import/isolate.h"
 #include "bone/import/surface_error.h"
 #include "bone/import/tissue.h"
@@ -24,14 +25,39 @@
 
 namespace kerf {
 
+/// What a DICOM file of many slices does not give and was therefore assumed.
+struct AssumedPlacing {
+  std::optional<double> spacing_mm;  // between the slices; nullopt: the file gives their places
+  std::string spacing_from;          // element that suggests it; empty: none does, so that it is that of the pixels
+  bool has_orientation = true;       // false: rows were taken from right to left, columns from front to back
+  int axis = 2;                      // of the patient, LPS, which the slices lie along
+};
+
+/// The places of a CT's slices were assumed, and the user is to check them.
+class NotPlaced : public Error {
+ public:
+  NotPlaced(const std::string& what, AssumedPlacing placing, std::optional<NotHu> values)
+      : Error(what), placing_(std::move(placing)), values_(std::move(values)) {}
+  const AssumedPlacing& placing() const { return placing_; }
+  /// If the values are no Hounsfield units either.
+  const std::optional<NotHu>& values() const { return values_; }
+
+ private:
+  AssumedPlacing placing_;
+  std::optional<NotHu> values_;
+};
+
 /// Of the bone's surface, in the file's own values.
 inline constexpr Range kIsoRange_HU{-32767, 32767};
+/// Between the slices of DICOM files that do not state it.
+inline constexpr Range kSliceSpacingRange_mm{0.01, 20};
 
 struct ImportOptions {
   std::string series;       // of DICOM files: name, UID or an end of either; if empty, as ChooseSeries() does
   bool as_ct = false;       // DICOM: read a series that is not stated to be a CT, such as modality OT, as one
   std::string frame;        // of the file's coordinates, such as "RAS" (patient_frame.h); if empty, that of the header
   double spacing_z_mm = 0;  // between DICOM slices, for files that do not state it; 0: as stated
+  bool check_placing = false;  // DICOM: throws NotPlaced, after take_ct, if the places of the slices were assumed
   double voxel_mm = 0.1;
   IsolateOptions isolate;  // includes the iso value, in the file's own values
   bool iso_auto = false;   // the iso value is found in the CT's histogram instead (hu_check.h)
@@ -55,7 +81,7 @@ struct ImportOptions {
 template <typename V>
 void Describe(ImportOptions& p, V&& visit) {
   visit("voxel_mm", p.voxel_mm, Range{0.05, 2}, "voxel size of the bone");
-  visit("spacing_z_mm", p.spacing_z_mm, Range{0.01, 20, kOrZero},
+  visit("spacing_z_mm", p.spacing_z_mm, Range{kSliceSpacingRange_mm.lower, kSliceSpacingRange_mm.upper, kOrZero},
         "distance between the slices of DICOM files that do not state it; 0: as stated");
   visit("iso_hu", p.isolate.iso_hu, kIsoRange_HU, "CT number of the bone's surface");
   visit("cortical_hu", p.tissue.cortical_hu, Range{-500, 4000}, "minimum CT number of cortical bone");
@@ -89,8 +115,9 @@ struct ImportReport {
   std::array<int, 3> size{0, 0, 0};  // of the CT, voxels
   Vec3 spacing_mm{0};
   std::uint64_t input_hash = 0;
-  std::vector<std::string> warnings;  // assumptions and possible faults, one sentence each
-  double iso = 300;                   // of the bone's surface, in the file's own values
+  std::vector<std::string> warnings;      // assumptions and possible faults, one sentence each
+  std::optional<AssumedPlacing> placing;  // of DICOM
+  double iso = 300;                       // of the bone's surface, in the file's own values
   std::string isolation;
   MaskReport mask;
   double contact_mm2 = 0;          // contact area of the bone with the bone that was separated from it
@@ -128,11 +155,11 @@ bool IsSurfacePath(const std::string& path);
 /// Imports a bone. `path`: DICOM (a folder, a DICOMDIR, a slice or a .zip), an image (.nrrd .nhdr .nii .nii.gz .mha
 /// .mhd) or a closed surface (.stl .obj .ply), or empty for a bone from `options.isolate.mask` alone. The bone's
 /// coordinates are the patient's (LPS, mm), or those of the surface. Throws kerf::Error with one sentence if the input
-/// cannot be converted to a bone, and lets Cancelled pass.
+/// cannot be converted to a bone: UnclearSeries, NotHu, NotPlaced or NotIsolated if the user can help. Lets Cancelled
+/// pass.
 ImportResult Import(const std::string& path, const ImportOptions& options);
 
-/// Reads the CT as Import() does, using `options.series`, `options.frame` and `options.progress`; sets the kind and the
-/// series in `report`.
+/// Reads the CT as Import() does, using the options of a file; sets the kind, the series and the placing in `report`.
 Volume ReadCt(const std::string& path, const ImportOptions& options, ImportReport& report);
 
 }  // namespace kerf

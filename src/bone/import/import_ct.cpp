@@ -12,6 +12,7 @@
 #include "base/files/memory.h"
 #include "bone/grid/build.h"
 #include "bone/grid/build_times.h"
+#include "bone/import/blocks.h"
 #include "bone/import/ct_solid.h"
 #include "bone/import/dicom.h"
 #include "bone/import/dicom_input.h"
@@ -34,40 +35,57 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kPreviewVoxel_mm = 0.8;
+constexpr double kSlices = 0.5;  // of the time in which a CT is read; then its values are checked
 
 // Parts of the import of a CT, in their order.
 enum class CtPart { kRead, kPreview, kIsolate, kFill, kSolid, kTissues, kLevelSet, kPieces, kHu, kMeasure, kCount };
 
 // Where the parts of the import of a CT begin and end in the progress of the whole, 0 to 1, so that progress is even in
-// time. The seconds are processor time on one core, measured with a head of 250 x 250 x 234 voxels, as are the
-// BuildTimes.
+// time.
 class CtShares {
  public:
-  // `by_leaves`: as in EstimateBuildTimes(). It is known only when the CT has been read, and does not change where that
-  // ends.
-  CtShares(const ImportOptions& options, bool by_leaves) {
-    const double read_s = 0.35;  // with the check of its values
-    const double read = read_s / (read_s + Sum(options, true));
-    const double rest_s = Sum(options, by_leaves);
+  // `lattice`: of the CT; its values are not needed. `by_leaves`: as in EstimateBuildTimes(). It is known only when the
+  // CT has been read, and does not change where that ends.
+  CtShares(const ImportOptions& options, const Volume& lattice, bool by_leaves) : report_(options.progress) {
+    const double read_s = 0.4 * CountMegavoxels(lattice) / kMeasured;  // with the check of its values
+    const double read = read_s / (read_s + Sum(options, lattice, true));
+    const double rest_s = Sum(options, lattice, by_leaves);
     for (double& end : ends_) end = read + (1 - read) * end / rest_s;
   }
-  double Begin(CtPart part) const { return part == CtPart::kRead ? 0 : ends_[static_cast<std::size_t>(part) - 1]; }
-  double End(CtPart part) const { return ends_[static_cast<std::size_t>(part)]; }
+  // Returns a function that reports the progress of a part.
+  std::function<void(double)> Of(CtPart part) const {
+    return Part(report_, part == CtPart::kRead ? 0 : ends_[static_cast<std::size_t>(part) - 1],
+                ends_[static_cast<std::size_t>(part)]);
+  }
+  void End(CtPart part) const {
+    if (report_) report_(ends_[static_cast<std::size_t>(part)]);
+  }
 
  private:
-  // Sets the ends of the parts, in seconds after the end of reading. Returns the last one.
-  double Sum(const ImportOptions& options, bool by_leaves) {
+  static constexpr double kMeasured = 14.6;  // million voxels
+
+  static double CountMegavoxels(const Volume& lattice) { return 1e-6 * static_cast<double>(lattice.count()); }
+
+  // Sets the ends of the parts, in seconds after the end of reading. Returns the last one. The seconds are processor
+  // time on one core, measured with a head of 250 x 250 x 234 voxels of about 1 mm, as are the BuildTimes, and with a
+  // jaw of 600 x 600 x 600 voxels of 0.2 mm.
+  double Sum(const ImportOptions& options, const Volume& lattice, bool by_leaves) {
+    const double voxels = CountMegavoxels(lattice) / kMeasured;
+    const std::array<int, 3> step = ChooseBlocks(lattice);
+    const double blocks = voxels / (step[0] * step[1] * step[2]);
+    const double joined = step == std::array{1, 1, 1} ? 0 : voxels;  // passes over all voxels beside those over blocks
+    const double volume = 1e-6 * static_cast<double>(lattice.count()) * lattice.CalcVoxelVolume() / kMeasured;
     const double region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
     const double finer = std::pow(0.2 / options.voxel_mm, 2.4);
     const std::array<double, kCount> seconds{0,
-                                             options.take_preview ? 2.1 : 0.0,
-                                             1.2,
-                                             0.62,
+                                             options.take_preview ? 2.1 * volume + 0.03 * joined : 0.0,
+                                             1.2 * blocks + 0.09 * joined,
+                                             0.62 * blocks + 0.2 * joined,
                                              0.31,
-                                             0.12,
+                                             0.12 + 0.02 * joined,
                                              EstimateBuildTimes(options.voxel_mm, region_voxel_mm, by_leaves).total_s(),
                                              0.17 * finer,
-                                             options.keep_hu ? 0.18 : 0.0,
+                                             options.keep_hu ? 0.18 + 0.03 * joined : 0.0,
                                              0.52 * finer};
     double total = 0;
     for (std::size_t i = 0; i < kCount; ++i) ends_[i] = total += seconds[i];
@@ -75,17 +93,9 @@ class CtShares {
   }
 
   static constexpr auto kCount = static_cast<std::size_t>(CtPart::kCount);
+  std::function<void(double)> report_;
   std::array<double, kCount> ends_{};
 };
-
-std::function<void(double)> CtProgress(const ImportOptions& options, CtPart part, bool by_leaves) {
-  const CtShares shares(options, by_leaves);
-  return Part(options.progress, shares.Begin(part), shares.End(part));
-}
-
-void EndPart(const ImportOptions& options, CtPart part, bool by_leaves) {
-  if (options.progress) options.progress(CtShares(options, by_leaves).End(part));
-}
 
 // Returns whether the values of the CT's solid are computed for whole leaves. Larger voxels on which a fine CT is
 // isolated have positions if its own have.
@@ -93,16 +103,55 @@ bool IsByLeaves(const Volume& ct, const ImportOptions& options) {
   return LatticeMap(ct).HasPositions(options.voxel_mm);
 }
 
+DicomSeries ChooseCt(const DicomInput& input, const ImportOptions& options) {
+  constexpr int kPicture = 96;  // pixels
+  try {
+    return TakeAsCt(input.Choose(options.series), options.as_ct);
+  } catch (UnclearSeries& e) {
+    if (options.take_ct) {
+      for (const DicomSeries& series : e.series()) e.pictures.push_back(DrawMiddleSlice(series, kPicture));
+    }
+    throw;
+  }
+}
+
+// Returns about the lattice that the series will have, without values.
+Volume MakeLattice(const DicomSeries& series) {
+  const DicomSlice& first = series.slices.front();
+  Volume lattice;
+  lattice.size = {first.size[0], first.size[1], static_cast<int>(series.slices.size())};
+  lattice.spacing_mm = {first.pixel_mm[0], first.pixel_mm[1], series.gap_mm > 0 ? series.gap_mm : first.pixel_mm[0]};
+  return lattice;
+}
+
+// Returns what the series does not state about the places of its slices.
+std::optional<AssumedPlacing> FindAssumed(const DicomSeries& series) {
+  AssumedPlacing placing;
+  for (const DicomSlice& slice : series.slices) {
+    placing.has_orientation = placing.has_orientation && slice.has_orientation;
+    if (slice.spacing_from.empty()) continue;
+    placing.spacing_mm = slice.pixel_mm[0];
+    placing.spacing_from = slice.has_spacing ? slice.spacing_from : "";
+  }
+  return placing.has_orientation && !placing.spacing_mm ? std::nullopt : std::optional(placing);
+}
+
 // Reads a series. Adds what was left out and assumed to the warnings or, because it may be the reason, to the error.
 Volume ReadDicom(const std::string& path, const ImportOptions& options, ImportReport& report) {
   const DicomInput input(path, Part(options.progress, 0, 0));
-  const DicomSeries series = TakeAsCt(input.Choose(options.series), options.as_ct);
+  const DicomSeries series = ChooseCt(input, options);
   report.kind = "DICOM";
   report.series_uid = series.name();
   report.study_date = series.study_date;
+  report.placing = FindAssumed(series);
+  double spacing_z_mm = options.spacing_z_mm;
+  if (options.check_placing && spacing_z_mm == 0 && report.placing && report.placing->spacing_from.empty()) {
+    spacing_z_mm = report.placing->spacing_mm.value_or(0);
+  }
   Volume ct;
   try {
-    ct = ReadDicomSeries(series, CtProgress(options, CtPart::kRead, true), options.spacing_z_mm);
+    const auto progress = CtShares(options, MakeLattice(series), true).Of(CtPart::kRead);
+    ct = ReadDicomSeries(series, Part(progress, 0, kSlices), spacing_z_mm);
   } catch (const Error& e) {
     std::string message = input.NameFiles(e.what());
     for (const std::string& warning : series.warnings) message += "\nwarning: " + warning;
@@ -115,6 +164,12 @@ Volume ReadDicom(const std::string& path, const ImportOptions& options, ImportRe
     ct.warnings.emplace_back(
         "the mask and the CT have different frames of reference, so the mask may lie in another place: check it with "
         "'kerf picture CT --mask FILE'");
+  }
+  if (report.placing) {
+    if (report.placing->spacing_mm) report.placing->spacing_mm = ct.spacing_mm.z;
+    for (int a = 0; a < 3; ++a) {
+      if (std::abs(ct.axes_W[2][a]) > std::abs(ct.axes_W[2][report.placing->axis])) report.placing->axis = a;
+    }
   }
   if (!options.frame.empty()) ReinterpretFrame(options.frame, ct);
   return ct;
@@ -156,17 +211,34 @@ void ScaleTissues(double iso, TissueOptions& tissue) {
 
 // Reads the CT with its voxels along the patient's axes. Its values become HU, and with them the thresholds.
 Volume ReadHu(const std::string& path, ImportOptions& options, ImportReport& report) {
-  Volume ct = StoreAlongPatient(ReadCt(path, options, report));
+  Volume ct = ReadCt(path, options, report);
+  const auto progress = CtShares(options, ct, true).Of(CtPart::kRead);
+  const auto done = [&progress](double fraction) {
+    if (progress) progress(fraction);
+  };
+  done(kSlices);
+  ct = StoreAlongPatient(std::move(ct));
+  done(0.6);
+  report.input_hash = CalcHash(ct);
+  done(0.7);
   ClearPadding(ct);
+  done(0.8);
+  std::optional<NotHu> values;
   try {
     const BoneLevel level = TakeAsHu(ct, options.isolate.iso_hu, options.iso_auto, path);
     report.iso = level.iso;
     options.isolate.iso_hu = level.iso_hu;
     if (!level.warning.empty()) ct.warnings.push_back(level.warning);
     if (!level.is_grey) ScaleTissues(level.iso, options.tissue);
-  } catch (const NotHu&) {  // who looks at the import sees what the threshold is wanted for
+  } catch (const NotHu& e) {
+    values = e;
+  }
+  const bool unplaced = options.check_placing && report.placing;
+  if (unplaced || values) {  // who looks at the import sees what is asked about
     if (options.take_ct) options.take_ct(std::make_shared<const Volume>(std::move(ct)));
-    throw;
+    if (unplaced)
+      throw NotPlaced(fmt::format("{}: the places of its slices were assumed", path), *report.placing, values);
+    throw NotHu(*values);
   }
   report.warnings = ct.warnings;
   if (options.isolate.mask) {
@@ -180,7 +252,6 @@ Volume ReadHu(const std::string& path, ImportOptions& options, ImportReport& rep
   }
   report.size = ct.size;
   report.spacing_mm = ct.spacing_mm;
-  report.input_hash = CalcHash(ct);
   return ct;
 }
 
@@ -198,13 +269,14 @@ void KeepHu(const Volume& ct, const ImportOptions& options, Bone& bone, ImportRe
   bone.set_note("import_hu_voxel_mm", fmt::format("{}", report.hu_voxel_mm));
 }
 // Calls Isolate(). Adds the assumptions made about the file to its error messages, because they may be the reason.
-Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const ImportReport& report) {
+Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const CtShares& shares,
+                      const ImportReport& report) {
   const auto add_warnings = [&report](std::string message) {
     for (const std::string& warning : report.warnings) message += "\nwarning: " + warning;
     return message;
   };
   try {
-    return Isolate(ct, options.isolate, CtProgress(options, CtPart::kIsolate, IsByLeaves(ct, options)));
+    return Isolate(ct, options.isolate, shares.Of(CtPart::kIsolate));
   } catch (const NotIsolated& e) {
     throw NotIsolated(add_warnings(e.what()), e.why(), e.largest_W());
   } catch (const Error& e) {
@@ -344,12 +416,12 @@ void WarnAboutVoids(ImportReport& report) {
 }
 
 // Passes the CT and a coarse bone on to those who look at the import.
-void Show(const std::shared_ptr<const Volume>& ct, const ImportOptions& options) {
+void Show(const std::shared_ptr<const Volume>& ct, const ImportOptions& options, const CtShares& shares) {
   if (options.take_ct) options.take_ct(ct);
   if (!options.take_preview) return;
   try {
     options.take_preview(MakePreview(*ct, options.isolate.iso_hu, std::max(options.voxel_mm, kPreviewVoxel_mm),
-                                     CtProgress(options, CtPart::kPreview, IsByLeaves(*ct, options))));
+                                     shares.Of(CtPart::kPreview)));
   } catch (const Error&) {  // the import itself reports the reason
   }
 }
@@ -361,14 +433,14 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
   ImportResult result;
   ImportReport& report = result.report;
   Stages stages(report);
-  Isolation isolation;
-  {
-    const auto ct = std::make_shared<const Volume>(ReadHu(path, options, report));
-    stages.Done("read");
-    Show(ct, options);
-    isolation = IsolateBone(*ct, options, report);
-    RefuseBoneInGaps(*ct, isolation);
-  }
+  auto ct = std::make_shared<const Volume>(ReadHu(path, options, report));
+  const bool by_leaves = IsByLeaves(*ct, options);
+  const CtShares shares(options, *ct, by_leaves);
+  stages.Done("read");
+  Show(ct, options, shares);
+  Isolation isolation = IsolateBone(*ct, options, shares, report);
+  RefuseBoneInGaps(*ct, isolation);
+  ct.reset();
   report.isolation = isolation.how;
   report.iso_mm3 = isolation.iso_volume_mm3;
   report.contact_mm2 = isolation.contact_mm2;
@@ -379,13 +451,11 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
   options.tissue.up_W = isolation.up_W;
   report.shape_objection = isolation.shape_objection;
   stages.Done("isolate");
-  const bool by_leaves = IsByLeaves(isolation.fine(), options);
   SuggestLimits(isolation, report);
 
   std::vector<std::uint8_t> cavities(isolation.ct.count(), 0);
   if (options.fill) {
-    cavities =
-        FindCavities(isolation.ct, isolation.bone, options.cavities, CtProgress(options, CtPart::kFill, by_leaves));
+    cavities = FindCavities(isolation.ct, isolation.bone, options.cavities, shares.Of(CtPart::kFill));
   }
   std::vector<std::uint8_t> solid_voxels = isolation.bone;
   std::size_t filled = 0;
@@ -423,7 +493,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
   report.surface_error = CalcSurfaceError(solid, isolation, cavities);
   WarnAboutSurfaceError(options.isolate.iso_hu, report);
   stages.Done("surface error");
-  EndPart(options, CtPart::kSolid, by_leaves);
+  shares.End(CtPart::kSolid);
 
   const TissueMap tissue(isolation.ct, solid_voxels, isolation.bone, &solid.hu(), report.mandible, options.tissue,
                          isolation.mask ? &isolation.mask->samples : nullptr, &solid.map());
@@ -435,7 +505,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
         options.tissue.tooth_hu));
   }
   stages.Done("tissues");
-  EndPart(options, CtPart::kTissues, by_leaves);
+  shares.End(CtPart::kTissues);
 
   SolidField field;
   field.value = [&solid](const Vec3& p_W) { return solid.Value(p_W); };
@@ -450,19 +520,19 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
   build.max_bytes = static_cast<double>(ReadAvailableBytes());
   build.voxel_mm = options.voxel_mm;
   build.region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
-  build.progress = CtProgress(options, CtPart::kLevelSet, by_leaves);
+  build.progress = shares.Of(CtPart::kLevelSet);
   if (options.fill) build.fill_voids = &report.voids;
   result.bone = MakeBone(field, solid.box().Grown(6 * options.voxel_mm), build, ChooseTable(options, report.mandible));
   WarnAboutVoids(report);
   stages.Done("level set");
   DropDust(result.bone, options.isolate.isolate, report);
   stages.Done("pieces");
-  EndPart(options, CtPart::kPieces, by_leaves);
+  shares.End(CtPart::kPieces);
   if (options.keep_hu) {
     KeepHu(isolation.fine(), options, result.bone, report);
     stages.Done("CT numbers");
   }
-  EndPart(options, CtPart::kHu, by_leaves);
+  shares.End(CtPart::kHu);
   Finish(options, result.bone, report);
   stages.Done("measure");
   return result;

@@ -36,6 +36,7 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
   bone.set_note("import_table", options.materials ? options.materials_name : "built in");
   bone.set_note("import_regions", report.mandible ? "atlas of the mandible" : "one cortical region");
   if (!options.frame.empty()) bone.set_note("import_frame", fmt::format("{}, as stated by --frame", options.frame));
+  if (options.spacing_z_mm != 0) bone.set_note("import_spacing_z_mm", fmt::format("{}", options.spacing_z_mm));
   std::string warnings;
   for (const std::string& w : report.warnings) warnings += (warnings.empty() ? "" : ". ") + w;
   if (!warnings.empty()) bone.set_note("import_warnings", warnings);

@@ -334,6 +334,32 @@ TEST_F(DicomFolder, ASecondaryModalityIsAskedAbout) {
               ElementsAre("the series has the modality OT, not CT; it was read as a CT because of --as-ct"));
 }
 
+TEST_F(DicomFolder, WhoLooksAtTheImportIsShownTheSeriesThatAreUnclear) {
+  Write(ct_, "", [](DicomBytes& b, int) { b.Set(8, 0x60, "CS", "OT"); });
+  ImportOptions options;
+  options.take_ct = [](const std::shared_ptr<const Volume>&) {};
+  const auto ask = [&](const char* why, std::size_t count) {
+    try {
+      Import(folder_.path(), options);
+      ADD_FAILURE() << why;
+    } catch (const UnclearSeries& e) {
+      EXPECT_EQ(e.why(), why);
+      ASSERT_EQ(e.series().size(), count);
+      ASSERT_EQ(e.pictures.size(), count);
+      for (const auto& picture : e.pictures) EXPECT_EQ(picture.size(), 96u * 96);
+    }
+  };
+  ask("the series has the modality OT, not CT", 1);
+  Write(ct_, "b", [](DicomBytes& b, int) { b.Set(8, 0x60, "CS", "OT").Set(0x20, 0xe, "UI", "1.2.9"); });
+  ask("no series is stated to be a CT", 2);
+  for (const char* uid : {"1.2.8", "1.2.7"}) {
+    Write(ct_, uid, [uid](DicomBytes& b, int) { b.Set(0x20, 0xe, "UI", uid); });
+  }
+  ask("the folder contains 2 CT series", 2);
+  Write(ct_, "c", [](DicomBytes& b, int) { b.Set(0x10, 0x10, "PN", "OTHER^ONE").Set(0x20, 0xe, "UI", "1.2.6"); });
+  ask("the CT slices are of 2 patients", 3);
+}
+
 TEST_F(DicomFolder, TextsAreUtf8WithoutControlCharacters) {
   Write(ct_, "", [](DicomBytes& b, int) {
     b.Set(8, 5, "CS", "ISO_IR 100")
@@ -478,8 +504,8 @@ TEST_F(DicomFolder, TheMiddleSliceIsDrawn) {
   const std::vector<std::uint8_t> picture = DrawMiddleSlice(ListDicomSeries(folder_.path())[0], 24);
   ASSERT_EQ(picture.size(), 576u);
   // 24 x 20 pixels, centred; the ball of 1000 HU lies in the middle of soft tissue of 0 HU.
-  EXPECT_EQ(picture[12 * 24 + 12], std::lround(255 * 1300 / 2000.0));
-  EXPECT_EQ(picture[3 * 24 + 2], std::lround(255 * 300 / 2000.0));
+  EXPECT_EQ(picture[12 * 24 + 12], 255);
+  EXPECT_EQ(picture[3 * 24 + 2], 0);
   EXPECT_EQ(picture[0], 0);
 }
 

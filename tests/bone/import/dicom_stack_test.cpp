@@ -256,6 +256,51 @@ TEST(FramesWithoutPositions, AreRefusedWithoutASpacingUnlessItIsGiven) {
   EXPECT_THAT(read.warnings, Contains(HasSubstr("2 mm apart, as given by --spacing-z")));
 }
 
+TEST(FramesWithoutPositions, AreToBeCheckedByWhoLooksAtTheImport) {
+  const Volume ct = SevensCt();
+  const Folder folder;
+  Vec3 shown_mm(0);
+  ImportOptions options;
+  options.check_placing = true;
+  options.take_ct = [&](const std::shared_ptr<const Volume>& read) { shown_mm = read->spacing_mm; };
+  const auto ask = [&](const std::string& file) -> std::optional<AssumedPlacing> {
+    WriteBytes(folder.file("ct.dcm"), file);
+    try {
+      Import(folder.file("ct.dcm"), options);
+    } catch (const NotPlaced& e) {
+      return e.placing();
+    } catch (const Error& e) {  // it is no mandible
+      EXPECT_THAT(e.what(), testing::Not(HasSubstr("--spacing-z")));
+    }
+    return std::nullopt;
+  };
+  std::string file = MultiFrame(ct, Forwards(ct));
+  std::optional<AssumedPlacing> placing = ask(file);
+  ASSERT_TRUE(placing);
+  EXPECT_EQ(placing->spacing_mm, 2);
+  EXPECT_EQ(placing->spacing_from, "SliceThickness (0018,0050)");
+  EXPECT_TRUE(placing->has_orientation);
+  EXPECT_EQ(placing->axis, 2);
+
+  // Coronal slices, and nothing that tells how far apart: as far as the pixels.
+  SetElement(file, kThicknessTag, "", std::nullopt);
+  SetElement(file, kOrientationTag, "DS", "1\\0\\0\\0\\0\\-1");
+  placing = ask(file);
+  ASSERT_TRUE(placing);
+  EXPECT_EQ(placing->spacing_mm, 0.5);
+  EXPECT_EQ(placing->spacing_from, "");
+  EXPECT_EQ(placing->axis, 1);
+  EXPECT_EQ(shown_mm, Vec3(0.5, 0.5, 0.75));
+
+  SetElement(file, kOrientationTag, "", std::nullopt);
+  placing = ask(file);
+  ASSERT_TRUE(placing);
+  EXPECT_FALSE(placing->has_orientation);
+
+  EXPECT_FALSE(ask(EnhancedFile(
+      ct, Forwards(ct), [](int) { return "1"; }, 0)));
+}
+
 TEST(FramesWithoutPositions, ACutOffFileIsRefused) {
   const Volume ct = SevensCt();
   const std::string file = MultiFrame(ct, Forwards(ct));

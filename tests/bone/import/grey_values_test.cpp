@@ -1,8 +1,11 @@
 // Scans whose values are a linear function of HU: cone-beam CT, 8 and 12 bits.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
+#include <set>
 
 #include "bone/import/hu_check.h"
 #include "bone/import/import.h"
@@ -92,8 +95,24 @@ TEST(GreyValues, ThresholdThatDoesNotFitIsRefusedWithAProposal) {
     EXPECT_THAT(e.what(), HasSubstr("a.nrrd: these values are not HU: air lies near 300, soft tissue near 9"));
     EXPECT_THAT(e.what(), HasSubstr("bone from about 1100; import with --iso auto (threshold 108"));
     EXPECT_NEAR(e.proposed_iso(), 1080, 5);
+    EXPECT_NEAR(e.scale().air, 300, 5);
+    EXPECT_NEAR(e.scale().soft, 924, 5);
   }
   EXPECT_THAT(CheckHu(ct, 1100, ""), HasSubstr("these values are not HU"));
+}
+
+TEST(GreyValues, HistogramShowsThePeaksOfTheScale) {
+  const Volume ct = GreyJaw(0.6, 300);
+  const ValueHistogram histogram = CalcHistogram(ct, 50, {1080, 2200});
+  EXPECT_EQ(histogram.lower, 300);
+  EXPECT_EQ(histogram.upper, 2200);
+  std::vector<std::size_t> bins(50);
+  std::iota(bins.begin(), bins.end(), 0);
+  std::sort(bins.begin(), bins.end(),
+            [&](std::size_t a, std::size_t b) { return histogram.fractions[a] > histogram.fractions[b]; });
+  const std::set<std::size_t> peaks(bins.begin(), bins.begin() + 2);
+  EXPECT_EQ(peaks, (std::set<std::size_t>{0, static_cast<std::size_t>((924 - 300) / 38.0)}));
+  EXPECT_NEAR(std::accumulate(histogram.fractions.begin(), histogram.fractions.end(), 0.0), 1, 1e-9);
 }
 
 // The volume of the bone that is imported from a CT.

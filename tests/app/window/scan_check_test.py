@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+"""Tests what the window asks about a CT before it is imported, in the real window: a dental cone-beam file, one file of
+many frames without places and with grey values, is dropped into it and becomes a bone after one question; a folder with
+two series becomes one after the series is chosen by its picture.
+
+    scan_check_test.py KERF [--pictures FOLDER] [--language CODE]
+
+Exit code 77: the test was skipped; it prints the reason."""
+
+import argparse
+import json
+import pathlib
+import re
+import shutil
+import struct
+import subprocess
+import sys
+
+from drive import Display, Window, skip_without_display_programs, workspace
+from separate_test import ORIGIN_MM, SIZE, SPACING_MM, is_bone
+
+DROP = pathlib.Path(__file__).with_name("drag_and_drop.py")
+AIR, SOFT, BONE = 324, 1076, 1620  # grey values of -1000, 40 and 792 HU; bone below the threshold of enamel
+
+
+def frames():
+    """The lower part of the CT of separate_test.py: a horseshoe with two uprights, without the block above."""
+    for k in range(SIZE[2]):
+        values = []
+        for j in range(SIZE[1]):
+            for i in range(SIZE[0]):
+                p = [o + SPACING_MM * n for o, n in zip(ORIGIN_MM, (i, j, k))]
+                bone = p[2] < 60 and is_bone(p)
+                values.append(BONE if bone else SOFT if p[1] < 0 else AIR + (i + j + k) % 5)
+        yield struct.pack(f"<{len(values)}h", *values)
+
+
+def element(group, number, kind, value):
+    if isinstance(value, str):
+        value = value.encode()
+    value += (b"\0" if kind in ("UI", "OB") else b" ") * (len(value) % 2)
+    size = struct.pack("<xxI", len(value)) if kind in ("OB", "OW") else struct.pack("<H", len(value))
+    return struct.pack("<HH", group, number) + kind.encode() + size + value
+
+
+def dicom(uid, pixels, modality="CT", kernel="", position=None, count=1):
+    """A file of `count` frames, explicit VR, little-endian."""
+    sop = "1.2.840.10008.5.1.4.1.1.2"
+    meta = (element(2, 2, "UI", sop) + element(2, 3, "UI", uid) + element(2, 0x10, "UI", "1.2.840.10008.1.2.1")
+            + element(2, 0x12, "UI", "1.2.3"))
+    meta = element(2, 0, "UL", struct.pack("<I", len(meta))) + meta
+    series = uid.rsplit(".", 1)[0]
+    data = element(8, 0x16, "UI", sop) + element(8, 0x18, "UI", uid) + element(8, 0x60, "CS", modality)
+    data += element(8, 0x103e, "LO", "Jaw") + element(0x10, 0x20, "LO", "7")
+    data += element(0x18, 0x1210, "SH", kernel) if kernel else b""
+    data += element(0x20, 0xd, "UI", "1.2.4") + element(0x20, 0xe, "UI", series)
+    if position:
+        data += element(0x20, 0x32, "DS", "\\".join(map(str, position))) + element(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0")
+    data += element(0x28, 2, "US", struct.pack("<H", 1)) + element(0x28, 4, "CS", "MONOCHROME2")
+    data += element(0x28, 8, "IS", str(count)) if count > 1 else b""
+    data += element(0x28, 0x10, "US", struct.pack("<H", SIZE[1])) + element(0x28, 0x11, "US", struct.pack("<H", SIZE[0]))
+    data += element(0x28, 0x30, "DS", f"{SPACING_MM}\\{SPACING_MM}")
+    for number, value in ((0x100, 16), (0x101, 16), (0x102, 15), (0x103, 1)):
+        data += element(0x28, number, "US", struct.pack("<H", value))
+    data += element(0x28, 0x1052, "DS", "0") + element(0x28, 0x1053, "DS", "1")
+    return bytes(128) + b"DICM" + meta + data + element(0x7fe0, 0x10, "OW", pixels)
+
+
+def write_inputs(folder):
+    planes = list(frames())
+    # From the head to the feet, and nothing says how far apart.
+    (folder / "cbct.dcm").write_bytes(dicom("1.5.1.1", b"".join(reversed(planes)), count=SIZE[2]))
+    for series, kernel in ((1, "H60s"), (2, "H70s")):
+        path = folder / f"two/{series}"
+        path.mkdir(parents=True)
+        for k, plane in enumerate(planes):
+            place = [*ORIGIN_MM[:2], ORIGIN_MM[2] + SPACING_MM * k]
+            (path / f"{k}.dcm").write_bytes(dicom(f"1.6.{series}.{k + 1}", plane, kernel=kernel, position=place))
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("kerf")
+    parser.add_argument("--pictures")
+    parser.add_argument("--language", default="en")
+    options = parser.parse_args()
+    skip_without_display_programs()
+    folder = workspace()
+    write_inputs(folder)
+    settings = folder / "config/kerf/window.json"
+    settings.parent.mkdir(parents=True)
+    settings.write_text(json.dumps({"tour_shown": True, "language": options.language, "save_folder": str(folder)}))
+    with Display() as display:
+        w = Window(display, options.kerf, ["rehearse", "two", "-o", "out", "--voxel", "0.5"], folder, title="kerf rehearse")
+
+        def picture(name):
+            if options.pictures:
+                shutil.copy(folder / w.picture(), pathlib.Path(options.pictures) / f"{name}_{options.language}.png")
+
+        # The series of a folder.
+        w.wait_event("asks_for_series")
+        w.wait_items("both series", lambda items: "answer 3" in items)
+        assert w.items["answer 2"][3] > 90, ("pictures", w.items)
+        picture("series")
+        after = w.mark()
+        w.click_item("answer 2")
+        w.wait_event("asks_about_scan", after=after)
+        w.wait_items("the threshold", lambda items: "threshold.value" in items and "placing.swap 3" not in items)
+        picture("threshold")
+        proposed = w.state["scan"]["threshold"]
+        assert SOFT < proposed < BONE, proposed
+        left, top, width, height = w.items["threshold.value"]
+        w.drag((left + 0.6 * width, top + height / 2), (left + 0.8 * width, top + height / 2))
+        w.wait_state("the threshold is moved", lambda s: proposed < s["scan"]["threshold"] < BONE)
+        w.click_item("scan.import")
+        w.wait_event("running", after=after)
+        w.wait_state("the notes on the import", lambda s: s["dialog"])
+        picture("notes")
+        assert "scan" not in w.state
+        w.key("Return")
+        w.wait_state("no dialog", lambda s: not s["dialog"])
+
+        # A cone-beam file.
+        after = w.mark()
+        subprocess.run([sys.executable, DROP, w.id, str(folder / "cbct.dcm")], env=w.env, check=True)
+        w.wait_event("asks_about_scan", after=after)
+        w.wait_items("the questions", lambda items: "placing.spacing" in items and "threshold.value" in items)
+        assert w.state["scan"]["spacing_mm"] == SPACING_MM, w.state["scan"]
+        before = w.items["ct.large"]
+        picture("placing")
+        w.click_item("placing.swap 3")
+        w.wait_state("turned", lambda s: s["scan"]["frame"] == "LPI")
+        left, top, width, height = w.items["placing.spacing"]  # the field is left of its name
+        w.click(left + 20, top + height / 2)
+        w.key("ctrl+a")
+        w.type("2.2")
+        w.key("Tab")
+        w.wait_state("the distance is given", lambda s: s["scan"]["spacing_mm"] == 2.2)
+        w.wait_items("higher slices", lambda items: items["ct.large"] != before)
+        picture("placed")
+        w.click_item("scan.import")
+        w.wait_event("running", after=after)
+        w.wait_state("the notes on the import", lambda s: s["dialog"])
+        w.key("Return")
+        w.wait_state("no dialog", lambda s: not s["dialog"])
+        asked = [e["event"] for e in w.events[after:] if e["event"].startswith("asks")]
+        assert asked == ["asks_about_scan"], asked
+        w.quit()
+        code, out = w.wait_end()
+        assert code == 0, (code, out)
+    bones = sorted((folder / "out").glob("bone*.vdb"), key=lambda f: f.stat().st_mtime)
+    assert len(bones) == 2, bones
+    chosen, given = (subprocess.run([options.kerf, "info", str(bone)], check=True, capture_output=True, text=True).stdout
+                     for bone in bones)
+    assert "import_series_uid 1.6.2" in chosen, chosen
+    # The drag goes on after the state that was read, so only the range is known.
+    assert proposed < float(re.search(r"import_iso_HU (\S+)", chosen)[1]) < BONE, (proposed, chosen)
+    assert "import_ct_spacing_mm 2 2 2.2" in given and "import_frame LPI" in given, given
+    print("ok")
+
+
+if __name__ == "__main__":
+    main()
