@@ -446,7 +446,7 @@ iso_auto = False (find it in the histogram, for values that are not HU),
 isolate = True (separate the mandible), keep, drop (points (n, 3) in wanted and unwanted bone), fill = True, keep_hu = False.
 Of a segmentation, as the options --mask, --labels, --label, --mask-threshold and --mask-reach of kerf import: mask (.seg.nrrd or a label map),
 mask_labels (the program that wrote a label map without names, such as 'dentalsegmentator'), mask_label (dict such as
-{2: 'mandible'}), mask_threshold = 0.5 (fraction from which on a voxel of a fractional segmentation or a map from 0 to 1 counts),
+{2: 'mandible'}), mask_threshold = 0.5 (fraction from which on a voxel of a fractional segmentation or soft map counts),
 mask_reach_mm = 0 (distance from its border beyond which it overrides the CT; 0: automatic).
 Of a surface: mesh_units ('mm', 'cm', 'm', 'in', 'um'), mesh_shell_mm = 2 (thickness of the cortex).)")
       .def_static("from_labels", &MakeLabelBone, py::arg("labels"), py::arg("regions"), py::arg("voxel_mm") = 0.2,

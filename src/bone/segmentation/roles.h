@@ -70,7 +70,7 @@ struct LabelOptions {
 template <typename V>
 void Describe(LabelOptions& p, V&& visit) {
   visit("mask_threshold", p.threshold, Range{0, 1},
-        "fraction from which on a voxel of a fractional DICOM segmentation, or of a map from 0 to 1, counts");
+        "fraction from which on a voxel of a fractional DICOM segmentation, or of a soft map, counts");
 }
 
 struct SegmentationRoles {

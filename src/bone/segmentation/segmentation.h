@@ -43,8 +43,9 @@ inline constexpr std::size_t kMaxSegmentName = 64;
 
 /// Reads a segmentation (.seg.nrrd) or a label map (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr .img), also with names in a
 /// NIfTI extension (label_table.h). `frame` as in ReadImageFile(). Values within 1e-3 of whole numbers are labels;
-/// those of a map from 0 to 1 are 1 from `threshold` on. Throws kerf::Error with one sentence if the file cannot be
-/// read or contradicts itself, if its values are not labels, or if it has more than kMaxSegments segments.
+/// those of a soft map, up to 1, 100 or 255, are 1 from `threshold` on. Throws kerf::Error with one sentence if the
+/// file cannot be read or contradicts itself, if its values are not labels, or if it has more than kMaxSegments
+/// segments.
 Segmentation ReadSegmentation(const std::string& path, const std::string& frame = "", double threshold = 0.5);
 
 /// Returns "'mandible' (label 2, 45.30 cm3)" or "label 2 (45.30 cm3)".
