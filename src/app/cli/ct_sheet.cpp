@@ -172,19 +172,22 @@ BoneLevel TakeIso(const CtSheetOptions& options, Volume& ct, ImportOptions& impo
 
 // Draws how often the values of a CT occur that are no HU, with the peaks of air and soft tissue and the threshold.
 Image DrawHistogram(const ValueHistogram& histogram, const GreyScale& scale, double iso, int width, int height) {
+  constexpr double kLeast = 0.001;  // percent; a logarithmic axis has no 0
   PlotSpec plot;
   plot.width = width;
   plot.height = height;
+  plot.text_scale = 1.7;
   plot.title = "Grey values of the file, which are not HU";
   plot.x.label = "grey value of the file";
   plot.x.lower = histogram.lower;
   plot.x.upper = histogram.upper;
   plot.y.label = "voxels (%)";
   plot.y.log = true;
+  plot.y.lower = kLeast;
   PlotSeries series;
   for (std::size_t bin = 0; bin < histogram.fractions.size(); ++bin) {
     series.x.push_back(histogram.CalcMiddle(bin));
-    series.y.push_back(100 * histogram.fractions[bin]);
+    series.y.push_back(std::max(100 * histogram.fractions[bin], kLeast));
   }
   plot.series.push_back(std::move(series));
   plot.bands.push_back({.x0 = iso, .x1 = histogram.upper, .label = fmt::format("bone, {:.0f} and more", iso)});
