@@ -19,12 +19,10 @@ namespace {
 // Reasons of NotHu, UnclearSeries and UnclearUnit, for the translation.
 [[maybe_unused]] constexpr std::array kQuestionReasons{
     Msg("this is a CT without its offset: air lies near 0 and soft tissue near {}, but in HU they lie at -1000 and 0 "
-        "to "
-        "80"),
+        "to 80"),
     Msg("these values are not HU: air lies near {}, soft tissue near {}, bone from about {}"),
     Msg("the bone's surface was taken at {}, and the values were converted to approximate HU by air and soft tissue, "
-        "so "
-        "that cortical bone and teeth are only roughly distinguished and CT numbers do not give moduli"),
+        "so that cortical bone and teeth are only roughly distinguished and CT numbers do not give moduli"),
     Msg("the folder contains {} CT series"),
     Msg("the CT slices are of {} patients"),
     Msg("no series is stated to be a CT"),

@@ -92,8 +92,7 @@ void PlaceFrames(const DicomSeries& series, double spacing_z_mm, SliceStack& sta
   }
   stack.warnings.push_back(fmt::format(
       "the file {} gives no positions of its {} frames: they are assumed to be {:.4g} mm apart, {}, and to follow each "
-      "other "
-      "{}{}; "
+      "other {}{}; "
       "check the size and the sides of the bone, and correct them with --spacing-z and --frame",
       file, assumed->frames, spacing, spacing_z_mm != 0 ? "as given by --spacing-z" : "by " + assumed->spacing_from,
       assumed->has_orientation ? "along the normal of their plane" : "from the feet to the head",

@@ -68,8 +68,7 @@ Volume Straighten(Volume mask) {
   }
   straight.warnings.emplace_back(
       "the axes of the mask are not at right angles: it was sampled on a lattice whose axes are, which moves its "
-      "surface "
-      "by up to half a voxel");
+      "surface by up to half a voxel");
   return straight;
 }
 

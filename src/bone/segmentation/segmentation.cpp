@@ -285,8 +285,7 @@ std::vector<Segment> ParseSegments(const std::map<std::string, std::string>& key
   if (flattened) {
     warnings.emplace_back(
         "the header names several layers, but the file has one: its segments were found by their labels, and where "
-        "they "
-        "overlapped, only one of them is left");
+        "they overlapped, only one of them is left");
   }
   return segments;
 }
