@@ -67,6 +67,7 @@ void List(const ImportArguments& options) {
   Json list = Json::array();
   for (const DicomSeries& s : input.series()) {
     const DicomSlice& first = s.slices.front();
+    const double gap_mm = first.has_spacing ? s.gap_mm : 0;
     list.push_back({{"uid", s.name()},
                     {"description", s.description},
                     {"part", s.part_name},
@@ -74,15 +75,16 @@ void List(const ImportArguments& options) {
                     {"columns", first.size[0]},
                     {"rows", first.size[1]},
                     {"slices", s.slices.size()},
-                    {"spacing_mm", {first.pixel_mm[0], first.pixel_mm[1], s.gap_mm}},
+                    {"spacing_mm", {first.pixel_mm[0], first.pixel_mm[1], gap_mm}},
                     {"thickness_mm", first.thickness_mm},
                     {"kernel", first.kernel},
                     {"transfer_syntax", first.transfer_syntax},
                     {"left_out", s.warnings}});
     if (options.json) continue;
-    fmt::print("{}\n  {}, {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm", s.name(),
+    fmt::print("{}\n  {}, {} x {} x {} voxels of {:.4g} x {:.4g} x {} mm", s.name(),
                s.modality.empty() ? "no modality" : s.modality, first.size[0], first.size[1], s.slices.size(),
-               first.pixel_mm[0], first.pixel_mm[1], s.gap_mm);
+               first.pixel_mm[0], first.pixel_mm[1], gap_mm > 0 ? fmt::format("{:.4g}", gap_mm) : "?");
+    if (gap_mm > 0 && !first.spacing_from.empty()) fmt::print(" (by {})", first.spacing_from);
     if (first.thickness_mm > 0) fmt::print(", slices {:.4g} mm thick", first.thickness_mm);
     if (!first.kernel.empty()) fmt::print(", kernel {}", first.kernel);
     for (const std::string& text : {s.part_name, s.description}) {

@@ -51,12 +51,11 @@ ScanCheck::ScanCheck(std::shared_ptr<const Volume> ct, const std::optional<Assum
 std::string ScanCheck::frame() const {
   glm::dmat3 turn(1);
   for (int a = 0; a < 3; ++a) turn[a][a] = swapped_[static_cast<std::size_t>(a)] ? -1 : 1;
-  return turn == glm::dmat3(1) ? "" : FrameName(turn);
+  return placing_ ? FrameName(turn) : "";
 }
 
 double ScanCheck::spacing_z_mm() const {
-  const bool stated = !placing_ || !placing_->spacing_from.empty();
-  return spacing_mm_ > 0 || stated ? spacing_mm_ : placing_->spacing_mm.value_or(0);
+  return spacing_mm_ > 0 || !placing_ ? spacing_mm_ : placing_->spacing_mm.value_or(0);
 }
 
 double ScanCheck::CalcIsoHu() const {
@@ -219,7 +218,8 @@ ScanCheck::Answer ScanCheck::Draw(Ui& ui, const UiBox& scene, const UiBox& colum
     ImGui::TextDisabled("%s.", why.c_str());
   }
   for (const std::string& warning : ct_->warnings) {
-    if (placing_ && warning.find("--frame") != std::string::npos) continue;  // it is asked above
+    if (placing_ && (warning.ends_with("with --frame") || warning.ends_with("with --spacing-z")))
+      continue;  // asked above
     LevelMark(ui, HudLevel::kWarn);
     ImGui::SameLine();
     ImGui::TextUnformatted(TrMade(warning).c_str());

@@ -28,8 +28,8 @@ class ScanCheck {
   void EndAsking() { asks_ = false; }
   // The answers, as options of the import.
   std::optional<double> iso() const { return values_ ? std::optional(value_) : std::nullopt; }
-  double spacing_z_mm() const;  // 0: as the file suggests
-  std::string frame() const;    // empty: as assumed
+  double spacing_z_mm() const;  // 0: the file states it
+  std::string frame() const;    // empty: likewise
 
   /// Returns the threshold of bone in HU.
   double CalcIsoHu() const;

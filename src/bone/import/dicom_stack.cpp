@@ -50,18 +50,18 @@ void KeepLargestStack(SliceStack& stack) {
   std::erase_if(stack.slices, [&kept](const DicomSlice& s) { return s.stack != kept; });
 }
 
-// Places frames without positions, or states how they were placed.
+// Places frames without positions, and states what was assumed.
 void PlaceFrames(const DicomSeries& series, double spacing_z_mm, SliceStack& stack) {
+  if (std::any_of(stack.slices.begin(), stack.slices.end(), [](const DicomSlice& s) { return !s.has_orientation; })) {
+    stack.warnings.emplace_back(
+        "the file gives no ImageOrientationPatient (0020,0037): rows were taken from right to left and columns from "
+        "front to back; check the sides of the bone, and correct them with --frame");
+  }
   const auto assumed = std::find_if(stack.slices.begin(), stack.slices.end(),
                                     [](const DicomSlice& s) { return !s.spacing_from.empty(); });
   if (assumed == stack.slices.end()) {
     if (spacing_z_mm != 0) {
       RefuseSeries(series, "its files state where the slices lie; leave out --spacing-z");
-    }
-    if (std::any_of(stack.slices.begin(), stack.slices.end(), [](const DicomSlice& s) { return !s.has_orientation; })) {
-      stack.warnings.emplace_back(
-          "the file gives no ImageOrientationPatient (0020,0037): rows were taken from right to left and columns from "
-          "front to back; check the sides of the bone, and correct them with --frame");
     }
     return;
   }
@@ -90,13 +90,19 @@ void PlaceFrames(const DicomSeries& series, double spacing_z_mm, SliceStack& sta
     if (other != stack.slices.end())
       spacing = glm::length(other->origin_W - assumed->origin_W) / std::abs(other->frame - assumed->frame);
   }
+  if (assumed->has_orientation) {
+    stack.warnings.emplace_back(
+        "the frames were placed in their order along the normal of their plane; check the sides of the bone, and "
+        "correct them with --frame");
+  } else {
+    stack.warnings.emplace_back(
+        "the frames were placed from the feet to the head; check the sides of the bone, and correct them with --frame");
+  }
+  if (spacing_z_mm != 0) return;
   stack.warnings.push_back(fmt::format(
-      "the file {} gives no positions of its {} frames: they are assumed to be {:.4g} mm apart, {}, and to follow each "
-      "other {}{}; "
-      "check the size and the sides of the bone, and correct them with --spacing-z and --frame",
-      file, assumed->frames, spacing, spacing_z_mm != 0 ? "as given by --spacing-z" : "by " + assumed->spacing_from,
-      assumed->has_orientation ? "along the normal of their plane" : "from the feet to the head",
-      assumed->has_orientation ? "" : ", with rows from right to left and columns from front to back"));
+      "the file {} gives no positions of its {} frames: they are assumed to be {:.4g} mm apart, by {}; check "
+      "the size of the bone, and correct it with --spacing-z",
+      file, assumed->frames, spacing, assumed->spacing_from));
 }
 
 std::vector<double> CalcPlaces(const std::vector<DicomSlice>& slices) {

@@ -171,7 +171,10 @@ Volume ReadDicom(const std::string& path, const ImportOptions& options, ImportRe
       if (std::abs(ct.axes_W[2][a]) > std::abs(ct.axes_W[2][report.placing->axis])) report.placing->axis = a;
     }
   }
-  if (!options.frame.empty()) ReinterpretFrame(options.frame, ct);
+  if (!options.frame.empty()) {
+    std::erase_if(ct.warnings, [](const std::string& w) { return w.ends_with("with --frame"); });  // it was decided
+    ReinterpretFrame(options.frame, ct);
+  }
   return ct;
 }
 

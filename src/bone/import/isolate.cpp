@@ -484,7 +484,8 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
   }
   result.mandible = likeness.is_mandible;
   result.up_W = likeness.up_W;
-  if (likeness.turn_deg > 0) result.how += fmt::format("; the head is turned by {:.0f} degrees", likeness.turn_deg);
+  if (likeness.turn_deg > 0)
+    result.how += fmt::format("; the head is turned by about {:.0f} degrees", likeness.turn_deg);
   result.shape_objection = Describe(likeness, ct.frame);
   result.bone.assign(result.ct.count(), 0);
   std::vector<std::uint8_t> unwanted(result.ct.count(), 0);

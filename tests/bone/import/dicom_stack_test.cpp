@@ -216,7 +216,8 @@ TEST(FramesWithoutPositions, OfTwoFilesAreSpacedByTheirOwnFrames) {
   write("b.dcm", {5, 6, 7, 8});
   const Volume read = ReadSlicesOf(folder);
   ExpectRead(read, ct);
-  EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("2 mm apart, by SliceThickness")));
+  EXPECT_THAT(read.warnings,
+              ElementsAre(HasSubstr("normal of their plane"), HasSubstr("2 mm apart, by SliceThickness")));
   ExpectRead(ReadSlicesOf(folder, 2), ct);
 }
 
@@ -241,7 +242,8 @@ TEST(FramesWithoutPositions, AreSpacedByWhatTheFileStatesWithAWarning) {
   SetElement(undirected, kOrientationTag, "", std::nullopt);
   const Volume assumed = ReadOneFile(undirected);
   ExpectRead(assumed, ct);
-  EXPECT_THAT(assumed.warnings, Contains(HasSubstr("with rows from right to left and columns from front to back")));
+  EXPECT_THAT(assumed.warnings,
+              Contains(HasSubstr("rows were taken from right to left and columns from front to back")));
 }
 
 TEST(FramesWithoutPositions, AreRefusedWithoutASpacingUnlessItIsGiven) {
@@ -253,7 +255,7 @@ TEST(FramesWithoutPositions, AreRefusedWithoutASpacingUnlessItIsGiven) {
                         "(0018,0050) or SpacingBetweenSlices (0018,0088); state it in mm with --spacing-z"));
   const Volume read = ReadOneFile(file, 2);
   ExpectRead(read, ct);
-  EXPECT_THAT(read.warnings, Contains(HasSubstr("2 mm apart, as given by --spacing-z")));
+  EXPECT_THAT(read.warnings, Not(Contains(HasSubstr("mm apart"))));
 }
 
 TEST(FramesWithoutPositions, AreToBeCheckedByWhoLooksAtTheImport) {
