@@ -35,6 +35,7 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
   bone.set_note("import_input_hash", fmt::format("{:016x}", report.input_hash));
   bone.set_note("import_table", options.materials ? options.materials_name : "built in");
   bone.set_note("import_regions", report.mandible ? "atlas of the mandible" : "one cortical region");
+  if (!report.shape_objection.empty()) bone.set_note("import_shape", report.shape_objection);
   if (!options.frame.empty()) bone.set_note("import_frame", fmt::format("{}, as stated by --frame", options.frame));
   if (options.spacing_z_mm != 0) bone.set_note("import_spacing_z_mm", fmt::format("{}", options.spacing_z_mm));
   std::string warnings;

@@ -85,6 +85,7 @@ void CheckFractions(const Counts& counts, const glm::dmat3& turn, MandibleLikene
   shape.top_left = shape.top_middle = shape.top_right = 0;
   double n = 0;
   double top = 0;
+  double bottom = 0, bottom_middle = 0;
   for (int bin = 0; bin < kBins * kBins * kBins; ++bin) {
     const std::array<int, 3> at = {bin % kBins, bin / kBins % kBins, bin / kBins / kBins};
     const auto count = static_cast<double>(counts[at[2]][at[1]][at[0]]);
@@ -96,6 +97,10 @@ void CheckFractions(const Counts& counts, const glm::dmat3& turn, MandibleLikene
     n += count;
     if (t.y > 3.5) (third == 0 ? shape.back_right : third == 1 ? shape.back_middle : shape.back_left) += count;
     if (t.y < 2.5 && third == 1) shape.front_middle += count;
+    if (t.z < 0.5) {
+      bottom += count;
+      if (third == 1) bottom_middle += count;
+    }
     if (t.z > 6.5) {
       top += count;
       (third == 0 ? shape.top_right : third == 1 ? shape.top_middle : shape.top_left) += count;
@@ -113,6 +118,8 @@ void CheckFractions(const Counts& counts, const glm::dmat3& turn, MandibleLikene
   if (std::min(shape.back_left, shape.back_right) < 0.08) object("it has no ramus at the back on one side");
   if (shape.top_middle > 0.05) object("its top reaches across the middle, as a skull's or an upper jaw's does");
   if (std::min(shape.top_left, shape.top_right) < 0.15) object("only one side reaches up to a condyle");
+  // 0.4 to 0.5 in a mandible, 0.8 in one whose y and z are exchanged, which mirrors it.
+  if (bottom_middle > 0.7 * bottom) object("its bottom is a chin without the lower borders of the two sides");
 }
 
 bool KeepsAxes(const glm::dmat3& turn) {
@@ -139,9 +146,7 @@ constexpr double kMaxTurn_deg = 50;     // 45, and what the axes of a mandible a
 constexpr int kPitchStep_deg = 5;       // of turns about the left-right axis
 constexpr int kLeastPitches = 5;        // in a row; a piece of skull passes in fewer
 constexpr double kLeastAcross_mm = 50;  // seen from the side, in any direction; a flat arch is high only when pitched
-// More in one that is upside down and turned:
-constexpr double kMaxMiddle = 0.7;  // of CalcMiddleOfBottom()
-constexpr double kMaxDepth = 1.7;   // of the height
+constexpr double kMaxDepth = 1.7;       // of the height; more in one that is upside down and turned
 constexpr double kAlike = 0.7;
 constexpr std::size_t kTurnPoints = 30000;
 
@@ -151,18 +156,6 @@ Vec3 FindWidestAxis(const std::vector<Vec3>& points_W) {
   const auto largest = std::max_element(eigen.values.begin(), eigen.values.end());
   const Vec3 axis = eigen.vectors[static_cast<std::size_t>(largest - eigen.values.begin())];
   return axis.x < 0 ? -axis : axis;
-}
-
-// Returns the fraction of the bottom quarter in the middle third of the width: the chin, but not the angles.
-double CalcMiddleOfBottom(const Counts& counts) {
-  std::size_t all = 0, middle = 0;
-  for (const auto& row : counts.front()) {
-    for (std::size_t x = 0; x < row.size(); ++x) {
-      all += row[x];
-      middle += x > 1 && x < 6 ? row[x] : 0;
-    }
-  }
-  return static_cast<double>(middle) / static_cast<double>(std::max<std::size_t>(all, 1));
 }
 
 // Finds a turn of the head after whose undoing a piece has the size and shape of a mandible with two like sides, also
@@ -211,7 +204,7 @@ MandibleLikeness FindTurn(const Volume& lattice, const std::vector<std::int32_t>
     turned.objection = FindSizeObjection(component.volume_mm3, box.size());
     const Counts counts = CountPoints(for_each);
     if (turned.objection.empty()) CheckFractions(counts, glm::dmat3(1), turned);
-    if (turned.turn_deg > kMaxTurn_deg || !turned.objection.empty() || CalcMiddleOfBottom(counts) > kMaxMiddle ||
+    if (turned.turn_deg > kMaxTurn_deg || !turned.objection.empty() ||
         !are_alike(turned.back_left, turned.back_right) || !are_alike(turned.top_left, turned.top_right)) {
       passed.clear();
       continue;

@@ -85,6 +85,7 @@ TEST(MaskImport, SeparatesTouchingBallsWithoutAnyPoint) {
   EXPECT_EQ(result.report.mask.added_mm3, 0);
   EXPECT_LT(result.report.mask.cut_off_mm3, 10);  // the other ball is a segment, but for voxels on its surface
   EXPECT_FALSE(result.report.mandible);           // its shape is reported, not required
+  EXPECT_EQ(result.bone.notes().at("import_shape"), result.report.shape_objection);
   const Vec3 toward = glm::normalize(kBesides - kWanted);
   double farthest = 0, error = 0;
   for (const Vec3& p : ExtractSurface(result.bone).points) {
