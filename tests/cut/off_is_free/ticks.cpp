@@ -50,6 +50,15 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
   std::free(memory);
 }
 
+// libhwy times its clock when it is loaded, with an instruction that valgrind lacks on some processors. Its result is
+// used by libhwy's own benchmarks only; this definition replaces the library's.
+namespace hwy::platform {
+double TimerResolution();
+double TimerResolution() {
+  return 1e-9;
+}
+}  // namespace hwy::platform
+
 namespace kerf {
 namespace {
 
