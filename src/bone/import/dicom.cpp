@@ -13,6 +13,7 @@
 #include "base/files/child.h"
 #include "bone/import/dicom_pixels.h"
 #include "bone/import/dicom_stack.h"
+#include "bone/import/dicom_stacks.h"
 #include "bone/import/limits.h"
 #include "bone/import/padding.h"
 #include "kerf/error.h"
@@ -24,48 +25,50 @@ namespace {
 constexpr ChildLimits kReadingSlices{std::uint64_t{3} << 30, 120};
 constexpr std::size_t kMaxDamaged = 3;  // slices at which the library that unpacks them may fail
 
-// Throws kerf::Error unless each slice can be read and belongs to a CT with the others.
-void CheckSlices(const DicomSeries& series) {
-  const auto fail = [&series](const std::string& what) { throw Error(fmt::format("series {}: {}", series.uid, what)); };
+// Returns which rescale values most of the slices give.
+int FindUsualRescale(const std::vector<DicomSlice>& slices) {
+  std::map<int, std::size_t> counts;
+  for (const DicomSlice& s : slices) ++counts[s.rescale];
+  return std::max_element(counts.begin(), counts.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
+}
+
+// Returns why the slice can't be read as one of a CT with the others; empty if it can.
+std::string FindFault(const DicomSlice& s, int usual_rescale, const DicomSlice& first) {
+  if (s.samples != 1) return fmt::format("it is a colour image ({} samples per pixel), not CT", s.samples);
+  if (s.inverted) return "it is stored for inverted display (MONOCHROME1), not as MONOCHROME2";
+  if (!s.fault.empty()) return s.fault;
+  if (s.rescale != usual_rescale) {
+    const int missing = usual_rescale & ~s.rescale;
+    const int named = missing != 0 ? missing : s.rescale & ~usual_rescale;
+    return fmt::format("it has {}{}{}{}, unlike the other slices", missing != 0 ? "no " : "",
+                       (named & DicomSlice::kHasSlope) != 0 ? "RescaleSlope (0028,1053)" : "",
+                       named == (DicomSlice::kHasSlope | DicomSlice::kHasIntercept) ? " and " : "",
+                       (named & DicomSlice::kHasIntercept) != 0 ? "RescaleIntercept (0028,1052)" : "");
+  }
+  if (!s.has_geometry) return "it has no valid position, orientation or pixel spacing";
+  const std::string misfit = FindMisfit(s, first);
+  return misfit.empty() ? "" : "it " + misfit;
+}
+
+// Marks the slices that can't be read as those of a CT with the others. Throws kerf::Error if they are many.
+DicomSeries CheckSlices(DicomSeries series) {
   if (series.modality != "CT") {
-    fail(fmt::format("the modality is {}, not CT; kerf needs Hounsfield units",
-                     series.modality.empty() ? "not given" : series.modality));
+    throw Error(fmt::format("series {}: the modality is {}, not CT; kerf needs Hounsfield units", series.uid,
+                            series.modality.empty() ? "not given" : series.modality));
   }
+  const int usual_rescale = FindUsualRescale(series.slices);
   std::map<std::string, const DicomSlice*> firsts;  // of the stacks, of which one is read
-  int rescale = 0;
-  for (const DicomSlice& s : series.slices) rescale |= s.rescale;
-  for (const DicomSlice& s : series.slices) {
+  SliceFaults faults;
+  for (std::size_t k = 0; k < series.slices.size(); ++k) {
+    const DicomSlice& s = series.slices[k];
     if (!s.damage.empty()) continue;
-    const std::string file = NameOf(s);
-    if (s.samples != 1) fail(fmt::format("{} is a colour image ({} samples per pixel), not CT", file, s.samples));
-    if (s.inverted) {
-      fail(
-          fmt::format("{} is stored for inverted display (MONOCHROME1), which kerf does not read; convert the series "
-                      "to MONOCHROME2",
-                      file));
-    }
-    if (!s.fault.empty()) fail(fmt::format("{} can't be read: {}; export it again, or remove it", file, s.fault));
-    if (const int missing = rescale & ~s.rescale; missing != 0) {
-      fail(fmt::format("{} has no {}{}{}, which the other slices have; export it again, or remove it", file,
-                       (missing & DicomSlice::kHasSlope) != 0 ? "RescaleSlope (0028,1053)" : "",
-                       missing == (DicomSlice::kHasSlope | DicomSlice::kHasIntercept) ? " and " : "",
-                       (missing & DicomSlice::kHasIntercept) != 0 ? "RescaleIntercept (0028,1052)" : ""));
-    }
-    if (!s.has_geometry) fail(fmt::format("{} has no valid position, orientation or pixel spacing", file));
-    const DicomSlice& first = *firsts.try_emplace(s.stack, &s).first->second;
-    if (s.size != first.size) {
-      fail(fmt::format("{} has {} x {} pixels where others have {} x {}; the series is a mixture", file, s.size[0],
-                       s.size[1], first.size[0], first.size[1]));
-    }
-    if (glm::length(s.row_W - first.row_W) > 1e-3 || glm::length(s.column_W - first.column_W) > 1e-3) {
-      fail(fmt::format(
-          "{} has a different orientation from the others; the series is a mixture (a localizer among the slices?)",
-          file));
-    }
-    if (std::abs(s.pixel_mm[0] - first.pixel_mm[0]) > 1e-4 || std::abs(s.pixel_mm[1] - first.pixel_mm[1]) > 1e-4) {
-      fail(fmt::format("{} has a different pixel spacing from the others; the series is a mixture", file));
-    }
+    const std::string fault = FindFault(s, usual_rescale, *firsts.try_emplace(s.stack, &s).first->second);
+    if (!fault.empty()) faults[k] = fault;
   }
+  MarkFaulty(series, faults, series.slices);
+  return series;
 }
 
 // Adds the path of a file that can't be read and the fault, each followed by a zero byte.
@@ -157,8 +160,7 @@ void WarnOfValues(const SliceValues& found, Volume& volume) {
 // Reads a series. Sets the faults of files that can't be read; the volume is then empty.
 Volume ReadWhole(const DicomSeries& series, const std::function<void(double)>& progress, double spacing_z_mm,
                  std::string& faults) {
-  CheckSlices(series);
-  const SliceStack stack = PlaceSlices(series, spacing_z_mm);
+  const SliceStack stack = PlaceSlices(CheckSlices(series), spacing_z_mm);
   const DicomSlice& first = stack.slices.front();
   Volume volume;
   volume.size = {first.size[0], first.size[1], static_cast<int>(stack.places.size())};
@@ -216,9 +218,8 @@ Vec3 CalcNormal(const DicomSlice& slice) {
 }
 
 DicomSeries CheckSeries(const DicomSeries& series, double spacing_z_mm) {
-  CheckSlices(series);
-  DicomSeries placed = series;
-  placed.slices = PlaceSlices(series, spacing_z_mm).slices;
+  DicomSeries placed = CheckSlices(series);
+  placed.slices = PlaceSlices(placed, spacing_z_mm).slices;
   return placed;
 }
 

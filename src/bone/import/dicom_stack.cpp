@@ -113,6 +113,13 @@ std::vector<double> CalcPlaces(const std::vector<DicomSlice>& slices) {
   return places;
 }
 
+// Returns the median; of an even number of values, the mean of the two in the middle.
+double CalcMedian(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return values.size() % 2 != 0 ? *middle : 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
 double CalcMedianStep(const std::vector<double>& z) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < z.size(); ++i) steps.push_back(z[i] - z[i - 1]);
@@ -319,7 +326,8 @@ void LeaveOutDamaged(const DicomSeries& series, SliceStack& stack) {
   for (const DicomSlice& s : stack.slices) {
     if (s.damage.empty()) continue;
     stack.damaged.push_back(s);
-    files.push_back({s.path, "cut off or damaged", s.damage, true});
+    files.push_back(s.fault.empty() ? LeftOutFile{s.path, "cut off or damaged", s.damage, true}
+                                    : LeftOutFile{NameOf(s), s.fault, s.damage, true});
   }
   std::erase_if(stack.slices, [](const DicomSlice& s) { return !s.damage.empty(); });
   if (stack.slices.size() < 3) {
@@ -330,19 +338,44 @@ void LeaveOutDamaged(const DicomSeries& series, SliceStack& stack) {
   for (const std::string& warning : DescribeLeftOut(files)) stack.warnings.push_back(warning);
 }
 
-// Throws kerf::Error if a slice lies beside the line through the first and the last.
-void CheckSideways(const DicomSeries& series, const SliceStack& stack, const std::vector<double>& z) {
-  const DicomSlice& first = stack.slices.front();
-  const Vec3 normal = CalcNormal(first);
-  const Vec3 along = (stack.slices.back().origin_W - first.origin_W) / (z.back() - z.front());
-  for (std::size_t k = 0; k < z.size(); ++k) {
-    const Vec3 off = stack.slices[k].origin_W - first.origin_W - along * (z[k] - z.front());
-    const double sideways = glm::length(off - normal * glm::dot(off, normal));
-    if (sideways > 0.5 * std::min(first.pixel_mm[0], first.pixel_mm[1])) {
-      RefuseSeries(series, fmt::format("{} is shifted sideways by {:.2f} mm relative to the others",
-                                       NameOf(stack.slices[k]), sideways));
-    }
+// Finds slices that lie at the same place.
+SliceFaults FindRepeated(const SliceStack& stack, const std::vector<double>& z) {
+  SliceFaults faults;
+  for (std::size_t i = 1; i < z.size(); ++i) {
+    if (z[i] - z[i - 1] >= 1e-3) continue;
+    const std::string what =
+        fmt::format("{} lie at the same place ({:.2f} mm along the normal)", DescribePair(stack, i), z[i - 1]);
+    faults.emplace(i - 1, what);
+    faults.emplace(i, what);
   }
+  return faults;
+}
+
+// Finds slices beside the line of the others, whose direction is the median of those between slices that lie half the
+// stack apart.
+SliceFaults FindSideways(const SliceStack& stack, const std::vector<double>& z) {
+  const std::vector<DicomSlice>& slices = stack.slices;
+  const std::size_t half = z.size() / 2;
+  Vec3 along, start;
+  for (int a = 0; a < 3; ++a) {
+    std::vector<double> slopes, starts;
+    for (std::size_t k = half; k < z.size(); ++k) {
+      slopes.push_back((slices[k].origin_W[a] - slices[k - half].origin_W[a]) / (z[k] - z[k - half]));
+    }
+    along[a] = CalcMedian(slopes);
+    for (std::size_t k = 0; k < z.size(); ++k) starts.push_back(slices[k].origin_W[a] - along[a] * z[k]);
+    start[a] = CalcMedian(starts);
+  }
+  const DicomSlice& first = slices.front();
+  const Vec3 normal = CalcNormal(first);
+  SliceFaults faults;
+  for (std::size_t k = 0; k < z.size(); ++k) {
+    const Vec3 off = slices[k].origin_W - start - along * z[k];
+    const double sideways = glm::length(off - normal * glm::dot(off, normal));
+    if (sideways > 0.5 * std::min(first.pixel_mm[0], first.pixel_mm[1]))
+      faults[k] = fmt::format("it is shifted sideways by {:.2f} mm relative to the others", sideways);
+  }
+  return faults;
 }
 
 }  // namespace
@@ -350,6 +383,19 @@ void CheckSideways(const DicomSeries& series, const SliceStack& stack, const std
 std::string NameOf(const DicomSlice& slice) {
   const std::string file = Printable(std::filesystem::path(slice.path).filename().string());
   return slice.frames == 1 ? file : fmt::format("{} (frame {})", file, slice.frame + 1);
+}
+
+void MarkFaulty(const DicomSeries& series, const SliceFaults& faults, std::vector<DicomSlice>& slices) {
+  if (faults.empty()) return;
+  if (!AreFew(faults.size(), slices.size())) {
+    const auto& [k, fault] = *faults.begin();
+    RefuseSeries(series, fmt::format("{} of its {} slices can't be read, such as {}: {}; export the series again",
+                                     faults.size(), slices.size(), NameOf(slices[k]), fault));
+  }
+  for (const auto& [k, fault] : faults) {
+    slices[k].fault = fault;
+    slices[k].damage = fmt::format("{}: {}", slices[k].path, fault);
+  }
 }
 
 SliceStack PlaceSlices(const DicomSeries& series, double spacing_z_mm) {
@@ -362,14 +408,12 @@ SliceStack PlaceSlices(const DicomSeries& series, double spacing_z_mm) {
   std::stable_sort(stack.slices.begin(), stack.slices.end(), [&normal](const DicomSlice& a, const DicomSlice& b) {
     return glm::dot(normal, a.origin_W) < glm::dot(normal, b.origin_W);
   });
-  const std::vector<double> z = CalcPlaces(stack.slices);
-  for (std::size_t i = 1; i < z.size(); ++i) {
-    if (z[i] - z[i - 1] >= 1e-3) continue;
-    RefuseSeries(series,
-                 fmt::format("{} lie at the same place ({:.2f} mm along the normal); the series has duplicate slices",
-                             DescribePair(stack, i), z[i - 1]));
+  std::vector<double> z = CalcPlaces(stack.slices);
+  for (const auto find : {FindRepeated, FindSideways}) {
+    MarkFaulty(series, find(stack, z), stack.slices);
+    LeaveOutDamaged(series, stack);
+    z = CalcPlaces(stack.slices);
   }
-  CheckSideways(series, stack, z);
   for (const DicomSlice& s : stack.damaged) {
     const double at_mm = glm::dot(normal, s.origin_W);
     if (at_mm < z.front()) AddGap(series, z.front(), z.front(), s.damage, stack);

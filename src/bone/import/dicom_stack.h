@@ -1,6 +1,8 @@
 // Where the slices of a DICOM series lie: an even stack of them.
 #pragma once
 
+#include <cstddef>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -22,10 +24,17 @@ struct SliceStack {
 /// Returns how a slice is named in messages: by its file, and by its frame if the file has several.
 std::string NameOf(const DicomSlice& slice);
 
+/// Why slices can't be read with the others, by their index: a sentence's end such as "it has no position".
+using SliceFaults = std::map<std::size_t, std::string>;
+
+/// Marks the slices as damaged. Throws kerf::Error, which names the first, if they are many: see AreFew().
+void MarkFaulty(const DicomSeries& series, const SliceFaults& faults, std::vector<DicomSlice>& slices);
+
 /// Takes the largest stack of a series whose slices all have a geometry, size and orientation, and places its slices.
-/// Damaged ones count as missing. `spacing_z_mm`: as for ReadDicomSeries(). Throws kerf::Error if nothing gives their
-/// distance, if several lie at one place, or if they are unequally spaced and neither rounding, nor two spacings, nor
-/// missing slices explain it.
+/// Damaged ones count as missing, and so do a few that lie beside the others or several at one place. `spacing_z_mm`:
+/// as for ReadDicomSeries(). Throws kerf::Error if nothing gives their distance, if many lie beside the others or
+/// several at one place, or if they are unequally spaced and neither rounding, nor two spacings, nor missing slices
+/// explain it.
 SliceStack PlaceSlices(const DicomSeries& series, double spacing_z_mm);
 
 }  // namespace kerf

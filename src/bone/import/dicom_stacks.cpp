@@ -82,20 +82,6 @@ void LeaveOutOthers(Slices& slices, std::vector<LeftOutFile>& left_out) {
   }
 }
 
-// Returns why the slice does not fit to the others; empty if it does. The tolerances are those of CheckSeries().
-std::string FindMisfit(const DicomSlice& s, const DicomSlice& first) {
-  if (s.size != first.size) {
-    return fmt::format("has {} x {} pixels where others have {} x {}; the series is a mixture", s.size[0], s.size[1],
-                       first.size[0], first.size[1]);
-  }
-  if (!s.has_geometry || !first.has_geometry) return "";
-  if (glm::length(s.row_W - first.row_W) > 1e-3 || glm::length(s.column_W - first.column_W) > 1e-3)
-    return "has a different orientation from the others; the series is a mixture";
-  if (std::abs(s.pixel_mm[0] - first.pixel_mm[0]) > 1e-4 || std::abs(s.pixel_mm[1] - first.pixel_mm[1]) > 1e-4)
-    return "has a different pixel spacing from the others; the series is a mixture";
-  return "";
-}
-
 // Returns whether the last `from_end` bytes of two files are the same; 0: all bytes.
 bool HaveSameBytes(const std::string& a, const std::string& b, std::uint64_t from_end) {
   std::ifstream first(a, std::ios::binary);
@@ -389,15 +375,34 @@ std::vector<DicomSeries> DivideByStudy(const DicomSeries& series) {
   return parts;
 }
 
+// Returns the slices of each patient. A few slices that name others than the rest are left out.
+std::vector<Slices> DivideByPatient(const Slices& slices, std::vector<LeftOutFile>& left_out) {
+  std::vector<Slices> persons;
+  for (auto& [patient, own] : GroupBy(slices, [](const DicomSlice& s) { return fmt::format("{:x}", s.patient); })) {
+    persons.push_back(std::move(own));
+  }
+  Slices strangers;
+  for (const Slices& own : persons) {
+    if (own.size() < kFewestSlices) strangers.insert(strangers.end(), own.begin(), own.end());
+  }
+  if (!AreFew(strangers.size(), slices.size()) || slices.size() < 2 * kFewestSlices) return persons;
+  std::erase_if(persons, [](const Slices& own) { return own.size() < kFewestSlices; });
+  for (const DicomSlice& s : strangers) {
+    left_out.push_back(
+        {s.path, "of another patient", fmt::format("{}: names another patient than the other slices", s.path), true});
+  }
+  return persons;
+}
+
 }  // namespace
 
 std::vector<DicomSeries> DivideIntoStacks(DicomSeries series) {
   LeaveOutCopies(series.slices, series.left_out);
   std::vector<DicomSeries> stacks;
-  const auto persons = GroupBy(series.slices, [](const DicomSlice& s) { return fmt::format("{:x}", s.patient); });
+  const std::vector<Slices> persons = DivideByPatient(series.slices, series.left_out);
   for (std::size_t p = 0; p < persons.size(); ++p) {
     DicomSeries of_person = series;
-    of_person.slices = persons[p].second;
+    of_person.slices = persons[p];
     if (persons.size() > 1) of_person.part_name = fmt::format("patient {}", p + 1);
     LeaveOutOthers(of_person.slices, of_person.left_out);
     for (DicomSeries& study : DivideByStudy(of_person)) {
@@ -416,6 +421,23 @@ std::vector<DicomSeries> DivideIntoStacks(DicomSeries series) {
                                          FileName(fewest->second.front().path)));
   }
   return stacks;
+}
+
+std::string FindMisfit(const DicomSlice& slice, const DicomSlice& first) {
+  if (slice.size != first.size) {
+    return fmt::format("has {} x {} pixels where others have {} x {}; the series is a mixture", slice.size[0],
+                       slice.size[1], first.size[0], first.size[1]);
+  }
+  if (!slice.has_geometry || !first.has_geometry) return "";
+  if (glm::length(slice.row_W - first.row_W) > 1e-3 || glm::length(slice.column_W - first.column_W) > 1e-3)
+    return "has a different orientation from the others; the series is a mixture";
+  if (std::abs(slice.pixel_mm[0] - first.pixel_mm[0]) > 1e-4 || std::abs(slice.pixel_mm[1] - first.pixel_mm[1]) > 1e-4)
+    return "has a different pixel spacing from the others; the series is a mixture";
+  return "";
+}
+
+bool AreFew(std::size_t slices, std::size_t all) {
+  return slices <= std::max<std::size_t>(1, all / 10);
 }
 
 std::vector<std::string> DescribeLeftOut(const std::vector<LeftOutFile>& files) {

@@ -260,6 +260,17 @@ TEST_F(DicomFolder, TwoPatientsWithTheirOwnUidsAreRefused) {
   EXPECT_THAT(Refusal(), HasSubstr("of 2 patients, such as 00.dcm and x00.dcm"));
 }
 
+TEST_F(DicomFolder, AFewSlicesOfAnotherPatientAreLeftOut) {
+  const auto other = [](DicomBytes& b) { b.Set(0x10, 0x10, "PN", "OTHER^ONE").Set(8, 0x18, "UI", "1.9"); };
+  Write(ct_);
+  WriteBytes(folder_.file("odd.dcm"), Slice(7, other));
+  ExpectRead(ElementsAre("1 file was left out: odd.dcm (of another patient)"));
+  EXPECT_THAT(Refusal("", "odd.dcm"), HasSubstr("odd.dcm: names another patient than the other slices; give"));
+  // A patient each.
+  Write(ct_, "", [](DicomBytes& b, int k) { b.Set(0x10, 0x20, "LO", fmt::format("A{}", k)); });
+  EXPECT_EQ(ListDicomSeries(folder_.path()).size(), 16u);
+}
+
 TEST_F(DicomFolder, APatientIsKnownByTheIdentifierAndIfItIsMissingByTheName) {
   const auto read = [this](const std::function<void(DicomBytes&, int)>& change) {
     Write(ct_, "", change);

@@ -327,24 +327,34 @@ TEST(Rescale, WhatIsNoNumberIsRefusedByFileAndTag) {
   for (const std::string value : {"0", "abc", "nan", "", "1\\2"}) {
     const Folder folder;
     WriteSlices(SevensCt(), folder, [&](int k, std::string& file) {
-      if (k == 3) SetElement(file, kSlopeTag, "DS", value);
+      if (k >= 3) SetElement(file, kSlopeTag, "DS", value);
       return true;
     });
     EXPECT_THAT(MessageOf([&] { ReadSlicesOf(folder); }),
-                HasSubstr("003.dcm can't be read: its RescaleSlope (0028,1053) is"))
+                HasSubstr("6 of its 9 slices can't be read, such as 003.dcm: its RescaleSlope (0028,1053) is"))
         << value;
   }
 }
 
-TEST(Rescale, MissingInOneSliceIsRefusedByName) {
-  const Folder folder;
-  WriteSlices(SevensCt(), folder, [&](int k, std::string& file) {
-    if (k != 3) return true;
-    SetElement(file, kSlopeTag, "", std::nullopt);
-    SetElement(file, kInterceptTag, "", std::nullopt);
-    return true;
-  });
-  EXPECT_THAT(MessageOf([&] { ReadSlicesOf(folder); }), HasSubstr("003.dcm has no RescaleSlope (0028,1053)"));
+TEST(Rescale, OfOneSliceUnlikeTheOthersLeavesItOut) {
+  const auto write = [](const Folder& folder, bool usual) {
+    WriteSlices(SevensCt(), folder, [usual](int k, std::string& file) {
+      if ((k == 8) != usual) return true;
+      SetElement(file, kSlopeTag, "", std::nullopt);
+      SetElement(file, kInterceptTag, "", std::nullopt);
+      return true;
+    });
+  };
+  for (const bool usual : {true, false}) {
+    const Folder folder;
+    write(folder, usual);
+    const Volume read = ReadSlicesOf(folder);
+    EXPECT_EQ(read.size[2], 8);
+    EXPECT_THAT(read.warnings,
+                ElementsAre(fmt::format("1 file was left out: 008.dcm (it has {}RescaleSlope (0028,1053) and "
+                                        "RescaleIntercept (0028,1052), unlike the other slices)",
+                                        usual ? "no " : "")));
+  }
 }
 
 TEST(StoredBits, OverlaysAboveTheValueAreIgnoredAndAWrongHighBitIsRefused) {
@@ -547,6 +557,66 @@ TEST_F(MissingSlice, ADamagedFileIsAMissingSlice) {
       EXPECT_NEAR(report.iso_mm3 / whole_mm3, 1, 0.005);
     }
   }
+}
+
+// One file of the series is as another program or a slip of the hand left it.
+TEST_F(MissingSlice, AFaultySliceIsAMissingSlice) {
+  Write(-1);
+  const double whole_mm3 = Import(folder_.path(), options_).report.iso_mm3;
+  using Spoil = std::function<void(std::string&)>;
+  const auto set = [](std::uint32_t tag, const std::string& vr, const std::string& value) -> Spoil {
+    return [=](std::string& file) { SetElement(file, tag, vr, value); };
+  };
+  const auto moved = [](const Vec3& by_mm, int k) {
+    return ShowTriple(test::JawCt().WorldFromVoxel({0, 0, k}) + by_mm);
+  };
+  for (const int k : {12, 44}) {
+    const std::vector<std::pair<std::string, Spoil>> faults{
+        {"its RescaleSlope (0028,1053) is '0', not a number other than 0", set(kSlopeTag, "DS", "0")},
+        {"its RescaleSlope (0028,1053) is 'abc', not a number other than 0", set(kSlopeTag, "DS", "abc")},
+        {"its RescaleSlope (0028,1053) is empty, not a number other than 0", set(kSlopeTag, "DS", "")},
+        {"its RescaleIntercept (0028,1052) is 'x', not a number", set(kInterceptTag, "DS", "x")},
+        {"its HighBit (0028,0102) is 11, but 16 of 16 bits are stored", set(kHighBitTag, "US", Whole16(11))},
+        {"it is stored for inverted display (MONOCHROME1)", set(0x00280004, "CS", "MONOCHROME1")},
+        {"of another patient", set(0x00100010, "PN", "OTHER^ONE")},
+        {"it is shifted sideways by 5.00 mm relative to the others", set(kPositionTag, "DS", moved({3, 4, 0}, k))},
+        {"without position, orientation or pixel spacing", set(kPositionTag, "DS", "")}};
+    for (const auto& [what, spoil] : faults) {
+      std::string file = test::DicomSlice(test::JawCt(), k, {});
+      spoil(file);
+      WriteBytes(folder_.file(fmt::format("{:03}.dcm", k)), file);
+      if (k == 12) {
+        const std::string refusal = MessageOf([&] { Import(folder_.path(), options_); });
+        EXPECT_THAT(refusal, HasSubstr("1 slice is missing between 011.dcm and 013.dcm"));
+        EXPECT_THAT(refusal, HasSubstr("012.dcm: "));
+        continue;
+      }
+      const ImportReport report = Import(folder_.path(), options_).report;
+      EXPECT_THAT(report.warnings, Contains(testing::StartsWith("1 file was left out: 044.dcm (" + what)));
+      EXPECT_NEAR(report.iso_mm3 / whole_mm3, 1, 0.005);
+    }
+    Write(-1);
+  }
+}
+
+TEST_F(MissingSlice, TwoSlicesAtOnePlaceAreBothLeftOut) {
+  Write(-1);
+  std::string file = test::DicomSlice(test::JawCt(), 44, {});
+  SetElement(file, kPositionTag, "DS", ShowTriple(test::JawCt().WorldFromVoxel({0, 0, 43})));
+  file[file.size() - 2] = 5;  // no copy of the other slice
+  WriteBytes(folder_.file("044.dcm"), file);
+  EXPECT_THAT(
+      Import(folder_.path(), options_).report.warnings,
+      Contains(HasSubstr("2 files were left out: 043.dcm and 1 more (043.dcm and 044.dcm lie at the same place")));
+}
+
+TEST_F(MissingSlice, ManySlicesBesideTheOthersAreRefused) {
+  WriteSlices(test::JawCt(), folder_, [](int k, std::string& file) {
+    if (k % 8 == 3) SetElement(file, kPositionTag, "DS", ShowTriple(test::JawCt().WorldFromVoxel({2, 0, k})));
+    return true;
+  });
+  EXPECT_THAT(MessageOf([&] { ReadSlicesOf(folder_); }),
+              HasSubstr("6 of its 45 slices can't be read, such as 003.dcm: it is shifted sideways by 4.00 mm"));
 }
 
 TEST_F(MissingSlice, InsideTheJawIsRefusedByName) {
