@@ -40,7 +40,8 @@ struct DicomSlice {
   std::string phase;          // temporal position
   std::string acquisition;    // number
   std::string acquisition_time;
-  std::string kernel;  // of the reconstruction
+  std::string kernel;                // of the reconstruction
+  std::vector<std::string> telling;  // values of kTellingTags
   double thickness_mm = 0;
   std::uint64_t pixels_at = 0;  // offset in the file from which to look for the pixels
   std::string damage;           // why its pixels are missing, a sentence with the path; empty: not known to be

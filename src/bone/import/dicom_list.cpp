@@ -219,6 +219,10 @@ class Listing {
       if (field.empty()) field = value;
     };
     const std::string phase = text(0x0020, 0x0100);
+    std::vector<std::string> telling;
+    for (const TellingTag& tag : kTellingTags) {
+      telling.push_back(DecodeDicomText(GetText(filter, tag.group, tag.element), charset));
+    }
     for (DicomSlice& slice : slices) {
       set(slice.class_uid, text(0x0008, 0x0016));
       set(slice.instance_uid, text(0x0008, 0x0018));
@@ -230,6 +234,7 @@ class Listing {
       set(slice.acquisition, text(0x0020, 0x0012));
       set(slice.acquisition_time, text(0x0008, 0x0032));
       set(slice.kernel, DecodeDicomText(GetText(filter, 0x0018, 0x1210), charset));
+      slice.telling = telling;
       if (slice.thickness_mm == 0 && !thickness.empty()) slice.thickness_mm = thickness.front();
       slice.pixels_at = outline.pixels_at;
       if (outline.ends_early) slice.damage = fmt::format("{}: the slice is cut off", slice.path);

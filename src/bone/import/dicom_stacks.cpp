@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <map>
 #include <set>
+#include <system_error>
 #include <tuple>
 #include <utility>
 
@@ -245,19 +248,42 @@ std::string StudyOf(const DicomSlice& s) {
 }
 
 struct Property {
-  const char* name;
-  std::string (*value)(const DicomSlice&);
+  std::string name;
+  std::function<std::string(const DicomSlice&)> value;
   bool tells_apart = false;  // also stacks between each other's slices, which are even together
+  bool by_chance = false;    // its values may differ for other reasons, so that each stack must be whole
+  bool follows = false;      // see TellingTag
 };
+
 // In the order in which they are tried.
-constexpr std::array kProperties{
-    Property{"study", StudyOf},
-    Property{"phase", [](const DicomSlice& s) { return s.phase; }, true},
-    Property{"acquisition", [](const DicomSlice& s) { return s.acquisition; }, true},
-    Property{"acquisition at", [](const DicomSlice& s) { return s.acquisition_time; }},
-    Property{"kernel", [](const DicomSlice& s) { return s.kernel; }},
-    Property{"image type", [](const DicomSlice& s) { return s.image_type; }},
-    Property{"thickness in mm", [](const DicomSlice& s) { return fmt::format("{:g}", s.thickness_mm); }}};
+std::vector<Property> ListProperties() {
+  std::vector<Property> all{
+      {"study", StudyOf},
+      {"phase", [](const DicomSlice& s) { return s.phase; }, true},
+      {"acquisition", [](const DicomSlice& s) { return s.acquisition; }, true, false, true},
+      {"acquisition at", [](const DicomSlice& s) { return s.acquisition_time; }, false, false, true},
+      {"kernel", [](const DicomSlice& s) { return s.kernel; }},
+      {"image type", [](const DicomSlice& s) { return s.image_type; }},
+      {"thickness in mm", [](const DicomSlice& s) { return fmt::format("{:g}", s.thickness_mm); }}};
+  for (std::size_t t = 0; t < kTellingTags.size(); ++t) {
+    const TellingTag& tag = kTellingTags[t];
+    all.push_back({tag.name, [t](const DicomSlice& s) { return s.telling.at(t); }, false, true, tag.follows});
+  }
+  all.push_back({"folder",
+                 [](const DicomSlice& s) { return FileName(std::filesystem::path(s.path).parent_path().string()); },
+                 false, true});
+  return all;
+}
+
+std::size_t CountPlaces(const DicomSeries& series) {
+  const std::vector<double> gaps = CalcGaps(series);
+  return 1 + static_cast<std::size_t>(std::count_if(gaps.begin(), gaps.end(), [](double gap) { return gap >= 1e-3; }));
+}
+
+// Returns whether the stack has a slice at each place of the series, or even ones.
+bool IsWhole(const DicomSeries& stack, const DicomSeries& series) {
+  return !RepeatsPlaces(stack) && (stack.slices.size() == CountPlaces(series) || IsEven(stack));
+}
 
 // Returns whether two of the stacks share more than half of the shorter one's length.
 bool Overlap(const std::vector<DicomSeries>& stacks) {
@@ -299,11 +325,57 @@ std::vector<DicomSeries> DivideBy(const Property& property, const DicomSeries& s
   }
   if (stacks.empty()) return {};
   const bool repeats = RepeatsPlaces(series);
-  const bool solved = std::all_of(stacks.begin(), stacks.end(), [repeats](const DicomSeries& stack) {
-    return repeats ? !RepeatsPlaces(stack) : IsEven(stack);
+  const bool solved = std::all_of(stacks.begin(), stacks.end(), [&](const DicomSeries& stack) {
+    if (!repeats) return IsEven(stack);
+    return property.by_chance ? IsWhole(stack, series) : !RepeatsPlaces(stack);
   });
-  if (!solved || (!repeats && (stacks.size() < 2 || !left_out.empty() || !Overlap(stacks)))) return {};
+  if (!solved || (property.by_chance && !AreFew(left_out.size(), series.slices.size()))) return {};
+  if (!repeats && (stacks.size() < 2 || !left_out.empty() || !Overlap(stacks))) return {};
   for (DicomSeries& stack : stacks) stack.left_out.insert(stack.left_out.end(), left_out.begin(), left_out.end());
+  return stacks;
+}
+
+// Returns the slices with the number of each, in the order of these numbers; none if the property of one is no number.
+std::vector<std::pair<double, DicomSlice>> SortByNumber(const Property& property, const Slices& slices) {
+  std::vector<std::pair<double, DicomSlice>> sorted;
+  for (const DicomSlice& s : slices) {
+    const std::string text = property.value(s);
+    double number = 0;
+    const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (fault != std::errc() || end != text.data() + text.size() || !std::isfinite(number)) return {};
+    sorted.emplace_back(number, s);
+  }
+  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  return sorted;
+}
+
+// Returns the whole stacks that follow each other in the property, such as a time; none if it does not explain that the
+// slices repeat places.
+std::vector<DicomSeries> DivideIntoBlocks(const Property& property, const DicomSeries& series) {
+  const Vec3 normal = CalcNormal(series.slices.front());
+  std::vector<Slices> blocks;
+  std::set<std::int64_t> taken;  // places of the last block, in thousandths of mm
+  double last = 0;
+  for (const auto& [number, slice] : SortByNumber(property, series.slices)) {
+    const std::int64_t place = std::llround(1e3 * glm::dot(normal, slice.origin_W));
+    const bool repeats = taken.contains(place);
+    if (repeats && number == last) return {};
+    if (blocks.empty() || repeats) {
+      blocks.emplace_back();
+      taken.clear();
+    }
+    blocks.back().push_back(slice);
+    taken.insert(place);
+    last = number;
+  }
+  std::vector<DicomSeries> stacks;
+  for (const Slices& block : blocks) {
+    DicomSeries stack = WithSlices(series, block);
+    if (block.size() < kFewestSlices || !IsWhole(stack, series)) return {};
+    stack.part_name += fmt::format("{}{} {} to {}", series.part_name.empty() ? "" : ", ", property.name,
+                                   property.value(block.front()), property.value(block.back()));
+    stacks.push_back(std::move(stack));
+  }
   return stacks;
 }
 
@@ -311,10 +383,18 @@ std::vector<DicomSeries> DivideBy(const Property& property, const DicomSeries& s
 std::vector<DicomSeries> DivideByProperties(DicomSeries series) {
   SortSlices(series);
   const bool is_even = IsEven(series);
-  for (const Property& property : kProperties) {
+  const std::vector<Property> properties = ListProperties();
+  for (const Property& property : properties) {
     if (is_even && !property.tells_apart) continue;
     std::vector<DicomSeries> stacks = DivideBy(property, series);
     if (!stacks.empty()) return stacks;
+  }
+  if (RepeatsPlaces(series)) {
+    for (const Property& property : properties) {
+      if (!property.follows) continue;
+      std::vector<DicomSeries> stacks = DivideIntoBlocks(property, series);
+      if (!stacks.empty()) return stacks;
+    }
   }
   return {std::move(series)};
 }

@@ -54,6 +54,7 @@ void VisitSlice(Slice& s, Visit&& visit) {
   visit(s.acquisition);
   visit(s.acquisition_time);
   visit(s.kernel);
+  visit(s.telling);
   visit(s.thickness_mm);
   visit(s.pixels_at);
   visit(s.damage);

@@ -326,6 +326,72 @@ TEST_F(DicomFolder, AcquisitionsBetweenEachOthersSlicesAreToldApart) {
   EXPECT_EQ(Read("#1").size[2], 15);
 }
 
+// Each tag in turn is the only one that tells two phases apart: by one value each or, if it dates or counts slices, by
+// values that follow each other.
+TEST_F(DicomFolder, AnyTagThatGivesWholeStacksTellsThemApart) {
+  Volume second = ct_;
+  for (std::int16_t& hu : second.hu) hu = static_cast<std::int16_t>(hu + 7);
+  const auto write = [&](const std::function<void(DicomBytes&, int, int)>& tell) {
+    for (const int n : {1, 2}) {
+      Write(n == 1 ? ct_ : second, std::to_string(n), [&](DicomBytes& b, int k) {
+        b.Set(8, 0x18, "UI", fmt::format("1.9.{}.{}", n, k));
+        tell(b, n, k);
+      });
+    }
+    EXPECT_THAT(Refusal(), HasSubstr("the folder contains 2 CT series; choose one with --series UID: 1.2.3.4.5#1 ("));
+    EXPECT_EQ(Read("#1").hu, ct_.hu);
+    EXPECT_EQ(Read("#2").hu, second.hu);
+    return ListDicomSeries(folder_.path()).back().part_name;
+  };
+  struct Tag {
+    int group, number;
+    const char *vr, *name;
+    bool follows = true;
+  };
+  const std::vector<Tag> tags{{8, 0x32, "TM", "acquisition at"},
+                              {0x18, 0x60, "DS", "kV", false},
+                              {8, 0x33, "TM", "content time"},
+                              {0x18, 0x81, "DS", "echo time in ms", false},
+                              {8, 0x2a, "DT", "acquisition time"},
+                              {0x18, 0x1060, "DS", "trigger time in ms"},
+                              {0x28, 0x1050, "DS", "window centre", false}};
+  for (const Tag& tag : tags) {
+    const auto set = [&tag](DicomBytes& b, int value) {
+      b.Set(static_cast<std::uint16_t>(tag.group), static_cast<std::uint16_t>(tag.number), tag.vr,
+            std::to_string(value));
+    };
+    EXPECT_EQ(write([&](DicomBytes& b, int n, int) { set(b, 80 * n); }), fmt::format("{} 160", tag.name));
+    if (!tag.follows) continue;
+    EXPECT_EQ(write([&](DicomBytes& b, int n, int k) { set(b, 100 * n + k); }), fmt::format("{} 200 to 214", tag.name));
+  }
+  EXPECT_EQ(write([&](DicomBytes& b, int n, int k) { b.Set(0x20, 0x13, "IS", std::to_string(100 * n + 15 - k)); }),
+            "image number 201 to 215");
+}
+
+TEST_F(DicomFolder, PhasesInFoldersOfTheirOwnAreToldApart) {
+  Volume second = ct_;
+  for (std::int16_t& hu : second.hu) hu = static_cast<std::int16_t>(hu + 7);
+  for (const char* name : {"rest", "stress"}) std::filesystem::create_directory(folder_.file(name));
+  Write(ct_, "rest/");
+  Write(second, "stress/");
+  EXPECT_EQ(ListDicomSeries(folder_.path()).back().part_name, "folder stress");
+  EXPECT_EQ(Read("#2").hu, second.hu);
+}
+
+// Values that differ from slice to slice, such as the tube's current, do not divide slices that lie at one place.
+TEST_F(DicomFolder, StacksWithHolesAreNotToldApart) {
+  Volume second = ct_;
+  for (std::int16_t& hu : second.hu) hu = static_cast<std::int16_t>(hu + 7);
+  const auto write = [&](int n, const Volume& ct) {
+    Write(ct, std::to_string(n), [&](DicomBytes& b, int k) {
+      b.Set(0x18, 0x1151, "IS", std::to_string((k * k + n) % 3)).Set(8, 0x18, "UI", fmt::format("1.9.{}.{}", n, k));
+    });
+  };
+  write(1, ct_);
+  write(2, second);
+  EXPECT_THAT(Refusal(), HasSubstr("lie at the same place"));
+}
+
 // Scanners that turn once for each slice number each turn as an acquisition.
 TEST_F(DicomFolder, SlicesWithAnAcquisitionEachAreOneStack) {
   Write(ct_, "", [](DicomBytes& b, int k) { b.Set(0x20, 0x12, "IS", std::to_string(k)); });
