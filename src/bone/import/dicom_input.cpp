@@ -41,17 +41,17 @@ bool DicomInput::Is(const std::string& path) {
 DicomInput::DicomInput(const std::string& path, const std::function<void(double)>& progress) : path_(path) {
   std::error_code failed;
   const bool is_folder = fs::is_directory(path, failed);
-  std::vector<LeftOutFile> damaged;
+  std::vector<LeftOutFile> left_out;
   if (!is_folder && IsZipFile(path)) {
     unpacked_ = std::make_unique<TemporaryFolder>("kerf_ct");
-    damaged = UnpackZip(path, unpacked_->path(), progress);
+    left_out = UnpackZip(path, unpacked_->path(), progress);
   } else if (!is_folder) {
     is_slice_ = fs::exists(path, failed) && IsDicomFile(path) && !IsDicomDirectory(path);
   }
   series_ = WithNames(*this, [&] { return ListDicomSeries(unpacked_ ? unpacked_->path() : path, progress); });
-  const std::vector<std::string> sentences = DescribeLeftOut(damaged);
+  const std::vector<std::string> sentences = DescribeLeftOut(left_out);
   for (DicomSeries& series : series_) {
-    series.left_out.insert(series.left_out.end(), damaged.begin(), damaged.end());
+    series.left_out.insert(series.left_out.end(), left_out.begin(), left_out.end());
     series.warnings.insert(series.warnings.end(), sentences.begin(), sentences.end());
   }
 }

@@ -13,9 +13,11 @@
 #include <string_view>
 #include <vector>
 
+#include "base/core/number_text.h"
 #include "base/core/printable.h"
 #include "base/files/disk_space.h"
 #include "base/files/files.h"
+#include "bone/import/dicom_header.h"
 #include "bone/import/limits.h"
 #include "bone/import/unpack.h"
 #include "kerf/error.h"
@@ -68,8 +70,8 @@ class ZipFile {
   ZipFile(const ZipFile&) = delete;
   ZipFile& operator=(const ZipFile&) = delete;
 
-  // Throws kerf::Error if the file exceeds a limit.
-  std::vector<PackedFile> ListFiles() const {
+  // Adds to `left_out` large files that are no slices. Throws kerf::Error if the file exceeds a limit.
+  std::vector<PackedFile> ListFiles(std::vector<LeftOutFile>& left_out) const {
     const zip_int64_t count = zip_get_num_entries(archive_, 0);
     if (count < 0 || static_cast<std::uint64_t>(count) > kMaxPackedFiles) {
       throw Error(
@@ -90,6 +92,13 @@ class ZipFile {
       if (stat.encryption_method != ZIP_EM_NONE) {
         throw Error(
             fmt::format("{}: '{}' is encrypted; unpack the file with its password and give the folder", path_, name));
+      }
+      const std::string head = static_cast<double>(stat.size) > kFreePackedBytes ? ReadHead(i) : "";
+      if (!head.empty() && !BeginsLikeDicom(head)) {
+        const std::string size = ShowThree(1e-6 * static_cast<double>(stat.size)) + " MB";
+        left_out.push_back({name, fmt::format("{}, no DICOM file", size),
+                            fmt::format("{}: '{}' of {} is no DICOM file", path_, name, size), false});
+        continue;
       }
       all_bytes += static_cast<double>(stat.size);
       // Equal names are distinguished by a number.
@@ -138,6 +147,16 @@ class ZipFile {
   }
 
  private:
+  // Returns the first bytes of a packed file; nothing if it is damaged.
+  std::string ReadHead(zip_uint64_t index) const {
+    std::string head(132, '\0');
+    zip_file_t* const file = zip_fopen_index(archive_, index, 0);
+    if (file == nullptr) return "";
+    const zip_int64_t count = zip_fread(file, head.data(), head.size());
+    zip_fclose(file);
+    return count == static_cast<zip_int64_t>(head.size()) ? head : "";
+  }
+
   std::string path_;
   zip_t* archive_;
 };
@@ -155,14 +174,15 @@ bool IsZipFile(const std::string& path) {
 std::vector<LeftOutFile> UnpackZip(const std::string& path, const std::string& folder,
                                    const std::function<void(double)>& progress) {
   const ZipFile zip(path);
-  const std::vector<PackedFile> files = zip.ListFiles();
+  std::vector<LeftOutFile> left_out;
+  const std::vector<PackedFile> files = zip.ListFiles(left_out);
   double all_bytes = 0;
   for (const PackedFile& file : files) all_bytes += static_cast<double>(file.bytes);
   if (all_bytes > ReadFreeDiskBytes(folder)) {
     throw Error(fmt::format("{}: {} has too little space to unpack {:.2f} GB; unpack it elsewhere and give the folder",
                             path, fs::path(folder).parent_path().string(), all_bytes / 1e9));
   }
-  std::vector<LeftOutFile> damaged;
+  std::size_t unpacked = 0;
   for (const PackedFile& file : files) {
     fs::path target = fs::path(folder) / file.name;
     std::error_code failed;
@@ -172,12 +192,15 @@ std::vector<LeftOutFile> UnpackZip(const std::string& path, const std::string& f
     const std::string fault = zip.Unpack(file, target, [&progress](std::uint64_t) {
       if (progress) progress(0);
     });
-    if (fault.empty()) continue;
+    if (fault.empty()) {
+      ++unpacked;
+      continue;
+    }
     fs::remove(target, failed);
-    damaged.push_back({target.string(), "damaged in the ZIP file", fault, true});
+    left_out.push_back({target.string(), "damaged in the ZIP file", fault, true});
   }
-  if (!files.empty() && damaged.size() == files.size()) throw Error(damaged.front().fault);
-  return damaged;
+  if (unpacked == 0 && !left_out.empty()) throw Error(left_out.front().fault);
+  return left_out;
 }
 
 }  // namespace kerf

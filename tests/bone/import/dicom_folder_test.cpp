@@ -511,6 +511,14 @@ TEST_F(DicomFolder, AZipMayHaveAnyNameAndDamagedFiles) {
   ExpectRead(ElementsAre("1 file was left out: viewer (damaged in the ZIP file)"), "scan");
 }
 
+// Such as a video or a PDF of the clinic.
+TEST_F(DicomFolder, ALargeFileThatIsNoSliceDoesNotStopAZip) {
+  std::vector<Member> members{{"CD/movie.mp4", std::string(std::size_t{100} << 20, '\0')}};
+  for (int k = 0; k < ct_.size[2]; ++k) members.push_back({fmt::format("CD/IM{}", k), Slice(k)});
+  Zip(folder_, members);
+  ExpectRead(ElementsAre("1 file was left out: movie.mp4 (105 MB, no DICOM file)"), "packed.zip");
+}
+
 // With blocks that are stored as they are.
 std::string Deflate(const std::string& bytes) {
   std::string packed;
@@ -563,7 +571,9 @@ TEST(DicomZip, BombsAndDamageAreRefused) {
   const std::string target = folder.file("in");
   std::filesystem::create_directory(target);
   const auto refusal = [&](const std::string& path) { return MessageOf([&] { UnpackZip(path, target, {}); }); };
-  const std::string zeros(std::size_t{70} << 20, '\0');
+  std::string zeros(std::size_t{70} << 20, '\0');
+  EXPECT_THAT(refusal(Zip(folder, {{"a", zeros}})), HasSubstr("packed.zip: 'a' of 73.4 MB is no DICOM file"));
+  zeros.replace(128, 4, "DICM");
   EXPECT_THAT(refusal(Zip(folder, {{"a", zeros}})),
               HasSubstr("packed.zip: would take 0.1 GB when unpacked, more than"));
   const std::string path = Zip(folder, {{"a", std::string(5000, 'x') + "y"}});
