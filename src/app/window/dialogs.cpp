@@ -23,6 +23,12 @@ constexpr std::size_t kMaxPath = 1000;
 constexpr std::size_t kOfferedRows = 6;
 constexpr float kPictureSide = 96;  // of an answer, points
 
+/// A number behind a point is part of a name, such as that of a DICOM file, "1.2.840.7".
+bool HasExtension(const std::string& name) {
+  const std::string extension = fs::path(name).extension().string();
+  return std::any_of(extension.begin(), extension.end(), [](unsigned char c) { return std::isalpha(c) != 0; });
+}
+
 }  // namespace
 
 void Dialogs::AskText(Ui& ui, const std::string& question, const std::string& initial,
@@ -50,6 +56,7 @@ void Dialogs::Ask(const std::string& question, std::vector<Answer> answers) {
   fresh_ = true;
   question_ = question;
   answers_ = std::move(answers);
+  enter_answers_ = true;
   ++questions_;
 }
 
@@ -112,8 +119,10 @@ void Dialogs::ListFolder() {
     }
     std::string lower = name;
     std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
-    const bool fits = extensions_.empty() || std::any_of(extensions_.begin(), extensions_.end(),
-                                                         [&](const auto& e) { return lower.ends_with(e); });
+    const bool fits =
+        extensions_.empty() || std::any_of(extensions_.begin(), extensions_.end(), [&](const std::string& extension) {
+          return extension.empty() ? !HasExtension(lower) : lower.ends_with(extension);
+        });
     if (!fits) ++left_out_;
     if (fits || all_files_) files_.push_back(name);
   }
@@ -169,6 +178,7 @@ void Dialogs::Take(Ui& ui, const WindowEvent& event) {
     return;
   }
   if (down && event.key == Key::kEnter && kind_ == Kind::kQuestion) {
+    if (!enter_answers_) return;
     if (!answers_.empty() && answers_.front().run) {
       Decide(answers_.front().run);
     } else {

@@ -33,8 +33,11 @@ class Dialogs {
   /// Asks a question. Enter gives the first answer, Escape the last. Answers with pictures are listed above the others,
   /// which are buttons.
   void Ask(const std::string& question, std::vector<Answer> answers);
-  /// Asks for a file. `extensions`: of the files that are listed, with the dot, in lower case; empty: all. The user can
-  /// list the other files too. `save`: the file may be a new one. `done` is called only if a file was chosen.
+  /// Lets Enter give no answer to the question that is open: nothing that is unclear is answered by a key alone.
+  void IgnoreEnter() { enter_answers_ = false; }
+  /// Asks for a file. `extensions`: of the files that are listed, with the dot, in lower case, and "" for names without
+  /// one; empty: all. The user can list the other files too. `save`: the file may be a new one. `done` is called only
+  /// if a file was chosen.
   void ChooseFile(Ui& ui, const std::string& title, const std::string& folder, std::vector<std::string> extensions,
                   bool save, const std::string& name, std::function<void(const std::string&)> done);
   /// Adds a button that chooses the shown folder itself, to the dialog that is open.
@@ -75,6 +78,7 @@ class Dialogs {
   std::string offered_title_;
   std::vector<std::string> offered_;
   std::vector<Answer> answers_;
+  bool enter_answers_ = true;
   std::uint64_t questions_ = 0;  // so far
   std::vector<std::string> extensions_;
   bool save_ = false;

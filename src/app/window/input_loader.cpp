@@ -1,7 +1,11 @@
 #include "app/window/input_loader.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <sstream>
+#include <string_view>
 #include <utility>
 
 #include "app/window/is_ready.h"
@@ -11,12 +15,67 @@
 namespace kerf {
 namespace {
 
-// Faults of files that users meet often, for the translation.
-[[maybe_unused]] constexpr std::array kFaults{Msg("{}: not an NRRD file despite its name"),
-                                              Msg("{}: there is no such file or folder"),
-                                              Msg("{}: no such file or folder")};
+// Faults of files that users meet often, for the translation. Without clauses that name an option.
+[[maybe_unused]] constexpr std::array kFaults{
+    Msg("{}: not an NRRD file despite its name"),
+    Msg("{}: not a NIfTI file despite its name"),
+    Msg("{}: not a MetaImage file despite its name"),
+    Msg("{}: not a DICOM file despite its name"),
+    Msg("{}: there is no such file or folder"),
+    Msg("{}: no such file or folder"),
+    Msg("{}: the folder is empty"),
+    Msg("{}: unknown file type; kerf opens .toml, {}, .kerf-project, and folders of DICOM files"),
+    Msg("{}: none of the {} files in the folder is a DICOM image"),
+    Msg("{}: none of the {} files in the folder is a DICOM image; give the path of {}"),
+    Msg("{}: no CT among the series: {}"),
+    Msg("series {}: the modality is {}, not CT; kerf needs Hounsfield units"),
+    Msg("series {}: 1 slice is not a volume; kerf needs at least 3"),
+    Msg("series {}: {} slices are not a volume; kerf needs at least 3"),
+    Msg("series {}: the slices are unequally spaced: {} mm between {} and {}, {} mm elsewhere; resample the scan "
+        "evenly"),
+    Msg("series {}: 1 slice is missing between {} and {} (at {} and {} mm; slices elsewhere are {} mm apart){}; what "
+        "is missing belongs to the bone, so export the series again with all its slices"),
+    Msg("series {}: {} slices are missing between {} and {} (at {} and {} mm; slices elsewhere are {} mm apart){}; "
+        "what is missing belongs to the bone, so export the series again with all its slices"),
+    Msg("{}: the DICOM header can't be read: {}; the file is damaged or cut off"),
+    Msg("{}: the slice is cut off; its header states {} x {} pixels of {} bits, but not all are present"),
+    Msg("{}: '{}' is encrypted; unpack the file with its password and give the folder"),
+    Msg("the scan contains no bone: nothing above {} HU is larger than 1 cm3 (the brightest voxel has {} HU)"),
+    Msg("{}: this is a label map, not a CT: its voxels have {} different values from {} to {}"),
+    Msg("{}: the surface is not closed: {} of its edges belong to one triangle only, which is the rim of a hole or of "
+        "a gap wider than {} mm; close the holes in a mesh program")};
+
+/// Returns where the last option of the command line is named; npos: nowhere.
+std::size_t FindOption(const std::string& line) {
+  return std::max(line.rfind(" --") + 1, line.rfind("(--") + 1) - 1;  // npos + 1 is 0
+}
+
+/// Returns the line up to the clause that names an option.
+std::string CutOptions(std::string line) {
+  for (std::size_t option = FindOption(line); option != std::string::npos; option = FindOption(line)) {
+    std::size_t clause = line.rfind("; ", option);
+    if (clause == std::string::npos) clause = line.rfind(": ", option);
+    if (clause == std::string::npos) break;
+    line.resize(clause);
+  }
+  return line;
+}
 
 }  // namespace
+
+std::string ExplainRefusal(const std::string& what) {
+  constexpr std::string_view kWarning = "warning: ";
+  std::string text;
+  bool has_options = false;
+  std::istringstream lines(what);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(kWarning)) line.erase(0, kWarning.size());
+    const std::string shown = CutOptions(line);
+    has_options = has_options || shown != line;
+    text += (text.empty() ? "" : "\n") + TrMade(shown);
+  }
+  return has_options ? fmt::format("{}. {}", text, Tr("In a terminal, 'kerf import' has options for this.")) : text;
+}
 
 InputLoader::~InputLoader() {
   Cancel();

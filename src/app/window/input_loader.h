@@ -15,6 +15,10 @@
 
 namespace kerf {
 
+/// Returns why an input cannot be opened, in the language of the window and without the options of the command line,
+/// which the window does not have. `what`: message of the import; lines after the first one are warnings.
+std::string ExplainRefusal(const std::string& what);
+
 /// Opens at most one input at a time.
 class InputLoader {
  public:

@@ -113,7 +113,7 @@ Scene MakeSceneAround(const std::string& bone_file, const Bone& bone) {
 
 std::vector<std::string> ListInputExtensions() {
   std::vector<std::string> extensions(kTypes.begin(), kTypes.end());
-  extensions.insert(extensions.end(), {".toml", kProjectExtension});
+  extensions.insert(extensions.end(), {".toml", kProjectExtension, ""});
   return extensions;
 }
 

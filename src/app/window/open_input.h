@@ -63,7 +63,8 @@ Scene MakeCoarse(Scene scene);
 /// are called so, such as "dicom", that of the folder above it, which usually names the patient.
 std::string NameCaseOf(const std::string& input);
 
-/// Returns the extensions of files that can be opened, with the dot, in lower case.
+/// Returns the extensions of files that can be opened, with the dot, in lower case; the last one is empty, since DICOM
+/// files and ZIP files may have none.
 std::vector<std::string> ListInputExtensions();
 
 /// Throws Error if an input certainly cannot be opened: it does not exist, its type is unknown, or it is a scene with a

@@ -385,7 +385,10 @@ bool Rehearsal::Take(const WindowEvent& event) {
   if (asks_for_points() && event.kind == Kind::kKeyDown && event.key == Key::kBackspace) {
     return separation_->TakeBack(), true;
   }
-  if (asks_about_scan() && event.kind == Kind::kKeyDown && event.key == Key::kEnter) return ImportChecked(), true;
+  if (asks_about_scan() && event.kind == Kind::kKeyDown && event.key == Key::kEnter) {
+    if (scan_check_->takes_enter()) ImportChecked();
+    return true;
+  }
   if (asks_about_ct()) return false;
   if (!in_pieces_) return viewer_->is_running() && editor_.gestures.Take(event);
   if (pieces_.Take(event)) return true;

@@ -70,7 +70,7 @@ void Rehearsal::Open(const std::string& path) {
   try {
     CheckInput(path);  // a wrong file must not end the session
   } catch (const Error& e) {
-    return viewer_->dialogs().Ask(TrMade(e.what()), {{Tr("OK"), nullptr}});
+    return viewer_->dialogs().Ask(ExplainRefusal(e.what()), {{Tr("OK"), nullptr}});
   }
   if (ended_work_ && !ended_work_->saved) {
     return viewer_->dialogs().Ask(DescribeUnsaved(),
@@ -233,14 +233,17 @@ void Rehearsal::AskForUnit(const UnclearUnit& e) {
   const std::string why = BeginQuestion("asks_for_unit", e.why());
   if (!has_case()) Reset();
   std::vector<Dialogs::Answer> answers;
-  for (const std::string& unit : e.units()) {
-    answers.push_back({unit, [this, unit] {
+  for (const auto& [unit, side_mm] : e.choices()) {
+    answers.push_back({fmt::format("{}: {} mm", unit, ShowNumber(side_mm, side_mm < 100 ? 1 : 0)), [this, unit = unit] {
                          mesh_units_ = unit;
                          BeginOpening(loader_.input());
                        }});
   }
   answers.push_back({Tr("Cancel"), nullptr});
-  viewer_->dialogs().Ask(fmt::format("{}.\n\n{}", why, Tr("In which unit are its coordinates?")), std::move(answers));
+  viewer_->dialogs().Ask(
+      fmt::format("{}.\n\n{}", why, Tr("In which unit are its coordinates, and how long is then its largest side?")),
+      std::move(answers));
+  viewer_->dialogs().IgnoreEnter();
 }
 
 /// Asks which series of a folder is the CT, with which it is opened again.
@@ -265,6 +268,7 @@ void Rehearsal::AskForSeries(const UnclearSeries& e) {
       fmt::format("{}.\n\n{}", why,
                   e.series().size() > 1 ? Tr("Which one is the CT of the bone?") : Tr("Click on it if it is a CT.")),
       std::move(answers));
+  viewer_->dialogs().IgnoreEnter();
 }
 
 /// Asks, with the slices of a CT, for what its file does not state.
@@ -350,10 +354,10 @@ void Rehearsal::FailToOpen(const std::string& sentence) {
   EndQuestions();
   if (!has_case()) {
     Reset();
-    if (!interrupted_) return viewer_->Say(TrMade(sentence));
+    if (!interrupted_) return viewer_->Say(ExplainRefusal(sentence));
     to_open_ = std::exchange(interrupted_, std::nullopt);  // what was loading before is loaded again
   }
-  opening_fault_ = TrMade(sentence);
+  opening_fault_ = ExplainRefusal(sentence);
   ShowOpeningFault();
 }
 

@@ -32,8 +32,10 @@ namespace {
     Msg("the largest side of the surface is {}, which may be a piece of {} mm or a {} of {} cm"),
     Msg("the largest side of the surface is {}, which is unlikely for a bone in mm"),
     Msg("skull"),
+    Msg("pelvis"),
     Msg("long bone"),
-    Msg("long thin bone")};
+    Msg("long thin bone"),
+    Msg("long bone of a child")};
 
 constexpr std::size_t kBins = 110;
 constexpr Rgb8 kBone{255, 140, 40};  // as bone is tinted in the slices
@@ -55,7 +57,7 @@ std::string ScanCheck::frame() const {
 }
 
 double ScanCheck::spacing_z_mm() const {
-  return spacing_mm_ > 0 || !placing_ ? spacing_mm_ : placing_->spacing_mm.value_or(0);
+  return spacing_mm_ > 0 || !placing_ || lacks_spacing() ? spacing_mm_ : placing_->spacing_mm.value_or(0);
 }
 
 double ScanCheck::CalcIsoHu() const {
@@ -82,6 +84,23 @@ void ScanCheck::Place() {
   shown_ = std::move(shown);
 }
 
+bool ScanCheck::DrawSpacing(Ui& ui) {
+  std::string text = is_answered() ? ShowNumber(spacing_z_mm(), 3) : "";
+  ImGui::SetNextItemWidth(80 * ui.scale());
+  const bool edited = TextField(ui, fmt::format("{}##spacing", Tr("mm between the slices")).c_str(), text);
+  ui.Note("placing.spacing");
+  if (!is_answered() || !lacks_spacing()) {
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextDisabled("%s", lacks_spacing()
+                                  ? Tr("not stated in the file; shown as that of the pixels until you give it")
+                                  : fmt::format(fmt::runtime(Tr("assumed by {}")), placing_->spacing_from).c_str());
+    ImGui::PopTextWrapPos();
+  }
+  const std::optional<double> given_mm = edited ? ParseNumber(text) : std::nullopt;
+  if (given_mm) spacing_mm_ = kSliceSpacingRange_mm.Clamp(*given_mm);
+  return given_mm.has_value();
+}
+
 /// Asks where the slices lie.
 void ScanCheck::DrawPlacing(Ui& ui, CtPreview& slices) {
   ImGui::PushFont(ui.bold());
@@ -94,21 +113,7 @@ void ScanCheck::DrawPlacing(Ui& ui, CtPreview& slices) {
           : Tr("The file states neither where its slices lie nor how the patient lies. Look at the slices: is the size "
                "right, the head up, the face at A? Compare left and right with the patient."));
   ImGui::Spacing();
-  bool changed = false;
-  if (placing_->spacing_mm) {
-    double spacing_mm = spacing_mm_ > 0 ? spacing_mm_ : *placing_->spacing_mm;
-    ImGui::SetNextItemWidth(80 * ui.scale());
-    if (NumberField(ui, fmt::format("{}##spacing", Tr("mm between the slices")).c_str(), spacing_mm, 3)) {
-      spacing_mm_ = kSliceSpacingRange_mm.Clamp(spacing_mm);
-      changed = true;
-    }
-    ui.Note("placing.spacing");
-    ImGui::PushTextWrapPos(0);
-    ImGui::TextDisabled("%s", placing_->spacing_from.empty()
-                                  ? Tr("assumed to be that of the pixels")
-                                  : fmt::format(fmt::runtime(Tr("assumed by {}")), placing_->spacing_from).c_str());
-    ImGui::PopTextWrapPos();
-  }
+  bool changed = placing_->spacing_mm && DrawSpacing(ui);
   const std::array names{Tr("Swap left and right"), Tr("Swap front and back"), Tr("Swap head and feet")};
   for (std::size_t a = 0; a < swapped_.size(); ++a) {
     const bool along = placing_->axis == static_cast<int>(a);
@@ -226,12 +231,16 @@ ScanCheck::Answer ScanCheck::Draw(Ui& ui, const UiBox& scene, const UiBox& colum
   }
   ImGui::PopTextWrapPos();
   ImGui::EndChild();
+  ImGui::BeginDisabled(!is_answered());
   if (ImGui::Button(Tr("Import"))) answer = Answer::kImport;
+  ImGui::EndDisabled();
   ui.Note("scan.import");
   ImGui::SameLine();
   if (ImGui::Button(Tr("Cancel"))) answer = Answer::kCancel;
   ui.Note("scan.cancel");
-  ImGui::TextDisabled("%s", Tr("Enter: import   Esc: cancel"));
+  ImGui::TextDisabled("%s", takes_enter()   ? Tr("Enter: import   Esc: cancel")
+                            : is_answered() ? Tr("Esc: cancel")
+                                            : Tr("First give the distance between the slices."));
   ImGui::EndGroup();
   ImGui::SameLine();
   ImGui::BeginGroup();
@@ -244,7 +253,7 @@ ScanCheck::Answer ScanCheck::Draw(Ui& ui, const UiBox& scene, const UiBox& colum
 
 void ScanCheck::Describe(nlohmann::json& state) const {
   state["scan"] = {{"asks", asks_}, {"frame", frame()}};
-  if (placing_) state["scan"]["spacing_mm"] = spacing_mm_ > 0 ? spacing_mm_ : placing_->spacing_mm.value_or(0);
+  if (placing_) state["scan"]["spacing_mm"] = spacing_z_mm();
   if (values_) state["scan"]["threshold"] = value_;
 }
 

@@ -28,8 +28,12 @@ class ScanCheck {
   void EndAsking() { asks_ = false; }
   // The answers, as options of the import.
   std::optional<double> iso() const { return values_ ? std::optional(value_) : std::nullopt; }
-  double spacing_z_mm() const;  // 0: the file states it
-  std::string frame() const;    // empty: likewise
+  double spacing_z_mm() const;  // 0: the file states it, or the user has not given it yet
+  std::string frame() const;    // empty: the file states it
+  /// Returns false while the import lacks an answer.
+  bool is_answered() const { return !lacks_spacing() || spacing_mm_ > 0; }
+  /// Returns whether Enter is enough to import. Assumed places must be confirmed by a click.
+  bool takes_enter() const { return !placing_; }
 
   /// Returns the threshold of bone in HU.
   double CalcIsoHu() const;
@@ -42,6 +46,10 @@ class ScanCheck {
   void Describe(nlohmann::json& state) const;
 
  private:
+  /// Returns whether nothing in the file gives the distance between the slices.
+  bool lacks_spacing() const { return placing_ && placing_->spacing_mm && placing_->spacing_from.empty(); }
+  /// Draws the field of that distance, empty while it is unknown. Returns true if the user has changed it.
+  bool DrawSpacing(Ui& ui);
   void DrawPlacing(Ui& ui, CtPreview& slices);
   void DrawThreshold(Ui& ui, CtPreview& slices);
   void DrawHistogram(Ui& ui, float width) const;

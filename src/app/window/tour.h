@@ -47,7 +47,7 @@ class Tour {
   /// Escape skips the tour. Returns true if the event was for the tour.
   bool Take(const WindowEvent& event);
   /// `others`: what it should not cover in the scene, besides what a list or a card of an exercise contains.
-  /// `in_front`: before all other panels; false if a dialog asks something.
+  /// `in_front`: before all other panels.
   void Draw(Ui& ui, const UiBox& scene, const UiBox& cube, std::vector<UiBox> others, bool in_front);
 
  private:

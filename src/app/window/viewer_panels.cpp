@@ -234,9 +234,9 @@ void ViewerApp::DrawUi(const HudState& hud) {
                               {"theme", settings_.theme == Theme::kDark ? "dark" : "light"},
                               {"mute", settings_.mute}});
   }
-  if (tour_.is_open()) {
-    tour_.Draw(ui_, areas_.scene, areas_.cube, {marks.keep_clear},
-               !dialogs_.is_open() && !help_ && !settings_shown_ && !ui_.is_popup_open());
+  // Not over a question.
+  if (tour_.is_open() && !dialogs_.is_open() && !activity_->covers_scene()) {
+    tour_.Draw(ui_, areas_.scene, areas_.cube, {marks.keep_clear}, !help_ && !settings_shown_ && !ui_.is_popup_open());
     NoteTour();
   }
   if (help_) DrawHelpDialog(ui_, ListHelp());

@@ -117,18 +117,18 @@ void ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::string& p
         fmt::format("the largest side of the surface is {}, which may be a piece of {} mm or a {} of {} cm",
                     ShowSide(side), ShowSide(side), bone, ShowSide(side));
     throw UnclearUnit(fmt::format("{}: {}; give the unit of its coordinates: --units mm or --units cm", path, why), why,
-                      {"mm", "cm"});
+                      {{"mm", side}, {"cm", 10 * side}});
   }
-  std::vector<std::string> choices;
-  std::vector<std::string> units;
+  std::vector<std::string> options;
+  std::vector<UnclearUnit::Choice> choices;
   for (const Unit& other : kUnits) {
     if (side * other.mm < kMinSide_mm || side * other.mm > kMaxSide_mm) continue;
-    choices.push_back(fmt::format("--units {} (it is then {:.3g} mm)", other.name, side * other.mm));
-    units.emplace_back(other.name);
+    options.push_back(fmt::format("--units {} (it is then {:.3g} mm)", other.name, side * other.mm));
+    choices.push_back({other.name, side * other.mm});
   }
   if (side < kMinSide_mm) {
-    choices.emplace_back("--units mm to keep them unchanged");
-    units.emplace_back("mm");
+    options.emplace_back("--units mm to keep them unchanged");
+    choices.push_back({"mm", side});
   }
   if (!unit.empty() || choices.empty()) {
     throw Error(fmt::format("{}: the largest side of the surface is {}; kerf imports up to {}", path,
@@ -136,8 +136,8 @@ void ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::string& p
   }
   const std::string why =
       fmt::format("the largest side of the surface is {}, which is unlikely for a bone in mm", ShowSide(side));
-  throw UnclearUnit(fmt::format("{}: {}; give the unit of its coordinates: {}", path, why, fmt::join(choices, " or ")),
-                    why, units);
+  throw UnclearUnit(fmt::format("{}: {}; give the unit of its coordinates: {}", path, why, fmt::join(options, " or ")),
+                    why, choices);
 }
 
 void CheckEnclosed(const TriangleMesh& mesh, double voxel_mm, const std::string& path) {

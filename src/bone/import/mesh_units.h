@@ -13,16 +13,20 @@ namespace kerf {
 /// The unit of a surface's coordinates must be stated.
 class UnclearUnit : public Error {
  public:
-  /// `what`: for a terminal, with options of kerf import. `why`: the reason alone, in words. `units`: those that are
-  /// plausible, the likeliest first.
-  UnclearUnit(const std::string& what, std::string why, std::vector<std::string> units)
-      : Error(what), why_(std::move(why)), units_(std::move(units)) {}
+  struct Choice {
+    std::string unit;
+    double side_mm;  // largest side of the surface, if the coordinates have this unit
+  };
+  /// `what`: for a terminal, with options of kerf import. `why`: the reason alone, in words. `choices`: the units that
+  /// are plausible, the likeliest first.
+  UnclearUnit(const std::string& what, std::string why, std::vector<Choice> choices)
+      : Error(what), why_(std::move(why)), choices_(std::move(choices)) {}
   const std::string& why() const { return why_; }
-  const std::vector<std::string>& units() const { return units_; }
+  const std::vector<Choice>& choices() const { return choices_; }
 
  private:
   std::string why_;
-  std::vector<std::string> units_;
+  std::vector<Choice> choices_;
 };
 
 /// Returns the length of mm, cm, m, in or um in mm. Throws kerf::Error for another unit.

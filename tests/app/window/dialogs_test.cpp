@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/folder.h"
@@ -140,6 +142,41 @@ TEST_F(DialogsTest, AClickInTheFirstFramesOfADialogIsNotLost) {
     Send(Kind::kKeyDown, Key::kEscape);
     Draw(0.1);
   }
+}
+
+TEST_F(DialogsTest, FilesWithoutAnExtensionAreListedWhereTheyCanBeOpened) {
+  const test::Folder folder;
+  for (const char* name : {"IM0001", "1.2.840.7", "ct.dcm", "notes.txt"}) std::ofstream(folder.file(name)) << "x";
+  const auto listed = [&](std::vector<std::string> extensions) {
+    dialogs_.ChooseFile(ui_, "Open", folder.path(), std::move(extensions), false, "", [](const auto&) {});
+    Draw();
+    std::vector<std::string> files;
+    for (const auto& [name, box] : ui_.noted()) {
+      if (name.starts_with("file ")) files.push_back(name.substr(5));
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+  };
+  EXPECT_EQ(listed({".dcm", ""}), (std::vector<std::string>{"1.2.840.7", "IM0001", "ct.dcm"}));
+  EXPECT_EQ(listed({".dcm"}), std::vector<std::string>{"ct.dcm"});
+}
+
+TEST_F(DialogsTest, EnterAnswersNoQuestionThatNeedsAClick) {
+  int answers = 0;
+  const auto ask = [&] { dialogs_.Ask("Which?", {{"this", [&] { ++answers; }}, {"Cancel", nullptr}}); };
+  const auto press = [&] {
+    Send(Kind::kKeyDown, Key::kEnter);
+    Draw();
+  };
+  ask();
+  dialogs_.IgnoreEnter();
+  press();
+  EXPECT_EQ(answers, 0);
+  EXPECT_TRUE(dialogs_.is_open());
+  ask();
+  press();
+  EXPECT_EQ(answers, 1);
+  EXPECT_FALSE(dialogs_.is_open());
 }
 
 TEST_F(DialogsTest, DoubleClickOnAFolderEntersOne) {

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "app/window/bone_saver.h"
+#include "app/window/input_loader.h"
 #include "app/window/live_session.h"
 #include "app/window/open_input.h"
 #include "app/window/progress_meter.h"
@@ -27,6 +28,20 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+
+// The window has no options of the command line.
+TEST(ExplainRefusal, LeavesOutWhatNamesAnOption) {
+  EXPECT_EQ(ExplainRefusal("a: the folder is empty"), "a: the folder is empty");
+  const std::string hint = ". In a terminal, 'kerf import' has options for this.";
+  EXPECT_EQ(ExplainRefusal("a: left-handed; specify where x, y and z point with --frame, such as --frame LAS"),
+            "a: left-handed" + hint);
+  EXPECT_EQ(ExplainRefusal("a: with voxels of 1 mm: check its unit (--units) or use --voxel 2 or more"),
+            "a: with voxels of 1 mm" + hint);
+  EXPECT_EQ(ExplainRefusal("/a --old/b: no bone; lower --iso"), "/a --old/b: no bone" + hint);
+  EXPECT_EQ(ExplainRefusal("/a --old/b: no bone"), "/a --old/b: no bone");
+  EXPECT_EQ(ExplainRefusal("a: unequal slices\nwarning: 2 CT series; choose another with --series UID: 1.2"),
+            "a: unequal slices\n2 CT series" + hint);
+}
 
 TEST(ProgressMeter, EstimatesTheTimeThatIsLeft) {
   ProgressMeter meter;

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Tests what the window asks about a CT before it is imported, in the real window: a dental cone-beam file, one file of
 many frames without places and with grey values, is dropped into it and becomes a bone after one question; a folder with
-two series becomes one after the series is chosen by its picture.
+two series becomes one after the series is chosen by its picture, a surface after its unit is. Enter alone answers none of
+these, and the tour of a first start waits.
 
     scan_check_test.py KERF [--pictures FOLDER] [--language CODE]
 
@@ -15,6 +16,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import time
 
 from drive import Display, Window, skip_without_display_programs, workspace
 from separate_test import ORIGIN_MM, SIZE, SPACING_MM, is_bone
@@ -68,6 +70,9 @@ def dicom(uid, pixels, modality="CT", kernel="", position=None, count=1):
 
 def write_inputs(folder):
     planes = list(frames())
+    write_shin(folder / "shin.stl")
+    (folder / "none").mkdir()
+    (folder / "none/notes.txt").write_text("no scan")
     # From the head to the feet, and nothing says how far apart.
     (folder / "cbct.dcm").write_bytes(dicom("1.5.1.1", b"".join(reversed(planes)), count=SIZE[2]))
     for series, kernel in ((1, "H60s"), (2, "H70s")):
@@ -76,6 +81,15 @@ def write_inputs(folder):
         for k, plane in enumerate(planes):
             place = [*ORIGIN_MM[:2], ORIGIN_MM[2] + SPACING_MM * k]
             (path / f"{k}.dcm").write_bytes(dicom(f"1.6.{series}.{k + 1}", plane, kernel=kernel, position=place))
+
+
+def write_shin(file):
+    """A box of 38 x 3 x 2.5, as a long bone in cm."""
+    corners = [(x, y, z) for z in (0, 2.5) for y in (0, 3) for x in (0, 38)]
+    sides = ((0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (1, 3, 7), (1, 7, 5), (3, 2, 6), (3, 6, 7),
+             (2, 0, 4), (2, 4, 6))
+    file.write_bytes(bytes(80) + struct.pack("<I", len(sides)) + b"".join(
+        struct.pack("<3f", 0, 0, 0) + b"".join(struct.pack("<3f", *corners[i]) for i in side) + b"\0\0" for side in sides))
 
 
 def main():
@@ -89,7 +103,7 @@ def main():
     write_inputs(folder)
     settings = folder / "config/kerf/window.json"
     settings.parent.mkdir(parents=True)
-    settings.write_text(json.dumps({"tour_shown": True, "language": options.language, "save_folder": str(folder)}))
+    settings.write_text(json.dumps({"language": options.language, "save_folder": str(folder)}))
     with Display() as display:
         w = Window(display, options.kerf, ["rehearse", "two", "-o", "out", "--voxel", "0.5"], folder, title="kerf rehearse")
 
@@ -97,15 +111,28 @@ def main():
             if options.pictures:
                 shutil.copy(folder / w.picture(), pathlib.Path(options.pictures) / f"{name}_{options.language}.png")
 
+        def drop(path):
+            subprocess.run([sys.executable, DROP, w.id, str(folder / path)], env=w.env, check=True)
+
+        def enter_alone(asks):
+            after = w.mark()
+            w.key("Return")
+            time.sleep(1)
+            w.read()
+            assert asks(w.state) and "opening" not in [e["event"] for e in w.events[after:]], (w.state, w.events[after:])
+
         # The series of a folder.
         w.wait_event("asks_for_series")
-        w.wait_items("both series", lambda items: "answer 3" in items)
+        w.wait_items("both series, without the tour", lambda items: "answer 3" in items and "tour.skip" not in items)
+        assert w.state["tour"] == 1
+        enter_alone(lambda s: s["dialog"])
         assert w.items["answer 2"][3] > 90, ("pictures", w.items)
         picture("series")
         after = w.mark()
         w.click_item("answer 2")
         w.wait_event("asks_about_scan", after=after)
-        w.wait_items("the threshold", lambda items: "threshold.value" in items and "placing.swap 3" not in items)
+        w.wait_items("the threshold, without the tour", lambda items: "threshold.value" in items
+                     and "placing.swap 3" not in items and "tour.skip" not in items)
         picture("threshold")
         proposed = w.state["scan"]["threshold"]
         assert SOFT < proposed < BONE, proposed
@@ -114,6 +141,7 @@ def main():
         w.wait_state("the threshold is moved", lambda s: proposed < s["scan"]["threshold"] < BONE)
         w.click_item("scan.import")
         w.wait_event("running", after=after)
+        w.click_item("tour.skip")
         w.wait_state("the notes on the import", lambda s: s["dialog"])
         picture("notes")
         assert "scan" not in w.state
@@ -122,10 +150,13 @@ def main():
 
         # A cone-beam file.
         after = w.mark()
-        subprocess.run([sys.executable, DROP, w.id, str(folder / "cbct.dcm")], env=w.env, check=True)
+        drop("cbct.dcm")
         w.wait_event("asks_about_scan", after=after)
         w.wait_items("the questions", lambda items: "placing.spacing" in items and "threshold.value" in items)
-        assert w.state["scan"]["spacing_mm"] == SPACING_MM, w.state["scan"]
+        assert w.state["scan"]["spacing_mm"] == 0, w.state["scan"]
+        enter_alone(lambda s: s["scan"]["asks"])
+        w.click_item("scan.import")  # is disabled until the distance is given
+        enter_alone(lambda s: s["scan"]["asks"])
         before = w.items["ct.large"]
         picture("placing")
         w.click_item("placing.swap 3")
@@ -138,6 +169,8 @@ def main():
         w.wait_state("the distance is given", lambda s: s["scan"]["spacing_mm"] == 2.2)
         w.wait_items("higher slices", lambda items: items["ct.large"] != before)
         picture("placed")
+        for _ in range(2):  # the first one leaves the field
+            enter_alone(lambda s: s["scan"]["asks"])
         w.click_item("scan.import")
         w.wait_event("running", after=after)
         w.wait_state("the notes on the import", lambda s: s["dialog"])
@@ -145,6 +178,22 @@ def main():
         w.wait_state("no dialog", lambda s: not s["dialog"])
         asked = [e["event"] for e in w.events[after:] if e["event"].startswith("asks")]
         assert asked == ["asks_about_scan"], asked
+
+        # A surface in cm, and a folder without a scan.
+        after = w.mark()
+        drop("shin.stl")
+        w.wait_event("asks_for_unit", after=after)
+        w.wait_items("both units", lambda items: "answer 3" in items)
+        picture("unit")
+        enter_alone(lambda s: s["dialog"])
+        w.key("Escape")
+        w.wait_state("no dialog", lambda s: not s["dialog"])
+        drop("none")
+        w.wait_event("not_opened", after=after)
+        w.wait_state("the reason", lambda s: s["dialog"])
+        picture("refused")
+        w.key("Return")
+        w.wait_state("no dialog", lambda s: not s["dialog"])
         w.quit()
         code, out = w.wait_end()
         assert code == 0, (code, out)

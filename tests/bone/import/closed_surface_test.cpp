@@ -270,7 +270,9 @@ TEST(SurfaceUnits, AreAskedForIfMillimetresAndCentimetresArePlausible) {
     ScaleToMm(tiny, "", "a.stl");
     FAIL() << "no error";
   } catch (const UnclearUnit& e) {
-    EXPECT_THAT(e.units(), ElementsAre("cm", "in", "mm"));
+    std::vector<std::string> choices;
+    for (const auto& [choice, side_mm] : e.choices()) choices.push_back(fmt::format("{} {:g}", choice, side_mm));
+    EXPECT_THAT(choices, ElementsAre("cm 30", "in 76.2", "mm 3"));
     EXPECT_EQ(e.why(), "the largest side of the surface is 3, which is unlikely for a bone in mm");
   }
   for (const char* unit : {"mm", "cm"}) {
