@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/cli/commands.h"
+#include "app/cli/ct_options.h"
 #include "app/cli/message.h"
 #include "app/cli/numbers.h"
 #include "app/cli/progress.h"
@@ -19,6 +20,7 @@
 #include "bone/import/dicom_input.h"
 #include "bone/import/dicom_study.h"
 #include "bone/import/import.h"
+#include "bone/import/patient_frame.h"
 #include "bone/mesh/decimate.h"
 #include "bone/mesh/meshfile.h"
 #include "bone/vdb/bonefile.h"
@@ -93,20 +95,42 @@ double CalcVolumeChangePercent(const Exported& exported) {
   return 100 * (exported.volume_mm3 / exported.full_volume_mm3 - 1);
 }
 
+/// Returns the frame of the CT that the user states, or has stated when the bone was imported; empty: neither.
+std::string FindFrame(const Bone& bone, const ExportArguments& options) {
+  const auto note = bone.notes().find("import_frame");
+  if (!options.import.frame.empty() || note == bone.notes().end()) return options.import.frame;
+  std::string frame = note->second.substr(0, 3);
+  Say("{}: its frame was taken as {}, as when {} was imported", options.ct, frame, options.file);
+  return frame;
+}
+
+/// Reads the study of the CT, which must contain the bone, and says what was left out and assumed.
+DicomStudy ReadStudy(const Bone& bone, const ExportArguments& options) {
+  const DicomInput input(options.ct);
+  for (const DicomSeries& any : input.series()) {
+    for (const DicomSlice& slice : any.slices) CheckInputsNotOverwritten({slice.path}, {options.segmentation});
+  }
+  const DicomSeries series = TakeAsCt(input.Choose(options.import.series), options.import.as_ct);
+  DicomSeries placed = CheckSeries(series, options.import.spacing_z_mm);
+  glm::dmat3 file_from_lps(1);
+  if (const std::string frame = FindFrame(bone, options); !frame.empty()) {
+    DropFrameWarnings(placed.warnings);
+    file_from_lps = glm::transpose(LpsFromFrame(frame));
+  }
+  for (const std::string& warning : placed.warnings) Say("{}", warning);
+  const Box3 box_W = bone.CalcBounds();
+  Box3 box_in_file;
+  for (const Vec3& corner_W : {box_W.lower, box_W.upper}) box_in_file.Include(file_from_lps * corner_W);
+  CheckContains(placed, box_in_file, options.ct);
+  DicomStudy study = ReadDicomStudy(placed);
+  study.file_from_lps = file_from_lps;
+  return study;
+}
+
 SegmentationWriting ExportSegmentation(const Bone& bone, const ExportArguments& options) {
   const double voxel_mm = options.segment_voxel_mm > 0 ? options.segment_voxel_mm : bone.region_voxel_mm();
   std::optional<DicomStudy> study;
-  if (!options.ct.empty()) {
-    const DicomInput input(options.ct);
-    for (const DicomSeries& any : input.series()) {
-      for (const DicomSlice& slice : any.slices) CheckInputsNotOverwritten({slice.path}, {options.segmentation});
-    }
-    const DicomSeries series = TakeAsCt(input.Choose(options.import.series), true);
-    for (const std::string& warning : series.warnings) SayWarning("{}: {}", options.ct, warning);
-    const DicomSeries placed = CheckSeries(series, options.import.spacing_z_mm);
-    CheckContains(placed, bone.CalcBounds(), options.ct);
-    study = ReadDicomStudy(placed);
-  }
+  if (!options.ct.empty()) study = ReadStudy(bone, options);
   const Bone before = options.before.empty() ? Bone() : ReadBone(options.before);
   SegmentationWriting written;
   {
@@ -181,7 +205,7 @@ void Print(const ExportArguments& options, const std::vector<Exported>& all, con
 }
 
 /// Throws CLI::ParseError for options that do not fit together.
-void Check(const ExportArguments& options) {
+void Check(const CLI::App& command, const ExportArguments& options) {
   if (options.output.empty() && options.segmentation.empty()) throw CLI::RequiredError("--output or --seg");
   const bool is_dicom = options.segmentation.ends_with(".dcm");
   if (!options.segmentation.empty() && !is_dicom && !options.segmentation.ends_with(".seg.nrrd")) {
@@ -191,9 +215,7 @@ void Check(const ExportArguments& options) {
     throw CLI::ValidationError("--seg", "a DICOM segmentation refers to the CT; name its folder with --ct");
   }
   if (!is_dicom && !options.ct.empty()) throw CLI::ValidationError("--ct needs --seg FILE.dcm");
-  if (options.ct.empty() && (!options.import.series.empty() || options.import.spacing_z_mm != 0)) {
-    throw CLI::ValidationError("--series and --spacing-z need --ct");
-  }
+  if (options.ct.empty()) RejectCtOptions(command, "needs --ct");
   if (options.segmentation.empty() && (!options.before.empty() || options.segment_voxel_mm > 0)) {
     throw CLI::ValidationError("--before and --seg-voxel need --seg");
   }
@@ -204,8 +226,8 @@ void Check(const ExportArguments& options) {
   CheckInputsNotOverwritten({options.file, options.before}, {options.output, options.segmentation});
 }
 
-void Run(const ExportArguments& options) {
-  Check(options);
+void Run(const CLI::App& command, const ExportArguments& options) {
+  Check(command, options);
   const Bone bone = ReadBone(options.file);
   std::vector<Exported> all;
   Pieces pieces;
@@ -261,14 +283,12 @@ void AddExportCommand(CLI::App& app) {
   command->add_option(
       "--ct", options->ct,
       "With --seg FILE.dcm: the CT (DICOM folder, slice or .zip) that the bone was made from; patient and study "
-      "are copied from it");
-  command->add_option("--series", options->import.series, "With --ct: UID of the CT series, or its end");
-  AddNumber(*command, "--spacing-z", options->import, "spacing_z_mm",
-            "With --ct: distance between the slices of DICOM files that do not state it; 0: as stated");
+      "are copied from it; --series, --as-ct, --frame and --spacing-z apply to it");
+  AddCtOptions(*command, options->import, "The CT, with --ct");
   AddNumberOption(*command, "--seg-voxel", options->segment_voxel_mm, "seg_voxel_mm", kSegmentVoxelRange_mm,
                   "With --seg: voxel size; default: that of the bone's regions");
   command->add_flag("--json", options->json, "Print as JSON");
-  command->callback([options] { Run(*options); });
+  command->callback([options, command] { Run(*command, *options); });
 }
 
 }  // namespace kerf::cli

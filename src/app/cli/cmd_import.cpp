@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "app/cli/commands.h"
-#include "app/cli/frame_option.h"
+#include "app/cli/ct_options.h"
 #include "app/cli/mask_options.h"
 #include "app/cli/message.h"
 #include "app/cli/numbers.h"
@@ -398,16 +398,9 @@ void AddImportCommand(CLI::App& app) {
                             ListImageExtensions()));
   c->add_option("-o,--output", o->output, "Bone file to write (.vdb)");
   c->add_flag("--list", o->list, "Only list the DICOM series");
-  c->add_option("--series", o->import.series,
-                "UID of the DICOM series as --list prints it, or its end; default: the CT that suits a jaw, if one "
-                "clearly does");
-  c->add_flag("--as-ct", o->import.as_ct,
-              "Read a DICOM series that is not stated to be a CT, such as modality OT or secondary captures, as one");
   c->add_flag("--json", o->json, "Print as JSON");
   AddNumber(*c, "--voxel", o->import, "voxel_mm");
-
-  AddFrameOption(*c, o->import.frame);
-  AddNumber(*c, "--spacing-z", o->import, "spacing_z_mm");
+  AddCtOptions(*c, o->import, "The file");
 
   const std::string which = "Selection of the bone";
   c->add_option("--keep", o->keep, "Point x,y,z in the wanted bone, patient coordinates LPS, mm; may be repeated")

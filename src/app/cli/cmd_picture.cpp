@@ -9,8 +9,8 @@
 #include <system_error>
 
 #include "app/cli/commands.h"
+#include "app/cli/ct_options.h"
 #include "app/cli/ct_sheet.h"
-#include "app/cli/frame_option.h"
 #include "app/cli/mask_options.h"
 #include "app/cli/numbers.h"
 #include "base/files/files.h"
@@ -100,16 +100,15 @@ void DrawBone(const PictureArguments& options) {
 }
 
 void Run(const CLI::App& command, const PictureArguments& options) {
-  if (options.file.ends_with(".seg.nrrd") || options.file.ends_with(".dcm")) {
-    throw Error(fmt::format("{}: give the folder or file of the CT, and a segmentation with --mask", options.file));
-  }
+  constexpr char kOnlyCt[] = "applies to CTs, but the input is a bone";
   const bool ct = IsCt(options.file);
   for (const char* name : {"--view", "--colour", "--dark"}) {
     if (ct && command.count(name) > 0) throw CLI::ValidationError(name, "applies to bones; a CT is drawn in slices");
   }
-  for (const char* name : {"--slice", "--keep", "--drop", "--iso", "--series", "--frame", "--spacing-z", "--mask"}) {
-    if (!ct && command.count(name) > 0) throw CLI::ValidationError(name, "applies to CTs, but the input is a bone");
+  for (const char* name : {"--slice", "--keep", "--drop", "--iso", "--mask"}) {
+    if (!ct && command.count(name) > 0) throw CLI::ValidationError(name, kOnlyCt);
   }
+  if (!ct) RejectCtOptions(command, kOnlyCt);
   CheckMaskOptions(command, options.mask);
   CheckWritable(options.output);
   CheckInputsNotOverwritten({options.file, options.mask.file}, {options.output});
@@ -163,12 +162,7 @@ void AddPictureCommand(CLI::App& app) {
       ->allow_extra_args(false)
       ->group(ct);
   AddIsoOption(*command, o->ct.import.isolate.iso_hu, o->ct.import.iso_auto, kIsoRange_HU)->group(ct);
-  command
-      ->add_option("--series", o->ct.import.series,
-                   "UID of the DICOM series, or the end of the UID; default: the only CT series")
-      ->group(ct);
-  AddFrameOption(*command, o->ct.import.frame)->group(ct);
-  AddNumber(*command, "--spacing-z", o->ct.import, "spacing_z_mm")->group(ct);
+  AddCtOptions(*command, o->ct.import, ct);
   AddMaskOptions(*command, o->mask, o->ct.import, "what it selects, adds and cuts off is tinted", ct);
   command->callback([o, command] { Run(*command, *o); });
 }

@@ -17,6 +17,7 @@
 #include "bone/import/ct_view.h"
 #include "bone/import/hu_check.h"
 #include "bone/import/mask_overlay.h"
+#include "bone/import/padding.h"
 #include "bone/import/patient_frame.h"
 #include "kerf/error.h"
 #include "view/picture/mm_grid.h"
@@ -208,6 +209,7 @@ void DrawCtSheet(const CtSheetOptions& options) {
   }
   ImportReport report;
   Volume ct = StoreAlongPatient(ReadCt(options.input, options.import, report));
+  ClearPadding(ct);
   ImportOptions import = options.import;
   constexpr int kPlotHeight = 320;
   constexpr std::size_t kBins = 200;
@@ -215,6 +217,8 @@ void DrawCtSheet(const CtSheetOptions& options) {
   if (options.height < 3 * kPlotHeight) scale.reset();
   const ValueHistogram histogram = CalcHistogram(ct, kBins, {import.isolate.iso_hu, import.isolate.iso_hu + 1});
   const BoneLevel level = TakeIso(options, ct, import);
+  if (!level.warning.empty()) ct.warnings.push_back(level.warning);
+  for (const std::string& warning : ct.warnings) Say("{}", warning);
   const std::optional<MaskOverlay> overlay =
       import.isolate.mask ? std::optional<MaskOverlay>(std::in_place, ct, import) : std::nullopt;
   CtViewOptions draw;

@@ -219,7 +219,9 @@ Vec3 CalcNormal(const DicomSlice& slice) {
 
 DicomSeries CheckSeries(const DicomSeries& series, double spacing_z_mm) {
   DicomSeries placed = CheckSlices(series);
-  placed.slices = PlaceSlices(placed, spacing_z_mm).slices;
+  SliceStack stack = PlaceSlices(placed, spacing_z_mm);
+  placed.slices = std::move(stack.slices);
+  placed.warnings.insert(placed.warnings.end(), stack.warnings.begin(), stack.warnings.end());
   return placed;
 }
 

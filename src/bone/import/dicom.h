@@ -124,8 +124,9 @@ bool MayBeCt(const std::string& modality);
 /// several patients, and kerf::Error if there is no CT.
 DicomSeries ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid, const std::string& folder);
 
-/// Returns the series with its slices where ReadDicomSeries() places them, without damaged ones. Throws kerf::Error
-/// unless it is a complete CT, as far as its headers tell: see ReadDicomSeries().
+/// Returns the series with its slices where ReadDicomSeries() places them, without damaged ones, and with what was
+/// assumed about their places among its warnings. Throws kerf::Error unless it is a complete CT, as far as its headers
+/// tell: see ReadDicomSeries().
 DicomSeries CheckSeries(const DicomSeries& series, double spacing_z_mm = 0);
 
 /// Reads the pixels. `progress`, which is optional, is called with values from 0 to 1. `spacing_z_mm`: between slices,

@@ -19,6 +19,7 @@ struct DicomStudy {
   std::string series_uid;
   std::string class_uid;                   // of the slices
   std::vector<std::string> instance_uids;  // of the slices, along the normal
+  glm::dmat3 file_from_lps{1};             // turns vectors to the frame of the slices, if that is not LPS
 };
 
 /// Throws kerf::Error, with `name` in the message, unless a box (LPS, mm) lies in the box around the slices, grown by

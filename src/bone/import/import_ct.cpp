@@ -172,7 +172,7 @@ Volume ReadDicom(const std::string& path, const ImportOptions& options, ImportRe
     }
   }
   if (!options.frame.empty()) {
-    std::erase_if(ct.warnings, [](const std::string& w) { return w.ends_with("with --frame"); });  // it was decided
+    DropFrameWarnings(ct.warnings);
     ReinterpretFrame(options.frame, ct);
   }
   return ct;

@@ -57,6 +57,10 @@ void PlaceLattice(const Vec3& origin, const glm::dmat3& steps, double unit_mm, V
   }
 }
 
+void DropFrameWarnings(std::vector<std::string>& warnings) {
+  std::erase_if(warnings, [](const std::string& warning) { return warning.ends_with("with --frame"); });
+}
+
 void ReinterpretFrame(const std::string& frame, Volume& volume) {
   const glm::dmat3 turn = LpsFromFrame(frame);
   volume.frame = frame;

@@ -3,6 +3,7 @@
 
 #include <glm/mat3x3.hpp>
 #include <string>
+#include <vector>
 
 #include "bone/import/volume.h"
 #include "kerf/geometry.h"
@@ -19,6 +20,9 @@ std::string FrameName(const glm::dmat3& lps_from_frame);
 /// Sets the lattice of `volume` from `origin` and `steps` (columns: from voxel to voxel along i, j, k), both in the
 /// coordinates of volume.frame and in units of `unit_mm`.
 void PlaceLattice(const Vec3& origin, const glm::dmat3& steps, double unit_mm, Volume& volume);
+
+/// Removes the warnings about the frame of a file, which the user has stated.
+void DropFrameWarnings(std::vector<std::string>& warnings);
 
 /// Transforms to LPS a volume whose coordinates were read as LPS but are actually those of `frame`.
 void ReinterpretFrame(const std::string& frame, Volume& volume);

@@ -205,7 +205,8 @@ void AddFrames(const DicomWriting& writing, const DicomStudy& study, DicomItem& 
   DicomItem measures, orientation, shared;
   measures.Numbers(0x0028, 0x0030, {writing.voxel_mm, writing.voxel_mm});
   measures.Numbers(0x0018, 0x0050, {writing.voxel_mm}).Numbers(0x0018, 0x0088, {writing.voxel_mm});
-  orientation.Numbers(0x0020, 0x0037, {1, 0, 0, 0, 1, 0});
+  const glm::dmat3& turn = study.file_from_lps;
+  orientation.Numbers(0x0020, 0x0037, {turn[0].x, turn[0].y, turn[0].z, turn[1].x, turn[1].y, turn[1].z});
   shared.Sequence(0x0028, 0x9110, {measures}).Sequence(0x0020, 0x9116, {orientation});
   shared.Sequence(0x0008, 0x9124, {MakeDerivation(study)});
   to.Sequence(0x5200, 0x9229, {shared});
@@ -216,7 +217,8 @@ void AddFrames(const DicomWriting& writing, const DicomStudy& study, DicomItem& 
     const auto slice = std::lround((frame.origin_W.z - lowest_mm) / writing.voxel_mm);
     DicomItem content, plane, segment, item;
     content.Longs(0x0020, 0x9157, {static_cast<std::size_t>(frame.segment), static_cast<std::size_t>(slice) + 1});
-    plane.Numbers(0x0020, 0x0032, {frame.origin_W.x, frame.origin_W.y, frame.origin_W.z});
+    const Vec3 origin = turn * frame.origin_W;
+    plane.Numbers(0x0020, 0x0032, {origin.x, origin.y, origin.z});
     segment.Shorts(0x0062, 0x000b, {frame.segment});
     item.Sequence(0x0020, 0x9111, {content}).Sequence(0x0020, 0x9113, {plane}).Sequence(0x0062, 0x000a, {segment});
     frames.push_back(item);

@@ -13,6 +13,7 @@ namespace {
 
 using test::ProgramResult;
 using testing::HasSubstr;
+using testing::Not;
 
 class Export : public test::ProgramTest {
  protected:
@@ -94,6 +95,48 @@ TEST_F(Export, ACtWithoutSpacingNeedsItForASegmentationToo) {
   EXPECT_EQ(written.code, 0) << written.err;
   EXPECT_TRUE(Exists("cut.dcm"));
   EXPECT_EQ(Kerf("export block.vdb -o block.stl --spacing-z 2").code, 2);
+  // What was assumed is said, as by kerf import; what the user states is not.
+  const std::string assumed = "the frames were placed in their order along the normal of their plane";
+  EXPECT_THAT(written.err, HasSubstr(assumed));
+  for (const char* command : {"export block.vdb --seg cut.dcm --ct ", "import -o ct.vdb ", "picture -o ct.png "}) {
+    EXPECT_THAT(Kerf(std::string(command) + "ct.dcm --spacing-z 2").err, HasSubstr(assumed)) << command;
+    EXPECT_THAT(Kerf(std::string(command) + "ct.dcm --spacing-z 2 --frame LPS").err, Not(HasSubstr(assumed)));
+    EXPECT_EQ(Kerf(std::string(command) + "ct.dcm --spacing-z 2 --frame LPX").code, 2);
+  }
+}
+
+TEST_F(Export, ASeriesThatIsNotStatedToBeACtIsConfirmedForASegmentationAndAPicture) {
+  std::filesystem::create_directory(folder_ / "ct");
+  test::SliceSpec spec;
+  spec.modality = "OT";
+  test::WriteDicom(
+      test::MakeCt(
+          {12, 10, 8}, {2, 2, 2}, {-11, -9, -7}, glm::dmat3(1), [](const Vec3& p) { return glm::length(p) - 7; }, 900),
+      (folder_ / "ct").string(), spec);
+  for (const std::string command : {"export block.vdb --seg cut.dcm --ct ct", "picture ct -o ct.png"}) {
+    const ProgramResult refused = Kerf(command);
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_THAT(refused.err, HasSubstr("--as-ct"));
+    const ProgramResult written = Kerf(command + " --as-ct");
+    EXPECT_EQ(written.code, 0) << written.err;
+    EXPECT_THAT(written.err, HasSubstr("it was read as a CT because of --as-ct"));
+  }
+  EXPECT_THAT(Kerf("picture block.vdb -o a.png --as-ct").err, HasSubstr("applies to CTs, but the input is a bone"));
+}
+
+TEST_F(Export, ATurnedFrameIsThatOfTheBone) {
+  std::filesystem::create_directory(folder_ / "ct");
+  // The slices lie at z = 2 to 18 mm of the file, and the bone, of which z is turned, at -6 to 0 mm of the patient.
+  test::WriteDicom(test::MakeCt(
+                       {12, 10, 8}, {2, 2, 2}, {-11, -9, 3}, glm::dmat3(1),
+                       [](const Vec3& p) { return glm::length(p - Vec3(0, 0, 10)) - 7; }, 900),
+                   (folder_ / "ct").string());
+  EXPECT_THAT(Kerf("export block.vdb --seg cut.dcm --ct ct").err, HasSubstr("the bone is not inside"));
+  EXPECT_EQ(Kerf("export block.vdb --seg cut.dcm --ct ct --frame LAI").code, 0);
+  ASSERT_EQ(Kerf("import ct -o ball.vdb --no-isolate --frame LAI --voxel 0.5").code, 0);
+  const ProgramResult known = Kerf("export ball.vdb --seg cut.dcm --ct ct");
+  EXPECT_EQ(known.code, 0);
+  EXPECT_THAT(known.err, HasSubstr("ct: its frame was taken as LAI, as when ball.vdb was imported"));
 }
 
 TEST_F(Export, PictureHasTheRequestedSize) {

@@ -39,7 +39,8 @@ class PictureCommand : public test::ProgramTest {
     }
     std::ofstream file(folder_ / name, std::ios::binary);
     file << "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nDimSize = 40 40 40\n"
-            "Offset = -15 -40 10\nElementSpacing = 1 1 1\nElementType = MET_SHORT\nElementDataFile = LOCAL\n";
+            "TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = -15 -40 10\nElementSpacing = 1 1 1\nElementType = "
+            "MET_SHORT\nElementDataFile = LOCAL\n";
     file.write(reinterpret_cast<const char*>(hu.data()), static_cast<std::streamsize>(2 * hu.size()));
   }
   // Returns width and height from the PNG's header.
@@ -104,6 +105,9 @@ TEST_F(PictureCommand, RefusesInputThatCannotBeDrawn) {
   EXPECT_EQ(Kerf("picture b.vdb -o a.png --slice z=1").code, 2);
   ExpectRefusal(Kerf("picture ball.mha -o a.png --iso 2000"),
                 "ball.mha: no bone: no piece above 2000 HU is 1 cm3 or larger; choose another value with --iso");
+  WriteImage("mask.seg.nrrd", 1, 0);
+  ExpectRefusal(Kerf("picture mask.seg.nrrd -o a.png"),
+                "mask.seg.nrrd: a segmentation, not a CT; import it with --mask");
   EXPECT_FALSE(Exists("a.png"));
 }
 

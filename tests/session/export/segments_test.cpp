@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "bone/import/ct_files.h"
+#include "bone/import/patient_frame.h"
 #include "bone/segmentation/dicom_segmentation.h"
 #include "bone/segmentation/roles.h"
 #include "bone/segmentation/segmentation.h"
@@ -33,6 +34,19 @@ const Segment& Find(const Segmentation& all, const std::string& name) {
   ADD_FAILURE() << "no segment " << name;
   static const Segment kNone;
   return kNone;
+}
+
+/// Returns the sum of the coordinates of the segment's voxels, mm.
+Vec3 SumPlaces(const Segmentation& all, const Segment& segment) {
+  Vec3 sum_W{0};
+  const auto& labels = all.layers[static_cast<std::size_t>(segment.layer)];
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    if (labels[v] != segment.label) continue;
+    const auto width = static_cast<std::size_t>(all.lattice.size[0]);
+    const auto height = static_cast<std::size_t>(all.lattice.size[1]);
+    sum_W += all.lattice.WorldFromVoxel({v % width, v / width % height, v / width / height});
+  }
+  return sum_W;
 }
 
 class Segments : public ::testing::Test {
@@ -210,6 +224,25 @@ TEST_F(DicomSegments, AreThoseOfTheOtherFormat) {
   EXPECT_EQ(FindCodedMeaning(Find(dicom, "metal"))->role, SegmentRole::kMetal);
 }
 
+// The header of the CT states a wrong frame, which the user has corrected for the bone: the segments lie on the CT as
+// other programs read it.
+TEST_F(DicomSegments, LieInTheFrameOfTheFiles) {
+  DicomStudy study = MakeStudy();
+  const Bone bone = MakeSegmentedJaw();
+  const auto write = [&](const glm::dmat3& file_from_lps) {
+    study.file_from_lps = file_from_lps;
+    WriteSegments(bone, nullptr, kVoxel_mm, folder_.file("bone.dcm"), &study);
+    const Segmentation read = ReadDicomSegmentation(folder_.file("bone.dcm"));
+    return SumPlaces(read, Find(read, "tooth 36"));
+  };
+  const Vec3 sum_W = write(glm::dmat3(1));
+  ASSERT_GT(glm::length(sum_W), 100);
+  for (const char* frame : {"RAS", "LAS", "ILP"}) {
+    const glm::dmat3 lps_from_file = LpsFromFrame(frame);
+    EXPECT_LT(glm::length(lps_from_file * write(glm::transpose(lps_from_file)) - sum_W), 0.02) << frame;
+  }
+}
+
 TEST_F(DicomSegments, NeedOnePatientInAllSlices) {
   MakeStudy();
   const std::string folder = folder_.file("ct");
@@ -242,14 +275,7 @@ TEST_F(DicomSegments, AreReadAlikeByPydicom) {
   std::getline(lines, line);
   EXPECT_EQ(line, "1.2.3.4.5 9");
   for (const Segment& segment : read_.segments) {
-    Vec3 sum_W{0};
-    const auto& labels = read_.layers[static_cast<std::size_t>(segment.layer)];
-    for (std::size_t v = 0; v < labels.size(); ++v) {
-      if (labels[v] != segment.label) continue;
-      const auto width = static_cast<std::size_t>(read_.lattice.size[0]);
-      const auto height = static_cast<std::size_t>(read_.lattice.size[1]);
-      sum_W += read_.lattice.WorldFromVoxel({v % width, v / width % height, v / width / height});
-    }
+    const Vec3 sum_W = SumPlaces(read_, segment);
     ASSERT_TRUE(std::getline(lines, line)) << segment.name;
     std::vector<std::string> fields;
     std::istringstream in(line);
