@@ -180,11 +180,13 @@ Image DrawHistogram(const ValueHistogram& histogram, const GreyScale& scale, dou
   plot.text_scale = 1.7;
   plot.title = "Grey values of the file, which are not HU";
   plot.x.label = "grey value of the file";
-  plot.x.lower = histogram.lower;
+  const double range = histogram.upper - histogram.lower;
+  plot.x.lower = histogram.lower - 0.05 * range;  // keeps the first peak off the axis
   plot.x.upper = histogram.upper;
   plot.y.label = "voxels (%)";
   plot.y.log = true;
   plot.y.lower = kLeast;
+  plot.y.upper = 100;
   PlotSeries series;
   for (std::size_t bin = 0; bin < histogram.fractions.size(); ++bin) {
     series.x.push_back(histogram.CalcMiddle(bin));
@@ -193,7 +195,8 @@ Image DrawHistogram(const ValueHistogram& histogram, const GreyScale& scale, dou
   plot.series.push_back(std::move(series));
   plot.bands.push_back({.x0 = iso, .x1 = histogram.upper, .label = fmt::format("bone, {:.0f} and more", iso)});
   for (const auto& [at, name] : {std::pair(scale.air, "air"), std::pair(scale.soft, "soft tissue")}) {
-    plot.lines.push_back({.vertical = true, .at = at, .label = fmt::format("{} {:.0f}", name, at)});
+    plot.lines.push_back({.vertical = true, .at = at, .label = ""});
+    plot.notes.push_back({.x = at + 0.01 * range, .y = 30, .text = fmt::format("{} {:.0f}", name, at), .colour = {}});
   }
   return RenderPlot(plot);
 }
