@@ -240,6 +240,17 @@ TEST_F(DicomFolder, TheSeriesThatSuitsAJawIsTakenAndTheOthersAreListed) {
   EXPECT_THAT(Refusal(), HasSubstr("the folder contains 3 CT series; choose one with --series UID: "));
 }
 
+TEST_F(DicomFolder, ScoutViewsInSeriesOfTheirOwnAreListedOnly) {
+  Write(ct_);
+  for (const char* uid : {"1.2.8", "1.2.9"}) {
+    WriteBytes(folder_.file(uid), Slice(0, [&](DicomBytes& b) {
+                 b.Set(8, 8, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER").Set(0x20, 0xe, "UI", uid);
+               }));
+  }
+  ExpectRead(ElementsAre(testing::AllOf(HasSubstr("3 CT series; the one that suits a jaw best was taken: 1.2.3.4.5 ("),
+                                        HasSubstr("1.2.8 (CT, 1 slice"), HasSubstr("1.2.9 (CT, 1 slice"))));
+}
+
 TEST_F(DicomFolder, TwoPatientsWithOneUidAreRefusedAndNamedByFile) {
   Write(BallCt(8));
   Volume next = ct_;

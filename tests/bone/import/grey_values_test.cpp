@@ -10,6 +10,7 @@
 #include "bone/import/hu_check.h"
 #include "bone/import/import.h"
 #include "ct_files.h"
+#include "dicom_bytes.h"
 #include "support/jaw_ct.h"
 
 namespace kerf {
@@ -143,6 +144,29 @@ TEST(GreyValues, ImportGivesTheBoneAndTheTeethOfTheSameScanInHu) {
   const ImportReport same = ImportJaw(GreyJaw(1, -1000), 0, true);
   EXPECT_EQ(same.solid_mm3, plain.solid_mm3);
   EXPECT_EQ(same.iso, 300);
+}
+
+TEST(GreyValues, ADicomSeriesOf8BitsIsNoLabelMap) {
+  const Volume ct = GreyJaw(1.0 / 12, 0, 0, 0, 255);
+  const Folder folder;
+  for (int k = 0; k < ct.size[2]; ++k) {
+    test::SliceSpec spec;
+    spec.intercept = 0;
+    spec.slope = 1;
+    const std::size_t plane = ct.count() / static_cast<std::size_t>(ct.size[2]);
+    for (std::size_t v = 0; v < plane; ++v) spec.pixels += static_cast<char>(ct.hu[plane * k + v]);
+    if (plane % 2 != 0) spec.pixels += '\0';
+    test::DicomBytes slice(test::DicomSlice(ct, k, spec));
+    for (const auto& [element, value] :
+         std::vector<std::pair<std::uint16_t, char>>{{0x100, '\10'}, {0x101, '\10'}, {0x102, '\7'}}) {
+      slice.Set(0x28, element, "US", {value, '\0'});
+    }
+    test::WriteBytes(folder.file(fmt::format("{:03}.dcm", k)), slice.File());
+  }
+  ImportReport report;
+  EXPECT_EQ(ReadCt(folder.path(), {}, report).hu, ct.hu);
+  EXPECT_THAT(test::MessageOf([&] { Import(folder.path(), {}); }),
+              HasSubstr("these values are not HU: air lies near 0, soft tissue near 8"));
 }
 
 TEST(GreyValues, ToothThresholdsFollowAnIsoThatNothingElseExplains) {
