@@ -206,6 +206,7 @@ void PrintJson(const ImportArguments& options, const ImportReport& r, const Bone
                      {"mandible", r.mandible},
                      {"shape_objection", r.shape_objection},
                      {"cut_by_scan", r.cut_by_scan},
+                     {"cut_mm2", r.cut_mm2},
                      {"surface_error", ErrorJson(r.surface_error)},
                      {"voxel_mm", bone.voxel_mm()},
                      {"region_voxel_mm", bone.region_voxel_mm()},
@@ -286,7 +287,10 @@ void Warn(const ImportArguments& options, const ImportReport& r) {
     Say("if the CT shows teeth, lower --tooth-hu: no part of the bone has {:.0f} HU or more",
         options.import.tissue.tooth_hu);
   }
-  if (r.cut_by_scan) Say("the bone reaches the edge of the scan and is cut off there");
+  if (r.cut_by_scan) {
+    Say("the bone reaches the edge of the scan and is cut off there{}",
+        r.cut_mm2 > 0 ? fmt::format(", over {:.0f} mm2", r.cut_mm2) : "");
+  }
   if (!r.mandible) {
     Say("all cortical bone is one region, because the bone is not recognised as a mandible{}{}",
         r.shape_objection.empty() ? "" : ": ", r.shape_objection);

@@ -76,9 +76,16 @@ void AddFault(const DicomSlice& slice, const Error& fault, std::string& faults) 
   faults += slice.path + '\0' + fault.what() + '\0';
 }
 
-// Reads the slices' HU into `pixels`, one slice after the other. For a child process. Returns the faults.
-std::string ReadSlices(const std::vector<DicomSlice>& slices, std::size_t slice_pixels, char* pixels,
+// Returns the bytes that hold one bit for each pixel of a slice.
+std::size_t CalcMaskBytes(std::size_t slice_pixels) {
+  return (slice_pixels + 7) / 8;
+}
+
+// Reads the slices' HU into `pixels` and what is padding into `padding`, one slice after the other. For a child process.
+// Returns the faults.
+std::string ReadSlices(const std::vector<DicomSlice>& slices, std::size_t slice_pixels, char* pixels, char* padding,
                        SliceValues& found, ChildReport& report) {
+  const std::size_t mask_bytes = CalcMaskBytes(slice_pixels);
   std::string faults;
   HuTable table;
   std::vector<std::int16_t> hu(slice_pixels);
@@ -93,7 +100,7 @@ std::string ReadSlices(const std::vector<DicomSlice>& slices, std::size_t slice_
       const FilePixels file(next);
       found.behind += file.bytes_behind();
       for (const std::size_t k : of_file->second) {
-        table.Convert(file, slices[k], hu, found);
+        table.Convert(file, slices[k], hu, {padding + k * mask_bytes, mask_bytes}, found);
         std::memcpy(pixels + k * slice_pixels * sizeof hu[0], hu.data(), slice_pixels * sizeof hu[0]);
         report.SetProgress(static_cast<double>(++done) / static_cast<double>(slices.size()));
       }
@@ -137,6 +144,20 @@ void FillPlanes(const SliceStack& stack, const char* pixels, Volume& volume) {
     }
     for (std::size_t v = 0; v < n; ++v) {
       out[v] = static_cast<std::int16_t>(std::lround((1 - fraction) * a[v] + fraction * a[v + n]));
+    }
+  }
+}
+
+// Marks the voxels that are padding in a slice beside them.
+void MarkPadding(const SliceStack& stack, const char* padding, Volume& volume) {
+  const std::size_t n = static_cast<std::size_t>(volume.size[0]) * volume.size[1];
+  volume.padding.resize(volume.count());
+  for (std::size_t plane = 0; plane < stack.places.size(); ++plane) {
+    for (const double place : {std::floor(stack.places[plane]), std::ceil(stack.places[plane])}) {
+      const char* const mask = padding + static_cast<std::size_t>(place) * CalcMaskBytes(n);
+      for (std::size_t v = 0; v < n; ++v) {
+        if ((mask[v / 8] >> v % 8 & 1) != 0) volume.padding[plane * n + v] = true;
+      }
     }
   }
 }
@@ -186,10 +207,11 @@ Volume ReadWhole(const DicomSeries& series, const std::function<void(double)>& p
   }
   if (!faults.empty()) return {};
   const SharedMemory pixels(slice_pixels * stack.slices.size() * sizeof(std::int16_t));
+  const SharedMemory padding(CalcMaskBytes(slice_pixels) * stack.slices.size());
   const SharedMemory values(sizeof(SliceValues));
   const auto read = [&](ChildReport& report) {
     SliceValues found;
-    std::string unread = ReadSlices(stack.slices, slice_pixels, pixels.data(), found, report);
+    std::string unread = ReadSlices(stack.slices, slice_pixels, pixels.data(), padding.data(), found, report);
     std::memcpy(values.data(), &found, sizeof found);
     return unread;
   };
@@ -207,6 +229,7 @@ Volume ReadWhole(const DicomSeries& series, const std::function<void(double)>& p
   FillPlanes(stack, pixels.data(), volume);
   SliceValues found;
   std::memcpy(&found, values.data(), sizeof found);
+  if (found.is_marked) MarkPadding(stack, padding.data(), volume);
   WarnOfValues(found, volume);
   return volume;
 }

@@ -164,7 +164,7 @@ void FilePixels::Unpack(const DicomSlice& any) {
 
 HuTable::Entry HuTable::MakeEntry(const DicomSlice& slice, std::uint32_t word, int bytes, double& exact_hu) {
   constexpr double kAirTo = -900;  // values up to here, and not far below air, need no mention
-  constexpr double kAirFrom = -4000;
+  constexpr double kAirFrom = -4000, kLowestAir = -1200;
   constexpr double kTissueTo = 3000;  // a tag with a value that tissue has is wrong
   const int bits = std::min(slice.bits_stored > 0 ? slice.bits_stored : 8 * bytes, 8 * bytes);
   const std::int64_t whole = ReadBits(word, 8 * bytes, slice.is_signed);
@@ -179,6 +179,7 @@ HuTable::Entry HuTable::MakeEntry(const DicomSlice& slice, std::uint32_t word, i
       exact_hu = stored_hu;
       entry.hu = kPaddingHu;
       entry.padding = stored_hu > kAirTo || stored_hu < kAirFrom;
+      entry.marked = stored_hu > kAirTo || stored_hu < kLowestAir;
       entry.above = false;
       return entry;
     }
@@ -203,7 +204,12 @@ void HuTable::Fill(const DicomSlice& slice, int bytes) {
   }
 }
 
-void HuTable::Convert(const FilePixels& file, const DicomSlice& slice, std::span<std::int16_t> hu, SliceValues& found) {
+void HuTable::Convert(const FilePixels& file, const DicomSlice& slice, std::span<std::int16_t> hu,
+                      std::span<char> padding, SliceValues& found) {
+  const auto mark = [&](std::size_t v) {
+    padding[v / 8] = static_cast<char>(padding[v / 8] | 1 << v % 8);
+    found.is_marked = true;
+  };
   const int bytes = file.bytes_per_value();
   const std::string_view frame = file.Frame(slice.frame);
   const bool big = file.big_endian();
@@ -225,6 +231,7 @@ void HuTable::Convert(const FilePixels& file, const DicomSlice& slice, std::span
       ++found.padding;
       found.padding_value = static_cast<int>(ReadBits(word, 8 * bytes, slice.is_signed));
     }
+    if (entry.marked) mark(v);
     if (entry.above) {
       above_differ = above_differ || (above > 0 && word != above_word);
       above_word = word;
@@ -234,7 +241,9 @@ void HuTable::Convert(const FilePixels& file, const DicomSlice& slice, std::span
   // One value beyond the bits of the others that fills a part of the slice is padding; overlays have several.
   if (above_differ || 200 * above < hu.size() || above == 0) return;
   for (std::size_t v = 0; v < hu.size(); ++v) {
-    if (ReadWord(frame.data() + v * static_cast<std::size_t>(bytes), bytes, big) == above_word) hu[v] = kPaddingHu;
+    if (ReadWord(frame.data() + v * static_cast<std::size_t>(bytes), bytes, big) != above_word) continue;
+    hu[v] = kPaddingHu;
+    mark(v);
   }
   found.padding += above;
   found.padding_value = static_cast<int>(above_word);

@@ -52,20 +52,24 @@ struct SliceValues {
   double extreme = 0;        // the one farthest from 0
   std::size_t padding = 0;   // voxels of padding that are not like air as they are stored
   int padding_value = 0;     // one of them, as stored
+  bool is_marked = false;    // some padding is marked as such: see HuTable::Convert()
   std::size_t behind = 0;    // bytes behind the pixels, which were ignored
 };
 
 /// Converts stored values to HU: those of padding to -1024.
 class HuTable {
  public:
-  /// Writes the HU of a slice to `hu`, whose size is that of the slice.
-  void Convert(const FilePixels& file, const DicomSlice& slice, std::span<std::int16_t> hu, SliceValues& found);
+  /// Writes the HU of a slice to `hu`, whose size is that of the slice. `padding`: one bit of each pixel; sets those of
+  /// padding whose stored value no air has.
+  void Convert(const FilePixels& file, const DicomSlice& slice, std::span<std::int16_t> hu, std::span<char> padding,
+               SliceValues& found);
 
  private:
   struct Entry {
     std::int16_t hu = 0;
     bool clamped = false;
-    bool padding = false;  // not like air as it is stored
+    bool padding = false;  // not like air as it is stored, so that it is counted
+    bool marked = false;   // padding that is not exactly like air
     bool above = false;    // has bits above those of the value
   };
   static Entry MakeEntry(const DicomSlice& slice, std::uint32_t word, int bytes, double& exact_hu);

@@ -164,6 +164,7 @@ LayeredImage ReadNrrdOrMeta(const std::string& path, const std::string& frame, I
   const std::int16_t blank = max_layers > 1 ? std::int16_t{0} : kBlankHu;
   std::vector<std::int16_t> values;
   const Overflow overflow = AppendHu(bytes, layout.type, scale, 0, values, blank);
+  if (layers == 1) volume.padding = overflow.is_blank;
   volume.exact = overflow.count == 0 && !overflow.rounded;
   AddWarnings(overflow, count, blank, volume.warnings);
   image.layers = SplitLayers(std::move(values), layers, axis);

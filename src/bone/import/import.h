@@ -133,7 +133,8 @@ struct ImportReport {
   double dropped_mm3 = 0;
   bool mandible = false;        // true if the bone has the shape of a mandible; then the atlas was used
   std::string shape_objection;  // reason if it is not a mandible
-  bool cut_by_scan = false;     // true if the bone reaches the edge of the scan
+  bool cut_by_scan = false;     // true if the bone reaches the edge of the scan or of the segmentation
+  double cut_mm2 = 0;           // area in contact with the edge of the CT, also with padding; 0 without a CT
   SurfaceError surface_error;   // for a CT
   std::uint64_t active_voxels = 0;
   std::uint64_t memory_bytes = 0;  // of the bone

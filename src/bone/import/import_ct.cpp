@@ -449,7 +449,8 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
   report.contact_mm2 = isolation.contact_mm2;
   report.dropped_pieces = isolation.dropped_pieces;
   report.dropped_mm3 = isolation.dropped_mm3;
-  report.cut_by_scan = isolation.cut_by_scan;
+  report.cut_mm2 = isolation.cut_mm2;
+  report.cut_by_scan = isolation.cut_mm2 > 0;
   report.mandible = isolation.mandible;
   options.tissue.up_W = isolation.up_W;
   report.shape_objection = isolation.shape_objection;

@@ -72,7 +72,10 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
     bone.set_note("import_voids_filled", fmt::format("{} of {:.1f} mm3", report.voids.count, report.voids.mm3));
   }
   bone.set_note("import_isolation", report.isolation);
-  if (report.cut_by_scan) bone.set_note("import_cut_by_scan", "the bone reaches the edge of the scan");
+  if (report.cut_by_scan) {
+    bone.set_note("import_cut_by_scan",
+                  fmt::format("the bone reaches the edge of the scan, over {:.0f} mm2", report.cut_mm2));
+  }
   if (!options.isolate.keep_W.empty()) bone.set_note("import_keep_mm", Points(options.isolate.keep_W));
   if (!options.isolate.drop_W.empty()) bone.set_note("import_drop_mm", Points(options.isolate.drop_W));
   if (const SurfaceError& e = report.surface_error; e.points > 0) {

@@ -11,6 +11,7 @@
 #include "bone/import/blocks.h"
 #include "bone/import/isolate_mask.h"
 #include "bone/import/mandible_likeness.h"
+#include "bone/import/scan_edge.h"
 #include "bone/import/watershed.h"
 #include "kerf/error.h"
 
@@ -281,24 +282,6 @@ double CalcContact(const Volume& ct, const std::vector<std::uint8_t>& a, const s
   return area;
 }
 
-// Returns whether bone lies in the outermost voxels of the scan.
-bool TouchesEdge(const Volume& ct, const Isolation& result) {
-  const Vec3 shift = ct.VoxelFromWorld(result.ct.origin_W);
-  for (int k = 0; k < result.ct.size[2]; ++k) {
-    for (int j = 0; j < result.ct.size[1]; ++j) {
-      for (int i = 0; i < result.ct.size[0]; ++i) {
-        if (result.bone[result.ct.Index(i, j, k)] == 0) continue;
-        const std::array<int, 3> at = {i, j, k};
-        for (int a = 0; a < 3; ++a) {
-          const int n = at[a] + static_cast<int>(std::lround(shift[a]));
-          if (n <= 0 || n >= ct.size[a] - 1) return true;
-        }
-      }
-    }
-  }
-  return false;
-}
-
 bool ContainsBone(const Components& at_iso) {
   return !at_iso.list.empty() && at_iso.list.front().volume_mm3 >= 1000;
 }
@@ -391,7 +374,6 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
   if (!options.isolate) {
     Isolation all = TakeAll(ct, options, at_iso);
     count_iso(all);
-    all.cut_by_scan = TouchesEdge(ct, all);
     return all;
   }
 
@@ -513,7 +495,6 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
   }
   AddRim(result, unwanted);
   count_iso(result);
-  result.cut_by_scan = TouchesEdge(ct, result);
   return result;
 }
 
@@ -521,7 +502,11 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
 
 Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progress& progress) {
   const std::array<int, 3> step = ChooseBlocks(ct);
-  if (step == std::array<int, 3>{1, 1, 1}) return IsolateOn(ct, options, progress);
+  if (step == std::array<int, 3>{1, 1, 1}) {
+    Isolation result = IsolateOn(ct, options, progress);
+    result.cut_mm2 = CalcCutArea(ct, result, options.iso_hu);
+    return result;
+  }
   Isolation result = IsolateOn(JoinBlocks(ct, step, options.iso_hu), options, progress);
   result.step = step;
   CropScan(ct, result);
@@ -535,6 +520,7 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
     }
   }
   result.iso_volume_mm3 = static_cast<double>(voxels) * scan.CalcVoxelVolume();
+  result.cut_mm2 = CalcCutArea(ct, result, options.iso_hu);
   return result;
 }
 

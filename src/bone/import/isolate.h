@@ -76,7 +76,7 @@ struct Isolation {
   bool mandible = false;        // true if the bone has the shape of a mandible
   Vec3 up_W{0, 0, 1};           // towards the top of the head, if it has
   std::string shape_objection;  // reason if it does not, in words
-  bool cut_by_scan = false;     // true if bone reaches the edge of the scan
+  double cut_mm2 = 0;           // area in contact with the edge of the scan (scan_edge.h)
   double marker_hu = 0;         // automatic isolation: threshold above which the mandible is a separate piece;
                                 // otherwise 0
   std::optional<MaskUse> mask;  // if a mask was used

@@ -423,6 +423,7 @@ Volume ReadNifti(const std::string& path, const std::string& frame, double scale
   const std::vector<char> values = ReadVoxels(layout, volume.count(), path);
   const auto [slope, intercept] = ReadRescale(header, path, volume.warnings);
   const Overflow overflow = AppendHu(values, layout.type, scale * slope, scale * intercept, volume.hu, blank);
+  volume.padding = overflow.is_blank;
   volume.exact = overflow.count == 0 && !overflow.rounded;
   AddWarnings(overflow, volume.count(), blank, volume.warnings);
   return volume;

@@ -21,12 +21,18 @@ constexpr int kMinBright = 1000;      // no soft tissue; bone does not fill edge
 constexpr double kMinEdge = 0.9;      // fraction of an edge's voxels
 constexpr std::size_t kMinEdges = 3;  // of the four along an axis
 
+void ClearVoxel(std::size_t v, Volume& volume) {
+  volume.hu[v] = kAir;
+  if (volume.padding.empty()) volume.padding.resize(volume.hu.size());
+  volume.padding[v] = true;
+}
+
 // Makes values below `limit` air, and returns their number.
 std::size_t RaiseBelow(int limit, Volume& volume) {
   std::size_t count = 0;
-  for (std::int16_t& hu : volume.hu) {
-    if (hu >= limit) continue;
-    hu = kAir;
+  for (std::size_t v = 0; v < volume.hu.size(); ++v) {
+    if (volume.hu[v] >= limit) continue;
+    ClearVoxel(v, volume);
     ++count;
   }
   return count;
@@ -92,7 +98,7 @@ std::pair<std::size_t, std::int16_t> ClearBright(Volume& volume) {
     std::size_t count = 0;
     for (std::size_t v = 0; v < padding.size(); ++v) {
       if (!padding[v]) continue;
-      volume.hu[v] = kAir;
+      ClearVoxel(v, volume);
       ++count;
     }
     return {count, value};

@@ -104,15 +104,17 @@ Volume StoreAlongPatient(Volume volume) {
     stored.origin_W += volume.axes_W[from] * (volume.spacing_mm[from] * (volume.size[from] - 1));
   }
   if (first == 0 && best == std::array<int, 3>{0, 1, 2}) return volume;
-  stored.hu.reserve(volume.hu.size());
-  for (int k = 0; k < stored.size[2]; ++k) {
-    for (int j = 0; j < stored.size[1]; ++j) {
-      const std::ptrdiff_t start = first + k * step[2] + j * step[1];
-      for (int i = 0; i < stored.size[0]; ++i) {
-        stored.hu.push_back(volume.hu[static_cast<std::size_t>(start + i * step[0])]);
+  const auto store = [&](const auto& from, auto& to) {
+    to.reserve(from.size());
+    for (int k = 0; k < stored.size[2]; ++k) {
+      for (int j = 0; j < stored.size[1]; ++j) {
+        const std::ptrdiff_t start = first + k * step[2] + j * step[1];
+        for (int i = 0; i < stored.size[0]; ++i) to.push_back(from[static_cast<std::size_t>(start + i * step[0])]);
       }
     }
-  }
+  };
+  store(volume.hu, stored.hu);
+  if (!volume.padding.empty()) store(volume.padding, stored.padding);
   return stored;
 }
 

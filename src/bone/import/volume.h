@@ -34,6 +34,8 @@ struct Volume {
   std::vector<std::string> warnings;  // one sentence for each property that the file does not define, with the
                                       // assumption made
   std::vector<SliceGap> gaps;         // DICOM: the values there are interpolated
+  std::vector<bool> padding;          // of each voxel, whether it is air because nothing was scanned there, such as
+                                      // outside the scanner's circle; empty: no voxel is known to be
 
   std::size_t count() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
   std::size_t Index(int i, int j, int k) const { return (static_cast<std::size_t>(k) * size[1] + j) * size[0] + i; }

@@ -28,6 +28,8 @@ Overflow AppendAs(const std::vector<char>& bytes, double slope, double intercept
     const double value = slope * static_cast<double>(raw) + intercept;
     if (!std::isfinite(value)) {
       ++overflow.blank;
+      overflow.is_blank.resize(n);
+      overflow.is_blank[i] = true;
       out.push_back(blank);
       continue;
     }

@@ -19,9 +19,10 @@ std::size_t CalcBytes(VoxelType type);
 /// Values that did not fit into a volume's 16 bits and were clamped.
 struct Overflow {
   std::size_t count = 0;
-  double extreme = 0;     // the value farthest from 0
-  bool rounded = false;   // other values were not integers and were rounded
-  std::size_t blank = 0;  // values that are not finite numbers
+  double extreme = 0;               // the value farthest from 0
+  bool rounded = false;             // other values were not integers and were rounded
+  std::size_t blank = 0;            // values that are not finite numbers
+  std::vector<bool> is_blank = {};  // of each value; empty if none is
   void Add(const Overflow& other);
 };
 

@@ -324,6 +324,7 @@ Volume ReadVti(const std::string& path, const std::string& frame, double scale, 
   CheckLattice(volume, path);
   const std::vector<char> values = ReadVoxels(header.layout, volume.count(), path);
   const Overflow overflow = AppendHu(values, header.layout.type, scale, 0, volume.hu, blank);
+  volume.padding = overflow.is_blank;
   volume.exact = overflow.count == 0 && !overflow.rounded;
   AddWarnings(overflow, volume.count(), blank, volume.warnings);
   return volume;
