@@ -7,8 +7,10 @@
 #include <cstring>
 #include <glm/geometric.hpp>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "base/files/child.h"
 #include "bone/import/dicom_pixels.h"
@@ -16,6 +18,7 @@
 #include "bone/import/dicom_stacks.h"
 #include "bone/import/limits.h"
 #include "bone/import/padding.h"
+#include "bone/import/unfit_slices.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -81,8 +84,8 @@ std::size_t CalcMaskBytes(std::size_t slice_pixels) {
   return (slice_pixels + 7) / 8;
 }
 
-// Reads the slices' HU into `pixels` and what is padding into `padding`, one slice after the other. For a child process.
-// Returns the faults.
+// Reads the slices' HU into `pixels` and what is padding into `padding`, one slice after the other. For a child
+// process. Returns the faults.
 std::string ReadSlices(const std::vector<DicomSlice>& slices, std::size_t slice_pixels, char* pixels, char* padding,
                        SliceValues& found, ChildReport& report) {
   const std::size_t mask_bytes = CalcMaskBytes(slice_pixels);
@@ -112,9 +115,8 @@ std::string ReadSlices(const std::vector<DicomSlice>& slices, std::size_t slice_
   return faults;
 }
 
-// Returns the series with the slices of these files marked as damaged. Throws kerf::Error if they are no others than
-// before.
-DicomSeries MarkDamaged(DicomSeries series, const std::string& faults) {
+// Marks the slices of these files as damaged. Throws kerf::Error if they are no others than before.
+void MarkDamaged(const std::string& faults, DicomSeries& series) {
   bool any = false;
   std::istringstream in(faults);
   for (std::string path, fault; std::getline(in, path, '\0') && std::getline(in, fault, '\0');) {
@@ -125,7 +127,21 @@ DicomSeries MarkDamaged(DicomSeries series, const std::string& faults) {
     }
   }
   if (!any) throw Error(fmt::format("series {}: the process that read the slices sent invalid data", series.uid));
-  return series;
+}
+
+// Marks the slices whose values can't be those of their place. Returns whether there are any.
+bool MarkUnfit(SliceStack& stack, const char* pixels, DicomSeries& series) {
+  const SliceFaults unfit = FindUnfitSlices(stack.slices, reinterpret_cast<const std::int16_t*>(pixels));
+  MarkFaulty(series, unfit, stack.slices);
+  for (const auto& [k, why] : unfit) {
+    const DicomSlice& marked = stack.slices[k];
+    for (DicomSlice& s : series.slices) {
+      if (s.path != marked.path || s.frame != marked.frame) continue;
+      s.fault = marked.fault;
+      s.damage = marked.damage;
+    }
+  }
+  return !unfit.empty();
 }
 
 // Fills the planes of the volume from the slices at their places, interpolating between two.
@@ -178,10 +194,10 @@ void WarnOfValues(const SliceValues& found, Volume& volume) {
   }
 }
 
-// Reads a series. Sets the faults of files that can't be read; the volume is then empty.
-Volume ReadWhole(const DicomSeries& series, const std::function<void(double)>& progress, double spacing_z_mm,
-                 std::string& faults) {
-  const SliceStack stack = PlaceSlices(CheckSlices(series), spacing_z_mm);
+// Reads a series. If slices turn out to be damaged, it marks them and returns nothing.
+std::optional<Volume> ReadWhole(const std::function<void(double)>& progress, double spacing_z_mm, DicomSeries& series) {
+  std::string faults;
+  SliceStack stack = PlaceSlices(CheckSlices(series), spacing_z_mm);
   const DicomSlice& first = stack.slices.front();
   Volume volume;
   volume.size = {first.size[0], first.size[1], static_cast<int>(stack.places.size())};
@@ -205,7 +221,10 @@ Volume ReadWhole(const DicomSeries& series, const std::function<void(double)>& p
       AddFault(slice, e, faults);
     }
   }
-  if (!faults.empty()) return {};
+  if (!faults.empty()) {
+    MarkDamaged(faults, series);
+    return std::nullopt;
+  }
   const SharedMemory pixels(slice_pixels * stack.slices.size() * sizeof(std::int16_t));
   const SharedMemory padding(CalcMaskBytes(slice_pixels) * stack.slices.size());
   const SharedMemory values(sizeof(SliceValues));
@@ -225,7 +244,8 @@ Volume ReadWhole(const DicomSeries& series, const std::function<void(double)>& p
     if (failed == stack.slices.end() || stack.damaged.size() >= kMaxDamaged) throw;
     AddFault(*failed, e, faults);
   }
-  if (!faults.empty()) return {};
+  if (!faults.empty()) MarkDamaged(faults, series);
+  if (!faults.empty() || MarkUnfit(stack, pixels.data(), series)) return std::nullopt;
   FillPlanes(stack, pixels.data(), volume);
   SliceValues found;
   std::memcpy(&found, values.data(), sizeof found);
@@ -249,9 +269,10 @@ DicomSeries CheckSeries(const DicomSeries& series, double spacing_z_mm) {
 }
 
 Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress, double spacing_z_mm) {
-  std::string faults;
-  Volume volume = ReadWhole(series, progress, spacing_z_mm, faults);
-  return faults.empty() ? volume : ReadDicomSeries(MarkDamaged(series, faults), progress, spacing_z_mm);
+  DicomSeries marked = series;
+  std::optional<Volume> volume;
+  while (!volume) volume = ReadWhole(progress, spacing_z_mm, marked);
+  return std::move(*volume);
 }
 
 }  // namespace kerf

@@ -190,6 +190,18 @@ TEST(EnhancedCt, OneStackInTwoFilesIsJoined) {
   EXPECT_THAT(read.warnings, IsEmpty());
 }
 
+TEST(EnhancedCt, ADamagedFrameIsLeftOutAlone) {
+  Volume ct = test::JawCt();
+  const std::size_t n = static_cast<std::size_t>(ct.size[0]) * ct.size[1];
+  std::fill_n(ct.hu.begin() + static_cast<std::ptrdiff_t>(43 * n), n, std::int16_t{-1000});
+  const Volume read = ReadOneFile(EnhancedFile(
+      ct, Forwards(ct), [](int) { return "1"; }, 0));
+  EXPECT_EQ(read.size, ct.size);
+  EXPECT_EQ(read.hu[43 * n + n / 2], 40);  // as above and below
+  EXPECT_THAT(read.warnings, Contains(HasSubstr("left out: ct.dcm (frame 44) (")));
+  ASSERT_EQ(read.gaps.size(), 1u);
+}
+
 TEST(EnhancedCt, APartOfAConcatenationMeansTheWhole) {
   const Volume ct = SevensCt();
   const Folder folder;
@@ -514,8 +526,9 @@ TEST(SliceSpacing, ThickerSlicesAboveThinOnesAreResampled) {
 
 class MissingSlice : public ::testing::Test {
  protected:
-  void Write(int missing) {
-    WriteSlices(test::JawCt(), folder_, [missing](int k, std::string&) { return k != missing; });
+  void Write(int missing) { Write(std::set{missing}); }
+  void Write(const std::set<int>& missing) {
+    WriteSlices(test::JawCt(), folder_, [&missing](int k, std::string&) { return missing.count(k) == 0; });
     options_.voxel_mm = 1;
   }
   const Folder folder_;
