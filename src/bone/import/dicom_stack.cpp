@@ -289,7 +289,7 @@ void Resample(const DicomSeries& series, const std::vector<EvenRun>& runs, std::
   CutAtWideGaps(series, step, stack, z, gaps);
   for (const std::size_t i : gaps) {
     const std::string what = DescribeGap(stack, z, i, step);
-    stack.warnings.push_back(what + "; the gap was interpolated, because the bone does not extend to both sides");
+    stack.warnings.push_back(what + "; the gap was interpolated");
     AddGap(series, z[i - 1], z[i], what + DescribeReason(series, stack, z[i - 1], z[i]), stack);
   }
   if (two_spacings) {

@@ -287,8 +287,46 @@ Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const CtSh
   }
 }
 
-// Throws kerf::Error if the bone lies on both sides of a place from which slices are missing.
-void RefuseBoneInGaps(const Volume& ct, const Isolation& isolation) {
+// Calls `use` with the index and the place along the normal of a gap, mm, of each voxel.
+template <typename Use>
+void ForEachPlace(const Volume& lattice, const SliceGap& gap, Use&& use) {
+  const double first_mm = glm::dot(gap.normal_W, lattice.origin_W);
+  const Vec3 step_mm = (gap.normal_W * lattice.axes_W) * lattice.spacing_mm;
+  for (int k = 0; k < lattice.size[2]; ++k) {
+    for (int j = 0; j < lattice.size[1]; ++j) {
+      for (int i = 0; i < lattice.size[0]; ++i)
+        use(std::array{i, j, k}, first_mm + i * step_mm.x + j * step_mm.y + k * step_mm.z);
+    }
+  }
+}
+
+// Ends the bone where slices are missing that were interpolated. Warns if it reached them.
+void EndBoneAt(const SliceGap& gap, double iso_hu, Isolation& isolation, ImportReport& report) {
+  constexpr double kSlack_mm = 1e-3;
+  const auto is_missing = [&](double at_mm) {
+    return at_mm > gap.from_mm + kSlack_mm && at_mm < gap.to_mm - kSlack_mm;
+  };
+  const Volume& fine = isolation.fine();
+  std::size_t removed = 0;
+  ForEachPlace(fine, gap, [&](const std::array<int, 3>& at, double at_mm) {
+    const bool is_bone = fine.hu[fine.Index(at[0], at[1], at[2])] >= iso_hu;
+    if (is_bone && is_missing(at_mm)) removed += isolation.keep[isolation.Find(at[0], at[1], at[2])];
+  });
+  if (removed == 0) return;
+  isolation.iso_volume_mm3 -= static_cast<double>(removed) * fine.CalcVoxelVolume();
+  ForEachPlace(isolation.ct, gap, [&](const std::array<int, 3>& at, double at_mm) {
+    const std::size_t v = isolation.ct.Index(at[0], at[1], at[2]);
+    if (is_missing(at_mm)) isolation.keep[v] = isolation.bone[v] = 0;
+  });
+  report.warnings.push_back(fmt::format(
+      "the bone reaches the gap from {:.2f} to {:.2f} mm, where slices are missing, and was ended there; up "
+      "to {:.2f} mm of it may be missing",
+      gap.from_mm, gap.to_mm, gap.to_mm - gap.from_mm));
+}
+
+// Throws kerf::Error if the bone lies on both sides of a place from which slices are missing. If it lies on one, it
+// ends there.
+void CheckGaps(const Volume& ct, double iso_hu, Isolation& isolation, ImportReport& report) {
   const Volume& lattice = isolation.ct;
   for (const SliceGap& gap : ct.gaps) {
     // A lattice of larger voxels ends up to half of one before the scan.
@@ -296,20 +334,15 @@ void RefuseBoneInGaps(const Volume& ct, const Isolation& isolation) {
                                 ? 1e-3
                                 : 0.5 * std::max({lattice.spacing_mm.x, lattice.spacing_mm.y, lattice.spacing_mm.z});
     bool before = false, behind = false;
-    std::size_t v = 0;
-    for (int k = 0; k < lattice.size[2]; ++k) {
-      for (int j = 0; j < lattice.size[1]; ++j) {
-        for (int i = 0; i < lattice.size[0]; ++i, ++v) {
-          if (isolation.bone[v] == 0) continue;
-          const double at_mm = glm::dot(gap.normal_W, lattice.WorldFromVoxel({i, j, k}));
-          before = before || at_mm <= gap.from_mm + slack_mm;
-          behind = behind || at_mm >= gap.to_mm - slack_mm;
-        }
-      }
-    }
+    ForEachPlace(lattice, gap, [&](const std::array<int, 3>& at, double at_mm) {
+      if (isolation.bone[lattice.Index(at[0], at[1], at[2])] == 0) return;
+      before = before || at_mm <= gap.from_mm + slack_mm;
+      behind = behind || at_mm >= gap.to_mm - slack_mm;
+    });
     if (before && behind) {
       throw Error(gap.what + "; what is missing belongs to the bone, so export the series again with all its slices");
     }
+    EndBoneAt(gap, iso_hu, isolation, report);
   }
 }
 
@@ -442,7 +475,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
   stages.Done("read");
   Show(ct, options, shares);
   Isolation isolation = IsolateBone(*ct, options, shares, report);
-  RefuseBoneInGaps(*ct, isolation);
+  CheckGaps(*ct, options.isolate.iso_hu, isolation, report);
   ct.reset();
   report.isolation = isolation.how;
   report.iso_mm3 = isolation.iso_volume_mm3;

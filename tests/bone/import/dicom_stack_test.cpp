@@ -632,6 +632,31 @@ TEST_F(MissingSlice, ManySlicesBesideTheOthersAreRefused) {
               HasSubstr("6 of its 45 slices can't be read, such as 003.dcm: it is shifted sideways by 4.00 mm"));
 }
 
+// The bone lies on one side of the missing slices only.
+TEST_F(MissingSlice, AtTheEndOfTheJawEndsItThere) {
+  const Volume ct = test::JawCt();
+  const Isolation isolation = Isolate(ct, {}, {});
+  double top_mm = -100;
+  std::size_t below = 0;
+  const auto count = [&](auto&& is_counted) {
+    for (std::size_t v = 0; v < isolation.bone.size(); ++v) {
+      if (isolation.bone[v] == 0) continue;
+      const int k = static_cast<int>(v / (static_cast<std::size_t>(isolation.ct.size[0]) * isolation.ct.size[1]));
+      is_counted(isolation.ct.WorldFromVoxel({0, 0, k}).z);
+    }
+  };
+  count([&](double z) { top_mm = std::max(top_mm, z); });
+  const int top = static_cast<int>(std::lround((top_mm - ct.origin_W.z) / 2));
+  const double last_mm = top_mm - 4;  // what was scanned of it
+  count([&](double z) { below += z < last_mm + 1 ? 1 : 0; });
+  Write(std::set{top - 1, top});
+  const ImportReport report = Import(folder_.path(), options_).report;
+  EXPECT_NEAR(report.iso_mm3, static_cast<double>(below) * 8, 1);
+  EXPECT_GT(report.box.upper.z, last_mm - 0.5);
+  EXPECT_LT(report.box.upper.z, last_mm + 3);  // half the gap
+  EXPECT_THAT(report.warnings, Contains(HasSubstr("was ended there; up to 6.00 mm of it may be missing")));
+}
+
 TEST_F(MissingSlice, InsideTheJawIsRefusedByName) {
   Write(12);
   EXPECT_THAT(MessageOf([&] { Import(folder_.path(), options_); }),
