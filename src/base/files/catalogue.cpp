@@ -68,11 +68,14 @@ std::optional<std::vector<std::string>> MatchParts(const std::string& text, cons
   return values;
 }
 
-/// Replaces the points between two digits.
+/// Replaces the points between two digits, except in what has several, such as the UID of a series.
 std::string WithPoint(std::string text, std::string_view point) {
-  const auto is_digit = [&text](std::size_t i) { return std::isdigit(static_cast<unsigned char>(text[i])) != 0; };
-  for (std::size_t i = 1; i + 1 < text.size(); ++i) {
-    if (text[i] == '.' && is_digit(i - 1) && is_digit(i + 1)) text.replace(i, 1, point);
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t end = std::min(text.find_first_not_of("0123456789.", i), text.size());
+    const std::size_t at = text.find('.', i), next = text.find('.', at + 1);
+    const bool is_last = next >= end || next + 1 == end;  // a full stop may follow
+    if (at > i && at < end && at + 1 < end && is_last) text.replace(at, 1, point);
+    i = end + 1;
   }
   return text;
 }

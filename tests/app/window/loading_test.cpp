@@ -4,8 +4,10 @@
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include "app/window/bone_saver.h"
 #include "app/window/input_loader.h"
@@ -14,12 +16,16 @@
 #include "app/window/progress_meter.h"
 #include "base/core/cancelled.h"
 #include "bone/grid/ct_modulus.h"
+#include "bone/import/ct_files.h"
+#include "bone/import/import.h"
 #include "bone/models/block.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "support/folder.h"
+#include "support/message_of.h"
 #include "support/solids.h"
 #include "view/live/slice_view.h"
+#include "view/ui/translate.h"
 
 namespace kerf {
 namespace {
@@ -41,6 +47,35 @@ TEST(ExplainRefusal, LeavesOutWhatNamesAnOption) {
   EXPECT_EQ(ExplainRefusal("/a --old/b: no bone"), "/a --old/b: no bone");
   EXPECT_EQ(ExplainRefusal("a: unequal slices\nwarning: 2 CT series; choose another with --series UID: 1.2"),
             "a: unequal slices\n2 CT series" + hint);
+}
+
+// The catalogue has the sentences as the import says them.
+TEST(ExplainRefusal, FrequentOnesAreTranslated) {
+  const test::Folder folder;
+  for (const char* name : {"empty", "notes", "mr", "two"}) fs::create_directory(folder.file(name));
+  std::ofstream(folder.file("notes/notes.txt")) << "no scan";
+  const auto ball = [](int slices) {
+    return test::MakeCt({20, 20, slices}, {2, 2, 2}, {-19, -19, -19}, glm::dmat3(1), test::Ball({0, 0, 0}, 5), 900);
+  };
+  test::WriteNrrd(ball(20), folder.file("small.nrrd"));
+  test::SliceSpec mr;
+  mr.modality = "MR";
+  test::WriteDicom(ball(20), folder.file("mr"), mr);
+  test::WriteDicom(ball(2), folder.file("two"));
+  SetLanguage("de");
+  for (const auto& [name, begin] :
+       {std::pair("empty", "Der Ordner ist leer"), std::pair("notes", "Keine der 1 Dateien des Ordners"),
+        std::pair("mr", "Die Modalität ist MR, nicht CT"), std::pair("two", "2 Schichten sind kein Volumen"),
+        std::pair("small.nrrd", "Die Aufnahme enthält keinen Knochen: Nichts über 300 HU")}) {
+    const std::string refusal = test::MessageOf([&] { Import(folder.file(name), {}); });
+    EXPECT_THAT(ExplainRefusal(refusal), HasSubstr(begin)) << refusal;
+  }
+  EXPECT_THAT(
+      ExplainRefusal("series 1.2.3: 3 slices are missing between a and b (at 1.00 and 9.00 mm; slices elsewhere "
+                     "are 2.00 mm apart); what is missing belongs to the bone, so export the series again with "
+                     "all its slices"),
+      HasSubstr("Serie 1.2.3: 3 Schichten fehlen zwischen a und b (bei 1,00 und 9,00 mm; Abstand sonst 2,00 mm)"));
+  SetLanguage("en");
 }
 
 TEST(ProgressMeter, EstimatesTheTimeThatIsLeft) {
