@@ -246,16 +246,18 @@ TEST_F(DicomSegments, LieInTheFrameOfTheFiles) {
 TEST_F(DicomSegments, NeedOnePatientInAllSlices) {
   MakeStudy();
   const std::string folder = folder_.file("ct");
-  const std::string path = std::filesystem::directory_iterator(folder)->path();
-  const std::string slice = test::ReadBytes(path);
-  const auto refusal = [&](const std::string& from, const std::string& to) {
-    std::string changed = slice;
-    changed.replace(changed.find(from), from.size(), to);
-    test::WriteBytes(path, changed);
+  const auto refusal = [&](int slices, const std::string& from, const std::string& to) {
+    MakeStudy();
+    for (const auto& file : std::filesystem::directory_iterator(folder)) {
+      if (slices-- == 0) break;
+      std::string changed = test::ReadBytes(file.path());
+      changed.replace(changed.find(from), from.size(), to);
+      test::WriteBytes(file.path(), changed);
+    }
     return test::MessageOf([&] { ReadDicomStudy(ChooseSeries(ListDicomSeries(folder), "", folder)); });
   };
-  EXPECT_THAT(refusal("SECRET^NAME", "OTHERS^NAME"), HasSubstr("the CT slices are of 2 patients"));
-  EXPECT_THAT(refusal("UI\x6" + std::string(1, '\0') + "1.2.4", "UI\x6" + std::string(1, '\0') + "1.2.5"),
+  EXPECT_THAT(refusal(4, "SECRET^NAME", "OTHERS^NAME"), HasSubstr("the CT slices are of 2 patients"));
+  EXPECT_THAT(refusal(1, "UI\x6" + std::string(1, '\0') + "1.2.4", "UI\x6" + std::string(1, '\0') + "1.2.5"),
               HasSubstr("names another patient, study or frame of reference"));
 }
 
