@@ -183,6 +183,12 @@ class Listing {
       series.study_date = Date(GetText(filter, 0x0008, 0x0020));
       series.frame_uid = Printable(GetText(filter, 0x0020, 0x0052));
     }
+    if (static_cast<int>(slices.size()) < slices.front().frames) {
+      series.warnings.push_back(fmt::format(
+          "{} has {} frames, but PerFrameFunctionalGroupsSequence (5200,9230) describes only the first {}: the others "
+          "were left out",
+          Printable(path.filename().string()), slices.front().frames, slices.size()));
+    }
     Identify(filter, charset, outline, slices);
     for (DicomSlice& slice : slices) series.slices.push_back(std::move(slice));
     return slices.size();

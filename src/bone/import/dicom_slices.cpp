@@ -52,6 +52,8 @@ class FrameElements {
   const gdcm::DataSet* FindOwn(int frame, const SliceTag& group, const SliceTag& tag) {
     return InGroup(own_, static_cast<std::size_t>(frame), group, tag);
   }
+  // Returns how many frames are described, as far as each should be.
+  int CountFrames(int frames) const { return own_.empty() ? frames : std::min(frames, static_cast<int>(own_.size())); }
   std::vector<double> Numbers(int frame, const SliceTag& group, const SliceTag& tag) {
     const gdcm::DataSet* const data = Find(frame, group, tag);
     return data == nullptr ? std::vector<double>() : ReadNumbers(*data, tag.group, tag.element);
@@ -173,9 +175,10 @@ void PlaceFrame(FrameElements& elements, DicomSlice& slice) {
     return;
   }
   double step = one({0x0018, 0x0088});
+  slice.thickness_mm = std::max(0.0, one({0x0018, 0x0050}));
   slice.spacing_from = "SpacingBetweenSlices (0018,0088)";
   if (step == 0) {
-    step = std::max(0.0, one({0x0018, 0x0050}));
+    step = slice.thickness_mm;
     slice.spacing_from = "SliceThickness (0018,0050)";
   }
   if (step == 0) {
@@ -248,7 +251,7 @@ std::vector<DicomSlice> ListSlices(const gdcm::Reader& reader, gdcm::StringFilte
 
   std::vector<DicomSlice> slices;
   FrameElements elements(data);
-  for (int frame = 0; frame < file.frames; ++frame) {
+  for (int frame = 0; frame < elements.CountFrames(file.frames); ++frame) {
     DicomSlice& slice = slices.emplace_back(file);
     slice.frame = frame;
     ReadRescale(elements, slice);

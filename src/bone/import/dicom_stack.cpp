@@ -50,6 +50,12 @@ void KeepLargestStack(SliceStack& stack) {
   std::erase_if(stack.slices, [&kept](const DicomSlice& s) { return s.stack != kept; });
 }
 
+// Returns which element gives the distance between frames, and the one that contradicts it.
+std::string DescribeSpacing(const DicomSlice& slice, double spacing_mm) {
+  if (slice.thickness_mm == 0 || IsStep(spacing_mm, slice.thickness_mm)) return slice.spacing_from;
+  return fmt::format("{}, although SliceThickness (0018,0050) is {:.4g} mm", slice.spacing_from, slice.thickness_mm);
+}
+
 // Places frames without positions, and states what was assumed.
 void PlaceFrames(const DicomSeries& series, double spacing_z_mm, SliceStack& stack) {
   if (std::any_of(stack.slices.begin(), stack.slices.end(), [](const DicomSlice& s) { return !s.has_orientation; })) {
@@ -102,7 +108,7 @@ void PlaceFrames(const DicomSeries& series, double spacing_z_mm, SliceStack& sta
   stack.warnings.push_back(fmt::format(
       "the file {} gives no positions of its {} frames: they are assumed to be {:.4g} mm apart, by {}; check "
       "the size of the bone, and correct it with --spacing-z",
-      file, assumed->frames, spacing, assumed->spacing_from));
+      file, assumed->frames, spacing, DescribeSpacing(*assumed, spacing)));
 }
 
 std::vector<double> CalcPlaces(const std::vector<DicomSlice>& slices) {

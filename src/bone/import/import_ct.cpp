@@ -132,6 +132,9 @@ std::optional<AssumedPlacing> FindAssumed(const DicomSeries& series) {
     if (slice.spacing_from.empty()) continue;
     placing.spacing_mm = slice.pixel_mm[0];
     placing.spacing_from = slice.has_spacing ? slice.spacing_from : "";
+    if (slice.has_spacing && slice.thickness_mm > 0 && std::abs(slice.thickness_mm - series.gap_mm) > 0.02) {
+      placing.spacing_from += fmt::format("; SliceThickness (0018,0050): {:.4g} mm", slice.thickness_mm);
+    }
   }
   return placing.has_orientation && !placing.spacing_mm ? std::nullopt : std::optional(placing);
 }

@@ -123,7 +123,7 @@ std::string ShowTriple(const Vec3& p) {
 
 // Groups of an Enhanced CT: the spacing and direction of all frames, and the place and rescale of each.
 std::string EnhancedFile(const Volume& ct, const std::vector<int>& order, const std::function<std::string(int)>& stack,
-                         double intercept_step) {
+                         double intercept_step, std::size_t described = 100) {
   std::string file = MultiFrame(ct, order);
   for (const std::uint32_t tag :
        {kPositionTag, kOrientationTag, kThicknessTag, 0x00280030u, kInterceptTag, kSlopeTag}) {
@@ -137,6 +137,7 @@ std::string EnhancedFile(const Volume& ct, const std::vector<int>& order, const 
                    DicomItem(DicomElement(0x00280030, "DS", fmt::format("{}\\{}", ct.spacing_mm.y, ct.spacing_mm.x))));
   std::string frames;
   for (const int k : order) {
+    if (described-- == 0) break;
     frames += DicomItem(
         DicomElement(0x00209111, "SQ", DicomItem(DicomElement(0x00209056, "SH", stack(k)))) +
         DicomElement(0x00209113, "SQ",
@@ -158,6 +159,20 @@ TEST(EnhancedCt, FramesInAnyOrderGiveTheSlicesAtTheirPlaces) {
     ExpectRead(read, ct);
     EXPECT_THAT(read.warnings, IsEmpty());
   }
+}
+
+TEST(EnhancedCt, FramesWithoutAGroupAreLeftOutAndNamed) {
+  const Volume ct = SevensCt();
+  const Volume read = ReadOneFile(EnhancedFile(
+      ct, Forwards(ct), [](int) { return "1"; }, 0, 7));
+  EXPECT_EQ(read.size[2], 7);
+  EXPECT_TRUE(std::equal(read.hu.begin(), read.hu.end(), ct.hu.begin()));
+  const Folder folder;
+  WriteBytes(folder.file("ct.dcm"), EnhancedFile(
+                                        ct, Forwards(ct), [](int) { return "1"; }, 0, 7));
+  EXPECT_THAT(ListDicomSeries(folder.path()).front().warnings,
+              ElementsAre("ct.dcm has 9 frames, but PerFrameFunctionalGroupsSequence (5200,9230) describes only the "
+                          "first 7: the others were left out"));
 }
 
 TEST(EnhancedCt, EachFrameHasItsOwnRescale) {
@@ -243,7 +258,11 @@ TEST(FramesWithoutPositions, AreSpacedByWhatTheFileStatesWithAWarning) {
   std::string by_spacing = file;
   SetElement(by_spacing, kThicknessTag, "DS", "5");
   SetElement(by_spacing, 0x00180088, "DS", "2");
-  ExpectRead(ReadOneFile(by_spacing), ct);
+  const Volume contradictory = ReadOneFile(by_spacing);
+  ExpectRead(contradictory, ct);
+  EXPECT_THAT(contradictory.warnings,
+              Contains(HasSubstr("2 mm apart, by SpacingBetweenSlices (0018,0088), although SliceThickness (0018,0050) "
+                                 "is 5 mm; check the size of the bone, and correct it with --spacing-z")));
 
   std::string by_offsets = file;
   SetElement(by_offsets, kThicknessTag, "", std::nullopt);
@@ -295,6 +314,11 @@ TEST(FramesWithoutPositions, AreToBeCheckedByWhoLooksAtTheImport) {
   EXPECT_EQ(placing->spacing_from, "SliceThickness (0018,0050)");
   EXPECT_TRUE(placing->has_orientation);
   EXPECT_EQ(placing->axis, 2);
+  std::string contradictory = file;
+  SetElement(contradictory, 0x00180088, "DS", "1");
+  placing = ask(contradictory);
+  ASSERT_TRUE(placing);
+  EXPECT_EQ(placing->spacing_from, "SpacingBetweenSlices (0018,0088); SliceThickness (0018,0050): 2 mm");
 
   // Coronal slices, and nothing that tells how far apart: as far as the pixels.
   SetElement(file, kThicknessTag, "", std::nullopt);
