@@ -74,6 +74,11 @@ ClosedSurface ReadSurface(const std::string& path, ImportOptions& options, Impor
     options.mesh_units = file.unit;
     if (!file.unit.empty() && file.unit != "mm")
       file.notes.push_back(fmt::format("the file says that its unit is {}; --units overrides it", file.unit));
+    if (file.unit.empty() && !file.unknown_unit.empty()) {
+      file.notes.push_back(fmt::format(
+          "the file says that its unit is '{}', which kerf does not know: mm was assumed; --units states another",
+          file.unknown_unit));
+    }
   }
   report.warnings = file.notes;
   try {

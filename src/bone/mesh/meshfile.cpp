@@ -13,6 +13,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/core/printable.h"
 #include "base/files/extension.h"
 #include "base/files/files.h"
 #include "bone/mesh/limits.h"
@@ -26,8 +27,8 @@ namespace {
 constexpr std::string_view kUnitMark = "kerf surface, mm";
 constexpr std::string_view kHeader = "kerf surface, mm SPACE=LPS";
 
-/// Returns the unit that a text states, as in "UNITS=mm" or "# File units: centimeters"; otherwise empty.
-std::string FindUnit(std::string_view text) {
+/// Sets the unit that a text states, as in "UNITS=mm" or "# File units: centimeters".
+void FindUnit(std::string_view text, MeshFile& file) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kNames{{{"mm", " mm millimeter millimetre "},
                                                                                  {"cm", " cm centimeter centimetre "},
                                                                                  {"m", " m meter metre "},
@@ -37,18 +38,22 @@ std::string FindUnit(std::string_view text) {
   std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
   for (std::size_t at = 0; (at = lower.find("unit", at)) != lower.npos;) {
     at += 4;
-    std::size_t word = std::min(lower.find_first_not_of("s \t", at), lower.size());
-    if (word == lower.size() || (lower[word] != '=' && lower[word] != ':')) continue;
-    word = std::min(lower.find_first_not_of(" \t", word + 1), lower.size());
+    const std::size_t sign = std::min(lower.find_first_not_of("s \t", at), lower.size());
+    if (sign == lower.size() || (lower[sign] != '=' && lower[sign] != ':')) continue;
+    const std::size_t word = std::min(lower.find_first_not_of(" \t", sign + 1), lower.size());
     std::size_t end = std::min(lower.find_first_not_of("abcdefghijklmnopqrstuvwxyz", word), lower.size());
     if (end > word + 2 && lower[end - 1] == 's') --end;
     if (end == word) continue;
     const std::string name = " " + lower.substr(word, end - word) + " ";
     for (const auto& [unit, names] : kNames) {
-      if (names.find(name) != names.npos) return std::string(unit);
+      if (names.find(name) != names.npos) {
+        file.unit = unit;
+        return;
+      }
     }
+    const bool is_last = lower.find_first_not_of(std::string_view(" \t\r\0", 4), end) == lower.npos;
+    if (lower[sign] == '=' || is_last) file.unknown_unit = text.substr(word, end - word);
   }
-  return "";
 }
 
 [[noreturn]] void FailExtension(const std::string& path) {
@@ -191,12 +196,16 @@ std::string WithSeparators(std::uint64_t count) {
 
 void ReadComment(std::string_view text, MeshFile& file) {
   constexpr std::string_view kKey = "SPACE=";
+  constexpr std::size_t kLongestWord = 40;
   const auto is_border = [](char c) { return c == ' ' || c == '\t' || c == '\0' || c == '\r'; };
-  if (file.unit.empty()) file.unit = text.find(kUnitMark) != text.npos ? "mm" : FindUnit(text);
+  if (text.find(kUnitMark) != text.npos && file.unit.empty()) file.unit = "mm";
+  if (file.unit.empty()) FindUnit(text, file);
   for (std::size_t at = text.find(kKey); at != text.npos && file.space.empty(); at = text.find(kKey, at + 1)) {
-    const std::string_view value = text.substr(at + kKey.size());
-    const bool is_word = (at == 0 || is_border(text[at - 1])) && (value.size() <= 3 || is_border(value[3]));
-    if (is_word && (value.starts_with("RAS") || value.starts_with("LPS"))) file.space = value.substr(0, 3);
+    if (at > 0 && !is_border(text[at - 1])) continue;
+    const std::string_view value = text.substr(at + kKey.size(), kLongestWord);
+    const auto end = std::find_if(value.begin(), value.end(), is_border);
+    const std::string word = Printable(std::string(value.begin(), end));
+    (word == "RAS" || word == "LPS" ? file.space : file.unknown_space) = word;
   }
 }
 
@@ -216,6 +225,11 @@ MeshFile ReadMeshFile(const std::string& path) {
 }
 
 void TurnToLps(MeshFile& file) {
+  if (file.space.empty() && !file.unknown_space.empty()) {
+    file.notes.push_back(
+        fmt::format("the file says SPACE={}, which kerf does not know: LPS was assumed; --frame states another",
+                    file.unknown_space));
+  }
   if (file.space != "RAS") return;
   for (Vec3& p : file.mesh.points) p = Vec3(-p.x, -p.y, p.z) + 0.0;  // + 0.0: no negative zeros
   file.space = "LPS";

@@ -15,6 +15,8 @@ struct MeshFile {
   TriangleMesh mesh;
   std::string space;               // "LPS" or "RAS": frame of the points, if the file has SPACE= as 3D Slicer writes it
   std::string unit;                // mm, cm, m, in or um, if the file says so, as those of kerf do; otherwise empty
+  std::string unknown_space;       // another word after SPACE=
+  std::string unknown_unit;        // another word after UNITS= or alone after "units:"
   std::vector<std::string> notes;  // what was left out or assumed, one sentence each
 };
 
@@ -24,7 +26,7 @@ struct MeshFile {
 /// triangle or a non-finite point.
 MeshFile ReadMeshFile(const std::string& path);
 
-/// Turns a surface whose file says SPACE=RAS to LPS, by half a turn about z, and adds a note.
+/// Turns a surface whose file says SPACE=RAS to LPS, by half a turn about z. Adds a note of it, or of an unknown frame.
 void TurnToLps(MeshFile& file);
 
 /// Returns the surface of ReadMeshFile(), turned to LPS, without its notes.

@@ -300,6 +300,13 @@ TEST(SurfaceUnits, ThatTheFileStatesAreTakenAndSaid) {
   EXPECT_NEAR(result.report.solid_mm3, 27000, 27);
   EXPECT_THAT(result.report.warnings, Contains("the file says that its unit is cm; --units overrides it"));
   EXPECT_EQ(result.bone.notes().at("import_units"), "cm");
+  for (Vec3& p : cube.points) p *= 10;
+  const ImportResult unknown = import_as("UNITS=furlongs SPACE=LPS");
+  EXPECT_NEAR(unknown.report.solid_mm3, 27000, 27);
+  EXPECT_THAT(unknown.report.warnings,
+              Contains("the file says that its unit is 'furlong', which kerf does not know: mm was assumed; --units "
+                       "states another"));
+  EXPECT_THAT(import_as("units: see the manual").report.warnings, IsEmpty());
   EXPECT_THAT(MessageOf([&] { import_as("units: m"); }),
               HasSubstr("kerf imports up to 1000 mm; the file says that its unit is m; --units overrides it"));
 }
@@ -347,6 +354,10 @@ TEST(SurfaceFrame, IsThatOfTheFileUnlessAnotherIsStated) {
   EXPECT_THAT(import("SPACE=RAS", "RAS").report.warnings, IsEmpty());
   EXPECT_THAT(import("SPACE=RAS", "LPS").report.warnings,
               ElementsAre("the file says SPACE=RAS, but was read as LPS because of --frame"));
+  EXPECT_THAT(
+      import("SPACE=XYZ", "").report.warnings,
+      ElementsAre("the file says SPACE=XYZ, which kerf does not know: LPS was assumed; --frame states another"));
+  EXPECT_THAT(import("SPACE=XYZ", "RAS").report.warnings, IsEmpty());
   const ImportResult turned = import("SPACE=RAS", "");
   const std::string said = "the file says SPACE=RAS, so x and y were turned to LPS";
   EXPECT_THAT(turned.report.warnings, ElementsAre(said));
