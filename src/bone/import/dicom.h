@@ -79,7 +79,7 @@ struct DicomSeries {
   std::vector<DicomSlice> slices;  // sorted by position along the normal if all have one, otherwise by file name
   double gap_mm = 0;               // median distance between neighbours along the normal; 0 if unknown
   int part = 0;                    // number of the stack among those with this UID, from 1; 0: the only one
-  std::string part_name;           // what tells it apart, such as "acquisition 2"; empty for the only one
+  std::string part_name;           // what tells it apart, such as "acquisition 2", or "localizer"
   std::vector<LeftOutFile> left_out;
   std::vector<std::string> warnings;  // one sentence each: what was left out and, of a chosen series, why it was chosen
 

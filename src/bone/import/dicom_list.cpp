@@ -22,6 +22,8 @@
 #include "bone/import/dicom_stacks.h"
 #include "bone/import/dicom_text.h"
 #include "bone/import/dicom_zip.h"
+#include "bone/import/image_header.h"
+#include "bone/import/import.h"
 #include "bone/import/itk_read.h"
 #include "bone/import/series_bytes.h"
 #include "kerf/error.h"
@@ -38,8 +40,12 @@ constexpr ChildLimits kListing{std::uint64_t{512} << 20, 120};
 constexpr const char* kCtImageStorage = "1.2.840.10008.5.1.4.1.1.2";
 constexpr const char* kDirectoryStorage = "1.2.840.10008.1.3.10";
 
+bool IsPacked(const fs::path& path) {
+  return LowerExtension(path.string()) == ".gz";
+}
+
 bool ClaimsToBeDicom(const fs::path& path) {
-  const std::string extension = LowerExtension(path.string());
+  const std::string extension = LowerExtension(IsPacked(path) ? path.stem().string() : path.string());
   return extension == ".dcm" || extension == ".dicom" || extension == ".ima";
 }
 
@@ -71,6 +77,10 @@ class Listing {
       if (!ClaimsToBeDicom(path)) return 0;
       std::error_code failed;
       const bool is_empty = fs::file_size(path, failed) == 0 && !failed;
+      if (IsPacked(path)) {
+        AddUnread(path, "", "packed by gzip", fmt::format("{}: is packed by gzip; unpack it", path.string()));
+        return 0;
+      }
       AddUnread(path, "", is_empty ? "empty" : "no DICOM file despite its name",
                 fmt::format("{}: {}", path.string(), is_empty ? "is empty" : "not a DICOM file despite its name"));
     } catch (const Error& e) {
@@ -314,9 +324,11 @@ std::vector<DicomSeries> ListInChild(const std::string& path, const Failures& fa
   current.Set("");
   if (listing.empty() && !listing.first_fault().empty()) throw Error(listing.first_fault());
   if (listing.empty()) {
-    const auto zip = std::find_if(paths.begin(), paths.end(), [](const fs::path& file) { return IsZipFile(file); });
+    const auto other = std::find_if(paths.begin(), paths.end(), [](const fs::path& file) {
+      return IsZipFile(file) || HasImageExtension(file) || IsSurfacePath(file);
+    });
     throw Error(fmt::format("{}: none of the {} files in the folder is a DICOM image{}", folder, paths.size(),
-                            zip == paths.end() ? "" : "; give the path of " + Printable(zip->filename().string())));
+                            other == paths.end() ? "" : "; give the path of " + Printable(other->filename().string())));
   }
   return listing.Finish();
 }

@@ -493,6 +493,7 @@ std::vector<DicomSeries> DivideIntoStacks(DicomSeries series) {
     DicomSeries& stack = stacks[i];
     if (stacks.size() > 1) stack.part = static_cast<int>(i) + 1;
     stack.modality = stack.slices.front().modality;
+    if (IsLocalizer(stack.slices.front())) stack.part_name += stack.part_name.empty() ? "localizer" : ", localizer";
     const auto studies = GroupBy(stack.slices, StudyOf);
     const auto fewest = std::min_element(
         studies.begin(), studies.end(), [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });

@@ -94,6 +94,32 @@ TEST_F(DicomFolder, AnEmptyFileInPlaceOfASliceIsNamedAsTheReason) {
   EXPECT_THAT(read.gaps[0].what, testing::EndsWith("; perhaps " + folder_.file("07.dcm") + ": is empty"));
 }
 
+TEST_F(DicomFolder, WhatAFolderHasInsteadOfDicomIsNamed) {
+  for (const auto& [name, way_out] :
+       {std::pair("scan.nii.gz", "; give the path of scan.nii.gz"),
+        std::pair("scan.img", "; give the path of scan.hdr"), std::pair("jaw.stl", "; give the path of jaw.stl"),
+        std::pair("a.txt", "image")}) {
+    WriteBytes(folder_.file(name), "x");
+    if (std::string(name) == "scan.img") WriteBytes(folder_.file("scan.hdr"), "x");
+    EXPECT_THAT(Refusal(), testing::EndsWith(way_out)) << name;
+    for (const char* written : {name, "scan.hdr"}) std::filesystem::remove(folder_.file(written));
+  }
+  WriteBytes(folder_.file("00.dcm.gz"), "\x1f\x8b");
+  EXPECT_EQ(Refusal(), folder_.file("00.dcm.gz") + ": is packed by gzip; unpack it");
+  Write(ct_);
+  ExpectRead(ElementsAre("1 file was left out: 00.dcm.gz (packed by gzip)"));
+}
+
+TEST_F(DicomFolder, ALocalizerOfItsOwnIsListedAsSuch) {
+  Write(ct_);
+  Write(BallCt(3), "scout",
+        [](DicomBytes& b, int) { b.Set(8, 8, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER").Set(0x20, 0xe, "UI", "1.2.9"); });
+  const std::vector<DicomSeries> all = ListDicomSeries(folder_.path());
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[0].part_name, "");
+  EXPECT_EQ(all[1].part_name, "localizer");
+}
+
 TEST_F(DicomFolder, DicomdirAndReportsAreNoImages) {
   Write(ct_);
   const auto no_image = [this](const std::string& sop_class) {
