@@ -150,6 +150,11 @@ std::vector<EvenRun> FindRuns(const std::vector<double>& z) {
   return runs;
 }
 
+const EvenRun& FindLongest(const std::vector<EvenRun>& runs) {
+  return *std::max_element(runs.begin(), runs.end(),
+                           [](const auto& a, const auto& b) { return a.last - a.first < b.last - b.first; });
+}
+
 // If the places are even but for rounding, places the planes on the line that fits them best.
 bool FitRounded(const std::vector<double>& z, double median_mm, SliceStack& stack) {
   const std::size_t n = z.size();
@@ -282,9 +287,7 @@ void Resample(const DicomSeries& series, const std::vector<EvenRun>& runs, std::
   constexpr double kMaxMore = 8;  // planes per slice
   std::vector<std::size_t> gaps = FindGaps(series, stack, z, runs);
   const auto length = [](const EvenRun& run) { return run.last - run.first; };
-  const auto longest =
-      std::max_element(runs.begin(), runs.end(), [&](const auto& a, const auto& b) { return length(a) < length(b); });
-  EvenRun finest = *longest;
+  EvenRun finest = FindLongest(runs);
   for (const EvenRun& run : runs) {
     if (4 * length(run) >= z.size() && run.step_mm < finest.step_mm) finest = run;
   }
@@ -384,6 +387,32 @@ SliceFaults FindSideways(const SliceStack& stack, const std::vector<double>& z) 
   return faults;
 }
 
+// Finds a few slices that belong to no run and lie between the even places of the others.
+SliceFaults FindStrays(const std::vector<double>& z) {
+  const std::vector<EvenRun> runs = FindRuns(z);
+  SliceFaults faults;
+  if (runs.empty()) return faults;
+  const EvenRun& run = FindLongest(runs);
+  for (std::size_t k = 0; k < z.size(); ++k) {
+    const double off = std::remainder(z[k] - z[run.first], run.step_mm);
+    const bool in_run =
+        std::any_of(runs.begin(), runs.end(), [k](const EvenRun& r) { return k >= r.first && k <= r.last; });
+    if (!in_run && std::abs(off) > 0.1 * run.step_mm)
+      faults[k] = fmt::format("it lies {:.2f} mm beside the even places of the others", std::abs(off));
+  }
+  const bool alike =
+      std::all_of(runs.begin(), runs.end(), [&](const EvenRun& r) { return IsStep(r.step_mm, run.step_mm); });
+  return alike && AreFew(faults.size(), z.size()) ? faults : SliceFaults();
+}
+
+bool AreEven(const std::vector<double>& z) {
+  const double median = CalcMedianStep(z);
+  for (std::size_t i = 1; i < z.size(); ++i) {
+    if (!IsStep(z[i] - z[i - 1], median)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::string NameOf(const DicomSlice& slice) {
@@ -415,27 +444,28 @@ SliceStack PlaceSlices(const DicomSeries& series, double spacing_z_mm) {
     return glm::dot(normal, a.origin_W) < glm::dot(normal, b.origin_W);
   });
   std::vector<double> z = CalcPlaces(stack.slices);
-  for (const auto find : {FindRepeated, FindSideways}) {
-    MarkFaulty(series, find(stack, z), stack.slices);
+  const auto leave_out = [&](const SliceFaults& faults) {
+    MarkFaulty(series, faults, stack.slices);
     LeaveOutDamaged(series, stack);
     z = CalcPlaces(stack.slices);
-  }
+  };
+  leave_out(FindRepeated(stack, z));
+  leave_out(FindSideways(stack, z));
+  const bool rounded = !AreEven(z) && FitRounded(z, CalcMedianStep(z), stack);
+  if (!rounded) leave_out(FindStrays(z));
   for (const DicomSlice& s : stack.damaged) {
     const double at_mm = glm::dot(normal, s.origin_W);
     if (at_mm < z.front()) AddGap(series, z.front(), z.front(), s.damage, stack);
     if (at_mm > z.back()) AddGap(series, z.back(), z.back(), s.damage, stack);
   }
-  const double median = CalcMedianStep(z);
-  bool even = true;
-  for (std::size_t i = 1; i < z.size(); ++i) even = even && IsStep(z[i] - z[i - 1], median);
-  if (even) {
+  if (rounded) return stack;
+  if (AreEven(z)) {
     stack.origin_W = stack.slices.front().origin_W;
     stack.step_W =
         (stack.slices.back().origin_W - stack.slices.front().origin_W) / static_cast<double>(stack.slices.size() - 1);
     for (std::size_t k = 0; k < z.size(); ++k) stack.places.push_back(static_cast<double>(k));
     return stack;
   }
-  if (FitRounded(z, median, stack)) return stack;
   const std::vector<EvenRun> runs = FindRuns(z);
   if (runs.empty()) {
     FindGaps(series, stack, z, runs);  // throws for the first uneven step

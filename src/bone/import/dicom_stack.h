@@ -31,7 +31,8 @@ using SliceFaults = std::map<std::size_t, std::string>;
 void MarkFaulty(const DicomSeries& series, const SliceFaults& faults, std::vector<DicomSlice>& slices);
 
 /// Takes the largest stack of a series whose slices all have a geometry, size and orientation, and places its slices.
-/// Damaged ones count as missing, and so do a few that lie beside the others or several at one place. `spacing_z_mm`:
+/// Damaged ones count as missing, and so do a few that lie beside the others, between their
+/// places or several at one place. `spacing_z_mm`:
 /// as for ReadDicomSeries(). Throws kerf::Error if nothing gives their distance, if many lie beside the others or
 /// several at one place, or if they are unequally spaced and neither rounding, nor two spacings, nor missing slices
 /// explain it.

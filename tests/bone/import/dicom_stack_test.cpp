@@ -617,6 +617,7 @@ TEST_F(MissingSlice, AFaultySliceIsAMissingSlice) {
         {"it is stored for inverted display (MONOCHROME1)", set(0x00280004, "CS", "MONOCHROME1")},
         {"of another patient", set(0x00100010, "PN", "OTHER^ONE")},
         {"it is shifted sideways by 5.00 mm relative to the others", set(kPositionTag, "DS", moved({3, 4, 0}, k))},
+        {"it lies 0.80 mm beside the even places of the others", set(kPositionTag, "DS", moved({0, 0, 0.8}, k))},
         {"without position, orientation or pixel spacing", set(kPositionTag, "DS", "")}};
     for (const auto& [what, spoil] : faults) {
       std::string file = test::DicomSlice(test::JawCt(), k, {});
