@@ -13,9 +13,9 @@
 #include <utility>
 
 #include "base/files/child.h"
+#include "bone/import/dicom_division.h"
 #include "bone/import/dicom_pixels.h"
 #include "bone/import/dicom_stack.h"
-#include "bone/import/dicom_stacks.h"
 #include "bone/import/limits.h"
 #include "bone/import/padding.h"
 #include "bone/import/unfit_slices.h"

@@ -14,7 +14,7 @@
 #include "base/core/number_text.h"
 #include "base/core/printable.h"
 #include "bone/import/dicom.h"
-#include "bone/import/dicom_stacks.h"
+#include "bone/import/dicom_division.h"
 #include "kerf/error.h"
 
 namespace kerf {

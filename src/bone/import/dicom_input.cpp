@@ -9,8 +9,8 @@
 
 #include "base/core/number_text.h"
 #include "base/files/files.h"
+#include "bone/import/dicom_division.h"
 #include "bone/import/dicom_segments.h"
-#include "bone/import/dicom_stacks.h"
 #include "bone/import/dicom_zip.h"
 #include "kerf/error.h"
 

@@ -1,4 +1,4 @@
-#include "bone/import/dicom_stacks.h"
+#include "bone/import/dicom_division.h"
 
 #include <fmt/format.h>
 
