@@ -82,7 +82,7 @@ std::string FindSizeObjection(double volume_mm3, const Vec3& size) {
 // Sets the fractions and the objection, if any, for voxels that lie along the columns of `turn` in the patient's axes.
 void CheckFractions(const Counts& counts, const glm::dmat3& turn, MandibleLikeness& shape) {
   shape.back_middle = shape.back_left = shape.back_right = shape.front_middle = 0;
-  shape.top_left = shape.top_middle = shape.top_right = 0;
+  shape.top_left = shape.top_middle = shape.top_right = shape.top_front = 0;
   double n = 0;
   double top = 0;
   double bottom = 0, bottom_middle = 0;
@@ -103,20 +103,24 @@ void CheckFractions(const Counts& counts, const glm::dmat3& turn, MandibleLikene
     }
     if (t.z > 6.5) {
       top += count;
+      if (t.y < 2.5) shape.top_front += count;
       (third == 0 ? shape.top_right : third == 1 ? shape.top_middle : shape.top_left) += count;
     }
   }
   for (double* fraction : {&shape.back_middle, &shape.back_left, &shape.back_right, &shape.front_middle})
     *fraction /= n;
-  for (double* fraction : {&shape.top_left, &shape.top_middle, &shape.top_right}) *fraction /= std::max(top, 1.0);
+  for (double* fraction : {&shape.top_left, &shape.top_middle, &shape.top_right, &shape.top_front})
+    *fraction /= std::max(top, 1.0);
 
   const auto object = [&shape](const char* text) {
     if (shape.objection.empty()) shape.objection = text;
   };
   if (shape.back_middle > 0.02) object("it is not open to the back, as the arch of a mandible is");
-  if (shape.front_middle < 0.08) object("it has no chin in the middle of its front");
+  // 0.19 and more in a mandible, 0.1 in a pelvis.
+  if (shape.front_middle < 0.14) object("it has no chin in the middle of its front");
   if (std::min(shape.back_left, shape.back_right) < 0.08) object("it has no ramus at the back on one side");
   if (shape.top_middle > 0.05) object("its top reaches across the middle, as a skull's or an upper jaw's does");
+  if (shape.top_front > 0.1) object("its top reaches to the front, as the wings of a pelvis do");
   if (std::min(shape.top_left, shape.top_right) < 0.15) object("only one side reaches up to a condyle");
   // 0.4 to 0.5 in a mandible, 0.8 in one whose y and z are exchanged, which mirrors it.
   if (bottom_middle > 0.7 * bottom) object("its bottom is a chin without the lower borders of the two sides");
@@ -142,7 +146,7 @@ std::vector<glm::dmat3> MakeRotations() {
   return rotations;
 }
 
-constexpr double kMaxTurn_deg = 50;     // 45, and what the axes of a mandible are uncertain by
+constexpr double kMaxTurn_deg = 66;     // 45 about two axes, which is 63, and what the axes are uncertain by
 constexpr int kPitchStep_deg = 5;       // of turns about the left-right axis
 constexpr int kLeastPitches = 5;        // in a row; a piece of skull passes in fewer
 constexpr double kLeastAcross_mm = 50;  // seen from the side, in any direction; a flat arch is high only when pitched

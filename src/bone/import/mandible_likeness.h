@@ -26,6 +26,7 @@ struct MandibleLikeness {
   double front_middle = 0;                             // fraction in the front 40 %, middle third: the chin
   double top_left = 0, top_right = 0, top_middle = 0;  // fractions of the top quarter by thirds of the width: the
                                                        // condyles
+  double top_front = 0;  // fraction of the top quarter in the front 40 %: near 0, unless a pelvis's wings end there
 };
 
 /// Tests the size (adult or adolescent: 80-150 mm wide, 50-130 mm deep, 40-120 mm high, 8-120 cm3), the arch, which

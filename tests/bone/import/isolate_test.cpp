@@ -9,6 +9,7 @@
 #include "bone/import/import.h"
 #include "bone/import/mandible_likeness.h"
 #include "bone/import/patient_frame.h"
+#include "bone/models/mandible.h"
 #include "ct_files.h"
 #include "kerf/surface.h"
 #include "support/jaw_ct.h"
@@ -119,21 +120,27 @@ TEST(Isolate, AVolumeWithoutBoneIsRefused) {
           "the scan contains no bone: nothing above 300 HU is larger than 1 cm3 (the brightest voxel has 120 HU)"));
 }
 
+glm::dmat3 TurnAbout(const Vec3& axis, double degrees) {
+  return glm::mat3_cast(glm::angleAxis(degrees / kDegreesPerRad, glm::normalize(axis)));
+}
+
+// The distance from a rod of radius `r` with round ends.
+double Rod(const Vec3& p, const Vec3& a, const Vec3& b, double r) {
+  const double t = std::clamp(glm::dot(p - a, b - a) / glm::dot(b - a, b - a), 0.0, 1.0);
+  return glm::length(p - a - t * (b - a)) - r;
+}
+
 // Returns a tube along a horseshoe with two uprights, which has the features of a mandible that the shape test checks.
 // `up_left` and `up_right` are the uprights' heights; `bridge` closes the back, and `roof` closes the top.
 std::function<double(const Vec3&)> Horseshoe(double up_left, double up_right, bool bridge, bool roof) {
-  const auto segment = [](const Vec3& p, const Vec3& a, const Vec3& b, double r) {
-    const double t = std::clamp(glm::dot(p - a, b - a) / glm::dot(b - a, b - a), 0.0, 1.0);
-    return glm::length(p - a - t * (b - a)) - r;
-  };
   return [=](const Vec3& p) {
-    double d = segment(p, {-12, -40, 0}, {12, -40, 0}, 7);
-    d = std::min(d, segment(p, {12, -40, 0}, {45, 25, 5}, 7));
-    d = std::min(d, segment(p, {-12, -40, 0}, {-45, 25, 5}, 7));
-    d = std::min(d, segment(p, {45, 25, 5}, {48, 30, up_left}, 6));
-    d = std::min(d, segment(p, {-45, 25, 5}, {-48, 30, up_right}, 6));
-    if (bridge) d = std::min(d, segment(p, {-45, 25, 5}, {45, 25, 5}, 7));
-    if (roof) d = std::min(d, segment(p, {-48, 30, up_right}, {48, 30, up_left}, 7));
+    double d = Rod(p, {-12, -40, 0}, {12, -40, 0}, 7);
+    d = std::min(d, Rod(p, {12, -40, 0}, {45, 25, 5}, 7));
+    d = std::min(d, Rod(p, {-12, -40, 0}, {-45, 25, 5}, 7));
+    d = std::min(d, Rod(p, {45, 25, 5}, {48, 30, up_left}, 6));
+    d = std::min(d, Rod(p, {-45, 25, 5}, {-48, 30, up_right}, 6));
+    if (bridge) d = std::min(d, Rod(p, {-45, 25, 5}, {45, 25, 5}, 7));
+    if (roof) d = std::min(d, Rod(p, {-48, 30, up_right}, {48, 30, up_left}, 7));
     return d;
   };
 }
@@ -160,6 +167,67 @@ TEST(MandibleLikeness, UpsideDownOrBackToFrontFails) {
   const auto shape = Horseshoe(60, 60, false, false);
   EXPECT_FALSE(ShapeOf(HorseshoeCt([&](const Vec3& p) { return shape({p.x, p.y, 62 - p.z}); })).is_mandible);
   EXPECT_FALSE(ShapeOf(HorseshoeCt([&](const Vec3& p) { return shape({p.x, -8 - p.y, p.z}); })).is_mandible);
+}
+
+// A child's pelvis without its sacrum, of about 102 x 60 x 92 mm: symphysis, rami, sockets, wings.
+double Pelvis(const Vec3& at) {
+  const Vec3 p(std::abs(at.x), at.y, at.z);
+  double d = std::min(Rod(p, {0, -24, 8}, {8, -24, 6}, 6), Rod(p, {8, -24, 10}, {36, -6, 30}, 5));
+  d = std::min({d, Rod(p, {8, -22, 4}, {26, 4, 4}, 4), Rod(p, {28, 6, 6}, {36, 0, 30}, 7)});
+  d = std::min(d, Rod(p, {36, 0, 30}, {34, 8, 44}, 9));
+  for (double t = 0; t <= 1; t += 0.1) {
+    const Vec3 low = glm::mix(Vec3(36, -4, 40), Vec3(26, 22, 48), t);
+    const Vec3 middle = glm::mix(Vec3(47, -16, 70), Vec3(26, 27, 74), t);
+    d = std::min({d, Rod(p, low, middle, 3.5), Rod(p, middle, glm::mix(Vec3(46, -6, 86), Vec3(34, 20, 88), t), 3.5)});
+  }
+  return d;
+}
+
+TEST(MandibleLikeness, PelvisFails) {
+  for (const double pitch_deg : {-35.0, -20.0, 0.0, 20.0, 35.0}) {
+    for (const Vec3& size : {Vec3(1), Vec3(1.15, 1, 0.9), Vec3(1, 1.3, 1)}) {
+      const glm::dmat3 turn = TurnAbout({1, 0, 0}, pitch_deg);
+      const Vec3 middle_W(0, 0, 45);
+      const Volume ct = test::MakeCt({76, 76, 76}, {2, 2, 2}, middle_W - 75.0, glm::dmat3(1),
+                                     [&](const Vec3& p) { return Pelvis((middle_W + turn * (p - middle_W)) / size); });
+      EXPECT_FALSE(ShapeOf(ct).is_mandible) << pitch_deg << ' ' << size.x << ' ' << size.y;
+    }
+  }
+  const Volume ct = test::MakeCt({76, 76, 76}, {2, 2, 2}, {-75, -75, -30}, glm::dmat3(1), Pelvis);
+  EXPECT_THAT(ShapeOf(ct).objection, HasSubstr("it has no chin"));
+}
+
+// Without teeth, of a child, cut above the notch, with another angle, and with the mouth open.
+TEST(MandibleLikeness, JawsOfOtherShapesPass) {
+  MandibleParams low, steep;
+  low.symphysis_height_mm = 24;
+  low.mental_foramen_height_mm = 21;
+  low.first_molar_height_mm = 22;
+  steep.ramus_height_mm = 38;
+  steep.coronoid_height_mm = 50;
+  steep.condyle_height_mm = 46;
+  steep.gonial_angle_deg = 135;
+  const auto pass = [](const MandibleParams& params, bool teeth, double scale, double top_mm, double pitch_deg) {
+    const MandibleShape shape(params);
+    const glm::dmat3 turn = TurnAbout({1, 0, 0}, pitch_deg);
+    const Vec3 middle_W(0, 43, -2);
+    return ShapeOf(test::MakeCt({84, 84, 84}, {2, 2, 2}, middle_W - 83.0, glm::dmat3(1),
+                                [&](const Vec3& p) {
+                                  const Vec3 at = (middle_W + turn * (p - middle_W)) / scale;
+                                  const double d = teeth ? shape.Value(at) : shape.BoneValue(at);
+                                  return std::max(d, at.z - top_mm);
+                                }))
+        .is_mandible;
+  };
+  EXPECT_TRUE(pass({}, false, 1, 99, 0));
+  EXPECT_TRUE(pass(low, false, 1, 99, 0));
+  EXPECT_TRUE(pass(low, false, 1, 99, -35));
+  EXPECT_TRUE(pass(steep, true, 1, 99, 0));
+  EXPECT_TRUE(pass({}, true, 0.72, 99, 0));
+  EXPECT_TRUE(pass(steep, true, 0.75, 99, 0));
+  EXPECT_TRUE(pass({}, true, 1, 22, 0));
+  EXPECT_TRUE(pass({}, true, 1, 99, 35));
+  EXPECT_TRUE(pass({}, true, 1, 99, -35));
 }
 
 // Returns a scan of the arch whose coordinates are in `frame`, although its header states LPS.
@@ -274,10 +342,6 @@ Volume TurnedJaw(const glm::dmat3& axes_W, const glm::dmat3& head_from_world = g
   return lattice;
 }
 
-glm::dmat3 TurnAbout(const Vec3& axis, double degrees) {
-  return glm::mat3_cast(glm::angleAxis(degrees / kDegreesPerRad, glm::normalize(axis)));
-}
-
 // The size of the jaw is measured along the patient's axes, not along those of the scan.
 TEST(Isolate, TurnedAndTiltedGridsGiveTheSameJaw) {
   const Isolation upright = Isolate(TurnedJaw(glm::dmat3(1)), IsolateOptions{}, {});
@@ -314,6 +378,17 @@ TEST(Isolate, HeadMayBeTurned) {
       // A mandible looks much the same when it nods a little.
       EXPECT_GT(glm::dot(turned.up_W, glm::transpose(head_from_world) * Vec3(0, 0, 1)), std::cos(20 / kDegreesPerRad))
           << axis.x << ' ' << axis.y << ' ' << axis.z << ' ' << degrees;
+    }
+  }
+}
+
+TEST(Isolate, HeadMayBeTurnedAboutTwoAxes) {
+  for (const double a : {-45.0, 45.0}) {
+    for (const double b : {-45.0, 45.0}) {
+      EXPECT_TRUE(
+          Isolate(TurnedJaw(glm::dmat3(1), TurnAbout({0, 0, 1}, a) * TurnAbout({1, 0, 0}, b)), {}, {}).mandible);
+      EXPECT_TRUE(
+          Isolate(TurnedJaw(glm::dmat3(1), TurnAbout({0, 1, 0}, a) * TurnAbout({1, 0, 0}, b)), {}, {}).mandible);
     }
   }
 }
