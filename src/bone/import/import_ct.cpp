@@ -416,10 +416,10 @@ void WarnAboutMask(const Isolation& isolation, ImportReport& report) {
   constexpr double kLoss = 0.01, kFar_mm = 3;
   if (mask.given_away_mm3 > kLoss * mask.wanted_mm3 || mask.given_away_mm > kFar_mm) {
     report.warnings.push_back(fmt::format(
-        "{} of bone that the mask names are not in the result, up to {:.1f} mm from it, because they are nearer to "
-        "other bone in the CT or not joined to the rest; look at them with 'kerf picture CT --mask FILE', and import "
-        "separate bones by a mask each",
-        FormatVolume(mask.given_away_mm3), mask.given_away_mm));
+        "{} of bone that the mask names ({:.0f} % of {}) are not in the result, up to {:.1f} mm from it, because they "
+        "are nearer to other bone in the CT, or crumbs; look at them with 'kerf picture CT --mask FILE'",
+        FormatVolume(mask.given_away_mm3), 100 * mask.given_away_mm3 / mask.wanted_mm3, FormatVolume(mask.wanted_mm3),
+        mask.given_away_mm));
   }
   if (mask.beyond_mm3 > kLoss * mask.wanted_mm3) {
     report.warnings.push_back(fmt::format(
@@ -565,7 +565,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
   result.bone = MakeBone(field, solid.box().Grown(6 * options.voxel_mm), build, ChooseTable(options, report.mandible));
   WarnAboutVoids(report);
   stages.Done("level set");
-  DropDust(result.bone, options.isolate.isolate, report);
+  DropDust(result.bone, isolation.pieces == 1, report);
   stages.Done("pieces");
   shares.End(CtPart::kPieces);
   if (options.keep_hu) {

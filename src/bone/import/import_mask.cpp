@@ -151,8 +151,6 @@ ImportResult ImportMask(const ImportOptions& options) {
       std::max(options.voxel_mm, kRegionVoxel_mm), Part(options.progress, 0.6, 0.8));
   stages.Done("level set");
   DropDust(result.bone, false, report);
-  if (report.pieces > 1)
-    report.warnings.push_back(fmt::format("the segmentation gives {} separate pieces of bone", report.pieces));
   Finish(options, result.bone, report);
   stages.Done("measure");
   return result;

@@ -169,7 +169,11 @@ void DropDust(Bone& bone, bool one_piece, ImportReport& report) {
 void Finish(const ImportOptions& options, Bone& bone, ImportReport& report) {
   Measure(bone, report);
   WarnAboutThinParts(options.voxel_mm, report);
-  if (options.isolate.mask) WarnAboutLoss(*options.isolate.mask, report);
+  if (options.isolate.mask) {
+    WarnAboutLoss(*options.isolate.mask, report);
+    if (report.pieces > 1)
+      report.warnings.push_back(fmt::format("the segmentation gives {} separate pieces of bone", report.pieces));
+  }
   AddNotes(bone, options, report);
 }
 

@@ -24,6 +24,7 @@ constexpr int kThresholdSteps = 12;       // above iso; beyond it thin cortex di
                                           // crumbs
 constexpr double kMarkerPiece_mm3 = 300;  // other bone of at least this volume cannot be a crumb of the mandible
 constexpr double kCandidate_mm3 = 8000;
+constexpr double kNamedPiece_mm3 = 100;  // a separate piece that a mask names is kept if it is larger
 constexpr int kAirMargin = 4;        // voxels of air beyond the scan, so that bone cut by its edge has a surface there
 constexpr double kPartial_HU = 150;  // voxels this far below iso are certainly soft tissue
 constexpr double kSeedRadius_mm = 1.5;
@@ -438,7 +439,7 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
   if (result.mask) GiveBack(result, iso, markers, grown);
   if (progress) progress(0.9);
 
-  // Selects, on the wanted side, the piece that contains most of the markers.
+  // Selects, on the wanted side, the piece that contains most of the markers, and the others that a mask names.
   const Components wanted = FindComponents(
       result.ct, [&](std::size_t v) { return grown[v] == kKeep && result.ct.hu[v] >= iso; }, part(0.9, 1));
   std::vector<std::size_t> marked(wanted.list.size() + 1, 0);
@@ -469,10 +470,20 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
   if (likeness.turn_deg > 0)
     result.how += fmt::format("; the head is turned by about {:.0f} degrees", likeness.turn_deg);
   result.shape_objection = Describe(likeness, ct.frame);
+  std::vector<bool> is_kept(wanted.list.size() + 1, false);
+  for (std::size_t n = 1; n < is_kept.size(); ++n) {
+    const double volume_mm3 = wanted.list[n - 1].volume_mm3;
+    is_kept[n] =
+        n == static_cast<std::size_t>(label) || (result.mask && marked[n] > 0 && volume_mm3 >= kNamedPiece_mm3);
+    if (is_kept[n]) continue;
+    ++result.dropped_pieces;
+    result.dropped_mm3 += volume_mm3;
+  }
+  result.pieces = wanted.list.size() - result.dropped_pieces;
   result.bone.assign(result.ct.count(), 0);
   std::vector<std::uint8_t> unwanted(result.ct.count(), 0);
   for (std::size_t v = 0; v < result.bone.size(); ++v) {
-    if (wanted.labels[v] == label)
+    if (is_kept[wanted.labels[v]])
       result.bone[v] = 1;
     else if (result.ct.hu[v] >= iso)
       unwanted[v] = 1;
@@ -482,11 +493,6 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
         fmt::format("the bone goes on for more than {:.0f} mm beside the part that was recognised", kMargin_mm), at_iso,
         iso,
         fmt::format("; mark what does not belong to it with --drop, less than {:.0f} mm from that part", kMargin_mm));
-  }
-  for (std::size_t n = 0; n < wanted.list.size(); ++n) {
-    if (n + 1 == static_cast<std::size_t>(label)) continue;
-    ++result.dropped_pieces;
-    result.dropped_mm3 += wanted.list[n].volume_mm3;
   }
   result.contact_mm2 = CalcContact(result.ct, result.bone, unwanted);
   if (result.mask) {

@@ -67,7 +67,8 @@ struct Isolation {
   std::array<int, 3> first{0, 0, 0};  // voxel of ct in which the first voxel of scan lies, at its lower corner
   std::vector<std::uint8_t> keep;     // for each voxel of ct: 1 for wanted bone and the soft tissue next to it, 0
                                       // elsewhere
-  std::vector<std::uint8_t> bone;     // 1 where keep and HU >= iso: one connected piece if isolated
+  std::vector<std::uint8_t> bone;     // 1 where keep and HU >= iso
+  std::size_t pieces = 0;             // connected ones of `bone` if isolated: one, or all large ones that a mask names
   double iso_volume_mm3 = 0;          // of `bone`: sum of its voxels, without filling
   double contact_mm2 = 0;             // area in contact with other bone
   std::size_t dropped_pieces = 0;     // small separate pieces on the wanted side that were removed

@@ -205,11 +205,13 @@ void GiveBack(const Isolation& result, double iso_hu, std::vector<std::uint8_t> 
 std::vector<std::uint8_t> FindCutOff(const Isolation& result, double iso_hu, const std::vector<std::uint8_t>& markers) {
   const Volume& ct = result.ct;
   const Components all = FindComponents(ct, [&](std::size_t v) { return ct.hu[v] >= iso_hu; });
-  const auto kept =
-      static_cast<std::size_t>(std::find(result.bone.begin(), result.bone.end(), 1) - result.bone.begin());
+  std::vector<bool> has_bone(all.list.size() + 1, false);
+  for (std::size_t v = 0; v < ct.count(); ++v) {
+    if (result.bone[v] != 0) has_bone[all.labels[v]] = true;
+  }
   std::vector<std::uint8_t> cut_off(ct.count(), 0);
   for (std::size_t v = 0; v < ct.count(); ++v) {
-    if (markers[v] != kDrop || all.labels[v] != all.labels[kept]) continue;
+    if (markers[v] != kDrop || !has_bone[all.labels[v]]) continue;
     cut_off[v] = result.bone[v] == 0 && result.mask->samples.other[v] == 0 ? 1 : 0;
   }
   return cut_off;

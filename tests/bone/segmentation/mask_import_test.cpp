@@ -265,13 +265,15 @@ TEST(MaskImport, CondylesStayWithTheMaskWhereTheCtShowsNoJoint) {
   }
 }
 
-// As a rib: nothing deeper in the mask than the reach is bone by its HU. A second one is not joined, and reported.
+// As ribs: nothing deeper in the mask than the reach is bone by its HU, and they are not joined. A crumb is left out.
 TEST(MaskImport, CortexAroundMarrowIsBoneOfTheMask) {
   const Folder folder;
   const auto tube = [](const Vec3& p, double r_mm) {
     return std::max(std::hypot(p.y, p.z) - r_mm, std::abs(p.x) - 30);
   };
-  const auto other = [](const Vec3& p) { return std::max(std::hypot(p.y - 20, p.z) - 4, std::abs(p.x) - 10); };
+  const auto second = [](const Vec3& p) { return std::max(std::hypot(p.y - 20, p.z) - 4, std::abs(p.x) - 10); };
+  const auto crumb = Ball({25, 25, 0}, 2.5);
+  const auto other = [=](const Vec3& p) { return std::min(second(p), crumb(p)); };
   Volume ct = test::MakeCt(
       {70, 50, 24}, {1, 1, 1}, {-34.5, -12.5, -11.5}, glm::dmat3(1),
       [=](const Vec3& p) { return std::min(tube(p, 7), other(p)); }, 900);
@@ -285,13 +287,16 @@ TEST(MaskImport, CortexAroundMarrowIsBoneOfTheMask) {
                   folder.file("mask.nrrd"));
   const ImportOptions options = WithMask(folder.file("mask.nrrd"));
   const ImportReport report = Import(folder.file("ct.nrrd"), options).report;
-  // The tube is filled, as marrow is: pi x 49 mm2 x 60 mm.
-  EXPECT_NEAR(report.solid_mm3, std::numbers::pi * 49 * 60, 0.03 * std::numbers::pi * 49 * 60);
-  EXPECT_NEAR(report.mask.given_away_mm3, std::numbers::pi * 16 * 20, 100);
-  EXPECT_NEAR(report.mask.given_away_mm, 17, 1.5);
-  EXPECT_THAT(report.warnings, Contains(HasSubstr("of bone that the mask names are not in the result, up to")));
+  // The tube is filled, as marrow is: pi x 49 mm2 x 60 mm, and the second one is kept: pi x 16 mm2 x 20 mm.
+  const double expected_mm3 = std::numbers::pi * (49 * 60 + 16 * 20);
+  EXPECT_NEAR(report.solid_mm3, expected_mm3, 0.03 * expected_mm3);
+  EXPECT_EQ(report.pieces, 2u);
+  EXPECT_THAT(report.warnings, Contains(HasSubstr("the segmentation gives 2 separate pieces of bone")));
+  EXPECT_NEAR(report.mask.given_away_mm3, 65, 20);
+  EXPECT_THAT(report.warnings, Contains(HasSubstr("are not in the result, up to")));
   const MaskOverlay overlay(ReadImageFile(folder.file("ct.nrrd")), options);
-  EXPECT_EQ(overlay.At({0.5, 20.5, 0.5}), MaskOverlay::What::kGivenAway);
+  EXPECT_EQ(overlay.At({0.5, 20.5, 0.5}), MaskOverlay::What::kKept);
+  EXPECT_EQ(overlay.At({24.5, 24.5, 0.5}), MaskOverlay::What::kGivenAway);
 }
 
 TEST(MaskImport, TeethAndCanalGetTheirRegions) {
