@@ -99,16 +99,42 @@ struct Peak {
   double mass = 0;  // fraction of all voxels
 };
 
-// Divides the histogram above `from` at the valleys of its smoothed form.
+// Returns the distance between the values that occur, which is above 1 if they were stored in coarse steps: values in
+// steps of 12.8 lie 12 and 13 apart.
+double FindStep(const Histogram& h, int lower, int upper) {
+  constexpr int kLeastSteps = 50;  // a scan without noise may have few values
+  std::vector<int> gaps;
+  for (int v = lower, last = lower; v <= upper; ++v) {
+    if (h.counts[Histogram::IndexOf(v)] == 0) continue;
+    if (v > last) gaps.push_back(v - last);
+    last = v;
+  }
+  std::vector<std::size_t> counts(static_cast<std::size_t>((upper - lower) / kLeastSteps) + 1, 0);
+  for (const int gap : gaps) {
+    if (static_cast<std::size_t>(gap) < counts.size()) ++counts[static_cast<std::size_t>(gap)];
+  }
+  const auto usual = static_cast<double>(std::max_element(counts.begin(), counts.end()) - counts.begin());
+  if (usual < 2) return 1;
+  double sum = 0, steps = 0;
+  for (const int gap : gaps) {
+    sum += gap;
+    steps += std::max(1.0, std::round(gap / usual));
+  }
+  return sum / steps;
+}
+
+// Divides the histogram above `from` at the valleys of its smoothed form. Each bin holds equally many steps.
 std::vector<Peak> FindPeaks(const Histogram& h, int from) {
   constexpr int kBins = 200;
   constexpr double kValley = 0.7;  // of the lower of two peaks
   const int lower = h.Quantile(0.0005, from), upper = std::max(h.Quantile(0.9995, from), lower + 1);
-  const double width = std::max(1.0, static_cast<double>(upper - lower) / kBins);
-  const auto count = static_cast<std::size_t>((upper - lower) / width) + 5;
+  const double step = FindStep(h, lower, upper);
+  const double width = step * std::max(1.0, std::round((upper - lower) / step / kBins));
+  const double begin = lower - 0.5 * step;
+  const auto count = static_cast<std::size_t>((upper - begin) / width) + 5;
   std::vector<double> raw(count, 0);
   for (int v = lower; v <= upper; ++v) {
-    raw[static_cast<std::size_t>((v - lower) / width) + 2] +=
+    raw[static_cast<std::size_t>((v - begin) / width) + 2] +=
         static_cast<double>(h.counts[Histogram::IndexOf(v)]) / static_cast<double>(h.total);
   }
   std::vector<double> smooth = raw;
@@ -123,7 +149,7 @@ std::vector<Peak> FindPeaks(const Histogram& h, int from) {
     double sum = 0, moment = 0;
     for (std::size_t b = std::max<std::size_t>(top, 2) - 2; b < std::min(top + 3, count); ++b) {
       sum += smooth[b];
-      moment += smooth[b] * (lower + (static_cast<double>(b) - 1.5) * width - 0.5);
+      moment += smooth[b] * (begin + (static_cast<double>(b) - 1.5) * width);
     }
     peaks.push_back({sum > 0 ? moment / sum : lower, part});
   };
@@ -158,7 +184,7 @@ std::optional<int> FindFarValue(const Histogram& h, int lowest) {
 
 // Returns the two peaks that can be air and soft tissue.
 std::optional<GreyScale> FindAirAndSoft(const Histogram& h, int lowest) {
-  constexpr double kMinPeak = 0.005, kApart = 0.3;
+  constexpr double kMinPeak = 0.005, kApart = 0.3, kSameAir = 1.12, kBrightest_HU = 4000;
   const std::optional<int> far = FindFarValue(h, lowest);
   std::vector<Peak> peaks = FindPeaks(h, far ? *far + 1 : lowest);
   std::erase_if(peaks, [](const Peak& peak) { return peak.mass < kMinPeak; });
@@ -168,16 +194,24 @@ std::optional<GreyScale> FindAirAndSoft(const Histogram& h, int lowest) {
     return std::any_of(peaks.begin(), peaks.end(), [&](const Peak& peak) { return peak.at >= from && peak.at <= to; });
   };
   if (has_peak(-1150, -850) && has_peak(-200, 280)) return std::nullopt;
-  // Soft tissue is what is most above the lowest peak.
-  const auto soft = std::max_element(peaks.begin() + (far || peaks.size() == 1 ? 0 : 1), peaks.end(),
-                                     [](const Peak& a, const Peak& b) { return a.mass < b.mass; });
+  // Soft tissue is what is most above the lowest peak, but no second peak of air, above which nothing would be so
+  // bright.
+  const int bright = h.Quantile(0.99, lowest);
+  auto soft = peaks.end();
+  for (auto peak = peaks.begin() + (far || peaks.size() == 1 ? 0 : 1); peak != peaks.end(); ++peak) {
+    const double below = peak == peaks.begin() ? far.value_or(lowest) : peaks.front().at;
+    if (GreyScale{below, peak->at}.ToHu(bright) > kBrightest_HU) continue;
+    if (soft == peaks.end() || peak->mass > soft->mass) soft = peak;
+  }
+  if (soft == peaks.end()) return std::nullopt;
   if (soft == peaks.begin()) {
     if (!far) return std::nullopt;
     return GreyScale{static_cast<double>(*far), soft->at};
   }
-  // Fat lies near muscle, air farther below.
+  // Fat lies near muscle, air farther below. Of two peaks of air, the lower one is that around the head.
   auto air = soft - 1;
   while (air != peaks.begin() && soft->at - air->at < kApart * (soft->at - peaks.front().at)) --air;
+  while (air != peaks.begin() && soft->at - (air - 1)->at < kSameAir * (soft->at - air->at)) --air;
   return GreyScale{air->at, soft->at};
 }
 
@@ -188,10 +222,12 @@ bool IsAirHu(double value) {
 // Returns the scale if the peaks are not those of HU, and there is as much bone above them as in a head.
 std::optional<GreyScale> FindGreyScale(const Histogram& h, int lowest, int highest) {
   constexpr double kLeastSoft = 0.1, kLeastSoftAboveHuAir = 0.25, kLeastSoftToAir = 0.5, kMostBone = 0.5;
+  constexpr double kAirToPartial = 1.5;
   const std::optional<GreyScale> found = FindAirAndSoft(h, lowest);
   if (!found) return std::nullopt;
-  const bool is_hu =
-      found->soft >= -200 && found->soft <= 280 && (IsAirHu(found->air) || h.Fraction(-1150, -850) > 0.005);
+  // Air that is no peak, such as that in the pharynx of a padded scan, is more than partly filled voxels.
+  const bool has_air = h.Fraction(-1150, -850) > std::max(0.005, kAirToPartial * h.Fraction(-800, -500));
+  const bool is_hu = found->soft >= -200 && found->soft <= 280 && (IsAirHu(found->air) || has_air);
   // HU that were limited to a window have a spike at its lower end instead of air.
   const bool is_window = found->soft >= -20 && found->soft <= 110 && lowest >= -900 && lowest < -50 &&
                          h.Fraction(lowest, lowest + 1) > 0.02;
@@ -250,7 +286,13 @@ FoundScale FindScale(const Histogram& histogram, int lowest, int highest) {
                     kOffset),
         fmt::format("subtract {} from its values, convert the scan again with its rescale intercept, or ", kOffset)};
   }
-  if (found.grey) found.what = DescribeScale(*found.grey);
+  if (!found.grey) return found;
+  found.what = DescribeScale(*found.grey);
+  if (std::abs(found.grey->CalcScale() - 2) < 0.15) {
+    found.advice =
+        "they lie twice as far apart as in HU, as if the rescale slope were doubled: convert the scan again with its "
+        "own slope, or ";
+  }
   return found;
 }
 

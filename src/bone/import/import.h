@@ -118,6 +118,7 @@ struct ImportReport {
   std::vector<std::string> warnings;      // assumptions and possible faults, one sentence each
   std::optional<AssumedPlacing> placing;  // of DICOM
   double iso = 300;                       // of the bone's surface, in the file's own values
+  bool is_grey = false;                   // the file's values were no HU, and converted to approximate HU
   std::string isolation;
   MaskReport mask;
   double contact_mm2 = 0;          // contact area of the bone with the bone that was separated from it

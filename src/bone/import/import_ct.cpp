@@ -233,6 +233,7 @@ Volume ReadHu(const std::string& path, ImportOptions& options, ImportReport& rep
   try {
     const BoneLevel level = TakeAsHu(ct, options.isolate.iso_hu, options.iso_auto, path);
     report.iso = level.iso;
+    report.is_grey = level.is_grey;
     options.isolate.iso_hu = level.iso_hu;
     if (!level.warning.empty()) ct.warnings.push_back(level.warning);
     if (!level.is_grey) ScaleTissues(level.iso, options.tissue);
@@ -441,6 +442,39 @@ void WarnAboutMask(const Isolation& isolation, ImportReport& report) {
   }
 }
 
+// Warns if the threshold of enamel lies among the values of cortical bone, so that much of the bone would be tooth. In
+// grey values, whose scale is known only roughly, it is raised. Throws kerf::Error if a mandible would be teeth mostly.
+void CheckTeeth(const Isolation& isolation, double solid_mm3, TissueOptions& tissue, ImportReport& report) {
+  constexpr double kMuch = 0.08, kMost = 0.3, kNearlyAll = 0.6;  // of the bone
+  if (isolation.mask && !isolation.mask->samples.tooth.empty()) return;
+  const double given_mm3 = CalcToothVolume(isolation.ct, isolation.bone, tissue);
+  if (given_mm3 < kMuch * solid_mm3) return;
+  const double given_hu = tissue.tooth_hu;
+  const bool is_default = given_hu == TissueOptions{}.tooth_hu;
+  if (report.mandible && is_default && !report.is_grey && given_mm3 > kNearlyAll * solid_mm3) {
+    throw Error(
+        fmt::format("{} of the bone's {} are as bright as enamel, {:.0f} HU or more, or joined to it: the values look "
+                    "like HU times a factor, such as 2; convert the scan again with its rescale slope, or state --iso "
+                    "and --tooth-hu in its values",
+                    FormatVolume(given_mm3), FormatVolume(solid_mm3), given_hu));
+  }
+  const double most_mm3 = report.mandible ? kMost * solid_mm3 : solid_mm3;
+  const ToothLevel found = FindToothLevel(isolation.ct, isolation.bone, tissue, most_mm3);
+  if (found.hu == given_hu) return;
+  if (report.is_grey && is_default) {
+    tissue.tooth_hu = found.hu;
+    report.warnings.push_back(
+        fmt::format("with {:.0f} HU or more for enamel, {} of the bone's {} would be teeth, most of it cortical bone: "
+                    "the threshold was raised to {:.0f}, which leaves {}; --tooth-hu sets another one",
+                    given_hu, FormatVolume(given_mm3), FormatVolume(solid_mm3), found.hu, FormatVolume(found.mm3)));
+    return;
+  }
+  report.warnings.push_back(
+      fmt::format("with {:.0f} HU or more for enamel, {} of the bone's {} are teeth, most of it probably cortical "
+                  "bone; --tooth-hu {:.0f} would leave {}",
+                  given_hu, FormatVolume(given_mm3), FormatVolume(solid_mm3), found.hu, FormatVolume(found.mm3)));
+}
+
 // Names a cavity that was closed because its mouth is narrower than a voxel of the bone.
 void WarnAboutVoids(ImportReport& report) {
   constexpr double kNotable_mm3 = 100;
@@ -535,6 +569,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& given) {
   stages.Done("surface error");
   shares.End(CtPart::kSolid);
 
+  CheckTeeth(isolation, report.input_mm3, options.tissue, report);
   const TissueMap tissue(isolation.ct, solid_voxels, isolation.bone, &solid.hu(), report.mandible, options.tissue,
                          isolation.mask ? &isolation.mask->samples : nullptr, &solid.map());
   report.tooth_mm3 = tissue.tooth_mm3();

@@ -53,7 +53,7 @@ struct MaskUse {
   std::vector<std::uint8_t> certain;     // 1 farther than reach_mm inside the mask
   std::vector<std::uint8_t> named;       // kKeep and kDrop for bone that the mask names and that is no marker
   std::vector<std::uint8_t> given_away;  // 1 for bone of the mask that is not in the result: it went to other bone, or
-                                         // is not joined to the rest
+                                         // is a crumb
   double given_away_mm = 0;              // its greatest distance from the result
   MaskSamples samples;
 };

@@ -94,7 +94,93 @@ std::vector<std::uint8_t> WithoutMetal(std::vector<std::uint8_t> bone, const std
   return bone;
 }
 
+// Returns 1 for the voxels of teeth and those nearest to them; empty if there is no enamel.
+std::vector<std::uint8_t> FindToothVoxels(const Volume& lattice, const std::vector<std::uint8_t>& bone,
+                                          const TissueOptions& options) {
+  const std::vector<std::int16_t>& hu = lattice.hu;
+  const Components lumps =
+      FindComponents(lattice, [&](std::size_t v) { return bone[v] != 0 && hu[v] >= options.tooth_hu; });
+  const Stride stride(lattice);
+  // Dentin: voxels reachable from enamel through bright voxels; distances in mm.
+  std::vector<float> distance_mm(bone.size(), -1);
+  std::vector<std::size_t> front;
+  for (std::size_t v = 0; v < bone.size(); ++v) {
+    const std::int32_t label = lumps.labels[v];
+    if (label == 0 || lumps.list[label - 1].volume_mm3 < kSmallestEnamel_mm3) continue;
+    distance_mm[v] = 0;
+    front.push_back(v);
+  }
+  if (front.empty()) return {};
+  while (!front.empty()) {
+    std::vector<std::size_t> next;
+    for (const std::size_t v : front) {
+      ForFaceNeighbours(lattice, stride, v, [&](std::size_t w, int axis) {
+        const float new_mm = distance_mm[v] + static_cast<float>(lattice.spacing_mm[axis]);
+        if (bone[w] == 0 || hu[w] < options.tooth_body_hu || static_cast<double>(new_mm) > options.tooth_reach_mm)
+          return;
+        if (distance_mm[w] >= 0 && distance_mm[w] <= new_mm) return;
+        distance_mm[w] = new_mm;
+        next.push_back(w);
+      });
+    }
+    front = std::move(next);
+  }
+  // HU at the border of a tooth are lowered by its surroundings: voxels with low HU are assigned to the nearest bright
+  // ones, tooth or bone.
+  constexpr std::uint8_t kTooth = 1;
+  constexpr std::uint8_t kOther = 2;
+  std::vector<std::uint8_t> owner(bone.size(), 0);
+  for (std::size_t v = 0; v < bone.size(); ++v) {
+    if (distance_mm[v] >= 0)
+      owner[v] = kTooth;
+    else if (bone[v] != 0 && hu[v] >= options.tooth_body_hu)
+      owner[v] = kOther;
+    if (owner[v] != 0) front.push_back(v);
+  }
+  for (int ring = 0; ring < kToothRim; ++ring) {
+    std::vector<std::size_t> next;
+    for (const std::size_t v : front) {
+      ForFaceNeighbours(lattice, stride, v, [&](std::size_t w, int) {
+        if (owner[w] != 0) return;
+        owner[w] = owner[v];
+        next.push_back(w);
+      });
+    }
+    front = std::move(next);
+  }
+  for (std::uint8_t& own : owner) own = own == kTooth ? 1 : 0;
+  return owner;
+}
+
+// Clears the voxels that are no bone. Returns the volume of the others.
+double KeepBone(const Volume& lattice, const std::vector<std::uint8_t>& bone, std::vector<std::uint8_t>& voxels) {
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < voxels.size(); ++v) count += voxels[v] &= bone[v];
+  return static_cast<double>(count) * lattice.CalcVoxelVolume();
+}
+
 }  // namespace
+
+double CalcToothVolume(const Volume& lattice, const std::vector<std::uint8_t>& bone, const TissueOptions& options) {
+  std::vector<std::uint8_t> tooth = FindToothVoxels(lattice, bone, options);
+  return KeepBone(lattice, bone, tooth);
+}
+
+ToothLevel FindToothLevel(const Volume& lattice, const std::vector<std::uint8_t>& bone, TissueOptions options,
+                          double most_mm3) {
+  constexpr double kStep_HU = 100, kSteady = 0.6;  // of the volume, from step to step
+  const auto at = [&](double hu) {
+    options.tooth_hu = hu;
+    return ToothLevel{hu, CalcToothVolume(lattice, bone, options)};
+  };
+  ToothLevel level = at(options.tooth_hu);
+  while (level.mm3 > 0) {
+    const ToothLevel next = at(level.hu + kStep_HU);
+    if (level.mm3 <= most_mm3 && next.mm3 >= kSteady * level.mm3) break;
+    level = next;
+  }
+  return level;
+}
 
 TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid,
                      const std::vector<std::uint8_t>& bone, const SplineField* hu, bool use_atlas,
@@ -155,66 +241,11 @@ void TissueMap::TakeTeeth(const std::vector<float>& tooth, const std::vector<std
 }
 
 void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
-  const std::vector<std::int16_t>& hu = lattice_.hu;
-  const Components lumps =
-      FindComponents(lattice_, [&](std::size_t v) { return bone[v] != 0 && hu[v] >= options_.tooth_hu; });
-  const Stride stride(lattice_);
-  // Dentin: voxels reachable from enamel through bright voxels; distances in mm.
-  std::vector<float> distance_mm(bone.size(), -1);
-  std::vector<std::size_t> front;
-  for (std::size_t v = 0; v < bone.size(); ++v) {
-    const std::int32_t label = lumps.labels[v];
-    if (label == 0 || lumps.list[label - 1].volume_mm3 < kSmallestEnamel_mm3) continue;
-    distance_mm[v] = 0;
-    front.push_back(v);
-  }
-  if (front.empty()) return;
-  while (!front.empty()) {
-    std::vector<std::size_t> next;
-    for (const std::size_t v : front) {
-      ForFaceNeighbours(lattice_, stride, v, [&](std::size_t w, int axis) {
-        const float new_mm = distance_mm[v] + static_cast<float>(lattice_.spacing_mm[axis]);
-        if (bone[w] == 0 || hu[w] < options_.tooth_body_hu || static_cast<double>(new_mm) > options_.tooth_reach_mm)
-          return;
-        if (distance_mm[w] >= 0 && distance_mm[w] <= new_mm) return;
-        distance_mm[w] = new_mm;
-        next.push_back(w);
-      });
-    }
-    front = std::move(next);
-  }
-  // HU at the border of a tooth are lowered by its surroundings: voxels with low HU are assigned to the nearest bright
-  // ones, tooth or bone.
-  constexpr std::uint8_t kTooth = 1;
-  constexpr std::uint8_t kOther = 2;
-  std::vector<std::uint8_t> owner(bone.size(), 0);
-  tooth_voxels_.assign(bone.size(), 0);
-  for (std::size_t v = 0; v < bone.size(); ++v) {
-    if (distance_mm[v] >= 0)
-      owner[v] = kTooth;
-    else if (bone[v] != 0 && hu[v] >= options_.tooth_body_hu)
-      owner[v] = kOther;
-    if (owner[v] != 0) front.push_back(v);
-  }
-  for (int ring = 0; ring < kToothRim; ++ring) {
-    std::vector<std::size_t> next;
-    for (const std::size_t v : front) {
-      ForFaceNeighbours(lattice_, stride, v, [&](std::size_t w, int) {
-        if (owner[w] != 0) return;
-        owner[w] = owner[v];
-        next.push_back(w);
-      });
-    }
-    front = std::move(next);
-  }
-  std::vector<float> fraction(bone.size(), 0);
-  for (std::size_t v = 0; v < bone.size(); ++v) {
-    if (owner[v] != kTooth) continue;
-    fraction[v] = 1;
-    tooth_voxels_[v] = bone[v];
-    if (bone[v] != 0) tooth_mm3_ += lattice_.CalcVoxelVolume();
-  }
-  tooth_ = std::make_unique<SplineField>(lattice_.size, std::move(fraction), false);
+  std::vector<std::uint8_t> tooth = FindToothVoxels(lattice_, bone, options_);
+  if (tooth.empty()) return;
+  tooth_ = std::make_unique<SplineField>(lattice_.size, std::vector<float>(tooth.begin(), tooth.end()), false);
+  tooth_mm3_ = KeepBone(lattice_, bone, tooth);
+  tooth_voxels_ = std::move(tooth);
 }
 
 /// Returns the region of the numbered tooth that has the most of the voxels around a point, weighted by their nearness.

@@ -29,6 +29,21 @@ struct TissueOptions {
   Vec3 up_W{0, 0, 1};           // towards the top of the head, for the atlas
 };
 
+/// A threshold of enamel and the teeth that it gives.
+struct ToothLevel {
+  double hu = 0;
+  double mm3 = 0;
+};
+
+/// Returns the volume of the teeth, as TissueMap finds them.
+double CalcToothVolume(const Volume& lattice, const std::vector<std::uint8_t>& bone, const TissueOptions& options);
+
+/// Returns the lowest threshold from `options.tooth_hu` on, in steps of 100 HU, at which the teeth are not more than
+/// `most_mm3` and above which they hardly shrink: enamel is much brighter than dentin, while the brightest cortical
+/// bone becomes less with each step.
+ToothLevel FindToothLevel(const Volume& lattice, const std::vector<std::uint8_t>& bone, TissueOptions options,
+                          double most_mm3);
+
 /// Region ids by position. Thread-safe once constructed.
 class TissueMap {
  public:

@@ -17,8 +17,10 @@ namespace kerf {
 namespace {
 
 using test::Folder;
+using test::MessageOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Returns the jaw with noise as of a cone-beam CT, and its values as offset + scale * (HU + 1000), clamped to a range.
 Volume GreyJaw(double scale, double offset, double noise_hu = 0, int lowest = -32768, int highest = 32767) {
@@ -51,6 +53,39 @@ TEST(GreyValues, ScaleIsFoundIn8And12Bits) {
   EXPECT_TRUE(FindGreyScale(GreyJaw(1.0 / 12, 0, 60, 0, 255)));
   EXPECT_TRUE(FindGreyScale(GreyJaw(1, 0, 60, 0, 4095)));
   EXPECT_TRUE(FindGreyScale(GreyJaw(0.6, 300, 60, 0, 1500)));
+}
+
+TEST(GreyValues, ScaleIsFoundInCoarseSteps) {
+  for (const auto& [step, scale, offset] :
+       {std::tuple(12.8, 0.4, 380.0), std::tuple(16.0, 0.5, 0.0), std::tuple(16.0, 1.0, 700.0)}) {
+    Volume ct = GreyJaw(scale, offset, 100);
+    for (std::int16_t& value : ct.hu) value = static_cast<std::int16_t>(std::lround(step * std::round(value / step)));
+    const auto grey = FindGreyScale(ct);
+    ASSERT_TRUE(grey) << step << " " << scale;
+    EXPECT_NEAR(grey->FromHu(300), offset + 1300 * scale, 40 * scale) << step << " " << scale;  // about a step
+  }
+}
+
+// As of air around the head and a headrest, or air inside and outside the field of view.
+TEST(GreyValues, SecondPeakOfAirIsNotSoftTissue) {
+  for (const double noise : {0.0, 5.0, 10.0}) {
+    Volume ct = GreyJaw(0.6, 300, noise);
+    for (std::size_t v = 0; v < ct.hu.size(); ++v) {
+      if (v < ct.hu.size() / 2) ct.hu[v] = ct.hu[v % 20];  // air, of which there is then more than soft tissue
+      if (v % 3 != 0 && ct.hu[v] < 350) ct.hu[v] = static_cast<std::int16_t>(ct.hu[v] + 40);
+    }
+    const auto grey = FindGreyScale(ct);
+    ASSERT_TRUE(grey) << noise;
+    EXPECT_NEAR(grey->FromHu(300), 1080, 36) << noise;
+  }
+}
+
+TEST(GreyValues, HuWithADoubledSlopeAreNamed) {
+  for (const double offset : {-2000.0, -976.0}) {
+    EXPECT_THAT(MessageOf([&] { CheckHu(GreyJaw(2, offset, 50), 300, "a.nrrd"); }),
+                HasSubstr("they lie twice as far apart as in HU, as if the rescale slope were doubled"));
+  }
+  EXPECT_THAT(MessageOf([&] { CheckHu(GreyJaw(0.6, 300, 50), 300, "a.nrrd"); }), Not(HasSubstr("twice")));
 }
 
 TEST(GreyValues, PaddingOutsideTheFieldOfViewIsNotAir) {
@@ -167,6 +202,51 @@ TEST(GreyValues, ADicomSeriesOf8BitsIsNoLabelMap) {
   EXPECT_EQ(ReadCt(folder.path(), {}, report).hu, ct.hu);
   EXPECT_THAT(test::MessageOf([&] { Import(folder.path(), {}); }),
               HasSubstr("these values are not HU: air lies near 0, soft tissue near 8"));
+}
+
+// The jaw with values mapped through points that join lines, from JawHu(): soft tissue of 40, bone of 900, teeth of
+// 2000.
+Volume MapJaw(double soft, double bone, double tooth) {
+  Volume ct = test::JawCt(2);
+  const auto map = [](double x, double from, double to, double a, double b) {
+    return a + (x - from) / (to - from) * (b - a);
+  };
+  for (std::int16_t& value : ct.hu) {
+    const double hu = value < 40    ? map(value, -1000, 40, -1000, soft)
+                      : value < 900 ? map(value, 40, 900, soft, bone)
+                                    : map(value, 900, 2000, bone, tooth);
+    value = static_cast<std::int16_t>(std::lround(hu));
+  }
+  return ct;
+}
+
+// Fat is taken as soft tissue of 40, so that cortical bone of 1650 gets 1930.
+TEST(GreyValues, ThresholdOfEnamelIsRaisedAboveCorticalBone) {
+  Volume ct = MapJaw(-60, 1650, 2800);
+  for (std::int16_t& value : ct.hu) value = static_cast<std::int16_t>(std::lround(300 + 0.6 * (value + 1000)));
+  const ImportReport report = ImportJaw(ct, 0, true);
+  EXPECT_TRUE(report.mandible);
+  EXPECT_THAT(report.warnings, Contains(HasSubstr("most of it cortical bone: the threshold was raised to ")));
+  EXPECT_GT(report.tooth_mm3, 0.03 * report.solid_mm3);
+  EXPECT_LT(report.tooth_mm3, 0.3 * report.solid_mm3);
+}
+
+TEST(GreyValues, DenseBoneOfACtIsNotTakenAsEnamelWithoutAWord) {
+  EXPECT_THAT(ImportJaw(MapJaw(40, 900, 2000), 300, false).warnings, Not(Contains(HasSubstr("for enamel"))));
+  Volume ct = MapJaw(40, 900, 2800);
+  for (std::size_t v = 0; v < ct.hu.size(); ++v) {  // a part of the right side
+    if (v % 64 < 22 && ct.hu[v] > 850 && ct.hu[v] < 950) ct.hu[v] = 1850;
+  }
+  EXPECT_THAT(ImportJaw(ct, 300, false).warnings,
+              Contains(HasSubstr("most of it probably cortical bone; --tooth-hu 1900 would leave ")));
+}
+
+// Without air, nothing else shows it.
+TEST(GreyValues, MandibleThatWouldBeAllTeethIsRefused) {
+  Volume ct = GreyJaw(2, -2000);
+  for (std::int16_t& value : ct.hu) value = std::max<std::int16_t>(value, -200);
+  EXPECT_THAT(MessageOf([&] { ImportJaw(ct, 300, false); }),
+              HasSubstr("the values look like HU times a factor, such as 2"));
 }
 
 TEST(GreyValues, ToothThresholdsFollowAnIsoThatNothingElseExplains) {
