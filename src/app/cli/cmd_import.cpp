@@ -67,7 +67,7 @@ void List(const ImportArguments& options) {
   Json list = Json::array();
   for (const DicomSeries& s : input.series()) {
     const DicomSlice& first = s.slices.front();
-    const double gap_mm = first.has_spacing ? s.gap_mm : 0;
+    const double gap_mm = s.stated_gap_mm();
     list.push_back({{"uid", s.name()},
                     {"description", s.description},
                     {"part", s.part_name},

@@ -27,8 +27,8 @@ std::string DescribeSeries(const DicomSeries& series) {
   const DicomSlice& first = series.slices.front();
   std::string text =
       fmt::format(fmt::runtime(Tr("{} slices of {} x {} pixels")), series.slices.size(), first.size[0], first.size[1]);
-  if (series.gap_mm > 0 && first.has_spacing)
-    text += fmt::format(fmt::runtime(Tr(", {} mm apart")), ShowNumber(series.gap_mm, 2));
+  if (const double gap_mm = series.stated_gap_mm(); gap_mm > 0)
+    text += fmt::format(fmt::runtime(Tr(", {} mm apart")), ShowNumber(gap_mm, 2));
   if (first.thickness_mm > 0) text += fmt::format(fmt::runtime(Tr(", {} mm thick")), ShowNumber(first.thickness_mm, 2));
   if (!first.kernel.empty()) text += fmt::format(fmt::runtime(Tr(", kernel {}")), first.kernel);
   std::string names = series.modality;

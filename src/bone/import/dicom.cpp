@@ -129,11 +129,10 @@ void MarkDamaged(const std::string& faults, DicomSeries& series) {
   if (!any) throw Error(fmt::format("series {}: the process that read the slices sent invalid data", series.uid));
 }
 
-// Marks the slices whose values can't be those of their place. Returns whether there are any.
-bool MarkUnfit(SliceStack& stack, const char* pixels, DicomSeries& series) {
-  const SliceFaults unfit = FindUnfitSlices(stack.slices, reinterpret_cast<const std::int16_t*>(pixels));
-  MarkFaulty(series, unfit, stack.slices);
-  for (const auto& [k, why] : unfit) {
+// Marks the slices of the series.
+void MarkDamaged(const SliceFaults& faults, SliceStack& stack, DicomSeries& series) {
+  MarkFaulty(series, faults, stack.slices);
+  for (const auto& [k, why] : faults) {
     const DicomSlice& marked = stack.slices[k];
     for (DicomSlice& s : series.slices) {
       if (s.path != marked.path || s.frame != marked.frame) continue;
@@ -141,7 +140,15 @@ bool MarkUnfit(SliceStack& stack, const char* pixels, DicomSeries& series) {
       s.damage = marked.damage;
     }
   }
-  return !unfit.empty();
+}
+
+// Names slices that may be damaged. They are kept.
+void WarnOfDoubtful(const SliceFaults& doubtful, const SliceStack& stack, Volume& volume) {
+  if (doubtful.empty()) return;
+  const auto& [k, why] = *doubtful.begin();
+  volume.warnings.push_back(fmt::format(
+      "{}{} may be damaged: {}; metal and motion do the same, so that what it shows was kept: look at the bone there",
+      NameOf(stack.slices[k]), doubtful.size() == 1 ? "" : fmt::format(" and {} others", doubtful.size() - 1), why));
 }
 
 // Fills the planes of the volume from the slices at their places, interpolating between two.
@@ -245,7 +252,12 @@ std::optional<Volume> ReadWhole(const std::function<void(double)>& progress, dou
     AddFault(*failed, e, faults);
   }
   if (!faults.empty()) MarkDamaged(faults, series);
-  if (!faults.empty() || MarkUnfit(stack, pixels.data(), series)) return std::nullopt;
+  const UnfitSlices unfit = faults.empty()
+                                ? FindUnfitSlices(stack.slices, reinterpret_cast<const std::int16_t*>(pixels.data()))
+                                : UnfitSlices();
+  MarkDamaged(unfit.damaged, stack, series);
+  if (!faults.empty() || !unfit.damaged.empty()) return std::nullopt;
+  WarnOfDoubtful(unfit.doubtful, stack, volume);
   FillPlanes(stack, pixels.data(), volume);
   SliceValues found;
   std::memcpy(&found, values.data(), sizeof found);

@@ -85,6 +85,8 @@ struct DicomSeries {
 
   /// Returns the text that chooses it: the UID, with "#2" for the second of several stacks.
   std::string name() const { return part == 0 ? uid : uid + "#" + std::to_string(part); }
+  /// Returns the distance between slices that the files state; 0: none.
+  double stated_gap_mm() const { return slices.front().has_spacing ? gap_mm : 0; }
 };
 
 /// Which series is meant, or whether it is a CT, must be decided by the user.

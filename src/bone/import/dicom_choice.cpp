@@ -32,7 +32,7 @@ std::string Describe(const DicomSeries& s) {
   const DicomSlice& first = s.slices.front();
   std::string text = fmt::format("{} ({}, {}", s.name(), s.modality.empty() ? "no modality" : s.modality,
                                  FormatCount(s.slices.size(), "slice", "slices"));
-  if (s.gap_mm > 0) text += fmt::format(" {:.4g} mm apart", s.gap_mm);
+  if (s.stated_gap_mm() > 0) text += fmt::format(" {:.4g} mm apart", s.stated_gap_mm());
   if (!first.kernel.empty()) text += ", kernel " + first.kernel;
   if (!s.description.empty()) text += ", " + s.description;
   if (!s.part_name.empty()) text += ", " + s.part_name;

@@ -198,27 +198,36 @@ std::string DescribeGap(const SliceStack& stack, const std::vector<double>& z, s
                      z[i - 1], z[i], step_mm);
 }
 
-// Returns why slices are missing between two places: the fault of a file there, or of one whose place is unknown.
-std::string DescribeReason(const DicomSeries& series, const SliceStack& stack, double from_mm, double to_mm) {
+// Returns a damaged slice between two places; nullptr: there is none.
+const DicomSlice* FindDamaged(const SliceStack& stack, double from_mm, double to_mm) {
   const Vec3 normal = CalcNormal(stack.slices.front());
   const auto damaged = std::find_if(stack.damaged.begin(), stack.damaged.end(), [&](const DicomSlice& s) {
     const double at_mm = glm::dot(normal, s.origin_W);
     return at_mm > from_mm && at_mm < to_mm;
   });
-  if (damaged != stack.damaged.end()) return "; " + damaged->damage;
+  return damaged == stack.damaged.end() ? nullptr : &*damaged;
+}
+
+// Returns why slices are missing between two places: the fault of a file there, or of one whose place is unknown.
+std::string DescribeReason(const DicomSeries& series, const SliceStack& stack, double from_mm, double to_mm) {
+  if (const DicomSlice* damaged = FindDamaged(stack, from_mm, to_mm)) return "; " + damaged->damage;
   const auto file = std::find_if(series.left_out.begin(), series.left_out.end(),
                                  [](const LeftOutFile& left_out) { return left_out.may_be_slice; });
   return file == series.left_out.end() ? "" : "; perhaps " + file->fault;
 }
 
-// Lists the steps that are neither those of a run nor between two spacings. Throws kerf::Error for one that no missing
-// slices explain.
+// Lists the steps over a damaged slice, and those that are neither those of a run nor between two spacings. Throws
+// kerf::Error for one that no missing slices explain.
 std::vector<std::size_t> FindGaps(const DicomSeries& series, const SliceStack& stack, const std::vector<double>& z,
                                   const std::vector<EvenRun>& runs) {
   std::vector<std::size_t> gaps;
   const double median = CalcMedianStep(z);
   for (std::size_t i = 1; i < z.size(); ++i) {
     const double step = z[i] - z[i - 1];
+    if (!runs.empty() && FindDamaged(stack, z[i - 1], z[i]) != nullptr) {
+      gaps.push_back(i);
+      continue;
+    }
     double before = 0, after = 0;  // spacing of the nearest runs
     for (const EvenRun& run : runs) {
       if (run.first <= i - 1) before = run.step_mm;

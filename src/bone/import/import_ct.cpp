@@ -418,7 +418,7 @@ void WarnAboutMask(const Isolation& isolation, ImportReport& report) {
   if (mask.given_away_mm3 > kLoss * mask.wanted_mm3 || mask.given_away_mm > kFar_mm) {
     report.warnings.push_back(fmt::format(
         "{} of bone that the mask names ({:.0f} % of {}) are not in the result, up to {:.1f} mm from it, because they "
-        "are nearer to other bone in the CT, or crumbs; look at them with 'kerf picture CT --mask FILE'",
+        "are nearer to other bone in the CT, or small pieces apart; look at them with 'kerf picture CT --mask FILE'",
         FormatVolume(mask.given_away_mm3), 100 * mask.given_away_mm3 / mask.wanted_mm3, FormatVolume(mask.wanted_mm3),
         mask.given_away_mm));
   }

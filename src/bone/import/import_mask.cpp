@@ -121,6 +121,7 @@ ImportResult ImportMask(const ImportOptions& options) {
   }
   report.mask.used = true;
   report.mask.wanted_mm3 = static_cast<double>(std::count(solid.begin(), solid.end(), 1)) * lattice.CalcVoxelVolume();
+  report.input_mm3 = report.mask.wanted_mm3;
   report.warnings.push_back(fmt::format(
       "made without a CT: the surface is that of the segmentation, with voxels of {:.4g} x {:.4g} x {:.4g} "
       "mm, the cortex is {:.4g} mm thick everywhere, marrow and cavities are not known, and there are no CT numbers",

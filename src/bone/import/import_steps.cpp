@@ -119,10 +119,20 @@ void WarnAboutThinParts(double voxel_mm, ImportReport& report) {
   constexpr double kNotable = 0.05;
   const double lost = 1 - report.solid_mm3 / std::max(report.input_mm3, 1e-9);
   if (report.input_mm3 <= 0 || lost < kNotable) return;
-  report.warnings.push_back(fmt::format(
-      "the bone of {} is {:.0f} % smaller than the {} of the input: thin parts were lost; use voxels smaller than {:g} "
-      "mm (--voxel), or a finer scan",
-      FormatVolume(report.solid_mm3), 100 * lost, FormatVolume(report.input_mm3), voxel_mm));
+  // With voxels much smaller than the scan's, smaller ones change nothing.
+  const Vec3& scan_mm = report.spacing_mm;
+  const bool is_fine = 2 * voxel_mm < std::max({scan_mm.x, scan_mm.y, scan_mm.z});
+  const std::string solid = FormatVolume(report.solid_mm3), input = FormatVolume(report.input_mm3);
+  if (is_fine) {
+    report.warnings.push_back(fmt::format(
+        "the bone of {} is {:.0f} % smaller than the {} of the input: thin parts were lost; use a finer scan", solid,
+        100 * lost, input));
+  } else {
+    report.warnings.push_back(fmt::format(
+        "the bone of {} is {:.0f} % smaller than the {} of the input: thin parts were lost; use voxels smaller than "
+        "{:g} mm (--voxel), or a finer scan",
+        solid, 100 * lost, input, voxel_mm));
+  }
 }
 
 }  // namespace

@@ -24,7 +24,6 @@ constexpr int kThresholdSteps = 12;       // above iso; beyond it thin cortex di
                                           // crumbs
 constexpr double kMarkerPiece_mm3 = 300;  // other bone of at least this volume cannot be a crumb of the mandible
 constexpr double kCandidate_mm3 = 8000;
-constexpr double kNamedPiece_mm3 = 100;  // a separate piece that a mask names is kept if it is larger
 constexpr int kAirMargin = 4;        // voxels of air beyond the scan, so that bone cut by its edge has a surface there
 constexpr double kPartial_HU = 150;  // voxels this far below iso are certainly soft tissue
 constexpr double kSeedRadius_mm = 1.5;
@@ -439,7 +438,11 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
   if (result.mask) GiveBack(result, iso, markers, grown);
   if (progress) progress(0.9);
 
-  // Selects, on the wanted side, the piece that contains most of the markers, and the others that a mask names.
+  // Selects, on the wanted side, the piece that contains most of the markers, and the others that a mask names: of a
+  // mandible only fragments, since automatic segmentations have small islands elsewhere.
+  constexpr double kNamedShare = 0.5;      // of a piece
+  constexpr double kNamedPiece_mm3 = 100;  // at least
+  constexpr double kFragment = 0.05;       // of the mandible, at least
   const Components wanted = FindComponents(
       result.ct, [&](std::size_t v) { return grown[v] == kKeep && result.ct.hu[v] >= iso; }, part(0.9, 1));
   std::vector<std::size_t> marked(wanted.list.size() + 1, 0);
@@ -473,13 +476,15 @@ Isolation IsolateOn(const Volume& ct, const IsolateOptions& options, const Progr
   std::vector<bool> is_kept(wanted.list.size() + 1, false);
   for (std::size_t n = 1; n < is_kept.size(); ++n) {
     const double volume_mm3 = wanted.list[n - 1].volume_mm3;
-    is_kept[n] =
-        n == static_cast<std::size_t>(label) || (result.mask && marked[n] > 0 && volume_mm3 >= kNamedPiece_mm3);
+    const double named_mm3 = result.mask ? static_cast<double>(marked[n]) * result.ct.CalcVoxelVolume() : 0;
+    is_kept[n] = n == static_cast<std::size_t>(label) ||
+                 (named_mm3 > kNamedShare * volume_mm3 &&
+                  volume_mm3 >= (result.mandible ? kFragment * piece.volume_mm3 : kNamedPiece_mm3));
+    result.pieces += is_kept[n] ? 1 : 0;
     if (is_kept[n]) continue;
     ++result.dropped_pieces;
     result.dropped_mm3 += volume_mm3;
   }
-  result.pieces = wanted.list.size() - result.dropped_pieces;
   result.bone.assign(result.ct.count(), 0);
   std::vector<std::uint8_t> unwanted(result.ct.count(), 0);
   for (std::size_t v = 0; v < result.bone.size(); ++v) {

@@ -96,9 +96,12 @@ Circle FitCircle(const std::vector<SharpFace>& faces) {
   return {mean + centre, std::sqrt(glm::dot(centre, centre) + (xx + yy) / n)};
 }
 
-// Returns whether a slice of the scan shows a circle outside which all is air of one value, and inside, along a quarter
-// of it, something else.
+// Returns whether a slice of the scan shows a wide circle outside which all is air of one value, and inside, along a
+// quarter of it, something else.
 bool IsEdgeOfScan(const Volume& ct, const Circle& circle, int k) {
+  constexpr double kWide = 0.6;  // of the shorter side; a smaller circle is what the scan shows
+  const double side_mm = std::min(ct.size[0] * ct.spacing_mm.x, ct.size[1] * ct.spacing_mm.y);
+  if (2 * circle.radius_mm < kWide * side_mm) return false;
   constexpr int kDirections = 360;
   const double slack_mm = 1.5 * std::max(ct.spacing_mm.x, ct.spacing_mm.y);
   int inside = 0, different = 0, outside = 0, air = 0;

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <numeric>
+#include <set>
 
 namespace kerf {
 
@@ -44,6 +45,7 @@ class SliceSamples {
     const double most = spreads_[a] * spreads_[b];
     return most > 0 ? 1 - CalcCovariance(a, b) / most : 1;
   }
+  std::int16_t FirstOf(std::size_t k, std::size_t row) const { return *Row(k, row); }
   bool AreEqual(std::size_t a, std::size_t b) const {
     return std::memcmp(Row(a, 0), Row(b, 0), rows_ * columns_ * sizeof *hu_) == 0;
   }
@@ -70,14 +72,24 @@ class SliceSamples {
   std::vector<double> means_, spreads_;
 };
 
-// Counts the rows of a slice that have one value each, and in both neighbours show something.
+// Returns how many rows of a slice have one value each and in both neighbours show something; 0 if that is no damage:
+// if they are few, or have, as less than half of the slice, the value of rows of the neighbours that show nothing.
 std::size_t CountFlatRows(const SliceSamples& all, std::size_t k) {
-  std::size_t flat = 0;
+  constexpr std::size_t kFewest = 8;
+  std::size_t flat = 0, shown = 0;
+  std::set<std::int16_t> values, background;
   for (std::size_t row = 0; row < all.rows(); ++row) {
-    if (all.IsOneValue(k, row) && all.CalcRange(k - 1, row) > kShown_HU && all.CalcRange(k + 1, row) > kShown_HU)
-      ++flat;
+    for (const std::size_t beside : {k - 1, k + 1}) {
+      if (all.IsOneValue(beside, row)) background.insert(all.FirstOf(beside, row));
+    }
+    if (all.CalcRange(k - 1, row) <= kShown_HU || all.CalcRange(k + 1, row) <= kShown_HU) continue;
+    ++shown;
+    if (!all.IsOneValue(k, row)) continue;
+    ++flat;
+    values.insert(all.FirstOf(k, row));
   }
-  return flat;
+  const bool is_background = std::includes(background.begin(), background.end(), values.begin(), values.end());
+  return flat < std::max(kFewest, all.rows() / 16) || (is_background && 2 * flat < shown) ? 0 : flat;
 }
 
 // Returns whether a slice is unlike both neighbours, and these are like each other.
@@ -108,7 +120,7 @@ bool IsCopy(const SliceSamples& all, std::size_t k, std::size_t other) {
 }
 
 // Finds pairs of equal slices. More than a few are what the series is like: doubled slices, or an image without noise.
-void AddRepeated(const std::vector<DicomSlice>& slices, const SliceSamples& all, SliceFaults& found) {
+void AddRepeated(const std::vector<DicomSlice>& slices, const SliceSamples& all, UnfitSlices& found) {
   constexpr std::size_t kMaxPairs = 2;
   std::map<std::vector<std::int16_t>, std::vector<std::size_t>> equal;
   for (std::size_t k = 0; k < all.count(); ++k) {
@@ -122,30 +134,32 @@ void AddRepeated(const std::vector<DicomSlice>& slices, const SliceSamples& all,
   for (const auto& [a, b] : pairs) {
     if (a == 0 || b + 1 == all.count() || !Differ(all, a - 1, a) || !Differ(all, b, b + 1)) continue;
     const bool is_a = IsCopy(all, a, b);
-    found[is_a ? a : b] = fmt::format("its values are exactly those of {}", NameOf(slices[is_a ? b : a]));
+    (b == a + 1 ? found.doubtful : found.damaged)[is_a ? a : b] =
+        fmt::format("its values are exactly those of {}", NameOf(slices[is_a ? b : a]));
   }
 }
 
 }  // namespace
 
-SliceFaults FindUnfitSlices(const std::vector<DicomSlice>& slices, const std::int16_t* hu) {
+UnfitSlices FindUnfitSlices(const std::vector<DicomSlice>& slices, const std::int16_t* hu) {
   constexpr std::size_t kMinSlices = 5;
   constexpr int kMinPixels = 1000;
-  SliceFaults found, unlike;
+  UnfitSlices found;
   const std::array<int, 2>& size = slices.front().size;
   if (slices.size() < kMinSlices || size[0] * size[1] < kMinPixels) return found;
   const SliceSamples all(size, slices.size(), hu);
   for (std::size_t k = 1; k + 1 < all.count(); ++k) {
-    if (const std::size_t flat = CountFlatRows(all, k); flat >= std::max<std::size_t>(8, all.rows() / 16)) {
-      found[k] =
+    if (const std::size_t flat = CountFlatRows(all, k); flat > 0) {
+      found.damaged[k] =
           fmt::format("{} of its {} rows have one value each, unlike those of both slices beside it", flat, all.rows());
     } else if (IsUnlike(all, k)) {
-      unlike[k] = "its values have little in common with those of both slices beside it, which resemble each other";
+      found.doubtful[k] =
+          "its values have little in common with those of both slices beside it, which resemble each other";
     }
   }
   // Many such slices are what the series is like, such as phases that alternate.
-  if (unlike.size() <= std::max<std::size_t>(2, all.count() / 10)) found.insert(unlike.begin(), unlike.end());
-  if (found.empty()) AddRepeated(slices, all, found);
+  if (found.doubtful.size() > std::max<std::size_t>(2, all.count() / 10)) found.doubtful.clear();
+  if (found.damaged.empty() && found.doubtful.empty()) AddRepeated(slices, all, found);
   return found;
 }
 

@@ -91,6 +91,11 @@ TEST(ScanEdge, AirAroundADryBoneIsNoPadding) {
   Volume ct = test::JawCt();
   for (std::int16_t& hu : ct.hu) hu = hu < 300 ? kOutsideAir : hu;
   EXPECT_EQ(CalcCut(ct), 0);
+  // Nor is the circle of a shaft.
+  ct = test::MakeCt({60, 60, 30}, Vec3(1), {-30, -30, -15}, glm::dmat3(1),
+                    [](const Vec3& p) { return std::max(std::hypot(p.x, p.y) - 12, std::abs(p.z) - 12); });
+  for (std::int16_t& hu : ct.hu) hu = hu < 300 ? kOutsideAir : hu;
+  EXPECT_EQ(CalcCut(ct), 0);
 }
 
 class PaddedJaw : public ::testing::Test {

@@ -44,14 +44,22 @@ ChangeSlice CopyOf(int from) {
 }
 
 // What happens to a slice, and what is said of it.
-std::vector<std::pair<ChangeSlice, std::string>> SpoilKinds() {
-  const auto random = std::make_shared<std::mt19937_64>(1);
+using Spoils = std::vector<std::pair<ChangeSlice, std::string>>;
+
+Spoils ListDamage() {
   return {
       {EachPixel([](const Volume&, int, int, int) { return std::int16_t{-1024}; }), "have one value each"},
       {EachPixel([](const Volume& ct, int i, int j, int k) {
          return j < ct.size[1] / 2 ? ct.hu[ct.Index(i, j, k)] : std::int16_t{-1024};
        }),
        "have one value each"},
+  };
+}
+
+// What metal, few photons or motion may do as well.
+Spoils ListDoubtful() {
+  const auto random = std::make_shared<std::mt19937_64>(1);
+  return {
       {EachPixel(
            [random](const Volume&, int, int, int) { return static_cast<std::int16_t>((*random)() % 3000 - 1000); }),
        "little in common"},
@@ -63,32 +71,68 @@ std::vector<std::pair<ChangeSlice, std::string>> SpoilKinds() {
   };
 }
 
-SliceFaults FindIn(const Volume& ct) {
+UnfitSlices FindIn(const Volume& ct) {
   DicomSlice slice;
   slice.size = {ct.size[0], ct.size[1]};
   return FindUnfitSlices(std::vector(static_cast<std::size_t>(ct.size[2]), slice), ct.hu.data());
 }
 
+void ExpectNothingIn(const Volume& ct) {
+  const UnfitSlices found = FindIn(ct);
+  EXPECT_THAT(found.damaged, IsEmpty());
+  EXPECT_THAT(found.doubtful, IsEmpty());
+}
+
+void ExpectOnly(const SliceFaults& found, const SliceFaults& others, int k, const std::string& why) {
+  ASSERT_EQ(found.size(), 1u) << why;
+  EXPECT_EQ(found.begin()->first, static_cast<std::size_t>(k)) << why;
+  EXPECT_THAT(found.begin()->second, ::testing::HasSubstr(why));
+  EXPECT_THAT(others, IsEmpty()) << why;
+}
+
 TEST(UnfitSlices, AreFoundWithAndWithoutNoise) {
   for (const Volume& ct : {test::JawCt(), NoisyJaw(), NoisyJaw(3)}) {
-    EXPECT_THAT(FindIn(ct), IsEmpty());
+    ExpectNothingIn(ct);
     const int middle = ct.size[2] / 4;
-    for (const auto& [damage, why] : SpoilKinds()) {
-      Volume damaged = ct;
-      damage(damaged, middle);
-      const auto found = FindIn(damaged);
-      ASSERT_EQ(found.size(), 1u) << why << " " << ct.size[2];
-      EXPECT_EQ(found.begin()->first, static_cast<std::size_t>(middle));
-      EXPECT_THAT(found.begin()->second, ::testing::HasSubstr(why));
+    const auto find = [&](const ChangeSlice& change) {
+      Volume changed = ct;
+      change(changed, middle);
+      return FindIn(changed);
+    };
+    for (const auto& [damage, why] : ListDamage()) {
+      const UnfitSlices found = find(damage);
+      ExpectOnly(found.damaged, found.doubtful, middle, why);
     }
-    for (const int from : {middle - 1, middle + 1, middle + 5}) {
-      Volume repeated = ct;
-      CopyOf(from)(repeated, middle);
-      const auto found = FindIn(repeated);
-      ASSERT_EQ(found.size(), 1u) << from << " " << ct.size[2];
-      EXPECT_EQ(found.begin()->first, static_cast<std::size_t>(middle)) << from << " " << ct.size[2];
+    for (const auto& [change, why] : ListDoubtful()) {
+      const UnfitSlices found = find(change);
+      ExpectOnly(found.doubtful, found.damaged, middle, why);
     }
+    for (const int from : {middle - 1, middle + 1}) {  // as interpolation to other places gives them
+      const UnfitSlices found = find(CopyOf(from));
+      ExpectOnly(found.doubtful, found.damaged, middle, "exactly those of");
+    }
+    const UnfitSlices found = find(CopyOf(middle + 5));
+    ExpectOnly(found.damaged, found.doubtful, middle, "exactly those of");
   }
+}
+
+// Of bone in a background of one value, a slice may show less than both neighbours.
+TEST(UnfitSlices, RowsOfTheBackgroundAreNoDamage) {
+  Volume ct = test::JawCt();
+  for (std::int16_t& hu : ct.hu) hu = std::max(hu, std::int16_t{-1000});
+  const int middle = ct.size[2] / 4;
+  int shown = 0;
+  for (int j = 0; j < ct.size[1]; ++j) {
+    const auto shows = [&](int k) {
+      const auto row = ct.hu.begin() + static_cast<std::ptrdiff_t>(ct.Index(0, j, k));
+      const auto [least, most] = std::minmax_element(row, row + ct.size[0]);
+      return *most - *least > 300;
+    };
+    if (!shows(middle - 1) || !shows(middle + 1) || ++shown > 10) continue;
+    for (int i = 0; i < ct.size[0]; ++i) ct.hu[ct.Index(i, j, middle)] = -1000;
+  }
+  ASSERT_GT(shown, 22);
+  ExpectNothingIn(ct);
 }
 
 // Metal in one slice, a patient who moved for one, doubled slices, air and noise at the ends, and empty ends.
@@ -101,33 +145,33 @@ TEST(UnfitSlices, WhatScansShowIsNoDamage) {
     const double streak = 1500 * std::sin(14 * std::atan2(y, x)) * std::exp(-r / 9);
     return static_cast<std::int16_t>(std::lround(std::clamp(v.hu[v.Index(i, j, k)] + streak, -1024.0, 3071.0)));
   })(metal, middle);
-  EXPECT_THAT(FindIn(metal), IsEmpty());
+  ExpectNothingIn(metal);
   Volume moved = ct;
   const Volume& still = ct;
   EachPixel([&still](const Volume&, int i, int j, int k) { return still.hu[still.Index(std::max(i - 2, 0), j, k)]; })(
       moved, middle);
-  EXPECT_THAT(FindIn(moved), IsEmpty());
+  ExpectNothingIn(moved);
   Volume doubled = ct;
   for (int k = 1; k < ct.size[2]; k += 2) CopyOf(k - 1)(doubled, k);
-  EXPECT_THAT(FindIn(doubled), IsEmpty());
+  ExpectNothingIn(doubled);
   Volume phases = ct;
   for (int k = 1; k < ct.size[2]; k += 2) {
     EachPixel([&still](const Volume&, int i, int j, int k_of) {
       return still.hu[still.Index(i, still.size[1] - 1 - j, k_of)];
     })(phases, k);
   }
-  EXPECT_THAT(FindIn(phases), IsEmpty());
+  ExpectNothingIn(phases);
   Volume ends = ct;
   const auto random = std::make_shared<std::mt19937_64>(1);
   for (const int k : {0, 1, 2, ct.size[2] - 2, ct.size[2] - 1}) {
     EachPixel([random](const Volume&, int, int, int) { return static_cast<std::int16_t>((*random)() % 50 - 1024); })(
         ends, k);
   }
-  EXPECT_THAT(FindIn(ends), IsEmpty());
+  ExpectNothingIn(ends);
   for (const int k : {0, 1, 2, ct.size[2] - 2, ct.size[2] - 1}) {
     EachPixel([](const Volume&, int, int, int) { return std::int16_t{-1024}; })(ends, k);
   }
-  EXPECT_THAT(FindIn(ends), IsEmpty());
+  ExpectNothingIn(ends);
 }
 
 TEST(UnfitSlices, AreTreatedAsMissing) {
@@ -141,8 +185,8 @@ TEST(UnfitSlices, AreTreatedAsMissing) {
   const Folder good;
   write(whole, good);
   const double whole_mm3 = Import(good.path(), options).report.iso_mm3;
-  std::vector<std::pair<ChangeSlice, std::string>> damages = SpoilKinds();
-  damages.emplace_back(CopyOf(11), "its values are exactly those of 011.dcm");
+  Spoils damages = ListDamage();
+  damages.emplace_back(CopyOf(8), "its values are exactly those of 008.dcm");
   for (const auto& [damage, why] : damages) {
     const Folder folder;
     Volume ct = whole;
@@ -159,6 +203,28 @@ TEST(UnfitSlices, AreTreatedAsMissing) {
     EXPECT_NEAR(report.iso_mm3 / whole_mm3, 1, 0.005);
     EXPECT_THAT(report.warnings, ::testing::Contains(::testing::StartsWith("1 file was left out: 043.dcm ("))) << why;
   }
+  // Every second slice is damaged over a part of the jaw: no second spacing.
+  const Folder alternating;
+  Volume ct = whole;
+  for (const int k : {11, 13, 15}) ListDamage().front().first(ct, k);
+  write(ct, alternating);
+  EXPECT_THAT(test::MessageOf([&] { Import(alternating.path(), options); }),
+              ::testing::HasSubstr("1 slice is missing between 010.dcm and 012.dcm"));
+}
+
+TEST(UnfitSlices, DoubtfulOnesAreKeptAndNamed) {
+  const Folder folder;
+  const Volume whole = NoisyJaw();
+  Volume ct = whole;
+  CopyOf(11)(ct, 12);
+  for (int k = 0; k < ct.size[2]; ++k)
+    test::WriteBytes(folder.file(fmt::format("{:03}.dcm", k)), test::DicomSlice(ct, k, {}));
+  ImportOptions options;
+  options.voxel_mm = 1;
+  const ImportReport report = Import(folder.path(), options).report;
+  EXPECT_THAT(report.warnings,
+              ::testing::Contains(::testing::StartsWith(
+                  "012.dcm may be damaged: its values are exactly those of 011.dcm; metal and motion do the same")));
 }
 
 TEST(RealData, HasNoUnfitSlices) {

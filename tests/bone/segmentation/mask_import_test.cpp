@@ -265,6 +265,35 @@ TEST(MaskImport, CondylesStayWithTheMaskWhereTheCtShowsNoJoint) {
   }
 }
 
+// Automatic segmentations have small islands elsewhere, in bone or of single voxels. A half that is apart is kept.
+TEST(MaskImport, OfAMandibleOnlyFragmentsAreKept) {
+  const Folder folder;
+  const Volume jaw = test::JawCt();
+  const auto import = [&](const std::function<bool(const Vec3&)>& is_island, bool cut) {
+    Volume ct = jaw;
+    Volume mask = test::MakeLabels(ct, [](const Vec3&) { return 0; });
+    for (std::size_t v = 0; v < ct.count(); ++v) {
+      const auto n = static_cast<int>(v);
+      const Vec3 p_W = ct.WorldFromVoxel({n % ct.size[0], n / ct.size[0] % ct.size[1], n / (ct.size[0] * ct.size[1])});
+      if (cut && std::abs(p_W.x) < 4) ct.hu[v] = 0;
+      mask.hu[v] = ct.hu[v] >= 300 || is_island(p_W) ? 2 : 0;
+      if (Ball({0, 76, 10}, 10)(p_W) < 0) ct.hu[v] = 900;  // as a vertebra
+    }
+    test::WriteNrrd(ct, folder.file("ct.nrrd"));
+    test::WriteNrrd(mask, folder.file("mask.nrrd"));
+    ImportOptions options = WithMask(folder.file("mask.nrrd"));
+    options.voxel_mm = 1;
+    options.isolate.iso_hu = 300;
+    return Import(folder.file("ct.nrrd"), options).report;
+  };
+  const ImportReport plain = import([](const Vec3&) { return false; }, false);
+  const ImportReport island = import([](const Vec3& p) { return Ball({0, 76, 10}, 6)(p) < 0; }, false);
+  EXPECT_EQ(island.pieces, 1u);
+  EXPECT_TRUE(island.mandible);
+  EXPECT_NEAR(island.iso_mm3 / plain.iso_mm3, 1, 1e-3);
+  EXPECT_EQ(import([](const Vec3&) { return false; }, true).pieces, 2u);
+}
+
 // As ribs: nothing deeper in the mask than the reach is bone by its HU, and they are not joined. A crumb is left out.
 TEST(MaskImport, CortexAroundMarrowIsBoneOfTheMask) {
   const Folder folder;
