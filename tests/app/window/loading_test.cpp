@@ -67,7 +67,8 @@ TEST(ExplainRefusal, FrequentOnesAreTranslated) {
        {std::pair("empty", "Der Ordner ist leer"), std::pair("notes", "Keine der 1 Dateien des Ordners"),
         std::pair("mr", "Die Modalität ist MR, nicht CT"), std::pair("two", "2 Schichten sind kein Volumen"),
         std::pair("small.nrrd", "Die Aufnahme enthält keinen Knochen: Nichts über 300 HU")}) {
-    const std::string refusal = test::MessageOf([&] { Import(folder.file(name), {}); });
+    const std::string path = folder.file(name);
+    const std::string refusal = test::MessageOf([&] { Import(path, {}); });
     EXPECT_THAT(ExplainRefusal(refusal), HasSubstr(begin)) << refusal;
   }
   EXPECT_THAT(
