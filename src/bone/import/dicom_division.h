@@ -50,7 +50,7 @@ std::vector<DicomSeries> DivideIntoStacks(DicomSeries series);
 /// empty if it does.
 std::string FindMisfit(const DicomSlice& slice, const DicomSlice& first);
 
-/// Returns whether so many slices are exceptions among all, without which these can be read: one, or one in ten.
+/// Returns whether a series of `all` slices can be read without `slices` of them: one, or at most a tenth.
 bool AreFew(std::size_t slices, std::size_t all);
 
 /// Returns one sentence for each kind of file that was left out, with their number and the name of the first.
