@@ -37,7 +37,7 @@ LIBRARIES = [
     ("cli", re.compile(r"^CLI/")),
     ("hwy", re.compile(r"^hwy/")),
     ("eigen", re.compile(r"^(Eigen|unsupported/Eigen)/")),
-    ("embree", re.compile(r"^embree3/")),
+    ("embree", re.compile(r"^rtcore\.h")),
     ("sndfile", re.compile(r"^sndfile\.h")),
     ("json", re.compile(r"^nlohmann/")),
     ("glfw", re.compile(r"^GLFW/")),

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
+#include <string>
 
 #include "arrays.h"
 #include "bindings.h"
@@ -91,6 +93,8 @@ Result MakeResult(AnyRun& run) {
   result.removed_mm3 = run.removed_mm3;
   result.wall_s = run.wall_s;
   result.warnings = ShowTexts(run.warnings);
+  std::set<std::string> shown;
+  WarnOnce(run.warnings, shown);
   if (run.difference) result.difference = py::make_tuple(run.difference->time_s, ShowText(run.difference->what));
   return result;
 }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "arrays.h"
@@ -28,6 +29,7 @@ namespace kerf::python {
 namespace {
 
 constexpr std::size_t kTicksBetweenUpdates = 100;  // of the checkpoints
+constexpr std::size_t kTicksBetweenWarnings = 1000;
 
 // ---- parameters
 
@@ -129,6 +131,7 @@ struct Runner {
   Sim simulation;
   std::unique_ptr<Checkpoints> checkpoints;  // of a tool in a hand, if it has an undo
   std::optional<TickWarnings> warnings;      // not of a slab
+  std::set<std::string> warned;              // what Python has been warned of
   std::vector<std::string> channels;         // names
   std::vector<double> values;                // the effects' after a tick
   double time_s = 0;
@@ -198,24 +201,48 @@ auto RunTick(AnyRunner& runner, const Input& in) {
   constexpr bool kCutsBone = !std::is_same_v<AnyRunner, SlabRunner>;
   if constexpr (kCutsBone) {
     runner.simulation.Refill();
-    if (runner.checkpoints && ++runner.ticks % kTicksBetweenUpdates == 0) runner.checkpoints->Update();
+    if (runner.checkpoints && (runner.ticks + 1) % kTicksBetweenUpdates == 0) runner.checkpoints->Update();
   }
   const auto out = runner.simulation.Tick(in);
   if constexpr (kCutsBone) {
     if (!runner.channels.empty()) runner.simulation.ReadChannels(runner.values);
     runner.warnings->Add(in, out, runner.values);
   }
+  ++runner.ticks;
   if (in.dt_s >= kMinTick_s) runner.time_s += in.dt_s;
   runner.removed_mm3 += out.removed_mm3;
   return out;
 }
 
+/// `removed_mm3`: the volume cut so far.
 template <typename AnyRunner>
-TickOutput TickOnPath(AnyRunner& runner, const py::object& pose, double dt, double rpm) {
-  const TickInput in{.X_WT = ToPose(pose, "pose"), .dt_s = dt, .rpm = rpm};
+std::vector<std::string> FindWarnings(const AnyRunner& runner, double removed_mm3) {
+  if constexpr (std::is_same_v<AnyRunner, SlabRunner>) {
+    return FindSlabWarnings(runner.scene, runner.start, runner.time_s > 0 ? &runner.simulation.state() : nullptr);
+  } else {
+    return runner.warnings->Find(removed_mm3);
+  }
+}
+
+/// Warns about the settings and the ticks so far. CalcRemovedByRegion() is not called, because it cuts what is due
+/// later.
+template <typename AnyRunner>
+void Warn(AnyRunner& runner) {
+  WarnOnce(FindWarnings(runner, runner.removed_mm3), runner.warned);
+}
+
+/// Runs a tick on its own. Warns at the first one about the settings and later, once in a while, about the cut.
+template <typename AnyRunner, typename Input>
+auto RunSingleTick(AnyRunner& runner, const Input& in) {
   const Turn turn(runner.busy, "simulation");
+  if (runner.ticks == 0 || (runner.ticks % kTicksBetweenWarnings == 0 && runner.removed_mm3 > 0)) Warn(runner);
   const Unlocked unlocked;
   return RunTick(runner, in);
+}
+
+template <typename AnyRunner>
+TickOutput TickOnPath(AnyRunner& runner, const py::object& pose, double dt, double rpm) {
+  return RunSingleTick(runner, TickInput{.X_WT = ToPose(pose, "pose"), .dt_s = dt, .rpm = rpm});
 }
 
 template <typename V>
@@ -266,6 +293,7 @@ py::array RunRows(AnyRunner& runner, const std::vector<Pose>& X, const py::objec
     }
     return true;
   });
+  Warn(runner);
   return table.Take();
 }
 
@@ -326,9 +354,7 @@ CoupledOutput TickInHand(HandRunner& runner, const py::object& handle, double dt
   CoupledInput in{.X_WH = ToPose(handle, "handle"), .dt_s = dt, .rpm = rpm};
   if (!velocity.is_none()) in.v_H_W_mm_per_s = ToVec3(velocity, "velocity");
   if (!angular_velocity.is_none()) in.w_H_W_rad_per_s = ToVec3(angular_velocity, "angular_velocity");
-  const Turn turn(runner.busy, "simulation");
-  const Unlocked unlocked;
-  return RunTick(runner, in);
+  return RunSingleTick(runner, in);
 }
 
 py::array RunInHand(HandRunner& runner, const py::object& handles, const py::object& dt, const py::object& rpm,
@@ -429,14 +455,11 @@ py::dict ReadEffects(AnyRunner& runner) {
 template <typename AnyRunner>
 py::list FindWarningsOf(AnyRunner& runner) {
   const Turn turn(runner.busy, "simulation");
-  if constexpr (std::is_same_v<AnyRunner, SlabRunner>) {
-    const SlabState* now = runner.time_s > 0 ? &runner.simulation.state() : nullptr;
-    return ShowTexts(FindSlabWarnings(runner.scene, runner.start, now));
-  } else {
-    double removed_mm3 = 0;
+  double removed_mm3 = 0;
+  if constexpr (!std::is_same_v<AnyRunner, SlabRunner>) {
     for (const double mm3 : runner.simulation.CalcRemovedByRegion()) removed_mm3 += mm3;
-    return ShowTexts(runner.warnings->Find(removed_mm3));
   }
+  return ShowTexts(FindWarnings(runner, removed_mm3));
 }
 
 // ---- classes
@@ -489,7 +512,7 @@ void BindClock(Class& c) {
           "warnings", &FindWarningsOf<AnyRunner>,
           "List of sentences about the settings and the ticks so far: what `kerf run`, or `kerf "
           "loop` for a tool in a hand, warns about, such as voxels that are too coarse for the blade "
-          "or a bite that is too large for the force law.");
+          "or a bite that is too large for the force law. Python's warnings.warn() shows each once.");
 }
 
 void BindLists(py::module_& m) {

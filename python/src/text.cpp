@@ -22,6 +22,18 @@ py::list ShowTexts(const std::vector<std::string>& texts) {
   return list;
 }
 
+void WarnOnce(const std::vector<std::string>& sentences, std::set<std::string>& shown) {
+  for (const std::string& sentence : sentences) {
+    std::string words = sentence;
+    std::erase_if(words, [](char c) { return c >= '0' && c <= '9'; });
+    if (!shown.insert(words).second) continue;
+    // Level 1: the line that called kerf.
+    if (PyErr_WarnEx(PyExc_UserWarning, py::cast<std::string>(ShowText(sentence)).c_str(), 1) != 0) {
+      throw py::error_already_set();
+    }
+  }
+}
+
 std::string ToUtf8(const py::handle& text) {
   py::ssize_t size = 0;
   if (const char* utf8 = PyUnicode_AsUTF8AndSize(text.ptr(), &size)) return {utf8, static_cast<std::size_t>(size)};

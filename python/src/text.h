@@ -3,6 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +15,9 @@ namespace py = pybind11;
 /// Returns a text for people: bytes that are not UTF-8 become \xff.
 py::str ShowText(const std::string& text);
 py::list ShowTexts(const std::vector<std::string>& texts);
+/// Shows sentences with Python's warnings.warn(), except those of `shown`, to which it adds them. Sentences that differ
+/// only in their digits count as the same.
+void WarnOnce(const std::vector<std::string>& sentences, std::set<std::string>& shown);
 /// Returns a Python text in UTF-8. Throws kerf::Error if that cannot represent it: os.fsdecode(), for example, makes
 /// surrogates of bytes that are not UTF-8.
 std::string ToUtf8(const py::handle& text);

@@ -1,15 +1,18 @@
 """Tests of the Python module kerf: python3 -m unittest, with the build's python folder in PYTHONPATH (ctest -R python)."""
 
 import concurrent.futures
+import contextlib
 import copy
 import fcntl
 import gc
+import io
 import json
 import math
 import os
 import pathlib
 import pickle
 import pty
+import re
 import signal
 import struct
 import subprocess
@@ -19,6 +22,7 @@ import termios
 import threading
 import time
 import unittest
+import warnings
 
 import numpy as np
 
@@ -362,6 +366,26 @@ class Simulations(unittest.TestCase):
             seen.update(warnings)
         for words in ("the bite reaches", "thinner than a voxel", "inside the bone", "specific cutting energy", "stalled"):
             self.assertTrue(any(words in warning for warning in seen), (words, seen))
+
+    def test_examples_of_the_documentation_run_without_a_warning(self):
+        for page in ("README.md", "docs/python.md"):
+            example = re.search("```py\n(import .*?)```", (ROOT / page).read_text(), re.DOTALL).group(1)
+            with self.subTest(page), warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()) as shown:
+                warnings.simplefilter("error")
+                names = {}
+                exec(example, names)
+                self.assertGreater(float(shown.getvalue().split()[0]), 0.1)
+
+    def test_each_warning_is_shown_once(self):
+        simulation, poses = slot(small_block(0.4))
+        with warnings.catch_warnings(record=True) as shown:
+            warnings.simplefilter("always")
+            simulation.tick(poses[0])
+            simulation.run(poses)
+            self.assertEqual([str(w.message) for w in shown], simulation.warnings)
+            simulation.run(poses[::-1])  # its numbers differ
+        self.assertEqual(len(shown), len({re.sub("[0-9]", "", warning) for warning in simulation.warnings}))
+        self.assertEqual({w.filename for w in shown}, {__file__})
 
     def test_warnings_grow_with_the_ticks(self):
         simulation, poses = slot(small_block())

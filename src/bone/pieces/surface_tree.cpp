@@ -1,6 +1,6 @@
 #include "bone/pieces/surface_tree.h"
 
-#include <embree3/rtcore.h>
+#include <rtcore.h>
 
 #include <algorithm>
 #include <array>
@@ -156,9 +156,13 @@ std::optional<SurfaceTree::Hit> SurfaceTree::Intersect(const Vec3& origin, const
   ray.ray.tfar = std::numeric_limits<float>::infinity();
   ray.ray.mask = ~0u;
   ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+#if RTC_VERSION_MAJOR >= 4
+  rtcIntersect1(s.scene, &ray);
+#else
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   rtcIntersect1(s.scene, &context, &ray);
+#endif
   if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
   const auto& t = s.triangles[ray.hit.primID];
   const auto u = static_cast<double>(ray.hit.u);

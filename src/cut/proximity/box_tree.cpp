@@ -1,7 +1,7 @@
 #include "cut/proximity/box_tree.h"
 
-#include <embree3/rtcore.h>
 #include <fmt/format.h>
+#include <rtcore.h>
 
 #include <algorithm>
 #include <atomic>
