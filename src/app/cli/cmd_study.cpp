@@ -191,6 +191,13 @@ void Run(StudyArguments& options) {
     if (!options.inputs.empty()) throw CLI::ValidationError("--redraw", "takes no STUDY: it reads the results in -o");
     return DrawReport(ReadStudyResults(options.folder), options.folder);
   }
+  for (const std::string& input : options.merge ? options.inputs : std::vector<std::string>{}) {
+    if (std::filesystem::is_directory(input)) continue;
+    throw CLI::ValidationError(
+        "--merge", fmt::format("{} is not a folder; give the folders of the shards, or none to merge those in -o: "
+                               "kerf study --merge -o {}",
+                               input, options.folder));
+  }
   const StudyWork work = MakeStudyWork(options.data, (std::filesystem::path(options.folder) / "bones").string());
   if (options.merge) {
     const MergeOutcome outcome = MergeShards(options.inputs, options.folder, work.variant_of, PrintWarning);

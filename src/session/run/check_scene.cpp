@@ -141,9 +141,11 @@ CheckedBone CheckSceneBone(const Scene& scene) {
           CheckWantedCutsMeetBone(scene, [&](const Vec3& p_W) { return CalcBlockDistance(block, p_W); });
       // Only generating a block shows whether it is too thin to contain a voxel.
       if (std::min({block.size_mm.x, block.size_mm.y, block.size_mm.z}) < 2 * block.voxel_mm) MakeSceneBone(scene, {});
-      return {fmt::format("{} {} x {} x {} mm, {} {}, voxels of {} mm", ToString(scene.bone.source), block.size_mm.x,
-                          block.size_mm.y, block.size_mm.z, block.layers.size(),
-                          block.layers.size() == 1 ? "layer" : "layers", block.voxel_mm),
+      const std::size_t layers = block.layers.size();
+      const std::string divided =
+          layers == 0 ? "one region" : fmt::format("{} {}", layers, layers == 1 ? "layer" : "layers");
+      return {fmt::format("{} {} x {} x {} mm, {}, voxels of {} mm", ToString(scene.bone.source), block.size_mm.x,
+                          block.size_mm.y, block.size_mm.z, divided, block.voxel_mm),
               block.voxel_mm, generated, std::move(warnings)};
     }
   }
