@@ -93,6 +93,10 @@ class Tidy(unittest.TestCase):
         one, other, header = (tool.ROOT / "src/a" / name for name in ("one.cpp", "other.cpp", "one.h"))
         self.assertEqual(tool.select({header}, sources), {one})
         self.assertEqual(tool.select({header, other}, sources), {other})
+        inner = self.write("src/a/inner.h", "#pragma once\n")
+        self.assertEqual(tool.select({inner}, sources), set())  # nothing includes it
+        self.write("src/a/one.h", '#include "a/inner.h"\n' + SOURCES["src/a/one.h"])
+        self.assertEqual(tool.select({inner}, sources), {one})
         self.assertEqual(self.run_tool("src/a/one.h"), (1, {("src/a/one.h", "modernize-use-nullptr")}))
 
     def test_corrections_are_applied_and_the_rest_is_reported(self):
