@@ -47,9 +47,10 @@ class Tidy(unittest.TestCase):
         self.commit("first")
 
     def configure(self):
-        """Writes what CMake writes: sources of a folder are compiled as one, three.cpp alone."""
+        """Writes what CMake writes: sources of a folder are compiled as one, three.cpp alone; tests contain other.cpp."""
         entries = []
-        for unit, names in (("src/a", ("a/one.cpp", "a/other.cpp", "a/two.cpp")), ("tests/a", ("a/one_test.cpp", "a/two_test.cpp"))):
+        for unit, names in (("src/a", ("a/one.cpp", "a/other.cpp", "a/two.cpp")),
+                            ("tests/a", ("a/one_test.cpp", "a/two_test.cpp", "a/other.cpp"))):
             file = self.write(f"build/tidy/{unit}/unity/a_0.cpp", "".join(f'#include "{name}"\n' for name in names))
             entries.append(file)
         entries.append(tool.ROOT / "src/b/three.cpp")
@@ -87,6 +88,7 @@ class Tidy(unittest.TestCase):
     def test_only_the_files_given_are_checked(self):
         self.assertEqual(self.run_tool("src/a/two.cpp", "tests/a/one_test.cpp"), (1, {("src/a/two.cpp", "modernize-use-nullptr")}))
         self.assertEqual(self.run_tool("tests/a/one_test.cpp"), (0, set()))
+        self.assertEqual({name: (tool.ROOT / name).read_text() for name in SOURCES}, SOURCES)
 
     def test_a_header_is_checked_through_one_source(self):
         sources = {tool.ROOT / name for name in SOURCES if name.endswith(".cpp")}
