@@ -8,6 +8,8 @@
 #include <glm/geometric.hpp>
 #include <random>
 
+#include "support/random_cases.h"
+
 namespace kerf {
 namespace {
 
@@ -58,11 +60,12 @@ TEST(HaplyMessage, MalformedMessagesAreRefused) {
   EXPECT_EQ(grip(R"({"w": 1})"), HaplyReading::kBad);
 }
 
-TEST(HaplyMessage, AMillionDamagedOnesAreReadOrRefused) {
+TEST(HaplyMessage, DamagedOnesAreReadOrRefused) {
   std::mt19937_64 random(1);
   const std::string message = kMessage;
   int read = 0;
-  for (int i = 0; i < 1'000'000; ++i) {
+  const int cases = test::CountRandomCases();
+  for (int i = 0; i < cases; ++i) {
     std::string text = message;
     for (std::uint64_t n = 1 + random() % 4; n > 0; --n) {
       const std::size_t at = random() % text.size();
@@ -83,7 +86,7 @@ TEST(HaplyMessage, AMillionDamagedOnesAreReadOrRefused) {
     ASSERT_LE(glm::length(state.p_H_mm), 2e4);
     ASSERT_TRUE(!state.R_H_grip || std::abs(glm::length(*state.R_H_grip) - 1) < 1e-9);
   }
-  EXPECT_GT(read, 10'000);  // not every damaged message is refused
+  EXPECT_GT(read, cases / 100);  // not every damaged message is refused
 }
 
 TEST(HaplyMessage, ForceIsWritten) {
