@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 
-from drive import Display, Window, skip_without_display_programs, workspace
+from drive import Display, Window, workspace
 from rehearse_test import SCENE
 
 # What a saw may do after the tick in which the hand let go of it: the coupling relaxes, and the force that held it is
@@ -53,15 +53,8 @@ def spindle(w, on):
         w.wait_state("the spindle", lambda s: s["spindle"] == on and (s["rpm"] != 0) == on)
 
 
-def begin_drag(w, at, by, modifier=None):
-    """Presses the left button and moves the mouse; the button stays pressed."""
-    w.move(*at)
-    if modifier:
-        w._xdotool("keydown", modifier)
-    w._xdotool("mousedown", 1)
-    for i in range(1, 11):
-        w.move(at[0] + by[0] * i / 10, at[1] + by[1] * i / 10)
-        time.sleep(0.02)
+def begin_drag(w, at, by):
+    w.begin_drag(at, (at[0] + by[0], at[1] + by[1]), steps=10)
 
 
 def check_stays(w, what, seconds=2, relax_mm=RELAX_MM, wedged=False):
@@ -91,9 +84,9 @@ def check_stays(w, what, seconds=2, relax_mm=RELAX_MM, wedged=False):
 
 def move_beside(w, by_mm):
     x = w.state["saw_mm"][0]
-    w._xdotool("keydown", "Right")
+    w.press("Right")
     w.wait_state(f"{by_mm} mm beside", lambda s: s["saw_mm"][0] > x + by_mm)
-    w._xdotool("keyup", "Right")
+    w.release("Right")
 
 
 def test_release(display, kerf):
@@ -107,25 +100,27 @@ def test_release(display, kerf):
         spindle(w, True)
         begin_drag(w, centre, (0, 250))
         w.wait_state("2.5 mm deep", lambda s: depth(s) > 2.5)
-        w._xdotool("mouseup", 1)
+        w.input.release_button(1)
         check_stays(w, f"mouse released, lock {lock}")
         # The next drag begins where the saw is, not where the handle was.
         begin_drag(w, centre, (0, -40))
         time.sleep(0.5)
         w.read()
-        w._xdotool("mouseup", 1)
+        w.input.release_button(1)
         # With several keys, the last one counts.
-        w._xdotool("keydown", "Down", "keydown", "Right")
+        w.press("Down", "Right")
         now = depth(w.state)
         w.wait_state("deeper", lambda s: depth(s) > max(now, 2.5) + 0.5)
-        w._xdotool("keyup", "Right")
+        w.release("Right")
         now = depth(w.state)
         w.wait_state("still moving", lambda s: depth(s) > now + 0.3)
-        w._xdotool("keyup", "Down")
+        w.release("Down")
         check_stays(w, "keys released")
-        begin_drag(w, centre, (10, 5), modifier="ctrl")
+        w.press("ctrl")
+        begin_drag(w, centre, (10, 5))
         time.sleep(0.7)  # the hand turns about its grip, which is far from the blade
-        w._xdotool("mouseup", 1, "keyup", "ctrl")
+        w.input.release_button(1)
+        w.release("ctrl")
         # A blade that was wedged in its kerf may spring out of it.
         check_stays(w, "rotation released", relax_mm=11, wedged=True)
         # Without the spindle, nothing drives it, and all of the force is let go.
@@ -139,9 +134,9 @@ def test_release(display, kerf):
 
 def cut_to(w, depth_mm):
     spindle(w, True)
-    w._xdotool("keydown", "Down")
+    w.press("Down")
     w.wait_state(f"{depth_mm} mm deep", lambda s: 11 - s["saw_mm"][2] > depth_mm)
-    w._xdotool("keyup", "Down")
+    w.release("Down")
     return w.wait_still("saw_mm", still_s=0.5)
 
 
@@ -164,12 +159,12 @@ def test_undo(display, kerf):
     # Undo with the saw deep in the bone and the spindle on, and the key to move it still held: the last stroke is undone,
     # so the saw is where the one before ended. Without that one it is at the start, clear of the bone by 2 mm, and does
     # not cut on any way through air.
-    w._xdotool("keydown", "Down")
+    w.press("Down")
     w.wait_state("another stroke", lambda s: s["removed_mm3"] > removed + 2)
     after = w.mark()
     w.key("ctrl+z")
     answered(w, "Undone", after)
-    w._xdotool("keyup", "Down")
+    w.release("Down")
     w.wait_state("back at the end of the first stroke", is_at(w, deep))
     w.wait_message("are bone again", after=after)
     after = w.mark()
@@ -178,9 +173,9 @@ def test_undo(display, kerf):
     w.wait_state("back at the start", is_at(w, begin))
     assert not w.state["spindle"]
     removed = w.state["removed_mm3"]
-    w._xdotool("keydown", "Right")
+    w.press("Right")
     w.wait_state("moved", lambda s: s["saw_mm"][0] > begin[0] + 2)
-    w._xdotool("keyup", "Right")
+    w.release("Right")
     assert w.state["force_N"] == 0 and w.state["removed_mm3"] == removed, w.state
 
     # Redo brings it into its kerf again, and a checkpoint there is a place to return to.
@@ -260,12 +255,12 @@ def test_held(display, kerf):
     cut_to(w, 4)
     begin_drag(w, (640, 360), (120, 0))  # across the blade
     w.wait_state("it binds", lambda s: "binds sideways" in s["held"])
-    w._xdotool("mouseup", 1)
+    w.input.release_button(1)
     w.wait_state("let go", lambda s: s["held"] == "")
     spindle(w, False)
     begin_drag(w, (640, 360), (0, 150))
     w.wait_state("the spindle is off", lambda s: "spindle is off" in s["held"])
-    w._xdotool("mouseup", 1)
+    w.input.release_button(1)
     w.wait_state("let go", lambda s: s["held"] == "")
     w.key("u")
     w.wait_message("The sound is off.")
@@ -351,7 +346,6 @@ def test_turn(display, kerf):
 
 def main():
     kerf = sys.argv[1]
-    skip_without_display_programs()
     with Display() as display:
         test_release(display, kerf)
         test_undo(display, kerf)

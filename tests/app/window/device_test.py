@@ -14,7 +14,7 @@ import shutil
 import subprocess
 import sys
 
-from drive import Display, Window, skip_without_display_programs, workspace
+from drive import Display, Window, workspace
 
 SOURCE = pathlib.Path(__file__).resolve().parents[3]
 # Initial views of the window, as directions towards the eye in world coordinates: three-quarter
@@ -162,7 +162,6 @@ def practise(kerf, emulate):
 
 def main():
     kerf, emulate = sys.argv[1:3]
-    skip_without_display_programs()
     rehearse(kerf, emulate, sys.argv[3] if len(sys.argv) > 3 else None)
     lose_display(kerf, emulate)
     practise(kerf, emulate)

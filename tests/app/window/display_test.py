@@ -16,7 +16,7 @@ import subprocess
 import sys
 import zlib
 
-from drive import Display, Window, skip_without_display_programs, workspace
+from drive import Display, Window, workspace
 from rehearse_test import SCENE
 
 # Gives the display the density that a desktop sets for the dots per inch in argv[1].
@@ -90,22 +90,23 @@ def draw_at_twice_the_density(kerf, keep):
             w, folder = start(display, kerf, ["--size", "1280x720"])
             w.wait_event("running")
             w.wait_event("first_picture")
-            w.wait_state("no message", lambda s: s["message"] == "")
-            if scale == 1:
-                w.wait_still_items()  # what shows that the bone is being made has gone
-            else:
-                w.wait_items(f"the items {sorted(items[1])}", lambda shown: set(shown) == set(items[1]))
-            items[scale] = w.items
+            w.wait_state("the finest surface, and no message", lambda s: s["chunks_left"] == 0 and s["message"] == "")
+            w.wait_still_items()  # what shows that the bone is being made has gone
+            if scale == 2:
+                w.wait_items(f"twice as large as {items}", lambda shown: is_twice(items, shown))
+            items = w.items
             file = folder / w.picture()
             with open(file, "rb") as picture:
                 assert int.from_bytes(picture.read(20)[16:20], "big") == 1280 * scale
             keep(f"scale_{scale}", file)
             quit_window(w, folder)
-    assert sum(name.startswith(("button ", "menu ", "section ", "indicator ", "slice ")) for name in items[1]) > 20
-    for name, box in items[1].items():
-        # The glyphs of both sizes are fitted to whole pixels: the text of a row of buttons may differ by some of them.
-        for small, large in zip(box, items[2][name]):
-            assert abs(2 * small - large) < 12 + 0.02 * large, (name, box, items[2][name])
+    assert sum(name.startswith(("button ", "menu ", "section ", "indicator ", "slice ")) for name in items) > 20
+
+
+def is_twice(items, shown):
+    """The glyphs of both sizes are fitted to whole pixels: the text of a row of buttons may differ by some of them."""
+    return set(shown) == set(items) and all(abs(2 * small - large) < 12 + 0.02 * large for name, box in items.items()
+                                            for small, large in zip(box, shown[name]))
 
 
 def fit_large_german_text(kerf, keep):
@@ -151,8 +152,7 @@ def drop_files(kerf):
         w.wait_event("running")
 
         def drop(name):
-            subprocess.run([sys.executable, pathlib.Path(__file__).with_name("drag_and_drop.py"), w.id, folder / name],
-                           env=w.env, check=True, timeout=120)
+            w.input.drop(folder / name)
 
         for name in ("another bone.vdb", "bar.toml"):
             after = w.mark()
@@ -168,9 +168,9 @@ def drop_files(kerf):
         # Ctrl+Q asks while another question is open, too.
         w.key("v", "l", "space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
-        w._xdotool("keydown", "Down")
+        w.press("Down")
         w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 1)
-        w._xdotool("keyup", "Down")
+        w.release("Down")
         w.key("space")
         w.wait_state("the spindle is off", lambda s: not s["spindle"])
         w.key("c")
@@ -215,9 +215,9 @@ def practise_in_small_windows(kerf, keep):
             keep(f"start_{name}", folder / w.picture())
             w.key("space")
             w.wait_state("the spindle turns", lambda s: s["spindle"])
-            w._xdotool("keydown", "Down")
+            w.press("Down")
             w.wait_state("in the bone", lambda s: s.get("depth_mm", -1) > 1)
-            w._xdotool("keyup", "Down")
+            w.release("Down")
             state = w.wait_state("the picture is fitted to the scene", lambda s: s["scene_px"][0] > 0)
             inside(state["saw_px"], state["scene_px"], "saw in the scene")
             left, top, _, banner_height = w.items["banner"]
@@ -250,7 +250,6 @@ def main():
     parser.add_argument("kerf")
     parser.add_argument("--pictures")
     options = parser.parse_args()
-    skip_without_display_programs()
     try:
         ctypes.CDLL("libX11.so.6")
     except OSError:

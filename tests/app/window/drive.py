@@ -1,5 +1,8 @@
-"""Drives the real window of kerf with real key and mouse events on a separate display (Xvfb)."""
+"""Drives the window of kerf: the real one with real key and mouse events on a separate display (Xvfb), or that of kerf_made_up
+with made-up events, without a display (tests/app/made_up_window)."""
 
+import contextlib
+import functools
 import json
 import os
 import pathlib
@@ -11,7 +14,12 @@ import time
 
 PROGRAMS = ("Xvfb", "xdotool")
 NEXT_CLICK_S = 1.5  # after this time, a click is not the second one of a double click, however slow the window is
-PATIENCE_S = 300  # a wait that lasts longer fails; the slowest one seen was 60 s, on a machine with 10 other programs
+PATIENCE_S = 300  # a wait that lasts longer fails, on a machine without other programs
+
+
+def patience_s():
+    """Returns the time after which a wait fails. A program that shares the processors with others gets its share of them."""
+    return PATIENCE_S * max(1, os.getloadavg()[0] / os.cpu_count())
 
 
 def skip_without_display_programs():
@@ -22,27 +30,39 @@ def skip_without_display_programs():
 
 
 class Display:
-    """An X server without a screen."""
+    """An X server without a screen, which starts when its name is asked for: kerf_made_up needs none."""
 
     def __init__(self, width=1600, height=1000):
+        self.size = f"{width}x{height}x24"
+        self.server = None
+
+    @functools.cached_property
+    def name(self):
+        skip_without_display_programs()
         read, write = os.pipe()
         self.server = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp",
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", self.size, "-nolisten", "tcp",
              "-noreset",  # otherwise it resets when its last client leaves, and refuses clients meanwhile
              "-r"],  # no key repeats, which a key that a busy machine releases late would cause
             pass_fds=[write], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as pipe:
-            self.name = ":" + pipe.readline().strip()
-        if self.name == ":":
+            name = pipe.readline().strip()
+        if not name:
             raise RuntimeError("Xvfb did not start")
+        return ":" + name
+
+    def environment(self, kerf):
+        """Returns the environment of kerf on this display."""
+        return dict(os.environ) if is_made_up(kerf) else dict(os.environ, DISPLAY=self.name)
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        self.server.terminate()
-        self.server.wait()
+        if self.server:
+            self.server.terminate()
+            self.server.wait()
 
 
 # Sends a client message WM_DELETE_WINDOW to the window in argv[1].
@@ -64,15 +84,166 @@ x.XSync(d, 0)
 """
 
 
+def is_made_up(kerf):
+    return pathlib.Path(kerf).name == "kerf_made_up"
+
+
+class RealInput:
+    """Events of a window on a display, from xdotool."""
+
+    def __init__(self, window, title):
+        self.env = window.env
+        # Only a visible window can receive the focus.
+        self.id = window.wait("a window", lambda: self.xdotool("search", "--onlyvisible", "--name", title, check=False).split())[0]
+        self.focus()
+
+    def xdotool(self, *arguments, check=True):
+        done = subprocess.run(["xdotool", *map(str, arguments)], env=self.env, capture_output=True, text=True)
+        if check and done.returncode != 0:
+            raise RuntimeError(f"xdotool {arguments}: {done.stderr}")
+        return done.stdout
+
+    def focus(self):
+        self.xdotool("windowfocus", "--sync", self.id)
+
+    def tap(self, *names):
+        self.xdotool("key", "--clearmodifiers", "--delay", "0", *names)
+
+    def press(self, name):
+        self.xdotool("keydown", name)
+
+    def release(self, name):
+        self.xdotool("keyup", name)
+
+    def type(self, text):
+        """GLFW drops a key that is pressed twice at one time of the display, and a busy display gives all keys that wait
+        the same time: each key is sent once by a connection, whose end waits for the display."""
+        part = ""
+        for letter in text:
+            if letter.lower() in part.lower() or (letter in "-_" and set(part) & set("-_")):
+                self.xdotool("type", "--delay", "20", part)
+                part = ""
+            part += letter
+        self.xdotool("type", "--delay", "20", part)
+
+    def move(self, x, y):
+        self.xdotool("mousemove", "--window", self.id, int(x), int(y))
+
+    def press_button(self, button):
+        self.xdotool("mousedown", button)
+
+    def release_button(self, button):
+        self.xdotool("mouseup", button)
+
+    def click(self, button, times=1):
+        self.xdotool("click", "--repeat", times, "--delay", 60, button)
+
+    def scroll(self, notches):
+        self.xdotool("click", "--repeat", abs(notches), 4 if notches > 0 else 5)
+
+    def resize(self, width, height):
+        self.xdotool("windowsize", self.id, width, height)
+
+    def close(self):
+        subprocess.run([sys.executable, "-c", ASK_TO_CLOSE, self.id], env=self.env, check=True)
+
+    def drop(self, file):
+        subprocess.run([sys.executable, pathlib.Path(__file__).with_name("drag_and_drop.py"), self.id, file], env=self.env,
+                       check=True, timeout=120)
+
+
+class MadeUpInput:
+    """Events that the window of kerf_made_up reads."""
+
+    # As in src/view/ui/event.h.
+    KINDS = ("key_down", "key_up", "text", "mouse_down", "mouse_up", "mouse_move", "scroll", "resize", "focus", "minimise",
+             "refresh", "drop", "close")
+    NAMED = ("Escape", "Return", "Tab", "BackSpace", "Delete", "Left", "Right", "Up", "Down", "Prior", "Next", "Home", "End",
+             *(f"F{i}" for i in range(1, 13)))
+    CHARACTERS = {"space": " ", "minus": "-", "equal": "=", "bracketleft": "[", "bracketright": "]", "question": "?"}
+    MODIFIERS = {"shift": "shift", "ctrl": "control"}
+    BUTTONS = {1: 0, 2: 2, 3: 1}
+
+    def __init__(self, window, _title):
+        self.pipe = window.process.stdin
+        self.held = set()
+        self.at = (0, 0)
+
+    def send(self, kind, **members):
+        modifiers = {self.MODIFIERS[name]: True for name in self.held}
+        with contextlib.suppress(BrokenPipeError):  # the program has ended, which a wait notices
+            os.write(self.pipe.fileno(), (json.dumps({"kind": self.KINDS.index(kind), **modifiers, **members}) + "\n").encode())
+
+    def key_of(self, name):
+        if name in self.NAMED:
+            return 256 + self.NAMED.index(name)
+        character = self.CHARACTERS.get(name, name).upper()
+        return ord(character) if character.isascii() and (character.isalnum() or character in " -=[]") else 0
+
+    def press(self, name):
+        if name in self.MODIFIERS:
+            self.held.add(name)
+            return
+        self.send("key_down", key=self.key_of(name))
+        character = self.CHARACTERS.get(name, name)
+        if len(character) == 1 and "ctrl" not in self.held:
+            self.send("text", character=ord(character.upper() if "shift" in self.held else character))
+
+    def release(self, name):
+        if name in self.MODIFIERS:
+            self.held.discard(name)
+        else:
+            self.send("key_up", key=self.key_of(name))
+
+    def tap(self, *names):
+        for chord in names:
+            keys = chord.split("+")
+            for key in keys:
+                self.press(key)
+            for key in reversed(keys):
+                self.release(key)
+
+    def type(self, text):
+        self.tap(*("Tab" if letter == "\t" else letter for letter in text))
+
+    def _send_mouse(self, kind, **members):
+        self.send(kind, x=self.at[0], y=self.at[1], **members)
+
+    def move(self, x, y):
+        self.at = (int(x), int(y))
+        self._send_mouse("mouse_move")
+
+    def press_button(self, button):
+        self._send_mouse("mouse_down", button=self.BUTTONS[button])
+
+    def release_button(self, button):
+        self._send_mouse("mouse_up", button=self.BUTTONS[button])
+
+    def click(self, button, times=1):
+        for _ in range(times):
+            self.press_button(button)
+            self.release_button(button)
+
+    def scroll(self, notches):
+        for _ in range(abs(notches)):
+            self._send_mouse("scroll", amount=1 if notches > 0 else -1)
+
+    def close(self):
+        self.send("close")
+
+    def drop(self, file):
+        self.send("drop", path=str(file))
+
+
 class Window:
     """Runs `kerf` with a window and reads its log as it grows. Positions are in pixels from the window's top left
-    corner."""
+    corner. `may_fail`: a session may end by itself, for example because it cannot be recorded."""
 
-    def __init__(self, display, kerf, arguments, folder, environment=None, title="kerf"):
+    def __init__(self, display, kerf, arguments, folder, environment=None, title="kerf", may_fail=False):
         self.folder = pathlib.Path(folder)
         self.log = self.folder / "log.jsonl"
         self.log.unlink(missing_ok=True)
-        self.env = dict(os.environ, DISPLAY=display.name, **(environment or {}))
+        self.env = {**display.environment(kerf), **(environment or {})}
         self.env.setdefault("LP_NUM_THREADS", "2")
         self.env["HOME"] = str(self.folder)  # a project that has no folder yet is saved there
         # Settings of its own, as after the tour.
@@ -83,217 +254,169 @@ class Window:
                 settings.write_text(json.dumps({"tour_shown": True, "language": "en", "save_folder": str(self.folder)}))
             self.env["XDG_CONFIG_HOME"] = str(self.folder / "config")
         self.out = open(self.folder / "out.txt", "w+")
+        made_up = is_made_up(kerf)
         self.process = subprocess.Popen([kerf, *arguments, "--log", str(self.log)], cwd=self.folder, env=self.env,
-                                        stdout=self.out, stderr=self.out, stdin=subprocess.DEVNULL)
-        self.seen = 0
+                                        stdout=self.out, stderr=self.out, stdin=subprocess.PIPE if made_up else subprocess.DEVNULL)
+        self.may_fail = may_fail
+        self.unread = b""
+        self.lines = None
+        self.states = 0  # read so far
         self.events = []
         self.state = {}
-        self.all_items = []  # each state of items
         self.items = {}  # name -> left, top, width, height of buttons, menus and rows that are shown
-        self.id = None
-        deadline = time.monotonic() + PATIENCE_S
-        while self.id is None:
-            self._check(deadline, "no window appeared")
-            # Only a visible window can receive the focus.
-            found = self._xdotool("search", "--onlyvisible", "--name", title, check=False).split()
-            self.id = found[0] if found else None
-            time.sleep(0.1)
-        self.focus()
-
-    def _xdotool(self, *arguments, check=True):
-        done = subprocess.run(["xdotool", *map(str, arguments)], env=self.env, capture_output=True, text=True)
-        if check and done.returncode != 0:
-            raise RuntimeError(f"xdotool {arguments}: {done.stderr}")
-        return done.stdout
-
-    def _check(self, deadline, what):
-        if self.process.poll() is not None:
-            self.out.seek(0)
-            raise AssertionError(f"{what}: kerf ended with {self.process.returncode}:\n{self.out.read()}")
-        if time.monotonic() > deadline:
-            raise AssertionError(f"{what}; state {self.state}; last events {self.events[-8:]}")
+        self.input = (MadeUpInput if made_up else RealInput)(self, title)
 
     def read(self):
-        if not self.log.exists():
-            return
-        text = self.log.read_text()
-        lines = text[:text.rfind("\n") + 1].splitlines()
-        for line in lines[self.seen:]:
+        """Reads what the log has more than before."""
+        if self.lines is None:
+            if not self.log.exists():
+                return
+            self.lines = open(self.log, "rb")
+        *lines, self.unread = (self.unread + self.lines.read()).split(b"\n")
+        for line in lines:
             event = json.loads(line)
             if event["event"] == "state":
                 self.state = event
+                self.states += 1
             elif event["event"] == "items":
                 self.items = event["items"]
-                self.all_items.append(self.items)
             else:
                 self.events.append(event)
-        self.seen = len(lines)
+
+    def wait(self, what, test, seconds=None):
+        """Waits until the test of what was read returns something, and returns it."""
+        began = time.monotonic()
+        while True:
+            over = self._over()
+            self.read()
+            if found := test():
+                return found
+            if (kept := [event for event in self.events if event["event"] == "work_kept"]) and not self.may_fail:
+                raise AssertionError(f"not reached: {what}: the session ended by itself: {kept[0]['failure']}")
+            seen = f"state {self.state}; shown: {sorted(self.items)}; last events {self.events[-8:]}"
+            if over:
+                self.out.seek(0)
+                raise AssertionError(f"not reached: {what}: kerf ended with {self.process.returncode}: {self.out.read()[-2000:]}; {seen}")
+            if time.monotonic() > began + (seconds or patience_s()):
+                raise AssertionError(f"not reached: {what}; {seen}")
+            time.sleep(0.02)
+
+    def wait_still(self, name, still_s=1):
+        """Returns the state's value `name` once it has not changed for `still_s`."""
+        return self._wait_same(f"{name} is still", lambda: self.state[name], still_s)
+
+    def wait_still_items(self, still_s=2):
+        """Waits until the buttons, menus and rows that are shown have been the same, in their places, for `still_s`."""
+        return self._wait_same("nothing on the panels moves", lambda: self.items, still_s)
+
+    def _wait_same(self, what, value, still_s):
+        """The program logs its state twice a second if it is the same; a busy one needs more time for that."""
+        same = []  # the value, since when, and after how many states
+
+        def test():
+            if not same or same[0] != value():
+                same[:] = value(), time.monotonic(), self.states
+            return time.monotonic() > same[1] + still_s and self.states > same[2] + 2 * still_s
+
+        self.wait(what, test)
+        return same[0]
 
     # ---- input
-    def focus(self):
-        self._xdotool("windowfocus", "--sync", self.id)
-
     def key(self, *names):
         for name in names:
-            self._xdotool("key", "--clearmodifiers", name)
+            self.input.tap(name)
             time.sleep(0.05)
+
+    def press(self, *names):
+        for name in names:
+            self.input.press(name)
+
+    def release(self, *names):
+        for name in names:
+            self.input.release(name)
 
     def hold(self, name, seconds, until=None):
         """Holds a key for a time, and then until the state is as `until` wants it: a busy window may not see it before."""
-        self._xdotool("keydown", name)
+        self.press(name)
         time.sleep(seconds)
         if until is not None:
             self.wait_state(f"{name} acts", until)
-        self._xdotool("keyup", name)
+        self.release(name)
 
     def type(self, text):
-        """Types a text. GLFW drops a key that is pressed twice at one time of the display, and a busy display gives all
-        keys that wait the same time: each key is sent once by a connection, whose end waits for the display."""
-        part = ""
-        for letter in text:
-            if letter.lower() in part.lower() or (letter in "-_" and set(part) & set("-_")):
-                self._xdotool("type", "--delay", "20", part)
-                part = ""
-            part += letter
-        self._xdotool("type", "--delay", "20", part)
+        self.input.type(text)
 
     def move(self, x, y):
-        self._xdotool("mousemove", "--window", self.id, int(x), int(y))
+        self.input.move(x, y)
 
-    def click(self, x, y, button=1):
+    def click(self, x, y, button=1, times=1):
         self.move(x, y)
         time.sleep(0.05)
-        self._xdotool("click", button)
+        self.input.click(button, times)
 
-    def click_item(self, name, button=1, seconds=PATIENCE_S):
+    def click_item(self, name, button=1):
         """Clicks a button, an entry of a menu or a row, once it is shown and stays in its place."""
-        deadline = time.monotonic() + seconds
-        place = None
-        while True:
-            self.read()
-            if name in self.items and self.items[name] == place:
-                break
-            place = self.items.get(name)
-            self._check(deadline, f"{name} is not shown; shown: {sorted(self.items)}")
-            time.sleep(0.05)
+        places = []
+
+        def stays():
+            places.append(self.items.get(name))
+            return places[-1] and len(places) > 2 and places[-1] == places[-3]
+
+        self.wait(f"{name} is shown", stays)
         left, top, width, height = self.items[name]
         self.click(left + width / 2, top + height / 2, button)
 
     def choose(self, menu, action):
         """Chooses an entry of the menu bar. A menu that is still open would be closed by the click."""
-        deadline = time.monotonic() + PATIENCE_S
-        while True:
-            self.read()
-            if not any(name.startswith("entry ") for name in self.items):
-                break
-            self._check(deadline, "a menu does not close")
-            time.sleep(0.05)
+        self.wait_items("no open menu", lambda items: not any(name.startswith("entry ") for name in items))
         self.click_item(f"menu {menu}")
         self.click_item(f"entry {action}")
 
-    def drag(self, start, end, button=1, modifier=None, steps=20, pace_s=0.02):
+    def drag(self, start, end, button=1, steps=20, pace_s=0.02):
+        self.begin_drag(start, end, button, steps, pace_s)
+        self.input.release_button(button)
+
+    def begin_drag(self, start, end, button=1, steps=20, pace_s=0.02):
+        """Presses a button and moves the mouse; the button stays pressed."""
         self.move(*start)
-        if modifier:
-            self._xdotool("keydown", modifier)
-        self._xdotool("mousedown", button)
+        self.input.press_button(button)
         for i in range(1, steps + 1):
             share = i / steps
             self.move(start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1]))
             time.sleep(pace_s)
-        self._xdotool("mouseup", button)
-        if modifier:
-            self._xdotool("keyup", modifier)
 
     def scroll(self, x, y, notches):
         self.move(x, y)
-        self._xdotool("click", "--repeat", abs(notches), 4 if notches > 0 else 5)
-
-    def resize(self, width, height):
-        self._xdotool("windowsize", self.id, width, height)
-
-    def close(self):
-        """Closes the window with the message that a window manager sends."""
-        subprocess.run([sys.executable, "-c", ASK_TO_CLOSE, self.id], env=self.env, check=True)
+        self.input.scroll(notches)
 
     # ---- responses
-    def wait_event(self, name, seconds=PATIENCE_S, after=0, **wanted):
-        deadline = time.monotonic() + seconds
-        while True:
-            self.read()
-            for event in self.events[after:]:
-                if event["event"] == name and all(event.get(k) == v for k, v in wanted.items()):
-                    return event
-            self._check(deadline, f"no event {name} {wanted}") if not self._over() else self._fail(name)
-            time.sleep(0.05)
+    def wait_event(self, name, seconds=None, after=0, **wanted):
+        return self.wait(f"event {name} {wanted}", lambda: next(
+            (event for event in self.events[after:]
+             if event["event"] == name and all(event.get(k) == v for k, v in wanted.items())), None), seconds)
 
-    def wait_message(self, part, seconds=PATIENCE_S, after=0):
+    def wait_message(self, part, after=0):
         """Waits for a message to the user after the mark `after`; a message is shown for about a second, or until the next one."""
-        deadline = time.monotonic() + seconds
-        while True:
-            self.read()
-            for event in self.events[after:]:
-                if event["event"] == "message" and part in event["text"]:
-                    return
-            self._check(deadline, f"no message: {part}")
-            time.sleep(0.05)
+        self.wait(f"message {part}", lambda: any(event["event"] == "message" and part in event["text"] for event in self.events[after:]))
 
-    def wait_state(self, what, test, seconds=PATIENCE_S):
+    def wait_state(self, what, test, seconds=None):
         """Waits until the state passes a test. A state that lacks what the test reads, because it belongs to another mode,
         does not pass."""
-        deadline = time.monotonic() + seconds
-        while True:
-            self.read()
+        def passes():
             try:
-                if self.state and test(self.state):
-                    return self.state
+                return self.state and test(self.state)
             except (KeyError, IndexError):
-                pass
-            self._check(deadline, f"not reached: {what}")
-            time.sleep(0.05)
+                return False
 
-    def wait_items(self, what, test, seconds=PATIENCE_S):
+        self.wait(what, passes, seconds)
+        return self.state
+
+    def wait_items(self, what, test):
         """Waits until the buttons, menus and rows that are shown pass a test."""
-        deadline = time.monotonic() + seconds
-        while True:
-            self.read()
-            if test(self.items):
-                return
-            self._check(deadline, f"not reached: {what}; shown: {sorted(self.items)}")
-            time.sleep(0.05)
-
-    def wait_still_items(self, still_s=2):
-        """Waits until the buttons, menus and rows that are shown have been the same for `still_s`."""
-        shown, since = None, time.monotonic()
-        while time.monotonic() - since < still_s:
-            self.read()
-            if set(self.items) != shown:
-                shown, since = set(self.items), time.monotonic()
-            time.sleep(0.05)
-
-    def wait_still(self, name, still_s=1, seconds=PATIENCE_S):
-        """Returns the state's value `name` once it has not changed for `still_s`."""
-        deadline = time.monotonic() + seconds
-        value, since = None, time.monotonic()
-        while time.monotonic() < since + still_s:
-            self.read()
-            if self.state[name] != value:
-                value, since = self.state[name], time.monotonic()
-            self._check(deadline, f"{name} does not settle")
-            time.sleep(0.05)
-        return value
+        self.wait(what, lambda: test(self.items))
 
     def _over(self):
         return self.process.poll() is not None
-
-    def _fail(self, name):
-        """Ends the test. The events until the end have been searched already, except for those of the last moment."""
-        seen = len(self.events)
-        self.read()
-        if len(self.events) > seen:
-            return
-        self.out.seek(0)
-        raise AssertionError(f"kerf ended with {self.process.returncode} before {name}: {self.out.read()[-2000:]}; "
-                             f"last events {self.events[-8:]}")
 
     def mark(self):
         self.read()
@@ -307,7 +430,7 @@ class Window:
 
     def quit(self, how="key"):
         """Ends the program without saving, by the keyboard or by the window's frame. It asks if there is work to save."""
-        self.close() if how == "close" else self.key("ctrl+q")
+        self.input.close() if how == "close" else self.key("ctrl+q")
         while not self._over():
             self.read()
             if "answer 3" in self.items:  # may still be that of the dialog before: then it is asked again
@@ -319,8 +442,8 @@ class Window:
                 time.sleep(0.5)
             time.sleep(0.05)
 
-    def wait_end(self, seconds=PATIENCE_S):
-        code = self.process.wait(timeout=seconds)
+    def wait_end(self, seconds=None):
+        code = self.process.wait(timeout=seconds or patience_s())
         self.read()
         self.out.seek(0)
         return code, self.out.read()

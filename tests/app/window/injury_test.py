@@ -10,7 +10,7 @@ import argparse
 import pathlib
 import shutil
 
-from drive import Display, Window, skip_without_display_programs, workspace
+from drive import Display, Window, workspace
 from rehearse_test import SCENE
 
 # From its top, the bar is cortical to 1 mm, tooth to 2 mm, cancellous to 8 mm, nerve canal to 9 mm, and then cancellous:
@@ -25,9 +25,9 @@ def cut_to(w, depth_mm):
     if not w.state["spindle"]:
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"] and s["rpm"] != 0)
-    w._xdotool("keydown", "Down")
+    w.press("Down")
     w.wait_state(f"{depth_mm} mm deep", lambda s: 11 - s["saw_mm"][2] > depth_mm)
-    w._xdotool("keyup", "Down")
+    w.release("Down")
     w.key("space")
     w.wait_state("the spindle stands", lambda s: not s["spindle"])
 
@@ -49,7 +49,6 @@ def main():
     parser.add_argument("kerf")
     parser.add_argument("--pictures")
     options = parser.parse_args()
-    skip_without_display_programs()
     folder = workspace()
     (folder / "bar.toml").write_text(BAR)
 

@@ -13,7 +13,7 @@ import subprocess
 import sys
 import time
 
-from drive import Display, Window, skip_without_display_programs, workspace
+from drive import Display, Window, workspace
 from rehearse_test import SCENE
 
 
@@ -23,7 +23,7 @@ def begin_cut(w):
     w.key("v", "l", "space")
     w.key(*["bracketleft"] * 6)  # 1 mm/s: ten seconds of bone, even if this script is slow
     w.wait_state("the spindle turns", lambda s: s["spindle"])
-    w._xdotool("keydown", "Down")
+    w.press("Down")
     w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2)
 
 
@@ -42,7 +42,6 @@ def start(display, kerf):
 
 def main():
     kerf = sys.argv[1]
-    skip_without_display_programs()
 
     # Without a display there is one clear sentence, and no files are left behind.
     folder = workspace()
@@ -75,17 +74,17 @@ def main():
         # stop.
         w, folder = start(display, kerf)
         begin_cut(w)
-        w.resize(900, 600)
+        w.input.resize(900, 600)
         w.wait_event("resized", width=900, height=600)
         assert w.picture().name.endswith(".png")
-        w._xdotool("windowunmap", w.id)
+        w.input.xdotool("windowunmap", w.input.id)
         w.wait_state("the spindle is off", lambda s: not s["spindle"])  # hiding also removes the focus
-        w._xdotool("keyup", "Down")
-        w._xdotool("windowmap", w.id)
-        w.focus()
+        w.release("Down")
+        w.input.xdotool("windowmap", w.input.id)
+        w.input.focus()
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
-        w._xdotool("keydown", "Down")
+        w.press("Down")
         w.wait_state("cutting again", lambda s: s["force_N"] > 0.1)
         before = w.mark()
         other = subprocess.Popen([sys.executable, "-c", OTHER_WINDOW], env=w.env, stdout=subprocess.PIPE, text=True)
@@ -97,21 +96,21 @@ def main():
         w.read()
         assert w.state["removed_mm3"] == removed
         other.terminate()
-        w._xdotool("keyup", "Down")
-        w.focus()
+        w.release("Down")
+        w.input.focus()
 
         # The window is closed by its frame during a cut: the recording is complete and verifies.
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
-        w._xdotool("keydown", "Down")
+        w.press("Down")
         w.wait_state("cutting again", lambda s: s["removed_mm3"] > removed + 1)
-        w.close()
+        w.input.close()
         w.wait_state("it asks whether the cut is saved", lambda s: s["dialog"] and not s["spindle"])
         w.click_item("answer 2")
         code, out = w.wait_end()
         assert code == 0, (code, out)
         check_recording(kerf, folder)
-        w._xdotool("keyup", "Down")
+        w.release("Down")
         shutil.rmtree(folder)
 
         # The program is ended by the system during a cut: the recording is also complete and verifies.
@@ -121,7 +120,7 @@ def main():
         code, out = w.wait_end()
         assert code == 0, (code, out)
         check_recording(kerf, folder)
-        w._xdotool("keyup", "Down")
+        w.release("Down")
         shutil.rmtree(folder)
 
         # The program is killed: the part written until then opens and replays identically.
@@ -130,7 +129,7 @@ def main():
         time.sleep(1)
         w.process.kill()
         w.process.wait()
-        w._xdotool("keyup", "Down")
+        w.release("Down")
         check_recording(kerf, folder, whole=False)
         shutil.rmtree(folder)
 

@@ -15,7 +15,7 @@ import sys
 import threading
 import time
 
-from drive import PATIENCE_S, Display, Window, skip_without_display_programs, workspace
+from drive import Display, Window, workspace
 from rehearse_test import SCENE
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "session/link"))
@@ -30,17 +30,15 @@ class Peer:
     """Reads everything in a thread of its own."""
 
     def __init__(self, window):
+        self.window = window
         self.socket = peer.connect(self._port_of(window))
         self.last = {}
         threading.Thread(target=self._read, daemon=True).start()
 
     @staticmethod
     def _port_of(window):
-        deadline = time.monotonic() + PATIENCE_S
-        while not (found := re.search(r"listening on 127\.0\.0\.1, port (\d+)", (window.folder / "out.txt").read_text())):
-            assert time.monotonic() < deadline, "kerf does not say its port"
-            time.sleep(0.05)
-        return int(found.group(1))
+        return int(window.wait("its port", lambda: re.search(r"listening on 127\.0\.0\.1, port (\d+)",
+                                                             (window.folder / "out.txt").read_text()))[1])
 
     def _read(self):
         try:
@@ -51,10 +49,7 @@ class Peer:
             pass
 
     def wait(self, what, test=lambda body: True):
-        deadline = time.monotonic() + PATIENCE_S
-        while what not in self.last or not test(self.last[what]):
-            assert time.monotonic() < deadline, (what, sorted(self.last), self.last.get("STATUS kerf"))
-            time.sleep(0.02)
+        self.window.wait(what, lambda: what in self.last and test(self.last[what]))
         return self.last[what]
 
     def send_pose(self, name, place_ras, normal_ras=AXIAL):
@@ -213,7 +208,6 @@ def main():
     parser.add_argument("kerf")
     parser.add_argument("--pictures")
     options = parser.parse_args()
-    skip_without_display_programs()
     folder = workspace()
     (folder / "bar.toml").write_text(SCENE)
     pictures = []

@@ -12,7 +12,7 @@ import pathlib
 import shutil
 import time
 
-from drive import NEXT_CLICK_S, Display, Window, skip_without_display_programs, workspace
+from drive import NEXT_CLICK_S, Display, Window, workspace
 from rehearse_test import SCENE
 
 CENTRE = (785, 375)  # middle of the bone between the panels, pixels
@@ -45,7 +45,6 @@ def main():
     parser.add_argument("kerf")
     parser.add_argument("--pictures")
     options = parser.parse_args()
-    skip_without_display_programs()
     folder = workspace()
     (folder / "bar.toml").write_text(SCENE)
     settings = folder / "config/kerf/window.json"
@@ -153,7 +152,7 @@ def main():
         w.wait_state("the plane is perpendicular to x", lambda s: s["plane_deg"][0] == angles)
         turned = [90, 60, 30]
         w.click_item("plane.turn_width")
-        w._xdotool("type", "--delay", "0", "90\t30")
+        w.type("90\t30")
         w.key("Tab")  # GLFW takes a key that is pressed twice in the same millisecond for a duplicate
         w.wait_state("both turns", lambda s: s["plane_deg"][0] == turned)
         w.key("shift+Tab", "shift+Tab")
@@ -193,8 +192,7 @@ def main():
         time.sleep(NEXT_CLICK_S)
         for enlarged in (True, False):
             left, top, width, height = w.items["slice 2"]
-            w.move(left + 0.6 * width, top + 0.4 * height)
-            w._xdotool("click", "--repeat", 2, "--delay", 60, 1)
+            w.click(left + 0.6 * width, top + 0.4 * height, times=2)
             w.wait_state("enlarged or not", lambda s: s["slice_enlarged"] == enlarged)
             assert w.wait_still("placed", still_s=0.5) == 1
             if enlarged:
@@ -222,8 +220,7 @@ def main():
             w.wait_state("a point", lambda s: s["placed"] == i + 1)
         # A slice that is enlarged for it does not hide the scene afterwards.
         left, top, width, height = w.items["slice 2"]
-        w.move(left + 0.6 * width, top + 0.4 * height)
-        w._xdotool("click", "--repeat", 2, "--delay", 60, 1)
+        w.click(left + 0.6 * width, top + 0.4 * height, times=2)
         w.wait_state("enlarged", lambda s: s["slice_enlarged"] and s["placed"] == 4)
         w.scroll(*CENTRE, 3)
         w.wait_state("scrolled", lambda s: s["slices_mm"][1] == 1.5)
@@ -286,9 +283,9 @@ def main():
         w.key("l", "space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w.key(*["bracketleft"] * 6)  # at 1 mm/s, a saw that a busy machine stops seconds too late is not through
-        w._xdotool("keydown", "Down")
+        w.press("Down")
         w.wait_state("half through", lambda s: s["saw_mm"][2] < 8)
-        w._xdotool("keyup", "Down")
+        w.release("Down")
         w.key("space")
         w.wait_state("partly cut", lambda s: s["plane_cut"] and 0.1 < s["plane_cut"][0] < 0.9)
         time.sleep(0.5)

@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import time
 
-from drive import Display, Window, skip_without_display_programs, workspace
+from drive import Display, Window, workspace
 
 
 def main():
@@ -21,7 +21,6 @@ def main():
     parser.add_argument("--pictures")
     parser.add_argument("--scale", type=int, default=1)
     options = parser.parse_args()
-    skip_without_display_programs()
     folder = workspace()
     data = {"KERF_DATA": str(folder / "data")}
     size = (1280 * options.scale, 720 * options.scale)
@@ -57,7 +56,7 @@ def main():
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w.wait_state("the next step is said", lambda s: "Lower the blade" in s.get("step", ""))
         start = w.state["saw_mm"][0]
-        w._xdotool("keydown", "Down")
+        w.press("Down")
         w.wait_state("deep enough", lambda s: s.get("to_goal_mm", 9) < 0.15)
         picture("goal")
         # A stop of 200 N/mm gives way by 0.03 mm at 6 N.
@@ -65,17 +64,17 @@ def main():
         w.wait_state("it says so", lambda s: "depth stop holds the saw" in s["held"])
         # It is pressed down all along: a hand that lets go in between, if only for a frame, holds the saw without force,
         # and the teeth then lift it.
-        w._xdotool("keydown", "Right")
+        w.press("Right")
         w.wait_state("along the line", lambda s: abs(s["saw_mm"][0] - start) > 8)
         picture("along")
         w.wait_state("to its end", lambda s: abs(s["saw_mm"][0] - start) > 15.6)
-        w._xdotool("keyup", "Right", "keyup", "Down")
+        w.release("Right", "Down")
         w.wait_state("the last step is said", lambda s: "whole line is cut" in s.get("step", ""))
         deepest = w.state["depth_mm"]
         assert deepest < 2.06, ("the stop holds", w.state)
-        w._xdotool("keydown", "shift", "keydown", "Up")
+        w.press("shift", "Up")
         w.wait_state("out", lambda s: s.get("depth_mm", 1) < 0 or "depth_mm" not in s)
-        w._xdotool("keyup", "Up", "keyup", "shift")
+        w.release("Up", "shift")
         w.key("space", "Return")
         score = w.wait_event("score")
         assert score["total"] > 50, score
@@ -143,9 +142,9 @@ def main():
         time.sleep(1)  # a hand in air completes a short motion
         w.read()
         aside = w.state["saw_mm"]
-        w._xdotool("keydown", "Down")
+        w.press("Down")
         w.wait_state("lower", lambda s: s["saw_mm"][2] < aside[2] - 0.5)
-        w._xdotool("keyup", "Down")
+        w.release("Down")
         moved = [b - a for a, b in zip(aside, w.state["saw_mm"])]
         # The handle's friction may leave the last tenths of the motion before to this one.
         assert abs(moved[0]) < 0.35 and abs(moved[1]) < 0.35, (aside, w.state)
@@ -153,18 +152,18 @@ def main():
         w.hold("Next", 0.5)
         w.read()
         assert abs(w.state["saw_mm"][1] - aside[1]) < 0.35, ("not further away", w.state)
-        w._xdotool("keydown", "Prior")
+        w.press("Prior")
         w.wait_state("back in the plane", lambda s: abs(s["saw_mm"][1] - start[1]) < 0.35)
-        w._xdotool("keyup", "Prior")
+        w.release("Prior")
         w.key("r")
         # Keys that are pressed on the way are not for the saw.
         w.wait_state("back at the start", lambda s: not s["retracting"] and
                      max(abs(a - b) for a, b in zip(s["saw_mm"], start)) < 0.01)
         # A saw that is far from the cut, and perhaps out of the picture, is led back on every level.
         home = w.state["saw_mm"]
-        w._xdotool("keydown", "shift", "keydown", "Up")
+        w.press("shift", "Up")
         w.wait_state("the way back is said", lambda s: "away from the cut. Press R" in s.get("step", ""))
-        w._xdotool("keyup", "Up", "keyup", "shift")
+        w.release("Up", "shift")
         picture("far away")
         w.key("r")
         w.wait_state("back at the start", lambda s: "step" not in s and not s["retracting"] and
@@ -174,12 +173,13 @@ def main():
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         beside = w.state["saw_mm"][1]
         # Towards the viewer. Down leads straight into the bone, also without the lock.
-        w._xdotool("keydown", "Next")
+        w.press("Next")
         w.wait_state("beside the line", lambda s: abs(s["saw_mm"][1] - beside) > 1.2)
-        w._xdotool("keyup", "Next", "keydown", "Down")
+        w.release("Next")
+        w.press("Down")
         w.wait_state("in the bone, which is noticed", lambda s: "You leave the line" in s.get("coach", "") and s["removed_mm3"] > 0)
         assert w.state["way"].startswith("Lift the blade out first. Up key: up. Then move it over. Page"), w.state["way"]
-        w._xdotool("keyup", "Down")
+        w.release("Down")
         picture("beside the line")
         # Leaving an attempt in which something was cut asks first; Escape goes on.
         w.key("Escape")
@@ -270,9 +270,9 @@ def main():
         w.wait_state("level 3", lambda s: s["level"] == 3 and s["mode"] == "cutting")
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
-        w._xdotool("keydown", "Down")
+        w.press("Down")
         w.wait_state("in the bone", lambda s: s["removed_mm3"] > 0.2)
-        w._xdotool("keyup", "Down")
+        w.release("Down")
         w.key("space", "Return")
         assert w.wait_event("score")["total"] is None
         time.sleep(0.5)

@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import time
 
-from drive import Display, Window, skip_without_display_programs, workspace
+from drive import Display, Window, workspace
 
 HOLES = """title = "Two holes through a block"
 [bone]
@@ -107,24 +107,24 @@ def make_current(w, number, deep_mm):
     w.wait_state(f"cut {number}", lambda s: s["cut"] == number and s["cuts_made"] == number - 1 and not s["spindle"])
     w.key("space")
     w.wait_state("the spindle turns", lambda s: s["spindle"])
-    w._xdotool("keydown", "Down")
+    w.press("Down")
     w.wait_state("it is made", lambda s: s["cuts_made"] == number and s["depth_mm"] > deep_mm)
-    w._xdotool("keyup", "Down")
+    w.release("Down")
 
 
 def saw_through(w, number):
     """Makes a planned cut, and moves along its line of 2 mm, which is seen from its end."""
     make_current(w, number, 3)
     start = w.state["saw_mm"][1]
-    w._xdotool("keydown", "Left")
+    w.press("Left")
     w.wait_state("at the other end of the line", lambda s: s["saw_mm"][1] > start + 1.7)
-    w._xdotool("keyup", "Left")
+    w.release("Left")
 
 
 def lift_out(w):
-    w._xdotool("keydown", "shift", "keydown", "Up")
+    w.press("shift", "Up")
     w.wait_state("out of the bone", lambda s: s.get("depth_mm", -9) < -1)
-    w._xdotool("keyup", "Up", "keyup", "shift")
+    w.release("Up", "shift")
     w.key("space")
     w.wait_state("the spindle is off", lambda s: not s["spindle"])
 
@@ -225,7 +225,6 @@ def main():
     parser.add_argument("kerf")
     parser.add_argument("--pictures")
     options = parser.parse_args()
-    skip_without_display_programs()
     folder = workspace()
     (folder / "holes.toml").write_text(HOLES)
     (folder / "cuts.toml").write_text(CUTS)

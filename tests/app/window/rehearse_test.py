@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import time
 
-from drive import PATIENCE_S, Display, Window, skip_without_display_programs, workspace
+from drive import Display, Window, workspace
 
 # A bar lies across the patient and is cut in two by a stroke of some seconds; the disc is above its middle.
 SCENE = """title = "Bar of cortical and cancellous bone"
@@ -57,7 +57,6 @@ def main():
     parser.add_argument("--pictures")
     parser.add_argument("--scale", type=int, default=1)
     options = parser.parse_args()
-    skip_without_display_programs()
     folder = workspace()
     (folder / "bar.toml").write_text(SCENE)
     size = (1280 * options.scale, 720 * options.scale)
@@ -94,11 +93,11 @@ def main():
         w.key("bracketleft", "bracketleft", "bracketleft")  # 2 mm/s
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
-        w._xdotool("keydown", "Down")
+        w.press("Down")
         w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2)
         w.wait_state("the bone resists", lambda s: s["force_N"] > 0.1)
         w.wait_state("half through", lambda s: s["saw_mm"][2] < 9.5)
-        w._xdotool("keyup", "Down")
+        w.release("Down")
         removed = w.wait_still("removed_mm3", still_s=0.5)
         # The kerf is about a fifth as deep as the bar.
         w.wait_state("a part of the plane is cut", lambda s: s["plane_cut"] and 0.05 < s["plane_cut"][0] < 0.5)
@@ -111,9 +110,9 @@ def main():
 
         # Moves out of the cut, then undoes and redoes. The spindle stops by itself, so that the restored bone is not
         # cut at once.
-        w._xdotool("keydown", "Up")
+        w.press("Up")
         w.wait_state("out of the bone", lambda s: s["saw_mm"][2] > 12)
-        w._xdotool("keyup", "Up")
+        w.release("Up")
         w.key("ctrl+z")
         w.wait_event("answer", what="Undone", failure="")
         w.wait_state("the spindle is off", lambda s: not s["spindle"])
@@ -133,17 +132,17 @@ def main():
         # Cuts through.
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
-        w._xdotool("keydown", "Down")
+        w.press("Down")
         w.wait_state("through", lambda s: s["saw_mm"][2] < -0.8)
-        w._xdotool("keyup", "Down")
+        w.release("Down")
         # Half of the bar without half of the kerf, 14.7 x 10 x 10 mm; half a voxel at each face is uncertain.
         freed = w.wait_event("came_free")
         assert 1390 < freed["mm3"] < 1550, freed
         w.wait_state("the plane is cut", lambda s: s["plane_cut"] == [1])
         w.key("space")
-        w._xdotool("keydown", "shift", "keydown", "Up")  # with Shift: fast
+        w.press("shift", "Up")  # with Shift: fast
         w.wait_state("out again", lambda s: s["saw_mm"][2] > 13)
-        w._xdotool("keyup", "Up", "keyup", "shift")
+        w.release("Up", "shift")
         assert w.state["removed_mm3"] > removed
         assert sum(e["event"] == "came_free" for e in w.events) == 1, "the piece is announced once"
 
@@ -181,13 +180,9 @@ def main():
         # When the piece is moved towards the other one, they overlap by 3 mm minus the kerf of 0.5 mm, over 10 x 10 mm.
         # When it is moved away, the gap is 3 mm plus the kerf. The kerf may be a tenth wider than the disc.
         def as_moved():
-            w.read()
             return any(235 < e["overlap_mm3"] < 252 or 3.45 < (e["gap_mm"] or 0) < 3.7
                        for e in w.events if e["event"] == "contact")
-        deadline = time.monotonic() + PATIENCE_S
-        while not as_moved():
-            w._check(deadline, "neither the overlap nor the gap of a piece moved by 3 mm")
-            time.sleep(0.1)
+        w.wait("the overlap or the gap of a piece moved by 3 mm", as_moved)
         w.key("a", "a", "a", "e", "e")
         w.wait_state("and turned", lambda s: any(abs(p["turned_deg"] - 2) < 0.01 for p in s["pieces"]))
         w.key("ctrl+z", "ctrl+z", "ctrl+z")
@@ -250,7 +245,7 @@ def main():
         for guided in (True, False):
             sessions = w.mark()
             # The second key is pressed while the session restarts; it is for the next one.
-            w._xdotool("key", "--delay", "0", "g", "space")
+            w.input.tap("g", "space")
             w.wait_event("running", after=sessions)
             w.wait_state("the guide and the spindle", lambda s: s["guided"] == guided and s["spindle"])
             assert w.wait_event("spindle", after=sessions, on=True), w.events

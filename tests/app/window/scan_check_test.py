@@ -18,10 +18,9 @@ import subprocess
 import sys
 import time
 
-from drive import Display, Window, skip_without_display_programs, workspace
+from drive import Display, Window, workspace
 from separate_test import ORIGIN_MM, SIZE, SPACING_MM, is_bone
 
-DROP = pathlib.Path(__file__).with_name("drag_and_drop.py")
 AIR, SOFT, BONE = 324, 1076, 1620  # grey values of -1000, 40 and 792 HU; bone below the threshold of enamel
 
 
@@ -98,7 +97,6 @@ def main():
     parser.add_argument("--pictures")
     parser.add_argument("--language", default="en")
     options = parser.parse_args()
-    skip_without_display_programs()
     folder = workspace()
     write_inputs(folder)
     settings = folder / "config/kerf/window.json"
@@ -110,9 +108,6 @@ def main():
         def picture(name):
             if options.pictures:
                 shutil.copy(folder / w.picture(), pathlib.Path(options.pictures) / f"{name}_{options.language}.png")
-
-        def drop(path):
-            subprocess.run([sys.executable, DROP, w.id, str(folder / path)], env=w.env, check=True)
 
         def enter_alone(asks):
             after = w.mark()
@@ -150,7 +145,7 @@ def main():
 
         # A cone-beam file.
         after = w.mark()
-        drop("cbct.dcm")
+        w.input.drop(folder / "cbct.dcm")
         w.wait_event("asks_about_scan", after=after)
         w.wait_items("the questions", lambda items: "placing.spacing" in items and "threshold.value" in items)
         assert w.state["scan"]["spacing_mm"] == 0, w.state["scan"]
@@ -181,14 +176,14 @@ def main():
 
         # A surface in cm, and a folder without a scan.
         after = w.mark()
-        drop("shin.stl")
+        w.input.drop(folder / "shin.stl")
         w.wait_event("asks_for_unit", after=after)
         w.wait_items("both units", lambda items: "answer 3" in items)
         picture("unit")
         enter_alone(lambda s: s["dialog"])
         w.key("Escape")
         w.wait_state("no dialog", lambda s: not s["dialog"])
-        drop("none")
+        w.input.drop(folder / "none")
         w.wait_event("not_opened", after=after)
         w.wait_state("the reason", lambda s: s["dialog"])
         picture("refused")

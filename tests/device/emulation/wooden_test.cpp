@@ -203,8 +203,8 @@ TEST(WoodenReports, FewDamagedReportsAreAccepted) {
   }
   // 2 of 100 reports are damaged, and each of these may also cost the next one.
   EXPECT_GT(good, 0.95 * sent);
-  // 1 of 200 is flipped so. After one loss, a jump of 320 counts is accepted, and after a flipped counter more, so a few
-  // percent are wrong.
+  // 1 of 200 is flipped so. After one loss, a jump of 320 counts is accepted, and after a flipped counter more, so a
+  // few percent are wrong.
   EXPECT_LT(wrong, 0.05 * cases / 200);
 }
 
