@@ -6,7 +6,7 @@
 #include <unistd.h>
 #include <vtkRenderWindow.h>
 
-#include <cmath>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "kerf/error.h"
@@ -70,8 +70,10 @@ bool GlWindow::full_screen() const {
 std::vector<WindowEvent> GlWindow::Poll(double wait_s) {
   std::vector<WindowEvent> events;
   std::string& unread = state_->unread;
+  // Fewer frames than on a display: software draws them, and only pictures and the places of the panels are looked at.
+  constexpr double kPause_s = 0.03;
   pollfd input{STDIN_FILENO, POLLIN, 0};
-  if (poll(&input, 1, static_cast<int>(std::ceil(1e3 * wait_s))) <= 0) return events;
+  if (poll(&input, 1, wait_s > 0 ? static_cast<int>(1e3 * std::max(wait_s, kPause_s)) : 0) <= 0) return events;
   char bytes[4096];
   const ssize_t count = read(STDIN_FILENO, bytes, sizeof(bytes));
   if (count <= 0) throw Error("the test that makes the events has ended");
