@@ -1,5 +1,5 @@
 // The window of kerf for tests, in place of src/app/window/gl_window.cpp: it needs no display. Its events are made up:
-// each line of standard input is an object of JSON with members of a WindowEvent.
+// each line of standard input is an array of JSON, the events of one frame: objects with members of a WindowEvent.
 #include "app/window/gl_window.h"
 
 #include <poll.h>
@@ -7,7 +7,10 @@
 #include <vtkRenderWindow.h>
 
 #include <algorithm>
+#include <chrono>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
 
 #include "kerf/error.h"
 #include "view/picture/offscreen.h"
@@ -15,8 +18,7 @@
 namespace kerf {
 namespace {
 
-WindowEvent ReadEvent(const std::string& line) {
-  const nlohmann::json json = nlohmann::json::parse(line);
+WindowEvent ReadEvent(const nlohmann::json& json) {
   WindowEvent event;
   event.kind = static_cast<WindowEvent::Kind>(json.at("kind").get<int>());
   event.key = static_cast<Key>(json.value("key", 0));
@@ -42,7 +44,7 @@ struct GlWindow::State {
   int width;
   int height;
   bool full_screen = false;
-  std::string unread;  // begins with a line whose end has not come yet
+  std::chrono::steady_clock::time_point polled;  // the last time
 };
 
 GlWindow::GlWindow(const GlWindowOptions& options) : state_(std::make_unique<State>(options)) {}
@@ -68,19 +70,21 @@ bool GlWindow::full_screen() const {
 }
 
 std::vector<WindowEvent> GlWindow::Poll(double wait_s) {
-  std::vector<WindowEvent> events;
-  std::string& unread = state_->unread;
   // Fewer frames than on a display: software draws them, and only pictures and the places of the panels are looked at.
-  constexpr double kPause_s = 0.03;
+  constexpr std::chrono::milliseconds kPause{30};
+  std::vector<WindowEvent> events;
   pollfd input{STDIN_FILENO, POLLIN, 0};
-  if (poll(&input, 1, wait_s > 0 ? static_cast<int>(1e3 * std::max(wait_s, kPause_s)) : 0) <= 0) return events;
-  char bytes[4096];
-  const ssize_t count = read(STDIN_FILENO, bytes, sizeof(bytes));
-  if (count <= 0) throw Error("the test that makes the events has ended");
-  unread.append(bytes, static_cast<std::size_t>(count));
-  for (std::size_t end = 0; (end = unread.find('\n')) != std::string::npos; unread.erase(0, end + 1)) {
-    events.push_back(ReadEvent(unread.substr(0, end)));
+  const bool more = poll(&input, 1, wait_s > 0 ? std::max(static_cast<int>(1e3 * wait_s), 30) : 0) > 0;
+  if (more) {
+    // Each line has a frame of its own, however many wait.
+    std::this_thread::sleep_until(state_->polled + kPause);
+    std::string line;
+    for (char c = 0; c != '\n'; line += c) {
+      if (read(STDIN_FILENO, &c, 1) != 1) throw Error("the test that makes the events has ended");
+    }
+    for (const nlohmann::json& event : nlohmann::json::parse(line)) events.push_back(ReadEvent(event));
   }
+  state_->polled = std::chrono::steady_clock::now();
   return events;
 }
 

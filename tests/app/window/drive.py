@@ -1,7 +1,9 @@
 """Drives the window of kerf: the real one with real key and mouse events on a separate display (Xvfb), or that of kerf_made_up
 with made-up events, without a display (tests/app/made_up_window)."""
 
+import array
 import contextlib
+import fcntl
 import functools
 import json
 import os
@@ -10,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import termios
 import time
 
 PROGRAMS = ("Xvfb", "xdotool")
@@ -165,14 +168,21 @@ class MadeUpInput:
     BUTTONS = {1: 0, 2: 2, 3: 1}
 
     def __init__(self, window, _title):
-        self.pipe = window.process.stdin
+        self.process = window.process
         self.held = set()
         self.at = (0, 0)
 
-    def send(self, kind, **members):
-        modifiers = {self.MODIFIERS[name]: True for name in self.held}
+    def event(self, kind, **members):
+        return {"kind": self.KINDS.index(kind), **{self.MODIFIERS[name]: True for name in self.held}, **members}
+
+    def send(self, *events):
+        """Sends the events of one frame, and waits until the program takes them, however busy it is."""
         with contextlib.suppress(BrokenPipeError):  # the program has ended, which a wait notices
-            os.write(self.pipe.fileno(), (json.dumps({"kind": self.KINDS.index(kind), **modifiers, **members}) + "\n").encode())
+            os.write(self.process.stdin.fileno(), (json.dumps(events) + "\n").encode())
+        unread = array.array("i", [1])
+        while unread[0] and self.process.poll() is None:
+            time.sleep(0.005)
+            fcntl.ioctl(self.process.stdin, termios.FIONREAD, unread)
 
     def key_of(self, name):
         if name in self.NAMED:
@@ -180,59 +190,65 @@ class MadeUpInput:
         character = self.CHARACTERS.get(name, name).upper()
         return ord(character) if character.isascii() and (character.isalnum() or character in " -=[]") else 0
 
-    def press(self, name):
+    def down(self, name):
         if name in self.MODIFIERS:
             self.held.add(name)
-            return
-        self.send("key_down", key=self.key_of(name))
+            return []
+        events = [self.event("key_down", key=self.key_of(name))]
         character = self.CHARACTERS.get(name, name)
         if len(character) == 1 and "ctrl" not in self.held:
-            self.send("text", character=ord(character.upper() if "shift" in self.held else character))
+            events.append(self.event("text", character=ord(character.upper() if "shift" in self.held else character)))
+        return events
 
-    def release(self, name):
+    def up(self, name):
         if name in self.MODIFIERS:
             self.held.discard(name)
-        else:
-            self.send("key_up", key=self.key_of(name))
+            return []
+        return [self.event("key_up", key=self.key_of(name))]
+
+    def press(self, name):
+        self.send(*self.down(name))
+
+    def release(self, name):
+        self.send(*self.up(name))
 
     def tap(self, *names):
+        """Without a frame in between."""
+        events = []
         for chord in names:
             keys = chord.split("+")
-            for key in keys:
-                self.press(key)
-            for key in reversed(keys):
-                self.release(key)
+            for act, key in (*((self.down, key) for key in keys), *((self.up, key) for key in reversed(keys))):
+                events += act(key)
+        self.send(*events)
 
     def type(self, text):
-        self.tap(*("Tab" if letter == "\t" else letter for letter in text))
+        for letter in text:
+            self.tap("Tab" if letter == "\t" else letter)
 
-    def _send_mouse(self, kind, **members):
-        self.send(kind, x=self.at[0], y=self.at[1], **members)
+    def mouse(self, kind, **members):
+        return self.event(kind, x=self.at[0], y=self.at[1], **members)
 
     def move(self, x, y):
         self.at = (int(x), int(y))
-        self._send_mouse("mouse_move")
+        self.send(self.mouse("mouse_move"))
 
     def press_button(self, button):
-        self._send_mouse("mouse_down", button=self.BUTTONS[button])
+        self.send(self.mouse("mouse_down", button=self.BUTTONS[button]))
 
     def release_button(self, button):
-        self._send_mouse("mouse_up", button=self.BUTTONS[button])
+        self.send(self.mouse("mouse_up", button=self.BUTTONS[button]))
 
     def click(self, button, times=1):
-        for _ in range(times):
-            self.press_button(button)
-            self.release_button(button)
+        self.send(*[self.mouse(kind, button=self.BUTTONS[button]) for kind in ("mouse_down", "mouse_up")] * times)
 
     def scroll(self, notches):
-        for _ in range(abs(notches)):
-            self._send_mouse("scroll", amount=1 if notches > 0 else -1)
+        self.send(*[self.mouse("scroll", amount=1 if notches > 0 else -1)] * abs(notches))
 
     def close(self):
-        self.send("close")
+        self.send(self.event("close"))
 
     def drop(self, file):
-        self.send("drop", path=str(file))
+        self.send(self.event("drop", path=str(file)))
 
 
 class Window:
