@@ -52,6 +52,31 @@ def check_members_that_take(headers, library):
     assert count > 0 and len(set(shown)) == count, (count, shown)
 
 
+CORE_USER = """cmake_minimum_required(VERSION 3.25)
+project(user LANGUAGES CXX)
+find_package(kerf 0.1 REQUIRED COMPONENTS core)
+add_executable(user {source})
+target_link_libraries(user PRIVATE {targets})
+"""
+
+
+def check_core(prefix, folder, hello):
+    """The component core makes the same cut with few libraries, and is not linked together with the whole library."""
+    folder = folder / "core"
+    folder.mkdir()
+
+    def configure(targets, code=0):
+        (folder / "CMakeLists.txt").write_text(CORE_USER.format(source=EXAMPLES / "hello_cut.cpp", targets=targets))
+        return run("cmake", "-S", folder, "-B", folder / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}", code=code)
+    configure("kerf::core")
+    run("cmake", "--build", folder / "build")
+    assert run(folder / "build/user") == hello
+    loaded = run("ldd", folder / "build/user").split("\n")
+    print(f"a program with kerf::core loads {len(loaded) - 1} shared objects")
+    assert len(loaded) < 30 and not any(name in line for line in loaded for name in ("libvtk", "libITK", "libGL", "libsndfile")), loaded
+    assert "KERF_LIBRARY" in configure("kerf::core kerf::kerf", code=1)
+
+
 def check_program(prefix, folder):
     """The installed program finds what is installed with it, in any folder and without the source tree."""
     folder = folder / "anywhere"
@@ -101,7 +126,8 @@ def main():
         check_language(prefix, folder)
         library = next(prefix.glob("lib*/**/libkerf.so"), None)
         assert library, "libkerf.so is not installed"
-        check_symbols(library)
+        for name in ("libkerf.so", "libkerf_core.so"):
+            check_symbols(library.parent / name)
         check_members_that_take(ROOT / "include/kerf", library)
 
         # The sources are compiled with the warnings that a careful user enables, and with warnings as errors.
@@ -119,11 +145,14 @@ def main():
         assert summary["bone"]["hash_after"] in hello, (summary["bone"], hello)
         assert f"peak force {summary['force']['peak_N']:.6g} N" in hello, (summary["force"], hello)
 
+        check_core(prefix, folder, hello)
+
         # pkg-config gives the same program.
         environment = dict(os.environ, PKG_CONFIG_PATH=str(library.parent / "pkgconfig"))
-        options = run("pkg-config", "--cflags", "--libs", "kerf", env=environment).split()
-        run("c++", EXAMPLES / "hello_cut.cpp", "-o", folder / "hello", *options, f"-Wl,-rpath,{library.parent}")
-        assert run(folder / "hello") == hello
+        for name in ("kerf", "kerf_core"):
+            options = run("pkg-config", "--cflags", "--libs", name, env=environment).split()
+            run("c++", EXAMPLES / "hello_cut.cpp", "-o", folder / "hello", *options, f"-Wl,-rpath,{library.parent}")
+            assert run(folder / "hello") == hello
 
         law = run(examples / "own_force_law", scene)
         twice = run(examples / "own_force_law", scene, "0.1")

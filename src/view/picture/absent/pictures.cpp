@@ -1,6 +1,7 @@
 // Replacement for the pictures in a build without VTK.
 #include "base/core/not_built.h"
 #include "view/picture/image.h"
+#include "view/picture/layout.h"
 #include "view/picture/panel_sheet.h"
 #include "view/picture/picture.h"
 
@@ -14,6 +15,9 @@ namespace {
 }  // namespace
 
 const bool kPicturesBuilt = false;
+Layout::Layout(const PictureSpec&) {
+  Fail();
+}
 void WritePng(const Image&, const std::string&) {
   Fail();
 }
