@@ -277,6 +277,7 @@ class Window:
         self.unread = b""
         self.lines = None
         self.states = 0  # read so far
+        self.fresh = []  # states that were read last, the last one of which is `state`
         self.events = []
         self.state = {}
         self.items = {}  # name -> left, top, width, height of buttons, menus and rows that are shown
@@ -284,6 +285,7 @@ class Window:
 
     def read(self):
         """Reads what the log has more than before."""
+        self.fresh = []
         if self.lines is None:
             if not self.log.exists():
                 return
@@ -294,6 +296,7 @@ class Window:
             if event["event"] == "state":
                 self.state = event
                 self.states += 1
+                self.fresh.append(event)
             elif event["event"] == "items":
                 self.items = event["items"]
             else:
@@ -416,16 +419,15 @@ class Window:
         self.wait(f"message {part}", lambda: any(event["event"] == "message" and part in event["text"] for event in self.events[after:]))
 
     def wait_state(self, what, test, seconds=None):
-        """Waits until the state passes a test. A state that lacks what the test reads, because it belongs to another mode,
-        does not pass."""
-        def passes():
+        """Waits until a state passes a test, and returns it; a busy script reads several at once. A state that lacks what
+        the test reads, because it belongs to another mode, does not pass."""
+        def passes(state):
             try:
-                return self.state and test(self.state)
+                return state and test(state)
             except (KeyError, IndexError):
                 return False
 
-        self.wait(what, passes, seconds)
-        return self.state
+        return self.wait(what, lambda: next(filter(passes, self.fresh or [self.state]), None), seconds)
 
     def wait_items(self, what, test):
         """Waits until the buttons, menus and rows that are shown pass a test."""
