@@ -298,7 +298,7 @@ class Window:
                 self.states += 1
                 self.fresh.append(event)
             elif event["event"] == "items":
-                self.items = event["items"]
+                self.items = event["items"] or {}
             else:
                 self.events.append(event)
 
@@ -310,14 +310,17 @@ class Window:
             self.read()
             if found := test():
                 return found
-            if (kept := [event for event in self.events if event["event"] == "work_kept"]) and not self.may_fail:
-                raise AssertionError(f"not reached: {what}: the session ended by itself: {kept[0]['failure']}")
-            seen = f"state {self.state}; shown: {sorted(self.items)}; last events {self.events[-8:]}"
-            if over:
+            why = ""
+            if kept := [event for event in self.events if event["event"] == "work_kept" and not self.may_fail]:
+                why = f"the session ended by itself: {kept[0]['failure']}"
+            elif over:
                 self.out.seek(0)
-                raise AssertionError(f"not reached: {what}: kerf ended with {self.process.returncode}: {self.out.read()[-2000:]}; {seen}")
-            if time.monotonic() > began + (seconds or patience_s()):
-                raise AssertionError(f"not reached: {what}; {seen}")
+                why = f"kerf ended with {self.process.returncode}: {self.out.read()[-2000:]}"
+            elif time.monotonic() > began + (seconds or patience_s()):
+                why = "it takes too long"
+            if why:
+                raise AssertionError(f"not reached: {what}: {why}; state {self.state}; shown: {sorted(self.items)}; "
+                                     f"last events {self.events[-8:]}")
             time.sleep(0.02)
 
     def wait_still(self, name, still_s=1):
