@@ -9,7 +9,6 @@ completed. Exit code 77: the test was skipped; it prints the reason."""
 
 import gzip
 import json
-import os
 import shutil
 import signal
 import subprocess

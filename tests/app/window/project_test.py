@@ -9,7 +9,6 @@ import argparse
 import gzip
 import hashlib
 import json
-import os
 import pathlib
 import re
 import shutil
