@@ -60,8 +60,7 @@ def begin_drag(w, at, by):
 def check_stays(w, what, seconds=2, relax_mm=RELAX_MM, wedged=False):
     """Checks that the saw neither moves nor cuts after it was let go. `wedged`: it turns in a kerf that it does not fit
     into, so that friction drives it, and the hand holds it against that."""
-    w.wait_state("let go", lambda s: not s["holds"] and "released" in s)
-    released = dict(w.state["released"])
+    released = w.wait_state("let go", lambda s: not s["holds"] and "released" in s)["released"]
 
     def changes(before):
         w.read()

@@ -422,15 +422,17 @@ class Window:
         self.wait(f"message {part}", lambda: any(event["event"] == "message" and part in event["text"] for event in self.events[after:]))
 
     def wait_state(self, what, test, seconds=None):
-        """Waits until a state passes a test, and returns it; a busy script reads several at once. A state that lacks what
-        the test reads, because it belongs to another mode, does not pass."""
+        """Waits until the present state or a later one passes a test, and returns it; a busy script reads several at once. A
+        state that lacks what the test reads, because it belongs to another mode, does not pass."""
+        self.read()
+        self.fresh = [self.state]  # without those before
         def passes(state):
             try:
                 return state and test(state)
             except (KeyError, IndexError):
                 return False
 
-        return self.wait(what, lambda: next(filter(passes, self.fresh or [self.state]), None), seconds)
+        return next(filter(passes, self.fresh), None) or self.wait(what, lambda: next(filter(passes, self.fresh), None), seconds)
 
     def wait_items(self, what, test):
         """Waits until the buttons, menus and rows that are shown pass a test."""
