@@ -19,10 +19,10 @@ _KINDS: dict[str, tuple[str, typing.Callable[[typing.Any], bool]]] = {
     "tuple": ("a tuple", lambda value: isinstance(value, tuple)),
     "bytes": ("bytes", lambda value: isinstance(value, bytes)),
     "numpy.ndarray": ("an array", lambda value: isinstance(value, np.ndarray)),
-    "List[Tuple[float, int]]": ("a list of pairs (thickness in mm, number of the region)",
+    "list[tuple[float, int]]": ("a list of pairs (thickness in mm, number of the region)",
                                 lambda value: _is_list(value, lambda pair: _is_list(pair, _is_number) and len(pair) == 2
                                                        and hasattr(pair[1], "__index__"))),
-    "Dict[int, int]": ("a dict from the number of a label to that of a region",
+    "dict[int, int]": ("a dict from the number of a label to that of a region",
                        lambda value: isinstance(value, dict) and all(hasattr(n, "__index__") for pair in value.items() for n in pair)),
 }
 
@@ -88,12 +88,13 @@ def _show(value: typing.Any) -> str:
 
 
 def _find_kind(name: str) -> tuple[str, typing.Callable[[typing.Any], bool]] | None:
+    name = re.sub(r"\b(List|Tuple|Dict)\[", lambda old: old[0].lower(), name)  # of pybind11 before 2.12
     if optional := re.fullmatch(r"Optional\[(.*)\]", name):
         if (found := _find_kind(optional[1])) is None:
             return None
         what, check = found
         return what + " or None", lambda value: value is None or check(value)
-    if listed := re.fullmatch(r"List\[kerf\._kerf\.(\w+)\]", name):
+    if listed := re.fullmatch(r"list\[kerf\._kerf\.(\w+)\]", name):
         kind = listed[1]
         return f"a list of {kind}", lambda value: _is_list(value, lambda item: type(item).__name__ == kind)
     if ours := re.fullmatch(r"(?:kerf\._kerf|kerf)\.(\w+)", name):

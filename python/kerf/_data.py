@@ -15,7 +15,7 @@ def to_frame(table: NDArray[np.void]) -> Any:
     if not isinstance(table, np.ndarray) or table.dtype.names is None:
         raise TypeError(f"table must be a structured array, such as Run.ticks, not {table!r:.60}")
     try:
-        import pandas  # type: ignore[import]
+        import pandas  # type: ignore
     except ImportError:
         raise _kerf.Error("pandas is not installed (Debian: python3-pandas); structured arrays work without it") from None
     return pandas.DataFrame({name: table[name] for name in table.dtype.names})

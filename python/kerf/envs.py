@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 import numbers
+import warnings
 from typing import Any, Optional
 
 import numpy as np
@@ -24,6 +25,9 @@ from numpy.typing import ArrayLike, NDArray
 import kerf
 
 Array = NDArray[np.float32]
+
+# A step is too short to judge a simulation by; simulations of one's own show their warnings.
+warnings.filterwarnings("ignore", category=UserWarning, module=r"kerf\.envs")
 
 
 class Box:

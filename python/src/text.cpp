@@ -28,9 +28,9 @@ void WarnOnce(const std::vector<std::string>& sentences, std::set<std::string>& 
     std::erase_if(words, [](char c) { return c >= '0' && c <= '9'; });
     if (!shown.insert(words).second) continue;
     // Level 1: the line that called kerf.
-    if (PyErr_WarnEx(PyExc_UserWarning, py::cast<std::string>(ShowText(sentence)).c_str(), 1) != 0) {
-      throw py::error_already_set();
-    }
+    if (PyErr_WarnEx(PyExc_UserWarning, py::cast<std::string>(ShowText(sentence)).c_str(), 1) == 0) continue;
+    if (PyErr_ExceptionMatches(PyExc_ValueError) == 0) throw py::error_already_set();
+    PyErr_Clear();  // sys.stderr is closed
   }
 }
 
