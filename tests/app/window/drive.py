@@ -32,6 +32,16 @@ def skip_without_display_programs():
         sys.exit(77)
 
 
+def run_without_events(arguments, **options):
+    """Runs kerf until it ends by itself; a window that it opens gets no event."""
+    read, write = os.pipe()
+    try:
+        return subprocess.run(arguments, stdin=read, capture_output=True, text=True, timeout=300, **options)
+    finally:
+        os.close(read)
+        os.close(write)
+
+
 class Display:
     """An X server without a screen, which starts when its name is asked for: kerf_made_up needs none."""
 

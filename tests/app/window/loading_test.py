@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 
-from drive import Display, Window, workspace
+from drive import Display, Window, run_without_events, workspace
 from rehearse_test import SCENE
 
 # Minutes of work on every machine.
@@ -449,12 +449,10 @@ def unreadable_inputs(display, kerf):
     (folder / "empty").mkdir()
     env = display.environment(kerf)
     for name in ("damaged.vdb", "damaged.nrrd", "damaged.toml", "empty", "missing.vdb"):
-        done = subprocess.run([kerf, "rehearse", name, "-o", "new/out"], cwd=folder, env=env, capture_output=True, text=True,
-                              timeout=120)
+        done = run_without_events([kerf, "rehearse", name, "-o", "new/out"], cwd=folder, env=env)
         assert done.returncode == 1 and name in done.stderr, (name, done)
         assert not (folder / "new").exists(), name
-    done = subprocess.run([kerf, "practise", "--exercise", "none", "-o", "new/out"], cwd=folder, env=env, capture_output=True,
-                          text=True, timeout=120)
+    done = run_without_events([kerf, "practise", "--exercise", "none", "-o", "new/out"], cwd=folder, env=env)
     assert done.returncode != 0 and not (folder / "new").exists(), done
     shutil.rmtree(folder)
 

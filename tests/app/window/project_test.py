@@ -16,7 +16,7 @@ import struct
 import subprocess
 import zipfile
 
-from drive import Display, Window, workspace
+from drive import Display, Window, run_without_events, workspace
 from rehearse_test import SCENE
 
 
@@ -392,8 +392,7 @@ def refuse_forged(kerf, project, name, change, sentence):
         for member, data in content.items():
             out.writestr(member, data)
     with Display(1480, 920) as display:
-        done = subprocess.run([kerf, "rehearse", forged.name, "-o", "forged"], cwd=project.parent, capture_output=True,
-                              text=True, timeout=120, env=display.environment(kerf))
+        done = run_without_events([kerf, "rehearse", forged.name, "-o", "forged"], cwd=project.parent, env=display.environment(kerf))
     assert done.returncode == 1 and sentence in done.stderr and done.stderr.count("\n") == 1, done.stderr
 
 
@@ -582,8 +581,8 @@ def main():
     # A damaged project is refused with one sentence.
     moved.write_bytes(moved.read_bytes()[:-100])
     with Display(1480, 920) as display:
-        done = subprocess.run([options.kerf, "rehearse", moved.name, "-o", "damaged"], cwd=folder, capture_output=True,
-                              text=True, timeout=120, env=display.environment(options.kerf))
+        done = run_without_events([options.kerf, "rehearse", moved.name, "-o", "damaged"], cwd=folder,
+                                  env=display.environment(options.kerf))
     assert done.returncode == 1 and "moved.kerf-project: is not a complete ZIP file" in done.stderr, done.stderr
     assert done.stderr.count("\n") == 1, done.stderr
     shutil.rmtree(folder)

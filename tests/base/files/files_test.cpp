@@ -139,7 +139,9 @@ TEST_F(Files, BatchThatIsNotCommittedReplacesNothing) {
       EXPECT_EQ(batch.ReplacesNothing(), earlier.empty());
     }
     EXPECT_EQ(CountFiles("out_" + earlier), earlier.empty() ? 2u : 1u);
-    if (!earlier.empty()) EXPECT_EQ(ReadTextFile(folder + "/" + earlier), "old");
+    if (!earlier.empty()) {
+      EXPECT_EQ(ReadTextFile(folder + "/" + earlier), "old");
+    }
   }
 }
 
