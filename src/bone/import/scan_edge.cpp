@@ -102,11 +102,11 @@ bool IsEdgeOfScan(const Volume& ct, const Circle& circle, int k) {
   constexpr double kWide = 0.6;  // of the shorter side; a smaller circle is what the scan shows
   const double side_mm = std::min(ct.size[0] * ct.spacing_mm.x, ct.size[1] * ct.spacing_mm.y);
   if (2 * circle.radius_mm < kWide * side_mm) return false;
-  constexpr int kDirections = 360;
+  constexpr int kAngles = 360;
   const double slack_mm = 1.5 * std::max(ct.spacing_mm.x, ct.spacing_mm.y);
   int inside = 0, different = 0, outside = 0, air = 0;
-  for (int n = 0; n < kDirections; ++n) {
-    const double angle = 2 * std::numbers::pi * n / kDirections;
+  for (int n = 0; n < kAngles; ++n) {
+    const double angle = 2 * std::numbers::pi * n / kAngles;
     for (const double r : {circle.radius_mm - slack_mm, circle.radius_mm + slack_mm}) {
       const glm::dvec2 p = circle.centre_mm + r * glm::dvec2(std::cos(angle), std::sin(angle));
       const std::array<int, 3> at = {static_cast<int>(std::lround(p.x / ct.spacing_mm.x)),
