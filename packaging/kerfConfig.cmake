@@ -1,4 +1,5 @@
-# Defines kerf::kerf, kerf::core (without scenes, runs, imports and pictures) and, for programs that check their own code in the tick, kerf::heap_guard.
+# Defines kerf::kerf, kerf::core (without scenes, runs, imports and pictures) and, for programs that check their own code
+# in the tick, kerf::heap_guard.
 find_path(kerf_GLM glm/glm.hpp)
 if(NOT kerf_GLM)
   set(kerf_FOUND FALSE)
