@@ -150,7 +150,9 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
     const auto is_old = [&](const std::string& file) { return Slurp(folder_ / place / file) == kOld; };
     for (const std::string& file : files_) {
       EXPECT_TRUE(fs::exists(folder_ / place / file)) << file;
-      if (GetParam().list != nullptr && is_old(GetParam().list) && file != "s.toml") EXPECT_TRUE(is_old(file)) << file;
+      if (GetParam().list != nullptr && is_old(GetParam().list) && file != "s.toml") {
+        EXPECT_TRUE(is_old(file)) << file;
+      }
     }
     if (GetParam().list == nullptr || is_old(GetParam().list)) return;
     EXPECT_STREQ(GetParam().name, "loop");
