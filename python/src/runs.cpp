@@ -251,7 +251,7 @@ record, progress: as for run().)");
       .def(py::pickle([](const SharedRecording& r) { return py::bytes(r.absolute_path); },
                       [](const py::bytes& state) {
                         return std::make_unique<SharedRecording>(OfState("Recording", [&] {
-                          const auto path = std::string(state);
+                          auto path = std::string(state);
                           if (path.empty() || path.find('\0') != std::string::npos) throw py::cast_error();
                           return path;
                         }));

@@ -104,7 +104,6 @@ std::string FormatReport(const StudyResults& study, const std::vector<StudyFigur
 void WriteStudyReport(const StudyResults& study, const std::string& folder,
                       const std::function<void(const std::string&)>& progress) {
   const std::vector<std::string> earlier = ReadEarlierResults(folder, "study.json");
-  FileBatch results(folder, "study.json");
   std::vector<std::string> files;
   const auto write = [&](const std::string& name, const std::string& text) {
     WriteTextFile(folder + "/" + name, text);
@@ -124,7 +123,7 @@ void WriteStudyReport(const StudyResults& study, const std::string& folder,
   write("report.md", FormatReport(study, figures));
   // This file is written last, since it lists the contents of the folder.
   WriteTextFile(folder + "/study.json", FormatStudyJson(study, files));
-  results.Commit(earlier);
+  RemoveStaleResults(folder, earlier, files);
 }
 
 }  // namespace kerf
